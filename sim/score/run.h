@@ -141,6 +141,14 @@ struct TimedHealth {
   bool fault_flag = false;  ///< a sensor contradicts the others
 };
 
+/// How an estimator kept up with the frames, in simulated time.
+struct Timeliness {
+  std::vector<double> latency_ms;  ///< of each answer: from the stamp of its frame until it takes effect
+  std::vector<double> took_ms;     ///< of each answer
+  double period_ms = 0;            ///< of the frames
+  std::size_t dropped = 0;         ///< frames
+};
+
 /// The commanded path, laid into W at the start.
 struct DesiredPath {
   Trajectory waist;                                       ///< commanded X_WB at the stamps of the true waist
@@ -161,8 +169,9 @@ struct Run {
   Trajectory
       odometry;  ///< by the same sensors without images; empty if that did not run beside the estimator
   std::array<std::vector<StampedInnovation>, kSensors.size()> innovations;
-  std::vector<FrameUse> use;        ///< of each answer; empty if the estimator does not report it
-  std::vector<TimedHealth> health;  ///< after every observation; not tracking after a divergence
+  std::vector<FrameUse> use;             ///< of each answer; empty if the estimator does not report it
+  std::vector<TimedHealth> health;       ///< after every observation; not tracking after a divergence
+  std::optional<Timeliness> timeliness;  ///< absent without a time model
   std::vector<LandmarkHistory> landmarks;
   std::vector<MappedPoint> map;  ///< at the end
   std::vector<Surface> surfaces;

@@ -153,6 +153,22 @@ double is_corrected(const StepCorrection& s) { return s.ahead != 0 || s.aside !=
 double sum_of(const Numbers& all) { return std::accumulate(all.begin(), all.end(), 0.0); }
 double greatest_of(const Numbers& all) { return *std::max_element(all.begin(), all.end()); }
 
+MetricDefinition timeliness(const std::string& name, const std::string& unit, const std::string& definition,
+                            double (*of)(const Timeliness&)) {
+  return {name, unit, definition, Needs::walk, [of](C c) -> Value {
+            if (!c.run.estimate) return Absent{"the filter was not run"};
+            if (!c.run.timeliness)
+              return Absent{"answers take no simulated time: estimator.time.model is none"};
+            if (c.run.timeliness->took_ms.empty()) return Absent{"the estimator gave no answer"};
+            return of(*c.run.timeliness);
+          }};
+}
+
+double fraction_dropped(const Timeliness& t) {
+  const auto dropped = static_cast<double>(t.dropped);
+  return dropped / (dropped + static_cast<double>(t.took_ms.size()));
+}
+
 }  // namespace
 
 MetricDefinitions loop_metrics() {
@@ -239,6 +255,25 @@ MetricDefinitions completion_metrics() {
            fraction_of_time(&TimedHealth::tracks), smallest, kHeadline},
           {"fault_flag_fraction", "1", time + "reported that one sensor contradicts the others.", Needs::walk,
            fraction_of_time(&TimedHealth::fault_flag), largest, kHeadline}};
+}
+
+MetricDefinitions timeliness_metrics() {
+  using T = const Timeliness&;
+  const std::string latency =
+                        " of the simulated time from the stamp of a frame until its answer takes effect.",
+                    budget = " of the simulated time of an answer, as a fraction of the time between frames.";
+  return {
+      timeliness("dropped_frames", "1", "Number of frames that were dropped because the estimator was busy.",
+                 [](T t) { return static_cast<double>(t.dropped); }),
+      timeliness("dropped_frames_fraction", "1", "Fraction of the frames that were dropped.",
+                 fraction_dropped),
+      timeliness("latency_median_ms", "ms", "Median" + latency, [](T t) { return median(t.latency_ms); }),
+      timeliness("latency_p99_ms", "ms", "99th percentile" + latency,
+                 [](T t) { return quantile(t.latency_ms, 0.99); }),
+      timeliness("budget_fraction_mean", "1", "Mean" + budget,
+                 [](T t) { return mean(t.took_ms) / t.period_ms; }),
+      timeliness("budget_fraction_p99", "1", "99th percentile" + budget,
+                 [](T t) { return quantile(t.took_ms, 0.99) / t.period_ms; })};
 }
 
 }  // namespace sim::score

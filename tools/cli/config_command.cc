@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "sim/files/text.h"
+#include "sim/regression/suite.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/lists.h"
 #include "sim/score/metrics.h"
@@ -103,7 +104,8 @@ bool is_valid(const std::string& file, const scenario::Changes& changes) {
     require_models(read, standard_models());
     const walking::PatternGenerator plan(read.scenario.walk, whole_body(read.scenario, standard_models()));
     const bool looked = require_clear_walk(read, standard_models());
-    std::cout << fmt::format("{}: valid, a walk of {:.2f} s{}\n", file,
+    std::cout << fmt::format("{}: valid, a walk of {:.2f} s{}\n",
+                             read.origin.contains("name") ? file + ", " + read.scenario.name : file,
                              static_cast<double>(plan.ticks()) * walking::kPeriod,
                              looked ? "" : "; whether it is clear of its room was not checked: no simulator");
     return true;
@@ -113,6 +115,26 @@ bool is_valid(const std::string& file, const scenario::Changes& changes) {
     std::cerr << files::sanitize(fmt::format("{}: the walk cannot be planned: {}\n", file, e.what()));
   }
   return false;
+}
+
+/// Checks a scenario, or each one of a suite.
+bool are_valid(const std::string& file, const scenario::Changes& changes) {
+  std::vector<sim::regression::SuiteEntry> entries;
+  try {
+    if (!sim::regression::is_suite(file)) return is_valid(file, changes);
+    entries = sim::regression::read_suite(file).entries;
+  } catch (const scenario::ConfigError& e) {
+    std::cerr << sim::files::sanitize(e.what()) << '\n';
+    return false;
+  }
+  bool valid = true;
+  for (const auto& [scenario, own, gates, set] : entries) {
+    scenario::Changes all = changes;
+    all.overrides.insert(all.overrides.begin(), own.overrides.begin(), own.overrides.end());
+    all.without.insert(all.without.end(), own.without.begin(), own.without.end());
+    valid &= is_valid(scenario.string(), all);
+  }
+  return valid;
 }
 
 int check(CheckRequest& request) {
@@ -128,7 +150,7 @@ int check(CheckRequest& request) {
   if (files.empty()) throw UsageError("check: names no scenario, expected a YAML file");
   int exit_code = 0;
   for (const std::string& file : files)
-    if (!is_valid(file, request.changes)) exit_code = 2;
+    if (!are_valid(file, request.changes)) exit_code = 2;
   return exit_code;
 }
 
@@ -149,7 +171,9 @@ void add_check(CLI::App& app, int& exit_code) {
                   "Check scenarios: read them, plan their walks and look whether those are clear of their "
                   "rooms, without simulating",
                   kCheckExamples, check);
-  command.add_option("scenarios", request.files, "YAML files, and keys with new values for all of them")
+  command
+      .add_option("scenarios", request.files,
+                  "YAML files of scenarios or suites, and keys with new values for all of them")
       ->option_text("FILE ... [key=value ...]")
       ->required();
   add_with(command, request.changes);

@@ -222,6 +222,20 @@ TEST_F(Navigation, CorrectionsAreCountedAndMeasured) {
   EXPECT_NEAR(value("correction_largest_deg"), 2, 1e-9);
 }
 
+TEST_F(Navigation, TimelinessIsThatOfTheAnswers) {
+  EXPECT_EQ(reason("dropped_frames"), "the filter was not run");
+  run.estimate.emplace();
+  EXPECT_EQ(reason("latency_p99_ms"), "answers take no simulated time: estimator.time.model is none");
+  run.timeliness = {{60, 70, 80}, {60, 60, 60}, 40, 1};
+  for (const auto& [name, expected] : {std::pair("dropped_frames", 1.0),
+                                       {"dropped_frames_fraction", 0.25},
+                                       {"latency_median_ms", 70},
+                                       {"latency_p99_ms", 80},
+                                       {"budget_fraction_mean", 1.5},
+                                       {"budget_fraction_p99", 1.5}})
+    EXPECT_NEAR(value(name), expected, 0.25) << name;
+}
+
 // The corrections take back what the robot drifts, here 20 of the 360 degrees.
 TEST_F(Navigation, TheLoopOfASteeredWalkIsThatOfItsCommands) {
   run.estimate.emplace();
