@@ -26,7 +26,7 @@ const std::map<Quantity, std::string> kNames{
      " a acc accel accelerometer acceleration linearacceleration linacc alpha specificforce "},
     {Quantity::other,
      " v vel velocity linearvelocity linvel b bias ba bg bw m mag magnetometer roll pitch yaw temperature "
-     "cov "}};
+     "cov lat latitude lon long longitude alt altitude north east down up "}};
 
 std::optional<Quantity> quantity_named(const std::string& name) {
   for (const auto& [quantity, names] : kNames)
@@ -214,9 +214,29 @@ bool Header::names(Quantity quantity) const {
   return std::ranges::any_of(titles_, [&](const Title& t) { return t.quantity == quantity; });
 }
 
+bool Header::names_axis(char axis) const {
+  return std::ranges::any_of(titles_, [&](const Title& t) { return !t.quantity && t.axis == axis; });
+}
+
 bool Header::are_titles() const {
-  const auto with_axis = [](const Title& title) { return title.axis != 0; };
-  return (!with_axis(titles_[0]) || names(Quantity::time)) && std::ranges::count_if(titles_, with_axis) >= 3;
+  return std::ranges::count_if(titles_, [](const Title& title) { return title.axis != 0; }) >= 3;
+}
+
+bool Header::fit(std::size_t columns, bool commas) {
+  const auto is_word = [](const Title& title) { return !title.quantity && title.axis == 0; };
+  while (titles_.size() > columns && is_word(titles_.front())) titles_.erase(titles_.begin());
+  const bool starts_with_pose = titles_.front().axis != 0 && !names(Quantity::time);
+  if (starts_with_pose && titles_.size() + 1 == columns)
+    titles_.insert(titles_.begin(), Title{"timestamp", "", Quantity::time});
+  else if (!commas && std::ranges::any_of(titles_, is_word) && titles_.size() != columns &&
+           titles_.front().quantity != Quantity::time)
+    return false;
+  else if (starts_with_pose)
+    throw FileError(file_, line_,
+                    fmt::format("the header names {} columns and no stamp, the rows have {}: expected a name "
+                                "for each, or for each but a stamp in front",
+                                titles_.size(), columns));
+  return true;
 }
 
 // A title without a quantity, such as "x", fits any quantity with its axis.

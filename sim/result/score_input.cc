@@ -15,12 +15,15 @@ namespace {
 
 constexpr double kNominalWeight_N = walking::hrp2::kMass * walking::kGravity;
 
-/// Without the poses of answers that say lost, and with each pose once.
-std::vector<score::EstimatedPose> estimate(const tracking::Tracked& tracked) {
+/// Without the poses of answers that say lost, and with each pose once. point: in C, the one to score.
+std::vector<score::EstimatedPose> estimate(const tracking::Tracked& tracked,
+                                           const std::optional<Eigen::Vector3d>& point) {
   std::vector<score::EstimatedPose> poses;
   for (const auto& [e, report, has_pose] : tracked.frames)
-    if (has_pose && report.health == slam::Health::ok && (poses.empty() || e.t > poses.back().t))
+    if (has_pose && report.health == slam::Health::ok && (poses.empty() || e.t > poses.back().t)) {
       poses.push_back({e.t, e.X_WC, e.covariance});
+      if (point) poses.back().X_WC.translation() = e.X_WC * *point;
+    }
   return poses;
 }
 
@@ -190,6 +193,7 @@ score::Run score_input(const RunRecord& record) {
   run.truth_camera = record.truth.camera;
   run.plan_camera = planned_camera(record);
   run.no_scale = record.no_scale;
+  run.truth_has_poses = !record.truth.positions_of;
   run.truth_waist = record.truth.waist;
   run.plan_waist = record.truth.waist_plan;
   run.camera = true_camera(record.setup.calibration.camera);
@@ -201,7 +205,7 @@ score::Run score_input(const RunRecord& record) {
   run.corrections = record.truth.corrected_steps;
   if (!record.truth.waist_plan.empty()) run.plan_end = plan_end(walk);
   if (!record.tracked) return run;
-  run.estimate = estimate(*record.tracked);
+  run.estimate = estimate(*record.tracked, record.truth.positions_of);
   const bool is_filter = uses_filter(record.scenario.scenario);
   run.health = health(*record.tracked, uses_images(record.scenario.scenario));
   if (is_filter) run.use = use(*record.tracked);

@@ -98,15 +98,16 @@ int config(ConfigRequest& request) {
 struct CheckRequest {
   std::vector<std::string> files;  ///< and changes
   scenario::Changes changes;
+  fs::path models;
 };
 
 /// Reads the file, plans its walk and checks its clearance; prints the first error.
-bool is_valid(const std::string& file, const scenario::Changes& changes) {
+bool is_valid(const std::string& file, const CheckRequest& request) {
   try {
-    const auto read = scenario::read_scenario(file, changes);
-    require_models(read, standard_models());
-    const walking::PatternGenerator plan(read.scenario.walk, whole_body(read.scenario, standard_models()));
-    const bool looked = require_clear_walk(read, standard_models());
+    const auto read = scenario::read_scenario(file, request.changes);
+    require_models(read, request.models);
+    const walking::PatternGenerator plan(read.scenario.walk, whole_body(read.scenario, request.models));
+    const bool looked = require_clear_walk(read, request.models);
     std::cout << fmt::format("{}: valid, a walk of {:.2f} s{}\n", file,
                              static_cast<double>(plan.ticks()) * walking::kPeriod,
                              looked ? "" : "; whether it is clear of its room was not checked: no simulator");
@@ -135,7 +136,7 @@ int check(CheckRequest& request) {
   if (files.empty()) throw UsageError("check: names no scenario, expected a YAML file");
   int exit_code = 0;
   for (const std::string& file : files)
-    if (!is_valid(file, request.changes)) exit_code = 2;
+    if (!is_valid(file, request)) exit_code = 2;
   return exit_code;
 }
 
@@ -161,6 +162,7 @@ void add_check(CLI::App& app, int& exit_code) {
       ->required();
   add_with(command, request.changes);
   add_without(command, request.changes);
+  add_models(command, request.models);
 }
 
 }  // namespace cli

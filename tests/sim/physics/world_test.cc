@@ -151,6 +151,17 @@ TEST(World, SaysThatTheRobotFellWhenItsLegsGiveWay) {
   bend(world, {{4, 0.5}, {10, 0.5}});  // both ankles pitch: it tips over
   run(world, 4000);
   expect_ended(world, Condition::fell);
+  EXPECT_THAT(world.status().cause, testing::Not(testing::HasSubstr("push")));
+}
+
+TEST(World, SaysWhichWayThePushBeforeAFallPushed) {
+  World world = standing();
+  world.start_clock(
+      {{.time_s = 0.1, .impulse_ns = 90, .direction_rad = M_PI_2}, {.time_s = 60, .impulse_ns = 7}});
+  run(world, 4000);
+  expect_ended(world, Condition::fell);
+  EXPECT_THAT(world.status().cause,
+              testing::MatchesRegex("to the left at .* deg, [0-9.]+ s after the start of a push of 90 N s"));
 }
 
 TEST(World, SaysThatTheFeetTouchedWhenOneIsMovedIntoTheOther) {

@@ -144,7 +144,7 @@ TEST_F(Evaluate, AnEstimateThatIsNotThereOrFailedIsNotScoredAndItsWalkIs) {
   diverged.diverged = "covariance not positive definite";
   failed.failed = "killed by signal 9";
   for (const auto& [each, why] : {std::pair(without, "the filter was not run"),
-                                  {diverged, "the filter diverged: covariance not positive definite"},
+                                  {diverged, "the estimator diverged: covariance not positive definite"},
                                   {failed, "the estimator failed: killed by signal 9"}}) {
     run = each;
     for (const char* name :
