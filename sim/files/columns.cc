@@ -44,13 +44,19 @@ const std::map<Quantity, std::vector<std::pair<std::string_view, double>>> kUnit
     {Quantity::position, {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"km", 1e3}}},
     {Quantity::orientation, {{"1 -", 1}}},
     {Quantity::angular_rate,
-     {{"rads-1 rad/s rads rad/sec", 1}, {"degs-1 deg/s degs deg/sec dps °/s", M_PI / 180}}},
-    {Quantity::acceleration, {{"ms-2 m/s2 m/s² ms2 m/s/s", 1}, {"g", 9.80665}}}};
+     {{"rads-1 rad/s rads rad/sec radps radpers", 1},
+      {"degs-1 deg/s degs deg/sec degps degpers dps °/s", M_PI / 180}}},
+    {Quantity::acceleration, {{"ms-2 m/s2 m/s² ms2 m/s/s mps2 m/sec2", 1}, {"g", 9.80665}}}};
 
 std::optional<double> factor_of(Quantity quantity, const std::string& unit) {
   for (const auto& [names, factor] : kUnits.at(quantity))
     if ((" " + std::string(names) + " ").find(" " + unit + " ") != std::string::npos) return factor;
   return std::nullopt;
+}
+
+bool is_unit(const std::string& unit) {
+  return std::ranges::any_of(kUnits,
+                             [&](const auto& entry) { return factor_of(entry.first, unit).has_value(); });
 }
 
 char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
@@ -182,11 +188,16 @@ Header::Title Header::parse(std::string_view text) {
     if (!words.empty()) title.quantity = quantity_of(words);
     return title;
   }
-  if (words.size() == 1 && words[0].size() > 1 && is_axis(words[0].substr(words[0].size() - 1)))
-    if (title.quantity = quantity_named(words[0].substr(0, words[0].size() - 1)); title.quantity) {
-      title.axis = words[0].back();  // tx, qw, gyrox
+  std::string rest;
+  for (std::size_t i = 1; i < words.size(); ++i) rest += words[i];
+  if ((rest.empty() || is_unit(rest)) && is_axis(words[0].substr(words[0].size() - 1))) {
+    title.quantity = quantity_named(words[0].substr(0, words[0].size() - 1));
+    if (title.quantity || words[0].size() == 1) {  // tx, qw, gyrox_dps, x_mm
+      title.axis = words[0].back();
+      if (title.unit.empty()) title.unit = rest;
       return title;
     }
+  }
   if (words[0] == "t" || words[0] == "time" || words[0] == "stamp" || words[0] == "timestamp") {
     title.quantity = Quantity::time;
     if (title.unit.empty() && words.size() > 1 && factor_of(Quantity::time, words.back()))

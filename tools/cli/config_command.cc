@@ -98,7 +98,7 @@ int config(ConfigRequest& request) {
 struct CheckRequest {
   std::vector<std::string> files;  ///< and changes
   scenario::Changes changes;
-  fs::path models;
+  fs::path models = standard_models();
 };
 
 /// Reads the file, plans its walk and checks its clearance; prints the first error.

@@ -38,8 +38,10 @@ struct Formatter : CLI::Formatter {
     for (std::string line; std::getline(help, line);) {
       const bool prose = !line.empty() && line[0] != ' ', command = line.starts_with("  gaitslam ");
       if (!rest.empty()) {
-        const bool joins = prose && !line.starts_with("Exit codes");
-        joins ? line = rest + ' ' + line : text += rest + '\n';
+        if (prose && !line.starts_with("Exit codes"))
+          line = rest + ' ' + line;
+        else
+          text += rest + '\n';
       }
       const bool is_long = line.size() > kWidth;
       const std::string indent(prose ? 0 : command ? 6 : kColumn, ' ');

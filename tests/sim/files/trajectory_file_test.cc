@@ -73,6 +73,8 @@ TEST_F(TrajectoryFileTest, AHeaderThatNamesItsColumnsIsObeyed) {
         "5.1 1000 2000 3000 0.6 0 0 0.8\n",
         "time,pose.position.x,pose.position.y,pose.position.z,pose.orientation.x,pose.orientation.y,"
         "pose.orientation.z,pose.orientation.w\n5.0,1,2,3,0.6,0,0,0.8\n5.1,1,2,3,0.6,0,0,0.8\n",
+        "t x_mm y_mm z_mm qw qx qy qz\n5.0 1000 2000 3000 0.8 0.6 0 0\n5.1 1000 2000 3000 0.8 0.6 0 0\n",
+        "t_ms,px_cm,py_cm,pz_cm,qw,qx,qy,qz\n5000,100,200,300,0.8,0.6,0,0\n5100,100,200,300,0.8,0.6,0,0\n",
         "# x y z qw qx qy qz\n5.0 1 2 3 0.8 0.6 0 0\n5.1 1 2 3 0.8 0.6 0 0\n",
         "# format: t x y z qw qx qy qz\n5.0 1 2 3 0.8 0.6 0 0\n5.1 1 2 3 0.8 0.6 0 0\n",
         "tx,ty,tz,qx,qy,qz,qw,time_ms\n1,2,3,0.6,0,0,0.8,5000\n1,2,3,0.6,0,0,0.8,5100\n"}) {
