@@ -12,7 +12,7 @@ constexpr int kMostChecked = 600;             // parameters of it, because the c
 Filter::Filter(const Options& options, const Calibration& calibration, const Eigen::Isometry3d& X_WC_start,
                std::uint64_t seed)
     : options_(options),
-      kalman_(initial_state(X_WC_start, options),
+      kalman_(initial_state(X_WC_start, with_leg_odometry(options)),
               options.consistency.observability_constrained && options.known_landmarks.at_m.empty(),
               MatchBiases::places(options.vision, options.bounds)),
       internal_(options, calibration.X_CG),
@@ -103,8 +103,7 @@ void Filter::report(Stamp t, const InternalResult& internal, const VisualResult&
   report_.predicted = vision ? static_cast<int>(vision->visible.size()) : 0;
   report_.measured = vision ? vision->matches : 0;
   report_.accepted = static_cast<int>(visual.matched.size());
-  if (vision && vision->nis) report_.innovations.push_back({"vision", *vision->nis});
-  report_.update = vision ? vision->update_nis : std::nullopt;
+  if (vision && vision->update) report_.innovations.push_back({"vision", *vision->update});
   report_.use[static_cast<std::size_t>(SensorIndex::vision)] = visual.use;
   report_.initialized = visual.initialized;
   report_.matched = visual.matched;

@@ -25,15 +25,17 @@ struct Sighting {
 };
 
 /// The normalized innovation squared (NIS) of one sensor in one frame, its degrees of freedom, and ln |S| of
-/// the innovation covariance S.
+/// the innovation covariance S. lagged: the product of the whitened innovation L⁻¹ν, S = LLᵀ, with that of
+/// the same quantity in the last frame, and lagged_square its square; both 0 if there is none.
 struct Nis {
   double value = 0;
   int dof = 0;
   double log_determinant = 0;
+  double lagged = 0, lagged_square = 0;
 };
 
-/// The innovation of one sensor in one frame: "gyro", "plan_velocity" (also from leg odometry), "height", and
-/// "vision" with the noise of single matches.
+/// The innovation of one sensor in one frame: "gyro" unless it drives the motion model, "plan_velocity" and
+/// "height" (also from leg odometry), and "vision", of the matches that entered the update.
 struct SensorInnovation {
   std::string_view sensor;
   Nis nis;
@@ -91,9 +93,8 @@ struct FrameReport {
   int accepted = 0;                           ///< passed the gates and entered the update
   std::vector<SensorInnovation> innovations;  ///< of the sensors that gave a measurement
   SensorUses use{};                           ///< by SensorIndex
-  std::optional<Nis> update;          ///< of the accepted matches, with the noise that the update assumes
-  std::vector<Sighting> initialized;  ///< landmarks initialized in this frame, at their first pixels
-  std::vector<Sighting> matched;      ///< accepted matches of this frame
+  std::vector<Sighting> initialized;          ///< landmarks initialized in this frame, at their first pixels
+  std::vector<Sighting> matched;              ///< accepted matches of this frame
   std::vector<Search> searched;
   std::vector<DepthHypotheses> lines;  ///< landmarks that were lines before this frame, after its image
   std::vector<int> deleted;

@@ -17,12 +17,13 @@ struct Inputs {
   bool at_rest;  // the plan has not moved yet
   const Eigen::Isometry3d& X_CG;
   const Options& options;
+  bool gyro_drives;  // the prediction, so that it is no measurement
 };
 
 using OptionalMeasurement = std::optional<Measurement>;
 
 OptionalMeasurement gyro(const Inputs& in) {
-  if (!in.options.gyro.enabled) return std::nullopt;
+  if (!in.options.gyro.enabled || in.gyro_drives) return std::nullopt;
   const auto rate =
       mean_rate(in.observation.gyro, in.previous, in.observation.t, in.X_CG.linear(), in.options);
   return rate ? OptionalMeasurement(measure_rate(in.x, *rate)) : std::nullopt;
@@ -36,7 +37,9 @@ OptionalMeasurement rest(const Inputs& in) {
 
 OptionalMeasurement leg_velocity(const Inputs& in) {
   if (!in.options.plan_velocity.enabled || !in.planned || !in.planned->legs) return std::nullopt;
-  return measure_velocity(in.x, *in.planned->legs, in.options.plan_velocity, kLegScale);
+  Measurement m = measure_velocity(in.x, *in.planned->legs, in.options.plan_velocity, kLegScale);
+  if (!in.planned->steady) m.sensitivity.setZero();
+  return m;
 }
 
 OptionalMeasurement plan_velocity(const Inputs& in) {
@@ -46,7 +49,9 @@ OptionalMeasurement plan_velocity(const Inputs& in) {
 
 OptionalMeasurement height(const Inputs& in) {
   if (!in.options.height.enabled || !in.observation.plan) return std::nullopt;
-  return measure_height(in.x, in.observation.plan->X_PC.translation().z(), in.options.height);
+  const PlannedMotion& plan = *in.observation.plan;
+  const bool by_legs = in.options.leg_odometry.enabled && plan.legs;
+  return measure_height(in.x, (by_legs ? plan.legs->X_OC : plan.X_PC).translation().z(), in.options.height);
 }
 
 /// A sensor's measurement, if there is one, its gate, its place in reports and its name in reasons.
@@ -74,10 +79,7 @@ bool agrees(const OptionalMeasurement& m, const Prediction& prediction, const St
 }  // namespace
 
 InternalMeasurements::InternalMeasurements(const Options& options, const Eigen::Isometry3d& X_CG)
-    : options_(options), leg_options_(options), X_CG_(X_CG) {
-  leg_options_.plan_velocity.sigma_stride = options.leg_odometry.sigma_stride;
-  leg_options_.plan_velocity.sigma_sway_m_s = options.leg_odometry.sigma_sway_m_s;
-}
+    : options_(options), leg_options_(with_leg_odometry(options)), X_CG_(X_CG) {}
 
 const InternalResult& InternalMeasurements::skip() {
   result_.innovations.clear();
@@ -85,6 +87,17 @@ const InternalResult& InternalMeasurements::skip() {
   result_.rejected.clear();
   result_.updated = true;
   return result_;
+}
+
+/// Returns the gyro's rate if it is to drive the prediction and the motion model allows the change of rate.
+std::optional<MeanRate> InternalMeasurements::driving_rate(const Observation& o, Stamp previous,
+                                                           const RobotVector& x) const {
+  if (!options_.gyro.enabled || !options_.gyro.drives_motion) return std::nullopt;
+  const auto rate = mean_rate(o.gyro, previous, o.t, X_CG_.linear(), options_);
+  if (!rate) return std::nullopt;
+  const Eigen::Vector3d change = rate->w_C - x.segment<3>(kGyroBias) - x.segment<3>(kRate);
+  const double sigma = options_.motion.sigma_angular_acceleration_rad_s2 * seconds(o.t - previous);
+  return change.squaredNorm() < kGate3 * sigma * sigma ? rate : std::nullopt;
 }
 
 Prediction InternalMeasurements::predict(const Observation& o, Stamp previous,
@@ -95,15 +108,16 @@ Prediction InternalMeasurements::predict(const Observation& o, Stamp previous,
   const Options& options = planned && planned->legs ? leg_options_ : options_;
   if (options_.accelerometer.enabled && !o.accelerometer.empty())
     note(SensorIndex::accelerometer, SensorUse::readings);
+  gyro_rate_ = driving_rate(o, previous, x);
   std::swap(earlier_, later_);
   later_.from = previous, later_.to = o.t;
   later_.gyro = o.gyro, later_.accelerometer = o.accelerometer;
   const auto increment = velocity_increment(earlier_, later_, X_CG_, x.segment<3>(kGyroBias), options_);
   if (increment && options_.accelerometer.enabled) {
-    const Prediction prediction = predict_motion(x, dt, increment, options);
+    const Prediction prediction = predict_motion(x, dt, increment, options, gyro_rate_);
     const Eigen::Vector3d V = prediction.x.segment<3>(kVelocity) - x.segment<3>(kVelocity);
     const double sigma = options.motion.sigma_acceleration_m_s2 * dt;
-    const Inputs in{prediction.x, o, previous, planned, plan_.at_rest(), X_CG_, options_};
+    const Inputs in{prediction.x, o, previous, planned, plan_.at_rest(), X_CG_, options_, true};
     const auto velocity = planned && planned->legs ? leg_velocity(in) : plan_velocity(in);
     if (V.squaredNorm() < kGate3 * sigma * sigma && agrees(velocity, prediction, state)) {
       note(SensorIndex::accelerometer, SensorUse::accepted);
@@ -111,7 +125,7 @@ Prediction InternalMeasurements::predict(const Observation& o, Stamp previous,
     }
     add_reason(result_.rejected, "accelerometer is beyond its gate");
   }
-  return predict_motion(x, dt, std::nullopt, options);
+  return predict_motion(x, dt, std::nullopt, options, gyro_rate_);
 }
 
 const InternalResult& InternalMeasurements::update(const Observation& o, Stamp previous,
@@ -119,13 +133,19 @@ const InternalResult& InternalMeasurements::update(const Observation& o, Stamp p
                                                    Kalman& kalman) {
   accepted_.clear();
   if (options_.gyro.enabled && o.gyro.empty()) add_reason(result_.rejected, "the gyro is silent");
-  if (options_.gyro.enabled && !o.gyro.empty()) note(SensorIndex::gyro, SensorUse::readings);
+  if (options_.gyro.enabled && !o.gyro.empty())
+    note(SensorIndex::gyro, gyro_rate_ ? SensorUse::accepted : SensorUse::readings);
   const RobotVector x = kalman.state().robot();
   for (const Sensor& sensor : kSensors) {
-    auto m = sensor.measure({x, o, previous, planned, plan_.at_rest(), X_CG_, options_});
-    if (!m) continue;
+    auto m =
+        sensor.measure({x, o, previous, planned, plan_.at_rest(), X_CG_, options_, gyro_rate_.has_value()});
+    std::optional<Eigen::Vector3d>& whitened = whitened_[static_cast<std::size_t>(&sensor - kSensors.data())];
+    if (!m) {
+      whitened.reset();
+      continue;
+    }
     kalman.constrain(*m);
-    const Nis nis = normalized_innovation_squared(kalman.state(), *m);
+    const Nis nis = normalized_innovation_squared(kalman.state(), *m, &whitened);
     const bool accepted = nis.value < sensor.gate;
     if (sensor.index) {
       result_.innovations.push_back({kSensorNames[static_cast<std::size_t>(*sensor.index)], nis});

@@ -34,10 +34,15 @@ class InternalMeasurements {
                                const std::optional<PlannedInterval>& planned, Kalman& kalman);
 
  private:
+  std::optional<MeanRate> driving_rate(const Observation& observation, Stamp previous,
+                                       const RobotVector& x) const;
+
   Options options_, leg_options_;  // leg_options_: with the noises of leg odometry
   Eigen::Isometry3d X_CG_;
   PlanHistory plan_;
-  InertialInterval earlier_, later_;  // of the last two frame intervals
+  std::optional<MeanRate> gyro_rate_;                       // drives the newest prediction
+  std::array<std::optional<Eigen::Vector3d>, 5> whitened_;  // of the last frame, by sensor
+  InertialInterval earlier_, later_;                        // of the last two frame intervals
   /// Notes that a sensor has readings in this frame, or that they are accepted.
   void note(SensorIndex sensor, SensorUse use) { result_.use[static_cast<std::size_t>(sensor)] = use; }
 

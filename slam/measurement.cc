@@ -82,12 +82,21 @@ Measurement::Small<3, 3> innovation_covariance(const State& state, const Measure
   return S;
 }
 
-Nis normalized_innovation_squared(const State& state, const Measurement& m) {
+Nis normalized_innovation_squared(const State& state, const Measurement& m,
+                                  std::optional<Eigen::Vector3d>* whitened) {
   const Measurement::Small<3, 3> S = innovation_covariance(state, m);
   const Eigen::LLT<Measurement::Small<3, 3>> llt(S);
-  const double value = llt.info() == Eigen::Success ? llt.matrixL().solve(m.innovation).squaredNorm()
-                                                    : std::numeric_limits<double>::infinity();
-  return {value, m.rows, std::log(S.determinant())};
+  Nis nis{std::numeric_limits<double>::infinity(), m.rows, std::log(S.determinant())};
+  std::optional<Eigen::Vector3d> now;
+  if (llt.info() == Eigen::Success) {
+    now = Eigen::Vector3d::Zero();
+    now->head(m.rows) = llt.matrixL().solve(m.innovation);
+    nis.value = now->squaredNorm();
+  }
+  if (!whitened) return nis;
+  if (now && *whitened) nis.lagged = now->dot(**whitened), nis.lagged_square = nis.value;
+  *whitened = now;
+  return nis;
 }
 
 void reserve_workspace(Eigen::MatrixXd& storage, int rows, int columns) {

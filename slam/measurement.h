@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 
 #include "slam/frame_report.h"
 
@@ -36,7 +37,9 @@ struct Measurement {
 Measurement::Small<3, 3> innovation_covariance(const State& state, const Measurement& measurement);
 
 /// νᵀS⁻¹ν and ln |S|. If S is not positive definite, the first is infinite and the second meaningless.
-Nis normalized_innovation_squared(const State& state, const Measurement& measurement);
+/// whitened: the innovation of the last frame, which is replaced by this one.
+Nis normalized_innovation_squared(const State& state, const Measurement& measurement,
+                                  std::optional<Eigen::Vector3d>* whitened = nullptr);
 
 /// Enlarges a work space to at least that many rows and columns, with room to spare so that it seldom grows.
 /// Its previous contents are lost when it grows.

@@ -8,7 +8,7 @@ namespace slam {
 namespace {
 
 const Eigen::Vector3d kGravity_W(0, 0, -kGravity);  // m/s²
-constexpr double kStrideTime_s = 30;  // correlation time of the stride error, which lasts over many steps
+constexpr double kStrideTime_s = 30;  // correlation time of the errors of stride and sway, over many steps
 constexpr double kSwayTime_s = 1;     // correlation time of the amplitude and phase of the sway
 constexpr double kSwayUp = 0.15, kSwayAhead = 0.6;  // relative to the lateral sway
 
@@ -46,14 +46,17 @@ void add_swaying(double dt, const Options::PlanVelocity& options, Prediction& pr
   }
 }
 
-/// Predicts the biases of gyro and accelerometer and the stride error.
+/// Predicts the biases of gyro and accelerometer and the lasting errors of stride, sway and height.
 void add_sensor_errors(double dt, const Options& options, Prediction& prediction) {
-  const double decay = std::exp(-dt / kStrideTime_s);
-  prediction.x.segment<2>(kStrideError) *= decay;
-  prediction.F.block<2, 2>(kStrideError, kStrideError).diagonal().setConstant(decay);
-  prediction.Q.block<2, 2>(kStrideError, kStrideError)
-      .diagonal()
-      .setConstant(square(options.plan_velocity.sigma_stride) * (1 - decay * decay));
+  const auto decays = [&](int at, int count, double sigma, double time_s) {
+    const double decay = std::exp(-dt / time_s);
+    prediction.x.segment(at, count) *= decay;
+    prediction.F.diagonal().segment(at, count).setConstant(decay);
+    prediction.Q.diagonal().segment(at, count).setConstant(square(sigma) * (1 - decay * decay));
+  };
+  decays(kStrideError, 2, options.plan_velocity.sigma_stride, kStrideTime_s);
+  decays(kSwayScale, 2, options.plan_velocity.sigma_sway_scale, kStrideTime_s);
+  decays(kHeightError, 1, options.height.sigma_lasting_m, options.height.lasting_s);
   const auto random_walk = [&](int at, double variance) {
     prediction.Q.block<3, 3>(at, at).diagonal().setConstant(variance);
   };
@@ -83,20 +86,26 @@ Eigen::Vector3d sway_sigma(const Options::PlanVelocity& options) {
 }
 
 Prediction predict_motion(const RobotVector& x, double dt, const std::optional<VelocityIncrement>& increment,
-                          const Options& options) {
+                          const Options& options, const std::optional<MeanRate>& rate) {
   const Eigen::Vector4d q = x.segment<4>(kOrientation);
-  const Eigen::Vector3d turn = x.segment<3>(kRate) * dt;
+  Eigen::Vector3d w = x.segment<3>(kRate);
+  if (rate) w = rate->w_C - x.segment<3>(kGyroBias);
+  const Eigen::Vector3d turn = w * dt;
   const Eigen::Vector4d dq = quaternion_exp(turn);
   const Matrix43d dq_dw = left_matrix(q) * quaternion_exp_jacobian(turn) * dt;
   const double sigma_V = increment ? increment->sigma_m_s : options.motion.sigma_acceleration_m_s2 * dt;
-  const double sigma_W = options.motion.sigma_angular_acceleration_rad_s2 * dt;
+  const double sigma_W = rate ? std::hypot(rate->sigma_rad_s, options.gyro.sigma_head_rad_s)
+                              : options.motion.sigma_angular_acceleration_rad_s2 * dt;
 
   Prediction prediction{x, RobotMatrix::Identity(), impulse_covariance(dq_dw, dt, sigma_V, sigma_W)};
   prediction.x.segment<3>(kPosition) += x.segment<3>(kVelocity) * dt;
   prediction.x.segment<4>(kOrientation) = quaternion_product(q, dq);
   prediction.F.block<3, 3>(kPosition, kVelocity) = dt * Eigen::Matrix3d::Identity();
   prediction.F.block<4, 4>(kOrientation, kOrientation) = right_matrix(dq);
-  prediction.F.block<4, 3>(kOrientation, kRate) = dq_dw;
+  prediction.x.segment<3>(kRate) = w;
+  if (rate) prediction.F.block<3, 3>(kRate, kRate).setZero();
+  if (rate) prediction.F.block<3, 3>(kRate, kGyroBias).diagonal().setConstant(-1);
+  prediction.F.block<4, 3>(kOrientation, rate ? kGyroBias : kRate) = (rate ? -1 : 1) * dq_dw;
   if (increment) add_increment(x, *increment, dt, prediction);
   add_sensor_errors(dt, options, prediction);
   add_swaying(dt, options.plan_velocity, prediction);
@@ -111,6 +120,14 @@ RobotVector initial_mean(const Eigen::Isometry3d& X_WC) {
   return x;
 }
 
+Options with_leg_odometry(Options options) {
+  if (!options.leg_odometry.enabled) return options;
+  options.plan_velocity.sigma_stride = options.leg_odometry.sigma_stride;
+  options.plan_velocity.sigma_sway_m_s = options.leg_odometry.sigma_sway_m_s;
+  options.plan_velocity.sigma_sway_scale = options.leg_odometry.sigma_sway_scale;
+  return options;
+}
+
 RobotState initial_state(const Eigen::Isometry3d& X_WC, const Options& options) {
   RobotState initial{initial_mean(X_WC), RobotMatrix::Zero()};
   RobotMatrix& P = initial.P;
@@ -122,6 +139,8 @@ RobotState initial_state(const Eigen::Isometry3d& X_WC, const Options& options) 
   P.diagonal().segment<3>(kRate).setConstant(square(options.start.sigma_rate_rad_s));
   P.diagonal().segment<3>(kGyroBias).setConstant(square(options.gyro.sigma_bias_rad_s));
   P.diagonal().segment<3>(kAccelerometerBias).setConstant(square(options.accelerometer.sigma_bias_m_s2));
+  P(kHeightError, kHeightError) = square(options.height.sigma_lasting_m);
+  P.diagonal().segment<2>(kSwayScale).setConstant(square(options.plan_velocity.sigma_sway_scale));
   P.diagonal().segment<2>(kStrideError).setConstant(square(options.plan_velocity.sigma_stride));
   const Eigen::Vector3d sway = sway_sigma(options.plan_velocity);
   P.diagonal().segment<3>(kSwayVelocity) = sway.cwiseAbs2();

@@ -8,6 +8,9 @@ namespace slam {
 /// The mean of a robot at rest with its camera at X_WC; all other parameters are 0.
 RobotVector initial_mean(const Eigen::Isometry3d& X_WC);
 
+/// The options with the noises of leg odometry in place of those of the planned velocity, if it is enabled.
+Options with_leg_odometry(Options options);
+
 /// Mean and covariance of a robot at rest with its camera near X_WC. The covariance is diagonal but for the
 /// orientation: the quaternion varies only by small rotations.
 RobotState initial_state(const Eigen::Isometry3d& X_WC, const Options& options);
@@ -24,9 +27,11 @@ Eigen::Vector3d sway_sigma(const Options::PlanVelocity& options);
 /// r⁺ = r + (v+V)Δt, q⁺ = q × q((ω+Ω)Δt), v⁺ = v+V, ω⁺ = ω+Ω with zero-mean impulses V = aΔt, Ω = αΔt
 /// (Davison et al. 2007, eq. (1)-(5)), so that v⁺ and ω⁺ are exactly the mean velocity and rate over the
 /// interval. With the accelerometer's velocity increment, V = R(q)(increment − bias·duration) + g·duration
-/// plus a far smaller noise. Biases are random walks, the stride error is a Gauss-Markov process, and
-/// swaying is a damped oscillation driven by noise. dt_s > 0.
+/// plus a far smaller noise. With the gyro's rate, ω⁺ = rate − bias plus its noise. Biases are random walks,
+/// the errors of stride, sway and height are Gauss-Markov processes, and swaying is a damped oscillation
+/// driven by noise. dt_s > 0.
 Prediction predict_motion(const RobotVector& x, double dt_s,
-                          const std::optional<VelocityIncrement>& increment, const Options& options);
+                          const std::optional<VelocityIncrement>& increment, const Options& options,
+                          const std::optional<MeanRate>& rate = std::nullopt);
 
 }  // namespace slam

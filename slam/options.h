@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <string_view>
 #include <variant>
@@ -86,6 +87,8 @@ struct Options {
     GyroReadings readings = GyroReadings::all;
     double sigma_rad_s = 0.01;
     double sigma_bias_rad_s = 0.01, sigma_bias_walk_rad_s2 = 0;
+    bool drives_motion = true;
+    double sigma_head_rad_s = 0.003;
     static void keys(auto&& key) {
       value<&Gyro::enabled>(key, "whether the filter uses the gyro");
       choice<&Gyro::readings>(key, kGyroReadings, "readings of a frame interval that the filter uses");
@@ -93,6 +96,11 @@ struct Options {
       number<&Gyro::sigma_bias_rad_s>(key, 0, 1e3, "standard deviation of its bias at the start; 0: no bias");
       number<&Gyro::sigma_bias_walk_rad_s2>(key, 0, 1e3,
                                             "growth of the standard deviation of its bias in 1 s");
+      value<&Gyro::drives_motion>(
+          key,
+          "whether the readings drive the motion model; otherwise they are measurements, as in the paper");
+      number<&Gyro::sigma_head_rad_s>(
+          key, 0, 1e3, "standard deviation of the head's rate relative to the chest, if they drive it");
     }
   } gyro;
 
@@ -100,6 +108,7 @@ struct Options {
     bool enabled = true;
     double sigma_m_s2 = 0.05;
     double sigma_bias_m_s2 = 0.015, sigma_bias_walk_m_s3 = 0.01;
+    double sigma_head_m_s2 = 0.03;
     static void keys(auto&& key) {
       value<&Accelerometer::enabled>(key, "whether the motion model uses the accelerometer");
       number<&Accelerometer::sigma_m_s2>(key, 1e-9, 1e6,
@@ -108,6 +117,8 @@ struct Options {
                                               "standard deviation of its bias at the start; 0: none");
       number<&Accelerometer::sigma_bias_walk_m_s3>(key, 0, 1e3,
                                                    "growth of the standard deviation of that bias in 1 s");
+      number<&Accelerometer::sigma_head_m_s2>(
+          key, 0, 1e3, "standard deviation of the head's acceleration relative to the chest in a frame");
     }
   } accelerometer;
 
@@ -116,7 +127,7 @@ struct Options {
     VelocityAxes axes = VelocityAxes::robot;
     bool pivots_on_foot = true;
     double sigma_m_s = 0.02, sigma_stride = 0.008, sigma_sway_m_s = 0.03;
-    double sway_period_s = 1.6;
+    double sigma_sway_scale = 0, sway_period_s = 1.6;
     static void keys(auto&& key) {
       value<&PlanVelocity::enabled>(key, "whether the filter uses the planned velocity");
       choice<&PlanVelocity::axes>(key, kVelocityAxes, "axes of the planned velocity");
@@ -126,15 +137,19 @@ struct Options {
       number<&PlanVelocity::sigma_stride>(
           key, 0, 1e3, "standard deviation of a stride's relative error, both ways; 0: none");
       number<&PlanVelocity::sigma_sway_m_s>(key, 0, 1e3, "standard deviation of the unplanned sway velocity");
+      number<&PlanVelocity::sigma_sway_scale>(
+          key, 0, 1e3, "standard deviation of the relative error of the planned sway, ahead and to the side");
       number<&PlanVelocity::sway_period_s>(key, 1e-3, 1e6, "period of the sway: the time of two steps");
     }
   } plan_velocity;
 
   /// Leg odometry, if the robot measures it, replaces the planned velocity along the robot's axes. These
   /// noises then replace those of plan_velocity: most of the unplanned swaying and stride error is measured.
+  /// A sole that tilts on its pads turns about a point that is known to some centimeters.
   struct LegOdometry {
     bool enabled = true;
-    double sigma_m_s = 0.008, sigma_stride = 0.005, sigma_sway_m_s = 0.005;
+    double sigma_m_s = 0.0045, sigma_stride = 0.003, sigma_sway_m_s = 0.005;
+    double sigma_sway_scale = 0.015, sigma_pivot_m = 0.09;
     static void keys(auto&& key) {
       value<&LegOdometry::enabled>(key, "whether leg odometry, if given, replaces the planned velocity");
       number<&LegOdometry::sigma_m_s>(key, 1e-9, 1e6, "standard deviation of the velocity of a frame");
@@ -142,30 +157,38 @@ struct Options {
                                          "standard deviation of a stride's relative error, both ways");
       number<&LegOdometry::sigma_sway_m_s>(key, 0, 1e3,
                                            "standard deviation of the sway velocity that it misses");
+      number<&LegOdometry::sigma_sway_scale>(
+          key, 0, 1e3, "standard deviation of the relative error of the sway, ahead and to the side");
+      number<&LegOdometry::sigma_pivot_m>(
+          key, 0, 1e3, "standard deviation of the point about which the robot tilts beyond leg odometry");
     }
   } leg_odometry;
 
-  struct Height {
+  struct Height {  ///< by leg odometry where that is used; its error lasts, since floor and pads are uneven
     bool enabled = true;
-    double sigma_m = 0.03;
+    double sigma_m = 0.00015, sigma_lasting_m = 0.0015, lasting_s = 3;
     static void keys(auto&& key) {
-      value<&Height::enabled>(key, "whether the filter uses the planned height");
-      number<&Height::sigma_m>(key, 1e-9, 1e6, "assumed standard deviation of the planned height");
+      value<&Height::enabled>(key, "whether the filter uses the height by leg odometry, or the planned one");
+      number<&Height::sigma_m>(key, 1e-9, 1e6, "standard deviation of the height in a frame");
+      number<&Height::sigma_lasting_m>(key, 0, 1e6, "standard deviation of its lasting error; 0: none");
+      number<&Height::lasting_s>(key, 1e-3, 1e6, "correlation time of its lasting error");
     }
   } height;
 
-  /// Image noise grows linearly from the center to twice that at the corner; sigma_px is above the scatter of
-  /// single matches, because their errors are correlated over frames. The template of the first sight defines
-  /// the landmark, so that sigma_first_px covers only what later matches share.
+  /// Image noise grows linearly from the center to twice that at the corner. Matches are searched for and
+  /// gated with at least gate_sigma_px. The template of the first sight defines the landmark, so that
+  /// sigma_first_px covers only what later matches share.
   struct Vision {
     bool enabled = true;
-    double sigma_px = 0.25, sigma_first_px = 0.12;
-    double viewpoint_sigma_px = 0.3;
+    double sigma_px = 0.055, sigma_first_px = 0.12;
+    double viewpoint_sigma_px = 0.5;
     double match_bias_sigma_px = 0.2, match_bias_s = 3;
     double gate_sigma_px = 0.15;
     int visible_landmarks = 18, measured_landmarks = 12;
     double minimum_correlation = 0.9;
     double corner_threshold = 20000;  ///< of the 11x11 gradient moments, gray levels squared
+    /// The standard deviation of a correct match for searches and gates.
+    double search_sigma_px() const { return std::max(sigma_px, gate_sigma_px); }
     bool warped_patches = true, estimate_normals = true, sub_pixel = true, consensus = true;
     static void keys(auto&& key) {
       value<&Vision::enabled>(key, "whether the filter uses the camera");
@@ -216,7 +239,7 @@ struct Options {
   struct Depth {
     FirstSight first_sight = FirstSight::inverse_depth;
     double inverse_1_m = 0.3, sigma_inverse_1_m = 0.3;
-    double linearity = 0.25;
+    double linearity = 0.05;
 
     struct Particles {  ///< Davison et al. 2007 use 100 from 0.5 to 5 m, for things near a hand-held camera
       int count = 100;

@@ -8,11 +8,9 @@ namespace slam {
 namespace {
 
 constexpr double kLongestGap_s = 0.001;
-constexpr double kFrameSigma_m_s2 = 0.1;  // of the acceleration of the head relative to the chest in a frame
-constexpr double kStanding = 1e-3;        // m/s and rad/s
+constexpr double kStanding = 1e-3;  // m/s and rad/s
 // Of plan and leg odometry after two steps: the robot sways, and lands earlier or later than planned.
 constexpr double kTwoStepsSigma_m = 0.005;
-constexpr double kLandingFactor = 6, kLanding_s = 0.2;  // while a foot settles, tuned on the training walks
 
 bool covered(const std::vector<InertialSample>& samples, Stamp from, Stamp to) {
   double sum = 0;
@@ -145,8 +143,8 @@ std::optional<VelocityIncrement> velocity_increment(const InertialInterval& earl
   increment.duration_s = (d0 + d1) / 2;
   const double rate_sigma = options.gyro.sigma_rad_s * std::sqrt(kReadingPeriod_s * (1 / d0 + 1 / d1));
   const double force = options.accelerometer.sigma_m_s2 * std::sqrt(before.squares + after.squares);
-  increment.sigma_m_s =
-      std::hypot(force, rate_sigma * lever_G.norm(), kFrameSigma_m_s2 * increment.duration_s);
+  increment.sigma_m_s = std::hypot(force, rate_sigma * lever_G.norm(),
+                                   options.accelerometer.sigma_head_m_s2 * increment.duration_s);
   return increment;
 }
 
@@ -182,16 +180,16 @@ std::optional<PlannedInterval> PlanHistory::advance(const std::optional<PlannedM
   const bool along_plan = options.plan_velocity.axes == VelocityAxes::plan;
   if (along_plan) planned.velocity = (plan->X_PC.translation() - before->X_PC.translation()) / dt_s;
   interval.standing = planned.velocity.norm() < kStanding && planned.rate.norm() < kStanding;
-  moved_ = moved_ || !interval.standing;
+  if (!interval.standing || moved_s_ > 0) moved_s_ += dt_s;
+  interval.steady = moved_s_ > options.plan_velocity.sway_period_s;
   const bool landed = plan->support != before->support && before->support != Support::both;
-  since_landing_s_ = landed ? 0 : since_landing_s_ + dt_s;
   interval.plan_scale = compare_two_steps(*plan, landed, interval.standing);
   if (!options.leg_odometry.enabled || along_plan || !before->legs || !plan->legs) return interval;
   interval.legs =
       mean_velocity(before->legs->X_OC, plan->legs->X_OC, dt_s, (before->legs->p_CS + plan->legs->p_CS) / 2);
   interval.legs->steady_C = steady_C_;
-  const bool settling = !interval.standing && since_landing_s_ < kLanding_s;
-  interval.legs->sigma_m_s = options.leg_odometry.sigma_m_s * (settling ? kLandingFactor : 1);
+  interval.legs->sigma_m_s = options.leg_odometry.sigma_m_s;
+  interval.legs->sigma_pivot_m = options.leg_odometry.sigma_pivot_m;
   return interval;
 }
 
@@ -202,7 +200,11 @@ Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planne
   const Eigen::Vector3d v = x.segment<3>(kVelocity), steady = planned.steady_C;
   Eigen::Matrix<double, 3, 2> J_stride;  // by its relative length, and its angle about minus y of C
   J_stride << steady.x(), -steady.z(), 0, 0, steady.z(), steady.x();
-  const Eigen::Vector3d error = x.segment<3>(kSwayVelocity) + J_stride * x.segment<2>(kStrideError);
+  Eigen::Matrix<double, 3, 2> J_sway = Eigen::Matrix<double, 3, 2>::Zero();  // by kSwayScale
+  J_sway(0, 0) = planned.velocity.x() - steady.x();
+  J_sway(2, 1) = planned.velocity.z() - steady.z();
+  const Eigen::Vector3d error =
+      x.segment<3>(kSwayVelocity) + J_stride * x.segment<2>(kStrideError) + J_sway * x.segment<2>(kSwayScale);
   Measurement m(3);
   if (options.axes == VelocityAxes::robot) {
     m.innovation.head<3>() = planned.velocity - R_WC.transpose() * v - error;
@@ -210,6 +212,7 @@ Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planne
     m.H_robot.middleCols(kVelocity, 3) = R_WC.transpose();
     m.H_robot.middleCols(kSwayVelocity, 3).setIdentity();
     m.H_robot.middleCols(kStrideError, 2) = J_stride;
+    m.H_robot.middleCols(kSwayScale, 2) = J_sway;
     m.sensitivity.col(scale).head<3>() = steady;
     if (options.pivots_on_foot) add_pivoting(x, planned, m);
   } else {
@@ -218,16 +221,18 @@ Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planne
     m.H_robot.middleCols(kVelocity, 3).setIdentity();
     m.H_robot.middleCols(kSwayVelocity, 3) = R_WC;
     m.H_robot.middleCols(kStrideError, 2) = R_WC * J_stride;
+    m.H_robot.middleCols(kSwayScale, 2) = R_WC * J_sway;
     m.sensitivity.col(scale).head<3>() = R_WC * steady;
   }
-  m.R.diagonal().setConstant(planned.sigma_m_s * planned.sigma_m_s);
+  const double tilting = planned.sigma_pivot_m * (x.segment<3>(kRate) - planned.rate).norm();
+  m.R.diagonal().setConstant(planned.sigma_m_s * planned.sigma_m_s + tilting * tilting);
   return m;
 }
 
 Measurement measure_height(const RobotVector& x, double height_m, const Options::Height& options) {
   Measurement m(1);
-  m.innovation(0) = height_m - x(kPosition + 2);
-  m.H_robot(0, kPosition + 2) = 1;
+  m.innovation(0) = height_m - x(kPosition + 2) - x(kHeightError);
+  m.H_robot(0, kPosition + 2) = m.H_robot(0, kHeightError) = 1;
   m.R(0, 0) = options.sigma_m * options.sigma_m;
   return m;
 }

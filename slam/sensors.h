@@ -55,13 +55,15 @@ struct PlannedVelocity {
   Eigen::Vector3d p_CF;      ///< mean position of the support foot, m in C
   /// Planned velocity without the swaying of single steps, m/s in C. The stride error is relative to it.
   Eigen::Vector3d steady_C = Eigen::Vector3d::Zero();
-  double sigma_m_s = 0;  ///< standard deviation of the velocity's error per axis
+  double sigma_m_s = 0;      ///< standard deviation of the velocity's error per axis
+  double sigma_pivot_m = 0;  ///< and of p_CF, which multiplies the rotation beyond `rate`
 };
 
 /// The motion over one frame interval, planned and measured by leg odometry.
 struct PlannedInterval {
   PlannedVelocity plan;
-  bool standing = false;                     ///< the plan does not move
+  bool standing = false;  ///< the plan does not move
+  bool steady = false;    ///< it has moved for the time of two steps, so that the steady velocity is known
   std::optional<PlannedVelocity> legs = {};  ///< replaces the plan, if the filter is to use leg odometry
   SystematicEvidence plan_scale = {};  ///< from the comparison with leg odometry, at the end of two steps
 };
@@ -73,7 +75,7 @@ class PlanHistory {
   std::optional<PlannedInterval> advance(const std::optional<PlannedMotion>& plan, double dt_s,
                                          const Options& options);
   /// True until the first planned motion that is not that of a standing robot.
-  bool at_rest() const { return previous_ && !moved_; }
+  bool at_rest() const { return previous_ && moved_s_ == 0; }
 
  private:
   SystematicEvidence compare_two_steps(const PlannedMotion& now, bool landed, bool standing);
@@ -81,13 +83,13 @@ class PlanHistory {
   std::optional<PlannedMotion> previous_;
   std::optional<PlannedMotion> start_;  // at a landing, of the two steps that are compared
   int landings_ = 0;                    // since then
-  double since_landing_s_ = 1e9;
+  double moved_s_ = 0;
   Eigen::Vector3d steady_C_ = Eigen::Vector3d::Zero();  // low-pass filtered planned velocity, m/s in C
-  bool moved_ = false;
 };
 
 /// The measurement h = R(q)ᵀ v + e in the robot's axes, or h = v + R(q) e in the plan's (Stasse et al. 2006,
-/// section IV-B). The error e is the sum of kSwayVelocity and the stride error times the steady velocity.
+/// section IV-B). The error e is the sum of kSwayVelocity, the stride error times the steady velocity and
+/// kSwayScale times the rest of the velocity.
 /// Beyond the paper, rotation unknown to the plan, as the robot tilts on its compliant ankles, is about the
 /// support foot (robot's axes only): the camera also moves by the horizontal part of p_CF × (ω − ω_plan). The
 /// vertical part is left out because the next foot lands on the same floor, so that it must not accumulate
@@ -95,7 +97,7 @@ class PlanHistory {
 Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planned,
                              const Options::PlanVelocity& options, int scale = kPlanScale);
 
-/// The measurement h = r_z of the camera's planned height, m (Stasse et al. 2006, section IV-B).
+/// The measurement h = r_z + kHeightError of the camera's height, m (Stasse et al. 2006, section IV-B).
 Measurement measure_height(const RobotVector& x, double height_m, const Options::Height& options);
 
 }  // namespace slam

@@ -8,13 +8,14 @@
 namespace slam {
 
 // The first index of each part of the robot's state; the landmarks' parameters follow from kRobot on.
-inline constexpr int kPosition = 0;     ///< r = p_WC, m
-inline constexpr int kOrientation = 3;  ///< q_WC as (w, x, y, z)
-inline constexpr int kVelocity = 7;     ///< mean velocity over the last frame interval, m/s in W
-inline constexpr int kRate = 10;        ///< mean w_WC_C over the last frame interval, rad/s
-inline constexpr int kCamera = 13;      ///< size of MonoSLAM's camera state, which ends here
-inline constexpr int kGyroBias = 13;    ///< rad/s, axes C
-inline constexpr int kReserved = 16;    ///< three parameters, always 0: they keep the layout of results
+inline constexpr int kPosition = 0;            ///< r = p_WC, m
+inline constexpr int kOrientation = 3;         ///< q_WC as (w, x, y, z)
+inline constexpr int kVelocity = 7;            ///< mean velocity over the last frame interval, m/s in W
+inline constexpr int kRate = 10;               ///< mean w_WC_C over the last frame interval, rad/s
+inline constexpr int kCamera = 13;             ///< size of MonoSLAM's camera state, which ends here
+inline constexpr int kGyroBias = 13;           ///< rad/s, axes C
+inline constexpr int kHeightError = 16;        ///< lasting error of the height, measured minus true, m
+inline constexpr int kSwayScale = 17;          ///< relative errors of the sway along x and z of C
 inline constexpr int kAccelerometerBias = 19;  ///< m/s², axes C
 inline constexpr int kSwayVelocity = 22;  ///< velocity of unplanned swaying, planned minus true, m/s in C
 inline constexpr int kSwayPosition = 25;  ///< displacement by unplanned swaying, m in C

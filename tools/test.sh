@@ -1,5 +1,5 @@
 #!/bin/sh
-# Builds everything and runs the tests: tools/test.sh [--long] [PRESET [ctest options]].
+# Builds and runs the tests: tools/test.sh [--long] [PRESET [ctest options]].
 # PRESET is release (default), ci, dev, asan, tsan or no-world. --long adds the tests of more than about 10 s each.
 set -eu
 labels="-LE long"
@@ -13,6 +13,6 @@ preset=${1:-release}
 [ $# -eq 0 ] || shift
 install_packages "$root/tools/packages.txt" "$root/tools/packages_test.txt"
 install_interop
-build "$preset"
+build "$preset" tests/all
 cd "$root"
 exec ctest --preset "$preset" --no-tests=error -j "$(nproc)" $labels "$@"

@@ -8,11 +8,13 @@
 namespace walking {
 namespace {
 
+using Eigen::Vector2d;
+
 constexpr double kHalfSpacing = hrp2::kFootSpacing / 2;
 constexpr double kLargestAside_m = 0.14;  // of one foot in a step: from 0.17 on some walks end in a fall
 constexpr double kNegligible = 1e-9;      // of a step: a rest shorter than this is rounding, not a step
 
-Eigen::Vector2d rotated(double yaw, const Eigen::Vector2d& v) { return Eigen::Rotation2Dd(yaw) * v; }
+Vector2d rotated(double yaw, const Vector2d& v) { return Eigen::Rotation2Dd(yaw) * v; }
 
 /// The foot of `side` in a stance around `center`.
 Footstep footstep_at(const FootPose& center, Side side) { return {side, feet_together(center).of(side)}; }
@@ -36,8 +38,7 @@ void require(bool holds, const std::string& complaint) {
 std::vector<Footstep> steps_of(const auto&, double) { return {}; }  // stand, repeat; for go_to see steps_to()
 
 /// The foot on the side of travel goes first and takes the lateral share of two steps; the other closes to
-/// the foot spacing, so that the feet never cross and the lateral distance is never below the spacing. Steps
-/// that lead far aside are shorter.
+/// the foot spacing, so that the feet never cross or come closer. Steps that lead far aside are shorter.
 std::vector<Footstep> steps_of(const Straight& straight, double step) {
   check_ranges(straight, Straight::kName);
   const double distance = std::hypot(straight.forward_m, straight.left_m);
@@ -66,7 +67,7 @@ void check(const Arc& arc) {
 /// Feet alternate along a circle to the left or right, or turn on the spot.
 std::vector<Footstep> alternate(double radius, double angle, double step_rad, Side side) {
   const double turn = std::copysign(1.0, angle);
-  const Eigen::Vector2d circle_center(0, turn * radius);
+  const Vector2d circle_center(0, turn * radius);
   std::vector<double> angles = progress(std::abs(angle), step_rad);
   angles.push_back(angles.back());  // the closing step
   std::vector<Footstep> steps;
@@ -85,8 +86,7 @@ std::vector<Footstep> steps_of(const TangentArc& arc, double step) {
                    arc.angle_rad > 0 ? Side::right : Side::left);
 }
 
-/// Each foot is one step of the turn ahead of the other; the one on the side of the turn goes first, so that
-/// toes never meet.
+/// Each foot is one step ahead of the other; that on the side of the turn goes first: toes never meet.
 std::vector<Footstep> steps_of(const Turn& turn, double) {
   check(turn);
   return alternate(0, turn.angle_rad, turn.step_rad, turn.angle_rad > 0 ? Side::left : Side::right);
@@ -97,7 +97,7 @@ std::vector<Footstep> steps_of(const Turn& turn, double) {
 std::vector<Footstep> steps_of(const PerpendicularArc& arc, double step) {
   check(arc);
   const double turn = std::copysign(1.0, arc.angle_rad);
-  const Eigen::Vector2d circle_center(arc.radius_m, 0);
+  const Vector2d circle_center(arc.radius_m, 0);
   const Side lead = turn > 0 ? Side::right : Side::left;
   std::vector<Footstep> steps;
   for (const double angle : progress(std::abs(arc.angle_rad), std::min(step, arc.step_m) / arc.radius_m)) {
@@ -151,7 +151,7 @@ std::vector<Footstep> steps_to(const GoTo& goal, const FootPose& start, double s
     if (std::abs(angle) > kThere) append(Turn{.angle_rad = angle});
     at.yaw += angle;
   };
-  const Eigen::Vector2d way = end.position - at.position;
+  const Vector2d way = end.position - at.position;
   if (way.norm() > kThere) {
     turn_to(std::atan2(way.y(), way.x()));
     append(Straight{way.norm(), 0});
@@ -159,6 +159,41 @@ std::vector<Footstep> steps_to(const GoTo& goal, const FootPose& start, double s
   }
   turn_to(end.yaw);
   return steps;
+}
+
+using Corners = Eigen::Matrix<double, 2, 4>;
+
+constexpr double kOuterMargin = 0.04, kSoleClearance = 0.01;  // m
+
+double beyond_outer_edges(const Vector2d& place) {
+  constexpr double kCorners[][2] = {{0.28, 0}, {0.28, 0.2}, {0.2, 0.3}, {0, 0.4}};
+  double beyond = 0;
+  for (int edge = 0; edge < 3; ++edge) {
+    const Vector2d from(kCorners[edge + 1]), along = (Vector2d(kCorners[edge]) - from).normalized(),
+                                             outwards(-along.y(), along.x());
+    beyond = std::max(beyond, outwards.dot(place.cwiseAbs()) - outwards.dot(from) + kOuterMargin);
+  }
+  return beyond;
+}
+
+Corners corners(const FootPose& foot) {
+  const Vector2d &a = hrp2::kSoleMin, &b = hrp2::kSoleMax;
+  Corners all;
+  all << a.x(), b.x(), b.x(), a.x(), a.y(), a.y(), b.y(), b.y();
+  for (auto corner : all.colwise()) corner = (foot * FootPose{corner, 0}).position;
+  return all;
+}
+
+/// Two convex soles are at least as far apart as along the best of their edges' normals; < 0: they overlap.
+double gap_between_soles(const FootPose& one, const FootPose& two) {
+  double widest = -1;
+  for (const double yaw : {one.yaw, two.yaw})
+    for (const Vector2d& axis :
+         {Vector2d(std::cos(yaw), std::sin(yaw)), Vector2d(-std::sin(yaw), std::cos(yaw))}) {
+      const Eigen::RowVector4d a = axis.transpose() * corners(one), b = axis.transpose() * corners(two);
+      widest = std::max({widest, b.minCoeff() - a.maxCoeff(), a.minCoeff() - b.maxCoeff()});
+    }
+  return widest;
 }
 
 }  // namespace
@@ -185,47 +220,6 @@ std::vector<Footstep> footsteps(const Command& command, const FootPose& start, d
   for (Footstep& step : steps) step.pose = start * step.pose;
   return steps;
 }
-
-namespace {
-
-using Eigen::Vector2d;
-using Corners = Eigen::Matrix<double, 2, 4>;
-
-constexpr double kOuterMargin = 0.04, kSoleClearance = 0.01;  // m
-
-double beyond_outer_edges(const Vector2d& place) {
-  constexpr double kCorners[][2] = {{0.28, 0}, {0.28, 0.2}, {0.2, 0.3}, {0, 0.4}};
-  double beyond = 0;
-  for (int edge = 0; edge < 3; ++edge) {
-    const Vector2d from(kCorners[edge + 1]), along = (Vector2d(kCorners[edge]) - from).normalized(),
-                                             outwards(-along.y(), along.x());
-    beyond = std::max(beyond, outwards.dot(place.cwiseAbs()) - outwards.dot(from) + kOuterMargin);
-  }
-  return beyond;
-}
-
-Corners corners(const FootPose& foot) {
-  const Vector2d &a = hrp2::kSoleMin, &b = hrp2::kSoleMax;
-  Corners all;
-  all << a.x(), b.x(), b.x(), a.x(), a.y(), a.y(), b.y(), b.y();
-  for (auto corner : all.colwise()) corner = (foot * FootPose{corner, 0}).position;
-  return all;
-}
-
-/// Two convex soles are as far apart as along the best of their edges' normals, or farther; negative if they
-/// overlap.
-double gap_between_soles(const FootPose& one, const FootPose& two) {
-  double widest = -1;
-  for (const double yaw : {one.yaw, two.yaw})
-    for (const Vector2d& axis :
-         {Vector2d(std::cos(yaw), std::sin(yaw)), Vector2d(-std::sin(yaw), std::cos(yaw))}) {
-      const Eigen::RowVector4d a = axis.transpose() * corners(one), b = axis.transpose() * corners(two);
-      widest = std::max({widest, b.minCoeff() - a.maxCoeff(), a.minCoeff() - b.maxCoeff()});
-    }
-  return widest;
-}
-
-}  // namespace
 
 double distance_outside(const FootPose& standing, const Footstep& landing) {
   const Vector2d seen = Eigen::Rotation2Dd(-standing.yaw) * (landing.pose.position - standing.position);

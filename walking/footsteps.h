@@ -1,5 +1,4 @@
-// From walking commands to footsteps: where each foot lands, in order, feet together before and after every
-// command.
+// From walking commands to footsteps: where each foot lands; feet are together between commands.
 #pragma once
 
 #include <stdexcept>
@@ -10,17 +9,12 @@
 namespace walking {
 
 /// A walk of more than kLongestWalk_s.
-class TooLong : public std::invalid_argument {
- public:
-  TooLong(int command, const std::string& why) : std::invalid_argument(why), command_(command) {}
-  int command() const { return command_; }  ///< index into WalkOptions::commands of the one that makes it so
-
- private:
-  int command_;
+struct TooLong : std::invalid_argument {
+  TooLong(int command_, const std::string& why) : std::invalid_argument(why), command(command_) {}
+  int command;  ///< index into WalkOptions::commands of the one that makes it so
 };
 
-/// A sole on the ground, or the stance of both: the point below the ankle (m) and the heading (rad, never
-/// wrapped).
+/// A sole on the ground, or both: the point below the ankle (m) and the heading (rad, never wrapped).
 struct FootPose {
   Eigen::Vector2d position = Eigen::Vector2d::Zero();
   double yaw = 0;

@@ -23,9 +23,8 @@ constexpr std::string_view member_name() {
   return text.substr(text.rfind(':') + 1);
 }
 
-/// Base of the visitors of `keys`; argument-dependent lookup finds the functions below through it. A visitor
-/// has the same functions with the name and the member in front: `number("sigma_rad_s", &Gyro::sigma_rad_s,
-/// ...)`.
+/// Base of the visitors of `keys`, by which argument-dependent lookup finds the functions below. A visitor
+/// has the same functions with name and member in front: `number("sigma_rad_s", &Gyro::sigma_rad_s, ...)`.
 struct KeyVisitor {};
 
 /// A number, or a list of numbers, within a range.

@@ -5,17 +5,6 @@
 
 namespace walking {
 
-Eigen::Isometry3d sole_in_waist(Side side, const Eigen::Matrix<double, 6, 1>& q) {
-  using Eigen::AngleAxisd, Eigen::Translation3d, Eigen::Vector3d;
-  const double outwards = side == Side::left ? 1 : -1;
-  const auto x = [](double angle) { return AngleAxisd(angle, Vector3d::UnitX()); };
-  const auto y = [](double angle) { return AngleAxisd(angle, Vector3d::UnitY()); };
-  const auto z = [](double angle) { return AngleAxisd(angle, Vector3d::UnitZ()); };
-  return Translation3d(0, outwards * hrp2::kHipY, 0) * z(q[0]) * x(q[1]) * y(q[2]) *
-         Translation3d(0, outwards * hrp2::kKneeY, -hrp2::kThigh) * y(q[3]) *
-         Translation3d(0, 0, -hrp2::kShank) * y(q[4]) * x(q[5]) * Translation3d(0, 0, -hrp2::kAnkleHeight);
-}
-
 namespace {
 
 /// The hip as seen from the ankle, turned about the ankle's roll axis into the plane of thigh and shank.
@@ -52,7 +41,32 @@ void place(const ArmAngles& angles, int shoulder_pitch, JointVector& q) {
   q(shoulder_pitch + hrp2::kElbow) = angles.elbow;
 }
 
+constexpr std::array kJointNames{"hip yaw", "hip roll", "hip pitch", "knee", "ankle pitch", "ankle roll"};
+
+std::optional<std::string> obstacle_of(Side side, const Eigen::Matrix<double, 6, 1>& q, bool reached) {
+  const std::string leg = side == Side::left ? "left" : "right";
+  if (!reached) return "the " + leg + " foot is out of the leg's reach";
+  const LegLimits limits = leg_limits(side);
+  for (int i = 0; i < 6; ++i) {
+    if (q(i) >= limits.lowest(i) && q(i) <= limits.highest(i)) continue;
+    return "the " + leg + " " + kJointNames[i] + " would have to turn to " +
+           std::to_string(q(i) * 180 / std::numbers::pi) + " degrees";
+  }
+  return std::nullopt;
+}
+
 }  // namespace
+
+Eigen::Isometry3d sole_in_waist(Side side, const Eigen::Matrix<double, 6, 1>& q) {
+  using Eigen::AngleAxisd, Eigen::Translation3d, Eigen::Vector3d;
+  const double outwards = side == Side::left ? 1 : -1;
+  const auto x = [](double angle) { return AngleAxisd(angle, Vector3d::UnitX()); };
+  const auto y = [](double angle) { return AngleAxisd(angle, Vector3d::UnitY()); };
+  const auto z = [](double angle) { return AngleAxisd(angle, Vector3d::UnitZ()); };
+  return Translation3d(0, outwards * hrp2::kHipY, 0) * z(q[0]) * x(q[1]) * y(q[2]) *
+         Translation3d(0, outwards * hrp2::kKneeY, -hrp2::kThigh) * y(q[3]) *
+         Translation3d(0, 0, -hrp2::kShank) * y(q[4]) * x(q[5]) * Translation3d(0, 0, -hrp2::kAnkleHeight);
+}
 
 LegSolution leg_inverse_kinematics(Side side, const Eigen::Isometry3d& X_BA) {
   const double outwards = side == Side::left ? 1 : -1;
@@ -87,24 +101,6 @@ BodySolution inverse_kinematics(const Posture& posture) {
   place(posture.arms.left, hrp2::kLeftArm, body.q);
   return body;
 }
-
-namespace {
-
-constexpr std::array kJointNames{"hip yaw", "hip roll", "hip pitch", "knee", "ankle pitch", "ankle roll"};
-
-std::optional<std::string> obstacle_of(Side side, const Eigen::Matrix<double, 6, 1>& q, bool reached) {
-  const std::string leg = side == Side::left ? "left" : "right";
-  if (!reached) return "the " + leg + " foot is out of the leg's reach";
-  const LegLimits limits = leg_limits(side);
-  for (int i = 0; i < 6; ++i) {
-    if (q(i) >= limits.lowest(i) && q(i) <= limits.highest(i)) continue;
-    return "the " + leg + " " + kJointNames[i] + " would have to turn to " +
-           std::to_string(q(i) * 180 / std::numbers::pi) + " degrees";
-  }
-  return std::nullopt;
-}
-
-}  // namespace
 
 LegLimits leg_limits(Side side) {
   LegLimits right;

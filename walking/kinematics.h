@@ -9,8 +9,7 @@
 
 namespace walking {
 
-/// X_BS: the sole (point below the ankle) in the waist; q of the leg: hip yaw, roll, pitch, knee, ankle
-/// pitch, roll (rad).
+/// X_BS: the sole (point below the ankle) in the waist; q as in LegSolution.
 Eigen::Isometry3d sole_in_waist(Side side, const Eigen::Matrix<double, 6, 1>& q);
 
 /// A leg's joint angles, rad: hip yaw, hip roll, hip pitch, knee, ankle pitch, ankle roll.
@@ -20,8 +19,7 @@ struct LegSolution {
   bool reached = true;
 };
 
-/// `X_BA`: the ankle (axes of the sole) in the waist. Knee bent forwards. Closed form after Kajita's leg,
-/// with the knee's lateral offset of HRP-2.
+/// `X_BA`: the ankle (axes of the sole) in the waist. After Kajita's leg, with HRP-2's lateral knee offset.
 LegSolution leg_inverse_kinematics(Side side, const Eigen::Isometry3d& X_BA);
 
 /// All joints for a posture; chest, head, wrists and hands in half-sitting.
@@ -39,8 +37,7 @@ struct LegLimits {
 /// Limits of the stack-of-tasks model of HRP-2; the left leg mirrors the right one.
 LegLimits leg_limits(Side side);
 
-/// Why the legs cannot take this posture, in words ("the left foot is out of the leg's reach"); nothing if
-/// they can.
+/// Why the legs cannot take this posture ("the left foot is out of the leg's reach"); nothing if they can.
 std::optional<std::string> leg_obstacle(const BodySolution& body);
 
 /// The pose of every link.
@@ -56,16 +53,14 @@ struct BodyMotion {
   JointVector dq = JointVector::Zero();
 };
 
-/// Mass (kg), center of mass (m), momentum (kg m/s) and angular momentum about the center of mass (kg m²/s),
-/// in P.
+/// Mass (kg), and in P center of mass (m), momentum (kg m/s), angular momentum about that center (kg m²/s).
 struct BodyMomentum {
   double mass = 0;
   Eigen::Vector3d com = Eigen::Vector3d::Zero(), linear = Eigen::Vector3d::Zero(),
                   angular = Eigen::Vector3d::Zero();
 };
 
-/// A model of the robot. It must be the plan's nominal one, never the (varied, disturbed) one that is being
-/// walked.
+/// A model of the robot: the plan's nominal one, never the (varied, disturbed) one that walks.
 using WholeBody = std::function<BodyMomentum(const BodyMotion&)>;
 
 /// The plan's own pose, by inverse kinematics.

@@ -6,23 +6,20 @@
 namespace walking {
 
 /// Returns the sole in the waist's axes from a leg's six encoders (rad) and the deflection of the ankle's
-/// rubber bush under the wrench that the ground exerts on the foot. The bush is a spring: what moves it
-/// quickly is neglected.
+/// rubber bush, a spring without damping, under the wrench that the ground exerts on the foot.
 Eigen::Isometry3d measured_sole_in_waist(Side side, const Eigen::Matrix<double, 6, 1>& q,
                                          const Wrench& wrench);
 
 /// Follows the waist over the sequence of carrying soles in the odometry's own world O, whose floor is z = 0.
 /// The sole that carries more is assumed to be at rest, so that O drifts from the true world as soles slip.
-/// When the load changes, the new sole is placed relative to the other one, so that the waist never jumps; it
-/// settles on the floor within tenths of a second. Tilt of a sole on its pads is not observed: that needs a
-/// gyro.
+/// When the load changes, the new sole is placed relative to the other one: the waist never jumps. It settles
+/// on the floor within tenths of a second. Tilt of a sole on its pads is not observed: that needs a gyro.
 class LegOdometry {
  public:
   /// X_OB: the waist at the first readings.
   explicit LegOdometry(const Eigen::Isometry3d& X_OB) : X_OB_start_(X_OB) {}
 
-  /// Takes in the readings of a tick: the sole with the greater load carries from here on. Call it at each
-  /// tick.
+  /// Adds the readings of a tick, of each one: the sole with the greater load carries from here on.
   void add(const SensorReadings& readings);
 
   /// The waist, and the sole that carries the robot.
@@ -30,8 +27,7 @@ class LegOdometry {
     Eigen::Isometry3d X_OB = Eigen::Isometry3d::Identity();
     Eigen::Vector3d p_OS = Eigen::Vector3d::Zero();
   };
-  /// By the encoders at some time after the last tick, with the wrenches of that tick. add() has been called
-  /// before.
+  /// By the encoders at some time after the last add(), with its wrenches.
   Motion motion(const JointVector& q) const;
 
  private:

@@ -3,15 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 #include <sstream>
-#include <stdexcept>
-#include <string>
 #include <utility>
-
-#include "walking/preview_control.h"
-#include "walking/step_motion.h"
-#include "walking/timeline.h"
 
 namespace walking {
 namespace {
@@ -22,95 +15,6 @@ const FootPose kStart{{hrp2::kAnkleX, 0}, 0};
 /// The ZMP is under the center of mass of the half-sitting robot, 4 mm ahead of the ankle. (The
 /// original's default is the ankle itself; this way the walk starts and ends in half-sitting exactly.)
 const Eigen::Vector2d kZmpInFoot{hrp2::kComInWaist.x() - hrp2::kAnkleX, 0};
-
-}  // namespace
-
-/// The cart-table follows the ZMP reference; waist and feet follow from it and from the footsteps.
-struct PatternGenerator::State {
-  State(const WalkOptions& walk, const WholeBody& model)
-      : options(walk), timeline(walk, kStart, kZmpInFoot), window(static_cast<int>(gains.preview.size())) {
-    for (; !window.full(); ++pushed) window.push(smoothed_zmp(timeline, pushed));
-    if (options.second_preview && model) second.emplace(model, cart, gains);
-  }
-
-  /// The unsmoothed ZMP reference has been used up to and including this tick.
-  std::ptrdiff_t used() const { return pushed - 2 + kSmoothingAdvance; }
-
-  /// Returns whether a step may still be changed so many ticks later: it has not lifted off, and the preview
-  /// that was used ends before it carries the robot.
-  bool is_free(std::size_t step, std::ptrdiff_t ticks_later = 0) const {
-    return static_cast<std::ptrdiff_t>(timeline.lift_off(step)) >= tick + ticks_later &&
-           static_cast<std::ptrdiff_t>(timeline.touch_down(step)) > used() + ticks_later;
-  }
-
-  Reference first_stage();
-  void place_feet(const Phase& phase, double elapsed, Reference& reference) const;
-  void place_waist(const Phase& phase, double elapsed, Reference& reference) const;
-
-  Reference next() {
-    if (!second) return first_stage();
-    while (!second->ready()) second->push(first_stage());
-    return second->pop();
-  }
-
-  WalkOptions options;
-  Timeline timeline;
-  CartTable cart{options.com_height_m};
-  PreviewGains gains = preview_gains(cart, static_cast<int>(std::lround(options.preview_s / kPeriod)));
-  PreviewWindow window;  // the smoothed reference
-  PreviewControl control{cart, gains, hrp2::kComInWaist.head<2>()};
-  std::ptrdiff_t tick = 0, pushed = 0;  // tick: that first_stage() makes
-  std::size_t free_step = 0;            // the first step that is_free
-  std::optional<SecondPreview> second;
-  std::size_t walked = 0;  // ticks that PatternGenerator::next() has made
-  Reference last;
-};
-
-Reference PatternGenerator::State::first_stage() {
-  const auto [phase, tick_of_phase] = timeline.at(tick);
-  const double elapsed = static_cast<double>(tick_of_phase) / phase.ticks;
-  const PreviewControl::State& x = control.state();
-  Reference reference;
-  reference.t_s = static_cast<double>(tick) * kPeriod;
-  reference.com << x.row(0).transpose(), hrp2::kWaistHeight + hrp2::kComInWaist.z();
-  reference.com_velocity << x.row(1).transpose(), 0;
-  reference.com_acceleration << x.row(2).transpose(), 0;
-  reference.zmp = control.zmp();
-  reference.zmp_reference = window.now();
-  reference.support = phase.support;
-  reference.command = phase.command;
-  place_feet(phase, elapsed, reference);
-  place_waist(phase, elapsed, reference);
-  if (options.arm_motion == ArmMotion::swing) reference.arms = arm_swing(reference);
-  control.advance(window);
-  window.pop();
-  window.push(smoothed_zmp(timeline, pushed++));
-  ++tick;
-  while (free_step < timeline.steps() && !is_free(free_step)) ++free_step;
-  return reference;
-}
-
-/// Standing and swinging foot.
-void PatternGenerator::State::place_feet(const Phase& phase, double elapsed, Reference& reference) const {
-  const auto place = [&](Side side, bool swinging) {
-    if (!swinging) return sole(phase.from.of(side));
-    return swing_foot(phase.from.of(side), phase.to.of(side), elapsed, options.step_height_m, options.swing);
-  };
-  reference.X_PL = place(Side::left, phase.support == Support::right);
-  reference.X_PR = place(Side::right, phase.support == Support::left);
-}
-
-/// The center of mass keeps its place in the waist, which turns in yaw only and stays at its height.
-void PatternGenerator::State::place_waist(const Phase& phase, double elapsed, Reference& reference) const {
-  const WaistYaw heading = waist_yaw(phase, elapsed);
-  reference.X_PB = sole({{0, 0}, heading.yaw});
-  const Eigen::Vector3d offset = reference.X_PB.linear() * hrp2::kComInWaist;
-  reference.X_PB.translation() = reference.com - offset;
-  reference.waist_yaw_rate = heading.rate;
-  reference.waist_velocity = reference.com_velocity - heading.rate * Eigen::Vector3d::UnitZ().cross(offset);
-}
-
-namespace {
 
 /// First instant of a plan that the legs cannot follow.
 struct LegFault {
@@ -156,14 +60,25 @@ std::string radius_cause(WalkOptions options, std::size_t command, const auto& f
 
 }  // namespace
 
+PatternGenerator::PatternGenerator(const WalkOptions& options, const WholeBody& model, Unchecked)
+    : options_(options),
+      timeline_(options, kStart, kZmpInFoot),
+      cart_(options.com_height_m),
+      gains_(preview_gains(cart_, static_cast<int>(std::lround(options.preview_s / kPeriod)))),
+      window_(static_cast<int>(gains_.preview.size())),
+      control_(cart_, gains_, hrp2::kComInWaist.head<2>()) {
+  for (; !window_.full(); ++pushed_) window_.push(smoothed_zmp(timeline_, pushed_));
+  if (options.second_preview && model) second_.emplace(model, cart_, gains_);
+}
+
 PatternGenerator::PatternGenerator(const WalkOptions& options, const WholeBody& model)
-    : PatternGenerator(std::make_unique<State>(options, model)) {
+    : PatternGenerator(options, model, Unchecked()) {
   const auto fault = leg_fault(*this);
   if (!fault) return;
   std::ostringstream text;
   text << "walk.commands[" << fault->command << "]: at " << fault->t_s << " s " << fault->obstacle;
   const auto fails = [&](const WalkOptions& other) {
-    return leg_fault(PatternGenerator(std::make_unique<State>(other, model))).has_value();
+    return leg_fault(PatternGenerator(other, model, Unchecked())).has_value();
   };
   std::string cause;
   for (const auto& [key, number] : kNumbers) {
@@ -178,27 +93,58 @@ PatternGenerator::PatternGenerator(const WalkOptions& options, const WholeBody& 
   if (cause.empty()) cause = radius_cause<PerpendicularArc>(options, command, fails);
   throw std::invalid_argument(text.str() + cause);
 }
-PatternGenerator::PatternGenerator(std::unique_ptr<State> state) : state_(std::move(state)) {}
-PatternGenerator::PatternGenerator(const PatternGenerator& other)
-    : state_(std::make_unique<State>(*other.state_)) {}
-PatternGenerator::PatternGenerator(PatternGenerator&&) noexcept = default;
-PatternGenerator::~PatternGenerator() = default;
 
-std::size_t PatternGenerator::ticks() const { return state_->timeline.ticks(); }
-
-std::size_t PatternGenerator::steps() const { return state_->timeline.steps(); }
-Footstep PatternGenerator::landing(std::size_t step) const { return state_->timeline.landing(step); }
-std::size_t PatternGenerator::touch_down(std::size_t step) const { return state_->timeline.touch_down(step); }
-const Stance& PatternGenerator::stance_before(std::size_t step) const {
-  return state_->timeline.stance_before(step);
+/// Whether a step may still be changed so many ticks later: it has not lifted off, and the preview that was
+/// used ends before it carries the robot.
+bool PatternGenerator::is_free(std::size_t step, std::ptrdiff_t ticks_later) const {
+  return static_cast<std::ptrdiff_t>(timeline_.lift_off(step)) >= tick_ + ticks_later &&
+         static_cast<std::ptrdiff_t>(timeline_.touch_down(step)) > used() + ticks_later;
 }
-std::size_t PatternGenerator::free_step() const { return state_->free_step; }
-bool PatternGenerator::is_due() const { return free_step() < steps() && !state_->is_free(free_step(), 1); }
+
+/// The cart-table follows the ZMP reference; waist and feet follow from it and from the footsteps.
+Reference PatternGenerator::first_stage() {
+  const auto [phase, tick_of_phase] = timeline_.at(tick_);
+  const double elapsed = static_cast<double>(tick_of_phase) / phase.ticks;
+  const PreviewControl::State& x = control_.state();
+  Reference reference;
+  reference.t_s = static_cast<double>(tick_) * kPeriod;
+  reference.com << x.row(0).transpose(), hrp2::kWaistHeight + hrp2::kComInWaist.z();
+  reference.com_velocity << x.row(1).transpose(), 0;
+  reference.com_acceleration << x.row(2).transpose(), 0;
+  reference.zmp = control_.zmp();
+  reference.zmp_reference = window_.now();
+  reference.support = phase.support;
+  reference.command = phase.command;
+  const auto foot = [&, &p = phase](Side side, bool swinging) {
+    if (!swinging) return sole(p.from.of(side));
+    return swing_foot(p.from.of(side), p.to.of(side), elapsed, options_.step_height_m, options_.swing);
+  };
+  reference.X_PL = foot(Side::left, phase.support == Support::right);
+  reference.X_PR = foot(Side::right, phase.support == Support::left);
+  place_waist(phase, elapsed, reference);
+  if (options_.arm_motion == ArmMotion::swing) reference.arms = arm_swing(reference);
+  control_.advance(window_);
+  window_.pop();
+  window_.push(smoothed_zmp(timeline_, pushed_++));
+  ++tick_;
+  while (free_step_ < timeline_.steps() && !is_free(free_step_)) ++free_step_;
+  return reference;
+}
+
+/// The center of mass keeps its place in the waist, which turns in yaw only and stays at its height.
+void PatternGenerator::place_waist(const Phase& phase, double elapsed, Reference& reference) const {
+  const WaistYaw heading = waist_yaw(phase, elapsed);
+  reference.X_PB = sole({{0, 0}, heading.yaw});
+  const Eigen::Vector3d offset = reference.X_PB.linear() * hrp2::kComInWaist;
+  reference.X_PB.translation() = reference.com - offset;
+  reference.waist_yaw_rate = heading.rate;
+  reference.waist_velocity = reference.com_velocity - heading.rate * Eigen::Vector3d::UnitZ().cross(offset);
+}
 
 void PatternGenerator::replan(std::size_t first, const std::vector<Footstep>& landings) {
   if (first < free_step() || first > steps() || (landings.empty() && first != steps()))
     throw std::logic_error("a step that can no longer be changed was planned anew");
-  state_->timeline.replan(first, landings, static_cast<std::size_t>(state_->used() + 1));
+  timeline_.replan(first, landings, static_cast<std::size_t>(used() + 1));
 }
 
 bool PatternGenerator::can_follow(std::size_t first, const std::vector<Footstep>& landings) const {
@@ -206,7 +152,7 @@ bool PatternGenerator::can_follow(std::size_t first, const std::vector<Footstep>
   PatternGenerator trial(*this);
   trial.replan(first, landings);
   const std::size_t end = trial.touch_down(std::min(first + 1, trial.steps() - 1));
-  for (std::size_t tick = trial.state_->walked; tick < end; ++tick) {
+  for (std::size_t tick = trial.walked_; tick < end; ++tick) {
     const Reference reference = trial.next();
     if (tick % kEvery == 0 && leg_obstacle(inverse_kinematics(posture_of(reference)))) return false;
   }
@@ -214,9 +160,12 @@ bool PatternGenerator::can_follow(std::size_t first, const std::vector<Footstep>
 }
 
 Reference PatternGenerator::next() {
-  State& s = *state_;
-  if (s.walked++ < ticks()) return s.last = s.next();
-  Reference resting = s.last;
+  if (walked_++ < ticks()) {
+    if (!second_) return last_ = first_stage();
+    while (!second_->ready()) second_->push(first_stage());
+    return last_ = second_->pop();
+  }
+  Reference resting = last_;
   resting.com_velocity = resting.com_acceleration = resting.waist_velocity = Eigen::Vector3d::Zero();
   resting.waist_yaw_rate = 0;
   return resting;

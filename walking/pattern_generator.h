@@ -1,44 +1,38 @@
 // The paper's section II on one page: footsteps -> ZMP -> preview control -> center of mass, waist and feet.
 #pragma once
 
-#include <memory>
-
-#include "walking/footsteps.h"
-#include "walking/kinematics.h"
+#include "walking/preview_control.h"
+#include "walking/timeline.h"
 
 namespace walking {
 
-/// Plans the whole walk. Streaming: memory grows with the number of steps, not of ticks.
+/// Plans the whole walk. Streaming: memory grows with the number of steps, not of ticks. A copy plays the
+/// plan from the same tick, independently of the other.
 class PatternGenerator {
  public:
   /// Throws std::invalid_argument naming the option or command when the walk cannot be planned (a value out
   /// of range, a foot out of reach, a leg joint beyond its limit). Durations are rounded to whole ticks.
   /// The second preview stage needs a model of the whole body; without one the plan is the cart-table's.
   explicit PatternGenerator(const WalkOptions& options, const WholeBody& model = {});
-  /// Plays the checked plan from the same tick, independently of the other.
-  PatternGenerator(const PatternGenerator& other);
-  PatternGenerator(PatternGenerator&&) noexcept;
-  ~PatternGenerator();
 
   /// The number of 5 ms ticks of the walk, first and last standing included.
-  std::size_t ticks() const;
+  std::size_t ticks() const { return timeline_.ticks(); }
 
   /// The next tick's reference; after the last tick, the last reference with zero velocities.
   Reference next();
 
   /// The steps of the walk: each with its foot, landing (in P) and tick of touch-down.
-  std::size_t steps() const;
-  Footstep landing(std::size_t step) const;
-  std::size_t touch_down(std::size_t step) const;
+  std::size_t steps() const { return timeline_.steps(); }
+  Footstep landing(std::size_t step) const { return timeline_.landing(step); }
+  std::size_t touch_down(std::size_t step) const { return timeline_.touch_down(step); }
   /// Both feet at the start of a step, in P.
-  const Stance& stance_before(std::size_t step) const;
+  const Stance& stance_before(std::size_t step) const { return timeline_.stance_before(step); }
 
-  /// The first step with a landing that can still be changed; steps() if none can. A landing can be changed
-  /// until its foot lifts off or the ZMP under it, once it carries, comes into the preview. With the second
-  /// preview stage both are a preview earlier.
-  std::size_t free_step() const;
+  /// The first step with a landing that can still be changed; steps() if none can: until its foot lifts off
+  /// or the ZMP under it comes into the preview. With the second preview stage both are a preview earlier.
+  std::size_t free_step() const { return free_step_; }
   /// Returns whether this is the last tick at which that step can be changed.
-  bool is_due() const;
+  bool is_due() const { return free_step_ < steps() && !is_free(free_step_, 1); }
   /// Plans all steps from `first` >= free_step() on anew, as Timeline::replan; feet, ZMP and center of mass
   /// stay continuous, since no part of the preview that was used changes. Throws std::logic_error otherwise.
   void replan(std::size_t first, const std::vector<Footstep>& landings);
@@ -46,9 +40,26 @@ class PatternGenerator {
   bool can_follow(std::size_t first, const std::vector<Footstep>& landings) const;
 
  private:
-  struct State;
-  explicit PatternGenerator(std::unique_ptr<State> state);  // without the check of the legs
-  std::unique_ptr<State> state_;
+  struct Unchecked {};
+  PatternGenerator(const WalkOptions& options, const WholeBody& model, Unchecked);  // legs are not checked
+
+  /// The unsmoothed ZMP reference has been used up to and including this tick.
+  std::ptrdiff_t used() const { return pushed_ - 2 + kSmoothingAdvance; }
+  bool is_free(std::size_t step, std::ptrdiff_t ticks_later = 0) const;
+  Reference first_stage();
+  void place_waist(const Phase& phase, double elapsed, Reference& reference) const;
+
+  WalkOptions options_;
+  Timeline timeline_;
+  CartTable cart_;
+  PreviewGains gains_;
+  PreviewWindow window_;  // the smoothed reference
+  PreviewControl control_;
+  std::ptrdiff_t tick_ = 0, pushed_ = 0;  // tick_: that first_stage() makes
+  std::size_t free_step_ = 0;             // the first step that is_free
+  std::optional<SecondPreview> second_;
+  std::size_t walked_ = 0;  // ticks that next() has made
+  Reference last_;
 };
 
 }  // namespace walking

@@ -13,8 +13,7 @@
 
 namespace walking {
 
-/// Source of the pose that corrects the footsteps: none (the plan is not corrected), the truth (the limit of
-/// steering), or the estimate.
+/// Source of the pose that corrects the footsteps: none (plan), the truth (the limit), or the estimate.
 enum class SteeredBy { plan, truth, estimate };
 inline constexpr std::array<std::string_view, 3> kSteeredBy{"plan", "truth", "estimate"};
 
@@ -103,8 +102,7 @@ struct TangentArc {
                                     "angle to walk along the circle; positive: the robot turns left");
   }
 };
-/// Walk along a circle, facing its center (radius_m ahead); angle > 0 turns left, the robot moving to its
-/// right.
+/// Walk along a circle, facing its center (radius_m ahead); angle > 0 turns left, moving to the right.
 struct PerpendicularArc {
   static constexpr const char* kName = "perpendicular_arc";
   double radius_m = 0.75;
@@ -151,8 +149,7 @@ struct Turn {
     degrees<&Turn::step_rad>(key, 1, 15, "largest turn in one step");
   }
 };
-/// Go to a place in the world W (origin under the waist at the start): turn towards it, walk straight, turn
-/// to the heading.
+/// Go to a place in W (origin under the waist at the start): turn to it, walk straight, turn to the heading.
 struct GoTo {
   static constexpr const char* kName = "go_to";
   double x_m = 1.0;

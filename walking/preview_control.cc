@@ -4,7 +4,7 @@
 #include <cassert>
 #include <utility>
 
-#include "walking/step_motion.h"
+#include "walking/timeline.h"
 
 namespace walking {
 CartTable::CartTable(double com_height, double period, double gravity) {
@@ -46,20 +46,20 @@ Eigen::Matrix4d riccati(const ErrorSystem& system, const Eigen::Matrix4d& Q, dou
 
 }  // namespace
 
-PreviewGains preview_gains(const CartTable& cart, int horizon, const PreviewWeights& weights) {
+PreviewGains preview_gains(const CartTable& cart, int horizon) {
   assert(horizon >= 1);
+  constexpr double kInput = 1e-6;  // weight of the squared change of the jerk; that of the ZMP error is 1
   const ErrorSystem system(cart);
-  const Eigen::Matrix4d Q =
-      Eigen::Vector4d(weights.error, weights.state, weights.state, weights.state).asDiagonal();
-  const Eigen::Matrix4d P = riccati(system, Q, weights.input);
-  const Eigen::RowVector4d BP_S = system.B.transpose() * P / (weights.input + system.B.dot(P * system.B));
+  const Eigen::Matrix4d Q = Eigen::Vector4d::UnitX().asDiagonal();
+  const Eigen::Matrix4d P = riccati(system, Q, kInput);
+  const Eigen::RowVector4d BP_S = system.B.transpose() * P / (kInput + system.B.dot(P * system.B));
   PreviewGains gains;
   gains.integral = BP_S(0);
   gains.state = BP_S * system.F;
   gains.preview.resize(horizon);
   gains.preview(0) = -gains.integral;
   const Eigen::Matrix4d closed_loop = system.A - system.B * (BP_S * system.A);
-  const Eigen::RowVector4d B_S = system.B.transpose() / (weights.input + system.B.dot(P * system.B));
+  const Eigen::RowVector4d B_S = system.B.transpose() / (kInput + system.B.dot(P * system.B));
   Eigen::Vector4d X = -closed_loop.transpose() * P.col(0);
   for (int j = 1; j < horizon; ++j) {
     gains.preview(j) = B_S * X;

@@ -19,11 +19,6 @@ struct CartTable {
   Eigen::RowVector3d C;
 };
 
-/// Weights of the cost: squared ZMP error, squared change of the state, squared change of the jerk.
-struct PreviewWeights {
-  double error = 1, state = 0, input = 1e-6;
-};
-
 /// Gains of u(k) = -integral sum e(i) - state x(k) - sum_j preview(j) p_ref(k + j).
 struct PreviewGains {
   double integral = 0;       ///< G_i
@@ -32,8 +27,9 @@ struct PreviewGains {
 };
 
 /// Optimal gains for a horizon of so many ticks (at least 1), by plain iteration of the Riccati equation of
-/// the error-and-increments system (Katayama et al. 1985; Kajita et al. 2003).
-PreviewGains preview_gains(const CartTable& cart, int horizon, const PreviewWeights& weights = {});
+/// the error-and-increments system (Katayama et al. 1985; Kajita et al. 2003). The cost weighs the squared
+/// ZMP error with 1 and the squared change of the jerk with 1e-6.
+PreviewGains preview_gains(const CartTable& cart, int horizon);
 
 /// The reference of this tick and of the next `horizon` ticks.
 class PreviewWindow {
@@ -72,9 +68,8 @@ class PreviewControl {
   Eigen::RowVector2d error_sum_ = Eigen::RowVector2d::Zero();
 };
 
-/// The "dynamic filter" of Kajita et al. 2003: the cart-table's plan is played through a model of all links,
-/// and the ZMP error found there, known a preview ahead, is the reference of a second preview control that
-/// corrects the first.
+/// The "dynamic filter" of Kajita et al. 2003: the cart-table's plan is played through a model of all links;
+/// the ZMP error found there, a preview ahead, is the reference of a second preview control that corrects it.
 class SecondPreview {
  public:
   SecondPreview(WholeBody model, const CartTable& cart, const PreviewGains& gains);

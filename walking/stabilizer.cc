@@ -67,6 +67,14 @@ double left_share(const Reference& reference, const SensorReadings& readings) {
   return reference.support == Support::left ? 1.0 : reference.support == Support::right ? 0.0 : 0.5;
 }
 
+/// Roll and pitch torque about a sole point for a center of pressure at `shift` (m in P), within the sole.
+Vector2d desired_ankle_torque(const Eigen::Isometry3d& X_PS, const Vector2d& shift, double load) {
+  const Vector2d least = hrp2::kSoleMin.array() + kSoleMargin, most = hrp2::kSoleMax.array() - kSoleMargin;
+  const Vector2d in_sole = (X_PS.linear().transpose() * Vector3d(shift.x(), shift.y(), 0)).head<2>();
+  const Vector2d pressure = in_sole.cwiseMax(least).cwiseMin(most);
+  return {pressure.y() * load, -pressure.x() * load};
+}
+
 }  // namespace
 
 Stabilizer::Stabilizer(const StabilizerOptions& options)
@@ -96,8 +104,7 @@ void Stabilizer::estimate_tilt(const Reference& reference, const SensorReadings&
   state_.tilt << std::atan2(up.y(), up.z()), std::atan2(-up.x(), std::hypot(up.y(), up.z()));
 }
 
-/// The center of mass as encoders and estimated tilt put it over each planned sole, weighted with the
-/// measured loads.
+/// The center of mass by encoders and tilt over each planned sole, weighted with the measured loads.
 void Stabilizer::estimate_com(const Reference& reference, const SensorReadings& readings) {
   const Eigen::Matrix3d R_PB = reference.X_PB.linear() * turned(state_.tilt);
   const auto error_over = [&](const Eigen::Isometry3d& X_PS, const Eigen::Isometry3d& X_BS) -> Vector2d {
@@ -137,16 +144,6 @@ Stabilizer::Loads Stabilizer::distribute_load(const Reference& reference) const 
                              0.0, 1.0)
                 : 0.5;
   return {share * kWeight, (1 - share) * kWeight};
-}
-
-/// Roll and pitch torque about a sole point that put the center of pressure at `shift` (m in P) from it, but
-/// within the sole.
-Vector2d Stabilizer::desired_ankle_torque(const Eigen::Isometry3d& X_PS, const Vector2d& shift,
-                                          double load) const {
-  const Vector2d least = hrp2::kSoleMin.array() + kSoleMargin, most = hrp2::kSoleMax.array() - kSoleMargin;
-  const Vector2d in_sole = (X_PS.linear().transpose() * Vector3d(shift.x(), shift.y(), 0)).head<2>();
-  const Vector2d pressure = in_sole.cwiseMax(least).cwiseMin(most);
-  return {pressure.y() * load, -pressure.x() * load};
 }
 
 void Stabilizer::ankle_admittance(const Reference& reference, const SensorReadings& readings,

@@ -1,5 +1,4 @@
-// The stabilizer: corrects the planned posture by the readings of IMU, ankle force sensors and encoders. It
-// never receives a true pose.
+// Corrects the planned posture by readings of IMU, ankle force sensors and encoders, never by a true pose.
 #pragma once
 
 #include "walking/plan.h"
@@ -47,8 +46,7 @@ class Attitude {
   Eigen::Vector3d bias_ = Eigen::Vector3d::Zero();
 };
 
-/// Force (N) and torque (N·m) that the ground exerts on a foot, in the axes of the sole, about the sole
-/// point.
+/// Force (N) and torque (N·m about the sole point) of the ground on a foot, in the axes of the sole.
 struct Wrench {
   Eigen::Vector3d force = Eigen::Vector3d::Zero(), torque = Eigen::Vector3d::Zero();
 };
@@ -65,8 +63,7 @@ struct SensorReadings {
 struct StabilizerOptions {
   bool enabled = true;
 
-  /// White noise of the 200 Hz readings of the stabilizer. errors.* does not change it: one recorded walk
-  /// serves replays with any sensor errors.
+  /// White noise of the stabilizer's 200 Hz readings, apart from errors.*: one walk serves all of those.
   double gyro_sigma_rad_s = 0.01, accelerometer_sigma_m_s2 = 0.05;
 
   AttitudeOptions attitude;
@@ -164,8 +161,7 @@ struct StabilizerOptions {
   }
 };
 
-/// Largest corrections of an ankle, of the difference in height between the feet, and of the waist: bounds
-/// for the effect of a faulty sensor.
+/// Largest corrections of an ankle, of the feet's difference in height, and of the waist: for faulty sensors.
 inline constexpr double kLargestAnkle_rad = 0.17, kLargestFootDifference_m = 0.025, kLargestTrunk_rad = 0.1;
 
 /// Estimates and set points of the stabilizer, for logs and tests.
@@ -197,8 +193,6 @@ class Stabilizer {
   void track_com(const Reference& reference);
   Loads distribute_load(const Reference& reference) const;
   void ankle_admittance(const Reference& reference, const SensorReadings& readings, const Loads& loads);
-  Eigen::Vector2d desired_ankle_torque(const Eigen::Isometry3d& X_PS, const Eigen::Vector2d& shift,
-                                       double load) const;
   void control_force_difference(const Reference& reference, const SensorReadings& readings,
                                 const Loads& loads);
   void compensate_leg_compliance(const Loads& loads);

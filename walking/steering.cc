@@ -45,8 +45,7 @@ FootPose Steering::error_of(const FootPose& desired) const {
   return inverse(X_PW_plan_ * desired) * (inverse(X_WP_) * desired);
 }
 
-/// Standard deviations of the estimate at a landing in P, along its axes: that of the heading acts over the
-/// distance from the sole that was estimated.
+/// Standard deviations of the estimate at a landing in P, along its axes, by the lever from the known sole.
 Eigen::Vector3d Steering::sigma_at(const FootPose& landing) const {
   if (!newest_) return Eigen::Vector3d::Zero();
   const Eigen::Vector2d lever = (X_WP_ * landing).position - newest_->estimated.position;

@@ -1,13 +1,12 @@
-// The walk in time: support phases of whole ticks with feet, waist yaw and ZMP at their ends, and the ZMP
-// reference at every tick.
+// The walk in time: support phases of whole ticks with feet, waist yaw and ZMP at their ends, the ZMP
+// reference at every tick, and the motions of a step: swing foot, heading of the waist and swing of the arms.
 #pragma once
 
 #include "walking/footsteps.h"
 
 namespace walking {
 
-/// Width of the window that smooths the ZMP reference, 50 ms. The walk starts with standing as long as the
-/// preview and this window together.
+/// The window that smooths the ZMP reference, 50 ms. A walk first stands as long as it and the preview.
 inline constexpr int kSmoothingTicks = 10;
 
 /// A part of the walk with the same support.
@@ -22,8 +21,7 @@ struct Phase {
   int zmp_ramp_start = 0;  ///< 1: the first sample of the phase has already moved
 };
 
-/// The whole walk as phases, in order, with the standing that the preview needs before the first and after
-/// the last step.
+/// The whole walk as phases, in order, with the standing that the preview needs at both ends.
 class Timeline {
  public:
   /// Feet together around `start`, in P. `zmp_in_foot`: the place of the ZMP under a support sole, in
@@ -44,9 +42,8 @@ class Timeline {
   std::size_t final_standing() const { return begins_[phases_.size() - 1]; }
 
   /// Replaces the landings of all steps from `first` on. The standing between them is kept; the walk ends
-  /// after the last landing given, at least one unless first = steps(). Landings beyond those that the walk
-  /// had are put before its final standing; when first = steps(), that standing is interrupted at tick
-  /// `free`.
+  /// after the last landing given, at least one unless first = steps(). Landings beyond those it had are put
+  /// before its final standing; when first = steps(), that is interrupted at tick `free`.
   void replan(std::size_t first, const std::vector<Footstep>& landings, std::size_t free);
 
   /// Start and end of a lap, in ticks.
@@ -92,11 +89,42 @@ inline constexpr int kSmoothingAdvance = 2;  ///< ticks the window looks ahead
 /// w_i proportional to sin²(pi i / 10), sum 1: the smoothing of Kajita's and the JRL's pattern generators.
 std::array<double, kSmoothingTicks + 1> smoothing_weights();
 
-/// The ZMP reference at any tick of a walk (before and after it: its first and last value), m in P: linear in
-/// double support, constant in single support.
+/// The ZMP reference at any tick, also beyond the walk, m in P: linear in double, constant in single support.
 Eigen::Vector2d zmp_reference(const Timeline& timeline, std::ptrdiff_t tick);
 
 /// sum_j w_j zmp_reference(tick - j + kSmoothingAdvance).
 Eigen::Vector2d smoothed_zmp(const Timeline& timeline, std::ptrdiff_t tick);
+
+/// 3s² - 2s³ for s in [0, 1]: velocity zero at both ends, acceleration not.
+constexpr double cubic_blend(double s) { return s * s * (3 - 2 * s); }
+
+/// 10s³ - 15s⁴ + 6s⁵ for s in [0, 1]: velocity and acceleration zero at both ends.
+constexpr double quintic_blend(double s) { return s * s * s * (10 + s * (6 * s - 15)); }
+
+/// Returns the swinging sole at `elapsed` (0 ... 1) of single support, in P. Horizontally it moves during the
+/// middle 90 % (vertical take-off and landing), along `polynomial`; height is 16 h s² (1-s)²; the heading
+/// follows a cubic (Stasse et al. 2006, section II, and the JRL pattern generator).
+Eigen::Isometry3d swing_foot(const FootPose& from, const FootPose& to, double elapsed, double step_height_m,
+                             SwingPolynomial polynomial);
+
+/// The sole of a foot at `height_m` above its place on the ground, in P.
+Eigen::Isometry3d sole(const FootPose& foot, double height_m = 0);
+
+struct WaistYaw {
+  double yaw = 0;   ///< rad, never wrapped
+  double rate = 0;  ///< rad/s
+};
+
+/// Cubic from the heading at the start of the phase to that at its end, `elapsed` in 0 ... 1 of the phase
+/// (Stasse et al. 2006, section II: the waist turns in yaw only, on a third-order polynomial).
+WaistYaw waist_yaw(const Phase& phase, double elapsed);
+
+/// Returns the arm for a foot on its side that is `foot_ahead_m` ahead of half-sitting: the hand goes the
+/// other way by 0.2267747 of that, at its height in half-sitting (Stasse et al. 2006, section II: "arm motion
+/// heuristic"; gain and geometry of the JRL pattern generator). Half-sitting for 0.
+ArmAngles arm_swing(double foot_ahead_m);
+
+/// Both arms for the feet of `reference`.
+Arms arm_swing(const Reference& reference);
 
 }  // namespace walking

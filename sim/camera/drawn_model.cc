@@ -11,16 +11,14 @@
 #include <tuple>
 #include <utility>
 
-#include "sim/camera/shapes.h"
-#include "sim/camera/textures.h"
+#include "sim/camera/scene.h"
 #include "sim/physics/nominal_body.h"
 
 namespace sim::camera {
 namespace {
 
 Eigen::Isometry3d pose_in_parent(const mjtNum* p, const mjtNum* q) {
-  return Eigen::Translation3d(p[0], p[1], p[2]) *
-         Eigen::Isometry3d(Eigen::Quaterniond(q[0], q[1], q[2], q[3]));
+  return Eigen::Translation3d(p[0], p[1], p[2]) * Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
 }
 
 Eigen::Isometry3d pose_in_body(const mjModel& model, int geom) {

@@ -1,5 +1,4 @@
-// Robot and room as viewers draw them: triangles by body, colors and pictures, the poses of the bodies, and
-// the robot as URDF.
+// Robot and room as viewers draw them: triangles by body, colors, pictures, poses; the robot as URDF.
 #pragma once
 
 #include <Eigen/Geometry>

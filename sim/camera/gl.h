@@ -26,8 +26,7 @@ void* gl_function(const char* name);
     return found;                                                                                   \
   }())
 
-/// Channels of a picture: only brightness, as the head camera sees it, which costs less, or colors, for
-/// people.
+/// Channels of a picture: only brightness, as the head camera sees it (cheaper), or colors, for people.
 enum class Channels { grey = 1, rgb = 3 };
 
 /// A corner of a triangle. Where only grey is drawn, `light` is (brightness, unused, unused).

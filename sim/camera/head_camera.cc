@@ -14,8 +14,7 @@ double below_triangle(double x) {
   return x < 0 ? 0.5 * (1 + x) * (1 + x) : 1 - 0.5 * (1 - x) * (1 - x);
 }
 
-// Mean over [from, to] of that triangle about 0: what a moment's picture adds to light gathered in that time,
-// all in steps between moments.
+// Mean over [from, to] of that triangle: a moment's share of light gathered in that time, in steps.
 double share(double from, double to) {
   if (to - from < 1e-9) return std::max(0.0, 1 - std::abs(from));
   return (below_triangle(to) - below_triangle(from)) / (to - from);

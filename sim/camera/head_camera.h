@@ -43,8 +43,7 @@ class RecentMotion {
 
   /// Adds positions at a later moment than all before.
   void add(std::chrono::nanoseconds t, const mjModel& model, const mjData& data);
-  /// Positions at a moment (s), interpolated between the nearest two; outside them the first or the last that
-  /// is still kept. Needs at least one.
+  /// Positions at a moment (s), interpolated; outside the kept ones the first or last. Needs at least one.
   Eigen::VectorXd at(double t_s, const mjModel& model) const;
 
  private:
@@ -56,10 +55,9 @@ class RecentMotion {
   std::deque<Pose> poses_;
 };
 
-/// Renders what the camera "head_camera" of a model sees. The same positions give the same bytes.
-/// The model is the robot in its furnished room, and the camera's own: the physics that moves the robot knows
-/// only the floor, as each visible geom would slow every step. Owns the OpenGL context of the
-/// thread that made it; draw from that thread only.
+/// Renders what the camera "head_camera" of a model sees. The same positions give the same bytes. The model,
+/// of the robot in its furnished room, is the camera's own: the physics knows only the floor, as each visible
+/// geom would slow its steps. Owns the OpenGL context of the thread that made it; draw from that one only.
 class HeadCamera {
  public:
   /// Throws std::runtime_error without OpenGL, std::invalid_argument if the model has no head_camera.

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <utility>
 
 namespace sim::camera {
 namespace {
@@ -41,8 +40,7 @@ double finest_step(const CameraModel& camera, double yaw, const cv::Range& colum
   return least;
 }
 
-// Directions seen along the border of the columns: those inside lie between, as the lens is monotonic along
-// each ray.
+// Directions seen along the border of the columns; the others lie between: the lens is monotonic.
 Eigen::AlignedBox2d seen_directions(const CameraModel& camera, double yaw, const cv::Range& columns) {
   Eigen::AlignedBox2d seen;
   const auto include = [&](int u, int v) {
@@ -68,8 +66,7 @@ Pinhole covering(const CameraModel& camera, const cv::Range& columns) {
   return view;
 }
 
-// Strips along the four sides of a view that no pixel samples: the corners of the image reach far out, the
-// middles of its sides do not.
+// Strips along the sides of a view that no pixel samples: only the corners of the image reach far out.
 std::vector<cv::Rect> unsampled_strips(const cv::Mat2f& map, const Pinhole& view) {
   constexpr int strips = 5;
   const int w = view.width_px, h = view.height_px;
@@ -99,11 +96,6 @@ std::vector<cv::Rect> unsampled_strips(const cv::Mat2f& map, const Pinhole& view
 }
 
 }  // namespace
-
-Eigen::Vector2d CameraModel::project(const Eigen::Vector3d& p_C) const {
-  const Eigen::Vector2d u_c(fu_px * p_C.x() / p_C.z(), fv_px * p_C.y() / p_C.z());
-  return Eigen::Vector2d(u0_px, v0_px) + u_c / std::sqrt(1 + 2 * k1_px2 * u_c.squaredNorm());
-}
 
 Eigen::Vector2d CameraModel::direction(const Eigen::Vector2d& uv) const {
   const Eigen::Vector2d d = uv - Eigen::Vector2d(u0_px, v0_px);

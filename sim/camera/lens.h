@@ -1,5 +1,4 @@
-// The lens of the simulated head camera: from the renderer's pinhole picture to the picture a real lens
-// gives.
+// The lens of the simulated head camera: from the renderer's pinhole picture to that of a real lens.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,9 +16,7 @@ struct CameraModel {
   int width_px, height_px;
   double fu_px, fv_px, u0_px, v0_px;
   double k1_px2;
-  /// Pixel of a point of the camera's frame (x right, y down, z forward; z > 0).
-  Eigen::Vector2d project(const Eigen::Vector3d& p_C) const;
-  /// Direction (x/z, y/z) seen at a pixel; needs 2 k1 |uv - u0|² < 1.
+  /// Direction (x/z, y/z; x right, y down, z forward) seen at a pixel; needs 2 k1 |uv - u0|² < 1.
   Eigen::Vector2d direction(const Eigen::Vector2d& uv) const;
 };
 
@@ -51,8 +48,7 @@ class LensWarp {
   explicit LensWarp(const CameraModel& camera);
   /// The pinhole of the whole image, or those of its left and its right half.
   const std::vector<Pinhole>& views() const { return views_; }
-  /// Returns the position in the picture of the views side by side that pixel (u, v) samples (pixel centers
-  /// are whole).
+  /// Returns where pixel (u, v) samples the picture of the views side by side (pixel centers are whole).
   Eigen::Vector2d source_pixel(int u, int v) const;
   /// The image of a picture of the views side by side, first row on top.
   cv::Mat warp(const cv::Mat& views) const;

@@ -5,15 +5,12 @@
 #include <span>
 #include <utility>
 
-#include "sim/camera/textures.h"
-
 namespace sim::camera {
 namespace {
 
 constexpr float kNear = 0.05f, kFar = 40.0f;
 
-// Planes through the camera's center along the four sides of the view: normals in the view's frame,
-// pointing inside.
+// Normals, pointing inside, of the planes through the camera's center along the view's sides.
 std::array<Eigen::Vector3f, 4> view_sides(const Pinhole& view) {
   const float l = float(view.left), t = float(view.top);
   const float r = l + float(view.width_px / view.focal_px), b = t + float(view.height_px / view.focal_px);
@@ -21,8 +18,7 @@ std::array<Eigen::Vector3f, 4> view_sides(const Pinhole& view) {
           Eigen::Vector3f(0, 1, -t).normalized(), Eigen::Vector3f(0, -1, b).normalized()};
 }
 
-// OpenGL's clip coordinates of a point of the view: the picture's left and top sides at -1, z from near to
-// far.
+// OpenGL's clip coordinates of a point of the view: the picture's left and top at -1, z from near to far.
 Eigen::Matrix4f clip_from_view(const Pinhole& view) {
   const double x = 2 * view.focal_px / view.width_px, y = 2 * view.focal_px / view.height_px;
   Eigen::Matrix4f clip;
@@ -109,13 +105,6 @@ void Scene::light_piece(const Piece& piece, float light) {
   }
 }
 
-void Scene::light_still(float light) {
-  for (const Piece& piece : pieces_)
-    if (!piece.moves) light_piece(piece, light);
-  renderer_.set_vertices(0, std::span(vertices_).first(still_vertices_));
-  lit_by_ = light;
-}
-
 // From near to far, so that hidden surfaces cost no texturing.
 std::vector<Scene::Seen> Scene::seen_by(const Pinhole& view, const Eigen::Isometry3f& X_VW) const {
   const auto sides = view_sides(view);
@@ -124,9 +113,8 @@ std::vector<Scene::Seen> Scene::seen_by(const Pinhole& view, const Eigen::Isomet
     const Eigen::Isometry3f X_VG = X_VW * piece.X_WG;
     if (model_.geom_type[piece.geom] == mjGEOM_PLANE && X_VG.translation().dot(X_VG.linear().col(2)) > 0)
       continue;  // seen from behind
-    const auto reach = [&](const Eigen::Vector3f& along_V) {
-      return along_V.dot(X_VG.translation()) +
-             (X_VG.linear().transpose() * along_V).cwiseAbs().dot(piece.half);
+    const auto reach = [&](const Eigen::Vector3f& axis_V) {
+      return axis_V.dot(X_VG.translation()) + (X_VG.linear().transpose() * axis_V).cwiseAbs().dot(piece.half);
     };
     if (std::all_of(sides.begin(), sides.end(), [&](const auto& side) { return reach(side) > 0; }))
       seen.push_back({&piece, reach(Eigen::Vector3f::UnitZ())});
@@ -154,7 +142,12 @@ cv::Mat Scene::draw(const mjData& data, const Eigen::Isometry3d& X_WC, float lig
   renderer_.make_current();
   for (Piece& piece : pieces_)
     if (piece.moves || lit_by_ < 0) piece.X_WG = geom_pose(data, piece.geom).cast<float>();
-  if (light != lit_by_) light_still(light);
+  if (light != lit_by_) {
+    for (const Piece& piece : pieces_)
+      if (!piece.moves) light_piece(piece, light);
+    renderer_.set_vertices(0, std::span(vertices_).first(still_vertices_));
+    lit_by_ = light;
+  }
   std::vector<Eigen::Isometry3f> X_VW;
   std::vector<std::vector<Seen>> seen;
   bool any_moves = false;

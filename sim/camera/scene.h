@@ -1,4 +1,5 @@
-// Pictures of a MuJoCo model from any pose: the room, the robot in it, drawn off-screen.
+// Pictures of a MuJoCo model from any pose: the room, the robot in it, drawn off-screen; and the pictures on
+// its surfaces, which the model file only names, so that physics loads fast (textures.cc).
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -16,18 +17,16 @@
 namespace sim::camera {
 
 /// Draws a model's geoms of groups 0 and 1, and of group 2 (the head) when asked for, with its textures
-/// painted from a seed. What is not transparent altogether is drawn as if it were solid. Owns an OpenGL
-/// context of its thread. Lighting is the same wherever the camera is, so that it is computed once for all
-/// that never moves.
+/// painted from a seed. What is not fully transparent is drawn solid. Owns an OpenGL context of its thread.
+/// Lighting does not depend on the camera: it is computed once for all that never moves.
 class Scene {
  public:
   /// Pictures are as `views` say, side by side in one. Throws std::runtime_error without OpenGL,
   /// std::invalid_argument for a model that cannot be drawn.
   Scene(const mjModel& model, std::vector<Pinhole> views, std::uint64_t texture_seed, Channels channels,
         Robot robot = Robot::without_head);
-  /// The views of `data` (positions computed) from X_WC (x right, y down, z forward): CV_8UC1 or RGB.
-  /// `light`: share of the room's light that is on; what emits light stays as bright, except the ceiling with
-  /// the lamps.
+  /// The views of `data` (positions computed) from X_WC (x right, y down, z ahead): CV_8UC1 or RGB. `light`:
+  /// share of the room's light that is on; what emits light stays as bright, except the lamps' ceiling.
   cv::Mat draw(const mjData& data, const Eigen::Isometry3d& X_WC, float light = 1);
 
  private:
@@ -48,7 +47,6 @@ class Scene {
 
   void add_piece(int geom, unsigned texture);
   void add_masks();
-  void light_still(float light);
   void light_piece(const Piece& piece, float light);
   std::vector<Seen> seen_by(const Pinhole& view, const Eigen::Isometry3f& X_VW) const;
   void draw_view(std::size_t view, const Eigen::Isometry3f& X_VW, const std::vector<Seen>& seen);
@@ -64,5 +62,12 @@ class Scene {
   Renderer renderer_;
   Lamps lamps_;
 };
+
+/// The RGB picture of a 2d texture, painted from a seed where paint_texture knows its name. Soft shadows of
+/// the furniture that stands on a floor or hangs on a wall are baked into it. `data`: positions computed.
+cv::Mat3b texture_picture(const mjModel& model, const mjData& data, int texture, std::uint64_t seed);
+
+/// Loads the model's 2d textures with mipmaps in the current OpenGL context. Returns their names in it.
+std::vector<unsigned> load_textures(const mjModel& model, std::uint64_t seed, Channels channels);
 
 }  // namespace sim::camera

@@ -36,8 +36,7 @@ GeomMesh geom_mesh(const mjModel& model, int geom);
 /// Parts of a robot to draw: the head camera does not see the head around it.
 enum class Robot { without_head, whole };
 
-/// Returns whether a geom is drawn: groups 0 and 1, and group 2 (the head) of a whole robot, unless fully
-/// transparent.
+/// Returns whether a geom is drawn: groups 0, 1, and 2 (the head) of a whole robot, unless transparent.
 bool is_drawn(const mjModel& model, int geom, Robot robot = Robot::whole);
 
 /// Returns whether a geom belongs to the robot, not to the room.
@@ -55,9 +54,8 @@ struct Paint {
 /// The paint of a geom: its own color or that of its material.
 Paint paint_of(const mjModel& model, int geom);
 
-/// The model's lamps: directional ones, fixed to the room, and the ambient part of MuJoCo's headlight. What
-/// moves with the head lights nothing, so that the brightness of a surface does not depend on the view;
-/// highlights and cast shadows are omitted.
+/// The model's lamps: directional ones, fixed to the room, and the ambient part of MuJoCo's headlight. The
+/// brightness of a surface does not depend on the view; highlights and cast shadows are omitted.
 class Lamps {
  public:
   /// Throws std::invalid_argument for a lamp that is not directional or that moves.

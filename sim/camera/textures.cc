@@ -1,11 +1,9 @@
-#include "sim/camera/textures.h"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "sim/camera/shapes.h"
+#include "sim/camera/scene.h"
 #include "sim/room/paint.h"
 
 namespace sim::camera {

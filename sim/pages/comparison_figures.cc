@@ -59,6 +59,8 @@ Figure paths(const Runs& runs) {
   f.equal_axes = true;
   const Path &plan = runs.front()->plan, &truth = runs.front()->truth;
   f.lines = {{"plan", Role::plan, plan.x, plan.y}, {"truth", Role::truth, truth.x, truth.y}};
+  if (const auto& odometry = runs.front()->odometry)
+    f.lines.push_back({kOdometryName, Role::third, odometry->x, odometry->y, false, true});
   for_each_estimator(runs, [&](const std::string& estimator, Role role, const Runs& its_runs) {
     const RunData& run = *its_runs.front();
     const std::string name =
@@ -83,6 +85,13 @@ Figure errors_over_time(const std::string& alignment, const Runs& runs) {
     f.envelopes = {{"minimum to maximum", role, median.x, quantile(0).y, quantile(1).y}};
   });
   if (f.lines.size() > 1) f.envelopes.clear();
+  OverTime blind;
+  for (const RunData* run : runs)
+    for (std::size_t i = 0; run->odometry && i < run->odometry->t.size(); ++i)
+      blind[run->odometry->t[i]].push_back(kMm * run->odometry_error[i]);
+  const auto is_odometry = [](const RunData* run) { return run->estimator == "odometry"; };
+  if (!blind.empty() && alignment == "none" && std::none_of(runs.begin(), runs.end(), is_odometry))
+    f.lines.push_back(pooled(kOdometryName, Role::third, blind, score::median)), f.lines.back().thin = true;
   return f;
 }
 

@@ -64,6 +64,8 @@ Header header_of(const Figure& figure, double width) {
   Header header;
   double x = kTitleLeft, y = 0;
   for (const std::string& line : lines) header.svg += text(kTitleLeft, y += kLine, line, "class='title'");
+  for (const std::string& remark : figure.remarks)
+    header.svg += text(kTitleLeft, y += kLine, remark, "text-anchor='start'");
   y += kLine;
   for (const Line& line : figure.lines) {
     if (line.name.empty()) continue;
@@ -168,7 +170,10 @@ std::string draw(const Axes& axes, const Envelope& e) {
 }
 
 std::string draw(const Axes& axes, const Line& line) {
-  return fmt::format("<path class='{} {}' data-name='{}' d='{}'/>", line.dots ? "dots" : "line",
+  return fmt::format("<path class='{} {}' data-name='{}' d='{}'/>",
+                     line.dots   ? "dots"
+                     : line.thin ? "line thin"
+                                 : "line",
                      role_name(line.role), escaped(line.name),
                      line.dots ? dots(axes, line.x, line.y) : path(axes, line.x, line.y));
 }
@@ -276,7 +281,8 @@ std::string figure_style() {
   std::string css =
       "svg{font-family:sans-serif;font-size:12px}text{" + color("fill", "text", "#333") + "}.paper{" +
       color("fill", "panel", "#fff") + "}.grid{stroke-width:1;" + color("stroke", "edge", "#ddd") +
-      "}.frame{fill:none;stroke:#999}.line{fill:none;stroke-width:1.6}.envelope{opacity:.2}.dots{fill:none;"
+      "}.frame{fill:none;stroke:#999}.line{fill:none;stroke-width:1.6}.thin{stroke-width:1}.envelope{"
+      "opacity:.2}.dots{fill:none;"
       "stroke-width:4.4;stroke-linecap:round}.line,.dots,.level{"
       "vector-effect:non-scaling-stroke}"
       ".level{stroke:#777;stroke-dasharray:5 4;fill:none}.title{font-weight:600;font-size:13px}";

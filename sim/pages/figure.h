@@ -21,6 +21,7 @@ struct Line {
   Role role = Role::first;
   std::vector<double> x{}, y{};
   bool dots = false;  ///< draws the points only
+  bool thin = false;  ///< for comparison
 };
 
 /// The area between two lines over the same x, such as a 3-sigma envelope.
@@ -42,10 +43,11 @@ struct Figure {
   std::string name, title, x_label, y_label;
   std::vector<Line> lines{};
   std::vector<Envelope> envelopes{};
-  std::vector<Mark> levels{};   ///< horizontal, at y
-  std::vector<Mark> moments{};  ///< vertical, at x
-  bool equal_axes = false;      ///< a meter has the same length along x and y
-  bool logarithmic = false;     ///< y
+  std::vector<Mark> levels{};          ///< horizontal, at y
+  std::vector<Mark> moments{};         ///< vertical, at x
+  std::vector<std::string> remarks{};  ///< below the title
+  bool equal_axes = false;             ///< a meter has the same length along x and y
+  bool logarithmic = false;            ///< y
   bool logarithmic_x = false;
   bool whole_x = false, whole_y = false;  ///< ticks are whole numbers
 

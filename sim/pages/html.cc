@@ -92,8 +92,11 @@ std::string table_html(std::string_view name, const std::vector<TableCell>& titl
 }
 
 std::string figure_html(const Figure& figure, const std::string& below, double height, double width) {
-  return fmt::format("<figure data-figure='{}'><figcaption>{}</figcaption>{}{}{}</figure>\n",
-                     escaped(figure.name), escaped(figure.title),
+  std::string remarks;
+  for (const std::string& remark : figure.remarks)
+    remarks += fmt::format("<p class='soft'>{}</p>", escaped(remark));
+  return fmt::format("<figure data-figure='{}'><figcaption>{}</figcaption>{}{}{}{}</figure>\n",
+                     escaped(figure.name), escaped(figure.title), remarks,
                      to_page_svg(figure, width, figure.equal_axes ? kEqualHeight : height),
                      legend_html(figure), below);
 }

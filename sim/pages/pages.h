@@ -12,6 +12,9 @@
 
 namespace sim::pages {
 
+/// The name of the thin line by the same sensors without images.
+inline constexpr const char* kOdometryName = "odometry, no images";
+
 /// Planned, true and estimated path of the camera, from above.
 Figure camera_from_above(const RunData& run);
 /// Planned and true path of the waist, from above.

@@ -176,6 +176,14 @@ void read_frames(RunData& run) {
     if (run.metric("rotation_rmse_deg") || !run.metric("ate_sim3_rmse_m"))  // else positions only
       run.errors = errors_of(frames);
   }
+  if (fs::exists(run.folder / "odometry.tum")) {
+    Path& path = run.odometry.emplace();
+    for_poses("odometry.tum", [&](const Frame& frame, const TumRow& row) {
+      add(path, row.t, row.X);
+      run.odometry_error.push_back(frame.truth ? (row.X.translation() - frame.truth->translation()).norm()
+                                               : NAN);
+    });
+  }
   run.truth = path_of(frames, &Frame::truth), run.plan = path_of(frames, &Frame::plan);
   if (run.filter_frames) add_reports(frames, *run.filter_frames);
   if (frames.empty()) return;

@@ -92,6 +92,8 @@ struct RunData {
   std::optional<Path> waist_estimate;  ///< of a steered walk, like waist_desired and corrected_steps
   std::optional<Path> waist_desired;
   std::optional<Errors> errors;
+  std::optional<Path> odometry;  ///< by the same sensors without images
+  Column odometry_error;         ///< its distance from the truth, m
   std::optional<Table> filter_frames, feet, frame_times, corrected_steps;
   std::vector<Frame> frames;  ///< truth, plan, estimate, report and map, without images
 

@@ -23,7 +23,15 @@ bool any_finite(const Column& values) {
   return std::any_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
 }
 
-void add_errors(std::vector<Figure>& figures, const Errors& e) {
+void add_errors(std::vector<Figure>& figures, const RunData& run) {
+  const Errors& e = *run.errors;
+  Figure distance{"error_distance", "Position error", kTime, "distance from the truth [mm]"};
+  distance.logarithmic = true;
+  distance.lines = {{"estimate", Role::estimate, e.t, scaled(e.distance, kMm)}};
+  if (run.odometry)
+    distance.lines.push_back(
+        {kOdometryName, Role::third, run.odometry->t, scaled(run.odometry_error, kMm), false, true});
+  figures.push_back(distance);
   constexpr std::array kAxes{"x", "y", "z", "yaw"};
   for (std::size_t i = 0; i < kAxes.size(); ++i) {
     const bool turning = i == 3;
@@ -63,26 +71,28 @@ Column smoothed_nis(const Table& frames, const std::string& sensor) {
   return out;
 }
 
-void add_filter(std::vector<Figure>& figures, const Table& frames) {
+void add_filter(std::vector<Figure>& figures, const RunData& run) {
+  const Table& frames = *run.filter_frames;
   const Column t = frames.seconds("timestamp");
   Figure nis{
       "nis",
-      "Normalized innovation squared by degrees of freedom, mean over 1 s (1 expected; 95 % between the "
-      "lines for three rows)",
+      "Normalized innovation squared by degrees of freedom, mean over 1 s (1 expected; gray: 95 % with three "
+      "rows)",
       kTime, "NIS / dof"};
   nis.logarithmic = true;
   constexpr std::array kRoles{Role::estimate, Role::first, Role::plan, Role::second};
   static_assert(kRoles.size() == score::kSensors.size());
   for (std::size_t i = 0; i < kRoles.size(); ++i) {
     const std::string sensor(score::kSensors[i]);
-    if (frames.has("nis_" + sensor))
-      nis.lines.push_back({sensor == "plan_velocity" ? "velocity by legs or plan" : sensor, kRoles[i], t,
-                           smoothed_nis(frames, sensor)});
+    if (!frames.has("nis_" + sensor)) continue;
+    const std::string name = sensor == "plan_velocity" ? "velocity by legs or plan" : sensor;
+    nis.lines.push_back({name, kRoles[i], t, smoothed_nis(frames, sensor)});
+    if (const auto mean = run.metric("nis_" + sensor + "_mean"))
+      nis.remarks.push_back(fmt::format("{} {:.2g}: {}", name, *mean, score::nis_verdict(*mean)));
   }
-  const double rows = 3.0 * (2 * kHalfSecond + 1);  // of a sensor with three of them
-  nis.levels = {{"expected", 1},
-                {"2.5 % of three rows", score::chi_square_quantile(0.025, rows) / rows},
-                {"97.5 % of three rows", score::chi_square_quantile(0.975, rows) / rows}};
+  const score::Band band = score::mean_band(3, 2 * kHalfSecond + 1);  // of a sensor with three rows
+  nis.envelopes = {{"95 %", Role::truth, t, Column(t.size(), band.low / 3), Column(t.size(), band.high / 3)}};
+  nis.levels = {{"expected", 1}};
   Figure matches{"matches", "Landmarks in the map, searched for and accepted", kTime, "count"};
   matches.whole_y = true;
   matches.lines = {{"in the map", Role::truth, t, frames.numbers("landmarks")},
@@ -135,6 +145,8 @@ Figure from_above(const char* name, const char* title, const Path& plan, const P
 
 Figure camera_from_above(const RunData& run) {
   Figure f = from_above("from_above", "Camera from above", run.plan, run.truth);
+  if (run.odometry)
+    f.lines.push_back({kOdometryName, Role::third, run.odometry->x, run.odometry->y, false, true});
   if (run.estimate) f.lines.push_back({"estimate", Role::estimate, run.estimate->x, run.estimate->y});
   return f;
 }
@@ -176,8 +188,8 @@ Figure uncertainty(const RunData& run, double around_s) {
 std::vector<Figure> run_figures(const RunData& run) {
   std::vector<Figure> figures{camera_from_above(run), waist_from_above(run), camera_height(run)};
   if (run.errors) {
-    add_errors(figures, *run.errors);
-    if (run.filter_frames) add_filter(figures, *run.filter_frames);
+    add_errors(figures, run);
+    if (run.filter_frames) add_filter(figures, run);
     if (run.metric("loop_time_s")) figures.push_back(uncertainty(run, 5));
   }
   if (run.corrected_steps && run.corrected_steps->rows() > 0) add_corrections(figures, *run.corrected_steps);

@@ -66,7 +66,7 @@ class RunSections {
     add("paths", "Plan, truth and estimate",
         figures({"from_above", "waist_from_above", "height", "correct"}));
     if (run_.errors) {
-      add("errors", "Errors with 3-sigma envelopes", figures({"error_"}));
+      add("errors", "Errors with 3-sigma envelopes", images_text() + figures({"error_"}));
       add("consistency", "Consistency", figures({"nees", "nis"}));
       add("loop", "Loop closure", closure_text() + figures({"closure", "matches"}));
     }
@@ -190,6 +190,16 @@ class RunSections {
     for (const RunMetric& metric : run_.metrics)
       if (metric.name == "loop_closed" && !metric.reason.empty()) why = metric.reason;
     return fmt::format("<p class='soft'>The loop was not closed: {}.</p>", escaped(why));
+  }
+
+  std::string images_text() const {
+    const auto ate = run_.metric("ate_se3_rmse_m"), odometry = run_.metric("odometry_ate_se3_rmse_m");
+    if (!ate || !odometry) return "";
+    return fmt::format(
+        "<p>ATE {} mm. The same sensors without images (estimator odometry, the thin line) have {} mm, "
+        "{:.1f} "
+        "times as much.</p>",
+        number_text(kMm * *ate), number_text(kMm * *odometry), *odometry / *ate);
   }
 
   std::string picture_strip() const {

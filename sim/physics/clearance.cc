@@ -75,20 +75,16 @@ RoomClearance::RoomClearance(Model in_room, double margin_m) : model_(std::move(
       m.geom_conaffinity[geom] = 1;
       robot_.push_back(geom);
     } else if (m.geom_group[geom] == kSolidGroup) {
-      add_solid(geom);
+      const Eigen::AlignedBox3d box = box_around(m, *data_, geom);
+      if (box.max().z() < kFloor) continue;
+      if (m.geom_type[geom] == mjGEOM_PLANE) make_sheet(m, geom);
+      m.geom_margin[geom] = margin_;
+      solids_.push_back({geom, box});
     }
   }
 }
 
 bool RoomClearance::is_robot(int geom) const { return model_->body_weldid[model_->geom_bodyid[geom]] != 0; }
-
-void RoomClearance::add_solid(int geom) {
-  const Eigen::AlignedBox3d box = box_around(*model_, *data_, geom);
-  if (box.max().z() < kFloor) return;
-  if (model_->geom_type[geom] == mjGEOM_PLANE) make_sheet(*model_, geom);
-  model_->geom_margin[geom] = margin_;
-  solids_.push_back({geom, box});
-}
 
 Eigen::AlignedBox3d RoomClearance::robot_box() const {
   Eigen::AlignedBox3d box;

@@ -40,7 +40,6 @@ class RoomClearance {
     Eigen::AlignedBox3d box;  // around it, in W
   };
 
-  void add_solid(int geom);
   Eigen::AlignedBox3d robot_box() const;
   double select_near(const Eigen::AlignedBox3d& robot);
   Collision collision(int robot_geom, int room_geom, const Eigen::Vector3d& p_W) const;
@@ -62,8 +61,7 @@ struct PlannedCollision : Collision {
   int command = 0;  ///< index into WalkOptions::commands
 };
 
-/// The first time when the planned posture is nearer than kPlannedMargin_m to the room, with the plan's world
-/// at W.
+/// The first time when the planned posture is nearer than kPlannedMargin_m to the room. P is W.
 std::optional<PlannedCollision> first_collision(walking::PatternGenerator plan, Model in_room);
 
 }  // namespace sim::physics

@@ -13,18 +13,6 @@ namespace {
 
 std::array<char, 1000> last_warning{};
 
-// MuJoCo's own error handler waits for a key; throwing through its C frames is not safe: so the process ends
-// here.
-void end_process(const char* message) {
-  std::fprintf(stderr, "gaitslam: MuJoCo: %s\n", message);
-  std::fflush(nullptr);
-  _exit(3);
-}
-
-void keep_warning(const char* message) {
-  std::snprintf(last_warning.data(), last_warning.size(), "%s", message);
-}
-
 // A main file that only exists in memory, "in" the models folder so that relative paths start there.
 std::unique_ptr<mjVFS, void (*)(mjVFS*)> main_file(const std::string& name, const std::string& text) {
   std::unique_ptr<mjVFS, void (*)(mjVFS*)> files(new mjVFS, [](mjVFS* vfs) {
@@ -39,13 +27,20 @@ std::unique_ptr<mjVFS, void (*)(mjVFS*)> main_file(const std::string& name, cons
 
 }  // namespace
 
-void FreeModel::operator()(mjModel_* model) const { mj_deleteModel(model); }
-void FreeData::operator()(mjData_* data) const { mj_deleteData(data); }
+void Free::operator()(mjModel_* model) const { mj_deleteModel(model); }
+void Free::operator()(mjData_* data) const { mj_deleteData(data); }
 
 Model load_model(const std::string& robot, const std::string& room, const std::filesystem::path& models,
                  Shapes shapes) {
-  mju_user_error = end_process;
-  mju_user_warning = keep_warning;
+  // MuJoCo's own handler waits for a key, and throwing through its C frames is not safe: the process ends.
+  mju_user_error = [](const char* message) {
+    std::fprintf(stderr, "gaitslam: MuJoCo: %s\n", message);
+    std::fflush(nullptr);
+    _exit(3);
+  };
+  mju_user_warning = [](const char* message) {
+    std::snprintf(last_warning.data(), last_warning.size(), "%s", message);
+  };
   for (const std::string& part : {robot, room}) {
     const std::filesystem::path file = models / (part + ".xml");
     if (!std::filesystem::is_regular_file(file)) throw std::runtime_error("no model " + file.string());

@@ -1,5 +1,4 @@
-// Loads robot and room into one MuJoCo model, and keeps MuJoCo's errors and warnings from waiting for a key
-// or being lost.
+// Loads robot and room into one MuJoCo model, and keeps MuJoCo's warnings from being lost.
 #pragma once
 
 #include <filesystem>
@@ -11,14 +10,12 @@ struct mjData_;
 
 namespace sim::physics {
 
-struct FreeModel {
+struct Free {
   void operator()(mjModel_* model) const;
-};
-struct FreeData {
   void operator()(mjData_* data) const;
 };
-using Model = std::unique_ptr<mjModel_, FreeModel>;
-using Data = std::unique_ptr<mjData_, FreeData>;
+using Model = std::unique_ptr<mjModel_, Free>;
+using Data = std::unique_ptr<mjData_, Free>;
 
 /// The room of the physics, a bare floor: the shapes of a furnished one would cost time at each step. Whether
 /// the robot touches them is looked for apart (room_clearance.h).
@@ -27,10 +24,9 @@ inline constexpr char kPhysicalRoom[] = "floor";
 /// Which of the models' shapes are kept: all that can be seen, or only what can be touched (faster to step).
 enum class Shapes { all, colliding };
 
-/// models/<robot>.xml and models/<room>.xml, compiled as one model; paths inside both are relative to that
-/// folder. Throws std::runtime_error with MuJoCo's own message (file and line) when they do not load. From
-/// the first call on, an error inside MuJoCo prints one line on stderr and ends the process with exit code 3,
-/// and warnings are kept.
+/// models/<robot>.xml and models/<room>.xml as one model; paths inside are relative to that folder. Throws
+/// std::runtime_error with MuJoCo's message (file and line) when they do not load. From the first call on, an
+/// error inside MuJoCo prints one line on stderr and ends the process with code 3, and warnings are kept.
 Model load_model(const std::string& robot, const std::string& room, const std::filesystem::path& models,
                  Shapes shapes = Shapes::all);
 

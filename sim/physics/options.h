@@ -1,5 +1,4 @@
-// The scenario keys of the simulated world, and what is drawn per seed. The only header of sim/physics that
-// sim/scenario includes.
+// Scenario keys of the simulated world, and what is drawn per seed. sim/scenario includes no other header.
 #pragma once
 
 #include <Eigen/Core>
@@ -52,8 +51,7 @@ struct FloorPatch {
   }
 };
 
-/// The scenario's keys world.*. Where floor patches overlap the last one counts. The variation from seed to
-/// seed is drawn from named streams.
+/// The scenario's keys world.*. Of overlapping floor patches the last one counts.
 struct WorldOptions {
   std::string robot = "hrp2";
   std::string room = "office";
@@ -121,8 +119,7 @@ struct FloorWave {
   double phase_rad = 0;
 };
 
-/// One draw of what differs between the plant and its nominal model, made by the run from named streams. A
-/// vector that is empty: no difference.
+/// What differs between the plant and its nominal model, drawn from named streams. Empty: no difference.
 struct PlantVariation {
   double floor_friction = kFloorFriction;
   Eigen::VectorXd joint_offset_rad;  ///< true angle minus what the encoder reads, one per joint

@@ -37,11 +37,9 @@ Soles::Soles(mjModel& model, double friction, std::vector<FloorPatch> patches, s
     : friction_(friction), patches_(std::move(patches)), waves_(std::move(waves)) {
   for (int foot = 0; foot < 2; ++foot) {
     const int body = mj_name2id(&model, mjOBJ_BODY, kSoleBodies[static_cast<std::size_t>(foot)]);
-    const int first = body < 0 ? 0 : model.body_geomadr[body],
-              count = body < 0 ? 0 : model.body_geomnum[body];
-    for (int geom = first; geom < first + count; ++geom) {
+    const int first = body < 0 ? 0 : model.body_geomadr[body];
+    for (int geom = first; body >= 0 && geom < first + model.body_geomnum[body]; ++geom)
       if (model.geom_type[geom] == mjGEOM_SPHERE) pads_.push_back({geom, foot, model.geom_pos[3 * geom + 2]});
-    }
   }
   if (pads_.empty()) throw std::runtime_error("the robot has no pads under its soles");
   for (const Pad& pad : pads_) model.geom_friction[3 * pad.geom] = friction_;
@@ -107,18 +105,15 @@ std::array<SoleContact, 2> Soles::since_last() {
 
 double friction_at(const Eigen::Vector2d& p_W, double elsewhere, const std::vector<FloorPatch>& patches) {
   double friction = elsewhere;
-  for (const FloorPatch& patch : patches) {
-    const bool inside = p_W.x() >= patch.x_min_m && p_W.x() <= patch.x_max_m && p_W.y() >= patch.y_min_m &&
-                        p_W.y() <= patch.y_max_m;
-    if (inside) friction = patch.friction;
-  }
+  for (const FloorPatch& p : patches)
+    if (p_W.x() >= p.x_min_m && p_W.x() <= p.x_max_m && p_W.y() >= p.y_min_m && p_W.y() <= p.y_max_m)
+      friction = p.friction;
   return friction;
 }
 
 double height_at(const Eigen::Vector2d& p_W, const std::vector<FloorWave>& waves) {
   double height = 0;
-  for (const FloorWave& wave : waves)
-    height += wave.amplitude_m * std::cos(wave.k_1_m.dot(p_W) + wave.phase_rad);
+  for (const FloorWave& w : waves) height += w.amplitude_m * std::cos(w.k_1_m.dot(p_W) + w.phase_rad);
   return height;
 }
 

@@ -21,8 +21,7 @@ struct SoleContact {
 /// The ten pads of a robot on its floor.
 class Soles {
  public:
-  /// Finds the pads: the geoms of the bodies RLEG_SOLE and LLEG_SOLE that collide with the floor. Throws
-  /// std::runtime_error if there are no pads.
+  /// Finds the pads: geoms of RLEG_SOLE and LLEG_SOLE that collide. Throws std::runtime_error without any.
   Soles(mjModel_& model, double friction, std::vector<FloorPatch> patches, std::vector<FloorWave> waves);
 
   /// Gives each pad the friction and the height of the floor below it: the floor of the simulator is a plane,

@@ -14,11 +14,6 @@ constexpr double kRestForce = 0.05;  // m/s²; standing robots stay within 0.01
 constexpr double kRestRate = 0.01;   // rad/s
 constexpr std::chrono::milliseconds kRest{200}, kLongestSettling{3000};
 
-bool is_at_rest(const walking::SensorReadings& readings) {
-  return std::abs(readings.accelerometer.norm() - walking::kGravity) < kRestForce &&
-         readings.gyro.norm() < kRestRate;
-}
-
 WorldOptions without_pushes(WorldOptions options) {
   options.pushes.clear();
   return options;
@@ -41,7 +36,9 @@ void WalkingRobot::settle() {
   std::chrono::nanoseconds rest{0};
   while (is_ok() && rest < kRest && world_.time() < kLongestSettling) {
     const walking::SensorReadings readings = world_.sensor_readings();
-    rest = is_at_rest(readings) ? rest + walking::kTick : std::chrono::nanoseconds(0);
+    const bool at_rest = std::abs(readings.accelerometer.norm() - walking::kGravity) < kRestForce &&
+                         readings.gyro.norm() < kRestRate;
+    rest = at_rest ? rest + walking::kTick : std::chrono::nanoseconds(0);
     command(readings);
     step();
   }

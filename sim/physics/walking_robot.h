@@ -10,8 +10,7 @@ namespace sim::physics {
 /// Per tick of 5 ms: command(), the steps of world() until the tick has passed, advance().
 class WalkingRobot {
  public:
-  /// Starts in the plan's first posture, with the plan's world P at X_WP, and at rest: loaded pads, bushes
-  /// and servos yield by some mm before t = 0.
+  /// Starts in the plan's first posture, P at X_WP, and at rest: pads, bushes and servos yield before t = 0.
   WalkingRobot(walking::PatternGenerator plan, const walking::StabilizerOptions& stabilizer,
                const WorldOptions& options, const PlantVariation& draw, const Models& models,
                const Eigen::Isometry3d& X_WP = Eigen::Isometry3d::Identity());

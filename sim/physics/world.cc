@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace sim::physics {
 namespace {
@@ -211,7 +212,12 @@ Status World::check() const {
     return {Condition::physics_failed, "a warning of MuJoCo"};
   // On a state that is not finite MuJoCo restarts the robot and its clock and continues.
   if (!(std::abs(lag) < 1e-6)) return {Condition::physics_failed, "the physics has restarted itself"};
-  if (feet_touch()) return {Condition::collided, "one foot touched the other"};
+  const auto between_feet = [this](const mjContact& contact) {
+    return std::minmax(contact.geom1, contact.geom2) ==
+           std::minmax(ids_.left_sole_geom, ids_.right_sole_geom);
+  };
+  if (std::any_of(data_->contact, data_->contact + data_->ncon, between_feet))
+    return {Condition::collided, "one foot touched the other"};
   const Eigen::Isometry3d X = X_WB();
   if (X.translation().z() < kFallenHeight || X.linear()(2, 2) < std::cos(kFallenTilt))
     return {Condition::fell, fall_text(X)};
@@ -236,14 +242,6 @@ std::string World::fall_text(const Eigen::Isometry3d& X_WB) const {
   return text;
 }
 
-bool World::feet_touch() const {
-  const auto between_feet = [this](const mjContact& contact) {
-    return std::minmax(contact.geom1, contact.geom2) ==
-           std::minmax(ids_.left_sole_geom, ids_.right_sole_geom);
-  };
-  return std::any_of(data_->contact, data_->contact + data_->ncon, between_feet);
-}
-
 walking::Wrench World::wrench(int sole_body, int force, int torque) const {
   // MuJoCo gives what the leg exerts on the sole: at rest the ground exerts the opposite on the foot, but for
   // the weight of what hangs below the sensor, which the sensor is tared for.
@@ -262,20 +260,16 @@ walking::SensorReadings World::leg_readings() const {
 }
 
 walking::SensorReadings World::sensor_readings() {
-  const ImuState now = imu_state();
-  const ImuReading reading = reading_between(last_read_, now, vector(model_->opt.gravity));
-  last_read_ = now;
+  const ImuReading reading = reading_since(last_read_);
   walking::SensorReadings readings = leg_readings();
   readings.gyro = reading.gyro;
   readings.accelerometer = reading.specific_force;
   return readings;
 }
 
-ImuReading World::imu_since_last() {
-  const ImuState now = imu_state();
-  const ImuReading reading = reading_between(last_recorded_, now, vector(model_->opt.gravity));
-  last_recorded_ = now;
-  return reading;
+ImuReading World::reading_since(ImuState& last) const {
+  const ImuState before = std::exchange(last, imu_state());
+  return reading_between(before, last, vector(model_->opt.gravity));
 }
 
 ImuState World::imu_state() const {
@@ -296,16 +290,8 @@ Eigen::Isometry3d World::X_WC() const {
   return X;
 }
 
-Eigen::Vector3d World::v_WG() const { return imu_state().v_WG; }
-
-Eigen::Isometry3d World::X_WG() const {
-  return pose(data_->site_xpos + 3 * ids_.imu, data_->site_xmat + 9 * ids_.imu);
-}
-Eigen::Isometry3d World::X_WL() const {
-  return pose(data_->site_xpos + 3 * ids_.left_sole, data_->site_xmat + 9 * ids_.left_sole);
-}
-Eigen::Isometry3d World::X_WR() const {
-  return pose(data_->site_xpos + 3 * ids_.right_sole, data_->site_xmat + 9 * ids_.right_sole);
+Eigen::Isometry3d World::X_WS(int site) const {
+  return pose(data_->site_xpos + 3 * site, data_->site_xmat + 9 * site);
 }
 
 Eigen::Vector3d World::com() const { return vector(data_->subtree_com + 3 * ids_.waist); }

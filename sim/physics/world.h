@@ -69,7 +69,7 @@ class World {
   walking::SensorReadings sensor_readings();
 
   /// Gyro and accelerometer as means since the last call of imu_since_last() (or the start).
-  ImuReading imu_since_last();
+  ImuReading imu_since_last() { return reading_since(last_recorded_); }
 
   /// Load and creep of the left and the right sole since the last call (or the start).
   std::array<SoleContact, 2> sole_contacts_since_last() { return soles_.since_last(); }
@@ -77,11 +77,11 @@ class World {
   /// True poses in W. Ground truth: only for the score, never for filter, stabilizer or plan.
   Eigen::Isometry3d X_WB() const;  ///< waist
   Eigen::Isometry3d X_WC() const;  ///< head camera, optical axes: x right, y down, z ahead
-  Eigen::Isometry3d X_WG() const;  ///< chest IMU
-  Eigen::Vector3d v_WG() const;    ///< velocity of the chest IMU, m/s in W
-  Eigen::Isometry3d X_WL() const;  ///< left sole, below the ankle
-  Eigen::Isometry3d X_WR() const;  ///< right sole
-  Eigen::Vector3d com() const;     ///< center of mass of the whole robot
+  Eigen::Isometry3d X_WG() const { return X_WS(ids_.imu); }         ///< chest IMU
+  Eigen::Vector3d v_WG() const { return imu_state().v_WG; }         ///< velocity of the chest IMU, m/s in W
+  Eigen::Isometry3d X_WL() const { return X_WS(ids_.left_sole); }   ///< left sole, below the ankle
+  Eigen::Isometry3d X_WR() const { return X_WS(ids_.right_sole); }  ///< right sole
+  Eigen::Vector3d com() const;                                      ///< center of mass of the whole robot
 
   /// For the renderer.
   const mjModel_* model() const { return model_.get(); }
@@ -104,8 +104,9 @@ class World {
   std::string fall_text(const Eigen::Isometry3d& X_WB) const;
   Status check() const;
   void look_around();
-  bool feet_touch() const;
   ImuState imu_state() const;
+  ImuReading reading_since(ImuState& last) const;  // and sets it
+  Eigen::Isometry3d X_WS(int site) const;
   walking::Wrench wrench(int sole_body, int force, int torque) const;
 
   Model model_;

@@ -56,11 +56,6 @@ std::string hash_of_files_in(const fs::path& result) {
   return hash.hex();
 }
 
-bool is_key(const std::string& name) {
-  constexpr std::size_t kLetters = 32;
-  return name.size() == kLetters && name.find_first_not_of("0123456789abcdef") == name.npos;
-}
-
 void require_writable(const fs::path& folder, const char* but) {
   if (::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) != 0 && errno != ENOENT)
     throw FileError(folder,
@@ -100,11 +95,10 @@ bool Cache::is_whole(const std::string& key, const Say& say) const {
     const Manifest manifest(entry / "result/recording");
     manifest.check_all();
     const files::Json stored = files::read_json(entry / "entry.json");
-    const bool same_recording = stored.at("recording").text() == manifest.hash();
-    if (same_recording && stored.at("files_xxh3_128").text() == hash_of_files_in(entry / "result"))
-      return true;
+    const bool same = stored.at("recording").text() == manifest.hash();
+    if (same && stored.at("files_xxh3_128").text() == hash_of_files_in(entry / "result")) return true;
     say(fmt::format("{}: contains another {} than was stored", entry.string(),
-                    same_recording ? "result" : "recording"));
+                    same ? "result" : "recording"));
   } catch (const FileError& damage) {
     say(damage.what());
   }
@@ -177,7 +171,9 @@ std::vector<Cache::Entry> Cache::list() const {
   std::vector<Entry> entries;
   std::error_code none;
   for (const auto& folder : fs::directory_iterator(place_.folder, none))
-    if (const std::string key = folder.path().filename(); is_key(key) && files::has_marker(folder.path()))
+    if (const std::string key = folder.path().filename();
+        key.size() == 32 && key.find_first_not_of("0123456789abcdef") == key.npos &&
+        files::has_marker(folder.path()))
       entries.push_back(read_entry(key));
   std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
     return std::pair(a.last_used_ns, a.key) < std::pair(b.last_used_ns, b.key);

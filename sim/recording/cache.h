@@ -30,8 +30,8 @@ struct CachedRecording {
   files::FileLock lock;
 };
 
-/// Keeps each recording in a folder <key>/ that appears whole or not at all. Several processes may share a
-/// cache, also processes that may only read it.
+/// Keeps each recording in a folder <key>/ that appears whole or not at all. Processes may share a cache,
+/// also those that may only read it.
 class Cache {
  public:
   /// The description of an entry.
@@ -49,9 +49,8 @@ class Cache {
   /// Returns the recording of that key after checking every byte, or nullopt if it is missing or damaged.
   std::optional<CachedRecording> find(const std::string& key, const Say& say) const;
 
-  /// Returns the recording of that key, made first if it is missing or damaged; waits while another process
-  /// makes it. Then removes the least recently used recordings that exceed the cache's size. Throws
-  /// FileError, and what `make` throws.
+  /// Returns the recording of that key, made if missing or damaged; waits while another process makes it.
+  /// Then removes the least recently used ones beyond the cache's size. Throws FileError and as `make` does.
   CachedRecording get(const std::string& key, const Label& label, const Make& make, const Say& say) const;
 
   struct Entry : Label {

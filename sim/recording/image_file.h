@@ -21,8 +21,7 @@ std::optional<ImageSize> image_size(std::string_view bytes);
 /// Throws files::FileError unless the header of a PNG or JPEG has this size; decodes nothing.
 void require_image_size(const std::filesystem::path& file, std::string_view bytes, const ImageSize& size);
 
-/// Decodes an image of this size; flags: as of cv::imdecode. Throws files::FileError, before decoding if the
-/// header has another size.
+/// Decodes an image of this size; flags: as of cv::imdecode. Throws FileError, for another size beforehand.
 cv::Mat decode_image(const std::filesystem::path& file, std::string_view bytes, const ImageSize& size,
                      int flags);
 

@@ -30,19 +30,16 @@ class ManifestWriter {
 /// A folder's `manifest.csv`, and the checks against it.
 class Manifest {
  public:
-  /// Throws FileError if the manifest is missing (an unfinished recording), invalid, or lists a path outside
-  /// the folder, also by a link.
+  /// Throws FileError if the manifest is missing, invalid, or lists a path (or link) outside the folder.
   explicit Manifest(const std::filesystem::path& folder);
 
-  /// Checks that every listed file exists and has its size, without reading it. Throws FileError with the
-  /// first other one.
+  /// Throws FileError for the first listed file that is missing or has another size; reads none.
   void check_sizes() const;
   /// Checks every listed file as check() does.
   void check_all() const;
   /// Checks a listed file against its hash, reading it in pieces. Returns its full path. Throws FileError.
   std::filesystem::path check(const std::string& path) const;
-  /// Returns the content of a listed file, `most` bytes at most. Throws FileError if it is not the recorded
-  /// one.
+  /// Returns the content of a listed file of at most so many bytes. Throws FileError if it was changed.
   std::string read(const std::string& path, std::uintmax_t most = files::kMostOfText) const;
   bool lists(const std::string& path) const { return entries_.contains(path); }
   /// Hash of the manifest, and so of the whole recording.

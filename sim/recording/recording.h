@@ -132,8 +132,7 @@ struct Truth {
   std::vector<score::StepCorrection> corrected_steps;  ///< empty unless the walk was steered
 };
 
-/// Reads the truth of a recording; called only after the filter has finished. Throws FileError as
-/// RecordingReader does.
+/// Reads the truth of a recording, after the filter has finished. Throws FileError as RecordingReader.
 Truth read_truth(const std::filesystem::path& folder);
 
 }  // namespace sim::recording

@@ -52,8 +52,7 @@ std::string plan_fields(const slam::PlannedMotion& plan);
 /// Reads the plan of a row with either header. Throws FileError.
 slam::PlannedMotion read_plan_row(const files::CsvReader& row);
 
-/// The readings in a row of an IMU, by default in the fields 1 to 3 and 4 to 6. Throw FileError if a reading
-/// is beyond any sensor.
+/// The readings in a row of an IMU, by default in fields 1 to 6. Throw FileError for one beyond any sensor.
 Eigen::Vector3d angular_rate(const files::CsvReader& row,
                              const std::vector<files::Column>& columns = {{1}, {2}, {3}});  ///< rad/s
 Eigen::Vector3d acceleration(const files::CsvReader& row,
@@ -86,12 +85,6 @@ inline const std::string kPlanRows = "mav0/plan0/data.csv";
 inline const std::string kMotionSensor = "mav0/state_groundtruth_estimate0/sensor.yaml";
 inline const std::string kMotionRows = "mav0/state_groundtruth_estimate0/data.csv";
 inline const std::string kFrames = "frames.csv";
-inline const std::string kTrueCamera = "truth/camera.csv";
-inline const std::string kTrueWaist = "truth/waist.csv";
-inline const std::string kPlannedWaist = "truth/waist_plan.csv";
-inline const std::string kFeet = "truth/feet.csv";
-inline const std::string kCorrectedSteps = "truth/corrected_steps.csv";
-inline const std::string kSurfaces = "truth/surfaces.csv";
 
 inline std::string body_sensor_file(const std::string& sensor) { return "mav0/" + sensor + "/sensor.yaml"; }
 inline std::string body_sensor_rows(const std::string& sensor) { return "mav0/" + sensor + "/data.csv"; }
@@ -111,19 +104,24 @@ inline const std::string kMotionHeader =
     "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z [], "
     "v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1], b_w_RS_S_y [rad s^-1], "
     "b_w_RS_S_z [rad s^-1], b_a_RS_S_x [m s^-2], b_a_RS_S_y [m s^-2], b_a_RS_S_z [m s^-2]";
-inline const std::string kTrueCameraHeader = kStampColumn + "," + files::pose_columns("WC");
-inline const std::string kTrueWaistHeader = kStampColumn + "," + files::pose_columns("WB");
-inline const std::string kPlannedWaistHeader = kStampColumn + "," + files::pose_columns("PB");
+/// A file of the truth and the titles of its columns.
+struct Table {
+  std::string file, header;
+};
+inline const Table kTrueCamera{"truth/camera.csv", kStampColumn + "," + files::pose_columns("WC")},
+    kTrueWaist{"truth/waist.csv", kStampColumn + "," + files::pose_columns("WB")},
+    kPlannedWaist{"truth/waist_plan.csv", kStampColumn + "," + files::pose_columns("PB")};
 inline const std::string kFootColumns =
     ",x [m],y [m],yaw [rad],plan_x [m],plan_y [m],plan_yaw [rad],planned_down,load [N]"
     ",creep_x [m],creep_y [m],creep_yaw [rad]";
-inline const std::string kFeetHeader = kStampColumn + kFootColumns + kFootColumns;
-inline const std::string kCorrectedStepsHeader =
+inline const Table kFeet{"truth/feet.csv", kStampColumn + kFootColumns + kFootColumns};
+inline const Table kCorrectedSteps{
+    "truth/corrected_steps.csv",
     kStampColumn +
-    ",foot,desired_x [m],desired_y [m],desired_yaw [rad],expected_x [m],expected_y [m],expected_yaw [rad]"
-    ",ahead [m],aside [m],turn [rad]";
-inline const std::string kSurfacesHeader =
-    "#kind," + files::pose_columns("WS") + ",size_1 [m],size_2 [m],size_3 [m]";
+        ",foot,desired_x [m],desired_y [m],desired_yaw [rad],expected_x [m],expected_y [m],expected_yaw [rad]"
+        ",ahead [m],aside [m],turn [rad]"};
+inline const Table kSurfaces{"truth/surfaces.csv",
+                             "#kind," + files::pose_columns("WS") + ",size_1 [m],size_2 [m],size_3 [m]"};
 
 /// slam::Support in words, in the order of its values.
 inline const std::array<std::string, 3> kSupport{"both", "left", "right"};

@@ -22,10 +22,9 @@ StampedRows rows_of(const Manifest& manifest, const std::string& name,
   return StampedRows(files::CsvReader(manifest.check(name), headers), kEpoch);
 }
 
-std::vector<files::TimedPose> read_poses(const Manifest& manifest, const std::string& name,
-                                         const std::string& header) {
+std::vector<files::TimedPose> read_poses(const Manifest& manifest, const Table& table) {
   std::vector<files::TimedPose> poses;
-  for (StampedRows rows = rows_of(manifest, name, {header}); rows.stamp(); rows.advance())
+  for (StampedRows rows = rows_of(manifest, table.file, {table.header}); rows.stamp(); rows.advance())
     poses.push_back({*rows.stamp(), rows.row().pose(1)});
   return poses;
 }
@@ -40,7 +39,7 @@ TrueFoot read_foot(const files::CsvReader& row, std::size_t first) {
 // Steps are decided at least a tick apart; the time is that of the decision.
 std::vector<score::StepCorrection> read_corrected_steps(const Manifest& manifest) {
   std::vector<score::StepCorrection> steps;
-  StampedRows rows = rows_of(manifest, kCorrectedSteps, {kCorrectedStepsHeader});
+  StampedRows rows = rows_of(manifest, kCorrectedSteps.file, {kCorrectedSteps.header});
   for (; rows.stamp(); rows.advance()) {
     const files::CsvReader& row = rows.row();
     if (row.text(1) != "left" && row.text(1) != "right") row.fail(1, "expected left or right");
@@ -52,7 +51,7 @@ std::vector<score::StepCorrection> read_corrected_steps(const Manifest& manifest
 
 std::vector<score::Surface> read_surfaces(const Manifest& manifest) {
   std::vector<score::Surface> surfaces;
-  files::CsvReader rows(manifest.check(kSurfaces), {kSurfacesHeader});
+  files::CsvReader rows(manifest.check(kSurfaces.file), {kSurfaces.header});
   while (rows.next()) {
     const auto kind = std::find(kSurfaceKinds.begin(), kSurfaceKinds.end(), rows.text(0));
     if (kind == kSurfaceKinds.end())
@@ -150,13 +149,13 @@ std::optional<slam::Observation> RecordingReader::next() {
 Truth read_truth(const fs::path& folder) {
   const Manifest manifest(folder);
   Truth truth;
-  truth.camera = read_poses(manifest, kTrueCamera, kTrueCameraHeader);
-  truth.waist = read_poses(manifest, kTrueWaist, kTrueWaistHeader);
-  truth.waist_plan = read_poses(manifest, kPlannedWaist, kPlannedWaistHeader);
-  for (StampedRows rows = rows_of(manifest, kFeet, {kFeetHeader}); rows.stamp(); rows.advance())
+  truth.camera = read_poses(manifest, kTrueCamera);
+  truth.waist = read_poses(manifest, kTrueWaist);
+  truth.waist_plan = read_poses(manifest, kPlannedWaist);
+  for (StampedRows rows = rows_of(manifest, kFeet.file, {kFeet.header}); rows.stamp(); rows.advance())
     truth.feet.push_back({*rows.stamp(), read_foot(rows.row(), 1), read_foot(rows.row(), 12)});
   truth.surfaces = read_surfaces(manifest);
-  if (manifest.lists(kCorrectedSteps)) truth.corrected_steps = read_corrected_steps(manifest);
+  if (manifest.lists(kCorrectedSteps.file)) truth.corrected_steps = read_corrected_steps(manifest);
   return truth;
 }
 

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <stdexcept>
 
 #include "sim/recording/image_file.h"
@@ -37,6 +36,7 @@ struct Rows {
   Rows(const fs::path& folder, const std::string& name_, const std::string& header) : Rows(folder, name_) {
     file.write(header + "\n");
   }
+  Rows(const fs::path& folder, const Table& table) : Rows(folder, table.file, table.header) {}
   /// A row of that stamp; `fields` has a comma before each.
   void add(slam::Stamp t, const std::string& fields) {
     require(!last || t > *last, "the stamps of " + name + " do not rise");
@@ -61,9 +61,8 @@ struct RecordingWriter::Files {
   ManifestWriter manifest{folder};
   Rows frames{folder, kFrames, kStampColumn}, camera{folder, kCameraRows, kCameraHeader},
       imu{folder, kImuRows, kImuHeader}, plan{folder, kPlanRows}, motion{folder, kMotionRows, kMotionHeader},
-      true_camera{folder, kTrueCamera, kTrueCameraHeader}, true_waist{folder, kTrueWaist, kTrueWaistHeader},
-      planned_waist{folder, kPlannedWaist, kPlannedWaistHeader}, feet{folder, kFeet, kFeetHeader},
-      surfaces{folder, kSurfaces, kSurfacesHeader};
+      true_camera{folder, kTrueCamera}, true_waist{folder, kTrueWaist}, planned_waist{folder, kPlannedWaist},
+      feet{folder, kFeet}, surfaces{folder, kSurfaces};
   std::vector<Rows> body;  // in the order of body_sensors()
   std::optional<slam::Stamp> imu_begin, imu_end;
   std::optional<bool> with_legs;  // known from the first plan on
@@ -154,12 +153,12 @@ void RecordingWriter::add(const score::Surface& surface) {
 }
 
 void RecordingWriter::add(const std::vector<score::StepCorrection>& steps) {
-  std::string text = kCorrectedStepsHeader + "\n";
+  std::string text = kCorrectedSteps.header + "\n";
   for (const score::StepCorrection& step : steps)
     text += fmt::format("{},{},{},{},{}\n", file_stamp(step.t), kSupport[step.left ? 1 : 2],
                         files::csv_fields(step.desired), files::csv_fields(step.expected),
                         files::csv_fields(Eigen::Vector3d(step.ahead, step.aside, step.turn)));
-  files_->write_whole(kCorrectedSteps, text);
+  files_->write_whole(kCorrectedSteps.file, text);
 }
 
 void RecordingWriter::add(const std::string& name, std::string_view text) { files_->write_whole(name, text); }

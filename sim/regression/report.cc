@@ -1,5 +1,3 @@
-#include "sim/regression/report.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,8 +7,9 @@
 
 #include "sim/files/json.h"
 #include "sim/files/text.h"
+#include "sim/regression/verdict.h"
 #include "sim/result/json.h"
-#include "sim/result/score_table.h"
+#include "sim/result/limits.h"
 #include "sim/score/metrics.h"
 
 namespace sim::regression {
@@ -55,17 +54,6 @@ std::string change_text(const MetricVerdict& metric) {
                                                   : fmt::format("{:+.3g}", *metric.change);
 }
 
-// "2 of 14 rows failed"
-std::string count_text(const Comparison& comparison) {
-  std::size_t rows = 0, failed = 0;
-  for (const ScenarioVerdict& scenario : comparison.scenarios) {
-    rows += scenario.metrics.size() + scenario.limits.size();
-    for (const MetricVerdict& metric : scenario.metrics) failed += fails(metric.verdict);
-    for (const LimitVerdict& limit : scenario.limits) failed += !limit.passed;
-  }
-  return fmt::format("{} of {} failed", failed, files::counted(rows, "row"));
-}
-
 // "3 seeds paired, the same recordings"
 std::string pairing_text(const ScenarioVerdict& s) {
   if (s.n_baseline == 0) return "not in the baseline";
@@ -82,15 +70,17 @@ std::string pairing_text(const ScenarioVerdict& s) {
 using result::Paint;
 using result::painted;
 
-// The seeds that failing rows of a scenario name, in the order of the rows.
-using WorstSeeds = std::vector<std::uint64_t>;
+std::string repro(const ScenarioVerdict& scenario, std::uint64_t seed) {
+  return scenario.repro ? scenario.repro(seed) : "";
+}
 
-std::string worst_seed(std::uint64_t seed, WorstSeeds& worst) {
+// worst: the seeds that failing rows of a scenario name, in the order of the rows.
+std::string worst_seed(std::uint64_t seed, std::vector<std::uint64_t>& worst) {
   if (std::find(worst.begin(), worst.end(), seed) == worst.end()) worst.push_back(seed);
   return fmt::format("worst seed {}", seed);
 }
 
-std::string row(const MetricVerdict& m, bool colors, WorstSeeds& worst) {
+std::string row(const MetricVerdict& m, bool colors, std::vector<std::uint64_t>& worst) {
   const Paint paint = fails(m.verdict)               ? Paint::bad
                       : m.verdict == Verdict::better ? Paint::good
                                                      : Paint::none;
@@ -106,7 +96,7 @@ std::string row(const MetricVerdict& m, bool colors, WorstSeeds& worst) {
   return text;
 }
 
-std::string row(const LimitVerdict& limit, bool colors, WorstSeeds& worst) {
+std::string row(const LimitVerdict& limit, bool colors, std::vector<std::uint64_t>& worst) {
   std::string text =
       fmt::format("  {:<40} {:>25}  {}\n", "limit " + limit.what, limit.observed,
                   painted(std::string(word(limit)), limit.passed ? Paint::good : Paint::bad, colors));
@@ -115,19 +105,19 @@ std::string row(const LimitVerdict& limit, bool colors, WorstSeeds& worst) {
   return limit.passed ? text : text + "    " + worst_seed(limit.worst_seed, worst) + "\n";
 }
 
-std::string scenario_table(const Comparison& comparison, const ScenarioVerdict& scenario, bool colors) {
+std::string scenario_table(const ScenarioVerdict& scenario, bool colors) {
   std::string text = fmt::format("\n{}: {}\n", scenario.name, pairing_text(scenario));
   for (const std::string& difference : scenario.other_config)
     text += fmt::format("  configuration: {}\n", difference);
   text += fmt::format("  {:<21} {:>8} {:>8} {:>7} {:>12} {:>6}  {}\n", "metric", "baseline", "now", "change",
                       "95 % [%]", "p(Holm)", "verdict");
-  WorstSeeds worst;
+  std::vector<std::uint64_t> worst;
   for (const MetricVerdict& metric : scenario.metrics) text += row(metric, colors, worst);
   for (const LimitVerdict& limit : scenario.limits) text += row(limit, colors, worst);
   std::string again;
   for (const std::uint64_t seed : worst)
-    if (const std::string repro = comparison.repro(scenario.name, seed); !repro.empty())
-      again += fmt::format("    {}\n", repro);
+    if (const std::string command = repro(scenario, seed); !command.empty())
+      again += fmt::format("    {}\n", command);
   return text + (again.empty() ? "" : "  again:\n") + again;
 }
 
@@ -146,14 +136,6 @@ std::string xml(std::string_view text) {
   return replaced(text, {{'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}, {'\n', "&#10;"}});
 }
 
-std::string values_text(const MetricVerdict& m) {
-  const auto number = [&](const std::optional<double>& v) {
-    return v ? fmt::format("{:.6g}{}", *v, unit_of(m.gate.metric)) : "none";
-  };
-  return fmt::format("{} -> {} ({}; tolerance {})", number(m.baseline), number(m.now), change_text(m),
-                     tolerance_text(m.gate));
-}
-
 // A row of either kind.
 struct Line {
   std::string name, message, details;  // details: the command that repeats the run, last lines of failed ones
@@ -161,16 +143,23 @@ struct Line {
   bool failed = false, run_failed = false, skipped = false;
 };
 
-std::vector<Line> lines_of(const Comparison& comparison, const ScenarioVerdict& scenario) {
+std::vector<Line> lines_of(const ScenarioVerdict& scenario) {
   std::vector<Line> all;
-  for (const MetricVerdict& m : scenario.metrics)
-    all.push_back({m.gate.metric, values_text(m) + (m.remark.empty() ? "" : ": " + m.remark),
-                   m.n > 0 ? comparison.repro(scenario.name, m.worst_seed) : "", word(m.verdict),
-                   fails(m.verdict), false, m.verdict == Verdict::added});
+  for (const MetricVerdict& m : scenario.metrics) {
+    const auto number = [&](const std::optional<double>& v) {
+      return v ? fmt::format("{:.6g}{}", *v, unit_of(m.gate.metric)) : "none";
+    };
+    all.push_back(
+        {m.gate.metric,
+         fmt::format("{} -> {} ({}; tolerance {}){}{}", number(m.baseline), number(m.now), change_text(m),
+                     tolerance_text(m.gate), m.remark.empty() ? "" : ": ", m.remark),
+         m.n > 0 ? repro(scenario, m.worst_seed) : "", word(m.verdict), fails(m.verdict), false,
+         m.verdict == Verdict::added});
+  }
   for (const LimitVerdict& limit : scenario.limits) {
     Line line{"limit " + limit.what,
               "observed: " + limit.observed,
-              limit.passed ? "" : comparison.repro(scenario.name, limit.worst_seed),
+              limit.passed ? "" : repro(scenario, limit.worst_seed),
               word(limit),
               !limit.passed,
               limit.run_failed,
@@ -182,6 +171,14 @@ std::vector<Line> lines_of(const Comparison& comparison, const ScenarioVerdict& 
     all.push_back(line);
   }
   return all;
+}
+
+// "2 of 14 rows failed"
+std::string count_text(const Comparison& comparison) {
+  std::size_t rows = 0, failed = 0;
+  for (const ScenarioVerdict& scenario : comparison.scenarios)
+    for (const Line& line : lines_of(scenario)) ++rows, failed += line.failed;
+  return fmt::format("{} of {} failed", failed, files::counted(rows, "row"));
 }
 
 std::string testcase(const std::string& scenario, const Line& line, double wall_s) {
@@ -196,30 +193,13 @@ std::string testcase(const std::string& scenario, const Line& line, double wall_
       xml(scenario), xml(line.name), wall_s, inside, xml(message));
 }
 
-ordered_json json_of(const MetricVerdict& m) {
-  return {{"metric", m.gate.metric},
-          {"verdict", word(m.verdict)},
-          {"seeds", m.n},
-          {"baseline_median", result::or_null(m.baseline)},
-          {"now_median", result::or_null(m.now)},
-          {"change", result::or_null(m.change)},
-          {"change_band_95", result::or_null(m.band)},
-          {"p_holm", result::or_null(m.p)},
-          {"tolerance_percent", m.gate.percent},
-          {"tolerance_absolute", m.gate.absolute},
-          {"worst_seed", m.worst_seed},
-          {"remark", m.remark}};
-}
-
 }  // namespace
 
 std::string verdict_table(const Comparison& comparison, bool colors) {
   std::string text = comparison.title + "\n";
-  for (const ScenarioVerdict& scenario : comparison.scenarios)
-    text += scenario_table(comparison, scenario, colors);
-  text += "\n";
+  for (const ScenarioVerdict& scenario : comparison.scenarios) text += scenario_table(scenario, colors);
   const std::string count = count_text(comparison);
-  return text + painted(count, count.starts_with("0 ") ? Paint::good : Paint::bad, colors) + "\n";
+  return text + "\n" + painted(count, count.starts_with("0 ") ? Paint::good : Paint::bad, colors) + "\n";
 }
 
 std::string junit(const Comparison& comparison) {
@@ -229,7 +209,7 @@ std::string junit(const Comparison& comparison) {
   for (const ScenarioVerdict& scenario : comparison.scenarios) {
     double left_s = scenario.wall_s;  // the first row has the time of all runs
     wall_s += left_s;
-    for (const Line& line : lines_of(comparison, scenario)) {
+    for (const Line& line : lines_of(scenario)) {
       cases += testcase(scenario.name, line, std::exchange(left_s, 0));
       ++tests;
       failures += line.failed && !line.run_failed;
@@ -249,7 +229,7 @@ std::string markdown(const Comparison& comparison) {
   for (const ScenarioVerdict& scenario : comparison.scenarios) {
     text += fmt::format("\n**{}**: {}\n\n| metric | verdict | |\n|---|---|---|\n", scenario.name,
                         pairing_text(scenario));
-    for (const Line& line : lines_of(comparison, scenario)) {
+    for (const Line& line : lines_of(scenario)) {
       text += fmt::format("| `{0}` | {2}{1}{2} | {3}", line.name, line.verdict, line.failed ? "**" : "",
                           cell(line.message));
       std::istringstream details(line.failed ? line.details : "");
@@ -271,9 +251,9 @@ std::string github_annotations(const Comparison& comparison) {
   };
   std::string text;
   for (const ScenarioVerdict& scenario : comparison.scenarios)
-    for (const Line& line : lines_of(comparison, scenario))
+    for (const Line& line : lines_of(scenario))
       if (line.failed)
-        text += fmt::format("::error file={},title={}::{}\n", property(comparison.file(scenario.name)),
+        text += fmt::format("::error file={},title={}::{}\n", property(scenario.file),
                             property(fmt::format("{} {}: {}", scenario.name, line.name, line.verdict)),
                             message(line.message + "\n" + line.details));
   return text;
@@ -290,7 +270,19 @@ std::string verdicts_json(const Comparison& comparison) {
                        {"configuration_differences", s.other_config},
                        {"wall_s", s.wall_s}};
     entry["metrics"] = ordered_json::array();
-    for (const MetricVerdict& m : s.metrics) entry["metrics"].push_back(json_of(m));
+    for (const MetricVerdict& m : s.metrics)
+      entry["metrics"].push_back({{"metric", m.gate.metric},
+                                  {"verdict", word(m.verdict)},
+                                  {"seeds", m.n},
+                                  {"baseline_median", result::or_null(m.baseline)},
+                                  {"now_median", result::or_null(m.now)},
+                                  {"change", result::or_null(m.change)},
+                                  {"change_band_95", result::or_null(m.band)},
+                                  {"p_holm", result::or_null(m.p)},
+                                  {"tolerance_percent", m.gate.percent},
+                                  {"tolerance_absolute", m.gate.absolute},
+                                  {"worst_seed", m.worst_seed},
+                                  {"remark", m.remark}});
     entry["limits"] = ordered_json::array();
     for (const LimitVerdict& l : s.limits)
       entry["limits"].push_back(

@@ -1,13 +1,17 @@
 #include "sim/regression/verdict.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
+#include <limits>
+#include <utility>
 
 #include "sim/files/text.h"
+#include "sim/result/limits.h"
+#include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
 #include "sim/score/statistics.h"
 
@@ -16,17 +20,25 @@ namespace {
 
 constexpr double kLevel = 0.05;
 
+// "seed 4 fell: CAUSE"
+std::string ending_text(const result::SeedScore& seed) {
+  return fmt::format("seed {} {}{}{}", seed.seed, scenario::name_of(seed.ending),
+                     seed.cause.empty() ? "" : ": ", seed.cause);
+}
+
 // A metric's values on the seeds that both sides have.
 struct Values {
   std::vector<std::uint64_t> seeds;
   std::vector<double> baseline, now;
-  std::vector<double> lost;  // values of the baseline that have gone
-  std::size_t won = 0;       // values that only the results have
-  std::string why_lost;      // how the first run without its value ended
+  std::vector<double> changes, worse_by;  // by how much each seed and its loss increased
+  std::vector<double> lost;               // values of the baseline that have gone
+  std::size_t won = 0;                    // values that only the results have
+  std::string why_lost;                   // how the first run without its value ended
   bool identical = true;
 };
 
 Values values_of(const ScenarioResults& baseline, const ScenarioResults& now, const std::string& metric) {
+  const score::Direction direction = score::direction_of(metric);
   Values values;
   for (const result::SeedScore& seed : now.seeds) {
     const result::SeedScore* other = baseline.find(seed.seed);
@@ -37,6 +49,8 @@ Values values_of(const ScenarioResults& baseline, const ScenarioResults& now, co
       values.seeds.push_back(seed.seed);
       values.baseline.push_back(*a);
       values.now.push_back(*b);
+      values.changes.push_back(*b - *a);
+      values.worse_by.push_back(score::loss(*b, direction) - score::loss(*a, direction));
     } else if (a) {
       if (values.lost.empty()) values.why_lost = ending_text(seed);
       values.lost.push_back(*a);
@@ -47,23 +61,15 @@ Values values_of(const ScenarioResults& baseline, const ScenarioResults& now, co
   return values;
 }
 
-// By how much each seed increased; on the losses by how much it got worse.
-std::vector<double> differences(const Values& values, const std::function<double(double)>& of) {
-  std::vector<double> all;
-  for (std::size_t i = 0; i < values.now.size(); ++i)
-    all.push_back(of(values.now[i]) - of(values.baseline[i]));
-  return all;
-}
-
 // The verdict for too few seeds for a test: by the number of seeds that changed by more than the tolerance.
 Verdict by_seeds(const std::vector<double>& worse_by, double tolerance, std::string& remark) {
-  const auto beyond = [&](auto test) { return std::count_if(worse_by.begin(), worse_by.end(), test); };
-  const auto worse = beyond([&](double d) { return d > tolerance; }),
-             better = beyond([&](double d) { return d < -tolerance; });
-  const auto n = static_cast<std::ptrdiff_t>(worse_by.size());
+  const auto n = std::ssize(worse_by),
+             worse = std::ranges::count_if(worse_by, [&](double d) { return d > tolerance; }),
+             better = std::ranges::count_if(worse_by, [&](double d) { return d < -tolerance; });
   if (worse + better == 0) return Verdict::same;
-  remark = fmt::format("{} of {} worse beyond tolerance, {} better", worse,
-                       files::counted(worse_by.size(), "seed"), better);
+  if (remark.empty())
+    remark = fmt::format("{} of {} worse beyond tolerance, {} better", worse,
+                         files::counted(worse_by.size(), "seed"), better);
   if (better == 0 && 2 * worse > n) return Verdict::fail;
   if (worse == 0 && 2 * better > n) return Verdict::better;
   return Verdict::noisy;
@@ -75,32 +81,25 @@ double tolerance(const Gate& gate, double baseline) {
   return std::max(gate.absolute, gate.percent / 100 * std::abs(baseline));
 }
 
-// The verdict on a metric, before its p-value is adjusted.
-struct Judged {
-  MetricVerdict verdict;
-  double worse_by = 0;  // the increase of its loss
-  bool tested = false;
-};
-
-Judged judge(const Gate& gate, const Values& values) {
-  Judged judged{{gate}};
-  MetricVerdict& v = judged.verdict;
-  v.n = values.now.size();
+// p: after Holm; absent without a test.
+MetricVerdict judge(const Gate& gate, const Values& values, std::optional<double> p) {
+  MetricVerdict v{.gate = gate, .n = values.now.size(), .p = p};
+  if (values.won > 0)
+    v.remark = fmt::format("{} got a value that had none before", files::counted(values.won, "seed"));
   if (v.n > 0) {
     v.baseline = score::median(values.baseline);
     v.now = score::median(values.now);
-    const auto worse_by = differences(
-        values, [&](double value) { return score::loss(value, score::direction_of(gate.metric)); });
-    const auto changes = differences(values, [](double value) { return value; });
-    judged.worse_by = score::median(worse_by);
-    v.change = score::median(changes);
-    v.band = score::median_interval(changes);
-    v.worst_seed = values.seeds[static_cast<std::size_t>(std::max_element(worse_by.begin(), worse_by.end()) -
-                                                         worse_by.begin())];
-    if (v.n >= kSeedsForTest)
-      v.p = score::wilcoxon_signed_rank(worse_by);
-    else
-      v.verdict = by_seeds(worse_by, tolerance(gate, *v.baseline), v.remark);
+    v.change = score::median(values.changes);
+    v.band = score::median_interval(values.changes);
+    const auto worst = std::ranges::max_element(values.worse_by) - values.worse_by.begin();
+    v.worst_seed = values.seeds[static_cast<std::size_t>(worst)];
+    const double worse = score::median(values.worse_by), tolerated = tolerance(gate, *v.baseline);
+    if (v.n < kSeedsForTest) {
+      v.verdict = by_seeds(values.worse_by, tolerated, v.remark);
+    } else if (p && std::abs(worse) > tolerated) {
+      v.verdict = *p >= kLevel ? Verdict::noisy : worse > 0 ? Verdict::fail : Verdict::better;
+      if (*p >= kLevel) v.remark = "not significant: more seeds are needed";
+    }
   } else if (values.identical) {
     v.remark = "no run has a value";
   }
@@ -111,57 +110,39 @@ Judged judge(const Gate& gate, const Values& values) {
     v.remark =
         fmt::format("{} lost the value: {}", files::counted(values.lost.size(), "seed"), values.why_lost);
     if (!v.baseline) v.baseline = score::median(values.lost);
-  } else {
-    judged.tested = v.p.has_value();
-    if (v.n == 0) v.verdict = Verdict::added;
-    if (v.n > 0 && values.won > 0)
-      v.remark = fmt::format("{} got a value that had none before", files::counted(values.won, "seed"));
+  } else if (v.n == 0) {
+    v.verdict = Verdict::added;
+    v.remark.clear();
   }
-  if (!judged.tested) v.p.reset();
-  return judged;
-}
-
-void decide(Judged& judged) {
-  MetricVerdict& v = judged.verdict;
-  if (std::abs(judged.worse_by) <= tolerance(v.gate, *v.baseline)) {
-    v.verdict = Verdict::same;
-  } else if (*v.p >= kLevel) {
-    v.verdict = Verdict::noisy;
-    v.remark = "not significant: more seeds are needed";
-  } else {
-    v.verdict = judged.worse_by > 0 ? Verdict::fail : Verdict::better;
-  }
+  return v;
 }
 
 // Adds how far the medians are from the expected value, if there is one.
 void add_distances(MetricVerdict& v) {
+  using enum Verdict;
   const score::Direction direction = score::direction_of(v.gate.metric);
-  const bool changed =
-      v.verdict == Verdict::better || v.verdict == Verdict::fail || v.verdict == Verdict::noisy;
-  if (!tolerated_factor(v.gate) || !changed) return;
   const auto factor = [&](double value) { return std::exp(score::loss(value, direction)); };
-  v.remark = fmt::format("{} expected, off by a factor of {:.3g} before, {:.3g} now{}", direction.expected,
-                         factor(*v.baseline), factor(*v.now), v.remark.empty() ? "" : "; " + v.remark);
+  if (tolerated_factor(v.gate) && (v.verdict == better || v.verdict == fail || v.verdict == noisy))
+    v.remark = fmt::format("{} expected, off by a factor of {:.3g} before, {:.3g} now{}", direction.expected,
+                           factor(*v.baseline), factor(*v.now), v.remark.empty() ? "" : "; " + v.remark);
 }
 
 std::vector<MetricVerdict> judge_gates(const ScenarioResults& baseline, const ScenarioResults& now,
                                        const std::vector<Gate>& gates) {
-  std::vector<Judged> judged;
+  std::vector<Values> values;
+  std::vector<std::optional<double>> tested;
   std::vector<double> p;
   for (const Gate& gate : gates) {
-    judged.push_back(judge(gate, values_of(baseline, now, gate.metric)));
-    p.push_back(judged.back().verdict.p.value_or(1));
+    const Values& v = values.emplace_back(values_of(baseline, now, gate.metric));
+    const bool is_tested = v.now.size() >= kSeedsForTest && !v.identical && v.lost.empty();
+    tested.push_back(is_tested ? std::optional(score::wilcoxon_signed_rank(v.worse_by)) : std::nullopt);
+    p.push_back(tested.back().value_or(1));
   }
   p = score::holm(p);
   std::vector<MetricVerdict> verdicts;
-  for (std::size_t i = 0; i < judged.size(); ++i) {
-    if (judged[i].tested) {
-      judged[i].verdict.p = p[i];
-      decide(judged[i]);
-    }
-    add_distances(judged[i].verdict);
-    verdicts.push_back(judged[i].verdict);
-  }
+  for (std::size_t i = 0; i < gates.size(); ++i)
+    add_distances(
+        verdicts.emplace_back(judge(gates[i], values[i], tested[i] ? std::optional(p[i]) : std::nullopt)));
   return verdicts;
 }
 
@@ -173,9 +154,7 @@ std::vector<MetricVerdict> one_sided(const std::vector<result::SeedScore>& seeds
     MetricVerdict v{.gate = gate,
                     .verdict = verdict,
                     .remark = verdict == Verdict::missing ? "the scenario was not run" : ""};
-    std::vector<double> values;
-    for (const result::SeedScore& seed : seeds)
-      if (const auto value = seed.value(gate.metric)) values.push_back(*value);
+    const std::vector<double> values = result::values_of(gate.metric, seeds);
     v.n = values.size();
     if (v.n > 0) (verdict == Verdict::added ? v.now : v.baseline) = score::median(values);
     verdicts.push_back(v);
@@ -183,12 +162,52 @@ std::vector<MetricVerdict> one_sided(const std::vector<result::SeedScore>& seeds
   return verdicts;
 }
 
-}  // namespace
-
-std::string ending_text(const result::SeedScore& seed) {
-  return fmt::format("seed {} {}{}{}", seed.seed, scenario::name_of(seed.ending),
-                     seed.cause.empty() ? "" : ": ", seed.cause);
+LimitVerdict endings(const scenario::Scenario& scenario, const std::vector<result::SeedScore>& seeds) {
+  LimitVerdict verdict;
+  verdict.what = fmt::format("ending {}", fmt::join(scenario.limits.ending, " or "));
+  for (const result::SeedScore& seed : seeds) {
+    if (result::is_allowed(scenario, seed.ending)) continue;
+    if (verdict.passed) verdict.worst_seed = seed.seed;
+    verdict.passed = false;
+    verdict.run_failed = true;
+    verdict.failures.push_back(ending_text(seed) +
+                               (seed.last_lines.empty() ? "" : "\nits last lines:\n" + seed.last_lines));
+  }
+  verdict.observed = fmt::format("{}/{}", seeds.size() - verdict.failures.size(), seeds.size());
+  return verdict;
 }
+
+// The verdict on a limit, with the seed that has the worst value; a missing value is worse than any.
+LimitVerdict verdict_on(const scenario::MetricLimit& limit, const std::string& observed, bool passed,
+                        const std::vector<result::SeedScore>& seeds) {
+  const auto loss = [&](const result::SeedScore& seed) {
+    const auto value = seed.value(limit.metric);
+    return value ? score::loss(*value, result::worst_side(limit)) : std::numeric_limits<double>::max();
+  };
+  const auto worst = std::max_element(seeds.begin(), seeds.end(),
+                                      [&](const auto& a, const auto& b) { return loss(a) < loss(b); });
+  return {.what = fmt::format("{} {} {}", subject(limit),
+                              limit.bound == scenario::Bound::at_most ? "<=" : ">=", limit.value),
+          .observed = observed,
+          .passed = passed,
+          .worst_seed = passed || seeds.empty() ? 0 : worst->seed};
+}
+
+LimitVerdict missed_by_all(const scenario::Scenario& scenario, const std::vector<result::SeedScore>& seeds) {
+  LimitVerdict verdict;
+  verdict.what = "misses a limit";
+  std::size_t missed = 0;
+  for (const result::SeedScore& seed : seeds)
+    if (std::ranges::any_of(result::judge_run(scenario, [&](const auto& m) { return seed.value(m); }),
+                            &result::JudgedLimit::missed))
+      ++missed;
+    else if (std::exchange(verdict.passed, false))
+      verdict.worst_seed = seed.seed;
+  verdict.observed = fmt::format("{}/{}", missed, seeds.size());
+  return verdict;
+}
+
+}  // namespace
 
 std::optional<double> tolerated_factor(const Gate& gate) {
   const score::Direction direction = score::direction_of(gate.metric);
@@ -203,13 +222,6 @@ std::string_view word(Verdict verdict) {
 }
 
 bool fails(Verdict verdict) { return verdict == Verdict::fail || verdict == Verdict::missing; }
-
-const std::vector<Gate>& default_gates() {
-  static const std::vector<Gate> gates{{"ate_se3_rmse_m", 10, 0.001},   {"rmse_m", 15, 0.002},
-                                       {"rpe_1m_m", 10, 0.001},         {"end_yaw_error_deg", 20, 0.1},
-                                       {"nees_position_mean", 30, 0.5}, {"loop_landmarks", 20, 2}};
-  return gates;
-}
 
 std::vector<std::string> config_differences(const std::map<std::string, std::string>& baseline,
                                             const std::map<std::string, std::string>& now) {
@@ -251,13 +263,42 @@ ScenarioVerdict compare(const ScenarioResults& baseline, const ScenarioResults& 
   return verdict;
 }
 
+std::string_view word(const LimitVerdict& verdict) {
+  return verdict.run_failed ? "RUN FAILED" : result::verdict_word(verdict.passed);
+}
+
+std::vector<LimitVerdict> judge_limits(const scenario::Scenario& scenario,
+                                       const std::vector<result::SeedScore>& seeds, bool expects_missed) {
+  std::vector<LimitVerdict> all{endings(scenario, seeds)};
+  if (expects_missed) {
+    all.push_back(missed_by_all(scenario, seeds));
+    return all;
+  }
+  for (const scenario::MetricLimit& limit : scenario.limits.metrics) {
+    if (!limit.aggregate.empty()) continue;
+    std::size_t judged = 0, met = 0;
+    for (const result::SeedScore& seed : seeds) {
+      const auto passed = result::judge(scenario, limit, seed.value(limit.metric)).passed;
+      judged += passed.has_value();
+      met += passed.value_or(false);
+    }
+    if (judged > 0 || scenario.slam)
+      all.push_back(verdict_on(limit, fmt::format("{}/{}", met, judged), met == judged, seeds));
+  }
+  for (const result::JudgedLimit& judged : result::summarize(scenario, seeds).limits) {
+    const std::string reason = judged.reason.empty() ? "no value" : judged.reason;
+    all.push_back(verdict_on(judged.limit, judged.value ? fmt::format("{:.4g}", *judged.value) : reason,
+                             !judged.missed(), seeds));
+  }
+  return all;
+}
+
 int exit_code(const std::vector<ScenarioVerdict>& verdicts) {
   int worst = 0;
   for (const ScenarioVerdict& scenario : verdicts) {
-    for (const MetricVerdict& metric : scenario.metrics)
-      worst = std::max(worst, fails(metric.verdict) ? 1 : 0);
-    for (const LimitVerdict& limit : scenario.limits)
-      worst = std::max(worst, limit.passed ? 0 : limit.run_failed ? 3 : 1);
+    for (const MetricVerdict& m : scenario.metrics) worst = std::max(worst, fails(m.verdict) ? 1 : 0);
+    for (const LimitVerdict& l : scenario.limits)
+      worst = std::max(worst, l.passed ? 0 : l.run_failed ? 3 : 1);
   }
   return worst;
 }

@@ -9,7 +9,7 @@
 #include "sim/files/atomic_file.h"
 #include "sim/files/text.h"
 #include "sim/result/json.h"
-#include "sim/scenario/limits.h"
+#include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
 
 namespace sim::result {
@@ -24,13 +24,6 @@ score::Direction direction_of(const std::string& metric, const scenario::Scenari
   for (const scenario::MetricLimit& limit : scenario.limits.metrics)
     if (limit.metric == metric) return worst_side(limit);
   return own;
-}
-
-std::vector<double> values_of(const std::string& metric, const std::vector<SeedScore>& seeds) {
-  std::vector<double> values;
-  for (const SeedScore& seed : seeds)
-    if (const auto value = seed.value(metric)) values.push_back(*value);
-  return values;
 }
 
 // A limit on a value over seeds; absent if a seed has no value. The worst is the one nearest to missing this
@@ -50,17 +43,6 @@ JudgedLimit judge_over_seeds(const scenario::Scenario& scenario, const scenario:
                limit.aggregate == "median" ? over_seeds.median
                : limit.aggregate == "mean" ? over_seeds.mean
                                            : over_seeds.worst);
-}
-
-ordered_json json_of(const MetricSummary& metric) {
-  const score::Summary& s = metric.over_seeds;
-  const auto number = [&](double value) { return s.n > 0 ? ordered_json(value) : ordered_json(nullptr); };
-  return {{"unit", metric.unit},
-          {"n", s.n},
-          {"median", number(s.median)},
-          {"mean", number(s.mean)},
-          {"sd", or_null(s.standard_deviation)},
-          {"worst", number(s.worst)}};
 }
 
 std::string number(const std::optional<double>& value) { return value ? fmt::format("{:.4g}", *value) : "-"; }
@@ -116,6 +98,13 @@ std::string metrics(const Summary& summary, const TableStyle& style) {
 
 }  // namespace
 
+std::vector<double> values_of(const std::string& metric, const std::vector<SeedScore>& seeds) {
+  std::vector<double> values;
+  for (const SeedScore& seed : seeds)
+    if (const auto value = seed.value(metric)) values.push_back(*value);
+  return values;
+}
+
 JudgedLimit judge(const scenario::Scenario& scenario, const scenario::MetricLimit& limit,
                   std::optional<double> value) {
   if (!value && !scenario.slam) return {limit, {}, {}};
@@ -131,15 +120,13 @@ std::vector<JudgedLimit> judge_run(const scenario::Scenario& scenario,
 }
 
 bool is_allowed(const scenario::Scenario& scenario, scenario::Ending ending) {
-  const auto& allowed = scenario.limits.ending;
-  return std::find(allowed.begin(), allowed.end(), scenario::name_of(ending)) != allowed.end();
+  return std::ranges::count(scenario.limits.ending, scenario::name_of(ending)) > 0;
 }
 
 int exit_code(const scenario::Scenario& scenario, scenario::Ending ending,
               const std::vector<JudgedLimit>& limits) {
   if (!is_allowed(scenario, ending)) return scenario::exit_code_of(ending);
-  const auto missed = [](const JudgedLimit& judged) { return judged.missed(); };
-  return std::any_of(limits.begin(), limits.end(), missed) ? 1 : 0;
+  return std::ranges::any_of(limits, &JudgedLimit::missed) ? 1 : 0;
 }
 
 score::Worst worst_side(const scenario::MetricLimit& limit) {
@@ -166,18 +153,13 @@ nlohmann::ordered_json to_json(const JudgedLimit& judged) {
 
 Summary summarize(const scenario::Scenario& scenario, const std::vector<SeedScore>& seeds) {
   Summary summary{scenario.name, seeds, {}, {}};
-  const auto fullest = std::max_element(
-      seeds.begin(), seeds.end(),
-      [](const SeedScore& a, const SeedScore& b) { return a.metrics.size() < b.metrics.size(); });
+  const auto fullest =
+      std::ranges::max_element(seeds, {}, [](const SeedScore& s) { return s.metrics.size(); });
   if (fullest != seeds.end())
-    for (const auto& [name, unit, value] : fullest->metrics) {
-      const auto limits_it = [&, &metric = name](const scenario::MetricLimit& l) {
-        return l.metric == metric;
-      };
+    for (const auto& [name, unit, value] : fullest->metrics)
       summary.metrics.push_back(
           {name, unit, score::summarize(values_of(name, seeds), direction_of(name, scenario)),
-           std::any_of(scenario.limits.metrics.begin(), scenario.limits.metrics.end(), limits_it)});
-    }
+           std::ranges::count(scenario.limits.metrics, name, &scenario::MetricLimit::metric) > 0});
   for (const scenario::MetricLimit& limit : scenario.limits.metrics)
     if (!limit.aggregate.empty()) summary.limits.push_back(judge_over_seeds(scenario, limit, seeds));
   return summary;
@@ -197,7 +179,16 @@ ordered_json to_json(const Summary& summary) {
     json["seeds"].push_back(
         {{"seed", seed.seed}, {"ending", scenario::name_of(seed.ending)}, {"exit_code", seed.exit_code}});
   json["metrics"] = ordered_json::object();
-  for (const MetricSummary& m : summary.metrics) json["metrics"][m.name] = json_of(m);
+  for (const MetricSummary& m : summary.metrics) {
+    const score::Summary& s = m.over_seeds;
+    const auto number = [&](double value) { return s.n > 0 ? ordered_json(value) : ordered_json(nullptr); };
+    json["metrics"][m.name] = {{"unit", m.unit},
+                               {"n", s.n},
+                               {"median", number(s.median)},
+                               {"mean", number(s.mean)},
+                               {"sd", or_null(s.standard_deviation)},
+                               {"worst", number(s.worst)}};
+  }
   json["limits"] = ordered_json::array();
   for (const JudgedLimit& limit : summary.limits) json["limits"].push_back(to_json(limit));
   return json;

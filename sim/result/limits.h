@@ -1,5 +1,5 @@
 // The limits of a scenario, judged on one run and over seeds; the statistics of each metric over seeds; and
-// the style of tables.
+// the tables of both on the terminal.
 #pragma once
 
 #include <filesystem>
@@ -42,6 +42,9 @@ struct JudgedLimit {
 
   bool missed() const { return passed && !*passed; }
 };
+
+/// The values of a metric on the seeds that have one.
+std::vector<double> values_of(const std::string& metric, const std::vector<SeedScore>& seeds);
 
 JudgedLimit judge(const scenario::Scenario& scenario, const scenario::MetricLimit& limit,
                   std::optional<double> value);
@@ -97,5 +100,12 @@ void write_summary(const std::filesystem::path& file, const Summary& summary);
 
 /// A table for the terminal: seeds, headline metrics and those with limits (or all), and limits.
 std::string summary_table(const Summary& summary, const TableStyle& style = {});
+
+/// A table of the headline metrics and those with limits, or all, from a result folder's score.json,
+/// timing.json and, if it exists, about.json. A reason that several metrics share is printed once, below
+/// them. The table has the cause of an ending other than completed, unless `failed`: then the caller prints
+/// it. Throws FileError.
+std::string score_table(const std::filesystem::path& result_folder, const TableStyle& style = {},
+                        bool failed = false);
 
 }  // namespace sim::result

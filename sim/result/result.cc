@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <string_view>
 
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
@@ -12,6 +13,7 @@
 #include "sim/result/json.h"
 #include "sim/result/limits.h"
 #include "sim/score/metrics.h"
+#include "sim/score/run.h"
 
 namespace sim::result {
 namespace {
@@ -87,32 +89,19 @@ void write_steering(const fs::path& folder, const RunRecord& record, const score
   files::write_text(folder / "corrected_steps.csv", steps);
 }
 
-std::string pose_fields(const score::Pose2& p) { return fmt::format(",{},{},{}", p.x, p.y, p.yaw); }
-
 void write_feet(const fs::path& file, const std::vector<score::FootRow>& rows) {
   std::string text =
       "#begin [ns],end [ns],foot,phase,moved_x [m],moved_y [m],moved_yaw [rad],creep_x [m],creep_y "
       "[m],creep_yaw [rad],drift_x [m],drift_y [m],drift_yaw [rad]\n";
   for (const score::FootRow& row : rows) {
-    text += fmt::format("{},{},{},{}{}{}{}\n", row.begin.count(), row.end.count(),
+    text += fmt::format("{},{},{},{}", row.begin.count(), row.end.count(),
                         row.foot == score::Foot::left ? "left" : "right",
-                        score::kFootPhases[static_cast<std::size_t>(row.phase)], pose_fields(row.moved),
-                        pose_fields(row.creep), pose_fields(row.drift));
+                        score::kFootPhases[static_cast<std::size_t>(row.phase)]);
+    for (const score::Pose2& p : {row.moved, row.creep, row.drift})
+      text += fmt::format(",{},{},{}", p.x, p.y, p.yaw);
+    text += "\n";
   }
   files::write_text(file, text);
-}
-
-ordered_json metrics_json(const score::Metrics& metrics) {
-  ordered_json json;
-  for (const score::MetricDefinition& defined : score::metric_definitions()) {
-    const score::Metric& metric = metrics.find(defined.name)->second;
-    ordered_json& entry = json[defined.name];
-    entry["value"] = or_null(metric.value);
-    entry["unit"] = metric.unit;
-    if (!metric.value) entry["reason"] = metric.reason;
-    if (!metric.note.empty()) entry["note"] = metric.note;
-  }
-  return json;
 }
 
 ordered_json faults_json(const std::vector<tracking::TrackingFault>& faults) {
@@ -132,7 +121,13 @@ void write_score(const fs::path& file, const scenario::Scenario& scenario, scena
                     {"estimator", scenario.estimator.name},
                     {"seed", scenario.seed},
                     {"ending", scenario::name_of(ending)}};
-  json["metrics"] = metrics_json(metrics);
+  for (const score::MetricDefinition& defined : score::metric_definitions()) {
+    const score::Metric& metric = metrics.find(defined.name)->second;
+    ordered_json& entry = json["metrics"][defined.name];
+    entry = {{"value", or_null(metric.value)}, {"unit", metric.unit}};
+    if (!metric.value) entry["reason"] = metric.reason;
+    if (!metric.note.empty()) entry["note"] = metric.note;
+  }
   if (tracked)
     json["tracking"] = {{"observations_refused",
                          std::count_if(tracked->frames.begin(), tracked->frames.end(),
@@ -170,6 +165,81 @@ void write_about(const fs::path& file, const RunRecord& record, const ResultPlac
   if (record.counterfactual) json["counterfactual"] = *record.counterfactual;
   if (record.alignment) json["alignment"] = *record.alignment;
   write_json(file, json);
+}
+
+constexpr std::string_view kPointColumns =
+    "p_W_x [m],p_W_y [m],p_W_z [m],P_xx [m^2],P_xy [m^2],P_xz [m^2],P_yy [m^2],P_yz [m^2],P_zz [m^2]";
+
+std::string_view name(slam::Health health) {
+  constexpr std::array<std::string_view, 3> kNames{"ok", "lost", "diverged"};
+  return kNames[static_cast<std::size_t>(health)];
+}
+
+// The row of frames.csv.
+std::string frame_row(const slam::FrameReport& r) {
+  std::string text = fmt::format("{},{},{},{},{},{},{}", r.t.count(), r.landmarks, r.predicted, r.measured,
+                                 r.accepted, r.initialized.size(), r.deleted.size());
+  for (const std::string_view sensor : score::kSensors) {
+    const auto nis = slam::nis_of(r.innovations, sensor);
+    text += nis ? fmt::format(",{},{}", nis->value, nis->dof) : ",,";
+  }
+  return text + fmt::format(",{},{},{},{}\n", name(r.health), files::csv_field(r.cause),
+                            files::csv_field(r.refused), files::csv_field(r.suspect));
+}
+
+/// ",u,v" of a match, or two empty fields.
+std::string fields_if(bool holds, const std::optional<Eigen::Vector2d>& match) {
+  return holds && match ? fmt::format(",{:.3f},{:.3f}", match->x(), match->y()) : ",,";
+}
+
+void write_frames(const fs::path& folder, const std::vector<tracking::TrackedFrame>& all) {
+  std::string frames = "#timestamp [ns],landmarks,predicted,measured,accepted,begun,deleted",
+              landmarks = "#landmark,begun [ns],u [px],v [px]\n",
+              searches =
+                  "#timestamp [ns],landmark,u [px],v [px],S_uu [px^2],S_uv [px^2],S_vv [px^2],found_u [px],"
+                  "found_v [px],refused_u [px],refused_v [px]\n",
+              depths;
+  for (const std::string_view sensor : score::kSensors) frames += fmt::format(",nis_{0},dof_{0}", sensor);
+  frames += ",health,cause,refused,suspect\n";
+  for (const tracking::TrackedFrame& frame : all) {
+    const slam::FrameReport& r = frame.report;
+    frames += frame_row(r);
+    for (const slam::Sighting& first : r.initialized)
+      landmarks +=
+          fmt::format("{},{},{},{}\n", first.landmark, r.t.count(), first.pixel.x(), first.pixel.y());
+    for (const slam::Search& s : r.searched)
+      searches += fmt::format("{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}{}{}\n", r.t.count(), s.landmark,
+                              s.pixel.x(), s.pixel.y(), s.S(0, 0), s.S(0, 1), s.S(1, 1),
+                              fields_if(s.used, s.match), fields_if(!s.used, s.match));
+    for (const slam::DepthHypotheses& line : r.lines)
+      for (const slam::DepthParticle& p : line.particles)
+        depths += fmt::format("{},{},{:.4g},{:.3g}\n", r.t.count(), line.landmark, p.depth_m, p.probability);
+  }
+  files::write_text(folder / "frames.csv", frames);
+  files::write_text(folder / "landmarks.csv", landmarks);
+  files::write_text(folder / "searches.csv", searches);
+  if (!depths.empty())
+    files::write_text(folder / "depths.csv", "#timestamp [ns],landmark,depth [m],probability\n" + depths);
+}
+
+void write_maps(const fs::path& folder, const tracking::Tracked& tracked) {
+  std::string last = fmt::format("#id,kind,{},begun [ns],attempts,successes\n", kPointColumns),
+              over_time = fmt::format("#timestamp [ns],id,{}\n", kPointColumns);
+  for (const slam::MapPoint& point : tracked.map) {
+    const Eigen::Matrix3d& P = point.covariance;
+    last += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", point.id, point.kind, point.p_W.x(),
+                        point.p_W.y(), point.p_W.z(), P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2),
+                        point.initialized.count(), point.attempts, point.successes);
+  }
+  for (const tracking::TimedMap& map : tracked.maps)
+    for (const slam::MapPoint& point : map.points) {
+      const Eigen::Matrix3d& P = point.covariance;
+      over_time += fmt::format("{},{},{:.4f},{:.4f},{:.4f},{:.3e},{:.3e},{:.3e},{:.3e},{:.3e},{:.3e}\n",
+                               map.t.count(), point.id, point.p_W.x(), point.p_W.y(), point.p_W.z(), P(0, 0),
+                               P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2));
+    }
+  files::write_text(folder / "map.csv", last);
+  files::write_text(folder / "map_over_time.csv", over_time);
 }
 
 }  // namespace
@@ -214,6 +284,7 @@ Outcome write_result(const fs::path& folder, const RunRecord& record, const Resu
     write_tracked(folder, *record.tracked);
   }
   const score::Run input = score_input(record);
+  if (!input.odometry.empty()) write_tum(folder / "odometry.tum", input.odometry);
   write_feet(folder / "feet.csv", input.feet);
   if (input.steered && input.desired) write_steering(folder, record, *input.desired);
   score::Metrics metrics;
@@ -229,6 +300,11 @@ Outcome write_result(const fs::path& folder, const RunRecord& record, const Resu
   write_about(folder / "about.json", record, place, ended);
   timing.write(folder, simulated_s);
   return {ended, exit_code(scenario, ended.ending, limits)};
+}
+
+void write_tracked(const fs::path& folder, const tracking::Tracked& tracked) {
+  write_frames(folder, tracked.frames);
+  write_maps(folder, tracked);
 }
 
 }  // namespace sim::result

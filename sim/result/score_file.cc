@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <string_view>
 
 #include "sim/files/text.h"
 
@@ -39,8 +38,7 @@ About about_of(const files::Json& json) {
 }  // namespace
 
 std::optional<double> SeedScore::value(const std::string& metric) const {
-  const auto found =
-      std::find_if(metrics.begin(), metrics.end(), [&](const SeedMetric& m) { return m.name == metric; });
+  const auto found = std::ranges::find(metrics, metric, &SeedMetric::name);
   return found == metrics.end() ? std::nullopt : found->value;
 }
 
@@ -99,15 +97,8 @@ void read_details(const fs::path& folder, SeedScore& score) {
   score.last_lines = log.substr(begin == log.npos ? 0 : log[begin] == '\n' ? begin + 1 : begin);
 }
 
-SeedScore read_seed_score(const fs::path& root, std::uint64_t seed, int exit_code) {
-  const fs::path file = root / fmt::format("seed-{}", seed) / "score.json";
-  if (!fs::exists(file) && exit_code > 1)
-    return {seed, exit_code == 2 ? scenario::Ending::not_started : scenario::Ending::crashed, exit_code, {}};
-  SeedScore score = read_score(file);
-  score.seed = seed;
-  score.exit_code = exit_code;
-  read_details(file.parent_path(), score);
-  return score;
+SeedScore without_score(std::uint64_t seed, int exit_code) {
+  return {seed, exit_code == 2 ? scenario::Ending::not_started : scenario::Ending::crashed, exit_code, {}};
 }
 
 About read_about(const std::filesystem::path& file) { return about_of(files::read_json(file)); }

@@ -48,9 +48,8 @@ SeedScore read_score(const std::filesystem::path& file);
 /// Reads a whole score.json and checks the type of every value. Throws FileError.
 files::Json read_whole_score(const std::filesystem::path& file);
 
-/// Reads root/seed-<n>/score.json. If the exit code shows that the run did not start or crashed, a
-/// missing file is that ending. Throws FileError otherwise, and for a damaged file.
-SeedScore read_seed_score(const std::filesystem::path& root, std::uint64_t seed, int exit_code);
+/// The score of a run without a score.json, by the exit code of its process: not started (2) or crashed.
+SeedScore without_score(std::uint64_t seed, int exit_code);
 
 /// about.json. Missing entries are empty.
 struct About {

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <map>
 #include <utility>
 
@@ -47,7 +46,7 @@ auto innovations(const tracking::Tracked& tracked) {
     const slam::FrameReport& r = frame.report;
     for (std::size_t i = 0; i < score::kSensors.size(); ++i)
       if (const auto nis = slam::nis_of(r.innovations, score::kSensors[i]))
-        all[i].push_back({r.t, nis->value, nis->dof});
+        all[i].push_back({r.t, nis->value, nis->dof, nis->lagged, nis->lagged_square});
   }
   return all;
 }
@@ -80,12 +79,6 @@ std::vector<score::TimedHealth> health(const tracking::Tracked& tracked, bool by
   if (!tracked.untracked.empty() && tracked.untracked.front() < last)  // poses of a file, with gaps
     std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
   return all;
-}
-
-std::vector<score::MappedPoint> map(const tracking::Tracked& tracked) {
-  std::vector<score::MappedPoint> points;
-  for (const slam::MapPoint& point : tracked.map) points.push_back({point.id, point.p_W, point.covariance});
-  return points;
 }
 
 score::TrueCamera true_camera(const slam::CameraIntrinsics& intrinsics) {
@@ -165,10 +158,7 @@ score::DesiredPath desired_path(const walking::WalkOptions& walk,
   for (const walking::Timeline::Lap& lap : timeline.laps())
     path.laps.emplace_back(static_cast<std::int64_t>(lap.begin) * walking::kTick,
                            static_cast<std::int64_t>(lap.end) * walking::kTick);
-  if (walk.steering.by == walking::SteeredBy::plan)
-    path.waist = waist_plan;
-  else
-    path.waist = uncorrected(walk, waist_plan);
+  path.waist = walk.steering.by == walking::SteeredBy::plan ? waist_plan : uncorrected(walk, waist_plan);
   return path;
 }
 
@@ -176,8 +166,7 @@ score::DesiredPath desired_path(const walking::WalkOptions& walk,
 
 score::Stamp plan_end(const walking::WalkOptions& walk) {
   const walking::Timeline timeline(walk, {}, Eigen::Vector2d::Zero());
-  return std::chrono::nanoseconds(std::llround(1e9 * walking::kPeriod)) *
-         static_cast<std::int64_t>(timeline.ticks());
+  return static_cast<std::int64_t>(timeline.ticks()) * walking::kTick;
 }
 
 std::vector<files::TimedPose> planned_camera(const RunRecord& record) {
@@ -206,13 +195,16 @@ score::Run score_input(const RunRecord& record) {
   if (!record.truth.waist_plan.empty()) run.plan_end = plan_end(walk);
   if (!record.tracked) return run;
   run.estimate = estimate(*record.tracked, record.truth.positions_of);
+  for (const estimators::PoseEstimate& pose : record.tracked->odometry)
+    run.odometry.push_back({pose.t, pose.X_WC});
   const bool is_filter = uses_filter(record.scenario.scenario);
   run.health = health(*record.tracked, uses_images(record.scenario.scenario));
   if (is_filter) run.use = use(*record.tracked);
   run.landmarks = landmarks(*record.tracked);
   if (run.landmarks.empty() && !is_filter) run.no_matches = "the estimator reports no matches of landmarks";
   run.innovations = innovations(*record.tracked);
-  run.map = map(*record.tracked);
+  for (const slam::MapPoint& point : record.tracked->map)
+    run.map.push_back({point.id, point.p_W, point.covariance});
   run.failed = record.tracked->failed;
   const auto failure = record.tracked->failure();
   if (failure && failure->ending == scenario::Ending::diverged) run.diverged = failure->cause;

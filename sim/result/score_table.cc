@@ -1,16 +1,11 @@
-#include "sim/result/score_table.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
-#include <vector>
 
 #include "sim/result/limits.h"
-#include "sim/result/score_file.h"
 #include "sim/score/metrics.h"
 #include "sim/score/run.h"
 
@@ -39,7 +34,7 @@ std::string verdicts(const std::vector<Json>& limits, const std::string& metric,
   return text;
 }
 
-std::optional<double> value_of(const Json& metrics, const char* name) {
+std::optional<double> value_of(const Json& metrics, const std::string& name) {
   const auto metric = metrics.find(name);
   return metric ? metric->at("value").number_or_null() : std::nullopt;
 }
@@ -48,16 +43,13 @@ std::optional<double> value_of(const Json& metrics, const char* name) {
 std::string tracking_faults(const Json& scored) {
   std::string text;
   const auto tracking = scored.find("tracking");
-  if (!tracking) return text;
-  for (const char* const kind : {"lost", "suspect"}) {
-    const auto faults = tracking->find(kind);
-    if (!faults) continue;
-    for (const Json& fault : faults->items()) {
-      const auto to = fault.at("to_s").number_or_null();
-      text += fmt::format("  {} from {:.2f} s to {}: {}\n", kind, fault.at("from_s").number(),
-                          to ? fmt::format("{:.2f} s", *to) : "the end", fault.at("cause").text());
-    }
-  }
+  for (const char* const kind : {"lost", "suspect"})
+    if (const auto faults = tracking ? tracking->find(kind) : std::nullopt)
+      for (const Json& fault : faults->items()) {
+        const auto to = fault.at("to_s").number_or_null();
+        text += fmt::format("  {} from {:.2f} s to {}: {}\n", kind, fault.at("from_s").number(),
+                            to ? fmt::format("{:.2f} s", *to) : "the end", fault.at("cause").text());
+      }
   return text;
 }
 
@@ -120,8 +112,8 @@ std::string coverage(const Json& metrics) {
 std::string sensor_use(const Json& metrics) {
   std::string text;
   for (const std::string_view sensor : score::kUsedSensors) {
-    const auto readings = value_of(metrics, fmt::format("readings_{}_fraction", sensor).c_str()),
-               accepted = value_of(metrics, fmt::format("accepted_{}_fraction", sensor).c_str());
+    const auto readings = value_of(metrics, fmt::format("readings_{}_fraction", sensor)),
+               accepted = value_of(metrics, fmt::format("accepted_{}_fraction", sensor));
     if (!readings || *readings == 0) continue;
     text += fmt::format("{}{} {:.3g} %", text.empty() ? "" : ", ", sensor, 100 * accepted.value_or(0));
     if (*readings < 0.9995) text += fmt::format(" (in {:.3g} % of the frames)", 100 * *readings);

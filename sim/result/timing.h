@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <filesystem>
-#include <string>
 #include <vector>
 
 #include "slam/observation.h"

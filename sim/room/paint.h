@@ -1,18 +1,70 @@
-// The pictures on the surfaces of the rooms, drawn from a seed.
+// The pictures on the surfaces of the rooms, drawn in meters from a seed.
 #pragma once
 
 #include <cstdint>
 #include <map>
 #include <opencv2/core.hpp>
+#include <string>
 #include <string_view>
-
-#include "sim/room/canvas.h"
 
 namespace sim::room {
 
-/// The RGB picture of a texture, seen from its front, first row on top; empty for a name it does not know.
-/// Names are a kind and a number ("books_3"): kinds share a painter, numbers differ in every random choice.
-/// The same name and seed give the same bytes.
+using Color = cv::Scalar;  ///< red, green, blue, 0-255
+
+/// Random numbers of one named texture of one seed: another texture's painting never shifts them.
+cv::RNG paint_stream(std::uint64_t seed, std::string_view name);
+
+/// The color with its brightness multiplied.
+inline Color shade(const Color& color, double factor) { return color * factor; }
+/// The same by a random factor of at most `spread` from 1.
+inline Color random_shade(const Color& color, cv::RNG& random, double spread) {
+  return shade(color, 1 + random.uniform(-spread, spread));
+}
+
+/// Multiplies a picture's brightness by a field of any size, interpolated over the picture.
+void multiply(cv::Mat3b image, const cv::Mat1f& factor);
+
+/// Axis-aligned box in meters, from the picture's upper left corner, y down.
+struct Box {
+  double x, y, width, height;
+  Box inset(double by) const { return {x + by, y + by, width - 2 * by, height - 2 * by}; }
+};
+
+/// An RGB picture of known size in meters. Points are meters from the upper left corner, y down.
+class Canvas {
+ public:
+  Canvas(double width_m, double height_m, double texel_m, const Color& ground);
+
+  double width() const { return image_.cols * texel_m_; }
+  double height() const { return image_.rows * texel_m_; }
+  Box all() const { return {0, 0, width(), height()}; }
+  const cv::Mat3b& image() const { return image_; }
+
+  void fill(const Box& box, const Color& color);
+  void frame(const Box& box, double thickness, const Color& color);
+  void line(cv::Point2d a, cv::Point2d b, double thickness, const Color& color);
+  void disc(cv::Point2d center, double radius, const Color& color);
+  void polygon(const std::vector<cv::Point2d>& corners, const Color& color);
+  /// Text with capitals `height` tall; `at` is the left end of its baseline.
+  void text(const std::string& words, cv::Point2d at, double height, double thickness, const Color& color);
+  /// Color from `top` to `bottom` down the box.
+  void gradient(const Box& box, const Color& top, const Color& bottom);
+  /// Multiplies the brightness by a smooth random field of deviation `sigma`, in patches of `size` meters.
+  void grain(cv::RNG& random, double sigma, double size);
+  /// Multiplies the brightness inside a soft-edged box, as a shadow (factor < 1) or a pool of light (> 1).
+  void light(const Box& box, double softness, double factor);
+
+ private:
+  cv::Point pixel(cv::Point2d point) const;
+  cv::Rect pixels(const Box& box) const;
+  int thick(double meters) const;
+
+  double texel_m_;
+  cv::Mat3b image_;
+};
+
+/// The RGB picture of a texture, first row on top; empty for an unknown name. Names are a kind and a number
+/// ("books_3"): kinds share a painter, numbers differ in all choices. Name and seed determine the bytes.
 cv::Mat3b paint_texture(std::string_view name, std::uint64_t seed);
 
 /// Sides of the office and the hall, m.

@@ -71,8 +71,7 @@ bool is_built_in(std::string_view name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// Returns the name of the program's or command's file without folder and extension. It differs from built-in
-/// names.
+/// Returns the program's or command's file without folder and extension, or unlike a built-in name.
 std::string standard_name(const EstimatorChoice& choice) {
   const std::string& first = choice.words.front();
   std::string name = std::filesystem::path(first.substr(0, first.find(' '))).stem().string();

@@ -2,14 +2,105 @@
 // function `keys` of the options struct that owns it.
 #pragma once
 
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
-#include "sim/scenario/key.h"
 #include "sim/scenario/options.h"
+#include "sim/scenario/value.h"
+#include "walking/keys.h"
 
 namespace sim::scenario {
+
+/// A value that can be set in options, its owner: those that keys_of() was asked for. The member's
+/// initializer is its default, its name ends in its unit.
+struct Key {
+  std::string name;      ///< dotted: "walk.step_length_m"
+  std::string doc;       ///< what the key means
+  std::string expected;  ///< "a number from 0.01 to 0.4"
+  Domain domain;
+  const ValueType* type;
+  std::function<void*(void*)> find;  ///< the value in the owner
+
+  /// Throws ConfigError.
+  template <class Owner>
+  void read(const Yaml& node, Owner& owner) const {
+    type->read(node, name, domain, find(&owner));
+  }
+  /// Prints the value as YAML; lists may break lines.
+  template <class Owner>
+  std::string print(const Owner& owner) const {
+    return type->print(domain, find(const_cast<Owner*>(&owner)));  // NOLINT: print changes nothing
+  }
+};
+
+/// Visitor that makes the Keys of an options struct and of its parts.
+template <class Options>
+class KeyCollector : public walking::KeyVisitor {
+ public:
+  /// prefix: of all names; find(owner): the Options in it.
+  KeyCollector(std::string prefix, std::function<void*(void*)> find, std::vector<Key>& keys)
+      : prefix_(std::move(prefix)), find_(std::move(find)), keys_(keys) {}
+
+  void number(std::string_view name, auto member, double lowest, double highest, std::string_view doc) const {
+    add(name, member, {lowest, highest}, doc);
+  }
+  void choice(std::string_view name, auto member, std::span<const std::string_view> words,
+              std::string_view doc) const {
+    add(name, member, {0, 0, words}, doc);
+  }
+  void value(std::string_view name, auto member, std::string_view doc) const { add(name, member, {}, doc); }
+  void degrees(std::string_view name, double Options::*member, double lowest, double highest,
+               std::string_view doc) const {
+    add(name, member, {lowest, highest}, doc, kDegrees);
+  }
+  template <class Part, class Class>
+  void part(std::string_view name, Part Class::*member) const {
+    using Present = std::remove_pointer_t<decltype(present(std::declval<Part&>()))>;
+    Present::keys(KeyCollector<Present>(prefix_ + std::string(name) + ".", below(member), keys_));
+  }
+
+ private:
+  /// The part, also of an optional one.
+  static auto* present(auto& part) {
+    if constexpr (requires { part.has_value(); }) {
+      return &*part;
+    } else {
+      return &part;
+    }
+  }
+  template <class Value, class Class>
+  std::function<void*(void*)> below(Value Class::*member) const {
+    return [find = find_, member](void* owner) -> void* {
+      return present(static_cast<Options*>(find(owner))->*member);
+    };
+  }
+  template <class Value, class Class>
+  void add(std::string_view name, Value Class::*member, const Domain& domain, std::string_view doc,
+           const ValueType& type = kValueType<Value>) const {
+    keys_.push_back(
+        {prefix_ + std::string(name), std::string(doc), type.expected(domain), domain, &type, below(member)});
+  }
+
+  std::string prefix_;
+  std::function<void*(void*)> find_;
+  std::vector<Key>& keys_;
+};
+
+/// All keys of options that have `keys`.
+template <class Options>
+std::vector<Key> keys_of() {
+  std::vector<Key> keys;
+  Options::keys(KeyCollector<Options>(
+      "", [](void* owner) { return owner; }, keys));
+  return keys;
+}
 
 /// All keys but limits.<metric>, sections together, in the order of help and of to_yaml.
 const std::vector<Key>& scenario_keys();
@@ -20,8 +111,7 @@ const Key* find_key(std::string_view name);
 /// Returns "was renamed to NAME" for a former name, "" for any other.
 std::string former_name(std::string_view name);
 
-/// Returns the error for a name that is not a key: its present name if it is a former one, else the nearest
-/// key.
+/// Returns the error for a name that is not a key: the present name of a former one, else the nearest key.
 std::string unknown_key(std::string_view name);
 
 /// The default scenario with all optional sections, the source of defaults.
@@ -30,19 +120,50 @@ const Scenario& default_scenario();
 /// True if the scenario has the section ("camera") of the key.
 bool has_section(const Scenario& scenario, std::string_view key);
 
-/// True for a key that shapes what ideal sensors record: below walk, stabilizer, world or camera. The seed
-/// does, too.
+/// True for a key that shapes what ideal sensors record, as does the seed: walk, stabilizer, world, camera.
 bool shapes_recording(std::string_view key);
 
 /// True for a key that shapes the estimates of a filter: below errors or slam, and `estimator`.
 bool shapes_estimate(std::string_view key);
 
-/// True for a key that shapes the recording of that scenario: shapes_recording(key), and if the estimate
-/// steers the walk also shapes_estimate(key).
+/// True for a key that shapes that scenario's recording; if the estimate steers, shapes_estimate() too.
 bool shapes_recording(const Scenario& scenario, std::string_view key);
 
-/// Returns the unit in a key's name: "walk.step_length_m" -> "m", "gyro.sigma_rad_s" -> "rad/s"; "" without
-/// one.
+/// Returns the unit in a key's name, "m" for "walk.step_length_m"; "" without one.
 std::string_view unit_of(std::string_view key);
+
+/// A hash (32 hexadecimal digits) of the names and contents of the models' files. Throws FileError.
+std::string models_hash(const std::filesystem::path& models);
+
+/// A hash (32 hexadecimal digits) of the keys that shape a scenario's recording (shapes_recording), its seed,
+/// whether it has a camera, the models, and `program`, which stands for programs that record other bits.
+std::string recording_key(const Scenario& scenario, const std::string& models, const std::string& program);
+
+/// A key that shapes recordings and differs, with its value there and now ("left out" without its section).
+struct RecordingDifference {
+  std::string key, recorded, now;
+};
+/// The first key that shapes recordings and has another value in `scenario` than in the recorded one.
+std::optional<RecordingDifference> first_difference(const Scenario& recorded, const Scenario& scenario);
+
+/// Why a replay with this scenario, which has slam, would have steered another walk than was recorded: an
+/// estimate steered that walk, and now it is another. Empty otherwise.
+std::string counterfactual(const Scenario& recorded, const Scenario& scenario);
+
+// Limits on metrics (limits.cc): `ate_se3_rmse_m: {at_most: 0.1}`, `ate_se3_rmse_m.median: {at_most: 0.05}`.
+
+/// Returns the error for an unknown metric: the present name of a former one, else the nearest metric.
+std::string unknown_metric(std::string_view name);
+
+/// Reads limits.<metric>[.<aggregate>].<bound> (the key), replacing an earlier one. Throws ConfigError.
+void read_limit(const Yaml& at, const std::string& key, const Yaml& value, std::vector<MetricLimit>& limits);
+
+/// True if the value satisfies the limit.
+bool keeps(const MetricLimit& limit, double value);
+
+/// "ate_se3_rmse_m.median"
+std::string subject(const MetricLimit& limit);
+/// "at_most" or "at_least"
+std::string_view word(Bound bound);
 
 }  // namespace sim::scenario

@@ -1,5 +1,3 @@
-#include "sim/scenario/limits.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -44,23 +42,21 @@ std::string unknown_metric(std::string_view name) {
   return fmt::format("unknown metric '{}'{}", name, did_you_mean(name, names));
 }
 
-void read_limit(const Yaml& named_at, const std::string& key, const Yaml& value,
-                std::vector<MetricLimit>& limits) {
+void read_limit(const Yaml& at, const std::string& key, const Yaml& value, std::vector<MetricLimit>& limits) {
   const std::string_view rest = std::string_view(key).substr("limits."sv.size());
   const std::size_t first = rest.find('.'), last = rest.rfind('.');
   MetricLimit limit{std::string(rest.substr(0, first)), ""};
   if (first == std::string_view::npos) {
     static constexpr std::array kOther{"limits.ending"sv};
     const std::string hint = did_you_mean(key, kOther);
-    if (!hint.empty()) fail(named_at, key, "unknown key" + hint);
-    check_metric(named_at, key, rest);
-    fail(named_at, key, "expected a bound below the metric, as in {at_most: 0.1} or {at_least: 1}");
+    if (!hint.empty()) fail(at, key, "unknown key" + hint);
+    check_metric(at, key, rest);
+    fail(at, key, "expected a bound below the metric, as in {at_most: 0.1} or {at_least: 1}");
   }
-  limit.bound = static_cast<Bound>(choose(named_at, key, rest.substr(last + 1), kBounds));
+  limit.bound = static_cast<Bound>(choose(at, key, rest.substr(last + 1), kBounds));
   if (last > first)
-    limit.aggregate =
-        kAggregates[choose(named_at, key, rest.substr(first + 1, last - first - 1), kAggregates)];
-  check_metric(named_at, key, limit.metric);
+    limit.aggregate = kAggregates[choose(at, key, rest.substr(first + 1, last - first - 1), kAggregates)];
+  check_metric(at, key, limit.metric);
   read(value, key, kAnyNumber, limit.value);
   const auto same = [&](const MetricLimit& l) {
     return subject(l) == subject(limit) && l.bound == limit.bound;

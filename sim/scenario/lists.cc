@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <variant>
 
-#include "sim/scenario/key.h"
+#include "sim/scenario/keys.h"
 
 namespace sim::scenario {
 namespace {
@@ -150,40 +150,30 @@ std::string describe() {
 }  // namespace
 
 template <ListItem Item>
-std::string expected(const Domain&, const std::vector<Item>&) {
+std::string ListOperations<Item>::expected(const Domain&) {
   return fmt::format("a list of {}s", kGrammar<Item>.noun);
 }
 
 template <ListItem Item>
-void read(const Yaml& node, std::string_view key, const Domain& domain, std::vector<Item>& items) {
+void ListOperations<Item>::read(const Yaml& node, std::string_view key, const Domain& domain, void* items) {
   if (node.kind != Yaml::Kind::list || node.items.size() < kGrammar<Item>.least)
-    fail(node, key,
-         fmt::format("expected {}, as in [{{{}}}]", expected(domain, items), kGrammar<Item>.example));
+    fail(node, key, fmt::format("expected {}, as in [{{{}}}]", expected(domain), kGrammar<Item>.example));
   std::vector<Item> all(node.items.size());
   for (std::size_t i = 0; i < all.size(); ++i) read_item(node.items[i], key, all[i]);
-  items = std::move(all);
+  *static_cast<std::vector<Item>*>(items) = std::move(all);
 }
 
 template <ListItem Item>
-std::string print(const Domain&, const std::vector<Item>& items) {
-  if (items.empty()) return "[]";
+std::string ListOperations<Item>::print(const Domain&, const void* items) {
   std::vector<std::string> lines;
-  for (const Item& item : items) lines.push_back(print_kind(item));
-  return fmt::format("[\n    {}]", fmt::join(lines, ",\n    "));
+  for (const Item& item : *static_cast<const std::vector<Item>*>(items)) lines.push_back(print_kind(item));
+  return lines.empty() ? "[]" : fmt::format("[\n    {}]", fmt::join(lines, ",\n    "));
 }
 
-template std::string expected(const Domain&, const std::vector<walking::Command>&);
-template void read(const Yaml&, std::string_view, const Domain&, std::vector<walking::Command>&);
-template std::string print(const Domain&, const std::vector<walking::Command>&);
-template std::string expected(const Domain&, const std::vector<sensor_errors::Fault>&);
-template void read(const Yaml&, std::string_view, const Domain&, std::vector<sensor_errors::Fault>&);
-template std::string print(const Domain&, const std::vector<sensor_errors::Fault>&);
-template std::string expected(const Domain&, const std::vector<physics::Push>&);
-template void read(const Yaml&, std::string_view, const Domain&, std::vector<physics::Push>&);
-template std::string print(const Domain&, const std::vector<physics::Push>&);
-template std::string expected(const Domain&, const std::vector<physics::FloorPatch>&);
-template void read(const Yaml&, std::string_view, const Domain&, std::vector<physics::FloorPatch>&);
-template std::string print(const Domain&, const std::vector<physics::FloorPatch>&);
+template struct ListOperations<walking::Command>;
+template struct ListOperations<sensor_errors::Fault>;
+template struct ListOperations<physics::Push>;
+template struct ListOperations<physics::FloorPatch>;
 
 std::string describe_commands() { return describe<walking::Command>(); }
 std::string describe_faults() { return describe<sensor_errors::Fault>(); }

@@ -1,7 +1,6 @@
 // The lists of a scenario: walk commands, sensor faults, pushes and floor patches. Each item is of one kind
-// of a closed set: `- stand: {duration_s: 1}`, `- frames_lost: {from_s: 20, duration_s: 2}`. A kind has kName
-// and keys, and may have problem(), which returns what is wrong with an item as a whole. If its value in the
-// file is a list, it has `list`.
+// of a closed set: `- stand: {duration_s: 1}`. A kind has kName and keys, and may have problem(), which
+// returns what is wrong with an item as a whole, and `list`, if its value in the file is a list.
 #pragma once
 
 #include <concepts>
@@ -20,14 +19,17 @@ template <class Item>
 concept ListItem = std::same_as<Item, walking::Command> || std::same_as<Item, sensor_errors::Fault> ||
     std::same_as<Item, physics::Push> || std::same_as<Item, physics::FloorPatch>;
 
-/// expected, read and print of value.h, for these lists. read() replaces the list and throws ConfigError at
-/// the item or field that is wrong; print() writes one item to a line.
+/// The operations on these lists. read() replaces the list and throws ConfigError at the item or field that
+/// is wrong; print() writes one item to a line.
 template <ListItem Item>
-std::string expected(const Domain&, const std::vector<Item>&);
+struct ListOperations {
+  static std::string expected(const Domain&);
+  static void read(const Yaml& node, std::string_view key, const Domain&, void* items);
+  static std::string print(const Domain&, const void* items);
+};
 template <ListItem Item>
-void read(const Yaml& node, std::string_view key, const Domain&, std::vector<Item>& items);
-template <ListItem Item>
-std::string print(const Domain&, const std::vector<Item>& items);
+inline constexpr ValueType kValueType<std::vector<Item>>{
+    ListOperations<Item>::expected, ListOperations<Item>::read, ListOperations<Item>::print};
 
 /// One line for each kind of item and each of its fields, for help.
 std::string describe_commands();

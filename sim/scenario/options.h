@@ -1,11 +1,9 @@
 // Contents of a scenario: walk, world, sensor errors, filter, and limits of the score.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "sim/camera/options.h"

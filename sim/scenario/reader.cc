@@ -1,12 +1,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <map>
 #include <span>
 
 #include "sim/scenario/keys.h"
-#include "sim/scenario/limits.h"
 #include "sim/scenario/scenario.h"
 #include "sim/scenario/yaml.h"
 
@@ -35,8 +33,7 @@ std::vector<std::string_view> parts_below(std::string_view section) {
 
 bool is_section(std::string_view path) { return !parts_below(path).empty(); }
 
-/// Suggests a part of the longest known section of the path, else the key of another section with this last
-/// part, else lists the parts.
+/// Suggests a part of the longest known section, else a key of another section, else lists the parts.
 [[noreturn]] void fail_unknown(const Yaml& at, const std::string& path) {
   if (const std::string former = former_name(path); !former.empty()) fail(at, path, former);
   std::string section = path;
@@ -56,8 +53,7 @@ bool is_section(std::string_view path) { return !parts_below(path).empty(); }
   fail(at, path, "unknown key" + hint);
 }
 
-/// Fills a scenario from the trees of files and from overrides; later values replace earlier ones. All
-/// members throw ConfigError.
+/// Fills a scenario from files and overrides; later values replace earlier ones. Throws ConfigError.
 class ScenarioReader {
  public:
   ReadScenario result;

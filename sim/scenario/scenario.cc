@@ -8,7 +8,6 @@
 #include <variant>
 
 #include "sim/scenario/keys.h"
-#include "sim/scenario/limits.h"
 #include "sim/scenario/yaml.h"
 #include "walking/timeline.h"
 
@@ -21,7 +20,7 @@ std::optional<walking::Timeline> planned(const ReadScenario& read, const Yaml& r
   try {
     return walking::Timeline(read.scenario.walk, {}, Eigen::Vector2d::Zero());
   } catch (const walking::TooLong& e) {
-    const auto command = static_cast<std::size_t>(e.command());
+    const auto command = static_cast<std::size_t>(e.command);
     Yaml at = root;
     if (command < read.command_origins.size()) at.origin = read.command_origins[command];
     fail(at, "", e.what());

@@ -31,9 +31,8 @@ struct Changes {
 /// to the file's folder). Throws ConfigError (yaml.h) at the first error.
 ReadScenario read_scenario(const std::filesystem::path& file, const Changes& changes = {});
 
-/// The same from text. file_name: its name in messages; its stem names the scenario.
-ReadScenario read_scenario_text(std::string_view text, const std::string& file_name,
-                                const Changes& changes = {});
+/// The same from text. file: its name in messages; its stem names the scenario.
+ReadScenario read_scenario_text(std::string_view text, const std::string& file, const Changes& changes = {});
 
 /// Throws ConfigError if keys contradict each other, a fault never happens, or the walk takes too long to
 /// plan. root: for the position of the error.

@@ -10,7 +10,6 @@
 #include <numeric>
 #include <set>
 #include <sstream>
-#include <stdexcept>
 
 #include "sim/files/text.h"
 
@@ -19,8 +18,7 @@ namespace {
 
 constexpr std::size_t kMostKeys = 1000;  // of one map: each is compared with all before it
 
-/// Builds the tree from the parser's events, which include aliases, tags and positions of keys, unlike
-/// YAML::Node.
+/// Builds the tree from the parser's events, which unlike YAML::Node have aliases, tags and all positions.
 class TreeBuilder : public YAML::EventHandler {
  public:
   explicit TreeBuilder(const Origin& origin) : origin_(origin) {}
@@ -179,8 +177,7 @@ std::string did_you_mean(std::string_view typed, std::span<const std::string_vie
 
 std::string quote_if_needed(std::string_view text) {
   const auto plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
-  if (!text.empty() && std::all_of(text.begin(), text.end(), plain) && text != "null")
-    return std::string(text);
+  if (!text.empty() && std::ranges::all_of(text, plain) && text != "null") return std::string(text);
   YAML::Emitter out;
   out << YAML::DoubleQuoted << std::string(text);
   return out.c_str();

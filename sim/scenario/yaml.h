@@ -1,5 +1,4 @@
-// YAML with a position on every node, read strictly: unique keys, no aliases, no tags, one document. Readers
-// of suites, sweeps and tunings.
+// YAML with a position on every node, read strictly: unique keys, no aliases, no tags, one document.
 #pragma once
 
 #include <cstdint>
@@ -42,8 +41,7 @@ struct Yaml {
 /// Parses one document. Throws ConfigError.
 Yaml parse_yaml(std::string_view text, const Origin& origin);
 
-/// "; did you mean 'x'?" for the candidate nearest to the typed word, else for the first that contains it
-/// (ate in ate_se3_rmse_m), else "".
+/// "; did you mean 'x'?" for the candidate nearest to the typed word, else the first that contains it, or "".
 std::string did_you_mean(std::string_view typed, std::span<const std::string_view> candidates);
 
 /// Text as a YAML scalar that reads back as the same text.

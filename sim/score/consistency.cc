@@ -1,7 +1,11 @@
 #include "sim/score/consistency.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
+#include <cmath>
 #include <map>
 
 #include "sim/score/statistics.h"
@@ -27,6 +31,13 @@ std::optional<PoseNees> pose_nees(const Eigen::Isometry3d& X_WC_true, const Eige
 
 double chi_square_quantile(double p, double dof) {
   return boost::math::quantile(boost::math::chi_squared(dof), p);
+}
+
+std::string nis_verdict(double nis) {
+  if (nis >= 0.5 && nis <= 2) return "as expected";
+  const double factor = std::sqrt(std::max(nis, 1 / nis));
+  return fmt::format("its predicted spread is about {:.{}f} times too {}", factor, factor < 3 ? 1 : 0,
+                     nis < 1 ? "large" : "small");
 }
 
 Band mean_band(int dof, int count, double confidence) {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "sim/files/trajectory_file.h"
@@ -28,6 +29,10 @@ std::optional<double> normalized_square(const Eigen::Vector3d& error, const Eige
 
 /// The quantile for p in (0, 1) of a chi-square of `dof` > 0 degrees of freedom.
 double chi_square_quantile(double p, double dof);
+
+/// Returns a verdict on a mean NIS per degree of freedom: "as expected" from 0.5 to 2, else the factor by
+/// which the filter's predicted standard deviation of the innovations is wrong.
+std::string nis_verdict(double nis);
 
 /// The confidence interval of the mean of `count` independent normalized squares of `dof` degrees of freedom.
 struct Band {

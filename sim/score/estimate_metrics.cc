@@ -33,6 +33,14 @@ MetricDefinition ate_metric(const std::string& name, const std::string& alignmen
           headline};
 }
 
+Value odometry_ate(C c) {
+  if (c.run.odometry.empty()) return Absent{"odometry without images did not run beside the estimator"};
+  const std::vector<PosePair> pairs = pair_by_stamp(c.truth_camera, c.run.odometry);
+  return value_of(align(pairs, Alignment::se3), [&](const Similarity& S) -> Value {
+    return root_mean_square(position_errors(transformed(S, pairs)));
+  });
+}
+
 Value scale_error(C c) {
   return value_of(align(c.pairs, Alignment::sim3),
                   [](const Similarity& S) -> Value { return 100 * (1 / S.scale - 1); });
@@ -105,6 +113,25 @@ MetricDefinition nis_metric(std::size_t sensor) {
           Direction::away_from(1)};
 }
 
+MetricDefinition lag1_metric(std::size_t sensor) {
+  const std::string name(kSensors[sensor]);
+  return {"innovation_lag1_" + name,
+          "1",
+          "Correlation of the normalized innovations of the sensor " + name +
+              " from frame to frame, from the first planned motion on; 0 if they are white.",
+          Needs::estimate,
+          [sensor](C c) -> Value {  // Bar-Shalom et al. 2001, eq. 5.4.2-8 with lag 1
+            double products = 0, squares = 0;
+            for (const StampedInnovation& innovation : c.run.innovations[sensor]) {
+              if (innovation.t < *c.start) continue;
+              products += innovation.lagged, squares += innovation.lagged_square;
+            }
+            if (squares <= 0) return Absent{"no innovations of consecutive frames were reported"};
+            return products / squares;
+          },
+          largest_magnitude};
+}
+
 // The fraction of the answers from the first planned motion on with readings of a sensor, or, of those with
 // readings, with accepted ones.
 Value fraction_in_use(C c, std::size_t sensor, bool of_accepted) {
@@ -155,6 +182,10 @@ MetricDefinitions estimate_metrics() {
       {"scale_error_percent", "%",
        "Excess length of the estimated path, by the scale of the alignment of ate_sim3_rmse_m.", Needs::scale,
        scale_error, largest_magnitude, kHeadline},
+      {"odometry_ate_se3_rmse_m", "m",
+       "ate_se3_rmse_m of the same sensors without images (estimator: odometry), which runs beside any other "
+       "estimator: what images add.",
+       Needs::walk, odometry_ate},
       {"poses_matched", "1",
        "Number of estimated poses that have the stamp of a true one, within 0.1 ms, from the first planned "
        "motion on: the errors are taken over these.",
@@ -201,6 +232,7 @@ MetricDefinitions consistency_metrics() {
       nees_metric("position", &PoseNees::position, Needs::scale),
       nees_metric("orientation", &PoseNees::orientation, Needs::estimate)};
   for (std::size_t sensor = 0; sensor < kSensors.size(); ++sensor) all.push_back(nis_metric(sensor));
+  for (std::size_t sensor = 0; sensor < kSensors.size(); ++sensor) all.push_back(lag1_metric(sensor));
   for (std::size_t sensor = 0; sensor < kUsedSensors.size(); ++sensor) add_use(all, sensor);
   all.push_back({"landmark_rmse_m", "m",
                  "Root mean square distance of the final map's landmarks from the point at which the ray "

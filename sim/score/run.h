@@ -78,11 +78,12 @@ struct FrameUse {
   std::array<bool, kUsedSensors.size()> readings{}, accepted{};
 };
 
-/// One sensor's normalized innovation squared in the frame of that time.
+/// One sensor's normalized innovation squared in the frame of that time; lagged: see slam::Nis.
 struct StampedInnovation {
   Stamp t{0};
   double square = 0;
   int dof = 0;
+  double lagged = 0, lagged_square = 0;
 };
 
 /// The state of the filter after an observation.
@@ -110,6 +111,8 @@ struct Run {
   std::vector<FootRow> feet;  ///< of decompose_drift(); empty without feet
   /// While it tracked; absent: the filter was not run.
   std::optional<std::vector<EstimatedPose>> estimate;
+  Trajectory
+      odometry;  ///< by the same sensors without images; empty if that did not run beside the estimator
   std::array<std::vector<StampedInnovation>, kSensors.size()> innovations;
   std::vector<FrameUse> use;        ///< of each answer; empty if the estimator does not report it
   std::vector<TimedHealth> health;  ///< after every observation; not tracking after a divergence

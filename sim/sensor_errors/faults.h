@@ -30,14 +30,19 @@ struct Span {
   slam::Stamp end() const { return stamp(from_s + duration_s); }
 };
 
-struct FramesLost : Span {  ///< no picture arrives
-  static constexpr const char* kName = "frames_lost";
+/// A fault of a part of the frames, by their stamps.
+template <class Fault>
+struct FrameFault : Span {
   double fraction = 1;
 
   static void keys(auto&& key) {
     Span::keys(key);
-    number<&FramesLost::fraction>(key, 0, 1, "fraction of the frames during the fault that lose their image");
+    number<&FrameFault::fraction>(key, 0, 1, Fault::kFraction);
   }
+};
+struct FramesLost : FrameFault<FramesLost> {  ///< no picture arrives
+  static constexpr const char *kName = "frames_lost",
+                              *kFraction = "fraction of the frames during the fault that lose their image";
 };
 struct FramesFrozen : Span {  ///< the last picture before arrives again and again, with new stamps
   static constexpr const char* kName = "frames_frozen";
@@ -61,24 +66,15 @@ struct FramesCovered : Span {  ///< a poster that moves with the head, in the mi
                                      "part of the picture's area that a poster fixed to the head covers");
   }
 };
-struct FramesDoubled : Span {  ///< an observation arrives twice
-  static constexpr const char* kName = "frames_doubled";
-  double fraction = 1;
-
-  static void keys(auto&& key) {
-    Span::keys(key);
-    number<&FramesDoubled::fraction>(key, 0, 1, "part of the frames during the fault that arrive twice");
-  }
+struct FramesDoubled : FrameFault<FramesDoubled> {  ///< an observation arrives twice
+  static constexpr const char *kName = "frames_doubled",
+                              *kFraction = "part of the frames during the fault that arrive twice";
 };
-struct FramesReordered : Span {  ///< an observation arrives after the next one
-  static constexpr const char* kName = "frames_reordered";
-  double fraction = 1;  ///< of the observations that do not already come late or early
-
-  static void keys(auto&& key) {
-    Span::keys(key);
-    number<&FramesReordered::fraction>(key, 0, 1,
-                                       "part of the frames during the fault that arrive after the next one");
-  }
+/// An observation arrives after the next one, if it does not already come late or early.
+struct FramesReordered : FrameFault<FramesReordered> {
+  static constexpr const char *kName = "frames_reordered",
+                              *kFraction =
+                                  "part of the frames during the fault that arrive after the next one";
 };
 struct GyroSilent : Span {  ///< no readings arrive
   static constexpr const char* kName = "gyro_silent";

@@ -96,8 +96,7 @@ cv::Mat ImageErrors::covered(const cv::Mat& image, double fraction) const {
   const double side = std::sqrt(fraction);
   const cv::Size size(static_cast<int>(std::lround(side * image.cols)),
                       static_cast<int>(std::lround(side * image.rows)));
-  const cv::Rect middle((image.cols - size.width) / 2, (image.rows - size.height) / 2, size.width,
-                        size.height);
+  const cv::Rect middle(cv::Point(image.size() - size) / 2, size);
   cv::Mat out = image.clone();
   if (!middle.empty()) occlusion_texture(size, std::max(1, image.cols / 24), seed_).copyTo(out(middle));
   return out;

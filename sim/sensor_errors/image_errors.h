@@ -8,8 +8,7 @@
 
 namespace sim::sensor_errors {
 
-/// The scenario's keys errors.image.*. SensorErrors applies loss and latency. The fixed-point noise allows no
-/// larger ranges.
+/// The scenario's keys errors.image.*. SensorErrors applies loss and latency; fixed-point noise sets ranges.
 struct ImageOptions {
   double read_sigma_grey = 1.0, shot_sigma_grey = 1.0;
   double gain = 1.0;
@@ -35,8 +34,7 @@ struct ImageOptions {
   }
 };
 
-/// Image = gain (light + noise) with noise² = read² + shot² light / 255. Random draws are keyed by seed and
-/// stamp.
+/// Image = gain (light + noise) with noise² = read² + shot² light / 255, drawn by seed and stamp.
 class ImageErrors {
  public:
   ImageErrors(const ImageOptions& sizes, std::uint64_t seed, const std::vector<Fault>& faults);

@@ -1,8 +1,8 @@
-// Errors of the motion sensors on their way to the filter: gyro, accelerometer, leg odometry and walking
-// plan.
+// Errors of the motion sensors on their way to the filter: gyro, accelerometer, leg odometry, plan and clock.
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <string>
 
 #include "sim/sensor_errors/faults.h"
@@ -68,6 +68,33 @@ class PlanErrors {
   std::vector<PlanScaled> scaled_;
   std::optional<Eigen::Vector3d> last_p_PC_;                    // as planned
   Eigen::Vector3d position_error_P_ = Eigen::Vector3d::Zero();  // accumulated so far
+};
+
+/// A motion computer with an offset clock. Assembles the observations of the vision computer, by its stamps.
+class MotionClock {
+ public:
+  /// offset: stamps of the motion computer minus those of the vision computer at the same time.
+  explicit MotionClock(slam::Stamp offset) : offset_(offset) {}
+
+  /// Adds an observation with true stamps and returns the complete ones: if the clock is behind, frames wait
+  /// for their motion. Readings across a frame are split; the plan is interpolated.
+  std::vector<slam::Observation> process(slam::Observation observation);
+
+  /// Returns the waiting frames with the motion known so far.
+  std::vector<slam::Observation> flush();
+
+ private:
+  struct StampedPlan {
+    slam::Stamp t{0};
+    std::optional<slam::PlannedMotion> plan;
+  };
+  slam::Observation assembled();
+  std::optional<slam::PlannedMotion> plan_at(slam::Stamp t);
+
+  slam::Stamp offset_;
+  std::deque<slam::Observation> waiting_;
+  std::deque<slam::InertialSample> gyro_, accelerometer_;
+  std::deque<StampedPlan> plans_;
 };
 
 }  // namespace sim::sensor_errors

@@ -64,10 +64,9 @@ constexpr std::array kF{1.0000000000000000000e0,   5.99832206555887937690e-1, 1.
 
 }  // namespace
 
-Random::Random(std::uint64_t seed, std::string_view stream)
-    : key_(mix(mix(seed + kGolden) ^ fnv1a(stream))) {}
+Random::Random(std::uint64_t seed, std::string_view name) : key_(mix(mix(seed + kGolden) ^ fnv1a(name))) {}
 
-Random::Random(std::uint64_t seed, std::string_view stream, std::uint64_t item) : Random(seed, stream) {
+Random::Random(std::uint64_t seed, std::string_view name, std::uint64_t item) : Random(seed, name) {
   key_ = mix(key_ ^ mix(item * kGolden + 1));
 }
 

@@ -11,8 +11,7 @@ namespace sim::sensor_errors {
 class Random {
  public:
   Random(std::uint64_t seed, std::string_view stream);
-  /// The sub-stream of one item, named for example by the stamp of a frame: independent of the order of
-  /// draws.
+  /// The sub-stream of one item, such as the stamp of a frame: independent of the order of draws.
   Random(std::uint64_t seed, std::string_view stream, std::uint64_t item);
   std::uint64_t bits();  ///< 64 uniform bits
   double uniform();      ///< [0, 1)
@@ -21,8 +20,7 @@ class Random {
   std::uint64_t key_ = 0, counter_ = 0;
 };
 
-/// The standard normal distribution's quantile of p in (0, 1), to about 1e-15 relative (Wichura 1988,
-/// algorithm AS 241).
+/// The standard normal quantile of p in (0, 1), to about 1e-15 relative (Wichura 1988, algorithm AS 241).
 double normal_quantile(double p);
 
 }  // namespace sim::sensor_errors

@@ -17,39 +17,7 @@ InertialErrors inertial_errors(const char* sensor, const InertialErrorSizes& siz
   return {sensor, sizes, seed, std::move(spikes), {silent.begin(), silent.end()}};
 }
 
-void append(std::vector<slam::Observation>& all, std::vector<slam::Observation> more) {
-  std::move(more.begin(), more.end(), std::back_inserter(all));
-}
-
-template <class Faults>
-bool applies(const Faults& faults, std::uint64_t seed, const char* stream, slam::Stamp t) {
-  const double drawn = Random(seed, stream, static_cast<std::uint64_t>(t.count())).uniform();
-  return std::any_of(faults.begin(), faults.end(),
-                     [&](const auto& fault) { return fault.holds(t) && drawn < fault.fraction; });
-}
-
 }  // namespace
-
-ArrivalOrder::ArrivalOrder(std::uint64_t seed, const std::vector<Fault>& faults)
-    : seed_(seed),
-      doubled_(faults_of<FramesDoubled>(faults)),
-      reordered_(faults_of<FramesReordered>(faults)) {}
-
-std::vector<slam::Observation> ArrivalOrder::process(slam::Observation observation) {
-  if (!late_ && applies(reordered_, seed_, "frame reordered", observation.t)) {
-    late_ = std::move(observation);
-    return {};
-  }
-  const bool doubled = applies(doubled_, seed_, "frame doubled", observation.t);
-  std::vector<slam::Observation> arrived(doubled ? 2 : 1, observation);
-  append(arrived, flush());
-  return arrived;
-}
-
-std::vector<slam::Observation> ArrivalOrder::flush() {
-  if (!late_) return {};
-  return {*std::exchange(late_, {})};
-}
 
 SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed)
     : options_((walking::check_ranges(options, "errors"), options)),
@@ -68,43 +36,52 @@ SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed)
       image_(options.image, seed, options.faults),
       plan_(options.faults),
       legs_(options.leg_odometry.sigma_m, options.leg_odometry.scale_fraction, seed),
-      motion_clock_(stamp(options.motion.time_offset_s)),
-      arrival_order_(seed, options.faults),
-      frames_lost_(faults_of<FramesLost>(options.faults)),
-      frames_frozen_(faults_of<FramesFrozen>(options.faults)) {}
+      motion_clock_(stamp(options.motion.time_offset_s)) {}
 
-std::vector<slam::Observation> SensorErrors::process(slam::Observation ideal) {
-  disturb(ideal);
-  std::vector<slam::Observation> arrived;
-  for (slam::Observation& assembled : motion_clock_.process(std::move(ideal)))
-    append(arrived, arrival_order_.process(std::move(assembled)));
-  return arrived;
+/// Whether one of these faults hits the frame.
+template <class Kind>
+bool SensorErrors::strikes(const char* stream, slam::Stamp t) const {
+  const auto faults = faults_of<Kind>(options_.faults);
+  return std::any_of(faults.begin(), faults.end(),
+                     [&](const Kind& fault) { return fault.holds(t) && lost(stream, t, fault.fraction); });
 }
 
-std::vector<slam::Observation> SensorErrors::flush() {
-  std::vector<slam::Observation> arrived;
-  for (slam::Observation& assembled : motion_clock_.flush())
-    append(arrived, arrival_order_.process(std::move(assembled)));
-  append(arrived, arrival_order_.flush());
-  return arrived;
+void SensorErrors::arrive(slam::Observation observation, std::vector<slam::Observation>& arrived) {
+  if (!late_ && strikes<FramesReordered>("frame reordered", observation.t)) {
+    late_ = std::move(observation);
+    return;
+  }
+  arrived.insert(arrived.end(), strikes<FramesDoubled>("frame doubled", observation.t) ? 2 : 1, observation);
+  if (late_) arrived.push_back(*std::exchange(late_, {}));
 }
 
-void SensorErrors::disturb(slam::Observation& o) {
+std::vector<slam::Observation> SensorErrors::process(slam::Observation o) {
   gyro_.apply(o.gyro);
   accelerometer_.apply(o.accelerometer);
   o.image = delayed_image(received_image(o.image, o.t), o.t);
   if (o.plan && o.plan->legs) legs_.apply(*o.plan->legs, o.t);
   o.plan = plan_.apply(std::move(o.plan), o.t);
   if (lost("plan loss", o.t, options_.plan.loss_fraction)) o.plan.reset();
+  std::vector<slam::Observation> arrived;
+  for (slam::Observation& assembled : motion_clock_.process(std::move(o)))
+    arrive(std::move(assembled), arrived);
+  return arrived;
+}
+
+std::vector<slam::Observation> SensorErrors::flush() {
+  std::vector<slam::Observation> arrived;
+  for (slam::Observation& assembled : motion_clock_.flush()) arrive(std::move(assembled), arrived);
+  if (late_) arrived.push_back(*std::exchange(late_, {}));
+  return arrived;
 }
 
 cv::Mat SensorErrors::received_image(const cv::Mat& ideal, slam::Stamp t) {
   double lost_fraction = options_.image.loss_fraction;
-  for (const FramesLost& fault : frames_lost_)
+  for (const FramesLost& fault : faults_of<FramesLost>(options_.faults))
     if (fault.holds(t)) lost_fraction = std::max(lost_fraction, fault.fraction);
   if (ideal.empty() || lost("image loss", t, lost_fraction)) return {};
-  const bool frozen = std::any_of(frames_frozen_.begin(), frames_frozen_.end(),
-                                  [t](const Span& span) { return span.holds(t); });
+  const auto freezes = faults_of<FramesFrozen>(options_.faults);
+  const bool frozen = std::any_of(freezes.begin(), freezes.end(), [t](const Span& s) { return s.holds(t); });
   if (!frozen || last_unfrozen_.empty()) last_unfrozen_ = image_.apply(ideal, t);
   return last_unfrozen_;
 }

@@ -1,9 +1,7 @@
-// Converts readings of ideal sensors to the filter's input, with noise, bias, loss, clock offsets and faults
-// from named random streams.
+// Readings of ideal sensors become the filter's input, with errors and faults from named random streams.
 #pragma once
 
 #include "sim/sensor_errors/image_errors.h"
-#include "sim/sensor_errors/motion_clock.h"
 #include "sim/sensor_errors/motion_errors.h"
 
 namespace sim::sensor_errors {
@@ -97,39 +95,24 @@ struct ErrorOptions {
   }
 };
 
-/// Arrival order of observations: some twice, some after the next one, drawn by seed and stamp.
-class ArrivalOrder {
- public:
-  ArrivalOrder(std::uint64_t seed, const std::vector<Fault>& faults);
-
-  /// Returns what arrives after this observation, in order.
-  std::vector<slam::Observation> process(slam::Observation observation);
-  std::vector<slam::Observation> flush();  ///< what has not arrived at the end of the run
-
- private:
-  std::uint64_t seed_;
-  std::vector<FramesDoubled> doubled_;
-  std::vector<FramesReordered> reordered_;
-  std::optional<slam::Observation> late_;
-};
-
 /// Applies the errors to one observation after another, from the first of a run. Every draw is keyed by seed,
-/// stream name and stamp: a live run and a replay agree bit for bit, and errors do not affect each other's
-/// numbers.
+/// stream name and stamp: live run and replay agree bit for bit, and no error changes another's numbers.
 class SensorErrors {
  public:
   /// Throws std::invalid_argument that names an option out of its range.
   SensorErrors(const ErrorOptions& options, std::uint64_t seed);
 
-  /// Returns the observations that reach the filter after this ideal one, in the order of arrival: usually
-  /// one. Does not write to the pixels of `ideal`.
+  /// Returns what reaches the filter after this ideal observation, in order. Does not write to its pixels.
   std::vector<slam::Observation> process(slam::Observation ideal);
 
   /// Returns the observations that have not arrived at the end of the run.
   std::vector<slam::Observation> flush();
 
  private:
-  void disturb(slam::Observation& observation);
+  /// Appends what arrives after this observation: some twice, some after the next one, by seed and stamp.
+  void arrive(slam::Observation observation, std::vector<slam::Observation>& arrived);
+  template <class Kind>
+  bool strikes(const char* stream, slam::Stamp t) const;
   cv::Mat received_image(const cv::Mat& ideal, slam::Stamp t);
   cv::Mat delayed_image(cv::Mat image, slam::Stamp t);
   bool lost(const char* stream, slam::Stamp t, double fraction) const;
@@ -145,9 +128,7 @@ class SensorErrors {
   PlanErrors plan_;
   LegErrors legs_;
   MotionClock motion_clock_;
-  ArrivalOrder arrival_order_;
-  std::vector<FramesLost> frames_lost_;
-  std::vector<FramesFrozen> frames_frozen_;
+  std::optional<slam::Observation> late_;
   cv::Mat last_unfrozen_;
   std::deque<StampedImage> delayed_;
 };

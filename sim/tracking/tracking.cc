@@ -9,6 +9,7 @@ namespace sim::tracking {
 namespace {
 
 constexpr slam::Stamp kMapEvery = std::chrono::seconds(1);
+const estimators::EstimatorChoice kOdometry{estimators::Source::built_in, "odometry", {}, {}};
 
 /// Returns the times of consecutive frames with a cause, each with its last one.
 template <class CauseOf>
@@ -64,6 +65,7 @@ Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& 
   estimators::Start start{calibration, X_WC_start, scenario.seed, *scenario.slam};
   if (auto* lens = std::get_if<slam::OneParameterRadial>(&start.calibration.camera.lens))
     lens->k1_px2 *= 1 + scenario.errors.calibration.distortion_fraction;
+  if (scenario.slam->plan_velocity.enabled && scenario.estimator != kOdometry) odometry_start_ = start;
   try {
     estimator_ = estimators::make_estimator(scenario.estimator, start);
   } catch (const estimators::EstimatorFailed& failure) {
@@ -78,6 +80,7 @@ void Tracking::process(slam::Observation ideal) {
 
 // Exceptions from estimators are failures of the estimator; a lack of memory is not.
 void Tracking::step(const slam::Observation& arrived) {
+  if (odometry_start_) arrived_.push_back(arrived), arrived_.back().image.release();
   const bool diverged = newest() && newest()->report.health == slam::Health::diverged;
   try {
     if (!diverged && !failed()) ask(arrived);
@@ -101,10 +104,23 @@ void Tracking::ask(const slam::Observation& arrived) {
 
 Tracked Tracking::finish() {
   for (const slam::Observation& arrived : errors_.flush()) step(arrived);
+  tracked_.odometry = odometry();
   if (!estimator_) return std::move(tracked_);
   tracked_.log = estimator_->finish();
   tracked_.map = estimator_->map();
   return std::move(tracked_);
+}
+
+std::vector<estimators::PoseEstimate> Tracking::odometry() const {
+  std::vector<estimators::PoseEstimate> poses;
+  if (arrived_.empty() || !arrived_.front().plan) return poses;
+  const auto odometry = estimators::make_estimator(kOdometry, *odometry_start_);
+  for (const slam::Observation& observation : arrived_) {
+    const estimators::Answer answer = odometry->step(observation);
+    if (answer.report.health == slam::Health::diverged) return {};
+    if (poses.empty() || answer.estimate.t > poses.back().t) poses.push_back(answer.estimate);
+  }
+  return poses;
 }
 
 }  // namespace sim::tracking

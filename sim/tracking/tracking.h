@@ -44,6 +44,9 @@ struct Tracked {
   std::vector<slam::Stamp> untracked;      ///< observations after it diverged, or from its failure on
   std::optional<std::string> failed = {};  ///< why it failed as a program
   std::string log = {};                    ///< standard error of an external estimator
+  /// The poses by the same sensors without images (estimator: odometry); empty if that is the estimator
+  /// itself, without plan and legs, or if it diverged.
+  std::vector<estimators::PoseEstimate> odometry = {};
 
   /// Returns why the estimate did not reach the end: it diverged, was still lost, or the estimator failed.
   std::optional<scenario::Ended> failure() const;
@@ -86,10 +89,13 @@ class Tracking {
 
  private:
   void ask(const slam::Observation& arrived);
+  std::vector<estimators::PoseEstimate> odometry() const;
 
   sensor_errors::SensorErrors errors_;
   std::unique_ptr<estimators::Estimator> estimator_;  ///< null if it failed at its start
   double external_cpu_ms_ = 0;
+  std::optional<estimators::Start> odometry_start_;
+  std::vector<slam::Observation> arrived_;  // without images, for Tracked::odometry
   Tracked tracked_;
 };
 

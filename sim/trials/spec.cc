@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "sim/scenario/keys.h"
-#include "sim/scenario/recording_key.h"
 #include "sim/scenario/value.h"
 #include "sim/scenario/yaml.h"
 
@@ -140,25 +139,6 @@ std::vector<SpecRun> read_side(const Yaml* node, const std::string& key, const f
   return all;
 }
 
-/// Sections that the spec does not have stay empty.
-Spec read_root(const Yaml& root, const fs::path& folder) {
-  Spec spec;
-  const Yaml *training = nullptr, *holdout = nullptr;
-  const auto value = [](const char* key, const scenario::Domain& domain, auto& into) {
-    return std::pair{std::string_view(key), [=, &into](const Yaml& node) { read(node, key, domain, into); }};
-  };
-  read_map(root, {{"parameters", [&](const Yaml& node) { spec.parameters = read_parameters(node); }},
-                  {"training", [&](const Yaml& node) { training = &node; }},
-                  {"holdout", [&](const Yaml& node) { holdout = &node; }},
-                  value("objective", {0, 0, kObjectives}, spec.objective),
-                  value("trials", {2, 1e6}, spec.trials),
-                  value("population", {5, 1000}, spec.population),
-                  value("seed", {}, spec.seed)});
-  spec.training = read_side(training, "training", folder);
-  spec.holdout = read_side(holdout, "holdout", folder, spec.training);
-  return spec;
-}
-
 void require_whole(const Yaml& root, const Spec& spec) {
   if (spec.parameters.empty()) fail(root, "parameters", "missing, expected keys with their ranges");
   if (spec.training.empty())
@@ -190,8 +170,21 @@ std::string_view name(Objective objective) { return kObjectives[static_cast<std:
 Spec read_spec(const fs::path& file) {
   const Yaml root = scenario::parse_yaml_file(file);
   require_map(root, "", "a tuning: {parameters: ..., training: ..., holdout: ...}");
-  Spec spec = read_root(root, file.parent_path());
+  Spec spec;
   spec.name = file.stem().string();
+  const Yaml *training = nullptr, *holdout = nullptr;
+  const auto value = [](const char* key, const scenario::Domain& domain, auto& into) {
+    return std::pair{std::string_view(key), [=, &into](const Yaml& node) { read(node, key, domain, into); }};
+  };
+  read_map(root, {{"parameters", [&](const Yaml& node) { spec.parameters = read_parameters(node); }},
+                  {"training", [&](const Yaml& node) { training = &node; }},
+                  {"holdout", [&](const Yaml& node) { holdout = &node; }},
+                  value("objective", {0, 0, kObjectives}, spec.objective),
+                  value("trials", {2, 1e6}, spec.trials),
+                  value("population", {5, 1000}, spec.population),
+                  value("seed", {}, spec.seed)});
+  spec.training = read_side(training, "training", file.parent_path());
+  spec.holdout = read_side(holdout, "holdout", file.parent_path(), spec.training);
   require_whole(root, spec);
   complete_starts(root, spec);
   return spec;

@@ -36,6 +36,11 @@ constexpr int kSamples = 16;
 struct Tried {
   Yaml key;
   Values values;
+
+  bool is_sampled() const {
+    const auto* const range = std::get_if<Range>(&values);
+    return range && range->points == 0;
+  }
 };
 
 /// Throws ConfigError unless a sweep can set the key.
@@ -94,31 +99,14 @@ Axis samples_of(const std::vector<Tried>& sampled, int samples) {
 std::vector<Axis> axes_of(const std::vector<Tried>& parameters, int samples) {
   std::vector<Axis> axes;
   std::vector<Tried> sampled;
-  for (const Tried& tried : parameters) {
-    const auto* const range = std::get_if<Range>(&tried.values);
-    range && range->points == 0 ? sampled.push_back(tried) : axes.push_back(axis_of(tried));
-  }
+  for (const Tried& tried : parameters)
+    tried.is_sampled() ? sampled.push_back(tried) : axes.push_back(axis_of(tried));
   if (!sampled.empty()) axes.push_back(samples_of(sampled, samples));
   std::set<std::string> seen;
   for (const Axis& axis : axes)
     for (const Setting& setting : axis.front())
       if (!seen.insert(setting.key).second) fail(setting.at, setting.key, "is given values twice");
   return axes;
-}
-
-std::vector<fs::path> scenario_files(const Yaml& list, const fs::path& folder) {
-  if (list.kind != Yaml::Kind::list || list.items.empty())
-    fail(list, "scenarios", "expected a list of scenarios' YAML files");
-  std::vector<fs::path> files;
-  for (const Yaml& item : list.items) files.push_back(read_path(item, "scenarios", folder));
-  return files;
-}
-
-void apply(const Setting& setting, scenario::ReadScenario& read) {
-  if (!scenario::has_section(read.scenario, setting.key))
-    fail(setting.at, setting.key, fmt::format("{} has no such section", read.scenario.name));
-  scenario::find_key(setting.key)->read(setting.value, read.scenario);
-  read.origin[setting.key] = fmt::format("{}:{}", setting.value.origin.file, setting.value.origin.line);
 }
 
 /// Joins the lines of a printed list.
@@ -190,9 +178,8 @@ std::vector<std::string> row(const SweepPlan& plan, const RecordOf& record, std:
   for (std::size_t i = 0; i < plan.seeds.size(); ++i) records.push_back(record(c * plan.seeds.size() + i));
   std::vector<std::string> cells{plan.configurations[c].read.scenario.name};
   cells.insert(cells.end(), plan.configurations[c].values.begin(), plan.configurations[c].values.end());
-  const auto completed = std::count_if(records.begin(), records.end(), [](const TrialRecord* one) {
-    return one && one->ending == "completed";
-  });
+  const auto completed = std::ranges::count_if(
+      records, [](const TrialRecord* one) { return one && one->ending == "completed"; });
   cells.push_back(fmt::format("{}/{}", completed, records.size()));
   for (const std::string_view name : kShown) cells.push_back(median(records, name));
   return cells;
@@ -209,7 +196,12 @@ SweepSpec read_sweep(const fs::path& file, const std::vector<std::string>& argum
   std::optional<int> samples_of_file;
   const scenario::MapReaders readers{
       {"scenario", [&](const Yaml& value) { spec.scenarios = {read_path(value, "scenario", folder)}; }},
-      {"scenarios", [&](const Yaml& value) { spec.scenarios = scenario_files(value, folder); }},
+      {"scenarios",
+       [&](const Yaml& list) {
+         if (list.kind != Yaml::Kind::list || list.items.empty())
+           fail(list, "scenarios", "expected a list of scenarios' YAML files");
+         for (const Yaml& item : list.items) spec.scenarios.push_back(read_path(item, "scenarios", folder));
+       }},
       {"seeds", [&](const Yaml& value) { spec.seeds = read_seeds(value); }},
       {"parameters",
        [&](const Yaml& map) {
@@ -220,8 +212,8 @@ SweepSpec read_sweep(const fs::path& file, const std::vector<std::string>& argum
       {"samples", [&](const Yaml& value) {
          scenario::read(value, "samples", {1, kMostTrials}, samples_of_file.emplace());
        }}};
-  const bool is_sweep = std::any_of(root.keys.begin(), root.keys.end(), [&](const Yaml& key) {
-    return std::any_of(readers.begin(), readers.end(), [&](const auto& r) { return r.first == key.text; });
+  const bool is_sweep = std::ranges::any_of(readers, [&](const auto& reader) {
+    return std::ranges::count(root.keys, reader.first, &Yaml::text) > 0;
   });
   if (is_sweep)
     read_map(root, readers);
@@ -230,11 +222,7 @@ SweepSpec read_sweep(const fs::path& file, const std::vector<std::string>& argum
   if (spec.scenarios.empty()) fail(root, "scenario", "missing, expected a scenario's YAML file");
   for (std::size_t i = 0; i < arguments.size(); ++i)
     parameters.push_back(read_argument(arguments[i], static_cast<int>(i) + 1));
-  const bool is_sampled = std::any_of(parameters.begin(), parameters.end(), [](const Tried& tried) {
-    const auto* const range = std::get_if<Range>(&tried.values);
-    return range && range->points == 0;
-  });
-  if ((samples || samples_of_file) && !is_sampled)
+  if ((samples || samples_of_file) && std::ranges::none_of(parameters, &Tried::is_sampled))
     throw scenario::ConfigError(fmt::format(
         "{}: samples: no parameter is a range without points, which samples are for", file.string()));
   spec.axes = axes_of(parameters, samples ? *samples : samples_of_file.value_or(kSamples));
@@ -257,7 +245,13 @@ SweepPlan plan_sweep(const SweepSpec& spec, const std::vector<std::uint64_t>& se
     for (std::size_t i = 0; i < n; ++i) {
       Configuration configuration{scenario, {}};
       for (const Point* point : points_of(spec, i))
-        for (const Setting& setting : *point) apply(setting, configuration.read);
+        for (const auto& [key, at, value] : *point) {
+          scenario::ReadScenario& read = configuration.read;
+          if (!scenario::has_section(read.scenario, key))
+            fail(at, key, fmt::format("{} has no such section", read.scenario.name));
+          scenario::find_key(key)->read(value, read.scenario);
+          read.origin[key] = fmt::format("{}:{}", value.origin.file, value.origin.line);
+        }
       for (const std::string& key : plan.keys)
         configuration.values.push_back(
             on_one_line(scenario::find_key(key)->print(configuration.read.scenario)));
@@ -266,40 +260,31 @@ SweepPlan plan_sweep(const SweepSpec& spec, const std::vector<std::uint64_t>& se
   return plan;
 }
 
-std::string scores_csv(const SweepPlan& plan, const RecordOf& record) {
+Scores scores(const SweepPlan& plan, const RecordOf& record) {
   const std::vector<std::string> names = value_names();
-  std::string text = fmt::format("trial,scenario,seed{1}{0},ending,cause,{2}\n", fmt::join(plan.keys, ","),
-                                 plan.keys.empty() ? "" : ",", fmt::join(names, ","));
+  Scores all{fmt::format("trial,scenario,seed{1}{0},ending,cause,{2}\n", fmt::join(plan.keys, ","),
+                         plan.keys.empty() ? "" : ",", fmt::join(names, ",")),
+             ""};
   for (std::size_t i = 0; i < plan.trials(); ++i) {
     const TrialRecord* const one = record(i);
     if (!one) continue;
-    const Configuration& configuration = plan.configurations[i / plan.seeds.size()];
-    text += fmt::format("{},{},{}", i, files::neutral_field(configuration.read.scenario.name), one->seed);
-    for (const std::string& value : configuration.values) text += "," + files::neutral_field(value);
-    text += fmt::format(",{},{}", one->ending, files::neutral_field(one->cause));
+    const auto& [read, settings] = plan.configurations[i / plan.seeds.size()];
+    ordered_json line{{"trial", i}, {"scenario", read.scenario.name}, {"settings", ordered_json::object()}};
+    all.csv += fmt::format("{},{},{}", i, files::neutral_field(read.scenario.name), one->seed);
+    for (std::size_t k = 0; k < plan.keys.size(); ++k) {
+      all.csv += "," + files::neutral_field(settings[k]);
+      line["settings"][plan.keys[k]] = value_of(settings[k]);
+    }
+    all.csv += fmt::format(",{},{}", one->ending, files::neutral_field(one->cause));
     for (const std::string& name : names) {
       const auto value = one->value(name);
-      text += value ? fmt::format(",{}", *value) : ",";
+      all.csv += value ? fmt::format(",{}", *value) : ",";
     }
-    text += "\n";
-  }
-  return text;
-}
-
-std::string scores_jsonl(const SweepPlan& plan, const RecordOf& record) {
-  std::string text;
-  for (std::size_t i = 0; i < plan.trials(); ++i) {
-    const TrialRecord* const one = record(i);
-    if (!one) continue;
-    const Configuration& configuration = plan.configurations[i / plan.seeds.size()];
-    ordered_json settings = ordered_json::object();
-    for (std::size_t k = 0; k < plan.keys.size(); ++k)
-      settings[plan.keys[k]] = value_of(configuration.values[k]);
-    ordered_json line{{"trial", i}, {"scenario", configuration.read.scenario.name}, {"settings", settings}};
+    all.csv += "\n";
     line.update(ordered_json::parse(to_line(*one)));
-    text += files::json_text(line) + "\n";
+    all.jsonl += files::json_text(line) + "\n";
   }
-  return text;
+  return all;
 }
 
 std::string sweep_table(const SweepPlan& plan, const RecordOf& record) {

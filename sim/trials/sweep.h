@@ -68,11 +68,11 @@ SweepPlan plan_sweep(const SweepSpec& spec, const std::vector<std::uint64_t>& se
 /// Returns the record of the i-th trial of the plan, or nullptr if it has none.
 using RecordOf = std::function<const TrialRecord*(std::size_t)>;
 
-/// One line for each trial that has a record, after a line of titles (RFC 4180).
-std::string scores_csv(const SweepPlan& plan, const RecordOf& record);
-
-/// One line of JSON for each trial that has a record.
-std::string scores_jsonl(const SweepPlan& plan, const RecordOf& record);
+/// A line for each trial that has a record: of CSV (RFC 4180), after a line of titles, and of JSON.
+struct Scores {
+  std::string csv, jsonl;
+};
+Scores scores(const SweepPlan& plan, const RecordOf& record);
 
 /// Medians over the seeds of each configuration, of the first forty.
 std::string sweep_table(const SweepPlan& plan, const RecordOf& record);

@@ -16,7 +16,6 @@
 #include "sim/files/atomic_file.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
-#include "sim/recording/manifest.h"
 #include "sim/result/result.h"
 #include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"
@@ -36,22 +35,12 @@ void keep(slam::Observation observation, Recording& recording) {
   recording.observations.push_back(std::move(observation));
 }
 
-Recording load(const fs::path& folder, sensor_errors::SensorErrors* errors) {
-  Recording recording;
-  recording.walk = *result::read_about_of_walk(folder / "about.json").walk;
-  recording::RecordingReader reader(folder / "recording");
-  recording.setup = reader.setup();
-  recording.hash = reader.hash();
-  while (auto ideal = reader.next())
-    if (!errors)
-      keep(std::move(*ideal), recording);
-    else
-      for (slam::Observation& arrived : errors->process(std::move(*ideal)))
-        keep(std::move(arrived), recording);
-  if (errors)
-    for (slam::Observation& arrived : errors->flush()) keep(std::move(arrived), recording);
-  recording.truth = recording::read_truth(folder / "recording");
-  return recording;
+// The keys errors.* and the seed, which determine the sensor errors.
+std::string errors_of(const scenario::Scenario& scenario) {
+  std::string text = fmt::format("seed: {}\n", scenario.seed);
+  for (const auto& key : scenario::scenario_keys())
+    if (key.name.starts_with("errors.")) text += key.name + ": " + key.print(scenario) + "\n";
+  return text;
 }
 
 tracking::Tracked track(const Recording& recording, const scenario::Scenario& scenario) {
@@ -94,23 +83,23 @@ std::optional<double> mean_pose_nll(const score::ScoreContext& scored) {
 
 }  // namespace
 
-std::string errors_of(const scenario::Scenario& scenario) {
-  std::string text = fmt::format("seed: {}\n", scenario.seed);
-  for (const auto& key : scenario::scenario_keys())
-    if (key.name.starts_with("errors.")) text += key.name + ": " + key.print(scenario) + "\n";
-  return text;
-}
-
-std::string recording_hash(const fs::path& result_folder) {
-  return recording::Manifest(result_folder / "recording").hash();
-}
-
-Recording load(const fs::path& result_folder) { return load(result_folder, nullptr); }
-
-Recording load(const fs::path& result_folder, const scenario::Scenario& scenario) {
-  sensor_errors::SensorErrors errors(scenario.errors, scenario.seed);
-  Recording recording = load(result_folder, &errors);
-  recording.errors = errors_of(scenario);
+Recording load(const fs::path& folder, const scenario::Scenario* with_errors) {
+  Recording recording;
+  recording.walk = *result::read_about_of_walk(folder / "about.json").walk;
+  recording::RecordingReader reader(folder / "recording");
+  recording.setup = reader.setup();
+  recording.hash = reader.hash();
+  if (!with_errors) {
+    while (auto ideal = reader.next()) keep(std::move(*ideal), recording);
+  } else {
+    sensor_errors::SensorErrors errors(with_errors->errors, with_errors->seed);
+    while (auto ideal = reader.next())
+      for (slam::Observation& arrived : errors.process(std::move(*ideal)))
+        keep(std::move(arrived), recording);
+    for (slam::Observation& arrived : errors.flush()) keep(std::move(arrived), recording);
+    recording.errors = errors_of(*with_errors);
+  }
+  recording.truth = recording::read_truth(folder / "recording");
   return recording;
 }
 
@@ -126,38 +115,26 @@ std::optional<double> pose_nll(const Eigen::Isometry3d& X_WC_true, const Eigen::
          2;
 }
 
-Trial run_trial(const Recording& recording, const scenario::ReadScenario& scenario) {
-  result::RunRecord record{scenario,     {recording.walk.ending}, recording.setup, recording.truth,
-                           std::nullopt, recording.hash};
-  if (scenario.scenario.slam) record.tracked = track(recording, scenario.scenario);
-  const score::Run run = result::score_input(record);
-  const score::ScoreContext scored(run);
-  Trial trial{result::ending_of(record), score::evaluate(scored)};
-  if (!record.tracked) return trial;
-  trial.lasted_fraction = lasted_fraction(recording, *record.tracked);
-  trial.pose_nll = mean_pose_nll(scored);
-  return trial;
-}
-
-namespace {
-
-/// Does not try a recording of a failed simulation.
-TrialRecord run_on(const std::string& key, const scenario::ReadScenario& scenario,
-                   const Recording& recording) {
-  TrialRecord record{
-      key, scenario.scenario.seed, std::string(name_of(recording.walk.ending)), recording.walk.cause, {}};
-  if (recording.walk.ending == scenario::Ending::failed) return record;
-  const Trial trial = run_trial(recording, scenario);
-  if (trial.ended.ending != recording.walk.ending)
-    record.ending = name_of(trial.ended.ending), record.cause = trial.ended.cause;
-  for (const auto& [name, metric] : trial.metrics)
+TrialRecord run_trial(const Recording& recording, const scenario::ReadScenario& scenario,
+                      const std::string& key) {
+  result::RunRecord run{scenario,     {recording.walk.ending}, recording.setup, recording.truth,
+                        std::nullopt, recording.hash};
+  if (scenario.scenario.slam) run.tracked = track(recording, scenario.scenario);
+  const score::Run input = result::score_input(run);
+  const score::ScoreContext scored(input);
+  const scenario::Ended ended = result::ending_of(run);
+  TrialRecord record{key,
+                     scenario.scenario.seed,
+                     std::string(name_of(ended.ending)),
+                     ended.ending == recording.walk.ending ? recording.walk.cause : ended.cause,
+                     {}};
+  for (const auto& [name, metric] : score::evaluate(scored))
     if (metric.value) record.values[name] = *metric.value;
-  if (scenario.scenario.slam) record.values["lasted_fraction"] = trial.lasted_fraction;
-  if (trial.pose_nll) record.values["pose_nll"] = *trial.pose_nll;
+  if (!run.tracked) return record;
+  record.values["lasted_fraction"] = lasted_fraction(recording, *run.tracked);
+  if (const auto nll = mean_pose_nll(scored)) record.values["pose_nll"] = *nll;
   return record;
 }
-
-}  // namespace
 
 void write_tasks(const std::filesystem::path& file, const TaskFile& tasks) {
   std::string text = tasks.purpose + "\n";
@@ -201,8 +178,8 @@ std::shared_ptr<const Recording> Runner::load(const Task& task, const scenario::
   const auto loaded = find(task.recording.empty() ? cache_.key(read.scenario) : task.recording.string());
   const std::scoped_lock lock(loaded->mutex);
   const auto load_from = [&](const std::filesystem::path& folder) {
-    loaded->recording = std::make_shared<const Recording>(
-        loaded->recording ? trials::load(folder) : trials::load(folder, read.scenario));
+    loaded->recording =
+        std::make_shared<const Recording>(trials::load(folder, loaded->recording ? nullptr : &read.scenario));
   };
   const Recording* const now = loaded->recording.get();
   if (!now || (!now->errors.empty() && now->errors != errors_of(read.scenario)))
@@ -213,7 +190,11 @@ std::shared_ptr<const Recording> Runner::load(const Task& task, const scenario::
 TrialRecord Runner::run(const Task& task) {
   const scenario::ReadScenario read = scenario::read_scenario_text(task.scenario, "task.yaml");
   try {
-    return run_on(task.key, read, *load(task, read));
+    const auto recording = load(task, read);
+    const scenario::Ended& walk = recording->walk;
+    if (walk.ending == scenario::Ending::failed)  // there is nothing to replay
+      return {task.key, read.scenario.seed, std::string(name_of(walk.ending)), walk.cause, {}};
+    return run_trial(*recording, read, task.key);
   } catch (const files::FileError&) {
     throw;  // a fault of the machine, such as a full disk
   } catch (const std::exception& e) {

@@ -29,43 +29,27 @@ struct Recording {
   /// In the order of arrival; images are views of `pictures`, which share no counter among threads.
   std::vector<slam::Observation> observations;
   std::vector<cv::Mat> pictures;
-  /// The sensor errors in the observations, see errors_of; empty if the sensors are ideal.
+  /// The sensor errors in the observations, as text; empty if the sensors are ideal.
   std::string errors;
   recording::Truth truth;  ///< for the score only
 };
 
-/// Reads a result folder's recording, images decoded. Throws FileError and ConfigError as replay does.
-Recording load(const std::filesystem::path& result_folder);
-
-/// Reads the recording and applies the sensor errors of `scenario` (errors.*, seed) for all trials that share
-/// them.
-Recording load(const std::filesystem::path& result_folder, const scenario::Scenario& scenario);
-
-/// Reads only the hash of the recording.
-std::string recording_hash(const std::filesystem::path& result_folder);
-
-/// The keys errors.* and the seed, which determine the sensor errors, as text.
-std::string errors_of(const scenario::Scenario& scenario);
+/// Reads a result folder's recording, images decoded, and applies the sensor errors (errors.*, seed) of a
+/// scenario, if any, for all trials that share them. Throws FileError and ConfigError as replay does.
+Recording load(const std::filesystem::path& result_folder, const scenario::Scenario* with_errors = nullptr);
 
 /// −ln N(error; 0, covariance) of a pose, see score::pose_nees. Returns nullopt unless the covariance is
 /// positive definite.
 std::optional<double> pose_nll(const Eigen::Isometry3d& X_WC_true, const Eigen::Isometry3d& X_WC_estimate,
                                const score::Matrix6d& covariance);
 
-/// One run of the filter. pose_nll: the mean over scored frames of −ln N(pose error; 0, P), 6 degrees of
-/// freedom; absent if the filter failed or a covariance is not positive definite. lasted_fraction: the part
-/// of the recording until the filter failed.
-struct Trial {
-  scenario::Ended ended;   ///< as in a result folder
-  score::Metrics metrics;  ///< as a result folder's, bit for bit
-  std::optional<double> pose_nll{};
-  double lasted_fraction = 1;
-};
-
 /// Applies the sensor errors of `scenario` unless the recording contains them, runs its filter and scores it;
-/// without a slam section scores only the walk. Throws std::logic_error if the recording contains other
-/// errors.
-Trial run_trial(const Recording& recording, const scenario::ReadScenario& scenario);
+/// without a slam section scores only the walk. The record has ending, cause and metrics of a result folder,
+/// bit for bit; pose_nll, the mean over scored frames of −ln N(pose error; 0, P), 6 degrees of freedom,
+/// unless the filter failed or a covariance is not positive definite; and lasted_fraction, the part of the
+/// recording until the filter failed. Throws std::logic_error if the recording contains other errors.
+TrialRecord run_trial(const Recording& recording, const scenario::ReadScenario& scenario,
+                      const std::string& key = "");
 
 /// key: identifies the trial in the log. scenario: all of it as YAML, with its seed. recording: the result
 /// folder that contains the recording; empty: it is in the cache.

@@ -12,8 +12,8 @@
 #include "sim/files/atomic_file.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
+#include "sim/recording/manifest.h"
 #include "sim/scenario/keys.h"
-#include "sim/trials/search.h"
 
 namespace sim::trials {
 namespace {
@@ -39,7 +39,7 @@ class Runs {
         runs_(runs),
         log_(log),
         run_tasks_(execution.remote ? execution.remote : in_threads(execution.threads)) {
-    for (const SpecRun& run : runs) hashes_.push_back(recording_hash(run.folder));
+    for (const SpecRun& run : runs) hashes_.push_back(recording::Manifest(run.folder / "recording").hash());
   }
 
   /// The records of each setting on each recording, taken from the log if it has them. The tasks of one

@@ -1,14 +1,16 @@
-// Values of a scenario's keys to try: lists, ranges, and points spread over ranges.
+// Values of a scenario's keys to try: lists, ranges, points spread over ranges, and the search for the best.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <string>
-#include <string_view>
 #include <variant>
 #include <vector>
 
 #include "sim/scenario/scenario.h"
 #include "sim/scenario/yaml.h"
+#include "sim/sensor_errors/random.h"
 
 namespace sim::trials {
 
@@ -47,5 +49,31 @@ scenario::Yaml number_node(double value, const scenario::Origin& origin, bool sh
 /// The first n points of the Sobol sequence after the origin (direction numbers of Joe and Kuo 2008). Of
 /// 2^k − 1 points and the origin, each dimension has one in each of 2^k equal parts.
 std::vector<std::vector<double>> sobol_points(std::size_t n, std::size_t dimensions);
+
+/// CMA-ES, covariance matrix adaptation evolution strategy (Hansen 2016, "The CMA Evolution Strategy: A
+/// Tutorial"): minimizes a function on the unit cube by ask() and tell(). Written
+/// here because Debian's pagmo is built without AVX, so that its Eigen matrices are aligned differently.
+class CmaEs {
+ public:
+  /// start: mean of the first generation; step: its standard deviation; count >= 4: size of a generation.
+  CmaEs(const std::vector<double>& start, double step, int count, std::uint64_t seed);
+
+  /// The next generation. Points outside the cube are reflected at its faces.
+  std::vector<std::vector<double>> ask();
+  /// The values of the last generation, in its order.
+  void tell(const std::vector<double>& values);
+
+ private:
+  Eigen::VectorXd sample();
+  void adapt(const Eigen::VectorXd& step);
+
+  int n_, count_, generation_ = 0;
+  Eigen::VectorXd weights_;  // of the better half
+  double mu_eff_, c_sigma_, d_sigma_, c_c_, c_1_, c_mu_, expected_length_;
+  double sigma_;
+  Eigen::VectorXd mean_, p_sigma_, p_c_, D_;  // C = B D² Bᵀ
+  Eigen::MatrixXd C_, B_, asked_;             // asked_: a column for each point
+  sensor_errors::Random random_;
+};
 
 }  // namespace sim::trials

@@ -126,7 +126,9 @@ std::optional<Measurement> search_candidate(const cv::Mat& image, const Landmark
       warp(landmark.patch,
            options.warped_patches ? candidate.view_change : Eigen::Matrix2d(Eigen::Matrix2d::Identity()));
   if (!patch) return std::nullopt;
-  auto match = search_ellipse(image, *patch, candidate.pixel, candidate.S, kSearchSigmas);
+  const double wider = options.search_sigma_px() / options.sigma_px;
+  const Eigen::Matrix2d S = candidate.S + (wider * wider - 1) * candidate.measurement.R;
+  auto match = search_ellipse(image, *patch, candidate.pixel, S, kSearchSigmas);
   if (!match || match->correlation < options.minimum_correlation - (options.sub_pixel ? kRefinementGain : 0))
     return std::nullopt;
   if (options.sub_pixel) match = refine(image, *patch, match->pixel);

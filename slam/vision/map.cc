@@ -61,7 +61,8 @@ std::optional<Landmark> initialize_known_landmark(const cv::Mat& image, Stamp t,
   Landmark landmark = landmark_seen_from(kalman.state().X_WC(), t);
   landmark.kind = Point{};
   landmark.at = kalman.append_point(p_W, options.known_landmarks.sigma_m);
-  const auto predicted = predict_landmark(kalman, landmark, landmark.kind, camera, options.vision.sigma_px);
+  const auto predicted =
+      predict_landmark(kalman, landmark, landmark.kind, camera, options.vision.search_sigma_px());
   const auto pixel = predicted ? corner_near(image, predicted->pixel, predicted->S) : std::nullopt;
   if (!pixel || !camera.inside(*pixel, kSourceHalf + 1)) {
     kalman.erase(landmark.at, Point::kSize);

@@ -210,6 +210,21 @@ void Vision::find_inliers(const State& state) {
   inliers_ = consensus_.largest(gated_, kGate);
 }
 
+/// Multiplies the whitened innovation of each landmark with that in the last frame.
+void Vision::add_lagged(const std::vector<Landmark>& landmarks) {
+  for (const std::size_t match : inliers_) {
+    const int id = landmarks[result_.searched[matches_.searched[match]].index].id;
+    const int row = stacked_.first_row[match];
+    const Eigen::Vector2d now =
+        stacked_.S().block<2, 2>(row, row).llt().matrixL().solve(stacked_.innovation().segment<2>(row));
+    whitened_.emplace_back(id, now);
+    for (const auto& [landmark, before] : whitened_before_) {
+      if (landmark != id) continue;
+      result_.update->lagged += now.dot(before), result_.update->lagged_square += now.squaredNorm();
+    }
+  }
+}
+
 bool Vision::recognizes(const cv::Mat& image, const std::vector<Landmark>& landmarks, Stamp before,
                         Kalman& kalman) {
   search(image, landmarks, before, kalman);
@@ -224,9 +239,11 @@ const VisionResult& Vision::update(const cv::Mat& image, const std::vector<Landm
   search(image, landmarks, std::nullopt, kalman);
   find_inliers(kalman.state());
   result_.inliers.clear();
-  result_.nis.reset();
-  result_.update_nis.reset();
+  result_.gate.reset();
+  result_.update.reset();
   result_.updated = false;
+  std::swap(whitened_, whitened_before_);
+  whitened_.clear();
   if (inliers_.empty()) return result_;
   for (const std::size_t match : inliers_) {
     result_.inliers.push_back(matches_.searched[match]);
@@ -237,9 +254,10 @@ const VisionResult& Vision::update(const cv::Mat& image, const std::vector<Landm
     return whitening_.nis();
   };
   select(gated_, inliers_, selected_);
-  result_.nis = nis_of_selected();
+  result_.gate = nis_of_selected();
   select(stacked_, inliers_, selected_);
-  result_.update_nis = nis_of_selected();
+  result_.update = nis_of_selected();
+  add_lagged(landmarks);
   result_.updated = kalman.update(selected_);
   return result_;
 }

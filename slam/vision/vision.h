@@ -69,10 +69,10 @@ struct VisionResult {
   std::vector<SearchedLandmark> searched;
   std::vector<std::size_t> inliers;  ///< rising indices of `searched`
   int matches = 0;                   ///< how many of those searched for were found
-  double coverage = 0;            ///< bounding box of those searched for, as a fraction of the image's area
-  std::optional<Nis> nis;         ///< of the inliers, with the noise of single matches (gate_sigma_px)
-  std::optional<Nis> update_nis;  ///< of the inliers, with the noise that the update assumes (sigma_px)
-  bool updated = false;           ///< false without inliers, or if S is not positive definite
+  double coverage = 0;        ///< bounding box of those searched for, as a fraction of the image's area
+  std::optional<Nis> gate;    ///< of the inliers, with the noise of the gate (gate_sigma_px)
+  std::optional<Nis> update;  ///< of the inliers, with the noise that the update assumes (sigma_px)
+  bool updated = false;       ///< false without inliers, or if S is not positive definite
 };
 
 class Vision {
@@ -95,6 +95,7 @@ class Vision {
   void search(const cv::Mat& image, const std::vector<Landmark>& landmarks, std::optional<Stamp> before,
               Kalman& kalman);
   void find_inliers(const State& state);
+  void add_lagged(const std::vector<Landmark>& landmarks);
 
   Options::Vision options_;
   Camera camera_;
@@ -108,7 +109,8 @@ class Vision {
     std::vector<std::size_t> searched;  // of each match: its index in VisionResult::searched
   } matches_;
   std::vector<Candidate> candidates_;
-  std::vector<std::size_t> inliers_;               // of the matches
+  std::vector<std::size_t> inliers_;                                         // of the matches
+  std::vector<std::pair<int, Eigen::Vector2d>> whitened_, whitened_before_;  // innovations, by landmark
   StackedMeasurement stacked_, gated_, selected_;  // gated_: with the noise of single matches
   Whitening whitening_;
 };

@@ -1,5 +1,7 @@
 #include "slam/vision/visual_tracking.h"
 
+#include <cmath>
+
 namespace slam {
 namespace {
 
@@ -7,8 +9,13 @@ constexpr double kLongestInterval_s = 0.5;  // between frames; in a longer one, 
 constexpr double kLargestTurn_rad = 0.1;    // 1σ; beyond it an update is too far from linear
 constexpr Stamp kDoubtful{3'000'000'000};   // before a loss, when landmarks may have been initialized wrongly
 
-std::optional<double> per_dof(const std::optional<Nis>& nis) {
-  return nis ? std::optional(nis->value / nis->dof) : std::nullopt;
+constexpr double kRoughHeight_m = 0.03;  // the paper's standard deviation of the height, for judging it
+
+/// The NIS of the height with the paper's standard deviation: floor and soles may differ by centimeters.
+std::optional<double> rough_nis(const std::optional<Nis>& height) {
+  if (!height) return std::nullopt;
+  const double S = std::exp(height->log_determinant);
+  return height->value * S / (S + kRoughHeight_m * kRoughHeight_m);
 }
 
 }  // namespace
@@ -25,7 +32,7 @@ Estimate pose_estimate(const State& state, Stamp t) {
 
 VisualTracking::VisualTracking(const Options& options, const Camera& camera, std::uint64_t seed)
     : enabled_(options.vision.enabled),
-      sigma_px_(options.vision.sigma_px),
+      sigma_px_(options.vision.search_sigma_px()),
       camera_(camera),
       vision_(options.vision, options.bounds, camera),
       map_(options, camera, seed) {}
@@ -104,13 +111,9 @@ std::string VisualTracking::measure(const VisualInput& in) {
     result_.searched.push_back({id, s.predicted, s.S, s.inlier, s.match});
     if (s.inlier) result_.matched.push_back({id, *s.match});
   }
-  const auto vision_nis = per_dof(vision.nis), height_nis = per_dof(in.height_nis);
-  result_.statistics = {seconds(in.interval),
-                        vision.searched.size(),
-                        vision.inliers.size(),
-                        vision.coverage,
-                        vision_nis,
-                        height_nis};
+  const auto vision_nis = vision.gate ? std::optional(vision.gate->value / vision.gate->dof) : std::nullopt;
+  result_.statistics = {seconds(in.interval), vision.searched.size(),  vision.inliers.size(), vision.coverage,
+                        vision_nis,           rough_nis(in.height_nis)};
   const bool failed = matching_failed(*result_.statistics);
   if (!failed)  // otherwise the image or the pose is at fault, not the landmarks
     for (const SearchedLandmark& s : vision.searched) map_.record_search(s.index, s.inlier);

@@ -58,8 +58,9 @@ void write_manifest(const std::map<std::string, std::string>& contents) {
 const std::string& changed_file(std::uint8_t byte) {
   using namespace recording::recording_format;
   static const std::vector<std::string> all{
-      kFrames,     kCameraSensor, kCameraRows,   kImuSensor, kImuRows,        kPlanSensor, kPlanRows,
-      kTrueCamera, kTrueWaist,    kPlannedWaist, kFeet,      kCorrectedSteps, kSurfaces};
+      kFrames,       kCameraSensor,    kCameraRows,     kImuSensor,         kImuRows,   kPlanSensor,
+      kPlanRows,     kTrueCamera.file, kTrueWaist.file, kPlannedWaist.file, kFeet.file, kCorrectedSteps.file,
+      kSurfaces.file};
   return all[byte % all.size()];
 }
 

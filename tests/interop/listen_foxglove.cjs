@@ -17,7 +17,10 @@ let info;
 
 // The viewer of the page, which limits the run's speed.
 const viewer = new WebSocket(address, ["gaitslam.view.v1"]);
-viewer.on("open", () => viewer.send(JSON.stringify({ op: "speed", factor: 2 })));
+viewer.on("open", () => {
+  viewer.send(JSON.stringify({ op: "speed", factor: 2 }));
+  viewer.send(JSON.stringify({ op: "loaded" }));  // the end of the run would wait for a page that loads
+});
 const socket = new WebSocket(address, [protocol]);
 const client = new FoxgloveClient({ ws: socket });
 client.on("serverInfo", (event) => (info = event));

@@ -53,13 +53,10 @@ TEST(Allocation, IsCountedForNewEigenAndOpenCV) {
 }
 
 TEST(Allocation, AStepInTheSteadyStateTakesNone) {
-  synthetic::Walk walk;
-  walk.duration_s = 3.5;
-  walk.turns = 0.1;
-  const synthetic::Recording recording(walk, synthetic::render(synthetic::Room(), walk));
-  Filter filter(Options{}, synthetic::calibration(), walk.X_WC(0), 1);
+  const synthetic::Recording recording = synthetic::recorded(3.5, 0.1);
+  Filter filter(Options{}, synthetic::calibration(), recording.walk().X_WC(0), 1);
   int initialized = 0, accepted = 0;
-  for (int k = 0; k < walk.frames(); ++k) {
+  for (int k = 0; k < recording.walk().frames(); ++k) {
     const Observation o = recording.observation(k);
     counting = k >= 45;  // both feet have been set down; the map has landmarks
     asked = 0;

@@ -19,12 +19,6 @@ void expect_close(const MatrixXd& actual, const MatrixXd& expected, double relat
   EXPECT_LT((actual - expected).norm(), relative * expected.norm());
 }
 
-/// True if no eigenvalue of the symmetric A is below -rounding |A|.
-bool is_positive(const MatrixXd& A, double rounding) {
-  const MatrixXd lifted = A + rounding * A.norm() * MatrixXd::Identity(A.rows(), A.cols());
-  return lifted.llt().info() == Eigen::Success;
-}
-
 double log_determinant(const MatrixXd& S) {
   return 2 * MatrixXd(S.llt().matrixL()).diagonal().array().log().sum();
 }
@@ -137,9 +131,10 @@ TEST(Kalman, CovarianceStaysPositiveThroughManyUpdatesAndPredictions) {
       ASSERT_TRUE(update(kalman, {m})) << i;
       ASSERT_TRUE(kalman.is_valid(kalman.state().size)) << i;
     }
-    const MatrixXd P = kalman.state().P();
     // A quaternion's length has no uncertainty, so that P is only semi-definite: 0 but for rounding.
-    EXPECT_TRUE(is_positive(P, 1e-12)) << sigma;
+    const MatrixXd P = kalman.state().P(),
+                   rounding = MatrixXd::Identity(P.rows(), P.rows()) * 1e-12 * P.norm();
+    EXPECT_EQ((P + rounding).llt().info(), Eigen::Success) << sigma;
     EXPECT_NEAR(kalman.state().orientation().norm(), 1, 1e-15);
   }
 }
@@ -280,12 +275,19 @@ TEST(Measurement, InnovationCovarianceAndNisAreTheDenseOnes) {
   EXPECT_EQ(normalized_innovation_squared(state, indefinite).value, std::numeric_limits<double>::infinity());
 }
 
-TEST(StackedMeasurement, IsTheDenseOneWithScaledNoiseToo) {
+TEST(StackedMeasurement, IsTheDenseOneWithItsCholeskyFactorAndNisAndWithScaledNoiseToo) {
   Stacked s(2);
   EXPECT_EQ(s.stacked.first_row, (std::vector<int>{0, 3, 5, 6}));
   EXPECT_EQ(s.stacked.innovation(), s.dense.nu);
   expect_close(s.stacked.PHt(), s.dense.PHt);
   expect_close(s.stacked.S(), s.dense.S);
+  Whitening whitening;
+  ASSERT_TRUE(whitening.compute(s.stacked));
+  const MatrixXd L = whitening.L().triangularView<Eigen::Lower>();
+  expect_close(L * L.transpose(), s.dense.S);
+  expect_close(L * whitening.innovation(), s.dense.nu);
+  EXPECT_NEAR(whitening.nis().value, s.dense.nu.dot(inverse(s.dense.S) * s.dense.nu), 1e-10);
+  EXPECT_NEAR(whitening.nis().log_determinant, log_determinant(s.dense.S), 1e-10);
   scale_noise(s.stacked, s.dense.measurements, 0.5);
   expect_close(s.stacked.S(), s.dense.S - 0.75 * s.dense.R);
 }
@@ -299,17 +301,6 @@ TEST(StackedMeasurement, SelectionIsTheStackOfTheSelectedMeasurements) {
   EXPECT_EQ(selected.innovation(), expected.innovation());
   expect_close(selected.PHt(), expected.PHt());
   expect_close(selected.S(), expected.S());
-}
-
-TEST(Whitening, GivesTheCholeskyFactorAndTheNis) {
-  const Stacked s(5);
-  Whitening whitening;
-  ASSERT_TRUE(whitening.compute(s.stacked));
-  const MatrixXd L = whitening.L().triangularView<Eigen::Lower>();
-  expect_close(L * L.transpose(), s.dense.S);
-  expect_close(L * whitening.innovation(), s.dense.nu);
-  EXPECT_NEAR(whitening.nis().value, s.dense.nu.dot(inverse(s.dense.S) * s.dense.nu), 1e-10);
-  EXPECT_NEAR(whitening.nis().log_determinant, log_determinant(s.dense.S), 1e-10);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "slam/monitors.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <functional>
 #include <tuple>

@@ -24,13 +24,6 @@ std::optional<MeanRate> rate_of(const std::vector<InertialSample>& samples, int 
   return mean_rate(samples, milliseconds(from_ms), milliseconds(to_ms), Eigen::Matrix3d::Identity(), options);
 }
 
-TEST(Gyro, ReadingsAboutDifferentAxesAreComposedInTheirOrder) {
-  const auto rate = rate_of(readings(20, 40, {0, 30, 0}, readings(0, 20, {20, 0, 0})), 0, 40);
-  const Eigen::Vector4d turned = quaternion_product(quaternion_exp({0.4, 0, 0}), quaternion_exp({0, 0.6, 0}));
-  EXPECT_LT((quaternion_exp(0.04 * rate->w_C) - turned).norm(), 1e-14);
-  EXPECT_GT((rate->w_C - Eigen::Vector3d(10, 15, 0)).norm(), 1);  // what a plain average would say
-}
-
 TEST(Gyro, ReadingsOutsideTheIntervalAreLeftOutAndStraddlingOnesCut) {
   const auto samples = readings(50, 60, {9, 9, 9}, readings(10, 50, kRateVector, readings(0, 10, {9, 9, 9})));
   const auto rate = rate_of(samples, 13, 46);

@@ -35,17 +35,6 @@ cv::Mat print(int rows, int columns, std::mt19937_64& random) {
   return bytes;
 }
 
-std::vector<cv::Mat> pyramid(const cv::Mat& image) {
-  std::vector<cv::Mat> levels{image};
-  for (int i = 1; i < kLevels; ++i) {
-    cv::Mat next;
-    cv::resize(levels.back(), next, cv::Size((levels.back().cols + 1) / 2, (levels.back().rows + 1) / 2), 0,
-               0, cv::INTER_AREA);
-    levels.push_back(next);
-  }
-  return levels;
-}
-
 float bilinear(const cv::Mat& image, float u, float v) {
   u = std::clamp(u, 0.0F, static_cast<float>(image.cols) - 1.001F);
   v = std::clamp(v, 0.0F, static_cast<float>(image.rows) - 1.001F);
@@ -61,11 +50,6 @@ Eigen::Matrix3d heading(double yaw) {
   Eigen::Matrix3d R_BC;  // camera: z ahead, x right, y down
   R_BC << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   return Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) * R_BC;
-}
-
-Eigen::Vector3d log(const Eigen::Matrix3d& R) {
-  const Eigen::AngleAxisd turn(R);
-  return turn.angle() * turn.axis();
 }
 
 }  // namespace
@@ -88,7 +72,7 @@ Room::Room() : walls_{{-3.4F, -4.8F, 0}, {3.6F, 6.2F, 3}} {
       const int axis = face / 2;
       const int columns = static_cast<int>(axis == 0 ? size.y() : size.x());
       const int rows = static_cast<int>(axis == 2 ? size.y() : size.z());
-      textures_.push_back(pyramid(print(rows, columns, random)));
+      cv::buildPyramid(print(rows, columns, random), textures_.emplace_back(), kLevels - 1);
     }
   };
   add(walls_);
@@ -131,8 +115,7 @@ float Room::gray(const Surface& surface, const Eigen::Vector3f& point, float foo
   const auto& texture = textures_[static_cast<std::size_t>(surface.texture)];
   const auto value = [&](int i) {
     const float scale = std::ldexp(1.0F, -i);
-    return bilinear(texture[static_cast<std::size_t>(i)], (u + 0.5F) * scale - 0.5F,
-                    (v + 0.5F) * scale - 0.5F);
+    return bilinear(texture[static_cast<std::size_t>(i)], u * scale, v * scale);
   };
   const float blend = level - static_cast<float>(fine);
   return (1 - blend) * value(fine) + blend * value(fine + 1);
@@ -241,7 +224,8 @@ std::vector<InertialSample> Recording::inertial(int frame, bool accelerometer, s
       };
       value = X_WG((a + b) / 2).linear().transpose() * ((v(b) - v(a)) / dt + Eigen::Vector3d(0, 0, 9.81));
     } else {
-      value = log(X_WG(a).linear().transpose() * X_WG(b).linear()) / dt;
+      const Eigen::AngleAxisd turn(Eigen::Matrix3d(X_WG(a).linear().transpose() * X_WG(b).linear()));
+      value = turn.angle() * turn.axis() / dt;
     }
     const double sigma = accelerometer ? walk_.accelerometer_sigma_m_s2 : walk_.gyro_sigma_rad_s;
     const double white =
@@ -276,6 +260,12 @@ Observation Recording::observation(int frame) const {
     }
   }
   return o;
+}
+
+Recording recorded(double duration_s, double turns, double rate_hz) {
+  Walk walk;
+  walk.duration_s = duration_s, walk.turns = turns, walk.rate_hz = rate_hz;
+  return Recording(walk, render(Room(), walk));
 }
 
 }  // namespace slam::synthetic

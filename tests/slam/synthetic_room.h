@@ -82,4 +82,7 @@ class Recording {
   std::vector<Eigen::Isometry3d> plan_;
 };
 
+/// The rendered recording of a walk of that duration along a part of the circle.
+Recording recorded(double duration_s, double turns, double rate_hz = 30);
+
 }  // namespace slam::synthetic

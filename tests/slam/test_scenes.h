@@ -9,6 +9,21 @@
 
 namespace slam {
 
+/// ∂f/∂x at x by central differences with the given step; f maps Eigen::VectorXd to Eigen::VectorXd.
+template <typename Function>
+Eigen::MatrixXd numerical_jacobian(const Function& f, const Eigen::VectorXd& x, double step = 1e-6) {
+  Eigen::MatrixXd J;
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    Eigen::VectorXd above = x, below = x;
+    above(i) += step;
+    below(i) -= step;
+    const Eigen::VectorXd slope = (Eigen::VectorXd(f(above)) - Eigen::VectorXd(f(below))) / (2 * step);
+    if (i == 0) J.resize(slope.size(), x.size());
+    J.col(i) = slope;
+  }
+  return J;
+}
+
 /// Smooth noise of a known function, which can be drawn with sub-pixel shifts.
 inline cv::Mat pattern(double dx, double dy) {
   cv::Mat image(120, 160, CV_8UC1);

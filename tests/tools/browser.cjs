@@ -45,10 +45,8 @@ class Browser {
     await this.send('Log.enable');
     await this.send('Emulation.setDeviceMetricsOverride', {width, height, deviceScaleFactor: 1, mobile: false});
     await this.send('Emulation.setEmulatedMedia', {features: [{name: 'prefers-color-scheme', value: theme}]});
-    const begun = Date.now();
     await this.send('Page.navigate', {url});
     await this.until(ready);
-    this.ready_ms = Date.now() - begun;
   }
 
   async value(expression, awaitPromise = false) {

@@ -1,23 +1,16 @@
 // The command line, without simulations.
-#include <gmock/gmock.h>
-
 #include <sstream>
 #include <tuple>
 
 #include "sim/files/text.h"
 #include "tests/tools/command_line.h"
 
+namespace tests {
 namespace {
-
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
-using testing::StartsWith;
-using tests::Ran;
 
 const std::string kSources = GAITSLAM_SOURCE_DIR, kCircle = kSources + "/scenarios/tangent_circle.yaml";
 
-using Cli = tests::CommandLine;
+using Cli = CommandLine;
 
 TEST_F(Cli, HelpOfTheProgramAndOfEachCommandHasExamples) {
   for (const std::string command : {"", "run ", "replay ", "export ", "score ", "sweep ", "tune ", "regress ",
@@ -117,15 +110,16 @@ TEST_F(Cli, WrongInputIsNamedByEachCommand) {
        {"leaderboard empty --csv none/t.csv",
         "--csv none/t.csv: the folder none does not exist; create it first, or name another file"},
        {"report result --out none/r.html", "--out none/r.html: the folder none does not exist"},
-       {"leaderboard empty --metric rmse", "did you mean 'rmse_m'?"}});
+       {"leaderboard empty --metric rmse", "did you mean 'rmse_m'?"},
+       {"report result --force --out pipe/score.json", "cannot be written: it is not a regular file"},
+       {"leaderboard empty --force --csv pipe/score.json", "cannot be written: it is not a regular file"},
+       {"compare empty empty --json pipe/score.json", "cannot be written: it is not a regular file"}});
   EXPECT_THAT(shell("cat stand.yaml | " GAITSLAM_PROGRAM " check world.seed=3 /dev/stdin").out,
               HasSubstr(": valid, a walk of "));
 }
 
 TEST_F(Cli, AFullDiskIsAnError) {
-  const Ran ran = gaitslam("config --keys >/dev/full");
-  EXPECT_EQ(ran.exit_code, 2);
-  EXPECT_EQ(ran.err, "gaitslam: cannot write to standard output\n");
+  EXPECT_EQ(gaitslam("config --keys >/dev/full").ends(2).err, "gaitslam: cannot write to standard output\n");
 }
 
 #if GAITSLAM_HAS_WORLD
@@ -139,19 +133,18 @@ TEST_F(Cli, AFullTemporaryFolderIsNamed) {
   if (ran.err.starts_with("ThreadSanitizer")) GTEST_SKIP() << "the sanitizer needs the temporary folder";
   EXPECT_EQ(ran.exit_code, 2) << ran.err;
   EXPECT_THAT(ran.err, HasSubstr("cannot be written: No space left on device"));
-  EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
 }
 
 TEST_F(Cli, APlanThroughTheRoomIsRejectedByEachCommandThatWouldWalkIt) {
   write("ahead.yaml", "walk:\n  commands:\n    - stand: {duration_s: 1}\n    - straight: {forward_m: 9}\n");
   for (const std::string command : {"check ahead.yaml", "run ahead.yaml", "run ahead.yaml --seeds 1..2",
                                     "record ahead.yaml", "run ahead.yaml --cached"}) {
-    const Ran ran = shell("GAITSLAM_CACHE=cache " GAITSLAM_PROGRAM " " + command);
-    EXPECT_EQ(ran.exit_code, 2) << command;
+    const Ran ran = shell("GAITSLAM_CACHE=cache " GAITSLAM_PROGRAM " " + command).ends(2);
     EXPECT_THAT(ran.err, AllOf(StartsWith("ahead.yaml:4:7: walk.commands[1]: straight: at "),
                                HasSubstr(" is within 0.05 m of chair_2, at (")));
     EXPECT_EQ(ran.out, "") << command;
-    EXPECT_FALSE(std::filesystem::exists(folder_ / "results")) << command;
+    EXPECT_FALSE(fs::exists(folder_ / "results")) << command;
   }
   ok("run ahead.yaml limits.ending=[completed,collided]");
   EXPECT_THAT(text_of("results/ahead/seed-1/about.json"), HasSubstr(" touched chair_2 at ("));
@@ -200,3 +193,4 @@ TEST_F(Cli, MissingPackagesAreInstalledByRootAndOthersGetTheCommand) {
 }
 
 }  // namespace
+}  // namespace tests

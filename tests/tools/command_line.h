@@ -1,6 +1,7 @@
 // Runs the built program through a shell, in a temporary folder of the test.
 #pragma once
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -15,7 +16,19 @@
 #include <utility>
 #include <vector>
 
+#include "tests/sim/result/result_folder.h"
+
 namespace tests {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::AllOf;
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::MatchesRegex;
+using testing::Not;
+using testing::StartsWith;
 
 inline const std::string kBlind = "run walk.yaml --without camera,slam ",
                          kBlindStand = "run stand.yaml --without camera,slam ";
@@ -25,6 +38,11 @@ struct Ran {
   int exit_code = -1;
   std::string out, err;
 
+  /// The same, of a command that must end with this exit code.
+  Ran ends(int code) const {
+    EXPECT_EQ(exit_code, code) << out << err;
+    return *this;
+  }
   /// Standard error without the progress lines that appear every 30 s without a terminal, as on a slow
   /// machine.
   std::string complaints() const {
@@ -34,8 +52,8 @@ struct Ran {
 };
 
 /// A scenario that takes a second: one step with camera and filter.
-inline constexpr const char* kShortWalk = R"(
-walk: {commands: [{stand: {duration_s: 0.3}}, {straight: {forward_m: 0.15}}]}
+inline constexpr const char* kShortWalk =
+    R"(walk: {commands: [{stand: {duration_s: 0.3}}, {straight: {forward_m: 0.15}}]}
 camera: {rate_hz: 10}
 slam: {}
 )";
@@ -48,8 +66,8 @@ inline constexpr const char* kStand =
 /// A test with its own temporary folder, in which its commands run.
 class CommandLine : public testing::Test {
  protected:
-  CommandLine() { std::filesystem::create_directories(folder_); }
-  ~CommandLine() override { std::filesystem::remove_all(folder_); }
+  CommandLine() { fs::create_directories(folder_); }
+  ~CommandLine() override { fs::remove_all(folder_); }
 
   Ran shell(const std::string& command) const {
     const std::string files = (folder_ / ".out").string() + "' 2>'" + (folder_ / ".err").string();
@@ -61,54 +79,41 @@ class CommandLine : public testing::Test {
   Ran gaitslam(const std::string& arguments) const { return shell(GAITSLAM_PROGRAM " " + arguments); }
   /// Standard output of a command that must succeed.
   std::string ok(const std::string& arguments) const {
-    const Ran ran = gaitslam(arguments);
-    EXPECT_EQ(ran.exit_code, 0) << arguments << ": " << ran.out << ran.err;
-    return ran.out;
+    SCOPED_TRACE(arguments);
+    return gaitslam(arguments).ends(0).out;
   }
 
   /// Writes kShortWalk as walk.yaml and copies the results of `run walk.yaml --seeds 1..3` for these seeds
   /// into `to`. The walks are made once for all tests of a build.
   void short_walks(const std::string& to, const std::string& seeds = "1") const {
     write("walk.yaml", kShortWalk);
-    const Ran ran = shell("program='" GAITSLAM_PROGRAM "' to='" + to + "' seeds='" + seeds +
-                          R"sh(' && export program to seeds &&
+    shell("program='" GAITSLAM_PROGRAM "' to='" + to + "' seeds='" + seeds +
+          R"sh(' && export program to seeds &&
         export store="${program%/tools/*}/tests/short_walks" && exec flock "$store.lock" sh -c '
           of=$(stat -c "%n %y" "$program")
           if [ "$of" != "$(cat "$store/of" 2>/dev/null)" ]; then
             rm -rf "$store" && mkdir "$store" && cp walk.yaml "$store" &&
             (cd "$store" && "$program" run walk.yaml --seeds 1..3 --jobs 2 --out walks) && echo "$of" >"$store/of" || exit 1
           fi
-          mkdir -p "$to" && for n in $seeds; do cp -r "$store/walks/seed-$n" "$to" || exit 1; done')sh");
-    ASSERT_EQ(ran.exit_code, 0) << ran.err;
-  }
-
-  /// Writes the scenarios of `reproduce`, all with this walk, into the folder s.
-  void write_experiments(const std::string& walk) const {
-    const std::string filter = walk + "camera: {}\nslam: {}\n",
-                      lines = walk + "camera: {}\nslam: {depth: {first_sight: particles}}\n";
-    for (const char* name : {"tangent_quadrant", "perpendicular_circle_trial1"})
-      write(std::string("s/") + name + ".yaml", walk);
-    for (const char* name : {"tangent_circle", "perpendicular_circle", "hall"})
-      write(std::string("s/") + name + ".yaml", filter);
-    for (const char* name : {"tangent_circle_paper", "vision_only", "vision_gyro_known_landmarks",
-                             "perpendicular_circle_paper", "hall_paper"})
-      write(std::string("s/") + name + ".yaml", lines);
+          mkdir -p "$to" && for n in $seeds; do cp -r "$store/walks/seed-$n" "$to" || exit 1; done')sh")
+        .ends(0);
   }
 
   void write(const std::string& name, const std::string& text) const {
-    std::filesystem::create_directories((folder_ / name).parent_path());
+    fs::create_directories((folder_ / name).parent_path());
     std::ofstream(folder_ / name) << text;
   }
   std::string text_of(const std::string& name) const {
     std::ifstream in(folder_ / name);
     return {std::istreambuf_iterator<char>(in), {}};
   }
+  json json_in(const std::string& name) const { return json::parse(text_of(name)); }
   /// Standard error of a command that must be rejected: exit code 2, one line, no output.
   std::string refusal(const std::string& arguments) const {
-    const Ran ran = gaitslam(arguments);
-    EXPECT_EQ(ran.exit_code, 2) << arguments;
-    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << arguments << ": " << ran.err;
-    EXPECT_EQ(ran.out, "") << arguments;
+    SCOPED_TRACE(arguments);
+    const Ran ran = gaitslam(arguments).ends(2);
+    EXPECT_EQ(std::ranges::count(ran.err, '\n'), 1) << ran.err;
+    EXPECT_EQ(ran.out, "");
     return ran.err;
   }
 
@@ -127,14 +132,13 @@ class CommandLine : public testing::Test {
   /// Number of files and folders that the commands left.
   std::size_t entries() const {
     std::size_t n = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
-      n += entry.path().filename() != ".out" && entry.path().filename() != ".err" ? 1 : 0;
-    }
+    for (const auto& entry : fs::directory_iterator(folder_))
+      n += entry.path().filename() != ".out" && entry.path().filename() != ".err";
     return n;
   }
 
-  const std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() /
+  const fs::path folder_ =
+      fs::temp_directory_path() /
       ("gaitslam test " + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + " " +
        std::to_string(getpid()));
 };

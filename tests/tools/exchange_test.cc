@@ -1,17 +1,10 @@
 // A run exported in another program's format and replayed as a third-party recording.
-#include <gmock/gmock.h>
-
-#include <algorithm>
-#include <nlohmann/json.hpp>
-
 #include "tests/tools/command_line.h"
 
+namespace tests {
 namespace {
 
-using testing::HasSubstr;
-
-constexpr const char* kWalk = R"(
-walk:
+constexpr const char* kWalk = R"(walk:
   commands:
     - stand: {duration_s: 0.3}
     - straight: {forward_m: 0.3, left_m: 0}
@@ -20,25 +13,25 @@ slam: {}
 )";
 
 // One run and one export serve all tests of the process; each changes its own copy of the export.
-class Exchange : public tests::CommandLine {
+class Exchange : public CommandLine {
  protected:
   Exchange() {
-    if (!std::filesystem::exists(run_)) {
+    if (!fs::exists(run_)) {
       write("walk.yaml", kWalk);
       ok("run walk.yaml --out '" + run_.string() + "'");
       ok("export '" + run_.string() + "/seed-1' --format euroc --out '" + run_.string() + "/e'");
     }
-    std::filesystem::create_directory_symlink(run_, folder_ / "r");
-    std::filesystem::copy(run_ / "e", folder_ / "e", std::filesystem::copy_options::recursive);
+    fs::create_directory_symlink(run_, folder_ / "r");
+    fs::copy(run_ / "e", folder_ / "e", fs::copy_options::recursive);
   }
-  static void TearDownTestSuite() { std::filesystem::remove_all(run_); }
+  static void TearDownTestSuite() { fs::remove_all(run_); }
 
-  nlohmann::json metric(const std::string& folder, const std::string& name) const {
-    return nlohmann::json::parse(text_of(folder + "/score.json"))["metrics"][name];
+  json metric(const std::string& folder, const std::string& name) const {
+    return json_in(folder + "/score.json")["metrics"][name];
   }
 
-  static inline const std::filesystem::path run_ =
-      std::filesystem::temp_directory_path() / ("gaitslam exchange " + std::to_string(getpid()));
+  static inline const fs::path run_ =
+      fs::temp_directory_path() / ("gaitslam exchange " + std::to_string(getpid()));
 };
 
 // The export gives readings of 5 ms, the run has some split at frames; the lens is fitted to 0.2 px. The
@@ -70,9 +63,8 @@ TEST_F(Exchange, ATruthThatBeginsLateOrHasPositionsOnlyGivesNearlyTheSameErrors)
 }
 
 TEST_F(Exchange, TheScoresOfARunAreThoseThatNumpyFindsInItsFiles) {
-  const tests::Ran ran = shell("/usr/bin/python3 " GAITSLAM_ORACLE " unused r/seed-1");
-  EXPECT_EQ(ran.exit_code, 0) << ran.out << ran.err;
-  EXPECT_THAT(ran.out, HasSubstr(" 0 differ"));
+  EXPECT_THAT(shell("/usr/bin/python3 " GAITSLAM_ORACLE " unused r/seed-1").ends(0).out,
+              HasSubstr(" 0 differ"));
 }
 
 TEST_F(Exchange, AFolderWithoutTruthIsNotScoredAndOneWithoutAPlanUpToScale) {
@@ -114,11 +106,9 @@ png = (b'\x89PNG\r\n\x1a\n' + chunk(b'IHDR', pack('>IIBBBBB', 320, 240, 8, 0, 0,
           std::string("import sys; f = sys.argv[1]; r = [x.rstrip('\\n').split(',') for x in open(f)]; ") +
               edit + "; open(f, 'w').writelines(','.join(map(str, x)) + '\\n' for x in r)");
     ASSERT_EQ(shell(std::string("/usr/bin/python3 edit.py e/mav0/") + file).exit_code, 0) << edit;
-    const tests::Ran ran = gaitslam("replay e --out back --force");
-    EXPECT_EQ(ran.exit_code, 3) << edit;
-    EXPECT_THAT(ran.err, HasSubstr(cause)) << edit;
-    std::filesystem::remove_all(folder_ / "e");
-    std::filesystem::copy(run_ / "e", folder_ / "e", std::filesystem::copy_options::recursive);
+    EXPECT_THAT(gaitslam("replay e --out back --force").ends(3).err, HasSubstr(cause)) << edit;
+    fs::remove_all(folder_ / "e");
+    fs::copy(run_ / "e", folder_ / "e", fs::copy_options::recursive);
   }
 }
 
@@ -141,10 +131,10 @@ TEST_F(Exchange, AVideoThatCannotBeWrittenReplacesNone) {
     ok("video s/seed-1 --out " + video);
     const std::string whole = text_of(video);
     for (const std::size_t blocks : {std::size_t{4}, whole.size() / 1024, (whole.size() - 1) / 512}) {
-      const tests::Ran ran = shell("trap '' XFSZ; ulimit -f " + std::to_string(blocks) +
-                                   "; exec " GAITSLAM_PROGRAM " video s/seed-1 --force --out " + video);
-      EXPECT_EQ(ran.exit_code, 2) << video << ' ' << blocks;
-      EXPECT_THAT(ran.err, testing::MatchesRegex("gaitslam: ffmpeg failed: [^\n]*: File too large\n"));
+      const Ran ran = shell("trap '' XFSZ; ulimit -f " + std::to_string(blocks) +
+                            "; exec " GAITSLAM_PROGRAM " video s/seed-1 --force --out " + video)
+                          .ends(2);
+      EXPECT_THAT(ran.err, MatchesRegex("gaitslam: ffmpeg failed: [^\n]*: File too large\n"));
       EXPECT_EQ(ran.out, "");
       EXPECT_TRUE(text_of(video) == whole) << video << ' ' << blocks;
     }
@@ -152,3 +142,4 @@ TEST_F(Exchange, AVideoThatCannotBeWrittenReplacesNone) {
 }
 
 }  // namespace
+}  // namespace tests

@@ -1,28 +1,17 @@
-// Interrupted and repeated commands: old results stay until new ones are complete, and a rerun resumes.
-#include <gmock/gmock.h>
-
-#include <nlohmann/json.hpp>
+// Interrupted and repeated commands: old results stay until new ones are complete, and a rerun resumes. User
+// files are never replaced: a folder is replaced only if gaitslam made all files in it.
 #include <sstream>
 
-#include "tests/sim/result/result_folder.h"
 #include "tests/tools/command_line.h"
 
+namespace tests {
 namespace {
 
-namespace fs = std::filesystem;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::Not;
-using tests::differences;
-using tests::kBlind;
-using tests::kBlindStand;
-using tests::Ran;
-
-class Interruption : public tests::CommandLineWithCache {
+class Interruption : public CommandLineWithCache {
  protected:
   Interruption() {
-    write("walk.yaml", tests::kShortWalk);
-    write("stand.yaml", std::string(tests::kStand) + "name: walk\n");
+    write("walk.yaml", kShortWalk);
+    write("stand.yaml", std::string(kStand) + "name: walk\n");
   }
 
   /// Runs a command in the background until a shell condition is true, and sends it the signal.
@@ -62,11 +51,12 @@ TEST_F(Interruption, AnOldResultStaysUntilTheNewOneIsWhole) {
 TEST_F(Interruption, SeedsThatCrashLeaveNoOlderResultsBehind) {
   ok(kBlindStand + "--seeds 1,2 --out h");
   const Ran ran = shell("ulimit -t 1; " GAITSLAM_PROGRAM " " + kBlindStand +
-                        "'walk.commands=[{stand: {duration_s: 300}}]' --seeds 1,2 --out h --force");
-  EXPECT_EQ(ran.exit_code, 3) << ran.out << ran.err;
+                        "'walk.commands=[{stand: {duration_s: 300}}]' --seeds 1,2 --out h --force")
+                      .ends(3);
   EXPECT_THAT(ran.out, HasSubstr("results of an earlier command are now in h/earlier-1: seed-1, seed-2"));
   EXPECT_THAT(ran.err, HasSubstr("seeds 1, 2: killed by signal"));
-  EXPECT_THAT(ran.out, testing::ContainsRegex("failed +crashed +seeds 1, 2"));
+  EXPECT_EQ(ran.err.find("killed"), ran.err.rfind("killed")) << "what seeds say alike is said once";
+  EXPECT_THAT(ran.out, ContainsRegex("failed +crashed +seeds 1, 2"));
   EXPECT_THAT(text_of("h/summary.json"), HasSubstr("\"ending\": \"crashed\""));
   EXPECT_FALSE(fs::exists(folder_ / "h/seed-1"));
   EXPECT_TRUE(fs::exists(folder_ / "h/earlier-1/seed-1/score.json"));
@@ -75,11 +65,13 @@ TEST_F(Interruption, SeedsThatCrashLeaveNoOlderResultsBehind) {
 
 TEST_F(Interruption, FewerSeedsThanBeforeLeaveNoStaleOnes) {
   ok(kBlindStand + "--seeds 1..3 --out h");
-  EXPECT_THAT(
-      ok(kBlindStand + "--seeds 1 --out h --force"),
-      testing::AllOf(HasSubstr("results of an earlier command are now in h/earlier-1: seed-2, seed-3\n"),
-                     HasSubstr("walk, 1 seed\n")));
-  EXPECT_EQ(tests::json_of(folder_ / "h/summary.json")["seeds"].size(), 1u);
+  for (const char* name : {"seed-07", "seed-+3", "seed-x"})  // as the program names none
+    write(std::string("h/") + name + "/score.json", "{}");
+  EXPECT_THAT(ok(kBlindStand + "--seeds 1 --out h --force"),
+              AllOf(HasSubstr("results of an earlier command are now in h/earlier-1: seed-2, seed-3\n"),
+                    HasSubstr("walk, 1 seed\n")));
+  EXPECT_EQ(json_in("h/summary.json")["seeds"].size(), 1u);
+  shell("rm -r h/seed-07 h/seed-+3 h/seed-x");
   ok("report h --out h.html");
   EXPECT_THAT(text_of("h.html"), Not(HasSubstr("seed 2")));
   ok(kBlindStand + "--seeds 2 --out h --force");
@@ -153,19 +145,13 @@ TEST_F(Interruption, OnlyLeftoversInTheTemporaryFolderGoWithTheNextStart) {
 constexpr const char* kLong = "run walk.yaml 'walk.commands=[{stand: {duration_s: 300}}]' ";
 
 TEST_F(Interruption, OfTwoCommandsOnOneFolderTheSecondIsRefused) {
-  const auto expect_second_refused = [&](const std::string& seeds, const std::string& until,
-                                         const std::string& complaint) {
-    const Ran ran =
-        shell(GAITSLAM_PROGRAM " " + (kLong + seeds) + " --without camera,slam & first=$!; until [ -e " +
-              until + " ]; do sleep 0.02; done; " GAITSLAM_PROGRAM " " + kBlind + seeds +
-              " --force; code=$?; kill -9 $first; exit $code");
-    EXPECT_EQ(ran.exit_code, 2);
-    EXPECT_THAT(ran.err, HasSubstr(complaint));
-  };
-  expect_second_refused("--seeds 1,2 --out h", "h/.seed-1.partial",
-                        "h: another process is writing there: wait for it, or name another folder");
-  expect_second_refused("--out k", "k/.seed-1.partial/recording",
-                        "k/seed-1: is being written by another process: wait for it");
+  const Ran ran =
+      shell(GAITSLAM_PROGRAM " " + std::string(kLong) +
+            "--seeds 1,2 --out h --without camera,slam & first=$!; until [ -e h/.seed-1.partial ]; do "
+            "sleep 0.02; done; " GAITSLAM_PROGRAM " " +
+            kBlind + "--seeds 1,2 --out h --force; code=$?; kill -9 $first; exit $code");
+  EXPECT_EQ(ran.exit_code, 2);
+  EXPECT_THAT(ran.err, HasSubstr("h: another process is writing there: wait for it, or name another folder"));
 }
 
 TEST_F(Interruption, ItIsSaidWhatIsKept) {
@@ -184,4 +170,103 @@ TEST_F(Interruption, ItIsSaidWhatIsKept) {
               HasSubstr("finished results are kept in s; to resume"));
 }
 
+class OwnFiles : public CommandLineWithCache {
+ protected:
+  OwnFiles() { write("walk.yaml", kStand); }
+  void run(const std::string& arguments) const { ok("run walk.yaml " + arguments); }
+  /// The command is rejected with this message and changes no file of the folder.
+  void expect_spared(const std::string& arguments, const std::string& folder,
+                     const std::string& named) const {
+    const auto before = files(folder_ / folder);
+    EXPECT_THAT(refusal(arguments), HasSubstr(named)) << arguments;
+    EXPECT_THAT(differences(before, files(folder_ / folder)), IsEmpty()) << arguments;
+  }
+};
+
+TEST_F(OwnFiles, ForceEmptiesNoFolderOfTheUser) {
+  run("--out one");
+  write("home/letter.txt", "dear");
+  write("home/photos/cat.png", "meow");
+  for (const std::string command :
+       {"replay one/seed-1 --out home --force", "replay one/seed-1 --out home/ --force",
+        "export one/seed-1 --format tum --out home --force",
+        "report one/seed-1 --plots svg --out home --force"})
+    expect_spared(command, "home", "home: would be replaced with letter.txt in it");
+  fs::create_directory_symlink(folder_ / "home", folder_ / "link");
+  for (const std::string command :
+       {"replay one/seed-1 --out link --force", "export one/seed-1 --format tum --out link --force"})
+    expect_spared(command, "home", "link: is a symbolic link");
+  EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
+}
+
+TEST_F(OwnFiles, ForceOverwritesNoFileThatOtherCommandsWouldWrite) {
+  for (const char* name : {"summary.json", "trials.jsonl", "scores.csv", "report.html", "index.html"})
+    write(std::string("home/") + name, "mine");
+  write("home/parts/engine.txt", "mine");
+  write("home/seed-1/diary.txt", "mine");
+  expect_spared(kBlind + "--seeds 2,1 --out home --force", "home", "home/seed-1: would be replaced");
+  expect_spared(kBlind + "--out home --force", "home", "home/seed-1: would be replaced with diary.txt in it");
+  EXPECT_THAT(gaitslam("sweep walk.yaml slam.vision.sigma_px=1,2 --out home --force").ends(2).err,
+              HasSubstr("home/trials.jsonl: was not made by this version of gaitslam"));
+  EXPECT_EQ(text_of("home/parts/engine.txt"), "mine");
+  fs::remove_all(folder_ / "home/seed-1");
+  expect_spared(kBlind + "--seeds 1,2 --out home --force", "home", "home/summary.json: was not made");
+}
+
+TEST_F(OwnFiles, VerdictsReplaceThoseOfAnEarlierCallAlone) {
+  run("--without camera,slam --out one");
+  for (const std::string option : {"--json", "--junit", "--markdown"}) {
+    const std::string compare = "compare one/seed-1 one/seed-1 " + option + " verdicts";
+    ok(compare);
+    const std::string verdicts = text_of("verdicts");
+    for (const std::string& replaced : {std::string(), verdicts}) {
+      write("verdicts", replaced);
+      ok(compare);
+      EXPECT_EQ(text_of("verdicts"), verdicts);
+    }
+    write("verdicts", "### my notes");
+    expect_refused(compare, "verdicts: exists and was not written by gaitslam");
+    EXPECT_EQ(text_of("verdicts"), "### my notes");
+    fs::remove(folder_ / "verdicts");
+  }
+}
+
+TEST_F(OwnFiles, NotesInTheFoldersOfAResultAreSpared) {
+  const std::string replay = "replay results/walk/seed-1", to_tum = "export results/walk/seed-1 --format tum";
+  run("");
+  for (const std::string& command : {replay, to_tum, replay, to_tum}) ok(command);
+  ok(kBlind);  // with a replay and an export in it all is still gaitslam's
+
+  run("");
+  for (const std::string& command : {replay, to_tum}) ok(command);
+  write("results/walk/seed-1/replay/notes.txt", "mine");
+  write("results/walk/seed-1/export/tum/notes.txt", "mine");
+  for (const std::string force : {"", " --force"}) {
+    expect_spared(replay + force, "results", "replay/notes.txt: was not made by gaitslam");
+    expect_spared(to_tum + force, "results", "tum/notes.txt: was not made");
+    expect_spared(kBlind + force, "results", "notes.txt: was not made by gaitslam");
+    expect_spared(kBlind + "--seeds 1,2" + force, "results", "notes.txt: was not made by gaitslam");
+  }
+  fs::remove(folder_ / "results/walk/seed-1/replay/notes.txt");
+  ok(replay);
+}
+
+TEST_F(OwnFiles, NeitherWhatIsReadNorTheCurrentFolderIsReplaced) {
+  run("--out one");
+  for (const std::string command : {"replay one/seed-1 --out one/seed-1 --force",
+                                    "export one/seed-1 --format tum --out one/seed-1/. --force",
+                                    "report one/seed-1 --plots svg --out one/seed-1 --force"})
+    expect_spared(command, "one", "would be replaced, and the command reads one/seed-1");
+  for (const std::string command : {"replay ../one/seed-1", "export ../one/seed-1 --format tum",
+                                    "report ../one/seed-1 --plots svg --force"})
+    for (const std::string out : {".", "\"$PWD\"", "../here"}) {
+      const Ran ran =
+          shell("rm -rf here; mkdir here; cd here; " GAITSLAM_PROGRAM " " + command + " --out " + out);
+      EXPECT_EQ(ran.exit_code, 2) << command << out;
+      EXPECT_THAT(ran.err, HasSubstr(": is or contains the current folder, and would be replaced"));
+      EXPECT_TRUE(fs::is_empty(folder_ / "here"));
+    }
+}
+
 }  // namespace
+}  // namespace tests

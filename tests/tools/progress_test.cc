@@ -1,4 +1,4 @@
-// What the jobs of a command share. Progress lines: the time left does not grow on a steady job, the line
+// Progress lines: the time left does not grow on a steady job, the line
 // fits the terminal, and without a terminal a line appears at intervals.
 #include "tools/cli/jobs/progress.h"
 
@@ -10,7 +10,6 @@
 
 #include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
-#include "tools/cli/jobs/results.h"
 
 namespace {
 
@@ -89,15 +88,6 @@ TEST_F(Progress, OfBriefQuietInnerOrChildWorkIsNotShown) {
   EXPECT_DOUBLE_EQ(cli::part_in(folder_ / "part"), 0.5) << "it never runs backwards";
   const cli::ProgressLine outer("outer", {.silent = true});
   EXPECT_EQ(shown({.redraws = true, .first = 0ms}), "");
-}
-
-TEST(Stale, OnlyNamesAsTheProgramWritesThemAreResults) {
-  const sim::files::TemporaryFolder folder;
-  for (const char* name : {"seed-1", "seed-2", "seed-10", "seed-07", "seed-+3", "seed-x", "seed-"}) {
-    std::filesystem::create_directory(folder / name);
-    sim::files::write_text(folder / name / "score.json", "{}");
-  }
-  EXPECT_THAT(cli::results_of_other_seeds(folder.path(), {1}), testing::ElementsAre("seed-2", "seed-10"));
 }
 
 }  // namespace

@@ -1,18 +1,12 @@
 // The regression gate through the program, on made-up results: nothing here simulates.
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 
 #include "tests/tools/command_line.h"
 
+namespace tests {
 namespace {
 
-using testing::AllOf;
-using testing::ContainsRegex;
-using testing::HasSubstr;
-using testing::Not;
-using tests::Ran;
-
-class Regress : public tests::CommandLine {
+class Regress : public CommandLine {
  protected:
   Regress() {
     write("walk.yaml",
@@ -54,8 +48,8 @@ TEST_F(Regress, AnUnchangedRerunIsIdenticalAndAWorseOneFailsWithACommandToRunItA
   write_results("new", 1.5);
   const std::string regress = "regress suites/ci.yaml --results new ";
   const Ran ran = shell("GITHUB_STEP_SUMMARY=s.md " GAITSLAM_PROGRAM " " + regress +
-                        "--junit j.xml --markdown m.md --json j.json --github");
-  EXPECT_EQ(ran.exit_code, 1) << ran.err;
+                        "--junit j.xml --markdown m.md --json j.json --github")
+                      .ends(1);
   EXPECT_THAT(ran.out, ContainsRegex("rmse_m +0.11 +0.165 +\\+50 % +- +-  FAIL"));
   EXPECT_THAT(ran.out, AllOf(HasSubstr("    tools/gaitslam run walk.yaml seed=3\n"),
                              HasSubstr("::error file=walk.yaml,title=walk rmse_m%3A FAIL::")));
@@ -63,15 +57,14 @@ TEST_F(Regress, AnUnchangedRerunIsIdenticalAndAWorseOneFailsWithACommandToRunItA
   EXPECT_THAT(text_of("m.md"), HasSubstr("| `rmse_m` | **FAIL** | 0.11 m -> 0.165 m (+50 %"));
   EXPECT_EQ(text_of("s.md"), text_of("m.md"));
   EXPECT_THAT(text_of("j.json"), HasSubstr("\"exit_code\": 1"));
-  const Ran quiet = gaitslam(regress + "--quiet");
-  EXPECT_EQ(quiet.exit_code, 1);
+  const Ran quiet = gaitslam(regress + "--quiet").ends(1);
   EXPECT_EQ(quiet.out + quiet.err, "");
-  for (const std::string& json : {regress, std::string("compare old new ")}) {
-    const Ran checked = shell(GAITSLAM_PROGRAM " " + json +
-                              "--json >v.json; /usr/bin/python3 '" GAITSLAM_SOURCE_DIR
-                              "/tests/tools/check_schema.py' '" GAITSLAM_SOURCE_DIR
-                              "/sim/result/schemas/verdicts.schema.json' v.json");
-    EXPECT_EQ(checked.exit_code, 0) << checked.err;
+  for (const std::string& command : {regress, std::string("compare old new ")}) {
+    shell(GAITSLAM_PROGRAM " " + command +
+          "--json >v.json; /usr/bin/python3 '" GAITSLAM_SOURCE_DIR
+          "/tests/tools/check_schema.py' '" GAITSLAM_SOURCE_DIR
+          "/sim/result/schemas/verdicts.schema.json' v.json")
+        .ends(0);
   }
   // script(1) gives the program a terminal.
   const auto painted = [&](const std::string& environment) {
@@ -131,9 +124,7 @@ TEST_F(Regress, AChangedScenarioIsAnotherConfigurationUntilTheBaselineIsUpdated)
   const std::string update = "baseline update suites/ci.yaml --reason 'lower steps' --results ",
                     before = text_of("baselines/ci.json");
   write_results("bad", 20);
-  const Ran bad = gaitslam(update + "bad");
-  EXPECT_EQ(bad.exit_code, 1);
-  EXPECT_THAT(bad.err, HasSubstr("because a result misses a limit"));
+  EXPECT_THAT(gaitslam(update + "bad").ends(1).err, HasSubstr("because a result misses a limit"));
   write_results("new", 2);
   EXPECT_THAT(
       ok(update + "new --dry-run"),
@@ -147,10 +138,9 @@ TEST_F(Regress, AChangedScenarioIsAnotherConfigurationUntilTheBaselineIsUpdated)
 TEST_F(Regress, ComparePairsBySeed) {
   write_results("a", 1, 8);
   write_results("b", 1.3, 8);
-  const Ran ran = gaitslam("compare a b");
-  EXPECT_EQ(ran.exit_code, 1) << ran.err;
-  EXPECT_THAT(ran.out, AllOf(ContainsRegex("rmse_m .*\\+30 % +\\[\\+22,\\+38\\] +0.047  FAIL"),
-                             HasSubstr("tools/gaitslam run b/walk/seed-8/scenario.yaml")));
+  EXPECT_THAT(gaitslam("compare a b").ends(1).out,
+              AllOf(ContainsRegex("rmse_m .*\\+30 % +\\[\\+22,\\+38\\] +0.047  FAIL"),
+                    HasSubstr("tools/gaitslam run b/walk/seed-8/scenario.yaml")));
   ok("compare b/walk a/walk");
   EXPECT_THAT(ok("compare a b --gate rmse_m=50%"), ContainsRegex("rmse_m .* SAME"));
   EXPECT_THAT(ok("compare a/walk/seed-1 a/walk/seed-1"), HasSubstr("1 seed paired"));
@@ -169,9 +159,8 @@ TEST_F(Regress, CompareRefusesDifferentScenariosUnlessAskedTo) {
                   {"compare a named", "a/walk is of the scenario walk, named/walk of other; --across"}});
   EXPECT_EQ(gaitslam("compare a tuned").exit_code, 1) << "a change of the filter is what is compared";
   for (const char* other : {"longer", "named"}) {
-    const Ran ran = gaitslam(std::string("compare --across a ") + other);
-    EXPECT_EQ(ran.exit_code, 1) << ran.err;
-    EXPECT_THAT(ran.out, ContainsRegex("rmse_m .* FAIL"));
+    EXPECT_THAT(gaitslam(std::string("compare --across a ") + other).ends(1).out,
+                ContainsRegex("rmse_m .* FAIL"));
   }
   shell("mkdir both && mv a/walk both && mv named/walk both/other");
   expect_refused("compare both longer", "walk.commands differs");
@@ -179,3 +168,4 @@ TEST_F(Regress, CompareRefusesDifferentScenariosUnlessAskedTo) {
 }
 
 }  // namespace
+}  // namespace tests

@@ -1,21 +1,10 @@
-// Reports made by the program and opened in a browser.
-#include <gmock/gmock.h>
-
-#include <algorithm>
+// Reports made by the program and opened in a browser, and the paper's experiments by one command.
 #include <array>
-#include <nlohmann/json.hpp>
-#include <regex>
-#include <sstream>
-#include <vector>
 
 #include "tests/tools/command_line.h"
 
+namespace tests {
 namespace {
-
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
-using tests::Ran;
 
 // Returns the shell command that prints a page of this folder after its script ran and, on standard error,
 // the browser's console. No host name resolves: the page cannot load other files.
@@ -26,9 +15,9 @@ std::string browser_command(const std::string& page) {
          page + "\"";
 }
 
-class ReportTest : public tests::CommandLine {
+class ReportTest : public CommandLine {
  protected:
-  ReportTest() { write("walk.yaml", tests::kShortWalk); }
+  ReportTest() { write("walk.yaml", kShortWalk); }
 
   Ran opened(const std::string& page) const { return shell(browser_command(page)); }
   /// The page after its script ran, with all of its figures.
@@ -92,12 +81,11 @@ TEST_F(LongReportTest, ASweepHasAPageFromWhichItsWorstTrialCanBeRun) {
 TEST_F(ReportTest, AKeyboardAndAPrinterAreEnough) {
   short_walks("many", "1 2 3");
   ok("report many --out many.html");
-  const Ran ran = shell("timeout 300 node " GAITSLAM_USE_REPORT " many.html profile");
-  ASSERT_EQ(ran.exit_code, 0) << ran.err;
-  const auto found = nlohmann::json::parse(ran.out);
+  const auto found =
+      json::parse(shell("timeout 300 node " GAITSLAM_USE_REPORT " many.html profile").ends(0).out);
   EXPECT_GT(found["keyboard"]["expected"].size(), 30u);
   EXPECT_EQ(found["keyboard"]["reached"], found["keyboard"]["expected"]);
-  EXPECT_EQ(found["keyboard"]["unseen"], nlohmann::json::array());
+  EXPECT_EQ(found["keyboard"]["unseen"], json::array());
 
   EXPECT_LT(found["map"]["earlier_s"], found["map"]["last_s"]);
   EXPECT_TRUE(found["map"]["moved"]);
@@ -105,11 +93,10 @@ TEST_F(ReportTest, AKeyboardAndAPrinterAreEnough) {
 
   const auto& pointed = found["pointed"];
   EXPECT_THAT(pointed["before"]["legend"].get<std::string>(),
-              AllOf(testing::ContainsRegex("error .*3 sigma"), Not(testing::ContainsRegex("error -?[0-9]"))));
-  EXPECT_THAT(pointed["under"]["legend"].get<std::string>(),
-              testing::ContainsRegex("time .s.: .*error -?[0-9]"));
+              AllOf(ContainsRegex("error .*3 sigma"), Not(ContainsRegex("error -?[0-9]"))));
+  EXPECT_THAT(pointed["under"]["legend"].get<std::string>(), ContainsRegex("time .s.: .*error -?[0-9]"));
   EXPECT_THAT(pointed["clicked"]["instant"].get<std::string>(),
-              testing::ContainsRegex("at [0-9.]+ s: tools/gaitslam view many/seed-1 and #t=[0-9.]+"));
+              ContainsRegex("at [0-9.]+ s: tools/gaitslam view many/seed-1 and #t=[0-9.]+"));
   EXPECT_NE(pointed["clicked"]["instant"], pointed["before"]["instant"]);
   EXPECT_GT(pointed["zoomed"]["first"], pointed["before"]["first"]) << "a drag zooms";
   EXPECT_EQ(pointed["zoomed"]["first"], pointed["zoomed"]["other"]) << "all figures over time together";
@@ -119,7 +106,7 @@ TEST_F(ReportTest, AKeyboardAndAPrinterAreEnough) {
   EXPECT_EQ(found["print"]["background"], "rgb(255, 255, 255)");
   EXPECT_EQ(found["print"]["closed"], 0);
   for (const char* wrong : {"dark", "controls", "cut", "too_high"})
-    EXPECT_EQ(found["print"][wrong], nlohmann::json::array()) << wrong;
+    EXPECT_EQ(found["print"][wrong], json::array()) << wrong;
 }
 
 TEST_F(ReportTest, ABrokenPageIsNoticed) {
@@ -137,39 +124,25 @@ TEST_F(ReportTest, StillPicturesAppearTogetherAndHaveColors) {
   ok("report two/seed-1 --plots svg --out figures --force");
 }
 
-// Text that closes an element, an attribute or a script, and a script that would mark the page with @. The
-// last one hides the text after it.
-constexpr std::array kPayloads{
-    R"(</title><script>document.documentElement.dataset.@='1'</script>)",
-    R"(</script><script>document.documentElement.dataset.@='1'</script>)",
-    R"("><img src=x onerror="document.documentElement.dataset.@='1'">)",
-    R"('><svg onload="document.documentElement.dataset.@='1'"></svg>)",
-    R"(<iframe srcdoc="<script>parent.document.documentElement.dataset.@='1'</script>"></iframe>)",
-    R"(&lt;script&gt;document.documentElement.dataset.@='1'&lt;/script&gt;)",
-    R"(<!--<script>document.documentElement.dataset.@='1'</script>)"};
-
-// The payloads from one to another, one after the other; the k-th marks the page as "ran<k>".
-std::string payloads(std::size_t first, std::size_t end) {
-  std::string all;
-  for (std::size_t k = first; k < end; ++k) {
-    const std::string payload = kPayloads[k];
-    const std::size_t at = payload.find('@');
-    all += payload.substr(0, at) + "ran" + std::to_string(k) + payload.substr(at + 1);
-  }
-  return all;
-}
+// Text that closes an element, an attribute or a script, and a script that would mark the page.
+const std::string kMark = "document.documentElement.dataset.ran",
+                  kPayload = "</title><script>" + kMark + "0='1'</script></script><script>" + kMark +
+                             "1='1'</script>\"><img src=x onerror=\"" + kMark + "2='1'\">'><svg onload=\"" +
+                             kMark + "3='1'\"></svg><iframe srcdoc=\"<script>parent." + kMark +
+                             "4='1'</script>\"></iframe>",
+                  kHiding = "&lt;script&gt;" + kMark + "5='1'&lt;/script&gt;<!--<script>" + kMark +
+                            "6='1'</script>";  // hides the text after it
 
 // An untrusted result: every text of it that a page shows is a payload.
 TEST_F(ReportTest, NoTextOfAReceivedResultRunsAsAScript) {
   short_walks("one");
-  auto score = nlohmann::json::parse(text_of("one/seed-1/score.json"));
-  auto about = nlohmann::json::parse(text_of("one/seed-1/about.json"));
-  const std::string payload = payloads(0, kPayloads.size());
+  auto score = json_in("one/seed-1/score.json");
+  auto about = json_in("one/seed-1/about.json");
+  const std::string payload = kPayload + kHiding;
   score["scenario"] = payload;
   for (auto& [name, metric] : score["metrics"].items()) metric["unit"] = metric["reason"] = payload;
   score["metrics"][payload] = {{"value", 1}, {"unit", payload}};
-  score["limits"] =
-      nlohmann::json::array({{{"metric", payload}, {"at_most", 1}, {"value", 1}, {"passed", true}}});
+  score["limits"] = json::array({{{"metric", payload}, {"at_most", 1}, {"value", 1}, {"passed", true}}});
   for (const char* key : {"program", "version", "revision", "cause"}) about[key] = payload;
   for (auto& [key, by] : about["set_by"].items()) by = payload;
   write("one/seed-1/score.json", score.dump());
@@ -190,7 +163,7 @@ TEST_F(ReportTest, ThePolicyOfAPageBlocksWhatEscapingMissed) {
   short_walks("one");
   ok("report one/seed-1 --out one.html");
   std::string page = text_of("one.html");
-  page.insert(page.find("<body>") + 6, payloads(0, 5));
+  page.insert(page.find("<body>") + 6, kPayload);
   write("with.html", page);
   const Ran with = opened("with.html");
   EXPECT_THAT(with.out, Not(HasSubstr("data-ran")));
@@ -199,9 +172,7 @@ TEST_F(ReportTest, ThePolicyOfAPageBlocksWhatEscapingMissed) {
   const std::size_t policy = page.find("<meta http-equiv");
   write("without.html", page.erase(policy, page.find("\n", policy) - policy));
   const Ran without = opened("without.html");
-  for (int k = 0; k < 5; ++k)
-    EXPECT_THAT(without.out, HasSubstr("data-ran" + std::to_string(k)))
-        << kPayloads[static_cast<std::size_t>(k)];
+  for (int k = 0; k < 5; ++k) EXPECT_THAT(without.out, HasSubstr("data-ran" + std::to_string(k)));
 }
 
 TEST_F(ReportTest, PicturesOfAnEditedRecordingAreNotPutIntoAPage) {
@@ -213,17 +184,17 @@ TEST_F(ReportTest, PicturesOfAnEditedRecordingAreNotPutIntoAPage) {
   expect_refused("report one --out x.html", "data.csv");
   write(images + ".csv", names);
   const std::string picture = images + "/" + names.substr(first, end - first);
-  std::filesystem::remove(folder_ / picture);
-  std::filesystem::create_symlink(folder_ / "secret.png", folder_ / picture);
+  fs::remove(folder_ / picture);
+  fs::create_symlink(folder_ / "secret.png", folder_ / picture);
   expect_refused("report one --out x.html", "leads out of the folder");
-  std::filesystem::remove(folder_ / picture);
+  fs::remove(folder_ / picture);
   write(picture, "secret");
   expect_refused("report one --out x.html", picture);
 }
 
 TEST_F(ReportTest, WhatIsNoResultIsNamed) {
   short_walks("two");
-  std::filesystem::create_directory(folder_ / "empty");
+  fs::create_directory(folder_ / "empty");
   expect_refused({{"report nowhere --out x.html", "nowhere: no such result folder"},
                   {"report empty --out x.html", "expected a result folder"},
                   {"report two --plots gif --out x", "gif"},
@@ -238,4 +209,69 @@ TEST_F(ReportTest, WhatIsNoResultIsNamed) {
   }
 }
 
+constexpr const char* kWalk =
+    "walk: {commands: [{stand: {duration_s: 0.3}}, {straight: {forward_m: 0.15}}]}\n";
+constexpr const char* kStand = "walk: {commands: [{stand: {duration_s: 0.2}}]}\n";
+class ReproduceTest : public CommandLineWithCache {
+ protected:
+  ReproduceTest() { write_experiments(kWalk); }
+  void write_experiments(const std::string& walk) const {
+    const std::string filter = walk + "camera: {}\nslam: {}\n",
+                      lines = walk + "camera: {}\nslam: {depth: {first_sight: particles}}\n";
+    for (const char* name : {"tangent_quadrant", "perpendicular_circle_trial1"})
+      write(std::string("s/") + name + ".yaml", walk);
+    for (const char* name : {"tangent_circle", "perpendicular_circle", "hall"})
+      write(std::string("s/") + name + ".yaml", filter);
+    for (const char* name : {"tangent_circle_paper", "vision_only", "vision_gyro_known_landmarks",
+                             "perpendicular_circle_paper", "hall_paper"})
+      write(std::string("s/") + name + ".yaml", lines);
+  }
+  Ran reproduce(const std::string& arguments = "--out out") const {
+    return gaitslam("reproduce --scenarios s --seeds 3 --jobs 2 " + arguments);
+  }
+  auto made(const std::string& experiment) const {
+    return fs::last_write_time(folder_ / "out" / experiment / "seed-3/score.json");
+  }
+};
+using LongReproduceTest = ReproduceTest;
+
+TEST_F(LongReproduceTest, RunsAllExperimentsOnceAndGoesOnWhereItWasStopped) {
+  const Ran first = reproduce().ends(0);
+  EXPECT_EQ(first.complaints(), "") << "no progress line without a terminal";
+  EXPECT_THAT(first.out, AllOf(HasSubstr("page in out/index.html"), Not(HasSubstr("not run"))));
+  const std::string page = text_of("out/index.html");
+  for (const char* part : {"Figure 1", "Figure 4", "Figure 6", "Figure 7", "Figure 8", "<ellipse"})
+    EXPECT_THAT(page, HasSubstr(part));
+
+  const auto walked = made("tangent_circle"), replayed = made("vision_only");
+  fs::remove_all(folder_ / "out/hall_paper/seed-3");
+  write("s/vision_only.yaml", std::string(kWalk) + "camera: {}\nslam: {gyro: {enabled: false}}\n");
+  ASSERT_EQ(reproduce().exit_code, 0);
+  EXPECT_EQ(made("tangent_circle"), walked) << "it was complete";
+  EXPECT_NE(made("vision_only"), replayed) << "its scenario is another";
+  EXPECT_THAT(text_of("out/hall_paper/seed-3/depths.csv"), HasSubstr("probability"));
+}
+
+TEST_F(ReproduceTest, FromTheCacheItGivesTheSameAndWalksEachWalkOnce) {
+  write_experiments(kStand);
+  ASSERT_EQ(reproduce().exit_code, 0);
+  const Ran cached = reproduce("--cached --out cached").ends(0);
+  EXPECT_THAT(differences(folder_ / "out", folder_ / "cached", "index.html"), IsEmpty());
+  const std::string recordings = ok("cache list");
+  EXPECT_EQ(std::count(recordings.begin(), recordings.end(), '\n'), 3) << "with camera, without, and the sum";
+
+  const auto walked = made("tangent_circle");
+  fs::copy(std::string(GAITSLAM_SOURCE_DIR) + "/models", folder_ / "m");
+  shell("for f in m/*.xml; do echo '<!-- other -->' >> $f; done");
+  ASSERT_EQ(reproduce("--out out --models m").exit_code, 0);
+  EXPECT_NE(made("tangent_circle"), walked) << "walks in other models are made again";
+}
+
+TEST_F(ReproduceTest, WhatIsWrongIsSaidBeforeAnythingIsRun) {
+  fs::remove(folder_ / "s/hall.yaml");
+  expect_refused({{"reproduce --out out --seeds 3..1 --scenarios s", "3..1"},
+                  {"reproduce --out out --scenarios s", "s/hall.yaml: cannot be read"}});
+}
+
 }  // namespace
+}  // namespace tests

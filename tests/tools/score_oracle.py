@@ -65,14 +65,12 @@ def pose(row):
 
 
 def yaw(R):
-    """The turn about z nearest to R, by search: the trace of Rz(a)^T R has one maximum."""
-    slope = lambda a: -math.sin(a) * (R[0, 0] + R[1, 1]) + math.cos(a) * (R[1, 0] - R[0, 1])
-    best = max(np.linspace(-math.pi, math.pi, 361), key=lambda a: slope(a - math.pi / 2))
-    low, high = best - 0.02, best + 0.02
-    for _ in range(80):
-        middle = (low + high) / 2
-        low, high = (middle, high) if slope(middle) > 0 else (low, middle)
-    return (low + high) / 2
+    """The turn about z nearest to R: the trace of Rz(a)^T R is largest."""
+    return math.atan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1])
+
+
+def turn(X, i, j):
+    return angle(X[i, :3, :3].T @ X[j, :3, :3])
 
 
 # --- alignments ---
@@ -154,10 +152,6 @@ def pairs_consecutive(place, delta, meters):
             return list(zip(marks, marks[1:]))
         i = i + 1 + int(later[0])
         marks.append(i)
-
-
-def turn(X, i, j):
-    return angle(X[i, :3, :3].T @ X[j, :3, :3])
 
 
 def pairs_turned(X, delta):

@@ -1,16 +1,13 @@
 // Trajectories that cannot be scored are errors with a reason and, if one is at fault, the line.
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 
 #include <cmath>
 #include <functional>
 
 #include "tests/tools/command_line.h"
 
+namespace tests {
 namespace {
-
-using testing::HasSubstr;
-using tests::Ran;
 
 /// A line of a TUM file.
 std::string tum(double t, double x, double y) { return fmt::format("{:.9f} {} {} 1 0 0 0 1\n", t, x, y); }
@@ -23,7 +20,7 @@ std::string curve(const Row& row, int count = 300) {
   return text;
 }
 
-class Score : public tests::CommandLine {
+class Score : public CommandLine {
  protected:
   Score() {
     write_curve("truth.tum", [](int, double t, double y) { return tum(t, t, y); });
@@ -155,3 +152,4 @@ TEST_F(Score, ACovarianceThatIsTooSmallGivesNoNumber) {
 }
 
 }  // namespace
+}  // namespace tests

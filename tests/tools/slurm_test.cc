@@ -1,22 +1,15 @@
 // Commands on a Slurm cluster: of three nodes on this machine (tools/slurm_local.sh), and one of shell
 // scripts.
-#include <gmock/gmock.h>
-
-#include <cstdlib>
-
 #include "tests/tools/command_line.h"
 
+namespace tests {
 namespace {
-
-namespace fs = std::filesystem;
-using testing::HasSubstr;
-using tests::Ran;
 
 const std::string kTool = "'" GAITSLAM_SOURCE_DIR "/tools/slurm_local.sh' ";
 
 // $NOTICE is printed by sbatch on standard error, with $HELD the job does not start, and the call of squeue
 // with the number $HICCUP fails.
-class ScriptedSlurm : public tests::CommandLineWithCache {
+class ScriptedSlurm : public CommandLineWithCache {
  protected:
   ScriptedSlurm() {
     write("walk.yaml", "walk: {commands: [{stand: {duration_s: 0.2}}]}\nworld: {room: floor}\n");
@@ -48,8 +41,7 @@ fi
 TEST_F(ScriptedSlurm, ANoticeOrAFailingSqueueSubmitsNothingTwice) {
   for (const std::string settings : {"", "NOTICE='using the default partition'", "HICCUP=1", "HICCUP=2"}) {
     shell("rm -rf 'the cache' jobs jobs.calls");
-    const Ran ran = on_slurm("record walk.yaml --seeds 1..3 --backend slurm", settings);
-    EXPECT_EQ(ran.exit_code, 0) << settings << ran.err;
+    const Ran ran = on_slurm("record walk.yaml --seeds 1..3 --backend slurm", settings).ends(0);
     EXPECT_THAT(ran.out, HasSubstr("seed 3: recorded, completed")) << settings;
     EXPECT_THAT(ran.err, HasSubstr("slurm job 1000: ")) << settings;
     EXPECT_EQ(shell("ls jobs").out, "1000.ended\n") << settings;
@@ -59,23 +51,21 @@ TEST_F(ScriptedSlurm, ANoticeOrAFailingSqueueSubmitsNothingTwice) {
 TEST_F(ScriptedSlurm, NothingOfAnArrayThatMayStillRunIsDeleted) {
   const std::string sweep = "sweep walk.yaml world.floor_friction=0.15,0.3 --out s --backend slurm ",
                     other = "sweep walk.yaml world.floor_friction=0.3,0.15 --out s --backend slurm --force";
-  on_slurm(sweep, "HELD=1 timeout -s KILL 5");
+  on_slurm(sweep + "& until [ -e jobs.calls ]; do sleep 0.05; done; kill -KILL $!; wait $!", "HELD=1");
   const std::string files = "find s -type f | grep -v -e .unfinished -e .gaitslam | sort | xargs cksum",
                     before = shell("rm jobs.calls; " + files).out;
   EXPECT_THAT(before, HasSubstr("/element.sh"));
   for (const std::string settings : {"", "HICCUP=2"}) {
-    const Ran ran = on_slurm(other, settings);
-    EXPECT_EQ(ran.exit_code, 2);
-    EXPECT_THAT(ran.err, HasSubstr("belongs to the Slurm job 1000, which may still run"));
+    EXPECT_THAT(on_slurm(other, settings).ends(2).err,
+                HasSubstr("belongs to the Slurm job 1000, which may still run"));
     EXPECT_EQ(shell(files).out, before) << settings;
   }
   shell("mv jobs/1000 jobs/1000.ended");
-  const Ran ran = on_slurm(other);
-  EXPECT_EQ(ran.exit_code, 0) << ran.err;
+  on_slurm(other).ends(0);
   EXPECT_FALSE(fs::exists(folder_ / "s/slurm"));
 }
 
-class LongSlurmTest : public tests::CommandLineWithCache {
+class LongSlurmTest : public CommandLineWithCache {
  protected:
   void SetUp() override {
     if (shell("command -v slurmctld munged").exit_code != 0)
@@ -83,8 +73,7 @@ class LongSlurmTest : public tests::CommandLineWithCache {
     if (getuid() != 0) GTEST_SKIP() << "tools/slurm_local.sh needs root";
     const int port = 20000 + 5 * (getpid() % 2000);  // one cluster per test
     ::setenv("GAITSLAM_SLURM_PORT", std::to_string(port).c_str(), 1);
-    const Ran started = shell(kTool + "start " + cluster_);
-    ASSERT_EQ(started.exit_code, 0) << started.err;
+    shell(kTool + "start " + cluster_).ends(0);
     ::setenv("SLURM_CONF", (cluster_ + "/slurm.conf").c_str(), 1);
     write("walk.yaml", "walk: {commands: [{stand: {duration_s: 6}}]}\ncamera: {}\nslam: {}\n");
   }
@@ -125,11 +114,11 @@ TEST_F(LongSlurmTest, AKilledCommandIsTakenUpByTheSameCommandAndSubmitsNothingTw
   shell(GAITSLAM_PROGRAM " " + sweep +
         "there --backend slurm & sweep=$!; until ls there/parts/*.log; do sleep 0.1; done; "
         "kill -9 $sweep; wait $sweep");
-  const Ran again = gaitslam(sweep + "there --backend slurm");
-  EXPECT_EQ(again.exit_code, 0) << again.err;
+  const Ran again = gaitslam(sweep + "there --backend slurm").ends(0);
   EXPECT_EQ(again.err.find("slurm job"), std::string::npos) << "submitted again: " << again.err;
   EXPECT_EQ(text_of("here/scores.csv"), text_of("there/scores.csv"));
   EXPECT_FALSE(fs::exists(folder_ / "there/slurm"));
 }
 
 }  // namespace
+}  // namespace tests

@@ -1,25 +1,15 @@
 // Sweeps: announced trials, scores of replays, and the same bytes for any number of jobs and after kills.
-#include <gmock/gmock.h>
-
-#include <algorithm>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 
 #include "tests/tools/command_line.h"
 
+namespace tests {
 namespace {
 
-namespace fs = std::filesystem;
-using nlohmann::json;
-using testing::HasSubstr;
-using testing::Not;
-using testing::StartsWith;
-using tests::Ran;
-
-class SweepTest : public tests::CommandLineWithCache {
+class SweepTest : public CommandLineWithCache {
  protected:
-  SweepTest() { write("walk.yaml", tests::kShortWalk); }
+  SweepTest() { write("walk.yaml", kShortWalk); }
 
   std::vector<json> lines(const std::string& file) const {
     std::vector<json> all;
@@ -31,12 +21,11 @@ class SweepTest : public tests::CommandLineWithCache {
 using LongSweepTest = SweepTest;
 
 TEST_F(SweepTest, SaysWhatItWouldTryAndSimulate) {
-  write("walk.yaml", tests::kStand);
-  EXPECT_THAT(
-      ok("sweep walk.yaml slam.vision.sigma_px=1,2 world.seed=1,2,3 --seeds 1,2 --dry-run"),
-      testing::AllOf(HasSubstr("12 trials = 6 configurations x 2 seeds, on 6 recordings: 0 in the cache, 6 "
-                               "to be simulated"),
-                     HasSubstr("walk slam.vision.sigma_px=2 world.seed=3\n")));
+  write("walk.yaml", kStand);
+  EXPECT_THAT(ok("sweep walk.yaml slam.vision.sigma_px=1,2 world.seed=1,2,3 --seeds 1,2 --dry-run"),
+              AllOf(HasSubstr("12 trials = 6 configurations x 2 seeds, on 6 recordings: 0 in the cache, 6 "
+                              "to be simulated"),
+                    HasSubstr("walk slam.vision.sigma_px=2 world.seed=3\n")));
   EXPECT_FALSE(fs::exists(folder_ / "results"));
   ok("record walk.yaml --seeds 1,2");
   EXPECT_THAT(ok("sweep walk.yaml world.seed=1,2 --seeds 1,2 --dry-run"),
@@ -58,7 +47,7 @@ TEST_F(SweepTest, ScoresAreThoseOfRunsBitForBitForAnyNumberOfJobs) {
   ASSERT_EQ(scores.size(), 4u);
   EXPECT_NE(scores[0]["values"]["rmse_m"], scores[3]["values"]["rmse_m"]);
   ok("run walk.yaml seed=2 slam.vision.sigma_px=3 errors.gyro.sigma_rad_s=0.05 --out run");
-  const json run = json::parse(text_of("run/seed-2/score.json"));
+  const json run = json_in("run/seed-2/score.json");
   EXPECT_EQ(scores[3]["ending"], run["ending"]);
   const json& values = scores[3]["values"];
   EXPECT_GT(values.size(), 20u);
@@ -68,21 +57,20 @@ TEST_F(SweepTest, ScoresAreThoseOfRunsBitForBitForAnyNumberOfJobs) {
 
 TEST_F(SweepTest, TrialsOfOtherFilesOfTheEstimatorDoNotCountAsItsOwn) {
   fs::copy(std::string(GAITSLAM_SOURCE_DIR) + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
-  write("walk.yaml", std::string(tests::kStand) + "estimator: {program: [/usr/bin/python3, gyro.py]}\n");
+  write("walk.yaml", std::string(kStand) + "estimator: {program: [/usr/bin/python3, gyro.py]}\n");
   const std::string sweep = "sweep walk.yaml errors.gyro.sigma_rad_s=0.01,0.02 --out s";
   ok(sweep);
   shell("sed -i -E 's/(\"values\":\\{\"[a-z_0-9]+\":)[0-9.e-]+/\\142/' s/trials.jsonl");
   EXPECT_THAT(ok(sweep), HasSubstr("2 trials finished before"));
   EXPECT_EQ(*lines("s/scores.jsonl")[1]["values"].begin(), 42) << "it was taken from the log";
   shell("echo '# changed' >> gyro.py");
-  const Ran other = gaitslam(sweep),
-            another = gaitslam("sweep walk.yaml errors.gyro.sigma_rad_s=0.03 --out s");
-  EXPECT_EQ(other.exit_code, 2);
-  EXPECT_THAT(other.err,
-              HasSubstr("s/trials.jsonl: belongs to another sweep, other scenarios, another program or other "
-                        "files of the estimator; --force starts again"));
-  EXPECT_EQ(another.exit_code, 2);
-  EXPECT_THAT(another.err, HasSubstr("belongs to another sweep"));
+  EXPECT_THAT(
+      gaitslam(sweep).ends(2).err,
+      HasSubstr(
+          "s/trials.jsonl: belongs to another sweep, other scenarios, another program or other files of "
+          "the estimator; --force starts again"));
+  EXPECT_THAT(gaitslam("sweep walk.yaml errors.gyro.sigma_rad_s=0.03 --out s").ends(2).err,
+              HasSubstr("belongs to another sweep"));
   EXPECT_THAT(ok(sweep + " --force"), Not(HasSubstr("finished before")));
   write("full/file", "x");
   EXPECT_EQ(gaitslam("sweep walk.yaml --out full").exit_code, 2);
@@ -116,8 +104,8 @@ TEST_F(SweepTest, ATrialThatKillsItsProcessOrCannotBeSimulatedIsLoggedAndTheOthe
   const Ran ran = shell("ulimit -t 1; " GAITSLAM_PROGRAM
                         " sweep walk.yaml 'walk.commands=[{stand: {duration_s: 30}}],[{steps: [{forward_m: "
                         "0.9, left_m: 0.19}]}],[{stand: "
-                        "{duration_s: 0.3}}, {straight: {forward_m: 0.15}}]' --out sweep");
-  EXPECT_EQ(ran.exit_code, 3);
+                        "{duration_s: 0.3}}, {straight: {forward_m: 0.15}}]' --out sweep")
+                      .ends(3);
   EXPECT_THAT(ran.err, HasSubstr("1 of 3 trials crashed: killed by signal 9 (Killed)"));
   EXPECT_THAT(ran.err, HasSubstr("1 of 3 trials not started: "));
   const auto scores = lines("sweep/scores.jsonl");
@@ -148,8 +136,9 @@ TEST_F(LongSweepTest, ATuningSimulatesAWalkThatItsEstimateSteersWithEachSetting)
   EXPECT_GT(tried.size(), 1U) << "the setting has no influence on this walk";
   const std::string last = shell("tail -n 1 tuned/history.csv | cut -d, -f3 | tr -d '\n'").out;
   ASSERT_LE(gaitslam("run steered.yaml slam.vision.sigma_px=" + last + " --out run").exit_code, 1);
-  const json run = json::parse(text_of("run/seed-1/score.json"));
+  const json run = json_in("run/seed-1/score.json");
   EXPECT_TRUE(tried.contains(run["metrics"]["navigation_rmse_m"]["value"].get<double>())) << last;
 }
 
 }  // namespace
+}  // namespace tests

@@ -1,19 +1,15 @@
 // The paper's first experiment through the program.
-#include <gmock/gmock.h>
-
 #include <cmath>
-#include <vector>
 
-#include "tests/sim/result/result_folder.h"
 #include "tests/tools/command_line.h"
 
+namespace tests {
 namespace {
 
-namespace fs = std::filesystem;
 using Folders = std::vector<fs::path>;
 
 // One batch of the seeds of scenarios/suites/ci.yaml serves all tests of the process.
-class TangentCircle : public tests::CommandLine {
+class TangentCircle : public CommandLine {
  protected:
   TangentCircle() {
     if (!fs::exists(walks_))
@@ -31,8 +27,8 @@ class TangentCircle : public tests::CommandLine {
       all += "(" GAITSLAM_PROGRAM " replay '" + walks_.string() + "/seed-" + seed + "' " + changes +
              " --force --out out-" + seed + " >/dev/null; echo $? >code-" + seed + ") & ";
     }
-    const tests::Ran ran = shell(all + "wait; cat code-* | tr -d '\\n'");
-    EXPECT_THAT(ran.out, testing::MatchesRegex(exit_codes)) << ran.err;
+    const Ran ran = shell(all + "wait; cat code-* | tr -d '\\n'");
+    EXPECT_THAT(ran.out, MatchesRegex(exit_codes)) << ran.err;
     return folders;
   }
   /// The median over the seeds; that of a run that diverged is worse than any number.
@@ -52,8 +48,8 @@ class TangentCircle : public tests::CommandLine {
 
 TEST_F(TangentCircle, IsWalkedWithoutAFallAndWithinItsLimitsByAllSeeds) {
   for (const char* seed : {"seed-1", "seed-2", "seed-3"})
-    EXPECT_EQ(tests::json_of(walks_ / seed / "score.json")["ending"], "completed");
-  EXPECT_EQ(tests::json_of(walks_ / "summary.json")["metrics"]["ate_se3_rmse_m"]["n"], 3);
+    EXPECT_EQ(json_of(walks_ / seed / "score.json")["ending"], "completed");
+  EXPECT_EQ(json_of(walks_ / "summary.json")["metrics"]["ate_se3_rmse_m"]["n"], 3);
 }
 
 TEST_F(TangentCircle, IsTrackedWorseWithoutVisionAndWithoutThePlan) {
@@ -69,7 +65,7 @@ TEST_F(TangentCircle, IsTrackedWorseWithoutVisionAndWithoutThePlan) {
 // The limits ask for what only images give.
 TEST_F(TangentCircle, WithoutImagesMissesItsLimitsOnEverySeed) {
   for (const fs::path& blind : replay_all("estimator=odometry", "111"))
-    EXPECT_GT(tests::metric(blind, "ate_se3_rmse_m"), 0.004);
+    EXPECT_GT(metric(blind, "ate_se3_rmse_m"), 0.004);
 }
 
 TEST_F(TangentCircle, APlanThatIsAFifthTooLongOrTooShortIsSuspectOnEverySeed) {
@@ -77,12 +73,13 @@ TEST_F(TangentCircle, APlanThatIsAFifthTooLongOrTooShortIsSuspectOnEverySeed) {
        {std::pair<std::string, std::string>{"1.2", "too long"}, {"0.8", "too short"}})
     for (const fs::path& wrong :
          replay_all("'errors.faults=[{plan_scaled: {duration_s: 100, factor: " + factor + "}}]'", "111")) {
-      const auto suspect = tests::json_of(wrong / "score.json")["tracking"]["suspect"];
+      const auto suspect = json_of(wrong / "score.json")["tracking"]["suspect"];
       ASSERT_FALSE(suspect.empty()) << factor << wrong;
-      EXPECT_THAT(suspect.back()["cause"].get<std::string>(), testing::HasSubstr(said));
+      EXPECT_THAT(suspect.back()["cause"].get<std::string>(), HasSubstr(said));
       EXPECT_TRUE(suspect.back()["to_s"].is_null());
-      EXPECT_GT(tests::metric(wrong, "fault_flag_fraction"), 0.3);
+      EXPECT_GT(metric(wrong, "fault_flag_fraction"), 0.3);
     }
 }
 
 }  // namespace
+}  // namespace tests

@@ -6,8 +6,7 @@ const kReady = `document.documentElement?.dataset.ready === 'true'`;
 const kPane = 'gaitslamPage.panes[0]', kFrame = `${kPane}.run.frames[${kPane}.index]`;
 const look = (browser) => browser.value(`({t: gaitslamPage.t, frames: ${kPane}.run.frames.length, robot: ${kFrame}.bodies?.slice(0, 3),
   bodies: ${kPane}.scene.bodies.filter((b) => b.visible).length, ellipsoids: ${kPane}.scene.shownEllipsoids,
-  picture: ${kPane}.scene.renderer.domElement.toDataURL().length, space: ${kPane}.scene.renderer.domElement.toDataURL(),
-  head: ${kPane}.head.canvas.toDataURL(), state: ${kPane}.state.textContent, counts: ${kPane}.counts.textContent, play: gaitslamPage.play.textContent})`);
+  space: ${kPane}.scene.renderer.domElement.toDataURL(), head: ${kPane}.head.canvas.toDataURL(), state: ${kPane}.state.textContent})`);
 const short = ({space, head, ...rest}) => rest;
 
 async function useLive(browser, url) {
@@ -36,7 +35,7 @@ async function useLive(browser, url) {
 
 // The position of the camera in the 3D view, and which image the head view shows.
 const kPlaces = `({t: gaitslamPage.t, index: ${kPane}.index, head: ${kPane}.headIndex, truth: ${kFrame}.truth.slice(0, 3),
-  frustum: ${kPane}.scene.frusta.truth.position.toArray(), slider: +gaitslamPage.slider.value})`;
+  frustum: ${kPane}.scene.frusta.truth.position.toArray()})`;
 
 // Correlation of the 3D view through the camera with the head image of the same instant and with that of 5 s before.
 const agreement = async (seconds) => {
@@ -69,7 +68,6 @@ const agreement = async (seconds) => {
 
 async function usePlayback(browser, url, seconds) {
   await browser.open(url, kReady);
-  const ready_ms = browser.ready_ms;
   await browser.until(`document.documentElement?.dataset.model === 'true'`);
   const start = await look(browser);
   await browser.value(`(gaitslamPage.slider.value = ${seconds}, gaitslamPage.slider.dispatchEvent(new Event('input')))`);
@@ -87,9 +85,8 @@ async function usePlayback(browser, url, seconds) {
   await browser.send('Emulation.setDeviceMetricsOverride', {width: 400, height: 800, deviceScaleFactor: 1, mobile: false});
   await browser.rest(300);
   const wide = await browser.value('document.documentElement.scrollWidth');
-  return {ready_ms, start: short(start), there: short(there), scrubbed, linked, next, moments, agree, through, width_at_400: wide,
-    space_changed: start.space !== there.space, head_changed: start.head !== there.head, said: browser.said,
-    panes: await browser.value('gaitslamPage.panes.length')};
+  return {there: short(there), scrubbed, linked, next, moments, agree, through, width_at_400: wide,
+    space_changed: start.space !== there.space, said: browser.said, panes: await browser.value('gaitslamPage.panes.length')};
 }
 
 // Looks on until the run has ended.

@@ -1,38 +1,26 @@
 // The view through the program: in a browser, live and of results, and through Foxglove's client.
-#include <gmock/gmock.h>
-
-#include <cstdlib>
-#include <nlohmann/json.hpp>
-
 #include "sim/files/text.h"
-#include "tests/sim/result/result_folder.h"
 #include "tests/tools/command_line.h"
 
+namespace tests {
 namespace {
 
-namespace fs = std::filesystem;
-using nlohmann::json;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using tests::Ran;
-
 /// A full turn on the spot: the loop closes.
-constexpr const char* kTurn = R"(
-walk: {commands: [{stand: {duration_s: 0.3}}, {turn: {angle_deg: 375, step_deg: 15}}]}
+constexpr const char* kTurn =
+    R"(walk: {commands: [{stand: {duration_s: 0.3}}, {turn: {angle_deg: 375, step_deg: 15}}]}
 camera: {}
 slam: {}
 )";
 
 /// Long enough for a browser on a busy machine to slow it down.
-constexpr const char* kLong = R"(
-walk: {commands: [{straight: {forward_m: 0.6}}, {stand: {duration_s: 40}}]}
+constexpr const char* kLong = R"(walk: {commands: [{straight: {forward_m: 0.6}}, {stand: {duration_s: 40}}]}
 camera: {}
 slam: {}
 )";
 
-class ViewTest : public tests::CommandLine {
+class ViewTest : public CommandLine {
  protected:
-  ViewTest() { write("walk.yaml", tests::kShortWalk); }
+  ViewTest() { write("walk.yaml", kShortWalk); }
 
   /// Runs a command that prints a URL and, with that URL in $url, `user`.
   Ran viewed(const std::string& command, const std::string& user, const std::string& end = "wait $!") const {
@@ -42,12 +30,13 @@ class ViewTest : public tests::CommandLine {
                  "'s/^view at //p' url); " +
                  user + " || exit 9; " + end);
   }
-  Ran browsed(const std::string& command, const std::string& how, const std::string& more = "",
-              const std::string& end = "wait $!") const {
-    return viewed(command, "timeout 540 node '" GAITSLAM_USE_VIEW "' " + how + " \"$url\" profile " + more,
-                  end);
+  /// The findings in a browser.
+  json browsed(const std::string& command, const std::string& how, const std::string& more = "",
+               const std::string& end = "wait $!") const {
+    const std::string use = "timeout 540 node '" GAITSLAM_USE_VIEW "' " + how + " \"$url\" profile " + more;
+    return json::parse(viewed(command, use, end).ends(0).out);
   }
-  Ran played(const std::string& results, const std::string& t) const {
+  json played(const std::string& results, const std::string& t) const {
     return browsed("view " + results, "playback", t, "kill -INT $!; wait $!");
   }
 };
@@ -55,9 +44,7 @@ using LongViewTest = ViewTest;
 
 TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeys) {
   write("long.yaml", kLong);
-  const Ran ran = browsed("run long.yaml --view --control --wait --out live", "live");
-  ASSERT_EQ(ran.exit_code, 0) << ran.err << text_of("complaint");
-  const json found = json::parse(ran.out);
+  const json found = browsed("run long.yaml --view --control --wait --out live", "live");
   EXPECT_GT(found["later"]["bodies"], 20);
   EXPECT_GT(found["later"]["ellipsoids"], 5);
   EXPECT_NE(found["first"]["robot"], found["later"]["robot"]);
@@ -74,43 +61,37 @@ TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeys) {
 
 TEST_F(ViewTest, IsInterruptedWhileItReadsItsResults) {
   short_walks("walks");
-  const Ran ran = shell(
+  shell(
       "yes '#' | head -c 100000000 >>walks/seed-1/waist_plan.tum; "
       "env --default-signal=INT '" GAITSLAM_PROGRAM
       "' view walks/seed-1 >url & "
       "until ls -l /proc/$!/fd | grep -q waist_plan.tum; do kill -0 $! || exit 77; done; "
-      "kill -INT $!; wait $!");
-  EXPECT_EQ(ran.exit_code, 130);
+      "kill -INT $!; wait $!")
+      .ends(130);
   EXPECT_EQ(text_of("url"), "");
 }
 
 TEST_F(ViewTest, ResultsAreTheSameBytesWithAndWithoutAViewAndAReplayShowsTheRobotOfItsRecording) {
   short_walks("plain");
-  const Ran run = browsed("run walk.yaml --view --wait --out viewed", "watch"),
-            replay = browsed("replay plain/seed-1 --view --wait --out again", "watch");
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  ASSERT_EQ(replay.exit_code, 0) << replay.err;
-  EXPECT_GT(json::parse(run.out)["frames"], 3);
-  const json found = json::parse(replay.out);
+  EXPECT_GT(browsed("run walk.yaml --view --wait --out viewed", "watch")["frames"], 3);
+  const json found = browsed("replay plain/seed-1 --view --wait --out again", "watch");
   EXPECT_GT(found["bodies"], 20);
   EXPECT_GT(found["ellipsoids"], 5);
   EXPECT_THAT(found["how"].get<std::string>(), HasSubstr("The replay has ended: completed."));
   EXPECT_THAT(found["said"], IsEmpty());
   EXPECT_EQ(json::parse(ok("replay plain/seed-1 --view --json --out third"))["exit_code"], 0)
       << "alone on standard output";
-  EXPECT_THAT(tests::differences(folder_ / "viewed/seed-1", folder_ / "plain/seed-1"), IsEmpty());
-  EXPECT_THAT(tests::differences(folder_ / "again", folder_ / "plain/seed-1", "recording/"), IsEmpty());
+  EXPECT_THAT(differences(folder_ / "viewed/seed-1", folder_ / "plain/seed-1"), IsEmpty());
+  EXPECT_THAT(differences(folder_ / "again", folder_ / "plain/seed-1", "recording/"), IsEmpty());
 }
 
 TEST_F(LongViewTest, APlaybackIsScrubbedToTheLoopClosure) {
   write("turn.yaml", kTurn);
   ASSERT_LE(gaitslam("run turn.yaml --out turn").exit_code, 1);
-  const json score = json::parse(text_of("turn/seed-1/score.json"));
+  const json score = json_in("turn/seed-1/score.json");
   const json& closed = score["metrics"]["loop_time_s"]["value"];
   ASSERT_TRUE(closed.is_number()) << score["metrics"]["loop_time_s"];
-  const Ran ran = played("turn/seed-1", std::to_string(closed.get<double>()));
-  ASSERT_EQ(ran.exit_code, 0) << ran.err << text_of("complaint");
-  const json found = json::parse(ran.out);
+  const json found = played("turn/seed-1", std::to_string(closed.get<double>()));
   for (const char* const how : {"scrubbed", "linked"}) {
     const json& there = found[how];
     EXPECT_NEAR(there["t"], closed.get<double>(), 0.001) << how;
@@ -131,17 +112,15 @@ TEST_F(LongViewTest, APlaybackIsScrubbedToTheLoopClosure) {
 TEST_F(ViewTest, TwoResultsOfAScenarioAreShownSideBySide) {
   short_walks("one");
   short_walks("two", "2");
-  const Ran ran = played("one/seed-1 two/seed-2", "1");
-  ASSERT_EQ(ran.exit_code, 0) << ran.err;
-  EXPECT_EQ(json::parse(ran.out)["panes"], 2);
-  EXPECT_THAT(json::parse(ran.out)["said"], IsEmpty());
+  const json found = played("one/seed-1 two/seed-2", "1");
+  EXPECT_EQ(found["panes"], 2);
+  EXPECT_THAT(found["said"], IsEmpty());
 }
 
 TEST_F(ViewTest, InterruptedTheViewEndsCleanly) {
   ok("run walk.yaml --without camera,slam --out one");
   for (const char* const signal : {"INT", "TERM", "HUP"}) {
-    const Ran ran = viewed("view one/seed-1", "true", std::string("kill -") + signal + " $!; wait $!");
-    EXPECT_EQ(ran.exit_code, 0);
+    viewed("view one/seed-1", "true", std::string("kill -") + signal + " $!; wait $!").ends(0);
     EXPECT_EQ(text_of("complaint"), "");
   }
 }
@@ -189,3 +168,4 @@ TEST_F(ViewTest, FoxglovesClientHearsTheRun) {
 }
 
 }  // namespace
+}  // namespace tests

@@ -2,8 +2,6 @@
 
 #include <gmock/gmock.h>
 
-#include <map>
-
 #include "tests/walking/walks.h"
 
 namespace walking {
@@ -87,15 +85,15 @@ TEST(Straight, FeetAreNeverCloserSidewaysThanTheirSpacingNorSetFurtherAsideThanT
   }
 }
 
-TEST(PerpendicularArc, StepsAreAsLongAsItsOwnKeyAllows) {
-  EXPECT_EQ(footsteps(PerpendicularArc{1, 0.6}, {}, 0.4).size(), 10u);
-  EXPECT_EQ(footsteps(PerpendicularArc{1, 0.6, 0.15}, {}, 0.4).size(), 8u);
-  EXPECT_EQ(footsteps(PerpendicularArc{1, 0.6}, {}, 0.1).size(), 12u);
-}
-
-TEST(Straight, WholeNumberOfStepsHasNoRest) {
-  EXPECT_EQ(footsteps(Straight{0.45, 0}, {}, 0.15).size(), 4u);  // 0.45 / 0.15 is just below 3 in binary
-  EXPECT_EQ(footsteps(Straight{0.46, 0}, {}, 0.15).size(), 5u);
+TEST(Footsteps, AreAsManyAsTheStepLengthAndTheArcsOwnKeySayWithARestUnlessTheyAreWhole) {
+  for (const auto& [command, step_length_m, count] :
+       {std::tuple<Command, double, std::size_t>{PerpendicularArc{1, 0.6}, 0.4, 10},
+        {PerpendicularArc{1, 0.6, 0.15}, 0.4, 8},
+        {PerpendicularArc{1, 0.6}, 0.1, 12},
+        {Straight{0.45, 0}, 0.15, 4},  // 0.45 / 0.15 is just below 3 in binary
+        {Straight{0.46, 0}, 0.15, 5},
+        {GoTo{-hrp2::kAnkleX, 0, 0}, 0.15, 0}})  // where it is already
+    EXPECT_EQ(footsteps(command, {}, step_length_m).size(), count);
 }
 
 TEST(Footsteps, EveryCommandEndsWithFeetTogetherAtItsNominalPlaceWhereverItStarts) {
@@ -112,41 +110,6 @@ TEST(Footsteps, EveryCommandEndsWithFeetTogetherAtItsNominalPlaceWhereverItStart
     expect_ends_together_at(footsteps(command, start, 0.15), start * end);
 }
 
-TEST(Footsteps, LeftAndRightMirrorEachOther) {
-  const std::vector<std::pair<Command, Command>> pairs{
-      {Straight{1, 0.5}, Straight{1, -0.5}},
-      {TangentArc{0.75, 1.5}, TangentArc{0.75, -1.5}},
-      {PerpendicularArc{0.75, 1.5}, PerpendicularArc{0.75, -1.5}}};
-  for (const auto& [one, two] : pairs) {
-    const auto left = footsteps(one, {}, 0.15), right = footsteps(two, {}, 0.15);
-    ASSERT_EQ(left.size(), right.size());
-    for (std::size_t i = 0; i < left.size(); ++i) {
-      const FootPose mirrored{{right[i].pose.position.x(), -right[i].pose.position.y()}, -right[i].pose.yaw};
-      EXPECT_EQ(left[i].side, other(right[i].side));
-      EXPECT_LT((left[i].pose.position - mirrored.position).norm(), kExact);
-      EXPECT_NEAR(left[i].pose.yaw, mirrored.yaw, kExact);
-    }
-  }
-}
-
-TEST(Steps, StackOfAQuarterCircleIsTheTangentArc) {
-  Steps stack;  // its entries but the first, which only names the foot that stands
-  for (int pair = 0; pair < 4; ++pair) {
-    stack.list.push_back({.130128, -.203056, 11.459156 * kDegree});
-    if (pair < 3) stack.list.push_back({.167876, .173156, 11.459156 * kDegree});
-  }
-  stack.list.push_back({.143622, .177705, 9.785909 * kDegree});
-  stack.list.push_back({0, -.19, 0});
-  const auto steps = footsteps(stack, {{1, 2}, 0.5}, 0.15);
-  const auto arc = footsteps(TangentArc{0.75, 90 * kDegree}, {{1, 2}, 0.5}, 0.15);
-  ASSERT_EQ(steps.size(), arc.size());
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    EXPECT_EQ(steps[i].side, arc[i].side);
-    EXPECT_LT((steps[i].pose.position - arc[i].pose.position).norm(), 1e-5);  // nine entries of six decimals
-    EXPECT_NEAR(steps[i].pose.yaw, arc[i].pose.yaw, 1e-7);
-  }
-}
-
 TEST(Steps, FrameIsTurnedBeforeTheFootIsSetDownInIt) {
   const auto steps = footsteps(Steps{{{0.1, -0.2, 90 * kDegree}}}, {}, 0.15);
   ASSERT_EQ(steps.size(), 2u);
@@ -160,20 +123,17 @@ TEST(Steps, FeetAlreadyTogetherAreLeftThere) {
   expect_ends_together_at(steps, {{0, 0.1}, 0});
 }
 
-TEST(Steps, OneFootTwiceOrNoFootIsRefusedSayingWhichStep) {
-  for (const double second : {0.19, 0.0})
-    EXPECT_THAT(
-        [&] {
-          footsteps(Steps{{{0, 0.19, 0}, {0, second, 0}}}, {}, 0.15);
-        },
-        testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("step 2")));
-}
-
-TEST(Footsteps, WhatCannotBeWalkedIsRefused) {
-  for (const Command& command :
-       {Command(Straight{0, 0}), Command(Straight{NAN, 0}), Command(TangentArc{0.1, 1}),
-        Command(TangentArc{0.75, 0}), Command(PerpendicularArc{0.75, INFINITY}), Command(Steps{})})
-    EXPECT_THROW(footsteps(command, {}, 0.15), std::invalid_argument);
+TEST(Footsteps, WhatCannotBeWalkedIsRefusedAndAStepNamedByItsNumber) {
+  for (const auto& [command, words] : {std::pair<Command, const char*>{Straight{0, 0}, ""},
+                                       {Straight{NAN, 0}, ""},
+                                       {TangentArc{0.1, 1}, ""},
+                                       {TangentArc{0.75, 0}, ""},
+                                       {PerpendicularArc{0.75, INFINITY}, ""},
+                                       {Steps{}, ""},
+                                       {Steps{{{0, 0.19, 0}, {0, 0.19, 0}}}, "step 2"},
+                                       {Steps{{{0, 0.19, 0}, {0, 0, 0}}}, "step 2"}})
+    EXPECT_THAT([&c = command] { footsteps(c, {}, 0.15); },
+                testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr(words)));
 }
 
 TEST(Turn, FeetGoRoundOnTheSpotAndEndTogether) {
@@ -211,10 +171,6 @@ TEST(GoTo, TurnsFirstAndWalksAhead) {
   while ((steps[turning].pose.position - begin).norm() < 0.096) ++turning;
   EXPECT_EQ(turning, 9u + 1);
   for (std::size_t k = turning; k < turning + 3; ++k) EXPECT_NEAR(steps[k].pose.yaw, 90 * kDegree, 1e-9);
-}
-
-TEST(GoTo, WhereItIsAlreadyNeedsNoStep) {
-  EXPECT_TRUE(footsteps(GoTo{1, 2, 30 * kDegree}, feet_below(1, 2, 30), 0.15).empty());
 }
 
 }  // namespace

@@ -27,8 +27,7 @@ TEST(Attitude, FollowsATurnByTheGyro) {
 }
 
 TEST(Attitude, FindsTheVerticalAtTheRateOfItsGain) {
-  AttitudeOptions options;
-  options.bias_gain_per_s2 = 0;
+  const AttitudeOptions options{.bias_gain_per_s2 = 0};
   const double wrong = 0.05;
   Attitude attitude(Vector3d(std::sin(wrong), 0, std::cos(wrong)), options);
   const int ticks = static_cast<int>(1 / options.accelerometer_gain_per_s / kPeriod);
@@ -95,6 +94,14 @@ StabilizerOptions estimators_alone() {
   return options;
 }
 
+/// These, and one block.
+template <class Block>
+StabilizerOptions with(Block StabilizerOptions::*block) {
+  StabilizerOptions options = estimators_alone();
+  (options.*block).enabled = true;
+  return options;
+}
+
 Posture after(Stabilizer& stabilizer, const Reference& reference, const SensorReadings& readings, int ticks) {
   Posture posture;
   for (int k = 0; k < ticks; ++k) posture = stabilizer.step(reference, readings);
@@ -138,9 +145,7 @@ TEST(Stabilizer, EstimatesATiltAndWhereItPutsTheCenterOfMassUnlessAttitudeIsOff)
 }
 
 TEST(Stabilizer, WantsTheZmpFurtherOutThanTheCenterOfMassIs) {
-  StabilizerOptions options = estimators_alone();
-  options.tracking.enabled = true;
-  Stabilizer stabilizer(options);
+  Stabilizer stabilizer(with(&StabilizerOptions::tracking));
   stabilizer.step(standing(), turning(0, 0.02));
   after(stabilizer, standing(), as_planned(standing(), 0.5), 100);
   const double error = stabilizer.state().com_error.x();
@@ -151,8 +156,7 @@ TEST(Stabilizer, WantsTheZmpFurtherOutThanTheCenterOfMassIs) {
 TEST(Stabilizer, FeetShareTheLoadByTheDesiredZmpUnlessDistributionIsOff) {
   Reference to_the_left = standing();
   to_the_left.zmp.y() = 0.04;
-  StabilizerOptions options = estimators_alone();
-  options.leg_compliance.enabled = true;
+  StabilizerOptions options = with(&StabilizerOptions::leg_compliance);
   for (const auto& [distributed, reference, left] : {std::tuple(true, to_the_left, (0.04 + 0.095) / 0.19),
                                                      {false, to_the_left, 0.5},
                                                      {true, on_the_left_foot(), 1.0}}) {
@@ -168,21 +172,18 @@ TEST(Stabilizer, FeetShareTheLoadByTheDesiredZmpUnlessDistributionIsOff) {
 
 TEST(Stabilizer, SeesNoVelocityInAStepFromOneFootToTheOther) {
   Stabilizer stabilizer(estimators_alone());
-  const Reference reference = standing();
-  SensorReadings readings = as_planned(reference, 1.0);
+  SensorReadings readings = as_planned(standing(), 1.0);
   readings.q[7] += 0.01;  // the left hip's encoder disagrees with the plan, the right one's does not
-  after(stabilizer, reference, readings, 100);
+  after(stabilizer, standing(), readings, 100);
   const Vector2d on_left = stabilizer.state().com_error;
   std::swap(readings.left, readings.right);
-  stabilizer.step(reference, readings);
+  stabilizer.step(standing(), readings);
   EXPECT_GT((stabilizer.state().com_error - on_left).norm(), 1e-3);
   EXPECT_LT(stabilizer.state().com_velocity_error.norm(), 1e-9);
 }
 
 TEST(Stabilizer, TurnsTheWaistAgainstItsTiltAboutTheCenterOfMass) {
-  StabilizerOptions options = estimators_alone();
-  options.body_attitude.enabled = true;
-  Stabilizer stabilizer(options);
+  Stabilizer stabilizer(with(&StabilizerOptions::body_attitude));
   stabilizer.step(standing(), turning(0.02, 0));
   const Posture posture = after(stabilizer, standing(), as_planned(standing(), 0.5), 20);
   EXPECT_LT(roll_of(posture.X_PB), -1e-3);
@@ -190,8 +191,7 @@ TEST(Stabilizer, TurnsTheWaistAgainstItsTiltAboutTheCenterOfMass) {
 }
 
 TEST(Stabilizer, TurnsTheAnklesWithTheMeasuredTorque) {
-  StabilizerOptions options = estimators_alone();
-  options.ankle_admittance.enabled = true;
+  const StabilizerOptions options = with(&StabilizerOptions::ankle_admittance);
   Stabilizer stabilizer(options);
   const Reference reference = on_the_left_foot();
   SensorReadings readings = as_planned(reference, 1.0);
@@ -205,9 +205,7 @@ TEST(Stabilizer, TurnsTheAnklesWithTheMeasuredTorque) {
 }
 
 TEST(Stabilizer, LowersTheFootThatCarriesTooLittle) {
-  StabilizerOptions options = estimators_alone();
-  options.force_difference.enabled = true;
-  Stabilizer stabilizer(options);
+  Stabilizer stabilizer(with(&StabilizerOptions::force_difference));
   const Posture posture = after(stabilizer, standing(), as_planned(standing(), 0.3), 10);
   EXPECT_LT(posture.X_PL.translation().z(), -1e-6);
   EXPECT_DOUBLE_EQ(posture.X_PL.translation().z(), -posture.X_PR.translation().z());

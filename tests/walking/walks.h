@@ -1,5 +1,4 @@
-// Planned walks of tests, and what holds for each of them: ZMP, center of mass, waist and feet are
-// continuous, as are their velocities.
+// Planned walks of tests, each continuous in ZMP, center of mass, waist, feet and their velocities.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -92,8 +91,7 @@ inline void expect_smooth(const std::vector<Reference>& walk) {
     expect_smooth_body(now, after, jerk, zmp_step);
     expect_smooth_foot(&after, &Reference::X_PL, Support::left);
     expect_smooth_foot(&after, &Reference::X_PR, Support::right);
-    // The waist's velocities are the central differences of its pose; the yaw's acceleration jumps at
-    // lift-off, by 2.2 rad/s² at most.
+    // Central differences of the waist's pose; the yaw's acceleration jumps at lift-off, by 2.2 rad/s².
     const Eigen::Vector3d velocity = (after.X_PB.translation() - before.X_PB.translation()) / (2 * kPeriod);
     EXPECT_LT((now.waist_velocity - velocity).norm(), kPeriod * kPeriod / 6 * jerk);
     EXPECT_NEAR(now.waist_yaw_rate, turning(before.X_PB, after.X_PB) / 2, 6e-3);

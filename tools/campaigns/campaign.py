@@ -25,7 +25,6 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
-
 def listed(*faults):
     return ['errors.faults=[' + ', '.join('{' + fault + '}' for fault in faults) + ']']
 
@@ -108,22 +107,16 @@ def write_table(folder, columns, rows, closing):
     print(text)
 
 
-def replay(args, name, number):
-    out = args.out / f'{number:02}'
-    ran = subprocess.run([args.program, 'replay', args.result, *FAULTS[name], '--out', out, '--force'],
-                         capture_output=True, text=True, check=False, timeout=600)
-    found = next(out.rglob('score.json'), None)
-    score = json.loads(found.read_text()) if found else {}
-    metrics = {key: value['value'] for key, value in score.get('metrics', {}).items()}
-    return {'exit_code': ran.returncode, 'ending': score.get('ending', 'no result'), 'metrics': metrics}
-
-
 def faults(args):
     rows = []
     for number, name in enumerate(list(FAULTS)[:args.count]):
-        result = replay(args, name, number)
-        rmse, share = (result['metrics'].get(key) for key in ('rmse_m', 'tracked_fraction'))
-        rows.append([name, result['ending'], result['exit_code'], '' if rmse is None else f'{1000 * rmse:.1f}',
+        out = args.out / f'{number:02}'
+        ran = subprocess.run([args.program, 'replay', args.result, *FAULTS[name], '--out', out, '--force'],
+                             capture_output=True, text=True, check=False, timeout=600)
+        found = next(out.rglob('score.json'), None)
+        score = json.loads(found.read_text()) if found else {}
+        rmse, share = (score.get('metrics', {}).get(key, {}).get('value') for key in ('rmse_m', 'tracked_fraction'))
+        rows.append([name, score.get('ending', 'no result'), ran.returncode, '' if rmse is None else f'{1000 * rmse:.1f}',
                      '' if share is None else f'{100 * share:.0f}'])
     crashed = [row[0] for row in rows if row[2] not in (0, 1, 3)]
     write_table(args.out, ['fault', 'ending', 'exit code', 'rmse [mm]', 'tracked [%]'], rows,

@@ -5,19 +5,15 @@
 
 #include "sim/files/json.h"
 #include "sim/files/text.h"
-#include "sim/regression/report.h"
-#include "sim/regression/results.h"
-#include "sim/scenario/limits.h"
-#include "sim/scenario/recording_key.h"
+#include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/jobs/suite.h"
+#include "tools/cli/jobs/verdicts.h"
 
 namespace cli {
 namespace {
 
-constexpr const char* kCompareExamples = R"(
-Examples:
+constexpr const char* kCompareExamples = R"(Examples:
   gaitslam compare results/before results/after --gate rmse_m=10% --gate loop_landmarks=2
 Each argument is a result folder, a folder of seed-<n>, or a folder of scenarios with seed-<n>. Common seeds are
 paired and compared by the signed rank test. Scenarios with different names or walks need --across, because one may
@@ -35,27 +31,17 @@ struct CompareRequest {
 regression::Gate parse_gate(const std::string& text) {
   const std::size_t equals = std::min(text.find('='), text.size());
   regression::Gate gate{text.substr(0, equals)};
-  if (!sim::score::find_metric(gate.metric))
-    throw UsageError(fmt::format("--gate {}: {}", text, scenario::unknown_metric(gate.metric)));
+  if (!score::find_metric(gate.metric))
+    throw UsageError("--gate {}: {}", text, scenario::unknown_metric(gate.metric));
   std::string_view number = std::string_view(text).substr(std::min(equals + 1, text.size()));
   const bool percent = number.ends_with('%');
   if (percent) number.remove_suffix(1);
-  const auto value = sim::files::parse_finite(number);
+  const auto value = files::parse_finite(number);
   if (!value || *value < 0)
-    throw UsageError(fmt::format("--gate {}: expected a tolerance, as in {}=10% or {}=0.002", text,
-                                 gate.metric, gate.metric));
+    throw UsageError("--gate {}: expected a tolerance, as in {}=10% or {}=0.002", text, gate.metric,
+                     gate.metric);
   (percent ? gate.percent : gate.absolute) = *value;
   return gate;
-}
-
-std::vector<regression::Gate> gates_of(const CompareRequest& request) {
-  if (request.gates.empty()) return regression::default_gates();
-  if (request.gates.size() > regression::kMostGates)
-    throw UsageError(fmt::format("--gate: given {} times, expected at most {}", request.gates.size(),
-                                 regression::kMostGates));
-  std::vector<regression::Gate> gates;
-  for (const std::string& text : request.gates) gates.push_back(parse_gate(text));
-  return gates;
 }
 
 const regression::ResultSet* find(const std::vector<regression::ResultSet>& sets, const std::string& name) {
@@ -69,8 +55,8 @@ std::vector<regression::ResultSet> read_sets(const fs::path& folder) {
   std::vector<regression::ResultSet> sets = regression::read_result_sets(folder);
   for (const regression::ResultSet& set : sets)
     if (const regression::ResultSet* first = find(sets, set.results.name); first != &set)
-      throw UsageError(fmt::format("{} and {} contain the same scenario, {}; compare one of them",
-                                   first->folder.string(), set.folder.string(), set.results.name));
+      throw UsageError("{} and {} contain the same scenario, {}; compare one of them", first->folder.string(),
+                       set.folder.string(), set.results.name);
   return sets;
 }
 
@@ -85,8 +71,7 @@ constexpr const char* kInsist = "--across compares different scenarios";
 void require_same_name(const std::string& before, const std::string& name, const std::string& now,
                        const std::string& name_now) {
   if (name != name_now)
-    throw UsageError(
-        fmt::format("{} is of the scenario {}, {} of {}; {}", before, name, now, name_now, kInsist));
+    throw UsageError("{} is of the scenario {}, {} of {}; {}", before, name, now, name_now, kInsist);
 }
 
 /// The same for two single results, whose scenarios another version may have written.
@@ -107,9 +92,8 @@ void require_same_scenario(const regression::ResultSet& before, const regression
   auto other = scenario::first_difference(before.scenario, now.scenario);
   if (!other) other = scenario::first_difference(now.scenario, before.scenario);
   if (other)
-    throw UsageError(fmt::format("{} and {}: {} differs, so the walks are different scenarios; {}",
-                                 place(request.before, before), place(request.after, now), other->key,
-                                 kInsist));
+    throw UsageError("{} and {}: {} differs, so the walks are different scenarios; {}",
+                     place(request.before, before), place(request.after, now), other->key, kInsist);
 }
 
 /// Throws UsageError unless the scenarios are the same and have at least one in common.
@@ -124,8 +108,8 @@ void require_comparable(const std::vector<regression::ResultSet>& before,
       any = true;
     }
   if (!any)
-    throw UsageError(fmt::format("{} and {} have no scenario in common; --across compares them anyway",
-                                 request.before.string(), request.after.string()));
+    throw UsageError("{} and {} have no scenario in common; --across compares them anyway",
+                     request.before.string(), request.after.string());
 }
 
 /// ", my_slam" if an external estimator made the results.
@@ -137,33 +121,35 @@ std::string estimators_of(const std::vector<regression::ResultSet>& sets) {
 
 int compare(CompareRequest& request) {
   require_replaceable(request.files);
-  const auto gates = gates_of(request);
+  if (request.gates.size() > regression::kMostGates)
+    throw UsageError("--gate: given {} times, expected at most {}", request.gates.size(),
+                     regression::kMostGates);
+  std::vector<regression::Gate> gates;
+  for (const std::string& text : request.gates) gates.push_back(parse_gate(text));
+  if (gates.empty()) gates = regression::default_gates();
   if (!request.across) require_same_name(request);
   const auto before = read_sets(request.before), now = read_sets(request.after);
   if (!request.across) require_comparable(before, now, request);
-  regression::Comparison comparison{
-      fmt::format("gaitslam compare: {} (baseline{}) and {} (now{})", request.before.string(),
-                  estimators_of(before), request.after.string(), estimators_of(now)),
-      {},
-      [](const std::string& name) { return name; },
-      [&](const std::string& name, std::uint64_t seed) {
-        const regression::ResultSet* set = find(now, name);
-        if (!set) return std::string();
-        const fs::path one = set->folder / fmt::format("seed-{}", seed);
-        return "tools/gaitslam run " +
-               sim::files::shell_word(((fs::exists(one) ? one : request.after) / "scenario.yaml").string());
-      }};
   std::vector<regression::ScenarioResults> baseline;
   for (const regression::ResultSet& set : before) baseline.push_back(set.results);
   if (before.size() == 1 && now.size() == 1) baseline.front().name = now.front().results.name;
   std::vector<Judged> judged;
-  for (const regression::ResultSet& set : now) judged.push_back({set.results, set.scenario, gates});
-  comparison.scenarios = verdicts_of(baseline, judged, gates);
+  for (const regression::ResultSet& set : now)
+    judged.push_back({set.results, set.scenario, gates, [&](std::uint64_t seed) {
+                        const fs::path one = set.folder / fmt::format("seed-{}", seed);
+                        return "tools/gaitslam run " +
+                               files::shell_word(
+                                   ((fs::exists(one) ? one : request.after) / "scenario.yaml").string());
+                      }});
+  const regression::Comparison comparison{
+      fmt::format("gaitslam compare: {} (baseline{}) and {} (now{})", request.before.string(),
+                  estimators_of(before), request.after.string(), estimators_of(now)),
+      verdicts_of(baseline, judged, gates)};
   for (std::size_t i = 0; i < now.size(); ++i)
     for (const regression::ScenarioResults& other : baseline)
       if (other.name == now[i].results.name && comparison.scenarios[i].n_baseline == 0)
-        throw UsageError(fmt::format("{} and {} have no seed in common; run the same seeds of both",
-                                     request.before.string(), now[i].folder.string()));
+        throw UsageError("{} and {} have no seed in common; run the same seeds of both",
+                         request.before.string(), now[i].folder.string());
   report_verdicts(comparison, request.files);
   return regression::exit_code(comparison.scenarios);
 }

@@ -6,7 +6,6 @@
 
 #include "sim/files/text.h"
 #include "sim/scenario/keys.h"
-#include "sim/scenario/limits.h"
 #include "sim/scenario/lists.h"
 #include "sim/score/metrics.h"
 #include "tools/cli/commands.h"
@@ -17,13 +16,11 @@
 namespace cli {
 namespace {
 
-constexpr const char* kConfigExamples = R"(
-Examples:
+constexpr const char* kConfigExamples = R"(Examples:
   gaitslam config scenarios/tangent_circle.yaml slam.gyro.sigma_rad_s=0.02
   gaitslam config --keys)";
 
-constexpr const char* kCheckExamples = R"(
-Examples:
+constexpr const char* kCheckExamples = R"(Examples:
   gaitslam check scenarios/hall.yaml scenarios/tangent_circle.yaml world.seed=7
 Exit codes: 0 all scenarios are valid; 2 one is not.)";
 
@@ -60,8 +57,7 @@ void print_values(const scenario::ReadScenario& read) {
   for (const scenario::MetricLimit& limit : read.scenario.limits.metrics) {
     const std::string key =
         fmt::format("limits.{}.{}", scenario::subject(limit), scenario::word(limit.bound));
-    print_row(key, fmt::format("{}", limit.value), sim::score::find_metric(limit.metric)->unit, "",
-              origin(key));
+    print_row(key, fmt::format("{}", limit.value), score::find_metric(limit.metric)->unit, "", origin(key));
   }
 }
 
@@ -79,7 +75,7 @@ void print_keys() {
   std::cout << "\nItems of world.pushes and world.floor_patches:\n" << scenario::describe_disturbances();
   std::cout << "\nlimits.<metric>.at_most, limits.<metric>.at_least; over seeds "
                "limits.<metric>.median.at_most (or mean, worst). Metrics:\n";
-  for (const auto& metric : sim::score::metric_definitions()) {
+  for (const auto& metric : score::metric_definitions()) {
     std::cout << fmt::format("  {:<24} {:<4} {}\n", metric.name, metric.unit, metric.definition);
   }
 }
@@ -113,24 +109,21 @@ bool is_valid(const std::string& file, const CheckRequest& request) {
                              looked ? "" : "; whether it is clear of its room was not checked: no simulator");
     return true;
   } catch (const scenario::ConfigError& e) {
-    std::cerr << sim::files::sanitize(e.what()) << '\n';
+    std::cerr << files::sanitize(e.what()) << '\n';
   } catch (const std::exception& e) {
-    std::cerr << sim::files::sanitize(fmt::format("{}: the walk cannot be planned: {}\n", file, e.what()));
+    std::cerr << files::sanitize(fmt::format("{}: the walk cannot be planned: {}\n", file, e.what()));
   }
   return false;
 }
 
-/// True for a change, as in world.seed=7; false for a file.
-bool is_change(const std::string& argument) {
-  const std::size_t equals = argument.find('=');
-  return equals != std::string::npos &&
-         argument.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_.") == equals;
-}
-
 int check(CheckRequest& request) {
   std::vector<std::string>& files = request.files;
-  const auto first_change = std::stable_partition(
-      files.begin(), files.end(), [](const std::string& argument) { return !is_change(argument); });
+  const auto is_file = [](const std::string& argument) {  // a change is as in world.seed=7
+    const std::size_t equals = argument.find('=');
+    return equals == argument.npos ||
+           argument.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_.") != equals;
+  };
+  const auto first_change = std::stable_partition(files.begin(), files.end(), is_file);
   request.changes.overrides.assign(first_change, files.end());
   files.erase(first_change, files.end());
   if (files.empty()) throw UsageError("check: names no scenario, expected a YAML file");

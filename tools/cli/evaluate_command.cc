@@ -8,9 +8,9 @@
 #include "sim/estimators/child_program.h"
 #include "sim/export/export.h"
 #include "sim/files/text.h"
-#include "sim/regression/results.h"
+#include "sim/regression/suite.h"
 #include "sim/replay/replay.h"
-#include "sim/result/score_table.h"
+#include "sim/result/limits.h"
 #include "sim/scenario/keys.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
@@ -22,12 +22,7 @@
 namespace cli {
 namespace {
 
-namespace estimators = sim::estimators;
-namespace exports = sim::exports;
-namespace score = sim::score;
-
-constexpr const char* kEvaluateExamples = R"(
-Examples:
+constexpr const char* kEvaluateExamples = R"(Examples:
   gaitslam evaluate results/tangent_circle/seed-1 --format euroc --command './run_my_slam.sh {folder} {trajectory}'
   gaitslam evaluate results/*/seed-* --format orbslam3 --pose imu --align se3 --name orbslam3 --command '...'
 For each recording: exports what the filter received, without any truth, to {folder}, runs the command, reads the
@@ -51,8 +46,7 @@ struct EvaluateRequest : OutRequest {
 replay::PosedBody body_of(const EvaluateRequest& request) {
   const bool of_imu = request.format == "euroc" || request.format == "openvins";
   const std::string name = request.pose.value_or(of_imu ? "imu" : "camera");
-  if (name != "camera" && name != "imu")
-    throw UsageError(fmt::format("--pose {}: expected camera or imu", name));
+  if (name != "camera" && name != "imu") throw UsageError("--pose {}: expected camera or imu", name);
   return name == "imu" ? replay::PosedBody::imu : replay::PosedBody::camera;
 }
 
@@ -65,8 +59,8 @@ score::Alignment alignment_of(const EvaluateRequest& request) {
 replay::ExternalRun run_command(const EvaluateRequest& request, const TemporaryFolder& scratch) {
   replay::ExternalRun run{scratch / "trajectory.txt", body_of(request), alignment_of(request)};
   std::string command = request.command;
-  boost::replace_all(command, "{folder}", sim::files::shell_word((scratch / "export").string()));
-  boost::replace_all(command, "{trajectory}", sim::files::shell_word(run.trajectory.string()));
+  boost::replace_all(command, "{folder}", files::shell_word((scratch / "export").string()));
+  boost::replace_all(command, "{trajectory}", files::shell_word(run.trajectory.string()));
   estimators::ChildProgram program({"sh", "-c", "exec 1>&2\n" + command});
   try {
     program.run(std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::nanoseconds>(
@@ -86,11 +80,9 @@ replay::ExternalRun run_command(const EvaluateRequest& request, const TemporaryF
 
 scenario::ReadScenario with_command(const fs::path& folder, const EvaluateRequest& request) {
   if (!fs::exists(folder / "scenario.yaml") || !fs::is_directory(folder / "recording"))
-    throw UsageError(
-        fmt::format("{}: expected the folder of a run, with scenario.yaml and recording/", folder.string()));
+    throw UsageError("{}: expected the folder of a run, with scenario.yaml and recording/", folder.string());
   scenario::ReadScenario read = scenario::read_scenario(folder / "scenario.yaml", {request.limits, {}, {}});
-  if (!read.scenario.slam)
-    throw UsageError(fmt::format("{}: its scenario has no section slam", folder.string()));
+  if (!read.scenario.slam) throw UsageError("{}: its scenario has no section slam", folder.string());
   const std::string name = request.name ? fmt::format(", name: {}", *request.name) : "";
   const std::string quoted = scenario::quote_if_needed(request.command);
   scenario::find_key("estimator")
@@ -108,7 +100,7 @@ int evaluate_one(const ResultJob& job, const fs::path& result_folder, const Eval
     ProgressLine progress(fmt::format("{} on {}", s.estimator.name, folder.string()));
     const TemporaryFolder scratch;
     exports::export_run({folder, s.name, s.seed, s.errors, false, request.undistort}, request.format,
-                        scratch / "export", sim::files::Existing::reject);
+                        scratch / "export", files::Existing::reject);
     const result::Timing timing;
     const replay::ExternalRun run = run_command(request, scratch);
     const replay::WalkEnd walk = replay::read_walk_end(folder);
@@ -139,8 +131,7 @@ std::vector<ResultJob> read_jobs(const EvaluateRequest& request) {
     const scenario::ReadScenario read = with_command(folder, request);
     all.push_back({read, read.scenario.name, folder, 1, command_of(request, folder)});
     if (const auto [earlier, is_new] = from.emplace(all.back().result(), folder); !is_new)
-      throw UsageError(
-          fmt::format("{} and {} would both be written to {}", earlier->second, folder, earlier->first));
+      throw UsageError("{} and {} would both be written to {}", earlier->second, folder, earlier->first);
   }
   return all;
 }
@@ -152,12 +143,11 @@ int evaluate_all(const std::vector<ResultJob>& jobs, const OutFolder& out, const
        .title = fmt::format("{} on {} recordings", jobs[0].read.scenario.estimator.name, jobs.size()),
        .backend = {.jobs = request.jobs.value_or(1)},
        .keeps_other_seeds = true});
-  print_complaints(jobs, ended);
   int exit_code = 0;
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     const fs::path folder = out.path() / jobs[i].result();
     const bool there = fs::exists(folder / "score.json");
-    const int code = there ? sim::regression::read_result(folder).exit_code : std::max(ended[i].exit_code, 2);
+    const int code = there ? regression::read_result(folder).exit_code : std::max(ended[i].exit_code, 2);
     exit_code = std::max(exit_code, code);
     if (there) text_out() << result::score_table(folder, {colours()}, code == 3) << folder.string() << "\n\n";
   }
@@ -174,7 +164,7 @@ void separate_limits(EvaluateRequest& request) {
     if (is_limit(word))
       request.limits.push_back(word);
     else if (word.find('=') != word.npos && !fs::exists(word))
-      throw UsageError(fmt::format("{}: only limits may be changed, as in limits.rmse_m.at_most=0.1", word));
+      throw UsageError("{}: only limits may be changed, as in limits.rmse_m.at_most=0.1", word);
   std::erase_if(request.results, is_limit);
   if (request.results.empty()) throw UsageError("results: expected the folder of a run");
 }
@@ -191,10 +181,10 @@ int evaluate(EvaluateRequest& request) {
   for (const ResultJob& written : jobs)
     for (const ResultJob& read : jobs)
       require_outside((request.out ? fs::path(*request.out) : standard) / written.result(), *read.recording);
-  // One recording has no identity, so that others can be evaluated beside it into the same folder.
-  const std::string identity = jobs.size() == 1 ? "" : identity_of(jobs, {});
-  const OutFolder out(request, standard,
-                      {.results = results_of(jobs), .continues = true, .identity = identity});
+  OutUse use = resumable(jobs);
+  use.continues = true;
+  if (jobs.size() == 1) use.identity.clear();  // others can be evaluated beside it into the same folder
+  const OutFolder out(request, standard, use);
   return jobs.size() == 1 ? evaluate_one(jobs[0], out.path() / jobs[0].result(), request)
                           : evaluate_all(jobs, out, request);
 }

@@ -22,12 +22,7 @@
 namespace cli {
 namespace {
 
-namespace exports = sim::exports;
-namespace files = sim::files;
-namespace recording = sim::recording;
-
-constexpr const char* kExportExamples = R"(
-Examples:
+constexpr const char* kExportExamples = R"(Examples:
   gaitslam export results/tangent_circle/seed-1 --format euroc --out DIR
   gaitslam export results/tangent_circle/seed-1 --format orbslam3 --undistort
 The export contains the input of the filter, sensor errors included. Its folder, RESULT/export/FORMAT by default, has
@@ -43,7 +38,7 @@ struct ExportRequest : OutRequest {
 
 void require_recording(const fs::path& result) {
   if (!fs::is_directory(result / "recording"))
-    throw UsageError(fmt::format("{}: has no recording/: expected the folder of a run", result.string()));
+    throw UsageError("{}: has no recording/: expected the folder of a run", result.string());
 }
 
 int export_result(ExportRequest& request) {
@@ -54,17 +49,15 @@ int export_result(ExportRequest& request) {
   require_outside(out.path(), request.result);
   if (!request.out) files::add_to_marker(request.result, {"export/", "export/" + request.format + "/"});
   ProgressLine progress(fmt::format("export of {}", request.result.string()));
-  exports::export_run(
-      {request.result, scenario.name, scenario.seed, scenario.errors, true, request.undistort,
-       request.format == "mcap" ? sim::view::robot_description(scenario, request.models) : nullptr,
-       [&](double part) { progress.show(part); }},
-      request.format, out.path(), files::Existing::replace);
+  exports::export_run({request.result, scenario.name, scenario.seed, scenario.errors, true, request.undistort,
+                       request.format == "mcap" ? view::robot_description(scenario, request.models) : nullptr,
+                       [&](double part) { progress.show(part); }},
+                      request.format, out.path(), files::Existing::replace);
   std::cout << fmt::format("exported to {0}; see {0}/README.md for its use\n", out.path().string());
   return 0;
 }
 
-constexpr const char* kVideoExamples = R"(
-Examples:
+constexpr const char* kVideoExamples = R"(Examples:
   gaitslam video results/tangent_circle/seed-1 --out walk.webm
 The filter runs again on the recording. The video shows, from left to right, the image of the head camera with the
 search ellipses of the landmarks and the patches that were matched; the robot from outside, in a build with the
@@ -79,7 +72,7 @@ struct VideoRequest : OutRequest {
 fs::path file_of(const VideoRequest& request) {
   const fs::path file = request.out ? fs::path(*request.out) : request.result / "video.mp4";
   if (file.extension() != ".mp4" && file.extension() != ".webm")
-    throw UsageError(fmt::format("--out: expected a .mp4 or .webm file, not '{}'", file.string()));
+    throw UsageError("--out: expected a .mp4 or .webm file, not '{}'", file.string());
   if (!request.out && files::has_marker(request.result) && !request.force)
     files::list_outputs(request.result, {"video.mp4"});
   else
@@ -154,19 +147,19 @@ int video(VideoRequest& request) {
   require_recording(request.result);
   const fs::path file = file_of(request);
   const scenario::Scenario scenario = scenario::read_scenario(request.result / "scenario.yaml").scenario;
-  if (!scenario.slam) throw UsageError(fmt::format("{}: no filter ran", request.result.string()));
+  if (!scenario.slam) throw UsageError("{}: no filter ran", request.result.string());
   const recording::Truth truth = recording::read_truth(request.result / "recording");
   recording::FilterInput input(request.result / "recording", scenario.errors, scenario.seed);
   slam::Filter filter(*scenario.slam, input.setup().calibration, input.setup().X_WC_start, scenario.seed);
-  const sim::view::RobotView robot_view =
-      sim::view::robot_from_outside(scenario, request.result / "recording", standard_models());
-  sim::view::MapView map(truth.camera);
+  const view::RobotView robot_view =
+      view::robot_from_outside(scenario, request.result / "recording", standard_models());
+  view::MapView map(truth.camera);
   Encoder encoder(file, input.setup().camera_rate_hz);
   const OnInterrupt on_interrupt("nothing was written; rerun the command");
   ProgressLine progress("video of " + request.result.string());
   while (auto observation = input.next()) {
     const slam::FrameReport& report = filter.step(*observation);
-    std::vector<cv::Mat> panels{sim::view::draw_view(*observation, report)};
+    std::vector<cv::Mat> panels{view::draw_view(*observation, report)};
     const files::TimedPose* waist = at(truth.waist, observation->t);
     if (robot_view && waist) panels.push_back(robot_view(observation->t, waist->X));
     panels.push_back(map.draw(filter.estimate(), filter.map()));

@@ -75,8 +75,8 @@ void check_command_name(const CLI::App& app, int argc, char** argv) {
     if (command->get_name() == argv[1]) return;
     if (!command->get_group().empty()) names.push_back(command->get_name());  // the others are not for users
   }
-  throw cli::UsageError(fmt::format("unknown command '{}', expected one of {}{}", argv[1],
-                                    fmt::join(names, ", "), did_you_mean(argv[1], names)));
+  throw cli::UsageError("unknown command '{}', expected one of {}{}", argv[1], fmt::join(names, ", "),
+                        did_you_mean(argv[1], names));
 }
 
 /// "; did you mean '--seeds'?" for the first unknown option on the command line.

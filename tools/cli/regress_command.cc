@@ -6,17 +6,19 @@
 #include <iostream>
 
 #include "sim/files/text.h"
-#include "sim/regression/report.h"
-#include "sim/regression/results.h"
+#include "sim/regression/suite.h"
+#include "sim/result/result.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/jobs/suite.h"
+#include "tools/cli/jobs/results.h"
+#include "tools/cli/jobs/verdicts.h"
+#include "tools/cli/shared/live.h"
+#include "tools/cli/shared/options.h"
 #include "tools/cli/shared/version.h"
 
 namespace cli {
 namespace {
 
-constexpr const char* kRegressExamples = R"(
-Examples:
+constexpr const char* kRegressExamples = R"(Examples:
   gaitslam regress scenarios/suites/ci.yaml --baseline main.json --seeds 1..10 --junit junit.xml
   gaitslam regress scenarios/suites/ci.yaml slam.vision.sigma_px=2 --cached
 Verdicts: IDENTICAL, the same bits on every seed; SAME, within the tolerance; BETTER or FAIL, beyond the tolerance and
@@ -26,12 +28,140 @@ at 5 %. With fewer than 8 seeds more than half of them must be beyond the tolera
 Exit codes: 0 as good as the baseline; 1 worse, or a limit missed; 2 wrong usage, configuration or baseline; 3 a run
 ended in a way that its scenario does not allow.)";
 
-constexpr const char* kBaselineExamples = R"(
-Examples:
+constexpr const char* kBaselineExamples = R"(Examples:
   gaitslam baseline update --reason "the stabilizer damps the ankles" --jobs 2
   gaitslam baseline update --results results/regress-ci --reason "as the last regress had it"
 Shows what changes, then writes the file. Results that miss a limit of their scenario are not written.
 Exit codes: 0 written; 1 a limit is missed; 2 wrong usage or configuration; 3 a run failed.)";
+
+/// The options of all commands on suites.
+struct SuiteRequest : OutRequest {
+  fs::path suite = "scenarios/suites/ci.yaml";
+  std::vector<std::string> overrides;
+  std::optional<std::string> seeds, baseline;
+  std::optional<fs::path> results;  ///< <scenario>/seed-<n> to judge instead of running
+  fs::path models = standard_models();
+  Backend backend;
+  bool cached = false;
+};
+
+/// One scenario of a suite and the results of its runs.
+struct SuiteScenario {
+  regression::SuiteEntry entry;
+  scenario::ReadScenario read;
+  regression::ScenarioResults results{};
+};
+
+struct SuiteRun {
+  std::string name;
+  std::vector<std::uint64_t> seeds;
+  std::vector<SuiteScenario> scenarios;
+};
+
+void add_suite_options(CLI::App& command, SuiteRequest& request) {
+  command.add_option("--baseline", request.baseline, "instead of ../baselines/<suite>.json");
+  add_seeds(command, request.seeds, "seeds instead of those of the suite");
+  add_backend_options(command, request.backend);
+  command.add_option("--results", request.results, "judge DIR/<scenario>/seed-<n>, run nothing");
+  add_cached(command, request.cached);
+  add_out(command, request);
+  add_models(command, request.models);
+}
+
+/// The file of the baseline: --baseline, else <suite>.json in baselines/ beside the folder of the suite.
+fs::path baseline_file(const SuiteRequest& request) {
+  if (request.baseline) return *request.baseline;
+  return (request.suite.parent_path() / ".." / "baselines" / request.suite.stem())
+             .lexically_normal()
+             .string() +
+         ".json";
+}
+
+SuiteRun plan_suite(const SuiteRequest& request) {
+  const regression::Suite suite = regression::read_suite(request.suite);
+  for (const std::string& change : request.overrides)
+    if (change.starts_with("seed=") || change.starts_with("name="))
+      throw UsageError(change + ": a suite has its own names and seeds, expected --seeds");
+  SuiteRun run{suite.name, parse_seeds(request.seeds.value_or(suite.seeds)), {}};
+  for (const regression::SuiteEntry& entry : suite.entries) {
+    scenario::Changes changes = entry.changes;
+    changes.overrides.insert(changes.overrides.end(), request.overrides.begin(), request.overrides.end());
+    const scenario::ReadScenario read = scenario::read_scenario(entry.file, changes);
+    run.scenarios.push_back({entry, read, {read.scenario.name, regression::config_of(read), {}}});
+  }
+  return run;
+}
+
+void run_jobs(const SuiteRequest& request, SuiteRun& run) {
+  std::vector<ResultJob> jobs;
+  for (const SuiteScenario& s : run.scenarios) {
+    const double walk_s =
+        slam::seconds(result::plan_end(s.read.scenario.walk));  // each second costs the same
+    for (ResultJob& of_seed : jobs_of_seeds({s.read, s.read.scenario.name, {}, walk_s}, run.seeds))
+      jobs.push_back(std::move(of_seed));
+  }
+  const OutFolder out(request, fs::path("results") / ("regress-" + run.name),
+                      resumable(jobs, request.models, request.cached));
+  Backend backend = request.backend;
+  backend.seconds_each = request.cached ? 3 : 15;  // CPU time
+  const auto ended = make_results(
+      jobs, out,
+      {.models = request.models,
+       .title = fmt::format("suite {}, {} of {}", run.name, files::counted(run.scenarios.size(), "scenario"),
+                            files::counted(run.seeds.size(), "seed")),
+       .backend = backend,
+       .cached = request.cached,
+       .must_start = true});
+  const std::vector<result::SeedScore> scores = read_scores(jobs, ended, out.path());
+  for (std::size_t i = 0; i < scores.size(); ++i)
+    run.scenarios[i / run.seeds.size()].results.seeds.push_back(scores[i]);
+  out.finished();
+}
+
+/// Runs the suite, or reads its results.
+void run_suite(const SuiteRequest& request, SuiteRun& run) {
+  require_usable(request.backend, request.out.value_or(""));
+  if (!request.results) {
+    require_simulator();
+    return run_jobs(request, run);
+  }
+  for (SuiteScenario& s : run.scenarios)
+    for (const std::uint64_t seed : run.seeds) {
+      scenario::Scenario scenario = s.read.scenario;
+      scenario.seed = seed;
+      const fs::path folder = *request.results / scenario.name / fmt::format("seed-{}", seed);
+      if (!fs::exists(folder / "score.json"))
+        throw UsageError("{}: there is no result of seed {}", folder.string(), seed);
+      if (files::read_text(folder / "scenario.yaml") != scenario::to_yaml(scenario))
+        throw UsageError("{}: was made with another configuration of {}; run it again", folder.string(),
+                         scenario.name);
+      s.results.seeds.push_back(regression::read_result(folder));
+    }
+}
+
+/// The command that runs one seed of a scenario as the suite does.
+std::string repro(const SuiteRequest& request, const SuiteScenario& scenario, std::uint64_t seed) {
+  std::string command =
+      fmt::format("tools/gaitslam run {} seed={}", files::shell_word(scenario.entry.file.string()), seed);
+  for (const auto* changes : {&scenario.entry.changes.overrides, &request.overrides})
+    for (const std::string& change : *changes) command += " " + files::shell_word(change);
+  for (const std::string& section : scenario.entry.changes.without) command += " --without " + section;
+  return command;
+}
+
+regression::Comparison compare_with(const std::vector<regression::ScenarioResults>& baseline,
+                                    const SuiteRun& run, const SuiteRequest& request,
+                                    const std::string& title) {
+  std::vector<Judged> now;
+  for (const SuiteScenario& s : run.scenarios)
+    now.push_back({s.results, s.read.scenario, s.entry.gates,
+                   [&](std::uint64_t seed) { return repro(request, s, seed); }, s.entry.file.string(),
+                   s.entry.expects_missed});
+  regression::Comparison comparison{title, verdicts_of(baseline, now, regression::default_gates())};
+  for (regression::ScenarioVerdict& verdict : comparison.scenarios)
+    if (verdict.file.empty()) verdict.file = request.suite.string();
+  return comparison;
+}
 
 struct RegressRequest : SuiteRequest {
   VerdictFiles files;
@@ -44,19 +174,18 @@ void require_comparable(const regression::Baseline& baseline, const SuiteRun& ru
     const std::string& name = scenario.read.scenario.name;
     const regression::ScenarioResults* before = baseline.find(name);
     if (!before) continue;
-    const auto differences = regression::config_differences(before->config, scenario.file_config);
+    const auto differences = regression::config_differences(
+        before->config,
+        regression::config_of(scenario::read_scenario(scenario.entry.file, scenario.entry.changes)));
     if (!differences.empty())
       throw UsageError(
-          fmt::format("{}: {} has another configuration than the baseline {}: {}; run 'gaitslam baseline "
-                      "update' to store it",
-                      scenario.entry.file.string(), name, file, fmt::join(differences, "; ")));
-    for (const std::uint64_t seed : run.seeds) {
-      const auto has = [&](const result::SeedScore& s) { return s.seed == seed; };
-      if (std::none_of(before->seeds.begin(), before->seeds.end(), has))
-        throw UsageError(
-            fmt::format("{}: has no seed {} of {}; run 'gaitslam baseline update --seeds' to add seeds", file,
-                        seed, name));
-    }
+          "{}: {} has another configuration than the baseline {}: {}; run 'gaitslam baseline "
+          "update' to store it",
+          scenario.entry.file.string(), name, file, fmt::join(differences, "; "));
+    for (const std::uint64_t seed : run.seeds)
+      if (!before->find(seed))
+        throw UsageError("{}: has no seed {} of {}; run 'gaitslam baseline update --seeds' to add seeds",
+                         file, seed, name);
   }
 }
 
@@ -75,7 +204,7 @@ int regress(RegressRequest& request) {
     text_out() << regression::github_annotations(comparison);
     if (const char* const summary = std::getenv("GITHUB_STEP_SUMMARY"))
       if (!(std::ofstream(summary, std::ios::app) << regression::markdown(comparison) << std::flush))
-        throw sim::files::FileError(summary, "cannot be written");
+        throw files::FileError(summary, "cannot be written");
   }
   return regression::exit_code(comparison.scenarios);
 }

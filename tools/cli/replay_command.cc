@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <iostream>
 
 #include "sim/files/atomic_file.h"
@@ -9,7 +8,6 @@
 #include "sim/replay/replay.h"
 #include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"
-#include "sim/scenario/recording_key.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
@@ -20,8 +18,7 @@
 namespace cli {
 namespace {
 
-constexpr const char* kReplayExamples = R"(
-Examples:
+constexpr const char* kReplayExamples = R"(Examples:
   gaitslam replay results/tangent_circle/seed-1 slam.gyro.sigma_rad_s=0.02 --out DIR
   gaitslam replay results/tangent_circle/seed-1 seed=2        # the same walk, other noise
   gaitslam replay MH_01_easy --out DIR                        # an external EuRoC/ASL folder
@@ -43,23 +40,22 @@ struct ReplayRequest : OutRequest {
 void require_replayable(const scenario::ReadScenario& read) {
   for (const auto& [key, origin] : read.origin)
     if (scenario::shapes_recording(key) && origin.starts_with("argument"))
-      throw UsageError(
-          fmt::format("{}: shapes the recording, which a replay cannot change; run the scenario again", key));
+      throw UsageError("{}: shapes the recording, which a replay cannot change; run the scenario again", key);
 }
 
 /// Throws UsageError if the program to start is named only in the result, which may be untrusted.
 void require_asked_for(const scenario::ReadScenario& read, const scenario::Scenario& recorded,
                        const ReplayRequest& request) {
-  const sim::estimators::EstimatorChoice& choice = read.scenario.estimator;
-  if (choice.source == sim::estimators::Source::built_in || choice != recorded.estimator) return;
+  const estimators::EstimatorChoice& choice = read.scenario.estimator;
+  if (choice.source == estimators::Source::built_in || choice != recorded.estimator) return;
   if (request.scenario) return;
   for (const std::string& change : request.changes.overrides)
     if (change.starts_with("estimator=")) return;
-  throw UsageError(fmt::format(
+  throw UsageError(
       "{}: estimator: is {}, which a replay starts only if the command names it, expected "
       "--scenario {} or estimator=filter",
       read.origin.find("estimator")->second, scenario::find_key("estimator")->print(read.scenario),
-      sim::files::shell_word((request.result / "scenario.yaml").string())));
+      files::shell_word((request.result / "scenario.yaml").string()));
 }
 
 /// Reads the origin of each key from about.json, as the scenario.yaml of a result lists every key. Another
@@ -79,30 +75,30 @@ scenario::ReadScenario read_request(const ReplayRequest& request) {
   const fs::path own = request.result / "scenario.yaml";
   if (!fs::exists(own))
     throw UsageError(
-        fmt::format("{}: expected a result folder (with scenario.yaml and recording/) or one in the "
-                    "EuRoC/ASL layout (with mav0/)",
-                    request.result.string()));
+        "{}: expected a result folder (with scenario.yaml and recording/) or one in the "
+        "EuRoC/ASL layout (with mav0/)",
+        request.result.string());
   const std::string file = request.scenario.value_or(own.string());
   const scenario::ReadScenario read = scenario::read_scenario(file, request.changes);
   const scenario::Scenario recorded = scenario::read_scenario(own).scenario;
   const std::string& last = request.changes.with.empty() ? file : request.changes.with.back();
   if (const auto other = scenario::first_difference(recorded, read.scenario); other && last != own.string())
-    throw UsageError(fmt::format("{}: {} is {} in the recording of {}, and {} here", last, other->key,
-                                 other->recorded, request.result.string(), other->now));
+    throw UsageError("{}: {} is {} in the recording of {}, and {} here", last, other->key, other->recorded,
+                     request.result.string(), other->now);
   require_asked_for(read, recorded, request);
   return read;
 }
 
 int replay_result(ReplayRequest& request) {
   if (!fs::is_directory(request.result))
-    throw UsageError(fmt::format("{}: no such result folder", request.result.string()));
-  const bool external = sim::recording::is_asl_folder(request.result);
+    throw UsageError("{}: no such result folder", request.result.string());
+  const bool external = recording::is_asl_folder(request.result);
   if (external && request.scenario)
     throw UsageError("--scenario: expected a result folder, whose scenario it replaces");
   scenario::ReadScenario read =
       external ? replay::external_scenario(request.result, request.changes) : read_request(request);
   if (external) {
-    const sim::recording::AslFolder folder(request.result);
+    const recording::AslFolder folder(request.result);
     for (const std::string& remark : folder.sensors().remarks) std::cerr << "gaitslam: " << remark << '\n';
   }
   require_replayable(read);
@@ -114,7 +110,7 @@ int replay_result(ReplayRequest& request) {
   replay::WalkEnd walk;
   if (!external) {
     walk = replay::read_walk_end(request.result);
-    const std::string other = sim::scenario::counterfactual(
+    const std::string other = scenario::counterfactual(
         scenario::read_scenario(request.result / "scenario.yaml").scenario, read.scenario);
     if (!other.empty()) walk.counterfactual = other;
   }
@@ -122,8 +118,8 @@ int replay_result(ReplayRequest& request) {
     throw UsageError(
         "--view: expected the result of a run; for an external recording, view the result of its replay");
   const auto view = view_of_replay(request.view, read, request.result / "recording", request.models);
-  const auto observer = view ? view->tracking_observer() : sim::tracking::TrackingObserver{};
-  if (!request.out) sim::files::add_to_marker(request.result, {"replay/"});
+  const auto observer = view ? view->tracking_observer() : tracking::TrackingObserver{};
+  if (!request.out) files::add_to_marker(request.result, {"replay/"});
   result::Outcome outcome;
   {
     ProgressLine progress("replay of " + request.result.string());

@@ -1,4 +1,5 @@
-#include <fmt/format.h>
+#include <pthread.h>
+#include <signal.h>
 
 #include <iostream>
 #include <map>
@@ -9,20 +10,19 @@
 #include "sim/files/text.h"
 #include "sim/pages/leaderboard.h"
 #include "sim/pages/pages.h"
-#include "sim/scenario/limits.h"
+#include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
+#include "sim/view/playback.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
+#include "tools/cli/jobs/results.h"
 #include "tools/cli/shared/options.h"
 #include "tools/cli/shared/out_folder.h"
 
 namespace cli {
 namespace {
 
-namespace pages = sim::pages;
-
-constexpr const char* kReportExamples = R"(
-Examples:
+constexpr const char* kReportExamples = R"(Examples:
   gaitslam report results/tangent_circle/seed-1 --out report.html
   gaitslam report results/regress-ci --out report.html  # a folder of results
   gaitslam report results/sweep-hall --out report.html  # a sweep, by its keys
@@ -38,20 +38,18 @@ struct ReportRequest : OutRequest {
 
 bool is_result(const fs::path& folder) { return fs::exists(folder / "score.json"); }
 
-bool has_own_page(const fs::path& folder) { return pages::is_sweep(folder) || pages::is_tuning(folder); }
-
 /// The results seed-<n> of a folder, in numerical order.
 std::vector<fs::path> seeds_in(const fs::path& folder) {
   std::map<std::uint64_t, fs::path> seeds;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename();
     if (!name.starts_with("seed-") || !is_result(entry.path())) continue;
-    const auto seed = sim::files::parse_number<std::uint64_t>(std::string_view(name).substr(5));
+    const auto seed = files::parse_number<std::uint64_t>(std::string_view(name).substr(5));
     if (!seed)
       throw UsageError(
-          fmt::format("{}: expected a name seed-<n> with a whole number; a result of another name "
-                      "is reported by naming its folder",
-                      entry.path().string()));
+          "{}: expected a name seed-<n> with a whole number; a result of another name "
+          "is reported by naming its folder",
+          entry.path().string());
     seeds[*seed] = entry.path();
   }
   std::vector<fs::path> folders;
@@ -80,18 +78,18 @@ std::vector<fs::path> results_in(const fs::path& folder) {
 std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
   std::vector<fs::path> all;
   for (const std::string& name : named) {
-    if (!fs::is_directory(name)) throw UsageError(fmt::format("{}: no such result folder", name));
-    if (has_own_page(name))
+    if (!fs::is_directory(name)) throw UsageError("{}: no such result folder", name);
+    if (pages::is_sweep(name) || pages::is_tuning(name))
       throw UsageError(
-          fmt::format("{}: is a sweep or a tuning with its own page: report it separately, "
-                      "without --plots",
-                      name));
+          "{}: is a sweep or a tuning with its own page: report it separately, "
+          "without --plots",
+          name);
     const std::vector<fs::path> found = results_in(name);
     if (found.empty())
       throw UsageError(
-          fmt::format("{}: expected a result folder (score.json), a folder of results, or the "
-                      "folder of a sweep or tuning",
-                      name));
+          "{}: expected a result folder (score.json), a folder of results, or the "
+          "folder of a sweep or tuning",
+          name);
     all.insert(all.end(), found.begin(), found.end());
   }
   return all;
@@ -99,13 +97,13 @@ std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
 
 void write_plots(const std::vector<pages::Figure>& figures, const fs::path& folder) {
   for (const pages::Figure& figure : figures)
-    sim::files::write_atomically(folder / (figure.name + ".svg"),
-                                 to_svg(figure, kWidth, figure.equal_axes ? kEqualHeight : kHeight));
+    files::write_atomically(folder / (figure.name + ".svg"),
+                            to_svg(figure, kWidth, figure.equal_axes ? kEqualHeight : kHeight));
 }
 
 void make_plots(const std::vector<pages::RunData>& runs, const OutFolder& out) {
   for (const pages::RunData& run : runs) require_outside(out.path(), run.folder);
-  sim::files::AtomicFolder folder(out.path(), sim::files::Existing::replace);
+  files::AtomicFolder folder(out.path(), files::Existing::replace);
   for (const pages::RunData& run : runs) {
     const fs::path own = runs.size() == 1 ? folder.path() : folder.path() / run.folder.filename();
     fs::create_directories(own);
@@ -125,13 +123,6 @@ std::vector<pages::RunData> read_runs(const ReportRequest& request, ProgressLine
   return runs;
 }
 
-std::string page_of(const ReportRequest& request, ProgressLine& progress) {
-  const fs::path first = request.results.front();
-  if (request.results.size() == 1 && pages::is_sweep(first)) return pages::sweep_page(first);
-  if (request.results.size() == 1 && pages::is_tuning(first)) return pages::tune_page(first);
-  return pages::runs_page(read_runs(request, progress));
-}
-
 int make_report(ReportRequest& request) {
   if (!request.plots.empty()) {
     const OutFolder out(request, {}, {.replaces = true});
@@ -146,14 +137,18 @@ int make_report(ReportRequest& request) {
   const OnInterrupt on_interrupt("nothing was written; rerun the command");
   {
     ProgressLine progress("report");
-    sim::files::write_atomically(*request.out, page_of(request, progress));
+    const fs::path first = request.results.front();
+    const bool alone = request.results.size() == 1;
+    files::write_atomically(*request.out, alone && pages::is_sweep(first) ? pages::sweep_page(first)
+                                          : alone && pages::is_tuning(first)
+                                              ? pages::tune_page(first)
+                                              : pages::runs_page(read_runs(request, progress)));
   }
   std::cout << "report in " << *request.out << '\n';
   return 0;
 }
 
-constexpr const char* kLeaderboardExamples = R"(
-Examples:
+constexpr const char* kLeaderboardExamples = R"(Examples:
   gaitslam leaderboard results --metric ate_sim3_rmse_m --metric tracked_fraction
   gaitslam leaderboard results --csv table.csv --html table.html
 A row for each scenario, estimator and folder of results, with the best of a scenario first: by
@@ -172,14 +167,57 @@ int show_leaderboard(LeaderboardRequest& request) {
   for (const auto& [file, option] : {std::pair{request.csv, "--csv"}, {request.html, "--html"}})
     if (file) require_new_file(*file, request.force, option);
   for (const std::string& metric : request.metrics)
-    if (!sim::score::find_metric(metric))
-      throw UsageError(fmt::format("--metric {}: {}", metric, sim::scenario::unknown_metric(metric)));
+    if (!score::find_metric(metric))
+      throw UsageError("--metric {}: {}", metric, scenario::unknown_metric(metric));
   const pages::Leaderboard board = pages::leaderboard(
       request.folders, request.metrics.empty() ? pages::leaderboard_metrics() : request.metrics);
-  if (request.csv) sim::files::write_atomically(*request.csv, pages::leaderboard_csv(board));
-  if (request.html) sim::files::write_atomically(*request.html, pages::leaderboard_page(board));
+  if (request.csv) files::write_atomically(*request.csv, pages::leaderboard_csv(board));
+  if (request.html) files::write_atomically(*request.html, pages::leaderboard_page(board));
   std::cout << pages::leaderboard_table(board);
   for (const std::string& why : board.left_out) std::cerr << "warning: left out: " << why << '\n';
+  return 0;
+}
+
+constexpr const char* kViewExamples = R"(Examples:
+  gaitslam view results/tangent_circle/seed-1 results/tangent_circle/seed-2      # side by side
+  gaitslam view results/tangent_circle/seed-1/replay --port 8020
+Prints a URL; #t=SECONDS after it opens that time. Ctrl-C ends the view. gaitslam run --view shows a walk live.)";
+
+struct RequestToView : Access {
+  std::vector<std::string> results;
+  fs::path models = standard_models();
+};
+
+void require_results(const std::vector<std::string>& results) {
+  if (results.size() > 2)
+    throw UsageError("view: {} results, expected one or two of one scenario", results.size());
+  for (const std::string& result : results) {
+    if (!fs::is_directory(result)) throw UsageError("{}: no such result folder", result);
+    if (fs::exists(fs::path(result) / "score.json")) continue;
+    if (fs::exists(fs::path(result) / "manifest.csv") || fs::exists(fs::path(result) / "mav0"))
+      throw UsageError("{}: is a recording, expected a result folder (score.json); gaitslam replay makes one",
+                       result);
+    const std::vector<std::string> seeds = results_of_other_seeds(result, {});
+    throw UsageError(
+        "{}: expected a result folder (score.json), such as {}", result,
+        seeds.empty() ? "results/tangent_circle/seed-1" : (fs::path(result) / seeds.front()).string());
+  }
+}
+
+int view_results(RequestToView& request) {
+  require_results(request.results);
+  const view::MakeRobot make_robot = view::robot_maker(request.models);
+  std::vector<view::Playback> results;
+  for (const std::string& result : request.results)
+    results.push_back(view::read_playback(result, make_robot));
+  sigset_t signals{};
+  ::sigemptyset(&signals);
+  for (const int one : {SIGINT, SIGTERM, SIGHUP}) ::sigaddset(&signals, one);
+  ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before the server's threads, which inherit it
+  const view::PlaybackView shown(request, results);
+  print_view(view::url(shown.access()));
+  int which = 0;
+  ::sigwait(&signals, &which);
   return 0;
 }
 
@@ -207,6 +245,15 @@ void add_leaderboard(CLI::App& app, int& exit_code) {
   command.add_option("--csv", request.csv, "write the table as CSV to a file");
   command.add_option("--html", request.html, "write the table as a page to a file");
   command.add_flag("--force", request.force, "replace existing files");
+}
+
+void add_view_command(CLI::App& app, int& exit_code) {
+  auto [command, request] = add_command(
+      app, exit_code, "view", "Show finished results in the browser: robot, images, map and errors over time",
+      kViewExamples, view_results);
+  command.add_option("results", request.results, "one result folder, or two of one scenario")->required();
+  add_view_place(command, request);
+  add_models(command, request.models);
 }
 
 }  // namespace cli

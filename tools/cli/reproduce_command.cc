@@ -15,10 +15,7 @@
 namespace cli {
 namespace {
 
-namespace pages = sim::pages;
-
-constexpr const char* kReproduceExamples = R"(
-Examples:
+constexpr const char* kReproduceExamples = R"(Examples:
   gaitslam reproduce --jobs 2                      # ten seeds; the page is results/paper/index.html
   gaitslam reproduce --seeds 1..3 --out DIR
 Every result is kept in the folder. Rerun the command to resume after an interruption.)";
@@ -50,14 +47,13 @@ std::vector<ResultJob> plan(const ReproduceRequest& request) {
 bool run_jobs(std::vector<ResultJob> jobs, bool replay, const ReproduceRequest& request,
               const OutFolder& out) {
   std::erase_if(jobs, [&](const ResultJob& job) { return job.recording.has_value() != replay; });
-  const auto ended = make_results(jobs, out,
-                                  {.models = request.models,
-                                   .title = replay ? "reproduce: replays" : "reproduce: walks",
-                                   .backend = {.jobs = request.jobs.value_or(1)},
-                                   .cached = request.cached,
-                                   .counts_older = true,
-                                   .keeps_other_seeds = true});
-  print_complaints(jobs, ended);
+  make_results(jobs, out,
+               {.models = request.models,
+                .title = replay ? "reproduce: replays" : "reproduce: walks",
+                .backend = {.jobs = request.jobs.value_or(1)},
+                .cached = request.cached,
+                .counts_older = true,
+                .keeps_other_seeds = true});
   return std::all_of(jobs.begin(), jobs.end(), [&](const ResultJob& job) {
     return fs::exists(out.path() / job.result() / "score.json");
   });
@@ -82,7 +78,7 @@ int reproduce(ReproduceRequest& request) {
   all_there &= run_jobs(jobs, true, request, out);
   const pages::PaperRuns runs = read_results(jobs, request.out);
   const fs::path page = request.out / "index.html";
-  sim::files::write_atomically(page, pages::paper_page(runs, kRevision));
+  files::write_atomically(page, pages::paper_page(runs, kRevision));
   for (const pages::PaperRow& row : pages::paper_rows(runs))
     std::cout << fmt::format("{}\n  paper  {}\n  bench  {}\n         {}\n", row.what, row.paper, row.bench,
                              agreement_text(row.agreement));

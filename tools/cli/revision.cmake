@@ -14,9 +14,11 @@ if(GIT)
   endif()
 endif()
 include(${CMAKE_CURRENT_LIST_DIR}/recording_sources.cmake)
-set(TEXT "#include \"tools/cli/shared/version.h\"
-const char* const cli::kRevision = \"${REVISION}\";
-const char* const cli::kRecordingSources = \"${RECORDING_SOURCES_HASH}\";
+set(TEXT "namespace cli {
+extern const char *const kRevision, *const kRecordingSources;
+const char* const kRevision = \"${REVISION}\";
+const char* const kRecordingSources = \"${RECORDING_SOURCES_HASH}\";
+}  // namespace cli
 ")
 if(EXISTS ${OUTPUT})
   file(READ ${OUTPUT} BEFORE)

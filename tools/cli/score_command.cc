@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <cmath>
 #include <iostream>
 
@@ -10,11 +8,7 @@
 namespace cli {
 namespace {
 
-namespace score = sim::score;
-namespace trajectory_score = sim::trajectory_score;
-
-constexpr const char* kScoreExamples = R"(
-Examples:
+constexpr const char* kScoreExamples = R"(Examples:
   gaitslam score results/tangent_circle/seed-1
   gaitslam score truth.tum estimate.txt --align se3
   gaitslam score truth.tum estimate.tum -d 1 -u m --all-pairs --json
@@ -43,7 +37,7 @@ T named(const char* option, const std::string& name, const std::pair<const char*
         const char* expected) {
   for (const auto& [known, value] : all)
     if (name == known) return value;
-  throw UsageError(fmt::format("{} {}: expected {}", option, name, expected));
+  throw UsageError("{} {}: expected {}", option, name, expected);
 }
 
 std::optional<score::Alignment> alignment(const ScoreRequest& r) {
@@ -56,7 +50,7 @@ std::optional<score::Alignment> alignment(const ScoreRequest& r) {
 /// CLI::Range and CLI::NonNegativeNumber let NaN pass.
 void require_not_negative(const char* option, double value) {
   if (!(value >= 0 && value <= 1e9))
-    throw UsageError(fmt::format("{} {}: expected a number from 0 to 1e9", option, value));
+    throw UsageError("{} {}: expected a number from 0 to 1e9", option, value);
 }
 
 std::optional<score::Spans> spans(const ScoreRequest& r) {
@@ -77,7 +71,7 @@ std::optional<score::Spans> spans(const ScoreRequest& r) {
                                 kUnits);
   const double delta = r.delta.value_or(1), tolerance = r.delta_tolerance.value_or(0.1);
   if (!(delta > 0 && delta < 1e9) || (unit == Unit::frames && delta != std::floor(delta)))
-    throw UsageError(fmt::format("-d {}: expected a positive number below 1e9, whole for frames", delta));
+    throw UsageError("-d {}: expected a positive number below 1e9, whole for frames", delta);
   require_not_negative("--delta-tol", tolerance);
   return score::Spans{unit, delta, r.all_pairs, tolerance, r.pairs_from_reference};
 }
@@ -98,8 +92,8 @@ int print(ScoreRequest& request) {
                                                        kRelations);
   options.relative = spans(request);
   if (!request.estimate && !fs::is_directory(request.truth))
-    throw UsageError(fmt::format("{}: expected a second argument, the estimate, or a result folder",
-                                 request.truth.string()));
+    throw UsageError("{}: expected a second argument, the estimate, or a result folder",
+                     request.truth.string());
   const auto report = trajectory_score::score_files(
       trajectory_score::trajectory_in(request.truth, true),
       trajectory_score::trajectory_in(request.estimate.value_or(request.truth), false), options);

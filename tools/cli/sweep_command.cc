@@ -9,9 +9,9 @@
 #include "sim/files/hash.h"
 #include "sim/files/text.h"
 #include "sim/trials/sweep.h"
+#include "sim/trials/trial.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/results.h"
-#include "tools/cli/jobs/trials.h"
 #include "tools/cli/shared/options.h"
 #include "tools/cli/shared/out_folder.h"
 #include "tools/cli/shared/version.h"
@@ -19,10 +19,7 @@
 namespace cli {
 namespace {
 
-namespace trials = sim::trials;
-
-constexpr const char* kSweepExamples = R"help(
-Examples:
+constexpr const char* kSweepExamples = R"help(Examples:
   gaitslam sweep scenarios/tangent_circle.yaml slam.vision.sigma_px=1,1.5,2 --seeds 1..5 --jobs 2
   gaitslam sweep scenarios/hall.yaml 'slam.gyro.sigma_rad_s={from: 0.003, to: 0.03, points: 5}' world.seed=1,2,3
   gaitslam sweep scenarios/hall.yaml 'slam.vision.sigma_px={from: 0.5, to: 5}' --samples 32
@@ -62,7 +59,7 @@ Sweep prepare(const SweepRequest& request, const Recordings& recordings) {
                            : spec.seeds;
   Sweep sweep{trials::plan_sweep(spec, seeds, request.changes), {}, {}, {}, {}, {}};
   const std::string program = program_identity();
-  sim::files::Hash hash;
+  files::Hash hash;
   for (std::size_t i = 0; i < sweep.plan.trials(); ++i) {
     const scenario::ReadScenario read = sweep.plan.scenario(i);
     const scenario::Scenario& scenario = read.scenario;
@@ -79,7 +76,7 @@ Sweep prepare(const SweepRequest& request, const Recordings& recordings) {
 }
 
 void announce(const Sweep& sweep) {
-  const auto n = sim::files::counted;
+  const auto n = files::counted;
   const std::size_t recordings = sweep.scenario_of.size(), missing = sweep.missing.size();
   std::cout << fmt::format("{} = {} x {}, on {}: {} in the cache, {} to be simulated\n",
                            n(sweep.plan.trials(), "trial"),
@@ -103,7 +100,7 @@ enum class Earlier { none, some, all, other };
 
 Earlier earlier_trials(const fs::path& log, const Sweep& sweep) {
   if (!fs::exists(log)) return Earlier::none;
-  const std::string text = sim::files::read_text(log);
+  const std::string text = files::read_text(log);
   const std::size_t end = text.find('\n');
   if (end == text.npos) return Earlier::some;  // a process was killed while it wrote the line
   if (std::string_view(text).substr(0, end) != sweep.purpose) return Earlier::other;
@@ -140,14 +137,15 @@ void write_scenarios(const Sweep& sweep, const fs::path& folder) {
   fs::create_directories(folder);
   for (const trials::Configuration& configuration : sweep.plan.configurations)
     if (const auto& scenario = configuration.read.scenario; written.insert(scenario.name).second)
-      sim::files::write_atomically(folder / (scenario.name + ".yaml"), scenario::to_yaml(scenario));
+      files::write_atomically(folder / (scenario.name + ".yaml"), scenario::to_yaml(scenario));
 }
 
 /// Writes and prints the scores; returns the exit code.
 int finish(const Sweep& sweep, const trials::TrialLog& log, const fs::path& out) {
   const trials::RecordOf record = [&](std::size_t i) { return log.find(sweep.keys[i]); };
-  sim::files::write_atomically(out / "scores.csv", trials::scores_csv(sweep.plan, record));
-  sim::files::write_atomically(out / "scores.jsonl", trials::scores_jsonl(sweep.plan, record));
+  const auto [csv, jsonl] = trials::scores(sweep.plan, record);
+  files::write_atomically(out / "scores.csv", csv);
+  files::write_atomically(out / "scores.jsonl", jsonl);
   std::cout << trials::sweep_table(sweep.plan, record);
   std::map<std::string, int> causes;
   for (std::size_t i = 0; i < sweep.keys.size(); ++i) {
@@ -172,9 +170,9 @@ int sweep(SweepRequest& request) {
   const Earlier earlier = earlier_trials(log_file, sweep);
   if (earlier == Earlier::other && !request.force && !request.dry_run)
     throw UsageError(
-        fmt::format("{}: belongs to another sweep, other scenarios, another program or other files of the "
-                    "estimator; --force starts again, --out names another folder",
-                    log_file.string()));
+        "{}: belongs to another sweep, other scenarios, another program or other files of the "
+        "estimator; --force starts again, --out names another folder",
+        log_file.string());
   announce(sweep);
   if (request.dry_run) {
     list_configurations(sweep.plan);
@@ -191,8 +189,7 @@ int sweep(SweepRequest& request) {
   Backend backend = request.backend;
   backend.spool = out / "slurm";
   const std::vector<trials::Task> left = tasks_left(sweep, log);
-  if (log.size() > 0)
-    std::cout << fmt::format("{} finished before\n", sim::files::counted(log.size(), "trial"));
+  if (log.size() > 0) std::cout << fmt::format("{} finished before\n", files::counted(log.size(), "trial"));
   if (!left.empty()) {
     std::vector<scenario::ReadScenario> missing;
     for (const std::string& key : sweep.missing) missing.push_back(sweep.scenario_of.at(key));

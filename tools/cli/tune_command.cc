@@ -9,7 +9,6 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/results.h"
-#include "tools/cli/jobs/trials.h"
 #include "tools/cli/shared/options.h"
 #include "tools/cli/shared/out_folder.h"
 #include "tools/cli/shared/version.h"
@@ -17,10 +16,7 @@
 namespace cli {
 namespace {
 
-namespace trials = sim::trials;
-
-constexpr const char* kTuneExamples = R"(
-Examples:
+constexpr const char* kTuneExamples = R"(Examples:
   gaitslam tune scenarios/tuning/circles.yaml --jobs 2
   gaitslam run scenarios/tangent_circle.yaml --with results/tune-circles/best.yaml
 The results go to results/tune-<spec>, or to DIR: trials.jsonl (each finished trial), history.csv, tune.json,
@@ -38,8 +34,8 @@ struct TuneRequest : OutRequest {
 
 /// Makes missing recordings of the spec and adds the folders of those of the cache to it. They are in use
 /// while the result lives.
-std::vector<sim::recording::CachedRecording> take_from_cache(trials::Spec& spec, const fs::path& models,
-                                                             const Backend& backend) {
+std::vector<recording::CachedRecording> take_from_cache(trials::Spec& spec, const fs::path& models,
+                                                        const Backend& backend) {
   std::vector<trials::SpecRun*> runs;
   std::vector<scenario::ReadScenario> scenarios;
   for (auto* side : {&spec.training, &spec.holdout})
@@ -49,15 +45,15 @@ std::vector<sim::recording::CachedRecording> take_from_cache(trials::Spec& spec,
       scenarios.push_back(run.read);
       scenarios.back().scenario.seed = run.recorded_seed;
     }
-  std::vector<sim::recording::CachedRecording> all;
+  std::vector<recording::CachedRecording> all;
   if (runs.empty()) return all;
   const Recordings recordings(models);
   const std::vector<Recordings::Made> made = recordings.make(scenarios, backend);
   for (std::size_t i = 0; i < runs.size(); ++i) {
     auto recording = recordings.find(scenarios[i].scenario);
     if (!recording)
-      throw UsageError(fmt::format("{} seed {} could not be recorded: {}", scenarios[i].scenario.name,
-                                   runs[i]->recorded_seed, made[i].ended.complaint));
+      throw UsageError("{} seed {} could not be recorded: {}", scenarios[i].scenario.name,
+                       runs[i]->recorded_seed, made[i].ended.complaint);
     runs[i]->folder = recording->folder;
     all.push_back(std::move(*recording));
   }
@@ -98,7 +94,7 @@ int tune_by(TuneRequest& request) {
     result = trials::tune(spec, out, execution, program_identity(), show);
   }
   remove_arrays(backend.spool);
-  sim::files::write_atomically(out / "report.html", sim::pages::tune_page(out));
+  files::write_atomically(out / "report.html", pages::tune_page(out));
   std::cout << result.text << "results in " << out.string() << '\n';
   if (!result.accepted)
     std::cerr

@@ -88,13 +88,9 @@ double residual(const Pose& X_WC, const cv::Point3d& p_W, const cv::Point2d& ray
   return p_C.z > 0.1 ? std::hypot(p_C.x / p_C.z - ray.x, p_C.y / p_C.z - ray.y) : HUGE_VAL;
 }
 
-cv::Matx34d projection(const Pose& X_WC) {
-  const cv::Matx44d X_CW = X_WC.inv().matrix;
-  return X_CW.get_minor<3, 4>(0, 0);
-}
-
 /// Returns the point that fits both views, if it is in front of both.
 std::optional<cv::Point3d> triangulated(const Track& track, const Pose& X_WC, double largest_residual) {
+  const auto projection = [](const Pose& X) { return X.inv().matrix.get_minor<3, 4>(0, 0); };
   cv::Mat homogeneous;
   cv::triangulatePoints(projection(track.first_X_WC), projection(X_WC), std::vector{track.first_ray},
                         std::vector{track.ray}, homogeneous);
@@ -108,6 +104,8 @@ std::optional<cv::Point3d> triangulated(const Track& track, const Pose& X_WC, do
 
 class VisualOdometry {
  public:
+  std::string failure;  ///< of the last observation
+
   explicit VisualOdometry(const gaitslam_start& start)
       : camera_(start), X_WC_(pose_of(start.X_WC)), X_PC_(X_WC_) {
     cv::setNumThreads(1);
@@ -116,7 +114,12 @@ class VisualOdometry {
   void process(const gaitslam_observation& observation, const uint8_t* pixels) {
     if (observation.t_ns <= t_ns_) return;  // late or doubled
     t_ns_ = observation.t_ns;
-    move_as_planned(observation);
+    if (observation.has_plan) {
+      const Pose X_PC = pose_of(observation.plan.X_PC), step = X_PC_.inv() * X_PC;
+      if (!tracking_) as_planned_m_ += cv::norm(step.translation());
+      X_WC_ = X_WC_ * step;
+      X_PC_ = X_PC;
+    }
     sees_ = pixels != nullptr;
     if (!sees_) return restart();
     const cv::Mat image =
@@ -152,15 +155,6 @@ class VisualOdometry {
     lost_ = lost_ || tracking_;
     tracking_ = false;
     tracks_.clear();
-  }
-
-  void move_as_planned(const gaitslam_observation& observation) {
-    if (!observation.has_plan) return;
-    const Pose X_PC = pose_of(observation.plan.X_PC);
-    const Pose step = X_PC_.inv() * X_PC;
-    if (!tracking_) as_planned_m_ += cv::norm(step.translation());
-    X_WC_ = X_WC_ * step;
-    X_PC_ = X_PC;
   }
 
   /// Tracks the corners into the new image, forward and backward.
@@ -259,16 +253,11 @@ class VisualOdometry {
   std::vector<gaitslam_landmark> map_;
 };
 
-struct Estimator {
-  VisualOdometry odometry;
-  std::string failure;
-};
-
 }  // namespace
 
 void* gaitslam_estimator_create(const gaitslam_start* start, const char* options, char* error,
                                 size_t error_bytes) {
-  if (!*options) return new Estimator{VisualOdometry(*start), ""};
+  if (!*options) return new VisualOdometry(*start);
   std::snprintf(error, error_bytes, "it has no options, but received: %s", options);
   return nullptr;
 }
@@ -277,16 +266,16 @@ int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* obse
                                const gaitslam_reading*, const gaitslam_reading*, const uint8_t* image,
                                gaitslam_answer* answer, const gaitslam_landmark** landmarks,
                                const char** cause) {
-  auto& [odometry, failure] = *static_cast<Estimator*>(estimator);
+  auto& odometry = *static_cast<VisualOdometry*>(estimator);
   try {
     odometry.process(*observation, image);
     odometry.write(*answer, landmarks, cause);
     return 0;
   } catch (const std::exception& e) {
-    failure = e.what();
-    *cause = failure.c_str();
+    odometry.failure = e.what();
+    *cause = odometry.failure.c_str();
     return 1;
   }
 }
 
-void gaitslam_estimator_destroy(void* estimator) { delete static_cast<Estimator*>(estimator); }
+void gaitslam_estimator_destroy(void* estimator) { delete static_cast<VisualOdometry*>(estimator); }

@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <string>
 
+#include "sim/camera/lens.h"
 #include "slam/camera.h"
 #include "tests/sim/physics/test_worlds.h"
 
@@ -18,23 +21,22 @@ using Eigen::Vector2d, Eigen::Vector3d;
 
 // A robot that is nothing but a flying head camera, in a room of the given geoms.
 Model head_in(const std::string& room) {
-  return SmallModel(
-             "<visual><headlight ambient='1 1 1' diffuse='0 0 0' specular='0 0 0'/></visual><worldbody>" +
-                 room + "</worldbody>",
-             "<worldbody><body name='head'><freejoint/><geom type='sphere' size='0.01' group='2'/>"
-             "<camera name='head_camera' xyaxes='0 -1 0 0 0 1'/></body></worldbody>")
-      .load();
+  return small_model(
+      "<visual><headlight ambient='1 1 1' diffuse='0 0 0' specular='0 0 0'/></visual><worldbody>" + room +
+          "</worldbody>",
+      "<worldbody><body name='head'><freejoint/><geom type='sphere' size='0.01' group='2'/>"
+      "<camera name='head_camera' xyaxes='0 -1 0 0 0 1'/></body></worldbody>");
+}
+
+slam::Camera filter_camera(const CameraModel& camera) {
+  return slam::Camera({camera.width_px, camera.height_px, camera.fu_px, camera.fv_px, camera.u0_px,
+                       camera.v0_px, slam::OneParameterRadial{camera.k1_px2}});
 }
 
 struct Ball {
   Vector3d p_W;
   double radius;
 };
-
-std::string white_ball(const Ball& ball) {
-  return fmt::format("<geom type='sphere' size='{}' pos='{} {} {}' rgba='1 1 1 1'/>", ball.radius,
-                     ball.p_W.x(), ball.p_W.y(), ball.p_W.z());
-}
 
 // Balls that cover the image, borders included, at depths from 0.6 to 6 m, each about 7 px in radius.
 std::vector<Ball> balls_in_view(const CameraModel& camera, const Eigen::Isometry3d& X_WC) {
@@ -60,28 +62,19 @@ Vector2d centroid(const cv::Rect& window, Brightness brightness) {
   return sum / weight;
 }
 
-Vector2d seen_centroid(const cv::Mat1b& image, const cv::Rect& window) {
-  return centroid(window, [&](int u, int v) { return double(image(v, u)); });
-}
-
 // By the filter's camera model, which shares no code with the renderer's lens.
-Vector2d expected_centroid(const slam::Camera& camera, const cv::Rect& window, const Vector3d& p_C,
+Vector2d expected_centroid(const slam::Camera& seen, const cv::Rect& window, const Vector3d& p_C,
                            double radius) {
   return centroid(window, [&](int u, int v) {
     constexpr int parts = 4;
     int covered = 0;
     for (int part = 0; part < parts * parts; ++part) {
       const Vector2d in_pixel((part % parts + 0.5) / parts - 0.5, (part / parts + 0.5) / parts - 0.5);
-      const Vector3d ray = camera.unproject(Vector2d(u, v) + in_pixel)->h.normalized();
+      const Vector3d ray = seen.unproject(Vector2d(u, v) + in_pixel)->h.normalized();
       covered += ray.cross(p_C).norm() < radius;
     }
     return double(covered);
   });
-}
-
-void fly_to(mjData& data, const Vector3d& p, const Eigen::Quaterniond& q) {
-  Eigen::Map<Vector3d>(data.qpos) = p;
-  Eigen::Map<Eigen::Vector4d>(data.qpos + 3) << q.w(), q.x(), q.y(), q.z();
 }
 
 Eigen::Isometry3d pose_of_camera(const Vector3d& p, const Eigen::Quaterniond& q) {
@@ -90,48 +83,44 @@ Eigen::Isometry3d pose_of_camera(const Vector3d& p, const Eigen::Quaterniond& q)
   return Eigen::Translation3d(p) * q * Eigen::Isometry3d(Eigen::AngleAxisd(R_HC));
 }
 
-}  // namespace
-
 // Each ball's error is averaged over poses that shift the image by parts of a pixel: the steps of its edge
 // cancel, an error of the lens, of the half pixel or of the pose would not.
 TEST(HeadCamera, ShowsKnownPointsWithinATenthOfAPixelOverTheWholeImage) {
   constexpr int poses = 6;
   const Vector3d p(0.3, -0.2, 1.4);
   const Eigen::Quaterniond q(Eigen::AngleAxisd(0.7, Vector3d(0.1, -0.2, 0.9).normalized()));
-  for (double distortion : {1, 0})
+  for (double distortion : {1.0, 1.3, 0.0})
     for (int width : {320, 640}) {
       CameraOptions options;
       options.width_px = width, options.height_px = width * 3 / 4, options.distortion = distortion;
       const CameraModel model = camera_model(options);
-      const slam::Camera filter_camera({model.width_px, model.height_px, model.fu_px, model.fv_px,
-                                        model.u0_px, model.v0_px, slam::OneParameterRadial{model.k1_px2}});
+      const slam::Camera seen = filter_camera(model);
       const std::vector<Ball> balls = balls_in_view(model, pose_of_camera(p, q));
       std::string room;
-      for (const Ball& ball : balls) room += white_ball(ball);
+      for (const auto& [c, radius] : balls)
+        room += fmt::format("<geom type='sphere' size='{}' pos='{} {} {}' rgba='1 1 1 1'/>", radius, c.x(),
+                            c.y(), c.z());
       HeadCamera camera(head_in(room), options);
       const Data plant = data_at_rest(camera.model());
       std::vector<Vector2d> error(balls.size(), Vector2d::Zero());
       for (int pose = 0; pose < poses; ++pose) {
-        // rad: a third of a pixel and less from pose to pose
-        const Vector3d turn(0, 0.0017 * pose, 0.0011 * pose);
-        const Eigen::Quaterniond q_pose =
-            q * Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()));
-        fly_to(*plant, p, q_pose);
+        const Vector3d turn(0, 0.0017 * pose, 0.0011 * pose);  // rad: a third of a pixel from pose to pose
+        const Eigen::Quaterniond q_pose = q * Eigen::AngleAxisd(turn.norm(), turn.stableNormalized());
+        Eigen::Map<Eigen::Matrix<double, 7, 1>>(plant->qpos) << p, q_pose.w(), q_pose.vec();
         const cv::Mat1b image = camera.render(*plant);
         for (std::size_t i = 0; i < balls.size(); ++i) {
           const Vector3d p_C = pose_of_camera(p, q_pose).inverse() * balls[i].p_W;
-          const Vector2d uv = model.project(p_C);
+          const Vector2d uv = seen.project(p_C)->pixel;
           const cv::Rect window = cv::Rect(int(uv.x()) - 13, int(uv.y()) - 13, 27, 27) &
                                   cv::Rect(0, 0, model.width_px, model.height_px);
-          error[i] += (seen_centroid(image, window) -
-                       expected_centroid(filter_camera, window, p_C, balls[i].radius)) /
+          error[i] += (centroid(window, [&](int u, int v) { return double(image(v, u)); }) -
+                       expected_centroid(seen, window, p_C, balls[i].radius)) /
                       poses;
         }
       }
       for (const Vector2d& e : error) EXPECT_LT(e.norm(), 0.1) << width;
-      const Vector2d mean =
-          std::accumulate(error.begin(), error.end(), Vector2d(0, 0)) / double(error.size());
-      EXPECT_LT(mean.norm(), 0.02);  // half a pixel forgotten anywhere would show here first
+      const Vector2d sum = std::accumulate(error.begin(), error.end(), Vector2d(0, 0));
+      EXPECT_LT(sum.norm() / double(error.size()), 0.02);  // half a pixel forgotten would show here first
     }
 }
 
@@ -170,4 +159,119 @@ TEST(HeadCamera, InTheDarkRowsKeepTheGivenShareOfTheirLightAtTheirTime) {
     EXPECT_NEAR(row_level(0, 0.02, 2000, row), level, 1) << row;
 }
 
+// With the paper's lens, with the strongest, and without distortion.
+std::vector<CameraOptions> all_cameras() {
+  std::vector<CameraOptions> cameras;
+  for (double distortion : {1.0, 1.3, 0.0})
+    for (int width : {320, 640}) {
+      CameraOptions& options = cameras.emplace_back();
+      options.width_px = width, options.height_px = width * 3 / 4, options.distortion = distortion;
+    }
+  return cameras;
+}
+
+// The view of a column.
+const Pinhole& view_of(const LensWarp& lens, const CameraOptions& options, int u) {
+  return lens.views()[u < options.width_px / 2 ? 0 : 1];
+}
+
+TEST(CameraModel, SeesAtEachPixelWhatTheFiltersCameraSees) {
+  for (const CameraOptions& options : all_cameras())
+    for (const Vector2d& uv : {Vector2d(0, 0), Vector2d(317.3, 2.25), Vector2d(41, 238.5)}) {
+      const CameraModel camera = camera_model(options);
+      EXPECT_LT((camera.direction(uv).homogeneous() - filter_camera(camera).unproject(uv)->h).norm(), 1e-13);
+    }
+}
+
+TEST(CameraModel, SeesAcross91Point6DegreesAtBothSizes) {
+  for (const CameraOptions& options : all_cameras()) {
+    if (options.distortion != 1) continue;
+    const CameraModel camera = camera_model(options);
+    const auto angle = [&](double u) { return std::atan(camera.direction({u, camera.v0_px}).x()); };
+    const double across = (angle(camera.width_px - 0.5) - angle(-0.5)) * 180 / std::numbers::pi;
+    EXPECT_NEAR(across, 91.6, 0.1);  // given to one digit
+  }
+}
+
+// In a view's own columns; where two views meet, the step leads from one to the other.
+TEST(LensWarp, PixelsSampleInsideTheirViewAtLeastAsFarApartAsTheDensitySays) {
+  constexpr double kKernel = 2;  // px a bicubic sample reaches
+  for (const CameraOptions& options : all_cameras()) {
+    const LensWarp lens(camera_model(options));
+    for (int v = 0; v < options.height_px; ++v)
+      for (int u = 0; u < options.width_px; ++u) {
+        const Pinhole& view = view_of(lens, options, u);
+        const Eigen::Vector2d source = lens.source_pixel(u, v),
+                              pixel = source - Eigen::Vector2d(view.first_column, 0);
+        ASSERT_GE(pixel.minCoeff(), kKernel - 1);
+        ASSERT_LE(pixel.x(), view.width_px - kKernel);
+        ASSERT_LE(pixel.y(), view.height_px - kKernel);
+        if (u + 1 == options.width_px || &view != &view_of(lens, options, u + 1)) continue;
+        ASSERT_GE((lens.source_pixel(u + 1, v) - source).norm(), kSourceDensity * 0.999) << u << " " << v;
+        ASSERT_GE((lens.source_pixel(u, v + 1) - source).norm(), kSourceDensity * 0.999) << u << " " << v;
+      }
+  }
+}
+
+// One pinhole that covers the lens at this density has 623 x 466 px.
+TEST(LensWarp, TheTwoViewsHaveTwoThirdsOfThePixelsOfOne) {
+  const LensWarp lens(camera_model({}));
+  double pixels = 0;
+  for (const Pinhole& view : lens.views()) pixels += view.width_px * view.height_px;
+  EXPECT_LT(pixels, 0.67 * 623 * 466);
+}
+
+CameraOptions camera(double exposure_s, double readout_s, int subframes) {
+  CameraOptions options;
+  options.exposure_s = exposure_s, options.readout_s = readout_s, options.subframes = subframes;
+  return options;
+}
+
+TEST(Shutter, ThatTakesNoTimeIsOnePictureAtTheStamp) {
+  const Shutter shutter(camera(0, 0, 8));
+  EXPECT_EQ(shutter.moments(), std::vector<double>{0});
+  EXPECT_EQ(shutter.lead().count(), 0);
+  const cv::Mat1b picture(240, 320, uchar(77));
+  EXPECT_EQ(shutter.expose({picture}).data, picture.data);
+  EXPECT_EQ(Shutter(camera(0.01, 0.016, 9)).lead().count(), 13);  // of others: when they have closed
+  EXPECT_EQ(Shutter(camera(0.005, 0, 9)).lead().count(), 3);
+}
+
+// Pictures that brighten evenly from 0 to 200: a row is as bright as the light at its own moment.
+TEST(Shutter, RowsOfAGrowingLightAreAsBrightAsTheirMomentsSay) {
+  for (auto [exposure, readout] : {std::pair(0.01, 0.0), std::pair(0.0, 0.01), std::pair(0.01, 0.03)}) {
+    std::vector<cv::Mat> growing, even;
+    for (int i = 0; i < 9; ++i) {
+      growing.push_back(cv::Mat1b(240, 4, uchar(25 * i)));
+      even.push_back(cv::Mat1b(240, 4, uchar(200)));
+    }
+    const Shutter shutter(camera(exposure, readout, 9));
+    const cv::Mat1b rows = shutter.expose(growing), whole = shutter.expose(even);
+    for (int row = 0; row < 240; ++row) {
+      const double moment = readout * ((row + 0.5) / 240 - 0.5) / (exposure + readout);
+      ASSERT_NEAR(rows(row, 2), 100 + 200 * moment, 0.51) << row;  // rounded to whole levels
+      ASSERT_EQ(whole(row, 2), 200) << row;
+    }
+  }
+}
+
+TEST(RecentMotion, IsInterpolatedEvenlyAndTurnsTheShortWay) {
+  const physics::Model model = physics::load_model("hrp2", "floor", physics::models());
+  const physics::Data data = data_at_rest(*model);
+  RecentMotion motion(std::chrono::milliseconds(3));
+  for (int ms = 0; ms < 10; ++ms) {
+    const double yaw = 0.02 * ms;
+    data->qpos[0] = 0.5 * ms;
+    data->qpos[3] = std::cos(yaw / 2), data->qpos[6] = std::sin(yaw / 2);
+    motion.add(std::chrono::milliseconds(ms), *model, *data);
+  }
+  const Eigen::VectorXd q = motion.at(0.00725, *model);
+  EXPECT_NEAR(q[0], 3.625, 1e-12);
+  EXPECT_NEAR(2 * std::atan2(q[6], q[3]), 0.145, 1e-12);
+  EXPECT_NEAR(motion.at(0.009, *model)[0], 4.5, 1e-12);
+  EXPECT_NEAR(motion.at(0.1, *model)[0], 4.5, 1e-12);  // nothing later is known
+  EXPECT_NEAR(motion.at(0.0, *model)[0], 2.5, 0.51);   // what is older than it keeps is gone
+}
+
+}  // namespace
 }  // namespace sim::camera

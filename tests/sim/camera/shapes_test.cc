@@ -2,14 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 #include "sim/camera/scene.h"
 #include "tests/sim/physics/test_worlds.h"
@@ -21,10 +19,8 @@ namespace {
 using Eigen::Vector2f, Eigen::Vector3f;
 
 GeomMesh mesh_of(const std::string& geom, const std::string& assets = "") {
-  return geom_mesh(*SmallModel("<asset>" + assets + "</asset><worldbody>" + geom + "</worldbody>").load(), 0);
+  return geom_mesh(*small_model("<asset>" + assets + "</asset><worldbody>" + geom + "</worldbody>"), 0);
 }
-
-}  // namespace
 
 // Round shapes are 20-sided prisms and less: a circle has 20/(2 pi) sin(2 pi/20) = 0.984 of its area; a
 // sphere's stacks of 30 degrees take 8 % more. A facet of 18 by 30 degrees leans from the normals at its
@@ -80,16 +76,12 @@ TEST(GeomMesh, AHeightFieldIsRefused) {
       std::invalid_argument);
 }
 
-namespace {
-
 const std::string kHeadlight =
     "<visual><headlight ambient='0.2 0.2 0.2' diffuse='0.9 0.9 0.9' specular='1 1 1'/></visual>";
 
 Lamps lamps(const std::string& lights, const std::string& robot = "<worldbody/>") {
-  return Lamps(*SmallModel(kHeadlight + "<worldbody>" + lights + "</worldbody>", robot).load());
+  return Lamps(*small_model(kHeadlight + "<worldbody>" + lights + "</worldbody>", robot));
 }
-
-}  // namespace
 
 // By hand: 0.2 of the headlight, 0.1 ambient, 0.5 cos(60 degrees) of the lamp; the lamp from below adds
 // nothing, nor does the part of the headlight that would move with the head.
@@ -112,17 +104,14 @@ TEST(Lamps, WhatIsNotTheSameFromEverywhereIsRefused) {
 }
 
 TEST(Paint, IsOfTheMaterialUnlessTheGeomHasAColorOfItsOwn) {
-  const Model model = SmallModel(
-                          "<asset><material name='red' rgba='1 0 0 1' emission='0.5'/></asset><worldbody>"
-                          "<geom size='1' material='red'/><geom size='1' rgba='0 1 0 1'/></worldbody>")
-                          .load();
+  const Model model = small_model(
+      "<asset><material name='red' rgba='1 0 0 1' emission='0.5'/></asset><worldbody>"
+      "<geom size='1' material='red'/><geom size='1' rgba='0 1 0 1'/></worldbody>");
   EXPECT_EQ(paint_of(*model, 0).rgb, Vector3f(1, 0, 0));
   EXPECT_EQ(paint_of(*model, 0).emission, 0.5f);
   EXPECT_EQ(paint_of(*model, 1).rgb, Vector3f(0, 1, 0));
   EXPECT_EQ(paint_of(*model, 1).emission, 0);
 }
-
-namespace {
 
 const Pinhole kView{240, 180, 120, -1, -0.75, 0, 0, {}};
 
@@ -141,10 +130,8 @@ const char kSheets[] =
     "<geom type='plane' size='9 9 1' pos='1.9 0.15 1.3' xyaxes='0 1 0 0 0 1' rgba='0.2 0.2 0.2 1'/>"
     "<geom type='sphere' size='0.3' pos='1.9 0.15 1.3' rgba='1 1 1 0'/></worldbody>";
 
-}  // namespace
-
 TEST(Scene, NearSurfacesHideFarOnesBacksAndTransparentThingsAreNotSeenAndMaskedPartsAreBlack) {
-  const Model model = SmallModel(kSheets).load();
+  const Model model = small_model(kSheets);
   Pinhole masked = kView;
   masked.unsampled = {{0, 0, 40, 30}, {200, 100, 40, 80}};
   Scene scene(*model, {masked}, 1, Channels::grey);
@@ -179,4 +166,5 @@ TEST(Scene, GreyIsTheBrightnessOfTheColorsWithinTwoLevels) {
     }
 }
 
+}  // namespace
 }  // namespace sim::camera

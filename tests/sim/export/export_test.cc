@@ -404,9 +404,9 @@ std::vector<std::string> stamps_of(const fs::path& file) {
 }
 
 TEST_F(Exported, StampsRiseInEveryFileHoweverFramesArrive) {
-  run_.errors.faults = {sensor_errors::FramesDoubled{{0.03, 0.1}},
-                        sensor_errors::FramesReordered{{0.15, 0.1}, 0.5},
-                        sensor_errors::FramesLost{{0.29, 0.04}}};
+  run_.errors.faults = {sensor_errors::FramesDoubled{{{0.03, 0.1}}},
+                        sensor_errors::FramesReordered{{{0.15, 0.1}, 0.5}},
+                        sensor_errors::FramesLost{{{0.29, 0.04}}}};
   recording::FilterInput input(run_.result / "recording", run_.errors, run_.seed);
   int back = 0;
   Stamp last{-1};

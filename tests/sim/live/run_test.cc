@@ -31,8 +31,8 @@ const std::vector<std::string> kBlind{"camera", "slam"};
 
 class RunTest : public tests::RunFolder {
  protected:
-  static auto scenario(const std::vector<std::string>& overrides = {},
-                       const std::vector<std::string>& without = {}) {
+  using Words = std::vector<std::string>;
+  static auto scenario(const Words& overrides = {}, const Words& without = {}) {
     return read(kShortWalk, overrides, without);
   }
 

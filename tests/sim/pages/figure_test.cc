@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 
 #include "sim/pages/pages.h"
+#include "tests/sim/files/temporary_folder.h"
 
 namespace {
 
@@ -82,6 +84,47 @@ TEST(ComparisonFigures, SeveralSeedsOfEstimatorsAreDots) {
   EXPECT_EQ(ate.lines[1].name, "plan");
   EXPECT_THAT(ate.lines[0].x, ElementsAre(1, 2));
   EXPECT_THAT(ate.lines[0].y, ElementsAre(DoubleNear(1, 1e-9), DoubleNear(2, 1e-9)));
+}
+
+TEST(Figures, CompareTheEstimateWithAThinLineWithoutImages) {
+  RunData run = run_of({1, 1, 1, 1}, {1, 1, 1, 1});
+  run.odometry = {{1, 6, 7, 8}, {0, 1, 2, 3}, {0, 0, 0, 0}, {0, 0, 0, 0}};
+  run.odometry_error = {0, 0.01, 0.02, 0.04};
+  RunData other = run;
+  other.seed = 2, other.odometry_error = {0, 0.03, 0.04, 0.08};
+  const auto in_mm = [](double a, double b, double c) {
+    return ElementsAre(0, DoubleNear(a, 1e-9), DoubleNear(b, 1e-9), DoubleNear(c, 1e-9));
+  };
+  for (const Figure& figure : run_figures(run)) {
+    if (figure.name == "from_above") {
+      EXPECT_TRUE(figure.lines.at(2).thin);
+    }
+    if (figure.name != "error_distance") continue;
+    EXPECT_THAT(figure.lines.at(1).y, in_mm(10, 20, 40));
+    EXPECT_THAT(to_svg(figure, 400, 300),
+                HasSubstr("class='line thin third' data-name='odometry, no images'"));
+  }
+  EXPECT_THAT(figure_named("error_over_time_", {run, other}).lines.back().y, in_mm(20, 30, 60));
+  other.estimator = "odometry";
+  EXPECT_FALSE(figure_named("error_over_time_", {run, other}).lines.back().thin)
+      << "it has a line of its own";
+}
+
+TEST(RunFigures, NisHasItsBandAndAVerdictOnEachSensor) {
+  const sim::files::TemporaryFolder folder;
+  std::ofstream(folder / "frames.csv")
+      << "#timestamp [ns],landmarks,measured,accepted,nis_gyro,dof_gyro\n0,0,0,0,0.06,3\n1,0,0,0,0.06,3\n";
+  RunData run = run_of({1, 1, 1, 1}, {1, 1, 1, 1});
+  run.filter_frames.emplace(folder / "frames.csv");
+  run.metrics = {{"nis_gyro_mean", "1", "", 0.02}};
+  const std::vector<Figure> figures = run_figures(run);
+  const auto nis =
+      std::find_if(figures.begin(), figures.end(), [](const Figure& f) { return f.name == "nis"; });
+  ASSERT_NE(nis, figures.end());
+  EXPECT_THAT(nis->remarks, ElementsAre("gyro 0.02: its predicted spread is about 7 times too large"));
+  EXPECT_THAT(nis->envelopes.at(0).low, testing::Each(DoubleNear(0.73, 0.01)));  // chi-square of 93, 2.5 %
+  EXPECT_THAT(nis->envelopes.at(0).high, testing::Each(DoubleNear(1.31, 0.01)));
+  EXPECT_THAT(to_svg(*nis, 400, 300), HasSubstr("about 7 times too large</text>"));
 }
 
 TEST(Svg, NotANumberBreaksALine) {

@@ -2,12 +2,11 @@
 #pragma once
 
 #include <mujoco/mujoco.h>
-#include <unistd.h>
 
-#include <cmath>
 #include <fstream>
 
 #include "sim/physics/walking_robot.h"
+#include "tests/sim/files/temporary_folder.h"
 
 namespace sim::physics {
 
@@ -42,37 +41,12 @@ inline Walked walk(const walking::WalkOptions& options, const walking::Stabilize
   return {robot.world().status(), X_WP.inverse() * robot.world().X_WB(), robot.reference().X_PB};
 }
 
-/// 50 m ahead, 30 m to the right, turned by 115°.
-inline Eigen::Isometry3d far_away() {
-  Eigen::Isometry3d X_WP = Eigen::Isometry3d::Identity();
-  X_WP.translate(Eigen::Vector3d(50, -30, 0)).rotate(Eigen::AngleAxisd(2.0, Eigen::Vector3d::UnitZ()));
-  return X_WP;
-}
-
-/// Model files of a robot without any part and a room of the given MJCF elements.
-class SmallModel {
- public:
-  explicit SmallModel(const std::string& room, const std::string& robot = "<worldbody/>") {
-    std::filesystem::create_directories(folder_);
-    std::ofstream(folder_ / "robot.xml") << "<mujoco>" << robot << "</mujoco>";
-    std::ofstream(folder_ / "room.xml") << "<mujoco>" << room << "</mujoco>";
-  }
-  ~SmallModel() { std::filesystem::remove_all(folder_); }
-  SmallModel(const SmallModel&) = delete;
-  SmallModel& operator=(const SmallModel&) = delete;
-
-  Model load() const { return load_model("robot", "room", folder_); }
-
- private:
-  std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / ("gaitslam_small_model_" + std::to_string(getpid()));
-};
-
-/// Puts the robot on the tangent circle (0.75 m about (1, 0.25)) after a turn by `yaw`.
-inline void stand_on_circle(mjData& data, double yaw) {
-  data.qpos[0] = 1 + 0.75 * std::sin(yaw), data.qpos[1] = 0.25 - 0.75 * std::cos(yaw),
-  data.qpos[2] = walking::hrp2::kWaistHeight;
-  data.qpos[3] = std::cos(yaw / 2), data.qpos[4] = data.qpos[5] = 0, data.qpos[6] = std::sin(yaw / 2);
+/// A model of a robot (without any part) in a room of the given MJCF elements.
+inline Model small_model(const std::string& room, const std::string& robot = "<worldbody/>") {
+  const files::TemporaryFolder folder;
+  std::ofstream(folder / "robot.xml") << "<mujoco>" << robot << "</mujoco>";
+  std::ofstream(folder / "room.xml") << "<mujoco>" << room << "</mujoco>";
+  return load_model("robot", "room", folder.path());
 }
 
 }  // namespace sim::physics

@@ -9,11 +9,13 @@ using namespace std::chrono_literals;
 using testing::HasSubstr;
 const Eigen::Vector3d kDown(0, 0, -walking::kGravity);
 
+Eigen::Matrix3d about_x(double angle) {
+  return Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitX()).toRotationMatrix();
+}
+
 ImuState tilted() {
   ImuState state;
-  state.R_WG =
-      (Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(-0.2, Eigen::Vector3d::UnitY()))
-          .toRotationMatrix();
+  state.R_WG = about_x(0.3) * Eigen::AngleAxisd(-0.2, Eigen::Vector3d::UnitY());
   state.v_WG = Eigen::Vector3d(0.4, -0.1, 0.05);
   return state;
 }
@@ -37,9 +39,8 @@ TEST(Imu, IntegratingAReadingLeadsFromOneStateToTheNext) {
   const ImuReading reading = reading_between(from, to, kDown);
   const double dt = walking::kPeriod;
   const Eigen::Vector3d turn = reading.gyro * dt;
-  const Eigen::Matrix3d R = from.R_WG * Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
-  const Eigen::Matrix3d R_amid =
-      from.R_WG * Eigen::AngleAxisd(turn.norm() / 2, turn.normalized()).toRotationMatrix();
+  const Eigen::Matrix3d R = from.R_WG * Eigen::AngleAxisd(turn.norm(), turn.normalized());
+  const Eigen::Matrix3d R_amid = from.R_WG * Eigen::AngleAxisd(turn.norm() / 2, turn.normalized());
   const Eigen::Vector3d v = from.v_WG + dt * (R_amid * reading.specific_force + kDown);
   EXPECT_LT((R - to.R_WG).norm(), 1e-12);  // rounding of one Log and one Exp
   EXPECT_LT((v - to.v_WG).norm(), 1e-14);
@@ -55,11 +56,10 @@ TEST(Imu, MeasuresTheMeanOfAForceAlongItsAxesAsTheyTurn) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   constexpr int n = 1000;
   for (int i = 0; i < n; ++i) {
-    to.R_WG =
-        from.R_WG * Eigen::AngleAxisd(angle * (i + 0.5) / n, Eigen::Vector3d::UnitX()).toRotationMatrix();
+    to.R_WG = from.R_WG * about_x(angle * (i + 0.5) / n);
     sum -= to.R_WG.transpose() * kDown;
   }
-  to.R_WG = from.R_WG * Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  to.R_WG = from.R_WG * about_x(angle);
   const Eigen::Vector3d force = reading_between(from, to, kDown).specific_force;
   EXPECT_LT((force - sum / n).norm(), walking::kGravity * angle * angle / 24 + 1e-6);
   EXPECT_GT((from.R_WG.transpose() * -kDown - sum / n).norm(), 0.05);  // not along the axes at the start
@@ -146,12 +146,15 @@ void expect_ended(World& world, Condition condition) {
   EXPECT_EQ(world.time(), when);
 }
 
-TEST(World, SaysThatTheRobotFellWhenItsLegsGiveWay) {
-  World world = standing();
-  bend(world, {{4, 0.5}, {10, 0.5}});  // both ankles pitch: it tips over
-  run(world, 4000);
-  expect_ended(world, Condition::fell);
-  EXPECT_THAT(world.status().cause, testing::Not(testing::HasSubstr("push")));
+TEST(World, SaysThatTheRobotFellWhenItsLegsGiveWayAndThatFeetTouchedWhenOneIsMovedIntoTheOther) {
+  World falling = standing(), crossing = standing();
+  bend(falling, {{4, 0.5}, {10, 0.5}});  // both ankles pitch: it tips over
+  run(falling, 4000);
+  expect_ended(falling, Condition::fell);
+  EXPECT_THAT(falling.status().cause, testing::Not(HasSubstr("push")));
+  bend(crossing, {{1, 0.25}, {7, -0.25}});  // both hips roll inwards
+  run(crossing, 2000);
+  expect_ended(crossing, Condition::collided);
 }
 
 TEST(World, SaysWhichWayThePushBeforeAFallPushed) {
@@ -164,20 +167,12 @@ TEST(World, SaysWhichWayThePushBeforeAFallPushed) {
               testing::MatchesRegex("to the left at .* deg, [0-9.]+ s after the start of a push of 90 N s"));
 }
 
-TEST(World, SaysThatTheFeetTouchedWhenOneIsMovedIntoTheOther) {
-  World world = standing();
-  bend(world, {{1, 0.25}, {7, -0.25}});  // both hips roll inwards
-  run(world, 2000);
-  expect_ended(world, Condition::collided);
-}
-
 /// Standing in the office with the waist at (x, y), heading along x.
 World in_office(double x, double y) {
   return standing({}, Eigen::Isometry3d(Eigen::Translation3d(x, y, 0)), {}, "office");
 }
 
-// desk_1 is 0.8 m wide about x = 3.9 and ends at y = 1.97; the right hand hangs a third of a meter from the
-// waist.
+// desk_1 is 0.8 m wide about x = 3.9 and ends at y = 1.97; the right hand hangs 0.33 m from the waist.
 TEST(World, AHandThatBrushesADeskIsACollision) {
   World world = in_office(3.9, 2.4);
   run(world, 200);

@@ -1,7 +1,6 @@
 #include "sim/recording/cache.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -9,9 +8,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <stdexcept>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "sim/files/atomic_file.h"
 #include "sim/recording/manifest.h"

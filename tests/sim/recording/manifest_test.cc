@@ -1,9 +1,12 @@
 #include "sim/recording/manifest.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
 
 #include "sim/files/text.h"
+#include "sim/recording/image_file.h"
+#include "sim/sensor_errors/random.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::recording {
@@ -59,6 +62,99 @@ TEST(HashedFile, AFullDiskIsAnError) {
                 full.close();
               }),
               HasSubstr("/dev/full: cannot be written: No space left on device"));
+}
+
+using testing::HasSubstr;
+
+std::string encoded(const std::string& ending) {
+  std::vector<unsigned char> bytes;
+  cv::imencode(ending, cv::Mat(35, 48, CV_8UC1, cv::Scalar(99)), bytes);
+  return {bytes.begin(), bytes.end()};
+}
+
+// A PNG with this size in its header and 48 x 35 pixels.
+std::string png_of_size(std::uint32_t width, std::uint32_t height) {
+  std::string png = encoded(".png");
+  for (int i = 0; i < 4; ++i) {
+    png[static_cast<std::size_t>(16 + i)] = static_cast<char>(width >> (24 - 8 * i));
+    png[static_cast<std::size_t>(20 + i)] = static_cast<char>(height >> (24 - 8 * i));
+  }
+  return png;
+}
+
+TEST(DecodeImage, KindsThatOtherProgramsWriteAreDecoded) {
+  for (const char* ending : {".png", ".jpg"}) {
+    EXPECT_EQ(image_size(encoded(ending)), (ImageSize{48, 35})) << ending;
+    const cv::Mat image = decode_image("a", encoded(ending), {48, 35}, cv::IMREAD_GRAYSCALE);
+    EXPECT_EQ(image.size(), cv::Size(48, 35)) << ending;
+    EXPECT_EQ(image.at<unsigned char>(7, 9), 99) << ending;
+  }
+}
+
+// The message names the size in the header, before anything is decoded.
+TEST(DecodeImage, AnotherSizeIsRejectedByTheHeader) {
+  for (const std::uint32_t side : {12000u, 60000u})
+    EXPECT_THAT(files::error_of([&] {
+                  decode_image("big.png", png_of_size(side, side), {320, 240}, cv::IMREAD_GRAYSCALE);
+                }),
+                HasSubstr("big.png: is an image of " + std::to_string(side) + "x" + std::to_string(side) +
+                          ", the camera's sensor.yaml has 320x240"));
+}
+
+TEST(DecodeImage, OtherBytesAreRejected) {
+  for (const std::string& bytes : {std::string("no image"), encoded(".png").substr(0, 60),
+                                   encoded(".jpg").substr(0, 20), encoded(".bmp"), encoded(".pgm")})
+    EXPECT_THROW(decode_image("a", bytes, {48, 35}, cv::IMREAD_GRAYSCALE), files::FileError);
+}
+
+// Noise above, slopes below.
+cv::Mat picture(int width, int height) {
+  sensor_errors::Random random(1, "picture");
+  cv::Mat image(height, width, CV_8UC1);
+  for (int v = 0; v < height; ++v)
+    for (int u = 0; u < width; ++u) {
+      const int noise = static_cast<int>(256 * random.uniform());
+      image.at<uchar>(v, u) = static_cast<uchar>(2 * v < height ? noise : u + 2 * v + noise / 64);
+    }
+  return image;
+}
+
+bool same(const cv::Mat& a, const cv::Mat& b) {
+  return a.size() == b.size() && a.type() == b.type() && cv::countNonZero(a != b) == 0;
+}
+
+TEST(GreyPng, ImagesAreReadBackHereAndByOpenCv) {
+  for (const cv::Size size : {cv::Size(320, 240), cv::Size(1, 1), cv::Size(7, 300), cv::Size(641, 3)}) {
+    const cv::Mat image = picture(size.width, size.height);
+    const std::string png = encode_grey_png(image);
+    const cv::Mat bytes(1, static_cast<int>(png.size()), CV_8UC1, const_cast<char*>(png.data()));
+    EXPECT_TRUE(same(cv::imdecode(bytes, cv::IMREAD_UNCHANGED), image)) << size;
+    EXPECT_TRUE(same(decode_grey_png(png).value(), image)) << size;
+  }
+}
+
+TEST(GreyPng, EncodesAPartOfAnImage) {
+  const cv::Mat part = picture(64, 48)(cv::Rect(5, 7, 20, 30));
+  EXPECT_TRUE(same(decode_grey_png(encode_grey_png(part)).value(), part));
+}
+
+TEST(GreyPng, RefusesOtherPicturesAndDamagedOnes) {
+  const cv::Mat image = picture(32, 20);
+  for (const cv::Mat& other :
+       {image, cv::Mat(4, 4, CV_16UC1, cv::Scalar(7)), cv::Mat(4, 4, CV_8UC3, cv::Scalar(7))}) {
+    std::vector<unsigned char> bytes;
+    cv::imencode(".png", other, bytes);
+    const auto decoded = decode_grey_png({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    EXPECT_TRUE(!decoded || same(*decoded, other));
+  }
+  const std::string whole = encode_grey_png(image);
+  for (std::size_t n = 0; n < whole.size(); n += 7) EXPECT_FALSE(decode_grey_png(whole.substr(0, n))) << n;
+  for (std::size_t at = 0; at < whole.size(); at += 5) {
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x55);
+    const auto decoded = decode_grey_png(damaged);
+    EXPECT_FALSE(decoded && !same(*decoded, image)) << at;
+  }
 }
 
 }  // namespace

@@ -2,11 +2,9 @@
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <malloc.h>
 #include <sys/stat.h>
 
-#include <fstream>
 #include <functional>
 #include <opencv2/imgcodecs.hpp>
 
@@ -23,10 +21,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using slam::Stamp;
-using testing::AllOf;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
-using tests::random_image, tests::random_pose, tests::random_vector;
+using tests::expect_same, tests::random_image, tests::random_pose, tests::random_vector;
 
 constexpr int kWidth = 32, kHeight = 40;
 
@@ -45,8 +42,7 @@ RecordingSetup setup_of(sensor_errors::Random& random) {
   return setup;
 }
 
-// Observations as a run gives them: readings every 5 ms, split at the frames; some frames without image or
-// plan.
+// Observations as a run gives them: readings every 5 ms, split at frames; some without image or plan.
 std::vector<slam::Observation> observations(sensor_errors::Random& random, int count, bool legs = false) {
   std::vector<slam::Observation> all;
   Stamp begin{-2'000'000};
@@ -66,36 +62,6 @@ std::vector<slam::Observation> observations(sensor_errors::Random& random, int c
     all.push_back(o);
   }
   return all;
-}
-
-void append(std::vector<double>& all, const auto& values) {
-  all.insert(all.end(), values.data(), values.data() + values.size());
-}
-
-// All that an observation has besides its image.
-std::vector<double> numbers_of(const slam::Observation& o) {
-  const auto ns = [](Stamp t) { return static_cast<double>(t.count()); };
-  std::vector<double> all{ns(o.t), static_cast<double>(o.gyro.size()), o.plan ? 1.0 : 0.0};
-  for (const auto* readings : {&o.gyro, &o.accelerometer})
-    for (const slam::InertialSample& reading : *readings) {
-      all.insert(all.end(), {ns(reading.begin), ns(reading.end)});
-      append(all, reading.value);
-    }
-  if (!o.plan) return all;
-  append(all, o.plan->X_PC.matrix());
-  for (const auto& v : {o.plan->v_PC_C, o.plan->w_PC_C, o.plan->p_CF}) append(all, v);
-  all.push_back(static_cast<double>(o.plan->support));
-  if (!o.plan->legs) return all;
-  append(all, o.plan->legs->X_OC.matrix());
-  append(all, o.plan->legs->p_CS);
-  return all;
-}
-
-void expect_same(const slam::Observation& a, const slam::Observation& b) {
-  EXPECT_EQ(numbers_of(a), numbers_of(b));
-  ASSERT_EQ(a.image.size(), b.image.size());
-  ASSERT_EQ(a.image.type(), b.image.type());
-  EXPECT_TRUE(a.image.empty() || cv::norm(a.image, b.image, cv::NORM_INF) == 0);
 }
 
 // A finished recording of a few frames with truth and one surface.
@@ -213,9 +179,8 @@ TEST(Recording, HasTheLayoutThatOtherReadersExpect) {
   const std::string camera = files::read_text(recorded.folder / "mav0/cam0/data.csv");
   EXPECT_EQ(camera.substr(0, camera.find("\n1000000000033")),
             "#timestamp [ns],filename\n1000000000000000000,1000000000000000000.png");
-  const cv::Mat image =
-      cv::imread(recorded.folder / "mav0/cam0/data/1000000000033000000.png", cv::IMREAD_UNCHANGED);
-  EXPECT_EQ(cv::norm(image, recorded.given[1].image, cv::NORM_INF), 0);
+  const fs::path second = recorded.folder / "mav0/cam0/data/1000000000033000000.png";
+  EXPECT_EQ(cv::norm(cv::imread(second, cv::IMREAD_UNCHANGED), recorded.given[1].image, cv::NORM_INF), 0);
   EXPECT_THAT(
       files::read_text(recorded.folder / "mav0/imu0/data.csv"),
       testing::StartsWith("#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
@@ -296,51 +261,42 @@ std::string complaint(const fs::path& folder, const std::string& name, const std
   EXPECT_NE(text.find(from), text.npos) << from;
   files::write_text(folder / name, text.replace(text.find(from), from.size(), to));
   files::write_text(folder / "manifest.csv", manifest.replace(manifest.find(before), before.size(), row()));
-  const std::string error = files::error_of([&] { read_everything(folder); }),
-                    start = (folder / name).string();
-  return error.empty() || error.starts_with(start) ? error.substr(std::min(error.size(), start.size()))
-                                                   : "of another file: " + error;
+  const std::string error = files::error_of([&] { read_everything(folder); });
+  const std::string start = error.empty() ? "" : (folder / name).string();
+  return error.starts_with(start) ? error.substr(start.size()) : "of another file: " + error;
 }
 
 TEST(Recording, ErrorsInAFileNameLineAndColumn) {
   const files::TemporaryFolder folder;
-  const auto says = [&](const std::string& name, const std::string& from, const std::string& to) {
-    return complaint(folder / "r", name, from, to);
-  };
-  EXPECT_EQ(says("frames.csv", "1000000000033000000", "1000000000033000000"), "");  // as it was
-  EXPECT_EQ(says("frames.csv", "#timestamp", "#time"),
-            ":1: expected the header \"#timestamp [ns]\", found \"#time [ns]\"");
-  EXPECT_EQ(says("frames.csv", "1000000000033000000", "soon"),
-            ":3:1: expected a stamp from 0 to 9000000000000000000 ns");
-  EXPECT_EQ(says("frames.csv", "1000000000033000000", "-5"),
-            ":3:1: expected a stamp from 0 to 9000000000000000000 ns");
-  EXPECT_EQ(says("frames.csv", "1000000000033000000", "1000000000000000000"),
-            ":3:1: the stamp is not after the one before");
-  EXPECT_EQ(says("frames.csv", "1000000000033000000\n", "1000000000033000000,\n"),
-            ":3: expected 1 fields, found 2");
-  EXPECT_EQ(says("frames.csv", "1000000000363000000\n", "1000000000363000000"),
-            ":13: the last line is cut off: it does not end with a line feed");
-  EXPECT_EQ(says("mav0/cam0/data.csv", "1000000000033000000,", "1000000000034000000,"),
-            ":3:1: no frame of frames.csv has this stamp");
-  EXPECT_THAT(
-      says("mav0/plan0/data.csv", "1000000000033000000,", "1000000000033000000,x"),
-      AllOf(testing::StartsWith(":3:21: expected a finite number, found \"x"), testing::EndsWith("\"")));
-  EXPECT_THAT(says("truth/surfaces.csv", "0.5,1,0.25", "0.5,inf,0.25"),
-              HasSubstr("expected a finite number, found \"inf\""));
-  EXPECT_THAT(says("mav0/cam0/data.csv", "033000000.png", "034000000.png"), HasSubstr("of another file"));
-  EXPECT_EQ(says("mav0/cam0/sensor.yaml", "resolution: [32", "resolution: [0"),
-            ":19:13: expected whole numbers from 32 to 8192");
-  EXPECT_THAT(says("mav0/cam0/sensor.yaml", "resolution: [", "resolution: {"), HasSubstr(":19:"));
-  EXPECT_EQ(says("mav0/plan0/sensor.yaml", "0, 0, 0, 1]", "0, 0, 0, 2]"),
-            ":6:3: not a pose: expected a rotation and a translation above the row 0 0 0 1");
-  EXPECT_EQ(says("mav0/imu0/sensor.yaml", "first_interval_begins_ns: ", "first_interval_began: "),
-            ": has no key first_interval_begins_ns");
-  EXPECT_THAT(says("mav0/imu0/sensor.yaml", "first_interval_begins_ns: ", "first_interval_begins_ns: 9"),
-              HasSubstr("expected an integer"));
-  EXPECT_THAT(says("mav0/imu0/sensor.yaml", "first_interval_begins_ns: 9", "first_interval_begins_ns: 19"),
-              HasSubstr("of another file"));
-  EXPECT_THAT(says("mav0/imu0/data.csv", "1000000000005000000,-0.", "1000000000005000000,-90000000."),
-              testing::EndsWith("rad/s, expected from -10000000 to 10000000 rad/s"));
+  const std::string frames = "frames.csv", images = "mav0/cam0/data.csv", camera = "mav0/cam0/sensor.yaml",
+                    imu = "mav0/imu0/sensor.yaml", t = "1000000000033000000", last = "1000000000363000000",
+                    begins = "first_interval_begins_ns: ";
+  EXPECT_EQ(complaint(folder / "r", frames, t, t), "");  // as it was
+  for (const auto& [name, from, to, words] : std::vector<std::array<std::string, 4>>{
+           {frames, "#timestamp", "#time",
+            ":1: expected the header \"#timestamp [ns]\", found \"#time [ns]\""},
+           {frames, t, "soon", ":3:1: expected a stamp from 0 to 9000000000000000000 ns"},
+           {frames, t, "-5", ":3:1: expected a stamp from 0 to 9000000000000000000 ns"},
+           {frames, t, "1000000000000000000", ":3:1: the stamp is not after the one before"},
+           {frames, t + "\n", t + ",\n", ":3: expected 1 fields, found 2"},
+           {frames, last + "\n", last, ":13: the last line is cut off: it does not end with a line feed"},
+           {images, t + ",", "1000000000034000000,", ":3:1: no frame of frames.csv has this stamp"},
+           {images, "033000000.png", "034000000.png", "of another file"},
+           {"mav0/plan0/data.csv", t + ",", t + ",x", ":3:21: expected a finite number, found \"x"},
+           {"truth/surfaces.csv", "0.5,1,0.25", "0.5,inf,0.25", "expected a finite number, found \"inf\""},
+           {camera, "resolution: [32", "resolution: [0", ":19:13: expected whole numbers from 32 to 8192"},
+           {camera, "resolution: [", "resolution: {", ":19:"},
+           {"mav0/plan0/sensor.yaml", "0, 0, 0, 1]", "0, 0, 0, 2]",
+            ":6:3: not a pose: expected a rotation and a translation above the row 0 0 0 1"},
+           {imu, begins, "first_interval_began: ", ": has no key first_interval_begins_ns"},
+           {imu, begins, begins + "9", "expected an integer"},
+           {imu, begins + "9", begins + "19", "of another file"},
+           {"mav0/imu0/data.csv", "1000000000005000000,-0.", "1000000000005000000,-90000000.",
+            "rad/s, expected from -10000000 to 10000000 rad/s"}}) {
+    const std::string error = complaint(folder / "r", name, from, to);
+    EXPECT_THAT(error, HasSubstr(words));
+    EXPECT_TRUE(words[0] != ':' || error.starts_with(words)) << error;
+  }
 }
 
 TEST(Recording, TheWriterRejectsWhatIdealSensorsCannotGive) {

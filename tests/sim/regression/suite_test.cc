@@ -7,7 +7,6 @@
 #include <fstream>
 
 #include "sim/files/text.h"
-#include "sim/regression/results.h"
 #include "sim/scenario/yaml.h"
 #include "tests/sim/files/temporary_folder.h"
 
@@ -51,7 +50,7 @@ scenarios:
   - scenario: ../walk.yaml
     set: [walk.step_length_m=0.1]
     gate: {rmse_m: {percent: 10}, loop_landmarks: {percent: 5, absolute: 2}}
-  - {scenario: ../walk.yaml, set: [name=other], without: [slam]}
+  - {scenario: ../walk.yaml, set: [name=other], without: [slam], expect: limits_missed}
 )");
   EXPECT_EQ(suite.name, "ci");
   EXPECT_EQ(suite.seeds, "1..3");
@@ -61,6 +60,7 @@ scenarios:
   EXPECT_THAT(suite.entries[0].gates, ElementsAre(Gate{"rmse_m", 10, 0}, Gate{"loop_landmarks", 5, 2}));
   EXPECT_THAT(suite.entries[1].changes.without, ElementsAre("slam"));
   EXPECT_EQ(suite.entries[1].gates, default_gates());
+  EXPECT_TRUE(!suite.entries[0].expects_missed && suite.entries[1].expects_missed);
 }
 
 TEST_F(SuiteTest, WhatIsWrongIsRefusedWithItsPlace) {
@@ -77,6 +77,7 @@ TEST_F(SuiteTest, WhatIsWrongIsRefusedWithItsPlace) {
        {"[]\n", "expected a suite"},
        {"seeds: 1\nscenarios: [{scenario: ../walk.yaml}, {scenario: ../walk.yaml}]\n",
         "two scenarios are called 'walk'"},
+       {one + "expect: passed}]\n", "expect: 'passed', expected limits_missed"},
        {one + "set: [walk.step=1]}]\n", "ci.yaml:2:44: set: walk.step: unknown key"},
        {one + "set: [name=a, seed=x]}]\n", "ci.yaml:2:57: set: seed: "},
        {one + "set: [name]}]\n", "ci.yaml:2:44: set: 'name': expected key=value"},
@@ -138,12 +139,11 @@ TEST(Baseline, ReadsBackWhatWasWrittenToTheBit) {
        {std::pair{text.substr(0, text.size() / 2), "ci.json: expected a JSON object"},
         {std::string("{}"), "ci.json: format_version: is missing"}}) {
     files::write_text(file, wrong);
-    EXPECT_THAT([&] { read_baseline(file); }, testing::ThrowsMessage<files::FileError>(HasSubstr(why)));
+    EXPECT_THAT(files::error_of([&] { read_baseline(file); }), HasSubstr(why));
   }
   std::filesystem::remove(file);
-  EXPECT_THAT([&] { read_baseline(file); },
-              testing::ThrowsMessage<files::FileError>(
-                  HasSubstr("ci.json: does not exist; 'gaitslam baseline update' makes a baseline")));
+  EXPECT_THAT(files::error_of([&] { read_baseline(file); }),
+              HasSubstr("ci.json: does not exist; 'gaitslam baseline update' makes a baseline"));
 }
 
 }  // namespace

@@ -3,13 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <sstream>
 
 namespace sim::regression {
 namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 
 constexpr const char* kError = "ate_se3_rmse_m";  // smaller is better
 
@@ -182,6 +184,19 @@ TEST(Verdict, LimitsHoldWhateverTheBaseline) {
   EXPECT_EQ(exit_code({ScenarioVerdict{"", 3, 3, 0, {}, {}, limits}}), 3);
 }
 
+TEST(Verdict, WhereMissedLimitsAreExpectedEverySeedMustMissOne) {
+  scenario::Scenario scenario;
+  scenario.slam.emplace();
+  scenario.limits.metrics = {{kError, "", scenario::Bound::at_most, 1.05}};
+  const auto judged = [&](const ScenarioResults& runs) {
+    return judge_limits(scenario, runs.seeds, true).at(1);
+  };
+  EXPECT_FALSE(judged(results(kThree)).passed);
+  EXPECT_EQ(judged(results(kThree)).observed, "2/3");
+  EXPECT_EQ(judged(results(kThree)).worst_seed, 1u);
+  EXPECT_TRUE(judged(results({1.1, {}, 1.2})).passed);
+}
+
 TEST(Verdict, ASeedWithoutAValueMissesItsLimitIfAFilterWasToRun) {
   scenario::Scenario scenario;
   scenario.limits.metrics = {{kError, "", scenario::Bound::at_most, 1.15}};
@@ -195,6 +210,83 @@ TEST(Verdict, ASeedWithoutAValueMissesItsLimitIfAFilterWasToRun) {
   EXPECT_FALSE(limits[2].passed);
   EXPECT_EQ(limits[2].observed, "no value of 1 of 3 seeds");
   for (const std::size_t i : {1u, 2u}) EXPECT_EQ(limits[i].worst_seed, 2u);
+}
+
+Comparison comparison() {
+  ScenarioVerdict walk;
+  walk.name = "tangent_circle";
+  walk.n_baseline = walk.n_now = 10;
+  const Gate ate{"ate_se3_rmse_m", 10, 0.001};
+  walk.metrics = {{ate, 10, 0.041, 0.052, 0.011, std::pair(0.008, 0.02), 0.004, Verdict::fail, "", 7},
+                  {{"loop_landmarks", 0, 2}, 10, 18, 18, 0, {}, {}, Verdict::identical, "", 1},
+                  {{"rmse_m", 5, 0}, 10, {}, 1.0, {}, {}, {}, Verdict::added, "", 1}};
+  walk.limits = {
+      {"loop_closed.worst >= 1", "0", false, false, 3},
+      {"ending completed", "9/10", false, true, 4, {"seed 4 fell: to the left\nits last lines:\na | b"}},
+      {"rmse_m <= 1", "10/10", true, false, 0}};
+  walk.wall_s = 12.5;
+  walk.file = "scenarios/tangent_circle.yaml";
+  walk.repro = [](std::uint64_t seed) {
+    return "tools/gaitslam run scenarios/tangent_circle.yaml seed=" + std::to_string(seed);
+  };
+  return {"a title, with 5 % & more", {walk}};
+}
+
+TEST(VerdictTable, FitsEightyColumnsAndHasACommandForEachFailure) {
+  const std::string text = verdict_table(comparison(), false);
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80u) << line;
+  EXPECT_THAT(text, testing::ContainsRegex(
+                        "ate_se3_rmse_m +0.041 +0.052 +\\+27 % +\\[\\+20,\\+49\\] +0.004  FAIL\n"));
+  EXPECT_THAT(text, HasSubstr("tolerance 10 % or 0.001 m; worst seed 7\n"));
+  EXPECT_THAT(text, HasSubstr("  again:\n    tools/gaitslam run scenarios/tangent_circle.yaml seed=7\n"));
+  EXPECT_THAT(text, testing::ContainsRegex("loop_landmarks +18 +18 +0 % +- +-  IDENTICAL\n"));
+  EXPECT_THAT(text, testing::ContainsRegex("limit ending completed +9/10  RUN FAILED\n"));
+  EXPECT_THAT(text, HasSubstr("tangent_circle.yaml seed=4\n"));
+  EXPECT_THAT(text, HasSubstr("\n3 of 6 rows failed\n"));
+  EXPECT_THAT(text, Not(HasSubstr("\033")));
+  EXPECT_THAT(verdict_table(comparison(), true), HasSubstr("\033[31mFAIL\033[0m"));
+}
+
+TEST(VerdictReports, JunitHasFailuresErrorsAndSkips) {
+  EXPECT_THAT(
+      junit(comparison()),
+      testing::AllOf(
+          HasSubstr(
+              "<testsuite name=\"a title, with 5 % &amp; more\" tests=\"6\" failures=\"2\" errors=\"1\" "
+              "skipped=\"1\" time=\"12.500\">"),
+          HasSubstr("<testcase classname=\"tangent_circle\" name=\"ate_se3_rmse_m\" time=\"12.500\"><failure "
+                    "message=\"FAIL: 0.041 m -&gt; 0.052 m (+27 %; tolerance 10 % or 0.001 "
+                    "m)\">tools/gaitslam run"),
+          HasSubstr("name=\"limit ending completed\" time=\"0.000\"><error message=\"RUN FAILED: observed: "
+                    "9/10; seed 4 fell: to the left\">tools/gaitslam run"),
+          HasSubstr("seed 4 fell: to the left&#10;its last lines:&#10;a | b</error>"),
+          HasSubstr("<skipped message=\"NEW: none -&gt; 1 m (-; tolerance 5 %)\"/>")));
+}
+
+TEST(VerdictReports, AnnotationsAreEscapedAsGithubWantsThem) {
+  const std::string text = github_annotations(comparison());
+  EXPECT_THAT(text, testing::StartsWith("::error file=scenarios/tangent_circle.yaml,title=tangent_circle "
+                                        "ate_se3_rmse_m%3A FAIL::0.041 m -> 0.052 m (+27 %25; "));
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);
+}
+
+TEST(VerdictReports, MarkdownHasEveryRowAndTheLastLinesOfAFailedRun) {
+  EXPECT_THAT(markdown(comparison()),
+              testing::AllOf(HasSubstr("| `ate_se3_rmse_m` | **FAIL** | 0.041 m -> 0.052 m (+27 %"),
+                             HasSubstr("| `limit rmse_m <= 1` | ok | observed: 10/10 |\n"),
+                             HasSubstr("observed: 9/10; seed 4 fell: to the left<br>`tools/gaitslam run"),
+                             HasSubstr("<br>`its last lines:`<br>`a \\| b` |\n")));
+}
+
+TEST(VerdictReports, JsonHasEveryRow) {
+  const auto json = nlohmann::json::parse(verdicts_json(comparison())), walk = json["scenarios"][0];
+  EXPECT_EQ(json["exit_code"], 3);
+  EXPECT_EQ(walk["metrics"][0]["verdict"], "FAIL");
+  EXPECT_EQ(walk["metrics"][0]["change_band_95"][1], 0.02);
+  EXPECT_TRUE(walk["metrics"][2]["baseline_median"].is_null());
+  EXPECT_EQ(walk["limits"].size(), 3u);
+  EXPECT_EQ(walk["wall_s"], 12.5);
 }
 
 }  // namespace

@@ -131,23 +131,9 @@ TEST(Summary, ALimitOverSeedsIsMissedIfOneOfThemHasNoValue) {
   }
 }
 
-TEST(Summary, ScoresAreReadFromTheSeedsFolders) {
-  const files::TemporaryFolder root;
-  std::filesystem::create_directories(root / "seed-7");
-  const auto read = [&](const std::string& text) {
-    files::write_text(root / "seed-7" / "score.json", text);
-    return read_seed_score(root.path(), 7, 3);
-  };
-  const SeedScore score = read(
-      R"({"ending":"fell","metrics":{"rmse_m":{"value":0.5,"unit":"m"},"x":{"value":null,"unit":"","reason":"r"}}})");
-  EXPECT_EQ(score.ending, scenario::Ending::fell);
-  ASSERT_EQ(score.metrics.size(), 2u);
-  EXPECT_EQ(score.metrics[0].value, 0.5);
-  EXPECT_FALSE(score.metrics[1].value);
-  EXPECT_EQ(read_seed_score(root.path(), 1, 3).ending, scenario::Ending::crashed);
-  EXPECT_EQ(read_seed_score(root.path(), 1, 2).ending, scenario::Ending::not_started);
-  EXPECT_THROW(read_seed_score(root.path(), 1, 0), files::FileError);
-  EXPECT_THAT([&] { read("{"); }, testing::ThrowsMessage<files::FileError>(HasSubstr("seed-7/score.json")));
+TEST(Summary, ARunWithoutAScoreCrashedOrWasNotStarted) {
+  EXPECT_EQ(without_score(1, 3).ending, scenario::Ending::crashed);
+  EXPECT_EQ(without_score(1, 2).ending, scenario::Ending::not_started);
 }
 
 TEST(Summary, TheFileContainsEverythingUnderItsName) {

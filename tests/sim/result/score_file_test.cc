@@ -5,8 +5,8 @@
 
 #include "sim/files/csv.h"
 #include "sim/files/text.h"
+#include "sim/result/limits.h"
 #include "sim/result/result.h"
-#include "sim/result/score_table.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::result {
@@ -119,11 +119,10 @@ TEST_F(ScoreFile, AnotherTypeIsNamedWithItsKey) {
          "tracking.suspect[0].from_s: expected a number"},
         {limits, tracking + R"("suspect": [{"from_s": 1, "cause": 3}])" + more,
          "tracking.suspect[0].cause: expected text"}})
-    EXPECT_THAT([&] { table(f.from, f.to); }, ThrowsMessage<files::FileError>(HasSubstr(f.complaint)))
-        << f.to;
+    EXPECT_THAT(files::error_of([&] { table(f.from, f.to); }), HasSubstr(f.complaint)) << f.to;
   files::write_text(folder_ / "timing.json", R"({"frame_cpu_ms_median": "fast", "frame_cpu_ms_p99": 1})");
-  EXPECT_THAT([&] { table(); }, ThrowsMessage<files::FileError>(HasSubstr(
-                                    "timing.json: frame_cpu_ms_median: expected a number, found string")));
+  EXPECT_THAT(files::error_of([&] { table(); }),
+              HasSubstr("timing.json: frame_cpu_ms_median: expected a number, found string"));
 }
 
 class AboutFile : public testing::Test {
@@ -142,8 +141,8 @@ TEST_F(AboutFile, MissingEntriesAreEmpty) {
   EXPECT_EQ(about.seed, 3u);
   EXPECT_EQ(about.set_by.at("seed"), "argument 1");
   EXPECT_EQ(about.program, "");
-  EXPECT_THAT(([&] { read("{}"), read_about_of_walk(folder_ / "about.json"); }),
-              ThrowsMessage<files::FileError>(HasSubstr("about.json: walk_ending: is missing")));
+  EXPECT_THAT(files::error_of([&] { read("{}"), read_about_of_walk(folder_ / "about.json"); }),
+              HasSubstr("about.json: walk_ending: is missing"));
 }
 
 TEST_F(AboutFile, AnotherTypeIsNamedWithItsKey) {
@@ -154,7 +153,7 @@ TEST_F(AboutFile, AnotherTypeIsNamedWithItsKey) {
         {R"({"set_by": {"seed": 1}})", "about.json: set_by.seed: expected text, found number"},
         {R"({"recording_xxh3_128": {}})", "about.json: recording_xxh3_128: expected text, found object"},
         {"[]", "about.json: expected a JSON object"}})
-    EXPECT_THAT(([&, file = text] { read(file); }), ThrowsMessage<files::FileError>(HasSubstr(complaint)));
+    EXPECT_THAT(files::error_of([&, file = text] { read(file); }), HasSubstr(complaint));
 }
 
 TEST(TrackedFiles, TextsOfAFrameRoundTrip) {

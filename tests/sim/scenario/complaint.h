@@ -34,8 +34,7 @@ inline std::string complaint(const std::string& text, const Changes& changes = {
 inline const std::string kWalk = "walk: {commands: [{stand: {duration_s: 1}}]}\n";
 inline const std::string kAll = kWalk + "camera: {}\nslam: {}\n";
 
-/// The default scenario with another value of that key: the first of many that the key takes and that
-/// differs.
+/// The default scenario with another value of that key: the first of many that it takes.
 inline std::optional<Scenario> changed(const Key& key) {
   constexpr std::string_view kOneOf = "one of ";
   std::string texts =

@@ -1,13 +1,12 @@
-// Properties of every key, and the errors that each has to report.
 #include "sim/scenario/keys.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <set>
 #include <typeinfo>
 
+#include "sim/scenario/yaml.h"
 #include "tests/sim/scenario/complaint.h"
 
 namespace sim::scenario {
@@ -123,8 +122,7 @@ std::string complaint_about(const std::string& line) {
   return complaint(line + (commands ? "\n" : "\nwalk.commands: [{stand: {}}]\n") + "camera: {}\nslam: {}\n");
 }
 
-/// Each key of the kind ("a number", "a whole number", "true or false", ...) rejects each value at its place,
-/// naming the key and the expected values.
+/// Each key of the kind ("a number", ...) rejects each value at its place, naming key and expected values.
 void expect_rejected(const std::string& kind, const std::vector<std::string>& values) {
   int keys = 0;
   for (const Key& key : scenario_keys()) {
@@ -187,6 +185,26 @@ TEST(BadKeys, ATypoGetsTheNameOfTheKey) {
     }
     EXPECT_THAT(complaint_about(dropped + ": 1"), HasSubstr("did you mean '" + key.name + "'?"));
   }
+}
+
+using testing::ElementsAre;
+
+TEST(Seeds, KeepTheOrderInWhichTheyAreWritten) {
+  EXPECT_THAT(parse_seeds("7"), ElementsAre(7));
+  EXPECT_THAT(parse_seeds("9,1..3,5"), ElementsAre(9, 1, 2, 3, 5));
+  EXPECT_THAT(parse_seeds("18446744073709551614..18446744073709551615"),
+              ElementsAre(18446744073709551614U, 18446744073709551615U));
+}
+
+TEST(Seeds, FaultsAreNamed) {
+  for (const auto& [text, problem] : {std::pair("", "'' is not a seed, expected for example 1..5 or 1,2,7"),
+                                      {"1,", "'' is not a seed"},
+                                      {"1,x", "'x' is not a seed"},
+                                      {"3..1", "'3..1' goes backwards"},
+                                      {"1..3,2", "a seed is given twice"},
+                                      {"1..100001", "more than 100000 seeds"}})
+    EXPECT_THAT([seeds = text] { parse_seeds(seeds); },
+                testing::ThrowsMessage<std::invalid_argument>(testing::StartsWith(problem)));
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "sim/scenario/scenario.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <bit>
 #include <cmath>
@@ -17,7 +16,7 @@
 namespace sim::scenario {
 namespace {
 
-using testing::HasSubstr;
+using testing::HasSubstr, testing::MatchesRegex, testing::StartsWith;
 
 const std::filesystem::path kSource = GAITSLAM_SOURCE_DIR;
 
@@ -41,15 +40,13 @@ TEST(Scenario, EachBadOneIsRejectedWithItsPlaceAndWhatWasExpected) {
     const std::string text = all.substr(at, end - at);
     const std::string expected = text.substr(marker.size(), text.find('\n') - marker.size());
     if (expected.ends_with("..."))
-      EXPECT_THAT(complaint(text),
-                  testing::StartsWith("test.yaml:" + expected.substr(0, expected.size() - 3)));
+      EXPECT_THAT(complaint(text), StartsWith("test.yaml:" + expected.substr(0, expected.size() - 3)));
     else
       EXPECT_EQ(complaint(text), "test.yaml:" + expected) << text;
     at = end;
   }
   EXPECT_GE(count, 70);
-  EXPECT_EQ(complaint(std::string("world: {room: \0x}", 18)),
-            "test.yaml:1:1: has a zero byte, expected text");
+  EXPECT_THAT(complaint(std::string("world: {room: \0x}", 18)), StartsWith("test.yaml:1:1: has a zero byte"));
 }
 
 TEST(Scenario, WrittenAndReadAgainIsTheSameBitForBit) {
@@ -173,7 +170,7 @@ TEST(Lists, ErrorsInThemAreNamed) {
             "duration_s; did you mean 'time_s'?"},
            {"world.floor_patches=[{patch: {x_min_m: 1, x_max_m: 1, y_max_m: 1}}]",
             "30: world.floor_patches: patch: is empty, expected x_min_m below x_max_m"}})
-    EXPECT_THAT(complaint(kLongWalk, {{argument}, {}}), testing::StartsWith("<argument>:1:" + problem));
+    EXPECT_THAT(complaint(kLongWalk, {{argument}, {}}), StartsWith("<argument>:1:" + problem));
   EXPECT_EQ(complaint(kLongWalk, {{"errors.faults=[frames_lost: {from_s: 1}]"}, {}}), "");
 }
 
@@ -253,8 +250,7 @@ TEST(Scenario, RepeatedCharactersAndDeepNestingAreRejected) {
   for (std::size_t i = 1; i < 700; ++i) nested += std::string(i, ' ') + "a:\n";
   texts.insert(texts.end(), {many_keys, nested});
   for (const std::string& text : texts)
-    EXPECT_THAT(complaint(text), testing::MatchesRegex("test.yaml:[0-9]+:[0-9]+: [^\n]+"))
-        << text.substr(0, 60);
+    EXPECT_THAT(complaint(text), MatchesRegex("test.yaml:[0-9]+:[0-9]+: [^\n]+")) << text.substr(0, 60);
 }
 
 }  // namespace

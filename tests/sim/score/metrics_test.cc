@@ -237,6 +237,29 @@ TEST_F(Evaluate, InnovationsBeforeTheFirstMotionDoNotCount) {
   EXPECT_EQ(reason("nis_vision_mean"), "the sensor was used in fewer than two frames");
 }
 
+// Row 0 alternates, row 1 stays as it is; every row counts only against the frame just before.
+TEST_F(Evaluate, WhitenessComparesEachRowWithItselfInTheFrameBefore) {
+  for (int i = 20; i <= 420; ++i) {
+    run.innovation_rows[0].push_back({milliseconds(100 * i), 0, i % 2 == 0 ? 2.0 : -2.0});
+    if (i % 3 != 0) run.innovation_rows[0].push_back({milliseconds(100 * i), 1, 1});
+    run.innovation_rows[1].push_back({milliseconds(100 * i), i, 1});
+  }
+  const double alternating = 4 * 399, constant = 133;
+  EXPECT_NEAR(value("innovation_lag1_vision"), (constant - alternating) / (constant + alternating), 1e-2);
+  EXPECT_EQ(reason("innovation_lag1_gyro"), "no innovations of consecutive frames were reported");
+}
+
+TEST_F(Evaluate, OdometryWithoutImagesHasItsOwnError) {
+  EXPECT_THAT(reason("odometry_ate_se3_rmse_m"), HasSubstr("did not run"));
+  for (std::size_t i = 0; i < run.truth_camera.size(); ++i) {
+    run.odometry.push_back(run.truth_camera[i]);
+    run.odometry.back().X.translation().z() += i % 2 == 0 ? 0.1 : -0.1;
+  }
+  EXPECT_NEAR(value("odometry_ate_se3_rmse_m"), 0.1, 1e-3);
+  run.diverged = "lost";
+  EXPECT_NEAR(value("odometry_ate_se3_rmse_m"), 0.1, 1e-3) << "whatever the estimate";
+}
+
 TEST_F(Evaluate, LandmarksAreComparedWithTheWallsTheyWereSeenOn) {
   const TimedPose& seen_from = run.truth_camera[21];
   for (int id = 1; id <= 2; ++id) {

@@ -2,12 +2,15 @@
 
 #include <gmock/gmock.h>
 
+#include "tests/sim/recording/random_readings.h"
+
 namespace sim::sensor_errors {
 namespace {
 
 using slam::Stamp;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
+using tests::expect_same;
 
 slam::InertialSample reading(std::int64_t begin_us, std::int64_t end_us) {
   return {Stamp(begin_us * 1000), Stamp(end_us * 1000), Eigen::Vector3d(0.1, -0.2, 0.3)};
@@ -17,25 +20,11 @@ slam::Observation observation(int frame) {
   slam::Observation o;
   o.t = Stamp(33'000'000ll * (frame + 1));
   o.image = cv::Mat(240, 320, CV_8UC1, cv::Scalar(128));
-  for (int i = 0; i < 6; ++i)
-    o.gyro.push_back(reading(33000 * frame + 5000 * i, 33000 * frame + 5000 * (i + 1)));
+  for (int us = 33000 * frame; us < 33000 * frame + 30000; us += 5000)
+    o.gyro.push_back(reading(us, us + 5000));
   o.accelerometer = o.gyro;
   o.plan.emplace();
   return o;
-}
-
-void expect_same(const slam::Observation& a, const slam::Observation& b) {
-  EXPECT_EQ(a.t, b.t);
-  for (const auto readings : {&slam::Observation::gyro, &slam::Observation::accelerometer}) {
-    ASSERT_EQ((a.*readings).size(), (b.*readings).size());
-    for (std::size_t i = 0; i < (a.*readings).size(); ++i)
-      EXPECT_EQ((a.*readings)[i].value, (b.*readings)[i].value);
-  }
-  ASSERT_EQ(a.image.size(), b.image.size());
-  if (!a.image.empty()) {
-    EXPECT_EQ(cv::norm(a.image, b.image, cv::NORM_INF), 0);
-  }
-  EXPECT_EQ(a.plan.has_value(), b.plan.has_value());
 }
 
 // Returns the single observation that arrives.
@@ -57,8 +46,10 @@ ErrorOptions none() {
   return options;
 }
 
-TEST(SensorErrors, NoneLeaveTheObservationAsItIs) {
-  expect_same(applied(none(), observation(0)), observation(0));
+TEST(SensorErrors, NoneLeaveTheObservationsAsTheyAre) {
+  SensorErrors errors(none(), 1);
+  for (int frame = 0; frame < 5; ++frame)
+    expect_same(applied(errors, observation(frame)), observation(frame));
 }
 
 TEST(SensorErrors, DependOnSeedAndStampNotOnWhatWasAskedBefore) {

@@ -38,6 +38,18 @@ TEST(Tracking, AnotherEstimatorReplacesTheFilter) {
   EXPECT_FALSE(tracked.failure());
 }
 
+TEST(Tracking, OdometryWithoutImagesRunsBesideEveryOtherEstimator) {
+  const std::vector<slam::Observation> walk{observation(0, 0), observation(33, 0.01), observation(67, 0.02)};
+  const Tracked alone = track("odometry", walk);
+  EXPECT_TRUE(alone.odometry.empty());
+  for (const char* const estimator : {"filter", "plan_alone"}) {
+    const Tracked tracked = track(estimator, walk);
+    ASSERT_EQ(tracked.odometry.size(), 3U);
+    for (std::size_t i = 0; i < 3; ++i)
+      EXPECT_EQ(tracked.odometry[i].X_WC.matrix(), alone.estimates()[i].X_WC.matrix());
+  }
+}
+
 /// The landmarks that the filter initializes in an image of random blocks.
 std::vector<slam::MapPoint> first_landmarks(const std::string& override) {
   slam::Observation o;

@@ -6,8 +6,8 @@
 
 #include <fstream>
 
-#include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
+#include "tests/sim/scenario/complaint.h"
 
 namespace sim::trials {
 namespace {
@@ -33,13 +33,8 @@ class SpecFile : public testing::Test {
   }
   /// The error of reading it, without the folder.
   std::string complaint(const std::string& text) const {
-    try {
-      read(text);
-    } catch (const scenario::ConfigError& e) {
-      const std::string what = e.what();
-      return what.substr(what.find("spec.yaml"));
-    }
-    return "no complaint";
+    const std::string what = scenario::complaint_of([&] { read(text); });
+    return what.substr(std::min(what.find("spec.yaml"), what.size()));
   }
 
   static constexpr const char* kSides =

@@ -4,11 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <fstream>
 
 #include "sim/trials/values.h"
 #include "tests/sim/files/temporary_folder.h"
+#include "tests/sim/scenario/complaint.h"
 
 namespace sim::trials {
 namespace {
@@ -24,12 +24,7 @@ Values values(const std::string& text, const std::string& key = "slam.vision.sig
 }
 
 std::string error_of(const std::string& text, const std::string& key = "slam.vision.sigma_px") {
-  try {
-    values(text, key);
-  } catch (const scenario::ConfigError& e) {
-    return e.what();
-  }
-  return "none";
+  return scenario::complaint_of([&] { values(text, key); });
 }
 
 std::vector<std::string> grid(const std::string& text) {
@@ -116,13 +111,10 @@ class Sweep : public testing::Test {
   }
   std::string complaint(const std::string& file, const std::vector<std::string>& arguments,
                         std::size_t seeds = 2) const {
-    try {
-      plan(file, arguments, {}, std::vector<std::uint64_t>(seeds));
-    } catch (const scenario::ConfigError& e) {
-      const std::string text = e.what(), folder = folder_.path().string() + "/";
-      return text.starts_with(folder) ? text.substr(folder.size()) : text;
-    }
-    return "";
+    const std::string folder = folder_.path().string() + "/",
+                      text = scenario::complaint_of(
+                          [&] { plan(file, arguments, {}, std::vector<std::uint64_t>(seeds)); });
+    return text.starts_with(folder) ? text.substr(folder.size()) : text;
   }
   std::string complaint_of_file(const std::string& text, std::size_t seeds = 2) const {
     write("spec.yaml", text);

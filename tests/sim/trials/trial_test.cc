@@ -1,13 +1,16 @@
-// The likelihood of a pose against values computed by hand, and trials from memory against replays from the
-// disk.
+// The likelihood of a pose against values computed by hand, trials from memory against replays from the disk,
+// and their log.
 #include "sim/trials/trial.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <thread>
 
+#include "sim/files/text.h"
 #include "sim/replay/replay.h"
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/result/result_folder.h"
@@ -15,6 +18,8 @@
 
 namespace sim::trials {
 namespace {
+
+using testing::HasSubstr;
 
 // The position's x is correlated with the rotation about x.
 TEST(PoseNll, IsThatOfTheDensityOfTheErrorWithItsCorrelations) {
@@ -57,16 +62,11 @@ class Trials : public testing::Test {
   static inline std::filesystem::path folder_;
 };
 
-void expect_same(const Trial& trial, const nlohmann::json& score) {
-  EXPECT_EQ(name_of(trial.ended.ending), score["ending"].get<std::string>());
-  ASSERT_EQ(trial.metrics.size(), score["metrics"].size());
-  for (const auto& [name, metric] : trial.metrics) {
-    const nlohmann::json& there = score["metrics"][name];
-    ASSERT_EQ(metric.value.has_value(), there["value"].is_number()) << name;
-    if (metric.value)
-      EXPECT_EQ(*metric.value, there["value"].get<double>()) << name;
-    else
-      EXPECT_EQ(metric.reason, there["reason"]) << name;
+void expect_same(const TrialRecord& trial, const nlohmann::json& score) {
+  EXPECT_EQ(trial.ending, score["ending"].get<std::string>());
+  for (const auto& [name, metric] : score["metrics"].items()) {
+    const auto value = trial.value(name);
+    EXPECT_EQ(value ? nlohmann::json(*value) : nlohmann::json(), metric["value"]) << name;
   }
 }
 
@@ -78,25 +78,27 @@ TEST_F(Trials, HaveTheMetricsOfAReplayBitForBit) {
     const nlohmann::json score = replayed(changed);
     ASSERT_TRUE(score["metrics"]["rmse_m"]["value"].is_number()) << score.dump(1);
     expect_same(run_trial(ideal, changed), score);
-    expect_same(run_trial(load(folder_, changed.scenario), changed), score);
+    expect_same(run_trial(load(folder_, &changed.scenario), changed), score);
   }
 }
 
 TEST_F(Trials, OfOneRecordingInTwoThreadsGiveTheSameBits) {
-  const Recording recording = load(folder_, scenario({}).scenario);
+  const scenario::Scenario plain = scenario({}).scenario;
+  const Recording recording = load(folder_, &plain);
   const std::vector<scenario::ReadScenario> wanted{scenario({}), scenario({"slam.gyro.sigma_rad_s=0.03"})};
-  std::vector<Trial> alone, together(2);
+  std::vector<TrialRecord> alone, together(2);
   for (const auto& s : wanted) alone.push_back(run_trial(recording, s));
   {
     std::jthread first([&] { together[0] = run_trial(recording, wanted[0]); });
     std::jthread second([&] { together[1] = run_trial(recording, wanted[1]); });
   }
-  EXPECT_NE(alone[0].pose_nll, alone[1].pose_nll);
-  for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(alone[i].pose_nll, together[i].pose_nll);
+  EXPECT_NE(alone[0].value("pose_nll"), alone[1].value("pose_nll"));
+  EXPECT_EQ(alone, together);
 }
 
 TEST_F(Trials, ThatAskForOtherErrorsThanTheRecordingHasInItAreRefused) {
-  const Recording recording = load(folder_, scenario({}).scenario);
+  const scenario::Scenario plain = scenario({}).scenario;
+  const Recording recording = load(folder_, &plain);
   EXPECT_THROW(run_trial(recording, scenario({"errors.gyro.sigma_rad_s=0.5"})), std::logic_error);
   EXPECT_THROW(run_trial(recording, scenario({"seed=2"})), std::logic_error);
 }
@@ -105,11 +107,98 @@ TEST_F(Trials, OfAFilterThatFailsHaveNoLikelihoodButTellHowLongItLasted) {
   // No landmark is ever found again at a correlation of 1.
   const auto failing = scenario(
       {"slam.vision.minimum_correlation=1", "slam.tracking.lost_after_s=0.3", "slam.tracking.give_up_s=0.3"});
-  const Trial trial = run_trial(load(folder_), failing);
-  EXPECT_EQ(trial.ended.ending, scenario::Ending::diverged);
-  EXPECT_FALSE(trial.pose_nll);
-  EXPECT_GT(trial.lasted_fraction, 0);
-  EXPECT_LT(trial.lasted_fraction, 1);
+  const TrialRecord trial = run_trial(load(folder_), failing);
+  EXPECT_EQ(trial.ending, "diverged");
+  EXPECT_FALSE(trial.value("pose_nll"));
+  EXPECT_GT(trial.value("lasted_fraction"), 0);
+  EXPECT_LT(trial.value("lasted_fraction"), 1);
+}
+
+TrialRecord record(int i) {
+  return {"key-" + std::to_string(i), static_cast<std::uint64_t>(i), "completed", "", {{"rmse_m", 0.1 * i}}};
+}
+
+TEST(TrialLog, ARecordComesBackWithTheSameBits) {
+  TrialRecord odd{"k", 18446744073709551615u, "diverged", "lost at 3 s: \"dark\"\nand so on", {}};
+  odd.values = {{"third", 1.0 / 3},
+                {"tiny", std::numeric_limits<double>::denorm_min()},
+                {"most", std::numeric_limits<double>::max()},
+                {"minus_zero", -0.0},
+                {"none", std::numeric_limits<double>::infinity()}};
+  const auto back = from_line(to_line(odd));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(*back, odd);
+  EXPECT_TRUE(std::signbit(back->values.at("minus_zero")));
+  EXPECT_EQ(to_line(odd).find('\n'), std::string::npos);
+  odd.values = {{"no_number", std::numeric_limits<double>::quiet_NaN()}};
+  EXPECT_TRUE(std::isnan(from_line(to_line(odd))->values.at("no_number")));
+}
+
+TEST(TrialLog, KeysTellWhereOnePartEnds) {
+  EXPECT_NE(trial_key({"ab", "c"}), trial_key({"a", "bc"}));
+  EXPECT_NE(trial_key({"a", ""}), trial_key({"a"}));
+  EXPECT_EQ(trial_key({"a", "b"}), trial_key({"a", "b"}));
+}
+
+TEST(TrialLog, WhereverItIsCutOffWholeLinesAreKeptAndTheRestIsWrittenAgain) {
+  const files::TemporaryFolder folder;
+  const auto file = folder / "trials.jsonl";
+  {
+    TrialLog log(file, "a sweep");
+    for (int i = 0; i < 3; ++i) log.add(record(i));
+    log.add({"key-1", 1, "fell", "twice", {}});
+  }
+  EXPECT_EQ(*TrialLog(file, "a sweep").find("key-1"), record(1));
+  const std::string whole = files::read_text(file);
+  files::write_text(file, whole + std::string(40, '\0') + "\n");  // as a power failure leaves it
+  EXPECT_EQ(TrialLog(file, "a sweep").size(), 3u);
+  EXPECT_EQ(files::read_text(file), whole);
+  for (std::size_t bytes = 0; bytes < whole.size(); ++bytes) {
+    files::write_text(file, whole.substr(0, bytes));
+    {
+      TrialLog log(file, "a sweep");
+      for (int i = 0; i < 3; ++i) log.add(record(i));
+    }
+    EXPECT_EQ(files::read_text(file), whole) << "cut after " << bytes << " bytes";
+  }
+}
+
+TEST(TrialLog, ADamagedLineAnotherPurposeAndAnotherWriterAreErrors) {
+  const files::TemporaryFolder folder;
+  const auto file = folder / "trials.jsonl";
+  const auto expect_error = [&](const char* purpose, const char* why) {
+    EXPECT_THAT(files::error_of([&] { TrialLog(file, purpose); }), HasSubstr(why));
+  };
+  {
+    TrialLog log(file, "a sweep");
+    for (int i = 0; i < 3; ++i) log.add(record(i));
+    expect_error("a sweep", "another process");
+  }
+  expect_error("another sweep", "another sweep");
+  std::string text = files::read_text(file);
+  text[text.find("key-0") - 3] = '#';
+  files::write_text(file, text);
+  expect_error("a sweep", "line 2");
+  EXPECT_EQ(files::read_text(file), text) << "an unreadable log is not changed";
+}
+
+TEST(TrialLog, SortedItIsTheSameWhateverTheOrderAndTheThreadsOfItsTrials) {
+  const files::TemporaryFolder folder;
+  const auto text = [&](const std::string& name, int of_the_other) {
+    {
+      TrialLog log(folder / name, "a sweep");
+      std::thread other([&] {
+        for (int i = 100; i-- > 100 - of_the_other;) log.add(record(i));
+      });
+      for (int i = 0; i < 100 - of_the_other; ++i) log.add(record(i));
+      other.join();
+      EXPECT_EQ(read_trial_log(folder / name, "a sweep").size(), 100u) << "what is added is in the file";
+      log.sort();
+    }
+    EXPECT_EQ(TrialLog(folder / name, "a sweep").size(), 100u);
+    return files::read_text(folder / name);
+  };
+  EXPECT_EQ(text("a", 0), text("b", 50));
 }
 
 }  // namespace

@@ -79,35 +79,30 @@ TEST(ActiveSearch, PredictsNothingThatIsBehindOrOutsideOrTooNearTheBorder) {
   EXPECT_TRUE(Scene({20, 120}, -0.12).view().empty());  // within 7 px of the border
 }
 
+/// Candidates whose innovations have these standard deviations, px.
+std::vector<Candidate> with_sigmas(const std::vector<double>& sigmas) {
+  std::vector<Candidate> candidates(sigmas.size(), Scene({170, 120}).view()[0]);
+  for (std::size_t i = 0; i < sigmas.size(); ++i) {
+    candidates[i].index = i;
+    candidates[i].S = sigmas[i] * sigmas[i] * Eigen::Matrix2d::Identity();
+  }
+  return candidates;
+}
+
 std::vector<std::size_t> indices(const std::vector<Candidate>& candidates) {
   std::vector<std::size_t> all;
   for (const Candidate& candidate : candidates) all.push_back(candidate.index);
   return all;
 }
 
-TEST(ActiveSearch, KeepsTheMostUncertainInnovationsInFallingOrder) {
-  const Scene scene({170, 120});
-  std::vector<Candidate> candidates(5, scene.view()[0]);
-  for (std::size_t i = 0; i < 5; ++i) {
-    candidates[i].index = i;
-    candidates[i].S = Eigen::Vector2d(i == 3 ? 9 : 1 + 0.1 * static_cast<double>(i), 1).asDiagonal();
-  }
-  keep_most_informative(candidates, 3);
-  EXPECT_EQ(indices(candidates), (std::vector<std::size_t>{3, 4, 2}));
-}
-
-TEST(ActiveSearch, KeepsTheMostUncertainCandidatesThatTheBoundOnPixelsAllows) {
-  const Scene scene({170, 120});
-  std::vector<Candidate> candidates(4, scene.view()[0]);
-  for (std::size_t i = 0; i < 4; ++i) {
-    candidates[i].index = i;
-    const double sigma = i == 1 ? 1 : 1 + static_cast<double>(i);  // boxes of 7, 7, 19 and 25 px
-    candidates[i].S = sigma * sigma * Eigen::Matrix2d::Identity();
-  }
-  keep_affordable(candidates, 49 + 49 + 361 + 625);
-  EXPECT_EQ(indices(candidates), (std::vector<std::size_t>{0, 1, 2, 3}));  // unsorted if all are affordable
-  keep_affordable(candidates, 49 + 625);
-  EXPECT_EQ(indices(candidates), (std::vector<std::size_t>{3, 0}));  // that of 19 px does not fit any more
+TEST(ActiveSearch, KeepsTheMostUncertainInnovationsInFallingOrderAndThoseThatTheBoundOnPixelsAllows) {
+  auto most = with_sigmas({1, 1.1, 1.2, 3, 1.15}), affordable = with_sigmas({1, 1, 3, 4});
+  keep_most_informative(most, 3);
+  EXPECT_EQ(indices(most), (std::vector<std::size_t>{3, 2, 4}));
+  keep_affordable(affordable, 49 + 49 + 361 + 625);                        // boxes of 7, 7, 19 and 25 px
+  EXPECT_EQ(indices(affordable), (std::vector<std::size_t>{0, 1, 2, 3}));  // unsorted if all are affordable
+  keep_affordable(affordable, 49 + 625);
+  EXPECT_EQ(indices(affordable), (std::vector<std::size_t>{3, 0}));  // that of 19 px does not fit any more
 }
 
 TEST(LineSearch, SidewaysMotionFindsTheDepthOfAFarWallAndNeverANearOne) {

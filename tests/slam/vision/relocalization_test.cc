@@ -96,13 +96,7 @@ TEST(RelocalizationConfirmer, SearchesFiveTimesASecond) {
 }
 
 const synthetic::Recording& walk() {
-  static const synthetic::Recording recording = [] {
-    synthetic::Walk walk;
-    walk.rate_hz = 15;
-    walk.duration_s = 5;
-    walk.turns = 0.12;
-    return synthetic::Recording(walk, synthetic::render(synthetic::Room(), walk));
-  }();
+  static const synthetic::Recording recording = synthetic::recorded(5, 0.12, 15);
   return recording;
 }
 

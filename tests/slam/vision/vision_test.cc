@@ -123,19 +123,13 @@ TEST(Consensus, KeepsTheMatchesThatOneMotionExplainsAndDropsTheRest) {
   EXPECT_EQ(kept, (std::vector<std::size_t>{0, 1, 2, 3, 4, 5, 6, 7}));
 }
 
-Options::Vision with_few_biases() {
-  Options::Vision options;
-  options.measured_landmarks = 2;
-  return options;
-}
-
 struct ErrorScene {
   ErrorScene() {
     for (int id = 10; Landmark & landmark : landmarks) landmark.id = id++;
   }
   double variance(int at) const { return kalman.state().storage_P(at, at); }
 
-  Options::Vision options = with_few_biases();
+  Options::Vision options{.measured_landmarks = 2};
   Kalman kalman{{RobotVector::Zero(), RobotMatrix::Identity()}, false, MatchBiases::places(options, {})};
   MatchBiases biases{options, {}};
   std::vector<Landmark> landmarks = std::vector<Landmark>(9);

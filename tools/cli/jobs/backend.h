@@ -3,7 +3,6 @@
 
 #include <sys/types.h>
 
-#include <filesystem>
 #include <functional>
 #include <optional>
 #include <set>
@@ -12,10 +11,7 @@
 
 #include "sim/files/atomic_file.h"
 #include "sim/scenario/scenario.h"
-
-namespace CLI {
-class App;
-}
+#include "tools/cli/shared/terminal.h"
 
 namespace cli {
 
@@ -27,11 +23,11 @@ class TemporaryFolder {
   ~TemporaryFolder();
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+  fs::path operator/(const std::string& name) const { return path_ / name; }
 
  private:
-  std::filesystem::path path_;
-  std::optional<sim::files::FileLock> lock_;
+  fs::path path_;
+  std::optional<files::FileLock> lock_;
 };
 
 /// Makes the kernel kill this process when its parent ends. For a process started with --die-with-parent.
@@ -62,7 +58,7 @@ struct Backend {
   std::string name = "local";
   int jobs = 0;  ///< processes or array elements at a time; 0: one here, all that the cluster allows there
   /// Slurm: a folder that all nodes see. What an interrupted command left there is continued.
-  std::filesystem::path spool{};
+  fs::path spool{};
   double seconds_each = 30;  ///< Slurm: a lower bound of the time of a command line
 
   bool slurm() const { return name == "slurm"; }
@@ -87,11 +83,11 @@ std::vector<Ended> run_on_slurm(const CommandLines& command_lines, const Backend
                                 const ShowPart& show);
 
 /// Throws UsageError if a job array that an earlier call left in the spool may still run.
-void require_ended_arrays(const std::filesystem::path& spool);
+void require_ended_arrays(const fs::path& spool);
 
 /// Removes the ended job arrays that an earlier call left in the spool, and the folder if nothing else is in
 /// it.
-void remove_arrays(const std::filesystem::path& spool);
+void remove_arrays(const fs::path& spool);
 
 /// Files that the processes read: each scenario as it is now, so that later edits change no queued job, and
 /// the origins of its keys. They exist as long as this object, on Slurm longer if an exception ends the
@@ -105,11 +101,11 @@ class FrozenScenarios {
   FrozenScenarios& operator=(const FrozenScenarios&) = delete;
 
   /// The words of a command line: the file of that name, and --set-by with the origins.
-  std::vector<std::string> words(const std::string& name, const sim::scenario::ReadScenario& read);
+  std::vector<std::string> words(const std::string& name, const scenario::ReadScenario& read);
 
  private:
   std::optional<TemporaryFolder> temporary_;
-  std::filesystem::path folder_;
+  fs::path folder_;
   std::set<std::string> written_;
 };
 

@@ -25,8 +25,7 @@
 namespace cli {
 namespace {
 
-namespace fs = std::filesystem;
-using sim::files::FileLock;
+using files::FileLock;
 constexpr useconds_t kChildPollUs = 10'000;
 constexpr int kPollsForParts = 20;  // between two looks at the progress
 constexpr std::string_view kTemporary = "gaitslam-XXXXXX";
@@ -59,7 +58,7 @@ pid_t start(const CommandLine& line, const fs::path& log) {
 }
 
 Ended ended(int status, const fs::path& log) {
-  const std::string text = sim::files::read_text(log);
+  const std::string text = files::read_text(log);
   if (WIFEXITED(status)) return {WEXITSTATUS(status), text};
   const int signal = WTERMSIG(status);
   return {3, text + fmt::format("killed by signal {} ({})\n", signal, strsignal(signal))};
@@ -74,7 +73,7 @@ bool is_abandoned(const fs::path& folder) {
     return false;
   try {
     return FileLock::take(folder / kLock, FileLock::How::try_existing).has_value();
-  } catch (const sim::files::FileError&) {
+  } catch (const files::FileError&) {
     return false;
   }
 }
@@ -117,12 +116,11 @@ TemporaryFolder::TemporaryFolder() {
   const fs::path all = named ? named : "/tmp";
   std::error_code fault;
   if (!fs::is_directory(all, fault))
-    throw UsageError(fmt::format("TMPDIR: {}: expected a folder for temporary files", all.string()));
+    throw UsageError("TMPDIR: {}: expected a folder for temporary files", all.string());
   for (const auto& entry : fs::directory_iterator(all, fault))
     if (is_abandoned(entry.path())) fs::remove_all(entry.path(), fault);
   std::string pattern = (all / kTemporary).string();
-  if (mkdtemp(pattern.data()) == nullptr)
-    throw UsageError(fmt::format("{}: {}", pattern, std::strerror(errno)));
+  if (mkdtemp(pattern.data()) == nullptr) throw UsageError("{}: {}", pattern, std::strerror(errno));
   path_ = pattern;
   lock_ = FileLock::take(path_ / kLock, FileLock::How::exclusive);
 }
@@ -148,8 +146,8 @@ double part_of_cost(const CommandLines& lines, const std::function<double(std::s
 
 void require_usable(const Backend& backend, const std::string& folder) {
   if (!backend.slurm() || folder.find_first_of("\n\r") == folder.npos) return;
-  throw UsageError(fmt::format("--out '{}': has a line break, which Slurm command lines cannot have",
-                               folder.substr(0, folder.find_first_of("\n\r"))));
+  throw UsageError("--out '{}': has a line break, which Slurm command lines cannot have",
+                   folder.substr(0, folder.find_first_of("\n\r")));
 }
 
 void add_backend_options(CLI::App& command, Backend& backend) {
@@ -181,12 +179,11 @@ FrozenScenarios::~FrozenScenarios() {
   fs::remove(folder_, ignored);  // only if it is empty
 }
 
-std::vector<std::string> FrozenScenarios::words(const std::string& name,
-                                                const sim::scenario::ReadScenario& read) {
+std::vector<std::string> FrozenScenarios::words(const std::string& name, const scenario::ReadScenario& read) {
   const fs::path file = folder_ / (name + ".yaml"), set_by = folder_ / (name + ".set_by.json");
   if (written_.insert(name).second) {
-    sim::files::write_text(file, sim::scenario::to_yaml(read.scenario));
-    sim::files::write_text(set_by, sim::files::json_text(nlohmann::ordered_json(read.origin)));
+    files::write_text(file, scenario::to_yaml(read.scenario));
+    files::write_text(set_by, files::json_text(nlohmann::ordered_json(read.origin)));
   }
   return {file.string(), "--set-by", set_by.string()};
 }

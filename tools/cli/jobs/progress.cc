@@ -20,11 +20,6 @@ constexpr std::chrono::milliseconds kRedraw{200};
 constexpr double kBurst_s = 1, kLeastPart = 0.01, kLeast_s = 2;  // less gives no reliable rate
 constexpr double kSlower = 1.3, kSlower_s = 5;                   // beyond which a job has become slower
 
-std::size_t columns_of(std::FILE* stream) {
-  struct winsize size {};
-  return ::ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
-}
-
 std::atomic<int> live_lines = 0;
 
 std::string duration_text(double seconds) {
@@ -33,10 +28,10 @@ std::string duration_text(double seconds) {
 }
 
 /// The file that the parent named; the variable is not passed on to child processes.
-std::filesystem::path file_of_parent() {
-  static const std::filesystem::path file = [] {
+fs::path file_of_parent() {
+  static const fs::path file = [] {
     const char* const named = std::getenv(kProgressFile);
-    const std::filesystem::path path = named ? named : "";
+    const fs::path path = named ? named : "";
     ::unsetenv(kProgressFile);
     return path;
   }();
@@ -67,7 +62,7 @@ std::string progress_text(const std::string& what, std::optional<double> part, d
   return at.empty() ? text : text + "; " + at;
 }
 
-double part_in(const std::filesystem::path& file) {
+double part_in(const fs::path& file) {
   double part = 0;
   std::ifstream(file) >> part;
   return std::clamp(part, 0.0, 1.0);
@@ -115,7 +110,9 @@ void ProgressLine::draw(double spent_s) {
   if (place_.silent || now - begin_ < place_.first) return;
   const std::string text = progress_text(what_, part_, spent_s, left_s, at_);
   if (place_.redraws) {
-    fmt::print(place_.stream, "\r\033[K{}", text.substr(0, columns_of(place_.stream) - 1));
+    struct winsize size {};
+    const bool known = ::ioctl(fileno(place_.stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+    fmt::print(place_.stream, "\r\033[K{}", text.substr(0, (known ? size.ws_col : 80U) - 1));
     drawn_ = true;
   } else if (now - last_beat_ >= place_.heartbeat) {
     fmt::print(place_.stream, "gaitslam: {}\n", text);

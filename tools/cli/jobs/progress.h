@@ -4,12 +4,13 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
-#include <filesystem>
 #include <mutex>
 #include <optional>
 #include <stop_token>
 #include <string>
 #include <thread>
+
+#include "tools/cli/shared/terminal.h"
 
 namespace cli {
 
@@ -36,13 +37,13 @@ std::string progress_text(const std::string& what, std::optional<double> part, d
 /// The variable that names the file for reporting progress to the parent process.
 inline constexpr const char* kProgressFile = "GAITSLAM_PROGRESS_FILE";
 /// The part that a process has written there; 0 before it wrote any.
-double part_in(const std::filesystem::path& file);
+double part_in(const fs::path& file);
 
 /// The place of a progress line.
 struct ProgressPlace {
   bool redraws = false;  ///< one line, drawn again and again
   bool silent = false;
-  std::filesystem::path file{};  ///< for the parent process, and nothing is shown; else empty
+  fs::path file{};  ///< for the parent process, and nothing is shown; else empty
   std::FILE* stream = stderr;
   std::chrono::milliseconds first{1000}, heartbeat{30'000};
 

@@ -7,24 +7,20 @@
 #include <algorithm>
 #include <iostream>
 #include <map>
-#include <numeric>
+#include <set>
 
 #include "sim/files/atomic_file.h"
 #include "sim/files/hash.h"
 #include "sim/files/text.h"
-#include "sim/regression/results.h"
+#include "sim/regression/suite.h"
 #include "sim/result/score_file.h"
-#include "sim/scenario/recording_key.h"
+#include "sim/scenario/keys.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/shared/live.h"
 #include "tools/cli/shared/version.h"
 
 namespace cli {
 namespace {
-
-namespace files = sim::files;
-namespace result = sim::result;
-namespace scenario = sim::scenario;
 
 void report_damage(const std::string& what) {
   std::cerr << fmt::format("gaitslam: ignored a damaged recording in the cache: {}\n", what);
@@ -35,13 +31,6 @@ result::About about(const fs::path& folder) try {
   return result::read_about(folder / "about.json");
 } catch (const files::FileError&) {
   return {};
-}
-
-/// Compares the revision, and if the sources differ from it also the times of the files.
-bool is_by_this_program(const fs::path& folder) {
-  if (about(folder).revision != kRevision) return false;
-  const bool exact = !std::string(kRevision).ends_with("+") && kRevision != std::string("unknown");
-  return exact || fs::last_write_time(folder / "about.json") > fs::last_write_time("/proc/self/exe");
 }
 
 CommandLine line_of(const ResultJob& job, const fs::path& out, const ResultOptions& options,
@@ -65,16 +54,21 @@ CommandLine line_of(const ResultJob& job, const fs::path& out, const ResultOptio
   return {words, job.cost};
 }
 
-/// True if this program made the result from the job's scenario, seed, and recording or models.
+/// True if this program made the result from the job's scenario, seed, and recording or models. If the
+/// sources differ from the revision, also the times of the files count.
 bool is_finished(const fs::path& folder, const ResultJob& job, const std::string& models_hash) {
   for (const char* file : {"score.json", "about.json", "scenario.yaml"})
     if (!fs::is_regular_file(folder / file)) return false;
-  if (!is_by_this_program(folder) ||
+  const result::About made = about(folder);
+  const std::string revision = kRevision;
+  const bool exact = !revision.ends_with("+") && revision != "unknown";
+  if (made.revision != revision ||
+      (!exact && fs::last_write_time(folder / "about.json") <= fs::last_write_time("/proc/self/exe")) ||
       files::read_text(folder / "scenario.yaml") != scenario::to_yaml(job.read.scenario))
     return false;
-  if (!job.recording) return about(folder).models == models_hash;
+  if (!job.recording) return made.models == models_hash;
   const std::string recorded = about(*job.recording).recording;  // empty before the walk was recorded
-  return !recorded.empty() && recorded == about(folder).recording;
+  return !recorded.empty() && recorded == made.recording;
 }
 
 /// Distinguishes a folder from its replacement: device and inode, or nullopt if it does not exist.
@@ -86,26 +80,30 @@ Identity identity_of(const fs::path& folder) {
   return std::pair(status.st_dev, status.st_ino);
 }
 
-/// On Slurm a killed process may have started the job: its result is then older than this process.
-bool is_of_killed_command(const fs::path& folder, const ResultJob& job, const Backend& backend) {
-  return backend.slurm() && fs::exists(folder / "scenario.yaml") &&
-         files::read_text(folder / "scenario.yaml") == scenario::to_yaml(job.read.scenario);
-}
-
 /// The indices of the jobs to run. On Slurm all of them, because the job array knows what has ended.
 std::vector<std::size_t> unfinished(const std::vector<ResultJob>& jobs, const OutFolder& out,
                                     const ResultOptions& options) {
-  std::vector<std::size_t> left(jobs.size());
-  std::iota(left.begin(), left.end(), std::size_t{0});
-  if (options.backend.slurm()) return left;
   const std::string models_hash = options.models.empty() ? "" : scenario::models_hash(options.models);
-  std::erase_if(left, [&](std::size_t i) {
-    return (options.counts_older || out.has_made(jobs[i].result())) &&
-           is_finished(out.path() / jobs[i].result(), jobs[i], models_hash);
-  });
+  std::vector<std::size_t> left;
+  for (std::size_t i = 0; i < jobs.size(); ++i)
+    if (options.backend.slurm() || !(options.counts_older || out.has_made(jobs[i].result())) ||
+        !is_finished(out.path() / jobs[i].result(), jobs[i], models_hash))
+      left.push_back(i);
   if (left.size() < jobs.size())
     text_out() << files::counted(jobs.size() - left.size(), "result") << " finished before\n" << std::flush;
   return left;
+}
+
+/// Moves these folders of `root` into its first folder earlier-<n> that does not exist yet.
+void set_aside(const fs::path& root, const std::vector<std::string>& names) {
+  if (names.empty()) return;
+  int n = 1;
+  while (fs::exists(fs::symlink_status(root / fmt::format("earlier-{}", n)))) ++n;
+  const fs::path aside = root / fmt::format("earlier-{}", n);
+  fs::create_directory(aside);
+  for (const std::string& name : names) fs::rename(root / name, aside / name);
+  text_out() << fmt::format("results of an earlier command are now in {}: {}\n", aside.string(),
+                            fmt::join(names, ", "));
 }
 
 void move_stale_results(const std::vector<ResultJob>& jobs, const fs::path& out,
@@ -121,28 +119,53 @@ void move_stale_results(const std::vector<ResultJob>& jobs, const fs::path& out,
   }
 }
 
+void print_complaints(const std::vector<ResultJob>& jobs, const std::vector<Ended>& ended) {
+  std::map<std::pair<std::string, std::string>, std::vector<std::uint64_t>> seeds;
+  for (std::size_t i = 0; i < jobs.size(); ++i)
+    if (ended[i].exit_code > 1) seeds[{jobs[i].folder, ended[i].complaint}].push_back(jobs[i].seed());
+  for (const auto& [what, of] : seeds)
+    std::cerr << fmt::format("{}{}seed{} {}: {}", what.first, what.first.empty() ? "" : " ",
+                             of.size() > 1 ? "s" : "", fmt::join(of, ", "), what.second);
+}
+
 }  // namespace
+
+std::vector<std::string> results_of_other_seeds(const fs::path& root,
+                                                const std::vector<std::uint64_t>& seeds) {
+  std::set<std::uint64_t> others;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(root, none)) {
+    const std::string name = entry.path().filename();
+    if (!name.starts_with("seed-") || !fs::exists(entry.path() / "score.json", none)) continue;
+    const auto seed = files::parse_number<std::uint64_t>(std::string_view(name).substr(5));
+    if (!seed || name != fmt::format("seed-{}", *seed)) continue;  // the program writes no seed-07
+    if (std::ranges::count(seeds, *seed) == 0) others.insert(*seed);
+  }
+  std::vector<std::string> names;
+  for (const std::uint64_t seed : others) names.push_back(fmt::format("seed-{}", seed));
+  return names;
+}
 
 Recordings::Recordings(fs::path models)
     : models_(std::move(models)),
       models_hash_(scenario::models_hash(models_)),
       program_(recording_identity()),
-      cache_(sim::recording::cache_place()) {}
+      cache_(recording::cache_place()) {}
 
 std::string Recordings::key(const scenario::Scenario& scenario) const {
   std::string programs = program_;
   // The estimator and its inputs shape a walk that the estimate steers.
   if (scenario.walk.steering.by == walking::SteeredBy::estimate)
-    programs += program_identity() + sim::estimators::estimator_files_identity(scenario.estimator);
+    programs += program_identity() + estimators::estimator_files_identity(scenario.estimator);
   return scenario::recording_key(scenario, models_hash_, programs);
 }
 
-std::optional<sim::recording::CachedRecording> Recordings::find(const scenario::Scenario& scenario) const {
+std::optional<recording::CachedRecording> Recordings::find(const scenario::Scenario& scenario) const {
   return cache_.find(key(scenario), report_damage);
 }
 
-sim::recording::CachedRecording Recordings::get(const scenario::ReadScenario& read,
-                                                const result::Progress& progress) const {
+recording::CachedRecording Recordings::get(const scenario::ReadScenario& read,
+                                           const result::Progress& progress) const {
   const auto walk = [&](const fs::path& folder) {
     scenario::ReadScenario recorded = read;
     if (read.scenario.walk.steering.by != walking::SteeredBy::estimate) recorded.scenario.slam.reset();
@@ -188,12 +211,6 @@ std::vector<ResultJob> jobs_of_seeds(const ResultJob& job, const std::vector<std
   return jobs;
 }
 
-std::vector<std::string> results_of(const std::vector<ResultJob>& jobs) {
-  std::vector<std::string> results;
-  for (const ResultJob& job : jobs) results.push_back(job.result());
-  return results;
-}
-
 std::vector<Ended> make_results(const std::vector<ResultJob>& jobs, const OutFolder& out,
                                 const ResultOptions& options) {
   const auto folder_of = [&](std::size_t i) { return out.path() / jobs[i].result(); };
@@ -223,10 +240,17 @@ std::vector<Ended> make_results(const std::vector<ResultJob>& jobs, const OutFol
     const ResultJob& job = jobs[left[k]];
     const fs::path folder = folder_of(left[k]);
     all[left[k]] = ended[k];
-    if (before[k] && identity_of(folder) == before[k] && !is_of_killed_command(folder, job, backend))
+    if (!before[k] || identity_of(folder) != before[k]) continue;
+    // On Slurm a killed command may have started the job: its result is then older than this process.
+    if (!backend.slurm() || !fs::exists(folder / "scenario.yaml") ||
+        files::read_text(folder / "scenario.yaml") != scenario::to_yaml(job.read.scenario))
       stale[job.folder].push_back(folder.filename());
   }
   move_stale_results(jobs, out.path(), std::move(stale), options.keeps_other_seeds);
+  for (std::size_t i = 0; i < jobs.size(); ++i)
+    if (options.must_start && all[i].exit_code == 2)
+      throw UsageError("seed {}: {}", jobs[i].seed(), all[i].complaint);
+  print_complaints(jobs, all);
   return all;
 }
 
@@ -236,44 +260,32 @@ std::vector<result::SeedScore> read_scores(const std::vector<ResultJob>& jobs,
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     const fs::path folder = out / jobs[i].result();
     const bool there = fs::exists(folder / "score.json");
-    scores.push_back(there
-                         ? sim::regression::read_result(folder)
-                         : result::read_seed_score(out / jobs[i].folder, jobs[i].seed(), ended[i].exit_code));
+    scores.push_back(there ? regression::read_result(folder)
+                           : result::without_score(jobs[i].seed(), ended[i].exit_code));
     if (!there) scores.back().last_lines = ended[i].complaint;
   }
   return scores;
 }
 
-void print_complaints(const std::vector<ResultJob>& jobs, const std::vector<Ended>& ended) {
-  std::map<std::pair<std::string, std::string>, std::vector<std::uint64_t>> seeds;
-  for (std::size_t i = 0; i < jobs.size(); ++i)
-    if (ended[i].exit_code > 1) seeds[{jobs[i].folder, ended[i].complaint}].push_back(jobs[i].seed());
-  for (const auto& [what, of] : seeds)
-    std::cerr << fmt::format("{}{}seed{} {}: {}", what.first, what.first.empty() ? "" : " ",
-                             of.size() > 1 ? "s" : "", fmt::join(of, ", "), what.second);
-}
-
 std::string inputs_of(const scenario::Scenario& scenario) {
-  return scenario::to_yaml(scenario) + sim::estimators::estimator_files_identity(scenario.estimator);
+  return scenario::to_yaml(scenario) + estimators::estimator_files_identity(scenario.estimator);
 }
 
-std::string identity_of(const std::vector<ResultJob>& jobs, const std::vector<std::string>& inputs) {
+OutUse resumable(const std::vector<ResultJob>& jobs, const fs::path& models, bool cached) {
   files::Hash hash;
-  hash.add_part(program_identity());
-  for (const std::string& input : inputs) hash.add_part(input);
-  const ResultJob* last = nullptr;
+  for (const std::string& part : {program_identity(), models.empty() ? "" : scenario::models_hash(models),
+                                  std::string(cached ? "cached" : "")})
+    hash.add_part(part);
+  OutUse use;
   for (const ResultJob& job : jobs) {
-    if (!last || last->read.scenario.name != job.read.scenario.name) {
-      scenario::Scenario scenario = job.read.scenario;
-      scenario.seed = 0;
-      hash.add_part(inputs_of(scenario));
-    }
-    hash.add_part(job.result());
+    use.results.push_back(job.result());
+    hash.add_part(inputs_of(job.read.scenario));
+    hash.add_part(use.results.back());
     for (const std::string& word : job.command) hash.add_part(word);
     hash.add_part(job.recording ? fs::weakly_canonical(*job.recording).string() : "");
-    last = &job;
   }
-  return hash.hex();
+  use.identity = hash.hex();
+  return use;
 }
 
 }  // namespace cli

@@ -1,7 +1,8 @@
-// Recordings and results of runs, each made by its own process. Finished ones are kept when an interrupted
-// command is rerun; stale results are moved aside.
+// Recordings, results of runs and trials, made by processes of their own. Finished ones are kept when an
+// interrupted command is rerun; stale results are moved aside.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,11 @@
 #include "tools/cli/jobs/backend.h"
 #include "tools/cli/shared/out_folder.h"
 
+namespace sim::trials {
+struct Task;
+class TrialLog;
+}  // namespace sim::trials
+
 namespace cli {
 
 /// Recordings of the cache, made by simulating the walk if they are missing.
@@ -21,15 +27,14 @@ class Recordings {
   explicit Recordings(fs::path models);
 
   /// The name of the scenario's recording in the cache.
-  std::string key(const sim::scenario::Scenario& scenario) const;
+  std::string key(const scenario::Scenario& scenario) const;
 
   /// Returns the recording from the cache after checking every byte, or nullopt if it is missing.
-  std::optional<sim::recording::CachedRecording> find(const sim::scenario::Scenario& scenario) const;
+  std::optional<recording::CachedRecording> find(const scenario::Scenario& scenario) const;
 
   /// Returns the recording from the cache; this process records it if it is missing. Throws what a run
   /// throws.
-  sim::recording::CachedRecording get(const sim::scenario::ReadScenario& read,
-                                      const sim::result::Progress& progress) const;
+  recording::CachedRecording get(const scenario::ReadScenario& read, const result::Progress& progress) const;
 
   struct Made {
     fs::path folder;      ///< in the cache; empty if it could not be made
@@ -37,21 +42,20 @@ class Recordings {
     Ended ended{};        ///< of its process
   };
   /// Makes the recordings that are missing.
-  std::vector<Made> make(const std::vector<sim::scenario::ReadScenario>& scenarios,
-                         const Backend& backend) const;
+  std::vector<Made> make(const std::vector<scenario::ReadScenario>& scenarios, const Backend& backend) const;
 
-  const sim::recording::CachePlace& place() const { return cache_.place(); }
+  const recording::CachePlace& place() const { return cache_.place(); }
 
  private:
   fs::path models_;
   std::string models_hash_, program_;
-  sim::recording::Cache cache_;
+  recording::Cache cache_;
 };
 
 /// A result folder to make.
 struct ResultJob {
-  sim::scenario::ReadScenario read;  ///< with its seed
-  std::string folder;                ///< of results seed-<n>, within the folder of the command; may be empty
+  scenario::ReadScenario read;  ///< with its seed
+  std::string folder;           ///< of results seed-<n>, within the folder of the command; may be empty
   std::optional<fs::path> recording{};  ///< the result folder to replay; absent: the walk is simulated
   double cost = 1;                      ///< relative to the other jobs
   /// The words of its command line up to --out; empty: a run, or a replay of the recording.
@@ -64,7 +68,8 @@ struct ResultJob {
 
 /// The same job for each of the seeds.
 std::vector<ResultJob> jobs_of_seeds(const ResultJob& job, const std::vector<std::uint64_t>& seeds);
-std::vector<std::string> results_of(const std::vector<ResultJob>& jobs);
+/// A use of the folder that an interrupted command with the same jobs, models and program resumes.
+OutUse resumable(const std::vector<ResultJob>& jobs, const fs::path& models = {}, bool cached = false);
 
 struct ResultOptions {
   fs::path models;
@@ -73,34 +78,44 @@ struct ResultOptions {
   bool cached = false;        ///< simulate only the walks that the cache does not have
   bool counts_older = false;  ///< keep finished results of older commands
   bool keeps_other_seeds = false;
+  bool must_start = false;  ///< a process that rejects its input is a UsageError
 };
 
-/// Makes the results that are not finished and returns how their processes ended, in the order of the jobs
-/// (exit code 0 and no complaint if finished before). An earlier result stays until the new one is whole; if
-/// none is made, it is moved to earlier-<n>, as are results of other seeds. Throws FileError if a result
-/// would replace something that the program did not make.
+/// Makes the results that are not finished, prints what failed processes wrote to standard error, once for
+/// all seeds with the same complaint, and returns how they ended, in the order of the jobs (exit code 0 and
+/// no complaint if finished before). An earlier result stays until the new one is whole; if none is made, it
+/// is moved to earlier-<n>, as are results of other seeds. Throws FileError if a result would replace
+/// something that the program did not make.
 std::vector<Ended> make_results(const std::vector<ResultJob>& jobs, const OutFolder& out,
                                 const ResultOptions& options);
 
 /// The score of each job's result, or "crashed" if it has none.
-std::vector<sim::result::SeedScore> read_scores(const std::vector<ResultJob>& jobs,
-                                                const std::vector<Ended>& ended, const fs::path& out);
-
-/// Prints what failed processes wrote to standard error, once for all seeds with the same complaint.
-void print_complaints(const std::vector<ResultJob>& jobs, const std::vector<Ended>& ended);
+std::vector<result::SeedScore> read_scores(const std::vector<ResultJob>& jobs,
+                                           const std::vector<Ended>& ended, const fs::path& out);
 
 /// Identifies the inputs of a scenario: its YAML and the contents of its estimator's files.
-std::string inputs_of(const sim::scenario::Scenario& scenario);
-
-/// Identifies what a command makes: the program, the jobs, and further inputs.
-std::string identity_of(const std::vector<ResultJob>& jobs, const std::vector<std::string>& inputs);
+std::string inputs_of(const scenario::Scenario& scenario);
 
 /// The names of the results seed-<n> of other seeds in a folder.
 std::vector<std::string> results_of_other_seeds(const fs::path& root,
                                                 const std::vector<std::uint64_t>& seeds);
 
-/// Moves these folders of `root` into its first folder earlier-<n> that does not exist yet, and reports it on
-/// standard output.
-void set_aside(const fs::path& root, const std::vector<std::string>& names);
+/// folder: contains the parts of the trials and their logs while they run; all nodes of a cluster must see
+/// it.
+struct TrialsPlace {
+  fs::path folder;
+  std::string purpose;  ///< first line of the log
+  fs::path models;
+  std::string title;  ///< of the progress line
+};
+
+using RunTrials = std::function<void(const std::vector<trials::Task>&, trials::TrialLog&)>;
+/// Returns a function that runs trials in several processes, here or on a cluster, and collects their records
+/// in one log. Tasks of the same recording should follow each other. It resumes what a killed call left in
+/// the folder. A task without a record afterwards could not be run; the reason is on standard error.
+RunTrials in_processes(const TrialsPlace& place, const Backend& backend);
+
+/// Removes the parts that an earlier call left in the folder, and the folder if nothing else is in it.
+void remove_parts(const fs::path& folder);
 
 }  // namespace cli

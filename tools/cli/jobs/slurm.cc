@@ -19,8 +19,6 @@
 namespace cli {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr double kElementSeconds = 30;  // a shorter element is not worth the cost of starting it
 constexpr int kSubmissions = 3;
 constexpr std::size_t kMostElements = 1000;  // of Slurm's default MaxArraySize, 1001
@@ -64,21 +62,18 @@ ShellOutput run_shell(const std::string& command) {
   const TemporaryFolder scratch;
   const std::string text = (scratch / "text").string(), errors = (scratch / "errors").string();
   std::FILE* const shell = ::popen(
-      fmt::format("{} >{} 2>{}", command, sim::files::shell_word(text), sim::files::shell_word(errors))
-          .c_str(),
-      "w");
+      fmt::format("{} >{} 2>{}", command, files::shell_word(text), files::shell_word(errors)).c_str(), "w");
   const int status = shell ? ::pclose(shell) : -1;
-  return {sim::files::read_text(text), sim::files::read_text(errors), status};
+  return {files::read_text(text), files::read_text(errors), status};
 }
 
 /// The job id in the standard output of `sbatch --parsable`: a line "id" or "id;cluster". Empty if there is
 /// none.
 std::string job_id(const std::string& text) {
   std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) {
-    const std::string id = line.substr(0, line.find(';'));
-    if (sim::files::parse_number<std::uint64_t>(id)) return id;
-  }
+  for (std::string line; std::getline(lines, line);)
+    if (const std::string id = line.substr(0, line.find(';')); files::parse_number<std::uint64_t>(id))
+      return id;
   return "";
 }
 
@@ -86,26 +81,24 @@ std::string job_id(const std::string& text) {
 /// some minutes after its end and then calls its id invalid.
 bool may_run(const std::string& job) {
   if (job.empty()) return false;
-  const ShellOutput shown = run_shell("squeue -h -j " + sim::files::shell_word(job));
+  const ShellOutput shown = run_shell("squeue -h -j " + files::shell_word(job));
   if (shown.status == 0) return !shown.text.empty();
   return shown.errors.find("Invalid job id") == shown.errors.npos;
 }
 
-std::string text_if_there(const fs::path& file) {
-  return fs::exists(file) ? sim::files::read_text(file) : "";
-}
+std::string text_if_there(const fs::path& file) { return fs::exists(file) ? files::read_text(file) : ""; }
 
 std::string shell_lines(const CommandLines& lines) {
   const fs::path file = fs::read_symlink("/proc/self/exe");
   if (!fs::exists(file))
     throw UsageError("the program's file was replaced while it ran; run the command again");
-  const std::string program = sim::files::shell_word(file.string());
+  const std::string program = files::shell_word(file.string());
   std::string text;
   for (const auto& line : lines) {
     text += program;
     for (const std::string& word : line.words) {
       require_usable({"slurm"}, word);
-      text += " " + sim::files::shell_word(word);
+      text += " " + files::shell_word(word);
     }
     text += '\n';
   }
@@ -127,15 +120,15 @@ class Array {
  public:
   Array(const CommandLines& lines, const Backend& backend) : backend_(backend), lines_(lines) {
     const std::string text = shell_lines(lines);
-    sim::files::Hash hash;
+    files::Hash hash;
     hash.add(text);
     folder_ = fs::absolute(backend.spool) / ("array-" + hash.hex().substr(0, 12));
     const auto least =
         static_cast<std::size_t>(std::ceil(kElementSeconds / std::max(backend.seconds_each, 0.1)));
     each_ = std::max(least, (lines.size() + kMostElements - 1) / kMostElements);
     fs::create_directories(folder_ / "ended");
-    sim::files::write_atomically(folder_ / "lines", text);
-    sim::files::write_atomically(folder_ / "element.sh", kElement);
+    files::write_atomically(folder_ / "lines", text);
+    files::write_atomically(folder_ / "element.sh", kElement);
   }
 
   /// True if the job, possibly one of a killed command, may be in the queue.
@@ -151,20 +144,19 @@ class Array {
 
   void submit() const {
     const std::string elements = fmt::format("{}", fmt::join(missing(), ","));
-    const ShellOutput printed =
-        run_shell(fmt::format("sbatch --parsable --requeue --ntasks=1 --cpus-per-task=1 --job-name=gaitslam "
-                              "--array={}{} --output={} {} {} {}",
-                              elements, backend_.jobs > 0 ? fmt::format("%{}", backend_.jobs) : "",
-                              sim::files::shell_word((folder_ / "element-%a.log").string()),
-                              sim::files::shell_word((folder_ / "element.sh").string()),
-                              sim::files::shell_word(folder_.string()), each_));
+    const ShellOutput printed = run_shell(fmt::format(
+        "sbatch --parsable --requeue --ntasks=1 --cpus-per-task=1 --job-name=gaitslam "
+        "--array={}{} --output={} {} {} {}",
+        elements, backend_.jobs > 0 ? fmt::format("%{}", backend_.jobs) : "",
+        files::shell_word((folder_ / "element-%a.log").string()),
+        files::shell_word((folder_ / "element.sh").string()), files::shell_word(folder_.string()), each_));
     const std::string job = job_id(printed.text);
     if (printed.status != 0 || job.empty()) {
       std::string why = printed.errors + printed.text;
       std::replace(why.begin(), why.end(), '\n', ' ');
       throw UsageError("sbatch: " + why);
     }
-    sim::files::write_atomically(folder_ / "job", job);
+    files::write_atomically(folder_ / "job", job);
     std::cerr << printed.errors
               << fmt::format(
                      "slurm job {}: array elements {} with {} command lines each. After an interruption the "
@@ -177,27 +169,25 @@ class Array {
         lines_, [&](std::size_t i) { return has_ended(i) ? 1 : part_in(ended_file(i).string() + ".part"); });
   }
 
+  /// How each line ended. Removes the folder.
   std::vector<Ended> collect() const {
     std::vector<Ended> all;
-    for (std::size_t i = 0; i < lines_.size(); ++i) all.push_back(outcome(i));
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      const std::string file = ended_file(i);
+      const int code = has_ended(i) ? std::stoi("0" + text_if_there(file)) : 3;
+      all.push_back({code < 128 ? code : 3,
+                     has_ended(i) ? text_if_there(file + ".err")
+                                  : "its array element ended before it ran: " +
+                                        text_if_there(folder_ / fmt::format("element-{}.log", i / each_))});
+      if (code >= 128) all.back().complaint += fmt::format("killed by signal {}\n", code - 128);
+    }
+    fs::remove_all(folder_);
     return all;
   }
-  void remove() const { fs::remove_all(folder_); }
 
  private:
   fs::path ended_file(std::size_t i) const { return folder_ / "ended" / std::to_string(i + 1); }
   bool has_ended(std::size_t i) const { return fs::exists(ended_file(i)); }
-
-  Ended outcome(std::size_t i) const {
-    const fs::path file = ended_file(i);
-    if (!fs::exists(file))
-      return {3, fmt::format("its array element ended before it ran: {}",
-                             text_if_there(folder_ / fmt::format("element-{}.log", i / each_)))};
-    const std::string complaint = text_if_there(file.string() + ".err");
-    const int code = std::stoi("0" + text_if_there(file));
-    return {code < 128 ? code : 3,
-            code < 128 ? complaint : complaint + fmt::format("killed by signal {}\n", code - 128)};
-  }
 
   const Backend& backend_;
   const CommandLines& lines_;
@@ -210,9 +200,9 @@ class Array {
 void require_ended_arrays(const fs::path& spool) {
   for (const fs::path& array : arrays_in(spool))
     if (may_run(text_if_there(array / "job")))
-      throw UsageError(fmt::format(
+      throw UsageError(
           "{}: belongs to the Slurm job {}, which may still run; wait for it, or end it with scancel",
-          array.string(), text_if_there(array / "job")));
+          array.string(), text_if_there(array / "job"));
 }
 
 void remove_arrays(const fs::path& spool) {
@@ -233,9 +223,7 @@ std::vector<Ended> run_on_slurm(const CommandLines& command_lines, const Backend
     if (array.missing().empty() || submissions == kSubmissions) break;
     array.submit();
   }
-  std::vector<Ended> all = array.collect();
-  array.remove();
-  return all;
+  return array.collect();
 }
 
 }  // namespace cli

@@ -1,5 +1,3 @@
-#include "tools/cli/jobs/trials.h"
-
 #include <fmt/format.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -11,6 +9,7 @@
 #include <set>
 
 #include "sim/files/text.h"
+#include "sim/trials/trial.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/results.h"
@@ -18,8 +17,6 @@
 
 namespace cli {
 namespace {
-
-namespace trials = sim::trials;
 
 constexpr std::size_t kMostTasks = 32;  // of a part: half a minute, enough for an array element
 
@@ -32,18 +29,14 @@ std::vector<fs::path> parts_in(const fs::path& folder) {
   return parts;
 }
 
-/// As few parts as keep all processes equally busy, because each part decodes its recording.
-std::size_t tasks_of_part(std::size_t n, const Backend& backend) {
-  if (backend.slurm()) return kMostTasks;
-  const auto up = [](std::size_t a, std::size_t b) { return (a + b - 1) / b; };
-  const auto jobs = static_cast<std::size_t>(std::max(backend.jobs, 1));
-  return up(n, jobs * up(n, jobs * kMostTasks));
-}
-
 std::vector<fs::path> write_parts(const std::vector<trials::Task>& tasks, const TrialsPlace& place,
                                   const Backend& backend) {
   fs::create_directories(place.folder);
-  const std::size_t each = tasks_of_part(tasks.size(), backend);
+  // As few parts as keep all processes equally busy, because each part decodes its recording.
+  const auto up = [](std::size_t a, std::size_t b) { return (a + b - 1) / b; };
+  const auto jobs = static_cast<std::size_t>(std::max(backend.jobs, 1));
+  const std::size_t n = tasks.size(),
+                    each = backend.slurm() ? kMostTasks : up(n, jobs * up(n, jobs * kMostTasks));
   for (std::size_t first = 0; first < tasks.size(); first += each) {
     const auto begin = tasks.begin() + static_cast<std::ptrdiff_t>(first);
     const auto end = begin + static_cast<std::ptrdiff_t>(std::min(each, tasks.size() - first));
@@ -61,7 +54,7 @@ std::size_t finished(const std::vector<fs::path>& parts) {
   std::size_t n = 0;
   for (const fs::path& part : parts) {
     if (!fs::exists(log_of(part))) continue;
-    const std::string text = sim::files::read_text(log_of(part));
+    const std::string text = files::read_text(log_of(part));
     n +=
         static_cast<std::size_t>(std::max<std::ptrdiff_t>(std::count(text.begin(), text.end(), '\n'), 1) - 1);
   }
@@ -70,15 +63,6 @@ std::size_t finished(const std::vector<fs::path>& parts) {
 
 void remove_part(const fs::path& part) {
   for (const fs::path& file : {part, log_of(part), running_file(part)}) fs::remove(file);
-}
-
-/// Moves the records of the parts to the log, then removes the parts.
-void collect(const std::vector<fs::path>& parts, trials::TrialLog& log, const TrialsPlace& place) {
-  for (const fs::path& part : parts) {
-    if (fs::exists(log_of(part)))
-      for (const auto& [key, record] : trials::read_trial_log(log_of(part), place.purpose)) log.add(record);
-    remove_part(part);
-  }
 }
 
 void run_parts(std::vector<trials::Task> rest, trials::TrialLog& log, const TrialsPlace& place,
@@ -99,7 +83,11 @@ void run_parts(std::vector<trials::Task> rest, trials::TrialLog& log, const Tria
     const std::vector<Ended> ended = run_all(lines, backend, [&](double) {
       progress.show(static_cast<double>(total - before + finished(parts)) / static_cast<double>(total));
     });
-    collect(parts, log, place);
+    for (const fs::path& part : parts) {
+      if (fs::exists(log_of(part)))
+        for (const auto& [key, record] : trials::read_trial_log(log_of(part), place.purpose)) log.add(record);
+      remove_part(part);
+    }
     std::erase_if(rest, has_record);
     if (rest.size() < before) continue;
     std::set<std::string> printed;
@@ -120,13 +108,13 @@ void run_tasks(const TrialsRequest& request) {
   trials::TrialLog log(log_of(request.tasks), file.purpose);
   const Recordings recordings(request.models);
   // Successive trials mostly use the same recording.
-  trials::Runner runner(false, {[&](const sim::scenario::Scenario& s) { return recordings.key(s); },
-                                [&](const sim::scenario::ReadScenario& read, const auto& use) {
+  trials::Runner runner(false, {[&](const scenario::Scenario& s) { return recordings.key(s); },
+                                [&](const scenario::ReadScenario& read, const auto& use) {
                                   use(recordings.get(read, [](double) {}).folder);
                                 }});
   for (const trials::Task& task : file.tasks) {
     if (log.find(task.key)) continue;
-    sim::files::write_text(running_file(request.tasks), task.key);
+    files::write_text(running_file(request.tasks), task.key);
     log.add(runner.run(task));
   }
 }
@@ -135,16 +123,16 @@ void run_tasks(const TrialsRequest& request) {
 void log_crash(const TrialsRequest& request, int signal) {
   const trials::TaskFile file = trials::read_tasks(request.tasks);
   const std::string running =
-      fs::exists(running_file(request.tasks)) ? sim::files::read_text(running_file(request.tasks)) : "";
+      fs::exists(running_file(request.tasks)) ? files::read_text(running_file(request.tasks)) : "";
   trials::TrialLog log(log_of(request.tasks), file.purpose);
   for (const trials::Task& task : file.tasks)
     if (task.key == running && !log.find(task.key))
       return log.add({task.key,
-                      sim::scenario::read_scenario_text(task.scenario, "task.yaml").scenario.seed,
+                      scenario::read_scenario_text(task.scenario, "task.yaml").scenario.seed,
                       "crashed",
                       fmt::format("killed by signal {} ({})", signal, strsignal(signal)),
                       {}});
-  throw UsageError(fmt::format("{}: killed by signal {} before any trial", request.tasks.string(), signal));
+  throw UsageError("{}: killed by signal {} before any trial", request.tasks.string(), signal);
 }
 
 /// A trial that crashes is logged, and the others continue in a new process.
@@ -174,7 +162,7 @@ void remove_parts(const fs::path& folder) {
   fs::remove(folder, not_empty);
 }
 
-trials::RunTasks in_processes(const TrialsPlace& place, const Backend& backend) {
+RunTrials in_processes(const TrialsPlace& place, const Backend& backend) {
   return [place, backend](const std::vector<trials::Task>& tasks, trials::TrialLog& log) {
     run_parts(tasks, log, place, backend);
   };

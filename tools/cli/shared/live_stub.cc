@@ -3,8 +3,8 @@
 
 namespace cli {
 
-sim::result::Outcome run_live(const sim::scenario::ReadScenario&, const sim::result::ResultPlace&,
-                              const sim::result::Progress&, int, const sim::live::RunObserver*) {
+result::Outcome run_live(const scenario::ReadScenario&, const result::ResultPlace&, const result::Progress&,
+                         int, const live::RunObserver*) {
   require_simulator();
   return {};
 }
@@ -13,9 +13,9 @@ void require_simulator() {
   throw UsageError("run: this build has no simulator (GAITSLAM_WORLD=OFF); replay, check and config work");
 }
 
-bool require_clear_walk(const sim::scenario::ReadScenario&, const std::filesystem::path&) { return false; }
+bool require_clear_walk(const scenario::ReadScenario&, const fs::path&) { return false; }
 
-walking::WholeBody whole_body(const sim::scenario::Scenario&, const std::filesystem::path&) { return {}; }
+walking::WholeBody whole_body(const scenario::Scenario&, const fs::path&) { return {}; }
 
 std::string mujoco_version() { return ""; }
 

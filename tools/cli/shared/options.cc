@@ -91,27 +91,26 @@ void join_batch(const BatchMember& member, scenario::ReadScenario* read) {
   if (member.parent) die_with(*member.parent);
   if (!member.set_by || !read) return;
   read->origin.clear();
-  for (const auto& [key, by] : sim::files::read_json(*member.set_by).entries()) read->origin[key] = by.text();
+  for (const auto& [key, by] : files::read_json(*member.set_by).entries()) read->origin[key] = by.text();
 }
 
 void require_one_of(const std::vector<std::string>& names, const std::string& typed,
                     const std::string& option) {
   if (std::find(names.begin(), names.end(), typed) != names.end()) return;
-  throw UsageError(
-      fmt::format("{}: expected one of {}, not '{}'{}", option, fmt::join(names, ", "), typed,
-                  scenario::did_you_mean(typed, std::vector<std::string_view>(names.begin(), names.end()))));
+  throw UsageError("{}: expected one of {}, not '{}'{}", option, fmt::join(names, ", "), typed,
+                   scenario::did_you_mean(typed, std::vector<std::string_view>(names.begin(), names.end())));
 }
 
-sim::score::Alignment alignment_named(const std::string& name) {
-  if (const auto alignment = sim::score::alignment_of(name)) return *alignment;
-  throw UsageError(fmt::format("--align {}: expected none, origin, yaw, se3, sim3 or scale", name));
+score::Alignment alignment_named(const std::string& name) {
+  if (const auto alignment = score::alignment_of(name)) return *alignment;
+  throw UsageError("--align {}: expected none, origin, yaw, se3, sim3 or scale", name);
 }
 
 std::vector<std::uint64_t> parse_seeds(const std::string& text) {
   try {
     return scenario::parse_seeds(text);
   } catch (const std::invalid_argument& e) {
-    throw UsageError(fmt::format("--seeds {}: {}", text, e.what()));
+    throw UsageError("--seeds {}: {}", text, e.what());
   }
 }
 
@@ -154,7 +153,7 @@ void require_models(const scenario::ReadScenario& read, const fs::path& models) 
   std::error_code fault;
   for (const auto& entry : fs::directory_iterator(models, fault))
     if (entry.path().extension() == ".xml")
-      texts[entry.path().stem().string()] = sim::files::read_text(entry.path());
+      texts[entry.path().stem().string()] = files::read_text(entry.path());
   for (const auto& [name, text] : texts) {
     const std::string include = fmt::format("<include file=\"{}.xml\"", name);
     if (text.find("<actuator") != text.npos)
@@ -163,7 +162,7 @@ void require_models(const scenario::ReadScenario& read, const fs::path& models) 
                           [&](const auto& other) { return other.second.find(include) != std::string::npos; }))
       rooms.insert(name);
   }
-  if (texts.empty()) throw sim::files::FileError(models, "has no models");
+  if (texts.empty()) throw files::FileError(models, "has no models");
   require_model(read, "world.robot", read.scenario.world.robot, robots);
   require_model(read, "world.room", read.scenario.world.room, rooms);
 }

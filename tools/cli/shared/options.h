@@ -17,19 +17,10 @@
 #include "sim/view/session.h"
 #include "tools/cli/shared/terminal.h"
 
-namespace sim::replay {}
-namespace sim::result {}
-namespace sim::regression {}
-
 namespace cli {
 
-namespace fs = std::filesystem;
-namespace regression = sim::regression;
-namespace replay = sim::replay;
-namespace result = sim::result;
-namespace scenario = sim::scenario;
-using sim::view::Access;
-using sim::view::ViewRequest;
+using view::Access;
+using view::ViewRequest;
 
 /// Adds a subcommand: `run` handles its request and returns the exit code. examples: the end of its help.
 template <typename Request>
@@ -38,28 +29,24 @@ std::pair<CLI::App&, Request&> add_command(CLI::App& app, int& exit_code, const 
                                            int (*run)(Request&)) {
   auto request = std::make_shared<Request>();
   CLI::App* command = app.add_subcommand(name, description);
-  command->footer(examples + (*examples == '\n' ? 1 : 0));
+  command->footer(examples);
   command->callback([request, run, &exit_code] { exit_code = run(*request); });
   return {*command, *request};
 }
 
 /// The file argument `scenario`, key=value arguments, --with and --without.
-CLI::Option* add_scenario(CLI::App& command, std::string& file, sim::scenario::Changes& changes);
+CLI::Option* add_scenario(CLI::App& command, std::string& file, scenario::Changes& changes);
 /// The arguments key=value; `which`: the keys that may be changed.
 void add_overrides(CLI::App& command, std::vector<std::string>& overrides, const std::string& which);
-/// --with: overlays for `changes`.
-void add_with(CLI::App& command, sim::scenario::Changes& changes);
-/// --without: sections of the scenario to remove.
-void add_without(CLI::App& command, sim::scenario::Changes& changes);
+void add_with(CLI::App& command, scenario::Changes& changes);
+void add_without(CLI::App& command, scenario::Changes& changes);
 /// The argument `result`, the folder of a run.
 void add_result(CLI::App& command, fs::path& result, const std::string& or_else = "");
 void add_models(CLI::App& command, fs::path& models);
 /// --seeds: `what` they are of.
 void add_seeds(CLI::App& command, std::optional<std::string>& seeds, const std::string& what);
-/// --jobs, processes on this machine.
 void add_jobs(CLI::App& command, std::optional<int>& jobs, const std::string& text);
 void add_cached(CLI::App& command, bool& cached);
-/// --all-metrics, for tables on the terminal.
 void add_all_metrics(CLI::App& command, bool& all);
 
 /// Hidden options of a process that another one started.
@@ -70,18 +57,17 @@ struct BatchMember {
 void add_batch_member(CLI::App& command, BatchMember& member);
 /// Makes the kernel end this process with its parent, and replaces the origin of each key by that in the
 /// file.
-void join_batch(const BatchMember& member, sim::scenario::ReadScenario* read = nullptr);
+void join_batch(const BatchMember& member, scenario::ReadScenario* read = nullptr);
 
 /// Throws UsageError, with the most similar of the names, if `typed` is none of them.
 void require_one_of(const std::vector<std::string>& names, const std::string& typed,
                     const std::string& option);
 /// The alignment as typed after --align. Throws UsageError.
-sim::score::Alignment alignment_named(const std::string& name);
+score::Alignment alignment_named(const std::string& name);
 
 /// Seeds as typed after --seeds. Throws UsageError.
 std::vector<std::uint64_t> parse_seeds(const std::string& text);
 
-/// --address, --port and --token.
 void add_view_place(CLI::App& command, Access& place);
 /// Also --view, --control and --wait. An opened view prints its URL.
 void add_view(CLI::App& command, ViewRequest& request);
@@ -92,6 +78,6 @@ void print_view(const std::string& url);
 fs::path standard_models();
 /// Throws ConfigError "file:line: world.room: is 'kitchen', expected one of ..." if the folder of the models
 /// lacks the robot or the room.
-void require_models(const sim::scenario::ReadScenario& read, const fs::path& models);
+void require_models(const scenario::ReadScenario& read, const fs::path& models);
 
 }  // namespace cli

@@ -14,13 +14,11 @@
 #include "sim/files/atomic_file.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
+#include "sim/result/limits.h"
 #include "sim/result/score_file.h"
-#include "sim/result/score_table.h"
 
 namespace cli {
 namespace {
-
-namespace files = sim::files;
 
 /// Exists while a resumable command runs: its first line identifies the command, the others are what is
 /// finished.
@@ -67,11 +65,10 @@ std::optional<std::set<std::string>> made_before(const fs::path& folder, const s
 /// Throws UsageError if --force is needed: something is there that the command would replace.
 void require_free(const fs::path& folder, const OutUse& use) {
   if (!use.continues && !has_no_results(folder))
-    throw UsageError(
-        fmt::format("{}: exists already; --force replaces what the command writes there", folder.string()));
+    throw UsageError("{}: exists already; --force replaces what the command writes there", folder.string());
   for (const std::string& result : use.results)
     if (fs::exists(folder / result / "score.json"))
-      throw UsageError(fmt::format("{}: exists already; --force replaces it", (folder / result).string()));
+      throw UsageError("{}: exists already; --force replaces it", (folder / result).string());
 }
 
 /// Throws UsageError unless a folder can be made there, in `existing`, and written.
@@ -80,8 +77,7 @@ void require_writable(const fs::path& path, const fs::path& existing) {
   int why = fs::is_directory(existing, fault) ? 0 : ENOTDIR;
   if (why == 0 && access(existing.c_str(), W_OK | X_OK) != 0) why = errno;
   if (why != 0)
-    throw UsageError(
-        fmt::format("{}: cannot be written: {}: {}", path.string(), existing.string(), std::strerror(why)));
+    throw UsageError("{}: cannot be written: {}: {}", path.string(), existing.string(), std::strerror(why));
 }
 
 std::string kept_text(const fs::path& path, const OutUse& use) {
@@ -101,26 +97,26 @@ void add_out(CLI::App& command, OutRequest& request) {
 
 void require_outside(const fs::path& out, const fs::path& read) {
   if (contains(out, read))
-    throw UsageError(fmt::format("{}: would be replaced, and the command reads {}; name another folder",
-                                 out.string(), read.string()));
+    throw UsageError("{}: would be replaced, and the command reads {}; name another folder", out.string(),
+                     read.string());
 }
 
 void require_folder_of(const fs::path& file, const std::string& option) {
   std::error_code fault;
   const fs::path folder = file.has_parent_path() ? file.parent_path() : ".";
   if (!fs::is_directory(folder, fault))
-    throw UsageError(fmt::format("{} {}: the folder {} does not exist; create it first, or name another file",
-                                 option, file.string(), folder.string()));
+    throw UsageError("{} {}: the folder {} does not exist; create it first, or name another file", option,
+                     file.string(), folder.string());
 }
 
 void require_new_file(const fs::path& file, bool force, const std::string& option) {
   std::error_code fault;
   require_folder_of(file, option);
   if (fs::is_directory(file, fault))
-    throw UsageError(fmt::format("{}: is a folder, expected a file to write", file.string()));
+    throw UsageError("{}: is a folder, expected a file to write", file.string());
   files::require_regular(file);
   if (!force && fs::exists(fs::symlink_status(file, fault)))
-    throw UsageError(fmt::format("{}: exists already; --force replaces it", file.string()));
+    throw UsageError("{}: exists already; --force replaces it", file.string());
 }
 
 OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const OutUse& use)
@@ -131,15 +127,14 @@ OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const 
   std::error_code fault;
   if (path_.empty()) throw UsageError("--out: is empty, expected a folder for results");
   if (fs::exists(path_, fault) && !fs::is_directory(path_, fault))
-    throw UsageError(fmt::format("{}: is a file, expected a folder for results", path_.string()));
+    throw UsageError("{}: is a file, expected a folder for results", path_.string());
   const auto made = made_before(path_, use.identity);
   made_ = made.value_or(std::set<std::string>());
   if (request.out && !request.force && !made) require_free(path_, use);
   if (use.replaces) {
     if (contains(path_, fs::current_path()))
-      throw UsageError(
-          fmt::format("{}: is or contains the current folder, and would be replaced; name another folder",
-                      path_.string()));
+      throw UsageError("{}: is or contains the current folder, and would be replaced; name another folder",
+                       path_.string());
     files::require_replaceable(path_.has_filename() ? path_ : path_.parent_path());
   }
   for (const std::string& result : use.results) files::require_replaceable(path_ / result);
@@ -150,8 +145,8 @@ OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const 
     fs::create_directories(path_);
     lock_ = files::FileLock::take_folder(path_);
     if (!lock_)
-      throw UsageError(fmt::format(
-          "{}: another process is writing there: wait for it, or name another folder", path_.string()));
+      throw UsageError("{}: another process is writing there: wait for it, or name another folder",
+                       path_.string());
     files::list_outputs(path_, names_);
     if (!identity_.empty() && !made) files::write_atomically(path_ / kUnfinished, identity_ + "\n");
   }
@@ -191,19 +186,19 @@ void print_outcome(int exit_code, const fs::path& folder, const nlohmann::ordere
   std::cout << files::json_text(json, 2) << '\n';
 }
 
-int report(const sim::result::Outcome& outcome, const fs::path& result_folder, bool all_metrics) {
+int report(const result::Outcome& outcome, const fs::path& result_folder, bool all_metrics) {
   if (output() == Output::json)
     print_outcome(outcome.exit_code, result_folder,
-                  {{"ending", sim::scenario::name_of(outcome.ending)},
+                  {{"ending", scenario::name_of(outcome.ending)},
                    {"cause", outcome.cause},
                    {"score", files::read_json(result_folder / "score.json").value()}});
-  const sim::result::TableStyle style{colours(), all_metrics};
-  text_out() << sim::result::score_table(result_folder, style, outcome.exit_code == 3) << "results in "
+  const result::TableStyle style{colours(), all_metrics};
+  text_out() << result::score_table(result_folder, style, outcome.exit_code == 3) << "results in "
              << result_folder.string() << '\n';
-  if (const auto about = sim::result::read_about(result_folder / "about.json"); !about.counterfactual.empty())
+  if (const auto about = result::read_about(result_folder / "about.json"); !about.counterfactual.empty())
     text_out() << "counterfactual: " << about.counterfactual << '\n';
   if (outcome.exit_code == 3)
-    std::cerr << fmt::format("gaitslam: {}: {}\n", sim::scenario::name_of(outcome.ending), outcome.cause);
+    std::cerr << fmt::format("gaitslam: {}: {}\n", scenario::name_of(outcome.ending), outcome.cause);
   return outcome.exit_code;
 }
 

@@ -14,8 +14,6 @@
 
 namespace cli {
 
-namespace fs = std::filesystem;
-
 /// The options --out and --force.
 struct OutRequest {
   std::optional<std::string> out;
@@ -70,7 +68,7 @@ class OutFolder {
   std::vector<std::string> names_;
   std::string identity_;
   std::set<std::string> made_;  ///< by the interrupted command
-  std::optional<sim::files::FileLock> lock_;
+  std::optional<files::FileLock> lock_;
   OnInterrupt on_interrupt_;
 };
 
@@ -80,6 +78,6 @@ void print_outcome(int exit_code, const fs::path& folder, const nlohmann::ordere
 
 /// Prints the score of a result folder in the format that was asked for, and the cause of a failure; returns
 /// the exit code.
-int report(const sim::result::Outcome& outcome, const fs::path& result_folder, bool all_metrics = false);
+int report(const result::Outcome& outcome, const fs::path& result_folder, bool all_metrics = false);
 
 }  // namespace cli

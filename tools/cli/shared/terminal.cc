@@ -73,8 +73,8 @@ bool colours() {
 
 void remember_command(int argc, char** argv) {
   const char* const launcher = std::getenv("GAITSLAM_TYPED_AS");  // set by tools/gaitslam
-  typed_command = sim::files::shell_word(launcher ? launcher : argv[0]);
-  for (int i = 1; i < argc; ++i) typed_command += " " + sim::files::shell_word(argv[i]);
+  typed_command = files::shell_word(launcher ? launcher : argv[0]);
+  for (int i = 1; i < argc; ++i) typed_command += " " + files::shell_word(argv[i]);
 }
 
 OnInterrupt::OnInterrupt(const std::string& kept) {

@@ -2,20 +2,33 @@
 // interrupted command.
 #pragma once
 
+#include <fmt/format.h>
+
+#include <filesystem>
 #include <iosfwd>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace CLI {
 class App;
 }
 
+namespace sim {}
+
 namespace cli {
 
-/// The command line is invalid. main prints the message and exits with code 2.
+using namespace sim;  // only namespaces are in it
+namespace fs = std::filesystem;
+
+/// The command line is invalid. main prints the message, a text or a format with its arguments, and exits
+/// with code 2.
 class UsageError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
+  template <typename... T>
+  explicit UsageError(fmt::format_string<T...> text, T&&... values)
+      : std::runtime_error(fmt::format(text, std::forward<T>(values)...)) {}
 };
 
 /// text: for people. quiet: nothing but errors, on standard error. json: one JSON document and nothing else.

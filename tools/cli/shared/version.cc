@@ -31,9 +31,9 @@ std::map<std::string, std::string> libraries() {
   return all;
 }
 
-sim::result::ResultPlace result_place(const std::filesystem::path& folder, const std::string& models_hash,
-                                      const std::filesystem::path& models) {
-  return {folder, sim::files::Existing::replace, models, kVersion, kRevision, libraries(), models_hash};
+result::ResultPlace result_place(const fs::path& folder, const std::string& models_hash,
+                                 const fs::path& models) {
+  return {folder, files::Existing::replace, models, kVersion, kRevision, libraries(), models_hash};
 }
 
 std::string processor() { return cpuinfo("model name"); }
@@ -47,8 +47,8 @@ std::string recording_identity() {
 std::string program_identity() {
   const std::string revision = kRevision;
   if (revision != "unknown" && !revision.ends_with('+')) return fmt::format("{} {}", kVersion, revision);
-  sim::files::Hash hash;
-  hash.add(sim::files::read_text("/proc/self/exe"));
+  files::Hash hash;
+  hash.add(files::read_text("/proc/self/exe"));
   return fmt::format("{} {}", kVersion, hash.hex());
 }
 

@@ -1,11 +1,11 @@
 // Sources and libraries of this program.
 #pragma once
 
-#include <filesystem>
 #include <map>
 #include <string>
 
 #include "sim/result/result.h"
+#include "tools/cli/shared/terminal.h"
 
 namespace cli {
 
@@ -22,8 +22,8 @@ extern const char* const kRecordingSources;
 std::map<std::string, std::string> libraries();
 
 /// The place of a result that this program makes, which replaces an earlier one.
-sim::result::ResultPlace result_place(const std::filesystem::path& folder, const std::string& models_hash,
-                                      const std::filesystem::path& models = {});
+result::ResultPlace result_place(const fs::path& folder, const std::string& models_hash,
+                                 const fs::path& models = {});
 
 /// The model name of the processor.
 std::string processor();

@@ -1,5 +1,5 @@
 // The runner, which tools/gaitslam builds for users without the view.
-#include "tools/cli/shared/options.h"
+#include "sim/view/session.h"
 #include "tools/cli/shared/terminal.h"
 
 namespace sim::view {

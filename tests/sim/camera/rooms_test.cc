@@ -1,12 +1,21 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
 
+#include <algorithm>
+#include <bit>
+#include <cstdlib>
+#include <fstream>
 #include <opencv2/imgproc.hpp>
+#include <random>
 #include <set>
 
+#include "sim/camera/drawn_model.h"
 #include "sim/camera/head_camera.h"
 #include "sim/camera/shapes.h"
 #include "sim/room/paint.h"
 #include "sim/score/surfaces.h"
+#include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/physics/test_worlds.h"
 
 namespace sim::camera {
@@ -35,12 +44,9 @@ struct Room {
 };
 const Room kOffice{"office", {0.9, 0.15}, {11, 7, 3}, 2}, kHall{"hall", {0.9, 3.65}, {25, 18, 3}, 4};
 
-bool is_shell(const score::Surface& surface) {
-  return surface.kind == score::Surface::Kind::plane && surface.size.prod() == 0 &&
-         surface.size.maxCoeff() > 3;
+bool is_shell(const score::Surface& s) {
+  return s.kind == score::Surface::Kind::plane && s.size.prod() == 0 && s.size.maxCoeff() > 3;
 }
-
-}  // namespace
 
 // The hall of 11 x 25 m and the open office of 7 x 25 m beside it are one space.
 TEST(Rooms, HaveTheirSizeEverythingStandsInsideAndMetersAroundTheWalkAreFree) {
@@ -106,7 +112,9 @@ TEST(Office, OffersCornersAllOverTheImageAtEveryHeading) {
   HeadCamera camera(robot_in("office"), CameraOptions{});
   const Data plant = data_at_rest(camera.model());
   for (int step = 0; step < 16; ++step) {
-    stand_on_circle(*plant, step * 2 * CV_PI / 16);
+    const double yaw = step * 2 * CV_PI / 16;  // on the tangent circle, 0.75 m about (1, 0.25)
+    Eigen::Map<Eigen::Matrix<double, 7, 1>>(plant->qpos) << 1 + 0.75 * std::sin(yaw),
+        0.25 - 0.75 * std::cos(yaw), walking::hrp2::kWaistHeight, std::cos(yaw / 2), 0, 0, std::sin(yaw / 2);
     const cv::Mat1b image = camera.render(*plant);
     cv::Mat1f strength;
     cv::cornerMinEigenVal(image, strength, 11, 3);
@@ -130,30 +138,122 @@ TEST(RoomSurfaces, RaysMeetThemWhereMuJoCosDo) {
     constexpr mjtByte room[mjNGROUP] = {1, 0, 0, 0, 0, 0};
     for (int i = 0; i < 3000; ++i) {
       const Vector3d from{random.uniform(0.0, 1.8), random.uniform(-0.6, 1.1), random.uniform(1.2, 1.5)};
-      const Vector3d along =
-          Vector3d{random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-0.7, 0.7)}
-              .normalized();
+      Vector3d along{random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-0.7, 0.7)};
+      along.normalize();
       int geom;
       const double expected = mj_ray(model.get(), data.get(), from.data(), along.data(), room, 1, -1, &geom);
       const std::optional<double> found = score::first_hit(surfaces, from, along);
       ASSERT_TRUE(found.has_value());
-      ASSERT_NEAR(*found, expected, 1e-6)
-          << "geom " << geom;  // rounding of distances of some meters, grazing included
+      ASSERT_NEAR(*found, expected, 1e-6) << geom;  // rounding of some meters, grazing included
     }
   }
 }
 
-TEST(RoomSurfaces, AreGivenByTheirHalfExtentsWithoutTheRobot) {
-  const char* const room =
-      "<worldbody><geom type='capsule' size='0.1 0.4' pos='1 2 3'/><geom type='plane' size='2 3 1'/>"
-      "<body pos='0 0 1'><freejoint/><geom type='sphere' size='0.2'/></body></worldbody>";
-  const std::vector<score::Surface> surfaces = room_surfaces(*SmallModel(room).load());
-  ASSERT_EQ(surfaces.size(), 2u);
-  EXPECT_EQ(surfaces[0].kind, score::Surface::Kind::capsule);
-  EXPECT_EQ(surfaces[0].size, Vector3d(0.1, 0.4, 0));
-  EXPECT_EQ(surfaces[0].X_WS.translation(), Vector3d(1, 2, 3));
-  EXPECT_EQ(surfaces[1].kind, score::Surface::Kind::plane);
-  EXPECT_EQ(surfaces[1].size, Vector3d(2, 3, 0));
+const Eigen::Isometry3d kSomewhere =
+    Eigen::Translation3d(1, 2, 0.65) * Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ());
+
+class DrawnRobot : public testing::Test {
+ protected:
+  /// Pose of a named body in a list of poses.
+  Eigen::Isometry3d pose(const std::vector<float>& poses, const std::string& body) const {
+    const auto& names = robot_.bodies();
+    const float* const x = &poses.at(7 * std::size_t(std::ranges::find(names, body) - names.begin()));
+    return Eigen::Translation3d(x[0], x[1], x[2]) *
+           Eigen::Isometry3d(Eigen::Quaterniond(x[6], x[3], x[4], x[5]).normalized());
+  }
+
+  PosedRobot robot_{"hrp2", "office", models()};
+};
+
+// The physics knows fewer shapes than the drawing, but the same bodies.
+TEST_F(DrawnRobot, HasItsBodiesWhereThePlantHasThem) {
+  const World world = standing({}, kSomewhere);
+  const std::vector<std::string>& names = robot_.bodies();
+  const std::vector<float> plant = body_poses(*world.model(), *world.data(), names),
+                           drawn = robot_.poses({world.X_WB(), half_sitting()});
+  EXPECT_GE(names.size(), 29u);
+  for (const std::string& body : names)  // float, and bushes that carry no weight yet
+    EXPECT_TRUE(pose(plant, body).isApprox(pose(drawn, body), 1e-5)) << body;
+  EXPECT_TRUE(pose(drawn, "BODY").isApprox(world.X_WB(), 1e-6));
+  EXPECT_THROW(body_poses(*world.model(), *world.data(), {"TAIL"}), std::invalid_argument);
 }
 
+TEST_F(DrawnRobot, IsInsideItsRoomAndAllVerticesAreComplete) {
+  std::size_t vertices = 0;
+  std::set<int> bodies;
+  Eigen::AlignedBox3f room;
+  for (const DrawnPiece& piece : robot_.pieces()) {
+    const std::size_t count = piece.positions.size() / 3;
+    EXPECT_EQ(piece.normals.size(), 3 * count);
+    EXPECT_EQ(piece.colours.size(), 3 * count);
+    EXPECT_EQ(piece.uv.size(), piece.picture < 0 ? 0 : 2 * count);
+    EXPECT_EQ(piece.indices.size() % 3, 0u);
+    EXPECT_LT(*std::max_element(piece.indices.begin(), piece.indices.end()), count);
+    vertices += count;
+    bodies.insert(piece.body);
+    for (std::size_t i = 0; piece.body < 0 && i < piece.positions.size(); i += 3)
+      room.extend(Eigen::Map<const Eigen::Vector3f>(&piece.positions[i]));
+  }
+  EXPECT_GT(vertices, 10'000u);
+  EXPECT_EQ(bodies.size(), robot_.bodies().size() + 1) << "each body, and the room";
+  EXPECT_NEAR(room.min().z(), 0, 0.05);  // the floor
+  EXPECT_GT(room.max().z(), 2.2f);       // the ceiling
+  EXPECT_GT(room.sizes().head<2>().minCoeff(), 4.5f);
+}
+
+TEST_F(DrawnRobot, HasPicturesOfTheSeedWithSidesThatArePowersOfTwo) {
+  const auto pictures = robot_.pictures(1, 64);
+  EXPECT_GT(pictures.size(), 10u);
+  EXPECT_GT(cv::norm(pictures[0], robot_.pictures(2, 64)[0]), 0);
+  for (const cv::Mat3b& picture : pictures)
+    for (const int side : {picture.cols, picture.rows})
+      EXPECT_TRUE(side <= 64 && std::has_single_bit(unsigned(side))) << side;
+}
+
+// An independent reader of the format and the simulator agree on the place of every link.
+TEST_F(DrawnRobot, AsUrdfHasItsLinksWhereTheBodiesOfTheModelAre) {
+  const files::TemporaryFolder folder;
+  std::ofstream(folder / "robot.urdf") << urdf(robot_.model());
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> angle(-1, 1);
+  for (const double spread : {0.0, 1.0}) {
+    walking::JointVector q;
+    std::ofstream angles(folder / "angles");
+    const std::vector<std::string> joints = joint_names();
+    for (int joint = 0; joint < walking::kJoints; ++joint) {
+      q[joint] = spread * angle(random);
+      angles << joints[static_cast<std::size_t>(joint)] << ' ' << fmt::format("{}", q[joint]) << '\n';
+    }
+    angles.close();
+    const std::string command = fmt::format(
+        "/usr/bin/python3 '{}/tests/interop/read_urdf.py' '{}' '{}' > '{}'", GAITSLAM_SOURCE_DIR,
+        (folder / "robot.urdf").string(), (folder / "angles").string(), (folder / "read").string());
+    ASSERT_EQ(std::system(command.c_str()), 0);
+    const std::vector<float> expected = robot_.poses({Eigen::Isometry3d::Identity(), q});
+    std::ifstream read(folder / "read");
+    std::size_t seen = 0;
+    for (std::string name; read >> name;) {
+      Eigen::Matrix<double, 3, 4, Eigen::RowMajor> X;
+      for (double& number : X.reshaped<Eigen::RowMajor>()) read >> number;
+      if (std::ranges::count(robot_.bodies(), name) == 0) continue;
+      ++seen;
+      EXPECT_TRUE(X.isApprox(pose(expected, name).matrix().topRows<3>(), 1e-5)) << name;
+    }
+    EXPECT_GE(seen, 29u);
+  }
+}
+
+TEST_F(DrawnRobot, AsUrdfHasEveryShape) {
+  const mjModel& model = robot_.model();
+  const std::string text = urdf(model);
+  std::size_t expected = 0, found = 0;
+  for (int geom = 0; geom < model.ngeom; ++geom)
+    if (moves(model, geom) && is_drawn(model, geom))
+      expected += model.geom_type[geom] == mjGEOM_CAPSULE ? 3 : 1;
+  for (std::size_t at = 0; (at = text.find("<visual>", at)) != text.npos; ++at) ++found;
+  EXPECT_GT(expected, 60u);
+  EXPECT_EQ(found, expected);
+}
+
+}  // namespace
 }  // namespace sim::camera
