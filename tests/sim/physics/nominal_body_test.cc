@@ -53,13 +53,13 @@ TEST(NominalBody, RejectsAModelThatIsNotTheRobotOfThePlan) {
        "LLEG_BUSH_YAW: its stiffness is 900, expected 936;"},
       {[&](const Model& m) { m->cam_pos[2] += 0.02; },
        "head_camera: its place in HEAD_LINK1, m, is 0.08 0 0.123, expected 0.08 0 0.103;"},
-      {[&](const Model& m) { std::swap(m->cam_quat[0], m->cam_quat[2]); }, "head_camera: it is turned by "},
+      {[&](const Model& m) { std::swap(m->cam_quat[0], m->cam_quat[2]); }, "head_camera is turned by "},
       {[&](const Model& m) { m->site_pos[3 * mj_name2id(m.get(), mjOBJ_SITE, "chest_imu")] += 0.01; },
        "chest_imu: its place in CHEST_LINK1"},
       {[&](const Model& m) { m->geom_pos[3 * mj_name2id(m.get(), mjOBJ_GEOM, "LLEG_PAD0")] += 0.01; },
        "LLEG_PAD0: its place in LLEG_SOLE, m, is 0.14 0.069 0.005, expected 0.13 0.069 0.005;"},
       {[&](const Model& m) { m->jnt_range[2 * m->body_jntadr[at(m, "LARM_LINK1")]] = -1; },
-       "LARM_LINK1: the range of its joint, rad, is -1 1.65806, expected -0.174533 1.65806;"},
+       "LARM_LINK1: the range of its joint, rad, is -1 1.65806, expected -0.17453 1.6581;"},
       {[&](const Model& m) { std::swap(m->actuator_trnid[0], m->actuator_trnid[2]); },
        "the joint of actuator 0 is RLEG_JOINT1, expected RLEG_JOINT0;"}};
   for (const auto& [change, named] : cases) {
