@@ -26,7 +26,7 @@ const std::map<Quantity, std::string> kNames{
      " a acc accel accelerometer acceleration linearacceleration linacc alpha specificforce "},
     {Quantity::other,
      " v vel velocity linearvelocity linvel b bias ba bg bw m mag magnetometer roll pitch yaw temperature "
-     "cov "}};
+     "cov lat latitude lon long longitude alt altitude north east down up "}};
 
 std::optional<Quantity> quantity_named(const std::string& name) {
   for (const auto& [quantity, names] : kNames)
@@ -44,13 +44,19 @@ const std::map<Quantity, std::vector<std::pair<std::string_view, double>>> kUnit
     {Quantity::position, {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"km", 1e3}}},
     {Quantity::orientation, {{"1 -", 1}}},
     {Quantity::angular_rate,
-     {{"rads-1 rad/s rads rad/sec", 1}, {"degs-1 deg/s degs deg/sec dps °/s", M_PI / 180}}},
-    {Quantity::acceleration, {{"ms-2 m/s2 m/s² ms2 m/s/s", 1}, {"g", 9.80665}}}};
+     {{"rads-1 rad/s rads rad/sec radps radpers", 1},
+      {"degs-1 deg/s degs deg/sec degps degpers dps °/s", M_PI / 180}}},
+    {Quantity::acceleration, {{"ms-2 m/s2 m/s² ms2 m/s/s mps2 m/sec2", 1}, {"g", 9.80665}}}};
 
 std::optional<double> factor_of(Quantity quantity, const std::string& unit) {
   for (const auto& [names, factor] : kUnits.at(quantity))
     if ((" " + std::string(names) + " ").find(" " + unit + " ") != std::string::npos) return factor;
   return std::nullopt;
+}
+
+bool is_unit(const std::string& unit) {
+  return std::ranges::any_of(kUnits,
+                             [&](const auto& entry) { return factor_of(entry.first, unit).has_value(); });
 }
 
 char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
@@ -176,11 +182,16 @@ Header::Title Header::parse(std::string_view text) {
     if (!words.empty()) title.quantity = quantity_of(words);
     return title;
   }
-  if (words.size() == 1 && words[0].size() > 1 && is_axis(words[0].substr(words[0].size() - 1)))
-    if (title.quantity = quantity_named(words[0].substr(0, words[0].size() - 1)); title.quantity) {
-      title.axis = words[0].back();  // tx, qw, gyrox
+  std::string rest;
+  for (std::size_t i = 1; i < words.size(); ++i) rest += words[i];
+  if ((rest.empty() || is_unit(rest)) && is_axis(words[0].substr(words[0].size() - 1))) {
+    title.quantity = quantity_named(words[0].substr(0, words[0].size() - 1));
+    if (title.quantity || words[0].size() == 1) {  // tx, qw, gyrox_dps, x_mm
+      title.axis = words[0].back();
+      if (title.unit.empty()) title.unit = rest;
       return title;
     }
+  }
   if (words[0] == "t" || words[0] == "time" || words[0] == "stamp" || words[0] == "timestamp") {
     title.quantity = Quantity::time;
     if (title.unit.empty() && words.size() > 1 && factor_of(Quantity::time, words.back()))
@@ -208,9 +219,29 @@ bool Header::names(Quantity quantity) const {
   return std::ranges::any_of(titles_, [&](const Title& t) { return t.quantity == quantity; });
 }
 
+bool Header::names_axis(char axis) const {
+  return std::ranges::any_of(titles_, [&](const Title& t) { return !t.quantity && t.axis == axis; });
+}
+
 bool Header::are_titles() const {
-  const auto with_axis = [](const Title& title) { return title.axis != 0; };
-  return (!with_axis(titles_[0]) || names(Quantity::time)) && std::ranges::count_if(titles_, with_axis) >= 3;
+  return std::ranges::count_if(titles_, [](const Title& title) { return title.axis != 0; }) >= 3;
+}
+
+bool Header::fit(std::size_t columns, bool commas) {
+  const auto is_word = [](const Title& title) { return !title.quantity && title.axis == 0; };
+  while (titles_.size() > columns && is_word(titles_.front())) titles_.erase(titles_.begin());
+  const bool starts_with_pose = titles_.front().axis != 0 && !names(Quantity::time);
+  if (starts_with_pose && titles_.size() + 1 == columns)
+    titles_.insert(titles_.begin(), Title{"timestamp", "", Quantity::time});
+  else if (!commas && std::ranges::any_of(titles_, is_word) && titles_.size() != columns &&
+           titles_.front().quantity != Quantity::time)
+    return false;
+  else if (starts_with_pose)
+    throw FileError(file_, line_,
+                    fmt::format("the header names {} columns and no stamp, the rows have {}: expected a name "
+                                "for each, or for each but a stamp in front",
+                                titles_.size(), columns));
+  return true;
 }
 
 // A title without a quantity, such as "x", fits any quantity with its axis.

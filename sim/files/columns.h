@@ -50,10 +50,15 @@ class Header {
   Header(std::filesystem::path file, std::size_t line, std::string_view text);
 
   std::size_t size() const { return titles_.size(); }
-  /// Returns whether these are titles of poses: a first one without an axis, and three or more with one.
+  /// Returns whether these may be titles of poses: three or more with an axis.
   bool are_titles() const;
+  /// Returns whether these are the titles of rows with that many columns, and not prose. Words before the
+  /// titles are left out; the stamp may be first without a title. Throws FileError if titles fit neither way.
+  bool fit(std::size_t columns, bool commas);
   /// Returns whether a column names this quantity with its axis.
   bool names(Quantity quantity) const;
+  /// Returns whether the title of a column is this axis alone, such as "x" or "y [mm]".
+  bool names_axis(char axis) const;
   /// Returns the columns of a quantity for these axes ("xyz"), by their names; where the header does not name
   /// them, they are expected from field `first` on. Throws FileError if the header names only some of
   /// them, names something else there, or states an unknown unit.

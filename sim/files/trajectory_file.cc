@@ -74,13 +74,15 @@ struct Lines {
       rest.remove_prefix(std::min(line_text.size() + 1, rest.size()));
       if (++number == 1 && line_text.starts_with("\xef\xbb\xbf")) line_text.remove_prefix(3);  // UTF-8's mark
       Line line(file, number, line_text);
-      if (lines.empty() && line.size() >= 4 && !parse_number<double>(line.text(0)))
+      if (lines.empty() && line.size() >= 3 && !parse_number<double>(line.text(0)))
         if (Header titles(file, number, line_text); titles.are_titles()) {
           header.emplace(std::move(titles));
           continue;
         }
       if (!line.is_comment()) lines.push_back(std::move(line));
     }
+    if (header && !lines.empty() && !header->fit(lines.front().size(), lines.front().has_commas()))
+      header.reset();
   }
   Lines(const Lines&) = delete;
   Lines& operator=(const Lines&) = delete;
@@ -89,6 +91,14 @@ struct Lines {
   const std::string text;
   std::optional<Header> header;
   std::vector<Line> lines;
+
+  bool names_position() const {
+    const auto names = [&](char axis) { return header->names_axis(axis); };
+    return header && (header->names(Quantity::position) || (names('x') && names('y') && names('z')));
+  }
+  bool names_orientation() const {
+    return header && (header->names(Quantity::orientation) || header->names_axis('w'));
+  }
 };
 
 std::string seconds(nanoseconds t) {
@@ -130,8 +140,7 @@ struct PoseColumns {
     const bool commas = text.lines.front().has_commas();
     const auto& header = text.header;
     if (commas) orientation = {{4}, {5}, {6}, {7}};
-    const bool names_orientation = header && (header->names(Quantity::orientation) || n == 20);
-    if ((n < 8 || (header && header->names(Quantity::position))) && !names_orientation) orientation.clear();
+    if ((n < 8 || text.names_position()) && !text.names_orientation() && n != 20) orientation.clear();
     if (!header) return;
     stamp = header->time_field();
     position = header->columns(Quantity::position, "xyz", 1);
@@ -179,7 +188,8 @@ void settle_stamps(TrajectoryFile& read, const std::vector<Line>& lines) {
   std::vector<TumRow>& rows = read.rows;
   if (rows.size() > 2 && rows.back().t == rows[rows.size() - 2].t) {
     rows.pop_back();
-    read.warning = "its last pose has the stamp of the one before and is left out";
+    read.warning += (read.warning.empty() ? "" : "; ") +
+                    std::string("its last pose has the stamp of the one before and is left out");
   }
   for (std::size_t i = 1; i < rows.size(); ++i)
     if (rows[i].t <= rows[i - 1].t) lines[i].fail(0, "the stamp is not after the one before");
@@ -215,6 +225,8 @@ TrajectoryFile read_poses(const Lines& text, const TimeUnit* stated) {
   read.format = commas ? "EuRoC csv" : with_covariance ? "TUM with covariance" : "TUM";
   read.stamps = unit.name;
   read.has_orientation = !columns.orientation.empty();
+  if (commas && read.has_orientation && !text.names_orientation())
+    read.warning = "no header names the quaternion: it is taken for w, x, y, z, in columns 5 to 8";
   for (const Line& line : text.lines) {
     read.rows.push_back({{line.stamp(columns.stamp, unit), columns.pose(line)}, std::nullopt});
     if (with_covariance && line.size() == 20) read.rows.back().covariance = covariance(line);
@@ -255,7 +267,7 @@ std::string tum_row(nanoseconds t, const Eigen::Isometry3d& X, const Matrix6d& c
 std::vector<TumRow> read_tum(const fs::path& file) {
   const Lines text(file);
   if (text.lines.empty()) return {};
-  if (const std::size_t n = text.lines.front().size(); n != 8 && n != 20)
+  if (const std::size_t n = text.lines.front().size(); n != 4 && n != 8 && n != 20)
     text.lines.front().fail(fmt::format("expected 8 or 20 numbers, found {}", n));
   return read_poses(text, &kSeconds).rows;
 }
@@ -266,8 +278,8 @@ TrajectoryFile read_trajectory(const fs::path& file) {
   const Line& first = text.lines.front();
   const std::size_t n = first.size();
   if (n == 12 && !first.has_commas()) return read_kitti(text);
-  const bool named = text.header && text.header->names(Quantity::position);
-  if (first.has_commas() && n < 8 && !named)
+  const bool named = text.names_position();
+  if (first.has_commas() && n < 8 && n != 4 && !named)
     first.fail(fmt::format("expected at least 8 numbers, found {}", n));
   if (n == 4 || n == 8 || n == 20 || named || first.has_commas()) return read_poses(text, nullptr);
   first.fail(fmt::format("has {} numbers, expected 8 or 20 (TUM), 12 (KITTI), or a csv (EuRoC)", n));

@@ -173,7 +173,8 @@ void read_frames(RunData& run) {
       frame.estimate = row.X, frame.covariance = row.covariance;
     });
     run.estimate = path_of(frames, &Frame::estimate);
-    run.errors = errors_of(frames);
+    if (run.metric("rotation_rmse_deg") || !run.metric("ate_sim3_rmse_m"))  // else positions only
+      run.errors = errors_of(frames);
   }
   if (fs::exists(run.folder / "odometry.tum")) {
     Path& path = run.odometry.emplace();

@@ -23,7 +23,8 @@ using namespace recording_format;
 
 /// Between true poses that are interpolated, and between readings that join.
 constexpr slam::Stamp kLongestGap{100'000'000};
-constexpr std::array kTruthFolders{"mav0/state_groundtruth_estimate0", "mav0/mocap0", "mav0/gt"};
+constexpr std::array kTruthFolders{"mav0/state_groundtruth_estimate0", "mav0/mocap0", "mav0/gt",
+                                   "mav0/vicon0", "mav0/leica0"};
 
 constexpr std::size_t kCameraColumns = 2, kImuColumns = 4, kPlanColumns = 23;
 
@@ -53,9 +54,10 @@ struct Stamps {
     const auto step = files::median_step(numbers);
     if (!step || !rate_hz) return;
     const double hz = 1e9 / (*step * static_cast<double>(unit->ns)), ratio = *rate_hz / hz;
-    if (ratio > slack || ratio < 1 / 1.5)
-      throw files::FileError(
-          file, fmt::format("its rows come at {:.4g} Hz, its sensor.yaml states rate_hz: {}", hz, *rate_hz));
+    const std::string differs =
+        fmt::format("its rows come at {:.4g} Hz, its sensor.yaml states rate_hz: {}", hz, *rate_hz);
+    if (ratio > slack || ratio < 1 / 1.5) throw files::FileError(file, differs);
+    if (std::abs(ratio - 1) > 0.1) remark = fmt::format("{}: {}", file.string(), differs);
   }
 
   StampedRows rows() const {
@@ -67,6 +69,7 @@ struct Stamps {
   std::size_t least_columns, field = 0;
   const files::TimeUnit* unit = &files::kNanoseconds;
   std::vector<slam::Stamp> all;
+  std::string remark;  ///< of a rate that differs from the stated one, but may be
 };
 
 /// The columns of an IMU; no accelerometer if the header names the gyro but not it.
@@ -129,15 +132,15 @@ class Readings {
   slam::Stamp half_{2'500'000};  // of the gap ahead of the last reading
 };
 
-// Rotation from the mean of the accelerometer's first readings to the z axis.
-Eigen::Matrix3d upright(const Stamps& imu, const Eigen::Matrix3d& R_CG) {
+// The mean of the accelerometer's first readings.
+Eigen::Vector3d first_acceleration(const Stamps& imu) {
   files::CsvReader rows(imu.file, kImuColumns);
   const ImuColumns columns(files::Header(imu.file, 1, rows.titles()));
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (int i = 0; i < 20 && !columns.accelerometer.empty() && rows.next(); ++i)
+  int count = 0;
+  for (; count < 20 && !columns.accelerometer.empty() && rows.next(); ++count)
     sum += acceleration(rows, columns.accelerometer);
-  if (sum.isZero()) return Eigen::Matrix3d::Identity();
-  return Eigen::Quaterniond::FromTwoVectors(R_CG * sum, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  return sum / std::max(1, count);
 }
 
 std::string sensor_text(const fs::path& file) { return files::read_text(file, files::kMostOfYaml); }
@@ -150,6 +153,13 @@ fs::path sensor_file(const fs::path& folder, const std::string& own, const char*
   return folder / own;
 }
 
+// The folder of the truth, if there is one.
+std::optional<fs::path> truth_folder(const fs::path& folder) {
+  for (const char* const name : kTruthFolders)
+    if (fs::exists(folder / name / "data.csv")) return folder / name;
+  return std::nullopt;
+}
+
 struct ReadSensors : AslSensors {
   explicit ReadSensors(const fs::path& folder) {
     const fs::path camera_file = sensor_file(folder, kCameraSensor, "camchain.yaml"),
@@ -160,6 +170,9 @@ struct ReadSensors : AslSensors {
       if (!unread.empty())
         remarks.push_back(
             fmt::format("{}: keys that are not read: {}", file.string(), fmt::join(unread, ", ")));
+    if (!truth_folder(folder))
+      remarks.push_back(fmt::format("{}: no truth: data.csv is in none of {}", folder.string(),
+                                    fmt::join(kTruthFolders, ", ")));
     setup.imu_rate_hz = mounted.rate_hz;
     noise = mounted.noise;
     const Eigen::Isometry3d X_SC = setup.calibration.X_CG.inverse();
@@ -171,11 +184,23 @@ struct ReadSensors : AslSensors {
     first_image = camera->all.front();
     imu.emplace(folder / kImuRows, kImuColumns, mounted.rate_hz, 1.5);
     require_one_clock();
+    if (!files::Header(imu->file, 1, imu->rows().row().titles()).names(files::Quantity::angular_rate))
+      remarks.push_back(imu->file.string() +
+                        ": no column is named as an angular rate; columns 2 to 4 are taken for it, in rad/s");
+    for (const Stamps* const rows : {&*camera, &*imu})
+      if (!rows->remark.empty()) remarks.push_back(rows->remark);
+    const Eigen::Vector3d a_G = first_acceleration(*imu);
+    if (!a_G.isZero() && std::abs(a_G.norm() - slam::kGravity) > slam::kGravity / 3)
+      remarks.push_back(fmt::format(
+          "{}: the acceleration is {:.3g} m/s^2 at first, expected about 9.81; a header may state its unit",
+          imu->file.string(), a_G.norm()));
     has_plan = fs::exists(folder / kPlanRows);
     if (has_plan)
       read_plan_yaml(folder / kPlanSensor, sensor_text(folder / kPlanSensor), setup);
-    else
-      setup.X_WC_start.linear() = upright(*imu, setup.calibration.X_CG.linear());
+    else if (!a_G.isZero())  // it points up
+      setup.X_WC_start.linear() =
+          Eigen::Quaterniond::FromTwoVectors(setup.calibration.X_CG.linear() * a_G, Eigen::Vector3d::UnitZ())
+              .toRotationMatrix();
   }
 
   void require_one_clock() const {
@@ -210,9 +235,8 @@ Eigen::Isometry3d interpolate(const files::TimedPose& a, const files::TimedPose&
 }
 
 // Poses of the truth's body at the given times of the recording's clock.
-std::vector<files::TimedPose> interpolated(const fs::path& file, const std::vector<slam::Stamp>& times) {
-  const files::TrajectoryFile truth = files::read_trajectory(file);
-  if (!truth.has_orientation) throw files::FileError(file, "has no orientations");
+std::vector<files::TimedPose> interpolated(const fs::path& file, const files::TrajectoryFile& truth,
+                                           const std::vector<slam::Stamp>& times) {
   std::vector<files::TimedPose> poses;
   auto t = times.begin();
   for (std::size_t i = 0; i < truth.rows.size(); ++i)
@@ -291,23 +315,27 @@ std::optional<slam::Observation> AslFolder::next() {
 
 bool is_asl_folder(const fs::path& folder) { return fs::exists(folder / "mav0"); }
 
-std::vector<files::TimedPose> read_asl_truth(const fs::path& folder, const AslSensors& sensors,
-                                             const std::vector<slam::Stamp>& times) {
-  const auto has_rows = [&](const char* name) { return fs::exists(folder / name / "data.csv"); };
-  const auto found = std::ranges::find_if(kTruthFolders, has_rows);
-  if (found == kTruthFolders.end()) return {};
-  const fs::path truth = folder / *found;
+Truth read_asl_truth(const fs::path& folder, const AslSensors& sensors,
+                     const std::vector<slam::Stamp>& times) {
+  const auto found = truth_folder(folder);
+  if (!found) return {};
   const slam::Stamp start = sensors.first_image;
   std::vector<slam::Stamp> own_clock;
   for (const slam::Stamp t : times) own_clock.push_back(t + start);
   Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
-  if (fs::exists(truth / "sensor.yaml"))
-    X_BS = read_mounting(truth / "sensor.yaml", sensor_text(truth / "sensor.yaml"));
-  std::vector<files::TimedPose> poses = interpolated(truth / "data.csv", own_clock);
-  const Eigen::Isometry3d X_SC = X_BS.inverse() * sensors.X_BC,
-                          X_WT = sensors.setup.X_WC_start * (poses.front().X * X_SC).inverse();
-  for (files::TimedPose& pose : poses) pose = {pose.t - start, X_WT * pose.X * X_SC};
-  return poses;
+  if (const fs::path yaml = *found / "sensor.yaml"; fs::exists(yaml))
+    X_BS = read_mounting(yaml, sensor_text(yaml));
+  const files::TrajectoryFile file = files::read_trajectory(*found / "data.csv");
+  Truth truth;
+  truth.camera = interpolated(*found / "data.csv", file, own_clock);
+  Eigen::Isometry3d X_SC = X_BS.inverse() * sensors.X_BC,
+                    X_WT = sensors.setup.X_WC_start * (truth.camera.front().X * X_SC).inverse();
+  if (!file.has_orientation) {
+    truth.positions_of = X_SC.inverse().translation();
+    X_WT = X_SC = Eigen::Isometry3d::Identity();
+  }
+  for (files::TimedPose& pose : truth.camera) pose = {pose.t - start, X_WT * pose.X * X_SC};
+  return truth;
 }
 
 }  // namespace sim::recording

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 
@@ -52,6 +53,18 @@ std::vector<std::string> settings_of(const recording::AslSensors& sensors) {
 std::optional<std::string> why_no_scale(const slam::Options& options, bool has_plan) {
   if (options.accelerometer.enabled || (has_plan && options.plan_velocity.enabled)) return std::nullopt;
   return "camera and gyroscope do not determine the scale: see ate_sim3_rmse_m";
+}
+
+// A truth that begins after the first image, whose pose defines W, begins at the estimate of that time.
+void begin_at_estimate(std::vector<files::TimedPose>& truth,
+                       const std::vector<estimators::PoseEstimate>& estimates) {
+  for (const files::TimedPose& first : truth) {
+    const auto estimate = std::ranges::find(estimates, first.t, &estimators::PoseEstimate::t);
+    if (estimate == estimates.end()) continue;
+    const Eigen::Isometry3d X_WT = estimate->X_WC * first.X.inverse();
+    for (files::TimedPose& pose : truth) pose.X = X_WT * pose.X;
+    return;
+  }
 }
 
 // Processes the whole recording. Returns the stamp of the last observation.
@@ -126,7 +139,7 @@ result::Outcome replay_external(const scenario::ReadScenario& scenario, const fs
   recording::AslFolder reader(folder);
   const recording::AslSensors& sensors = reader.sensors();
   // Before the first frame: what is wrong with the truth costs no estimate. The filter never receives it.
-  std::vector<files::TimedPose> truth = recording::read_asl_truth(folder, sensors, reader.times());
+  recording::Truth truth = recording::read_asl_truth(folder, sensors, reader.times());
   std::optional<tracking::Tracking> tracking(std::in_place, scenario.scenario, sensors.setup.calibration,
                                              sensors.setup.X_WC_start);
   result::Timing timing;
@@ -134,7 +147,9 @@ result::Outcome replay_external(const scenario::ReadScenario& scenario, const fs
   const slam::Stamp last = track(reader, tracking, timing, progress, {}, &plan);
   result::RunRecord record{scenario, {scenario::Ending::completed}, sensors.setup, {}, tracking->finish(),
                            ""};
-  record.truth.camera = std::move(truth);
+  if (!truth.positions_of && !truth.camera.empty() && truth.camera.front().t > reader.times().front())
+    begin_at_estimate(truth.camera, record.tracked->estimates());
+  record.truth = std::move(truth);
   record.planned_camera = std::move(plan);
   record.no_scale = why_no_scale(*scenario.scenario.slam, sensors.has_plan);
   const result::Outcome outcome =

@@ -54,6 +54,15 @@ void write_tum(const fs::path& file, const std::vector<files::TimedPose>& poses)
   files::write_text(file, text);
 }
 
+void write_positions(const fs::path& file, const std::vector<files::TimedPose>& poses) {
+  std::string text = "# timestamp(s) tx ty tz\n";
+  for (const files::TimedPose& pose : poses) {
+    const std::string row = files::tum_row(pose.t, pose.X);
+    text += row.substr(0, row.rfind(" 0 0 0 1")) + '\n';
+  }
+  files::write_text(file, text);
+}
+
 // A pose without covariance has eight columns in both files.
 void write_estimate(const fs::path& folder, const tracking::Tracked& tracked) {
   std::string poses, with_covariance = files::kTumCovarianceHeader;
@@ -279,7 +288,10 @@ Outcome write_result(const fs::path& folder, const RunRecord& record, const Resu
   const scenario::Scenario& scenario = record.scenario.scenario;
   const scenario::Ended ended = ending_of(record);
   files::write_text(folder / "scenario.yaml", scenario::to_yaml(scenario));
-  write_tum(folder / "truth.tum", record.truth.camera);
+  if (record.truth.positions_of)
+    write_positions(folder / "truth.tum", record.truth.camera);
+  else
+    write_tum(folder / "truth.tum", record.truth.camera);
   write_tum(folder / "plan.tum", planned_camera(record));
   write_tum(folder / "waist_truth.tum", record.truth.waist);
   write_tum(folder / "waist_plan.tum", record.truth.waist_plan);

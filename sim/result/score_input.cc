@@ -14,13 +14,16 @@ namespace {
 
 constexpr double kNominalWeight_N = walking::hrp2::kMass * walking::kGravity;
 
-/// Without the poses of answers that say lost, and with each pose once.
-std::vector<score::EstimatedPose> estimate(const tracking::Tracked& tracked) {
+/// Without the poses of answers that say lost, and with each pose once. point: in C, the one to score.
+std::vector<score::EstimatedPose> estimate(const tracking::Tracked& tracked,
+                                           const std::optional<Eigen::Vector3d>& point) {
   std::vector<score::EstimatedPose> poses;
   for (const tracking::TrackedFrame& frame : tracked.frames)
-    if (const auto& e = frame.estimate;
-        frame.has_pose && frame.report.health == slam::Health::ok && (poses.empty() || e.t > poses.back().t))
+    if (const auto& e = frame.estimate; frame.has_pose && frame.report.health == slam::Health::ok &&
+                                        (poses.empty() || e.t > poses.back().t)) {
       poses.push_back({e.t, e.X_WC, e.covariance});
+      if (point) poses.back().X_WC.translation() = e.X_WC * *point;
+    }
   return poses;
 }
 
@@ -200,6 +203,7 @@ score::Run score_input(const RunRecord& record) {
   run.truth_camera = record.truth.camera;
   run.plan_camera = planned_camera(record);
   run.no_scale = record.no_scale;
+  run.truth_has_poses = !record.truth.positions_of;
   run.truth_waist = record.truth.waist;
   run.plan_waist = record.truth.waist_plan;
   run.camera = true_camera(record.setup.calibration.camera);
@@ -211,7 +215,7 @@ score::Run score_input(const RunRecord& record) {
   run.corrections = record.truth.corrected_steps;
   if (!record.truth.waist_plan.empty()) run.plan_end = plan_end(walk);
   if (!record.tracked) return run;
-  run.estimate = estimate(*record.tracked);
+  run.estimate = estimate(*record.tracked, record.truth.positions_of);
   for (const estimators::PoseEstimate& pose : record.tracked->odometry)
     run.odometry.push_back({pose.t, pose.X_WC});
   const bool is_filter = uses_filter(record.scenario.scenario);

@@ -135,6 +135,7 @@ class ScenarioReader {
     if (value.kind == Yaml::Kind::map && find_key(path) == nullptr && (limit || is_section(path))) {
       if (limit && value.keys.empty()) fail(at, path, "is empty, expected at_most or at_least");
       if (!limit) require_section(at, path);
+      if (path == "limits" && value.keys.empty()) result.scenario.limits.metrics.clear();  // of the bases
       return read_map(value, path);
     }
     // `a.b: 1` and `a: {b: 2}` name the same key.

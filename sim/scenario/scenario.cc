@@ -42,6 +42,12 @@ std::string never_happens(const sensor_errors::Fault& any, double end_s) {
       [&](const auto& fault) -> std::string {
         if constexpr (requires { fault.fraction; })
           if (fault.fraction == 0) return "never happens: its fraction is 0";
+        if constexpr (requires { fault.factor; })
+          if (fault.factor == 1) return "changes nothing: its factor is 1";
+        if constexpr (requires { fault.size_rad_s; })
+          if (fault.size_rad_s == 0) return "changes nothing: its size_rad_s is 0";
+        if constexpr (requires { fault.size_m_s2; })
+          if (fault.size_m_s2 == 0) return "changes nothing: its size_m_s2 is 0";
         return never_happens(fault.from_s, fault.duration_s, end_s);
       },
       any);
@@ -67,6 +73,7 @@ void check_happens(const Scenario& scenario, const Yaml& at, double end_s) {
   if (dark.from_s == 0 && dark.duration_s == 0) return;
   require("world.lights_off", never_happens(dark.from_s, dark.duration_s, end_s));
   if (!scenario.camera) fail(at, "world.lights_off", kNoCamera);
+  if (dark.left_fraction == 1) fail(at, "world.lights_off", "changes nothing: its left_fraction is 1");
 }
 
 /// Throws ConfigError at a key of estimator.time that contradicts another one.
@@ -107,7 +114,8 @@ void check_limits(const ReadScenario& read, const Yaml& at, double turn_rad) {
     if (limit.metric == "loop_closed" && limit.bound == Bound::at_least && limit.value > 0 &&
         turn_rad < kLoop_rad)
       fail(at, "limits." + subject(limit),
-           fmt::format("cannot be met: the walk turns by {:.0f} degrees, expected at least 350",
+           fmt::format("cannot be met: the walk turns by {:.0f} degrees, expected at least 350; limits: {{}} "
+                       "removes the limits of a base",
                        turn_rad * 180 / std::numbers::pi));
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "sim/score/run.h"
@@ -11,6 +12,10 @@ namespace sim::score {
 namespace {
 
 constexpr double kFirstMotion_m = 0.001;
+
+/// Beginnings of the metrics that compare orientations, or poses without alignment.
+constexpr std::array kOfPoses{"rmse_m", "rotation_",  "rpe_",      "end_",  "drift_",
+                              "nees_",  "poses_with", "landmark_", "plan_", "true_height_"};
 
 std::optional<Stamp> first_motion(const Run& run) {
   if (run.plan_waist.empty() && !run.truth_camera.empty()) return run.truth_camera.front().t;
@@ -23,7 +28,7 @@ std::optional<Stamp> first_motion(const Run& run) {
 std::optional<Absent> why_no_estimate(const ScoreContext& c) {
   if (!c.run.estimate) return Absent{"the filter was not run"};
   if (c.run.failed) return Absent{"the estimator failed: " + *c.run.failed};
-  if (c.run.diverged) return Absent{"the filter diverged: " + *c.run.diverged};
+  if (c.run.diverged) return Absent{"the estimator diverged: " + *c.run.diverged};
   if (!c.start) return Absent{c.run.plan_waist.empty() ? "the run has no true pose" : "the plan never moves"};
   if (c.run.estimate->empty()) return Absent{"the estimator never tracked"};
   if (c.pairs.empty()) return Absent{"no estimate has the stamp of a true pose"};
@@ -73,6 +78,9 @@ Metric compute(const MetricDefinition& definition, const ScoreContext& context) 
   const auto absent = [&](const std::string& reason) {
     return Metric{std::nullopt, definition.unit, reason};
   };
+  const auto starts_name = [&](const char* beginning) { return definition.name.starts_with(beginning); };
+  if (!context.run.truth_has_poses && std::ranges::any_of(kOfPoses, starts_name))
+    return absent("the truth has positions only: see the errors after alignment, ate_...");
   if (definition.needs == Needs::scale && context.run.no_scale) return absent(*context.run.no_scale);
   if (definition.needs != Needs::walk && context.no_estimate) return absent(context.no_estimate->reason);
   const Value found = definition.compute(context);

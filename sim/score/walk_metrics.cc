@@ -79,7 +79,7 @@ MetricDefinition plan_drift(const std::string& name, const std::string& unit, co
 // 1 also if the plan ends before another frame.
 Value track_completion(C c) {
   if (!c.run.estimate) return Absent{"the filter was not run"};
-  if (c.run.estimate->empty()) return Absent{"the filter gave no estimate"};
+  if (c.run.estimate->empty()) return Absent{"the estimator gave no estimate"};
   const Stamp end = c.run.plan_end.value_or(Stamp(0)), last = c.run.estimate->back().t;
   if (end.count() <= 0) return Absent{"the duration of the plan is not known"};
   const Trajectory& frames = c.run.truth_camera;

@@ -17,6 +17,7 @@ TEST_F(Cli, HelpOfTheProgramAndOfEachCommandHasExamples) {
                                     "compare ", "evaluate ", "baseline update ", "check ", "config "}) {
     const std::string help = ok(command + "--help");
     EXPECT_THAT(help, AllOf(HasSubstr("\nUsage: gaitslam "), HasSubstr("Examples:\n  gaitslam " + command)));
+    EXPECT_FALSE(std::regex_search(help, std::regex("[^\n]{101}"))) << help;
   }
   EXPECT_THAT(ok("--version"), AllOf(StartsWith("gaitslam "), HasSubstr("(revision "), HasSubstr("Eigen 3."),
                                      HasSubstr("OpenCV 4.")));
@@ -104,6 +105,7 @@ TEST_F(Cli, WrongInputIsNamedByEachCommand) {
        {"view pipe", "is not a regular file, expected one"},
        {"run x.yaml --control", "--control requires --view"},
        {"replay result --port 8000", "--port requires --view"},
+       {"run x.yaml --token abc", "--token requires --view"},
        {"score empty empty --all-pairs", "need -d or -u"},
        {"leaderboard empty --csv none/t.csv",
         "--csv none/t.csv: the folder none does not exist; create it first, or name another file"},

@@ -45,6 +45,23 @@ TEST_F(Exchange, ARunComesBackFromItsEurocExportWithNearlyTheSameScores) {
         << name;
 }
 
+TEST_F(Exchange, ATruthThatBeginsLateOrHasPositionsOnlyGivesNearlyTheSameErrors) {
+  ok("replay e --out back");
+  shell("cd e/mav0/state_groundtruth_estimate0 && sed -i 2,300d data.csv");
+  ok("replay e --out late");
+  shell("cd e/mav0/state_groundtruth_estimate0 && cut -d, -f1-4 data.csv >p && mv p data.csv");
+  ok("replay e --out positions");
+  ok("report positions --out positions.html");
+  const auto value = [&](const char* folder, const char* name) {
+    return metric(folder, name)["value"].get<double>();
+  };
+  EXPECT_NEAR(value("late", "end_yaw_error_deg"), value("back", "end_yaw_error_deg"), 0.3);
+  EXPECT_NEAR(value("positions", "ate_se3_rmse_m"), value("late", "ate_se3_rmse_m"), 1e-3);
+  EXPECT_THAT(metric("positions", "end_yaw_error_deg")["reason"].get<std::string>(),
+              HasSubstr("positions only"));
+  EXPECT_THAT(ok("score positions"), HasSubstr("truth     positions/truth.tum: TUM"));
+}
+
 TEST_F(Exchange, TheScoresOfARunAreThoseThatNumpyFindsInItsFiles) {
   EXPECT_THAT(shell("/usr/bin/python3 " GAITSLAM_ORACLE " unused r/seed-1").ends(0).out,
               HasSubstr(" 0 differ"));

@@ -98,12 +98,14 @@ TEST_F(Score, PosesThatSayNothingAreRefused) {
   write_curve("still.tum", [](int, double t, double) { return tum(t, 2, 1); });
   write_curve("all.txt", kitti);
   write("half.txt", curve([](int i, double t, double y) { return kitti(i, 2 * t, y); }, 150));
+  write_curve("late.txt", [](int i, double t, double y) { return i < 10 ? "" : kitti(i, 2 * t, y); });
   const std::string still = "still.tum: all 300 matched poses coincide",
                     unpaired = "all without times: they cannot be paired by their row";
   expect_refused({{"score truth.tum still.tum", still},
                   {"score still.tum truth.tum", still},
                   {"score truth.tum still.tum --align sim3", "coincide"},
                   {"score all.txt half.txt", unpaired},
+                  {"score all.txt late.txt --align none", unpaired},
                   {"score half.txt all.txt --align se3", unpaired}});
   ok("score truth.tum still.tum -r angle_deg");  // a camera may turn on the spot
   write("short.tum", tum(0, 0, 0) + tum(1 / 30., 0.1, 0) + tum(2 / 30., 0.2, 0));
@@ -123,8 +125,12 @@ TEST_F(Score, InterpolationCrossesNoGapLongerThanStated) {
 TEST_F(Score, TheReportStatesHowMuchOfTheTruthIsCovered) {
   write_curve("straight.tum", [](int, double t, double) { return tum(t, t, 0); });
   write_curve("two.tum", [](int i, double t, double) { return i < 60 || i >= 240 ? tum(t, t, 0) : ""; });
-  EXPECT_THAT(ok("score straight.tum two.tum"),
-              HasSubstr("covered   120 of 300 true poses, 40.0 % of the time; 9.967 m walked"));
+  write_curve("first.tum", [](int i, double t, double) { return i < 60 ? tum(t, t, 0) : ""; });
+  for (const auto& [estimate, covered] :
+       {std::pair("two", "120 of 300 true poses, 40.0 % of the time; 9.967 m"),
+        {"first", "60 of 300 true poses, 20.0 % of the time; 1.967 m"}})
+    EXPECT_THAT(ok(fmt::format("score straight.tum {}.tum", estimate)),
+                HasSubstr(fmt::format("covered   {} walked", covered)));
 }
 
 TEST_F(Score, ACovarianceThatIsTooSmallGivesNoNumber) {

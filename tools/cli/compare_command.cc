@@ -3,6 +3,7 @@
 
 #include <set>
 
+#include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
@@ -64,13 +65,30 @@ std::string place(const fs::path& argument, const regression::ResultSet& set) {
   return (fs::exists(argument / "score.json") ? argument : set.folder).string();
 }
 
+constexpr const char* kInsist = "--across compares different scenarios";
+
+/// Throws UsageError if the names of the scenarios of two folders differ.
+void require_same_name(const std::string& before, const std::string& name, const std::string& now,
+                       const std::string& name_now) {
+  if (name != name_now)
+    throw UsageError("{} is of the scenario {}, {} of {}; {}", before, name, now, name_now, kInsist);
+}
+
+/// The same for two single results, whose scenarios another version may have written.
+void require_same_name(const CompareRequest& request) {
+  const fs::path before = request.before / "score.json", now = request.after / "score.json";
+  if (!fs::exists(before) || !fs::exists(now)) return;
+  const auto name_in = [](const fs::path& score) {
+    return sim::files::read_json(score).at("scenario").text();
+  };
+  require_same_name(request.before.string(), name_in(before), request.after.string(), name_in(now));
+}
+
 /// Throws UsageError if the names or the walks differ.
 void require_same_scenario(const regression::ResultSet& before, const regression::ResultSet& now,
                            const CompareRequest& request) {
-  constexpr const char* kInsist = "--across compares different scenarios";
-  if (before.results.name != now.results.name)
-    throw UsageError("{} is of the scenario {}, {} of {}; {}", place(request.before, before),
-                     before.results.name, place(request.after, now), now.results.name, kInsist);
+  require_same_name(place(request.before, before), before.results.name, place(request.after, now),
+                    now.results.name);
   auto other = scenario::first_difference(before.scenario, now.scenario);
   if (!other) other = scenario::first_difference(now.scenario, before.scenario);
   if (other)
@@ -109,6 +127,7 @@ int compare(CompareRequest& request) {
   std::vector<regression::Gate> gates;
   for (const std::string& text : request.gates) gates.push_back(parse_gate(text));
   if (gates.empty()) gates = regression::default_gates();
+  if (!request.across) require_same_name(request);
   const auto before = read_sets(request.before), now = read_sets(request.after);
   if (!request.across) require_comparable(before, now, request);
   std::vector<regression::ScenarioResults> baseline;

@@ -95,15 +95,16 @@ int config(ConfigRequest& request) {
 struct CheckRequest {
   std::vector<std::string> files;  ///< and changes
   scenario::Changes changes;
+  fs::path models = standard_models();
 };
 
 /// Reads the file, plans its walk and checks its clearance; prints the first error.
-bool is_valid(const std::string& file, const scenario::Changes& changes) {
+bool is_valid(const std::string& file, const scenario::Changes& changes, const fs::path& models) {
   try {
     const auto read = scenario::read_scenario(file, changes);
-    require_models(read, standard_models());
-    const walking::PatternGenerator plan(read.scenario.walk, whole_body(read.scenario, standard_models()));
-    const bool looked = require_clear_walk(read, standard_models());
+    require_models(read, models);
+    const walking::PatternGenerator plan(read.scenario.walk, whole_body(read.scenario, models));
+    const bool looked = require_clear_walk(read, models);
     std::cout << fmt::format("{}: valid, a walk of {:.2f} s{}\n",
                              read.origin.contains("name") ? file + ", " + read.scenario.name : file,
                              static_cast<double>(plan.ticks()) * walking::kPeriod,
@@ -118,10 +119,10 @@ bool is_valid(const std::string& file, const scenario::Changes& changes) {
 }
 
 /// Checks a scenario, or each one of a suite.
-bool are_valid(const std::string& file, const scenario::Changes& changes) {
+bool are_valid(const std::string& file, const CheckRequest& request) {
   std::vector<sim::regression::SuiteEntry> entries;
   try {
-    if (!sim::regression::is_suite(file)) return is_valid(file, changes);
+    if (!sim::regression::is_suite(file)) return is_valid(file, request.changes, request.models);
     entries = sim::regression::read_suite(file).entries;
   } catch (const scenario::ConfigError& e) {
     std::cerr << sim::files::sanitize(e.what()) << '\n';
@@ -129,10 +130,10 @@ bool are_valid(const std::string& file, const scenario::Changes& changes) {
   }
   bool valid = true;
   for (const auto& [scenario, own, gates, set] : entries) {
-    scenario::Changes all = changes;
+    scenario::Changes all = request.changes;
     all.overrides.insert(all.overrides.begin(), own.overrides.begin(), own.overrides.end());
     all.without.insert(all.without.end(), own.without.begin(), own.without.end());
-    valid &= is_valid(scenario.string(), all);
+    valid &= is_valid(scenario.string(), all, request.models);
   }
   return valid;
 }
@@ -150,7 +151,7 @@ int check(CheckRequest& request) {
   if (files.empty()) throw UsageError("check: names no scenario, expected a YAML file");
   int exit_code = 0;
   for (const std::string& file : files)
-    if (!are_valid(file, request.changes)) exit_code = 2;
+    if (!are_valid(file, request)) exit_code = 2;
   return exit_code;
 }
 
@@ -178,6 +179,7 @@ void add_check(CLI::App& app, int& exit_code) {
       ->required();
   add_with(command, request.changes);
   add_without(command, request.changes);
+  add_models(command, request.models);
 }
 
 }  // namespace cli

@@ -30,7 +30,8 @@ For each recording: exports what the filter received, without any truth, to {fol
 obeyed), and leaves a result in results/NAME/SCENARIO/seed-N, or below --out. Limits are those of the recorded scenario,
 or given here, as in limits.ate_se3_rmse_m.at_most=0.1. Rerun the command to resume after an interruption.
 The exit codes are those of gaitslam run; a command that fails, takes too long or writes no trajectory ends as
-estimator_failed, 3. The highest of several recordings counts.)";
+estimator_failed, 3. The highest of several recordings counts. Folders that other programs recorded (EuRoC/ASL) are not evaluated;
+gaitslam replay reads them.)";
 
 struct EvaluateRequest : OutRequest {
   std::vector<std::string> results, limits;  ///< limits: key=value

@@ -26,7 +26,8 @@ constexpr const char* kExportExamples = R"(Examples:
   gaitslam export results/tangent_circle/seed-1 --format euroc --out DIR
   gaitslam export results/tangent_circle/seed-1 --format orbslam3 --undistort
 The export contains the input of the filter, sensor errors included. Its folder, RESULT/export/FORMAT by default, has
-a README.md with the command line of the target program.)";
+a README.md with the command line of the target program. Folders that other programs recorded (EuRoC/ASL) are not exported;
+gaitslam replay reads them.)";
 
 struct ExportRequest : OutRequest {
   fs::path result;
@@ -61,7 +62,8 @@ constexpr const char* kVideoExamples = R"(Examples:
 The filter runs again on the recording. The video shows, from left to right, the image of the head camera with the
 search ellipses of the landmarks and the patches that were matched; the robot from outside, in a build with the
 simulator, with its true waist and its measured joint angles; and the map from above. The video is RESULT/video.mp4
-unless --out names a .mp4 or .webm file.)";
+unless --out names a .mp4 or .webm file. Folders that other programs recorded (EuRoC/ASL) are not shown;
+gaitslam replay reads them.)";
 
 struct VideoRequest : OutRequest {
   fs::path result;

@@ -6,6 +6,7 @@
 #include <iostream>
 #include <new>
 #include <opencv2/core/utility.hpp>
+#include <sstream>
 
 #include "sim/files/text.h"
 #include "sim/scenario/yaml.h"
@@ -27,6 +28,35 @@ Examples:
   gaitslam check scenarios/*.yaml
   gaitslam COMMAND --help
 Exit codes: 0 passed; 1 ran and missed a limit; 2 wrong usage or configuration; 3 the run failed.)";
+
+/// Help of at most 100 columns: prose is filled, options keep their column, commands continue after a "\\".
+struct Formatter : CLI::Formatter {
+  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
+    constexpr std::size_t kWidth = 100, kColumn = 30;
+    std::istringstream help(CLI::Formatter::make_help(app, name, mode));
+    std::string text, rest;  // rest: of a line of prose
+    for (std::string line; std::getline(help, line);) {
+      const bool prose = !line.empty() && line[0] != ' ', command = line.starts_with("  gaitslam ");
+      if (!rest.empty()) {
+        if (prose && !line.starts_with("Exit codes"))
+          line = rest + ' ' + line;
+        else
+          text += rest + '\n';
+      }
+      const bool is_long = line.size() > kWidth;
+      const std::string indent(prose ? 0 : command ? 6 : kColumn, ' ');
+      while (line.size() > kWidth) {
+        const std::size_t end = line.rfind(' ', kWidth - (command ? 2 : 0));
+        if (end == line.npos || end <= indent.size()) break;
+        text += line.substr(0, end) + (command ? " \\\n" : "\n");
+        line = indent + line.substr(end + 1);
+      }
+      rest = is_long && prose ? line : "";
+      if (rest.empty()) text += line + '\n';
+    }
+    return text + (rest.empty() ? "" : rest + '\n');
+  }
+};
 
 int fail_with(const std::string& message, int exit_code) {
   std::cerr << sim::files::sanitize(message) << '\n';
@@ -67,6 +97,7 @@ int run_program(int argc, char** argv) {
   cli::remember_command(argc, argv);
   CLI::App app(kDescription, "gaitslam");
   int exit_code = 0;
+  app.formatter(std::make_shared<Formatter>());
   app.set_version_flag("--version", cli::version_text());
   app.require_subcommand(1);
   app.footer(kProgramExamples);

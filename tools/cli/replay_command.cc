@@ -20,9 +20,9 @@ namespace {
 
 constexpr const char* kReplayExamples = R"(Examples:
   gaitslam replay results/tangent_circle/seed-1 slam.gyro.sigma_rad_s=0.02 --out DIR
-  gaitslam replay results/tangent_circle/seed-1 seed=2        # the same walk with other sensor noise
+  gaitslam replay results/tangent_circle/seed-1 seed=2        # the same walk, other noise
   gaitslam replay MH_01_easy --out DIR                        # an external EuRoC/ASL folder
-  gaitslam replay theirs/seed-1 --scenario theirs/seed-1/scenario.yaml   # starts the program that it names
+  gaitslam replay theirs/seed-1 --scenario theirs/seed-1/scenario.yaml  # starts its program
 The results go to RESULT/replay, replacing an earlier replay, or to DIR. A folder with files that gaitslam did not
 create is never replaced. The exit codes are those of gaitslam run.)";
 

@@ -24,8 +24,8 @@ namespace {
 
 constexpr const char* kReportExamples = R"(Examples:
   gaitslam report results/tangent_circle/seed-1 --out report.html
-  gaitslam report results/regress-ci --out report.html                # a suite, or any folder of results, by scenario
-  gaitslam report results/sweep-hall --out report.html                # a sweep: heat maps or lines over its keys
+  gaitslam report results/regress-ci --out report.html  # a folder of results
+  gaitslam report results/sweep-hall --out report.html  # a sweep, by its keys
   gaitslam report results/tangent_circle/seed-1 --plots svg --out figures   # pictures in a folder
 The page contains everything that it shows and needs no network.)";
 

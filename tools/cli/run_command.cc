@@ -77,7 +77,11 @@ int run_one(const scenario::ReadScenario& read, const RunRequest& request, const
   if (view)
     view->end(fmt::format("The run has ended: {}. gaitslam view {} shows it again.",
                           scenario::name_of(outcome.ending), folder.string()));
-  return cli::report(outcome, folder, request.all_metrics);
+  const int exit_code = cli::report(outcome, folder, request.all_metrics);
+  const auto is_over_seeds = [](const scenario::MetricLimit& limit) { return !limit.aggregate.empty(); };
+  if (std::ranges::any_of(read.scenario.limits.metrics, is_over_seeds))
+    text_out() << "limits over seeds (mean, median or worst) are judged with --seeds only\n";
+  return exit_code;
 }
 
 int run_seeds(const scenario::ReadScenario& read, const RunRequest& request) {

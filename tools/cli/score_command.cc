@@ -112,7 +112,8 @@ void add_score(CLI::App& app, int& exit_code) {
   command.add_option("--align", r.align, "none, origin, yaw, se3, sim3 or scale; all unless given");
   command.add_flag("-a", r.a, "the same as --align se3; -as means sim3");
   command.add_flag("-s", r.s, "the same as --align scale");
-  command.add_option("--n-to-align,--n_to_align", r.options.poses_to_align, "align by the first poses");
+  command.add_option("--n-to-align,--n_to_align", r.options.poses_to_align, "align by the first poses")
+      ->check(CLI::Range(1, 1'000'000'000));
   command.add_option("-r,--pose-relation,--pose_relation", r.relation, kRelations)->capture_default_str();
   command.add_option("-d,--delta", r.delta, "score the relative motion over spans of this length");
   command.add_option("-u,--delta-unit,--delta_unit", r.unit, std::string("unit of -d: ") + kUnits);

@@ -23,7 +23,7 @@ constexpr const char* kSweepExamples = R"help(Examples:
   gaitslam sweep scenarios/tangent_circle.yaml slam.vision.sigma_px=1,1.5,2 --seeds 1..5 --jobs 2
   gaitslam sweep scenarios/hall.yaml 'slam.gyro.sigma_rad_s={from: 0.003, to: 0.03, points: 5}' world.seed=1,2,3
   gaitslam sweep scenarios/hall.yaml 'slam.vision.sigma_px={from: 0.5, to: 5}' --samples 32
-  gaitslam sweep sweep.yaml --jobs 2 --out DIR   # {scenarios: [hall.yaml], seeds: 1..5, parameters: {KEY: VALUES}}
+  gaitslam sweep sweep.yaml --jobs 2 --out DIR  # {scenarios: [...], seeds: 1..5, parameters: {KEY: VALUES}}
 Every combination is tried on every scenario and seed. A range with points is a grid of even factors (scale: linear:
 of even distances); ranges without points are sampled together (Sobol). `also` gives further keys the same value.
 The filter runs on recordings from the cache; missing ones are simulated first. The results are scores.csv and

@@ -71,6 +71,10 @@ TEST_F(TrajectoryFileTest, AHeaderThatNamesItsColumnsIsObeyed) {
         "5.1 1000 2000 3000 0.6 0 0 0.8\n",
         "time,pose.position.x,pose.position.y,pose.position.z,pose.orientation.x,pose.orientation.y,"
         "pose.orientation.z,pose.orientation.w\n5.0,1,2,3,0.6,0,0,0.8\n5.1,1,2,3,0.6,0,0,0.8\n",
+        "t x_mm y_mm z_mm qw qx qy qz\n5.0 1000 2000 3000 0.8 0.6 0 0\n5.1 1000 2000 3000 0.8 0.6 0 0\n",
+        "t_ms,px_cm,py_cm,pz_cm,qw,qx,qy,qz\n5000,100,200,300,0.8,0.6,0,0\n5100,100,200,300,0.8,0.6,0,0\n",
+        "# x y z qw qx qy qz\n5.0 1 2 3 0.8 0.6 0 0\n5.1 1 2 3 0.8 0.6 0 0\n",
+        "# format: t x y z qw qx qy qz\n5.0 1 2 3 0.8 0.6 0 0\n5.1 1 2 3 0.8 0.6 0 0\n",
         "tx,ty,tz,qx,qy,qz,qw,time_ms\n1,2,3,0.6,0,0,0.8,5000\n1,2,3,0.6,0,0,0.8,5100\n"}) {
     const TrajectoryFile file = read(text);
     EXPECT_EQ(file.rows[1].t, std::chrono::milliseconds(5100)) << text;
@@ -80,6 +84,9 @@ TEST_F(TrajectoryFileTest, AHeaderThatNamesItsColumnsIsObeyed) {
   expect_rejected("#timestamp,tx,ty,tz,roll,pitch,yaw,qw\n5.0,1,2,3,0,0,0,1\n",
                   ":1: column 5, \"roll\": expected the orientation along w here");
   expect_rejected("#timestamp,vx,vy,vz,qw,qx,qy,qz\n5.0,1,2,3,1,0,0,0\n", ":1: column 2, \"vx\": expected");
+  expect_rejected("# x y z\n5.0 1 2 3 0.8 0.6 0 0\n",
+                  ":1: the header names 3 columns and no stamp, the rows have 8: expected ");
+  expect_rejected("t,lat,lon,alt,qw,qx,qy,qz\n5.0,1,2,3,1,0,0,0\n", ":1: column 2, \"lat\": expected");
   expect_rejected("#t [h],tx,ty,tz,qw,qx,qy,qz\n5.0,1,2,3,1,0,0,0\n",
                   ":1: column 1, \"t [h]\": unknown unit");
   expect_rejected("#t [ns],tx,ty,tz,qw,qx,qy,qz\n5.0,1,2,3,1,0,0,0\n5.1,1,2,3,1,0,0,0\n",
@@ -89,7 +96,8 @@ TEST_F(TrajectoryFileTest, AHeaderThatNamesItsColumnsIsObeyed) {
 TEST_F(TrajectoryFileTest, AHeaderIsToldFromOtherComments) {
   for (const char* comment :
        {"# Time stamps of each pose follow", "# time in s, position in m, quaternion, end",
-        "# file: x, seed 1", "# timestamp tx ty tz qx qy qz qw\n# made by hand, in a day"})
+        "# file: x, seed 1", "# axes x y z of the world",
+        "# timestamp tx ty tz qx qy qz qw\n# made by hand, in a day"})
     EXPECT_EQ(read(std::string(comment) + "\n1 2 3 4 0 0 0 1\n2 2 3 4 0 0 0 1\n").rows.size(), 2u) << comment;
   const TrajectoryFile counted = read("frame,tx,ty,tz,qx,qy,qz,qw\n0,1,2,3,1,0,0,0\n1,1,2,3,1,0,0,0\n");
   EXPECT_NEAR(counted.rows[0].X.linear()(1, 1), -1, 1e-15) << "half a turn about x";
@@ -97,7 +105,8 @@ TEST_F(TrajectoryFileTest, AHeaderIsToldFromOtherComments) {
 
 TEST_F(TrajectoryFileTest, PositionsMayComeWithoutOrientations) {
   for (const char* text :
-       {"# t x y z\n5.0 1 2 3\n5.1 1 2 3\n", "5.0 1 2 3\n5.1 1 2 3\n",
+       {"# t x y z\n5.0 1 2 3\n5.1 1 2 3\n", "x y z\n5.0 1 2 3\n5.1 1 2 3\n",
+        "t,x,y,z\n5.0,1,2,3\n5.1,1,2,3\n", "5.0,1,2,3\n5.1,1,2,3\n", "5.0 1 2 3\n5.1 1 2 3\n",
         "#timestamp [s], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m]\n5.0,1,2,3\n5.1,1,2,3\n"}) {
     const TrajectoryFile file = read(text);
     EXPECT_FALSE(file.has_orientation) << text;
@@ -210,7 +219,7 @@ TEST(Tum, RowsComeBackWithTheirStampsExactAndTheirPosesToRounding) {
   }
   write_text(folder / "none.tum", "# no pose\n");
   EXPECT_TRUE(read_tum(folder / "none.tum").empty());
-  write_text(folder / "bad.tum", "0 1 2 3\n");
+  write_text(folder / "bad.tum", "0 1 2 3 4\n");
   EXPECT_THROW(read_tum(folder / "bad.tum"), FileError);
 }
 

@@ -31,18 +31,37 @@ walking::BodyPose moved(const walking::BodyMotion& motion, double dt) {
 }
 
 TEST(NominalBody, RejectsAModelThatIsNotTheRobotOfThePlan) {
-  const auto at = [](const Model& m, int actuator) { return m->jnt_bodyid[m->actuator_trnid[2 * actuator]]; };
+  const auto at = [](const Model& m, const char* body) { return mj_name2id(m.get(), mjOBJ_BODY, body); };
   const std::vector<std::pair<std::function<void(const Model&)>, std::string>> cases{
-      {[&](const Model& m) { m->body_pos[3 * at(m, 3) + 2] -= 0.05; }, "RLEG_SOLE is 50.0 mm"},
-      {[&](const Model& m) { m->body_pos[3 * at(m, 10) + 2] -= 0.01; }, "LLEG_SOLE is 10.0 mm"},
-      {[&](const Model& m) { m->body_pos[3 * at(m, 0) + 1] -= 0.01; }, "RLEG_SOLE is 10.0 mm"},
-      {[&](const Model& m) { m->jnt_axis[3 * m->actuator_trnid[18] + 1] *= -1; }, "LLEG_SOLE"},
-      {[](const Model& m) {
-         mj_setTotalmass(m.get(), 62);
-         mj_setConst(m.get(), Data(mj_makeData(m.get())).get());
-       },
-       "mass is 62.000 kg"},
-      {[&](const Model& m) { m->body_ipos[3 * m->jnt_bodyid[0]] += 0.05; }, "center of mass"}};
+      {[&](const Model& m) { m->body_pos[3 * at(m, "RLEG_LINK3") + 2] -= 0.05; },
+       "RLEG_LINK3: its place in RLEG_LINK2, m, is 0 -0.035 -0.35, expected 0 -0.035 -0.3;"},
+      {[&](const Model& m) { m->body_pos[3 * at(m, "LARM_LINK3") + 2] -= 0.01; },
+       "LARM_LINK3: its place in LARM_LINK2, m, is 0 0 -0.26, expected 0 0 -0.25;"},
+      {[&](const Model& m) { m->jnt_axis[3 * m->body_jntadr[at(m, "LLEG_LINK3")] + 1] *= -1; },
+       "LLEG_LINK3: the axis of its joint is 0 -1 0, expected 0 1 0;"},
+      {[&](const Model& m) { m->body_mass[at(m, "RARM_LINK3")] += 0.01; },
+       "RARM_LINK3: its mass, kg, is 0.78725, expected 0.77725;"},
+      {[&](const Model& m) { m->body_ipos[3 * at(m, "BODY")] += 0.05; },
+       "BODY: its center of mass, m, is 0.03565 0 0.23285, expected -0.01435 0 0.23285;"},
+      {[&](const Model& m) { m->body_inertia[3 * at(m, "HEAD_LINK1")] *= 2; },
+       "HEAD_LINK1: its inertia, kg m^2,"},
+      {[&](const Model& m) { m->body_parentid[at(m, "HEAD_LINK0")] = 1; },
+       "HEAD_LINK0: its parent is BODY, expected CHEST_LINK1;"},
+      {[&](const Model& m) { m->body_subtreemass[1] += 3; },
+       "its whole mass, kg, is 59.868, expected 56.868;"},
+      {[&](const Model& m) { m->jnt_stiffness[mj_name2id(m.get(), mjOBJ_JOINT, "LLEG_BUSH_YAW")] = 900; },
+       "LLEG_BUSH_YAW: its stiffness is 900, expected 936;"},
+      {[&](const Model& m) { m->cam_pos[2] += 0.02; },
+       "head_camera: its place in HEAD_LINK1, m, is 0.08 0 0.123, expected 0.08 0 0.103;"},
+      {[&](const Model& m) { std::swap(m->cam_quat[0], m->cam_quat[2]); }, "head_camera is turned by "},
+      {[&](const Model& m) { m->site_pos[3 * mj_name2id(m.get(), mjOBJ_SITE, "chest_imu")] += 0.01; },
+       "chest_imu: its place in CHEST_LINK1"},
+      {[&](const Model& m) { m->geom_pos[3 * mj_name2id(m.get(), mjOBJ_GEOM, "LLEG_PAD0")] += 0.01; },
+       "LLEG_PAD0: its place in LLEG_SOLE, m, is 0.14 0.069 0.005, expected 0.13 0.069 0.005;"},
+      {[&](const Model& m) { m->jnt_range[2 * m->body_jntadr[at(m, "LARM_LINK1")]] = -1; },
+       "LARM_LINK1: the range of its joint, rad, is -1 1.65806, expected -0.17453 1.6581;"},
+      {[&](const Model& m) { std::swap(m->actuator_trnid[0], m->actuator_trnid[2]); },
+       "the joint of actuator 0 is RLEG_JOINT1, expected RLEG_JOINT0;"}};
   for (const auto& [change, named] : cases) {
     Model model = load_model("hrp2", "floor", models(), Shapes::colliding);
     change(model);

@@ -151,9 +151,20 @@ TEST(World, SaysThatTheRobotFellWhenItsLegsGiveWayAndThatFeetTouchedWhenOneIsMov
   bend(falling, {{4, 0.5}, {10, 0.5}});  // both ankles pitch: it tips over
   run(falling, 4000);
   expect_ended(falling, Condition::fell);
+  EXPECT_THAT(falling.status().cause, testing::Not(HasSubstr("push")));
   bend(crossing, {{1, 0.25}, {7, -0.25}});  // both hips roll inwards
   run(crossing, 2000);
   expect_ended(crossing, Condition::collided);
+}
+
+TEST(World, SaysWhichWayThePushBeforeAFallPushed) {
+  World world = standing();
+  world.start_clock(
+      {{.time_s = 0.1, .impulse_ns = 90, .direction_rad = M_PI_2}, {.time_s = 60, .impulse_ns = 7}});
+  run(world, 4000);
+  expect_ended(world, Condition::fell);
+  EXPECT_THAT(world.status().cause,
+              testing::MatchesRegex("to the left at .* deg, [0-9.]+ s after the start of a push of 90 N s"));
 }
 
 /// Standing in the office with the waist at (x, y), heading along x.

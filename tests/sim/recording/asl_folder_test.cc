@@ -161,14 +161,31 @@ TEST_F(RecordedElsewhere, WithoutAPlanTheAccelerometersFirstReadingsDefineTheVer
 
 TEST_F(RecordedElsewhere, TruthIsInterpolatedAtTheFramesAndAlignedWithTheStart) {
   const AslFolder reader(folder_.path());
-  const auto truth = read_asl_truth(folder_.path(), reader.sensors(), {Stamp{0}, Stamp{49999872}});
+  const auto truth = read_asl_truth(folder_.path(), reader.sensors(), {Stamp{0}, Stamp{49999872}}).camera;
   ASSERT_EQ(truth.size(), 2u);
   EXPECT_TRUE(truth[0].X.isApprox(reader.sensors().setup.X_WC_start, 1e-12));
   EXPECT_EQ(truth[1].t, Stamp{49999872});
   // from (2, 0, 0) halfway between the first two to (3, 4, 0), four fifths between the others
   EXPECT_NEAR((truth[1].X.translation() - truth[0].X.translation()).norm(), std::hypot(1, 4), 1e-4);
   fs::remove_all(folder_ / "mav0/state_groundtruth_estimate0");
-  EXPECT_TRUE(read_asl_truth(folder_.path(), reader.sensors(), {Stamp{0}}).empty());
+  EXPECT_TRUE(read_asl_truth(folder_.path(), reader.sensors(), {Stamp{0}}).camera.empty());
+  EXPECT_THAT(AslFolder(folder_.path()).sensors().remarks,
+              testing::Contains(testing::HasSubstr(": no truth: ")));
+}
+
+TEST_F(RecordedElsewhere, TruthOfPositionsIsThatOfItsPointInItsOwnWorld) {
+  fs::remove_all(folder_ / "mav0/state_groundtruth_estimate0");
+  const AslFolder reader(folder_.path());
+  for (const char* header :
+       {"#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m]\n", "t,x,y,z\n", "x,y,z\n", ""}) {
+    write("leica0/data.csv", header + std::string("1403636579763555584,2,0,0\n1403636579813555456,3,4,0\n"));
+    write("leica0/sensor.yaml", "T_BS: [1, 0, 0, 0.1, 0, 1, 0, 0.2, 0, 0, 1, 0.3, 0, 0, 0, 1]\n");
+    const Truth truth = read_asl_truth(folder_.path(), reader.sensors(), {Stamp{0}, Stamp{49999872}});
+    ASSERT_EQ(truth.camera.size(), 2u) << header;
+    EXPECT_EQ(truth.camera[1].X.translation(), Eigen::Vector3d(3, 4, 0));
+    EXPECT_TRUE(
+        (reader.sensors().X_BC * truth.positions_of.value()).isApprox(Eigen::Vector3d(.1, .2, .3), 1e-12));
+  }
 }
 
 TEST_F(RecordedElsewhere, WhatIsWrongInAFileIsSaidWithItsPlace) {

@@ -59,6 +59,8 @@ TEST_F(Base, HasABaseOfItsOwnRelativeToItselfAndTheLastOneSettingAKeyCounts) {
   EXPECT_EQ(s.slam->gyro.sigma_rad_s, 0.2);
   ASSERT_EQ(s.limits.metrics.size(), 1u);
   EXPECT_EQ(s.limits.metrics[0].value, 2);
+  const std::string d = file("d.yaml", "base: c.yaml\nlimits: {}\n");
+  EXPECT_TRUE(read_scenario(d).scenario.limits.metrics.empty());
 }
 
 TEST_F(Base, ThatIsMissingOrNoFileIsNamedWhereItIsAskedFor) {

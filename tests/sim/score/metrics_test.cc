@@ -134,6 +134,16 @@ TEST_F(Evaluate, ATooLargeEstimateShowsAsScale) {
   EXPECT_NEAR(value("drift_percent"), 100 * 0.02 * 1.4 / value("path_length_m"), 1e-9);  // at (0, 0, 1.4 m)
 }
 
+TEST_F(Evaluate, ATruthOfPositionsIsScoredByTheErrorsAfterAlignment) {
+  run.truth_has_poses = false;
+  for (TimedPose& pose : run.truth_camera) pose.X.linear().setIdentity();
+  for (const char* name : {"ate_se3_rmse_m", "ate_sim3_rmse_m", "poses_matched", "path_length_m"})
+    EXPECT_TRUE(metric(name).value) << name;
+  for (const char* name :
+       {"rmse_m", "rotation_rmse_deg", "rpe_1m_m", "end_yaw_error_deg", "nees_orientation_mean"})
+    EXPECT_THAT(reason(name), HasSubstr("the truth has positions only")) << name;
+}
+
 TEST_F(Evaluate, AnEstimateThatIsNotThereOrFailedIsNotScoredAndItsWalkIs) {
   score::Run without = run, diverged = run, failed = run;
   without.estimate.reset();
@@ -141,7 +151,7 @@ TEST_F(Evaluate, AnEstimateThatIsNotThereOrFailedIsNotScoredAndItsWalkIs) {
   diverged.diverged = "covariance not positive definite";
   failed.failed = "killed by signal 9";
   for (const auto& [each, why] : {std::pair(without, "the filter was not run"),
-                                  {diverged, "the filter diverged: covariance not positive definite"},
+                                  {diverged, "the estimator diverged: covariance not positive definite"},
                                   {failed, "the estimator failed: killed by signal 9"}}) {
     run = each;
     for (const char* name :

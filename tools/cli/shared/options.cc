@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <iostream>
 #include <map>
 #include <set>
@@ -130,6 +131,7 @@ void add_view(CLI::App& command, ViewRequest& request) {
   command.add_flag("--wait", request.wait, "start when the view is open in a browser")->needs(view);
   add_view_place(command, request);
   for (const char* option : {"--port", "--address"}) command.get_option(option)->needs(view);
+  if (!std::getenv("GAITSLAM_VIEW_TOKEN")) command.get_option("--token")->needs(view);
   request.opened = print_view;
 }
 
