@@ -129,11 +129,12 @@ bool are_valid(const std::string& file, const CheckRequest& request) {
     return false;
   }
   bool valid = true;
-  for (const auto& [scenario, own, gates, set] : entries) {
+  for (const auto& entry : entries) {
+    const scenario::Changes& own = entry.changes;
     scenario::Changes all = request.changes;
     all.overrides.insert(all.overrides.begin(), own.overrides.begin(), own.overrides.end());
     all.without.insert(all.without.end(), own.without.begin(), own.without.end());
-    valid &= is_valid(scenario.string(), all, request.models);
+    valid &= is_valid(entry.file.string(), all, request.models);
   }
   return valid;
 }
