@@ -9,9 +9,6 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   foreach(false_alarm subobject-linkage array-bounds restrict stringop-overflow stringop-overread)
     target_compile_options(gaitslam_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-${false_alarm}>)
   endforeach()
-  # By default GCC collects garbage from 128 MB on, which is up to a quarter of the time of a file full of templates. The code
-  # stays the same; such a compilation takes a tenth to a fifth more memory, up to 1.4 GB.
-  target_compile_options(gaitslam_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:--param=ggc-min-heapsize=524288>)
 endif()
 
 # One instruction set and no implicit fused multiply-add: the same bits on every such machine.
