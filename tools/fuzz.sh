@@ -22,7 +22,7 @@ while :; do
 done
 . "$root/tools/setup.sh"
 install_packages "$root/tools/packages.txt" "$root/tools/packages_test.txt"
-targets=${*:-$(cd "$root/tests/fuzz" && ls ./*.cc | sed 's|^\./||; s|\.cc$||')}
+targets=${*:-$(ls "$root/tests/fuzz/corpus")}
 build "$preset" $(printf 'fuzz_%s ' $targets)
 folder=$root/build/fuzz
 mkdir -p "$folder/found" "$folder/log"

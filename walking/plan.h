@@ -37,7 +37,10 @@ struct SteeringOptions {
   static void keys(auto&& key) {
     choice<&SteeringOptions::by>(
         key, kSteeredBy, "source of the pose that corrects the footsteps: plan (none), truth or estimate");
-    number<&SteeringOptions::latency_s>(key, 0, 10, "age of the newest estimate that may correct a footstep");
+    number<&SteeringOptions::latency_s>(
+        key, 0, 10,
+        "age of the newest estimate that may correct a footstep; with estimator.time added to that, and 0 "
+        "unless given");
     number<&SteeringOptions::gain>(key, 0, 1, "part of an error that one footstep corrects");
     number<&SteeringOptions::dead_band_sigma>(
         key, 0, 100, "part of an error that is not corrected, in standard deviations of the estimate");

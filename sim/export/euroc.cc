@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "sim/export/export_context.h"
-#include "sim/export/imu_merger.h"
+#include "sim/export/ros_messages.h"
 #include "sim/files/hash.h"
 #include "sim/recording/manifest.h"
 #include "sim/recording/recording_format.h"

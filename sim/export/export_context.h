@@ -1,5 +1,5 @@
-// The parts that all exporters share: the run's sensors and observations, the way files are written, and the
-// functions that write one format each.
+// The parts that all exporters share: the run's sensors and observations, its lens for programs that do not
+// know it, the way files are written, and the functions that write one format each.
 #pragma once
 
 #include <array>
@@ -11,12 +11,37 @@
 #include <vector>
 
 #include "sim/export/export.h"
-#include "sim/export/lens_conversion.h"
 #include "sim/files/trajectory_file.h"
 #include "sim/recording/filter_input.h"
 #include "sim/recording/sensor_yaml.h"
+#include "slam/options.h"
 
 namespace sim::exports {
+
+/// A camera that approximates another one; the distance of their pixels over the whole image.
+struct FittedCamera {
+  slam::CameraIntrinsics camera;
+  double rms_px = 0, largest_px = 0;
+};
+
+/// The equidistant camera nearest to the given one: least squares in the two focal lengths and four
+/// coefficients over a grid of pixels that includes the borders. The principal point is kept.
+FittedCamera fit_equidistant(const slam::CameraIntrinsics& camera);
+
+/// Removes the lens distortion from images.
+class Undistortion {
+ public:
+  /// The pinhole (radial-tangential without distortion) has square pixels and the given camera's size and
+  /// principal point. Its focal length is the least whole number that keeps all its pixels inside.
+  explicit Undistortion(const slam::CameraIntrinsics& camera);
+  const slam::CameraIntrinsics& pinhole() const { return pinhole_; }
+  /// The pinhole's image by bilinear interpolation; `image` has the given camera's size.
+  cv::Mat operator()(const cv::Mat& image) const;
+
+ private:
+  slam::CameraIntrinsics pinhole_;
+  std::vector<Eigen::Vector2d> from_;  // the place of each pixel in the given image, row by row
+};
 
 /// A run that is being exported into `folder`. Throws FileError.
 class ExportContext {

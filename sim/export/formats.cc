@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "sim/export/export_context.h"
-#include "sim/export/imu_merger.h"
+#include "sim/export/ros_messages.h"
 #include "sim/recording/manifest.h"
 #include "sim/recording/recording_format.h"
 

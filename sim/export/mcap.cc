@@ -1,10 +1,9 @@
-#include "sim/export/mcap.h"
-
 #include <libdeflate.h>
 
 #include <algorithm>
 #include <cassert>
-#include <numeric>
+
+#include "sim/export/ros_messages.h"
 
 namespace sim::exports {
 namespace {
@@ -25,53 +24,33 @@ enum class Op : std::uint8_t {
   data_end = 0x0f
 };
 
-template <typename Number>
-void put_number(std::string& to, Number x) {
-  for (std::size_t byte = 0; byte < sizeof(Number); ++byte) to += static_cast<char>(x >> 8 * byte & 0xff);
-}
-
-void put_text(std::string& to, std::string_view text) {
-  put_number(to, static_cast<std::uint32_t>(text.size()));
-  to += text;
-}
-
 // The fields of a record, little-endian; texts and maps follow their length.
 struct Fields {
   std::string bytes;
 
   template <typename Number>
   Fields& number(Number x) {
-    put_number(bytes, x);
+    for (std::size_t byte = 0; byte < sizeof(Number); ++byte)
+      bytes += static_cast<char>(x >> 8 * byte & 0xff);
     return *this;
   }
   Fields& text(std::string_view t) {
-    put_text(bytes, t);
+    number(static_cast<std::uint32_t>(t.size())).bytes += t;
     return *this;
-  }
-  Fields& map(const std::map<std::string, std::string>& entries) {
-    std::string inner;
-    for (const auto& [key, value] : entries) {
-      put_text(inner, key);
-      put_text(inner, value);
-    }
-    return text(inner);
   }
   template <typename Pairs>
   Fields& pairs(const Pairs& all) {
-    std::string inner;
-    for (const auto& [a, b] : all) {
-      put_number(inner, a);
-      put_number(inner, b);
-    }
-    return text(inner);
+    Fields inner;
+    for (const auto& [a, b] : all) inner.number(a).number(b);
+    return text(inner.bytes);
   }
 };
 
 std::string record(Op op, std::string_view fields) {
-  std::string bytes(1, static_cast<char>(op));
-  put_number(bytes, static_cast<std::uint64_t>(fields.size()));
-  bytes += fields;
-  return bytes;
+  return Fields{}
+      .number(static_cast<std::uint8_t>(op))
+      .number(std::uint64_t{fields.size()})
+      .bytes.append(fields);
 }
 
 }  // namespace
@@ -92,9 +71,9 @@ std::uint16_t McapWriter::add_channel(const std::string& topic, const MessageTyp
   const auto id = static_cast<std::uint16_t>(channels_.size() + 1);
   schemas_.push_back(
       record(Op::schema, Fields{}.number(id).text(type.name).text("ros2msg").text(type.definition).bytes));
-  channels_.push_back(record(
-      Op::channel,
-      Fields{}.number(id).number(id).text(topic).text("cdr").map({{"offered_qos_profiles", qos}}).bytes));
+  const std::string metadata = Fields{}.text("offered_qos_profiles").text(qos).bytes;
+  channels_.push_back(
+      record(Op::channel, Fields{}.number(id).number(id).text(topic).text("cdr").text(metadata).bytes));
   counts_.push_back(0);
   put(schemas_.back());
   put(channels_.back());
@@ -133,12 +112,6 @@ void McapWriter::close_chunk() {
   moments_.clear();
   chunk_begin_ = ~0ull, chunk_end_ = 0;
 }
-
-std::uint64_t McapWriter::messages() const {
-  return std::accumulate(counts_.begin(), counts_.end(), std::uint64_t{0});
-}
-
-std::uint64_t McapWriter::messages(std::uint16_t channel) const { return counts_.at(channel - 1u); }
 
 void McapWriter::finish() {
   close_chunk();

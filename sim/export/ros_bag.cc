@@ -4,8 +4,6 @@
 #include <map>
 
 #include "sim/export/export_context.h"
-#include "sim/export/imu_merger.h"
-#include "sim/export/mcap.h"
 #include "sim/export/ros_messages.h"
 #include "sim/files/csv.h"
 #include "sim/recording/image_file.h"
@@ -37,8 +35,13 @@ class Bag {
         forever + "  lifespan:" + forever + "  liveliness: 1\n  liveliness_lease_duration:" + forever +
         "  avoid_ros_namespace_conventions: false\n";
     const std::string qos = latched ? profile : "";
-    topics_.push_back({name, type.name, qos, mcap_.add_channel(name, type, qos)});
-    return topics_.back().channel;
+    std::string escaped;
+    for (const char c : qos) escaped += c == '\n' ? std::string("\\n") : std::string(1, c);
+    topics_.push_back(fmt::format(
+        "    - topic_metadata:\n        name: {}\n        type: {}\n        serialization_format: cdr\n"
+        "        offered_qos_profiles: \"{}\"\n      message_count: ",
+        name, type.name, escaped));
+    return mcap_.add_channel(name, type, qos);
   }
 
   /// cdr: a message with the stamp t.
@@ -50,14 +53,8 @@ class Bag {
   std::string finish() {
     mcap_.finish();
     std::string topics;
-    for (const NamedTopic& topic : topics_) {
-      std::string qos;
-      for (const char c : topic.qos) qos += c == '\n' ? std::string("\\n") : std::string(1, c);
-      topics += fmt::format(
-          "    - topic_metadata:\n        name: {}\n        type: {}\n        serialization_format: cdr\n"
-          "        offered_qos_profiles: \"{}\"\n      message_count: {}\n",
-          topic.name, topic.type, qos, mcap_.messages(topic.channel));
-    }
+    for (Topic channel = 1; channel <= topics_.size(); ++channel)
+      topics += fmt::format("{}{}\n", topics_[channel - 1u], mcap_.messages(channel));
     const auto span = [this](const char* indent) {
       return fmt::format(
           "{0}duration:\n{0}  nanoseconds: {1}\n{0}starting_time:\n{0}  nanoseconds_since_epoch: {2}\n"
@@ -72,13 +69,8 @@ class Bag {
   }
 
  private:
-  struct NamedTopic {
-    std::string name, type, qos;
-    Topic channel;
-  };
-
   McapWriter mcap_;
-  std::vector<NamedTopic> topics_;
+  std::vector<std::string> topics_;  // of metadata.yaml, up to the number of messages
 };
 
 /// The rows of mav0/<sensor>/data.csv, merged with the observations by time; none without such a file.
@@ -93,18 +85,13 @@ struct RecordedRows {
       names.push_back(titles[i].substr(0, titles[i].find(" [")));
   }
 
-  struct Row {
-    slam::Stamp t{0};
-    std::vector<double> values;
-  };
-  /// Returns the rows until then that no earlier call has returned.
-  std::vector<Row> until(slam::Stamp t) {
-    std::vector<Row> passed;
+  /// Calls each(stamp, values) for the rows until then that no earlier call has had.
+  void until(slam::Stamp t, const std::function<void(slam::Stamp, const std::vector<double>&)>& each) {
     for (; rows && rows->stamp() && *rows->stamp() <= t; rows->advance()) {
-      Row& row = passed.emplace_back(Row{*rows->stamp(), {}});
-      for (std::size_t i = 1; i < rows->row().fields(); ++i) row.values.push_back(rows->row().number(i));
+      std::vector<double> values;
+      for (std::size_t i = 1; i < rows->row().fields(); ++i) values.push_back(rows->row().number(i));
+      each(*rows->stamp(), values);
     }
-    return passed;
   }
 
   std::optional<recording::StampedRows> rows;
@@ -162,7 +149,7 @@ class ViewerTopics {
 
   /// Writes the whole paths at the stamp of the last observation.
   void finish() {
-    if (last_ && *last_ != paths_written_) write_paths(*last_);
+    if (last_ != paths_written_) write_paths(*last_);
   }
 
  private:
@@ -226,24 +213,26 @@ class ViewerTopics {
 
   // Readings at their full rate, the links at the last one until each frame.
   void write_body(slam::Stamp t) {
-    const std::vector<RecordedRows::Row> joints = joints_.until(t);
-    for (const RecordedRows::Row& row : joints)
-      if (joint_states_) bag_.add(*joint_states_, row.t, ros::joint_state(row.t, joints_.names, row.values));
-    if (robot_ && !joints.empty()) {
-      const std::vector<double>& q = joints.back().values;
+    std::optional<std::pair<slam::Stamp, std::vector<double>>> last;
+    joints_.until(t, [&](slam::Stamp at, const std::vector<double>& q) {
+      if (joint_states_) bag_.add(*joint_states_, at, ros::joint_state(at, joints_.names, q));
+      last = {at, q};
+    });
+    if (robot_ && last) {
+      const auto& [at, q] = *last;
       const auto poses =
           robot_->poses(Eigen::Map<const Eigen::VectorXd>(q.data(), static_cast<Eigen::Index>(q.size())));
       std::vector<ros::Transform> links;
       for (std::size_t i = 0; i < poses.size(); ++i)
-        links.push_back({joints.back().t, kWaist, robot_->links[i], poses[i]});
-      bag_.add(transforms_, joints.back().t, ros::transforms(links));
+        links.push_back({at, kWaist, robot_->links[i], poses[i]});
+      bag_.add(transforms_, at, ros::transforms(links));
     }
-    for (const RecordedRows::Row& row : forces_.until(t)) {
-      if (row.values.size() < 12) continue;
-      const auto vector = [&](std::size_t first) { return Eigen::Vector3d(&row.values[first]); };
-      bag_.add(*left_wrench_, row.t, ros::wrench(row.t, "left_foot", vector(0), vector(3)));
-      bag_.add(*right_wrench_, row.t, ros::wrench(row.t, "right_foot", vector(6), vector(9)));
-    }
+    forces_.until(t, [&](slam::Stamp at, const std::vector<double>& values) {
+      if (values.size() < 12) return;
+      const auto vector = [&](std::size_t first) { return Eigen::Vector3d(&values[first]); };
+      bag_.add(*left_wrench_, at, ros::wrench(at, "left_foot", vector(0), vector(3)));
+      bag_.add(*right_wrench_, at, ros::wrench(at, "right_foot", vector(6), vector(9)));
+    });
   }
 
   void write_paths(slam::Stamp t) {

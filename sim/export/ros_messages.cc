@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstring>
-#include <map>
 #include <set>
 
 #include "sim/recording/recording.h"
@@ -45,8 +44,7 @@ MessageType stamped(const std::string& name, const std::string& fields) {
   return type(name, "std_msgs/Header header\n" + fields);
 }
 
-// Common Data Representation: little-endian numbers aligned to their size, after four bytes that state the
-// encoding.
+// Common Data Representation: little-endian numbers aligned to their size, after four bytes for the encoding.
 class Cdr {
  public:
   template <typename Number>

@@ -1,5 +1,4 @@
-// Files and folders that appear complete or not at all, even if the process is killed or the power fails, and
-// advisory inter-process locks.
+// Files and folders that appear complete or not at all, even if the process is killed; inter-process locks.
 #pragma once
 
 #include <filesystem>
@@ -13,8 +12,7 @@
 
 namespace sim::files {
 
-/// A locked file (flock). The end of its life, or of the process, releases the lock; child programs do not
-/// inherit it.
+/// A locked file (flock). The end of its life or of the process releases it; children do not inherit it.
 class FileLock {
  public:
   /// shared, exclusive: make the file if it is missing and wait for the lock. try_exclusive does not wait;
@@ -39,7 +37,7 @@ class FileLock {
 void require_regular(const std::filesystem::path& file);
 
 /// Writes `bytes` to a temporary sibling (.<file>.partial), forces it to the disk and renames it to `file`;
-/// permissions of an existing file are kept. Throws FileError, as require_regular() does too; then `file` is
+/// keeps an existing file's permissions. Throws FileError, as require_regular() does; `file` is then
 /// unchanged.
 void write_atomically(const std::filesystem::path& file, std::string_view bytes);
 
@@ -61,8 +59,7 @@ enum class Existing { reject, replace };
 class AtomicFolder {
  public:
   /// Makes the temporary folder and the parents it needs. Throws FileError if that fails, if another process
-  /// makes the same target, or if `target` exists and is to be rejected or contains anything that the program
-  /// did not make.
+  /// makes the same target, or if `target` exists and is to be rejected or has anything of others in it.
   explicit AtomicFolder(std::filesystem::path target, Existing existing = Existing::reject);
   ~AtomicFolder();
   AtomicFolder(const AtomicFolder&) = delete;
@@ -72,8 +69,7 @@ class AtomicFolder {
   const std::filesystem::path& target() const { return target_; }
 
   /// Forces everything to the disk and renames the folder to `target` in one step. Throws FileError. If
-  /// unlisted files appeared in the replaced folder, it is kept under another name, which the FileError
-  /// states.
+  /// unlisted files appeared in the replaced folder, it is kept under the name in the FileError.
   void commit();
 
  private:
@@ -85,17 +81,14 @@ class AtomicFolder {
   bool committed_ = false;
 };
 
-// The manifest of a folder (output_manifest.cc): its marker lists what the program made there, so that it
-// replaces and removes nothing else.
+// The manifest of a folder (output_manifest.cc): the program replaces and removes only what its marker lists.
 
-/// The marker: a text file that lists, by their paths within the folder, the files and folders (these end in
-/// "/") that the program made there.
+/// The marker, a text file: the paths of what the program made in the folder; those of folders end in "/".
 inline constexpr const char* kMarker = ".gaitslam";
 
 using OutputNames = std::set<std::string, std::less<>>;
 
-/// Returns what the folder's marker lists, or nothing if it has none. Markers and folders that are symbolic
-/// links do not count.
+/// Returns what the folder's marker lists, if it has one. Symbolic links are neither folders nor markers.
 std::optional<OutputNames> listed_in(const std::filesystem::path& folder);
 bool has_marker(const std::filesystem::path& folder);
 
@@ -103,8 +96,7 @@ bool has_marker(const std::filesystem::path& folder);
 std::string marker_of_all(const std::filesystem::path& folder);
 
 /// Returns the first entry of the folder, by name, that is neither listed nor the leftover of a killed
-/// process. A listed folder that has a marker is checked against that one. Symbolic links are never the
-/// program's.
+/// process. A listed folder's own marker decides about it. Symbolic links are never listed.
 std::optional<std::filesystem::path> unlisted_in(const std::filesystem::path& folder);
 
 /// Throws a FileError that names the first unlisted entry of the folder, or the folder if it is a file or a
@@ -118,8 +110,7 @@ void list_outputs(const std::filesystem::path& folder, const std::vector<std::st
 /// Removes those of these names from the marker that do not exist, and the marker if it then lists nothing.
 void unlist_missing(const std::filesystem::path& folder, const std::vector<std::string>& names);
 
-/// Lists these names in the marker, if the folder has one, without a check. For folders in a result that have
-/// markers themselves.
+/// Lists these names, unchecked, in the folder's marker, if any; for folders with markers of their own.
 void add_to_marker(const std::filesystem::path& folder, const std::vector<std::string>& names);
 
 }  // namespace sim::files

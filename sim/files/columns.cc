@@ -61,13 +61,6 @@ bool is_unit(const std::string& unit) {
 
 char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
 
-std::string plain_unit(std::string_view text) {
-  std::string unit;
-  for (const char c : text)
-    if (std::string_view(" \t^*_{}").find(c) == std::string_view::npos) unit += lower(c);
-  return unit;
-}
-
 std::vector<std::string> words_of(std::string_view name) {
   std::vector<std::string> words(1);
   for (const char c : name)
@@ -175,7 +168,8 @@ Header::Title Header::parse(std::string_view text) {
   text = trimmed(text);
   title.text = text;
   if (const std::size_t open = text.find_first_of("[("); open != text.npos) {
-    title.unit = plain_unit(text.substr(open + 1, text.find_last_of("])") - open - 1));
+    for (const char c : text.substr(open + 1, text.find_last_of("])") - open - 1))
+      if (std::string_view(" \t^*_{}").find(c) == std::string_view::npos) title.unit += lower(c);
     text = trimmed(text.substr(0, open));
   }
   std::vector<std::string> words = words_of(text);

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 
-#include "sim/files/text.h"
-
 namespace sim::files {
 
 CsvReader::CsvReader(const std::filesystem::path& file, Writer writer)

@@ -12,17 +12,15 @@
 
 namespace sim::files {
 
-/// Reads a file line by line; the first one is its header, and each must have as many fields. A quoted field
-/// is as in RFC 4180, but ends on its line: quotes in it are doubled, commas are part of it. All members
-/// throw FileError.
+/// Reads a file line by line; the first is its header, and each must have as many fields. Quoted fields are
+/// as in RFC 4180 (quotes in them doubled) but end on their line. All members throw FileError.
 class CsvReader {
  public:
   /// A file that the program wrote: the first line must be one of `headers`, and each line ends with a line
   /// feed (a last line without one was cut off).
   CsvReader(const std::filesystem::path& file, const std::vector<std::string>& headers);
 
-  /// An external file with any header. Blanks around a field, empty lines and a missing last line feed are
-  /// ignored.
+  /// An external file; any header. Ignores blanks around fields, empty lines, a missing last line feed.
   explicit CsvReader(const std::filesystem::path& file) : CsvReader(file, Writer::other) {}
 
   /// An external file with a header of at least so many columns. The first title must not be a number.

@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <system_error>
 
 namespace sim::files {
 namespace {
@@ -44,6 +45,84 @@ bool is_obeyed(std::string_view character) {
   return is_between(character, "\xC2\x80", "\xC2\x9F") ||          // C1 controls
          is_between(character, "\xE2\x80\xAA", "\xE2\x80\xAE") ||  // U+202A to U+202E
          is_between(character, "\xE2\x81\xA6", "\xE2\x81\xA9");    // U+2066 to U+2069
+}
+
+/// True if a part of the name is a link or cannot be examined.
+bool may_lead_elsewhere(fs::path at, const fs::path& name) {
+  return std::any_of(name.begin(), name.end(), [&](const fs::path& part) {
+    std::error_code error;
+    const fs::file_type type = fs::symlink_status(at /= part, error).type();
+    return type == fs::file_type::symlink || type == fs::file_type::none;
+  });
+}
+
+constexpr std::size_t kGap = 2;
+
+/// One column: the lines of its title, and its cells.
+struct TableColumn {
+  std::vector<std::string> title, cells;
+  bool left = false;
+
+  std::size_t width() const {
+    std::size_t width = 0;
+    for (const auto* lines : {&title, &cells})
+      for (const std::string& line : *lines) width = std::max(width, line.size());
+    return width;
+  }
+
+  /// Breaks the title after '_' and '.' into lines as wide as the cells; longer parts stay whole.
+  void break_title() {
+    constexpr std::size_t kLeast = 10;
+    const std::string whole = std::exchange(title, {""})[0];
+    std::size_t most = kLeast;
+    for (const std::string& cell : cells) most = std::max(most, cell.size());
+    for (std::size_t from = 0, to; from < whole.size(); from = to) {
+      to = std::min(whole.find_first_of("_.", from), whole.size() - 1) + 1;
+      if (!title.back().empty() && title.back().size() + to - from > most) title.emplace_back();
+      title.back() += whole.substr(from, to - from);
+    }
+  }
+};
+
+using Columns = std::vector<TableColumn>;
+
+/// Neither a name's control characters nor its line feeds and tabs reach the terminal.
+std::string plain(const std::string& cell) {
+  std::string text = sanitize(cell);
+  for (char& c : text)
+    if (c == '\n' || c == '\t') c = '?';
+  return text;
+}
+
+std::size_t width_of(const Columns& columns) {
+  std::size_t width = 0;
+  for (const TableColumn& column : columns) width += column.width() + (width > 0 ? kGap : 0);
+  return width;
+}
+
+std::string drawn(const Columns& columns) {
+  std::size_t head = 0;
+  for (const TableColumn& column : columns) head = std::max(head, column.title.size());
+  std::string text;
+  const auto add_line = [&](const auto& cell_of) {
+    std::string line;
+    for (const TableColumn& column : columns)
+      line += std::string(line.empty() ? 0 : kGap, ' ') +
+              (column.left ? fmt::format("{:<{}}", cell_of(column), column.width())
+                           : fmt::format("{:>{}}", cell_of(column), column.width()));
+    text += line.erase(line.find_last_not_of(' ') + 1) + "\n";
+  };
+  for (std::size_t row = 0; row < head; ++row)  // titles stand on the first row of cells
+    add_line([&](const TableColumn& column) {
+      const std::size_t above = head - column.title.size();
+      return row < above ? "" : column.title[row - above];
+    });
+  const std::vector<std::string>& first = columns[0].cells;
+  for (std::size_t row = 0; row < first.size(); ++row) {
+    if (row > 0 && first[row] != first[row - 1]) text += "\n";
+    add_line([&](const TableColumn& column) { return column.cells[row]; });
+  }
+  return text;
 }
 
 }  // namespace
@@ -114,6 +193,44 @@ void write_text(const fs::path& file, std::string_view text) {
   out.write(text.data(), static_cast<std::streamsize>(text.size()));
   out.close();
   if (!out) throw FileError(file, std::string("cannot be written: ") + std::strerror(errno));
+}
+
+fs::path contained_path(const fs::path& folder, std::string_view name) {
+  constexpr const char* kLeadsOut = "leads out of the folder";
+  const fs::path below = name, file = folder / below;
+  if (name.empty() || !below.is_relative() || std::find(below.begin(), below.end(), "..") != below.end() ||
+      name.find('\0') != name.npos)
+    throw FileError(folder / std::string(name.substr(0, name.find('\0'))), kLeadsOut);
+  if (!may_lead_elsewhere(folder, name)) return file;
+  std::error_code no_root, no_file;
+  const fs::path root = fs::canonical(folder, no_root), real = fs::weakly_canonical(file, no_file);
+  if (no_root || no_file)
+    throw FileError(file, "cannot be opened: " + (no_root ? no_root : no_file).message());
+  if (std::mismatch(root.begin(), root.end(), real.begin(), real.end()).first != root.end())
+    throw FileError(file, kLeadsOut);
+  return file;
+}
+
+std::string text_table(const std::vector<std::vector<std::string>>& rows, const TableShape& shape) {
+  Columns all(rows.at(0).size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    all[i].left = i < shape.text || (shape.last_text && i + 1 == all.size());
+    all[i].title = {plain(rows[0][i])};
+    for (std::size_t k = 1; k < rows.size(); ++k) all[i].cells.push_back(plain(rows[k][i]));
+  }
+  if (width_of(all) > shape.width) std::ranges::for_each(all, &TableColumn::break_title);
+  const auto values = all.begin() + static_cast<std::ptrdiff_t>(std::min(shape.naming, all.size()));
+  Columns table(all.begin(), values);
+  std::string text;
+  for (auto column = values; column != all.end(); ++column) {
+    table.push_back(*column);
+    if (width_of(table) <= shape.width || table.size() == shape.naming + 1) continue;
+    table.pop_back();
+    text += drawn(table) + "\n";
+    table.assign(all.begin(), values);
+    table.push_back(*column);
+  }
+  return text + drawn(table);
 }
 
 }  // namespace sim::files

@@ -1,8 +1,10 @@
-// Text files as a whole or piece by piece, the exception of all readers and writers, and text for a terminal.
+// Text files as a whole or piece by piece, names of files within a folder, the exception of all readers and
+// writers, and text and tables for a terminal.
 #pragma once
 
 #include <charconv>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -11,6 +13,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace sim::files {
 
@@ -50,8 +53,7 @@ class Descriptor {
 inline constexpr const char* kNotRegular =
     "is not a regular file, expected one: pipes, devices and sockets are not read";
 
-// Largest sizes in bytes: more than the program writes for an hour of walk at the highest rates, or than a
-// person writes.
+// Largest sizes in bytes: more than a person or an hour of walk at the highest rates writes.
 inline constexpr std::uintmax_t kMostOfYaml = 1 << 20, kMostOfJson = 64 << 20, kMostOfImage = 256 << 20;
 /// Files that are read into memory as a whole, such as trajectories and logs.
 inline constexpr std::uintmax_t kMostOfText = std::uintmax_t{2} << 30;
@@ -83,8 +85,7 @@ std::string read_text(const std::filesystem::path& file, std::uintmax_t most = k
 /// a part of the file; write_atomically does not.
 void write_text(const std::filesystem::path& file, std::string_view text);
 
-/// Returns the number that is the whole text, in decimals, or nothing if it is not one or does not fit the
-/// type.
+/// Returns the number that is the whole text, in decimals; nothing if it is none or does not fit the type.
 template <typename Number>
 std::optional<Number> parse_number(std::string_view text) {
   Number value{};
@@ -103,5 +104,24 @@ inline std::optional<double> parse_finite(std::string_view text) {
 inline std::string counted(std::size_t n, std::string_view what) {
   return std::to_string(n) + " " + std::string(what) + (n == 1 ? "" : "s");
 }
+
+/// Returns folder/name. Throws FileError if the name is empty, absolute or has "..", or if a link on the way
+/// leaves the folder: lists in external files must not open anything else.
+std::filesystem::path contained_path(const std::filesystem::path& folder, std::string_view name);
+
+inline constexpr std::size_t kTerminalWidth = 100;
+
+/// naming: the first columns, which say what a row is of. text: so many of the first columns, and with
+/// last_text the last one, are aligned to the left, the others to the right.
+struct TableShape {
+  std::size_t naming = 1, text = 1;
+  bool last_text = false;
+  std::size_t width = kTerminalWidth;
+};
+
+/// Prints rows of cells, all of the same length; the first row has the titles. An empty line separates rows
+/// with different first cells. If the table is too wide, long titles are broken after '_' and '.', then
+/// remaining columns follow in further tables that repeat the naming columns.
+std::string text_table(const std::vector<std::vector<std::string>>& rows, const TableShape& shape);
 
 }  // namespace sim::files

@@ -1,5 +1,4 @@
-// Trajectories as text, one pose a line: the TUM format, its 20-column form with covariance, and formats of
-// other programs, which are detected.
+// Trajectories as text, one pose a line: TUM, its 20-column form with covariance, and detected other formats.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -80,7 +80,7 @@ class Run {
   void stamp_frame();
   void read_imu();
   void deliver_frame();
-  void add_steering_pose(slam::Stamp frame, const Eigen::Isometry3d& X_WC_true);
+  void add_steering_poses();
   void steer();
 
   const scenario::ReadScenario& read_;
@@ -94,6 +94,7 @@ class Run {
   std::optional<tracking::Tracking> tracking_;
   std::optional<walking::Steering> steering_;
   std::optional<SteeringPoseBuffer> poses_;  // on their way to steering
+  std::size_t poses_added_ = 0;              // answers of the estimator among them
   slam::Observation next_;                   // the IMU readings since the last frame
   struct {
     walking::Wrench left, right;  // of the ground on the feet
@@ -219,21 +220,23 @@ void Run::deliver_frame() {
     tracking_->process(std::move(observation));
     timing_.frame.filter_ms += tracking_->external_cpu_ms();
     timing_.frame.landmarks = tracking_->landmarks();
+    timing_.frame.answered = tracking_->has_answered();
   };
   tracking::process_observed(std::move(frame.observation), tracking_ ? &*tracking_ : nullptr,
                              observer_.tracking, track);
-  if (steering_) add_steering_pose(t, frame.X_WC);
+  if (poses_ && read_.scenario.walk.steering.by == walking::SteeredBy::truth)
+    poses_->add(t, {t, frame.X_WC, slam::Matrix6d::Zero()}, true);
+  add_steering_poses();
   timing_.all.frames.push_back(std::exchange(timing_.frame, {}));
 }
 
-// The estimate after a frame, or the truth if the truth steers.
-void Run::add_steering_pose(slam::Stamp frame, const Eigen::Isometry3d& X_WC_true) {
-  if (read_.scenario.walk.steering.by == walking::SteeredBy::truth) {
-    poses_->add(frame, {frame, X_WC_true, slam::Matrix6d::Zero()}, true);
-  } else if (const tracking::TrackedFrame* const newest = tracking_->newest()) {
-    const estimators::PoseEstimate& pose = newest->estimate;
-    poses_->add(frame, {pose.t, pose.X_WC, pose.covariance.value_or(slam::Matrix6d::Zero())},
-                newest->report.health == slam::Health::ok && !tracking_->failed());
+// The answers of the estimator, each at the time at which it takes effect.
+void Run::add_steering_poses() {
+  if (read_.scenario.walk.steering.by != walking::SteeredBy::estimate) return;
+  for (const auto& answers = tracking_->answers(); poses_added_ < answers.size(); ++poses_added_) {
+    const auto& [pose, report, has_pose, took, effect] = answers[poses_added_];
+    poses_->add(effect, {pose.t, pose.X_WC, pose.covariance.value_or(slam::Matrix6d::Zero())},
+                report.health == slam::Health::ok);
   }
 }
 
@@ -244,6 +247,11 @@ void Run::steer() {
   if (!steering_ || !robot_->is_ok() || !steering_->is_due(robot_->plan(), tick)) return;
   const slam::Stamp until = poses_->usable_until(robot_->world().time());
   while (!frames_.empty() && frames_.next_stamp() <= until) deliver_frame();
+  if (tracking_) {
+    const result::StageClock clock(timing_.frame.filter_ms);
+    tracking_->advance(until);
+  }
+  add_steering_poses();
   const result::StageClock clock(timing_.frame.plan_and_physics_ms);
   steering_->decide(robot_->plan(), tick, poses_->newest(until));
 }

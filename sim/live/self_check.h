@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "sim/recording/recording.h"
-#include "sim/score/surfaces.h"
+#include "sim/score/types.h"
 #include "slam/camera.h"
 #include "slam/observation.h"
 

@@ -1,11 +1,8 @@
 #include "sim/pages/frame.h"
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "sim/files/contained_path.h"
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
@@ -83,12 +80,6 @@ ordered_json to_json(const FootPlace& foot) {
   return all;
 }
 
-double sigma_yaw(const Eigen::Isometry3d& X_WC, const files::Matrix6d& covariance) {
-  const Eigen::Vector3d vertical_C = X_WC.linear().transpose() * Eigen::Vector3d::UnitZ();
-  const double variance = vertical_C.dot(covariance.topLeftCorner<3, 3>() * vertical_C);
-  return variance < 0 ? 0 : std::sqrt(variance);
-}
-
 }  // namespace
 
 std::optional<FrameError> error_of(const Frame& frame) {
@@ -98,7 +89,9 @@ std::optional<FrameError> error_of(const Frame& frame) {
   all.error << e, score::yaw(frame.estimate->linear() * frame.truth->linear().transpose());
   if (!frame.covariance) return all;
   const files::Matrix6d& P = *frame.covariance;
-  all.sigma << P.diagonal().tail<3>().cwiseSqrt(), sigma_yaw(*frame.estimate, P);
+  const Eigen::Vector3d vertical_C = frame.estimate->linear().transpose() * Eigen::Vector3d::UnitZ();
+  const double yaw_variance = vertical_C.dot(P.topLeftCorner<3, 3>() * vertical_C);
+  all.sigma << P.diagonal().tail<3>().cwiseSqrt(), yaw_variance < 0 ? 0 : std::sqrt(yaw_variance);
   if (const auto nees = score::pose_nees(*frame.truth, *frame.estimate, P)) all.nees = *nees;
   return all;
 }

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string_view>
 #include <tuple>
 #include <utility>
 
@@ -13,7 +12,6 @@
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
-#include "sim/files/text_table.h"
 #include "sim/pages/html.h"
 #include "sim/pages/run_data.h"
 #include "sim/result/score_file.h"
@@ -31,19 +29,17 @@ constexpr const char* kOrder =
     "The best row comes first: by coverage, then by the first metric. coverage: mean over the runs of the "
     "share of true poses with an estimate; a run that did not complete counts 0.";
 
-using RowKey = std::tuple<std::string, std::string, fs::path, std::string>;
-
-bool is_left_out(const fs::path& folder) {
-  const std::string name = folder.filename();
-  return name == "recording" || name == "export" || name.starts_with("earlier-") || files::is_partial(folder);
-}
+using Rows = std::map<std::tuple<std::string, std::string, fs::path, std::string>, LeaderboardRow>;
 
 void find_results(const fs::path& folder, std::vector<fs::path>& found) {
   if (fs::exists(folder / "score.json")) found.push_back(folder);
   std::vector<fs::path> below;
-  for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.is_directory() && !entry.is_symlink() && !is_left_out(entry.path()))
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename();
+    const bool left_out = name == "recording" || name == "export" || name.starts_with("earlier-");
+    if (entry.is_directory() && !entry.is_symlink() && !left_out && !files::is_partial(entry.path()))
       below.push_back(entry.path());
+  }
   std::sort(below.begin(), below.end());
   for (const fs::path& next : below) find_results(next, found);
 }
@@ -86,8 +82,7 @@ std::string changed(const LeaderboardRow& row, const std::vector<LeaderboardRow>
 }
 
 /// Reads a whole result before anything is added. Throws FileError.
-void add_result(const fs::path& result, const std::vector<std::string>& metrics,
-                std::map<RowKey, LeaderboardRow>& all) {
+void add_result(const fs::path& result, const std::vector<std::string>& metrics, Rows& all) {
   const files::Json score = result::read_whole_score(result / "score.json");
   const auto estimator = score.find("estimator");
   const fs::path about = result / "about.json", timing = result / "timing.json";
@@ -172,7 +167,7 @@ std::vector<std::string> leaderboard_metrics() {
 }
 
 Leaderboard leaderboard(const std::vector<fs::path>& folders, const std::vector<std::string>& metrics) {
-  std::map<RowKey, LeaderboardRow> all;
+  Rows all;
   std::set<fs::path> counted;  // a folder may be below several of those given
   Leaderboard board{metrics, {}, {}};
   for (const fs::path& folder : folders) {

@@ -282,6 +282,7 @@ RunData read_run(const fs::path& folder) {
   run.filter_frames = table_if_there(folder / "frames.csv");
   run.feet = table_if_there(folder / "feet.csv");
   run.frame_times = table_if_there(folder / "timing.csv");
+  run.answers = table_if_there(folder / "answers.csv");
   read_frames(run);
   run.waist_truth = read_path(folder / "waist_truth.tum");
   run.waist_plan = read_path(folder / "waist_plan.tum");

@@ -94,7 +94,7 @@ struct RunData {
   std::optional<Errors> errors;
   std::optional<Path> odometry;  ///< by the same sensors without images
   Column odometry_error;         ///< its distance from the truth, m
-  std::optional<Table> filter_frames, feet, frame_times, corrected_steps;
+  std::optional<Table> filter_frames, feet, frame_times, corrected_steps, answers;
   std::vector<Frame> frames;  ///< truth, plan, estimate, report and map, without images
 
   /// "tangent_circle, seed 1", followed by the estimator unless that is the filter, and by its alignment.

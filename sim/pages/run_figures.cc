@@ -134,6 +134,18 @@ void add_corrections(std::vector<Figure>& figures, const Table& steps) {
                           {"aside", Role::second, t, scaled(steps.numbers("aside"), kMm), true}};
 }
 
+void add_latency(std::vector<Figure>& figures, const Table& answers) {
+  const Column t = answers.seconds("timestamp"), effect = answers.seconds("effect");
+  Line answered{"answered", Role::estimate, {}, {}, true}, dropped{"dropped", Role::second, {}, {}, true};
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    const bool is_dropped = std::isnan(effect[i]);
+    Line& line = is_dropped ? dropped : answered;
+    line.x.push_back(t[i]), line.y.push_back(is_dropped ? 0 : 1e3 * (effect[i] - t[i]));
+  }
+  figures.push_back({"latency", "Latency of each answer, and dropped frames (at 0)", kTime, "ms"});
+  figures.back().lines = {answered, dropped};
+}
+
 Figure from_above(const char* name, const char* title, const Path& plan, const Path& truth) {
   Figure f{name, title, "x [m]", "y [m]"};
   f.equal_axes = true;
@@ -194,6 +206,7 @@ std::vector<Figure> run_figures(const RunData& run) {
   }
   if (run.corrected_steps && run.corrected_steps->rows() > 0) add_corrections(figures, *run.corrected_steps);
   if (run.feet && run.feet->rows() > 0) add_slip(figures, *run.feet);
+  if (run.answers && run.answers->rows() > 0) add_latency(figures, *run.answers);
   if (run.frame_times && run.errors)
     figures.push_back({"cpu",
                        "CPU of the filter per frame",

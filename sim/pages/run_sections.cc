@@ -73,6 +73,7 @@ class RunSections {
     add("slip", "Slip of each step", figures({"slip", "landing"}));
     add("pictures", "Images of the head camera", picture_strip());
     add("map", "Map", map());
+    add("time", "Latency and dropped frames", figures({"latency"}));
     const std::string cpu = figures({"cpu"});
     if (!cpu.empty() || run_.estimate)
       add("cpu", "CPU time",

@@ -27,13 +27,6 @@ std::vector<bool> runs_in_full(const std::vector<RunData>& runs) {
   return in_full;
 }
 
-std::string link(const std::vector<RunData>& runs, std::size_t i, bool in_full) {
-  const auto same = [&](const RunData& other) { return other.label() == runs[i].label(); };
-  const bool alike = std::count_if(runs.begin(), runs.end(), same) > 1;
-  const std::string words = escaped(runs[i].label() + (alike ? ", " + runs[i].folder.string() : ""));
-  return in_full ? fmt::format("<a href='#run-{0}' data-run='run-{0}'>{1}</a>", i, words) : words;
-}
-
 /// The runs of a scenario with their shown metrics, and links to those in full.
 std::string table(const std::vector<RunData>& runs, const std::vector<bool>& in_full,
                   const std::string& scenario) {
@@ -55,7 +48,12 @@ std::string table(const std::vector<RunData>& runs, const std::vector<bool>& in_
   }
   std::vector<TableRow> rows;
   for (auto& [i, of_run] : values) {
-    TableRow row{{{link(runs, i, in_full[i])}, text_cell(verdict_of(runs[i])), text_cell(runs[i].ending)}};
+    const RunData& run = runs[i];
+    const auto same = [&](const RunData& other) { return other.label() == run.label(); };
+    const bool alike = std::count_if(runs.begin(), runs.end(), same) > 1;
+    std::string link = escaped(run.label() + (alike ? ", " + run.folder.string() : ""));
+    if (in_full[i]) link = fmt::format("<a href='#run-{0}' data-run='run-{0}'>{1}</a>", i, link);
+    TableRow row{{{link}, text_cell(verdict_of(run)), text_cell(run.ending)}};
     for (const std::string& column : columns) row.cells.push_back(number_cell(of_run[column]));
     rows.push_back(row);
   }

@@ -135,12 +135,6 @@ std::string sides(const Tuning& t) {
   return html + "</p>\n";
 }
 
-std::string warning(const Tuning& t) {
-  if (t.json.at("holdout").at("runs").items().size() > 1) return "";
-  return "<p class='warning'><b>The hold-out is one run.</b> Its result may be chance: list several seeds or "
-         "other walks under <code>holdout</code>, and tune again.</p>\n";
-}
-
 }  // namespace
 
 bool is_tuning(const fs::path& folder) {
@@ -150,12 +144,17 @@ bool is_tuning(const fs::path& folder) {
 std::string tune_page(const fs::path& folder) {
   const Tuning t = read_tuning(folder);
   const bool accepted = t.json.at("accepted").flag();
+  const std::string warning = t.json.at("holdout").at("runs").items().size() > 1
+                                  ? ""
+                                  : "<p class='warning'><b>The hold-out is one run.</b> Its result may be "
+                                    "chance: list several seeds or "
+                                    "other walks under <code>holdout</code>, and tune again.</p>\n";
   return html_page(
       "Tuning " + t.json.at("name").text(),
       fmt::format("<span class='verdict {}'>{}</span> {} settings, by {}", accepted ? "good" : "bad",
                   accepted ? "better on hold-out runs" : "rejected: worse on hold-out runs", t.value.size(),
                   escaped(t.objective)),
-      warning(t) + section_html("parameters", "Parameters", parameters_table(t)) +
+      warning + section_html("parameters", "Parameters", parameters_table(t)) +
           section_html("sides", "Before and after", sides(t)) +
           section_html("figures", "Figures", figures(t)));
 }

@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "sim/files/columns.h"
-#include "sim/files/contained_path.h"
 #include "sim/files/text.h"
 #include "sim/recording/image_file.h"
 #include "sim/recording/recording_format.h"

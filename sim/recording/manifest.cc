@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "sim/files/contained_path.h"
 #include "sim/files/csv.h"
+#include "sim/files/text.h"
 
 namespace sim::recording {
 namespace {

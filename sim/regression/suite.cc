@@ -175,6 +175,11 @@ ScenarioResults scenario_from(const std::string& name, const files::Json& json) 
 
 }  // namespace
 
+bool is_suite(const std::filesystem::path& file) {
+  const Yaml root = scenario::parse_yaml_file(file);
+  return std::ranges::any_of(root.keys, [](const Yaml& key) { return key.text == "scenarios"; });
+}
+
 const std::vector<Gate>& default_gates() {
   static const std::vector<Gate> gates{{"ate_se3_rmse_m", 10, 0.001},   {"rmse_m", 15, 0.002},
                                        {"rpe_1m_m", 10, 0.001},         {"end_yaw_error_deg", 20, 0.1},

@@ -45,6 +45,9 @@ struct Suite {
   std::vector<SuiteEntry> entries;
 };
 
+/// Returns whether a YAML file is a suite: it has the key `scenarios`. Throws ConfigError.
+bool is_suite(const std::filesystem::path& file);
+
 /// Reads a suite strictly; scenario files are relative to the suite's folder. Throws ConfigError at the first
 /// error (also without a scenario, or if two have the same name).
 Suite read_suite(const std::filesystem::path& file);

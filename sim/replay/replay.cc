@@ -82,6 +82,7 @@ slam::Stamp track(Reader& reader, std::optional<tracking::Tracking>& tracking, r
       const result::StageClock clock(frame.filter_ms);
       tracking->process(std::move(ideal));
       frame.filter_ms += tracking->external_cpu_ms();
+      frame.answered = tracking->has_answered();
     };
     tracking::process_observed(std::move(*observation), tracking ? &*tracking : nullptr, observer, process);
     frame.landmarks = tracking ? tracking->landmarks() : 0;

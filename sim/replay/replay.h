@@ -9,7 +9,7 @@
 #include "sim/files/trajectory_file.h"
 #include "sim/result/result.h"
 #include "sim/scenario/scenario.h"
-#include "sim/score/alignment.h"
+#include "sim/score/trajectory.h"
 #include "sim/tracking/tracking.h"
 
 namespace sim::replay {

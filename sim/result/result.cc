@@ -89,6 +89,19 @@ void write_steering(const fs::path& folder, const RunRecord& record, const score
   files::write_text(folder / "corrected_steps.csv", steps);
 }
 
+/// When each frame was answered. The fields of a dropped frame are empty.
+void write_answers(const fs::path& file, const tracking::Tracked& tracked, slam::Stamp exposure) {
+  std::vector<std::pair<slam::Stamp, std::string>> rows;
+  for (const tracking::TrackedFrame& frame : tracked.frames)
+    rows.emplace_back(frame.report.t, fmt::format("{},{}", (frame.effect + exposure).count(),
+                                                  1e3 * slam::seconds(frame.took)));
+  for (const slam::Stamp t : tracked.dropped) rows.emplace_back(t, ",");
+  std::ranges::stable_sort(rows, {}, [](const auto& row) { return row.first; });
+  std::string text = "#timestamp [ns],effect [ns],took [ms]\n";
+  for (const auto& [t, fields] : rows) text += fmt::format("{},{}\n", t.count(), fields);
+  files::write_text(file, text);
+}
+
 void write_feet(const fs::path& file, const std::vector<score::FootRow>& rows) {
   std::string text =
       "#begin [ns],end [ns],foot,phase,moved_x [m],moved_y [m],moved_yaw [rad],creep_x [m],creep_y "
@@ -128,6 +141,9 @@ void write_score(const fs::path& file, const scenario::Scenario& scenario, scena
     if (!metric.value) entry["reason"] = metric.reason;
     if (!metric.note.empty()) entry["note"] = metric.note;
   }
+  if (const auto model = scenario.estimator_time.model; tracked && model != scenario::TimeModel::none)
+    json["estimator_time"] = {{"model", scenario::kTimeModels[static_cast<std::size_t>(model)]},
+                              {"repeatable", model == scenario::TimeModel::fixed}};
   if (tracked)
     json["tracking"] = {{"observations_refused",
                          std::count_if(tracked->frames.begin(), tracked->frames.end(),
@@ -282,6 +298,8 @@ Outcome write_result(const fs::path& folder, const RunRecord& record, const Resu
   if (record.tracked) {
     write_estimate(folder, *record.tracked);
     write_tracked(folder, *record.tracked);
+    if (scenario.estimator_time.model != scenario::TimeModel::none)
+      write_answers(folder / "answers.csv", *record.tracked, exposure(scenario));
   }
   const score::Run input = score_input(record);
   if (!input.odometry.empty()) write_tum(folder / "odometry.tum", input.odometry);

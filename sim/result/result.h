@@ -33,6 +33,8 @@ struct RunRecord {
   std::optional<std::string> no_scale = {};   ///< the reason, if the estimate's scale is unknown
 };
 
+/// Returns the time from a frame's stamp until its image is complete.
+slam::Stamp exposure(const scenario::Scenario& scenario);
 /// Returns whether the estimator is the built-in filter, with or without images.
 bool uses_filter(const scenario::Scenario& scenario);
 /// Returns whether it is the filter with images, which tracks from its first landmark on.

@@ -75,6 +75,7 @@ files::Json read_whole_score(const fs::path& file) {
     limit.at(limit.find("at_most") ? "at_most" : "at_least").number();
     if (const files::Json passed = limit.at("passed"); !passed.is_null()) passed.flag();
   }
+  if (const auto time = json.find("estimator_time")) time->at("repeatable").flag();
   if (const auto tracking = json.find("tracking"))
     for (const char* kind : {"lost", "suspect"})
       if (const auto faults = tracking->find(kind))

@@ -18,8 +18,9 @@ constexpr double kNominalWeight_N = walking::hrp2::kMass * walking::kGravity;
 std::vector<score::EstimatedPose> estimate(const tracking::Tracked& tracked,
                                            const std::optional<Eigen::Vector3d>& point) {
   std::vector<score::EstimatedPose> poses;
-  for (const auto& [e, report, has_pose] : tracked.frames)
-    if (has_pose && report.health == slam::Health::ok && (poses.empty() || e.t > poses.back().t)) {
+  for (const tracking::TrackedFrame& frame : tracked.frames)
+    if (const auto& e = frame.estimate; frame.has_pose && frame.report.health == slam::Health::ok &&
+                                        (poses.empty() || e.t > poses.back().t)) {
       poses.push_back({e.t, e.X_WC, e.covariance});
       if (point) poses.back().X_WC.translation() = e.X_WC * *point;
     }
@@ -78,6 +79,20 @@ std::vector<score::TimedHealth> health(const tracking::Tracked& tracked, bool by
   for (const slam::Stamp t : tracked.untracked) all.push_back({t, false, false});
   if (!tracked.untracked.empty() && tracked.untracked.front() < last)  // poses of a file, with gaps
     std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
+  return all;
+}
+
+std::optional<score::Timeliness> timeliness(const RunRecord& record) {
+  const scenario::Scenario& scenario = record.scenario.scenario;
+  if (scenario.estimator_time.model == scenario::TimeModel::none) return std::nullopt;
+  score::Timeliness all;
+  all.period_ms = 1e3 / record.setup.camera_rate_hz;
+  all.dropped = record.tracked->dropped.size();
+  for (const tracking::TrackedFrame& frame : record.tracked->frames) {
+    const slam::Stamp after = frame.effect - frame.report.t + exposure(scenario);
+    all.latency_ms.push_back(1e3 * slam::seconds(after));
+    all.took_ms.push_back(1e3 * slam::seconds(frame.took));
+  }
   return all;
 }
 
@@ -169,6 +184,12 @@ score::Stamp plan_end(const walking::WalkOptions& walk) {
   return static_cast<std::int64_t>(timeline.ticks()) * walking::kTick;
 }
 
+slam::Stamp exposure(const scenario::Scenario& scenario) {
+  if (!scenario.camera) return slam::Stamp(0);
+  const double after_ms = 1e3 * (scenario.camera->exposure_s + scenario.camera->readout_s) / 2;
+  return std::chrono::milliseconds(std::llround(std::ceil(after_ms - 1e-9)));  // as camera::Shutter::lead()
+}
+
 std::vector<files::TimedPose> planned_camera(const RunRecord& record) {
   std::vector<files::TimedPose> poses = record.truth.waist_plan;
   if (poses.empty()) return record.planned_camera;
@@ -198,6 +219,7 @@ score::Run score_input(const RunRecord& record) {
   for (const estimators::PoseEstimate& pose : record.tracked->odometry)
     run.odometry.push_back({pose.t, pose.X_WC});
   const bool is_filter = uses_filter(record.scenario.scenario);
+  run.timeliness = timeliness(record);
   run.health = health(*record.tracked, uses_images(record.scenario.scenario));
   if (is_filter) run.use = use(*record.tracked);
   run.landmarks = landmarks(*record.tracked);

@@ -121,6 +121,23 @@ std::string sensor_use(const Json& metrics) {
   return text.empty() ? "" : "  readings used: " + text + "\n";
 }
 
+// "  time of the estimator fixed: 645 frames dropped (50 %), latency 60 ms (median; p99 60), ..."
+std::string timeliness(const Json& scored) {
+  const auto time = scored.find("estimator_time");
+  if (!time) return "";
+  const Json metrics = scored.at("metrics");
+  const auto number = [&](const char* name, double factor = 1) {
+    const auto value = value_of(metrics, name);
+    return value ? fmt::format("{:.3g}", factor * *value) : "-";
+  };
+  return fmt::format(
+      "  time of the estimator {}: {} frames dropped ({} %), latency {} ms (median; p99 {}), {} % of the "
+      "time between frames (mean; p99 {})\n",
+      time->at("repeatable").flag() ? "fixed" : "measured, NOT REPEATABLE", number("dropped_frames"),
+      number("dropped_frames_fraction", 100), number("latency_median_ms"), number("latency_p99_ms"),
+      number("budget_fraction_mean", 100), number("budget_fraction_p99", 100));
+}
+
 }  // namespace
 
 std::string score_table(const std::filesystem::path& result_folder, const TableStyle& style, bool failed) {
@@ -133,7 +150,7 @@ std::string score_table(const std::filesystem::path& result_folder, const TableS
                                  painted(ending, failed ? Paint::bad : Paint::none, style.colors));
   if (!failed && ending != "completed" && !about.cause.empty()) text += ": " + about.cause;
   text += "\n" + tracking_faults(scored) + metric_lines(scored, style);
-  text += coverage(scored.at("metrics")) + sensor_use(scored.at("metrics"));
+  text += coverage(scored.at("metrics")) + sensor_use(scored.at("metrics")) + timeliness(scored);
   if (value_of(scored.at("metrics"), "poses_matched"))
     text += fmt::format("  {}; {}\n",
                         about.alignment.empty() || about.alignment == "none"

@@ -40,7 +40,9 @@ void Timing::write(const std::filesystem::path& folder, double simulated_s) cons
     const auto values_ms = column(frames, stage);
     return 1e-3 * std::accumulate(values_ms.begin(), values_ms.end(), 0.0);
   };
-  const auto filter = column(frames, &FrameTiming::filter_ms);
+  std::vector<double> filter;
+  for (const FrameTiming& frame : frames)
+    if (frame.answered) filter.push_back(frame.filter_ms);
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
   nlohmann::ordered_json json;
   json["frame_cpu_ms_mean"] = filter.empty() ? 0 : score::mean(filter);

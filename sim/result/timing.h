@@ -16,7 +16,8 @@ double thread_cpu_ms();
 struct FrameTiming {
   slam::Stamp t{0};
   double plan_and_physics_ms = 0, render_ms = 0, encode_ms = 0, record_ms = 0, filter_ms = 0;  ///< CPU
-  int landmarks = 0;  ///< in the filter's map after the frame
+  int landmarks = 0;     ///< in the filter's map after the frame
+  bool answered = true;  ///< false: the frame was dropped, or the estimator has failed
 };
 
 /// Adds the CPU time of this thread during its lifetime to a stage.
@@ -38,9 +39,9 @@ class Timing {
   std::vector<FrameTiming> frames;
   bool each_frame = true;  ///< false: only the sum of filter_ms is measured, as of a command
 
-  /// Writes timing.csv (one row per frame) and timing.json: frame_cpu_ms_mean of the estimator's CPU time,
-  /// _median and _p99 if that of each frame is known, realtime_factor (simulated seconds per wall second of
-  /// the whole run) and the total of each stage. Throws FileError.
+  /// Writes timing.csv (one row per frame) and timing.json: frame_cpu_ms_mean of the estimator's CPU time in
+  /// frames with an answer, _median and _p99 if that of each frame is known, realtime_factor (simulated
+  /// seconds per wall second of the whole run) and the total of each stage. Throws FileError.
   void write(const std::filesystem::path& folder, double simulated_s) const;
 
  private:

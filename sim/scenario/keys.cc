@@ -79,7 +79,8 @@ bool shapes_recording(std::string_view key) {
 }
 
 bool shapes_estimate(std::string_view key) {
-  return find_key(key) && (key.starts_with("errors.") || key.starts_with("slam.") || key == "estimator");
+  return find_key(key) &&
+         (key.starts_with("errors.") || key.starts_with("slam.") || key.starts_with("estimator"));
 }
 
 bool shapes_recording(const Scenario& scenario, std::string_view key) {
@@ -154,6 +155,8 @@ std::optional<RecordingDifference> first_difference(const Scenario& recorded, co
 
 std::string counterfactual(const Scenario& recorded, const Scenario& scenario) {
   if (recorded.walk.steering.by != walking::SteeredBy::estimate) return "";
+  if (recorded.estimator_time.model == TimeModel::measured)
+    return "the recorded walk was steered by answers whose measured times are not repeatable";
   if (recorded.seed != scenario.seed)
     return fmt::format("the recorded walk was steered with seed {}, not {}", recorded.seed, scenario.seed);
   for (const auto& key : scenario_keys()) {

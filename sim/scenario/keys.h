@@ -123,7 +123,8 @@ bool has_section(const Scenario& scenario, std::string_view key);
 /// True for a key that shapes what ideal sensors record, as does the seed: walk, stabilizer, world, camera.
 bool shapes_recording(std::string_view key);
 
-/// True for a key that shapes the estimates of a filter: below errors or slam, and `estimator`.
+/// True for a key that shapes the estimates of a filter: below errors or slam, `estimator`, and below
+/// estimator.time.
 bool shapes_estimate(std::string_view key);
 
 /// True for a key that shapes that scenario's recording; if the estimate steers, shapes_estimate() too.

@@ -36,6 +36,36 @@ struct Limits {
   static void keys(auto&& key) { choice<&Limits::ending>(key, kResultEndings, "endings of a run that pass"); }
 };
 
+/// Simulated time that an answer of the estimator takes.
+enum class TimeModel { none, fixed, measured };
+inline constexpr std::array<std::string_view, 3> kTimeModels{"none", "fixed", "measured"};
+
+/// What happens to frames that find the estimator busy and the queue full.
+enum class OnBusy { drop, wait };
+inline constexpr std::array<std::string_view, 2> kOnBusy{"drop", "wait"};
+
+/// The scenario's keys estimator.time.*: when the answer to a frame takes effect.
+struct EstimatorTime {
+  TimeModel model = TimeModel::none;
+  double frame_ms = 0;
+  int queue = 0;
+  OnBusy on_busy = OnBusy::drop;
+
+  static void keys(auto&& key) {
+    choice<&EstimatorTime::model>(
+        key, kTimeModels,
+        "simulated time that each answer takes: none, fixed (frame_ms), or measured (its wall time: such a "
+        "run is not repeatable)");
+    number<&EstimatorTime::frame_ms>(key, 0, 1e6, "simulated time of each answer, with model: fixed");
+    number<&EstimatorTime::queue>(
+        key, 0, 1, "number of frames that wait for a busy estimator; a newer frame replaces the waiting one");
+    choice<&EstimatorTime::on_busy>(
+        key, kOnBusy,
+        "what happens to further frames while the estimator is busy: drop (their images; IMU readings go "
+        "with the next frame), or wait, each in its turn");
+  }
+};
+
 /// Everything that shapes a run. Without camera it has no frames, without slam no filter.
 struct Scenario {
   std::string name;
@@ -46,6 +76,7 @@ struct Scenario {
   std::optional<camera::CameraOptions> camera;
   sensor_errors::ErrorOptions errors;
   estimators::EstimatorChoice estimator;  ///< the section slam is unused by all but the filter
+  EstimatorTime estimator_time;
   std::optional<slam::Options> slam;
   Limits limits;
 
@@ -59,6 +90,7 @@ struct Scenario {
     part<&Scenario::errors>(key);
     value<&Scenario::estimator>(key,
                                 "estimator of the run: a built-in one by its name, or an external program");
+    key.part("estimator.time", &Scenario::estimator_time);
     part<&Scenario::slam>(key);
     part<&Scenario::limits>(key);
   }

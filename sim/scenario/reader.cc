@@ -131,6 +131,7 @@ class ScenarioReader {
 
   void read_entry(const Yaml& at, const std::string& path, const Yaml& value) {
     const bool limit = path.starts_with("limits.");
+    if (path == "estimator" && find(value, "time")) return read_estimator(at, value);
     if (value.kind == Yaml::Kind::map && find_key(path) == nullptr && (limit || is_section(path))) {
       if (limit && value.keys.empty()) fail(at, path, "is empty, expected at_most or at_least");
       if (!limit) require_section(at, path);
@@ -143,6 +144,15 @@ class ScenarioReader {
     read_value(at, path, value);
     result.origin[path] =
         at.origin.file == kArgument ? fmt::format("argument {}", at.origin.line) : given_[path];
+    result.places[path] = at.origin;
+  }
+
+  // {program: ..., time: {...}}: the time is a section beside the choice of the estimator.
+  void read_estimator(const Yaml& at, Yaml value) {
+    const auto i = find(value, "time") - value.items.data();
+    read_entry(value.keys[static_cast<std::size_t>(i)], "estimator.time", Yaml(*find(value, "time")));
+    value.keys.erase(value.keys.begin() + i), value.items.erase(value.items.begin() + i);
+    if (!value.keys.empty()) read_entry(at, "estimator", value);
   }
 
   void read_value(const Yaml& at, const std::string& path, const Yaml& value) {
@@ -197,6 +207,17 @@ void leave_out(Scenario& scenario, const std::vector<std::string>& without) {
   }
 }
 
+/// The time of the estimator that steers is its latency; a given latency_s is added to it.
+void derive_latency(ReadScenario& read) {
+  constexpr const char* kLatency = "walk.steering.latency_s";
+  walking::SteeringOptions& steering = read.scenario.walk.steering;
+  if (read.scenario.estimator_time.model == TimeModel::none || read.origin.contains(kLatency) ||
+      steering.by != walking::SteeredBy::estimate)
+    return;
+  steering.latency_s = 0;
+  read.origin[kLatency] = "estimator.time";
+}
+
 ReadScenario read_root(const Yaml& root, const Changes& changes) {
   if (root.kind != Yaml::Kind::map) fail(root, "", "expected a scenario: keys and values, as in seed: 1");
   ScenarioReader reader;
@@ -206,6 +227,7 @@ ReadScenario read_root(const Yaml& root, const Changes& changes) {
   int n = 0;
   for (const std::string& argument : changes.overrides) reader.read_override(argument, ++n);
   leave_out(reader.result.scenario, changes.without);
+  derive_latency(reader.result);
   check_whole(reader.result, root);
   return reader.result;
 }

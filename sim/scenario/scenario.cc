@@ -76,6 +76,30 @@ void check_happens(const Scenario& scenario, const Yaml& at, double end_s) {
   if (dark.left_fraction == 1) fail(at, "world.lights_off", "changes nothing: its left_fraction is 1");
 }
 
+/// Throws ConfigError at a key of estimator.time that contradicts another one.
+void check_time(const ReadScenario& read, const Yaml& root) {
+  const EstimatorTime& time = read.scenario.estimator_time;
+  const auto require = [&](bool holds, const char* name, const std::string& problem) {
+    if (holds) return;
+    const std::string key = std::string("estimator.time.") + name;
+    Yaml at = root;
+    if (const auto place = read.places.find(key); place != read.places.end()) at.origin = place->second;
+    fail(at, key, problem);
+  };
+  const std::string_view model = kTimeModels[static_cast<std::size_t>(time.model)];
+  const bool none = time.model == TimeModel::none, fixed = time.model == TimeModel::fixed;
+  require(fixed || time.frame_ms == 0, "frame_ms",
+          fmt::format("is {}, but estimator.time.model is {}; expected 0, or model: fixed", time.frame_ms,
+                      model));
+  require(!fixed || read.origin.contains("estimator.time.frame_ms"), "model",
+          "is fixed, expected estimator.time.frame_ms with it");
+  require(!none || time.queue == 0, "queue", "is 1, but estimator.time.model is none, where no frame waits");
+  require(!none || time.on_busy == OnBusy::drop, "on_busy",
+          "is wait, but estimator.time.model is none, where no estimator is busy");
+  require(time.on_busy == OnBusy::drop || time.queue == 0, "queue",
+          "is 1, but estimator.time.on_busy is wait, where every frame waits; expected 0, or on_busy: drop");
+}
+
 /// Throws ConfigError for limits that no run satisfies. turn_rad: of the whole walk.
 void check_limits(const ReadScenario& read, const Yaml& at, double turn_rad) {
   const std::vector<MetricLimit>& limits = read.scenario.limits.metrics;
@@ -106,6 +130,7 @@ void check_whole(const ReadScenario& read, const Yaml& at) {
     fail(at, "slam",
          "needs the section 'camera': the filter works at its frames (--without camera,slam drops both)");
   }
+  check_time(read, at);
   if (scenario.slam && scenario.slam->vision.enabled && scenario.world.room == "floor")
     fail(at, "world.room",
          "is floor, where the camera sees nothing to track; expected office or hall, or slam.vision.enabled: "
@@ -134,9 +159,12 @@ std::string to_yaml(const Scenario& scenario) {
     const std::string& name = key.name;
     if (!has_section(scenario, name)) continue;
     std::size_t begin = 0, indent = 0;  // "a: \n  b: value" for "a.b", with sections that are not open yet
-    for (std::size_t dot; (dot = name.find('.', begin)) != name.npos; begin = dot + 1, indent += 2)
+    for (std::size_t dot = 0; (dot = name.find('.', dot + 1)) != name.npos;) {
+      if (find_key(name.substr(0, dot))) continue;  // "estimator.time:", as `estimator` has a value
       if (!before.starts_with(name.substr(0, dot + 1)))
         text += fmt::format("{:{}}{}:\n", "", indent, name.substr(begin, dot - begin));
+      begin = dot + 1, indent += 2;
+    }
     text += fmt::format("{:{}}{}: {}\n", "", indent, name.substr(begin), key.print(scenario));
     before = name;
   }

@@ -16,7 +16,8 @@ namespace sim::scenario {
 struct ReadScenario {
   Scenario scenario;
   std::map<std::string, std::string, std::less<>> origin;
-  std::vector<Origin> command_origins = {};  ///< of each of walk.commands
+  std::vector<Origin> command_origins = {};                ///< of each of walk.commands
+  std::map<std::string, Origin, std::less<>> places = {};  ///< where each key stands that was set
 };
 
 /// Changes to a scenario file: overlays in the order typed, which replace keys (as the best.yaml of a tuning

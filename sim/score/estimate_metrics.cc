@@ -1,11 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/score/alignment.h"
-#include "sim/score/landmarks.h"
 #include "sim/score/metrics.h"
-#include "sim/score/relative.h"
 #include "sim/score/run.h"
+#include "sim/score/trajectory.h"
 
 namespace sim::score {
 namespace {

@@ -1,7 +1,7 @@
-#include "sim/score/feet.h"
-
 #include <algorithm>
 #include <cmath>
+
+#include "sim/score/run.h"
 
 namespace sim::score {
 namespace {

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 
-#include "sim/score/landmarks.h"
 #include "sim/score/run.h"
 
 namespace sim::score {
@@ -109,8 +108,8 @@ ScoreContext::ScoreContext(const Run& run_) : run(run_), start(first_motion(run_
 const MetricDefinitions& metric_definitions() {
   static const MetricDefinitions definitions = [] {
     MetricDefinitions all;
-    for (const auto group :
-         {estimate_metrics, walk_metrics, loop_metrics, consistency_metrics, completion_metrics})
+    for (const auto group : {estimate_metrics, walk_metrics, loop_metrics, consistency_metrics,
+                             completion_metrics, timeliness_metrics})
       for (MetricDefinition& definition : group()) all.push_back(std::move(definition));
     return all;
   }();

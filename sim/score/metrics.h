@@ -60,5 +60,6 @@ MetricDefinitions walk_metrics();         ///< heights, drift from the plan, nav
 MetricDefinitions loop_metrics();         ///< whether and when the loop was closed, and the errors around it
 MetricDefinitions consistency_metrics();  ///< NEES, NIS and use of each sensor, landmarks of the map
 MetricDefinitions completion_metrics();   ///< path length, and the fraction of plan and time that was tracked
+MetricDefinitions timeliness_metrics();   ///< dropped frames, latency and share of the budget
 
 }  // namespace sim::score

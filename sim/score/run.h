@@ -1,7 +1,8 @@
 // The input of the score: truth, plan and estimate of one run at the stamps of the frames, and what several
-// metrics need of them.
+// metrics need of them: the drift of the walk by its feet, and the landmarks against the true room.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
 #include <functional>
 #include <optional>
@@ -11,13 +12,60 @@
 #include <vector>
 
 #include "sim/score/consistency.h"
-#include "sim/score/feet.h"
 #include "sim/score/statistics.h"
-#include "sim/score/surfaces.h"
 #include "sim/score/trajectory.h"
 #include "sim/score/types.h"
 
 namespace sim::score {
+
+/// A pose on the ground: x, y (m) and yaw (rad).
+struct Pose2 {
+  double x = 0, y = 0, yaw = 0;
+};
+/// The ground part of a nearly upright pose.
+Pose2 pose2(const Eigen::Isometry3d& X);
+
+enum class Foot { left, right };
+
+/// One foot at one instant. The creep is since the instant before.
+struct FootSample {
+  Pose2 truth, plan;
+  bool planned_down = true;  ///< the plan has the foot on the ground
+  double load = 0;           ///< vertical force as a fraction of the robot's weight
+  Pose2 creep;               ///< slip below the friction cone, an artifact of the contact model
+};
+/// Both feet at one instant.
+struct FeetSample {
+  Stamp t{0};
+  std::array<FootSample, 2> feet;  ///< left, right
+};
+
+/// The origin of a contribution.
+enum class FootPhase {
+  start,     ///< the robot starts beside the plan's start
+  put_down,  ///< the foot first touches the ground beside its planned place, as seen from the other foot
+  landing,   ///< it moves on the ground before it first carries 40 % of the weight
+  support,   ///< until it last carries that much
+  lift_off,  ///< until it leaves the ground
+  body,      ///< at the end the waist is beside its planned place over the foot
+};
+inline constexpr std::array<std::string_view, 6> kFootPhases{"start",   "put_down", "landing",
+                                                             "support", "lift_off", "body"};
+
+/// One contribution. moved: motion of the point of the sole below the ankle, axes of W; for put_down the true
+/// minus the planned place as seen from the other foot; for start and body as drift. drift: the share of the
+/// waist's final drift, axes of W; zero for a foot that moves while the other one carries the robot.
+struct FootRow {
+  Stamp begin{0}, end{0};
+  Foot foot = Foot::left;
+  FootPhase phase = FootPhase::support;
+  Pose2 moved, creep, drift;
+};
+
+/// Returns the contributions of a whole walk in order of time. samples: at least one, in order of time;
+/// waist_truth, waist_plan: at the last.
+std::vector<FootRow> decompose_drift(const std::vector<FeetSample>& samples, const Pose2& waist_truth,
+                                     const Pose2& waist_plan);
 
 /// The pixel of a landmark in one image.
 struct StampedPixel {
@@ -93,6 +141,14 @@ struct TimedHealth {
   bool fault_flag = false;  ///< a sensor contradicts the others
 };
 
+/// How an estimator kept up with the frames, in simulated time.
+struct Timeliness {
+  std::vector<double> latency_ms;  ///< of each answer: from the stamp of its frame until it takes effect
+  std::vector<double> took_ms;     ///< of each answer
+  double period_ms = 0;            ///< of the frames
+  std::size_t dropped = 0;         ///< frames
+};
+
 /// The commanded path, laid into W at the start.
 struct DesiredPath {
   Trajectory waist;                                       ///< commanded X_WB at the stamps of the true waist
@@ -114,8 +170,9 @@ struct Run {
   Trajectory
       odometry;  ///< by the same sensors without images; empty if that did not run beside the estimator
   std::array<std::vector<StampedInnovation>, kSensors.size()> innovations;
-  std::vector<FrameUse> use;        ///< of each answer; empty if the estimator does not report it
-  std::vector<TimedHealth> health;  ///< after every observation; not tracking after a divergence
+  std::vector<FrameUse> use;             ///< of each answer; empty if the estimator does not report it
+  std::vector<TimedHealth> health;       ///< after every observation; not tracking after a divergence
+  std::optional<Timeliness> timeliness;  ///< absent without a time model
   std::vector<LandmarkHistory> landmarks;
   std::vector<MappedPoint> map;  ///< at the end
   std::vector<Surface> surfaces;
@@ -127,8 +184,7 @@ struct Run {
   std::optional<std::string> failed = {};      ///< the cause, if the estimator failed as a program
 };
 
-/// A run from the first planned motion on, with the quantities that several metrics need, computed once. The
-/// run must outlive it.
+/// A run from the first planned motion on, with what several metrics need. The run must outlive it.
 struct ScoreContext {
   explicit ScoreContext(const Run& run);
 
@@ -141,5 +197,33 @@ struct ScoreContext {
   std::optional<Absent> no_estimate;         ///< why the estimate cannot be scored, if it cannot
   OrAbsent<std::vector<LoopLandmark>> loop;  ///< early landmarks that were found again
 };
+
+/// The times after a quarter and after three quarters of the plan's total turn.
+struct TurnMarks {
+  Stamp quarter{0}, three_quarters{0};
+};
+
+/// Returns nothing unless the plan turns by at least 350° about z, whole turns counted.
+std::optional<TurnMarks> turn_marks(const Trajectory& plan_waist);
+
+/// Returns the landmarks that were found again, in their order. Each was first seen in the first quarter of
+/// the turn. Its surface point, the first point of the room on the ray through its first pixel from the true
+/// camera, was then outside the camera's field of view (occlusion does not matter) in all frames over at
+/// least 5 s in one stretch, and a later match was accepted within 3 px of its true projection.
+std::vector<LoopLandmark> loop_landmarks(const Run& run, const TurnMarks& marks);
+
+/// The distance of a landmark from its surface point, see loop_landmarks().
+struct LandmarkError {
+  int id = 0;
+  double distance = 0;         ///< m
+  std::optional<double> nees;  ///< 3 is expected; absent if the covariance is not positive definite
+  /// The least NEES over the surfaces that the template shows: against the point of the ray as far as each
+  /// one's pixel nearest to the first. Across the edge of a near surface it may be on either.
+  std::optional<double> nees_of_template;
+};
+
+/// Returns the errors of the map's landmarks with a history and a surface point. template_half_px: a template
+/// has 2 template_half_px + 1 rows and columns around the first pixel.
+std::vector<LandmarkError> landmark_errors(const Run& run, int template_half_px = 0);
 
 }  // namespace sim::score

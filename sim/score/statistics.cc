@@ -35,8 +35,7 @@ Ranks rank(std::vector<std::pair<double, bool>> sizes) {
   return ranks;
 }
 
-// Twice the smaller of the probabilities, over all sign patterns, that the sum of ranks is at most or at
-// least the observed one.
+// Twice the smaller probability, over all sign patterns, of a rank sum up to or from the observed one.
 double exact_p(const Ranks& ranks) {
   const int most = std::accumulate(ranks.twice.begin(), ranks.twice.end(), 0);
   std::vector<double> patterns(static_cast<std::size_t>(most) + 1);  // the number of them with each sum

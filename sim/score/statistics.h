@@ -1,5 +1,4 @@
-// Statistics of lists of numbers, and quantities that may be absent. All functions take at least one value
-// unless they state otherwise.
+// Statistics of lists of numbers (at least one unless stated otherwise), and quantities that may be absent.
 #pragma once
 
 #include <cstddef>
@@ -32,8 +31,7 @@ double root_mean_square(const std::vector<double>& values);
 double median(std::vector<double> values);
 /// The standard deviation of a sample (n − 1); 0 for a single value.
 double standard_deviation(const std::vector<double>& values);
-/// Linear between order statistics for p in [0, 1]: p = 0 is the minimum, p = 1 the maximum (Hyndman & Fan
-/// 1996, type 7).
+/// Linear between order statistics: p = 0 is the minimum, 1 the maximum (Hyndman & Fan 1996, type 7).
 double quantile(std::vector<double> values, double p);
 
 /// The worst of several values of a metric.
@@ -74,8 +72,7 @@ double wilcoxon_signed_rank(const std::vector<double>& differences);
 /// for any distribution (order statistics); nothing for fewer than 6 values.
 std::optional<std::pair<double, double>> median_interval(std::vector<double> values);
 
-/// Returns the p-values adjusted for multiple tests (Holm 1979), in the given order: each can be compared
-/// with the level itself.
+/// Returns the p-values adjusted for multiple tests (Holm 1979), in their order, to compare with the level.
 std::vector<double> holm(const std::vector<double>& p_values);
 
 }  // namespace sim::score

@@ -1,16 +1,15 @@
-#include "sim/score/surfaces.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "sim/score/types.h"
 
 namespace sim::score {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// A ray in the axes of a shape: p + s d, s > 0. The functions below return the least such s on the shape, or
-// kNever.
+// A ray in the axes of a shape: p + s d, s > 0. The functions below return the least s on it, or kNever.
 struct Ray {
   Eigen::Vector3d p, d;
   Eigen::Vector3d at(double s) const { return p + s * d; }

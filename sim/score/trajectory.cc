@@ -1,27 +1,143 @@
 #include "sim/score/trajectory.h"
 
+#include <Eigen/SVD>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string_view>
 
 namespace sim::score {
 namespace {
+
+using Unit = Spans::Unit;
 
 Trajectory::const_iterator first_not_before(const Trajectory& trajectory, Stamp t) {
   return std::lower_bound(trajectory.begin(), trajectory.end(), t,
                           [](const TimedPose& pose, Stamp stamp) { return pose.t < stamp; });
 }
 
-Trajectory::const_iterator nearest_in_time(const Trajectory& trajectory, Stamp t) {
-  const auto after = first_not_before(trajectory, t);
-  if (after == trajectory.begin()) return after;
-  return after == trajectory.end() || t - (after - 1)->t <= after->t - t ? after - 1 : after;
+constexpr std::array<std::string_view, 6> kNames{"none", "origin", "yaw", "se3", "sim3", "scale"};
+
+// First and second moments of the paired positions, about their means.
+struct Moments {
+  Eigen::Vector3d mean_true = Eigen::Vector3d::Zero(), mean_estimate = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d cross = Eigen::Matrix3d::Zero();  // mean of (true)(estimate)ᵀ
+  double square_true = 0, square_estimate = 0;      // means of squared distances
+
+  explicit Moments(const std::vector<PosePair>& pairs) {
+    const double n = static_cast<double>(pairs.size());
+    for (const PosePair& pair : pairs) {
+      mean_true += pair.X_true.translation() / n;
+      mean_estimate += pair.X_estimate.translation() / n;
+    }
+    for (const PosePair& pair : pairs) {
+      const Eigen::Vector3d a = pair.X_true.translation() - mean_true,
+                            b = pair.X_estimate.translation() - mean_estimate;
+      cross += a * b.transpose() / n;
+      square_true += a.squaredNorm() / n;
+      square_estimate += b.squaredNorm() / n;
+    }
+  }
+  // A moment (m²) up to this is a rounding error: 1e-12 of the spread, or 1e-10 of the distance to 0.
+  double rounding_error() const {
+    return 1e-12 * std::sqrt(square_true * square_estimate) + 1e-20 * mean_true.norm() * mean_estimate.norm();
+  }
+  Similarity about_means(const Eigen::Matrix3d& R, double scale) const {
+    return {scale, R, mean_true - scale * R * mean_estimate};
+  }
+};
+
+OrAbsent<Similarity> align_yaw(const Moments& m) {
+  const double sine = m.cross(1, 0) - m.cross(0, 1), cosine = m.cross(0, 0) + m.cross(1, 1);
+  if (!(std::hypot(sine, cosine) > m.rounding_error()))
+    return Absent{"the positions do not spread horizontally: the rotation about z is not determined"};
+  const Eigen::AngleAxisd turn(std::atan2(sine, cosine), Eigen::Vector3d::UnitZ());
+  return m.about_means(turn.toRotationMatrix(), 1);
+}
+
+// Umeyama 1991, eqs. (39)-(43): se3, sim3 or scale.
+OrAbsent<Similarity> align_umeyama(const Moments& m, Alignment alignment) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m.cross, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Vector3d D = svd.singularValues();
+  if (!(D(0) > m.rounding_error())) return Absent{"all positions coincide"};
+  if (!(D(1) > m.rounding_error()))
+    return Absent{"the positions are on one line: the rotation about it is not determined"};
+  Eigen::Vector3d signs = Eigen::Vector3d::Ones();
+  if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0) signs(2) = -1;
+  const double scale = D.dot(signs) / m.square_estimate;
+  if (alignment == Alignment::scale) return Similarity{scale};
+  const Eigen::Matrix3d R = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  return m.about_means(R, alignment == Alignment::sim3 ? scale : 1);
+}
+
+bool turning(const Spans& which) { return which.unit == Unit::radians || which.unit == Unit::degrees; }
+
+const Eigen::Isometry3d& pose(const PosePair& pair, const Spans& which) {
+  return which.along_truth ? pair.X_true : pair.X_estimate;
+}
+
+// The angle between two orientations, in the unit of the spans.
+double turn(const PosePair& from, const PosePair& to, const Spans& which) {
+  const Eigen::Matrix3d R = pose(from, which).linear().transpose() * pose(to, which).linear();
+  return rotation_vector(R).norm() * (which.unit == Unit::degrees ? 180 / std::numbers::pi : 1);
+}
+
+// The place of each pose along the path: frames, meters, radians or degrees turned, or seconds.
+std::vector<double> places(const std::vector<PosePair>& pairs, const Spans& which) {
+  const auto place = [&](std::size_t i, double before) {
+    if (which.unit == Unit::frames) return static_cast<double>(i);
+    if (which.unit == Unit::seconds) return static_cast<double>((pairs[i].t - pairs[0].t).count()) * 1e-9;
+    if (i == 0) return 0.0;
+    if (turning(which)) return before + turn(pairs[i - 1], pairs[i], which);
+    return before + (pose(pairs[i], which).translation() - pose(pairs[i - 1], which).translation()).norm();
+  };
+  std::vector<double> all;
+  for (std::size_t i = 0; i < pairs.size(); ++i) all.push_back(place(i, i == 0 ? 0 : all.back()));
+  return all;
+}
+
+// Stamps are whole ns: lengths are equal within half of one.
+double rounding(const Spans& which) { return which.unit == Unit::seconds ? 0.5e-9 : 0; }
+
+std::vector<Span> consecutive(const std::vector<double>& place, const Spans& which) {
+  std::vector<Span> spans;
+  bool begun = which.unit != Unit::meters;
+  const double enough = which.delta - rounding(which);
+  std::size_t from = 0;
+  for (std::size_t i = 1; i < place.size(); ++i) {
+    if (place[i] - place[from] < enough) continue;
+    if (begun) spans.push_back({from, i});
+    begun = true;
+    from = i;
+  }
+  return spans;
+}
+
+std::vector<Span> from_each(const std::vector<double>& place, const Spans& which) {
+  std::vector<Span> spans;
+  const double slack = which.unit == Unit::frames ? 0 : which.tolerance * which.delta + rounding(which);
+  for (std::size_t from = 0; from + 1 < place.size(); ++from) {
+    const double wanted = place[from] + which.delta;  // the later pose nearest to it; the earlier of two
+    const auto begin = place.begin() + static_cast<std::ptrdiff_t>(from) + 1;
+    auto end = std::lower_bound(begin, place.end(), wanted);
+    if (end == place.end() || (end != begin && wanted - *(end - 1) <= *end - place[from] - which.delta))
+      --end;
+    if (std::abs(*end - place[from] - which.delta) <= slack)
+      spans.push_back({from, static_cast<std::size_t>(end - place.begin())});
+  }
+  return spans;
+}
+
+std::vector<Span> all_turns(const std::vector<PosePair>& pairs, const Spans& which) {
+  std::vector<Span> spans;
+  for (std::size_t from = 0; from < pairs.size(); ++from)
+    for (std::size_t to = from + 1; to < pairs.size(); ++to)
+      if (std::abs(turn(pairs[from], pairs[to], which) - which.delta) <= which.tolerance * which.delta)
+        spans.push_back({from, to});
+  return spans;
 }
 
 }  // namespace
-
-std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajectory& estimate) {
-  return pair_by_nearest(truth, estimate, std::chrono::microseconds(100));
-}
 
 std::vector<PosePair> pair_by_nearest(const Trajectory& truth, const Trajectory& estimate, Stamp most,
                                       Stamp offset) {
@@ -33,7 +149,10 @@ std::vector<PosePair> pair_by_nearest(const Trajectory& truth, const Trajectory&
   auto last = many.end();  // the pose of the last pair, which is `last_apart` from its partner
   Stamp last_apart{0};
   for (const TimedPose& pose : few) {
-    const auto nearest = nearest_in_time(many, pose.t);
+    auto nearest = first_not_before(many, pose.t);
+    if (nearest != many.begin() &&
+        (nearest == many.end() || pose.t - (nearest - 1)->t <= nearest->t - pose.t))
+      --nearest;
     if (nearest == many.end()) continue;
     const Stamp apart = std::chrono::abs(nearest->t - pose.t);
     if (apart > most || (nearest == last && apart >= last_apart)) continue;
@@ -123,6 +242,49 @@ Drift drift(const Eigen::Isometry3d& X_WB_true, const Eigen::Isometry3d& X_PB,
   const Eigen::Vector3d shift = Eigen::AngleAxisd(-start, Eigen::Vector3d::UnitZ()) *
                                 Eigen::Vector3d(X_WB_true.translation() - X_PB.translation());
   return {shift.x(), shift.y(), yaw(X_WB_true.linear() * X_PB.linear().transpose())};
+}
+
+std::string name_of(Alignment alignment) { return std::string(kNames[static_cast<std::size_t>(alignment)]); }
+
+std::optional<Alignment> alignment_of(const std::string& name) {
+  const auto found = std::find(kNames.begin(), kNames.end(), name);
+  if (found == kNames.end()) return std::nullopt;
+  return static_cast<Alignment>(found - kNames.begin());
+}
+
+Eigen::Isometry3d Similarity::operator*(const Eigen::Isometry3d& X) const {
+  Eigen::Isometry3d Y = Eigen::Isometry3d::Identity();
+  Y.linear() = R * X.linear();
+  Y.translation() = scale * R * X.translation() + translation;
+  return Y;
+}
+
+OrAbsent<Similarity> align(const std::vector<PosePair>& pairs, Alignment alignment) {
+  if (pairs.empty()) return Absent{"no pose has a true one of the same time"};
+  if (alignment == Alignment::none) return Similarity{};
+  if (alignment == Alignment::origin) {
+    const Eigen::Isometry3d X = pairs.front().X_true * pairs.front().X_estimate.inverse();
+    return Similarity{1, X.linear(), X.translation()};
+  }
+  if (alignment == Alignment::yaw_position) return align_yaw(Moments(pairs));
+  return align_umeyama(Moments(pairs), alignment);
+}
+
+std::vector<PosePair> transformed(const Similarity& S, std::vector<PosePair> pairs) {
+  for (PosePair& pair : pairs) pair.X_estimate = S * pair.X_estimate;
+  return pairs;
+}
+
+std::vector<Span> spans(const std::vector<PosePair>& pairs, const Spans& which) {
+  if (turning(which) && which.all) return all_turns(pairs, which);
+  const std::vector<double> place = places(pairs, which);
+  return which.all ? from_each(place, which) : consecutive(place, which);
+}
+
+Eigen::Isometry3d relative_difference(const std::vector<PosePair>& pairs, const Span& span) {
+  const PosePair &from = pairs[span.from], &to = pairs[span.to];
+  const Eigen::Isometry3d truth = from.X_true.inverse() * to.X_true;
+  return truth.inverse() * from.X_estimate.inverse() * to.X_estimate;
 }
 
 }  // namespace sim::score

@@ -1,13 +1,17 @@
-// Poses over time, the pairing of two trajectories by their stamps, and the errors of their pairs.
+// Poses over time: the pairing of two trajectories by their stamps, the errors of their pairs, alignment with
+// the truth, and relative pose errors.
 #pragma once
 
 #include <Eigen/Geometry>
 #include <chrono>
+#include <cstddef>
 #include <numbers>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "sim/files/trajectory_file.h"
+#include "sim/score/statistics.h"
 
 namespace sim::score {
 
@@ -32,15 +36,16 @@ std::vector<PosePair> pair_by_nearest(const Trajectory& truth, const Trajectory&
                                       Stamp offset = Stamp(0));
 
 /// The same for poses of one moment: at most 0.1 ms apart, since some programs round stamps.
-std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajectory& estimate);
+inline std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajectory& estimate) {
+  return pair_by_nearest(truth, estimate, std::chrono::microseconds(100));
+}
 
 /// Pairs each estimate with the truth interpolated at its stamp; skips estimates outside the truth's time and
 /// between two true poses that are more than most_gap apart.
 std::vector<PosePair> pair_by_interpolation(const Trajectory& truth, const Trajectory& estimate,
                                             Stamp most_gap);
 
-/// Interpolates position linearly, orientation along the shortest turn. Returns nothing outside the
-/// trajectory's time.
+/// Interpolates position linearly, orientation along the shortest turn; nothing outside its time.
 std::optional<Eigen::Isometry3d> interpolate(const Trajectory& trajectory, Stamp t);
 
 /// Sum of the distances between successive positions, m.
@@ -71,5 +76,55 @@ struct Drift {
 /// True minus planned. X_PB_start gives the axes.
 Drift drift(const Eigen::Isometry3d& X_WB_true, const Eigen::Isometry3d& X_PB,
             const Eigen::Isometry3d& X_PB_start);
+
+/// none: no alignment · origin: first pose onto first pose · by least squares of positions: yaw_position:
+/// rotation about z and translation · se3: rotation and translation · sim3: rotation, translation and scale
+/// (Umeyama 1991) · scale: only the scale of sim3.
+enum class Alignment { none, origin, yaw_position, se3, sim3, scale };
+
+/// Returns "none", "origin", "yaw", "se3", "sim3" or "scale".
+std::string name_of(Alignment alignment);
+/// Returns the alignment of that name; nothing for another word.
+std::optional<Alignment> alignment_of(const std::string& name);
+
+/// p -> scale R p + translation; orientations are turned by R.
+struct Similarity {
+  double scale = 1;
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+
+  Eigen::Isometry3d operator*(const Eigen::Isometry3d& X) const;
+};
+
+/// Returns the transformation of the pairs' estimates onto their truth. Absent if the positions do not
+/// determine it: none; all in one point (yaw_position: above one another) or, for se3 and sim3, on a line.
+OrAbsent<Similarity> align(const std::vector<PosePair>& pairs, Alignment alignment);
+
+/// Returns the pairs with their estimates transformed.
+std::vector<PosePair> transformed(const Similarity& S, std::vector<PosePair> pairs);
+
+/// A kind of spans of motion. Consecutive spans: each starts at the end of the previous one and ends at the
+/// first pose at least `delta` away; of meters, the first span starts once delta has been walked. These are
+/// evo's numbers for frames, meters, degrees and radians. All spans: one from each pose to the later pose
+/// nearest to delta away, if it differs from delta by at most `tolerance` times delta (frames: not at all).
+/// Rotation adds up from frame to frame; all spans of rotation are all pairs delta apart.
+struct Spans {
+  enum class Unit { frames, meters, seconds, radians, degrees } unit = Unit::frames;
+  double delta = 1;
+  bool all = false;
+  double tolerance = 0.1;
+  bool along_truth = false;  ///< meters and rotation: of the true path, not of the estimated one
+};
+
+/// First and last index of a span.
+struct Span {
+  std::size_t from = 0, to = 0;
+};
+
+/// delta > 0 (frames: a whole number). Empty if the trajectory is too short.
+std::vector<Span> spans(const std::vector<PosePair>& pairs, const Spans& which);
+
+/// The difference of the motions over a span, (X_true_from⁻¹ X_true_to)⁻¹ (X_estimate_from⁻¹ X_estimate_to).
+Eigen::Isometry3d relative_difference(const std::vector<PosePair>& pairs, const Span& span);
 
 }  // namespace sim::score

@@ -1,15 +1,16 @@
-// Parts of the ground truth that recordings keep and the score reads.
+// Parts of the ground truth that recordings keep and the score reads; the first surface of the room on a ray.
 #pragma once
 
 #include <Eigen/Geometry>
 #include <chrono>
+#include <optional>
+#include <vector>
 
 namespace sim::score {
 
-/// A surface of the room. Sizes are the half-lengths of MJCF, in m along the axes S of the shape:
-/// plane: x and y, 0 if infinite; the surface is z = 0, seen from z > 0 only · box: x, y, z · sphere: radius
-/// · cylinder: radius, half-height along z · ellipsoid: three radii · capsule: radius, half-length of its
-/// straight part.
+/// A surface of the room. Sizes are the half-lengths of MJCF, in m along the axes S of the shape: plane: x
+/// and y, 0 if infinite; the surface is z = 0, seen from z > 0 only · box: x, y, z · sphere: radius ·
+/// cylinder: radius, half-height along z · ellipsoid: radii · capsule: radius, half of its straight part.
 struct Surface {
   enum class Kind { plane, box, sphere, cylinder, ellipsoid, capsule };
   Kind kind = Kind::box;
@@ -25,5 +26,19 @@ struct StepCorrection {
   Eigen::Vector3d desired = Eigen::Vector3d::Zero();   ///< landing on the commanded path
   Eigen::Vector3d expected = Eigen::Vector3d::Zero();  ///< landing without the correction, as estimated
 };
+
+struct Hit {
+  std::size_t surface = 0;  ///< its index
+  double distance = 0;      ///< m
+};
+
+/// Returns the first surface on the ray along the unit vector `direction` from `origin` (both in W), at a
+/// distance > 0. From inside a solid the ray meets its surface on the way out.
+std::optional<Hit> first_surface(const std::vector<Surface>& surfaces, const Eigen::Vector3d& origin,
+                                 const Eigen::Vector3d& direction);
+
+/// Returns the distance of first_surface().
+std::optional<double> first_hit(const std::vector<Surface>& surfaces, const Eigen::Vector3d& origin,
+                                const Eigen::Vector3d& direction);
 
 }  // namespace sim::score

@@ -11,6 +11,44 @@ namespace {
 using enum Worst;
 using C = const ScoreContext&;
 using Numbers = std::vector<double>;
+using Loop = std::vector<LoopLandmark>;
+
+Value landmark_count(C c) {
+  return value_of(c.loop, [](const Loop& loop) -> Value {
+    const auto closes = [](const LoopLandmark& landmark) { return landmark.closes; };
+    return static_cast<double>(std::count_if(loop.begin(), loop.end(), closes));
+  });
+}
+
+const PosePair* last_until(C c, Stamp t) {
+  const auto last =
+      std::find_if(c.pairs.rbegin(), c.pairs.rend(), [t](const PosePair& pair) { return pair.t <= t; });
+  return last == c.pairs.rend() ? nullptr : &*last;
+}
+
+// The first early landmark found again; the errors (m) of the last positions before and until 1 s after.
+struct Closure {
+  double time_s = 0, error_before = 0, error_after = 0;
+};
+
+OrAbsent<Closure> closure(C c) {
+  if (const auto* absent = std::get_if<Absent>(&c.loop)) return *absent;
+  const Loop& loop = std::get<Loop>(c.loop);
+  if (loop.empty()) return Absent{"no early landmark was found again"};
+  const auto is_earlier = [](const LoopLandmark& a, const LoopLandmark& b) { return a.found < b.found; };
+  const Stamp found = std::min_element(loop.begin(), loop.end(), is_earlier)->found;
+  const PosePair *before = last_until(c, found - Stamp(1)),
+                 *after = last_until(c, found + std::chrono::seconds(1));
+  if (!before || !after) return Absent{"no estimate before the closure"};
+  return Closure{static_cast<double>(found.count()) * 1e-9, position_errors({*before}).front(),
+                 position_errors({*after}).front()};
+}
+
+auto of_closure(double Closure::*part) {
+  return [part](C c) {
+    return value_of(closure(c), [part](const Closure& found) -> Value { return found.*part; });
+  };
+}
 
 // of(the true camera from the first planned motion on)
 auto of_true_path(double (*of)(const Trajectory&)) {
@@ -89,15 +127,6 @@ Value navigation_rmse(C c, const DesiredPath& path) {
   return root_mean_square(distances);
 }
 
-Value end_position(C c, const DesiredPath& path) {
-  return ground_distance(c.run.truth_waist.back().X, path.end);
-}
-
-Value end_yaw(C c, const DesiredPath& path) {
-  const Eigen::Matrix3d turn = path.end.linear().transpose() * c.run.truth_waist.back().X.linear();
-  return std::abs(yaw(turn)) / kDegree;
-}
-
 Value lap_end(C c, const DesiredPath& path, bool first) {
   if (path.laps.empty()) return Absent{"the walk has no laps: no command is repeated"};
   const Stamp end = (first ? path.laps.front() : path.laps.back()).second;
@@ -124,7 +153,49 @@ double is_corrected(const StepCorrection& s) { return s.ahead != 0 || s.aside !=
 double sum_of(const Numbers& all) { return std::accumulate(all.begin(), all.end(), 0.0); }
 double greatest_of(const Numbers& all) { return *std::max_element(all.begin(), all.end()); }
 
+MetricDefinition timeliness(const std::string& name, const std::string& unit, const std::string& definition,
+                            double (*of)(const Timeliness&)) {
+  return {name, unit, definition, Needs::walk, [of](C c) -> Value {
+            if (!c.run.estimate) return Absent{"the filter was not run"};
+            if (!c.run.timeliness)
+              return Absent{"answers take no simulated time: estimator.time.model is none"};
+            if (c.run.timeliness->took_ms.empty()) return Absent{"the estimator gave no answer"};
+            return of(*c.run.timeliness);
+          }};
+}
+
+double fraction_dropped(const Timeliness& t) {
+  const auto dropped = static_cast<double>(t.dropped);
+  return dropped / (dropped + static_cast<double>(t.took_ms.size()));
+}
+
 }  // namespace
+
+MetricDefinitions loop_metrics() {
+  const std::string early =
+                        "first seen before the plan has turned a quarter of its total turn, then out of the "
+                        "field of view for at least 5 s in one stretch",
+                    position_error = "Error of the camera's position, without alignment, ";
+  return {{"loop_landmarks", "1",
+           "Number of landmarks that close the loop: " + early +
+               ", and matched again after three quarters of the turn, within 3 px of the true projection of "
+               "their surface point. Defined for plans that turn by at least 350 degrees.",
+           Needs::estimate, landmark_count, smallest, kHeadline},
+          {"loop_closed", "1", "1 if loop_landmarks is at least 3, else 0.", Needs::estimate,
+           [](C c) {
+             return value_of(landmark_count(c), [](double count) -> Value { return count >= 3 ? 1.0 : 0.0; });
+           },
+           smallest, kHeadline},
+          {"loop_time_s", "s",
+           "Time of the first early landmark that was found again, anywhere on the path: " + early +
+               ", and matched within 3 px of its true projection.",
+           Needs::estimate, of_closure(&Closure::time_s), largest, kHeadline},
+          {"loop_error_before_m", "m", position_error + "in the frame before loop_time_s.", Needs::scale,
+           of_closure(&Closure::error_before), largest, kHeadline},
+          {"loop_error_after_m", "m",
+           position_error + "1 s after loop_time_s, or at the last frame if that is earlier.", Needs::scale,
+           of_closure(&Closure::error_after), largest, kHeadline}};
+}
 
 MetricDefinitions walk_metrics() {
   const std::string distance = "Distance on the ground of the true waist ";
@@ -146,12 +217,19 @@ MetricDefinitions walk_metrics() {
        "at that time, from the first planned motion on.",
        Needs::walk, of_path(navigation_rmse), largest, kHeadline},
       {"navigation_end_position_error_m", "m",
-       distance + "at the last frame from the end of the commanded path.", Needs::walk, of_path(end_position),
+       distance + "at the last frame from the end of the commanded path.", Needs::walk,
+       of_path([](C c, const DesiredPath& path) -> Value {
+         return ground_distance(c.run.truth_waist.back().X, path.end);
+       }),
        largest, kHeadline, kAtEnd},
       {"navigation_end_yaw_error_deg", "deg",
        "Angle between the true heading of the waist at the last frame and that at the end of the "
        "commanded path.",
-       Needs::walk, of_path(end_yaw), largest, kHeadline, kAtEnd},
+       Needs::walk, of_path([](C c, const DesiredPath& path) -> Value {
+         const Eigen::Matrix3d turn = path.end.linear().transpose() * c.run.truth_waist.back().X.linear();
+         return std::abs(yaw(turn)) / kDegree;
+       }),
+       largest, kHeadline, kAtEnd},
       {"navigation_first_lap_end_error_m", "m", distance + "from the commanded path when the first lap ends.",
        Needs::walk, of_path([](C c, const DesiredPath& path) { return lap_end(c, path, true); })},
       {"navigation_last_lap_end_error_m", "m", distance + "from the commanded path when the last lap ends.",
@@ -177,6 +255,25 @@ MetricDefinitions completion_metrics() {
            fraction_of_time(&TimedHealth::tracks), smallest, kHeadline},
           {"fault_flag_fraction", "1", time + "reported that one sensor contradicts the others.", Needs::walk,
            fraction_of_time(&TimedHealth::fault_flag), largest, kHeadline}};
+}
+
+MetricDefinitions timeliness_metrics() {
+  using T = const Timeliness&;
+  const std::string latency =
+                        " of the simulated time from the stamp of a frame until its answer takes effect.",
+                    budget = " of the simulated time of an answer, as a fraction of the time between frames.";
+  return {
+      timeliness("dropped_frames", "1", "Number of frames that were dropped because the estimator was busy.",
+                 [](T t) { return static_cast<double>(t.dropped); }),
+      timeliness("dropped_frames_fraction", "1", "Fraction of the frames that were dropped.",
+                 fraction_dropped),
+      timeliness("latency_median_ms", "ms", "Median" + latency, [](T t) { return median(t.latency_ms); }),
+      timeliness("latency_p99_ms", "ms", "99th percentile" + latency,
+                 [](T t) { return quantile(t.latency_ms, 0.99); }),
+      timeliness("budget_fraction_mean", "1", "Mean" + budget,
+                 [](T t) { return mean(t.took_ms) / t.period_ms; }),
+      timeliness("budget_fraction_p99", "1", "99th percentile" + budget,
+                 [](T t) { return quantile(t.took_ms, 0.99) / t.period_ms; })};
 }
 
 }  // namespace sim::score

@@ -1,5 +1,8 @@
 #include "sim/tracking/tracking.h"
 
+#include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <exception>
 #include <new>
 #include <utility>
@@ -57,7 +60,9 @@ std::vector<TrackingFault> Tracked::suspicions() const {
 }
 
 Tracking::Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimators::Estimator> estimator)
-    : errors_(scenario.errors, scenario.seed), estimator_(std::move(estimator)) {}
+    : errors_(scenario.errors, scenario.seed),
+      time_(scenario.estimator_time),
+      estimator_(std::move(estimator)) {}
 
 Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
                    const Eigen::Isometry3d& X_WC_start)
@@ -75,15 +80,31 @@ Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& 
 }
 
 void Tracking::process(slam::Observation ideal) {
+  now_ = std::max(now_, ideal.t);
   for (const slam::Observation& arrived : errors_.process(std::move(ideal))) step(arrived);
 }
 
-// Exceptions from estimators are failures of the estimator; a lack of memory is not.
 void Tracking::step(const slam::Observation& arrived) {
   if (odometry_start_) arrived_.push_back(arrived), arrived_.back().image.release();
+  now_ = std::max(now_, arrived.t);
+  advance(now_);
+  if (free_ <= now_ || time_.on_busy == scenario::OnBusy::wait) return answer(arrived, now_);
+  if (time_.queue == 0) return drop(arrived);
+  if (waiting_) drop(waiting_->observation);
+  waiting_ = {arrived, now_};
+}
+
+void Tracking::advance(slam::Stamp now) {
+  if (!waiting_ || free_ > now) return;
+  const Waiting next = *std::exchange(waiting_, {});
+  answer(next.observation, next.arrival);
+}
+
+// Exceptions from estimators are failures of the estimator; a lack of memory is not.
+void Tracking::answer(const slam::Observation& arrived, slam::Stamp arrival) {
   const bool diverged = newest() && newest()->report.health == slam::Health::diverged;
   try {
-    if (!diverged && !failed()) ask(arrived);
+    if (!diverged && !failed()) ask(arrived, arrival);
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& failure) {
@@ -94,16 +115,48 @@ void Tracking::step(const slam::Observation& arrived) {
   if (diverged || failed()) tracked_.untracked.push_back(arrived.t);
 }
 
-void Tracking::ask(const slam::Observation& arrived) {
-  estimators::Answer answer = estimator_->step(arrived);
+void Tracking::ask(const slam::Observation& arrived, slam::Stamp arrival) {
+  using Clock = std::chrono::steady_clock;
+  std::optional<slam::Observation> whole;
+  if (!missed_.gyro.empty() || !missed_.accelerometer.empty()) add_missed(whole.emplace(arrived));
+  const auto began = Clock::now();
+  estimators::Answer answer = estimator_->step(whole ? *whole : arrived);
+  slam::Stamp took{0};
+  if (time_.model == scenario::TimeModel::measured) took = Clock::now() - began;
+  if (time_.model == scenario::TimeModel::fixed) took = slam::Stamp(std::llround(1e6 * time_.frame_ms));
+  free_ = std::max(free_, arrival) + took;
+  given_ = std::max(given_, arrived.t);
   external_cpu_ms_ += answer.external_cpu_ms;
-  tracked_.frames.push_back({answer.estimate, std::move(answer.report), answer.has_pose});
+  tracked_.frames.push_back({answer.estimate, std::move(answer.report), answer.has_pose, took, free_});
   auto& maps = tracked_.maps;
   if (maps.empty() || arrived.t - maps.back().t >= kMapEvery) maps.push_back({arrived.t, estimator_->map()});
 }
 
+void Tracking::drop(const slam::Observation& arrived) {
+  tracked_.dropped.push_back(arrived.t);
+  for (const auto readings : {&slam::Observation::gyro, &slam::Observation::accelerometer})
+    (missed_.*readings)
+        .insert((missed_.*readings).end(), (arrived.*readings).begin(), (arrived.*readings).end());
+}
+
+// In order of time, each once, up to the stamp: observations may arrive twice or out of order.
+void Tracking::add_missed(slam::Observation& observation) {
+  for (const auto readings : {&slam::Observation::gyro, &slam::Observation::accelerometer}) {
+    auto &all = missed_.*readings, &given = observation.*readings;
+    all.insert(all.end(), given.begin(), given.end());
+    std::ranges::stable_sort(all, {}, &slam::InertialSample::begin);
+    const auto same = std::ranges::unique(all, {}, &slam::InertialSample::begin);
+    all.erase(same.begin(), same.end());
+    std::erase_if(all, [&](const auto& reading) { return reading.end <= given_; });
+    const auto later = std::ranges::find_if(all, [&](const auto& r) { return r.end > observation.t; });
+    given.assign(all.begin(), later);
+    all.erase(all.begin(), later);
+  }
+}
+
 Tracked Tracking::finish() {
   for (const slam::Observation& arrived : errors_.flush()) step(arrived);
+  advance(slam::Stamp::max());
   tracked_.odometry = odometry();
   if (!estimator_) return std::move(tracked_);
   tracked_.log = estimator_->finish();

@@ -21,6 +21,8 @@ struct TrackedFrame {
   estimators::PoseEstimate estimate;
   slam::FrameReport report;
   bool has_pose = true;
+  slam::Stamp took{0};    ///< simulated time of the answer, by estimator.time
+  slam::Stamp effect{0};  ///< when it takes effect, if the image is complete at its stamp
 };
 
 /// A time over which tracking was lost, or a sensor was suspect.
@@ -42,6 +44,7 @@ struct Tracked {
   std::vector<slam::MapPoint> map;         ///< at the end
   std::vector<TimedMap> maps;              ///< one each second
   std::vector<slam::Stamp> untracked;      ///< observations after it diverged, or from its failure on
+  std::vector<slam::Stamp> dropped;        ///< observations that found the estimator busy
   std::optional<std::string> failed = {};  ///< why it failed as a program
   std::string log = {};                    ///< standard error of an external estimator
   /// The poses by the same sensors without images (estimator: odometry); empty if that is the estimator
@@ -58,7 +61,8 @@ struct Tracked {
   std::vector<TrackingFault> suspicions() const;
 };
 
-/// Sensor errors, then the estimator of the scenario. Live runs and replays share it, with the same bits.
+/// Sensor errors, then the estimator of the scenario, in the simulated time of estimator.time. Live runs and
+/// replays share it, with the same bits.
 class Tracking {
  public:
   /// The scenario must have a slam section. Throws std::invalid_argument if an external estimator cannot be
@@ -70,14 +74,21 @@ class Tracking {
   /// Applies the scenario's sensor errors to an ideal observation and processes what arrives by then. An
   /// estimator that has diverged or failed gets no more observations.
   void process(slam::Observation ideal);
-  /// Processes an observation that includes its sensor errors.
+  /// Processes an observation that includes its sensor errors. A busy estimator gets it later, or, if it is
+  /// dropped, only its IMU readings, with the next one.
   void step(const slam::Observation& arrived);
+  /// Lets simulated time pass: an observation that waits is processed if the estimator is free by then.
+  void advance(slam::Stamp now);
+  /// All answers, in order; each takes effect at its time.
+  const std::vector<TrackedFrame>& answers() const { return tracked_.frames; }
   /// The newest frame; nullptr before the first.
   const TrackedFrame* newest() const { return tracked_.frames.empty() ? nullptr : &tracked_.frames.back(); }
   /// Returns whether the estimator has failed; its newest frame is its last answer.
   bool failed() const { return tracked_.failed.has_value(); }
   /// Returns the CPU time (ms) of answers in another process since the last call.
   double external_cpu_ms() { return std::exchange(external_cpu_ms_, 0); }
+  /// Returns whether there is a new answer since the last call.
+  bool has_answered() { return std::exchange(answers_, tracked_.frames.size()) < tracked_.frames.size(); }
   /// Number of landmarks after the last observation.
   int landmarks() const { return newest() ? newest()->report.landmarks : 0; }
   /// The map after the last observation.
@@ -88,12 +99,25 @@ class Tracking {
   Tracked finish();
 
  private:
-  void ask(const slam::Observation& arrived);
+  struct Waiting {
+    slam::Observation observation;
+    slam::Stamp arrival{0};
+  };
+  void answer(const slam::Observation& arrived, slam::Stamp arrival);
+  void ask(const slam::Observation& arrived, slam::Stamp arrival);
+  void drop(const slam::Observation& arrived);
+  void add_missed(slam::Observation& observation);
   std::vector<estimators::PoseEstimate> odometry() const;
 
   sensor_errors::SensorErrors errors_;
+  scenario::EstimatorTime time_;
+  slam::Stamp now_{0}, free_{0};                      // the last arrival; when the estimator is free again
+  std::optional<Waiting> waiting_;                    // the newest observation that found it busy
+  slam::Observation missed_;                          // IMU readings of dropped observations
+  slam::Stamp given_{-1};                             // the newest stamp that the estimator has
   std::unique_ptr<estimators::Estimator> estimator_;  ///< null if it failed at its start
   double external_cpu_ms_ = 0;
+  std::size_t answers_ = 0;
   std::optional<estimators::Start> odometry_start_;
   std::vector<slam::Observation> arrived_;  // without images, for Tracked::odometry
   Tracked tracked_;

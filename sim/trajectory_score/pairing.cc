@@ -1,10 +1,10 @@
-#include "sim/trajectory_score/pairing.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+
+#include "sim/trajectory_score/report.h"
 
 namespace sim::trajectory_score {
 namespace {
@@ -112,15 +112,6 @@ void require_pairs(const NamedFile& truth, const NamedFile& estimate, const std:
   throw std::invalid_argument(why);
 }
 
-// Throws std::invalid_argument if a sum or difference of stamps would overflow.
-void require_offset(const NamedFile& truth, const NamedFile& estimate, double offset_s) {
-  double furthest_s = 0;
-  for (const double t : {truth.begin_s(), truth.end_s(), estimate.begin_s(), estimate.end_s()})
-    furthest_s = std::max(furthest_s, std::abs(t));
-  if (offset_s != 0 && !(std::abs(offset_s) + furthest_s < 4e9))
-    throw std::invalid_argument(fmt::format("--t-offset {}: with it a stamp is beyond 4e9 s", offset_s));
-}
-
 // Returns whether the poses last much shorter than the others, and not because they are fewer.
 bool lasts_much_shorter(const NamedFile& file, const NamedFile& other) {
   constexpr double kMuch = 50;  // a minute has 60 seconds
@@ -177,7 +168,10 @@ PairedFiles pair_files(const fs::path& truth, const fs::path& estimate, const Pa
         "has {} poses and {} has {}, all without times: they cannot be paired by their row; times.txt beside "
         "a KITTI file has the times",
         b.poses(), a.path, a.poses());
-  require_offset(a, b, options.offset_s);
+  for (const double t : {a.begin_s(), a.end_s(), b.begin_s(), b.end_s()})  // their sum must not overflow
+    if (options.offset_s != 0 && !(std::abs(options.offset_s) + std::abs(t) < 4e9))
+      throw std::invalid_argument(
+          fmt::format("--t-offset {}: with it a stamp is beyond 4e9 s", options.offset_s));
   const Trajectory of_truth = a.trajectory();
   Trajectory of_estimate = b.trajectory();
   for (TimedPose& pose : of_estimate) pose.t += stamp(options.offset_s);

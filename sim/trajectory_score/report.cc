@@ -43,16 +43,9 @@ ErrorStatistics describe(const std::vector<double>& errors) {
   std::vector<double> deviations;
   for (const double error : errors) deviations.push_back(error - m);
   const auto quantile = [&](double p) { return score::quantile(errors, p); };
-  return {errors.size(),
-          rmse,
-          m,
-          quantile(0.5),
-          score::root_mean_square(deviations),
-          quantile(0),
-          quantile(1),
-          quantile(0.95),
-          quantile(0.99),
-          rmse * rmse * static_cast<double>(errors.size())};
+  const double std = score::root_mean_square(deviations), n = static_cast<double>(errors.size());
+  return {errors.size(),  rmse,           m, quantile(0.5), std, quantile(0), quantile(1), quantile(0.95),
+          quantile(0.99), rmse * rmse * n};
 }
 
 std::string unit(Relation relation) {
@@ -155,15 +148,13 @@ std::string line(const Row& row) {
 
 fs::path trajectory_in(const fs::path& path, bool truth) {
   if (!fs::is_directory(path)) return path;
-  for (const char* name :
-       truth ? std::array{"truth.tum", ""} : std::array{"estimate_cov.txt", "estimate.tum"})
-    if (*name != '\0' && fs::exists(path / name)) return path / name;
+  for (const char* name : {"truth.tum", "estimate_cov.txt", "estimate.tum"})
+    if (truth == (name[0] == 't') && fs::exists(path / name)) return path / name;
   throw files::FileError(path, truth ? "is not a result folder: it has no truth.tum"
                                      : "is not a result folder with an estimate: it has no estimate.tum");
 }
 
-// Marks the errors that positions do not determine. Throws std::invalid_argument if the requested one is
-// such.
+// Marks the errors that positions do not determine. Throws std::invalid_argument for the requested.
 void require_orientation(std::vector<Row>& rows, Relation relation) {
   for (Row& row : rows) {
     const bool motion = row.name.starts_with("RPE") && relation != Relation::point_distance;
@@ -180,47 +171,38 @@ Report score_files(const fs::path& truth, const fs::path& estimate, const Option
   const bool of_orientation =
       !options.alignment &&
       (relation == Relation::angle_deg || relation == Relation::angle_rad || relation == Relation::rot_part);
-  const PairedFiles files = pair_files(truth, estimate, options.pairing, !of_orientation);
+  Report report{pair_files(truth, estimate, options.pairing, !of_orientation), {}, {}, {}};
+  const std::vector<PosePair>& paired = report.files.pairs;
   const Alignment alignment = options.alignment.value_or(Alignment::none);
-  const auto found = align_first(files.pairs, alignment, options);
+  const auto found = align_first(paired, alignment, options);
   if (const auto* const absent = std::get_if<Absent>(&found))
     throw std::invalid_argument(fmt::format("--align {}: {}", name_of(alignment), absent->reason));
-  Report report{files.truth,
-                files.estimate,
-                files.pairs.size(),
-                files.estimate_file.rows.size(),
-                files.pairing,
-                files.coverage,
-                std::get<Similarity>(found),
-                name_of(alignment),
-                {}};
-  const auto pairs = transformed(report.similarity, files.pairs);
+  report.similarity = std::get<Similarity>(found), report.alignment = name_of(alignment);
+  const auto pairs = transformed(report.similarity, paired);
   if (options.relative) {
     report.rows = {motion_row(pairs, *options.relative, relation)};
     if (score::spans(pairs, *options.relative).empty())
       throw std::invalid_argument(report.rows.front().name + ": the path has no such spans");
   } else {
     report.rows = {aligned_row(pairs, alignment, relation)};
-    if (!options.alignment) add_overview(report, files.pairs, options);
+    if (!options.alignment) add_overview(report, paired, options);
   }
-  if (!files.has_orientation) {
+  if (!report.files.has_orientation)
     require_orientation(report.rows, relation);
-    return report;
-  }
-  for (const Row& nees : nees_rows(files.pairs, files.estimate_file, stamp(options.pairing.offset_s)))
-    report.rows.push_back(nees);
+  else
+    for (const Row& nees : nees_rows(paired, report.files.estimate_file, stamp(options.pairing.offset_s)))
+      report.rows.push_back(nees);
   return report;
 }
 
 std::string table(const Report& r) {
-  std::string text = fmt::format("truth     {}\nestimate  {}\nmatched   {} of {} poses ({})\n", r.truth,
-                                 r.estimate, r.matched, r.poses, r.pairing);
-  text += fmt::format(
-      "covered   {} of {} true poses, {:.1f} % of the time; {:.3f} m walked between the first and "
-      "the last\n",
-      std::min(r.matched, r.coverage.true_poses), r.coverage.true_poses, 100 * r.coverage.time_fraction,
-      r.coverage.walked_m);
-  text += fmt::format("alignment {}", r.alignment);
+  const auto& [truth, estimate, pairing, pairs, coverage, file, has_orientation] = r.files;
+  std::string text = fmt::format(
+      "truth     {}\nestimate  {}\nmatched   {} of {} poses ({})\n"
+      "covered   {} of {} true poses, {:.1f} % of the time; {:.3f} m walked between the first and the last\n"
+      "alignment {}",
+      truth, estimate, pairs.size(), file.rows.size(), pairing, std::min(pairs.size(), coverage.true_poses),
+      coverage.true_poses, 100 * coverage.time_fraction, coverage.walked_m, r.alignment);
   text += r.similarity.scale == 1 ? "\n\n" : fmt::format(", scale {:.6f}\n\n", r.similarity.scale);
   text += fmt::format("{:<33} {:>5} {:>9} {:>9} {:>9} {:>9}\n", "error", "n", "rmse", "median", "p95", "max");
   for (const Row& row : r.rows) text += line(row);
@@ -228,30 +210,32 @@ std::string table(const Report& r) {
 }
 
 std::string json_text(const Report& r) {
-  ordered_json json{{"truth", r.truth},
-                    {"estimate", r.estimate},
-                    {"poses_matched", r.matched},
-                    {"poses", r.poses},
-                    {"true_poses", r.coverage.true_poses},
-                    {"time_fraction", r.coverage.time_fraction},
-                    {"pairing", r.pairing},
-                    {"path_length_m", r.coverage.walked_m},
+  ordered_json json{{"truth", r.files.truth},
+                    {"estimate", r.files.estimate},
+                    {"poses_matched", r.files.pairs.size()},
+                    {"poses", r.files.estimate_file.rows.size()},
+                    {"true_poses", r.files.coverage.true_poses},
+                    {"time_fraction", r.files.coverage.time_fraction},
+                    {"pairing", r.files.pairing},
+                    {"path_length_m", r.files.coverage.walked_m},
                     {"alignment", r.alignment},
                     {"scale", r.similarity.scale}};
   json["errors"] = ordered_json::array();
   for (const Row& row : r.rows) {
     ordered_json entry{{"error", row.name}, {"unit", row.unit}, {"n", 0}};
     if (const auto* const s = std::get_if<ErrorStatistics>(&row.statistics)) {
+      using S = ErrorStatistics;
       entry["n"] = s->n;
-      entry.update({{"rmse", s->rmse},
-                    {"mean", s->mean},
-                    {"median", s->median},
-                    {"std", s->std},
-                    {"min", s->min},
-                    {"max", s->max},
-                    {"p95", s->p95},
-                    {"p99", s->p99},
-                    {"sse", s->sse}});
+      for (const auto& [name, member] : {std::pair{"rmse", &S::rmse},
+                                         {"mean", &S::mean},
+                                         {"median", &S::median},
+                                         {"std", &S::std},
+                                         {"min", &S::min},
+                                         {"max", &S::max},
+                                         {"p95", &S::p95},
+                                         {"p99", &S::p99},
+                                         {"sse", &S::sse}})
+        entry[name] = s->*member;
     } else {
       entry["reason"] = std::get<Absent>(row.statistics).reason;
     }

@@ -1,4 +1,4 @@
-// The report of `gaitslam score`: an estimated trajectory against a true one from files, in the terms of evo.
+// The report of `gaitslam score`: two trajectory files, read, paired by stamps and compared as by evo.
 #pragma once
 
 #include <filesystem>
@@ -6,11 +6,44 @@
 #include <string>
 #include <vector>
 
-#include "sim/score/alignment.h"
-#include "sim/score/relative.h"
-#include "sim/trajectory_score/pairing.h"
+#include "sim/files/trajectory_file.h"
+#include "sim/score/trajectory.h"
 
 namespace sim::trajectory_score {
+
+/// interpolate: pair each estimate with the truth interpolated at its stamp, instead of the nearest one at
+/// most most_apart_s away. most_gap_s: the longest time between two true poses that interpolation crosses; by
+/// default three times their median interval, at least 0.1 s. offset_s: added to the stamps of the estimate.
+struct PairingOptions {
+  double most_apart_s = 0.01, offset_s = 0;
+  bool interpolate = false;
+  std::optional<double> most_gap_s = {};
+};
+
+/// How much of the truth the pairs cover. Each pair stands for the time until the next, as long as that is
+/// not a gap. walked_m: of the truth from the first to the last pair.
+struct Coverage {
+  std::size_t true_poses = 0;
+  double time_fraction = 0, walked_m = 0;
+};
+
+struct PairedFiles {
+  std::string truth, estimate;  ///< one line each about the file
+  std::string pairing;          ///< how poses were paired
+  std::vector<score::PosePair> pairs;
+  Coverage coverage;
+  files::TrajectoryFile estimate_file;
+  bool has_orientation = true;  ///< both files have more than positions
+};
+
+/// Reads and pairs. need_motion: positions are compared. Throws FileError if a file is not a trajectory, if
+/// its stamps are not in the unit of the other's, if it has no stamps and another number of poses than the
+/// other, or if its positions do not move; std::invalid_argument if no or hardly any poses have a partner.
+PairedFiles pair_files(const std::filesystem::path& truth, const std::filesystem::path& estimate,
+                       const PairingOptions& options, bool need_motion);
+
+inline double seconds(score::Stamp t) { return std::chrono::duration<double>(t).count(); }
+score::Stamp stamp(double seconds);
 
 /// The part of the difference E of two poses (or of two motions) that is the error. trans_part:
 /// |translation|, m · angle_deg, angle_rad: of its rotation · rot_part: |R − I|, full: |E − I|, both
@@ -40,17 +73,13 @@ struct Row {
 };
 
 struct Report {
-  std::string truth, estimate;  ///< one line each about the file
-  std::size_t matched = 0, poses = 0;
-  std::string pairing;             ///< how poses were paired
-  Coverage coverage;               ///< of the truth
+  PairedFiles files;
   score::Similarity similarity;    ///< of the alignment in use
   std::string alignment = "none";  ///< its name
   std::vector<Row> rows;           ///< the requested one first
 };
 
-/// The file of the truth or of the estimate in a result folder; `path` itself if it is a file. Throws
-/// FileError.
+/// The file of truth or estimate in a result folder; `path` itself if it is a file. Throws FileError.
 std::filesystem::path trajectory_in(const std::filesystem::path& path, bool truth);
 
 /// Reads, pairs, aligns and scores. Throws as pair_files(), and std::invalid_argument with the reason in one

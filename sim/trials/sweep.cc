@@ -12,7 +12,7 @@
 
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
-#include "sim/files/text_table.h"
+#include "sim/files/text.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/value.h"
 #include "sim/scenario/yaml.h"

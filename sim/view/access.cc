@@ -1,5 +1,3 @@
-#include "sim/view/access.h"
-
 #include <fmt/format.h>
 #include <sys/random.h>
 
@@ -9,37 +7,11 @@
 #include <cctype>
 #include <stdexcept>
 
+#include "sim/view/server.h"
+
 namespace sim::view {
-namespace {
 
 constexpr std::size_t kTokenBytes = 16, kLeastTokenLength = 22;  // 128 bits, also in base64
-
-void require_listenable(const Access& access) {
-  boost::system::error_code error;
-  const auto address = boost::asio::ip::make_address(access.address, error);
-  const char* const complaint = error                      ? "expected an IP address of this machine"
-                                : address.is_unspecified() ? "expected one address of this machine"
-                                : !address.is_loopback() && access.token.empty()
-                                    ? "others can reach it, expected a --token of your own"
-                                    : nullptr;
-  if (complaint) throw std::invalid_argument(fmt::format("--address {}: {}", access.address, complaint));
-}
-
-// The value of `token`, the first of the query, or empty.
-std::string_view token_in(std::string_view target) {
-  constexpr std::string_view kName = "?token=";
-  const std::size_t query = target.find(kName);
-  if (query == target.npos) return {};
-  const std::string_view rest = target.substr(query + kName.size());
-  return rest.substr(0, rest.find('&'));
-}
-
-// Pages have a web scheme or an opaque origin ("null"); apps have other schemes.
-bool is_page(std::string_view origin) {
-  return origin.starts_with("http:") || origin.starts_with("https:") || origin == "null";
-}
-
-}  // namespace
 
 std::string new_token() {
   std::array<unsigned char, kTokenBytes> bytes{};
@@ -51,7 +23,14 @@ std::string new_token() {
 }
 
 Access checked(Access access) {
-  require_listenable(access);
+  boost::system::error_code error;
+  const auto address = boost::asio::ip::make_address(access.address, error);
+  const char* const complaint = error                      ? "expected an IP address of this machine"
+                                : address.is_unspecified() ? "expected one address of this machine"
+                                : !address.is_loopback() && access.token.empty()
+                                    ? "others can reach it, expected a --token of your own"
+                                    : nullptr;
+  if (complaint) throw std::invalid_argument(fmt::format("--address {}: {}", access.address, complaint));
   if (access.token.empty()) access.token = new_token();
   const bool plain = std::all_of(access.token.begin(), access.token.end(), [](unsigned char c) {
     return std::isalnum(c) != 0 || c == '-' || c == '_';
@@ -81,10 +60,16 @@ std::string url(const Access& access) {
 std::optional<Rejection> rejection(const RequestHead& request, const Access& access) {
   const std::string host = authority(access);
   if (request.host != host) return Rejection{421, "the Host is not this server's"};
-  if (request.origin && is_page(*request.origin) && *request.origin != "http://" + host)
+  const std::string_view origin = request.origin.value_or("");
+  // Pages have a web scheme or an opaque origin ("null"); apps have other schemes.
+  if ((origin.starts_with("http:") || origin.starts_with("https:") || origin == "null") &&
+      origin != "http://" + host)
     return Rejection{403, "the Origin is not this server's"};
-  if (!equal_in_constant_time(token_in(request.target), access.token))
-    return Rejection{403, "missing or wrong token"};
+  constexpr std::string_view kName = "?token=";  // the first of the query
+  const std::size_t query = request.target.find(kName);
+  std::string_view token = query == host.npos ? "" : request.target.substr(query + kName.size());
+  token = token.substr(0, token.find('&'));
+  if (!equal_in_constant_time(token, access.token)) return Rejection{403, "missing or wrong token"};
   if (request.method != "GET") return Rejection{405, "expected GET"};
   return std::nullopt;
 }

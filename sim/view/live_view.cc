@@ -2,17 +2,21 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <thread>
 #include <utility>
 
 #include "sim/files/json.h"
+#include "sim/recording/image_file.h"
 
 namespace sim::view {
 namespace {
 
-using nlohmann::ordered_json;
-using std::chrono::steady_clock;
+using nlohmann::ordered_json, std::chrono::steady_clock;
+namespace ros = exports::ros;
+using Json = nlohmann::json;
 
 constexpr const char* kOwnProtocol = "gaitslam.view.v1";
 // Between two frames, maps, or drawings of the strips, by the wall clock.
@@ -21,6 +25,77 @@ constexpr std::chrono::milliseconds kForMessages{3000}, kForPages{15000};  // at
 constexpr std::size_t kMostReadings = 400;  // of the IMU, kept for the next frame
 
 bool is_own(const Client& client) { return client.protocol() == kOwnProtocol; }
+
+constexpr std::size_t kMostSubscribed = 64;
+constexpr std::uint32_t kImu = 3;
+
+/// Its number to clients is its place, from 1. payload: of a frame; empty if it has none.
+struct Channel {
+  const char* topic;
+  const exports::MessageType& type;
+  std::string (*payload)(const Frame& frame, const recording::RecordingSetup& setup);
+};
+
+const std::array<Channel, 6>& channels() {
+  using Setup = recording::RecordingSetup;
+  static const std::array<Channel, 6> all{
+      {{"/camera/image/compressed", ros::kCompressedImage,
+        [](const Frame& f, const Setup&) {
+          return f.image.empty() ? ""
+                                 : ros::compressed_image(f.t, "camera", recording::encode_grey_png(f.image));
+        }},
+       {"/camera/camera_info", ros::kCameraInfo,
+        [](const Frame& f, const Setup& setup) {
+          return f.image.empty() ? "" : ros::camera_info(f.t, "camera", setup.calibration.camera);
+        }},
+       {"/imu", ros::kImu, nullptr},  // of all observations, not only of frames
+       {"/ground_truth/pose", ros::kPoseStamped,
+        [](const Frame& f, const Setup&) {
+          return f.truth ? ros::pose_stamped(f.t, "world", *f.truth) : "";
+        }},
+       {"/plan/pose", ros::kPoseStamped,
+        [](const Frame& f, const Setup&) { return f.plan ? ros::pose_stamped(f.t, "world", *f.plan) : ""; }},
+       {"/slam/pose", ros::kPoseWithCovarianceStamped, [](const Frame& f, const Setup&) {
+          return f.estimate ? ros::pose_with_covariance_stamped(
+                                  f.t, "world", *f.estimate, f.covariance.value_or(files::Matrix6d::Zero()))
+                            : "";
+        }}}};
+  return all;
+}
+
+ordered_json advertisement() {
+  ordered_json list = ordered_json::array();
+  for (const Channel& channel : channels())
+    list.push_back({{"id", list.size() + 1},
+                    {"topic", channel.topic},
+                    {"encoding", "cdr"},
+                    {"schemaName", channel.type.name},
+                    {"schema", channel.type.definition},
+                    {"schemaEncoding", "ros2msg"}});
+  return {{"op", "advertise"}, {"channels", list}};
+}
+
+/// A binary message: op 1, subscription, log time (numbers as this little-endian machine has them), payload.
+void send_one(Client& client, std::uint32_t subscription, slam::Stamp t, const std::string& payload) {
+  if (payload.empty()) return;
+  const std::int64_t stamp = recording::file_stamp(t);
+  std::string bytes(1, '\1');
+  bytes.append(reinterpret_cast<const char*>(&subscription), sizeof subscription);
+  bytes.append(reinterpret_cast<const char*>(&stamp), sizeof stamp);
+  client.send({std::make_shared<const std::string>(bytes + payload), false, true});
+}
+
+std::uint32_t number_of(const Json& value) {
+  if (!value.is_number_unsigned() || value.get<std::uint64_t>() > 0xffffffffu)
+    throw std::invalid_argument("expected numbers of 32 bits");
+  return value.get<std::uint32_t>();
+}
+
+const Json& short_list(const Json& list) {
+  if (!list.is_array() || list.size() > kMostSubscriptions)
+    throw std::invalid_argument("expected a short list");
+  return list;
+}
 
 }  // namespace
 
@@ -82,12 +157,8 @@ void LiveView::show(Frame frame) {
   });
   if (shown_ - strips_shown_ < kLeastStripsInterval || !message.bytes) return;
   strips_shown_ = shown_;
-  send_strips(true);
-}
-
-void LiveView::send_strips(bool is_frame) {
-  Message message = json_message({{"op", "strips"}, {"html", strips_html(strips_.figures())}});
-  message.is_frame = is_frame;
+  message = strips_message();
+  message.is_frame = true;
   send_to_pages(message);
 }
 
@@ -102,9 +173,13 @@ void LiveView::pace(slam::Stamp t) {
 }
 
 void LiveView::end(const std::string& how) {
-  send_strips(false);
+  send_to_pages(strips_message());
   send_to_pages(json_message({{"op", "ended"}, {"how", how}}));
   server_.flush(kForMessages, kForPages);
+}
+
+Message LiveView::strips_message() const {
+  return json_message({{"op", "strips"}, {"html", strips_html(strips_.figures())}});
 }
 
 Message LiveView::pace_message() const {
@@ -154,6 +229,69 @@ void LiveView::command(const ClientMessage& message) {
   else
     throw std::invalid_argument("unknown op");
   send_to_pages(pace_message());
+}
+
+Foxglove::Foxglove(const recording::RecordingSetup& setup) : setup_(setup), imu_(setup.imu_rate_hz) {}
+
+void Foxglove::greet(Client& client) const {
+  client.send(json_message({{"op", "serverInfo"},
+                            {"name", "gaitslam"},
+                            {"capabilities", ordered_json::array()},
+                            {"supportedEncodings", ordered_json::array()},
+                            {"metadata", ordered_json::object()},
+                            {"sessionId", new_token()}}));
+  client.send(json_message(advertisement()));
+}
+
+void Foxglove::process(Client& client, std::string_view said) const {
+  const auto complain = [&](const std::string& why) {
+    client.send(json_message({{"op", "status"}, {"level", 1}, {"message", why}}));
+  };
+  const auto drop = [&](std::uint32_t id) {
+    std::erase_if(client.subscriptions, [id](const auto& one) { return one.first == id; });
+  };
+  try {
+    const ClientMessage message = read_client_message(said);
+    for (const std::uint32_t id : message.unsubscribed) drop(id);
+    for (const auto& [id, channel] : message.subscriptions) {
+      drop(id);
+      if (channel < 1 || channel > channels().size() || client.subscriptions.size() >= kMostSubscribed)
+        complain(fmt::format("unknown channel {} or too many subscriptions", channel));
+      else
+        client.subscriptions.push_back({id, channel});
+    }
+  } catch (const std::invalid_argument& error) {
+    complain(error.what());
+  }
+}
+
+void Foxglove::send(const Frame& frame, const std::vector<exports::ImuReading>& imu, Client& client) const {
+  for (const auto& [subscription, channel] : client.subscriptions) {
+    if (channel == kImu)
+      for (const exports::ImuReading& reading : imu)
+        send_one(client, subscription, reading.t, ros::imu(reading, "imu", 0, 0));
+    else
+      send_one(client, subscription, frame.t, channels()[channel - 1].payload(frame, setup_));
+  }
+}
+
+ClientMessage read_client_message(std::string_view text) try {
+  const Json json = Json::parse(text);
+  ClientMessage message{json.at("op").get<std::string>()};
+  if (message.op == "speed") {
+    message.factor = json.at("factor").get<double>();
+    if (message.factor != 0 && !(message.factor >= 0.01 && message.factor <= 100))
+      throw std::invalid_argument("speed: expected a factor of 0.01 to 100, or 0");
+  } else if (message.op == "subscribe") {
+    for (const Json& one : short_list(json.at("subscriptions")))
+      message.subscriptions.push_back({number_of(one.at("id")), number_of(one.at("channelId"))});
+  } else if (message.op == "unsubscribe") {
+    for (const Json& one : short_list(json.at("subscriptionIds")))
+      message.unsubscribed.push_back(number_of(one));
+  }
+  return message;
+} catch (const Json::exception&) {
+  throw std::invalid_argument("malformed message");
 }
 
 }  // namespace sim::view

@@ -1,20 +1,133 @@
-// The view of a live run.
+// The view of a live run: its speed as its viewers set it, the messages that clients may send in the view's
+// own protocol or in Foxglove's, and the Foxglove WebSocket protocol, with the messages of an exported
+// run.mcap.
 #pragma once
 
-#include <atomic>
+#include <algorithm>
+#include <array>
 #include <chrono>
+#include <condition_variable>
+#include <cstdint>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
+#include "sim/export/ros_messages.h"
 #include "sim/recording/recording.h"
 #include "sim/tracking/tracking.h"
-#include "sim/view/foxglove.h"
-#include "sim/view/pace.h"
 #include "sim/view/server.h"
 #include "sim/view/site.h"
-#include "sim/view/strips.h"
+#include "slam/observation.h"
 
 namespace sim::view {
+
+/// op: "pause", "resume", "step" (runs for one frame of the camera), "speed", "loaded" (the page has fetched
+/// room and robot), "subscribe", "unsubscribe"; others are without use here.
+struct ClientMessage {
+  std::string op;
+  double factor = 0;  ///< of "speed": times real time; 0: full speed
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> subscriptions{};  ///< (the client's number, channel)
+  std::vector<std::uint32_t> unsubscribed{};                             ///< the client's numbers
+};
+
+/// Limit of subscriptions in one message.
+inline constexpr std::size_t kMostSubscriptions = 64;
+
+/// Reads any text. Throws std::invalid_argument unless it is a message.
+ClientMessage read_client_message(std::string_view text);
+
+/// Its subprotocols, which have the same wire format.
+inline constexpr std::array kFoxgloveProtocols{"foxglove.websocket.v1", "foxglove.sdk.v1"};
+
+/// Serves the channels to clients that subscribe to them; in the server's thread, but for the constructor.
+class Foxglove {
+ public:
+  explicit Foxglove(const recording::RecordingSetup& setup);
+
+  /// serverInfo and advertise.
+  void greet(Client& client) const;
+  /// Keeps a client's subscriptions; answers malformed messages and unknown channels with a status.
+  void process(Client& client, std::string_view said) const;
+
+  /// IMU readings of an observation, also if it is not shown itself.
+  std::vector<exports::ImuReading> merged(const slam::Observation& observation) {
+    return imu_.merge(observation);
+  }
+  /// Sends the messages of a frame that the client subscribed to.
+  void send(const Frame& frame, const std::vector<exports::ImuReading>& imu, Client& client) const;
+
+ private:
+  recording::RecordingSetup setup_;
+  exports::ImuMerger imu_;
+};
+
+/// Commands come from one thread, the run waits in another.
+class Pace {
+ public:
+  struct State {
+    bool paused = false;
+    double speed = 0;  ///< times real time; 0: full speed
+  };
+
+  void pause() {
+    change([&] { state_.paused = true, until_ = now_; });
+  }
+  void resume() {
+    change([&] { state_.paused = false; });
+  }
+  /// Runs for `period` of simulated time, then pauses.
+  void step(slam::Stamp period) {
+    change([&] {
+      until_ = (state_.paused ? std::max(until_, now_) : now_) + period;
+      state_.paused = true;
+    });
+  }
+  void set_speed(double factor) {
+    change([&] { state_.speed = factor; });
+  }
+  /// No controlling viewer: runs at full speed.
+  void release() {
+    change([&] { state_ = {}; });
+  }
+  State state() const {
+    const std::lock_guard lock(mutex_);
+    return state_;
+  }
+
+  /// Called by the run at simulated time t: returns when it may continue.
+  void wait(slam::Stamp t) {
+    std::unique_lock lock(mutex_);
+    for (now_ = t; state_.paused ? t >= until_ : state_.speed > 0;) {
+      if (state_.paused) {
+        changed_.wait(lock);
+        continue;
+      }
+      const auto due = from_clock_ + std::chrono::duration_cast<Clock::duration>((t - from_) / state_.speed);
+      if (Clock::now() >= due) return;
+      changed_.wait_until(lock, due);
+    }
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void change(const auto& set) {
+    const std::lock_guard lock(mutex_);
+    set();
+    from_ = now_, from_clock_ = Clock::now();
+    changed_.notify_all();
+  }
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  State state_;
+  slam::Stamp now_{0}, until_{0};  // while paused it runs to until_
+  slam::Stamp from_{0};            // simulated time at from_clock_
+  Clock::time_point from_clock_ = Clock::now();
+};
 
 /// Serves one run. The run's thread never waits for a client, except in pace() if a client with control
 /// paused or slowed the run. Frames are made only for clients that have room for them, at most 40 a second.
@@ -40,8 +153,7 @@ class LiveView {
   void show(Frame frame);
   /// Returns when the run may continue.
   void pace(slam::Stamp t);
-  /// Reports how the run ended; waits at most 15 s for pages that still fetch room and robot, then at most 3
-  /// s until everything is sent.
+  /// Reports how the run ended; waits up to 15 s for pages that load, then up to 3 s to send all.
   void end(const std::string& how);
 
  private:
@@ -49,7 +161,7 @@ class LiveView {
   void received(Client& client, std::string_view text);
   void command(const ClientMessage& message);
   Message pace_message() const;
-  void send_strips(bool is_frame);
+  Message strips_message() const;
   void send_to_pages(const Message& message);
 
   bool control_;

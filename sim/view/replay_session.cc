@@ -5,8 +5,8 @@
 
 #include "sim/recording/recording.h"
 #include "sim/view/live_view.h"
-#include "sim/view/playback.h"
 #include "sim/view/session.h"
+#include "sim/view/site.h"
 
 namespace sim::view {
 

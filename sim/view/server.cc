@@ -10,7 +10,6 @@
 #include <future>
 #include <list>
 #include <thread>
-#include <utility>
 
 namespace sim::view {
 namespace {
@@ -22,19 +21,11 @@ namespace websocket = beast::websocket;
 using net::ip::tcp;
 
 using Request = http::request<http::empty_body>;
+using Response = http::response<http::string_body>;
 using Error = beast::error_code;
+using Slot = std::shared_ptr<void>;  ///< one of the connections that are counted
 
 std::string_view plain(beast::string_view text) { return {text.data(), text.size()}; }
-
-RequestHead head_of(const Request& request) {
-  RequestHead head{plain(request.method_string()), plain(request.target()),
-                   plain(request[http::field::host])};
-  if (request.count(http::field::host) != 1) head.host = {};
-  if (request.count(http::field::origin) != 0) head.origin = plain(request[http::field::origin]);
-  return head;
-}
-
-using Response = http::response<http::string_body>;
 
 /// Shared by all connections, in the server's thread.
 struct Shared {
@@ -48,8 +39,6 @@ struct Shared {
 
   void count_rooms();
 };
-
-using Slot = std::shared_ptr<void>;  ///< one of the connections that are counted
 
 constexpr std::string_view kOwn = "gaitslam";
 
@@ -192,7 +181,11 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
       return answer(413, "expected no body", false);
     if (error) return;
     const Request request = parser_->release();
-    if (const auto rejected = rejection(head_of(request), shared_->access))
+    RequestHead head{plain(request.method_string()), plain(request.target()),
+                     plain(request[http::field::host])};
+    if (request.count(http::field::host) != 1) head.host = {};
+    if (request.count(http::field::origin) != 0) head.origin = plain(request[http::field::origin]);
+    if (const auto rejected = rejection(head, shared_->access))
       return answer(rejected->status, rejected->why, false);
     if (websocket::is_upgrade(request)) return upgrade(request);
     serve(path_of(plain(request.target())), request.keep_alive());

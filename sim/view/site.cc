@@ -7,9 +7,11 @@
 #include <future>
 #include <nlohmann/json.hpp>
 
+#include "sim/files/csv.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
-#include "sim/pages/figure.h"
+#include "sim/pages/run_data.h"
+#include "sim/recording/manifest.h"
 #include "walking/hrp2.h"
 
 // Embeds the page and the files that esbuild makes from web/.
@@ -25,6 +27,7 @@ namespace sim::view {
 namespace {
 
 using nlohmann::ordered_json;
+namespace fs = std::filesystem;
 
 Resource resource(std::string type, std::string_view bytes) {
   return {std::move(type), std::make_shared<const std::string>(bytes)};
@@ -60,6 +63,131 @@ ordered_json to_json(const ShownRun& run) {
           {"has_model", run.model.has_value()},
           {"camera", run.camera ? to_json(*run.camera) : ordered_json(nullptr)},
           {"moments", moments}};
+}
+
+/// The last row of a CSV file of the recording's at or before a time. Times are asked for in order.
+class RowsOverTime {
+ public:
+  RowsOverTime(const fs::path& file, std::size_t fields) : reader_(file), row_(fields) {
+    more_ = reader_.next();
+    if (more_ && reader_.fields() != fields + 1)
+      throw files::FileError(file, 1,
+                             fmt::format("has {} columns, expected {}", reader_.fields(), fields + 1));
+  }
+  const std::vector<double>* at(slam::Stamp t) {
+    for (; more_ && slam::Stamp(reader_.integer(0)) - recording::kEpoch <= t; more_ = reader_.next()) {
+      any_ = true;
+      for (std::size_t i = 0; i < row_.size(); ++i) row_[i] = reader_.number(1 + i);
+    }
+    return any_ ? &row_ : nullptr;
+  }
+
+ private:
+  files::CsvReader reader_;
+  std::vector<double> row_;
+  bool more_ = false, any_ = false;
+};
+
+// Adds feet, zero-moment point and, given a robot, its bodies. frames: in order of time.
+void add_recorded(std::vector<Frame>& frames, const recording::Truth& truth, const fs::path& recording,
+                  const RobotModel* robot) {
+  const fs::path forces_file = recording / "mav0/forces0/data.csv",
+                 encoders_file = recording / "mav0/encoders0/data.csv";
+  std::optional<RowsOverTime> forces, encoders;
+  if (fs::exists(forces_file)) forces.emplace(forces_file, 12);
+  if (robot && fs::exists(encoders_file))
+    encoders.emplace(encoders_file, files::CsvReader(encoders_file).titles().size() - 1);
+  std::size_t foot_row = 0, waist_row = 0;
+  for (Frame& frame : frames) {
+    const auto& feet = truth.feet;
+    const auto& waist = truth.waist;
+    while (foot_row + 1 < feet.size() && feet[foot_row + 1].t <= frame.t) ++foot_row;
+    if (foot_row < feet.size()) frame.feet = {place_of(feet[foot_row].left), place_of(feet[foot_row].right)};
+    const std::vector<double>* const f = forces ? forces->at(frame.t) : nullptr;
+    if (f && frame.feet) {
+      const auto sole = [&](std::size_t foot) {
+        const auto vector = [&](std::size_t first) { return Eigen::Vector3d(&(*f)[6 * foot + first]); };
+        return SoleForce{(*frame.feet)[foot].truth, vector(0), vector(3)};
+      };
+      frame.zmp = zero_moment_point({sole(0), sole(1)});
+    }
+    while (waist_row < waist.size() && waist[waist_row].t < frame.t) ++waist_row;
+    const std::vector<double>* const q = encoders ? encoders->at(frame.t) : nullptr;
+    if (q && waist_row < waist.size() && waist[waist_row].t == frame.t)
+      frame.bodies =
+          robot->poses(Eigen::Map<const Eigen::VectorXd>(q->data(), static_cast<Eigen::Index>(q->size())),
+                       waist[waist_row].X);
+  }
+}
+
+/// The recording of a result; empty if it was not found.
+fs::path recording_of(const fs::path& result, const std::string& hash) {
+  if (fs::exists(result / "recording/manifest.csv")) return result / "recording";
+  const fs::path above = fs::absolute(result).lexically_normal().parent_path() / "recording";
+  if (!hash.empty() && fs::exists(above / "manifest.csv") && recording::Manifest(above).hash() == hash)
+    return above;
+  return {};
+}
+
+std::vector<Moment> moments_of(const pages::RunData& data, const scenario::Scenario& scenario, double end_s) {
+  std::vector<Moment> all = faults_of(scenario);
+  if (const auto closed = data.metric("loop_time_s")) all.push_back({*closed, "closure", "loop closed"});
+  for (const pages::TrackingFault& fault : data.faults)
+    all.push_back({fault.from_s, fault.kind, fmt::format("{}: {}", fault.kind, fault.cause)});
+  if (data.ending != "completed")
+    all.push_back(
+        {end_s, "end", data.about.cause.empty() ? data.ending : data.ending + ": " + data.about.cause});
+  std::stable_sort(all.begin(), all.end(), [](const Moment& a, const Moment& b) { return a.t_s < b.t_s; });
+  return all;
+}
+
+std::vector<std::string> missing_of(const Playback& playback, bool recording, bool simulator) {
+  const auto none = [&](const auto& has) {
+    return std::none_of(playback.frames.begin(), playback.frames.end(), has);
+  };
+  std::vector<std::string> missing;
+  if (!simulator)
+    missing.emplace_back("Room and robot are not shown: this program was built without the simulator.");
+  if (!recording)
+    missing.emplace_back("Head images, feet and joint angles are not shown: this result has no recording.");
+  else if (simulator && none([](const Frame& frame) { return !frame.bodies.empty(); }))
+    missing.emplace_back("The robot is not shown: the recording has no joint angles.");
+  if (none([](const Frame& frame) { return frame.estimate.has_value(); }))
+    missing.emplace_back("No estimate: there was no filter, or it left no estimate.");
+  return missing;
+}
+
+std::string run_json(const Playback& playback) {
+  Strips strips;
+  nlohmann::ordered_json frames = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < playback.frames.size(); ++i) {
+    Frame shown = playback.frames[i];
+    strips.add(shown);
+    frames.push_back(to_json(shown));
+    if (!playback.images[i].empty()) frames.back()["stored_image"] = true;
+  }
+  return files::json_text({{"frames", frames}, {"strips", strips_html(strips.figures())}});
+}
+
+Site site_of(const std::vector<Playback>& results) {
+  if (results.size() > 1 && results[0].scenario != results[1].scenario)
+    throw std::invalid_argument(
+        fmt::format("view: the results are of {} and of {}, expected two of one scenario",
+                    results[0].scenario, results[1].scenario));
+  std::vector<ShownRun> runs;
+  for (const Playback& result : results) runs.push_back(result.run);
+  Site site(runs, {{"mode", "playback"}, {"control", false}});
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    site.add(fmt::format("/run/{}", i), json_resource(run_json(results[i])));
+    site.add_list(
+        fmt::format("/image/{}", i),
+        [images = results[i].images,
+         pictures = results[i].pictures](std::size_t k) -> std::optional<Resource> {
+          if (k >= images.size() || images[k].empty() || !pictures) return std::nullopt;
+          return Resource{"image/png", std::make_shared<const std::string>(pictures->png(images[k]))};
+        });
+  }
+  return site;
 }
 
 }  // namespace
@@ -127,5 +255,48 @@ std::optional<Resource> Site::at(std::string_view path, std::string_view token) 
   const auto number = files::parse_number<std::size_t>(path.substr(slash + 1));
   return list != lists_.end() && number ? list->second(*number) : std::nullopt;
 }
+
+FootPlace place_of(const recording::TrueFoot& foot) {
+  return {foot.truth, foot.plan, foot.planned_down, foot.load_n};
+}
+
+std::vector<Frame> read_recorded_frames(const fs::path& recording, const RobotModel* robot) {
+  const recording::Truth truth = recording::read_truth(recording);
+  std::vector<Frame> frames(truth.camera.size());
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    frames[i].t = truth.camera[i].t, frames[i].truth = truth.camera[i].X;
+  add_recorded(frames, truth, recording, robot);
+  return frames;
+}
+
+Playback read_playback(const fs::path& result, const MakeRobot& make_robot) {
+  const pages::RunData data = pages::read_run(result);
+  const scenario::Scenario scenario = scenario::read_scenario(result / "scenario.yaml").scenario;
+  Playback playback;
+  playback.scenario = data.scenario;
+  playback.frames = data.frames;
+  if (data.frames.empty())
+    throw files::FileError(result / "truth.tum", "has no pose, expected one for each frame");
+  const fs::path recording = recording_of(result, data.about.recording);
+  std::optional<RobotModel> robot;
+  if (make_robot) robot = make_robot(scenario);
+  if (!recording.empty()) {
+    add_recorded(playback.frames, recording::read_truth(recording), recording, robot ? &*robot : nullptr);
+    playback.run.camera = recording::RecordingReader(recording).setup().calibration.camera;
+    playback.pictures = std::make_shared<const pages::Pictures>(recording);
+  }
+  playback.images = recording.empty() ? std::vector<fs::path>(playback.frames.size())
+                                      : pages::image_files(playback.frames, recording);
+  playback.run.label = data.label();
+  playback.run.duration_s = slam::seconds(playback.frames.back().t);
+  playback.run.moments = moments_of(data, scenario, playback.run.duration_s);
+  if (robot) playback.run.model = robot->model;
+  playback.run.missing = missing_of(playback, !recording.empty(), robot.has_value());
+  return playback;
+}
+
+PlaybackView::PlaybackView(const Access& access, const std::vector<Playback>& results)
+    : site_(site_of(results)),
+      server_(access, {[this](std::string_view path) { return site_.at(path, server_.access().token); }}) {}
 
 }  // namespace sim::view

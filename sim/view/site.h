@@ -1,30 +1,35 @@
-// A run as the page shows it, besides its frames, and the fixed list of files that the server has.
+// A run as the page shows it: what is known about it, figures over time, the frames of finished results and
+// of recordings, and the fixed list of files that the server has.
 #pragma once
 
+#include <array>
+#include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "sim/pages/figure.h"
+#include "sim/pages/frame.h"
+#include "sim/recording/recording.h"
 #include "sim/scenario/scenario.h"
 #include "sim/view/server.h"
 #include "slam/options.h"
 
 namespace sim::view {
 
-/// Robot and room. pieces: triangles that share a body and a picture: the length of a JSON list
-/// (little-endian, four bytes); {body, picture, vertices, indices} of each (body: index of the pose in
-/// Frame::bodies, -1: the room; picture: index in the pictures, -1: plain color); blanks up to a multiple of
-/// four bytes; then for each piece, in the axes of its body, positions (m), normals and RGB (0 to 1) of its
-/// vertices, with a picture their places in it from the upper left (all float32), and the indices of its
-/// triangles (uint32).
+/// Robot and room. pieces: triangles of one body and picture: the length of a JSON list (little-endian, four
+/// bytes); {body, picture, vertices, indices} of each (body: index of the pose in Frame::bodies, -1: the
+/// room; picture: index in the pictures, -1: plain color); blanks up to a multiple of four bytes; then for
+/// each piece, in the axes of its body, positions (m), normals and RGB (0 to 1) of its vertices, with a
+/// picture their places in it from the upper left (all float32), and the indices of its triangles (uint32).
 struct Model {
   std::string pieces;
-  /// Paints the pictures when the page asks for them: width, height (uint32) and RGB rows of each. May be
-  /// called from another thread, once.
+  /// Paints the pictures: width, height (uint32) and RGB rows of each. Called once, from any thread.
   std::function<std::string()> pictures = [] { return ""; };
 };
 
@@ -49,8 +54,7 @@ std::vector<Moment> faults_of(const scenario::Scenario& scenario);
 /// Paths are compared literally: no path from a client reaches the disk.
 class Site {
  public:
-  /// The page, its script and its style; /about: what it shows; /model/<i> and /pictures/<i> of each run.
-  /// about: further keys of /about.
+  /// The page, its script and style; /about (about: further keys); /model/<i> and /pictures/<i> of each run.
   Site(const std::vector<ShownRun>& runs, nlohmann::ordered_json about);
 
   void add(const std::string& path, Resource resource);
@@ -71,5 +75,75 @@ Message json_message(const nlohmann::ordered_json& content);
 
 Resource json_resource(std::string text);
 Resource bytes_resource(std::string bytes);
+
+using pages::FootPlace, pages::Frame;
+
+/// A force on a foot: position of its sole point (m, W), its yaw, force and torque in its axes.
+struct SoleForce {
+  Eigen::Vector3d place;  ///< x, y (m), yaw (rad)
+  Eigen::Vector3d force, torque;
+};
+
+/// The zero-moment point of the ground forces on both soles, assumed level; empty if they carry under 20 N.
+std::optional<Eigen::Vector2d> zero_moment_point(const std::array<SoleForce, 2>& soles);
+
+/// Collects the values of frames in order of time.
+class Strips {
+ public:
+  Strips();
+  /// Also completes the frame: where each foot was set down, and the support polygon.
+  void add(Frame& frame);
+  const std::vector<pages::Figure>& figures() const { return figures_; }
+
+ private:
+  void follow_feet(Frame& frame);
+
+  std::vector<pages::Figure> figures_;
+  std::array<std::optional<Eigen::Vector3d>, 2> landed_;
+};
+
+std::string strips_html(const std::vector<pages::Figure>& figures);
+
+/// The robot of a scenario. poses: of its model's bodies, by the encoders and the waist's pose in W.
+struct RobotModel {
+  Model model;
+  std::function<std::vector<float>(const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB)> poses;
+};
+
+FootPlace place_of(const recording::TrueFoot& foot);
+
+/// Frames of a recording for a replay's view: truth, feet, zero-moment point, a given robot's bodies.
+std::vector<Frame> read_recorded_frames(const std::filesystem::path& recording, const RobotModel* robot);
+
+/// Loads a scenario's robot; empty without the simulator. Throws std::runtime_error if models do not load.
+using MakeRobot = std::function<RobotModel(const scenario::Scenario&)>;
+
+/// The robot maker of a program with the simulator; empty otherwise.
+MakeRobot robot_maker(const std::filesystem::path& models);
+
+/// A result as the page plays it.
+struct Playback {
+  ShownRun run;
+  std::string scenario;                             ///< its name
+  std::vector<Frame> frames;                        ///< without images
+  std::vector<std::filesystem::path> images;        ///< PNG of each frame, or empty
+  std::shared_ptr<const pages::Pictures> pictures;  ///< absent without a recording
+};
+
+/// Reads a result folder and its recording: its own, or that of the result it lies in as `replay` leaves it.
+/// ShownRun::missing lists missing parts. Throws FileError if it is not a result or a file is broken.
+Playback read_playback(const std::filesystem::path& result, const MakeRobot& make_robot);
+
+/// Serves one result, or two of one scenario.
+class PlaybackView {
+ public:
+  /// Throws std::invalid_argument for two scenarios, and as Server does.
+  PlaybackView(const Access& access, const std::vector<Playback>& results);
+  const Access& access() const { return server_.access(); }
+
+ private:
+  Site site_;
+  Server server_;
+};
 
 }  // namespace sim::view

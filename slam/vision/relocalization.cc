@@ -10,6 +10,7 @@
 namespace slam {
 namespace {
 
+constexpr double kGridVariance_px2 = 1.0 / 12;  // of matches on the raw pixel grid
 constexpr std::size_t kMostLandmarks = 40;
 constexpr int kLeastSuccesses = 10;
 constexpr double kLargestRelativeVariance = 0.04;  // of the position, relative to the squared distance
@@ -123,8 +124,8 @@ Estimate refine(Eigen::Isometry3d X_WC, const std::vector<Detection>& detections
       Eigen::Matrix<double, 2, 6> J;
       J << projection->J * cross_matrix(h), -projection->J * X_WC.linear().transpose();
       const Matrix23d J_p = projection->J * X_WC.linear().transpose();
-      const Eigen::Matrix2d R =
-          sigma_px * sigma_px * Eigen::Matrix2d::Identity() + J_p * detections[i].P * J_p.transpose();
+      const Eigen::Matrix2d R = (sigma_px * sigma_px + kGridVariance_px2) * Eigen::Matrix2d::Identity() +
+                                J_p * detections[i].P * J_p.transpose();
       const Eigen::Matrix<double, 6, 2> JtW = R.llt().solve(J).transpose();
       information += JtW * J;
       gradient += JtW * (detections[i].pixel - projection->pixel);

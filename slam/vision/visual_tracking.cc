@@ -32,7 +32,7 @@ Estimate pose_estimate(const State& state, Stamp t) {
 
 VisualTracking::VisualTracking(const Options& options, const Camera& camera, std::uint64_t seed)
     : enabled_(options.vision.enabled),
-      sigma_px_(options.vision.search_sigma_px()),
+      sigma_px_(options.vision.sigma_px),
       camera_(camera),
       vision_(options.vision, options.bounds, camera),
       map_(options, camera, seed) {}

@@ -1,4 +1,5 @@
-// Shared by the fuzz targets: the input as text and as a file, and the exceptions that a reader may throw.
+// Shared by the fuzz targets: the input as a file, and the exceptions that a reader may throw. A target is an
+// inline function of the input as text; the others of its file are not part of the program.
 #pragma once
 
 #include <stdlib.h>
@@ -14,10 +15,6 @@
 #include "sim/scenario/yaml.h"
 
 namespace fuzz {
-
-inline std::string_view text_of(const std::uint8_t* data, std::size_t size) {
-  return {reinterpret_cast<const char*>(data), size};
-}
 
 /// A folder in the temporary folder, which tools/fuzz.sh removes.
 inline const std::filesystem::path& folder() {
@@ -37,16 +34,15 @@ inline std::filesystem::path file(const std::string& name, std::string_view text
   return path;
 }
 
-/// Calls `read`, which may throw FileError or ConfigError; any other exception ends the target.
-/// Returns the error's message, empty on success.
-template <class Read>
-std::string read_or_reject(const Read& read) {
+/// Calls `read`, which may throw FileError or a Rejection. Returns their message, empty on success.
+template <class Rejection = sim::scenario::ConfigError>
+std::string read_or_reject(const auto& read) {
   try {
     read();
     return "";
   } catch (const sim::files::FileError& error) {
     return error.what();
-  } catch (const sim::scenario::ConfigError& error) {
+  } catch (const Rejection& error) {
     return error.what();
   }
 }
@@ -57,3 +53,10 @@ inline void require(bool property) {
 }
 
 }  // namespace fuzz
+
+/// The entry of libFuzzer, at the end of each file of targets.
+#define GAITSLAM_FUZZ_ENTRY                                                           \
+  extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) { \
+    fuzz::GAITSLAM_FUZZ(std::string_view(reinterpret_cast<const char*>(data), size)); \
+    return 0;                                                                         \
+  }

@@ -40,7 +40,9 @@ struct Walking {
 };
 
 TEST(InternalMeasurements, MeasureGyroVelocityAndHeightAndReduceTheUncertainty) {
-  Walking walk;
+  Options options;
+  options.gyro.drives_motion = false;
+  Walking walk(options);
   walk.step(walk.next());
   EXPECT_TRUE(walk.result.updated);
   EXPECT_EQ(walk.result.rejected, "");
@@ -51,6 +53,31 @@ TEST(InternalMeasurements, MeasureGyroVelocityAndHeightAndReduceTheUncertainty) 
   const Eigen::VectorXd after = walk.kalman.state().P().diagonal();
   for (const int at : {kRate, kVelocity, kVelocity + 1, kPosition + 2})
     EXPECT_LT(after(at), walk.before(at)) << at;
+}
+
+TEST(InternalMeasurements, AGyroThatDrivesTheMotionIsNoMeasurementUnlessItsRateIsImplausible) {
+  Walking walk;
+  walk.step(walk.next());
+  EXPECT_FALSE(nis_of(walk.result.innovations, "gyro"));
+  EXPECT_EQ(walk.predicted.F(kRate, kRate), 0);
+  Observation o = walk.next();
+  o.t += std::chrono::milliseconds(33);
+  for (InertialSample& reading : o.gyro) {
+    reading.begin += std::chrono::milliseconds(33), reading.end += std::chrono::milliseconds(33);
+    reading.value.setConstant(5);
+  }
+  walk.step(o);
+  EXPECT_TRUE(nis_of(walk.result.innovations, "gyro"));
+  EXPECT_EQ(walk.predicted.F(kRate, kRate), 1);
+}
+
+TEST(InternalMeasurements, InnovationsAreMultipliedWithThoseOfTheLastFrame) {
+  Walking walk;
+  const Nis first = *nis_of(walk.result.innovations, "height");
+  walk.step(walk.next());
+  const Nis next = *nis_of(walk.result.innovations, "height");
+  EXPECT_NEAR(std::abs(next.lagged), std::sqrt(first.value * next.value), 1e-9);
+  EXPECT_EQ(next.lagged_square, next.value);
 }
 
 TEST(InternalMeasurements, ReportForEachSensorWhetherItHadReadingsAndWhetherTheyWereUsed) {

@@ -24,7 +24,7 @@ Options paper() {
   Options options;
   options.motion = {4, 6};
   options.plan_velocity.sigma_sway_m_s = options.plan_velocity.sigma_stride = 0;
-  options.accelerometer.sigma_bias_walk_m_s3 = 0;
+  options.accelerometer.sigma_bias_walk_m_s3 = options.height.sigma_lasting_m = 0;
   return options;
 }
 
@@ -46,6 +46,20 @@ TEST(MotionModel, VelocityAndRateAfterwardsAreTheMeansOverTheInterval) {
   back.tail<3>() *= -1;
   const Eigen::Vector4d dq = quaternion_product(back, y.segment<4>(kOrientation)).normalized();
   EXPECT_LT((quaternion_log(dq) / kFrame - y.segment<3>(kRate)).norm(), 1e-9);  // q has 10 digits
+}
+
+TEST(MotionModel, IsDrivenByTheGyroWithoutItsBias) {
+  const RobotVector x = generic_state();
+  const MeanRate rate{{0.3, -0.1, 0.2}, 0.004};
+  Options options = paper();
+  options.gyro.sigma_head_rad_s = 0.003;
+  const auto f = [&](const Eigen::VectorXd& at) -> Eigen::VectorXd {
+    return predict_motion(at, kFrame, std::nullopt, options, rate).x;
+  };
+  const Prediction p = predict_motion(x, kFrame, std::nullopt, options, rate);
+  EXPECT_LT((p.F - numerical_jacobian(f, x)).norm(), 1e-7);
+  EXPECT_LT((p.x.segment<3>(kRate) - (rate.w_C - x.segment<3>(kGyroBias))).norm(), 1e-15);
+  EXPECT_NEAR(std::sqrt(p.Q(kRate, kRate)), 0.005, 1e-12);
 }
 
 TEST(MotionModel, NoiseIsThatOfTheImpulsesThroughTheirDerivatives) {
@@ -101,16 +115,17 @@ TEST(MotionModel, SwayingIsStationaryWithTheStandardDeviationOfTheOptions) {
   EXPECT_LT((sway_sigma(options.plan_velocity) - Eigen::Vector3d(0.03, 0.0045, 0.018)).norm(), 1e-17);
 }
 
-TEST(MotionModel, BiasesWalkAndTheStrideErrorDecaysToTheVarianceOfTheOptionsWhateverTheStep) {
+TEST(MotionModel, BiasesWalkAndLastingErrorsDecayToTheVarianceOfTheOptionsWhateverTheStep) {
   Options options;
-  options.plan_velocity.sigma_stride = 0.05;
+  options.plan_velocity.sigma_stride = options.plan_velocity.sigma_sway_scale = 0.05;
+  options.height = {true, 1, 0.05, 30};
   options.gyro.sigma_bias_walk_rad_s2 = 0.003;
   options.accelerometer.sigma_bias_walk_m_s3 = 0.02;
   for (const double dt : {0.01, 0.5}) {
     const Prediction p = predict_motion(generic_state(), dt, std::nullopt, options);
     EXPECT_NEAR(p.Q(kGyroBias + 1, kGyroBias + 1) / dt, 0.003 * 0.003, 1e-17);
     EXPECT_NEAR(p.Q(kAccelerometerBias, kAccelerometerBias) / dt, 0.02 * 0.02, 1e-17);
-    for (const int at : {kStrideError, kStrideError + 1}) {
+    for (const int at : {kStrideError, kStrideError + 1, kSwayScale, kSwayScale + 1, kHeightError}) {
       EXPECT_NEAR(p.x(at), generic_state()(at) * std::exp(-dt / 30), 1e-15);
       const double variance = 0.05 * 0.05;  // a fixed point of variance <- decay² variance + noise
       EXPECT_NEAR(p.F(at, at) * p.F(at, at) * variance + p.Q(at, at), variance, 1e-17);

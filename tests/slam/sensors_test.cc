@@ -265,23 +265,29 @@ TEST(PlanHistory, TwoStepsStartAnewWhileThePlanStandsAndWithoutLegOdometry) {
   }
 }
 
-TEST(PlanHistory, LegOdometryIsLessCertainJustAfterALanding) {
-  const Options options;
+TEST(PlanHistory, LegOdometryIsLessCertainWhileTheRobotTurnsOtherwiseThanItsLegs) {
+  Options options;
+  options.leg_odometry.sigma_m_s = 0.03, options.leg_odometry.sigma_pivot_m = 0.1;
   PlanHistory history;
   PlannedMotion now;
   now.legs.emplace();
-  now.support = Support::left;
   history.advance(now, 0, options);
-  const auto noise = [&](Support support, double ahead_m, double dt_s) {
-    now.support = support;
+  const PlannedInterval interval = *history.advance(now, 0.03, options);
+  RobotVector x = generic_state();
+  x.segment<3>(kRate) << 0, 0.4, 0;
+  EXPECT_NEAR(measure_velocity(x, *interval.legs, {}).R(1, 1), 0.03 * 0.03 + 0.04 * 0.04, 1e-12);
+  EXPECT_NEAR(measure_velocity(x, interval.plan, {}).R(1, 1), 0.02 * 0.02, 1e-12) << "not the plan";
+}
+
+TEST(PlanHistory, TheSteadyVelocityIsKnownAfterTheTimeOfTwoSteps) {
+  PlanHistory history;
+  PlannedMotion now;
+  history.advance(now, 0, {});
+  for (const auto& [dt_s, ahead_m, steady] :
+       {std::tuple{1.5, 0.0, false}, {0.5, 0.01, false}, {1.0, 0.0, false}, {0.2, 0.01, true}}) {
     now.X_PC.translation().x() += ahead_m;
-    return history.advance(now, dt_s, options)->legs->sigma_m_s / options.leg_odometry.sigma_m_s;
-  };
-  EXPECT_DOUBLE_EQ(noise(Support::left, 0.1, 0.03), 1);
-  EXPECT_DOUBLE_EQ(noise(Support::right, 0.1, 0.03), 6);
-  EXPECT_DOUBLE_EQ(noise(Support::right, 0.1, 0.03), 6);
-  EXPECT_DOUBLE_EQ(noise(Support::right, 0.1, 0.2), 1);
-  EXPECT_DOUBLE_EQ(noise(Support::left, 0, 0.03), 1);  // it stands
+    EXPECT_EQ(history.advance(now, dt_s, {})->steady, steady) << dt_s;
+  }
 }
 
 TEST(PlanHistory, ASwayingWalksSteadyVelocityIsItsMean) {

@@ -46,6 +46,20 @@ TEST_F(ExternalEstimator, KilledAtAnyMomentItLeavesAWholeResult) {
   EXPECT_THAT(json_in("out/about.json")["cause"].get<std::string>(), HasSubstr("first | the map is broken"));
 }
 
+TEST_F(ExternalEstimator, ATimeModelIsReportedAndAMeasuredOneIsNotRepeatable) {
+  const std::string fixed = "replay r/seed-1 --force 'estimator.time={model: fixed, frame_ms: 160}' --out ";
+  EXPECT_THAT(gaitslam(fixed + "out").out, HasSubstr("time of the estimator fixed: "));
+  EXPECT_TRUE(json("out/score.json")["estimator_time"]["repeatable"]);
+  gaitslam(fixed + "again");
+  EXPECT_EQ(text_of("out/score.json") + text_of("out/answers.csv"),
+            text_of("again/score.json") + text_of("again/answers.csv"));
+  ok("report out --out out.html");
+  EXPECT_THAT(text_of("out.html"), HasSubstr("Latency and dropped frames"));
+  EXPECT_THAT(gaitslam("replay r/seed-1 --force --out out estimator.time.model=measured").out,
+              HasSubstr("time of the estimator measured, NOT REPEATABLE: "));
+  EXPECT_FALSE(json("out/score.json")["estimator_time"]["repeatable"]);
+}
+
 // The bound is a twentieth of the path, chosen before the first try; one that stands still misses it by far.
 TEST_F(LongExternalEstimator, VisualOdometryFindsItsWayByItsImagesAlone) {
   fs::create_directory_symlink(std::string(GAITSLAM_SOURCE_DIR) + "/sim", folder_ / "sim");

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "sim/files/text.h"
+#include "sim/regression/suite.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/lists.h"
 #include "sim/score/metrics.h"
@@ -98,13 +99,14 @@ struct CheckRequest {
 };
 
 /// Reads the file, plans its walk and checks its clearance; prints the first error.
-bool is_valid(const std::string& file, const CheckRequest& request) {
+bool is_valid(const std::string& file, const scenario::Changes& changes, const fs::path& models) {
   try {
-    const auto read = scenario::read_scenario(file, request.changes);
-    require_models(read, request.models);
-    const walking::PatternGenerator plan(read.scenario.walk, whole_body(read.scenario, request.models));
-    const bool looked = require_clear_walk(read, request.models);
-    std::cout << fmt::format("{}: valid, a walk of {:.2f} s{}\n", file,
+    const auto read = scenario::read_scenario(file, changes);
+    require_models(read, models);
+    const walking::PatternGenerator plan(read.scenario.walk, whole_body(read.scenario, models));
+    const bool looked = require_clear_walk(read, models);
+    std::cout << fmt::format("{}: valid, a walk of {:.2f} s{}\n",
+                             read.origin.contains("name") ? file + ", " + read.scenario.name : file,
                              static_cast<double>(plan.ticks()) * walking::kPeriod,
                              looked ? "" : "; whether it is clear of its room was not checked: no simulator");
     return true;
@@ -114,6 +116,26 @@ bool is_valid(const std::string& file, const CheckRequest& request) {
     std::cerr << files::sanitize(fmt::format("{}: the walk cannot be planned: {}\n", file, e.what()));
   }
   return false;
+}
+
+/// Checks a scenario, or each one of a suite.
+bool are_valid(const std::string& file, const CheckRequest& request) {
+  std::vector<sim::regression::SuiteEntry> entries;
+  try {
+    if (!sim::regression::is_suite(file)) return is_valid(file, request.changes, request.models);
+    entries = sim::regression::read_suite(file).entries;
+  } catch (const scenario::ConfigError& e) {
+    std::cerr << sim::files::sanitize(e.what()) << '\n';
+    return false;
+  }
+  bool valid = true;
+  for (const auto& [scenario, own, gates, set] : entries) {
+    scenario::Changes all = request.changes;
+    all.overrides.insert(all.overrides.begin(), own.overrides.begin(), own.overrides.end());
+    all.without.insert(all.without.end(), own.without.begin(), own.without.end());
+    valid &= is_valid(scenario.string(), all, request.models);
+  }
+  return valid;
 }
 
 int check(CheckRequest& request) {
@@ -129,7 +151,7 @@ int check(CheckRequest& request) {
   if (files.empty()) throw UsageError("check: names no scenario, expected a YAML file");
   int exit_code = 0;
   for (const std::string& file : files)
-    if (!is_valid(file, request)) exit_code = 2;
+    if (!are_valid(file, request)) exit_code = 2;
   return exit_code;
 }
 
@@ -150,7 +172,9 @@ void add_check(CLI::App& app, int& exit_code) {
                   "Check scenarios: read them, plan their walks and look whether those are clear of their "
                   "rooms, without simulating",
                   kCheckExamples, check);
-  command.add_option("scenarios", request.files, "YAML files, and keys with new values for all of them")
+  command
+      .add_option("scenarios", request.files,
+                  "YAML files of scenarios or suites, and keys with new values for all of them")
       ->option_text("FILE ... [key=value ...]")
       ->required();
   add_with(command, request.changes);

@@ -88,6 +88,7 @@ scenario::ReadScenario with_command(const fs::path& folder, const EvaluateReques
   scenario::find_key("estimator")
       ->read(scenario::parse_yaml(fmt::format("{{command: {}{}}}", quoted, name), {"<--command, --name>"}),
              read.scenario);
+  read.scenario.estimator_time = {};
   read.origin["estimator"] = "gaitslam evaluate";
   return read;
 }

@@ -12,7 +12,7 @@
 #include "sim/export/export.h"
 #include "sim/files/atomic_file.h"
 #include "sim/recording/filter_input.h"
-#include "sim/view/video_frame.h"
+#include "sim/view/session.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/backend.h"
 #include "tools/cli/jobs/progress.h"

@@ -12,7 +12,7 @@
 #include "sim/pages/pages.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
-#include "sim/view/playback.h"
+#include "sim/view/site.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/results.h"

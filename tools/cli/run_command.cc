@@ -68,8 +68,11 @@ int run_one(const scenario::ReadScenario& read, const RunRequest& request, const
     const auto show = [&](double part) { progress.show(part); };
     const int threads =
         request.jobs.value_or(request.batch.parent ? 1 : 2);  // a process of several has one core
-    outcome = request.cached ? run_cached(read, place, show)
-                             : run_live(read, place, show, threads, view ? &view->run_observer() : nullptr);
+    // Measured times are not repeatable: no replay would be the run that they steered.
+    const bool measured = read.scenario.estimator_time.model == scenario::TimeModel::measured;
+    outcome = request.cached && !measured
+                  ? run_cached(read, place, show)
+                  : run_live(read, place, show, threads, view ? &view->run_observer() : nullptr);
   }
   if (view)
     view->end(fmt::format("The run has ended: {}. gaitslam view {} shows it again.",

@@ -14,7 +14,7 @@
 #include "sim/camera/head_camera.h"
 #include "sim/camera/shapes.h"
 #include "sim/room/paint.h"
-#include "sim/score/surfaces.h"
+#include "sim/score/types.h"
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/physics/test_worlds.h"
 

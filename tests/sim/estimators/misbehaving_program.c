@@ -42,6 +42,7 @@ static void misbehave(void) {
   if (is("exit")) exit(5);
   if (is("end")) exit(0);
   if (is("hang")) pause();
+  if (is("sleeps")) usleep(50000);
   if (is("grandchild") && fork() >= 0) pause();
   if (is("gives_cause")) fprintf(stderr, "first\nthe map is broken\n"), exit(1);
   if (is("prints")) printf("Loading the vocabulary, please wait ...\n"), fflush(stdout), pause();

@@ -184,6 +184,14 @@ TEST(Program, OneThatCannotBeStartedIsWrongInput) {
   }
 }
 
+TEST(Program, OneThatSleepsIsLateByMeasuredTimeAndMissesFrames) {
+  const Tracked tracked = track_program("sleeps", "1", ", time: {model: measured}");
+  ASSERT_FALSE(tracked.frames.empty());
+  EXPECT_GE(tracked.frames[0].took, std::chrono::milliseconds(50));
+  ASSERT_FALSE(tracked.dropped.empty());
+  EXPECT_EQ(tracked.dropped[0], numbered(1).t);
+}
+
 TEST(Program, ExceptionsOfABuiltInEstimatorAreItsFailure) {
   int steps = 0;
   const auto tracked_with = [&](Step step) {

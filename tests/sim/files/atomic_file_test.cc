@@ -9,9 +9,7 @@
 #include <unistd.h>
 
 #include <stdexcept>
-#include <vector>
 
-#include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::files {
@@ -73,23 +71,6 @@ TEST(AtomicFolder, AppearsOnlyByCommit) {
   EXPECT_EQ(read_text(folder / "parents/too/result/score.json"), "{}");
   EXPECT_TRUE(has_marker(folder / "parents/too/result"));
   EXPECT_THAT(names(folder / "parents/too"), testing::ElementsAre("result"));
-}
-
-TEST(AtomicFolder, RejectsOrReplacesWhatExists) {
-  const TemporaryFolder folder;
-  {
-    AtomicFolder first(folder / "result");
-    write_text(first.path() / "old", "old");
-    first.commit();
-  }
-  EXPECT_THAT(error_of([&] { AtomicFolder rejected(folder / "result"); }),
-              HasSubstr("result: exists already"));
-  AtomicFolder result(folder / "result/", Existing::replace);  // a trailing slash means the same folder
-  write_text(result.path() / "new", "new");
-  EXPECT_EQ(read_text(folder / "result/old"), "old");
-  result.commit();
-  EXPECT_THAT(names(folder / "result"), testing::UnorderedElementsAre("new", kMarker));
-  EXPECT_THAT(names(folder.path()), testing::ElementsAre("result"));
 }
 
 TEST(AtomicFolder, DoesNotOverwriteWhatAppearedMeanwhile) {

@@ -9,14 +9,13 @@ namespace sim::files {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::AllOf;
-using testing::HasSubstr;
+using testing::AllOf, testing::HasSubstr;
 
 class OutputManifest : public testing::Test {
  protected:
   // A folder as the program makes them: result/score.json and result/recording/frames.csv.
   void make(const std::string& text = "made") const {
-    AtomicFolder result(folder_ / "result", Existing::replace);
+    AtomicFolder result(folder_ / "result/", Existing::replace);  // a trailing slash means the same folder
     write_text(result.path() / "score.json", text);
     fs::create_directory(result.path() / "recording");
     write_text(result.path() / "recording/frames.csv", text);
@@ -42,8 +41,12 @@ TEST_F(OutputManifest, WhatTheProgramMadeIsReplaced) {
   EXPECT_EQ(read_text(folder_ / "result" / kMarker),
             "# Made by gaitslam, which replaces and removes only what is listed here.\n"
             "recording/\nrecording/frames.csv\nscore.json\n");
+  EXPECT_THAT(error_of([&] { AtomicFolder rejected(folder_ / "result"); }), HasSubstr("exists already"));
+  list_outputs(folder_ / "result", {"old"});
+  write("result/old");
   write("result/..gaitslam.partial", "left by a killed process");
   make("again");
+  EXPECT_FALSE(fs::exists(folder_ / "result/old"));
   EXPECT_EQ(read_text(folder_ / "result/score.json"), "again");
   EXPECT_FALSE(fs::exists(folder_ / "result/..gaitslam.partial"));
 }

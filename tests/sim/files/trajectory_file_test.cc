@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "sim/files/columns.h"
-#include "sim/files/text.h"
 #include "sim/sensor_errors/random.h"
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/recording/random_readings.h"
@@ -12,8 +11,7 @@
 namespace sim::files {
 namespace {
 
-using std::chrono::nanoseconds;
-using testing::HasSubstr;
+using std::chrono::nanoseconds, testing::HasSubstr;
 
 class TrajectoryFileTest : public testing::Test {
  protected:
@@ -183,6 +181,9 @@ TEST_F(TrajectoryFileTest, ErrorsNamePlaceAndReason) {
            {"#t,px,py,pz,qx,qy,qz,qw\n22000\n", ":2: expected at least 8 numbers, found 1"},
            {"# c\n0 0 0 x 0 0 0 1\n", ":2:7: expected a finite number, found \"x\""},
            {"0 0 0 nan 0 0 0 1\n", ":1:7: expected a finite number"},
+           {"0 0 0 0 0 0 0 1\n1 1 1e308 1 0 0 0 1\n", ":2:5: a position of more than 1e9 m"},
+           {"0,1,2,3,1,0,0,0\n1,-1e200,2,3,1,0,0,0\n", ":2:3: a position of more than 1e9 m"},
+           {"1 0 0 0 0 1 0 0 0 0 1 1e12\n", ":1:23: a position of more than 1e9 m"},
            {"0 0 0 0 0 0 0 0\n", ":1:9: the quaternion is not of length 1"}})
     expect_rejected(text, why);
   EXPECT_THROW(read_trajectory(folder_ / "none.txt"), FileError);

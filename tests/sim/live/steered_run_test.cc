@@ -62,6 +62,29 @@ TEST_F(SteeredRunTest, ByTheEstimateTheBitsAreTheSameHoweverImagesAreDrawnAndInA
   EXPECT_THAT(changed_by_replay("one", "replay"), IsEmpty());
 }
 
+TEST_F(SteeredRunTest, AnAnswerSteersOnceItsTimeHasPassed) {
+  const auto walk = [&](const std::string& name, const std::string& time, int threads = 1) {
+    EXPECT_EQ(run(name, read(kShortWalkInOffice, {"estimator.time={model: " + time + "}"}), threads).ending,
+              Ending::completed);
+    return file(name, "truth.tum");
+  };
+  const std::string none = walk("none", "none"), late = walk("late", "fixed, frame_ms: 60");
+  EXPECT_NE(walk("200", "fixed, frame_ms: 200"), late);
+  EXPECT_NEAR(score("late", "dropped_frames_fraction"), 0.5, 0.01);
+  EXPECT_NEAR(score("late", "latency_p99_ms"), 60, 1e-9);
+  EXPECT_NEAR(score("late", "budget_fraction_mean"), 1.8, 1e-9);
+  walk("beside", "fixed, frame_ms: 60", 2);
+  EXPECT_THAT(tests::differences(folder_ / "late", folder_ / "beside"), IsEmpty());
+  replay("late", "replay", read(kShortWalkInOffice, {"estimator.time={model: fixed, frame_ms: 60}"}));
+  EXPECT_THAT(changed_by_replay("late", "replay"), IsEmpty());
+  ASSERT_EQ(run("0", read(kShortWalkInOffice,
+                          {"estimator.time={model: fixed, frame_ms: 0}", "walk.steering.latency_s=0.1"}))
+                .ending,
+            Ending::completed);
+  EXPECT_EQ(file("0", "truth.tum"), none);
+  EXPECT_EQ(file("0", "estimate.tum"), file("none", "estimate.tum"));
+}
+
 // plan_alone estimates what was planned: without a difference nothing is corrected, however the true robot
 // drifts. A steering that saw the truth would correct.
 TEST_F(SteeredRunTest, SteeringSeesOnlyTheEstimate) {

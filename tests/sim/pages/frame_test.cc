@@ -1,6 +1,5 @@
 #include "sim/pages/frame.h"
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 namespace sim::pages {

@@ -38,7 +38,7 @@ class SuiteTest : public testing::Test {
 };
 
 TEST_F(SuiteTest, TheShippedSuitesAreValid) {
-  for (const char* const name : {"ci", "faults", "filter_training", "filter_test"})
+  for (const char* const name : {"ci", "faults", "filter_training", "filter_test", "time"})
     EXPECT_FALSE(
         read_suite(fmt::format(GAITSLAM_SOURCE_DIR "/scenarios/suites/{}.yaml", name)).entries.empty());
 }

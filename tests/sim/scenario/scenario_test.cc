@@ -31,6 +31,17 @@ TEST_P(ShippedScenario, IsReadAndWrittenWholeAndItsWalkIsSmooth) {
 }
 
 // Cases start with the line "# expect: " and the message, which "..." cuts off before names of keys.
+TEST(EstimatorTime, IsTheLatencyOfSteeringAndAGivenOneIsAddedToIt) {
+  const std::string steered = kAll + "walk.steering.by: estimate\n",
+                    late = steered + "estimator: {time: {model: measured}}\n";
+  EXPECT_EQ(read_text(steered).scenario.walk.steering.latency_s, 0.1);
+  EXPECT_EQ(read_text(late + "walk.steering.latency_s: 0.1\n").scenario.walk.steering.latency_s, 0.1);
+  const ReadScenario derived = read_text(late);
+  EXPECT_EQ(derived.scenario.walk.steering.latency_s, 0);
+  EXPECT_EQ(derived.scenario.estimator.name, "filter");
+  EXPECT_EQ(read_text(to_yaml(derived.scenario)).scenario.walk.steering.latency_s, 0);
+}
+
 TEST(Scenario, EachBadOneIsRejectedWithItsPlaceAndWhatWasExpected) {
   const std::string marker = "# expect: ",
                     all = files::read_text(kSource / "tests/sim/scenario/bad_scenarios.txt");

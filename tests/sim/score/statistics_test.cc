@@ -8,8 +8,7 @@
 namespace sim::score {
 namespace {
 
-using testing::DoubleEq;
-using testing::ElementsAre;
+using testing::DoubleEq, testing::ElementsAre;
 using Numbers = std::vector<double>;
 
 TEST(Statistics, AreAsComputedByHand) {

@@ -83,6 +83,62 @@ TEST(Tracking, AScenarioCanNameEveryBuiltInEstimatorAndNoOther) {
   EXPECT_ANY_THROW(scenario({"estimator=plan_alnoe"}));
 }
 
+/// Returns "stamp:effect" of each answer and "-stamp" of each dropped frame, in ms.
+std::string answers(const std::string& time) {
+  Tracking tracking(scenario({"estimator=plan_alone", "estimator.time=" + time}), {},
+                    Eigen::Isometry3d::Identity());
+  for (const int t : {0, 33, 67, 100, 133}) tracking.process(observation(t, 0));
+  const Tracked tracked = tracking.finish();
+  const auto ms = [](slam::Stamp t) { return std::to_string(t / std::chrono::milliseconds(1)); };
+  std::string text;
+  for (const TrackedFrame& frame : tracked.frames) text += ms(frame.report.t) + ":" + ms(frame.effect) + " ";
+  for (const slam::Stamp t : tracked.dropped) text += "-" + ms(t) + " ";
+  return text;
+}
+
+TEST(EstimatorTime, FramesAreAnsweredWhenTheEstimatorIsFreeOrDropped) {
+  const std::string at_once = "0:0 33:33 67:67 100:100 133:133 ";
+  for (const auto& [time, expected] : std::vector<std::pair<std::string, std::string>>{
+           {"{model: none}", at_once},
+           {"{model: fixed, frame_ms: 0}", at_once},
+           {"{model: fixed, frame_ms: 33}", "0:33 33:66 67:100 100:133 133:166 "},
+           {"{model: fixed, frame_ms: 60}", "0:60 67:127 133:193 -33 -100 "},
+           {"{model: fixed, frame_ms: 60, queue: 1}", "0:60 33:120 100:180 133:240 -67 "},
+           {"{model: fixed, frame_ms: 60, on_busy: wait}", "0:60 33:120 67:180 100:240 133:300 "},
+           {"{model: fixed, frame_ms: 1000}", "0:1000 -33 -67 -100 -133 "},
+           {"{model: fixed, frame_ms: 1000, queue: 1}", "0:1000 133:2000 -33 -67 -100 "}})
+    EXPECT_EQ(answers(time), expected) << time;
+}
+
+TEST(EstimatorTime, ReadingsOfDroppedFramesComeWithTheNextOneEachOnce) {
+  for (const std::string fault : {"", "{frames_doubled: {from_s: 0, duration_s: 0.5}}"})
+    for (const std::string more : {"", ", queue: 1", ", on_busy: wait"}) {
+      std::vector<slam::Observation> given;
+      Tracking tracking(scenario({"estimator.time={model: fixed, frame_ms: 60" + more + "}",
+                                  "errors.faults=[" + fault + "]"}),
+                        estimators::estimator_from([&](const slam::Observation& o) {
+                          given.push_back(o);
+                          return estimators::Answer{{o.t, Eigen::Isometry3d::Identity(), {}}, {}};
+                        }));
+      for (int k = 1; k <= 9; ++k) {
+        slam::Observation o = observation(33 * k, 0);
+        for (const int t : {33 * k - 33, 33 * k - 20})
+          o.gyro.push_back(
+              {std::chrono::milliseconds(t), std::chrono::milliseconds(t + (t % 33 ? 20 : 13)), {}});
+        tracking.process(o);
+      }
+      const bool drops = !tracking.finish().dropped.empty();
+      EXPECT_EQ(drops, !more.ends_with("wait")) << fault << more;
+      slam::Stamp end{0};
+      for (const slam::Observation& o : given) {
+        if (!drops && !fault.empty()) break;  // every frame twice
+        for (const slam::InertialSample& reading : o.gyro)
+          EXPECT_EQ(reading.begin, std::exchange(end, reading.end));
+        EXPECT_EQ(end, o.t) << fault << more;
+      }
+    }
+}
+
 TEST(Tracking, ARejectedObservationGivesNoNewEstimate) {
   const Tracked tracked =
       track("filter", {observation(0, 0), observation(33, 0), observation(33, 0), observation(20, 0)});

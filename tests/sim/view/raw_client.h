@@ -14,7 +14,7 @@
 #include <string>
 #include <string_view>
 
-#include "sim/view/access.h"
+#include "sim/view/server.h"
 
 namespace sim::view {
 

@@ -13,10 +13,7 @@
 namespace sim::view {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
-using testing::StartsWith;
+using testing::AllOf, testing::HasSubstr, testing::Not, testing::StartsWith;
 
 TEST(Access, ReachableAddressesAllInterfacesAndWeakTokensAreRefused) {
   for (const Access& access :

@@ -125,8 +125,8 @@ double error_m(const Filter& filter, int frame) {
 TEST(Relocalization, AFilterThatWasCarriedAwayFindsItsTruePose) {
   Options::Tracking tracking;
   tracking.lost_after_s = 0.5;
-  Filter filter = lost_filter(45, tracking);
-  const Stamp lost_at = walk().walk().stamp(59);
+  Filter filter = lost_filter(60, tracking);
+  const Stamp lost_at = walk().walk().stamp(74);
   bool found = false;
   int after = 0;
   for (int k = 20; k < 55; ++k) {  // put down where it was at frame 20, by now 0.2 m away and turned

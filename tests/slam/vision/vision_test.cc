@@ -51,9 +51,9 @@ TEST(Vision, FindsTheLandmarksOfAnUnchangedViewAndReducesTheUncertainty) {
   Eigen::AlignedBox2d box;
   for (const Landmark& landmark : scene.landmarks) box.extend(landmark.pixel_first);
   EXPECT_NEAR(result.coverage, box.volume() / (320 * 240), 0.001);
-  ASSERT_TRUE(result.nis && result.update_nis);
-  EXPECT_EQ(result.nis->dof, 16);
-  EXPECT_GT(result.nis->value, result.update_nis->value);  // the gate assumes less noise than the update
+  ASSERT_TRUE(result.gate && result.update);
+  EXPECT_EQ(result.gate->dof, 16);
+  EXPECT_LT(result.gate->value, result.update->value);  // the gate assumes more noise than the update
   for (const SearchedLandmark& s : result.searched) {
     ASSERT_TRUE(s.match && s.inlier);
     EXPECT_LT((*s.match - scene.landmarks[s.index].pixel_first).norm(), 0.05);
@@ -91,7 +91,7 @@ TEST(Vision, WithoutMatchesTheStateStaysAsItIs) {
   const VisionResult& result = scene.update(cv::Mat(240, 320, CV_8UC1, cv::Scalar(90)));
   EXPECT_EQ(result.searched.size(), 8u);
   EXPECT_EQ(result.matches, 0);
-  EXPECT_FALSE(result.updated || result.nis || result.update_nis);
+  EXPECT_FALSE(result.updated || result.gate || result.update);
   EXPECT_EQ(scene.kalman.state().P(), P);
 }
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "sim/scenario/scenario.h"
-#include "sim/score/alignment.h"
+#include "sim/score/trajectory.h"
 #include "sim/view/session.h"
 #include "tools/cli/shared/terminal.h"
 

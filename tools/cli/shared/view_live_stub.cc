@@ -1,5 +1,5 @@
 // The view in a build without the simulator: only replays and results, without room and robot.
-#include "sim/view/playback.h"
+#include "sim/view/site.h"
 #include "tools/cli/shared/live.h"
 #include "tools/cli/shared/options.h"
 
