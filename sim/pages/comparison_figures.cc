@@ -54,12 +54,18 @@ Line pooled(const std::string& name, Role role, const OverTime& at, const auto& 
   return line;
 }
 
+/// Such a run has a line of its own.
+bool have_odometry_run(const Runs& runs) {
+  return std::any_of(runs.begin(), runs.end(),
+                     [](const RunData* run) { return run->estimator == "odometry"; });
+}
+
 Figure paths(const Runs& runs) {
   Figure f{"paths", "camera from above, first seed", "x [m]", "y [m]"};
   f.equal_axes = true;
   const Path &plan = runs.front()->plan, &truth = runs.front()->truth;
   f.lines = {{"plan", Role::plan, plan.x, plan.y}, {"truth", Role::truth, truth.x, truth.y}};
-  if (const auto& odometry = runs.front()->odometry)
+  if (const auto& odometry = runs.front()->odometry; odometry && !have_odometry_run(runs))
     f.lines.push_back({kOdometryName, Role::third, odometry->x, odometry->y, false, true});
   for_each_estimator(runs, [&](const std::string& estimator, Role role, const Runs& its_runs) {
     const RunData& run = *its_runs.front();
@@ -89,8 +95,7 @@ Figure errors_over_time(const std::string& alignment, const Runs& runs) {
   for (const RunData* run : runs)
     for (std::size_t i = 0; run->odometry && i < run->odometry->t.size(); ++i)
       blind[run->odometry->t[i]].push_back(kMm * run->odometry_error[i]);
-  const auto is_odometry = [](const RunData* run) { return run->estimator == "odometry"; };
-  if (!blind.empty() && alignment == "none" && std::none_of(runs.begin(), runs.end(), is_odometry))
+  if (!blind.empty() && alignment == "none" && !have_odometry_run(runs))
     f.lines.push_back(pooled(kOdometryName, Role::third, blind, score::median)), f.lines.back().thin = true;
   return f;
 }

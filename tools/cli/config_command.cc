@@ -120,20 +120,22 @@ bool is_valid(const std::string& file, const scenario::Changes& changes, const f
 
 /// Checks a scenario, or each one of a suite.
 bool are_valid(const std::string& file, const CheckRequest& request) {
-  std::vector<sim::regression::SuiteEntry> entries;
+  std::vector<regression::SuiteEntry> entries;
   try {
-    if (!sim::regression::is_suite(file)) return is_valid(file, request.changes, request.models);
-    entries = sim::regression::read_suite(file).entries;
+    if (!regression::is_suite(file)) return is_valid(file, request.changes, request.models);
+    entries = regression::read_suite(file).entries;
   } catch (const scenario::ConfigError& e) {
-    std::cerr << sim::files::sanitize(e.what()) << '\n';
+    std::cerr << files::sanitize(e.what()) << '\n';
     return false;
   }
   bool valid = true;
-  for (const auto& [scenario, own, gates, set] : entries) {
-    scenario::Changes all = request.changes;
-    all.overrides.insert(all.overrides.begin(), own.overrides.begin(), own.overrides.end());
-    all.without.insert(all.without.end(), own.without.begin(), own.without.end());
-    valid &= is_valid(scenario.string(), all, request.models);
+  for (const auto& entry : entries) {
+    scenario::Changes all = entry.changes;
+    all.overrides.insert(all.overrides.end(), request.changes.overrides.begin(),
+                         request.changes.overrides.end());
+    all.without.insert(all.without.end(), request.changes.without.begin(), request.changes.without.end());
+    all.with = request.changes.with;
+    valid &= is_valid(entry.file.string(), all, request.models);
   }
   return valid;
 }

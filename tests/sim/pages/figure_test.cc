@@ -106,8 +106,9 @@ TEST(Figures, CompareTheEstimateWithAThinLineWithoutImages) {
   }
   EXPECT_THAT(figure_named("error_over_time_", {run, other}).lines.back().y, in_mm(20, 30, 60));
   other.estimator = "odometry";
-  EXPECT_FALSE(figure_named("error_over_time_", {run, other}).lines.back().thin)
-      << "it has a line of its own";
+  for (const char* const figure : {"error_over_time_", "paths_"})
+    for (const Line& line : figure_named(figure, {run, other}).lines)
+      EXPECT_FALSE(line.thin) << "it has a line of its own";
 }
 
 TEST(RunFigures, NisHasItsBandAndAVerdictOnEachSensor) {
