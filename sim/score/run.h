@@ -158,10 +158,10 @@ struct DesiredPath {
 
 /// One run. W is the plan's world P at t = 0.
 struct Run {
-  Trajectory truth_camera, plan_camera;     ///< X_WC, X_PC
-  bool truth_has_poses = true;  ///< else positions of the estimate's point, in a world of their own
-  Trajectory truth_waist, plan_waist;       ///< X_WB, X_PB
-  std::optional<DesiredPath> desired;       ///< absent without a planned walk
+  Trajectory truth_camera, plan_camera;  ///< X_WC, X_PC
+  bool truth_has_poses = true;           ///< else positions of the estimate's point, in a world of their own
+  Trajectory truth_waist, plan_waist;    ///< X_WB, X_PB
+  std::optional<DesiredPath> desired;    ///< absent without a planned walk
   std::vector<StepCorrection> corrections;  ///< empty unless the walk was steered
   bool steered = false;
   std::vector<FootRow> feet;  ///< of decompose_drift(); empty without feet

@@ -214,7 +214,9 @@ TEST(Overrides, ThatAreWrongAreNamedByTheirPlaceOnTheCommandLine) {
            {"seed=", "1: seed: is empty, expected a whole number from 0 to 18446744073709551615"},
            {"seed", "1: 'seed': expected key=value"},
            {"=3", "1: '=3': expected key=value"},
-           {"slam.height=3", "1: slam.height: is a section, expected keys below it: enabled, sigma_m"},
+           {"slam.height=3",
+            "1: slam.height: is a section, expected keys below it: enabled, sigma_m, sigma_lasting_m, "
+            "lasting_s"},
            {"walk.commands=[{hop: {}}]",
             "17: walk.commands: unknown command 'hop', expected one of stand, straight, tangent_arc, "
             "perpendicular_arc, steps, turn, go_to, repeat"}})

@@ -287,8 +287,8 @@ TEST_F(Evaluate, WithoutAScaleLengthsHaveNoValueAndTheRestHas) {
 
 // A filter with a NEES or NIS far below its expectation is as inconsistent as one far above it.
 TEST(MetricDefinitions, HaveTheUnitOfTheirNameAndTheDirectionOfTheirText) {
-  const std::vector<std::pair<std::string, std::string>> units{
-      {"_m", "m"}, {"_deg", "deg"}, {"_s", "s"}, {"_percent", "%"}, {"", "1"}};
+  const std::vector<std::pair<std::string, std::string>> units{{"_m", "m"},   {"_deg", "deg"},   {"_s", "s"},
+                                                               {"_ms", "ms"}, {"_percent", "%"}, {"", "1"}};
   const std::regex expectation("; ([0-9.]+) is expected");
   std::set<std::string_view> names;
   for (const MetricDefinition& d : metric_definitions()) {
