@@ -35,6 +35,17 @@ cv::Mat print(int rows, int columns, std::mt19937_64& random) {
   return bytes;
 }
 
+std::vector<cv::Mat> pyramid(const cv::Mat& image) {
+  std::vector<cv::Mat> levels{image};
+  for (int i = 1; i < kLevels; ++i) {
+    const cv::Size half((levels.back().cols + 1) / 2, (levels.back().rows + 1) / 2);
+    cv::Mat next;
+    cv::resize(levels.back(), next, half, 0, 0, cv::INTER_AREA);
+    levels.push_back(next);
+  }
+  return levels;
+}
+
 float bilinear(const cv::Mat& image, float u, float v) {
   u = std::clamp(u, 0.0F, static_cast<float>(image.cols) - 1.001F);
   v = std::clamp(v, 0.0F, static_cast<float>(image.rows) - 1.001F);
@@ -72,7 +83,7 @@ Room::Room() : walls_{{-3.4F, -4.8F, 0}, {3.6F, 6.2F, 3}} {
       const int axis = face / 2;
       const int columns = static_cast<int>(axis == 0 ? size.y() : size.x());
       const int rows = static_cast<int>(axis == 2 ? size.y() : size.z());
-      cv::buildPyramid(print(rows, columns, random), textures_.emplace_back(), kLevels - 1);
+      textures_.push_back(pyramid(print(rows, columns, random)));
     }
   };
   add(walls_);
@@ -115,7 +126,8 @@ float Room::gray(const Surface& surface, const Eigen::Vector3f& point, float foo
   const auto& texture = textures_[static_cast<std::size_t>(surface.texture)];
   const auto value = [&](int i) {
     const float scale = std::ldexp(1.0F, -i);
-    return bilinear(texture[static_cast<std::size_t>(i)], u * scale, v * scale);
+    return bilinear(texture[static_cast<std::size_t>(i)], (u + 0.5F) * scale - 0.5F,
+                    (v + 0.5F) * scale - 0.5F);
   };
   const float blend = level - static_cast<float>(fine);
   return (1 - blend) * value(fine) + blend * value(fine + 1);
