@@ -88,7 +88,7 @@ TEST(Failure, IsWorseThanAnySuccessTheWorseTheEarlierAndTheMoreRunsFail) {
 constexpr const char* kSpec = R"(
 parameters:
   slam.gyro.sigma_rad_s: {from: 0.001, to: 0.3, start: 0.1}
-  slam.height.sigma_m: {from: 0.003, to: 0.3}
+  slam.height.sigma_m: {from: 0.003, to: 0.3, start: 0.03}
 training: [{recordings: walks, seeds: 1..3}]
 holdout: [{recordings: walks, seeds: 4}]
 trials: 26
