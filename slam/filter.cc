@@ -19,6 +19,7 @@ Filter::Filter(const Options& options, const Calibration& calibration, const Eig
       visual_(options, Camera(calibration.camera), seed),
       tracking_(options.tracking),
       sensors_(options) {
+  report_.deleted.reserve(kLandmarksInView);
   update_estimate(Stamp(0));
 }
 

@@ -84,6 +84,9 @@ struct DepthHypotheses {
 /// diverged: it failed and accepts no further observations.
 enum class Health { ok, lost, diverged };
 
+/// Room in lists of landmarks, so that a step in the steady state takes no heap memory.
+inline constexpr int kLandmarksInView = 64;
+
 /// The report of one step.
 struct FrameReport {
   Stamp t{0};

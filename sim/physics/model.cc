@@ -1,5 +1,6 @@
 #include "sim/physics/model.h"
 
+#include <fmt/format.h>
 #include <mujoco/mujoco.h>
 #include <unistd.h>
 
@@ -67,6 +68,15 @@ std::string take_warning() {
   std::string warning = last_warning.data();
   last_warning[0] = '\0';
   return warning;
+}
+
+std::vector<std::string> joint_names() {
+  std::vector<std::string> names;
+  const std::array<std::pair<const char*, int>, 6> groups{
+      {{"RLEG", 6}, {"LLEG", 6}, {"CHEST", 2}, {"HEAD", 2}, {"RARM", 7}, {"LARM", 7}}};
+  for (const auto& [group, count] : groups)
+    for (int i = 0; i < count; ++i) names.push_back(fmt::format("{}_JOINT{}", group, i));
+  return names;
 }
 
 }  // namespace sim::physics

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 struct mjModel_;
 struct mjData_;
@@ -44,5 +45,8 @@ struct Models {
 
 /// Returns MuJoCo's last warning since the previous call; empty without one.
 std::string take_warning();
+
+/// Names of the 30 joints, in the order of walking::JointVector.
+std::vector<std::string> joint_names();
 
 }  // namespace sim::physics

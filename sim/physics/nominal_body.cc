@@ -11,8 +11,6 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "sim/physics/world.h"
-
 namespace sim::physics {
 namespace {
 

@@ -47,15 +47,6 @@ ImuReading reading_between(const ImuState& from, const ImuState& to, const Eigen
   return reading;
 }
 
-std::vector<std::string> joint_names() {
-  std::vector<std::string> names;
-  const std::array<std::pair<const char*, int>, 6> groups{
-      {{"RLEG", 6}, {"LLEG", 6}, {"CHEST", 2}, {"HEAD", 2}, {"RARM", 7}, {"LARM", 7}}};
-  for (const auto& [group, count] : groups)
-    for (int i = 0; i < count; ++i) names.push_back(fmt::format("{}_JOINT{}", group, i));
-  return names;
-}
-
 World::World(const WorldOptions& options, const PlantVariation& draw, const walking::JointVector& q,
              const Eigen::Isometry3d& X_WB, const Models& models)
     : model_(copy_of(models.on_floor)),

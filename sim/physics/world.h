@@ -28,9 +28,6 @@ struct ImuReading {
 /// Log(R_0ᵀ R_1)). Empty interval: the reading is zero. gravity: m/s² in W.
 ImuReading reading_between(const ImuState& from, const ImuState& to, const Eigen::Vector3d& gravity);
 
-/// Names of the 30 joints, in the order of walking::JointVector.
-std::vector<std::string> joint_names();
-
 /// Condition of the robot. All but `ok` are final: the physics then stops. `collided`: a foot
 /// touched the other one, or the robot touched something of the room but its floor.
 enum class Condition { ok, fell, collided, physics_failed };

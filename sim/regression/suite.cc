@@ -176,6 +176,7 @@ ScenarioResults scenario_from(const std::string& name, const files::Json& json) 
 }  // namespace
 
 bool is_suite(const std::filesystem::path& file) {
+  if (!std::filesystem::is_regular_file(file)) return false;  // a pipe is read once
   const Yaml root = scenario::parse_yaml_file(file);
   return std::ranges::any_of(root.keys, [](const Yaml& key) { return key.text == "scenarios"; });
 }

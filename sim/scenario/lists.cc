@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <variant>
 
-#include "sim/scenario/keys.h"
+#include "sim/scenario/key.h"
 
 namespace sim::scenario {
 namespace {

@@ -81,7 +81,10 @@ class Vision {
       : options_(options),
         camera_(camera),
         most_measured_(std::min(options.measured_landmarks, bounds.measured)),
-        biases_(options, bounds) {}
+        biases_(options, bounds) {
+    for (auto* list : {&whitened_, &whitened_before_})
+      list->reserve(static_cast<std::size_t>(most_measured_));
+  }
   /// Searches for the landmarks and updates the state with the inliers. Valid until the next call.
   const VisionResult& update(const cv::Mat& image, const std::vector<Landmark>& landmarks, Kalman& kalman);
   /// The match biases, which the caller predicts with the state; it also adds new landmarks to them.

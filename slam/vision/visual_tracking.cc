@@ -35,7 +35,9 @@ VisualTracking::VisualTracking(const Options& options, const Camera& camera, std
       sigma_px_(options.vision.sigma_px),
       camera_(camera),
       vision_(options.vision, options.bounds, camera),
-      map_(options, camera, seed) {}
+      map_(options, camera, seed) {
+  result_.deleted.reserve(kLandmarksInView);
+}
 
 const VisualResult& VisualTracking::skip() {
   result_.good_image = result_.relocalized = false;

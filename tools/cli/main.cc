@@ -38,7 +38,7 @@ struct Formatter : CLI::Formatter {
     for (std::string line; std::getline(help, line);) {
       const bool prose = !line.empty() && line[0] != ' ', command = line.starts_with("  gaitslam ");
       if (!rest.empty()) {
-        if (prose && !line.starts_with("Exit codes"))
+        if (prose && !line.starts_with("Exit codes") && !line.starts_with("Usage:"))
           line = rest + ' ' + line;
         else
           text += rest + '\n';
