@@ -16,6 +16,7 @@ constexpr double kLeastFound = 0.2;        // fraction of the landmarks searched
 constexpr double kLeastCoverage = 0.4;     // fraction of the image
 constexpr std::size_t kLeastSearched = 5;  // landmarks
 constexpr double kVisionBound = 3;         // mean NIS per degree of freedom, where 1 is expected
+constexpr double kLegFactor = 1.5;         // of plan_bound: the errors of leg odometry last over many frames
 constexpr double kHeightBound = 10;        // mean NIS, where 1 is expected
 constexpr const char* kNotFoundAgain = "; the map was not found again";
 
@@ -213,7 +214,8 @@ std::string SensorMonitor::suspect() const {
   for (const Error& e :
        {Error{has_vision, kLensDistortion, bounds.lens_bound,
               "images, the assumed distortion of the lens is too ", "large", "small"},
-        {has_scale, kLegScale, bounds.plan_bound, "leg odometry, its distances are too ", "long", "short"},
+        {has_scale, kLegScale, kLegFactor * bounds.plan_bound, "leg odometry, its distances are too ", "long",
+         "short"},
         {has_scale, kPlanScale, bounds.plan_bound, "plan, its distances are too ", "long", "short"}})
     if (const double wrong = sigmas(e.index); e.tested && std::abs(wrong) > e.bound)
       return std::string("inconsistent: ") + e.what + (wrong > 0 ? e.more : e.less) + " by " +

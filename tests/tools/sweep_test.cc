@@ -122,7 +122,7 @@ TEST_F(LongSweepTest, ATuningSimulatesAWalkThatItsEstimateSteersWithEachSetting)
         "walk: {commands: [{straight: {forward_m: 0.2, left_m: 0}}], steering: {by: estimate, final_steps: "
         "0}}\ncamera: {rate_hz: 10}\nslam: {}\n");
   write("spec.yaml",
-        "parameters: {slam.vision.sigma_px: {from: 0.05, to: 20, start: 1}}\n"
+        "parameters: {slam.leg_odometry.sigma_m_s: {from: 0.001, to: 10, start: 1}}\n"
         "training: [{scenario: steered.yaml, seeds: 1}]\nholdout: [{scenario: steered.yaml, seeds: 2}]\n"
         "trials: 6\npopulation: 5\n");
   const Ran ran = gaitslam("tune spec.yaml --jobs 2 --out tuned");
@@ -135,7 +135,7 @@ TEST_F(LongSweepTest, ATuningSimulatesAWalkThatItsEstimateSteersWithEachSetting)
       tried.insert(json::parse(line)["values"]["navigation_rmse_m"].get<double>());
   EXPECT_GT(tried.size(), 1U) << "the setting has no influence on this walk";
   const std::string last = shell("tail -n 1 tuned/history.csv | cut -d, -f3 | tr -d '\n'").out;
-  ASSERT_LE(gaitslam("run steered.yaml slam.vision.sigma_px=" + last + " --out run").exit_code, 1);
+  ASSERT_LE(gaitslam("run steered.yaml slam.leg_odometry.sigma_m_s=" + last + " --out run").exit_code, 1);
   const json run = json_in("run/seed-1/score.json");
   EXPECT_TRUE(tried.contains(run["metrics"]["navigation_rmse_m"]["value"].get<double>())) << last;
 }
