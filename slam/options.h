@@ -149,7 +149,7 @@ struct Options {
   struct LegOdometry {
     bool enabled = true;
     double sigma_m_s = 0.0045, sigma_stride = 0.003, sigma_sway_m_s = 0.005;
-    double sigma_sway_scale = 0.015, sigma_pivot_m = 0.09;
+    double sigma_sway_scale = 0.015, sigma_pivot_m = 0.15;
     static void keys(auto&& key) {
       value<&LegOdometry::enabled>(key, "whether leg odometry, if given, replaces the planned velocity");
       number<&LegOdometry::sigma_m_s>(key, 1e-9, 1e6, "standard deviation of the velocity of a frame");

@@ -29,6 +29,7 @@ constexpr double kSymmetric = 1e-6;         // relative to the largest element
 constexpr double kExitWithin_s = 2;         // after END
 constexpr double kLastLinesWithin_s = 0.2;  // to write its last lines after it failed
 constexpr std::string_view kFilter = "filter", kOdometry = "odometry", kPlanAlone = "plan_alone";
+constexpr double kOdometryPivot_m = 0.25;  // best on the training walks
 constexpr std::array kNames{kFilter, kOdometry, kPlanAlone};
 
 template <class Matrix>
@@ -95,8 +96,11 @@ class FunctionEstimator : public CheckedEstimator {
   Step step_;
 };
 
-/// The filter without its images: gyro, accelerometer and leg odometry, with their covariance.
+/// The filter without its images: gyro, accelerometer and leg odometry, with their covariance. Without images
+/// an error of the point about which the robot tilts would be taken for a bias of the gyro.
 std::unique_ptr<Estimator> odometry(Start start) {
+  double& pivot_m = start.options.leg_odometry.sigma_pivot_m;
+  pivot_m = std::max(pivot_m, kOdometryPivot_m);
   start.options.vision.enabled = false;
   start.options.known_landmarks.at_m.clear();
   return std::make_unique<FilterEstimator>(start);
