@@ -145,8 +145,8 @@ void Tracking::add_missed(slam::Observation& observation) {
     auto &all = missed_.*readings, &given = observation.*readings;
     all.insert(all.end(), given.begin(), given.end());
     std::ranges::stable_sort(all, {}, &slam::InertialSample::begin);
-    const auto same = std::ranges::unique(all, {}, &slam::InertialSample::begin);
-    all.erase(same.begin(), same.end());
+    const auto is_same = [](const auto& a, const auto& b) { return a.begin == b.begin; };
+    all.erase(std::unique(all.begin(), all.end(), is_same), all.end());
     std::erase_if(all, [&](const auto& reading) { return reading.end <= given_; });
     const auto later = std::ranges::find_if(all, [&](const auto& r) { return r.end > observation.t; });
     given.assign(all.begin(), later);

@@ -97,50 +97,52 @@ inline std::map<std::string, std::string> contents() {
 inline void recording(std::string_view text) {
   using namespace recordings::recording_format;
   static std::map<std::string, std::string> files = contents();
-  static const std::vector<std::string> parsed {
-    kFrames, kCameraSensor, kCameraRows, kImuSensor, kImuRows, kPlanSensor, kPlanRows, X;
-    if (text.empty()) return;
-    const std::string& changed = parsed[static_cast<unsigned char>(text[0]) % parsed.size()];
-    const std::string whole = std::exchange(files[changed], std::string(text.substr(1)));
-    std::string manifest = "#xxh3_128,bytes,path\n";
-    for (const auto& [name, content] : files) {
-      sim::files::Hash hash;
-      hash.add(content);
-      manifest += hash.hex() + "," + std::to_string(content.size()) + "," + name + "\n";
+  static const std::vector<std::string> parsed{
+      kFrames,       kCameraSensor,    kCameraRows,     kImuSensor,         kImuRows,   kPlanSensor,
+      kPlanRows,     kTrueCamera.file, kTrueWaist.file, kPlannedWaist.file, kFeet.file, kCorrectedSteps.file,
+      kSurfaces.file};
+  if (text.empty()) return;
+  const std::string& changed = parsed[static_cast<unsigned char>(text[0]) % parsed.size()];
+  const std::string whole = std::exchange(files[changed], std::string(text.substr(1)));
+  std::string manifest = "#xxh3_128,bytes,path\n";
+  for (const auto& [name, content] : files) {
+    sim::files::Hash hash;
+    hash.add(content);
+    manifest += hash.hex() + "," + std::to_string(content.size()) + "," + name + "\n";
+  }
+  file("recording/manifest.csv", manifest);
+  file("recording/" + changed, files[changed]);
+  read_or_reject([&] {
+    if (changed.starts_with("truth/")) {
+      recordings::read_truth(root());
+    } else {
+      recordings::RecordingReader reader(root());
+      while (reader.next()) continue;
     }
-    file("recording/manifest.csv", manifest);
-    file("recording/" + changed, files[changed]);
-    read_or_reject([&] {
-      if (changed.starts_with("truth/")) {
-        recordings::read_truth(root());
-      } else {
-        recordings::RecordingReader reader(root());
-        while (reader.next()) continue;
-      }
-    });
-    file("recording/" + changed, files[changed] = whole);
-  }
+  });
+  file("recording/" + changed, files[changed] = whole);
+}
 
-  /// The sensor.yaml of cameras, IMUs, plans and mountings, written by this and by other programs.
-  inline void sensor_yaml(std::string_view input) {
-    const std::string text(input);
-    recordings::RecordingSetup setup;
-    const std::string camera =
-        read_or_reject([&] { recordings::read_camera_yaml("sensor.yaml", text, setup); });
-    const std::string imu = read_or_reject([&] { recordings::read_imu_yaml("sensor.yaml", text, setup); });
-    // Both messages are the parser's, which the other readers share.
-    if (!camera.empty() && camera == imu) return;
-    read_or_reject([&] { recordings::read_mounted_imu("sensor.yaml", text); });
-    read_or_reject([&] { recordings::read_mounting("sensor.yaml", text); });
-    read_or_reject([&] { recordings::read_plan_yaml("sensor.yaml", text, setup); });
-  }
+/// The sensor.yaml of cameras, IMUs, plans and mountings, written by this and by other programs.
+inline void sensor_yaml(std::string_view input) {
+  const std::string text(input);
+  recordings::RecordingSetup setup;
+  const std::string camera =
+      read_or_reject([&] { recordings::read_camera_yaml("sensor.yaml", text, setup); });
+  const std::string imu = read_or_reject([&] { recordings::read_imu_yaml("sensor.yaml", text, setup); });
+  // Both messages are the parser's, which the other readers share.
+  if (!camera.empty() && camera == imu) return;
+  read_or_reject([&] { recordings::read_mounted_imu("sensor.yaml", text); });
+  read_or_reject([&] { recordings::read_mounting("sensor.yaml", text); });
+  read_or_reject([&] { recordings::read_plan_yaml("sensor.yaml", text, setup); });
+}
 
-  /// TUM with and without covariance, EuRoC, KITTI.
-  inline void trajectory(std::string_view text) {
-    const auto poses = file("trajectory.txt", text);
-    read_or_reject([&] { sim::files::read_trajectory(poses); });
-    read_or_reject([&] { sim::files::read_tum(poses); });
-  }
+/// TUM with and without covariance, EuRoC, KITTI.
+inline void trajectory(std::string_view text) {
+  const auto poses = file("trajectory.txt", text);
+  read_or_reject([&] { sim::files::read_trajectory(poses); });
+  read_or_reject([&] { sim::files::read_tum(poses); });
+}
 
 }  // namespace fuzz
 GAITSLAM_FUZZ_ENTRY
