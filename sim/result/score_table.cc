@@ -128,7 +128,9 @@ std::string timeliness(const Json& scored) {
   const Json metrics = scored.at("metrics");
   const auto number = [&](const char* name, double factor = 1) {
     const auto value = value_of(metrics, name);
-    return value ? fmt::format("{:.3g}", factor * *value) : "-";
+    if (!value) return std::string("-");
+    const double shown = factor * *value;
+    return shown < 100 ? fmt::format("{:.3g}", shown) : fmt::format("{:.0f}", shown);
   };
   return fmt::format(
       "  time of the estimator {}: {} frames dropped ({} %), latency {} ms (median; p99 {}), {} % of the "
