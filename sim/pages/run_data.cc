@@ -32,18 +32,32 @@ Path read_path(const fs::path& file) {
   return path;
 }
 
+/// True for a frame between two estimates less than half a second apart: it was dropped, and is no gap.
+bool is_dropped(const std::vector<Frame>& frames, std::size_t i) {
+  std::size_t before = i, after = i;
+  while (before > 0 && !frames[before].estimate) --before;
+  while (after + 1 < frames.size() && !frames[after].estimate) ++after;
+  return before < i && i < after && frames[before].estimate && frames[after].estimate &&
+         frames[after].t - frames[before].t < std::chrono::milliseconds(500);
+}
+
 /// A pose of all frames, seen from the camera at X.
 Path path_of(const std::vector<Frame>& frames, std::optional<Eigen::Isometry3d> Frame::*pose,
              const Eigen::Isometry3d& X = Eigen::Isometry3d::Identity()) {
   Path path;
-  for (const Frame& frame : frames)
-    add(path, frame.t, frame.*pose ? std::optional(*(frame.*pose) * X) : std::nullopt);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (pose == &Frame::estimate && is_dropped(frames, i)) continue;
+    const auto& X_W = frames[i].*pose;
+    add(path, frames[i].t, X_W ? std::optional(*X_W * X) : std::nullopt);
+  }
   return path;
 }
 
 Errors errors_of(const std::vector<Frame>& frames) {
   Errors errors;
-  for (const Frame& frame : frames) {
+  for (std::size_t index = 0; index < frames.size(); ++index) {
+    if (is_dropped(frames, index)) continue;
+    const Frame& frame = frames[index];
     const FrameError e = error_of(frame).value_or(FrameError{});
     errors.t.push_back(slam::seconds(frame.t));
     for (std::size_t i = 0; i < 4; ++i) {
