@@ -32,13 +32,14 @@ Path read_path(const fs::path& file) {
   return path;
 }
 
-/// True for a frame between two estimates less than half a second apart: it was dropped, and is no gap.
+/// True for a frame between two estimates less than a quarter of a second apart: it was dropped, and is no
+/// gap.
 bool is_dropped(const std::vector<Frame>& frames, std::size_t i) {
   std::size_t before = i, after = i;
   while (before > 0 && !frames[before].estimate) --before;
   while (after + 1 < frames.size() && !frames[after].estimate) ++after;
   return before < i && i < after && frames[before].estimate && frames[after].estimate &&
-         frames[after].t - frames[before].t < std::chrono::milliseconds(500);
+         frames[after].t - frames[before].t < std::chrono::milliseconds(250);
 }
 
 /// A pose of all frames, seen from the camera at X.

@@ -56,7 +56,7 @@ TEST_F(BatchTest, ReplayOfAResultGivesItsBytesAndTakesAnotherScenarioOfTheSameWa
   EXPECT_EQ(gaitslam(replay + "again").exit_code, 2);
   ok(replay + "again --force");
 
-  write("loud.yaml", std::string(kShortWalk) + "errors: {gyro: {sigma_rad_s: 0.1}}\nname: walk\n");
+  write("loud.yaml", std::string(kShortWalk) + "errors: {gyro: {sigma_rad_s: 0.02}}\nname: walk\n");
   ok(replay + "same --scenario walk.yaml");
   ok(replay + "loud --scenario loud.yaml");
   EXPECT_EQ(text_of("same/estimate.tum"), text_of("again/estimate.tum"));
