@@ -17,7 +17,7 @@ struct Inputs {
   bool at_rest;  // the plan has not moved yet
   const Eigen::Isometry3d& X_CG;
   const Options& options;
-  bool gyro_drives;  // the prediction, so that it is no measurement
+  bool gyro_drives;  // the prediction, and is then not a measurement
 };
 
 using OptionalMeasurement = std::optional<Measurement>;

@@ -164,7 +164,7 @@ struct Options {
     }
   } leg_odometry;
 
-  struct Height {  ///< by leg odometry where that is used; its error lasts, since floor and pads are uneven
+  struct Height {  ///< by leg odometry if that is used; its error lasts, since floor and pads are uneven
     bool enabled = true;
     double sigma_m = 0.00015, sigma_lasting_m = 0.0015, lasting_s = 3;
     static void keys(auto&& key) {

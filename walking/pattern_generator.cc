@@ -94,8 +94,8 @@ PatternGenerator::PatternGenerator(const WalkOptions& options, const WholeBody& 
   throw std::invalid_argument(text.str() + cause);
 }
 
-/// Whether a step may still be changed so many ticks later: it has not lifted off, and the preview that was
-/// used ends before it carries the robot.
+/// Returns whether a step may still be changed so many ticks later: it has not lifted off, and the preview
+/// that was used ends before it carries the robot.
 bool PatternGenerator::is_free(std::size_t step, std::ptrdiff_t ticks_later) const {
   return static_cast<std::ptrdiff_t>(timeline_.lift_off(step)) >= tick_ + ticks_later &&
          static_cast<std::ptrdiff_t>(timeline_.touch_down(step)) > used() + ticks_later;

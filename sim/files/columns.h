@@ -57,7 +57,7 @@ class Header {
   bool fit(std::size_t columns, bool commas);
   /// Returns whether a column names this quantity with its axis.
   bool names(Quantity quantity) const;
-  /// Returns whether the title of a column is this axis alone, such as "x" or "y [mm]".
+  /// Returns whether the title of a column is only this axis, such as "x" or "y [mm]".
   bool names_axis(char axis) const;
   /// Returns the columns of a quantity for these axes ("xyz"), by their names; where the header does not name
   /// them, they are expected from field `first` on. Throws FileError if the header names only some of

@@ -230,7 +230,7 @@ void Run::deliver_frame() {
   timing_.all.frames.push_back(std::exchange(timing_.frame, {}));
 }
 
-// The answers of the estimator, each at the time at which it takes effect.
+// The answers of the estimator with the times when they take effect.
 void Run::add_steering_poses() {
   if (read_.scenario.walk.steering.by != walking::SteeredBy::estimate) return;
   for (const auto& answers = tracking_->answers(); poses_added_ < answers.size(); ++poses_added_) {

@@ -54,7 +54,7 @@ Line pooled(const std::string& name, Role role, const OverTime& at, const auto& 
   return line;
 }
 
-/// Such a run has a line of its own.
+/// Such a run has its own line.
 bool have_odometry_run(const Runs& runs) {
   return std::any_of(runs.begin(), runs.end(),
                      [](const RunData* run) { return run->estimator == "odometry"; });

@@ -32,7 +32,7 @@ Path read_path(const fs::path& file) {
   return path;
 }
 
-/// True for a frame between two estimates less than a quarter of a second apart: it was dropped, and is no
+/// True for a frame between two estimates less than a quarter of a second apart: it was dropped and is not a
 /// gap.
 bool is_dropped(const std::vector<Frame>& frames, std::size_t i) {
   std::size_t before = i, after = i;

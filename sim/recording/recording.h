@@ -125,7 +125,7 @@ class RecordingReader {
 /// Ground truth of a run, for the score.
 struct Truth {
   std::vector<files::TimedPose> camera, waist, waist_plan;  ///< X_WC, X_WB, X_PB at the frames
-  /// The point in C whose positions `camera` has instead of poses; absent if it has poses.
+  /// The point in C to which the positions in `camera` refer; absent if `camera` has poses.
   std::optional<Eigen::Vector3d> positions_of = {};
   std::vector<TrueFeet> feet;
   std::vector<score::Surface> surfaces;

@@ -55,7 +55,7 @@ std::optional<std::string> why_no_scale(const slam::Options& options, bool has_p
   return "camera and gyroscope do not determine the scale: see ate_sim3_rmse_m";
 }
 
-// A truth that begins after the first image, whose pose defines W, begins at the estimate of that time.
+// The first image defines W. A truth that starts later is placed at the estimate of that time.
 void begin_at_estimate(std::vector<files::TimedPose>& truth,
                        const std::vector<estimators::PoseEstimate>& estimates) {
   for (const files::TimedPose& first : truth) {

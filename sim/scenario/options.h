@@ -40,7 +40,7 @@ struct Limits {
 enum class TimeModel { none, fixed, measured };
 inline constexpr std::array<std::string_view, 3> kTimeModels{"none", "fixed", "measured"};
 
-/// What happens to frames that find the estimator busy and the queue full.
+/// The treatment of frames that find the estimator busy and the queue full.
 enum class OnBusy { drop, wait };
 inline constexpr std::array<std::string_view, 2> kOnBusy{"drop", "wait"};
 

@@ -93,9 +93,9 @@ void check_time(const ReadScenario& read, const Yaml& root) {
                       model));
   require(!fixed || read.origin.contains("estimator.time.frame_ms"), "model",
           "is fixed, expected estimator.time.frame_ms with it");
-  require(!none || time.queue == 0, "queue", "is 1, but estimator.time.model is none, where no frame waits");
+  require(!none || time.queue == 0, "queue", "is 1, but estimator.time.model is none and no frame waits");
   require(!none || time.on_busy == OnBusy::drop, "on_busy",
-          "is wait, but estimator.time.model is none, where no estimator is busy");
+          "is wait, but estimator.time.model is none and no estimator is busy");
   require(time.on_busy == OnBusy::drop || time.queue == 0, "queue",
           "is 1, but estimator.time.on_busy is wait, where every frame waits; expected 0, or on_busy: drop");
 }

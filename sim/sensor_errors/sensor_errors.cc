@@ -38,7 +38,7 @@ SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed)
       legs_(options.leg_odometry.sigma_m, options.leg_odometry.scale_fraction, seed),
       motion_clock_(stamp(options.motion.time_offset_s)) {}
 
-/// Whether one of these faults hits the frame.
+/// Returns whether one of these faults hits the frame.
 template <class Kind>
 bool SensorErrors::strikes(const char* stream, slam::Stamp t) const {
   const auto faults = faults_of<Kind>(options_.faults);

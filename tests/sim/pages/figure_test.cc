@@ -108,7 +108,7 @@ TEST(Figures, CompareTheEstimateWithAThinLineWithoutImages) {
   other.estimator = "odometry";
   for (const char* const figure : {"error_over_time_", "paths_"})
     for (const Line& line : figure_named(figure, {run, other}).lines)
-      EXPECT_FALSE(line.thin) << "it has a line of its own";
+      EXPECT_FALSE(line.thin) << "it has its own line";
 }
 
 TEST(RunFigures, NisHasItsBandAndAVerdictOnEachSensor) {
