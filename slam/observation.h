@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <chrono>
+#include <cstdint>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
@@ -55,6 +56,26 @@ struct PlannedMotion {
   std::optional<LegMotion> legs = {};  ///< absent if the robot does not measure it
 };
 
+/// A point that a lidar measured, in the lidar's frame at the time of the point.
+struct LidarPoint {
+  float x_m = 0, y_m = 0, z_m = 0;
+  float intensity = 0;         ///< 0-1: share of the light that the surface returns
+  std::int32_t offset_ns = 0;  ///< time since the stamp of the sweep
+};
+
+/// What one further sensor of the rig measured: an image, a sweep or an inertial reading. The filter uses
+/// none.
+struct RigReading {
+  int sensor = 0;  ///< index in the list of the rig's sensors
+  Stamp t{0};  ///< of an image: middle of its exposure; of a sweep: its start; of an IMU: end of the interval
+  cv::Mat image;  ///< 8-bit gray (CV_8UC1), RGB (CV_8UC3), or depth along the optical axis, mm (CV_16UC1, 0:
+                  ///< none)
+  std::vector<LidarPoint> points;
+  Stamp begin{0};                                           ///< of an IMU: start of the interval
+  Eigen::Vector3d gyro = Eigen::Vector3d::Zero();           ///< rad/s, mean over the interval
+  Eigen::Vector3d accelerometer = Eigen::Vector3d::Zero();  ///< specific force, m/s², mean over the interval
+};
+
 /// One camera frame and all measurements since the previous one. A missing one is absent: an empty image, an
 /// empty vector, no plan.
 struct Observation {
@@ -63,6 +84,7 @@ struct Observation {
   std::vector<InertialSample> gyro;           ///< readings since the previous frame, in order of time
   std::vector<InertialSample> accelerometer;  ///< readings since the previous frame, in order of time
   std::optional<PlannedMotion> plan;
+  std::vector<RigReading> rig;  ///< complete since the previous frame, each sensor's in order of time
 };
 
 }  // namespace slam

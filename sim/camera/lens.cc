@@ -6,6 +6,9 @@
 #include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <variant>
+
+#include "sim/rig/rig.h"
 
 namespace sim::camera {
 namespace {
@@ -105,6 +108,16 @@ Eigen::Vector2d CameraModel::direction(const Eigen::Vector2d& uv) const {
 
 CameraModel camera_model(const CameraOptions& options) {
   const int w = options.width_px;
+  if (options.fov_rad > 0) {
+    const slam::CameraIntrinsics lens = rig::lens(w, options.height_px, options.fov_rad, options.distortion);
+    return {w,
+            lens.height_px,
+            lens.fu_px,
+            lens.fv_px,
+            lens.u0_px,
+            lens.v0_px,
+            std::get<slam::OneParameterRadial>(lens.lens).k1_px2};
+  }
   const double s = w / 320.0, k1_px2 = 7.37e-6 * options.distortion / (s * s);
   return {w, options.height_px, 197 * s, 195 * s, (157 + 0.5) * s - 0.5, (127 + 0.5) * s - 0.5, k1_px2};
 }

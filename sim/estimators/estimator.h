@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "sim/estimators/estimator_choice.h"
+#include "sim/rig/rig.h"
 #include "slam/frame_report.h"
 #include "slam/observation.h"
 #include "slam/options.h"
@@ -60,6 +61,8 @@ struct Start {
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();  ///< of the camera at t = 0, as planned
   std::uint64_t seed = 1;                                  ///< of the run
   slam::Options options = {};                              ///< of the filter
+  double camera_rate_hz = 30;
+  std::vector<rig::RigSensor> rig = {};  ///< further sensors of the observations
 };
 
 /// A running estimator. Exceptions from it are failures of the estimator.

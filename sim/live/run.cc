@@ -119,7 +119,10 @@ Run::Run(const scenario::ReadScenario& read, walking::PatternGenerator plan, con
   for (const score::Surface& surface : frames_.surfaces()) writer_.add(surface);
   if (!frames_.surfaces().empty()) check_.view.emplace(setup_.calibration.camera, frames_.surfaces());
   if (observer_.begins) observer_.begins(setup_);
-  if (read.scenario.slam) tracking_.emplace(read.scenario, setup_.calibration, setup_.X_WC_start);
+  if (read.scenario.slam) {
+    tracking_.emplace(read.scenario, setup_.calibration, setup_.X_WC_start, setup_.camera_rate_hz,
+                      setup_.rig);
+  }
   const walking::SteeringOptions& steering = read.scenario.walk.steering;
   if (steering.by == walking::SteeredBy::plan) return;
   steering_.emplace(steering, robot_->plan());

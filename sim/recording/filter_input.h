@@ -16,7 +16,7 @@ class FilterInput {
  public:
   FilterInput(const std::filesystem::path& recording, const sensor_errors::ErrorOptions& errors,
               std::uint64_t seed)
-      : reader_(recording), errors_(errors, seed) {}
+      : reader_(recording), errors_(errors, seed, reader_.setup().rig) {}
 
   const RecordingSetup& setup() const { return reader_.setup(); }
   /// The next observation in the order of arrival; nothing after the last.

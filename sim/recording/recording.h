@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "sim/files/trajectory_file.h"
+#include "sim/rig/rig.h"
 #include "sim/score/types.h"
 #include "slam/observation.h"
 #include "slam/options.h"
@@ -27,6 +28,7 @@ struct RecordingSetup {
   slam::Calibration calibration;
   Eigen::Isometry3d X_WC_start = Eigen::Isometry3d::Identity();  ///< planned camera pose at t = 0
   double camera_rate_hz = 30, imu_rate_hz = 200;                 ///< imu: of encoders and forces too
+  std::vector<rig::RigSensor> rig;  ///< further sensors; RigReading::sensor counts in this list
   std::vector<std::string> joints;  ///< names, in the order of the encoders; for other readers, not read back
 };
 
@@ -79,8 +81,10 @@ class RecordingWriter {
   RecordingWriter(const std::filesystem::path& folder, const RecordingSetup& setup);
   ~RecordingWriter();
 
-  /// png: the observation's image as encode_grey_png() gives it, if that has been called already.
-  void add(const slam::Observation& ideal, std::string_view png = {});
+  /// png: the observation's image as encode_grey_png() gives it, if that has been called already; rig_pngs:
+  /// likewise of each reading of the rig, empty for one without image.
+  void add(const slam::Observation& ideal, std::string_view png = {},
+           const std::vector<std::string>& rig_pngs = {});
   void add(const BodyReading& reading);  ///< at any rate
   void add(const TruePoses& poses);      ///< once per frame
   void add(const TrueMotion& motion);    ///< at any rate

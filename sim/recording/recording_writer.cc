@@ -110,7 +110,8 @@ RecordingWriter::RecordingWriter(const fs::path& folder, const RecordingSetup& s
 
 RecordingWriter::~RecordingWriter() = default;
 
-void RecordingWriter::add(const slam::Observation& ideal, std::string_view png) {
+void RecordingWriter::add(const slam::Observation& ideal, std::string_view png,
+                          const std::vector<std::string>& /*rig_pngs*/) {
   Files& f = *files_;
   f.frames.add(ideal.t, "");
   f.add_inertial(ideal);

@@ -107,8 +107,9 @@ result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesy
   result::Timing timing;
   recording::RecordingReader reader(recording);
   std::optional<tracking::Tracking> tracking;
+  const recording::RecordingSetup& setup = reader.setup();
   if (scenario.scenario.slam)
-    tracking.emplace(scenario.scenario, reader.setup().calibration, reader.setup().X_WC_start);
+    tracking.emplace(scenario.scenario, setup.calibration, setup.X_WC_start, setup.camera_rate_hz, setup.rig);
   const slam::Stamp last = track(reader, tracking, timing, progress, observer);
   result::RunRecord record{scenario,     walk.ended,   reader.setup(), recording::read_truth(recording),
                            std::nullopt, reader.hash()};
@@ -141,7 +142,7 @@ result::Outcome replay_external(const scenario::ReadScenario& scenario, const fs
   // Before the first frame: what is wrong with the truth costs no estimate. The filter never receives it.
   recording::Truth truth = recording::read_asl_truth(folder, sensors, reader.times());
   std::optional<tracking::Tracking> tracking(std::in_place, scenario.scenario, sensors.setup.calibration,
-                                             sensors.setup.X_WC_start);
+                                             sensors.setup.X_WC_start, sensors.setup.camera_rate_hz);
   result::Timing timing;
   std::vector<files::TimedPose> plan;
   const slam::Stamp last = track(reader, tracking, timing, progress, {}, &plan);

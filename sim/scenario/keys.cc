@@ -73,7 +73,8 @@ bool has_section(const Scenario& scenario, std::string_view key) {
 }
 
 bool shapes_recording(std::string_view key) {
-  static constexpr std::array<std::string_view, 4> kSections{"walk", "stabilizer", "world", "camera"};
+  static constexpr std::array<std::string_view, 6> kSections{"walk",   "stabilizer", "world",
+                                                             "camera", "imu",        "rig"};
   const std::string_view section = key.substr(0, key.find('.'));
   return find_key(key) && std::find(kSections.begin(), kSections.end(), section) != kSections.end();
 }

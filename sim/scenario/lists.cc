@@ -29,6 +29,9 @@ template <>
 constexpr Grammar kGrammar<physics::FloorPatch>{
     "disturbance", "patch: {x_min_m: 1, x_max_m: 2, y_min_m: -1, y_max_m: 1, friction: 0.1}"};
 
+template <>
+constexpr Grammar kGrammar<rig::Item>{"sensor", "lidar: {name: lidar0, tilt_deg: 5}"};
+
 /// Calls f<Kind>() for each kind of an item: a variant's alternatives, or the item itself.
 template <class Item>
 struct Kinds {
@@ -93,7 +96,7 @@ void read_kind(const Yaml& node, const std::string& where, std::string_view exam
     read_fields(node, where, example, kind);
   }
   if constexpr (requires { kind.problem(); })
-    if (const std::string_view problem = kind.problem(); !problem.empty()) fail(node, where, problem);
+    if (const std::string problem(kind.problem()); !problem.empty()) fail(node, where, problem);
 }
 
 template <ListItem Item>
@@ -154,6 +157,37 @@ std::string ListOperations<Item>::expected(const Domain&) {
   return fmt::format("a list of {}s", kGrammar<Item>.noun);
 }
 
+template <>
+std::string ListOperations<rig::Item>::expected(const Domain&) {
+  return fmt::format("a preset ({}) or a list of sensors and presets", fmt::join(rig::preset_names(), ", "));
+}
+
+template <>
+void ListOperations<rig::Item>::read(const Yaml& node, std::string_view key, const Domain& domain,
+                                     void* items) {
+  if (node.kind == Yaml::Kind::map || node.kind == Yaml::Kind::empty)
+    fail(node, key,
+         fmt::format("expected {}, as in [d435i, {{{}}}]", expected(domain), kGrammar<rig::Item>.example));
+  std::vector<rig::Item> all;
+  std::vector<const Yaml*> places;
+  const auto read_entry = [&](const Yaml& entry) {
+    if (entry.kind != Yaml::Kind::scalar) {
+      read_item(entry, key, all.emplace_back());
+    } else if (const auto preset = rig::preset(entry.text)) {
+      all.insert(all.end(), preset->begin(), preset->end());
+    } else {
+      fail(entry, key,
+           fmt::format("no preset '{}', expected one of {}{}", entry.text,
+                       fmt::join(rig::preset_names(), ", "), did_you_mean(entry.text, rig::preset_names())));
+    }
+    places.resize(all.size(), &entry);
+  };
+  if (node.kind == Yaml::Kind::scalar) read_entry(node);
+  for (const Yaml& entry : node.items) read_entry(entry);
+  if (const auto problem = rig::problem(all)) fail(*places[problem->item], key, problem->what);
+  *static_cast<std::vector<rig::Item>*>(items) = std::move(all);
+}
+
 template <ListItem Item>
 void ListOperations<Item>::read(const Yaml& node, std::string_view key, const Domain& domain, void* items) {
   if (node.kind != Yaml::Kind::list || node.items.size() < kGrammar<Item>.least)
@@ -174,8 +208,10 @@ template struct ListOperations<walking::Command>;
 template struct ListOperations<sensor_errors::Fault>;
 template struct ListOperations<physics::Push>;
 template struct ListOperations<physics::FloorPatch>;
+template struct ListOperations<rig::Item>;
 
 std::string describe_commands() { return describe<walking::Command>(); }
+std::string describe_rig() { return describe<rig::Item>(); }
 std::string describe_faults() { return describe<sensor_errors::Fault>(); }
 std::string describe_disturbances() { return describe<physics::Push>() + describe<physics::FloorPatch>(); }
 

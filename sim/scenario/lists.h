@@ -1,6 +1,7 @@
-// The lists of a scenario: walk commands, sensor faults, pushes and floor patches. Each item is of one kind
-// of a closed set: `- stand: {duration_s: 1}`. A kind has kName and keys, and may have problem(), which
-// returns what is wrong with an item as a whole, and `list`, if its value in the file is a list.
+// The lists of a scenario: walk commands, sensor faults, pushes, floor patches and sensors of the rig. Each
+// item is of one kind of a closed set: `- stand: {duration_s: 1}`. A kind has kName and keys, and may have
+// problem(), which returns what is wrong with an item as a whole, and `list`, if its value in the file is a
+// list.
 #pragma once
 
 #include <concepts>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "sim/physics/options.h"
+#include "sim/rig/options.h"
 #include "sim/scenario/value.h"
 #include "sim/sensor_errors/faults.h"
 #include "walking/plan.h"
@@ -17,7 +19,8 @@ namespace sim::scenario {
 
 template <class Item>
 concept ListItem = std::same_as<Item, walking::Command> || std::same_as<Item, sensor_errors::Fault> ||
-    std::same_as<Item, physics::Push> || std::same_as<Item, physics::FloorPatch>;
+    std::same_as<Item, physics::Push> || std::same_as<Item, physics::FloorPatch> ||
+    std::same_as<Item, rig::Item>;
 
 /// The operations on these lists. read() replaces the list and throws ConfigError at the item or field that
 /// is wrong; print() writes one item to a line.
@@ -35,5 +38,6 @@ inline constexpr ValueType kValueType<std::vector<Item>>{
 std::string describe_commands();
 std::string describe_faults();
 std::string describe_disturbances();
+std::string describe_rig();
 
 }  // namespace sim::scenario

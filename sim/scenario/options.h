@@ -9,6 +9,7 @@
 #include "sim/camera/options.h"
 #include "sim/estimators/estimator_choice.h"
 #include "sim/physics/options.h"
+#include "sim/rig/options.h"
 #include "sim/scenario/ending.h"
 #include "sim/sensor_errors/sensor_errors.h"
 #include "slam/options.h"
@@ -74,6 +75,8 @@ struct Scenario {
   walking::StabilizerOptions stabilizer;
   physics::WorldOptions world;
   std::optional<camera::CameraOptions> camera;
+  rig::ImuOptions imu;
+  std::vector<rig::Item> rig;  ///< further sensors
   sensor_errors::ErrorOptions errors;
   estimators::EstimatorChoice estimator;  ///< the section slam is unused by all but the filter
   EstimatorTime estimator_time;
@@ -87,6 +90,10 @@ struct Scenario {
     part<&Scenario::stabilizer>(key);
     part<&Scenario::world>(key);
     part<&Scenario::camera>(key);
+    part<&Scenario::imu>(key);
+    value<&Scenario::rig>(key,
+                          "further sensors, which the filter does not use: a preset (head_2006, d435i or "
+                          "d435i_mid360) or a list of sensors and presets");
     part<&Scenario::errors>(key);
     value<&Scenario::estimator>(key,
                                 "estimator of the run: a built-in one by its name, or an external program");

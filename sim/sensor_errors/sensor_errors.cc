@@ -19,9 +19,10 @@ InertialErrors inertial_errors(const char* sensor, const InertialErrorSizes& siz
 
 }  // namespace
 
-SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed)
+SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed, std::vector<rig::RigSensor> rig)
     : options_((walking::check_ranges(options, "errors"), options)),
       seed_(seed),
+      rig_(std::move(rig)),
       gyro_(inertial_errors<GyroSpike, GyroSilent>(
           "gyro",
           {options.gyro.sigma_rad_s, options.gyro.bias_sigma_rad_s, options.gyro.bias_walk_sigma_rad_s2,

@@ -1,6 +1,7 @@
 // Readings of ideal sensors become the filter's input, with errors and faults from named random streams.
 #pragma once
 
+#include "sim/rig/rig.h"
 #include "sim/sensor_errors/image_errors.h"
 #include "sim/sensor_errors/motion_errors.h"
 
@@ -100,7 +101,8 @@ struct ErrorOptions {
 class SensorErrors {
  public:
   /// Throws std::invalid_argument that names an option out of its range.
-  SensorErrors(const ErrorOptions& options, std::uint64_t seed);
+  /// rig: the further sensors of the observations.
+  SensorErrors(const ErrorOptions& options, std::uint64_t seed, std::vector<rig::RigSensor> rig = {});
 
   /// Returns what reaches the filter after this ideal observation, in order. Does not write to its pixels.
   std::vector<slam::Observation> process(slam::Observation ideal);
@@ -123,6 +125,7 @@ class SensorErrors {
   };
   ErrorOptions options_;
   std::uint64_t seed_;
+  std::vector<rig::RigSensor> rig_;
   InertialErrors gyro_, accelerometer_;
   ImageErrors image_;
   PlanErrors plan_;

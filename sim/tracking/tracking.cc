@@ -59,15 +59,17 @@ std::vector<TrackingFault> Tracked::suspicions() const {
   });
 }
 
-Tracking::Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimators::Estimator> estimator)
-    : errors_(scenario.errors, scenario.seed),
+Tracking::Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimators::Estimator> estimator,
+                   const std::vector<rig::RigSensor>& rig)
+    : errors_(scenario.errors, scenario.seed, rig),
       time_(scenario.estimator_time),
       estimator_(std::move(estimator)) {}
 
 Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
-                   const Eigen::Isometry3d& X_WC_start)
-    : Tracking(scenario, nullptr) {
-  estimators::Start start{calibration, X_WC_start, scenario.seed, *scenario.slam};
+                   const Eigen::Isometry3d& X_WC_start, double camera_rate_hz,
+                   const std::vector<rig::RigSensor>& rig)
+    : Tracking(scenario, nullptr, rig) {
+  estimators::Start start{calibration, X_WC_start, scenario.seed, *scenario.slam, camera_rate_hz, rig};
   if (auto* lens = std::get_if<slam::OneParameterRadial>(&start.calibration.camera.lens))
     lens->k1_px2 *= 1 + scenario.errors.calibration.distortion_fraction;
   if (scenario.slam->plan_velocity.enabled && scenario.estimator != kOdometry) odometry_start_ = start;
@@ -85,7 +87,11 @@ void Tracking::process(slam::Observation ideal) {
 }
 
 void Tracking::step(const slam::Observation& arrived) {
-  if (odometry_start_) arrived_.push_back(arrived), arrived_.back().image.release();
+  if (odometry_start_) {
+    arrived_.push_back(arrived);
+    arrived_.back().image.release();
+    arrived_.back().rig.clear();
+  }
   now_ = std::max(now_, arrived.t);
   advance(now_);
   if (free_ <= now_ || time_.on_busy == scenario::OnBusy::wait) return answer(arrived, now_);

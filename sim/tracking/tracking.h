@@ -68,9 +68,11 @@ class Tracking {
   /// The scenario must have a slam section. Throws std::invalid_argument if an external estimator cannot be
   /// started.
   Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
-           const Eigen::Isometry3d& X_WC_start);
+           const Eigen::Isometry3d& X_WC_start, double camera_rate_hz = 30,
+           const std::vector<rig::RigSensor>& rig = {});
   /// Runs another estimator than the scenario's.
-  Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimators::Estimator> estimator);
+  Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimators::Estimator> estimator,
+           const std::vector<rig::RigSensor>& rig = {});
   /// Applies the scenario's sensor errors to an ideal observation and processes what arrives by then. An
   /// estimator that has diverged or failed gets no more observations.
   void process(slam::Observation ideal);

@@ -46,7 +46,8 @@ std::string errors_of(const scenario::Scenario& scenario) {
 tracking::Tracked track(const Recording& recording, const scenario::Scenario& scenario) {
   if (!recording.errors.empty() && recording.errors != errors_of(scenario))
     throw std::logic_error("the recording contains other sensor errors than those of the trial");
-  tracking::Tracking tracking(scenario, recording.setup.calibration, recording.setup.X_WC_start);
+  const recording::RecordingSetup& setup = recording.setup;
+  tracking::Tracking tracking(scenario, setup.calibration, setup.X_WC_start, setup.camera_rate_hz, setup.rig);
   for (const slam::Observation& observation : recording.observations) {
     if (recording.errors.empty())
       tracking.process(observation);

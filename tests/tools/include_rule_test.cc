@@ -27,27 +27,33 @@ const std::vector<Rule>& rules() {
       {"sim/files/", "sim/files/ Eigen/ fmt/ nlohmann/ sha2.h xxhash.h fcntl.h signal.h unistd.h sys/"},
       {"sim/score/", "sim/score/ sim/files/ Eigen/ boost/math/ fmt/"},
       {"sim/trajectory_score/", "sim/trajectory_score/ sim/score/ sim/files/ Eigen/ fmt/ nlohmann/"},
-      {"sim/sensor_errors/", "sim/sensor_errors/ slam/observation.h walking/keys.h Eigen/ opencv2/core fmt/"},
+      {"sim/rig/", "sim/rig/ slam/options.h Eigen/ fmt/"},
+      {"sim/sensor_errors/",
+       "sim/sensor_errors/ sim/rig/ slam/observation.h walking/keys.h Eigen/ opencv2/core fmt/"},
       {"sim/recording/",
-       "sim/recording/ sim/score/types.h sim/files/ sim/sensor_errors/ slam/camera.h slam/observation.h "
+       "sim/recording/ sim/rig/ sim/score/types.h sim/files/ sim/sensor_errors/ slam/camera.h "
+       "slam/observation.h "
        "slam/options.h Eigen/ opencv2/core opencv2/imgcodecs fmt/ yaml-cpp/ libdeflate.h nlohmann/ dlfcn.h "
        "fcntl.h unistd.h sys/"},
       {"sim/export/",
-       "sim/export/ sim/recording/ sim/files/ sim/sensor_errors/ slam/camera.h slam/observation.h "
+       "sim/export/ sim/recording/ sim/rig/ sim/files/ sim/sensor_errors/ slam/camera.h slam/observation.h "
        "slam/options.h Eigen/ opencv2/core fmt/ libdeflate.h"},
-      {"sim/physics/", "sim/physics/ walking/ Eigen/ fmt/ mujoco/ unistd.h"},
+      {"sim/physics/", "sim/physics/ sim/rig/ walking/ Eigen/ fmt/ mujoco/ unistd.h"},
       {"sim/camera/",
-       "sim/camera/ sim/physics/ sim/room/ sim/score/types.h walking/ Eigen/ fmt/ mujoco/ GL/ opencv2/core "
+       "sim/camera/ sim/physics/ sim/rig/ sim/room/ sim/score/types.h walking/ Eigen/ fmt/ mujoco/ GL/ "
+       "opencv2/core "
        "opencv2/imgproc dlfcn.h"},
       {"sim/room/", "sim/room/ opencv2/core opencv2/imgproc"},
       {"sim/estimators/",
-       "sim/estimators/ sim/files/hash.h slam/ Eigen/ opencv2/core fmt/ errno.h fcntl.h poll.h signal.h "
+       "sim/estimators/ sim/rig/ sim/files/hash.h slam/ Eigen/ opencv2/core fmt/ errno.h fcntl.h poll.h "
+       "signal.h "
        "stddef.h stdint.h stdio.h stdlib.h string.h time.h unistd.h sys/"},
       {"sim/scenario/",
-       "sim/scenario/ sim/estimators/ sim/files/ sim/sensor_errors/ sim/score/metrics.h "
+       "sim/scenario/ sim/estimators/ sim/rig/ sim/files/ sim/sensor_errors/ sim/score/metrics.h "
        "sim/physics/options.h sim/camera/options.h slam/observation.h slam/options.h walking/ Eigen/ fmt/ "
        "yaml-cpp/"},
-      {"sim/tracking/", "sim/tracking/ sim/estimators/ sim/scenario/ sim/sensor_errors/ slam/ Eigen/"},
+      {"sim/tracking/",
+       "sim/tracking/ sim/estimators/ sim/rig/ sim/scenario/ sim/sensor_errors/ slam/ Eigen/"},
       {"sim/result/",
        "sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/score/ sim/files/ slam/ walking/ Eigen/ "
        "fmt/ nlohmann/ time.h"},
@@ -56,13 +62,16 @@ const std::vector<Rule>& rules() {
        "Eigen/ fmt/ nlohmann/"},
       {"sim/regression/", "sim/regression/ sim/result/ sim/scenario/ sim/score/ sim/files/ fmt/ nlohmann/"},
       {"sim/pages/",
-       "sim/pages/ sim/regression/ sim/replay/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ "
+       "sim/pages/ sim/rig/ sim/regression/ sim/replay/ sim/result/ sim/tracking/ sim/scenario/ "
+       "sim/recording/ "
        "sim/score/ sim/files/ slam/ Eigen/ fmt/ nlohmann/ opencv2/core"},
       {"sim/view/live/",
-       "sim/view/ sim/live/ sim/physics/ sim/camera/ sim/export/ sim/recording/ sim/files/ walking/plan.h "
+       "sim/view/ sim/live/ sim/rig/ sim/physics/ sim/camera/ sim/export/ sim/recording/ sim/files/ "
+       "walking/plan.h "
        "Eigen/ fmt/ nlohmann/ opencv2/ mujoco/"},
       {"sim/view/",
-       "sim/view/ sim/pages/ sim/export/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/score/ "
+       "sim/view/ sim/pages/ sim/rig/ sim/export/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ "
+       "sim/score/ "
        "sim/files/ slam/ walking/hrp2.h Eigen/ fmt/ nlohmann/ opencv2/ boost/asio/ boost/beast/ "
        "sys/random.h"},
       {"sim/trials/",
@@ -70,7 +79,7 @@ const std::vector<Rule>& rules() {
        "sim/sensor_errors/random.h sim/score/ sim/files/ slam/ Eigen/ fmt/ nlohmann/ opencv2/core "
        "boost/random/ fcntl.h unistd.h sys/"},
       {"sim/live/",
-       "sim/live/ sim/physics/ sim/camera/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ "
+       "sim/live/ sim/physics/ sim/camera/ sim/rig/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ "
        "sim/sensor_errors/random.h sim/sensor_errors/faults.h sim/score/ sim/files/ slam/ walking/ Eigen/ "
        "fmt/ nlohmann/ opencv2/core opencv2/imgproc"},
       {"tools/cli/jobs/",

@@ -73,6 +73,7 @@ void print_keys() {
   }
   std::cout << "\nItems of walk.commands:\n" << scenario::describe_commands();
   std::cout << "\nItems of errors.faults:\n" << scenario::describe_faults();
+  std::cout << "\nItems of rig:\n" << scenario::describe_rig();
   std::cout << "\nItems of world.pushes and world.floor_patches:\n" << scenario::describe_disturbances();
   std::cout << "\nlimits.<metric>.at_most, limits.<metric>.at_least; over seeds "
                "limits.<metric>.median.at_most (or mean, worst). Metrics:\n";

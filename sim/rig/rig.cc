@@ -1,0 +1,223 @@
+#include "sim/rig/rig.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+
+namespace sim::rig {
+namespace {
+
+constexpr double kPhysics_hz = 1000;  // positions are known at each millisecond
+
+template <class... F>
+struct Overloaded : F... {
+  using F::operator()...;
+};
+
+std::string range_problem(double nearest_m, double furthest_m) {
+  if (nearest_m < furthest_m) return "";
+  return fmt::format("nearest_m {} is not below furthest_m {}", nearest_m, furthest_m);
+}
+
+bool is_folder_name(std::string_view name) {
+  const auto is_plain = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; };
+  return !name.empty() && name.size() <= 40 && std::ranges::all_of(name, is_plain);
+}
+
+bool has_images(const Item& item) {
+  return std::holds_alternative<GreyEye>(item) || std::holds_alternative<ColorCamera>(item);
+}
+
+GreyEye right_eye() { return GreyEye(); }
+
+// Intel RealSense D435i: the color imager 15 mm beside the left infrared one (the head camera), with a
+// rolling shutter; the IMU is a BMI055.
+std::vector<Item> d435i() {
+  ColorCamera color;
+  color.position_m = {0, 0.015, 0};
+  color.readout_s = 0.016;
+  color.exposure_s = 0.004;
+  Imu imu;
+  imu.position_m = {0, -0.005, -0.012};
+  imu.gyro_sigma_rad_s = 1e-3;
+  imu.accelerometer_sigma_m_s2 = 2e-2;
+  return {right_eye(), color, DepthCamera(), imu};
+}
+
+// Livox Mid-360 above the head.
+std::vector<Item> d435i_mid360() {
+  std::vector<Item> items = d435i();
+  Lidar lidar;
+  lidar.position_m = {-0.05, 0, 0.15};
+  items.push_back(lidar);
+  return items;
+}
+
+struct Preset {
+  std::string_view name;
+  std::vector<Item> (*items)();
+};
+constexpr Preset kPresets[]{
+    {"head_2006", [] { return std::vector<Item>(); }}, {"d435i", d435i}, {"d435i_mid360", d435i_mid360}};
+
+}  // namespace
+
+Eigen::Isometry3d pose(const Mount& mount) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation() = mount.position_m;
+  X.linear() = (Eigen::AngleAxisd(mount.yaw_rad, Eigen::Vector3d::UnitZ()) *
+                Eigen::AngleAxisd(mount.tilt_rad, Eigen::Vector3d::UnitY()) *
+                Eigen::AngleAxisd(mount.roll_rad, Eigen::Vector3d::UnitX()))
+                   .matrix();
+  return X;
+}
+
+std::string GreyEye::problem() const {
+  return baseline_m == 0 && position_m.isZero() ? "baseline_m is 0: it would be the head camera again" : "";
+}
+
+std::string ColorCamera::problem() const { return ""; }
+
+std::string DepthCamera::problem() const { return range_problem(nearest_m, furthest_m); }
+
+std::string Lidar::problem() const {
+  if (lowest_rad >= highest_rad) return "lowest_deg is not below highest_deg";
+  if (points_per_s < rate_hz) return "points_per_s is below rate_hz: sweeps would be empty";
+  return range_problem(nearest_m, furthest_m);
+}
+
+std::string Imu::problem() const {
+  const double period = kPhysics_hz / rate_hz;
+  if (std::abs(period - std::round(period)) < 1e-9) return "";
+  return fmt::format("rate_hz {} does not divide the physics' {} steps per second", rate_hz, kPhysics_hz);
+}
+
+const std::string& name_of(const Item& item) {
+  return std::visit([](const auto& sensor) -> const std::string& { return sensor.name; }, item);
+}
+
+std::optional<std::vector<Item>> preset(std::string_view name) {
+  for (const Preset& one : kPresets)
+    if (one.name == name) return one.items();
+  return std::nullopt;
+}
+
+std::vector<std::string_view> preset_names() {
+  std::vector<std::string_view> names;
+  for (const Preset& one : kPresets) names.push_back(one.name);
+  return names;
+}
+
+std::optional<Problem> problem(const std::vector<Item>& items) {
+  std::set<std::string> names{"cam0", "imu0", "plan0", "encoders0", "forces0", "state_groundtruth_estimate0"};
+  std::vector<std::string> cameras{"cam0"};
+  for (const Item& item : items)
+    if (has_images(item)) cameras.push_back(name_of(item));
+  std::set<std::string> with_depth;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const std::string& name = name_of(items[i]);
+    if (!is_folder_name(name))
+      return Problem{i, fmt::format("name '{}': expected 1 to 40 characters of a-z, 0-9 and _", name)};
+    if (!names.insert(name).second) return Problem{i, fmt::format("name '{}' is taken", name)};
+    const auto* depth = std::get_if<DepthCamera>(&items[i]);
+    if (!depth) continue;
+    if (std::ranges::find(cameras, depth->aligned_with) == cameras.end())
+      return Problem{i, fmt::format("aligned_with '{}' is no camera, expected one of {}", depth->aligned_with,
+                                    fmt::join(cameras, ", "))};
+    if (!with_depth.insert(depth->aligned_with).second)
+      return Problem{i, fmt::format("camera '{}' has another depth camera already", depth->aligned_with)};
+  }
+  return std::nullopt;
+}
+
+Eigen::Isometry3d camera_from_forward_left_up() {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() << 0, -1, 0, 0, 0, -1, 1, 0, 0;
+  return X;
+}
+
+slam::CameraIntrinsics lens(int width_px, int height_px, double fov_rad, double distortion) {
+  const double f = width_px / 2.0 / std::tan(fov_rad / 2), s = width_px / 320.0;
+  return {width_px,
+          height_px,
+          f,
+          f,
+          (width_px - 1) / 2.0,
+          (height_px - 1) / 2.0,
+          slam::OneParameterRadial{7.37e-6 * distortion / (s * s)}};
+}
+
+int partner(const std::vector<RigSensor>& rig, const RigSensor& depth) {
+  const auto found = std::ranges::find(rig, depth.aligned_with, &RigSensor::name);
+  return found == rig.end() ? -1 : static_cast<int>(found - rig.begin());
+}
+
+std::vector<RigSensor> calibrated(const std::vector<Item>& items, const slam::CameraIntrinsics& head,
+                                  double head_rate_hz, double head_readout_s,
+                                  const std::vector<Eigen::Isometry3d>& X_CL) {
+  if (const auto found = problem(items)) throw std::invalid_argument("rig: " + found->what);
+  const Eigen::Isometry3d X_LS = camera_from_forward_left_up().inverse();  // optical axes of a camera
+  std::vector<RigSensor> sensors;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    RigSensor s;
+    s.name = name_of(items[i]), s.kind = static_cast<Kind>(items[i].index());
+    std::visit(Overloaded{[&](const GreyEye& eye) {
+                            s.time_offset_s = eye.time_offset_s;
+                            s.X_CS = X_CL[i] * Eigen::Translation3d(0, -eye.baseline_m, 0) * X_LS;
+                            s.camera = head;
+                            s.rate_hz = head_rate_hz;
+                            s.readout_s = head_readout_s;
+                            s.read_sigma_grey = eye.read_sigma_grey, s.shot_sigma_grey = eye.shot_sigma_grey;
+                          },
+                          [&](const ColorCamera& color) {
+                            s.time_offset_s = color.time_offset_s;
+                            s.X_CS = X_CL[i] * X_LS;
+                            s.camera = lens(color.width_px, color.height_px, color.fov_rad, color.distortion);
+                            s.rate_hz = color.rate_hz;
+                            s.readout_s = color.readout_s;
+                            s.read_sigma_grey = color.read_sigma_grey;
+                            s.shot_sigma_grey = color.shot_sigma_grey;
+                          },
+                          [&](const DepthCamera& depth) {
+                            s.aligned_with = depth.aligned_with;
+                            s.camera = head;
+                            s.rate_hz = head_rate_hz;
+                            s.nearest_m = depth.nearest_m, s.furthest_m = depth.furthest_m;
+                            s.baseline_m = depth.baseline_m, s.edge_px = depth.edge_px;
+                            s.disparity_sigma_px = depth.disparity_sigma_px;
+                          },
+                          [&](const Lidar& lidar) {
+                            s.time_offset_s = lidar.time_offset_s;
+                            s.X_CS = X_CL[i];
+                            s.rate_hz = lidar.rate_hz;
+                            s.nearest_m = lidar.nearest_m, s.furthest_m = lidar.furthest_m;
+                            s.lowest_rad = lidar.lowest_rad, s.highest_rad = lidar.highest_rad;
+                            s.range_sigma_m = lidar.range_sigma_m;
+                            s.angle_sigma_rad = lidar.angle_sigma_rad;
+                          },
+                          [&](const Imu& imu) {
+                            s.time_offset_s = imu.time_offset_s;
+                            s.X_CS = X_CL[i];
+                            s.rate_hz = imu.rate_hz;
+                            s.gyro_sigma_rad_s = imu.gyro_sigma_rad_s;
+                            s.accelerometer_sigma_m_s2 = imu.accelerometer_sigma_m_s2;
+                            s.gyro_bias_sigma_rad_s = imu.gyro_bias_sigma_rad_s;
+                            s.accelerometer_bias_sigma_m_s2 = imu.accelerometer_bias_sigma_m_s2;
+                          }},
+               items[i]);
+    sensors.push_back(s);
+  }
+  for (RigSensor& s : sensors)  // once all cameras are known
+    if (const int with = partner(sensors, s); s.kind == Kind::depth && with >= 0) {
+      const RigSensor& camera = sensors[static_cast<std::size_t>(with)];
+      s.X_CS = camera.X_CS, s.camera = camera.camera;
+      s.rate_hz = camera.rate_hz, s.time_offset_s = camera.time_offset_s;
+    }
+  return sensors;
+}
+
+}  // namespace sim::rig
