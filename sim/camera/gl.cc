@@ -70,6 +70,10 @@ void main() {
 }
 )";
 
+constexpr char kMarkShader[] = R"(
+void main() { gl_FragColor = vec4(1.0); }
+)";
+
 // The shader is deleted with its program.
 void add_shader(GLuint program, GLenum kind, const std::string& source) {
   const GLuint shader = GL(glCreateShader)(kind);
@@ -83,14 +87,14 @@ void add_shader(GLuint program, GLenum kind, const std::string& source) {
   GL(glDeleteShader)(shader);
 }
 
-GLuint program(Channels channels, bool textured) {
+GLuint program(Channels channels, bool textured, const char* fragment_shader = kFragmentShader) {
   const std::string head = std::string("#version 120\n") +
                            (channels == Channels::grey ? "#define LIGHT float\n#define CHANNELS r\n"
                                                        : "#define LIGHT vec3\n#define CHANNELS rgb\n") +
                            (textured ? "#define TEXTURED\n" : "");
   const GLuint made = GL(glCreateProgram)();
   add_shader(made, GL_VERTEX_SHADER, head + kVertexShader);
-  add_shader(made, GL_FRAGMENT_SHADER, head + kFragmentShader);
+  add_shader(made, GL_FRAGMENT_SHADER, head + fragment_shader);
   GL(glBindAttribLocation)(made, kPoint, "point");
   GL(glBindAttribLocation)(made, kLight, "light");
   if (textured) GL(glBindAttribLocation)(made, kTexturePoint, "texture_point");
@@ -185,7 +189,8 @@ void Renderer::set_view(const cv::Rect& viewport, const Eigen::Matrix4f& clip_fr
   GL(glViewport)(viewport.x, viewport.y, viewport.width, viewport.height);
   GL(glScissor)(viewport.x, viewport.y, viewport.width, viewport.height);
   GL(glEnable)(GL_SCISSOR_TEST);
-  for (const unsigned each : {plain_, textured_}) {
+  for (const unsigned each : {plain_, textured_, mark_}) {
+    if (!each) continue;
     GL(glUseProgram)(each);
     const int place = GL(glGetUniformLocation)(each, "clip_from_points");
     GL(glUniformMatrix4fv)(place, 1, GL_FALSE, clip_from_points.data());
@@ -206,6 +211,32 @@ cv::Mat Renderer::read() const {
   GL(glPixelStorei)(GL_PACK_ALIGNMENT, 1);
   GL(glReadPixels)(0, 0, size_.width, size_.height, format, GL_UNSIGNED_BYTE, picture.data);
   return picture;
+}
+
+cv::Mat1f Renderer::read_depth() const {
+  cv::Mat1f depth(size_);
+  GL(glReadPixels)(0, 0, size_.width, size_.height, GL_DEPTH_COMPONENT, GL_FLOAT, depth.data);
+  return depth;
+}
+
+// Rounding may differ between programs: marks are drawn a little in front of the surface.
+void Renderer::begin_marks() {
+  if (!mark_) mark_ = program(channels_, false, kMarkShader);
+  GL(glDisable)(GL_SCISSOR_TEST);
+  GL(glClear)(GL_COLOR_BUFFER_BIT);
+  GL(glDepthMask)(GL_FALSE);
+  GL(glEnable)(GL_POLYGON_OFFSET_FILL);
+  GL(glPolygonOffset)(-1, -4);
+}
+
+void Renderer::draw_mark(std::span<const std::uint32_t> indices) {
+  GL(glUseProgram)(mark_);
+  GL(glDrawElements)(GL_TRIANGLES, GLsizei(indices.size()), GL_UNSIGNED_INT, indices.data());
+}
+
+void Renderer::end_marks() {
+  GL(glDisable)(GL_POLYGON_OFFSET_FILL);
+  GL(glDepthMask)(GL_TRUE);
 }
 
 }  // namespace sim::camera

@@ -61,6 +61,12 @@ class Renderer {
   void draw(std::span<const std::uint32_t> indices, unsigned texture);
   /// CV_8UC1 or CV_8UC3 (RGB).
   cv::Mat read() const;
+  /// The depth buffer: 0 at the near plane, 1 at the far one and where nothing was drawn.
+  cv::Mat1f read_depth() const;
+  /// Replaces the picture by a black one in which draw_mark() paints white what is visible of triangles.
+  void begin_marks();
+  void draw_mark(std::span<const std::uint32_t> indices);
+  void end_marks();
 
  private:
   void make_frame();
@@ -69,7 +75,7 @@ class Renderer {
   OSMesaContext context_;
   cv::Size size_;
   Channels channels_;
-  unsigned plain_ = 0, textured_ = 0;  ///< programs
+  unsigned plain_ = 0, textured_ = 0, mark_ = 0;  ///< programs
 };
 
 }  // namespace sim::camera

@@ -20,6 +20,11 @@ double share(double from, double to) {
   return (below_triangle(to) - below_triangle(from)) / (to - from);
 }
 
+physics::Model mounted(physics::Model model, const rig::Mount& mount) {
+  if (!mount.is_default()) physics::mount_camera(*model, mount);
+  return model;
+}
+
 }  // namespace
 
 Shutter::Shutter(const CameraOptions& options) {
@@ -40,17 +45,17 @@ std::chrono::milliseconds Shutter::lead() const {
   return std::chrono::milliseconds(std::llround(std::ceil(1e3 * moments_.back() - 1e-9)));
 }
 
-cv::Mat1b Shutter::expose(const std::vector<cv::Mat>& pictures) const {
+cv::Mat Shutter::expose(const std::vector<cv::Mat>& pictures) const {
   if (pictures.size() == 1) return pictures.front();
-  cv::Mat1b frame(pictures.front().size());
+  cv::Mat frame(pictures.front().size(), pictures.front().type());
   for (int v = 0; v < frame.rows; ++v) {
-    cv::Mat1f light(1, frame.cols, 0.0f), row;
+    cv::Mat1f light(1, frame.cols * frame.channels(), 0.0f), row;
     for (int i = 0; i < int(pictures.size()); ++i) {
       if (shares_(i, v) <= 0) continue;
-      pictures[i].row(v).convertTo(row, CV_32F);
+      pictures[i].row(v).reshape(1).convertTo(row, CV_32F);
       cv::scaleAdd(row, shares_(i, v), light, light);
     }
-    light.convertTo(frame.row(v), CV_8U);
+    light.convertTo(frame.row(v).reshape(1), CV_8U);
   }
   return frame;
 }
@@ -72,11 +77,12 @@ Eigen::VectorXd RecentMotion::at(double t_s, const mjModel& model) const {
   return q;
 }
 
-HeadCamera::HeadCamera(physics::Model robot_in_room, const CameraOptions& options, std::uint64_t texture_seed)
-    : model_(std::move(robot_in_room)),
+HeadCamera::HeadCamera(physics::Model robot_in_room, const CameraOptions& options, std::uint64_t texture_seed,
+                       Channels channels, const rig::Mount& mount)
+    : model_(mounted(std::move(robot_in_room), mount)),
       data_(data_at_rest(*model_)),
       lens_(camera_model(options)),
-      scene_(*model_, lens_.views(), texture_seed, Channels::grey),
+      scene_(*model_, lens_.views(), texture_seed, channels),
       shutter_(options),
       id_(mj_name2id(model_.get(), mjOBJ_CAMERA, "head_camera")) {
   if (id_ < 0) throw std::invalid_argument("the model has no camera \"head_camera\"");
@@ -95,12 +101,16 @@ cv::Mat HeadCamera::picture(const double* q, float light) {
 }
 
 cv::Mat HeadCamera::render(const RecentMotion& motion, std::chrono::nanoseconds t,
-                           const physics::WorldOptions::LightsOff& off) {
+                           const physics::WorldOptions::LightsOff& off, cv::Mat* depth_mm) {
   std::vector<cv::Mat> pictures;
   for (const double moment : shutter_.moments()) {
     const double at = 1e-9 * double(t.count()) + moment;
     const bool dark = at >= off.from_s && at < off.from_s + off.duration_s;
     pictures.push_back(picture(motion.at(at, *model_).data(), dark ? float(off.left_fraction) : 1));
+  }
+  if (depth_mm) {
+    if (pictures.size() > 1) picture(motion.at(1e-9 * double(t.count()), *model_).data(), 1);
+    *depth_mm = lens_.depth_mm(scene_.inverse_depth());
   }
   return shutter_.expose(pictures);
 }

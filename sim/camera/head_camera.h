@@ -29,7 +29,7 @@ class Shutter {
   /// Time from the stamp to the end of the exposure, in whole milliseconds.
   std::chrono::milliseconds lead() const;
   /// The frame, of one picture for each moment.
-  cv::Mat1b expose(const std::vector<cv::Mat>& pictures) const;
+  cv::Mat expose(const std::vector<cv::Mat>& pictures) const;
 
  private:
   std::vector<double> moments_;
@@ -60,16 +60,19 @@ class RecentMotion {
 /// geom would slow its steps. Owns the OpenGL context of the thread that made it; draw from that one only.
 class HeadCamera {
  public:
-  /// Throws std::runtime_error without OpenGL, std::invalid_argument if the model has no head_camera.
-  HeadCamera(physics::Model robot_in_room, const CameraOptions& options, std::uint64_t texture_seed = 1);
+  /// channels: RGB for a color camera. mount: a further camera of the rig, placed as physics::place_of()
+  /// says. Throws std::runtime_error without OpenGL, std::invalid_argument if the model has no head_camera.
+  HeadCamera(physics::Model robot_in_room, const CameraOptions& options, std::uint64_t texture_seed = 1,
+             Channels channels = Channels::grey, const rig::Mount& mount = {});
 
   const mjModel& model() const { return *model_; }
   /// Grey frame (CV_8UC1, height x width of the options) of a robot with the joint positions of `plant`.
   cv::Mat render(const mjData& plant) { return picture(plant.qpos, 1); }
   /// Frame stamped t, through the shutter: of a robot with this `motion` from t - Shutter::lead()
-  /// to t + lead(), while the room's lamps were on or off.
+  /// to t + lead(), while the room's lamps were on or off. depth_mm: if not null, set to the depth at t along
+  /// the camera's axis (CV_16UC1, mm; 0: none, as on window panes).
   cv::Mat render(const RecentMotion& motion, std::chrono::nanoseconds t,
-                 const physics::WorldOptions::LightsOff& lights_off);
+                 const physics::WorldOptions::LightsOff& lights_off, cv::Mat* depth_mm = nullptr);
 
  private:
   cv::Mat picture(const double* q, float light);

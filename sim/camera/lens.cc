@@ -98,6 +98,14 @@ std::vector<cv::Rect> unsampled_strips(const cv::Mat2f& map, const Pinhole& view
   return unsampled;
 }
 
+// The slope of the side whose slope is the smaller one, none where they differ in sign: the other side may be
+// beyond an edge.
+float slope(float before, float here, float after) {
+  const float left = here - before, right = after - here;
+  if (left * right <= 0) return 0;
+  return std::abs(left) < std::abs(right) ? left : right;
+}
+
 }  // namespace
 
 Eigen::Vector2d CameraModel::direction(const Eigen::Vector2d& uv) const {
@@ -147,6 +155,24 @@ cv::Mat LensWarp::warp(const cv::Mat& views) const {
   cv::Mat smooth, image;
   cv::GaussianBlur(views, smooth, {0, 0}, kSmoothing);
   cv::remap(smooth, image, map_, fraction_, cv::INTER_LINEAR);
+  return image;
+}
+
+cv::Mat1w LensWarp::depth_mm(const cv::Mat1f& inverse_depth) const {
+  cv::Mat1w image(camera_.height_px, camera_.width_px);
+  for (int v = 0; v < image.rows; ++v)
+    for (int u = 0; u < image.cols; ++u) {
+      const Pinhole& view = views_[u < columns_of(camera_, 0).end ? 0 : 1];
+      const Eigen::Vector2d direction = camera_.direction(Eigen::Vector2d(u, v)), at = source_pixel(u, v);
+      const int x = int(std::lround(at.x())), y = int(std::lround(at.y()));
+      const float* row = inverse_depth.ptr<float>(y);
+      const float sample =
+          row[x] + float(at.x() - x) * slope(row[x - 1], row[x], row[x + 1]) +
+          float(at.y() - y) * slope(inverse_depth(y - 1, x), row[x], inverse_depth(y + 1, x));
+      const double z_V = row[x] > 0 ? 1 / double(sample) : 0;
+      const double z_C = z_V / (std::cos(view.yaw) + std::sin(view.yaw) * direction.x());
+      image(v, u) = cv::saturate_cast<unsigned short>(1e3 * z_C);
+    }
   return image;
 }
 

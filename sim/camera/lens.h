@@ -52,6 +52,10 @@ class LensWarp {
   Eigen::Vector2d source_pixel(int u, int v) const;
   /// The image of a picture of the views side by side, first row on top.
   cv::Mat warp(const cv::Mat& views) const;
+  /// Depth along the camera's axis, mm (CV_16UC1, 0: none), of 1/z (1/m) along the axes of the views side by
+  /// side. On a plane 1/z is linear in the pixel, so that the sample's nearest pixel and its slopes give it
+  /// exactly; beside an edge the slope of the own side is used.
+  cv::Mat1w depth_mm(const cv::Mat1f& inverse_depth) const;
 
  private:
   CameraModel camera_;

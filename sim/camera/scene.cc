@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <opencv2/core.hpp>
 #include <span>
 #include <utility>
 
@@ -148,19 +149,41 @@ cv::Mat Scene::draw(const mjData& data, const Eigen::Isometry3d& X_WC, float lig
     renderer_.set_vertices(0, std::span(vertices_).first(still_vertices_));
     lit_by_ = light;
   }
-  std::vector<Eigen::Isometry3f> X_VW;
-  std::vector<std::vector<Seen>> seen;
+  X_VW_.clear(), seen_.clear();
   bool any_moves = false;
   for (const Pinhole& view : views_) {
     const Eigen::AngleAxisd turn(view.yaw, Eigen::Vector3d::UnitY());
-    X_VW.push_back((X_WC * turn).inverse().cast<float>());
-    for (const auto& [piece, depth] : seen.emplace_back(seen_by(view, X_VW.back())))
+    X_VW_.push_back((X_WC * turn).inverse().cast<float>());
+    for (const auto& [piece, depth] : seen_.emplace_back(seen_by(view, X_VW_.back())))
       if (piece->moves) light_piece(*piece, light), any_moves = true;
   }
   if (any_moves) renderer_.set_vertices(still_vertices_, std::span(vertices_).subspan(still_vertices_));
   renderer_.clear();
-  for (std::size_t view = 0; view < views_.size(); ++view) draw_view(view, X_VW[view], seen[view]);
+  for (std::size_t view = 0; view < views_.size(); ++view) draw_view(view, X_VW_[view], seen_[view]);
   return renderer_.read();
+}
+
+cv::Mat1f Scene::inverse_depth() {
+  renderer_.make_current();
+  cv::Mat1f depth = renderer_.read_depth();
+  renderer_.begin_marks();
+  for (std::size_t view = 0; view < views_.size(); ++view) {
+    const Pinhole& pinhole = views_[view];
+    renderer_.set_view({pinhole.first_column, 0, pinhole.width_px, pinhole.height_px},
+                       clip_from_view(pinhole) * X_VW_[view].matrix());
+    for (const auto& [piece, unused] : seen_[view])
+      if (!returns_light(model_, piece->geom)) renderer_.draw_mark(piece->mesh.indices);
+  }
+  cv::Mat marks = renderer_.read();
+  renderer_.end_marks();
+  if (marks.channels() > 1) cv::extractChannel(marks, marks, 0);
+  for (int row = 0; row < depth.rows; ++row)
+    for (int column = 0; column < depth.cols; ++column) {
+      float& d = depth(row, column);
+      const bool none = d >= 1 || marks.at<unsigned char>(row, column) > 0;
+      d = none ? 0 : float(1.0 / kNear - double(d) * (1.0 / kNear - 1.0 / kFar));
+    }
+  return depth;
 }
 
 }  // namespace sim::camera

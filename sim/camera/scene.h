@@ -28,6 +28,9 @@ class Scene {
   /// The views of `data` (positions computed) from X_WC (x right, y down, z ahead): CV_8UC1 or RGB. `light`:
   /// share of the room's light that is on; what emits light stays as bright, except the lamps' ceiling.
   cv::Mat draw(const mjData& data, const Eigen::Isometry3d& X_WC, float light = 1);
+  /// 1/z (1/m) of what draw() has drawn last, z along the axis of each view; 0: nothing, or a surface that
+  /// returns no light to depth cameras.
+  cv::Mat1f inverse_depth();
 
  private:
   struct Piece {
@@ -58,6 +61,8 @@ class Scene {
   std::vector<Vertex> vertices_;
   std::size_t still_vertices_ = 0;                 // at the buffer's beginning
   std::vector<std::vector<std::uint32_t>> masks_;  // of each view: what its image does not sample
+  std::vector<std::vector<Seen>> seen_;            // of the last picture, by views
+  std::vector<Eigen::Isometry3f> X_VW_;            // likewise
   float lit_by_ = -1;                              // light on the still vertices; -1: none yet
   Renderer renderer_;
   Lamps lamps_;

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <span>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
 namespace sim::camera {
@@ -163,6 +164,12 @@ bool is_drawn(const mjModel& model, int geom, Robot robot) {
 int texture_of(const mjModel& model, int geom) {
   const int material = model.geom_matid[geom];
   return material < 0 ? -1 : model.mat_texid[material];
+}
+
+bool returns_light(const mjModel& model, int geom) {
+  const int material = model.geom_matid[geom];
+  const std::string_view name = material < 0 ? "" : mj_id2name(&model, mjOBJ_MATERIAL, material);
+  return !name.starts_with("window") && !name.starts_with("screen");
 }
 
 // MuJoCo's rule: the color of a geom applies if it has no material or differs from the default.

@@ -45,6 +45,10 @@ inline bool moves(const mjModel& model, int geom) { return model.body_weldid[mod
 /// Texture of a geom's material; -1 for none.
 int texture_of(const mjModel& model, int geom);
 
+/// Returns whether a surface sends light back to depth cameras and lidars: all but window panes and screens,
+/// by the names of their materials.
+bool returns_light(const mjModel& model, int geom);
+
 /// Color of a surface in full white light, and its emission relative to that.
 struct Paint {
   Eigen::Vector3f rgb;  ///< 0-1

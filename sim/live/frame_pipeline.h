@@ -1,18 +1,16 @@
-// Frames from their stamps until their images are drawn, and the worker that draws them.
+// Frames from their stamps until their images are drawn.
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <deque>
 #include <future>
 #include <memory>
-#include <mutex>
 #include <string>
-#include <thread>
-#include <utility>
 #include <vector>
 
 #include "sim/camera/head_camera.h"
+#include "sim/live/ordered_worker.h"
+#include "sim/live/rig_readings.h"
 #include "sim/physics/world.h"
 #include "sim/recording/recording.h"
 #include "sim/scenario/scenario.h"
@@ -20,54 +18,13 @@
 
 namespace sim::live {
 
-/// Calls functions one after another, in the order of do_next(), all on one thread: its own, or the caller's
-/// within do_next(). Objects that belong to one thread, as OpenGL's contexts do, are made, used and destroyed
-/// by such functions. Functions that have not started when the worker is destroyed are dropped.
-class OrderedWorker {
- public:
-  explicit OrderedWorker(bool own_thread) {
-    if (own_thread) thread_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
-  }
-  /// The future has the function's result or exception.
-  template <typename Function>
-  auto do_next(Function function) {
-    std::packaged_task<std::invoke_result_t<Function>()> task(std::move(function));
-    auto result = task.get_future();
-    if (thread_.joinable()) {
-      const std::lock_guard lock(mutex_);
-      waiting_.emplace_back(std::move(task));
-      changed_.notify_one();
-    } else {
-      task();
-    }
-    return result;
-  }
-
- private:
-  void work(const std::stop_token& stop) {
-    for (std::unique_lock lock(mutex_);;) {
-      changed_.wait(lock, stop, [this] { return !waiting_.empty(); });
-      if (stop.stop_requested()) return;
-      std::packaged_task<void()> task = std::move(waiting_.front());
-      waiting_.pop_front();
-      lock.unlock();
-      task();
-      lock.lock();
-    }
-  }
-
-  std::mutex mutex_;
-  std::condition_variable_any changed_;
-  std::deque<std::packaged_task<void()>> waiting_;
-  std::jthread thread_;  // last: it uses the members above
-};
-
 /// A frame and the true pose of the camera at its stamp.
 struct Frame {
   slam::Observation observation;
   Eigen::Isometry3d X_WC;
-  std::string png = {};                 ///< the image, encoded for the recording
-  double render_ms = 0, encode_ms = 0;  ///< CPU time that drawing and encoding its image took
+  std::string png = {};                    ///< the image, encoded for the recording
+  double render_ms = 0, encode_ms = 0;     ///< CPU time that drawing and encoding its images took
+  std::vector<std::string> rig_pngs = {};  ///< of the readings of the rig; empty without image
 };
 
 /// Frame k is stamped at the millisecond of the physics nearest to k / rate; its image is complete when the
@@ -102,12 +59,14 @@ class FramePipeline {
   /// Frees the room's textures, which take more memory than truth and estimates of a long walk.
   void close_camera() {
     worker_.do_next([this] { camera_.reset(); }).get();
+    rig_.close();
   }
 
  private:
   struct Drawn {
     std::chrono::nanoseconds t;
     std::future<Frame> frame;
+    std::vector<std::future<std::vector<RigFrame>>> rig;
   };
   Frame drawn(Frame frame, const camera::RecentMotion& motion);
 
@@ -115,6 +74,7 @@ class FramePipeline {
   physics::WorldOptions::LightsOff lights_off_;
   std::chrono::nanoseconds lead_;
   std::vector<score::Surface> surfaces_;
+  RigReadings rig_;
   camera::RecentMotion motion_;
   std::deque<Frame> frames_;  // their shutters are open
   std::deque<Drawn> drawn_;   // or being drawn

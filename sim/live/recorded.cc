@@ -9,6 +9,7 @@
 #include <string_view>
 #include <variant>
 
+#include "sim/live/rig_readings.h"
 #include "sim/physics/clearance.h"
 #include "sim/physics/nominal_body.h"
 #include "sim/result/limits.h"
@@ -75,6 +76,23 @@ recording::TrueFoot true_foot(const Eigen::Isometry3d& X_WS, const Eigen::Isomet
 }
 
 }  // namespace
+
+void mount_sensors(const scenario::ReadScenario& read, physics::Models& models) {
+  const scenario::Scenario& s = read.scenario;
+  const char* key = "camera.link";
+  try {
+    models.mount(s.camera.value_or(camera::CameraOptions{}), {});
+    key = "imu.link";
+    models.mount({}, s.imu);
+    key = "rig";
+    places(s.rig, *models.on_floor);
+  } catch (const std::invalid_argument& problem) {
+    scenario::Yaml at;  // scenarios that were not read from text only have a name
+    at.origin.file = s.name;
+    if (const auto place = read.places.find(key); place != read.places.end()) at.origin = place->second;
+    fail(at, key, problem.what());
+  }
+}
 
 walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const physics::Models& models) {
   const scenario::Scenario& s = read.scenario;
@@ -147,7 +165,11 @@ Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& 
   physics::WorldOptions empty = scenario.world;
   empty.room = physics::kPhysicalRoom;
   const physics::World nominal(empty, {}, q, start.X_PB, models);
-  return {nominal.X_WB().inverse() * nominal.X_WC(), nominal.X_WC().inverse() * nominal.X_WG()};
+  const Eigen::Isometry3d X_CW = nominal.X_WC().inverse();
+  Mounting mounting{nominal.X_WB().inverse() * nominal.X_WC(), X_CW * nominal.X_WG(), {}};
+  for (const physics::Place& place : places(scenario.rig, *models.on_floor))
+    mounting.X_CL.push_back(X_CW * nominal.X_W(place));
+  return mounting;
 }
 
 recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, const Mounting& mounting,
@@ -158,6 +180,8 @@ recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, co
   setup.X_WC_start = X_PB * mounting.X_BC;
   setup.camera_rate_hz = camera.rate_hz;
   setup.joints = physics::joint_names();
+  setup.rig = rig::calibrated(scenario.rig, setup.calibration.camera, camera.rate_hz, camera.readout_s,
+                              mounting.X_CL);
   return setup;
 }
 

@@ -25,6 +25,10 @@ namespace sim::live {
 /// "collided".
 walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const physics::Models& models);
 
+/// Moves head camera and chest IMU of the models to the scenario's mounts. Throws ConfigError if a link does
+/// not exist, also of the rig.
+void mount_sensors(const scenario::ReadScenario& read, physics::Models& models);
+
 /// Each is drawn from its named stream, so that setting one spread to 0 does not change the others.
 physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world);
 
@@ -40,6 +44,7 @@ slam::PlannedMotion planned_motion(const walking::Reference& from, const walking
 /// The mounting of head camera and chest IMU on the robot in its planned posture, by the nominal model.
 struct Mounting {
   Eigen::Isometry3d X_BC, X_CG;
+  std::vector<Eigen::Isometry3d> X_CL;  ///< axes forward, left, up of the rig's items in the camera's frame
 };
 Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
                   const physics::Models& models);

@@ -88,6 +88,7 @@ class Run {
   SensingRobot robot_;
   Mounting mounting_;
   recording::RecordingSetup setup_;
+  RigImus imus_;
   FramePipeline frames_;
   recording::RecordingWriter writer_;
   SelfCheck check_;
@@ -113,6 +114,7 @@ Run::Run(const scenario::ReadScenario& read, walking::PatternGenerator plan, con
       robot_(read.scenario, std::move(plan), models),
       mounting_(mounting(read.scenario, robot_->reference(), models)),
       setup_(recording_setup(read.scenario, mounting_, robot_->reference().X_PB)),
+      imus_(read.scenario.rig, places(read.scenario.rig, *models.on_floor), robot_->world()),
       frames_(read.scenario, models, threads > 1),
       writer_(folder, setup_),
       check_{InertialCheck(true_motion(robot_->world())), {}} {
@@ -166,6 +168,7 @@ void Run::step_until(slam::Stamp end) {
   do {
     robot_->world().step();
     frames_.add_positions(robot_->world());
+    imus_.read(robot_->world(), next_.rig);
   } while (robot_->is_ok() && robot_->world().time() < end);
 }
 
@@ -214,7 +217,7 @@ void Run::deliver_frame() {
   timing_.frame.encode_ms = frame.encode_ms;
   {
     const result::StageClock clock(timing_.frame.record_ms);
-    writer_.add(frame.observation, frame.png);
+    writer_.add(frame.observation, frame.png, frame.rig_pngs);
     if (check_.view) check_.view->add(frame.observation.image, t, frame.X_WC);
   }
   const auto track = [this](slam::Observation observation) {
@@ -284,8 +287,9 @@ result::RunRecord Run::record(const std::filesystem::path& folder) {
 result::Outcome run(const scenario::ReadScenario& scenario, const result::ResultPlace& place,
                     const result::Progress& progress, int threads, const RunObserver& observer) {
   const physics::WorldOptions& world = scenario.scenario.world;
-  const physics::Models models(world.robot, world.room, place.models);
+  physics::Models models(world.robot, world.room, place.models);
   walking::PatternGenerator plan = clear_plan(scenario, models);
+  mount_sensors(scenario, models);
   files::AtomicFolder folder(place.folder, place.existing);
   const std::filesystem::path recording = folder.path() / "recording";
   Run live(scenario, std::move(plan), models, recording, threads, observer);

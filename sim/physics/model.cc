@@ -1,6 +1,7 @@
 #include "sim/physics/model.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <mujoco/mujoco.h>
 #include <unistd.h>
 
@@ -58,11 +59,80 @@ Model load_model(const std::string& robot, const std::string& room, const std::f
   return model;
 }
 
+namespace {
+
+Eigen::Isometry3d pose_of(const mjtNum* position, const mjtNum* quaternion) {
+  return Eigen::Translation3d(position[0], position[1], position[2]) *
+         Eigen::Quaterniond(quaternion[0], quaternion[1], quaternion[2], quaternion[3]);
+}
+
+void set_pose(mjtNum* position, mjtNum* quaternion, const Eigen::Isometry3d& X) {
+  const Eigen::Quaterniond q(X.linear());
+  Eigen::Map<Eigen::Vector3d>(position, 3) = X.translation();
+  Eigen::Map<Eigen::Vector4d>(quaternion, 4) << q.w(), q.vec();
+}
+
+// The axes forward, left, up in those of a camera of MuJoCo: x right, y up, looking along -z.
+Eigen::Isometry3d camera_from_place() {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() << 0, -1, 0, 0, 0, 1, -1, 0, 0;
+  return X;
+}
+
+// Throws if a joint of a leg is between the body and the waist.
+int upper_link(const mjModel& model, const std::string& link) {
+  std::vector<std::string> links;
+  for (int body = 1; body < model.nbody; ++body) {
+    const std::string name = mj_id2name(&model, mjOBJ_BODY, body);
+    if (model.body_weldid[body] != 0 && name.find("LEG") == name.npos) links.push_back(name);
+    if (name == link && !links.empty() && links.back() == link) return body;
+  }
+  throw std::invalid_argument(fmt::format(
+      "link '{}' is no link of the robot above its legs, expected one of {}", link, fmt::join(links, ", ")));
+}
+
+int found(const mjModel& model, mjtObj type, const char* name) {
+  const int id = mj_name2id(&model, type, name);
+  if (id < 0) throw std::invalid_argument(fmt::format("the model has no {} '{}'", mju_type2Str(type), name));
+  return id;
+}
+
+}  // namespace
+
+Place place_of(const mjModel& model, const rig::Mount& mount) {
+  if (!mount.link.empty()) return {upper_link(model, mount.link), rig::pose(mount)};
+  const int camera = found(model, mjOBJ_CAMERA, "head_camera");
+  return {model.cam_bodyid[camera], pose_of(model.cam_pos + 3 * camera, model.cam_quat + 4 * camera) *
+                                        camera_from_place() * rig::pose(mount)};
+}
+
+void mount_camera(mjModel& model, const rig::Mount& mount) {
+  const Place place = place_of(model, mount);
+  const int camera = found(model, mjOBJ_CAMERA, "head_camera");
+  model.cam_bodyid[camera] = place.body;
+  set_pose(model.cam_pos + 3 * camera, model.cam_quat + 4 * camera,
+           place.X_BL * camera_from_place().inverse());
+}
+
 Model copy_of(const Model& model) { return Model(mj_copyModel(nullptr, model.get())); }
 
 Models::Models(const std::string& robot, const std::string& room, const std::filesystem::path& folder)
     : on_floor(load_model(robot, kPhysicalRoom, folder, Shapes::colliding)),
       in_room(load_model(robot, room, folder)) {}
+
+void Models::mount(const rig::Mount& camera, const rig::Mount& imu) {
+  for (mjModel* model : {on_floor.get(), in_room.get()}) {
+    if (!camera.is_default()) mount_camera(*model, camera);
+    if (imu.is_default()) continue;
+    const int site = found(*model, mjOBJ_SITE, "chest_imu");
+    const Eigen::Isometry3d X_BG = pose_of(model->site_pos + 3 * site, model->site_quat + 4 * site);
+    const Place place = imu.link.empty() ? Place{model->site_bodyid[site], X_BG * rig::pose(imu)}
+                                         : Place{upper_link(*model, imu.link), rig::pose(imu)};
+    model->site_bodyid[site] = place.body;
+    model->site_sameframe[site] = 0;
+    set_pose(model->site_pos + 3 * site, model->site_quat + 4 * site, place.X_BL);
+  }
+}
 
 std::string take_warning() {
   std::string warning = last_warning.data();

@@ -1,10 +1,13 @@
 // Loads robot and room into one MuJoCo model, and keeps MuJoCo's warnings from being lost.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
+
+#include "sim/rig/options.h"
 
 struct mjModel_;
 struct mjData_;
@@ -38,10 +41,26 @@ Model copy_of(const Model& model);
 struct Models {
   /// Throws std::runtime_error if a model does not load.
   Models(const std::string& robot, const std::string& room, const std::filesystem::path& folder);
+  /// Moves head camera and chest IMU in both models. Throws std::invalid_argument as place_of().
+  void mount(const rig::Mount& camera, const rig::Mount& imu);
 
   Model on_floor;  ///< the robot on kPhysicalRoom, with shapes that collide only: what is stepped
   Model in_room;   ///< robot and furnished room, all shapes
 };
+
+/// A place on the robot: a body of the model, and axes forward, left, up of a sensor in that of the body.
+struct Place {
+  int body = 0;
+  Eigen::Isometry3d X_BL = Eigen::Isometry3d::Identity();
+};
+
+/// The place of a mount. Without a link it is relative to the model's head camera. Throws
+/// std::invalid_argument if the robot has no such link or if it is part of a leg, which moves relative to the
+/// head.
+Place place_of(const mjModel_& model, const rig::Mount& mount);
+
+/// Moves the model's head camera to the place of the mount. Throws std::invalid_argument as place_of().
+void mount_camera(mjModel_& model, const rig::Mount& mount);
 
 /// Returns MuJoCo's last warning since the previous call; empty without one.
 std::string take_warning();

@@ -269,6 +269,20 @@ ImuState World::imu_state() const {
   return {time_, X_WG().linear(), vector(velocity.data() + 3)};
 }
 
+Eigen::Isometry3d World::X_W(const Place& place) const {
+  return pose(data_->xpos + 3 * place.body, data_->xmat + 9 * place.body) * place.X_BL;
+}
+
+ImuState World::imu_state(const Place& place) const {
+  std::array<mjtNum, 6> velocity{};  // angular, linear, of the body's origin
+  mj_objectVelocity(model_.get(), data_.get(), mjOBJ_XBODY, place.body, velocity.data(), 0);
+  const Eigen::Isometry3d X = X_W(place);
+  const Eigen::Vector3d lever = X.translation() - vector(data_->xpos + 3 * place.body);
+  return {time_, X.linear(), vector(velocity.data() + 3) + vector(velocity.data()).cross(lever)};
+}
+
+Eigen::Vector3d World::gravity() const { return vector(model_->opt.gravity); }
+
 Eigen::Isometry3d World::X_WB() const {
   return pose(data_->xpos + 3 * ids_.waist, data_->xmat + 9 * ids_.waist);
 }

@@ -78,6 +78,9 @@ class World {
   Eigen::Vector3d v_WG() const { return imu_state().v_WG; }         ///< velocity of the chest IMU, m/s in W
   Eigen::Isometry3d X_WL() const { return X_WS(ids_.left_sole); }   ///< left sole, below the ankle
   Eigen::Isometry3d X_WR() const { return X_WS(ids_.right_sole); }  ///< right sole
+  Eigen::Isometry3d X_W(const Place& place) const;                  ///< axes forward, left, up of a sensor
+  ImuState imu_state(const Place& place) const;                     ///< of a further IMU
+  Eigen::Vector3d gravity() const;                                  ///< m/s² in W
   Eigen::Vector3d com() const;                                      ///< center of mass of the whole robot
 
   /// For the renderer.

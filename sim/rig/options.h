@@ -75,6 +75,7 @@ struct ColorCamera : Sensor {
   int width_px = 640, height_px = 480;
   double rate_hz = 30, fov_rad = 1.2042771838760873, distortion = 0;  // 69 deg
   double exposure_s = 0, readout_s = 0;
+  int subframes = 4;
   double read_sigma_grey = 1, shot_sigma_grey = 1;
 
   ColorCamera() { name = "rgb0"; }
@@ -88,6 +89,8 @@ struct ColorCamera : Sensor {
     number<&ColorCamera::exposure_s>(key, 0, 0.1, "exposure time of each row, which causes motion blur");
     number<&ColorCamera::readout_s>(key, 0, 0.1,
                                     "time from the first row's exposure to the last row's (rolling shutter)");
+    number<&ColorCamera::subframes>(key, 2, 64,
+                                    "pictures rendered for each frame when exposure_s or readout_s is not 0");
     number<&ColorCamera::read_sigma_grey>(key, 0, 100, "noise of a black pixel, in levels of 255");
     number<&ColorCamera::shot_sigma_grey>(key, 0, 50, "photon noise of a white pixel, in levels of 255");
   }

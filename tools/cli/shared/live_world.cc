@@ -16,7 +16,9 @@ void require_simulator() {}
 
 bool require_clear_walk(const scenario::ReadScenario& read, const fs::path& models) {
   const physics::WorldOptions& world = read.scenario.world;
-  live::clear_plan(read, {world.robot, world.room, models});
+  physics::Models loaded(world.robot, world.room, models);
+  live::clear_plan(read, loaded);
+  live::mount_sensors(read, loaded);
   return true;
 }
 

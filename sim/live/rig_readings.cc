@@ -1,0 +1,194 @@
+#include "sim/live/rig_readings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <variant>
+
+#include "sim/camera/lidar.h"
+#include "sim/recording/image_file.h"
+#include "sim/result/timing.h"
+
+namespace sim::live {
+
+using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
+
+namespace {
+
+// Options and channels of a further camera; nothing for other sensors.
+std::optional<std::pair<camera::CameraOptions, camera::Channels>> camera_of(
+    const rig::Item& item, const camera::CameraOptions& head) {
+  camera::CameraOptions options = head;
+  if (const auto* eye = std::get_if<rig::GreyEye>(&item)) {
+    static_cast<rig::Mount&>(options) = *eye;
+    options.position_m += rig::pose(*eye).linear() * Eigen::Vector3d(0, -eye->baseline_m, 0);
+    return std::pair(options, camera::Channels::grey);
+  }
+  const auto* color = std::get_if<rig::ColorCamera>(&item);
+  if (!color) return std::nullopt;
+  static_cast<rig::Mount&>(options) = *color;
+  options.width_px = color->width_px, options.height_px = color->height_px;
+  options.rate_hz = color->rate_hz, options.fov_rad = color->fov_rad;
+  options.distortion = color->distortion, options.exposure_s = color->exposure_s;
+  options.readout_s = color->readout_s, options.subframes = color->subframes;
+  return std::pair(options, camera::Channels::rgb);
+}
+
+int depth_of(const std::vector<rig::Item>& rig, const std::string& camera) {
+  for (std::size_t i = 0; i < rig.size(); ++i)
+    if (const auto* depth = std::get_if<rig::DepthCamera>(&rig[i]); depth && depth->aligned_with == camera)
+      return static_cast<int>(i);
+  return -1;
+}
+
+}  // namespace
+
+// Made, used and destroyed by its worker.
+class RigReadings::Sensor {
+ public:
+  Sensor(const scenario::Scenario& scenario, const physics::Models& models, int index, bool beside)
+      : index_(index), lights_off_(scenario.world.lights_off), worker_(beside) {
+    const rig::Item& item = scenario.rig[static_cast<std::size_t>(index)];
+    const camera::CameraOptions head = scenario.camera.value_or(camera::CameraOptions{});
+    depth_ = depth_of(scenario.rig, rig::name_of(item));
+    if (const auto camera = camera_of(item, head)) {
+      rate_hz_ = camera->first.rate_hz;
+      lead_ = camera::Shutter(camera->first).lead();
+      worker_
+          .do_next([this, options = camera->first, channels = camera->second, seed = scenario.world.seed,
+                    model = copy_of(models.in_room)]() mutable {
+            const rig::Mount& mount = options;
+            camera_ = std::make_unique<camera::HeadCamera>(std::move(model), options, seed, channels, mount);
+          })
+          .get();
+      return;
+    }
+    const auto& lidar = std::get<rig::Lidar>(item);
+    rate_hz_ = lidar.rate_hz;
+    sweep_ = true;
+    lead_ = due(1) - due(0);
+    worker_
+        .do_next([this, &lidar, model = copy_of(models.in_room)]() mutable {
+          const physics::Place place = physics::place_of(*model, lidar);
+          lidar_ = std::make_unique<camera::Lidar>(std::move(model), place, lidar);
+        })
+        .get();
+  }
+  ~Sensor() {
+    worker_.do_next([this] { camera_.reset(), lidar_.reset(); }).get();
+  }
+
+  nanoseconds lead() const { return lead_; }
+
+  void start(nanoseconds end, const std::shared_ptr<const camera::RecentMotion>& motion,
+             std::vector<std::future<std::vector<RigFrame>>>& started) {
+    for (; (sweep_ ? due(next_ + 1) : due(next_) + lead_) <= end; ++next_)
+      started.push_back(worker_.do_next([this, t = due(next_), until = due(next_ + 1), motion] {
+        return sweep_ ? sweep(t, until, *motion) : image(t, *motion);
+      }));
+  }
+
+ private:
+  nanoseconds due(int k) const { return milliseconds(std::llround(1e3 * k / rate_hz_)); }
+
+  std::vector<RigFrame> image(nanoseconds t, const camera::RecentMotion& motion) {
+    std::vector<RigFrame> frames(depth_ < 0 ? 1 : 2);
+    cv::Mat depth;
+    {
+      const result::StageClock clock(frames[0].render_ms);
+      frames[0].reading.image = camera_->render(motion, t, lights_off_, depth_ < 0 ? nullptr : &depth);
+    }
+    frames[0].reading.sensor = index_;
+    if (depth_ >= 0) frames[1].reading.sensor = depth_, frames[1].reading.image = depth;
+    for (RigFrame& frame : frames) {
+      const result::StageClock clock(frame.encode_ms);
+      frame.reading.t = t;
+      frame.png.clear();
+    }
+    return frames;
+  }
+
+  std::vector<RigFrame> sweep(nanoseconds t, nanoseconds until, const camera::RecentMotion& motion) {
+    std::vector<RigFrame> frames(1);
+    const result::StageClock clock(frames[0].render_ms);
+    frames[0].reading.sensor = index_;
+    frames[0].reading.t = t;
+    frames[0].reading.points = lidar_->scan(motion, t, until);
+    return frames;
+  }
+
+  int index_, depth_ = -1;  // of this sensor and of the depth camera aligned with it
+  physics::WorldOptions::LightsOff lights_off_;
+  double rate_hz_ = 30;
+  bool sweep_ = false;
+  nanoseconds lead_{0};
+  int next_ = 0;
+  std::unique_ptr<camera::HeadCamera> camera_;
+  std::unique_ptr<camera::Lidar> lidar_;
+  OrderedWorker worker_;  // last: its functions use the members above
+};
+
+std::vector<physics::Place> places(const std::vector<rig::Item>& rig, const mjModel_& model) {
+  std::vector<physics::Place> all;
+  for (const rig::Item& item : rig)
+    all.push_back(std::visit(
+        [&](const auto& sensor) {
+          if constexpr (std::is_base_of_v<rig::Mount, std::decay_t<decltype(sensor)>>)
+            return physics::place_of(model, sensor);
+          else
+            return physics::place_of(model, rig::Mount{});
+        },
+        item));
+  return all;
+}
+
+RigReadings::RigReadings(const scenario::Scenario& scenario, const physics::Models& models, bool beside) {
+  if (!scenario.camera) return;
+  head_depth_ = depth_of(scenario.rig, "cam0");
+  for (std::size_t i = 0; i < scenario.rig.size(); ++i)
+    if (!std::holds_alternative<rig::DepthCamera>(scenario.rig[i]) &&
+        !std::holds_alternative<rig::Imu>(scenario.rig[i]))
+      sensors_.push_back(std::make_unique<Sensor>(scenario, models, static_cast<int>(i), beside));
+}
+
+RigReadings::~RigReadings() = default;
+
+void RigReadings::close() { sensors_.clear(); }
+
+nanoseconds RigReadings::reach(nanoseconds frame_period) const {
+  nanoseconds longest{0};
+  for (const auto& sensor : sensors_) longest = std::max(longest, 2 * sensor->lead() + frame_period);
+  return longest;
+}
+
+std::vector<std::future<std::vector<RigFrame>>> RigReadings::start(
+    nanoseconds end, const std::shared_ptr<const camera::RecentMotion>& motion) {
+  std::vector<std::future<std::vector<RigFrame>>> started;
+  for (const auto& sensor : sensors_) sensor->start(end, motion, started);
+  return started;
+}
+
+RigImus::RigImus(const std::vector<rig::Item>& rig, const std::vector<physics::Place>& places,
+                 const physics::World& world) {
+  for (std::size_t i = 0; i < rig.size(); ++i)
+    if (const auto* imu = std::get_if<rig::Imu>(&rig[i]))
+      imus_.push_back({static_cast<int>(i), places[i], milliseconds(std::llround(1e3 / imu->rate_hz)),
+                       world.imu_state(places[i])});
+}
+
+void RigImus::read(const physics::World& world, std::vector<slam::RigReading>& readings) {
+  for (Imu& imu : imus_) {
+    if (world.time() < imu.last.t + imu.period) continue;
+    const physics::ImuState now = world.imu_state(imu.place);
+    const physics::ImuReading reading = physics::reading_between(imu.last, now, world.gravity());
+    slam::RigReading& added = readings.emplace_back();
+    added.sensor = imu.sensor;
+    added.begin = reading.begin, added.t = reading.end;
+    added.gyro = reading.gyro, added.accelerometer = reading.specific_force;
+    imu.last = now;
+  }
+}
+
+}  // namespace sim::live
