@@ -72,7 +72,7 @@ struct GreyEye : Sensor {
 /// A color camera with its own lens.
 struct ColorCamera : Sensor {
   static constexpr const char* kName = "color";
-  int width_px = 640, height_px = 480;
+  int width_px = 424, height_px = 240;
   double rate_hz = 30, fov_rad = 1.2042771838760873, distortion = 0;  // 69 deg
   double exposure_s = 0, readout_s = 0;
   int subframes = 4;

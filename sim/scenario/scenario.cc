@@ -131,6 +131,8 @@ void check_whole(const ReadScenario& read, const Yaml& at) {
          "needs the section 'camera': the filter works at its frames (--without camera,slam drops both)");
   }
   check_time(read, at);
+  if (!scenario.rig.empty() && !scenario.camera)
+    fail(at, "rig", "needs the section 'camera': its readings come with the frames of the head camera");
   if (scenario.slam && scenario.slam->vision.enabled && scenario.world.room == "floor")
     fail(at, "world.room",
          "is floor, where the camera sees nothing to track; expected office or hall, or slam.vision.enabled: "
