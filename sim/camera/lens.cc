@@ -134,10 +134,14 @@ LensWarp::LensWarp(const CameraModel& camera) : camera_(camera) {
   for (const int half : {0, 1}) views_.push_back(covering(camera, columns_of(camera, half)));
   views_[1].first_column = views_[0].width_px;
   cv::Mat2f map(camera.height_px, camera.width_px);
+  samples_.create(map.size());
   for (int v = 0; v < map.rows; ++v)
     for (int u = 0; u < map.cols; ++u) {
       const Eigen::Vector2d pixel = source_pixel(u, v);
       map(v, u) = cv::Vec2f(float(pixel.x()), float(pixel.y()));
+      const double yaw = views_[u < columns_of(camera, 0).end ? 0 : 1].yaw;
+      const double along = std::cos(yaw) + std::sin(yaw) * camera.direction(Eigen::Vector2d(u, v)).x();
+      samples_(v, u) = cv::Vec3f(map(v, u)[0], map(v, u)[1], float(1 / along));
     }
   cv::convertMaps(map, cv::noArray(), map_, fraction_, CV_16SC2);
   for (const int half : {0, 1})
@@ -159,19 +163,16 @@ cv::Mat LensWarp::warp(const cv::Mat& views) const {
 }
 
 cv::Mat1w LensWarp::depth_mm(const cv::Mat1f& inverse_depth) const {
-  cv::Mat1w image(camera_.height_px, camera_.width_px);
+  cv::Mat1w image(samples_.size());
   for (int v = 0; v < image.rows; ++v)
     for (int u = 0; u < image.cols; ++u) {
-      const Pinhole& view = views_[u < columns_of(camera_, 0).end ? 0 : 1];
-      const Eigen::Vector2d direction = camera_.direction(Eigen::Vector2d(u, v)), at = source_pixel(u, v);
-      const int x = int(std::lround(at.x())), y = int(std::lround(at.y()));
-      const float* row = inverse_depth.ptr<float>(y);
-      const float sample =
-          row[x] + float(at.x() - x) * slope(row[x - 1], row[x], row[x + 1]) +
-          float(at.y() - y) * slope(inverse_depth(y - 1, x), row[x], inverse_depth(y + 1, x));
-      const double z_V = row[x] > 0 ? 1 / double(sample) : 0;
-      const double z_C = z_V / (std::cos(view.yaw) + std::sin(view.yaw) * direction.x());
-      image(v, u) = cv::saturate_cast<unsigned short>(1e3 * z_C);
+      const cv::Vec3f& sample = samples_(v, u);
+      const int x = cvRound(sample[0]), y = cvRound(sample[1]);
+      const float *above = inverse_depth.ptr<float>(y - 1), *row = inverse_depth.ptr<float>(y),
+                  *below = inverse_depth.ptr<float>(y + 1);
+      const float inverse = row[x] + (sample[0] - float(x)) * slope(row[x - 1], row[x], row[x + 1]) +
+                            (sample[1] - float(y)) * slope(above[x], row[x], below[x]);
+      image(v, u) = row[x] > 0 ? cv::saturate_cast<unsigned short>(1e3f * sample[2] / inverse) : 0;
     }
   return image;
 }
