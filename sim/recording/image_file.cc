@@ -5,6 +5,7 @@
 #include <libdeflate.h>
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
@@ -18,8 +19,24 @@ using std::string_view_literals::operator""sv;
 using Byte = unsigned char;
 
 constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
-/// Bytes of a header after width and height: 8 bits, grey, deflate, adaptive filtering, not interlaced.
-constexpr std::string_view kGrey8("\x08\0\0\0\0", 5);
+/// Bytes of a header after width and height: bits, color type, deflate, adaptive filtering, not interlaced.
+/// Empty for types of images that are not encoded.
+std::string_view png_format(int type) {
+  switch (type) {
+    case CV_8UC1:
+      return "\x08\0\0\0\0"sv;
+    case CV_8UC3:
+      return "\x08\x02\0\0\0"sv;
+    case CV_16UC1:
+      return "\x10\0\0\0\0"sv;
+    default:
+      return "";
+  }
+}
+/// Samples of two bytes change between the machine's order and that of PNG, the most significant byte first.
+constexpr int swapped(int type) {
+  return CV_MAT_DEPTH(type) == CV_16U && std::endian::native == std::endian::little ? 1 : 0;
+}
 /// The last chunk, with its length and its checksum.
 constexpr std::string_view kEnd("\0\0\0\0IEND\xae\x42\x60\x82", 12);
 /// The filter of each row (ISO/IEC 15948, section 9): its difference from the one above.
@@ -44,13 +61,14 @@ void append_chunk(std::string& out, std::string_view name, std::string_view data
 }
 
 std::string compressed(const cv::Mat& image) {
-  std::string coded(static_cast<std::size_t>(image.rows) * static_cast<std::size_t>(image.cols + 1), '\0');
+  const int width = image.cols * static_cast<int>(image.elemSize()), swap = swapped(image.type());  // bytes
+  std::string coded(static_cast<std::size_t>(image.rows) * static_cast<std::size_t>(width + 1), '\0');
   auto* to = reinterpret_cast<Byte*>(coded.data());
-  const cv::Mat nothing = cv::Mat::zeros(1, image.cols, CV_8UC1);
+  const cv::Mat nothing = cv::Mat::zeros(1, width, CV_8UC1);
   for (int v = 0; v < image.rows; ++v) {
     const Byte *row = image.ptr(v), *above = v > 0 ? image.ptr(v - 1) : nothing.ptr(0);
     *to++ = kUp;
-    for (int i = 0; i < image.cols; ++i) *to++ = static_cast<Byte>(row[i] - above[i]);
+    for (int i = 0; i < width; ++i) *to++ = static_cast<Byte>(row[i ^ swap] - above[i ^ swap]);
   }
   constexpr int kFastest = 1;
   const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
@@ -130,36 +148,44 @@ cv::Mat decode_image(const std::filesystem::path& file, std::string_view bytes, 
 
 std::string encode_grey_png(const cv::Mat& image) {
   CV_Assert(image.type() == CV_8UC1);
+  return encode_png(image);
+}
+
+std::string encode_png(const cv::Mat& image) {
+  CV_Assert(!png_format(image.type()).empty());
   std::string header, png(kSignature);
   append_big_endian(header, static_cast<std::size_t>(image.cols));
   append_big_endian(header, static_cast<std::size_t>(image.rows));
-  append_chunk(png, "IHDR", header.append(kGrey8));
+  append_chunk(png, "IHDR", header.append(png_format(image.type())));
   append_chunk(png, "IDAT", compressed(image));
   return png.append(kEnd);
 }
 
-std::optional<cv::Mat> decode_grey_png(std::string_view png) {
+std::optional<cv::Mat> decode_png(std::string_view png, int type) {
   constexpr std::size_t kPixels = 41;  // after the header and the begin of the pixels' chunk
   if (png.size() < kPixels + 4 + kEnd.size() || !png.starts_with(kSignature) || png.substr(12, 4) != "IHDR" ||
-      png.substr(24, 5) != kGrey8 || png.substr(37, 4) != "IDAT" || !png.ends_with(kEnd) ||
+      png.substr(24, 5) != png_format(type) || png.substr(37, 4) != "IDAT" || !png.ends_with(kEnd) ||
       kPixels + big_endian(png.substr(33)) + 4 + kEnd.size() != png.size())
     return std::nullopt;
   const std::size_t width = big_endian(png.substr(16)), height = big_endian(png.substr(20));
   if (width == 0 || height == 0 || width > kLargest || height > kLargest) return std::nullopt;
-  std::string coded(height * (width + 1), '\0');
+  const std::size_t row_bytes = width * CV_ELEM_SIZE(type);
+  const auto swap = static_cast<std::size_t>(swapped(type));
+  std::string coded(height * (row_bytes + 1), '\0');
   const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> decompressor(
       libdeflate_alloc_decompressor(), &libdeflate_free_decompressor);
   if (libdeflate_zlib_decompress(decompressor.get(), png.data() + kPixels, png.size() - kPixels - 16,
                                  coded.data(), coded.size(), nullptr) != LIBDEFLATE_SUCCESS)
     return std::nullopt;
-  cv::Mat image(static_cast<int>(height), static_cast<int>(width), CV_8UC1);
-  const std::string nothing(width, '\0');
+  cv::Mat image(static_cast<int>(height), static_cast<int>(width), type);
+  const std::string nothing(row_bytes, '\0');
   const auto* from = reinterpret_cast<const Byte*>(coded.data());
   const auto* above = reinterpret_cast<const Byte*>(nothing.data());
-  for (int v = 0; v < image.rows; ++v, from += width + 1) {
+  for (int v = 0; v < image.rows; ++v, from += row_bytes + 1) {
     if (from[0] != kUp) return std::nullopt;
     Byte* const row = image.ptr(v);
-    for (std::size_t i = 0; i < width; ++i) row[i] = static_cast<Byte>(from[1 + i] + above[i]);
+    for (std::size_t i = 0; i < row_bytes; ++i)
+      row[i ^ swap] = static_cast<Byte>(from[1 + i] + above[i ^ swap]);
     above = row;
   }
   return image;

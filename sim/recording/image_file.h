@@ -1,5 +1,5 @@
-// Images of recordings: a fast coder of grey PNG images (encoding takes a tenth of a run, decoding most of a
-// replay from the disk), and a decoder of external ones of the camera's size.
+// Images of recordings: a fast coder of gray, color and depth PNG images (encoding takes a tenth of a run,
+// decoding most of a replay from the disk), and a decoder of external ones of the camera's size.
 #pragma once
 
 #include <filesystem>
@@ -25,11 +25,17 @@ void require_image_size(const std::filesystem::path& file, std::string_view byte
 cv::Mat decode_image(const std::filesystem::path& file, std::string_view bytes, const ImageSize& size,
                      int flags);
 
-/// Decodes what encode_grey_png() writes, to the same pixels as cv::imdecode. Returns nothing for other or
-/// damaged bytes; checks only the checksum of the pixels, not those of the chunks.
-std::optional<cv::Mat> decode_grey_png(std::string_view png);
+/// Encodes an image as PNG: 8-bit gray (CV_8UC1), RGB in this order (CV_8UC3), or 16-bit gray (CV_16UC1). All
+/// rows have the filter "up", the fastest to reverse.
+std::string encode_png(const cv::Mat& image);
 
-/// Encodes an 8-bit grey image as PNG. All rows have the filter "up", the fastest to reverse.
+/// Decodes what encode_png() writes for an image of this type; gray to the same pixels as cv::imdecode, color
+/// as RGB. Returns nothing for other or damaged bytes; checks only the checksum of the pixels, not those of
+/// the chunks.
+std::optional<cv::Mat> decode_png(std::string_view png, int type);
+
+/// The same for 8-bit gray images only.
 std::string encode_grey_png(const cv::Mat& image);
+inline std::optional<cv::Mat> decode_grey_png(std::string_view png) { return decode_png(png, CV_8UC1); }
 
 }  // namespace sim::recording

@@ -4,7 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
+#include <type_traits>
 
 namespace sim::recording {
 
@@ -74,6 +77,41 @@ Eigen::Vector3d angular_rate(const files::CsvReader& row, const std::vector<file
 }
 Eigen::Vector3d acceleration(const files::CsvReader& row, const std::vector<files::Column>& columns) {
   return reading(row, columns, "accelerometer", "m/s^2");
+}
+
+const RigFormat& format_of(rig::Kind kind) {
+  static constexpr std::array<RigFormat, rig::kKinds.size()> kFormats{
+      {{"camera", "gray camera, 8 bits", ".png", CV_8UC1, "an 8-bit gray image"},
+       {"camera", "color camera, 8-bit RGB", ".png", CV_8UC3, "an 8-bit RGB image"},
+       {"depth", "depth along the optical axis in mm, 16 bits; 0: none", ".png", CV_16UC1,
+        "a 16-bit gray image"},
+       {"lidar",
+        "lidar, ideal; records of float32 x, y, z [m], float32 intensity, int32 time since the stamp [ns], "
+        "little-endian",
+        ".bin"},
+       {"imu", "IMU, ideal: means over (previous stamp, stamp]; +g up at rest", ""}}};
+  return kFormats.at(static_cast<std::size_t>(kind));
+}
+
+static_assert(sizeof(slam::LidarPoint) == 20 && std::is_trivially_copyable_v<slam::LidarPoint> &&
+                  std::endian::native == std::endian::little,
+              "a point in memory is its record in a file");
+
+std::string lidar_bytes(const std::vector<slam::LidarPoint>& points) {
+  return {reinterpret_cast<const char*>(points.data()), points.size() * sizeof(slam::LidarPoint)};
+}
+
+std::vector<slam::LidarPoint> read_lidar(const std::filesystem::path& file, std::string_view bytes) {
+  std::vector<slam::LidarPoint> points(bytes.size() / sizeof(slam::LidarPoint));
+  if (bytes.size() % sizeof(slam::LidarPoint) != 0)
+    throw files::FileError(
+        file, fmt::format("has {} bytes, expected a multiple of {}", bytes.size(), sizeof(slam::LidarPoint)));
+  if (!points.empty()) std::memcpy(points.data(), bytes.data(), bytes.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    for (const float value : {points[i].x_m, points[i].y_m, points[i].z_m, points[i].intensity})
+      if (!std::isfinite(value))
+        throw files::FileError(file, fmt::format("point {} from 0: expected finite numbers", i));
+  return points;
 }
 
 const std::vector<BodySensor>& body_sensors() {

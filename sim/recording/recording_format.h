@@ -58,6 +58,21 @@ Eigen::Vector3d angular_rate(const files::CsvReader& row,
 Eigen::Vector3d acceleration(const files::CsvReader& row,
                              const std::vector<files::Column>& columns = {{4}, {5}, {6}});  ///< m/s²
 
+/// How the readings of a kind of further sensor are recorded.
+struct RigFormat {
+  std::string_view type, comment;  ///< of sensor.yaml
+  std::string_view ending;         ///< of a reading's file in data/; none: the rows have the readings
+  int image_type = -1;             ///< of OpenCV
+  std::string_view image_name = {};
+};
+const RigFormat& format_of(rig::Kind kind);
+
+/// The points of a sweep as records of 20 bytes, little-endian: x, y, z (m) and intensity as float32, the
+/// time since the sweep's stamp (ns) as int32.
+std::string lidar_bytes(const std::vector<slam::LidarPoint>& points);
+/// Reads them back. Throws FileError for a part of a record and numbers that are not finite.
+std::vector<slam::LidarPoint> read_lidar(const std::filesystem::path& file, std::string_view bytes);
+
 /// A sensor of the body, folder mav0/<name>, recorded only for other programs.
 struct BodySensor {
   std::string name;
@@ -86,11 +101,16 @@ inline const std::string kMotionSensor = "mav0/state_groundtruth_estimate0/senso
 inline const std::string kMotionRows = "mav0/state_groundtruth_estimate0/data.csv";
 inline const std::string kFrames = "frames.csv";
 
-inline std::string body_sensor_file(const std::string& sensor) { return "mav0/" + sensor + "/sensor.yaml"; }
-inline std::string body_sensor_rows(const std::string& sensor) { return "mav0/" + sensor + "/data.csv"; }
+/// Of sensors of the body and of the rig.
+inline std::string sensor_file(const std::string& sensor) { return "mav0/" + sensor + "/sensor.yaml"; }
+inline std::string sensor_rows(const std::string& sensor) { return "mav0/" + sensor + "/data.csv"; }
+inline std::string body_sensor_rows(const std::string& sensor) { return sensor_rows(sensor); }
+inline std::string sensor_data(const std::string& sensor) { return "mav0/" + sensor + "/data/"; }
 
 inline const std::string kStampColumn = "#timestamp [ns]";
 inline const std::string kCameraHeader = kStampColumn + ",filename";
+/// Of the rig's cameras and lidars: the last column is the stamp of the observation that has the reading.
+inline const std::string kRigHeader = kCameraHeader + ",frame [ns]";
 inline const std::string kImuHeader = kStampColumn +
                                       ",w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1]"
                                       ",a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]";

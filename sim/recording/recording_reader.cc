@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <deque>
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
+#include <variant>
 
 #include "sim/recording/filter_input.h"
 #include "sim/recording/image_file.h"
@@ -61,22 +63,84 @@ std::vector<score::Surface> read_surfaces(const Manifest& manifest) {
   return surfaces;
 }
 
+// The file of an IMU, whose successive readings adjoin.
+class ImuReader {
+ public:
+  /// begin: start of the first interval, as sensor_yaml states it; known only if there are readings.
+  ImuReader(const Manifest& manifest, const std::string& rows, const fs::path& sensor_yaml,
+            std::optional<slam::Stamp> begin)
+      : rows_(rows_of(manifest, rows, {kImuHeader})), end_(begin.value_or(slam::Stamp{0})) {
+    if (rows_.stamp() && !begin) throw files::FileError(sensor_yaml, "has no key first_interval_begins_ns");
+  }
+  const StampedRows& rows() const { return rows_; }
+  /// Calls take(begin, end, gyro, accelerometer) with the readings up to t.
+  void read_until(slam::Stamp t, auto&& take) {
+    for (; rows_.stamp() && *rows_.stamp() <= t; rows_.advance()) {
+      const slam::Stamp begin = end_;
+      end_ = *rows_.stamp();
+      if (end_ <= begin) rows_.row().fail(0, "the interval ends before its start");
+      take(begin, end_, angular_rate(rows_.row()), acceleration(rows_.row()));
+    }
+  }
+
+ private:
+  StampedRows rows_;
+  slam::Stamp end_;
+};
+
+constexpr const char* kNoFrame = "no frame of frames.csv has this stamp";
+
+// The readings of a further camera or lidar, and the frames that have them.
+class RigReader {
+ public:
+  RigReader(const Manifest& manifest, const std::string& rows)
+      : rows_(rows_of(manifest, rows, {kRigHeader})) {}
+  /// Calls take(stamp, name of the file) with the readings of the frame at t. Throws for earlier ones.
+  void read_frame(slam::Stamp t, auto&& take) {
+    for (; rows_.stamp() && frame() == t; rows_.advance()) take(*rows_.stamp(), rows_.row().text(1));
+    if (rows_.stamp() && frame() < t) rows_.row().fail(2, kNoFrame);
+  }
+
+ private:
+  slam::Stamp frame() const {
+    const std::int64_t ns = rows_.row().integer(2);
+    if (ns < 0) rows_.row().fail(2, kNoFrame);
+    return slam::Stamp(ns) - kEpoch;
+  }
+  StampedRows rows_;
+};
+
 }  // namespace
 
 struct RecordingReader::Files {
   explicit Files(const fs::path& folder_) : folder(folder_) {
     manifest.check_sizes();
-    for (const std::string& name : {kBody, kMotionSensor, kMotionRows}) manifest.check(name);  // for others
+    for (const std::string& name : {kMotionSensor, kMotionRows}) manifest.check(name);  // for others
     for (const BodySensor& sensor : body_sensors()) {
-      manifest.check(body_sensor_file(sensor.name));
-      manifest.check(body_sensor_rows(sensor.name));
+      manifest.check(sensor_file(sensor.name));
+      manifest.check(sensor_rows(sensor.name));
     }
     read_camera_yaml(folder / kCameraSensor, sensor_text(kCameraSensor), setup);
     read_plan_yaml(folder / kPlanSensor, sensor_text(kPlanSensor), setup);
-    const auto begin = read_imu_yaml(folder / kImuSensor, sensor_text(kImuSensor), setup);
-    if (imu.stamp() && !begin)
-      throw files::FileError(folder / kImuSensor, "has no key first_interval_begins_ns");
-    if (begin) imu_end = *begin;
+    imu.emplace(manifest, kImuRows, folder / kImuSensor,
+                read_imu_yaml(folder / kImuSensor, sensor_text(kImuSensor), setup));
+    for (const std::string& name : read_body_yaml(folder / kBody, sensor_text(kBody))) {
+      const std::string file = sensor_file(name);
+      const ReadRigSensor read = read_rig_sensor_yaml(folder / file, sensor_text(file), name);
+      setup.rig.push_back(read.sensor);
+      if (read.sensor.kind == rig::Kind::imu)
+        rig.emplace_back(std::in_place_type<ImuReader>, manifest, sensor_rows(name), folder / file,
+                         read.begin);
+      else
+        rig.emplace_back(std::in_place_type<RigReader>, manifest, sensor_rows(name));
+    }
+    for (const rig::RigSensor& sensor : setup.rig)
+      if (const int with = rig::partner(setup.rig, sensor);
+          sensor.kind == rig::Kind::depth && sensor.aligned_with != "cam0" &&
+          (with < 0 || setup.rig[static_cast<std::size_t>(with)].kind > rig::Kind::color))
+        throw files::FileError(
+            folder / sensor_file(sensor.name),
+            fmt::format("aligned_with: the rig has no gray or color camera {}", sensor.aligned_with));
   }
 
   fs::path folder;
@@ -84,11 +148,46 @@ struct RecordingReader::Files {
   RecordingSetup setup;
   StampedRows frames = rows_of(manifest, kFrames, {kStampColumn}),
               camera = rows_of(manifest, kCameraRows, {kCameraHeader}),
-              imu = rows_of(manifest, kImuRows, {kImuHeader}),
               plan = rows_of(manifest, kPlanRows, {kPlanHeader, kPlanAndLegsHeader});
-  slam::Stamp imu_end{0};
+  std::optional<ImuReader> imu;
+  std::deque<std::variant<RigReader, ImuReader>> rig;  // in the order of setup.rig
 
   std::string sensor_text(const std::string& name) const { return manifest.read(name, files::kMostOfYaml); }
+
+  cv::Mat rig_image(const std::string& path, const rig::RigSensor& sensor) const {
+    const std::string bytes = manifest.read(path, files::kMostOfImage);
+    require_image_size(folder / path, bytes, {sensor.camera.width_px, sensor.camera.height_px});
+    const RigFormat& format = format_of(sensor.kind);
+    if (auto image = decode_png(bytes, format.image_type)) return *image;
+    throw files::FileError(folder / path, fmt::format("is not {} as recordings have", format.image_name));
+  }
+
+  void take_rig(slam::Observation& observation) {
+    for (std::size_t i = 0; i < rig.size(); ++i) {
+      const rig::RigSensor& sensor = setup.rig[i];
+      const auto added = [&](slam::Stamp t) -> slam::RigReading& {
+        slam::RigReading& reading = observation.rig.emplace_back();
+        reading.sensor = static_cast<int>(i), reading.t = t;
+        return reading;
+      };
+      if (auto* imu_reader = std::get_if<ImuReader>(&rig[i])) {
+        imu_reader->read_until(observation.t, [&](slam::Stamp begin, slam::Stamp end,
+                                                  const Eigen::Vector3d& w, const Eigen::Vector3d& a) {
+          slam::RigReading& reading = added(end);
+          reading.begin = begin, reading.gyro = w, reading.accelerometer = a;
+        });
+        continue;
+      }
+      std::get<RigReader>(rig[i]).read_frame(observation.t, [&](slam::Stamp t, std::string_view name) {
+        slam::RigReading& reading = added(t);
+        const std::string path = sensor_data(sensor.name) + std::string(name);
+        if (rig::is_camera(sensor))
+          reading.image = rig_image(path, sensor);
+        else
+          reading.points = read_lidar(folder / path, manifest.read(path, files::kMostOfImage));
+      });
+    }
+  }
 
   cv::Mat image(std::string_view name) const {
     const std::string path = kCameraFolder + std::string(name);
@@ -100,19 +199,28 @@ struct RecordingReader::Files {
   }
 
   void take_inertial(slam::Observation& observation) {
-    for (; imu.stamp() && *imu.stamp() <= observation.t; imu.advance()) {
-      const slam::Stamp begin = imu_end;
-      imu_end = *imu.stamp();
-      if (imu_end <= begin) imu.row().fail(0, "the interval ends before its start");
-      observation.gyro.push_back({begin, imu_end, angular_rate(imu.row())});
-      observation.accelerometer.push_back({begin, imu_end, acceleration(imu.row())});
+    imu->read_until(observation.t, [&](slam::Stamp begin, slam::Stamp end, const Eigen::Vector3d& w,
+                                       const Eigen::Vector3d& a) {
+      observation.gyro.push_back({begin, end, w});
+      observation.accelerometer.push_back({begin, end, a});
+    });
+  }
+
+  /// At the end: throws if rows are left of any sensor.
+  void refuse_rest() {
+    refuse_rows_before(slam::Stamp::max(), {&camera, &plan, &imu->rows()});
+    for (auto& rows : rig) {
+      if (const auto* imu_reader = std::get_if<ImuReader>(&rows))
+        refuse_rows_before(slam::Stamp::max(), {&imu_reader->rows()});
+      else
+        std::get<RigReader>(rows).read_frame(slam::Stamp::max(), [](slam::Stamp, std::string_view) {});
     }
   }
 
   /// Throws if a row's stamp is before t: then it is not in frames.csv.
   void refuse_rows_before(slam::Stamp t, const std::initializer_list<const StampedRows*>& files) const {
     for (const StampedRows* rows : files)
-      if (rows->stamp() && *rows->stamp() < t) rows->row().fail(0, "no frame of frames.csv has this stamp");
+      if (rows->stamp() && *rows->stamp() < t) rows->row().fail(0, kNoFrame);
   }
 };
 
@@ -127,7 +235,7 @@ const std::string& RecordingReader::hash() const { return files_->manifest.hash(
 std::optional<slam::Observation> RecordingReader::next() {
   Files& f = *files_;
   if (!f.frames.stamp()) {
-    f.refuse_rows_before(slam::Stamp::max(), {&f.camera, &f.plan, &f.imu});
+    f.refuse_rest();
     return std::nullopt;
   }
   slam::Observation observation;
@@ -142,6 +250,7 @@ std::optional<slam::Observation> RecordingReader::next() {
     observation.plan = read_plan_row(f.plan.row());
     f.plan.advance();
   }
+  f.take_rig(observation);
   f.frames.advance();
   return observation;
 }

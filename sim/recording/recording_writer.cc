@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <stdexcept>
+#include <variant>
 
 #include "sim/recording/image_file.h"
 #include "sim/recording/manifest.h"
@@ -48,24 +49,46 @@ struct Rows {
   std::optional<slam::Stamp> last;
 };
 
+// The file of an IMU, whose successive readings adjoin.
+struct ImuRows : Rows {
+  ImuRows(const fs::path& folder, const std::string& name_) : Rows(folder, name_, kImuHeader) {}
+  /// (after, until]: the time of the observation that has the reading.
+  void add(slam::Stamp from, slam::Stamp to, const Eigen::Vector3d& gyro,
+           const Eigen::Vector3d& accelerometer, std::optional<slam::Stamp> after, slam::Stamp until) {
+    if (!begin) begin = end = from;
+    require(from == end && to > from, "inertial readings do not chain");
+    require(to <= until && (!after || to > *after), "an inertial reading is not of its frame");
+    end = to;
+    Rows::add(to, "," + files::csv_fields(gyro) + "," + files::csv_fields(accelerometer));
+  }
+  std::optional<slam::Stamp> begin, end;
+};
+
 }  // namespace
 
 struct RecordingWriter::Files {
   Files(const fs::path& folder_, const RecordingSetup& setup_) : folder(made_folder(folder_)), setup(setup_) {
     for (const BodySensor& sensor : body_sensors())
-      body.emplace_back(folder, body_sensor_rows(sensor.name), kStampColumn + sensor.columns(setup.joints));
+      body.emplace_back(folder, sensor_rows(sensor.name), kStampColumn + sensor.columns(setup.joints));
+    for (const rig::RigSensor& sensor : setup.rig) {
+      if (sensor.kind == rig::Kind::imu)
+        rig.emplace_back(ImuRows(folder, sensor_rows(sensor.name)));
+      else
+        rig.emplace_back(Rows(folder, sensor_rows(sensor.name), kRigHeader));
+    }
   }
 
   fs::path folder;
   RecordingSetup setup;
   ManifestWriter manifest{folder};
   Rows frames{folder, kFrames, kStampColumn}, camera{folder, kCameraRows, kCameraHeader},
-      imu{folder, kImuRows, kImuHeader}, plan{folder, kPlanRows}, motion{folder, kMotionRows, kMotionHeader},
-      true_camera{folder, kTrueCamera}, true_waist{folder, kTrueWaist}, planned_waist{folder, kPlannedWaist},
-      feet{folder, kFeet}, surfaces{folder, kSurfaces};
-  std::vector<Rows> body;  // in the order of body_sensors()
-  std::optional<slam::Stamp> imu_begin, imu_end;
-  std::optional<bool> with_legs;  // known from the first plan on
+      plan{folder, kPlanRows}, motion{folder, kMotionRows, kMotionHeader}, true_camera{folder, kTrueCamera},
+      true_waist{folder, kTrueWaist}, planned_waist{folder, kPlannedWaist}, feet{folder, kFeet},
+      surfaces{folder, kSurfaces};
+  ImuRows imu{folder, kImuRows};
+  std::vector<Rows> body;                        // in the order of body_sensors()
+  std::vector<std::variant<Rows, ImuRows>> rig;  // in the order of setup.rig
+  std::optional<bool> with_legs;                 // known from the first plan on
 
   void write_whole(const std::string& name, std::string_view bytes) {
     files::HashedFile file = new_file(folder / name);
@@ -74,13 +97,41 @@ struct RecordingWriter::Files {
     manifest.add(name, file.hash());
   }
 
+  void write_image(const std::string& name, const cv::Mat& image, std::string_view png,
+                   const slam::CameraIntrinsics& size, rig::Kind kind) {
+    const RigFormat& format = format_of(kind);
+    require(image.type() == format.image_type && image.cols == size.width_px && image.rows == size.height_px,
+            fmt::format("an image is not {} of the camera's size", format.image_name));
+    write_whole(name, png.empty() ? encode_png(image) : png);
+  }
+
   void add_image(slam::Stamp t, const cv::Mat& image, std::string_view png) {
-    const slam::CameraIntrinsics& size = setup.calibration.camera;
-    require(image.type() == CV_8UC1 && image.cols == size.width_px && image.rows == size.height_px,
-            "an image is not 8-bit grey of the camera's size");
     const std::string name = fmt::format("{}.png", file_stamp(t));
-    write_whole(kCameraFolder + name, png.empty() ? encode_grey_png(image) : png);
+    write_image(kCameraFolder + name, image, png, setup.calibration.camera, rig::Kind::grey);
     camera.add(t, "," + name);
+  }
+
+  void add_rig(const slam::Observation& ideal, const std::vector<std::string>& pngs,
+               std::optional<slam::Stamp> before) {
+    for (std::size_t i = 0; i < ideal.rig.size(); ++i) {
+      const slam::RigReading& reading = ideal.rig[i];
+      const auto index = static_cast<std::size_t>(reading.sensor);
+      require(index < rig.size(), fmt::format("the rig has no sensor {}", reading.sensor));
+      require(i == 0 || ideal.rig[i - 1].sensor <= reading.sensor,
+              "the readings of the rig are not in the order of its sensors");
+      if (auto* rows = std::get_if<ImuRows>(&rig[index])) {
+        rows->add(reading.begin, reading.t, reading.gyro, reading.accelerometer, before, ideal.t);
+        continue;
+      }
+      const rig::RigSensor& sensor = setup.rig[index];
+      const std::string name = fmt::format("{}{}", file_stamp(reading.t), format_of(sensor.kind).ending);
+      const std::string path = sensor_data(sensor.name) + name;
+      if (rig::is_camera(sensor))
+        write_image(path, reading.image, i < pngs.size() ? pngs[i] : "", sensor.camera, sensor.kind);
+      else
+        write_whole(path, lidar_bytes(reading.points));
+      std::get<Rows>(rig[index]).add(reading.t, fmt::format(",{},{}", name, file_stamp(ideal.t)));
+    }
   }
 
   void add_plan(slam::Stamp t, const slam::PlannedMotion& planned) {
@@ -91,16 +142,11 @@ struct RecordingWriter::Files {
     plan.add(t, "," + plan_fields(planned));
   }
 
-  void add_inertial(const slam::Observation& ideal) {
+  void add_inertial(const slam::Observation& ideal, std::optional<slam::Stamp> before) {
     require(ideal.accelerometer.size() == ideal.gyro.size(), "gyro and accelerometer differ in number");
     for (std::size_t i = 0; i < ideal.gyro.size(); ++i) {
       const slam::InertialSample& gyro = ideal.gyro[i];
-      if (!imu_begin) imu_begin = imu_end = gyro.begin;
-      require(gyro.begin == imu_end && gyro.end > gyro.begin, "inertial readings do not chain");
-      require(gyro.end <= ideal.t, "an inertial reading is not of its frame");
-      imu_end = gyro.end;
-      imu.add(gyro.end,
-              "," + files::csv_fields(gyro.value) + "," + files::csv_fields(ideal.accelerometer[i].value));
+      imu.add(gyro.begin, gyro.end, gyro.value, ideal.accelerometer[i].value, before, ideal.t);
     }
   }
 };
@@ -111,12 +157,14 @@ RecordingWriter::RecordingWriter(const fs::path& folder, const RecordingSetup& s
 RecordingWriter::~RecordingWriter() = default;
 
 void RecordingWriter::add(const slam::Observation& ideal, std::string_view png,
-                          const std::vector<std::string>& /*rig_pngs*/) {
+                          const std::vector<std::string>& rig_pngs) {
   Files& f = *files_;
+  const std::optional<slam::Stamp> before = f.frames.last;
   f.frames.add(ideal.t, "");
-  f.add_inertial(ideal);
+  f.add_inertial(ideal, before);
   if (!ideal.image.empty()) f.add_image(ideal.t, ideal.image, png);
   if (ideal.plan) f.add_plan(ideal.t, *ideal.plan);
+  f.add_rig(ideal, rig_pngs, before);
 }
 
 void RecordingWriter::add(const BodyReading& reading) {
@@ -167,15 +215,21 @@ void RecordingWriter::add(const std::string& name, std::string_view text) { file
 void RecordingWriter::finish() {
   Files& f = *files_;
   if (!f.with_legs) f.plan.file.write(kPlanHeader + "\n");
-  f.write_whole(kBody, body_yaml());
+  f.write_whole(kBody, body_yaml(f.setup.rig));
   f.write_whole(kCameraSensor, camera_yaml(f.setup));
-  f.write_whole(kImuSensor, imu_yaml(f.setup, std::nullopt, f.imu_begin));
+  f.write_whole(kImuSensor, imu_yaml(f.setup, std::nullopt, f.imu.begin));
   for (const BodySensor& sensor : body_sensors())
-    f.write_whole(body_sensor_file(sensor.name), body_sensor_yaml(sensor, f.setup));
+    f.write_whole(sensor_file(sensor.name), body_sensor_yaml(sensor, f.setup));
+  for (std::size_t i = 0; i < f.rig.size(); ++i) {
+    const auto* imu = std::get_if<ImuRows>(&f.rig[i]);
+    f.write_whole(sensor_file(f.setup.rig[i].name),
+                  rig_sensor_yaml(f.setup.rig[i], f.setup.calibration, imu ? imu->begin : std::nullopt));
+  }
   f.write_whole(kPlanSensor, plan_yaml(f.setup));
   f.write_whole(kMotionSensor, motion_yaml());
   std::vector<Rows*> all{&f.frames, &f.camera, &f.imu};
   for (Rows& rows : f.body) all.push_back(&rows);
+  for (auto& rows : f.rig) all.push_back(std::visit([](Rows& either) { return &either; }, rows));
   for (Rows* rows :
        {&f.plan, &f.motion, &f.true_camera, &f.true_waist, &f.planned_waist, &f.feet, &f.surfaces})
     all.push_back(rows);

@@ -5,10 +5,12 @@
 #include <yaml-cpp/depthguard.h>
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
 #include <stdexcept>
+#include <type_traits>
 
 #include "sim/files/text.h"
 #include "slam/camera.h"
@@ -69,7 +71,7 @@ class Yaml {
         require_keys_once(root_);
         break;
       }
-    for (const char* pose : {"T_BS", "T_SB", "T_WC_start"})
+    for (const char* pose : {"T_BS", "T_SB", "T_CS", "T_WC_start"})
       if (has(pose) && at(pose).IsMap()) require_keys_once(at(pose));
     for (const char* rate : {"rate_hz", "update_rate"})
       if (const auto hz = has(rate) ? files::parse_finite(at(rate).Scalar()) : kLeastRate;
@@ -167,16 +169,87 @@ slam::Lens read_lens(const Yaml& yaml) {
   return slam::RadialTangential{k[0], k[1], k[2], k[3]};
 }
 
+std::string intrinsics(const slam::CameraIntrinsics& camera) {
+  return fmt::format("resolution: [{}, {}]\ncamera_model: pinhole\nintrinsics: [{}, {}, {}, {}]\n{}",
+                     camera.width_px, camera.height_px, camera.fu_px, camera.fv_px, camera.u0_px,
+                     camera.v0_px, lens(camera.lens));
+}
+
+slam::CameraIntrinsics read_intrinsics(const std::filesystem::path& file, const Yaml& yaml) {
+  const auto resolution = yaml.numbers(yaml.at("resolution"), 2),
+             values = yaml.numbers(yaml.at("intrinsics"), 4);
+  for (const double side : resolution)
+    if (side < kLeastSide || side > kLargestSide || side != std::floor(side))
+      yaml.fail(yaml.at("resolution").Mark(),
+                fmt::format("expected whole numbers from {} to {}", kLeastSide, kLargestSide));
+  if (yaml.has("camera_model") && yaml.at("camera_model").Scalar() != "pinhole")
+    yaml.fail(yaml.at("camera_model").Mark(), "expected pinhole");
+  const slam::CameraIntrinsics camera{static_cast<int>(resolution[0]),
+                                      static_cast<int>(resolution[1]),
+                                      values[0],
+                                      values[1],
+                                      values[2],
+                                      values[3],
+                                      read_lens(yaml)};
+  try {
+    slam::Camera{camera};
+  } catch (const std::invalid_argument& error) {  // the filter rejects it
+    throw files::FileError(file, error.what());
+  }
+  return camera;
+}
+
+std::string first_interval(std::optional<slam::Stamp> begin) {
+  return begin ? fmt::format("first_interval_begins_ns: {}\n", file_stamp(*begin)) : "";
+}
+
+std::optional<slam::Stamp> read_first_interval(const Yaml& yaml) {
+  if (!yaml.has("first_interval_begins_ns")) return std::nullopt;
+  const YAML::Node begin = yaml.at("first_interval_begins_ns");
+  const auto ns = files::parse_number<std::int64_t>(begin.IsScalar() ? begin.Scalar() : "");
+  if (!ns || *ns < 0) yaml.fail(begin.Mark(), "expected an integer from 0");
+  return slam::Stamp(*ns) - kEpoch;
+}
+
+// Calls take(key, number) for the numbers that a further sensor of its kind has.
+void each_number(auto& sensor, auto&& take) {
+  using rig::Kind;
+  take("rate_hz", sensor.rate_hz);
+  take("time_offset_s", sensor.time_offset_s);
+  if (sensor.kind == Kind::grey || sensor.kind == Kind::color) {
+    take("readout_s", sensor.readout_s);
+    take("read_sigma_grey", sensor.read_sigma_grey);
+    take("shot_sigma_grey", sensor.shot_sigma_grey);
+  }
+  if (sensor.kind == Kind::depth || sensor.kind == Kind::lidar) {
+    take("nearest_m", sensor.nearest_m);
+    take("furthest_m", sensor.furthest_m);
+  }
+  if (sensor.kind == Kind::depth) {
+    take("baseline_m", sensor.baseline_m);
+    take("disparity_sigma_px", sensor.disparity_sigma_px);
+    take("edge_px", sensor.edge_px);
+  }
+  if (sensor.kind == Kind::lidar) {
+    take("lowest_rad", sensor.lowest_rad);
+    take("highest_rad", sensor.highest_rad);
+    take("range_sigma_m", sensor.range_sigma_m);
+    take("angle_sigma_rad", sensor.angle_sigma_rad);
+  }
+  if (sensor.kind == Kind::imu) {
+    take("gyro_sigma_rad_s", sensor.gyro_sigma_rad_s);
+    take("accelerometer_sigma_m_s2", sensor.accelerometer_sigma_m_s2);
+    take("gyro_bias_sigma_rad_s", sensor.gyro_bias_sigma_rad_s);
+    take("accelerometer_bias_sigma_m_s2", sensor.accelerometer_bias_sigma_m_s2);
+  }
+}
+
 }  // namespace
 
 std::string camera_yaml(const RecordingSetup& setup) {
-  const slam::CameraIntrinsics& camera = setup.calibration.camera;
   return head("camera", "head camera; body frame: the chest IMU") +
          matrix("T_BS", setup.calibration.X_CG.inverse()) + matrix("T_SB", setup.calibration.X_CG) +
-         fmt::format(
-             "rate_hz: {}\nresolution: [{}, {}]\ncamera_model: pinhole\nintrinsics: [{}, {}, {}, {}]\n{}",
-             setup.camera_rate_hz, camera.width_px, camera.height_px, camera.fu_px, camera.fv_px,
-             camera.u0_px, camera.v0_px, lens(camera.lens));
+         fmt::format("rate_hz: {}\n", setup.camera_rate_hz) + intrinsics(setup.calibration.camera);
 }
 
 std::string imu_yaml(const RecordingSetup& setup, const std::optional<ImuNoise>& stated,
@@ -190,7 +263,7 @@ std::string imu_yaml(const RecordingSetup& setup, const std::optional<ImuNoise>&
              "accelerometer_noise_density: {}\naccelerometer_random_walk: {}\n",
              setup.imu_rate_hz, noise.gyro_density, noise.gyro_walk, noise.accelerometer_density,
              noise.accelerometer_walk) +
-         (begin ? fmt::format("first_interval_begins_ns: {}\n", (kEpoch + *begin).count()) : "");
+         first_interval(begin);
 }
 
 std::string body_sensor_yaml(const BodySensor& sensor, const RecordingSetup& setup) {
@@ -207,31 +280,72 @@ std::string motion_yaml() {
   return head("visual-inertial", "truth of the simulator") + matrix("T_BS", Eigen::Isometry3d::Identity());
 }
 
-std::string body_yaml() {
-  return std::string(kDirective) + "\ncomment: \"GaitSLAM humanoid; body frame: the chest IMU\"\n";
+std::string body_yaml(const std::vector<rig::RigSensor>& rig) {
+  std::vector<std::string> names;
+  for (const rig::RigSensor& sensor : rig) names.push_back(sensor.name);
+  return std::string(kDirective) + "\ncomment: \"GaitSLAM humanoid; body frame: the chest IMU\"\n" +
+         (names.empty() ? "" : fmt::format("rig: [{}]\n", fmt::join(names, ", ")));
+}
+
+std::string rig_sensor_yaml(const rig::RigSensor& sensor, const slam::Calibration& calibration,
+                            std::optional<slam::Stamp> begin) {
+  const RigFormat& format = format_of(sensor.kind);
+  std::string text = head(std::string(format.type), std::string(format.comment)) +
+                     matrix("T_BS", calibration.X_CG.inverse() * sensor.X_CS) + matrix("T_CS", sensor.X_CS) +
+                     fmt::format("kind: {}\n", rig::kKinds.at(static_cast<std::size_t>(sensor.kind)));
+  if (rig::is_camera(sensor)) text += intrinsics(sensor.camera);
+  if (sensor.kind == rig::Kind::depth) text += fmt::format("aligned_with: {}\n", sensor.aligned_with);
+  each_number(sensor, [&](const char* key, auto value) { text += fmt::format("{}: {}\n", key, value); });
+  return text + first_interval(begin);
+}
+
+std::vector<std::string> read_body_yaml(const std::filesystem::path& file, const std::string& text) {
+  const Yaml yaml(file, text);
+  std::vector<std::string> names;
+  if (!yaml.has("rig")) return names;
+  if (!yaml.at("rig").IsSequence()) yaml.fail(yaml.at("rig").Mark(), "rig: expected a list of sensors");
+  for (const YAML::Node& name : yaml.at("rig")) {
+    if (!name.IsScalar()) yaml.fail(name.Mark(), "rig: expected the name of a sensor");
+    if (std::ranges::find(names, name.Scalar()) != names.end())
+      yaml.fail(name.Mark(), fmt::format("rig: {} is given twice, expected once", name.Scalar()));
+    names.push_back(name.Scalar());
+  }
+  return names;
+}
+
+ReadRigSensor read_rig_sensor_yaml(const std::filesystem::path& file, const std::string& text,
+                                   const std::string& name) {
+  constexpr double kLargest = 1e6;  // of any number but rates, which have limits of their own
+  const Yaml yaml(file, text);
+  ReadRigSensor read;
+  rig::RigSensor& sensor = read.sensor;
+  sensor.name = name;
+  const YAML::Node kind = yaml.at("kind");
+  const auto found = std::ranges::find(rig::kKinds, kind.IsScalar() ? kind.Scalar() : "");
+  if (found == rig::kKinds.end())
+    yaml.fail(kind.Mark(), fmt::format("kind: expected one of {}", fmt::join(rig::kKinds, ", ")));
+  sensor.kind = static_cast<rig::Kind>(found - rig::kKinds.begin());
+  sensor.X_CS = yaml.pose("T_CS", false);
+  if (rig::is_camera(sensor)) sensor.camera = read_intrinsics(file, yaml);
+  if (sensor.kind == rig::Kind::depth) sensor.aligned_with = yaml.at("aligned_with").Scalar();
+  each_number(sensor, [&](const char* key, auto& value) {
+    using Number = std::decay_t<decltype(value)>;
+    const YAML::Node node = yaml.at(key);
+    const auto stated = files::parse_number<Number>(node.IsScalar() ? node.Scalar() : "");
+    if (!stated || !(std::abs(*stated) <= kLargest))
+      yaml.fail(node.Mark(),
+                fmt::format("{}: expected {} from -{:.0f} to {:.0f}", key,
+                            std::is_integral_v<Number> ? "a whole number" : "a number", kLargest, kLargest));
+    value = *stated;
+  });
+  if (sensor.kind == rig::Kind::imu) read.begin = read_first_interval(yaml);
+  return read;
 }
 
 StatedCamera read_camera_yaml(const std::filesystem::path& file, const std::string& text,
                               RecordingSetup& setup) {
   const Yaml yaml(file, text);
-  slam::CameraIntrinsics& camera = setup.calibration.camera;
-  const auto resolution = yaml.numbers(yaml.at("resolution"), 2),
-             intrinsics = yaml.numbers(yaml.at("intrinsics"), 4);
-  for (const double side : resolution)
-    if (side < kLeastSide || side > kLargestSide || side != std::floor(side))
-      yaml.fail(yaml.at("resolution").Mark(),
-                fmt::format("expected whole numbers from {} to {}", kLeastSide, kLargestSide));
-  if (yaml.has("camera_model") && yaml.at("camera_model").Scalar() != "pinhole")
-    yaml.fail(yaml.at("camera_model").Mark(), "expected pinhole");
-  camera.width_px = static_cast<int>(resolution[0]), camera.height_px = static_cast<int>(resolution[1]);
-  camera.fu_px = intrinsics[0], camera.fv_px = intrinsics[1], camera.u0_px = intrinsics[2],
-  camera.v0_px = intrinsics[3];
-  camera.lens = read_lens(yaml);
-  try {
-    slam::Camera{camera};
-  } catch (const std::invalid_argument& error) {  // the filter rejects it
-    throw files::FileError(file, error.what());
-  }
+  setup.calibration.camera = read_intrinsics(file, yaml);
   StatedCamera stated;
   stated.by_imu = !yaml.has("T_SB") && !yaml.has("T_BS") && (yaml.has("T_cam_imu") || yaml.has("T_imu_cam"));
   if (stated.by_imu)
@@ -255,11 +369,7 @@ std::optional<slam::Stamp> read_imu_yaml(const std::filesystem::path& file, cons
                                          RecordingSetup& setup) {
   const Yaml yaml(file, text);
   setup.imu_rate_hz = yaml.number(yaml.at("rate_hz"));
-  if (text.find("first_interval_begins_ns") == text.npos) return std::nullopt;
-  const YAML::Node begin = yaml.at("first_interval_begins_ns");
-  const auto ns = files::parse_number<std::int64_t>(begin.IsScalar() ? begin.Scalar() : "");
-  if (!ns || *ns < 0) yaml.fail(begin.Mark(), "expected an integer from 0");
-  return slam::Stamp(*ns) - kEpoch;
+  return read_first_interval(yaml);
 }
 
 MountedImu read_mounted_imu(const std::filesystem::path& file, const std::string& text) {

@@ -1,4 +1,4 @@
-// The sensor.yaml files of a recording: mounting of the sensors and intrinsics of the camera.
+// The sensor.yaml files of a recording: mounting of the sensors and intrinsics of the cameras.
 #pragma once
 
 #include <filesystem>
@@ -29,7 +29,11 @@ std::string imu_yaml(const RecordingSetup& setup, const std::optional<ImuNoise>&
 std::string body_sensor_yaml(const BodySensor& sensor, const RecordingSetup& setup);
 std::string plan_yaml(const RecordingSetup& setup);
 std::string motion_yaml();
-std::string body_yaml();
+/// Lists the further sensors, if there are any.
+std::string body_yaml(const std::vector<rig::RigSensor>& rig = {});
+/// A further sensor: all that RigSensor has. begin: of an IMU, start of the first interval.
+std::string rig_sensor_yaml(const rig::RigSensor& sensor, const slam::Calibration& calibration,
+                            std::optional<slam::Stamp> begin = {});
 
 // The readers get the text of a file and its name, and throw FileError. Matrices are maps with 16 numbers in
 // `data`, lists of 16 numbers, or lists of four rows. External rotations are orthonormal to 1e-4 only.
@@ -57,6 +61,14 @@ struct MountedImu {
 MountedImu read_mounted_imu(const std::filesystem::path& file, const std::string& text);
 /// The T_BS of any sensor.
 Eigen::Isometry3d read_mounting(const std::filesystem::path& file, const std::string& text);
+/// The names of the further sensors.
+std::vector<std::string> read_body_yaml(const std::filesystem::path& file, const std::string& text);
+struct ReadRigSensor {
+  rig::RigSensor sensor;
+  std::optional<slam::Stamp> begin;  ///< as of rig_sensor_yaml()
+};
+ReadRigSensor read_rig_sensor_yaml(const std::filesystem::path& file, const std::string& text,
+                                   const std::string& name);
 void read_plan_yaml(const std::filesystem::path& file, const std::string& text, RecordingSetup& setup);
 
 }  // namespace sim::recording

@@ -8,6 +8,7 @@
 #include "sim/recording/image_file.h"
 #include "sim/sensor_errors/random.h"
 #include "tests/sim/files/temporary_folder.h"
+#include "tests/sim/recording/random_readings.h"
 
 namespace sim::recording {
 namespace {
@@ -130,6 +131,24 @@ TEST(GreyPng, ImagesAreReadBackHereAndByOpenCv) {
     const cv::Mat bytes(1, static_cast<int>(png.size()), CV_8UC1, const_cast<char*>(png.data()));
     EXPECT_TRUE(same(cv::imdecode(bytes, cv::IMREAD_UNCHANGED), image)) << size;
     EXPECT_TRUE(same(decode_grey_png(png).value(), image)) << size;
+  }
+}
+
+TEST(Png, ColorAndDepthAreReadBackHereAndByOpenCv) {
+  sensor_errors::Random random(1, "picture");
+  for (const int type : {CV_8UC3, CV_16UC1}) {
+    cv::Mat image = tests::random_image({33, 20}, random, type);
+    const std::string png = encode_png(image);
+    tests::expect_same(decode_png(png, type).value(), image);
+    EXPECT_FALSE(decode_png(png, CV_8UC1));
+    const cv::Mat bytes(1, static_cast<int>(png.size()), CV_8UC1, const_cast<char*>(png.data()));
+    cv::Mat read = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+    if (type == CV_8UC3) {  // OpenCV has BGR
+      cv::Mat rgb(read.size(), type);
+      cv::mixChannels({read}, {rgb}, {0, 2, 1, 1, 2, 0});
+      read = rgb;
+    }
+    tests::expect_same(read, image);
   }
 }
 

@@ -21,11 +21,11 @@ inline Eigen::Isometry3d random_pose(sim::sensor_errors::Random& random) {
   return X;
 }
 
-inline cv::Mat random_image(cv::Size size, sim::sensor_errors::Random& random) {
-  cv::Mat pixels(size, CV_8UC1);
+inline cv::Mat random_image(cv::Size size, sim::sensor_errors::Random& random, int type = CV_8UC1) {
+  cv::Mat pixels(size, type);
   for (int row = 0; row < size.height; ++row)
-    for (int column = 0; column < size.width; ++column)
-      pixels.at<unsigned char>(row, column) = random.bits() & 255;
+    for (int i = 0; i < size.width * static_cast<int>(pixels.elemSize()); ++i)
+      pixels.ptr(row)[i] = random.bits() & 255;
   return pixels;
 }
 
@@ -33,7 +33,7 @@ inline void append(std::vector<double>& all, const auto& values) {
   all.insert(all.end(), values.data(), values.data() + values.size());
 }
 
-/// All that an observation has besides its image.
+/// All that an observation has besides its images.
 inline std::vector<double> numbers_of(const slam::Observation& o) {
   const auto ns = [](slam::Stamp t) { return static_cast<double>(t.count()); };
   std::vector<double> all{ns(o.t), static_cast<double>(o.gyro.size()), o.plan ? 1.0 : 0.0};
@@ -42,6 +42,12 @@ inline std::vector<double> numbers_of(const slam::Observation& o) {
       all.insert(all.end(), {ns(reading.begin), ns(reading.end)});
       append(all, reading.value);
     }
+  for (const slam::RigReading& reading : o.rig) {
+    all.insert(all.end(), {double(reading.sensor), ns(reading.t), ns(reading.begin)});
+    for (const auto& v : {reading.gyro, reading.accelerometer}) append(all, v);
+    for (const slam::LidarPoint& p : reading.points)
+      all.insert(all.end(), {p.x_m, p.y_m, p.z_m, p.intensity, double(p.offset_ns)});
+  }
   if (!o.plan) return all;
   append(all, o.plan->X_PC.matrix());
   for (const auto& v : {o.plan->v_PC_C, o.plan->w_PC_C, o.plan->p_CF}) append(all, v);
@@ -52,11 +58,17 @@ inline std::vector<double> numbers_of(const slam::Observation& o) {
   return all;
 }
 
+inline void expect_same(const cv::Mat& a, const cv::Mat& b) {
+  ASSERT_EQ(a.size(), b.size());
+  ASSERT_EQ(a.type(), b.type());
+  EXPECT_TRUE(a.empty() || cv::norm(a, b, cv::NORM_INF) == 0);
+}
+
 inline void expect_same(const slam::Observation& a, const slam::Observation& b) {
   EXPECT_EQ(numbers_of(a), numbers_of(b));
-  ASSERT_EQ(a.image.size(), b.image.size());
-  ASSERT_EQ(a.image.type(), b.image.type());
-  EXPECT_TRUE(a.image.empty() || cv::norm(a.image, b.image, cv::NORM_INF) == 0);
+  expect_same(a.image, b.image);
+  ASSERT_EQ(a.rig.size(), b.rig.size());
+  for (std::size_t i = 0; i < a.rig.size(); ++i) expect_same(a.rig[i].image, b.rig[i].image);
 }
 
 }  // namespace tests

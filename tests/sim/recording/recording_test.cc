@@ -32,6 +32,109 @@ slam::PlannedMotion plan(sensor_errors::Random& random) {
           static_cast<slam::Support>(random.bits() % 3)};
 }
 
+// One sensor of each kind, with generic numbers.
+std::vector<rig::RigSensor> rig_of(std::uint64_t seed) {
+  using rig::Kind;
+  sensor_errors::Random random(seed, "rig");
+  std::vector<rig::RigSensor> all;
+  for (const auto& [name, kind] : {std::pair("cam1", Kind::grey),
+                                   {"rgb0", Kind::color},
+                                   {"depth0", Kind::depth},
+                                   {"lidar0", Kind::lidar},
+                                   {"imu1", Kind::imu}}) {
+    rig::RigSensor s;
+    s.name = name, s.kind = kind;
+    s.rate_hz = 10 + random.uniform(), s.time_offset_s = random.normal();
+    s.X_CS = random_pose(random);
+    if (rig::is_camera(s)) s.camera = {kWidth, kHeight, 19 + random.uniform(), 20, 15, 12, slam::Lens()};
+    if (kind == Kind::grey) s.camera.lens = slam::RadialTangential{0.01, 0.02, 0.003, random.uniform() / 99};
+    if (kind == Kind::grey || kind == Kind::color)
+      s.readout_s = random.uniform(), s.read_sigma_grey = random.uniform(),
+      s.shot_sigma_grey = random.uniform();
+    if (kind == Kind::depth || kind == Kind::lidar)
+      s.nearest_m = random.uniform(), s.furthest_m = random.uniform();
+    if (kind == Kind::depth) {
+      s.aligned_with = "rgb0", s.edge_px = 2;
+      s.baseline_m = random.uniform(), s.disparity_sigma_px = random.uniform();
+    }
+    if (kind == Kind::lidar) {
+      s.lowest_rad = random.normal(), s.highest_rad = random.normal();
+      s.range_sigma_m = random.uniform(), s.angle_sigma_rad = random.uniform();
+    }
+    if (kind == Kind::imu) {
+      s.gyro_sigma_rad_s = random.uniform(), s.accelerometer_sigma_m_s2 = random.uniform();
+      s.gyro_bias_sigma_rad_s = random.uniform(), s.accelerometer_bias_sigma_m_s2 = random.uniform();
+    }
+    all.push_back(s);
+  }
+  return all;
+}
+
+// All that a sensor has besides its name and its partner.
+std::vector<double> numbers_of(const rig::RigSensor& s) {
+  std::vector<double> all{double(s.kind),
+                          s.rate_hz,
+                          s.time_offset_s,
+                          s.nearest_m,
+                          s.furthest_m,
+                          s.readout_s,
+                          s.lowest_rad,
+                          s.highest_rad,
+                          s.read_sigma_grey,
+                          s.shot_sigma_grey,
+                          s.baseline_m,
+                          s.disparity_sigma_px,
+                          double(s.edge_px),
+                          s.range_sigma_m,
+                          s.angle_sigma_rad,
+                          s.gyro_sigma_rad_s,
+                          s.accelerometer_sigma_m_s2,
+                          s.gyro_bias_sigma_rad_s,
+                          s.accelerometer_bias_sigma_m_s2,
+                          s.camera.fu_px,
+                          s.camera.fv_px,
+                          s.camera.u0_px,
+                          s.camera.v0_px,
+                          double(s.camera.width_px),
+                          double(s.camera.height_px),
+                          double(s.camera.lens.index())};
+  tests::append(all, s.X_CS.matrix());
+  if (const auto* lens = std::get_if<slam::RadialTangential>(&s.camera.lens))
+    all.insert(all.end(), {lens->k1, lens->k2, lens->p1, lens->p2});
+  if (const auto* lens = std::get_if<slam::OneParameterRadial>(&s.camera.lens)) all.push_back(lens->k1_px2);
+  return all;
+}
+
+// Readings of rig_of() in a run: cameras twice a frame or not at all, before and after its stamp.
+void add_rig(std::vector<slam::Observation>& all, std::uint64_t seed) {
+  sensor_errors::Random random(seed, "rig readings");
+  Stamp begin{-1'000'000};
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    slam::Observation& o = all[k];
+    const auto add = [&](int sensor, Stamp t) -> slam::RigReading& {
+      slam::RigReading& reading = o.rig.emplace_back();
+      reading.sensor = sensor, reading.t = t;
+      return reading;
+    };
+    for (const auto& [sensor, type] : {std::pair(0, CV_8UC1), {1, CV_8UC3}, {2, CV_16UC1}})
+      for (const int ms : {-7, 3})
+        if (k % 4 != 2)
+          add(sensor, o.t + std::chrono::milliseconds(ms)).image =
+              random_image({kWidth, kHeight}, random, type);
+    for (int i = 0; i < (k == 1 && seed > 1 ? 0 : 3); ++i) {
+      auto& points = i == 0 ? add(3, o.t - Stamp(10)).points : o.rig.back().points;
+      const Eigen::Vector3f p = random_vector(random).cast<float>();
+      points.push_back({p.x(), p.y(), p.z(), float(random.uniform()), 1000 * i - 1});
+    }
+    if (k == 1 && seed > 1) add(3, o.t);  // a sweep without points
+    for (; begin + Stamp(10'000'000) <= o.t; begin += Stamp(10'000'000)) {
+      slam::RigReading& reading = add(4, begin + Stamp(10'000'000));
+      reading.begin = begin;
+      reading.gyro = random_vector(random), reading.accelerometer = random_vector(random);
+    }
+  }
+}
+
 RecordingSetup setup_of(sensor_errors::Random& random) {
   RecordingSetup setup;
   setup.calibration.camera = {kWidth, kHeight, 19.7 + random.uniform(),          19.5,
@@ -69,7 +172,9 @@ struct Recorded {
   explicit Recorded(const fs::path& folder_, std::uint64_t seed = 1, bool legs = true) : folder(folder_) {
     sensor_errors::Random random(seed, "test");
     setup = setup_of(random);
+    setup.rig = rig_of(seed);
     given = observations(random, 12, legs);
+    add_rig(given, seed);
     RecordingWriter writer(folder, setup);
     for (const slam::Observation& o : given) {
       writer.add(o);
@@ -123,6 +228,47 @@ TEST(Recording, CalibrationAndStartComeBackBitForBit) {
   EXPECT_LT(before, 0.5);
   for (; reader.next(); before = reader.part()) EXPECT_GE(reader.part(), before);
   EXPECT_EQ(reader.part(), 1);
+}
+
+TEST(Recording, TheRigComesBackBitForBit) {
+  const files::TemporaryFolder folder;
+  const Recorded recorded(folder / "r");
+  const std::vector<rig::RigSensor> read = RecordingReader(recorded.folder).setup().rig;
+  ASSERT_EQ(read.size(), recorded.setup.rig.size());
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    EXPECT_EQ(read[i].name, recorded.setup.rig[i].name);
+    EXPECT_EQ(read[i].aligned_with, recorded.setup.rig[i].aligned_with);
+    EXPECT_EQ(numbers_of(read[i]), numbers_of(recorded.setup.rig[i]));
+  }
+}
+
+TEST(Recording, WithoutFurtherSensorsItHasTheFilesOfBefore) {
+  const files::TemporaryFolder folder;
+  sensor_errors::Random random(1, "test");
+  RecordingWriter writer(folder / "r", setup_of(random));
+  writer.add(observations(random, 1)[0]);
+  writer.finish();
+  EXPECT_EQ(files::read_text(folder / "r/mav0/body.yaml"),
+            "%YAML:1.0\ncomment: \"GaitSLAM humanoid; body frame: the chest IMU\"\n");
+  std::vector<std::string> sensors;
+  for (const auto& entry : fs::directory_iterator(folder / "r/mav0"))
+    sensors.push_back(entry.path().filename());
+  EXPECT_THAT(sensors, testing::UnorderedElementsAre("body.yaml", "cam0", "imu0", "encoders0", "forces0",
+                                                     "plan0", "state_groundtruth_estimate0"));
+  EXPECT_TRUE(RecordingReader(folder / "r").setup().rig.empty());
+}
+
+TEST(Recording, ImagesOfTheRigThatWereEncodedBeforeAreWrittenAsTheyAre) {
+  const files::TemporaryFolder folder;
+  const Recorded recorded(folder / "r");
+  RecordingWriter writer(folder / "s", recorded.setup);
+  const slam::Observation& o = recorded.given[0];
+  writer.add(o, "", {"given", ""});
+  const std::string stamp = std::to_string(file_stamp(o.rig[0].t)),
+                    next = std::to_string(file_stamp(o.rig[1].t));
+  EXPECT_EQ(files::read_text(folder / "s/mav0/cam1/data" / (stamp + ".png")), "given");
+  EXPECT_EQ(files::read_text(folder / "s/mav0/cam1/data" / (next + ".png")),
+            files::read_text(folder / "r/mav0/cam1/data" / (next + ".png")));
 }
 
 TEST(Recording, KeepsTheReadingsOfTheBodySensorsBitForBit) {
@@ -270,7 +416,8 @@ TEST(Recording, ErrorsInAFileNameLineAndColumn) {
   const files::TemporaryFolder folder;
   const std::string frames = "frames.csv", images = "mav0/cam0/data.csv", camera = "mav0/cam0/sensor.yaml",
                     imu = "mav0/imu0/sensor.yaml", t = "1000000000033000000", last = "1000000000363000000",
-                    begins = "first_interval_begins_ns: ";
+                    begins = "first_interval_begins_ns: ", rgb = "mav0/rgb0/sensor.yaml",
+                    depth = "mav0/depth0/sensor.yaml", sweep = "mav0/lidar0/data/999999999999999990.bin";
   EXPECT_EQ(complaint(folder / "r", frames, t, t), "");  // as it was
   for (const auto& [name, from, to, words] : std::vector<std::array<std::string, 4>>{
            {frames, "#timestamp", "#time",
@@ -291,6 +438,27 @@ TEST(Recording, ErrorsInAFileNameLineAndColumn) {
            {imu, begins, "first_interval_began: ", ": has no key first_interval_begins_ns"},
            {imu, begins, begins + "9", "expected an integer"},
            {imu, begins + "9", begins + "19", "of another file"},
+           {"mav0/body.yaml", "rgb0", "cam1", ":3:13: rig: cam1 is given twice, expected once"},
+           {"mav0/body.yaml", "[cam1", "[{cam1: 1}", ":3:7: rig: expected the name of a sensor"},
+           {"mav0/body.yaml", "[cam1", "[cam2", "of another file"},
+           {rgb, "kind: color", "kind: red", ":14:7: kind: expected one of grey, color, depth, lidar, imu"},
+           {rgb, "kind: color", "kind: grey", "033000000"},
+           {rgb, "resolution: [32", "resolution: [33", "is an image of 32x40"},
+           {rgb, "time_offset_s: ", "time_offset_s: 1e9", ": time_offset_s: expected a number from -1000000"},
+           {depth, "aligned_with: rgb0", "aligned_with: imu1",
+            ": aligned_with: the rig has no gray or color camera imu1"},
+           {depth, "edge_px: 2", "edge_px: 2.5", "edge_px: expected a whole number from"},
+           {"mav0/rgb0/data.csv", ",1000000000033000000", ",1000000000033000001",
+            ":4:41: no frame of frames.csv has this stamp"},
+           {"mav0/rgb0/data.csv", ",1000000000363000000", ",-1", "no frame of frames.csv has this stamp"},
+           {"mav0/rgb0/data.csv", "1000000000003000000,", "1000000000000000000,",
+            "the stamp is not after the one before"},
+           {sweep, "", "x", ": has 61 bytes, expected a multiple of 20"},
+           {sweep, "", std::string(20, '\xff'), ": point 0 from 0: expected finite numbers"},
+           {"mav0/imu1/sensor.yaml", begins,
+            "first_interval_began: ", ": has no key first_interval_begins_ns"},
+           {"mav0/imu1/data.csv", "1000000000009000000,", "1000000000009000000,x",
+            ":2:21: expected a finite number"},
            {"mav0/imu0/data.csv", "1000000000005000000,-0.", "1000000000005000000,-90000000.",
             "rad/s, expected from -10000000 to 10000000 rad/s"}}) {
     const std::string error = complaint(folder / "r", name, from, to);
@@ -308,11 +476,20 @@ TEST(Recording, TheWriterRejectsWhatIdealSensorsCannotGive) {
            {[](auto& all) { all[2].accelerometer.clear(); }, "number"},
            {[](auto& all) { all[2].plan->legs.emplace(); }, "leg odometry comes and goes"},
            {[](auto& all) { all[1].image = cv::Mat(4, 4, CV_8UC1); }, "size"},
-           {[](auto& all) { all[0].t -= Stamp(1); }, "of its frame"}}) {
+           {[](auto& all) { all[0].t -= Stamp(1); }, "of its frame"},
+           {[](auto& all) { all[1].rig.back().sensor = 5; }, "no sensor 5"},
+           {[](auto& all) { std::swap(all[1].rig[0], all[1].rig[2]); }, "order of its sensors"},
+           {[](auto& all) { std::swap(all[1].rig[0], all[1].rig[1]); }, "cam1/data.csv do not rise"},
+           {[](auto& all) { all[1].rig[0].image = all[1].rig[2].image; }, "8-bit gray"},
+           {[](auto& all) { all[1].rig.back().t = all[1].t + Stamp(1); }, "of its frame"},
+           {[](auto& all) { all[1].rig.back().begin += Stamp(1); }, "chain"}}) {
     fs::remove_all(folder / "r");
     sensor_errors::Random random(1, "test");
-    RecordingWriter writer(folder / "r", setup_of(random));
+    RecordingSetup setup = setup_of(random);
+    setup.rig = rig_of(1);
+    RecordingWriter writer(folder / "r", setup);
     std::vector<slam::Observation> all = observations(random, 4);
+    add_rig(all, 1);
     spoil(all);
     EXPECT_THAT(
         [&] {
@@ -330,7 +507,7 @@ TEST(Recording, TheWriterNeedsNoMoreMemoryForALongerRun) {
   Stamp t{0};
   const auto write = [&](int frames) {
     for (int k = 0; k < frames; ++k, t += Stamp(33'000'000)) {
-      writer.add(slam::Observation{t, random_image({kWidth, kHeight}, random), {}, {}, plan(random)});
+      writer.add(slam::Observation{t, random_image({kWidth, kHeight}, random), {}, {}, plan(random), {}});
       writer.add(TruePoses{t, random_pose(random), random_pose(random), random_pose(random)});
       writer.add(BodyReading{t, random_vector(random), {}, {}});
       writer.add(TrueMotion{t, random_pose(random), random_vector(random)});
