@@ -14,19 +14,10 @@
 #include "sim/files/trajectory_file.h"
 #include "sim/recording/filter_input.h"
 #include "sim/recording/sensor_yaml.h"
+#include "sim/rig/equidistant_fit.h"
 #include "slam/options.h"
 
 namespace sim::exports {
-
-/// A camera that approximates another one; the distance of their pixels over the whole image.
-struct FittedCamera {
-  slam::CameraIntrinsics camera;
-  double rms_px = 0, largest_px = 0;
-};
-
-/// The equidistant camera nearest to the given one: least squares in the two focal lengths and four
-/// coefficients over a grid of pixels that includes the borders. The principal point is kept.
-FittedCamera fit_equidistant(const slam::CameraIntrinsics& camera);
 
 /// Removes the lens distortion from images.
 class Undistortion {
@@ -90,7 +81,7 @@ class ExportContext {
  private:
   std::string lens_text() const;
 
-  FittedCamera equidistant_;
+  rig::FittedCamera equidistant_;
   const int passes_;
   mutable int passed_ = 0;
   std::optional<Undistortion> undistortion_;

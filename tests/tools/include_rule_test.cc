@@ -27,7 +27,7 @@ const std::vector<Rule>& rules() {
       {"sim/files/", "sim/files/ Eigen/ fmt/ nlohmann/ sha2.h xxhash.h fcntl.h signal.h unistd.h sys/"},
       {"sim/score/", "sim/score/ sim/files/ Eigen/ boost/math/ fmt/"},
       {"sim/trajectory_score/", "sim/trajectory_score/ sim/score/ sim/files/ Eigen/ fmt/ nlohmann/"},
-      {"sim/rig/", "sim/rig/ slam/options.h Eigen/ fmt/"},
+      {"sim/rig/", "sim/rig/ slam/camera.h slam/options.h Eigen/ fmt/"},
       {"sim/sensor_errors/",
        "sim/sensor_errors/ sim/rig/ slam/observation.h walking/keys.h Eigen/ opencv2/core fmt/"},
       {"sim/recording/",

@@ -422,8 +422,8 @@ TEST_F(Exported, StampsRiseInEveryFileHoweverFramesArrive) {
 }
 
 TEST(LensConversion, TheEquidistantModelFitsTheOneParameterLensWhereBothFocalLengthsAreTheSame) {
-  const FittedCamera fitted =
-      fit_equidistant({320, 240, 197, 197, 157, 127, slam::OneParameterRadial{7.37e-6}});
+  const rig::FittedCamera fitted =
+      rig::fit_equidistant({320, 240, 197, 197, 157, 127, slam::OneParameterRadial{7.37e-6}});
   EXPECT_LT(fitted.rms_px, 0.002);
   EXPECT_LT(fitted.largest_px, 0.02);
 }
@@ -431,7 +431,7 @@ TEST(LensConversion, TheEquidistantModelFitsTheOneParameterLensWhereBothFocalLen
 // The head camera's focal lengths differ by 1 %. Its lens bends by the distance in px, the equidistant one by
 // the angle: along u and v they part, most at the corners.
 TEST(LensConversion, TheHeadCamerasLensIsFittedAsWellAsItsUnequalFocalLengthsAllow) {
-  const FittedCamera fitted = fit_equidistant(slam::CameraIntrinsics{});
+  const rig::FittedCamera fitted = rig::fit_equidistant(slam::CameraIntrinsics{});
   EXPECT_NEAR(fitted.rms_px, 0.066, 0.001);
   EXPECT_NEAR(fitted.largest_px, 0.193, 0.002);
 }
