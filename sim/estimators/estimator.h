@@ -61,8 +61,10 @@ struct Start {
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();  ///< of the camera at t = 0, as planned
   std::uint64_t seed = 1;                                  ///< of the run
   slam::Options options = {};                              ///< of the filter
-  double camera_rate_hz = 30;
-  std::vector<rig::RigSensor> rig = {};  ///< further sensors of the observations
+  double camera_rate_hz = 30, camera_readout_s = 0;
+  rig::RigSensor chest_imu = {
+      .name = "imu0", .kind = rig::Kind::imu, .rate_hz = 200};  ///< at calibration.X_CG
+  std::vector<rig::RigSensor> rig = {};                         ///< further sensors of the observations
 };
 
 /// A running estimator. Exceptions from it are failures of the estimator.

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -126,47 +127,63 @@ Clock::time_point after(double seconds) {
 class ProgramEstimator : public CheckedEstimator {
  public:
   ProgramEstimator(const EstimatorChoice& choice, const Start& start)
-      : choice_(choice), program_(choice.words) {
-    exchange("at its start", choice.start_within_s, [&](ChildProgram::Deadline deadline) {
-      program_.send(start_message(choice, start), deadline);
-      read_ready(receive(GAITSLAM_MESSAGE_READY, deadline));
-    });
+      : choice_(choice), rig_(start.rig), program_(std::in_place, choice.words) {
+    introduce(start);
+    if (version_ != kMonocularVersion) return;
+    program_->end(after(kExitWithin_s));
+    if (!rig_.empty())
+      throw std::invalid_argument(
+          fmt::format("estimator: the program {} speaks version {} of gaitslam_estimator.h, which knows no "
+                      "sensors but the "
+                      "head's gray camera and the chest's IMU; expected version {}, or no further sensors "
+                      "(rig: head_2006)",
+                      choice.words[0], version_, GAITSLAM_ESTIMATOR_VERSION));
+    program_.emplace(choice.words);
+    introduce(start);
   }
 
   std::string finish() override {
     try {
-      program_.send(end_message(), after(kExitWithin_s));
+      program_->send(end_message(), after(kExitWithin_s));
     } catch (const EstimatorFailed&) {
       // It has already exited.
     }
-    program_.end(after(kExitWithin_s));
-    return program_.log();
+    program_->end(after(kExitWithin_s));
+    return program_->log();
   }
 
  private:
+  /// Sends START of version_, which becomes the version of the program.
+  void introduce(const Start& start) {
+    exchange("at its start", choice_.start_within_s, [&](ChildProgram::Deadline deadline) {
+      program_->send(start_message(choice_, start, version_), deadline);
+      version_ = read_ready(receive(GAITSLAM_MESSAGE_READY, deadline), version_);
+    });
+  }
+
   Answer ask(const slam::Observation& observation) override {
     Answer answer;
-    const double before_ms = program_.cpu_ms();
+    const double before_ms = program_->cpu_ms();
     exchange(fmt::format("at t = {:.3f} s", slam::seconds(observation.t)), choice_.answer_within_s,
              [&](ChildProgram::Deadline deadline) {
-               program_.send(observation_message(observation), deadline);
+               program_->send(observation_message(observation, rig_, version_), deadline);
                answer = read_answer(receive(GAITSLAM_MESSAGE_ANSWER, deadline));
              });
-    answer.external_cpu_ms = std::max(0.0, program_.cpu_ms() - before_ms);
+    answer.external_cpu_ms = std::max(0.0, program_->cpu_ms() - before_ms);
     return answer;
   }
 
   [[noreturn]] void fail(const std::string& when, const std::string& cause) override {
-    program_.end(after(kLastLinesWithin_s));
-    const std::string lines = program_.last_lines();
+    program_->end(after(kLastLinesWithin_s));
+    const std::string lines = program_->last_lines();
     throw EstimatorFailed(fmt::format("the estimator {} failed {}: {}{}", choice_.name, when, cause,
                                       lines.empty() ? "" : "; its last lines: " + lines),
-                          program_.log());
+                          program_->log());
   }
 
   std::string receive(std::uint32_t type, ChildProgram::Deadline deadline) {
-    const std::size_t bytes = payload_bytes(program_.receive(kHeaderBytes, deadline), type);
-    return program_.receive(bytes, deadline);
+    const std::size_t bytes = payload_bytes(program_->receive(kHeaderBytes, deadline), type);
+    return program_->receive(bytes, deadline);
   }
 
   template <class Messages>
@@ -179,7 +196,9 @@ class ProgramEstimator : public CheckedEstimator {
   }
 
   EstimatorChoice choice_;
-  ChildProgram program_;
+  std::vector<rig::RigSensor> rig_;
+  std::uint32_t version_ = GAITSLAM_ESTIMATOR_VERSION;
+  std::optional<ChildProgram> program_;
 };
 
 std::optional<std::string> hash_of(const fs::path& file) {

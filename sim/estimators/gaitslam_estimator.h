@@ -1,13 +1,14 @@
 /* Interface of an external estimator: a program that exchanges messages with GaitSLAM over its standard input
  * and output. C99; no other file of GaitSLAM is needed.
  *
- * An estimator receives the calibration, the start and its options once, then one observation after another.
- * It answers each before the next is sent. It never receives ground truth.
+ * An estimator receives the calibration, the start, the list of all sensors and its options once, then one
+ * observation after another. It answers each before the next is sent. It never receives ground truth.
  *
  * All numbers are little-endian. The structures have no padding, so their bytes in memory are their bytes in
  * a message. Lengths are in m, angles in rad, times in ns since the start of the run. Frames: W world (z up,
- * under the start), P world of the walking plan (equals W at the start, drifts from it), C camera (x right,
- * y down, z forward), G inertial sensor in the chest. X_WC maps points of C to W.
+ * under the start), P world of the walking plan (equals W at the start, drifts from it), C the head's gray
+ * camera (x right, y down, z forward), G inertial sensor in the chest, K any other sensor: a camera has the
+ * axes of C, a lidar or IMU x forward, y left, z up. X_WC maps points of C to W.
  *
  * In C or C++, define the three functions under "Functions"; this file supplies main():
  *     cc -DGAITSLAM_ESTIMATOR_MAIN -o mine mine.c
@@ -22,8 +23,9 @@
 extern "C" {
 #endif
 
-/* Version of this interface. A program with another version is rejected. */
-#define GAITSLAM_ESTIMATOR_VERSION 2u
+/* Version of this interface. A program that states version 2 is started again with messages of version 2, if
+ * the head's gray camera and the chest's IMU are the only sensors; see "Messages". */
+#define GAITSLAM_ESTIMATOR_VERSION 3u
 
 /* ---- Structures */
 
@@ -33,7 +35,7 @@ typedef struct gaitslam_pose {
   double translation_m[3];
 } gaitslam_pose; /* 96 bytes */
 
-/* Lens models and their lens_parameters; (x, y, z) is a point in C. */
+/* Lens models and their parameters; (x, y, z) is a point in the camera's frame. */
 enum {
   /* u = u0 + uc / sqrt(1 + 2 k |uc|^2), uc = (fu x/z, fv y/z); parameter: k (1/px^2), 0: ideal pinhole */
   GAITSLAM_LENS_ONE_PARAMETER_RADIAL = 0,
@@ -41,7 +43,7 @@ enum {
   GAITSLAM_LENS_EQUIDISTANT = 2        /* OpenCV's fisheye; parameters: k1 k2 k3 k4 */
 };
 
-/* Known before the first observation. */
+/* Known before the first observation. Lens and size are those of the head's gray camera. */
 typedef struct gaitslam_start {
   uint32_t version;             /* GAITSLAM_ESTIMATOR_VERSION */
   uint32_t lens;                /* one of GAITSLAM_LENS_... */
@@ -54,6 +56,68 @@ typedef struct gaitslam_start {
   uint64_t seed;          /* of the run, for reproducible random numbers */
   uint64_t options_bytes; /* length of the options */
 } gaitslam_start;         /* 288 bytes */
+
+/* A lens: one of GAITSLAM_LENS_... */
+typedef struct gaitslam_lens {
+  uint32_t model;
+  uint32_t reserved;   /* 0 */
+  double focal_px[2];  /* fu fv */
+  double center_px[2]; /* u0 v0; the center of the first pixel is (0, 0) */
+  double parameters[4];
+} gaitslam_lens; /* 72 bytes */
+
+enum {
+  GAITSLAM_CAMERA_GRAY = 0,  /* images of GAITSLAM_PIXELS_GRAY8 */
+  GAITSLAM_CAMERA_COLOR = 1, /* GAITSLAM_PIXELS_RGB8 */
+  GAITSLAM_CAMERA_DEPTH = 2  /* GAITSLAM_PIXELS_DEPTH16 */
+};
+
+#define GAITSLAM_NAME_BYTES 48u /* of a sensor's name: zero-terminated, the rest is 0 */
+
+/* A camera. Number 0 is the head's gray camera, whose frame is C. */
+typedef struct gaitslam_camera {
+  char name[GAITSLAM_NAME_BYTES];
+  uint32_t kind; /* one of GAITSLAM_CAMERA_... */
+  uint32_t
+      aligned_with; /* of depth: the camera with the same pixels, place and stamps; else its own number */
+  uint32_t width_px, height_px;
+  gaitslam_lens lens;
+  gaitslam_lens equidistant; /* the equidistant lens nearest to it, for programs that do not know its model */
+  double equidistant_rms_px, equidistant_largest_px; /* distance of their pixels over the whole image */
+  gaitslam_pose X_CK;
+  double rate_hz;
+  double readout_s;     /* from the middle of the first row's exposure to the last row's; 0: global shutter */
+  double time_offset_s; /* how far its stamps are ahead of those of camera 0 */
+  double nearest_m, furthest_m; /* of depth; else 0 */
+} gaitslam_camera;              /* 360 bytes */
+
+/* An inertial sensor. Number 0 is the chest's, whose readings are gyro and accelerometer of an observation.
+ */
+typedef struct gaitslam_imu {
+  char name[GAITSLAM_NAME_BYTES];
+  gaitslam_pose X_CK;
+  double rate_hz;
+  double gyro_density, accelerometer_density; /* white noise, rad/s/sqrt(Hz) and m/s^2/sqrt(Hz) */
+  double gyro_walk, accelerometer_walk; /* of the bias, rad/s^2/sqrt(Hz) and m/s^3/sqrt(Hz); 0: constant */
+  double gravity_m_s2;
+  double time_offset_s; /* how far its stamps are ahead of those of camera 0 */
+} gaitslam_imu;         /* 200 bytes */
+
+/* A lidar. */
+typedef struct gaitslam_lidar {
+  char name[GAITSLAM_NAME_BYTES];
+  gaitslam_pose X_CK;
+  double rate_hz;       /* sweeps per second */
+  double time_offset_s; /* how far its stamps are ahead of those of camera 0 */
+  double nearest_m, furthest_m;
+  double lowest_rad, highest_rad; /* elevation of its rays */
+} gaitslam_lidar;                 /* 192 bytes */
+
+/* Lengths of the lists of sensors in START. */
+typedef struct gaitslam_sensor_counts {
+  uint32_t cameras, imus, lidars; /* at least 1, 1, 0 */
+  uint32_t reserved;              /* 0 */
+} gaitslam_sensor_counts;         /* 16 bytes */
 
 /* The mean over (begin_ns, end_ns] in axes of G: angular velocity in rad/s, or specific force in m/s^2 (+g
  * upwards at rest). */
@@ -77,7 +141,7 @@ typedef struct gaitslam_plan {
   double p_CS[3];     /* the sole that carries the robot, in C */
 } gaitslam_plan;      /* 296 bytes */
 
-/* An image and the readings since the previous one. Missing data has size or count 0. */
+/* An image of camera 0 and the readings of IMU 0 since the previous one. Missing data has size or count 0. */
 typedef struct gaitslam_observation {
   int64_t t_ns;                 /* the scenario may lose, double or reorder stamps */
   uint32_t width_px, height_px; /* 0 0: the image is lost */
@@ -88,10 +152,58 @@ typedef struct gaitslam_observation {
 } gaitslam_observation; /* 328 bytes */
 
 enum {
+  GAITSLAM_PIXELS_GRAY8 = 0,  /* one byte */
+  GAITSLAM_PIXELS_RGB8 = 1,   /* three bytes: red, green, blue */
+  GAITSLAM_PIXELS_DEPTH16 = 2 /* uint16_t: depth along the optical axis, mm; 0: none */
+};
+
+/* An image. Its rows adjoin. */
+typedef struct gaitslam_image {
+  uint32_t camera;
+  uint32_t pixels; /* one of GAITSLAM_PIXELS_... */
+  uint32_t width_px, height_px;
+  uint64_t row_bytes;
+  int64_t t_ns;     /* middle of the exposure of its middle row */
+  uint64_t at_byte; /* of the first pixel in the data; a multiple of 8 */
+} gaitslam_image;   /* 40 bytes */
+
+/* A sweep of a lidar. */
+typedef struct gaitslam_sweep {
+  uint32_t lidar;
+  uint32_t point_count;
+  int64_t t_ns;     /* its start */
+  uint64_t at_byte; /* of the first gaitslam_point in the data; a multiple of 8 */
+} gaitslam_sweep;   /* 24 bytes */
+
+/* A point of a sweep in the lidar's frame at the time of the point. */
+typedef struct gaitslam_point {
+  float p_m[3];
+  float intensity;   /* 0 to 1 */
+  int32_t offset_ns; /* time since t_ns of the sweep */
+} gaitslam_point;    /* 20 bytes */
+
+/* A reading of an IMU other than number 0: means over (begin_ns, end_ns], in its axes. */
+typedef struct gaitslam_imu_reading {
+  uint32_t imu;
+  uint32_t reserved; /* 0 */
+  int64_t begin_ns, end_ns;
+  double gyro[3];          /* rad/s */
+  double accelerometer[3]; /* specific force, m/s^2 */
+} gaitslam_imu_reading;    /* 72 bytes */
+
+/* What else the sensors measured since the previous observation, and the image of camera 0 again. Each
+ * sensor's in order of time. */
+typedef struct gaitslam_rig_counts {
+  uint32_t images, sweeps, imu_readings;
+  uint32_t reserved;   /* 0 */
+} gaitslam_rig_counts; /* 16 bytes */
+
+enum {
   GAITSLAM_OK = 0,       /* it tracks */
   GAITSLAM_LOST = 1,     /* it is lost and may recover; its pose is not recorded */
   GAITSLAM_DIVERGED = 2, /* it has given up and receives no more observations */
-  GAITSLAM_NOT_READY = 3 /* it has not initialized yet; its pose is ignored */
+  GAITSLAM_NOT_READY =
+      3 /* it has not initialized yet; it has no pose: t_ns, X_WC and covariance are ignored */
 };
 
 /* The estimate after an observation. */
@@ -122,16 +234,21 @@ typedef struct gaitslam_landmark {
 
 /* A message is this header and `bytes` bytes after it:
  *
- *     START        gaitslam_start, options
+ *     START        gaitslam_start, options, 1 to 8 zero bytes up to a multiple of 8, gaitslam_sensor_counts,
+ *                  the cameras, IMUs and lidars
  *     READY        gaitslam_ready, text
- *     OBSERVATION  gaitslam_observation, gyro_count readings, accelerometer_count readings, image (one byte a
- *                  pixel, row by row)
- *     ANSWER       gaitslam_answer, landmark_count landmarks, cause
+ *     OBSERVATION  gaitslam_observation, gyro_count readings, accelerometer_count readings, image of camera 0
+ *                  (one byte a pixel, row by row), 0 to 7 zero bytes up to a multiple of 8,
+ *                  gaitslam_rig_counts, the images, sweeps and IMU readings, pixels and points; at_byte
+ * counts from the first byte after the header ANSWER       gaitslam_answer, landmark_count landmarks, cause
  *     END          nothing; the program exits
  *
  * GaitSLAM sends START, OBSERVATION and END; the program answers the first two with READY and ANSWER. Options
  * are text, one line "key=value" each. A program writes only messages to its standard output; the result
- * keeps what it writes to its standard error. */
+ * keeps what it writes to its standard error.
+ *
+ * Version 2 ended START after the options and OBSERVATION after the image. A program whose READY states
+ * version 2, whatever its text, is ended and started again, with such messages. */
 typedef struct gaitslam_header {
   char magic[4];   /* "GSLM" */
   uint32_t type;   /* one of GAITSLAM_MESSAGE_... */
@@ -153,18 +270,36 @@ typedef struct gaitslam_ready {
 
 /* ---- Functions */
 
-/* Creates an estimator. options: zero-terminated text, one line "key=value" each. Returns NULL if it cannot,
- * with the reason in error[0 .. error_bytes - 1]. */
-void* gaitslam_estimator_create(const gaitslam_start* start, const char* options, char* error,
-                                size_t error_bytes);
+/* The lists of START. */
+typedef struct gaitslam_sensors {
+  gaitslam_sensor_counts counts;
+  const gaitslam_camera* cameras;
+  const gaitslam_imu* imus;
+  const gaitslam_lidar* lidars;
+} gaitslam_sensors;
+
+/* The lists of OBSERVATION. */
+typedef struct gaitslam_rig {
+  gaitslam_rig_counts counts;
+  const gaitslam_image* images;
+  const gaitslam_sweep* sweeps;
+  const gaitslam_imu_reading* imu_readings;
+  const uint8_t* data; /* at_byte of images and sweeps counts from here */
+} gaitslam_rig;
+
+/* Creates an estimator. Pointers are valid during the call. options: zero-terminated text, one line
+ * "key=value" each. Returns NULL if it cannot, with the reason in error[0 .. error_bytes - 1]. */
+void* gaitslam_estimator_create(const gaitslam_start* start, const gaitslam_sensors* sensors,
+                                const char* options, char* error, size_t error_bytes);
 
 /* Processes an observation and fills in *answer, which starts with t_ns set, X_WC the identity and zeros.
- * image: width_px * height_px bytes, row by row; NULL if it is lost. *landmarks: answer->landmark_count of
- * them; *cause: zero-terminated text. Both start as NULL, belong to the estimator and must live until the
- * next call. Returns 0, or another number if the estimator failed, with the reason in *cause. */
+ * image: that of camera 0, width_px * height_px bytes, row by row; NULL if it is lost. *landmarks:
+ * answer->landmark_count of them; *cause: zero-terminated text. Both start as NULL, belong to the estimator
+ * and must live until the next call. Returns 0, or another number if the estimator failed, with the reason in
+ * *cause. */
 int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* observation,
                                const gaitslam_reading* gyro, const gaitslam_reading* accelerometer,
-                               const uint8_t* image, gaitslam_answer* answer,
+                               const uint8_t* image, const gaitslam_rig* rig, gaitslam_answer* answer,
                                const gaitslam_landmark** landmarks, const char** cause);
 
 /* Frees the estimator at the end of the run. */
@@ -206,26 +341,66 @@ static int gaitslam_begin(int out, uint32_t type, const void* part, size_t bytes
   return gaitslam_write(out, &header, sizeof header) && gaitslam_write(out, part, bytes);
 }
 
+/* Returns `count` items of the payload at *at and moves *at behind them; NULL if it is shorter. */
+static const void* gaitslam_take(const char* payload, uint64_t bytes, uint64_t* at, uint64_t count,
+                                 uint64_t item_bytes) {
+  if (*at > bytes || count * item_bytes > bytes - *at) return NULL; /* both factors fit in 32 bits */
+  *at += count * item_bytes;
+  return payload + (*at - count * item_bytes);
+}
+
+/* Reads the lists after the image of camera 0, which ends at `at`. */
+static int gaitslam_read_rig(const char* payload, uint64_t bytes, uint64_t at, gaitslam_rig* rig) {
+  const void* counts;
+  uint32_t i;
+  at = (at + 7) / 8 * 8;
+  counts = gaitslam_take(payload, bytes, &at, 1, sizeof rig->counts);
+  if (!counts) return 0;
+  memcpy(&rig->counts, counts, sizeof rig->counts);
+  rig->data = (const uint8_t*)payload;
+  rig->images =
+      (const gaitslam_image*)gaitslam_take(payload, bytes, &at, rig->counts.images, sizeof *rig->images);
+  rig->sweeps =
+      (const gaitslam_sweep*)gaitslam_take(payload, bytes, &at, rig->counts.sweeps, sizeof *rig->sweeps);
+  rig->imu_readings = (const gaitslam_imu_reading*)gaitslam_take(
+      payload, bytes, &at, rig->counts.imu_readings, sizeof *rig->imu_readings);
+  if (!rig->images || !rig->sweeps || !rig->imu_readings) return 0;
+  for (i = 0; i < rig->counts.images; ++i) {
+    at = rig->images[i].at_byte;
+    if (rig->images[i].row_bytes > UINT32_MAX ||
+        !gaitslam_take(payload, bytes, &at, rig->images[i].height_px, rig->images[i].row_bytes))
+      return 0;
+  }
+  for (i = 0; i < rig->counts.sweeps; ++i) {
+    at = rig->sweeps[i].at_byte;
+    if (!gaitslam_take(payload, bytes, &at, rig->sweeps[i].point_count, sizeof(gaitslam_point))) return 0;
+  }
+  return 1;
+}
+
 /* Answers the observation in `payload`. Returns 0 if the estimator failed or the message is invalid. */
 static int gaitslam_answer_observation(void* estimator, const char* payload, uint64_t bytes, int out) {
   gaitslam_observation observation;
+  gaitslam_rig rig;
   gaitslam_answer answer;
   const gaitslam_landmark* landmarks = NULL;
   const char* cause = NULL;
-  const char *gyro, *accelerometer, *image;
+  const gaitslam_reading *gyro, *accelerometer;
+  const uint8_t* image;
+  uint64_t at = sizeof observation;
   size_t landmark_bytes;
   if (bytes < sizeof observation) return 0;
   memcpy(&observation, payload, sizeof observation);
-  gyro = payload + sizeof observation;
-  accelerometer = gyro + observation.gyro_count * sizeof(gaitslam_reading);
-  image = accelerometer + observation.accelerometer_count * sizeof(gaitslam_reading);
-  if ((uint64_t)(image - payload) + (uint64_t)observation.width_px * observation.height_px != bytes) return 0;
+  gyro = (const gaitslam_reading*)gaitslam_take(payload, bytes, &at, observation.gyro_count, sizeof *gyro);
+  accelerometer = (const gaitslam_reading*)gaitslam_take(payload, bytes, &at, observation.accelerometer_count,
+                                                         sizeof *accelerometer);
+  image = (const uint8_t*)gaitslam_take(payload, bytes, &at, observation.height_px, observation.width_px);
+  if (!gyro || !accelerometer || !image || !gaitslam_read_rig(payload, bytes, at, &rig)) return 0;
   memset(&answer, 0, sizeof answer);
   answer.t_ns = observation.t_ns;
   answer.X_WC.rotation[0] = answer.X_WC.rotation[4] = answer.X_WC.rotation[8] = 1;
-  if (gaitslam_estimator_observe(
-          estimator, &observation, (const gaitslam_reading*)gyro, (const gaitslam_reading*)accelerometer,
-          observation.width_px ? (const uint8_t*)image : NULL, &answer, &landmarks, &cause)) {
+  if (gaitslam_estimator_observe(estimator, &observation, gyro, accelerometer,
+                                 observation.width_px ? image : NULL, &rig, &answer, &landmarks, &cause)) {
     fprintf(stderr, "%s\n", cause ? cause : "the estimator failed");
     return 0;
   }
@@ -243,9 +418,29 @@ static int gaitslam_answer_observation(void* estimator, const char* payload, uin
          gaitslam_write(out, landmarks, landmark_bytes) && gaitslam_write(out, cause, answer.cause_bytes);
 }
 
+/* Reads the lists after the options. */
+static int gaitslam_read_sensors(const char* payload, uint64_t bytes, uint64_t options_bytes,
+                                 gaitslam_sensors* sensors) {
+  uint64_t at = sizeof(gaitslam_start);
+  const void* counts;
+  if (options_bytes > bytes) return 0;
+  at = (at + options_bytes + 8) / 8 * 8;
+  counts = gaitslam_take(payload, bytes, &at, 1, sizeof sensors->counts);
+  if (!counts) return 0;
+  memcpy(&sensors->counts, counts, sizeof sensors->counts);
+  sensors->cameras = (const gaitslam_camera*)gaitslam_take(payload, bytes, &at, sensors->counts.cameras,
+                                                           sizeof *sensors->cameras);
+  sensors->imus =
+      (const gaitslam_imu*)gaitslam_take(payload, bytes, &at, sensors->counts.imus, sizeof *sensors->imus);
+  sensors->lidars = (const gaitslam_lidar*)gaitslam_take(payload, bytes, &at, sensors->counts.lidars,
+                                                         sizeof *sensors->lidars);
+  return sensors->cameras && sensors->imus && sensors->lidars;
+}
+
 /* Creates the estimator of the START message in `payload` and answers READY. Returns NULL on failure. */
 static void* gaitslam_answer_start(const char* payload, uint64_t bytes, int out) {
   gaitslam_start start;
+  gaitslam_sensors sensors;
   gaitslam_ready ready = {GAITSLAM_ESTIMATOR_VERSION, 0};
   char error[512] = "";
   void* estimator = NULL;
@@ -253,7 +448,8 @@ static void* gaitslam_answer_start(const char* payload, uint64_t bytes, int out)
   if (bytes >= sizeof version) memcpy(&version, payload, sizeof version);
   if (version == GAITSLAM_ESTIMATOR_VERSION && bytes >= sizeof start) {
     memcpy(&start, payload, sizeof start);
-    estimator = gaitslam_estimator_create(&start, payload + sizeof start, error, sizeof error);
+    if (gaitslam_read_sensors(payload, bytes, start.options_bytes, &sensors))
+      estimator = gaitslam_estimator_create(&start, &sensors, payload + sizeof start, error, sizeof error);
     error[sizeof error - 1] = '\0';
     if (!estimator && !error[0]) strcpy(error, "the estimator could not be created");
   }
@@ -274,11 +470,10 @@ int main(void) {
   while (fine && fread(&header, sizeof header, 1, stdin) == 1 && header.type != GAITSLAM_MESSAGE_END) {
     const size_t bytes = (size_t)header.bytes;
     free(payload);
-    payload = (char*)malloc(bytes + 1);
+    payload = (char*)malloc(bytes ? bytes : 1);
     fine = payload && memcmp(header.magic, "GSLM", 4) == 0 &&
            (bytes == 0 || fread(payload, bytes, 1, stdin) == 1);
     if (!fine) break;
-    payload[bytes] = '\0'; /* ends the options */
     if (header.type == GAITSLAM_MESSAGE_START && !estimator)
       fine = (estimator = gaitslam_answer_start(payload, bytes, out)) != NULL;
     else

@@ -5,9 +5,14 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
+#include <cstddef>
 #include <cstring>
+#include <optional>
 #include <variant>
 #include <vector>
+
+#include "sim/rig/equidistant_fit.h"
 
 namespace sim::estimators {
 namespace {
@@ -18,6 +23,16 @@ static_assert(sizeof(gaitslam_pose) == 96 && sizeof(gaitslam_start) == 288 &&
               sizeof(gaitslam_observation) == 328 && sizeof(gaitslam_answer) == 408 &&
               sizeof(gaitslam_landmark) == 104 && sizeof(gaitslam_header) == 16 &&
               sizeof(gaitslam_ready) == 8);
+static_assert(sizeof(gaitslam_lens) == 72 && sizeof(gaitslam_camera) == 360 && sizeof(gaitslam_imu) == 200 &&
+              sizeof(gaitslam_lidar) == 192 && sizeof(gaitslam_sensor_counts) == 16 &&
+              sizeof(gaitslam_image) == 40 && sizeof(gaitslam_sweep) == 24 && sizeof(gaitslam_point) == 20 &&
+              sizeof(gaitslam_imu_reading) == 72 && sizeof(gaitslam_rig_counts) == 16);
+static_assert(sizeof(slam::LidarPoint) == sizeof(gaitslam_point) &&
+              offsetof(slam::LidarPoint, intensity) == offsetof(gaitslam_point, intensity) &&
+              offsetof(slam::LidarPoint, offset_ns) == offsetof(gaitslam_point, offset_ns));
+static_assert(GAITSLAM_CAMERA_GRAY == static_cast<int>(rig::Kind::grey) &&
+              GAITSLAM_CAMERA_COLOR == static_cast<int>(rig::Kind::color) &&
+              GAITSLAM_CAMERA_DEPTH == static_cast<int>(rig::Kind::depth));
 static_assert(GAITSLAM_SUPPORT_LEFT == static_cast<int>(slam::Support::left) &&
               GAITSLAM_SUPPORT_RIGHT == static_cast<int>(slam::Support::right));
 static_assert(GAITSLAM_LOST == static_cast<int>(slam::Health::lost) &&
@@ -45,19 +60,77 @@ Eigen::Isometry3d isometry_of(const gaitslam_pose& pose) {
   return X;
 }
 
-template <class Lens>
-void set_lens(gaitslam_start& start, std::uint32_t kind, const Lens& parameters) {
-  start.lens = kind;
-  std::ranges::copy(parameters, start.lens_parameters);
+gaitslam_lens lens_of(const slam::CameraIntrinsics& camera) {
+  gaitslam_lens lens{};
+  const auto set = [&](std::uint32_t model, std::initializer_list<double> parameters) {
+    lens.model = model;
+    std::ranges::copy(parameters, lens.parameters);
+  };
+  if (const auto* one = std::get_if<slam::OneParameterRadial>(&camera.lens))
+    set(GAITSLAM_LENS_ONE_PARAMETER_RADIAL, {one->k1_px2});
+  if (const auto* k = std::get_if<slam::RadialTangential>(&camera.lens))
+    set(GAITSLAM_LENS_RADIAL_TANGENTIAL, {k->k1, k->k2, k->p1, k->p2});
+  if (const auto* k = std::get_if<slam::Equidistant>(&camera.lens))
+    set(GAITSLAM_LENS_EQUIDISTANT, {k->k1, k->k2, k->k3, k->k4});
+  lens.focal_px[0] = camera.fu_px, lens.focal_px[1] = camera.fv_px;
+  lens.center_px[0] = camera.u0_px, lens.center_px[1] = camera.v0_px;
+  return lens;
 }
 
-void set_lens(gaitslam_start& start, const slam::Lens& lens) {
-  if (const auto* one = std::get_if<slam::OneParameterRadial>(&lens))
-    set_lens(start, GAITSLAM_LENS_ONE_PARAMETER_RADIAL, std::array{one->k1_px2});
-  if (const auto* k = std::get_if<slam::RadialTangential>(&lens))
-    set_lens(start, GAITSLAM_LENS_RADIAL_TANGENTIAL, std::array{k->k1, k->k2, k->p1, k->p2});
-  if (const auto* k = std::get_if<slam::Equidistant>(&lens))
-    set_lens(start, GAITSLAM_LENS_EQUIDISTANT, std::array{k->k1, k->k2, k->k3, k->k4});
+/// The name and the pose of a camera, an IMU or a lidar.
+template <class Words>
+Words words_of(const rig::RigSensor& sensor) {
+  Words words{};
+  sensor.name.copy(words.name, sizeof words.name - 1);
+  words.X_CK = pose_of(sensor.X_CS);
+  words.rate_hz = sensor.rate_hz;
+  words.time_offset_s = sensor.time_offset_s;
+  return words;
+}
+
+gaitslam_camera camera_of(const rig::RigSensor& sensor) {
+  auto camera = words_of<gaitslam_camera>(sensor);
+  const rig::FittedCamera fitted = rig::fit_equidistant(sensor.camera);
+  camera.kind = static_cast<std::uint32_t>(sensor.kind);
+  camera.width_px = static_cast<std::uint32_t>(sensor.camera.width_px);
+  camera.height_px = static_cast<std::uint32_t>(sensor.camera.height_px);
+  camera.lens = lens_of(sensor.camera);
+  camera.equidistant = lens_of(fitted.camera);
+  camera.equidistant_rms_px = fitted.rms_px, camera.equidistant_largest_px = fitted.largest_px;
+  camera.readout_s = sensor.readout_s;
+  camera.nearest_m = sensor.nearest_m, camera.furthest_m = sensor.furthest_m;
+  return camera;
+}
+
+// A mean of white noise over dt has the standard deviation density/√dt.
+gaitslam_imu imu_of(const rig::RigSensor& sensor) {
+  auto imu = words_of<gaitslam_imu>(sensor);
+  imu.gyro_density = sensor.gyro_sigma_rad_s / std::sqrt(sensor.rate_hz);
+  imu.accelerometer_density = sensor.accelerometer_sigma_m_s2 / std::sqrt(sensor.rate_hz);
+  imu.gyro_walk = sensor.gyro_bias_walk_rad_s2;
+  imu.accelerometer_walk = sensor.accelerometer_bias_walk_m_s3;
+  imu.gravity_m_s2 = slam::kGravity;
+  return imu;
+}
+
+gaitslam_lidar lidar_of(const rig::RigSensor& sensor) {
+  auto lidar = words_of<gaitslam_lidar>(sensor);
+  lidar.nearest_m = sensor.nearest_m, lidar.furthest_m = sensor.furthest_m;
+  lidar.lowest_rad = sensor.lowest_rad, lidar.highest_rad = sensor.highest_rad;
+  return lidar;
+}
+
+/// The list of START that contains a sensor: cameras, IMUs or lidars.
+rig::Kind list_of(const rig::RigSensor& sensor) {
+  return rig::is_camera(sensor) ? rig::Kind::grey : sensor.kind;
+}
+
+/// The number of a sensor of the rig in its list. The head's camera and the chest's IMU are number 0.
+std::uint32_t number_of(const std::vector<rig::RigSensor>& rig, int sensor) {
+  const rig::Kind list = list_of(rig.at(static_cast<std::size_t>(sensor)));
+  const auto before = std::count_if(rig.begin(), rig.begin() + sensor,
+                                    [&](const rig::RigSensor& other) { return list_of(other) == list; });
+  return static_cast<std::uint32_t>(before) + (list == rig::Kind::lidar ? 0 : 1);
 }
 
 std::vector<gaitslam_reading> readings_of(const std::vector<slam::InertialSample>& samples) {
@@ -94,6 +167,10 @@ std::string_view bytes_of(const std::vector<Item>& items) {
   return {reinterpret_cast<const char*>(items.data()), items.size() * sizeof(Item)};
 }
 
+std::string_view bytes_of(const cv::Mat& continuous) {
+  return {reinterpret_cast<const char*>(continuous.data), continuous.total() * continuous.elemSize()};
+}
+
 std::string message(std::uint32_t type, std::initializer_list<std::string_view> parts) {
   gaitslam_header header{};
   std::ranges::copy(kMagic, header.magic);
@@ -104,6 +181,74 @@ std::string message(std::uint32_t type, std::initializer_list<std::string_view> 
   bytes += bytes_of(header);
   for (const std::string_view part : parts) bytes += part;
   return bytes;
+}
+
+/// Appends 0 to 7 zero bytes up to a multiple of 8.
+void pad(std::string& bytes) { bytes.resize((bytes.size() + 7) / 8 * 8); }
+
+/// The lists of OBSERVATION after the image of camera 0. at_byte of all but that image counts from `data`.
+struct RigLists {
+  std::vector<gaitslam_image> images;
+  std::vector<gaitslam_sweep> sweeps;
+  std::vector<gaitslam_imu_reading> imu_readings;
+  std::string data;
+};
+
+gaitslam_image image_of(std::uint32_t camera, slam::Stamp t, const cv::Mat& image, std::uint64_t at_byte) {
+  const std::uint32_t pixels = image.type() == CV_16UC1  ? GAITSLAM_PIXELS_DEPTH16
+                               : image.type() == CV_8UC3 ? GAITSLAM_PIXELS_RGB8
+                                                         : GAITSLAM_PIXELS_GRAY8;
+  return {camera,
+          pixels,
+          static_cast<std::uint32_t>(image.cols),
+          static_cast<std::uint32_t>(image.rows),
+          static_cast<std::uint64_t>(image.cols) * image.elemSize(),
+          t.count(),
+          at_byte};
+}
+
+RigLists rig_lists(const std::vector<slam::RigReading>& readings, const std::vector<rig::RigSensor>& rig) {
+  RigLists lists;
+  for (const slam::RigReading& reading : readings) {
+    const std::uint32_t number = number_of(rig, reading.sensor);
+    const rig::RigSensor& sensor = rig[static_cast<std::size_t>(reading.sensor)];
+    if (sensor.kind == rig::Kind::imu) {
+      gaitslam_imu_reading& words = lists.imu_readings.emplace_back();
+      words.imu = number;
+      words.begin_ns = reading.begin.count(), words.end_ns = reading.t.count();
+      copy(reading.gyro, words.gyro);
+      copy(reading.accelerometer, words.accelerometer);
+    } else if (sensor.kind == rig::Kind::lidar) {
+      lists.sweeps.push_back(
+          {number, static_cast<std::uint32_t>(reading.points.size()), reading.t.count(), lists.data.size()});
+      lists.data += bytes_of(reading.points);
+    } else if (!reading.image.empty()) {
+      lists.images.push_back(image_of(number, reading.t, reading.image, lists.data.size()));
+      lists.data += bytes_of(reading.image.isContinuous() ? reading.image : reading.image.clone());
+    }
+    pad(lists.data);
+  }
+  return lists;
+}
+
+/// Appends the lists to a message that ends with the image of camera 0, if it has one.
+void append(std::string& message, RigLists lists, const std::optional<gaitslam_image>& head) {
+  pad(message);
+  const std::size_t images = lists.images.size() + (head ? 1 : 0);
+  const gaitslam_rig_counts counts{static_cast<std::uint32_t>(images),
+                                   static_cast<std::uint32_t>(lists.sweeps.size()),
+                                   static_cast<std::uint32_t>(lists.imu_readings.size()), 0};
+  const std::size_t data_at = message.size() - kHeaderBytes + sizeof counts +
+                              images * sizeof(gaitslam_image) + bytes_of(lists.sweeps).size() +
+                              bytes_of(lists.imu_readings).size();
+  for (gaitslam_image& image : lists.images) image.at_byte += data_at;
+  for (gaitslam_sweep& sweep : lists.sweeps) sweep.at_byte += data_at;
+  if (head) lists.images.insert(lists.images.begin(), *head);
+  for (const std::string_view part : {bytes_of(counts), bytes_of(lists.images), bytes_of(lists.sweeps),
+                                      bytes_of(lists.imu_readings), std::string_view(lists.data)})
+    message += part;
+  const std::uint64_t payload = message.size() - kHeaderBytes;
+  std::memcpy(message.data() + offsetof(gaitslam_header, bytes), &payload, sizeof payload);
 }
 
 /// Removes a structure from the front of the bytes. Throws EstimatorFailed if there are too few.
@@ -145,24 +290,50 @@ std::string options_text(const EstimatorChoice& choice) {
   return text;
 }
 
-std::string start_message(const EstimatorChoice& choice, const Start& start) {
+std::string start_message(const EstimatorChoice& choice, const Start& start, std::uint32_t version) {
   const std::string options = options_text(choice);
-  const slam::CameraIntrinsics& camera = start.calibration.camera;
+  const rig::RigSensor head{.name = "cam0",
+                            .rate_hz = start.camera_rate_hz,
+                            .camera = start.calibration.camera,
+                            .readout_s = start.camera_readout_s};
+  const gaitslam_lens lens = lens_of(head.camera);
   gaitslam_start words{};
-  words.version = GAITSLAM_ESTIMATOR_VERSION;
-  words.width_px = static_cast<std::uint32_t>(camera.width_px);
-  words.height_px = static_cast<std::uint32_t>(camera.height_px);
-  words.focal_px[0] = camera.fu_px, words.focal_px[1] = camera.fv_px;
-  words.center_px[0] = camera.u0_px, words.center_px[1] = camera.v0_px;
-  set_lens(words, camera.lens);
+  words.version = version;
+  words.lens = lens.model;
+  words.width_px = static_cast<std::uint32_t>(head.camera.width_px);
+  words.height_px = static_cast<std::uint32_t>(head.camera.height_px);
+  std::ranges::copy(lens.focal_px, words.focal_px);
+  std::ranges::copy(lens.center_px, words.center_px);
+  std::ranges::copy(lens.parameters, words.lens_parameters);
   words.X_CG = pose_of(start.calibration.X_CG);
   words.X_WC = pose_of(start.X_WC);
   words.seed = start.seed;
   words.options_bytes = options.size();
-  return message(GAITSLAM_MESSAGE_START, {bytes_of(words), options});
+  if (version == kMonocularVersion) return message(GAITSLAM_MESSAGE_START, {bytes_of(words), options});
+
+  std::vector<gaitslam_camera> cameras{camera_of(head)};
+  std::vector<gaitslam_imu> imus{imu_of(start.chest_imu)};
+  imus[0].X_CK = words.X_CG;
+  std::vector<gaitslam_lidar> lidars;
+  for (const rig::RigSensor& sensor : start.rig) {
+    if (sensor.kind == rig::Kind::imu) imus.push_back(imu_of(sensor));
+    if (sensor.kind == rig::Kind::lidar) lidars.push_back(lidar_of(sensor));
+    if (!rig::is_camera(sensor)) continue;
+    cameras.push_back(camera_of(sensor));
+    const int partner = sensor.kind == rig::Kind::depth ? rig::partner(start.rig, sensor)
+                                                        : static_cast<int>(&sensor - start.rig.data());
+    cameras.back().aligned_with = partner < 0 ? 0 : number_of(start.rig, partner);
+  }
+  const gaitslam_sensor_counts counts{static_cast<std::uint32_t>(cameras.size()),
+                                      static_cast<std::uint32_t>(imus.size()),
+                                      static_cast<std::uint32_t>(lidars.size()), 0};
+  const std::string zeros(8 - options.size() % 8, '\0');
+  return message(GAITSLAM_MESSAGE_START, {bytes_of(words), options, zeros, bytes_of(counts),
+                                          bytes_of(cameras), bytes_of(imus), bytes_of(lidars)});
 }
 
-std::string observation_message(const slam::Observation& observation) {
+std::string observation_message(const slam::Observation& observation, const std::vector<rig::RigSensor>& rig,
+                                std::uint32_t version) {
   const auto gyro = readings_of(observation.gyro), accelerometer = readings_of(observation.accelerometer);
   const cv::Mat image = observation.image.isContinuous() ? observation.image : observation.image.clone();
   gaitslam_observation words{};
@@ -173,10 +344,13 @@ std::string observation_message(const slam::Observation& observation) {
   words.accelerometer_count = static_cast<std::uint32_t>(accelerometer.size());
   words.has_plan = observation.plan ? 1 : 0;
   if (observation.plan) words.plan = plan_of(*observation.plan);
-  return message(GAITSLAM_MESSAGE_OBSERVATION, {bytes_of(words),
-                                                bytes_of(gyro),
-                                                bytes_of(accelerometer),
-                                                {reinterpret_cast<const char*>(image.data), image.total()}});
+  std::string bytes = message(GAITSLAM_MESSAGE_OBSERVATION,
+                              {bytes_of(words), bytes_of(gyro), bytes_of(accelerometer), bytes_of(image)});
+  if (version == kMonocularVersion) return bytes;
+  std::optional<gaitslam_image> head;
+  if (!image.empty()) head = image_of(0, observation.t, image, bytes.size() - kHeaderBytes - image.total());
+  append(bytes, rig_lists(observation.rig, rig), head);
+  return bytes;
 }
 
 std::string end_message() { return message(GAITSLAM_MESSAGE_END, {}); }
@@ -196,15 +370,18 @@ std::size_t payload_bytes(std::string_view header, std::uint32_t type) {
   return static_cast<std::size_t>(words.bytes);
 }
 
-void read_ready(std::string_view payload) {
+std::uint32_t read_ready(std::string_view payload, std::uint32_t version) {
   const auto ready = pop<gaitslam_ready>(payload, "READY");
-  if (ready.version != GAITSLAM_ESTIMATOR_VERSION)
-    throw EstimatorFailed(fmt::format("it speaks version {} of gaitslam_estimator.h, expected {}",
-                                      ready.version, GAITSLAM_ESTIMATOR_VERSION));
+  if (ready.version == kMonocularVersion && version != kMonocularVersion) return ready.version;
+  if (ready.version != version)
+    throw EstimatorFailed(fmt::format("it speaks version {} of gaitslam_estimator.h, expected {}{}",
+                                      ready.version, version,
+                                      version == kMonocularVersion ? " as before" : " or 2"));
   if (ready.error_bytes != payload.size() || ready.error_bytes > GAITSLAM_MOST_TEXT_BYTES)
     throw EstimatorFailed(fmt::format("its READY announces a text of {} bytes, and {} follow",
                                       ready.error_bytes, payload.size()));
   if (!payload.empty()) throw EstimatorFailed("it cannot start: " + printable(payload));
+  return ready.version;
 }
 
 Answer read_answer(std::string_view payload) {
@@ -224,7 +401,7 @@ Answer read_answer(std::string_view payload) {
   answer.estimate.t = slam::Stamp(words.t_ns);
   answer.has_pose = words.status == GAITSLAM_OK || words.status == GAITSLAM_DIVERGED;
   if (answer.has_pose) answer.estimate.X_WC = isometry_of(words.X_WC);
-  if (flag(words.has_covariance, "has_covariance") && answer.has_pose)
+  if (answer.has_pose && flag(words.has_covariance, "has_covariance"))
     answer.estimate.covariance = Eigen::Map<const RowMajor6d>(words.covariance);
   if (words.landmark_count > 0) answer.map = pop_map(payload, words.landmark_count);
   const bool ready = words.status != GAITSLAM_NOT_READY;

@@ -25,8 +25,8 @@ struct RigSensor {
   /// The sensor in the frame of the head camera C. Axes of a camera: x right, y down, z forward; of lidar and
   /// IMU: x forward, y left, z up.
   Eigen::Isometry3d X_CS = Eigen::Isometry3d::Identity();
-  slam::CameraIntrinsics camera;           ///< of gray, color and depth
-  std::string aligned_with;                ///< of depth: the camera with the same pixels and stamps
+  slam::CameraIntrinsics camera = {};      ///< of gray, color and depth
+  std::string aligned_with = {};           ///< of depth: the camera with the same pixels and stamps
   double nearest_m = 0, furthest_m = 0;    ///< of depth and lidar
   double readout_s = 0;                    ///< of gray and color: from the first row to the last
   double lowest_rad = 0, highest_rad = 0;  ///< of a lidar
@@ -38,6 +38,7 @@ struct RigSensor {
   double range_sigma_m = 0, angle_sigma_rad = 0;              ///< of a lidar
   double gyro_sigma_rad_s = 0, accelerometer_sigma_m_s2 = 0;  ///< of an IMU, of one reading
   double gyro_bias_sigma_rad_s = 0, accelerometer_bias_sigma_m_s2 = 0;
+  double gyro_bias_walk_rad_s2 = 0, accelerometer_bias_walk_m_s3 = 0;  ///< of the chest IMU
 };
 
 /// Returns whether the sensor has images.

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <iterator>
 #include <new>
 #include <utility>
 #include <variant>
@@ -27,6 +28,15 @@ std::vector<TrackingFault> intervals(const std::vector<TrackedFrame>& frames, co
     open = cause.has_value();
   }
   return all;
+}
+
+/// Sets what a data sheet and a calibration state: noise, and the offset of the clock.
+void add_errors(const sensor_errors::ErrorOptions& errors, rig::RigSensor& chest_imu) {
+  chest_imu.time_offset_s = errors.motion.time_offset_s;
+  chest_imu.gyro_sigma_rad_s = errors.gyro.sigma_rad_s;
+  chest_imu.gyro_bias_walk_rad_s2 = errors.gyro.bias_walk_sigma_rad_s2;
+  chest_imu.accelerometer_sigma_m_s2 = errors.accelerometer.sigma_m_s2;
+  chest_imu.accelerometer_bias_walk_m_s3 = errors.accelerometer.bias_walk_sigma_m_s3;
 }
 
 }  // namespace
@@ -69,7 +79,10 @@ Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& 
                    const Eigen::Isometry3d& X_WC_start, double camera_rate_hz,
                    const std::vector<rig::RigSensor>& rig)
     : Tracking(scenario, nullptr, rig) {
-  estimators::Start start{calibration, X_WC_start, scenario.seed, *scenario.slam, camera_rate_hz, rig};
+  estimators::Start start{calibration, X_WC_start, scenario.seed, *scenario.slam, camera_rate_hz};
+  start.rig = rig;
+  if (scenario.camera) start.camera_readout_s = scenario.camera->readout_s;
+  add_errors(scenario.errors, start.chest_imu);
   if (auto* lens = std::get_if<slam::OneParameterRadial>(&start.calibration.camera.lens))
     lens->k1_px2 *= 1 + scenario.errors.calibration.distortion_fraction;
   if (scenario.slam->plan_velocity.enabled && scenario.estimator != kOdometry) odometry_start_ = start;
@@ -124,7 +137,8 @@ void Tracking::answer(const slam::Observation& arrived, slam::Stamp arrival) {
 void Tracking::ask(const slam::Observation& arrived, slam::Stamp arrival) {
   using Clock = std::chrono::steady_clock;
   std::optional<slam::Observation> whole;
-  if (!missed_.gyro.empty() || !missed_.accelerometer.empty()) add_missed(whole.emplace(arrived));
+  if (!missed_.gyro.empty() || !missed_.accelerometer.empty() || !missed_.rig.empty())
+    add_missed(whole.emplace(arrived));
   const auto began = Clock::now();
   estimators::Answer answer = estimator_->step(whole ? *whole : arrived);
   slam::Stamp took{0};
@@ -143,6 +157,8 @@ void Tracking::drop(const slam::Observation& arrived) {
   for (const auto readings : {&slam::Observation::gyro, &slam::Observation::accelerometer})
     (missed_.*readings)
         .insert((missed_.*readings).end(), (arrived.*readings).begin(), (arrived.*readings).end());
+  const auto is_inertial = [](const slam::RigReading& r) { return r.image.empty() && r.points.empty(); };
+  std::ranges::copy_if(arrived.rig, std::back_inserter(missed_.rig), is_inertial);
 }
 
 // In order of time, each once, up to the stamp: observations may arrive twice or out of order.
@@ -158,6 +174,13 @@ void Tracking::add_missed(slam::Observation& observation) {
     given.assign(all.begin(), later);
     all.erase(all.begin(), later);
   }
+  missed_.rig.insert(missed_.rig.end(), observation.rig.begin(), observation.rig.end());
+  observation.rig = std::exchange(missed_.rig, {});
+  const auto time = [](const slam::RigReading& reading) { return std::pair(reading.sensor, reading.t); };
+  std::ranges::stable_sort(observation.rig, {}, time);
+  const auto is_same = [&](const auto& a, const auto& b) { return time(a) == time(b); };
+  observation.rig.erase(std::unique(observation.rig.begin(), observation.rig.end(), is_same),
+                        observation.rig.end());
 }
 
 Tracked Tracking::finish() {

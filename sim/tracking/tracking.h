@@ -77,7 +77,7 @@ class Tracking {
   /// estimator that has diverged or failed gets no more observations.
   void process(slam::Observation ideal);
   /// Processes an observation that includes its sensor errors. A busy estimator gets it later, or, if it is
-  /// dropped, only its IMU readings, with the next one.
+  /// dropped, only the readings of its IMUs, with the next one.
   void step(const slam::Observation& arrived);
   /// Lets simulated time pass: an observation that waits is processed if the estimator is free by then.
   void advance(slam::Stamp now);
@@ -115,7 +115,7 @@ class Tracking {
   scenario::EstimatorTime time_;
   slam::Stamp now_{0}, free_{0};                      // the last arrival; when the estimator is free again
   std::optional<Waiting> waiting_;                    // the newest observation that found it busy
-  slam::Observation missed_;                          // IMU readings of dropped observations
+  slam::Observation missed_;                          // readings of IMUs of dropped observations
   slam::Stamp given_{-1};                             // the newest stamp that the estimator has
   std::unique_ptr<estimators::Estimator> estimator_;  ///< null if it failed at its start
   double external_cpu_ms_ = 0;

@@ -14,7 +14,7 @@
 typedef struct estimator {
   gaitslam_pose X_CG, X_WC;
   double bias[3], seconds_at_rest; /* rad/s, axes G */
-  double v_W[3];                   /* planned velocity at the previous observation, along the estimated axes */
+  double v_W[3]; /* planned velocity at the previous observation, along the estimated axes */
   int64_t t_ns;
   int has_moved, estimates_bias;
 } estimator;
@@ -71,11 +71,12 @@ static void add_plan(estimator* self, const gaitslam_plan* plan, double dt) {
   }
 }
 
-void* gaitslam_estimator_create(const gaitslam_start* start, const char* options, char* error,
-                                size_t error_bytes) {
+void* gaitslam_estimator_create(const gaitslam_start* start, const gaitslam_sensors* sensors,
+                                const char* options, char* error, size_t error_bytes) {
   estimator* self = (estimator*)calloc(1, sizeof(estimator));
   const char* why = "unknown option, expected bias=0 or bias=1";
   const int known = !options[0] || !strcmp(options, "bias=0\n") || !strcmp(options, "bias=1\n");
+  (void)sensors;
   if (self && known) {
     self->X_CG = start->X_CG;
     self->X_WC = start->X_WC;
@@ -89,11 +90,11 @@ void* gaitslam_estimator_create(const gaitslam_start* start, const char* options
 
 int gaitslam_estimator_observe(void* of, const gaitslam_observation* observation,
                                const gaitslam_reading* gyro, const gaitslam_reading* accelerometer,
-                               const uint8_t* image, gaitslam_answer* answer,
+                               const uint8_t* image, const gaitslam_rig* rig, gaitslam_answer* answer,
                                const gaitslam_landmark** landmarks, const char** cause) {
   estimator* self = (estimator*)of;
   uint32_t i;
-  (void)accelerometer, (void)image, (void)landmarks, (void)cause;
+  (void)accelerometer, (void)image, (void)rig, (void)landmarks, (void)cause;
   if (observation->t_ns >= self->t_ns) { /* ignores late observations */
     if (observation->has_plan && moves(&observation->plan)) self->has_moved = 1;
     for (i = 0; i < observation->gyro_count; ++i) add_reading(self, &gyro[i]);

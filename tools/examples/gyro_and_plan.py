@@ -10,7 +10,7 @@ import sys
 
 import numpy as np
 
-VERSION = 2
+VERSION = 3
 START, READY, OBSERVATION, ANSWER, END = 1, 2, 3, 4, 5
 HEADER = struct.Struct('<4sIQ')
 OBSERVATION_HEAD = struct.Struct('<qIIIIII')  # before the plan: 32 bytes

@@ -255,8 +255,8 @@ class VisualOdometry {
 
 }  // namespace
 
-void* gaitslam_estimator_create(const gaitslam_start* start, const char* options, char* error,
-                                size_t error_bytes) {
+void* gaitslam_estimator_create(const gaitslam_start* start, const gaitslam_sensors*, const char* options,
+                                char* error, size_t error_bytes) {
   if (!*options) return new VisualOdometry(*start);
   std::snprintf(error, error_bytes, "it has no options, but received: %s", options);
   return nullptr;
@@ -264,8 +264,8 @@ void* gaitslam_estimator_create(const gaitslam_start* start, const char* options
 
 int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* observation,
                                const gaitslam_reading*, const gaitslam_reading*, const uint8_t* image,
-                               gaitslam_answer* answer, const gaitslam_landmark** landmarks,
-                               const char** cause) {
+                               const gaitslam_rig*, gaitslam_answer* answer,
+                               const gaitslam_landmark** landmarks, const char** cause) {
   auto& odometry = *static_cast<VisualOdometry*>(estimator);
   try {
     odometry.process(*observation, image);

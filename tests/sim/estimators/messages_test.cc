@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -44,13 +45,13 @@ TEST(Messages, TheStartIsWhereTheReadmeSaysItIs) {
   EstimatorChoice choice;
   choice.options = {{"threads", "2"}, {"map.size", "big"}};
   const std::string message = start_message(choice, start), options = "threads=2\nmap.size=big\n";
-  ASSERT_EQ(message.size(), 16 + 288 + options.size());
+  ASSERT_EQ(message.size(), 16 + 288 + 24 + 16 + 360 + 200);  // 24: the options and a zero byte
   EXPECT_EQ(message.substr(0, 4), "GSLM");
   EXPECT_EQ(message[4], 1);
-  EXPECT_EQ(at<std::uint64_t>(message, 8), 288 + options.size());
+  EXPECT_EQ(at<std::uint64_t>(message, 8), message.size() - 16);
   const std::string payload = message.substr(16);
   const slam::CameraIntrinsics& camera = start.calibration.camera;
-  expect_words(payload, {{0, 2}, {4, 2}, {8, 320}, {12, 240}});  // 4: equidistant
+  expect_words(payload, {{0, 3}, {4, 2}, {8, 320}, {12, 240}});  // 4: equidistant
   expect_numbers(payload, {{16, camera.fu_px},
                            {40, camera.v0_px},
                            {72, 0.4},
@@ -58,7 +59,109 @@ TEST(Messages, TheStartIsWhereTheReadmeSaysItIs) {
                            {176 + 8, -std::sin(0.5)}});  // first row, second column
   EXPECT_EQ(payload[272], '\x88');                       // least byte first
   EXPECT_EQ(at<std::uint64_t>(payload, 280), options.size());
-  EXPECT_EQ(payload.substr(288), options);
+  EXPECT_EQ(payload.substr(288, 24), options + std::string(1, '\0'));
+  const std::string older = start_message(choice, start, kMonocularVersion).substr(16);
+  EXPECT_EQ(older, std::string("\2\0\0\0", 4) + payload.substr(4, 284) + options);
+}
+
+/// The sensors of the preset d435i_mid360, each i / 10 m to the right of the head's camera.
+std::vector<rig::RigSensor> rig_sensors() {
+  const std::vector<rig::Item> items = *rig::preset("d435i_mid360");
+  std::vector<Eigen::Isometry3d> X_CL(items.size(), rig::camera_from_forward_left_up());
+  for (std::size_t i = 0; i < items.size(); ++i) X_CL[i].translation().x() = 0.1 * static_cast<double>(i);
+  return rig::calibrated(items, slam::CameraIntrinsics{}, 30, 0.01, X_CL);
+}
+
+TEST(Messages, TheListsOfSensorsAreWhereTheReadmeSaysTheyAre) {
+  Start start;
+  start.rig = rig_sensors();
+  start.calibration.X_CG.translation().z() = -0.4;
+  start.camera_readout_s = 0.01;
+  start.chest_imu.gyro_sigma_rad_s = 0.02, start.chest_imu.gyro_bias_walk_rad_s2 = 0.003;
+  start.chest_imu.time_offset_s = 0.004;
+  const std::string payload = start_message({}, start).substr(16);
+  constexpr std::size_t kCounts = 288 + 8, kCameras = kCounts + 16, kImus = kCameras + 4 * 360,
+                        kLidars = kImus + 2 * 200;
+  ASSERT_EQ(payload.size(), kLidars + 192);
+  EXPECT_EQ(payload.substr(288, 8), std::string(8, '\0'));
+  expect_words(payload, {{kCounts, 4}, {kCounts + 4, 2}, {kCounts + 8, 1}});
+  std::string names;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::size_t camera = kCameras + i * 360;
+    names += std::string(payload.data() + camera) + " ";
+    const bool is_color = i == 2;
+    expect_words(payload, {{camera + 48, i < 2 ? 0U : static_cast<unsigned>(i) - 1},
+                           {camera + 52, i == 3 ? 0U : static_cast<unsigned>(i)},  // depth: of cam0
+                           {camera + 56, is_color ? 640 : 320},
+                           {camera + 64, GAITSLAM_LENS_ONE_PARAMETER_RADIAL},
+                           {camera + 136, GAITSLAM_LENS_EQUIDISTANT}});
+    EXPECT_GT(at<double>(payload, camera + 216), at<double>(payload, camera + 208))
+        << "largest and rms error";
+    EXPECT_LT(at<double>(payload, camera + 216), 0.2);
+  }
+  EXPECT_EQ(names, "cam0 cam1 rgb0 depth0 ");
+  expect_numbers(payload, {{kCameras + 72, 197},
+                           {kCameras + 104, 7.37e-6},
+                           {kCameras + 320, 30},
+                           {kCameras + 328, 0.01},
+                           {kCameras + 360 + 296, 0.05},  // baseline
+                           {kCameras + 2 * 360 + 328, 0.016},
+                           {kCameras + 3 * 360 + 344, 0.3},
+                           {kCameras + 3 * 360 + 352, 10},
+                           {kImus + 48 + 88, -0.4},
+                           {kImus + 144, 200},
+                           {kImus + 152, 0.02 / std::sqrt(200)},
+                           {kImus + 168, 0.003},
+                           {kImus + 184, 9.81},
+                           {kImus + 192, 0.004},
+                           {kImus + 200 + 152, 1e-3 / std::sqrt(200)},
+                           {kLidars + 48 + 72, 0.4},
+                           {kLidars + 144, 10},
+                           {kLidars + 168, 40}});
+  EXPECT_STREQ(payload.data() + kImus, "imu0");
+  EXPECT_STREQ(payload.data() + kImus + 200, "imu1");
+  EXPECT_STREQ(payload.data() + kLidars, "lidar0");
+}
+
+TEST(Messages, ReadingsOfTheRigAreWhereTheReadmeSaysTheyAre) {
+  slam::Observation o;
+  o.t = slam::Stamp(33);
+  o.image = cv::Mat(1, 3, CV_8UC1, cv::Scalar(7));
+  const auto add = [&o](int sensor) -> slam::RigReading& {
+    slam::RigReading& reading = o.rig.emplace_back();
+    reading.sensor = sensor, reading.t = slam::Stamp(sensor + 1);
+    return reading;
+  };
+  add(1).image = cv::Mat(2, 3, CV_8UC3, cv::Scalar(1, 2, 3));
+  add(2).image = cv::Mat(2, 2, CV_16UC1, cv::Scalar(1000));
+  add(3).gyro.y() = 0.5;
+  o.rig.back().accelerometer.z() = 9.81;
+  add(4).points = {{1, 2, 3, 0.5, 70}, {4, 5, 6, 0.25, 80}};
+  const std::string payload = observation_message(o, rig_sensors()).substr(16);
+  constexpr std::size_t kCounts = 328 + 8, kImages = kCounts + 16, kSweeps = kImages + 3 * 40,
+                        kReadings = kSweeps + 24, kData = kReadings + 72;
+  expect_words(payload, {{kCounts, 3}, {kCounts + 4, 1}, {kCounts + 8, 1}});
+  for (const auto& [image, camera, pixels, width, row_bytes, t, at_byte] :
+       {std::array<std::uint64_t, 7>{0, 0, GAITSLAM_PIXELS_GRAY8, 3, 3, 33, 328},
+        {1, 2, GAITSLAM_PIXELS_RGB8, 3, 9, 2, kData},
+        {2, 3, GAITSLAM_PIXELS_DEPTH16, 2, 4, 3, kData + 24}}) {
+    const std::size_t words = kImages + image * 40;
+    EXPECT_EQ(at<std::uint32_t>(payload, words), camera);
+    EXPECT_EQ(at<std::uint32_t>(payload, words + 4), pixels);
+    EXPECT_EQ(at<std::uint32_t>(payload, words + 8), width);
+    EXPECT_EQ(at<std::uint64_t>(payload, words + 16), row_bytes);
+    EXPECT_EQ(at<std::uint64_t>(payload, words + 24), t);
+    EXPECT_EQ(at<std::uint64_t>(payload, words + 32), at_byte);
+  }
+  EXPECT_EQ(payload.substr(328, 3), "\7\7\7");
+  EXPECT_EQ(payload.substr(kData, 6), "\1\2\3\1\2\3");
+  EXPECT_EQ(at<std::uint16_t>(payload, kData + 24 + 6), 1000);
+  expect_words(payload, {{kSweeps, 0}, {kSweeps + 4, 2}, {kReadings, 1}});
+  EXPECT_EQ(at<std::uint64_t>(payload, kSweeps + 16), kData + 32);
+  EXPECT_EQ(at<float>(payload, kData + 32 + 20 + 8), 6);
+  EXPECT_EQ(at<std::int32_t>(payload, kData + 32 + 20 + 16), 80);
+  expect_numbers(payload, {{kReadings + 32, 0.5}, {kReadings + 64, 9.81}});
+  EXPECT_EQ(payload.size(), kData + 32 + 40);
 }
 
 TEST(Messages, AnObservationIsWhereTheReadmeSaysItIs) {
@@ -75,8 +178,9 @@ TEST(Messages, AnObservationIsWhereTheReadmeSaysItIs) {
   o.plan->support = slam::Support::right;
   o.plan->legs.emplace();
   o.plan->legs->p_CS << 0.4, 0.5, 0.6;
-  const std::string payload = observation_message(o).substr(16);
+  const std::string payload = observation_message(o, {}, kMonocularVersion).substr(16);
   ASSERT_EQ(payload.size(), 328U + 3 * 40 + 320 * 240);
+  EXPECT_EQ(observation_message(o, {}).substr(16, payload.size()), payload);
   EXPECT_EQ(at<std::int64_t>(payload, 0), 123456789);
   expect_words(payload, {{8, 320}, {16, 2}, {20, 1}, {24, 1}, {32 + 168, 2}, {204, 1}});
   expect_numbers(payload, {{32, 1},  // of the identity
@@ -91,8 +195,8 @@ TEST(Messages, AnObservationIsWhereTheReadmeSaysItIs) {
 }
 
 TEST(Messages, MissingDataTakesNoBytes) {
-  const std::string payload = observation_message({}).substr(16);
-  EXPECT_EQ(payload, std::string(328, '\0'));
+  EXPECT_EQ(observation_message({}, {}).substr(16), std::string(328 + 16, '\0'));
+  EXPECT_EQ(observation_message({}, {}, kMonocularVersion).substr(16), std::string(328, '\0'));
   EXPECT_EQ(end_message(), std::string("GSLM\5\0\0\0\0\0\0\0\0\0\0\0", 16));
 }
 
@@ -126,15 +230,17 @@ TEST(Messages, AnAnswerComesBackWithAllItsBits) {
   EXPECT_TRUE((*answer.map)[0].covariance.isZero());
 }
 
-TEST(Messages, APoseOfALostAnswerIsNotRead) {
-  gaitslam_answer words{};
-  words.status = GAITSLAM_LOST;
-  words.has_covariance = 1;
-  words.X_WC.translation_m[2] = NAN;
-  const Answer answer = read_answer(std::string_view(reinterpret_cast<const char*>(&words), sizeof words));
-  EXPECT_FALSE(answer.has_pose);
-  EXPECT_TRUE(answer.estimate.X_WC.matrix().isIdentity(0));
-  EXPECT_FALSE(answer.estimate.covariance);
+TEST(Messages, APoseOfAnAnswerThatIsLostOrNotReadyIsNotRead) {
+  for (const std::uint32_t status : {GAITSLAM_LOST, GAITSLAM_NOT_READY}) {
+    gaitslam_answer words{};
+    words.status = status;
+    words.has_covariance = 7;
+    words.X_WC.translation_m[2] = NAN;
+    const Answer answer = read_answer(std::string_view(reinterpret_cast<const char*>(&words), sizeof words));
+    EXPECT_FALSE(answer.has_pose);
+    EXPECT_TRUE(answer.estimate.X_WC.matrix().isIdentity(0));
+    EXPECT_FALSE(answer.estimate.covariance);
+  }
 }
 
 EstimatorChoice choice_of(const std::string& value) {

@@ -100,26 +100,46 @@ static void give_ready(void) {
   gaitslam_ready ready = {GAITSLAM_ESTIMATOR_VERSION, 0};
   const char* error = is("cannot_start") ? "no vocabulary" : "";
   if (is("wrong_version")) ready.version = 99;
+  if (strcmp(planned_behavior, "version_2") == 0) ready.version = 2;
   ready.error_bytes = (uint32_t)strlen(error);
   give_header(GAITSLAM_MESSAGE_READY, sizeof ready + strlen(error));
   give(&ready, sizeof ready);
   give(error, strlen(error));
 }
 
-void* gaitslam_estimator_create(const gaitslam_start* given, const char* options, char* error,
-                                size_t error_bytes) {
+static void describe(const gaitslam_rig* rig) {
+  uint32_t i;
+  gaitslam_point last;
+  for (i = 0; i < rig->counts.images; ++i)
+    printf("camera %u: %u\n", rig->images[i].camera, rig->data[rig->images[i].at_byte]);
+  for (i = 0; i < rig->counts.sweeps; ++i) {
+    memcpy(&last, rig->data + rig->sweeps[i].at_byte + (rig->sweeps[i].point_count - 1) * sizeof last,
+           sizeof last);
+    printf("lidar %u: %g\n", rig->sweeps[i].lidar, last.p_m[2]);
+  }
+  for (i = 0; i < rig->counts.imu_readings; ++i)
+    printf("imu %u: %g\n", rig->imu_readings[i].imu, rig->imu_readings[i].accelerometer[2]);
+}
+
+void* gaitslam_estimator_create(const gaitslam_start* given, const gaitslam_sensors* sensors,
+                                const char* options, char* error, size_t error_bytes) {
   (void)options, (void)error, (void)error_bytes;
+  uint32_t i;
   next_message(), misbehave();
+  for (i = 0; i < sensors->counts.cameras && strcmp(planned_behavior, "describes") == 0; ++i)
+    printf("%s of %s, %g px\n", sensors->cameras[i].name,
+           sensors->cameras[sensors->cameras[i].aligned_with].name, sensors->cameras[i].lens.focal_px[0]);
   start = *given;
   return &start;
 }
 
 int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* observation,
                                const gaitslam_reading* gyro, const gaitslam_reading* accelerometer,
-                               const uint8_t* image, gaitslam_answer* answer,
+                               const uint8_t* image, const gaitslam_rig* rig, gaitslam_answer* answer,
                                const gaitslam_landmark** landmarks, const char** cause) {
   (void)estimator, (void)observation, (void)gyro, (void)accelerometer, (void)image, (void)landmarks;
   next_message();
+  if (is("describes")) describe(rig);
   answer->X_WC = start.X_WC;
   if (is("print") || is("print_and_crash")) printf("printed by the estimator\n");
   if (is("print_and_crash")) abort();
@@ -130,6 +150,15 @@ int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* obse
 }
 
 void gaitslam_estimator_destroy(void* estimator) { (void)estimator; }
+
+/* As a program made with the header of version 2 checks its messages. */
+static int is_of_version_2(const char* payload, uint64_t bytes) {
+  gaitslam_observation o;
+  if (message == 0) return start.version == 2 && bytes == sizeof start + start.options_bytes;
+  memcpy(&o, payload, sizeof o);
+  return bytes == sizeof o + (o.gyro_count + o.accelerometer_count) * sizeof(gaitslam_reading) +
+                      o.width_px * o.height_px;
+}
 
 int main(int argc, char** argv) {
   static char payload[1 << 22];
@@ -144,6 +173,10 @@ int main(int argc, char** argv) {
     next_message();
     if (message == 0) memcpy(&start, payload, sizeof start);
     misbehave();
+    if (strcmp(planned_behavior, "version_2") == 0 && !is_of_version_2(payload, header.bytes)) {
+      if (message == 0) give_ready();
+      return 6;
+    }
     if (message == 0) {
       give_ready();
     } else {

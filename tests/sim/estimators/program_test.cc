@@ -87,7 +87,7 @@ TEST(Program, AFailureNamesItsCause) {
            {"past", "3", "its pose has the stamp -1 ns"},
            {"crash", "0", "failed at its start (limit 60 s): it was killed by signal 6"},
            {"cannot_start", "0", "it cannot start: no vocabulary"},
-           {"wrong_version", "0", "it speaks version 99 of gaitslam_estimator.h, expected 2"},
+           {"wrong_version", "0", "it speaks version 99 of gaitslam_estimator.h, expected 3 or 2"},
            {"prints", "0", "is not a message: it starts with 'Loading"},
            {"fails", "3, header", "exit code 1; its last lines: the map is broken"},
            {"huge_counts", "3, header", "it announces 3000000000 landmarks, expected at most 100000"},
@@ -163,6 +163,42 @@ TEST(Program, OneMadeByTheHeaderAnswersAndPrintsToTheLog) {
   EXPECT_TRUE(tracked.untracked.empty());
   EXPECT_EQ(tracked.log, "printed by the estimator\n");
   EXPECT_EQ(track_program("print_and_crash", "3, header").log, "printed by the estimator\n");
+}
+
+std::vector<rig::RigSensor> preset_rig() {
+  const std::vector<rig::Item> items = *rig::preset("d435i_mid360");
+  return rig::calibrated(items, {}, 30, 0, std::vector(items.size(), Eigen::Isometry3d::Identity()));
+}
+
+TEST(Program, OneOfVersion2IsServedIfThereAreNoFurtherSensors) {
+  const Tracked tracked = track_program("version_2", "0");
+  EXPECT_FALSE(tracked.failed) << *tracked.failed;
+  EXPECT_EQ(tracked.estimates().size(), 6U);
+  const scenario::Scenario scenario = scenario_with(misbehaving("version_2", "0", ""));
+  EXPECT_THAT([&] { Tracking(scenario, {}, Eigen::Isometry3d::Identity(), 30, preset_rig()); },
+              testing::ThrowsMessage<std::invalid_argument>(
+                  HasSubstr("speaks version 2 of gaitslam_estimator.h, which knows no sensors but")));
+}
+
+TEST(Program, OneMadeByTheHeaderReceivesAllSensorsAlsoThoseOfADroppedFrame) {
+  Tracking tracking(
+      scenario_with(misbehaving("describes", "2, header", ", time: {model: fixed, frame_ms: 40}")), {},
+      Eigen::Isometry3d::Identity(), 30, preset_rig());
+  for (int k = 0; k < 4; ++k) {  // the second waits and is replaced by the third
+    slam::Observation o = numbered(k);
+    if (k == 1) o.t -= std::chrono::milliseconds(32);
+    for (int sensor = 0; sensor < 5; ++sensor) o.rig.emplace_back().sensor = sensor, o.rig.back().t = o.t;
+    for (int camera : {0, 1, 2})
+      o.rig[static_cast<std::size_t>(camera)].image = cv::Mat(2, 3, CV_8UC1, cv::Scalar(10 * k + camera));
+    o.rig[3].accelerometer.z() = k;
+    o.rig[4].points = {{}, {0, 0, static_cast<float>(k), 0, 0}};
+    tracking.step(o);
+  }
+  const Tracked tracked = tracking.finish();
+  EXPECT_FALSE(tracked.failed) << *tracked.failed;
+  EXPECT_EQ(tracked.log,
+            "cam0 of cam0, 197 px\ncam1 of cam1, 197 px\nrgb0 of rgb0, 465.603 px\ndepth0 of cam0, 197 px\n"
+            "camera 0: 2\ncamera 1: 20\ncamera 2: 21\ncamera 3: 22\nlidar 0: 2\nimu 1: 1\nimu 1: 2\n");
 }
 
 TEST(Program, ItsLatestMapIsKept) {
