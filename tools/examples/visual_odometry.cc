@@ -1,10 +1,16 @@
-// Visual odometry with OpenCV: corners, optical flow, triangulation, and the pose with the least residuals.
-// The walking plan sets the scale: the camera follows it until the first points have depths, and it predicts
-// each pose.
+// Visual odometry with OpenCV: corners, optical flow, and the pose with the least residuals. The option
+// `depth` says how the depth of a corner is found:
+//   depth=motion  (the default) triangulated from several frames of the head's gray camera. The walking plan
+//   sets
+//                 the scale: the camera follows it until the first points have depths, and it predicts each
+//                 pose.
+//   depth=stereo  triangulated with the second gray camera of the rig, without the plan
+//   depth=camera  read from a depth camera that is aligned with the head's gray camera, without the plan
 //
 // clang-format off
 //     c++ -std=c++17 -O2 -DGAITSLAM_ESTIMATOR_MAIN -I sim/estimators -I /usr/include/opencv4 -o visual_odometry tools/examples/visual_odometry.cc -lopencv_video -lopencv_calib3d -lopencv_imgproc -lopencv_core
 //     tools/gaitslam replay RESULT 'estimator={program: ./visual_odometry}'
+//     tools/gaitslam run scenarios/office_d435i_mid360.yaml 'estimator={program: ./visual_odometry, options: {depth: stereo}}'
 // clang-format on
 //
 // On Debian: apt-get install libopencv-video-dev libopencv-calib3d-dev. It has neither loop closure nor
@@ -13,11 +19,13 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
+#include <memory>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/affine.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -32,7 +40,8 @@ constexpr double kAsPlanned_m = 0.5;  // path length until the first depths
 constexpr double kApart_px = 6;       // between corners
 constexpr double kForwardBackward_px = 0.5;
 constexpr double kResidual_px = 1;      // of a static point
-constexpr double kParallax_rad = 0.06;  // minimum for a depth
+constexpr double kParallax_rad = 0.06;  // minimum for a depth by motion
+constexpr int64_t kSameTime_ns = 1000000;
 
 Pose pose_of(const gaitslam_pose& X) {
   return Pose(cv::Matx33d(X.rotation), cv::Vec3d(X.translation_m[0], X.translation_m[1], X.translation_m[2]));
@@ -45,36 +54,38 @@ struct Track {
   cv::Point2d ray, first_ray;
   Pose first_X_WC;
   std::optional<cv::Point3d> p_W = {};
-  double parallax_rad = kParallax_rad / 2;  // of p_W
+  double parallax_rad = kParallax_rad / 2;  // of p_W, by motion
+  double weight = 0;                        // of p_W, by stereo or a depth camera
 };
 
 class Camera {
  public:
-  explicit Camera(const gaitslam_start& start)
-      : start_(start),
-        K_(start.focal_px[0], 0, start.center_px[0], 0, start.focal_px[1], start.center_px[1], 0, 0, 1) {}
+  explicit Camera(const gaitslam_lens& lens)
+      : lens_(lens),
+        K_(lens.focal_px[0], 0, lens.center_px[0], 0, lens.focal_px[1], lens.center_px[1], 0, 0, 1) {}
 
-  double focal_px() const { return start_.focal_px[0]; }
+  double focal_px() const { return lens_.focal_px[0]; }
 
   std::vector<cv::Point2d> rays(const std::vector<cv::Point2f>& pixels) const {
     std::vector<cv::Point2d> all(pixels.begin(), pixels.end());
-    const cv::Vec4d k(start_.lens_parameters);
-    if (start_.lens == GAITSLAM_LENS_RADIAL_TANGENTIAL) {
+    if (all.empty()) return all;
+    const cv::Vec4d k(lens_.parameters);
+    if (lens_.model == GAITSLAM_LENS_RADIAL_TANGENTIAL) {
       cv::undistortPoints(all, all, K_, k);
-    } else if (start_.lens == GAITSLAM_LENS_EQUIDISTANT) {
+    } else if (lens_.model == GAITSLAM_LENS_EQUIDISTANT) {
       cv::fisheye::undistortPoints(all, all, K_, k);
     } else {
       for (cv::Point2d& each : all) {  // u = u0 + uc / sqrt(1 + 2 k |uc|^2), solved for uc
-        const cv::Point2d bent(each.x - start_.center_px[0], each.y - start_.center_px[1]);
+        const cv::Point2d bent(each.x - lens_.center_px[0], each.y - lens_.center_px[1]);
         const double root = std::sqrt(std::max(1e-3, 1 - 2 * k[0] * bent.dot(bent)));
-        each = {bent.x / root / start_.focal_px[0], bent.y / root / start_.focal_px[1]};
+        each = {bent.x / root / lens_.focal_px[0], bent.y / root / lens_.focal_px[1]};
       }
     }
     return all;
   }
 
  private:
-  gaitslam_start start_;
+  gaitslam_lens lens_;
   cv::Matx33d K_;
 };
 
@@ -89,32 +100,111 @@ double residual(const Pose& X_WC, const cv::Point3d& p_W, const cv::Point2d& ray
 }
 
 /// Returns the point that fits both views, if it is in front of both.
-std::optional<cv::Point3d> triangulated(const Track& track, const Pose& X_WC, double largest_residual) {
+std::optional<cv::Point3d> triangulated(const Pose& X_WA, const cv::Point2d& ray_A, const Pose& X_WB,
+                                        const cv::Point2d& ray_B, double largest_residual) {
   const auto projection = [](const Pose& X) { return X.inv().matrix.get_minor<3, 4>(0, 0); };
   cv::Mat homogeneous;
-  cv::triangulatePoints(projection(track.first_X_WC), projection(X_WC), std::vector{track.first_ray},
-                        std::vector{track.ray}, homogeneous);
+  cv::triangulatePoints(projection(X_WA), projection(X_WB), std::vector{ray_A}, std::vector{ray_B},
+                        homogeneous);
   const cv::Vec4d h(homogeneous.ptr<double>());
   if (std::abs(h[3]) < 1e-9) return std::nullopt;
   const cv::Point3d p_W(h[0] / h[3], h[1] / h[3], h[2] / h[3]);
-  const bool fits = residual(track.first_X_WC, p_W, track.first_ray) < largest_residual &&
-                    residual(X_WC, p_W, track.ray) < largest_residual;
+  const bool fits =
+      residual(X_WA, p_W, ray_A) < largest_residual && residual(X_WB, p_W, ray_B) < largest_residual;
   return fits ? std::optional(p_W) : std::nullopt;
+}
+
+/// A second sensor that gives the corners of a single frame their depths.
+class DepthSensor {
+ public:
+  /// number: of the camera, a gray one or a depth camera.
+  DepthSensor(const gaitslam_sensors& sensors, uint32_t number)
+      : number_(number),
+        measures_depth_(sensors.cameras[number].kind == GAITSLAM_CAMERA_DEPTH),
+        ahead_ns_(std::llround(1e9 * sensors.cameras[number].time_offset_s)),
+        camera_(sensors.cameras[number].lens),
+        X_CK_(pose_of(sensors.cameras[number].X_CK)) {}
+
+  /// The points of the tracks in C. image: of camera 0; rig: with the sensor's image of the same time.
+  std::vector<std::optional<cv::Point3d>> points(const cv::Mat& image, const std::vector<Track>& tracks,
+                                                 const gaitslam_rig& rig, int64_t t_ns) const {
+    std::vector<std::optional<cv::Point3d>> all(tracks.size());
+    for (uint32_t i = 0; i < rig.counts.images; ++i) {
+      const gaitslam_image& other = rig.images[i];
+      if (other.camera != number_ || std::abs(other.t_ns - ahead_ns_ - t_ns) > kSameTime_ns) continue;
+      const cv::Mat pixels(static_cast<int>(other.height_px), static_cast<int>(other.width_px),
+                           measures_depth_ ? CV_16UC1 : CV_8UC1,
+                           const_cast<uint8_t*>(rig.data + other.at_byte), other.row_bytes);
+      measures_depth_ ? read(pixels, tracks, all) : triangulate(image, pixels, tracks, all);
+    }
+    return all;
+  }
+
+ private:
+  static void read(const cv::Mat& depth, const std::vector<Track>& tracks,
+                   std::vector<std::optional<cv::Point3d>>& points) {
+    for (std::size_t i = 0; i < tracks.size(); ++i) {
+      const cv::Point pixel(tracks[i].pixel);  // rounded
+      if (!cv::Rect({}, depth.size()).contains(pixel)) continue;
+      const double z = 1e-3 * depth.at<uint16_t>(pixel);
+      if (z > 0) points[i] = {z * tracks[i].ray.x, z * tracks[i].ray.y, z};
+    }
+  }
+  void triangulate(const cv::Mat& left, const cv::Mat& right, const std::vector<Track>& tracks,
+                   std::vector<std::optional<cv::Point3d>>& points) const {
+    if (tracks.empty()) return;
+    std::vector<cv::Point2f> from, to;
+    for (const Track& track : tracks) from.push_back(track.pixel);
+    std::vector<uint8_t> found;
+    cv::calcOpticalFlowPyrLK(left, right, from, to, found, cv::noArray());
+    const std::vector<cv::Point2d> rays = camera_.rays(to);
+    for (std::size_t i = 0; i < tracks.size(); ++i)
+      if (found[i])
+        points[i] = triangulated({}, tracks[i].ray, X_CK_, rays[i], kResidual_px / camera_.focal_px());
+  }
+
+  uint32_t number_;
+  bool measures_depth_;
+  int64_t ahead_ns_;  // of its stamps
+  Camera camera_;
+  Pose X_CK_;
+};
+
+/// Returns the sensor that the options name; none by motion. Throws std::invalid_argument.
+std::unique_ptr<DepthSensor> depth_sensor(const std::string& options, const gaitslam_sensors& sensors) {
+  if (options.empty() || options == "depth=motion\n") return nullptr;
+  const bool stereo = options == "depth=stereo\n";
+  if (!stereo && options != "depth=camera\n")
+    throw std::invalid_argument("unknown option, expected depth=motion, depth=stereo or depth=camera");
+  for (uint32_t i = 1; i < sensors.counts.cameras; ++i) {
+    const gaitslam_camera& camera = sensors.cameras[i];
+    if (stereo ? camera.kind == GAITSLAM_CAMERA_GRAY
+               : camera.kind == GAITSLAM_CAMERA_DEPTH && camera.aligned_with == 0)
+      return std::make_unique<DepthSensor>(sensors, i);
+  }
+  throw std::invalid_argument(stereo ? "depth=stereo: the rig has no second gray camera"
+                                     : "depth=camera: the rig has no depth camera aligned with cam0");
 }
 
 class VisualOdometry {
  public:
   std::string failure;  ///< of the last observation
 
-  explicit VisualOdometry(const gaitslam_start& start)
-      : camera_(start), X_WC_(pose_of(start.X_WC)), X_PC_(X_WC_) {
+  VisualOdometry(const gaitslam_start& start, const gaitslam_sensors& sensors, const std::string& options)
+      : camera_(sensors.cameras[0].lens),
+        depth_(depth_sensor(options, sensors)),
+        X_WC_(pose_of(start.X_WC)),
+        X_PC_(X_WC_),
+        last_X_WC_(X_WC_) {
     cv::setNumThreads(1);
   }
 
-  void process(const gaitslam_observation& observation, const uint8_t* pixels) {
+  void process(const gaitslam_observation& observation, const uint8_t* pixels, const gaitslam_rig& rig) {
     if (observation.t_ns <= t_ns_) return;  // late or doubled
     t_ns_ = observation.t_ns;
-    if (observation.has_plan) {
+    if (depth_) {  // constant velocity
+      X_WC_ = X_WC_ * step_;
+    } else if (observation.has_plan) {
       const Pose X_PC = pose_of(observation.plan.X_PC), step = X_PC_.inv() * X_PC;
       if (!tracking_) as_planned_m_ += cv::norm(step.translation());
       X_WC_ = X_WC_ * step;
@@ -131,8 +221,11 @@ class VisualOdometry {
       tracking_ = true, lost_ = false, as_planned_m_ = 0;
     else if (tracking_)
       restart();
-    triangulate();
+    step_ = tracking_ ? last_X_WC_.inv() * X_WC_ : Pose();
+    last_X_WC_ = X_WC_;
+    if (!depth_) triangulate();
     add_corners(image);
+    if (depth_) measure_depths(image, rig, observation.t_ns);
     before_ = image;
   }
 
@@ -150,7 +243,7 @@ class VisualOdometry {
   }
 
  private:
-  /// The camera moves as planned until there are points again.
+  /// The camera moves as planned, or at constant velocity, until there are points again.
   void restart() {
     lost_ = lost_ || tracking_;
     tracking_ = false;
@@ -222,9 +315,26 @@ class VisualOdometry {
       const double cosine = direction(track.first_X_WC, track.first_ray).dot(direction(X_WC_, track.ray));
       const double parallax = std::acos(std::clamp(cosine, -1.0, 1.0));
       if (parallax < 2 * track.parallax_rad) continue;
-      const auto p_W = triangulated(track, X_WC_, kResidual_px / camera_.focal_px());
+      const auto p_W = triangulated(track.first_X_WC, track.first_ray, X_WC_, track.ray,
+                                    kResidual_px / camera_.focal_px());
       if (p_W) track.p_W = p_W, track.parallax_rad = parallax;
     }
+  }
+
+  /// Points of the map are the means of all that was measured, each weighted by its error, which grows with
+  /// z².
+  void measure_depths(const cv::Mat& image, const gaitslam_rig& rig, int64_t t_ns) {
+    const auto points = depth_->points(image, tracks_, rig, t_ns);
+    for (std::size_t i = 0; i < tracks_.size(); ++i) {
+      if (!points[i]) continue;
+      Track& track = tracks_[i];
+      const double weight = std::pow(std::max(points[i]->z, 0.1), -4);
+      const cv::Point3d p_W = X_WC_ * *points[i];
+      track.p_W = (track.weight * track.p_W.value_or(p_W) + weight * p_W) / (track.weight + weight);
+      track.weight += weight;
+    }
+    tracks_.erase(std::remove_if(tracks_.begin(), tracks_.end(), [](const Track& t) { return !t.p_W; }),
+                  tracks_.end());
   }
 
   void add_corners(const cv::Mat& image) {
@@ -241,7 +351,9 @@ class VisualOdometry {
   }
 
   Camera camera_;
+  std::unique_ptr<DepthSensor> depth_;  // null: by motion
   Pose X_WC_, X_PC_;
+  Pose last_X_WC_, step_;  // of the last frame, and to it
   int64_t t_ns_ = -1;
   bool sees_ = false;      // an image
   bool tracking_ = false;  // the pose comes from points
@@ -255,20 +367,23 @@ class VisualOdometry {
 
 }  // namespace
 
-void* gaitslam_estimator_create(const gaitslam_start* start, const gaitslam_sensors*, const char* options,
-                                char* error, size_t error_bytes) {
-  if (!*options) return new VisualOdometry(*start);
-  std::snprintf(error, error_bytes, "it has no options, but received: %s", options);
-  return nullptr;
+void* gaitslam_estimator_create(const gaitslam_start* start, const gaitslam_sensors* sensors,
+                                const char* options, char* error, size_t error_bytes) {
+  try {
+    return new VisualOdometry(*start, *sensors, options);
+  } catch (const std::exception& e) {
+    std::snprintf(error, error_bytes, "%s", e.what());
+    return nullptr;
+  }
 }
 
 int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* observation,
                                const gaitslam_reading*, const gaitslam_reading*, const uint8_t* image,
-                               const gaitslam_rig*, gaitslam_answer* answer,
+                               const gaitslam_rig* rig, gaitslam_answer* answer,
                                const gaitslam_landmark** landmarks, const char** cause) {
   auto& odometry = *static_cast<VisualOdometry*>(estimator);
   try {
-    odometry.process(*observation, image);
+    odometry.process(*observation, image, *rig);
     odometry.write(*answer, landmarks, cause);
     return 0;
   } catch (const std::exception& e) {
