@@ -90,7 +90,7 @@ Frame FramePipeline::drawn(Frame frame, const camera::RecentMotion& motion) {
   if (!with_depth) return frame;
   depth.reading.sensor = rig_.head_depth();
   depth.reading.t = frame.observation.t;
-  depth.png.clear();
+  depth.png = recording::encode_png(depth.reading.image);
   add({std::move(depth)}, frame);
   return frame;
 }

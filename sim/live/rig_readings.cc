@@ -105,7 +105,7 @@ class RigReadings::Sensor {
     for (RigFrame& frame : frames) {
       const result::StageClock clock(frame.encode_ms);
       frame.reading.t = t;
-      frame.png.clear();
+      frame.png = recording::encode_png(frame.reading.image);
     }
     return frames;
   }
