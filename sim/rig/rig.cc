@@ -39,8 +39,9 @@ GreyEye right_eye() { return GreyEye(); }
 std::vector<Item> d435i() {
   ColorCamera color;
   color.position_m = {0, 0.015, 0};
+  color.rate_hz = 15;
   color.readout_s = 0.016;
-  color.exposure_s = 0.004;
+  color.subframes = 3;
   Imu imu;
   imu.position_m = {0, -0.005, -0.012};
   imu.gyro_sigma_rad_s = 1e-3;
