@@ -100,7 +100,7 @@ int found(const mjModel& model, mjtObj type, const char* name) {
 }  // namespace
 
 Place place_of(const mjModel& model, const rig::Mount& mount) {
-  if (!mount.link.empty()) return {upper_link(model, mount.link), rig::pose(mount)};
+  if (mount.on_link()) return {upper_link(model, mount.link), rig::pose(mount)};
   const int camera = found(model, mjOBJ_CAMERA, "head_camera");
   return {model.cam_bodyid[camera], pose_of(model.cam_pos + 3 * camera, model.cam_quat + 4 * camera) *
                                         camera_from_place() * rig::pose(mount)};
@@ -126,8 +126,8 @@ void Models::mount(const rig::Mount& camera, const rig::Mount& imu) {
     if (imu.is_default()) continue;
     const int site = found(*model, mjOBJ_SITE, "chest_imu");
     const Eigen::Isometry3d X_BG = pose_of(model->site_pos + 3 * site, model->site_quat + 4 * site);
-    const Place place = imu.link.empty() ? Place{model->site_bodyid[site], X_BG * rig::pose(imu)}
-                                         : Place{upper_link(*model, imu.link), rig::pose(imu)};
+    const Place place = !imu.on_link() ? Place{model->site_bodyid[site], X_BG * rig::pose(imu)}
+                                       : Place{upper_link(*model, imu.link), rig::pose(imu)};
     model->site_bodyid[site] = place.body;
     model->site_sameframe[site] = 0;
     set_pose(model->site_pos + 3 * site, model->site_quat + 4 * site, place.X_BL);

@@ -11,18 +11,21 @@
 
 namespace sim::rig {
 
+/// A mount without a link is relative to the place that the model gives the sensor.
+inline constexpr const char* kModel = "model";
+
 /// The mounting of a sensor on a link of the robot's model. Axes of the link and of the mounted sensor: x
 /// forward, y left, z up; a camera looks along x.
 struct Mount {
-  std::string link;  ///< empty: the mount is relative to the place that the model gives the sensor
+  std::string link = kModel;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   double yaw_rad = 0, tilt_rad = 0, roll_rad = 0;
 
   static void keys(auto&& key) {
     value<&Mount::link>(
         key,
-        "link of the robot's model that carries the sensor; '': position and angles are relative "
-        "to the head camera, or for camera and imu to their place in the model");
+        "link of the robot that carries the sensor; model: position and angles are relative to "
+        "the place that the model gives it, those of the rig's sensors to the head camera");
     number<&Mount::position_m>(key, -10, 10, "position on the link: forward, left, up");
     degrees<&Mount::yaw_rad>(key, -180, 180,
                              "turn about the vertical axis, positive to the left, applied first");
@@ -31,6 +34,7 @@ struct Mount {
     degrees<&Mount::roll_rad>(key, -180, 180, "turn about the sensor's forward axis, applied last");
   }
 
+  bool on_link() const { return link != kModel; }
   bool is_default() const { return *this == Mount{}; }
   bool operator==(const Mount&) const = default;
 };
