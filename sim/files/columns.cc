@@ -18,7 +18,9 @@ constexpr double kLongest = 9e18;  // ns
 
 // Names between blanks.
 const std::map<Quantity, std::string> kNames{
-    {Quantity::time, " time timestamp timestamps stamp times ts sec nsec epoch "},
+    {Quantity::time,
+     " time timestamp timestamps stamp times ts epoch sec secs seconds msec usec nsec nsecs nanosec nanosecs "
+     "nanoseconds "},
     {Quantity::position, " p t pos position trans translation loc location "},
     {Quantity::orientation, " q quat quaternion orient orientation rot rotation attitude "},
     {Quantity::angular_rate, " w g gyr gyro gyroscope omega angularvelocity angvel angularrate "},
@@ -40,7 +42,7 @@ const std::map<Quantity, std::vector<std::pair<std::string_view, double>>> kUnit
      {{"s sec secs seconds", 1e9},
       {"ms msec milliseconds", 1e6},
       {"us usec µs μs microseconds", 1e3},
-      {"ns nsec nanoseconds", 1}}},
+      {"ns nsec nsecs nanosec nanosecs nanoseconds", 1}}},
     {Quantity::position, {{"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"km", 1e3}}},
     {Quantity::orientation, {{"1 -", 1}}},
     {Quantity::angular_rate,
@@ -163,6 +165,13 @@ const TimeUnit& unit_of_stamps(const std::vector<double>& stamps, const TimeUnit
   });
 }
 
+std::string not_rising(std::chrono::nanoseconds before, std::chrono::nanoseconds stamp) {
+  std::string why = "the stamp is not after the one before";
+  if (stamp == before && stamp.count() % kSeconds.ns == 0)
+    why += "; is its rest in another column? expected a header that names both, as in secs,nsecs";
+  return why;
+}
+
 Header::Title Header::parse(std::string_view text) {
   Title title;
   text = trimmed(text);
@@ -192,10 +201,13 @@ Header::Title Header::parse(std::string_view text) {
       return title;
     }
   }
-  if (words[0] == "t" || words[0] == "time" || words[0] == "stamp" || words[0] == "timestamp") {
+  if (words[0] == "t" || quantity_named(words[0]) == Quantity::time) {
     title.quantity = Quantity::time;
-    if (title.unit.empty() && words.size() > 1 && factor_of(Quantity::time, words.back()))
+    if (title.unit.empty() && factor_of(Quantity::time, words.back())) {
       title.unit = words.back();
+      words.pop_back();
+    }
+    for (const std::string& word : words) title.stem += word;
     return title;
   }
   title.quantity = quantity_of(words);
@@ -283,17 +295,32 @@ std::vector<Column> Header::columns(Quantity quantity, std::string_view axes, st
   return columns;
 }
 
-std::size_t Header::time_field() const {
-  const auto found = std::ranges::find(titles_, std::optional(Quantity::time), &Title::quantity);
-  return found == titles_.end() ? 0 : static_cast<std::size_t>(found - titles_.begin());
-}
-
-const TimeUnit* Header::time_unit() const {
-  const std::size_t field = time_field();
-  if (field >= titles_.size() || titles_[field].unit.empty()) return nullptr;
+const TimeUnit* Header::time_unit(std::size_t field) const {
+  if (titles_[field].unit.empty()) return nullptr;
   const double ns = factor(field, Quantity::time);
   return std::find_if(std::begin(kTimeUnits), std::end(kTimeUnits),
                       [&](const TimeUnit& unit) { return static_cast<double>(unit.ns) == ns; });
+}
+
+StampColumns Header::stamp_columns() const {
+  std::vector<std::size_t> times;
+  for (std::size_t field = 0; field < titles_.size(); ++field)
+    if (titles_[field].quantity == Quantity::time) times.push_back(field);
+  if (times.empty()) return {};
+  const auto of_message =
+      std::ranges::find(times, "stamp", [&](std::size_t field) { return titles_[field].stem; });
+  StampColumns stamp{of_message == times.end() ? times.front() : *of_message};
+  stamp.unit = time_unit(stamp.field);
+  for (const std::size_t field : times) {
+    const TimeUnit* const unit =
+        titles_[field].stem == titles_[stamp.field].stem ? time_unit(field) : nullptr;
+    if (!unit || !stamp.unit) continue;
+    if (unit->ns < stamp.unit->ns)
+      stamp.rest = field, stamp.rest_unit = unit;
+    else if (unit->ns > stamp.unit->ns)
+      stamp = {field, unit, stamp.field, stamp.unit};
+  }
+  return stamp;
 }
 
 }  // namespace sim::files

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "sim/files/text.h"
+
 namespace sim::files {
 
 /// A unit of time: its name and its length in ns.
@@ -41,6 +43,35 @@ struct Column {
   double factor = 1;
 };
 
+/// The columns of a row's stamp.
+struct StampColumns {
+  std::size_t field = 0;
+  const TimeUnit* unit = nullptr;  ///< that its title states, if any
+  /// The rest in a second column, in a finer unit: secs and nsecs, as ROS has them.
+  std::optional<std::size_t> rest = {};
+  const TimeUnit* rest_unit = nullptr;
+
+  /// Returns the stamp of a row (CsvReader or the like) in units, rounded to a double.
+  double number(const auto& row, const TimeUnit& of) const {
+    return static_cast<double>(row.number(field)) +
+           (rest ? row.number(*rest) * static_cast<double>(rest_unit->ns) / static_cast<double>(of.ns) : 0);
+  }
+  /// Returns the stamp of a row, or nothing if parse_stamp() does. Throws FileError for a rest that is not
+  /// one.
+  std::optional<std::chrono::nanoseconds> read(const auto& row, const TimeUnit& of) const {
+    const auto t = parse_stamp(row.text(field), of);
+    if (!t || !rest) return t;
+    const auto part = parse_number<std::int64_t>(row.text(*rest));
+    if (!part || *part < 0 || *part >= of.ns / rest_unit->ns || t->count() % of.ns != 0)
+      row.fail(*rest, std::string("expected whole ") + of.name + " and their rest in whole " +
+                          rest_unit->name + " in two columns, as the header names them");
+    return *t + std::chrono::nanoseconds(*part * rest_unit->ns);
+  }
+};
+
+/// Returns why a stamp that does not follow the one before is wrong.
+std::string not_rising(std::chrono::nanoseconds before, std::chrono::nanoseconds stamp);
+
 /// The titles of a file's columns, such as "p_RS_R_x [m]", "tx", "angular_velocity.x" or "gyro_x (deg/s)".
 class Header {
  public:
@@ -63,20 +94,21 @@ class Header {
   /// them, they are expected from field `first` on. Throws FileError if the header names only some of
   /// them, names something else there, or states an unknown unit.
   std::vector<Column> columns(Quantity quantity, std::string_view axes, std::size_t first) const;
-  /// Returns the column of the stamps: the first one with such a title, else 0.
-  std::size_t time_field() const;
-  /// Returns the unit that the title of the stamps states, or null. Throws FileError for an unknown one.
-  const TimeUnit* time_unit() const;
+  /// Returns the columns of the stamps: header.stamp of a message, else the first with such a title, else 0;
+  /// and the rest of that stamp, if another column names it. Throws FileError for an unknown unit.
+  StampColumns stamp_columns() const;
 
  private:
   struct Title {
     std::string text, unit;
     std::optional<Quantity> quantity;  // absent: not a known name
     char axis = 0;                     // x, y, z, w, or 0
+    std::string stem = {};             // of a time: its words without the unit
   };
   static Title parse(std::string_view text);
   bool fits(std::size_t field, Quantity quantity, char axis, bool named) const;
   double factor(std::size_t field, Quantity quantity) const;
+  const TimeUnit* time_unit(std::size_t field) const;
   [[noreturn]] void fail(std::size_t field, const std::string& why) const;
 
   std::filesystem::path file_;

@@ -20,16 +20,18 @@ class Line {
  public:
   Line(const fs::path& file, std::size_t number, std::string_view text)
       : file_(file), number_(number), text_(text) {
-    constexpr std::string_view kApart = " \t\r,";
-    for (std::size_t at = 0; (at = text.find_first_not_of(kApart, at)) != text.npos;) {
-      const std::size_t end = std::min(text.find_first_of(kApart, at), text.size());
-      fields_.push_back(text.substr(at, end - at));
-      at = end;
+    constexpr std::string_view kBlank = " \t\r";
+    for (std::size_t at = 0; (at = text.find_first_not_of(kBlank, at)) != text.npos;) {
+      const std::size_t end =
+          std::min(has_commas() ? text.find(',', at) : text.find_first_of(kBlank, at), text.size());
+      const std::string_view field = text.substr(at, end - at);
+      fields_.push_back(field.substr(0, field.find_last_not_of(kBlank) + 1));
+      at = end + has_commas();
     }
   }
 
   std::size_t size() const { return fields_.size(); }
-  bool is_comment() const { return fields_.empty() || fields_[0].front() == '#'; }
+  bool is_comment() const { return fields_.empty() || fields_[0].starts_with('#'); }
   bool has_commas() const { return text_.find(',') != text_.npos; }
   std::string_view text(std::size_t field) const { return fields_.at(field); }
 
@@ -38,10 +40,10 @@ class Line {
     if (!value) fail(field, fmt::format("expected a finite number, found \"{}\"", text(field)));
     return *value;
   }
-  nanoseconds stamp(std::size_t field, const TimeUnit& unit) const {
-    number(field);
-    const auto t = parse_stamp(text(field), unit);
-    if (!t) fail(field, "a time of more than 9e9 s: is it in nanoseconds?");
+  nanoseconds stamp(const StampColumns& columns, const TimeUnit& unit) const {
+    number(columns.field);
+    const auto t = columns.read(*this, unit);
+    if (!t) fail(columns.field, "a time of more than 9e9 s: is it in nanoseconds?");
     return *t;
   }
   double coordinate(const Column& column) const {
@@ -131,7 +133,7 @@ Matrix6d covariance(const Line& line) {
 
 // The columns of a pose; orientation: w, x, y, z, or none.
 struct PoseColumns {
-  std::size_t stamp = 0;
+  StampColumns stamp;
   std::vector<Column> position{{1}, {2}, {3}}, orientation{{7}, {4}, {5}, {6}};
 
   /// As the header names them, else in the order of EuRoC (with commas) or TUM.
@@ -142,7 +144,7 @@ struct PoseColumns {
     if (commas) orientation = {{4}, {5}, {6}, {7}};
     if ((n < 8 || text.names_position()) && !text.names_orientation() && n != 20) orientation.clear();
     if (!header) return;
-    stamp = header->time_field();
+    stamp = header->stamp_columns();
     position = header->columns(Quantity::position, "xyz", 1);
     if (orientation.empty()) return;
     orientation = header->columns(Quantity::orientation, commas ? "wxyz" : "xyzw", 4);
@@ -151,7 +153,7 @@ struct PoseColumns {
 
   /// The number of fields that a line needs.
   std::size_t least() const {
-    std::size_t last = stamp;
+    std::size_t last = std::max(stamp.field, stamp.rest.value_or(0));
     for (const auto* columns : {&position, &orientation})
       for (const Column& column : *columns) last = std::max(last, column.field);
     return last + 1;
@@ -192,15 +194,16 @@ void settle_stamps(TrajectoryFile& read, const std::vector<Line>& lines) {
                     std::string("its last pose has the stamp of the one before and is left out");
   }
   for (std::size_t i = 1; i < rows.size(); ++i)
-    if (rows[i].t <= rows[i - 1].t) lines[i].fail(0, "the stamp is not after the one before");
+    if (rows[i].t <= rows[i - 1].t) lines[i].fail(0, not_rising(rows[i - 1].t, rows[i].t));
 }
 
 // Throws FileError if the stamps are not in the unit that the header states.
-const TimeUnit& unit_of(const Lines& text, std::size_t field, const TimeUnit* stated) {
+const TimeUnit& unit_of(const Lines& text, const StampColumns& columns) {
   std::vector<double> stamps;
-  for (const Line& line : text.lines) stamps.push_back(line.number(field));
+  for (const Line& line : text.lines)
+    stamps.push_back(columns.number(line, columns.unit ? *columns.unit : kSeconds));
   try {
-    return unit_of_stamps(stamps, stated);
+    return unit_of_stamps(stamps, columns.unit);
   } catch (const std::invalid_argument& contradiction) {
     throw FileError(text.file, contradiction.what());
   }
@@ -211,8 +214,8 @@ TrajectoryFile read_poses(const Lines& text, const TimeUnit* stated) {
   const bool commas = first.has_commas();
   const bool with_covariance = !commas && std::any_of(text.lines.begin(), text.lines.end(),
                                                       [](const Line& line) { return line.size() == 20; });
-  const PoseColumns columns(text);
-  if (!stated && text.header) stated = text.header->time_unit();
+  PoseColumns columns(text);
+  if (stated && !columns.stamp.rest) columns.stamp.unit = stated;
   for (const Line& line : text.lines) {
     const std::size_t n = line.size();
     if (!commas && n != first.size() && !(with_covariance && (n == 8 || n == 20)))
@@ -220,18 +223,20 @@ TrajectoryFile read_poses(const Lines& text, const TimeUnit* stated) {
     if (n < columns.least())
       line.fail(fmt::format("expected at least {} numbers, found {}", columns.least(), n));
   }
-  const TimeUnit& unit = unit_of(text, columns.stamp, stated);
+  const TimeUnit& unit = unit_of(text, columns.stamp);
   TrajectoryFile read;
   read.format = commas ? "EuRoC csv" : with_covariance ? "TUM with covariance" : "TUM";
   read.stamps = unit.name;
   read.has_orientation = !columns.orientation.empty();
   if (commas && read.has_orientation && !text.names_orientation())
     read.warning = "no header names the quaternion: it is taken for w, x, y, z, in columns 5 to 8";
-  for (const Line& line : text.lines) {
-    read.rows.push_back({{line.stamp(columns.stamp, unit), columns.pose(line)}, std::nullopt});
-    if (with_covariance && line.size() == 20) read.rows.back().covariance = covariance(line);
-  }
+  for (const Line& line : text.lines) read.rows.push_back({{line.stamp(columns.stamp, unit)}, std::nullopt});
   settle_stamps(read, text.lines);
+  for (std::size_t i = 0; i < read.rows.size(); ++i) {
+    const Line& line = text.lines[i];
+    read.rows[i].X = columns.pose(line);
+    if (with_covariance && line.size() == 20) read.rows[i].covariance = covariance(line);
+  }
   return read;
 }
 
@@ -244,8 +249,8 @@ TrajectoryFile read_kitti(const Lines& text) {
   const Lines times(file);
   if (times.lines.size() != read.rows.size())
     throw FileError(file, fmt::format("has {} times for {} poses", times.lines.size(), read.rows.size()));
-  const TimeUnit& unit = unit_of(times, 0, nullptr);
-  for (std::size_t i = 0; i < read.rows.size(); ++i) read.rows[i].t = times.lines[i].stamp(0, unit);
+  const TimeUnit& unit = unit_of(times, {});
+  for (std::size_t i = 0; i < read.rows.size(); ++i) read.rows[i].t = times.lines[i].stamp({}, unit);
   settle_stamps(read, times.lines);
   read.stamps = unit.name;
   return read;

@@ -12,6 +12,7 @@
 
 #include "sim/files/columns.h"
 #include "sim/files/text.h"
+#include "sim/recording/clock_offset.h"
 #include "sim/recording/image_file.h"
 #include "sim/recording/recording_format.h"
 
@@ -43,10 +44,10 @@ struct Stamps {
     std::vector<double> numbers;
     files::CsvReader csv(file, least_columns);
     const files::Header header(file, 1, csv.titles());
-    field = header.time_field();
-    while (csv.next()) numbers.push_back(csv.number(field));
+    columns = header.stamp_columns();
+    while (csv.next()) numbers.push_back(columns.number(csv, columns.unit ? *columns.unit : *unit));
     try {
-      unit = &files::unit_of_stamps(numbers, header.time_unit(), 1 / rate_hz.value_or(20));
+      unit = &files::unit_of_stamps(numbers, columns.unit, 1 / rate_hz.value_or(20));
     } catch (const std::invalid_argument& contradiction) {
       throw files::FileError(file, contradiction.what());
     }
@@ -61,12 +62,19 @@ struct Stamps {
   }
 
   StampedRows rows() const {
-    return StampedRows(files::CsvReader(file, least_columns), slam::Stamp{0}, field, *unit);
+    return StampedRows(files::CsvReader(file, least_columns), slam::Stamp{0}, columns, *unit);
+  }
+  /// The first column that is not part of the stamp.
+  std::size_t next_field() const {
+    std::size_t field = 0;
+    while (field == columns.field || field == columns.rest) ++field;
+    return field;
   }
   std::string span() const { return span_text(all.front(), all.back()); }  ///< there must be stamps
 
   fs::path file;
-  std::size_t least_columns, field = 0;
+  std::size_t least_columns;
+  files::StampColumns columns;
   const files::TimeUnit* unit = &files::kNanoseconds;
   std::vector<slam::Stamp> all;
   std::string remark;  ///< of a rate that differs from the stated one, but may be
@@ -220,10 +228,11 @@ struct ReadSensors : AslSensors {
 };
 
 // Each image of the list must exist.
-void require_images(const fs::path& folder) {
-  for (files::CsvReader rows(folder / kCameraRows, kCameraColumns); rows.next();) {
-    const fs::path file = files::contained_path(folder / kCameraFolder, rows.text(1));
-    if (!fs::is_regular_file(file)) rows.fail(1, "no such image: " + file.string());
+void require_images(const fs::path& folder, const Stamps& images) {
+  for (files::CsvReader rows(images.file, kCameraColumns); rows.next();) {
+    const std::size_t field = images.next_field();
+    const fs::path file = files::contained_path(folder / kCameraFolder, rows.text(field));
+    if (!fs::is_regular_file(file)) rows.fail(field, "no such image: " + file.string());
   }
 }
 
@@ -232,6 +241,27 @@ Eigen::Isometry3d interpolate(const files::TimedPose& a, const files::TimedPose&
   const Eigen::Vector3d p = (1 - part) * a.X.translation() + part * b.X.translation();
   const Eigen::Quaterniond qa(a.X.linear()), qb(b.X.linear());
   return Eigen::Translation3d(p) * qa.slerp(part, qb);
+}
+
+// Throws FileError if the speeds of rotation show that gyro and truth are on different clocks.
+void require_clock_of_imu(const fs::path& file, const files::TrajectoryFile& truth, const fs::path& folder,
+                          slam::Stamp ahead) {
+  constexpr double kMost_s = 0.1;
+  if (!truth.has_orientation) return;
+  const Stamps imu(folder / kImuRows, kImuColumns);
+  const ImuColumns columns(files::Header(imu.file, 1, imu.rows().row().titles()));
+  std::vector<TimedRotation> gyro;
+  for (StampedRows rows = imu.rows(); rows.stamp(); rows.advance())
+    gyro.push_back({*rows.stamp() - ahead, angular_rate(rows.row(), columns.gyro)});
+  const auto offset = clock_offset(gyro, truth.rows);
+  if (!offset || std::abs(offset->late_s) < kMost_s) return;
+  throw files::FileError(
+      file,
+      fmt::format("its stamps are {:.2f} s {} than those of {}: shifted by that, the speeds of rotation "
+                  "correlate by {:.2f}, as stamped by {:.2f}; expected one clock (timeshift_cam_imu of the "
+                  "camera corrects an IMU's)",
+                  std::abs(offset->late_s), offset->late_s > 0 ? "earlier" : "later", imu.file.string(),
+                  offset->correlation, offset->as_stamped));
 }
 
 // Poses of the truth's body at the given times of the recording's clock.
@@ -262,7 +292,7 @@ std::vector<files::TimedPose> interpolated(const fs::path& file, const files::Tr
 
 struct AslFolder::Files {
   explicit Files(const fs::path& folder_) : folder(folder_) {
-    require_images(folder);
+    require_images(folder, *sensors.camera);
     const std::vector<slam::Stamp>& images = sensors.camera->all;
     for (const slam::Stamp t : images) times.push_back(t - sensors.first_image);
     if (!sensors.has_plan) return;
@@ -272,7 +302,8 @@ struct AslFolder::Files {
       throw files::FileError(planned.file,
                              fmt::format("none of its stamps is that of an image: they are {}, the images {}",
                                          planned.span(), sensors.camera->span()));
-    plan.emplace(files::CsvReader(planned.file, kPlanColumns), slam::Stamp{0}, planned.field, *planned.unit);
+    plan.emplace(files::CsvReader(planned.file, kPlanColumns), slam::Stamp{0}, planned.columns,
+                 *planned.unit);
   }
 
   fs::path folder;
@@ -283,7 +314,8 @@ struct AslFolder::Files {
   std::optional<StampedRows> plan;
 
   cv::Mat image() const {
-    const fs::path file = files::contained_path(folder / kCameraFolder, camera.row().text(1));
+    const fs::path file =
+        files::contained_path(folder / kCameraFolder, camera.row().text(sensors.camera->next_field()));
     const slam::CameraIntrinsics& size = sensors.setup.calibration.camera;
     return decode_image(file, files::read_text(file, files::kMostOfImage), {size.width_px, size.height_px},
                         cv::IMREAD_GRAYSCALE);
@@ -326,6 +358,7 @@ Truth read_asl_truth(const fs::path& folder, const AslSensors& sensors,
   if (const fs::path yaml = *found / "sensor.yaml"; fs::exists(yaml))
     X_BS = read_mounting(yaml, sensor_text(yaml));
   const files::TrajectoryFile file = files::read_trajectory(*found / "data.csv");
+  require_clock_of_imu(*found / "data.csv", file, folder, sensors.imu_ahead);
   Truth truth;
   truth.camera = interpolated(*found / "data.csv", file, own_clock);
   Eigen::Isometry3d X_SC = X_BS.inverse() * sensors.X_BC,

@@ -51,7 +51,8 @@ bool is_asl_folder(const std::filesystem::path& folder);
 /// Returns true poses X_WC of the camera at those of the rising times that lie between true poses less than
 /// 0.1 s apart, interpolated linearly. The first pose is aligned with AslSensors::setup.X_WC_start. Of a
 /// truth of positions only (Truth::positions_of) they are those of its point, in its own world. Empty without
-/// truth. Throws FileError, also if no true pose is near any of the times.
+/// truth. Throws FileError, also if no true pose is near any of the times, or if clock_offset() finds 0.1 s
+/// or more between gyro and truth.
 Truth read_asl_truth(const std::filesystem::path& folder, const AslSensors& sensors,
                      const std::vector<slam::Stamp>& times);
 

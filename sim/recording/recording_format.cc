@@ -37,10 +37,10 @@ using Joints = std::vector<std::string>;
 void StampedRows::advance() {
   const std::optional<slam::Stamp> before = std::exchange(stamp_, std::nullopt);
   if (!csv_.next()) return;
-  const auto t = files::parse_stamp(csv_.text(field_), unit_);
-  if (!t || t->count() < 0) csv_.fail(field_, "expected a stamp from 0 to 9000000000000000000 ns");
+  const auto t = columns_.read(csv_, unit_);
+  if (!t || t->count() < 0) csv_.fail(columns_.field, "expected a stamp from 0 to 9000000000000000000 ns");
   stamp_ = *t - epoch_;
-  if (before && *stamp_ <= *before) csv_.fail(field_, "the stamp is not after the one before");
+  if (before && *stamp_ <= *before) csv_.fail(columns_.field, files::not_rising(*before, *stamp_));
 }
 
 const std::string& plan_header(const slam::PlannedMotion& plan) {

@@ -19,10 +19,11 @@ namespace sim::recording {
 /// from row to row. All members throw FileError.
 class StampedRows {
  public:
-  /// epoch: offset of the stamps in the file from those that stamp() returns. field, unit: of the stamps.
-  explicit StampedRows(files::CsvReader csv, slam::Stamp epoch = slam::Stamp{0}, std::size_t field = 0,
+  /// epoch: offset of the stamps in the file from those that stamp() returns. columns, unit: of the stamps.
+  explicit StampedRows(files::CsvReader csv, slam::Stamp epoch = slam::Stamp{0},
+                       const files::StampColumns& columns = {},
                        const files::TimeUnit& unit = files::kNanoseconds)
-      : csv_(std::move(csv)), epoch_(epoch), field_(field), unit_(unit) {
+      : csv_(std::move(csv)), epoch_(epoch), columns_(columns), unit_(unit) {
     advance();
   }
   StampedRows(const StampedRows&) = delete;
@@ -36,7 +37,7 @@ class StampedRows {
  private:
   files::CsvReader csv_;
   slam::Stamp epoch_;
-  std::size_t field_;
+  files::StampColumns columns_;
   const files::TimeUnit& unit_;
   std::optional<slam::Stamp> stamp_;
 };

@@ -40,6 +40,29 @@ TEST_F(TrajectoryFileTest, TumInSecondsAndInNanosecondsAreTheSame) {
   }
 }
 
+TEST_F(TrajectoryFileTest, AStampInTwoColumnsIsReadAsTheHeaderNamesThemElseRejected) {
+  for (const auto& [header, begin] : {
+           std::pair("secs,nsecs,x,y,z", "1403636579,9"),
+           {"field.header.seq,field.header.stamp.secs,field.header.stamp.nsecs,x,y,z", "0,1403636579,9"},
+           {"Time,header.seq,header.stamp.secs,header.stamp.nsecs,header.frame_id,x,y,z",
+            "1.5,,1403636579,9,"},
+           {"%time,field.header.seq,field.header.stamp,field.header.frame_id,x,y,z",
+            "7,0,1403636579000000009,"},
+           {"stamp_nanosec,stamp_sec,x,y,z", "9,1403636579"},
+       }) {
+    const TrajectoryFile file = read(fmt::format("{}\n{},1,2,3\n", header, begin));
+    EXPECT_EQ(file.rows[0].t, nanoseconds(1403636579'000'000'009)) << header;
+    EXPECT_EQ(file.rows[0].X.translation(), Eigen::Vector3d(1, 2, 3)) << header;
+  }
+  EXPECT_EQ(read("# sec nanosec tx ty tz qx qy qz qw\n5 250000000 1 2 3 0 0 0 1\n").rows[0].t,
+            nanoseconds(5'250'000'000));
+  expect_rejected("secs,nsecs,x,y,z\n5,1000000000,1,2,3\n",
+                  ":2:3: expected whole seconds and their rest in whole nanoseconds in two columns");
+  expect_rejected("secs,nsecs,x,y,z\n5.5,1,1,2,3\n", ":2:5: expected whole seconds and their rest");
+  expect_rejected("5,10,1,2,1,0,0,0\n5,20,1,2,1,0,0,0\n",
+                  ":2:1: the stamp is not after the one before; is its rest");
+}
+
 TEST_F(TrajectoryFileTest, EachPoseMayBeWithoutTheCovarianceThatOthersHave) {
   const std::string without = " 0 0 0 0 0 0 1\n", with = " 0 0 0 0 0 0 1 1 2 3 4 5 6 7 8 9 10 11 12\n";
   for (const std::size_t which : {0u, 1u}) {

@@ -293,6 +293,20 @@ TEST_F(RecordedElsewhere, ColumnsAreReadByTheirNamesAndUnits) {
       << "a magnetometer is none";
 }
 
+TEST_F(RecordedElsewhere, StampsInTwoColumnsAreReadByTheirNames) {
+  write("cam0/data.csv",
+        "sec,nanosec,filename\n1403636579,763555584,second.png\n1403636579,813555456,second.png\n");
+  write("imu0/data.csv",
+        "header.stamp.secs,header.stamp.nsecs,angular_velocity.x,angular_velocity.y,angular_velocity.z\n"
+        "1403636579,758555392,1,0,0\n1403636579,778555392,2,0,0\n");
+  AslFolder reader(folder_.path());
+  EXPECT_EQ(reader.times().back(), Stamp{49999872});
+  EXPECT_EQ(reader.next().value().gyro.at(0).begin, Stamp{-15000192});
+  edit("imu0/data.csv", "header.stamp.secs,header.stamp.nsecs", "a,b");
+  EXPECT_THAT(complaint(),
+              HasSubstr("imu0/data.csv:3:1: the stamp is not after the one before; is its rest"));
+}
+
 TEST_F(RecordedElsewhere, StampsAreReadInTheUnitThatAllOfThemHave) {
   const auto begins = [&](const std::string& rows) {
     write("imu0/data.csv", "#timestamp,x,y,z\n" + rows);

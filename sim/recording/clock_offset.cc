@@ -1,0 +1,113 @@
+#include "sim/recording/clock_offset.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sim::recording {
+namespace {
+
+constexpr slam::Stamp kStep{20'000'000}, kBridged{100'000'000}, kHour = std::chrono::hours(1);
+constexpr int kWindow = 5, kMostLag = 500, kFewest = 50;  // steps
+constexpr double kLeastCorrelation = 0.6, kMostCorrelation = 0.9995, kDecisive = 15;
+
+struct Grid {
+  slam::Stamp begin;
+  std::size_t size;
+};
+
+using Turns = std::vector<std::optional<Eigen::Vector3d>>;
+
+/// Returns the turn from each time of the grid until a window later, if it is known.
+Turns turns(const auto& samples, const Grid& grid, const auto& between, const auto& turned) {
+  std::vector<std::optional<decltype(between(samples[0], samples[0], 0.0))>> at(grid.size);
+  std::size_t next = 1;
+  for (std::size_t k = 0; k < grid.size; ++k) {
+    const slam::Stamp t = grid.begin + static_cast<std::int64_t>(k) * kStep;
+    while (next < samples.size() && samples[next].t < t) ++next;
+    if (next >= samples.size()) break;
+    const auto &a = samples[next - 1], &b = samples[next];
+    if (a.t <= t && b.t - a.t <= kBridged)
+      at[k] = between(a, b, slam::seconds(t - a.t) / slam::seconds(b.t - a.t));
+  }
+  Turns all(grid.size);
+  for (std::size_t k = 0; k + kWindow < grid.size; ++k)
+    if (at[k] && at[k + kWindow]) all[k] = turned(*at[k], *at[k + kWindow]);
+  return all;
+}
+
+struct Correlation {
+  double r = 0;
+  int pairs = 0;
+  /// Log-likelihood of the linear relation, relative to none; of as many speeds as windows.
+  double evidence(double of_r) const {
+    return 0.5 * pairs / kWindow * -std::log1p(-std::pow(std::clamp(of_r, 0.0, 1 - 1e-12), 2));
+  }
+};
+
+/// Of the angles turned, without the mean turns: a bias shifts these.
+Correlation correlation(const Turns& truth, const Turns& gyro, int lag) {
+  const auto size = static_cast<int>(truth.size());
+  const auto for_each_pair = [&](const auto& f) {
+    for (int k = std::max(0, -lag); k < size - std::max(0, lag); ++k) {
+      const auto &a = truth[static_cast<std::size_t>(k)], &b = gyro[static_cast<std::size_t>(k + lag)];
+      if (a && b) f(*a, *b);
+    }
+  };
+  Correlation c;
+  Eigen::Vector3d truth_sum = Eigen::Vector3d::Zero(), gyro_sum = truth_sum;
+  for_each_pair([&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    truth_sum += a, gyro_sum += b;
+    ++c.pairs;
+  });
+  if (c.pairs < kFewest) return c;
+  const Eigen::Vector3d truth_mean = truth_sum / c.pairs, gyro_mean = gyro_sum / c.pairs;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+  for_each_pair([&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    const Eigen::Vector2d pair((a - truth_mean).norm(), (b - gyro_mean).norm());
+    sum += pair;
+    squares += pair * pair.transpose();
+  });
+  const Eigen::Matrix2d S = squares - sum * sum.transpose() / c.pairs;
+  if (S(0, 0) > 1e-12 && S(1, 1) > 1e-12) c.r = S(0, 1) / std::sqrt(S(0, 0) * S(1, 1));
+  return c;
+}
+
+}  // namespace
+
+std::optional<ClockOffset> clock_offset(const std::vector<TimedRotation>& gyro,
+                                        const std::vector<files::TumRow>& truth) {
+  if (gyro.empty() || truth.empty()) return std::nullopt;
+  const slam::Stamp margin = kMostLag * kStep, begin = truth.front().t - margin;
+  const slam::Stamp end = std::min(truth.back().t, truth.front().t + kHour) + margin;
+  const Grid grid{begin, static_cast<std::size_t>((end - begin) / kStep)};
+  std::vector<TimedRotation> integral{{gyro.front().t, Eigen::Vector3d::Zero()}};
+  for (std::size_t i = 1; i < gyro.size(); ++i)
+    integral.push_back(
+        {gyro[i].t, integral.back().value + gyro[i].value * slam::seconds(gyro[i].t - gyro[i - 1].t)});
+  const Turns by_gyro = turns(
+      integral, grid,
+      [](const auto& a, const auto& b, double part) -> Eigen::Vector3d {
+        return a.value + part * (b.value - a.value);
+      },
+      [](const auto& from, const auto& to) -> Eigen::Vector3d { return to - from; });
+  const Turns by_truth = turns(
+      truth, grid,
+      [](const auto& a, const auto& b, double part) {
+        return Eigen::Quaterniond(a.X.linear()).slerp(part, Eigen::Quaterniond(b.X.linear()));
+      },
+      [](const auto& from, const auto& to) -> Eigen::Vector3d {
+        const Eigen::AngleAxisd turn(from.conjugate() * to);
+        return turn.angle() * turn.axis();
+      });
+  std::vector<Correlation> all;
+  for (int lag = -kMostLag; lag <= kMostLag; ++lag) all.push_back(correlation(by_truth, by_gyro, lag));
+  const auto best = std::ranges::max_element(all, {}, [](const Correlation& c) { return c.evidence(c.r); });
+  const double as_stamped = all[kMostLag].r;
+  const auto evidence = [&](double r) { return best->evidence(std::min(r, kMostCorrelation)); };
+  if (best->r < kLeastCorrelation || evidence(best->r) - evidence(as_stamped) < kDecisive)
+    return std::nullopt;
+  return ClockOffset{slam::seconds((best - all.begin() - kMostLag) * kStep), best->r, as_stamped};
+}
+
+}  // namespace sim::recording

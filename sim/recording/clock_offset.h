@@ -1,0 +1,31 @@
+// Offset between the clocks of a gyro and of a truth, measured by their speeds of rotation.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "sim/files/trajectory_file.h"
+#include "slam/observation.h"
+
+namespace sim::recording {
+
+/// A reading of a gyro, or its integral since the first one.
+struct TimedRotation {
+  slam::Stamp t{0};
+  Eigen::Vector3d value;  ///< rad/s; rad
+};
+
+struct ClockOffset {
+  double late_s;                   ///< stamps of the gyro minus those of the truth
+  double correlation, as_stamped;  ///< of the speeds of rotation, at this offset and at none
+};
+
+/// Returns the offset, of at most 10 s, that explains the speeds of rotation in the first hour decisively
+/// better than none: their correlation is at least 0.6, and the log-likelihood ratio of the two linear
+/// relations at least 15, if speeds over 0.1 s are independent. The axes of the two bodies and a
+/// bias do not matter.
+std::optional<ClockOffset> clock_offset(const std::vector<TimedRotation>& gyro,
+                                        const std::vector<files::TumRow>& truth);
+
+}  // namespace sim::recording
