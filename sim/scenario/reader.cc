@@ -196,14 +196,14 @@ void leave_out(Scenario& scenario, const std::vector<std::string>& without) {
     if (section == "camera") {
       scenario.camera.reset();
       scenario.world.lights_off = {};
-      std::erase_if(scenario.errors.faults,
-                    [](const auto& fault) { return !sensor_errors::is_of_steering(fault); });
     } else if (section == "slam") {
       scenario.slam.reset();
     } else {
       throw ConfigError(
           fmt::format("--without {}: expected camera or slam{}", section, did_you_mean(section, kSections)));
     }
+    std::erase_if(scenario.errors.faults,  // no filter works without either
+                  [](const auto& fault) { return !sensor_errors::is_of_steering(fault); });
   }
 }
 

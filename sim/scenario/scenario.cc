@@ -53,18 +53,53 @@ std::string never_happens(const sensor_errors::Fault& any, double end_s) {
       any);
 }
 
-/// Throws ConfigError for a fault, push or darkness that never happens.
-void check_happens(const Scenario& scenario, const Yaml& at, double end_s) {
+constexpr const char* kNoCamera = "never happens: this scenario has no section 'camera'";
+
+/// Returns why the estimator does not notice the fault of a sensor, or "". External programs may use each.
+std::string unnoticed(const sensor_errors::Fault& fault, std::string_view kind, const Scenario& scenario) {
+  if (sensor_errors::is_of_steering(fault)) return "";
+  if (!scenario.camera) return kNoCamera;
+  if (!scenario.slam) return "changes nothing: this scenario has no section 'slam'";
+  const bool of_arrival =
+      kind == sensor_errors::FramesDoubled::kName || kind == sensor_errors::FramesReordered::kName;
+  if (of_arrival || scenario.estimator.source != estimators::Source::built_in) return "";
+  const slam::Options& filter = *scenario.slam;
+  const std::string& name = scenario.estimator.name;
+  const bool plan_alone = name == "plan_alone";
+  struct Use {
+    std::string_view faults;
+    bool by_estimator, enabled;
+    const char* disabled;
+  };
+  for (const Use& use :
+       {Use{"frames_", name == "filter", filter.vision.enabled, "slam.vision.enabled is false"},
+        Use{"gyro_", !plan_alone, filter.gyro.enabled, "slam.gyro.enabled is false"},
+        Use{"accelerometer_", !plan_alone, filter.accelerometer.enabled,
+            "slam.accelerometer.enabled is false"},
+        Use{"plan_", true, plan_alone || filter.plan_velocity.enabled || filter.height.enabled,
+            "slam.plan_velocity.enabled and slam.height.enabled are false"}}) {
+    if (!kind.starts_with(use.faults)) continue;
+    if (!use.by_estimator) return fmt::format("changes nothing: estimator {} does not use that sensor", name);
+    if (!use.enabled) return std::string("changes nothing: ") + use.disabled;
+  }
+  return "";
+}
+
+/// Throws ConfigError for a fault, push or darkness that never happens or that nothing notices.
+void check_happens(const ReadScenario& read, const Yaml& root, double end_s) {
+  const Scenario& scenario = read.scenario;
+  Yaml at = root;
   const auto require = [&](const std::string& key, const std::string& problem) {
     if (!problem.empty()) fail(at, key, problem);
   };
-  constexpr const char* kNoCamera = "never happens: this scenario has no section 'camera'";
+  if (const auto place = read.places.find("errors.faults"); place != read.places.end())
+    at.origin = place->second;
   for (const sensor_errors::Fault& fault : scenario.errors.faults) {
-    const std::string key =
-        fmt::format("errors.faults: {}", std::visit([](const auto& f) { return f.kName; }, fault));
-    require(key, never_happens(fault, end_s));
-    if (!scenario.camera && !sensor_errors::is_of_steering(fault)) fail(at, key, kNoCamera);
+    const std::string kind = std::visit([](const auto& f) { return f.kName; }, fault);
+    require("errors.faults: " + kind, never_happens(fault, end_s));
+    require("errors.faults: " + kind, unnoticed(fault, kind, scenario));
   }
+  at = root;
   for (const physics::Push& push : scenario.world.pushes) {
     require("world.pushes: push", never_happens(push.time_s, push.duration_s, end_s));
     if (push.impulse_ns == 0) fail(at, "world.pushes: push", "never happens: its impulse_ns is 0");
@@ -152,7 +187,7 @@ void check_whole(const ReadScenario& read, const Yaml& at) {
     turn_rad += std::abs(phase.waist_yaw_to - phase.waist_yaw_from);
   check_limits(read, at, turn_rad);
   const double walk_s = static_cast<double>(walk->ticks()) * walking::kPeriod;
-  check_happens(scenario, at, steered_by == plan ? walk_s : 2 * walk_s);  // steering adds steps
+  check_happens(read, at, steered_by == plan ? walk_s : 2 * walk_s);  // steering adds steps
 }
 
 std::string to_yaml(const Scenario& scenario) {

@@ -136,8 +136,30 @@ TEST(Scenario, WhatNeverHappensIsRejected) {
   }
 }
 
+TEST(Scenario, AFaultOfASensorThatTheEstimatorDoesNotUseIsRejectedAtItsPlace) {
+  const auto with = [](const std::string& fault, const std::string& rest) {
+    return complaint(kLongWalk + "errors:\n  faults: [" + fault + ": {}]\n" + rest);
+  };
+  const std::string off = ": {enabled: false}}";
+  for (const auto& [fault, rest, problem] : std::vector<std::array<std::string, 3>>{
+           {"gyro_silent", "slam: {gyro" + off, "slam.gyro.enabled is false"},
+           {"accelerometer_spike", "slam: {accelerometer" + off, "slam.accelerometer.enabled is false"},
+           {"frames_covered", "slam: {vision" + off, "slam.vision.enabled is false"},
+           {"frames_lost", "slam: {}\nestimator: odometry", "estimator odometry does not use that sensor"},
+           {"gyro_spike", "slam: {}\nestimator: plan_alone", "estimator plan_alone does not use that sensor"},
+           {"plan_missing", "slam: {height: {enabled: false}, plan_velocity" + off,
+            "slam.plan_velocity.enabled and slam.height.enabled are false"},
+           {"gyro_silent", "", "this scenario has no section 'slam'"}})
+    EXPECT_THAT(with(fault, rest),
+                HasSubstr(":4:3: errors.faults: " + fault + ": changes nothing: " + problem));
+  EXPECT_EQ(with("gyro_silent", "slam: {vision" + off), "");
+  EXPECT_EQ(with("plan_missing", "slam: {height" + off), "");
+  EXPECT_EQ(with("frames_doubled", "slam: {vision" + off), "");
+  EXPECT_EQ(with("frames_lost", "slam: {vision" + off + "\nestimator: {program: [./mine]}"), "");
+}
+
 TEST(Lists, AreReadInOrderAndPrintedBack) {
-  const Scenario scenario = read_text(kLongWalk + R"(
+  const Scenario scenario = read_text(kLongWalk + R"(slam: {}
 errors:
   faults:
     - frames_lost: {from_s: 20, duration_s: 2}
@@ -182,7 +204,7 @@ TEST(Lists, ErrorsInThemAreNamed) {
            {"world.floor_patches=[{patch: {x_min_m: 1, x_max_m: 1, y_max_m: 1}}]",
             "30: world.floor_patches: patch: is empty, expected x_min_m below x_max_m"}})
     EXPECT_THAT(complaint(kLongWalk, {{argument}, {}}), StartsWith("<argument>:1:" + problem));
-  EXPECT_EQ(complaint(kLongWalk, {{"errors.faults=[frames_lost: {from_s: 1}]"}, {}}), "");
+  EXPECT_EQ(complaint(kLongWalk + "slam: {}", {{"errors.faults=[frames_lost: {from_s: 1}]"}, {}}), "");
 }
 
 TEST(Overrides, GoThroughTheSameTableAsTheFile) {
