@@ -14,21 +14,39 @@ namespace {
 
 using files::Json;
 
-std::string shown(std::optional<double> value) {
+std::string shown(std::optional<double> value, int decimals = 4) {
   if (!value) return "-";
-  return *value == std::floor(*value) && std::abs(*value) < 1e6 ? fmt::format("{:.0f}", *value)
-                                                                : fmt::format("{:.4f}", *value);
+  if (*value == std::floor(*value) && std::abs(*value) < 1e6) return fmt::format("{:.0f}", *value);
+  return std::abs(*value) < 1e-3 ? fmt::format("{:.{}g}", *value, decimals - 1)
+                                 : fmt::format("{:.{}f}", *value, decimals);
+}
+
+double bound_of(const Json& limit) {
+  const auto at_most = limit.find("at_most");
+  return (at_most ? *at_most : limit.at("at_least")).number();
+}
+
+// The decimals with which a value that is not at a limit looks different from it.
+int decimals_of(const std::vector<Json>& limits, const std::string& metric, std::optional<double> value) {
+  int decimals = 4;
+  for (const Json& limit : limits)
+    if (value && limit.at("metric").text() == metric)
+      for (const double bound = bound_of(limit);
+           bound != *value && decimals < 17 && shown(bound, decimals) == shown(value, decimals);)
+        ++decimals;
+  return decimals;
 }
 
 // "<= 0.1  ok" for each limit on the metric.
-std::string verdicts(const std::vector<Json>& limits, const std::string& metric, const TableStyle& style) {
+std::string verdicts(const std::vector<Json>& limits, const std::string& metric, const TableStyle& style,
+                     int decimals = 4) {
   std::string text;
   for (const Json& limit : limits) {
     if (limit.at("metric").text() != metric) continue;
-    const auto at_most = limit.find("at_most"), found = limit.find("passed");
-    const double bound = (at_most ? *at_most : limit.at("at_least")).number();
+    const auto found = limit.find("passed");
     const auto passed = found ? std::optional(found->flag()) : std::nullopt;
-    text += fmt::format("{}{} {}  {}", text.empty() ? "" : ", ", at_most ? "<=" : ">=", shown(bound),
+    text += fmt::format("{}{} {}  {}", text.empty() ? "" : ", ",
+                        limit.find("at_most") ? "<=" : ">=", shown(bound_of(limit), decimals),
                         verdict_text(passed, style.colors));
   }
   return text;
@@ -85,12 +103,14 @@ std::string metric_lines(const Json& scored, const TableStyle& style) {
   std::string text;
   for (const auto& [name, metric] : metrics.entries()) {
     if (!is_shown(name)) continue;
-    std::vector<std::string> remarks{verdicts(limits, name, style)};
+    const auto value = metric.at("value").number_or_null();
+    const int decimals = decimals_of(limits, name, value);
+    std::vector<std::string> remarks{verdicts(limits, name, style, decimals)};
     if (const auto reason = reason_of(metric)) remarks.push_back(short_reason(*reason));
     if (const auto note = metric.find("note")) remarks.push_back(note->text());
     std::erase(remarks, "");
     const std::string unit = metric.at("unit").text();
-    text += fmt::format("  {:<{}}{:>12} {:<4}  {}", name, width, shown(metric.at("value").number_or_null()),
+    text += fmt::format("  {:<{}}{:>12} {:<4}  {}", name, width, shown(value, decimals),
                         unit == "1" ? "" : unit, fmt::join(remarks, "  "));
     text.erase(text.find_last_not_of(' ') + 1);
     text += '\n';

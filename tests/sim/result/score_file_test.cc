@@ -51,6 +51,12 @@ TEST_F(ScoreFile, TheTableShowsMetricsWithTheirLimitsAndAllOnRequest) {
               HasSubstr("<= 0.5000  ok  at 3.4 s\n"));
 }
 
+TEST_F(ScoreFile, ValuesAndLimitsHaveTheDigitsThatTellThemFromZeroAndFromEachOther) {
+  EXPECT_THAT(table("\"at_most\": 0.5", "\"at_most\": 1e-6"), HasSubstr("0.2500 m     <= 1e-06  ok"));
+  EXPECT_THAT(table("0.25, \"unit\"", "0.0000123, \"unit\""), HasSubstr(" 1.23e-05 m     <= 0.5000  ok"));
+  EXPECT_THAT(table("0.25, \"unit\"", "0.500004, \"unit\""), HasSubstr(" 0.500004 m     <= 0.500000  ok"));
+}
+
 TEST_F(ScoreFile, AReasonThatMetricsShareStandsOnce) {
   const std::string other =
       R"("loop_time_s": {"value": null, "unit": "s", "reason": "no loop"}, "loop_closed")";
