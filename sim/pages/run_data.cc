@@ -174,6 +174,20 @@ void add_maps(std::vector<Frame>& frames, const Table& table) {
   });
 }
 
+/// Moves a truth of positions, which are in a world of their own, onto the estimate; drops it if that is not
+/// determined.
+void align_positions(std::vector<Frame>& frames) {
+  std::vector<score::PosePair> pairs;
+  for (const Frame& frame : frames)
+    if (frame.truth && frame.estimate) pairs.push_back({frame.t, *frame.estimate, *frame.truth});
+  const auto found = score::align(pairs, score::Alignment::se3);
+  for (Frame& frame : frames)
+    if (const auto* const S = std::get_if<score::Similarity>(&found); S && frame.truth)
+      frame.truth = *S * *frame.truth;
+    else
+      frame.truth.reset();
+}
+
 void read_frames(RunData& run) {
   std::vector<Frame>& frames = run.frames;
   for (const TumRow& row : files::read_tum(run.folder / "truth.tum"))
@@ -188,7 +202,10 @@ void read_frames(RunData& run) {
       frame.estimate = row.X, frame.covariance = row.covariance;
     });
     run.estimate = path_of(frames, &Frame::estimate);
-    if (run.metric("rotation_rmse_deg") || !run.metric("ate_sim3_rmse_m"))  // else positions only
+    run.truth_aligned = !run.metric("rotation_rmse_deg") && run.metric("ate_sim3_rmse_m");  // positions only
+    if (run.truth_aligned)
+      align_positions(frames);
+    else
       run.errors = errors_of(frames);
   }
   if (fs::exists(run.folder / "odometry.tum")) {

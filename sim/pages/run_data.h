@@ -88,6 +88,7 @@ struct RunData {
   result::About about;
   std::optional<double> frame_cpu_ms_mean, frame_cpu_ms_median, frame_cpu_ms_p99;  ///< a batch command: mean
   Path truth, plan, waist_truth, waist_plan;
+  bool truth_aligned = false;  ///< of positions only: drawn as an SE(3) alignment puts it onto the estimate
   std::optional<Path> estimate;
   std::optional<Path> waist_estimate;  ///< of a steered walk, like waist_desired and corrected_steps
   std::optional<Path> waist_desired;

@@ -7,6 +7,7 @@
 
 #include "sim/files/text.h"
 #include "sim/pages/paper.h"
+#include "sim/pages/run_data.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace {
@@ -43,6 +44,21 @@ class LeaderboardTest : public testing::Test {
   }
   const sim::files::TemporaryFolder folder_;
 };
+
+TEST_F(LeaderboardTest, ATruthOfPositionsIsDrawnAlignedWithTheEstimate) {
+  add("r", "filter", {{"ate_sim3_rmse_m", 0.0}});
+  write("r/timing.json", "{}");
+  for (const char* empty : {"plan", "waist_truth", "waist_plan"})
+    write(std::string("r/") + empty + ".tum", "");
+  write("r/truth.tum", "0 10 0 5\n1 10 1 5\n2 8 1 5\n3 8 1 6\n");  // turned by 90 degrees
+  write("r/estimate_cov.txt", "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n2 1 2 0 0 0 0 1\n3 1 2 1 0 0 0 1\n");
+  const RunData run = read_run(folder_ / "r");
+  EXPECT_TRUE(run.truth_aligned);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_NEAR(run.truth.x.at(i), run.estimate->x.at(i), 1e-9);
+    EXPECT_NEAR(run.truth.y.at(i), run.estimate->y.at(i), 1e-9);
+  }
+}
 
 TEST_F(LeaderboardTest, CoverageComesBeforeTheError) {
   add("a/seed-1", "late", {{"rmse_m", 0.001}, {"poses_matched", 26}, {"true_poses", 86}});
