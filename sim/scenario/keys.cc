@@ -39,14 +39,19 @@ const Key* find_key(std::string_view name) {
 }
 
 std::string former_name(std::string_view name) {
-  static const std::map<std::string_view, std::string_view> kRenamed{
-      {"slam.vision.sigma_lasting_px", "slam.vision.match_bias_sigma_px"},
-      {"slam.vision.lasting_s", "slam.vision.match_bias_s"},
-      {"slam.vision.sigma_view_px", "slam.vision.viewpoint_sigma_px"},
-      {"tracked_share", "tracked_fraction"},
-      {"suspect_share", "fault_flag_fraction"}};
-  const auto renamed = kRenamed.find(name);
-  return renamed == kRenamed.end() ? "" : "was renamed to " + std::string(renamed->second);
+  static const std::map<std::string_view, std::string_view> kFormer{
+      {"slam.vision.sigma_lasting_px", "was renamed to slam.vision.match_bias_sigma_px"},
+      {"slam.vision.lasting_s", "was renamed to slam.vision.match_bias_s"},
+      {"slam.vision.sigma_view_px", "was renamed to slam.vision.viewpoint_sigma_px"},
+      {"slam.tracking.relocalise",
+       "was removed: relocalization is always on; slam.tracking.give_up_s bounds it"},
+      {"stabilizer.tracking.law", "was removed: the capture-point law is the only one"},
+      {"estimator.library",
+       "was removed: build a program with -DGAITSLAM_ESTIMATOR_MAIN for estimator.program"},
+      {"tracked_share", "was renamed to tracked_fraction"},
+      {"suspect_share", "was renamed to fault_flag_fraction"}};
+  const auto renamed = kFormer.find(name);
+  return renamed == kFormer.end() ? "" : std::string(renamed->second);
 }
 
 std::string unknown_key(std::string_view name) {

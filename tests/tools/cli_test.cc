@@ -75,6 +75,8 @@ TEST_F(Cli, WrongInputIsNamedByEachCommand) {
   write("control.yaml", R"("a\x9BK\u202Ez": 1)");  // starts a terminal command and turns the writing around
   write("result/scenario.yaml", gaitslam("config '" + kCircle + "' --yaml").out);
   write("empty/x", "");
+  write("old/scenario.yaml", "slam: {plan_orientation: {enabled: true}}\n");
+  write("old/about.json", R"({"revision": "0a1b2c"})");
   shell("mkdir pipe && mkfifo pipe/scenario.yaml pipe/score.json");
   const std::string slurm = "sweep '" + kCircle + "' slam.gyro.sigma_rad_s=0.1,0.2 --backend slurm ",
                     config = "config '" + kCircle + "' ";
@@ -100,6 +102,8 @@ TEST_F(Cli, WrongInputIsNamedByEachCommand) {
        {slurm + "--out \"$(printf 'a\\nb')\"", "has a line break"},
        {"replay no-such-folder", "no-such-folder: no such result folder"},
        {"replay empty", "empty: expected a result folder (with scenario.yaml and recording/)"},
+       {"replay old", "slam.plan_orientation: unknown key"},
+       {"replay old", "; revision 0a1b2c of gaitslam wrote this result, this is "},
        {"replay result walk.step_length_m=0.1", "walk.step_length_m: shapes the recording"},
        {"check pipe/scenario.yaml", "is not a regular file, expected one"},
        {"view pipe", "is not a regular file, expected one"},

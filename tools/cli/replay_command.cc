@@ -23,6 +23,8 @@ constexpr const char* kReplayExamples = R"(Examples:
   gaitslam replay results/tangent_circle/seed-1 seed=2        # the same walk, other noise
   gaitslam replay MH_01_easy --out DIR                        # an external EuRoC/ASL folder
   gaitslam replay theirs/seed-1 --scenario theirs/seed-1/scenario.yaml  # starts its program
+The clock of an external IMU is compared with that of the truth by their speeds of rotation, up to 10 s; without
+orientations in the truth nothing shows that it is off the images.
 The results go to RESULT/replay, replacing an earlier replay, or to DIR. A folder with files that gaitslam did not
 create is never replaced. The exit codes are those of gaitslam run.)";
 
@@ -71,6 +73,22 @@ void keep_origin(scenario::ReadScenario& read, const ReplayRequest& request) {
   read.origin = std::move(origin);
 }
 
+/// Reads the stored scenario of a result. Throws ConfigError, with the revision that wrote it if that is
+/// another one.
+scenario::ReadScenario read_stored(const fs::path& result, const fs::path& file) {
+  try {
+    return scenario::read_scenario(file);
+  } catch (const scenario::ConfigError& error) {
+    const fs::path about = result / "about.json";
+    const std::string made = fs::exists(about) ? result::read_about(about).revision : "";
+    if (made.empty() || made == kRevision) throw;
+    throw scenario::ConfigError(
+        fmt::format("{}; revision {} of gaitslam wrote this result, this is {}: replay it with that one, or "
+                    "run the walk again",
+                    error.what(), made, kRevision));
+  }
+}
+
 scenario::ReadScenario read_request(const ReplayRequest& request) {
   const fs::path own = request.result / "scenario.yaml";
   if (!fs::exists(own))
@@ -79,8 +97,8 @@ scenario::ReadScenario read_request(const ReplayRequest& request) {
         "EuRoC/ASL layout (with mav0/)",
         request.result.string());
   const std::string file = request.scenario.value_or(own.string());
+  const scenario::Scenario recorded = read_stored(request.result, own).scenario;
   const scenario::ReadScenario read = scenario::read_scenario(file, request.changes);
-  const scenario::Scenario recorded = scenario::read_scenario(own).scenario;
   const std::string& last = request.changes.with.empty() ? file : request.changes.with.back();
   if (const auto other = scenario::first_difference(recorded, read.scenario); other && last != own.string())
     throw UsageError("{}: {} is {} in the recording of {}, and {} here", last, other->key, other->recorded,

@@ -106,6 +106,8 @@ TEST(Keys, FormerNamesGetAMessageWithTheNewOne) {
   for (const auto& [line, note] :
        {std::pair<std::string, std::string>{"slam.vision.lasting_s",
                                             "was renamed to slam.vision.match_bias_s"},
+        {"slam.tracking.relocalise",
+         "was removed: relocalization is always on; slam.tracking.give_up_s bounds it"},
         {"limits.tracked_share.at_most", "metric tracked_share was renamed to tracked_fraction"}})
     EXPECT_EQ(complaint(kAll + line + ": 1\n"), "test.yaml:4:1: " + line + ": " + note);
 }
