@@ -14,9 +14,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kLongest_s = 3600;  // of the command stand
+
 // No noise beyond that of the sensors. The walk is required, but unused: its length bounds faults.
-constexpr const char* kText = R"(
-walk: {commands: [stand: {duration_s: 3600}]}
+std::string text_of(double duration_s) {
+  return fmt::format("walk: {{commands: [stand: {{duration_s: {}}}]}}", std::min(duration_s, kLongest_s)) +
+         R"(
 errors:
   gyro: {sigma_rad_s: 0}
   accelerometer: {sigma_m_s2: 0}
@@ -24,6 +27,7 @@ errors:
 camera: {}
 slam: {}
 )";
+}
 
 std::string name_of(const fs::path& folder) {
   std::string name = fs::absolute(folder / "x").lexically_normal().parent_path().filename().string();
@@ -124,14 +128,15 @@ result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesy
 }
 
 scenario::ReadScenario external_scenario(const fs::path& folder, const scenario::Changes& changes) {
-  scenario::ReadScenario plain =
-      scenario::read_scenario_text(kText, folder.string(), changes);  // reports errors in `changes`
+  scenario::ReadScenario plain = scenario::read_scenario_text(text_of(kLongest_s), folder.string(),
+                                                              changes);  // reports errors in `changes`
   scenario::Changes all = changes;
   std::vector<std::string> settings{"name=" + name_of(folder)};
-  for (const std::string& stated : settings_of(recording::AslFolder(folder).sensors()))
+  const recording::AslFolder reader(folder);
+  for (const std::string& stated : settings_of(reader.sensors()))
     if (!plain.origin.contains(stated.substr(0, stated.find('=')))) settings.push_back(stated);
   all.overrides.insert(all.overrides.begin(), settings.begin(), settings.end());
-  return scenario::read_scenario_text(kText, folder.string(), all);
+  return scenario::read_scenario_text(text_of(slam::seconds(reader.times().back())), folder.string(), all);
 }
 
 result::Outcome replay_external(const scenario::ReadScenario& scenario, const fs::path& folder,
