@@ -48,6 +48,9 @@ std::string never_happens(const sensor_errors::Fault& any, double end_s) {
           if (fault.size_rad_s == 0) return "changes nothing: its size_rad_s is 0";
         if constexpr (requires { fault.size_m_s2; })
           if (fault.size_m_s2 == 0) return "changes nothing: its size_m_s2 is 0";
+        if constexpr (requires { fault.yaw_rad; })
+          if (fault.x_m == 0 && fault.y_m == 0 && fault.yaw_rad == 0)
+            return "changes nothing: its x_m, y_m and yaw_deg are 0";
         return never_happens(fault.from_s, fault.duration_s, end_s);
       },
       any);

@@ -130,6 +130,9 @@ TEST(Scenario, WhatNeverHappensIsRejected) {
            {"limits.loop_closed.worst.at_least=1",
             "limits.loop_closed.worst: cannot be met: the walk turns by 0 degrees, expected at least 350"}})
     EXPECT_THAT(complaint(kLongWalk, {{argument}, {}}), HasSubstr(problem)) << argument;
+  EXPECT_THAT(
+      complaint(kLongWalk, {{"walk.steering.by=truth", "errors.faults=[{estimate_jump: {x_m: 0}}]"}, {}}),
+      HasSubstr("estimate_jump: changes nothing: its x_m, y_m and yaw_deg are 0"));
   for (const std::string text : {"errors.faults: [{frames_lost: {}}]", "world.lights_off.duration_s: 1"}) {
     EXPECT_THAT(complaint(kWalk + text), HasSubstr("never happens: this scenario has no section 'camera'"));
     EXPECT_EQ(complaint(kAll + text, {{}, {"camera", "slam"}}), "");
