@@ -28,9 +28,9 @@ CsvReader::CsvReader(const std::filesystem::path& file, std::size_t least_fields
     : CsvReader(file, Writer::other) {
   if (parse_number<double>(titles_[0])) throw FileError(file_, 1, "expected a header that names the columns");
   if (titles_.size() < least_fields)
-    throw FileError(
-        file_, 1,
-        fmt::format("expected a header of at least {} columns, found {}", least_fields, titles_.size()));
+    throw FileError(file_, 1,
+                    fmt::format("expected a header of at least {} columns between commas, found {}",
+                                least_fields, titles_.size()));
 }
 
 bool CsvReader::read_line() {

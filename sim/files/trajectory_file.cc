@@ -185,13 +185,16 @@ Eigen::Isometry3d kitti_pose(const Line& line) {
   return X;
 }
 
+void warn(TrajectoryFile& read, const char* what) {
+  read.warning += std::string(read.warning.empty() ? "" : "; ") + what;
+}
+
 // Drops a last pose that repeats the stamp before. Throws FileError if stamps do not rise otherwise.
 void settle_stamps(TrajectoryFile& read, const std::vector<Line>& lines) {
   std::vector<TumRow>& rows = read.rows;
   if (rows.size() > 2 && rows.back().t == rows[rows.size() - 2].t) {
     rows.pop_back();
-    read.warning += (read.warning.empty() ? "" : "; ") +
-                    std::string("its last pose has the stamp of the one before and is left out");
+    warn(read, "its last pose has the stamp of the one before and is left out");
   }
   for (std::size_t i = 1; i < rows.size(); ++i)
     if (rows[i].t <= rows[i - 1].t) lines[i].fail(0, not_rising(rows[i - 1].t, rows[i].t));
@@ -237,6 +240,9 @@ TrajectoryFile read_poses(const Lines& text, const TimeUnit* stated) {
     read.rows[i].X = columns.pose(line);
     if (with_covariance && line.size() == 20) read.rows[i].covariance = covariance(line);
   }
+  const auto turned = [&](const TumRow& row) { return row.X.linear() != read.rows.front().X.linear(); };
+  if (read.has_orientation && read.rows.size() > 2 && std::ranges::none_of(read.rows, turned))
+    warn(read, "all its orientations are the same: are they unknown?");
   return read;
 }
 
@@ -287,7 +293,8 @@ TrajectoryFile read_trajectory(const fs::path& file) {
   if (first.has_commas() && n < 8 && n != 4 && !named)
     first.fail(fmt::format("expected at least 8 numbers, found {}", n));
   if (n == 4 || n == 8 || n == 20 || named || first.has_commas()) return read_poses(text, nullptr);
-  first.fail(fmt::format("has {} numbers, expected 8 or 20 (TUM), 12 (KITTI), or a csv (EuRoC)", n));
+  first.fail(fmt::format("has {}, expected 8 or 20 (TUM), 12 (KITTI), or a csv (EuRoC) with commas",
+                         counted(n, "number")));
 }
 
 }  // namespace sim::files

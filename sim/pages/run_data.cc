@@ -174,8 +174,8 @@ void add_maps(std::vector<Frame>& frames, const Table& table) {
   });
 }
 
-/// Moves a truth of positions, which are in a world of their own, onto the estimate; drops it if that is not
-/// determined.
+/// Aligns a truth that has only positions, in its own frame, with the estimate; removes it if the alignment
+/// is not determined.
 void align_positions(std::vector<Frame>& frames) {
   std::vector<score::PosePair> pairs;
   for (const Frame& frame : frames)

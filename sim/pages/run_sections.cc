@@ -64,9 +64,10 @@ class RunSections {
   std::string html(const std::string& title) {
     add("verdict", title, verdict());
     add("paths", "Plan, truth and estimate",
-        (run_.truth_aligned ? "<p>The truth has positions only, in a world of its own: it is drawn after its "
-                              "alignment with the estimate (SE(3)).</p>"
-                            : "") +
+        (run_.truth_aligned
+             ? "<p>The truth has only positions, in its own frame: it is drawn after alignment "
+               "with the estimate (SE(3)).</p>"
+             : "") +
             figures({"from_above", "waist_from_above", "height", "correct"}));
     if (run_.errors) {
       add("errors", "Errors with 3-sigma envelopes", images_text() + figures({"error_"}));

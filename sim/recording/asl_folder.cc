@@ -181,6 +181,9 @@ struct ReadSensors : AslSensors {
     if (!truth_folder(folder))
       remarks.push_back(fmt::format("{}: no truth: data.csv is in none of {}", folder.string(),
                                     fmt::join(kTruthFolders, ", ")));
+    else if (const fs::path file = *truth_folder(folder) / "data.csv"; true)
+      if (const std::string doubt = files::read_trajectory(file).warning; !doubt.empty())
+        remarks.push_back(fmt::format("{}: {}", file.string(), doubt));
     setup.imu_rate_hz = mounted.rate_hz;
     noise = mounted.noise;
     const Eigen::Isometry3d X_SC = setup.calibration.X_CG.inverse();
@@ -243,10 +246,10 @@ Eigen::Isometry3d interpolate(const files::TimedPose& a, const files::TimedPose&
   return Eigen::Translation3d(p) * qa.slerp(part, qb);
 }
 
-// Throws FileError if the speeds of rotation show that gyro and truth are on different clocks.
-void require_clock_of_imu(const fs::path& file, const files::TrajectoryFile& truth, const fs::path& folder,
-                          slam::Stamp ahead) {
-  constexpr double kMost_s = 0.1;
+// Throws FileError if the speeds of rotation show that gyro and truth have different clocks or units.
+void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& truth, const fs::path& folder,
+                             slam::Stamp ahead) {
+  constexpr double kMost_s = 0.1, kMostGain = 2, kSure = 0.9;
   if (!truth.has_orientation) return;
   const Stamps imu(folder / kImuRows, kImuColumns);
   const ImuColumns columns(files::Header(imu.file, 1, imu.rows().row().titles()));
@@ -254,7 +257,15 @@ void require_clock_of_imu(const fs::path& file, const files::TrajectoryFile& tru
   for (StampedRows rows = imu.rows(); rows.stamp(); rows.advance())
     gyro.push_back({*rows.stamp() - ahead, angular_rate(rows.row(), columns.gyro)});
   const auto offset = clock_offset(gyro, truth.rows);
-  if (!offset || std::abs(offset->late_s) < kMost_s) return;
+  if (!offset) return;
+  const bool same_unit = offset->gain < kMostGain && offset->gain > 1 / kMostGain;
+  if (!same_unit && offset->correlation > kSure)  // else noise of the truth lowers the gain
+    throw files::FileError(
+        imu.file,
+        fmt::format("its speeds of rotation are {:.3g} times those of {}: expected rad/s, or a header "
+                    "with their unit, as in w_RS_S_x [deg s^-1]",
+                    offset->gain, file.string()));
+  if (std::abs(offset->late_s) < kMost_s) return;
   throw files::FileError(
       file,
       fmt::format("its stamps are {:.2f} s {} than those of {}: shifted by that, the speeds of rotation "
@@ -358,7 +369,7 @@ Truth read_asl_truth(const fs::path& folder, const AslSensors& sensors,
   if (const fs::path yaml = *found / "sensor.yaml"; fs::exists(yaml))
     X_BS = read_mounting(yaml, sensor_text(yaml));
   const files::TrajectoryFile file = files::read_trajectory(*found / "data.csv");
-  require_clock_of_imu(*found / "data.csv", file, folder, sensors.imu_ahead);
+  require_rotation_of_imu(*found / "data.csv", file, folder, sensors.imu_ahead);
   Truth truth;
   truth.camera = interpolated(*found / "data.csv", file, own_clock);
   Eigen::Isometry3d X_SC = X_BS.inverse() * sensors.X_BC,

@@ -36,7 +36,7 @@ Turns turns(const auto& samples, const Grid& grid, const auto& between, const au
 }
 
 struct Correlation {
-  double r = 0;
+  double r = 0, gain = 0;
   int pairs = 0;
   /// Log-likelihood of the linear relation, relative to none; of as many speeds as windows.
   double evidence(double of_r) const {
@@ -44,7 +44,7 @@ struct Correlation {
   }
 };
 
-/// Of the angles turned, without the mean turns: a bias shifts these.
+/// Correlates the angles turned after subtraction of the mean turns, which removes a bias.
 Correlation correlation(const Turns& truth, const Turns& gyro, int lag) {
   const auto size = static_cast<int>(truth.size());
   const auto for_each_pair = [&](const auto& f) {
@@ -69,7 +69,10 @@ Correlation correlation(const Turns& truth, const Turns& gyro, int lag) {
     squares += pair * pair.transpose();
   });
   const Eigen::Matrix2d S = squares - sum * sum.transpose() / c.pairs;
-  if (S(0, 0) > 1e-12 && S(1, 1) > 1e-12) c.r = S(0, 1) / std::sqrt(S(0, 0) * S(1, 1));
+  if (S(0, 0) > 1e-12 && S(1, 1) > 1e-12) {
+    c.r = S(0, 1) / std::sqrt(S(0, 0) * S(1, 1));
+    c.gain = S(0, 1) / S(0, 0);
+  }
   return c;
 }
 
@@ -83,8 +86,8 @@ std::optional<ClockOffset> clock_offset(const std::vector<TimedRotation>& gyro,
   const Grid grid{begin, static_cast<std::size_t>((end - begin) / kStep)};
   std::vector<TimedRotation> integral{{gyro.front().t, Eigen::Vector3d::Zero()}};
   for (std::size_t i = 1; i < gyro.size(); ++i)
-    integral.push_back(
-        {gyro[i].t, integral.back().value + gyro[i].value * slam::seconds(gyro[i].t - gyro[i - 1].t)});
+    integral.push_back({gyro[i].t, integral.back().value + 0.5 * (gyro[i - 1].value + gyro[i].value) *
+                                                               slam::seconds(gyro[i].t - gyro[i - 1].t)});
   const Turns by_gyro = turns(
       integral, grid,
       [](const auto& a, const auto& b, double part) -> Eigen::Vector3d {
@@ -104,10 +107,11 @@ std::optional<ClockOffset> clock_offset(const std::vector<TimedRotation>& gyro,
   for (int lag = -kMostLag; lag <= kMostLag; ++lag) all.push_back(correlation(by_truth, by_gyro, lag));
   const auto best = std::ranges::max_element(all, {}, [](const Correlation& c) { return c.evidence(c.r); });
   const double as_stamped = all[kMostLag].r;
+  if (best->r < kLeastCorrelation) return std::nullopt;
   const auto evidence = [&](double r) { return best->evidence(std::min(r, kMostCorrelation)); };
-  if (best->r < kLeastCorrelation || evidence(best->r) - evidence(as_stamped) < kDecisive)
-    return std::nullopt;
-  return ClockOffset{slam::seconds((best - all.begin() - kMostLag) * kStep), best->r, as_stamped};
+  const bool decisive = evidence(best->r) - evidence(as_stamped) >= kDecisive;
+  return ClockOffset{decisive ? slam::seconds((best - all.begin() - kMostLag) * kStep) : 0, best->r,
+                     as_stamped, best->gain};
 }
 
 }  // namespace sim::recording

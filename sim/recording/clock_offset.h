@@ -17,14 +17,15 @@ struct TimedRotation {
 };
 
 struct ClockOffset {
-  double late_s;                   ///< stamps of the gyro minus those of the truth
+  double late_s;                   ///< stamps of the gyro minus those of the truth; 0 without evidence
   double correlation, as_stamped;  ///< of the speeds of rotation, at this offset and at none
+  double gain;                     ///< the gyro's speeds relative to those of the truth
 };
 
-/// Returns the offset, of at most 10 s, that explains the speeds of rotation in the first hour decisively
-/// better than none: their correlation is at least 0.6, and the log-likelihood ratio of the two linear
-/// relations at least 15, if speeds over 0.1 s are independent. The axes of the two bodies and a
-/// bias do not matter.
+/// Returns nothing unless the speeds of rotation in the first hour correlate by at least 0.6 at an offset of
+/// at most 10 s. That is evidence if it explains them decisively better than none: by a log-likelihood ratio
+/// of the two linear relations of at least 15, if speeds over 0.1 s are independent. The axes of the two
+/// bodies and a bias do not matter.
 std::optional<ClockOffset> clock_offset(const std::vector<TimedRotation>& gyro,
                                         const std::vector<files::TumRow>& truth);
 

@@ -26,7 +26,7 @@ double bound_of(const Json& limit) {
   return (at_most ? *at_most : limit.at("at_least")).number();
 }
 
-// The decimals with which a value that is not at a limit looks different from it.
+// Returns the decimals that distinguish a value from its limits.
 int decimals_of(const std::vector<Json>& limits, const std::string& metric, std::optional<double> value) {
   int decimals = 4;
   for (const Json& limit : limits)

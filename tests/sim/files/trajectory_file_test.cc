@@ -40,6 +40,12 @@ TEST_F(TrajectoryFileTest, TumInSecondsAndInNanosecondsAreTheSame) {
   }
 }
 
+TEST_F(TrajectoryFileTest, OrientationsThatAreAllTheSameAreAWarning) {
+  const std::string same = "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n3 2 0 0 ";
+  EXPECT_EQ(read(same + "0 0 0 1\n").warning, "all its orientations are the same: are they unknown?");
+  EXPECT_EQ(read(same + "0 0 1 0\n").warning, "");
+}
+
 TEST_F(TrajectoryFileTest, AStampInTwoColumnsIsReadAsTheHeaderNamesThemElseRejected) {
   for (const auto& [header, begin] : {
            std::pair("secs,nsecs,x,y,z", "1403636579,9"),
