@@ -128,15 +128,16 @@ result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesy
 }
 
 scenario::ReadScenario external_scenario(const fs::path& folder, const scenario::Changes& changes) {
-  scenario::ReadScenario plain = scenario::read_scenario_text(text_of(kLongest_s), folder.string(),
-                                                              changes);  // reports errors in `changes`
+  const recording::AslFolder reader(folder);
+  const std::string text = text_of(slam::seconds(reader.times().back()));
+  scenario::ReadScenario plain =
+      scenario::read_scenario_text(text, folder.string(), changes);  // reports errors in `changes`
   scenario::Changes all = changes;
   std::vector<std::string> settings{"name=" + name_of(folder)};
-  const recording::AslFolder reader(folder);
   for (const std::string& stated : settings_of(reader.sensors()))
     if (!plain.origin.contains(stated.substr(0, stated.find('=')))) settings.push_back(stated);
   all.overrides.insert(all.overrides.begin(), settings.begin(), settings.end());
-  return scenario::read_scenario_text(text_of(slam::seconds(reader.times().back())), folder.string(), all);
+  return scenario::read_scenario_text(text, folder.string(), all);
 }
 
 result::Outcome replay_external(const scenario::ReadScenario& scenario, const fs::path& folder,
