@@ -57,14 +57,20 @@ bool inside_recorded(const slam::Camera& recorded, const slam::CameraIntrinsics&
   return true;
 }
 
-// `at` lies inside the image.
-unsigned char bilinear(const cv::Mat& image, const Eigen::Vector2d& at) {
+// Writes a pixel of 8 bits a channel; `at` lies inside the image.
+void bilinear(const cv::Mat& image, const Eigen::Vector2d& at, unsigned char* pixel) {
   const int left = std::min(static_cast<int>(at.x()), image.cols - 2),
-            top = std::min(static_cast<int>(at.y()), image.rows - 2);
+            top = std::min(static_cast<int>(at.y()), image.rows - 2), n = image.channels();
   const double a = at.x() - left, b = at.y() - top;
-  const unsigned char *upper = image.ptr(top) + left, *lower = image.ptr(top + 1) + left;
-  const double grey = (1 - b) * ((1 - a) * upper[0] + a * upper[1]) + b * ((1 - a) * lower[0] + a * lower[1]);
-  return static_cast<unsigned char>(std::lround(grey));
+  const unsigned char *upper = image.ptr(top, left), *lower = image.ptr(top + 1, left);
+  for (int i = 0; i < n; ++i)
+    pixel[i] = static_cast<unsigned char>(std::lround((1 - b) * ((1 - a) * upper[i] + a * upper[n + i]) +
+                                                      b * ((1 - a) * lower[i] + a * lower[n + i])));
+}
+
+bool is_pinhole(const slam::CameraIntrinsics& camera) {
+  const auto* lens = std::get_if<slam::OneParameterRadial>(&camera.lens);
+  return lens && lens->k1_px2 == 0;
 }
 
 }  // namespace
@@ -88,11 +94,37 @@ ExportContext::ExportContext(const ExportedRun& run_, const fs::path& folder_, b
     : run(run_),
       folder(folder_),
       setup(recording::RecordingReader(run.result / "recording").setup()),
-      noise(noise_of(run.errors)),
-      equidistant_(rig::fit_equidistant(camera())),
+      noise(exports::noise_of(run.errors)),
+      undistort_(undistort),
       passes_(passes) {
-  if (undistort) undistortion_.emplace(camera());
-  setup.calibration.camera = undistort ? undistortion_->pinhole() : equidistant_.camera;
+  const auto add = [this](int sensor, slam::CameraIntrinsics& camera) {
+    cameras_.emplace_back(sensor, ExportedCamera(camera, undistort_));
+    camera = cameras_.back().second.fitted.camera;
+  };
+  add(kHead, setup.calibration.camera);
+  for (std::size_t i = 0; i < setup.rig.size(); ++i)
+    if (rig::is_camera(setup.rig[i])) add(static_cast<int>(i), setup.rig[i].camera);
+}
+
+std::vector<int> ExportContext::further(rig::Kind kind) const {
+  std::vector<int> found;
+  for (std::size_t i = 0; i < setup.rig.size(); ++i)
+    if (setup.rig[i].kind == kind) found.push_back(static_cast<int>(i));
+  return found;
+}
+
+cv::Mat ExportContext::exported(const cv::Mat& image, int sensor) const {
+  const auto found = std::ranges::find(cameras_, sensor, &std::pair<int, ExportedCamera>::first);
+  if (found == cameras_.end()) throw std::out_of_range("an image of a sensor that is not a camera");
+  const auto& undistortion = found->second.undistortion;
+  return undistortion ? (*undistortion)(image) : image;
+}
+
+recording::ImuNoise ExportContext::noise_of(const rig::RigSensor& imu) {
+  const double root_period = 1 / std::sqrt(imu.rate_hz);
+  return {std::max(kLeastGyroWalk, imu.gyro_sigma_rad_s * root_period), kLeastGyroWalk,
+          std::max(kLeastAccelerometerWalk, imu.accelerometer_sigma_m_s2 * root_period),
+          kLeastAccelerometerWalk};
 }
 
 std::vector<files::TumRow> ExportContext::estimate() const {
@@ -110,24 +142,32 @@ void ExportContext::write(const std::string& name, std::string_view bytes) const
   files::write_text(new_file(name), bytes);
 }
 
-void ExportContext::write_png(const std::string& name, const cv::Mat& image) const {
-  write(name, recording::encode_grey_png(exported(image)));
+void ExportContext::write_png(const std::string& name, const cv::Mat& image, int sensor) const {
+  write(name, recording::encode_png(exported(image, sensor)));
 }
 
 std::string ExportContext::lens_text() const {
-  if (undistortion_)
+  const rig::FittedCamera& fitted = cameras_.front().second.fitted;
+  std::string others;
+  for (const auto& [sensor_index, camera] : cameras_)
+    if (sensor_index != kHead && !undistort_)
+      others += fmt::format("The fit of `{}`: {:.4f} px root mean square, at most {:.4f} px.\n",
+                            sensor(sensor_index).name, camera.fitted.rms_px, camera.fitted.largest_px);
+  if (undistort_)
     return fmt::format(
         R"(The lens distortion is removed from the images by bilinear interpolation. They are those of an ideal pinhole
 camera with f = {} px and its principal point at ({}, {}); each of their pixels lies inside the recorded image.
 )",
         camera().fu_px, camera().u0_px, camera().v0_px);
+  if (!equidistant_lens(camera())) return "The head camera has no lens distortion.\n" + others;
   return fmt::format(
-      R"(The camera's own lens model has one radial parameter, which few programs know. It is stated here as the
+             R"(The camera's own lens model has one radial parameter, which few programs know. It is stated here as the
 equidistant model of Kannala and Brandt (2006), fitted over the whole image: {:.4f} px root mean square, at most
 {:.4f} px. The images are as the camera gave them. `gaitslam export ... --undistort` removes the lens distortion
 from the images instead: they are then exactly those of a pinhole camera.
 )",
-      equidistant_.rms_px, equidistant_.largest_px);
+             fitted.rms_px, fitted.largest_px) +
+         others;
 }
 
 void ExportContext::write_readme(const std::string& text) const {
@@ -195,12 +235,54 @@ Undistortion::Undistortion(const slam::CameraIntrinsics& camera) : pinhole_(came
 }
 
 cv::Mat Undistortion::operator()(const cv::Mat& image) const {
-  cv::Mat straight(image.rows, image.cols, CV_8UC1);
+  cv::Mat straight(image.rows, image.cols, image.type());
   auto from = from_.begin();
   for (int row = 0; row < image.rows; ++row)
-    for (int column = 0; column < image.cols; ++column)
-      straight.at<unsigned char>(row, column) = bilinear(image, *from++);
+    for (int column = 0; column < image.cols; ++column, ++from)
+      if (image.depth() == CV_16U)
+        straight.at<std::uint16_t>(row, column) = image.at<std::uint16_t>(
+            static_cast<int>(std::lround(from->y())), static_cast<int>(std::lround(from->x())));
+      else
+        bilinear(image, *from, straight.ptr(row, column));
   return straight;
+}
+
+ExportedCamera::ExportedCamera(const slam::CameraIntrinsics& recorded, bool undistort) : fitted{recorded} {
+  if (is_pinhole(recorded)) {
+    fitted.camera.lens = slam::RadialTangential{};
+  } else if (undistort) {
+    undistortion.emplace(recorded);
+    fitted.camera = undistortion->pinhole();
+  } else {
+    fitted = rig::fit_equidistant(recorded);
+  }
+}
+
+cv::Mat registered(const cv::Mat& depth, const slam::CameraIntrinsics& from, const slam::CameraIntrinsics& to,
+                   const Eigen::Isometry3d& X_to_from) {
+  cv::Mat nearest = cv::Mat::zeros(to.height_px, to.width_px, CV_16UC1);
+  for (int row = 0; row < depth.rows; ++row)
+    for (int column = 0; column < depth.cols; ++column) {
+      const double z = depth.at<std::uint16_t>(row, column);
+      if (z == 0) continue;
+      const auto seen = [&](double u, double v) -> Eigen::Vector3d {  // pixel and depth, mm
+        Eigen::Vector3d p(z * (u - from.u0_px) / from.fu_px, z * (v - from.v0_px) / from.fv_px, z);
+        p = X_to_from.linear() * p + 1e3 * X_to_from.translation();
+        return {to.u0_px + to.fu_px * p.x() / p.z(), to.v0_px + to.fv_px * p.y() / p.z(), p.z()};
+      };
+      const Eigen::Vector3d center = seen(column, row), first = seen(column - 0.5, row - 0.5),
+                            last = seen(column + 0.5, row + 0.5);
+      if (center.z() < 1 || center.z() > 65535 || first.z() <= 0 || last.z() <= 0) continue;
+      const auto mm = static_cast<std::uint16_t>(std::lround(center.z()));
+      const int bottom = static_cast<int>(std::min<double>(to.height_px, std::ceil(last.y()))),
+                right = static_cast<int>(std::min<double>(to.width_px, std::ceil(last.x())));
+      for (int v = static_cast<int>(std::max(0.0, std::ceil(first.y()))); v < bottom; ++v)
+        for (int u = static_cast<int>(std::max(0.0, std::ceil(first.x()))); u < right; ++u) {
+          auto& pixel = nearest.at<std::uint16_t>(v, u);
+          if (pixel == 0 || mm < pixel) pixel = mm;
+        }
+    }
+  return nearest;
 }
 
 }  // namespace sim::exports

@@ -26,13 +26,25 @@ class Undistortion {
   /// principal point. Its focal length is the least whole number that keeps all its pixels inside.
   explicit Undistortion(const slam::CameraIntrinsics& camera);
   const slam::CameraIntrinsics& pinhole() const { return pinhole_; }
-  /// The pinhole's image by bilinear interpolation; `image` has the given camera's size.
+  /// The pinhole's image by bilinear interpolation, of 16 bits by the nearest pixel; `image` has the given
+  /// camera's size.
   cv::Mat operator()(const cv::Mat& image) const;
 
  private:
   slam::CameraIntrinsics pinhole_;
   std::vector<Eigen::Vector2d> from_;  // the place of each pixel in the given image, row by row
 };
+
+/// The exported form of a camera and its images.
+struct ExportedCamera {
+  /// undistort: as a pinhole, otherwise with the equidistant lens. One without distortion stays as it is.
+  ExportedCamera(const slam::CameraIntrinsics& recorded, bool undistort);
+  rig::FittedCamera fitted;
+  std::optional<Undistortion> undistortion;
+};
+
+/// The index of the head camera among the sensors of the rig.
+inline constexpr int kHead = -1;
 
 /// A run that is being exported into `folder`. Throws FileError.
 class ExportContext {
@@ -43,7 +55,7 @@ class ExportContext {
 
   const ExportedRun& run;
   const std::filesystem::path folder;
-  recording::RecordingSetup setup;  ///< its camera is that of the exported images
+  recording::RecordingSetup setup;  ///< its cameras are those of the exported images
   recording::ImuNoise noise;
 
   /// The observations from the start of the run, for next().
@@ -62,8 +74,14 @@ class ExportContext {
   /// The filter's X_WC; empty without a filter and in an export without truth.
   std::vector<files::TumRow> estimate() const;
   const slam::CameraIntrinsics& camera() const { return setup.calibration.camera; }
-  /// The exported form of an image of the filter's input.
-  cv::Mat exported(const cv::Mat& image) const { return undistortion_ ? (*undistortion_)(image) : image; }
+  /// The sensors of the rig of that kind, in order. Folders and topics of some formats count them: cam1,
+  /// imu1.
+  std::vector<int> further(rig::Kind kind) const;
+  const rig::RigSensor& sensor(int index) const { return setup.rig.at(static_cast<std::size_t>(index)); }
+  /// The exported form of an image of the filter's input; sensor: of the rig, or kHead.
+  cv::Mat exported(const cv::Mat& image, int sensor = kHead) const;
+  /// The noise of a further IMU.
+  static recording::ImuNoise noise_of(const rig::RigSensor& imu);
 
   /// Creates the folders of a file to be written and returns its path.
   std::filesystem::path new_file(const std::string& name) const;
@@ -73,18 +91,18 @@ class ExportContext {
   void write_truth(const std::string& name, std::string_view bytes) const {
     if (run.with_truth) write(name, bytes);
   }
-  /// Writes exported(image).
-  void write_png(const std::string& name, const cv::Mat& image) const;
+  /// Writes exported(image, sensor).
+  void write_png(const std::string& name, const cv::Mat& image, int sensor = kHead) const;
   /// Writes README.md: the text, then the conventions of all exports.
   void write_readme(const std::string& text) const;
 
  private:
   std::string lens_text() const;
 
-  rig::FittedCamera equidistant_;
+  const bool undistort_;
   const int passes_;
   mutable int passed_ = 0;
-  std::optional<Undistortion> undistortion_;
+  std::vector<std::pair<int, ExportedCamera>> cameras_;  // by sensor, the head camera first
 };
 
 /// "1000000000.033000000"
@@ -103,19 +121,31 @@ std::string tum_text(const std::vector<files::TimedPose>& poses);
 /// The coefficients of an exported camera's equidistant lens; nothing for a pinhole without distortion.
 std::optional<std::array<double, 4>> equidistant_lens(const slam::CameraIntrinsics& camera);
 
+/// The frame of a sensor: optical axes (x right, y down, z forward) of a camera, else x forward, y left, z
+/// up. Depth has that of the camera that it is aligned with.
+std::string frame_of(const rig::RigSensor& sensor);
+
+/// A depth image (mm, 0: none) as the camera `to` would have it, of pinholes. X_to_from: from one camera to
+/// the other. Each pixel covers all that its square covers there; the nearest surface counts.
+cv::Mat registered(const cv::Mat& depth, const slam::CameraIntrinsics& from, const slam::CameraIntrinsics& to,
+                   const Eigen::Isometry3d& X_to_from);
+
 /// A ROS 2 bag: run.mcap and metadata.yaml.
 struct BagLayout {
   std::string folder;  ///< of run.mcap and metadata.yaml, with a trailing slash; may be empty
   std::string image_topic, info_topic, imu_topic;
   bool compressed;           ///< images as PNG (sensor_msgs/CompressedImage), else raw (sensor_msgs/Image)
-  bool for_viewers = false;  ///< with frames, paths, map, joints and feet
+  bool for_viewers = false;  ///< with all sensors of the rig, frames, paths, map, joints and feet
 };
 void write_ros_bag(const ExportContext& out, const BagLayout& layout);
 
-/// Settings of ORB-SLAM3 (v1.0) with the section that its inertial programs need, or without it.
-std::string orbslam3_settings(const ExportContext& out, bool with_imu);
-/// Writes mav0/ in the EuRoC/ASL layout, and times.txt. images_within_imu: without the images before the
-/// first reading and after the last one.
+/// Settings of ORB-SLAM3 (v1.0) for images of the head camera, with IMU and, if there are two gray eyes,
+/// stereo.
+std::string orbslam3_settings(const ExportContext& out);
+/// Those for images of a camera, without IMU. depth: a depth camera aligned with it, or nothing.
+std::string orbslam3_settings(const ExportContext& out, int camera, std::optional<int> depth);
+/// Writes mav0/ in the EuRoC/ASL layout, times.txt, and for two gray eyes times_stereo.txt: the stamps that
+/// both have. images_within_imu: without the images before the first reading and after the last one.
 void write_mav0(const ExportContext& out, bool images_within_imu = false);
 
 void export_euroc(const ExportContext& out);     ///< the EuRoC/ASL layout

@@ -1,10 +1,13 @@
 // The TUM RGB-D layout, OpenVINS, and bags for viewers.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
+#include <numeric>
 
 #include "sim/export/export_context.h"
 #include "sim/export/ros_messages.h"
+#include "sim/recording/image_file.h"
 #include "sim/recording/manifest.h"
 #include "sim/recording/recording_format.h"
 
@@ -14,10 +17,19 @@ namespace {
 constexpr const char* kTumReadme =
     R"(Layout of the TUM RGB-D benchmark (Sturm et al. 2012): `rgb/`, `rgb.txt`, `accelerometer.txt`, and true
 camera poses in `groundtruth.txt`; `plan.txt` has the camera poses of the walking plan, `estimate.txt` (if a filter
-ran) those of GaitSLAM's filter. `settings.yaml` is for ORB-SLAM3 (v1.0). In the folder of ORB-SLAM3:
+ran) those of GaitSLAM's filter. The images of `rgb/` are those of the rig's first color camera, else of the gray head camera;
+all poses are those of this camera, at the stamps of the head camera. `settings.yaml` is for ORB-SLAM3 (v1.0). In the folder of ORB-SLAM3:
 
     ./Examples/Monocular/mono_tum Vocabulary/ORBvoc.txt FOLDER/settings.yaml FOLDER
     evo_ape tum FOLDER/groundtruth.txt KeyFrameTrajectory.txt --align --correct_scale
+)";
+
+constexpr const char* kTumDepthReadme = R"(
+`depth/` has 16-bit depth along the optical axis for each pixel of `rgb/`; 0 is no depth. One unit is 1 mm: divide by 1000.
+TUM's own files have 5000 units per m, of which 16 bits end at 13.1 m. `associations.txt` pairs the images that are nearest in time.
+
+    ./Examples/RGB-D/rgbd_tum Vocabulary/ORBvoc.txt FOLDER/settings.yaml FOLDER FOLDER/associations.txt
+    evo_ape tum FOLDER/groundtruth.txt CameraTrajectory.txt --align
 )";
 
 // Three lines before the first row: readers skip that many.
@@ -39,13 +51,17 @@ Foxglove, Lichtblick and Rerun open `run.mcap` itself. In a 3D panel with the fr
 | /camera/image/compressed | sensor_msgs/CompressedImage | PNG, lossless |
 | /camera/camera_info | sensor_msgs/CameraInfo | with each image |
 | /imu | sensor_msgs/Imu | chest IMU |
+| /rig/NAME/image/compressed, /rig/NAME/camera_info | as above | a further gray or color camera of the rig; `P[3]` is -fx times the baseline for a camera that looks parallel from the right of the head camera |
+| /rig/NAME/image_raw, /rig/NAME/camera_info | sensor_msgs/Image | a depth camera: `16UC1`, mm, 0 is no depth; frame and calibration of the camera that it is aligned with |
+| /rig/NAME/points | sensor_msgs/PointCloud2 | a sweep of a lidar, stamped at its start, in its frame at the time of each point: x, y, z, intensity (0 to 1) and t (uint32, ns since the stamp), as Ouster's driver; for FAST-LIO: `lidar_type: 3`, `timestamp_unit: 3`, no feature extraction |
+| /rig/NAME/imu | sensor_msgs/Imu | a further IMU |
 | /ground_truth/pose | geometry_msgs/PoseStamped | true camera pose in the world |
 | /plan/pose | geometry_msgs/PoseStamped | planned camera pose |
 | /slam/pose | geometry_msgs/PoseWithCovarianceStamped | estimated camera pose, if there was an estimate |
 | /tf | tf2_msgs/TFMessage | at each frame, in `world`: `plan_camera`, `slam_camera`; the robot's links in `waist` |
-| /tf_static | tf2_msgs/TFMessage | `imu` in `camera`, as calibrated; transient_local |
+| /tf_static | tf2_msgs/TFMessage | as calibrated, in `cam0_optical_frame` of the head camera (x right, y down, z forward): `imu`; `NAME_optical_frame` of each further camera; `NAME_frame` of lidars and IMUs (x forward, y left, z up); transient_local |
 | /ground_truth/tf | tf2_msgs/TFMessage | at each frame, in `world`: the true `ground_truth/camera`, `ground_truth/waist`, `ground_truth/left_foot` and `ground_truth/right_foot` |
-| /ground_truth/tf_static | tf2_msgs/TFMessage | `camera` and `waist` in these, for viewers; `ros2 bag play` leaves them out of /tf, so that a SLAM node can publish map, odom and base_link |
+| /ground_truth/tf_static | tf2_msgs/TFMessage | `cam0_optical_frame` and `waist` in these, for viewers; `ros2 bag play` leaves them out of /tf, so that a SLAM node can publish map, odom and base_link |
 | /ground_truth/path, /plan/path, /slam/path | nav_msgs/Path | camera path so far, once a second and at the end |
 | /slam/map | sensor_msgs/PointCloud2 | landmarks, once a second: x, y, z and id |
 | /robot_description | std_msgs/String | the robot as URDF, at the start, transient_local; if the program that exported has the simulator |
@@ -60,6 +76,9 @@ files that it names. In two terminals:
     ros2 run ov_msckf run_subscribe_msckf FOLDER/estimator_config.yaml
     ros2 bag play FOLDER/bag
 
+With a second gray eye in the rig, OpenVINS uses both (`use_stereo: true`); the bag has `/cam1/image_raw` and, of
+further IMUs, `/imu1` and on.
+
 Without ROS, `mav0` has the same images and readings in EuRoC's layout.
 
 `groundtruth.csv` is the true motion of the IMU in EuRoC's columns (for `path_gt`), `groundtruth.tum` that of
@@ -73,20 +92,42 @@ used and no solver stops by the clock (`init_dyn_mle_max_time`); `track_frequenc
 image is left out.
 )";
 
-// T_imu_cam maps from the camera to the IMU.
+// T_imu_cam maps from the camera to the IMU, T_cn_cnm1 from the camera before. The stamps of the IMU are
+// later than those of the head camera, whose clock a camera may be ahead of.
 std::string camera_chain(const ExportContext& out) {
-  const slam::CameraIntrinsics& camera = out.camera();
-  const auto lens = equidistant_lens(camera);
-  const auto k = lens.value_or(std::array<double, 4>{});
   const Eigen::Isometry3d X_GC = out.setup.calibration.X_CG.inverse();
-  return fmt::format(
-      "%YAML:1.0\n\ncam0:\n  T_imu_cam:\n{}\n  cam_overlaps: []\n  camera_model: pinhole\n  "
-      "distortion_coeffs: [{}, {}, {}, {}]\n"
-      "  distortion_model: {}\n  intrinsics: [{}, {}, {}, {}]\n  resolution: [{}, {}]\n"
-      "  rostopic: /cam0/image_raw\n  timeshift_cam_imu: {}\n",
-      matrix_text(X_GC, "    - [", "]", "\n"), real(k[0]), real(k[1]), real(k[2]), real(k[3]),
-      lens ? "equidistant" : "radtan", real(camera.fu_px), real(camera.fv_px), real(camera.u0_px),
-      real(camera.v0_px), camera.width_px, camera.height_px, real(out.run.errors.motion.time_offset_s));
+  const double imu_late_s = out.run.errors.motion.time_offset_s;
+  struct Camera {
+    slam::CameraIntrinsics intrinsics;
+    Eigen::Isometry3d X_CS;
+    double ahead_s;
+  };
+  std::vector<Camera> cameras{{out.camera(), Eigen::Isometry3d::Identity(), 0}};
+  for (const int i : out.further(rig::Kind::grey))
+    cameras.push_back({out.sensor(i).camera, out.sensor(i).X_CS, out.sensor(i).time_offset_s});
+  std::string text = "%YAML:1.0\n\n";
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const auto& [camera, X_CS, ahead_s] = cameras[i];
+    const auto lens = equidistant_lens(camera);
+    const auto k = lens.value_or(std::array<double, 4>{});
+    std::vector<std::size_t> others(cameras.size());
+    std::iota(others.begin(), others.end(), 0u);
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+    const Eigen::Isometry3d X_GS = i == 0 ? X_GC : X_GC * X_CS;
+    text += fmt::format("cam{}:\n  T_imu_cam:\n{}\n", i, matrix_text(X_GS, "    - [", "]", "\n"));
+    if (i > 0)
+      text += fmt::format("  T_cn_cnm1:\n{}\n",
+                          matrix_text(X_CS.inverse() * cameras[i - 1].X_CS, "    - [", "]", "\n"));
+    text += fmt::format(
+        "  cam_overlaps: [{}]\n  camera_model: pinhole\n  "
+        "distortion_coeffs: [{}, {}, {}, {}]\n"
+        "  distortion_model: {}\n  intrinsics: [{}, {}, {}, {}]\n  resolution: [{}, {}]\n"
+        "  rostopic: /cam{}/image_raw\n  timeshift_cam_imu: {}\n",
+        fmt::join(others, ", "), real(k[0]), real(k[1]), real(k[2]), real(k[3]),
+        lens ? "equidistant" : "radtan", real(camera.fu_px), real(camera.fv_px), real(camera.u0_px),
+        real(camera.v0_px), camera.width_px, camera.height_px, i, real(imu_late_s - ahead_s));
+  }
+  return text;
 }
 
 std::string square(const char* key, double diagonal) {
@@ -94,16 +135,30 @@ std::string square(const char* key, double diagonal) {
   return fmt::format("  {0}:\n    - [{1}, 0.0, 0.0]\n    - [0.0, {1}, 0.0]\n    - [0.0, 0.0, {1}]\n", key, d);
 }
 
+// T_i_b maps from the chest IMU to this one.
 std::string imu_chain(const ExportContext& out) {
-  return "%YAML:1.0\n\nimu0:\n  T_i_b:\n" + matrix_text(Eigen::Isometry3d::Identity(), "    - [", "]", "\n") +
-         fmt::format(
-             "\n  accelerometer_noise_density: {}\n  accelerometer_random_walk: {}\n"
-             "  gyroscope_noise_density: {}\n  gyroscope_random_walk: {}\n  rostopic: /imu0\n  update_rate: "
-             "{}\n",
-             real(out.noise.accelerometer_density), real(out.noise.accelerometer_walk),
-             real(out.noise.gyro_density), real(out.noise.gyro_walk), real(out.setup.imu_rate_hz)) +
-         "  time_offset: 0.0\n  model: \"kalibr\"\n" + square("Tw", 1) + square("R_IMUtoGYRO", 1) +
-         square("Ta", 1) + square("R_IMUtoACC", 1) + square("Tg", 0);
+  const auto imu = [](std::size_t number, const Eigen::Isometry3d& X_IG, const recording::ImuNoise& noise,
+                      double rate_hz) {
+    return fmt::format(
+               "imu{0}:\n  T_i_b:\n{1}\n  accelerometer_noise_density: {2}\n  accelerometer_random_walk: "
+               "{3}\n"
+               "  gyroscope_noise_density: {4}\n  gyroscope_random_walk: {5}\n  rostopic: /imu{0}\n"
+               "  update_rate: {6}\n",
+               number, matrix_text(X_IG, "    - [", "]", "\n"), real(noise.accelerometer_density),
+               real(noise.accelerometer_walk), real(noise.gyro_density), real(noise.gyro_walk),
+               real(rate_hz)) +
+           "  time_offset: 0.0\n  model: \"kalibr\"\n" + square("Tw", 1) + square("R_IMUtoGYRO", 1) +
+           square("Ta", 1) + square("R_IMUtoACC", 1) + square("Tg", 0);
+  };
+  std::string text =
+      "%YAML:1.0\n\n" + imu(0, Eigen::Isometry3d::Identity(), out.noise, out.setup.imu_rate_hz);
+  const std::vector<int> further = out.further(rig::Kind::imu);
+  for (std::size_t i = 0; i < further.size(); ++i) {
+    const rig::RigSensor& sensor = out.sensor(further[i]);
+    text += imu(i + 1, sensor.X_CS.inverse() * out.setup.calibration.X_CG, ExportContext::noise_of(sensor),
+                sensor.rate_hz);
+  }
+  return text;
 }
 
 const std::string kEstimator = R"(%YAML:1.0
@@ -113,8 +168,6 @@ use_fej: true
 integration: "rk4"
 use_imuavg: true
 use_rk4int: true
-use_stereo: false
-max_cameras: 1
 calib_cam_extrinsics: false
 calib_cam_intrinsics: false
 calib_cam_timeoffset: false
@@ -185,34 +238,106 @@ relative_config_imu: "kalibr_imu_chain.yaml"
 relative_config_imucam: "kalibr_imucam_chain.yaml"
 )";
 
+// The camera of rgb/, a depth camera, and the place of the former in the head camera's frame.
+struct RgbdCameras {
+  int rgb = kHead;
+  std::optional<int> depth;
+  Eigen::Isometry3d X_CS = Eigen::Isometry3d::Identity();
+
+  /// The depth image as that of the camera of rgb/.
+  cv::Mat aligned(const ExportContext& out, const cv::Mat& image) const {
+    const rig::RigSensor& from = out.sensor(*depth);
+    const cv::Mat straight = out.exported(image, *depth);
+    if (rig::partner(out.setup.rig, from) == rgb) return straight;
+    return registered(straight, from.camera, rgb == kHead ? out.camera() : out.sensor(rgb).camera,
+                      X_CS.inverse() * from.X_CS);
+  }
+};
+
+// The first color camera, else the head camera; the depth camera aligned with it, else the first one.
+RgbdCameras rgbd_cameras(const ExportContext& out) {
+  RgbdCameras cameras;
+  if (const auto colors = out.further(rig::Kind::color); !colors.empty()) {
+    cameras.rgb = colors.front();
+    cameras.X_CS = out.sensor(cameras.rgb).X_CS;
+  }
+  for (const int depth : out.further(rig::Kind::depth))
+    if (!cameras.depth || rig::partner(out.setup.rig, out.sensor(depth)) == cameras.rgb)
+      cameras.depth = depth;
+  return cameras;
+}
+
+// Rows of an image and the depth image nearest in time, of which each is in one row, at most half a period
+// apart.
+std::string associations(const std::vector<slam::Stamp>& images, const std::vector<slam::Stamp>& depths,
+                         double depth_rate_hz) {
+  const double most_s = 0.5 / depth_rate_hz;
+  const auto apart = [](slam::Stamp a, slam::Stamp b) { return std::abs(slam::seconds(a - b)); };
+  std::string text;
+  auto depth = depths.begin();
+  for (auto image = images.begin(); image != images.end() && depth != depths.end(); ++image) {
+    while (depth + 1 != depths.end() && apart(*image, depth[1]) <= apart(*image, *depth)) ++depth;
+    const bool next_is_nearer = image + 1 != images.end() && apart(image[1], *depth) < apart(*image, *depth);
+    if (next_is_nearer || apart(*image, *depth) > most_s) continue;
+    text +=
+        fmt::format("{0} rgb/{0}.png {1} depth/{1}.png\n", written_seconds(*image), written_seconds(*depth));
+    ++depth;
+  }
+  return text;
+}
+
 }  // namespace
 
 void export_tum(const ExportContext& out) {
+  const RgbdCameras cameras = rgbd_cameras(out);
   const char* poses = "timestamp tx ty tz qx qy qz qw";
   std::string images = header("color images", out, "timestamp filename"),
+              depths = header("depth maps, 1000 per m", out, "timestamp filename"),
               accelerations = header("accelerometer data, chest IMU", out, "timestamp ax ay az"),
               plan = header("planned camera poses", out, poses);
+  std::vector<slam::Stamp> with_image, with_depth;
+  const auto add = [&](const char* folder, slam::Stamp t, std::string& list,
+                       std::vector<slam::Stamp>& stamps) {
+    const std::string name = fmt::format("{}/{}.png", folder, written_seconds(t));
+    list += fmt::format("{} {}\n", written_seconds(t), name);
+    stamps.push_back(t);
+    return name;
+  };
   ImuMerger imu_merger(out.setup.imu_rate_hz);
   for (recording::FilterInput input = out.filter_input(); auto o = out.next(input);) {
     for (const ImuReading& reading : imu_merger.merge(*o))
       if (const auto& a = reading.accelerometer)
         accelerations += fmt::format("{} {} {} {}\n", written_seconds(reading.t), a->x(), a->y(), a->z());
-    if (o->plan) plan += files::tum_row(recording::kEpoch + o->t, o->plan->X_PC);
-    if (o->image.empty()) continue;
-    const std::string name = fmt::format("rgb/{}.png", written_seconds(o->t));
-    out.write_png(name, o->image);
-    images += fmt::format("{} {}\n", written_seconds(o->t), name);
+    if (o->plan) plan += files::tum_row(recording::kEpoch + o->t, o->plan->X_PC * cameras.X_CS);
+    if (cameras.rgb == kHead && !o->image.empty())
+      out.write_png(add("rgb", o->t, images, with_image), o->image);
+    for (const slam::RigReading& reading : o->rig)
+      if (reading.image.empty())
+        continue;
+      else if (reading.sensor == cameras.rgb)
+        out.write_png(add("rgb", reading.t, images, with_image), reading.image, cameras.rgb);
+      else if (reading.sensor == cameras.depth)
+        out.write(add("depth", reading.t, depths, with_depth),
+                  recording::encode_png(cameras.aligned(out, reading.image)));
   }
   out.write("rgb.txt", images);
+  if (cameras.depth) {
+    out.write("depth.txt", depths);
+    out.write("associations.txt", associations(with_image, with_depth, out.sensor(*cameras.depth).rate_hz));
+  }
   out.write("accelerometer.txt", accelerations);
   out.write("plan.txt", plan);
+  const auto of_camera = [&](std::vector<files::TimedPose> all) {
+    for (files::TimedPose& pose : all) pose.X = pose.X * cameras.X_CS;
+    return tum_text(all);
+  };
   out.write_truth("groundtruth.txt",
-                  header("ground truth trajectory", out, poses) + tum_text(out.truth().camera));
+                  header("ground truth trajectory", out, poses) + of_camera(out.truth().camera));
   if (const auto rows = out.estimate(); !rows.empty())
     out.write("estimate.txt",
-              header("estimated trajectory", out, poses) + tum_text({rows.begin(), rows.end()}));
-  out.write("settings.yaml", orbslam3_settings(out, false));
-  out.write_readme(kTumReadme);
+              header("estimated trajectory", out, poses) + of_camera({rows.begin(), rows.end()}));
+  out.write("settings.yaml", orbslam3_settings(out, cameras.rgb, cameras.depth));
+  out.write_readme(std::string(kTumReadme) + (cameras.depth ? kTumDepthReadme : ""));
 }
 
 void export_mcap(const ExportContext& out) {
@@ -223,8 +348,10 @@ void export_mcap(const ExportContext& out) {
 void export_openvins(const ExportContext& out) {
   write_mav0(out);
   write_ros_bag(out, {"bag/", "/cam0/image_raw", "/cam0/camera_info", "/imu0", false});
+  const bool stereo = !out.further(rig::Kind::grey).empty();
   out.write("estimator_config.yaml",
-            kEstimator + fmt::format("track_frequency: {:.1f}\n", std::ceil(out.setup.camera_rate_hz) + 1));
+            kEstimator + fmt::format("use_stereo: {}\nmax_cameras: {}\ntrack_frequency: {:.1f}\n", stereo,
+                                     stereo ? 2 : 1, std::ceil(out.setup.camera_rate_hz) + 1));
   out.write("kalibr_imu_chain.yaml", imu_chain(out));
   out.write("kalibr_imucam_chain.yaml", camera_chain(out));
   out.write_truth(

@@ -1,6 +1,7 @@
 // ROS 2 bags: the sensors, poses, and the topics that viewers draw.
 #include <fmt/format.h>
 
+#include <cmath>
 #include <map>
 
 #include "sim/export/export_context.h"
@@ -17,7 +18,9 @@ namespace fs = std::filesystem;
 using Poses = std::vector<files::TimedPose>;
 using Topic = std::uint16_t;
 
-constexpr const char *kWorld = "world", *kWaist = "waist", *kCamera = "camera", *kImu = "imu";
+using ros::kCameraFrame, ros::kImuFrame;
+
+constexpr const char *kWorld = "world", *kWaist = "waist", *kCamera = "camera";
 const std::string kTrue = "ground_truth/";
 
 /// run.mcap, and the content of metadata.yaml.
@@ -108,6 +111,92 @@ Poses feet_of(const std::vector<recording::TrueFeet>& feet, recording::TrueFoot 
   return poses;
 }
 
+std::string image_message(slam::Stamp t, const std::string& frame, const cv::Mat& image, bool compressed) {
+  return compressed ? ros::compressed_image(t, frame, recording::encode_png(image))
+                    : ros::image(t, frame, image);
+}
+
+// The distance of a camera to the right of the head camera; 0 if the two are no stereo pair: their images
+// would have to be rotated first.
+double right_of_head(const rig::RigSensor& camera) {
+  const Eigen::Vector3d p = camera.X_CS.translation();
+  const bool parallel = camera.X_CS.linear().isIdentity(1e-9) && std::hypot(p.y(), p.z()) < 1e-9;
+  return camera.kind == rig::Kind::grey && parallel ? p.x() : 0;
+}
+
+/// Writes the readings of the rig into a bag: for viewers all, under the names of the sensors; else those of
+/// gray eyes and IMUs, counted.
+class RigTopics {
+ public:
+  RigTopics(const ExportContext& out, Bag& bag, const BagLayout& layout)
+      : out_(out), bag_(bag), compressed_(layout.compressed), topics_(out.setup.rig.size()) {
+    for (const auto kind :
+         {rig::Kind::grey, rig::Kind::color, rig::Kind::depth, rig::Kind::lidar, rig::Kind::imu})
+      for (int number = 0; const int sensor : out.further(kind)) {
+        ++number;
+        if (layout.for_viewers)
+          add(sensor, "/rig/" + out.sensor(sensor).name, "/imu");
+        else if (kind == rig::Kind::grey || kind == rig::Kind::imu)
+          add(sensor, fmt::format("/{}{}", kind == rig::Kind::imu ? "imu" : "cam", number), "");
+      }
+  }
+
+  void write(const slam::Observation& observation) {
+    for (const slam::RigReading& reading : observation.rig)
+      if (const Topics& topics = topics_.at(static_cast<std::size_t>(reading.sensor)); topics.readings)
+        write(reading, out_.sensor(reading.sensor), topics);
+  }
+
+ private:
+  struct Topics {
+    std::optional<Topic> readings, info;
+  };
+
+  void add(int index, const std::string& prefix, const std::string& imu_suffix) {
+    Topics& topics = topics_[static_cast<std::size_t>(index)];
+    const rig::RigSensor& sensor = out_.sensor(index);
+    if (sensor.kind == rig::Kind::lidar) {
+      topics.readings = bag_.add_topic(prefix + "/points", ros::kPointCloud);
+    } else if (sensor.kind == rig::Kind::imu) {
+      topics.readings = bag_.add_topic(prefix + imu_suffix, ros::kImu);
+    } else {
+      const bool compressed = is_compressed(sensor);
+      topics.readings = bag_.add_topic(prefix + (compressed ? "/image/compressed" : "/image_raw"),
+                                       compressed ? ros::kCompressedImage : ros::kImage);
+      topics.info = bag_.add_topic(prefix + "/camera_info", ros::kCameraInfo);
+    }
+  }
+
+  // Readers of compressed depth images disagree on their format.
+  bool is_compressed(const rig::RigSensor& camera) const {
+    return compressed_ && camera.kind != rig::Kind::depth;
+  }
+
+  void write(const slam::RigReading& reading, const rig::RigSensor& sensor, const Topics& topics) {
+    const std::string frame = frame_of(sensor);
+    if (sensor.kind == rig::Kind::lidar) {
+      bag_.add(*topics.readings, reading.t, ros::point_cloud(reading.t, frame, reading.points));
+    } else if (sensor.kind == rig::Kind::imu) {
+      const auto square = [](double sigma) { return sigma * sigma; };
+      const ImuReading imu{middle(reading), reading.gyro, reading.accelerometer};
+      bag_.add(
+          *topics.readings, imu.t,
+          ros::imu(imu, frame, square(sensor.gyro_sigma_rad_s), square(sensor.accelerometer_sigma_m_s2)));
+    } else if (!reading.image.empty()) {
+      bag_.add(*topics.readings, reading.t,
+               image_message(reading.t, frame, out_.exported(reading.image, reading.sensor),
+                             is_compressed(sensor)));
+      bag_.add(*topics.info, reading.t,
+               ros::camera_info(reading.t, frame, sensor.camera, right_of_head(sensor)));
+    }
+  }
+
+  const ExportContext& out_;
+  Bag& bag_;
+  const bool compressed_;
+  std::vector<Topics> topics_;  // by sensor
+};
+
 /// Writes frames, paths, map, joints and feet into a bag, observation by observation. An export without truth
 /// has neither true poses nor those of the filter.
 class ViewerTopics {
@@ -115,12 +204,15 @@ class ViewerTopics {
   /// The bag must outlive it.
   ViewerTopics(const ExportContext& out, Bag& bag)
       : bag_(bag),
-        X_CG_(out.setup.calibration.X_CG),
+        fixed_{{{}, kCameraFrame, kImuFrame, out.setup.calibration.X_CG}},
         joints_(out.run.result / "recording", "encoders0"),
         forces_(out.run.result / "recording", "forces0"),
         robot_(out.run.robot),
         transforms_(bag.add_topic("/tf", ros::kTransforms)),
         fixed_transforms_(bag.add_topic("/tf_static", ros::kTransforms, true)) {
+    for (const rig::RigSensor& sensor : out.setup.rig)
+      if (sensor.kind != rig::Kind::depth)  // its frame is another camera's
+        fixed_.push_back({{}, kCameraFrame, frame_of(sensor), sensor.X_CS});
     add("plan_camera", transforms_, {}, "/plan/path");
     add_truth(out.truth());
     const std::vector<files::TumRow> estimate = out.estimate();
@@ -192,10 +284,12 @@ class ViewerTopics {
 
   void write_start(slam::Stamp t) {
     const auto same = Eigen::Isometry3d::Identity();
-    bag_.add(fixed_transforms_, t, ros::transforms({{t, kCamera, kImu, X_CG_}}));
+    for (ros::Transform& transform : fixed_) transform.t = t;
+    bag_.add(fixed_transforms_, t, ros::transforms(fixed_));
     if (true_fixed_transforms_)
-      bag_.add(*true_fixed_transforms_, t,
-               ros::transforms({{t, kTrue + kCamera, kCamera, same}, {t, kTrue + kWaist, kWaist, same}}));
+      bag_.add(
+          *true_fixed_transforms_, t,
+          ros::transforms({{t, kTrue + kCamera, kCameraFrame, same}, {t, kTrue + kWaist, kWaist, same}}));
     if (description_) bag_.add(*description_, t, ros::string(robot_->urdf));
   }
 
@@ -243,7 +337,7 @@ class ViewerTopics {
   }
 
   Bag& bag_;
-  const Eigen::Isometry3d X_CG_;
+  std::vector<ros::Transform> fixed_;
   std::vector<Moving> moving_;
   std::map<slam::Stamp, std::vector<ros::CloudPoint>> maps_;
   RecordedRows joints_, forces_;
@@ -254,6 +348,11 @@ class ViewerTopics {
 };
 
 }  // namespace
+
+std::string frame_of(const rig::RigSensor& sensor) {
+  if (!rig::is_camera(sensor)) return sensor.name + "_frame";
+  return (sensor.kind == rig::Kind::depth ? sensor.aligned_with : sensor.name) + "_optical_frame";
+}
 
 // Truth and estimate have the stamps of the frames; they are merged with the observations by time.
 void write_ros_bag(const ExportContext& out, const BagLayout& layout) {
@@ -268,6 +367,7 @@ void write_ros_bag(const ExportContext& out, const BagLayout& layout) {
   const std::vector<files::TumRow> estimate = out.estimate();
   const Topic estimates =
       estimate.empty() ? Topic{0} : bag.add_topic("/slam/pose", ros::kPoseWithCovarianceStamped);
+  RigTopics rig(out, bag, layout);
   std::optional<ViewerTopics> viewer;
   if (layout.for_viewers) viewer.emplace(out, bag);
   const auto variance = [&](double density) { return density * density * out.setup.imu_rate_hz; };
@@ -277,15 +377,14 @@ void write_ros_bag(const ExportContext& out, const BagLayout& layout) {
   for (recording::FilterInput input = out.filter_input(); auto o = out.next(input);) {
     for (const ImuReading& reading : imu_merger.merge(*o))
       bag.add(readings, reading.t,
-              ros::imu(reading, kImu, variance(out.noise.gyro_density),
+              ros::imu(reading, kImuFrame, variance(out.noise.gyro_density),
                        variance(out.noise.accelerometer_density)));
     if (!o->image.empty()) {
       const cv::Mat image = out.exported(o->image);
-      bag.add(images, o->t,
-              layout.compressed ? ros::compressed_image(o->t, kCamera, recording::encode_grey_png(image))
-                                : ros::image(o->t, kCamera, image));
-      bag.add(infos, o->t, ros::camera_info(o->t, kCamera, out.camera()));
+      bag.add(images, o->t, image_message(o->t, kCameraFrame, image, layout.compressed));
+      bag.add(infos, o->t, ros::camera_info(o->t, kCameraFrame, out.camera()));
     }
+    rig.write(*o);
     if (o->plan) bag.add(plans, o->t, ros::pose_stamped(o->t, kWorld, o->plan->X_PC));
     for (; true_pose != truth.end() && true_pose->t <= o->t; ++true_pose)
       bag.add(true_poses, true_pose->t, ros::pose_stamped(true_pose->t, kWorld, true_pose->X));

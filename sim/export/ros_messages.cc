@@ -87,6 +87,24 @@ class Cdr {
 
 std::array<double, 9> diagonal(double x) { return {x, 0, 0, 0, x, 0, 0, 0, x}; }
 
+// A cloud whose points have four numbers or more of four bytes, all float32 except the last. add: appends one
+// point's.
+template <class Point, class Add>
+std::string cloud(slam::Stamp t, const std::string& frame, const std::vector<const char*>& names,
+                  const std::vector<Point>& points, const Add& add) {
+  constexpr std::uint8_t kUint32 = 6, kFloat32 = 7;
+  const auto count = static_cast<std::uint32_t>(points.size());
+  const auto fields = static_cast<std::uint32_t>(names.size());
+  Cdr cdr;
+  cdr.header(t, frame).number(1u).number(count).number(fields);
+  for (std::uint32_t i = 0; i < fields; ++i)
+    cdr.text(names[i]).number(4 * i).number(i + 1 < fields ? kFloat32 : kUint32).number(1u);
+  const std::uint32_t step = 4 * fields;
+  cdr.number(std::uint8_t{0}).number(step).number(step * count).number(step * count);
+  for (const Point& point : points) add(cdr, point);
+  return cdr.number(std::uint8_t{1}).bytes();
+}
+
 }  // namespace
 
 const MessageType kCompressedImage =
@@ -125,12 +143,15 @@ std::string compressed_image(slam::Stamp t, const std::string& frame, std::strin
   return cdr.raw(reinterpret_cast<const unsigned char*>(png.data()), png.size()).bytes();
 }
 
-std::string image(slam::Stamp t, const std::string& frame, const cv::Mat& grey) {
-  const cv::Mat whole = grey.isContinuous() ? grey : grey.clone();
-  const auto width = static_cast<std::uint32_t>(whole.cols);
+std::string image(slam::Stamp t, const std::string& frame, const cv::Mat& image) {
+  const cv::Mat whole = image.isContinuous() ? image : image.clone();
+  const std::size_t row = whole.elemSize() * static_cast<std::size_t>(whole.cols);
   Cdr cdr;
-  cdr.header(t, frame).number(static_cast<std::uint32_t>(whole.rows)).number(width).text("mono8");
-  return cdr.number(std::uint8_t{0}).number(width).raw(whole.data, whole.total()).bytes();
+  cdr.header(t, frame).number(static_cast<std::uint32_t>(whole.rows));
+  cdr.number(static_cast<std::uint32_t>(whole.cols));
+  cdr.text(whole.type() == CV_16UC1 ? "16UC1" : whole.type() == CV_8UC3 ? "rgb8" : "mono8");
+  cdr.number(std::uint8_t{0}).number(static_cast<std::uint32_t>(row));
+  return cdr.raw(whole.data, row * static_cast<std::size_t>(whole.rows)).bytes();
 }
 
 std::string imu(const ImuReading& reading, const std::string& frame, double gyro_variance,
@@ -145,13 +166,14 @@ std::string imu(const ImuReading& reading, const std::string& frame, double gyro
   return cdr.numbers(reading.accelerometer ? diagonal(accelerometer_variance) : unknown).bytes();
 }
 
-std::string camera_info(slam::Stamp t, const std::string& frame, const slam::CameraIntrinsics& camera) {
+std::string camera_info(slam::Stamp t, const std::string& frame, const slam::CameraIntrinsics& camera,
+                        double right_m) {
   const auto* const lens = std::get_if<slam::Equidistant>(&camera.lens);
   const std::vector<double> d =
       lens ? std::vector{lens->k1, lens->k2, lens->k3, lens->k4} : std::vector<double>(5);
   const double fu = camera.fu_px, fv = camera.fv_px, u0 = camera.u0_px, v0 = camera.v0_px;
   const std::array<double, 9> K{fu, 0, u0, 0, fv, v0, 0, 0, 1};
-  const std::array<double, 12> P{fu, 0, u0, 0, 0, fv, v0, 0, 0, 0, 1, 0};
+  const std::array<double, 12> P{fu, 0, u0, -fu * right_m, 0, fv, v0, 0, 0, 0, 1, 0};
   Cdr cdr;
   cdr.header(t, frame).number(static_cast<std::uint32_t>(camera.height_px));
   cdr.number(static_cast<std::uint32_t>(camera.width_px)).text(lens ? "equidistant" : "plumb_bob");
@@ -191,22 +213,18 @@ std::string path(slam::Stamp t, const std::string& frame, std::span<const files:
 }
 
 std::string point_cloud(slam::Stamp t, const std::string& frame, const std::vector<CloudPoint>& points) {
-  constexpr std::uint32_t kStep = 16;
-  constexpr std::uint8_t kUint32 = 6, kFloat32 = 7;
-  const auto count = static_cast<std::uint32_t>(points.size());
-  Cdr cdr;
-  cdr.header(t, frame).number(1u).number(count).number(4u);
-  std::uint32_t offset = 0;
-  for (const char* name : {"x", "y", "z", "id"}) {
-    cdr.text(name).number(offset).number(offset < 12 ? kFloat32 : kUint32).number(1u);
-    offset += 4;
-  }
-  cdr.number(std::uint8_t{0}).number(kStep).number(kStep * count).number(kStep * count);
-  for (const CloudPoint& point : points) {
+  return cloud(t, frame, {"x", "y", "z", "id"}, points, [](Cdr& cdr, const CloudPoint& point) {
     for (const double x : point.p) cdr.number(static_cast<float>(x));
     cdr.number(point.id);
-  }
-  return cdr.number(std::uint8_t{1}).bytes();
+  });
+}
+
+std::string point_cloud(slam::Stamp t, const std::string& frame,
+                        const std::vector<slam::LidarPoint>& points) {
+  return cloud(t, frame, {"x", "y", "z", "intensity", "t"}, points, [](Cdr& cdr, const slam::LidarPoint& p) {
+    for (const float x : {p.x_m, p.y_m, p.z_m, p.intensity}) cdr.number(x);
+    cdr.number(static_cast<std::uint32_t>(p.offset_ns));
+  });
 }
 
 std::string joint_state(slam::Stamp t, const std::vector<std::string>& names,

@@ -30,6 +30,9 @@ struct ImuReading {
   std::optional<Eigen::Vector3d> accelerometer;  ///< m/s²
 };
 
+/// The stamp of a further IMU's reading in exports: the middle of its interval.
+inline slam::Stamp middle(const slam::RigReading& imu) { return imu.begin + (imu.t - imu.begin) / 2; }
+
 /// Merges consecutive parts until they cover one period. After a gap in the readings it starts anew.
 class ImuMerger {
  public:
@@ -107,17 +110,23 @@ class McapWriter {
 
 namespace ros {
 
+/// Frames of the head camera (axes: x right, y down, z forward) and of the chest IMU.
+inline constexpr const char *kCameraFrame = "cam0_optical_frame", *kImuFrame = "imu";
+
 extern const MessageType kCompressedImage, kImage, kImu, kCameraInfo, kPoseStamped,
     kPoseWithCovarianceStamped, kTransforms, kPath, kPointCloud, kJointState, kWrench, kString;
 
 /// Messages are bytes; their stamps are recording::kEpoch later than t.
 std::string compressed_image(slam::Stamp t, const std::string& frame, std::string_view png);
-std::string image(slam::Stamp t, const std::string& frame, const cv::Mat& grey);
+/// The sensor_msgs/Image of 8-bit gray (mono8), RGB (rgb8) or depth in mm (16UC1).
+std::string image(slam::Stamp t, const std::string& frame, const cv::Mat& image);
 /// The sensor_msgs/Imu of a reading without orientation; variances are those of one reading.
 std::string imu(const ImuReading& reading, const std::string& frame, double gyro_variance,
                 double accelerometer_variance);
-/// The equidistant lens is stated; any other counts as no distortion.
-std::string camera_info(slam::Stamp t, const std::string& frame, const slam::CameraIntrinsics& camera);
+/// The equidistant lens is stated; any other counts as no distortion. right_m: distance of this camera to the
+/// right of the other one of a stereo pair, whose P[3] is -fu right_m.
+std::string camera_info(slam::Stamp t, const std::string& frame, const slam::CameraIntrinsics& camera,
+                        double right_m = 0);
 std::string pose_stamped(slam::Stamp t, const std::string& frame, const Eigen::Isometry3d& X);
 /// P: of (orientation in the camera's axes, position in the world's), as slam::Estimate; the message has the
 /// position first and the rotation about the world's axes.
@@ -142,6 +151,9 @@ struct CloudPoint {
 };
 /// Fields x, y, z (float32) and id (uint32).
 std::string point_cloud(slam::Stamp t, const std::string& frame, const std::vector<CloudPoint>& points);
+/// Fields x, y, z, intensity (float32) and t (uint32, ns since the stamp), as FAST-LIO, KISS-ICP and LIO-SAM
+/// read from Ouster's lidars.
+std::string point_cloud(slam::Stamp t, const std::string& frame, const std::vector<slam::LidarPoint>& points);
 /// Only positions, rad.
 std::string joint_state(slam::Stamp t, const std::vector<std::string>& names,
                         const std::vector<double>& positions);

@@ -42,11 +42,11 @@ const std::array<Channel, 6>& channels() {
       {{"/camera/image/compressed", ros::kCompressedImage,
         [](const Frame& f, const Setup&) {
           return f.image.empty() ? ""
-                                 : ros::compressed_image(f.t, "camera", recording::encode_grey_png(f.image));
+                                 : ros::compressed_image(f.t, ros::kCameraFrame, recording::encode_grey_png(f.image));
         }},
        {"/camera/camera_info", ros::kCameraInfo,
         [](const Frame& f, const Setup& setup) {
-          return f.image.empty() ? "" : ros::camera_info(f.t, "camera", setup.calibration.camera);
+          return f.image.empty() ? "" : ros::camera_info(f.t, ros::kCameraFrame, setup.calibration.camera);
         }},
        {"/imu", ros::kImu, nullptr},  // of all observations, not only of frames
        {"/ground_truth/pose", ros::kPoseStamped,
@@ -269,7 +269,7 @@ void Foxglove::send(const Frame& frame, const std::vector<exports::ImuReading>& 
   for (const auto& [subscription, channel] : client.subscriptions) {
     if (channel == kImu)
       for (const exports::ImuReading& reading : imu)
-        send_one(client, subscription, reading.t, ros::imu(reading, "imu", 0, 0));
+        send_one(client, subscription, reading.t, ros::imu(reading, ros::kImuFrame, 0, 0));
     else
       send_one(client, subscription, frame.t, channels()[channel - 1].payload(frame, setup_));
   }

@@ -130,7 +130,7 @@ function checkViewerTopics(read, check) {
   checkRobot(read.get("/robot_description"), read.get("/tf"));
   assert.equal(read.get("/tf_static").length, 1);
   const { header, child_frame_id: child, transform } = read.get("/tf_static")[0].transforms[0];
-  assert.deepEqual([header.frame_id, child], ["camera", "imu"]);
+  assert.deepEqual([header.frame_id, child], ["cam0_optical_frame", "imu"]);
   checkPose({ header, pose: { position: transform.translation, orientation: transform.rotation } }, rows("X_CG.csv")[0]);
   checkPath(read.get("/ground_truth/path"), "truth.csv");
   checkPath(read.get("/plan/path"), "plan.csv");
