@@ -122,9 +122,10 @@ cv::Mat ExportContext::exported(const cv::Mat& image, int sensor) const {
 
 recording::ImuNoise ExportContext::noise_of(const rig::RigSensor& imu) {
   const double root_period = 1 / std::sqrt(imu.rate_hz);
-  return {std::max(kLeastGyroWalk, imu.gyro_sigma_rad_s * root_period), kLeastGyroWalk,
+  return {std::max(kLeastGyroWalk, imu.gyro_sigma_rad_s * root_period),
+          std::max(kLeastGyroWalk, imu.gyro_bias_walk_rad_s2),
           std::max(kLeastAccelerometerWalk, imu.accelerometer_sigma_m_s2 * root_period),
-          kLeastAccelerometerWalk};
+          std::max(kLeastAccelerometerWalk, imu.accelerometer_bias_walk_m_s3)};
 }
 
 std::vector<files::TumRow> ExportContext::estimate() const {

@@ -26,7 +26,7 @@ all poses are those of this camera, at the stamps of the head camera. `settings.
 
 constexpr const char* kTumDepthReadme = R"(
 `depth/` has 16-bit depth along the optical axis for each pixel of `rgb/`; 0 is no depth. One unit is 1 mm: divide by 1000.
-TUM's own files have 5000 units per m, of which 16 bits end at 13.1 m. `associations.txt` pairs the images that are nearest in time.
+TUM's own files have 5000 units per m, so that 16 bits end at 13.1 m. `associations.txt` pairs the images that are nearest in time.
 
     ./Examples/RGB-D/rgbd_tum Vocabulary/ORBvoc.txt FOLDER/settings.yaml FOLDER FOLDER/associations.txt
     evo_ape tum FOLDER/groundtruth.txt CameraTrajectory.txt --align
@@ -92,8 +92,8 @@ used and no solver stops by the clock (`init_dyn_mle_max_time`); `track_frequenc
 image is left out.
 )";
 
-// T_imu_cam maps from the camera to the IMU, T_cn_cnm1 from the camera before. The stamps of the IMU are
-// later than those of the head camera, whose clock a camera may be ahead of.
+// T_imu_cam maps from the camera to the IMU, T_cn_cnm1 from the previous camera. timeshift_cam_imu: stamps of
+// the IMU minus those of the camera, whose clock may be ahead of the head camera's.
 std::string camera_chain(const ExportContext& out) {
   const Eigen::Isometry3d X_GC = out.setup.calibration.X_CG.inverse();
   const double imu_late_s = out.run.errors.motion.time_offset_s;
@@ -267,8 +267,7 @@ RgbdCameras rgbd_cameras(const ExportContext& out) {
   return cameras;
 }
 
-// Rows of an image and the depth image nearest in time, of which each is in one row, at most half a period
-// apart.
+// Pairs each image with the depth image nearest in time, at most half a period apart; none is used twice.
 std::string associations(const std::vector<slam::Stamp>& images, const std::vector<slam::Stamp>& depths,
                          double depth_rate_hz) {
   const double most_s = 0.5 / depth_rate_hz;

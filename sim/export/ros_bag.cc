@@ -116,8 +116,8 @@ std::string image_message(slam::Stamp t, const std::string& frame, const cv::Mat
                     : ros::image(t, frame, image);
 }
 
-// The distance of a camera to the right of the head camera; 0 if the two are no stereo pair: their images
-// would have to be rotated first.
+// The distance of a camera to the right of the head camera; 0 unless both look in the same direction, side by
+// side, so that their images are rectified.
 double right_of_head(const rig::RigSensor& camera) {
   const Eigen::Vector3d p = camera.X_CS.translation();
   const bool parallel = camera.X_CS.linear().isIdentity(1e-9) && std::hypot(p.y(), p.z()) < 1e-9;

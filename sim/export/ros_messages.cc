@@ -87,8 +87,7 @@ class Cdr {
 
 std::array<double, 9> diagonal(double x) { return {x, 0, 0, 0, x, 0, 0, 0, x}; }
 
-// A cloud whose points have four numbers or more of four bytes, all float32 except the last. add: appends one
-// point's.
+// Fields of four bytes, float32 except the last, which is uint32. add: appends the numbers of one point.
 template <class Point, class Add>
 std::string cloud(slam::Stamp t, const std::string& frame, const std::vector<const char*>& names,
                   const std::vector<Point>& points, const Add& add) {

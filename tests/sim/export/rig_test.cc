@@ -44,7 +44,7 @@ std::vector<rig::RigSensor> sensors(sensor_errors::Random& random) {
   all[kColor].camera = all[kDepth].camera = {40, 32, 30, 30, 19.5, 15.5, slam::OneParameterRadial{0}};
   all[kDepth].X_CS = all[kColor].X_CS;
   all[kDepth].aligned_with = "rgb0", all[kDepth].baseline_m = 0.05;
-  all[kDepth].nearest_m = all[kLidar].nearest_m = 0.1, all[kDepth].furthest_m = all[kLidar].furthest_m = 60;
+  all[kDepth].furthest_m = all[kLidar].furthest_m = 66;
   all[kLidar].rate_hz = 10, all[kImu].rate_hz = 100;
   all[kLidar].lowest_rad = -0.1, all[kLidar].highest_rad = 0.9;
   return all;
@@ -370,9 +370,10 @@ TEST_F(RigExport, McapHasEachSensorAsItsReadersExpectIt) {
   EXPECT_EQ(transforms.size(), 1 + frames.size()) << "and the chest IMU's";
   for (const json& transform : transforms) {
     EXPECT_EQ(transform["header"]["frame_id"], "cam0_optical_frame");
-    if (const auto frame = frames.find(transform["child_frame_id"]); frame != frames.end())
+    if (const auto frame = frames.find(transform["child_frame_id"]); frame != frames.end()) {
       EXPECT_EQ(transform["transform"]["translation"]["y"],
                 rig_[static_cast<std::size_t>(frame->second)].X_CS.translation().y());
+    }
   }
 }
 
