@@ -144,15 +144,37 @@ GeomMesh geom_mesh(const mjModel& model, int geom) {
   if (kind == Kind::ellipsoid) add_ellipsoid(mesh, size);
   if (kind == Kind::cylinder) add_cylinder(mesh, size.x(), size.y());
   if (kind == Kind::capsule) add_capsule(mesh, size.x(), size.y());
-  const int material = model.geom_matid[geom];
-  if (material < 0) return mesh;
+  if (model.geom_matid[geom] >= 0)
+    for (GeomMesh::Vertex& vertex : mesh.vertices) vertex.uv = picture_point(model, geom, vertex.p);
+  return mesh;
+}
+
+Vector2f picture_point(const mjModel& model, int geom, const Vector3f& p) {
+  const Vector3f size = Eigen::Map<const Eigen::Vector3d>(model.geom_size + 3 * geom).cast<float>();
+  const Kind kind = kind_of(model, geom);
   const bool is_round = kind == Kind::sphere || kind == Kind::cylinder || kind == Kind::capsule;
-  const Vector2f repeat = Eigen::Map<const Vector2f>(model.mat_texrepeat + 2 * material),
+  const Vector2f repeat = Eigen::Map<const Vector2f>(model.mat_texrepeat + 2 * model.geom_matid[geom]),
                  scale =
                      repeat.cwiseQuotient(is_round ? Vector2f::Constant(size.x()) : Vector2f(size.head<2>()));
-  for (GeomMesh::Vertex& vertex : mesh.vertices)
-    vertex.uv = {0.5f + 0.5f * scale.x() * vertex.p.x(), 0.5f - 0.5f * scale.y() * vertex.p.y()};
-  return mesh;
+  return {0.5f + 0.5f * scale.x() * p.x(), 0.5f - 0.5f * scale.y() * p.y()};
+}
+
+Eigen::Vector3d half_extents(const mjModel& model, int geom) {
+  const Eigen::Vector3d size = Eigen::Map<const Eigen::Vector3d>(model.geom_size + 3 * geom);
+  switch (kind_of(model, geom)) {
+    case Kind::plane:
+      return {size.x(), size.y(), 0};
+    case Kind::sphere:
+      return Eigen::Vector3d::Constant(size.x());
+    case Kind::cylinder:
+      return {size.x(), size.x(), size.y()};
+    case Kind::capsule:
+      return {size.x(), size.x(), size.x() + size.y()};
+    case Kind::box:
+    case Kind::ellipsoid:
+      break;
+  }
+  return size;
 }
 
 bool is_drawn(const mjModel& model, int geom, Robot robot) {

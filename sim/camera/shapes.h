@@ -33,6 +33,13 @@ struct GeomMesh {
 /// two faces of a box. Throws std::invalid_argument for meshes and height fields.
 GeomMesh geom_mesh(const mjModel& model, int geom);
 
+/// The point of a geom's picture at a point of its surface in its own axes, as GeomMesh::Vertex::uv. The geom
+/// must have a material.
+Eigen::Vector2f picture_point(const mjModel& model, int geom, const Eigen::Vector3f& p);
+
+/// Half the size of a geom along its own axes, m. Throws std::invalid_argument for meshes and height fields.
+Eigen::Vector3d half_extents(const mjModel& model, int geom);
+
 /// Parts of a robot to draw: the head camera does not see the head around it.
 enum class Robot { without_head, whole };
 

@@ -135,7 +135,7 @@ struct Lidar : Sensor {
   Lidar() { name = "lidar0"; }
   static void keys(auto&& key) {
     Sensor::keys(key);
-    number<&Lidar::rate_hz>(key, 0.1, 1000, "sweeps per second of simulated time");
+    number<&Lidar::rate_hz>(key, 0.5, 1000, "sweeps per second of simulated time");
     number<&Lidar::points_per_s>(key, 1, 5e6, "rays per second");
     degrees<&Lidar::lowest_rad>(key, -90, 90, "lowest ray, from the horizontal plane of the sensor");
     degrees<&Lidar::highest_rad>(key, -90, 90, "highest ray");

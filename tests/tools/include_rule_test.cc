@@ -29,7 +29,8 @@ const std::vector<Rule>& rules() {
       {"sim/trajectory_score/", "sim/trajectory_score/ sim/score/ sim/files/ Eigen/ fmt/ nlohmann/"},
       {"sim/rig/", "sim/rig/ slam/camera.h slam/options.h Eigen/ fmt/"},
       {"sim/sensor_errors/",
-       "sim/sensor_errors/ sim/rig/ slam/observation.h walking/keys.h Eigen/ opencv2/core fmt/"},
+       "sim/sensor_errors/ sim/rig/ slam/observation.h walking/keys.h Eigen/ opencv2/core "
+       "opencv2/imgproc fmt/"},
       {"sim/recording/",
        "sim/recording/ sim/rig/ sim/score/types.h sim/files/ sim/sensor_errors/ slam/camera.h "
        "slam/observation.h "
@@ -40,9 +41,9 @@ const std::vector<Rule>& rules() {
        "slam/options.h Eigen/ opencv2/core fmt/ libdeflate.h"},
       {"sim/physics/", "sim/physics/ sim/rig/ walking/ Eigen/ fmt/ mujoco/ unistd.h"},
       {"sim/camera/",
-       "sim/camera/ sim/physics/ sim/rig/ sim/room/ sim/score/types.h walking/ Eigen/ fmt/ mujoco/ GL/ "
-       "opencv2/core "
-       "opencv2/imgproc dlfcn.h"},
+       "sim/camera/ sim/physics/ sim/rig/ sim/room/ sim/score/types.h slam/observation.h walking/ Eigen/ "
+       "fmt/ "
+       "mujoco/ GL/ opencv2/core opencv2/imgproc dlfcn.h"},
       {"sim/room/", "sim/room/ opencv2/core opencv2/imgproc"},
       {"sim/estimators/",
        "sim/estimators/ sim/rig/ sim/files/hash.h slam/ Eigen/ opencv2/core fmt/ errno.h fcntl.h poll.h "
