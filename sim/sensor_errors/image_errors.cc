@@ -1,6 +1,7 @@
 #include "sim/sensor_errors/image_errors.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "sim/sensor_errors/random.h"
 
@@ -47,9 +48,11 @@ cv::Mat vignette(cv::Size size, double fraction) {
 
 }  // namespace
 
-ImageErrors::ImageErrors(const ImageOptions& sizes, std::uint64_t seed, const std::vector<Fault>& faults)
+ImageErrors::ImageErrors(const ImageOptions& sizes, std::uint64_t seed, const std::vector<Fault>& faults,
+                         std::string stream)
     : sizes_(sizes),
       seed_(seed),
+      stream_(std::move(stream)),
       dimmed_(faults_of<FramesDimmed>(faults)),
       covers_(faults_of<FramesCovered>(faults)) {
   const double read = sizes.read_sigma_grey, shot = sizes.shot_sigma_grey;
@@ -73,7 +76,7 @@ cv::Mat ImageErrors::apply(const cv::Mat& ideal, slam::Stamp t) {
   for (const FramesDimmed& dimmed : dimmed_)
     if (dimmed.holds(t)) exposure *= dimmed.factor;
   const std::int64_t exposed = std::lround(kUnitWeight * std::min(exposure, 1000.0));
-  Random random(seed_, "image noise", static_cast<std::uint64_t>(t.count()));
+  Random random(seed_, stream_, static_cast<std::uint64_t>(t.count()));
   cv::Mat out(image.size(), CV_8UC1);
   for (int row = 0; row < image.rows; ++row) {
     const unsigned char* from = image.ptr(row);

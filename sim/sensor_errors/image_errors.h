@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 
 #include "sim/sensor_errors/faults.h"
 
@@ -34,10 +35,11 @@ struct ImageOptions {
   }
 };
 
-/// Image = gain (light + noise) with noise² = read² + shot² light / 255, drawn by seed and stamp.
+/// Image = gain (light + noise) with noise² = read² + shot² light / 255, drawn by seed, stream and stamp.
 class ImageErrors {
  public:
-  ImageErrors(const ImageOptions& sizes, std::uint64_t seed, const std::vector<Fault>& faults);
+  ImageErrors(const ImageOptions& sizes, std::uint64_t seed, const std::vector<Fault>& faults,
+              std::string stream = "image noise");
 
   /// Returns a new image; `ideal` is CV_8UC1.
   cv::Mat apply(const cv::Mat& ideal, slam::Stamp t);
@@ -51,6 +53,7 @@ class ImageErrors {
   };
   ImageOptions sizes_;
   std::uint64_t seed_;
+  std::string stream_;
   std::vector<FramesDimmed> dimmed_;
   std::vector<FramesCovered> covers_;
   std::array<Response, 4096> responses_;

@@ -19,10 +19,11 @@ InertialErrors inertial_errors(const char* sensor, const InertialErrorSizes& siz
 
 }  // namespace
 
-SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed, std::vector<rig::RigSensor> rig)
+SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed,
+                           const std::vector<rig::RigSensor>& rig)
     : options_((walking::check_ranges(options, "errors"), options)),
       seed_(seed),
-      rig_(std::move(rig)),
+      rig_(rig, seed),
       gyro_(inertial_errors<GyroSpike, GyroSilent>(
           "gyro",
           {options.gyro.sigma_rad_s, options.gyro.bias_sigma_rad_s, options.gyro.bias_walk_sigma_rad_s2,
@@ -59,6 +60,7 @@ void SensorErrors::arrive(slam::Observation observation, std::vector<slam::Obser
 std::vector<slam::Observation> SensorErrors::process(slam::Observation o) {
   gyro_.apply(o.gyro);
   accelerometer_.apply(o.accelerometer);
+  rig_.apply(o.rig);
   o.image = delayed_image(received_image(o.image, o.t), o.t);
   if (o.plan && o.plan->legs) legs_.apply(*o.plan->legs, o.t);
   o.plan = plan_.apply(std::move(o.plan), o.t);

@@ -4,6 +4,7 @@
 #include "sim/rig/rig.h"
 #include "sim/sensor_errors/image_errors.h"
 #include "sim/sensor_errors/motion_errors.h"
+#include "sim/sensor_errors/rig_errors.h"
 
 namespace sim::sensor_errors {
 
@@ -102,7 +103,7 @@ class SensorErrors {
  public:
   /// Throws std::invalid_argument that names an option out of its range.
   /// rig: the further sensors of the observations.
-  SensorErrors(const ErrorOptions& options, std::uint64_t seed, std::vector<rig::RigSensor> rig = {});
+  SensorErrors(const ErrorOptions& options, std::uint64_t seed, const std::vector<rig::RigSensor>& rig = {});
 
   /// Returns what reaches the filter after this ideal observation, in order. Does not write to its pixels.
   std::vector<slam::Observation> process(slam::Observation ideal);
@@ -125,7 +126,7 @@ class SensorErrors {
   };
   ErrorOptions options_;
   std::uint64_t seed_;
-  std::vector<rig::RigSensor> rig_;
+  RigErrors rig_;
   InertialErrors gyro_, accelerometer_;
   ImageErrors image_;
   PlanErrors plan_;

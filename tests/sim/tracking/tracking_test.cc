@@ -139,6 +139,46 @@ TEST(EstimatorTime, ReadingsOfDroppedFramesComeWithTheNextOneEachOnce) {
     }
 }
 
+// An IMU, whose clock is ahead by more than a frame, and a lidar beside it.
+TEST(EstimatorTime, ReadingsOfFurtherImusOfDroppedFramesComeWithTheNextOneButNoSweeps) {
+  std::vector<rig::RigSensor> rig(2);
+  rig[0].name = "imu1", rig[0].kind = rig::Kind::imu, rig[0].time_offset_s = 0.05,
+  rig[0].rate_hz = 1000. / 11;
+  rig[1].name = "lidar0", rig[1].kind = rig::Kind::lidar, rig[1].furthest_m = 40;
+  for (const std::string fault : {"", "{frames_doubled: {from_s: 0, duration_s: 0.5}}"}) {
+    std::vector<slam::Observation> given;
+    Tracking tracking(
+        scenario({"estimator.time={model: fixed, frame_ms: 60}", "errors.faults=[" + fault + "]"}),
+        estimators::estimator_from([&](const slam::Observation& o) {
+          given.push_back(o);
+          return estimators::Answer{{o.t, Eigen::Isometry3d::Identity(), {}}, {}};
+        }),
+        rig);
+    for (int k = 1; k <= 9; ++k) {
+      slam::Observation o = observation(33 * k, 0);
+      for (int t = 33 * k - 33; t < 33 * k; t += 11) {
+        o.rig.emplace_back().t = std::chrono::milliseconds(t + 11);
+        o.rig.back().begin = std::chrono::milliseconds(t);
+      }
+      o.rig.emplace_back().sensor = 1;
+      o.rig.back().t = o.t;
+      tracking.process(o);
+    }
+    EXPECT_FALSE(tracking.finish().dropped.empty());
+    slam::Stamp end = std::chrono::milliseconds(50);
+    for (const slam::Observation& o : given) {
+      int sweeps = 0;
+      for (const slam::RigReading& reading : o.rig)
+        if (reading.sensor == 1)
+          ++sweeps, EXPECT_EQ(reading.t, o.t);
+        else
+          EXPECT_EQ(reading.begin, std::exchange(end, reading.t));
+      EXPECT_EQ(end, o.t + std::chrono::milliseconds(50)) << fault;
+      EXPECT_EQ(sweeps, 1);
+    }
+  }
+}
+
 TEST(Tracking, ARejectedObservationGivesNoNewEstimate) {
   const Tracked tracked =
       track("filter", {observation(0, 0), observation(33, 0), observation(33, 0), observation(20, 0)});
