@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "sim/sensor_errors/sensor_errors.h"
@@ -55,7 +56,9 @@ TEST(RigErrors, NoneLeaveTheReadingsAsTheyAreButForTheirClock) {
     EXPECT_EQ(found.accelerometer, given.accelerometer);
     EXPECT_NEAR(found.points[0].z_m, 3, 1e-6);
     EXPECT_EQ(found.points[0].offset_ns, 7);
-    if (rig::is_camera(ideal)) EXPECT_EQ(cv::norm(found.image, given.image, cv::NORM_INF), 0);
+    if (rig::is_camera(ideal)) {
+      EXPECT_EQ(cv::norm(found.image, given.image, cv::NORM_INF), 0);
+    }
   }
 }
 
@@ -101,7 +104,7 @@ TEST(RigErrors, DepthOutOfRangeIsNone) {
 
 TEST(RigErrors, DepthBesideAnOcclusionEdgeIsNone) {
   cv::Mat1w step = depth(3);
-  step.colRange(0, 100) = 2000;
+  step.colRange(0, 100).setTo(2000);
   for (const int reach : {0, 1, 3}) {
     rig::RigSensor camera = sensor("depth0", Kind::depth);
     camera.edge_px = reach;
@@ -116,11 +119,11 @@ TEST(RigErrors, SlantedSurfacesTheirCreasesAndMissingPixelsAreNoOcclusionEdges) 
   cv::Mat1w room(240, 320, 0);
   for (int row = 0; row < 240; ++row) {
     const double floor_m = row > 120 ? 1.3 * 200 / (row - 119.5) : 60;
-    room.row(row) = std::lround(1e3 * std::min(floor_m, 12.0));
+    room.row(row).setTo(std::round(1e3 * std::min(floor_m, 12.0)));
   }
-  room(cv::Rect(50, 50, 30, 100)) = 0;
+  room(cv::Rect(50, 50, 30, 100)).setTo(0);
   EXPECT_EQ(cv::countNonZero(beside_edges(room, 1)), 0);
-  room(cv::Rect(200, 100, 20, 100)) = 1000;  // a post in front of it
+  room(cv::Rect(200, 100, 20, 100)).setTo(1000);  // a post in front of it
   EXPECT_GT(cv::countNonZero(beside_edges(room, 1)), 2 * 2 * 90);
 }
 
@@ -165,7 +168,7 @@ TEST(RigErrors, ImuReadingsHaveWhiteNoiseAndOneBiasPerSeed) {
   imu.gyro_bias_sigma_rad_s = 0.5, imu.accelerometer_bias_sigma_m_s2 = 3;
   constexpr int n = 10'000;
   double bias_square = 0;
-  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8}) {
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     std::vector<slam::RigReading> readings(n);
     for (int i = 0; i < n; ++i) readings[std::size_t(i)].begin = Stamp(5'000'000ll * i);
     for (int i = 0; i < n; ++i) readings[std::size_t(i)].t = Stamp(5'000'000ll * (i + 1));

@@ -168,11 +168,11 @@ TEST(EstimatorTime, ReadingsOfFurtherImusOfDroppedFramesComeWithTheNextOneButNoS
     slam::Stamp end = std::chrono::milliseconds(50);
     for (const slam::Observation& o : given) {
       int sweeps = 0;
-      for (const slam::RigReading& reading : o.rig)
-        if (reading.sensor == 1)
-          ++sweeps, EXPECT_EQ(reading.t, o.t);
-        else
-          EXPECT_EQ(reading.begin, std::exchange(end, reading.t));
+      for (const slam::RigReading& reading : o.rig) {
+        sweeps += reading.sensor == 1;
+        const slam::Stamp expected = reading.sensor == 1 ? o.t : std::exchange(end, reading.t);
+        EXPECT_EQ(reading.sensor == 1 ? reading.t : reading.begin, expected);
+      }
       EXPECT_EQ(end, o.t + std::chrono::milliseconds(50)) << fault;
       EXPECT_EQ(sweeps, 1);
     }
