@@ -60,32 +60,66 @@ TEST_F(ExternalEstimator, ATimeModelIsReportedAndAMeasuredOneIsNotRepeatable) {
   EXPECT_FALSE(json_in("out/score.json")["estimator_time"]["repeatable"]);
 }
 
-// The bound is a twentieth of the path, chosen before the first try; one that stands still misses it by far.
-TEST_F(LongExternalEstimator, VisualOdometryFindsItsWayByItsImagesAlone) {
-  fs::create_directory_symlink(std::string(GAITSLAM_SOURCE_DIR) + "/sim", folder_ / "sim");
-  fs::create_directory_symlink(std::string(GAITSLAM_SOURCE_DIR) + "/tools", folder_ / "tools");
-  shell("eval \"$(sed -n 's|^// *c++ |c++ |p' tools/examples/visual_odometry.cc)\"").ends(0);
-  write("line.yaml",
-        "walk: {commands: [{stand: {duration_s: 0.5}}, {straight: {forward_m: 1, left_m: 0}}]}\ncamera: "
-        "{}\nslam: {}\n");
-  ASSERT_EQ(gaitslam("run line.yaml --out line").exit_code, 0);
-  const auto of_replay = [&](const char* name) {
+/// Programs of tools/examples, and a straight walk of 1 m. The bound is a twentieth of the path, chosen
+/// before the first try; one that stands still misses it by far.
+class LongExampleEstimator : public LongExternalEstimator {
+ protected:
+  LongExampleEstimator() {
+    fs::create_directory_symlink(std::string(GAITSLAM_SOURCE_DIR) + "/sim", folder_ / "sim");
+    fs::create_directory_symlink(std::string(GAITSLAM_SOURCE_DIR) + "/tools", folder_ / "tools");
+    write("line.yaml",
+          "walk: {commands: [{stand: {duration_s: 0.5}}, {straight: {forward_m: 1, left_m: 0}}]}\ncamera: "
+          "{}\nslam: {}\n");
+  }
+  /// Compiles tools/examples/NAME.cc by its own first lines.
+  void compile(const std::string& name) const {
+    shell("eval \"$(sed -n 's|^// *c++ |c++ |p' tools/examples/" + name + ".cc)\"").ends(0);
+  }
+  double of_out(const char* name) const {
     const double value = metric(folder_ / "out", name);
     return std::isnan(value) ? HUGE_VAL : value;
-  };
+  }
+};
+
+TEST_F(LongExampleEstimator, VisualOdometryFindsItsWayByItsImagesAlone) {
+  compile("visual_odometry");
+  ASSERT_EQ(gaitslam("run line.yaml --out line").exit_code, 0);
   const auto ate_m = [&](const std::string& estimator, const std::string& more = "") {
     ok("replay line/seed-1 --out out --force \"estimator={program: " + estimator + "}\" " + more);
-    return of_replay("ate_sim3_rmse_m");
+    return of_out("ate_sim3_rmse_m");
   };
-  const double seen_m = ate_m("./visual_odometry"), bound_m = of_replay("path_length_m") / 20;
+  const double seen_m = ate_m("./visual_odometry"), bound_m = of_out("path_length_m") / 20;
   EXPECT_LT(seen_m, bound_m);
-  EXPECT_LT(std::abs(of_replay("scale_error_percent")), 25);
-  EXPECT_GT(of_replay("tracked_fraction"), 0.95);
+  EXPECT_LT(std::abs(of_out("scale_error_percent")), 25);
+  EXPECT_GT(of_out("tracked_fraction"), 0.95);
   EXPECT_GT(text_of("out/map.csv").size(), 2000u);
   EXPECT_GT(ate_m("./visual_odometry", "'errors.faults=[{frames_frozen: {from_s: 4.5, duration_s: 100}}]'"),
             2 * bound_m)
       << "it does not follow its images";
   EXPECT_GT(ate_m(fmt::format("['{}', nothing]", GAITSLAM_MISBEHAVING)), 2 * bound_m);
+}
+
+// None of them uses the plan, so that the scale is that of the sensor.
+TEST_F(LongExampleEstimator, StereoDepthAndLidarFindTheirWayWithItsScale) {
+  compile("visual_odometry");
+  compile("lidar_odometry");
+  for (const char* estimator : {"./visual_odometry, options: {depth: stereo}",
+                                "./visual_odometry, options: {depth: camera}", "./lidar_odometry"}) {
+    shell("rm -rf run out");
+    gaitslam(std::string("run line.yaml --out run rig=d435i_mid360 'estimator={program: ") + estimator +
+             "}' && mv run/seed-1 out");
+    EXPECT_LT(of_out("ate_se3_rmse_m"), of_out("path_length_m") / 20) << estimator;
+    EXPECT_LT(std::abs(of_out("scale_error_percent")), 5) << estimator;
+    EXPECT_GT(of_out("tracked_fraction"), 0.95) << estimator;
+  }
+}
+
+TEST_F(ExternalEstimator, OneOfVersion2IsRefusedBeforeAWalkWithFurtherSensors) {
+  write("walk.yaml", kShortWalk);
+  const std::string program =
+      fmt::format(" \"estimator={{program: ['{}', version_2, 0]}}\"", GAITSLAM_MISBEHAVING);
+  expect_refused("run walk.yaml --out h rig=d435i" + program, "speaks version 2 of gaitslam_estimator.h");
+  EXPECT_EQ(gaitslam("replay r/seed-1 --out h" + program).exit_code, 0);
 }
 
 /// A shell script that writes its process id, starts another process, waits and never answers.

@@ -32,7 +32,7 @@ constexpr int kFewestPoints = 20, kMostPoints = 500;  // of a plane
 constexpr double kThickness_m = 0.06;                 // standard deviation across a plane, at most
 constexpr double kFar_m = 0.3;                        // from a plane: not on it
 constexpr double kResidual_m = 0.03;                  // scale of the robust weight
-constexpr std::size_t kUsed = 4000;                   // points of a sweep
+constexpr std::size_t kUsed = 4000;                   // points of a sweep for its alignment
 constexpr std::size_t kFewestOnPlanes = 200;
 constexpr int64_t kRemembered_ns = 1000000000;
 
@@ -216,7 +216,7 @@ class LidarOdometry {
       v_W_ = (middle_W - middle_W_) / (1e-9 * static_cast<double>(middle_ns - middle_ns_));
     middle_W_ = middle_W;
     middle_ns_ = middle_ns;
-    map_.add(used, X_WL_);
+    map_.add(straight, X_WL_);
   }
 
   const Isometry3d X_CL_;

@@ -1,11 +1,9 @@
 // Visual odometry with OpenCV: corners, optical flow, and the pose with the least residuals. The option
-// `depth` says how the depth of a corner is found:
-//   depth=motion  (the default) triangulated from several frames of the head's gray camera. The walking plan
-//   sets
-//                 the scale: the camera follows it until the first points have depths, and it predicts each
-//                 pose.
-//   depth=stereo  triangulated with the second gray camera of the rig, without the plan
-//   depth=camera  read from a depth camera that is aligned with the head's gray camera, without the plan
+// `depth` sets the source of a corner's depth:
+// depth=motion (the default): triangulated from several frames of the head's gray camera. The walking plan
+// sets the scale: the camera follows it until the first points have depths, and it predicts each pose.
+// depth=stereo: triangulated with the second gray camera of the rig, without the plan.
+// depth=camera: read from a depth camera that is aligned with the head's gray camera, without the plan.
 //
 // clang-format off
 //     c++ -std=c++17 -O2 -DGAITSLAM_ESTIMATOR_MAIN -I sim/estimators -I /usr/include/opencv4 -o visual_odometry tools/examples/visual_odometry.cc -lopencv_video -lopencv_calib3d -lopencv_imgproc -lopencv_core
