@@ -102,7 +102,7 @@ inline const std::string kMotionSensor = "mav0/state_groundtruth_estimate0/senso
 inline const std::string kMotionRows = "mav0/state_groundtruth_estimate0/data.csv";
 inline const std::string kFrames = "frames.csv";
 
-/// Of sensors of the body and of the rig.
+/// Names of the files of a sensor of the body or the rig.
 inline std::string sensor_file(const std::string& sensor) { return "mav0/" + sensor + "/sensor.yaml"; }
 inline std::string sensor_rows(const std::string& sensor) { return "mav0/" + sensor + "/data.csv"; }
 inline std::string body_sensor_rows(const std::string& sensor) { return sensor_rows(sensor); }
@@ -110,7 +110,7 @@ inline std::string sensor_data(const std::string& sensor) { return "mav0/" + sen
 
 inline const std::string kStampColumn = "#timestamp [ns]";
 inline const std::string kCameraHeader = kStampColumn + ",filename";
-/// Of the rig's cameras and lidars: the last column is the stamp of the observation that has the reading.
+/// The rig's cameras and lidars; last column: stamp of the observation that has the reading.
 inline const std::string kRigHeader = kCameraHeader + ",frame [ns]";
 inline const std::string kImuHeader = kStampColumn +
                                       ",w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1]"

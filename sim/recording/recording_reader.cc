@@ -63,7 +63,7 @@ std::vector<score::Surface> read_surfaces(const Manifest& manifest) {
   return surfaces;
 }
 
-// The file of an IMU, whose successive readings adjoin.
+// The file of an IMU. Its successive readings adjoin.
 class ImuReader {
  public:
   /// begin: start of the first interval, as sensor_yaml states it; known only if there are readings.

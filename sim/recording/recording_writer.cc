@@ -49,7 +49,7 @@ struct Rows {
   std::optional<slam::Stamp> last;
 };
 
-// The file of an IMU, whose successive readings adjoin.
+// The file of an IMU. Its successive readings adjoin.
 struct ImuRows : Rows {
   ImuRows(const fs::path& folder, const std::string& name_) : Rows(folder, name_, kImuHeader) {}
   /// (after, until]: the time of the observation that has the reading.

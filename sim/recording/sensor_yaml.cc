@@ -315,7 +315,7 @@ std::vector<std::string> read_body_yaml(const std::filesystem::path& file, const
 
 ReadRigSensor read_rig_sensor_yaml(const std::filesystem::path& file, const std::string& text,
                                    const std::string& name) {
-  constexpr double kLargest = 1e6;  // of any number but rates, which have limits of their own
+  constexpr double kLargest = 1e6;  // rates have their own limits
   const Yaml yaml(file, text);
   ReadRigSensor read;
   rig::RigSensor& sensor = read.sensor;
