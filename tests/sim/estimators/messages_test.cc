@@ -90,11 +90,12 @@ TEST(Messages, TheListsOfSensorsAreWhereTheReadmeSaysTheyAre) {
     const std::size_t camera = kCameras + i * 360;
     names += std::string(payload.data() + camera) + " ";
     const bool is_color = i == 2;
-    expect_words(payload, {{camera + 48, i < 2 ? 0U : static_cast<unsigned>(i) - 1},
-                           {camera + 52, i == 3 ? 0U : static_cast<unsigned>(i)},  // depth: of cam0
-                           {camera + 56, is_color ? 640 : 320},
-                           {camera + 64, GAITSLAM_LENS_ONE_PARAMETER_RADIAL},
-                           {camera + 136, GAITSLAM_LENS_EQUIDISTANT}});
+    expect_words(payload,
+                 {{camera + 48, i < 2 ? 0U : static_cast<unsigned>(i) - 1},
+                  {camera + 52, i == 3 ? 0U : static_cast<unsigned>(i)},  // depth: of cam0
+                  {camera + 56, is_color ? static_cast<unsigned>(start.rig[1].camera.width_px) : 320},
+                  {camera + 64, GAITSLAM_LENS_ONE_PARAMETER_RADIAL},
+                  {camera + 136, GAITSLAM_LENS_EQUIDISTANT}});
     EXPECT_GT(at<double>(payload, camera + 216), at<double>(payload, camera + 208))
         << "largest and rms error";
     EXPECT_LT(at<double>(payload, camera + 216), 0.2);
@@ -105,7 +106,7 @@ TEST(Messages, TheListsOfSensorsAreWhereTheReadmeSaysTheyAre) {
                            {kCameras + 320, 30},
                            {kCameras + 328, 0.01},
                            {kCameras + 360 + 296, 0.05},  // baseline
-                           {kCameras + 2 * 360 + 328, 0.016},
+                           {kCameras + 2 * 360 + 328, start.rig[1].readout_s},
                            {kCameras + 3 * 360 + 344, 0.3},
                            {kCameras + 3 * 360 + 352, 10},
                            {kImus + 48 + 88, -0.4},

@@ -127,8 +127,8 @@ void* gaitslam_estimator_create(const gaitslam_start* given, const gaitslam_sens
   uint32_t i;
   next_message(), misbehave();
   for (i = 0; i < sensors->counts.cameras && strcmp(planned_behavior, "describes") == 0; ++i)
-    printf("%s of %s, %g px\n", sensors->cameras[i].name,
-           sensors->cameras[sensors->cameras[i].aligned_with].name, sensors->cameras[i].lens.focal_px[0]);
+    printf("%s of %s, %u px\n", sensors->cameras[i].name,
+           sensors->cameras[sensors->cameras[i].aligned_with].name, sensors->cameras[i].width_px);
   start = *given;
   return &start;
 }

@@ -197,7 +197,7 @@ TEST(Program, OneMadeByTheHeaderReceivesAllSensorsAlsoThoseOfADroppedFrame) {
   const Tracked tracked = tracking.finish();
   EXPECT_FALSE(tracked.failed) << *tracked.failed;
   EXPECT_EQ(tracked.log,
-            "cam0 of cam0, 197 px\ncam1 of cam1, 197 px\nrgb0 of rgb0, 465.603 px\ndepth0 of cam0, 197 px\n"
+            "cam0 of cam0, 320 px\ncam1 of cam1, 320 px\nrgb0 of rgb0, 424 px\ndepth0 of cam0, 320 px\n"
             "camera 0: 2\ncamera 1: 20\ncamera 2: 21\ncamera 3: 22\nlidar 0: 2\nimu 1: 1\nimu 1: 2\n");
 }
 
