@@ -185,12 +185,18 @@ deviation of a 5 ms reading times the square root of 5 ms. The random walks of t
 and {} m/s^3/sqrt(Hz); where the biases are constant, these are {} and {}, because programs divide by them.
 Camera axes: x right, y down, z forward. World: z up, origin under the start. The body frame is the chest IMU.
 The stamps of the IMU are {} s later than those of the camera.
-
+{}
 {})";
-  write("README.md", fmt::format(kReadme, run.name, run.seed, text, recording::kEpoch.count() / 1'000'000'000,
-                                 setup.imu_rate_hz, noise.gyro_density, noise.accelerometer_density,
-                                 noise.gyro_walk, noise.accelerometer_walk, kLeastGyroWalk,
-                                 kLeastAccelerometerWalk, run.errors.motion.time_offset_s, lens_text()));
+  std::string offsets;
+  for (const rig::RigSensor& sensor : setup.rig)
+    if (sensor.time_offset_s != 0)
+      offsets += fmt::format("The stamps of `{}` are {} s ahead of those of the head camera.\n", sensor.name,
+                             sensor.time_offset_s);
+  write("README.md",
+        fmt::format(kReadme, run.name, run.seed, text, recording::kEpoch.count() / 1'000'000'000,
+                    setup.imu_rate_hz, noise.gyro_density, noise.accelerometer_density, noise.gyro_walk,
+                    noise.accelerometer_walk, kLeastGyroWalk, kLeastAccelerometerWalk,
+                    run.errors.motion.time_offset_s, offsets, lens_text()));
 }
 
 std::string written_seconds(slam::Stamp t) {
