@@ -71,6 +71,39 @@ TEST_F(RunTest, ReplayGivesTheLiveResultBitForBitAndAnotherGyroAnotherOne) {
   EXPECT_EQ(file("live", "truth.tum"), file("noisy", "truth.tum"));
 }
 
+// Readings of all kinds, at rates of their own, are recorded and read back; the filter uses none of them.
+TEST_F(RunTest, ARigIsRecordedWithTheSameBytesHoweverItIsDrawnAndChangesNoEstimate) {
+  constexpr const char* kRig =
+      "walk: {commands: [{stand: {duration_s: 0.5}}, {tangent_arc: {angle_deg: 10}}]}\n"
+      "camera: {width_px: 160, height_px: 120}\nslam: {}\n"
+      "rig: [{grey: {}}, {color: {width_px: 96, height_px: 64, rate_hz: 7, readout_s: 0.02}}, {depth: {}},\n"
+      "  {depth: {name: depth1, aligned_with: rgb0}}, {imu: {rate_hz: 500}}, {lidar: {points_per_s: "
+      "2000}}]\n";
+  ASSERT_EQ(run("one", read(kRig)).ending, Ending::completed);
+  ASSERT_EQ(run("two", read(kRig), 2).ending, Ending::completed) << "drawn beside the walk";
+  EXPECT_THAT(tests::differences(folder_ / "one", folder_ / "two"), IsEmpty());
+  ASSERT_EQ(replay("one", "replay", read(kRig)).ending, Ending::completed);
+  EXPECT_THAT(changed_by_replay("one", "replay"), IsEmpty());
+  ASSERT_EQ(run("alone", read(kRig, {"rig=[]"})).ending, Ending::completed);
+  for (const char* name : {"estimate.tum", "truth.tum", "map.csv"})
+    EXPECT_EQ(file("one", name), file("alone", name)) << name;
+  sim::recording::RecordingReader reader(folder_ / "one" / "recording");
+  const double end_s =
+      slam::seconds(sim::recording::read_truth(folder_ / "one" / "recording").camera.back().t);
+  std::vector<int> readings(6);
+  slam::Stamp last_imu{0};
+  while (const auto observation = reader.next())
+    for (const slam::RigReading& reading : observation->rig) {
+      ++readings.at(std::size_t(reading.sensor));
+      EXPECT_LE(reading.t, observation->t);
+      if (reading.sensor != 4) continue;
+      EXPECT_EQ(reading.begin, last_imu) << "readings adjoin";
+      last_imu = reading.t;
+    }
+  const std::vector<double> rates{30, 7, 30, 7, 500, 10};
+  for (std::size_t i = 0; i < rates.size(); ++i) EXPECT_NEAR(readings[i], rates[i] * end_s, 2) << i;
+}
+
 // By its plan without leg odometry, too.
 TEST_F(RunTest, At640By480AWalkPassesItsCheckAndIsReplayedBitForBit) {
   constexpr const char* kLarge =
