@@ -8,6 +8,21 @@ namespace slam {
 namespace {
 
 constexpr int kSpareParameters = 96;
+constexpr int kPanel = 12;  // columns solved one by one; those before them count together
+
+/// W ← WL⁻ᵀ. Eigen's solver is several times slower on so many rows and so few columns.
+template <class Lower>
+void solve_transposed(const Lower& L, Eigen::Ref<Eigen::MatrixXd> W) {
+  for (Eigen::Index begin = 0; begin < W.cols(); begin += kPanel) {
+    const Eigen::Index end = std::min(begin + kPanel, W.cols()), width = end - begin;
+    if (begin > 0)
+      W.middleCols(begin, width).noalias() -= W.leftCols(begin) * L.block(begin, 0, width, begin).transpose();
+    for (Eigen::Index j = begin; j < end; ++j) {
+      for (Eigen::Index k = begin; k < j; ++k) W.col(j) -= L(j, k) * W.col(k);
+      W.col(j) *= 1 / L(j, j);
+    }
+  }
+}
 
 }  // namespace
 
@@ -80,7 +95,7 @@ bool Kalman::update(const StackedMeasurement& stacked) {
   reserve_workspace(W_, size, stacked.rows);
   auto W = W_.topLeftCorner(size, stacked.rows);
   W = stacked.PHt();
-  whitening_.L().transpose().triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(W);  // PHᵀL⁻ᵀ
+  solve_transposed(whitening_.L(), W);  // PHᵀL⁻ᵀ
   state_.storage_x.head(size).noalias() += W * whitening_.innovation();
   state_.storage_P.topLeftCorner(size, size).selfadjointView<Eigen::Lower>().rankUpdate(W, -1);
   update_sensitivity(stacked);
@@ -215,12 +230,15 @@ bool Kalman::is_valid(int count) {
   constexpr double kRounding = 1e-9;
   const auto variances = state_.storage_P.diagonal().head(state_.size);
   if (!state_.x().allFinite() || !variances.allFinite() || variances.minCoeff() < -1e-12) return false;
-  reserve_workspace(scaled_, count, count);
+  reserve_workspace(scaled_, count, count + 1);
   auto C = scaled_.topLeftCorner(count, count);
-  const auto scale = [&](int i) { return variances(i) > 0 ? 1 / std::sqrt(variances(i)) : 0; };
+  auto scales = scaled_.col(count).head(count);
+  for (int i = 0; i < count; ++i) scales(i) = variances(i) > 0 ? 1 / std::sqrt(variances(i)) : 0;
   for (int column = 0; column < count; ++column) {
-    for (int row = column + 1; row < count; ++row)
-      C(row, column) = state_.storage_P(row, column) * scale(row) * scale(column);
+    const int below = count - column - 1;
+    C.col(column).tail(below) =
+        state_.storage_P.col(column).segment(column + 1, below).cwiseProduct(scales.tail(below)) *
+        scales(column);
     C(column, column) = 1 + kRounding;
   }
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(C);

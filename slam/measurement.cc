@@ -17,7 +17,18 @@ void add_landmark_part(const State& state, const Measurement& m, Eigen::Ref<Eige
   const int at = m.landmark_at, count = static_cast<int>(m.H_landmark.cols());
   if (count == 0) return;
   const int below = state.size - at - count;
-  PHt.topRows(at) += P.block(at, 0, count, at).transpose().lazyProduct(m.H_landmark.transpose());
+  const auto add_above = [&](const auto& columns) {  // of a fixed number of rows
+    for (int row = 0; row < m.rows; ++row)
+      for (int i = 0; i < at; ++i) {
+        double sum = columns(0, i) * m.H_landmark(row, 0);
+        for (Eigen::Index k = 1; k < columns.rows(); ++k) sum += columns(k, i) * m.H_landmark(row, k);
+        PHt(i, row) += sum;
+      }
+  };
+  if (count == 3)
+    add_above(P.middleRows<3>(at));
+  else
+    add_above(P.middleRows(at, count));
   const Measurement::Small<6, 3> own =
       P.block(at, at, count, count).selfadjointView<Eigen::Lower>() * m.H_landmark.transpose();
   PHt.middleRows(at, count) += own;
@@ -155,23 +166,33 @@ void scale_noise(StackedMeasurement& stacked, const std::vector<Measurement>& me
   }
 }
 
-void select(const StackedMeasurement& stacked, const std::vector<std::size_t>& indices,
-            StackedMeasurement& selected) {
+void select_innovation(const StackedMeasurement& stacked, const std::vector<std::size_t>& indices,
+                       StackedMeasurement& selected) {
   selected.first_row.assign(1, 0);
   for (const std::size_t i : indices)
     selected.first_row.push_back(selected.first_row.back() + stacked.first_row[i + 1] - stacked.first_row[i]);
-  selected.resize(stacked.size, selected.first_row.back());
+  selected.resize(0, selected.first_row.back());
   for (std::size_t k = 0; k < indices.size(); ++k) {
     const int from = stacked.first_row[indices[k]], to = selected.first_row[k];
     const int rows = selected.first_row[k + 1] - to;
     selected.innovation().segment(to, rows) = stacked.innovation().segment(from, rows);
-    selected.sensitivity().middleRows(to, rows) = stacked.sensitivity().middleRows(from, rows);
-    selected.PHt().middleCols(to, rows) = stacked.PHt().middleCols(from, rows);
     for (std::size_t l = 0; l < indices.size(); ++l) {
       const int column = stacked.first_row[indices[l]], count = stacked.first_row[indices[l] + 1] - column;
       selected.S().block(to, selected.first_row[l], rows, count) =
           stacked.S().block(from, column, rows, count);
     }
+  }
+}
+
+void select(const StackedMeasurement& stacked, const std::vector<std::size_t>& indices,
+            StackedMeasurement& selected) {
+  select_innovation(stacked, indices, selected);
+  selected.resize(stacked.size, selected.rows);
+  for (std::size_t k = 0; k < indices.size(); ++k) {
+    const int from = stacked.first_row[indices[k]], to = selected.first_row[k];
+    const int rows = selected.first_row[k + 1] - to;
+    selected.sensitivity().middleRows(to, rows) = stacked.sensitivity().middleRows(from, rows);
+    selected.PHt().middleCols(to, rows) = stacked.PHt().middleCols(from, rows);
   }
 }
 

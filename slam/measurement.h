@@ -76,6 +76,9 @@ void scale_noise(StackedMeasurement& stacked, const std::vector<Measurement>& me
 /// Fills `selected` with the measurements of the given indices, which rise.
 void select(const StackedMeasurement& stacked, const std::vector<std::size_t>& indices,
             StackedMeasurement& selected);
+/// The same, but only the innovation and S.
+void select_innovation(const StackedMeasurement& stacked, const std::vector<std::size_t>& indices,
+                       StackedMeasurement& selected);
 
 /// The Cholesky factor L of S = LLᵀ and the whitened innovation L⁻¹ν of stacked measurements.
 class Whitening {

@@ -61,9 +61,8 @@ cv::Rect random_box(const cv::Mat& image, int visible, std::mt19937_64& random) 
   return {x, y, width, height};
 }
 
-}  // namespace
-
-std::optional<Candidate> predict_landmark(const Kalman& kalman, const Landmark& landmark,
+/// predict_landmark without S.
+std::optional<Candidate> project_landmark(const Kalman& kalman, const Landmark& landmark,
                                           const LandmarkKind& kind, const Camera& camera, double sigma_px) {
   const State& state = kalman.state();
   const Parameters y = landmark.parameters(state);
@@ -84,7 +83,16 @@ std::optional<Candidate> predict_landmark(const Kalman& kalman, const Landmark& 
   const double sigma = camera.sigma(projection->pixel, sigma_px);
   m.R.diagonal().setConstant(sigma * sigma);
   kalman.constrain(m);
-  return Candidate{0, projection->pixel, m, innovation_covariance(state, m), *change};
+  return Candidate{0, projection->pixel, m, Eigen::Matrix2d::Zero(), *change};
+}
+
+}  // namespace
+
+std::optional<Candidate> predict_landmark(const Kalman& kalman, const Landmark& landmark,
+                                          const LandmarkKind& kind, const Camera& camera, double sigma_px) {
+  auto candidate = project_landmark(kalman, landmark, kind, camera, sigma_px);
+  if (candidate) candidate->S = innovation_covariance(kalman.state(), candidate->measurement);
+  return candidate;
 }
 
 void predict_view(const Kalman& kalman, const std::vector<Landmark>& landmarks, const Camera& camera,
@@ -92,7 +100,7 @@ void predict_view(const Kalman& kalman, const std::vector<Landmark>& landmarks, 
   candidates.clear();
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     if (std::holds_alternative<SemiInfiniteLine>(landmarks[i].kind)) continue;
-    auto candidate = predict_landmark(kalman, landmarks[i], landmarks[i].kind, camera, sigma_px);
+    auto candidate = project_landmark(kalman, landmarks[i], landmarks[i].kind, camera, sigma_px);
     if (!candidate) continue;
     candidate->index = i;
     candidates.push_back(*candidate);

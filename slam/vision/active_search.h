@@ -23,13 +23,16 @@ std::optional<Candidate> predict_landmark(const Kalman& kalman, const Landmark& 
                                           const LandmarkKind& kind, const Camera& camera, double sigma_px);
 
 /// Fills `candidates` with the landmarks that should be visible: in front of the camera, inside the image, at
-/// half to twice their first size, and not seen too obliquely. Landmarks that are still lines are left out.
+/// half to twice their first size, and not seen too obliquely. Landmarks that are still lines are left out. S
+/// is left to the caller, who may add match biases first.
 void predict_view(const Kalman& kalman, const std::vector<Landmark>& landmarks, const Camera& camera,
                   double sigma_px, std::vector<Candidate>& candidates);
 inline std::vector<Candidate> predict_view(const Kalman& kalman, const std::vector<Landmark>& landmarks,
                                            const Camera& camera, double sigma_px) {
   std::vector<Candidate> candidates;
   predict_view(kalman, landmarks, camera, sigma_px, candidates);
+  for (Candidate& candidate : candidates)
+    candidate.S = innovation_covariance(kalman.state(), candidate.measurement);
   return candidates;
 }
 

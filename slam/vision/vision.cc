@@ -60,7 +60,6 @@ void predict_bias(int at, const State& state, double gain, double variance, Cand
     m.R.diagonal().array() += gain * gain * variance;
   else
     candidate.pixel += gain * state.storage_x.segment<2>(at);
-  candidate.S = innovation_covariance(state, m);
 }
 
 constexpr int kSparePlaces = 6;  // of landmarks in view that are not measured in this frame
@@ -73,7 +72,7 @@ int index_of_place(std::size_t place) { return kRobot + 2 * static_cast<int>(pla
 
 /// Adds to best_ the matches that pass the gate conditional on all of best_.
 void Consensus::rescue(const StackedMeasurement& matches, double gate) {
-  select(matches, best_, inliers_);
+  select_innovation(matches, best_, inliers_);
   whitening_.compute(inliers_);
   reserve_workspace(cross_, inliers_.rows, 2);
   auto cross = cross_.leftCols<2>().topRows(inliers_.rows);
@@ -163,10 +162,12 @@ void MatchBiases::clear(Kalman& kalman) {
 void Vision::search(const cv::Mat& image, const std::vector<Landmark>& landmarks, std::optional<Stamp> before,
                     Kalman& kalman) {
   predict_view(kalman, landmarks, camera_, options_.sigma_px, candidates_);
-  if (options_.match_bias_sigma_px > 0)
-    for (Candidate& candidate : candidates_)
+  for (Candidate& candidate : candidates_) {
+    if (options_.match_bias_sigma_px > 0)
       predict_bias(biases_.at(landmarks[candidate.index].id), kalman.state(),
                    camera_.sigma(candidate.pixel, 1), biases_.variance(), candidate);
+    candidate.S = innovation_covariance(kalman.state(), candidate.measurement);
+  }
   result_.visible.clear();
   result_.visible_indices.clear();
   for (const Candidate& candidate : candidates_) {
@@ -204,7 +205,7 @@ void Vision::find_inliers(const State& state) {
   std::iota(inliers_.begin(), inliers_.end(), std::size_t{0});
   if (matches_.measurements.empty()) return;
   stack(state, matches_.measurements, stacked_);
-  gated_ = stacked_;
+  select_innovation(stacked_, inliers_, gated_);
   if (!options_.consensus) return;
   scale_noise(gated_, matches_.measurements, options_.gate_sigma_px / options_.sigma_px);
   inliers_ = consensus_.largest(gated_, kGate);
@@ -253,7 +254,7 @@ const VisionResult& Vision::update(const cv::Mat& image, const std::vector<Landm
     whitening_.compute(selected_);
     return whitening_.nis();
   };
-  select(gated_, inliers_, selected_);
+  select_innovation(gated_, inliers_, selected_);
   result_.gate = nis_of_selected();
   select(stacked_, inliers_, selected_);
   result_.update = nis_of_selected();
