@@ -17,7 +17,7 @@ using scenario::fail;
 using scenario::Yaml;
 using std::string_view_literals::operator""sv;
 
-constexpr std::array kObjectives{"pose_nll"sv, "rmse_m"sv};
+constexpr std::array kObjectives{"pose_nll"sv, "innovation_nll"sv, "rmse_m"sv};
 
 void require_tunable(const Yaml& at, const std::string& key) {
   if (scenario::shapes_recording(key) || key == "name" || key == "seed")

@@ -116,6 +116,29 @@ std::optional<double> pose_nll(const Eigen::Isometry3d& X_WC_true, const Eigen::
          2;
 }
 
+std::optional<double> innovation_nll(const tracking::Tracked& tracked, double area_px2) {
+  struct Sum {
+    double nll = 0;
+    int dof = 0;
+  };
+  std::map<std::string_view, Sum> sums;
+  for (const tracking::TrackedFrame& frame : tracked.frames) {
+    int matched_dof = 0;
+    for (const auto& [sensor, nis] : frame.report.innovations) {
+      Sum& sum = sums[sensor];
+      sum.nll += (nis.value + nis.log_determinant + nis.dof * std::log(2 * std::numbers::pi)) / 2;
+      sum.dof += nis.dof;
+      if (sensor == "vision") matched_dof = nis.dof;
+    }
+    const int unmatched = static_cast<int>(frame.report.searched.size()) - matched_dof / 2;
+    if (unmatched > 0)
+      sums["vision"].nll += unmatched * std::log(area_px2), sums["vision"].dof += 2 * unmatched;
+  }
+  double total = 0;
+  for (const auto& [sensor, sum] : sums) total += sum.nll / sum.dof;
+  return sums.empty() || !std::isfinite(total) ? std::nullopt : std::optional(total);
+}
+
 TrialRecord run_trial(const Recording& recording, const scenario::ReadScenario& scenario,
                       const std::string& key) {
   result::RunRecord run{scenario,     {recording.walk.ending}, recording.setup, recording.truth,
@@ -134,6 +157,9 @@ TrialRecord run_trial(const Recording& recording, const scenario::ReadScenario& 
   if (!run.tracked) return record;
   record.values["lasted_fraction"] = lasted_fraction(recording, *run.tracked);
   if (const auto nll = mean_pose_nll(scored)) record.values["pose_nll"] = *nll;
+  const slam::CameraIntrinsics& camera = recording.setup.calibration.camera;
+  const auto nll = innovation_nll(*run.tracked, camera.width_px * camera.height_px);
+  if (nll && !scored.no_estimate) record.values["innovation_nll"] = *nll;
   return record;
 }
 
@@ -161,7 +187,7 @@ TaskFile read_tasks(const std::filesystem::path& file) {
 std::vector<std::string> value_names() {
   std::vector<std::string> names;
   for (const auto& metric : score::metric_definitions()) names.emplace_back(metric.name);
-  names.emplace_back("pose_nll");
+  names.insert(names.end(), {"pose_nll", "innovation_nll"});
   return names;
 }
 

@@ -43,11 +43,19 @@ Recording load(const std::filesystem::path& result_folder, const scenario::Scena
 std::optional<double> pose_nll(const Eigen::Isometry3d& X_WC_true, const Eigen::Isometry3d& X_WC_estimate,
                                const score::Matrix6d& covariance);
 
+/// The negative log likelihood of the innovations, −ln N(ν; 0, S) of each sensor in each frame, without the
+/// truth: the sum over the sensors of their means per degree of freedom, so that settings compare whatever
+/// the number of their measurements. Readings beyond their gates count too, and a landmark that was searched
+/// for without an accepted match counts as if its pixel were uniform over an image of area_px2. Returns
+/// nullopt without innovations, or if an innovation covariance is not positive definite.
+std::optional<double> innovation_nll(const tracking::Tracked& tracked, double area_px2);
+
 /// Applies the sensor errors of `scenario` unless the recording contains them, runs its filter and scores it;
 /// without a slam section scores only the walk. The record has ending, cause and metrics of a result folder,
-/// bit for bit; pose_nll, the mean over scored frames of −ln N(pose error; 0, P), 6 degrees of freedom,
-/// unless the filter failed or a covariance is not positive definite; and lasted_fraction, the part of the
-/// recording until the filter failed. Throws std::logic_error if the recording contains other errors.
+/// bit for bit; pose_nll, the mean over scored frames of −ln N(pose error; 0, P), 6 degrees of freedom, and
+/// innovation_nll, unless the filter failed or a covariance is not positive definite; and lasted_fraction,
+/// the part of the recording until the filter failed. Throws std::logic_error if the recording contains other
+/// errors.
 TrialRecord run_trial(const Recording& recording, const scenario::ReadScenario& scenario,
                       const std::string& key = "");
 
@@ -69,7 +77,7 @@ struct TaskFile {
 void write_tasks(const std::filesystem::path& file, const TaskFile& tasks);
 TaskFile read_tasks(const std::filesystem::path& file);
 
-/// The names of a record's values, in the order of tables: all metrics, then pose_nll.
+/// The names of a record's values, in the order of tables: all metrics, then pose_nll and innovation_nll.
 std::vector<std::string> value_names();
 
 /// How a Runner gets recordings that a task does not name.
