@@ -71,7 +71,8 @@ std::vector<TrackingFault> Tracked::suspicions() const {
 
 Tracking::Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimators::Estimator> estimator,
                    const std::vector<rig::RigSensor>& rig)
-    : errors_(scenario.errors, scenario.seed, rig),
+    : rig_(rig),
+      errors_(scenario.errors, scenario.seed, rig),
       time_(scenario.estimator_time),
       estimator_(std::move(estimator)) {}
 
@@ -157,8 +158,8 @@ void Tracking::drop(const slam::Observation& arrived) {
   for (const auto readings : {&slam::Observation::gyro, &slam::Observation::accelerometer})
     (missed_.*readings)
         .insert((missed_.*readings).end(), (arrived.*readings).begin(), (arrived.*readings).end());
-  const auto is_inertial = [](const slam::RigReading& r) { return r.image.empty() && r.points.empty(); };
-  std::ranges::copy_if(arrived.rig, std::back_inserter(missed_.rig), is_inertial);
+  std::ranges::copy_if(arrived.rig, std::back_inserter(missed_.rig),
+                       [this](const auto& reading) { return is_imu(reading); });
 }
 
 // In order of time, each once, up to the stamp: observations may arrive twice or out of order.
@@ -174,13 +175,32 @@ void Tracking::add_missed(slam::Observation& observation) {
     given.assign(all.begin(), later);
     all.erase(all.begin(), later);
   }
-  missed_.rig.insert(missed_.rig.end(), observation.rig.begin(), observation.rig.end());
-  observation.rig = std::exchange(missed_.rig, {});
-  const auto time = [](const slam::RigReading& reading) { return std::pair(reading.sensor, reading.t); };
-  std::ranges::stable_sort(observation.rig, {}, time);
-  const auto is_same = [&](const auto& a, const auto& b) { return time(a) == time(b); };
-  observation.rig.erase(std::unique(observation.rig.begin(), observation.rig.end(), is_same),
-                        observation.rig.end());
+  add_missed_rig(observation);
+}
+
+bool Tracking::is_imu(const slam::RigReading& reading) const {
+  return rig_.at(static_cast<std::size_t>(reading.sensor)).kind == rig::Kind::imu;
+}
+
+// The readings of further IMUs, after the images and sweeps. Their true ends are compared with the frames'.
+void Tracking::add_missed_rig(slam::Observation& observation) {
+  auto &all = missed_.rig, &given = observation.rig;
+  const auto imus =
+      std::stable_partition(given.begin(), given.end(), [this](const auto& r) { return !is_imu(r); });
+  all.insert(all.end(), imus, given.end());
+  given.erase(imus, given.end());
+  const auto order = [](const slam::RigReading& r) { return std::pair(r.sensor, r.t); };
+  std::ranges::stable_sort(all, {}, order);
+  const auto is_same = [&](const auto& a, const auto& b) { return order(a) == order(b); };
+  all.erase(std::unique(all.begin(), all.end(), is_same), all.end());
+  const auto end = [this](const slam::RigReading& r) {
+    return r.t - sensor_errors::stamp(rig_.at(static_cast<std::size_t>(r.sensor)).time_offset_s);
+  };
+  std::erase_if(all, [&](const auto& r) { return end(r) <= given_; });
+  const auto later =
+      std::stable_partition(all.begin(), all.end(), [&](const auto& r) { return end(r) <= observation.t; });
+  given.insert(given.end(), all.begin(), later);
+  all.erase(all.begin(), later);
 }
 
 Tracked Tracking::finish() {

@@ -109,8 +109,11 @@ class Tracking {
   void ask(const slam::Observation& arrived, slam::Stamp arrival);
   void drop(const slam::Observation& arrived);
   void add_missed(slam::Observation& observation);
+  void add_missed_rig(slam::Observation& observation);
+  bool is_imu(const slam::RigReading& reading) const;
   std::vector<estimators::PoseEstimate> odometry() const;
 
+  std::vector<rig::RigSensor> rig_;
   sensor_errors::SensorErrors errors_;
   scenario::EstimatorTime time_;
   slam::Stamp now_{0}, free_{0};                      // the last arrival; when the estimator is free again

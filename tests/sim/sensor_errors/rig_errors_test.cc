@@ -110,13 +110,15 @@ TEST(RigErrors, DepthBesideAnOcclusionEdgeIsNone) {
     camera.edge_px = reach;
     const cv::Mat found = applied(camera, reading(step)).image;
     EXPECT_EQ(cv::countNonZero(found == 0), 2 * reach * 240);
-    EXPECT_EQ(cv::countNonZero(found.colRange(100 - reach, 100 + reach) == 0), 2 * reach * 240);
+    if (reach > 0) {
+      EXPECT_EQ(cv::countNonZero(found.colRange(100 - reach, 100 + reach)), 0);
+    }
   }
 }
 
 // A floor 1.3 m below a level camera of f = 200 px: at the last row above the horizon a pixel is a meter.
 TEST(RigErrors, SlantedSurfacesTheirCreasesAndMissingPixelsAreNoOcclusionEdges) {
-  cv::Mat1w room(240, 320, 0);
+  cv::Mat1w room(cv::Size(320, 240), 0);
   for (int row = 0; row < 240; ++row) {
     const double floor_m = row > 120 ? 1.3 * 200 / (row - 119.5) : 60;
     room.row(row).setTo(std::round(1e3 * std::min(floor_m, 12.0)));
