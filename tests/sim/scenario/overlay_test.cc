@@ -123,7 +123,7 @@ std::string key_of(Scenario scenario, SteeredBy by = SteeredBy::plan) {
 }
 
 TEST(RecordingKey, EachKeyOfWalkAndWorldIsInItAndThoseOfErrorsAndFilterOnlyIfTheySteer) {
-  static const std::set<std::string> kSections{"seed", "walk", "stabilizer", "world", "camera"};
+  static const std::set<std::string> kSections{"seed", "walk", "stabilizer", "world", "camera", "imu", "rig"};
   for (const auto& key : scenario_keys()) {
     if (key.name == "walk.steering.by") continue;
     const std::optional<Scenario> other = changed(key);
