@@ -99,7 +99,9 @@ Frame FramePipeline::pop() {
   Drawn drawn = std::move(drawn_.front());
   drawn_.pop_front();
   Frame frame = drawn.frame.get();
-  for (auto& readings : drawn.rig) add(readings.get(), frame);
+  std::vector<RigFrame> rig;
+  for (auto& readings : drawn.rig) std::ranges::move(readings.get(), std::back_inserter(rig));
+  add(std::move(rig), frame);
   return frame;
 }
 

@@ -87,6 +87,7 @@ TEST_F(RunTest, ARigIsRecordedWithTheSameBytesHoweverItIsDrawnAndChangesNoEstima
   ASSERT_EQ(run("alone", read(kRig, {"rig=[]"})).ending, Ending::completed);
   for (const char* name : {"estimate.tum", "truth.tum", "map.csv"})
     EXPECT_EQ(file("one", name), file("alone", name)) << name;
+  ASSERT_EQ(run("imus", read(kRig, {"rig=[{imu: {}}, {imu: {name: imu2}}]"})).ending, Ending::completed);
   sim::recording::RecordingReader reader(folder_ / "one" / "recording");
   const double end_s =
       slam::seconds(sim::recording::read_truth(folder_ / "one" / "recording").camera.back().t);
