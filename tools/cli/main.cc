@@ -1,6 +1,5 @@
-#include <malloc.h>
-
 #include <fmt/ranges.h>
+#include <malloc.h>
 
 #include <CLI/CLI.hpp>
 #include <Eigen/Core>
@@ -120,7 +119,7 @@ int run_program(int argc, char** argv) {
 int main(int argc, char** argv) {
   // Blocking, and with it rounding, is the same on every machine.
   Eigen::setCpuCacheSizes(32 << 10, 256 << 10, 8 << 20);
-  cv::setNumThreads(1);  // --jobs sets the number of cores
+  cv::setNumThreads(1);                 // --jobs sets the number of cores
   mallopt(M_MMAP_THRESHOLD, 64 << 20);  // pictures reuse memory: mapping it anew takes a fifth of a short run
   try {
     const int exit_code = run_program(argc, argv);

@@ -80,8 +80,11 @@ TEST(InnovationNll, DoesNotDependOnTheNumberOfLandmarksButOnThePartThatIsFound) 
       {{searched(9, 12)}, (3 * found + missed) / 16},
       {{searched(6, 8), searched(0, 0), searched(3, 4)}, (3 * found + missed) / 16},
       {{searched(0, 8)}, missed / 4}};
-  for (const auto& [frames, expected] : cases)
-    EXPECT_NEAR(innovation_nll({.frames = frames}, 76800).value(), expected, 1e-12);
+  for (const auto& [frames, expected] : cases) {
+    tracking::Tracked tracked;
+    tracked.frames = frames;
+    EXPECT_NEAR(innovation_nll(tracked, 76800).value(), expected, 1e-12);
+  }
 }
 
 TEST(InnovationNll, IsTheSumOverTheSensorsOfTheirMeans) {
