@@ -151,7 +151,7 @@ std::string ExportContext::lens_text() const {
   const rig::FittedCamera& fitted = cameras_.front().second.fitted;
   std::string others;
   for (const auto& [sensor_index, camera] : cameras_)
-    if (sensor_index != kHead && !undistort_)
+    if (sensor_index != kHead && !undistort_ && camera.fitted.largest_px > 1e-6)
       others += fmt::format("The fit of `{}`: {:.4f} px root mean square, at most {:.4f} px.\n",
                             sensor(sensor_index).name, camera.fitted.rms_px, camera.fitted.largest_px);
   if (undistort_)

@@ -196,6 +196,7 @@ void leave_out(Scenario& scenario, const std::vector<std::string>& without) {
     if (section == "camera") {
       scenario.camera.reset();
       scenario.world.lights_off = {};
+      scenario.rig.clear();
     } else if (section == "slam") {
       scenario.slam.reset();
     } else {
