@@ -219,7 +219,8 @@ class RecordingSources : public CommandLine {
  protected:
   RecordingSources() {
     shell("mkdir -p copy/sim && to=$PWD/copy && cd '" GAITSLAM_SOURCE_DIR
-          "' && cp -r README.md walking slam \"$to\" && cp -r sim/physics sim/camera sim/room sim/files "
+          "' && cp -r README.md walking slam \"$to\" && cp -r sim/physics sim/camera sim/rig sim/room "
+          "sim/files "
           "sim/recording sim/sensor_errors sim/score sim/live sim/scenario sim/regression \"$to/sim\"");
   }
   /// The generated source's line of the hash; empty if the build step fails.
@@ -260,8 +261,9 @@ TEST_F(RecordingSources, AreAllThatTheRunAndTheWriterIncludeButWhatIsNamedHere) 
   std::set<std::string> included;
   for (const char* file :
        {"sim/live/run.cc", "sim/live/run.h", "sim/live/self_check.h", "sim/live/frame_pipeline.h",
-        "sim/live/frame_pipeline.cc", "sim/live/steering_pose_buffer.h", "sim/live/steering_pose_buffer.cc",
-        "sim/live/recorded.h", "sim/live/recorded.cc", "sim/recording/recording_writer.cc"}) {
+        "sim/live/frame_pipeline.cc", "sim/live/rig_readings.h", "sim/live/rig_readings.cc",
+        "sim/live/steering_pose_buffer.h", "sim/live/steering_pose_buffer.cc", "sim/live/recorded.h",
+        "sim/live/recorded.cc", "sim/recording/recording_writer.cc"}) {
     const std::string text = sim::files::read_text(std::string(GAITSLAM_SOURCE_DIR "/") + file);
     for (std::sregex_iterator i(text.begin(), text.end(), ours), end; i != end; ++i) included.insert((*i)[1]);
   }

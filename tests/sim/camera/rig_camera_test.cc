@@ -79,7 +79,8 @@ Compared compare(const std::string& room, const CameraOptions& options, const ri
         const bool flat = here && (surfaces[here->surface].kind == score::Surface::Kind::plane ||
                                    surfaces[here->surface].kind == score::Surface::Kind::box);
         bool same = flat;
-        for (const auto& [du, dv] : {std::pair(-2, -2), {2, 2}, {2, -2}, {-2, 2}})
+        for (const auto& [du, dv] :
+             {std::pair(-2, 0), {2, 0}, {0, -2}, {0, 2}, {-2, -2}, {2, 2}, {2, -2}, {-2, 2}})
           if (const auto near = hit(du, dv); !near || !here || near->surface != here->surface) same = false;
         const double measured = 1e-3 * depth.at<unsigned short>(v, u);
         if (!same) {
