@@ -17,6 +17,8 @@ template <class... F>
 struct Overloaded : F... {
   using F::operator()...;
 };
+template <class... F>
+Overloaded(F...) -> Overloaded<F...>;
 
 std::string range_problem(double nearest_m, double furthest_m) {
   if (nearest_m < furthest_m) return "";
