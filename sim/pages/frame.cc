@@ -1,12 +1,16 @@
 #include "sim/pages/frame.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
-#include "sim/recording/recording.h"
+#include "sim/recording/image_file.h"
+#include "sim/recording/recording_format.h"
 #include "sim/score/trajectory.h"
 
 namespace sim::pages {
@@ -117,6 +121,7 @@ ordered_json to_json(const Frame& frame) {
   if (frame.estimate && frame.covariance)
     all["ellipsoid"] = ellipsoid(frame.covariance->bottomRightCorner<3, 3>());
   if (frame.report) add_report(all, *frame.report);
+  if (frame.rig) all["rig"] = *frame.rig;
   if (!frame.map) return all;
   all["map"] = ordered_json::array();
   for (const slam::MapPoint& point : *frame.map)
@@ -136,31 +141,66 @@ std::string to_message(const Frame& frame) {
   return message;
 }
 
-std::vector<fs::path> image_files(const std::vector<Frame>& frames, const fs::path& recording) {
+std::string shown(const slam::RigReading& reading, const rig::RigSensor& sensor) {
+  if (sensor.kind == rig::Kind::depth) {
+    const double levels_per_m = 255 / (sensor.furthest_m - sensor.nearest_m);
+    cv::Mat levels, colors;
+    reading.image.convertTo(levels, CV_8U, 1e-3 * levels_per_m, -levels_per_m * sensor.nearest_m);
+    cv::applyColorMap(levels, colors, cv::COLORMAP_TURBO);
+    cv::cvtColor(colors, colors, cv::COLOR_BGR2RGB);
+    colors.setTo(0, reading.image == 0);
+    return recording::encode_png(colors);
+  }
+  if (rig::is_camera(sensor)) return recording::encode_png(reading.image);
+  std::string bytes;
+  const Eigen::Isometry3f X_CS = sensor.X_CS.cast<float>();
+  for (const slam::LidarPoint& point : reading.points) {
+    const Eigen::Vector3f p_C = X_CS * Eigen::Vector3f(point.x_m, point.y_m, point.z_m);
+    bytes.append(reinterpret_cast<const char*>(p_C.data()), sizeof(p_C));
+  }
+  return bytes;
+}
+
+std::string words_of(const rig::RigSensor& sensor) {
+  if (sensor.kind == rig::Kind::depth)
+    return fmt::format("depth from {} m (blue) to {} m (red); black: none", sensor.nearest_m,
+                       sensor.furthest_m);
+  if (sensor.kind == rig::Kind::lidar) return "lidar, points in the room";
+  return sensor.kind == rig::Kind::grey ? "gray" : std::string(rig::kKinds.at(std::size_t(sensor.kind)));
+}
+
+std::vector<fs::path> image_files(const std::vector<Frame>& frames, const fs::path& recording,
+                                  const std::string& sensor) {
   std::vector<fs::path> images(frames.size());
-  const fs::path camera = recording / "mav0/cam0";
-  if (recording.empty() || !fs::exists(camera / "data.csv")) return images;
-  files::CsvReader list(camera / "data.csv");
+  const fs::path folder = recording / "mav0" / sensor;
+  if (recording.empty() || !fs::exists(folder / "data.csv")) return images;
+  files::CsvReader list(folder / "data.csv");
+  const bool of_rig = list.titles().size() == 3;  // the last one: the frame that has the reading
   std::size_t row = 0;
   while (list.next()) {
-    const slam::Stamp t = slam::Stamp(list.integer(0)) - recording::kEpoch;
+    const slam::Stamp t = slam::Stamp(list.integer(of_rig ? 2 : 0)) - recording::kEpoch;
     while (row < frames.size() && frames[row].t < t) ++row;
     if (row < frames.size() && frames[row].t == t)
-      images[row] = files::contained_path(camera / "data", list.text(1));
+      images[row] = files::contained_path(folder / "data", list.text(1));
   }
+  for (std::size_t i = 1; of_rig && i < images.size(); ++i)
+    if (images[i].empty()) images[i] = images[i - 1];
   return images;
 }
 
-Pictures::Pictures(const fs::path& recording) : folder_(recording), manifest_(recording) {
-  const slam::CameraIntrinsics camera = recording::RecordingReader(recording).setup().calibration.camera;
-  size_ = {camera.width_px, camera.height_px};
-}
+Pictures::Pictures(const fs::path& recording)
+    : folder_(recording), manifest_(recording), setup_(recording::RecordingReader(recording).setup()) {}
 
 std::string Pictures::png(const fs::path& file) const {
   std::string bytes = manifest_.read(file.lexically_relative(folder_).generic_string(), files::kMostOfImage);
   if (!bytes.starts_with("\x89PNG")) throw files::FileError(file, "is not a PNG image");
-  recording::require_image_size(file, bytes, size_);
+  const slam::CameraIntrinsics& camera = setup_.calibration.camera;
+  recording::require_image_size(file, bytes, {camera.width_px, camera.height_px});
   return bytes;
+}
+
+std::string Pictures::rig(const rig::RigSensor& sensor, const fs::path& file) const {
+  return shown(recording::read_rig_file(folder_, manifest_, sensor, file.filename().string()), sensor);
 }
 
 }  // namespace sim::pages

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "sim/files/trajectory_file.h"
-#include "sim/recording/image_file.h"
 #include "sim/recording/manifest.h"
+#include "sim/recording/recording.h"
 #include "sim/score/consistency.h"
 #include "slam/frame_report.h"
 #include "slam/observation.h"
@@ -41,6 +41,7 @@ struct Frame {
   std::vector<cv::Point2f> support = {};              ///< corners of the support polygon, in W
   std::optional<slam::FrameReport> report = {};
   std::optional<std::vector<slam::MapPoint>> map = {};  ///< absent if it is the one before
+  std::optional<std::size_t> rig = {};  ///< number by which the page asks for the rig's readings
 };
 
 /// Estimate minus truth: x, y, z (m, axes of W) and heading (rad); their standard deviations; the normalized
@@ -62,10 +63,18 @@ nlohmann::ordered_json to_json(const Frame& frame);
 /// row.
 std::string to_message(const Frame& frame);
 
-/// The image file of each frame; empty if there is none. Throws FileError if a file is outside of the
-/// recording.
+/// Returns a reading of the rig as a page shows it: of a camera a PNG, with depth in the color map turbo from
+/// nearest_m (blue) to furthest_m (red) and black where there is none; of a lidar its points in the frame of
+/// the head camera, x, y, z in m as float32; of an IMU nothing.
+std::string shown(const slam::RigReading& reading, const rig::RigSensor& sensor);
+/// What shown() shows, in words.
+std::string words_of(const rig::RigSensor& sensor);
+
+/// The image file of each frame; empty if there is none. Of a camera or a lidar of the rig the file of the
+/// newest reading. Throws FileError if a file is outside of the recording.
 std::vector<std::filesystem::path> image_files(const std::vector<Frame>& frames,
-                                               const std::filesystem::path& recording);
+                                               const std::filesystem::path& recording,
+                                               const std::string& sensor = "cam0");
 
 /// The pictures of a recording, which may be a stranger's: a browser gets them only as they were recorded.
 class Pictures {
@@ -75,11 +84,14 @@ class Pictures {
   /// The bytes of an image file. Throws FileError unless it is a PNG of the camera's size and of the
   /// manifest's hash.
   std::string png(const std::filesystem::path& file) const;
+  /// shown() of the file of a reading of the rig. Throws FileError as RecordingReader.
+  std::string rig(const rig::RigSensor& sensor, const std::filesystem::path& file) const;
+  const recording::RecordingSetup& setup() const { return setup_; }
 
  private:
   std::filesystem::path folder_;
   recording::Manifest manifest_;
-  recording::ImageSize size_;
+  recording::RecordingSetup setup_;
 };
 
 }  // namespace sim::pages

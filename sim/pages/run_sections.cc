@@ -38,14 +38,19 @@ std::string ellipse_svg(const slam::Search& search) {
   return svg;
 }
 
+/// Without its end.
+std::string image_svg(const std::string& png, const std::string& camera, double t) {
+  const auto size = recording::image_size(png);
+  return fmt::format(
+      "<svg class='picture' xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}' role='img' "
+      "aria-label='{2} at {3} s'><image width='{0}' height='{1}' "
+      "href='data:image/png;base64,{4}'/>",
+      size->width, size->height, camera, t, base64(png));
+}
+
 Picture picture_of(const Frame& frame, const std::string& png, const Frame& first) {
   const double shown = std::round(10 * slam::seconds(frame.t - first.t)) / 10;
-  const auto size = recording::image_size(png);
-  std::string svg = fmt::format(
-      "<svg class='picture' xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}' role='img' "
-      "aria-label='head camera at {2} s'><image width='{0}' height='{1}' "
-      "href='data:image/png;base64,{3}'/>",
-      size->width, size->height, shown, base64(png));
+  std::string svg = image_svg(png, "head camera", shown);
   if (frame.report)
     for (const slam::Search& search : frame.report->searched) svg += ellipse_svg(search);
   return {shown, svg + "</svg>"};
@@ -76,6 +81,7 @@ class RunSections {
     }
     add("slip", "Slip of each step", figures({"slip", "landing"}));
     add("pictures", "Images of the head camera", picture_strip());
+    add("rig", "Further cameras", rig_strip());
     add("map", "Map", map());
     add("time", "Latency and dropped frames", figures({"latency"}));
     const std::string cpu = figures({"cpu"});
@@ -217,6 +223,28 @@ class RunSections {
           fmt::format("<figure id='{0}picture-{1}' data-t='{2}'>{3}<span class='soft'>{2} s</span></figure>",
                       prefix_, i, pictures_[i].t, pictures_[i].svg);
     return html + "</div>";
+  }
+
+  /// One image of each camera of the rig, at the middle of the walk.
+  std::string rig_strip() const {
+    if (run_.recording.empty() || run_.frames.empty()) return "";
+    const Pictures pictures(run_.recording);
+    const std::size_t middle = run_.frames.size() / 2;
+    const double t = std::round(100 * slam::seconds(run_.frames[middle].t)) / 100;
+    std::string html;
+    for (const rig::RigSensor& sensor : pictures.setup().rig) {
+      if (!rig::is_camera(sensor)) continue;
+      const auto file = image_files(run_.frames, run_.recording, sensor.name)[middle];
+      if (file.empty()) continue;
+      const std::string name = escaped(sensor.name);
+      html += fmt::format("<figure>{}</svg><span class='soft'>{}, {}</span></figure>",
+                          image_svg(pictures.rig(sensor, file), name, t), name, words_of(sensor));
+    }
+    return html.empty() ? ""
+                        : fmt::format(
+                              "<p class='soft'>The newest image of each at {} s.</p><div "
+                              "class='strip'>{}</div>",
+                              t, html);
   }
 
   /// The map in three dimensions, drawn by web/map.js from the frames of the run.

@@ -10,6 +10,7 @@
 
 #include "sim/files/columns.h"
 #include "sim/files/csv.h"
+#include "sim/recording/manifest.h"
 #include "sim/recording/recording.h"
 #include "slam/observation.h"
 
@@ -73,6 +74,11 @@ const RigFormat& format_of(rig::Kind kind);
 std::string lidar_bytes(const std::vector<slam::LidarPoint>& points);
 /// Reads them back. Throws FileError for a part of a record and numbers that are not finite.
 std::vector<slam::LidarPoint> read_lidar(const std::filesystem::path& file, std::string_view bytes);
+
+/// Reads the image or the points of a reading of a camera or a lidar. name: of its file. Throws FileError
+/// unless it is as the manifest of the folder lists it, and an image of the sensor's size.
+slam::RigReading read_rig_file(const std::filesystem::path& folder, const Manifest& manifest,
+                               const rig::RigSensor& sensor, const std::string& name);
 
 /// A sensor of the body, folder mav0/<name>, recorded only for other programs.
 struct BodySensor {

@@ -112,6 +112,23 @@ class RigReader {
 
 }  // namespace
 
+slam::RigReading read_rig_file(const fs::path& folder, const Manifest& manifest, const rig::RigSensor& sensor,
+                               const std::string& name) {
+  const std::string path = sensor_data(sensor.name) + name, bytes = manifest.read(path, files::kMostOfImage);
+  slam::RigReading reading;
+  if (!rig::is_camera(sensor)) {
+    reading.points = read_lidar(folder / path, bytes);
+    return reading;
+  }
+  require_image_size(folder / path, bytes, {sensor.camera.width_px, sensor.camera.height_px});
+  const RigFormat& format = format_of(sensor.kind);
+  const auto image = decode_png(bytes, format.image_type);
+  if (!image)
+    throw files::FileError(folder / path, fmt::format("is not {} as recordings have", format.image_name));
+  reading.image = *image;
+  return reading;
+}
+
 struct RecordingReader::Files {
   explicit Files(const fs::path& folder_) : folder(folder_) {
     manifest.check_sizes();
@@ -154,37 +171,22 @@ struct RecordingReader::Files {
 
   std::string sensor_text(const std::string& name) const { return manifest.read(name, files::kMostOfYaml); }
 
-  cv::Mat rig_image(const std::string& path, const rig::RigSensor& sensor) const {
-    const std::string bytes = manifest.read(path, files::kMostOfImage);
-    require_image_size(folder / path, bytes, {sensor.camera.width_px, sensor.camera.height_px});
-    const RigFormat& format = format_of(sensor.kind);
-    if (auto image = decode_png(bytes, format.image_type)) return *image;
-    throw files::FileError(folder / path, fmt::format("is not {} as recordings have", format.image_name));
-  }
-
   void take_rig(slam::Observation& observation) {
     for (std::size_t i = 0; i < rig.size(); ++i) {
       const rig::RigSensor& sensor = setup.rig[i];
-      const auto added = [&](slam::Stamp t) -> slam::RigReading& {
-        slam::RigReading& reading = observation.rig.emplace_back();
-        reading.sensor = static_cast<int>(i), reading.t = t;
-        return reading;
-      };
       if (auto* imu_reader = std::get_if<ImuReader>(&rig[i])) {
         imu_reader->read_until(observation.t, [&](slam::Stamp begin, slam::Stamp end,
                                                   const Eigen::Vector3d& w, const Eigen::Vector3d& a) {
-          slam::RigReading& reading = added(end);
+          slam::RigReading& reading = observation.rig.emplace_back();
+          reading.sensor = static_cast<int>(i), reading.t = end;
           reading.begin = begin, reading.gyro = w, reading.accelerometer = a;
         });
         continue;
       }
       std::get<RigReader>(rig[i]).read_frame(observation.t, [&](slam::Stamp t, std::string_view name) {
-        slam::RigReading& reading = added(t);
-        const std::string path = sensor_data(sensor.name) + std::string(name);
-        if (rig::is_camera(sensor))
-          reading.image = rig_image(path, sensor);
-        else
-          reading.points = read_lidar(folder / path, manifest.read(path, files::kMostOfImage));
+        slam::RigReading reading = read_rig_file(folder, manifest, sensor, std::string(name));
+        reading.sensor = static_cast<int>(i), reading.t = t;
+        observation.rig.push_back(std::move(reading));
       });
     }
   }

@@ -23,6 +23,7 @@ constexpr const char* kOwnProtocol = "gaitslam.view.v1";
 constexpr std::chrono::milliseconds kLeastInterval{25}, kLeastMapInterval{100}, kLeastStripsInterval{1000};
 constexpr std::chrono::milliseconds kForMessages{3000}, kForPages{15000};  // at the end
 constexpr std::size_t kMostReadings = 400;  // of the IMU, kept for the next frame
+constexpr std::size_t kMostShown = 32;      // frames whose readings of the rig pages can fetch
 
 bool is_own(const Client& client) { return client.protocol() == kOwnProtocol; }
 
@@ -102,7 +103,12 @@ const Json& short_list(const Json& list) {
 
 LiveView::LiveView(const Access& access, ShownRun run, bool control)
     : control_(control),
-      site_({std::move(run)}, {{"mode", "live"}, {"control", control}}),
+      site_([&] {
+        Site site({run}, {{"mode", "live"}, {"control", control}});
+        add_rig(site, run, 0, [this](std::size_t sensor, std::size_t k) { return rig_reading(sensor, k); });
+        return site;
+      }()),
+      newest_(run.rig.size()),
       server_(access, {[this](std::string_view path) { return site_.at(path, server_.access().token); },
                        {kOwnProtocol, kFoxgloveProtocols[0], kFoxgloveProtocols[1]},
                        [this](Client& client) { opened(client); },
@@ -133,7 +139,12 @@ bool LiveView::wants(const slam::Observation& observation) {
   if (others)
     for (exports::ImuReading& reading : foxglove_->merged(observation))
       if (imu_.size() < kMostReadings) imu_.push_back(reading);
-  return others || (server_.with_room("gaitslam") > 0 && steady_clock::now() - shown_ >= kLeastInterval);
+  const bool pages = server_.with_room("gaitslam") > 0;
+  if (pages)
+    for (const slam::RigReading& reading : observation.rig)
+      newest_.at(static_cast<std::size_t>(reading.sensor)) =
+          std::make_shared<const slam::RigReading>(reading);
+  return others || (pages && steady_clock::now() - shown_ >= kLeastInterval);
 }
 
 bool LiveView::wants_map() {
@@ -146,13 +157,18 @@ bool LiveView::wants_map() {
 void LiveView::show(Frame frame) {
   shown_ = steady_clock::now();
   strips_.add(frame);
+  if (!newest_.empty()) frame.rig = numbers_++;
   Message message;
   if (server_.with_room("gaitslam") > 0)
     message = {std::make_shared<const std::string>(to_message(frame)), false, true};
   const bool others = server_.with_room("foxglove") > 0;
   server_.for_each([this, message, frame = others ? std::make_shared<const Frame>(frame) : nullptr,
-                    imu = std::exchange(imu_, {})](Client& client) {
+                    imu = std::exchange(imu_, {}), number = frame.rig, readings = newest_](Client& client) {
     if (message.bytes) last_ = message;
+    if (number && (shown_readings_.empty() || shown_readings_.back().first < *number)) {
+      shown_readings_.emplace_back(*number, readings);
+      if (shown_readings_.size() > kMostShown) shown_readings_.pop_front();
+    }
     if (is_own(client) && message.bytes) client.send(message);
     if (!is_own(client) && frame) foxglove_->send(*frame, imu, client);
   });
@@ -181,6 +197,14 @@ void LiveView::end(const std::string& how) {
 
 Message LiveView::strips_message() const {
   return json_message({{"op", "strips"}, {"html", strips_html(strips_.figures())}});
+}
+
+std::string LiveView::rig_reading(std::size_t sensor, std::size_t number) const {
+  const auto foxglove = std::atomic_load(&foxglove_);
+  for (const auto& [shown, readings] : shown_readings_)
+    if (shown == number && readings[sensor] && foxglove)
+      return pages::shown(*readings[sensor], foxglove->setup().rig.at(sensor));
+  return "";
 }
 
 Message LiveView::pace_message() const {

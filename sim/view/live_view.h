@@ -8,6 +8,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -56,6 +57,7 @@ class Foxglove {
   std::vector<exports::ImuReading> merged(const slam::Observation& observation) {
     return imu_.merge(observation);
   }
+  const recording::RecordingSetup& setup() const { return setup_; }
   /// Sends the messages of a frame that the client subscribed to.
   void send(const Frame& frame, const std::vector<exports::ImuReading>& imu, Client& client) const;
 
@@ -163,12 +165,19 @@ class LiveView {
   Message pace_message() const;
   Message strips_message() const;
   void send_to_pages(const Message& message);
+  std::string rig_reading(std::size_t sensor, std::size_t number) const;
+
+  /// The newest reading of each sensor of the rig when a frame was shown; null: none yet.
+  using Readings = std::vector<std::shared_ptr<const slam::RigReading>>;
 
   bool control_;
   Pace pace_;
   Site site_;
   std::shared_ptr<Foxglove> foxglove_;    // set before the first observation, in the server's thread
   std::vector<exports::ImuReading> imu_;  // not sent yet
+  Readings newest_;
+  std::size_t numbers_ = 0;                                      // of frames with readings
+  std::deque<std::pair<std::size_t, Readings>> shown_readings_;  // by number; of the server's thread
   std::chrono::steady_clock::time_point shown_{}, map_shown_{}, strips_shown_{};
   Strips strips_;
   slam::Stamp period_ = std::chrono::milliseconds(34);  // a frame's

@@ -34,6 +34,7 @@ class ReplaySession : public ViewSession {
     if (make) robot = make(read.scenario);
     frames_ = read_recorded_frames(recording, robot ? &*robot : nullptr);
     run.camera = setup.calibration.camera;
+    run.rig = setup.rig;
     run.moments = faults_of(read.scenario);
     if (!frames_.empty()) run.duration_s = slam::seconds(frames_.back().t);
     if (robot)

@@ -56,13 +56,19 @@ ordered_json to_json(const ShownRun& run) {
   ordered_json moments = ordered_json::array();
   for (const Moment& moment : run.moments)
     moments.push_back({{"t", moment.t_s}, {"kind", moment.kind}, {"text", moment.text}});
+  ordered_json rig = ordered_json::array();
+  for (const rig::RigSensor& sensor : run.rig)
+    rig.push_back({{"name", sensor.name},
+                   {"kind", rig::kKinds.at(static_cast<std::size_t>(sensor.kind))},
+                   {"words", pages::words_of(sensor)}});
   return {{"label", run.label},
           {"duration", run.duration_s},
           {"sole", {kSoleMin.x(), kSoleMin.y(), kSoleMax.x(), kSoleMax.y()}},
           {"missing", run.missing},
           {"has_model", run.model.has_value()},
           {"camera", run.camera ? to_json(*run.camera) : ordered_json(nullptr)},
-          {"moments", moments}};
+          {"moments", moments},
+          {"rig", rig}};
 }
 
 /// The last row of a CSV file of the recording's at or before a time. Times are asked for in order.
@@ -165,6 +171,7 @@ std::string run_json(const Playback& playback) {
     strips.add(shown);
     frames.push_back(to_json(shown));
     if (!playback.images[i].empty()) frames.back()["stored_image"] = true;
+    if (!playback.rig.empty()) frames.back()["rig"] = i;
   }
   return files::json_text({{"frames", frames}, {"strips", strips_html(strips.figures())}});
 }
@@ -186,6 +193,12 @@ Site site_of(const std::vector<Playback>& results) {
           if (k >= images.size() || images[k].empty() || !pictures) return std::nullopt;
           return Resource{"image/png", std::make_shared<const std::string>(pictures->png(images[k]))};
         });
+    add_rig(site, results[i].run, i,
+            [sensors = results[i].run.rig, files = results[i].rig, pictures = results[i].pictures](
+                std::size_t sensor, std::size_t k) -> std::string {
+              if (k >= files[sensor].size() || files[sensor][k].empty()) return "";
+              return pictures->rig(sensors[sensor], files[sensor][k]);
+            });
   }
   return site;
 }
@@ -211,6 +224,13 @@ Message json_message(const ordered_json& content) {
 
 Resource json_resource(std::string text) { return resource("application/json", text); }
 Resource bytes_resource(std::string bytes) { return resource("application/octet-stream", bytes); }
+
+void add_rig(Site& site, const ShownRun& run, std::size_t number_of_run,
+             const std::function<std::string(std::size_t, std::size_t)>& reading) {
+  for (std::size_t sensor = 0; sensor < run.rig.size(); ++sensor)
+    site.add_list(fmt::format("/rig/{}/{}", number_of_run, sensor),
+                  [=](std::size_t number) { return bytes_resource(reading(sensor, number)); });
+}
 
 Site::Site(const std::vector<ShownRun>& runs, ordered_json about) {
   add("/view.js",
@@ -282,8 +302,13 @@ Playback read_playback(const fs::path& result, const MakeRobot& make_robot) {
   if (make_robot) robot = make_robot(scenario);
   if (!recording.empty()) {
     add_recorded(playback.frames, recording::read_truth(recording), recording, robot ? &*robot : nullptr);
-    playback.run.camera = recording::RecordingReader(recording).setup().calibration.camera;
     playback.pictures = std::make_shared<const pages::Pictures>(recording);
+    playback.run.camera = playback.pictures->setup().calibration.camera;
+    playback.run.rig = playback.pictures->setup().rig;
+    for (const rig::RigSensor& sensor : playback.run.rig)
+      playback.rig.push_back(sensor.kind == rig::Kind::imu
+                                 ? std::vector<fs::path>()
+                                 : pages::image_files(playback.frames, recording, sensor.name));
   }
   playback.images = recording.empty() ? std::vector<fs::path>(playback.frames.size())
                                       : pages::image_files(playback.frames, recording);

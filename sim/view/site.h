@@ -46,6 +46,7 @@ struct ShownRun {
   std::vector<Moment> moments = {};
   std::vector<std::string> missing = {};  ///< sentences: what is not shown, and why
   std::optional<Model> model = std::nullopt;
+  std::vector<rig::RigSensor> rig = {};
 };
 
 /// The faults that a scenario injects.
@@ -75,6 +76,11 @@ Message json_message(const nlohmann::ordered_json& content);
 
 Resource json_resource(std::string text);
 Resource bytes_resource(std::string bytes);
+
+/// Adds /rig/<run>/<sensor>/<number> for each sensor of a run's rig. reading: what the page shows of it, or
+/// "".
+void add_rig(Site& site, const ShownRun& run, std::size_t number_of_run,
+             const std::function<std::string(std::size_t sensor, std::size_t number)>& reading);
 
 using pages::FootPlace, pages::Frame;
 
@@ -124,10 +130,11 @@ MakeRobot robot_maker(const std::filesystem::path& models);
 /// A result as the page plays it.
 struct Playback {
   ShownRun run;
-  std::string scenario;                             ///< its name
-  std::vector<Frame> frames;                        ///< without images
-  std::vector<std::filesystem::path> images;        ///< PNG of each frame, or empty
-  std::shared_ptr<const pages::Pictures> pictures;  ///< absent without a recording
+  std::string scenario;                                      ///< its name
+  std::vector<Frame> frames;                                 ///< without images
+  std::vector<std::filesystem::path> images;                 ///< PNG of each frame, or empty
+  std::vector<std::vector<std::filesystem::path>> rig = {};  ///< the same of each sensor of the rig
+  std::shared_ptr<const pages::Pictures> pictures;           ///< absent without a recording
 };
 
 /// Reads a result folder and its recording: its own, or that of the result it lies in as `replay` leaves it.

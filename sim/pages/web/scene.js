@@ -92,7 +92,7 @@ function place(object, [x, y, z, ...quaternion]) {
 export class Scene {
   /// mode: 'follow' the robot, 'orbit' about the path, or through the 'head' camera.
   constructor(run, mode = 'follow') {
-    Object.assign(this, {run, mode, read: 0, bodies: []});
+    Object.assign(this, {run, mode, read: 0, bodies: [], sweeps: new Map()});
     this.scene = new THREE.Scene();
     this.element = element('div', {class: 'scene', tabindex: 0, role: 'application',
       'aria-label': 'room, robot and map in three dimensions; arrow keys turn the view, plus and minus zoom'});
@@ -252,9 +252,28 @@ export class Scene {
       this.support.geometry.setFromPoints(frame.support.map(([x, y]) => new THREE.Vector3(x, y, 2 * kAboveGround)));
   }
 
+  /// Points of a lidar in the axes of the camera, x, y, z one after another; null: none.
+  showSweep(name, points) {
+    let sweep = this.sweeps.get(name);
+    if (!sweep) {
+      sweep = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({size: 2, sizeAttenuation: false}));
+      sweep.frustumCulled = false;
+      sweep.userData.role = 'second';
+      this.sweeps.set(name, sweep);
+      this.scene.add(sweep);
+      this.paint();
+    }
+    sweep.visible = Boolean(points);
+    if (points) sweep.geometry.setAttribute('position', new THREE.BufferAttribute(points, 3));
+    if (this.pose) place(sweep, this.pose);
+    this.draw();
+  }
+
   moveView(frame) {
     const pose = frame.truth ?? frame.estimate;
     if (!pose) return;
+    this.pose = pose;
+    for (const sweep of this.sweeps.values()) place(sweep, pose);
     if (this.mode === 'follow') {
       const target = new THREE.Vector3(pose[0], pose[1], 0.7), moved = target.clone().sub(this.controls.target);
       this.camera.position.add(moved);

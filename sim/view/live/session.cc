@@ -79,10 +79,14 @@ ShownRun shown_run(const scenario::Scenario& scenario, const std::shared_ptr<cam
   ShownRun run{.label = fmt::format("{}, seed {}", scenario.name, scenario.seed)};
   run.moments = faults_of(scenario);
   run.model = model_of(robot, scenario.world.seed);
-  if (scenario.camera)
+  if (scenario.camera) {
     run.camera = live::intrinsics(camera::camera_model(*scenario.camera));
-  else
+    run.rig =
+        rig::calibrated(scenario.rig, *run.camera, scenario.camera->rate_hz, scenario.camera->readout_s,
+                        {scenario.rig.size(), Eigen::Isometry3d::Identity()});  // places are known later
+  } else {
     run.missing.emplace_back("No head images: the scenario has no camera.");
+  }
   if (!scenario.slam) run.missing.emplace_back("No estimate: the scenario has no filter.");
   return run;
 }

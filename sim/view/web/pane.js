@@ -4,7 +4,8 @@ import {Figure, follow} from '../../pages/web/figures.js';
 import {kOutcomes} from '../../pages/web/run.js';
 import {Scene} from '../../pages/web/scene.js';
 import {HeadView, greyPicture} from './head.js';
-import {StoredImages, getBytes} from './source.js';
+import {RigLayer} from './rig.js';
+import {Stored, getBytes, picture} from './source.js';
 
 const legend = () => element('p', {class: 'key'},
   element('b', {class: 'truth'}, '— true'), element('b', {class: 'plan'}, '— planned'), element('b', {class: 'estimate'}, '— estimated'),
@@ -16,7 +17,7 @@ const searchLegend = () => element('p', {class: 'key'}, 'searched, 3σ: ',
 export class Pane {
   constructor(run, go) {
     Object.assign(this, {run, go, index: -1, figures: []});
-    this.images = new StoredImages(run);
+    this.images = new Stored(`/image/${run.index}`, picture, 400);
     this.live = new Map();
     this.head = new HeadView(run);
     this.state = element('p', {class: 'state', role: 'status'});
@@ -27,13 +28,14 @@ export class Pane {
     } catch (error) {
       this.failure = `Three dimensions cannot be drawn here: ${error.message}`;
     }
+    this.rig = run.about.rig.map((sensor, i) => new RigLayer(run, sensor, i, this.scene)).filter(({isShown}) => isShown);
     const notes = [...run.about.missing, ...(this.failure ? [this.failure] : [])].map((note) => element('p', {class: 'note'}, note));
     this.element = element('section', {class: 'pane', 'aria-label': run.about.label},
       element('h2', {}, run.about.label), ...notes,
       element('div', {class: 'views'},
         element('figure', {class: 'space'}, this.scene?.element, legend()),
         element('figure', {class: 'head'}, this.head.canvas, searchLegend(), this.state, this.counts)),
-      this.strips);
+      element('div', {class: 'rig'}, this.rig.map((layer) => layer.element)), this.strips);
   }
 
   async loadModel() {
@@ -61,6 +63,7 @@ export class Pane {
     this.scene?.show(index);
     this.say(frame);
     this.showHead(index, frame);
+    for (const layer of this.rig) layer.show(index);
     this.showCursor();
   }
 
@@ -78,7 +81,7 @@ export class Pane {
     }, () => {
       if (this.index === index) this.head.show(frame, null);
     });
-    for (const near of [index + 1, index + 2, index - 1]) this.images.at(near).catch(() => null);
+    for (const near of [index + 1, index + 2, index - 1]) if (this.run.frames[near]?.stored_image) this.images.at(near).catch(() => null);
   }
 
   say(frame) {

@@ -11,21 +11,20 @@ async function get(path) {
 export const getJson = async (path) => (await get(path)).json();
 export const getBytes = async (path) => (await get(path)).arrayBuffer();
 
-const kKept = 400;
+export const picture = (blob) => createImageBitmap(blob);
 
-/// Images by the index of their frame; keeps the last few hundred.
-export class StoredImages {
-  constructor(run) { Object.assign(this, {run, kept: new Map()}); }
+/// The elements of a list of the server by their numbers; keeps the last few. read: makes an element of its bytes.
+export class Stored {
+  constructor(folder, read, most) { Object.assign(this, {folder, read, most, kept: new Map()}); }
 
-  at(index) {
-    if (!this.run.frames[index]?.stored_image) return Promise.resolve(null);
-    let image = this.kept.get(index);
-    if (!image) {
-      image = get(`/image/${this.run.index}/${index}`).then((response) => response.blob()).then((blob) => createImageBitmap(blob));
-      this.kept.set(index, image);
-      if (this.kept.size > kKept) this.kept.delete(this.kept.keys().next().value);
+  at(number) {
+    let element = this.kept.get(number);
+    if (!element) {
+      element = get(`${this.folder}/${number}`).then((response) => response.blob()).then((blob) => (blob.size > 0 ? this.read(blob) : null));
+      this.kept.set(number, element);
+      if (this.kept.size > this.most) this.kept.delete(this.kept.keys().next().value);
     }
-    return image;
+    return element;
   }
 }
 
