@@ -3,7 +3,9 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <string>
+#include <vector>
 
 #include "sim/recording/recording.h"
 #include "tests/slam/synthetic_room.h"
@@ -20,9 +22,11 @@ inline slam::synthetic::Walk short_walk(int frames) {
 }
 
 /// Writes folder/{scenario.yaml,about.json,recording/} of the walk with ideal sensors; `text` goes into the
-/// scenario.
-inline void write_result(const std::filesystem::path& folder, const slam::synthetic::Walk& walk,
-                         const std::string& text = "") {
+/// scenario. readings: of the rig at a frame.
+inline void write_result(
+    const std::filesystem::path& folder, const slam::synthetic::Walk& walk, const std::string& text = "",
+    const std::vector<sim::rig::RigSensor>& rig = {},
+    const std::function<std::vector<slam::RigReading>(int frame, slam::Stamp t)>& readings = {}) {
   namespace synthetic = slam::synthetic;
   synthetic::Walk ideal = walk;
   ideal.gyro_sigma_rad_s = ideal.accelerometer_sigma_m_s2 = ideal.image_sigma = 0;
@@ -31,9 +35,11 @@ inline void write_result(const std::filesystem::path& folder, const slam::synthe
   sim::recording::RecordingSetup setup;
   setup.calibration = synthetic::calibration();
   setup.X_WC_start = ideal.X_WC(0);
+  setup.rig = rig;
   sim::recording::RecordingWriter writer(folder / "recording", setup);
   for (int k = 0; k < ideal.frames(); ++k) {
-    const slam::Observation o = recording.observation(k);
+    slam::Observation o = recording.observation(k);
+    if (readings) o.rig = readings(k, o.t);
     writer.add(o);
     writer.add(sim::recording::TruePoses{o.t, ideal.X_WC(slam::seconds(o.t)), ideal.X_WC(slam::seconds(o.t)),
                                          o.plan->X_PC});

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "sim/files/text.h"
+#include "sim/pages/pages.h"
 #include "sim/pages/run_data.h"
 #include "sim/recording/image_file.h"
 #include "sim/replay/replay.h"
@@ -117,6 +118,44 @@ TEST_F(PlaybackTest, PicturesAreOfTheCamerasSizeAndAsRecorded) {
   EXPECT_THAT(images(), HasSubstr("leads out of the folder"));
   files::write_text(rows, "#t,file\n" + std::to_string(recording::kEpoch.count()) + ",../../a.png\n");
   EXPECT_THAT(images(), HasSubstr("leads out of the folder"));
+}
+
+// The second eye has an image at every frame from the third on, the lidar a sweep at every third one.
+TEST(PlaybackOfARig, EachFrameHasTheNewestReadingOfEachCameraAndLidar) {
+  const files::TemporaryFolder folder;
+  const slam::CameraIntrinsics camera = slam::synthetic::calibration().camera;
+  const std::vector<rig::RigSensor> rig{{.name = "cam1", .kind = rig::Kind::grey, .camera = camera},
+                                        {.name = "lidar0", .kind = rig::Kind::lidar, .furthest_m = 9}};
+  tests::write_result(folder / "walk", tests::short_walk(9), "", rig, [&](int k, slam::Stamp t) {
+    std::vector<slam::RigReading> all;
+    const cv::Mat image(camera.height_px, camera.width_px, CV_8UC1, cv::Scalar(k));
+    if (k >= 3) all.push_back({.sensor = 0, .t = t, .image = image});
+    if (k % 3 == 0) all.push_back({.sensor = 1, .t = t, .points = {{1.0f * static_cast<float>(k), 0, 0}}});
+    return all;
+  });
+  result::ResultPlace place;
+  place.folder = folder / "walk/replay";
+  replay::replay(scenario::read_scenario(folder / "walk/scenario.yaml"), folder / "walk/recording",
+                 {{scenario::Ending::completed}}, place, [](double) {});
+  const Playback playback = read_playback(place.folder, {});
+  ASSERT_EQ(playback.rig.size(), 2u);
+  EXPECT_TRUE(playback.rig[0][2].empty());
+  EXPECT_EQ(playback.rig[1][4], playback.rig[1][3]);
+  const std::string png = playback.pictures->rig(playback.run.rig[0], playback.rig[0][7]);
+  EXPECT_EQ(recording::decode_grey_png(png)->at<unsigned char>(5, 5), 7);
+  const std::string sweep = playback.pictures->rig(playback.run.rig[1], playback.rig[1][8]);
+  EXPECT_EQ(*reinterpret_cast<const float*>(sweep.data()), 6);
+  fs::rename(folder / "walk/recording", place.folder / "recording");
+  const std::string report = pages::run_sections(pages::read_run(place.folder), "", "");
+  EXPECT_THAT(report, HasSubstr("aria-label='cam1 at"));
+  EXPECT_THAT(report, HasSubstr("cam1, gray"));
+}
+
+TEST_F(PlaybackTest, AReportWithoutARigHasNoFurtherCameras) {
+  fs::rename(folder_ / "walk/recording", result_ / "recording");
+  const std::string report = pages::run_sections(pages::read_run(result_), "", "");
+  EXPECT_THAT(report, HasSubstr("head camera at"));
+  EXPECT_THAT(report, testing::Not(HasSubstr("Further cameras")));
 }
 
 TEST_F(PlaybackTest, ALineBreaksWhereThereIsNoEstimate) {

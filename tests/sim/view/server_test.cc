@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "sim/recording/image_file.h"
 #include "sim/view/live_view.h"
 #include "sim/view/site.h"
 #include "tests/sim/view/raw_client.h"
@@ -195,6 +196,40 @@ TEST_F(Live, AViewerThatReadsIsServedBesideOneThatStalls) {
   next_message(reading);  // the last frame
   view_.show(frame_at(2000));
   EXPECT_THAT(next_message(reading).value_or(""), HasSubstr("\"t\":66.0"));
+}
+
+// An image comes with the first frame, a sweep with one that is not shown.
+TEST(LiveRig, APageFetchesTheNewestReadingsOfTheFramesItWasSent) {
+  recording::RecordingSetup setup;
+  setup.rig = {{.name = "rgb0", .kind = rig::Kind::color}, {.name = "lidar0", .kind = rig::Kind::lidar}};
+  LiveView view({.token = kToken}, {.label = "a walk", .rig = setup.rig}, false);
+  view.begin(setup);
+  RawClient client(view.access().port), fetching(view.access().port);
+  open_socket(client, view.access());
+  ASSERT_TRUE(has_a_viewer(view));
+  next_message(client);  // the pace
+  const cv::Mat red(2, 3, CV_8UC3, cv::Scalar(255, 0, 0));
+  view.wants({.rig = {{.sensor = 0, .image = red}}});
+  view.show(frame_at(3));
+  EXPECT_THAT(next_message(client).value_or(""), HasSubstr("\"rig\":0}"));
+  view.wants({.rig = {{.sensor = 1, .points = {{1, 2, 3}}}}});
+  view.show(frame_at(4));
+  EXPECT_THAT(next_message(client).value_or(""), HasSubstr("\"rig\":1}"));
+  const auto body = [&](const std::string& path) {
+    fetching.send("GET " + path + "?token=" + kToken + " HTTP/1.1\r\nHost: " + authority(view.access()) +
+                  "\r\n\r\n");
+    const std::string response = fetching.response();
+    EXPECT_THAT(response, StartsWith("HTTP/1.1 200"));
+    return response.substr(response.find("\r\n\r\n") + 4);
+  };
+  EXPECT_EQ(body("/rig/0/0/0"), recording::encode_png(red));
+  EXPECT_EQ(body("/rig/0/0/1"), recording::encode_png(red));
+  EXPECT_EQ(body("/rig/0/1/0"), "") << "there was no sweep yet";
+  EXPECT_EQ(body("/rig/0/1/1").size(), 12u);
+  EXPECT_EQ(body("/rig/0/0/2"), "");
+  for (int k = 5; k < 40; ++k) view.show(frame_at(k));
+  EXPECT_NE(body("/rig/0/0/36"), "");
+  EXPECT_EQ(body("/rig/0/0/0"), "") << "kept for some frames only";
 }
 
 TEST_F(Live, FoxgloveIsSpokenOnTheSamePort) {
