@@ -81,9 +81,9 @@ ShownRun shown_run(const scenario::Scenario& scenario, const std::shared_ptr<cam
   run.model = model_of(robot, scenario.world.seed);
   if (scenario.camera) {
     run.camera = live::intrinsics(camera::camera_model(*scenario.camera));
-    run.rig =
-        rig::calibrated(scenario.rig, *run.camera, scenario.camera->rate_hz, scenario.camera->readout_s,
-                        {scenario.rig.size(), Eigen::Isometry3d::Identity()});  // places are known later
+    const std::vector<Eigen::Isometry3d> places(scenario.rig.size(), Eigen::Isometry3d::Identity());
+    run.rig = rig::calibrated(scenario.rig, *run.camera, scenario.camera->rate_hz, scenario.camera->readout_s,
+                              places);  // which the page does not need
   } else {
     run.missing.emplace_back("No head images: the scenario has no camera.");
   }

@@ -77,6 +77,18 @@ TEST(FrameJson, TheStateIsASentence) {
   EXPECT_EQ(to_json(frame)["state"], "lost: almost no landmark found; inconsistent: gyro, x");
 }
 
+slam::RigReading image_of(const cv::Mat& image) {
+  slam::RigReading reading;
+  reading.image = image;
+  return reading;
+}
+
+rig::RigSensor sensor_of(rig::Kind kind) {
+  rig::RigSensor sensor;
+  sensor.kind = kind;
+  return sensor;
+}
+
 cv::Vec3b first_pixel(const std::string& png) {
   return recording::decode_png(png, CV_8UC3)->at<cv::Vec3b>(0, 0);
 }
@@ -85,11 +97,12 @@ TEST(ShownReading, CamerasAreAsTheyAreAndDepthIsBlueNearRedFarAndBlackWithout) {
   using rig::Kind;
   const cv::Mat gray(2, 3, CV_8UC1, cv::Scalar(7)), color(2, 3, CV_8UC3, cv::Scalar(200, 100, 0));
   const auto same = [](const cv::Mat& a, const cv::Mat& b) { return cv::norm(a, b, cv::NORM_INF) == 0; };
-  EXPECT_TRUE(same(*recording::decode_grey_png(shown({.image = gray}, {.kind = Kind::grey})), gray));
-  EXPECT_TRUE(same(*recording::decode_png(shown({.image = color}, {.kind = Kind::color}), CV_8UC3), color));
-  const rig::RigSensor depth{.kind = Kind::depth, .nearest_m = 0.5, .furthest_m = 4};
+  EXPECT_TRUE(same(*recording::decode_grey_png(shown(image_of(gray), sensor_of(Kind::grey))), gray));
+  EXPECT_TRUE(same(*recording::decode_png(shown(image_of(color), sensor_of(Kind::color)), CV_8UC3), color));
+  rig::RigSensor depth = sensor_of(Kind::depth);
+  depth.nearest_m = 0.5, depth.furthest_m = 4;
   const auto at = [&](int mm) {
-    return first_pixel(shown({.image = cv::Mat(2, 2, CV_16UC1, cv::Scalar(mm))}, depth));
+    return first_pixel(shown(image_of(cv::Mat(2, 2, CV_16UC1, cv::Scalar(mm))), depth));
   };
   const cv::Vec3b near = at(1000), far = at(3700);  // red, green, blue
   EXPECT_EQ(at(0), cv::Vec3b(0, 0, 0));
@@ -100,15 +113,17 @@ TEST(ShownReading, CamerasAreAsTheyAreAndDepthIsBlueNearRedFarAndBlackWithout) {
 }
 
 TEST(ShownReading, PointsOfALidarAreInTheFrameOfTheHeadCameraAndAnImuHasNone) {
-  rig::RigSensor lidar{.kind = rig::Kind::lidar};
+  rig::RigSensor lidar = sensor_of(rig::Kind::lidar);
+  slam::RigReading sweep;
+  sweep.points = {{3, 2, 1}, {1, 0, 0}};
   lidar.X_CS = rig::camera_from_forward_left_up();
   lidar.X_CS.pretranslate(Eigen::Vector3d(0, -0.1, 0));
-  const std::string bytes = shown({.points = {{3, 2, 1}, {1, 0, 0}}}, lidar);
+  const std::string bytes = shown(sweep, lidar);
   ASSERT_EQ(bytes.size(), 24u);
   const auto points = reinterpret_cast<const float*>(bytes.data());
   EXPECT_TRUE(Eigen::Map<const Eigen::Vector3f>(points).isApprox(Eigen::Vector3f(-2, -1.1, 3), 1e-6));
   EXPECT_TRUE(Eigen::Map<const Eigen::Vector3f>(points + 3).isApprox(Eigen::Vector3f(0, -0.1, 1), 1e-6));
-  EXPECT_EQ(shown({}, {.kind = rig::Kind::imu}), "");
+  EXPECT_EQ(shown({}, sensor_of(rig::Kind::imu)), "");
 }
 
 TEST(FrameMessage, JsonAndImageAreInOneMessage) {

@@ -125,12 +125,21 @@ TEST(PlaybackOfARig, EachFrameHasTheNewestReadingOfEachCameraAndLidar) {
   const files::TemporaryFolder folder;
   const slam::CameraIntrinsics camera = slam::synthetic::calibration().camera;
   const std::vector<rig::RigSensor> rig{{.name = "cam1", .kind = rig::Kind::grey, .camera = camera},
-                                        {.name = "lidar0", .kind = rig::Kind::lidar, .furthest_m = 9}};
+                                        {.name = "lidar0",
+                                         .kind = rig::Kind::lidar,
+                                         .nearest_m = 0.1,
+                                         .furthest_m = 9,
+                                         .lowest_rad = -0.1,
+                                         .highest_rad = 0.9}};
   tests::write_result(folder / "walk", tests::short_walk(9), "", rig, [&](int k, slam::Stamp t) {
     std::vector<slam::RigReading> all;
-    const cv::Mat image(camera.height_px, camera.width_px, CV_8UC1, cv::Scalar(k));
-    if (k >= 3) all.push_back({.sensor = 0, .t = t, .image = image});
-    if (k % 3 == 0) all.push_back({.sensor = 1, .t = t, .points = {{1.0f * static_cast<float>(k), 0, 0}}});
+    const auto added = [&](int sensor) -> slam::RigReading& {
+      all.emplace_back().sensor = sensor;
+      all.back().t = t;
+      return all.back();
+    };
+    if (k >= 3) added(0).image = cv::Mat(camera.height_px, camera.width_px, CV_8UC1, cv::Scalar(k));
+    if (k % 3 == 0) added(1).points = {{static_cast<float>(k), 0, 0}};
     return all;
   });
   result::ResultPlace place;

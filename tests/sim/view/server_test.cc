@@ -209,10 +209,14 @@ TEST(LiveRig, APageFetchesTheNewestReadingsOfTheFramesItWasSent) {
   ASSERT_TRUE(has_a_viewer(view));
   next_message(client);  // the pace
   const cv::Mat red(2, 3, CV_8UC3, cv::Scalar(255, 0, 0));
-  view.wants({.rig = {{.sensor = 0, .image = red}}});
+  slam::Observation with_image, with_sweep;
+  with_image.rig.emplace_back().image = red;
+  with_sweep.rig.emplace_back().sensor = 1;
+  with_sweep.rig[0].points = {{1, 2, 3}};
+  view.wants(with_image);
   view.show(frame_at(3));
   EXPECT_THAT(next_message(client).value_or(""), HasSubstr("\"rig\":0}"));
-  view.wants({.rig = {{.sensor = 1, .points = {{1, 2, 3}}}}});
+  view.wants(with_sweep);
   view.show(frame_at(4));
   EXPECT_THAT(next_message(client).value_or(""), HasSubstr("\"rig\":1}"));
   const auto body = [&](const std::string& path) {
