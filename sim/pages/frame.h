@@ -70,7 +70,7 @@ std::string shown(const slam::RigReading& reading, const rig::RigSensor& sensor)
 /// What shown() shows, in words.
 std::string words_of(const rig::RigSensor& sensor);
 
-/// The image file of each frame; empty if there is none. Of a camera or a lidar of the rig the file of the
+/// The image file of each frame, or an empty path. For a camera or a lidar of the rig: the file of the
 /// newest reading. Throws FileError if a file is outside of the recording.
 std::vector<std::filesystem::path> image_files(const std::vector<Frame>& frames,
                                                const std::filesystem::path& recording,

@@ -256,7 +256,8 @@ export class Scene {
   showSweep(name, points) {
     let sweep = this.sweeps.get(name);
     if (!sweep) {
-      sweep = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({size: 2, sizeAttenuation: false}));
+      sweep = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({size: 3, sizeAttenuation: false,
+        transparent: true, opacity: 0.8, depthTest: false}));  // drawn over the surfaces that they lie on
       sweep.frustumCulled = false;
       sweep.userData.role = 'second';
       this.sweeps.set(name, sweep);

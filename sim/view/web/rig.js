@@ -11,7 +11,7 @@ export class RigLayer {
     this.stored = new Stored(`/rig/${run.index}/${number}`, isLidar ? points : picture, 100);
     this.canvas = isLidar ? null : element('canvas', {width: 0, height: 0, role: 'img', 'aria-label': `image of ${sensor.name}`});
     this.on = element('input', {type: 'checkbox', checked: '', onchange: () => this.show(this.index)});
-    this.element = element('figure', {}, element('label', {class: 'key'}, this.on, element('b', {}, sensor.name), sensor.words), this.canvas);
+    this.element = element('figure', {class: sensor.kind}, element('label', {class: 'key'}, this.on, element('b', {}, sensor.name), sensor.words), this.canvas);
   }
 
   /// While an element is fetched, frames may pass; then the newest is fetched.
