@@ -23,7 +23,7 @@ constexpr const char* kOwnProtocol = "gaitslam.view.v1";
 constexpr std::chrono::milliseconds kLeastInterval{25}, kLeastMapInterval{100}, kLeastStripsInterval{1000};
 constexpr std::chrono::milliseconds kForMessages{3000}, kForPages{15000};  // at the end
 constexpr std::size_t kMostReadings = 400;  // of the IMU, kept for the next frame
-constexpr std::size_t kMostShown = 32;      // frames whose readings of the rig pages can fetch
+constexpr std::size_t kMostShown = 32;      // newest frames; pages can fetch their rig readings
 
 bool is_own(const Client& client) { return client.protocol() == kOwnProtocol; }
 
