@@ -42,8 +42,9 @@ const std::array<Channel, 6>& channels() {
   static const std::array<Channel, 6> all{
       {{"/camera/image/compressed", ros::kCompressedImage,
         [](const Frame& f, const Setup&) {
-          return f.image.empty() ? ""
-                                 : ros::compressed_image(f.t, ros::kCameraFrame, recording::encode_grey_png(f.image));
+          return f.image.empty()
+                     ? ""
+                     : ros::compressed_image(f.t, ros::kCameraFrame, recording::encode_grey_png(f.image));
         }},
        {"/camera/camera_info", ros::kCameraInfo,
         [](const Frame& f, const Setup& setup) {

@@ -65,7 +65,7 @@ const std::vector<Rule>& rules() {
       {"sim/pages/",
        "sim/pages/ sim/rig/ sim/regression/ sim/replay/ sim/result/ sim/tracking/ sim/scenario/ "
        "sim/recording/ "
-       "sim/score/ sim/files/ slam/ Eigen/ fmt/ nlohmann/ opencv2/core"},
+       "sim/score/ sim/files/ slam/ Eigen/ fmt/ nlohmann/ opencv2/core opencv2/imgproc"},
       {"sim/view/live/",
        "sim/view/ sim/live/ sim/rig/ sim/physics/ sim/camera/ sim/export/ sim/recording/ sim/files/ "
        "walking/plan.h "
