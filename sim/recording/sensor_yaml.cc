@@ -211,11 +211,14 @@ std::optional<slam::Stamp> read_first_interval(const Yaml& yaml) {
   return slam::Stamp(*ns) - kEpoch;
 }
 
-// Calls take(key, number) for the numbers that a further sensor of its kind has.
+constexpr double kLargest = 1e6;  // of a sensor's numbers; rates have their own limits
+
+// Calls take(key, number, lowest = 0, highest = kLargest) for the numbers that a further sensor of its kind
+// has.
 void each_number(auto& sensor, auto&& take) {
   using rig::Kind;
   take("rate_hz", sensor.rate_hz);
-  take("time_offset_s", sensor.time_offset_s);
+  take("time_offset_s", sensor.time_offset_s, -kLargest);
   if (sensor.kind == Kind::grey || sensor.kind == Kind::color) {
     take("readout_s", sensor.readout_s);
     take("read_sigma_grey", sensor.read_sigma_grey);
@@ -226,13 +229,13 @@ void each_number(auto& sensor, auto&& take) {
     take("furthest_m", sensor.furthest_m);
   }
   if (sensor.kind == Kind::depth) {
-    take("baseline_m", sensor.baseline_m);
+    take("baseline_m", sensor.baseline_m, 1e-3);
     take("disparity_sigma_px", sensor.disparity_sigma_px);
-    take("edge_px", sensor.edge_px);
+    take("edge_px", sensor.edge_px, 0, 20);
   }
   if (sensor.kind == Kind::lidar) {
-    take("lowest_rad", sensor.lowest_rad);
-    take("highest_rad", sensor.highest_rad);
+    take("lowest_rad", sensor.lowest_rad, -M_PI);
+    take("highest_rad", sensor.highest_rad, -M_PI);
     take("range_sigma_m", sensor.range_sigma_m);
     take("angle_sigma_rad", sensor.angle_sigma_rad);
   }
@@ -295,7 +298,8 @@ std::string rig_sensor_yaml(const rig::RigSensor& sensor, const slam::Calibratio
                      fmt::format("kind: {}\n", rig::kKinds.at(static_cast<std::size_t>(sensor.kind)));
   if (rig::is_camera(sensor)) text += intrinsics(sensor.camera);
   if (sensor.kind == rig::Kind::depth) text += fmt::format("aligned_with: {}\n", sensor.aligned_with);
-  each_number(sensor, [&](const char* key, auto value) { text += fmt::format("{}: {}\n", key, value); });
+  each_number(sensor,
+              [&](const char* key, auto value, auto...) { text += fmt::format("{}: {}\n", key, value); });
   return text + first_interval(begin);
 }
 
@@ -306,16 +310,15 @@ std::vector<std::string> read_body_yaml(const std::filesystem::path& file, const
   if (!yaml.at("rig").IsSequence()) yaml.fail(yaml.at("rig").Mark(), "rig: expected a list of sensors");
   for (const YAML::Node& name : yaml.at("rig")) {
     if (!name.IsScalar()) yaml.fail(name.Mark(), "rig: expected the name of a sensor");
-    if (std::ranges::find(names, name.Scalar()) != names.end())
-      yaml.fail(name.Mark(), fmt::format("rig: {} is given twice, expected once", name.Scalar()));
     names.push_back(name.Scalar());
   }
+  if (const auto found = rig::name_problem(names))
+    yaml.fail(yaml.at("rig")[found->item].Mark(), "rig: " + found->what);
   return names;
 }
 
 ReadRigSensor read_rig_sensor_yaml(const std::filesystem::path& file, const std::string& text,
                                    const std::string& name) {
-  constexpr double kLargest = 1e6;  // rates have their own limits
   const Yaml yaml(file, text);
   ReadRigSensor read;
   rig::RigSensor& sensor = read.sensor;
@@ -328,16 +331,19 @@ ReadRigSensor read_rig_sensor_yaml(const std::filesystem::path& file, const std:
   sensor.X_CS = yaml.pose("T_CS", false);
   if (rig::is_camera(sensor)) sensor.camera = read_intrinsics(file, yaml);
   if (sensor.kind == rig::Kind::depth) sensor.aligned_with = yaml.at("aligned_with").Scalar();
-  each_number(sensor, [&](const char* key, auto& value) {
+  each_number(sensor, [&](const char* key, auto& value, double lowest = 0, double highest = kLargest) {
     using Number = std::decay_t<decltype(value)>;
     const YAML::Node node = yaml.at(key);
     const auto stated = files::parse_number<Number>(node.IsScalar() ? node.Scalar() : "");
-    if (!stated || !(std::abs(*stated) <= kLargest))
+    if (!stated || !(*stated >= lowest && *stated <= highest))
       yaml.fail(node.Mark(),
-                fmt::format("{}: expected {} from -{:.0f} to {:.0f}", key,
-                            std::is_integral_v<Number> ? "a whole number" : "a number", kLargest, kLargest));
+                fmt::format("{}: expected {} from {} to {}", key,
+                            std::is_integral_v<Number> ? "a whole number" : "a number", lowest, highest));
     value = *stated;
   });
+  if (sensor.nearest_m > sensor.furthest_m)
+    yaml.fail(yaml.at("nearest_m").Mark(),
+              fmt::format("nearest_m {} is above furthest_m {}", sensor.nearest_m, sensor.furthest_m));
   if (sensor.kind == rig::Kind::imu) read.begin = read_first_interval(yaml);
   return read;
 }

@@ -185,5 +185,7 @@ struct Problem {
   std::string what;
 };
 std::optional<Problem> problem(const std::vector<Item>& items);
+/// Returns the first of these names of further sensors that is taken or not a folder name, and why.
+std::optional<Problem> name_problem(const std::vector<std::string>& names);
 
 }  // namespace sim::rig

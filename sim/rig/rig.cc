@@ -115,17 +115,25 @@ std::vector<std::string_view> preset_names() {
   return names;
 }
 
+std::optional<Problem> name_problem(const std::vector<std::string>& names) {
+  std::set<std::string> taken{"cam0", "imu0", "plan0", "encoders0", "forces0", "state_groundtruth_estimate0"};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (!is_folder_name(names[i]))
+      return Problem{i, fmt::format("name '{}': expected 1 to 40 characters of a-z, 0-9 and _", names[i])};
+    if (!taken.insert(names[i]).second) return Problem{i, fmt::format("name '{}' is taken", names[i])};
+  }
+  return std::nullopt;
+}
+
 std::optional<Problem> problem(const std::vector<Item>& items) {
-  std::set<std::string> names{"cam0", "imu0", "plan0", "encoders0", "forces0", "state_groundtruth_estimate0"};
-  std::vector<std::string> cameras{"cam0"};
-  for (const Item& item : items)
-    if (has_images(item)) cameras.push_back(name_of(item));
+  std::vector<std::string> names, cameras{"cam0"};
+  for (const Item& item : items) {
+    names.push_back(name_of(item));
+    if (has_images(item)) cameras.push_back(names.back());
+  }
+  if (const auto found = name_problem(names)) return found;
   std::set<std::string> with_depth;
   for (std::size_t i = 0; i < items.size(); ++i) {
-    const std::string& name = name_of(items[i]);
-    if (!is_folder_name(name))
-      return Problem{i, fmt::format("name '{}': expected 1 to 40 characters of a-z, 0-9 and _", name)};
-    if (!names.insert(name).second) return Problem{i, fmt::format("name '{}' is taken", name)};
     const auto* depth = std::get_if<DepthCamera>(&items[i]);
     if (!depth) continue;
     if (std::ranges::find(cameras, depth->aligned_with) == cameras.end())

@@ -52,13 +52,13 @@ std::vector<rig::RigSensor> rig_of(std::uint64_t seed) {
       s.readout_s = random.uniform(), s.read_sigma_grey = random.uniform(),
       s.shot_sigma_grey = random.uniform();
     if (kind == Kind::depth || kind == Kind::lidar)
-      s.nearest_m = random.uniform(), s.furthest_m = random.uniform();
+      s.nearest_m = random.uniform(), s.furthest_m = 1 + random.uniform();
     if (kind == Kind::depth) {
       s.aligned_with = "rgb0", s.edge_px = 2;
       s.baseline_m = random.uniform(), s.disparity_sigma_px = random.uniform();
     }
     if (kind == Kind::lidar) {
-      s.lowest_rad = random.normal(), s.highest_rad = random.normal();
+      s.lowest_rad = -random.uniform(), s.highest_rad = random.uniform();
       s.range_sigma_m = random.uniform(), s.angle_sigma_rad = random.uniform();
     }
     if (kind == Kind::imu) {
@@ -438,13 +438,18 @@ TEST(Recording, ErrorsInAFileNameLineAndColumn) {
            {imu, begins, "first_interval_began: ", ": has no key first_interval_begins_ns"},
            {imu, begins, begins + "9", "expected an integer"},
            {imu, begins + "9", begins + "19", "of another file"},
-           {"mav0/body.yaml", "rgb0", "cam1", ":3:13: rig: cam1 is given twice, expected once"},
+           {"mav0/body.yaml", "rgb0", "cam1", ":3:13: rig: name 'cam1' is taken"},
+           {"mav0/body.yaml", "cam1", "imu0", ":3:7: rig: name 'imu0' is taken"},
+           {"mav0/body.yaml", "cam1", "a/b", ":3:7: rig: name 'a/b': expected 1 to 40 characters of a-z"},
            {"mav0/body.yaml", "[cam1", "[{cam1: 1}", ":3:7: rig: expected the name of a sensor"},
            {"mav0/body.yaml", "[cam1", "[cam2", "of another file"},
            {rgb, "kind: color", "kind: red", ":18:7: kind: expected one of grey, color, depth, lidar, imu"},
            {rgb, "kind: color", "kind: grey", "is not an 8-bit gray image"},
            {rgb, "resolution: [32", "resolution: [33", "is an image of 32x40"},
            {rgb, "time_offset_s: ", "time_offset_s: 1e9", "time_offset_s: expected a number from -1000000"},
+           {rgb, "readout_s: ", "readout_s: -", "readout_s: expected a number from 0 to 1000000"},
+           {depth, "edge_px: 2", "edge_px: -2147483648", "edge_px: expected a whole number from 0 to 20"},
+           {depth, "nearest_m: 0.", "nearest_m: 9.", "is above furthest_m 1."},
            {depth, "aligned_with: rgb0", "aligned_with: imu1",
             ": aligned_with: the rig has no gray or color camera imu1"},
            {depth, "edge_px: 2", "edge_px: 2.5", "edge_px: expected a whole number from"},
