@@ -75,12 +75,22 @@ inline std::map<std::string, std::string> contents() {
   recordings::RecordingSetup setup;
   setup.calibration.camera = {48, 36, 30, 30, 24, 18, slam::OneParameterRadial{1e-4}};
   setup.joints = {"KNEE"};
+  for (const char* name : {"rig_color", "rig_depth", "rig_lidar", "rig_imu"}) {
+    sim::rig::RigSensor& sensor = setup.rig.emplace_back();
+    sensor.name = name, sensor.kind = static_cast<sim::rig::Kind>(setup.rig.size());
+    sensor.camera = setup.calibration.camera, sensor.aligned_with = "cam0", sensor.baseline_m = 0.05;
+  }
   recordings::RecordingWriter writer(root(), setup);
   slam::Observation o;
   o.image = cv::Mat(36, 48, CV_8UC1, cv::Scalar(7));
   o.gyro = {{slam::Stamp{-5'000'000}, slam::Stamp{0}, {1, 2, 3}}};
   o.accelerometer = o.gyro;
   o.plan.emplace();
+  for (int i = 0; i < 4; ++i) o.rig.emplace_back().sensor = i;
+  o.rig[0].image = cv::Mat(36, 48, CV_8UC3, cv::Scalar(7, 8, 9));
+  o.rig[1].image = cv::Mat(36, 48, CV_16UC1, cv::Scalar(700));
+  o.rig[2].points = {{1, 2, 3, 0.5, 6}};
+  o.rig[3].begin = slam::Stamp{-5'000'000};
   writer.add(o);
   writer.add(recordings::TruePoses{});
   writer.add(recordings::TrueFeet{});
@@ -97,10 +107,18 @@ inline std::map<std::string, std::string> contents() {
 inline void recording(std::string_view text) {
   using namespace recordings::recording_format;
   static std::map<std::string, std::string> files = contents();
-  static const std::vector<std::string> parsed{
-      kFrames,       kCameraSensor,    kCameraRows,     kImuSensor,         kImuRows,   kPlanSensor,
-      kPlanRows,     kTrueCamera.file, kTrueWaist.file, kPlannedWaist.file, kFeet.file, kCorrectedSteps.file,
-      kSurfaces.file};
+  static const std::vector<std::string> parsed = [] {
+    std::vector<std::string> all{kFrames,         kCameraSensor,
+                                 kCameraRows,     kImuSensor,
+                                 kImuRows,        kPlanSensor,
+                                 kPlanRows,       kTrueCamera.file,
+                                 kTrueWaist.file, kPlannedWaist.file,
+                                 kFeet.file,      kCorrectedSteps.file,
+                                 kSurfaces.file,  kBody};
+    for (const auto& [name, content] : files)
+      if (name.starts_with("mav0/rig_") && !name.ends_with(".png")) all.push_back(name);
+    return all;
+  }();
   if (text.empty()) return;
   const std::string& changed = parsed[static_cast<unsigned char>(text[0]) % parsed.size()];
   const std::string whole = std::exchange(files[changed], std::string(text.substr(1)));
