@@ -61,9 +61,9 @@ class Renderer {
   void draw(std::span<const std::uint32_t> indices, unsigned texture);
   /// CV_8UC1 or CV_8UC3 (RGB).
   cv::Mat read() const;
-  /// The depth buffer: 0 at the near plane, 1 at the far one and where nothing was drawn.
+  /// The depth buffer: 0 at the near plane, 1 at the far plane and for pixels without a surface.
   cv::Mat1f read_depth() const;
-  /// Replaces the picture by a black one in which draw_mark() paints white what is visible of triangles.
+  /// Clears the picture to black. draw_mark() then paints the visible parts of triangles white.
   void begin_marks();
   void draw_mark(std::span<const std::uint32_t> indices);
   void end_marks();

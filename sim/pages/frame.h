@@ -67,7 +67,7 @@ std::string to_message(const Frame& frame);
 /// nearest_m (blue) to furthest_m (red) and black where there is none; of a lidar its points in the frame of
 /// the head camera, x, y, z in m as float32; of an IMU nothing.
 std::string shown(const slam::RigReading& reading, const rig::RigSensor& sensor);
-/// What shown() shows, in words.
+/// Describes the output of shown() in words.
 std::string words_of(const rig::RigSensor& sensor);
 
 /// The image file of each frame, or an empty path. For a camera or a lidar of the rig: the file of the

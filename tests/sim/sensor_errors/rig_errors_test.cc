@@ -187,7 +187,7 @@ TEST(RigErrors, ImuReadingsHaveWhiteNoiseAndOneBiasPerSeed) {
   EXPECT_NEAR(bias_square, 1, 5 * std::sqrt(2.0 / 48));  // 48 draws
 }
 
-// Of sensors with all errors: gray, color, depth, lidar, IMU.
+// Sensors with all errors: gray, color, depth, lidar, IMU.
 TEST(RigErrors, AFurtherSensorChangesNoNumberOfAnotherNorDoesTheOrderOfReadings) {
   std::vector<rig::RigSensor> rig;
   for (const auto& [name, kind] : {std::pair("cam1", Kind::grey),
