@@ -98,8 +98,8 @@ std::vector<cv::Rect> unsampled_strips(const cv::Mat2f& map, const Pinhole& view
   return unsampled;
 }
 
-// The slope of the side whose slope is the smaller one, none where they differ in sign: the other side may be
-// beyond an edge.
+// Returns the smaller of the slopes to both neighbors, or 0 if their signs differ: one neighbor may belong to
+// another surface.
 float slope(float before, float here, float after) {
   const float left = here - before, right = after - here;
   if (left * right <= 0) return 0;

@@ -61,7 +61,7 @@ class LensWarp {
   CameraModel camera_;
   std::vector<Pinhole> views_;
   cv::Mat map_, fraction_;  ///< cv::remap's fixed-point maps
-  cv::Mat3f samples_;       ///< of each pixel: where it samples, and its depth over the depth in its view
+  cv::Mat3f samples_;  ///< for each pixel: source pixel (x, y), and depth divided by the depth in its view
 };
 
 }  // namespace sim::camera

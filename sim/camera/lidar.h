@@ -18,8 +18,8 @@ namespace sim::camera {
 
 /// Direction of a ray in the lidar's axes (forward, left, up), by its number since t = 0. Two rotations that
 /// never come back to the same pair of angles, as of two prisms: the first, one turn per sweep, is the
-/// azimuth; the second makes 120 sqrt(2) cycles meanwhile, in which the sine of the elevation goes evenly up
-/// and down, so that equal solid angles get equally many rays. Sweeps of 20 000 rays have gaps of a degree,
+/// azimuth; the second moves the sine of the elevation evenly up and down, 120 sqrt(2) cycles per sweep, so
+/// that equal solid angles get equally many rays. Sweeps of 20 000 rays have gaps of a degree,
 /// which later sweeps fill.
 Eigen::Vector3d ray_direction(const rig::Lidar& options, std::int64_t number);
 
@@ -35,7 +35,7 @@ class Lidar {
 
   /// The points of the rays at begin <= t < end, each in the lidar's frame at its own time; offsets count
   /// from `begin`. motion: known during this time. The link that carries the lidar is invisible; other links
-  /// are where they were in the middle of the millisecond. Surfaces that return no light and those out of
+  /// have their pose of the middle of the millisecond. Surfaces that return no light and those out of
   /// range give no point. Intensity: gray level of the surface in white light (its picture averaged over 4x4
   /// texels), times the cosine of the angle of incidence.
   std::vector<slam::LidarPoint> scan(const RecentMotion& motion, std::chrono::nanoseconds begin,

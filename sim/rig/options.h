@@ -178,8 +178,8 @@ const std::string& name_of(const Item& item);
 std::optional<std::vector<Item>> preset(std::string_view name);
 std::vector<std::string_view> preset_names();
 
-/// An item that contradicts those before it, and why: a name that is taken or is no folder name, a depth
-/// camera without its partner.
+/// An invalid item and the reason: a name that is taken or not a folder name, or a depth camera without its
+/// partner.
 struct Problem {
   std::size_t item;
   std::string what;

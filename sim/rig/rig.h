@@ -59,7 +59,7 @@ std::vector<RigSensor> calibrated(const std::vector<Item>& items, const slam::Ca
 /// in the middle.
 slam::CameraIntrinsics lens(int width_px, int height_px, double fov_rad, double distortion);
 
-/// A camera of the rig whose readings a depth camera shares: its index, or -1 for the head camera.
+/// Returns the index of the camera that a depth camera is aligned with, or -1 for the head camera.
 int partner(const std::vector<RigSensor>& rig, const RigSensor& depth);
 
 }  // namespace sim::rig
