@@ -136,9 +136,9 @@ void LiveView::wait_for_viewer() const {
 
 bool LiveView::wants(const slam::Observation& observation) {
   const bool others = server_.with_room("foxglove") > 0;
-  if (others)
-    for (exports::ImuReading& reading : foxglove_->merged(observation))
-      if (imu_.size() < kMostReadings) imu_.push_back(reading);
+  // Merged without a listener, too: a frame may split a reading, and its second part belongs to the first.
+  for (exports::ImuReading& reading : foxglove_->merged(observation))
+    if (others && imu_.size() < kMostReadings) imu_.push_back(reading);
   const bool pages = server_.with_room("gaitslam") > 0;
   if (pages)
     for (const slam::RigReading& reading : observation.rig)
