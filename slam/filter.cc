@@ -12,6 +12,7 @@ constexpr int kMostChecked = 600;             // parameters of it, because the c
 Filter::Filter(const Options& options, const Calibration& calibration, const Eigen::Isometry3d& X_WC_start,
                std::uint64_t seed)
     : options_(options),
+      depth_(calibration.depth),
       kalman_(initial_state(X_WC_start, with_leg_odometry(options)),
               options.consistency.observability_constrained && options.known_landmarks.at_m.empty(),
               MatchBiases::places(options.vision, options.bounds)),
@@ -32,9 +33,9 @@ const FrameReport& Filter::step(const Observation& o) {
   const auto planned = internal_.advance_plan(o, seconds(interval));
   const InternalResult& internal =
       now_ ? predict_and_update(o, planned) : internal_.skip();  // eq. (6), section IV
-  const VisualResult& visual =
-      visual_.step({o.image, o.t, interval, stands_still(o, planned, options_), o.plan.has_value(), frames_,
-                    nis_of(internal.innovations, "height"), kalman_, tracking_});  // section III-A
+  const VisualResult& visual = visual_.step(
+      {o.image, depth_image(o), o.t, interval, stands_still(o, planned, options_), o.plan.has_value(),
+       frames_, nis_of(internal.innovations, "height"), kalman_, tracking_});  // section III-A
   const Evidence evidence = monitor(o, interval, visual);
   if (was_lost) tracking_.remains_lost(interval);
   if (now_) interval_ = interval;
@@ -49,7 +50,20 @@ std::string Filter::objection(const Observation& o) const {
   if (tracking_.health() == Health::diverged) return "the filter has stopped: " + tracking_.cause();
   if (now_ && o.t <= *now_) return "its time is not after the last one's";
   if (now_ && seconds(o.t - *now_) > kLongestStep_s) return "its time is more than 10 s after the last one's";
-  return malformation(o, visual_.intrinsics());
+  const CameraIntrinsics& camera = visual_.intrinsics();
+  const cv::Mat depth_mm = depth_image(o).mm;
+  if (!depth_mm.empty() &&
+      (depth_mm.type() != CV_16UC1 || depth_mm.size() != cv::Size(camera.width_px, camera.height_px)))
+    return "its depth image is not 16-bit of the camera's size";
+  return malformation(o, camera);
+}
+
+/// The image of the aligned depth camera at the time of the frame.
+DepthImage Filter::depth_image(const Observation& o) const {
+  for (const RigReading& reading : o.rig)
+    if (depth_ && reading.sensor == depth_->sensor && reading.t == o.t)
+      return {reading.image, depth_->sigma_inverse_1_m};
+  return {};
 }
 
 /// A rejected observation changes the health but not the state.

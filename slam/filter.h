@@ -24,6 +24,7 @@ class Filter {
 
  private:
   std::string objection(const Observation& observation) const;
+  DepthImage depth_image(const Observation& observation) const;
   const FrameReport& refuse(Stamp t, const std::string& why);
   const InternalResult& predict_and_update(const Observation& observation,
                                            const std::optional<PlannedInterval>& planned);
@@ -32,6 +33,7 @@ class Filter {
   void report(Stamp t, const InternalResult& internal, const VisualResult& visual, const Evidence& evidence);
 
   Options options_;
+  std::optional<AlignedDepth> depth_;
   Kalman kalman_;
   InternalMeasurements internal_;
   VisualTracking visual_;

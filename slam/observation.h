@@ -63,8 +63,8 @@ struct LidarPoint {
   std::int32_t offset_ns = 0;  ///< time since the stamp of the sweep
 };
 
-/// A reading of one further sensor of the rig: an image, a sweep or an inertial reading. The filter ignores
-/// it.
+/// A reading of one further sensor of the rig: an image, a sweep or an inertial reading. The filter uses none
+/// but an aligned depth image (Calibration::depth).
 struct RigReading {
   int sensor = 0;  ///< index in the list of the rig's sensors
   Stamp t{0};  ///< of an image: middle of its exposure; of a sweep: its start; of an IMU: end of the interval

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <string_view>
 #include <variant>
 #include <vector>
@@ -39,10 +40,18 @@ struct CameraIntrinsics {
   Lens lens = OneParameterRadial{7.37e-6};
 };
 
+/// A depth camera with the pixels and stamps of the head camera. It measures disparities, so that the error
+/// of the inverse depth 1/z, z along the optical axis, is the same at all depths.
+struct AlignedDepth {
+  int sensor = 0;  ///< RigReading::sensor
+  double sigma_inverse_1_m = 0;
+};
+
 /// The mounting of the sensors, known to the filter as on the real robot.
 struct Calibration {
   CameraIntrinsics camera;
   Eigen::Isometry3d X_CG = Eigen::Isometry3d::Identity();  ///< chest IMU in the camera's frame
+  std::optional<AlignedDepth> depth = {};
 };
 
 /// The axes along which the planned velocity is measured: the robot's, or those of the plan's world.
@@ -54,8 +63,9 @@ enum class GyroReadings { all, last };
 inline constexpr std::array<std::string_view, 2> kGyroReadings{"all", "last"};
 
 /// The parameters of a new landmark: inverse depth, or the paper's semi-infinite line with depth particles.
-enum class FirstSight { inverse_depth, particles };
-inline constexpr std::array<std::string_view, 2> kFirstSights{"inverse_depth", "particles"};
+/// measured_depth: inverse depth, which starts with the depth camera's reading where it has one.
+enum class FirstSight { inverse_depth, particles, measured_depth };
+inline constexpr std::array<std::string_view, 3> kFirstSights{"inverse_depth", "particles", "measured_depth"};
 
 struct Options {
   struct Start {  ///< covers the robot's settling on its feet
@@ -260,8 +270,10 @@ struct Options {
       }
     } particles;
     static void keys(auto&& key) {
-      choice<&Depth::first_sight>(key, kFirstSights,
-                                  "a new landmark: by inverse depth, or a ray with depth particles");
+      choice<&Depth::first_sight>(
+          key, kFirstSights,
+          "a new landmark: by inverse depth, a ray with depth particles, or by the inverse of "
+          "the depth that a camera of the rig, aligned with cam0, measured");
       number<&Depth::inverse_1_m>(key, 1e-6, 100, "inverse depth of a new landmark");
       number<&Depth::sigma_inverse_1_m>(key, 1e-6, 100, "standard deviation of that inverse depth");
       number<&Depth::linearity>(key, 0, 10, "linearity index below which it becomes a point; 0: never");

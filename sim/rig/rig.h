@@ -41,6 +41,11 @@ struct RigSensor {
   double gyro_bias_walk_rad_s2 = 0, accelerometer_bias_walk_m_s3 = 0;  ///< of the chest IMU
 };
 
+/// Standard deviation of the inverse depth 1/z that a depth camera measures, 1/m.
+inline double inverse_depth_sigma(const RigSensor& depth) {
+  return depth.disparity_sigma_px / (depth.camera.fu_px * depth.baseline_m);
+}
+
 /// Returns whether the sensor has images.
 inline bool is_camera(const RigSensor& sensor) { return sensor.kind <= Kind::depth; }
 

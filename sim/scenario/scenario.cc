@@ -114,6 +114,22 @@ void check_happens(const ReadScenario& read, const Yaml& root, double end_s) {
   if (dark.left_fraction == 1) fail(at, "world.lights_off", "changes nothing: its left_fraction is 1");
 }
 
+/// Throws ConfigError if landmarks are to start with a depth that the rig does not measure.
+void check_measured_depth(const ReadScenario& read, Yaml at) {
+  const Scenario& scenario = read.scenario;
+  const auto measures_head_depth = [](const rig::Item& item) {
+    const auto* depth = std::get_if<rig::DepthCamera>(&item);
+    return depth && depth->aligned_with == "cam0";
+  };
+  if (!scenario.slam || scenario.slam->depth.first_sight != slam::FirstSight::measured_depth ||
+      std::ranges::any_of(scenario.rig, measures_head_depth))
+    return;
+  const std::string key = "slam.depth.first_sight";
+  if (const auto place = read.places.find(key); place != read.places.end()) at.origin = place->second;
+  fail(at, key,
+       "is measured_depth, expected a depth camera in the rig that is aligned with cam0, as in rig: d435i");
+}
+
 /// Throws ConfigError at a key of estimator.time that contradicts another one.
 void check_time(const ReadScenario& read, const Yaml& root) {
   const EstimatorTime& time = read.scenario.estimator_time;
@@ -169,6 +185,7 @@ void check_whole(const ReadScenario& read, const Yaml& at) {
          "needs the section 'camera': the filter works at its frames (--without camera,slam drops both)");
   }
   check_time(read, at);
+  check_measured_depth(read, at);
   if (!scenario.rig.empty() && !scenario.camera)
     fail(at, "rig", "needs the section 'camera': its readings come with the frames of the head camera");
   if (scenario.slam && scenario.slam->vision.enabled && scenario.world.room == "floor")

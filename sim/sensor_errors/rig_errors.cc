@@ -47,7 +47,7 @@ void mark_edges(const cv::Mat1w& depth_mm, bool turned, cv::Mat1b& marks) {
 // Each pixel has its draw, whether it has depth or not.
 cv::Mat measured_depth(const cv::Mat& ideal, const rig::RigSensor& sensor, Random random) {
   const cv::Mat1b holes = beside_edges(ideal, sensor.edge_px);
-  const double scale = sensor.disparity_sigma_px / (sensor.camera.fu_px * sensor.baseline_m);  // 1/m
+  const double scale = rig::inverse_depth_sigma(sensor);
   cv::Mat1w out(ideal.size());
   for (int row = 0; row < out.rows; ++row)
     for (int column = 0; column < out.cols; ++column) {

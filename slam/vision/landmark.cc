@@ -30,13 +30,16 @@ Matrix32d bearing_jacobian(double theta, double phi) {
   return J;
 }
 
+constexpr double kDepthStep_m = 1e-3;  // of depth images
+
 constexpr double kNegligible = 0.05;  // as a fraction of the mean probability
 
 }  // namespace
 
 LandmarkInitialization initialize_inverse_depth(const RobotVector& x, const Ray& ray, double sigma_px,
                                                 const Eigen::Vector2d& displacement,
-                                                const Options::Depth& options) {
+                                                const Options::Depth& options,
+                                                const std::optional<MeasuredDepth>& measured) {
   const Eigen::Vector4d q = x.segment<4>(kOrientation);
   const Eigen::Matrix3d R_WC = rotation_matrix(q);
   const Eigen::Vector3d h_W = R_WC * ray.h;
@@ -47,11 +50,28 @@ LandmarkInitialization initialize_inverse_depth(const RobotVector& x, const Ray&
       std::atan2(h_W.z(), h_W.head<2>().norm()), options.inverse_1_m;
   landmark.J_robot.block<3, 3>(0, kPosition).setIdentity();
   landmark.J_robot.block<2, 4>(3, kOrientation) = J_angles * rotated_jacobian(q, ray.h);
-  const Eigen::Matrix2d J_pixel = J_angles * R_WC * ray.J;
-  landmark.noise.block<2, 2>(3, 3) = sigma_px * sigma_px * J_pixel * J_pixel.transpose();
-  landmark.distortion.segment<2>(3) = -J_pixel * displacement;
-  landmark.noise(5, 5) = options.sigma_inverse_1_m * options.sigma_inverse_1_m;
+  double sigma_rho = options.sigma_inverse_1_m;
+  Matrix32d J_pixel = Matrix32d::Zero();  // of (θ, φ, ρ)
+  J_pixel.topRows<2>() = J_angles * R_WC * ray.J;
+  if (measured) {
+    const double length = ray.h.norm(), cosine = ray.h.z() / length;
+    landmark.y(5) = cosine * measured->inverse_1_m;
+    sigma_rho = cosine * measured->sigma_1_m;
+    const Eigen::Vector3d cosine_by_h = (Eigen::Vector3d::UnitZ() - cosine / length * ray.h) / length;
+    J_pixel.row(2) = measured->inverse_1_m * cosine_by_h.transpose() * ray.J;
+  }
+  landmark.noise.block<3, 3>(3, 3) = sigma_px * sigma_px * J_pixel * J_pixel.transpose();
+  landmark.noise(5, 5) += sigma_rho * sigma_rho;
+  landmark.distortion.segment<3>(3) = -J_pixel * displacement;
   return landmark;
+}
+
+std::optional<MeasuredDepth> DepthImage::at(const Eigen::Vector2i& pixel) const {
+  if (mm.empty()) return std::nullopt;
+  const unsigned short depth_mm = mm.at<unsigned short>(pixel.y(), pixel.x());
+  if (depth_mm == 0) return std::nullopt;
+  const double inverse = 1e3 / depth_mm;
+  return MeasuredDepth{inverse, std::max(sigma_inverse_1_m, kDepthStep_m * inverse * inverse)};
 }
 
 double linearity_index(const Vector6d& y, double sigma_rho, const Eigen::Vector3d& r) {

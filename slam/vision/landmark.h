@@ -13,10 +13,27 @@ struct InverseDepth {
   static constexpr int kSize = 6;
 };
 
-/// A new landmark on the ray of a pixel of standard deviation sigma_px; `displacement`: by the lens, px.
+/// A measured inverse depth 1/z, z along the optical axis.
+struct MeasuredDepth {
+  double inverse_1_m, sigma_1_m;
+};
+
+/// The readings of an aligned depth camera at the time of an image.
+struct DepthImage {
+  cv::Mat mm = {};  ///< CV_16UC1, 0: none; empty without a reading
+  double sigma_inverse_1_m = 0;
+
+  /// The depth at a pixel, if there is one. Its rounding to 1 mm counts as an error of that size.
+  std::optional<MeasuredDepth> at(const Eigen::Vector2i& pixel) const;
+};
+
+/// A new landmark on the ray of a pixel of standard deviation sigma_px; `displacement`: by the lens, px. Its
+/// inverse depth is the one measured, ρ = cos α / z with α from the optical axis to the ray, or else that of
+/// the options.
 LandmarkInitialization initialize_inverse_depth(const RobotVector& x, const Ray& ray, double sigma_px,
                                                 const Eigen::Vector2d& displacement,
-                                                const Options::Depth& options);
+                                                const Options::Depth& options,
+                                                const std::optional<MeasuredDepth>& measured = {});
 
 /// The linearity index L_d = 4 σ_d |cos α| / d₁ of Civera, Davison, Montiel 2007. Below about 0.1, a point
 /// with Gaussian uncertainty describes the landmark as well. sigma_rho: of ρ; r: position of the camera.

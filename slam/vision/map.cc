@@ -36,8 +36,9 @@ bool surely_behind(const State& state, const Landmark& landmark) {
 
 }  // namespace
 
-std::optional<Landmark> initialize_landmark(const cv::Mat& image, Stamp t, const Eigen::Vector2i& pixel,
-                                            const Camera& camera, const Options& options, Kalman& kalman) {
+std::optional<Landmark> initialize_landmark(const cv::Mat& image, const DepthImage& depth, Stamp t,
+                                            const Eigen::Vector2i& pixel, const Camera& camera,
+                                            const Options& options, Kalman& kalman) {
   const auto ray = camera.unproject(pixel.cast<double>());
   if (!ray) return std::nullopt;
   Landmark landmark = landmark_seen_from(kalman.state().X_WC(), t);
@@ -50,7 +51,8 @@ std::optional<Landmark> initialize_landmark(const cv::Mat& image, Stamp t, const
     landmark.at = kalman.append(initialize_line(x, *ray, sigma_px));
   } else {
     landmark.at = kalman.append(initialize_inverse_depth(
-        x, *ray, sigma_px, camera.displacement(ray->h, landmark.pixel_first), options.depth));
+        x, *ray, sigma_px, camera.displacement(ray->h, landmark.pixel_first), options.depth,
+        options.depth.first_sight == FirstSight::measured_depth ? depth.at(pixel) : std::nullopt));
   }
   return landmark;
 }
@@ -96,7 +98,7 @@ void Map::add(Landmark landmark) {
 int Map::number_wanted(std::size_t visible, const State& state) const {
   const int missing = options_.vision.visible_landmarks - static_cast<int>(visible);
   const Options::Depth::Particles& particles = options_.depth.particles;
-  if (options_.depth.first_sight == FirstSight::inverse_depth)
+  if (options_.depth.first_sight != FirstSight::particles)
     return landmarks_.empty() ? missing : std::min(missing, kInitializedPerFrame);
   if (state.velocity().norm() < particles.minimum_speed_m_s) return 0;
   const auto lines = std::count_if(landmarks_.begin(), landmarks_.end(), is_line);
@@ -118,7 +120,7 @@ bool Map::make_room(Stamp t, Kalman& kalman, std::vector<int>& deleted) {
   return true;
 }
 
-InitializationCount Map::initialize(const cv::Mat& image, Stamp t,
+InitializationCount Map::initialize(const cv::Mat& image, const DepthImage& depth, Stamp t,
                                     const std::vector<Eigen::Vector2d>& visible, Kalman& kalman,
                                     std::vector<int>& deleted) {
   const State& state = kalman.state();
@@ -136,7 +138,7 @@ InitializationCount Map::initialize(const cv::Mat& image, Stamp t,
     if (!corner) continue;
     occupied_.push_back(corner->cast<double>());
     if (!make_room(t, kalman, deleted)) return {0, added};
-    auto landmark = initialize_landmark(image, t, *corner, camera_, options_, kalman);
+    auto landmark = initialize_landmark(image, depth, t, *corner, camera_, options_, kalman);
     if (!landmark) continue;
     add(std::move(*landmark));
     ++added;

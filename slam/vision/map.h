@@ -10,8 +10,9 @@ namespace slam {
 
 /// Adds a landmark seen at a pixel of the image to the state, by inverse depth or as a line with depth
 /// particles. Nothing, with the state unchanged, if the pixel has no ray. The id is left 0.
-std::optional<Landmark> initialize_landmark(const cv::Mat& image, Stamp t, const Eigen::Vector2i& pixel,
-                                            const Camera& camera, const Options& options, Kalman& kalman);
+std::optional<Landmark> initialize_landmark(const cv::Mat& image, const DepthImage& depth, Stamp t,
+                                            const Eigen::Vector2i& pixel, const Camera& camera,
+                                            const Options& options, Kalman& kalman);
 
 /// Adds a landmark of known position to the state, if the image shows a corner within 3 sigma of its
 /// predicted pixel. Nothing, and the state is unchanged, if it does not. The id is left 0.
@@ -34,8 +35,9 @@ class Map {
   /// Initializes landmarks at corners away from the predicted pixels of the visible ones, until as many are
   /// visible as the options want. New landmarks are at the end of landmarks(). In a full map they replace
   /// landmarks out of view, those found least often first; the ids of these are appended to `deleted`.
-  InitializationCount initialize(const cv::Mat& image, Stamp t, const std::vector<Eigen::Vector2d>& visible,
-                                 Kalman& kalman, std::vector<int>& deleted);
+  InitializationCount initialize(const cv::Mat& image, const DepthImage& depth, Stamp t,
+                                 const std::vector<Eigen::Vector2d>& visible, Kalman& kalman,
+                                 std::vector<int>& deleted);
   /// Initializes the known landmarks in the first image. Returns false if one of them is not seen.
   bool initialize_known(const cv::Mat& image, Stamp t, Kalman& kalman);
   /// Records that a landmark is predicted to be visible at t.

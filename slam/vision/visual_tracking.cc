@@ -144,7 +144,7 @@ InitializationCount VisualTracking::manage_map(const VisualInput& in, const Visi
   map_.search_lines(in.image, in.kalman, result_.deleted, result_.lines);
   InitializationCount initialized;
   if (may_initialize)
-    initialized = map_.initialize(in.image, in.t, vision.visible, in.kalman, result_.deleted);
+    initialized = map_.initialize(in.image, in.depth, in.t, vision.visible, in.kalman, result_.deleted);
   const std::size_t first = map_.landmarks().size() - static_cast<std::size_t>(initialized.added);
   for (std::size_t i = first; i < map_.landmarks().size(); ++i)
     vision_.biases().add(map_.landmarks()[i].id, true, in.kalman);

@@ -12,6 +12,7 @@ namespace slam {
 /// One image, its circumstances, and the filter that it updates.
 struct VisualInput {
   const cv::Mat& image;
+  DepthImage depth;
   Stamp t, interval;  ///< interval: since the previous accepted observation; 0 at the first
   bool stands_still;  ///< the camera is known to stand still
   bool has_plan;

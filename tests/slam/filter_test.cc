@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <set>
 #include <tuple>
 
 #include "tests/slam/synthetic_room.h"
@@ -137,6 +138,30 @@ TEST(Filter, RejectsMalformedObservationsAndIsLeftBitIdentical) {
   }
   for (Filter* f : {&filter, &undisturbed}) step(*f, 40, 41);
   EXPECT_EQ(fingerprint(filter), fingerprint(undisturbed));
+}
+
+TEST(Filter, UsesTheAlignedDepthImageOfTheFrameAloneAndRejectsAMalformedOne) {
+  const auto depths = [](int sensor, Stamp late, const cv::Mat& mm) {
+    Options options;
+    options.depth.first_sight = FirstSight::measured_depth;
+    Calibration calibration = synthetic::calibration();
+    calibration.depth = AlignedDepth{3, 0.001};
+    Filter filter(options, calibration, short_walk().walk().X_WC(0), 1);
+    const FrameReport report =
+        step(filter, 0, 1, [&](auto& o) { o.rig = {{.sensor = sensor, .t = o.t + late, .image = mm}}; });
+    std::set<double> all;
+    for (const MapPoint& point : filter.map())
+      all.insert(std::round(100 * (filter.estimate().X_WC.inverse() * point.p_W).z()) / 100);
+    return std::pair(all, report.refused);
+  };
+  const cv::Mat flat(240, 320, CV_16UC1, cv::Scalar(2500));
+  EXPECT_EQ(depths(3, Stamp(0), flat).first, std::set{2.5});
+  for (const auto& other : {depths(2, Stamp(0), flat), depths(3, Stamp(1), flat)}) {
+    EXPECT_GT(other.first.size(), 1U);
+    EXPECT_EQ(other.second, "");
+  }
+  EXPECT_EQ(depths(3, Stamp(0), flat.colRange(0, 319)).second,
+            "its depth image is not 16-bit of the camera's size");
 }
 
 TEST(Filter, SameSeedGivesTheSameBitsAndAnotherSeedAnotherMap) {

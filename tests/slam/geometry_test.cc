@@ -232,6 +232,9 @@ TEST(Jacobians, OfANewLandmarkByItsPixelMakeItsNoise) {
   check([&](const auto& p) {
     return initialize_inverse_depth(kState, *camera.unproject(p), 1.5, kNone, options);
   });
+  check([&](const auto& p) {
+    return initialize_inverse_depth(kState, *camera.unproject(p), 1.5, kNone, options, MeasuredDepth{0.5, 0});
+  });
   check([&](const auto& p) { return initialize_line(kState, *camera.unproject(p), 1.5); });
 }
 

@@ -13,7 +13,7 @@ const Eigen::Vector2i kPixel(200, 90);
 /// A camera that looks along +x.
 struct Scene {
   std::optional<Landmark> initialize(const Eigen::Vector2i& pixel) {
-    return initialize_landmark(image, Stamp(7), pixel, camera, options, kalman);
+    return initialize_landmark(image, depth, Stamp(7), pixel, camera, options, kalman);
   }
   /// The point 4 m ahead of the camera that it sees at a pixel.
   Eigen::Vector3d seen_at(const Eigen::Vector2d& pixel) const {
@@ -22,6 +22,7 @@ struct Scene {
   Options options;
   Camera camera{CameraIntrinsics{}};
   cv::Mat image = random_blocks(320, 8, 5);
+  DepthImage depth;
   Kalman kalman{{looking_ahead(), 1e-6 * RobotMatrix::Identity()}, false};
 };
 
@@ -41,6 +42,29 @@ TEST(LandmarkInitialization, ANewLandmarkIsPredictedWhereItWasSeenInBothKinds) {
         direction(landmark->kind, landmark->parameters(state), state.position(), state.orientation());
     EXPECT_LT((scene.camera.project(d.h_C)->pixel - kPixel.cast<double>()).norm(), 1e-9);
   }
+}
+
+TEST(LandmarkInitialization, AMeasuredDepthPlacesALandmarkWhereTheCameraHasOneAndIsAsked) {
+  Scene scene;
+  scene.depth = {cv::Mat(240, 320, CV_16UC1, cv::Scalar(2500)), 0.01};
+  scene.depth.mm.at<unsigned short>(50, 40) = 0;
+  const Options::Depth& unmeasured = scene.options.depth;
+  const auto rho_of = [&](const Eigen::Vector2i& pixel) {
+    const int at = scene.initialize(pixel)->at + 5;
+    return Eigen::Vector2d(scene.kalman.state().storage_x(at),
+                           std::sqrt(scene.kalman.state().storage_P(at, at)));
+  };
+  const Eigen::Vector2d prior(unmeasured.inverse_1_m, unmeasured.sigma_inverse_1_m);
+  EXPECT_LT((rho_of(kPixel) - prior).norm(), 1e-12);
+  scene.options.depth.first_sight = FirstSight::measured_depth;
+  EXPECT_LT((rho_of({40, 50}) - prior).norm(), 1e-12);
+  const auto landmark = scene.initialize(kPixel);
+  const State& state = scene.kalman.state();
+  const Eigen::Vector3d p_C = state.X_WC().inverse() * position(landmark->kind, landmark->parameters(state));
+  EXPECT_NEAR(p_C.z(), 2.5, 1e-9);
+  const Eigen::Matrix3d P_C =
+      state.X_WC().linear().transpose() * position_covariance(state, *landmark) * state.X_WC().linear();
+  EXPECT_NEAR(std::sqrt(P_C(2, 2)), 2.5 * 2.5 * 0.01, 0.002);
 }
 
 TEST(LandmarkInitialization, APixelWithoutRayGivesNothingAndLeavesTheState) {
@@ -80,7 +104,7 @@ Options options_for(int landmarks) {
 struct Initialized {
   explicit Initialized(int count) : Initialized(options_for(count)) {}
   explicit Initialized(const Options& options) : camera(CameraIntrinsics{}), map(options, camera, 1) {
-    map.initialize(image, Stamp(7), {}, kalman, removed);
+    map.initialize(image, {}, Stamp(7), {}, kalman, removed);
   }
   std::vector<int> pruned() {
     std::vector<int> deleted;
@@ -136,10 +160,10 @@ TEST(Map, InitializesAsManyLandmarksAsWantedApartFromEachOtherAndFromTheVisibleO
   Initialized b(8);
   ASSERT_EQ(b.size(), 8u);
   ASSERT_EQ(b.kalman.state().size, kRobot + 48);
-  b.map.initialize(b.image, Stamp(8), b.pixels(), b.kalman, b.removed);
+  b.map.initialize(b.image, {}, Stamp(8), b.pixels(), b.kalman, b.removed);
   EXPECT_EQ(b.size(), 8u);  // none is missing
   const std::vector<Eigen::Vector2d> two{b.pixel(0), b.pixel(1)};
-  b.map.initialize(b.image, Stamp(8), two, b.kalman, b.removed);
+  b.map.initialize(b.image, {}, Stamp(8), two, b.kalman, b.removed);
   EXPECT_EQ(b.size(), 11u);  // three a frame
   const std::vector<Eigen::Vector2d> all = b.pixels();
   for (std::size_t i = 0; i < 11; ++i)
@@ -150,7 +174,7 @@ TEST(Map, InitializesAsManyLandmarksAsWantedApartFromEachOtherAndFromTheVisibleO
 TEST(Map, InitializesNothingInAnImageWithoutCorners) {
   Initialized b(8);
   const cv::Mat flat(240, 320, CV_8UC1, cv::Scalar(128));
-  const InitializationCount count = b.map.initialize(flat, Stamp(8), {}, b.kalman, b.removed);
+  const InitializationCount count = b.map.initialize(flat, {}, Stamp(8), {}, b.kalman, b.removed);
   EXPECT_EQ(count.wanted, 3);
   EXPECT_EQ(count.added, 0);
   EXPECT_EQ(b.size(), 8u);
@@ -164,7 +188,7 @@ TEST(Map, LinesAreInitializedOneAtATimeAndOnlyWhileTheCameraMoves) {
   RobotVector x = b.kalman.state().robot();
   x(kVelocity) = 0.2;
   b.kalman.predict(x, RobotMatrix::Identity(), RobotMatrix::Zero());
-  for (int k = 0; k < 2; ++k) b.map.initialize(b.image, Stamp(8), {}, b.kalman, b.removed);
+  for (int k = 0; k < 2; ++k) b.map.initialize(b.image, {}, Stamp(8), {}, b.kalman, b.removed);
   EXPECT_EQ(b.size(), 1u);
 }
 
@@ -201,12 +225,12 @@ TEST(Map, IsNeverLargerThanItsBoundAndThoseOutOfViewThatWereFoundLeastOftenMakeR
   options.bounds.landmarks = 5;
   Initialized b(options);
   ASSERT_EQ(b.size(), 5u);
-  b.map.initialize(b.image, Stamp(7), {}, b.kalman, b.removed);
+  b.map.initialize(b.image, {}, Stamp(7), {}, b.kalman, b.removed);
   EXPECT_TRUE(b.removed.empty());  // all are in view
   for (const std::size_t i : {0, 1, 4}) b.map.record_search(i, true);
   b.map.record_search(0, true);
   for (const std::size_t i : {1, 2}) b.map.record_visible(i, Stamp(9));
-  b.map.initialize(b.image, Stamp(9), {}, b.kalman, b.removed);
+  b.map.initialize(b.image, {}, Stamp(9), {}, b.kalman, b.removed);
   EXPECT_EQ(b.removed, (std::vector<int>{3, 4, 0}));  // 1 and 2 are in view
   EXPECT_EQ(b.size(), 5u);
   EXPECT_EQ(b.kalman.state().size, kRobot + 5 * InverseDepth::kSize);

@@ -19,7 +19,7 @@ struct Scene {
       const auto corner = propose_corner(image, occupied, options.vision, random);
       if (!corner) continue;
       occupied.push_back(corner->cast<double>());
-      landmarks.push_back(*initialize_landmark(image, Stamp(0), *corner, camera, options, kalman));
+      landmarks.push_back(*initialize_landmark(image, {}, Stamp(0), *corner, camera, options, kalman));
     }
     // since then the camera has rotated by an unknown angle of 0.01 rad (1 sigma)
     RobotMatrix Q = RobotMatrix::Zero();
