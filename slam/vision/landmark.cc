@@ -31,6 +31,7 @@ Matrix32d bearing_jacobian(double theta, double phi) {
 }
 
 constexpr double kDepthStep_m = 1e-3;  // of depth images
+constexpr double kPlane = 4;           // mean square of the residuals in a plane patch, sigma squared
 
 constexpr double kNegligible = 0.05;  // as a fraction of the mean probability
 
@@ -68,10 +69,20 @@ LandmarkInitialization initialize_inverse_depth(const RobotVector& x, const Ray&
 
 std::optional<MeasuredDepth> DepthImage::at(const Eigen::Vector2i& pixel) const {
   if (mm.empty()) return std::nullopt;
-  const unsigned short depth_mm = mm.at<unsigned short>(pixel.y(), pixel.x());
-  if (depth_mm == 0) return std::nullopt;
-  const double inverse = 1e3 / depth_mm;
-  return MeasuredDepth{inverse, std::max(sigma_inverse_1_m, kDepthStep_m * inverse * inverse)};
+  double sum = 0, by_u = 0, by_v = 0, squares = 0, of_offsets = 0;
+  int count = 0;
+  for (int v = -kPatchHalf; v <= kPatchHalf; ++v)
+    for (int u = -kPatchHalf; u <= kPatchHalf; ++u) {
+      const unsigned short depth_mm = mm.at<unsigned short>(pixel.y() + v, pixel.x() + u);
+      if (depth_mm == 0) return std::nullopt;
+      const double inverse = 1e3 / depth_mm;
+      sum += inverse, by_u += u * inverse, by_v += v * inverse;
+      squares += inverse * inverse, of_offsets += u * u, ++count;
+    }
+  const double mean = sum / count, sigma = std::max(sigma_inverse_1_m, kDepthStep_m * mean * mean);
+  const double residual = squares - count * mean * mean - (by_u * by_u + by_v * by_v) / of_offsets;
+  if (!(residual < kPlane * (count - 3) * sigma * sigma)) return std::nullopt;
+  return MeasuredDepth{mean, sigma};
 }
 
 double linearity_index(const Vector6d& y, double sigma_rho, const Eigen::Vector3d& r) {

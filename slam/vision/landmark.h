@@ -23,7 +23,10 @@ struct DepthImage {
   cv::Mat mm = {};  ///< CV_16UC1, 0: none; empty without a reading
   double sigma_inverse_1_m = 0;
 
-  /// The depth at a pixel, if there is one. Its rounding to 1 mm counts as an error of that size.
+  /// The depth of the patch around a pixel: the mean of its inverse depths, which are linear in the pixel on
+  /// a plane. Nothing if a reading is missing or the patch is not plane, as across the edge of an object.
+  /// sigma_1_m is that of one reading, because neighbors share errors; the rounding to 1 mm counts as one of
+  /// that size.
   std::optional<MeasuredDepth> at(const Eigen::Vector2i& pixel) const;
 };
 

@@ -67,6 +67,25 @@ TEST(LandmarkInitialization, AMeasuredDepthPlacesALandmarkWhereTheCameraHasOneAn
   EXPECT_NEAR(std::sqrt(P_C(2, 2)), 2.5 * 2.5 * 0.01, 0.002);
 }
 
+TEST(DepthImage, HasTheDepthOfAPlanePatchAndNoneAcrossAnEdgeOrAHole) {
+  DepthImage image{cv::Mat(40, 40, CV_16UC1), 0.005};
+  for (int v = 0; v < 40; ++v)
+    for (int u = 0; u < 40; ++u)
+      image.mm.at<unsigned short>(v, u) =
+          static_cast<unsigned short>(std::lround(1e3 / (0.4 + 0.003 * u - 0.002 * v)));
+  const auto slanted = image.at({20, 15});
+  ASSERT_TRUE(slanted);
+  EXPECT_NEAR(slanted->inverse_1_m, 0.43, 1e-4);
+  EXPECT_EQ(slanted->sigma_1_m, 0.005);
+  image.mm.at<unsigned short>(20, 25) = 0;
+  EXPECT_FALSE(image.at({20, 15}));
+  EXPECT_TRUE(image.at({20, 14}));
+  image.mm.colRange(24, 40) = cv::Scalar(8000);
+  EXPECT_FALSE(image.at({20, 14}));
+  EXPECT_TRUE(image.at({18, 14}));
+  EXPECT_FALSE(DepthImage{}.at({20, 15}));
+}
+
 TEST(LandmarkInitialization, APixelWithoutRayGivesNothingAndLeavesTheState) {
   Scene scene;
   CameraIntrinsics narrow;
