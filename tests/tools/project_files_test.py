@@ -1,0 +1,179 @@
+"""The project's own files: what each folder may include, the measured parts of the front page, and the sources whose change makes
+recordings stale. The linker cannot enforce the first, since Debian's headers of MuJoCo, OpenGL and OpenCV are in the compiler's
+default path. Usage: project_files_test.py CMAKE"""
+import graphlib
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+# Files below a folder may include headers with one of these prefixes, and the standard library. The first match applies.
+RULES = {
+    'walking/': 'walking/ Eigen/',
+    'slam/': 'slam/ Eigen/ opencv2/core opencv2/imgproc',
+    'sim/files/': 'sim/files/ Eigen/ fmt/ nlohmann/ sha2.h xxhash.h fcntl.h signal.h unistd.h sys/',
+    'sim/score/': 'sim/score/ sim/files/ Eigen/ boost/math/ fmt/',
+    'sim/trajectory_score/': 'sim/trajectory_score/ sim/score/ sim/files/ Eigen/ fmt/ nlohmann/',
+    'sim/rig/': 'sim/rig/ slam/camera.h slam/options.h Eigen/ fmt/',
+    'sim/sensor_errors/': 'sim/sensor_errors/ sim/rig/ slam/observation.h walking/keys.h Eigen/ opencv2/core opencv2/imgproc fmt/',
+    'sim/recording/': 'sim/recording/ sim/rig/ sim/score/types.h sim/files/ sim/sensor_errors/ slam/camera.h slam/observation.h '
+                      'slam/options.h Eigen/ opencv2/core opencv2/imgcodecs fmt/ yaml-cpp/ libdeflate.h nlohmann/ dlfcn.h '
+                      'fcntl.h unistd.h sys/',
+    'sim/export/': 'sim/export/ sim/recording/ sim/rig/ sim/files/ sim/sensor_errors/ slam/camera.h slam/observation.h '
+                   'slam/options.h Eigen/ opencv2/core fmt/ libdeflate.h',
+    'sim/physics/': 'sim/physics/ sim/rig/ walking/ Eigen/ fmt/ mujoco/ unistd.h',
+    'sim/camera/': 'sim/camera/ sim/physics/ sim/rig/ sim/room/ sim/score/types.h slam/observation.h walking/ Eigen/ fmt/ '
+                   'mujoco/ GL/ opencv2/core opencv2/imgproc dlfcn.h',
+    'sim/room/': 'sim/room/ opencv2/core opencv2/imgproc',
+    'sim/estimators/': 'sim/estimators/ sim/rig/ sim/files/hash.h slam/ Eigen/ opencv2/core fmt/ errno.h fcntl.h poll.h signal.h '
+                       'stddef.h stdint.h stdio.h stdlib.h string.h time.h unistd.h sys/',
+    'sim/scenario/': 'sim/scenario/ sim/estimators/ sim/rig/ sim/files/ sim/sensor_errors/ sim/score/metrics.h '
+                     'sim/physics/options.h sim/camera/options.h slam/observation.h slam/options.h walking/ Eigen/ fmt/ yaml-cpp/',
+    'sim/tracking/': 'sim/tracking/ sim/estimators/ sim/rig/ sim/scenario/ sim/sensor_errors/ slam/ Eigen/',
+    'sim/result/': 'sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/score/ sim/files/ slam/ walking/ Eigen/ fmt/ '
+                   'nlohmann/ time.h',
+    'sim/replay/': 'sim/replay/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/score/ sim/files/ slam/ Eigen/ fmt/ '
+                   'nlohmann/',
+    'sim/regression/': 'sim/regression/ sim/result/ sim/scenario/ sim/score/ sim/files/ fmt/ nlohmann/',
+    'sim/pages/': 'sim/pages/ sim/rig/ sim/regression/ sim/replay/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ '
+                  'sim/score/ sim/files/ slam/ Eigen/ fmt/ nlohmann/ opencv2/core opencv2/imgproc',
+    'sim/view/live/': 'sim/view/ sim/live/ sim/rig/ sim/physics/ sim/camera/ sim/export/ sim/recording/ sim/files/ walking/plan.h '
+                      'Eigen/ fmt/ nlohmann/ opencv2/ mujoco/',
+    'sim/view/': 'sim/view/ sim/pages/ sim/rig/ sim/export/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/score/ '
+                 'sim/files/ slam/ walking/hrp2.h Eigen/ fmt/ nlohmann/ opencv2/ boost/asio/ boost/beast/ sys/random.h',
+    'sim/trials/': 'sim/trials/ sim/replay/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/sensor_errors/random.h '
+                   'sim/score/ sim/files/ slam/ Eigen/ fmt/ nlohmann/ opencv2/core boost/random/ fcntl.h unistd.h sys/',
+    'sim/live/': 'sim/live/ sim/physics/ sim/camera/ sim/rig/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ '
+                 'sim/sensor_errors/random.h sim/sensor_errors/faults.h sim/score/ sim/files/ slam/ walking/ Eigen/ fmt/ nlohmann/ '
+                 'opencv2/core opencv2/imgproc',
+    'tools/cli/jobs/': 'tools/cli/ sim/trials/ sim/regression/ sim/result/ sim/recording/ sim/scenario/ sim/files/ CLI/ fmt/ '
+                       'nlohmann/ fcntl.h signal.h spawn.h unistd.h sys/',
+}
+# Headers that the run and the writer of recordings include and that shape no recording.
+SHAPE_NOTHING = {'sim/result/result.h', 'sim/scenario/scenario.h', 'sim/files/atomic_file.h', 'sim/files/text.h',
+                 'sim/result/limits.h', 'sim/result/timing.h', 'sim/tracking/tracking.h',
+                 'sim/sensor_errors/faults.h'}  # its keys are in the cache's key
+
+
+def includes(text):
+    """Names of the #includes; '?' for a macro."""
+    found = re.findall(r'^\s*#\s*include\s*(?:[<"](.+)[>"])?', text, re.MULTILINE)
+    return [name or '?' for name in found]
+
+
+def violations(file, text):
+    """'file: included' for each include that the file's rule forbids; <vector> has neither folder nor ending."""
+    rule = next((allowed for folder, allowed in RULES.items() if file.startswith(folder)), None)
+    return [f'{file}: {name}' for name in includes(text) if rule is not None and ('..' in name or not (
+        name.startswith(tuple(rule.split())) or re.fullmatch('[^./?]+', name)))]
+
+
+def sources_below(*folders):
+    return {str(file.relative_to(ROOT)): file.read_text() for folder in folders for file in (ROOT / folder).rglob('*')
+            if file.suffix in ('.h', '.cc')}
+
+
+def cycle(texts):
+    """Units (X.h with X.cc) that need each other in a circle."""
+    needs = {}
+    for file, text in texts.items():
+        headers = {name.rpartition('.')[0] for name in includes(text) if name.endswith('.h')}
+        unit = file.rpartition('.')[0]
+        needs.setdefault(unit, set()).update(headers - {unit})
+    try:
+        graphlib.TopologicalSorter(needs).prepare()
+    except graphlib.CycleError as error:
+        return set(error.args[1])
+    return set()
+
+
+class IncludeRule(unittest.TestCase):
+    def test_each_folder_sees_only_what_it_may(self):
+        for folder in RULES:
+            sources = sources_below(folder)
+            self.assertTrue(sources, folder)
+            self.assertEqual([], [each for file, text in sources.items() for each in violations(file, text)])
+        self.assertLessEqual({f'sim/{folder.name}/' for folder in (ROOT / 'sim').iterdir() if folder.is_dir()}, set(RULES))
+
+    def test_only_the_live_part_of_the_program_sees_the_simulator(self):
+        simulator = ('mujoco/', 'sim/physics/', 'sim/camera/', 'sim/room/', 'sim/live/')
+        self.assertEqual({'tools/cli/shared/live_world.cc'}, {file for file, text in sources_below('tools/cli').items()
+                                                              if any(name.startswith(simulator) for name in includes(text))})
+
+    def test_planted_violations_are_found(self):
+        for file, name in (('slam/filter.cc', 'sim/physics/world.h'), ('slam/filter.cc', 'slam/../sim/physics/world.h'),
+                           ('walking/plan.h', 'mujoco/mujoco.h'), ('sim/scenario/scenario.h', 'sim/physics/world.h'),
+                           ('tools/cli/jobs/slurm.cc', 'sim/live/run.h')):
+            self.assertEqual([f'{file}: {name}'], violations(file, f'  #  include\t<{name}>  // why\n'))
+        self.assertEqual(['slam/filter.cc: ?'], violations('slam/filter.cc', '#include HEADER\n'))
+
+    def test_no_two_files_need_each_other(self):
+        sources = sources_below('walking', 'slam', 'sim', 'tools')
+        self.assertGreater(len(sources), 200)
+        self.assertEqual(set(), cycle(sources))
+        self.assertEqual({'a/point', 'a/shape', 'a/text'},
+                         cycle({'a/shape.h': '#include "a/point.h"\n', 'a/point.cc': '#include "a/text.h"\n',
+                                'a/text.h': '#include "a/shape.h"\n', 'a/user.cc': '#include "a/shape.h"\n'}))
+
+
+class FrontPage(unittest.TestCase):
+    def test_is_one_page_and_shows_what_its_script_measured_last(self):
+        page, stored = (ROOT / 'README.md').read_text(), (ROOT / 'tools/figures/front_page.md').read_text()
+        self.assertLessEqual(page.count('\n'), 150)
+        shown = re.findall(r'<!-- [^\n]*: tools/figures/front_page.py -->\n(.*?)<!-- end of', page, re.DOTALL)
+        self.assertGreater(len(stored), 1000)
+        self.assertEqual(stored, '\n'.join(shown))
+
+
+class RecordingSources(unittest.TestCase):
+    """Which changes of sources make recordings stale, by the hash that the build computes."""
+
+    def setUp(self):
+        place = tempfile.TemporaryDirectory()
+        self.addCleanup(place.cleanup)
+        self.copy = pathlib.Path(place.name)
+        shutil.copy(ROOT / 'README.md', self.copy)
+        for folder in ('walking', 'slam', 'sim'):
+            shutil.copytree(ROOT / folder, self.copy / folder)
+
+    def hash(self):
+        """The generated source's line of the hash; empty if the build step fails."""
+        out = self.copy / 'revision.cc'
+        made = subprocess.run([CMAKE, f'-DSOURCE={self.copy}', f'-DOUTPUT={out}', '-P', ROOT / 'tools/cli/revision.cmake'],
+                              check=False, capture_output=True)
+        return '' if made.returncode else re.search('kRecordingSources = .*', out.read_text())[0]
+
+    def is_shaped_by(self, file):
+        before = self.hash()
+        with open(self.copy / file, 'a') as out:
+            out.write('// changed\n')
+        return self.hash() != before
+
+    def test_are_those_of_walk_world_and_recording_and_not_those_of_filter_scores_and_pages(self):
+        self.assertRegex(self.hash(), '"[0-9a-f]{16}')
+        self.assertEqual(self.hash(), self.hash())
+        for file in ('walking/footsteps.cc', 'walking/new.cc', 'sim/physics/world.cc', 'sim/camera/scene.cc', 'sim/room/paint.cc',
+                     'sim/live/run.cc', 'sim/recording/recording_writer.cc', 'sim/sensor_errors/random.cc'):
+            self.assertTrue(self.is_shaped_by(file), file)
+        for file in ('README.md', 'slam/filter.cc', 'sim/regression/verdict.cc', 'sim/sensor_errors/image_errors.cc'):
+            self.assertFalse(self.is_shaped_by(file), file)
+        (self.copy / 'sim/live/recorded.cc').unlink()
+        self.assertEqual('', self.hash(), 'a missing source is an error of the build')
+
+    def test_are_all_that_the_run_and_the_writer_include_but_what_is_named_here(self):
+        units = ('live/run', 'live/self_check', 'live/frame_pipeline', 'live/rig_readings', 'live/steering_pose_buffer', 'live/recorded')
+        files = [f'sim/{unit}.{end}' for unit in units for end in ('h', 'cc')] + ['sim/recording/recording_writer.cc']
+        files.remove('sim/live/self_check.cc')  # it reads the recording back
+        included = {name for file in files for name in includes((ROOT / file).read_text()) if re.match(r'sim/.*\.h$', name)}
+        self.assertGreater(len(included), 10)
+        for header in included - SHAPE_NOTHING:
+            self.assertTrue(self.is_shaped_by(header), f'{header}: a change leaves stale recordings')
+
+
+if __name__ == '__main__':
+    CMAKE = sys.argv.pop()
+    unittest.main()
