@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Compares the scores of gaitslam with numbers that numpy computes from the same files.
 
-score_oracle.py PROGRAM         synthetic trajectories: every alignment, relation and kind of span of `gaitslam score`
+score_oracle.py PROGRAM         synthetic trajectories: every alignment, relation and kind of span of `gaitslam score`, and input that
+                                cannot be scored: an error with a reason and, if one is at fault, the line
 score_oracle.py PROGRAM RESULT  the metrics of a result's score.json that its text files determine
 Exits with 1 and lists what differs by more than 1e-9 (relative to 1 or the value, whichever is larger).
 """
@@ -202,8 +203,8 @@ def made_up(kind, n, seed):
     return X, E
 
 
-def run(program, *arguments):
-    return subprocess.run([program, "score", *arguments], capture_output=True, text=True)
+def run(program, *arguments, cwd=None):
+    return subprocess.run([program, "score", *arguments], cwd=cwd, capture_output=True, text=True)
 
 
 def check_score(program):
@@ -248,6 +249,90 @@ def check_score(program):
                 check_statistics(f"{kind} rpe {options} {relation}", scored["errors"][0], rpe(T, E, pairs, relation))
     out = run(program, folder / "curve_truth.tum", folder / "curve_estimate.tum").stdout
     check("every alignment is shown", sum(out.count("APE " + a) for a in ("none", "origin", "yaw", "se3", "sim3", "scale")), 7)
+
+
+def tum_line(t, x, y):
+    return f"{t:.9f} {x} {y} 1 0 0 0 1\n"
+
+
+def curve(row, count=300):
+    """Ten seconds at 30 Hz: row(i, t, y = sin t)."""
+    return "".join(row(i, i / 30, math.sin(i / 30)) for i in range(count))
+
+
+FILES = {  # each as if its path were x = t, y = sin t
+    "truth.tum": curve(lambda i, t, y: tum_line(t, t, y)),
+    "frames.tum": curve(lambda i, t, y: f"{i} {t} {y} 1 0 0 0 1\n"),
+    "poses.csv": curve(lambda i, t, y: f"{i},{t},{y},1,1,0,0,0\n"),
+    "poses.txt": curve(lambda i, t, y: f"1 0 0 {t} 0 1 0 {y} 0 0 1 1\n"),
+    "half.txt": curve(lambda i, t, y: f"1 0 0 {2 * t} 0 1 0 {y} 0 0 1 1\n", 150),
+    "fewer.txt": curve(lambda i, t, y: "" if i < 10 else f"1 0 0 {2 * t} 0 1 0 {y} 0 0 1 1\n"),
+    "once_a_second.tum": curve(lambda i, t, y: f"{i} {i} {math.sin(i)} 1 0 0 0 1\n", 10),
+    "us.csv": curve(lambda i, t, y: f"{1e6 * t:.0f},{t},{y},1,1,0,0,0\n"),
+    "ms.tum": curve(lambda i, t, y: tum_line(1000 * t, t, y)),
+    "minutes.tum": curve(lambda i, t, y: tum_line(t / 60, t, y)),
+    # Stamps of exports start at 1e9 s; a program that needs time to initialize has no poses for the first seconds.
+    "late.tum": curve(lambda i, t, y: "" if i < 141 else tum_line(1e9 + t, t, 0)),
+    "shifted.tum": curve(lambda i, t, y: tum_line(77.25 + t, t, 0)),
+    "later.tum": curve(lambda i, t, y: tum_line((298 + i) / 30, t, 0)),
+    "still.tum": curve(lambda i, t, y: tum_line(t, 2, 1)),
+    "short.tum": tum_line(0, 0, 0) + tum_line(1 / 30, 0.1, 0) + tum_line(2 / 30, 0.2, 0),
+    "gap.tum": curve(lambda i, t, y: tum_line(t, t, y) if i < 100 or i > 200 else ""),
+    "straight.tum": curve(lambda i, t, y: tum_line(t, t, 0)),
+    "two.tum": curve(lambda i, t, y: tum_line(t, t, 0) if i < 60 or i >= 240 else ""),
+    "first.tum": curve(lambda i, t, y: tum_line(t, t, 0) if i < 60 else ""),
+    "sure.tum": curve(lambda i, t, y: f"{t:.9f} {2 * t} 0 1 0 0 0 1 1 0 0 1 0 1 1e-307 0 0 1e-307 0 1e-307\n"),
+}
+REFUSED = [
+    ("truth.tum frames.tum", "frames.tum: its stamps are whole numbers up to 299, as frame numbers are, those of truth.tum are times over 9.967 s"),
+    ("frames.tum truth.tum", "frames.tum: its stamps are whole numbers up to 299"),
+    ("truth.tum poses.txt", "poses.txt: its stamps are frame numbers, those of truth.tum are times in seconds; times.txt"),
+    ("truth.tum poses.csv", "poses.csv: its stamps are whole numbers up to 299"),
+    *((f"truth.tum minutes.tum{more}", "minutes.tum: its 300 poses last 0.166 s, the 300 of truth.tum last 9.967 s: their stamps are not in "
+       "the same unit") for more in ("", " --interpolate")),
+    *((f"minutes.tum truth.tum{more}", "are not in the same unit") for more in ("", " --interpolate")),
+    *((f"truth.tum truth.tum --align none --t-offset {value}", "--t-offset ") for value in ("inf", "nan", "1e10", "-1e300")),
+    ("truth.tum truth.tum --t-max-diff nan", "--t-max-diff"),
+    *((f"truth.tum truth.tum -d 1 -u m --all-pairs --delta-tol {value}", "--delta-tol") for value in ("-1", "nan", "inf")),
+    *((f"truth.tum truth.tum -u m -d {value}", "-d") for value in ("inf", "nan", "-1", "0")),
+    ("truth.tum truth.tum -d 1e300", "-d 1e+300"),
+    ("truth.tum late.tum", "the truth is from 0.000 to 9.967 s, the estimate from 1000000004.700 to 1000000009.967 s; with --t-offset "
+                           "-1000000000 159 of its poses have a true one"),
+    ("truth.tum shifted.tum", "with --t-offset -77.25 300 of its poses have a true one"),
+    ("truth.tum later.tum", "2 of 300 estimated poses have a true one, over 0.033 s: the truth is from 0.000 to 9.967 s"),
+    *((files, "still.tum: all 300 matched poses coincide") for files in ("truth.tum still.tum", "still.tum truth.tum")),
+    ("truth.tum still.tum --align sim3", "coincide"),
+    *((files, "all without times: they cannot be paired by their row")
+      for files in ("poses.txt half.txt", "poses.txt fewer.txt --align none", "half.txt poses.txt --align se3")),
+    ("gap.tum truth.tum --align none --max-gap 5", "--interpolate"),
+]
+ACCEPTED = [
+    ("truth.tum once_a_second.tum", ""), ("frames.tum frames.tum", ""),
+    *((f"truth.tum {file}", f"from 0.000 to 9.967 s, stamps in {unit}") for file, unit in (("us.csv", "microseconds"), ("ms.tum", "milliseconds"))),
+    *((f"truth.tum {file}", "\nmatched   300") for file in ("us.csv", "ms.tum")),
+    ("truth.tum late.tum --t-offset -1000000000", ""),
+    ("truth.tum still.tum -r angle_deg", ""),  # a camera may turn on the spot
+    ("truth.tum short.tum", ""),
+    ("gap.tum truth.tum --align none --interpolate",
+     "matched   199 of 300 poses (truth interpolated at the estimate's stamps, across at most 0.1 s)"),
+    ("gap.tum truth.tum --align none --interpolate --max-gap 5", "matched   300 of 300 poses"),
+    ("straight.tum two.tum", "covered   120 of 300 true poses, 40.0 % of the time; 9.967 m walked"),
+    ("straight.tum first.tum", "covered   60 of 300 true poses, 20.0 % of the time; 1.967 m walked"),
+]
+
+
+def check_input(program):
+    with tempfile.TemporaryDirectory() as folder:
+        for name, text in FILES.items():
+            (pathlib.Path(folder) / name).write_text(text)
+        for arguments, text in [*REFUSED, *ACCEPTED]:
+            ran = run(program, *arguments.split(), cwd=folder)
+            refused = (arguments, text) in REFUSED
+            check(f"{arguments}: exit code", ran.returncode, 2 if refused else 0)
+            check(f"{arguments}: says {text}: {ran.stderr}{ran.stdout}", text in (ran.stderr if refused else ran.stdout), True)
+            check(f"{arguments}: lines of the error", ran.stderr.count("\n"), 1 if refused else 0)
+        sure = run(program, "truth.tum", "sure.tum", "--json", cwd=folder).stdout
+        check("a covariance that is too small gives no number", "inf" not in sure and ("a value is not finite" in sure or "not positive definite" in sure), True)
 
 
 # --- a result folder ---
@@ -315,6 +400,7 @@ def check_result(folder):
 
 if len(sys.argv) == 2:
     check_score(sys.argv[1])
+    check_input(sys.argv[1])
 else:
     check_result(pathlib.Path(sys.argv[2]))
 print(f"{checks} numbers compared, {len(faults)} differ")
