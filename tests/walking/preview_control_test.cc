@@ -44,15 +44,6 @@ TEST(PreviewGains, EqualThePublishedOnesAndTheReferenceForOtherGravityAndHeights
                {72579.64543216, 21429.83782496, 176.4445598795}, {{3, -952.4196134829}});
 }
 
-/// The reference ahead and the present state have the same weight: standing still needs no jerk.
-TEST(PreviewGains, LongPreviewSumsToThePositionGainAndItsFirstCancelsTheIntegralOne) {
-  for (const double height : {0.6, 0.814, 1.1}) {
-    const PreviewGains gains = preview_gains(CartTable(height), 3000);
-    EXPECT_NEAR(gains.preview.sum() / -gains.state(0), 1, 1e-9);  // the Riccati iteration's own accuracy
-    EXPECT_EQ(gains.preview(0), -gains.integral);
-  }
-}
-
 /// A reference of both axes, constant beyond its ends, tick by tick through preview control.
 struct Walked {
   std::vector<PreviewControl::State> states;

@@ -23,7 +23,8 @@ FootPose none(double) { return {}; }
 
 /// A walk that is steered by an estimate that knows the drift until a time, with a latency of 0.1 s.
 struct SteeredWalk {
-  SteeredWalk(const SteeringOptions& options, const Drift& drift, double known_until_s = 1e9)
+  SteeredWalk(const SteeringOptions& options, const Drift& drift, double known_until_s = 1e9,
+              const Eigen::Matrix3d& covariance = Eigen::Matrix3d::Zero())
       : plan(straight()), steering(options, plan) {
     std::optional<PlaceEstimate> newest;
     for (std::size_t tick = 0; tick < plan.ticks(); ++tick) {
@@ -31,7 +32,7 @@ struct SteeredWalk {
       if (t_s > 0 && t_s < known_until_s) {
         const Eigen::Isometry3d& X_PL = walk[walk.size() - 20].X_PL;
         const FootPose planned{X_PL.translation().head<2>(), 0};
-        newest = PlaceEstimate{t_s, planned, drift(t_s) * planned};
+        newest = PlaceEstimate{t_s, planned, drift(t_s) * planned, covariance};
       }
       if (steering.is_due(plan, tick)) steering.decide(plan, tick, newest);
       walk.push_back(plan.next());
@@ -113,22 +114,13 @@ TEST(Steering, AStepIsCorrectedFromTheFirstDecisionAfterTheEstimateOn) {
 }
 
 TEST(Steering, ErrorsWithinTheDeadBandAreLeftAlone) {
-  PatternGenerator plan(straight());
   SteeringOptions options = eager();
   options.dead_band_sigma = 1;
-  Steering steering(options, plan);
-  for (std::size_t tick = 0; tick < plan.ticks(); ++tick) {
-    if (steering.is_due(plan, tick)) {
-      PlaceEstimate estimate{static_cast<double>(tick) * kPeriod, {}, {{0.004, 0.009}, 0}, {}};
-      estimate.covariance = Eigen::Vector3d(0.005 * 0.005, 0.005 * 0.005, 0).asDiagonal();
-      steering.decide(plan, tick, estimate);
-    }
-    plan.next();
-  }
-  for (const StepCorrection& c : steering.corrections()) {
-    EXPECT_EQ(c.correction.position.x(), 0);
-  }
-  EXPECT_NEAR(steering.corrections().at(0).correction.position.y(), -0.004, 1e-9);
+  const Eigen::Matrix3d covariance = Eigen::Vector3d(0.005 * 0.005, 0.005 * 0.005, 0).asDiagonal();
+  const auto drift = [](double) { return FootPose{{0.004, 0.009}, 0}; };
+  const SteeredWalk steered(options, drift, 1e9, covariance);
+  for (const StepCorrection& c : steered.steering.corrections()) EXPECT_EQ(c.correction.position.x(), 0);
+  EXPECT_NEAR(steered.steering.corrections().at(0).correction.position.y(), -0.004, 1e-9);
 }
 
 TEST(Steering, StopsOnBothFeetWhenTheEstimateStaysLostOrGoesOnByThePlan) {

@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 
 #include <map>
-#include <numeric>
 
 #include "tests/walking/walks.h"
 #include "walking/kinematics.h"
@@ -30,24 +29,6 @@ TEST(Timeline, AlternatesDoubleAndSingleSupportOfTheGivenTimes) {
   EXPECT_EQ(timeline.ticks(), 400u + 9 * 160 + 600);
 }
 
-TEST(Timeline, EveryPhaseBeginsWhereTheOneBeforeEndedAndOnlyTheFootInTheAirMoves) {
-  const auto timeline = timeline_of({Straight{1, -0.5}, Stand{1}, TangentArc{}, PerpendicularArc{0.75, -1}});
-  const auto& phases = timeline.phases();
-  for (std::size_t i = 0; i < phases.size(); ++i) {
-    const Phase &phase = phases[i], &before = phases[i == 0 ? 0 : i - 1];
-    for (const Side side : {Side::left, Side::right}) {
-      const bool in_the_air = phase.support == (side == Side::left ? Support::right : Support::left);
-      EXPECT_EQ(phase.from.of(side).position != phase.to.of(side).position, in_the_air);
-      if (i == 0) continue;
-      EXPECT_EQ(phase.from.of(side).position, before.to.of(side).position);
-      EXPECT_EQ(phase.from.of(side).yaw, before.to.of(side).yaw);
-    }
-    if (i == 0) continue;
-    EXPECT_EQ(phase.waist_yaw_from, before.waist_yaw_to);
-    EXPECT_EQ(phase.zmp_from, before.zmp_to);
-  }
-}
-
 TEST(Timeline, ShortStandingAtBothEndsIsLengthenedToWhatThePlanNeeds) {
   const auto without = timeline_of({Straight{0.15, 0}});
   const auto with = timeline_of({Stand{0.1}, Straight{0.15, 0}, Stand{0.1}});
@@ -55,16 +36,6 @@ TEST(Timeline, ShortStandingAtBothEndsIsLengthenedToWhatThePlanNeeds) {
   EXPECT_EQ(with.phases().front().ticks, 330);  // the preview and the smoothing window
   EXPECT_EQ(with.phases().back().ticks, 400);
   EXPECT_EQ(timeline_of({Stand{5}, Straight{0.15, 0}, Stand{5}}).ticks(), 1000u + 320 + 1000);
-}
-
-TEST(Timeline, AMomentBeforeOrAfterTheWalkIsItsFirstOrLast) {
-  const auto timeline = timeline_of({Stand{2}, Straight{0.15, 0}, Stand{2}});
-  EXPECT_EQ(timeline.at(-5).tick, 0);
-  EXPECT_EQ(&timeline.at(-5).phase, &timeline.phases().front());
-  EXPECT_EQ(timeline.at(1000000).tick, 399);
-  EXPECT_EQ(&timeline.at(1000000).phase, &timeline.phases().back());
-  EXPECT_EQ(timeline.at(400).tick, 0);
-  EXPECT_EQ(&timeline.at(400).phase, &timeline.phases()[1]);
 }
 
 TEST(Timeline, RepeatCarriesTheLastCommandsOutAgainAndKnowsTheLaps) {
@@ -107,14 +78,6 @@ TEST(Timeline, ImpossibleOptionsAreRefusedByName) {
       {{Stand{1}, Repeat{1, 0}}, "walk.commands[1].repeat.times"},
       {{Stand{1}, Repeat{1, 1}, Repeat{1, 1}}, "one is a repeat itself"}};
   for (const auto& [commands, named] : cases) expect_refused(walk_of(commands), named);
-}
-
-TEST(SmoothingWeights, AreTheReferenceOnes) {
-  const auto w = smoothing_weights();
-  const std::array<double, 11> expected{0,        .0190983, .0690983, .1309017, .1809017, .2,
-                                        .1809017, .1309017, .0690983, .0190983, 0};
-  for (int i = 0; i <= 10; ++i) EXPECT_NEAR(w[i], expected[i], 5e-8);  // seven decimals
-  EXPECT_NEAR(std::accumulate(w.begin(), w.end(), 0.0), 1, 1e-15);
 }
 
 TEST(ZmpReference, GoesLinearlyToTheFootInDoubleSupportAndEndsInTheMiddleOfTheFeet) {

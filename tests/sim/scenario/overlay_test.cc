@@ -114,7 +114,6 @@ TEST_F(Overlay, IsReadAsStrictlyAsAScenario) {
   EXPECT_THAT(complaint_about(file("b.yaml", "base: o.yaml\n")), HasSubstr("o.yaml:1:1: expected keys"));
 }
 
-using testing::HasSubstr;
 using walking::SteeredBy;
 
 std::string key_of(Scenario scenario, SteeredBy by = SteeredBy::plan) {
