@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 
 #include "sim/files/hash.h"
 #include "sim/files/text.h"
@@ -25,6 +24,18 @@ std::vector<fs::path> files_below(const fs::path& folder) {
   return files;
 }
 
+/// The first key that counts and has another value in `scenario` than in the recorded one.
+std::optional<RecordingDifference> first_difference(const Scenario& recorded, const Scenario& scenario,
+                                                    bool (*counts)(std::string_view)) {
+  for (const auto& key : scenario_keys()) {
+    if (!counts(key.name) || !has_section(recorded, key.name)) continue;
+    const std::string there = key.print(recorded),
+                      now = has_section(scenario, key.name) ? key.print(scenario) : "left out";
+    if (there != now) return RecordingDifference{key.name, there, now};
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 const std::vector<Key>& scenario_keys() {
@@ -38,24 +49,7 @@ const Key* find_key(std::string_view name) {
   return found == all.end() ? nullptr : &*found;
 }
 
-std::string former_name(std::string_view name) {
-  static const std::map<std::string_view, std::string_view> kFormer{
-      {"slam.vision.sigma_lasting_px", "was renamed to slam.vision.match_bias_sigma_px"},
-      {"slam.vision.lasting_s", "was renamed to slam.vision.match_bias_s"},
-      {"slam.vision.sigma_view_px", "was renamed to slam.vision.viewpoint_sigma_px"},
-      {"slam.tracking.relocalise",
-       "was removed: relocalization is always on; slam.tracking.give_up_s bounds it"},
-      {"stabilizer.tracking.law", "was removed: the capture-point law is the only one"},
-      {"estimator.library",
-       "was removed: build a program with -DGAITSLAM_ESTIMATOR_MAIN for estimator.program"},
-      {"tracked_share", "was renamed to tracked_fraction"},
-      {"suspect_share", "was renamed to fault_flag_fraction"}};
-  const auto renamed = kFormer.find(name);
-  return renamed == kFormer.end() ? "" : std::string(renamed->second);
-}
-
 std::string unknown_key(std::string_view name) {
-  if (const std::string former = former_name(name); !former.empty()) return former;
   std::vector<std::string_view> names;
   for (const Key& key : scenario_keys()) names.push_back(key.name);
   return "unknown key" + did_you_mean(name, names);
@@ -150,13 +144,7 @@ std::string recording_key(const Scenario& scenario, const std::string& models, c
 }
 
 std::optional<RecordingDifference> first_difference(const Scenario& recorded, const Scenario& scenario) {
-  for (const auto& key : scenario_keys()) {
-    if (!shapes_recording(key.name) || !has_section(recorded, key.name)) continue;
-    const std::string there = key.print(recorded),
-                      now = has_section(scenario, key.name) ? key.print(scenario) : "left out";
-    if (there != now) return RecordingDifference{key.name, there, now};
-  }
-  return std::nullopt;
+  return first_difference(recorded, scenario, [](std::string_view key) { return shapes_recording(key); });
 }
 
 std::string counterfactual(const Scenario& recorded, const Scenario& scenario) {
@@ -165,13 +153,9 @@ std::string counterfactual(const Scenario& recorded, const Scenario& scenario) {
     return "the recorded walk was steered by answers whose measured times are not repeatable";
   if (recorded.seed != scenario.seed)
     return fmt::format("the recorded walk was steered with seed {}, not {}", recorded.seed, scenario.seed);
-  for (const auto& key : scenario_keys()) {
-    if (!shapes_estimate(key.name) || !has_section(recorded, key.name)) continue;
-    const std::string there = key.print(recorded), now = key.print(scenario);
-    if (there != now)
-      return fmt::format("the recorded walk was steered by an estimate with {} {}, not {}", key.name, there,
-                         now);
-  }
+  if (const auto other = first_difference(recorded, scenario, shapes_estimate))
+    return fmt::format("the recorded walk was steered by an estimate with {} {}, not {}", other->key,
+                       other->recorded, other->now);
   return "";
 }
 

@@ -138,18 +138,6 @@ std::string print_kind(const std::variant<Kind...>& item) {
   return std::visit([](const auto& kind) { return print_kind(kind); }, item);
 }
 
-template <ListItem Item>
-std::string describe() {
-  std::string text;
-  Kinds<Item>::each([&]<class Kind>() {
-    using Owner = typename Fields<Kind>::Owner;
-    for (const Key& field : fields<Owner>())
-      text += fmt::format("  {:22} {:12} {}, {}; default {}\n", Kind::kName, field.name, field.doc,
-                          field.expected, field.print(Owner{}));
-  });
-  return text;
-}
-
 }  // namespace
 
 template <ListItem Item>
@@ -204,15 +192,27 @@ std::string ListOperations<Item>::print(const Domain&, const void* items) {
   return lines.empty() ? "[]" : fmt::format("[\n    {}]", fmt::join(lines, ",\n    "));
 }
 
-template struct ListOperations<walking::Command>;
-template struct ListOperations<sensor_errors::Fault>;
-template struct ListOperations<physics::Push>;
-template struct ListOperations<physics::FloorPatch>;
-template struct ListOperations<rig::Item>;
+template <ListItem Item>
+std::string describe() {
+  std::string text;
+  Kinds<Item>::each([&]<class Kind>() {
+    using Owner = typename Fields<Kind>::Owner;
+    for (const Key& field : fields<Owner>())
+      text += fmt::format("  {:22} {:12} {}, {}; default {}\n", Kind::kName, field.name, field.doc,
+                          field.expected, field.print(Owner{}));
+  });
+  return text;
+}
 
-std::string describe_commands() { return describe<walking::Command>(); }
-std::string describe_rig() { return describe<rig::Item>(); }
-std::string describe_faults() { return describe<sensor_errors::Fault>(); }
-std::string describe_disturbances() { return describe<physics::Push>() + describe<physics::FloorPatch>(); }
+template struct ListOperations<walking::Command>;
+template std::string describe<walking::Command>();
+template struct ListOperations<sensor_errors::Fault>;
+template std::string describe<sensor_errors::Fault>();
+template struct ListOperations<physics::Push>;
+template std::string describe<physics::Push>();
+template struct ListOperations<physics::FloorPatch>;
+template std::string describe<physics::FloorPatch>();
+template struct ListOperations<rig::Item>;
+template std::string describe<rig::Item>();
 
 }  // namespace sim::scenario

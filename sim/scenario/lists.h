@@ -34,10 +34,8 @@ template <ListItem Item>
 inline constexpr ValueType kValueType<std::vector<Item>>{
     ListOperations<Item>::expected, ListOperations<Item>::read, ListOperations<Item>::print};
 
-/// One line for each kind of item and each of its fields, for help.
-std::string describe_commands();
-std::string describe_faults();
-std::string describe_disturbances();
-std::string describe_rig();
+/// One line for each kind of item of a list and each of its fields, for help.
+template <ListItem Item>
+std::string describe();
 
 }  // namespace sim::scenario

@@ -71,10 +71,11 @@ void print_keys() {
     const std::string shown = standard.find('\n') == standard.npos ? "; default " + standard : "";
     std::cout << fmt::format("{}\n    {}\n    {}{}\n", key.name, key.doc, key.expected, shown);
   }
-  std::cout << "\nItems of walk.commands:\n" << scenario::describe_commands();
-  std::cout << "\nItems of errors.faults:\n" << scenario::describe_faults();
-  std::cout << "\nItems of rig:\n" << scenario::describe_rig();
-  std::cout << "\nItems of world.pushes and world.floor_patches:\n" << scenario::describe_disturbances();
+  std::cout << "\nItems of walk.commands:\n"
+            << scenario::describe<walking::Command>() << "\nItems of errors.faults:\n"
+            << scenario::describe<sensor_errors::Fault>() << "\nItems of rig:\n"
+            << scenario::describe<rig::Item>() << "\nItems of world.pushes and world.floor_patches:\n"
+            << scenario::describe<physics::Push>() << scenario::describe<physics::FloorPatch>();
   std::cout << "\nlimits.<metric>.at_most, limits.<metric>.at_least; over seeds "
                "limits.<metric>.median.at_most (or mean, worst). Metrics:\n";
   for (const auto& metric : score::metric_definitions()) {
