@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
@@ -19,23 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using files::FileError;
-using nlohmann::json;
 
 constexpr int kTriesOfTheLock = 20;
 constexpr useconds_t kPauseUs = 100'000;
-
-json number(double value) {
-  if (std::isnan(value)) return "nan";
-  if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
-  return value;
-}
-
-double number(const files::Json& value) {
-  if (!value.value().is_string()) return value.number();
-  const auto special = files::parse_number<double>(value.text());  // nan, inf or -inf
-  if (!special) value.fail("expected a number");
-  return *special;
-}
 
 [[noreturn]] void fail(const fs::path& file, const std::string& what) {
   throw FileError(file, what + ": " + std::strerror(errno));
@@ -88,11 +73,9 @@ std::optional<double> TrialRecord::value(std::string_view name) const {
 }
 
 std::string to_line(const TrialRecord& record) {
-  json values = json::object();
-  for (const auto& [name, value] : record.values) values[name] = number(value);
   nlohmann::ordered_json line{{"key", record.key}, {"seed", record.seed}, {"ending", record.ending}};
   if (!record.cause.empty()) line["cause"] = record.cause;
-  line["values"] = values;
+  line["values"] = record.values;
   return files::json_text(line);
 }
 
@@ -101,7 +84,7 @@ std::optional<TrialRecord> from_line(std::string_view line) {
     const files::Json read("record", line);
     TrialRecord record{read.at("key").text(), read.at("seed").whole(), read.at("ending").text(), "", {}};
     if (const auto cause = read.find("cause")) record.cause = cause->text();
-    for (const auto& [name, value] : read.at("values").entries()) record.values[name] = number(value);
+    for (const auto& [name, value] : read.at("values").entries()) record.values[name] = value.number();
     return record;
   } catch (const FileError&) {
     return std::nullopt;

@@ -15,7 +15,7 @@
 
 namespace sim::trials {
 
-/// The result of one trial. Values are written so that the same bits are read back, also infinity and NaN.
+/// The result of one trial. Values are finite and written so that the same bits are read back.
 struct TrialRecord {
   std::string key;  ///< a hash of all that the trial depends on, see trial_key()
   std::uint64_t seed = 0;

@@ -124,30 +124,18 @@ void require_unseen(const Yaml& node, const std::vector<SpecRun>& holdout,
 }
 
 /// Reads training or hold-out. `seen`: the training that a hold-out must not repeat.
-std::vector<SpecRun> read_side(const Yaml* node, const std::string& key, const fs::path& folder,
+std::vector<SpecRun> read_side(const Yaml& node, const std::string& key, const fs::path& folder,
                                const std::vector<SpecRun>& seen = {}) {
-  std::vector<SpecRun> all;
-  if (!node) return all;
-  if (node->kind != Yaml::Kind::list || node->items.empty())
-    fail(*node, key,
+  if (node.kind != Yaml::Kind::list || node.items.empty())
+    fail(node, key,
          "expected a list of recordings, as in [{recordings: results/tangent_circle, seeds: 1..4}]");
-  for (const Yaml& item : node->items) {
+  std::vector<SpecRun> all;
+  for (const Yaml& item : node.items) {
     std::vector<SpecRun> runs = read_runs(item, key, folder);
     require_unseen(item, runs, seen);
     all.insert(all.end(), runs.begin(), runs.end());
   }
   return all;
-}
-
-void require_whole(const Yaml& root, const Spec& spec) {
-  if (spec.parameters.empty()) fail(root, "parameters", "missing, expected keys with their ranges");
-  if (spec.training.empty())
-    fail(root, "training", "missing, expected recordings, as in [{scenario: FILE, seeds: 1..4}]");
-  if (spec.holdout.empty())
-    fail(root, "holdout",
-         "missing, expected recordings that the search does not see, which show whether tuning helps");
-  if (spec.trials <= spec.population)
-    fail(root, "trials", fmt::format("{} are too few for a population of {}", spec.trials, spec.population));
 }
 
 /// A parameter without a start gets the value of the first training run.
@@ -183,9 +171,16 @@ Spec read_spec(const fs::path& file) {
                   value("trials", {2, 1e6}, spec.trials),
                   value("population", {5, 1000}, spec.population),
                   value("seed", {}, spec.seed)});
-  spec.training = read_side(training, "training", file.parent_path());
-  spec.holdout = read_side(holdout, "holdout", file.parent_path(), spec.training);
-  require_whole(root, spec);
+  if (spec.parameters.empty()) fail(root, "parameters", "missing, expected keys with their ranges");
+  if (!training)
+    fail(root, "training", "missing, expected recordings, as in [{scenario: FILE, seeds: 1..4}]");
+  spec.training = read_side(*training, "training", file.parent_path());
+  if (!holdout)
+    fail(root, "holdout",
+         "missing, expected recordings that the search does not see, which show whether tuning helps");
+  spec.holdout = read_side(*holdout, "holdout", file.parent_path(), spec.training);
+  if (spec.trials <= spec.population)
+    fail(root, "trials", fmt::format("{} are too few for a population of {}", spec.trials, spec.population));
   complete_starts(root, spec);
   return spec;
 }

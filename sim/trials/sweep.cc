@@ -16,6 +16,7 @@
 #include "sim/scenario/keys.h"
 #include "sim/scenario/value.h"
 #include "sim/scenario/yaml.h"
+#include "sim/score/metrics.h"
 #include "sim/score/statistics.h"
 #include "sim/trials/trial.h"
 #include "sim/trials/values.h"
@@ -165,26 +166,6 @@ ordered_json value_of(const std::string& printed) {
   return value.is_number() || value.is_boolean() ? value : ordered_json(printed);
 }
 
-/// "0.0123", or "-" if no seed has the value.
-std::string median(const std::vector<const TrialRecord*>& records, std::string_view name) {
-  std::vector<double> values;
-  for (const TrialRecord* record : records)
-    if (const auto value = record ? record->value(name) : std::nullopt) values.push_back(*value);
-  return values.empty() ? "-" : fmt::format("{:.4g}", score::median(values));
-}
-
-std::vector<std::string> row(const SweepPlan& plan, const RecordOf& record, std::size_t c) {
-  std::vector<const TrialRecord*> records;
-  for (std::size_t i = 0; i < plan.seeds.size(); ++i) records.push_back(record(c * plan.seeds.size() + i));
-  std::vector<std::string> cells{plan.configurations[c].read.scenario.name};
-  cells.insert(cells.end(), plan.configurations[c].values.begin(), plan.configurations[c].values.end());
-  const auto completed = std::ranges::count_if(
-      records, [](const TrialRecord* one) { return one && one->ending == "completed"; });
-  cells.push_back(fmt::format("{}/{}", completed, records.size()));
-  for (const std::string_view name : kShown) cells.push_back(median(records, name));
-  return cells;
-}
-
 }  // namespace
 
 SweepSpec read_sweep(const fs::path& file, const std::vector<std::string>& arguments,
@@ -261,7 +242,9 @@ SweepPlan plan_sweep(const SweepSpec& spec, const std::vector<std::uint64_t>& se
 }
 
 Scores scores(const SweepPlan& plan, const RecordOf& record) {
-  const std::vector<std::string> names = value_names();
+  std::vector<std::string> names;
+  for (const auto& metric : score::metric_definitions()) names.emplace_back(metric.name);
+  names.insert(names.end(), {"pose_nll", "innovation_nll"});
   Scores all{fmt::format("trial,scenario,seed{1}{0},ending,cause,{2}\n", fmt::join(plan.keys, ","),
                          plan.keys.empty() ? "" : ",", fmt::join(names, ",")),
              ""};
@@ -291,9 +274,23 @@ std::string sweep_table(const SweepPlan& plan, const RecordOf& record) {
   std::vector<std::vector<std::string>> rows{{"scenario"}};
   rows[0].insert(rows[0].end(), plan.keys.begin(), plan.keys.end());
   rows[0].push_back("completed");
-  for (const std::string_view name : kShown) rows[0].emplace_back(name);
-  for (std::size_t c = 0; c < std::min(plan.configurations.size(), kMostRows); ++c)
-    rows.push_back(row(plan, record, c));
+  rows[0].insert(rows[0].end(), kShown.begin(), kShown.end());
+  for (std::size_t c = 0; c < std::min(plan.configurations.size(), kMostRows); ++c) {
+    const Configuration& configuration = plan.configurations[c];
+    int completed = 0;
+    std::array<std::vector<double>, kShown.size()> shown;
+    for (std::size_t i = 0; i < plan.seeds.size(); ++i) {
+      const TrialRecord* const one = record(c * plan.seeds.size() + i);
+      completed += one && one->ending == "completed";
+      for (std::size_t k = 0; k < kShown.size(); ++k)
+        if (const auto value = one ? one->value(kShown[k]) : std::nullopt) shown[k].push_back(*value);
+    }
+    std::vector<std::string>& row = rows.emplace_back(configuration.values);
+    row.insert(row.begin(), configuration.read.scenario.name);
+    row.push_back(fmt::format("{}/{}", completed, plan.seeds.size()));
+    for (const std::vector<double>& values : shown)
+      row.push_back(values.empty() ? "-" : fmt::format("{:.4g}", score::median(values)));
+  }
   std::string text = files::text_table(rows, {.naming = 1 + plan.keys.size()});
   if (plan.configurations.size() > kMostRows)
     text += fmt::format("... and {} more\n", plan.configurations.size() - kMostRows);

@@ -7,18 +7,16 @@
 #include <atomic>
 #include <cmath>
 #include <exception>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <sstream>
-#include <stdexcept>
 #include <thread>
 
 #include "sim/files/atomic_file.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
-#include "sim/result/result.h"
 #include "sim/result/score_file.h"
-#include "sim/scenario/keys.h"
 
 namespace sim::trials {
 namespace {
@@ -33,28 +31,6 @@ void keep(slam::Observation observation, Recording& recording) {
     observation.image = cv::Mat(owner.rows, owner.cols, owner.type(), owner.data, owner.step);
   }
   recording.observations.push_back(std::move(observation));
-}
-
-// The keys errors.* and the seed, which determine the sensor errors.
-std::string errors_of(const scenario::Scenario& scenario) {
-  std::string text = fmt::format("seed: {}\n", scenario.seed);
-  for (const auto& key : scenario::scenario_keys())
-    if (key.name.starts_with("errors.")) text += key.name + ": " + key.print(scenario) + "\n";
-  return text;
-}
-
-tracking::Tracked track(const Recording& recording, const scenario::Scenario& scenario) {
-  if (!recording.errors.empty() && recording.errors != errors_of(scenario))
-    throw std::logic_error("the recording contains other sensor errors than those of the trial");
-  const recording::RecordingSetup& setup = recording.setup;
-  tracking::Tracking tracking(scenario, setup.calibration, setup.X_WC_start, setup.camera_rate_hz, setup.rig);
-  for (const slam::Observation& observation : recording.observations) {
-    if (recording.errors.empty())
-      tracking.process(observation);
-    else
-      tracking.step(observation);
-  }
-  return tracking.finish();
 }
 
 // The fraction of the recording until the filter diverged or the estimator failed.
@@ -79,27 +55,18 @@ std::optional<double> mean_pose_nll(const score::ScoreContext& scored) {
     if (!nll) return std::nullopt;
     sum += *nll;
   }
-  return sum / static_cast<double>(scored.pairs.size());
+  return std::isfinite(sum) ? std::optional(sum / static_cast<double>(scored.pairs.size())) : std::nullopt;
 }
 
 }  // namespace
 
-Recording load(const fs::path& folder, const scenario::Scenario* with_errors) {
+Recording load(const fs::path& folder) {
   Recording recording;
   recording.walk = *result::read_about_of_walk(folder / "about.json").walk;
   recording::RecordingReader reader(folder / "recording");
   recording.setup = reader.setup();
   recording.hash = reader.hash();
-  if (!with_errors) {
-    while (auto ideal = reader.next()) keep(std::move(*ideal), recording);
-  } else {
-    sensor_errors::SensorErrors errors(with_errors->errors, with_errors->seed);
-    while (auto ideal = reader.next())
-      for (slam::Observation& arrived : errors.process(std::move(*ideal)))
-        keep(std::move(arrived), recording);
-    for (slam::Observation& arrived : errors.flush()) keep(std::move(arrived), recording);
-    recording.errors = errors_of(*with_errors);
-  }
+  while (auto ideal = reader.next()) keep(std::move(*ideal), recording);
   recording.truth = recording::read_truth(folder / "recording");
   return recording;
 }
@@ -139,11 +106,20 @@ std::optional<double> innovation_nll(const tracking::Tracked& tracked, double ar
   return sums.empty() || !std::isfinite(total) ? std::nullopt : std::optional(total);
 }
 
+result::RunRecord replay(const Recording& recording, const scenario::ReadScenario& scenario) {
+  const recording::RecordingSetup& setup = recording.setup;
+  result::RunRecord run{scenario, {recording.walk.ending}, setup, recording.truth, {}, recording.hash};
+  if (!scenario.scenario.slam) return run;
+  tracking::Tracking tracking(scenario.scenario, setup.calibration, setup.X_WC_start, setup.camera_rate_hz,
+                              setup.rig);
+  for (const slam::Observation& observation : recording.observations) tracking.process(observation);
+  run.tracked = tracking.finish();
+  return run;
+}
+
 TrialRecord run_trial(const Recording& recording, const scenario::ReadScenario& scenario,
                       const std::string& key) {
-  result::RunRecord run{scenario,     {recording.walk.ending}, recording.setup, recording.truth,
-                        std::nullopt, recording.hash};
-  if (scenario.scenario.slam) run.tracked = track(recording, scenario.scenario);
+  const result::RunRecord run = replay(recording, scenario);
   const score::Run input = result::score_input(run);
   const score::ScoreContext scored(input);
   const scenario::Ended ended = result::ending_of(run);
@@ -184,40 +160,10 @@ TaskFile read_tasks(const std::filesystem::path& file) {
   return tasks;
 }
 
-std::vector<std::string> value_names() {
-  std::vector<std::string> names;
-  for (const auto& metric : score::metric_definitions()) names.emplace_back(metric.name);
-  names.insert(names.end(), {"pose_nll", "innovation_nll"});
-  return names;
-}
-
-std::shared_ptr<Runner::Loaded> Runner::find(const std::string& name) {
-  const std::scoped_lock lock(mutex_);
-  if (!keeps_all_ && !loaded_.contains(name)) loaded_.clear();
-  std::shared_ptr<Loaded>& loaded = loaded_[name];
-  if (!loaded) loaded = std::make_shared<Loaded>();
-  return loaded;
-}
-
-// A recording is loaded with the sensor errors of the first trial that needs it. If another trial has other
-// errors, it is loaded without any, and from then on each trial applies its own.
-std::shared_ptr<const Recording> Runner::load(const Task& task, const scenario::ReadScenario& read) {
-  const auto loaded = find(task.recording.empty() ? cache_.key(read.scenario) : task.recording.string());
-  const std::scoped_lock lock(loaded->mutex);
-  const auto load_from = [&](const std::filesystem::path& folder) {
-    loaded->recording =
-        std::make_shared<const Recording>(trials::load(folder, loaded->recording ? nullptr : &read.scenario));
-  };
-  const Recording* const now = loaded->recording.get();
-  if (!now || (!now->errors.empty() && now->errors != errors_of(read.scenario)))
-    task.recording.empty() ? cache_.open(read, load_from) : load_from(task.recording);
-  return loaded->recording;
-}
-
-TrialRecord Runner::run(const Task& task) {
+TrialRecord run_task(const Task& task, const RecordingOf& recording_of) {
   const scenario::ReadScenario read = scenario::read_scenario_text(task.scenario, "task.yaml");
   try {
-    const auto recording = load(task, read);
+    const auto recording = recording_of(read);
     const scenario::Ended& walk = recording->walk;
     if (walk.ending == scenario::Ending::failed)  // there is nothing to replay
       return {task.key, read.scenario.seed, std::string(name_of(walk.ending)), walk.cause, {}};
@@ -230,14 +176,29 @@ TrialRecord Runner::run(const Task& task) {
 }
 
 RunTasks in_threads(int threads) {
-  const auto runner = std::make_shared<Runner>(true);
-  return [threads, runner](const std::vector<Task>& tasks, TrialLog& log) {
+  struct Loaded {
+    std::mutex mutex;
+    std::shared_ptr<const Recording> recording;
+  };
+  struct Store {
+    std::mutex mutex;
+    std::map<fs::path, Loaded> by_folder;
+  };
+  return [threads, store = std::make_shared<Store>()](const std::vector<Task>& tasks, TrialLog& log) {
+    const auto recording_of = [&](const fs::path& folder) {
+      std::unique_lock lock(store->mutex);
+      Loaded& loaded = store->by_folder[folder];
+      lock.unlock();
+      const std::scoped_lock loading(loaded.mutex);
+      if (!loaded.recording) loaded.recording = std::make_shared<const Recording>(load(folder));
+      return loaded.recording;
+    };
     std::atomic<std::size_t> next{0};
     std::vector<std::exception_ptr> faults(tasks.size());
     const auto work = [&] {
       for (std::size_t i = next++; i < tasks.size(); i = next++) {
         try {
-          log.add(runner->run(tasks[i]));
+          log.add(run_task(tasks[i], [&](const auto&) { return recording_of(tasks[i].recording); }));
         } catch (...) {
           faults[i] = std::current_exception();
         }

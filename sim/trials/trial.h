@@ -6,12 +6,12 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "sim/recording/recording.h"
+#include "sim/result/result.h"
 #include "sim/scenario/ending.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/metrics.h"
@@ -29,14 +29,11 @@ struct Recording {
   /// In the order of arrival; images are views of `pictures`, which share no counter among threads.
   std::vector<slam::Observation> observations;
   std::vector<cv::Mat> pictures;
-  /// The sensor errors in the observations, as text; empty if the sensors are ideal.
-  std::string errors;
   recording::Truth truth;  ///< for the score only
 };
 
-/// Reads a result folder's recording, images decoded, and applies the sensor errors (errors.*, seed) of a
-/// scenario, if any, for all trials that share them. Throws FileError and ConfigError as replay does.
-Recording load(const std::filesystem::path& result_folder, const scenario::Scenario* with_errors = nullptr);
+/// Reads a result folder's recording, images decoded. Throws FileError as replay does.
+Recording load(const std::filesystem::path& result_folder);
 
 /// −ln N(error; 0, covariance) of a pose, see score::pose_nees. Returns nullopt unless the covariance is
 /// positive definite.
@@ -50,12 +47,14 @@ std::optional<double> pose_nll(const Eigen::Isometry3d& X_WC_true, const Eigen::
 /// nullopt without innovations, or if an innovation covariance is not positive definite.
 std::optional<double> innovation_nll(const tracking::Tracked& tracked, double area_px2);
 
-/// Applies the sensor errors of `scenario` unless the recording contains them, runs its filter and scores it;
-/// without a slam section scores only the walk. The record has ending, cause and metrics of a result folder,
+/// Applies the sensor errors of `scenario` and runs its filter, if it has a slam section. The record refers
+/// to the scenario.
+result::RunRecord replay(const Recording& recording, const scenario::ReadScenario& scenario);
+
+/// Scores replay(). The record has ending, cause and metrics of a result folder,
 /// bit for bit; pose_nll, the mean over scored frames of −ln N(pose error; 0, P), 6 degrees of freedom, and
 /// innovation_nll, unless the filter failed or a covariance is not positive definite; and lasted_fraction,
-/// the part of the recording until the filter failed. Throws std::logic_error if the recording contains other
-/// errors.
+/// the part of the recording until the filter failed.
 TrialRecord run_trial(const Recording& recording, const scenario::ReadScenario& scenario,
                       const std::string& key = "");
 
@@ -77,42 +76,12 @@ struct TaskFile {
 void write_tasks(const std::filesystem::path& file, const TaskFile& tasks);
 TaskFile read_tasks(const std::filesystem::path& file);
 
-/// The names of a record's values, in the order of tables: all metrics, then pose_nll and innovation_nll.
-std::vector<std::string> value_names();
+/// Returns the recording for a scenario.
+using RecordingOf = std::function<std::shared_ptr<const Recording>(const scenario::ReadScenario&)>;
 
-/// How a Runner gets recordings that a task does not name.
-struct RecordingCache {
-  std::function<std::string(const scenario::Scenario&)> key;
-  /// Calls `use` with the result folder of the scenario's recording, recorded first if it is missing.
-  std::function<void(const scenario::ReadScenario&,
-                     const std::function<void(const std::filesystem::path&)>& use)>
-      open;
-};
-
-/// Runs tasks, keeping recordings decoded in memory. Safe to use from several threads.
-class Runner {
- public:
-  /// keeps_all: recordings stay in memory until the end, not only until another one is needed.
-  explicit Runner(bool keeps_all, RecordingCache cache = {})
-      : keeps_all_(keeps_all), cache_(std::move(cache)) {}
-
-  /// Runs the trial; without a filter it scores only the walk. A fault of the trial is its record: "not
-  /// started". Throws FileError for a fault of the machine.
-  TrialRecord run(const Task& task);
-
- private:
-  struct Loaded {
-    std::mutex mutex;
-    std::shared_ptr<const Recording> recording;
-  };
-  std::shared_ptr<Loaded> find(const std::string& name);
-  std::shared_ptr<const Recording> load(const Task& task, const scenario::ReadScenario& read);
-
-  bool keeps_all_;
-  RecordingCache cache_;
-  std::mutex mutex_;
-  std::map<std::string, std::shared_ptr<Loaded>> loaded_;
-};
+/// Runs the trial; without a filter it scores only the walk. A fault of the trial is its record: "not
+/// started". Throws FileError for a fault of the machine.
+TrialRecord run_task(const Task& task, const RecordingOf& recording_of);
 
 /// Runs tasks in that many threads of this process, all recordings in memory.
 RunTasks in_threads(int threads);

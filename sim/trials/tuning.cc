@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -81,22 +80,19 @@ class Runs {
   std::vector<std::string> hashes_;
 };
 
-/// The records of training or hold-out recordings with the start and with the best setting.
+/// The records of recordings with the start and with the best setting.
 struct StartAndBest {
-  std::vector<std::string> runs;
   Records start, best;
 };
 
-StartAndBest compare(const Runs& runs, const std::vector<SpecRun>& of, const Point& start,
-                     const Point& best) {
+StartAndBest compare(const Runs& runs, const Point& start, const Point& best) {
   const std::vector<Records> records = runs.evaluate({start, best});
-  StartAndBest both{{}, records[0], records[1]};
-  for (const SpecRun& run : of) both.runs.push_back(run.name);
-  return both;
+  return {records[0], records[1]};
 }
 
-ordered_json to_json(const StartAndBest& both, const Spec& spec) {
-  ordered_json document{{"runs", both.runs}};
+ordered_json to_json(const StartAndBest& both, const std::vector<SpecRun>& runs, const Spec& spec) {
+  ordered_json document;
+  for (const SpecRun& run : runs) document["runs"].push_back(run.name);
   const auto add = [&](const std::string& name, const auto& of) {
     for (const auto& [which, records] : {std::pair("start", &both.start), std::pair("best", &both.best)}) {
       ordered_json& column = document["values"][name][which] = ordered_json::array();
@@ -121,10 +117,10 @@ struct Found {
 
 /// Tries the start of the spec, then whole generations of CMA-ES up to spec.trials settings. The settings
 /// depend only on the spec and the losses found.
-Found find(const Spec& spec, TrialLog& log, const Execution& execution,
-           const std::function<void(const Progress&)>& on_progress) {
+Found find(const Spec& spec, TrialLog& log, const Execution& execution, const ShowProgress& show) {
   const Runs runs(spec, spec.training, execution, log);
-  Progress progress{"search", 0, spec.trials, 0};
+  int tried = 0;
+  double least = 0;
   Found found;
   found.history = "#setting,origin";
   for (const Range& p : spec.parameters) {
@@ -137,30 +133,30 @@ Found find(const Spec& spec, TrialLog& log, const Execution& execution,
     for (const Records& records : runs.evaluate(points)) {
       const Point& point = points[losses.size()];
       losses.push_back(mean_loss(records, spec.objective));
-      if (progress.tried == 0 || losses.back() < progress.best)
-        found.best = point, progress.best = losses.back();
-      found.history += fmt::format("{},{}", progress.tried++, origin);
+      if (tried == 0 || losses.back() < least) found.best = point, least = losses.back();
+      found.history += fmt::format("{},{}", tried++, origin);
       for (std::size_t i = 0; i < point.size(); ++i)
         found.history += fmt::format(",{}", spec.parameters[i].value_at(point[i]));
       found.history += fmt::format(",{}\n", losses.back());
     }
-    on_progress(progress);
+    show(static_cast<double>(tried) / spec.trials,
+         fmt::format("search, setting {}, best {:.5g}", tried, least));
     return losses;
   };
   evaluate("start", {found.start});
   CmaEs cma_es(found.start, kFirstStep, spec.population, spec.seed);
-  while (progress.tried + spec.population <= spec.trials) {
+  while (tried + spec.population <= spec.trials) {
     const std::vector<Point> generation = cma_es.ask();
     cma_es.tell(evaluate("search", generation));
   }
-  found.training = compare(runs, spec.training, found.start, found.best);
+  found.training = compare(runs, found.start, found.best);
   return found;
 }
 
 std::string overlay(const Spec& spec, const Point& best, const StartAndBest& holdout) {
   std::string yaml =
       fmt::format("# Tuned by {}. On {}:\n#   {} {:.6g} -> {:.6g} (less is better)\n", spec.name,
-                  files::counted(holdout.runs.size(), "hold-out run"), name(spec.objective),
+                  files::counted(spec.holdout.size(), "hold-out run"), name(spec.objective),
                   mean_loss(holdout.start, spec.objective), mean_loss(holdout.best, spec.objective));
   for (std::size_t i = 0; i < spec.parameters.size(); ++i) {
     const Range& p = spec.parameters[i];
@@ -180,7 +176,7 @@ std::string result_text(const Spec& spec, const Found& found, const StartAndBest
     text += fmt::format("{:<42} {:>10.4g} -> {:<10.4g}  mean of {}, less is better\n",
                         fmt::format("{} on {}", name(spec.objective), what),
                         mean_loss(both->start, spec.objective), mean_loss(both->best, spec.objective),
-                        files::counted(both->runs.size(), "run"));
+                        files::counted(both->start.size(), "run"));
   return text;
 }
 
@@ -202,8 +198,8 @@ std::string tune_json(const Spec& spec, const Found& found, const StartAndBest& 
                                        {"objective", name(spec.objective)},
                                        {"accepted", accepted},
                                        {"parameters", parameters},
-                                       {"training", to_json(found.training, spec)},
-                                       {"holdout", to_json(holdout, spec)}},
+                                       {"training", to_json(found.training, spec.training, spec)},
+                                       {"holdout", to_json(holdout, spec.holdout, spec)}},
                           2) +
          "\n";
 }
@@ -211,8 +207,7 @@ std::string tune_json(const Spec& spec, const Found& found, const StartAndBest& 
 }  // namespace
 
 double loss_of(const TrialRecord& record, Objective objective) {
-  const auto term = record.value(name(objective));
-  if (term && std::isfinite(*term)) return std::min(*term, kFailure / 2);
+  if (const auto term = record.value(name(objective))) return std::min(*term, kFailure / 2);
   return kFailure * (2 - record.value("lasted_fraction").value_or(0));
 }
 
@@ -227,13 +222,12 @@ std::string log_purpose(const std::string& program, const Spec& spec) {
 }
 
 TuningResult tune(const Spec& spec, const fs::path& out, const Execution& execution,
-                  const std::string& program, const std::function<void(const Progress&)>& on_progress) {
+                  const std::string& program, const ShowProgress& show) {
   fs::create_directories(out);
   TrialLog log(out / "trials.jsonl", log_purpose(program, spec));
-  const Found found = find(spec, log, execution, on_progress);
-  on_progress({"hold-out", 0, 0, 0});
-  const StartAndBest holdout =
-      compare(Runs(spec, spec.holdout, execution, log), spec.holdout, found.start, found.best);
+  const Found found = find(spec, log, execution, show);
+  show(1, "hold-out");
+  const StartAndBest holdout = compare(Runs(spec, spec.holdout, execution, log), found.start, found.best);
   const bool accepted = mean_loss(holdout.best, spec.objective) <= mean_loss(holdout.start, spec.objective);
   log.sort();
   files::write_atomically(out / "history.csv", found.history);

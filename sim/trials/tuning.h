@@ -25,12 +25,8 @@ struct Execution {
   RunTasks remote{};
 };
 
-/// The progress of a tuning: settings tried, of how many (0: not known), and the least loss so far.
-struct Progress {
-  std::string stage;  ///< "search" or "hold-out"
-  int tried = 0, of = 0;
-  double best = 0;
-};
+/// Called with the part of the search that is done, 0 to 1, and the current step in words.
+using ShowProgress = std::function<void(double part, const std::string& at)>;
 
 /// accepted: the tuned setting is at least as good as the start on the hold-out recordings.
 struct TuningResult {
@@ -42,7 +38,7 @@ struct TuningResult {
 /// best.yaml. Every run of the spec needs its folder. Resumes from the log of the same spec; the result has
 /// the same bits for any `execution`. program: identifies it in the log. Throws FileError.
 TuningResult tune(const Spec& spec, const std::filesystem::path& out, const Execution& execution,
-                  const std::string& program, const std::function<void(const Progress&)>& on_progress);
+                  const std::string& program, const ShowProgress& show);
 
 /// The first line of the log.
 std::string log_purpose(const std::string& program, const Spec& spec);

@@ -86,12 +86,8 @@ int tune_by(TuneRequest& request) {
   trials::TuningResult result;
   {
     ProgressLine progress("tune " + spec.name);
-    const auto show = [&](const trials::Progress& at) {
-      progress.show(
-          at.of == 0 ? 1 : static_cast<double>(at.tried) / at.of,
-          at.of == 0 ? at.stage : fmt::format("{}, setting {}, best {:.5g}", at.stage, at.tried, at.best));
-    };
-    result = trials::tune(spec, out, execution, program_identity(), show);
+    result = trials::tune(spec, out, execution, program_identity(),
+                          [&](double part, const std::string& at) { progress.show(part, at); });
   }
   remove_arrays(backend.spool);
   files::write_atomically(out / "report.html", pages::tune_page(out));

@@ -68,25 +68,6 @@ TEST(Values, ErrorsNameThePlace) {
               HasSubstr("expected a key that is a number"));
 }
 
-TEST(Range, GoesFromLowToHighByItsLogarithmOrLinearly) {
-  const Range log{"k", {}, 0.001, 0.1, 0.01, true}, linear{"k", {}, -1, 3, 0, false};
-  EXPECT_NEAR(log.value_at(0.5), 0.01, 1e-16);
-  EXPECT_EQ(log.value_at(0), 0.001);
-  EXPECT_EQ(log.value_at(1), 0.1);
-  EXPECT_NEAR(log.coordinate_of(0.01), 0.5, 1e-15);
-  EXPECT_EQ(linear.value_at(0.5), 1);
-  EXPECT_EQ(linear.coordinate_of(0), 0.25);
-}
-
-TEST(Set, GivesAKeyExactlyTheNumber) {
-  scenario::Scenario scenario =
-      scenario::read_scenario_text("walk: {commands: [stand: {duration_s: 1}]}\ncamera: {}\nslam: {}\n",
-                                   "s.yaml")
-          .scenario;
-  set(scenario, "slam.gyro.sigma_rad_s", 0.1 + 0.2);
-  EXPECT_EQ(scenario.slam->gyro.sigma_rad_s, 0.1 + 0.2);
-}
-
 TEST(Sobol, FirstPointsAreThoseOfJoeAndKuo) {
   const auto points = sobol_points(7, 3);  // the worked example beside their direction numbers
   EXPECT_THAT(points, ElementsAre(ElementsAre(0.5, 0.5, 0.5), ElementsAre(0.75, 0.25, 0.25),

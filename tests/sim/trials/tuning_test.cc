@@ -113,7 +113,7 @@ class Tunings : public testing::Test {
     return read_spec(folder_ / "spec.yaml");
   }
   static TuningResult tuned(const Spec& spec, const std::string& out, int jobs) {
-    return tune(spec, folder_ / out, {jobs}, "test", [](const Progress&) {});
+    return tune(spec, folder_ / out, {jobs}, "test", [](double, const std::string&) {});
   }
   static std::map<std::string, std::string> answer_of(const std::string& out) {
     return tests::files(folder_ / out, "trials.jsonl");
@@ -136,9 +136,11 @@ TEST_F(Tunings, GiveTheSameAnswerForAnyNumberOfThreadsFromAPartOfTheLogAndRemote
   std::size_t most = 0;
   const RunTasks remote = [&](const std::vector<Task>& tasks, TrialLog& log_) {
     most = std::max(most, tasks.size());
-    for (const Task& task : tasks) log_.add(Runner(false).run(task));
+    for (const Task& task : tasks)
+      log_.add(run_task(
+          task, [&](const auto&) { return std::make_shared<const Recording>(load(task.recording)); }));
   };
-  tune(spec(), folder_ / "remote", {1, remote}, "test", [](const Progress&) {});
+  tune(spec(), folder_ / "remote", {1, remote}, "test", [](double, const std::string&) {});
   EXPECT_GE(most, 15U) << "a generation is five settings of three runs";
   for (const char* other : {"three", "half", "remote"})
     EXPECT_EQ(tests::differences(answer, answer_of(other)), std::vector<std::string>{}) << other;

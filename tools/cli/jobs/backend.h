@@ -44,6 +44,7 @@ using CommandLines = std::vector<CommandLine>;
 struct Ended {
   int exit_code = 0;      ///< 3 when a signal killed it
   std::string complaint;  ///< its standard error, and the signal that killed it
+  int signal = 0;
 };
 
 /// The part of their cost that is done: part(i) of each, 0 to 1.

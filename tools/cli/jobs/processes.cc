@@ -61,7 +61,7 @@ Ended ended(int status, const fs::path& log) {
   const std::string text = files::read_text(log);
   if (WIFEXITED(status)) return {WEXITSTATUS(status), text};
   const int signal = WTERMSIG(status);
-  return {3, text + fmt::format("killed by signal {} ({})\n", signal, strsignal(signal))};
+  return {3, text + fmt::format("killed by signal {} ({})\n", signal, strsignal(signal)), signal};
 }
 
 /// True for a TemporaryFolder of this user's ended process.

@@ -179,7 +179,9 @@ class Array {
                      has_ended(i) ? text_if_there(file + ".err")
                                   : "its array element ended before it ran: " +
                                         text_if_there(folder_ / fmt::format("element-{}.log", i / each_))});
-      if (code >= 128) all.back().complaint += fmt::format("killed by signal {}\n", code - 128);
+      if (code < 128) continue;
+      all.back().signal = code - 128;
+      all.back().complaint += fmt::format("killed by signal {}\n", code - 128);
     }
     fs::remove_all(folder_);
     return all;

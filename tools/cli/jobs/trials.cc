@@ -1,9 +1,6 @@
 #include <fmt/format.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
 #include <iostream>
 #include <set>
@@ -46,25 +43,25 @@ std::vector<fs::path> write_parts(const std::vector<trials::Task>& tasks, const 
 }
 
 fs::path log_of(const fs::path& part) { return fs::path(part).replace_extension(".log"); }
-/// The file with the key of the running task, which survives a crash.
+/// The file with the running task, which survives a crash.
 fs::path running_file(const fs::path& part) { return fs::path(part).replace_extension(".under_way"); }
-
-/// Records that parts have written by now, each after the first line of its log.
-std::size_t finished(const std::vector<fs::path>& parts) {
-  std::size_t n = 0;
-  for (const fs::path& part : parts) {
-    if (!fs::exists(log_of(part))) continue;
-    const std::string text = files::read_text(log_of(part));
-    n +=
-        static_cast<std::size_t>(std::max<std::ptrdiff_t>(std::count(text.begin(), text.end(), '\n'), 1) - 1);
-  }
-  return n;
-}
 
 void remove_part(const fs::path& part) {
   for (const fs::path& file : {part, log_of(part), running_file(part)}) fs::remove(file);
 }
 
+/// Logs the crash of the task that ran when a signal killed the process of the part.
+void log_crash(const fs::path& part, int signal, trials::TrialLog& log) {
+  if (signal == 0 || !fs::exists(running_file(part))) return;
+  const trials::Task task = trials::read_tasks(running_file(part)).tasks.at(0);
+  log.add({task.key,
+           scenario::read_scenario_text(task.scenario, "task.yaml").scenario.seed,
+           "crashed",
+           fmt::format("killed by signal {} ({})", signal, strsignal(signal)),
+           {}});
+}
+
+/// A part whose process crashed is tried again without its finished and crashed tasks.
 void run_parts(std::vector<trials::Task> rest, trials::TrialLog& log, const TrialsPlace& place,
                const Backend& backend) {
   const auto has_record = [&](const trials::Task& task) { return log.find(task.key) != nullptr; };
@@ -80,13 +77,15 @@ void run_parts(std::vector<trials::Task> rest, trials::TrialLog& log, const Tria
       lines.push_back(
           {{"trials", fs::absolute(part).string(), "--models", fs::absolute(place.models).string()}});
     const std::size_t before = rest.size();
-    const std::vector<Ended> ended = run_all(lines, backend, [&](double) {
-      progress.show(static_cast<double>(total - before + finished(parts)) / static_cast<double>(total));
+    const std::vector<Ended> ended = run_all(lines, backend, [&](double part) {
+      progress.show(1 - (1 - part) * static_cast<double>(before) / static_cast<double>(total));
     });
-    for (const fs::path& part : parts) {
-      if (fs::exists(log_of(part)))
-        for (const auto& [key, record] : trials::read_trial_log(log_of(part), place.purpose)) log.add(record);
-      remove_part(part);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      if (fs::exists(log_of(parts[i])))
+        for (const auto& [key, record] : trials::read_trial_log(log_of(parts[i]), place.purpose))
+          log.add(record);
+      log_crash(parts[i], ended[i].signal, log);
+      remove_part(parts[i]);
     }
     std::erase_if(rest, has_record);
     if (rest.size() < before) continue;
@@ -103,55 +102,31 @@ struct TrialsRequest {
   BatchMember batch;
 };
 
-void run_tasks(const TrialsRequest& request) {
+int run_trials(TrialsRequest& request) {
+  join_batch(request.batch);
   const trials::TaskFile file = trials::read_tasks(request.tasks);
   trials::TrialLog log(log_of(request.tasks), file.purpose);
   const Recordings recordings(request.models);
-  // Successive trials mostly use the same recording.
-  trials::Runner runner(false, {[&](const scenario::Scenario& s) { return recordings.key(s); },
-                                [&](const scenario::ReadScenario& read, const auto& use) {
-                                  use(recordings.get(read, [](double) {}).folder);
-                                }});
+  std::string loaded;  // successive trials mostly use the same recording
+  std::shared_ptr<const trials::Recording> recording;
+  const auto recording_of = [&](const fs::path& named, const scenario::ReadScenario& read) {
+    const std::string name = named.empty() ? recordings.key(read.scenario) : named.string();
+    if (name == loaded) return recording;
+    loaded.clear(), recording.reset();
+    std::optional<recording::CachedRecording> cached;  // in use
+    if (named.empty()) cached.emplace(recordings.get(read, [](double) {}));
+    recording = std::make_shared<const trials::Recording>(trials::load(cached ? cached->folder : named));
+    loaded = name;
+    return recording;
+  };
+  ProgressLine progress("trials");
   for (const trials::Task& task : file.tasks) {
     if (log.find(task.key)) continue;
-    files::write_text(running_file(request.tasks), task.key);
-    log.add(runner.run(task));
+    trials::write_tasks(running_file(request.tasks), {file.purpose, {task}});
+    log.add(run_task(task, [&](const auto& read) { return recording_of(task.recording, read); }));
+    progress.show(static_cast<double>(log.size()) / static_cast<double>(file.tasks.size()));
   }
-}
-
-/// Logs the crash of the running task. Throws UsageError if none was running.
-void log_crash(const TrialsRequest& request, int signal) {
-  const trials::TaskFile file = trials::read_tasks(request.tasks);
-  const std::string running =
-      fs::exists(running_file(request.tasks)) ? files::read_text(running_file(request.tasks)) : "";
-  trials::TrialLog log(log_of(request.tasks), file.purpose);
-  for (const trials::Task& task : file.tasks)
-    if (task.key == running && !log.find(task.key))
-      return log.add({task.key,
-                      scenario::read_scenario_text(task.scenario, "task.yaml").scenario.seed,
-                      "crashed",
-                      fmt::format("killed by signal {} ({})", signal, strsignal(signal)),
-                      {}});
-  throw UsageError("{}: killed by signal {} before any trial", request.tasks.string(), signal);
-}
-
-/// A trial that crashes is logged, and the others continue in a new process.
-int run_trials(TrialsRequest& request) {
-  join_batch(request.batch);
-  for (const pid_t supervisor = getpid();;) {
-    const pid_t child = fork();
-    if (child < 0) throw UsageError(std::string("no process for the trials: ") + std::strerror(errno));
-    if (child == 0) {
-      die_with(supervisor);
-      run_tasks(request);  // main, in the child, reports what it throws
-      return 0;
-    }
-    int status = 0;
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-    }
-    if (WIFEXITED(status)) return WEXITSTATUS(status);
-    log_crash(request, WTERMSIG(status));
-  }
+  return 0;
 }
 
 }  // namespace
