@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "walking/hrp2.h"
+
 namespace sim::physics {
 
 /// Sliding friction between sole and floor: calibrated, see models/README.md.
@@ -119,15 +121,18 @@ struct FloorWave {
   double phase_rad = 0;
 };
 
-/// What differs between the plant and its nominal model, drawn from named streams. Empty: no difference.
+/// What differs between the plant and its nominal model, drawn from named streams.
 struct PlantVariation {
+  using Links = Eigen::Matrix<double, walking::kJoints + 1, 1>;  ///< the waist, then the link of each joint
   double floor_friction = kFloorFriction;
-  Eigen::VectorXd joint_offset_rad;  ///< true angle minus what the encoder reads, one per joint
-  Eigen::VectorXd mass_scale;        ///< of the waist, then of the link each joint moves (31)
-  Eigen::Matrix3Xd com_offset_m;     ///< of the same links, in their axes
-  Eigen::VectorXd posture_rad;       ///< true angle at the start minus the one asked for, one per joint
-  Eigen::VectorXd servo_scale;       ///< of each servo's gain, one per joint
-  std::vector<FloorWave> floor;      ///< their sum is the floor's height
+  /// True angle minus what the encoder reads, and at the start minus the one asked for.
+  walking::JointVector joint_offset_rad = walking::JointVector::Zero(),
+                       posture_rad = walking::JointVector::Zero();
+  walking::JointVector servo_scale = walking::JointVector::Ones();  ///< of each servo's gain
+  Links mass_scale = Links::Ones();
+  Eigen::Matrix<double, 3, walking::kJoints + 1> com_offset_m =  ///< in the axes of the links
+      Eigen::Matrix<double, 3, walking::kJoints + 1>::Zero();
+  std::vector<FloorWave> floor;  ///< their sum is the floor's height
 };
 
 }  // namespace sim::physics

@@ -56,7 +56,7 @@ World::World(const WorldOptions& options, const PlantVariation& draw, const walk
   if (options.room != kPhysicalRoom) room_.emplace(copy_of(models.in_room));
   find_ids();
   apply(draw);
-  place(draw.posture_rad.size() == 0 ? q : walking::JointVector(q + draw.posture_rad), X_WB);
+  place(q + draw.posture_rad, X_WB);
   command(q, walking::JointVector::Zero());
   mj_forward(model_.get(), data_.get());
   last_read_ = last_recorded_ = imu_state();
@@ -67,15 +67,13 @@ void World::find_ids() {
   ids_.waist = id(m, mjOBJ_BODY, "BODY");
   ids_.camera = id(m, mjOBJ_CAMERA, "head_camera");
   ids_.imu = id(m, mjOBJ_SITE, "chest_imu");
-  ids_.left_sole = id(m, mjOBJ_SITE, "LLEG_SOLE");
-  ids_.right_sole = id(m, mjOBJ_SITE, "RLEG_SOLE");
-  ids_.left_sole_geom = id(m, mjOBJ_GEOM, "LLEG_SOLE");
-  ids_.right_sole_geom = id(m, mjOBJ_GEOM, "RLEG_SOLE");
-  const auto sensor = [m](const char* name) { return m->sensor_adr[id(m, mjOBJ_SENSOR, name)]; };
-  ids_.left_force = sensor("LLEG_force");
-  ids_.left_torque = sensor("LLEG_torque");
-  ids_.right_force = sensor("RLEG_force");
-  ids_.right_torque = sensor("RLEG_torque");
+  for (std::size_t foot = 0; foot < 2; ++foot) {
+    const std::string leg = foot == 0 ? "LLEG_" : "RLEG_";
+    ids_.sole[foot] = id(m, mjOBJ_SITE, leg + "SOLE");
+    ids_.sole_geom[foot] = id(m, mjOBJ_GEOM, leg + "SOLE");
+    ids_.force[foot] = m->sensor_adr[id(m, mjOBJ_SENSOR, leg + "force")];
+    ids_.torque[foot] = m->sensor_adr[id(m, mjOBJ_SENSOR, leg + "torque")];
+  }
   for (const std::string& name : joint_names()) {
     const int joint = id(m, mjOBJ_JOINT, name);
     ids_.position.push_back(m->jnt_qposadr[joint]);
@@ -86,39 +84,21 @@ void World::find_ids() {
 }
 
 void World::apply(const PlantVariation& draw) {
-  const auto check = [](Eigen::Index size, int wanted, const char* what) {
-    if (size != 0 && size != wanted)
-      throw std::invalid_argument(std::string("a draw of the wrong size: ") + what);
-  };
-  check(draw.joint_offset_rad.size(), walking::kJoints, "joint offsets");
-  check(draw.mass_scale.size(), walking::kJoints + 1, "masses");
-  check(draw.com_offset_m.cols(), walking::kJoints + 1, "centers of mass");
-  check(draw.posture_rad.size(), walking::kJoints, "posture");
-  check(draw.servo_scale.size(), walking::kJoints, "servos");
-  if (draw.joint_offset_rad.size() != 0) offset_ = draw.joint_offset_rad;
-  for (Eigen::Index joint = 0; joint < draw.servo_scale.size(); ++joint) {
-    const int servo = ids_.actuator[joint];
-    model_->actuator_gainprm[mjNGAIN * servo] *= draw.servo_scale[joint];
-    model_->actuator_biasprm[mjNBIAS * servo + 1] *= draw.servo_scale[joint];
-  }
-  apply_masses(draw);
-}
-
-void World::apply_masses(const PlantVariation& draw) {
   mjModel* m = model_.get();
-  std::vector<int> bodies{ids_.waist};
-  bodies.insert(bodies.end(), ids_.body.begin(), ids_.body.end());
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const auto column = static_cast<Eigen::Index>(i);
-    if (draw.mass_scale.size() != 0) {
-      m->body_mass[bodies[i]] *= draw.mass_scale[column];
-      Eigen::Map<Eigen::Vector3d>(m->body_inertia + 3 * bodies[i]) *= draw.mass_scale[column];
-    }
-    if (draw.com_offset_m.cols() == 0) continue;
-    Eigen::Map<Eigen::Vector3d>(m->body_ipos + 3 * bodies[i]) += draw.com_offset_m.col(column);
-    m->body_sameframe[bodies[i]] = 0;
+  offset_ = draw.joint_offset_rad;
+  for (int joint = 0; joint < walking::kJoints; ++joint) {
+    const int servo = ids_.actuator[joint];
+    m->actuator_gainprm[mjNGAIN * servo] *= draw.servo_scale[joint];
+    m->actuator_biasprm[mjNBIAS * servo + 1] *= draw.servo_scale[joint];
   }
-  if (draw.mass_scale.size() != 0 || draw.com_offset_m.cols() != 0) mj_setConst(m, data_.get());
+  for (int link = 0; link <= walking::kJoints; ++link) {
+    const int body = link == 0 ? ids_.waist : ids_.body[link - 1];
+    m->body_mass[body] *= draw.mass_scale[link];
+    Eigen::Map<Eigen::Vector3d>(m->body_inertia + 3 * body) *= draw.mass_scale[link];
+    Eigen::Map<Eigen::Vector3d>(m->body_ipos + 3 * body) += draw.com_offset_m.col(link);
+    m->body_sameframe[body] = 0;
+  }
+  mj_setConst(m, data_.get());
 }
 
 void World::place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB) {
@@ -204,8 +184,7 @@ Status World::check() const {
   // On a state that is not finite MuJoCo restarts the robot and its clock and continues.
   if (!(std::abs(lag) < 1e-6)) return {Condition::physics_failed, "the physics has restarted itself"};
   const auto between_feet = [this](const mjContact& contact) {
-    return std::minmax(contact.geom1, contact.geom2) ==
-           std::minmax(ids_.left_sole_geom, ids_.right_sole_geom);
+    return std::minmax(contact.geom1, contact.geom2) == std::minmax(ids_.sole_geom[0], ids_.sole_geom[1]);
   };
   if (std::any_of(data_->contact, data_->contact + data_->ncon, between_feet))
     return {Condition::collided, "one foot touched the other"};
@@ -233,18 +212,19 @@ std::string World::fall_text(const Eigen::Isometry3d& X_WB) const {
   return text;
 }
 
-walking::Wrench World::wrench(int sole_body, int force, int torque) const {
+walking::Wrench World::wrench(std::size_t foot) const {
   // MuJoCo gives what the leg exerts on the sole: at rest the ground exerts the opposite on the foot, but for
   // the weight of what hangs below the sensor, which the sensor is tared for.
-  walking::Wrench wrench{-vector(data_->sensordata + force), -vector(data_->sensordata + torque)};
-  wrench.force.z() -= model_->body_mass[sole_body] * model_->opt.gravity[2];
+  walking::Wrench wrench{-vector(data_->sensordata + ids_.force[foot]),
+                         -vector(data_->sensordata + ids_.torque[foot])};
+  wrench.force.z() -= model_->body_mass[model_->site_bodyid[ids_.sole[foot]]] * model_->opt.gravity[2];
   return wrench;
 }
 
 walking::SensorReadings World::leg_readings() const {
   walking::SensorReadings readings;
-  readings.left = wrench(model_->site_bodyid[ids_.left_sole], ids_.left_force, ids_.left_torque);
-  readings.right = wrench(model_->site_bodyid[ids_.right_sole], ids_.right_force, ids_.right_torque);
+  readings.left = wrench(0);
+  readings.right = wrench(1);
   for (int joint = 0; joint < walking::kJoints; ++joint)
     readings.q[joint] = data_->qpos[ids_.position[joint]] - offset_[joint];
   return readings;

@@ -42,8 +42,7 @@ struct Status {
 class World {
  public:
   /// The robot stands at the joint angles that its encoders read as q, with its waist at X_WB, moved
-  /// vertically until the lower pad of a sole touches the floor (z = 0 but for its unevenness). Throws
-  /// std::invalid_argument if a part of the variation has the wrong size.
+  /// vertically until the lower pad of a sole touches the floor (z = 0 but for its unevenness).
   World(const WorldOptions& options, const PlantVariation& draw, const walking::JointVector& q,
         const Eigen::Isometry3d& X_WB, const Models& models);
 
@@ -74,14 +73,14 @@ class World {
   /// True poses in W. Ground truth: only for the score, never for filter, stabilizer or plan.
   Eigen::Isometry3d X_WB() const;  ///< waist
   Eigen::Isometry3d X_WC() const;  ///< head camera, optical axes: x right, y down, z ahead
-  Eigen::Isometry3d X_WG() const { return X_WS(ids_.imu); }         ///< chest IMU
-  Eigen::Vector3d v_WG() const { return imu_state().v_WG; }         ///< velocity of the chest IMU, m/s in W
-  Eigen::Isometry3d X_WL() const { return X_WS(ids_.left_sole); }   ///< left sole, below the ankle
-  Eigen::Isometry3d X_WR() const { return X_WS(ids_.right_sole); }  ///< right sole
-  Eigen::Isometry3d X_W(const Place& place) const;                  ///< axes forward, left, up of a sensor
-  ImuState imu_state(const Place& place) const;                     ///< of a further IMU
-  Eigen::Vector3d gravity() const;                                  ///< m/s² in W
-  Eigen::Vector3d com() const;                                      ///< center of mass of the whole robot
+  Eigen::Isometry3d X_WG() const { return X_WS(ids_.imu); }      ///< chest IMU
+  Eigen::Vector3d v_WG() const { return imu_state().v_WG; }      ///< velocity of the chest IMU, m/s in W
+  Eigen::Isometry3d X_WL() const { return X_WS(ids_.sole[0]); }  ///< left sole, below the ankle
+  Eigen::Isometry3d X_WR() const { return X_WS(ids_.sole[1]); }  ///< right sole
+  Eigen::Isometry3d X_W(const Place& place) const;               ///< axes forward, left, up of a sensor
+  ImuState imu_state(const Place& place) const;                  ///< of a further IMU
+  Eigen::Vector3d gravity() const;                               ///< m/s² in W
+  Eigen::Vector3d com() const;                                   ///< center of mass of the whole robot
 
   /// For the renderer.
   const mjModel_* model() const { return model_.get(); }
@@ -90,15 +89,12 @@ class World {
  private:
   struct Ids {
     int waist = 0, camera = 0, imu = 0;
-    int left_sole = 0, right_sole = 0;  // sites
-    int left_sole_geom = 0, right_sole_geom = 0;
-    int left_force = 0, left_torque = 0, right_force = 0, right_torque = 0;  // addresses in sensordata
-    std::vector<int> position, velocity, actuator, body;                     // of the 30 joints
+    std::array<int, 2> sole{}, sole_geom{}, force{}, torque{};  // left, right; the last two in sensordata
+    std::vector<int> position, velocity, actuator, body;        // of the 30 joints
   };
 
   void find_ids();
   void apply(const PlantVariation& draw);
-  void apply_masses(const PlantVariation& draw);
   void place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB);
   void push();
   std::string fall_text(const Eigen::Isometry3d& X_WB) const;
@@ -107,7 +103,7 @@ class World {
   ImuState imu_state() const;
   ImuReading reading_since(ImuState& last) const;  // and sets it
   Eigen::Isometry3d X_WS(int site) const;
-  walking::Wrench wrench(int sole_body, int force, int torque) const;
+  walking::Wrench wrench(std::size_t foot) const;
 
   Model model_;
   Data data_;

@@ -75,15 +75,6 @@ TEST(World, BeginsWithTheSolesOnTheFloorWhereverTheWaistIs) {
   EXPECT_NEAR(world.X_WB().translation().z(), walking::hrp2::kWaistHeight, 1e-9);
 }
 
-TEST(World, LooksAheadFromTheHeadAboutOneMetreFortyAboveTheFloor) {
-  const World world = standing();
-  const Eigen::Isometry3d X_WC = world.X_WC();
-  Eigen::Matrix3d expected;  // x right, y down, z ahead
-  expected << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  EXPECT_LT((X_WC.linear() - expected).norm(), 1e-9);
-  EXPECT_NEAR(X_WC.translation().z(), 1.40, 0.005);
-}
-
 TEST(World, StandsStillForFiveSecondsOnItsServosAlone) {
   World world = standing();
   run(world, 5000);
@@ -233,12 +224,6 @@ TEST(World, RefusesAModelThatDoesNotExistOrDoesNotLoadAndNamesIt) {
               testing::ThrowsMessage<std::runtime_error>(HasSubstr("shape")));
   EXPECT_THAT([] { standing_on_floor_of(models(), "no_such_robot"); },
               testing::ThrowsMessage<std::runtime_error>(HasSubstr("no_such_robot.xml")));
-}
-
-TEST(World, RefusesADrawOfTheWrongSize) {
-  PlantVariation draw;
-  draw.joint_offset_rad = Eigen::VectorXd::Zero(3);
-  EXPECT_THROW(standing(draw), std::invalid_argument);
 }
 
 }  // namespace
