@@ -3,7 +3,6 @@
 
 #include <set>
 
-#include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
@@ -67,33 +66,18 @@ std::string place(const fs::path& argument, const regression::ResultSet& set) {
 
 constexpr const char* kInsist = "--across compares different scenarios";
 
-/// Throws UsageError if the names of the scenarios of two folders differ.
-void require_same_name(const std::string& before, const std::string& name, const std::string& now,
-                       const std::string& name_now) {
-  if (name != name_now)
-    throw UsageError("{} is of the scenario {}, {} of {}; {}", before, name, now, name_now, kInsist);
-}
-
-/// The same for two single results, whose scenarios another version may have written.
-void require_same_name(const CompareRequest& request) {
-  const fs::path before = request.before / "score.json", now = request.after / "score.json";
-  if (!fs::exists(before) || !fs::exists(now)) return;
-  const auto name_in = [](const fs::path& score) {
-    return sim::files::read_json(score).at("scenario").text();
-  };
-  require_same_name(request.before.string(), name_in(before), request.after.string(), name_in(now));
-}
-
 /// Throws UsageError if the names or the walks differ.
 void require_same_scenario(const regression::ResultSet& before, const regression::ResultSet& now,
                            const CompareRequest& request) {
-  require_same_name(place(request.before, before), before.results.name, place(request.after, now),
-                    now.results.name);
+  const std::string one = place(request.before, before), two = place(request.after, now);
+  if (before.results.name != now.results.name)
+    throw UsageError("{} is of the scenario {}, {} of {}; {}", one, before.results.name, two,
+                     now.results.name, kInsist);
   auto other = scenario::first_difference(before.scenario, now.scenario);
   if (!other) other = scenario::first_difference(now.scenario, before.scenario);
   if (other)
-    throw UsageError("{} and {}: {} differs, so the walks are different scenarios; {}",
-                     place(request.before, before), place(request.after, now), other->key, kInsist);
+    throw UsageError("{} and {}: {} differs, so the walks are different scenarios; {}", one, two, other->key,
+                     kInsist);
 }
 
 /// Throws UsageError unless the scenarios are the same and have at least one in common.
@@ -127,7 +111,6 @@ int compare(CompareRequest& request) {
   std::vector<regression::Gate> gates;
   for (const std::string& text : request.gates) gates.push_back(parse_gate(text));
   if (gates.empty()) gates = regression::default_gates();
-  if (!request.across) require_same_name(request);
   const auto before = read_sets(request.before), now = read_sets(request.after);
   if (!request.across) require_comparable(before, now, request);
   std::vector<regression::ScenarioResults> baseline;

@@ -38,13 +38,6 @@ struct ReplayRequest : OutRequest {
   BatchMember batch;
 };
 
-/// Throws UsageError if the command line changes a key that shapes the recording.
-void require_replayable(const scenario::ReadScenario& read) {
-  for (const auto& [key, origin] : read.origin)
-    if (scenario::shapes_recording(key) && origin.starts_with("argument"))
-      throw UsageError("{}: shapes the recording, which a replay cannot change; run the scenario again", key);
-}
-
 /// Throws UsageError if the program to start is named only in the result, which may be untrusted.
 void require_asked_for(const scenario::ReadScenario& read, const scenario::Scenario& recorded,
                        const ReplayRequest& request) {
@@ -119,7 +112,9 @@ int replay_result(ReplayRequest& request) {
     const recording::AslFolder folder(request.result);
     for (const std::string& remark : folder.sensors().remarks) std::cerr << "gaitslam: " << remark << '\n';
   }
-  require_replayable(read);
+  for (const auto& [key, origin] : read.origin)
+    if (scenario::shapes_recording(key) && origin.starts_with("argument"))
+      throw UsageError("{}: shapes the recording, which a replay cannot change; run the scenario again", key);
   if (!external) keep_origin(read, request);
   join_batch(request.batch, &read);
   if (!read.scenario.slam) throw UsageError("no slam section: there is no filter to run");

@@ -24,13 +24,6 @@ namespace {
 /// finished.
 constexpr const char* kUnfinished = ".unfinished";
 
-fs::path nearest_existing(const fs::path& folder) {
-  std::error_code fault;
-  fs::path nearest = fs::absolute(folder);
-  while (!fs::exists(nearest, fault) && nearest != nearest.parent_path()) nearest = nearest.parent_path();
-  return nearest;
-}
-
 /// True if the folder is the other path or above it.
 bool contains(const fs::path& folder, const fs::path& path) {
   const fs::path above = fs::weakly_canonical(folder), below = fs::weakly_canonical(path);
@@ -71,13 +64,16 @@ void require_free(const fs::path& folder, const OutUse& use) {
       throw UsageError("{}: exists already; --force replaces it", (folder / result).string());
 }
 
-/// Throws UsageError unless a folder can be made there, in `existing`, and written.
-void require_writable(const fs::path& path, const fs::path& existing) {
+/// Returns the nearest folder above the path that exists. Throws UsageError unless it can be written.
+fs::path writable_ancestor(const fs::path& path) {
   std::error_code fault;
-  int why = fs::is_directory(existing, fault) ? 0 : ENOTDIR;
-  if (why == 0 && access(existing.c_str(), W_OK | X_OK) != 0) why = errno;
+  fs::path nearest = fs::absolute(path);
+  while (!fs::exists(nearest, fault) && nearest != nearest.parent_path()) nearest = nearest.parent_path();
+  int why = fs::is_directory(nearest, fault) ? 0 : ENOTDIR;
+  if (why == 0 && access(nearest.c_str(), W_OK | X_OK) != 0) why = errno;
   if (why != 0)
-    throw UsageError("{}: cannot be written: {}: {}", path.string(), existing.string(), std::strerror(why));
+    throw UsageError("{}: cannot be written: {}: {}", path.string(), nearest.string(), std::strerror(why));
+  return nearest;
 }
 
 std::string kept_text(const fs::path& path, const OutUse& use) {
@@ -138,8 +134,7 @@ OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const 
     files::require_replaceable(path_.has_filename() ? path_ : path_.parent_path());
   }
   for (const std::string& result : use.results) files::require_replaceable(path_ / result);
-  existing_ = nearest_existing(path_);
-  require_writable(path_, existing_);
+  existing_ = writable_ancestor(path_);
   if (!identity_.empty()) names_.push_back(kUnfinished);
   if (!names_.empty()) {
     fs::create_directories(path_);
