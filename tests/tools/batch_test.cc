@@ -8,7 +8,7 @@ namespace {
 const std::string kWalk =
     std::string(kShortWalk) + "limits: {path_length_m.worst: {at_least: 0.01}, rmse_m: {at_most: 1}}\n";
 
-class BatchTest : public CommandLineWithCache {
+class BatchTest : public CommandLine {
  protected:
   BatchTest() {
     write("walk.yaml", kWalk);
@@ -115,19 +115,35 @@ TEST_F(BatchTest, SeedsAreRecordedInProcessesAndOnlyWhereTheyAreMissing) {
             "gaitslam: GAITSLAM_CACHE_GB is 'much', expected a number of gigabytes\n");
 }
 
-TEST_F(BatchTest, ATuningMakesTheRecordingsThatItNeedsAndFindsThemAgain) {
+TEST_F(BatchTest, ATuningMakesItsRecordingsAndLeavesAnOverlayAndAReportUnlessItIsWorseOnTheHoldout) {
   write("steps.yaml", "walk: {commands: [{straight: {forward_m: 0.1, left_m: 0}}]}\ncamera: {}\nslam: {}\n");
-  write("spec.yaml",
-        "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.3, start: 0.1}}\n"
-        "training: [{scenario: steps.yaml, seeds: 1..2}]\nholdout: [{scenario: steps.yaml, seeds: 3}]\n"
-        "trials: 6\npopulation: 5\n");
-  const Ran first = gaitslam("tune spec.yaml --out first --jobs 2");
-  EXPECT_LE(first.exit_code, 1) << first.err;
-  EXPECT_THAT(first.out, HasSubstr("pose_nll on hold-out"));
+  const auto write_spec = [&](const std::string& name, const std::string& holdout) {
+    write(name,
+          "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.3, start: 0.1}}\n"
+          "training: [{scenario: steps.yaml, seeds: 1..2}]\nholdout: [{scenario: steps.yaml, seeds: 3" +
+              holdout + "}]\ntrials: 16\npopulation: 5\n");
+  };
+  write_spec("spec.yaml", "");
+  const Ran first = gaitslam("tune spec.yaml --out first --jobs 2").ends(0);
+  EXPECT_THAT(first.out, AllOf(HasSubstr("slam.gyro.sigma_rad_s"), HasSubstr("pose_nll on hold-out")));
   EXPECT_THAT(text_of("first/tune.json"), HasSubstr("\"steps/seed-2\""));
+  EXPECT_THAT(text_of("first/report.html"),
+              AllOf(HasSubstr("The search"), HasSubstr("better on hold-out runs")));
+  EXPECT_THAT(ok("config steps.yaml --with first/best.yaml"), HasSubstr("best.yaml:3"));
   EXPECT_THAT(ok("record steps.yaml --seeds 1..3"), Not(HasSubstr(": recorded")));
-  gaitslam("tune spec.yaml --out second");
+  ok("tune spec.yaml --out second");
   EXPECT_EQ(text_of("first/tune.json"), text_of("second/tune.json"));
+
+  write_spec("other.yaml", ", set: [errors.gyro.sigma_rad_s=0.2]");
+  expect_refused("tune other.yaml --out first", "first/trials.jsonl: is another log: gaitslam tune spec, ");
+  EXPECT_EQ(text_of("first/tune.json"), text_of("second/tune.json"));
+  EXPECT_THAT(gaitslam("tune other.yaml --out worse").ends(1).err,
+              HasSubstr("rejected: worse than the start on the hold-out recordings"));
+  EXPECT_FALSE(fs::exists(folder_ / "worse/best.yaml"));
+  EXPECT_THAT(text_of("worse/report.html"), HasSubstr("rejected: worse on hold-out runs"));
+  write("worse/best.yaml", "mine");
+  expect_refused("tune other.yaml --out worse", "worse/best.yaml: was not made by this version");
+  EXPECT_EQ(text_of("worse/best.yaml"), "mine");
 }
 
 TEST_F(BatchTest, JsonIsOneDocumentAndFilesAreAsTheirSchemasSay) {

@@ -68,6 +68,13 @@ class Browser {
     await this.send('Input.dispatchKeyEvent', {type: 'keyUp', key, code: key, windowsVirtualKeyCode: code});
   }
 
+  // How wide the page is on a phone.
+  async phoneWidth() {
+    await this.send('Emulation.setDeviceMetricsOverride', {width: 400, height: 800, deviceScaleFactor: 1, mobile: false});
+    await this.rest(500);
+    return this.value('document.documentElement.scrollWidth');
+  }
+
   async picture(file) {
     const {data} = await this.send('Page.captureScreenshot', {format: 'png'});
     fs.writeFileSync(file, Buffer.from(data, 'base64'));

@@ -63,11 +63,19 @@ inline constexpr const char* kStand =
     "walk: {commands: [{stand: {duration_s: 0.2}}]}\nworld: {room: office}\ncamera: {rate_hz: 10}\nslam: "
     "{}\n";
 
-/// A test with its own temporary folder, in which its commands run.
+/// A test with its own temporary folder, in which its commands run, with kShortWalk as walk.yaml and a cache
+/// of recordings.
 class CommandLine : public testing::Test {
  protected:
-  CommandLine() { fs::create_directories(folder_); }
-  ~CommandLine() override { fs::remove_all(folder_); }
+  CommandLine() {
+    fs::create_directories(folder_);
+    write("walk.yaml", kShortWalk);
+    ::setenv("GAITSLAM_CACHE", (folder_ / "the cache").c_str(), 1);
+  }
+  ~CommandLine() override {
+    fs::remove_all(folder_);
+    ::unsetenv("GAITSLAM_CACHE");
+  }
 
   Ran shell(const std::string& command) const {
     const std::string files = (folder_ / ".out").string() + "' 2>'" + (folder_ / ".err").string();
@@ -83,8 +91,8 @@ class CommandLine : public testing::Test {
     return gaitslam(arguments).ends(0).out;
   }
 
-  /// Writes kShortWalk as walk.yaml and copies the results of `run walk.yaml --seeds 1..3` for these seeds
-  /// into `to`. The walks are made once for all tests of a build.
+  /// Copies the results of `run walk.yaml --seeds 1..3` for these seeds into `to`. The walks are made once
+  /// for all tests of a build.
   void short_walks(const std::string& to, const std::string& seeds = "1") const {
     write("walk.yaml", kShortWalk);
     shell("program='" GAITSLAM_PROGRAM "' to='" + to + "' seeds='" + seeds +
@@ -141,13 +149,6 @@ class CommandLine : public testing::Test {
       fs::temp_directory_path() /
       ("gaitslam test " + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()) + " " +
        std::to_string(getpid()));
-};
-
-/// A test whose commands use their own cache of recordings.
-class CommandLineWithCache : public CommandLine {
- protected:
-  CommandLineWithCache() { ::setenv("GAITSLAM_CACHE", (folder_ / "the cache").c_str(), 1); }
-  ~CommandLineWithCache() override { ::unsetenv("GAITSLAM_CACHE"); }
 };
 
 }  // namespace tests

@@ -8,7 +8,7 @@
 namespace tests {
 namespace {
 
-class ExternalEstimator : public CommandLineWithCache {
+class ExternalEstimator : public CommandLine {
  protected:
   ExternalEstimator() { short_walks("r"); }
 

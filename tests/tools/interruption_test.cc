@@ -7,12 +7,9 @@
 namespace tests {
 namespace {
 
-class Interruption : public CommandLineWithCache {
+class Interruption : public CommandLine {
  protected:
-  Interruption() {
-    write("walk.yaml", kShortWalk);
-    write("stand.yaml", std::string(kStand) + "name: walk\n");
-  }
+  Interruption() { write("stand.yaml", std::string(kStand) + "name: walk\n"); }
 
   /// Runs a command in the background until a shell condition is true, and sends it the signal.
   Ran ended_when(const std::string& condition, const std::string& signal,
@@ -170,7 +167,7 @@ TEST_F(Interruption, ItIsSaidWhatIsKept) {
               HasSubstr("finished results are kept in s; to resume"));
 }
 
-class OwnFiles : public CommandLineWithCache {
+class OwnFiles : public CommandLine {
  protected:
   OwnFiles() { write("walk.yaml", kStand); }
   void run(const std::string& arguments) const { ok("run walk.yaml " + arguments); }

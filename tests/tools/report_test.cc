@@ -17,8 +17,6 @@ std::string browser_command(const std::string& page) {
 
 class ReportTest : public CommandLine {
  protected:
-  ReportTest() { write("walk.yaml", kShortWalk); }
-
   Ran opened(const std::string& page) const { return shell(browser_command(page)); }
   /// The page after its script ran, with all of its figures.
   std::string drawn(const std::string& page, int at_least) const {
@@ -64,9 +62,7 @@ TEST_F(ReportTest, AFolderOfScenariosIsGroupedByScenario) {
 }
 
 TEST_F(LongReportTest, ASweepHasAPageFromWhichItsWorstTrialCanBeRun) {
-  ::setenv("GAITSLAM_CACHE", (folder_ / "cache").c_str(), 1);
   ok("sweep walk.yaml slam.vision.sigma_px=1,3 --seeds 1,2 --out sweep");
-  ::unsetenv("GAITSLAM_CACHE");
   ok("report sweep --out sweep.html");
   const std::string page = text_of("sweep.html"), begin = "<pre>tools/gaitslam ";
   EXPECT_THAT(page, HasSubstr("rmse_m over slam.vision.sigma_px"));
@@ -212,7 +208,7 @@ TEST_F(ReportTest, WhatIsNoResultIsNamed) {
 constexpr const char* kWalk =
     "walk: {commands: [{stand: {duration_s: 0.3}}, {straight: {forward_m: 0.15}}]}\n";
 constexpr const char* kStand = "walk: {commands: [{stand: {duration_s: 0.2}}]}\n";
-class ReproduceTest : public CommandLineWithCache {
+class ReproduceTest : public CommandLine {
  protected:
   ReproduceTest() { write_experiments(kWalk); }
   void write_experiments(const std::string& walk) const {

@@ -9,7 +9,7 @@ const std::string kTool = "'" GAITSLAM_SOURCE_DIR "/tools/slurm_local.sh' ";
 
 // $NOTICE is printed by sbatch on standard error, with $HELD the job does not start, and the call of squeue
 // with the number $HICCUP fails.
-class ScriptedSlurm : public CommandLineWithCache {
+class ScriptedSlurm : public CommandLine {
  protected:
   ScriptedSlurm() {
     write("walk.yaml", "walk: {commands: [{stand: {duration_s: 0.2}}]}\nworld: {room: floor}\n");
@@ -65,7 +65,7 @@ TEST_F(ScriptedSlurm, NothingOfAnArrayThatMayStillRunIsDeleted) {
   EXPECT_FALSE(fs::exists(folder_ / "s/slurm"));
 }
 
-class LongSlurmTest : public CommandLineWithCache {
+class LongSlurmTest : public CommandLine {
  protected:
   void SetUp() override {
     if (shell("command -v slurmctld munged").exit_code != 0)

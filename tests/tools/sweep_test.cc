@@ -7,10 +7,8 @@
 namespace tests {
 namespace {
 
-class SweepTest : public CommandLineWithCache {
+class SweepTest : public CommandLine {
  protected:
-  SweepTest() { write("walk.yaml", kShortWalk); }
-
   std::vector<json> lines(const std::string& file) const {
     std::vector<json> all;
     std::istringstream text(text_of(file));

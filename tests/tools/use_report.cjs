@@ -66,21 +66,12 @@ async function point(browser) {
   return {before, under, clicked, zoomed, whole: await see()};
 }
 
-// How wide the page is on a phone.
-async function onPhone(browser) {
-  await browser.send('Emulation.setDeviceMetricsOverride', {width: 400, height: 800, deviceScaleFactor: 1, mobile: false});
-  await new Promise((resolve) => setTimeout(resolve, 500));
-  const width = await browser.value('document.documentElement.scrollWidth');
-  await browser.send('Emulation.clearDeviceMetricsOverride');
-  return width;
-}
-
 // On paper of A4 with margins of a centimetre: 718 px wide.
 async function print(browser) {
   await browser.value(`dispatchEvent(new Event('beforeprint'))`);
   await browser.send('Emulation.setEmulatedMedia', {media: 'print', features: [{name: 'prefers-color-scheme', value: 'dark'}]});
   await browser.send('Emulation.setDeviceMetricsOverride', {width: 718, height: 1047, deviceScaleFactor: 1, mobile: false});
-  await new Promise((resolve) => setTimeout(resolve, 500));
+  await browser.rest(500);
   return browser.value(`(() => {
     const all = (selector) => [...document.querySelectorAll(selector)].filter((e) => e.getClientRects().length > 0);
     const name = (e) => (e.closest('[data-figure]')?.dataset.figure ?? e.closest('section')?.id) + ' ' + e.tagName;
@@ -104,7 +95,7 @@ async function use(browser, page) {
   await browser.open('file://' + path.resolve(page), kDrawn, {theme: 'dark'});
   await browser.send('Emulation.clearDeviceMetricsOverride');
   const keyboard = await walkThrough(browser);
-  return {keyboard, map: await moveTime(browser), pointed: await point(browser), phone: await onPhone(browser), print: await print(browser)};
+  return {keyboard, map: await moveTime(browser), pointed: await point(browser), phone: await browser.phoneWidth(), print: await print(browser)};
 }
 
 const [page, profile] = process.argv.slice(2);

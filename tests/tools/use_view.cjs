@@ -82,10 +82,7 @@ async function usePlayback(browser, url, seconds) {
   const moments = await browser.value(`[...document.querySelectorAll('.moment')].map((b) => b.textContent)`);
   await browser.press('c', 67);
   const through = await browser.value(`gaitslamPage.mode`);
-  await browser.send('Emulation.setDeviceMetricsOverride', {width: 400, height: 800, deviceScaleFactor: 1, mobile: false});
-  await browser.rest(300);
-  const wide = await browser.value('document.documentElement.scrollWidth');
-  return {there: short(there), scrubbed, linked, next, moments, agree, through, width_at_400: wide,
+  return {there: short(there), scrubbed, linked, next, moments, agree, through, width_at_400: await browser.phoneWidth(),
     space_changed: start.space !== there.space, said: browser.said, panes: await browser.value('gaitslamPage.panes.length')};
 }
 

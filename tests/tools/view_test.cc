@@ -20,8 +20,6 @@ slam: {}
 
 class ViewTest : public CommandLine {
  protected:
-  ViewTest() { write("walk.yaml", kShortWalk); }
-
   /// Runs a command that prints a URL and, with that URL in $url, `user`.
   Ran viewed(const std::string& command, const std::string& user, const std::string& end = "wait $!") const {
     return shell("rm -f url; '" GAITSLAM_PROGRAM "' " + command +
