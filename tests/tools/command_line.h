@@ -63,8 +63,8 @@ inline constexpr const char* kStand =
     "walk: {commands: [{stand: {duration_s: 0.2}}]}\nworld: {room: office}\ncamera: {rate_hz: 10}\nslam: "
     "{}\n";
 
-/// A test with its own temporary folder, in which its commands run, with kShortWalk as walk.yaml and a cache
-/// of recordings.
+/// Runs commands in a temporary folder of the test that contains kShortWalk as walk.yaml and a cache of
+/// recordings.
 class CommandLine : public testing::Test {
  protected:
   CommandLine() {

@@ -61,7 +61,7 @@ void log_crash(const fs::path& part, int signal, trials::TrialLog& log) {
            {}});
 }
 
-/// A part whose process crashed is tried again without its finished and crashed tasks.
+/// After a crash, the tasks without a record are run in new parts.
 void run_parts(std::vector<trials::Task> rest, trials::TrialLog& log, const TrialsPlace& place,
                const Backend& backend) {
   const auto has_record = [&](const trials::Task& task) { return log.find(task.key) != nullptr; };
