@@ -92,7 +92,8 @@ TEST(Footsteps, AreAsManyAsTheStepLengthAndTheArcsOwnKeySayWithARestUnlessTheyAr
         {PerpendicularArc{1, 0.6}, 0.1, 12},
         {Straight{0.45, 0}, 0.15, 4},  // 0.45 / 0.15 is just below 3 in binary
         {Straight{0.46, 0}, 0.15, 5},
-        {GoTo{-hrp2::kAnkleX, 0, 0}, 0.15, 0}})  // where it is already
+        {Steps{{{0, 0.29, 0}, {0, -0.19, 0}}}, 0.15, 2},  // together already
+        {GoTo{-hrp2::kAnkleX, 0, 0}, 0.15, 0}})           // where it is already
     EXPECT_EQ(footsteps(command, {}, step_length_m).size(), count);
 }
 
@@ -103,6 +104,7 @@ TEST(Footsteps, EveryCommandEndsWithFeetTogetherAtItsNominalPlaceWhereverItStart
       {Straight{0.9, -0.2}, {{0.9, -0.2}, 0}},
       {Straight{-0.4, 0}, {{-0.4, 0}, 0}},
       {Straight{0, 2.5}, {{0, 2.5}, 0}},
+      {Steps{{{0, 0.29, 0}, {0, -0.19, 0}}}, {{0, 0.1}, 0}},
       {TangentArc{0.75, 1.3}, {{0.75 * std::sin(1.3), 0.75 * (1 - std::cos(1.3))}, 1.3}},
       {TangentArc{0.75, -1.3}, {{0.75 * std::sin(1.3), -0.75 * (1 - std::cos(1.3))}, -1.3}},
       {PerpendicularArc{0.75, 1.3}, {{0.75 * (1 - std::cos(1.3)), -0.75 * std::sin(1.3)}, 1.3}}};
@@ -115,12 +117,6 @@ TEST(Steps, FrameIsTurnedBeforeTheFootIsSetDownInIt) {
   ASSERT_EQ(steps.size(), 2u);
   expect_foot(steps[0], Side::right, 0.2, 0.195, 90);  // from the left foot at (0, 0.095): 0.1 along y
   expect_foot(steps[1], Side::left, 0.01, 0.195, 90);  // and the feet are brought together
-}
-
-TEST(Steps, FeetAlreadyTogetherAreLeftThere) {
-  const auto steps = footsteps(Steps{{{0, 0.29, 0}, {0, -0.19, 0}}}, {}, 0.15);
-  ASSERT_EQ(steps.size(), 2u);
-  expect_ends_together_at(steps, {{0, 0.1}, 0});
 }
 
 TEST(Footsteps, WhatCannotBeWalkedIsRefusedAndAStepNamedByItsNumber) {
