@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 
 #include "sim/files/hash.h"
 #include "sim/files/text.h"
@@ -49,7 +50,24 @@ const Key* find_key(std::string_view name) {
   return found == all.end() ? nullptr : &*found;
 }
 
+std::string former_name(std::string_view name) {
+  static const std::map<std::string_view, std::string_view> kFormer{
+      {"slam.vision.sigma_lasting_px", "was renamed to slam.vision.match_bias_sigma_px"},
+      {"slam.vision.lasting_s", "was renamed to slam.vision.match_bias_s"},
+      {"slam.vision.sigma_view_px", "was renamed to slam.vision.viewpoint_sigma_px"},
+      {"slam.tracking.relocalise",
+       "was removed: relocalization is always on; slam.tracking.give_up_s bounds it"},
+      {"stabilizer.tracking.law", "was removed: the capture-point law is the only one"},
+      {"estimator.library",
+       "was removed: build a program with -DGAITSLAM_ESTIMATOR_MAIN for estimator.program"},
+      {"tracked_share", "was renamed to tracked_fraction"},
+      {"suspect_share", "was renamed to fault_flag_fraction"}};
+  const auto renamed = kFormer.find(name);
+  return renamed == kFormer.end() ? "" : std::string(renamed->second);
+}
+
 std::string unknown_key(std::string_view name) {
+  if (const std::string former = former_name(name); !former.empty()) return former;
   std::vector<std::string_view> names;
   for (const Key& key : scenario_keys()) names.push_back(key.name);
   return "unknown key" + did_you_mean(name, names);

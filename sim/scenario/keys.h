@@ -18,7 +18,10 @@ const std::vector<Key>& scenario_keys();
 /// The key of that name, or nullptr.
 const Key* find_key(std::string_view name);
 
-/// Returns the error for a name that is not a key, with the nearest key.
+/// Returns "was renamed to NAME" for a former name, "" for any other.
+std::string former_name(std::string_view name);
+
+/// Returns the error for a name that is not a key: the present name of a former one, else the nearest key.
 std::string unknown_key(std::string_view name);
 
 /// The default scenario with all optional sections, the source of defaults.
@@ -60,7 +63,7 @@ std::string counterfactual(const Scenario& recorded, const Scenario& scenario);
 
 // Limits on metrics (limits.cc): `ate_se3_rmse_m: {at_most: 0.1}`, `ate_se3_rmse_m.median: {at_most: 0.05}`.
 
-/// Returns the error for an unknown metric, with the nearest metric.
+/// Returns the error for an unknown metric: the present name of a former one, else the nearest metric.
 std::string unknown_metric(std::string_view name);
 
 /// Reads limits.<metric>[.<aggregate>].<bound> (the key), replacing an earlier one. Throws ConfigError.

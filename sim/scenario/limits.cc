@@ -35,6 +35,8 @@ void check_metric(const Yaml& at, const std::string& key, std::string_view name)
 }  // namespace
 
 std::string unknown_metric(std::string_view name) {
+  if (const std::string former = former_name(name); !former.empty())
+    return fmt::format("metric {} {}", name, former);
   std::vector<std::string_view> names;
   for (const auto& metric : score::metric_definitions()) names.push_back(metric.name);
   return fmt::format("unknown metric '{}'{}", name, did_you_mean(name, names));

@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""Runs the program many times under kills or sensor faults and prints a table of what was lost.
+"""Runs the program many times under kills, sensor faults or random walks and prints a table of what was lost.
 
     tools/campaigns/campaign.py kills --out DIR [--count N]
     tools/campaigns/campaign.py faults --out DIR [--count N] RESULT
+    tools/campaigns/campaign.py walks --out DIR [--count N]
 
 kills: sends SIGKILL at random moments of each command that writes, then runs the command again. A try is lost if a finished
 result or a user file has other bytes or is gone, or if the rerun does not end as the command does without a kill.
 faults: replays the recording of RESULT (`run scenarios/tangent_circle.yaml`) under faults of its sensors. A try is lost if
-there is no result."""
+there is no result.
+walks: walks random sequences of commands with the default gait, on a bare floor. A try is lost if the robot falls."""
 import argparse
 import hashlib
 import json
@@ -207,10 +209,40 @@ def kills(args):
     return 1 if lost else 0
 
 
+def random_commands(draw):
+    """One to four commands of a walk on a bare floor."""
+    far, angle = lambda most: round(draw.uniform(-most, most), 2), lambda: round(draw.choice((-1, 1)) * draw.uniform(5, 180), 1)
+    radius = lambda: round(draw.uniform(0.2, 2), 2)
+    kinds = (lambda: f'stand: {{duration_s: {draw.uniform(0, 2):.2f}}}',
+             lambda: f'straight: {{forward_m: {far(2.5)}, left_m: {draw.choice((0, far(2.5)))}}}',
+             lambda: f'straight: {{forward_m: 0, left_m: {far(2.5)}}}',
+             lambda: f'tangent_arc: {{radius_m: {radius()}, angle_deg: {angle()}}}',
+             lambda: f'perpendicular_arc: {{radius_m: {radius()}, angle_deg: {angle()}}}',
+             lambda: f'turn: {{angle_deg: {angle()}, step_deg: {draw.uniform(1, 15):.1f}}}',
+             lambda: f'go_to: {{x_m: {far(2)}, y_m: {far(2)}, heading_deg: {angle()}}}')
+    return '[' + ', '.join('{' + draw.choice(kinds)() + '}' for _ in range(draw.randint(1, 4))) + ']'
+
+
+def walks(args):
+    draw, scenario, lost, rejected = random.Random(1), args.out / 'walk.yaml', [], 0
+    args.out.mkdir(parents=True, exist_ok=True)
+    scenario.write_text('world: {room: floor}\nwalk:\n  commands: [{stand: {duration_s: 1}}]\n')
+    for number in range(1, args.count + 1):
+        commands = random_commands(draw)
+        ran = subprocess.run([args.program, 'run', scenario, f'walk.commands={commands}', f'seed={number}', '--out', args.out / 'run',
+                              '--force', '-q'], capture_output=True, text=True, check=False, timeout=600)
+        rejected += ran.returncode == 2
+        if ran.returncode not in (0, 2):
+            lost.append([number, commands, ran.returncode, ran.stderr[-300:].strip()])
+    write_table(args.out, ['seed', 'commands', 'exit code', 'cause'], lost,
+                f'{args.count} walks, {rejected} rejected before the walk, {len(lost)} lost')
+    return 1 if lost else 0
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     campaigns = parser.add_subparsers(required=True)
-    for run, count in ((kills, 200), (faults, len(FAULTS))):
+    for run, count in ((kills, 200), (faults, len(FAULTS)), (walks, 100)):
         campaign = campaigns.add_parser(run.__name__)
         campaign.set_defaults(run=run)
         campaign.add_argument('--count', type=int, default=count, help=f'number of tries (default {count})')

@@ -92,6 +92,28 @@ TEST(Keys, ThereIsOneForEachOptionAndEachFieldOfAnItem) {
       physics::FloorPatch>();
 }
 
+TEST(Keys, NamesAreUniqueAndSectionsStandTogether) {
+  std::set<std::string> names, sections;
+  std::string section;
+  for (const auto& key : scenario_keys()) {
+    EXPECT_TRUE(names.insert(key.name).second) << key.name;
+    const std::string now = key.name.substr(0, key.name.rfind('.'));
+    EXPECT_TRUE(now == section || sections.insert(now).second) << key.name;
+    section = now;
+  }
+  EXPECT_TRUE(names.contains("errors.gyro.sigma_rad_s"));
+}
+
+TEST(Keys, FormerNamesGetAMessageWithTheNewOne) {
+  for (const auto& [line, note] :
+       {std::pair<std::string, std::string>{"slam.vision.lasting_s",
+                                            "was renamed to slam.vision.match_bias_s"},
+        {"slam.tracking.relocalise",
+         "was removed: relocalization is always on; slam.tracking.give_up_s bounds it"},
+        {"limits.tracked_share.at_most", "metric tracked_share was renamed to tracked_fraction"}})
+    EXPECT_EQ(complaint(kAll + line + ": 1\n"), "test.yaml:4:1: " + line + ": " + note);
+}
+
 TEST(Keys, CarryTheirUnitInTheName) {
   EXPECT_EQ(unit_of("walk.step_length_m"), "m");
   EXPECT_EQ(unit_of("slam.motion.sigma_acceleration_m_s2"), "m/s²");
