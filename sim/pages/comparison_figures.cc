@@ -21,7 +21,7 @@ std::vector<std::pair<std::string, Runs>> grouped(const Runs& runs, std::string 
   std::vector<std::pair<std::string, Runs>> groups;
   for (const RunData* run : runs) {
     const std::string& name = run->*member;
-    auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& g) { return g.first == name; });
+    auto group = std::ranges::find(groups, name, &decltype(groups)::value_type::first);
     if (group == groups.end()) group = groups.insert(groups.end(), {name, {}});
     group->second.push_back(run);
   }
@@ -36,14 +36,18 @@ void for_each_estimator(const Runs& runs, const auto& add) {
     add(estimator, kRoles[number++ % kRoles.size()], its_runs);
 }
 
+/// The values of a column at the times of another. Without a value the line breaks.
+void add_values(OverTime& at, const Column& t, const Column& values, double factor) {
+  for (std::size_t i = 0; i < t.size(); ++i) {
+    Column& all = at[t[i]];
+    if (std::isfinite(values[i])) all.push_back(factor * values[i]);
+  }
+}
+
 OverTime over_time(const Runs& runs, Column Errors::*column, double factor = 1) {
   OverTime at;
   for (const RunData* run : runs)
-    for (std::size_t i = 0; run->errors && i < run->errors->t.size(); ++i) {
-      Column& values = at[run->errors->t[i]];  // without a value the line breaks
-      if (const double value = ((*run->errors).*column)[i]; std::isfinite(value))
-        values.push_back(factor * value);
-    }
+    if (run->errors) add_values(at, run->errors->t, (*run->errors).*column, factor);
   return at;
 }
 
@@ -56,8 +60,7 @@ Line pooled(const std::string& name, Role role, const OverTime& at, const auto& 
 
 /// Such a run has its own line.
 bool have_odometry_run(const Runs& runs) {
-  return std::any_of(runs.begin(), runs.end(),
-                     [](const RunData* run) { return run->estimator == "odometry"; });
+  return std::ranges::any_of(runs, [](const RunData* run) { return run->estimator == "odometry"; });
 }
 
 Figure paths(const Runs& runs) {
@@ -93,8 +96,7 @@ Figure errors_over_time(const std::string& alignment, const Runs& runs) {
   if (f.lines.size() > 1) f.envelopes.clear();
   OverTime blind;
   for (const RunData* run : runs)
-    for (std::size_t i = 0; run->odometry && i < run->odometry->t.size(); ++i)
-      blind[run->odometry->t[i]].push_back(kMm * run->odometry_error[i]);
+    if (run->odometry) add_values(blind, run->odometry->t, run->odometry_error, kMm);
   if (!blind.empty() && alignment == "none" && !have_odometry_run(runs))
     f.lines.push_back(pooled(kOdometryName, Role::third, blind, score::median)), f.lines.back().thin = true;
   return f;
@@ -152,9 +154,9 @@ std::vector<Figure> scenario_figures(const std::string& scenario, const Runs& ru
   if (alignments.size() == 1 && grouped(runs, &RunData::estimator).size() == 1)
     if (const auto nees = nees_over_seeds(runs)) figures.push_back(*nees);
   const auto same_seed = [&](const RunData* run) { return run->seed == runs.front()->seed; };
-  if (!std::all_of(runs.begin(), runs.end(), same_seed)) {
+  if (!std::ranges::all_of(runs, same_seed)) {
     const auto ate_mm = [](const RunData& run) {
-      const auto value = run.metric("ate_se3_rmse_m");
+      const auto value = run.value("ate_se3_rmse_m");
       return value ? std::optional(kMm * *value) : std::nullopt;
     };
     figures.push_back(by_seed("ate_by_seed", "ATE of every run after SE(3) alignment", "mm", runs, ate_mm));
@@ -167,13 +169,14 @@ std::vector<Figure> scenario_figures(const std::string& scenario, const Runs& ru
 
 }  // namespace
 
-std::vector<ScenarioFigures> comparison_figures(const std::vector<RunData>& runs) {
+std::vector<std::pair<std::string, std::vector<Figure>>> comparison_figures(
+    const std::vector<RunData>& runs) {
   Runs all;
   for (const RunData& run : runs) all.push_back(&run);
-  std::vector<ScenarioFigures> scenarios;
+  std::vector<std::pair<std::string, std::vector<Figure>>> scenarios;
   for (const auto& [scenario, its_runs] : grouped(all, &RunData::scenario))
-    scenarios.push_back(
-        {scenario, its_runs.size() > 1 ? scenario_figures(scenario, its_runs) : std::vector<Figure>{}});
+    scenarios.emplace_back(
+        scenario, its_runs.size() > 1 ? scenario_figures(scenario, its_runs) : std::vector<Figure>{});
   return scenarios;
 }
 

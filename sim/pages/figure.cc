@@ -179,13 +179,14 @@ std::string draw(const Axes& axes, const Line& line) {
 }
 
 std::string lines_svg(const Figure& figure, const Axes& axes) {
+  const std::string place = fmt::format("x='{:.1f}' y='{:.1f}' width='{:.1f}' height='{:.1f}'", axes.x.begin,
+                                        axes.y.end, axes.x.end - axes.x.begin, axes.y.begin - axes.y.end);
   // An inner document clips the lines; web/figures.js zooms by its viewBox.
   std::string svg =
-      grid(axes) +
-      fmt::format(
-          "<svg class='data' x='{0:.1f}' y='{1:.1f}' width='{2:.1f}' height='{3:.1f}' viewBox='{0:.1f} "
-          "{1:.1f} {2:.1f} {3:.1f}' preserveAspectRatio='none'>",
-          axes.x.begin, axes.y.end, axes.x.end - axes.x.begin, axes.y.begin - axes.y.end);
+      grid(axes) + fmt::format(
+                       "<svg class='data' {} viewBox='{:.1f} {:.1f} {:.1f} {:.1f}' "
+                       "preserveAspectRatio='none'>",
+                       place, axes.x.begin, axes.y.end, axes.x.end - axes.x.begin, axes.y.begin - axes.y.end);
   const auto add = [&](const auto& parts) {
     for (const auto& part : parts) svg += draw(axes, part);
   };
@@ -197,35 +198,19 @@ std::string lines_svg(const Figure& figure, const Axes& axes) {
     svg += fmt::format("<path class='level' d='M{:.1f} {:.1f}V{:.1f}'/>", axes.x.at(moment.at), axes.y.begin,
                        axes.y.end);
   add(figure.lines);
-  svg += fmt::format("</svg><rect class='frame' x='{:.1f}' y='{:.1f}' width='{:.1f}' height='{:.1f}'/>",
-                     axes.x.begin, axes.y.end, axes.x.end - axes.x.begin, axes.y.begin - axes.y.end);
+  svg += fmt::format("</svg><rect class='frame' {}/>", place);
   for (const Mark& moment : figure.moments)
     svg += text(axes.x.at(moment.at) + 4, axes.y.end + 14, moment.name, "class='moment'");
   return svg;
 }
 
+// The axes, for web/figures.js.
 std::string attributes(const Figure& figure, const Axes& axes) {
   if (figure.equal_axes) return "";
   const auto of = [](const char* name, const Axis& a) {
     return fmt::format(" data-{}='{} {} {} {} {:d}'", name, a.low, a.high, a.begin, a.end, a.logarithmic);
   };
   return of("x", axes.x) + of("y", axes.y) + (figure.is_over_time() ? " data-over-time='yes'" : "");
-}
-
-std::string draw(const Figure& figure, double width, double height, bool in_page) {
-  const Header header = in_page ? Header{} : header_of(figure, width);
-  const Axes axes = axes_of(figure, width, height, header.bottom);
-  std::string svg = fmt::format(
-      "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0:.0f} {1:.0f}' width='{0:.0f}' "
-      "height='{1:.0f}' role='img' aria-label='{2}'{3}>{4}<rect class='paper' width='100%' height='100%'/>",
-      width, height, escaped(figure.title), in_page ? attributes(figure, axes) : "",
-      in_page ? "" : "<style>" + figure_style() + "</style>");
-  svg += lines_svg(figure, axes) + header.svg +
-         text((axes.x.begin + axes.x.end) / 2, height - 10, figure.x_label);
-  return svg +
-         fmt::format("<text transform='translate(14 {:.1f})rotate(-90)' text-anchor='middle'>{}</text>",
-                     (axes.y.begin + axes.y.end) / 2, escaped(figure.y_label)) +
-         "</svg>\n";
 }
 
 }  // namespace
@@ -295,12 +280,20 @@ std::string figure_style() {
   return css;
 }
 
-std::string to_svg(const Figure& figure, double width, double height) {
-  return draw(figure, width, height, false);
-}
-
-std::string to_page_svg(const Figure& figure, double width, double height) {
-  return draw(figure, width, height, true);
+std::string to_svg(const Figure& figure, double width, double height, bool in_page) {
+  const Header header = in_page ? Header{} : header_of(figure, width);
+  const Axes axes = axes_of(figure, width, height, header.bottom);
+  std::string svg = fmt::format(
+      "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0:.0f} {1:.0f}' width='{0:.0f}' "
+      "height='{1:.0f}' role='img' aria-label='{2}'{3}>{4}<rect class='paper' width='100%' height='100%'/>",
+      width, height, escaped(figure.title), in_page ? attributes(figure, axes) : "",
+      in_page ? "" : "<style>" + figure_style() + "</style>");
+  svg += lines_svg(figure, axes) + header.svg +
+         text((axes.x.begin + axes.x.end) / 2, height - 10, figure.x_label);
+  return svg +
+         fmt::format("<text transform='translate(14 {:.1f})rotate(-90)' text-anchor='middle'>{}</text>",
+                     (axes.y.begin + axes.y.end) / 2, escaped(figure.y_label)) +
+         "</svg>\n";
 }
 
 }  // namespace sim::pages

@@ -70,11 +70,10 @@ struct Axis {
 /// are none.
 Axis axis_of(const std::vector<const std::vector<double>*>& values, bool logarithmic);
 
-/// An SVG document of the given size (px) with title and legend.
-std::string to_svg(const Figure& figure, double width, double height);
-/// The drawing only, for a page that has figure_style(), a caption and a legend. Its axes are attributes from
-/// which web/figures.js reads values under the cursor.
-std::string to_page_svg(const Figure& figure, double width, double height);
+/// An SVG document of the given size (px) with title and legend. in_page: the drawing only, for a page that
+/// has figure_style(), a caption and a legend. Its axes are then attributes from which web/figures.js reads
+/// values under the cursor.
+std::string to_svg(const Figure& figure, double width, double height, bool in_page = false);
 /// CSS of the drawings: plain colors, and those of the page if it defines them.
 std::string figure_style();
 

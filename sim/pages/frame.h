@@ -21,11 +21,8 @@
 
 namespace sim::pages {
 
-/// A foot on the ground: (x m, y m, yaw rad) of its sole point, true and planned.
-struct FootPlace {
-  Eigen::Vector3d truth = Eigen::Vector3d::Zero(), plan = Eigen::Vector3d::Zero();
-  bool planned_down = true;
-  double load_n = 0;                        ///< vertical force
+/// A foot on the ground.
+struct FootPlace : recording::TrueFoot {
   std::optional<Eigen::Vector3d> landed{};  ///< place of its last landing; absent in the air
 };
 

@@ -7,11 +7,7 @@
 #include "sim/files/hash.h"
 #include "sim/files/text.h"
 
-// Embeds the files that esbuild makes from web/.
-#define GAITSLAM_EMBED(name, file)                                                          \
-  asm(".section .rodata\n" #name "_begin:\n.incbin \"" file "\"\n" #name "_end:\n.text\n"); \
-  extern "C" const char name##_begin[] __attribute__((visibility("hidden")));               \
-  extern "C" const char name##_end[] __attribute__((visibility("hidden")));
+// The files that esbuild makes from web/.
 GAITSLAM_EMBED(gaitslam_page_script, GAITSLAM_BUNDLE "/pages.js")
 GAITSLAM_EMBED(gaitslam_map_script, GAITSLAM_BUNDLE "/map.js")
 GAITSLAM_EMBED(gaitslam_page_style, GAITSLAM_BUNDLE "/pages.css")
@@ -97,7 +93,7 @@ std::string figure_html(const Figure& figure, const std::string& below, double h
     remarks += fmt::format("<p class='soft'>{}</p>", escaped(remark));
   return fmt::format("<figure data-figure='{}'><figcaption>{}</figcaption>{}{}{}{}</figure>\n",
                      escaped(figure.name), escaped(figure.title), remarks,
-                     to_page_svg(figure, width, figure.equal_axes ? kEqualHeight : height),
+                     to_svg(figure, width, figure.equal_axes ? kEqualHeight : height, true),
                      legend_html(figure), below);
 }
 
@@ -105,19 +101,21 @@ std::string figures_html(const std::string& figures) {
   return "<div class='figures'>" + figures + "</div>\n";
 }
 
-std::string section_html(const std::string& id, std::string_view title, const std::string& inside) {
-  return fmt::format("<section id='{}'><h2>{}</h2>\n{}</section>\n", escaped(id), escaped(title), inside);
+std::string sections_html(const std::vector<Section>& sections, bool with_links) {
+  std::string links = "<nav aria-label='sections'>", html;
+  int count = 0;
+  for (const Section& section : sections) {
+    if (section.html.empty()) continue;
+    ++count;
+    links += fmt::format("<a href='#{}'>{}</a> ", escaped(section.id), escaped(section.title));
+    html += fmt::format("<section id='{}'><h2>{}</h2>\n{}</section>\n", escaped(section.id),
+                        escaped(section.title), section.html);
+  }
+  return (with_links && count > 1 ? links + "</nav>\n" : "") + html;
 }
 
-std::string navigation_html(const Sections& sections) {
-  std::string html = "<nav aria-label='sections'>";
-  for (const auto& [id, title] : sections)
-    html += fmt::format("<a href='#{}'>{}</a> ", escaped(id), escaped(title));
-  return html + "</nav>\n";
-}
-
-std::string_view page_script() { return {gaitslam_page_script_begin, gaitslam_page_script_end}; }
-std::string_view map_script() { return {gaitslam_map_script_begin, gaitslam_map_script_end}; }
+std::string_view page_script() { return gaitslam_page_script(); }
+std::string_view map_script() { return gaitslam_map_script(); }
 
 std::string html_page(std::string_view title, const std::string& subtitle, const std::string& body,
                       const std::vector<std::string_view>& scripts) {
@@ -128,8 +126,7 @@ std::string html_page(std::string_view title, const std::string& subtitle, const
       "{}</title>\n"
       "<link rel=\"icon\" href=\"data:,\">\n<style>\n{}{}</style>\n</head>\n<body>\n"
       "<header><h1>{}</h1>\n<p class='soft'>{}</p></header>\n{}",
-      content_security_policy(scripts), escaped(title),
-      std::string_view(gaitslam_page_style_begin, gaitslam_page_style_end), figure_style(), escaped(title),
+      content_security_policy(scripts), escaped(title), gaitslam_page_style(), figure_style(), escaped(title),
       subtitle, body);
   for (const std::string_view script : scripts) html.append("<script>").append(script).append("</script>\n");
   return html + "</body>\n</html>\n";

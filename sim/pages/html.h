@@ -8,6 +8,13 @@
 
 #include "sim/pages/figure.h"
 
+/// Embeds a file in the program: name() returns its bytes.
+#define GAITSLAM_EMBED(name, file)                                                          \
+  asm(".section .rodata\n" #name "_begin:\n.incbin \"" file "\"\n" #name "_end:\n.text\n"); \
+  extern "C" const char name##_begin[] __attribute__((visibility("hidden")));               \
+  extern "C" const char name##_end[] __attribute__((visibility("hidden")));                 \
+  static std::string_view name() { return {name##_begin, name##_end}; }
+
 namespace sim::pages {
 
 /// RFC 4648.
@@ -38,11 +45,12 @@ std::string figure_html(const Figure& figure, const std::string& below = "", dou
                         double width = 560);
 /// HTML of figures as a grid.
 std::string figures_html(const std::string& figures);
-std::string section_html(const std::string& id, std::string_view title, const std::string& inside);
-/// Id and title of the sections of a page.
-using Sections = std::vector<std::pair<std::string, std::string>>;
-/// Links to them.
-std::string navigation_html(const Sections& sections);
+/// A section of a page; html: its content.
+struct Section {
+  std::string id, title, html;
+};
+/// The sections that have a content; with links to them if there are several.
+std::string sections_html(const std::vector<Section>& sections, bool with_links = false);
 
 /// The scripts of the pages: behavior of tables and figures, and the map in three dimensions.
 std::string_view page_script();

@@ -25,10 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kOrder =
-    "The best row comes first: by coverage, then by the first metric. coverage: mean over the runs of the "
-    "share of true poses with an estimate; a run that did not complete counts 0.";
-
 using Rows = std::map<std::tuple<std::string, std::string, fs::path, std::string>, LeaderboardRow>;
 
 void find_results(const fs::path& folder, std::vector<fs::path>& found) {
@@ -40,20 +36,15 @@ void find_results(const fs::path& folder, std::vector<fs::path>& found) {
     if (entry.is_directory() && !entry.is_symlink() && !left_out && !files::is_partial(entry.path()))
       below.push_back(entry.path());
   }
-  std::sort(below.begin(), below.end());
+  std::ranges::sort(below);
   for (const fs::path& next : below) find_results(next, found);
 }
 
-std::optional<double> value_of(const files::Json& score, const std::string& metric) {
-  const auto found = score.at("metrics").find(metric);
-  return found ? found->at("value").number_or_null() : std::nullopt;
-}
-
 // Results of earlier versions lack true_poses.
-double coverage_of(const files::Json& score) {
-  if (score.at("ending").text() != "completed") return 0;
-  const auto matched = value_of(score, "poses_matched"), poses = value_of(score, "true_poses"),
-             tracked = value_of(score, "tracked_fraction");
+double coverage_of(const result::SeedScore& score) {
+  if (score.ending != scenario::Ending::completed) return 0;
+  const auto matched = score.value("poses_matched"), poses = score.value("true_poses"),
+             tracked = score.value("tracked_fraction");
   const double all = poses && *poses > 0 ? matched.value_or(0) / *poses : matched ? 1 : 0;
   return std::min(all, tracked.value_or(all));
 }
@@ -73,7 +64,7 @@ std::vector<std::string> settings_of(const fs::path& result) try {
 std::string changed(const LeaderboardRow& row, const std::vector<LeaderboardRow>& rows) {
   std::vector<std::string> all;
   for (std::size_t i = 0; i < row.settings.size(); ++i)
-    if (std::any_of(rows.begin(), rows.end(), [&](const LeaderboardRow& other) {
+    if (std::ranges::any_of(rows, [&](const LeaderboardRow& other) {
           return other.scenario == row.scenario && other.estimator == row.estimator &&
                  !other.settings.empty() && other.settings[i] != row.settings[i];
         }))
@@ -83,29 +74,26 @@ std::string changed(const LeaderboardRow& row, const std::vector<LeaderboardRow>
 
 /// Reads a whole result before anything is added. Throws FileError.
 void add_result(const fs::path& result, const std::vector<std::string>& metrics, Rows& all) {
-  const files::Json score = result::read_whole_score(result / "score.json");
-  const auto estimator = score.find("estimator");
+  const result::SeedScore score = result::read_score(result / "score.json");
   const fs::path about = result / "about.json", timing = result / "timing.json";
   const std::string alignment = fs::exists(about) ? alignment_of(result::read_about(about)) : "none";
   std::map<std::string, double> values;
   for (const std::string& name : metrics)
-    if (const auto value = value_of(score, name)) values[column_of(name, alignment)] = *value;
+    if (const auto value = score.value(name)) values[column_of(name, alignment)] = *value;
   for (const char* const of : {"mean", "median", "p99"})
     if (const auto cpu = fs::exists(timing)
                              ? files::read_json(timing).find(fmt::format("frame_cpu_ms_{}", of))
                              : std::nullopt)
       values[fmt::format("cpu_ms_{}", of)] = cpu->number();
-  const std::uint64_t seed = score.at("seed").whole();
-  const double coverage = coverage_of(score);
-  const std::string scenario = score.at("scenario").text(), name = estimator ? estimator->text() : "filter";
   const fs::path folder = fs::absolute(result / "x").lexically_normal().parent_path().parent_path();
 
-  LeaderboardRow& row = all[{scenario, name, folder, alignment}];
-  row.scenario = scenario, row.estimator = name, row.folder = folder, row.alignment = alignment;
+  LeaderboardRow& row = all[{score.scenario, score.estimator, folder, alignment}];
+  row.scenario = score.scenario, row.estimator = score.estimator, row.folder = folder,
+  row.alignment = alignment;
   if (row.runs++ == 0) row.settings = settings_of(result);
-  row.completed += score.at("ending").text() == "completed" ? 1 : 0;
-  row.coverage += coverage;
-  row.seeds.insert(seed);
+  row.completed += score.ending == scenario::Ending::completed;
+  row.coverage += coverage_of(score);
+  row.seeds.insert(score.seed);
   for (const auto& [column, value] : values) row.values[column].push_back(value);
 }
 
@@ -187,11 +175,10 @@ Leaderboard leaderboard(const std::vector<fs::path>& folders, const std::vector<
     row.coverage /= static_cast<double>(row.runs);
     board.rows.push_back(std::move(row));
   }
-  std::stable_sort(board.rows.begin(), board.rows.end(),
-                   [&](const LeaderboardRow& a, const LeaderboardRow& b) {
-                     if (a.scenario != b.scenario) return a.scenario < b.scenario;
-                     return badness(a, metrics.front()) < badness(b, metrics.front());
-                   });
+  std::ranges::stable_sort(board.rows, [&](const LeaderboardRow& a, const LeaderboardRow& b) {
+    if (a.scenario != b.scenario) return a.scenario < b.scenario;
+    return badness(a, metrics.front()) < badness(b, metrics.front());
+  });
   return board;
 }
 
@@ -223,18 +210,20 @@ std::string leaderboard_page(const Leaderboard& board) {
       TableRow& line = lines.emplace_back();
       for (const std::string& cell : all[i + 1]) line.cells.push_back(text_cell(cell));
     }
-    html += section_html("scenario-" + scenario, scenario, table_html(scenario, heads, lines));
+    html += sections_html({{"scenario-" + scenario, scenario, table_html(scenario, heads, lines)}});
   }
   for (const std::string& why : board.left_out) html += "<p class='bad'>Left out: " + escaped(why) + "</p>\n";
   html += "<h2>Metrics</h2>\n<dl>\n";
   for (const std::string& metric : board.metrics)
     html += fmt::format("<dt><code>{}</code></dt><dd>{}</dd>\n", escaped(metric),
                         escaped(score::find_metric(metric)->definition));
-  return html_page("Leaderboard",
-                   fmt::format("A row is a folder of results of one scenario and one estimator, with medians "
-                               "over the runs that have a value. {}",
-                               kOrder),
-                   html + "</dl>\n");
+  return html_page(
+      "Leaderboard",
+      "A row is a folder of results of one scenario and one estimator, with medians over the runs that have "
+      "a "
+      "value. The best row comes first: by coverage, then by the first metric. coverage: mean over the runs "
+      "of the share of true poses with an estimate; a run that did not complete counts 0.",
+      html + "</dl>\n");
 }
 
 }  // namespace sim::pages

@@ -28,12 +28,8 @@ Figure uncertainty(const RunData& run, double around_s = INFINITY);
 std::vector<Figure> run_figures(const RunData& run);
 
 /// The figures of several runs of one scenario: paths, error over time, mean NEES with its band, and ATE and
-/// CPU time by seed. Estimators are never pooled. Empty for fewer than two runs.
-struct ScenarioFigures {
-  std::string scenario;
-  std::vector<Figure> figures;
-};
-std::vector<ScenarioFigures> comparison_figures(const std::vector<RunData>& runs);
+/// CPU time by seed. Estimators are never pooled. By scenario; empty for fewer than two runs of it.
+std::vector<std::pair<std::string, std::vector<Figure>>> comparison_figures(const std::vector<RunData>& runs);
 
 /// The metrics that are shown first, in cards and in tables over several runs.
 inline constexpr std::array kShownMetrics{"ate_se3_rmse_m",
@@ -58,6 +54,8 @@ struct Picture {
 };
 /// Empty if there is no recording with images.
 std::vector<Picture> pictures(const RunData& run, int count);
+/// HTML of these pictures with an explanation; empty without any. prefix: of the ids.
+std::string picture_strip(const std::vector<Picture>& pictures, const std::string& prefix);
 
 /// The sections of a run as HTML, with links to them. prefix: of the ids. title: of the first section.
 std::string run_sections(const RunData& run, const std::string& prefix, const std::string& title);

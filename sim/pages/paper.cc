@@ -18,7 +18,7 @@ namespace {
 std::vector<double> values(const std::vector<RunData>& runs, const std::string& metric, double factor = 1) {
   std::vector<double> all;
   for (const RunData& run : runs)
-    if (const auto value = run.metric(metric)) all.push_back(factor * *value);
+    if (const auto value = run.value(metric)) all.push_back(factor * *value);
   return all;
 }
 
@@ -61,7 +61,7 @@ PaperRow drift_row(const Drift& drift, const std::vector<RunData>& runs) {
   if (drifts.size() > 1) row.bench += fmt::format(" (sd {:.1f})", score::standard_deviation(drifts));
   const bool both_small = drift.paper <= negligible && size <= negligible;
   const bool near = size > drift.paper / 2 && size < drift.paper * 2;
-  row.agreement = both_small || near ? Agreement::agrees : Agreement::differs;
+  row.agreement = both_small || near ? "agrees" : "differs";
   return row;
 }
 
@@ -88,29 +88,30 @@ constexpr Closure kClosures[]{
 PaperRow closure_row(const Closure& closure, const std::vector<RunData>& runs) {
   PaperRow row{closure.what, closure.paper};
   if (runs.empty()) return row;
-  const auto closed = std::count_if(runs.begin(), runs.end(), [](const RunData& run) {
-    return run.metric("loop_closed").value_or(0) == 1;
-  });
-  const auto diverged =
-      std::count_if(runs.begin(), runs.end(), [](const RunData& run) { return run.ending == "diverged"; });
+  const auto closed = std::ranges::count_if(
+      runs, [](const RunData& run) { return run.value("loop_closed").value_or(0) == 1; });
+  const auto diverged = std::ranges::count(runs, scenario::Ending::diverged, &RunData::ending);
   row.bench = fmt::format("{} of {} closed{}; landmarks recognized: {}; ATE {}", closed, runs.size(),
                           diverged > 0 ? fmt::format(", {} diverged", diverged) : "",
                           range_text(values(runs, "loop_landmarks"), ""),
                           range_text(values(runs, "ate_se3_rmse_m", kMm), " mm"));
   const bool always = closed == static_cast<std::ptrdiff_t>(runs.size());
   if (closure.expected == Expected::fails_in_2006)
-    row.agreement = always ? Agreement::better : Agreement::agrees;
+    row.agreement = always ? "better" : "agrees";
   else
-    row.agreement = (closure.expected == Expected::closes ? always : closed == 0) ? Agreement::agrees
-                                                                                  : Agreement::differs;
+    row.agreement = (closure.expected == Expected::closes ? always : closed == 0) ? "agrees" : "differs";
   return row;
+}
+
+/// The row of a result that is given by the range of its values; not run without any.
+PaperRow range_row(const std::string& what, const std::string& paper, const std::vector<double>& values,
+                   const std::string& unit, const std::string& agreement) {
+  if (values.empty()) return {what, paper};
+  return {what, paper, range_text(values, unit), agreement};
 }
 
 PaperRow end_row(const std::vector<RunData>& runs, const std::string& filter, std::size_t axis,
                  double paper_mm) {
-  PaperRow row{fmt::format("Experiment 2, {}: error of the estimate at the end in {} (V-B)", filter,
-                           axis == 0 ? "X" : "Y"),
-               fmt::format("{:.0f} mm", paper_mm)};
   std::vector<double> ends;
   for (const RunData& run : runs) {
     if (!run.errors) continue;
@@ -119,30 +120,29 @@ PaperRow end_row(const std::vector<RunData>& runs, const std::string& filter, st
         std::find_if(error.rbegin(), error.rend(), [](double value) { return std::isfinite(value); });
     if (last != error.rend()) ends.push_back(kMm * std::abs(*last));
   }
-  if (ends.empty()) return row;
-  row.bench = range_text(ends, " mm");
-  const double median = score::median(ends);
-  row.agreement = median < paper_mm / 2   ? Agreement::better
-                  : median < 2 * paper_mm ? Agreement::agrees
-                                          : Agreement::differs;
-  return row;
+  const double median = ends.empty() ? 0 : score::median(ends);
+  return range_row(fmt::format("Experiment 2, {}: error of the estimate at the end in {} (V-B)", filter,
+                               axis == 0 ? "X" : "Y"),
+                   fmt::format("{:.0f} mm", paper_mm), ends, " mm",
+                   median < paper_mm / 2   ? "better"
+                   : median < 2 * paper_mm ? "agrees"
+                                           : "differs");
 }
 
 PaperRow height_row(const std::vector<RunData>& runs, const std::string& filter) {
-  PaperRow row{"Experiment 1, " + filter + ": range of the estimated height (V-A)", "within 40 mm"};
   const auto range = values(runs, "height_range_m", kMm);
-  if (range.empty()) return row;
-  row.bench = range_text(range, " mm");
-  row.agreement = score::quantile(range, 1) <= 40 ? Agreement::agrees : Agreement::differs;
-  return row;
+  const bool agrees = std::ranges::all_of(range, [](double mm) { return mm <= 40; });
+  return range_row("Experiment 1, " + filter + ": range of the estimated height (V-A)", "within 40 mm", range,
+                   " mm", agrees ? "agrees" : "differs");
 }
 
 PaperRow time_row(const std::vector<RunData>& runs, const std::string& filter) {
-  PaperRow row{"CPU time of a frame, " + filter + " (V)", "30 ms, sometimes 40 ms (two Pentium M, 1.8 GHz)"};
   std::vector<double> ms;
   for (const RunData& run : runs)
     if (run.frame_cpu_ms_median) ms.push_back(*run.frame_cpu_ms_median);
-  if (!ms.empty()) row.bench = range_text(ms, " ms") + ", on another computer: not comparable";
+  PaperRow row = range_row("CPU time of a frame, " + filter + " (V)",
+                           "30 ms, sometimes 40 ms (two Pentium M, 1.8 GHz)", ms, " ms", "");
+  if (!ms.empty()) row.bench += ", on another computer: not comparable";
   return row;
 }
 
@@ -181,7 +181,7 @@ constexpr PaperFigure kFigures[]{
 const RunData* run_of(const PaperFigure& figure, const PaperRuns& all) {
   const std::vector<RunData>& runs = runs_of(all, figure.experiment);
   for (const RunData& run : runs)
-    if (!figure.closed || run.metric("loop_time_s")) return &run;
+    if (!figure.closed || run.value("loop_time_s")) return &run;
   return runs.empty() ? nullptr : &runs.front();
 }
 
@@ -216,25 +216,25 @@ std::string figures(const PaperRuns& all) {
 }
 
 std::string table(const std::vector<PaperRow>& rows) {
-  constexpr std::array kClasses{"soft", "good", "good", "bad"};
   std::vector<TableRow> cells;
   for (const PaperRow& row : rows)
-    cells.push_back(
-        {{text_cell(row.what), text_cell(row.paper), text_cell(row.bench),
-          text_cell(agreement_text(row.agreement), kClasses[static_cast<std::size_t>(row.agreement)])}});
+    cells.push_back({{text_cell(row.what), text_cell(row.paper), text_cell(row.bench),
+                      text_cell(row.agreement, row.agreement == "differs" ? "bad"
+                                               : row.agreement.empty()    ? "soft"
+                                                                          : "good")}});
   return table_html("paper and bench", {{"experiment"}, {"paper"}, {"this bench"}, {""}}, cells);
 }
 
 std::string summary(const PaperRuns& runs, const std::vector<PaperRow>& rows) {
-  std::array<std::size_t, 4> count{};
-  for (const PaperRow& row : rows) ++count[static_cast<std::size_t>(row.agreement)];
+  std::map<std::string, std::size_t> count;
+  for (const PaperRow& row : rows) ++count[row.agreement];
   std::size_t seeds = 0;
   for (const auto& [name, of] : runs) seeds = std::max(seeds, of.size());
   return fmt::format(
       "<p>{}, {} each. Comparable rows: {}; agree: {}; better than the paper: {}; "
       "<strong>differ: {}</strong>. Not comparable: {}.</p>\n",
-      files::counted(runs.size(), "experiment"), files::counted(seeds, "seed"),
-      count[1] + count[2] + count[3], count[1], count[2], count[3], count[0]);
+      files::counted(runs.size(), "experiment"), files::counted(seeds, "seed"), rows.size() - count[""],
+      count["agrees"], count["better"], count["differs"], count[""]);
 }
 
 constexpr const char* kHowToRead =
@@ -250,17 +250,8 @@ constexpr const char* kHowToRead =
 // Figures 3 (a, d) and 4: what the paper's filter searches for in its images.
 std::string head_views(const PaperRuns& runs) {
   const std::vector<RunData>& shown = runs_of(runs, "tangent_circle_paper");
-  std::string html;
-  if (!shown.empty())
-    for (const Picture& picture : pictures(shown.front(), kHeadViews))
-      html += fmt::format("<figure>{}<span class='soft'>{} s</span></figure>\n", picture.svg, picture.t);
-  if (html.empty()) return "";
-  return section_html(
-      "images", "Figures 3 and 4: patches and search ellipses",
-      "<p class='soft'>Experiment 1, the paper's filter. Ellipses are the search regions of "
-      "landmarks (3 sigma): green with the matched 11 x 11 patch if the match was used, yellow "
-      "otherwise.</p>\n<div class='strip'>\n" +
-          html + "</div>\n");
+  const std::string strip = shown.empty() ? "" : picture_strip(pictures(shown.front(), kHeadViews), "");
+  return strip.empty() ? "" : "<p class='soft'>Experiment 1, the paper's filter.</p>" + strip;
 }
 
 }  // namespace
@@ -285,11 +276,6 @@ const std::vector<RunData>& runs_of(const PaperRuns& all, const std::string& exp
   static const std::vector<RunData> none;
   const auto found = all.find(experiment);
   return found == all.end() ? none : found->second;
-}
-
-std::string agreement_text(Agreement agreement) {
-  constexpr const char* kTexts[] = {"", "agrees", "better", "differs"};
-  return kTexts[static_cast<int>(agreement)];
 }
 
 std::vector<PaperRow> paper_rows(const PaperRuns& all) {
@@ -340,8 +326,10 @@ std::string paper_page(const PaperRuns& runs, const std::string& revision) {
       "Stasse, Davison, Sellaouti, Yokoi: Real-time 3D SLAM for Humanoid Robot considering Pattern "
       "Generator Information, IROS 2006. GaitSLAM, revision " +
           escaped(revision),
-      summary(runs, rows) + section_html("rows", "Paper and bench", table(rows) + kHowToRead) +
-          section_html("figures", "The figures of the paper reproduced", figures(runs)) + head_views(runs));
+      summary(runs, rows) +
+          sections_html({{"rows", "Paper and bench", table(rows) + kHowToRead},
+                         {"figures", "The figures of the paper reproduced", figures(runs)},
+                         {"images", "Figures 3 and 4: patches and search ellipses", head_views(runs)}}));
 }
 
 }  // namespace sim::pages

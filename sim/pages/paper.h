@@ -28,15 +28,10 @@ using PaperRuns = std::map<std::string, std::vector<RunData>>;
 /// The runs of an experiment; empty if there are none.
 const std::vector<RunData>& runs_of(const PaperRuns& all, const std::string& experiment);
 
-/// How a row compares with the paper; none: it cannot be compared.
-enum class Agreement { none, agrees, better, differs };
-/// "", "agrees", "better" or "differs".
-std::string agreement_text(Agreement agreement);
-
-/// A row of the table: what is compared (with the section of the paper), and both results.
+/// A row of the table: what is compared (with the section of the paper), and both results. agreement:
+/// "agrees", "better", "differs", or empty if it cannot be compared.
 struct PaperRow {
-  std::string what, paper, bench = "not run";
-  Agreement agreement = Agreement::none;
+  std::string what, paper, bench = "not run", agreement = "";
 };
 /// All rows; the result of an experiment without runs is "not run".
 std::vector<PaperRow> paper_rows(const PaperRuns& runs);

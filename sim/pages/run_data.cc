@@ -76,36 +76,10 @@ std::optional<Table> table_if_there(const fs::path& file) {
   return fs::exists(file) ? std::optional<Table>(file) : std::nullopt;
 }
 
-void read_score(RunData& run, const Json& score) {
-  run.scenario = score.at("scenario").text();
-  run.seed = score.at("seed").whole();
-  run.ending = score.at("ending").text();
-  if (const auto estimator = score.find("estimator")) run.estimator = estimator->text();
-  const auto number = [](const std::optional<Json>& value) {
-    return value ? value->number_or_null() : std::nullopt;
-  };
-  const auto text = [](const std::optional<Json>& value) { return value ? value->text() : ""; };
-  for (const auto& [name, metric] : score.at("metrics").entries())
-    run.metrics.push_back(
-        {name, text(metric.find("unit")), text(metric.find("reason")), number(metric.find("value"))});
-  for (const Json& limit : score.at("limits").items()) {
-    const auto passed = limit.find("passed");
-    run.limits.push_back({limit.at("metric").text(), number(limit.find("at_most")),
-                          number(limit.find("at_least")), number(limit.find("value")),
-                          passed ? std::optional(passed->flag()) : std::nullopt});
-  }
-  const auto tracking = score.find("tracking");
-  for (const char* const kind : {"lost", "suspect"})
-    if (const auto list = tracking ? tracking->find(kind) : std::nullopt)
-      for (const Json& one : list->items())
-        run.faults.push_back({kind, one.at("cause").text(), one.at("from_s").number()});
-}
-
 /// The frame of a stamp, which other programs round; null if there is none.
 Frame* frame_at(std::vector<Frame>& frames, slam::Stamp t) {
   constexpr slam::Stamp kSame = std::chrono::microseconds(100);
-  const auto found = std::lower_bound(frames.begin(), frames.end(), t - kSame,
-                                      [](const Frame& f, slam::Stamp s) { return f.t < s; });
+  const auto found = std::ranges::lower_bound(frames, t - kSame, {}, &Frame::t);
   return found != frames.end() && found->t <= t + kSame ? &*found : nullptr;
 }
 
@@ -202,7 +176,7 @@ void read_frames(RunData& run) {
       frame.estimate = row.X, frame.covariance = row.covariance;
     });
     run.estimate = path_of(frames, &Frame::estimate);
-    run.truth_aligned = !run.metric("rotation_rmse_deg") && run.metric("ate_sim3_rmse_m");  // positions only
+    run.truth_aligned = !run.value("rotation_rmse_deg") && run.value("ate_sim3_rmse_m");  // positions only
     if (run.truth_aligned)
       align_positions(frames);
     else
@@ -274,12 +248,6 @@ std::string RunData::label() const {
                      alignment == "none" ? "" : " after " + alignment);
 }
 
-std::optional<double> RunData::metric(std::string_view name) const {
-  for (const RunMetric& metric : metrics)
-    if (metric.name == name) return metric.value;
-  return std::nullopt;
-}
-
 std::string alignment_of(const result::About& about) {
   const bool is_name =
       about.alignment.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789") == std::string::npos;
@@ -289,8 +257,8 @@ std::string alignment_of(const result::About& about) {
 std::string column_of(const std::string& metric, const std::string& alignment) {
   constexpr std::array kAligned{"rmse_m", "rotation_rmse_deg", "end_",     "drift_",
                                 "nees_",  "loop_error_",       "landmark_"};
-  const bool depends = std::any_of(kAligned.begin(), kAligned.end(),
-                                   [&](const char* prefix) { return metric.starts_with(prefix); });
+  const bool depends =
+      std::ranges::any_of(kAligned, [&](const char* prefix) { return metric.starts_with(prefix); });
   return depends && alignment != "none" ? metric + "_after_" + alignment : metric;
 }
 
@@ -303,7 +271,7 @@ RunData read_run(const fs::path& folder) {
     recording::RecordingReader checked(run.recording);
     recording::read_truth(run.recording);
   }
-  read_score(run, result::read_whole_score(folder / "score.json"));
+  static_cast<result::SeedScore&>(run) = result::read_score(folder / "score.json");
   run.about = result::read_about(folder / "about.json");
   run.alignment = alignment_of(run.about);
   const Json timing = files::read_json(folder / "timing.json");

@@ -60,29 +60,9 @@ struct Errors {
   Column nees_position, nees_orientation;
 };
 
-struct RunMetric {
-  std::string name, unit, reason;  ///< reason: why there is no value
-  std::optional<double> value;
-};
-struct RunLimit {
-  std::string metric;
-  std::optional<double> at_most, at_least, value;
-  std::optional<bool> passed;
-};
-/// An interval of lost tracking, or of a sensor that contradicts the filter's model.
-struct TrackingFault {
-  std::string kind, cause;
-  double from_s = 0;
-};
-
 /// A result folder. Parts that the run did not leave (no filter, no camera) are absent.
-struct RunData {
-  std::string scenario, estimator = "filter", ending;
+struct RunData : result::SeedScore {
   std::string alignment = "none";  ///< of the estimate with the truth before it was scored
-  std::uint64_t seed = 0;
-  std::vector<RunMetric> metrics;
-  std::vector<RunLimit> limits;
-  std::vector<TrackingFault> faults;
   std::filesystem::path folder;
   std::filesystem::path recording;  ///< its own, if it is finished; else empty
   result::About about;
@@ -100,8 +80,6 @@ struct RunData {
 
   /// "tangent_circle, seed 1", followed by the estimator unless that is the filter, and by its alignment.
   std::string label() const;
-  /// The value of a metric, if it has one.
-  std::optional<double> metric(std::string_view name) const;
 };
 
 /// The alignment of a result's estimate with the truth before it was scored; "none" without one.

@@ -20,7 +20,7 @@ Column scaled(Column values, double factor) {
 }
 
 bool any_finite(const Column& values) {
-  return std::any_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+  return std::ranges::any_of(values, [](double value) { return std::isfinite(value); });
 }
 
 void add_errors(std::vector<Figure>& figures, const RunData& run) {
@@ -87,7 +87,7 @@ void add_filter(std::vector<Figure>& figures, const RunData& run) {
     if (!frames.has("nis_" + sensor)) continue;
     const std::string name = sensor == "plan_velocity" ? "velocity by legs or plan" : sensor;
     nis.lines.push_back({name, kRoles[i], t, smoothed_nis(frames, sensor)});
-    if (const auto mean = run.metric("nis_" + sensor + "_mean"))
+    if (const auto mean = run.value("nis_" + sensor + "_mean"))
       nis.remarks.push_back(fmt::format("{} {:.2g}: {}", name, *mean, score::nis_verdict(*mean)));
   }
   const score::Band band = score::mean_band(3, 2 * kHalfSecond + 1);  // of a sensor with three rows
@@ -184,7 +184,7 @@ Figure uncertainty(const RunData& run, double around_s) {
   Figure f{"closure", "Position error around the loop closure", kTime, "mm"};
   if (!run.errors) return f;
   const Errors& e = *run.errors;
-  const auto closed = run.metric("loop_time_s");
+  const auto closed = run.value("loop_time_s");
   if (closed) f.moments = {{"loop closed", *closed}};
   Line error{"error", Role::estimate}, sigma{"3 sigma", Role::first};
   for (std::size_t i = 0; i < e.t.size(); ++i) {
@@ -202,7 +202,7 @@ std::vector<Figure> run_figures(const RunData& run) {
   if (run.errors) {
     add_errors(figures, run);
     if (run.filter_frames) add_filter(figures, run);
-    if (run.metric("loop_time_s")) figures.push_back(uncertainty(run, 5));
+    if (run.value("loop_time_s")) figures.push_back(uncertainty(run, 5));
   }
   if (run.corrected_steps && run.corrected_steps->rows() > 0) add_corrections(figures, *run.corrected_steps);
   if (run.feet && run.feet->rows() > 0) add_slip(figures, *run.feet);

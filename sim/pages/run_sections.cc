@@ -12,6 +12,7 @@
 #include "sim/pages/html.h"
 #include "sim/pages/pages.h"
 #include "sim/recording/image_file.h"
+#include "sim/result/limits.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/metrics.h"
@@ -67,44 +68,41 @@ class RunSections {
         pictures_(pictures(run, kPictures)) {}
 
   std::string html(const std::string& title) {
-    add("verdict", title, verdict());
-    add("paths", "Plan, truth and estimate",
-        (run_.truth_aligned
-             ? "<p>The truth has only positions, in its own frame: it is drawn after alignment "
-               "with the estimate (SE(3)).</p>"
-             : "") +
-            figures({"from_above", "waist_from_above", "height", "correct"}));
-    if (run_.errors) {
-      add("errors", "Errors with 3-sigma envelopes", images_text() + figures({"error_"}));
-      add("consistency", "Consistency", figures({"nees", "nis"}));
-      add("loop", "Loop closure", closure_text() + figures({"closure", "matches"}));
-    }
-    add("slip", "Slip of each step", figures({"slip", "landing"}));
-    add("pictures", "Images of the head camera", picture_strip());
-    add("rig", "Further cameras", rig_strip());
-    add("map", "Map", map());
-    add("time", "Latency and dropped frames", figures({"latency"}));
-    const std::string cpu = figures({"cpu"});
-    if (!cpu.empty() || run_.estimate)
-      add("cpu", "CPU time",
-          fmt::format("<p>CPU of the estimator per frame: mean {} ms, median {} ms, p99 {} ms.</p>",
-                      number_text(run_.frame_cpu_ms_mean), number_text(run_.frame_cpu_ms_median),
-                      number_text(run_.frame_cpu_ms_p99)) +
-              cpu);
-    add("metrics", "All metrics", metrics_table());
-    add("configuration", "Configuration", configuration());
-    add("again", "View it and run it again",
-        fmt::format("<p class='soft'>The view plays the run in a browser; #t=SECONDS after its address opens "
-                    "that time.</p><pre>{}</pre>{}",
-                    escaped(view_command(run_)), command_to_run()));
-    return navigation_html(sections_) + html_;
+    const std::string aligned =
+        "<p>The truth has only positions, in its own frame: it is drawn after alignment with the estimate "
+        "(SE(3)).</p>";
+    std::vector<Section> all{{"verdict", title, verdict()},
+                             {"paths", "Plan, truth and estimate",
+                              (run_.truth_aligned ? aligned : "") +
+                                  figures({"from_above", "waist_from_above", "height", "correct"})}};
+    if (run_.errors)
+      all.insert(all.end(), {{"errors", "Errors with 3-sigma envelopes", images_text() + figures({"error_"})},
+                             {"consistency", "Consistency", figures({"nees", "nis"})},
+                             {"loop", "Loop closure", closure_text() + figures({"closure", "matches"})}});
+    all.insert(all.end(), {{"slip", "Slip of each step", figures({"slip", "landing"})},
+                           {"pictures", "Images of the head camera", picture_strip(pictures_, prefix_)},
+                           {"rig", "Further cameras", rig_strip()},
+                           {"map", "Map", map()},
+                           {"time", "Latency and dropped frames", figures({"latency"})},
+                           {"cpu", "CPU time", cpu()},
+                           {"metrics", "All metrics", metrics_table()},
+                           {"configuration", "Configuration", configuration()},
+                           {"again", "View it and run it again",
+                            fmt::format("<p class='soft'>The view plays the run in a browser; #t=SECONDS "
+                                        "after its address opens that time.</p><pre>{}</pre>{}",
+                                        escaped(view_command(run_)), command_to_run())}});
+    for (Section& section : all) section.id = prefix_ + section.id;
+    return sections_html(all, true);
   }
 
  private:
-  void add(const char* name, const std::string& title, const std::string& inside) {
-    if (inside.empty()) return;
-    sections_.emplace_back(prefix_ + name, title);
-    html_ += section_html(prefix_ + name, title, inside);
+  std::string cpu() const {
+    const std::string drawn = figures({"cpu"});
+    if (drawn.empty() && !run_.estimate) return "";
+    return fmt::format("<p>CPU of the estimator per frame: mean {} ms, median {} ms, p99 {} ms.</p>",
+                       number_text(run_.frame_cpu_ms_mean), number_text(run_.frame_cpu_ms_median),
+                       number_text(run_.frame_cpu_ms_p99)) +
+           drawn;
   }
 
   std::string verdict() const {
@@ -125,7 +123,7 @@ class RunSections {
   std::string cards() const {
     std::string html = "<div class='cards'>";
     for (const std::string name : kShownMetrics) {
-      const auto value = run_.metric(name);
+      const auto value = run_.value(name);
       if (!value || (!run_.waist_desired && name.starts_with("navigation"))) continue;
       const bool length = name.ends_with("_m");
       html += fmt::format("<div class='card'><b>{}{}</b><span class='soft'>{}{}</span></div>",
@@ -139,16 +137,15 @@ class RunSections {
   std::string limits_table() const {
     if (run_.limits.empty()) return "<p class='soft'>The scenario sets no limits.</p>";
     std::vector<TableRow> rows;
-    for (const RunLimit& limit : run_.limits) {
-      const TableCell passed = !limit.passed   ? TableCell{"not judged"}
-                               : *limit.passed ? TableCell{"passed", "good"}
-                                               : TableCell{"MISSED", "bad"};
+    for (const auto& [limit, value, passed, reason] : run_.limits) {
+      const TableCell verdict = !passed   ? TableCell{"not judged"}
+                                : *passed ? TableCell{"passed", "good"}
+                                          : TableCell{"MISSED", "bad"};
       rows.push_back(
           {{text_cell(limit.metric),
-            number_cell(limit.value),
-            {limit.at_most ? "≤ " + number_text(limit.at_most) : "≥ " + number_text(limit.at_least),
-             "number"},
-            passed}});
+            number_cell(value),
+            {(limit.bound == scenario::Bound::at_most ? "≤ " : "≥ ") + number_text(limit.value), "number"},
+            verdict}});
     }
     return table_html("limits", {{"limit on"}, {"value", "number"}, {"limit", "number"}, {"verdict"}}, rows);
   }
@@ -157,7 +154,7 @@ class RunSections {
   std::string figures(std::initializer_list<std::string_view> prefixes) const {
     std::string html;
     for (const Figure& figure : figures_)
-      if (std::any_of(prefixes.begin(), prefixes.end(), [&](auto p) { return figure.name.starts_with(p); }))
+      if (std::ranges::any_of(prefixes, [&](auto p) { return figure.name.starts_with(p); }))
         html += figure_html(figure, figure.is_over_time() ? instant(figure) : "");
     return html.empty() ? "" : figures_html(html);
   }
@@ -182,47 +179,34 @@ class RunSections {
         "<code>#t=<span>{0:.2f}</span></code> after its address",
         middle, escaped(view_command(run_)));
     if (pictures_.empty()) return html + "</p>";
-    const auto nearest = std::min_element(
-        pictures_.begin(), pictures_.end(),
-        [&](const Picture& a, const Picture& b) { return std::abs(a.t - middle) < std::abs(b.t - middle); });
+    const auto nearest =
+        std::ranges::min_element(pictures_, {}, [&](const Picture& p) { return std::abs(p.t - middle); });
     return html + fmt::format("; <a href='#{}picture-{}'>image at {} s</a></p>", prefix_,
                               nearest - pictures_.begin(), nearest->t);
   }
 
   std::string closure_text() const {
-    const auto value = [&](const char* name) { return number_text(run_.metric(name)); };
-    if (run_.metric("loop_time_s"))
+    const auto value = [&](const char* name) { return number_text(run_.value(name)); };
+    if (run_.value("loop_time_s"))
       return fmt::format(
           "<p>The loop was closed at {} s by {} landmarks of the first quarter. The position error was {} m "
           "before and {} m one second after.</p>",
           value("loop_time_s"), value("loop_landmarks"), value("loop_error_before_m"),
           value("loop_error_after_m"));
     std::string why = "no landmark of the first quarter was recognized";
-    for (const RunMetric& metric : run_.metrics)
+    for (const result::SeedMetric& metric : run_.metrics)
       if (metric.name == "loop_closed" && !metric.reason.empty()) why = metric.reason;
     return fmt::format("<p class='soft'>The loop was not closed: {}.</p>", escaped(why));
   }
 
   std::string images_text() const {
-    const auto ate = run_.metric("ate_se3_rmse_m"), odometry = run_.metric("odometry_ate_se3_rmse_m");
+    const auto ate = run_.value("ate_se3_rmse_m"), odometry = run_.value("odometry_ate_se3_rmse_m");
     if (!ate || !odometry) return "";
     return fmt::format(
         "<p>ATE {} mm. The same sensors without images (estimator odometry, the thin line) have {} mm, "
         "{:.1f} "
         "times as much.</p>",
         number_text(kMm * *ate), number_text(kMm * *odometry), *odometry / *ate);
-  }
-
-  std::string picture_strip() const {
-    if (pictures_.empty()) return "";
-    std::string html =
-        "<p class='soft'>Ellipses are the search regions of landmarks (3 sigma): green with the matched 11 x "
-        "11 patch if the match was used, yellow otherwise.</p><div class='strip'>";
-    for (std::size_t i = 0; i < pictures_.size(); ++i)
-      html +=
-          fmt::format("<figure id='{0}picture-{1}' data-t='{2}'>{3}<span class='soft'>{2} s</span></figure>",
-                      prefix_, i, pictures_[i].t, pictures_[i].svg);
-    return html + "</div>";
   }
 
   /// One image of each camera of the rig, at the middle of the walk.
@@ -271,7 +255,7 @@ class RunSections {
   std::string metrics_table() const {
     std::vector<TableRow> rows;
     std::map<std::string, std::vector<std::string>> undefined;  // metrics by the reason
-    for (const RunMetric& metric : run_.metrics) {
+    for (const result::SeedMetric& metric : run_.metrics) {
       const score::MetricDefinition* const known = score::find_metric(metric.name);
       if (!metric.value) {
         undefined[metric.reason].push_back(metric.name);
@@ -303,8 +287,7 @@ class RunSections {
   }
 
   const RunData& run_;
-  std::string prefix_, html_;
-  Sections sections_;
+  std::string prefix_;
   scenario::Scenario scenario_;
   std::vector<Figure> figures_;
   std::vector<Picture> pictures_;
@@ -328,12 +311,22 @@ std::vector<Picture> pictures(const RunData& run, int count) {
   return all;
 }
 
+std::string picture_strip(const std::vector<Picture>& pictures, const std::string& prefix) {
+  if (pictures.empty()) return "";
+  std::string html =
+      "<p class='soft'>Ellipses are the search regions of landmarks (3 sigma): green with the matched 11 x "
+      "11 patch if the match was used, yellow otherwise.</p><div class='strip'>";
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    html +=
+        fmt::format("<figure id='{0}picture-{1}' data-t='{2}'>{3}<span class='soft'>{2} s</span></figure>",
+                    prefix, i, pictures[i].t, pictures[i].svg);
+  return html + "</div>";
+}
+
 std::string verdict_of(const RunData& run) {
-  const auto allowed = scenario::read_scenario(run.folder / "scenario.yaml").scenario.limits.ending;
-  if (std::find(allowed.begin(), allowed.end(), run.ending) == allowed.end()) return run.ending;
-  const bool missed = std::any_of(run.limits.begin(), run.limits.end(),
-                                  [](const RunLimit& limit) { return limit.passed == false; });
-  return missed ? "missed a limit" : "passed";
+  const scenario::Scenario scenario = scenario::read_scenario(run.folder / "scenario.yaml").scenario;
+  if (!result::is_allowed(scenario, run.ending)) return std::string(name_of(run.ending));
+  return result::exit_code(scenario, run.ending, run.limits) == 0 ? "passed" : "missed a limit";
 }
 
 std::string run_sections(const RunData& run, const std::string& prefix, const std::string& title) {

@@ -18,7 +18,7 @@ constexpr std::size_t kInFull = 12;  // runs
 std::vector<bool> runs_in_full(const std::vector<RunData>& runs) {
   std::vector<bool> in_full(runs.size(), runs.size() <= kInFull);
   std::map<std::pair<std::string, std::string>, std::size_t> worst;
-  const auto ate = [&](std::size_t i) { return runs[i].metric("ate_se3_rmse_m").value_or(INFINITY); };
+  const auto ate = [&](std::size_t i) { return runs[i].value("ate_se3_rmse_m").value_or(INFINITY); };
   for (std::size_t i = 0; i < runs.size(); ++i) {
     std::size_t& so_far = worst.emplace(std::pair{runs[i].scenario, runs[i].estimator}, i).first->second;
     if (ate(i) > ate(so_far)) so_far = i;
@@ -36,9 +36,8 @@ std::string table(const std::vector<RunData>& runs, const std::vector<bool>& in_
     if (runs[i].scenario != scenario) continue;
     for (const char* const metric : kShownMetrics) {
       const std::string column = column_of(metric, runs[i].alignment);
-      const auto value = values[i][column] = runs[i].metric(metric);
-      if (value && std::find(columns.begin(), columns.end(), column) == columns.end())
-        columns.push_back(column);
+      const auto value = values[i][column] = runs[i].value(metric);
+      if (value && std::ranges::find(columns, column) == columns.end()) columns.push_back(column);
     }
   }
   std::vector<TableCell> titles{{"run"}, {"verdict"}, {"ending"}};
@@ -50,10 +49,10 @@ std::string table(const std::vector<RunData>& runs, const std::vector<bool>& in_
   for (auto& [i, of_run] : values) {
     const RunData& run = runs[i];
     const auto same = [&](const RunData& other) { return other.label() == run.label(); };
-    const bool alike = std::count_if(runs.begin(), runs.end(), same) > 1;
+    const bool alike = std::ranges::count_if(runs, same) > 1;
     std::string link = escaped(run.label() + (alike ? ", " + run.folder.string() : ""));
     if (in_full[i]) link = fmt::format("<a href='#run-{0}' data-run='run-{0}'>{1}</a>", i, link);
-    TableRow row{{{link}, text_cell(verdict_of(run)), text_cell(run.ending)}};
+    TableRow row{{{link}, text_cell(verdict_of(run)), text_cell(name_of(run.ending))}};
     for (const std::string& column : columns) row.cells.push_back(number_cell(of_run[column]));
     rows.push_back(row);
   }
@@ -73,7 +72,7 @@ std::string runs_in_detail(const std::vector<RunData>& runs, const std::vector<b
   if (runs.size() == 1) return html;
   std::string head = "<p class='no-print'>Shown below: <select id='run' aria-label='run shown below'>" +
                      options + "</select></p>";
-  if (const auto left = std::count(in_full.begin(), in_full.end(), false); left > 0)
+  if (const auto left = std::ranges::count(in_full, false); left > 0)
     head += fmt::format(
         "<p class='soft'>The worst run of each scenario is shown in full; {} more: tools/gaitslam report "
         "FOLDER.</p>",
@@ -86,17 +85,14 @@ std::string runs_in_detail(const std::vector<RunData>& runs, const std::vector<b
 std::string runs_page(const std::vector<RunData>& runs) {
   const std::vector<bool> in_full = runs_in_full(runs);
   std::vector<std::string> scenarios;
-  Sections sections;
-  std::string html;
+  std::vector<Section> sections;
   for (const auto& [scenario, figures] : comparison_figures(runs)) {
     std::string shown;
     for (const Figure& figure : figures) shown += figure_html(figure);
     scenarios.push_back(scenario);
-    sections.emplace_back(fmt::format("scenario-{}", sections.size()), scenario + ": all runs");
-    html += section_html(sections.back().first, sections.back().second,
-                         table(runs, in_full, scenario) + figures_html(shown));
+    sections.push_back({fmt::format("scenario-{}", sections.size()), scenario + ": all runs",
+                        table(runs, in_full, scenario) + figures_html(shown)});
   }
-  if (sections.size() > 1) html = navigation_html(sections) + html;
   const auto known = [](const std::string& text) { return text.empty() ? "?" : escaped(text); };
   const result::About& about = runs[0].about;
   return html_page(
@@ -104,7 +100,8 @@ std::string runs_page(const std::vector<RunData>& runs) {
           ? runs[0].label()
           : fmt::format("{}: {}", fmt::join(scenarios, ", "), files::counted(runs.size(), "run")),
       fmt::format("{} {}, revision {}", known(about.program), known(about.version), known(about.revision)),
-      (runs.size() == 1 ? "" : html) + runs_in_detail(runs, in_full), {page_script(), map_script()});
+      (runs.size() == 1 ? "" : sections_html(sections, true)) + runs_in_detail(runs, in_full),
+      {page_script(), map_script()});
 }
 
 }  // namespace sim::pages

@@ -91,9 +91,8 @@ Key key_of(const std::string& name, std::size_t k, const std::vector<Trial>& tri
   for (const Trial& trial : trials)
     if (key.place.emplace(trial.settings[k], 0).second) key.values.push_back(trial.settings[k]);
   const auto number = [](const std::string& value) { return files::parse_number<double>(value); };
-  if (std::all_of(key.values.begin(), key.values.end(), [&](const auto& v) { return !!number(v); })) {
-    std::stable_sort(key.values.begin(), key.values.end(),
-                     [&](const auto& a, const auto& b) { return *number(a) < *number(b); });
+  if (std::ranges::all_of(key.values, [&](const auto& v) { return !!number(v); })) {
+    std::ranges::stable_sort(key.values, {}, [&](const std::string& v) { return *number(v); });
     for (const std::string& value : key.values) key.numbers.push_back(*number(value));
   }
   for (std::size_t i = 0; i < key.values.size(); ++i) key.place[key.values[i]] = i;
@@ -108,8 +107,7 @@ std::vector<Sweep> read_sweep(const fs::path& folder) {
   std::vector<std::string> keys;
   for (std::string line; std::getline(text, line);) {
     Trial trial = trial_of(Json(file, line), keys);
-    auto found =
-        std::find_if(all.begin(), all.end(), [&](const Sweep& s) { return s.scenario == trial.scenario; });
+    auto found = std::ranges::find(all, trial.scenario, &Sweep::scenario);
     if (found == all.end()) found = all.insert(all.end(), {trial.scenario, {}, {}});
     found->trials.push_back(std::move(trial));
   }
@@ -122,8 +120,7 @@ std::vector<Sweep> read_sweep(const fs::path& folder) {
 std::vector<std::string> metrics_of(const Sweep& sweep) {
   std::vector<std::string> shown;
   for (const char* metric : kMetrics)
-    if (std::any_of(sweep.trials.begin(), sweep.trials.end(),
-                    [&](const Trial& trial) { return trial.values.contains(metric); }))
+    if (std::ranges::any_of(sweep.trials, [&](const Trial& trial) { return trial.values.contains(metric); }))
       shown.emplace_back(metric);
   return shown;
 }
@@ -180,7 +177,7 @@ std::string heat_map(const Sweep& sweep, std::size_t a, std::size_t b, const std
   };
   for (const auto& [at, trials] : cells)
     if (const double loss = loss_of(trials); std::isfinite(loss)) losses.push_back(loss);
-  std::sort(losses.begin(), losses.end());
+  std::ranges::sort(losses);
   std::vector<TableCell> titles{text_cell(down.label() + " \\ " + across.label())};
   for (const std::string& value : across.values) titles.push_back(text_cell(value, "number"));
   std::vector<TableRow> rows;
@@ -192,8 +189,7 @@ std::string heat_map(const Sweep& sweep, std::size_t a, std::size_t b, const std
       if (found == cells.end()) continue;
       cell.html = fmt::format("<a href='#{}'>{}</a>", escaped(sweep.anchor(*found->second.front())),
                               number_text(median_of(found->second, metric)));
-      const auto rank =
-          std::lower_bound(losses.begin(), losses.end(), loss_of(found->second)) - losses.begin();
+      const auto rank = std::ranges::lower_bound(losses, loss_of(found->second)) - losses.begin();
       cell.style += fmt::format(" heat-{}", 9 * rank / std::max(std::ssize(losses), 1l));  // web/pages.css
     }
   }
@@ -247,8 +243,7 @@ const Trial& worst_of(const Trials& trials, const std::string& metric) {
     return std::pair(trial->ending != "completed",
                      value ? score::loss(*value, score::direction_of(metric)) : INFINITY);
   };
-  return **std::max_element(trials.begin(), trials.end(),
-                            [&](const Trial* a, const Trial* b) { return badness(a) < badness(b); });
+  return **std::ranges::max_element(trials, {}, badness);
 }
 
 /// The command of a trial, unless it would start a program that the sweep names.
@@ -281,8 +276,7 @@ std::string settings_table(const Sweep& sweep, const fs::path& folder) {
   for (const Trials& trials : by_setting(sweep)) {
     TableRow& row = rows.emplace_back(TableRow{{}, sweep.anchor(*trials.front())});
     for (const std::string& value : trials.front()->settings) row.cells.push_back(text_cell(value));
-    const auto completed =
-        std::count_if(trials.begin(), trials.end(), [](const Trial* t) { return t->ending == "completed"; });
+    const auto completed = std::ranges::count(trials, std::string("completed"), &Trial::ending);
     row.cells.push_back({fmt::format("{} of {}", completed, trials.size()), "number"});
     const Trial& worst = worst_of(trials, first);
     const auto value = worst.ending == "completed" ? value_of(worst, first) : std::nullopt;
@@ -303,21 +297,19 @@ bool is_sweep(const fs::path& folder) {
 std::string sweep_page(const fs::path& folder) {
   const std::vector<Sweep> all = read_sweep(folder);
   std::size_t trials = 0;
-  Sections sections;
-  std::string html;
+  std::vector<Section> sections;
   for (const Sweep& sweep : all) {
     trials += sweep.trials.size();
-    sections.emplace_back("scenario-" + sweep.scenario, sweep.scenario);
-    html += section_html(sections.back().first, sweep.scenario,
-                         figures_of(sweep) +
-                             "<h3>Settings, and the worst seed of each with the command that runs it</h3>\n" +
-                             settings_table(sweep, folder));
+    sections.push_back({"scenario-" + sweep.scenario, sweep.scenario,
+                        figures_of(sweep) +
+                            "<h3>Settings, and the worst seed of each with the command that runs it</h3>\n" +
+                            settings_table(sweep, folder)});
   }
   return html_page(
       "Sweep " + folder.filename().string(),
       fmt::format("{} of {}. A cell of a heat map opens the row of its setting in the table below.",
                   files::counted(trials, "trial"), files::counted(all.size(), "scenario")),
-      (all.size() > 1 ? navigation_html(sections) : "") + html);
+      sections_html(sections, true));
 }
 
 }  // namespace sim::pages

@@ -71,7 +71,7 @@ Figure slice_figure(const Tuning& t, std::size_t k, double most) {
     if (t.value[i] <= most) dots.x.push_back(t.at[k][i]), dots.y.push_back(t.value[i]);
   f.lines.push_back(dots);
   if (dots.x.empty()) return f;
-  const auto [low, high] = std::minmax_element(dots.x.begin(), dots.x.end());
+  const auto [low, high] = std::ranges::minmax_element(dots.x);
   for (const char* which : {"start", "best"})
     if (const double at = p.at(which).number(); at >= *low && at <= *high) f.moments.push_back({which, at});
   return f;
@@ -154,9 +154,9 @@ std::string tune_page(const fs::path& folder) {
       fmt::format("<span class='verdict {}'>{}</span> {} settings, by {}", accepted ? "good" : "bad",
                   accepted ? "better on hold-out runs" : "rejected: worse on hold-out runs", t.value.size(),
                   escaped(t.objective)),
-      warning + section_html("parameters", "Parameters", parameters_table(t)) +
-          section_html("sides", "Before and after", sides(t)) +
-          section_html("figures", "Figures", figures(t)));
+      warning + sections_html({{"parameters", "Parameters", parameters_table(t)},
+                               {"sides", "Before and after", sides(t)},
+                               {"figures", "Figures", figures(t)}}));
 }
 
 }  // namespace sim::pages

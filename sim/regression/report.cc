@@ -8,7 +8,6 @@
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/regression/verdict.h"
-#include "sim/result/json.h"
 #include "sim/result/limits.h"
 #include "sim/score/metrics.h"
 
@@ -76,7 +75,7 @@ std::string repro(const ScenarioVerdict& scenario, std::uint64_t seed) {
 
 // worst: the seeds that failing rows of a scenario name, in the order of the rows.
 std::string worst_seed(std::uint64_t seed, std::vector<std::uint64_t>& worst) {
-  if (std::find(worst.begin(), worst.end(), seed) == worst.end()) worst.push_back(seed);
+  if (std::ranges::find(worst, seed) == worst.end()) worst.push_back(seed);
   return fmt::format("worst seed {}", seed);
 }
 
@@ -97,9 +96,8 @@ std::string row(const MetricVerdict& m, bool colors, std::vector<std::uint64_t>&
 }
 
 std::string row(const LimitVerdict& limit, bool colors, std::vector<std::uint64_t>& worst) {
-  std::string text =
-      fmt::format("  {:<40} {:>25}  {}\n", "limit " + limit.what, limit.observed,
-                  painted(std::string(word(limit)), limit.passed ? Paint::good : Paint::bad, colors));
+  std::string text = fmt::format("  {:<40} {:>25}  {}\n", "limit " + limit.what, limit.observed,
+                                 painted(word(limit), limit.passed ? Paint::good : Paint::bad, colors));
   for (const std::string& failure : limit.failures)
     text += fmt::format("    {}\n", failure.substr(0, failure.find('\n')));
   return limit.passed ? text : text + "    " + worst_seed(limit.worst_seed, worst) + "\n";
@@ -139,7 +137,7 @@ std::string xml(std::string_view text) {
 // A row of either kind.
 struct Line {
   std::string name, message, details;  // details: the command that repeats the run, last lines of failed ones
-  std::string_view verdict;
+  std::string verdict;
   bool failed = false, run_failed = false, skipped = false;
 };
 
@@ -153,7 +151,7 @@ std::vector<Line> lines_of(const ScenarioVerdict& scenario) {
         {m.gate.metric,
          fmt::format("{} -> {} ({}; tolerance {}){}{}", number(m.baseline), number(m.now), change_text(m),
                      tolerance_text(m.gate), m.remark.empty() ? "" : ": ", m.remark),
-         m.n > 0 ? repro(scenario, m.worst_seed) : "", word(m.verdict), fails(m.verdict), false,
+         m.n > 0 ? repro(scenario, m.worst_seed) : "", std::string(word(m.verdict)), fails(m.verdict), false,
          m.verdict == Verdict::added});
   }
   for (const LimitVerdict& limit : scenario.limits) {

@@ -10,7 +10,6 @@
 #include "sim/files/atomic_file.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
-#include "sim/result/json.h"
 #include "sim/result/limits.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/value.h"
@@ -104,7 +103,7 @@ std::vector<fs::path> folders_in(const fs::path& folder, bool results) {
   std::vector<fs::path> all;
   for (const auto& entry : fs::directory_iterator(folder))
     if (entry.is_directory() && (!results || is_result(entry.path()))) all.push_back(entry.path());
-  std::sort(all.begin(), all.end());
+  std::ranges::sort(all);
   return all;
 }
 
@@ -140,10 +139,10 @@ std::string print(const ScenarioResults& scenario) {
   const auto& seeds = scenario.seeds;
   ordered_json metrics = ordered_json::object();  // in the order of the first seed that has them
   for (const result::SeedScore& seed : seeds)
-    for (const auto& [name, unit, value] : seed.metrics)
-      if (!metrics.contains(name))
-        metrics[name] = of_seeds(
-            seeds, [&, &name = name](const result::SeedScore& s) { return result::or_null(s.value(name)); });
+    for (const result::SeedMetric& metric : seed.metrics)
+      if (!metrics.contains(metric.name))
+        metrics[metric.name] = of_seeds(
+            seeds, [&](const result::SeedScore& s) { return result::or_null(s.value(metric.name)); });
   const ordered_json head{
       {"seeds", of_seeds(seeds, [](const result::SeedScore& s) { return s.seed; })},
       {"recordings_xxh3_128", of_seeds(seeds, [](const result::SeedScore& s) { return s.recording; })}};

@@ -184,8 +184,7 @@ LimitVerdict verdict_on(const scenario::MetricLimit& limit, const std::string& o
     const auto value = seed.value(limit.metric);
     return value ? score::loss(*value, result::worst_side(limit)) : std::numeric_limits<double>::max();
   };
-  const auto worst = std::max_element(seeds.begin(), seeds.end(),
-                                      [&](const auto& a, const auto& b) { return loss(a) < loss(b); });
+  const auto worst = std::ranges::max_element(seeds, {}, loss);
   return {.what = fmt::format("{} {} {}", subject(limit),
                               limit.bound == scenario::Bound::at_most ? "<=" : ">=", limit.value),
           .observed = observed,
@@ -263,8 +262,8 @@ ScenarioVerdict compare(const ScenarioResults& baseline, const ScenarioResults& 
   return verdict;
 }
 
-std::string_view word(const LimitVerdict& verdict) {
-  return verdict.run_failed ? "RUN FAILED" : result::verdict_word(verdict.passed);
+std::string word(const LimitVerdict& verdict) {
+  return verdict.run_failed ? "RUN FAILED" : result::verdict_text(verdict.passed, false);
 }
 
 std::vector<LimitVerdict> judge_limits(const scenario::Scenario& scenario,

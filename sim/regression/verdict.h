@@ -54,7 +54,7 @@ struct LimitVerdict {
       failures{};  ///< of each run that failed: "seed 4 fell: CAUSE", then its last lines
 };
 /// "ok", "MISSED" or "RUN FAILED".
-std::string_view word(const LimitVerdict& verdict);
+std::string word(const LimitVerdict& verdict);
 
 struct ScenarioVerdict {
   std::string name;

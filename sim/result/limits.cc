@@ -4,11 +4,9 @@
 
 #include <algorithm>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "sim/files/atomic_file.h"
 #include "sim/files/text.h"
-#include "sim/result/json.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
 
@@ -57,7 +55,7 @@ std::string row(const MetricSummary& metric) {
 
 // "1..5, 7"
 std::string ranges(std::vector<std::uint64_t> seeds) {
-  std::sort(seeds.begin(), seeds.end());
+  std::ranges::sort(seeds);
   std::string text;
   for (std::size_t first = 0, last = 0; first < seeds.size(); first = last + 1) {
     for (last = first; last + 1 < seeds.size() && seeds[last + 1] == seeds[last] + 1;) ++last;
@@ -133,13 +131,9 @@ score::Worst worst_side(const scenario::MetricLimit& limit) {
   return limit.bound == scenario::Bound::at_most ? score::Worst::largest : score::Worst::smallest;
 }
 
-std::string_view verdict_word(std::optional<bool> passed) {
-  return !passed ? "not judged" : *passed ? "ok" : "MISSED";
-}
-
 std::string verdict_text(std::optional<bool> passed, bool colors) {
-  const Paint paint = !passed ? Paint::none : *passed ? Paint::good : Paint::bad;
-  return painted(std::string(verdict_word(passed)), paint, colors);
+  if (!passed) return "not judged";
+  return *passed ? painted("ok", Paint::good, colors) : painted("MISSED", Paint::bad, colors);
 }
 
 nlohmann::ordered_json to_json(const JudgedLimit& judged) {
@@ -156,10 +150,10 @@ Summary summarize(const scenario::Scenario& scenario, const std::vector<SeedScor
   const auto fullest =
       std::ranges::max_element(seeds, {}, [](const SeedScore& s) { return s.metrics.size(); });
   if (fullest != seeds.end())
-    for (const auto& [name, unit, value] : fullest->metrics)
+    for (const SeedMetric& m : fullest->metrics)
       summary.metrics.push_back(
-          {name, unit, score::summarize(values_of(name, seeds), direction_of(name, scenario)),
-           std::ranges::count(scenario.limits.metrics, name, &scenario::MetricLimit::metric) > 0});
+          {m.name, m.unit, score::summarize(values_of(m.name, seeds), direction_of(m.name, scenario)),
+           std::ranges::count(scenario.limits.metrics, m.name, &scenario::MetricLimit::metric) > 0});
   for (const scenario::MetricLimit& limit : scenario.limits.metrics)
     if (!limit.aggregate.empty()) summary.limits.push_back(judge_over_seeds(scenario, limit, seeds));
   return summary;

@@ -4,7 +4,7 @@
 
 #include <filesystem>
 #include <functional>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -15,6 +15,12 @@
 #include "sim/score/statistics.h"
 
 namespace sim::result {
+
+/// null for an absent value.
+template <typename T>
+nlohmann::ordered_json or_null(const std::optional<T>& value) {
+  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
+}
 
 /// colors: escape sequences of a terminal. all_metrics: not only headline metrics and those with limits.
 struct TableStyle {
@@ -30,18 +36,6 @@ inline std::string painted(const std::string& text, Paint paint, bool colors) {
   if (!colors || paint == Paint::none) return text;
   return (paint == Paint::bad ? "\033[31m" : "\033[32m") + text + "\033[0m";
 }
-
-/// A limit on a metric or on an aggregate of it over seeds. Without a value the limit is missed; without a
-/// filter in the scenario it is not judged, and `passed` is absent too. reason: why a value over seeds is
-/// absent.
-struct JudgedLimit {
-  scenario::MetricLimit limit;
-  std::optional<double> value;
-  std::optional<bool> passed;
-  std::string reason = {};
-
-  bool missed() const { return passed && !*passed; }
-};
 
 /// The values of a metric on the seeds that have one.
 std::vector<double> values_of(const std::string& metric, const std::vector<SeedScore>& seeds);
@@ -64,9 +58,7 @@ int exit_code(const scenario::Scenario& scenario, scenario::Ending ending,
 /// The worst of several values: the one nearest to missing the limit.
 score::Worst worst_side(const scenario::MetricLimit& limit);
 
-/// "ok", "MISSED" or "not judged", for tables.
-std::string_view verdict_word(std::optional<bool> passed);
-/// The same in green or red, if colors are wanted.
+/// "ok", "MISSED" or "not judged", for tables; in green or red, if colors are wanted.
 std::string verdict_text(std::optional<bool> passed, bool colors);
 
 /// {"metric": "ate_se3_rmse_m.median", "at_most": 0.1, "value": 0.2, "passed": false}

@@ -10,7 +10,6 @@
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/files/trajectory_file.h"
-#include "sim/result/json.h"
 #include "sim/result/limits.h"
 #include "sim/score/metrics.h"
 #include "sim/score/run.h"
@@ -48,17 +47,12 @@ std::optional<scenario::Ended> unused_sensor(const RunRecord& record) {
   return std::nullopt;
 }
 
-void write_tum(const fs::path& file, const std::vector<files::TimedPose>& poses) {
-  std::string text;
-  for (const files::TimedPose& pose : poses) text += files::tum_row(pose.t, pose.X);
-  files::write_text(file, text);
-}
-
-void write_positions(const fs::path& file, const std::vector<files::TimedPose>& poses) {
-  std::string text = "# timestamp(s) tx ty tz\n";
+void write_tum(const fs::path& file, const std::vector<files::TimedPose>& poses,
+               bool positions_only = false) {
+  std::string text = positions_only ? "# timestamp(s) tx ty tz\n" : "";
   for (const files::TimedPose& pose : poses) {
-    const std::string row = files::tum_row(pose.t, pose.X);
-    text += row.substr(0, row.rfind(" 0 0 0 1")) + '\n';
+    text += files::tum_row(pose.t, pose.X);
+    if (positions_only) text.replace(text.rfind(" 0 0 0 1"), text.npos, "\n");
   }
   files::write_text(file, text);
 }
@@ -145,9 +139,10 @@ void write_score(const fs::path& file, const scenario::Scenario& scenario, scena
     json["estimator_time"] = {{"model", scenario::kTimeModels[static_cast<std::size_t>(model)]},
                               {"repeatable", model == scenario::TimeModel::fixed}};
   if (tracked)
-    json["tracking"] = {{"observations_refused",
-                         std::count_if(tracked->frames.begin(), tracked->frames.end(),
-                                       [](const auto& frame) { return !frame.report.refused.empty(); })},
+    json["tracking"] = {{"observations_refused", std::ranges::count_if(tracked->frames,
+                                                                       [](const auto& frame) {
+                                                                         return !frame.report.refused.empty();
+                                                                       })},
                         {"lost", faults_json(tracked->losses())},
                         {"suspect", faults_json(tracked->suspicions())}};
   json["limits"] = ordered_json::array();
@@ -155,7 +150,7 @@ void write_score(const fs::path& file, const scenario::Scenario& scenario, scena
     json["limits"].push_back(to_json(judged));
     if (!judged.passed) json["limits"].back()["reason"] = "no filter was to run";
   }
-  write_json(file, json);
+  files::write_text(file, files::json_text(json, 2) + "\n");
 }
 
 void write_about(const fs::path& file, const RunRecord& record, const ResultPlace& place,
@@ -180,7 +175,7 @@ void write_about(const fs::path& file, const RunRecord& record, const ResultPlac
   if (!place.models_hash.empty()) json["models_xxh3_128"] = place.models_hash;
   if (record.counterfactual) json["counterfactual"] = *record.counterfactual;
   if (record.alignment) json["alignment"] = *record.alignment;
-  write_json(file, json);
+  files::write_text(file, files::json_text(json, 2) + "\n");
 }
 
 constexpr std::string_view kPointColumns =
@@ -279,19 +274,12 @@ scenario::Ended ending_of(const RunRecord& record) {
   return failure && (record.walk.ending == completed || explains_stop) ? *failure : record.walk;
 }
 
-void write_json(const fs::path& file, const ordered_json& json) {
-  files::write_text(file, files::json_text(json, 2) + "\n");
-}
-
 Outcome write_result(const fs::path& folder, const RunRecord& record, const ResultPlace& place,
                      const Timing& timing, double simulated_s) {
   const scenario::Scenario& scenario = record.scenario.scenario;
   const scenario::Ended ended = ending_of(record);
   files::write_text(folder / "scenario.yaml", scenario::to_yaml(scenario));
-  if (record.truth.positions_of)
-    write_positions(folder / "truth.tum", record.truth.camera);
-  else
-    write_tum(folder / "truth.tum", record.truth.camera);
+  write_tum(folder / "truth.tum", record.truth.camera, record.truth.positions_of.has_value());
   write_tum(folder / "plan.tum", planned_camera(record));
   write_tum(folder / "waist_truth.tum", record.truth.waist);
   write_tum(folder / "waist_plan.tum", record.truth.waist_plan);

@@ -12,6 +12,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+scenario::Ending read_ending(const files::Json& json) {
+  if (const auto ending = scenario::ending_named(json.text())) return *ending;
+  json.fail(
+      fmt::format("is '{}', expected one of {}", json.text(), fmt::join(scenario::kResultEndings, ", ")));
+}
+
 About about_of(const files::Json& json) {
   About about;
   for (const auto& [key, text] : {std::pair{"program", &About::program},
@@ -42,46 +48,34 @@ std::optional<double> SeedScore::value(const std::string& metric) const {
   return found == metrics.end() ? std::nullopt : found->value;
 }
 
-scenario::Ending read_ending(const files::Json& json) {
-  if (const auto ending = scenario::ending_named(json.text())) return *ending;
-  json.fail(
-      fmt::format("is '{}', expected one of {}", json.text(), fmt::join(scenario::kResultEndings, ", ")));
-}
-
 SeedScore read_score(const fs::path& file) {
+  using scenario::Bound;
   const files::Json json = files::read_json(file);
-  SeedScore score{0, read_ending(json.at("ending")), 0, {}};
-  if (const auto seed = json.find("seed")) score.seed = seed->whole();
-  for (const auto& [name, metric] : json.at("metrics").entries())
-    score.metrics.push_back({name, metric.at("unit").text(), metric.at("value").number_or_null()});
-  return score;
-}
-
-files::Json read_whole_score(const fs::path& file) {
-  files::Json json = files::read_json(file);
-  json.at("scenario").text();
-  read_ending(json.at("ending"));
-  json.at("seed").whole();
-  if (const auto estimator = json.find("estimator")) estimator->text();
+  SeedScore score{json.at("seed").whole(), read_ending(json.at("ending")), 0, {}};
+  score.scenario = json.at("scenario").text();
+  if (const auto estimator = json.find("estimator")) score.estimator = estimator->text();
   for (const auto& [name, metric] : json.at("metrics").entries()) {
-    metric.at("unit").text();
-    metric.at("value").number_or_null();
-    for (const char* text : {"reason", "note"})
-      if (const auto found = metric.find(text)) found->text();
+    const auto reason = metric.find("reason"), note = metric.find("note");
+    score.metrics.push_back({name, metric.at("unit").text(), metric.at("value").number_or_null(),
+                             reason ? reason->text() : "", note ? note->text() : ""});
   }
   for (const files::Json& limit : json.at("limits").items()) {
-    limit.at("metric").text();
-    limit.at("value").number_or_null();
-    limit.at(limit.find("at_most") ? "at_most" : "at_least").number();
-    if (const files::Json passed = limit.at("passed"); !passed.is_null()) passed.flag();
+    const auto at_most = limit.find("at_most"), passed = limit.find("passed");
+    score.limits.push_back({{limit.at("metric").text(), "", at_most ? Bound::at_most : Bound::at_least,
+                             at_most ? at_most->number() : limit.at("at_least").number()},
+                            limit.at("value").number_or_null(),
+                            passed ? std::optional(passed->flag()) : std::nullopt});
   }
-  if (const auto time = json.find("estimator_time")) time->at("repeatable").flag();
-  if (const auto tracking = json.find("tracking"))
-    for (const char* kind : {"lost", "suspect"})
-      if (const auto faults = tracking->find(kind))
-        for (const files::Json& fault : faults->items())
-          fault.at("from_s").number(), fault.at("cause").text();
-  return json;
+  if (const auto time = json.find("estimator_time")) score.repeatable = time->at("repeatable").flag();
+  const auto tracking = json.find("tracking");
+  for (const char* const kind : {"lost", "suspect"})
+    if (const auto faults = tracking ? tracking->find(kind) : std::nullopt)
+      for (const files::Json& fault : faults->items()) {
+        const auto to = fault.find("to_s");
+        score.faults.push_back({kind, fault.at("cause").text(), fault.at("from_s").number(),
+                                to ? std::optional(to->number()) : std::nullopt});
+      }
+  return score;
 }
 
 void read_details(const fs::path& folder, SeedScore& score) {

@@ -11,6 +11,7 @@
 
 #include "sim/files/json.h"
 #include "sim/scenario/ending.h"
+#include "sim/scenario/options.h"
 
 namespace sim::result {
 
@@ -18,6 +19,26 @@ namespace sim::result {
 struct SeedMetric {
   std::string name, unit;
   std::optional<double> value;
+  std::string reason{}, note{};  ///< as those of score::Metric
+};
+
+/// A limit on a metric or on an aggregate of it over seeds. Without a value the limit is missed; without a
+/// filter in the scenario it is not judged, and `passed` is absent too. reason: why a value over seeds is
+/// absent.
+struct JudgedLimit {
+  scenario::MetricLimit limit;
+  std::optional<double> value;
+  std::optional<bool> passed;
+  std::string reason = {};
+
+  bool missed() const { return passed && !*passed; }
+};
+
+/// An interval of lost tracking ("lost"), or of a sensor that contradicts the filter's model ("suspect").
+struct ScoredFault {
+  std::string kind, cause;
+  double from_s = 0;
+  std::optional<double> to_s{};  ///< absent: until the end
 };
 
 /// The score of one seed.
@@ -31,22 +52,20 @@ struct SeedScore {
   std::string cause{};       ///< of the ending; empty if unknown
   std::string last_lines{};  ///< of the estimator's log
   double wall_s = 0;         ///< of the run; 0 if unknown
+  std::string scenario{}, estimator = "filter";
+  std::vector<JudgedLimit> limits{};
+  std::vector<ScoredFault> faults{};
+  std::optional<bool> repeatable{};  ///< of answers that take simulated time
 
   /// Returns the value of a metric; nothing also if the score does not contain it.
   std::optional<double> value(const std::string& metric) const;
 };
 
-/// Reads the name of an ending. Throws FileError.
-scenario::Ending read_ending(const files::Json& json);
-
 /// Reads cause, wall time and last lines of a result, as far as its folder has them. Throws FileError.
 void read_details(const std::filesystem::path& folder, SeedScore& score);
 
-/// Reads a score.json; the exit code is not in it. Throws FileError.
+/// Reads a score.json; the exit code is not in it. Throws FileError, also if a value has another type.
 SeedScore read_score(const std::filesystem::path& file);
-
-/// Reads a whole score.json and checks the type of every value. Throws FileError.
-files::Json read_whole_score(const std::filesystem::path& file);
 
 /// The score of a run without a score.json, by the exit code of its process: not started (2) or crashed.
 SeedScore without_score(std::uint64_t seed, int exit_code);

@@ -27,43 +27,26 @@ std::vector<score::EstimatedPose> estimate(const tracking::Tracked& tracked,
   return poses;
 }
 
-std::vector<score::LandmarkHistory> landmarks(const tracking::Tracked& tracked) {
+/// What the frames report of landmarks and sensors; with_use: also which of them were used.
+void add_reports(score::Run& run, const tracking::Tracked& tracked, bool with_use) {
+  static_assert(score::kUsedSensors == slam::kSensorNames);
   std::map<int, score::LandmarkHistory> histories;
   for (const tracking::TrackedFrame& frame : tracked.frames) {
-    const slam::Stamp t = frame.report.t;
-    for (const slam::Sighting& s : frame.report.initialized)
-      histories[s.landmark] = {s.landmark, {t, s.pixel}, {}};
-    for (const slam::Sighting& s : frame.report.matched)
-      histories.at(s.landmark).accepted.push_back({t, s.pixel});
-  }
-  std::vector<score::LandmarkHistory> all;
-  for (auto& [id, history] : histories) all.push_back(std::move(history));
-  return all;
-}
-
-auto innovations(const tracking::Tracked& tracked) {
-  decltype(score::Run::innovations) all;
-  for (const tracking::TrackedFrame& frame : tracked.frames) {
     const slam::FrameReport& r = frame.report;
+    for (const slam::Sighting& s : r.initialized) histories[s.landmark] = {s.landmark, {r.t, s.pixel}, {}};
+    for (const slam::Sighting& s : r.matched) histories.at(s.landmark).accepted.push_back({r.t, s.pixel});
     for (std::size_t i = 0; i < score::kSensors.size(); ++i)
       if (const auto nis = slam::nis_of(r.innovations, score::kSensors[i]))
-        all[i].push_back({r.t, nis->value, nis->dof, nis->lagged, nis->lagged_square});
-  }
-  return all;
-}
-
-std::vector<score::FrameUse> use(const tracking::Tracked& tracked) {
-  static_assert(score::kUsedSensors == slam::kSensorNames);
-  std::vector<score::FrameUse> all;
-  for (const tracking::TrackedFrame& frame : tracked.frames) {
-    score::FrameUse& use = all.emplace_back();
-    use.t = frame.report.t;
+        run.innovations[i].push_back({r.t, nis->value, nis->dof, nis->lagged, nis->lagged_square});
+    if (!with_use) continue;
+    score::FrameUse& use = run.use.emplace_back();
+    use.t = r.t;
     for (std::size_t i = 0; i < slam::kSensorNames.size(); ++i) {
-      use.readings[i] = frame.report.use[i] != slam::SensorUse::none;
-      use.accepted[i] = frame.report.use[i] == slam::SensorUse::accepted;
+      use.readings[i] = r.use[i] != slam::SensorUse::none;
+      use.accepted[i] = r.use[i] == slam::SensorUse::accepted;
     }
   }
-  return all;
+  for (auto& [id, history] : histories) run.landmarks.push_back(std::move(history));
 }
 
 /// by_landmarks: the estimator tracks from its first landmark on.
@@ -78,7 +61,7 @@ std::vector<score::TimedHealth> health(const tracking::Tracked& tracked, bool by
   const auto last = all.empty() ? slam::Stamp(0) : all.back().t;
   for (const slam::Stamp t : tracked.untracked) all.push_back({t, false, false});
   if (!tracked.untracked.empty() && tracked.untracked.front() < last)  // poses of a file, with gaps
-    std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
+    std::ranges::stable_sort(all, {}, &score::TimedHealth::t);
   return all;
 }
 
@@ -221,10 +204,8 @@ score::Run score_input(const RunRecord& record) {
   const bool is_filter = uses_filter(record.scenario.scenario);
   run.timeliness = timeliness(record);
   run.health = health(*record.tracked, uses_images(record.scenario.scenario));
-  if (is_filter) run.use = use(*record.tracked);
-  run.landmarks = landmarks(*record.tracked);
+  add_reports(run, *record.tracked, is_filter);
   if (run.landmarks.empty() && !is_filter) run.no_matches = "the estimator reports no matches of landmarks";
-  run.innovations = innovations(*record.tracked);
   for (const slam::MapPoint& point : record.tracked->map)
     run.map.push_back({point.id, point.p_W, point.covariance});
   run.failed = record.tracked->failed;

@@ -3,10 +3,11 @@
 #include <fmt/core.h>
 #include <time.h>
 
+#include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "sim/files/json.h"
 #include "sim/files/text.h"
-#include "sim/result/json.h"
 #include "sim/score/statistics.h"
 
 namespace sim::result {
@@ -58,7 +59,7 @@ void Timing::write(const std::filesystem::path& folder, double simulated_s) cons
                    {"encode", total_s(&FrameTiming::encode_ms)},
                    {"record", total_s(&FrameTiming::record_ms)},
                    {"filter", total_s(&FrameTiming::filter_ms)}};
-  write_json(folder / "timing.json", json);
+  files::write_text(folder / "timing.json", files::json_text(json, 2) + "\n");
 }
 
 }  // namespace sim::result

@@ -12,9 +12,9 @@ using enum Worst;
 using C = const ScoreContext&;
 using Numbers = std::vector<double>;
 
-Value ate(C c, Alignment alignment) {
-  return value_of(align(c.pairs, alignment), [&](const Similarity& S) -> Value {
-    return root_mean_square(position_errors(transformed(S, c.pairs)));
+Value ate(const std::vector<PosePair>& pairs, Alignment alignment) {
+  return value_of(align(pairs, alignment), [&](const Similarity& S) -> Value {
+    return root_mean_square(position_errors(transformed(S, pairs)));
   });
 }
 
@@ -26,17 +26,14 @@ MetricDefinition ate_metric(const std::string& name, const std::string& alignmen
           "the estimate aligned by " +
               alignment + ". Frames count from the first planned motion on.",
           needs,
-          [how](C c) { return ate(c, how); },
+          [how](C c) { return ate(c.pairs, how); },
           largest,
           headline};
 }
 
 Value odometry_ate(C c) {
   if (c.run.odometry.empty()) return Absent{"odometry without images did not run beside the estimator"};
-  const std::vector<PosePair> pairs = pair_by_stamp(c.truth_camera, c.run.odometry);
-  return value_of(align(pairs, Alignment::se3), [&](const Similarity& S) -> Value {
-    return root_mean_square(position_errors(transformed(S, pairs)));
-  });
+  return ate(pair_by_stamp(c.truth_camera, c.run.odometry), Alignment::se3);
 }
 
 Value scale_error(C c) {
@@ -172,7 +169,7 @@ MetricDefinitions estimate_metrics() {
        "Root mean square distance between estimated and true camera positions, without alignment: both are "
        "in W, the plan's world at t = 0. Frames count from the first planned motion on, when the planned "
        "waist is more than 1 mm from its start.",
-       Needs::scale, [](C c) { return ate(c, Alignment::none); }, largest, kHeadline},
+       Needs::scale, [](C c) { return ate(c.pairs, Alignment::none); }, largest, kHeadline},
       ate_metric("yaw", "the rotation about the vertical and the translation of least squares", Needs::scale,
                  Alignment::yaw_position),
       ate_metric("sim3", "the rotation, translation and scale of least squares (Sim(3))", Needs::estimate,

@@ -33,9 +33,6 @@ struct Stance {
   std::size_t carries = 0, carried = 0;  // first and past the last sample with its share of the weight
 };
 
-/// Orders stances and rows by their beginning.
-constexpr auto kEarlier = [](const auto& a, const auto& b) { return a.begin < b.begin; };
-
 class DriftDecomposition {
  public:
   DriftDecomposition(const std::vector<FeetSample>& samples, const Pose2& waist_truth,
@@ -45,7 +42,7 @@ class DriftDecomposition {
   std::vector<FootRow> rows() {
     std::vector<Stance> all;
     for (const Foot foot : {Foot::left, Foot::right}) add_stances(foot, all);
-    std::stable_sort(all.begin(), all.end(), kEarlier);
+    std::ranges::stable_sort(all, {}, &Stance::begin);
     find_anchors(all);
     add_jumps();
     for (const Stance& stance : all) {
@@ -53,7 +50,7 @@ class DriftDecomposition {
       add(stance, FootPhase::support, stance.carries, stance.carried);
       add(stance, FootPhase::lift_off, std::max(stance.carries, stance.carried), stance.end);
     }
-    std::stable_sort(rows_.begin(), rows_.end(), kEarlier);
+    std::ranges::stable_sort(rows_, {}, &FootRow::begin);
     return rows_;
   }
 

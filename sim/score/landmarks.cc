@@ -13,8 +13,7 @@ constexpr double kTolerance_px = 3;
 
 // The true pose of exactly that time, or null.
 const Eigen::Isometry3d* pose_at(const Run& run, Stamp t) {
-  const auto at = std::lower_bound(run.truth_camera.begin(), run.truth_camera.end(), t,
-                                   [](const TimedPose& pose, Stamp stamp) { return pose.t < stamp; });
+  const auto at = std::ranges::lower_bound(run.truth_camera, t, {}, &TimedPose::t);
   return at != run.truth_camera.end() && at->t == t ? &at->X : nullptr;
 }
 
@@ -55,7 +54,7 @@ std::optional<LoopLandmark> found_again(const Run& run, const LandmarkHistory& l
     return pixel && (*pixel - match.pixel).norm() <= kTolerance_px;
   };
   const auto match_from = [&](Stamp t) {
-    return std::find_if(landmark.accepted.begin(), landmark.accepted.end(), [&](const StampedPixel& match) {
+    return std::ranges::find_if(landmark.accepted, [&](const StampedPixel& match) {
       return match.t > *lost && match.t >= t && matches_truth(match);
     });
   };
@@ -96,7 +95,7 @@ std::optional<TurnMarks> turn_marks(const Trajectory& plan_waist) {
   if (turned.empty() || std::abs(turned.back()) < 350 * std::numbers::pi / 180) return std::nullopt;
   const auto when = [&](double part) {
     const auto reached =
-        std::find_if(turned.begin(), turned.end(), [&](double turn) { return turn / turned.back() >= part; });
+        std::ranges::find_if(turned, [&](double turn) { return turn / turned.back() >= part; });
     return plan_waist[static_cast<std::size_t>(reached - turned.begin())].t;
   };
   return TurnMarks{when(0.25), when(0.75)};
@@ -112,8 +111,7 @@ std::vector<LoopLandmark> loop_landmarks(const Run& run, const TurnMarks& marks)
 std::vector<LandmarkError> landmark_errors(const Run& run, int template_half_px) {
   std::vector<LandmarkError> errors;
   for (const MappedPoint& point : run.map) {
-    const auto history = std::find_if(run.landmarks.begin(), run.landmarks.end(),
-                                      [&](const LandmarkHistory& h) { return h.id == point.id; });
+    const auto history = std::ranges::find(run.landmarks, point.id, &LandmarkHistory::id);
     if (history == run.landmarks.end()) continue;
     const auto p_W = surface_point(run, history->first_seen);
     if (!p_W) continue;

@@ -118,7 +118,7 @@ const MetricDefinitions& metric_definitions() {
 
 const MetricDefinition* find_metric(std::string_view name) {
   const auto& all = metric_definitions();
-  const auto found = std::find_if(all.begin(), all.end(), [&](const auto& m) { return m.name == name; });
+  const auto found = std::ranges::find(all, name, &MetricDefinition::name);
   return found == all.end() ? nullptr : &*found;
 }
 

@@ -20,7 +20,7 @@ struct Ranks {
 
 // sizes: each with whether its difference is positive.
 Ranks rank(std::vector<std::pair<double, bool>> sizes) {
-  std::sort(sizes.begin(), sizes.end());
+  std::ranges::sort(sizes);
   Ranks ranks;
   for (std::size_t begin = 0, end; begin < sizes.size(); begin = end) {
     end = begin;
@@ -82,7 +82,7 @@ double standard_deviation(const std::vector<double>& values) {
 
 double quantile(std::vector<double> values, double p) {
   assert(!values.empty() && p >= 0 && p <= 1);
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   const double place = p * static_cast<double>(values.size() - 1);
   const auto below = static_cast<std::size_t>(place);
   const std::size_t above = std::min(below + 1, values.size() - 1);
@@ -106,7 +106,7 @@ double loss(double value, const Direction& direction) {
 
 Summary summarize(const std::vector<double>& values, const Direction& direction) {
   if (values.empty()) return {};
-  const auto [minimum, maximum] = std::minmax_element(values.begin(), values.end());
+  const auto [minimum, maximum] = std::ranges::minmax_element(values);
   Summary summary{values.size(), median(values), mean(values),
                   loss(*minimum, direction) > loss(*maximum, direction) ? *minimum : *maximum};
   if (values.size() > 1) summary.standard_deviation = standard_deviation(values);
@@ -114,7 +114,7 @@ Summary summarize(const std::vector<double>& values, const Direction& direction)
 }
 
 std::optional<std::pair<double, double>> median_interval(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   const std::size_t n = values.size();
   double tail = std::ldexp(1.0, -static_cast<int>(n)), term = tail;  // P(at most k of n fair coins), k = 0
   if (2 * tail > 0.05) return std::nullopt;
@@ -138,8 +138,7 @@ double wilcoxon_signed_rank(const std::vector<double>& differences) {
 std::vector<double> holm(const std::vector<double>& p_values) {
   std::vector<std::size_t> order(p_values.size());
   std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return p_values[a] < p_values[b]; });
+  std::ranges::sort(order, {}, [&](std::size_t i) { return p_values[i]; });
   std::vector<double> adjusted(p_values.size());
   double largest = 0;
   for (std::size_t i = 0; i < order.size(); ++i) {

@@ -12,8 +12,7 @@ namespace {
 using Unit = Spans::Unit;
 
 Trajectory::const_iterator first_not_before(const Trajectory& trajectory, Stamp t) {
-  return std::lower_bound(trajectory.begin(), trajectory.end(), t,
-                          [](const TimedPose& pose, Stamp stamp) { return pose.t < stamp; });
+  return std::ranges::lower_bound(trajectory, t, {}, &TimedPose::t);
 }
 
 constexpr std::array<std::string_view, 6> kNames{"none", "origin", "yaw", "se3", "sim3", "scale"};
@@ -229,10 +228,8 @@ double yaw_error(const PosePair& pair) {
 
 double height_range(const Trajectory& trajectory) {
   if (trajectory.empty()) return 0;
-  const auto lower = [](const TimedPose& a, const TimedPose& b) {
-    return a.X.translation().z() < b.X.translation().z();
-  };
-  const auto [least, greatest] = std::minmax_element(trajectory.begin(), trajectory.end(), lower);
+  const auto [least, greatest] = std::ranges::minmax_element(
+      trajectory, {}, [](const TimedPose& pose) { return pose.X.translation().z(); });
   return greatest->X.translation().z() - least->X.translation().z();
 }
 
@@ -247,7 +244,7 @@ Drift drift(const Eigen::Isometry3d& X_WB_true, const Eigen::Isometry3d& X_PB,
 std::string name_of(Alignment alignment) { return std::string(kNames[static_cast<std::size_t>(alignment)]); }
 
 std::optional<Alignment> alignment_of(const std::string& name) {
-  const auto found = std::find(kNames.begin(), kNames.end(), name);
+  const auto found = std::ranges::find(kNames, name);
   if (found == kNames.end()) return std::nullopt;
   return static_cast<Alignment>(found - kNames.begin());
 }

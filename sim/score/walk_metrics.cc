@@ -15,8 +15,7 @@ using Loop = std::vector<LoopLandmark>;
 
 Value landmark_count(C c) {
   return value_of(c.loop, [](const Loop& loop) -> Value {
-    const auto closes = [](const LoopLandmark& landmark) { return landmark.closes; };
-    return static_cast<double>(std::count_if(loop.begin(), loop.end(), closes));
+    return static_cast<double>(std::ranges::count_if(loop, &LoopLandmark::closes));
   });
 }
 
@@ -35,8 +34,7 @@ OrAbsent<Closure> closure(C c) {
   if (const auto* absent = std::get_if<Absent>(&c.loop)) return *absent;
   const Loop& loop = std::get<Loop>(c.loop);
   if (loop.empty()) return Absent{"no early landmark was found again"};
-  const auto is_earlier = [](const LoopLandmark& a, const LoopLandmark& b) { return a.found < b.found; };
-  const Stamp found = std::min_element(loop.begin(), loop.end(), is_earlier)->found;
+  const Stamp found = std::ranges::min_element(loop, {}, &LoopLandmark::found)->found;
   const PosePair *before = last_until(c, found - Stamp(1)),
                  *after = last_until(c, found + std::chrono::seconds(1));
   if (!before || !after) return Absent{"no estimate before the closure"};
@@ -151,7 +149,7 @@ double length(const StepCorrection& s) { return std::hypot(s.ahead, s.aside); }
 double turn_deg(const StepCorrection& s) { return std::abs(s.turn) / kDegree; }
 double is_corrected(const StepCorrection& s) { return s.ahead != 0 || s.aside != 0 || s.turn != 0 ? 1 : 0; }
 double sum_of(const Numbers& all) { return std::accumulate(all.begin(), all.end(), 0.0); }
-double greatest_of(const Numbers& all) { return *std::max_element(all.begin(), all.end()); }
+double greatest_of(const Numbers& all) { return *std::ranges::max_element(all); }
 
 MetricDefinition timeliness(const std::string& name, const std::string& unit, const std::string& definition,
                             double (*of)(const Timeliness&)) {

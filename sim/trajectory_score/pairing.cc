@@ -24,7 +24,7 @@ struct NamedFile {
   // Whether all stamps are whole seconds, like frame numbers that were read as seconds.
   bool is_whole() const {
     const auto whole = [](const files::TumRow& row) { return row.t % std::chrono::seconds(1) == Stamp(0); };
-    return poses() > 2 && std::all_of(read.rows.begin(), read.rows.end(), whole);
+    return poses() > 2 && std::ranges::all_of(read.rows, whole);
   }
   Trajectory trajectory() const { return {read.rows.begin(), read.rows.end()}; }
   std::string line() const {
@@ -147,7 +147,7 @@ void require_motion(const NamedFile& file, const std::vector<PosePair>& pairs,
   const auto is_there = [&](const PosePair& pair) {
     return ((pair.*pose).translation() - first).norm() <= kStill_m;
   };
-  if (pairs.size() > 1 && std::all_of(pairs.begin(), pairs.end(), is_there))
+  if (pairs.size() > 1 && std::ranges::all_of(pairs, is_there))
     file.fail("all {} matched poses coincide", pairs.size());
 }
 

@@ -56,7 +56,7 @@ std::string unit(Relation relation) {
 Row row(const std::string& name, const std::string& unit, const std::vector<double>& errors,
         const std::string& why_none = "") {
   if (errors.empty()) return {name, unit, Absent{why_none}};
-  if (!std::all_of(errors.begin(), errors.end(), [](double error) { return std::isfinite(error); }))
+  if (!std::ranges::all_of(errors, [](double error) { return std::isfinite(error); }))
     return {name, unit, Absent{"a value is not finite"}};
   return {name, unit, describe(errors)};
 }
@@ -107,8 +107,7 @@ std::vector<Row> nees_rows(const std::vector<PosePair>& pairs, const files::Traj
                            score::Stamp offset) {
   std::vector<double> position, orientation;
   for (const PosePair& pair : pairs) {
-    const auto at = std::lower_bound(estimate.rows.begin(), estimate.rows.end(), pair.t - offset,
-                                     [](const files::TumRow& r, score::Stamp t) { return r.t < t; });
+    const auto at = std::ranges::lower_bound(estimate.rows, pair.t - offset, {}, &files::TumRow::t);
     if (at == estimate.rows.end() || !at->covariance) continue;
     const auto nees = score::pose_nees(pair.X_true, pair.X_estimate, *at->covariance);
     if (!nees) return {{"NEES none", "1", Absent{"a covariance is not positive definite"}}};

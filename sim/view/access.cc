@@ -1,24 +1,23 @@
 #include <fmt/format.h>
-#include <sys/random.h>
 
 #include <algorithm>
-#include <array>
 #include <boost/asio/ip/address.hpp>
 #include <cctype>
+#include <functional>
+#include <numeric>
+#include <random>
 #include <stdexcept>
 
 #include "sim/view/server.h"
 
 namespace sim::view {
 
-constexpr std::size_t kTokenBytes = 16, kLeastTokenLength = 22;  // 128 bits, also in base64
+constexpr std::size_t kLeastTokenLength = 22;  // 128 bits, also in base64
 
 std::string new_token() {
-  std::array<unsigned char, kTokenBytes> bytes{};
-  if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
-    throw std::runtime_error("the system's random source failed");
+  std::random_device source("/dev/urandom");
   std::string token;
-  for (const unsigned char byte : bytes) token += fmt::format("{:02x}", byte);
+  for (int word = 0; word < 4; ++word) token += fmt::format("{:08x}", source());
   return token;
 }
 
@@ -32,20 +31,16 @@ Access checked(Access access) {
                                     : nullptr;
   if (complaint) throw std::invalid_argument(fmt::format("--address {}: {}", access.address, complaint));
   if (access.token.empty()) access.token = new_token();
-  const bool plain = std::all_of(access.token.begin(), access.token.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 || c == '-' || c == '_';
-  });
+  const bool plain = std::ranges::all_of(
+      access.token, [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_'; });
   if (access.token.size() < kLeastTokenLength || !plain)
     throw std::invalid_argument("--token: expected at least 22 letters, digits, - or _");
   return access;
 }
 
 bool equal_in_constant_time(std::string_view a, std::string_view b) {
-  unsigned difference = a.size() == b.size() ? 0 : 1;
-  for (std::size_t i = 0; i < b.size(); ++i)
-    difference |=
-        static_cast<unsigned char>(b[i]) ^ static_cast<unsigned char>(a.empty() ? 0 : a[i % a.size()]);
-  return difference == 0;
+  return a.size() == b.size() &&
+         std::inner_product(a.begin(), a.end(), b.begin(), 0, std::bit_or<>(), std::bit_xor<>()) == 0;
 }
 
 std::string authority(const Access& access) {

@@ -1,7 +1,6 @@
 // Drawings in C++: the figures over time of the page, and the pictures of a video.
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -59,13 +58,11 @@ constexpr double kAround_m = 5;  // of room shown around the path
 // The ellipse of so many sigmas of a covariance of px.
 void draw_ellipse(cv::Mat3b& picture, const cv::Point2d& center, const Eigen::Matrix2d& P, double sigmas,
                   const cv::Scalar& color) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(P);
-  const Eigen::Vector2d half = sigmas * axes.eigenvalues().cwiseMax(0).cwiseSqrt(),
-                        along = axes.eigenvectors().col(1);
-  if (!(half.allFinite() && half(1) < 1e4)) return;
-  const cv::Size2f size(static_cast<float>(2 * half(1)), static_cast<float>(2 * half(0)));
-  const double angle = std::atan2(along.y(), along.x()) * 180 / CV_PI;
-  cv::ellipse(picture, cv::RotatedRect(center, size, static_cast<float>(angle)), color, 1, cv::LINE_AA);
+  const Eigen::Vector3d shape = pages::ellipse(sigmas * sigmas / 9 * P);  // of three sigmas
+  if (!(shape.allFinite() && shape(0) < 1e4)) return;
+  const cv::Size2d size(2 * shape(0), 2 * shape(1));
+  cv::ellipse(picture, cv::RotatedRect(center, size, static_cast<float>(kDeg * shape(2))), color, 1,
+              cv::LINE_AA);
 }
 
 void write(cv::Mat3b& picture, const std::string& text, const cv::Point& at, const cv::Scalar& color,
@@ -113,7 +110,7 @@ void Strips::add(Frame& frame) {
   add_value(figures_[kNees], 0, t, e.nees.position);
   if (!frame.report) return;
   const auto& searched = frame.report->searched;
-  const auto found = std::count_if(searched.begin(), searched.end(), [](const auto& s) { return s.used; });
+  const auto found = std::ranges::count_if(searched, &slam::Search::used);
   add_value(figures_[kLandmarks], 0, t, frame.report->landmarks);
   add_value(figures_[kLandmarks], 1, t, static_cast<double>(found));
 }

@@ -101,6 +101,66 @@ const Json& short_list(const Json& list) {
 
 }  // namespace
 
+/// The Foxglove WebSocket protocol: serves the channels, with the messages of an exported run.mcap, to
+/// clients that subscribe to them; in the server's thread, but for the constructor and merged().
+class Foxglove {
+ public:
+  explicit Foxglove(const recording::RecordingSetup& setup) : setup_(setup), imu_(setup.imu_rate_hz) {}
+
+  /// serverInfo and advertise.
+  void greet(Client& client) const {
+    client.send(json_message({{"op", "serverInfo"},
+                              {"name", "gaitslam"},
+                              {"capabilities", ordered_json::array()},
+                              {"supportedEncodings", ordered_json::array()},
+                              {"metadata", ordered_json::object()},
+                              {"sessionId", new_token()}}));
+    client.send(json_message(advertisement()));
+  }
+
+  /// Keeps a client's subscriptions; answers malformed messages and unknown channels with a status.
+  void process(Client& client, std::string_view said) const {
+    const auto complain = [&](const std::string& why) {
+      client.send(json_message({{"op", "status"}, {"level", 1}, {"message", why}}));
+    };
+    const auto drop = [&](std::uint32_t id) {
+      std::erase_if(client.subscriptions, [id](const auto& one) { return one.first == id; });
+    };
+    try {
+      const ClientMessage message = read_client_message(said);
+      for (const std::uint32_t id : message.unsubscribed) drop(id);
+      for (const auto& [id, channel] : message.subscriptions) {
+        drop(id);
+        if (channel < 1 || channel > channels().size() || client.subscriptions.size() >= kMostSubscribed)
+          complain(fmt::format("unknown channel {} or too many subscriptions", channel));
+        else
+          client.subscriptions.push_back({id, channel});
+      }
+    } catch (const std::invalid_argument& error) {
+      complain(error.what());
+    }
+  }
+
+  /// IMU readings of an observation, also if it is not shown itself.
+  std::vector<exports::ImuReading> merged(const slam::Observation& o) { return imu_.merge(o); }
+  const recording::RecordingSetup& setup() const { return setup_; }
+
+  /// Sends the messages of a frame that the client subscribed to.
+  void send(const Frame& frame, const std::vector<exports::ImuReading>& imu, Client& client) const {
+    for (const auto& [subscription, channel] : client.subscriptions) {
+      if (channel == kImu)
+        for (const exports::ImuReading& reading : imu)
+          send_one(client, subscription, reading.t, ros::imu(reading, ros::kImuFrame, 0, 0));
+      else
+        send_one(client, subscription, frame.t, channels()[channel - 1].payload(frame, setup_));
+    }
+  }
+
+ private:
+  recording::RecordingSetup setup_;
+  exports::ImuMerger imu_;
+};
+
 LiveView::LiveView(const Access& access, ShownRun run, bool control)
     : control_(control),
       site_([&] {
@@ -110,7 +170,7 @@ LiveView::LiveView(const Access& access, ShownRun run, bool control)
       }()),
       newest_(run.rig.size()),
       server_(access, {[this](std::string_view path) { return site_.at(path, server_.access().token); },
-                       {kOwnProtocol, kFoxgloveProtocols[0], kFoxgloveProtocols[1]},
+                       {kOwnProtocol, "foxglove.websocket.v1", "foxglove.sdk.v1"},
                        [this](Client& client) { opened(client); },
                        [this](Client& client, std::string_view said) { received(client, said); },
                        [this](std::size_t viewers) {
@@ -254,50 +314,6 @@ void LiveView::command(const ClientMessage& message) {
   else
     throw std::invalid_argument("unknown op");
   send_to_pages(pace_message());
-}
-
-Foxglove::Foxglove(const recording::RecordingSetup& setup) : setup_(setup), imu_(setup.imu_rate_hz) {}
-
-void Foxglove::greet(Client& client) const {
-  client.send(json_message({{"op", "serverInfo"},
-                            {"name", "gaitslam"},
-                            {"capabilities", ordered_json::array()},
-                            {"supportedEncodings", ordered_json::array()},
-                            {"metadata", ordered_json::object()},
-                            {"sessionId", new_token()}}));
-  client.send(json_message(advertisement()));
-}
-
-void Foxglove::process(Client& client, std::string_view said) const {
-  const auto complain = [&](const std::string& why) {
-    client.send(json_message({{"op", "status"}, {"level", 1}, {"message", why}}));
-  };
-  const auto drop = [&](std::uint32_t id) {
-    std::erase_if(client.subscriptions, [id](const auto& one) { return one.first == id; });
-  };
-  try {
-    const ClientMessage message = read_client_message(said);
-    for (const std::uint32_t id : message.unsubscribed) drop(id);
-    for (const auto& [id, channel] : message.subscriptions) {
-      drop(id);
-      if (channel < 1 || channel > channels().size() || client.subscriptions.size() >= kMostSubscribed)
-        complain(fmt::format("unknown channel {} or too many subscriptions", channel));
-      else
-        client.subscriptions.push_back({id, channel});
-    }
-  } catch (const std::invalid_argument& error) {
-    complain(error.what());
-  }
-}
-
-void Foxglove::send(const Frame& frame, const std::vector<exports::ImuReading>& imu, Client& client) const {
-  for (const auto& [subscription, channel] : client.subscriptions) {
-    if (channel == kImu)
-      for (const exports::ImuReading& reading : imu)
-        send_one(client, subscription, reading.t, ros::imu(reading, ros::kImuFrame, 0, 0));
-    else
-      send_one(client, subscription, frame.t, channels()[channel - 1].payload(frame, setup_));
-  }
 }
 
 ClientMessage read_client_message(std::string_view text) try {

@@ -1,6 +1,5 @@
-// The view of a live run: its speed as its viewers set it, the messages that clients may send in the view's
-// own protocol or in Foxglove's, and the Foxglove WebSocket protocol, with the messages of an exported
-// run.mcap.
+// The view of a live run: its speed as its viewers set it, and the messages that clients may send in the
+// view's own protocol or in Foxglove's.
 #pragma once
 
 #include <algorithm>
@@ -40,31 +39,7 @@ inline constexpr std::size_t kMostSubscriptions = 64;
 /// Reads any text. Throws std::invalid_argument unless it is a message.
 ClientMessage read_client_message(std::string_view text);
 
-/// Its subprotocols, which have the same wire format.
-inline constexpr std::array kFoxgloveProtocols{"foxglove.websocket.v1", "foxglove.sdk.v1"};
-
-/// Serves the channels to clients that subscribe to them; in the server's thread, but for the constructor.
-class Foxglove {
- public:
-  explicit Foxglove(const recording::RecordingSetup& setup);
-
-  /// serverInfo and advertise.
-  void greet(Client& client) const;
-  /// Keeps a client's subscriptions; answers malformed messages and unknown channels with a status.
-  void process(Client& client, std::string_view said) const;
-
-  /// IMU readings of an observation, also if it is not shown itself.
-  std::vector<exports::ImuReading> merged(const slam::Observation& observation) {
-    return imu_.merge(observation);
-  }
-  const recording::RecordingSetup& setup() const { return setup_; }
-  /// Sends the messages of a frame that the client subscribed to.
-  void send(const Frame& frame, const std::vector<exports::ImuReading>& imu, Client& client) const;
-
- private:
-  recording::RecordingSetup setup_;
-  exports::ImuMerger imu_;
-};
+class Foxglove;
 
 /// Commands come from one thread, the run waits in another.
 class Pace {

@@ -79,8 +79,7 @@ class MessageQueue {
   bool push(Message message) {
     if (!message.is_frame && waiting_.size() - frames_ >= most_others_) return false;
     if (message.is_frame && ++frames_ > most_frames_) {
-      waiting_.erase(
-          std::find_if(waiting_.begin(), waiting_.end(), [](const Message& m) { return m.is_frame; }));
+      waiting_.erase(std::ranges::find_if(waiting_, &Message::is_frame));
       --frames_;
     }
     waiting_.push_back(std::move(message));

@@ -10,15 +10,12 @@
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
+#include "sim/pages/html.h"
 #include "sim/pages/run_data.h"
 #include "sim/recording/manifest.h"
 #include "walking/hrp2.h"
 
-// Embeds the page and the files that esbuild makes from web/.
-#define GAITSLAM_EMBED(name, file)                                                          \
-  asm(".section .rodata\n" #name "_begin:\n.incbin \"" file "\"\n" #name "_end:\n.text\n"); \
-  extern "C" const char name##_begin[] __attribute__((visibility("hidden")));               \
-  extern "C" const char name##_end[] __attribute__((visibility("hidden")));
+// The page and the files that esbuild makes from web/.
 GAITSLAM_EMBED(gaitslam_view_page, GAITSLAM_VIEW_PAGE)
 GAITSLAM_EMBED(gaitslam_view_script, GAITSLAM_VIEW_BUNDLE "/view.js")
 GAITSLAM_EMBED(gaitslam_view_style, GAITSLAM_VIEW_BUNDLE "/view.css")
@@ -35,7 +32,7 @@ Resource resource(std::string type, std::string_view bytes) {
 
 // The page names its script and its style with the token; the script reads it from the page's own address.
 std::string page_with(std::string_view token) {
-  std::string page(gaitslam_view_page_begin, gaitslam_view_page_end);
+  std::string page(gaitslam_view_page());
   constexpr std::string_view kPlace = "TOKEN";
   for (std::size_t at = page.find(kPlace); at != page.npos; at = page.find(kPlace, at + token.size()))
     page.replace(at, kPlace.size(), token);
@@ -108,7 +105,8 @@ void add_recorded(std::vector<Frame>& frames, const recording::Truth& truth, con
     const auto& feet = truth.feet;
     const auto& waist = truth.waist;
     while (foot_row + 1 < feet.size() && feet[foot_row + 1].t <= frame.t) ++foot_row;
-    if (foot_row < feet.size()) frame.feet = {place_of(feet[foot_row].left), place_of(feet[foot_row].right)};
+    if (foot_row < feet.size())
+      frame.feet = {FootPlace{feet[foot_row].left}, FootPlace{feet[foot_row].right}};
     const std::vector<double>* const f = forces ? forces->at(frame.t) : nullptr;
     if (f && frame.feet) {
       const auto sole = [&](std::size_t foot) {
@@ -137,20 +135,19 @@ fs::path recording_of(const fs::path& result, const std::string& hash) {
 
 std::vector<Moment> moments_of(const pages::RunData& data, const scenario::Scenario& scenario, double end_s) {
   std::vector<Moment> all = faults_of(scenario);
-  if (const auto closed = data.metric("loop_time_s")) all.push_back({*closed, "closure", "loop closed"});
-  for (const pages::TrackingFault& fault : data.faults)
+  if (const auto closed = data.value("loop_time_s")) all.push_back({*closed, "closure", "loop closed"});
+  for (const result::ScoredFault& fault : data.faults)
     all.push_back({fault.from_s, fault.kind, fmt::format("{}: {}", fault.kind, fault.cause)});
-  if (data.ending != "completed")
-    all.push_back(
-        {end_s, "end", data.about.cause.empty() ? data.ending : data.ending + ": " + data.about.cause});
-  std::stable_sort(all.begin(), all.end(), [](const Moment& a, const Moment& b) { return a.t_s < b.t_s; });
+  if (data.ending != scenario::Ending::completed)
+    all.push_back({end_s, "end",
+                   fmt::format("{}{}{}", name_of(data.ending), data.about.cause.empty() ? "" : ": ",
+                               data.about.cause)});
+  std::ranges::stable_sort(all, {}, &Moment::t_s);
   return all;
 }
 
 std::vector<std::string> missing_of(const Playback& playback, bool recording, bool simulator) {
-  const auto none = [&](const auto& has) {
-    return std::none_of(playback.frames.begin(), playback.frames.end(), has);
-  };
+  const auto none = [&](const auto& has) { return std::ranges::none_of(playback.frames, has); };
   std::vector<std::string> missing;
   if (!simulator)
     missing.emplace_back("Room and robot are not shown: this program was built without the simulator.");
@@ -233,11 +230,9 @@ void add_rig(Site& site, const ShownRun& run, std::size_t number_of_run,
 }
 
 Site::Site(const std::vector<ShownRun>& runs, ordered_json about) {
-  add("/view.js",
-      resource("text/javascript; charset=utf-8", {gaitslam_view_script_begin, gaitslam_view_script_end}));
+  add("/view.js", resource("text/javascript; charset=utf-8", gaitslam_view_script()));
   add("/view.css",
-      resource("text/css; charset=utf-8",
-               std::string(gaitslam_view_style_begin, gaitslam_view_style_end) + pages::figure_style()));
+      resource("text/css; charset=utf-8", std::string(gaitslam_view_style()) + pages::figure_style()));
   add("/icon.svg", resource("image/svg+xml", kIcon));
   about["runs"] = ordered_json::array();
   for (std::size_t i = 0; i < runs.size(); ++i) {
@@ -274,10 +269,6 @@ std::optional<Resource> Site::at(std::string_view path, std::string_view token) 
   const auto list = lists_.find(path.substr(0, slash));
   const auto number = files::parse_number<std::size_t>(path.substr(slash + 1));
   return list != lists_.end() && number ? list->second(*number) : std::nullopt;
-}
-
-FootPlace place_of(const recording::TrueFoot& foot) {
-  return {foot.truth, foot.plan, foot.planned_down, foot.load_n};
 }
 
 std::vector<Frame> read_recorded_frames(const fs::path& recording, const RobotModel* robot) {

@@ -116,8 +116,6 @@ struct RobotModel {
   std::function<std::vector<float>(const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB)> poses;
 };
 
-FootPlace place_of(const recording::TrueFoot& foot);
-
 /// Frames of a recording for a replay's view: truth, feet, zero-moment point, a given robot's bodies.
 std::vector<Frame> read_recorded_frames(const std::filesystem::path& recording, const RobotModel* robot);
 

@@ -81,7 +81,7 @@ int reproduce(ReproduceRequest& request) {
   files::write_atomically(page, pages::paper_page(runs, kRevision));
   for (const pages::PaperRow& row : pages::paper_rows(runs))
     std::cout << fmt::format("{}\n  paper  {}\n  bench  {}\n         {}\n", row.what, row.paper, row.bench,
-                             agreement_text(row.agreement));
+                             row.agreement);
   std::cout << "page in " << page.string() << '\n';
   return all_there ? 0 : 3;
 }

@@ -199,26 +199,20 @@ export class Scene {
     if (!frame) return;
     for (const path of Object.values(this.paths)) path.show(index + 1);
     for (const name of ['landed', 'planned']) this[name].show(8 * this.run[name].filter(({t}) => t <= frame.t).length);
-    this.placeBodies(frame.bodies);
-    for (const [name, object] of Object.entries(this.frusta)) this.placeFrustum(object, frame[name]);
+    this.bodies.forEach((body, i) => {
+      body.visible = Boolean(frame.bodies);
+      if (body.visible) place(body, frame.bodies.slice(7 * i, 7 * i + 7));
+    });
+    for (const [name, object] of Object.entries(this.frusta)) {
+      object.visible = Boolean(frame[name]) && this.mode !== 'head';
+      if (frame[name]) place(object, frame[name]);
+    }
     this.placeEllipsoid(this.own.matrix, frame.estimate, frame.ellipsoid?.map((x) => 10 * x));
     this.own.visible = Boolean(frame.estimate && frame.ellipsoid);
     this.showMap(this.run.mapAt(index), frame.searches ?? []);
     this.showZmp(frame);
     this.moveView(frame);
     this.draw();
-  }
-
-  placeBodies(poses) {
-    this.bodies.forEach((body, i) => {
-      body.visible = Boolean(poses);
-      if (poses) place(body, poses.slice(7 * i, 7 * i + 7));
-    });
-  }
-
-  placeFrustum(object, pose) {
-    object.visible = Boolean(pose) && this.mode !== 'head';
-    if (pose) place(object, pose);
   }
 
   placeEllipsoid(matrix, p, axes) {

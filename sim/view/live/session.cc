@@ -126,7 +126,7 @@ class LiveSession : public ViewSession {
     frame.bodies = body_poses(*state.world.model(), *state.world.data(), robot_->bodies());
     frame.truth = state.world.X_WC();
     frame.plan = state.X_PC;
-    frame.feet = {place_of(state.feet.left), place_of(state.feet.right)};
+    frame.feet = {FootPlace{state.feet.left}, FootPlace{state.feet.right}};
     frame.zmp = zero_moment_point({SoleForce{state.feet.left.truth, state.left.force, state.left.torque},
                                    SoleForce{state.feet.right.truth, state.right.force, state.right.torque}});
     stamped_.push_back(std::move(frame));

@@ -14,7 +14,7 @@ class Page {
     this.build();
     addEventListener('keydown', (event) => this.key(event));
     addEventListener('hashchange', () => this.goToHash());
-    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.repaint());
+    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.panes.forEach((pane) => pane.repaint()));
   }
 
   build() {
@@ -139,8 +139,6 @@ class Page {
     for (const pane of this.panes) pane.scene?.setMode(mode, Math.max(0, pane.index));
   }
 
-  repaint() { this.panes.forEach((pane) => pane.repaint()); }
-
   key(event) {
     if (event.ctrlKey || event.altKey || event.metaKey || ['SELECT', 'INPUT', 'BUTTON'].includes(event.target.tagName)) return;
     const action = {' ': () => this.toggle(), '.': () => this.stepOn(), ',': () => this.stepBy(-1), ArrowRight: () => this.stepBy(event.shiftKey ? 30 : 1),
@@ -166,10 +164,6 @@ class Page {
   followLive() {
     const [pane] = this.panes;
     let drawing = false;
-    const newest = () => {
-      drawing = false;
-      this.show(this.duration);
-    };
     this.send = listen({
       frame: (frame, image) => {
         if (!pane.run.append(frame)) return;
@@ -178,7 +172,10 @@ class Page {
         dataset.ready = 'true';
         if (!this.atEnd || drawing) return;
         drawing = true;
-        requestAnimationFrame(newest);
+        requestAnimationFrame(() => {
+          drawing = false;
+          this.show(this.duration);
+        });
       },
       message: (message) => this.receive(message),
       closed: () => this.closed(),

@@ -12,10 +12,7 @@
 namespace {
 
 using namespace sim::pages;
-using testing::DoubleNear;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::Not;
+using testing::DoubleNear, testing::ElementsAre, testing::HasSubstr, testing::Not;
 
 Figure one_line(std::vector<double> x, std::vector<double> y) {
   Figure figure{"name", "Title", "x [m]", "y [m]"};
@@ -55,8 +52,8 @@ RunData run_of(const Column& nees_position, const Column& nees_orientation) {
 }
 
 Figure figure_named(const std::string& name, const std::vector<RunData>& runs) {
-  const std::vector<ScenarioFigures> scenarios = comparison_figures(runs);
-  for (const Figure& figure : scenarios.at(0).figures)
+  const auto scenarios = comparison_figures(runs);
+  for (const Figure& figure : scenarios.at(0).second)
     if (figure.name == name) return figure;
   throw std::runtime_error("no figure " + name);
 }
@@ -77,7 +74,7 @@ TEST(ComparisonFigures, SeveralSeedsOfEstimatorsAreDots) {
     for (const std::uint64_t seed : {1, 2}) {
       RunData& run = runs.emplace_back(run_of({1, 1, 1, 1}, {1, 1, 1, 1}));
       run.scenario = "hall", run.estimator = estimator, run.seed = seed;
-      run.metrics = {{"ate_se3_rmse_m", "m", "", 0.001 * static_cast<double>(seed)}};
+      run.metrics = {{"ate_se3_rmse_m", "m", 0.001 * static_cast<double>(seed)}};
     }
   const Figure ate = figure_named("ate_by_seed_hall", runs);
   ASSERT_EQ(ate.lines.size(), 2u);
@@ -117,10 +114,9 @@ TEST(RunFigures, NisHasItsBandAndAVerdictOnEachSensor) {
       << "#timestamp [ns],landmarks,measured,accepted,nis_gyro,dof_gyro\n0,0,0,0,0.06,3\n1,0,0,0,0.06,3\n";
   RunData run = run_of({1, 1, 1, 1}, {1, 1, 1, 1});
   run.filter_frames.emplace(folder / "frames.csv");
-  run.metrics = {{"nis_gyro_mean", "1", "", 0.02}};
+  run.metrics = {{"nis_gyro_mean", "1", 0.02}};
   const std::vector<Figure> figures = run_figures(run);
-  const auto nis =
-      std::find_if(figures.begin(), figures.end(), [](const Figure& f) { return f.name == "nis"; });
+  const auto nis = std::ranges::find(figures, std::string("nis"), &Figure::name);
   ASSERT_NE(nis, figures.end());
   EXPECT_THAT(nis->remarks, ElementsAre("gyro 0.02: its predicted spread is about 7 times too large"));
   EXPECT_THAT(nis->envelopes.at(0).low, testing::Each(DoubleNear(0.73, 0.01)));  // chi-square of 93, 2.5 %
@@ -133,7 +129,7 @@ TEST(Svg, NotANumberBreaksALine) {
     const std::string svg = to_svg(figure, 400, 300);
     const std::size_t line = svg.find(" d='", svg.find("class='line"));
     const std::string path = svg.substr(line, svg.find("/>", line) - line);
-    return std::count(path.begin(), path.end(), 'M');
+    return std::ranges::count(path, 'M');
   };
   EXPECT_EQ(strokes(one_line({0, 1, 2, 3}, {0, 1, 2, 3})), 1);
   EXPECT_EQ(strokes(one_line({0, 1, 2, 3}, {0, NAN, 2, 3})), 2);
@@ -164,7 +160,7 @@ TEST(Svg, EqualAxesGiveAMeterTheSameLengthBothWays) {
 TEST(PageSvg, HasItsAxesAndTheNamesOfItsLines) {
   Figure figure = one_line({0, 10}, {1, 100});
   figure.x_label = "time [s]", figure.logarithmic = true;
-  const std::string svg = to_page_svg(figure, 400, 300);
+  const std::string svg = to_svg(figure, 400, 300, true);
   EXPECT_THAT(svg, testing::ContainsRegex("data-x='-0.5 10.5 62 386 0' data-y='0.6[0-9]* 150 254 12 1' "
                                           "data-over-time='yes'"));
   EXPECT_THAT(svg, HasSubstr("data-name='truth'"));

@@ -33,22 +33,16 @@ TEST(FrameError, IsEstimateMinusTruth) {
   EXPECT_NEAR(error->nees.position, 14, 1e-9) << "(1 + 4 + 9) sigmas squared";
 }
 
-TEST(FrameJson, EllipsesAreOfThreeSigmasAlongTheirLongerAxis) {
+TEST(FrameJson, SearchesAreEllipsesOfThreeSigmasFoundMissedOrRejected) {
   Frame frame;
-  frame.report.emplace().searched = {search(4, 9)};
-  const auto ellipse = to_json(frame)["searches"][0];
-  EXPECT_EQ(ellipse[3], 9.0);  // 3 sqrt(9)
-  EXPECT_EQ(ellipse[4], 6.0);
-  EXPECT_NEAR(std::abs(ellipse[5].get<double>()), 1.5708, 1e-9);  // along v
-}
-
-TEST(FrameJson, SearchesAreFoundMissedOrRejected) {
-  Frame frame;
-  slam::Search found = search(1, 1), rejected = found, missed = found;
+  slam::Search found = search(4, 9), rejected = found, missed = found;
   found.used = true;
   found.match = rejected.match = Eigen::Vector2d(101, 51);
   frame.report.emplace().searched = {found, missed, rejected};
   const auto searches = to_json(frame)["searches"];
+  EXPECT_EQ(searches[0][3], 9.0);  // 3 sqrt(9)
+  EXPECT_EQ(searches[0][4], 6.0);
+  EXPECT_NEAR(std::abs(searches[0][5].get<double>()), 1.5708, 1e-9);  // along v
   EXPECT_EQ(searches[0][6], "found");
   EXPECT_EQ(searches[1][6], "missed");
   EXPECT_EQ(searches[2][6], "rejected");
@@ -56,7 +50,7 @@ TEST(FrameJson, SearchesAreFoundMissedOrRejected) {
   EXPECT_EQ(searches[1].size(), 7u);
 }
 
-TEST(FrameJson, WhatIsNotFiniteIsNullAndTextIsData) {
+TEST(FrameJson, WhatIsNotFiniteIsNullAndTheStateIsASentenceOfData) {
   Frame frame;
   frame.zmp = Eigen::Vector2d(NAN, INFINITY);
   frame.report.emplace().refused = "</script><b>\"&\xff";
@@ -64,10 +58,6 @@ TEST(FrameJson, WhatIsNotFiniteIsNullAndTextIsData) {
   EXPECT_EQ(read["zmp"], json({nullptr, nullptr}));
   EXPECT_EQ(read["state"].get<std::string>().substr(0, 58),
             "tracking, no landmark searched for; rejected: </script><b>");
-}
-
-TEST(FrameJson, TheStateIsASentence) {
-  Frame frame;
   slam::FrameReport& report = frame.report.emplace();
   report.searched = {search(1, 1)};
   EXPECT_EQ(to_json(frame)["state"], "tracking");

@@ -15,7 +15,7 @@
 namespace {
 
 using namespace sim::pages;
-using testing::HasSubstr, testing::Not;
+using nlohmann::json, testing::HasSubstr, testing::Not;
 
 constexpr const char* kPayload = R"(</title></script><img src=x onerror='a()'>"<!--&)";
 constexpr const char* kShown =
@@ -27,10 +27,10 @@ TEST(Html, TextIsShownAsItIsInElementsAndAttributes) {
 }
 
 TEST(Html, DataCannotEndItsScriptElement) {
-  const std::string html = data_script("data", nlohmann::json{{"name", kPayload}}.dump());
+  const std::string html = data_script("data", json{{"name", kPayload}}.dump());
   const std::string inside = html.substr(html.find('>') + 1, html.rfind("</script>") - html.find('>') - 1);
   EXPECT_THAT(inside, Not(HasSubstr("<")));
-  EXPECT_EQ(nlohmann::json::parse(inside)["name"], kPayload);
+  EXPECT_EQ(json::parse(inside)["name"], kPayload);
 }
 
 TEST(Html, ThePolicyAllowsTheScriptsByTheirHashesAndNothingElse) {
@@ -48,10 +48,8 @@ TEST(Html, ThePolicyAllowsTheScriptsByTheirHashesAndNothingElse) {
 }
 
 TEST(Html, Base64GivesTheTestVectorsOfRfc4648) {
-  EXPECT_EQ(base64(""), "");
-  EXPECT_EQ(base64("f"), "Zg==");
-  EXPECT_EQ(base64("fo"), "Zm8=");
-  EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
+  for (const auto& [bytes, text] : {std::pair{"", ""}, {"f", "Zg=="}, {"fo", "Zm8="}, {"foobar", "Zm9vYmFy"}})
+    EXPECT_EQ(base64(bytes), text);
 }
 
 /// Without the scripts of the page, which are the same for all.
@@ -68,8 +66,8 @@ void expect_harmless(const std::string& page) {
 class ReceivedTuning : public testing::Test {
  protected:
   ReceivedTuning() {
-    const nlohmann::json sides{{"start", {1, 2}}, {"best", {1, nullptr}}};
-    nlohmann::json side{{"runs", {kPayload, kPayload}}};
+    const json sides{{"start", {1, 2}}, {"best", {1, nullptr}}};
+    json side{{"runs", {kPayload, kPayload}}};
     for (const char* name : {kPayload, "nees_position_mean", "nees_orientation_mean"})
       side["values"][name] = sides;
     tuning_ = {{"accepted", true},
@@ -92,31 +90,25 @@ class ReceivedTuning : public testing::Test {
         << "#setting,origin," << kPayload << "," << kPayload << "2\n0,a,1.5,3\n1,a,1.2,2\n";
     return tune_page(folder_.path());
   }
-  nlohmann::json tuning_;
+  json tuning_;
   const sim::files::TemporaryFolder folder_;
 };
 
-TEST_F(ReceivedTuning, NamesAreShownAsTheyAre) {
+TEST_F(ReceivedTuning, NamesAreShownAsTheyAreAndRunsBeforeAndAfterWithTheirMeans) {
+  EXPECT_THAT(page(), HasSubstr("<tr><td>mean</td><td class='number'>1.5</td><td class='number'>1</td>"));
   tuning_["objective"] = std::string(kPayload) + "2";
   for (const char* side : {"training", "holdout"})
     tuning_[side]["values"][std::string(kPayload) + "2"] = tuning_[side]["values"][kPayload];
   expect_harmless(page());
 }
 
-TEST_F(ReceivedTuning, AHoldOutOfOneRunIsAWarning) {
+TEST_F(ReceivedTuning, AHoldOutOfOneRunIsAWarningAndNoneAnError) {
   EXPECT_THAT(page(), Not(HasSubstr("The hold-out is one run")));
   tuning_["holdout"]["runs"] = {"walks/seed-3"};
   EXPECT_THAT(page(), HasSubstr("The hold-out is one run"));
   EXPECT_THAT(page(), HasSubstr("<td>walks/seed-3</td>"));
-}
-
-TEST_F(ReceivedTuning, NoHoldOutIsNamed) {
-  tuning_["holdout"]["runs"] = nlohmann::json::array();
+  tuning_["holdout"]["runs"] = json::array();
   EXPECT_THAT(sim::files::error_of([&] { page(); }), HasSubstr("tune.json: holdout.runs: is empty"));
-}
-
-TEST_F(ReceivedTuning, RunsAreListedBeforeAndAfterWithTheirMeans) {
-  EXPECT_THAT(page(), HasSubstr("<tr><td>mean</td><td class='number'>1.5</td><td class='number'>1</td>"));
 }
 
 TEST(PaperPage, TheRevisionIsShownAsItIs) { expect_harmless(paper_page({}, kPayload)); }
@@ -147,12 +139,11 @@ TEST(Table, ColumnsAreFoundByTheirNamesWithoutUnit) {
 
 class SweepPage : public testing::Test {
  protected:
-  /// One trial's line; settings: {"slam.a": 1, ...}.
-  void add(const std::string& scenario, const std::string& settings, int seed, const std::string& values,
+  void add(const std::string& scenario, const json& settings, int seed, const json& values,
            const std::string& ending = "completed") {
-    lines_ += R"({"trial": 0, "scenario": ")" + scenario + R"(", "settings": )" + settings +
-              R"(, "key": "k", "seed": )" + std::to_string(seed) + R"(, "ending": ")" + ending +
-              R"(", "cause": "", "values": )" + values + "}\n";
+    const json line{{"trial", 0},   {"scenario", scenario}, {"settings", settings}, {"key", "k"},
+                    {"seed", seed}, {"ending", ending},     {"cause", ""},          {"values", values}};
+    lines_ += line.dump() + "\n";
   }
   std::string page() const {
     sim::files::write_text(folder_ / "scores.jsonl", lines_);
@@ -166,10 +157,8 @@ class SweepPage : public testing::Test {
 };
 
 TEST_F(SweepPage, OneKeyIsALineOfMediansAndItsWorstSeedIsNamedWithItsCommand) {
-  for (const auto& [at, seed, ate] :
-       {std::tuple{"1", 1, "0.1"}, {"1", 2, "0.3"}, {"2", 1, "0.2"}, {"2", 2, "0.25"}})
-    add("hall", std::string(R"({"slam.vision.sigma_px": )") + at + "}", seed,
-        std::string(R"({"ate_se3_rmse_m": )") + ate + "}");
+  for (const auto& [at, seed, ate] : {std::tuple{1, 1, 0.1}, {1, 2, 0.3}, {2, 1, 0.2}, {2, 2, 0.25}})
+    add("hall", {{"slam.vision.sigma_px", at}}, seed, {{"ate_se3_rmse_m", ate}});
   const std::string html = page();
   EXPECT_THAT(html, HasSubstr("ate_se3_rmse_m over slam.vision.sigma_px"));
   EXPECT_THAT(html, HasSubstr("slam.vision.sigma_px [px]"));
@@ -180,8 +169,8 @@ TEST_F(SweepPage, OneKeyIsALineOfMediansAndItsWorstSeedIsNamedWithItsCommand) {
 }
 
 TEST_F(SweepPage, WhatASweepNamesIsOneWordEachOfACommandThatIsCopied) {
-  add("hall; touch a #", R"({"slam.vision.sigma_px": "`id`"})", 1, R"({"rmse_m": 0.1})");
-  add("hall; touch a #", R"({"slam.vision.sigma_px": "1'; touch b; '"})", 1, R"({"rmse_m": 0.2})");
+  add("hall; touch a #", {{"slam.vision.sigma_px", "`id`"}}, 1, {{"rmse_m", 0.1}});
+  add("hall; touch a #", {{"slam.vision.sigma_px", "1'; touch b; '"}}, 1, {{"rmse_m", 0.2}});
   const std::string html = page();
   EXPECT_THAT(
       html,
@@ -195,66 +184,58 @@ TEST_F(SweepPage, NoCommandIsShownThatWouldStartAProgram) {
   std::filesystem::create_directory(folder_ / "scenarios");
   sim::files::write_text(folder_ / "scenarios/hall.yaml",
                          "walk.commands: [{stand: {duration_s: 1}}]\ncamera: {}\nslam: {}\n");
-  add("hall", R"({"estimator": "{program: [sh, evil.sh]}"})", 1, R"({"rmse_m": 1})");
-  add("hall", R"({"estimator": "plan_alone"})", 1, R"({"rmse_m": 1})");
+  add("hall", {{"estimator", "{program: [sh, evil.sh]}"}}, 1, {{"rmse_m", 1}});
+  add("hall", {{"estimator", "plan_alone"}}, 1, {{"rmse_m", 1}});
   const std::string html = page();
   EXPECT_THAT(html, HasSubstr("<pre>its scenario names an external program as estimator</pre>"));
   EXPECT_THAT(html, HasSubstr("estimator=plan_alone seed=1</pre>"));
 }
 
 TEST_F(SweepPage, TwoKeysAreAHeatMapWhoseCellsOpenTheirRows) {
-  for (const char* a : {"1", "10", "2"})
-    for (const char* b : {"x", "y"})
-      add("hall", std::string(R"({"slam.a": )") + a + R"(, "slam.b": ")" + b + "\"}", 1,
-          R"({"rmse_m": 0.125})");
+  for (const int a : {1, 10, 2})
+    for (const char* b : {"x", "y"}) add("hall", {{"slam.a", a}, {"slam.b", b}}, 1, {{"rmse_m", 0.125}});
   const std::string html = page();
   EXPECT_THAT(html, HasSubstr("rmse_m [m]: median over seeds"));
   EXPECT_THAT(html, HasSubstr("<a href='#setting-hall-3-2'>0.125</a>")) << "10 comes after 2";
   EXPECT_THAT(html, Not(HasSubstr("rmse_m over slam.a")));
 }
 
-TEST_F(SweepPage, OfManyKeysHasFiguresOfTheFirstOnes) {
+TEST_F(SweepPage, OfManyKeysHasFiguresOfTheFirstOnesAndOfManyTrialsTheMedianAlone) {
   for (const int value : {1, 2}) {
-    nlohmann::json settings;
+    json settings;
     for (int k = 100; k < 200; ++k) settings["slam.k" + std::to_string(k)] = value;
-    add("hall", settings.dump(), 1, R"({"rmse_m": 1})");
+    add("hall", settings, 1, {{"rmse_m", 1}});
   }
-  const std::string html = page();
+  std::string html = page();
   EXPECT_THAT(html, HasSubstr("<th>slam.k105 \\ slam.k104</th>"));
   EXPECT_THAT(html, Not(HasSubstr("<th>slam.k106 \\ slam.k105</th>")));
   EXPECT_THAT(html, HasSubstr("<figcaption>rmse_m over slam.k105<"));
   EXPECT_THAT(html, Not(HasSubstr("<figcaption>rmse_m over slam.k106<")));
   EXPECT_THAT(html, HasSubstr("Figures are drawn of the first 6 of 100 keys with several values."));
-}
-
-TEST_F(SweepPage, OfManyTrialsHasTheMedianAlone) {
+  lines_.clear();
   for (int seed = 1; seed <= 501; ++seed)
-    for (int a = 1; a <= 4; ++a)
-      add("hall", R"({"slam.a": )" + std::to_string(a) + "}", seed, R"({"rmse_m": 1})");
-  const std::string html = page();
+    for (int a = 1; a <= 4; ++a) add("hall", {{"slam.a", a}}, seed, {{"rmse_m", 1}});
+  html = page();
   EXPECT_THAT(html, HasSubstr("501 of 501</td>")) << "of a setting";
   EXPECT_THAT(html, Not(testing::ContainsRegex("M[0-9.]+ [0-9.]+h0")));
   EXPECT_THAT(html, HasSubstr("data-name='median' d='M"));
 }
 
-TEST_F(SweepPage, ScenariosAreNotPooled) {
-  add("hall", R"({"slam.a": 1})", 1, R"({"rmse_m": 1})");
-  add("office", R"({"slam.a": 1})", 1, R"({"rmse_m": 3})");
+TEST_F(SweepPage, ScenariosAreNotPooledAndATrialThatFailedIsTheWorst) {
+  add("hall", {{"slam.a", 1}}, 1, {{"ate_se3_rmse_m", 9}});
+  add("hall", {{"slam.a", 1}}, 2, {{"ate_se3_rmse_m", 1}}, "diverged");
+  add("office", {{"slam.a", 1}}, 1, {{"ate_se3_rmse_m", 3}});
   const std::string html = page();
   EXPECT_THAT(html, HasSubstr("<section id='scenario-hall'><h2>hall</h2>"));
   EXPECT_THAT(html, HasSubstr("<section id='scenario-office'><h2>office</h2>"));
-  EXPECT_THAT(html, Not(HasSubstr("<td class='number'>2</td>"))) << "the median of both";
-}
-
-TEST_F(SweepPage, ATrialThatFailedIsTheWorst) {
-  add("hall", R"({"slam.a": 1})", 1, R"({"ate_se3_rmse_m": 9})");
-  add("hall", R"({"slam.a": 1})", 2, R"({"ate_se3_rmse_m": 1})", "diverged");
-  EXPECT_THAT(page(), HasSubstr("<summary>seed 2: diverged</summary>"));
-  EXPECT_THAT(page(), HasSubstr("<td class='number'>1 of 2</td>"));
+  EXPECT_THAT(html, HasSubstr("<td class='number'>5</td>"));
+  EXPECT_THAT(html, HasSubstr("<td class='number'>3</td>")) << "not the median of both";
+  EXPECT_THAT(html, HasSubstr("<summary>seed 2: diverged</summary>"));
+  EXPECT_THAT(html, HasSubstr("<td class='number'>1 of 2</td>"));
 }
 
 TEST_F(SweepPage, NamesAreShownAsTheyAre) {
-  add("<img src=x>", R"({"<b>": "'\"<i>"})", 1, R"({"rmse_m": 1})");
+  add("<img src=x>", {{"<b>", "'\"<i>"}}, 1, {{"rmse_m", 1}});
   const std::string html = page();
   EXPECT_THAT(html, Not(HasSubstr("<img")));
   EXPECT_THAT(html, Not(HasSubstr("<i>")));

@@ -1,7 +1,6 @@
 #include "sim/regression/verdict.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -9,9 +8,7 @@
 namespace sim::regression {
 namespace {
 
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::Not;
+using testing::ElementsAre, testing::HasSubstr, testing::Not;
 
 constexpr const char* kError = "ate_se3_rmse_m";  // smaller is better
 
@@ -139,45 +136,60 @@ TEST(Verdict, ValuesThatVanishAreMissingAndOnesThatAppearAreNot) {
   EXPECT_EQ(judged(results({1}, "other"), results({1}, "other")).remark, "no run has a value");
 }
 
-TEST(Verdict, SeedsInCommonArePairedAndOthersLeftOut) {
-  const ScenarioVerdict v = compare(results({1, 2, 3, 4}), results({9, 3, 4}, kError, 2), {kTenPercent});
+TEST(Verdict, SeedsInCommonArePairedAndOtherRecordingsAndConfigurationsAreSaidNotJudged) {
+  ScenarioVerdict v = compare(results({1, 2, 3, 4}), results({9, 3, 4}, kError, 2), {kTenPercent});
   EXPECT_EQ(v.n_now, 3u);
   EXPECT_EQ(*v.metrics[0].baseline, 3);
   const MetricVerdict other = judged(results(kThree), results({5, 6, 7}, kError, 101));
   EXPECT_EQ(other.verdict, Verdict::added);
   EXPECT_EQ(*other.now, 6);
   EXPECT_EQ(judged(results(kThree), results({})).verdict, Verdict::missing);
-}
-
-TEST(Verdict, OtherRecordingsAndConfigurationsAreSaidNotJudged) {
   ScenarioResults before = results(kThree), now = results(kThree);
   now.seeds[1].recording = "other";
   before.config = {{"a", "1"}, {"b", "2"}};
   now.config = {{"a", "1"}, {"b", "3"}, {"c", "4"}};
-  const ScenarioVerdict v = compare(before, now, {kTenPercent});
+  v = compare(before, now, {kTenPercent});
   EXPECT_EQ(v.other_recordings, 1u);
   EXPECT_THAT(v.other_config, ElementsAre("b: 2 -> 3", "c: not set -> 4"));
   EXPECT_EQ(exit_code({v}), 0);
 }
 
-TEST(Verdict, LimitsHoldWhateverTheBaseline) {
+scenario::Scenario limited(const std::vector<scenario::MetricLimit>& limits, bool filter = true) {
   scenario::Scenario scenario;
-  scenario.slam.emplace();
-  scenario.limits.metrics = {{kError, "", scenario::Bound::at_most, 1.15},
-                             {kError, "median", scenario::Bound::at_most, 1.05}};
+  if (filter) scenario.slam.emplace();
+  scenario.limits.metrics = limits;
+  return scenario;
+}
+const scenario::MetricLimit kEach{kError, "", scenario::Bound::at_most, 1.15},
+    kMedian{kError, "median", scenario::Bound::at_most, 1.05};
+
+// A seed without a value misses its limit if a filter was to run; without a filter it is not judged.
+TEST(Verdict, LimitsHoldWhateverTheBaseline) {
+  struct Case {
+    Values values;
+    bool filter;
+    std::vector<std::string> observed;  // of the endings, each seed and the median
+    std::uint64_t worst_seed = 0;
+  };
+  for (const auto& [values, filter, observed, worst_seed] :
+       {Case{kThree, true, {"3/3", "2/3", "1.1"}, 3}, Case{kThree, false, {"3/3", "2/3", "1.1"}, 3},
+        Case{{1, {}, 1.01}, true, {"3/3", "2/3", "no value of 1 of 3 seeds"}, 2}}) {
+    const std::vector<LimitVerdict> limits =
+        judge_limits(limited({kEach, kMedian}, filter), results(values).seeds);
+    ASSERT_EQ(limits.size(), 3u);
+    EXPECT_TRUE(limits[0].passed);
+    EXPECT_EQ(limits[0].what, "ending completed");
+    for (const std::size_t i : {0u, 1u, 2u}) {
+      EXPECT_EQ(limits[i].observed, observed[i]);
+      EXPECT_EQ(limits[i].passed, i == 0);
+      EXPECT_EQ(limits[i].worst_seed, i == 0 ? 0 : worst_seed);
+    }
+    EXPECT_EQ(exit_code({ScenarioVerdict{"", 3, 3, 0, {}, {}, limits}}), 1);
+  }
+  EXPECT_EQ(judge_limits(limited({kEach}, false), results({{}, {}}).seeds).size(), 1u) << "only the endings";
   ScenarioResults runs = results(kThree);
-  std::vector<LimitVerdict> limits = judge_limits(scenario, runs.seeds);
-  ASSERT_EQ(limits.size(), 3u);
-  EXPECT_TRUE(limits[0].passed);
-  EXPECT_EQ(limits[0].what, "ending completed");
-  EXPECT_FALSE(limits[1].passed);
-  EXPECT_EQ(limits[1].observed, "2/3");
-  EXPECT_EQ(limits[1].worst_seed, 3u);
-  EXPECT_FALSE(limits[2].passed);
-  EXPECT_EQ(limits[2].observed, "1.1");
-  EXPECT_EQ(exit_code({ScenarioVerdict{"", 3, 3, 0, {}, {}, limits}}), 1);
   runs.seeds[1].ending = scenario::Ending::fell;
-  limits = judge_limits(scenario, runs.seeds);
+  const std::vector<LimitVerdict> limits = judge_limits(limited({kEach}), runs.seeds);
   EXPECT_TRUE(limits[0].run_failed);
   EXPECT_EQ(limits[0].worst_seed, 2u);
   EXPECT_THAT(limits[0].failures, ElementsAre("seed 2 fell"));
@@ -185,31 +197,14 @@ TEST(Verdict, LimitsHoldWhateverTheBaseline) {
 }
 
 TEST(Verdict, WhereMissedLimitsAreExpectedEverySeedMustMissOne) {
-  scenario::Scenario scenario;
-  scenario.slam.emplace();
-  scenario.limits.metrics = {{kError, "", scenario::Bound::at_most, 1.05}};
-  const auto judged = [&](const ScenarioResults& runs) {
-    return judge_limits(scenario, runs.seeds, true).at(1);
+  const auto judged = [&](const Values& values) {
+    const scenario::MetricLimit limit{kError, "", scenario::Bound::at_most, 1.05};
+    return judge_limits(limited({limit}), results(values).seeds, true).at(1);
   };
-  EXPECT_FALSE(judged(results(kThree)).passed);
-  EXPECT_EQ(judged(results(kThree)).observed, "2/3");
-  EXPECT_EQ(judged(results(kThree)).worst_seed, 1u);
-  EXPECT_TRUE(judged(results({1.1, {}, 1.2})).passed);
-}
-
-TEST(Verdict, ASeedWithoutAValueMissesItsLimitIfAFilterWasToRun) {
-  scenario::Scenario scenario;
-  scenario.limits.metrics = {{kError, "", scenario::Bound::at_most, 1.15}};
-  EXPECT_EQ(judge_limits(scenario, results({{}, {}}).seeds).size(), 1u);  // only the endings
-  EXPECT_EQ(judge_limits(scenario, results(kThree).seeds).at(1).observed, "2/3");
-  scenario.slam.emplace();
-  scenario.limits.metrics = {{kError, "", scenario::Bound::at_most, 10},
-                             {kError, "median", scenario::Bound::at_most, 10}};
-  const std::vector<LimitVerdict> limits = judge_limits(scenario, results({1, {}, 2}).seeds);
-  EXPECT_EQ(limits[1].observed, "2/3");
-  EXPECT_FALSE(limits[2].passed);
-  EXPECT_EQ(limits[2].observed, "no value of 1 of 3 seeds");
-  for (const std::size_t i : {1u, 2u}) EXPECT_EQ(limits[i].worst_seed, 2u);
+  EXPECT_FALSE(judged(kThree).passed);
+  EXPECT_EQ(judged(kThree).observed, "2/3");
+  EXPECT_EQ(judged(kThree).worst_seed, 1u);
+  EXPECT_TRUE(judged({1.1, {}, 1.2}).passed);
 }
 
 Comparison comparison() {
@@ -264,22 +259,16 @@ TEST(VerdictReports, JunitHasFailuresErrorsAndSkips) {
           HasSubstr("<skipped message=\"NEW: none -&gt; 1 m (-; tolerance 5 %)\"/>")));
 }
 
-TEST(VerdictReports, AnnotationsAreEscapedAsGithubWantsThem) {
+TEST(VerdictReports, AnnotationsMarkdownAndJsonHaveTheirRowsEscaped) {
   const std::string text = github_annotations(comparison());
   EXPECT_THAT(text, testing::StartsWith("::error file=scenarios/tangent_circle.yaml,title=tangent_circle "
                                         "ate_se3_rmse_m%3A FAIL::0.041 m -> 0.052 m (+27 %25; "));
-  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);
-}
-
-TEST(VerdictReports, MarkdownHasEveryRowAndTheLastLinesOfAFailedRun) {
+  EXPECT_EQ(std::ranges::count(text, '\n'), 3);
   EXPECT_THAT(markdown(comparison()),
               testing::AllOf(HasSubstr("| `ate_se3_rmse_m` | **FAIL** | 0.041 m -> 0.052 m (+27 %"),
                              HasSubstr("| `limit rmse_m <= 1` | ok | observed: 10/10 |\n"),
                              HasSubstr("observed: 9/10; seed 4 fell: to the left<br>`tools/gaitslam run"),
                              HasSubstr("<br>`its last lines:`<br>`a \\| b` |\n")));
-}
-
-TEST(VerdictReports, JsonHasEveryRow) {
   const auto json = nlohmann::json::parse(verdicts_json(comparison())), walk = json["scenarios"][0];
   EXPECT_EQ(json["exit_code"], 3);
   EXPECT_EQ(walk["metrics"][0]["verdict"], "FAIL");

@@ -1,7 +1,6 @@
 #include "sim/result/limits.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -13,8 +12,7 @@ namespace sim::result {
 namespace {
 
 using scenario::Bound, scenario::MetricLimit;
-using testing::HasSubstr;
-using testing::Not;
+using testing::HasSubstr, testing::Not;
 
 constexpr const char* kAte = "ate_se3_rmse_m";
 

@@ -1,7 +1,6 @@
 #include "sim/result/score_file.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "sim/files/csv.h"
 #include "sim/files/text.h"
@@ -12,10 +11,7 @@
 namespace sim::result {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
-using testing::ThrowsMessage;
+using testing::AllOf, testing::HasSubstr, testing::Not;
 
 constexpr const char* kScore = R"({"scenario": "walk", "seed": 3, "ending": "completed",
   "metrics": {"rmse_m": {"value": 0.25, "unit": "m"}, "loop_closed": {"value": null, "unit": "1", "reason": "no loop"}},
@@ -68,14 +64,11 @@ TEST_F(ScoreFile, AReasonThatMetricsShareStandsOnce) {
       << "one reason stands beside its metric";
 }
 
-TEST_F(ScoreFile, AnAllowedEndingHasItsCauseBesideIt) {
+TEST_F(ScoreFile, TheTableStatesACauseTheCoverageAndTheAlignmentOfATrajectory) {
   files::write_text(folder_ / "about.json", R"({"cause": "left hand and desk at 3.2 s"})");
   EXPECT_THAT(table("completed", "collided"), HasSubstr("collided: left hand and desk at 3.2 s\n"));
   EXPECT_THAT(table(), Not(HasSubstr("left hand")));
   EXPECT_THAT(score_table(folder_.path(), {}, true), Not(HasSubstr("left hand")));
-}
-
-TEST_F(ScoreFile, TheTableStatesTheCoverageAndTheAlignmentOfATrajectory) {
   const std::string metrics = "\"metrics\": {",
                     poses = metrics + R"("poses_matched": {"value": 7, "unit": "1"},
     "true_poses": {"value": 35, "unit": "1"}, "tracked_fraction": {"value": 0.2, "unit": "1"},)";
@@ -131,16 +124,11 @@ TEST_F(ScoreFile, AnotherTypeIsNamedWithItsKey) {
               HasSubstr("timing.json: frame_cpu_ms_median: expected a number, found string"));
 }
 
-class AboutFile : public testing::Test {
- protected:
-  About read(const std::string& text) const {
+TEST_F(ScoreFile, MissingEntriesOfAboutAreEmptyAndAnotherTypeIsNamedWithItsKey) {
+  const auto read = [&](const std::string& text) {
     files::write_text(folder_ / "about.json", text);
     return read_about(folder_ / "about.json");
-  }
-  const files::TemporaryFolder folder_;
-};
-
-TEST_F(AboutFile, MissingEntriesAreEmpty) {
+  };
   const About about = read(R"({"walk_ending": "fell", "seed": 3, "set_by": {"seed": "argument 1"}})");
   ASSERT_TRUE(about.walk);
   EXPECT_EQ(about.walk->ending, scenario::Ending::fell);
@@ -149,9 +137,6 @@ TEST_F(AboutFile, MissingEntriesAreEmpty) {
   EXPECT_EQ(about.program, "");
   EXPECT_THAT(files::error_of([&] { read("{}"), read_about_of_walk(folder_ / "about.json"); }),
               HasSubstr("about.json: walk_ending: is missing"));
-}
-
-TEST_F(AboutFile, AnotherTypeIsNamedWithItsKey) {
   for (const auto& [text, complaint] :
        {std::pair{R"({"program": 1})", "about.json: program: expected text, found number"},
         {R"({"seed": -1})", "about.json: seed: expected a whole number from 0, found number"},

@@ -1,5 +1,4 @@
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <functional>
 #include <map>
@@ -15,7 +14,7 @@ using Kind = Surface::Kind;
 using Eigen::Vector3d, std::chrono::milliseconds, std::numbers::pi;
 
 // By hand: shapes at the origin, rays along axes. The other shapes are compared with their definitions below.
-TEST(Surfaces, HitsAreWhereGeometryHasThem) {
+TEST(Surfaces, TheNearestHitIsWhereGeometryHasIt) {
   const Vector3d x = Vector3d::UnitX(), z = Vector3d::UnitZ();
   const auto hit = [](Kind kind, const Vector3d& size, const Vector3d& origin, const Vector3d& direction) {
     return first_hit({{kind, Eigen::Isometry3d::Identity(), size}}, origin, direction);
@@ -30,12 +29,9 @@ TEST(Surfaces, HitsAreWhereGeometryHasThem) {
   EXPECT_EQ(hit(Kind::plane, {0, 0, 1}, {0, 0, -5}, z), std::nullopt);  // from below it is not seen
   EXPECT_EQ(hit(Kind::plane, {1, 2, 1}, {0.9, 1.9, 5}, -z), 5);
   EXPECT_EQ(hit(Kind::plane, {1, 2, 1}, {1.1, 0, 5}, -z), std::nullopt);
-}
-
-TEST(Surfaces, TheNearestIsHitOrNone) {
   const Surface near{Kind::box, upright(5, 0, 0), {1, 1, 1}}, far{Kind::box, upright(10, 0, 0), {1, 1, 1}};
-  EXPECT_EQ(first_hit({far, near}, Vector3d::Zero(), Vector3d::UnitX()), 4);
-  EXPECT_EQ(first_hit({far}, Vector3d::Zero(), Vector3d::UnitX()), 9);
+  EXPECT_EQ(first_hit({far, near}, Vector3d::Zero(), x), 4);
+  EXPECT_EQ(first_hit({far}, Vector3d::Zero(), x), 9);
   EXPECT_EQ(first_hit({far, near}, Vector3d::Zero(), Vector3d::UnitY()), std::nullopt);
 }
 
@@ -80,7 +76,7 @@ TEST(Surfaces, HitsAreTheFirstCrossingFoundByMarching) {
   EXPECT_GT(misses, 20);
 }
 
-TEST(LoopClosure, MarksAreWhereAQuarterAndThreeQuartersAreTurned) {
+TEST(LoopClosure, MarksAreWhereAQuarterAndThreeQuartersOfNearlyOneTurnAreDone) {
   Trajectory plan;  // stands for 10 frames, then turns by 1° per frame, stands again
   for (int i = 0; i <= 400; ++i)
     plan.push_back({Stamp(i), upright(0, 0, 0, std::clamp(i - 10, 0, 360) * -kDegree)});
@@ -88,11 +84,8 @@ TEST(LoopClosure, MarksAreWhereAQuarterAndThreeQuartersAreTurned) {
   ASSERT_TRUE(marks);
   EXPECT_NEAR(static_cast<double>(marks->quarter.count()), 100, 1);  // 90° exactly is a matter of rounding
   EXPECT_NEAR(static_cast<double>(marks->three_quarters.count()), 280, 1);
-}
-
-TEST(LoopClosure, APlanThatTurnsLessThanNearlyOnceHasNoMarks) {
   for (const double degrees : {349, 351, -351}) {
-    Trajectory plan;
+    plan.clear();
     for (int i = 0; i <= 100; ++i) plan.push_back({Stamp(i), upright(0, 0, 0, degrees * i / 100 * kDegree)});
     EXPECT_EQ(turn_marks(plan).has_value(), std::abs(degrees) > 350) << degrees;
   }
@@ -132,20 +125,20 @@ struct Circle {
   TurnMarks marks{milliseconds(10000), milliseconds(30000)};
 };
 
-TEST(LoopClosure, ALandmarkLostFromViewAndFoundAgainWithinThreePixelsCounts) {
+TEST(LoopClosure, ALandmarkOfTheFirstQuarterLostFromViewAndFoundAgainWithinThreePixelsCounts) {
   for (const double off : {0.0, 2.9, -2.9, 4.0, -3.1}) {
     Circle circle;
     circle.landmark().accepted.back().pixel.x() += off;
     EXPECT_EQ(circle.closes(), std::abs(off) < 3) << off;
   }
-}
-
-TEST(LoopClosure, ALandmarkBegunAfterTheFirstQuarterDoesNotCount) {
-  Circle circle;
-  circle.marks.quarter = milliseconds(1000);
-  EXPECT_TRUE(circle.found().empty());
-  circle.marks.quarter = milliseconds(1100);
-  EXPECT_TRUE(circle.closes());
+  Circle later, unmatched, without_room, in_view;
+  later.marks.quarter = milliseconds(1000);
+  unmatched.landmark().accepted.pop_back();
+  without_room.run.surfaces.clear();
+  in_view.look_back(50000, 50000);
+  for (const Circle& circle : {later, unmatched, without_room, in_view}) EXPECT_TRUE(circle.found().empty());
+  later.marks.quarter = milliseconds(1100);
+  EXPECT_TRUE(later.closes());
 }
 
 TEST(LoopClosure, TheFirstMatchAfterTheLossCountsWhereverOnThePath) {
@@ -160,14 +153,6 @@ TEST(LoopClosure, TheFirstMatchAfterTheLossCountsWhereverOnThePath) {
   ASSERT_EQ(circle.found().size(), 1u) << "once, however often it is matched";
   EXPECT_EQ(circle.found()[0].found, milliseconds(39000));
   EXPECT_TRUE(circle.closes());
-}
-
-TEST(LoopClosure, ALandmarkNeverMatchedAgainOrNeverOutOfViewOrOnNoSurfaceDoesNotCount) {
-  Circle unmatched, without_room, in_view;
-  unmatched.landmark().accepted.pop_back();
-  without_room.run.surfaces.clear();
-  in_view.look_back(50000, 50000);
-  for (const Circle& circle : {unmatched, without_room, in_view}) EXPECT_TRUE(circle.found().empty());
 }
 
 TEST(LoopClosure, ALandmarkOutOfViewForLessThanFiveSecondsAtATimeDoesNotCount) {
@@ -249,10 +234,7 @@ TEST_F(LandmarkAccuracy, OfATemplateAcrossAnEdgeIsTheErrorAgainstEitherSurfaceBu
   EXPECT_GT(at(2, 2).nees_of_template.value(), 1000) << "the template does not reach the pillar";
   EXPECT_GT(at(3, 5).nees_of_template.value(), 1000);
   EXPECT_EQ(at(3, 0).nees_of_template, at(3, 0).nees);
-}
-
-// A floor seen at a slant has many distances within a template, and is one surface.
-TEST_F(LandmarkAccuracy, OfATemplateOnOneSlantedSurfaceIsTheErrorAtTheFirstPixel) {
+  // A floor seen at a slant has many distances within a template, and is one surface.
   const LandmarkError off = error({160, 235}, {1.03 * 1.4 * 160 / 115, 0, 1.4 - 1.03 * 1.4}, 5);
   EXPECT_GT(off.nees.value(), 25);
   EXPECT_EQ(off.nees_of_template, off.nees);

@@ -40,14 +40,14 @@ inline Eigen::Isometry3d upright(double x, double y, double z, double yaw_rad = 
   return X;
 }
 
-/// Pairs of a curve in space, whose poses turn, with a scattered version of itself.
-inline std::vector<PosePair> noisy_pairs(int count, double size) {
+/// Pairs of a curve in space, whose poses turn, with itself.
+inline std::vector<PosePair> curve_pairs() {
   std::vector<PosePair> pairs;
-  for (int i = 0; i < count; ++i) {
+  for (int i = 0; i < 40; ++i) {
     const double s = 0.1 * i;
     Eigen::Isometry3d X(Eigen::AngleAxisd(s, Eigen::Vector3d(0.1, 0.2, 1).normalized()));
     X.translation() = Eigen::Vector3d(std::cos(s), std::sin(s), 0.3 * std::sin(2 * s));
-    pairs.push_back({i * Stamp(33'333'333), X, X * scattered_pose(i + 1, 1, size)});
+    pairs.push_back({i * Stamp(33'333'333), X, X});
   }
   return pairs;
 }

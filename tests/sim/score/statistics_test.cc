@@ -1,7 +1,6 @@
 #include "sim/score/statistics.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 
@@ -48,17 +47,14 @@ TEST(Statistics, TheLossOfAMetricWithAnExpectedValueIsTheSameAboveAndBelow) {
   }
 }
 
-TEST(Significance, WilcoxonIsThatOfPublishedAndSimpleSamples) {
+TEST(Significance, WilcoxonIsThatOfPublishedSamplesAndOfAllSignPatterns) {
   // Darwin's maize, cross- minus self-fertilised heights; statistic 24, exact p = 1352 / 2^15.
   const Numbers maize{6, 8, 14, 16, 23, 24, 28, 29, 41, -48, 49, 56, 60, -67, 75};
   EXPECT_EQ(wilcoxon_signed_rank(maize), 0.041259765625);
   EXPECT_EQ(wilcoxon_signed_rank({-1, -2, -3, -4, -5, -6, -7, -8}), 2 / 256.0);
   EXPECT_EQ(wilcoxon_signed_rank({0.1, 0.1, 0.1, 0.1, 0.1}), 2 / 32.0);  // ties do not matter to that
   for (const Numbers& none : {Numbers{}, {0, 0, 0}, {1, -1, 2, -2}}) EXPECT_EQ(wilcoxon_signed_rank(none), 1);
-}
-
-// Counted over all patterns of signs, by a program of its own.
-TEST(Significance, WilcoxonWithTiesAndZerosIsThatOfAllSignPatterns) {
+  // Ties and zeros, counted over all patterns of signs by a program of its own.
   EXPECT_DOUBLE_EQ(wilcoxon_signed_rank({1, 1, -1, 2, 3, 3, -3, 0, 5}), 2 * 28 / 256.0);
   EXPECT_DOUBLE_EQ(wilcoxon_signed_rank({0.5, -0.5, -0.5, 2, 2, 2}), 2 * 7 / 64.0);
   EXPECT_DOUBLE_EQ(wilcoxon_signed_rank({1, 2, 2, 2, -9, 9, 9, 4, 4, -4}), 2 * 118 / 1024.0);

@@ -63,7 +63,7 @@ TEST_F(PlaybackTest, EveryFrameHasItsPartsAndFaultsAreMoments) {
   EXPECT_EQ(playback.run.moments[0].text, "frames lost for 0.1 s");
 }
 
-TEST_F(PlaybackTest, WhatIsMissingIsNamed) {
+TEST_F(PlaybackTest, WhatIsMissingIsNamedAndTheRecordingOfAnotherWalkIsNotTaken) {
   const auto none = read_playback(result_, {}).run.missing;
   ASSERT_EQ(none.size(), 1u);
   EXPECT_THAT(none[0], HasSubstr("built without the simulator"));
@@ -76,13 +76,11 @@ TEST_F(PlaybackTest, WhatIsMissingIsNamed) {
   ASSERT_EQ(alone.run.missing.size(), 1u);
   EXPECT_THAT(alone.run.missing[0], HasSubstr("this result has no recording"));
   EXPECT_TRUE(alone.images[0].empty());
-}
-
-TEST_F(PlaybackTest, TheRecordingOfAnotherWalkIsNotTaken) {
+  fs::rename(folder_ / "alone", result_);
   tests::write_result(folder_ / "other", tests::short_walk(kFrames + 1));
   fs::remove_all(folder_ / "walk/recording");
   fs::rename(folder_ / "other/recording", folder_ / "walk/recording");
-  EXPECT_TRUE(read_playback(result_, {}).images[0].empty());
+  EXPECT_TRUE(read_playback(result_, {}).images[0].empty()) << "the recording of another walk";
 }
 
 /// Lists the files of a recording as they are now, as a stranger could.
@@ -160,13 +158,6 @@ TEST(PlaybackOfARig, EachFrameHasTheNewestReadingOfEachCameraAndLidar) {
   EXPECT_THAT(report, HasSubstr("cam1, gray"));
 }
 
-TEST_F(PlaybackTest, AReportWithoutARigHasNoFurtherCameras) {
-  fs::rename(folder_ / "walk/recording", result_ / "recording");
-  const std::string report = pages::run_sections(pages::read_run(result_), "", "");
-  EXPECT_THAT(report, HasSubstr("head camera at"));
-  EXPECT_THAT(report, testing::Not(HasSubstr("Further cameras")));
-}
-
 TEST_F(PlaybackTest, ALineBreaksWhereThereIsNoEstimate) {
   const auto whole = pages::read_run(result_);
   std::istringstream text(files::read_text(result_ / "estimate_cov.txt"));
@@ -175,9 +166,13 @@ TEST_F(PlaybackTest, ALineBreaksWhereThereIsNoEstimate) {
   for (std::string line; std::getline(text, line); ++row)
     if (row < 10 || row >= 20) kept += line + "\n";
   files::write_text(result_ / "estimate_cov.txt", kept);
+  fs::rename(folder_ / "walk/recording", result_ / "recording");
   const auto gap = pages::read_run(result_);
+  const std::string report = pages::run_sections(gap, "", "");
+  EXPECT_THAT(report, HasSubstr("head camera at"));
+  EXPECT_THAT(report, testing::Not(HasSubstr("Further cameras"))) << "without a rig";
   const auto breaks = [](const std::vector<double>& values) {
-    return std::count_if(values.begin(), values.end(), [](double value) { return std::isnan(value); });
+    return std::ranges::count_if(values, [](double value) { return std::isnan(value); });
   };
   EXPECT_EQ(breaks(whole.errors->distance), 0);
   EXPECT_EQ(breaks(gap.errors->distance), 10);
@@ -206,21 +201,16 @@ TEST_F(PlaybackTest, ResultsOfTwoScenariosAreNotShownSideBySide) {
 }
 
 // A force of 100 N at (0.02, 0.01) of a sole that is turned by a right angle and stands at (1, 2).
-TEST(ZeroMomentPoint, IsWhereTheForceActs) {
+TEST(ZeroMomentPoint, IsWhereTheForcesAct) {
   const SoleForce sole{{1, 2, M_PI / 2}, {0, 0, 100}, {1, -2, 0}}, other{{5, 5, 0}, {0, 0, 0}, {0, 0, 0}};
   const auto p = zero_moment_point({sole, other});
   ASSERT_TRUE(p.has_value());
   EXPECT_NEAR(p->x(), 1 - 0.01, 1e-12);
   EXPECT_NEAR(p->y(), 2 + 0.02, 1e-12);
-}
-
-TEST(ZeroMomentPoint, OfTwoSolesIsBetweenThemByTheirLoads) {
-  const auto p = zero_moment_point(
-      {SoleForce{{0, 0, 0}, {0, 0, 100}, {0, 0, 0}}, SoleForce{{0, 1, 0}, {0, 0, 300}, {0, 0, 0}}});
-  EXPECT_NEAR(p->y(), 0.75, 1e-12);
-  EXPECT_FALSE(zero_moment_point(
-                   {SoleForce{{0, 0, 0}, {0, 0, 10}, {0, 0, 0}}, SoleForce{{0, 0, 0}, {0, 0, 5}, {0, 0, 0}}})
-                   .has_value());
+  const auto under = [](double y, double load_n) { return SoleForce{{0, y, 0}, {0, 0, load_n}, {0, 0, 0}}; };
+  EXPECT_NEAR(zero_moment_point({under(0, 100), under(1, 300)})->y(), 0.75, 1e-12)
+      << "between by their loads";
+  EXPECT_FALSE(zero_moment_point({under(0, 10), under(0, 5)}).has_value());
 }
 
 // Two soles side by side, of 0.23 m by 0.138 m each, 0.2 m apart.
@@ -228,8 +218,8 @@ TEST(Strips, TheSupportPolygonIsTheConvexHullAndTheMarginIsToItsNearestEdge) {
   Strips strips;
   for (const double y : {0.0, 0.15}) {
     Frame frame{.zmp = Eigen::Vector2d(0, y)};
-    frame.feet = {FootPlace{.truth = {0, 0.1, 0}, .load_n = 100},
-                  FootPlace{.truth = {0, -0.1, 0}, .load_n = 100}};
+    frame.feet = {FootPlace{{.truth = {0, 0.1, 0}, .load_n = 100}},
+                  FootPlace{{.truth = {0, -0.1, 0}, .load_n = 100}}};
     strips.add(frame);
     EXPECT_EQ(frame.support.size(), 4u);
   }
@@ -244,7 +234,7 @@ TEST(Strips, SlipIsMeasuredFromWhereAFootWasSetDown) {
   for (const auto& [load, x] : {std::pair{500.0, 1.0}, {400.0, 1.003}, {30.0, 1.003}, {5.0, 1.1}}) {
     Frame frame{.t = std::chrono::milliseconds(33 * strips.figures()[4].lines[0].x.size())};
     frame.feet.emplace();
-    (*frame.feet)[0] = {.truth = {x, 0, 0}, .load_n = load};
+    (*frame.feet)[0] = {{.truth = {x, 0, 0}, .load_n = load}};
     strips.add(frame);
     landed = (*frame.feet)[0].landed;
     EXPECT_EQ(frame.support.size(), load > 20 ? 4u : 0u);

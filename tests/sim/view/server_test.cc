@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include <atomic>
 #include <future>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -20,53 +19,29 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 using testing::HasSubstr, testing::StartsWith;
 
-/// A run of ticks of 5 ms in its own thread.
-class TickingRun {
- public:
-  explicit TickingRun(Pace& pace)
-      : pace_(pace), thread_([this] {
-          for (slam::Stamp t = 5ms; !ended_; t += 5ms) {
-            pace_.wait(t);
-            at_ms_ = t / 1ms;
-          }
-        }) {}
-  ~TickingRun() {
-    ended_ = true;
-    pace_.release();
-    thread_.join();
-  }
-  /// Simulated time after it stopped.
-  long rest() const {
-    long before = -1;
-    for (long now = at_ms_; now != before; now = at_ms_) {
-      before = now;
-      std::this_thread::sleep_for(100ms);
-    }
-    return before;
-  }
-  long at_ms() const { return at_ms_; }
+/// Whether a run at that time continues within 200 ms; else a viewer resumes it.
+bool goes_on(Pace& pace, slam::Stamp t) {
+  auto run = std::async(std::launch::async, [&] { pace.wait(t); });
+  const bool went = run.wait_for(200ms) == std::future_status::ready;
+  if (!went) pace.resume();
+  return went;
+}
 
- private:
-  Pace& pace_;
-  std::atomic<long> at_ms_{0};
-  std::atomic<bool> ended_{false};
-  std::thread thread_;
-};
-
-TEST(Pace, AStepGoesOnForItsPeriodAndResumedItGoesOn) {
+TEST(Pace, APausedRunGoesOnForAStepOrResumedOrWithoutViewers) {
   Pace pace;
-  pace.set_speed(1);
-  TickingRun run(pace);
+  EXPECT_TRUE(goes_on(pace, 5ms));
   pace.pause();
-  const long paused = run.rest();
+  EXPECT_FALSE(goes_on(pace, 10ms));
+  EXPECT_TRUE(goes_on(pace, 15ms)) << "resumed above";
+  pace.pause();
   pace.step(34ms);
-  const long after = run.rest();
-  EXPECT_GE(after, paused + 30);
-  EXPECT_LE(after, paused + 40);
   EXPECT_TRUE(pace.state().paused);
-  pace.resume();
-  std::this_thread::sleep_for(300ms);
-  EXPECT_GT(run.at_ms(), after + 100);
+  EXPECT_TRUE(goes_on(pace, 45ms));
+  EXPECT_FALSE(goes_on(pace, 50ms));
+  pace.pause();
+  pace.set_speed(0.25);
+  pace.release();
+  EXPECT_TRUE(goes_on(pace, 1000s)) << "neither paused nor slow";
 }
 
 TEST(Pace, SpeedIsThatOfSimulatedTimeAndFullUnlessItIsSet) {
@@ -79,16 +54,6 @@ TEST(Pace, SpeedIsThatOfSimulatedTimeAndFullUnlessItIsSet) {
   for (slam::Stamp t = 999s; t <= 999s + 100ms; t += 5ms) pace.wait(t);
   EXPECT_GE(Clock::now() - begin, 390ms);  // it never runs ahead; how late it is depends on the machine
   EXPECT_LT(Clock::now() - begin, 3s);
-}
-
-TEST(Pace, WithoutViewersItIsNeitherPausedNorSlow) {
-  Pace pace;
-  pace.pause();
-  TickingRun run(pace);
-  run.rest();
-  pace.release();
-  std::this_thread::sleep_for(100ms);
-  EXPECT_GT(run.at_ms(), 1000);
 }
 
 /// The next message that is not a drawing of the strips.
@@ -125,7 +90,7 @@ class Live : public testing::Test {
   LiveView view_{{.token = kToken}, {.label = "a walk"}, false};
 };
 
-TEST_F(Live, AViewerIsSentTheFramesThatAreShown) {
+TEST_F(Live, AViewerIsSentTheFramesThatAreShownAtMostFortyASecond) {
   EXPECT_FALSE(view_.wants({})) << "without a viewer";
   RawClient client(view_.access().port);
   open_socket(client, view_.access());
@@ -133,24 +98,17 @@ TEST_F(Live, AViewerIsSentTheFramesThatAreShown) {
   EXPECT_EQ(next_message(client), R"({"op":"pace","paused":false,"speed":0.0})");
   EXPECT_TRUE(view_.wants({}));
   view_.show(frame_at(3));
+  EXPECT_FALSE(view_.wants({}));
   EXPECT_THAT(next_message(client).value_or(""), HasSubstr("{\"t\":0.099,\"image\":[320,240]}"));
+  std::this_thread::sleep_for(30ms);
+  EXPECT_TRUE(view_.wants({}));
   say_loaded(client);
   view_.end("The run has ended.");
   EXPECT_EQ(next_message(client), R"({"op":"ended","how":"The run has ended."})");
 }
 
-TEST_F(Live, AtMostFortyFramesASecondAreWanted) {
-  RawClient client(view_.access().port);
-  open_socket(client, view_.access());
-  ASSERT_TRUE(has_a_viewer(view_));
-  view_.show(frame_at(0));
-  EXPECT_FALSE(view_.wants({}));
-  std::this_thread::sleep_for(30ms);
-  EXPECT_TRUE(view_.wants({}));
-}
-
 // Its queue and the kernel's buffers fill; then no more frames are made for it, and the run does not wait.
-TEST_F(Live, AStalledViewerCostsNothing) {
+TEST_F(Live, AStalledViewerCostsNothingAndOneThatReadsIsServedBesideIt) {
   RawClient stalled(view_.access().port, "127.0.0.1", 4096);
   open_socket(stalled, view_.access());
   say_loaded(stalled);
@@ -158,7 +116,15 @@ TEST_F(Live, AStalledViewerCostsNothing) {
   const auto begin = Clock::now();
   ASSERT_TRUE(fills_its_viewer(view_)) << "whoever waited for it would wait for ever";
   EXPECT_FALSE(view_.wants({}));
-  view_.end("done");  // gives up waiting for it
+  RawClient reading(view_.access().port);
+  open_socket(reading, view_.access());
+  say_loaded(reading);
+  ASSERT_TRUE(has_a_viewer(view_));
+  next_message(reading);  // the pace
+  next_message(reading);  // the last frame
+  view_.show(frame_at(2000));
+  EXPECT_THAT(next_message(reading).value_or(""), HasSubstr("\"t\":66.0"));
+  view_.end("done");  // gives up waiting for the stalled one
   EXPECT_LT(Clock::now() - begin, 90s);
 }
 
@@ -184,18 +150,6 @@ TEST_F(Live, AViewerThatIsSlowForASecondIsToldHowTheRunEnded) {
   }
   EXPECT_EQ(last, R"({"op":"ended","how":"done"})");
   program.join();
-}
-
-TEST_F(Live, AViewerThatReadsIsServedBesideOneThatStalls) {
-  RawClient stalled(view_.access().port, "127.0.0.1", 4096), reading(view_.access().port);
-  open_socket(stalled, view_.access());
-  for (int k = 0; k < 1000; ++k) view_.show(frame_at(k));
-  open_socket(reading, view_.access());
-  ASSERT_TRUE(has_a_viewer(view_));
-  next_message(reading);  // the pace
-  next_message(reading);  // the last frame
-  view_.show(frame_at(2000));
-  EXPECT_THAT(next_message(reading).value_or(""), HasSubstr("\"t\":66.0"));
 }
 
 // An image comes with the first frame, a sweep with one that is not shown.
@@ -290,14 +244,11 @@ TEST(Site, HasItsFilesAndNoOthers) {
     EXPECT_FALSE(site.at(path, "").has_value()) << path;
 }
 
-TEST(ClientMessage, CommandsAreRead) {
+TEST(ClientMessage, CommandsAndSubscriptionsOfFoxgloveAreRead) {
   EXPECT_EQ(read_client_message(R"({"op":"pause"})").op, "pause");
   EXPECT_EQ(read_client_message(R"({"op":"getParameters","parameterNames":[]})").op, "getParameters");
   EXPECT_EQ(read_client_message(R"({"op":"speed","factor":0.25})").factor, 0.25);
   EXPECT_EQ(read_client_message(R"({"op":"speed","factor":0})").factor, 0);
-}
-
-TEST(ClientMessage, SubscriptionsOfFoxgloveAreRead) {
   const auto message = read_client_message(
       R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":2},{"id":8,"channelId":4294967295}]})");
   using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
@@ -321,34 +272,20 @@ TEST(ClientMessage, WhatIsNoMessageIsMalformed) {
     EXPECT_THROW(read_client_message(text), std::invalid_argument) << text;
 }
 
-Message frame(const std::string& text) { return {std::make_shared<const std::string>(text), false, true}; }
-Message word(const std::string& text) { return {std::make_shared<const std::string>(text), true, false}; }
-
-TEST(MessageQueue, TheOldestFrameIsDropped) {
-  MessageQueue queue(3, 10);
-  for (const char* const text : {"1", "2", "3", "4", "5"}) EXPECT_TRUE(queue.push(frame(text)));
-  for (const char* const text : {"3", "4", "5"}) EXPECT_EQ(*queue.pop()->bytes, text);
-  EXPECT_FALSE(queue.pop().has_value());
-}
-
-TEST(MessageQueue, WhatIsNoFrameIsNeverDropped) {
-  MessageQueue queue(1, 2);
-  EXPECT_TRUE(queue.push(word("a")));
-  EXPECT_TRUE(queue.push(frame("1")));
-  EXPECT_TRUE(queue.push(frame("2")));
-  EXPECT_TRUE(queue.push(word("b")));
-  EXPECT_FALSE(queue.push(word("c"))) << "no room: the client is to be given up";
-  for (const char* const text : {"a", "2", "b"}) EXPECT_EQ(*queue.pop()->bytes, text);
-}
-
-TEST(MessageQueue, ThereIsRoomWhileHalfOfItIsFree) {
-  MessageQueue queue(4, 1);
-  for (int i = 0; i < 3; ++i) {
-    EXPECT_TRUE(queue.has_room()) << i;
-    queue.push(frame("x"));
+TEST(MessageQueue, DropsTheOldestFrameButNothingElseAndHasRoomWhileHalfOfItIsFree) {
+  MessageQueue queue(3, 2);
+  const auto push = [&](const char* text, bool is_frame) {
+    return queue.push({std::make_shared<const std::string>(text), !is_frame, is_frame});
+  };
+  EXPECT_TRUE(push("a", false));
+  for (const char* const text : {"1", "2", "3", "4"}) {
+    EXPECT_EQ(queue.has_room(), text[0] < '3');
+    EXPECT_TRUE(push(text, true));
   }
-  EXPECT_FALSE(queue.has_room());
-  queue.pop();
+  EXPECT_TRUE(push("b", false));
+  EXPECT_FALSE(push("c", false)) << "no room: the client is to be given up";
+  for (const char* const text : {"a", "2", "3", "4", "b"}) EXPECT_EQ(*queue.pop()->bytes, text);
+  EXPECT_FALSE(queue.pop().has_value());
   EXPECT_TRUE(queue.has_room());
 }
 
