@@ -27,7 +27,6 @@ constexpr std::size_t kMostShown = 32;      // newest frames; pages can fetch th
 
 bool is_own(const Client& client) { return client.protocol() == kOwnProtocol; }
 
-constexpr std::size_t kMostSubscribed = 64;
 constexpr std::uint32_t kImu = 3;
 
 /// Its number to clients is its place, from 1. payload: of a frame; empty if it has none.
@@ -131,7 +130,7 @@ class Foxglove {
       for (const std::uint32_t id : message.unsubscribed) drop(id);
       for (const auto& [id, channel] : message.subscriptions) {
         drop(id);
-        if (channel < 1 || channel > channels().size() || client.subscriptions.size() >= kMostSubscribed)
+        if (channel < 1 || channel > channels().size() || client.subscriptions.size() >= kMostSubscriptions)
           complain(fmt::format("unknown channel {} or too many subscriptions", channel));
         else
           client.subscriptions.push_back({id, channel});

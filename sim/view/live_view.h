@@ -33,7 +33,7 @@ struct ClientMessage {
   std::vector<std::uint32_t> unsubscribed{};                             ///< the client's numbers
 };
 
-/// Limit of subscriptions in one message.
+/// Limit of subscriptions in one message, and of a client.
 inline constexpr std::size_t kMostSubscriptions = 64;
 
 /// Reads any text. Throws std::invalid_argument unless it is a message.

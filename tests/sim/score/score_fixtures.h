@@ -1,5 +1,5 @@
-// Poses, trajectories, a camera and a room for tests of the score: upright poses, deterministic ones without
-// symmetry, and the simplest of cameras.
+// Poses, trajectories, a camera and a room for tests of the score: upright poses and the simplest of
+// cameras.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -11,23 +11,6 @@
 #include "sim/score/run.h"
 
 namespace sim::score {
-
-/// A number in (−1, 1) that looks like no other's.
-inline double scatter(int i, int j) {
-  const double x = std::sin(12.9898 * i + 78.233 * j) * 43758.5453;
-  return 2 * (x - std::floor(x)) - 1;
-}
-
-inline Eigen::Vector3d scattered(int i, int j) {
-  return {scatter(i, j), scatter(i, j + 1), scatter(i, j + 2)};
-}
-
-inline Eigen::Isometry3d scattered_pose(int i, int j, double size = 1) {
-  const Eigen::Vector3d turn = size * scattered(i, j);
-  Eigen::Isometry3d X(Eigen::AngleAxisd(turn.norm(), turn.normalized()));
-  X.translation() = size * scattered(i, j + 3);
-  return X;
-}
 
 inline Eigen::Matrix3d about_z(double angle) {
   return Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()).toRotationMatrix();

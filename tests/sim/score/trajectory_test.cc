@@ -11,6 +11,9 @@ using std::numbers::pi, testing::HasSubstr;
 using Unit = Spans::Unit;
 using Indices = std::vector<std::pair<std::size_t, std::size_t>>;
 
+const Eigen::Matrix3d kTurn =
+    Eigen::AngleAxisd(0.9, Eigen::Vector3d(0.3, -0.5, 0.8).normalized()).toRotationMatrix();
+
 TimedPose at(std::int64_t t_ns, double x) { return {Stamp(t_ns), upright(x, 0, 0)}; }
 
 TEST(Trajectory, StampsOfOneMomentArePairedAlsoIfTheyAreRounded) {
@@ -70,11 +73,11 @@ TEST(Trajectory, RotationVectorIsAngleTimesAxis) {
 TEST(Trajectory, YawIsTheNearestTurnAboutTheVertical) {
   for (const double angle : {2.5, -2.5}) EXPECT_NEAR(yaw(about_z(angle)), angle, 1e-15);
   // By brute force, for a rotation that is not about z.
-  const Eigen::Matrix3d R = scattered_pose(3, 5).linear();
   double best = 0, least = 1e9;
   for (double angle = -pi; angle < pi; angle += 1e-4)
-    if (const double distance = (R - about_z(angle)).norm(); distance < least) least = distance, best = angle;
-  EXPECT_NEAR(yaw(R), best, 1e-4);
+    if (const double distance = (kTurn - about_z(angle)).norm(); distance < least)
+      least = distance, best = angle;
+  EXPECT_NEAR(yaw(kTurn), best, 1e-4);
 }
 
 TEST(Errors, YawIsAboutTheVerticalOfTheWorldAndDriftInAxesOfTheStart) {
@@ -111,12 +114,11 @@ double ate(const std::vector<PosePair>& pairs, Alignment alignment) {
 TEST(Alignment, UndoesTheMotionItAllowsExactly) {
   const std::vector<PosePair> pairs = curve_pairs();
   const Eigen::Vector3d shift(1, 2, 3);
-  const Eigen::Matrix3d R = scattered_pose(7, 2, 2).linear();
   for (const auto& [alignment, S] :
        std::vector<std::pair<Alignment, Similarity>>{{Alignment::yaw_position, {1, about_z(2), shift}},
-                                                     {Alignment::origin, {1, R, shift}},
-                                                     {Alignment::se3, {1, R, shift}},
-                                                     {Alignment::sim3, {0.37, R, shift}},
+                                                     {Alignment::origin, {1, kTurn, shift}},
+                                                     {Alignment::se3, {1, kTurn, shift}},
+                                                     {Alignment::sim3, {0.37, kTurn, shift}},
                                                      {Alignment::scale, {0.37}}}) {
     const std::vector<PosePair> moved = transformed(S, pairs);
     for (const PosePair& pair : transformed(aligned(moved, alignment), moved)) {
