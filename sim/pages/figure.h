@@ -70,8 +70,8 @@ struct Axis {
 /// are none.
 Axis axis_of(const std::vector<const std::vector<double>*>& values, bool logarithmic);
 
-/// An SVG document of the given size (px) with title and legend. in_page: the drawing only, for a page that
-/// has figure_style(), a caption and a legend. Its axes are then attributes from which web/figures.js reads
+/// An SVG document of the given size (px) with title and legend. in_page: only the drawing, for a page with
+/// figure_style(), a caption and a legend. Its axes are then attributes, so that web/figures.js can read the
 /// values under the cursor.
 std::string to_svg(const Figure& figure, double width, double height, bool in_page = false);
 /// CSS of the drawings: plain colors, and those of the page if it defines them.

@@ -27,7 +27,7 @@ std::vector<score::EstimatedPose> estimate(const tracking::Tracked& tracked,
   return poses;
 }
 
-/// What the frames report of landmarks and sensors; with_use: also which of them were used.
+/// Adds landmarks and sensors from the reports of the frames; with_use: also which sensors were used.
 void add_reports(score::Run& run, const tracking::Tracked& tracked, bool with_use) {
   static_assert(score::kUsedSensors == slam::kSensorNames);
   std::map<int, score::LandmarkHistory> histories;

@@ -23,7 +23,7 @@ inline Eigen::Isometry3d upright(double x, double y, double z, double yaw_rad = 
   return X;
 }
 
-/// Pairs of a curve in space, whose poses turn, with itself.
+/// A curve in space with turning poses, paired with itself.
 inline std::vector<PosePair> curve_pairs() {
   std::vector<PosePair> pairs;
   for (int i = 0; i < 40; ++i) {

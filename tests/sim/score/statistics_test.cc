@@ -27,7 +27,7 @@ TEST(Significance, WilcoxonIsThatOfPublishedSamplesAndOfAllSignPatterns) {
   EXPECT_EQ(wilcoxon_signed_rank({-1, -2, -3, -4, -5, -6, -7, -8}), 2 / 256.0);
   EXPECT_EQ(wilcoxon_signed_rank({0.1, 0.1, 0.1, 0.1, 0.1}), 2 / 32.0);  // ties do not matter to that
   for (const Numbers& none : {Numbers{}, {0, 0, 0}, {1, -1, 2, -2}}) EXPECT_EQ(wilcoxon_signed_rank(none), 1);
-  // Ties and zeros, counted over all patterns of signs by a program of its own.
+  // Ties and zeros, counted over all patterns of signs by another program.
   EXPECT_DOUBLE_EQ(wilcoxon_signed_rank({1, 1, -1, 2, 3, 3, -3, 0, 5}), 2 * 28 / 256.0);
   EXPECT_DOUBLE_EQ(wilcoxon_signed_rank({0.5, -0.5, -0.5, 2, 2, 2}), 2 * 7 / 64.0);
   EXPECT_DOUBLE_EQ(wilcoxon_signed_rank({1, 2, 2, 2, -9, 9, 9, 4, 4, -4}), 2 * 118 / 1024.0);

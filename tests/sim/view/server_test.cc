@@ -19,7 +19,7 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 using testing::HasSubstr, testing::StartsWith;
 
-/// Whether a run at that time continues within 200 ms; else a viewer resumes it.
+/// Returns whether a run at that time continues within 200 ms; else resumes it.
 bool goes_on(Pace& pace, slam::Stamp t) {
   auto run = std::async(std::launch::async, [&] { pace.wait(t); });
   const bool went = run.wait_for(200ms) == std::future_status::ready;
