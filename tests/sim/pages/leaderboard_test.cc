@@ -157,9 +157,9 @@ TEST(PaperRows, DriftsAgreeWithinAFactorOfTwoWhateverTheirSignsOrBelowTheNegligi
   EXPECT_EQ(x.agreement, "differs") << "100 is below 240 / 2";
   EXPECT_EQ(row(rows, "Facing the center, first trial: drift in Y").agreement, "agrees");
   EXPECT_EQ(row(rows, "Facing the center, first trial: drift in yaw").agreement, "agrees");
-  for (const auto& [x, yaw, agreement] : {std::tuple{-0.009, 0.9, "agrees"}, {-0.012, 1.1, "differs"}}) {
-    const auto small =
-        paper_rows({{"tangent_quadrant", {run(1, {{"plan_drift_x_m", x}, {"plan_drift_yaw_deg", yaw}})}}});
+  for (const auto& [ahead, yaw, agreement] : {std::tuple{-0.009, 0.9, "agrees"}, {-0.012, 1.1, "differs"}}) {
+    const auto small = paper_rows(
+        {{"tangent_quadrant", {run(1, {{"plan_drift_x_m", ahead}, {"plan_drift_yaw_deg", yaw}})}}});
     EXPECT_EQ(row(small, "Tangent quadrant: drift in X").agreement, agreement);
     EXPECT_EQ(row(small, "Tangent quadrant: drift in yaw").agreement, agreement);
   }
