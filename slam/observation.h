@@ -76,6 +76,18 @@ struct RigReading {
   Eigen::Vector3d accelerometer = Eigen::Vector3d::Zero();  ///< specific force, m/s², mean over the interval
 };
 
+/// Readings of the joints' encoders and of the force sensors of both feet at one instant. The filter ignores
+/// them: it gets leg odometry.
+struct BodyReading {
+  struct Wrench {
+    Eigen::Vector3d force = Eigen::Vector3d::Zero(),  ///< N
+        torque = Eigen::Vector3d::Zero();             ///< N·m about the point of the sole below the ankle
+  };
+  Stamp t{0};
+  Eigen::VectorXd q;   ///< rad, one for each joint
+  Wrench left, right;  ///< of the ground on each foot, axes of the sole
+};
+
 /// One camera frame and all measurements since the previous one. A missing one is absent: an empty image, an
 /// empty vector, no plan.
 struct Observation {
@@ -85,6 +97,8 @@ struct Observation {
   std::vector<InertialSample> accelerometer;  ///< readings since the previous frame, in order of time
   std::optional<PlannedMotion> plan;
   std::vector<RigReading> rig;  ///< complete since the previous frame, each sensor's in order of time
+  std::vector<BodyReading>
+      body;  ///< stamped before this frame, not before the previous one; in order of time
 };
 
 }  // namespace slam

@@ -65,6 +65,8 @@ struct Start {
   rig::RigSensor chest_imu = {
       .name = "imu0", .kind = rig::Kind::imu, .rate_hz = 200};  ///< at calibration.X_CG
   std::vector<rig::RigSensor> rig = {};                         ///< further sensors of the observations
+  std::vector<std::string> joints = {};  ///< with encoders; empty: neither encoders nor force sensors
+  double body_rate_hz = 200;             ///< of encoders and force sensors
 };
 
 /// A running estimator. Exceptions from it are failures of the estimator.

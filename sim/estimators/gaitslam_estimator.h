@@ -113,10 +113,24 @@ typedef struct gaitslam_lidar {
   double lowest_rad, highest_rad; /* elevation of its rays */
 } gaitslam_lidar;                 /* 192 bytes */
 
+enum {
+  GAITSLAM_ENCODER = 0,     /* one value: the angle of its joint, rad; its zero may be off */
+  GAITSLAM_FORCE_SENSOR = 1 /* six: force (N) and torque (N m) of the ground on its foot, axes of the sole (x
+                               forward, y left, z up), about the point of the sole below the ankle */
+};
+
+/* An encoder or a force sensor. All of them are read at once. */
+typedef struct gaitslam_body_sensor {
+  char name[GAITSLAM_NAME_BYTES]; /* of the joint, or of the foot: left, right */
+  uint32_t kind;                  /* GAITSLAM_ENCODER or _FORCE_SENSOR */
+  uint32_t value_count;           /* 1 or 6 */
+  double rate_hz;
+} gaitslam_body_sensor; /* 64 bytes */
+
 /* Lengths of the lists of sensors in START. */
 typedef struct gaitslam_sensor_counts {
   uint32_t cameras, imus, lidars; /* at least 1, 1, 0 */
-  uint32_t reserved;              /* 0 */
+  uint32_t body_sensors;          /* encoders, then force sensors; 0 for recordings without them */
 } gaitslam_sensor_counts;         /* 16 bytes */
 
 /* The mean over (begin_ns, end_ns] in axes of G: angular velocity in rad/s, or specific force in m/s^2 (+g
@@ -195,7 +209,8 @@ typedef struct gaitslam_imu_reading {
  * sensor's in order of time. */
 typedef struct gaitslam_rig_counts {
   uint32_t images, sweeps, imu_readings;
-  uint32_t reserved;   /* 0 */
+  uint32_t
+      body_readings;   /* of all encoders and force sensors; each is stamped before the image of camera 0 */
 } gaitslam_rig_counts; /* 16 bytes */
 
 enum {
@@ -235,12 +250,14 @@ typedef struct gaitslam_landmark {
 /* A message is this header and `bytes` bytes after it:
  *
  *     START        gaitslam_start, options, 1 to 8 zero bytes up to a multiple of 8, gaitslam_sensor_counts,
- *                  the cameras, IMUs and lidars
+ *                  the cameras, IMUs, lidars and body sensors
  *     READY        gaitslam_ready, text
  *     OBSERVATION  gaitslam_observation, gyro_count readings, accelerometer_count readings, image of camera 0
  *                  (one byte a pixel, row by row), 0 to 7 zero bytes up to a multiple of 8,
- *                  gaitslam_rig_counts, the images, sweeps and IMU readings, pixels and points; at_byte
- * counts from the first byte after the header ANSWER       gaitslam_answer, landmark_count landmarks, cause
+ *                  gaitslam_rig_counts, the images, sweeps and IMU readings, the stamps of the body readings
+ *                  (int64_t, ns), their values (double; those of all body sensors for each stamp), pixels and
+ *                  points. at_byte counts from the first byte after the header
+ *     ANSWER       gaitslam_answer, landmark_count landmarks, cause
  *     END          nothing; the program exits
  *
  * GaitSLAM sends START, OBSERVATION and END; the program answers the first two with READY and ANSWER. Options
@@ -276,6 +293,7 @@ typedef struct gaitslam_sensors {
   const gaitslam_camera* cameras;
   const gaitslam_imu* imus;
   const gaitslam_lidar* lidars;
+  const gaitslam_body_sensor* body_sensors;
 } gaitslam_sensors;
 
 /* The lists of OBSERVATION. */
@@ -284,7 +302,9 @@ typedef struct gaitslam_rig {
   const gaitslam_image* images;
   const gaitslam_sweep* sweeps;
   const gaitslam_imu_reading* imu_readings;
-  const uint8_t* data; /* at_byte of images and sweeps counts from here */
+  const int64_t* body_t_ns;
+  const double* body_values; /* value k of reading i: body_values[i * n + k], n the sum of all value_count */
+  const uint8_t* data;       /* at_byte of images and sweeps counts from here */
 } gaitslam_rig;
 
 /* Creates an estimator. Pointers are valid during the call. options: zero-terminated text, one line
@@ -349,6 +369,8 @@ static const void* gaitslam_take(const char* payload, uint64_t bytes, uint64_t* 
   return payload + (*at - count * item_bytes);
 }
 
+static uint32_t gaitslam_body_values; /* of a body reading */
+
 /* Reads the lists after the image of camera 0, which ends at `at`. */
 static int gaitslam_read_rig(const char* payload, uint64_t bytes, uint64_t at, gaitslam_rig* rig) {
   const void* counts;
@@ -364,7 +386,11 @@ static int gaitslam_read_rig(const char* payload, uint64_t bytes, uint64_t at, g
       (const gaitslam_sweep*)gaitslam_take(payload, bytes, &at, rig->counts.sweeps, sizeof *rig->sweeps);
   rig->imu_readings = (const gaitslam_imu_reading*)gaitslam_take(
       payload, bytes, &at, rig->counts.imu_readings, sizeof *rig->imu_readings);
-  if (!rig->images || !rig->sweeps || !rig->imu_readings) return 0;
+  rig->body_t_ns =
+      (const int64_t*)gaitslam_take(payload, bytes, &at, rig->counts.body_readings, sizeof(int64_t));
+  rig->body_values = (const double*)gaitslam_take(payload, bytes, &at, rig->counts.body_readings,
+                                                  gaitslam_body_values * sizeof(double));
+  if (!rig->images || !rig->sweeps || !rig->imu_readings || !rig->body_t_ns || !rig->body_values) return 0;
   for (i = 0; i < rig->counts.images; ++i) {
     at = rig->images[i].at_byte;
     if (rig->images[i].row_bytes > UINT32_MAX ||
@@ -423,6 +449,7 @@ static int gaitslam_read_sensors(const char* payload, uint64_t bytes, uint64_t o
                                  gaitslam_sensors* sensors) {
   uint64_t at = sizeof(gaitslam_start);
   const void* counts;
+  uint32_t i;
   if (options_bytes > bytes) return 0;
   at = (at + options_bytes + 8) / 8 * 8;
   counts = gaitslam_take(payload, bytes, &at, 1, sizeof sensors->counts);
@@ -434,7 +461,11 @@ static int gaitslam_read_sensors(const char* payload, uint64_t bytes, uint64_t o
       (const gaitslam_imu*)gaitslam_take(payload, bytes, &at, sensors->counts.imus, sizeof *sensors->imus);
   sensors->lidars = (const gaitslam_lidar*)gaitslam_take(payload, bytes, &at, sensors->counts.lidars,
                                                          sizeof *sensors->lidars);
-  return sensors->cameras && sensors->imus && sensors->lidars;
+  sensors->body_sensors = (const gaitslam_body_sensor*)gaitslam_take(
+      payload, bytes, &at, sensors->counts.body_sensors, sizeof *sensors->body_sensors);
+  for (i = 0; sensors->body_sensors && i < sensors->counts.body_sensors; ++i)
+    gaitslam_body_values += sensors->body_sensors[i].value_count;
+  return sensors->cameras && sensors->imus && sensors->lidars && sensors->body_sensors;
 }
 
 /* Creates the estimator of the START message in `payload` and answers READY. Returns NULL on failure. */

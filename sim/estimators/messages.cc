@@ -8,7 +8,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <iterator>
 #include <optional>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -26,7 +28,8 @@ static_assert(sizeof(gaitslam_pose) == 96 && sizeof(gaitslam_start) == 288 &&
 static_assert(sizeof(gaitslam_lens) == 72 && sizeof(gaitslam_camera) == 360 && sizeof(gaitslam_imu) == 200 &&
               sizeof(gaitslam_lidar) == 192 && sizeof(gaitslam_sensor_counts) == 16 &&
               sizeof(gaitslam_image) == 40 && sizeof(gaitslam_sweep) == 24 && sizeof(gaitslam_point) == 20 &&
-              sizeof(gaitslam_imu_reading) == 72 && sizeof(gaitslam_rig_counts) == 16);
+              sizeof(gaitslam_imu_reading) == 72 && sizeof(gaitslam_rig_counts) == 16 &&
+              sizeof(gaitslam_body_sensor) == 64);
 static_assert(sizeof(slam::LidarPoint) == sizeof(gaitslam_point) &&
               offsetof(slam::LidarPoint, intensity) == offsetof(gaitslam_point, intensity) &&
               offsetof(slam::LidarPoint, offset_ns) == offsetof(gaitslam_point, offset_ns));
@@ -120,6 +123,20 @@ gaitslam_lidar lidar_of(const rig::RigSensor& sensor) {
   return lidar;
 }
 
+/// The encoders and the force sensors of both feet.
+std::vector<gaitslam_body_sensor> body_sensors_of(const Start& start) {
+  std::vector<gaitslam_body_sensor> sensors;
+  const auto add = [&](std::string_view name, std::uint32_t kind, std::uint32_t value_count) {
+    gaitslam_body_sensor& sensor = sensors.emplace_back();
+    name.copy(sensor.name, sizeof sensor.name - 1);
+    sensor.kind = kind, sensor.value_count = value_count, sensor.rate_hz = start.body_rate_hz;
+  };
+  for (const std::string& joint : start.joints) add(joint, GAITSLAM_ENCODER, 1);
+  for (const char* foot : {"left", "right"})
+    if (!start.joints.empty()) add(foot, GAITSLAM_FORCE_SENSOR, 6);
+  return sensors;
+}
+
 /// The list of START that contains a sensor: cameras, IMUs or lidars.
 rig::Kind list_of(const rig::RigSensor& sensor) {
   return rig::is_camera(sensor) ? rig::Kind::grey : sensor.kind;
@@ -191,8 +208,19 @@ struct RigLists {
   std::vector<gaitslam_image> images;
   std::vector<gaitslam_sweep> sweeps;
   std::vector<gaitslam_imu_reading> imu_readings;
+  std::vector<std::int64_t> body_stamps;
+  std::vector<double> body_values;
   std::string data;
 };
+
+void add(const slam::BodyReading& reading, RigLists& lists) {
+  if (reading.q.size() == 0) return;  // START lists no encoders
+  lists.body_stamps.push_back(reading.t.count());
+  std::ranges::copy(reading.q, std::back_inserter(lists.body_values));
+  for (const slam::BodyReading::Wrench& foot : {reading.left, reading.right})
+    for (const Eigen::Vector3d& part : {foot.force, foot.torque})
+      std::ranges::copy(part, std::back_inserter(lists.body_values));
+}
 
 gaitslam_image image_of(std::uint32_t camera, slam::Stamp t, const cv::Mat& image, std::uint64_t at_byte) {
   const std::uint32_t pixels = image.type() == CV_16UC1  ? GAITSLAM_PIXELS_DEPTH16
@@ -237,15 +265,18 @@ void append(std::string& message, RigLists lists, const std::optional<gaitslam_i
   const std::size_t images = lists.images.size() + (head ? 1 : 0);
   const gaitslam_rig_counts counts{static_cast<std::uint32_t>(images),
                                    static_cast<std::uint32_t>(lists.sweeps.size()),
-                                   static_cast<std::uint32_t>(lists.imu_readings.size()), 0};
+                                   static_cast<std::uint32_t>(lists.imu_readings.size()),
+                                   static_cast<std::uint32_t>(lists.body_stamps.size())};
   const std::size_t data_at = message.size() - kHeaderBytes + sizeof counts +
                               images * sizeof(gaitslam_image) + bytes_of(lists.sweeps).size() +
-                              bytes_of(lists.imu_readings).size();
+                              bytes_of(lists.imu_readings).size() + bytes_of(lists.body_stamps).size() +
+                              bytes_of(lists.body_values).size();
   for (gaitslam_image& image : lists.images) image.at_byte += data_at;
   for (gaitslam_sweep& sweep : lists.sweeps) sweep.at_byte += data_at;
   if (head) lists.images.insert(lists.images.begin(), *head);
-  for (const std::string_view part : {bytes_of(counts), bytes_of(lists.images), bytes_of(lists.sweeps),
-                                      bytes_of(lists.imu_readings), std::string_view(lists.data)})
+  for (const std::string_view part :
+       {bytes_of(counts), bytes_of(lists.images), bytes_of(lists.sweeps), bytes_of(lists.imu_readings),
+        bytes_of(lists.body_stamps), bytes_of(lists.body_values), std::string_view(lists.data)})
     message += part;
   const std::uint64_t payload = message.size() - kHeaderBytes;
   std::memcpy(message.data() + offsetof(gaitslam_header, bytes), &payload, sizeof payload);
@@ -324,12 +355,14 @@ std::string start_message(const EstimatorChoice& choice, const Start& start, std
                                                         : static_cast<int>(&sensor - start.rig.data());
     cameras.back().aligned_with = partner < 0 ? 0 : number_of(start.rig, partner);
   }
-  const gaitslam_sensor_counts counts{static_cast<std::uint32_t>(cameras.size()),
-                                      static_cast<std::uint32_t>(imus.size()),
-                                      static_cast<std::uint32_t>(lidars.size()), 0};
+  const std::vector<gaitslam_body_sensor> body = body_sensors_of(start);
+  const gaitslam_sensor_counts counts{
+      static_cast<std::uint32_t>(cameras.size()), static_cast<std::uint32_t>(imus.size()),
+      static_cast<std::uint32_t>(lidars.size()), static_cast<std::uint32_t>(body.size())};
   const std::string zeros(8 - options.size() % 8, '\0');
-  return message(GAITSLAM_MESSAGE_START, {bytes_of(words), options, zeros, bytes_of(counts),
-                                          bytes_of(cameras), bytes_of(imus), bytes_of(lidars)});
+  return message(GAITSLAM_MESSAGE_START,
+                 {bytes_of(words), options, zeros, bytes_of(counts), bytes_of(cameras), bytes_of(imus),
+                  bytes_of(lidars), bytes_of(body)});
 }
 
 std::string observation_message(const slam::Observation& observation, const std::vector<rig::RigSensor>& rig,
@@ -349,7 +382,9 @@ std::string observation_message(const slam::Observation& observation, const std:
   if (version == kMonocularVersion) return bytes;
   std::optional<gaitslam_image> head;
   if (!image.empty()) head = image_of(0, observation.t, image, bytes.size() - kHeaderBytes - image.total());
-  append(bytes, rig_lists(observation.rig, rig), head);
+  RigLists lists = rig_lists(observation.rig, rig);
+  for (const slam::BodyReading& reading : observation.body) add(reading, lists);
+  append(bytes, std::move(lists), head);
   return bytes;
 }
 

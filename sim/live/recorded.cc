@@ -194,10 +194,8 @@ std::vector<score::StepCorrection> recorded(const std::vector<walking::StepCorre
   return steps;
 }
 
-recording::BodyReading recorded(std::chrono::nanoseconds t, const walking::SensorReadings& readings) {
-  const auto wrench = [](const walking::Wrench& w) {
-    return recording::BodyReading::Wrench{w.force, w.torque};
-  };
+slam::BodyReading recorded(std::chrono::nanoseconds t, const walking::SensorReadings& readings) {
+  const auto wrench = [](const walking::Wrench& w) { return slam::BodyReading::Wrench{w.force, w.torque}; };
   return {t, readings.q, wrench(readings.left), wrench(readings.right)};
 }
 

@@ -57,7 +57,7 @@ recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, co
                                           const Eigen::Isometry3d& X_PB);
 
 std::vector<score::StepCorrection> recorded(const std::vector<walking::StepCorrection>& corrections);
-recording::BodyReading recorded(std::chrono::nanoseconds t, const walking::SensorReadings& readings);
+slam::BodyReading recorded(std::chrono::nanoseconds t, const walking::SensorReadings& readings);
 
 /// True motion of the chest IMU at the world's time.
 recording::TrueMotion true_motion(const physics::World& world);

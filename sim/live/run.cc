@@ -96,7 +96,7 @@ class Run {
   std::optional<walking::Steering> steering_;
   std::optional<SteeringPoseBuffer> poses_;  // on their way to steering
   std::size_t poses_added_ = 0;              // answers of the estimator among them
-  slam::Observation next_;                   // the IMU readings since the last frame
+  slam::Observation next_;                   // readings of IMUs, encoders and forces since the last frame
   struct {
     walking::Wrench left, right;  // of the ground on the feet
     recording::TrueFeet feet;     // at its end
@@ -122,8 +122,8 @@ Run::Run(const scenario::ReadScenario& read, walking::PatternGenerator plan, con
   if (!frames_.surfaces().empty()) check_.view.emplace(setup_.calibration.camera, frames_.surfaces());
   if (observer_.begins) observer_.begins(setup_);
   if (read.scenario.slam) {
-    tracking_.emplace(read.scenario, setup_.calibration, setup_.X_WC_start, setup_.camera_rate_hz,
-                      setup_.rig);
+    tracking_.emplace(read.scenario, setup_.calibration, setup_.X_WC_start, setup_.camera_rate_hz, setup_.rig,
+                      setup_.joints);
   }
   const walking::SteeringOptions& steering = read.scenario.walk.steering;
   if (steering.by == walking::SteeredBy::plan) return;
@@ -158,7 +158,8 @@ void Run::command() {
   const result::StageClock clock(timing_.frame.plan_and_physics_ms);
   const slam::Stamp now = robot_->world().time();
   const walking::SensorReadings readings = robot_.command();
-  writer_.add(recorded(now, readings));
+  next_.body.push_back(recorded(now, readings));
+  writer_.add(next_.body.back());
   last_tick_.left = readings.left, last_tick_.right = readings.right;
 }
 

@@ -29,7 +29,7 @@ struct RecordingSetup {
   Eigen::Isometry3d X_WC_start = Eigen::Isometry3d::Identity();  ///< planned camera pose at t = 0
   double camera_rate_hz = 30, imu_rate_hz = 200;                 ///< imu: of encoders and forces too
   std::vector<rig::RigSensor> rig;  ///< further sensors; RigReading::sensor counts in this list
-  std::vector<std::string> joints;  ///< names, in the order of the encoders; for other readers, not read back
+  std::vector<std::string> joints;  ///< names, in the order of the encoders
 };
 
 /// True and planned poses at a frame.
@@ -61,16 +61,7 @@ struct TrueMotion {
   Eigen::Vector3d v_WG = Eigen::Vector3d::Zero();  ///< m/s in W
 };
 
-/// Readings of the sensors of the body at one instant: for other programs, not for the filter.
-struct BodyReading {
-  struct Wrench {
-    Eigen::Vector3d force = Eigen::Vector3d::Zero(),  ///< N
-        torque = Eigen::Vector3d::Zero();             ///< N·m about the point of the sole below the ankle
-  };
-  slam::Stamp t{0};
-  Eigen::VectorXd q;   ///< rad, one for each joint of the setup
-  Wrench left, right;  ///< of the ground on each foot, axes of the sole
-};
+using slam::BodyReading;
 
 /// Writes a recording during a run; memory does not grow with its length. Throws FileError if a file cannot
 /// be written, std::logic_error for readings that ideal sensors cannot give (inertial readings that do not
@@ -85,7 +76,7 @@ class RecordingWriter {
   /// likewise of each reading of the rig, empty for one without image.
   void add(const slam::Observation& ideal, std::string_view png = {},
            const std::vector<std::string>& rig_pngs = {});
-  void add(const BodyReading& reading);  ///< at any rate
+  void add(const BodyReading& reading);  ///< at any rate; those of an observation are not written
   void add(const TruePoses& poses);      ///< once per frame
   void add(const TrueMotion& motion);    ///< at any rate
   void add(const TrueFeet& feet);        ///< at any rate

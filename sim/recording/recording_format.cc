@@ -127,6 +127,11 @@ const std::vector<BodySensor>& body_sensors() {
          std::string fields;
          for (const double angle : reading.q) fields += fmt::format(",{}", angle);
          return fields;
+       },
+       [](const files::CsvReader& row, BodyReading& reading) {
+         reading.q.resize(static_cast<Eigen::Index>(row.fields()) - 1);
+         for (std::size_t i = 1; i < row.fields(); ++i)
+           reading.q[static_cast<Eigen::Index>(i) - 1] = row.number(i);
        }},
       {"forces0", "forces",
        "six-axis force sensors of the ankles, ideal: force and torque of the ground on each foot, axes of "
@@ -142,6 +147,10 @@ const std::vector<BodySensor>& body_sensors() {
          for (const BodyReading::Wrench& foot : {reading.left, reading.right})
            fields += "," + files::csv_fields(foot.force) + "," + files::csv_fields(foot.torque);
          return fields;
+       },
+       [](const files::CsvReader& row, BodyReading& reading) {
+         reading.left = {row.vector(1), row.vector(4)};
+         reading.right = {row.vector(7), row.vector(10)};
        }},
   };
   return all;

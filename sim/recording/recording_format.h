@@ -80,13 +80,14 @@ std::vector<slam::LidarPoint> read_lidar(const std::filesystem::path& file, std:
 slam::RigReading read_rig_file(const std::filesystem::path& folder, const Manifest& manifest,
                                const rig::RigSensor& sensor, const std::string& name);
 
-/// A sensor of the body, folder mav0/<name>, recorded only for other programs.
+/// A sensor of the body, folder mav0/<name>.
 struct BodySensor {
   std::string name;
   std::string type, comment;                                       ///< of sensor.yaml
   std::string (*yaml)(const std::vector<std::string>& joints);     ///< further lines of sensor.yaml
   std::string (*columns)(const std::vector<std::string>& joints);  ///< titles of data.csv, each after a comma
   std::string (*values)(const BodyReading& reading);               ///< fields of a row, each after a comma
+  void (*read)(const files::CsvReader& row, BodyReading& reading);  ///< sets them
 };
 
 /// All of them, in the order of the manifest.

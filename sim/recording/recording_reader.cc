@@ -133,9 +133,13 @@ struct RecordingReader::Files {
   explicit Files(const fs::path& folder_) : folder(folder_) {
     manifest.check_sizes();
     for (const std::string& name : {kMotionSensor, kMotionRows}) manifest.check(name);  // for others
+    const std::string encoders = sensor_file(body_sensors()[0].name);
+    setup.joints = read_joints(folder / encoders, sensor_text(encoders));
     for (const BodySensor& sensor : body_sensors()) {
       manifest.check(sensor_file(sensor.name));
-      manifest.check(sensor_rows(sensor.name));
+      body.emplace_back(files::CsvReader(manifest.check(sensor_rows(sensor.name)),
+                                         {kStampColumn + sensor.columns(setup.joints)}),
+                        kEpoch);
     }
     read_camera_yaml(folder / kCameraSensor, sensor_text(kCameraSensor), setup);
     read_plan_yaml(folder / kPlanSensor, sensor_text(kPlanSensor), setup);
@@ -167,6 +171,7 @@ struct RecordingReader::Files {
               camera = rows_of(manifest, kCameraRows, {kCameraHeader}),
               plan = rows_of(manifest, kPlanRows, {kPlanHeader, kPlanAndLegsHeader});
   std::optional<ImuReader> imu;
+  std::deque<StampedRows> body;                        // in the order of body_sensors()
   std::deque<std::variant<RigReader, ImuReader>> rig;  // in the order of setup.rig
 
   std::string sensor_text(const std::string& name) const { return manifest.read(name, files::kMostOfYaml); }
@@ -206,6 +211,21 @@ struct RecordingReader::Files {
       observation.gyro.push_back({begin, end, w});
       observation.accelerometer.push_back({begin, end, a});
     });
+  }
+
+  // The rows of all sensors of the body have the same stamps.
+  void take_body(slam::Observation& observation) {
+    while (body[0].stamp() && *body[0].stamp() < observation.t) {
+      BodyReading& reading = observation.body.emplace_back();
+      reading.t = *body[0].stamp();
+      for (std::size_t i = 0; i < body.size(); ++i) {
+        if (body[i].stamp() != reading.t)
+          throw files::FileError(folder / sensor_rows(body_sensors()[i].name),
+                                 fmt::format("has no row of the stamp {}", file_stamp(reading.t)));
+        body_sensors()[i].read(body[i].row(), reading);
+        body[i].advance();
+      }
+    }
   }
 
   /// At the end: throws if rows are left of any sensor.
@@ -253,6 +273,7 @@ std::optional<slam::Observation> RecordingReader::next() {
     f.plan.advance();
   }
   f.take_rig(observation);
+  f.take_body(observation);
   f.frames.advance();
   return observation;
 }

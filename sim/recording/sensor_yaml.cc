@@ -115,6 +115,16 @@ class Yaml {
     return values;
   }
 
+  std::vector<std::string> names(const std::string& key) const {
+    if (!at(key).IsSequence()) fail(at(key).Mark(), key + ": expected a list of names");
+    std::vector<std::string> names;
+    for (const YAML::Node& name : at(key)) {
+      if (!name.IsScalar()) fail(name.Mark(), key + ": expected a name");
+      names.push_back(name.Scalar());
+    }
+    return names;
+  }
+
   /// From 16 numbers in `data`, a list of them, or four rows. rounded: the file has few digits, and the
   /// rotation is made orthonormal.
   Eigen::Isometry3d pose(const std::string& key, bool rounded = true) const {
@@ -303,15 +313,14 @@ std::string rig_sensor_yaml(const rig::RigSensor& sensor, const slam::Calibratio
   return text + first_interval(begin);
 }
 
+std::vector<std::string> read_joints(const std::filesystem::path& file, const std::string& text) {
+  return Yaml(file, text).names("joints");
+}
+
 std::vector<std::string> read_body_yaml(const std::filesystem::path& file, const std::string& text) {
   const Yaml yaml(file, text);
-  std::vector<std::string> names;
-  if (!yaml.has("rig")) return names;
-  if (!yaml.at("rig").IsSequence()) yaml.fail(yaml.at("rig").Mark(), "rig: expected a list of sensors");
-  for (const YAML::Node& name : yaml.at("rig")) {
-    if (!name.IsScalar()) yaml.fail(name.Mark(), "rig: expected the name of a sensor");
-    names.push_back(name.Scalar());
-  }
+  if (!yaml.has("rig")) return {};
+  const std::vector<std::string> names = yaml.names("rig");
   if (const auto found = rig::name_problem(names))
     yaml.fail(yaml.at("rig")[found->item].Mark(), "rig: " + found->what);
   return names;

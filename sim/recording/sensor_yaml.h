@@ -61,7 +61,8 @@ struct MountedImu {
 MountedImu read_mounted_imu(const std::filesystem::path& file, const std::string& text);
 /// The T_BS of any sensor.
 Eigen::Isometry3d read_mounting(const std::filesystem::path& file, const std::string& text);
-/// The names of the further sensors.
+/// The names of the joints, and of the further sensors.
+std::vector<std::string> read_joints(const std::filesystem::path& file, const std::string& text);
 std::vector<std::string> read_body_yaml(const std::filesystem::path& file, const std::string& text);
 struct ReadRigSensor {
   rig::RigSensor sensor;

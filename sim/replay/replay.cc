@@ -113,7 +113,8 @@ result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesy
   std::optional<tracking::Tracking> tracking;
   const recording::RecordingSetup& setup = reader.setup();
   if (scenario.scenario.slam)
-    tracking.emplace(scenario.scenario, setup.calibration, setup.X_WC_start, setup.camera_rate_hz, setup.rig);
+    tracking.emplace(scenario.scenario, setup.calibration, setup.X_WC_start, setup.camera_rate_hz, setup.rig,
+                     setup.joints);
   const slam::Stamp last = track(reader, tracking, timing, progress, observer);
   result::RunRecord record{scenario,     walk.ended,   reader.setup(), recording::read_truth(recording),
                            std::nullopt, reader.hash()};

@@ -113,6 +113,10 @@ std::optional<PlannedMotion> PlanErrors::apply(std::optional<PlannedMotion> plan
 std::vector<Observation> MotionClock::process(Observation observation) {
   append_shifted(gyro_, observation.gyro, offset_);
   append_shifted(accelerometer_, observation.accelerometer, offset_);
+  for (slam::BodyReading& reading : std::exchange(observation.body, {})) {
+    reading.t += offset_;
+    body_.push_back(std::move(reading));
+  }
   const Stamp known = observation.t + offset_;
   plans_.push_back({known, std::exchange(observation.plan, {})});
   waiting_.push_back(std::move(observation));
@@ -132,6 +136,8 @@ Observation MotionClock::assembled() {
   waiting_.pop_front();
   frame.gyro = taken_until(frame.t, gyro_);
   frame.accelerometer = taken_until(frame.t, accelerometer_);
+  for (; !body_.empty() && body_.front().t < frame.t; body_.pop_front())
+    frame.body.push_back(std::move(body_.front()));
   frame.plan = plan_at(frame.t);
   return frame;
 }

@@ -94,6 +94,7 @@ class MotionClock {
   slam::Stamp offset_;
   std::deque<slam::Observation> waiting_;
   std::deque<slam::InertialSample> gyro_, accelerometer_;
+  std::deque<slam::BodyReading> body_;
   std::deque<StampedPlan> plans_;
 };
 

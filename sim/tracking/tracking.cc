@@ -30,6 +30,21 @@ std::vector<TrackingFault> intervals(const std::vector<TrackedFrame>& frames, co
   return all;
 }
 
+/// Sets `given` to the readings of both that end after `since` and not after `until`, each once and in order:
+/// observations may arrive twice or out of order. Later ones stay in `missed`.
+void merge_until(slam::Stamp until, slam::Stamp since, auto& missed, auto& given, const auto& order,
+                 const auto& end) {
+  missed.insert(missed.end(), given.begin(), given.end());
+  std::ranges::stable_sort(missed, {}, order);
+  const auto is_same = [&](const auto& a, const auto& b) { return order(a) == order(b); };
+  missed.erase(std::unique(missed.begin(), missed.end(), is_same), missed.end());
+  std::erase_if(missed, [&](const auto& reading) { return end(reading) <= since; });
+  const auto later = std::stable_partition(missed.begin(), missed.end(),
+                                           [&](const auto& reading) { return end(reading) <= until; });
+  given.assign(missed.begin(), later);
+  missed.erase(missed.begin(), later);
+}
+
 /// Sets what a data sheet and a calibration state: noise, and the offset of the clock.
 void add_errors(const sensor_errors::ErrorOptions& errors, rig::RigSensor& chest_imu) {
   chest_imu.time_offset_s = errors.motion.time_offset_s;
@@ -78,10 +93,10 @@ Tracking::Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimator
 
 Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
                    const Eigen::Isometry3d& X_WC_start, double camera_rate_hz,
-                   const std::vector<rig::RigSensor>& rig)
+                   const std::vector<rig::RigSensor>& rig, const std::vector<std::string>& joints)
     : Tracking(scenario, nullptr, rig) {
   estimators::Start start{calibration, X_WC_start, scenario.seed, *scenario.slam, camera_rate_hz};
-  start.rig = rig;
+  start.rig = rig, start.joints = joints;
   if (scenario.camera) start.camera_readout_s = scenario.camera->readout_s;
   add_errors(scenario.errors, start.chest_imu);
   if (auto* lens = std::get_if<slam::OneParameterRadial>(&start.calibration.camera.lens))
@@ -104,7 +119,7 @@ void Tracking::step(const slam::Observation& arrived) {
   if (odometry_start_) {
     arrived_.push_back(arrived);
     arrived_.back().image.release();
-    arrived_.back().rig.clear();
+    arrived_.back().rig.clear(), arrived_.back().body.clear();
   }
   now_ = std::max(now_, arrived.t);
   advance(now_);
@@ -138,7 +153,8 @@ void Tracking::answer(const slam::Observation& arrived, slam::Stamp arrival) {
 void Tracking::ask(const slam::Observation& arrived, slam::Stamp arrival) {
   using Clock = std::chrono::steady_clock;
   std::optional<slam::Observation> whole;
-  if (!missed_.gyro.empty() || !missed_.accelerometer.empty() || !missed_.rig.empty())
+  if (!missed_.gyro.empty() || !missed_.accelerometer.empty() || !missed_.rig.empty() ||
+      !missed_.body.empty())
     add_missed(whole.emplace(arrived));
   const auto began = Clock::now();
   estimators::Answer answer = estimator_->step(whole ? *whole : arrived);
@@ -156,51 +172,37 @@ void Tracking::ask(const slam::Observation& arrived, slam::Stamp arrival) {
 void Tracking::drop(const slam::Observation& arrived) {
   tracked_.dropped.push_back(arrived.t);
   for (const auto readings : {&slam::Observation::gyro, &slam::Observation::accelerometer})
-    (missed_.*readings)
-        .insert((missed_.*readings).end(), (arrived.*readings).begin(), (arrived.*readings).end());
+    std::ranges::copy(arrived.*readings, std::back_inserter(missed_.*readings));
+  std::ranges::copy(arrived.body, std::back_inserter(missed_.body));
   std::ranges::copy_if(arrived.rig, std::back_inserter(missed_.rig),
                        [this](const auto& reading) { return is_imu(reading); });
 }
 
-// In order of time, each once, up to the stamp: observations may arrive twice or out of order.
 void Tracking::add_missed(slam::Observation& observation) {
-  for (const auto readings : {&slam::Observation::gyro, &slam::Observation::accelerometer}) {
-    auto &all = missed_.*readings, &given = observation.*readings;
-    all.insert(all.end(), given.begin(), given.end());
-    std::ranges::stable_sort(all, {}, &slam::InertialSample::begin);
-    const auto is_same = [](const auto& a, const auto& b) { return a.begin == b.begin; };
-    all.erase(std::unique(all.begin(), all.end(), is_same), all.end());
-    std::erase_if(all, [&](const auto& reading) { return reading.end <= given_; });
-    const auto later = std::ranges::find_if(all, [&](const auto& r) { return r.end > observation.t; });
-    given.assign(all.begin(), later);
-    all.erase(all.begin(), later);
-  }
-  add_missed_rig(observation);
+  const auto merge = [&](auto& missed, auto& given, const auto& order, const auto& end) {
+    merge_until(observation.t, given_, missed, given, order, end);
+  };
+  for (const auto readings : {&slam::Observation::gyro, &slam::Observation::accelerometer})
+    merge(
+        missed_.*readings, observation.*readings, [](const slam::InertialSample& r) { return r.begin; },
+        [](const slam::InertialSample& r) { return r.end; });
+  const auto before = [](const slam::BodyReading& r) { return r.t + slam::Stamp(1); };
+  merge(missed_.body, observation.body, before, before);
+  // The readings of further IMUs, after the images and sweeps. Their true ends are compared with the frames'.
+  const auto first =
+      std::ranges::stable_partition(observation.rig, [this](const auto& r) { return !is_imu(r); });
+  std::vector<slam::RigReading> imus(first.begin(), first.end());
+  observation.rig.erase(first.begin(), first.end());
+  merge(
+      missed_.rig, imus, [](const slam::RigReading& r) { return std::pair(r.sensor, r.t); },
+      [this](const slam::RigReading& r) {
+        return r.t - sensor_errors::stamp(rig_.at(static_cast<std::size_t>(r.sensor)).time_offset_s);
+      });
+  std::ranges::move(imus, std::back_inserter(observation.rig));
 }
 
 bool Tracking::is_imu(const slam::RigReading& reading) const {
   return rig_.at(static_cast<std::size_t>(reading.sensor)).kind == rig::Kind::imu;
-}
-
-// The readings of further IMUs, after the images and sweeps. Their true ends are compared with the frames'.
-void Tracking::add_missed_rig(slam::Observation& observation) {
-  auto &all = missed_.rig, &given = observation.rig;
-  const auto imus =
-      std::stable_partition(given.begin(), given.end(), [this](const auto& r) { return !is_imu(r); });
-  all.insert(all.end(), imus, given.end());
-  given.erase(imus, given.end());
-  const auto order = [](const slam::RigReading& r) { return std::pair(r.sensor, r.t); };
-  std::ranges::stable_sort(all, {}, order);
-  const auto is_same = [&](const auto& a, const auto& b) { return order(a) == order(b); };
-  all.erase(std::unique(all.begin(), all.end(), is_same), all.end());
-  const auto end = [this](const slam::RigReading& r) {
-    return r.t - sensor_errors::stamp(rig_.at(static_cast<std::size_t>(r.sensor)).time_offset_s);
-  };
-  std::erase_if(all, [&](const auto& r) { return end(r) <= given_; });
-  const auto later =
-      std::stable_partition(all.begin(), all.end(), [&](const auto& r) { return end(r) <= observation.t; });
-  given.insert(given.end(), all.begin(), later);
-  all.erase(all.begin(), later);
 }
 
 Tracked Tracking::finish() {

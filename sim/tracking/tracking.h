@@ -69,7 +69,7 @@ class Tracking {
   /// started.
   Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
            const Eigen::Isometry3d& X_WC_start, double camera_rate_hz = 30,
-           const std::vector<rig::RigSensor>& rig = {});
+           const std::vector<rig::RigSensor>& rig = {}, const std::vector<std::string>& joints = {});
   /// Runs another estimator than the scenario's.
   Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimators::Estimator> estimator,
            const std::vector<rig::RigSensor>& rig = {});
@@ -77,7 +77,7 @@ class Tracking {
   /// estimator that has diverged or failed gets no more observations.
   void process(slam::Observation ideal);
   /// Processes an observation that includes its sensor errors. A busy estimator gets it later, or, if it is
-  /// dropped, only the readings of its IMUs, with the next one.
+  /// dropped, only the readings of its IMUs, encoders and force sensors, with the next one.
   void step(const slam::Observation& arrived);
   /// Lets simulated time pass: an observation that waits is processed if the estimator is free by then.
   void advance(slam::Stamp now);
@@ -109,7 +109,6 @@ class Tracking {
   void ask(const slam::Observation& arrived, slam::Stamp arrival);
   void drop(const slam::Observation& arrived);
   void add_missed(slam::Observation& observation);
-  void add_missed_rig(slam::Observation& observation);
   bool is_imu(const slam::RigReading& reading) const;
   std::vector<estimators::PoseEstimate> odometry() const;
 
@@ -118,7 +117,7 @@ class Tracking {
   scenario::EstimatorTime time_;
   slam::Stamp now_{0}, free_{0};                      // the last arrival; when the estimator is free again
   std::optional<Waiting> waiting_;                    // the newest observation that found it busy
-  slam::Observation missed_;                          // readings of IMUs of dropped observations
+  slam::Observation missed_;                          // readings without images of dropped observations
   slam::Stamp given_{-1};                             // the newest stamp that the estimator has
   std::unique_ptr<estimators::Estimator> estimator_;  ///< null if it failed at its start
   double external_cpu_ms_ = 0;

@@ -111,7 +111,7 @@ result::RunRecord replay(const Recording& recording, const scenario::ReadScenari
   result::RunRecord run{scenario, {recording.walk.ending}, setup, recording.truth, {}, recording.hash};
   if (!scenario.scenario.slam) return run;
   tracking::Tracking tracking(scenario.scenario, setup.calibration, setup.X_WC_start, setup.camera_rate_hz,
-                              setup.rig);
+                              setup.rig, setup.joints);
   for (const slam::Observation& observation : recording.observations) tracking.process(observation);
   run.tracked = tracking.finish();
   return run;

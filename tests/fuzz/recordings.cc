@@ -92,6 +92,7 @@ inline std::map<std::string, std::string> contents() {
   o.rig[2].points = {{1, 2, 3, 0.5, 6}};
   o.rig[3].begin = slam::Stamp{-5'000'000};
   writer.add(o);
+  writer.add(recordings::BodyReading{slam::Stamp{-1}, Eigen::VectorXd::Ones(1), {}, {}});
   writer.add(recordings::TruePoses{});
   writer.add(recordings::TrueFeet{});
   writer.add(std::vector{sim::score::StepCorrection{}});
@@ -116,7 +117,9 @@ inline void recording(std::string_view text) {
                                  kFeet.file,      kCorrectedSteps.file,
                                  kSurfaces.file,  kBody};
     for (const auto& [name, content] : files)
-      if (name.starts_with("mav0/rig_") && !name.ends_with(".png")) all.push_back(name);
+      if ((name.starts_with("mav0/rig_") && !name.ends_with(".png")) || name.starts_with("mav0/encoders0") ||
+          name.starts_with("mav0/forces0"))
+        all.push_back(name);
     return all;
   }();
   if (text.empty()) return;

@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 
 #include <set>
+#include <sstream>
 
+#include "sim/files/csv.h"
 #include "tests/tools/command_line.h"
 
 namespace tests {
@@ -44,6 +46,35 @@ TEST_F(ExternalEstimator, KilledAtAnyMomentItLeavesAWholeResult) {
   EXPECT_EQ(text_of("out/estimator.log"), "first\nthe map is broken\n");
   EXPECT_EQ(json_in("out/score.json")["estimator"], "mine");
   EXPECT_THAT(json_in("out/about.json")["cause"].get<std::string>(), HasSubstr("first | the map is broken"));
+}
+
+// Its log has the names of the joints and the feet, then the readings.
+TEST_F(ExternalEstimator, ItReceivesEncodersAndForcesAsRecordedInARunAndItsReplay) {
+  const std::string echoes =
+      fmt::format(" \"estimator={{program: ['{}', echoes, 1, header]}}\"", GAITSLAM_MISBEHAVING);
+  gaitslam("run walk.yaml --out run" + echoes);
+  gaitslam("replay r/seed-1 --out out" + echoes);
+  const std::string log = text_of("out/estimator.log");
+  EXPECT_EQ(text_of("run/seed-1/estimator.log"), log);
+  const std::string recording = (folder_ / "r/seed-1/recording/mav0/").string();
+  sim::files::CsvReader encoders(recording + "encoders0/data.csv", 1),
+      forces(recording + "forces0/data.csv", 1);
+  std::string names;
+  for (std::size_t i = 1; i < encoders.titles().size(); ++i)
+    names += encoders.titles()[i].substr(0, encoders.titles()[i].find('['));
+  const std::size_t joints = encoders.titles().size() - 1, line = log.find('\n') + 1;
+  EXPECT_EQ(log.substr(0, line), fmt::format("{}left right {}\n", names, joints + 12));
+  std::istringstream lines(log.substr(line));
+  int rows = 0;
+  for (std::string field; std::getline(lines, field, ','); ++rows) {
+    ASSERT_TRUE(encoders.next() && forces.next());
+    EXPECT_EQ(std::stoll(field) + 1'000'000'000'000'000'000, encoders.integer(0));
+    for (std::size_t i = 1; i <= joints + 12; ++i) {
+      std::getline(lines, field, i < joints + 12 ? ',' : '\n');
+      EXPECT_EQ(std::stod(field), i <= joints ? encoders.number(i) : forces.number(i - joints)) << rows;
+    }
+  }
+  EXPECT_GT(rows, 200);
 }
 
 TEST_F(ExternalEstimator, ATimeModelIsReportedAndAMeasuredOneIsNotRepeatable) {

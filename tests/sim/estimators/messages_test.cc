@@ -79,12 +79,20 @@ TEST(Messages, TheListsOfSensorsAreWhereTheReadmeSaysTheyAre) {
   start.camera_readout_s = 0.01;
   start.chest_imu.gyro_sigma_rad_s = 0.02, start.chest_imu.gyro_bias_walk_rad_s2 = 0.003;
   start.chest_imu.time_offset_s = 0.004;
+  start.joints = {"HIP", "KNEE"};
   const std::string payload = start_message({}, start).substr(16);
   constexpr std::size_t kCounts = 288 + 8, kCameras = kCounts + 16, kImus = kCameras + 4 * 360,
-                        kLidars = kImus + 2 * 200;
-  ASSERT_EQ(payload.size(), kLidars + 192);
+                        kLidars = kImus + 2 * 200, kBody = kLidars + 192;
+  ASSERT_EQ(payload.size(), kBody + 4 * 64);
   EXPECT_EQ(payload.substr(288, 8), std::string(8, '\0'));
-  expect_words(payload, {{kCounts, 4}, {kCounts + 4, 2}, {kCounts + 8, 1}});
+  expect_words(payload, {{kCounts, 4},
+                         {kCounts + 4, 2},
+                         {kCounts + 8, 1},
+                         {kCounts + 12, 4},
+                         {kBody + 64 + 48, GAITSLAM_ENCODER},
+                         {kBody + 64 + 52, 1},
+                         {kBody + 2 * 64 + 48, GAITSLAM_FORCE_SENSOR},
+                         {kBody + 2 * 64 + 52, 6}});
   std::string names;
   for (std::size_t i = 0; i < 4; ++i) {
     const std::size_t camera = kCameras + i * 360;
@@ -118,7 +126,10 @@ TEST(Messages, TheListsOfSensorsAreWhereTheReadmeSaysTheyAre) {
                            {kImus + 200 + 152, 1e-3 / std::sqrt(200)},
                            {kLidars + 48 + 72, 0.4},
                            {kLidars + 144, 10},
-                           {kLidars + 168, 40}});
+                           {kLidars + 168, 40},
+                           {kBody + 3 * 64 + 56, 200}});
+  EXPECT_STREQ(payload.data() + kBody + 64, "KNEE");
+  EXPECT_STREQ(payload.data() + kBody + 3 * 64, "right");
   EXPECT_STREQ(payload.data() + kImus, "imu0");
   EXPECT_STREQ(payload.data() + kImus + 200, "imu1");
   EXPECT_STREQ(payload.data() + kLidars, "lidar0");
@@ -138,10 +149,16 @@ TEST(Messages, ReadingsOfTheRigAreWhereTheReadmeSaysTheyAre) {
   add(3).gyro.y() = 0.5;
   o.rig.back().accelerometer.z() = 9.81;
   add(4).points = {{1, 2, 3, 0.5, 70}, {4, 5, 6, 0.25, 80}};
+  o.body = {{slam::Stamp(21), Eigen::VectorXd::Constant(1, 0.25), {}, {}},
+            {slam::Stamp(22), Eigen::VectorXd::Constant(1, 0.5), {{1, 2, 3}, {4, 5, 6}}, {{7, 8, 9}, {}}}};
   const std::string payload = observation_message(o, rig_sensors()).substr(16);
   constexpr std::size_t kCounts = 328 + 8, kImages = kCounts + 16, kSweeps = kImages + 3 * 40,
-                        kReadings = kSweeps + 24, kData = kReadings + 72;
-  expect_words(payload, {{kCounts, 3}, {kCounts + 4, 1}, {kCounts + 8, 1}});
+                        kReadings = kSweeps + 24, kBody = kReadings + 72, kValues = kBody + 2 * 8,
+                        kData = kValues + 2 * 13 * 8;
+  expect_words(payload, {{kCounts, 3}, {kCounts + 4, 1}, {kCounts + 8, 1}, {kCounts + 12, 2}});
+  EXPECT_EQ(at<std::int64_t>(payload, kBody + 8), 22);
+  expect_numbers(payload,
+                 {{kValues, 0.25}, {kValues + 13 * 8, 0.5}, {kValues + 17 * 8, 4}, {kValues + 22 * 8, 9}});
   for (const auto& [image, camera, pixels, width, row_bytes, t, at_byte] :
        {std::array<std::uint64_t, 7>{0, 0, GAITSLAM_PIXELS_GRAY8, 3, 3, 33, 328},
         {1, 2, GAITSLAM_PIXELS_RGB8, 3, 9, 2, kData},

@@ -16,6 +16,7 @@ static const char* behavior = "";
 static const char* planned_behavior = "";
 static int when = 0, message = -1;
 static gaitslam_start start;
+static uint32_t value_count = 0; /* of a reading of the body */
 
 static int is(const char* name) { return strcmp(behavior, name) == 0; }
 static void next_message(void) { behavior = ++message == when ? planned_behavior : ""; }
@@ -121,6 +122,16 @@ static void describe(const gaitslam_rig* rig) {
     printf("imu %u: %g\n", rig->imu_readings[i].imu, rig->imu_readings[i].accelerometer[2]);
 }
 
+/* A line for each reading of the body: its stamp and values. */
+static void echo(const gaitslam_rig* rig) {
+  uint32_t i, k;
+  for (i = 0; i < rig->counts.body_readings; ++i) {
+    printf("%lld", (long long)rig->body_t_ns[i]);
+    for (k = 0; k < value_count; ++k) printf(",%.17g", rig->body_values[i * value_count + k]);
+    printf("\n");
+  }
+}
+
 void* gaitslam_estimator_create(const gaitslam_start* given, const gaitslam_sensors* sensors,
                                 const char* options, char* error, size_t error_bytes) {
   (void)options, (void)error, (void)error_bytes;
@@ -129,6 +140,11 @@ void* gaitslam_estimator_create(const gaitslam_start* given, const gaitslam_sens
   for (i = 0; i < sensors->counts.cameras && strcmp(planned_behavior, "describes") == 0; ++i)
     printf("%s of %s, %u px\n", sensors->cameras[i].name,
            sensors->cameras[sensors->cameras[i].aligned_with].name, sensors->cameras[i].width_px);
+  for (i = 0; i < sensors->counts.body_sensors; ++i) {
+    value_count += sensors->body_sensors[i].value_count;
+    if (strcmp(planned_behavior, "echoes") == 0) printf("%s ", sensors->body_sensors[i].name);
+  }
+  if (strcmp(planned_behavior, "echoes") == 0) printf("%u\n", value_count);
   start = *given;
   return &start;
 }
@@ -140,6 +156,7 @@ int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* obse
   (void)estimator, (void)observation, (void)gyro, (void)accelerometer, (void)image, (void)landmarks;
   next_message();
   if (is("describes")) describe(rig);
+  if (strcmp(planned_behavior, "echoes") == 0) echo(rig);
   answer->X_WC = start.X_WC;
   if (is("print") || is("print_and_crash")) printf("printed by the estimator\n");
   if (is("print_and_crash")) abort();

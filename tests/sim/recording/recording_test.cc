@@ -291,6 +291,17 @@ TEST(Recording, KeepsTheReadingsOfTheBodySensorsBitForBit) {
     EXPECT_EQ(forces.vector(10), reading.right.torque);
   }
   EXPECT_FALSE(encoders.next());
+  const std::vector<slam::Observation> read = read_all(recorded.folder);
+  EXPECT_TRUE(read[0].body.empty());
+  for (std::size_t i = 1; i < read.size(); ++i) {
+    ASSERT_EQ(read[i].body.size(), 1u) << "that of the frame before";
+    const BodyReading &now = read[i].body[0], &then = recorded.bodies[i - 1];
+    EXPECT_EQ(now.t, then.t);
+    EXPECT_EQ(now.q, then.q);
+    EXPECT_EQ(now.left.force, then.left.force);
+    EXPECT_EQ(now.right.torque, then.right.torque);
+  }
+  EXPECT_EQ(RecordingReader(recorded.folder).setup().joints, recorded.setup.joints);
   EXPECT_THAT(files::read_text(recorded.folder / "mav0/encoders0/sensor.yaml"),
               HasSubstr("joints: [HIP, KNEE, ANKLE]"));
 }

@@ -53,6 +53,9 @@ Observation observed(int k) {
   for (int i = 6 * (k - 1); k > 0 && i < 6 * k; ++i)
     o.gyro.push_back({Stamp(5 * kMs * i), Stamp(5 * kMs * (i + 1)), Eigen::Vector3d::Constant(5 * i + 2.5)});
   o.accelerometer = o.gyro;
+  for (const slam::InertialSample& reading : o.gyro)
+    o.body.push_back(
+        {reading.begin, Eigen::VectorXd::Constant(1, 1e3 * slam::seconds(reading.begin)), {}, {}});
   o.plan.emplace();
   o.plan->X_PC.translation().x() = 30 * k;
   o.plan->X_PC.linear() = Eigen::AngleAxisd(0.03 * k, Eigen::Vector3d::UnitZ()).toRotationMatrix();
@@ -92,6 +95,11 @@ TEST(MotionClock, ThatIsAheadOrBehindGivesEachFrameTheMotionOfAnotherTime) {
       }
       EXPECT_EQ(begin, o.t);
       EXPECT_EQ(o.accelerometer.size(), o.gyro.size());
+      ASSERT_EQ(o.body.size(), 6u);
+      for (const slam::BodyReading& reading : o.body) {
+        EXPECT_TRUE(reading.t >= o.t - Stamp(30 * kMs) && reading.t < o.t);
+        EXPECT_NEAR(1e3 * slam::seconds(reading.t) - offset_ms, reading.q[0], 1e-6);
+      }
       const double planned_ms = 30.0 * k - offset_ms;
       const slam::PlannedMotion& plan = *o.plan;
       for (const double ms : {plan.X_PC.translation().x(), plan.v_PC_C.y(), plan.legs->X_OC.translation().y(),

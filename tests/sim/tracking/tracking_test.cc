@@ -125,16 +125,20 @@ TEST(EstimatorTime, ReadingsOfDroppedFramesComeWithTheNextOneEachOnce) {
         for (const int t : {33 * k - 33, 33 * k - 20})
           o.gyro.push_back(
               {std::chrono::milliseconds(t), std::chrono::milliseconds(t + (t % 33 ? 20 : 13)), {}});
+        for (int t = 33 * k - 33; t < 33 * k; t += 11) o.body.emplace_back().t = std::chrono::milliseconds(t);
         tracking.process(o);
       }
       const bool drops = !tracking.finish().dropped.empty();
       EXPECT_EQ(drops, !more.ends_with("wait")) << fault << more;
-      slam::Stamp end{0};
+      slam::Stamp end{0}, body{0};
       for (const slam::Observation& o : given) {
         if (!drops && !fault.empty()) break;  // every frame twice
         for (const slam::InertialSample& reading : o.gyro)
           EXPECT_EQ(reading.begin, std::exchange(end, reading.end));
+        for (const slam::BodyReading& reading : o.body)
+          EXPECT_EQ(reading.t, std::exchange(body, body + std::chrono::milliseconds(11)));
         EXPECT_EQ(end, o.t) << fault << more;
+        EXPECT_EQ(body, o.t) << fault << more;
       }
     }
 }
