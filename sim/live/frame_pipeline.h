@@ -4,7 +4,6 @@
 #include <chrono>
 #include <deque>
 #include <future>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -38,7 +37,7 @@ class FramePipeline {
   const std::vector<score::Surface>& surfaces() const { return surfaces_; }
   /// To be called at each millisecond: the positions that later images are drawn at.
   void add_positions(const physics::World& world) {
-    if (camera_) motion_.add(world.time(), *world.model(), *world.data());
+    if (draws_) motion_.add(world.time(), *world.model(), *world.data());
   }
   /// When the next frame is stamped.
   std::chrono::nanoseconds next_due() const;
@@ -51,37 +50,30 @@ class FramePipeline {
   bool is_full() const { return drawn_.size() > in_flight_; }
   bool empty() const { return drawn_.empty(); }
   /// The stamp of the frame that pop() gives next; there must be one.
-  std::chrono::nanoseconds next_stamp() const { return drawn_.front().t; }
+  std::chrono::nanoseconds next_stamp() const { return drawn_.front().frame.observation.t; }
   /// Time from a frame's stamp until its shutter has closed.
   std::chrono::nanoseconds lead() const { return lead_; }
   /// The oldest frame, with its image, once that is drawn. Throws what drawing it has thrown.
   Frame pop();
   /// Frees the room's textures, which take more memory than truth and estimates of a long walk.
-  void close_camera() {
-    worker_.do_next([this] { camera_.reset(); }).get();
-    rig_.close();
-  }
+  void close_cameras() { readings_.close(); }
 
  private:
   struct Drawn {
-    std::chrono::nanoseconds t;
-    std::future<Frame> frame;
-    std::vector<std::future<std::vector<RigFrame>>> rig;
+    Frame frame;
+    std::vector<std::future<std::vector<RigFrame>>> readings;
   };
-  Frame drawn(Frame frame, const camera::RecentMotion& motion);
 
   camera::CameraOptions options_;
-  physics::WorldOptions::LightsOff lights_off_;
   std::chrono::nanoseconds lead_;
   std::vector<score::Surface> surfaces_;
-  RigReadings rig_;
+  RigReadings readings_;
   camera::RecentMotion motion_;
   std::deque<Frame> frames_;  // their shutters are open
   std::deque<Drawn> drawn_;   // or being drawn
+  bool draws_;                // there is a camera
   std::size_t in_flight_;
   int next_ = 0;
-  std::unique_ptr<camera::HeadCamera> camera_;  // made, used and destroyed by the worker
-  OrderedWorker worker_;                        // last: its functions use the members above
 };
 
 }  // namespace sim::live

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <utility>
 #include <variant>
 
@@ -17,23 +16,23 @@ using std::chrono::nanoseconds;
 
 namespace {
 
-// Options and channels of a further camera; nothing for other sensors.
-std::optional<std::pair<camera::CameraOptions, camera::Channels>> camera_of(
-    const rig::Item& item, const camera::CameraOptions& head) {
-  camera::CameraOptions options = head;
-  if (const auto* eye = std::get_if<rig::GreyEye>(&item)) {
-    static_cast<rig::Mount&>(options) = *eye;
-    options.position_m += rig::pose(*eye).linear() * Eigen::Vector3d(0, -eye->baseline_m, 0);
-    return std::pair(options, camera::Channels::grey);
-  }
-  const auto* color = std::get_if<rig::ColorCamera>(&item);
-  if (!color) return std::nullopt;
-  static_cast<rig::Mount&>(options) = *color;
-  options.width_px = color->width_px, options.height_px = color->height_px;
-  options.rate_hz = color->rate_hz, options.fov_rad = color->fov_rad;
-  options.distortion = color->distortion, options.exposure_s = color->exposure_s;
-  options.readout_s = color->readout_s, options.subframes = color->subframes;
-  return std::pair(options, camera::Channels::rgb);
+// The camera item, as a head camera that is placed and made elsewhere.
+camera::CameraOptions options_of(const rig::GreyEye& eye, camera::CameraOptions head) {
+  static_cast<rig::Mount&>(head) = eye;
+  head.position_m += rig::pose(eye).linear() * Eigen::Vector3d(0, -eye.baseline_m, 0);
+  return head;
+}
+camera::CameraOptions options_of(const rig::ColorCamera& color) {
+  camera::CameraOptions options;
+  static_cast<rig::Mount&>(options) = color;
+  static_cast<rig::Imager&>(options) = color;
+  options.fov_rad = color.fov_rad, options.distortion = color.distortion;
+  return options;
+}
+
+// With the camera that it is aligned with, or by RigImus.
+bool is_read_elsewhere(const rig::Item& item) {
+  return std::holds_alternative<rig::DepthCamera>(item) || std::holds_alternative<rig::Imu>(item);
 }
 
 int depth_of(const std::vector<rig::Item>& rig, const std::string& camera) {
@@ -48,60 +47,70 @@ int depth_of(const std::vector<rig::Item>& rig, const std::string& camera) {
 // Made, used and destroyed by its worker.
 class RigReadings::Sensor {
  public:
+  // The head camera of the models is mounted already.
   Sensor(const scenario::Scenario& scenario, const physics::Models& models, int index, bool beside)
       : index_(index), lights_off_(scenario.world.lights_off), worker_(beside) {
-    const rig::Item& item = scenario.rig[static_cast<std::size_t>(index)];
-    const camera::CameraOptions head = scenario.camera.value_or(camera::CameraOptions{});
-    depth_ = depth_of(scenario.rig, rig::name_of(item));
-    if (const auto camera = camera_of(item, head)) {
-      rate_hz_ = camera->first.rate_hz;
-      lead_ = camera::Shutter(camera->first).lead();
-      worker_
-          .do_next([this, options = camera->first, channels = camera->second, seed = scenario.world.seed,
-                    model = copy_of(models.in_room)]() mutable {
-            const rig::Mount& mount = options;
-            camera_ = std::make_unique<camera::HeadCamera>(std::move(model), options, seed, channels, mount);
-          })
-          .get();
+    const camera::CameraOptions& head = *scenario.camera;
+    if (index == kHeadCamera) {
+      make_camera(head, {}, camera::Channels::grey, "cam0", scenario, models);
       return;
     }
-    const auto& lidar = std::get<rig::Lidar>(item);
-    rate_hz_ = lidar.rate_hz;
-    sweep_ = true;
-    lead_ = due(1) - due(0);
-    worker_
-        .do_next([this, &lidar, model = copy_of(models.in_room)]() mutable {
-          const physics::Place place = physics::place_of(*model, lidar);
-          lidar_ = std::make_unique<camera::Lidar>(std::move(model), place, lidar);
-        })
-        .get();
+    const rig::Item& item = scenario.rig[static_cast<std::size_t>(index)];
+    if (const auto* eye = std::get_if<rig::GreyEye>(&item)) {
+      const camera::CameraOptions options = options_of(*eye, head);
+      make_camera(options, options, camera::Channels::grey, eye->name, scenario, models);
+    } else if (const auto* color = std::get_if<rig::ColorCamera>(&item)) {
+      make_camera(options_of(*color), *color, camera::Channels::rgb, color->name, scenario, models);
+    } else {
+      const auto& lidar = std::get<rig::Lidar>(item);
+      rate_hz_ = lidar.rate_hz;
+      lead_ = due(1);
+      make([this, &lidar, model = copy_of(models.in_room)]() mutable {
+        const physics::Place place = physics::place_of(*model, lidar);
+        lidar_ = std::make_unique<camera::Lidar>(std::move(model), place, lidar);
+      });
+    }
   }
   ~Sensor() {
-    worker_.do_next([this] { camera_.reset(), lidar_.reset(); }).get();
+    make([this] { camera_.reset(), lidar_.reset(); });
   }
 
   nanoseconds lead() const { return lead_; }
 
   void start(nanoseconds end, const std::shared_ptr<const camera::RecentMotion>& motion,
              std::vector<std::future<std::vector<RigFrame>>>& started) {
-    for (; (sweep_ ? due(next_ + 1) : due(next_) + lead_) <= end; ++next_)
+    for (; (lidar_ ? due(next_ + 1) : due(next_) + lead_) <= end; ++next_)
       started.push_back(worker_.do_next([this, t = due(next_), until = due(next_ + 1), motion] {
-        return sweep_ ? sweep(t, until, *motion) : image(t, *motion);
+        return lidar_ ? sweep(t, until, *motion) : image(t, *motion);
       }));
   }
 
  private:
   nanoseconds due(int k) const { return milliseconds(std::llround(1e3 * k / rate_hz_)); }
 
+  void make(auto&& function) { worker_.do_next(std::forward<decltype(function)>(function)).get(); }
+
+  void make_camera(const camera::CameraOptions& options, const rig::Mount& mount, camera::Channels channels,
+                   const std::string& name, const scenario::Scenario& scenario,
+                   const physics::Models& models) {
+    depth_ = depth_of(scenario.rig, name);
+    rate_hz_ = options.rate_hz;
+    lead_ = camera::Shutter(options).lead();
+    make([this, &options, &mount, channels, seed = scenario.world.seed,
+          model = copy_of(models.in_room)]() mutable {
+      camera_ = std::make_unique<camera::HeadCamera>(std::move(model), options, seed, channels, mount);
+    });
+  }
+
   std::vector<RigFrame> image(nanoseconds t, const camera::RecentMotion& motion) {
     std::vector<RigFrame> frames(depth_ < 0 ? 1 : 2);
-    cv::Mat depth;
+    frames.front().reading.sensor = index_;
+    if (depth_ >= 0) frames.back().reading.sensor = depth_;
     {
       const result::StageClock clock(frames[0].render_ms);
-      frames[0].reading.image = camera_->render(motion, t, lights_off_, depth_ < 0 ? nullptr : &depth);
+      frames[0].reading.image =
+          camera_->render(motion, t, lights_off_, depth_ < 0 ? nullptr : &frames[1].reading.image);
     }
-    frames[0].reading.sensor = index_;
-    if (depth_ >= 0) frames[1].reading.sensor = depth_, frames[1].reading.image = depth;
     for (RigFrame& frame : frames) {
       const result::StageClock clock(frame.encode_ms);
       frame.reading.t = t;
@@ -122,7 +131,6 @@ class RigReadings::Sensor {
   int index_, depth_ = -1;  // of this sensor and of the depth camera aligned with it
   physics::WorldOptions::LightsOff lights_off_;
   double rate_hz_ = 30;
-  bool sweep_ = false;
   nanoseconds lead_{0};
   int next_ = 0;
   std::unique_ptr<camera::HeadCamera> camera_;
@@ -146,11 +154,9 @@ std::vector<physics::Place> places(const std::vector<rig::Item>& rig, const mjMo
 
 RigReadings::RigReadings(const scenario::Scenario& scenario, const physics::Models& models, bool beside) {
   if (!scenario.camera) return;
-  head_depth_ = depth_of(scenario.rig, "cam0");
-  for (std::size_t i = 0; i < scenario.rig.size(); ++i)
-    if (!std::holds_alternative<rig::DepthCamera>(scenario.rig[i]) &&
-        !std::holds_alternative<rig::Imu>(scenario.rig[i]))
-      sensors_.push_back(std::make_unique<Sensor>(scenario, models, static_cast<int>(i), beside));
+  for (int i = kHeadCamera; i < static_cast<int>(scenario.rig.size()); ++i)
+    if (i == kHeadCamera || !is_read_elsewhere(scenario.rig[static_cast<std::size_t>(i)]))
+      sensors_.push_back(std::make_unique<Sensor>(scenario, models, i, beside));
 }
 
 RigReadings::~RigReadings() = default;

@@ -1,4 +1,4 @@
-// Readings of the further sensors of the rig in a run: what each sees of the walk, at its own rate.
+// Readings of cameras, lidars and further IMUs in a run: what each sees of the walk, at its own rate.
 #pragma once
 
 #include <chrono>
@@ -26,9 +26,13 @@ struct RigFrame {
 /// The places of the items of a scenario's rig on the robot; of a depth camera the head camera's.
 std::vector<physics::Place> places(const std::vector<rig::Item>& rig, const mjModel_& model);
 
-/// Cameras and lidars, each with its own thread when images are drawn beside the walk. A camera's image k is
-/// stamped at the millisecond nearest to k / rate, a lidar's sweep k at its start; it is complete when its
-/// shutter has closed, or at its end. The same positions give the same readings.
+/// The head camera as a sensor; further ones have their index in the rig.
+inline constexpr int kHeadCamera = -1;
+
+/// Cameras and lidars, the head camera first, each with its own thread when images are drawn beside the walk.
+/// A camera's image k is stamped at the millisecond nearest to k / rate, a lidar's sweep k at its start; it
+/// is complete when its shutter has closed, or at its end. The same positions give the same readings. Without
+/// a camera in the scenario there are none.
 class RigReadings {
  public:
   RigReadings(const scenario::Scenario& scenario, const physics::Models& models, bool beside);
@@ -38,15 +42,12 @@ class RigReadings {
   /// Starts all readings that are complete by `end` and not started before.
   std::vector<std::future<std::vector<RigFrame>>> start(
       std::chrono::nanoseconds end, const std::shared_ptr<const camera::RecentMotion>& motion);
-  /// The index of the depth camera aligned with the head camera, or -1.
-  int head_depth() const { return head_depth_; }
   /// Frees textures.
   void close();
 
  private:
   class Sensor;
   std::vector<std::unique_ptr<Sensor>> sensors_;
-  int head_depth_ = -1;
 };
 
 /// The further IMUs: read at each of their periods.

@@ -264,7 +264,7 @@ void Run::steer() {
 }
 
 result::RunRecord Run::record(const std::filesystem::path& folder) {
-  frames_.close_camera();
+  frames_.close_cameras();
   if (steering_) writer_.add(recorded(steering_->corrections()));
   const std::string complaint = check_.complaint();
   writer_.add("self_check.json", check_.json());

@@ -57,6 +57,27 @@ struct Sensor : Mount {
   }
 };
 
+/// Size, rate and shutter of a camera.
+struct Imager {
+  int width_px = 320, height_px = 240;
+  double rate_hz = 30;
+  double exposure_s = 0, readout_s = 0;
+  int subframes = 8;
+
+  static void size_keys(auto&& key) {
+    number<&Imager::width_px>(key, 32, 4096, "width of the image");
+    number<&Imager::height_px>(key, 32, 4096, "height of the image");
+    number<&Imager::rate_hz>(key, 0.1, 1000, "frames per second of simulated time");
+  }
+  static void shutter_keys(auto&& key) {
+    number<&Imager::exposure_s>(key, 0, 0.1, "exposure time of each row, which causes motion blur");
+    number<&Imager::readout_s>(key, 0, 0.1,
+                               "time from the first row's exposure to the last row's (rolling shutter)");
+    number<&Imager::subframes>(key, 2, 64,
+                               "pictures rendered for each frame when exposure_s or readout_s is not 0");
+  }
+};
+
 /// A second gray eye: lens, size, rate and shutter of the head camera.
 struct GreyEye : Sensor {
   static constexpr const char* kName = "grey";
@@ -74,27 +95,18 @@ struct GreyEye : Sensor {
 };
 
 /// A color camera with its own lens.
-struct ColorCamera : Sensor {
+struct ColorCamera : Sensor, Imager {
   static constexpr const char* kName = "color";
-  int width_px = 424, height_px = 240;
-  double rate_hz = 30, fov_rad = 1.2042771838760873, distortion = 0;  // 69 deg
-  double exposure_s = 0, readout_s = 0;
-  int subframes = 4;
+  double fov_rad = 1.2042771838760873, distortion = 0;  // 69 deg
   double read_sigma_grey = 1, shot_sigma_grey = 1;
 
-  ColorCamera() { name = "rgb0"; }
+  ColorCamera() { name = "rgb0", width_px = 424, subframes = 4; }
   static void keys(auto&& key) {
     Sensor::keys(key);
-    number<&ColorCamera::width_px>(key, 32, 4096, "width of the image");
-    number<&ColorCamera::height_px>(key, 32, 4096, "height of the image");
-    number<&ColorCamera::rate_hz>(key, 0.1, 1000, "frames per second of simulated time");
+    Imager::size_keys(key);
     degrees<&ColorCamera::fov_rad>(key, 10, 120, "horizontal field of view without distortion");
     number<&ColorCamera::distortion>(key, 0, 1.3, "radial parameter relative to that of the paper's camera");
-    number<&ColorCamera::exposure_s>(key, 0, 0.1, "exposure time of each row, which causes motion blur");
-    number<&ColorCamera::readout_s>(key, 0, 0.1,
-                                    "time from the first row's exposure to the last row's (rolling shutter)");
-    number<&ColorCamera::subframes>(key, 2, 64,
-                                    "pictures rendered for each frame when exposure_s or readout_s is not 0");
+    Imager::shutter_keys(key);
     number<&ColorCamera::read_sigma_grey>(key, 0, 100, "noise of a black pixel, in levels of 255");
     number<&ColorCamera::shot_sigma_grey>(key, 0, 50, "photon noise of a white pixel, in levels of 255");
   }

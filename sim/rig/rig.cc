@@ -13,16 +13,29 @@ namespace {
 
 constexpr double kPhysics_hz = 1000;  // positions are known at each millisecond
 
-template <class... F>
-struct Overloaded : F... {
-  using F::operator()...;
-};
-template <class... F>
-Overloaded(F...) -> Overloaded<F...>;
-
 std::string range_problem(double nearest_m, double furthest_m) {
   if (nearest_m < furthest_m) return "";
   return fmt::format("nearest_m {} is not below furthest_m {}", nearest_m, furthest_m);
+}
+
+// Copies what the item has.
+void copy_values(const auto& item, RigSensor& s) {
+  if constexpr (requires { item.time_offset_s; }) s.time_offset_s = item.time_offset_s;
+  if constexpr (requires { item.rate_hz; }) s.rate_hz = item.rate_hz;
+  if constexpr (requires { item.readout_s; }) s.readout_s = item.readout_s;
+  if constexpr (requires { item.read_sigma_grey; })
+    s.read_sigma_grey = item.read_sigma_grey, s.shot_sigma_grey = item.shot_sigma_grey;
+  if constexpr (requires { item.nearest_m; }) s.nearest_m = item.nearest_m, s.furthest_m = item.furthest_m;
+  if constexpr (requires { item.aligned_with; })
+    s.aligned_with = item.aligned_with, s.baseline_m = item.baseline_m, s.edge_px = item.edge_px,
+    s.disparity_sigma_px = item.disparity_sigma_px;
+  if constexpr (requires { item.range_sigma_m; })
+    s.lowest_rad = item.lowest_rad, s.highest_rad = item.highest_rad, s.range_sigma_m = item.range_sigma_m,
+    s.angle_sigma_rad = item.angle_sigma_rad;
+  if constexpr (requires { item.gyro_sigma_rad_s; })
+    s.gyro_sigma_rad_s = item.gyro_sigma_rad_s, s.gyro_bias_sigma_rad_s = item.gyro_bias_sigma_rad_s,
+    s.accelerometer_sigma_m_s2 = item.accelerometer_sigma_m_s2,
+    s.accelerometer_bias_sigma_m_s2 = item.accelerometer_bias_sigma_m_s2;
 }
 
 bool is_folder_name(std::string_view name) {
@@ -33,8 +46,6 @@ bool is_folder_name(std::string_view name) {
 bool has_images(const Item& item) {
   return std::holds_alternative<GreyEye>(item) || std::holds_alternative<ColorCamera>(item);
 }
-
-GreyEye right_eye() { return GreyEye(); }
 
 // Intel RealSense D435i: the color imager 15 mm beside the left infrared one (the head camera), with a
 // rolling shutter; the IMU is a BMI055.
@@ -48,7 +59,7 @@ std::vector<Item> d435i() {
   imu.position_m = {0, -0.005, -0.012};
   imu.gyro_sigma_rad_s = 1e-3;
   imu.accelerometer_sigma_m_s2 = 2e-2;
-  return {right_eye(), color, DepthCamera(), imu};
+  return {GreyEye(), color, DepthCamera(), imu};
 }
 
 // Livox Mid-360 above the head.
@@ -176,50 +187,14 @@ std::vector<RigSensor> calibrated(const std::vector<Item>& items, const slam::Ca
   for (std::size_t i = 0; i < items.size(); ++i) {
     RigSensor s;
     s.name = name_of(items[i]), s.kind = static_cast<Kind>(items[i].index());
-    std::visit(Overloaded{[&](const GreyEye& eye) {
-                            s.time_offset_s = eye.time_offset_s;
-                            s.X_CS = X_CL[i] * Eigen::Translation3d(0, -eye.baseline_m, 0) * X_LS;
-                            s.camera = head;
-                            s.rate_hz = head_rate_hz;
-                            s.readout_s = head_readout_s;
-                            s.read_sigma_grey = eye.read_sigma_grey, s.shot_sigma_grey = eye.shot_sigma_grey;
-                          },
-                          [&](const ColorCamera& color) {
-                            s.time_offset_s = color.time_offset_s;
-                            s.X_CS = X_CL[i] * X_LS;
-                            s.camera = lens(color.width_px, color.height_px, color.fov_rad, color.distortion);
-                            s.rate_hz = color.rate_hz;
-                            s.readout_s = color.readout_s;
-                            s.read_sigma_grey = color.read_sigma_grey;
-                            s.shot_sigma_grey = color.shot_sigma_grey;
-                          },
-                          [&](const DepthCamera& depth) {
-                            s.aligned_with = depth.aligned_with;
-                            s.camera = head;
-                            s.rate_hz = head_rate_hz;
-                            s.nearest_m = depth.nearest_m, s.furthest_m = depth.furthest_m;
-                            s.baseline_m = depth.baseline_m, s.edge_px = depth.edge_px;
-                            s.disparity_sigma_px = depth.disparity_sigma_px;
-                          },
-                          [&](const Lidar& lidar) {
-                            s.time_offset_s = lidar.time_offset_s;
-                            s.X_CS = X_CL[i];
-                            s.rate_hz = lidar.rate_hz;
-                            s.nearest_m = lidar.nearest_m, s.furthest_m = lidar.furthest_m;
-                            s.lowest_rad = lidar.lowest_rad, s.highest_rad = lidar.highest_rad;
-                            s.range_sigma_m = lidar.range_sigma_m;
-                            s.angle_sigma_rad = lidar.angle_sigma_rad;
-                          },
-                          [&](const Imu& imu) {
-                            s.time_offset_s = imu.time_offset_s;
-                            s.X_CS = X_CL[i];
-                            s.rate_hz = imu.rate_hz;
-                            s.gyro_sigma_rad_s = imu.gyro_sigma_rad_s;
-                            s.accelerometer_sigma_m_s2 = imu.accelerometer_sigma_m_s2;
-                            s.gyro_bias_sigma_rad_s = imu.gyro_bias_sigma_rad_s;
-                            s.accelerometer_bias_sigma_m_s2 = imu.accelerometer_bias_sigma_m_s2;
-                          }},
-               items[i]);
+    if (s.kind != Kind::depth) s.X_CS = X_CL[i];
+    if (is_camera(s)) s.camera = head, s.rate_hz = head_rate_hz;  // unless it has its own
+    if (const auto* eye = std::get_if<GreyEye>(&items[i]))
+      s.X_CS = s.X_CS * Eigen::Translation3d(0, -eye->baseline_m, 0) * X_LS, s.readout_s = head_readout_s;
+    if (const auto* color = std::get_if<ColorCamera>(&items[i]))
+      s.X_CS = s.X_CS * X_LS,
+      s.camera = lens(color->width_px, color->height_px, color->fov_rad, color->distortion);
+    std::visit([&s](const auto& item) { copy_values(item, s); }, items[i]);
     sensors.push_back(s);
   }
   for (RigSensor& s : sensors)  // once all cameras are known
