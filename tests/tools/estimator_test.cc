@@ -3,8 +3,10 @@
 
 #include <set>
 #include <sstream>
+#include <tuple>
 
 #include "sim/files/csv.h"
+#include "sim/files/trajectory_file.h"
 #include "tests/tools/command_line.h"
 
 namespace tests {
@@ -91,57 +93,60 @@ TEST_F(ExternalEstimator, ATimeModelIsReportedAndAMeasuredOneIsNotRepeatable) {
   EXPECT_FALSE(json_in("out/score.json")["estimator_time"]["repeatable"]);
 }
 
-/// Programs of tools/examples, and a straight walk of 1 m. The bound is a twentieth of the path, chosen
-/// before the first try; one that stands still misses it by far.
-class LongExampleEstimator : public LongExternalEstimator {
- protected:
-  LongExampleEstimator() {
-    fs::create_directory_symlink(std::string(GAITSLAM_SOURCE_DIR) + "/sim", folder_ / "sim");
-    fs::create_directory_symlink(std::string(GAITSLAM_SOURCE_DIR) + "/tools", folder_ / "tools");
-    write("line.yaml",
-          "walk: {commands: [{stand: {duration_s: 0.5}}, {straight: {forward_m: 1, left_m: 0}}]}\ncamera: "
-          "{}\nslam: {}\n");
-  }
-  /// Compiles tools/examples/NAME.cc by its own first lines.
-  void compile(const std::string& name) const {
-    shell("eval \"$(sed -n 's|^// *c++ |c++ |p' tools/examples/" + name + ".cc)\"").ends(0);
-  }
-  double of_out(const char* name) const {
-    const double value = metric(folder_ / "out", name);
-    return std::isnan(value) ? HUGE_VAL : value;
-  }
-};
-
-TEST_F(LongExampleEstimator, VisualOdometryFindsItsWayByItsImagesAlone) {
-  compile("visual_odometry");
-  ASSERT_EQ(gaitslam("run line.yaml --out line").exit_code, 0);
-  const auto ate_m = [&](const std::string& estimator, const std::string& more = "") {
-    ok("replay line/seed-1 --out out --force \"estimator={program: " + estimator + "}\" " + more);
-    return of_out("ate_sim3_rmse_m");
+// The bound is a tenth of the path. Without noise the walk turns and moves as planned but for its slip.
+TEST_F(ExternalEstimator, GyroAndPlanFollowTheWalkInCAndPythonAlikeAndRejectOptions) {
+  const auto poses = [&](const std::string& program) {
+    ok("replay r/seed-1 --out out --force \"estimator={program: " + program +
+       "}\" errors.gyro.sigma_rad_s=0");
+    return sim::files::read_tum(folder_ / "out/estimate.tum");
   };
-  const double seen_m = ate_m("./visual_odometry"), bound_m = of_out("path_length_m") / 20;
-  EXPECT_LT(seen_m, bound_m);
-  EXPECT_LT(std::abs(of_out("scale_error_percent")), 25);
-  EXPECT_GT(of_out("tracked_fraction"), 0.95);
-  EXPECT_GT(text_of("out/map.csv").size(), 2000u);
-  EXPECT_GT(ate_m("./visual_odometry", "'errors.faults=[{frames_frozen: {from_s: 4.5, duration_s: 100}}]'"),
-            2 * bound_m)
-      << "it does not follow its images";
-  EXPECT_GT(ate_m(fmt::format("['{}', nothing]", GAITSLAM_MISBEHAVING)), 2 * bound_m);
+  const auto c = poses(GAITSLAM_GYRO_PROGRAM);
+  EXPECT_LT(metric(folder_ / "out", "rmse_m"), metric(folder_ / "out", "path_length_m") / 10);
+  const auto python =
+      poses(std::string("[/usr/bin/python3, ") + GAITSLAM_SOURCE_DIR + "/tools/examples/gyro_and_plan.py]");
+  ASSERT_EQ(python.size(), c.size());
+  for (std::size_t i = 0; i < c.size(); ++i) EXPECT_TRUE(python[i].X.isApprox(c[i].X, 1e-9)) << i;
+  EXPECT_THAT(replay(std::string("{program: ") + GAITSLAM_GYRO_PROGRAM + ", options: {a: 1}}").ends(3).err,
+              HasSubstr("unknown option, expected none"));
 }
 
-// None of them uses the plan, so that the scale is that of the sensor.
-TEST_F(LongExampleEstimator, StereoDepthAndLidarFindTheirWayWithItsScale) {
-  compile("visual_odometry");
-  compile("lidar_odometry");
-  for (const char* estimator : {"./visual_odometry, options: {depth: stereo}",
-                                "./visual_odometry, options: {depth: camera}", "./lidar_odometry"}) {
-    shell("rm -rf run out");
-    gaitslam(std::string("run line.yaml --out run rig=d435i_mid360 'estimator={program: ") + estimator +
-             "}' && mv run/seed-1 out");
-    EXPECT_LT(of_out("ate_se3_rmse_m"), of_out("path_length_m") / 20) << estimator;
-    EXPECT_LT(std::abs(of_out("scale_error_percent")), 5) << estimator;
-    EXPECT_GT(of_out("tracked_fraction"), 0.95) << estimator;
+/// C++ programs of tools/examples on a recording of a straight walk of 1 m. Bounds are a twentieth of the
+/// path, chosen before the first try; a program that stands still misses them by far.
+TEST_F(LongExternalEstimator, ExamplesFindTheirWayByMotionStereoDepthAndLidar) {
+  for (const char* folder : {"sim", "tools"})
+    fs::create_directory_symlink(fs::path(GAITSLAM_SOURCE_DIR) / folder, folder_ / folder);
+  for (const std::string example : {"visual_odometry", "lidar_odometry"})  // by their own first lines
+    shell("eval \"$(sed -n 's|^// *c++ |c++ |p' tools/examples/" + example + ".cc)\"").ends(0);
+  write("line.yaml",
+        "walk: {commands: [{stand: {duration_s: 0.5}}, {straight: {forward_m: 1, left_m: 0}}]}\ncamera: "
+        "{}\nslam: {}\nrig: d435i_mid360\n");
+  shell("rm -r r");
+  ok("run line.yaml --out r estimator=plan_alone");
+  const auto of_out = [&](const char* name) {
+    const double value = metric(folder_ / "out", name);
+    return std::isnan(value) ? HUGE_VAL : value;
+  };
+  // None but the first uses the plan, so that the scale is that of the sensor.
+  const std::string frozen = "'errors.faults=[{frames_frozen: {from_s: 4.5, duration_s: 100}}]'",
+                    nothing = fmt::format("['{}', nothing]", GAITSLAM_MISBEHAVING);
+  for (const auto& [program, more, scale_percent] :
+       {std::tuple<std::string, std::string, double>{"./visual_odometry", "", 25},
+        {"./visual_odometry, options: {depth: stereo}", "", 5},
+        {"./visual_odometry, options: {depth: camera}", "", 5},
+        {"./lidar_odometry", "", 5},
+        {"./visual_odometry", frozen, HUGE_VAL},
+        {nothing, "", HUGE_VAL}}) {
+    replay("{program: " + program + "}", more);
+    const double ate_m = of_out(scale_percent == 25 ? "ate_sim3_rmse_m" : "ate_se3_rmse_m"),
+                 bound_m = of_out("path_length_m") / 20;
+    if (std::isinf(scale_percent)) {
+      EXPECT_GT(ate_m, 2 * bound_m) << program << more << ": it does not follow its images";
+      continue;
+    }
+    EXPECT_LT(ate_m, bound_m) << program;
+    EXPECT_LT(std::abs(of_out("scale_error_percent")), scale_percent) << program;
+    EXPECT_GT(of_out("tracked_fraction"), 0.95) << program;
+    EXPECT_TRUE(program == "./lidar_odometry" || text_of("out/map.csv").size() > 2000u) << program;
   }
 }
 
@@ -153,8 +158,9 @@ TEST_F(ExternalEstimator, OneOfVersion2IsRefusedBeforeAWalkWithFurtherSensors) {
   EXPECT_EQ(gaitslam("replay r/seed-1 --out h" + program).exit_code, 0);
 }
 
-/// A shell script that writes its process id, starts another process, waits and never answers.
-constexpr const char* kStarter = "#!/bin/sh\nsleep 1000 &\necho $! > theirs\necho $$ > its\nwait\n";
+/// A shell script that writes its process id, starts another process in a new session, waits and never
+/// answers.
+constexpr const char* kStarter = "#!/bin/sh\nsetsid sleep 1000 &\necho $! > theirs\necho $$ > its\nwait\n";
 
 TEST_F(ExternalEstimator, InterruptedItLeavesNoProcessAndNoHalfResult) {
   write("starter.sh", kStarter);
@@ -174,6 +180,12 @@ TEST_F(ExternalEstimator, InterruptedItLeavesNoProcessAndNoHalfResult) {
       const Ran left = shell("find h -name score.json; rm -rf h");
       EXPECT_EQ(left.out, "") << signal << " " << command;
     }
+}
+
+TEST_F(ExternalEstimator, WhatItStartedEndsWithIt) {
+  write("leaver.sh", "setsid sleep 1000 &\necho $! > theirs\ngrep -v '^#' \"$1/plan.txt\" > \"$2\"\n");
+  ok("evaluate r/seed-1 --out h --format tum --command 'sh leaver.sh {folder} {trajectory}'");
+  EXPECT_NE(shell("grep -q 'State:.[^ZX]' /proc/$(cat theirs)/status").exit_code, 0);
 }
 
 TEST_F(ExternalEstimator, AWalkThatAChangedProgramSteersIsRecordedAgain) {

@@ -1,10 +1,7 @@
-/* An estimator without images: integrates the gyro, and the planned velocity along that orientation. The mean
- * of the gyro before the first planned motion is its bias.
+/* An estimator without images: integrates the gyro, and the planned velocity along that orientation.
  *
  *     cc -O2 -DGAITSLAM_ESTIMATOR_MAIN -I sim/estimators -o gyro_and_plan tools/examples/gyro_and_plan.c -lm
- *     tools/gaitslam replay RESULT 'estimator={program: ./gyro_and_plan}'
- *
- * Option: bias=0 does not estimate the bias. */
+ *     tools/gaitslam replay RESULT 'estimator={program: ./gyro_and_plan}' */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,10 +10,8 @@
 
 typedef struct estimator {
   gaitslam_pose X_CG, X_WC;
-  double bias[3], seconds_at_rest; /* rad/s, axes G */
   double v_W[3]; /* planned velocity at the previous observation, along the estimated axes */
   int64_t t_ns;
-  int has_moved, estimates_bias;
 } estimator;
 
 /* to = R v */
@@ -44,21 +39,11 @@ static void turn_by(double R[9], const double turn[3]) {
 
 static void add_reading(estimator* self, const gaitslam_reading* reading) {
   const double dt = 1e-9 * (double)(reading->end_ns - reading->begin_ns);
-  double rate_G[3], turn_C[3];
+  double turn_G[3], turn_C[3];
   int i;
-  if (!self->has_moved && self->estimates_bias && dt > 0) {
-    self->seconds_at_rest += dt;
-    for (i = 0; i < 3; ++i) self->bias[i] += (reading->value[i] - self->bias[i]) * dt / self->seconds_at_rest;
-  }
-  for (i = 0; i < 3; ++i) rate_G[i] = (reading->value[i] - self->bias[i]) * dt;
-  rotate(self->X_CG.rotation, rate_G, turn_C);
+  for (i = 0; i < 3; ++i) turn_G[i] = reading->value[i] * dt;
+  rotate(self->X_CG.rotation, turn_G, turn_C);
   turn_by(self->X_WC.rotation, turn_C);
-}
-
-static int moves(const gaitslam_plan* plan) {
-  int i, moving = 0;
-  for (i = 0; i < 3; ++i) moving = moving || plan->v_PC_C[i] != 0 || plan->w_PC_C[i] != 0;
-  return moving;
 }
 
 static void add_plan(estimator* self, const gaitslam_plan* plan, double dt) {
@@ -74,16 +59,13 @@ static void add_plan(estimator* self, const gaitslam_plan* plan, double dt) {
 void* gaitslam_estimator_create(const gaitslam_start* start, const gaitslam_sensors* sensors,
                                 const char* options, char* error, size_t error_bytes) {
   estimator* self = (estimator*)calloc(1, sizeof(estimator));
-  const char* why = "unknown option, expected bias=0 or bias=1";
-  const int known = !options[0] || !strcmp(options, "bias=0\n") || !strcmp(options, "bias=1\n");
   (void)sensors;
-  if (self && known) {
+  if (self && !options[0]) {
     self->X_CG = start->X_CG;
     self->X_WC = start->X_WC;
-    self->estimates_bias = strcmp(options, "bias=0\n") != 0;
     return self;
   }
-  strncpy(error, self ? why : "no memory", error_bytes - 1);
+  strncpy(error, self ? "unknown option, expected none" : "no memory", error_bytes - 1);
   free(self);
   return NULL;
 }
@@ -96,7 +78,6 @@ int gaitslam_estimator_observe(void* of, const gaitslam_observation* observation
   uint32_t i;
   (void)accelerometer, (void)image, (void)rig, (void)landmarks, (void)cause;
   if (observation->t_ns >= self->t_ns) { /* ignores late observations */
-    if (observation->has_plan && moves(&observation->plan)) self->has_moved = 1;
     for (i = 0; i < observation->gyro_count; ++i) add_reading(self, &gyro[i]);
     if (observation->has_plan)
       add_plan(self, &observation->plan, 1e-9 * (double)(observation->t_ns - self->t_ns));

@@ -37,34 +37,22 @@ class Estimator:
     def __init__(self, start):
         self.R_CG, _ = pose(start, 80)
         self.R_WC, self.p_W = pose(start, 80 + POSE)
-        self.bias, self.at_rest_s = np.zeros(3), 0.0
-        self.v_W, self.t_ns, self.has_moved = np.zeros(3), 0, False
+        self.v_W, self.t_ns = np.zeros(3), 0
 
     def process(self, data):
         t_ns, _, _, gyro_count, _, has_plan, _ = OBSERVATION_HEAD.unpack_from(data)
         if t_ns < self.t_ns:  # late
             return
-        if has_plan:
-            velocities = np.frombuffer(data, '<f8', 6, OBSERVATION_HEAD.size + POSE)
-            self.has_moved = self.has_moved or bool(velocities.any())
         for i in range(gyro_count):
             at = OBSERVATION_HEAD.size + PLAN + i * READING
             begin, end = struct.unpack_from('<qq', data, at)
-            self.add_reading(1e-9 * (end - begin), np.frombuffer(data, '<f8', 3, at + 16))
+            turn_G = 1e-9 * (end - begin) * np.frombuffer(data, '<f8', 3, at + 16)
+            self.R_WC = self.R_WC @ exponential(self.R_CG @ turn_G)
         if has_plan:
-            self.add_plan(velocities[:3], 1e-9 * (t_ns - self.t_ns))
+            v_W = self.R_WC @ np.frombuffer(data, '<f8', 3, OBSERVATION_HEAD.size + POSE)
+            self.p_W = self.p_W + (self.v_W + v_W) / 2 * 1e-9 * (t_ns - self.t_ns)
+            self.v_W = v_W
         self.t_ns = t_ns
-
-    def add_reading(self, dt, rate_G):
-        if not self.has_moved and dt > 0:
-            self.at_rest_s += dt
-            self.bias += (rate_G - self.bias) * dt / self.at_rest_s
-        self.R_WC = self.R_WC @ exponential(self.R_CG @ (rate_G - self.bias) * dt)
-
-    def add_plan(self, v_PC_C, dt):
-        v_W = self.R_WC @ v_PC_C
-        self.p_W = self.p_W + (self.v_W + v_W) / 2 * dt
-        self.v_W = v_W
 
     def answer(self):
         head = ANSWER_HEAD.pack(self.t_ns, 0, 0)  # status ok, no covariance

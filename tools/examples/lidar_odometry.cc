@@ -10,14 +10,14 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <deque>
 #include <optional>
+#include <stdexcept>
 #include <unordered_map>
 #include <vector>
 
-#include "gaitslam_estimator.h"
+#include "example.h"
 
 namespace {
 
@@ -127,7 +127,7 @@ std::optional<Isometry3d> aligned(const Map& map, const std::vector<Vector3d>& p
   return X_WL;
 }
 
-class LidarOdometry {
+class LidarOdometry : public Example {
  public:
   LidarOdometry(const gaitslam_start& start, const gaitslam_sensors& sensors)
       : X_CL_(pose_of(sensors.lidars[0].X_CK)),
@@ -139,8 +139,8 @@ class LidarOdometry {
     imu_ahead_ns_ = std::llround(1e9 * sensors.imus[0].time_offset_s);
   }
 
-  void process(const gaitslam_observation& observation, const gaitslam_reading* gyro,
-               const gaitslam_rig& rig) {
+  void process(const gaitslam_observation& observation, const gaitslam_reading* gyro, const uint8_t*,
+               const gaitslam_rig& rig) override {
     for (uint32_t i = 0; i < observation.gyro_count; ++i)
       if (gyro_.empty() || gyro[i].end_ns > gyro_.back().end_ns) gyro_.push_back(gyro[i]);
     while (!gyro_.empty() && gyro_.front().end_ns < gyro_.back().end_ns - kRemembered_ns) gyro_.pop_front();
@@ -149,7 +149,7 @@ class LidarOdometry {
     t_ns_ = std::max(t_ns_, observation.t_ns);
   }
 
-  void write(gaitslam_answer& answer, const char** cause) const {
+  void write(gaitslam_answer& answer, const gaitslam_landmark**, const char** cause) override {
     answer.t_ns = t_ns_;
     answer.status = map_.empty() ? GAITSLAM_NOT_READY : lost_ ? GAITSLAM_LOST : GAITSLAM_OK;
     if (lost_) *cause = "too few points are on known planes";
@@ -231,21 +231,9 @@ class LidarOdometry {
 
 }  // namespace
 
-void* gaitslam_estimator_create(const gaitslam_start* start, const gaitslam_sensors* sensors,
-                                const char* options, char* error, size_t error_bytes) {
-  if (sensors->counts.lidars > 0 && !*options) return new LidarOdometry(*start, *sensors);
-  std::snprintf(error, error_bytes, *options ? "it has no options" : "the rig has no lidar");
-  return nullptr;
+Example* new_example(const gaitslam_start& start, const gaitslam_sensors& sensors,
+                     const std::string& options) {
+  if (sensors.counts.lidars == 0 || !options.empty())
+    throw std::invalid_argument(options.empty() ? "the rig has no lidar" : "it has no options");
+  return new LidarOdometry(start, sensors);
 }
-
-int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* observation,
-                               const gaitslam_reading* gyro, const gaitslam_reading*, const uint8_t*,
-                               const gaitslam_rig* rig, gaitslam_answer* answer, const gaitslam_landmark**,
-                               const char** cause) {
-  auto& odometry = *static_cast<LidarOdometry*>(estimator);
-  odometry.process(*observation, gyro, *rig);
-  odometry.write(*answer, cause);
-  return 0;
-}
-
-void gaitslam_estimator_destroy(void* estimator) { delete static_cast<LidarOdometry*>(estimator); }

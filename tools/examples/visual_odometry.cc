@@ -15,8 +15,6 @@
 // covariance.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <exception>
 #include <memory>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/affine.hpp>
@@ -27,7 +25,7 @@
 #include <string>
 #include <vector>
 
-#include "gaitslam_estimator.h"
+#include "example.h"
 
 namespace {
 
@@ -56,36 +54,14 @@ struct Track {
   double weight = 0;                        // of p_W, by stereo or a depth camera
 };
 
-class Camera {
- public:
-  explicit Camera(const gaitslam_lens& lens)
-      : lens_(lens),
-        K_(lens.focal_px[0], 0, lens.center_px[0], 0, lens.focal_px[1], lens.center_px[1], 0, 0, 1) {}
-
-  double focal_px() const { return lens_.focal_px[0]; }
-
-  std::vector<cv::Point2d> rays(const std::vector<cv::Point2f>& pixels) const {
-    std::vector<cv::Point2d> all(pixels.begin(), pixels.end());
-    if (all.empty()) return all;
-    const cv::Vec4d k(lens_.parameters);
-    if (lens_.model == GAITSLAM_LENS_RADIAL_TANGENTIAL) {
-      cv::undistortPoints(all, all, K_, k);
-    } else if (lens_.model == GAITSLAM_LENS_EQUIDISTANT) {
-      cv::fisheye::undistortPoints(all, all, K_, k);
-    } else {
-      for (cv::Point2d& each : all) {  // u = u0 + uc / sqrt(1 + 2 k |uc|^2), solved for uc
-        const cv::Point2d bent(each.x - lens_.center_px[0], each.y - lens_.center_px[1]);
-        const double root = std::sqrt(std::max(1e-3, 1 - 2 * k[0] * bent.dot(bent)));
-        each = {bent.x / root / lens_.focal_px[0], bent.y / root / lens_.focal_px[1]};
-      }
-    }
-    return all;
-  }
-
- private:
-  gaitslam_lens lens_;
-  cv::Matx33d K_;
-};
+/// The lens may be of any model: the equidistant one nearest to it is less than a fifth of a pixel off.
+std::vector<cv::Point2d> rays(const gaitslam_lens& equidistant, const std::vector<cv::Point2f>& pixels) {
+  std::vector<cv::Point2d> all(pixels.begin(), pixels.end());
+  const double *f = equidistant.focal_px, *center = equidistant.center_px;
+  const cv::Matx33d K(f[0], 0, center[0], 0, f[1], center[1], 0, 0, 1);
+  if (!all.empty()) cv::fisheye::undistortPoints(all, all, K, cv::Vec4d(equidistant.parameters));
+  return all;
+}
 
 cv::Vec3d direction(const Pose& X_WC, const cv::Point2d& ray) {
   return cv::normalize(X_WC.rotation() * cv::Vec3d(ray.x, ray.y, 1));
@@ -120,7 +96,7 @@ class DepthSensor {
       : number_(number),
         measures_depth_(sensors.cameras[number].kind == GAITSLAM_CAMERA_DEPTH),
         ahead_ns_(std::llround(1e9 * sensors.cameras[number].time_offset_s)),
-        camera_(sensors.cameras[number].lens),
+        lens_(sensors.cameras[number].equidistant),
         X_CK_(pose_of(sensors.cameras[number].X_CK)) {}
 
   /// The points of the tracks in C. image: of camera 0; rig: with the sensor's image of the same time.
@@ -155,16 +131,16 @@ class DepthSensor {
     for (const Track& track : tracks) from.push_back(track.pixel);
     std::vector<uint8_t> found;
     cv::calcOpticalFlowPyrLK(left, right, from, to, found, cv::noArray());
-    const std::vector<cv::Point2d> rays = camera_.rays(to);
+    const std::vector<cv::Point2d> right_rays = rays(lens_, to);
     for (std::size_t i = 0; i < tracks.size(); ++i)
       if (found[i])
-        points[i] = triangulated({}, tracks[i].ray, X_CK_, rays[i], kResidual_px / camera_.focal_px());
+        points[i] = triangulated({}, tracks[i].ray, X_CK_, right_rays[i], kResidual_px / lens_.focal_px[0]);
   }
 
   uint32_t number_;
   bool measures_depth_;
   int64_t ahead_ns_;  // of its stamps
-  Camera camera_;
+  gaitslam_lens lens_;
   Pose X_CK_;
 };
 
@@ -184,12 +160,11 @@ std::unique_ptr<DepthSensor> depth_sensor(const std::string& options, const gait
                                      : "depth=camera: the rig has no depth camera aligned with cam0");
 }
 
-class VisualOdometry {
+class VisualOdometry : public Example {
  public:
-  std::string failure;  ///< of the last observation
-
   VisualOdometry(const gaitslam_start& start, const gaitslam_sensors& sensors, const std::string& options)
-      : camera_(sensors.cameras[0].lens),
+      : lens_(sensors.cameras[0].equidistant),
+        residual_(kResidual_px / lens_.focal_px[0]),
         depth_(depth_sensor(options, sensors)),
         X_WC_(pose_of(start.X_WC)),
         X_PC_(X_WC_),
@@ -197,7 +172,8 @@ class VisualOdometry {
     cv::setNumThreads(1);
   }
 
-  void process(const gaitslam_observation& observation, const uint8_t* pixels, const gaitslam_rig& rig) {
+  void process(const gaitslam_observation& observation, const gaitslam_reading*, const uint8_t* pixels,
+               const gaitslam_rig& rig) override {
     if (observation.t_ns <= t_ns_) return;  // late or doubled
     t_ns_ = observation.t_ns;
     if (depth_) {  // constant velocity
@@ -227,7 +203,7 @@ class VisualOdometry {
     before_ = image;
   }
 
-  void write(gaitslam_answer& answer, const gaitslam_landmark** landmarks, const char** cause) {
+  void write(gaitslam_answer& answer, const gaitslam_landmark** landmarks, const char** cause) override {
     answer.t_ns = std::max<int64_t>(t_ns_, 0);
     std::copy_n(X_WC_.rotation().val, 9, answer.X_WC.rotation);
     std::copy_n(X_WC_.translation().val, 3, answer.X_WC.translation_m);
@@ -254,57 +230,45 @@ class VisualOdometry {
     std::vector<cv::Point2f> from, to, back;
     for (const Track& track : tracks_) from.push_back(track.pixel);
     std::vector<uint8_t> found, found_back;
-    std::vector<float> errors;
-    const cv::Size window(21, 21);
-    cv::calcOpticalFlowPyrLK(before_, image, from, to, found, errors, window, 3);
-    cv::calcOpticalFlowPyrLK(image, before_, to, back, found_back, errors, window, 3);
-    const std::vector<cv::Point2d> rays = camera_.rays(to);
+    cv::calcOpticalFlowPyrLK(before_, image, from, to, found, cv::noArray());
+    cv::calcOpticalFlowPyrLK(image, before_, to, back, found_back, cv::noArray());
+    const std::vector<cv::Point2d> now = rays(lens_, to);
     std::vector<Track> kept;
     const cv::Rect2f inside(2, 2, static_cast<float>(image.cols - 4), static_cast<float>(image.rows - 4));
     for (std::size_t i = 0; i < to.size(); ++i) {
       const bool same = found[i] && found_back[i] && cv::norm(back[i] - from[i]) < kForwardBackward_px;
       if (!same || !inside.contains(to[i])) continue;
       kept.push_back(tracks_[i]);
-      kept.back().pixel = to[i], kept.back().ray = rays[i];
+      kept.back().pixel = to[i], kept.back().ray = now[i];
     }
     tracks_ = std::move(kept);
   }
 
-  /// Estimates the pose from points with depth. Returns false if there are too few. Drops outliers.
+  /// Estimates the pose from points with depth, with fewer and fewer outliers. Returns false if there are too
+  /// few. Drops outliers.
   bool locate() {
     Pose X_WC = X_WC_;
-    for (int round = 0; round < 4; ++round) {
-      const double limit =
-          std::max(kResidual_px / camera_.focal_px(), round == 0 ? 3 * median_residual(X_WC) : 0);
+    for (const double outlier : {8, 4, 1, 1}) {
       std::vector<cv::Point3d> points;
-      std::vector<cv::Point2d> rays;
+      std::vector<cv::Point2d> seen;
       for (const Track& track : tracks_)
-        if (track.p_W && residual(X_WC, *track.p_W, track.ray) < limit)
-          points.push_back(*track.p_W), rays.push_back(track.ray);
+        if (track.p_W && residual(X_WC, *track.p_W, track.ray) < outlier * residual_)
+          points.push_back(*track.p_W), seen.push_back(track.ray);
       if (points.size() < kFewestPoints) return false;
       const Pose X_CW = X_WC.inv();
       cv::Vec3d turn = X_CW.rvec(), shift = X_CW.translation();
-      cv::solvePnPRefineLM(points, rays, cv::Matx33d::eye(), cv::noArray(), turn, shift);
+      cv::solvePnPRefineLM(points, seen, cv::Matx33d::eye(), cv::noArray(), turn, shift);
       X_WC = Pose(turn, shift).inv();
     }
     X_WC_ = X_WC;
-    const double gone = 2 * kResidual_px / camera_.focal_px();
-    tracks_.erase(std::remove_if(tracks_.begin(), tracks_.end(),
-                                 [&](const Track& track) {
-                                   return track.p_W && residual(X_WC, *track.p_W, track.ray) > gone;
-                                 }),
-                  tracks_.end());
+    keep([&](const Track& t) { return !t.p_W || residual(X_WC, *t.p_W, t.ray) < 2 * residual_; });
     return true;
   }
 
-  double median_residual(const Pose& X_WC) const {
-    std::vector<double> all;
-    for (const Track& track : tracks_)
-      if (track.p_W) all.push_back(residual(X_WC, *track.p_W, track.ray));
-    if (all.empty()) return 0;
-    const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-    std::nth_element(all.begin(), middle, all.end());
-    return *middle;
+  template <class Condition>
+  void keep(const Condition& condition) {
+    const auto end = std::stable_partition(tracks_.begin(), tracks_.end(), condition);
+    tracks_.erase(end, tracks_.end());
   }
 
   /// Triangulates corners with enough parallax, and again when it doubles.
@@ -313,8 +277,7 @@ class VisualOdometry {
       const double cosine = direction(track.first_X_WC, track.first_ray).dot(direction(X_WC_, track.ray));
       const double parallax = std::acos(std::clamp(cosine, -1.0, 1.0));
       if (parallax < 2 * track.parallax_rad) continue;
-      const auto p_W = triangulated(track.first_X_WC, track.first_ray, X_WC_, track.ray,
-                                    kResidual_px / camera_.focal_px());
+      const auto p_W = triangulated(track.first_X_WC, track.first_ray, X_WC_, track.ray, residual_);
       if (p_W) track.p_W = p_W, track.parallax_rad = parallax;
     }
   }
@@ -331,8 +294,7 @@ class VisualOdometry {
       track.p_W = (track.weight * track.p_W.value_or(p_W) + weight * p_W) / (track.weight + weight);
       track.weight += weight;
     }
-    tracks_.erase(std::remove_if(tracks_.begin(), tracks_.end(), [](const Track& t) { return !t.p_W; }),
-                  tracks_.end());
+    keep([](const Track& track) { return track.p_W.has_value(); });
   }
 
   void add_corners(const cv::Mat& image) {
@@ -343,12 +305,13 @@ class VisualOdometry {
     std::vector<cv::Point2f> corners;
     cv::goodFeaturesToTrack(image, corners, kMostTracks - static_cast<int>(tracks_.size()), 0.01, kApart_px,
                             free);
-    const std::vector<cv::Point2d> rays = camera_.rays(corners);
+    const std::vector<cv::Point2d> now = rays(lens_, corners);
     for (std::size_t i = 0; i < corners.size(); ++i)
-      tracks_.push_back({next_id_++, corners[i], rays[i], rays[i], X_WC_});
+      tracks_.push_back({next_id_++, corners[i], now[i], now[i], X_WC_});
   }
 
-  Camera camera_;
+  gaitslam_lens lens_;
+  double residual_;                     // of a static point, in the plane z = 1
   std::unique_ptr<DepthSensor> depth_;  // null: by motion
   Pose X_WC_, X_PC_;
   Pose last_X_WC_, step_;  // of the last frame, and to it
@@ -365,30 +328,7 @@ class VisualOdometry {
 
 }  // namespace
 
-void* gaitslam_estimator_create(const gaitslam_start* start, const gaitslam_sensors* sensors,
-                                const char* options, char* error, size_t error_bytes) {
-  try {
-    return new VisualOdometry(*start, *sensors, options);
-  } catch (const std::exception& e) {
-    std::snprintf(error, error_bytes, "%s", e.what());
-    return nullptr;
-  }
+Example* new_example(const gaitslam_start& start, const gaitslam_sensors& sensors,
+                     const std::string& options) {
+  return new VisualOdometry(start, sensors, options);
 }
-
-int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* observation,
-                               const gaitslam_reading*, const gaitslam_reading*, const uint8_t* image,
-                               const gaitslam_rig* rig, gaitslam_answer* answer,
-                               const gaitslam_landmark** landmarks, const char** cause) {
-  auto& odometry = *static_cast<VisualOdometry*>(estimator);
-  try {
-    odometry.process(*observation, image, *rig);
-    odometry.write(*answer, landmarks, cause);
-    return 0;
-  } catch (const std::exception& e) {
-    odometry.failure = e.what();
-    *cause = odometry.failure.c_str();
-    return 1;
-  }
-}
-
-void gaitslam_estimator_destroy(void* estimator) { delete static_cast<VisualOdometry*>(estimator); }

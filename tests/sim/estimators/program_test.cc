@@ -2,20 +2,12 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
-#include <filesystem>
-#include <fstream>
 #include <string>
-#include <thread>
 #include <tuple>
 
-#include "sim/estimators/child_program.h"
 #include "sim/tracking/tracking.h"
-#include "tests/sim/files/temporary_folder.h"
 
 namespace sim::estimators {
 namespace {
@@ -250,62 +242,6 @@ TEST(Program, ExceptionsOfABuiltInEstimatorAreItsFailure) {
     return answer;
   });
   EXPECT_EQ(nan.failed, "at t = 0.000 s: its pose is not finite");
-}
-
-/// Returns whether the process has ended.
-bool is_gone(pid_t process) {
-  std::ifstream in(fmt::format("/proc/{}/stat", process));
-  std::string id, name, state;
-  return !(in >> id >> name >> state) || state == "Z" || state == "X";
-}
-
-template <class Condition>
-bool is_soon(const Condition& condition) {
-  for (int k = 0; k < 2000 && !condition(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  return condition();
-}
-
-/// A program that starts another one in a new session. The parent of the other one ends at once.
-class Leaving : public testing::Test {
- protected:
-  std::vector<std::string> words() const {
-    return {"sh", "-c",
-            "(setsid sleep 1000 & echo $! > " + theirs_ + "); echo $$ > " + its_ + "; read line; exit 0"};
-  }
-  /// Waits until both run.
-  void wait() {
-    ASSERT_TRUE(is_soon([&] { return bool(std::ifstream(its_) >> program_); }));
-    ASSERT_TRUE(is_soon([&] { return bool(std::ifstream(theirs_) >> started_); }));
-    EXPECT_FALSE(is_gone(started_));
-  }
-  void expect_gone() const {
-    EXPECT_TRUE(is_soon([&] { return is_gone(program_) && is_gone(started_); }));
-  }
-
- private:
-  const files::TemporaryFolder folder_;
-  const std::string its_ = (folder_ / "its").string(), theirs_ = (folder_ / "theirs").string();
-  pid_t program_ = 0, started_ = 0;
-};
-
-TEST_F(Leaving, AllDieWithTheBench) {
-  const pid_t bench = ::fork();
-  ASSERT_GE(bench, 0);
-  if (bench == 0) {
-    const ChildProgram child(words());
-    for (;;) ::pause();
-  }
-  wait();
-  ::kill(bench, SIGKILL);
-  ::waitpid(bench, nullptr, 0);
-  expect_gone();
-}
-
-TEST_F(Leaving, AllDieWhenTheProgramHasEnded) {
-  ChildProgram child(words());
-  wait();
-  child.run(std::chrono::steady_clock::now() + std::chrono::seconds(20));
-  expect_gone();
 }
 
 }  // namespace
