@@ -10,28 +10,13 @@
 #include <string>
 
 #include "sim/camera/lens.h"
-#include "slam/camera.h"
-#include "tests/sim/physics/test_worlds.h"
+#include "tests/sim/camera/test_cameras.h"
 
 namespace sim::camera {
 using namespace physics;
 namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
-
-// A robot that is nothing but a flying head camera, in a room of the given geoms.
-Model head_in(const std::string& room) {
-  return small_model(
-      "<visual><headlight ambient='1 1 1' diffuse='0 0 0' specular='0 0 0'/></visual><worldbody>" + room +
-          "</worldbody>",
-      "<worldbody><body name='head'><freejoint/><geom type='sphere' size='0.01' group='2'/>"
-      "<camera name='head_camera' xyaxes='0 -1 0 0 0 1'/></body></worldbody>");
-}
-
-slam::Camera filter_camera(const CameraModel& camera) {
-  return slam::Camera({camera.width_px, camera.height_px, camera.fu_px, camera.fv_px, camera.u0_px,
-                       camera.v0_px, slam::OneParameterRadial{camera.k1_px2}});
-}
 
 struct Ball {
   Vector3d p_W;
@@ -47,19 +32,6 @@ std::vector<Ball> balls_in_view(const CameraModel& camera, const Eigen::Isometry
     balls.push_back({X_WC * (depth * camera.direction(uv).homogeneous()), depth * 7 / camera.fu_px});
   }
   return balls;
-}
-
-// Center of gravity of the pixels in a window, each weighted by `brightness`.
-template <typename Brightness>
-Vector2d centroid(const cv::Rect& window, Brightness brightness) {
-  Vector2d sum(0, 0);
-  double weight = 0;
-  for (int v = window.y; v < window.y + window.height; ++v)
-    for (int u = window.x; u < window.x + window.width; ++u) {
-      const double w = brightness(u, v);
-      sum += w * Vector2d(u, v), weight += w;
-    }
-  return sum / weight;
 }
 
 // By the filter's camera model, which shares no code with the renderer's lens.
@@ -129,16 +101,6 @@ TEST(HeadCamera, DoesNotSeeTheHeadItSitsIn) {
   EXPECT_EQ(cv::countNonZero(camera.render(*data_at_rest(camera.model()))), 0);
 }
 
-TEST(HeadCamera, TwoCamerasGiveTheSameBytes) {
-  HeadCamera first(load_model("hrp2", "office", models()), CameraOptions{}),
-      second(load_model("hrp2", "office", models()), CameraOptions{});
-  const Data plant = data_at_rest(first.model());
-  plant->qpos[2] = 0.65;
-  const cv::Mat image = first.render(*plant);
-  EXPECT_EQ(cv::norm(image, second.render(*plant), cv::NORM_INF), 0);
-  EXPECT_EQ(cv::norm(image, first.render(*plant), cv::NORM_INF), 0);
-}
-
 // The lamps go off in the middle of the frame: a row has their light for its own part of the exposure.
 TEST(HeadCamera, InTheDarkRowsKeepTheGivenShareOfTheirLightAtTheirTime) {
   const auto row_level = [](double exposure_s, double readout_s, int ms, int row) {
@@ -173,14 +135,6 @@ std::vector<CameraOptions> all_cameras() {
 // The view of a column.
 const Pinhole& view_of(const LensWarp& lens, const CameraOptions& options, int u) {
   return lens.views()[u < options.width_px / 2 ? 0 : 1];
-}
-
-TEST(CameraModel, SeesAtEachPixelWhatTheFiltersCameraSees) {
-  for (const CameraOptions& options : all_cameras())
-    for (const Vector2d& uv : {Vector2d(0, 0), Vector2d(317.3, 2.25), Vector2d(41, 238.5)}) {
-      const CameraModel camera = camera_model(options);
-      EXPECT_LT((camera.direction(uv).homogeneous() - filter_camera(camera).unproject(uv)->h).norm(), 1e-13);
-    }
 }
 
 TEST(CameraModel, SeesAcross91Point6DegreesAtBothSizes) {

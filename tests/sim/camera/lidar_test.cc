@@ -4,14 +4,13 @@
 
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <map>
 #include <optional>
 #include <string>
 
 #include "sim/camera/shapes.h"
 #include "sim/score/types.h"
-#include "tests/sim/physics/test_worlds.h"
+#include "tests/sim/camera/test_cameras.h"
 
 namespace sim::camera {
 using namespace physics;
@@ -46,14 +45,7 @@ class LidarOfAWalk {
   }
   /// True X_WS, of the joints' angles at that time.
   Eigen::Isometry3d pose(nanoseconds t) const {
-    const Eigen::VectorXd q = motion_.at(1e-9 * double(t.count()), *model_);
-    std::copy_n(q.data(), q.size(), data_->qpos);
-    mj_kinematics(model_.get(), data_.get());
-    Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
-    X_WB.translation() = Eigen::Map<const Vector3d>(data_->xpos + 3 * place_.body);
-    const Eigen::Map<const Eigen::Vector4d> q_WB(data_->xquat + 4 * place_.body);
-    X_WB.linear() = Eigen::Quaterniond(q_WB[0], q_WB[1], q_WB[2], q_WB[3]).toRotationMatrix();
-    return X_WB * place_.X_BL;
+    return pose_of(*model_, *data_, motion_, place_, 1e-9 * double(t.count()));
   }
   /// Distance by MuJoCo of the shape in a direction of the lidar, and its geom.
   double cast(nanoseconds t, const Vector3d& along_S, int& geom) const {
@@ -132,20 +124,6 @@ TEST(Lidar, SeesOtherLinksOfTheRobotButNotItsOwn) {
   }
   EXPECT_GT(on_robot, 100);
   EXPECT_LE(off, 2) << "along an edge";
-}
-
-TEST(Lidar, SweepsDifferAndTheSameMotionGivesTheSameBytes) {
-  LidarOfAWalk robot("office");
-  const auto bytes = [&](int from) {
-    const auto points = robot.scan(milliseconds(from), milliseconds(from + 100));
-    std::string all(points.size() * sizeof(slam::LidarPoint), '\0');
-    std::memcpy(all.data(), points.data(), all.size());
-    return all;
-  };
-  const std::string first = bytes(0), second = bytes(100);
-  EXPECT_NE(first, second);
-  EXPECT_EQ(first, bytes(0));
-  EXPECT_EQ(second, bytes(100));
 }
 
 // Cells of equal height of a cylinder around the lidar have equal solid angles: with 200 000 rays in 36 x 6

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,10 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "sim/camera/head_camera.h"
 #include "sim/rig/rig.h"
-#include "slam/camera.h"
-#include "tests/sim/physics/test_worlds.h"
+#include "tests/sim/camera/test_cameras.h"
 
 namespace sim::camera {
 using namespace physics;
@@ -18,12 +17,6 @@ namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
 using std::chrono::nanoseconds;
-
-slam::Camera filter_camera(const CameraOptions& options) {
-  const CameraModel model = camera_model(options);
-  return slam::Camera({model.width_px, model.height_px, model.fu_px, model.fv_px, model.u0_px, model.v0_px,
-                       slam::OneParameterRadial{model.k1_px2}});
-}
 
 // The robot at its reference posture, at a place in the room and turned by a yaw.
 RecentMotion standing_at(const mjModel& model, const Vector3d& p, double yaw) {
@@ -37,15 +30,8 @@ RecentMotion standing_at(const mjModel& model, const Vector3d& p, double yaw) {
 // Optical axes in W.
 Eigen::Isometry3d pose_in_world(const mjModel& model, const RecentMotion& motion, const rig::Mount& mount) {
   const Data data = data_at_rest(model);
-  const Eigen::VectorXd q = motion.at(0, model);
-  std::copy(q.begin(), q.end(), data->qpos);
-  mj_kinematics(&model, data.get());
-  const Place place = place_of(model, mount);
-  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
-  X_WB.linear() = Eigen::Map<const RowMajor>(data->xmat + 9 * place.body);
-  X_WB.translation() = Eigen::Map<const Vector3d>(data->xpos + 3 * place.body);
-  return X_WB * place.X_BL * rig::camera_from_forward_left_up().inverse();
+  return pose_of(model, *data, motion, place_of(model, mount), 0) *
+         rig::camera_from_forward_left_up().inverse();
 }
 
 struct Compared {
@@ -62,7 +48,7 @@ Compared compare(const std::string& room, const CameraOptions& options, const ri
   for (int geom = 0; geom < model->ngeom; ++geom)
     if (!moves(*model, geom) && model->geom_group[geom] == 0) returns.push_back(returns_light(*model, geom));
   HeadCamera camera(copy_of(model), options, 1, channels, mount);
-  const slam::Camera seen = filter_camera(options);
+  const slam::Camera seen = filter_camera(camera_model(options));
   Compared all;
   for (const auto& [x, y, yaw] : {std::array{0.0, 0.0, 0.0}, {0.7, 0.4, 1.9}}) {
     const RecentMotion motion = standing_at(*model, {x, y, 0.65}, yaw);
@@ -119,21 +105,8 @@ TEST(DepthCamera, IsExactThroughAnotherLensInAnotherPlace) {
 }
 
 Model ball_at(const Vector3d& p, const std::string& rgba) {
-  return small_model(
-      "<visual><headlight ambient='1 1 1' diffuse='0 0 0' specular='0 0 0'/></visual><worldbody>"
-      "<geom type='sphere' size='0.08' pos='" +
-          std::to_string(p.x()) + " " + std::to_string(p.y()) + " " + std::to_string(p.z()) + "' rgba='" +
-          rgba + "'/></worldbody>",
-      "<worldbody><body name='head'><freejoint/><geom type='sphere' size='0.01' group='2'/>"
-      "<camera name='head_camera' xyaxes='0 -1 0 0 0 1'/></body></worldbody>");
-}
-
-Vector2d center_of(const cv::Mat1b& image) {
-  Vector2d sum(0, 0);
-  double weight = 0;
-  for (int v = 0; v < image.rows; ++v)
-    for (int u = 0; u < image.cols; ++u) sum += image(v, u) * Vector2d(u, v), weight += image(v, u);
-  return sum / weight;
+  return head_in(
+      fmt::format("<geom type='sphere' size='0.08' pos='{} {} {}' rgba='{}'/>", p.x(), p.y(), p.z(), rgba));
 }
 
 // The ball's center of gravity in both images, averaged over places a third of a pixel apart: the right eye's
@@ -143,7 +116,6 @@ TEST(RightEye, AgreesWithTheLeftOneByTheEpipolarGeometry) {
   options.distortion = 0;
   rig::Mount right;
   right.position_m = {0, -0.05, 0};
-  const slam::Camera lens = filter_camera(options);
   for (const Vector3d& p : {Vector3d(1.5, 0.1, 0.1), Vector3d(3, -0.9, 0.3), Vector3d(0.9, 0.3, -0.3)}) {
     Vector2d off(0, 0);
     for (int step = 0; step < 6; ++step) {
@@ -151,8 +123,12 @@ TEST(RightEye, AgreesWithTheLeftOneByTheEpipolarGeometry) {
       HeadCamera left(ball_at(at, "1 1 1 1"), options),
           other(ball_at(at, "1 1 1 1"), options, 1, Channels::grey, right);
       const Data plant = data_at_rest(left.model());
-      const Vector2d l = center_of(left.render(*plant)), r = center_of(other.render(*plant));
-      off += (l - r - Vector2d(lens.intrinsics().fu_px * 0.05 / at.x(), 0)) / 6;
+      const auto center_in = [&plant](HeadCamera& camera) {
+        const cv::Mat1b image = camera.render(*plant);
+        return centroid({0, 0, image.cols, image.rows}, [&](int u, int v) { return double(image(v, u)); });
+      };
+      const Vector2d l = center_in(left), r = center_in(other);
+      off += (l - r - Vector2d(camera_model(options).fu_px * 0.05 / at.x(), 0)) / 6;
     }
     EXPECT_LT(off.norm(), 0.1) << p.transpose();
   }

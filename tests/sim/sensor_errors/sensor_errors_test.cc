@@ -70,12 +70,6 @@ TEST(SensorErrors, OneDoesNotShiftTheNumbersOfAnother) {
               applied(lossy, observation(frame)).gyro[3].value);
 }
 
-TEST(SensorErrors, TheIdealImageIsNotWrittenTo) {
-  const slam::Observation ideal = observation(0), noisy = applied(ErrorOptions{}, ideal);
-  EXPECT_NE(cv::norm(noisy.image, ideal.image, cv::NORM_INF), 0);
-  EXPECT_EQ(cv::countNonZero(ideal.image != 128), 0);
-}
-
 // Standard deviation of the gyro's noise over many readings of one length, all axes.
 double gyro_spread(SensorErrors& errors, std::int64_t duration_us) {
   double sum = 0;
