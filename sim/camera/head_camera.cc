@@ -92,11 +92,8 @@ cv::Mat HeadCamera::picture(const double* q, float light) {
   std::copy_n(q, model_->nq, data_->qpos);
   mj_kinematics(model_.get(), data_.get());
   mj_camlight(model_.get(), data_.get());
-  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-  const Eigen::Matrix3d R_WM = Eigen::Map<const RowMajor>(data_->cam_xmat + 9 * id_);
-  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
-  X_WC.translation() = Eigen::Map<const Eigen::Vector3d>(data_->cam_xpos + 3 * id_);
-  X_WC.linear() = R_WM * Eigen::Vector3d(1, -1, -1).asDiagonal();  // MuJoCo's M: y up, looking along -z
+  Eigen::Isometry3d X_WC = pose_in(data_->cam_xpos + 3 * id_, data_->cam_xmat + 9 * id_);
+  X_WC.linear() *= Eigen::Vector3d(1, -1, -1).asDiagonal();  // MuJoCo's M: y up, looking along -z
   return lens_.warp(scene_.draw(*data_, X_WC, light));
 }
 

@@ -99,11 +99,7 @@ void Lidar::set_box(Eigen::Index shape) {
 Eigen::Isometry3d Lidar::pose(const RecentMotion& motion, double t_s) {
   Eigen::Map<Eigen::VectorXd>(data_->qpos, model_->nq) = motion.at(t_s, *model_);
   mj_kinematics(model_.get(), data_.get());
-  using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
-  X_WB.translation() = Eigen::Map<const Eigen::Vector3d>(data_->xpos + 3 * place_.body);
-  X_WB.linear() = Eigen::Map<const RowMajor>(data_->xmat + 9 * place_.body);
-  return X_WB * place_.X_BL;
+  return pose_in(data_->xpos + 3 * place_.body, data_->xmat + 9 * place_.body) * place_.X_BL;
 }
 
 // The boxes around the shapes decide which of them are looked at.

@@ -126,13 +126,6 @@ physics::Data data_at_rest(const mjModel& model) {
   return data;
 }
 
-Eigen::Isometry3d geom_pose(const mjData& data, int geom) {
-  Eigen::Isometry3d X_WG = Eigen::Isometry3d::Identity();
-  X_WG.translation() = Eigen::Map<const Eigen::Vector3d>(data.geom_xpos + 3 * geom);
-  X_WG.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data.geom_xmat + 9 * geom);
-  return X_WG;
-}
-
 GeomMesh geom_mesh(const mjModel& model, int geom) {
   const Vector3f size = Eigen::Map<const Eigen::Vector3d>(model.geom_size + 3 * geom).cast<float>();
   const Kind kind = kind_of(model, geom);

@@ -15,8 +15,18 @@ namespace sim::camera {
 /// The model's state at its reference positions, with the places of shapes, cameras and lights computed.
 physics::Data data_at_rest(const mjModel& model);
 
+/// The pose in MuJoCo's arrays of positions and of rotations by rows.
+inline Eigen::Isometry3d pose_in(const mjtNum* p, const mjtNum* R) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation() = Eigen::Map<const Eigen::Vector3d>(p);
+  X.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(R);
+  return X;
+}
+
 /// X_WG of a geom; positions must be computed.
-Eigen::Isometry3d geom_pose(const mjData& data, int geom);
+inline Eigen::Isometry3d geom_pose(const mjData& data, int geom) {
+  return pose_in(data.geom_xpos + 3 * geom, data.geom_xmat + 9 * geom);
+}
 
 /// Triangles in a geom's own frame, counter-clockwise seen from outside.
 struct GeomMesh {

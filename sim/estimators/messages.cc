@@ -20,16 +20,6 @@ namespace sim::estimators {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "structures in memory are messages");
-static_assert(sizeof(gaitslam_pose) == 96 && sizeof(gaitslam_start) == 288 &&
-              sizeof(gaitslam_reading) == 40 && sizeof(gaitslam_plan) == 296 &&
-              sizeof(gaitslam_observation) == 328 && sizeof(gaitslam_answer) == 408 &&
-              sizeof(gaitslam_landmark) == 104 && sizeof(gaitslam_header) == 16 &&
-              sizeof(gaitslam_ready) == 8);
-static_assert(sizeof(gaitslam_lens) == 72 && sizeof(gaitslam_camera) == 360 && sizeof(gaitslam_imu) == 200 &&
-              sizeof(gaitslam_lidar) == 192 && sizeof(gaitslam_sensor_counts) == 16 &&
-              sizeof(gaitslam_image) == 40 && sizeof(gaitslam_sweep) == 24 && sizeof(gaitslam_point) == 20 &&
-              sizeof(gaitslam_imu_reading) == 72 && sizeof(gaitslam_rig_counts) == 16 &&
-              sizeof(gaitslam_body_sensor) == 64);
 static_assert(sizeof(slam::LidarPoint) == sizeof(gaitslam_point) &&
               offsetof(slam::LidarPoint, intensity) == offsetof(gaitslam_point, intensity) &&
               offsetof(slam::LidarPoint, offset_ns) == offsetof(gaitslam_point, offset_ns));

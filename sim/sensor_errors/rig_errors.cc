@@ -24,22 +24,20 @@ InertialErrors inertial(const rig::RigSensor& sensor, const std::string& stream,
   return {stream, sizes, seed, {}, {}};
 }
 
-// Marks the pixels on both sides of the edges between columns; `turned` swaps rows and columns.
-void mark_edges(const cv::Mat1w& depth_mm, bool turned, cv::Mat1b& marks) {
-  const int lines = turned ? depth_mm.cols : depth_mm.rows, length = turned ? depth_mm.rows : depth_mm.cols;
-  std::vector<float> inverse(static_cast<std::size_t>(length) + 2);  // 0: none, as beyond both ends
-  for (int line = 0; line < lines; ++line) {
-    const auto point = [&](int i) { return turned ? cv::Point(line, i) : cv::Point(i, line); };
-    for (int i = 0; i < length; ++i) {
-      const unsigned short z = depth_mm(point(i));
+// Marks the pixels on both sides of the edges between columns.
+void mark_edges(const cv::Mat1w& depth_mm, cv::Mat1b& marks) {
+  std::vector<float> inverse(static_cast<std::size_t>(depth_mm.cols) + 2);  // 0: none, as beyond both ends
+  const auto difference = [](float a, float b) { return a > 0 && b > 0 ? std::abs(a - b) : 0; };
+  for (int row = 0; row < depth_mm.rows; ++row) {
+    for (int i = 0; i < depth_mm.cols; ++i) {
+      const unsigned short z = depth_mm(row, i);
       inverse[static_cast<std::size_t>(i) + 1] = z > 0 ? 1.0f / static_cast<float>(z) : 0;
     }
-    const auto difference = [](float a, float b) { return a > 0 && b > 0 ? std::abs(a - b) : 0; };
-    for (int i = 0; i + 1 < length; ++i) {
+    for (int i = 0; i + 1 < depth_mm.cols; ++i) {
       const float* w = &inverse[static_cast<std::size_t>(i)];
       const float slant = std::max(difference(w[0], w[1]), difference(w[2], w[3]));
       if (difference(w[1], w[2]) > std::max(3 * slant, 0.02f * std::max(w[1], w[2])))
-        marks(point(i)) = marks(point(i + 1)) = 1;
+        marks(row, i) = marks(row, i + 1) = 1;
     }
   }
 }
@@ -89,10 +87,11 @@ Eigen::Vector3d measured(InertialErrors& errors, const slam::RigReading& reading
 }  // namespace
 
 cv::Mat1b beside_edges(const cv::Mat1w& depth_mm, int reach) {
-  cv::Mat1b marks(depth_mm.size(), 0);
+  cv::Mat1b marks(depth_mm.size(), 0), turned(cv::Size(depth_mm.rows, depth_mm.cols), 0);
   if (reach == 0) return marks;
-  mark_edges(depth_mm, false, marks);
-  mark_edges(depth_mm, true, marks);
+  mark_edges(depth_mm, marks);
+  mark_edges(depth_mm.t(), turned);
+  cv::bitwise_or(marks, turned.t(), marks);
   if (reach > 1) cv::dilate(marks, marks, cv::Mat(), cv::Point(-1, -1), reach - 1);
   return marks;
 }
