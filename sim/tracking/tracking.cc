@@ -189,10 +189,11 @@ void Tracking::add_missed(slam::Observation& observation) {
   const auto before = [](const slam::BodyReading& r) { return r.t + slam::Stamp(1); };
   merge(missed_.body, observation.body, before, before);
   // The readings of further IMUs, after the images and sweeps. Their true ends are compared with the frames'.
+  auto& rig = observation.rig;
   const auto first =
-      std::ranges::stable_partition(observation.rig, [this](const auto& r) { return !is_imu(r); });
-  std::vector<slam::RigReading> imus(first.begin(), first.end());
-  observation.rig.erase(first.begin(), first.end());
+      std::stable_partition(rig.begin(), rig.end(), [this](const auto& r) { return !is_imu(r); });
+  std::vector<slam::RigReading> imus(first, rig.end());
+  rig.erase(first, rig.end());
   merge(
       missed_.rig, imus, [](const slam::RigReading& r) { return std::pair(r.sensor, r.t); },
       [this](const slam::RigReading& r) {

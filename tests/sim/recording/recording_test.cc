@@ -523,7 +523,7 @@ TEST(Recording, TheWriterNeedsNoMoreMemoryForALongerRun) {
   Stamp t{0};
   const auto write = [&](int frames) {
     for (int k = 0; k < frames; ++k, t += Stamp(33'000'000)) {
-      writer.add(slam::Observation{t, random_image({kWidth, kHeight}, random), {}, {}, plan(random), {}});
+      writer.add(slam::Observation{t, random_image({kWidth, kHeight}, random), {}, {}, plan(random), {}, {}});
       writer.add(TruePoses{t, random_pose(random), random_pose(random), random_pose(random)});
       writer.add(BodyReading{t, random_vector(random), {}, {}});
       writer.add(TrueMotion{t, random_pose(random), random_vector(random)});
