@@ -1,5 +1,6 @@
 // Formats in the EuRoC/ASL layout.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <deque>
@@ -9,9 +10,8 @@
 #include <utility>
 
 #include "sim/export/export_context.h"
-#include "sim/export/ros_messages.h"
 #include "sim/files/hash.h"
-#include "sim/recording/manifest.h"
+#include "sim/recording/image_file.h"
 #include "sim/recording/recording_format.h"
 
 namespace sim::exports {
@@ -43,18 +43,16 @@ std::string folder_of(const char* kind, std::size_t number) {
 /// either side: images_within_imu skips such images.
 class ImageWriter {
  public:
-  /// folder: mav0/cam0/ or another; sensor: of the rig, or kHead.
-  ImageWriter(const ExportContext& out, bool images_within_imu, const std::string& folder, int sensor)
+  ImageWriter(const ExportContext& out, bool images_within_imu, const std::string& folder)
       : out_(out),
         within_(images_within_imu),
         folder_(folder),
-        sensor_(sensor),
         camera_(rows(out, folder + "data.csv", kCameraHeader)) {}
 
-  void add(slam::Stamp t, const cv::Mat& image) {
-    if (image.empty() || (within_ && (!first_reading_ || t <= *first_reading_))) return;
-    waiting_.push_back({t, image});
-    if (!within_) write_until(t);
+  void add(const ExportedReading& image) {
+    if (within_ && (!first_reading_ || image.t <= *first_reading_)) return;
+    waiting_.push_back({image.t, image.image});
+    if (!within_) write_until(image.t);
   }
   void note_reading(slam::Stamp t) {
     if (!first_reading_) first_reading_ = t;
@@ -71,7 +69,7 @@ class ImageWriter {
     for (; !waiting_.empty() && waiting_.front().first <= t; waiting_.pop_front()) {
       const std::int64_t stamp = recording::file_stamp(waiting_.front().first);
       const std::string name = fmt::format("{}.png", stamp);
-      out_.write_png(folder_ + "data/" + name, waiting_.front().second, sensor_);
+      out_.write(folder_ + "data/" + name, recording::encode_png(waiting_.front().second));
       camera_.write(fmt::format("{},{}\n", stamp, name));
       times_.push_back(stamp);
     }
@@ -80,7 +78,6 @@ class ImageWriter {
   const ExportContext& out_;
   bool within_;
   const std::string folder_;
-  const int sensor_;
   files::HashedFile camera_;
   std::vector<std::int64_t> times_;
   std::optional<slam::Stamp> first_reading_;
@@ -88,34 +85,7 @@ class ImageWriter {
 };
 
 std::string lines(const std::vector<std::int64_t>& stamps) {
-  std::string text;
-  for (const std::int64_t stamp : stamps) text += fmt::format("{}\n", stamp);
-  return text;
-}
-
-void write_imu_row(files::HashedFile& file, slam::Stamp t, const Eigen::Vector3d& gyro,
-                   const Eigen::Vector3d& accelerometer) {
-  file.write(fmt::format("{},{},{}\n", recording::file_stamp(t), files::csv_fields(gyro),
-                         files::csv_fields(accelerometer)));
-}
-
-// sensor.yaml of a further gray camera: as that of the head camera, from its place.
-std::string camera_yaml(const ExportContext& out, const rig::RigSensor& sensor) {
-  recording::RecordingSetup setup;
-  setup.calibration = {sensor.camera, sensor.X_CS.inverse() * out.setup.calibration.X_CG};
-  setup.camera_rate_hz = sensor.rate_hz;
-  return recording::camera_yaml(setup);
-}
-
-std::string imu_yaml(const ExportContext& out, const rig::RigSensor& sensor) {
-  const recording::ImuNoise noise = ExportContext::noise_of(sensor);
-  return fmt::format(
-      "%YAML:1.0\nsensor_type: imu\ncomment: \"{}; +g up at rest\"\nT_BS:\n  cols: 4\n  rows: 4\n"
-      "  data: [{}]\nrate_hz: {}\ngyroscope_noise_density: {}\ngyroscope_random_walk: {}\n"
-      "accelerometer_noise_density: {}\naccelerometer_random_walk: {}\n",
-      sensor.name, matrix_text(out.setup.calibration.X_CG.inverse() * sensor.X_CS, "", "", ",\n         "),
-      sensor.rate_hz, noise.gyro_density, noise.gyro_walk, noise.accelerometer_density,
-      noise.accelerometer_walk);
+  return fmt::format("{}{}", fmt::join(stamps, "\n"), stamps.empty() ? "" : "\n");
 }
 
 constexpr const char* kOrbslam3Readme =
@@ -162,43 +132,30 @@ std::string intrinsics(const std::string& name, const slam::CameraIntrinsics& ca
   return text;
 }
 
-// OpenCV reads color images as BGR; gray ones have no order.
-std::string camera_section(const slam::CameraIntrinsics& camera, double rate_hz) {
-  return fmt::format(
-      "%YAML:1.0\nFile.version: \"1.0\"\n\nCamera.type: \"{}\"\n{}Camera.width: {}\nCamera.height: {}\n"
-      "Camera.fps: {:.0f}\nCamera.RGB: 0\n\n",
-      equidistant_lens(camera) ? "KannalaBrandt8" : "PinHole", intrinsics("Camera1", camera), camera.width_px,
-      camera.height_px, rate_hz);
-}
-
 constexpr const char* kCvMatrix = "!!opencv-matrix\n   rows: 4\n   cols: 4\n   dt: f\n   data: ";
 constexpr double kCloseBaselines = 40;  // nearer points count as close: as in ORB-SLAM3's own files
 
 // Both images overlap over their whole width.
-std::string stereo_section(const ExportContext& out, const rig::RigSensor& right) {
+std::string stereo_section(const slam::CameraIntrinsics& left, const rig::RigSensor& right) {
   std::string overlaps;
-  if (equidistant_lens(out.camera()))
+  if (equidistant_lens(left))
     overlaps = fmt::format(
         "Camera1.overlappingBegin: 0\nCamera1.overlappingEnd: {}\n"
         "Camera2.overlappingBegin: 0\nCamera2.overlappingEnd: {}\n",
-        out.camera().width_px - 1, right.camera.width_px - 1);
+        left.width_px - 1, right.camera.width_px - 1);
   return fmt::format("{}{}Stereo.T_c1_c2: {}[{}]\nStereo.ThDepth: {}\n\n",
                      intrinsics("Camera2", right.camera), overlaps, kCvMatrix,
                      matrix_text(right.X_CS, "", "", ", "), real(kCloseBaselines));
 }
 
-std::string depth_section(const rig::RigSensor& depth) {
-  return fmt::format("RGBD.DepthMapFactor: 1000.0\nStereo.ThDepth: {}\nStereo.b: {}\n\n",
-                     real(kCloseBaselines), real(depth.baseline_m));
-}
-
 std::string imu_section(const ExportContext& out) {
+  const recording::ImuNoise noise = noise_of(out.sensor(out.chest()));
   return fmt::format(
       "IMU.T_b_c1: {}[{}]\n"
       "IMU.NoiseGyro: {}\nIMU.NoiseAcc: {}\nIMU.GyroWalk: {}\nIMU.AccWalk: {}\nIMU.Frequency: {}\n\n",
-      kCvMatrix, matrix_text(out.setup.calibration.X_CG.inverse(), "", "", ", "),
-      real(out.noise.gyro_density), real(out.noise.accelerometer_density), real(out.noise.gyro_walk),
-      real(out.noise.accelerometer_walk), real(out.setup.imu_rate_hz));
+      kCvMatrix, matrix_text(out.X_GS(out.head()), "", "", ", "), real(noise.gyro_density),
+      real(noise.accelerometer_density), real(noise.gyro_walk), real(noise.accelerometer_walk),
+      real(out.setup.imu_rate_hz));
 }
 
 constexpr const char* kOtherSections = R"(ORBextractor.nFeatures: 1000
@@ -222,54 +179,57 @@ Viewer.ViewpointF: 500.0
 }  // namespace
 
 void write_mav0(const ExportContext& out, bool images_within_imu) {
-  files::HashedFile imu = rows(out, kImuRows, kImuHeader), plan = rows(out, kPlanRows, "");
+  files::HashedFile plan = rows(out, sensor_rows("plan0"), "");
   bool plan_begun = false;
-  const std::vector<int> eyes = out.further(rig::Kind::grey), further_imus = out.further(rig::Kind::imu);
+  const std::vector<int> eyes = out.all(rig::Kind::grey), imus = out.all(rig::Kind::imu);
   std::map<int, ImageWriter> images;  // by sensor
-  images.emplace(kHead, ImageWriter(out, images_within_imu, folder_of("cam", 0), kHead));
   for (std::size_t i = 0; i < eyes.size(); ++i)
-    images.emplace(eyes[i], ImageWriter(out, images_within_imu, folder_of("cam", i + 1), eyes[i]));
-  std::map<int, files::HashedFile> imus;
-  for (std::size_t i = 0; i < further_imus.size(); ++i)
-    imus.emplace(further_imus[i], rows(out, folder_of("imu", i + 1) + "data.csv", kImuHeader));
-  ImuMerger imu_merger(out.setup.imu_rate_hz);
-  for (recording::FilterInput input = out.filter_input(); auto o = out.next(input);) {
-    for (const ImuReading& reading : imu_merger.merge(*o)) {
-      if (!reading.accelerometer) continue;  // silent
-      write_imu_row(imu, reading.t, reading.gyro, *reading.accelerometer);
-      for (auto& [sensor, writer] : images) writer.note_reading(reading.t);
-    }
-    for (const slam::RigReading& reading : o->rig)
-      if (const auto at = imus.find(reading.sensor); at != imus.end())
-        write_imu_row(at->second, middle(reading), reading.gyro, reading.accelerometer);
-      else if (const auto eye = images.find(reading.sensor); eye != images.end())
-        eye->second.add(reading.t, reading.image);
-    if (o->plan && !std::exchange(plan_begun, true)) plan.write(recording::plan_header(*o->plan) + "\n");
-    if (o->plan)
-      plan.write(fmt::format("{},{}\n", recording::file_stamp(o->t), recording::plan_fields(*o->plan)));
-    images.at(kHead).add(o->t, o->image);
-  }
-  const std::vector<std::int64_t> times = images.at(kHead).close();
-  out.write("times.txt", lines(times));
-  for (std::size_t i = 0; i < eyes.size(); ++i) {
-    const std::vector<std::int64_t> others = images.at(eyes[i]).close();
-    out.write(folder_of("cam", i + 1) + "sensor.yaml", camera_yaml(out, out.sensor(eyes[i])));
-    std::vector<std::int64_t> both;
-    std::ranges::set_intersection(times, others, std::back_inserter(both));
-    if (i == 0) out.write("times_stereo.txt", lines(both));
-  }
-  for (std::size_t i = 0; i < further_imus.size(); ++i) {
-    imus.at(further_imus[i]).close();
-    out.write(folder_of("imu", i + 1) + "sensor.yaml", imu_yaml(out, out.sensor(further_imus[i])));
+    images.emplace(eyes[i], ImageWriter(out, images_within_imu, folder_of("cam", i)));
+  std::map<int, files::HashedFile> readings;
+  for (std::size_t i = 0; i < imus.size(); ++i)
+    readings.emplace(imus[i], rows(out, folder_of("imu", i) + "data.csv", kImuHeader));
+  for (Frames frames(out); const auto frame = frames.next();) {
+    for (const ExportedReading& reading : frame->readings)
+      if (const auto eye = images.find(reading.sensor); eye != images.end()) {
+        eye->second.add(reading);
+      } else if (const auto imu = readings.find(reading.sensor); imu != readings.end()) {
+        if (!reading.has_acceleration) continue;
+        imu->second.write(fmt::format("{},{},{}\n", recording::file_stamp(reading.t),
+                                      files::csv_fields(reading.gyro),
+                                      files::csv_fields(reading.accelerometer)));
+        if (reading.sensor == out.chest())
+          for (auto& [sensor, writer] : images) writer.note_reading(reading.t);
+      }
+    if (!frame->plan) continue;
+    if (!std::exchange(plan_begun, true)) plan.write(recording::plan_header(*frame->plan) + "\n");
+    plan.write(fmt::format("{},{}\n", recording::file_stamp(frame->t), recording::plan_fields(*frame->plan)));
   }
   if (!plan_begun) plan.write(kPlanHeader + "\n");
-  for (files::HashedFile* file : {&imu, &plan}) file->close();
+  plan.close();
+  std::vector<std::vector<std::int64_t>> times;
+  for (std::size_t i = 0; i < eyes.size(); ++i) {
+    const rig::RigSensor& eye = out.sensor(eyes[i]);
+    times.push_back(images.at(eyes[i]).close());
+    out.write(
+        folder_of("cam", i) + "sensor.yaml",
+        recording::camera_yaml({eye.camera, eye.X_CS.inverse() * out.setup.calibration.X_CG}, eye.rate_hz));
+  }
+  out.write("times.txt", lines(times[0]));
+  if (std::vector<std::int64_t> both; times.size() > 1) {
+    std::ranges::set_intersection(times[0], times[1], std::back_inserter(both));
+    out.write("times_stereo.txt", lines(both));
+  }
+  for (std::size_t i = 0; i < imus.size(); ++i) {
+    const rig::RigSensor& imu = out.sensor(imus[i]);
+    readings.at(imus[i]).close();
+    out.write(
+        folder_of("imu", i) + "sensor.yaml",
+        recording::imu_yaml(imu.name + "; +g up at rest", out.X_GS(imus[i]), imu.rate_hz, noise_of(imu)));
+  }
   out.write(kBody, recording::body_yaml());
-  out.write(kCameraSensor, recording::camera_yaml(out.setup));
-  out.write(kImuSensor, recording::imu_yaml(out.setup, out.noise));
-  out.write(kPlanSensor, recording::plan_yaml(out.setup));
-  out.write_truth(kMotionSensor, recording::motion_yaml());
-  out.write_truth(kMotionRows, recording::Manifest(out.run.result / "recording").read(kMotionRows));
+  out.write(sensor_file("plan0"), recording::plan_yaml(out.setup));
+  out.write_truth(sensor_file(kMotion), recording::motion_yaml());
+  if (out.run.with_truth) out.write(sensor_rows(kMotion), out.motion());
 }
 
 void export_euroc(const ExportContext& out) {
@@ -277,26 +237,29 @@ void export_euroc(const ExportContext& out) {
   out.write_readme(kEurocReadme);
 }
 
-std::string orbslam3_settings(const ExportContext& out) {
-  const std::vector<int> eyes = out.further(rig::Kind::grey);
-  return camera_section(out.camera(), out.setup.camera_rate_hz) +
-         (eyes.empty() ? "" : stereo_section(out, out.sensor(eyes.front()))) + imu_section(out) +
-         kOtherSections;
-}
-
-std::string orbslam3_settings(const ExportContext& out, int camera, std::optional<int> depth) {
-  return (camera == kHead ? camera_section(out.camera(), out.setup.camera_rate_hz)
-                          : camera_section(out.sensor(camera).camera, out.sensor(camera).rate_hz)) +
-         (depth ? depth_section(out.sensor(*depth)) : "") + kOtherSections;
+// OpenCV reads color images as BGR; gray ones have no order.
+std::string orbslam3_settings(const ExportContext& out, int camera, std::optional<int> depth, bool inertial) {
+  const slam::CameraIntrinsics& lens = out.sensor(camera).camera;
+  std::string text = fmt::format(
+      "%YAML:1.0\nFile.version: \"1.0\"\n\nCamera.type: \"{}\"\n{}Camera.width: {}\nCamera.height: {}\n"
+      "Camera.fps: {:.0f}\nCamera.RGB: 0\n\n",
+      equidistant_lens(lens) ? "KannalaBrandt8" : "PinHole", intrinsics("Camera1", lens), lens.width_px,
+      lens.height_px, out.sensor(camera).rate_hz);
+  if (depth)
+    text += fmt::format("RGBD.DepthMapFactor: 1000.0\nStereo.ThDepth: {}\nStereo.b: {}\n\n",
+                        real(kCloseBaselines), real(out.sensor(*depth).baseline_m));
+  if (const auto eyes = out.all(rig::Kind::grey); inertial && eyes.size() > 1)
+    text += stereo_section(lens, out.sensor(eyes[1]));
+  return text + (inertial ? imu_section(out) : "") + kOtherSections;
 }
 
 void export_orbslam3(const ExportContext& out) {
   write_mav0(out, true);
-  out.write("settings.yaml", orbslam3_settings(out));
+  out.write("settings.yaml", orbslam3_settings(out, out.head(), std::nullopt, true));
   out.write_truth("groundtruth.tum", tum_text(out.truth().camera));
   out.write_readme(std::string(kOrbslam3Readme) +
-                   (out.further(rig::Kind::grey).empty() ? "" : kOrbslam3StereoReadme) +
-                   (out.further(rig::Kind::depth).empty() ? "" : kOrbslam3DepthReadme));
+                   (out.all(rig::Kind::grey).size() > 1 ? kOrbslam3StereoReadme : "") +
+                   (out.all(rig::Kind::depth).empty() ? "" : kOrbslam3DepthReadme));
 }
 
 }  // namespace sim::exports

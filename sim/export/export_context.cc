@@ -7,7 +7,8 @@
 #include <stdexcept>
 
 #include "sim/files/text.h"
-#include "sim/recording/image_file.h"
+#include "sim/recording/manifest.h"
+#include "sim/recording/recording_format.h"
 #include "slam/camera.h"
 #include "slam/observation.h"
 
@@ -31,31 +32,6 @@ constexpr Format kFormats[]{{"euroc", export_euroc},
 
 constexpr double kLeastGyroWalk = 1e-6;  // rad/s²/√Hz, m/s³/√Hz: programs divide by these
 constexpr double kLeastAccelerometerWalk = 1e-5;
-
-// A mean of white noise over dt has the standard deviation density/√dt.
-recording::ImuNoise noise_of(const sensor_errors::ErrorOptions& errors) {
-  const sensor_errors::ErrorOptions::Gyro& gyro = errors.gyro;
-  const sensor_errors::ErrorOptions::Accelerometer& accelerometer = errors.accelerometer;
-  return {std::max(kLeastGyroWalk, gyro.sigma_rad_s * std::sqrt(slam::kReadingPeriod_s)),
-          std::max(kLeastGyroWalk, gyro.bias_walk_sigma_rad_s2),
-          std::max(kLeastAccelerometerWalk, accelerometer.sigma_m_s2 * std::sqrt(slam::kReadingPeriod_s)),
-          std::max(kLeastAccelerometerWalk, accelerometer.bias_walk_sigma_m_s3)};
-}
-
-// Returns whether every pixel of the pinhole lies inside the recorded image.
-bool inside_recorded(const slam::Camera& recorded, const slam::CameraIntrinsics& pinhole) {
-  const auto is_inside = [&](int column, int row) {
-    const auto at = recorded.project(
-        {(column - pinhole.u0_px) / pinhole.fu_px, (row - pinhole.v0_px) / pinhole.fv_px, 1});
-    return at && recorded.inside(at->pixel, 0);
-  };
-  const int right = pinhole.width_px - 1, bottom = pinhole.height_px - 1;
-  for (int column = 0; column <= right; ++column)
-    if (!is_inside(column, 0) || !is_inside(column, bottom)) return false;
-  for (int row = 0; row <= bottom; ++row)
-    if (!is_inside(0, row) || !is_inside(right, row)) return false;
-  return true;
-}
 
 // Writes a pixel of 8 bits a channel; `at` lies inside the image.
 void bilinear(const cv::Mat& image, const Eigen::Vector2d& at, unsigned char* pixel) {
@@ -94,38 +70,38 @@ ExportContext::ExportContext(const ExportedRun& run_, const fs::path& folder_, b
     : run(run_),
       folder(folder_),
       setup(recording::RecordingReader(run.result / "recording").setup()),
-      noise(exports::noise_of(run.errors)),
+      sensors(setup.rig),
       undistort_(undistort),
       passes_(passes) {
-  const auto add = [this](int sensor, slam::CameraIntrinsics& camera) {
-    cameras_.emplace_back(sensor, ExportedCamera(camera, undistort_));
-    camera = cameras_.back().second.fitted.camera;
-  };
-  add(kHead, setup.calibration.camera);
-  for (std::size_t i = 0; i < setup.rig.size(); ++i)
-    if (rig::is_camera(setup.rig[i])) add(static_cast<int>(i), setup.rig[i].camera);
+  sensors.push_back(recording::head_camera(setup));
+  rig::RigSensor& imu = sensors.emplace_back();
+  imu.name = "imu0", imu.kind = rig::Kind::imu;
+  imu.rate_hz = setup.imu_rate_hz, imu.X_CS = setup.calibration.X_CG;
+  imu.gyro_sigma_rad_s = run.errors.gyro.sigma_rad_s;
+  imu.gyro_bias_walk_rad_s2 = run.errors.gyro.bias_walk_sigma_rad_s2;
+  imu.accelerometer_sigma_m_s2 = run.errors.accelerometer.sigma_m_s2;
+  imu.accelerometer_bias_walk_m_s3 = run.errors.accelerometer.bias_walk_sigma_m_s3;
+  for (rig::RigSensor& one : sensors) {
+    cameras_.emplace_back();
+    if (rig::is_camera(one)) one.camera = cameras_.back().emplace(one.camera, undistort_).fitted.camera;
+  }
 }
 
-std::vector<int> ExportContext::further(rig::Kind kind) const {
+std::vector<int> ExportContext::all(rig::Kind kind) const {
   std::vector<int> found;
-  for (std::size_t i = 0; i < setup.rig.size(); ++i)
-    if (setup.rig[i].kind == kind) found.push_back(static_cast<int>(i));
+  for (int i = 0; i <= chest(); ++i)
+    if (sensor(i).kind == kind) found.insert(i < head() ? found.end() : found.begin(), i);
   return found;
 }
 
-cv::Mat ExportContext::exported(const cv::Mat& image, int sensor) const {
-  const auto found = std::ranges::find(cameras_, sensor, &std::pair<int, ExportedCamera>::first);
-  if (found == cameras_.end()) throw std::out_of_range("an image of a sensor that is not a camera");
-  const auto& undistortion = found->second.undistortion;
-  return undistortion ? (*undistortion)(image) : image;
+Eigen::Isometry3d ExportContext::X_GS(int index) const {
+  return index == chest() ? Eigen::Isometry3d::Identity()
+                          : setup.calibration.X_CG.inverse() * sensor(index).X_CS;
 }
 
-recording::ImuNoise ExportContext::noise_of(const rig::RigSensor& imu) {
-  const double root_period = 1 / std::sqrt(imu.rate_hz);
-  return {std::max(kLeastGyroWalk, imu.gyro_sigma_rad_s * root_period),
-          std::max(kLeastGyroWalk, imu.gyro_bias_walk_rad_s2),
-          std::max(kLeastAccelerometerWalk, imu.accelerometer_sigma_m_s2 * root_period),
-          std::max(kLeastAccelerometerWalk, imu.accelerometer_bias_walk_m_s3)};
+std::string ExportContext::motion() const {
+  using namespace recording::recording_format;
+  return recording::Manifest(run.result / "recording").read(sensor_rows(kMotion));
 }
 
 std::vector<files::TumRow> ExportContext::estimate() const {
@@ -143,24 +119,20 @@ void ExportContext::write(const std::string& name, std::string_view bytes) const
   files::write_text(new_file(name), bytes);
 }
 
-void ExportContext::write_png(const std::string& name, const cv::Mat& image, int sensor) const {
-  write(name, recording::encode_png(exported(image, sensor)));
-}
-
 std::string ExportContext::lens_text() const {
-  const rig::FittedCamera& fitted = cameras_.front().second.fitted;
+  const rig::FittedCamera& fitted = cameras_.at(setup.rig.size())->fitted;
   std::string others;
-  for (const auto& [sensor_index, camera] : cameras_)
-    if (sensor_index != kHead && !undistort_ && camera.fitted.largest_px > 1e-6)
+  for (std::size_t i = 0; i < setup.rig.size(); ++i)
+    if (cameras_[i] && !undistort_ && cameras_[i]->fitted.largest_px > 1e-6)
       others += fmt::format("The fit of `{}`: {:.4f} px root mean square, at most {:.4f} px.\n",
-                            sensor(sensor_index).name, camera.fitted.rms_px, camera.fitted.largest_px);
+                            sensors[i].name, cameras_[i]->fitted.rms_px, cameras_[i]->fitted.largest_px);
   if (undistort_)
     return fmt::format(
         R"(The lens distortion is removed from the images by bilinear interpolation. They are those of an ideal pinhole
 camera with f = {} px and its principal point at ({}, {}); each of their pixels lies inside the recorded image.
 )",
-        camera().fu_px, camera().u0_px, camera().v0_px);
-  if (!equidistant_lens(camera())) return "The head camera has no lens distortion.\n" + others;
+        fitted.camera.fu_px, fitted.camera.u0_px, fitted.camera.v0_px);
+  if (!equidistant_lens(fitted.camera)) return "The head camera has no lens distortion.\n" + others;
   return fmt::format(
              R"(The camera's own lens model has one radial parameter, which few programs know. It is stated here as the
 equidistant model of Kannala and Brandt (2006), fitted over the whole image: {:.4f} px root mean square, at most
@@ -187,6 +159,7 @@ Camera axes: x right, y down, z forward. World: z up, origin under the start. Th
 The stamps of the IMU are {} s later than those of the camera.
 {}
 {})";
+  const recording::ImuNoise noise = noise_of(sensor(chest()));
   std::string offsets;
   for (const rig::RigSensor& sensor : setup.rig)
     if (sensor.time_offset_s != 0)
@@ -197,6 +170,45 @@ The stamps of the IMU are {} s later than those of the camera.
                     setup.imu_rate_hz, noise.gyro_density, noise.accelerometer_density, noise.gyro_walk,
                     noise.accelerometer_walk, kLeastGyroWalk, kLeastAccelerometerWalk,
                     run.errors.motion.time_offset_s, offsets, lens_text()));
+}
+
+std::optional<ExportedFrame> Frames::next() {
+  out_.run.progress((out_.passed_ + input_.part()) / out_.passes_);
+  std::optional<slam::Observation> observation = input_.next_in_order();
+  if (!observation) {
+    ++out_.passed_;
+    return std::nullopt;
+  }
+  ExportedFrame frame{observation->t, std::move(observation->plan), {}};
+  for (const ImuReading& reading : imu_.merge(*observation)) {
+    ExportedReading& exported = frame.readings.emplace_back();
+    exported.sensor = out_.chest(), exported.t = reading.t, exported.gyro = reading.gyro;
+    exported.accelerometer = reading.accelerometer.value_or(Eigen::Vector3d::Zero());
+    exported.has_acceleration = reading.accelerometer.has_value();
+  }
+  slam::RigReading head;
+  head.sensor = out_.head(), head.t = observation->t, head.image = std::move(observation->image);
+  observation->rig.insert(observation->rig.begin(), std::move(head));
+  for (slam::RigReading& reading : observation->rig) {
+    const auto index = static_cast<std::size_t>(reading.sensor);
+    if (out_.sensor(reading.sensor).kind == rig::Kind::imu)
+      reading.t = reading.begin + (reading.t - reading.begin) / 2;
+    else if (rig::is_camera(out_.sensors[index]) && reading.image.empty())
+      continue;
+    if (const auto& camera = out_.cameras_[index]; camera && camera->undistortion)
+      reading.image = (*camera->undistortion)(reading.image);
+    frame.readings.push_back({std::move(reading)});
+  }
+  return frame;
+}
+
+// A mean of white noise over dt has the standard deviation density/√dt.
+recording::ImuNoise noise_of(const rig::RigSensor& imu) {
+  const double root_period = std::sqrt(1 / imu.rate_hz);
+  return {std::max(kLeastGyroWalk, imu.gyro_sigma_rad_s * root_period),
+          std::max(kLeastGyroWalk, imu.gyro_bias_walk_rad_s2),
+          std::max(kLeastAccelerometerWalk, imu.accelerometer_sigma_m_s2 * root_period),
+          std::max(kLeastAccelerometerWalk, imu.accelerometer_bias_walk_m_s3)};
 }
 
 std::string written_seconds(slam::Stamp t) {
@@ -231,14 +243,20 @@ std::optional<std::array<double, 4>> equidistant_lens(const slam::CameraIntrinsi
 
 Undistortion::Undistortion(const slam::CameraIntrinsics& camera) : pinhole_(camera) {
   const slam::Camera recorded(camera);
+  const int pixels = camera.width_px * camera.height_px;
   pinhole_.lens = slam::RadialTangential{};
-  for (pinhole_.fu_px = pinhole_.fv_px = 1; !inside_recorded(recorded, pinhole_);
-       pinhole_.fv_px = ++pinhole_.fu_px)
+  pinhole_.fu_px = 0;
+  while (from_.size() < static_cast<std::size_t>(pixels)) {
+    pinhole_.fv_px = ++pinhole_.fu_px;
     if (pinhole_.fu_px > 1e5) throw std::logic_error("no pinhole looks through this lens");
-  const slam::Camera straight(pinhole_);
-  for (int row = 0; row < camera.height_px; ++row)
-    for (int column = 0; column < camera.width_px; ++column)
-      from_.push_back(recorded.project(straight.unproject({column, row})->h)->pixel);
+    from_.clear();
+    for (int i = 0; i < pixels; ++i) {
+      const auto at = recorded.project({(i % camera.width_px - pinhole_.u0_px) / pinhole_.fu_px,
+                                        (i / camera.width_px - pinhole_.v0_px) / pinhole_.fv_px, 1});
+      if (!at || !recorded.inside(at->pixel, 0)) break;
+      from_.push_back(at->pixel);
+    }
+  }
 }
 
 cv::Mat Undistortion::operator()(const cv::Mat& image) const {

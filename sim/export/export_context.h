@@ -1,4 +1,4 @@
-// The parts that all exporters share: the run's sensors and observations, its lens for programs that do not
+// The parts that all exporters share: the run's sensors and their readings, its lens for programs that do not
 // know it, the way files are written, and the functions that write one format each.
 #pragma once
 
@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "sim/export/export.h"
+#include "sim/export/ros_messages.h"
 #include "sim/files/trajectory_file.h"
 #include "sim/recording/filter_input.h"
 #include "sim/recording/sensor_yaml.h"
@@ -43,45 +44,49 @@ struct ExportedCamera {
   std::optional<Undistortion> undistortion;
 };
 
-/// The index of the head camera among the sensors of the rig.
-inline constexpr int kHead = -1;
+/// A reading in its exported form: the image of the exported camera; one of an IMU is the mean of an interval
+/// and has its stamp in the middle of it.
+struct ExportedReading : slam::RigReading {
+  bool has_acceleration = true;
+};
+
+/// The readings of all sensors and the plan that the filter gets with a frame.
+struct ExportedFrame {
+  slam::Stamp t{0};
+  std::optional<slam::PlannedMotion> plan;
+  std::vector<ExportedReading> readings;  ///< first those of the chest IMU, then the image of the head camera
+};
 
 /// A run that is being exported into `folder`. Throws FileError.
 class ExportContext {
  public:
   /// undistort: export images of a pinhole; otherwise the recorded ones, of a camera with the equidistant
-  /// lens. passes: how often filter_input() will be read to its end.
+  /// lens. passes: how often Frames will be read to their end.
   ExportContext(const ExportedRun& run, const std::filesystem::path& folder, bool undistort, int passes = 1);
 
   const ExportedRun& run;
   const std::filesystem::path folder;
-  recording::RecordingSetup setup;  ///< its cameras are those of the exported images
-  recording::ImuNoise noise;
+  const recording::RecordingSetup setup;  ///< as recorded
+  /// The sensors as exported, with their errors: those of the rig, then head camera and chest IMU.
+  std::vector<rig::RigSensor> sensors;
 
-  /// The observations from the start of the run, for next().
-  recording::FilterInput filter_input() const { return {run.result / "recording", run.errors, run.seed}; }
-  /// Returns the next observation in order of time, nothing after the last.
-  std::optional<slam::Observation> next(recording::FilterInput& input) const {
-    run.progress((passed_ + input.part()) / passes_);
-    auto observation = input.next_in_order();
-    if (!observation) ++passed_;
-    return observation;
-  }
+  const rig::RigSensor& sensor(int index) const { return sensors.at(static_cast<std::size_t>(index)); }
+  int head() const { return static_cast<int>(setup.rig.size()); }
+  int chest() const { return head() + 1; }
+  /// The indices of a kind, of the head camera and the chest IMU first. Folders and topics of some formats
+  /// count them: cam0, cam1; imu0, imu1.
+  std::vector<int> all(rig::Kind kind) const;
+  /// The sensor in the body frame, that of the chest IMU.
+  Eigen::Isometry3d X_GS(int index) const;
+
   /// Empty in an export without truth.
   recording::Truth truth() const {
     return run.with_truth ? recording::read_truth(run.result / "recording") : recording::Truth();
   }
+  /// The true motion of the chest IMU in EuRoC's columns.
+  std::string motion() const;
   /// The filter's X_WC; empty without a filter and in an export without truth.
   std::vector<files::TumRow> estimate() const;
-  const slam::CameraIntrinsics& camera() const { return setup.calibration.camera; }
-  /// The sensors of the rig of that kind, in order. Folders and topics of some formats count them: cam1,
-  /// imu1.
-  std::vector<int> further(rig::Kind kind) const;
-  const rig::RigSensor& sensor(int index) const { return setup.rig.at(static_cast<std::size_t>(index)); }
-  /// The exported form of an image of the filter's input; sensor: of the rig, or kHead.
-  cv::Mat exported(const cv::Mat& image, int sensor = kHead) const;
-  /// The noise of a further IMU.
-  static recording::ImuNoise noise_of(const rig::RigSensor& imu);
 
   /// Creates the folders of a file to be written and returns its path.
   std::filesystem::path new_file(const std::string& name) const;
@@ -91,19 +96,37 @@ class ExportContext {
   void write_truth(const std::string& name, std::string_view bytes) const {
     if (run.with_truth) write(name, bytes);
   }
-  /// Writes exported(image, sensor).
-  void write_png(const std::string& name, const cv::Mat& image, int sensor = kHead) const;
   /// Writes README.md: the text, then the conventions of all exports.
   void write_readme(const std::string& text) const;
 
  private:
+  friend class Frames;
   std::string lens_text() const;
 
   const bool undistort_;
   const int passes_;
   mutable int passed_ = 0;
-  std::vector<std::pair<int, ExportedCamera>> cameras_;  // by sensor, the head camera first
+  std::vector<std::optional<ExportedCamera>> cameras_;  // by sensor
 };
+
+/// The frames from the start of the run, in order of time.
+class Frames {
+ public:
+  explicit Frames(const ExportContext& out)
+      : out_(out),
+        input_(out.run.result / "recording", out.run.errors, out.run.seed),
+        imu_(out.setup.imu_rate_hz) {}
+  /// Returns the next one, nothing after the last.
+  std::optional<ExportedFrame> next();
+
+ private:
+  const ExportContext& out_;
+  recording::FilterInput input_;
+  ImuMerger imu_;
+};
+
+/// The noise of an IMU as densities; no number is 0, because programs divide by them.
+recording::ImuNoise noise_of(const rig::RigSensor& imu);
 
 /// "1000000000.033000000"
 std::string written_seconds(slam::Stamp t);
@@ -130,20 +153,14 @@ std::string frame_of(const rig::RigSensor& sensor);
 cv::Mat registered(const cv::Mat& depth, const slam::CameraIntrinsics& from, const slam::CameraIntrinsics& to,
                    const Eigen::Isometry3d& X_to_from);
 
-/// A ROS 2 bag: run.mcap and metadata.yaml.
-struct BagLayout {
-  std::string folder;  ///< of run.mcap and metadata.yaml, with a trailing slash; may be empty
-  std::string image_topic, info_topic, imu_topic;
-  bool compressed;           ///< images as PNG (sensor_msgs/CompressedImage), else raw (sensor_msgs/Image)
-  bool for_viewers = false;  ///< with all sensors of the rig, frames, paths, map, joints and feet
-};
-void write_ros_bag(const ExportContext& out, const BagLayout& layout);
+/// Writes a ROS 2 bag, run.mcap and metadata.yaml, into a folder with a trailing slash, or "". for_viewers:
+/// all sensors, images as PNG, frames, paths, map, joints and feet; else raw images of the gray cameras and
+/// readings of the IMUs.
+void write_ros_bag(const ExportContext& out, const std::string& folder, bool for_viewers);
 
-/// Settings of ORB-SLAM3 (v1.0) for images of the head camera, with IMU and, if there are two gray eyes,
-/// stereo.
-std::string orbslam3_settings(const ExportContext& out);
-/// Those for images of a camera, without IMU. depth: a depth camera aligned with it, or nothing.
-std::string orbslam3_settings(const ExportContext& out, int camera, std::optional<int> depth);
+/// Settings of ORB-SLAM3 (v1.0) for images of a camera; of the head camera with IMU and, if there are two
+/// gray cameras, stereo. depth: a depth camera aligned with it, for settings without IMU.
+std::string orbslam3_settings(const ExportContext& out, int camera, std::optional<int> depth, bool inertial);
 /// Writes mav0/ in the EuRoC/ASL layout, times.txt, and for two gray eyes times_stereo.txt: the stamps that
 /// both have. images_within_imu: without the images before the first reading and after the last one.
 void write_mav0(const ExportContext& out, bool images_within_imu = false);

@@ -6,10 +6,7 @@
 #include <numeric>
 
 #include "sim/export/export_context.h"
-#include "sim/export/ros_messages.h"
 #include "sim/recording/image_file.h"
-#include "sim/recording/manifest.h"
-#include "sim/recording/recording_format.h"
 
 namespace sim::exports {
 namespace {
@@ -92,32 +89,24 @@ used and no solver stops by the clock (`init_dyn_mle_max_time`); `track_frequenc
 image is left out.
 )";
 
+std::string rows_text(const Eigen::Isometry3d& X) { return matrix_text(X, "    - [", "]", "\n"); }
+
 // T_imu_cam maps from the camera to the IMU, T_cn_cnm1 from the previous camera. timeshift_cam_imu: stamps of
 // the IMU minus those of the camera, whose clock may be ahead of the head camera's.
 std::string camera_chain(const ExportContext& out) {
-  const Eigen::Isometry3d X_GC = out.setup.calibration.X_CG.inverse();
-  const double imu_late_s = out.run.errors.motion.time_offset_s;
-  struct Camera {
-    slam::CameraIntrinsics intrinsics;
-    Eigen::Isometry3d X_CS;
-    double ahead_s;
-  };
-  std::vector<Camera> cameras{{out.camera(), Eigen::Isometry3d::Identity(), 0}};
-  for (const int i : out.further(rig::Kind::grey))
-    cameras.push_back({out.sensor(i).camera, out.sensor(i).X_CS, out.sensor(i).time_offset_s});
+  const std::vector<int> eyes = out.all(rig::Kind::grey);
   std::string text = "%YAML:1.0\n\n";
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    const auto& [camera, X_CS, ahead_s] = cameras[i];
+  for (std::size_t i = 0; i < eyes.size(); ++i) {
+    const rig::RigSensor& eye = out.sensor(eyes[i]);
+    const slam::CameraIntrinsics& camera = eye.camera;
     const auto lens = equidistant_lens(camera);
     const auto k = lens.value_or(std::array<double, 4>{});
-    std::vector<std::size_t> others(cameras.size());
+    std::vector<std::size_t> others(eyes.size());
     std::iota(others.begin(), others.end(), 0u);
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
-    const Eigen::Isometry3d X_GS = i == 0 ? X_GC : X_GC * X_CS;
-    text += fmt::format("cam{}:\n  T_imu_cam:\n{}\n", i, matrix_text(X_GS, "    - [", "]", "\n"));
+    text += fmt::format("cam{}:\n  T_imu_cam:\n{}\n", i, rows_text(out.X_GS(eyes[i])));
     if (i > 0)
-      text += fmt::format("  T_cn_cnm1:\n{}\n",
-                          matrix_text(X_CS.inverse() * cameras[i - 1].X_CS, "    - [", "]", "\n"));
+      text += fmt::format("  T_cn_cnm1:\n{}\n", rows_text(eye.X_CS.inverse() * out.sensor(eyes[i - 1]).X_CS));
     text += fmt::format(
         "  cam_overlaps: [{}]\n  camera_model: pinhole\n  "
         "distortion_coeffs: [{}, {}, {}, {}]\n"
@@ -125,7 +114,8 @@ std::string camera_chain(const ExportContext& out) {
         "  rostopic: /cam{}/image_raw\n  timeshift_cam_imu: {}\n",
         fmt::join(others, ", "), real(k[0]), real(k[1]), real(k[2]), real(k[3]),
         lens ? "equidistant" : "radtan", real(camera.fu_px), real(camera.fv_px), real(camera.u0_px),
-        real(camera.v0_px), camera.width_px, camera.height_px, i, real(imu_late_s - ahead_s));
+        real(camera.v0_px), camera.width_px, camera.height_px, i,
+        real(out.run.errors.motion.time_offset_s - eye.time_offset_s));
   }
   return text;
 }
@@ -137,26 +127,18 @@ std::string square(const char* key, double diagonal) {
 
 // T_i_b maps from the chest IMU to this one.
 std::string imu_chain(const ExportContext& out) {
-  const auto imu = [](std::size_t number, const Eigen::Isometry3d& X_IG, const recording::ImuNoise& noise,
-                      double rate_hz) {
-    return fmt::format(
-               "imu{0}:\n  T_i_b:\n{1}\n  accelerometer_noise_density: {2}\n  accelerometer_random_walk: "
-               "{3}\n"
-               "  gyroscope_noise_density: {4}\n  gyroscope_random_walk: {5}\n  rostopic: /imu{0}\n"
-               "  update_rate: {6}\n",
-               number, matrix_text(X_IG, "    - [", "]", "\n"), real(noise.accelerometer_density),
-               real(noise.accelerometer_walk), real(noise.gyro_density), real(noise.gyro_walk),
-               real(rate_hz)) +
-           "  time_offset: 0.0\n  model: \"kalibr\"\n" + square("Tw", 1) + square("R_IMUtoGYRO", 1) +
-           square("Ta", 1) + square("R_IMUtoACC", 1) + square("Tg", 0);
-  };
-  std::string text =
-      "%YAML:1.0\n\n" + imu(0, Eigen::Isometry3d::Identity(), out.noise, out.setup.imu_rate_hz);
-  const std::vector<int> further = out.further(rig::Kind::imu);
-  for (std::size_t i = 0; i < further.size(); ++i) {
-    const rig::RigSensor& sensor = out.sensor(further[i]);
-    text += imu(i + 1, sensor.X_CS.inverse() * out.setup.calibration.X_CG, ExportContext::noise_of(sensor),
-                sensor.rate_hz);
+  std::string text = "%YAML:1.0\n\n";
+  for (int number = 0; const int i : out.all(rig::Kind::imu)) {
+    const recording::ImuNoise noise = noise_of(out.sensor(i));
+    text += fmt::format(
+                "imu{0}:\n  T_i_b:\n{1}\n  accelerometer_noise_density: {2}\n"
+                "  accelerometer_random_walk: {3}\n  gyroscope_noise_density: {4}\n"
+                "  gyroscope_random_walk: {5}\n  rostopic: /imu{0}\n  update_rate: {6}\n",
+                number++, rows_text(out.X_GS(i).inverse()), real(noise.accelerometer_density),
+                real(noise.accelerometer_walk), real(noise.gyro_density), real(noise.gyro_walk),
+                real(out.sensor(i).rate_hz)) +
+            "  time_offset: 0.0\n  model: \"kalibr\"\n" + square("Tw", 1) + square("R_IMUtoGYRO", 1) +
+            square("Ta", 1) + square("R_IMUtoACC", 1) + square("Tg", 0);
   }
   return text;
 }
@@ -238,34 +220,25 @@ relative_config_imu: "kalibr_imu_chain.yaml"
 relative_config_imucam: "kalibr_imucam_chain.yaml"
 )";
 
-// The camera of rgb/, a depth camera, and the place of the former in the head camera's frame.
+// The first color camera, else the head camera; the depth camera aligned with it, else the first one.
 struct RgbdCameras {
-  int rgb = kHead;
-  std::optional<int> depth;
-  Eigen::Isometry3d X_CS = Eigen::Isometry3d::Identity();
+  explicit RgbdCameras(const ExportContext& out) : rgb(out.head()) {
+    if (const auto colors = out.all(rig::Kind::color); !colors.empty()) rgb = colors.front();
+    for (const int one : out.all(rig::Kind::depth))
+      if (!depth || out.sensor(one).aligned_with == out.sensor(rgb).name) depth = one;
+  }
 
   /// The depth image as that of the camera of rgb/.
   cv::Mat aligned(const ExportContext& out, const cv::Mat& image) const {
-    const rig::RigSensor& from = out.sensor(*depth);
-    const cv::Mat straight = out.exported(image, *depth);
-    if (rig::partner(out.setup.rig, from) == rgb) return straight;
-    return registered(straight, from.camera, rgb == kHead ? out.camera() : out.sensor(rgb).camera,
-                      X_CS.inverse() * from.X_CS);
+    const rig::RigSensor &from = out.sensor(*depth), &to = out.sensor(rgb);
+    return from.aligned_with == to.name
+               ? image
+               : registered(image, from.camera, to.camera, to.X_CS.inverse() * from.X_CS);
   }
-};
 
-// The first color camera, else the head camera; the depth camera aligned with it, else the first one.
-RgbdCameras rgbd_cameras(const ExportContext& out) {
-  RgbdCameras cameras;
-  if (const auto colors = out.further(rig::Kind::color); !colors.empty()) {
-    cameras.rgb = colors.front();
-    cameras.X_CS = out.sensor(cameras.rgb).X_CS;
-  }
-  for (const int depth : out.further(rig::Kind::depth))
-    if (!cameras.depth || rig::partner(out.setup.rig, out.sensor(depth)) == cameras.rgb)
-      cameras.depth = depth;
-  return cameras;
-}
+  int rgb;
+  std::optional<int> depth;
+};
 
 // Pairs each image with the depth image nearest in time, at most half a period apart; none is used twice.
 std::string associations(const std::vector<slam::Stamp>& images, const std::vector<slam::Stamp>& depths,
@@ -288,36 +261,30 @@ std::string associations(const std::vector<slam::Stamp>& images, const std::vect
 }  // namespace
 
 void export_tum(const ExportContext& out) {
-  const RgbdCameras cameras = rgbd_cameras(out);
+  const RgbdCameras cameras(out);
+  const Eigen::Isometry3d& X_CS = out.sensor(cameras.rgb).X_CS;
   const char* poses = "timestamp tx ty tz qx qy qz qw";
   std::string images = header("color images", out, "timestamp filename"),
               depths = header("depth maps, 1000 per m", out, "timestamp filename"),
               accelerations = header("accelerometer data, chest IMU", out, "timestamp ax ay az"),
               plan = header("planned camera poses", out, poses);
   std::vector<slam::Stamp> with_image, with_depth;
-  const auto add = [&](const char* folder, slam::Stamp t, std::string& list,
+  const auto add = [&](const char* folder, slam::Stamp t, const cv::Mat& image, std::string& list,
                        std::vector<slam::Stamp>& stamps) {
     const std::string name = fmt::format("{}/{}.png", folder, written_seconds(t));
     list += fmt::format("{} {}\n", written_seconds(t), name);
     stamps.push_back(t);
-    return name;
+    out.write(name, recording::encode_png(image));
   };
-  ImuMerger imu_merger(out.setup.imu_rate_hz);
-  for (recording::FilterInput input = out.filter_input(); auto o = out.next(input);) {
-    for (const ImuReading& reading : imu_merger.merge(*o))
-      if (const auto& a = reading.accelerometer)
-        accelerations += fmt::format("{} {} {} {}\n", written_seconds(reading.t), a->x(), a->y(), a->z());
-    if (o->plan) plan += files::tum_row(recording::kEpoch + o->t, o->plan->X_PC * cameras.X_CS);
-    if (cameras.rgb == kHead && !o->image.empty())
-      out.write_png(add("rgb", o->t, images, with_image), o->image);
-    for (const slam::RigReading& reading : o->rig)
-      if (reading.image.empty())
-        continue;
+  for (Frames frames(out); const auto frame = frames.next();) {
+    if (frame->plan) plan += files::tum_row(recording::kEpoch + frame->t, frame->plan->X_PC * X_CS);
+    for (const ExportedReading& reading : frame->readings)
+      if (const auto& a = reading.accelerometer; reading.sensor == out.chest() && reading.has_acceleration)
+        accelerations += fmt::format("{} {} {} {}\n", written_seconds(reading.t), a.x(), a.y(), a.z());
       else if (reading.sensor == cameras.rgb)
-        out.write_png(add("rgb", reading.t, images, with_image), reading.image, cameras.rgb);
+        add("rgb", reading.t, reading.image, images, with_image);
       else if (reading.sensor == cameras.depth)
-        out.write(add("depth", reading.t, depths, with_depth),
-                  recording::encode_png(cameras.aligned(out, reading.image)));
+        add("depth", reading.t, cameras.aligned(out, reading.image), depths, with_depth);
   }
   out.write("rgb.txt", images);
   if (cameras.depth) {
@@ -327,7 +294,7 @@ void export_tum(const ExportContext& out) {
   out.write("accelerometer.txt", accelerations);
   out.write("plan.txt", plan);
   const auto of_camera = [&](std::vector<files::TimedPose> all) {
-    for (files::TimedPose& pose : all) pose.X = pose.X * cameras.X_CS;
+    for (files::TimedPose& pose : all) pose.X = pose.X * X_CS;
     return tum_text(all);
   };
   out.write_truth("groundtruth.txt",
@@ -335,27 +302,25 @@ void export_tum(const ExportContext& out) {
   if (const auto rows = out.estimate(); !rows.empty())
     out.write("estimate.txt",
               header("estimated trajectory", out, poses) + of_camera({rows.begin(), rows.end()}));
-  out.write("settings.yaml", orbslam3_settings(out, cameras.rgb, cameras.depth));
+  out.write("settings.yaml", orbslam3_settings(out, cameras.rgb, cameras.depth, false));
   out.write_readme(std::string(kTumReadme) + (cameras.depth ? kTumDepthReadme : ""));
 }
 
 void export_mcap(const ExportContext& out) {
-  write_ros_bag(out, {"", "/camera/image/compressed", "/camera/camera_info", "/imu", true, true});
+  write_ros_bag(out, "", true);
   out.write_readme(kMcapReadme);
 }
 
 void export_openvins(const ExportContext& out) {
   write_mav0(out);
-  write_ros_bag(out, {"bag/", "/cam0/image_raw", "/cam0/camera_info", "/imu0", false});
-  const bool stereo = !out.further(rig::Kind::grey).empty();
+  write_ros_bag(out, "bag/", false);
+  const bool stereo = out.all(rig::Kind::grey).size() > 1;
   out.write("estimator_config.yaml",
             kEstimator + fmt::format("use_stereo: {}\nmax_cameras: {}\ntrack_frequency: {:.1f}\n", stereo,
                                      stereo ? 2 : 1, std::ceil(out.setup.camera_rate_hz) + 1));
   out.write("kalibr_imu_chain.yaml", imu_chain(out));
   out.write("kalibr_imucam_chain.yaml", camera_chain(out));
-  out.write_truth(
-      "groundtruth.csv",
-      recording::Manifest(out.run.result / "recording").read(recording::recording_format::kMotionRows));
+  if (out.run.with_truth) out.write("groundtruth.csv", out.motion());
   out.write_truth("groundtruth.tum", tum_text(out.truth().camera));
   out.write_readme(kOpenvinsReadme);
 }

@@ -87,20 +87,19 @@ class Cdr {
 
 std::array<double, 9> diagonal(double x) { return {x, 0, 0, 0, x, 0, 0, 0, x}; }
 
-// Fields of four bytes, float32 except the last, which is uint32. add: appends the numbers of one point.
-template <class Point, class Add>
+// Fields of four bytes, float32 except the last, which is uint32: a point in memory is its record.
+template <class Point>
 std::string cloud(slam::Stamp t, const std::string& frame, const std::vector<const char*>& names,
-                  const std::vector<Point>& points, const Add& add) {
+                  const std::vector<Point>& points) {
   constexpr std::uint8_t kUint32 = 6, kFloat32 = 7;
+  constexpr auto step = static_cast<std::uint32_t>(sizeof(Point));
   const auto count = static_cast<std::uint32_t>(points.size());
-  const auto fields = static_cast<std::uint32_t>(names.size());
   Cdr cdr;
-  cdr.header(t, frame).number(1u).number(count).number(fields);
-  for (std::uint32_t i = 0; i < fields; ++i)
-    cdr.text(names[i]).number(4 * i).number(i + 1 < fields ? kFloat32 : kUint32).number(1u);
-  const std::uint32_t step = 4 * fields;
-  cdr.number(std::uint8_t{0}).number(step).number(step * count).number(step * count);
-  for (const Point& point : points) add(cdr, point);
+  cdr.header(t, frame).number(1u).number(count).number(step / 4);
+  for (std::uint32_t i = 0; i < step / 4; ++i)
+    cdr.text(names.at(i)).number(4 * i).number(4 * (i + 1) < step ? kFloat32 : kUint32).number(1u);
+  cdr.number(std::uint8_t{0}).number(step).number(step * count);
+  cdr.raw(reinterpret_cast<const unsigned char*>(points.data()), step * points.size());
   return cdr.number(std::uint8_t{1}).bytes();
 }
 
@@ -204,26 +203,20 @@ std::string transforms(const std::vector<Transform>& all) {
   return cdr.bytes();
 }
 
-std::string path(slam::Stamp t, const std::string& frame, std::span<const files::TimedPose> poses) {
+std::string path(slam::Stamp t, const std::string& frame, std::span<const files::TumRow> poses) {
   Cdr cdr;
   cdr.header(t, frame).number(static_cast<std::uint32_t>(poses.size()));
-  for (const files::TimedPose& pose : poses) cdr.header(pose.t, frame).pose(pose.X);
+  for (const files::TumRow& pose : poses) cdr.header(pose.t, frame).pose(pose.X);
   return cdr.bytes();
 }
 
 std::string point_cloud(slam::Stamp t, const std::string& frame, const std::vector<CloudPoint>& points) {
-  return cloud(t, frame, {"x", "y", "z", "id"}, points, [](Cdr& cdr, const CloudPoint& point) {
-    for (const double x : point.p) cdr.number(static_cast<float>(x));
-    cdr.number(point.id);
-  });
+  return cloud(t, frame, {"x", "y", "z", "id"}, points);
 }
 
 std::string point_cloud(slam::Stamp t, const std::string& frame,
                         const std::vector<slam::LidarPoint>& points) {
-  return cloud(t, frame, {"x", "y", "z", "intensity", "t"}, points, [](Cdr& cdr, const slam::LidarPoint& p) {
-    for (const float x : {p.x_m, p.y_m, p.z_m, p.intensity}) cdr.number(x);
-    cdr.number(static_cast<std::uint32_t>(p.offset_ns));
-  });
+  return cloud(t, frame, {"x", "y", "z", "intensity", "t"}, points);
 }
 
 std::string joint_state(slam::Stamp t, const std::vector<std::string>& names,

@@ -30,9 +30,6 @@ struct ImuReading {
   std::optional<Eigen::Vector3d> accelerometer;  ///< m/s²
 };
 
-/// The stamp of a further IMU's reading in exports: the middle of its interval.
-inline slam::Stamp middle(const slam::RigReading& imu) { return imu.begin + (imu.t - imu.begin) / 2; }
-
 /// Merges consecutive parts until they cover one period. After a gap in the readings it starts anew.
 class ImuMerger {
  public:
@@ -142,12 +139,12 @@ struct Transform {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
 };
 std::string transforms(const std::vector<Transform>& all);
-std::string path(slam::Stamp t, const std::string& frame, std::span<const files::TimedPose> poses);
+std::string path(slam::Stamp t, const std::string& frame, std::span<const files::TumRow> poses);
 
 /// A point and its identifier.
 struct CloudPoint {
-  Eigen::Vector3d p;
-  std::uint32_t id = 0;
+  float x_m, y_m, z_m;
+  std::uint32_t id;
 };
 /// Fields x, y, z (float32) and id (uint32).
 std::string point_cloud(slam::Stamp t, const std::string& frame, const std::vector<CloudPoint>& points);

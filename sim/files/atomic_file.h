@@ -66,7 +66,6 @@ class AtomicFolder {
   AtomicFolder& operator=(const AtomicFolder&) = delete;
 
   const std::filesystem::path& path() const { return path_; }  ///< where to write
-  const std::filesystem::path& target() const { return target_; }
 
   /// Forces everything to the disk and renames the folder to `target` in one step. Throws FileError. If
   /// unlisted files appeared in the replaced folder, it is kept under the name in the FileError.

@@ -17,11 +17,9 @@ CsvReader::CsvReader(const std::filesystem::path& file, Writer writer)
 
 CsvReader::CsvReader(const std::filesystem::path& file, const std::vector<std::string>& headers)
     : CsvReader(file, Writer::own) {
-  const auto found = std::find(headers.begin(), headers.end(), line_);
-  if (found == headers.end())
+  if (std::ranges::find(headers, line_) == headers.end())
     throw FileError(file_, 1,
                     fmt::format("expected the header \"{}\", found \"{}\"", headers.front(), line_));
-  header_ = static_cast<std::size_t>(found - headers.begin());
 }
 
 CsvReader::CsvReader(const std::filesystem::path& file, std::size_t least_fields)

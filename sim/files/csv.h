@@ -26,7 +26,6 @@ class CsvReader {
   /// An external file with a header of at least so many columns. The first title must not be a number.
   CsvReader(const std::filesystem::path& file, std::size_t least_fields);
 
-  std::size_t header() const { return header_; }                      ///< which of the headers the file has
   const std::vector<std::string>& titles() const { return titles_; }  ///< of the header's columns
   std::size_t fields() const { return fields_.size(); }               ///< of the row
   bool next();          ///< reads the next row; false at the end of the file
@@ -52,7 +51,7 @@ class CsvReader {
   std::string_view piece_;  // what is left of the piece at hand
   bool strict_;
   std::uintmax_t read_ = 0;  // bytes
-  std::size_t header_ = 0, line_number_ = 0;
+  std::size_t line_number_ = 0;
   std::vector<std::string> titles_;
   std::string line_;
   std::vector<std::string_view> fields_;

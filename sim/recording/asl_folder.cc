@@ -29,10 +29,8 @@ constexpr std::array kTruthFolders{"mav0/state_groundtruth_estimate0", "mav0/moc
 
 constexpr std::size_t kCameraColumns = 2, kImuColumns = 4, kPlanColumns = 23;
 
-std::string seconds_text(slam::Stamp t) { return fmt::format("{:.3f} s", slam::seconds(t)); }
-
 std::string span_text(slam::Stamp first, slam::Stamp last) {
-  return fmt::format("from {} to {}", seconds_text(first), seconds_text(last));
+  return fmt::format("from {:.3f} s to {:.3f} s", slam::seconds(first), slam::seconds(last));
 }
 
 /// All stamps of a file, in the unit that fits them, and its rows.
@@ -40,11 +38,12 @@ struct Stamps {
   /// rate_hz: as a sensor.yaml states it; slack: how many times as high as that of the rows it may be, since
   /// cameras skip frames.
   Stamps(fs::path file_, std::size_t least_columns_, std::optional<double> rate_hz = {}, double slack = 1)
-      : file(std::move(file_)), least_columns(least_columns_) {
+      : file(std::move(file_)),
+        least_columns(least_columns_),
+        header(file, 1, files::CsvReader(file, least_columns).titles()),
+        columns(header.stamp_columns()) {
     std::vector<double> numbers;
     files::CsvReader csv(file, least_columns);
-    const files::Header header(file, 1, csv.titles());
-    columns = header.stamp_columns();
     while (csv.next()) numbers.push_back(columns.number(csv, columns.unit ? *columns.unit : *unit));
     try {
       unit = &files::unit_of_stamps(numbers, columns.unit, 1 / rate_hz.value_or(20));
@@ -74,6 +73,7 @@ struct Stamps {
 
   fs::path file;
   std::size_t least_columns;
+  files::Header header;
   files::StampColumns columns;
   const files::TimeUnit* unit = &files::kNanoseconds;
   std::vector<slam::Stamp> all;
@@ -95,7 +95,7 @@ struct ImuColumns {
 class Readings {
  public:
   Readings(const Stamps& stamps, slam::Stamp ahead)
-      : rows_(stamps.rows()), columns_(files::Header(stamps.file, 1, rows_.row().titles())), ahead_(ahead) {
+      : rows_(stamps.rows()), columns_(stamps.header), ahead_(ahead) {
     read();
   }
 
@@ -143,7 +143,7 @@ class Readings {
 // The mean of the accelerometer's first readings.
 Eigen::Vector3d first_acceleration(const Stamps& imu) {
   files::CsvReader rows(imu.file, kImuColumns);
-  const ImuColumns columns(files::Header(imu.file, 1, rows.titles()));
+  const ImuColumns columns(imu.header);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   int count = 0;
   for (; count < 20 && !columns.accelerometer.empty() && rows.next(); ++count)
@@ -154,7 +154,7 @@ Eigen::Vector3d first_acceleration(const Stamps& imu) {
 std::string sensor_text(const fs::path& file) { return files::read_text(file, files::kMostOfYaml); }
 
 // A sensor.yaml, or the calibration file of kalibr that stands for it.
-fs::path sensor_file(const fs::path& folder, const std::string& own, const char* kalibr) {
+fs::path calibration_file(const fs::path& folder, const std::string& own, const char* kalibr) {
   if (!fs::exists(folder / own))
     for (const char* place : {".", "dso", "mav0"})
       if (fs::exists(folder / place / kalibr)) return folder / place / kalibr;
@@ -170,10 +170,10 @@ std::optional<fs::path> truth_folder(const fs::path& folder) {
 
 struct ReadSensors : AslSensors {
   explicit ReadSensors(const fs::path& folder) {
-    const fs::path camera_file = sensor_file(folder, kCameraSensor, "camchain.yaml"),
-                   imu_file = sensor_file(folder, kImuSensor, "imu_config.yaml");
+    const fs::path camera_file = calibration_file(folder, sensor_file("cam0"), "camchain.yaml"),
+                   imu_file = calibration_file(folder, sensor_file("imu0"), "imu_config.yaml");
     const StatedCamera stated = read_camera_yaml(camera_file, sensor_text(camera_file), setup);
-    const MountedImu mounted = read_mounted_imu(imu_file, sensor_text(imu_file));
+    const StatedImu mounted = read_imu_yaml(imu_file, sensor_text(imu_file));
     for (const auto& [file, unread] : {std::pair(camera_file, stated.unread), {imu_file, mounted.unread}})
       if (!unread.empty())
         remarks.push_back(
@@ -190,12 +190,12 @@ struct ReadSensors : AslSensors {
     X_BC = stated.by_imu ? mounted.X_BS * X_SC : X_SC;
     setup.calibration.X_CG = X_BC.inverse() * mounted.X_BS;
     imu_ahead = slam::Stamp(std::llround(1e9 * stated.timeshift_s));
-    camera.emplace(folder / kCameraRows, kCameraColumns, stated.rate_hz, 4);
+    camera.emplace(folder / sensor_rows("cam0"), kCameraColumns, stated.rate_hz, 4);
     if (camera->all.empty()) throw files::FileError(camera->file, "has no images");
     first_image = camera->all.front();
-    imu.emplace(folder / kImuRows, kImuColumns, mounted.rate_hz, 1.5);
+    imu.emplace(folder / sensor_rows("imu0"), kImuColumns, mounted.rate_hz, 1.5);
     require_one_clock();
-    if (!files::Header(imu->file, 1, imu->rows().row().titles()).names(files::Quantity::angular_rate))
+    if (!imu->header.names(files::Quantity::angular_rate))
       remarks.push_back(imu->file.string() +
                         ": no column is named as an angular rate; columns 2 to 4 are taken for it, in rad/s");
     for (const Stamps* const rows : {&*camera, &*imu})
@@ -205,9 +205,10 @@ struct ReadSensors : AslSensors {
       remarks.push_back(fmt::format(
           "{}: the acceleration is {:.3g} m/s^2 at first, expected about 9.81; a header may state its unit",
           imu->file.string(), a_G.norm()));
-    has_plan = fs::exists(folder / kPlanRows);
+    has_plan = fs::exists(folder / sensor_rows("plan0"));
     if (has_plan)
-      read_plan_yaml(folder / kPlanSensor, sensor_text(folder / kPlanSensor), setup);
+      setup.X_WC_start = read_pose(folder / sensor_file("plan0"), sensor_text(folder / sensor_file("plan0")),
+                                   "T_WC_start", false);
     else if (!a_G.isZero())  // it points up
       setup.X_WC_start.linear() =
           Eigen::Quaterniond::FromTwoVectors(setup.calibration.X_CG.linear() * a_G, Eigen::Vector3d::UnitZ())
@@ -234,7 +235,7 @@ struct ReadSensors : AslSensors {
 void require_images(const fs::path& folder, const Stamps& images) {
   for (files::CsvReader rows(images.file, kCameraColumns); rows.next();) {
     const std::size_t field = images.next_field();
-    const fs::path file = files::contained_path(folder / kCameraFolder, rows.text(field));
+    const fs::path file = files::contained_path(folder / sensor_data("cam0"), rows.text(field));
     if (!fs::is_regular_file(file)) rows.fail(field, "no such image: " + file.string());
   }
 }
@@ -251,8 +252,8 @@ void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& 
                              slam::Stamp ahead) {
   constexpr double kMost_s = 0.1, kMostGain = 2, kSure = 0.9;
   if (!truth.has_orientation) return;
-  const Stamps imu(folder / kImuRows, kImuColumns);
-  const ImuColumns columns(files::Header(imu.file, 1, imu.rows().row().titles()));
+  const Stamps imu(folder / sensor_rows("imu0"), kImuColumns);
+  const ImuColumns columns(imu.header);
   std::vector<TimedRotation> gyro;
   for (StampedRows rows = imu.rows(); rows.stamp(); rows.advance())
     gyro.push_back({*rows.stamp() - ahead, angular_rate(rows.row(), columns.gyro)});
@@ -307,7 +308,7 @@ struct AslFolder::Files {
     const std::vector<slam::Stamp>& images = sensors.camera->all;
     for (const slam::Stamp t : images) times.push_back(t - sensors.first_image);
     if (!sensors.has_plan) return;
-    const Stamps planned(folder / kPlanRows, kPlanColumns);
+    const Stamps planned(folder / sensor_rows("plan0"), kPlanColumns);
     const auto is_of_image = [&](slam::Stamp t) { return std::ranges::binary_search(images, t); };
     if (!planned.all.empty() && std::ranges::none_of(planned.all, is_of_image))
       throw files::FileError(planned.file,
@@ -326,7 +327,7 @@ struct AslFolder::Files {
 
   cv::Mat image() const {
     const fs::path file =
-        files::contained_path(folder / kCameraFolder, camera.row().text(sensors.camera->next_field()));
+        files::contained_path(folder / sensor_data("cam0"), camera.row().text(sensors.camera->next_field()));
     const slam::CameraIntrinsics& size = sensors.setup.calibration.camera;
     return decode_image(file, files::read_text(file, files::kMostOfImage), {size.width_px, size.height_px},
                         cv::IMREAD_GRAYSCALE);
@@ -367,7 +368,7 @@ Truth read_asl_truth(const fs::path& folder, const AslSensors& sensors,
   for (const slam::Stamp t : times) own_clock.push_back(t + start);
   Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
   if (const fs::path yaml = *found / "sensor.yaml"; fs::exists(yaml))
-    X_BS = read_mounting(yaml, sensor_text(yaml));
+    X_BS = read_pose(yaml, sensor_text(yaml), "T_BS");
   const files::TrajectoryFile file = files::read_trajectory(*found / "data.csv");
   require_rotation_of_imu(*found / "data.csv", file, folder, sensors.imu_ahead);
   Truth truth;

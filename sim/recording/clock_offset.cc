@@ -10,28 +10,27 @@ constexpr slam::Stamp kStep{20'000'000}, kBridged{100'000'000}, kHour = std::chr
 constexpr int kWindow = 5, kMostLag = 500, kFewest = 50;  // steps
 constexpr double kLeastCorrelation = 0.6, kMostCorrelation = 0.9995, kDecisive = 15;
 
-struct Grid {
-  slam::Stamp begin;
-  std::size_t size;
-};
-
 using Turns = std::vector<std::optional<Eigen::Vector3d>>;
 
-/// Returns the turn from each time of the grid until a window later, if it is known.
-Turns turns(const auto& samples, const Grid& grid, const auto& between, const auto& turned) {
-  std::vector<std::optional<decltype(between(samples[0], samples[0], 0.0))>> at(grid.size);
+/// Returns the turn from each time of a grid until a window later, if it is known.
+Turns turns(const std::vector<files::TumRow>& poses, slam::Stamp begin, std::size_t size) {
+  std::vector<std::optional<Eigen::Quaterniond>> at(size);
   std::size_t next = 1;
-  for (std::size_t k = 0; k < grid.size; ++k) {
-    const slam::Stamp t = grid.begin + static_cast<std::int64_t>(k) * kStep;
-    while (next < samples.size() && samples[next].t < t) ++next;
-    if (next >= samples.size()) break;
-    const auto &a = samples[next - 1], &b = samples[next];
+  for (std::size_t k = 0; k < size; ++k) {
+    const slam::Stamp t = begin + static_cast<std::int64_t>(k) * kStep;
+    while (next < poses.size() && poses[next].t < t) ++next;
+    if (next >= poses.size()) break;
+    const files::TumRow &a = poses[next - 1], &b = poses[next];
     if (a.t <= t && b.t - a.t <= kBridged)
-      at[k] = between(a, b, slam::seconds(t - a.t) / slam::seconds(b.t - a.t));
+      at[k] = Eigen::Quaterniond(a.X.linear())
+                  .slerp(slam::seconds(t - a.t) / slam::seconds(b.t - a.t), Eigen::Quaterniond(b.X.linear()));
   }
-  Turns all(grid.size);
-  for (std::size_t k = 0; k + kWindow < grid.size; ++k)
-    if (at[k] && at[k + kWindow]) all[k] = turned(*at[k], *at[k + kWindow]);
+  Turns all(size);
+  for (std::size_t k = 0; k + kWindow < size; ++k)
+    if (at[k] && at[k + kWindow]) {
+      const Eigen::AngleAxisd turn(at[k]->conjugate() * *at[k + kWindow]);
+      all[k] = turn.angle() * turn.axis();
+    }
   return all;
 }
 
@@ -83,26 +82,16 @@ std::optional<ClockOffset> clock_offset(const std::vector<TimedRotation>& gyro,
   if (gyro.empty() || truth.empty()) return std::nullopt;
   const slam::Stamp margin = kMostLag * kStep, begin = truth.front().t - margin;
   const slam::Stamp end = std::min(truth.back().t, truth.front().t + kHour) + margin;
-  const Grid grid{begin, static_cast<std::size_t>((end - begin) / kStep)};
-  std::vector<TimedRotation> integral{{gyro.front().t, Eigen::Vector3d::Zero()}};
-  for (std::size_t i = 1; i < gyro.size(); ++i)
-    integral.push_back({gyro[i].t, integral.back().value + 0.5 * (gyro[i - 1].value + gyro[i].value) *
-                                                               slam::seconds(gyro[i].t - gyro[i - 1].t)});
-  const Turns by_gyro = turns(
-      integral, grid,
-      [](const auto& a, const auto& b, double part) -> Eigen::Vector3d {
-        return a.value + part * (b.value - a.value);
-      },
-      [](const auto& from, const auto& to) -> Eigen::Vector3d { return to - from; });
-  const Turns by_truth = turns(
-      truth, grid,
-      [](const auto& a, const auto& b, double part) {
-        return Eigen::Quaterniond(a.X.linear()).slerp(part, Eigen::Quaterniond(b.X.linear()));
-      },
-      [](const auto& from, const auto& to) -> Eigen::Vector3d {
-        const Eigen::AngleAxisd turn(from.conjugate() * to);
-        return turn.angle() * turn.axis();
-      });
+  const auto size = static_cast<std::size_t>((end - begin) / kStep);
+  std::vector<files::TumRow> integral{{{gyro.front().t}, std::nullopt}};
+  for (std::size_t i = 1; i < gyro.size(); ++i) {
+    const Eigen::Vector3d turn =
+        0.5 * (gyro[i - 1].value + gyro[i].value) * slam::seconds(gyro[i].t - gyro[i - 1].t);
+    files::TumRow& now = integral.emplace_back(integral.back());
+    now.t = gyro[i].t;
+    now.X.rotate(Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()));
+  }
+  const Turns by_gyro = turns(integral, begin, size), by_truth = turns(truth, begin, size);
   std::vector<Correlation> all;
   for (int lag = -kMostLag; lag <= kMostLag; ++lag) all.push_back(correlation(by_truth, by_gyro, lag));
   const auto best = std::ranges::max_element(all, {}, [](const Correlation& c) { return c.evidence(c.r); });

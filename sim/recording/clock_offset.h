@@ -10,10 +10,10 @@
 
 namespace sim::recording {
 
-/// A reading of a gyro, or its integral since the first one.
+/// A reading of a gyro.
 struct TimedRotation {
   slam::Stamp t{0};
-  Eigen::Vector3d value;  ///< rad/s; rad
+  Eigen::Vector3d value;  ///< rad/s
 };
 
 struct ClockOffset {

@@ -83,7 +83,7 @@ int image_number(std::string_view bytes, std::size_t at, std::size_t count) {
 }
 
 /// Segments of a marker and a length, up to the start of a frame (ITU-T T.81, B.2.2).
-std::optional<ImageSize> jpeg_size(std::string_view bytes) {
+std::optional<cv::Size> jpeg_size(std::string_view bytes) {
   std::size_t at = 2;
   while (at + 9 <= bytes.size()) {
     if (bytes[at] != '\xff') return std::nullopt;
@@ -93,15 +93,15 @@ std::optional<ImageSize> jpeg_size(std::string_view bytes) {
       continue;
     }
     const bool frame = marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
-    if (frame) return ImageSize{image_number(bytes, at + 7, 2), image_number(bytes, at + 5, 2)};
+    if (frame) return cv::Size{image_number(bytes, at + 7, 2), image_number(bytes, at + 5, 2)};
     at += 2 + static_cast<std::size_t>(image_number(bytes, at + 2, 2));
   }
   return std::nullopt;
 }
 
-[[noreturn]] void fail_size(const std::filesystem::path& file, int width, int height, const ImageSize& size) {
-  throw files::FileError(file, fmt::format("is an image of {}x{}, the camera's sensor.yaml has {}x{}", width,
-                                           height, size.width, size.height));
+[[noreturn]] void fail_size(const std::filesystem::path& file, const cv::Size& found, const cv::Size& size) {
+  throw files::FileError(file, fmt::format("is an image of {}x{}, the camera's sensor.yaml has {}x{}",
+                                           found.width, found.height, size.width, size.height));
 }
 
 // cv::imdecode, loaded for the first image that is not a grey PNG: OpenCV's codecs come with 120 libraries,
@@ -116,21 +116,21 @@ auto opencv_decoder(const std::filesystem::path& file) {
 
 }  // namespace
 
-std::optional<ImageSize> image_size(std::string_view bytes) {
+std::optional<cv::Size> image_size(std::string_view bytes) {
   if (bytes.size() >= 24 && bytes.starts_with(kSignature) && bytes.substr(12, 4) == "IHDR")
-    return ImageSize{image_number(bytes, 16, 4), image_number(bytes, 20, 4)};
+    return cv::Size{image_number(bytes, 16, 4), image_number(bytes, 20, 4)};
   if (bytes.starts_with("\xff\xd8"sv)) return jpeg_size(bytes);
   return std::nullopt;
 }
 
-void require_image_size(const std::filesystem::path& file, std::string_view bytes, const ImageSize& size) {
+void require_image_size(const std::filesystem::path& file, std::string_view bytes, const cv::Size& size) {
   const auto found = image_size(bytes);
   if (!found || bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
     throw files::FileError(file, "cannot be read as an image: expected PNG or JPEG");
-  if (*found != size) fail_size(file, found->width, found->height, size);
+  if (*found != size) fail_size(file, *found, size);
 }
 
-cv::Mat decode_image(const std::filesystem::path& file, std::string_view bytes, const ImageSize& size,
+cv::Mat decode_image(const std::filesystem::path& file, std::string_view bytes, const cv::Size& size,
                      int flags) {
   require_image_size(file, bytes, size);
   if (auto grey = decode_grey_png(bytes)) return *grey;  // twice as fast as OpenCV
@@ -142,7 +142,7 @@ cv::Mat decode_image(const std::filesystem::path& file, std::string_view bytes, 
   } catch (const cv::Exception&) {  // leaves it empty, as most faults of its bytes do
   }
   if (image.empty()) throw files::FileError(file, "cannot be read as an image");
-  if (image.cols != size.width || image.rows != size.height) fail_size(file, image.cols, image.rows, size);
+  if (image.size() != size) fail_size(file, image.size(), size);
   return image;
 }
 

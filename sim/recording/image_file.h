@@ -10,19 +10,14 @@
 
 namespace sim::recording {
 
-struct ImageSize {
-  int width = 0, height = 0;  ///< px
-  bool operator==(const ImageSize&) const = default;
-};
-
 /// Returns width and height from the header of a PNG or a JPEG; nothing for other bytes and damaged headers.
-std::optional<ImageSize> image_size(std::string_view bytes);
+std::optional<cv::Size> image_size(std::string_view bytes);
 
 /// Throws files::FileError unless the header of a PNG or JPEG has this size; decodes nothing.
-void require_image_size(const std::filesystem::path& file, std::string_view bytes, const ImageSize& size);
+void require_image_size(const std::filesystem::path& file, std::string_view bytes, const cv::Size& size);
 
 /// Decodes an image of this size; flags: as of cv::imdecode. Throws FileError, for another size beforehand.
-cv::Mat decode_image(const std::filesystem::path& file, std::string_view bytes, const ImageSize& size,
+cv::Mat decode_image(const std::filesystem::path& file, std::string_view bytes, const cv::Size& size,
                      int flags);
 
 /// Encodes an image as PNG: 8-bit gray (CV_8UC1), RGB in this order (CV_8UC3), or 16-bit gray (CV_16UC1). All

@@ -93,6 +93,13 @@ const RigFormat& format_of(rig::Kind kind) {
   return kFormats.at(static_cast<std::size_t>(kind));
 }
 
+rig::RigSensor head_camera(const RecordingSetup& setup) {
+  rig::RigSensor camera;
+  camera.name = "cam0";
+  camera.rate_hz = setup.camera_rate_hz, camera.camera = setup.calibration.camera;
+  return camera;
+}
+
 static_assert(sizeof(slam::LidarPoint) == 20 && std::is_trivially_copyable_v<slam::LidarPoint> &&
                   std::endian::native == std::endian::little,
               "a point in memory is its record in a file");

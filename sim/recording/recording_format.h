@@ -69,6 +69,9 @@ struct RigFormat {
 };
 const RigFormat& format_of(rig::Kind kind);
 
+/// The head camera as a sensor of the rig.
+rig::RigSensor head_camera(const RecordingSetup& setup);
+
 /// The points of a sweep as records of 20 bytes, little-endian: x, y, z (m) and intensity as float32, the
 /// time since the sweep's stamp (ns) as int32.
 std::string lidar_bytes(const std::vector<slam::LidarPoint>& points);
@@ -98,21 +101,13 @@ const std::vector<BodySensor>& body_sensors();
 namespace sim::recording::recording_format {
 
 inline const std::string kBody = "mav0/body.yaml";
-inline const std::string kCameraFolder = "mav0/cam0/data/";
-inline const std::string kCameraSensor = "mav0/cam0/sensor.yaml";
-inline const std::string kCameraRows = "mav0/cam0/data.csv";
-inline const std::string kImuSensor = "mav0/imu0/sensor.yaml";
-inline const std::string kImuRows = "mav0/imu0/data.csv";
-inline const std::string kPlanSensor = "mav0/plan0/sensor.yaml";
-inline const std::string kPlanRows = "mav0/plan0/data.csv";
-inline const std::string kMotionSensor = "mav0/state_groundtruth_estimate0/sensor.yaml";
-inline const std::string kMotionRows = "mav0/state_groundtruth_estimate0/data.csv";
+/// The sensor that is the true motion of the chest IMU.
+inline const std::string kMotion = "state_groundtruth_estimate0";
 inline const std::string kFrames = "frames.csv";
 
-/// Names of the files of a sensor of the body or the rig.
+/// Names of the files of a sensor: of cam0, imu0, plan0, the body or the rig.
 inline std::string sensor_file(const std::string& sensor) { return "mav0/" + sensor + "/sensor.yaml"; }
 inline std::string sensor_rows(const std::string& sensor) { return "mav0/" + sensor + "/data.csv"; }
-inline std::string body_sensor_rows(const std::string& sensor) { return sensor_rows(sensor); }
 inline std::string sensor_data(const std::string& sensor) { return "mav0/" + sensor + "/data/"; }
 
 inline const std::string kStampColumn = "#timestamp [ns]";

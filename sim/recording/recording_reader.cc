@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <deque>
-#include <opencv2/imgcodecs.hpp>
 #include <utility>
-#include <variant>
 
 #include "sim/recording/filter_input.h"
 #include "sim/recording/image_file.h"
@@ -63,42 +61,39 @@ std::vector<score::Surface> read_surfaces(const Manifest& manifest) {
   return surfaces;
 }
 
-// The file of an IMU. Its successive readings adjoin.
-class ImuReader {
- public:
-  /// begin: start of the first interval, as sensor_yaml states it; known only if there are readings.
-  ImuReader(const Manifest& manifest, const std::string& rows, const fs::path& sensor_yaml,
-            std::optional<slam::Stamp> begin)
-      : rows_(rows_of(manifest, rows, {kImuHeader})), end_(begin.value_or(slam::Stamp{0})) {
-    if (rows_.stamp() && !begin) throw files::FileError(sensor_yaml, "has no key first_interval_begins_ns");
-  }
-  const StampedRows& rows() const { return rows_; }
-  /// Calls take(begin, end, gyro, accelerometer) with the readings up to t.
-  void read_until(slam::Stamp t, auto&& take) {
-    for (; rows_.stamp() && *rows_.stamp() <= t; rows_.advance()) {
-      const slam::Stamp begin = end_;
-      end_ = *rows_.stamp();
-      if (end_ <= begin) rows_.row().fail(0, "the interval ends before its start");
-      take(begin, end_, angular_rate(rows_.row()), acceleration(rows_.row()));
-    }
-  }
-
- private:
-  StampedRows rows_;
-  slam::Stamp end_;
-};
-
 constexpr const char* kNoFrame = "no frame of frames.csv has this stamp";
 
-// The readings of a further camera or lidar, and the frames that have them.
-class RigReader {
+// The rows of a sensor, which may have its readings in files.
+class SensorRows {
  public:
-  RigReader(const Manifest& manifest, const std::string& rows)
-      : rows_(rows_of(manifest, rows, {kRigHeader})) {}
-  /// Calls take(stamp, name of the file) with the readings of the frame at t. Throws for earlier ones.
+  /// begin: of an IMU, start of the first interval; known only if there are readings.
+  SensorRows(const Manifest& manifest, const fs::path& folder, const std::string& sensor, bool is_imu,
+             std::optional<slam::Stamp> begin)
+      : rows_(rows_of(manifest, sensor_rows(sensor), {is_imu ? kImuHeader : kRigHeader})),
+        is_imu_(is_imu),
+        end_(begin.value_or(slam::Stamp{0})) {
+    if (is_imu && rows_.stamp() && !begin)
+      throw files::FileError(folder / sensor_file(sensor), "has no key first_interval_begins_ns");
+  }
+
+  /// Calls take(reading, name of its file) for the readings of the frame at t. Throws for earlier frames.
   void read_frame(slam::Stamp t, auto&& take) {
-    for (; rows_.stamp() && frame() == t; rows_.advance()) take(*rows_.stamp(), rows_.row().text(1));
-    if (rows_.stamp() && frame() < t) rows_.row().fail(2, kNoFrame);
+    for (; rows_.stamp() && (is_imu_ ? *rows_.stamp() <= t : frame() == t); rows_.advance()) {
+      slam::RigReading reading;
+      reading.t = *rows_.stamp();
+      if (is_imu_) {  // successive readings adjoin
+        reading.begin = std::exchange(end_, reading.t);
+        if (end_ <= reading.begin) rows_.row().fail(0, "the interval ends before its start");
+        reading.gyro = angular_rate(rows_.row()), reading.accelerometer = acceleration(rows_.row());
+      }
+      take(std::move(reading), is_imu_ ? "" : rows_.row().text(1));
+    }
+    if (!is_imu_ && rows_.stamp() && frame() < t) rows_.row().fail(2, kNoFrame);
+  }
+
+  /// At the end: throws if rows are left.
+  void refuse_rest() const {
+    if (rows_.stamp()) rows_.row().fail(is_imu_ ? 0 : 2, kNoFrame);
   }
 
  private:
@@ -108,6 +103,8 @@ class RigReader {
     return slam::Stamp(ns) - kEpoch;
   }
   StampedRows rows_;
+  bool is_imu_;
+  slam::Stamp end_;  // of the last reading
 };
 
 }  // namespace
@@ -132,7 +129,8 @@ slam::RigReading read_rig_file(const fs::path& folder, const Manifest& manifest,
 struct RecordingReader::Files {
   explicit Files(const fs::path& folder_) : folder(folder_) {
     manifest.check_sizes();
-    for (const std::string& name : {kMotionSensor, kMotionRows}) manifest.check(name);  // for others
+    for (const std::string& name : {sensor_file(kMotion), sensor_rows(kMotion)})
+      manifest.check(name);  // for others
     const std::string encoders = sensor_file(body_sensors()[0].name);
     setup.joints = read_joints(folder / encoders, sensor_text(encoders));
     for (const BodySensor& sensor : body_sensors()) {
@@ -141,23 +139,22 @@ struct RecordingReader::Files {
                                          {kStampColumn + sensor.columns(setup.joints)}),
                         kEpoch);
     }
-    read_camera_yaml(folder / kCameraSensor, sensor_text(kCameraSensor), setup);
-    read_plan_yaml(folder / kPlanSensor, sensor_text(kPlanSensor), setup);
-    imu.emplace(manifest, kImuRows, folder / kImuSensor,
-                read_imu_yaml(folder / kImuSensor, sensor_text(kImuSensor), setup));
+    read_camera_yaml(folder / sensor_file("cam0"), sensor_text(sensor_file("cam0")), setup);
+    setup.X_WC_start =
+        read_pose(folder / sensor_file("plan0"), sensor_text(sensor_file("plan0")), "T_WC_start", false);
+    const StatedImu chest = read_imu_yaml(folder / sensor_file("imu0"), sensor_text(sensor_file("imu0")));
+    setup.imu_rate_hz = chest.rate_hz;
+    imu.emplace(manifest, folder, "imu0", true, chest.begin);
     for (const std::string& name : read_body_yaml(folder / kBody, sensor_text(kBody))) {
       const std::string file = sensor_file(name);
       const ReadRigSensor read = read_rig_sensor_yaml(folder / file, sensor_text(file), name);
       setup.rig.push_back(read.sensor);
-      if (read.sensor.kind == rig::Kind::imu)
-        rig.emplace_back(std::in_place_type<ImuReader>, manifest, sensor_rows(name), folder / file,
-                         read.begin);
-      else
-        rig.emplace_back(std::in_place_type<RigReader>, manifest, sensor_rows(name));
+      rig.emplace_back(manifest, folder, name, read.sensor.kind == rig::Kind::imu, read.begin);
     }
+    head = head_camera(setup);
     for (const rig::RigSensor& sensor : setup.rig)
       if (const int with = rig::partner(setup.rig, sensor);
-          sensor.kind == rig::Kind::depth && sensor.aligned_with != "cam0" &&
+          sensor.kind == rig::Kind::depth && sensor.aligned_with != head.name &&
           (with < 0 || setup.rig[static_cast<std::size_t>(with)].kind > rig::Kind::color))
         throw files::FileError(
             folder / sensor_file(sensor.name),
@@ -167,51 +164,15 @@ struct RecordingReader::Files {
   fs::path folder;
   Manifest manifest{folder};
   RecordingSetup setup;
+  rig::RigSensor head;
   StampedRows frames = rows_of(manifest, kFrames, {kStampColumn}),
-              camera = rows_of(manifest, kCameraRows, {kCameraHeader}),
-              plan = rows_of(manifest, kPlanRows, {kPlanHeader, kPlanAndLegsHeader});
-  std::optional<ImuReader> imu;
-  std::deque<StampedRows> body;                        // in the order of body_sensors()
-  std::deque<std::variant<RigReader, ImuReader>> rig;  // in the order of setup.rig
+              camera = rows_of(manifest, sensor_rows("cam0"), {kCameraHeader}),
+              plan = rows_of(manifest, sensor_rows("plan0"), {kPlanHeader, kPlanAndLegsHeader});
+  std::optional<SensorRows> imu;
+  std::deque<StampedRows> body;  // in the order of body_sensors()
+  std::deque<SensorRows> rig;    // in the order of setup.rig
 
   std::string sensor_text(const std::string& name) const { return manifest.read(name, files::kMostOfYaml); }
-
-  void take_rig(slam::Observation& observation) {
-    for (std::size_t i = 0; i < rig.size(); ++i) {
-      const rig::RigSensor& sensor = setup.rig[i];
-      if (auto* imu_reader = std::get_if<ImuReader>(&rig[i])) {
-        imu_reader->read_until(observation.t, [&](slam::Stamp begin, slam::Stamp end,
-                                                  const Eigen::Vector3d& w, const Eigen::Vector3d& a) {
-          slam::RigReading& reading = observation.rig.emplace_back();
-          reading.sensor = static_cast<int>(i), reading.t = end;
-          reading.begin = begin, reading.gyro = w, reading.accelerometer = a;
-        });
-        continue;
-      }
-      std::get<RigReader>(rig[i]).read_frame(observation.t, [&](slam::Stamp t, std::string_view name) {
-        slam::RigReading reading = read_rig_file(folder, manifest, sensor, std::string(name));
-        reading.sensor = static_cast<int>(i), reading.t = t;
-        observation.rig.push_back(std::move(reading));
-      });
-    }
-  }
-
-  cv::Mat image(std::string_view name) const {
-    const std::string path = kCameraFolder + std::string(name);
-    const slam::CameraIntrinsics& size = setup.calibration.camera;
-    const cv::Mat decoded = decode_image(folder / path, manifest.read(path, files::kMostOfImage),
-                                         {size.width_px, size.height_px}, cv::IMREAD_UNCHANGED);
-    if (decoded.type() != CV_8UC1) throw files::FileError(folder / path, "is not an 8-bit grey image");
-    return decoded;
-  }
-
-  void take_inertial(slam::Observation& observation) {
-    imu->read_until(observation.t, [&](slam::Stamp begin, slam::Stamp end, const Eigen::Vector3d& w,
-                                       const Eigen::Vector3d& a) {
-      observation.gyro.push_back({begin, end, w});
-      observation.accelerometer.push_back({begin, end, a});
-    });
-  }
 
   // The rows of all sensors of the body have the same stamps.
   void take_body(slam::Observation& observation) {
@@ -228,20 +189,9 @@ struct RecordingReader::Files {
     }
   }
 
-  /// At the end: throws if rows are left of any sensor.
-  void refuse_rest() {
-    refuse_rows_before(slam::Stamp::max(), {&camera, &plan, &imu->rows()});
-    for (auto& rows : rig) {
-      if (const auto* imu_reader = std::get_if<ImuReader>(&rows))
-        refuse_rows_before(slam::Stamp::max(), {&imu_reader->rows()});
-      else
-        std::get<RigReader>(rows).read_frame(slam::Stamp::max(), [](slam::Stamp, std::string_view) {});
-    }
-  }
-
-  /// Throws if a row's stamp is before t: then it is not in frames.csv.
-  void refuse_rows_before(slam::Stamp t, const std::initializer_list<const StampedRows*>& files) const {
-    for (const StampedRows* rows : files)
+  /// Throws if a row of the frames' own files has a stamp before t: then it is not in frames.csv.
+  void refuse_rows_before(slam::Stamp t) const {
+    for (const StampedRows* rows : {&camera, &plan})
       if (rows->stamp() && *rows->stamp() < t) rows->row().fail(0, kNoFrame);
   }
 };
@@ -257,22 +207,36 @@ const std::string& RecordingReader::hash() const { return files_->manifest.hash(
 std::optional<slam::Observation> RecordingReader::next() {
   Files& f = *files_;
   if (!f.frames.stamp()) {
-    f.refuse_rest();
+    f.refuse_rows_before(slam::Stamp::max());
+    f.imu->refuse_rest();
+    for (const SensorRows& rows : f.rig) rows.refuse_rest();
     return std::nullopt;
   }
   slam::Observation observation;
   observation.t = *f.frames.stamp();
-  f.refuse_rows_before(observation.t, {&f.camera, &f.plan});
-  f.take_inertial(observation);
+  f.refuse_rows_before(observation.t);
+  f.imu->read_frame(observation.t, [&](const slam::RigReading& reading, std::string_view) {
+    observation.gyro.push_back({reading.begin, reading.t, reading.gyro});
+    observation.accelerometer.push_back({reading.begin, reading.t, reading.accelerometer});
+  });
   if (f.camera.stamp() == observation.t) {
-    observation.image = f.image(f.camera.row().text(1));
+    observation.image =
+        read_rig_file(f.folder, f.manifest, f.head, std::string(f.camera.row().text(1))).image;
     f.camera.advance();
   }
   if (f.plan.stamp() == observation.t) {
     observation.plan = read_plan_row(f.plan.row());
     f.plan.advance();
   }
-  f.take_rig(observation);
+  for (std::size_t i = 0; i < f.rig.size(); ++i)
+    f.rig[i].read_frame(observation.t, [&](slam::RigReading reading, std::string_view name) {
+      if (const slam::Stamp t = reading.t; !name.empty()) {
+        reading = read_rig_file(f.folder, f.manifest, f.setup.rig[i], std::string(name));
+        reading.t = t;
+      }
+      reading.sensor = static_cast<int>(i);
+      observation.rig.push_back(std::move(reading));
+    });
   f.take_body(observation);
   f.frames.advance();
   return observation;

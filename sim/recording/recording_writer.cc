@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <stdexcept>
-#include <variant>
 
 #include "sim/recording/image_file.h"
 #include "sim/recording/manifest.h"
@@ -33,9 +32,9 @@ files::HashedFile new_file(const fs::path& file) {
 
 // One csv file of the recording, written row by row.
 struct Rows {
-  Rows(const fs::path& folder, const std::string& name_) : name(name_), file(new_file(folder / name_)) {}
-  Rows(const fs::path& folder, const std::string& name_, const std::string& header) : Rows(folder, name_) {
-    file.write(header + "\n");
+  Rows(const fs::path& folder, const std::string& name_, const std::string& header)
+      : name(name_), file(new_file(folder / name_)) {
+    if (!header.empty()) file.write(header + "\n");
   }
   Rows(const fs::path& folder, const Table& table) : Rows(folder, table.file, table.header) {}
   /// A row of that stamp; `fields` has a comma before each.
@@ -44,24 +43,18 @@ struct Rows {
     file.write(fmt::format("{}{}\n", file_stamp(t), fields));
     last = t;
   }
+  /// A reading of an IMU, which adjoins the one before. (after, until]: the time of its observation.
+  void add_inertial(slam::Stamp from, slam::Stamp to, const Eigen::Vector3d& gyro,
+                    const Eigen::Vector3d& accelerometer, std::optional<slam::Stamp> after,
+                    slam::Stamp until) {
+    if (!begin) begin = from;
+    require(from == last.value_or(from) && to > from, "inertial readings do not chain");
+    require(to <= until && (!after || to > *after), "an inertial reading is not of its frame");
+    add(to, "," + files::csv_fields(gyro) + "," + files::csv_fields(accelerometer));
+  }
   std::string name;
   files::HashedFile file;
-  std::optional<slam::Stamp> last;
-};
-
-// The file of an IMU. Its successive readings adjoin.
-struct ImuRows : Rows {
-  ImuRows(const fs::path& folder, const std::string& name_) : Rows(folder, name_, kImuHeader) {}
-  /// (after, until]: the time of the observation that has the reading.
-  void add(slam::Stamp from, slam::Stamp to, const Eigen::Vector3d& gyro,
-           const Eigen::Vector3d& accelerometer, std::optional<slam::Stamp> after, slam::Stamp until) {
-    if (!begin) begin = end = from;
-    require(from == end && to > from, "inertial readings do not chain");
-    require(to <= until && (!after || to > *after), "an inertial reading is not of its frame");
-    end = to;
-    Rows::add(to, "," + files::csv_fields(gyro) + "," + files::csv_fields(accelerometer));
-  }
-  std::optional<slam::Stamp> begin, end;
+  std::optional<slam::Stamp> last, begin;  // begin: of the first reading of an IMU
 };
 
 }  // namespace
@@ -70,25 +63,22 @@ struct RecordingWriter::Files {
   Files(const fs::path& folder_, const RecordingSetup& setup_) : folder(made_folder(folder_)), setup(setup_) {
     for (const BodySensor& sensor : body_sensors())
       body.emplace_back(folder, sensor_rows(sensor.name), kStampColumn + sensor.columns(setup.joints));
-    for (const rig::RigSensor& sensor : setup.rig) {
-      if (sensor.kind == rig::Kind::imu)
-        rig.emplace_back(ImuRows(folder, sensor_rows(sensor.name)));
-      else
-        rig.emplace_back(Rows(folder, sensor_rows(sensor.name), kRigHeader));
-    }
+    for (const rig::RigSensor& sensor : setup.rig)
+      rig.emplace_back(folder, sensor_rows(sensor.name),
+                       sensor.kind == rig::Kind::imu ? kImuHeader : kRigHeader);
   }
 
   fs::path folder;
   RecordingSetup setup;
   ManifestWriter manifest{folder};
-  Rows frames{folder, kFrames, kStampColumn}, camera{folder, kCameraRows, kCameraHeader},
-      plan{folder, kPlanRows}, motion{folder, kMotionRows, kMotionHeader}, true_camera{folder, kTrueCamera},
+  Rows frames{folder, kFrames, kStampColumn}, camera{folder, sensor_rows("cam0"), kCameraHeader},
+      plan{folder, sensor_rows("plan0"), ""}, imu{folder, sensor_rows("imu0"), kImuHeader},
+      motion{folder, sensor_rows(kMotion), kMotionHeader}, true_camera{folder, kTrueCamera},
       true_waist{folder, kTrueWaist}, planned_waist{folder, kPlannedWaist}, feet{folder, kFeet},
       surfaces{folder, kSurfaces};
-  ImuRows imu{folder, kImuRows};
-  std::vector<Rows> body;                        // in the order of body_sensors()
-  std::vector<std::variant<Rows, ImuRows>> rig;  // in the order of setup.rig
-  std::optional<bool> with_legs;                 // known from the first plan on
+  std::vector<Rows> body;         // in the order of body_sensors()
+  std::vector<Rows> rig;          // in the order of setup.rig
+  std::optional<bool> with_legs;  // known from the first plan on
 
   void write_whole(const std::string& name, std::string_view bytes) {
     files::HashedFile file = new_file(folder / name);
@@ -97,18 +87,20 @@ struct RecordingWriter::Files {
     manifest.add(name, file.hash());
   }
 
-  void write_image(const std::string& name, const cv::Mat& image, std::string_view png,
-                   const slam::CameraIntrinsics& size, rig::Kind kind) {
-    const RigFormat& format = format_of(kind);
-    require(image.type() == format.image_type && image.cols == size.width_px && image.rows == size.height_px,
+  /// Writes the image or the points of a reading. Returns the name of their file.
+  std::string write_reading(const rig::RigSensor& sensor, const slam::RigReading& reading,
+                            std::string_view png) {
+    const RigFormat& format = format_of(sensor.kind);
+    const std::string name = fmt::format("{}{}", file_stamp(reading.t), format.ending);
+    const cv::Size size(sensor.camera.width_px, sensor.camera.height_px);
+    require(!rig::is_camera(sensor) ||
+                (reading.image.type() == format.image_type && reading.image.size() == size),
             fmt::format("an image is not {} of the camera's size", format.image_name));
-    write_whole(name, png.empty() ? encode_png(image) : png);
-  }
-
-  void add_image(slam::Stamp t, const cv::Mat& image, std::string_view png) {
-    const std::string name = fmt::format("{}.png", file_stamp(t));
-    write_image(kCameraFolder + name, image, png, setup.calibration.camera, rig::Kind::grey);
-    camera.add(t, "," + name);
+    if (!rig::is_camera(sensor))
+      write_whole(sensor_data(sensor.name) + name, lidar_bytes(reading.points));
+    else
+      write_whole(sensor_data(sensor.name) + name, png.empty() ? encode_png(reading.image) : png);
+    return name;
   }
 
   void add_rig(const slam::Observation& ideal, const std::vector<std::string>& pngs,
@@ -119,18 +111,14 @@ struct RecordingWriter::Files {
       require(index < rig.size(), fmt::format("the rig has no sensor {}", reading.sensor));
       require(i == 0 || ideal.rig[i - 1].sensor <= reading.sensor,
               "the readings of the rig are not in the order of its sensors");
-      if (auto* rows = std::get_if<ImuRows>(&rig[index])) {
-        rows->add(reading.begin, reading.t, reading.gyro, reading.accelerometer, before, ideal.t);
+      const rig::RigSensor& sensor = setup.rig[index];
+      if (sensor.kind == rig::Kind::imu) {
+        rig[index].add_inertial(reading.begin, reading.t, reading.gyro, reading.accelerometer, before,
+                                ideal.t);
         continue;
       }
-      const rig::RigSensor& sensor = setup.rig[index];
-      const std::string name = fmt::format("{}{}", file_stamp(reading.t), format_of(sensor.kind).ending);
-      const std::string path = sensor_data(sensor.name) + name;
-      if (rig::is_camera(sensor))
-        write_image(path, reading.image, i < pngs.size() ? pngs[i] : "", sensor.camera, sensor.kind);
-      else
-        write_whole(path, lidar_bytes(reading.points));
-      std::get<Rows>(rig[index]).add(reading.t, fmt::format(",{},{}", name, file_stamp(ideal.t)));
+      const std::string name = write_reading(sensor, reading, i < pngs.size() ? pngs[i] : "");
+      rig[index].add(reading.t, fmt::format(",{},{}", name, file_stamp(ideal.t)));
     }
   }
 
@@ -146,7 +134,7 @@ struct RecordingWriter::Files {
     require(ideal.accelerometer.size() == ideal.gyro.size(), "gyro and accelerometer differ in number");
     for (std::size_t i = 0; i < ideal.gyro.size(); ++i) {
       const slam::InertialSample& gyro = ideal.gyro[i];
-      imu.add(gyro.begin, gyro.end, gyro.value, ideal.accelerometer[i].value, before, ideal.t);
+      imu.add_inertial(gyro.begin, gyro.end, gyro.value, ideal.accelerometer[i].value, before, ideal.t);
     }
   }
 };
@@ -162,7 +150,11 @@ void RecordingWriter::add(const slam::Observation& ideal, std::string_view png,
   const std::optional<slam::Stamp> before = f.frames.last;
   f.frames.add(ideal.t, "");
   f.add_inertial(ideal, before);
-  if (!ideal.image.empty()) f.add_image(ideal.t, ideal.image, png);
+  if (!ideal.image.empty()) {
+    slam::RigReading head;
+    head.t = ideal.t, head.image = ideal.image;
+    f.camera.add(ideal.t, "," + f.write_reading(head_camera(f.setup), head, png));
+  }
   if (ideal.plan) f.add_plan(ideal.t, *ideal.plan);
   f.add_rig(ideal, rig_pngs, before);
 }
@@ -216,20 +208,20 @@ void RecordingWriter::finish() {
   Files& f = *files_;
   if (!f.with_legs) f.plan.file.write(kPlanHeader + "\n");
   f.write_whole(kBody, body_yaml(f.setup.rig));
-  f.write_whole(kCameraSensor, camera_yaml(f.setup));
-  f.write_whole(kImuSensor, imu_yaml(f.setup, std::nullopt, f.imu.begin));
+  f.write_whole(sensor_file("cam0"), camera_yaml(f.setup.calibration, f.setup.camera_rate_hz));
+  f.write_whole(sensor_file("imu0"),
+                imu_yaml("chest IMU, ideal: means over (previous stamp, stamp]; +g up at rest",
+                         Eigen::Isometry3d::Identity(), f.setup.imu_rate_hz, {}, f.imu.begin));
   for (const BodySensor& sensor : body_sensors())
     f.write_whole(sensor_file(sensor.name), body_sensor_yaml(sensor, f.setup));
-  for (std::size_t i = 0; i < f.rig.size(); ++i) {
-    const auto* imu = std::get_if<ImuRows>(&f.rig[i]);
+  for (std::size_t i = 0; i < f.rig.size(); ++i)
     f.write_whole(sensor_file(f.setup.rig[i].name),
-                  rig_sensor_yaml(f.setup.rig[i], f.setup.calibration, imu ? imu->begin : std::nullopt));
-  }
-  f.write_whole(kPlanSensor, plan_yaml(f.setup));
-  f.write_whole(kMotionSensor, motion_yaml());
+                  rig_sensor_yaml(f.setup.rig[i], f.setup.calibration, f.rig[i].begin));
+  f.write_whole(sensor_file("plan0"), plan_yaml(f.setup));
+  f.write_whole(sensor_file(kMotion), motion_yaml());
   std::vector<Rows*> all{&f.frames, &f.camera, &f.imu};
-  for (Rows& rows : f.body) all.push_back(&rows);
-  for (auto& rows : f.rig) all.push_back(std::visit([](Rows& either) { return &either; }, rows));
+  for (std::vector<Rows>* sensors : {&f.body, &f.rig})
+    for (Rows& rows : *sensors) all.push_back(&rows);
   for (Rows* rows :
        {&f.plan, &f.motion, &f.true_camera, &f.true_waist, &f.planned_waist, &f.feet, &f.surfaces})
     all.push_back(rows);

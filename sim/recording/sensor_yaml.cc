@@ -78,26 +78,32 @@ class Yaml {
           !hz || *hz < kLeastRate || *hz > kLargestRate)
         fail(at(rate).Mark(), fmt::format("{}: expected a number of Hz from {} to {:.0f}, found \"{}\"", rate,
                                           kLeastRate, kLargestRate, at(rate).Scalar()));
+    asked_.clear();
   }
 
   YAML::Node at(const std::string& key) const {
-    const YAML::Node node = root_.IsMap() ? root_[key] : YAML::Node(YAML::NodeType::Undefined);
-    if (!node) throw files::FileError(file_, "has no key " + key);
-    return node;
+    if (!has(key)) throw files::FileError(file_, "has no key " + key);
+    return root_[key];
   }
 
-  bool has(const std::string& key) const { return root_.IsMap() && root_[key]; }
+  bool has(const std::string& key) const {
+    asked_.insert(key);
+    return root_.IsMap() && root_[key];
+  }
 
   /// The first of two names that a key may have.
   const char* either(const char* key, const char* other) const {
     return !has(key) && has(other) ? other : key;
   }
 
-  /// The keys that are not among those known.
-  std::vector<std::string> others(const std::set<std::string>& known) const {
+  /// The keys that were neither asked for nor are known to say nothing more.
+  std::vector<std::string> others() const {
+    static const std::set<std::string> kKnown{"sensor_type", "comment",   "rostopic",  "cam_overlaps",
+                                              "T_BS",        "T_imu_cam", "T_cam_imu", "T_SB"};
     std::vector<std::string> keys;
     for (const auto& entry : root_)
-      if (const std::string& key = entry.first.Scalar(); !known.contains(key)) keys.push_back(key);
+      if (const std::string& key = entry.first.Scalar(); !asked_.contains(key) && !kKnown.contains(key))
+        keys.push_back(key);
     return keys;
   }
 
@@ -164,6 +170,7 @@ class Yaml {
 
   std::filesystem::path file_;
   YAML::Node root_;
+  mutable std::set<std::string> asked_;
 };
 
 slam::Lens read_lens(const Yaml& yaml) {
@@ -185,7 +192,7 @@ std::string intrinsics(const slam::CameraIntrinsics& camera) {
                      camera.v0_px, lens(camera.lens));
 }
 
-slam::CameraIntrinsics read_intrinsics(const std::filesystem::path& file, const Yaml& yaml) {
+slam::CameraIntrinsics read_intrinsics(const Yaml& yaml) {
   const auto resolution = yaml.numbers(yaml.at("resolution"), 2),
              values = yaml.numbers(yaml.at("intrinsics"), 4);
   for (const double side : resolution)
@@ -204,7 +211,7 @@ slam::CameraIntrinsics read_intrinsics(const std::filesystem::path& file, const 
   try {
     slam::Camera{camera};
   } catch (const std::invalid_argument& error) {  // the filter rejects it
-    throw files::FileError(file, error.what());
+    yaml.fail(YAML::Mark::null_mark(), error.what());
   }
   return camera;
 }
@@ -219,6 +226,14 @@ std::optional<slam::Stamp> read_first_interval(const Yaml& yaml) {
   const auto ns = files::parse_number<std::int64_t>(begin.IsScalar() ? begin.Scalar() : "");
   if (!ns || *ns < 0) yaml.fail(begin.Mark(), "expected an integer from 0");
   return slam::Stamp(*ns) - kEpoch;
+}
+
+// Calls take(key, number) for the numbers of an IMU's noise.
+void each_density(auto& noise, auto&& take) {
+  take("gyroscope_noise_density", noise.gyro_density);
+  take("gyroscope_random_walk", noise.gyro_walk);
+  take("accelerometer_noise_density", noise.accelerometer_density);
+  take("accelerometer_random_walk", noise.accelerometer_walk);
 }
 
 constexpr double kLargest = 1e6;  // of a sensor's numbers; rates have their own limits
@@ -259,24 +274,17 @@ void each_number(auto& sensor, auto&& take) {
 
 }  // namespace
 
-std::string camera_yaml(const RecordingSetup& setup) {
+std::string camera_yaml(const slam::Calibration& calibration, double rate_hz) {
   return head("camera", "head camera; body frame: the chest IMU") +
-         matrix("T_BS", setup.calibration.X_CG.inverse()) + matrix("T_SB", setup.calibration.X_CG) +
-         fmt::format("rate_hz: {}\n", setup.camera_rate_hz) + intrinsics(setup.calibration.camera);
+         matrix("T_BS", calibration.X_CG.inverse()) + matrix("T_SB", calibration.X_CG) +
+         fmt::format("rate_hz: {}\n", rate_hz) + intrinsics(calibration.camera);
 }
 
-std::string imu_yaml(const RecordingSetup& setup, const std::optional<ImuNoise>& stated,
-                     std::optional<slam::Stamp> begin) {
-  const ImuNoise noise = stated.value_or(ImuNoise{});
-  return head("imu", stated ? "chest IMU; +g up at rest"
-                            : "chest IMU, ideal: means over (previous stamp, stamp]; +g up at rest") +
-         matrix("T_BS", Eigen::Isometry3d::Identity()) +
-         fmt::format(
-             "rate_hz: {}\ngyroscope_noise_density: {}\ngyroscope_random_walk: {}\n"
-             "accelerometer_noise_density: {}\naccelerometer_random_walk: {}\n",
-             setup.imu_rate_hz, noise.gyro_density, noise.gyro_walk, noise.accelerometer_density,
-             noise.accelerometer_walk) +
-         first_interval(begin);
+std::string imu_yaml(const std::string& comment, const Eigen::Isometry3d& X_BS, double rate_hz,
+                     const ImuNoise& noise, std::optional<slam::Stamp> begin) {
+  std::string text = head("imu", comment) + matrix("T_BS", X_BS) + fmt::format("rate_hz: {}\n", rate_hz);
+  each_density(noise, [&](const char* key, double value) { text += fmt::format("{}: {}\n", key, value); });
+  return text + first_interval(begin);
 }
 
 std::string body_sensor_yaml(const BodySensor& sensor, const RecordingSetup& setup) {
@@ -330,7 +338,7 @@ ReadRigSensor read_rig_sensor_yaml(const std::filesystem::path& file, const std:
                                    const std::string& name) {
   const Yaml yaml(file, text);
   ReadRigSensor read;
-  rig::RigSensor& sensor = read.sensor;
+  auto& [sensor, begin] = read;
   sensor.name = name;
   const YAML::Node kind = yaml.at("kind");
   const auto found = std::ranges::find(rig::kKinds, kind.IsScalar() ? kind.Scalar() : "");
@@ -338,7 +346,7 @@ ReadRigSensor read_rig_sensor_yaml(const std::filesystem::path& file, const std:
     yaml.fail(kind.Mark(), fmt::format("kind: expected one of {}", fmt::join(rig::kKinds, ", ")));
   sensor.kind = static_cast<rig::Kind>(found - rig::kKinds.begin());
   sensor.X_CS = yaml.pose("T_CS", false);
-  if (rig::is_camera(sensor)) sensor.camera = read_intrinsics(file, yaml);
+  if (rig::is_camera(sensor)) sensor.camera = read_intrinsics(yaml);
   if (sensor.kind == rig::Kind::depth) sensor.aligned_with = yaml.at("aligned_with").Scalar();
   each_number(sensor, [&](const char* key, auto& value, double lowest = 0, double highest = kLargest) {
     using Number = std::decay_t<decltype(value)>;
@@ -353,14 +361,14 @@ ReadRigSensor read_rig_sensor_yaml(const std::filesystem::path& file, const std:
   if (sensor.nearest_m > sensor.furthest_m)
     yaml.fail(yaml.at("nearest_m").Mark(),
               fmt::format("nearest_m {} is above furthest_m {}", sensor.nearest_m, sensor.furthest_m));
-  if (sensor.kind == rig::Kind::imu) read.begin = read_first_interval(yaml);
+  if (sensor.kind == rig::Kind::imu) begin = read_first_interval(yaml);
   return read;
 }
 
 StatedCamera read_camera_yaml(const std::filesystem::path& file, const std::string& text,
                               RecordingSetup& setup) {
   const Yaml yaml(file, text);
-  setup.calibration.camera = read_intrinsics(file, yaml);
+  setup.calibration.camera = read_intrinsics(yaml);
   StatedCamera stated;
   stated.by_imu = !yaml.has("T_SB") && !yaml.has("T_BS") && (yaml.has("T_cam_imu") || yaml.has("T_imu_cam"));
   if (stated.by_imu)
@@ -373,45 +381,28 @@ StatedCamera read_camera_yaml(const std::filesystem::path& file, const std::stri
   if (yaml.has("timeshift_cam_imu")) stated.timeshift_s = yaml.number(yaml.at("timeshift_cam_imu"));
   if (std::abs(stated.timeshift_s) > 10)
     yaml.fail(yaml.at("timeshift_cam_imu").Mark(), "expected a number of seconds from -10 to 10");
-  stated.unread =
-      yaml.others({"sensor_type", "comment", "T_BS", "T_SB", "T_cam_imu", "T_imu_cam", "rate_hz",
-                   "resolution", "camera_model", "intrinsics", "distortion_model", "distortion_coefficients",
-                   "distortion_coeffs", "timeshift_cam_imu", "rostopic", "cam_overlaps"});
+  stated.unread = yaml.others();
   return stated;
 }
 
-std::optional<slam::Stamp> read_imu_yaml(const std::filesystem::path& file, const std::string& text,
-                                         RecordingSetup& setup) {
+StatedImu read_imu_yaml(const std::filesystem::path& file, const std::string& text) {
   const Yaml yaml(file, text);
-  setup.imu_rate_hz = yaml.number(yaml.at("rate_hz"));
-  return read_first_interval(yaml);
-}
-
-MountedImu read_mounted_imu(const std::filesystem::path& file, const std::string& text) {
-  const Yaml yaml(file, text);
-  const auto density = [&](const char* key) {
-    const double stated = yaml.has(key) ? yaml.number(yaml.at(key)) : 0;
-    if (stated != 0 && !(stated >= 1e-9 && stated <= 1e3))
-      yaml.fail(yaml.at(key).Mark(), "expected 0 or a number from 1e-9 to 1000");
-    return stated;
-  };
-  MountedImu imu;
+  StatedImu imu;
   if (yaml.has("T_BS") || !yaml.has("update_rate")) imu.X_BS = yaml.pose("T_BS");
   imu.rate_hz = yaml.number(yaml.at(yaml.either("rate_hz", "update_rate")));
-  imu.noise = {density("gyroscope_noise_density"), density("gyroscope_random_walk"),
-               density("accelerometer_noise_density"), density("accelerometer_random_walk")};
-  imu.unread = yaml.others({"sensor_type", "comment", "T_BS", "rate_hz", "update_rate", "rostopic",
-                            "gyroscope_noise_density", "gyroscope_random_walk", "accelerometer_noise_density",
-                            "accelerometer_random_walk", "first_interval_begins_ns"});
+  each_density(imu.noise, [&](const char* key, double& stated) {
+    if (yaml.has(key)) stated = yaml.number(yaml.at(key));
+    if (stated != 0 && !(stated >= 1e-9 && stated <= 1e3))
+      yaml.fail(yaml.at(key).Mark(), "expected 0 or a number from 1e-9 to 1000");
+  });
+  imu.begin = read_first_interval(yaml);
+  imu.unread = yaml.others();
   return imu;
 }
 
-Eigen::Isometry3d read_mounting(const std::filesystem::path& file, const std::string& text) {
-  return Yaml(file, text).pose("T_BS");
-}
-
-void read_plan_yaml(const std::filesystem::path& file, const std::string& text, RecordingSetup& setup) {
-  setup.X_WC_start = Yaml(file, text).pose("T_WC_start", false);
+Eigen::Isometry3d read_pose(const std::filesystem::path& file, const std::string& text,
+                            const std::string& key, bool rounded) {
+  return Yaml(file, text).pose(key, rounded);
 }
 
 }  // namespace sim::recording

@@ -22,10 +22,10 @@ struct ImuNoise {
 /// cam0: body frame = chest IMU G, so T_BS = X_GC; the filter uses T_SB = X_CG. distortion_model:
 /// one-parameter-radial (u_d = u_0 + u_c / sqrt(1 + 2 k1 |u_c|²), u_c = (fu x/z, fv y/z), Swaminathan & Nayar
 /// 1999), radial-tangential or equidistant.
-std::string camera_yaml(const RecordingSetup& setup);
-/// imu0. noise: nothing for ideal readings. begin: start of the first interval, if readings are means.
-std::string imu_yaml(const RecordingSetup& setup, const std::optional<ImuNoise>& noise,
-                     std::optional<slam::Stamp> begin = {});
+std::string camera_yaml(const slam::Calibration& calibration, double rate_hz);
+/// An IMU. begin: start of the first interval, if readings are means.
+std::string imu_yaml(const std::string& comment, const Eigen::Isometry3d& X_BS, double rate_hz,
+                     const ImuNoise& noise, std::optional<slam::Stamp> begin = {});
 std::string body_sensor_yaml(const BodySensor& sensor, const RecordingSetup& setup);
 std::string plan_yaml(const RecordingSetup& setup);
 std::string motion_yaml();
@@ -48,19 +48,19 @@ struct StatedCamera {
 /// Reads a sensor.yaml with T_SB or T_BS, or the cam0 of a camchain of kalibr.
 StatedCamera read_camera_yaml(const std::filesystem::path& file, const std::string& text,
                               RecordingSetup& setup);
-std::optional<slam::Stamp> read_imu_yaml(const std::filesystem::path& file, const std::string& text,
-                                         RecordingSetup& setup);
-/// Mounting of an IMU on the body and its stated noise, zero if not stated.
-struct MountedImu {
+/// An IMU: its mounting on the body and its stated noise, zero if not stated.
+struct StatedImu {
   Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
   ImuNoise noise;
   double rate_hz = 0;
-  std::vector<std::string> unread;  ///< keys
+  std::optional<slam::Stamp> begin;  ///< start of the first interval
+  std::vector<std::string> unread;   ///< keys
 };
 /// Reads a sensor.yaml, or the IMU's file of kalibr, which has update_rate and no T_BS.
-MountedImu read_mounted_imu(const std::filesystem::path& file, const std::string& text);
-/// The T_BS of any sensor.
-Eigen::Isometry3d read_mounting(const std::filesystem::path& file, const std::string& text);
+StatedImu read_imu_yaml(const std::filesystem::path& file, const std::string& text);
+/// A pose such as the T_BS of any sensor. rounded: its rotation is made orthonormal.
+Eigen::Isometry3d read_pose(const std::filesystem::path& file, const std::string& text,
+                            const std::string& key, bool rounded = true);
 /// The names of the joints, and of the further sensors.
 std::vector<std::string> read_joints(const std::filesystem::path& file, const std::string& text);
 std::vector<std::string> read_body_yaml(const std::filesystem::path& file, const std::string& text);
@@ -70,6 +70,5 @@ struct ReadRigSensor {
 };
 ReadRigSensor read_rig_sensor_yaml(const std::filesystem::path& file, const std::string& text,
                                    const std::string& name);
-void read_plan_yaml(const std::filesystem::path& file, const std::string& text, RecordingSetup& setup);
 
 }  // namespace sim::recording

@@ -61,10 +61,10 @@ inline void asl_folder(std::string_view text) {
 
 /// A decoded image has the requested size.
 inline void image(std::string_view text) {
-  const recordings::ImageSize asked{48, 36};
+  const cv::Size asked{48, 36};
   read_or_reject([&] {
     const cv::Mat decoded = recordings::decode_image("image.png", text, asked, cv::IMREAD_GRAYSCALE);
-    require(decoded.cols == asked.width && decoded.rows == asked.height && decoded.type() == CV_8UC1);
+    require(decoded.size() == asked && decoded.type() == CV_8UC1);
   });
 }
 
@@ -109,13 +109,20 @@ inline void recording(std::string_view text) {
   using namespace recordings::recording_format;
   static std::map<std::string, std::string> files = contents();
   static const std::vector<std::string> parsed = [] {
-    std::vector<std::string> all{kFrames,         kCameraSensor,
-                                 kCameraRows,     kImuSensor,
-                                 kImuRows,        kPlanSensor,
-                                 kPlanRows,       kTrueCamera.file,
-                                 kTrueWaist.file, kPlannedWaist.file,
-                                 kFeet.file,      kCorrectedSteps.file,
-                                 kSurfaces.file,  kBody};
+    std::vector<std::string> all{kFrames,
+                                 sensor_file("cam0"),
+                                 sensor_rows("cam0"),
+                                 sensor_file("imu0"),
+                                 sensor_rows("imu0"),
+                                 sensor_file("plan0"),
+                                 sensor_rows("plan0"),
+                                 kTrueCamera.file,
+                                 kTrueWaist.file,
+                                 kPlannedWaist.file,
+                                 kFeet.file,
+                                 kCorrectedSteps.file,
+                                 kSurfaces.file,
+                                 kBody};
     for (const auto& [name, content] : files)
       if ((name.starts_with("mav0/rig_") && !name.ends_with(".png")) || name.starts_with("mav0/encoders0") ||
           name.starts_with("mav0/forces0"))
@@ -150,12 +157,11 @@ inline void sensor_yaml(std::string_view input) {
   recordings::RecordingSetup setup;
   const std::string camera =
       read_or_reject([&] { recordings::read_camera_yaml("sensor.yaml", text, setup); });
-  const std::string imu = read_or_reject([&] { recordings::read_imu_yaml("sensor.yaml", text, setup); });
+  const std::string imu = read_or_reject([&] { recordings::read_imu_yaml("sensor.yaml", text); });
   // Both messages are the parser's, which the other readers share.
   if (!camera.empty() && camera == imu) return;
-  read_or_reject([&] { recordings::read_mounted_imu("sensor.yaml", text); });
-  read_or_reject([&] { recordings::read_mounting("sensor.yaml", text); });
-  read_or_reject([&] { recordings::read_plan_yaml("sensor.yaml", text, setup); });
+  read_or_reject([&] { recordings::read_pose("sensor.yaml", text, "T_BS"); });
+  read_or_reject([&] { recordings::read_pose("sensor.yaml", text, "T_WC_start", false); });
 }
 
 /// TUM with and without covariance, EuRoC, KITTI.

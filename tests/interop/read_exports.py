@@ -1,7 +1,9 @@
 """Reads exported folders with numpy, Python's own csv and ffmpeg, and compares them with the expected contents.
+The messages of a bag are in EXPECTED/messages.json, from dump_mcap.cjs.
 python3 read_exports.py FORMAT FOLDER EXPECTED"""
 
 import csv
+import json
 import pathlib
 import re
 import subprocess
@@ -10,11 +12,11 @@ import sys
 import numpy as np
 
 
-def png(file):
+def png(data):
     """An 8-bit grey PNG of 64 x 48 pixels, decoded by ffmpeg."""
-    assert file.read_bytes()[16:26] == b"\0\0\0\x40\0\0\0\x30\x08\0", file
-    decode = ["ffmpeg", "-v", "error", "-i", file, "-f", "rawvideo", "-pix_fmt", "gray", "-"]
-    return np.frombuffer(subprocess.run(decode, check=True, capture_output=True).stdout, np.uint8).reshape(48, 64)
+    assert data[16:26] == b"\0\0\0\x40\0\0\0\x30\x08\0"
+    decode = ["ffmpeg", "-v", "error", "-i", "-", "-f", "rawvideo", "-pix_fmt", "gray", "-"]
+    return np.frombuffer(subprocess.run(decode, check=True, capture_output=True, input=data).stdout, np.uint8).reshape(48, 64)
 
 
 def table(file, delimiter=","):
@@ -47,53 +49,57 @@ class Expected:
         self.folder = pathlib.Path(folder)
         self.pinhole = (self.folder / "undistorted").exists()
         self.stamps = [row[0] for row in table(self.folder / "images.csv")]
-        self.truth = self.poses("truth.csv")
-        self.imu = [(row[0], np.array(row[1:], float)) for row in table(self.folder / "imu.csv")]
+        self.imu = self.rows("imu")
 
     def poses(self, name):
         """stamp: (position, rotation)"""
-        rows = table(self.folder / name)
+        rows = table(self.folder / f"{name}.csv")
         return {r[0]: (np.array(r[1:4], float), np.array(r[4:], float).reshape(3, 3)) for r in rows}
+
+    def rows(self, name):
+        return [[row[0], *map(float, row[1:])] for row in table(self.folder / f"{name}.csv")]
 
     def image(self, stamp):
         return np.fromfile(self.folder / f"{stamp}.grey", np.uint8).reshape(48, 64)
 
-    def check_images(self, folder, calibration):
-        """calibration: the YAML file with the lens of the images."""
-        assert sorted(f.name for f in folder.iterdir()) == [f"{t}.png" for t in self.stamps]
-        if self.pinhole:
-            f = pinhole_focal(calibration)
-            return check_undistorted(self, [folder / f"{t}.png" for t in self.stamps], f)
-        for t in self.stamps:
-            assert np.array_equal(png(folder / f"{t}.png"), self.image(t)), t
+    def check_images(self, images, focal):
+        """images: by stamp; focal: the focal length of the pinhole that they must be of, if any"""
+        assert list(images) == self.stamps
+        for t, image in images.items():
+            if focal:  # half a grey level is the rounding
+                assert np.abs(image - undistorted(self, t, focal)).max() < 0.5 + 1e-9, t
+            else:
+                assert np.array_equal(image, self.image(t)), t
 
     def check_imu(self, rows):
-        assert [row[0] for row in rows] == [t for t, _ in self.imu]
-        for row, (_, values) in zip(rows, self.imu):
-            assert np.allclose(np.array(row[1:], float), values, rtol=1e-12, atol=1e-12)
+        assert [row[0] for row in rows] == [row[0] for row in self.imu]
+        for row, values in zip(rows, self.imu):
+            assert np.allclose(np.array(row[1:], float), values[1:], rtol=1e-12, atol=1e-12)
 
-    def check_tum(self, file, poses):
-        rows = table(file, " ")
-        assert len(rows) == len(poses)
-        for row, (stamp, (p, R)) in zip(rows, poses.items()):
-            assert row[0].replace(".", "") == stamp, row
-            assert np.array_equal(np.array(row[1:4], float), p)
-            assert np.abs(rotation(*map(float, row[4:])) - R).max() < 1e-14  # a quaternion's rounding
+    def check_poses(self, found, name, stamps=None):
+        """found: stamps with position and quaternion x, y, z, w; stamps: to expect, if not those of the file"""
+        poses = self.poses(name)
+        assert [t for t, _ in found] == (stamps or list(poses))
+        for (_, numbers), (p, R) in zip(found, poses.values()):
+            x = list(map(float, numbers))
+            assert np.array_equal(x[:3], p)
+            assert np.abs(rotation(*x[3:]) - R).max() < 1e-14  # a quaternion's rounding
+
+    def check_tum(self, file, name):
+        self.check_poses([(row[0].replace(".", ""), row[1:]) for row in table(file, " ")], name)
 
 
 def euroc(folder, expected):
     cam0, imu0 = folder / "mav0/cam0", folder / "mav0/imu0"
     assert table(cam0 / "data.csv") == [[t, f"{t}.png"] for t in expected.stamps]
     assert (folder / "times.txt").read_text().split() == expected.stamps
-    expected.check_images(cam0 / "data", cam0 / "sensor.yaml")
+    images = sorted((cam0 / "data").iterdir())
+    expected.check_images({file.stem: png(file.read_bytes()) for file in images},
+                          expected.pinhole and pinhole_focal(cam0 / "sensor.yaml"))
     expected.check_imu(table(imu0 / "data.csv"))
     truth = table(folder / "mav0/state_groundtruth_estimate0/data.csv")
-    motion = expected.poses("motion.csv")
-    assert [row[0] for row in truth] == list(motion) and all(len(row) == 17 for row in truth)
-    for row in truth:
-        p, R = motion[row[0]]
-        x = list(map(float, row))
-        assert np.array_equal(x[1:4], p) and np.abs(rotation(*x[5:8], x[4]) - R).max() < 1e-14
+    assert all(len(row) == 17 for row in truth)
+    expected.check_poses([(row[0], row[1:4] + row[5:8] + row[4:5]) for row in truth], "motion")
 
 
 def orbslam3(folder, expected):
@@ -103,12 +109,100 @@ def orbslam3(folder, expected):
     euroc(folder, expected)
     if expected.pinhole:
         assert focal(folder / "settings.yaml") == pinhole_focal(folder / "mav0/cam0/sensor.yaml")
-    expected.check_tum(folder / "groundtruth.tum", expected.truth)
+    expected.check_tum(folder / "groundtruth.tum", "truth")
 
 
 def openvins(folder, expected):
     euroc(folder, expected)
-    expected.check_tum(folder / "groundtruth.tum", expected.truth)
+    expected.check_tum(folder / "groundtruth.tum", "truth")
+    bag(expected, "/cam0/image_raw", "/cam0/camera_info", "/imu0")
+
+
+def mcap(folder, expected):
+    messages = bag(expected, "/camera/image/compressed", "/camera/camera_info", "/imu")
+    moving = {"plan_camera": "plan", "slam_camera": "slam"}
+    true = {f"ground_truth/{n}": n.replace("camera", "truth") for n in ("camera", "waist", "left_foot", "right_foot")}
+    for topic, files in (("/tf", moving), ("/ground_truth/tf", true)):
+        for frame, file in files.items():
+            expected.check_poses(transforms(messages[topic], "world", frame), file)
+        assert len(transforms(messages[topic], "world")) == sum(len(expected.poses(f)) for f in files.values())
+    expected.check_poses(transforms(messages["/tf_static"], "cam0_optical_frame", "imu"), "X_CG",
+                         [stamp(messages["/tf_static"][0]["transforms"][0])])
+    assert [m["data"] for m in messages["/robot_description"]] == ["<robot/>"]
+    # The test's robot: the first joint moves the thigh along x, the second one the shin along y.
+    assert [[t, *p[:3]] for t, p in transforms(messages["/tf"], "waist")] == [
+        [t, *p] for t, hip, knee in expected.rows("links") for p in ([hip, 0, 0], [0, knee, 0])]
+    for topic, file in (("/ground_truth/path", "truth"), ("/plan/path", "plan"), ("/slam/path", "slam")):
+        first, last = messages[topic]
+        assert len(first["poses"]) == 1
+        expected.check_poses([(stamp(m), pose_of(m["pose"])) for m in last["poses"]], file)
+    fields = [[f["name"], f["datatype"]] for f in messages["/slam/map"][0]["fields"]]
+    assert fields == [["x", 7], ["y", 7], ["z", 7], ["id", 6]]
+    points = [[str(int(stamp(m)) - 10**18), p[3], *p[:3]] for m in messages["/slam/map"] for p in m["points"]]
+    assert points == expected.rows("map")
+    joints = messages["/joint_states"]
+    assert [[stamp(m), *m["position"]] for m in joints] == expected.rows("joints")
+    assert all([m["name"], m["velocity"], m["effort"]] == [["hip", "knee"], [], []] for m in joints)
+    for foot in ("left", "right"):
+        wrenches = messages[f"/{foot}_foot/wrench"]
+        assert all(m["header"]["frame_id"] == f"{foot}_foot" for m in wrenches)
+        assert [[stamp(m), *xyz(m["wrench"]["force"]), *xyz(m["wrench"]["torque"])]
+                for m in wrenches] == expected.rows(f"{foot}_wrench")
+
+
+def stamp(message):
+    t = message["header"]["stamp"]
+    return f'{t["sec"]}{t["nanosec"]:09}'
+
+
+def xyz(v):
+    return [v["x"], v["y"], v["z"]]
+
+
+def pose_of(pose):
+    """position and quaternion x, y, z, w of a Pose or a Transform"""
+    p, q = (pose["position"], pose["orientation"]) if "position" in pose else (pose["translation"], pose["rotation"])
+    return [*xyz(p), *xyz(q), q["w"]]
+
+
+def transforms(messages, parent, child=None):
+    """Stamps and poses of a frame, or of all, in its parent frame."""
+    return [(stamp(t), pose_of(t["transform"])) for m in messages for t in m["transforms"]
+            if t["header"]["frame_id"] == parent and child in (None, t["child_frame_id"])]
+
+
+def bag(expected, image_topic, info_topic, imu_topic):
+    messages = json.loads((expected.folder / "messages.json").read_text())
+    for topic, file in (("/ground_truth/pose", "truth"), ("/plan/pose", "plan")):
+        expected.check_poses([(stamp(m), pose_of(m["pose"])) for m in messages[topic]], file)
+    expected.check_poses([(stamp(m), pose_of(m["pose"]["pose"])) for m in messages["/slam/pose"]], "slam")
+    for m in messages["/slam/pose"]:
+        diagonal = np.array(m["pose"]["covariance"]).reshape(6, 6).diagonal()
+        assert np.abs(diagonal - [1e-6, 4e-6, 9e-6, 2e-6, 2e-6, 2e-6]).max() < 1e-18
+    images, focal = {}, None
+    for info, m in zip(messages[info_topic], messages[image_topic]):
+        k = info["k"]
+        assert stamp(info) == stamp(m) and [info["width"], info["height"], k[2], k[5]] == [64, 48, 31.4, 25.4]
+        assert info["distortion_model"] == ("plumb_bob" if expected.pinhole else "equidistant")
+        if expected.pinhole:
+            assert [*info["d"], k[0]] == [0, 0, 0, 0, 0, k[4]]
+            focal = k[0]
+        else:
+            assert len(info["d"]) == 4
+        data = bytes.fromhex(m["data"])
+        if "format" in m:
+            assert m["format"] == "png"
+            images[stamp(m)] = png(data)
+        else:
+            assert [m["encoding"], m["step"]] == ["mono8", m["width"]]
+            images[stamp(m)] = np.frombuffer(data, np.uint8).reshape(48, 64)
+    assert len(messages[info_topic]) == len(messages[image_topic])
+    expected.check_images(images, focal)
+    expected.check_imu([[stamp(m), *xyz(m["angular_velocity"]), *xyz(m["linear_acceleration"])] for m in messages[imu_topic]])
+    for m in messages[imu_topic]:
+        assert m["orientation_covariance"][0] == -1
+        assert abs(m["angular_velocity_covariance"][4] - 1e-4) < 1e-18  # (0.01 rad/s)²
+    return messages
 
 
 def undistorted(expected, stamp, f):
@@ -125,13 +219,6 @@ def undistorted(expected, stamp, f):
             + t * ((1 - s) * image[j + 1, i] + s * image[j + 1, i + 1]))
 
 
-def check_undistorted(expected, files, f):
-    assert len(files) == len(expected.stamps)
-    for file, stamp in zip(files, expected.stamps):
-        # half a grey level is the rounding
-        assert np.abs(png(file) - undistorted(expected, stamp, f)).max() < 0.5 + 1e-9, file
-
-
 def focal(settings):
     lines = dict(line.split(": ", 1) for line in settings.read_text().splitlines() if ": " in line)
     assert lines["Camera.type"] == '"PinHole"' and lines["Camera1.fx"] == lines["Camera1.fy"]
@@ -141,10 +228,10 @@ def focal(settings):
 def tum(folder, expected):
     rows = table(folder / "rgb.txt", " ")
     assert len((folder / "rgb.txt").read_text().splitlines()) == len(rows) + 3  # readers skip three lines
-    assert [row[0].replace(".", "") for row in rows] == expected.stamps
-    check_undistorted(expected, [folder / row[1] for row in rows], focal(folder / "settings.yaml"))
-    expected.check_tum(folder / "groundtruth.txt", expected.truth)
-    expected.check_tum(folder / "plan.txt", expected.poses("plan.csv"))
+    images = {row[0].replace(".", ""): png((folder / row[1]).read_bytes()) for row in rows}
+    expected.check_images(images, focal(folder / "settings.yaml"))
+    expected.check_tum(folder / "groundtruth.txt", "truth")
+    expected.check_tum(folder / "plan.txt", "plan")
 
 
 if __name__ == "__main__":

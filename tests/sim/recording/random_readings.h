@@ -1,10 +1,12 @@
-// Random vectors, poses and images: generic contents of recordings; and the comparison of observations.
+// Random vectors, poses, images, observations and a rig: generic contents of recordings; and the comparison
+// of observations.
 #pragma once
 
 #include <gtest/gtest.h>
 
 #include <opencv2/core.hpp>
 
+#include "sim/rig/rig.h"
 #include "sim/sensor_errors/random.h"
 #include "slam/observation.h"
 
@@ -27,6 +29,74 @@ inline cv::Mat random_image(cv::Size size, sim::sensor_errors::Random& random, i
     for (int i = 0; i < size.width * static_cast<int>(pixels.elemSize()); ++i)
       pixels.ptr(row)[i] = random.bits() & 255;
   return pixels;
+}
+
+/// Observations as a run gives them: a frame each 33 ms, readings every 5 ms, split at frames; some without
+/// image or plan. begin: of the first reading.
+inline std::vector<slam::Observation> observations(sim::sensor_errors::Random& random, int count,
+                                                   cv::Size size, slam::Stamp begin, bool legs = false) {
+  std::vector<slam::Observation> all;
+  for (int k = 0; k < count; ++k) {
+    slam::Observation& o = all.emplace_back();
+    o.t = slam::Stamp(33'000'000ll * k);
+    while (begin < o.t) {
+      const slam::Stamp tick{(begin.count() / 5'000'000 + 1) * 5'000'000},
+          end = std::min(o.t, begin.count() < 0 ? slam::Stamp{0} : tick);
+      o.gyro.push_back({begin, end, random_vector(random)});
+      o.accelerometer.push_back({begin, end, random_vector(random)});
+      begin = end;
+    }
+    if (k % 5 != 3) o.image = random_image(size, random);
+    if (k % 7 == 4) continue;
+    o.plan = slam::PlannedMotion{random_pose(random), random_vector(random), random_vector(random),
+                                 random_vector(random), static_cast<slam::Support>(random.bits() % 3)};
+    if (legs) o.plan->legs = slam::LegMotion{random_pose(random), random_vector(random)};
+  }
+  return all;
+}
+
+/// One sensor of each kind, without errors.
+inline std::vector<sim::rig::RigSensor> rig_of(sim::sensor_errors::Random& random, cv::Size size) {
+  std::vector<sim::rig::RigSensor> all;
+  for (const char* name : {"cam1", "rgb0", "depth0", "lidar0", "imu1"}) {
+    sim::rig::RigSensor s;
+    s.name = name, s.kind = static_cast<sim::rig::Kind>(all.size());
+    s.rate_hz = 10 + random.uniform();
+    s.X_CS = random_pose(random);
+    if (is_camera(s)) s.camera = {size.width, size.height, 19 + random.uniform(), 20, 15, 12, slam::Lens()};
+    all.push_back(s);
+  }
+  all[2].aligned_with = "rgb0", all[2].baseline_m = 0.05;
+  all[2].furthest_m = all[3].furthest_m = 66;
+  return all;
+}
+
+/// Adds readings of rig_of(): cameras twice a frame or not at all, before, at and after its stamp.
+inline void add_rig(std::vector<slam::Observation>& all, sim::sensor_errors::Random& random, cv::Size size,
+                    bool empty_sweep = false) {
+  slam::Stamp begin{-1'000'000};
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    slam::Observation& o = all[k];
+    const auto add = [&](int sensor, slam::Stamp t) -> slam::RigReading& {
+      slam::RigReading& reading = o.rig.emplace_back();
+      reading.sensor = sensor, reading.t = t;
+      return reading;
+    };
+    for (const auto& [sensor, type] : {std::pair(0, CV_8UC1), {1, CV_8UC3}, {2, CV_16UC1}})
+      for (const int ms : {-7, sensor == 0 ? 0 : 3})
+        if (k % 4 != 2)
+          add(sensor, o.t + std::chrono::milliseconds(ms)).image = random_image(size, random, type);
+    auto& points = add(3, o.t - slam::Stamp(10)).points;
+    for (int i = 0; i < (k == 1 && empty_sweep ? 0 : 3); ++i) {
+      const Eigen::Vector3f p = random_vector(random).cast<float>();
+      points.push_back({p.x(), p.y(), p.z(), float(random.uniform()), 1000 * i});
+    }
+    for (; begin + slam::Stamp(10'000'000) <= o.t; begin += slam::Stamp(10'000'000)) {
+      slam::RigReading& reading = add(4, begin + slam::Stamp(10'000'000));
+      reading.begin = begin;
+      reading.gyro = random_vector(random), reading.accelerometer = random_vector(random);
+    }
+  }
 }
 
 inline void append(std::vector<double>& all, const auto& values) {

@@ -26,113 +26,35 @@ using testing::ThrowsMessage;
 using tests::expect_same, tests::random_image, tests::random_pose, tests::random_vector;
 
 constexpr int kWidth = 32, kHeight = 40;
-
-slam::PlannedMotion plan(sensor_errors::Random& random) {
-  return {random_pose(random), random_vector(random), random_vector(random), random_vector(random),
-          static_cast<slam::Support>(random.bits() % 3)};
-}
+const cv::Size kSize{kWidth, kHeight};
 
 // One sensor of each kind, with generic numbers.
 std::vector<rig::RigSensor> rig_of(std::uint64_t seed) {
-  using rig::Kind;
   sensor_errors::Random random(seed, "rig");
-  std::vector<rig::RigSensor> all;
-  for (const auto& [name, kind] : {std::pair("cam1", Kind::grey),
-                                   {"rgb0", Kind::color},
-                                   {"depth0", Kind::depth},
-                                   {"lidar0", Kind::lidar},
-                                   {"imu1", Kind::imu}}) {
-    rig::RigSensor s;
-    s.name = name, s.kind = kind;
-    s.rate_hz = 10 + random.uniform(), s.time_offset_s = random.normal();
-    s.X_CS = random_pose(random);
-    if (rig::is_camera(s)) s.camera = {kWidth, kHeight, 19 + random.uniform(), 20, 15, 12, slam::Lens()};
-    if (kind == Kind::grey) s.camera.lens = slam::RadialTangential{0.01, 0.02, 0.003, random.uniform() / 99};
-    if (kind == Kind::grey || kind == Kind::color)
-      s.readout_s = random.uniform(), s.read_sigma_grey = random.uniform(),
-      s.shot_sigma_grey = random.uniform();
-    if (kind == Kind::depth || kind == Kind::lidar)
-      s.nearest_m = random.uniform(), s.furthest_m = 1 + random.uniform();
-    if (kind == Kind::depth) {
-      s.aligned_with = "rgb0", s.edge_px = 2;
-      s.baseline_m = random.uniform(), s.disparity_sigma_px = random.uniform();
-    }
-    if (kind == Kind::lidar) {
-      s.lowest_rad = -random.uniform(), s.highest_rad = random.uniform();
-      s.range_sigma_m = random.uniform(), s.angle_sigma_rad = random.uniform();
-    }
-    if (kind == Kind::imu) {
-      s.gyro_sigma_rad_s = random.uniform(), s.accelerometer_sigma_m_s2 = random.uniform();
-      s.gyro_bias_sigma_rad_s = random.uniform(), s.accelerometer_bias_sigma_m_s2 = random.uniform();
-    }
-    all.push_back(s);
-  }
+  std::vector<rig::RigSensor> all = tests::rig_of(random, kSize);
+  rig::RigSensor &grey = all[0], &color = all[1], &depth = all[2], &lidar = all[3], &imu = all[4];
+  for (rig::RigSensor& s : all) s.time_offset_s = random.normal();
+  grey.camera.lens = slam::RadialTangential{0.01, 0.02, 0.003, random.uniform() / 99};
+  for (rig::RigSensor* s : {&grey, &color})
+    s->readout_s = random.uniform(), s->read_sigma_grey = random.uniform(),
+    s->shot_sigma_grey = random.uniform();
+  for (rig::RigSensor* s : {&depth, &lidar})
+    s->nearest_m = random.uniform(), s->furthest_m = 1 + random.uniform();
+  depth.edge_px = 2, depth.baseline_m = random.uniform(), depth.disparity_sigma_px = random.uniform();
+  lidar.lowest_rad = -random.uniform(), lidar.highest_rad = random.uniform();
+  lidar.range_sigma_m = random.uniform(), lidar.angle_sigma_rad = random.uniform();
+  imu.gyro_sigma_rad_s = random.uniform(), imu.accelerometer_sigma_m_s2 = random.uniform();
+  imu.gyro_bias_sigma_rad_s = random.uniform(), imu.accelerometer_bias_sigma_m_s2 = random.uniform();
   return all;
 }
 
-// All that a sensor has besides its name and its partner.
-std::vector<double> numbers_of(const rig::RigSensor& s) {
-  std::vector<double> all{double(s.kind),
-                          s.rate_hz,
-                          s.time_offset_s,
-                          s.nearest_m,
-                          s.furthest_m,
-                          s.readout_s,
-                          s.lowest_rad,
-                          s.highest_rad,
-                          s.read_sigma_grey,
-                          s.shot_sigma_grey,
-                          s.baseline_m,
-                          s.disparity_sigma_px,
-                          double(s.edge_px),
-                          s.range_sigma_m,
-                          s.angle_sigma_rad,
-                          s.gyro_sigma_rad_s,
-                          s.accelerometer_sigma_m_s2,
-                          s.gyro_bias_sigma_rad_s,
-                          s.accelerometer_bias_sigma_m_s2,
-                          s.camera.fu_px,
-                          s.camera.fv_px,
-                          s.camera.u0_px,
-                          s.camera.v0_px,
-                          double(s.camera.width_px),
-                          double(s.camera.height_px),
-                          double(s.camera.lens.index())};
-  tests::append(all, s.X_CS.matrix());
-  if (const auto* lens = std::get_if<slam::RadialTangential>(&s.camera.lens))
-    all.insert(all.end(), {lens->k1, lens->k2, lens->p1, lens->p2});
-  if (const auto* lens = std::get_if<slam::OneParameterRadial>(&s.camera.lens)) all.push_back(lens->k1_px2);
-  return all;
-}
-
-// Readings of rig_of() in a run: cameras twice a frame or not at all, before and after its stamp.
-void add_rig(std::vector<slam::Observation>& all, std::uint64_t seed) {
-  sensor_errors::Random random(seed, "rig readings");
-  Stamp begin{-1'000'000};
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    slam::Observation& o = all[k];
-    const auto add = [&](int sensor, Stamp t) -> slam::RigReading& {
-      slam::RigReading& reading = o.rig.emplace_back();
-      reading.sensor = sensor, reading.t = t;
-      return reading;
-    };
-    for (const auto& [sensor, type] : {std::pair(0, CV_8UC1), {1, CV_8UC3}, {2, CV_16UC1}})
-      for (const int ms : {-7, 3})
-        if (k % 4 != 2)
-          add(sensor, o.t + std::chrono::milliseconds(ms)).image =
-              random_image({kWidth, kHeight}, random, type);
-    for (int i = 0; i < (k == 1 && seed > 1 ? 0 : 3); ++i) {
-      auto& points = i == 0 ? add(3, o.t - Stamp(10)).points : o.rig.back().points;
-      const Eigen::Vector3f p = random_vector(random).cast<float>();
-      points.push_back({p.x(), p.y(), p.z(), float(random.uniform()), 1000 * i - 1});
-    }
-    if (k == 1 && seed > 1) add(3, o.t);  // a sweep without points
-    for (; begin + Stamp(10'000'000) <= o.t; begin += Stamp(10'000'000)) {
-      slam::RigReading& reading = add(4, begin + Stamp(10'000'000));
-      reading.begin = begin;
-      reading.gyro = random_vector(random), reading.accelerometer = random_vector(random);
-    }
-  }
+// All that a sensor has besides its mounting and its lens.
+auto numbers_of(const rig::RigSensor& s) {
+  return std::tuple(s.name, s.kind, s.aligned_with, s.rate_hz, s.time_offset_s, s.nearest_m, s.furthest_m,
+                    s.readout_s, s.lowest_rad, s.highest_rad, s.read_sigma_grey, s.shot_sigma_grey,
+                    s.baseline_m, s.disparity_sigma_px, s.edge_px, s.range_sigma_m, s.angle_sigma_rad,
+                    s.gyro_sigma_rad_s, s.accelerometer_sigma_m_s2, s.gyro_bias_sigma_rad_s,
+                    s.accelerometer_bias_sigma_m_s2);
 }
 
 RecordingSetup setup_of(sensor_errors::Random& random) {
@@ -145,26 +67,13 @@ RecordingSetup setup_of(sensor_errors::Random& random) {
   return setup;
 }
 
-// Observations as a run gives them: readings every 5 ms, split at frames; some without image or plan.
 std::vector<slam::Observation> observations(sensor_errors::Random& random, int count, bool legs = false) {
-  std::vector<slam::Observation> all;
-  Stamp begin{-2'000'000};
-  for (int k = 0; k < count; ++k) {
-    slam::Observation o;
-    o.t = Stamp(33'000'000ll * k);
-    while (begin < o.t) {
-      const Stamp tick{(begin.count() / 5'000'000 + 1) * 5'000'000},
-          end = std::min(o.t, begin.count() < 0 ? Stamp{0} : tick);
-      o.gyro.push_back({begin, end, random_vector(random)});
-      o.accelerometer.push_back({begin, end, random_vector(random)});
-      begin = end;
-    }
-    if (k % 5 != 3) o.image = random_image({kWidth, kHeight}, random);
-    if (k % 7 != 4) o.plan = plan(random);
-    if (o.plan && legs) o.plan->legs = slam::LegMotion{random_pose(random), random_vector(random)};
-    all.push_back(o);
-  }
-  return all;
+  return tests::observations(random, count, kSize, Stamp{-2'000'000}, legs);
+}
+
+void add_rig(std::vector<slam::Observation>& all, std::uint64_t seed) {
+  sensor_errors::Random random(seed, "rig readings");
+  tests::add_rig(all, random, kSize, seed > 1);
 }
 
 // A finished recording of a few frames with truth and one surface.
@@ -216,46 +125,25 @@ TEST(Recording, ObservationsComeBackBitForBit) {
     }
 }
 
-TEST(Recording, CalibrationAndStartComeBackBitForBit) {
+TEST(Recording, CalibrationRigAndStartComeBackBitForBit) {
   const files::TemporaryFolder folder;
   const Recorded recorded(folder / "r");
   RecordingReader reader(recorded.folder);
-  EXPECT_EQ(camera_yaml(reader.setup()), camera_yaml(recorded.setup));  // numbers in it round-trip
-  EXPECT_EQ(reader.setup().X_WC_start.matrix(), recorded.setup.X_WC_start.matrix());
-  EXPECT_EQ(reader.setup().camera_rate_hz, 30);
-  EXPECT_EQ(reader.setup().imu_rate_hz, 200);
+  const RecordingSetup &read = reader.setup(), &given = recorded.setup;
+  EXPECT_EQ(camera_yaml(read.calibration, 0), camera_yaml(given.calibration, 0));  // numbers round-trip
+  EXPECT_EQ(read.X_WC_start.matrix(), given.X_WC_start.matrix());
+  EXPECT_EQ(read.camera_rate_hz, 30);
+  EXPECT_EQ(read.imu_rate_hz, 200);
+  ASSERT_EQ(read.rig.size(), given.rig.size());
+  for (std::size_t i = 0; i < read.rig.size(); ++i) {
+    EXPECT_EQ(numbers_of(read.rig[i]), numbers_of(given.rig[i]));
+    EXPECT_EQ(camera_yaml({read.rig[i].camera, read.rig[i].X_CS}, 0),
+              camera_yaml({given.rig[i].camera, given.rig[i].X_CS}, 0));
+  }
   double before = reader.part();
   EXPECT_LT(before, 0.5);
   for (; reader.next(); before = reader.part()) EXPECT_GE(reader.part(), before);
   EXPECT_EQ(reader.part(), 1);
-}
-
-TEST(Recording, TheRigComesBackBitForBit) {
-  const files::TemporaryFolder folder;
-  const Recorded recorded(folder / "r");
-  const std::vector<rig::RigSensor> read = RecordingReader(recorded.folder).setup().rig;
-  ASSERT_EQ(read.size(), recorded.setup.rig.size());
-  for (std::size_t i = 0; i < read.size(); ++i) {
-    EXPECT_EQ(read[i].name, recorded.setup.rig[i].name);
-    EXPECT_EQ(read[i].aligned_with, recorded.setup.rig[i].aligned_with);
-    EXPECT_EQ(numbers_of(read[i]), numbers_of(recorded.setup.rig[i]));
-  }
-}
-
-TEST(Recording, WithoutFurtherSensorsItHasTheFilesOfBefore) {
-  const files::TemporaryFolder folder;
-  sensor_errors::Random random(1, "test");
-  RecordingWriter writer(folder / "r", setup_of(random));
-  writer.add(observations(random, 1)[0]);
-  writer.finish();
-  EXPECT_EQ(files::read_text(folder / "r/mav0/body.yaml"),
-            "%YAML:1.0\ncomment: \"GaitSLAM humanoid; body frame: the chest IMU\"\n");
-  std::vector<std::string> sensors;
-  for (const auto& entry : fs::directory_iterator(folder / "r/mav0"))
-    sensors.push_back(entry.path().filename());
-  EXPECT_THAT(sensors, testing::UnorderedElementsAre("body.yaml", "cam0", "imu0", "encoders0", "forces0",
-                                                     "plan0", "state_groundtruth_estimate0"));
-  EXPECT_TRUE(RecordingReader(folder / "r").setup().rig.empty());
 }
 
 TEST(Recording, ImagesOfTheRigThatWereEncodedBeforeAreWrittenAsTheyAre) {
@@ -523,7 +411,8 @@ TEST(Recording, TheWriterNeedsNoMoreMemoryForALongerRun) {
   Stamp t{0};
   const auto write = [&](int frames) {
     for (int k = 0; k < frames; ++k, t += Stamp(33'000'000)) {
-      writer.add(slam::Observation{t, random_image({kWidth, kHeight}, random), {}, {}, plan(random), {}, {}});
+      writer.add(
+          slam::Observation{t, random_image(kSize, random), {}, {}, observations(random, 1)[0].plan, {}, {}});
       writer.add(TruePoses{t, random_pose(random), random_pose(random), random_pose(random)});
       writer.add(BodyReading{t, random_vector(random), {}, {}});
       writer.add(TrueMotion{t, random_pose(random), random_vector(random)});
