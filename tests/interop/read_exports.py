@@ -12,11 +12,13 @@ import sys
 import numpy as np
 
 
-def png(data):
-    """An 8-bit grey PNG of 64 x 48 pixels, decoded by ffmpeg."""
-    assert data[16:26] == b"\0\0\0\x40\0\0\0\x30\x08\0"
-    decode = ["ffmpeg", "-v", "error", "-i", "-", "-f", "rawvideo", "-pix_fmt", "gray", "-"]
-    return np.frombuffer(subprocess.run(decode, check=True, capture_output=True, input=data).stdout, np.uint8).reshape(48, 64)
+def pngs(files):
+    """The 8-bit grey PNGs of 64 x 48 pixels, by stamp, decoded by ffmpeg."""
+    assert all(data[16:26] == b"\0\0\0\x40\0\0\0\x30\x08\0" for data in files.values())
+    decode = ["ffmpeg", "-v", "error", "-f", "image2pipe", "-c:v", "png", "-i", "-", "-f", "rawvideo",
+              "-vsync", "passthrough", "-pix_fmt", "gray", "-"]
+    pixels = subprocess.run(decode, check=True, capture_output=True, input=b"".join(files.values())).stdout
+    return dict(zip(files, np.frombuffer(pixels, np.uint8).reshape(len(files), 48, 64)))
 
 
 def table(file, delimiter=","):
@@ -94,7 +96,7 @@ def euroc(folder, expected):
     assert table(cam0 / "data.csv") == [[t, f"{t}.png"] for t in expected.stamps]
     assert (folder / "times.txt").read_text().split() == expected.stamps
     images = sorted((cam0 / "data").iterdir())
-    expected.check_images({file.stem: png(file.read_bytes()) for file in images},
+    expected.check_images(pngs({file.stem: file.read_bytes() for file in images}),
                           expected.pinhole and pinhole_focal(cam0 / "sensor.yaml"))
     expected.check_imu(table(imu0 / "data.csv"))
     truth = table(folder / "mav0/state_groundtruth_estimate0/data.csv")
@@ -179,7 +181,7 @@ def bag(expected, image_topic, info_topic, imu_topic):
     for m in messages["/slam/pose"]:
         diagonal = np.array(m["pose"]["covariance"]).reshape(6, 6).diagonal()
         assert np.abs(diagonal - [1e-6, 4e-6, 9e-6, 2e-6, 2e-6, 2e-6]).max() < 1e-18
-    images, focal = {}, None
+    images, coded, focal = {}, {}, None
     for info, m in zip(messages[info_topic], messages[image_topic]):
         k = info["k"]
         assert stamp(info) == stamp(m) and [info["width"], info["height"], k[2], k[5]] == [64, 48, 31.4, 25.4]
@@ -192,10 +194,11 @@ def bag(expected, image_topic, info_topic, imu_topic):
         data = bytes.fromhex(m["data"])
         if "format" in m:
             assert m["format"] == "png"
-            images[stamp(m)] = png(data)
+            coded[stamp(m)] = data
         else:
             assert [m["encoding"], m["step"]] == ["mono8", m["width"]]
             images[stamp(m)] = np.frombuffer(data, np.uint8).reshape(48, 64)
+    images |= pngs(coded) if coded else {}
     assert len(messages[info_topic]) == len(messages[image_topic])
     expected.check_images(images, focal)
     expected.check_imu([[stamp(m), *xyz(m["angular_velocity"]), *xyz(m["linear_acceleration"])] for m in messages[imu_topic]])
@@ -228,7 +231,7 @@ def focal(settings):
 def tum(folder, expected):
     rows = table(folder / "rgb.txt", " ")
     assert len((folder / "rgb.txt").read_text().splitlines()) == len(rows) + 3  # readers skip three lines
-    images = {row[0].replace(".", ""): png((folder / row[1]).read_bytes()) for row in rows}
+    images = pngs({row[0].replace(".", ""): (folder / row[1]).read_bytes() for row in rows})
     expected.check_images(images, focal(folder / "settings.yaml"))
     expected.check_tum(folder / "groundtruth.txt", "truth")
     expected.check_tum(folder / "plan.txt", "plan")
