@@ -122,10 +122,10 @@ class Yaml {
   }
 
   std::vector<std::string> names(const std::string& key) const {
-    if (!at(key).IsSequence()) fail(at(key).Mark(), key + ": expected a list of names");
+    if (!at(key).IsSequence()) fail(at(key).Mark(), key + ": expected a list of sensors");
     std::vector<std::string> names;
     for (const YAML::Node& name : at(key)) {
-      if (!name.IsScalar()) fail(name.Mark(), key + ": expected a name");
+      if (!name.IsScalar()) fail(name.Mark(), key + ": expected the name of a sensor");
       names.push_back(name.Scalar());
     }
     return names;
