@@ -35,6 +35,7 @@ bool is_section(std::string_view path) { return !parts_below(path).empty(); }
 
 /// Suggests a part of the longest known section, else a key of another section, else lists the parts.
 [[noreturn]] void fail_unknown(const Yaml& at, const std::string& path) {
+  if (const std::string former = former_name(path); !former.empty()) fail(at, path, former);
   std::string section = path;
   do {
     const std::size_t dot = section.rfind('.');

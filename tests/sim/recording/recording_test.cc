@@ -340,7 +340,7 @@ TEST(Recording, ErrorsInAFileNameLineAndColumn) {
            {"mav0/body.yaml", "rgb0", "cam1", ":3:13: rig: name 'cam1' is taken"},
            {"mav0/body.yaml", "cam1", "imu0", ":3:7: rig: name 'imu0' is taken"},
            {"mav0/body.yaml", "cam1", "a/b", ":3:7: rig: name 'a/b': expected 1 to 40 characters of a-z"},
-           {"mav0/body.yaml", "[cam1", "[{cam1: 1}", ":3:7: rig: expected a name"},
+           {"mav0/body.yaml", "[cam1", "[{cam1: 1}", ":3:7: rig: expected the name of a sensor"},
            {"mav0/body.yaml", "[cam1", "[cam2", "of another file"},
            {rgb, "kind: color", "kind: red", ":18:7: kind: expected one of grey, color, depth, lidar, imu"},
            {rgb, "kind: color", "kind: grey", "is not an 8-bit gray image"},

@@ -65,7 +65,8 @@ class Count : public walking::KeyVisitor {
     const auto expect = []<class Each>(Count count, const Each*) {
       Each::keys(count);
       constexpr int kOfMount = std::is_base_of_v<rig::Mount, Each> ? members<rig::Mount>() - 1 : 0;
-      EXPECT_EQ(count.count_, members<Each>() + kOfMount) << typeid(Each).name();
+      constexpr int kOfImager = std::is_base_of_v<rig::Imager, Each> ? members<rig::Imager>() - 1 : 0;
+      EXPECT_EQ(count.count_, members<Each>() + kOfMount + kOfImager) << typeid(Each).name();
     };
     (expect(Count(), static_cast<const Options*>(nullptr)), ...);
   }
