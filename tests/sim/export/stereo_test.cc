@@ -12,7 +12,7 @@ using StereoExport = tests::RunFolder;
 // The second eye is turned, so that the pictures must be rectified.
 constexpr const char* kStand = R"(
 walk: {commands: [stand: {duration_s: 0.1}]}
-camera: {}
+camera: {width_px: 640, height_px: 480}
 rig: [grey: {baseline_m: 0.12, yaw_deg: 2, tilt_deg: 1, read_sigma_grey: 0, shot_sigma_grey: 0}, depth: {}]
 errors: {image: {read_sigma_grey: 0, shot_sigma_grey: 0}}
 )";
@@ -42,7 +42,7 @@ TEST_F(StereoExport, OpenCvsMatcherMeasuresTheDepthOfTheOfficeAndShowsAWrongBase
       cv::fisheye::initUndistortRectifyMap(K[i], k[i], R[i], P[i], true_mm.size(), CV_32F, us[i], vs[i]);
       cv::remap(images[i], straight[i], us[i], vs[i], cv::INTER_LINEAR);
     }
-    cv::StereoSGBM::create(0, 64, 5, 200, 800, 1, 0, 10, 100, 2)
+    cv::StereoSGBM::create(0, 128, 5, 200, 800, 1, 0, 10, 100, 2)
         ->compute(straight[0], straight[1], disparity);
     disparity.convertTo(disparity, CV_32F, 1 / 16.0);
     cv::reprojectImageTo3D(disparity, points, Q);
