@@ -229,7 +229,7 @@ TEST(Filter, WithoutImagesPlanAndSensorsTheUncertaintyGrowsFromFrameToFrame) {
   double before = 0;
   for (int k = 0; k < 60; ++k) {
     Observation o = short_walk().observation(k);
-    if (k >= 30) o = {o.t, {}, {}, {}, {}, {}};
+    if (k >= 30) o = {o.t, {}, {}, {}, {}, {}, {}};
     EXPECT_EQ(filter.step(o).health, Health::ok);
     const double trace = filter.estimate().covariance.trace();
     EXPECT_TRUE(k < 30 || trace > before) << k;

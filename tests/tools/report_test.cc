@@ -198,7 +198,8 @@ TEST_F(ReportTest, WhatIsNoResultIsNamed) {
   for (const auto& [file, text, complaint] :
        {std::array{"frames.csv", "a,b\n1\n", ":2: expected 2 fields, found 1"},
         {"frames.csv", "a,a\n1,1\n", ":1: has the column 'a' twice"},
-        {"score.json", R"({"seed": 1, "ending": "completed", "scenario": 5})", ": scenario: expected text, found number"},
+        {"score.json", R"({"seed": 1, "ending": "completed", "scenario": 5})",
+         ": scenario: expected text, found number"},
         {"score.json", "{", ": expected a JSON object"}}) {
     write(std::string("two/seed-1/") + file, text);
     expect_refused("report two --out x.html", std::string(file) + complaint);
