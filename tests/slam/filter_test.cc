@@ -147,8 +147,10 @@ TEST(Filter, UsesTheAlignedDepthImageOfTheFrameAloneAndRejectsAMalformedOne) {
     Calibration calibration = synthetic::calibration();
     calibration.depth = AlignedDepth{3, 0.001};
     Filter filter(options, calibration, short_walk().walk().X_WC(0), 1);
-    const FrameReport report =
-        step(filter, 0, 1, [&](auto& o) { o.rig = {{.sensor = sensor, .t = o.t + late, .image = mm}}; });
+    const FrameReport report = step(filter, 0, 1, [&](auto& o) {
+      RigReading& reading = o.rig.emplace_back();
+      reading.sensor = sensor, reading.t = o.t + late, reading.image = mm;
+    });
     std::set<double> all;
     for (const MapPoint& point : filter.map())
       all.insert(std::round(100 * (filter.estimate().X_WC.inverse() * point.p_W).z()) / 100);
