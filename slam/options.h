@@ -63,7 +63,7 @@ enum class GyroReadings { all, last };
 inline constexpr std::array<std::string_view, 2> kGyroReadings{"all", "last"};
 
 /// The parameters of a new landmark: inverse depth, or the paper's semi-infinite line with depth particles.
-/// measured_depth: inverse depth, which starts with the depth camera's reading where it has one.
+/// measured_depth: inverse depth, which starts with the reading of the depth camera if the pixel has one.
 enum class FirstSight { inverse_depth, particles, measured_depth };
 inline constexpr std::array<std::string_view, 3> kFirstSights{"inverse_depth", "particles", "measured_depth"};
 

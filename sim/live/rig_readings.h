@@ -31,8 +31,8 @@ inline constexpr int kHeadCamera = -1;
 
 /// Cameras and lidars, the head camera first, each with its own thread when images are drawn beside the walk.
 /// A camera's image k is stamped at the millisecond nearest to k / rate, a lidar's sweep k at its start; it
-/// is complete when its shutter has closed, or at its end. The same positions give the same readings. Without
-/// a camera in the scenario there are none.
+/// is complete when its shutter has closed, or at its end. The same positions give the same readings. A
+/// scenario without a camera has no readings.
 class RigReadings {
  public:
   RigReadings(const scenario::Scenario& scenario, const physics::Models& models, bool beside);

@@ -121,7 +121,7 @@ struct FloorWave {
   double phase_rad = 0;
 };
 
-/// What differs between the plant and its nominal model, drawn from named streams.
+/// The differences between the plant and its nominal model, drawn from named streams.
 struct PlantVariation {
   using Links = Eigen::Matrix<double, walking::kJoints + 1, 1>;  ///< the waist, then the link of each joint
   double floor_friction = kFloorFriction;

@@ -93,7 +93,7 @@ TEST(Footsteps, AreAsManyAsTheStepLengthAndTheArcsOwnKeySayWithARestUnlessTheyAr
         {Straight{0.45, 0}, 0.15, 4},  // 0.45 / 0.15 is just below 3 in binary
         {Straight{0.46, 0}, 0.15, 5},
         {Steps{{{0, 0.29, 0}, {0, -0.19, 0}}}, 0.15, 2},  // together already
-        {GoTo{-hrp2::kAnkleX, 0, 0}, 0.15, 0}})           // where it is already
+        {GoTo{-hrp2::kAnkleX, 0, 0}, 0.15, 0}})           // the present place
     EXPECT_EQ(footsteps(command, {}, step_length_m).size(), count);
 }
 

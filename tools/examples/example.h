@@ -1,4 +1,4 @@
-// The functions of gaitslam_estimator.h around a C++ class, whose exceptions become failures.
+// Makes an estimator of a C++ class for gaitslam_estimator.h. Exceptions of the class become failures.
 #pragma once
 
 #include <cstdio>
