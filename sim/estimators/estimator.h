@@ -75,6 +75,8 @@ class Estimator {
   virtual ~Estimator() = default;
   /// Answers an observation; called in the order of arrival.
   virtual Answer step(const slam::Observation& observation) = 0;
+  /// Returns whether it uses the readings of a sensor of the rig (its RigReading::sensor).
+  virtual bool uses(int) const { return true; }
   /// Returns the current map.
   virtual std::vector<slam::MapPoint> map() const = 0;
   /// Ends it. Returns what it wrote to its standard error.

@@ -41,13 +41,14 @@ void require_covariance(const Matrix& P, std::string_view of) {
     throw EstimatorFailed(fmt::format("the covariance of {} is not symmetric", of));
 }
 
-/// The calibration with the depth camera that is aligned with the head camera, if the rig has one.
+/// The calibration, with the depth camera that is aligned with the head camera if the filter uses it.
 slam::Calibration with_depth(const Start& start) {
   slam::Calibration calibration = start.calibration;
+  if (start.options.depth.first_sight != slam::FirstSight::measured_depth) return calibration;
   for (std::size_t i = 0; i < start.rig.size(); ++i)
     if (start.rig[i].kind == rig::Kind::depth && start.rig[i].aligned_with == "cam0")
       calibration.depth = {static_cast<int>(i), rig::inverse_depth_sigma(start.rig[i])};
-  if (start.options.depth.first_sight == slam::FirstSight::measured_depth && !calibration.depth)
+  if (!calibration.depth)
     throw std::invalid_argument(
         "slam.depth.first_sight: measured_depth needs a depth camera that is aligned with cam0");
   return calibration;
@@ -56,16 +57,18 @@ slam::Calibration with_depth(const Start& start) {
 class FilterEstimator : public Estimator {
  public:
   explicit FilterEstimator(const Start& start)
-      : filter_(start.options, with_depth(start), start.X_WC, start.seed) {}
+      : calibration_(with_depth(start)), filter_(start.options, calibration_, start.X_WC, start.seed) {}
 
   Answer step(const slam::Observation& observation) override {
     const slam::FrameReport& report = filter_.step(observation);
     const slam::Estimate& estimate = filter_.estimate();
     return {{estimate.t, estimate.X_WC, estimate.covariance}, report};
   }
+  bool uses(int sensor) const override { return calibration_.depth && calibration_.depth->sensor == sensor; }
   std::vector<slam::MapPoint> map() const override { return filter_.map(); }
 
  private:
+  slam::Calibration calibration_;
   slam::Filter filter_;
 };
 

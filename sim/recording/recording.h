@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -105,8 +106,9 @@ class RecordingReader {
   RecordingReader(RecordingReader&&) noexcept;
 
   const RecordingSetup& setup() const;
-  /// The next observation; nothing after the last.
-  std::optional<slam::Observation> next();
+  /// The next observation; nothing after the last. The images and points of the sensors of the rig that
+  /// `wants` is false for (RigReading::sensor) are checked against the manifest, but left out.
+  std::optional<slam::Observation> next(const std::function<bool(int)>& wants = {});
   /// Progress of next(), 0 to 1.
   double part() const;
   /// One hash for the whole recording.

@@ -204,7 +204,7 @@ const RecordingSetup& RecordingReader::setup() const { return files_->setup; }
 double RecordingReader::part() const { return files_->frames.row().part(); }
 const std::string& RecordingReader::hash() const { return files_->manifest.hash(); }
 
-std::optional<slam::Observation> RecordingReader::next() {
+std::optional<slam::Observation> RecordingReader::next(const std::function<bool(int)>& wants) {
   Files& f = *files_;
   if (!f.frames.stamp()) {
     f.refuse_rows_before(slam::Stamp::max());
@@ -230,10 +230,13 @@ std::optional<slam::Observation> RecordingReader::next() {
   }
   for (std::size_t i = 0; i < f.rig.size(); ++i)
     f.rig[i].read_frame(observation.t, [&](slam::RigReading reading, std::string_view name) {
-      if (const slam::Stamp t = reading.t; !name.empty()) {
-        reading = read_rig_file(f.folder, f.manifest, f.setup.rig[i], std::string(name));
-        reading.t = t;
+      const slam::Stamp t = reading.t;
+      if (!name.empty() && wants && !wants(static_cast<int>(i))) {
+        f.manifest.check(sensor_data(f.setup.rig[i].name) + std::string(name));
+        return;
       }
+      if (!name.empty()) reading = read_rig_file(f.folder, f.manifest, f.setup.rig[i], std::string(name));
+      reading.t = t;
       reading.sensor = static_cast<int>(i);
       observation.rig.push_back(std::move(reading));
     });

@@ -71,13 +71,14 @@ void begin_at_estimate(std::vector<files::TimedPose>& truth,
   }
 }
 
-// Processes the whole recording. Returns the stamp of the last observation.
+// Processes all observations that next() returns. Returns the stamp of the last one.
 template <class Reader>
-slam::Stamp track(Reader& reader, std::optional<tracking::Tracking>& tracking, result::Timing& timing,
+slam::Stamp track(const Reader& reader, const std::function<std::optional<slam::Observation>()>& next,
+                  std::optional<tracking::Tracking>& tracking, result::Timing& timing,
                   const result::Progress& progress, const tracking::TrackingObserver& observer,
                   std::vector<files::TimedPose>* plan = nullptr) {
   slam::Stamp last{0};
-  while (auto observation = reader.next()) {
+  while (auto observation = next()) {
     result::FrameTiming frame{.t = observation->t};
     last = observation->t;
     if (plan && observation->plan) plan->push_back({last, observation->plan->X_PC});
@@ -115,7 +116,11 @@ result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesy
   if (scenario.scenario.slam)
     tracking.emplace(scenario.scenario, setup.calibration, setup.X_WC_start, setup.camera_rate_hz, setup.rig,
                      setup.joints);
-  const slam::Stamp last = track(reader, tracking, timing, progress, observer);
+  const std::function<bool(int)> wants = [&](int sensor) {
+    return observer.tracked || (tracking && tracking->uses(sensor));
+  };
+  const slam::Stamp last = track(
+      reader, [&] { return reader.next(wants); }, tracking, timing, progress, observer);
   result::RunRecord record{scenario,     walk.ended,   reader.setup(), recording::read_truth(recording),
                            std::nullopt, reader.hash()};
   record.counterfactual = walk.counterfactual;
@@ -152,7 +157,8 @@ result::Outcome replay_external(const scenario::ReadScenario& scenario, const fs
                                              sensors.setup.X_WC_start, sensors.setup.camera_rate_hz);
   result::Timing timing;
   std::vector<files::TimedPose> plan;
-  const slam::Stamp last = track(reader, tracking, timing, progress, {}, &plan);
+  const slam::Stamp last = track(
+      reader, [&] { return reader.next(); }, tracking, timing, progress, {}, &plan);
   result::RunRecord record{scenario, {scenario::Ending::completed}, sensors.setup, {}, tracking->finish(),
                            ""};
   if (!truth.positions_of && !truth.camera.empty() && truth.camera.front().t > reader.times().front())

@@ -112,6 +112,7 @@ Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& 
 
 void Tracking::process(slam::Observation ideal) {
   now_ = std::max(now_, ideal.t);
+  std::erase_if(ideal.rig, [this](const slam::RigReading& reading) { return !uses(reading.sensor); });
   for (const slam::Observation& arrived : errors_.process(std::move(ideal))) step(arrived);
 }
 

@@ -73,7 +73,8 @@ class Tracking {
   /// Runs another estimator than the scenario's.
   Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimators::Estimator> estimator,
            const std::vector<rig::RigSensor>& rig = {});
-  /// Applies the scenario's sensor errors to an ideal observation and processes what arrives by then. An
+  /// Applies the scenario's sensor errors to an ideal observation, without the readings of the rig that the
+  /// estimator does not use, and processes what arrives by then. An
   /// estimator that has diverged or failed gets no more observations.
   void process(slam::Observation ideal);
   /// Processes an observation that includes its sensor errors. A busy estimator gets it later, or, if it is
@@ -85,6 +86,8 @@ class Tracking {
   const std::vector<TrackedFrame>& answers() const { return tracked_.frames; }
   /// The newest frame; nullptr before the first.
   const TrackedFrame* newest() const { return tracked_.frames.empty() ? nullptr : &tracked_.frames.back(); }
+  /// Returns whether the estimator uses the readings of a sensor of the rig.
+  bool uses(int sensor) const { return estimator_ && estimator_->uses(sensor); }
   /// Returns whether the estimator has failed; its newest frame is its last answer.
   bool failed() const { return tracked_.failed.has_value(); }
   /// Returns the CPU time (ms) of answers in another process since the last call.

@@ -290,6 +290,29 @@ TEST(Recording, AnyMissingTruncatedOrEditedFileIsNamed) {
   for (int trial = 0; trial < 5; ++trial) expect_named(edit, ": edited");
 }
 
+TEST(Recording, ReadingsThatAreNotWantedAreLeftOutButTheirFilesAreChecked) {
+  const files::TemporaryFolder folder;
+  const Recorded recorded(folder / "r");
+  const auto read_wanted = [&] {
+    std::vector<slam::Observation> all;
+    RecordingReader reader(recorded.folder);
+    while (auto observation = reader.next([](int sensor) { return sensor == 2; }))
+      all.push_back(*observation);
+    return all;
+  };
+  std::vector<slam::Observation> expected = recorded.given;
+  for (slam::Observation& o : expected)
+    std::erase_if(o.rig, [](const auto& reading) { return reading.sensor != 2 && reading.sensor != 4; });
+  const std::vector<slam::Observation> read = read_wanted();
+  ASSERT_EQ(read.size(), expected.size());
+  for (std::size_t i = 0; i < read.size(); ++i) expect_same(read[i], expected[i]);
+  const fs::path unwanted = fs::directory_iterator(recorded.folder / "mav0/lidar0/data")->path();
+  std::string bytes = files::read_text(unwanted);
+  bytes.back() ^= 1;
+  files::write_text(unwanted, bytes);
+  EXPECT_THAT(files::error_of(read_wanted), HasSubstr(unwanted.string() + ": edited"));
+}
+
 // Returns the error of reading a recording after replacing the first `from` in file `name` by `to`. The
 // manifest is brought up to date, so that only the content can reveal the edit.
 std::string complaint(const fs::path& folder, const std::string& name, const std::string& from,
