@@ -114,9 +114,9 @@ void* gl_function(const char* name) {
   return found;
 }
 
-Renderer::Renderer(const cv::Size& size_px, Channels channels)
+Renderer::Renderer(const cv::Size& size_px, Channels channels, const Renderer* shares)
     : window_(4 * kWindowPx * kWindowPx),
-      context_(GL(OSMesaCreateContextExt)(OSMESA_RGBA, 24, 8, 0, nullptr)),
+      context_(GL(OSMesaCreateContextExt)(OSMESA_RGBA, 24, 8, 0, shares ? shares->context_ : nullptr)),
       size_(size_px),
       channels_(channels) {
   require(context_, "OSMesa gives no context");

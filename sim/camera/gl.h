@@ -42,9 +42,10 @@ struct Vertex {
 /// (LP_NUM_THREADS=0), so frames and their cost do not depend on the machine's load.
 class Renderer {
  public:
-  /// Makes the context current on this thread. Throws std::runtime_error without a usable OpenGL.
-  Renderer(const cv::Size& size_px, Channels channels);
-  /// Frees all that was made in the context, textures included.
+  /// Makes the context current on this thread. It has the textures of `shares` too, if that is given. Throws
+  /// std::runtime_error without a usable OpenGL.
+  Renderer(const cv::Size& size_px, Channels channels, const Renderer* shares = nullptr);
+  /// Frees all that was made in the context, and textures with the last context that has them.
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;

@@ -78,11 +78,12 @@ Eigen::VectorXd RecentMotion::at(double t_s, const mjModel& model) const {
 }
 
 HeadCamera::HeadCamera(physics::Model robot_in_room, const CameraOptions& options, std::uint64_t texture_seed,
-                       Channels channels, const rig::Mount& mount)
+                       Channels channels, const rig::Mount& mount, const HeadCamera* shares)
     : model_(mounted(std::move(robot_in_room), mount)),
       data_(data_at_rest(*model_)),
       lens_(camera_model(options)),
-      scene_(*model_, lens_.views(), texture_seed, channels),
+      scene_(*model_, lens_.views(), texture_seed, channels, Robot::without_head,
+             shares ? &shares->scene_ : nullptr),
       shutter_(options),
       id_(mj_name2id(model_.get(), mjOBJ_CAMERA, "head_camera")) {
   if (id_ < 0) throw std::invalid_argument("the model has no camera \"head_camera\"");
@@ -94,22 +95,27 @@ cv::Mat HeadCamera::picture(const double* q, float light) {
   mj_camlight(model_.get(), data_.get());
   Eigen::Isometry3d X_WC = pose_in(data_->cam_xpos + 3 * id_, data_->cam_xmat + 9 * id_);
   X_WC.linear() *= Eigen::Vector3d(1, -1, -1).asDiagonal();  // MuJoCo's M: y up, looking along -z
-  return lens_.warp(scene_.draw(*data_, X_WC, light));
+  return scene_.draw(*data_, X_WC, light);
 }
 
-cv::Mat HeadCamera::render(const RecentMotion& motion, std::chrono::nanoseconds t,
-                           const physics::WorldOptions::LightsOff& off, cv::Mat* depth_mm) {
-  std::vector<cv::Mat> pictures;
+Exposure HeadCamera::expose(const RecentMotion& motion, std::chrono::nanoseconds t,
+                            const physics::WorldOptions::LightsOff& off, bool with_depth) {
+  Exposure exposure;
   for (const double moment : shutter_.moments()) {
     const double at = 1e-9 * double(t.count()) + moment;
     const bool dark = at >= off.from_s && at < off.from_s + off.duration_s;
-    pictures.push_back(picture(motion.at(at, *model_).data(), dark ? float(off.left_fraction) : 1));
+    exposure.pictures.push_back(picture(motion.at(at, *model_).data(), dark ? float(off.left_fraction) : 1));
   }
-  if (depth_mm) {
-    if (pictures.size() > 1) picture(motion.at(1e-9 * double(t.count()), *model_).data(), 1);
-    *depth_mm = lens_.depth_mm(scene_.inverse_depth());
-  }
-  return shutter_.expose(pictures);
+  if (!with_depth) return exposure;
+  if (exposure.pictures.size() > 1) picture(motion.at(1e-9 * double(t.count()), *model_).data(), 1);
+  exposure.depth = scene_.read_depth();
+  return exposure;
+}
+
+cv::Mat HeadCamera::image(const Exposure& exposure) const {
+  std::vector<cv::Mat> warped;
+  for (const cv::Mat& picture : exposure.pictures) warped.push_back(lens_.warp(picture));
+  return shutter_.expose(warped);
 }
 
 }  // namespace sim::camera

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <deque>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "sim/camera/lens.h"
@@ -55,24 +56,38 @@ class RecentMotion {
   std::deque<Pose> poses_;
 };
 
+/// What a camera has drawn for a frame: a picture for each of Shutter::moments(), without lens, and the depth
+/// at the stamp if that was asked for.
+struct Exposure {
+  std::vector<cv::Mat> pictures;
+  std::optional<DepthPicture> depth;
+};
+
 /// Renders what the camera "head_camera" of a model sees. The same positions give the same bytes. The model,
 /// of the robot in its furnished room, is the camera's own: the physics knows only the floor, as each visible
 /// geom would slow its steps. Owns the OpenGL context of the thread that made it; draw from that one only.
 class HeadCamera {
  public:
   /// channels: RGB for a color camera. mount: a further camera of the rig, placed as physics::place_of()
-  /// says. Throws std::runtime_error without OpenGL, std::invalid_argument if the model has no head_camera.
+  /// says. shares: a camera in the same room with the same channels, whose textures are used. Throws
+  /// std::runtime_error without OpenGL, std::invalid_argument if the model has no head_camera.
   HeadCamera(physics::Model robot_in_room, const CameraOptions& options, std::uint64_t texture_seed = 1,
-             Channels channels = Channels::grey, const rig::Mount& mount = {});
+             Channels channels = Channels::grey, const rig::Mount& mount = {},
+             const HeadCamera* shares = nullptr);
 
   const mjModel& model() const { return *model_; }
   /// Grey frame (CV_8UC1, height x width of the options) of a robot with the joint positions of `plant`.
-  cv::Mat render(const mjData& plant) { return picture(plant.qpos, 1); }
-  /// Frame stamped t, through the shutter: of a robot with this `motion` from t - Shutter::lead()
-  /// to t + lead(), while the room's lamps were on or off. depth_mm: if not null, set to the depth at t along
-  /// the camera's axis (CV_16UC1, mm; 0: none, as on window panes).
-  cv::Mat render(const RecentMotion& motion, std::chrono::nanoseconds t,
-                 const physics::WorldOptions::LightsOff& lights_off, cv::Mat* depth_mm = nullptr);
+  cv::Mat render(const mjData& plant) { return image({{picture(plant.qpos, 1)}, {}}); }
+  /// Draws the frame stamped t: of a robot with this `motion` from t - Shutter::lead() to t + lead(), while
+  /// the room's lamps were on or off.
+  Exposure expose(const RecentMotion& motion, std::chrono::nanoseconds t,
+                  const physics::WorldOptions::LightsOff& lights_off, bool with_depth = false);
+  /// The frame through lens and shutter. May be called on any thread, as depth_mm().
+  cv::Mat image(const Exposure& exposure) const;
+  /// The depth at the frame's stamp along the camera's axis (CV_16UC1, mm; 0: none, as on window panes).
+  cv::Mat1w depth_mm(const Exposure& exposure) const {
+    return lens_.depth_mm(exposure.depth.value().inverse_depth());
+  }
 
  private:
   cv::Mat picture(const double* q, float light);

@@ -42,19 +42,19 @@ cv::Size joint_size(const std::vector<Pinhole>& views) {
 }  // namespace
 
 Scene::Scene(const mjModel& model, std::vector<Pinhole> views, std::uint64_t texture_seed, Channels channels,
-             Robot robot)
+             Robot robot, const Scene* shares)
     : model_(model),
       views_(std::move(views)),
       channels_(channels),
-      renderer_(joint_size(views_), channels),
+      renderer_(joint_size(views_), channels, shares ? &shares->renderer_ : nullptr),
+      textures_(shares ? shares->textures_ : load_textures(model, texture_seed, channels)),
       lamps_(model) {
-  const std::vector<unsigned> textures = load_textures(model, texture_seed, channels);
   for (const bool moving : {false, true}) {
     if (moving) still_vertices_ = vertices_.size();
     for (int geom = 0; geom < model.ngeom; ++geom)
       if (const int texture = texture_of(model, geom);
           is_drawn(model, geom, robot) && moves(model, geom) == moving)
-        add_piece(geom, texture < 0 ? 0 : textures[std::size_t(texture)]);
+        add_piece(geom, texture < 0 ? 0 : textures_[std::size_t(texture)]);
   }
   add_masks();
   renderer_.reserve(vertices_.size());
@@ -163,9 +163,9 @@ cv::Mat Scene::draw(const mjData& data, const Eigen::Isometry3d& X_WC, float lig
   return renderer_.read();
 }
 
-cv::Mat1f Scene::inverse_depth() {
+DepthPicture Scene::read_depth() {
   renderer_.make_current();
-  cv::Mat1f depth = renderer_.read_depth();
+  DepthPicture depth{renderer_.read_depth(), {}};
   renderer_.begin_marks();
   for (std::size_t view = 0; view < views_.size(); ++view) {
     const Pinhole& pinhole = views_[view];
@@ -174,16 +174,22 @@ cv::Mat1f Scene::inverse_depth() {
     for (const auto& [piece, unused] : seen_[view])
       if (!returns_light(model_, piece->geom)) renderer_.draw_mark(piece->mesh.indices);
   }
-  cv::Mat marks = renderer_.read();
+  depth.marks = renderer_.read();
   renderer_.end_marks();
-  if (marks.channels() > 1) cv::extractChannel(marks, marks, 0);
-  for (int row = 0; row < depth.rows; ++row)
-    for (int column = 0; column < depth.cols; ++column) {
-      float& d = depth(row, column);
-      const bool none = d >= 1 || marks.at<unsigned char>(row, column) > 0;
-      d = none ? 0 : float(1.0 / kNear - double(d) * (1.0 / kNear - 1.0 / kFar));
-    }
   return depth;
+}
+
+cv::Mat1f DepthPicture::inverse_depth() const {
+  cv::Mat marked = marks;
+  if (marks.channels() > 1) cv::extractChannel(marks, marked, 0);
+  cv::Mat1f inverse(buffer.size());
+  for (int row = 0; row < buffer.rows; ++row)
+    for (int column = 0; column < buffer.cols; ++column) {
+      const float d = buffer(row, column);
+      const bool none = d >= 1 || marked.at<unsigned char>(row, column) > 0;
+      inverse(row, column) = none ? 0 : float(1.0 / kNear - double(d) * (1.0 / kNear - 1.0 / kFar));
+    }
+  return inverse;
 }
 
 }  // namespace sim::camera

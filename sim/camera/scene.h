@@ -16,21 +16,30 @@
 
 namespace sim::camera {
 
+/// What a depth camera sees of a picture.
+struct DepthPicture {
+  cv::Mat1f buffer;  ///< 0 at the near plane, 1 at the far plane and for pixels without a surface
+  cv::Mat marks;     ///< of surfaces that return no light to depth cameras: not 0
+
+  /// 1/z (1/m), z along the axis of each view; 0: nothing, or a surface that returns no light.
+  cv::Mat1f inverse_depth() const;
+};
+
 /// Draws a model's geoms of groups 0 and 1, and of group 2 (the head) when asked for, with its textures
 /// painted from a seed. What is not fully transparent is drawn solid. Owns an OpenGL context of its thread.
 /// Lighting does not depend on the camera: it is computed once for all that never moves.
 class Scene {
  public:
-  /// Pictures are as `views` say, side by side in one. Throws std::runtime_error without OpenGL,
+  /// Pictures are as `views` say, side by side in one. shares: a scene of the same model, seed and channels,
+  /// whose textures are used, on whatever thread it draws. Throws std::runtime_error without OpenGL,
   /// std::invalid_argument for a model that cannot be drawn.
   Scene(const mjModel& model, std::vector<Pinhole> views, std::uint64_t texture_seed, Channels channels,
-        Robot robot = Robot::without_head);
+        Robot robot = Robot::without_head, const Scene* shares = nullptr);
   /// The views of `data` (positions computed) from X_WC (x right, y down, z ahead): CV_8UC1 or RGB. `light`:
   /// share of the room's light that is on; what emits light stays as bright, except the lamps' ceiling.
   cv::Mat draw(const mjData& data, const Eigen::Isometry3d& X_WC, float light = 1);
-  /// 1/z (1/m) of what draw() has drawn last, z along the axis of each view; 0: nothing, or a surface that
-  /// returns no light to depth cameras.
-  cv::Mat1f inverse_depth();
+  /// The depth of what draw() has drawn last.
+  DepthPicture read_depth();
 
  private:
   struct Piece {
@@ -65,6 +74,7 @@ class Scene {
   std::vector<Eigen::Isometry3f> X_VW_;            // likewise
   float lit_by_ = -1;                              // light on the still vertices; -1: none yet
   Renderer renderer_;
+  std::vector<unsigned> textures_;  // by their index in the model
   Lamps lamps_;
 };
 

@@ -1,5 +1,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -90,9 +91,11 @@ void load(unsigned texture, cv::Mat picture) {
   GL(glBindTexture)(GL_TEXTURE_2D, texture);
   GL(glTexParameteri)(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
   GL(glPixelStorei)(GL_UNPACK_ALIGNMENT, 1);
+  const auto levels = std::bit_width(unsigned(std::max(picture.cols, picture.rows)));
+  GL(glTexStorage2D)(GL_TEXTURE_2D, levels, kept, picture.cols, picture.rows);
   for (int level = 0;; ++level) {
-    GL(glTexImage2D)
-    (GL_TEXTURE_2D, level, kept, picture.cols, picture.rows, 0, given, GL_UNSIGNED_BYTE, picture.data);
+    GL(glTexSubImage2D)
+    (GL_TEXTURE_2D, level, 0, 0, picture.cols, picture.rows, given, GL_UNSIGNED_BYTE, picture.data);
     if (picture.total() == 1) break;
     cv::Mat half;
     const cv::Size size(std::max(1, picture.cols / 2), std::max(1, picture.rows / 2));
@@ -126,6 +129,7 @@ std::vector<unsigned> load_textures(const mjModel& model, std::uint64_t seed, Ch
     if (channels == Channels::grey) cv::cvtColor(picture, picture, cv::COLOR_RGB2GRAY);
     load(names[std::size_t(texture)], picture);
   }
+  GL(glFinish)();  // other contexts may use them from now on
   return names;
 }
 

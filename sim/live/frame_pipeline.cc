@@ -54,7 +54,7 @@ Frame FramePipeline::pop() {
   Frame& frame = drawn.frame;
   std::vector<RigFrame> all;
   for (slam::RigReading& imu : std::exchange(frame.observation.rig, {})) all.push_back({std::move(imu), {}});
-  for (auto& readings : drawn.readings) std::ranges::move(readings.get(), std::back_inserter(all));
+  for (auto& readings : drawn.readings) std::ranges::move(readings.get().get(), std::back_inserter(all));
   std::ranges::stable_sort(
       all, {}, [](const RigFrame& each) { return std::pair(each.reading.sensor, each.reading.t); });
   for (RigFrame& each : all) {

@@ -61,7 +61,7 @@ class FramePipeline {
  private:
   struct Drawn {
     Frame frame;
-    std::vector<std::future<std::vector<RigFrame>>> readings;
+    std::vector<std::future<RigFrames>> readings;
   };
 
   camera::CameraOptions options_;

@@ -47,9 +47,10 @@ int depth_of(const std::vector<rig::Item>& rig, const std::string& camera) {
 // Made, used and destroyed by its worker.
 class RigReadings::Sensor {
  public:
-  // The head camera of the models is mounted already.
-  Sensor(const scenario::Scenario& scenario, const physics::Models& models, int index, bool beside)
-      : index_(index), lights_off_(scenario.world.lights_off), worker_(beside) {
+  // The head camera of the models is mounted already. A second eye uses the textures of `head_camera`.
+  Sensor(const scenario::Scenario& scenario, const physics::Models& models, int index, bool beside,
+         const Sensor* head_camera)
+      : index_(index), lights_off_(scenario.world.lights_off), encoder_(beside), worker_(beside) {
     const camera::CameraOptions& head = *scenario.camera;
     if (index == kHeadCamera) {
       make_camera(head, {}, camera::Channels::grey, "cam0", scenario, models);
@@ -58,7 +59,8 @@ class RigReadings::Sensor {
     const rig::Item& item = scenario.rig[static_cast<std::size_t>(index)];
     if (const auto* eye = std::get_if<rig::GreyEye>(&item)) {
       const camera::CameraOptions options = options_of(*eye, head);
-      make_camera(options, options, camera::Channels::grey, eye->name, scenario, models);
+      make_camera(options, options, camera::Channels::grey, eye->name, scenario, models,
+                  head_camera->camera_.get());
     } else if (const auto* color = std::get_if<rig::ColorCamera>(&item)) {
       make_camera(options_of(*color), *color, camera::Channels::rgb, color->name, scenario, models);
     } else {
@@ -72,13 +74,15 @@ class RigReadings::Sensor {
     }
   }
   ~Sensor() {
+    make([] {});  // encoding uses the camera
+    encoder_.do_next([] {}).get();
     make([this] { camera_.reset(), lidar_.reset(); });
   }
 
   nanoseconds lead() const { return lead_; }
 
   void start(nanoseconds end, const std::shared_ptr<const camera::RecentMotion>& motion,
-             std::vector<std::future<std::vector<RigFrame>>>& started) {
+             std::vector<std::future<RigFrames>>& started) {
     for (; (lidar_ ? due(next_ + 1) : due(next_) + lead_) <= end; ++next_)
       started.push_back(worker_.do_next([this, t = due(next_), until = due(next_ + 1), motion] {
         return lidar_ ? sweep(t, until, *motion) : image(t, *motion);
@@ -91,41 +95,52 @@ class RigReadings::Sensor {
   void make(auto&& function) { worker_.do_next(std::forward<decltype(function)>(function)).get(); }
 
   void make_camera(const camera::CameraOptions& options, const rig::Mount& mount, camera::Channels channels,
-                   const std::string& name, const scenario::Scenario& scenario,
-                   const physics::Models& models) {
+                   const std::string& name, const scenario::Scenario& scenario, const physics::Models& models,
+                   const camera::HeadCamera* shares = nullptr) {
     depth_ = depth_of(scenario.rig, name);
     rate_hz_ = options.rate_hz;
     lead_ = camera::Shutter(options).lead();
-    make([this, &options, &mount, channels, seed = scenario.world.seed,
+    make([this, &options, &mount, channels, shares, seed = scenario.world.seed,
           model = copy_of(models.in_room)]() mutable {
-      camera_ = std::make_unique<camera::HeadCamera>(std::move(model), options, seed, channels, mount);
+      camera_ =
+          std::make_unique<camera::HeadCamera>(std::move(model), options, seed, channels, mount, shares);
     });
   }
 
-  std::vector<RigFrame> image(nanoseconds t, const camera::RecentMotion& motion) {
-    std::vector<RigFrame> frames(depth_ < 0 ? 1 : 2);
-    frames.front().reading.sensor = index_;
-    if (depth_ >= 0) frames.back().reading.sensor = depth_;
+  // Draws; lens, shutter and encoding are left to the other worker.
+  RigFrames image(nanoseconds t, const camera::RecentMotion& motion) {
+    double draw_ms = 0;
+    camera::Exposure exposure;
     {
-      const result::StageClock clock(frames[0].render_ms);
-      frames[0].reading.image =
-          camera_->render(motion, t, lights_off_, depth_ < 0 ? nullptr : &frames[1].reading.image);
+      const result::StageClock clock(draw_ms);
+      exposure = camera_->expose(motion, t, lights_off_, depth_ >= 0);
     }
-    for (RigFrame& frame : frames) {
-      const result::StageClock clock(frame.encode_ms);
-      frame.reading.t = t;
-      frame.png = recording::encode_png(frame.reading.image);
-    }
-    return frames;
+    return encoder_.do_next([this, t, draw_ms, exposure = std::move(exposure)] {
+      std::vector<RigFrame> frames;
+      const auto add = [&](int sensor, const auto& develop) {
+        RigFrame& frame = frames.emplace_back();
+        frame.reading.sensor = sensor, frame.reading.t = t;
+        {
+          const result::StageClock clock(frame.render_ms);
+          frame.reading.image = develop();
+        }
+        const result::StageClock clock(frame.encode_ms);
+        frame.png = recording::encode_png(frame.reading.image);
+      };
+      add(index_, [&] { return camera_->image(exposure); });
+      if (exposure.depth) add(depth_, [&] { return camera_->depth_mm(exposure); });
+      frames[0].render_ms += draw_ms;
+      return frames;
+    });
   }
 
-  std::vector<RigFrame> sweep(nanoseconds t, nanoseconds until, const camera::RecentMotion& motion) {
+  RigFrames sweep(nanoseconds t, nanoseconds until, const camera::RecentMotion& motion) {
     std::vector<RigFrame> frames(1);
     const result::StageClock clock(frames[0].render_ms);
     frames[0].reading.sensor = index_;
     frames[0].reading.t = t;
     frames[0].reading.points = lidar_->scan(motion, t, until);
-    return frames;
+    return encoder_.do_next([frames = std::move(frames)]() mutable { return std::move(frames); });
   }
 
   int index_, depth_ = -1;  // of this sensor and of the depth camera aligned with it
@@ -135,7 +150,7 @@ class RigReadings::Sensor {
   int next_ = 0;
   std::unique_ptr<camera::HeadCamera> camera_;
   std::unique_ptr<camera::Lidar> lidar_;
-  OrderedWorker worker_;  // last: its functions use the members above
+  OrderedWorker encoder_, worker_;  // last: their functions use the members above, the worker's the encoder
 };
 
 std::vector<physics::Place> places(const std::vector<rig::Item>& rig, const mjModel_& model) {
@@ -156,7 +171,8 @@ RigReadings::RigReadings(const scenario::Scenario& scenario, const physics::Mode
   if (!scenario.camera) return;
   for (int i = kHeadCamera; i < static_cast<int>(scenario.rig.size()); ++i)
     if (i == kHeadCamera || !is_read_elsewhere(scenario.rig[static_cast<std::size_t>(i)]))
-      sensors_.push_back(std::make_unique<Sensor>(scenario, models, i, beside));
+      sensors_.push_back(std::make_unique<Sensor>(scenario, models, i, beside,
+                                                  sensors_.empty() ? nullptr : sensors_.front().get()));
 }
 
 RigReadings::~RigReadings() = default;
@@ -169,9 +185,9 @@ nanoseconds RigReadings::reach(nanoseconds frame_period) const {
   return longest;
 }
 
-std::vector<std::future<std::vector<RigFrame>>> RigReadings::start(
+std::vector<std::future<RigFrames>> RigReadings::start(
     nanoseconds end, const std::shared_ptr<const camera::RecentMotion>& motion) {
-  std::vector<std::future<std::vector<RigFrame>>> started;
+  std::vector<std::future<RigFrames>> started;
   for (const auto& sensor : sensors_) sensor->start(end, motion, started);
   return started;
 }

@@ -23,16 +23,19 @@ struct RigFrame {
   double render_ms = 0, encode_ms = 0;  ///< CPU time
 };
 
+/// The readings of a sensor at a time, once they are encoded.
+using RigFrames = std::future<std::vector<RigFrame>>;
+
 /// The places of the items of a scenario's rig on the robot; of a depth camera the head camera's.
 std::vector<physics::Place> places(const std::vector<rig::Item>& rig, const mjModel_& model);
 
 /// The head camera as a sensor; further ones have their index in the rig.
 inline constexpr int kHeadCamera = -1;
 
-/// Cameras and lidars, the head camera first, each with its own thread when images are drawn beside the walk.
-/// A camera's image k is stamped at the millisecond nearest to k / rate, a lidar's sweep k at its start; it
-/// is complete when its shutter has closed, or at its end. The same positions give the same readings. A
-/// scenario without a camera has no readings.
+/// Cameras and lidars, the head camera first, each with its own threads, to draw and to encode, when images
+/// are drawn beside the walk. A camera's image k is stamped at the millisecond nearest to k / rate, a lidar's
+/// sweep k at its start; it is complete when its shutter has closed, or at its end. The same positions give
+/// the same readings. A scenario without a camera has no readings.
 class RigReadings {
  public:
   RigReadings(const scenario::Scenario& scenario, const physics::Models& models, bool beside);
@@ -40,8 +43,8 @@ class RigReadings {
   /// How long before now positions are needed, for frames of this period.
   std::chrono::nanoseconds reach(std::chrono::nanoseconds frame_period) const;
   /// Starts all readings that are complete by `end` and not started before.
-  std::vector<std::future<std::vector<RigFrame>>> start(
-      std::chrono::nanoseconds end, const std::shared_ptr<const camera::RecentMotion>& motion);
+  std::vector<std::future<RigFrames>> start(std::chrono::nanoseconds end,
+                                            const std::shared_ptr<const camera::RecentMotion>& motion);
   /// Frees textures.
   void close();
 

@@ -112,7 +112,8 @@ TEST(HeadCamera, InTheDarkRowsKeepTheGivenShareOfTheirLightAtTheirTime) {
         options);
     RecentMotion motion(Shutter(options).lead());
     motion.add(std::chrono::seconds(0), camera.model(), *data_at_rest(camera.model()));
-    return cv::mean(camera.render(motion, std::chrono::milliseconds(ms), {2, 1, 0.25}).row(row))[0];
+    return cv::mean(
+        camera.image(camera.expose(motion, std::chrono::milliseconds(ms), {2, 1, 0.25})).row(row))[0];
   };
   for (const auto& [ms, level] : {std::pair(1999, 204), {2000, 51}, {2999, 51}, {3000, 204}})
     EXPECT_NEAR(row_level(0, 0, ms, 120), level, 1) << ms;

@@ -53,8 +53,7 @@ Compared compare(const std::string& room, const CameraOptions& options, const ri
   for (const auto& [x, y, yaw] : {std::array{0.0, 0.0, 0.0}, {0.7, 0.4, 1.9}}) {
     const RecentMotion motion = standing_at(*model, {x, y, 0.65}, yaw);
     const Eigen::Isometry3d X_WS = pose_in_world(*model, motion, mount);
-    cv::Mat depth;
-    camera.render(motion, nanoseconds(0), {}, &depth);
+    const cv::Mat1w depth = camera.depth_mm(camera.expose(motion, nanoseconds(0), {}, true));
     for (int v = 2; v < options.height_px - 2; v += 3)
       for (int u = 2; u < options.width_px - 2; u += 3) {
         const auto hit = [&](int du, int dv) {
@@ -68,7 +67,7 @@ Compared compare(const std::string& room, const CameraOptions& options, const ri
         for (const auto& [du, dv] :
              {std::pair(-2, 0), {2, 0}, {0, -2}, {0, 2}, {-2, -2}, {2, 2}, {2, -2}, {-2, 2}})
           if (const auto near = hit(du, dv); !near || !here || near->surface != here->surface) same = false;
-        const double measured = 1e-3 * depth.at<unsigned short>(v, u);
+        const double measured = 1e-3 * depth(v, u);
         if (!same) {
           ++all.edges;
         } else if (!returns[here->surface]) {
@@ -132,6 +131,20 @@ TEST(RightEye, AgreesWithTheLeftOneByTheEpipolarGeometry) {
     }
     EXPECT_LT(off.norm(), 0.1) << p.transpose();
   }
+}
+
+// Both cameras draw, so that neither has the state of the other.
+TEST(RightEye, WithTheTexturesOfTheLeftOneDrawsTheSamePicturesAsWithItsOwn) {
+  const Model model = load_model("hrp2", "office", models());
+  rig::Mount right;
+  right.position_m = {0, -0.05, 0};
+  HeadCamera left(copy_of(model), {}), own(copy_of(model), {}, 1, Channels::grey, right),
+      shared(copy_of(model), {}, 1, Channels::grey, right, &left);
+  const Data plant = data_at_rest(*model);
+  const cv::Mat seen_left = left.render(*plant), expected = own.render(*plant);
+  EXPECT_EQ(cv::norm(shared.render(*plant), expected, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(left.render(*plant), seen_left, cv::NORM_INF), 0);
+  EXPECT_GT(cv::norm(seen_left, expected, cv::NORM_INF), 50);
 }
 
 TEST(ColorCamera, GivesRedGreenAndBlueInThatOrder) {
