@@ -92,7 +92,7 @@ export class Pane {
       ? `${frame.landmarks} landmarks; ${(frame.searches ?? []).length} searched for: ${of('found')} found, ${of('missed')} missed, ${of('rejected')} rejected` : '';
   }
 
-  /// Figures over time, which the program draws. html: from strips.cc.
+  /// Figures over time, which the program draws. html: from drawings.cc.
   showStrips(html) {
     this.strips.replaceChildren(...new DOMParser().parseFromString(html, 'text/html').body.children);
     this.figures = [...this.strips.children].map((holder) => new Figure(holder));
