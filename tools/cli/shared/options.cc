@@ -39,54 +39,6 @@ CLI::Option* add_scenario(CLI::App& command, std::string& file, scenario::Change
   return option;
 }
 
-void add_overrides(CLI::App& command, std::vector<std::string>& overrides, const std::string& which) {
-  command.add_option("changes", overrides, "keys of the scenario and their new values " + which)
-      ->option_text("key=value ...");
-}
-
-void add_with(CLI::App& command, scenario::Changes& changes) {
-  command
-      .add_option("--with", changes.with, "YAML file with keys to replace, such as a best.yaml; repeatable")
-      ->option_text("FILE")
-      ->allow_extra_args(false);
-}
-
-void add_without(CLI::App& command, scenario::Changes& changes) {
-  command.add_option("--without", changes.without, "sections to leave out, as in camera,slam")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-}
-
-void add_result(CLI::App& command, fs::path& result, const std::string& or_else) {
-  command.add_option("result", result, "a result folder, such as results/tangent_circle/seed-1" + or_else)
-      ->required();
-}
-
-void add_models(CLI::App& command, fs::path& models) {
-  command.add_option("--models", models, "folder of the models of the robot and the rooms");
-}
-
-void add_seeds(CLI::App& command, std::optional<std::string>& seeds, const std::string& what) {
-  command.add_option("--seeds", seeds, what + ": 1..5 or 1,2,7");
-}
-
-void add_jobs(CLI::App& command, std::optional<int>& jobs, const std::string& text) {
-  command.add_option("--jobs", jobs, text)->check(CLI::Range(1, 1024));
-}
-
-void add_cached(CLI::App& command, bool& cached) {
-  command.add_flag("--cached", cached, "replay recordings from the cache; record missing ones first");
-}
-
-void add_all_metrics(CLI::App& command, bool& all) {
-  command.add_flag("--all-metrics", all, "show more than the main metrics and those with limits");
-}
-
-void add_batch_member(CLI::App& command, BatchMember& member) {
-  command.add_option("--set-by", member.set_by)->group("");
-  command.add_option("--die-with-parent", member.parent)->group("");
-}
-
 void join_batch(const BatchMember& member, scenario::ReadScenario* read) {
   if (member.parent) die_with(*member.parent);
   if (!member.set_by || !read) return;

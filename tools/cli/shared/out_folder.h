@@ -1,7 +1,6 @@
 // The folder that results are written to, and whether they can be.
 #pragma once
 
-#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
@@ -72,12 +71,10 @@ class OutFolder {
   OnInterrupt on_interrupt_;
 };
 
-/// Prints the document of --json (schemas/outcome.schema.json); details: what it has besides exit code and
-/// folder.
+/// Prints the document of --json (schemas/outcome.schema.json): exit code, folder and details.
 void print_outcome(int exit_code, const fs::path& folder, const nlohmann::ordered_json& details);
 
-/// Prints the score of a result folder in the format that was asked for, and the cause of a failure; returns
-/// the exit code.
+/// Prints a result folder's score in the chosen format and the cause of a failure; returns the exit code.
 int report(const result::Outcome& outcome, const fs::path& result_folder, bool all_metrics = false);
 
 }  // namespace cli
