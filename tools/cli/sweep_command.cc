@@ -109,9 +109,8 @@ Earlier earlier_trials(const fs::path& log, const Sweep& sweep) {
   if (end == text.npos) return Earlier::some;  // a process was killed while it wrote the line
   if (std::string_view(text).substr(0, end) != sweep.purpose) return Earlier::other;
   const auto records = trials::read_trial_log(log, sweep.purpose);
-  const bool all = std::all_of(sweep.keys.begin(), sweep.keys.end(),
-                               [&](const std::string& key) { return records.contains(key); });
-  return all ? Earlier::all : Earlier::some;
+  const auto has_record = [&](const std::string& key) { return records.contains(key); };
+  return std::ranges::all_of(sweep.keys, has_record) ? Earlier::all : Earlier::some;
 }
 
 /// Removes trials of earlier commands, and leaves their scores until new ones replace them.
@@ -127,8 +126,7 @@ std::vector<trials::Task> tasks_left(const Sweep& sweep, const trials::TrialLog&
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < sweep.keys.size(); ++i)
     if (!log.find(sweep.keys[i])) order.push_back(i);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return sweep.recordings[a] < sweep.recordings[b]; });
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return sweep.recordings[i]; });
   std::vector<trials::Task> tasks;
   for (const std::size_t i : order)
     tasks.push_back({sweep.keys[i], scenario::to_yaml(sweep.plan.scenario(i).scenario)});
@@ -265,8 +263,8 @@ int tune_by(TuneRequest& request) {
   const auto steered = [](const trials::SpecRun& run) {
     return run.read.scenario.walk.steering.by == walking::SteeredBy::estimate;
   };
-  const bool simulates = std::any_of(spec.training.begin(), spec.training.end(), steered) ||
-                         std::any_of(spec.holdout.begin(), spec.holdout.end(), steered);
+  const bool simulates =
+      std::ranges::any_of(spec.training, steered) || std::ranges::any_of(spec.holdout, steered);
   if (simulates || backend.slurm())
     execution.remote = in_processes({out / "parts", trials::log_purpose(program_identity(), spec),
                                      request.models, "tune " + request.spec},

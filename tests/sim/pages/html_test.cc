@@ -66,19 +66,11 @@ class ReceivedTuning : public testing::Test {
     json side{{"runs", {kPayload, kPayload}}};
     for (const char* name : {kPayload, "nees_position_mean", "nees_orientation_mean"})
       side["values"][name] = sides;
-    tuning_ = {{"accepted", true},
-               {"name", kPayload},
-               {"objective", kPayload},
-               {"parameters",
-                {{{"key", kPayload},
-                  {"unit", kPayload},
-                  {"from", 1},
-                  {"to", 2},
-                  {"scale", "log"},
-                  {"start", 1},
-                  {"best", 2}}}},
-               {"training", side},
-               {"holdout", side}};
+    json parameter = json::parse(R"({"from": 1, "to": 2, "scale": "log", "start": 1, "best": 2})");
+    parameter["key"] = parameter["unit"] = tuning_["name"] = tuning_["objective"] = kPayload;
+    tuning_["accepted"] = true;
+    tuning_["parameters"] = json::array({parameter});
+    tuning_["training"] = tuning_["holdout"] = side;
   }
   std::string page() const {
     std::ofstream(folder_ / "tune.json") << tuning_.dump();

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <iostream>
-#include <map>
 #include <set>
 #include <string_view>
 
@@ -48,7 +47,7 @@ void join_batch(const BatchMember& member, scenario::ReadScenario* read) {
 
 void require_one_of(const std::vector<std::string>& names, const std::string& typed,
                     const std::string& option) {
-  if (std::find(names.begin(), names.end(), typed) != names.end()) return;
+  if (std::ranges::count(names, typed) > 0) return;
   throw UsageError("{}: expected one of {}, not '{}'{}", option, fmt::join(names, ", "), typed,
                    scenario::did_you_mean(typed, std::vector<std::string_view>(names.begin(), names.end())));
 }
@@ -101,19 +100,17 @@ fs::path standard_models() {
 // A robot has actuators; a room has none and is part of no other model.
 void require_models(const scenario::ReadScenario& read, const fs::path& models) {
   std::set<std::string> robots, rooms;
-  std::map<std::string, std::string> texts;
+  std::string texts;
   std::error_code fault;
-  for (const auto& entry : fs::directory_iterator(models, fault))
-    if (entry.path().extension() == ".xml")
-      texts[entry.path().stem().string()] = files::read_text(entry.path());
-  for (const auto& [name, text] : texts) {
-    const std::string include = fmt::format("<include file=\"{}.xml\"", name);
-    if (text.find("<actuator") != text.npos)
-      robots.insert(name);
-    else if (std::none_of(texts.begin(), texts.end(),
-                          [&](const auto& other) { return other.second.find(include) != std::string::npos; }))
-      rooms.insert(name);
+  for (const auto& entry : fs::directory_iterator(models, fault)) {
+    if (entry.path().extension() != ".xml") continue;
+    const std::string text = files::read_text(entry.path());
+    (text.find("<actuator") == text.npos ? rooms : robots).insert(entry.path().stem());
+    texts += text;
   }
+  std::erase_if(rooms, [&](const std::string& name) {
+    return texts.find(fmt::format("<include file=\"{}.xml\"", name)) != texts.npos;
+  });
   if (texts.empty()) throw files::FileError(models, "has no models");
   require_model(read, "world.robot", read.scenario.world.robot, robots);
   require_model(read, "world.room", read.scenario.world.room, rooms);
