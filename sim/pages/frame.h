@@ -42,8 +42,7 @@ struct Frame {
   std::optional<std::size_t> rig = {};  ///< number by which the page asks for the rig's readings
 };
 
-/// Estimate minus truth: x, y, z (m, axes of W) and heading (rad); their standard deviations; the normalized
-/// errors squared. NaN without a covariance.
+/// Estimate minus truth: x, y, z (m, axes of W), heading (rad); standard deviations; NEES. NaN if unknown.
 struct FrameError {
   Eigen::Vector4d error = Eigen::Vector4d::Constant(NAN), sigma = error;
   score::PoseNees nees{NAN, NAN};

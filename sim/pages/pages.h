@@ -23,8 +23,7 @@ Figure camera_from_above(const RunData& run);
 Figure waist_from_above(const RunData& run);
 /// Planned, true and estimated height of the camera.
 Figure camera_height(const RunData& run);
-/// The position error with its 3-sigma bound and the loop closure, at most so far from it; without lines if
-/// the run has no errors.
+/// The position error with its 3-sigma bound, at most so far from the loop closure; no lines without errors.
 Figure uncertainty(const RunData& run, double around_s = INFINITY);
 /// All figures that the run has data for.
 std::vector<Figure> run_figures(const RunData& run);
@@ -79,8 +78,7 @@ std::string tune_page(const fs::path& folder);
 
 // The experiments of the paper, the runs of this bench that repeat them, and the page that compares both.
 
-/// One experiment: walks of a scenario, or the filter of a scenario on the recordings of another experiment.
-/// The file of the scenario is <name>.yaml.
+/// One experiment: walks of the scenario <name>.yaml, or its filter on the recordings of another experiment.
 struct PaperExperiment {
   std::string name;
   std::string recordings;  ///< experiment that it replays; empty: it simulates its walks

@@ -55,8 +55,7 @@ std::shared_ptr<const exports::RobotDescription> robot_description(const scenari
 
 /// Draws the robot in its room at a time, with its true waist pose and its measured joint angles.
 using RobotView = std::function<cv::Mat(slam::Stamp t, const Eigen::Isometry3d& X_WB)>;
-/// Empty without the simulator. Must be called in order of time by the thread that made it. Throws FileError
-/// for broken encoder files of the recording.
+/// Empty without the simulator. Must be called in order of time by the thread that made it. Throws FileError.
 RobotView robot_from_outside(const scenario::Scenario& scenario, const fs::path& recording,
                              const fs::path& models);
 

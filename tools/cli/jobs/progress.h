@@ -61,8 +61,7 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  /// The part that is done, 0 to 1, and the current step, if given. A smaller part than before is not shown.
-  /// Costs no more than a lock.
+  /// The part that is done, 0 to 1, and the current step. A smaller part than before is not shown.
   void show(double part, const std::string& at = "");
 
  private:

@@ -38,8 +38,7 @@ struct OutUse {
 void require_outside(const fs::path& out, const fs::path& read);
 /// Throws UsageError if a file's folder is missing; the message names the option.
 void require_folder_of(const fs::path& file, const std::string& option);
-/// Throws UsageError if the file is a folder, its folder is missing, or it exists and force is not given;
-/// FileError if it is not a regular file.
+/// Throws UsageError if it is a folder, has no folder, or exists without force; FileError if not regular.
 void require_new_file(const fs::path& file, bool force, const std::string& option = "--out");
 
 /// The folder that was asked for, or a standard one, locked by commands that write fixed names there. At the
