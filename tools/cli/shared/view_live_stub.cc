@@ -1,4 +1,5 @@
 // The view in a build without the simulator: only replays and results, without room and robot.
+#include "sim/view/session.h"
 #include "sim/view/site.h"
 #include "tools/cli/shared/live.h"
 
