@@ -37,8 +37,7 @@ std::vector<double> decades(double low, double high) {
 
 std::string tick_text(double value) { return fmt::format("{:.6g}", std::abs(value) < 1e-12 ? 0 : value); }
 
-/// A color twice: plain, for programs that do not know CSS variables, then as the surrounding page defines
-/// it.
+/// A color twice: plain, for programs that do not know CSS variables, then as the page defines it.
 std::string color(const std::string& property, const std::string& variable, const std::string& plain) {
   return fmt::format("{0}:{2};{0}:var(--{1},{2})", property, variable, plain);
 }
@@ -183,10 +182,9 @@ std::string lines_svg(const Figure& figure, const Axes& axes) {
                                         axes.y.end, axes.x.end - axes.x.begin, axes.y.begin - axes.y.end);
   // An inner document clips the lines; web/figures.js zooms by its viewBox.
   std::string svg =
-      grid(axes) + fmt::format(
-                       "<svg class='data' {} viewBox='{:.1f} {:.1f} {:.1f} {:.1f}' "
-                       "preserveAspectRatio='none'>",
-                       place, axes.x.begin, axes.y.end, axes.x.end - axes.x.begin, axes.y.begin - axes.y.end);
+      grid(axes) +
+      fmt::format("<svg class='data' {} viewBox='{:.1f} {:.1f} {:.1f} {:.1f}' preserveAspectRatio='none'>",
+                  place, axes.x.begin, axes.y.end, axes.x.end - axes.x.begin, axes.y.begin - axes.y.end);
   const auto add = [&](const auto& parts) {
     for (const auto& part : parts) svg += draw(axes, part);
   };
@@ -266,11 +264,9 @@ std::string figure_style() {
   std::string css =
       "svg{font-family:sans-serif;font-size:12px}text{" + color("fill", "text", "#333") + "}.paper{" +
       color("fill", "panel", "#fff") + "}.grid{stroke-width:1;" + color("stroke", "edge", "#ddd") +
-      "}.frame{fill:none;stroke:#999}.line{fill:none;stroke-width:1.6}.thin{stroke-width:1}.envelope{"
-      "opacity:.2}.dots{fill:none;"
-      "stroke-width:4.4;stroke-linecap:round}.line,.dots,.level{"
-      "vector-effect:non-scaling-stroke}"
-      ".level{stroke:#777;stroke-dasharray:5 4;fill:none}.title{font-weight:600;font-size:13px}";
+      "}.frame{fill:none;stroke:#999}.line{fill:none;stroke-width:1.6}.thin{stroke-width:1}.envelope{opacity:"
+      ".2}.dots{fill:none;stroke-width:4.4;stroke-linecap:round}.line,.dots,.level{vector-effect:non-scaling-"
+      "stroke}.level{stroke:#777;stroke-dasharray:5 4;fill:none}.title{font-weight:600;font-size:13px}";
   constexpr std::array kColors{"#333", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00"};
   for (std::size_t i = 0; i < kColors.size(); ++i) {
     const std::string name = role_name(static_cast<Role>(i));

@@ -6,8 +6,8 @@
 
 namespace sim::pages {
 
-/// Text for HTML and SVG, in elements and in attributes with quotes of either kind. Every text from a file or
-/// a user goes through here.
+/// Text for HTML and SVG, in elements and quoted attributes. Every text from a file or a user goes through
+/// it.
 std::string escaped(std::string_view text);
 
 /// Selects the color: style sheets and pictures give each role its own.
@@ -22,6 +22,8 @@ struct Line {
   std::vector<double> x{}, y{};
   bool dots = false;  ///< draws the points only
   bool thin = false;  ///< for comparison
+
+  void add(double at, double value) { x.push_back(at), y.push_back(value); }
 };
 
 /// The area between two lines over the same x, such as a 3-sigma envelope.
@@ -31,8 +33,7 @@ struct Envelope {
   std::vector<double> x{}, low{}, high{};
 };
 
-/// A line across the figure at a value of an axis, such as the edge of a band or the time of the loop
-/// closure.
+/// A line across the figure at a value of an axis, such as the edge of a band or the loop closure.
 struct Mark {
   std::string name;
   double at = 0;
@@ -66,13 +67,11 @@ struct Axis {
   std::vector<double> ticks(int about) const;
 };
 
-/// The range of all finite values (positive ones on a logarithmic axis), widened by a margin; 0 to 1 if there
-/// are none.
+/// The range of all finite values (positive ones on a logarithmic axis), with a margin; 0 to 1 without any.
 Axis axis_of(const std::vector<const std::vector<double>*>& values, bool logarithmic);
 
 /// An SVG document of the given size (px) with title and legend. in_page: only the drawing, for a page with
-/// figure_style(), a caption and a legend. Its axes are then attributes, so that web/figures.js can read the
-/// values under the cursor.
+/// figure_style(), a caption and a legend. Its axes are then attributes, for the cursor of web/figures.js.
 std::string to_svg(const Figure& figure, double width, double height, bool in_page = false);
 /// CSS of the drawings: plain colors, and those of the page if it defines them.
 std::string figure_style();

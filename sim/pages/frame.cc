@@ -16,7 +16,6 @@
 namespace sim::pages {
 namespace {
 
-namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 constexpr double kSigmas = 3;     // of every ellipse and ellipsoid
 constexpr double kLongest_m = 4;  // half axis as drawn: the depth of a new landmark has no end

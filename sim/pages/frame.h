@@ -1,5 +1,4 @@
-// One frame as pages and the view show it: what the camera saw, what the filter made of it, and where
-// everything was.
+// One frame as pages and the view show it: what the camera saw, what the filter found, and where all was.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -21,6 +20,8 @@
 
 namespace sim::pages {
 
+namespace fs = std::filesystem;
+
 /// A foot on the ground.
 struct FootPlace : recording::TrueFoot {
   std::optional<Eigen::Vector3d> landed{};  ///< place of its last landing; absent in the air
@@ -41,8 +42,7 @@ struct Frame {
   std::optional<std::size_t> rig = {};  ///< number by which the page asks for the rig's readings
 };
 
-/// Estimate minus truth: x, y, z (m, axes of W) and heading (rad); their standard deviations; the normalized
-/// errors squared. NaN without a covariance.
+/// Estimate minus truth: x, y, z (m, axes of W), heading (rad); standard deviations; NEES. NaN if unknown.
 struct FrameError {
   Eigen::Vector4d error = Eigen::Vector4d::Constant(NAN), sigma = error;
   score::PoseNees nees{NAN, NAN};
@@ -52,12 +52,10 @@ std::optional<FrameError> error_of(const Frame& frame);
 /// Half axes (longer first) and angle (rad) of the 3-sigma ellipse of a covariance.
 Eigen::Vector3d ellipse(const Eigen::Matrix2d& covariance);
 
-/// JSON of a frame for the page's script (web/run.js documents the keys). Lengths in m, angles in rad; values
-/// that are not finite are null.
+/// JSON of a frame for the page's script (web/run.js documents the keys). m, rad; null if not finite.
 nlohmann::ordered_json to_json(const Frame& frame);
 
-/// A WebSocket message: the length of the JSON (little-endian, four bytes), the JSON, the grey image row by
-/// row.
+/// A WebSocket message: the length of the JSON (little-endian, four bytes), the JSON, the grey image by rows.
 std::string to_message(const Frame& frame);
 
 /// Returns a reading of the rig as a page shows it: of a camera a PNG, with depth in the color map turbo from
@@ -69,24 +67,22 @@ std::string words_of(const rig::RigSensor& sensor);
 
 /// The image file of each frame, or an empty path. For a camera or a lidar of the rig: the file of the
 /// newest reading. Throws FileError if a file is outside of the recording.
-std::vector<std::filesystem::path> image_files(const std::vector<Frame>& frames,
-                                               const std::filesystem::path& recording,
-                                               const std::string& sensor = "cam0");
+std::vector<fs::path> image_files(const std::vector<Frame>& frames, const fs::path& recording,
+                                  const std::string& sensor = "cam0");
 
 /// The pictures of a recording, which may be a stranger's: a browser gets them only as they were recorded.
 class Pictures {
  public:
   /// Throws FileError if the recording is unfinished or was edited.
-  explicit Pictures(const std::filesystem::path& recording);
-  /// The bytes of an image file. Throws FileError unless it is a PNG of the camera's size and of the
-  /// manifest's hash.
-  std::string png(const std::filesystem::path& file) const;
+  explicit Pictures(const fs::path& recording);
+  /// The bytes of an image file. Throws FileError unless it is a PNG of the camera's size and listed hash.
+  std::string png(const fs::path& file) const;
   /// shown() of the file of a reading of the rig. Throws FileError as RecordingReader.
-  std::string rig(const rig::RigSensor& sensor, const std::filesystem::path& file) const;
+  std::string rig(const rig::RigSensor& sensor, const fs::path& file) const;
   const recording::RecordingSetup& setup() const { return setup_; }
 
  private:
-  std::filesystem::path folder_;
+  fs::path folder_;
   recording::Manifest manifest_;
   recording::RecordingSetup setup_;
 };

@@ -1,5 +1,3 @@
-#include "sim/pages/leaderboard.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -13,6 +11,7 @@
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/pages/html.h"
+#include "sim/pages/pages.h"
 #include "sim/pages/run_data.h"
 #include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"
@@ -22,8 +21,6 @@
 
 namespace sim::pages {
 namespace {
-
-namespace fs = std::filesystem;
 
 using Rows = std::map<std::tuple<std::string, std::string, fs::path, std::string>, LeaderboardRow>;
 
@@ -149,11 +146,6 @@ std::optional<double> LeaderboardRow::median(const std::string& column) const {
   return found == values.end() ? std::nullopt : std::optional(score::median(found->second));
 }
 
-std::vector<std::string> leaderboard_metrics() {
-  return {"ate_se3_rmse_m",       "ate_sim3_rmse_m",  "rmse_m",
-          "end_position_error_m", "tracked_fraction", "nees_position_mean"};
-}
-
 Leaderboard leaderboard(const std::vector<fs::path>& folders, const std::vector<std::string>& metrics) {
   Rows all;
   std::set<fs::path> counted;  // a folder may be below several of those given
@@ -220,9 +212,8 @@ std::string leaderboard_page(const Leaderboard& board) {
   return html_page(
       "Leaderboard",
       "A row is a folder of results of one scenario and one estimator, with medians over the runs that have "
-      "a "
-      "value. The best row comes first: by coverage, then by the first metric. coverage: mean over the runs "
-      "of the share of true poses with an estimate; a run that did not complete counts 0.",
+      "a value. The best row comes first: by coverage, then by the first metric. coverage: mean over the "
+      "runs of the share of true poses with an estimate; a run that did not complete counts 0.",
       html + "</dl>\n");
 }
 

@@ -1,9 +1,11 @@
 // The pages: each is one HTML file that needs no other file and no network. And the figures of runs.
 #pragma once
 
-#include <array>
 #include <cmath>
-#include <filesystem>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -21,8 +23,7 @@ Figure camera_from_above(const RunData& run);
 Figure waist_from_above(const RunData& run);
 /// Planned, true and estimated height of the camera.
 Figure camera_height(const RunData& run);
-/// The position error with its 3-sigma bound and the loop closure, at most so far from it; without lines if
-/// the run has no errors.
+/// The position error with its 3-sigma bound, at most so far from the loop closure; no lines without errors.
 Figure uncertainty(const RunData& run, double around_s = INFINITY);
 /// All figures that the run has data for.
 std::vector<Figure> run_figures(const RunData& run);
@@ -32,16 +33,16 @@ std::vector<Figure> run_figures(const RunData& run);
 std::vector<std::pair<std::string, std::vector<Figure>>> comparison_figures(const std::vector<RunData>& runs);
 
 /// The metrics that are shown first, in cards and in tables over several runs.
-inline constexpr std::array kShownMetrics{"ate_se3_rmse_m",
-                                          "rmse_m",
-                                          "end_position_error_m",
-                                          "end_yaw_error_deg",
-                                          "tracked_fraction",
-                                          "loop_landmarks",
-                                          "nees_position_mean",
-                                          "navigation_rmse_m",
-                                          "navigation_end_position_error_m",
-                                          "navigation_end_yaw_error_deg"};
+inline constexpr const char* kShownMetrics[]{"ate_se3_rmse_m",
+                                             "rmse_m",
+                                             "end_position_error_m",
+                                             "end_yaw_error_deg",
+                                             "tracked_fraction",
+                                             "loop_landmarks",
+                                             "nees_position_mean",
+                                             "navigation_rmse_m",
+                                             "navigation_end_position_error_m",
+                                             "navigation_end_yaw_error_deg"};
 
 /// By the limits of the run's own scenario: "passed", "missed a limit", or an ending that it does not allow.
 std::string verdict_of(const RunData& run);
@@ -64,16 +65,97 @@ std::string run_sections(const RunData& run, const std::string& prefix, const st
 std::string runs_page(const std::vector<RunData>& runs);
 
 /// True if the folder contains the scores of a sweep.
-bool is_sweep(const std::filesystem::path& folder);
+bool is_sweep(const fs::path& folder);
 /// The page of a sweep: medians over one swept key as a line with all trials as dots, over two keys as a heat
-/// map, with further keys pooled by their median; and the worst seed of each setting. Scenarios are never
-/// pooled. Throws FileError.
-std::string sweep_page(const std::filesystem::path& folder);
+/// map, further keys pooled by their median; and the worst seed of each setting, by scenario. Throws
+/// FileError.
+std::string sweep_page(const fs::path& folder);
 
 /// True if the folder contains a tuning.
-bool is_tuning(const std::filesystem::path& folder);
-/// The page of a tuning: the search, what the recordings determine, and the result on hold-out runs. Throws
-/// FileError.
-std::string tune_page(const std::filesystem::path& folder);
+bool is_tuning(const fs::path& folder);
+/// The page of a tuning: the search, what recordings determine, hold-out runs. Throws FileError.
+std::string tune_page(const fs::path& folder);
+
+// The experiments of the paper, the runs of this bench that repeat them, and the page that compares both.
+
+/// One experiment: walks of the scenario <name>.yaml, or its filter on the recordings of another experiment.
+struct PaperExperiment {
+  std::string name;
+  std::string recordings;  ///< experiment that it replays; empty: it simulates its walks
+  double cost_s;           ///< approximate CPU time of a seed, for the estimate of the time left
+};
+
+/// All experiments, ordered so that recordings exist before they are replayed.
+inline const std::vector<PaperExperiment> kPaperExperiments{
+    {"tangent_quadrant", "", 2},
+    {"perpendicular_circle_trial1", "", 8},
+    {"tangent_circle", "", 17},
+    {"tangent_circle_paper", "tangent_circle", 4},
+    {"vision_only", "tangent_circle", 4},
+    {"vision_gyro_known_landmarks", "tangent_circle", 4},
+    {"perpendicular_circle", "", 30},
+    {"perpendicular_circle_paper", "perpendicular_circle", 7},
+    {"hall", "", 18},
+    {"hall_paper", "hall", 4}};
+
+/// Runs by the name of their experiment.
+using PaperRuns = std::map<std::string, std::vector<RunData>>;
+/// The runs of an experiment; empty if there are none.
+const std::vector<RunData>& runs_of(const PaperRuns& all, const std::string& experiment);
+
+/// A row of the table: what is compared (with the section of the paper), and both results. agreement:
+/// "agrees", "better", "differs", or empty if it cannot be compared.
+struct PaperRow {
+  std::string what, paper, bench = "not run", agreement = "";
+};
+/// All rows; the result of an experiment without runs is "not run".
+std::vector<PaperRow> paper_rows(const PaperRuns& runs);
+
+/// Figure 3, from a depths.csv: the depth hypotheses of the landmark that took most images until its depth
+/// was known (standard deviation below 0.3 of it), after the first image, thirds of them and the last.
+/// Without lines if there is none.
+Figure depths_figure(const fs::path& depths_csv);
+
+/// The page: table and figures. Throws FileError if a table of a run is broken.
+std::string paper_page(const PaperRuns& runs, const std::string& revision);
+
+// The estimators of a tree of results in one table: a row for each set of results, grouped by scenario.
+
+/// The results of one folder that are of the same scenario, estimator and alignment: its seeds.
+struct LeaderboardRow {
+  std::string scenario, estimator;
+  std::string alignment;  ///< of the estimate with the truth before it was scored; "none" without
+  fs::path folder;        ///< of the results
+  std::size_t runs = 0, completed = 0;
+  std::set<std::uint64_t> seeds;
+  /// The mean over all runs of the share of true poses with an estimate; 0 of an incomplete run.
+  double coverage = 0;
+  std::map<std::string, std::vector<double>> values;  ///< by column, of the runs that have one
+  std::vector<std::string> settings;  ///< "key=value" of each key but seed; empty if they cannot be read
+
+  /// Over the runs that have a value; empty if none has.
+  std::optional<double> median(const std::string& column) const;
+};
+
+struct Leaderboard {
+  std::vector<std::string> metrics;  ///< the first one orders
+  std::vector<LeaderboardRow> rows;
+  std::vector<std::string> left_out;  ///< results that cannot be read, and why
+};
+
+/// The metrics that are shown unless others are asked for.
+inline const std::vector<std::string> kLeaderboardMetrics{"ate_se3_rmse_m",   "ate_sim3_rmse_m",
+                                                          "rmse_m",           "end_position_error_m",
+                                                          "tracked_fraction", "nees_position_mean"};
+
+/// All results below the folders, each once, without recordings and earlier seeds. Orders the rows of a
+/// scenario by coverage in whole percent, then by the median of the first metric; never compares scenarios.
+/// Throws FileError if a folder contains no result that can be read.
+Leaderboard leaderboard(const std::vector<fs::path>& folders, const std::vector<std::string>& metrics);
+
+std::string leaderboard_table(const Leaderboard& board);
+std::string leaderboard_csv(const Leaderboard& board);
+/// A page that needs no other file.
+std::string leaderboard_page(const Leaderboard& board);
 
 }  // namespace sim::pages

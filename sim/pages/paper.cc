@@ -1,9 +1,6 @@
-#include "sim/pages/paper.h"
-
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 
@@ -150,7 +147,7 @@ constexpr int kHeadViews = 4;
 
 Figure depths(const RunData& run) {
   const auto file = run.folder / "depths.csv";
-  return std::filesystem::exists(file) ? depths_figure(file) : Figure{};
+  return fs::exists(file) ? depths_figure(file) : Figure{};
 }
 
 /// A figure of the paper, drawn from the first run of an experiment, or from the first that closed its loop.
@@ -231,8 +228,8 @@ std::string summary(const PaperRuns& runs, const std::vector<PaperRow>& rows) {
   std::size_t seeds = 0;
   for (const auto& [name, of] : runs) seeds = std::max(seeds, of.size());
   return fmt::format(
-      "<p>{}, {} each. Comparable rows: {}; agree: {}; better than the paper: {}; "
-      "<strong>differ: {}</strong>. Not comparable: {}.</p>\n",
+      "<p>{}, {} each. Comparable rows: {}; agree: {}; better than the paper: {}; <strong>differ: "
+      "{}</strong>. Not comparable: {}.</p>\n",
       files::counted(runs.size(), "experiment"), files::counted(seeds, "seed"), rows.size() - count[""],
       count["agrees"], count["better"], count["differs"], count[""]);
 }
@@ -243,9 +240,8 @@ constexpr const char* kHowToRead =
     "planned pose of the waist at the end, as mean and standard deviation (sd) over seeds. The paper gives "
     "magnitudes without signs: they agree within a factor of two, or if both are below 10 mm or 1°. Other "
     "results are the median over seeds with minimum and maximum. A loop is closed when three landmarks of "
-    "the "
-    "first quarter of the circle are recognized in its last quarter. ATE is the root mean square position "
-    "error after SE(3) alignment.</p>\n";
+    "the first quarter of the circle are recognized in its last quarter. ATE is the root mean square "
+    "position error after SE(3) alignment.</p>\n";
 
 // Figures 3 (a, d) and 4: what the paper's filter searches for in its images.
 std::string head_views(const PaperRuns& runs) {
@@ -255,22 +251,6 @@ std::string head_views(const PaperRuns& runs) {
 }
 
 }  // namespace
-
-const std::vector<PaperExperiment>& paper_experiments() {
-  static const std::vector<PaperExperiment> kAll{
-      {"tangent_quadrant", "", 2},
-      {"perpendicular_circle_trial1", "", 8},
-      {"tangent_circle", "", 17},
-      {"tangent_circle_paper", "tangent_circle", 4},
-      {"vision_only", "tangent_circle", 4},
-      {"vision_gyro_known_landmarks", "tangent_circle", 4},
-      {"perpendicular_circle", "", 30},
-      {"perpendicular_circle_paper", "perpendicular_circle", 7},
-      {"hall", "", 18},
-      {"hall_paper", "hall", 4},
-  };
-  return kAll;
-}
 
 const std::vector<RunData>& runs_of(const PaperRuns& all, const std::string& experiment) {
   static const std::vector<RunData> none;
@@ -293,7 +273,7 @@ std::vector<PaperRow> paper_rows(const PaperRuns& all) {
   return rows;
 }
 
-Figure depths_figure(const std::filesystem::path& depths_csv) {
+Figure depths_figure(const fs::path& depths_csv) {
   Figure f{"", "", "depth [m]", "probability of a hypothesis"};
   const Table table(depths_csv);
   const Column t = table.seconds("timestamp"), id = table.numbers("landmark"), depth = table.numbers("depth"),
@@ -323,8 +303,8 @@ std::string paper_page(const PaperRuns& runs, const std::string& revision) {
   const std::vector<PaperRow> rows = paper_rows(runs);
   return html_page(
       "The paper reproduced",
-      "Stasse, Davison, Sellaouti, Yokoi: Real-time 3D SLAM for Humanoid Robot considering Pattern "
-      "Generator Information, IROS 2006. GaitSLAM, revision " +
+      "Stasse, Davison, Sellaouti, Yokoi: Real-time 3D SLAM for Humanoid Robot considering Pattern Generator "
+      "Information, IROS 2006. GaitSLAM, revision " +
           escaped(revision),
       summary(runs, rows) +
           sections_html({{"rows", "Paper and bench", table(rows) + kHowToRead},

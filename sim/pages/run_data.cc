@@ -15,7 +15,6 @@
 namespace sim::pages {
 namespace {
 
-namespace fs = std::filesystem;
 using files::Json;
 using files::TumRow;
 
@@ -32,8 +31,7 @@ Path read_path(const fs::path& file) {
   return path;
 }
 
-/// True for a frame between two estimates less than a quarter of a second apart: it was dropped and is not a
-/// gap.
+/// True for a frame between two estimates less than a quarter of a second apart: it was dropped, no gap.
 bool is_dropped(const std::vector<Frame>& frames, std::size_t i) {
   std::size_t before = i, after = i;
   while (before > 0 && !frames[before].estimate) --before;
@@ -70,10 +68,6 @@ Errors errors_of(const std::vector<Frame>& frames) {
     errors.nees_orientation.push_back(e.nees.orientation);
   }
   return errors;
-}
-
-std::optional<Table> table_if_there(const fs::path& file) {
-  return fs::exists(file) ? std::optional<Table>(file) : std::nullopt;
 }
 
 /// The frame of a stamp, which other programs round; null if there is none.
@@ -148,8 +142,7 @@ void add_maps(std::vector<Frame>& frames, const Table& table) {
   });
 }
 
-/// Aligns a truth that has only positions, in its own frame, with the estimate; removes it if the alignment
-/// is not determined.
+/// Aligns a truth of positions only, in its own frame, with the estimate; removes it if that is impossible.
 void align_positions(std::vector<Frame>& frames) {
   std::vector<score::PosePair> pairs;
   for (const Frame& frame : frames)
@@ -279,16 +272,17 @@ RunData read_run(const fs::path& folder) {
                                     {"frame_cpu_ms_median", &RunData::frame_cpu_ms_median},
                                     {"frame_cpu_ms_p99", &RunData::frame_cpu_ms_p99}})
     if (const auto value = timing.find(key)) run.*member = value->number();
-  run.filter_frames = table_if_there(folder / "frames.csv");
-  run.feet = table_if_there(folder / "feet.csv");
-  run.frame_times = table_if_there(folder / "timing.csv");
-  run.answers = table_if_there(folder / "answers.csv");
+  for (const auto& [file, table] : {std::pair{"frames.csv", &RunData::filter_frames},
+                                    {"feet.csv", &RunData::feet},
+                                    {"timing.csv", &RunData::frame_times},
+                                    {"answers.csv", &RunData::answers},
+                                    {"corrected_steps.csv", &RunData::corrected_steps}})
+    if (fs::exists(folder / file)) (run.*table).emplace(folder / file);
   read_frames(run);
   run.waist_truth = read_path(folder / "waist_truth.tum");
   run.waist_plan = read_path(folder / "waist_plan.tum");
   if (fs::exists(folder / "waist_desired.tum")) {
     run.waist_desired = read_path(folder / "waist_desired.tum");
-    run.corrected_steps = table_if_there(folder / "corrected_steps.csv");
     // The estimated waist, assuming the planned distance of the camera at the start.
     const auto waist = files::read_tum(folder / "waist_plan.tum");
     if (run.estimate && !waist.empty() && run.frames.front().plan)

@@ -1,10 +1,7 @@
-// A result folder as pages and the view read it, with errors and normalized errors computed by the functions
-// of sim/score.
+// A result folder as pages and the view read it, with errors and normalized errors computed by sim/score.
 #pragma once
 
 #include <array>
-#include <cstdint>
-#include <filesystem>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -26,9 +23,8 @@ using Column = std::vector<double>;
 /// ("p_W_x [m]" is p_W_x) and the first one its '#'.
 class Table {
  public:
-  /// Throws FileError if the file cannot be read, has two columns of one name, or a row with another number
-  /// of fields than the header.
-  explicit Table(const std::filesystem::path& file);
+  /// Throws FileError if the file cannot be read, or has two columns of one name or a row of other length.
+  explicit Table(const fs::path& file);
 
   std::size_t rows() const { return rows_; }
   bool has(std::string_view column) const { return columns_.contains(column); }
@@ -42,7 +38,7 @@ class Table {
   std::vector<slam::Stamp> stamps(std::string_view column) const;
 
  private:
-  std::filesystem::path file_;
+  fs::path file_;
   std::size_t rows_ = 0;
   std::map<std::string, std::vector<std::string>, std::less<>> columns_;
 };
@@ -63,8 +59,8 @@ struct Errors {
 /// A result folder. Parts that the run did not leave (no filter, no camera) are absent.
 struct RunData : result::SeedScore {
   std::string alignment = "none";  ///< of the estimate with the truth before it was scored
-  std::filesystem::path folder;
-  std::filesystem::path recording;  ///< its own, if it is finished; else empty
+  fs::path folder;
+  fs::path recording;  ///< its own, if it is finished; else empty
   result::About about;
   std::optional<double> frame_cpu_ms_mean, frame_cpu_ms_median, frame_cpu_ms_p99;  ///< a batch command: mean
   Path truth, plan, waist_truth, waist_plan;
@@ -84,11 +80,10 @@ struct RunData : result::SeedScore {
 
 /// The alignment of a result's estimate with the truth before it was scored; "none" without one.
 std::string alignment_of(const result::About& about);
-/// The column of a metric in tables over several results. An error that depends on the alignment gets a name
-/// of its own, such as "rmse_m_after_sim3".
+/// The column of a metric in tables over several results: "rmse_m_after_sim3" if it depends on the alignment.
 std::string column_of(const std::string& metric, const std::string& alignment);
 
 /// Throws FileError if the folder is not a result, a file is missing or broken, or its recording was edited.
-RunData read_run(const std::filesystem::path& result_folder);
+RunData read_run(const fs::path& result_folder);
 
 }  // namespace sim::pages

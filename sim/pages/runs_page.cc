@@ -1,16 +1,295 @@
+// The page of one run or of several: the sections of a run, and the tables over runs.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 
+#include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/pages/html.h"
 #include "sim/pages/pages.h"
+#include "sim/recording/image_file.h"
+#include "sim/result/limits.h"
+#include "sim/scenario/keys.h"
+#include "sim/scenario/scenario.h"
+#include "sim/score/metrics.h"
 
 namespace sim::pages {
 namespace {
+
+constexpr int kPictures = 8;
+constexpr int kEvery = 6;  // frames between the poses of the map's slider
+
+std::string view_command(const RunData& run) {
+  return "tools/gaitslam view " + files::shell_word(run.folder.string());
+}
+
+std::string ellipse_svg(const slam::Search& search) {
+  const Eigen::Vector3d shape = ellipse(search.S);
+  std::string svg = fmt::format(
+      "<ellipse class='{}' transform='translate({:.1f} {:.1f})rotate({:.1f})' rx='{:.1f}' ry='{:.1f}'/>",
+      search.used ? "used" : "missed", search.pixel.x() + 0.5, search.pixel.y() + 0.5, kDeg * shape(2),
+      shape(0), shape(1));
+  if (search.used && search.match)
+    svg += fmt::format("<rect class='used' x='{:.1f}' y='{:.1f}' width='11' height='11'/>",
+                       search.match->x() - 5, search.match->y() - 5);
+  return svg;
+}
+
+/// Without its end.
+std::string image_svg(const std::string& png, const std::string& camera, double t) {
+  const auto size = recording::image_size(png);
+  return fmt::format(
+      "<svg class='picture' xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}' role='img' "
+      "aria-label='{2} at {3} s'><image width='{0}' height='{1}' href='data:image/png;base64,{4}'/>",
+      size->width, size->height, camera, t, base64(png));
+}
+
+Picture picture_of(const Frame& frame, const std::string& png, const Frame& first) {
+  const double shown = std::round(10 * slam::seconds(frame.t - first.t)) / 10;
+  std::string svg = image_svg(png, "head camera", shown);
+  if (frame.report)
+    for (const slam::Search& search : frame.report->searched) svg += ellipse_svg(search);
+  return {shown, svg + "</svg>"};
+}
+
+/// The sections of one run. Their ids start with the same prefix.
+class RunSections {
+ public:
+  RunSections(const RunData& run, std::string prefix)
+      : run_(run),
+        prefix_(std::move(prefix)),
+        scenario_(scenario::read_scenario(run.folder / "scenario.yaml").scenario),
+        figures_(run_figures(run)),
+        pictures_(pictures(run, kPictures)) {}
+
+  std::string html(const std::string& title) {
+    const std::string aligned =
+        "<p>The truth has only positions, in its own frame: it is drawn after alignment with the estimate "
+        "(SE(3)).</p>";
+    std::vector<Section> all{{"verdict", title, verdict()},
+                             {"paths", "Plan, truth and estimate",
+                              (run_.truth_aligned ? aligned : "") +
+                                  figures({"from_above", "waist_from_above", "height", "correct"})}};
+    if (run_.errors)
+      all.insert(all.end(), {{"errors", "Errors with 3-sigma envelopes", images_text() + figures({"error_"})},
+                             {"consistency", "Consistency", figures({"nees", "nis"})},
+                             {"loop", "Loop closure", closure_text() + figures({"closure", "matches"})}});
+    all.insert(all.end(), {{"slip", "Slip of each step", figures({"slip", "landing"})},
+                           {"pictures", "Images of the head camera", picture_strip(pictures_, prefix_)},
+                           {"rig", "Further cameras", rig_strip()},
+                           {"map", "Map", map()},
+                           {"time", "Latency and dropped frames", figures({"latency"})},
+                           {"cpu", "CPU time", cpu()},
+                           {"metrics", "All metrics", metrics_table()},
+                           {"configuration", "Configuration", configuration()},
+                           {"again", "View it and run it again",
+                            fmt::format("<p class='soft'>The view plays the run in a browser; #t=SECONDS "
+                                        "after its address opens that time.</p><pre>{}</pre>{}",
+                                        escaped(view_command(run_)), command_to_run())}});
+    for (Section& section : all) section.id = prefix_ + section.id;
+    return sections_html(all, true);
+  }
+
+ private:
+  std::string cpu() const {
+    const std::string drawn = figures({"cpu"});
+    if (drawn.empty() && !run_.estimate) return "";
+    return fmt::format("<p>CPU of the estimator per frame: mean {} ms, median {} ms, p99 {} ms.</p>",
+                       number_text(run_.frame_cpu_ms_mean), number_text(run_.frame_cpu_ms_median),
+                       number_text(run_.frame_cpu_ms_p99)) +
+           drawn;
+  }
+
+  std::string verdict() const {
+    const std::string verdict = verdict_of(run_);
+    std::string html =
+        fmt::format("<p><span class='verdict {}'>{}</span> {}", verdict == "passed" ? "good" : "bad",
+                    escaped(verdict), escaped(run_.about.cause));
+    if (!run_.about.counterfactual.empty())
+      html += fmt::format(" Counterfactual: {}.", escaped(run_.about.counterfactual));
+    if (run_.about.alignment == "none")
+      html += " Its trajectory was scored without alignment.";
+    else if (!run_.about.alignment.empty())
+      html += fmt::format(" Its trajectory was aligned with the truth ({}) before it was scored.",
+                          escaped(run_.about.alignment));
+    return html + "</p>" + cards() + limits_table();
+  }
+
+  std::string cards() const {
+    std::string html = "<div class='cards'>";
+    for (const std::string name : kShownMetrics) {
+      const auto value = run_.value(name);
+      if (!value || (!run_.waist_desired && name.starts_with("navigation"))) continue;
+      const bool length = name.ends_with("_m");
+      html += fmt::format("<div class='card'><b>{}{}</b><span class='soft'>{}{}</span></div>",
+                          number_text(length ? kMm * *value : *value), length ? " mm" : "",
+                          column_of(length ? name.substr(0, name.size() - 2) : name, run_.alignment),
+                          name.starts_with("nees") ? " (3 expected)" : "");
+    }
+    return html + "</div>";
+  }
+
+  std::string limits_table() const {
+    if (run_.limits.empty()) return "<p class='soft'>The scenario sets no limits.</p>";
+    std::vector<TableRow> rows;
+    for (const auto& [limit, value, passed, reason] : run_.limits) {
+      const TableCell verdict = !passed   ? TableCell{"not judged"}
+                                : *passed ? TableCell{"passed", "good"}
+                                          : TableCell{"MISSED", "bad"};
+      rows.push_back(
+          {{text_cell(limit.metric),
+            number_cell(value),
+            {(limit.bound == scenario::Bound::at_most ? "≤ " : "≥ ") + number_text(limit.value), "number"},
+            verdict}});
+    }
+    return table_html("limits", {{"limit on"}, {"value", "number"}, {"limit", "number"}, {"verdict"}}, rows);
+  }
+
+  /// The figures with one of these prefixes.
+  std::string figures(std::initializer_list<std::string_view> prefixes) const {
+    std::string html;
+    for (const Figure& figure : figures_)
+      if (std::ranges::any_of(prefixes, [&](auto p) { return figure.name.starts_with(p); }))
+        html += figure_html(figure, figure.is_over_time() ? instant(figure) : "");
+    return html.empty() ? "" : figures_html(html);
+  }
+
+  /// Not of a result with a program: who copies the command would start it.
+  std::string command_to_run() const {
+    if (scenario_.estimator.source != estimators::Source::built_in)
+      return "<p class='soft'>Its scenario.yaml names an external program as estimator; running it again "
+             "starts that program.</p>";
+    return "<pre>tools/gaitslam run " + escaped(files::shell_word((run_.folder / "scenario.yaml").string())) +
+           " --out DIR</pre>";
+  }
+
+  /// Names a time of a figure, at first its middle, how to see it in the view, and the nearest image; a click
+  /// in the figure changes it (web/pages.js).
+  std::string instant(const Figure& figure) const {
+    const std::vector<double>& t = figure.lines.front().x;
+    if (t.empty()) return "";
+    const double middle = t[t.size() / 2];
+    std::string html = fmt::format(
+        "<p class='soft instant no-print'>at <span>{0:.2f}</span> s: <code>{1}</code> and "
+        "<code>#t=<span>{0:.2f}</span></code> after its address",
+        middle, escaped(view_command(run_)));
+    if (pictures_.empty()) return html + "</p>";
+    const auto nearest =
+        std::ranges::min_element(pictures_, {}, [&](const Picture& p) { return std::abs(p.t - middle); });
+    return html + fmt::format("; <a href='#{}picture-{}'>image at {} s</a></p>", prefix_,
+                              nearest - pictures_.begin(), nearest->t);
+  }
+
+  std::string closure_text() const {
+    const auto value = [&](const char* name) { return number_text(run_.value(name)); };
+    if (run_.value("loop_time_s"))
+      return fmt::format(
+          "<p>The loop was closed at {} s by {} landmarks of the first quarter. The position error was {} m "
+          "before and {} m one second after.</p>",
+          value("loop_time_s"), value("loop_landmarks"), value("loop_error_before_m"),
+          value("loop_error_after_m"));
+    std::string why = "no landmark of the first quarter was recognized";
+    for (const result::SeedMetric& metric : run_.metrics)
+      if (metric.name == "loop_closed" && !metric.reason.empty()) why = metric.reason;
+    return fmt::format("<p class='soft'>The loop was not closed: {}.</p>", escaped(why));
+  }
+
+  std::string images_text() const {
+    const auto ate = run_.value("ate_se3_rmse_m"), odometry = run_.value("odometry_ate_se3_rmse_m");
+    if (!ate || !odometry) return "";
+    return fmt::format(
+        "<p>ATE {} mm. The same sensors without images (estimator odometry, the thin line) have {} mm, "
+        "{:.1f} times as much.</p>",
+        number_text(kMm * *ate), number_text(kMm * *odometry), *odometry / *ate);
+  }
+
+  /// One image of each camera of the rig, at the middle of the walk.
+  std::string rig_strip() const {
+    if (run_.recording.empty() || run_.frames.empty()) return "";
+    const Pictures pictures(run_.recording);
+    const std::size_t middle = run_.frames.size() / 2;
+    const double t = std::round(100 * slam::seconds(run_.frames[middle].t)) / 100;
+    std::string html;
+    for (const rig::RigSensor& sensor : pictures.setup().rig) {
+      if (!rig::is_camera(sensor)) continue;
+      const auto file = image_files(run_.frames, run_.recording, sensor.name)[middle];
+      if (file.empty()) continue;
+      const std::string name = escaped(sensor.name);
+      html += fmt::format("<figure>{}</svg><span class='soft'>{}, {}</span></figure>",
+                          image_svg(pictures.rig(sensor, file), name, t), name, words_of(sensor));
+    }
+    return html.empty()
+               ? ""
+               : fmt::format(
+                     "<p class='soft'>The newest image of each at {} s.</p><div class='strip'>{}</div>", t,
+                     html);
+  }
+
+  /// The map in three dimensions, drawn by web/map.js from the frames of the run.
+  std::string map() const {
+    nlohmann::ordered_json frames = nlohmann::ordered_json::array();
+    bool any = false;
+    for (std::size_t i = 0; i < run_.frames.size(); ++i) {
+      Frame frame = run_.frames[i];
+      if (i % kEvery != 0 && i + 1 < run_.frames.size() && !frame.map) continue;
+      any = any || frame.map;
+      frame.report.reset();
+      frames.push_back(to_json(frame));
+    }
+    if (!any) return "";
+    return fmt::format(
+               "<figure><figcaption>Map: landmarks with 3-sigma ellipsoids; camera with its 3-sigma "
+               "ellipsoid ten times as large. Drag or arrow keys to turn, wheel or + and - to "
+               "zoom.</figcaption><div class='map' data-figure='map_3d' "
+               "data-frames='{}frames'></div></figure>",
+               prefix_) +
+           data_script(prefix_ + "frames", files::json_text(frames));
+  }
+
+  std::string metrics_table() const {
+    std::vector<TableRow> rows;
+    std::map<std::string, std::vector<std::string>> undefined;  // metrics by the reason
+    for (const result::SeedMetric& metric : run_.metrics) {
+      const score::MetricDefinition* const known = score::find_metric(metric.name);
+      if (!metric.value) {
+        undefined[metric.reason].push_back(metric.name);
+        continue;
+      }
+      rows.push_back({{code_cell(column_of(metric.name, run_.alignment)), number_cell(metric.value),
+                       text_cell(metric.unit == "1" ? "" : metric.unit),
+                       text_cell(known ? known->definition : "", "soft")}});
+    }
+    std::string html =
+        table_html("metrics", {{"metric"}, {"value", "number"}, {"unit"}, {"definition"}}, rows);
+    for (const auto& [reason, names] : undefined)
+      html += fmt::format("<p class='soft'>Not defined here ({}): {}</p>", escaped(reason),
+                          escaped(fmt::format("{}", fmt::join(names, ", "))));
+    return html;
+  }
+
+  std::string configuration() const {
+    std::vector<TableRow> rows;
+    for (const auto& key : scenario::scenario_keys()) {
+      if (!scenario::has_section(scenario_, key.name)) continue;
+      const auto set_by = run_.about.set_by.find(key.name);
+      rows.push_back(
+          {{code_cell(key.name), code_cell(key.print(scenario_)), text_cell(scenario::unit_of(key.name)),
+            text_cell(set_by == run_.about.set_by.end() ? "default" : set_by->second, "soft")}});
+    }
+    return fmt::format("<details><summary>{} keys and the origin of each</summary>{}</details>", rows.size(),
+                       table_html("configuration", {{"key"}, {"value"}, {"unit"}, {"from"}}, rows));
+  }
+
+  const RunData& run_;
+  std::string prefix_;
+  scenario::Scenario scenario_;
+  std::vector<Figure> figures_;
+  std::vector<Picture> pictures_;
+};
 
 constexpr std::size_t kInFull = 12;  // runs
 
@@ -81,6 +360,44 @@ std::string runs_in_detail(const std::vector<RunData>& runs, const std::vector<b
 }
 
 }  // namespace
+
+std::vector<Picture> pictures(const RunData& run, int count) {
+  std::vector<Picture> all;
+  const std::vector<fs::path> files = image_files(run.frames, run.recording);
+  std::vector<std::size_t> seen;
+  for (std::size_t i = 0; i < files.size(); ++i)
+    if (!files[i].empty()) seen.push_back(i);
+  if (seen.empty()) return all;
+  const Pictures pictures(run.recording);
+  for (int k = 0; k < count; ++k) {
+    const std::size_t i = seen[static_cast<std::size_t>(k) * (seen.size() - 1) /
+                               static_cast<std::size_t>(std::max(1, count - 1))];
+    all.push_back(picture_of(run.frames[i], pictures.png(files[i]), run.frames[seen[0]]));
+  }
+  return all;
+}
+
+std::string picture_strip(const std::vector<Picture>& pictures, const std::string& prefix) {
+  if (pictures.empty()) return "";
+  std::string html =
+      "<p class='soft'>Ellipses are the search regions of landmarks (3 sigma): green with the matched 11 x "
+      "11 patch if the match was used, yellow otherwise.</p><div class='strip'>";
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    html +=
+        fmt::format("<figure id='{0}picture-{1}' data-t='{2}'>{3}<span class='soft'>{2} s</span></figure>",
+                    prefix, i, pictures[i].t, pictures[i].svg);
+  return html + "</div>";
+}
+
+std::string verdict_of(const RunData& run) {
+  const scenario::Scenario scenario = scenario::read_scenario(run.folder / "scenario.yaml").scenario;
+  if (!result::is_allowed(scenario, run.ending)) return std::string(name_of(run.ending));
+  return result::exit_code(scenario, run.ending, run.limits) == 0 ? "passed" : "missed a limit";
+}
+
+std::string run_sections(const RunData& run, const std::string& prefix, const std::string& title) {
+  return RunSections(run, prefix).html(title);
+}
 
 std::string runs_page(const std::vector<RunData>& runs) {
   const std::vector<bool> in_full = runs_in_full(runs);

@@ -31,12 +31,8 @@ Figure strip(const char* name, const char* title, std::vector<std::pair<const ch
   return f;
 }
 
-void add_value(Figure& f, std::size_t line, double t, double value) {
-  f.lines[line].x.push_back(t), f.lines[line].y.push_back(value);
-}
-
 void add_error(Figure& f, std::size_t line, double t, double error, double sigma) {
-  add_value(f, line, t, error);
+  f.lines[line].add(t, error);
   f.envelopes[line].x.push_back(t);
   f.envelopes[line].low.push_back(-3 * sigma), f.envelopes[line].high.push_back(3 * sigma);
 }
@@ -107,12 +103,12 @@ void Strips::add(Frame& frame) {
     add_error(figures_[kPosition], static_cast<std::size_t>(axis), t, kMm * e.error(axis),
               kMm * e.sigma(axis));
   add_error(figures_[kHeading], 0, t, kDeg * e.error(3), kDeg * e.sigma(3));
-  add_value(figures_[kNees], 0, t, e.nees.position);
+  figures_[kNees].lines[0].add(t, e.nees.position);
   if (!frame.report) return;
   const auto& searched = frame.report->searched;
   const auto found = std::ranges::count_if(searched, &slam::Search::used);
-  add_value(figures_[kLandmarks], 0, t, frame.report->landmarks);
-  add_value(figures_[kLandmarks], 1, t, static_cast<double>(found));
+  figures_[kLandmarks].lines[0].add(t, frame.report->landmarks);
+  figures_[kLandmarks].lines[1].add(t, static_cast<double>(found));
 }
 
 void Strips::follow_feet(Frame& frame) {
@@ -123,7 +119,7 @@ void Strips::follow_feet(Frame& frame) {
     if (foot.load_n > kLoaded_n && !landed_[i]) landed_[i] = foot.truth;
     if (foot.load_n < kUnloaded_n) landed_[i].reset();
     foot.landed = landed_[i];
-    add_value(figures_[kSlip], i, t, landed_[i] ? kMm * (foot.truth - *landed_[i]).head<2>().norm() : NAN);
+    figures_[kSlip].lines[i].add(t, landed_[i] ? kMm * (foot.truth - *landed_[i]).head<2>().norm() : NAN);
     if (foot.load_n > kUnloaded_n) add_corners(foot.truth, corners);
   }
   frame.support.clear();
@@ -131,7 +127,7 @@ void Strips::follow_feet(Frame& frame) {
   cv::convexHull(corners, frame.support);
   if (!frame.zmp) return;
   const cv::Point2f zmp(static_cast<float>(frame.zmp->x()), static_cast<float>(frame.zmp->y()));
-  add_value(figures_[kMargin], 0, t, kMm * cv::pointPolygonTest(frame.support, zmp, true));
+  figures_[kMargin].lines[0].add(t, kMm * cv::pointPolygonTest(frame.support, zmp, true));
 }
 
 std::string strips_html(const std::vector<pages::Figure>& figures) {

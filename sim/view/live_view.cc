@@ -36,37 +36,32 @@ struct Channel {
   std::string (*payload)(const Frame& frame, const recording::RecordingSetup& setup);
 };
 
-const std::array<Channel, 6>& channels() {
-  using Setup = recording::RecordingSetup;
-  static const std::array<Channel, 6> all{
-      {{"/camera/image/compressed", ros::kCompressedImage,
-        [](const Frame& f, const Setup&) {
-          return f.image.empty()
-                     ? ""
-                     : ros::compressed_image(f.t, ros::kCameraFrame, recording::encode_grey_png(f.image));
-        }},
-       {"/camera/camera_info", ros::kCameraInfo,
-        [](const Frame& f, const Setup& setup) {
-          return f.image.empty() ? "" : ros::camera_info(f.t, ros::kCameraFrame, setup.calibration.camera);
-        }},
-       {"/imu", ros::kImu, nullptr},  // of all observations, not only of frames
-       {"/ground_truth/pose", ros::kPoseStamped,
-        [](const Frame& f, const Setup&) {
-          return f.truth ? ros::pose_stamped(f.t, "world", *f.truth) : "";
-        }},
-       {"/plan/pose", ros::kPoseStamped,
-        [](const Frame& f, const Setup&) { return f.plan ? ros::pose_stamped(f.t, "world", *f.plan) : ""; }},
-       {"/slam/pose", ros::kPoseWithCovarianceStamped, [](const Frame& f, const Setup&) {
-          return f.estimate ? ros::pose_with_covariance_stamped(
-                                  f.t, "world", *f.estimate, f.covariance.value_or(files::Matrix6d::Zero()))
-                            : "";
-        }}}};
-  return all;
-}
+using Setup = recording::RecordingSetup;
+const std::array<Channel, 6> kChannels{
+    {{"/camera/image/compressed", ros::kCompressedImage,
+      [](const Frame& f, const Setup&) {
+        return f.image.empty()
+                   ? ""
+                   : ros::compressed_image(f.t, ros::kCameraFrame, recording::encode_grey_png(f.image));
+      }},
+     {"/camera/camera_info", ros::kCameraInfo,
+      [](const Frame& f, const Setup& setup) {
+        return f.image.empty() ? "" : ros::camera_info(f.t, ros::kCameraFrame, setup.calibration.camera);
+      }},
+     {"/imu", ros::kImu, nullptr},  // of all observations, not only of frames
+     {"/ground_truth/pose", ros::kPoseStamped,
+      [](const Frame& f, const Setup&) { return f.truth ? ros::pose_stamped(f.t, "world", *f.truth) : ""; }},
+     {"/plan/pose", ros::kPoseStamped,
+      [](const Frame& f, const Setup&) { return f.plan ? ros::pose_stamped(f.t, "world", *f.plan) : ""; }},
+     {"/slam/pose", ros::kPoseWithCovarianceStamped, [](const Frame& f, const Setup&) {
+        return f.estimate ? ros::pose_with_covariance_stamped(f.t, "world", *f.estimate,
+                                                              f.covariance.value_or(files::Matrix6d::Zero()))
+                          : "";
+      }}}};
 
 ordered_json advertisement() {
   ordered_json list = ordered_json::array();
-  for (const Channel& channel : channels())
+  for (const Channel& channel : kChannels)
     list.push_back({{"id", list.size() + 1},
                     {"topic", channel.topic},
                     {"encoding", "cdr"},
@@ -130,7 +125,7 @@ class Foxglove {
       for (const std::uint32_t id : message.unsubscribed) drop(id);
       for (const auto& [id, channel] : message.subscriptions) {
         drop(id);
-        if (channel < 1 || channel > channels().size() || client.subscriptions.size() >= kMostSubscriptions)
+        if (channel < 1 || channel > kChannels.size() || client.subscriptions.size() >= kMostSubscriptions)
           complain(fmt::format("unknown channel {} or too many subscriptions", channel));
         else
           client.subscriptions.push_back({id, channel});
@@ -151,7 +146,7 @@ class Foxglove {
         for (const exports::ImuReading& reading : imu)
           send_one(client, subscription, reading.t, ros::imu(reading, ros::kImuFrame, 0, 0));
       else
-        send_one(client, subscription, frame.t, channels()[channel - 1].payload(frame, setup_));
+        send_one(client, subscription, frame.t, kChannels[channel - 1].payload(frame, setup_));
     }
   }
 

@@ -1,9 +1,8 @@
-// The view of a live run: its speed as its viewers set it, and the messages that clients may send in the
-// view's own protocol or in Foxglove's.
+// The view of a live run: its speed as viewers set it, and the messages of clients, also in Foxglove's
+// protocol.
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>

@@ -25,8 +25,8 @@ namespace {
 
 class ReplaySession : public ViewSession {
  public:
-  ReplaySession(const ViewRequest& request, const scenario::ReadScenario& read,
-                const std::filesystem::path& recording, const std::filesystem::path& models) {
+  ReplaySession(const ViewRequest& request, const scenario::ReadScenario& read, const fs::path& recording,
+                const fs::path& models) {
     const recording::RecordingSetup setup = recording::RecordingReader(recording).setup();
     ShownRun run{.label = fmt::format("{}, seed {}, replayed", read.scenario.name, read.scenario.seed)};
     const MakeRobot make = robot_maker(models);
@@ -76,8 +76,7 @@ class ReplaySession : public ViewSession {
 }  // namespace
 
 std::unique_ptr<ViewSession> view_of_replay(const ViewRequest& request, const scenario::ReadScenario& read,
-                                            const std::filesystem::path& recording,
-                                            const std::filesystem::path& models) {
+                                            const fs::path& recording, const fs::path& models) {
   if (!request.view) return nullptr;
   return std::make_unique<ReplaySession>(request, read, recording, models);
 }

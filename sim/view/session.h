@@ -24,6 +24,8 @@ struct RobotDescription;
 
 namespace sim::view {
 
+namespace fs = std::filesystem;
+
 struct ViewRequest : Access {
   bool view = false, control = false, wait = false;
   std::function<void(const std::string& url)> opened = [](const std::string&) {};
@@ -42,22 +44,20 @@ class ViewSession {
 
 /// Null unless requested. Throws as LiveView does.
 std::unique_ptr<ViewSession> view_of_run(const ViewRequest& request, const scenario::ReadScenario& read,
-                                         const std::filesystem::path& models);
+                                         const fs::path& models);
 /// recording: the replayed one.
 std::unique_ptr<ViewSession> view_of_replay(const ViewRequest& request, const scenario::ReadScenario& read,
-                                            const std::filesystem::path& recording,
-                                            const std::filesystem::path& models);
+                                            const fs::path& recording, const fs::path& models);
 
 /// For exports; null without the simulator. Throws std::runtime_error if the models do not load.
 std::shared_ptr<const exports::RobotDescription> robot_description(const scenario::Scenario& scenario,
-                                                                   const std::filesystem::path& models);
+                                                                   const fs::path& models);
 
 /// Draws the robot in its room at a time, with its true waist pose and its measured joint angles.
 using RobotView = std::function<cv::Mat(slam::Stamp t, const Eigen::Isometry3d& X_WB)>;
-/// Empty without the simulator. Must be called in order of time by the thread that made it. Throws FileError
-/// for broken encoder files of the recording.
-RobotView robot_from_outside(const scenario::Scenario& scenario, const std::filesystem::path& recording,
-                             const std::filesystem::path& models);
+/// Empty without the simulator. Must be called in order of time by the thread that made it. Throws FileError.
+RobotView robot_from_outside(const scenario::Scenario& scenario, const fs::path& recording,
+                             const fs::path& models);
 
 inline constexpr int kPanelWidth = 640, kPanelHeight = 480;  // px
 

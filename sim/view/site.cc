@@ -24,11 +24,12 @@ namespace sim::view {
 namespace {
 
 using nlohmann::ordered_json;
-namespace fs = std::filesystem;
 
 Resource resource(std::string type, std::string_view bytes) {
   return {std::move(type), std::make_shared<const std::string>(bytes)};
 }
+
+Resource json_resource(std::string text) { return resource("application/json", text); }
 
 // The page names its script and its style with the token; the script reads it from the page's own address.
 std::string page_with(std::string_view token) {
@@ -219,7 +220,6 @@ Message json_message(const ordered_json& content) {
   return {std::make_shared<const std::string>(files::json_text(content)), true, false};
 }
 
-Resource json_resource(std::string text) { return resource("application/json", text); }
 Resource bytes_resource(std::string bytes) { return resource("application/octet-stream", bytes); }
 
 void add_rig(Site& site, const ShownRun& run, std::size_t number_of_run,

@@ -22,6 +22,8 @@
 
 namespace sim::view {
 
+namespace fs = std::filesystem;
+
 /// Robot and room. pieces: triangles of one body and picture: the length of a JSON list (little-endian, four
 /// bytes); {body, picture, vertices, indices} of each (body: index of the pose in Frame::bodies, -1: the
 /// room; picture: index in the pictures, -1: plain color); blanks up to a multiple of four bytes; then for
@@ -74,11 +76,9 @@ class Site {
 /// A message of text that must not be lost.
 Message json_message(const nlohmann::ordered_json& content);
 
-Resource json_resource(std::string text);
 Resource bytes_resource(std::string bytes);
 
-/// Adds /rig/<run>/<sensor>/<number> for each sensor of a run's rig. reading: what the page shows of it, or
-/// "".
+/// Adds /rig/<run>/<sensor>/<number> for each sensor of a run's rig. reading: what the page shows, or "".
 void add_rig(Site& site, const ShownRun& run, std::size_t number_of_run,
              const std::function<std::string(std::size_t sensor, std::size_t number)>& reading);
 
@@ -117,27 +117,27 @@ struct RobotModel {
 };
 
 /// Frames of a recording for a replay's view: truth, feet, zero-moment point, a given robot's bodies.
-std::vector<Frame> read_recorded_frames(const std::filesystem::path& recording, const RobotModel* robot);
+std::vector<Frame> read_recorded_frames(const fs::path& recording, const RobotModel* robot);
 
 /// Loads a scenario's robot; empty without the simulator. Throws std::runtime_error if models do not load.
 using MakeRobot = std::function<RobotModel(const scenario::Scenario&)>;
 
 /// The robot maker of a program with the simulator; empty otherwise.
-MakeRobot robot_maker(const std::filesystem::path& models);
+MakeRobot robot_maker(const fs::path& models);
 
 /// A result as the page plays it.
 struct Playback {
   ShownRun run;
-  std::string scenario;                                      ///< its name
-  std::vector<Frame> frames;                                 ///< without images
-  std::vector<std::filesystem::path> images;                 ///< PNG of each frame, or empty
-  std::vector<std::vector<std::filesystem::path>> rig = {};  ///< the same of each sensor of the rig
-  std::shared_ptr<const pages::Pictures> pictures;           ///< absent without a recording
+  std::string scenario;                             ///< its name
+  std::vector<Frame> frames;                        ///< without images
+  std::vector<fs::path> images;                     ///< PNG of each frame, or empty
+  std::vector<std::vector<fs::path>> rig = {};      ///< the same of each sensor of the rig
+  std::shared_ptr<const pages::Pictures> pictures;  ///< absent without a recording
 };
 
 /// Reads a result folder and its recording: its own, or that of the result it lies in as `replay` leaves it.
 /// ShownRun::missing lists missing parts. Throws FileError if it is not a result or a file is broken.
-Playback read_playback(const std::filesystem::path& result, const MakeRobot& make_robot);
+Playback read_playback(const fs::path& result, const MakeRobot& make_robot);
 
 /// Serves one result, or two of one scenario.
 class PlaybackView {

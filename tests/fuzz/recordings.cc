@@ -109,20 +109,13 @@ inline void recording(std::string_view text) {
   using namespace recordings::recording_format;
   static std::map<std::string, std::string> files = contents();
   static const std::vector<std::string> parsed = [] {
-    std::vector<std::string> all{kFrames,
-                                 sensor_file("cam0"),
-                                 sensor_rows("cam0"),
-                                 sensor_file("imu0"),
-                                 sensor_rows("imu0"),
-                                 sensor_file("plan0"),
-                                 sensor_rows("plan0"),
-                                 kTrueCamera.file,
-                                 kTrueWaist.file,
-                                 kPlannedWaist.file,
-                                 kFeet.file,
-                                 kCorrectedSteps.file,
-                                 kSurfaces.file,
-                                 kBody};
+    std::vector<std::string> all{kFrames};
+    for (const char* sensor : {"cam0", "imu0", "plan0"})
+      all.insert(all.end(), {sensor_file(sensor), sensor_rows(sensor)});
+    for (const Table* table :
+         {&kTrueCamera, &kTrueWaist, &kPlannedWaist, &kFeet, &kCorrectedSteps, &kSurfaces})
+      all.push_back(table->file);
+    all.push_back(kBody);
     for (const auto& [name, content] : files)
       if ((name.starts_with("mav0/rig_") && !name.ends_with(".png")) || name.starts_with("mav0/encoders0") ||
           name.starts_with("mav0/forces0"))

@@ -6,7 +6,7 @@ namespace tests {
 namespace {
 
 const std::string kWalk =
-    std::string(kShortWalk) + "limits: {path_length_m.worst: {at_least: 0.01}, rmse_m: {at_most: 1}}\n";
+    kShortWalk + "limits: {path_length_m.worst: {at_least: 0.01}, rmse_m: {at_most: 1}}\n";
 
 class BatchTest : public CommandLine {
  protected:
@@ -19,11 +19,6 @@ class BatchTest : public CommandLine {
     EXPECT_THAT(differences(folder_ / a, folder_ / b, without), IsEmpty()) << a << " and " << b;
   }
 
-  Ran checked(const std::string& schema, const std::string& file) const {
-    return shell("/usr/bin/python3 '" GAITSLAM_SOURCE_DIR
-                 "/tests/tools/check_schema.py' '" GAITSLAM_SOURCE_DIR "/sim/result/schemas/" +
-                 schema + ".schema.json' " + file);
-  }
   /// The JSON document that a command prints, after a check against its schema.
   json document_of(const std::string& arguments, const std::string& schema) const {
     const Ran ran = gaitslam(arguments).ends(0);
@@ -56,14 +51,14 @@ TEST_F(BatchTest, ReplayOfAResultGivesItsBytesAndTakesAnotherScenarioOfTheSameWa
   EXPECT_EQ(gaitslam(replay + "again").exit_code, 2);
   ok(replay + "again --force");
 
-  write("loud.yaml", std::string(kShortWalk) + "errors: {gyro: {sigma_rad_s: 0.02}}\nname: walk\n");
+  write("loud.yaml", kShortWalk + "errors: {gyro: {sigma_rad_s: 0.02}}\nname: walk\n");
   ok(replay + "same --scenario walk.yaml");
   ok(replay + "loud --scenario loud.yaml");
   EXPECT_EQ(text_of("same/estimate.tum"), text_of("again/estimate.tum"));
   EXPECT_NE(text_of("loud/estimate.tum"), text_of("same/estimate.tum"));
-  write("other.yaml", "walk: {commands: [{stand: {duration_s: 2}}]}\ncamera: {}\nslam: {}\n");
+  write("other.yaml", scenario_of("{stand: {duration_s: 2}}"));
   const Ran other = gaitslam(replay + "other --scenario other.yaml").ends(2);
-  EXPECT_THAT(other.err, HasSubstr("other.yaml: walk.commands is"));
+  EXPECT_THAT(other.err, Has("other.yaml: walk.commands is"));
 }
 
 // In a container the program that starts a batch is often process 1.
@@ -86,37 +81,36 @@ TEST_F(BatchTest, RunsFromTheCacheHaveTheBytesOfARunAndShareARecordingOverSensor
   ok(run + "live");
   expect_same("live", "cached");
   const std::string listed = cached();
-  EXPECT_THAT(listed, HasSubstr("stand seed 1"));
+  EXPECT_THAT(listed, Has("stand seed 1"));
   EXPECT_EQ(std::count(listed.begin(), listed.end(), '\n'), 2) << "one recording and the sum";
   EXPECT_THAT(shell("find 'the cache' -name about.json -exec cat {} +").out,
-              AllOf(HasSubstr("\"stand.yaml:"), Not(HasSubstr("/gaitslam-"))))
+              AllOf(Has("\"stand.yaml:"), Lacks("/gaitslam-")))
       << "the scenario as given";
 
   for (const char* out : {"fell", "made --cached", "found --cached"})
     EXPECT_EQ(gaitslam(fall + out).exit_code, 3);
   expect_same("fell", "made");
   expect_same("fell", "found");
-  EXPECT_THAT(text_of("fell/seed-1/about.json"), HasSubstr("fell"));
+  EXPECT_THAT(text_of("fell/seed-1/about.json"), Has("fell"));
 }
 
 TEST_F(BatchTest, SeedsAreRecordedInProcessesAndOnlyWhereTheyAreMissing) {
-  EXPECT_THAT(ok("record stand.yaml --seeds 1,2 --jobs 2"), HasSubstr("seed 2: recorded, completed"));
-  EXPECT_THAT(ok("record stand.yaml --seeds 1..3"),
-              AllOf(HasSubstr("seed 1: was in the cache"), HasSubstr("seed 3: recorded")));
+  EXPECT_THAT(ok("record stand.yaml --seeds 1,2 --jobs 2"), Has("seed 2: recorded, completed"));
+  EXPECT_THAT(ok("record stand.yaml --seeds 1..3"), Has("seed 1: was in the cache", "seed 3: recorded"));
   ok("run stand.yaml --seeds 1..3 --cached --jobs 2");
   write("suites/ci.yaml", "seeds: 1..2\nscenarios: [{scenario: ../stand.yaml}]\n");
   ok("baseline update suites/ci.yaml --reason first --out made --jobs 2");
   EXPECT_THAT(ok("regress suites/ci.yaml --out again --jobs 2 --cached"),
-              AllOf(HasSubstr("2 seeds paired"), HasSubstr("IDENTICAL"), Not(HasSubstr("SAME"))));
-  EXPECT_THAT(ok("cache clean"), HasSubstr("3 recordings removed"));
-  EXPECT_THAT(cached(), Not(HasSubstr("seed")));
+              AllOf(Has("2 seeds paired", "IDENTICAL"), Lacks("SAME")));
+  EXPECT_THAT(ok("cache clean"), Has("3 recordings removed"));
+  EXPECT_THAT(cached(), Lacks("seed"));
   EXPECT_EQ(gaitslam("record stand.yaml --models nowhere").err, "gaitslam: nowhere: has no models\n");
   EXPECT_EQ(shell("GAITSLAM_CACHE_GB=much " GAITSLAM_PROGRAM " cache list").err,
             "gaitslam: GAITSLAM_CACHE_GB is 'much', expected a number of gigabytes\n");
 }
 
 TEST_F(BatchTest, ATuningMakesItsRecordingsAndLeavesAnOverlayAndAReportUnlessItIsWorseOnTheHoldout) {
-  write("steps.yaml", "walk: {commands: [{straight: {forward_m: 0.1, left_m: 0}}]}\ncamera: {}\nslam: {}\n");
+  write("steps.yaml", scenario_of("{straight: {forward_m: 0.1, left_m: 0}}"));
   const auto write_spec = [&](const std::string& name, const std::string& holdout) {
     write(name,
           "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.3, start: 0.1}}\n"
@@ -125,12 +119,11 @@ TEST_F(BatchTest, ATuningMakesItsRecordingsAndLeavesAnOverlayAndAReportUnlessItI
   };
   write_spec("spec.yaml", "");
   const Ran first = gaitslam("tune spec.yaml --out first --jobs 2").ends(0);
-  EXPECT_THAT(first.out, AllOf(HasSubstr("slam.gyro.sigma_rad_s"), HasSubstr("pose_nll on hold-out")));
-  EXPECT_THAT(text_of("first/tune.json"), HasSubstr("\"steps/seed-2\""));
-  EXPECT_THAT(text_of("first/report.html"),
-              AllOf(HasSubstr("The search"), HasSubstr("better on hold-out runs")));
-  EXPECT_THAT(ok("config steps.yaml --with first/best.yaml"), HasSubstr("best.yaml:3"));
-  EXPECT_THAT(ok("record steps.yaml --seeds 1..3"), Not(HasSubstr(": recorded")));
+  EXPECT_THAT(first.out, Has("slam.gyro.sigma_rad_s", "pose_nll on hold-out"));
+  EXPECT_THAT(text_of("first/tune.json"), Has("\"steps/seed-2\""));
+  EXPECT_THAT(text_of("first/report.html"), Has("The search", "better on hold-out runs"));
+  EXPECT_THAT(ok("config steps.yaml --with first/best.yaml"), Has("best.yaml:3"));
+  EXPECT_THAT(ok("record steps.yaml --seeds 1..3"), Lacks(": recorded"));
   ok("tune spec.yaml --out second");
   EXPECT_EQ(text_of("first/tune.json"), text_of("second/tune.json"));
 
@@ -138,9 +131,9 @@ TEST_F(BatchTest, ATuningMakesItsRecordingsAndLeavesAnOverlayAndAReportUnlessItI
   expect_refused("tune other.yaml --out first", "first/trials.jsonl: is another log: gaitslam tune spec, ");
   EXPECT_EQ(text_of("first/tune.json"), text_of("second/tune.json"));
   EXPECT_THAT(gaitslam("tune other.yaml --out worse").ends(1).err,
-              HasSubstr("rejected: worse than the start on the hold-out recordings"));
+              Has("rejected: worse than the start on the hold-out recordings"));
   EXPECT_FALSE(fs::exists(folder_ / "worse/best.yaml"));
-  EXPECT_THAT(text_of("worse/report.html"), HasSubstr("rejected: worse on hold-out runs"));
+  EXPECT_THAT(text_of("worse/report.html"), Has("rejected: worse on hold-out runs"));
   write("worse/best.yaml", "mine");
   expect_refused("tune other.yaml --out worse", "worse/best.yaml: was not made by this version");
   EXPECT_EQ(text_of("worse/best.yaml"), "mine");
@@ -187,7 +180,7 @@ TEST_F(BatchTest, AFilterThatSeesNothingDivergesAndOneThatSeesAgainTracksAgain) 
         gaitslam("replay r/seed-1 --with times.yaml --out out --force 'errors.faults=[{frames_lost: {" +
                  time + "}}]'");
     EXPECT_EQ(ran.exit_code, exit_code) << ran.out << ran.err;
-    EXPECT_THAT(ran.out, HasSubstr(printed));
+    EXPECT_THAT(ran.out, Has(printed));
     return json_in("out/score.json");
   };
   const std::string whole = "tracking lost: no image arrives; the map was not found again";
@@ -198,8 +191,8 @@ TEST_F(BatchTest, AFilterThatSeesNothingDivergesAndOneThatSeesAgainTracksAgain) 
   EXPECT_EQ(lost[0]["cause"], whole);
   EXPECT_TRUE(lost[0]["to_s"].is_null());
   EXPECT_LT(never["metrics"]["tracked_fraction"]["value"], 0.5);
-  EXPECT_THAT(text_of("out/frames.csv"), AllOf(HasSubstr(",lost,tracking lost: no image arrives,"),
-                                               HasSubstr(",diverged," + whole + ",")));
+  EXPECT_THAT(text_of("out/frames.csv"),
+              Has(",lost,tracking lost: no image arrives,", ",diverged," + whole + ","));
 
   const json again = without_images("from_s: 0.5, duration_s: 0.6", 1, ">= 0.9900  MISSED"),
              for_a_time = again["tracking"]["lost"];

@@ -1,7 +1,6 @@
 // Runs the built program through a shell, in a temporary folder of the test.
 #pragma once
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -16,19 +15,15 @@
 #include <utility>
 #include <vector>
 
+#include "tests/sim/files/has.h"
 #include "tests/sim/result/result_folder.h"
 
 namespace tests {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-using testing::AllOf;
-using testing::ContainsRegex;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::MatchesRegex;
-using testing::Not;
-using testing::StartsWith;
+using testing::AllOf, testing::ContainsRegex, testing::IsEmpty, testing::MatchesRegex, testing::Not,
+    testing::StartsWith;
 
 inline const std::string kBlind = "run walk.yaml --without camera,slam ",
                          kBlindStand = "run stand.yaml --without camera,slam ";
@@ -43,28 +38,25 @@ struct Ran {
     EXPECT_EQ(exit_code, code) << out << err;
     return *this;
   }
-  /// Standard error without the progress lines that appear every 30 s without a terminal, as on a slow
-  /// machine.
+  /// Standard error without the progress lines that appear every 30 s, as on a slow machine.
   std::string complaints() const {
     static const std::regex progress("gaitslam: [^\\n]* %,[^\\n]* left[^\\n]*\\n");
     return std::regex_replace(err, progress, "");
   }
 };
 
-/// A scenario that takes a second: one step with camera and filter.
-inline constexpr const char* kShortWalk =
-    R"(walk: {commands: [{stand: {duration_s: 0.3}}, {straight: {forward_m: 0.15}}]}
-camera: {rate_hz: 10}
-slam: {}
-)";
+/// A scenario with camera and filter; camera: its keys.
+inline std::string scenario_of(const std::string& commands, const std::string& camera = "") {
+  return "walk: {commands: [" + commands + "]}\ncamera: {" + camera + "}\nslam: {}\n";
+}
 
-/// The cheapest scenario with camera and filter.
-inline constexpr const char* kStand =
-    "walk: {commands: [{stand: {duration_s: 0.2}}]}\nworld: {room: office}\ncamera: {rate_hz: 10}\nslam: "
-    "{}\n";
+/// One step, which takes a second, and the cheapest scenario with camera and filter.
+inline const std::string kStep = "{stand: {duration_s: 0.3}}, {straight: {forward_m: 0.15}}",
+                         kShortWalk = scenario_of(kStep, "rate_hz: 10"),
+                         kStand = scenario_of("{stand: {duration_s: 0.2}}", "rate_hz: 10") +
+                                  "world: {room: office}\n";
 
-/// Runs commands in a temporary folder of the test that contains kShortWalk as walk.yaml and a cache of
-/// recordings.
+/// Runs commands in a temporary folder with kShortWalk as walk.yaml and a cache of recordings.
 class CommandLine : public testing::Test {
  protected:
   CommandLine() {
@@ -85,14 +77,26 @@ class CommandLine : public testing::Test {
             text_of(".err")};
   }
   Ran gaitslam(const std::string& arguments) const { return shell(GAITSLAM_PROGRAM " " + arguments); }
+  /// Runs a command in the background until a shell condition is true, and sends it the signal.
+  Ran ended_when(const std::string& condition, const std::string& signal,
+                 const std::string& arguments) const {
+    return shell("env --default-signal=INT " GAITSLAM_PROGRAM " " + arguments +
+                 " & command=$!; while kill -0 $command && ! { " + condition +
+                 "; }; do sleep 0.02; done 2>/dev/null; kill -" + signal + " $command; wait $command");
+  }
+  /// Checks a JSON file against a schema of sim/result/schemas.
+  Ran checked(const std::string& schema, const std::string& file) const {
+    return shell("/usr/bin/python3 '" GAITSLAM_SOURCE_DIR
+                 "/tests/tools/check_schema.py' '" GAITSLAM_SOURCE_DIR "/sim/result/schemas/" +
+                 schema + ".schema.json' " + file);
+  }
   /// Standard output of a command that must succeed.
   std::string ok(const std::string& arguments) const {
     SCOPED_TRACE(arguments);
     return gaitslam(arguments).ends(0).out;
   }
 
-  /// Copies the results of `run walk.yaml --seeds 1..3` for these seeds into `to`. The walks are made once
-  /// for all tests of a build.
+  /// Copies results of `run walk.yaml --seeds 1..3`, made once for all tests of a build, into `to`.
   void short_walks(const std::string& to, const std::string& seeds = "1") const {
     write("walk.yaml", kShortWalk);
     shell("program='" GAITSLAM_PROGRAM "' to='" + to + "' seeds='" + seeds +

@@ -4,20 +4,13 @@
 namespace tests {
 namespace {
 
-constexpr const char* kWalk = R"(walk:
-  commands:
-    - stand: {duration_s: 0.3}
-    - straight: {forward_m: 0.3, left_m: 0}
-camera: {rate_hz: 10}
-slam: {}
-)";
-
 // One run and one export serve all tests of the process; each changes its own copy of the export.
 class Exchange : public CommandLine {
  protected:
   Exchange() {
     if (!fs::exists(run_)) {
-      write("walk.yaml", kWalk);
+      write("walk.yaml", scenario_of("{stand: {duration_s: 0.3}}, {straight: {forward_m: 0.3, left_m: 0}}",
+                                     "rate_hz: 10"));
       ok("run walk.yaml --out '" + run_.string() + "'");
       ok("export '" + run_.string() + "/seed-1' --format euroc --out '" + run_.string() + "/e'");
     }
@@ -26,8 +19,11 @@ class Exchange : public CommandLine {
   }
   static void TearDownTestSuite() { fs::remove_all(run_); }
 
-  json metric(const std::string& folder, const std::string& name) const {
-    return json_in(folder + "/score.json")["metrics"][name];
+  double value(const std::string& folder, const std::string& name) const {
+    return metric(folder_ / folder, name);
+  }
+  std::string reason(const std::string& folder, const std::string& name) const {
+    return json_in(folder + "/score.json")["metrics"][name]["reason"];
   }
 
   static inline const fs::path run_ =
@@ -40,9 +36,7 @@ TEST_F(Exchange, ARunComesBackFromItsEurocExportWithNearlyTheSameScores) {
   ok("replay e --out back");
   for (const auto& [name, tolerance_m] :
        {std::pair{"rmse_m", 0.005}, {"ate_se3_rmse_m", 0.005}, {"end_position_error_m", 0.008}})
-    EXPECT_NEAR(metric("back", name)["value"].get<double>(), metric("r/seed-1", name)["value"].get<double>(),
-                tolerance_m)
-        << name;
+    EXPECT_NEAR(value("back", name), value("r/seed-1", name), tolerance_m) << name;
 }
 
 TEST_F(Exchange, ATruthThatBeginsLateOrHasPositionsOnlyGivesNearlyTheSameErrors) {
@@ -52,19 +46,14 @@ TEST_F(Exchange, ATruthThatBeginsLateOrHasPositionsOnlyGivesNearlyTheSameErrors)
   shell("cd e/mav0/state_groundtruth_estimate0 && cut -d, -f1-4 data.csv >p && mv p data.csv");
   ok("replay e --out positions");
   ok("report positions --out positions.html");
-  const auto value = [&](const char* folder, const char* name) {
-    return metric(folder, name)["value"].get<double>();
-  };
   EXPECT_NEAR(value("late", "end_yaw_error_deg"), value("back", "end_yaw_error_deg"), 0.3);
   EXPECT_NEAR(value("positions", "ate_se3_rmse_m"), value("late", "ate_se3_rmse_m"), 1e-3);
-  EXPECT_THAT(metric("positions", "end_yaw_error_deg")["reason"].get<std::string>(),
-              HasSubstr("positions only"));
-  EXPECT_THAT(ok("score positions"), HasSubstr("truth     positions/truth.tum: TUM"));
+  EXPECT_THAT(reason("positions", "end_yaw_error_deg"), Has("positions only"));
+  EXPECT_THAT(ok("score positions"), Has("truth     positions/truth.tum: TUM"));
 }
 
 TEST_F(Exchange, TheScoresOfARunAreThoseThatNumpyFindsInItsFiles) {
-  EXPECT_THAT(shell("/usr/bin/python3 " GAITSLAM_ORACLE " unused r/seed-1").ends(0).out,
-              HasSubstr(" 0 differ"));
+  EXPECT_THAT(shell("/usr/bin/python3 " GAITSLAM_ORACLE " unused r/seed-1").ends(0).out, Has(" 0 differ"));
 }
 
 TEST_F(Exchange, AFolderWithoutTruthIsNotScoredAndOneWithoutAPlanUpToScale) {
@@ -73,12 +62,12 @@ TEST_F(Exchange, AFolderWithoutTruthIsNotScoredAndOneWithoutAPlanUpToScale) {
         "<argument>:1:1: errors.faults: frames_lost: never happens: it begins at 300 s, the walk ends at"}});
   shell("mv e/mav0/state_groundtruth_estimate0 truth");
   ok("replay e --out blind");
-  EXPECT_EQ(metric("blind", "rmse_m")["reason"], "the run has no true pose");
+  EXPECT_EQ(reason("blind", "rmse_m"), "the run has no true pose");
   EXPECT_FALSE(text_of("blind/estimate.tum").empty());
   shell("mv truth e/mav0/state_groundtruth_estimate0 && rm -r e/mav0/plan0");
-  EXPECT_THAT(ok("replay e --out back"), HasSubstr("\n  ate_sim3_rmse_m  "));
-  EXPECT_LT(metric("back", "ate_sim3_rmse_m")["value"].get<double>(), 0.05);
-  EXPECT_THAT(metric("back", "rmse_m")["reason"].get<std::string>(), HasSubstr("do not determine the scale"));
+  EXPECT_THAT(ok("replay e --out back"), Has("\n  ate_sim3_rmse_m  "));
+  EXPECT_LT(value("back", "ate_sim3_rmse_m"), 0.05);
+  EXPECT_THAT(reason("back", "rmse_m"), Has("do not determine the scale"));
 }
 
 TEST_F(Exchange, WhatCannotBeReplayedOrExportedIsOneLine) {
@@ -109,7 +98,7 @@ png = (b'\x89PNG\r\n\x1a\n' + chunk(b'IHDR', pack('>IIBBBBB', 320, 240, 8, 0, 0,
           std::string("import sys; f = sys.argv[1]; r = [x.rstrip('\\n').split(',') for x in open(f)]; ") +
               edit + "; open(f, 'w').writelines(','.join(map(str, x)) + '\\n' for x in r)");
     ASSERT_EQ(shell(std::string("/usr/bin/python3 edit.py e/mav0/") + file).exit_code, 0) << edit;
-    EXPECT_THAT(gaitslam("replay e --out back --force").ends(3).err, HasSubstr(cause)) << edit;
+    EXPECT_THAT(gaitslam("replay e --out back --force").ends(3).err, Has(cause)) << edit;
     fs::remove_all(folder_ / "e");
     fs::copy(run_ / "e", folder_ / "e", fs::copy_options::recursive);
   }
@@ -128,7 +117,7 @@ TEST_F(Exchange, AVideoHasAPictureForEachFrame) {
 
 // A limit on file size, in blocks of 512 bytes, stands for a full disk.
 TEST_F(Exchange, AVideoThatCannotBeWrittenReplacesNone) {
-  write("stand.yaml", "walk: {commands: [{stand: {duration_s: 0.1}}]}\ncamera: {rate_hz: 3}\nslam: {}\n");
+  write("stand.yaml", scenario_of("{stand: {duration_s: 0.1}}", "rate_hz: 3"));
   ok("run stand.yaml --out s");
   for (const std::string video : {"v.mp4", "v.webm"}) {
     ok("video s/seed-1 --out " + video);

@@ -9,14 +9,13 @@
 #include <thread>
 
 #include "sim/files/text.h"
+#include "tests/sim/files/has.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace {
 
 using namespace std::chrono_literals;
-using testing::AllOf;
-using testing::HasSubstr;
-using testing::Not;
+using testing::AllOf, tests::Has, tests::Lacks;
 
 /// The reported times left, every tenth of a second.
 std::vector<double> left_over(double seconds, const std::function<double(double)>& part) {
@@ -67,11 +66,11 @@ TEST_F(Progress, IsALineOfATerminalAndOtherwiseALineNowAndThen) {
   EXPECT_EQ(cli::progress_text("tune", 0.999, 5, {}, "search"), "tune: 99 %; search");
   EXPECT_EQ(cli::progress_text("export", {}, 185, {}, ""), "export: 3 min 05 s");
   const std::string lines = shown({.first = 0ms, .heartbeat = 100ms});
-  EXPECT_THAT(lines, AllOf(testing::StartsWith("gaitslam: walk: 25 %\n"), Not(HasSubstr("\033"))));
+  EXPECT_THAT(lines, AllOf(testing::StartsWith("gaitslam: walk: 25 %\n"), Lacks("\033")));
   EXPECT_GE(std::count(lines.begin(), lines.end(), '\n'), 2);
   EXPECT_THAT(shown({.redraws = true, .first = 0ms}),
-              AllOf(HasSubstr("\r\033[Kwalk: 25 %"), testing::EndsWith("\r\033[K"), Not(HasSubstr("\n"))));
-  EXPECT_THAT(shown({.redraws = true, .first = 0ms}, {}), HasSubstr("walk: 0 s"));
+              AllOf(Has("\r\033[Kwalk: 25 %"), testing::EndsWith("\r\033[K"), Lacks("\n")));
+  EXPECT_THAT(shown({.redraws = true, .first = 0ms}, {}), Has("walk: 0 s"));
 }
 
 TEST_F(Progress, OfBriefQuietInnerOrChildWorkIsNotShown) {

@@ -6,18 +6,16 @@
 namespace tests {
 namespace {
 
-// Returns the shell command that prints a page of this folder after its script ran and, on standard error,
-// the browser's console. No host name resolves: the page cannot load other files.
-std::string browser_command(const std::string& page) {
-  return "timeout 100 chromium --headless --no-sandbox --user-data-dir=profile --use-angle=swiftshader "
-         "--enable-unsafe-swiftshader --host-resolver-rules='MAP * ~NOTFOUND' --enable-logging=stderr "
-         "--window-size=1200,900 --virtual-time-budget=10000 --dump-dom \"file://$PWD/" +
-         page + "\"";
-}
-
 class ReportTest : public CommandLine {
  protected:
-  Ran opened(const std::string& page) const { return shell(browser_command(page)); }
+  /// The page after its script ran and, on standard error, the browser's console. No host name resolves.
+  Ran opened(const std::string& page) const {
+    return shell(
+        "timeout 100 chromium --headless --no-sandbox --user-data-dir=profile --use-angle=swiftshader "
+        "--enable-unsafe-swiftshader --host-resolver-rules='MAP * ~NOTFOUND' --enable-logging=stderr "
+        "--window-size=1200,900 --virtual-time-budget=10000 --dump-dom \"file://$PWD/" +
+        page + "\"");
+  }
   /// The page after its script ran, with all of its figures.
   std::string drawn(const std::string& page, int at_least) const {
     const Ran ran = opened(page);
@@ -26,7 +24,7 @@ class ReportTest : public CommandLine {
     EXPECT_TRUE(std::regex_search(ran.out, done, std::regex("data-drawn=\"(\\d+)\""))) << ran.err;
     EXPECT_EQ(figures[1], done[1]);
     EXPECT_GE(std::atoi(done.str(1).c_str()), at_least);
-    EXPECT_THAT(ran.err, Not(HasSubstr("CONSOLE"))) << "the browser's console is not empty";
+    EXPECT_THAT(ran.err, Lacks("CONSOLE")) << "the browser's console is not empty";
     return ran.out;
   }
 };
@@ -36,14 +34,12 @@ TEST_F(ReportTest, EveryFigureOfARunIsDrawnWithoutANetwork) {
   short_walks("one");
   ok("report one/seed-1 --out one.html");
   EXPECT_THAT(text_of("one.html"),
-              AllOf(Not(HasSubstr("<script src")), Not(HasSubstr("<link rel=\"stylesheet")),
-                    HasSubstr("ellipse class='used'")));
-  EXPECT_THAT(drawn("one.html", 10), HasSubstr("<code>tools/gaitslam view one/seed-1</code> and <code>#t="));
+              AllOf(Has("ellipse class='used'"), Lacks("<script src", "<link rel=\"stylesheet")));
+  EXPECT_THAT(drawn("one.html", 10), Has("<code>tools/gaitslam view one/seed-1</code> and <code>#t="));
   ok("run walk.yaml --without camera,slam world.seed=2 limits.path_length_m.at_least=0.01 --out bare");
   ok("report bare/seed-1 --out bare.html");
-  EXPECT_THAT(text_of("bare.html"),
-              AllOf(HasSubstr("<td class='soft'>argument 1</td>"), HasSubstr("<td class='soft'>walk.yaml:")));
-  EXPECT_THAT(drawn("bare.html", 3), HasSubstr("<td class=\"good\">passed</td>"));
+  EXPECT_THAT(text_of("bare.html"), Has("<td class='soft'>argument 1</td>", "<td class='soft'>walk.yaml:"));
+  EXPECT_THAT(drawn("bare.html", 3), Has("<td class=\"good\">passed</td>"));
 }
 
 // A folder of scenarios with folders of seeds, as a suite writes it.
@@ -53,20 +49,19 @@ TEST_F(ReportTest, AFolderOfScenariosIsGroupedByScenario) {
     ok("replay suite/walk/" + seed + " name=other --out suite/other/" + seed);
   ok("report suite --out suite.html");
   EXPECT_THAT(drawn("suite.html", 10),
-              AllOf(HasSubstr("<h1>other, walk: 4 runs</h1>"), HasSubstr("<h2>other: all runs</h2>"),
-                    HasSubstr("<h2>walk: all runs</h2>")));
+              Has("<h1>other, walk: 4 runs</h1>", "<h2>other: all runs</h2>", "<h2>walk: all runs</h2>"));
   ok("report suite/walk --out two.html");
   drawn("two.html", 13);
-  EXPECT_THAT(text_of("two.html"), AllOf(HasSubstr("<h1>walk: 2 runs</h1>"), HasSubstr("error_over_time"),
-                                         HasSubstr("in the 95 % band: position ")));
+  EXPECT_THAT(text_of("two.html"),
+              Has("<h1>walk: 2 runs</h1>", "error_over_time", "in the 95 % band: position "));
 }
 
 TEST_F(LongReportTest, ASweepHasAPageFromWhichItsWorstTrialCanBeRun) {
   ok("sweep walk.yaml slam.vision.sigma_px=1,3 --seeds 1,2 --out sweep");
   ok("report sweep --out sweep.html");
   const std::string page = text_of("sweep.html"), begin = "<pre>tools/gaitslam ";
-  EXPECT_THAT(page, HasSubstr("rmse_m over slam.vision.sigma_px"));
-  EXPECT_THAT(opened("sweep.html").err, Not(HasSubstr("CONSOLE")));
+  EXPECT_THAT(page, Has("rmse_m over slam.vision.sigma_px"));
+  EXPECT_THAT(opened("sweep.html").err, Lacks("CONSOLE"));
   const std::size_t at = page.find(begin) + begin.size();
   ok(page.substr(at, page.find("</pre>", at) - at) + " --out again");
   expect_refused("report sweep sweep --out x.html", "sweep: is a sweep or a tuning");
@@ -107,15 +102,15 @@ TEST_F(ReportTest, AKeyboardAndAPrinterAreEnough) {
 
 TEST_F(ReportTest, ABrokenPageIsNoticed) {
   write("broken.html", "<html data-figures=\"1\"><script>throw new Error('planted')</script></html>");
-  EXPECT_THAT(opened("broken.html").err, HasSubstr("CONSOLE"));
+  EXPECT_THAT(opened("broken.html").err, Has("CONSOLE"));
 }
 
 TEST_F(ReportTest, StillPicturesAppearTogetherAndHaveColors) {
   short_walks("two");
   ok("report two/seed-1 --plots svg --out figures");
-  EXPECT_THAT(text_of("figures/error_x.svg"), HasSubstr("</svg>"));
+  EXPECT_THAT(text_of("figures/error_x.svg"), Has("</svg>"));
   for (const char* color : {"#d55e00", "#0072b2", "#333"})  // of plan, estimate and truth
-    EXPECT_THAT(text_of("figures/from_above.svg"), HasSubstr(color));
+    EXPECT_THAT(text_of("figures/from_above.svg"), Has(color));
   EXPECT_EQ(gaitslam("report two/seed-1 --plots svg --out figures").exit_code, 2);
   ok("report two/seed-1 --plots svg --out figures --force");
 }
@@ -148,9 +143,9 @@ TEST_F(ReportTest, NoTextOfAReceivedResultRunsAsAScript) {
   ok("report one --out two.html");
   for (const char* page : {"one.html", "two.html"}) {
     const Ran ran = opened(page);
-    EXPECT_THAT(ran.out, Not(HasSubstr("data-ran"))) << page;
-    EXPECT_THAT(ran.out, HasSubstr("data-drawn=")) << page << ": the page itself is whole";
-    EXPECT_THAT(ran.err, Not(HasSubstr("CONSOLE"))) << page << ": nothing had to be blocked";
+    EXPECT_THAT(ran.out, Lacks("data-ran")) << page;
+    EXPECT_THAT(ran.out, Has("data-drawn=")) << page << ": the page itself is whole";
+    EXPECT_THAT(ran.err, Lacks("CONSOLE")) << page << ": nothing had to be blocked";
   }
 }
 
@@ -162,13 +157,13 @@ TEST_F(ReportTest, ThePolicyOfAPageBlocksWhatEscapingMissed) {
   page.insert(page.find("<body>") + 6, kPayload);
   write("with.html", page);
   const Ran with = opened("with.html");
-  EXPECT_THAT(with.out, Not(HasSubstr("data-ran")));
-  EXPECT_THAT(with.out, HasSubstr("data-drawn=")) << "the page itself is whole";
-  EXPECT_THAT(with.err, HasSubstr("Content Security Policy"));
+  EXPECT_THAT(with.out, Lacks("data-ran"));
+  EXPECT_THAT(with.out, Has("data-drawn=")) << "the page itself is whole";
+  EXPECT_THAT(with.err, Has("Content Security Policy"));
   const std::size_t policy = page.find("<meta http-equiv");
   write("without.html", page.erase(policy, page.find("\n", policy) - policy));
   const Ran without = opened("without.html");
-  for (int k = 0; k < 5; ++k) EXPECT_THAT(without.out, HasSubstr("data-ran" + std::to_string(k)));
+  for (int k = 0; k < 5; ++k) EXPECT_THAT(without.out, Has("data-ran" + std::to_string(k)));
 }
 
 TEST_F(ReportTest, PicturesOfAnEditedRecordingAreNotPutIntoAPage) {
@@ -235,10 +230,10 @@ using LongReproduceTest = ReproduceTest;
 TEST_F(LongReproduceTest, RunsAllExperimentsOnceAndGoesOnWhereItWasStopped) {
   const Ran first = reproduce().ends(0);
   EXPECT_EQ(first.complaints(), "") << "no progress line without a terminal";
-  EXPECT_THAT(first.out, AllOf(HasSubstr("page in out/index.html"), Not(HasSubstr("not run"))));
+  EXPECT_THAT(first.out, AllOf(Has("page in out/index.html"), Lacks("not run")));
   const std::string page = text_of("out/index.html");
   for (const char* part : {"Figure 1", "Figure 4", "Figure 6", "Figure 7", "Figure 8", "<ellipse"})
-    EXPECT_THAT(page, HasSubstr(part));
+    EXPECT_THAT(page, Has(part));
 
   const auto walked = made("tangent_circle"), replayed = made("vision_only");
   fs::remove_all(folder_ / "out/hall_paper/seed-3");
@@ -246,7 +241,7 @@ TEST_F(LongReproduceTest, RunsAllExperimentsOnceAndGoesOnWhereItWasStopped) {
   ASSERT_EQ(reproduce().exit_code, 0);
   EXPECT_EQ(made("tangent_circle"), walked) << "it was complete";
   EXPECT_NE(made("vision_only"), replayed) << "its scenario is another";
-  EXPECT_THAT(text_of("out/hall_paper/seed-3/depths.csv"), HasSubstr("probability"));
+  EXPECT_THAT(text_of("out/hall_paper/seed-3/depths.csv"), Has("probability"));
 }
 
 TEST_F(ReproduceTest, FromTheCacheItGivesTheSameAndWalksEachWalkOnce) {

@@ -1,5 +1,4 @@
-// Commands on a Slurm cluster: of three nodes on this machine (tools/slurm_local.sh), and one of shell
-// scripts.
+// Commands on a Slurm cluster: three nodes on this machine (tools/slurm_local.sh), and one of shell scripts.
 #include "tests/tools/command_line.h"
 
 namespace tests {
@@ -7,8 +6,7 @@ namespace {
 
 const std::string kTool = "'" GAITSLAM_SOURCE_DIR "/tools/slurm_local.sh' ";
 
-// $NOTICE is printed by sbatch on standard error, with $HELD the job does not start, and the call of squeue
-// with the number $HICCUP fails.
+// sbatch prints $NOTICE on standard error, with $HELD no job starts, and call $HICCUP of squeue fails.
 class ScriptedSlurm : public CommandLine {
  protected:
   ScriptedSlurm() {
@@ -42,8 +40,8 @@ TEST_F(ScriptedSlurm, ANoticeOrAFailingSqueueSubmitsNothingTwice) {
   for (const std::string settings : {"", "NOTICE='using the default partition'", "HICCUP=1", "HICCUP=2"}) {
     shell("rm -rf 'the cache' jobs jobs.calls");
     const Ran ran = on_slurm("record walk.yaml --seeds 1..3 --backend slurm", settings).ends(0);
-    EXPECT_THAT(ran.out, HasSubstr("seed 3: recorded, completed")) << settings;
-    EXPECT_THAT(ran.err, HasSubstr("slurm job 1000: ")) << settings;
+    EXPECT_THAT(ran.out, Has("seed 3: recorded, completed")) << settings;
+    EXPECT_THAT(ran.err, Has("slurm job 1000: ")) << settings;
     EXPECT_EQ(shell("ls jobs").out, "1000.ended\n") << settings;
   }
 }
@@ -54,10 +52,10 @@ TEST_F(ScriptedSlurm, NothingOfAnArrayThatMayStillRunIsDeleted) {
   on_slurm(sweep + "& until [ -e jobs.calls ]; do sleep 0.05; done; kill -KILL $!; wait $!", "HELD=1");
   const std::string files = "find s -type f | grep -v -e .unfinished -e .gaitslam | sort | xargs cksum",
                     before = shell("rm jobs.calls; " + files).out;
-  EXPECT_THAT(before, HasSubstr("/element.sh"));
+  EXPECT_THAT(before, Has("/element.sh"));
   for (const std::string settings : {"", "HICCUP=2"}) {
     EXPECT_THAT(on_slurm(other, settings).ends(2).err,
-                HasSubstr("belongs to the Slurm job 1000, which may still run"));
+                Has("belongs to the Slurm job 1000, which may still run"));
     EXPECT_EQ(shell(files).out, before) << settings;
   }
   shell("mv jobs/1000 jobs/1000.ended");
@@ -75,7 +73,7 @@ class LongSlurmTest : public CommandLine {
     ::setenv("GAITSLAM_SLURM_PORT", std::to_string(port).c_str(), 1);
     shell(kTool + "start " + cluster_).ends(0);
     ::setenv("SLURM_CONF", (cluster_ + "/slurm.conf").c_str(), 1);
-    write("walk.yaml", "walk: {commands: [{stand: {duration_s: 6}}]}\ncamera: {}\nslam: {}\n");
+    write("walk.yaml", scenario_of("{stand: {duration_s: 6}}"));
   }
   void TearDown() override {
     shell(kTool + "stop " + cluster_);
@@ -92,17 +90,16 @@ TEST_F(LongSlurmTest, ASweepEndsAsItDoesHereThoughANodeIsLostAndSomeTrialsCannot
       "sweep walk.yaml walk.step_length_m=0.4 'slam.vision.sigma_px={from: 1, to: 3, points: 60}' "
       "'walk.commands=[{stand: {duration_s: 6}}],[{straight: {forward_m: 2}}]' --seeds 1,2 ";
   const Ran here = gaitslam(sweep + "--jobs 2 --out here");
-  const Ran there =
-      shell(GAITSLAM_PROGRAM " " + sweep +
-            "--backend slurm --jobs 6 --out there & sweep=$!; until [ -n \"$(squeue -h -w n2 -t R)\" ] && ls "
-            "there/parts/*.log; do sleep 0.1; done; " +
-            kTool + "lose " + cluster_ + " n2; wait $sweep");
+  const Ran there = shell(GAITSLAM_PROGRAM " " + sweep +
+                          "--backend slurm --jobs 6 --out there & sweep=$!; until [ -n \"$(squeue -h -w n2 "
+                          "-t R)\" ] && ls there/parts/*.log; do sleep 0.1; done; " +
+                          kTool + "lose " + cluster_ + " n2; wait $sweep");
   for (const Ran& ran : {here, there}) {
     EXPECT_EQ(ran.exit_code, 3);
-    EXPECT_THAT(ran.err, HasSubstr("120 of 240 trials not started: "));
+    EXPECT_THAT(ran.err, Has("120 of 240 trials not started: "));
   }
-  EXPECT_THAT(shell("sinfo -h -N -n n2 -o %T").out, HasSubstr("down"));
-  EXPECT_THAT(shell("cat " + cluster_ + "/log/slurmctld.log").out, HasSubstr("equeue"))
+  EXPECT_THAT(shell("sinfo -h -N -n n2 -o %T").out, Has("down"));
+  EXPECT_THAT(shell("cat " + cluster_ + "/log/slurmctld.log").out, Has("equeue"))
       << "the node was lost too late";
   EXPECT_EQ(
       shell("cmp here/scores.csv there/scores.csv && cmp here/scores.jsonl there/scores.jsonl").exit_code, 0);
@@ -111,9 +108,7 @@ TEST_F(LongSlurmTest, ASweepEndsAsItDoesHereThoughANodeIsLostAndSomeTrialsCannot
 TEST_F(LongSlurmTest, AKilledCommandIsTakenUpByTheSameCommandAndSubmitsNothingTwice) {
   const std::string sweep = "sweep walk.yaml 'slam.vision.sigma_px={from: 1, to: 3, points: 40}' --out ";
   ok(sweep + "here");
-  shell(GAITSLAM_PROGRAM " " + sweep +
-        "there --backend slurm & sweep=$!; until ls there/parts/*.log; do sleep 0.1; done; "
-        "kill -9 $sweep; wait $sweep");
+  ended_when("ls there/parts/*.log", "KILL", sweep + "there --backend slurm");
   const Ran again = gaitslam(sweep + "there --backend slurm").ends(0);
   EXPECT_EQ(again.err.find("slurm job"), std::string::npos) << "submitted again: " << again.err;
   EXPECT_EQ(text_of("here/scores.csv"), text_of("there/scores.csv"));

@@ -20,14 +20,14 @@ using LongSweepTest = SweepTest;
 
 TEST_F(SweepTest, SaysWhatItWouldTryAndSimulate) {
   write("walk.yaml", kStand);
-  EXPECT_THAT(ok("sweep walk.yaml slam.vision.sigma_px=1,2 world.seed=1,2,3 --seeds 1,2 --dry-run"),
-              AllOf(HasSubstr("12 trials = 6 configurations x 2 seeds, on 6 recordings: 0 in the cache, 6 "
-                              "to be simulated"),
-                    HasSubstr("walk slam.vision.sigma_px=2 world.seed=3\n")));
+  EXPECT_THAT(
+      ok("sweep walk.yaml slam.vision.sigma_px=1,2 world.seed=1,2,3 --seeds 1,2 --dry-run"),
+      Has("12 trials = 6 configurations x 2 seeds, on 6 recordings: 0 in the cache, 6 to be simulated",
+          "walk slam.vision.sigma_px=2 world.seed=3\n"));
   EXPECT_FALSE(fs::exists(folder_ / "results"));
   ok("record walk.yaml --seeds 1,2");
   EXPECT_THAT(ok("sweep walk.yaml world.seed=1,2 --seeds 1,2 --dry-run"),
-              HasSubstr("on 4 recordings: 2 in the cache, 2 to be simulated"));
+              Has("on 4 recordings: 2 in the cache, 2 to be simulated"));
 }
 
 TEST_F(SweepTest, ScoresAreThoseOfRunsBitForBitForAnyNumberOfJobs) {
@@ -55,21 +55,19 @@ TEST_F(SweepTest, ScoresAreThoseOfRunsBitForBitForAnyNumberOfJobs) {
 
 TEST_F(SweepTest, TrialsOfOtherFilesOfTheEstimatorDoNotCountAsItsOwn) {
   fs::copy(std::string(GAITSLAM_SOURCE_DIR) + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
-  write("walk.yaml", std::string(kStand) + "estimator: {program: [/usr/bin/python3, gyro.py]}\n");
+  write("walk.yaml", kStand + "estimator: {program: [/usr/bin/python3, gyro.py]}\n");
   const std::string sweep = "sweep walk.yaml errors.gyro.sigma_rad_s=0.01,0.02 --out s";
   ok(sweep);
   shell("sed -i -E 's/(\"values\":\\{\"[a-z_0-9]+\":)[0-9.e-]+/\\142/' s/trials.jsonl");
-  EXPECT_THAT(ok(sweep), HasSubstr("2 trials finished before"));
+  EXPECT_THAT(ok(sweep), Has("2 trials finished before"));
   EXPECT_EQ(*lines("s/scores.jsonl")[1]["values"].begin(), 42) << "it was taken from the log";
   shell("echo '# changed' >> gyro.py");
-  EXPECT_THAT(
-      gaitslam(sweep).ends(2).err,
-      HasSubstr(
-          "s/trials.jsonl: belongs to another sweep, other scenarios, another program or other files of "
-          "the estimator; --force starts again"));
+  EXPECT_THAT(gaitslam(sweep).ends(2).err,
+              Has("s/trials.jsonl: belongs to another sweep, other scenarios, another program or other files "
+                  "of the estimator; --force starts again"));
   EXPECT_THAT(gaitslam("sweep walk.yaml errors.gyro.sigma_rad_s=0.03 --out s").ends(2).err,
-              HasSubstr("belongs to another sweep"));
-  EXPECT_THAT(ok(sweep + " --force"), Not(HasSubstr("finished before")));
+              Has("belongs to another sweep"));
+  EXPECT_THAT(ok(sweep + " --force"), Lacks("finished before"));
   write("full/file", "x");
   EXPECT_EQ(gaitslam("sweep walk.yaml --out full").exit_code, 2);
 }
@@ -79,9 +77,7 @@ TEST_F(SweepTest, ByForceItGoesOnWhereTheSameWasInterrupted) {
   const std::string sweep = "sweep walk.yaml 'slam.vision.sigma_px={from: 1, to: 3, points: 30}' --out s ";
   ok("sweep walk.yaml slam.vision.sigma_px=4 --out s");
   const std::string old = text_of("s/scores.csv"), old_lines = text_of("s/scores.jsonl");
-  shell(GAITSLAM_PROGRAM " " + sweep +
-        "--force & sweep=$!; while kill -0 $sweep && [ \"$(cat s/parts/*.log | wc -l)\" -lt 4 ]; do sleep "
-        "0.02; done; kill -9 $sweep; wait $sweep");
+  ended_when("[ \"$(cat s/parts/*.log | wc -l)\" -ge 4 ]", "KILL", sweep + "--force");
   EXPECT_EQ(text_of("s/scores.csv"), old) << "the new ones are not whole";
   EXPECT_EQ(text_of("s/scores.jsonl"), old_lines);
   shell("sleep 0.2; sed -i 's/\"rmse_m\":[0-9.e-]*/\"rmse_m\":42/' s/parts/*.log");
@@ -99,13 +95,13 @@ TEST_F(SweepTest, ByForceItGoesOnWhereTheSameWasInterrupted) {
 // The limit of one second kills the simulation of the long walk; the far one cannot be planned.
 TEST_F(SweepTest, ATrialThatKillsItsProcessOrCannotBeSimulatedIsLoggedAndTheOthersGoOn) {
   ok("record walk.yaml");
-  const Ran ran = shell("ulimit -t 1; " GAITSLAM_PROGRAM
-                        " sweep walk.yaml 'walk.commands=[{stand: {duration_s: 30}}],[{steps: [{forward_m: "
-                        "0.9, left_m: 0.19}]}],[{stand: "
-                        "{duration_s: 0.3}}, {straight: {forward_m: 0.15}}]' --out sweep")
-                      .ends(3);
-  EXPECT_THAT(ran.err, HasSubstr("1 of 3 trials crashed: killed by signal 9 (Killed)"));
-  EXPECT_THAT(ran.err, HasSubstr("1 of 3 trials not started: "));
+  const Ran ran =
+      shell("ulimit -t 1; " GAITSLAM_PROGRAM
+            " sweep walk.yaml 'walk.commands=[{stand: {duration_s: 30}}],[{steps: [{forward_m: 0.9, left_m: "
+            "0.19}]}],[{stand: {duration_s: 0.3}}, {straight: {forward_m: 0.15}}]' --out sweep")
+          .ends(3);
+  EXPECT_THAT(ran.err,
+              Has("1 of 3 trials crashed: killed by signal 9 (Killed)", "1 of 3 trials not started: "));
   const auto scores = lines("sweep/scores.jsonl");
   ASSERT_EQ(scores.size(), 3u);
   EXPECT_EQ(scores[0]["ending"], "crashed");
@@ -125,7 +121,7 @@ TEST_F(LongSweepTest, ATuningSimulatesAWalkThatItsEstimateSteersWithEachSetting)
         "trials: 6\npopulation: 5\n");
   const Ran ran = gaitslam("tune spec.yaml --jobs 2 --out tuned");
   ASSERT_LE(ran.exit_code, 1) << ran.err;  // 1: worse on the hold-out
-  EXPECT_THAT(ran.out, HasSubstr("each setting is simulated"));
+  EXPECT_THAT(ran.out, Has("each setting is simulated"));
   std::istringstream log(text_of("tuned/trials.jsonl"));
   std::set<double> tried;
   for (std::string line; std::getline(log, line);)

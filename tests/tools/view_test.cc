@@ -5,27 +5,13 @@
 namespace tests {
 namespace {
 
-/// A full turn on the spot: the loop closes.
-constexpr const char* kTurn =
-    R"(walk: {commands: [{stand: {duration_s: 0.3}}, {turn: {angle_deg: 375, step_deg: 15}}]}
-camera: {}
-slam: {}
-)";
-
-/// Long enough for a browser on a busy machine to slow it down.
-constexpr const char* kLong = R"(walk: {commands: [{straight: {forward_m: 0.6}}, {stand: {duration_s: 40}}]}
-camera: {}
-slam: {}
-)";
-
 class ViewTest : public CommandLine {
  protected:
   /// Runs a command that prints a URL and, with that URL in $url, `user`.
   Ran viewed(const std::string& command, const std::string& user, const std::string& end = "wait $!") const {
     return shell("rm -f url; '" GAITSLAM_PROGRAM "' " + command +
-                 " >url 2>complaint & "
-                 "for i in $(seq 600); do grep -q token url && break; sleep 0.1; done; url=$(sed -n "
-                 "'s/^view at //p' url); " +
+                 " >url 2>complaint & for i in $(seq 600); do grep -q token url && break; sleep 0.1; done; "
+                 "url=$(sed -n 's/^view at //p' url); " +
                  user + " || exit 9; " + end);
   }
   /// The findings in a browser.
@@ -41,30 +27,29 @@ class ViewTest : public CommandLine {
 using LongViewTest = ViewTest;
 
 TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeys) {
-  write("long.yaml", kLong);
+  // Long enough for a browser on a busy machine to slow it down.
+  write("long.yaml", scenario_of("{straight: {forward_m: 0.6}}, {stand: {duration_s: 40}}"));
   const json found = browsed("run long.yaml --view --control --wait --out live", "live");
   EXPECT_GT(found["later"]["bodies"], 20);
   EXPECT_GT(found["later"]["ellipsoids"], 5);
   EXPECT_NE(found["first"]["robot"], found["later"]["robot"]);
   EXPECT_TRUE(found["space_changed"]);
   EXPECT_TRUE(found["head_changed"]);
-  EXPECT_THAT(found["later"]["state"].get<std::string>(), HasSubstr("Filter: tracking"));
+  EXPECT_THAT(found["later"]["state"].get<std::string>(), Has("Filter: tracking"));
   EXPECT_EQ(found["paused_frames"], 0);
   EXPECT_GE(found["stepped_frames"], 1);
   EXPECT_LE(found["stepped_frames"], 2);
   EXPECT_THAT(found["how"].get<std::string>(),
-              HasSubstr("The run has ended: completed. gaitslam view live/seed-1"));
+              Has("The run has ended: completed. gaitslam view live/seed-1"));
   EXPECT_THAT(found["said"], IsEmpty()) << "the browser's console is not empty";
 }
 
 TEST_F(ViewTest, IsInterruptedWhileItReadsItsResults) {
   short_walks("walks");
   shell(
-      "yes '#' | head -c 100000000 >>walks/seed-1/waist_plan.tum; "
-      "env --default-signal=INT '" GAITSLAM_PROGRAM
-      "' view walks/seed-1 >url & "
-      "until ls -l /proc/$!/fd | grep -q waist_plan.tum; do kill -0 $! || exit 77; done; "
-      "kill -INT $!; wait $!")
+      "yes '#' | head -c 100000000 >>walks/seed-1/waist_plan.tum; env --default-signal=INT '" GAITSLAM_PROGRAM
+      "' view walks/seed-1 >url & until ls -l /proc/$!/fd | grep -q waist_plan.tum; do kill -0 $! || exit "
+      "77; done; kill -INT $!; wait $!")
       .ends(130);
   EXPECT_EQ(text_of("url"), "");
 }
@@ -75,7 +60,7 @@ TEST_F(ViewTest, ResultsAreTheSameBytesWithAndWithoutAViewAndAReplayShowsTheRobo
   const json found = browsed("replay plain/seed-1 --view --wait --out again", "watch");
   EXPECT_GT(found["bodies"], 20);
   EXPECT_GT(found["ellipsoids"], 5);
-  EXPECT_THAT(found["how"].get<std::string>(), HasSubstr("The replay has ended: completed."));
+  EXPECT_THAT(found["how"].get<std::string>(), Has("The replay has ended: completed."));
   EXPECT_THAT(found["said"], IsEmpty());
   EXPECT_EQ(json::parse(ok("replay plain/seed-1 --view --json --out third"))["exit_code"], 0)
       << "alone on standard output";
@@ -84,7 +69,9 @@ TEST_F(ViewTest, ResultsAreTheSameBytesWithAndWithoutAViewAndAReplayShowsTheRobo
 }
 
 TEST_F(LongViewTest, APlaybackIsScrubbedToTheLoopClosure) {
-  write("turn.yaml", kTurn);
+  write(
+      "turn.yaml",
+      scenario_of("{stand: {duration_s: 0.3}}, {turn: {angle_deg: 375, step_deg: 15}}"));  // the loop closes
   ASSERT_LE(gaitslam("run turn.yaml --out turn").exit_code, 1);
   const json score = json_in("turn/seed-1/score.json");
   const json& closed = score["metrics"]["loop_time_s"]["value"];
@@ -99,7 +86,7 @@ TEST_F(LongViewTest, APlaybackIsScrubbedToTheLoopClosure) {
   EXPECT_EQ(found["next"]["index"], found["linked"]["index"].get<int>() + 1);
   EXPECT_GT(found["agree"]["own"], 0.5) << "the room as drawn and the head image of one instant";
   EXPECT_GT(found["agree"]["own"], found["agree"]["earlier"].get<double>() + 0.1);
-  EXPECT_THAT(found["moments"].dump(), HasSubstr("loop closed"));
+  EXPECT_THAT(found["moments"].dump(), Has("loop closed"));
   EXPECT_GT(found["there"]["ellipsoids"], 20);
   EXPECT_EQ(found["through"], "head");
   EXPECT_LE(found["width_at_400"], 400);
@@ -141,19 +128,11 @@ TEST_F(ViewTest, WhatCannotBeShownIsRefused) {
   expect_refused("view one/seed-1", "truth.tum");
 }
 
-/// Empty if the npm client is installed, otherwise the reason.
-std::string client_missing() {
-  const bool installed =
-      fs::exists(fs::path(GAITSLAM_SOURCE_DIR) / "build/interop/node_modules/@foxglove/ws-protocol");
-  return installed || std::getenv("CI") != nullptr ? ""
-                                                   : "tools/test.sh could not install the client from npm";
-}
-
 TEST_F(ViewTest, FoxglovesClientHearsTheRun) {
-  if (const std::string why = client_missing(); !why.empty()) GTEST_SKIP() << why;
-  write(
-      "stand.yaml",
-      "walk: {commands: [{stand: {duration_s: 2}}, {straight: {forward_m: 0.15}}]}\ncamera: {}\nslam: {}\n");
+  if (!std::getenv("CI") &&
+      !fs::exists(GAITSLAM_SOURCE_DIR "/build/interop/node_modules/@foxglove/ws-protocol"))
+    GTEST_SKIP() << "tools/test.sh could not install the client from npm";
+  write("stand.yaml", scenario_of("{stand: {duration_s: 2}}, {straight: {forward_m: 0.15}}"));
   for (const std::string protocol : {"foxglove.websocket.v1", "foxglove.sdk.v1"}) {
     const Ran ran =
         viewed("run stand.yaml --view --control --wait --force --out heard",

@@ -171,11 +171,10 @@ void add_config(CLI::App& app, int& exit_code) {
 }
 
 void add_check(CLI::App& app, int& exit_code) {
-  auto [command, request] =
-      add_command(app, exit_code, "check",
-                  "Check scenarios: read them, plan their walks and look whether those are clear of their "
-                  "rooms, without simulating",
-                  kCheckExamples, check);
+  auto [command, request] = add_command(app, exit_code, "check",
+                                        "Check scenarios: read them, plan their walks and look whether those "
+                                        "are clear of their rooms, without simulating",
+                                        kCheckExamples, check);
   command
       .add_option("scenarios", request.files,
                   "YAML files of scenarios or suites, and keys with new values for all of them")

@@ -110,8 +110,7 @@ class Encoder {
   std::string command(const cv::Size& size) const {
     return fmt::format(
         "exec ffmpeg -loglevel error -xerror -y -f rawvideo -pix_fmt bgr24 -video_size {}x{} -framerate {} "
-        "-i - "
-        "-pix_fmt yuv420p -bitexact {} {} 2>{}",
+        "-i - -pix_fmt yuv420p -bitexact {} {} 2>{}",
         size.width, size.height, rate_hz_,
         video_.extension() == ".webm" ? "-c:v libvpx-vp9 -crf 32 -b:v 0 -deadline realtime -cpu-used 8"
                                       : "-c:v libx264 -crf 23 -preset fast -movflags +faststart",
@@ -136,13 +135,6 @@ class Encoder {
   std::FILE* ffmpeg_ = nullptr;
 };
 
-/// The last of the poses that is not after t.
-const files::TimedPose* at(const std::vector<files::TimedPose>& poses, slam::Stamp t) {
-  const auto after = std::upper_bound(poses.begin(), poses.end(), t,
-                                      [](slam::Stamp s, const files::TimedPose& pose) { return s < pose.t; });
-  return after == poses.begin() ? nullptr : &*std::prev(after);
-}
-
 int video(VideoRequest& request) {
   require_recording(request.result);
   const fs::path file = file_of(request);
@@ -160,8 +152,9 @@ int video(VideoRequest& request) {
   while (auto observation = input.next()) {
     const slam::FrameReport& report = filter.step(*observation);
     std::vector<cv::Mat> panels{view::draw_view(*observation, report)};
-    const files::TimedPose* waist = at(truth.waist, observation->t);
-    if (robot_view && waist) panels.push_back(robot_view(observation->t, waist->X));
+    const auto after = std::ranges::upper_bound(truth.waist, observation->t, {}, &files::TimedPose::t);
+    if (robot_view && after != truth.waist.begin())
+      panels.push_back(robot_view(observation->t, std::prev(after)->X));
     panels.push_back(map.draw(filter.estimate(), filter.map()));
     cv::Mat picture;
     cv::hconcat(panels, picture);

@@ -1,22 +1,107 @@
+// The commands that judge results: regress and baseline by a suite, compare two sets.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
+#include <set>
+#include <string_view>
 
+#include "sim/files/atomic_file.h"
 #include "sim/files/text.h"
 #include "sim/regression/suite.h"
+#include "sim/regression/verdict.h"
 #include "sim/result/result.h"
+#include "sim/scenario/keys.h"
+#include "sim/score/metrics.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/results.h"
-#include "tools/cli/jobs/verdicts.h"
 #include "tools/cli/shared/live.h"
 #include "tools/cli/shared/options.h"
+#include "tools/cli/shared/out_folder.h"
 #include "tools/cli/shared/version.h"
 
 namespace cli {
 namespace {
+
+using regression::Baseline, regression::Comparison, regression::Gate, regression::ResultSet;
+using regression::ScenarioResults, regression::ScenarioVerdict;
+
+/// The files of --junit, --markdown and --json. `--json` without a file prints on standard output.
+using VerdictFiles = std::array<std::optional<fs::path>, 3>;
+
+/// A format of verdicts, and the first bytes of its files.
+struct VerdictFormat {
+  const char* option;
+  std::string_view start;
+  std::string (*text)(const Comparison&);
+};
+constexpr std::array kFormats{
+    VerdictFormat{"--junit", "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuite name=\"gaitslam ",
+                  regression::junit},
+    VerdictFormat{"--markdown", "### gaitslam ", regression::markdown},
+    VerdictFormat{"--json", "{\n  \"title\": \"gaitslam ", regression::verdicts_json}};
+
+/// Compares results with those of the same name in a baseline, NEW if it has none.
+ScenarioVerdict verdict_of(const std::vector<ScenarioResults>& baseline, const ScenarioResults& now,
+                           const std::vector<Gate>& gates) {
+  const auto before = std::ranges::find(baseline, now.name, &ScenarioResults::name);
+  return regression::compare(before == baseline.end() ? ScenarioResults() : *before, now, gates);
+}
+
+/// Adds the scenarios of the baseline without a verdict: they are MISSING.
+void add_missing(Comparison& comparison, const std::vector<ScenarioResults>& baseline,
+                 const std::vector<Gate>& gates) {
+  for (const ScenarioResults& before : baseline)
+    if (std::ranges::count(comparison.scenarios, before.name, &ScenarioVerdict::name) == 0)
+      comparison.scenarios.push_back(regression::compare(before, {before.name, {}, {}}, gates));
+}
+
+/// Also adds --quiet.
+void add_verdict_files(CLI::App& command, VerdictFiles& files) {
+  command.add_option("--junit", files[0], "write JUnit XML to a file");
+  command.add_option("--markdown", files[1], "write Markdown tables to a file");
+  add_quiet(command);
+  const auto take_json = [&files](const std::string& file) {
+    if (file.empty())  // CLI11 passes this for an option without a value
+      choose_output(Output::json);
+    else
+      files[2] = file;
+  };
+  command
+      .add_option_function<std::string>(
+          "--json", take_json, "print only JSON (schemas/verdicts.schema.json), or write it to a file")
+      ->expected(0, 1)
+      ->option_text("[FILE]")
+      ->excludes("--quiet");
+}
+
+/// Throws UsageError for an existing file that gaitslam did not write: its first bytes differ from those of
+/// its replacement. To be called before the comparison.
+void require_replaceable(const VerdictFiles& files) {
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    if (!files[i]) continue;
+    require_folder_of(*files[i], kFormats[i].option);
+    if (!fs::exists(fs::symlink_status(*files[i]))) continue;
+    files::require_regular(*files[i]);
+    files::InputFile in(*files[i], files::kMostOfText);
+    const std::string_view found = in.next();
+    if (!found.empty() && !found.starts_with(kFormats[i].start))
+      throw UsageError("{}: exists and was not written by gaitslam; name another file, or remove it",
+                       files[i]->string());
+  }
+}
+
+/// Prints the verdicts as a table or as JSON, and writes the files. Throws FileError.
+void report_verdicts(const Comparison& comparison, const VerdictFiles& files) {
+  text_out() << regression::verdict_table(comparison, colours());
+  if (output() == Output::json) std::cout << regression::verdicts_json(comparison);
+  for (std::size_t i = 0; i < files.size(); ++i)
+    if (files[i]) files::write_atomically(*files[i], kFormats[i].text(comparison));
+}
 
 constexpr const char* kRegressExamples = R"(Examples:
   gaitslam regress scenarios/suites/ci.yaml --baseline main.json --seeds 1..10 --junit junit.xml
@@ -49,7 +134,7 @@ struct SuiteRequest : OutRequest {
 struct SuiteScenario {
   regression::SuiteEntry entry;
   scenario::ReadScenario read;
-  regression::ScenarioResults results{};
+  ScenarioResults results{};
 };
 
 struct SuiteRun {
@@ -149,16 +234,17 @@ std::string repro(const SuiteRequest& request, const SuiteScenario& scenario, st
   return command;
 }
 
-regression::Comparison compare_with(const std::vector<regression::ScenarioResults>& baseline,
-                                    const SuiteRun& run, const SuiteRequest& request,
-                                    const std::string& title) {
-  std::vector<Judged> now;
-  for (const SuiteScenario& s : run.scenarios)
-    now.push_back({s.results, s.read.scenario, s.entry.gates,
-                   [&](std::uint64_t seed) { return repro(request, s, seed); }, s.entry.file.string(),
-                   s.entry.expects_missed});
-  regression::Comparison comparison{title, verdicts_of(baseline, now, regression::default_gates())};
-  for (regression::ScenarioVerdict& verdict : comparison.scenarios)
+Comparison compare_with(const std::vector<ScenarioResults>& baseline, const SuiteRun& run,
+                        const SuiteRequest& request, const std::string& title) {
+  Comparison comparison{title, {}};
+  for (const SuiteScenario& s : run.scenarios) {
+    auto& verdict = comparison.scenarios.emplace_back(verdict_of(baseline, s.results, s.entry.gates));
+    verdict.limits = regression::judge_limits(s.read.scenario, s.results.seeds, s.entry.expects_missed);
+    verdict.repro = [&](std::uint64_t seed) { return repro(request, s, seed); };
+    verdict.file = s.entry.file.string();
+  }
+  add_missing(comparison, baseline, regression::default_gates());
+  for (ScenarioVerdict& verdict : comparison.scenarios)
     if (verdict.file.empty()) verdict.file = request.suite.string();
   return comparison;
 }
@@ -169,10 +255,10 @@ struct RegressRequest : SuiteRequest {
 };
 
 /// Throws UsageError unless the baseline has the same configurations and all seeds of the run.
-void require_comparable(const regression::Baseline& baseline, const SuiteRun& run, const std::string& file) {
+void require_comparable(const Baseline& baseline, const SuiteRun& run, const std::string& file) {
   for (const SuiteScenario& scenario : run.scenarios) {
     const std::string& name = scenario.read.scenario.name;
-    const regression::ScenarioResults* before = baseline.find(name);
+    const ScenarioResults* before = baseline.find(name);
     if (!before) continue;
     const auto differences = regression::config_differences(
         before->config,
@@ -193,12 +279,12 @@ int regress(RegressRequest& request) {
   require_replaceable(request.files);
   const std::string file = baseline_file(request).string();
   SuiteRun run = plan_suite(request);
-  const regression::Baseline baseline = regression::read_baseline(file);
+  const Baseline baseline = regression::read_baseline(file);
   require_comparable(baseline, run, file);
   run_suite(request, run);
   const std::string title = fmt::format("gaitslam regress: suite {} against {} (revision {})", run.name, file,
                                         baseline.history.empty() ? "?" : baseline.history.back().revision);
-  const regression::Comparison comparison = compare_with(baseline.scenarios, run, request, title);
+  const Comparison comparison = compare_with(baseline.scenarios, run, request, title);
   report_verdicts(comparison, request.files);
   if (request.github) {
     text_out() << regression::github_annotations(comparison);
@@ -214,20 +300,19 @@ struct BaselineRequest : SuiteRequest {
   bool dry_run = false;
 };
 
-/// Compares with the old baseline, whatever its configurations. Prints the verdicts, and changes of the
-/// number of seeds, which these do not show. Returns the exit code by the limits only, because an update is
-/// meant to change metrics.
-int show(const regression::Baseline& before, const SuiteRun& run, const BaselineRequest& request,
+/// Compares with the old baseline, whatever its configurations. Prints verdicts, and changes of the number of
+/// seeds. Returns the exit code by the limits only, because an update is meant to change metrics.
+int show(const Baseline& before, const SuiteRun& run, const BaselineRequest& request,
          const std::string& file) {
-  regression::Comparison comparison =
+  Comparison comparison =
       compare_with(before.scenarios, run, request, "gaitslam baseline update: " + file + " before and after");
   std::cout << regression::verdict_table(comparison, colours());
   for (const SuiteScenario& s : run.scenarios) {
-    const regression::ScenarioResults* old = before.find(s.results.name);
+    const ScenarioResults* old = before.find(s.results.name);
     if (old && old->seeds.size() != run.seeds.size())
       std::cout << fmt::format("{}: {} seeds -> {}\n", s.results.name, old->seeds.size(), run.seeds.size());
   }
-  for (regression::ScenarioVerdict& verdict : comparison.scenarios) verdict.metrics.clear();
+  for (ScenarioVerdict& verdict : comparison.scenarios) verdict.metrics.clear();
   return regression::exit_code(comparison.scenarios);
 }
 
@@ -236,7 +321,7 @@ int update(BaselineRequest& request) {
     throw UsageError("--reason: is empty, expected the reason for the change");
   const std::string file = baseline_file(request).string();
   SuiteRun run = plan_suite(request);
-  regression::Baseline baseline;
+  Baseline baseline;
   if (fs::exists(file)) baseline = regression::read_baseline(file);
   run_suite(request, run);
   if (const int code = show(baseline, run, request, file); code != 0) {
@@ -250,6 +335,130 @@ int update(BaselineRequest& request) {
   regression::write_baseline(file, baseline);
   std::cout << "written to " << file << '\n';
   return 0;
+}
+
+constexpr const char* kCompareExamples = R"(Examples:
+  gaitslam compare results/before results/after --gate rmse_m=10% --gate loop_landmarks=2
+Each argument is a result folder, a folder of seed-<n>, or a folder of scenarios with seed-<n>. Common seeds are
+paired and compared by the signed rank test. Scenarios with different names or walks need --across, because one may
+be harder than the other.
+The verdicts and exit codes are those of gaitslam regress.)";
+
+struct CompareRequest {
+  fs::path before, after;
+  std::vector<std::string> gates;
+  VerdictFiles files;
+  bool across = false;
+};
+
+/// "rmse_m=10%" or "rmse_m=0.002"
+Gate parse_gate(const std::string& text) {
+  const std::size_t equals = std::min(text.find('='), text.size());
+  Gate gate{text.substr(0, equals)};
+  if (!score::find_metric(gate.metric))
+    throw UsageError("--gate {}: {}", text, scenario::unknown_metric(gate.metric));
+  std::string_view number = std::string_view(text).substr(std::min(equals + 1, text.size()));
+  const bool percent = number.ends_with('%');
+  if (percent) number.remove_suffix(1);
+  const auto value = files::parse_finite(number);
+  if (!value || *value < 0)
+    throw UsageError("--gate {}: expected a tolerance, as in {}=10% or {}=0.002", text, gate.metric,
+                     gate.metric);
+  (percent ? gate.percent : gate.absolute) = *value;
+  return gate;
+}
+
+using Sets = std::vector<ResultSet>;
+
+const ResultSet* find(const Sets& sets, const std::string& name) {
+  const auto found = std::ranges::find(sets, name, [](const auto& set) { return set.results.name; });
+  return found == sets.end() ? nullptr : &*found;
+}
+
+/// Throws UsageError if two folders contain the same scenario.
+Sets read_sets(const fs::path& folder) {
+  Sets sets = regression::read_result_sets(folder);
+  for (const ResultSet& set : sets)
+    if (const ResultSet* first = find(sets, set.results.name); first != &set)
+      throw UsageError("{} and {} contain the same scenario, {}; compare one of them", first->folder.string(),
+                       set.folder.string(), set.results.name);
+  return sets;
+}
+
+/// The folder for a message: of a single result its own, not the one that contains it.
+std::string place(const fs::path& argument, const ResultSet& set) {
+  return (fs::exists(argument / "score.json") ? argument : set.folder).string();
+}
+
+constexpr const char* kInsist = "--across compares different scenarios";
+
+/// Throws UsageError if the names or the walks differ.
+void require_same_scenario(const ResultSet& before, const ResultSet& now, const CompareRequest& request) {
+  const std::string one = place(request.before, before), two = place(request.after, now);
+  if (before.results.name != now.results.name)
+    throw UsageError("{} is of the scenario {}, {} of {}; {}", one, before.results.name, two,
+                     now.results.name, kInsist);
+  auto other = scenario::first_difference(before.scenario, now.scenario);
+  if (!other) other = scenario::first_difference(now.scenario, before.scenario);
+  if (other)
+    throw UsageError("{} and {}: {} differs, so the walks are different scenarios; {}", one, two, other->key,
+                     kInsist);
+}
+
+/// Throws UsageError unless the scenarios are the same and have at least one in common.
+void require_comparable(const Sets& before, const Sets& now, const CompareRequest& request) {
+  if (before.size() == 1 && now.size() == 1)
+    return require_same_scenario(before.front(), now.front(), request);
+  bool any = false;
+  for (const ResultSet& set : now)
+    if (const ResultSet* other = find(before, set.results.name)) {
+      require_same_scenario(*other, set, request);
+      any = true;
+    }
+  if (!any)
+    throw UsageError("{} and {} have no scenario in common; --across compares them anyway",
+                     request.before.string(), request.after.string());
+}
+
+/// ", my_slam" if an external estimator made the results.
+std::string estimators_of(const Sets& sets) {
+  std::set<std::string> names;
+  for (const ResultSet& set : sets) names.insert(set.scenario.estimator.name);
+  return names == std::set<std::string>{"filter"} ? "" : fmt::format(", {}", fmt::join(names, ", "));
+}
+
+int compare(CompareRequest& request) {
+  require_replaceable(request.files);
+  if (request.gates.size() > regression::kMostGates)
+    throw UsageError("--gate: given {} times, expected at most {}", request.gates.size(),
+                     regression::kMostGates);
+  std::vector<Gate> gates;
+  for (const std::string& text : request.gates) gates.push_back(parse_gate(text));
+  if (gates.empty()) gates = regression::default_gates();
+  const auto before = read_sets(request.before), now = read_sets(request.after);
+  if (!request.across) require_comparable(before, now, request);
+  std::vector<ScenarioResults> baseline;
+  for (const ResultSet& set : before) baseline.push_back(set.results);
+  if (before.size() == 1 && now.size() == 1) baseline.front().name = now.front().results.name;
+  Comparison comparison{
+      fmt::format("gaitslam compare: {} (baseline{}) and {} (now{})", request.before.string(),
+                  estimators_of(before), request.after.string(), estimators_of(now)),
+      {}};
+  for (const ResultSet& set : now) {
+    auto& verdict = comparison.scenarios.emplace_back(verdict_of(baseline, set.results, gates));
+    if (verdict.n_baseline == 0 && std::ranges::count(baseline, set.results.name, &ScenarioResults::name) > 0)
+      throw UsageError("{} and {} have no seed in common; run the same seeds of both",
+                       request.before.string(), set.folder.string());
+    verdict.limits = regression::judge_limits(set.scenario, set.results.seeds);
+    verdict.repro = [&](std::uint64_t seed) {
+      const fs::path one = set.folder / fmt::format("seed-{}", seed),
+                     result = fs::exists(one) ? one : request.after;
+      return "tools/gaitslam run " + files::shell_word((result / "scenario.yaml").string());
+    };
+  }
+  add_missing(comparison, baseline, gates);
+  report_verdicts(comparison, request.files);
+  return regression::exit_code(comparison.scenarios);
 }
 
 }  // namespace
@@ -275,6 +484,17 @@ void add_baseline(CLI::App& app, int& exit_code) {
   command.add_option("--reason", request.reason, "why, stored in the baseline")->required();
   add_suite_options(command, request);
   command.add_flag("--dry-run", request.dry_run, "show what would change and write nothing");
+}
+
+void add_compare(CLI::App& app, int& exit_code) {
+  auto [command, request] =
+      add_command(app, exit_code, "compare", "Compare two sets of results", kCompareExamples, compare);
+  command.add_option("before", request.before, "the folder of results to compare with")->required();
+  command.add_option("after", request.after, "the folder of results to judge")->required();
+  command.add_option("--gate", request.gates, "a metric and its tolerance, such as rmse_m=10%; repeatable")
+      ->allow_extra_args(false);
+  command.add_flag("--across", request.across, "compare different scenarios, too");
+  add_verdict_files(command, request.files);
 }
 
 }  // namespace cli

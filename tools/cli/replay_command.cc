@@ -66,8 +66,7 @@ void keep_origin(scenario::ReadScenario& read, const ReplayRequest& request) {
   read.origin = std::move(origin);
 }
 
-/// Reads the stored scenario of a result. Throws ConfigError, with the revision that wrote it if that is
-/// another one.
+/// Reads the stored scenario of a result. Throws ConfigError, with the revision that wrote it if it differs.
 scenario::ReadScenario read_stored(const fs::path& result, const fs::path& file) {
   try {
     return scenario::read_scenario(file);

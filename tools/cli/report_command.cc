@@ -8,7 +8,6 @@
 
 #include "sim/files/atomic_file.h"
 #include "sim/files/text.h"
-#include "sim/pages/leaderboard.h"
 #include "sim/pages/pages.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
@@ -47,8 +46,8 @@ std::vector<fs::path> seeds_in(const fs::path& folder) {
     const auto seed = files::parse_number<std::uint64_t>(std::string_view(name).substr(5));
     if (!seed)
       throw UsageError(
-          "{}: expected a name seed-<n> with a whole number; a result of another name "
-          "is reported by naming its folder",
+          "{}: expected a name seed-<n> with a whole number; a result of another name is reported by naming "
+          "its folder",
           entry.path().string());
     seeds[*seed] = entry.path();
   }
@@ -80,15 +79,13 @@ std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
   for (const std::string& name : named) {
     if (!fs::is_directory(name)) throw UsageError("{}: no such result folder", name);
     if (pages::is_sweep(name) || pages::is_tuning(name))
-      throw UsageError(
-          "{}: is a sweep or a tuning with its own page: report it separately, "
-          "without --plots",
-          name);
+      throw UsageError("{}: is a sweep or a tuning with its own page: report it separately, without --plots",
+                       name);
     const std::vector<fs::path> found = results_in(name);
     if (found.empty())
       throw UsageError(
-          "{}: expected a result folder (score.json), a folder of results, or the "
-          "folder of a sweep or tuning",
+          "{}: expected a result folder (score.json), a folder of results, or the folder of a sweep or "
+          "tuning",
           name);
     all.insert(all.end(), found.begin(), found.end());
   }
@@ -170,7 +167,7 @@ int show_leaderboard(LeaderboardRequest& request) {
     if (!score::find_metric(metric))
       throw UsageError("--metric {}: {}", metric, scenario::unknown_metric(metric));
   const pages::Leaderboard board = pages::leaderboard(
-      request.folders, request.metrics.empty() ? pages::leaderboard_metrics() : request.metrics);
+      request.folders, request.metrics.empty() ? pages::kLeaderboardMetrics : request.metrics);
   if (request.csv) files::write_atomically(*request.csv, pages::leaderboard_csv(board));
   if (request.html) files::write_atomically(*request.html, pages::leaderboard_page(board));
   std::cout << pages::leaderboard_table(board);

@@ -4,7 +4,7 @@
 #include <iostream>
 
 #include "sim/files/atomic_file.h"
-#include "sim/pages/paper.h"
+#include "sim/pages/pages.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/results.h"
 #include "tools/cli/shared/live.h"
@@ -31,7 +31,7 @@ struct ReproduceRequest {
 /// The jobs of all experiments on all seeds.
 std::vector<ResultJob> plan(const ReproduceRequest& request) {
   std::vector<ResultJob> all;
-  for (const pages::PaperExperiment& what : pages::paper_experiments()) {
+  for (const pages::PaperExperiment& what : pages::kPaperExperiments) {
     ResultJob job{scenario::read_scenario((request.scenarios / (what.name + ".yaml")).string()),
                   what.name,
                   {},

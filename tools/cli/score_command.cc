@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 
@@ -31,13 +32,14 @@ struct ScoreRequest {
   bool a = false, s = false, all_pairs = false, pairs_from_reference = false, json = false;
 };
 
-/// Returns the value of a name. Throws UsageError "option name: expected ..." if it has none.
-template <typename T, std::size_t n>
-T named(const char* option, const std::string& name, const std::pair<const char*, T> (&all)[n],
+/// Returns the value of a name; names: in the order of the enumeration. Throws UsageError "option name:
+/// expected ..." if it is none of them.
+template <typename T>
+T named(const char* option, const std::string& name, std::initializer_list<std::string_view> names,
         const char* expected) {
-  for (const auto& [known, value] : all)
-    if (name == known) return value;
-  throw UsageError("{} {}: expected {}", option, name, expected);
+  const auto* const found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) throw UsageError("{} {}: expected {}", option, name, expected);
+  return static_cast<T>(found - names.begin());
 }
 
 std::optional<score::Alignment> alignment(const ScoreRequest& r) {
@@ -62,13 +64,7 @@ std::optional<score::Spans> spans(const ScoreRequest& r) {
     return std::nullopt;
   }
   using Unit = score::Spans::Unit;
-  const Unit unit = named<Unit>("-u", r.unit.value_or("f"),
-                                {{"f", Unit::frames},
-                                 {"m", Unit::meters},
-                                 {"s", Unit::seconds},
-                                 {"r", Unit::radians},
-                                 {"d", Unit::degrees}},
-                                kUnits);
+  const Unit unit = named<Unit>("-u", r.unit.value_or("f"), {"f", "m", "s", "r", "d"}, kUnits);
   const double delta = r.delta.value_or(1), tolerance = r.delta_tolerance.value_or(0.1);
   if (!(delta > 0 && delta < 1e9) || (unit == Unit::frames && delta != std::floor(delta)))
     throw UsageError("-d {}: expected a positive number below 1e9, whole for frames", delta);
@@ -77,19 +73,13 @@ std::optional<score::Spans> spans(const ScoreRequest& r) {
 }
 
 int print(ScoreRequest& request) {
-  using enum trajectory_score::Relation;
   trajectory_score::Options& options = request.options;
   require_not_negative("--t-max-diff", options.pairing.most_apart_s);
   require_not_negative("--max-gap", options.pairing.most_gap_s.value_or(0));
   options.alignment = alignment(request);
-  options.relation = named<trajectory_score::Relation>("-r", request.relation,
-                                                       {{"trans_part", trans_part},
-                                                        {"angle_deg", angle_deg},
-                                                        {"angle_rad", angle_rad},
-                                                        {"rot_part", rot_part},
-                                                        {"full", full},
-                                                        {"point_distance", point_distance}},
-                                                       kRelations);
+  options.relation = named<trajectory_score::Relation>(
+      "-r", request.relation, {"trans_part", "angle_deg", "angle_rad", "rot_part", "full", "point_distance"},
+      kRelations);
   options.relative = spans(request);
   if (!request.estimate && !fs::is_directory(request.truth))
     throw UsageError("{}: expected a second argument, the estimate, or a result folder",

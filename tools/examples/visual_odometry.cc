@@ -244,8 +244,7 @@ class VisualOdometry : public Example {
     tracks_ = std::move(kept);
   }
 
-  /// Estimates the pose from points with depth, with fewer and fewer outliers. Returns false if there are too
-  /// few. Drops outliers.
+  /// Estimates the pose from points with depth, and drops outliers. Returns false if there are too few.
   bool locate() {
     Pose X_WC = X_WC_;
     for (const double outlier : {8, 4, 1, 1}) {

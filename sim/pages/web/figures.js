@@ -1,4 +1,4 @@
-// Cursor and zoom of figures that the program drew (figure_svg.cc). Figures over time share both.
+// Cursor and zoom of figures that the program drew (figure.cc). Figures over time share both.
 
 const kSvg = 'http://www.w3.org/2000/svg', kNear_px = 8;
 const svgElement = (tag, attributes) => {
@@ -84,8 +84,7 @@ export class Figure {
   }
 }
 
-/// Makes the figures follow the mouse: move shows values, drag zooms, double click shows all again. chosen(figure, x): on a click. left():
-/// when the mouse has left.
+/// Makes the figures follow the mouse: move shows values, drag zooms, double click shows all. chosen(figure, x): on a click. left(): it left.
 export function follow(figures, chosen, left) {
   const peers = (figure) => (figure.overTime ? figures.filter((other) => other.overTime) : [figure]);
   for (const figure of figures) {

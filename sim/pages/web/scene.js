@@ -9,8 +9,7 @@ const kMostLandmarks = 1024, kAboveGround = 0.004, kEllipsoids = 0.22;
 /// A growing line; show() sets how many of its points are drawn.
 class GrowingLine {
   constructor(role, segments) {
-    const material = new THREE.LineBasicMaterial();
-    this.object = segments ? new THREE.LineSegments(new THREE.BufferGeometry(), material) : new THREE.Line(new THREE.BufferGeometry(), material);
+    this.object = new (segments ? THREE.LineSegments : THREE.Line)(new THREE.BufferGeometry(), new THREE.LineBasicMaterial());
     this.object.frustumCulled = false;
     this.object.userData.role = role;
     this.points = new Float32Array(3 * 1024);
@@ -32,7 +31,7 @@ class GrowingLine {
 }
 
 function frustum(role, camera) {
-  const far = 0.3, {width, height, fu, fv, u0, v0} = camera ?? {width: 320, height: 240, fu: 160, fv: 160, u0: 160, v0: 120};
+  const far = 0.3, {width, height, fu, fv, u0, v0} = camera;
   const corners = [[0, 0], [width, 0], [width, height], [0, height]].map(([u, v]) => [far * (u - u0) / fu, far * (v - v0) / fv, far]);
   const points = corners.flatMap((corner, i) => [[0, 0, 0], corner, corner, corners[(i + 1) % 4]]);
   const object = new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(points.map((p) => new THREE.Vector3(...p))),
@@ -76,9 +75,7 @@ function readPictures(buffer) {
 
 function meshOf(piece) {
   const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute('position', new THREE.BufferAttribute(piece.positions, 3));
-  geometry.setAttribute('normal', new THREE.BufferAttribute(piece.normals, 3));
-  geometry.setAttribute('color', new THREE.BufferAttribute(piece.colors, 3));
+  for (const name of ['position', 'normal', 'color']) geometry.setAttribute(name, new THREE.BufferAttribute(piece[`${name}s`], 3));
   if (piece.uv) geometry.setAttribute('uv', new THREE.BufferAttribute(piece.uv, 2));
   geometry.setIndex(new THREE.BufferAttribute(piece.index, 1));
   return new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({vertexColors: THREE.VertexColors}));
@@ -113,35 +110,34 @@ export class Scene {
 
   fill() {
     this.scene.add(new THREE.AmbientLight(0xffffff, 0.7));
-    const lamp = new THREE.DirectionalLight(0xffffff, 0.45);
-    lamp.position.set(-2, -3, 6);
-    this.scene.add(lamp);
-    this.grid = new THREE.GridHelper(12, 12);  // the floor until there is a room
+    this.add(new THREE.DirectionalLight(0xffffff, 0.45)).position.set(-2, -3, 6);
+    this.grid = this.add(new THREE.GridHelper(12, 12));  // the floor until there is a room
     this.grid.rotation.x = Math.PI / 2;
     Object.assign(this.grid.material, {transparent: true, opacity: 0.35});
-    this.scene.add(this.grid);
-    const camera = this.run.about.camera;
+    const {camera} = this.run;
     this.paths = {truth: new GrowingLine('truth'), plan: new GrowingLine('plan'), estimate: new GrowingLine('estimate')};
     this.frusta = {truth: frustum('truth', camera), estimate: frustum('estimate', camera)};
     this.landed = new GrowingLine('landed', true);
     this.planned = new GrowingLine('plan', true);
-    this.support = new THREE.LineLoop(new THREE.BufferGeometry(), new THREE.LineBasicMaterial());
-    this.support.userData.role = 'first';
-    this.support.frustumCulled = false;
-    this.zmp = new THREE.Mesh(new THREE.SphereGeometry(0.012, 12, 8), new THREE.MeshBasicMaterial());
-    this.zmp.userData.role = 'bad';
+    this.scene.add(...[...Object.values(this.paths), this.landed, this.planned].map(({object}) => object), ...Object.values(this.frusta));
+    this.support = this.add(new THREE.LineLoop(new THREE.BufferGeometry(), new THREE.LineBasicMaterial()), 'first');
+    this.zmp = this.add(new THREE.Mesh(new THREE.SphereGeometry(0.012, 12, 8), new THREE.MeshBasicMaterial()), 'bad');
     const sphere = new THREE.SphereGeometry(1, 10, 8);
-    this.ellipsoids = new THREE.InstancedMesh(sphere, translucent('first', kEllipsoids), kMostLandmarks);
-    this.ellipsoids.frustumCulled = false;
-    this.own = new THREE.Mesh(sphere, translucent('estimate', 0.5));
+    this.ellipsoids = this.add(new THREE.InstancedMesh(sphere, translucent('first', kEllipsoids), kMostLandmarks));
+    this.own = this.add(new THREE.Mesh(sphere, translucent('estimate', 0.5)));
     this.own.matrixAutoUpdate = false;
-    this.points = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({size: 5, sizeAttenuation: false, vertexColors: THREE.VertexColors}));
+    this.points = this.add(new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({size: 5, sizeAttenuation: false, vertexColors: THREE.VertexColors})));
     for (const name of ['position', 'color'])
       this.points.geometry.setAttribute(name, new THREE.BufferAttribute(new Float32Array(3 * kMostLandmarks), 3));
-    this.points.frustumCulled = false;
-    this.scene.add(...Object.values(this.paths).map((path) => path.object), ...Object.values(this.frusta), this.landed.object,
-      this.planned.object, this.support, this.zmp, this.ellipsoids, this.own, this.points);
     this.paint();
+  }
+
+  /// Adds an object that is always drawn, in the color of its role.
+  add(object, role) {
+    object.frustumCulled = false;
+    if (role) object.userData.role = role;
+    this.scene.add(object);
+    return object;
   }
 
   addModel(buffer) {
@@ -250,12 +246,9 @@ export class Scene {
   showSweep(name, points) {
     let sweep = this.sweeps.get(name);
     if (!sweep) {
-      sweep = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({size: 3, sizeAttenuation: false,
-        transparent: true, opacity: 0.8, depthTest: false}));  // drawn over the surfaces that they lie on
-      sweep.frustumCulled = false;
-      sweep.userData.role = 'second';
+      sweep = this.add(new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({size: 3, sizeAttenuation: false,
+        transparent: true, opacity: 0.8, depthTest: false})), 'second');  // drawn over the surfaces that they lie on
       this.sweeps.set(name, sweep);
-      this.scene.add(sweep);
       this.paint();
     }
     sweep.visible = Boolean(points);
@@ -318,8 +311,7 @@ export class Scene {
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height);
     this.camera.aspect = this.head.aspect = width / height;
-    const {fv = 160, fu = 160, width: w = 320, height: h = 240} = this.run.about.camera ?? {};
-    const half = Math.max(h / 2 / fv, w / 2 / fu / this.head.aspect);
+    const {camera} = this.run, half = Math.max(camera.height / 2 / camera.fv, camera.width / 2 / camera.fu / this.head.aspect);
     this.head.fov = 2 * Math.atan(half) * 180 / Math.PI;
     this.camera.updateProjectionMatrix();
     this.head.updateProjectionMatrix();

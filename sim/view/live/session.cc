@@ -1,6 +1,5 @@
 // The parts of the view that need the simulator: the view of a run, which passes its state on as plain
-// numbers, robots for replays and exports, and the recorded robot from outside: the true waist with the
-// measured joint angles.
+// numbers, robots for replays and exports, and the recorded robot from outside, by waist and joint angles.
 #include "sim/view/session.h"
 
 #include <fmt/format.h>
@@ -70,8 +69,7 @@ Model model_of(const std::shared_ptr<camera::PosedRobot>& robot, std::uint64_t s
   return model;
 }
 
-std::shared_ptr<camera::PosedRobot> posed_robot(const scenario::Scenario& scenario,
-                                                const std::filesystem::path& models) {
+std::shared_ptr<camera::PosedRobot> posed_robot(const scenario::Scenario& scenario, const fs::path& models) {
   return std::make_shared<camera::PosedRobot>(scenario.world.robot, scenario.world.room, models);
 }
 
@@ -100,8 +98,7 @@ void require_joints(const Eigen::VectorXd& q) {
 /// Frames wait from their stamp until their image is drawn and the filter has used it.
 class LiveSession : public ViewSession {
  public:
-  LiveSession(const ViewRequest& request, const scenario::ReadScenario& read,
-              const std::filesystem::path& models)
+  LiveSession(const ViewRequest& request, const scenario::ReadScenario& read, const fs::path& models)
       : robot_(posed_robot(read.scenario, models)),
         view_(request, shown_run(read.scenario, robot_), request.control) {
     request.opened(url(view_.access()));
@@ -169,8 +166,7 @@ Eigen::Isometry3d looking(const Vector3d& from, const Vector3d& at) {
 
 class Drawing {
  public:
-  Drawing(const scenario::Scenario& scenario, const std::filesystem::path& recording,
-          const std::filesystem::path& models)
+  Drawing(const scenario::Scenario& scenario, const fs::path& recording, const fs::path& models)
       : model_(load_model(scenario.world.robot, scenario.world.room, models)),
         data_(mj_makeData(model_.get())),
         scene_(*model_, {kView}, scenario.world.seed, Channels::rgb, Robot::whole),
@@ -212,7 +208,7 @@ class Drawing {
 }  // namespace
 
 std::shared_ptr<const exports::RobotDescription> robot_description(const scenario::Scenario& scenario,
-                                                                   const std::filesystem::path& models) {
+                                                                   const fs::path& models) {
   const auto robot = posed_robot(scenario, models);
   auto description = std::make_shared<exports::RobotDescription>();
   description->urdf = camera::urdf(robot->model());
@@ -229,7 +225,7 @@ std::shared_ptr<const exports::RobotDescription> robot_description(const scenari
   return description;
 }
 
-MakeRobot robot_maker(const std::filesystem::path& models) {
+MakeRobot robot_maker(const fs::path& models) {
   return [models](const scenario::Scenario& scenario) {
     const auto robot = posed_robot(scenario, models);
     const auto poses = [robot](const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB) {
@@ -241,13 +237,13 @@ MakeRobot robot_maker(const std::filesystem::path& models) {
 }
 
 std::unique_ptr<ViewSession> view_of_run(const ViewRequest& request, const scenario::ReadScenario& read,
-                                         const std::filesystem::path& models) {
+                                         const fs::path& models) {
   if (!request.view) return nullptr;
   return std::make_unique<LiveSession>(request, read, models);
 }
 
-RobotView robot_from_outside(const scenario::Scenario& scenario, const std::filesystem::path& recording,
-                             const std::filesystem::path& models) {
+RobotView robot_from_outside(const scenario::Scenario& scenario, const fs::path& recording,
+                             const fs::path& models) {
   const auto drawing = std::make_shared<Drawing>(scenario, recording, models);
   return [drawing](slam::Stamp t, const Eigen::Isometry3d& X_WB) { return drawing->draw(t, X_WB); };
 }

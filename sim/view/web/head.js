@@ -7,7 +7,7 @@ const kNew = '#5aa9ff';
 
 export class HeadView {
   constructor(run) {
-    const {width, height} = run.about.camera ?? {width: 320, height: 240};
+    const {width, height} = run.camera;
     Object.assign(this, {width, height, shown: -1});
     this.canvas = element('canvas', {width: kScale * width, height: kScale * height, role: 'img', 'aria-label': 'image of the head camera'});
     this.context = this.canvas.getContext('2d');

@@ -67,21 +67,16 @@ export class Pane {
     this.showCursor();
   }
 
-  showHead(index, frame) {
-    const here = this.live.get(index);
-    if (here || !frame.stored_image) {
-      this.head.show(frame, here ?? null);
-      this.headIndex = index;
-      return;
-    }
-    this.images.at(index).then((image) => {
+  async showHead(index, frame) {
+    let image = this.live.get(index) ?? null;
+    if (!image && frame.stored_image) {
+      const [stored] = [index, index + 1, index + 2, index - 1].filter((near) => this.run.frames[near]?.stored_image)
+        .map((near) => this.images.at(near).catch(() => null));
+      image = await stored;
       if (this.index !== index) return;  // another one is shown by now
-      this.head.show(frame, image);
-      this.headIndex = index;
-    }, () => {
-      if (this.index === index) this.head.show(frame, null);
-    });
-    for (const near of [index + 1, index + 2, index - 1]) if (this.run.frames[near]?.stored_image) this.images.at(near).catch(() => null);
+    }
+    this.head.show(frame, image);
+    this.headIndex = index;
   }
 
   say(frame) {
@@ -92,7 +87,7 @@ export class Pane {
       ? `${frame.landmarks} landmarks; ${(frame.searches ?? []).length} searched for: ${of('found')} found, ${of('missed')} missed, ${of('rejected')} rejected` : '';
   }
 
-  /// Figures over time, which the program draws. html: from strips.cc.
+  /// Figures over time, which the program draws. html: from drawings.cc.
   showStrips(html) {
     this.strips.replaceChildren(...new DOMParser().parseFromString(html, 'text/html').body.children);
     this.figures = [...this.strips.children].map((holder) => new Figure(holder));

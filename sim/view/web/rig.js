@@ -15,17 +15,16 @@ export class RigLayer {
   }
 
   /// While an element is fetched, frames may pass; then the newest is fetched.
-  show(index) {
+  async show(index) {
     this.index = index;
     const number = this.run.frames[index]?.rig;
     if (!this.on.checked || number === undefined) return this.draw(null);
-    if (this.isFetching) return undefined;
+    if (this.isFetching) return;
     this.isFetching = true;
-    return this.stored.at(number).catch(() => null).then((content) => {
-      this.isFetching = false;
-      if (this.on.checked) this.draw(content);
-      if (this.index !== index) this.show(this.index);
-    });
+    const content = await this.stored.at(number).catch(() => null);
+    this.isFetching = false;
+    if (this.on.checked) this.draw(content);
+    if (this.index !== index) this.show(this.index);
   }
 
   draw(content) {

@@ -7,12 +7,13 @@
 #include <fstream>
 
 #include "sim/pages/pages.h"
+#include "tests/sim/files/has.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace {
 
 using namespace sim::pages;
-using testing::DoubleNear, testing::ElementsAre, testing::HasSubstr, testing::Not;
+using testing::DoubleNear, testing::ElementsAre, tests::Has, tests::Lacks;
 
 Figure one_line(std::vector<double> x, std::vector<double> y) {
   Figure figure{"name", "Title", "x [m]", "y [m]"};
@@ -62,7 +63,7 @@ Figure figure_named(const std::string& name, const std::vector<RunData>& runs) {
 TEST(ComparisonFigures, GiveTheShareOfFramesWithTheMeanNeesInItsBand) {
   const Figure nees = figure_named(
       "nees_over_seeds_", {run_of({9, 3, 0.1, 9}, {1, 1, 1, 1}), run_of({9, 3, 0.2, 9}, {1, 1, 1, NAN})});
-  EXPECT_THAT(nees.title, HasSubstr("position 33 % (below it 33 %), orientation 100 % (below it 0 %)"));
+  EXPECT_THAT(nees.title, Has("position 33 % (below it 33 %), orientation 100 % (below it 0 %)"));
   EXPECT_THAT(nees.lines.at(0).y, ElementsAre(9, 3, DoubleNear(0.15, 1e-12), 9));
   EXPECT_NEAR(nees.levels.at(0).at, 0.62, 0.005);
   EXPECT_NEAR(nees.levels.at(1).at, 7.22, 0.005);
@@ -98,8 +99,7 @@ TEST(Figures, CompareTheEstimateWithAThinLineWithoutImages) {
     }
     if (figure.name != "error_distance") continue;
     EXPECT_THAT(figure.lines.at(1).y, in_mm(10, 20, 40));
-    EXPECT_THAT(to_svg(figure, 400, 300),
-                HasSubstr("class='line thin third' data-name='odometry, no images'"));
+    EXPECT_THAT(to_svg(figure, 400, 300), Has("class='line thin third' data-name='odometry, no images'"));
   }
   EXPECT_THAT(figure_named("error_over_time_", {run, other}).lines.back().y, in_mm(20, 30, 60));
   other.estimator = "odometry";
@@ -121,7 +121,7 @@ TEST(RunFigures, NisHasItsBandAndAVerdictOnEachSensor) {
   EXPECT_THAT(nis->remarks, ElementsAre("gyro 0.02: its predicted spread is about 7 times too large"));
   EXPECT_THAT(nis->envelopes.at(0).low, testing::Each(DoubleNear(0.73, 0.01)));  // chi-square of 93, 2.5 %
   EXPECT_THAT(nis->envelopes.at(0).high, testing::Each(DoubleNear(1.31, 0.01)));
-  EXPECT_THAT(to_svg(*nis, 400, 300), HasSubstr("about 7 times too large</text>"));
+  EXPECT_THAT(to_svg(*nis, 400, 300), Has("about 7 times too large</text>"));
 }
 
 TEST(Svg, NotANumberBreaksALine) {
@@ -139,11 +139,10 @@ TEST(Svg, AStillPictureHasItsColorsItsTitleInLinesThatFitAndItsLegend) {
   Figure figure = one_line({0, 1}, {0, 1});
   figure.title = "A title that is as long as those of some of the figures of a report";
   const std::string svg = to_svg(figure, 300, 300);
-  EXPECT_THAT(svg, HasSubstr("y='18.0' class='title'>A title that is as long as those of</text>"));
-  EXPECT_THAT(svg, HasSubstr("y='36.0' class='title'>some of the figures of a report</text>"));
-  EXPECT_THAT(svg, HasSubstr("y='54.0' >truth</text>"));
-  EXPECT_THAT(svg, HasSubstr("<rect class='frame' x='62.0' y='66.0'"));
-  EXPECT_THAT(svg, HasSubstr("{stroke:#0072b2;stroke:var(--estimate,#0072b2)}"));
+  EXPECT_THAT(
+      svg, Has("y='18.0' class='title'>A title that is as long as those of</text>",
+               "y='36.0' class='title'>some of the figures of a report</text>", "y='54.0' >truth</text>",
+               "<rect class='frame' x='62.0' y='66.0'", "{stroke:#0072b2;stroke:var(--estimate,#0072b2)}"));
 }
 
 TEST(Svg, EqualAxesGiveAMeterTheSameLengthBothWays) {
@@ -161,10 +160,9 @@ TEST(PageSvg, HasItsAxesAndTheNamesOfItsLines) {
   Figure figure = one_line({0, 10}, {1, 100});
   figure.x_label = "time [s]", figure.logarithmic = true;
   const std::string svg = to_svg(figure, 400, 300, true);
-  EXPECT_THAT(svg, testing::ContainsRegex("data-x='-0.5 10.5 62 386 0' data-y='0.6[0-9]* 150 254 12 1' "
-                                          "data-over-time='yes'"));
-  EXPECT_THAT(svg, HasSubstr("data-name='truth'"));
-  EXPECT_THAT(svg, Not(HasSubstr("<style")));
+  EXPECT_THAT(svg, AllOf(Has("data-name='truth'"), Lacks("<style"),
+                         testing::ContainsRegex("data-x='-0.5 10.5 62 386 0' data-y='0.6[0-9]* 150 254 12 1' "
+                                                "data-over-time='yes'")));
 }
 
 }  // namespace

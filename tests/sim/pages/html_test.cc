@@ -9,13 +9,13 @@
 
 #include "sim/files/text.h"
 #include "sim/pages/pages.h"
-#include "sim/pages/paper.h"
+#include "tests/sim/files/has.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace {
 
 using namespace sim::pages;
-using nlohmann::json, testing::HasSubstr, testing::Not;
+using nlohmann::json, testing::AllOf, tests::Has, tests::Lacks;
 
 constexpr const char* kPayload = R"(</title></script><img src=x onerror='a()'>"<!--&)";
 constexpr const char* kShown =
@@ -29,7 +29,7 @@ TEST(Html, TextIsShownAsItIsInElementsAndAttributes) {
 TEST(Html, DataCannotEndItsScriptElement) {
   const std::string html = data_script("data", json{{"name", kPayload}}.dump());
   const std::string inside = html.substr(html.find('>') + 1, html.rfind("</script>") - html.find('>') - 1);
-  EXPECT_THAT(inside, Not(HasSubstr("<")));
+  EXPECT_THAT(inside, Lacks("<"));
   EXPECT_EQ(json::parse(inside)["name"], kPayload);
 }
 
@@ -37,12 +37,11 @@ TEST(Html, ThePolicyAllowsTheScriptsByTheirHashesAndNothingElse) {
   const std::string with = html_page("a", "", "", {"alert('Hello, world.');"}),
                     without = html_page("a", "", "", {});
   // The example of the specification of Content Security Policies, level 3, section 8.3.
-  EXPECT_THAT(with, HasSubstr("script-src 'sha256-qznLcsROx4GACP2dm0UCKCzCG+HiZ1guq6ZZDob/Tng=';"));
-  EXPECT_THAT(without, HasSubstr("script-src 'none';"));
+  EXPECT_THAT(with, Has("script-src 'sha256-qznLcsROx4GACP2dm0UCKCzCG+HiZ1guq6ZZDob/Tng=';"));
+  EXPECT_THAT(without, Has("script-src 'none';"));
   for (const std::string& page : {with, without}) {
-    EXPECT_THAT(page, HasSubstr("default-src 'none';"));
-    EXPECT_THAT(page, HasSubstr("base-uri 'none'; form-action 'none'"));
-    EXPECT_THAT(page, Not(HasSubstr("script-src 'unsafe-inline'")));
+    EXPECT_THAT(page, AllOf(Has("default-src 'none';", "base-uri 'none'; form-action 'none'"),
+                            Lacks("script-src 'unsafe-inline'")));
     EXPECT_LT(page.find("Content-Security-Policy"), page.find("<title>")) << "it applies to what follows it";
   }
 }
@@ -57,10 +56,7 @@ std::string without_scripts(const std::string& page) { return page.substr(0, pag
 
 void expect_harmless(const std::string& page) {
   const std::string html = without_scripts(page);
-  EXPECT_THAT(html, HasSubstr("Content-Security-Policy"));
-  EXPECT_THAT(html, Not(HasSubstr("<img")));
-  EXPECT_THAT(html, Not(HasSubstr("<script")));
-  EXPECT_THAT(html, HasSubstr(kShown));
+  EXPECT_THAT(html, AllOf(Has("Content-Security-Policy", kShown), Lacks("<img", "<script")));
 }
 
 class ReceivedTuning : public testing::Test {
@@ -70,19 +66,11 @@ class ReceivedTuning : public testing::Test {
     json side{{"runs", {kPayload, kPayload}}};
     for (const char* name : {kPayload, "nees_position_mean", "nees_orientation_mean"})
       side["values"][name] = sides;
-    tuning_ = {{"accepted", true},
-               {"name", kPayload},
-               {"objective", kPayload},
-               {"parameters",
-                {{{"key", kPayload},
-                  {"unit", kPayload},
-                  {"from", 1},
-                  {"to", 2},
-                  {"scale", "log"},
-                  {"start", 1},
-                  {"best", 2}}}},
-               {"training", side},
-               {"holdout", side}};
+    json parameter = json::parse(R"({"from": 1, "to": 2, "scale": "log", "start": 1, "best": 2})");
+    parameter["key"] = parameter["unit"] = tuning_["name"] = tuning_["objective"] = kPayload;
+    tuning_["accepted"] = true;
+    tuning_["parameters"] = json::array({parameter});
+    tuning_["training"] = tuning_["holdout"] = side;
   }
   std::string page() const {
     std::ofstream(folder_ / "tune.json") << tuning_.dump();
@@ -95,7 +83,7 @@ class ReceivedTuning : public testing::Test {
 };
 
 TEST_F(ReceivedTuning, NamesAreShownAsTheyAreAndRunsBeforeAndAfterWithTheirMeans) {
-  EXPECT_THAT(page(), HasSubstr("<tr><td>mean</td><td class='number'>1.5</td><td class='number'>1</td>"));
+  EXPECT_THAT(page(), Has("<tr><td>mean</td><td class='number'>1.5</td><td class='number'>1</td>"));
   tuning_["objective"] = std::string(kPayload) + "2";
   for (const char* side : {"training", "holdout"})
     tuning_[side]["values"][std::string(kPayload) + "2"] = tuning_[side]["values"][kPayload];
@@ -103,12 +91,11 @@ TEST_F(ReceivedTuning, NamesAreShownAsTheyAreAndRunsBeforeAndAfterWithTheirMeans
 }
 
 TEST_F(ReceivedTuning, AHoldOutOfOneRunIsAWarningAndNoneAnError) {
-  EXPECT_THAT(page(), Not(HasSubstr("The hold-out is one run")));
+  EXPECT_THAT(page(), Lacks("The hold-out is one run"));
   tuning_["holdout"]["runs"] = {"walks/seed-3"};
-  EXPECT_THAT(page(), HasSubstr("The hold-out is one run"));
-  EXPECT_THAT(page(), HasSubstr("<td>walks/seed-3</td>"));
+  EXPECT_THAT(page(), Has("The hold-out is one run", "<td>walks/seed-3</td>"));
   tuning_["holdout"]["runs"] = json::array();
-  EXPECT_THAT(sim::files::error_of([&] { page(); }), HasSubstr("tune.json: holdout.runs: is empty"));
+  EXPECT_THAT(sim::files::error_of([&] { page(); }), Has("tune.json: holdout.runs: is empty"));
 }
 
 TEST(PaperPage, TheRevisionIsShownAsItIs) { expect_harmless(paper_page({}, kPayload)); }
@@ -118,8 +105,7 @@ TEST(Figure, NamesAreShownAsTheyAre) {
   figure.lines = {{kPayload, Role::truth, {0, 1}, {0, 1}}};
   figure.levels = {{kPayload, 0.5}};
   figure.moments = {{kPayload, 0.5}};
-  EXPECT_THAT(to_svg(figure, 100, 100), Not(HasSubstr("<img")));
-  EXPECT_THAT(to_svg(figure, 100, 100), HasSubstr(kShown));
+  EXPECT_THAT(to_svg(figure, 100, 100), AllOf(Has(kShown), Lacks("<img")));
 }
 
 TEST(Table, ColumnsAreFoundByTheirNamesWithoutUnit) {
@@ -160,24 +146,19 @@ TEST_F(SweepPage, OneKeyIsALineOfMediansAndItsWorstSeedIsNamedWithItsCommand) {
   for (const auto& [at, seed, ate] : {std::tuple{1, 1, 0.1}, {1, 2, 0.3}, {2, 1, 0.2}, {2, 2, 0.25}})
     add("hall", {{"slam.vision.sigma_px", at}}, seed, {{"ate_se3_rmse_m", ate}});
   const std::string html = page();
-  EXPECT_THAT(html, HasSubstr("ate_se3_rmse_m over slam.vision.sigma_px"));
-  EXPECT_THAT(html, HasSubstr("slam.vision.sigma_px [px]"));
-  EXPECT_THAT(html, HasSubstr("<summary>seed 2: 0.3</summary>"));
-  EXPECT_THAT(html, HasSubstr("<tr id='setting-hall-1'>"));
-  EXPECT_THAT(html, HasSubstr("/scenarios/hall.yaml slam.vision.sigma_px=1 seed=2</pre>"));
-  EXPECT_THAT(html, HasSubstr("<td class='number'>0.2</td>")) << "the median of 0.1 and 0.3";
+  EXPECT_THAT(html, Has("ate_se3_rmse_m over slam.vision.sigma_px", "slam.vision.sigma_px [px]",
+                        "<summary>seed 2: 0.3</summary>", "<tr id='setting-hall-1'>",
+                        "/scenarios/hall.yaml slam.vision.sigma_px=1 seed=2</pre>"));
+  EXPECT_THAT(html, Has("<td class='number'>0.2</td>")) << "the median of 0.1 and 0.3";
 }
 
 TEST_F(SweepPage, WhatASweepNamesIsOneWordEachOfACommandThatIsCopied) {
   add("hall; touch a #", {{"slam.vision.sigma_px", "`id`"}}, 1, {{"rmse_m", 0.1}});
   add("hall; touch a #", {{"slam.vision.sigma_px", "1'; touch b; '"}}, 1, {{"rmse_m", 0.2}});
   const std::string html = page();
-  EXPECT_THAT(
-      html,
-      HasSubstr("/scenarios/hall; touch a #.yaml&#39; &#39;slam.vision.sigma_px=`id`&#39; seed=1</pre>"));
-  EXPECT_THAT(
-      html,
-      HasSubstr("slam.vision.sigma_px=1&#39;\\&#39;&#39;; touch b; &#39;\\&#39;&#39;&#39; seed=1</pre>"));
+  EXPECT_THAT(html,
+              Has("/scenarios/hall; touch a #.yaml&#39; &#39;slam.vision.sigma_px=`id`&#39; seed=1</pre>",
+                  "slam.vision.sigma_px=1&#39;\\&#39;&#39;; touch b; &#39;\\&#39;&#39;&#39; seed=1</pre>"));
 }
 
 TEST_F(SweepPage, NoCommandIsShownThatWouldStartAProgram) {
@@ -187,17 +168,17 @@ TEST_F(SweepPage, NoCommandIsShownThatWouldStartAProgram) {
   add("hall", {{"estimator", "{program: [sh, evil.sh]}"}}, 1, {{"rmse_m", 1}});
   add("hall", {{"estimator", "plan_alone"}}, 1, {{"rmse_m", 1}});
   const std::string html = page();
-  EXPECT_THAT(html, HasSubstr("<pre>its scenario names an external program as estimator</pre>"));
-  EXPECT_THAT(html, HasSubstr("estimator=plan_alone seed=1</pre>"));
+  EXPECT_THAT(html, Has("<pre>its scenario names an external program as estimator</pre>",
+                        "estimator=plan_alone seed=1</pre>"));
 }
 
 TEST_F(SweepPage, TwoKeysAreAHeatMapWhoseCellsOpenTheirRows) {
   for (const int a : {1, 10, 2})
     for (const char* b : {"x", "y"}) add("hall", {{"slam.a", a}, {"slam.b", b}}, 1, {{"rmse_m", 0.125}});
   const std::string html = page();
-  EXPECT_THAT(html, HasSubstr("rmse_m [m]: median over seeds"));
-  EXPECT_THAT(html, HasSubstr("<a href='#setting-hall-3-2'>0.125</a>")) << "10 comes after 2";
-  EXPECT_THAT(html, Not(HasSubstr("rmse_m over slam.a")));
+  EXPECT_THAT(html, Has("rmse_m [m]: median over seeds"));
+  EXPECT_THAT(html, Has("<a href='#setting-hall-3-2'>0.125</a>")) << "10 comes after 2";
+  EXPECT_THAT(html, Lacks("rmse_m over slam.a"));
 }
 
 TEST_F(SweepPage, OfManyKeysHasFiguresOfTheFirstOnesAndOfManyTrialsTheMedianAlone) {
@@ -207,18 +188,15 @@ TEST_F(SweepPage, OfManyKeysHasFiguresOfTheFirstOnesAndOfManyTrialsTheMedianAlon
     add("hall", settings, 1, {{"rmse_m", 1}});
   }
   std::string html = page();
-  EXPECT_THAT(html, HasSubstr("<th>slam.k105 \\ slam.k104</th>"));
-  EXPECT_THAT(html, Not(HasSubstr("<th>slam.k106 \\ slam.k105</th>")));
-  EXPECT_THAT(html, HasSubstr("<figcaption>rmse_m over slam.k105<"));
-  EXPECT_THAT(html, Not(HasSubstr("<figcaption>rmse_m over slam.k106<")));
-  EXPECT_THAT(html, HasSubstr("Figures are drawn of the first 6 of 100 keys with several values."));
+  EXPECT_THAT(html, AllOf(Has("<th>slam.k105 \\ slam.k104</th>", "<figcaption>rmse_m over slam.k105<",
+                              "Figures are drawn of the first 6 of 100 keys with several values."),
+                          Lacks("<th>slam.k106 \\ slam.k105</th>", "<figcaption>rmse_m over slam.k106<")));
   lines_.clear();
   for (int seed = 1; seed <= 501; ++seed)
     for (int a = 1; a <= 4; ++a) add("hall", {{"slam.a", a}}, seed, {{"rmse_m", 1}});
   html = page();
-  EXPECT_THAT(html, HasSubstr("501 of 501</td>")) << "of a setting";
-  EXPECT_THAT(html, Not(testing::ContainsRegex("M[0-9.]+ [0-9.]+h0")));
-  EXPECT_THAT(html, HasSubstr("data-name='median' d='M"));
+  EXPECT_THAT(html, Has("501 of 501</td>")) << "of a setting";
+  EXPECT_THAT(html, AllOf(Has("data-name='median' d='M"), Not(testing::ContainsRegex("M[0-9.]+ [0-9.]+h0"))));
 }
 
 TEST_F(SweepPage, ScenariosAreNotPooledAndATrialThatFailedIsTheWorst) {
@@ -226,20 +204,16 @@ TEST_F(SweepPage, ScenariosAreNotPooledAndATrialThatFailedIsTheWorst) {
   add("hall", {{"slam.a", 1}}, 2, {{"ate_se3_rmse_m", 1}}, "diverged");
   add("office", {{"slam.a", 1}}, 1, {{"ate_se3_rmse_m", 3}});
   const std::string html = page();
-  EXPECT_THAT(html, HasSubstr("<section id='scenario-hall'><h2>hall</h2>"));
-  EXPECT_THAT(html, HasSubstr("<section id='scenario-office'><h2>office</h2>"));
-  EXPECT_THAT(html, HasSubstr("<td class='number'>5</td>"));
-  EXPECT_THAT(html, HasSubstr("<td class='number'>3</td>")) << "not the median of both";
-  EXPECT_THAT(html, HasSubstr("<summary>seed 2: diverged</summary>"));
-  EXPECT_THAT(html, HasSubstr("<td class='number'>1 of 2</td>"));
+  EXPECT_THAT(html, Has("<section id='scenario-hall'><h2>hall</h2>",
+                        "<section id='scenario-office'><h2>office</h2>", "<td class='number'>5</td>"));
+  EXPECT_THAT(html, Has("<td class='number'>3</td>")) << "not the median of both";
+  EXPECT_THAT(html, Has("<summary>seed 2: diverged</summary>", "<td class='number'>1 of 2</td>"));
 }
 
 TEST_F(SweepPage, NamesAreShownAsTheyAre) {
   add("<img src=x>", {{"<b>", "'\"<i>"}}, 1, {{"rmse_m", 1}});
   const std::string html = page();
-  EXPECT_THAT(html, Not(HasSubstr("<img")));
-  EXPECT_THAT(html, Not(HasSubstr("<i>")));
-  EXPECT_THAT(html, HasSubstr("Content-Security-Policy"));
+  EXPECT_THAT(html, AllOf(Has("Content-Security-Policy"), Lacks("<img", "<i>")));
 }
 
 TEST_F(SweepPage, BrokenScoresAreNamed) {
@@ -247,7 +221,7 @@ TEST_F(SweepPage, BrokenScoresAreNamed) {
                                          {"{}\n", "scores.jsonl: scenario"},
                                          {"{\n", "scores.jsonl"}}) {
     lines_ = lines;
-    EXPECT_THAT(sim::files::error_of([&] { page(); }), HasSubstr(complaint));
+    EXPECT_THAT(sim::files::error_of([&] { page(); }), Has(complaint));
   }
 }
 

@@ -1,20 +1,18 @@
-#include "sim/pages/leaderboard.h"
-
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "sim/files/text.h"
-#include "sim/pages/paper.h"
+#include "sim/pages/pages.h"
 #include "sim/pages/run_data.h"
+#include "tests/sim/files/has.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace {
 
 using namespace sim::pages;
-using nlohmann::json, testing::ElementsAre, testing::HasSubstr, testing::IsEmpty, testing::Not;
-using testing::SizeIs;
+using nlohmann::json, testing::ElementsAre, testing::IsEmpty, testing::SizeIs, tests::Has, tests::Lacks;
 
 class LeaderboardTest : public testing::Test {
  protected:
@@ -72,9 +70,8 @@ TEST_F(LeaderboardTest, AlignedAndUnalignedErrorsHaveColumnsOfTheirOwn) {
   add("a/seed-1", "aligned", {{"rmse_m", 0.25}, {"poses_matched", 9}}, 1, "sim3");
   add("a/seed-2", "aligned", {{"rmse_m", 0.5}, {"poses_matched", 9}}, 2);
   const std::string csv = leaderboard_csv(board());
-  EXPECT_THAT(csv, HasSubstr(",coverage,runs,completed,rmse_m,rmse_m_after_sim3,cpu_ms_mean,"));
-  EXPECT_THAT(csv, HasSubstr("walk,aligned,1,1,1,0.5,,,,,,2,"));
-  EXPECT_THAT(csv, HasSubstr("walk,aligned,1,1,1,,0.25,,,,sim3,1,"));
+  EXPECT_THAT(csv, Has(",coverage,runs,completed,rmse_m,rmse_m_after_sim3,cpu_ms_mean,",
+                       "walk,aligned,1,1,1,0.5,,,,,,2,", "walk,aligned,1,1,1,,0.25,,,,sim3,1,"));
 }
 
 TEST_F(LeaderboardTest, ARowIsOfAllSeedsWithMeanMedianAndP99OfCpu) {
@@ -84,8 +81,9 @@ TEST_F(LeaderboardTest, ARowIsOfAllSeedsWithMeanMedianAndP99OfCpu) {
     write(result + "/timing.json",
           R"({"frame_cpu_ms_mean": 3, "frame_cpu_ms_median": 2, "frame_cpu_ms_p99": 7})");
   }
-  EXPECT_THAT(leaderboard_csv(board()), HasSubstr(",cpu_ms_mean,cpu_ms_median,cpu_ms_p99,alignment,seeds,"));
-  EXPECT_THAT(leaderboard_csv(board()), testing::ContainsRegex("walk,filter,1,2,2,0.15[0-9]*,3,2,7,,1 2,"));
+  EXPECT_THAT(leaderboard_csv(board()),
+              AllOf(Has(",cpu_ms_mean,cpu_ms_median,cpu_ms_p99,alignment,seeds,"),
+                    testing::ContainsRegex("walk,filter,1,2,2,0.15[0-9]*,3,2,7,,1 2,")));
 }
 
 TEST_F(LeaderboardTest, RowsThatLookAlikeDifferInSeedsAndKeys) {
@@ -97,13 +95,13 @@ TEST_F(LeaderboardTest, RowsThatLookAlikeDifferInSeedsAndKeys) {
     }
   }
   add("c/seed-1", "filter", {{"rmse_m", 0.1}});  // without a scenario: it neither has keys nor differs
-  EXPECT_THAT(leaderboard_csv(board()), HasSubstr(",seeds,changed,folder\n"));
+  EXPECT_THAT(leaderboard_csv(board()), Has(",seeds,changed,folder\n"));
   for (const std::string key : {"walk.step_height_m=0.05", "walk.step_height_m=0.06"}) {
-    EXPECT_THAT(leaderboard_csv(board()), HasSubstr(",1 2," + key + ","));
-    EXPECT_THAT(leaderboard_table(board()), HasSubstr(key));
+    EXPECT_THAT(leaderboard_csv(board()), Has(",1 2," + key + ","));
+    EXPECT_THAT(leaderboard_table(board()), Has(key));
   }
   std::filesystem::remove_all(folder_ / "b");
-  EXPECT_THAT(leaderboard_table(board()), Not(HasSubstr("changed")));
+  EXPECT_THAT(leaderboard_table(board()), Lacks("changed"));
 }
 
 TEST_F(LeaderboardTest, OneBrokenResultDoesNotEndIt) {
@@ -113,7 +111,7 @@ TEST_F(LeaderboardTest, OneBrokenResultDoesNotEndIt) {
   write("c/seed-1/score.json", "{\"seed\": 1");
   EXPECT_THAT(order(), ElementsAre("good"));
   EXPECT_EQ(board().left_out.size(), 2u);
-  EXPECT_THAT(leaderboard_page(board()), HasSubstr("Left out: "));
+  EXPECT_THAT(leaderboard_page(board()), Has("Left out: "));
   std::filesystem::remove_all(folder_ / "a");
   EXPECT_THROW(board(), sim::files::FileError);
 }
@@ -123,12 +121,11 @@ TEST_F(LeaderboardTest, NamesAreNeutral) {
   add("b/seed-1", "evil\nrow\x1b[2J\xe2\x80\xae", {{"rmse_m", 0.1}}, 1, "x,\ny");
   for (const std::string& text :
        {leaderboard_table(board()), leaderboard_csv(board()), leaderboard_page(board())}) {
-    EXPECT_THAT(text.substr(0, text.find("<script>")), Not(HasSubstr("\x1b")));
-    EXPECT_THAT(text, Not(HasSubstr("\xe2\x80\xae")));
+    EXPECT_THAT(text.substr(0, text.find("<script>")), Lacks("\x1b"));
+    EXPECT_THAT(text, Lacks("\xe2\x80\xae"));
   }
-  EXPECT_THAT(leaderboard_csv(board()), HasSubstr("walk,'=cmd|"));
-  EXPECT_THAT(leaderboard_csv(board()), HasSubstr("walk,evil?row?[2J?,"));
-  EXPECT_THAT(leaderboard_table(board()), HasSubstr("evil?row?[2J?"));
+  EXPECT_THAT(leaderboard_csv(board()), Has("walk,'=cmd|", "walk,evil?row?[2J?,"));
+  EXPECT_THAT(leaderboard_table(board()), Has("evil?row?[2J?"));
 }
 
 RunData run(std::uint64_t seed, const std::map<std::string, double>& metrics) {
@@ -173,7 +170,7 @@ TEST(PaperRows, ClosingWhereThePaperFailedDiffersForItsFilterAndIsBetterForOurs)
   EXPECT_EQ(row(paper_rows(runs), "The hall, this bench's filter").agreement, "better");
   EXPECT_EQ(row(paper_rows(runs), "Experiment 1, this bench's filter").agreement, "agrees");
   runs["hall_paper"].push_back(run(2, {{"loop_closed", 0}}));
-  EXPECT_THAT(row(paper_rows(runs), "The hall, the paper's filter").bench, HasSubstr("1 of 2 closed"));
+  EXPECT_THAT(row(paper_rows(runs), "The hall, the paper's filter").bench, Has("1 of 2 closed"));
   runs["tangent_circle"].push_back(run(2, {{"loop_closed", 0}}));
   EXPECT_EQ(row(paper_rows(runs), "Experiment 1, this bench's filter").agreement, "differs");
 }
@@ -186,11 +183,10 @@ TEST(PaperRows, OneRunHasNoSpreadTimesAreNotComparedAndThePageCountsTheRows) {
   EXPECT_EQ(std::ranges::count_if(
                 rows, [](const PaperRow& r) { return r.bench == "not run" && r.agreement.empty(); }),
             std::ssize(rows) - 1);
-  EXPECT_THAT(
-      paper_page(runs, "abc"),
-      HasSubstr("<p>1 experiment, 1 seed each. Comparable rows: 1; agree: 1; better than the paper: 0; "
-                "<strong>differ: 0</strong>. Not comparable: " +
-                std::to_string(rows.size() - 1) + ".</p>"));
+  EXPECT_THAT(paper_page(runs, "abc"),
+              Has("<p>1 experiment, 1 seed each. Comparable rows: 1; agree: 1; better than the paper: 0; "
+                  "<strong>differ: 0</strong>. Not comparable: " +
+                  std::to_string(rows.size() - 1) + ".</p>"));
   runs["tangent_circle"] = {run(1, {{"loop_closed", 1}, {"loop_landmarks", 12}})};
   runs["tangent_circle"][0].frame_cpu_ms_median = 0.5;
   EXPECT_EQ(row(paper_rows(runs), "Experiment 1, this bench's filter").bench,

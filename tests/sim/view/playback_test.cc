@@ -12,6 +12,7 @@
 #include "sim/recording/image_file.h"
 #include "sim/replay/replay.h"
 #include "sim/view/site.h"
+#include "tests/sim/files/has.h"
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/trials/synthetic_result.h"
 
@@ -19,20 +20,24 @@ namespace sim::view {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::HasSubstr;
+using tests::Has, tests::Lacks;
 
 constexpr int kFrames = 40;
 
+/// Replays the walk in this folder into its folder replay, beside the recording.
+void replay_walk(const fs::path& walk) {
+  result::ResultPlace place;
+  place.folder = walk / "replay";
+  replay::replay(scenario::read_scenario(walk / "scenario.yaml"), walk / "recording",
+                 {{scenario::Ending::completed}}, place, [](double) {});
+}
+
 class PlaybackTest : public testing::Test {
  protected:
-  /// A replay of the walk in walk/replay, beside the recording in walk/recording.
   PlaybackTest() {
     tests::write_result(folder_ / "walk", tests::short_walk(kFrames),
                         "errors: {faults: [{frames_lost: {from_s: 0.5, duration_s: 0.1}}]}\n");
-    const auto read = scenario::read_scenario(folder_ / "walk/scenario.yaml");
-    result::ResultPlace place;
-    place.folder = result_;
-    replay::replay(read, folder_ / "walk/recording", {{scenario::Ending::completed}}, place, [](double) {});
+    replay_walk(folder_ / "walk");
   }
 
   files::TemporaryFolder folder_;
@@ -66,7 +71,7 @@ TEST_F(PlaybackTest, EveryFrameHasItsPartsAndFaultsAreMoments) {
 TEST_F(PlaybackTest, WhatIsMissingIsNamedAndTheRecordingOfAnotherWalkIsNotTaken) {
   const auto none = read_playback(result_, {}).run.missing;
   ASSERT_EQ(none.size(), 1u);
-  EXPECT_THAT(none[0], HasSubstr("built without the simulator"));
+  EXPECT_THAT(none[0], Has("built without the simulator"));
   const auto robot = [](const scenario::Scenario&) {
     return RobotModel{{},
                       [](const Eigen::VectorXd&, const Eigen::Isometry3d&) { return std::vector<float>(7); }};
@@ -74,7 +79,7 @@ TEST_F(PlaybackTest, WhatIsMissingIsNamedAndTheRecordingOfAnotherWalkIsNotTaken)
   fs::rename(result_, folder_ / "alone");
   const Playback alone = read_playback(folder_ / "alone", robot);
   ASSERT_EQ(alone.run.missing.size(), 1u);
-  EXPECT_THAT(alone.run.missing[0], HasSubstr("this result has no recording"));
+  EXPECT_THAT(alone.run.missing[0], Has("this result has no recording"));
   EXPECT_TRUE(alone.images[0].empty());
   fs::rename(folder_ / "alone", result_);
   tests::write_result(folder_ / "other", tests::short_walk(kFrames + 1));
@@ -104,18 +109,18 @@ TEST_F(PlaybackTest, PicturesAreOfTheCamerasSizeAndAsRecorded) {
   std::string edited = files::read_text(picture);
   edited[30] ^= 1;
   files::write_text(picture, edited);
-  EXPECT_THAT(complaint(), HasSubstr(picture.filename().string()));
+  EXPECT_THAT(complaint(), Has(picture.filename().string()));
   files::write_text(picture, recording::encode_grey_png(cv::Mat::zeros(2000, 2000, CV_8UC1)));
   list_again(recording);
-  EXPECT_THAT(complaint(), HasSubstr("2000"));
+  EXPECT_THAT(complaint(), Has("2000"));
   fs::remove(picture);
   fs::create_symlink("/etc/passwd", picture);
   const auto images = [&] {
     return files::error_of([&] { pages::image_files(playback.frames, recording); });
   };
-  EXPECT_THAT(images(), HasSubstr("leads out of the folder"));
+  EXPECT_THAT(images(), Has("leads out of the folder"));
   files::write_text(rows, "#t,file\n" + std::to_string(recording::kEpoch.count()) + ",../../a.png\n");
-  EXPECT_THAT(images(), HasSubstr("leads out of the folder"));
+  EXPECT_THAT(images(), Has("leads out of the folder"));
 }
 
 // The second eye has an image at every frame from the third on, the lidar a sweep at every third one.
@@ -140,11 +145,9 @@ TEST(PlaybackOfARig, EachFrameHasTheNewestReadingOfEachCameraAndLidar) {
     if (k % 3 == 0) added(1).points = {{static_cast<float>(k), 0, 0}};
     return all;
   });
-  result::ResultPlace place;
-  place.folder = folder / "walk/replay";
-  replay::replay(scenario::read_scenario(folder / "walk/scenario.yaml"), folder / "walk/recording",
-                 {{scenario::Ending::completed}}, place, [](double) {});
-  const Playback playback = read_playback(place.folder, {});
+  replay_walk(folder / "walk");
+  const fs::path result = folder / "walk/replay";
+  const Playback playback = read_playback(result, {});
   ASSERT_EQ(playback.rig.size(), 2u);
   EXPECT_TRUE(playback.rig[0][2].empty());
   EXPECT_EQ(playback.rig[1][4], playback.rig[1][3]);
@@ -152,10 +155,9 @@ TEST(PlaybackOfARig, EachFrameHasTheNewestReadingOfEachCameraAndLidar) {
   EXPECT_EQ(recording::decode_grey_png(png)->at<unsigned char>(5, 5), 7);
   const std::string sweep = playback.pictures->rig(playback.run.rig[1], playback.rig[1][8]);
   EXPECT_EQ(*reinterpret_cast<const float*>(sweep.data()), 6);
-  fs::rename(folder / "walk/recording", place.folder / "recording");
-  const std::string report = pages::run_sections(pages::read_run(place.folder), "", "");
-  EXPECT_THAT(report, HasSubstr("aria-label='cam1 at"));
-  EXPECT_THAT(report, HasSubstr("cam1, gray"));
+  fs::rename(folder / "walk/recording", result / "recording");
+  const std::string report = pages::run_sections(pages::read_run(result), "", "");
+  EXPECT_THAT(report, Has("aria-label='cam1 at", "cam1, gray"));
 }
 
 TEST_F(PlaybackTest, ALineBreaksWhereThereIsNoEstimate) {
@@ -169,8 +171,8 @@ TEST_F(PlaybackTest, ALineBreaksWhereThereIsNoEstimate) {
   fs::rename(folder_ / "walk/recording", result_ / "recording");
   const auto gap = pages::read_run(result_);
   const std::string report = pages::run_sections(gap, "", "");
-  EXPECT_THAT(report, HasSubstr("head camera at"));
-  EXPECT_THAT(report, testing::Not(HasSubstr("Further cameras"))) << "without a rig";
+  EXPECT_THAT(report, Has("head camera at"));
+  EXPECT_THAT(report, Lacks("Further cameras")) << "without a rig";
   const auto breaks = [](const std::vector<double>& values) {
     return std::ranges::count_if(values, [](double value) { return std::isnan(value); });
   };
@@ -187,7 +189,7 @@ TEST_F(PlaybackTest, BrokenFilesAreNamed) {
   for (const auto& [name, text] : damages) {
     const std::string whole = files::read_text(result_ / name);
     files::write_text(result_ / name, text);
-    EXPECT_THAT(files::error_of([&] { read_playback(result_, {}); }), HasSubstr(name));
+    EXPECT_THAT(files::error_of([&] { read_playback(result_, {}); }), Has(name));
     files::write_text(result_ / name, whole);
   }
   EXPECT_THROW(read_playback(folder_ / "nothing", {}), files::FileError);
@@ -245,7 +247,7 @@ TEST(Strips, SlipIsMeasuredFromWhereAFootWasSetDown) {
   EXPECT_EQ(slip[0], 0);
   EXPECT_NEAR(slip[2], 3, 1e-9);
   EXPECT_TRUE(std::isnan(slip[3]));
-  EXPECT_THAT(strips_html(strips.figures()), testing::HasSubstr("data-figure='slip'"));
+  EXPECT_THAT(strips_html(strips.figures()), Has("data-figure='slip'"));
 }
 
 }  // namespace

@@ -40,22 +40,19 @@ class RawClient {
 
   /// True if the other side closes within that time; keeps the bytes received before.
   bool is_closed_within(int ms) {
-    while (receive(ms))
-      ;
+    while (receive(ms)) continue;
     return closed_;
   }
 
   /// All up to and including `end`, or what came within that time.
   std::string until(std::string_view end, int ms = 5000) {
     std::size_t at = std::string::npos;
-    while ((at = received_.find(end)) == std::string::npos && receive(ms))
-      ;
+    while ((at = received_.find(end)) == std::string::npos && receive(ms)) continue;
     return take(at == std::string::npos ? received_.size() : at + end.size());
   }
 
   std::string exactly(std::size_t bytes, int ms = 5000) {
-    while (received_.size() < bytes && receive(ms))
-      ;
+    while (received_.size() < bytes && receive(ms)) continue;
     return take(std::min(bytes, received_.size()));
   }
 

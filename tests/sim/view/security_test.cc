@@ -8,12 +8,13 @@
 
 #include "sim/view/live_view.h"
 #include "sim/view/server.h"
+#include "tests/sim/files/has.h"
 #include "tests/sim/view/raw_client.h"
 
 namespace sim::view {
 namespace {
 
-using testing::AllOf, testing::HasSubstr, testing::Not, testing::StartsWith;
+using testing::AllOf, testing::StartsWith, tests::Has, tests::Lacks;
 
 TEST(Access, ReachableAddressesAllInterfacesAndWeakTokensAreRefused) {
   for (const Access& access :
@@ -148,7 +149,7 @@ TEST_F(Security, RejectedRequestsAndUpgradesGetNothing) {
        {std::tuple{"/" + query_, evil, "421"}, std::tuple{"/" + query_, std::string(), "421"},
         std::tuple{"/" + query_, host_ + host_, "421"}, std::tuple{std::string("/"), host_, "403"},
         std::tuple{"/" + query_, host_ + "Origin: https://evil.example\r\n", "403"}}) {
-    const auto refused = AllOf(StartsWith(fmt::format("HTTP/1.1 {}", status)), Not(HasSubstr("secret")));
+    const auto refused = AllOf(StartsWith(fmt::format("HTTP/1.1 {}", status)), Lacks("secret"));
     EXPECT_THAT(request(target, headers), refused) << headers;
     EXPECT_THAT(upgraded(target, headers), refused) << headers;
   }
@@ -162,12 +163,10 @@ TEST_F(Security, EveryAnswerTellsBrowsersToBeStrict) {
        {request("/" + query_, host_), request("/none" + query_, host_), request("/", host_)}) {
     EXPECT_THAT(
         answer,
-        HasSubstr("Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; "));
-    EXPECT_THAT(answer, AllOf(Not(HasSubstr("unsafe-")), HasSubstr("frame-ancestors 'none'")));
-    EXPECT_THAT(answer, HasSubstr("X-Content-Type-Options: nosniff\r\n"));
-    EXPECT_THAT(answer, HasSubstr("Referrer-Policy: no-referrer\r\n"));
-    EXPECT_THAT(answer, HasSubstr("Cross-Origin-Resource-Policy: same-origin\r\n"));
-    EXPECT_THAT(answer, Not(HasSubstr("Access-Control")));
+        AllOf(Has("Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; ",
+                  "frame-ancestors 'none'", "X-Content-Type-Options: nosniff\r\n",
+                  "Referrer-Policy: no-referrer\r\n", "Cross-Origin-Resource-Policy: same-origin\r\n"),
+              Lacks("unsafe-", "Access-Control")));
   }
 }
 
@@ -203,7 +202,7 @@ TEST_F(Security, GarbageAndASlowRequestEndTheirConnectionsAlone) {
     EXPECT_TRUE(next_payload(*client).has_value());
     client->send(frame);
     EXPECT_TRUE(client->is_closed_within(3000));
-    EXPECT_THAT(client->until("heard"), Not(HasSubstr("heard")));
+    EXPECT_THAT(client->until("heard"), Lacks("heard"));
   }
   for (const std::string& bytes : {std::string("\x16\x03\x01\x02\0\x01", 6), std::string("GET\r\n\r\n"),
                                    std::string("GET / HTTP/1.1\r\nHost: ")}) {  // the last one is slow
@@ -243,7 +242,7 @@ TEST(ReadOnly, CommandsAreRefusedWithoutControl) {
   Viewed viewed(false);
   for (const char* const message :
        {R"({"op":"pause"})", R"({"op":"step"})", R"({"op":"speed","factor":0.25})", R"({"op":"resume"})"})
-    EXPECT_THAT(viewed.answer(message), AllOf(HasSubstr("\"rejected\""), HasSubstr("read-only"))) << message;
+    EXPECT_THAT(viewed.answer(message), Has("\"rejected\"", "read-only")) << message;
   EXPECT_TRUE(viewed.goes_on());
 }
 
@@ -251,9 +250,9 @@ TEST(ReadOnly, CommandsAreObeyedWithControlAndMalformedOnesSurvived) {
   Viewed viewed(true);
   EXPECT_TRUE(viewed.goes_on());
   for (const char* const message : {"", R"({"op":7})", R"({"op":"launch"})"})
-    EXPECT_THAT(viewed.answer(message), HasSubstr("\"rejected\"")) << message;
-  EXPECT_THAT(viewed.answer(R"({"op":"speed","factor":1})"), HasSubstr("\"speed\":1.0"));
-  EXPECT_THAT(viewed.answer(R"({"op":"pause"})"), HasSubstr("\"paused\":true"));
+    EXPECT_THAT(viewed.answer(message), Has("\"rejected\"")) << message;
+  EXPECT_THAT(viewed.answer(R"({"op":"speed","factor":1})"), Has("\"speed\":1.0"));
+  EXPECT_THAT(viewed.answer(R"({"op":"pause"})"), Has("\"paused\":true"));
   EXPECT_FALSE(viewed.goes_on());
   EXPECT_TRUE(viewed.goes_on()) << "resumed above";
 }

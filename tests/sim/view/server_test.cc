@@ -10,6 +10,7 @@
 #include "sim/recording/image_file.h"
 #include "sim/view/live_view.h"
 #include "sim/view/site.h"
+#include "tests/sim/files/has.h"
 #include "tests/sim/view/raw_client.h"
 
 namespace sim::view {
@@ -17,7 +18,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
-using testing::HasSubstr, testing::StartsWith;
+using testing::StartsWith, tests::Has, tests::Lacks;
 
 /// Returns whether a run at that time continues within 200 ms; else resumes it.
 bool goes_on(Pace& pace, slam::Stamp t) {
@@ -99,7 +100,7 @@ TEST_F(Live, AViewerIsSentTheFramesThatAreShownAtMostFortyASecond) {
   EXPECT_TRUE(view_.wants({}));
   view_.show(frame_at(3));
   EXPECT_FALSE(view_.wants({}));
-  EXPECT_THAT(next_message(client).value_or(""), HasSubstr("{\"t\":0.099,\"image\":[320,240]}"));
+  EXPECT_THAT(next_message(client).value_or(""), Has("{\"t\":0.099,\"image\":[320,240]}"));
   std::this_thread::sleep_for(30ms);
   EXPECT_TRUE(view_.wants({}));
   say_loaded(client);
@@ -123,13 +124,12 @@ TEST_F(Live, AStalledViewerCostsNothingAndOneThatReadsIsServedBesideIt) {
   next_message(reading);  // the pace
   next_message(reading);  // the last frame
   view_.show(frame_at(2000));
-  EXPECT_THAT(next_message(reading).value_or(""), HasSubstr("\"t\":66.0"));
+  EXPECT_THAT(next_message(reading).value_or(""), Has("\"t\":66.0"));
   view_.end("done");  // gives up waiting for the stalled one
   EXPECT_LT(Clock::now() - begin, 90s);
 }
 
-// On a busy machine a browser may fetch for longer than the limit for messages and draw for a second before
-// it reads again; then the program ends.
+// On a busy machine a browser may fetch for longer than the limit for messages and draw for a second.
 TEST_F(Live, AViewerThatIsSlowForASecondIsToldHowTheRunEnded) {
   auto view = std::make_unique<LiveView>(Access{.token = kToken}, ShownRun{.label = "a walk"}, false);
   RawClient slow(view->access().port, "127.0.0.1", 4096);
@@ -169,10 +169,10 @@ TEST(LiveRig, APageFetchesTheNewestReadingsOfTheFramesItWasSent) {
   with_sweep.rig[0].points = {{1, 2, 3}};
   view.wants(with_image);
   view.show(frame_at(3));
-  EXPECT_THAT(next_message(client).value_or(""), HasSubstr("\"rig\":0}"));
+  EXPECT_THAT(next_message(client).value_or(""), Has("\"rig\":0}"));
   view.wants(with_sweep);
   view.show(frame_at(4));
-  EXPECT_THAT(next_message(client).value_or(""), HasSubstr("\"rig\":1}"));
+  EXPECT_THAT(next_message(client).value_or(""), Has("\"rig\":1}"));
   const auto body = [&](const std::string& path) {
     fetching.send("GET " + path + "?token=" + kToken + " HTTP/1.1\r\nHost: " + authority(view.access()) +
                   "\r\n\r\n");
@@ -199,10 +199,10 @@ TEST_F(Live, FoxgloveIsSpokenOnTheSamePort) {
     const std::string advertised = next_payload(client).value_or("");
     for (const char* const topic : {"/camera/image/compressed", "/camera/camera_info", "/imu",
                                     "/ground_truth/pose", "/plan/pose", "/slam/pose"})
-      EXPECT_THAT(advertised, HasSubstr(fmt::format("\"topic\":\"{}\"", topic)));
+      EXPECT_THAT(advertised, Has(fmt::format("\"topic\":\"{}\"", topic)));
     client.send(text_frame(R"({"op":"subscribe","subscriptions":[{"id":77,"channelId":4}]})"));
     client.send(text_frame(R"({"op":"subscribe","subscriptions":[{"id":78,"channelId":99}]})"));
-    EXPECT_THAT(next_payload(client).value_or(""), HasSubstr("unknown channel 99"));
+    EXPECT_THAT(next_payload(client).value_or(""), Has("unknown channel 99"));
     Frame frame = frame_at(1);
     frame.truth = Eigen::Isometry3d::Identity();
     view_.show(frame);
@@ -210,7 +210,7 @@ TEST_F(Live, FoxgloveIsSpokenOnTheSamePort) {
     EXPECT_EQ(message.substr(0, 5), std::string("\1\x4d\0\0\0", 5));
     client.send(text_frame(R"({"op":"unsubscribe","subscriptionIds":[77]})"));
     client.send(text_frame("{"));
-    EXPECT_THAT(next_payload(client).value_or(""), HasSubstr("\"status\""));
+    EXPECT_THAT(next_payload(client).value_or(""), Has("\"status\""));
     view_.show(frame);
     EXPECT_EQ(next_payload(client, 200), std::nullopt);
   }
@@ -234,10 +234,10 @@ TEST(Site, HasItsFilesAndNoOthers) {
   Site site({{.label = "walk </script>"}}, {{"mode", "live"}});
   site.add_list("/image/0",
                 [](std::size_t k) { return k < 2 ? std::optional(bytes_resource("image")) : std::nullopt; });
-  EXPECT_THAT(*site.at("/", "the-token")->bytes, HasSubstr("src=\"/view.js?token=the-token\""));
+  EXPECT_THAT(*site.at("/", "the-token")->bytes, Has("src=\"/view.js?token=the-token\""));
   EXPECT_EQ(site.at("/", "t")->bytes->find("TOKEN"), std::string::npos);
   EXPECT_GT(site.at("/view.js", "")->bytes->size(), 100'000u);
-  EXPECT_THAT(*site.at("/view.js", "")->bytes, testing::Not(HasSubstr("innerHTML=")));
+  EXPECT_THAT(*site.at("/view.js", "")->bytes, Lacks("innerHTML="));
   EXPECT_TRUE(site.at("/image/0/1", "").has_value());
   for (const char* const path : {"/image/0/2", "/image/0/-1", "/image/0/1 ", "/image/0/", "/image/0/../1",
                                  "/image/1/0", "/model/0", "view.js", "", "/index.html"})

@@ -15,8 +15,7 @@
 
 namespace cli {
 
-/// A new temporary folder, removed by the destructor. Each also removes those of killed processes on the same
-/// machine: their locks are free.
+/// A new temporary folder, removed by the destructor. Each also removes those of killed processes here.
 class TemporaryFolder {
  public:
   TemporaryFolder();
@@ -72,10 +71,9 @@ void add_backend_options(CLI::App& command, Backend& backend);
 /// of a file. Call it before anything is made.
 void require_usable(const Backend& backend, const std::string& folder);
 
-/// Runs the running program, even if its file was replaced, with each of the command lines. Returns how they
-/// ended, in their order. On Slurm the elements of the array last at least half a minute, those of a lost
-/// node are restarted, and after a kill the same call resumes; on_ended is not called there. Throws
-/// UsageError.
+/// Runs the running program, even if its file was replaced, with each command line; returns how they ended.
+/// On Slurm the elements of the array last at least half a minute, those of a lost node are restarted, after
+/// a kill the same call resumes, and on_ended is not called. Throws UsageError.
 std::vector<Ended> run_all(const CommandLines& command_lines, const Backend& backend, const ShowPart& show,
                            const OnEnded& on_ended = {});
 
@@ -86,13 +84,11 @@ std::vector<Ended> run_on_slurm(const CommandLines& command_lines, const Backend
 /// Throws UsageError if a job array that an earlier call left in the spool may still run.
 void require_ended_arrays(const fs::path& spool);
 
-/// Removes the ended job arrays that an earlier call left in the spool, and the folder if nothing else is in
-/// it.
+/// Removes the ended job arrays that an earlier call left in the spool, and the folder if it is then empty.
 void remove_arrays(const fs::path& spool);
 
 /// Files that the processes read: each scenario as it is now, so that later edits change no queued job, and
-/// the origins of its keys. They exist as long as this object, on Slurm longer if an exception ends the
-/// command.
+/// the origins of its keys. They exist as long as this object, on Slurm longer after an exception.
 class FrozenScenarios {
  public:
   /// In a temporary folder, on Slurm in the spool.

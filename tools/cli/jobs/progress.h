@@ -18,8 +18,7 @@ namespace cli {
 /// grows only if the job has become much slower.
 class RemainingTime {
  public:
-  /// part: done by now, 0 to 1. spent_s: since the start, never less than before. Returns nullopt before a
-  /// rate is known.
+  /// part: done by now, 0 to 1. spent_s: since the start, ascending. Returns nullopt before a rate is known.
   std::optional<double> at(double part, double spent_s);
 
  private:
@@ -51,8 +50,8 @@ struct ProgressPlace {
   static ProgressPlace standard();
 };
 
-/// Shows progress, drawn by its own thread so that the line also moves while the work waits. Of several lines
-/// only the first is shown.
+/// Shows progress, drawn by its own thread: it moves while the work waits. Only the first of several is
+/// shown.
 class ProgressLine {
  public:
   /// what: the start of the line.
@@ -62,8 +61,7 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  /// The part that is done, 0 to 1, and the current step, if given. A smaller part than before is not shown.
-  /// Costs no more than a lock.
+  /// The part that is done, 0 to 1, and the current step. A smaller part than before is not shown.
   void show(double part, const std::string& at = "");
 
  private:

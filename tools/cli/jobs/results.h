@@ -32,8 +32,7 @@ class Recordings {
   /// Returns the recording from the cache after checking every byte, or nullopt if it is missing.
   std::optional<recording::CachedRecording> find(const scenario::Scenario& scenario) const;
 
-  /// Returns the recording from the cache; this process records it if it is missing. Throws what a run
-  /// throws.
+  /// Returns the recording from the cache; this process records a missing one. Throws what a run throws.
   recording::CachedRecording get(const scenario::ReadScenario& read, const result::Progress& progress) const;
 
   struct Made {
@@ -100,8 +99,7 @@ std::string inputs_of(const scenario::Scenario& scenario);
 std::vector<std::string> results_of_other_seeds(const fs::path& root,
                                                 const std::vector<std::uint64_t>& seeds);
 
-/// folder: contains the parts of the trials and their logs while they run; all nodes of a cluster must see
-/// it.
+/// folder: contains parts of the trials and their logs while they run; all nodes of a cluster must see it.
 struct TrialsPlace {
   fs::path folder;
   std::string purpose;  ///< first line of the log

@@ -67,8 +67,7 @@ ShellOutput run_shell(const std::string& command) {
   return {files::read_text(text), files::read_text(errors), status};
 }
 
-/// The job id in the standard output of `sbatch --parsable`: a line "id" or "id;cluster". Empty if there is
-/// none.
+/// The job id in the output of `sbatch --parsable`: a line "id" or "id;cluster". Empty if there is none.
 std::string job_id(const std::string& text) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);)

@@ -1,5 +1,4 @@
-// The simulator as the program uses it: implemented by live_world.cc in the full build, by live_stub.cc in a
-// build without the simulator.
+// The simulator as the program uses it: live_world.cc, or live_stub.cc in a build without the simulator.
 #pragma once
 
 #include <string>
@@ -26,8 +25,7 @@ void require_simulator();
 /// live::require_clear_walk; returns false without the simulator.
 bool require_clear_walk(const scenario::ReadScenario& read, const fs::path& models);
 
-/// The model of the scenario's robot for the plan; empty without the simulator. Throws std::runtime_error
-/// when it cannot be loaded.
+/// The robot's model for the plan; empty without the simulator. Throws std::runtime_error.
 walking::WholeBody whole_body(const scenario::Scenario& scenario, const fs::path& models);
 
 /// MuJoCo's version, or "" without the simulator.

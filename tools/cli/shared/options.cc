@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <iostream>
-#include <map>
 #include <set>
 #include <string_view>
 
@@ -39,54 +38,6 @@ CLI::Option* add_scenario(CLI::App& command, std::string& file, scenario::Change
   return option;
 }
 
-void add_overrides(CLI::App& command, std::vector<std::string>& overrides, const std::string& which) {
-  command.add_option("changes", overrides, "keys of the scenario and their new values " + which)
-      ->option_text("key=value ...");
-}
-
-void add_with(CLI::App& command, scenario::Changes& changes) {
-  command
-      .add_option("--with", changes.with, "YAML file with keys to replace, such as a best.yaml; repeatable")
-      ->option_text("FILE")
-      ->allow_extra_args(false);
-}
-
-void add_without(CLI::App& command, scenario::Changes& changes) {
-  command.add_option("--without", changes.without, "sections to leave out, as in camera,slam")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-}
-
-void add_result(CLI::App& command, fs::path& result, const std::string& or_else) {
-  command.add_option("result", result, "a result folder, such as results/tangent_circle/seed-1" + or_else)
-      ->required();
-}
-
-void add_models(CLI::App& command, fs::path& models) {
-  command.add_option("--models", models, "folder of the models of the robot and the rooms");
-}
-
-void add_seeds(CLI::App& command, std::optional<std::string>& seeds, const std::string& what) {
-  command.add_option("--seeds", seeds, what + ": 1..5 or 1,2,7");
-}
-
-void add_jobs(CLI::App& command, std::optional<int>& jobs, const std::string& text) {
-  command.add_option("--jobs", jobs, text)->check(CLI::Range(1, 1024));
-}
-
-void add_cached(CLI::App& command, bool& cached) {
-  command.add_flag("--cached", cached, "replay recordings from the cache; record missing ones first");
-}
-
-void add_all_metrics(CLI::App& command, bool& all) {
-  command.add_flag("--all-metrics", all, "show more than the main metrics and those with limits");
-}
-
-void add_batch_member(CLI::App& command, BatchMember& member) {
-  command.add_option("--set-by", member.set_by)->group("");
-  command.add_option("--die-with-parent", member.parent)->group("");
-}
-
 void join_batch(const BatchMember& member, scenario::ReadScenario* read) {
   if (member.parent) die_with(*member.parent);
   if (!member.set_by || !read) return;
@@ -96,7 +47,7 @@ void join_batch(const BatchMember& member, scenario::ReadScenario* read) {
 
 void require_one_of(const std::vector<std::string>& names, const std::string& typed,
                     const std::string& option) {
-  if (std::find(names.begin(), names.end(), typed) != names.end()) return;
+  if (std::ranges::count(names, typed) > 0) return;
   throw UsageError("{}: expected one of {}, not '{}'{}", option, fmt::join(names, ", "), typed,
                    scenario::did_you_mean(typed, std::vector<std::string_view>(names.begin(), names.end())));
 }
@@ -149,19 +100,17 @@ fs::path standard_models() {
 // A robot has actuators; a room has none and is part of no other model.
 void require_models(const scenario::ReadScenario& read, const fs::path& models) {
   std::set<std::string> robots, rooms;
-  std::map<std::string, std::string> texts;
+  std::string texts;
   std::error_code fault;
-  for (const auto& entry : fs::directory_iterator(models, fault))
-    if (entry.path().extension() == ".xml")
-      texts[entry.path().stem().string()] = files::read_text(entry.path());
-  for (const auto& [name, text] : texts) {
-    const std::string include = fmt::format("<include file=\"{}.xml\"", name);
-    if (text.find("<actuator") != text.npos)
-      robots.insert(name);
-    else if (std::none_of(texts.begin(), texts.end(),
-                          [&](const auto& other) { return other.second.find(include) != std::string::npos; }))
-      rooms.insert(name);
+  for (const auto& entry : fs::directory_iterator(models, fault)) {
+    if (entry.path().extension() != ".xml") continue;
+    const std::string text = files::read_text(entry.path());
+    (text.find("<actuator") == text.npos ? rooms : robots).insert(entry.path().stem());
+    texts += text;
   }
+  std::erase_if(rooms, [&](const std::string& name) {
+    return texts.find(fmt::format("<include file=\"{}.xml\"", name)) != texts.npos;
+  });
   if (texts.empty()) throw files::FileError(models, "has no models");
   require_model(read, "world.robot", read.scenario.world.robot, robots);
   require_model(read, "world.room", read.scenario.world.room, rooms);

@@ -5,7 +5,6 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -37,26 +36,53 @@ std::pair<CLI::App&, Request&> add_command(CLI::App& app, int& exit_code, const 
 /// The file argument `scenario`, key=value arguments, --with and --without.
 CLI::Option* add_scenario(CLI::App& command, std::string& file, scenario::Changes& changes);
 /// The arguments key=value; `which`: the keys that may be changed.
-void add_overrides(CLI::App& command, std::vector<std::string>& overrides, const std::string& which);
-void add_with(CLI::App& command, scenario::Changes& changes);
-void add_without(CLI::App& command, scenario::Changes& changes);
+inline void add_overrides(CLI::App& command, std::vector<std::string>& overrides, const std::string& which) {
+  command.add_option("changes", overrides, "keys of the scenario and their new values " + which)
+      ->option_text("key=value ...");
+}
+inline void add_with(CLI::App& command, scenario::Changes& changes) {
+  command
+      .add_option("--with", changes.with, "YAML file with keys to replace, such as a best.yaml; repeatable")
+      ->option_text("FILE")
+      ->allow_extra_args(false);
+}
+inline void add_without(CLI::App& command, scenario::Changes& changes) {
+  command.add_option("--without", changes.without, "sections to leave out, as in camera,slam")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+}
 /// The argument `result`, the folder of a run.
-void add_result(CLI::App& command, fs::path& result, const std::string& or_else = "");
-void add_models(CLI::App& command, fs::path& models);
+inline void add_result(CLI::App& command, fs::path& result, const std::string& or_else = "") {
+  command.add_option("result", result, "a result folder, such as results/tangent_circle/seed-1" + or_else)
+      ->required();
+}
+inline void add_models(CLI::App& command, fs::path& models) {
+  command.add_option("--models", models, "folder of the models of the robot and the rooms");
+}
 /// --seeds: `what` they are of.
-void add_seeds(CLI::App& command, std::optional<std::string>& seeds, const std::string& what);
-void add_jobs(CLI::App& command, std::optional<int>& jobs, const std::string& text);
-void add_cached(CLI::App& command, bool& cached);
-void add_all_metrics(CLI::App& command, bool& all);
+inline void add_seeds(CLI::App& command, std::optional<std::string>& seeds, const std::string& what) {
+  command.add_option("--seeds", seeds, what + ": 1..5 or 1,2,7");
+}
+inline void add_jobs(CLI::App& command, std::optional<int>& jobs, const std::string& text) {
+  command.add_option("--jobs", jobs, text)->check(CLI::Range(1, 1024));
+}
+inline void add_cached(CLI::App& command, bool& cached) {
+  command.add_flag("--cached", cached, "replay recordings from the cache; record missing ones first");
+}
+inline void add_all_metrics(CLI::App& command, bool& all) {
+  command.add_flag("--all-metrics", all, "show more than the main metrics and those with limits");
+}
 
 /// Hidden options of a process that another one started.
 struct BatchMember {
   std::optional<pid_t> parent;       ///< it ends when that process ends
   std::optional<fs::path> set_by{};  ///< file with the origin of each key
 };
-void add_batch_member(CLI::App& command, BatchMember& member);
-/// Makes the kernel end this process with its parent, and replaces the origin of each key by that in the
-/// file.
+inline void add_batch_member(CLI::App& command, BatchMember& member) {
+  command.add_option("--set-by", member.set_by)->group("");
+  command.add_option("--die-with-parent", member.parent)->group("");
+}
+/// Makes the kernel end this process with its parent, and takes the origin of each key from the file.
 void join_batch(const BatchMember& member, scenario::ReadScenario* read = nullptr);
 
 /// Throws UsageError, with the most similar of the names, if `typed` is none of them.
@@ -73,11 +99,9 @@ void add_view_place(CLI::App& command, Access& place);
 void add_view(CLI::App& command, ViewRequest& request);
 void print_view(const std::string& url);
 
-/// Returns the folder of the program's models: that of its source, or share/gaitslam/models of its
-/// installation.
+/// Returns the folder of the models: that of the source, or share/gaitslam/models of the installation.
 fs::path standard_models();
-/// Throws ConfigError "file:line: world.room: is 'kitchen', expected one of ..." if the folder of the models
-/// lacks the robot or the room.
+/// Throws ConfigError "file:line: world.room: is 'kitchen', expected one of ..." for a missing robot or room.
 void require_models(const scenario::ReadScenario& read, const fs::path& models);
 
 }  // namespace cli

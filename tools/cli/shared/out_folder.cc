@@ -20,8 +20,7 @@
 namespace cli {
 namespace {
 
-/// Exists while a resumable command runs: its first line identifies the command, the others are what is
-/// finished.
+/// Exists while a resumable command runs: its first line identifies the command, the others what is finished.
 constexpr const char* kUnfinished = ".unfinished";
 
 /// True if the folder is the other path or above it.
@@ -30,8 +29,7 @@ bool contains(const fs::path& folder, const fs::path& path) {
   return std::mismatch(above.begin(), above.end(), below.begin(), below.end()).first == above.end();
 }
 
-/// True if the folder contains only what a command writes before its first result, or leaves when it is
-/// killed.
+/// True if the folder contains only what a command writes before its first result, or leaves when killed.
 bool has_no_results(const fs::path& folder) {
   std::error_code fault;
   const auto is_trace = [](const fs::directory_entry& entry) {

@@ -1,7 +1,6 @@
 // The folder that results are written to, and whether they can be.
 #pragma once
 
-#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
@@ -39,8 +38,7 @@ struct OutUse {
 void require_outside(const fs::path& out, const fs::path& read);
 /// Throws UsageError if a file's folder is missing; the message names the option.
 void require_folder_of(const fs::path& file, const std::string& option);
-/// Throws UsageError if the file is a folder, its folder is missing, or it exists and force is not given;
-/// FileError if it is not a regular file.
+/// Throws UsageError if it is a folder, has no folder, or exists without force; FileError if not regular.
 void require_new_file(const fs::path& file, bool force, const std::string& option = "--out");
 
 /// The folder that was asked for, or a standard one, locked by commands that write fixed names there. At the
@@ -72,12 +70,10 @@ class OutFolder {
   OnInterrupt on_interrupt_;
 };
 
-/// Prints the document of --json (schemas/outcome.schema.json); details: what it has besides exit code and
-/// folder.
+/// Prints the document of --json (schemas/outcome.schema.json): exit code, folder and details.
 void print_outcome(int exit_code, const fs::path& folder, const nlohmann::ordered_json& details);
 
-/// Prints the score of a result folder in the format that was asked for, and the cause of a failure; returns
-/// the exit code.
+/// Prints a result folder's score in the chosen format and the cause of a failure; returns the exit code.
 int report(const result::Outcome& outcome, const fs::path& result_folder, bool all_metrics = false);
 
 }  // namespace cli

@@ -1,5 +1,4 @@
-// What the program says: the error of wrong usage, the output that was chosen, colors, and the message of an
-// interrupted command.
+// What the program says: errors of wrong usage, the chosen output, colors, the message of an interruption.
 #pragma once
 
 #include <fmt/format.h>
@@ -21,8 +20,7 @@ namespace cli {
 using namespace sim;  // only namespaces are in it
 namespace fs = std::filesystem;
 
-/// The command line is invalid. main prints the message, a text or a format with its arguments, and exits
-/// with code 2.
+/// The command line is invalid. main prints the message, a text or a format with its arguments; exit code 2.
 class UsageError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

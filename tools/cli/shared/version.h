@@ -32,8 +32,7 @@ std::string processor();
 /// steer: by the sources of walk, world and recording, the build, the libraries and the processor's vendor.
 std::string recording_identity();
 
-/// Identifies programs that score a recording alike: by the revision, or by a hash of the program if files
-/// differ from the revision or it is unknown.
+/// Identifies programs that score a recording alike: by the revision, or by a hash if files differ from it.
 std::string program_identity();
 
 /// The text of gaitslam --version.

@@ -1,24 +1,21 @@
 // The view in a build without the simulator: only replays and results, without room and robot.
+#include "sim/view/session.h"
 #include "sim/view/site.h"
 #include "tools/cli/shared/live.h"
-#include "tools/cli/shared/options.h"
 
 namespace sim::view {
 
-MakeRobot robot_maker(const std::filesystem::path&) { return {}; }
+MakeRobot robot_maker(const fs::path&) { return {}; }
 
 std::shared_ptr<const exports::RobotDescription> robot_description(const scenario::Scenario&,
-                                                                   const std::filesystem::path&) {
+                                                                   const fs::path&) {
   return nullptr;
 }
 
-RobotView robot_from_outside(const scenario::Scenario&, const std::filesystem::path&,
-                             const std::filesystem::path&) {
-  return {};
-}
+RobotView robot_from_outside(const scenario::Scenario&, const fs::path&, const fs::path&) { return {}; }
 
 std::unique_ptr<ViewSession> view_of_run(const ViewRequest& request, const scenario::ReadScenario&,
-                                         const std::filesystem::path&) {
+                                         const fs::path&) {
   if (request.view) cli::require_simulator();
   return nullptr;
 }

@@ -14,12 +14,12 @@ std::unique_ptr<ViewSession> no_view(const ViewRequest& request) {
 }  // namespace
 
 std::unique_ptr<ViewSession> view_of_run(const ViewRequest& request, const scenario::ReadScenario&,
-                                         const std::filesystem::path&) {
+                                         const fs::path&) {
   return no_view(request);
 }
 
 std::unique_ptr<ViewSession> view_of_replay(const ViewRequest& request, const scenario::ReadScenario&,
-                                            const std::filesystem::path&, const std::filesystem::path&) {
+                                            const fs::path&, const fs::path&) {
   return no_view(request);
 }
 
