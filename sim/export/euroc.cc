@@ -6,7 +6,6 @@
 #include <deque>
 #include <iterator>
 #include <map>
-#include <optional>
 #include <utility>
 
 #include "sim/export/export_context.h"

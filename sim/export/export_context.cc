@@ -169,7 +169,7 @@ The stamps of the IMU are {} s later than those of the camera.
         fmt::format(kReadme, run.name, run.seed, text, recording::kEpoch.count() / 1'000'000'000,
                     setup.imu_rate_hz, noise.gyro_density, noise.accelerometer_density, noise.gyro_walk,
                     noise.accelerometer_walk, kLeastGyroWalk, kLeastAccelerometerWalk,
-                    run.errors.motion.time_offset_s, offsets, lens_text()));
+                    run.errors.motion_time_offset_s, offsets, lens_text()));
 }
 
 std::optional<ExportedFrame> Frames::next() {

@@ -115,7 +115,7 @@ std::string camera_chain(const ExportContext& out) {
         fmt::join(others, ", "), real(k[0]), real(k[1]), real(k[2]), real(k[3]),
         lens ? "equidistant" : "radtan", real(camera.fu_px), real(camera.fv_px), real(camera.u0_px),
         real(camera.v0_px), camera.width_px, camera.height_px, i,
-        real(out.run.errors.motion.time_offset_s - eye.time_offset_s));
+        real(out.run.errors.motion_time_offset_s - eye.time_offset_s));
   }
   return text;
 }
