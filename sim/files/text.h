@@ -21,6 +21,9 @@ namespace sim::files {
 /// changes the direction of writing, and each byte that is not UTF-8.
 std::string sanitize(const std::string& text);
 
+/// Returns the sanitized text with a '?' also for line feeds and tabs.
+std::string one_line(const std::string& text);
+
 /// Returns the text as one word of a POSIX shell command, quoted if needed.
 std::string shell_word(const std::string& text);
 
