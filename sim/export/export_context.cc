@@ -1,6 +1,7 @@
 #include "sim/export/export_context.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -143,7 +144,7 @@ from the images instead: they are then exactly those of a pinhole camera.
          others;
 }
 
-void ExportContext::write_readme(const std::string& text) const {
+void ExportContext::write_readme(std::initializer_list<std::string_view> texts) const {
   constexpr const char* kReadme = R"(# {}, seed {}
 
 A walk simulated by GaitSLAM: the input of its filter, sensor noise included.
@@ -166,10 +167,10 @@ The stamps of the IMU are {} s later than those of the camera.
       offsets += fmt::format("The stamps of `{}` are {} s ahead of those of the head camera.\n", sensor.name,
                              sensor.time_offset_s);
   write("README.md",
-        fmt::format(kReadme, run.name, run.seed, text, recording::kEpoch.count() / 1'000'000'000,
-                    setup.imu_rate_hz, noise.gyro_density, noise.accelerometer_density, noise.gyro_walk,
-                    noise.accelerometer_walk, kLeastGyroWalk, kLeastAccelerometerWalk,
-                    run.errors.motion.time_offset_s, offsets, lens_text()));
+        fmt::format(kReadme, run.name, run.seed, fmt::join(texts, ""),
+                    recording::kEpoch.count() / 1'000'000'000, setup.imu_rate_hz, noise.gyro_density,
+                    noise.accelerometer_density, noise.gyro_walk, noise.accelerometer_walk, kLeastGyroWalk,
+                    kLeastAccelerometerWalk, run.errors.motion_time_offset_s, offsets, lens_text()));
 }
 
 std::optional<ExportedFrame> Frames::next() {

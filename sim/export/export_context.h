@@ -96,8 +96,8 @@ class ExportContext {
   void write_truth(const std::string& name, std::string_view bytes) const {
     if (run.with_truth) write(name, bytes);
   }
-  /// Writes README.md: the text, then the conventions of all exports.
-  void write_readme(const std::string& text) const;
+  /// Writes README.md: the texts, then the conventions of all exports.
+  void write_readme(std::initializer_list<std::string_view> texts) const;
 
  private:
   friend class Frames;

@@ -1,93 +1,137 @@
-// The TUM RGB-D layout, OpenVINS, and bags for viewers.
+// The formats: EuRoC/ASL, ORB-SLAM3, TUM RGB-D, OpenVINS, and bags for viewers.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+#include <deque>
+#include <iterator>
+#include <map>
 #include <numeric>
+#include <utility>
 
 #include "sim/export/export_context.h"
+#include "sim/files/hash.h"
 #include "sim/recording/image_file.h"
+#include "sim/recording/recording_format.h"
+
+// READMEs of the exports, and settings of the programs that read them.
+GAITSLAM_EMBED(gaitslam_euroc_readme, GAITSLAM_EXPORT_TEXTS "/euroc.md")
+GAITSLAM_EMBED(gaitslam_orbslam3_readme, GAITSLAM_EXPORT_TEXTS "/orbslam3.md")
+GAITSLAM_EMBED(gaitslam_orbslam3_stereo_readme, GAITSLAM_EXPORT_TEXTS "/orbslam3_stereo.md")
+GAITSLAM_EMBED(gaitslam_orbslam3_depth_readme, GAITSLAM_EXPORT_TEXTS "/orbslam3_depth.md")
+GAITSLAM_EMBED(gaitslam_orbslam3_settings, GAITSLAM_EXPORT_TEXTS "/orbslam3_settings.yaml")
+GAITSLAM_EMBED(gaitslam_tum_readme, GAITSLAM_EXPORT_TEXTS "/tum.md")
+GAITSLAM_EMBED(gaitslam_tum_depth_readme, GAITSLAM_EXPORT_TEXTS "/tum_depth.md")
+GAITSLAM_EMBED(gaitslam_mcap_readme, GAITSLAM_EXPORT_TEXTS "/mcap.md")
+GAITSLAM_EMBED(gaitslam_openvins_readme, GAITSLAM_EXPORT_TEXTS "/openvins.md")
+GAITSLAM_EMBED(gaitslam_openvins_estimator, GAITSLAM_EXPORT_TEXTS "/openvins_estimator.yaml")
 
 namespace sim::exports {
 namespace {
 
-constexpr const char* kTumReadme =
-    R"(Layout of the TUM RGB-D benchmark (Sturm et al. 2012): `rgb/`, `rgb.txt`, `accelerometer.txt`, and true
-camera poses in `groundtruth.txt`; `plan.txt` has the camera poses of the walking plan, `estimate.txt` (if a filter
-ran) those of GaitSLAM's filter. The images of `rgb/` are those of the rig's first color camera, else of the gray head camera;
-all poses are those of this camera, at the stamps of the head camera. `settings.yaml` is for ORB-SLAM3 (v1.0). In the folder of ORB-SLAM3:
+using namespace recording::recording_format;
 
-    ./Examples/Monocular/mono_tum Vocabulary/ORBvoc.txt FOLDER/settings.yaml FOLDER
-    evo_ape tum FOLDER/groundtruth.txt KeyFrameTrajectory.txt --align --correct_scale
-)";
+files::HashedFile rows(const ExportContext& out, const std::string& name, const std::string& header) {
+  files::HashedFile file(out.new_file(name));
+  if (!header.empty()) file.write(header + "\n");
+  return file;
+}
 
-constexpr const char* kTumDepthReadme = R"(
-`depth/` has 16-bit depth along the optical axis for each pixel of `rgb/`; 0 is no depth. One unit is 1 mm: divide by 1000.
-TUM's own files have 5000 units per m, so that 16 bits end at 13.1 m. `associations.txt` pairs the images that are nearest in time.
+std::string folder_of(const char* kind, std::size_t number) {
+  return fmt::format("mav0/{}{}/", kind, number);
+}
 
-    ./Examples/RGB-D/rgbd_tum Vocabulary/ORBvoc.txt FOLDER/settings.yaml FOLDER FOLDER/associations.txt
-    evo_ape tum FOLDER/groundtruth.txt CameraTrajectory.txt --align
-)";
+/// Images of a camera and their stamps. Some programs read beyond their arrays if an image lacks readings on
+/// either side: images_within_imu skips such images.
+class ImageWriter {
+ public:
+  ImageWriter(const ExportContext& out, bool images_within_imu, const std::string& folder)
+      : out_(out),
+        within_(images_within_imu),
+        folder_(folder),
+        camera_(rows(out, folder + "data.csv", kCameraHeader)) {}
+
+  void add(const ExportedReading& image) {
+    if (within_ && (!first_reading_ || image.t <= *first_reading_)) return;
+    waiting_.push_back({image.t, image.image});
+    if (!within_) write_until(image.t);
+  }
+  void note_reading(slam::Stamp t) {
+    if (!first_reading_) first_reading_ = t;
+    if (within_) write_until(t - slam::Stamp(1));
+  }
+  /// Returns the stamps of the images.
+  std::vector<std::int64_t> close() {
+    camera_.close();
+    return std::move(times_);
+  }
+
+ private:
+  void write_until(slam::Stamp t) {
+    for (; !waiting_.empty() && waiting_.front().first <= t; waiting_.pop_front()) {
+      const std::int64_t stamp = recording::file_stamp(waiting_.front().first);
+      const std::string name = fmt::format("{}.png", stamp);
+      out_.write(folder_ + "data/" + name, recording::encode_png(waiting_.front().second));
+      camera_.write(fmt::format("{},{}\n", stamp, name));
+      times_.push_back(stamp);
+    }
+  }
+
+  const ExportContext& out_;
+  bool within_;
+  const std::string folder_;
+  files::HashedFile camera_;
+  std::vector<std::int64_t> times_;
+  std::optional<slam::Stamp> first_reading_;
+  std::deque<std::pair<slam::Stamp, cv::Mat>> waiting_;  // for a later reading
+};
+
+std::string lines(const std::vector<std::int64_t>& stamps) {
+  return fmt::format("{}{}", fmt::join(stamps, "\n"), stamps.empty() ? "" : "\n");
+}
+
+// The keys of one camera: Camera1 or Camera2.
+std::string intrinsics(const std::string& name, const slam::CameraIntrinsics& camera) {
+  std::string text =
+      fmt::format("{0}.fx: {1}\n{0}.fy: {2}\n{0}.cx: {3}\n{0}.cy: {4}\n", name, real(camera.fu_px),
+                  real(camera.fv_px), real(camera.u0_px), real(camera.v0_px));
+  const auto k = equidistant_lens(camera);
+  for (std::size_t i = 0; k && i < k->size(); ++i)
+    text += fmt::format("{}.k{}: {}\n", name, i + 1, real((*k)[i]));
+  return text;
+}
+
+constexpr const char* kCvMatrix = "!!opencv-matrix\n   rows: 4\n   cols: 4\n   dt: f\n   data: ";
+constexpr double kCloseBaselines = 40;  // nearer points count as close: as in ORB-SLAM3's own files
+
+// Both images overlap over their whole width.
+std::string stereo_section(const slam::CameraIntrinsics& left, const rig::RigSensor& right) {
+  std::string overlaps;
+  if (equidistant_lens(left))
+    overlaps = fmt::format(
+        "Camera1.overlappingBegin: 0\nCamera1.overlappingEnd: {}\n"
+        "Camera2.overlappingBegin: 0\nCamera2.overlappingEnd: {}\n",
+        left.width_px - 1, right.camera.width_px - 1);
+  return fmt::format("{}{}Stereo.T_c1_c2: {}[{}]\nStereo.ThDepth: {}\n\n",
+                     intrinsics("Camera2", right.camera), overlaps, kCvMatrix,
+                     matrix_text(right.X_CS, "", "", ", "), real(kCloseBaselines));
+}
+
+std::string imu_section(const ExportContext& out) {
+  const recording::ImuNoise noise = noise_of(out.sensor(out.chest()));
+  return fmt::format(
+      "IMU.T_b_c1: {}[{}]\n"
+      "IMU.NoiseGyro: {}\nIMU.NoiseAcc: {}\nIMU.GyroWalk: {}\nIMU.AccWalk: {}\nIMU.Frequency: {}\n\n",
+      kCvMatrix, matrix_text(out.X_GS(out.head()), "", "", ", "), real(noise.gyro_density),
+      real(noise.accelerometer_density), real(noise.gyro_walk), real(noise.accelerometer_walk),
+      real(out.setup.imu_rate_hz));
+}
 
 // Three lines before the first row: readers skip that many.
 std::string header(const char* what, const ExportContext& out, const char* columns) {
   return fmt::format("# {}\n# file: {}, seed {}\n# {}\n", what, out.run.name, out.run.seed, columns);
 }
-
-constexpr const char* kMcapReadme =
-    R"(`run.mcap` holds ROS 2 messages (CDR), `metadata.yaml` makes the folder a bag:
-
-    ros2 bag play FOLDER                      # or: ros2 bag info FOLDER
-    evo_ape mcap FOLDER/run.mcap /ground_truth/pose /slam/pose
-
-Foxglove, Lichtblick and Rerun open `run.mcap` itself. In a 3D panel with the frame `world`, switch on `/tf`, `/ground_truth/tf`, the paths, `/slam/map` and the robot of `/robot_description`;
-`/camera/image/compressed` goes into an image panel, `/joint_states` and the wrenches into plots.
-
-| topic | type | content |
-|---|---|---|
-| /camera/image/compressed | sensor_msgs/CompressedImage | PNG, lossless |
-| /camera/camera_info | sensor_msgs/CameraInfo | with each image |
-| /imu | sensor_msgs/Imu | chest IMU |
-| /rig/NAME/image/compressed, /rig/NAME/camera_info | as above | a further gray or color camera of the rig; `P[3]` is -fx times the baseline for a camera that looks parallel from the right of the head camera |
-| /rig/NAME/image_raw, /rig/NAME/camera_info | sensor_msgs/Image | a depth camera: `16UC1`, mm, 0 is no depth; frame and calibration of the camera that it is aligned with |
-| /rig/NAME/points | sensor_msgs/PointCloud2 | a sweep of a lidar, stamped at its start, in its frame at the time of each point: x, y, z, intensity (0 to 1) and t (uint32, ns since the stamp), as Ouster's driver; for FAST-LIO: `lidar_type: 3`, `timestamp_unit: 3`, no feature extraction |
-| /rig/NAME/imu | sensor_msgs/Imu | a further IMU |
-| /ground_truth/pose | geometry_msgs/PoseStamped | true camera pose in the world |
-| /plan/pose | geometry_msgs/PoseStamped | planned camera pose |
-| /slam/pose | geometry_msgs/PoseWithCovarianceStamped | estimated camera pose, if there was an estimate |
-| /tf | tf2_msgs/TFMessage | at each frame, in `world`: `plan_camera`, `slam_camera`; the robot's links in `waist` |
-| /tf_static | tf2_msgs/TFMessage | as calibrated, in `cam0_optical_frame` of the head camera (x right, y down, z forward): `imu`; `NAME_optical_frame` of each further camera; `NAME_frame` of lidars and IMUs (x forward, y left, z up); transient_local |
-| /ground_truth/tf | tf2_msgs/TFMessage | at each frame, in `world`: the true `ground_truth/camera`, `ground_truth/waist`, `ground_truth/left_foot` and `ground_truth/right_foot` |
-| /ground_truth/tf_static | tf2_msgs/TFMessage | `cam0_optical_frame` and `waist` in these, for viewers; `ros2 bag play` leaves them out of /tf, so that a SLAM node can publish map, odom and base_link |
-| /ground_truth/path, /plan/path, /slam/path | nav_msgs/Path | camera path so far, once a second and at the end |
-| /slam/map | sensor_msgs/PointCloud2 | landmarks, once a second: x, y, z and id |
-| /robot_description | std_msgs/String | the robot as URDF, at the start, transient_local; if the program that exported has the simulator |
-| /joint_states | sensor_msgs/JointState | joint encoders, 200 Hz |
-| /left_foot/wrench, /right_foot/wrench | geometry_msgs/WrenchStamped | force and torque of the ground on each sole, 200 Hz |
-)";
-
-constexpr const char* kOpenvinsReadme =
-    R"(For OpenVINS (2.7 with ROS 2): a bag with raw images, and `estimator_config.yaml` with the two calibration
-files that it names. In two terminals:
-
-    ros2 run ov_msckf run_subscribe_msckf FOLDER/estimator_config.yaml
-    ros2 bag play FOLDER/bag
-
-With a second gray eye in the rig, OpenVINS uses both (`use_stereo: true`); the bag has `/cam1/image_raw` and, of
-further IMUs, `/imu1` and on.
-
-Without ROS, `mav0` has the same images and readings in EuRoC's layout.
-
-`groundtruth.csv` is the true motion of the IMU in EuRoC's columns (for `path_gt`), `groundtruth.tum` that of
-the camera. OpenVINS writes poses of the IMU. To compare:
-
-    gaitslam score FOLDER/groundtruth.csv ov_estimate.txt --align yaw
-
-Four lines of `estimator_config.yaml` differ from those of OpenVINS' own examples, because the walk begins at rest and shakes:
-`init_dyn_use: true`, `init_window_time: 2.0`, `init_imu_thresh: 5.0`, `init_max_disparity: 3.0`. For results that repeat, one thread is
-used and no solver stops by the clock (`init_dyn_mle_max_time`); `track_frequency` is above the rate of the camera, so that no
-image is left out.
-)";
 
 std::string rows_text(const Eigen::Isometry3d& X) { return matrix_text(X, "    - [", "]", "\n"); }
 
@@ -115,7 +159,7 @@ std::string camera_chain(const ExportContext& out) {
         fmt::join(others, ", "), real(k[0]), real(k[1]), real(k[2]), real(k[3]),
         lens ? "equidistant" : "radtan", real(camera.fu_px), real(camera.fv_px), real(camera.u0_px),
         real(camera.v0_px), camera.width_px, camera.height_px, i,
-        real(out.run.errors.motion.time_offset_s - eye.time_offset_s));
+        real(out.run.errors.motion_time_offset_s - eye.time_offset_s));
   }
   return text;
 }
@@ -142,83 +186,6 @@ std::string imu_chain(const ExportContext& out) {
   }
   return text;
 }
-
-const std::string kEstimator = R"(%YAML:1.0
-
-verbosity: "INFO"
-use_fej: true
-integration: "rk4"
-use_imuavg: true
-use_rk4int: true
-calib_cam_extrinsics: false
-calib_cam_intrinsics: false
-calib_cam_timeoffset: false
-calib_imu_intrinsics: false
-calib_imu_g_sensitivity: false
-max_clones: 11
-max_slam: 50
-max_slam_in_update: 25
-max_msckf_in_update: 40
-dt_slam_delay: 1
-gravity_mag: 9.81
-feat_rep_msckf: "GLOBAL_3D"
-feat_rep_slam: "ANCHORED_MSCKF_INVERSE_DEPTH"
-feat_rep_aruco: "ANCHORED_MSCKF_INVERSE_DEPTH"
-try_zupt: false
-zupt_chi2_multipler: 0
-zupt_max_velocity: 0.1
-zupt_noise_multiplier: 10
-zupt_max_disparity: 0.5
-zupt_only_at_beginning: false
-init_window_time: 2.0
-init_imu_thresh: 5.0
-init_max_disparity: 3.0
-init_max_features: 75
-init_dyn_use: true
-init_dyn_mle_opt_calib: false
-init_dyn_mle_max_iter: 50
-init_dyn_mle_max_time: 1000.0
-init_dyn_mle_max_threads: 1
-init_dyn_num_pose: 6
-init_dyn_min_deg: 10.0
-init_dyn_inflation_ori: 10
-init_dyn_inflation_vel: 100
-init_dyn_inflation_bg: 10
-init_dyn_inflation_ba: 100
-init_dyn_min_rec_cond: 1e-12
-init_dyn_bias_g: [0.0, 0.0, 0.0]
-init_dyn_bias_a: [0.0, 0.0, 0.0]
-record_timing_information: false
-record_timing_filepath: "ov_timing.txt"
-save_total_state: false
-filepath_est: "ov_estimate.txt"
-filepath_std: "ov_estimate_std.txt"
-filepath_gt: "ov_groundtruth.txt"
-use_klt: true
-num_pts: 200
-fast_threshold: 20
-grid_x: 5
-grid_y: 5
-min_px_dist: 10
-knn_ratio: 0.70
-downsample_cameras: false
-num_opencv_threads: 1
-use_multi_threading_subs: false
-use_multi_threading_pubs: false
-histogram_method: "HISTOGRAM"
-use_aruco: false
-num_aruco: 1024
-downsize_aruco: true
-up_msckf_sigma_px: 1
-up_msckf_chi2_multipler: 1
-up_slam_sigma_px: 1
-up_slam_chi2_multipler: 1
-up_aruco_sigma_px: 1
-up_aruco_chi2_multipler: 1
-use_mask: false
-relative_config_imu: "kalibr_imu_chain.yaml"
-relative_config_imucam: "kalibr_imucam_chain.yaml"
-)";
 
 // The first color camera, else the head camera; the depth camera aligned with it, else the first one.
 struct RgbdCameras {
@@ -259,6 +226,90 @@ std::string associations(const std::vector<slam::Stamp>& images, const std::vect
 }
 
 }  // namespace
+
+void write_mav0(const ExportContext& out, bool images_within_imu) {
+  files::HashedFile plan = rows(out, sensor_rows("plan0"), "");
+  bool plan_begun = false;
+  const std::vector<int> eyes = out.all(rig::Kind::grey), imus = out.all(rig::Kind::imu);
+  std::map<int, ImageWriter> images;  // by sensor
+  for (std::size_t i = 0; i < eyes.size(); ++i)
+    images.emplace(eyes[i], ImageWriter(out, images_within_imu, folder_of("cam", i)));
+  std::map<int, files::HashedFile> readings;
+  for (std::size_t i = 0; i < imus.size(); ++i)
+    readings.emplace(imus[i], rows(out, folder_of("imu", i) + "data.csv", kImuHeader));
+  for (Frames frames(out); const auto frame = frames.next();) {
+    for (const ExportedReading& reading : frame->readings)
+      if (const auto eye = images.find(reading.sensor); eye != images.end()) {
+        eye->second.add(reading);
+      } else if (const auto imu = readings.find(reading.sensor); imu != readings.end()) {
+        if (!reading.has_acceleration) continue;
+        imu->second.write(fmt::format("{},{},{}\n", recording::file_stamp(reading.t),
+                                      files::csv_fields(reading.gyro),
+                                      files::csv_fields(reading.accelerometer)));
+        if (reading.sensor == out.chest())
+          for (auto& [sensor, writer] : images) writer.note_reading(reading.t);
+      }
+    if (!frame->plan) continue;
+    if (!std::exchange(plan_begun, true)) plan.write(recording::plan_header(*frame->plan) + "\n");
+    plan.write(fmt::format("{},{}\n", recording::file_stamp(frame->t), recording::plan_fields(*frame->plan)));
+  }
+  if (!plan_begun) plan.write(kPlanHeader + "\n");
+  plan.close();
+  std::vector<std::vector<std::int64_t>> times;
+  for (std::size_t i = 0; i < eyes.size(); ++i) {
+    const rig::RigSensor& eye = out.sensor(eyes[i]);
+    times.push_back(images.at(eyes[i]).close());
+    out.write(
+        folder_of("cam", i) + "sensor.yaml",
+        recording::camera_yaml({eye.camera, eye.X_CS.inverse() * out.setup.calibration.X_CG}, eye.rate_hz));
+  }
+  out.write("times.txt", lines(times[0]));
+  if (std::vector<std::int64_t> both; times.size() > 1) {
+    std::ranges::set_intersection(times[0], times[1], std::back_inserter(both));
+    out.write("times_stereo.txt", lines(both));
+  }
+  for (std::size_t i = 0; i < imus.size(); ++i) {
+    const rig::RigSensor& imu = out.sensor(imus[i]);
+    readings.at(imus[i]).close();
+    out.write(
+        folder_of("imu", i) + "sensor.yaml",
+        recording::imu_yaml(imu.name + "; +g up at rest", out.X_GS(imus[i]), imu.rate_hz, noise_of(imu)));
+  }
+  out.write(kBody, recording::body_yaml());
+  out.write(sensor_file("plan0"), recording::plan_yaml(out.setup));
+  out.write_truth(sensor_file(kMotion), recording::motion_yaml());
+  if (out.run.with_truth) out.write(sensor_rows(kMotion), out.motion());
+}
+
+void export_euroc(const ExportContext& out) {
+  write_mav0(out);
+  out.write_readme({gaitslam_euroc_readme()});
+}
+
+// OpenCV reads color images as BGR; gray ones have no order.
+std::string orbslam3_settings(const ExportContext& out, int camera, std::optional<int> depth, bool inertial) {
+  const slam::CameraIntrinsics& lens = out.sensor(camera).camera;
+  std::string text = fmt::format(
+      "%YAML:1.0\nFile.version: \"1.0\"\n\nCamera.type: \"{}\"\n{}Camera.width: {}\nCamera.height: {}\n"
+      "Camera.fps: {:.0f}\nCamera.RGB: 0\n\n",
+      equidistant_lens(lens) ? "KannalaBrandt8" : "PinHole", intrinsics("Camera1", lens), lens.width_px,
+      lens.height_px, out.sensor(camera).rate_hz);
+  if (depth)
+    text += fmt::format("RGBD.DepthMapFactor: 1000.0\nStereo.ThDepth: {}\nStereo.b: {}\n\n",
+                        real(kCloseBaselines), real(out.sensor(*depth).baseline_m));
+  if (const auto eyes = out.all(rig::Kind::grey); inertial && eyes.size() > 1)
+    text += stereo_section(lens, out.sensor(eyes[1]));
+  return (text + (inertial ? imu_section(out) : "")).append(gaitslam_orbslam3_settings());
+}
+
+void export_orbslam3(const ExportContext& out) {
+  write_mav0(out, true);
+  out.write("settings.yaml", orbslam3_settings(out, out.head(), std::nullopt, true));
+  out.write_truth("groundtruth.tum", tum_text(out.truth().camera));
+  out.write_readme({gaitslam_orbslam3_readme(),
+                    out.all(rig::Kind::grey).size() > 1 ? gaitslam_orbslam3_stereo_readme() : "",
+                    out.all(rig::Kind::depth).empty() ? "" : gaitslam_orbslam3_depth_readme()});
+}
 
 void export_tum(const ExportContext& out) {
   const RgbdCameras cameras(out);
@@ -303,12 +354,12 @@ void export_tum(const ExportContext& out) {
     out.write("estimate.txt",
               header("estimated trajectory", out, poses) + of_camera({rows.begin(), rows.end()}));
   out.write("settings.yaml", orbslam3_settings(out, cameras.rgb, cameras.depth, false));
-  out.write_readme(std::string(kTumReadme) + (cameras.depth ? kTumDepthReadme : ""));
+  out.write_readme({gaitslam_tum_readme(), cameras.depth ? gaitslam_tum_depth_readme() : ""});
 }
 
 void export_mcap(const ExportContext& out) {
   write_ros_bag(out, "", true);
-  out.write_readme(kMcapReadme);
+  out.write_readme({gaitslam_mcap_readme()});
 }
 
 void export_openvins(const ExportContext& out) {
@@ -316,13 +367,14 @@ void export_openvins(const ExportContext& out) {
   write_ros_bag(out, "bag/", false);
   const bool stereo = out.all(rig::Kind::grey).size() > 1;
   out.write("estimator_config.yaml",
-            kEstimator + fmt::format("use_stereo: {}\nmax_cameras: {}\ntrack_frequency: {:.1f}\n", stereo,
-                                     stereo ? 2 : 1, std::ceil(out.setup.camera_rate_hz) + 1));
+            std::string(gaitslam_openvins_estimator()) +
+                fmt::format("use_stereo: {}\nmax_cameras: {}\ntrack_frequency: {:.1f}\n", stereo,
+                            stereo ? 2 : 1, std::ceil(out.setup.camera_rate_hz) + 1));
   out.write("kalibr_imu_chain.yaml", imu_chain(out));
   out.write("kalibr_imucam_chain.yaml", camera_chain(out));
   if (out.run.with_truth) out.write("groundtruth.csv", out.motion());
   out.write_truth("groundtruth.tum", tum_text(out.truth().camera));
-  out.write_readme(kOpenvinsReadme);
+  out.write_readme({gaitslam_openvins_readme()});
 }
 
 }  // namespace sim::exports

@@ -1,11 +1,7 @@
 // ROS 2 bags: the sensors, poses, and the topics that viewers draw.
 #include <fmt/format.h>
 
-#include <cmath>
-#include <map>
-
 #include "sim/export/export_context.h"
-#include "sim/export/ros_messages.h"
 #include "sim/files/csv.h"
 #include "sim/recording/image_file.h"
 #include "sim/recording/manifest.h"

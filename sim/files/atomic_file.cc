@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <sstream>
 #include <utility>
 
 namespace sim::files {
@@ -40,16 +41,10 @@ int open_to_lock(const fs::path& file, int make) {
   return read_only;
 }
 
-// Replaces the content of an open file.
+// Replaces the content of a file that was opened and not written yet.
 void write_whole(int fd, const fs::path& file, std::string_view bytes) {
   if (::ftruncate(fd, 0) != 0) fail_by_errno(file, "cannot be written");
-  for (off_t at = 0; !bytes.empty();) {
-    const ssize_t n = ::pwrite(fd, bytes.data(), bytes.size(), at);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) fail_by_errno(file, "cannot be written");
-    at += n;
-    bytes.remove_prefix(static_cast<std::size_t>(n));
-  }
+  write_all(fd, file, bytes);
 }
 
 fs::path parent_of(const fs::path& file) {
@@ -72,10 +67,14 @@ void rename_file(const fs::path& from, const fs::path& to) {
   if (::rename(from.c_str(), to.c_str()) != 0) fail_by_errno(to, "cannot be written");
 }
 
-bool is_there(const fs::path& path) {
+fs::file_status status_of(const fs::path& path) {
   std::error_code fault;
-  return fs::exists(fs::symlink_status(path, fault));
+  return fs::symlink_status(path, fault);
 }
+
+bool is_real_folder(const fs::path& path) { return fs::is_directory(status_of(path)); }
+bool is_real_file(const fs::path& path) { return fs::is_regular_file(status_of(path)); }
+bool is_there(const fs::path& path) { return fs::exists(status_of(path)); }
 
 // Returns a free name beside the folder.
 fs::path free_name(const fs::path& target) {
@@ -101,7 +100,7 @@ FileLock begin_partial(const fs::path& partial, const fs::path& target) {
     fs::create_directories(parent_of(target), error);
     if (error) throw FileError(parent_of(target), "cannot be made: " + error.message());
     fs::create_directory(partial, error);
-    if (error || !fs::is_directory(fs::symlink_status(partial)))
+    if (error || !is_real_folder(partial))
       throw FileError(target, "cannot be made: " + (error ? error.message() : partial.string() + " exists"));
     if (!is_there(partial / kMarker) && !fs::is_empty(partial))
       throw FileError(partial, "was not made by gaitslam, which needs this name: move it away");
@@ -138,6 +137,52 @@ fs::path checked_target(fs::path target, Existing existing) {
   return target;
 }
 
+constexpr std::string_view kHeader =
+    "# Made by gaitslam, which replaces and removes only what is listed here.\n";
+constexpr const char* kWhatToDo = "move it away, or name another folder";
+
+std::string marker_text(const OutputNames& names) {
+  std::string text(kHeader);
+  for (const std::string& name : names) text += name + "\n";
+  return text;
+}
+
+// The path within the folder, in the form of the marker.
+std::string listed_as(const fs::path& path, const fs::path& folder) {
+  return path.lexically_relative(folder).generic_string() + (is_real_folder(path) ? "/" : "");
+}
+
+std::set<fs::path> entries_of(const fs::path& folder) { return {fs::directory_iterator(folder), {}}; }
+
+// True for the marker, a listed file, or the temporary sibling of such a file.
+bool is_listed_file(const fs::path& path, const fs::path& folder, const OutputNames& made) {
+  if (!is_real_file(path)) return false;
+  const std::string name = path.filename().string();
+  const fs::path whole =
+      is_partial(path) ? path.parent_path() / name.substr(1, name.rfind(".partial") - 1) : path;
+  return whole == folder / kMarker || made.contains(listed_as(whole, folder));
+}
+
+std::optional<fs::path> unlisted_below(const fs::path& below, const fs::path& folder,
+                                       const OutputNames& made) {
+  for (const fs::path& path : entries_of(below)) {
+    if (is_listed_file(path, folder, made) || lock_leftover(path)) continue;
+    if (!is_real_folder(path) || !made.contains(listed_as(path, folder))) return path;
+    if (auto found = has_marker(path) ? unlisted_in(path) : unlisted_below(path, folder, made)) return found;
+  }
+  return std::nullopt;
+}
+
+// The path of a listed name, without the slash of a folder: that would follow a link.
+fs::path path_of(const fs::path& folder, std::string_view name) {
+  return folder / name.substr(0, name.size() - (name.ends_with('/') ? 1 : 0));
+}
+
+bool exists_as_listed(const fs::path& folder, const std::string& name) {
+  const fs::path path = path_of(folder, name);
+  return name.ends_with('/') ? is_real_folder(path) : is_real_file(path);
+}
+
 }  // namespace
 
 std::optional<FileLock> FileLock::take(const fs::path& file, How how) {
@@ -164,6 +209,15 @@ std::optional<FileLock> FileLock::take_folder(const fs::path& folder) {
   if (lock.fd() < 0) fail_by_errno(folder, "cannot be opened");
   if (!lock_open(lock.fd(), LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK) return std::nullopt;
   return lock;
+}
+
+void write_all(int fd, const fs::path& file, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(fd, bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail_by_errno(file, "cannot be written");
+    bytes.remove_prefix(static_cast<std::size_t>(n));
+  }
 }
 
 void require_regular(const fs::path& file) {
@@ -198,13 +252,7 @@ bool is_partial(const fs::path& path) {
 }
 
 std::optional<FileLock> lock_leftover(const fs::path& path) {
-  std::error_code none;
-  const auto is_real = [&](const fs::path& p, fs::file_type type) {
-    return fs::symlink_status(p, none).type() == type;
-  };
-  if (!is_partial(path) || !is_real(path, fs::file_type::directory) ||
-      !is_real(path / kMarker, fs::file_type::regular))
-    return std::nullopt;
+  if (!is_partial(path) || !is_real_folder(path) || !is_real_file(path / kMarker)) return std::nullopt;
   try {
     return FileLock::take(path / kMarker, How::try_existing);
   } catch (const FileError&) {  // of another user
@@ -259,6 +307,80 @@ void AtomicFolder::replace() const {
                   fmt::format("was replaced; the one before is kept in {}, because files that were not "
                               "made by gaitslam appeared in it meanwhile",
                               kept.string()));
+}
+
+std::optional<OutputNames> listed_in(const fs::path& folder) {
+  if (!is_real_folder(folder) || !is_real_file(folder / kMarker)) return std::nullopt;
+  const std::string text = read_text(folder / kMarker);
+  if (!text.starts_with(kHeader)) return std::nullopt;
+  OutputNames names;
+  std::istringstream lines(text.substr(kHeader.size()));
+  for (std::string line; std::getline(lines, line);) names.insert(line);
+  return names;
+}
+
+bool has_marker(const fs::path& folder) { return listed_in(folder).has_value(); }
+
+std::string marker_of_all(const fs::path& folder) {
+  OutputNames names;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.path() != folder / kMarker) names.insert(listed_as(entry.path(), folder));
+  return marker_text(names);
+}
+
+std::optional<fs::path> unlisted_in(const fs::path& folder) {
+  if (const auto made = listed_in(folder)) return unlisted_below(folder, folder, *made);
+  const std::set<fs::path> entries = entries_of(folder);
+  return entries.empty() ? std::nullopt : std::optional(*entries.begin());
+}
+
+void require_replaceable(const fs::path& folder) {
+  const fs::file_status status = status_of(folder);
+  if (!fs::exists(status)) return;
+  if (fs::is_symlink(status)) throw FileError(folder, "is a symbolic link, expected a folder or a new name");
+  if (!fs::is_directory(status)) throw FileError(folder, "is a file, expected a folder or a new name");
+  const auto unlisted = unlisted_in(folder);
+  if (!unlisted) return;
+  if (has_marker(folder))
+    throw FileError(*unlisted, fmt::format("was not made by gaitslam, and {} would be replaced: {}",
+                                           folder.string(), kWhatToDo));
+  throw FileError(folder,
+                  fmt::format("would be replaced with {} in it, and has no list of what gaitslam made "
+                              "there (older versions wrote none): {}",
+                              unlisted->filename().string(), kWhatToDo));
+}
+
+void list_outputs(const fs::path& folder, const std::vector<std::string>& names) {
+  OutputNames made = listed_in(folder).value_or(OutputNames{});
+  for (const std::string& name : names) {
+    const fs::path path = path_of(folder, name);
+    if (fs::exists(status_of(path)) && !(made.contains(name) && exists_as_listed(folder, name)))
+      throw FileError(
+          path,
+          fmt::format("was not made by this version of gaitslam, which would replace it: {}", kWhatToDo));
+  }
+  made.insert(names.begin(), names.end());
+  fs::create_directories(folder);
+  write_atomically(folder / kMarker, marker_text(made));
+}
+
+void unlist_missing(const fs::path& folder, const std::vector<std::string>& names) {
+  std::optional<OutputNames> made = listed_in(folder);
+  if (!made) return;
+  const std::size_t before = made->size();
+  for (const std::string& name : names)
+    if (!exists_as_listed(folder, name)) made->erase(name);
+  if (made->empty())
+    fs::remove(folder / kMarker);
+  else if (made->size() < before)
+    write_atomically(folder / kMarker, marker_text(*made));
+}
+
+void add_to_marker(const fs::path& folder, const std::vector<std::string>& names) {
+  std::optional<OutputNames> made = listed_in(folder);
+  if (!made) return;
+  made->insert(names.begin(), names.end());
+  write_atomically(folder / kMarker, marker_text(*made));
 }
 
 }  // namespace sim::files

@@ -33,6 +33,9 @@ class FileLock {
   Descriptor file_;
 };
 
+/// Writes these bytes to an open file, at its position. file: its name, for FileError.
+void write_all(int fd, const std::filesystem::path& file, std::string_view bytes);
+
 /// Throws a FileError if this name, or the target of a link of this name, exists and is not a regular file.
 void require_regular(const std::filesystem::path& file);
 
@@ -80,7 +83,7 @@ class AtomicFolder {
   bool committed_ = false;
 };
 
-// The manifest of a folder (output_manifest.cc): the program replaces and removes only what its marker lists.
+// The manifest of a folder: the program replaces and removes only what its marker lists.
 
 /// The marker, a text file: the paths of what the program made in the folder; those of folders end in "/".
 inline constexpr const char* kMarker = ".gaitslam";

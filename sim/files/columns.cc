@@ -7,9 +7,6 @@
 #include <cmath>
 #include <map>
 #include <set>
-#include <stdexcept>
-
-#include "sim/files/text.h"
 
 namespace sim::files {
 namespace {
@@ -137,8 +134,8 @@ std::optional<double> median_step(const std::vector<double>& stamps) {
   return *middle;
 }
 
-const TimeUnit& unit_of_stamps(const std::vector<double>& stamps, const TimeUnit* stated,
-                               double expected_step_s) {
+const TimeUnit& unit_of_stamps(const std::filesystem::path& file, const std::vector<double>& stamps,
+                               const TimeUnit* stated, double expected_step_s) {
   const std::optional<double> step = median_step(stamps);
   const double last = stamps.empty() ? 0 : stamps.back();
   const auto seconds = [](double x, const TimeUnit& unit) { return x * 1e-9 * static_cast<double>(unit.ns); };
@@ -147,9 +144,8 @@ const TimeUnit& unit_of_stamps(const std::vector<double>& stamps, const TimeUnit
   };
   if (stated) {
     if (!steps_within(*stated, 1e-6, 1e5) || std::abs(last) * static_cast<double>(stated->ns) > kLongest)
-      throw std::invalid_argument(
-          fmt::format("the header states {}, but the stamps, {} apart up to {}, are not", stated->name,
-                      step.value_or(0), last));
+      throw FileError(file, fmt::format("the header states {}, but the stamps, {} apart up to {}, are not",
+                                        stated->name, step.value_or(0), last));
     return *stated;
   }
   for (const TimeUnit& unit : kTimeUnits)

@@ -31,9 +31,9 @@ std::optional<double> median_step(const std::vector<double>& stamps);
 
 /// Decides the unit of a file's stamps from all of them: the stated unit; else the unit by which they are
 /// dates from 2001 to 2286; else seconds if they are less than 10 apart; else the unit by which they are
-/// nearest to the expected step. Throws std::invalid_argument if they cannot have the stated unit.
-const TimeUnit& unit_of_stamps(const std::vector<double>& stamps, const TimeUnit* stated,
-                               double expected_step_s = 0.05);
+/// nearest to the expected step. Throws FileError, of this file, if they cannot have the stated unit.
+const TimeUnit& unit_of_stamps(const std::filesystem::path& file, const std::vector<double>& stamps,
+                               const TimeUnit* stated, double expected_step_s = 0.05);
 
 enum class Quantity { time, position, orientation, angular_rate, acceleration, other };
 

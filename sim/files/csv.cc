@@ -142,9 +142,7 @@ std::string csv_field(std::string_view text) {
 }
 
 std::string neutral_field(const std::string& text) {
-  std::string name = sanitize(text);
-  std::replace_if(
-      name.begin(), name.end(), [](char c) { return c == '\n' || c == '\t'; }, '?');
+  const std::string name = one_line(text);
   const bool formula = !name.empty() && std::string_view("=+-@").find(name[0]) != std::string_view::npos;
   return csv_field(formula && !parse_number<double>(name) ? "'" + name : name);
 }

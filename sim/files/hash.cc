@@ -16,9 +16,9 @@ XXH3_state_t* xxh(void* state) { return static_cast<XXH3_state_t*>(state); }
 
 }  // namespace
 
-void Hash::Free::operator()(void* state) const { XXH3_freeState(xxh(state)); }
-
-Hash::Hash() : state_(XXH3_createState()) { XXH3_128bits_reset(xxh(state_.get())); }
+Hash::Hash() : state_(XXH3_createState(), [](void* state) { XXH3_freeState(xxh(state)); }) {
+  XXH3_128bits_reset(xxh(state_.get()));
+}
 
 void Hash::add(std::string_view bytes) {
   XXH3_128bits_update(xxh(state_.get()), bytes.data(), bytes.size());

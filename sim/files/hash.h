@@ -22,10 +22,7 @@ class Hash {
   std::uint64_t bytes() const { return bytes_; }  ///< how many were added
   std::string hex() const;  ///< 32 hexadecimal digits, as the program xxh128sum prints them
  private:
-  struct Free {
-    void operator()(void* state) const;
-  };
-  std::unique_ptr<void, Free> state_;
+  std::unique_ptr<void, void (*)(void*)> state_;
   std::uint64_t bytes_ = 0;
 };
 

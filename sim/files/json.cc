@@ -81,10 +81,8 @@ bool Json::flag() const {
   return value_->get<bool>();
 }
 
-bool Json::is_null() const { return value_->is_null(); }
-
 std::optional<double> Json::number_or_null() const {
-  return is_null() ? std::nullopt : std::optional(number());
+  return value_->is_null() ? std::nullopt : std::optional(number());
 }
 
 std::vector<Json> Json::items() const {

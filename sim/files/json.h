@@ -31,7 +31,6 @@ class Json {
   double number() const;
   std::uint64_t whole() const;  ///< a number without fraction and sign
   bool flag() const;            ///< true or false
-  bool is_null() const;
   std::optional<double> number_or_null() const;
 
   std::vector<Json> items() const;                            ///< of a list

@@ -86,14 +86,6 @@ struct TableColumn {
 
 using Columns = std::vector<TableColumn>;
 
-/// Neither a name's control characters nor its line feeds and tabs reach the terminal.
-std::string plain(const std::string& cell) {
-  std::string text = sanitize(cell);
-  for (char& c : text)
-    if (c == '\n' || c == '\t') c = '?';
-  return text;
-}
-
 std::size_t width_of(const Columns& columns) {
   std::size_t width = 0;
   for (const TableColumn& column : columns) width += column.width() + (width > 0 ? kGap : 0);
@@ -136,6 +128,13 @@ std::string sanitize(const std::string& text) {
     rest.remove_prefix(character.size());
   }
   return cleaned;
+}
+
+std::string one_line(const std::string& text) {
+  std::string line = sanitize(text);
+  for (char& c : line)
+    if (c == '\n' || c == '\t') c = '?';
+  return line;
 }
 
 std::string shell_word(const std::string& text) {
@@ -215,8 +214,8 @@ std::string text_table(const std::vector<std::vector<std::string>>& rows, const 
   Columns all(rows.at(0).size());
   for (std::size_t i = 0; i < all.size(); ++i) {
     all[i].left = i < shape.text || (shape.last_text && i + 1 == all.size());
-    all[i].title = {plain(rows[0][i])};
-    for (std::size_t k = 1; k < rows.size(); ++k) all[i].cells.push_back(plain(rows[k][i]));
+    all[i].title = {one_line(rows[0][i])};
+    for (std::size_t k = 1; k < rows.size(); ++k) all[i].cells.push_back(one_line(rows[k][i]));
   }
   if (width_of(all) > shape.width) std::ranges::for_each(all, &TableColumn::break_title);
   const auto values = all.begin() + static_cast<std::ptrdiff_t>(std::min(shape.naming, all.size()));

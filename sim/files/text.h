@@ -15,11 +15,21 @@
 #include <utility>
 #include <vector>
 
+/// Embeds a file in the program: name() returns its bytes.
+#define GAITSLAM_EMBED(name, file)                                                          \
+  asm(".section .rodata\n" #name "_begin:\n.incbin \"" file "\"\n" #name "_end:\n.text\n"); \
+  extern "C" const char name##_begin[] __attribute__((visibility("hidden")));               \
+  extern "C" const char name##_end[] __attribute__((visibility("hidden")));                 \
+  static std::string_view name() { return {name##_begin, name##_end}; }
+
 namespace sim::files {
 
 /// Returns the text with a '?' for each control character (except line feed and tab), each character that
 /// changes the direction of writing, and each byte that is not UTF-8.
 std::string sanitize(const std::string& text);
+
+/// Returns the sanitized text with a '?' also for line feeds and tabs.
+std::string one_line(const std::string& text);
 
 /// Returns the text as one word of a POSIX shell command, quoted if needed.
 std::string shell_word(const std::string& text);

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <stdexcept>
 
 #include "sim/files/columns.h"
 
@@ -205,11 +204,7 @@ const TimeUnit& unit_of(const Lines& text, const StampColumns& columns) {
   std::vector<double> stamps;
   for (const Line& line : text.lines)
     stamps.push_back(columns.number(line, columns.unit ? *columns.unit : kSeconds));
-  try {
-    return unit_of_stamps(stamps, columns.unit);
-  } catch (const std::invalid_argument& contradiction) {
-    throw FileError(text.file, contradiction.what());
-  }
+  return unit_of_stamps(text.file, stamps, columns.unit);
 }
 
 TrajectoryFile read_poses(const Lines& text, const TimeUnit* stated) {

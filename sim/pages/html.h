@@ -8,13 +8,6 @@
 
 #include "sim/pages/figure.h"
 
-/// Embeds a file in the program: name() returns its bytes.
-#define GAITSLAM_EMBED(name, file)                                                          \
-  asm(".section .rodata\n" #name "_begin:\n.incbin \"" file "\"\n" #name "_end:\n.text\n"); \
-  extern "C" const char name##_begin[] __attribute__((visibility("hidden")));               \
-  extern "C" const char name##_end[] __attribute__((visibility("hidden")));                 \
-  static std::string_view name() { return {name##_begin, name##_end}; }
-
 namespace sim::pages {
 
 /// RFC 4648.

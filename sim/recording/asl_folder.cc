@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
-#include <stdexcept>
 #include <utility>
 
 #include "sim/files/columns.h"
@@ -45,11 +44,7 @@ struct Stamps {
     std::vector<double> numbers;
     files::CsvReader csv(file, least_columns);
     while (csv.next()) numbers.push_back(columns.number(csv, columns.unit ? *columns.unit : *unit));
-    try {
-      unit = &files::unit_of_stamps(numbers, columns.unit, 1 / rate_hz.value_or(20));
-    } catch (const std::invalid_argument& contradiction) {
-      throw files::FileError(file, contradiction.what());
-    }
+    unit = &files::unit_of_stamps(file, numbers, columns.unit, 1 / rate_hz.value_or(20));
     for (StampedRows again = rows(); again.stamp(); again.advance()) all.push_back(*again.stamp());
     const auto step = files::median_step(numbers);
     if (!step || !rate_hz) return;
@@ -151,7 +146,7 @@ Eigen::Vector3d first_acceleration(const Stamps& imu) {
   return sum / std::max(1, count);
 }
 
-std::string sensor_text(const fs::path& file) { return files::read_text(file, files::kMostOfYaml); }
+YamlFile yaml(const fs::path& file) { return {file, files::read_text(file, files::kMostOfYaml)}; }
 
 // A sensor.yaml, or the calibration file of kalibr that stands for it.
 fs::path calibration_file(const fs::path& folder, const std::string& own, const char* kalibr) {
@@ -172,8 +167,8 @@ struct ReadSensors : AslSensors {
   explicit ReadSensors(const fs::path& folder) {
     const fs::path camera_file = calibration_file(folder, sensor_file("cam0"), "camchain.yaml"),
                    imu_file = calibration_file(folder, sensor_file("imu0"), "imu_config.yaml");
-    const StatedCamera stated = read_camera_yaml(camera_file, sensor_text(camera_file), setup);
-    const StatedImu mounted = read_imu_yaml(imu_file, sensor_text(imu_file));
+    const StatedCamera stated = read_camera_yaml(yaml(camera_file), setup);
+    const StatedImu mounted = read_imu_yaml(yaml(imu_file));
     for (const auto& [file, unread] : {std::pair(camera_file, stated.unread), {imu_file, mounted.unread}})
       if (!unread.empty())
         remarks.push_back(
@@ -207,8 +202,7 @@ struct ReadSensors : AslSensors {
           imu->file.string(), a_G.norm()));
     has_plan = fs::exists(folder / sensor_rows("plan0"));
     if (has_plan)
-      setup.X_WC_start = read_pose(folder / sensor_file("plan0"), sensor_text(folder / sensor_file("plan0")),
-                                   "T_WC_start", false);
+      setup.X_WC_start = read_pose(yaml(folder / sensor_file("plan0")), "T_WC_start", false);
     else if (!a_G.isZero())  // it points up
       setup.X_WC_start.linear() =
           Eigen::Quaterniond::FromTwoVectors(setup.calibration.X_CG.linear() * a_G, Eigen::Vector3d::UnitZ())
@@ -367,8 +361,7 @@ Truth read_asl_truth(const fs::path& folder, const AslSensors& sensors,
   std::vector<slam::Stamp> own_clock;
   for (const slam::Stamp t : times) own_clock.push_back(t + start);
   Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
-  if (const fs::path yaml = *found / "sensor.yaml"; fs::exists(yaml))
-    X_BS = read_pose(yaml, sensor_text(yaml), "T_BS");
+  if (const fs::path file = *found / "sensor.yaml"; fs::exists(file)) X_BS = read_pose(yaml(file), "T_BS");
   const files::TrajectoryFile file = files::read_trajectory(*found / "data.csv");
   require_rotation_of_imu(*found / "data.csv", file, folder, sensors.imu_ahead);
   Truth truth;

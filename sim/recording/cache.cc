@@ -12,7 +12,6 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "sim/files/atomic_file.h"
 #include "sim/files/hash.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"

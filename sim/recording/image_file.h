@@ -29,8 +29,4 @@ std::string encode_png(const cv::Mat& image);
 /// the chunks.
 std::optional<cv::Mat> decode_png(std::string_view png, int type);
 
-/// The same for 8-bit gray images only.
-std::string encode_grey_png(const cv::Mat& image);
-inline std::optional<cv::Mat> decode_grey_png(std::string_view png) { return decode_png(png, CV_8UC1); }
-
 }  // namespace sim::recording

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "sim/files/csv.h"
-#include "sim/files/text.h"
 
 namespace sim::recording {
 namespace {
@@ -13,13 +12,6 @@ namespace fs = std::filesystem;
 constexpr const char* kHeader = "#xxh3_128,bytes,path";
 constexpr const char* kName = "manifest.csv";
 constexpr const char* kUnfinished = "manifest.unfinished";
-
-// Passes the file to `take` piece by piece.
-void for_each_piece(const fs::path& file, std::uintmax_t most,
-                    const std::function<void(std::string_view)>& take) {
-  files::InputFile input(file, most);
-  for (std::string_view piece; !(piece = input.next()).empty();) take(piece);
-}
 
 std::string wrong_size(std::uint64_t expected, std::uint64_t found) {
   return fmt::format("{}: {} bytes were recorded, {} are there", found < expected ? "truncated" : "edited",
@@ -55,7 +47,7 @@ Manifest::Manifest(const fs::path& folder) : folder_(folder) {
     if (!entries_.emplace(rows.text(2), entry).second) rows.fail(2, "this file is listed twice");
   }
   files::Hash own;
-  for_each_piece(file, files::kMostOfRows, [&](std::string_view piece) { own.add(piece); });
+  own.add(files::read_text(file, files::kMostOfRows));
   hash_ = own.hex();
 }
 
@@ -76,10 +68,8 @@ void Manifest::read_pieces(const std::string& path, std::uintmax_t most,
   if (listed == entries_.end()) throw files::FileError(folder_ / kName, "does not list " + path);
   if (!fs::exists(folder_ / path)) throw files::FileError(folder_ / path, "is missing");
   files::Hash found;
-  for_each_piece(folder_ / path, most, [&](std::string_view piece) {
-    found.add(piece);
-    take(piece);
-  });
+  files::InputFile input(folder_ / path, most);
+  for (std::string_view piece; !(piece = input.next()).empty(); take(piece)) found.add(piece);
   const auto& [bytes, hash] = listed->second;
   if (found.bytes() != bytes) throw files::FileError(folder_ / path, wrong_size(bytes, found.bytes()));
   if (found.hex() != hash)

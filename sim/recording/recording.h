@@ -41,19 +41,7 @@ struct TruePoses {
   Eigen::Isometry3d X_PB = Eigen::Isometry3d::Identity();  ///< waist as planned
 };
 
-/// A foot at one instant, each vector (x m, y m, yaw rad).
-struct TrueFoot {
-  Eigen::Vector3d truth = Eigen::Vector3d::Zero(), plan = Eigen::Vector3d::Zero();  ///< of the sole
-  bool planned_down = true;                                                         ///< the plan has it stand
-  double load_n = 0;  ///< vertical force, mean since the instant before
-  Eigen::Vector3d creep =
-      Eigen::Vector3d::Zero();  ///< slip that the contact model causes, since the instant before
-};
-/// True and planned poses of the feet.
-struct TrueFeet {
-  slam::Stamp t{0};
-  TrueFoot left, right;
-};
+using score::TrueFeet, score::TrueFoot;
 
 /// True motion of the chest IMU.
 struct TrueMotion {
@@ -73,7 +61,7 @@ class RecordingWriter {
   RecordingWriter(const std::filesystem::path& folder, const RecordingSetup& setup);
   ~RecordingWriter();
 
-  /// png: the observation's image as encode_grey_png() gives it, if that has been called already; rig_pngs:
+  /// png: the observation's image as encode_png() gives it, if that has been called already; rig_pngs:
   /// likewise of each reading of the rig, empty for one without image.
   void add(const slam::Observation& ideal, std::string_view png = {},
            const std::vector<std::string>& rig_pngs = {});

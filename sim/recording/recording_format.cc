@@ -57,6 +57,12 @@ std::string plan_fields(const slam::PlannedMotion& plan) {
   return fields;
 }
 
+std::string correction_fields(const score::StepCorrection& step) {
+  return fmt::format(",{},{},{},{}", kSupport[step.left ? 1 : 2], files::csv_fields(step.desired),
+                     files::csv_fields(step.expected),
+                     files::csv_fields(Eigen::Vector3d(step.ahead, step.aside, step.turn)));
+}
+
 slam::PlannedMotion read_plan_row(const files::CsvReader& row) {
   slam::PlannedMotion plan;
   plan.X_PC = row.pose(1);

@@ -51,6 +51,9 @@ const std::string& plan_header(const slam::PlannedMotion& plan);
 /// The fields of a row after its stamp; they read back bit for bit.
 std::string plan_fields(const slam::PlannedMotion& plan);
 
+/// The fields of a row of kCorrectionColumns, each after a comma.
+std::string correction_fields(const score::StepCorrection& step);
+
 /// Reads the plan of a row with either header. Throws FileError.
 slam::PlannedMotion read_plan_row(const files::CsvReader& row);
 
@@ -138,11 +141,10 @@ inline const std::string kFootColumns =
     ",x [m],y [m],yaw [rad],plan_x [m],plan_y [m],plan_yaw [rad],planned_down,load [N]"
     ",creep_x [m],creep_y [m],creep_yaw [rad]";
 inline const Table kFeet{"truth/feet.csv", kStampColumn + kFootColumns + kFootColumns};
-inline const Table kCorrectedSteps{
-    "truth/corrected_steps.csv",
-    kStampColumn +
-        ",foot,desired_x [m],desired_y [m],desired_yaw [rad],expected_x [m],expected_y [m],expected_yaw [rad]"
-        ",ahead [m],aside [m],turn [rad]"};
+inline const std::string kCorrectionColumns =
+    ",foot,desired_x [m],desired_y [m],desired_yaw [rad],expected_x [m],expected_y [m],expected_yaw [rad]"
+    ",ahead [m],aside [m],turn [rad]";
+inline const Table kCorrectedSteps{"truth/corrected_steps.csv", kStampColumn + kCorrectionColumns};
 inline const Table kSurfaces{"truth/surfaces.csv",
                              "#kind," + files::pose_columns("WS") + ",size_1 [m],size_2 [m],size_3 [m]"};
 

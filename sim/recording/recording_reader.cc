@@ -131,23 +131,20 @@ struct RecordingReader::Files {
     manifest.check_sizes();
     for (const std::string& name : {sensor_file(kMotion), sensor_rows(kMotion)})
       manifest.check(name);  // for others
-    const std::string encoders = sensor_file(body_sensors()[0].name);
-    setup.joints = read_joints(folder / encoders, sensor_text(encoders));
+    setup.joints = read_joints(yaml(sensor_file(body_sensors()[0].name)));
     for (const BodySensor& sensor : body_sensors()) {
       manifest.check(sensor_file(sensor.name));
       body.emplace_back(files::CsvReader(manifest.check(sensor_rows(sensor.name)),
                                          {kStampColumn + sensor.columns(setup.joints)}),
                         kEpoch);
     }
-    read_camera_yaml(folder / sensor_file("cam0"), sensor_text(sensor_file("cam0")), setup);
-    setup.X_WC_start =
-        read_pose(folder / sensor_file("plan0"), sensor_text(sensor_file("plan0")), "T_WC_start", false);
-    const StatedImu chest = read_imu_yaml(folder / sensor_file("imu0"), sensor_text(sensor_file("imu0")));
+    read_camera_yaml(yaml(sensor_file("cam0")), setup);
+    setup.X_WC_start = read_pose(yaml(sensor_file("plan0")), "T_WC_start", false);
+    const StatedImu chest = read_imu_yaml(yaml(sensor_file("imu0")));
     setup.imu_rate_hz = chest.rate_hz;
     imu.emplace(manifest, folder, "imu0", true, chest.begin);
-    for (const std::string& name : read_body_yaml(folder / kBody, sensor_text(kBody))) {
-      const std::string file = sensor_file(name);
-      const ReadRigSensor read = read_rig_sensor_yaml(folder / file, sensor_text(file), name);
+    for (const std::string& name : read_body_yaml(yaml(kBody))) {
+      const ReadRigSensor read = read_rig_sensor_yaml(yaml(sensor_file(name)), name);
       setup.rig.push_back(read.sensor);
       rig.emplace_back(manifest, folder, name, read.sensor.kind == rig::Kind::imu, read.begin);
     }
@@ -172,7 +169,9 @@ struct RecordingReader::Files {
   std::deque<StampedRows> body;  // in the order of body_sensors()
   std::deque<SensorRows> rig;    // in the order of setup.rig
 
-  std::string sensor_text(const std::string& name) const { return manifest.read(name, files::kMostOfYaml); }
+  YamlFile yaml(const std::string& name) const {
+    return {folder / name, manifest.read(name, files::kMostOfYaml)};
+  }
 
   // The rows of all sensors of the body have the same stamps.
   void take_body(slam::Observation& observation) {

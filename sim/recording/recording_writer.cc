@@ -196,9 +196,7 @@ void RecordingWriter::add(const score::Surface& surface) {
 void RecordingWriter::add(const std::vector<score::StepCorrection>& steps) {
   std::string text = kCorrectedSteps.header + "\n";
   for (const score::StepCorrection& step : steps)
-    text += fmt::format("{},{},{},{},{}\n", file_stamp(step.t), kSupport[step.left ? 1 : 2],
-                        files::csv_fields(step.desired), files::csv_fields(step.expected),
-                        files::csv_fields(Eigen::Vector3d(step.ahead, step.aside, step.turn)));
+    text += fmt::format("{}{}\n", file_stamp(step.t), correction_fields(step));
   files_->write_whole(kCorrectedSteps.file, text);
 }
 

@@ -53,7 +53,8 @@ std::string lens(const slam::Lens& lens) {
 // A parsed file. Members throw FileError with file, line and column.
 class Yaml {
  public:
-  Yaml(const std::filesystem::path& file, std::string text) : file_(file) {
+  explicit Yaml(const YamlFile& file) : file_(file.name) {
+    std::string text = file.text;
     if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // byte order mark
     if (text.starts_with(kDirective)) text.replace(0, std::string(kDirective).size(), "#");
     try {
@@ -201,13 +202,8 @@ slam::CameraIntrinsics read_intrinsics(const Yaml& yaml) {
                 fmt::format("expected whole numbers from {} to {}", kLeastSide, kLargestSide));
   if (yaml.has("camera_model") && yaml.at("camera_model").Scalar() != "pinhole")
     yaml.fail(yaml.at("camera_model").Mark(), "expected pinhole");
-  const slam::CameraIntrinsics camera{static_cast<int>(resolution[0]),
-                                      static_cast<int>(resolution[1]),
-                                      values[0],
-                                      values[1],
-                                      values[2],
-                                      values[3],
-                                      read_lens(yaml)};
+  const slam::CameraIntrinsics camera{int(resolution[0]), int(resolution[1]), values[0],      values[1],
+                                      values[2],          values[3],          read_lens(yaml)};
   try {
     slam::Camera{camera};
   } catch (const std::invalid_argument& error) {  // the filter rejects it
@@ -321,12 +317,10 @@ std::string rig_sensor_yaml(const rig::RigSensor& sensor, const slam::Calibratio
   return text + first_interval(begin);
 }
 
-std::vector<std::string> read_joints(const std::filesystem::path& file, const std::string& text) {
-  return Yaml(file, text).names("joints");
-}
+std::vector<std::string> read_joints(const YamlFile& file) { return Yaml(file).names("joints"); }
 
-std::vector<std::string> read_body_yaml(const std::filesystem::path& file, const std::string& text) {
-  const Yaml yaml(file, text);
+std::vector<std::string> read_body_yaml(const YamlFile& file) {
+  const Yaml yaml(file);
   if (!yaml.has("rig")) return {};
   const std::vector<std::string> names = yaml.names("rig");
   if (const auto found = rig::name_problem(names))
@@ -334,9 +328,8 @@ std::vector<std::string> read_body_yaml(const std::filesystem::path& file, const
   return names;
 }
 
-ReadRigSensor read_rig_sensor_yaml(const std::filesystem::path& file, const std::string& text,
-                                   const std::string& name) {
-  const Yaml yaml(file, text);
+ReadRigSensor read_rig_sensor_yaml(const YamlFile& file, const std::string& name) {
+  const Yaml yaml(file);
   ReadRigSensor read;
   auto& [sensor, begin] = read;
   sensor.name = name;
@@ -365,9 +358,8 @@ ReadRigSensor read_rig_sensor_yaml(const std::filesystem::path& file, const std:
   return read;
 }
 
-StatedCamera read_camera_yaml(const std::filesystem::path& file, const std::string& text,
-                              RecordingSetup& setup) {
-  const Yaml yaml(file, text);
+StatedCamera read_camera_yaml(const YamlFile& file, RecordingSetup& setup) {
+  const Yaml yaml(file);
   setup.calibration.camera = read_intrinsics(yaml);
   StatedCamera stated;
   stated.by_imu = !yaml.has("T_SB") && !yaml.has("T_BS") && (yaml.has("T_cam_imu") || yaml.has("T_imu_cam"));
@@ -385,8 +377,8 @@ StatedCamera read_camera_yaml(const std::filesystem::path& file, const std::stri
   return stated;
 }
 
-StatedImu read_imu_yaml(const std::filesystem::path& file, const std::string& text) {
-  const Yaml yaml(file, text);
+StatedImu read_imu_yaml(const YamlFile& file) {
+  const Yaml yaml(file);
   StatedImu imu;
   if (yaml.has("T_BS") || !yaml.has("update_rate")) imu.X_BS = yaml.pose("T_BS");
   imu.rate_hz = yaml.number(yaml.at(yaml.either("rate_hz", "update_rate")));
@@ -400,9 +392,8 @@ StatedImu read_imu_yaml(const std::filesystem::path& file, const std::string& te
   return imu;
 }
 
-Eigen::Isometry3d read_pose(const std::filesystem::path& file, const std::string& text,
-                            const std::string& key, bool rounded) {
-  return Yaml(file, text).pose(key, rounded);
+Eigen::Isometry3d read_pose(const YamlFile& file, const std::string& key, bool rounded) {
+  return Yaml(file).pose(key, rounded);
 }
 
 }  // namespace sim::recording

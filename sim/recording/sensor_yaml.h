@@ -35,8 +35,12 @@ std::string body_yaml(const std::vector<rig::RigSensor>& rig = {});
 std::string rig_sensor_yaml(const rig::RigSensor& sensor, const slam::Calibration& calibration,
                             std::optional<slam::Stamp> begin = {});
 
-// The readers get the text of a file and its name, and throw FileError. Matrices are maps with 16 numbers in
-// `data`, lists of 16 numbers, or lists of four rows. External rotations are orthonormal to 1e-4 only.
+/// The name of a file and its text. The readers throw FileError. Matrices are maps with 16 numbers in `data`,
+/// lists of 16 numbers, or lists of four rows. External rotations are orthonormal to 1e-4 only.
+struct YamlFile {
+  std::filesystem::path name;
+  std::string text;
+};
 
 /// Values of a camera's file besides the calibration.
 struct StatedCamera {
@@ -46,8 +50,7 @@ struct StatedCamera {
   std::vector<std::string> unread;  ///< keys
 };
 /// Reads a sensor.yaml with T_SB or T_BS, or the cam0 of a camchain of kalibr.
-StatedCamera read_camera_yaml(const std::filesystem::path& file, const std::string& text,
-                              RecordingSetup& setup);
+StatedCamera read_camera_yaml(const YamlFile& file, RecordingSetup& setup);
 /// An IMU: its mounting on the body and its stated noise, zero if not stated.
 struct StatedImu {
   Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
@@ -57,18 +60,16 @@ struct StatedImu {
   std::vector<std::string> unread;   ///< keys
 };
 /// Reads a sensor.yaml, or the IMU's file of kalibr, which has update_rate and no T_BS.
-StatedImu read_imu_yaml(const std::filesystem::path& file, const std::string& text);
+StatedImu read_imu_yaml(const YamlFile& file);
 /// A pose such as the T_BS of any sensor. rounded: its rotation is made orthonormal.
-Eigen::Isometry3d read_pose(const std::filesystem::path& file, const std::string& text,
-                            const std::string& key, bool rounded = true);
+Eigen::Isometry3d read_pose(const YamlFile& file, const std::string& key, bool rounded = true);
 /// The names of the joints, and of the further sensors.
-std::vector<std::string> read_joints(const std::filesystem::path& file, const std::string& text);
-std::vector<std::string> read_body_yaml(const std::filesystem::path& file, const std::string& text);
+std::vector<std::string> read_joints(const YamlFile& file);
+std::vector<std::string> read_body_yaml(const YamlFile& file);
 struct ReadRigSensor {
   rig::RigSensor sensor;
   std::optional<slam::Stamp> begin;  ///< as of rig_sensor_yaml()
 };
-ReadRigSensor read_rig_sensor_yaml(const std::filesystem::path& file, const std::string& text,
-                                   const std::string& name);
+ReadRigSensor read_rig_sensor_yaml(const YamlFile& file, const std::string& name);
 
 }  // namespace sim::recording

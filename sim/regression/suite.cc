@@ -13,7 +13,6 @@
 #include "sim/result/limits.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/value.h"
-#include "sim/scenario/yaml.h"
 #include "sim/score/metrics.h"
 
 namespace sim::regression {

@@ -10,9 +10,9 @@
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/files/trajectory_file.h"
+#include "sim/recording/recording_format.h"
 #include "sim/result/limits.h"
 #include "sim/score/metrics.h"
-#include "sim/score/run.h"
 
 namespace sim::result {
 namespace {
@@ -73,13 +73,9 @@ void write_estimate(const fs::path& folder, const tracking::Tracked& tracked) {
 /// A steered walk's desired path, and the corrections of its steps.
 void write_steering(const fs::path& folder, const RunRecord& record, const score::DesiredPath& desired) {
   write_tum(folder / "waist_desired.tum", desired.waist);
-  std::string steps =
-      "#time [ns],foot,desired_x [m],desired_y [m],desired_yaw [rad],expected_x [m],expected_y [m],"
-      "expected_yaw [rad],ahead [m],aside [m],turn [rad]\n";
+  std::string steps = "#time [ns]" + recording::recording_format::kCorrectionColumns + "\n";
   for (const score::StepCorrection& step : record.truth.corrected_steps)
-    steps += fmt::format("{},{},{},{},{}\n", step.t.count(), step.left ? "left" : "right",
-                         files::csv_fields(step.desired), files::csv_fields(step.expected),
-                         files::csv_fields(Eigen::Vector3d(step.ahead, step.aside, step.turn)));
+    steps += fmt::format("{}{}\n", step.t.count(), recording::correction_fields(step));
   files::write_text(folder / "corrected_steps.csv", steps);
 }
 
@@ -101,11 +97,9 @@ void write_feet(const fs::path& file, const std::vector<score::FootRow>& rows) {
       "#begin [ns],end [ns],foot,phase,moved_x [m],moved_y [m],moved_yaw [rad],creep_x [m],creep_y "
       "[m],creep_yaw [rad],drift_x [m],drift_y [m],drift_yaw [rad]\n";
   for (const score::FootRow& row : rows) {
-    text += fmt::format("{},{},{},{}", row.begin.count(), row.end.count(),
-                        row.foot == score::Foot::left ? "left" : "right",
+    text += fmt::format("{},{},{},{}", row.begin.count(), row.end.count(), row.left ? "left" : "right",
                         score::kFootPhases[static_cast<std::size_t>(row.phase)]);
-    for (const score::Pose2& p : {row.moved, row.creep, row.drift})
-      text += fmt::format(",{},{},{}", p.x, p.y, p.yaw);
+    for (const Eigen::Vector3d& p : {row.moved, row.creep, row.drift}) text += "," + files::csv_fields(p);
     text += "\n";
   }
   files::write_text(file, text);

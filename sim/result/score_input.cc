@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <chrono>
-#include <map>
 #include <utility>
 
 #include "sim/result/result.h"
@@ -15,14 +14,14 @@ namespace {
 constexpr double kNominalWeight_N = walking::hrp2::kMass * walking::kGravity;
 
 /// Without the poses of answers that say lost, and with each pose once. point: in C, the one to score.
-std::vector<score::EstimatedPose> estimate(const tracking::Tracked& tracked,
-                                           const std::optional<Eigen::Vector3d>& point) {
-  std::vector<score::EstimatedPose> poses;
+std::vector<files::TumRow> estimate(const tracking::Tracked& tracked,
+                                    const std::optional<Eigen::Vector3d>& point) {
+  std::vector<files::TumRow> poses;
   for (const tracking::TrackedFrame& frame : tracked.frames)
     if (const auto& e = frame.estimate; frame.has_pose && frame.report.health == slam::Health::ok &&
                                         (poses.empty() || e.t > poses.back().t)) {
-      poses.push_back({e.t, e.X_WC, e.covariance});
-      if (point) poses.back().X_WC.translation() = e.X_WC * *point;
+      poses.push_back({{e.t, e.X_WC}, e.covariance});
+      if (point) poses.back().X.translation() = e.X_WC * *point;
     }
   return poses;
 }
@@ -93,20 +92,10 @@ score::TrueCamera true_camera(const slam::CameraIntrinsics& intrinsics) {
   return {project, bearing};
 }
 
-score::Pose2 pose2(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
 std::vector<score::FootRow> feet(const recording::Truth& truth) {
   if (truth.feet.empty() || truth.waist.empty()) return {};
-  std::vector<score::FeetSample> samples;
-  for (const recording::TrueFeet& both : truth.feet) {
-    const auto sample = [&](const recording::TrueFoot& foot) -> score::FootSample {
-      return {pose2(foot.truth), pose2(foot.plan), foot.planned_down, foot.load_n / kNominalWeight_N,
-              pose2(foot.creep)};
-    };
-    samples.push_back({both.t, {sample(both.left), sample(both.right)}});
-  }
-  return score::decompose_drift(samples, score::pose2(truth.waist.back().X),
-                                score::pose2(truth.waist_plan.back().X));
+  return score::decompose_drift(truth.feet, kNominalWeight_N, score::ground_pose(truth.waist.back().X),
+                                score::ground_pose(truth.waist_plan.back().X));
 }
 
 /// Feet together below a waist at the origin.

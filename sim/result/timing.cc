@@ -4,7 +4,6 @@
 #include <time.h>
 
 #include <nlohmann/json.hpp>
-#include <numeric>
 
 #include "sim/files/json.h"
 #include "sim/files/text.h"
@@ -17,12 +16,6 @@ double clock_ms(clockid_t clock) {
   timespec now{};
   clock_gettime(clock, &now);
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
-
-std::vector<double> column(const std::vector<FrameTiming>& frames, double FrameTiming::*member) {
-  std::vector<double> values;
-  for (const FrameTiming& frame : frames) values.push_back(frame.*member);
-  return values;
 }
 
 }  // namespace
@@ -38,8 +31,9 @@ void Timing::write(const std::filesystem::path& folder, double simulated_s) cons
   files::write_text(folder / "timing.csv", csv);
 
   const auto total_s = [&](double FrameTiming::*stage) {
-    const auto values_ms = column(frames, stage);
-    return 1e-3 * std::accumulate(values_ms.begin(), values_ms.end(), 0.0);
+    double sum_ms = 0;
+    for (const FrameTiming& frame : frames) sum_ms += frame.*stage;
+    return 1e-3 * sum_ms;
   };
   std::vector<double> filter;
   for (const FrameTiming& frame : frames)

@@ -5,8 +5,6 @@
 #include <array>
 #include <cctype>
 #include <filesystem>
-#include <string>
-#include <vector>
 
 #include "sim/estimators/estimator.h"
 #include "sim/scenario/value.h"

@@ -1,14 +1,19 @@
 #include "sim/scenario/keys.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <map>
+#include <sstream>
 
 #include "sim/files/hash.h"
 #include "sim/files/text.h"
 #include "sim/scenario/lists.h"
+#include "sim/scenario/value.h"
+#include "sim/score/metrics.h"
 
 namespace sim::scenario {
 namespace {
@@ -35,6 +40,24 @@ std::optional<RecordingDifference> first_difference(const Scenario& recorded, co
     if (there != now) return RecordingDifference{key.name, there, now};
   }
   return std::nullopt;
+}
+
+constexpr std::array kAggregates{"median"sv, "mean"sv, "worst"sv};
+constexpr std::array kBounds{"at_most"sv, "at_least"sv};
+constexpr Domain kAnyNumber{std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max()};
+
+/// Returns the index of name among the choices, or throws a ConfigError that lists them.
+std::size_t choose(const Yaml& at, const std::string& key, std::string_view name,
+                   std::span<const std::string_view> choices) {
+  const auto found = std::find(choices.begin(), choices.end(), name);
+  if (found != choices.end()) return static_cast<std::size_t>(found - choices.begin());
+  fail(at, key,
+       fmt::format("unknown '{}', expected one of {}{}", name, fmt::join(choices, ", "),
+                   did_you_mean(name, choices)));
+}
+
+void check_metric(const Yaml& at, const std::string& key, std::string_view name) {
+  if (score::find_metric(name) == nullptr) fail(at, key, unknown_metric(name));
 }
 
 }  // namespace
@@ -107,34 +130,13 @@ bool shapes_recording(const Scenario& scenario, std::string_view key) {
          (by == walking::SteeredBy::estimate && shapes_estimate(key));
 }
 
-std::string_view unit_of(std::string_view key) {
-  using Suffix = std::pair<std::string_view, std::string_view>;
-  static constexpr Suffix kUnits[]{{"_per_s2", "1/s²"},
-                                   {"_per_s", "1/s"},
-                                   {"_n_m", "N/m"},
-                                   {"_m_s_per_n", "m/(N·s)"},
-                                   {"_rad_s_per_nm", "rad/(N·m·s)"},
-                                   {"_1_m", "1/m"},
-                                   {"_grey", "grey"},
-                                   {"_rad_s2", "rad/s²"},
-                                   {"_rad_s", "rad/s"},
-                                   {"_m_s2", "m/s²"},
-                                   {"_m_s3", "m/s³"},
-                                   {"_m_s", "m/s"},
-                                   {"_px2", "px⁻²"},
-                                   {"_px", "px"},
-                                   {"_rad", "rad"},
-                                   {"_deg", "deg"},
-                                   {"_hz", "Hz"},
-                                   {"_ms", "ms"},
-                                   {"_ns", "N·s"},
-                                   {"_s", "s"},
-                                   {"_m", "m"},
-                                   {"_kg", "kg"},
-                                   {"_n", "N"}};
-  for (const auto& [ending, unit] : kUnits) {
+std::string unit_of(std::string_view key) {
+  std::istringstream endings(  // each with its unit
+      "_per_s2 1/s² _per_s 1/s _n_m N/m _m_s_per_n m/(N·s) _rad_s_per_nm rad/(N·m·s) _1_m 1/m _grey grey "
+      "_rad_s2 rad/s² _rad_s rad/s _m_s2 m/s² _m_s3 m/s³ _m_s m/s _px2 px⁻² _px px _rad rad _deg deg _hz Hz "
+      "_ms ms _ns N·s _s s _m m _kg kg _n N");
+  for (std::string ending, unit; endings >> ending >> unit;)
     if (key.ends_with(ending)) return unit;
-  }
   return "";
 }
 
@@ -176,5 +178,46 @@ std::string counterfactual(const Scenario& recorded, const Scenario& scenario) {
                        other->recorded, other->now);
   return "";
 }
+
+std::string unknown_metric(std::string_view name) {
+  if (const std::string former = former_name(name); !former.empty())
+    return fmt::format("metric {} {}", name, former);
+  std::vector<std::string_view> names;
+  for (const auto& metric : score::metric_definitions()) names.push_back(metric.name);
+  return fmt::format("unknown metric '{}'{}", name, did_you_mean(name, names));
+}
+
+void read_limit(const Yaml& at, const std::string& key, const Yaml& value, std::vector<MetricLimit>& limits) {
+  const std::string_view rest = std::string_view(key).substr("limits."sv.size());
+  const std::size_t first = rest.find('.'), last = rest.rfind('.');
+  MetricLimit limit{std::string(rest.substr(0, first)), ""};
+  if (first == std::string_view::npos) {
+    static constexpr std::array kOther{"limits.ending"sv};
+    const std::string hint = did_you_mean(key, kOther);
+    if (!hint.empty()) fail(at, key, "unknown key" + hint);
+    check_metric(at, key, rest);
+    fail(at, key, "expected a bound below the metric, as in {at_most: 0.1} or {at_least: 1}");
+  }
+  limit.bound = static_cast<Bound>(choose(at, key, rest.substr(last + 1), kBounds));
+  if (last > first)
+    limit.aggregate = kAggregates[choose(at, key, rest.substr(first + 1, last - first - 1), kAggregates)];
+  check_metric(at, key, limit.metric);
+  read(value, key, kAnyNumber, limit.value);
+  const auto same = [&](const MetricLimit& l) {
+    return subject(l) == subject(limit) && l.bound == limit.bound;
+  };
+  const auto earlier = std::find_if(limits.begin(), limits.end(), same);
+  earlier == limits.end() ? limits.push_back(limit) : void(*earlier = limit);
+}
+
+bool keeps(const MetricLimit& limit, double value) {
+  return limit.bound == Bound::at_most ? value <= limit.value : value >= limit.value;
+}
+
+std::string subject(const MetricLimit& limit) {
+  return limit.aggregate.empty() ? limit.metric : limit.metric + "." + limit.aggregate;
+}
+
+std::string_view word(Bound bound) { return kBounds[static_cast<std::size_t>(bound)]; }
 
 }  // namespace sim::scenario

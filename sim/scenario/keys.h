@@ -41,7 +41,7 @@ bool shapes_estimate(std::string_view key);
 bool shapes_recording(const Scenario& scenario, std::string_view key);
 
 /// Returns the unit in a key's name, "m" for "walk.step_length_m"; "" without one.
-std::string_view unit_of(std::string_view key);
+std::string unit_of(std::string_view key);
 
 /// A hash (32 hexadecimal digits) of the names and contents of the models' files. Throws FileError.
 std::string models_hash(const std::filesystem::path& models);
@@ -61,7 +61,7 @@ std::optional<RecordingDifference> first_difference(const Scenario& recorded, co
 /// estimate steered that walk, and now it is another. Empty otherwise.
 std::string counterfactual(const Scenario& recorded, const Scenario& scenario);
 
-// Limits on metrics (limits.cc): `ate_se3_rmse_m: {at_most: 0.1}`, `ate_se3_rmse_m.median: {at_most: 0.05}`.
+// Limits on metrics: `ate_se3_rmse_m: {at_most: 0.1}`, `ate_se3_rmse_m.median: {at_most: 0.05}`.
 
 /// Returns the error for an unknown metric: the present name of a former one, else the nearest metric.
 std::string unknown_metric(std::string_view name);

@@ -86,11 +86,7 @@ struct Scenario {
   static void keys(auto&& key) {
     value<&Scenario::name>(key, "name of the results folder; without it, that of the scenario's file");
     value<&Scenario::seed>(key, "seed of every random stream of the run");
-    part<&Scenario::walk>(key);
-    part<&Scenario::stabilizer>(key);
-    part<&Scenario::world>(key);
-    part<&Scenario::camera>(key);
-    part<&Scenario::imu>(key);
+    part<&Scenario::walk, &Scenario::stabilizer, &Scenario::world, &Scenario::camera, &Scenario::imu>(key);
     value<&Scenario::rig>(key,
                           "further sensors, which the filter does not use: a preset (head_2006, d435i or "
                           "d435i_mid360) or a list of sensors and presets");
@@ -98,8 +94,7 @@ struct Scenario {
     value<&Scenario::estimator>(key,
                                 "estimator of the run: a built-in one by its name, or an external program");
     key.part("estimator.time", &Scenario::estimator_time);
-    part<&Scenario::slam>(key);
-    part<&Scenario::limits>(key);
+    part<&Scenario::slam, &Scenario::limits>(key);
   }
 };
 

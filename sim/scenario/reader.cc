@@ -1,12 +1,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <map>
 #include <span>
 
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
-#include "sim/scenario/yaml.h"
 
 namespace sim::scenario {
 namespace {

@@ -8,7 +8,6 @@
 #include <variant>
 
 #include "sim/scenario/keys.h"
-#include "sim/scenario/yaml.h"
 #include "walking/timeline.h"
 
 namespace sim::scenario {

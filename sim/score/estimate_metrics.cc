@@ -1,9 +1,7 @@
-#include <algorithm>
 #include <cmath>
 
 #include "sim/score/metrics.h"
 #include "sim/score/run.h"
-#include "sim/score/trajectory.h"
 
 namespace sim::score {
 namespace {

@@ -97,8 +97,8 @@ ScoreContext::ScoreContext(const Run& run_) : run(run_), start(first_motion(run_
     for (const TimedPose& pose : run.truth_camera)
       if (pose.t >= *start) truth_camera.push_back(pose);
   if (start && run.estimate)
-    for (const EstimatedPose& pose : *run.estimate)
-      if (pose.t >= *start) estimate.push_back({pose.t, pose.X_WC});
+    for (const files::TumRow& pose : *run.estimate)
+      if (pose.t >= *start) estimate.push_back(pose);
   pairs = pair_by_stamp(truth_camera, estimate);
   nees = nees_of(pairs, run);
   no_estimate = why_no_estimate(*this);

@@ -18,27 +18,8 @@
 
 namespace sim::score {
 
-/// A pose on the ground: x, y (m) and yaw (rad).
-struct Pose2 {
-  double x = 0, y = 0, yaw = 0;
-};
-/// The ground part of a nearly upright pose.
-Pose2 pose2(const Eigen::Isometry3d& X);
-
-enum class Foot { left, right };
-
-/// One foot at one instant. The creep is since the instant before.
-struct FootSample {
-  Pose2 truth, plan;
-  bool planned_down = true;  ///< the plan has the foot on the ground
-  double load = 0;           ///< vertical force as a fraction of the robot's weight
-  Pose2 creep;               ///< slip below the friction cone, an artifact of the contact model
-};
-/// Both feet at one instant.
-struct FeetSample {
-  Stamp t{0};
-  std::array<FootSample, 2> feet;  ///< left, right
-};
+/// The ground part of a nearly upright pose: x, y (m) and yaw (rad).
+Eigen::Vector3d ground_pose(const Eigen::Isometry3d& X);
 
 /// The origin of a contribution.
 enum class FootPhase {
@@ -52,20 +33,21 @@ enum class FootPhase {
 inline constexpr std::array<std::string_view, 6> kFootPhases{"start",   "put_down", "landing",
                                                              "support", "lift_off", "body"};
 
-/// One contribution. moved: motion of the point of the sole below the ankle, axes of W; for put_down the true
-/// minus the planned place as seen from the other foot; for start and body as drift. drift: the share of the
-/// waist's final drift, axes of W; zero for a foot that moves while the other one carries the robot.
+/// One contribution (x m, y m, yaw rad). moved: motion of the point of the sole below the ankle, axes of W;
+/// for put_down the true minus the planned place as seen from the other foot; for start and body as drift.
+/// drift: the share of the waist's final drift, axes of W; zero for a foot that moves while the other one
+/// carries the robot.
 struct FootRow {
   Stamp begin{0}, end{0};
-  Foot foot = Foot::left;
+  bool left = false;  ///< foot
   FootPhase phase = FootPhase::support;
-  Pose2 moved, creep, drift;
+  Eigen::Vector3d moved = Eigen::Vector3d::Zero(), creep = moved, drift = moved;
 };
 
 /// Returns the contributions of a whole walk in order of time. samples: at least one, in order of time;
-/// waist_truth, waist_plan: at the last.
-std::vector<FootRow> decompose_drift(const std::vector<FeetSample>& samples, const Pose2& waist_truth,
-                                     const Pose2& waist_plan);
+/// weight_n: of the robot; waist_truth, waist_plan: ground poses at the last.
+std::vector<FootRow> decompose_drift(const std::vector<TrueFeet>& samples, double weight_n,
+                                     const Eigen::Vector3d& waist_truth, const Eigen::Vector3d& waist_plan);
 
 /// The pixel of a landmark in one image.
 struct StampedPixel {
@@ -101,13 +83,6 @@ struct MappedPoint {
   int id = 0;
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();         ///< m
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< m², axes W
-};
-
-/// The estimated camera pose. covariance: see pose_nees; absent if the estimator states none.
-struct EstimatedPose {
-  Stamp t{0};
-  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
-  std::optional<Matrix6d> covariance = Matrix6d::Identity();
 };
 
 /// The sensors of Run::innovations, in its order. They are named as in
@@ -165,8 +140,8 @@ struct Run {
   std::vector<StepCorrection> corrections;  ///< empty unless the walk was steered
   bool steered = false;
   std::vector<FootRow> feet;  ///< of decompose_drift(); empty without feet
-  /// While it tracked; absent: the filter was not run.
-  std::optional<std::vector<EstimatedPose>> estimate;
+  /// X_WC while it tracked, the covariance as in pose_nees(); absent: the filter was not run.
+  std::optional<std::vector<files::TumRow>> estimate;
   Trajectory
       odometry;  ///< by the same sensors without images; empty if that did not run beside the estimator
   std::array<std::vector<StampedInnovation>, kSensors.size()> innovations;

@@ -233,8 +233,8 @@ double height_range(const Trajectory& trajectory) {
   return greatest->X.translation().z() - least->X.translation().z();
 }
 
-Drift drift(const Eigen::Isometry3d& X_WB_true, const Eigen::Isometry3d& X_PB,
-            const Eigen::Isometry3d& X_PB_start) {
+Eigen::Vector3d drift(const Eigen::Isometry3d& X_WB_true, const Eigen::Isometry3d& X_PB,
+                      const Eigen::Isometry3d& X_PB_start) {
   const double start = yaw(X_PB_start.linear());
   const Eigen::Vector3d shift = Eigen::AngleAxisd(-start, Eigen::Vector3d::UnitZ()) *
                                 Eigen::Vector3d(X_WB_true.translation() - X_PB.translation());

@@ -69,13 +69,10 @@ double yaw_error(const PosePair& pair);
 /// Greatest minus least height (z), m; 0 for none.
 double height_range(const Trajectory& trajectory);
 
-/// The drift of the robot from its plan in axes of the plan's first pose: x forward, y left (m), yaw (rad).
-struct Drift {
-  double x = 0, y = 0, yaw = 0;
-};
-/// True minus planned. X_PB_start gives the axes.
-Drift drift(const Eigen::Isometry3d& X_WB_true, const Eigen::Isometry3d& X_PB,
-            const Eigen::Isometry3d& X_PB_start);
+/// The drift of the robot from its plan, true minus planned, in axes of the plan's first pose: x forward, y
+/// left (m), yaw (rad).
+Eigen::Vector3d drift(const Eigen::Isometry3d& X_WB_true, const Eigen::Isometry3d& X_PB,
+                      const Eigen::Isometry3d& X_PB_start);
 
 /// none: no alignment · origin: first pose onto first pose · by least squares of positions: yaw_position:
 /// rotation about z and translation · se3: rotation and translation · sim3: rotation, translation and scale

@@ -27,6 +27,20 @@ struct StepCorrection {
   Eigen::Vector3d expected = Eigen::Vector3d::Zero();  ///< landing without the correction, as estimated
 };
 
+/// A foot at one instant, each vector (x m, y m, yaw rad).
+struct TrueFoot {
+  Eigen::Vector3d truth = Eigen::Vector3d::Zero(), plan = Eigen::Vector3d::Zero();  ///< of the sole
+  bool planned_down = true;                                                         ///< the plan has it stand
+  double load_n = 0;  ///< vertical force, mean since the instant before
+  /// Slip below the friction cone that the contact model causes, since the instant before.
+  Eigen::Vector3d creep = Eigen::Vector3d::Zero();
+};
+/// True and planned poses of the feet.
+struct TrueFeet {
+  std::chrono::nanoseconds t{0};
+  TrueFoot left, right;
+};
+
 struct Hit {
   std::size_t surface = 0;  ///< its index
   double distance = 0;      ///< m

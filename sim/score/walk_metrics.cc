@@ -64,11 +64,11 @@ Value plan_rmse(C c) {
 }
 
 MetricDefinition plan_drift(const std::string& name, const std::string& unit, const std::string& definition,
-                            double Drift::*part, double per_unit = 1) {
+                            int part, double per_unit = 1) {
   const auto compute = [part, per_unit](C c) -> Value {
     const std::vector<PosePair> pairs = pair_by_stamp(c.run.truth_waist, c.run.plan_waist);
     if (pairs.empty()) return Absent{"no planned waist pose has the stamp of a true one"};
-    return drift(pairs.back().X_true, pairs.back().X_estimate, c.run.plan_waist.front().X).*part / per_unit;
+    return drift(pairs.back().X_true, pairs.back().X_estimate, c.run.plan_waist.front().X)[part] / per_unit;
   };
   const std::string text = "True minus planned waist " + definition;
   return {"plan_drift_" + name, unit, text, Needs::walk, compute, largest_magnitude, kHeadline, kAtEnd};
@@ -206,10 +206,9 @@ MetricDefinitions walk_metrics() {
        of_true_path(height_range), largest, kHeadline},
       {"plan_rmse_m", "m", "Value of rmse_m for the planned camera pose instead of the estimate.",
        Needs::walk, plan_rmse, largest, kHeadline},
-      plan_drift("x_m", "m", "position at the last frame, forward in axes of the planned start.", &Drift::x),
-      plan_drift("y_m", "m", "position at the last frame, to the left in axes of the planned start.",
-                 &Drift::y),
-      plan_drift("yaw_deg", "deg", "yaw at the last frame, left positive.", &Drift::yaw, kDegree),
+      plan_drift("x_m", "m", "position at the last frame, forward in axes of the planned start.", 0),
+      plan_drift("y_m", "m", "position at the last frame, to the left in axes of the planned start.", 1),
+      plan_drift("yaw_deg", "deg", "yaw at the last frame, left positive.", 2, kDegree),
       {"navigation_rmse_m", "m",
        "Root mean square distance on the ground of the true waist from its place on the commanded path "
        "at that time, from the first planned motion on.",

@@ -38,7 +38,7 @@ SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed,
       image_(options.image, seed, options.faults),
       plan_(options.faults),
       legs_(options.leg_odometry.sigma_m, options.leg_odometry.scale_fraction, seed),
-      motion_clock_(stamp(options.motion.time_offset_s)) {}
+      motion_clock_(stamp(options.motion_time_offset_s)) {}
 
 /// Returns whether one of these faults hits the frame.
 template <class Kind>
@@ -64,7 +64,7 @@ std::vector<slam::Observation> SensorErrors::process(slam::Observation o) {
   o.image = delayed_image(received_image(o.image, o.t), o.t);
   if (o.plan && o.plan->legs) legs_.apply(*o.plan->legs, o.t);
   o.plan = plan_.apply(std::move(o.plan), o.t);
-  if (lost("plan loss", o.t, options_.plan.loss_fraction)) o.plan.reset();
+  if (lost("plan loss", o.t, options_.plan_loss_fraction)) o.plan.reset();
   std::vector<slam::Observation> arrived;
   for (slam::Observation& assembled : motion_clock_.process(std::move(o)))
     arrive(std::move(assembled), arrived);

@@ -47,13 +47,7 @@ struct ErrorOptions {
     }
   } accelerometer;
   ImageOptions image;
-  struct Plan {
-    double loss_fraction = 0.0;
-
-    static void keys(auto&& key) {
-      number<&Plan::loss_fraction>(key, 0, 1, "fraction of the frames that lose their planned motion");
-    }
-  } plan;
+  double plan_loss_fraction = 0;
   struct LegOdometry {
     double sigma_m = 1e-4;
     double scale_fraction = 0;
@@ -65,34 +59,19 @@ struct ErrorOptions {
           key, -1, 1, "error of the distances by leg odometry, relative to the true ones");
     }
   } leg_odometry;
-  struct Motion {
-    double time_offset_s = 0;
-
-    static void keys(auto&& key) {
-      number<&Motion::time_offset_s>(
-          key, -1, 1,
-          "time offset of the motion computer's clock, which stamps readings and plan, ahead of the "
-          "camera's");
-    }
-  } motion;
-  struct Calibration {
-    double distortion_fraction = 0;
-
-    static void keys(auto&& key) {
-      number<&Calibration::distortion_fraction>(
-          key, -1, 1, "error of the lens distortion that the filter assumes, relative to the true one");
-    }
-  } calibration;
+  double motion_time_offset_s = 0, calibration_distortion_fraction = 0;
   std::vector<Fault> faults;
 
   static void keys(auto&& key) {
-    part<&ErrorOptions::gyro>(key);
-    part<&ErrorOptions::accelerometer>(key);
-    part<&ErrorOptions::image>(key);
-    part<&ErrorOptions::plan>(key);
+    part<&ErrorOptions::gyro, &ErrorOptions::accelerometer, &ErrorOptions::image>(key);
+    key.number("plan.loss_fraction", &ErrorOptions::plan_loss_fraction, 0, 1,
+               "fraction of the frames that lose their planned motion");
     part<&ErrorOptions::leg_odometry>(key);
-    part<&ErrorOptions::motion>(key);
-    part<&ErrorOptions::calibration>(key);
+    key.number("motion.time_offset_s", &ErrorOptions::motion_time_offset_s, -1, 1,
+               "time offset of the motion computer's clock, which stamps readings and plan, ahead of the "
+               "camera's");
+    key.number("calibration.distortion_fraction", &ErrorOptions::calibration_distortion_fraction, -1, 1,
+               "error of the lens distortion that the filter assumes, relative to the true one");
     value<&ErrorOptions::faults>(key, "temporary faults of the sensors and of the plan");
   }
 };

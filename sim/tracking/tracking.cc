@@ -6,7 +6,6 @@
 #include <exception>
 #include <iterator>
 #include <new>
-#include <utility>
 #include <variant>
 
 namespace sim::tracking {
@@ -47,7 +46,7 @@ void merge_until(slam::Stamp until, slam::Stamp since, auto& missed, auto& given
 
 /// Sets what a data sheet and a calibration state: noise, and the offset of the clock.
 void add_errors(const sensor_errors::ErrorOptions& errors, rig::RigSensor& chest_imu) {
-  chest_imu.time_offset_s = errors.motion.time_offset_s;
+  chest_imu.time_offset_s = errors.motion_time_offset_s;
   chest_imu.gyro_sigma_rad_s = errors.gyro.sigma_rad_s;
   chest_imu.gyro_bias_walk_rad_s2 = errors.gyro.bias_walk_sigma_rad_s2;
   chest_imu.accelerometer_sigma_m_s2 = errors.accelerometer.sigma_m_s2;
@@ -100,7 +99,7 @@ Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& 
   if (scenario.camera) start.camera_readout_s = scenario.camera->readout_s;
   add_errors(scenario.errors, start.chest_imu);
   if (auto* lens = std::get_if<slam::OneParameterRadial>(&start.calibration.camera.lens))
-    lens->k1_px2 *= 1 + scenario.errors.calibration.distortion_fraction;
+    lens->k1_px2 *= 1 + scenario.errors.calibration_distortion_fraction;
   if (scenario.slam->plan_velocity.enabled && scenario.estimator != kOdometry) odometry_start_ = start;
   try {
     estimator_ = estimators::make_estimator(scenario.estimator, start);

@@ -36,15 +36,6 @@ struct PairedFiles {
   bool has_orientation = true;  ///< both files have more than positions
 };
 
-/// Reads and pairs. need_motion: positions are compared. Throws FileError if a file is not a trajectory, if
-/// its stamps are not in the unit of the other's, if it has no stamps and another number of poses than the
-/// other, or if its positions do not move; std::invalid_argument if no or hardly any poses have a partner.
-PairedFiles pair_files(const std::filesystem::path& truth, const std::filesystem::path& estimate,
-                       const PairingOptions& options, bool need_motion);
-
-inline double seconds(score::Stamp t) { return std::chrono::duration<double>(t).count(); }
-score::Stamp stamp(double seconds);
-
 /// The part of the difference E of two poses (or of two motions) that is the error. trans_part:
 /// |translation|, m · angle_deg, angle_rad: of its rotation · rot_part: |R − I|, full: |E − I|, both
 /// Frobenius · point_distance: of poses as trans_part; of motions the difference of the distances between
@@ -82,8 +73,10 @@ struct Report {
 /// The file of truth or estimate in a result folder; `path` itself if it is a file. Throws FileError.
 std::filesystem::path trajectory_in(const std::filesystem::path& path, bool truth);
 
-/// Reads, pairs, aligns and scores. Throws as pair_files(), and std::invalid_argument with the reason in one
-/// line if the alignment is not determined or no span is as long as asked for.
+/// Reads, pairs, aligns and scores. Throws FileError if a file is not a trajectory, if its stamps are not in
+/// the unit of the other's, if it has no stamps and another number of poses than the other, or if its
+/// positions do not move; std::invalid_argument with the reason in one line if no or hardly any poses have a
+/// partner, if the alignment is not determined, or if no span is as long as asked for.
 Report score_files(const std::filesystem::path& truth, const std::filesystem::path& estimate,
                    const Options& options);
 

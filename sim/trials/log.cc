@@ -8,7 +8,6 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "sim/files/atomic_file.h"
 #include "sim/files/hash.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
@@ -107,13 +106,7 @@ TrialLog::TrialLog(const fs::path& file, std::string_view purpose)
 }
 
 void TrialLog::append(std::string_view line) const {
-  const std::string bytes = std::string(line) + "\n";
-  for (std::string_view rest = bytes; !rest.empty();) {
-    const ssize_t n = ::write(fd_, rest.data(), rest.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) fail(file_, "cannot be written");
-    rest.remove_prefix(static_cast<std::size_t>(n));
-  }
+  files::write_all(fd_, file_, std::string(line) + "\n");
   if (::fsync(fd_) != 0) fail(file_, "cannot be synced to the disk");
 }
 

@@ -15,7 +15,6 @@
 #include "sim/files/text.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/value.h"
-#include "sim/scenario/yaml.h"
 #include "sim/score/metrics.h"
 #include "sim/score/statistics.h"
 #include "sim/trials/trial.h"

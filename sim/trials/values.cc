@@ -11,7 +11,6 @@
 
 #include "sim/scenario/keys.h"
 #include "sim/scenario/value.h"
-#include "sim/scenario/yaml.h"
 
 namespace sim::trials {
 namespace {

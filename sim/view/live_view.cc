@@ -42,7 +42,7 @@ const std::array<Channel, 6> kChannels{
       [](const Frame& f, const Setup&) {
         return f.image.empty()
                    ? ""
-                   : ros::compressed_image(f.t, ros::kCameraFrame, recording::encode_grey_png(f.image));
+                   : ros::compressed_image(f.t, ros::kCameraFrame, recording::encode_png(f.image));
       }},
      {"/camera/camera_info", ros::kCameraInfo,
       [](const Frame& f, const Setup& setup) {

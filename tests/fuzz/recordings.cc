@@ -148,13 +148,14 @@ inline void recording(std::string_view text) {
 inline void sensor_yaml(std::string_view input) {
   const std::string text(input);
   recordings::RecordingSetup setup;
-  const std::string camera =
-      read_or_reject([&] { recordings::read_camera_yaml("sensor.yaml", text, setup); });
-  const std::string imu = read_or_reject([&] { recordings::read_imu_yaml("sensor.yaml", text); });
+  const std::string camera = read_or_reject([&] {
+    recordings::read_camera_yaml({"sensor.yaml", text}, setup);
+  });
+  const std::string imu = read_or_reject([&] { recordings::read_imu_yaml({"sensor.yaml", text}); });
   // Both messages are the parser's, which the other readers share.
   if (!camera.empty() && camera == imu) return;
-  read_or_reject([&] { recordings::read_pose("sensor.yaml", text, "T_BS"); });
-  read_or_reject([&] { recordings::read_pose("sensor.yaml", text, "T_WC_start", false); });
+  read_or_reject([&] { recordings::read_pose({"sensor.yaml", text}, "T_BS"); });
+  read_or_reject([&] { recordings::read_pose({"sensor.yaml", text}, "T_WC_start", false); });
 }
 
 /// TUM with and without covariance, EuRoC, KITTI.

@@ -85,32 +85,23 @@ TEST_F(RigExport, OrbSlam3StereoSettingsHaveTheKeysThatItsReaderRequires) {
   for (const bool undistort : {false, true}) {
     run_.undistort = undistort;
     const cv::FileStorage settings(made("orbslam3") / "settings.yaml", cv::FileStorage::READ);
-    std::vector<std::string> reals{"Stereo.ThDepth",
-                                   "IMU.NoiseGyro",
-                                   "IMU.NoiseAcc",
-                                   "IMU.GyroWalk",
-                                   "IMU.AccWalk",
-                                   "IMU.Frequency",
-                                   "ORBextractor.scaleFactor",
-                                   "Viewer.ViewpointF"},
-        integers{"Camera.height",
-                 "Camera.width",
-                 "Camera.fps",
-                 "Camera.RGB",
-                 "ORBextractor.nFeatures",
-                 "ORBextractor.nLevels",
-                 "ORBextractor.iniThFAST",
-                 "ORBextractor.minThFAST"};
+    std::string reals =
+                    "Stereo.ThDepth IMU.NoiseGyro IMU.NoiseAcc IMU.GyroWalk IMU.AccWalk IMU.Frequency "
+                    "ORBextractor.scaleFactor Viewer.ViewpointF",
+                integers =
+                    "Camera.height Camera.width Camera.fps Camera.RGB ORBextractor.nFeatures "
+                    "ORBextractor.nLevels ORBextractor.iniThFAST ORBextractor.minThFAST";
     for (const char* camera : {"Camera1", "Camera2"}) {
-      for (const char* key : {".fx", ".fy", ".cx", ".cy"}) reals.push_back(std::string(camera) + key);
+      reals += fmt::format(" {0}.fx {0}.fy {0}.cx {0}.cy", camera);
       if (undistort) continue;
-      for (const char* key : {".k1", ".k2", ".k3", ".k4"}) reals.push_back(std::string(camera) + key);
-      for (const char* key : {".overlappingBegin", ".overlappingEnd"})
-        integers.push_back(std::string(camera) + key);
+      reals += fmt::format(" {0}.k1 {0}.k2 {0}.k3 {0}.k4", camera);
+      integers += fmt::format(" {0}.overlappingBegin {0}.overlappingEnd", camera);
     }
     EXPECT_EQ(settings["Camera.type"].string(), undistort ? "PinHole" : "KannalaBrandt8");
-    for (const std::string& key : reals) EXPECT_TRUE(settings[key].isReal() || settings[key].isInt()) << key;
-    for (const std::string& key : integers) EXPECT_TRUE(settings[key].isInt()) << key;
+    std::istringstream real_keys(reals), integer_keys(integers);
+    for (std::string key; real_keys >> key;)
+      EXPECT_TRUE(settings[key].isReal() || settings[key].isInt()) << key;
+    for (std::string key; integer_keys >> key;) EXPECT_TRUE(settings[key].isInt()) << key;
     EXPECT_EQ(settings["Camera1.fx"].real(), settings["Camera2.fx"].real());
     expect_pose(settings["Stereo.T_c1_c2"].mat(), rig_[kEye].X_CS);  // from the second camera to the first
     expect_pose(settings["IMU.T_b_c1"].mat(), X_GC_);

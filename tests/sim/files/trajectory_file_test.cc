@@ -144,12 +144,8 @@ TEST_F(TrajectoryFileTest, PositionsMayComeWithoutOrientations) {
 }
 
 TEST_F(TrajectoryFileTest, TheUnitOfStampsIsDecidedByAllOfThem) {
-  struct Case {
-    std::vector<const char*> stamps;
-    const char* unit;
-    std::int64_t last_ns;
-  };
-  for (const Case& c : std::vector<Case>{
+  for (const auto& [stamps, unit, last_ns] :
+       std::vector<std::tuple<std::vector<const char*>, const char*, std::int64_t>>{
            {{"1.403715273000000000e+18", "1.403715273049999872e+18"}, "nanoseconds", 1403715273049999872},
            {{"1403715273000000000.0", "1403715273049999872.0"}, "nanoseconds", 1403715273049999872},
            {{"1403715273000000", "1403715273050000"}, "microseconds", 1403715273050000000},
@@ -162,14 +158,14 @@ TEST_F(TrajectoryFileTest, TheUnitOfStampsIsDecidedByAllOfThem) {
            {{"0", "50000", "100000"}, "microseconds", 100000000},
            {{"7", "8", "9"}, "seconds", 9000000000}}) {
     std::string csv, tum;
-    for (const char* stamp : c.stamps) {
+    for (const char* stamp : stamps) {
       csv += std::string(stamp) + ",1,2,3,1,0,0,0\n";
       tum += std::string(stamp) + " 1 2 3 0 0 0 1\n";
     }
     for (const std::string& text : {csv, tum}) {
       const TrajectoryFile file = read(text);
-      EXPECT_EQ(file.stamps, c.unit) << text;
-      EXPECT_EQ(file.rows.back().t.count(), c.last_ns) << text;
+      EXPECT_EQ(file.stamps, unit) << text;
+      EXPECT_EQ(file.rows.back().t.count(), last_ns) << text;
     }
   }
 }

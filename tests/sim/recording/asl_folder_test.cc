@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <opencv2/imgcodecs.hpp>
 #include <regex>
 
@@ -186,10 +185,7 @@ TEST_F(RecordedElsewhere, TruthOfPositionsIsThatOfItsPointInItsOwnWorld) {
 }
 
 TEST_F(RecordedElsewhere, WhatIsWrongInAFileIsSaidWithItsPlace) {
-  struct Fault {
-    const char *file, *from, *to, *complaint;
-  };
-  const std::vector<Fault> faults{
+  const std::vector<std::array<std::string, 4>> faults{
       {"cam0/data.csv", "1403636579813555456", "14036365798135x",
        "cam0/data.csv:3:1: expected a finite number"},
       {"cam0/data.csv", "1403636579813555456", "1403636579763555584",
@@ -232,11 +228,11 @@ TEST_F(RecordedElsewhere, WhatIsWrongInAFileIsSaidWithItsPlace) {
       {"imu0/data.csv", "3,0,0,9.81", "3,0,0,-1e8",
        "imu0/data.csv:4:27: accelerometer: -100000000 m/s^2, expected from -10000000 to 10000000 m/s^2"},
   };
-  for (const Fault& fault : faults) {
-    const fs::path file = folder_ / "mav0" / fault.file, kept = folder_ / "kept";
+  for (const auto& [name, from, to, words] : faults) {
+    const fs::path file = folder_ / "mav0" / name, kept = folder_ / "kept";
     fs::copy_file(file, kept, fs::copy_options::overwrite_existing);
-    edit(fault.file, fault.from, fault.to);
-    EXPECT_THAT(complaint(), HasSubstr(fault.complaint)) << fault.to;
+    edit(name, from, to);
+    EXPECT_THAT(complaint(), HasSubstr(words)) << to;
     fs::copy_file(kept, file, fs::copy_options::overwrite_existing);
   }
   EXPECT_EQ(complaint(), "");

@@ -134,15 +134,16 @@ TEST(GreyPng, RefusesOtherPicturesAndDamagedOnes) {
        {image, cv::Mat(4, 4, CV_16UC1, cv::Scalar(7)), cv::Mat(4, 4, CV_8UC3, cv::Scalar(7))}) {
     std::vector<unsigned char> bytes;
     cv::imencode(".png", other, bytes);
-    if (const auto decoded = decode_grey_png({reinterpret_cast<const char*>(bytes.data()), bytes.size()}))
+    if (const auto decoded = decode_png({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, CV_8UC1))
       expect_same(*decoded, other);
   }
-  const std::string whole = encode_grey_png(image);
-  for (std::size_t n = 0; n < whole.size(); n += 7) EXPECT_FALSE(decode_grey_png(whole.substr(0, n))) << n;
+  const std::string whole = encode_png(image);
+  for (std::size_t n = 0; n < whole.size(); n += 7)
+    EXPECT_FALSE(decode_png(whole.substr(0, n), CV_8UC1)) << n;
   for (std::size_t at = 0; at < whole.size(); at += 5) {
     std::string damaged = whole;
     damaged[at] = static_cast<char>(damaged[at] ^ 0x55);
-    if (const auto decoded = decode_grey_png(damaged)) expect_same(*decoded, image);
+    if (const auto decoded = decode_png(damaged, CV_8UC1)) expect_same(*decoded, image);
   }
 }
 

@@ -165,15 +165,11 @@ const scenario::MetricLimit kEach{kError, "", scenario::Bound::at_most, 1.15},
 
 // A seed without a value misses its limit if a filter was to run; without a filter it is not judged.
 TEST(Verdict, LimitsHoldWhateverTheBaseline) {
-  struct Case {
-    Values values;
-    bool filter;
-    std::vector<std::string> observed;  // of the endings, each seed and the median
-    std::uint64_t worst_seed = 0;
-  };
+  using Observed = std::vector<std::string>;  // of the endings, each seed and the median
   for (const auto& [values, filter, observed, worst_seed] :
-       {Case{kThree, true, {"3/3", "2/3", "1.1"}, 3}, Case{kThree, false, {"3/3", "2/3", "1.1"}, 3},
-        Case{{1, {}, 1.01}, true, {"3/3", "2/3", "no value of 1 of 3 seeds"}, 2}}) {
+       {std::tuple(kThree, true, Observed{"3/3", "2/3", "1.1"}, 3),
+        {kThree, false, {"3/3", "2/3", "1.1"}, 3},
+        {{1, {}, 1.01}, true, {"3/3", "2/3", "no value of 1 of 3 seeds"}, 2}}) {
     const std::vector<LimitVerdict> limits =
         judge_limits(limited({kEach, kMedian}, filter), results(values).seeds);
     ASSERT_EQ(limits.size(), 3u);
@@ -182,7 +178,7 @@ TEST(Verdict, LimitsHoldWhateverTheBaseline) {
     for (const std::size_t i : {0u, 1u, 2u}) {
       EXPECT_EQ(limits[i].observed, observed[i]);
       EXPECT_EQ(limits[i].passed, i == 0);
-      EXPECT_EQ(limits[i].worst_seed, i == 0 ? 0 : worst_seed);
+      EXPECT_EQ(limits[i].worst_seed, i == 0 ? 0u : std::uint64_t(worst_seed));
     }
     EXPECT_EQ(exit_code({ScenarioVerdict{"", 3, 3, 0, {}, {}, limits}}), 1);
   }

@@ -94,13 +94,7 @@ TEST(Summary, TheTableShowsHeadlineMetricsFirstAndAllOnRequest) {
 
 TEST(Summary, TheExitCodeIsThatOfTheWorstSeedOrOfAMissedLimitOverSeeds) {
   EXPECT_EQ(exit_code(summarize(limited({}), {seed(1, 0, 0, 0), seed(2, 0, 0, 3), seed(3, 0, 0, 1)})), 3);
-  struct Case {
-    const char* aggregate;
-    Bound bound;
-    double value;
-    int code;
-  };
-  for (const auto& [aggregate, bound, value, code] : {Case{"median", Bound::at_most, 0.2, 0},
+  for (const auto& [aggregate, bound, value, code] : {std::tuple("median", Bound::at_most, 0.2, 0),
                                                       {"median", Bound::at_most, 0.19, 1},
                                                       {"mean", Bound::at_most, 0.31, 0},
                                                       {"mean", Bound::at_most, 0.29, 1},

@@ -1,7 +1,6 @@
 // Helpers for tests of result folders.
 #pragma once
 
-#include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <filesystem>

@@ -95,30 +95,27 @@ TEST_F(ScoreFile, DetailsAreTheCauseAndTheLastLinesOfTheLog) {
 }
 
 TEST_F(ScoreFile, AnotherTypeIsNamedWithItsKey) {
-  struct Fault {
-    std::string from, to, complaint;
-  };
   const std::string limits = "\"limits\"", tracking = "\"tracking\": {", more = "}, \"limits\"";
-  for (const Fault& f :
-       {Fault{"\"walk\"", "1", "scenario: expected text, found number"},
-        {"3", "\"3\"", "seed: expected a whole number from 0, found string"},
-        {"\"completed\"", "[]", "ending: expected text, found array"},
-        {"\"completed\"", "\"done\"", "ending: is 'done', expected one of completed, fell"},
-        {"0.25, \"unit\"", "\"0.25\", \"unit\"", "metrics.rmse_m.value: expected a number, found string"},
-        {"\"m\"", "null", "metrics.rmse_m.unit: expected text, found null"},
-        {"\"no loop\"", "0", "metrics.loop_closed.reason: expected text, found number"},
-        {"\"at_most\": 0.5", "\"at_most\": {}", "limits[0].at_most: expected a number, found object"},
-        {"\"at_most\": 0.5", "\"a\": 1", "limits[0].at_least: is missing"},
-        {"true", "1", "limits[0].passed: expected true or false, found number"},
-        {"[{", "{\"a\": [{", "score.json: expected a JSON object"},
-        {limits, "\"tracking\": 5, \"limits\"", "tracking: expected an object"},
-        {limits, tracking + R"("lost": {"a": {}})" + more, "tracking.lost: expected a list"},
-        {limits, tracking + R"("lost": [1])" + more, "tracking.lost[0]: expected an object"},
-        {limits, tracking + R"("suspect": [{"from_s": "x", "cause": ""}])" + more,
-         "tracking.suspect[0].from_s: expected a number"},
-        {limits, tracking + R"("suspect": [{"from_s": 1, "cause": 3}])" + more,
-         "tracking.suspect[0].cause: expected text"}})
-    EXPECT_THAT(files::error_of([&] { table(f.from, f.to); }), HasSubstr(f.complaint)) << f.to;
+  for (const auto& [from, to, complaint] : std::vector<std::array<std::string, 3>>{
+           {"\"walk\"", "1", "scenario: expected text, found number"},
+           {"3", "\"3\"", "seed: expected a whole number from 0, found string"},
+           {"\"completed\"", "[]", "ending: expected text, found array"},
+           {"\"completed\"", "\"done\"", "ending: is 'done', expected one of completed, fell"},
+           {"0.25, \"unit\"", "\"0.25\", \"unit\"", "metrics.rmse_m.value: expected a number, found string"},
+           {"\"m\"", "null", "metrics.rmse_m.unit: expected text, found null"},
+           {"\"no loop\"", "0", "metrics.loop_closed.reason: expected text, found number"},
+           {"\"at_most\": 0.5", "\"at_most\": {}", "limits[0].at_most: expected a number, found object"},
+           {"\"at_most\": 0.5", "\"a\": 1", "limits[0].at_least: is missing"},
+           {"true", "1", "limits[0].passed: expected true or false, found number"},
+           {"[{", "{\"a\": [{", "score.json: expected a JSON object"},
+           {limits, "\"tracking\": 5, \"limits\"", "tracking: expected an object"},
+           {limits, tracking + R"("lost": {"a": {}})" + more, "tracking.lost: expected a list"},
+           {limits, tracking + R"("lost": [1])" + more, "tracking.lost[0]: expected an object"},
+           {limits, tracking + R"("suspect": [{"from_s": "x", "cause": ""}])" + more,
+            "tracking.suspect[0].from_s: expected a number"},
+           {limits, tracking + R"("suspect": [{"from_s": 1, "cause": 3}])" + more,
+            "tracking.suspect[0].cause: expected text"}})
+    EXPECT_THAT(files::error_of([&, from = from, to = to] { table(from, to); }), HasSubstr(complaint)) << to;
   files::write_text(folder_ / "timing.json", R"({"frame_cpu_ms_median": "fast", "frame_cpu_ms_p99": 1})");
   EXPECT_THAT(files::error_of([&] { table(); }),
               HasSubstr("timing.json: frame_cpu_ms_median: expected a number, found string"));

@@ -1,4 +1,3 @@
-#include <gmock/gmock.h>
 
 #include "sim/score/run.h"
 #include "sim/score/types.h"

@@ -25,14 +25,14 @@ class Evaluate : public RunTest {
       camera.translation().head<2>() = waist.translation().head<2>();
       for (Trajectory* all : {&run.truth_waist, &run.plan_waist}) all->push_back({t, waist});
       for (Trajectory* all : {&run.truth_camera, &run.plan_camera}) all->push_back({t, camera});
-      run.estimate->push_back({t, camera, Matrix6d::Identity()});
+      run.estimate->push_back({{t, camera}, Matrix6d::Identity()});
     }
     run.surfaces.push_back(box_room(5));
     run.camera = square_camera();
   }
-  Eigen::Isometry3d& estimate(std::size_t i) { return (*run.estimate)[i].X_WC; }
+  Eigen::Isometry3d& estimate(std::size_t i) { return (*run.estimate)[i].X; }
   void move_estimates(const Eigen::Vector3d& by) {
-    for (EstimatedPose& pose : *run.estimate) pose.X_WC.translation() += by;
+    for (files::TumRow& pose : *run.estimate) pose.X.translation() += by;
   }
   void end_after(std::size_t poses) {
     for (Trajectory* all : {&run.truth_camera, &run.plan_camera, &run.truth_waist, &run.plan_waist})
@@ -67,7 +67,7 @@ TEST_F(Evaluate, AShiftShowsOnlyInTheUnalignedErrors) {
   EXPECT_NEAR(value("ate_se3_rmse_m"), 0, 1e-12);
   EXPECT_NEAR(value("nees_position_mean"), 0.25, 1e-12);  // covariance of 1 m² per axis
   EXPECT_NEAR(value("rotation_rmse_deg"), 0, 1e-12);
-  for (EstimatedPose& pose : *run.estimate) pose.X_WC.linear() = about_z(0.02) * pose.X_WC.linear();
+  for (files::TumRow& pose : *run.estimate) pose.X.linear() = about_z(0.02) * pose.X.linear();
   EXPECT_NEAR(value("rotation_rmse_deg"), 0.02 / kDegree, 1e-10);
   EXPECT_NEAR(value("rmse_m"), 0.5, 1e-12);
 }
@@ -116,8 +116,8 @@ TEST_F(Evaluate, TheErrorsAboutTheClosureAreThoseBeforeAndASecondAfter) {
   const Stamp first = milliseconds(40600);  // of 42 s; one of the three is found again sooner than the others
   run.landmarks[1].accepted[0] = {
       first, *run.camera.project(run.truth_camera[406].X, Eigen::Vector3d(5, 5 * 50.0 / 160, 1.4))};
-  for (EstimatedPose& pose : *run.estimate)
-    pose.X_WC.translation().x() += pose.t < first ? 0.5 : pose.t < first + milliseconds(500) ? 9 : 0.125;
+  for (files::TumRow& pose : *run.estimate)
+    pose.X.translation().x() += pose.t < first ? 0.5 : pose.t < first + milliseconds(500) ? 9 : 0.125;
   EXPECT_EQ(value("loop_landmarks"), 3);
   EXPECT_NEAR(value("loop_time_s"), 40.6, 1e-12);
   EXPECT_NEAR(value("loop_error_before_m"), 0.5, 1e-12);
@@ -195,7 +195,7 @@ TEST_F(Evaluate, NeesIsOfThePosesWithACovariance) {
     estimate(i).translation().z() += i % 2 == 0 ? 1 : 3;
   EXPECT_NEAR(value("nees_position_mean"), 5, 1e-12);
   EXPECT_EQ(value("poses_with_covariance"), 400);
-  for (EstimatedPose& pose : *run.estimate) pose.covariance.reset();
+  for (files::TumRow& pose : *run.estimate) pose.covariance.reset();
   for (const char* name : {"nees_position_mean", "nees_orientation_mean"})
     EXPECT_EQ(reason(name), "the estimator states no covariance");
   for (std::size_t i = 30; i < 40; i += 2) (*run.estimate)[i].covariance = Matrix6d::Identity();

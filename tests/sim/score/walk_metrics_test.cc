@@ -18,8 +18,8 @@ class Walk {
     right().truth = right().plan = {0, -0.1, 0};
     both();
   }
-  FootSample& left() { return now_.feet[0]; }
-  FootSample& right() { return now_.feet[1]; }
+  TrueFoot& left() { return now_.left; }
+  TrueFoot& right() { return now_.right; }
 
   void both(int count = 3) { stay(count, 0.5, 0.5); }
   void on_left(int count = 10) { stay(count, 1, 0); }
@@ -27,36 +27,35 @@ class Walk {
   void stay(int count, double left_load, double right_load) {
     for (int i = 0; i < count; ++i) {
       now_.t += std::chrono::milliseconds(10);
-      left().load = left_load;
-      right().load = right_load;
-      left().planned_down = left_load > 0;
-      right().planned_down = right_load > 0;
+      left().load_n = left_load, left().planned_down = left_load > 0;
+      right().load_n = right_load, right().planned_down = right_load > 0;
       samples.push_back(now_);
     }
   }
-  std::vector<FootRow> rows(const Pose2& waist_truth = {}, const Pose2& waist_plan = {}) const {
-    return decompose_drift(samples, waist_truth, waist_plan);
+  std::vector<FootRow> rows(const Eigen::Vector3d& waist_truth = Eigen::Vector3d::Zero(),
+                            const Eigen::Vector3d& waist_plan = Eigen::Vector3d::Zero()) const {
+    return decompose_drift(samples, 1, waist_truth, waist_plan);
   }
-  std::vector<FeetSample> samples;
+  std::vector<TrueFeet> samples;
 
  private:
-  FeetSample now_;
+  TrueFeet now_;
 };
 
 struct Total {
   int rows = 0;
   double moved = 0, turned = 0, creep = 0;
-  Pose2 drift;
+  Eigen::Vector3d drift = Eigen::Vector3d::Zero();
 };
 Total total(const std::vector<FootRow>& rows, std::optional<FootPhase> phase = {}) {
   Total sum;
   for (const FootRow& row : rows) {
     if (phase && row.phase != *phase) continue;
     ++sum.rows;
-    sum.moved += std::hypot(row.moved.x, row.moved.y);
-    sum.turned += std::abs(row.moved.yaw);
-    sum.creep += std::hypot(row.creep.x, row.creep.y);
-    sum.drift = {sum.drift.x + row.drift.x, sum.drift.y + row.drift.y, sum.drift.yaw + row.drift.yaw};
+    sum.moved += row.moved.head<2>().norm();
+    sum.turned += std::abs(row.moved.z());
+    sum.creep += row.creep.head<2>().norm();
+    sum.drift += row.drift;
   }
   return sum;
 }
@@ -70,24 +69,24 @@ TEST(Feet, APlanCarriedOutExactlyHasNoDrift) {
   const auto rows = walk.rows({1, 2, 0.3}, {1, 2, 0.3});
   EXPECT_FALSE(rows.empty());
   for (const FootRow& row : rows) {
-    EXPECT_NEAR(std::hypot(row.drift.x, row.drift.y, row.drift.yaw), 0, 1e-15);
-    EXPECT_EQ(std::hypot(row.moved.x, row.moved.y, row.moved.yaw), 0);
+    EXPECT_NEAR(row.drift.norm(), 0, 1e-15);
+    EXPECT_EQ(row.moved.norm(), 0);
   }
 }
 
 TEST(Feet, ATurnOfTheStandingFootSwingsTheRestOfTheWayAboutIt) {
   Walk walk;
   walk.on_left(5);
-  walk.left().truth.yaw += 0.01;
+  walk.left().truth.z() += 0.01;
   walk.right().truth = {-0.01 * -0.2, -0.1, 0.01};  // the swing foot goes with the body
   walk.on_left(5);
   walk.both();
   const auto rows = walk.rows({1, 0.11, 0.01}, {1, 0.1, 0});
   const Total support = total(rows, FootPhase::support);
   EXPECT_NEAR(support.turned, 0.01, 1e-12);
-  EXPECT_NEAR(support.drift.yaw, 0.01, 1e-12);
-  EXPECT_NEAR(support.drift.y, std::sin(0.01), 1e-12);  // 1 m ahead of the foot
-  EXPECT_NEAR(total(rows, FootPhase::put_down).drift.y, 0, 1e-4);
+  EXPECT_NEAR(support.drift.z(), 0.01, 1e-12);
+  EXPECT_NEAR(support.drift.y(), std::sin(0.01), 1e-12);  // 1 m ahead of the foot
+  EXPECT_NEAR(total(rows, FootPhase::put_down).drift.y(), 0, 1e-4);
 }
 
 TEST(Feet, AFootPutDownBesideItsPlaceIsALandingErrorAndNoSlip) {
@@ -101,7 +100,7 @@ TEST(Feet, AFootPutDownBesideItsPlaceIsALandingErrorAndNoSlip) {
   const Total put_down = total(rows, FootPhase::put_down);
   EXPECT_EQ(put_down.rows, 1);
   EXPECT_NEAR(put_down.moved, std::hypot(0.007, 0.002), 1e-12);
-  EXPECT_NEAR(put_down.drift.yaw, 0.005, 1e-12);
+  EXPECT_NEAR(put_down.drift.z(), 0.005, 1e-12);
   EXPECT_EQ(total(rows, FootPhase::landing).moved, 0);
   EXPECT_EQ(total(rows, FootPhase::support).moved, 0);
 }
@@ -111,23 +110,23 @@ TEST(Feet, AFootThatDragsAfterTheOtherHasLandedHasNoShareInTheDrift) {
   walk.on_left();
   walk.stay(2, 0.9, 0.1);  // the right one lands
   walk.stay(2, 0.3, 0.7);  // the left one lifts off
-  walk.left().truth.x += 0.004;
+  walk.left().truth.x() += 0.004;
   walk.stay(2, 0.1, 0.9);
   walk.on_right();
   const auto rows = walk.rows();
   EXPECT_NEAR(total(rows, FootPhase::lift_off).moved, 0.004, 1e-12);
-  EXPECT_EQ(total(rows, FootPhase::lift_off).drift.x, 0);
-  EXPECT_EQ(total(rows).drift.x, 0);
+  EXPECT_EQ(total(rows, FootPhase::lift_off).drift.x(), 0);
+  EXPECT_EQ(total(rows).drift.x(), 0);
 }
 
 TEST(Feet, AFootSlidingAsItLandsIsToldFromOneThatSlidesUnderLoad) {
   Walk walk;
   walk.on_left();
   walk.stay(3, 0.9, 0.1);
-  walk.right().truth.x += 0.002;
-  walk.right().creep.x = 0.0005;  // in each of the samples to come
+  walk.right().truth.x() += 0.002;
+  walk.right().creep.x() = 0.0005;  // in each of the samples to come
   walk.stay(1, 0.3, 0.7);
-  walk.right().truth.x += 0.003;
+  walk.right().truth.x() += 0.003;
   walk.on_right(4);
   const auto rows = walk.rows({0.005, 0, 0});
   const Total landing = total(rows, FootPhase::landing), support = total(rows, FootPhase::support);
@@ -135,7 +134,7 @@ TEST(Feet, AFootSlidingAsItLandsIsToldFromOneThatSlidesUnderLoad) {
   EXPECT_NEAR(support.moved, 0.003, 1e-12);
   EXPECT_NEAR(landing.creep, 0.0005, 1e-12);
   EXPECT_NEAR(support.creep, 0.002, 1e-12);
-  EXPECT_NEAR(support.drift.x, 0.003, 1e-12);
+  EXPECT_NEAR(support.drift.x(), 0.003, 1e-12);
 }
 
 TEST(Feet, AllSharesAddUpToTheDriftOfTheWaist) {
@@ -143,23 +142,23 @@ TEST(Feet, AllSharesAddUpToTheDriftOfTheWaist) {
   for (int i = 0; i < 12; ++i) {
     walk.both();
     const bool left = i % 2 == 0;
-    FootSample &swing = left ? walk.right() : walk.left(), &stand = left ? walk.left() : walk.right();
-    stand.truth.yaw += 0.003 * i;
+    TrueFoot &swing = left ? walk.right() : walk.left(), &stand = left ? walk.left() : walk.right();
+    stand.truth.z() += 0.003 * i;
     walk.stay(10, left, !left);
-    stand.truth.x -= 0.001;
-    swing.plan.x += 0.15;
-    swing.plan.yaw += 0.1;
-    swing.truth = {swing.plan.x + 0.01 * i, swing.plan.y - 0.02, swing.plan.yaw + 0.03};
+    stand.truth.x() -= 0.001;
+    swing.plan.x() += 0.15;
+    swing.plan.z() += 0.1;
+    swing.truth = {swing.plan.x() + 0.01 * i, swing.plan.y() - 0.02, swing.plan.z() + 0.03};
     walk.stay(2, left, !left);
     if (i != 5) continue;
     walk.both(40);  // a rest; after it the foot that has landed lifts again
     ++i;
   }
   walk.both();
-  const Pose2 drift = total(walk.rows({1.1, 0.2, 0.9}, {1.0, 0.3, 0.7})).drift;
-  EXPECT_NEAR(drift.x, 0.1, 1e-9);
-  EXPECT_NEAR(drift.y, -0.1, 1e-9);
-  EXPECT_NEAR(std::remainder(drift.yaw - 0.2, 2 * M_PI), 0, 1e-9);
+  const Eigen::Vector3d drift = total(walk.rows({1.1, 0.2, 0.9}, {1.0, 0.3, 0.7})).drift;
+  EXPECT_NEAR(drift.x(), 0.1, 1e-9);
+  EXPECT_NEAR(drift.y(), -0.1, 1e-9);
+  EXPECT_NEAR(std::remainder(drift.z() - 0.2, 2 * M_PI), 0, 1e-9);
 }
 
 TEST(Feet, ABounceIsNoStepAndAScuffIsNoStance) {
@@ -169,7 +168,7 @@ TEST(Feet, ABounceIsNoStepAndAScuffIsNoStance) {
   walk.stay(2, 1, 0);  // 20 ms in the air
   walk.stay(1, 0.9, 0.1);
   walk.on_right();
-  walk.samples[walk.samples.size() - 4].feet[0].load = 0.05;  // the left one scuffs
+  walk.samples[walk.samples.size() - 4].left.load_n = 0.05;  // the left one scuffs
   EXPECT_EQ(total(walk.rows(), FootPhase::put_down).rows, 1);
   EXPECT_EQ(total(walk.rows(), FootPhase::landing).rows, 1);
 }
@@ -242,7 +241,7 @@ TEST_F(Navigation, TheLoopOfASteeredWalkIsThatOfItsCommands) {
   for (int i = 0; i <= 10; ++i) {
     run.desired->waist[i].X.linear() = about_z(36 * kDegree * i);
     run.plan_waist[i].X.linear() = about_z(34 * kDegree * i);
-    run.estimate->push_back({i * 1s, run.truth_camera[i].X});
+    run.estimate->push_back({run.truth_camera[i], {}});
   }
   const std::string too_little = "the executed part of the plan turns by less than 350 degrees";
   EXPECT_EQ(reason("loop_closed"), too_little);

@@ -63,7 +63,7 @@ TEST(SensorErrors, DependOnSeedAndStampNotOnWhatWasAskedBefore) {
 
 TEST(SensorErrors, OneDoesNotShiftTheNumbersOfAnother) {
   ErrorOptions lossy;
-  lossy.image.loss_fraction = lossy.plan.loss_fraction = 0.5;
+  lossy.image.loss_fraction = lossy.plan_loss_fraction = 0.5;
   lossy.accelerometer.sigma_m_s2 = 3;
   for (int frame = 0; frame < 5; ++frame)
     EXPECT_EQ(applied(ErrorOptions{}, observation(frame)).gyro[3].value,
@@ -104,7 +104,7 @@ TEST(SensorErrors, BiasIsConstantOverARunAndDiffersBetweenSeeds) {
 TEST(SensorErrors, LossTakesTheFractionAskedForAndOnlyThat) {
   ErrorOptions options = none();
   options.image.loss_fraction = 0.1;
-  options.plan.loss_fraction = 0.3;
+  options.plan_loss_fraction = 0.3;
   SensorErrors errors(options, 1);
   int images = 0, plans = 0, both = 0;
   constexpr int n = 2000;

@@ -110,7 +110,7 @@ TEST_F(PlaybackTest, PicturesAreOfTheCamerasSizeAndAsRecorded) {
   edited[30] ^= 1;
   files::write_text(picture, edited);
   EXPECT_THAT(complaint(), Has(picture.filename().string()));
-  files::write_text(picture, recording::encode_grey_png(cv::Mat::zeros(2000, 2000, CV_8UC1)));
+  files::write_text(picture, recording::encode_png(cv::Mat::zeros(2000, 2000, CV_8UC1)));
   list_again(recording);
   EXPECT_THAT(complaint(), Has("2000"));
   fs::remove(picture);
@@ -152,7 +152,7 @@ TEST(PlaybackOfARig, EachFrameHasTheNewestReadingOfEachCameraAndLidar) {
   EXPECT_TRUE(playback.rig[0][2].empty());
   EXPECT_EQ(playback.rig[1][4], playback.rig[1][3]);
   const std::string png = playback.pictures->rig(playback.run.rig[0], playback.rig[0][7]);
-  EXPECT_EQ(recording::decode_grey_png(png)->at<unsigned char>(5, 5), 7);
+  EXPECT_EQ(recording::decode_png(png, CV_8UC1)->at<unsigned char>(5, 5), 7);
   const std::string sweep = playback.pictures->rig(playback.run.rig[1], playback.rig[1][8]);
   EXPECT_EQ(*reinterpret_cast<const float*>(sweep.data()), 6);
   fs::rename(folder / "walk/recording", result / "recording");

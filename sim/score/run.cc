@@ -1,0 +1,289 @@
+#include "sim/score/run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace sim::score {
+namespace {
+
+constexpr Stamp kOutOfView = std::chrono::seconds(5);
+constexpr double kTolerance_px = 3;
+
+// The true pose of exactly that time, or null.
+const Eigen::Isometry3d* pose_at(const Run& run, Stamp t) {
+  const auto at = std::ranges::lower_bound(run.truth_camera, t, {}, &TimedPose::t);
+  return at != run.truth_camera.end() && at->t == t ? &at->X : nullptr;
+}
+
+std::optional<Eigen::Vector3d> surface_point(const Run& run, const StampedPixel& seen) {
+  const Eigen::Isometry3d* const X_WC = pose_at(run, seen.t);
+  if (!X_WC) return std::nullopt;
+  const Eigen::Vector3d direction = X_WC->linear() * run.camera.bearing(seen.pixel);
+  const auto distance = first_hit(run.surfaces, X_WC->translation(), direction);
+  if (!distance) return std::nullopt;
+  return X_WC->translation() + *distance * direction;
+}
+
+// The end of the first stretch after `start` with the point out of view for long enough.
+std::optional<Stamp> lost_from_view(const Run& run, const Eigen::Vector3d& p_W, Stamp start) {
+  std::optional<Stamp> out_since;
+  for (const TimedPose& pose : run.truth_camera) {
+    if (pose.t < start) continue;
+    if (run.camera.project(pose.X, p_W)) {
+      out_since.reset();
+      continue;
+    }
+    if (!out_since) out_since = pose.t;
+    if (pose.t - *out_since >= kOutOfView) return pose.t;
+  }
+  return std::nullopt;
+}
+
+std::optional<LoopLandmark> found_again(const Run& run, const LandmarkHistory& landmark,
+                                        const TurnMarks& marks) {
+  if (landmark.first_seen.t >= marks.quarter) return std::nullopt;
+  const auto p_W = surface_point(run, landmark.first_seen);
+  if (!p_W) return std::nullopt;
+  const auto lost = lost_from_view(run, *p_W, landmark.first_seen.t);
+  if (!lost) return std::nullopt;
+  const auto matches_truth = [&](const StampedPixel& match) {
+    const Eigen::Isometry3d* const X_WC = pose_at(run, match.t);
+    const auto pixel = X_WC ? run.camera.project(*X_WC, *p_W) : std::nullopt;
+    return pixel && (*pixel - match.pixel).norm() <= kTolerance_px;
+  };
+  const auto match_from = [&](Stamp t) {
+    return std::ranges::find_if(landmark.accepted, [&](const StampedPixel& match) {
+      return match.t > *lost && match.t >= t && matches_truth(match);
+    });
+  };
+  const auto first = match_from(*lost);
+  if (first == landmark.accepted.end()) return std::nullopt;
+  return LoopLandmark{landmark.id, first->t, match_from(marks.three_quarters) != landmark.accepted.end()};
+}
+
+/// Points of the ray through `seen`, one per surface of the template, as far as its pixel nearest to it.
+std::vector<Eigen::Vector3d> template_points(const Run& run, const StampedPixel& seen, int half_px) {
+  const Eigen::Isometry3d& X_WC = *pose_at(run, seen.t);
+  const auto ray = [&](int du, int dv) -> Eigen::Vector3d {
+    return X_WC.linear() * run.camera.bearing(seen.pixel + Eigen::Vector2d(du, dv));
+  };
+  std::map<std::size_t, std::pair<int, double>>
+      shown;  // surface: squared distance from `seen`, px², and from the camera
+  for (int dv = -half_px; dv <= half_px; ++dv)
+    for (int du = -half_px; du <= half_px; ++du)
+      if (const auto hit = first_surface(run.surfaces, X_WC.translation(), ray(du, dv))) {
+        const std::pair<int, double> here{du * du + dv * dv, hit->distance};
+        const auto [at, is_new] = shown.try_emplace(hit->surface, here);
+        if (!is_new) at->second = std::min(at->second, here);
+      }
+  std::vector<Eigen::Vector3d> points;
+  for (const auto& [surface, nearest] : shown)
+    points.push_back(X_WC.translation() + nearest.second * ray(0, 0));
+  return points;
+}
+
+using Eigen::Vector3d;
+
+constexpr double kTouch = 0.01, kCarries = 0.4;   // of the weight
+constexpr std::chrono::milliseconds kBounce{30};  // a foot in the air for less has not left the ground
+
+// The following are poses on the ground: x, y, yaw.
+Vector3d difference(const Vector3d& a, const Vector3d& b) {
+  return {a.x() - b.x(), a.y() - b.y(), std::remainder(a.z() - b.z(), 2 * std::numbers::pi)};
+}
+Vector3d product(const Vector3d& a, const Vector3d& b) {
+  const double c = std::cos(a.z()), s = std::sin(a.z());
+  return {a.x() + c * b.x() - s * b.y(), a.y() + s * b.x() + c * b.y(), a.z() + b.z()};
+}
+// The place of p after the motion that takes `from` to `to`.
+Vector3d carried(const Vector3d& p, const Vector3d& from, const Vector3d& to) {
+  const double c = std::cos(from.z()), s = std::sin(from.z());
+  const Vector3d inverse(-c * from.x() - s * from.y(), s * from.x() - c * from.y(), -from.z());
+  return product(product(to, inverse), p);
+}
+
+/// The samples [begin, end) of a foot on the ground, and its planned place.
+struct Stance {
+  bool left = false;
+  std::size_t begin = 0, end = 0;
+  Vector3d plan = Vector3d::Zero();
+  std::size_t carries = 0, carried = 0;  // first and past the last sample with its share of the weight
+};
+
+class DriftDecomposition {
+ public:
+  DriftDecomposition(const std::vector<TrueFeet>& samples, double weight_n, const Vector3d& waist_truth,
+                     const Vector3d& waist_plan)
+      : samples_(samples),
+        last_(samples.size() - 1),
+        weight_n_(weight_n),
+        waist_truth_(waist_truth),
+        waist_plan_(waist_plan) {}
+
+  std::vector<FootRow> rows() {
+    std::vector<Stance> all;
+    for (const bool left : {true, false}) add_stances(left, all);
+    std::ranges::stable_sort(all, {}, &Stance::begin);
+    find_anchors(all);
+    add_jumps();
+    for (const Stance& stance : all) {
+      add(stance, FootPhase::landing, stance.begin, stance.carries);
+      add(stance, FootPhase::support, stance.carries, stance.carried);
+      add(stance, FootPhase::lift_off, std::max(stance.carries, stance.carried), stance.end);
+    }
+    std::ranges::stable_sort(rows_, {}, &FootRow::begin);
+    return rows_;
+  }
+
+ private:
+  // Successive stances carry the motion of the robot, each from sample `from` on.
+  struct Anchor {
+    Stance stance;
+    std::size_t from = 0;
+  };
+
+  const TrueFoot& at(bool left, std::size_t i) const { return left ? samples_[i].left : samples_[i].right; }
+  double load(bool left, std::size_t i) const { return at(left, i).load_n / weight_n_; }
+
+  /// The final waist if everything follows the plan from sample i on, as seen from the stance foot.
+  Vector3d end_seen_from(const Stance& stance, std::size_t i) const {
+    return carried(waist_plan_, stance.plan, at(stance.left, i).truth);
+  }
+
+  /// Returns the contact as a stance; nothing for a foot that scuffs the ground in mid-swing.
+  std::optional<Stance> stance(bool left, std::size_t begin, std::size_t end) const {
+    Stance found{left, begin, end, Vector3d::Zero(), end, end};
+    bool planned = false;
+    for (std::size_t i = begin; i < end; ++i) {
+      const TrueFoot& sample = at(left, i);
+      if (sample.planned_down && !planned) found.plan = sample.plan;
+      planned |= sample.planned_down;
+      if (load(left, i) < kCarries) continue;
+      if (found.carries == end) found.carries = i;
+      found.carried = i + 1;
+    }
+    if (begin == 0) found.carries = 0;
+    if (!planned) return std::nullopt;
+    return found;
+  }
+
+  void add_stances(bool left, std::vector<Stance>& all) const {
+    for (std::size_t i = 0; i <= last_; ++i) {
+      if (i != 0 && load(left, i) <= kTouch) continue;
+      std::size_t end = i + 1;  // after the last sample of the contact
+      for (std::size_t k = end; k <= last_ && samples_[k].t - samples_[end - 1].t <= kBounce; ++k)
+        if (load(left, k) > kTouch) end = k + 1;
+      if (const auto found = stance(left, i, end)) all.push_back(*found);
+      i = end - 1;
+    }
+  }
+
+  /// Between two landings the foot that does not land next stands throughout: it carries the motion.
+  void find_anchors(const std::vector<Stance>& landings) {
+    for (std::size_t k = 0; k < landings.size(); ++k) {
+      const bool last = k + 1 == landings.size(), begins = landings[k].begin == 0;
+      if (begins && !last && landings[k + 1].begin == 0) continue;
+      if (last || landings[k + 1].left != landings[k].left) {
+        anchors_.push_back({landings[k], landings[k].begin});
+      } else if (begins && k > 0) {
+        anchors_.push_back({landings[k - 1], 0});
+      }
+    }
+  }
+
+  void add(const Stance& stance, FootPhase phase, std::size_t begin, std::size_t end) {
+    if (begin >= end) return;
+    const std::size_t last = std::min(end, last_);
+    FootRow row{samples_[begin].t, samples_[last].t, stance.left, phase};
+    row.moved = difference(at(stance.left, last).truth, at(stance.left, begin).truth);
+    for (std::size_t i = begin + 1; i <= last; ++i) row.creep += at(stance.left, i).creep;
+    for (std::size_t k = 0; k < anchors_.size(); ++k) {
+      if (anchors_[k].stance.left != stance.left || anchors_[k].stance.begin != stance.begin) continue;
+      const std::size_t until = k + 1 < anchors_.size() ? anchors_[k + 1].from : last_;
+      const std::size_t from = std::max(begin, anchors_[k].from), to = std::min(last, until);
+      if (from < to) row.drift += difference(end_seen_from(stance, to), end_seen_from(stance, from));
+    }
+    rows_.push_back(row);
+  }
+
+  /// Adds the start, each landing error, and the body over the last foot.
+  void add_jumps() {
+    if (anchors_.empty()) return;
+    const auto jump = [&](FootPhase phase, bool left, std::size_t i, const Vector3d& drift,
+                          const Vector3d& moved) {
+      rows_.push_back({samples_[i].t, samples_[i].t, left, phase, moved, Vector3d::Zero(), drift});
+    };
+    const Stance &first = anchors_.front().stance, &end = anchors_.back().stance;
+    const Vector3d start = difference(end_seen_from(first, 0), waist_plan_),
+                   body = difference(waist_truth_, end_seen_from(end, last_));
+    jump(FootPhase::start, first.left, 0, start, start);
+    for (std::size_t k = 1; k < anchors_.size(); ++k) {
+      const auto& [stance, from] = anchors_[k];
+      const Stance& before = anchors_[k - 1].stance;
+      const Vector3d wanted = carried(stance.plan, before.plan, at(before.left, from).truth);
+      jump(FootPhase::put_down, stance.left, from,
+           difference(end_seen_from(stance, from), end_seen_from(before, from)),
+           difference(at(stance.left, from).truth, wanted));
+    }
+    jump(FootPhase::body, end.left, last_, body, body);
+  }
+
+  const std::vector<TrueFeet>& samples_;
+  std::size_t last_;
+  double weight_n_;
+  Vector3d waist_truth_, waist_plan_;
+  std::vector<Anchor> anchors_;
+  std::vector<FootRow> rows_;
+};
+
+}  // namespace
+
+std::optional<TurnMarks> turn_marks(const Trajectory& plan_waist) {
+  std::vector<double> turned;  // since the first pose, without jumps of whole turns
+  for (std::size_t i = 0; i < plan_waist.size(); ++i)
+    turned.push_back(i == 0 ? 0
+                            : turned.back() +
+                                  yaw(plan_waist[i].X.linear() * plan_waist[i - 1].X.linear().transpose()));
+  if (turned.empty() || std::abs(turned.back()) < 350 * std::numbers::pi / 180) return std::nullopt;
+  const auto when = [&](double part) {
+    const auto reached =
+        std::ranges::find_if(turned, [&](double turn) { return turn / turned.back() >= part; });
+    return plan_waist[static_cast<std::size_t>(reached - turned.begin())].t;
+  };
+  return TurnMarks{when(0.25), when(0.75)};
+}
+
+std::vector<LoopLandmark> loop_landmarks(const Run& run, const TurnMarks& marks) {
+  std::vector<LoopLandmark> all;
+  for (const LandmarkHistory& landmark : run.landmarks)
+    if (const auto found = found_again(run, landmark, marks)) all.push_back(*found);
+  return all;
+}
+
+std::vector<LandmarkError> landmark_errors(const Run& run, int template_half_px) {
+  std::vector<LandmarkError> errors;
+  for (const MappedPoint& point : run.map) {
+    const auto history = std::ranges::find(run.landmarks, point.id, &LandmarkHistory::id);
+    if (history == run.landmarks.end()) continue;
+    const auto p_W = surface_point(run, history->first_seen);
+    if (!p_W) continue;
+    const Eigen::Vector3d error = *p_W - point.p_W;
+    std::optional<double> nees = normalized_square(error, point.covariance), least = nees;
+    for (const Eigen::Vector3d& of_W : template_points(run, history->first_seen, template_half_px))
+      if (least) least = std::min(least, normalized_square(of_W - point.p_W, point.covariance));
+    errors.push_back({point.id, error.norm(), nees, least});
+  }
+  return errors;
+}
+
+Vector3d ground_pose(const Eigen::Isometry3d& X) {
+  return {X.translation().x(), X.translation().y(), std::atan2(X.linear()(1, 0), X.linear()(0, 0))};
+}
+
+std::vector<FootRow> decompose_drift(const std::vector<TrueFeet>& samples, double weight_n,
+                                     const Vector3d& waist_truth, const Vector3d& waist_plan) {
+  return DriftDecomposition(samples, weight_n, waist_truth, waist_plan).rows();
+}
+
+}  // namespace sim::score
