@@ -57,6 +57,12 @@ void add_sensor_errors(double dt, const Options& options, Prediction& prediction
   decays(kStrideError, 2, options.plan_velocity.sigma_stride, kStrideTime_s);
   decays(kSwayScale, 2, options.plan_velocity.sigma_sway_scale, kStrideTime_s);
   decays(kHeightError, 1, options.height.sigma_lasting_m, options.height.lasting_s);
+  // Errors of positions are independent from frame to frame.
+  prediction.x.segment<3>(kPreviousLegError) = prediction.x.segment<3>(kLegError);
+  prediction.x.segment<3>(kLegError).setZero();
+  prediction.F.block<6, 6>(kLegError, kLegError).setZero();
+  prediction.F.block<3, 3>(kPreviousLegError, kLegError).setIdentity();
+  prediction.Q.diagonal().segment<3>(kLegError).setConstant(square(options.leg_odometry.sigma_position_m));
   const auto random_walk = [&](int at, double variance) {
     prediction.Q.block<3, 3>(at, at).diagonal().setConstant(variance);
   };
@@ -139,6 +145,7 @@ RobotState initial_state(const Eigen::Isometry3d& X_WC, const Options& options) 
   P.diagonal().segment<3>(kRate).setConstant(square(options.start.sigma_rate_rad_s));
   P.diagonal().segment<3>(kGyroBias).setConstant(square(options.gyro.sigma_bias_rad_s));
   P.diagonal().segment<3>(kAccelerometerBias).setConstant(square(options.accelerometer.sigma_bias_m_s2));
+  P.diagonal().segment<3>(kLegError).setConstant(square(options.leg_odometry.sigma_position_m));
   P(kHeightError, kHeightError) = square(options.height.sigma_lasting_m);
   P.diagonal().segment<2>(kSwayScale).setConstant(square(options.plan_velocity.sigma_sway_scale));
   P.diagonal().segment<2>(kStrideError).setConstant(square(options.plan_velocity.sigma_stride));

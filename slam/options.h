@@ -69,7 +69,7 @@ inline constexpr std::array<std::string_view, 3> kFirstSights{"inverse_depth", "
 
 struct Options {
   struct Start {  ///< covers the robot's settling on its feet
-    double sigma_position_m = 0.001, sigma_orientation_rad = 0.002;
+    double sigma_position_m = 0.0017, sigma_orientation_rad = 0.002;
     double sigma_velocity_m_s = 0.05, sigma_rate_rad_s = 0.05;
     double sigma_rest_rad_s = 0.01;
     static void keys(auto&& key) {
@@ -158,11 +158,14 @@ struct Options {
   /// A sole that tilts on its pads turns about a point that is known to some centimeters.
   struct LegOdometry {
     bool enabled = true;
-    double sigma_m_s = 0.0045, sigma_stride = 0.003, sigma_sway_m_s = 0.005;
+    double sigma_position_m = 0.0001, sigma_m_s = 0.001, sigma_stride = 0.003, sigma_sway_m_s = 0.003;
     double sigma_sway_scale = 0.015, sigma_pivot_m = 0.15;
     static void keys(auto&& key) {
       value<&LegOdometry::enabled>(key, "whether leg odometry, if given, replaces the planned velocity");
-      number<&LegOdometry::sigma_m_s>(key, 1e-9, 1e6, "standard deviation of the velocity of a frame");
+      number<&LegOdometry::sigma_position_m>(
+          key, 0, 1e6, "standard deviation of the position of a frame; a velocity has those of two frames");
+      number<&LegOdometry::sigma_m_s>(
+          key, 1e-9, 1e6, "standard deviation of the velocity of a frame beyond that of the positions");
       number<&LegOdometry::sigma_stride>(key, 0, 1e3,
                                          "standard deviation of a stride's relative error, both ways");
       number<&LegOdometry::sigma_sway_m_s>(key, 0, 1e3,

@@ -187,6 +187,7 @@ std::optional<PlannedInterval> PlanHistory::advance(const std::optional<PlannedM
   if (!options.leg_odometry.enabled || along_plan || !before->legs || !plan->legs) return interval;
   interval.legs =
       mean_velocity(before->legs->X_OC, plan->legs->X_OC, dt_s, (before->legs->p_CS + plan->legs->p_CS) / 2);
+  if (options.leg_odometry.sigma_position_m > 0) interval.legs->between_positions_s = dt_s;
   interval.legs->steady_C = steady_C_;
   interval.legs->sigma_m_s = options.leg_odometry.sigma_m_s;
   interval.legs->sigma_pivot_m = options.leg_odometry.sigma_pivot_m;
@@ -215,6 +216,12 @@ Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planne
     m.H_robot.middleCols(kSwayScale, 2) = J_sway;
     m.sensitivity.col(scale).head<3>() = steady;
     if (options.pivots_on_foot) add_pivoting(x, planned, m);
+    if (planned.between_positions_s > 0) {
+      const double rate = 1 / planned.between_positions_s;
+      m.innovation.head<3>() -= rate * (x.segment<3>(kLegError) - x.segment<3>(kPreviousLegError));
+      m.H_robot.middleCols(kLegError, 3).diagonal().setConstant(rate);
+      m.H_robot.middleCols(kPreviousLegError, 3).diagonal().setConstant(-rate);
+    }
   } else {
     m.innovation.head<3>() = planned.velocity - v - R_WC * error;
     m.H_robot.middleCols(kOrientation, 4) = rotated_jacobian(q, error);

@@ -57,6 +57,9 @@ struct PlannedVelocity {
   Eigen::Vector3d steady_C = Eigen::Vector3d::Zero();
   double sigma_m_s = 0;      ///< standard deviation of the velocity's error per axis
   double sigma_pivot_m = 0;  ///< and of p_CF, which multiplies the rotation beyond `rate`
+  /// If not 0, the velocity is the difference of two positions with the errors kLegError and
+  /// kPreviousLegError, divided by this time between them.
+  double between_positions_s = 0;
 };
 
 /// The motion over one frame interval, planned and measured by leg odometry.
@@ -88,8 +91,8 @@ class PlanHistory {
 };
 
 /// The measurement h = R(q)ᵀ v + e in the robot's axes, or h = v + R(q) e in the plan's (Stasse et al. 2006,
-/// section IV-B). The error e is the sum of kSwayVelocity, the stride error times the steady velocity and
-/// kSwayScale times the rest of the velocity.
+/// section IV-B). The error e is the sum of kSwayVelocity, the stride error times the steady velocity,
+/// kSwayScale times the rest of the velocity and the change of kLegError divided by the time.
 /// Beyond the paper, rotation unknown to the plan, as the robot tilts on its compliant ankles, is about the
 /// support foot (robot's axes only): the camera also moves by the horizontal part of p_CF × (ω − ω_plan). The
 /// vertical part is left out because the next foot lands on the same floor, so that it must not accumulate

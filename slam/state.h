@@ -20,7 +20,9 @@ inline constexpr int kAccelerometerBias = 19;  ///< m/s², axes C
 inline constexpr int kSwayVelocity = 22;  ///< velocity of unplanned swaying, planned minus true, m/s in C
 inline constexpr int kSwayPosition = 25;  ///< displacement by unplanned swaying, m in C
 inline constexpr int kStrideError = 28;   ///< relative error of the strides' length, and their angle, rad
-inline constexpr int kRobot = 30;
+inline constexpr int kLegError = 30;  ///< error of the position by leg odometry, measured minus true, m in C
+inline constexpr int kPreviousLegError = 33;  ///< and in the previous frame
+inline constexpr int kRobot = 36;
 
 // Systematic errors that the innovations reveal (monitors.h), all relative.
 inline constexpr int kPlanScale = 0;       ///< of the planned distances

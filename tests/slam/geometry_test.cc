@@ -161,7 +161,8 @@ TEST(Jacobians, OfInternalMeasurementsAreTheDerivatives) {
   expect_measurement("rate", [](const auto& x) { return measure_rate(x, {kA, 0.02}); });
   expect_measurement("rest", [](const auto& x) { return measure_rate(x, {kA, 0.02}, false); });
   expect_measurement("height", [](const auto& x) { return measure_height(x, 1.5, {}); });
-  const PlannedVelocity planned{{0.2, -0.1, 0.05}, {0.1, 0.3, -0.2}, {0.1, 1.3, -0.2}, {0.15, 0.05, 0.2}};
+  PlannedVelocity planned{{0.2, -0.1, 0.05}, {0.1, 0.3, -0.2}, {0.1, 1.3, -0.2}, {0.15, 0.05, 0.2}};
+  planned.between_positions_s = kFrame_s;
   for (const auto axes : {VelocityAxes::robot, VelocityAxes::plan})
     for (const bool pivots : {true, false}) {
       Options::PlanVelocity options;

@@ -25,6 +25,7 @@ Options paper() {
   options.motion = {4, 6};
   options.plan_velocity.sigma_sway_m_s = options.plan_velocity.sigma_stride = 0;
   options.accelerometer.sigma_bias_walk_m_s3 = options.height.sigma_lasting_m = 0;
+  options.leg_odometry.sigma_position_m = 0;
   return options;
 }
 
@@ -152,6 +153,7 @@ TEST(InitialState, IsAtRestAtTheGivenPoseWithTheStandardDeviationsOfTheOptions) 
                                      {kGyroBias, 0.5},
                                      {kAccelerometerBias, 0.6},
                                      {kStrideError, 0.8},
+                                     {kLegError, options.leg_odometry.sigma_position_m},
                                      {kSwayVelocity, options.plan_velocity.sigma_sway_m_s}})
     EXPECT_NEAR(sigma(at), expected, 1e-15) << at;
   const double omega = 2 * 3.14159265358979 / options.plan_velocity.sway_period_s;
@@ -170,6 +172,7 @@ Options options_of_the_test() {
   options.gyro.sigma_bias_rad_s = 0;
   options.plan_velocity.sigma_sway_m_s = options.plan_velocity.sigma_stride = 0;
   options.plan_velocity.pivots_on_foot = false;
+  options.leg_odometry.sigma_position_m = 0.003;  // 0.13 m/s of a frame
   return options;
 }
 
@@ -180,6 +183,7 @@ struct World {
     truth.segment<4>(kOrientation) =
         quaternion_product(truth.segment<4>(kOrientation), quaternion_exp(vector(0.01)));
     truth.segment<3>(kVelocity) = vector(options.start.sigma_velocity_m_s);
+    truth.segment<3>(kLegError) = vector(options.leg_odometry.sigma_position_m);
     truth.segment<3>(kRate) = vector(options.start.sigma_rate_rad_s);
     for (int i = 0; i < 48; ++i) {
       const double angle = 2 * 3.14159265358979 * i / 48, away = 3 + i % 3;
@@ -205,9 +209,12 @@ struct World {
     kalman.predict(p.x, p.F, p.Q);
     const MeanRate rate{truth.segment<3>(kRate) + vector(0.01), 0.01};
     update({measure_rate(kalman.state().robot(), rate)}, gyro);
+    truth.segment<3>(kLegError) = vector(options.leg_odometry.sigma_position_m);
+    const Eigen::Vector3d by_positions =
+        (truth.segment<3>(kLegError) - truth.segment<3>(kPreviousLegError)) / kFrame;
     const Eigen::Vector3d v_C =
-        camera_pose(truth).linear().transpose() * truth.segment<3>(kVelocity) + vector(0.05);
-    const PlannedVelocity planned{v_C, {0, 0, 0}, {0, 0, 0}, v_C, 0.05};
+        camera_pose(truth).linear().transpose() * truth.segment<3>(kVelocity) + vector(0.05) + by_positions;
+    const PlannedVelocity planned{v_C, {0, 0, 0}, {0, 0, 0}, v_C, 0.05, 0, kFrame};
     update({measure_velocity(kalman.state().robot(), planned, options.plan_velocity)}, velocity);
     see();
   }
