@@ -2,8 +2,9 @@
 // number of settings. Usage: consistency_table [--images-of RESULT] SUITE ["name: key=value ..."]... with a
 // SUITE of scenarios/suites. Recordings come from the cache or are made first; --images-of gives the filter
 // the images of another walk. Printed per scenario: the median over its seeds and the worst in parentheses;
-// scale and NEES are means.
-#include <fmt/core.h>
+// scale, NEES, likelihood (the objective innovation_nll of tune), NIS and the correlation of successive
+// innovations are means, the latter two for images, leg odometry and height.
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
@@ -26,7 +27,8 @@ namespace {
 
 using namespace sim;
 
-constexpr double kBeyond = 25;  // NEES of a landmark above which its position counts as wrong
+constexpr double kImage_px2 = 320 * 240;  // of all, so that their likelihoods can be compared
+constexpr double kBeyond = 25;            // NEES of a landmark above which its position counts as wrong
 
 /// A setting of the filter: changes "key=value" to the scenario.
 struct Variant {
@@ -79,7 +81,7 @@ void add_nees(const score::Run& run, Row& row) {
     const auto found = truth.find(estimate.t.count());
     if (found == truth.end() || !estimate.covariance || slam::seconds(estimate.t) < score::kSettled_s)
       continue;
-    const auto nees = score::pose_nees(*found->second, estimate.X_WC, *estimate.covariance);
+    const auto nees = score::pose_nees(*found->second, estimate.X, *estimate.covariance);
     if (!nees) continue;
     row.position[estimate.t.count()].push_back(nees->position);
     row.orientation[estimate.t.count()].push_back(nees->orientation);
@@ -96,6 +98,8 @@ void try_on(const trials::Recording& recording, const scenario::ReadScenario& re
     if (metric.value) row.values[name].push_back(*metric.value);
   row.values["filter_ms"].push_back(spent_ms / static_cast<double>(recording.observations.size()));
   add_landmarks_beyond(run, row);
+  if (const auto nll = trials::innovation_nll(*record.tracked, kImage_px2))
+    row.values["innovation_nll"].push_back(*nll);
   add_nees(run, row);
   for (const auto& faults : {record.tracked->losses(), record.tracked->suspicions()})
     for (const auto& fault : faults)
@@ -122,6 +126,13 @@ std::vector<std::string> cells(const Row& row) {
   };
   const auto mean = [&](const char* metric) { return score::mean(values(metric)); };
   const auto median = [&](const char* metric) { return score::median(values(metric)); };
+  const auto of_sensors = [&](std::string_view metric, std::string_view format) {
+    std::vector<std::string> all;
+    for (const char* sensor : {"vision", "plan_velocity", "height"})
+      all.push_back(
+          fmt::format(fmt::runtime(format), mean(fmt::format(fmt::runtime(metric), sensor).c_str())));
+    return fmt::format("{}", fmt::join(all, " "));
+  };
   return {row.name,
           with_worst(median("ate_se3_rmse_m"), "ate_se3_rmse_m", 1e3, 1),
           with_worst(median("rmse_m"), "rmse_m", 1e3, 1),
@@ -134,13 +145,17 @@ std::vector<std::string> cells(const Row& row) {
           fmt::format("{:.0f}, {:.0f}", row.inside[0], row.inside[1]),
           fmt::format("{:.1f}, {:.1f}", mean("beyond_percent"), mean("beyond_template_percent")),
           fmt::format("{:.0f}", median("loop_landmarks")),
-          fmt::format("{:.2f}", median("filter_ms"))};
+          fmt::format("{:.2f}", median("filter_ms")),
+          fmt::format("{:.3f}", mean("innovation_nll")),
+          of_sensors("nis_{}_mean", "{:.2f}"),
+          of_sensors("innovation_lag1_{}", "{:+.2f}")};
 }
 
 void print(const Variant& variant, std::vector<Row>& rows) {
   if (!variant.name.empty()) fmt::print("== {}\n", variant.name);
   std::vector<std::vector<std::string>> table{{"", "ATE mm", "rmse mm", "end mm", "yaw deg", "scale % (sd)",
-                                               "NEES p", "NEES o", "in band p,o", "lm>25 %", "loop", "ms"}};
+                                               "NEES p", "NEES o", "in band p,o", "lm>25 %", "loop", "ms",
+                                               "likelihood", "NIS", "lag 1"}};
   Row all{"all"};
   for (Row& row : rows) {
     row.inside = {frames_inside(row.position), frames_inside(row.orientation)};
@@ -152,7 +167,7 @@ void print(const Variant& variant, std::vector<Row>& rows) {
   }
   table.push_back(cells(all));
   for (const std::vector<std::string>& line : table) {
-    for (const std::string& cell : line) fmt::print("{:>{}}", cell, &cell == &line[0] ? 30 : 16);
+    for (const std::string& cell : line) fmt::print("{:>{}}", cell, &cell == &line[0] ? 30 : 18);
     fmt::print("\n");
   }
   for (const std::string& note : all.notes) fmt::print("  {}\n", note);
