@@ -56,7 +56,7 @@ class RecentMotion {
   std::deque<Pose> poses_;
 };
 
-/// What a camera has drawn for a frame: a picture for each of Shutter::moments(), without lens, and the depth
+/// The drawing of a frame: a picture for each of Shutter::moments(), without lens, and the depth
 /// at the stamp if that was asked for.
 struct Exposure {
   std::vector<cv::Mat> pictures;
@@ -69,7 +69,7 @@ struct Exposure {
 class HeadCamera {
  public:
   /// channels: RGB for a color camera. mount: a further camera of the rig, placed as physics::place_of()
-  /// says. shares: a camera in the same room with the same channels, whose textures are used. Throws
+  /// says. shares: a camera in the same room with the same channels, for its textures. Throws
   /// std::runtime_error without OpenGL, std::invalid_argument if the model has no head_camera.
   HeadCamera(physics::Model robot_in_room, const CameraOptions& options, std::uint64_t texture_seed = 1,
              Channels channels = Channels::grey, const rig::Mount& mount = {},

@@ -16,7 +16,7 @@
 
 namespace sim::camera {
 
-/// What a depth camera sees of a picture.
+/// The depth of a picture, as a depth camera measures it.
 struct DepthPicture {
   cv::Mat1f buffer;  ///< 0 at the near plane, 1 at the far plane and for pixels without a surface
   cv::Mat marks;     ///< of surfaces that return no light to depth cameras: not 0
@@ -31,7 +31,7 @@ struct DepthPicture {
 class Scene {
  public:
   /// Pictures are as `views` say, side by side in one. shares: a scene of the same model, seed and channels,
-  /// whose textures are used, on whatever thread it draws. Throws std::runtime_error without OpenGL,
+  /// for its textures; it may draw on another thread. Throws std::runtime_error without OpenGL,
   /// std::invalid_argument for a model that cannot be drawn.
   Scene(const mjModel& model, std::vector<Pinhole> views, std::uint64_t texture_seed, Channels channels,
         Robot robot = Robot::without_head, const Scene* shares = nullptr);
