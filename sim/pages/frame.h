@@ -1,4 +1,4 @@
-// One frame as pages and the view show it: what the camera saw, what the filter found, and where all was.
+// One frame as pages and the view show it: the image, the matches of the filter, and the poses.
 #pragma once
 
 #include <Eigen/Geometry>

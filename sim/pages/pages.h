@@ -100,7 +100,7 @@ inline const std::vector<PaperExperiment> kPaperExperiments{
 
 /// Runs by the name of their experiment.
 using PaperRuns = std::map<std::string, std::vector<RunData>>;
-/// The runs of an experiment; empty if there are none.
+/// Returns the runs of an experiment, which may be empty.
 const std::vector<RunData>& runs_of(const PaperRuns& all, const std::string& experiment);
 
 /// A row of the table: what is compared (with the section of the paper), and both results. agreement:
@@ -113,7 +113,7 @@ std::vector<PaperRow> paper_rows(const PaperRuns& runs);
 
 /// Figure 3, from a depths.csv: the depth hypotheses of the landmark that took most images until its depth
 /// was known (standard deviation below 0.3 of it), after the first image, thirds of them and the last.
-/// Without lines if there is none.
+/// It has no lines if no landmark qualifies.
 Figure depths_figure(const fs::path& depths_csv);
 
 /// The page: table and figures. Throws FileError if a table of a run is broken.

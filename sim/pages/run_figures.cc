@@ -266,7 +266,7 @@ std::string share_text(const OverTime& nees) {
                : "none";
 }
 
-/// Of the runs of one estimator; empty if fewer than two have a NEES.
+/// The NEES over the seeds of one estimator; empty if fewer than two have a NEES.
 std::optional<Figure> nees_over_seeds(const Runs& runs) {
   const OverTime position = over_time(runs, &Errors::nees_position),
                  orientation = over_time(runs, &Errors::nees_orientation);

@@ -62,7 +62,8 @@ std::optional<LoopLandmark> found_again(const Run& run, const LandmarkHistory& l
   return LoopLandmark{landmark.id, first->t, match_from(marks.three_quarters) != landmark.accepted.end()};
 }
 
-/// Points of the ray through `seen`, one per surface of the template, as far as its pixel nearest to it.
+/// Points on the ray through `seen`, one per surface of the template, at the distance of the surface's
+/// nearest pixel.
 std::vector<Eigen::Vector3d> template_points(const Run& run, const StampedPixel& seen, int half_px) {
   const Eigen::Isometry3d& X_WC = *pose_at(run, seen.t);
   const auto ray = [&](int du, int dv) -> Eigen::Vector3d {

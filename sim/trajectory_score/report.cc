@@ -34,7 +34,7 @@ struct NamedFile {
   double end_s() const { return seconds(read.rows.back().t); }
   double duration_s() const { return seconds(read.rows.back().t - read.rows.front().t); }
   bool counts_frames() const { return read.stamps == "frame numbers"; }
-  // Whether all stamps are whole seconds, like frame numbers that were read as seconds.
+  // Returns whether all stamps are whole seconds, like frame numbers that were read as seconds.
   bool is_whole() const {
     const auto whole = [](const files::TumRow& row) { return row.t % std::chrono::seconds(1) == Stamp(0); };
     return poses() > 2 && std::ranges::all_of(read.rows, whole);

@@ -21,7 +21,7 @@ export class Run {
     Object.assign(this, {about, index, frames: [], mapOf: [], landed: [], planned: [], last: [null, null], plannedDown: [false, false]});
   }
 
-  /// Of a run without images a camera of the usual size.
+  /// The camera of the run; one of the usual size if it has no images.
   get camera() { return this.about.camera ?? {width: 320, height: 240, fu: 160, fv: 160, u0: 160, v0: 120}; }
 
   get duration() { return this.frames.length ? this.frames.at(-1).t : this.about.duration; }
