@@ -248,7 +248,7 @@ Scores scores(const SweepPlan& plan, const RecordOf& record) {
                          plan.keys.empty() ? "" : ",", fmt::join(names, ",")),
              ""};
   for (std::size_t i = 0; i < plan.trials(); ++i) {
-    const TrialRecord* const one = record(i);
+    const JobRecord* const one = record(i);
     if (!one) continue;
     const auto& [read, settings] = plan.configurations[i / plan.seeds.size()];
     ordered_json line{{"trial", i}, {"scenario", read.scenario.name}, {"settings", ordered_json::object()}};
@@ -263,7 +263,7 @@ Scores scores(const SweepPlan& plan, const RecordOf& record) {
       all.csv += value ? fmt::format(",{}", *value) : ",";
     }
     all.csv += "\n";
-    line.update(ordered_json::parse(to_line(*one)));
+    line.update(ordered_json::parse(result::to_line(*one)));
     all.jsonl += files::json_text(line) + "\n";
   }
   return all;
@@ -279,7 +279,7 @@ std::string sweep_table(const SweepPlan& plan, const RecordOf& record) {
     int completed = 0;
     std::array<std::vector<double>, kShown.size()> shown;
     for (std::size_t i = 0; i < plan.seeds.size(); ++i) {
-      const TrialRecord* const one = record(c * plan.seeds.size() + i);
+      const JobRecord* const one = record(c * plan.seeds.size() + i);
       completed += one && one->ending == "completed";
       for (std::size_t k = 0; k < kShown.size(); ++k)
         if (const auto value = one ? one->value(kShown[k]) : std::nullopt) shown[k].push_back(*value);

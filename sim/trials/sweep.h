@@ -9,11 +9,13 @@
 #include <string>
 #include <vector>
 
+#include "sim/result/job_log.h"
 #include "sim/scenario/scenario.h"
 #include "sim/scenario/yaml.h"
-#include "sim/trials/log.h"
 
 namespace sim::trials {
+
+using result::JobLog, result::JobRecord;
 
 /// A key given a value.
 struct Setting {
@@ -66,7 +68,7 @@ SweepPlan plan_sweep(const SweepSpec& spec, const std::vector<std::uint64_t>& se
                      const scenario::Changes& changes);
 
 /// Returns the record of the i-th trial of the plan, or nullptr if it has none.
-using RecordOf = std::function<const TrialRecord*(std::size_t)>;
+using RecordOf = std::function<const JobRecord*(std::size_t)>;
 
 /// A line for each trial that has a record: of CSV (RFC 4180), after a line of titles, and of JSON.
 struct Scores {

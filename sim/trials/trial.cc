@@ -117,17 +117,17 @@ result::RunRecord replay(const Recording& recording, const scenario::ReadScenari
   return run;
 }
 
-TrialRecord run_trial(const Recording& recording, const scenario::ReadScenario& scenario,
-                      const std::string& key) {
+JobRecord run_trial(const Recording& recording, const scenario::ReadScenario& scenario,
+                    const std::string& key) {
   const result::RunRecord run = replay(recording, scenario);
   const score::Run input = result::score_input(run);
   const score::ScoreContext scored(input);
   const scenario::Ended ended = result::ending_of(run);
-  TrialRecord record{key,
-                     scenario.scenario.seed,
-                     std::string(name_of(ended.ending)),
-                     ended.ending == recording.walk.ending ? recording.walk.cause : ended.cause,
-                     {}};
+  JobRecord record{key,
+                   scenario.scenario.seed,
+                   std::string(name_of(ended.ending)),
+                   ended.ending == recording.walk.ending ? recording.walk.cause : ended.cause,
+                   {}};
   for (const auto& [name, metric] : score::evaluate(scored))
     if (metric.value) record.values[name] = *metric.value;
   if (!run.tracked) return record;
@@ -160,7 +160,7 @@ TaskFile read_tasks(const std::filesystem::path& file) {
   return tasks;
 }
 
-TrialRecord run_task(const Task& task, const RecordingOf& recording_of) {
+JobRecord run_task(const Task& task, const RecordingOf& recording_of) {
   const scenario::ReadScenario read = scenario::read_scenario_text(task.scenario, "task.yaml");
   try {
     const auto recording = recording_of(read);
@@ -184,7 +184,7 @@ RunTasks in_threads(int threads) {
     std::mutex mutex;
     std::map<fs::path, Loaded> by_folder;
   };
-  return [threads, store = std::make_shared<Store>()](const std::vector<Task>& tasks, TrialLog& log) {
+  return [threads, store = std::make_shared<Store>()](const std::vector<Task>& tasks, JobLog& log) {
     const auto recording_of = [&](const fs::path& folder) {
       std::unique_lock lock(store->mutex);
       Loaded& loaded = store->by_folder[folder];

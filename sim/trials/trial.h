@@ -10,15 +10,17 @@
 #include <vector>
 
 #include "sim/recording/recording.h"
+#include "sim/result/job_log.h"
 #include "sim/result/result.h"
 #include "sim/scenario/ending.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/metrics.h"
 #include "sim/score/run.h"
 #include "sim/tracking/tracking.h"
-#include "sim/trials/log.h"
 
 namespace sim::trials {
+
+using result::JobLog, result::JobRecord;
 
 /// A recording that is read once and that several threads may use at the same time.
 struct Recording {
@@ -54,8 +56,8 @@ result::RunRecord replay(const Recording& recording, const scenario::ReadScenari
 /// bit for bit; pose_nll, the mean over scored frames of −ln N(pose error; 0, P), 6 degrees of freedom, and
 /// innovation_nll, unless the filter failed or a covariance is not positive definite; and lasted_fraction,
 /// the part of the recording until the filter failed.
-TrialRecord run_trial(const Recording& recording, const scenario::ReadScenario& scenario,
-                      const std::string& key = "");
+JobRecord run_trial(const Recording& recording, const scenario::ReadScenario& scenario,
+                    const std::string& key = "");
 
 /// key: identifies the trial in the log. scenario: all of it as YAML, with its seed. recording: the result
 /// folder that contains the recording; empty: it is in the cache.
@@ -65,7 +67,7 @@ struct Task {
 };
 
 /// Runs tasks and adds their records to the log.
-using RunTasks = std::function<void(const std::vector<Task>&, TrialLog&)>;
+using RunTasks = std::function<void(const std::vector<Task>&, JobLog&)>;
 
 /// A file of tasks: the purpose of their log in the first line, then one line of JSON each.
 struct TaskFile {
@@ -80,7 +82,7 @@ using RecordingOf = std::function<std::shared_ptr<const Recording>(const scenari
 
 /// Runs the trial; without a filter it scores only the walk. A fault of the trial is its record: "not
 /// started". Throws FileError for a fault of the machine.
-TrialRecord run_task(const Task& task, const RecordingOf& recording_of);
+JobRecord run_task(const Task& task, const RecordingOf& recording_of);
 
 /// Runs tasks in that many threads of this process, all recordings in memory.
 RunTasks in_threads(int threads);

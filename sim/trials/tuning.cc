@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 using Point = std::vector<double>;  ///< a setting, in the unit cube (see Range)
-using Records = std::vector<const TrialRecord*>;
+using Records = std::vector<const JobRecord*>;
 
 constexpr double kFailure = 1e6;     // above the loss of any success
 constexpr double kFirstStep = 0.25;  // of the search, as a part of the range
@@ -33,7 +33,7 @@ constexpr std::array kCompared{"ate_se3_rmse_m",         "rmse_m",          "nee
 /// The recordings of training or of the hold-out. Each trial on them runs once and is logged.
 class Runs {
  public:
-  Runs(const Spec& spec, const std::vector<SpecRun>& runs, const Execution& execution, TrialLog& log)
+  Runs(const Spec& spec, const std::vector<SpecRun>& runs, const Execution& execution, JobLog& log)
       : spec_(spec),
         runs_(runs),
         log_(log),
@@ -52,7 +52,7 @@ class Runs {
     if (!missing.empty()) run_tasks_(missing, log_);
     std::vector<Records> records(points.size());
     for (std::size_t k = 0; k < tasks.size(); ++k) {
-      const TrialRecord* const record = log_.find(tasks[k].key);
+      const JobRecord* const record = log_.find(tasks[k].key);
       if (!record) throw files::FileError(tasks[k].recording, "the filter could not be tried on it");
       records[k % points.size()].push_back(record);
     }
@@ -70,12 +70,12 @@ class Runs {
     }
     const std::string text = scenario::to_yaml(scenario);
     const bool simulate = scenario.walk.steering.by == walking::SteeredBy::estimate;
-    return {trial_key({hashes_[i], text}), text, simulate ? fs::path() : fs::absolute(runs_[i].folder)};
+    return {result::job_key({hashes_[i], text}), text, simulate ? fs::path() : fs::absolute(runs_[i].folder)};
   }
 
   const Spec& spec_;
   const std::vector<SpecRun>& runs_;
-  TrialLog& log_;
+  JobLog& log_;
   RunTasks run_tasks_;
   std::vector<std::string> hashes_;
 };
@@ -96,15 +96,14 @@ ordered_json to_json(const StartAndBest& both, const std::vector<SpecRun>& runs,
   const auto add = [&](const std::string& name, const auto& of) {
     for (const auto& [which, records] : {std::pair("start", &both.start), std::pair("best", &both.best)}) {
       ordered_json& column = document["values"][name][which] = ordered_json::array();
-      for (const TrialRecord* record : *records) {
+      for (const JobRecord* record : *records) {
         const std::optional<double> value = of(*record);
         column.push_back(value ? ordered_json(*value) : ordered_json(nullptr));
       }
     }
   };
-  add(std::string(name(spec.objective)), [&](const TrialRecord& r) { return loss_of(r, spec.objective); });
-  for (const std::string metric : kCompared)
-    add(metric, [&](const TrialRecord& r) { return r.value(metric); });
+  add(std::string(name(spec.objective)), [&](const JobRecord& r) { return loss_of(r, spec.objective); });
+  for (const std::string metric : kCompared) add(metric, [&](const JobRecord& r) { return r.value(metric); });
   return document;
 }
 
@@ -117,7 +116,7 @@ struct Found {
 
 /// Tries the start of the spec, then whole generations of CMA-ES up to spec.trials settings. The settings
 /// depend only on the spec and the losses found.
-Found find(const Spec& spec, TrialLog& log, const Execution& execution, const ShowProgress& show) {
+Found find(const Spec& spec, JobLog& log, const Execution& execution, const ShowProgress& show) {
   const Runs runs(spec, spec.training, execution, log);
   int tried = 0;
   double least = 0;
@@ -206,14 +205,14 @@ std::string tune_json(const Spec& spec, const Found& found, const StartAndBest& 
 
 }  // namespace
 
-double loss_of(const TrialRecord& record, Objective objective) {
+double loss_of(const JobRecord& record, Objective objective) {
   if (const auto term = record.value(name(objective))) return std::min(*term, kFailure / 2);
   return kFailure * (2 - record.value("lasted_fraction").value_or(0));
 }
 
 double mean_loss(const Records& records, Objective objective) {
   double sum = 0;
-  for (const TrialRecord* record : records) sum += loss_of(*record, objective);
+  for (const JobRecord* record : records) sum += loss_of(*record, objective);
   return sum / static_cast<double>(records.size());
 }
 
@@ -224,7 +223,7 @@ std::string log_purpose(const std::string& program, const Spec& spec) {
 TuningResult tune(const Spec& spec, const fs::path& out, const Execution& execution,
                   const std::string& program, const ShowProgress& show) {
   fs::create_directories(out);
-  TrialLog log(out / "trials.jsonl", log_purpose(program, spec));
+  JobLog log(out / "trials.jsonl", log_purpose(program, spec));
   const Found found = find(spec, log, execution, show);
   show(1, "hold-out");
   const StartAndBest holdout = compare(Runs(spec, spec.holdout, execution, log), found.start, found.best);

@@ -6,17 +6,19 @@
 #include <string>
 #include <vector>
 
-#include "sim/trials/log.h"
+#include "sim/result/job_log.h"
 #include "sim/trials/spec.h"
 #include "sim/trials/trial.h"
 
 namespace sim::trials {
 
+using result::JobLog, result::JobRecord;
+
 /// The loss of a trial: its objective term. A failed trial loses more than any that succeeded; early
 /// failures lose most.
-double loss_of(const TrialRecord& record, Objective objective);
+double loss_of(const JobRecord& record, Objective objective);
 /// The mean loss over the records.
-double mean_loss(const std::vector<const TrialRecord*>& records, Objective objective);
+double mean_loss(const std::vector<const JobRecord*>& records, Objective objective);
 
 /// How trials run: in that many threads of this process, or by `remote` if it is set. It must be set if walks
 /// are steered by their estimate: each setting then needs a simulation.

@@ -136,30 +136,37 @@ std::vector<std::vector<double>> sobol_points(std::size_t n, std::size_t dimensi
 }
 
 // Equations and default values of table 1 of the tutorial, without negative weights.
-CmaEs::CmaEs(const std::vector<double>& start, double step, int count, std::uint64_t seed)
-    : n_(static_cast<int>(start.size())), count_(count), sigma_(step), random_(seed, "cma-es") {
-  const int better = count / 2;
-  weights_ = Eigen::VectorXd::NullaryExpr(better, [&](Eigen::Index i) {
+CmaEs::Rates CmaEs::rates(double n, int count) {
+  Rates r;
+  r.weights = Eigen::VectorXd::NullaryExpr(count / 2, [&](Eigen::Index i) {
     return std::log((count + 1) / 2.0) - std::log(1.0 + static_cast<double>(i));
   });
-  weights_ /= weights_.sum();
-  const double n = n_;
-  mu_eff_ = 1 / weights_.squaredNorm();
-  c_sigma_ = (mu_eff_ + 2) / (n + mu_eff_ + 5);
-  d_sigma_ = 1 + 2 * std::max(0.0, std::sqrt((mu_eff_ - 1) / (n + 1)) - 1) + c_sigma_;
-  c_c_ = (4 + mu_eff_ / n) / (n + 4 + 2 * mu_eff_ / n);
-  c_1_ = 2 / ((n + 1.3) * (n + 1.3) + mu_eff_);
-  c_mu_ = std::min(1 - c_1_, 2 * (0.25 + mu_eff_ + 1 / mu_eff_ - 2) / ((n + 2) * (n + 2) + mu_eff_));
-  expected_length_ = std::sqrt(n) * (1 - 1 / (4 * n) + 1 / (21 * n * n));
-  mean_ = Eigen::Map<const Eigen::VectorXd>(start.data(), n_);
-  p_sigma_ = p_c_ = Eigen::VectorXd::Zero(n_);
-  D_ = Eigen::VectorXd::Ones(n_);
-  C_ = B_ = Eigen::MatrixXd::Identity(n_, n_);
-  asked_.resize(n_, count_);
+  r.weights /= r.weights.sum();
+  r.mu_eff = 1 / r.weights.squaredNorm();
+  r.c_sigma = (r.mu_eff + 2) / (n + r.mu_eff + 5);
+  r.d_sigma = 1 + 2 * std::max(0.0, std::sqrt((r.mu_eff - 1) / (n + 1)) - 1) + r.c_sigma;
+  r.c_c = (4 + r.mu_eff / n) / (n + 4 + 2 * r.mu_eff / n);
+  r.c_1 = 2 / ((n + 1.3) * (n + 1.3) + r.mu_eff);
+  r.c_mu = std::min(1 - r.c_1, 2 * (0.25 + r.mu_eff + 1 / r.mu_eff - 2) / ((n + 2) * (n + 2) + r.mu_eff));
+  r.expected_length = std::sqrt(n) * (1 - 1 / (4 * n) + 1 / (21 * n * n));
+  return r;
+}
+
+CmaEs::CmaEs(const std::vector<double>& start, double step, int count, std::uint64_t seed)
+    : count_(count),
+      rates_(rates(static_cast<double>(start.size()), count)),
+      sigma_(step),
+      random_(seed, "cma-es") {
+  const auto n = static_cast<Eigen::Index>(start.size());
+  mean_ = Eigen::Map<const Eigen::VectorXd>(start.data(), n);
+  p_sigma_ = p_c_ = Eigen::VectorXd::Zero(n);
+  D_ = Eigen::VectorXd::Ones(n);
+  C_ = B_ = Eigen::MatrixXd::Identity(n, n);
+  asked_.resize(n, count_);
 }
 
 Eigen::VectorXd CmaEs::sample() {
-  Eigen::VectorXd z(n_);
+  Eigen::VectorXd z(mean_.size());
   for (double& value : z) value = random_.normal();
   const Eigen::VectorXd x = mean_ + sigma_ * (B_ * D_.cwiseProduct(z));
   return x.unaryExpr([](double value) { return reflected(value); });
@@ -180,12 +187,12 @@ void CmaEs::tell(const std::vector<double>& values) {
   std::stable_sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
     return values[static_cast<std::size_t>(a)] < values[static_cast<std::size_t>(b)];
   });
-  order.resize(static_cast<std::size_t>(weights_.size()));
+  order.resize(static_cast<std::size_t>(rates_.weights.size()));
   const Eigen::MatrixXd Y = (asked_(Eigen::all, order).colwise() - mean_) / sigma_;
-  const Eigen::VectorXd step = Y * weights_;  // eq. (41)
+  const Eigen::VectorXd step = Y * rates_.weights;  // eq. (41)
   mean_ += sigma_ * step;
   adapt(step);
-  C_ += c_mu_ * (Y * weights_.asDiagonal() * Y.transpose());  // the rest of eq. (47)
+  C_ += rates_.c_mu * (Y * rates_.weights.asDiagonal() * Y.transpose());  // the rest of eq. (47)
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen((C_ + C_.transpose()) / 2);
   B_ = eigen.eigenvectors();
   D_ = eigen.eigenvalues().cwiseMax(1e-20).cwiseSqrt();
@@ -195,15 +202,19 @@ void CmaEs::tell(const std::vector<double>& values) {
 // Paths, step size, and the terms of eq. (47) other than this generation's.
 void CmaEs::adapt(const Eigen::VectorXd& step) {
   const Eigen::VectorXd white = B_ * (B_.transpose() * step).cwiseQuotient(D_);  // C^(−1/2) y
-  p_sigma_ = (1 - c_sigma_) * p_sigma_ + std::sqrt(c_sigma_ * (2 - c_sigma_) * mu_eff_) * white;  // eq. (43)
+  p_sigma_ = (1 - rates_.c_sigma) * p_sigma_ +
+             std::sqrt(rates_.c_sigma * (2 - rates_.c_sigma) * rates_.mu_eff) * white;  // eq. (43)
   const double length = p_sigma_.norm();
-  const double settled = std::sqrt(1 - std::pow(1 - c_sigma_, 2 * (generation_ + 1)));
-  const bool straight = length / settled < (1.4 + 2 / (n_ + 1.0)) * expected_length_;
-  p_c_ *= 1 - c_c_;
-  if (straight) p_c_ += std::sqrt(c_c_ * (2 - c_c_) * mu_eff_) * step;  // eq. (45)
-  const double kept = 1 - c_1_ - c_mu_ + (straight ? 0 : c_1_ * c_c_ * (2 - c_c_));
-  C_ = kept * C_ + c_1_ * p_c_ * p_c_.transpose();
-  sigma_ *= std::exp(std::min(1.0, c_sigma_ / d_sigma_ * (length / expected_length_ - 1)));  // eq. (44)
+  const double settled = std::sqrt(1 - std::pow(1 - rates_.c_sigma, 2 * (generation_ + 1)));
+  const bool straight =
+      length / settled < (1.4 + 2 / (static_cast<double>(mean_.size()) + 1)) * rates_.expected_length;
+  p_c_ *= 1 - rates_.c_c;
+  if (straight) p_c_ += std::sqrt(rates_.c_c * (2 - rates_.c_c) * rates_.mu_eff) * step;  // eq. (45)
+  const double kept =
+      1 - rates_.c_1 - rates_.c_mu + (straight ? 0 : rates_.c_1 * rates_.c_c * (2 - rates_.c_c));
+  C_ = kept * C_ + rates_.c_1 * p_c_ * p_c_.transpose();
+  sigma_ *= std::exp(
+      std::min(1.0, rates_.c_sigma / rates_.d_sigma * (length / rates_.expected_length - 1)));  // eq. (44)
 }
 
 }  // namespace sim::trials

@@ -67,9 +67,14 @@ class CmaEs {
   Eigen::VectorXd sample();
   void adapt(const Eigen::VectorXd& step);
 
-  int n_, count_, generation_ = 0;
-  Eigen::VectorXd weights_;  // of the better half
-  double mu_eff_, c_sigma_, d_sigma_, c_c_, c_1_, c_mu_, expected_length_;
+  struct Rates {
+    Eigen::VectorXd weights;  // of the better half
+    double mu_eff, c_sigma, d_sigma, c_c, c_1, c_mu, expected_length;
+  };
+  static Rates rates(double n, int count);
+
+  int count_, generation_ = 0;
+  Rates rates_;
   double sigma_;
   Eigen::VectorXd mean_, p_sigma_, p_c_, D_;  // C = B D² Bᵀ
   Eigen::MatrixXd C_, B_, asked_;             // asked_: a column for each point

@@ -35,7 +35,7 @@ RULES = {
                      'sim/physics/options.h sim/camera/options.h slam/observation.h slam/options.h walking/ Eigen/ fmt/ yaml-cpp/',
     'sim/tracking/': 'sim/tracking/ sim/estimators/ sim/rig/ sim/scenario/ sim/sensor_errors/ slam/ Eigen/',
     'sim/result/': 'sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/score/ sim/files/ slam/ walking/ Eigen/ fmt/ '
-                   'nlohmann/ time.h',
+                   'nlohmann/ fcntl.h time.h unistd.h',
     'sim/replay/': 'sim/replay/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/score/ sim/files/ slam/ Eigen/ fmt/ '
                    'nlohmann/',
     'sim/regression/': 'sim/regression/ sim/result/ sim/scenario/ sim/score/ sim/files/ fmt/ nlohmann/',
@@ -46,7 +46,7 @@ RULES = {
     'sim/view/': 'sim/view/ sim/pages/ sim/rig/ sim/export/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/score/ '
                  'sim/files/ slam/ walking/hrp2.h Eigen/ fmt/ nlohmann/ opencv2/ boost/asio/ boost/beast/ sys/random.h',
     'sim/trials/': 'sim/trials/ sim/replay/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/sensor_errors/random.h '
-                   'sim/score/ sim/files/ slam/ Eigen/ fmt/ nlohmann/ opencv2/core boost/random/ fcntl.h unistd.h sys/',
+                   'sim/score/ sim/files/ slam/ Eigen/ fmt/ nlohmann/ opencv2/core boost/random/',
     'sim/live/': 'sim/live/ sim/physics/ sim/camera/ sim/rig/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ '
                  'sim/sensor_errors/random.h sim/sensor_errors/faults.h sim/score/ sim/files/ slam/ walking/ Eigen/ fmt/ nlohmann/ '
                  'opencv2/core opencv2/imgproc',

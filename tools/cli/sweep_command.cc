@@ -68,7 +68,7 @@ Sweep prepare(const SweepRequest& request, const Recordings& recordings) {
     const scenario::ReadScenario read = sweep.plan.scenario(i);
     const scenario::Scenario& scenario = read.scenario;
     sweep.recordings.push_back(recordings.key(scenario));
-    sweep.keys.push_back(trials::trial_key({program, sweep.recordings[i], inputs_of(scenario)}));
+    sweep.keys.push_back(result::job_key({program, sweep.recordings[i], inputs_of(scenario)}));
     hash.add(sweep.keys[i]);
     sweep.scenario_of.emplace(sweep.recordings[i], read);
   }
@@ -108,7 +108,7 @@ Earlier earlier_trials(const fs::path& log, const Sweep& sweep) {
   const std::size_t end = text.find('\n');
   if (end == text.npos) return Earlier::some;  // a process was killed while it wrote the line
   if (std::string_view(text).substr(0, end) != sweep.purpose) return Earlier::other;
-  const auto records = trials::read_trial_log(log, sweep.purpose);
+  const auto records = result::read_job_log(log, sweep.purpose);
   const auto has_record = [&](const std::string& key) { return records.contains(key); };
   return std::ranges::all_of(sweep.keys, has_record) ? Earlier::all : Earlier::some;
 }
@@ -122,7 +122,7 @@ void remove_trials(const fs::path& folder) {
 }
 
 /// The tasks without a record in the log, in the order of their recordings.
-std::vector<trials::Task> tasks_left(const Sweep& sweep, const trials::TrialLog& log) {
+std::vector<trials::Task> tasks_left(const Sweep& sweep, const result::JobLog& log) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < sweep.keys.size(); ++i)
     if (!log.find(sweep.keys[i])) order.push_back(i);
@@ -143,7 +143,7 @@ void write_scenarios(const Sweep& sweep, const fs::path& folder) {
 }
 
 /// Writes and prints the scores; returns the exit code.
-int finish(const Sweep& sweep, const trials::TrialLog& log, const fs::path& out) {
+int finish(const Sweep& sweep, const result::JobLog& log, const fs::path& out) {
   const trials::RecordOf record = [&](std::size_t i) { return log.find(sweep.keys[i]); };
   const auto [csv, jsonl] = trials::scores(sweep.plan, record);
   files::write_atomically(out / "scores.csv", csv);
@@ -151,7 +151,7 @@ int finish(const Sweep& sweep, const trials::TrialLog& log, const fs::path& out)
   std::cout << trials::sweep_table(sweep.plan, record);
   std::map<std::string, int> causes;
   for (std::size_t i = 0; i < sweep.keys.size(); ++i) {
-    const trials::TrialRecord* const one = record(i);
+    const result::JobRecord* const one = record(i);
     if (!one)
       ++causes["not tried"];
     else if (one->ending == "crashed" || one->ending == "not started" || one->ending == "failed")
@@ -187,7 +187,7 @@ int sweep(SweepRequest& request) {
   const fs::path& out = folder.path();
   if (request.force && (earlier == Earlier::all || earlier == Earlier::other)) remove_trials(out);
   write_scenarios(sweep, out / "scenarios");
-  trials::TrialLog log(log_file, sweep.purpose);
+  result::JobLog log(log_file, sweep.purpose);
   Backend backend = request.backend;
   backend.spool = out / "slurm";
   const std::vector<trials::Task> left = tasks_left(sweep, log);

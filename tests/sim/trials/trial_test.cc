@@ -1,15 +1,13 @@
 // The likelihoods of poses and innovations against values computed by hand, trials from memory against
-// replays from the disk, and their log.
+// replays from the disk.
 #include "sim/trials/trial.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <random>
-#include <thread>
 
 #include "sim/files/text.h"
 #include "sim/replay/replay.h"
@@ -19,8 +17,6 @@
 
 namespace sim::trials {
 namespace {
-
-using testing::HasSubstr;
 
 // The position's x is correlated with the rotation about x.
 TEST(PoseNll, IsThatOfTheDensityOfTheErrorWithItsCorrelations) {
@@ -125,7 +121,7 @@ class Trials : public testing::Test {
   static inline std::filesystem::path folder_;
 };
 
-void expect_same(const TrialRecord& trial, const nlohmann::json& score) {
+void expect_same(const JobRecord& trial, const nlohmann::json& score) {
   EXPECT_EQ(trial.ending, score["ending"].get<std::string>());
   for (const auto& [name, metric] : score["metrics"].items()) {
     const auto value = trial.value(name);
@@ -148,96 +144,12 @@ TEST_F(Trials, OfAFilterThatFailsHaveNoLikelihoodButTellHowLongItLasted) {
   // No landmark is ever found again at a correlation of 1.
   const auto failing = scenario(
       {"slam.vision.minimum_correlation=1", "slam.tracking.lost_after_s=0.3", "slam.tracking.give_up_s=0.3"});
-  const TrialRecord trial = run_trial(load(folder_), failing);
+  const JobRecord trial = run_trial(load(folder_), failing);
   EXPECT_EQ(trial.ending, "diverged");
   EXPECT_FALSE(trial.value("pose_nll"));
   EXPECT_FALSE(trial.value("innovation_nll"));
   EXPECT_GT(trial.value("lasted_fraction"), 0);
   EXPECT_LT(trial.value("lasted_fraction"), 1);
-}
-
-TrialRecord record(int i) {
-  return {"key-" + std::to_string(i), static_cast<std::uint64_t>(i), "completed", "", {{"rmse_m", 0.1 * i}}};
-}
-
-TEST(TrialLog, ARecordComesBackWithTheSameBits) {
-  TrialRecord odd{"k", 18446744073709551615u, "diverged", "lost at 3 s: \"dark\"\nand so on", {}};
-  odd.values = {{"third", 1.0 / 3},
-                {"tiny", std::numeric_limits<double>::denorm_min()},
-                {"most", std::numeric_limits<double>::max()},
-                {"minus_zero", -0.0}};
-  const auto back = from_line(to_line(odd));
-  ASSERT_TRUE(back);
-  EXPECT_EQ(*back, odd);
-  EXPECT_TRUE(std::signbit(back->values.at("minus_zero")));
-  EXPECT_EQ(to_line(odd).find('\n'), std::string::npos);
-}
-
-TEST(TrialLog, KeysTellWhereOnePartEnds) {
-  EXPECT_NE(trial_key({"ab", "c"}), trial_key({"a", "bc"}));
-  EXPECT_NE(trial_key({"a", ""}), trial_key({"a"}));
-  EXPECT_EQ(trial_key({"a", "b"}), trial_key({"a", "b"}));
-}
-
-TEST(TrialLog, WhereverItIsCutOffWholeLinesAreKeptAndTheRestIsWrittenAgain) {
-  const files::TemporaryFolder folder;
-  const auto file = folder / "trials.jsonl";
-  {
-    TrialLog log(file, "a sweep");
-    for (int i = 0; i < 3; ++i) log.add(record(i));
-    log.add({"key-1", 1, "fell", "twice", {}});
-  }
-  EXPECT_EQ(*TrialLog(file, "a sweep").find("key-1"), record(1));
-  const std::string whole = files::read_text(file);
-  files::write_text(file, whole + std::string(40, '\0') + "\n");  // as a power failure leaves it
-  EXPECT_EQ(TrialLog(file, "a sweep").size(), 3u);
-  EXPECT_EQ(files::read_text(file), whole);
-  for (std::size_t bytes = 0; bytes < whole.size(); ++bytes) {
-    files::write_text(file, whole.substr(0, bytes));
-    {
-      TrialLog log(file, "a sweep");
-      for (int i = 0; i < 3; ++i) log.add(record(i));
-    }
-    EXPECT_EQ(files::read_text(file), whole) << "cut after " << bytes << " bytes";
-  }
-}
-
-TEST(TrialLog, ADamagedLineAnotherPurposeAndAnotherWriterAreErrors) {
-  const files::TemporaryFolder folder;
-  const auto file = folder / "trials.jsonl";
-  const auto expect_error = [&](const char* purpose, const char* why) {
-    EXPECT_THAT(files::error_of([&] { TrialLog(file, purpose); }), HasSubstr(why));
-  };
-  {
-    TrialLog log(file, "a sweep");
-    for (int i = 0; i < 3; ++i) log.add(record(i));
-    expect_error("a sweep", "another process");
-  }
-  expect_error("another sweep", "another sweep");
-  std::string text = files::read_text(file);
-  text[text.find("key-0") - 3] = '#';
-  files::write_text(file, text);
-  expect_error("a sweep", "line 2");
-  EXPECT_EQ(files::read_text(file), text) << "an unreadable log is not changed";
-}
-
-TEST(TrialLog, SortedItIsTheSameWhateverTheOrderAndTheThreadsOfItsTrials) {
-  const files::TemporaryFolder folder;
-  const auto text = [&](const std::string& name, int of_the_other) {
-    {
-      TrialLog log(folder / name, "a sweep");
-      std::thread other([&] {
-        for (int i = 100; i-- > 100 - of_the_other;) log.add(record(i));
-      });
-      for (int i = 0; i < 100 - of_the_other; ++i) log.add(record(i));
-      other.join();
-      EXPECT_EQ(read_trial_log(folder / name, "a sweep").size(), 100u) << "what is added is in the file";
-      log.sort();
-    }
-    EXPECT_EQ(TrialLog(folder / name, "a sweep").size(), 100u);
-    return files::read_text(folder / name);
-  };
-  EXPECT_EQ(text("a", 0), text("b", 50));
 }
 
 }  // namespace

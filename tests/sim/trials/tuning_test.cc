@@ -70,18 +70,18 @@ TEST(CmaEs, DoesNotCareHowMuchWorseAFailureIs) {
   EXPECT_EQ(with_failures(1e6), with_failures(1e9));
 }
 
-TrialRecord success(double nll) {
+JobRecord success(double nll) {
   return {"k", 1, "completed", "", {{"pose_nll", nll}, {"lasted_fraction", 1}}};
 }
-TrialRecord failure(double lasted) { return {"k", 1, "diverged", "lost", {{"lasted_fraction", lasted}}}; }
-double loss(const TrialRecord& record) { return loss_of(record, Objective::pose_nll); }
+JobRecord failure(double lasted) { return {"k", 1, "diverged", "lost", {{"lasted_fraction", lasted}}}; }
+double loss(const JobRecord& record) { return loss_of(record, Objective::pose_nll); }
 
 TEST(Failure, IsWorseThanAnySuccessTheWorseTheEarlierAndTheMoreRunsFail) {
   EXPECT_LT(loss(success(-20)), loss(success(1e5)));
   EXPECT_LT(loss(success(1e300)), loss(failure(1)));
   EXPECT_LT(loss(failure(0.9)), loss(failure(0.1)));
   EXPECT_TRUE(std::isfinite(loss(failure(0))));
-  const TrialRecord good = success(-5), late = failure(0.99), early = failure(0.01);
+  const JobRecord good = success(-5), late = failure(0.99), early = failure(0.01);
   EXPECT_LT(mean_loss({&good, &early}, Objective::pose_nll), mean_loss({&late, &late}, Objective::pose_nll));
 }
 
@@ -134,7 +134,7 @@ TEST_F(Tunings, GiveTheSameAnswerForAnyNumberOfThreadsFromAPartOfTheLogAndRemote
   tuned(spec(), "half", 2);
   EXPECT_EQ(files::read_text(folder_ / "half/trials.jsonl"), log);
   std::size_t most = 0;
-  const RunTasks remote = [&](const std::vector<Task>& tasks, TrialLog& log_) {
+  const RunTasks remote = [&](const std::vector<Task>& tasks, JobLog& log_) {
     most = std::max(most, tasks.size());
     for (const Task& task : tasks)
       log_.add(run_task(

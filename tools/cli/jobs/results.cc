@@ -86,7 +86,8 @@ std::vector<std::size_t> unfinished(const std::vector<ResultJob>& jobs, const Ou
   const std::string models_hash = options.models.empty() ? "" : scenario::models_hash(options.models);
   std::vector<std::size_t> left;
   for (std::size_t i = 0; i < jobs.size(); ++i)
-    if (options.backend.slurm() || !(options.counts_older || out.has_made(jobs[i].result())) ||
+    if (options.backend.slurm() ||
+        !(options.counts_older || (out.log() && out.log()->find(jobs[i].result()))) ||
         !is_finished(out.path() / jobs[i].result(), jobs[i], models_hash))
       left.push_back(i);
   if (left.size() < jobs.size())
@@ -229,7 +230,8 @@ std::vector<Ended> make_results(const std::vector<ResultJob>& jobs, const OutFol
   if (!left.empty()) line.emplace(options.title);
   const OnEnded on_ended = [&](std::size_t k) {
     const Identity now = identity_of(folder_of(left[k]));
-    if (now && now != before[k]) out.note_made(jobs[left[k]].result());
+    if (out.log() && now && now != before[k])
+      out.log()->add({jobs[left[k]].result(), jobs[left[k]].seed(), "finished", "", {}});
   };
   const std::vector<Ended> ended = run_all(
       lines, backend, [&](double part) { line->show(part); }, on_ended);

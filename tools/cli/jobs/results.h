@@ -15,7 +15,6 @@
 
 namespace sim::trials {
 struct Task;
-class TrialLog;
 }  // namespace sim::trials
 
 namespace cli {
@@ -107,7 +106,7 @@ struct TrialsPlace {
   std::string title;  ///< of the progress line
 };
 
-using RunTrials = std::function<void(const std::vector<trials::Task>&, trials::TrialLog&)>;
+using RunTrials = std::function<void(const std::vector<trials::Task>&, result::JobLog&)>;
 /// Returns a function that runs trials in several processes, here or on a cluster, and collects their records
 /// in one log. Tasks of the same recording should follow each other. It resumes what a killed call left in
 /// the folder. A task without a record afterwards could not be run; the reason is on standard error.

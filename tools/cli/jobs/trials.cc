@@ -51,7 +51,7 @@ void remove_part(const fs::path& part) {
 }
 
 /// Logs the crash of the task that ran when a signal killed the process of the part.
-void log_crash(const fs::path& part, int signal, trials::TrialLog& log) {
+void log_crash(const fs::path& part, int signal, result::JobLog& log) {
   if (signal == 0 || !fs::exists(running_file(part))) return;
   const trials::Task task = trials::read_tasks(running_file(part)).tasks.at(0);
   log.add({task.key,
@@ -62,7 +62,7 @@ void log_crash(const fs::path& part, int signal, trials::TrialLog& log) {
 }
 
 /// After a crash, the tasks without a record are run in new parts.
-void run_parts(std::vector<trials::Task> rest, trials::TrialLog& log, const TrialsPlace& place,
+void run_parts(std::vector<trials::Task> rest, result::JobLog& log, const TrialsPlace& place,
                const Backend& backend) {
   const auto has_record = [&](const trials::Task& task) { return log.find(task.key) != nullptr; };
   std::erase_if(rest, has_record);
@@ -82,7 +82,7 @@ void run_parts(std::vector<trials::Task> rest, trials::TrialLog& log, const Tria
     });
     for (std::size_t i = 0; i < parts.size(); ++i) {
       if (fs::exists(log_of(parts[i])))
-        for (const auto& [key, record] : trials::read_trial_log(log_of(parts[i]), place.purpose))
+        for (const auto& [key, record] : result::read_job_log(log_of(parts[i]), place.purpose))
           log.add(record);
       log_crash(parts[i], ended[i].signal, log);
       remove_part(parts[i]);
@@ -105,7 +105,7 @@ struct TrialsRequest {
 int run_trials(TrialsRequest& request) {
   join_batch(request.batch);
   const trials::TaskFile file = trials::read_tasks(request.tasks);
-  trials::TrialLog log(log_of(request.tasks), file.purpose);
+  result::JobLog log(log_of(request.tasks), file.purpose);
   const Recordings recordings(request.models);
   std::string loaded;  // successive trials mostly use the same recording
   std::shared_ptr<const trials::Recording> recording;
@@ -138,7 +138,7 @@ void remove_parts(const fs::path& folder) {
 }
 
 RunTrials in_processes(const TrialsPlace& place, const Backend& backend) {
-  return [place, backend](const std::vector<trials::Task>& tasks, trials::TrialLog& log) {
+  return [place, backend](const std::vector<trials::Task>& tasks, result::JobLog& log) {
     run_parts(tasks, log, place, backend);
   };
 }

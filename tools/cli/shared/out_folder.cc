@@ -9,7 +9,6 @@
 #include <cstring>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "sim/files/atomic_file.h"
 #include "sim/files/json.h"
@@ -20,7 +19,7 @@
 namespace cli {
 namespace {
 
-/// Exists while a resumable command runs: its first line identifies the command, the others what is finished.
+/// The log of a resumable command while it runs; a record's key is the path of a finished result.
 constexpr const char* kUnfinished = ".unfinished";
 
 /// True if the folder is the other path or above it.
@@ -39,18 +38,13 @@ bool has_no_results(const fs::path& folder) {
   return std::all_of(fs::directory_iterator(folder, fault), {}, is_trace);
 }
 
-/// Returns what the same command finished before it was interrupted; nothing if it was not.
-std::optional<std::set<std::string>> made_before(const fs::path& folder, const std::string& identity) {
+/// True if the same command was interrupted here.
+bool was_interrupted(const fs::path& folder, const std::string& identity) {
   const fs::path file = folder / kUnfinished;
   std::error_code fault;
-  if (identity.empty() || !files::has_marker(folder) || !fs::is_regular_file(fs::symlink_status(file, fault)))
-    return std::nullopt;
-  std::istringstream lines(files::read_text(file));
-  std::string line;
-  if (!std::getline(lines, line) || line != identity) return std::nullopt;
-  std::set<std::string> made;
-  while (std::getline(lines, line)) made.insert(line);
-  return made;
+  return !identity.empty() && files::has_marker(folder) &&
+         fs::is_regular_file(fs::symlink_status(file, fault)) &&
+         files::read_text(file).starts_with(identity + "\n");
 }
 
 /// Throws UsageError if --force is needed: something is there that the command would replace.
@@ -116,15 +110,13 @@ void require_new_file(const fs::path& file, bool force, const std::string& optio
 OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const OutUse& use)
     : path_(request.out ? fs::path(*request.out) : standard),
       names_(use.names),
-      identity_(use.identity),
       on_interrupt_(kept_text(path_, use)) {
   std::error_code fault;
   if (path_.empty()) throw UsageError("--out: is empty, expected a folder for results");
   if (fs::exists(path_, fault) && !fs::is_directory(path_, fault))
     throw UsageError("{}: is a file, expected a folder for results", path_.string());
-  const auto made = made_before(path_, use.identity);
-  made_ = made.value_or(std::set<std::string>());
-  if (request.out && !request.force && !made) require_free(path_, use);
+  const bool resumes = was_interrupted(path_, use.identity);
+  if (request.out && !request.force && !resumes) require_free(path_, use);
   if (use.replaces) {
     if (contains(path_, fs::current_path()))
       throw UsageError("{}: is or contains the current folder, and would be replaced; name another folder",
@@ -133,7 +125,7 @@ OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const 
   }
   for (const std::string& result : use.results) files::require_replaceable(path_ / result);
   existing_ = writable_ancestor(path_);
-  if (!identity_.empty()) names_.push_back(kUnfinished);
+  if (!use.identity.empty()) names_.push_back(kUnfinished);
   if (!names_.empty()) {
     fs::create_directories(path_);
     lock_ = files::FileLock::take_folder(path_);
@@ -141,20 +133,14 @@ OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const 
       throw UsageError("{}: another process is writing there: wait for it, or name another folder",
                        path_.string());
     files::list_outputs(path_, names_);
-    if (!identity_.empty() && !made) files::write_atomically(path_ / kUnfinished, identity_ + "\n");
+    if (!resumes && !use.identity.empty()) fs::remove(path_ / kUnfinished);
+    if (!use.identity.empty()) log_.emplace(path_ / kUnfinished, use.identity);
   }
   if (!use.replaces) files::remove_leftovers(path_);
 }
 
-void OutFolder::note_made(const std::string& name) const {
-  if (!identity_.empty())
-    files::write_atomically(path_ / kUnfinished, files::read_text(path_ / kUnfinished) + name + "\n");
-}
-
 void OutFolder::finished() const {
-  if (identity_.empty()) return;  // another command may have been interrupted here
-  std::error_code fault;
-  fs::remove(path_ / kUnfinished, fault);
+  if (log_) fs::remove(path_ / kUnfinished);  // without a log, another command may have been interrupted here
 }
 
 OutFolder::~OutFolder() {

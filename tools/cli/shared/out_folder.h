@@ -3,11 +3,11 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "sim/files/atomic_file.h"
+#include "sim/result/job_log.h"
 #include "sim/result/result.h"
 #include "tools/cli/shared/terminal.h"
 
@@ -54,19 +54,16 @@ class OutFolder {
   OutFolder& operator=(const OutFolder&) = delete;
 
   const fs::path& path() const { return path_; }
-  /// True if the interrupted command has noted this as finished.
-  bool has_made(const std::string& name) const { return made_.contains(name); }
-  /// Notes a finished result, a path within the folder, for the case of an interruption.
-  void note_made(const std::string& name) const;
+  /// The finished results of a command with an identity, by their paths within the folder; else nullptr.
+  result::JobLog* log() const { return log_ ? &*log_ : nullptr; }
   /// The command is complete.
   void finished() const;
 
  private:
   fs::path path_, existing_;
   std::vector<std::string> names_;
-  std::string identity_;
-  std::set<std::string> made_;  ///< by the interrupted command
   std::optional<files::FileLock> lock_;
+  mutable std::optional<result::JobLog> log_;
   OnInterrupt on_interrupt_;
 };
 

@@ -1,5 +1,5 @@
-// The log of finished trials: each is on the disk before the next starts, so that a killed sweep or tuning
-// resumes where it stopped.
+// The log of finished jobs, of results and of trials: each is on the disk before the next starts, so that a
+// killed command resumes where it stopped.
 #pragma once
 
 #include <cstddef>
@@ -13,47 +13,47 @@
 
 #include "sim/files/atomic_file.h"
 
-namespace sim::trials {
+namespace sim::result {
 
-/// The result of one trial. Values are finite and written so that the same bits are read back.
-struct TrialRecord {
-  std::string key;  ///< a hash of all that the trial depends on, see trial_key()
+/// The result of one job. Values are finite and written so that the same bits are read back.
+struct JobRecord {
+  std::string key;  ///< of a trial: job_key() of all that it depends on; of a result: its path
   std::uint64_t seed = 0;
   std::string ending;                    ///< of a result folder, or "crashed", "not started"
   std::string cause;                     ///< of a failure, as a sentence
   std::map<std::string, double> values;  ///< metrics and objective terms that have a value
-  bool operator==(const TrialRecord&) const = default;
+  bool operator==(const JobRecord&) const = default;
 
   /// Returns nullopt if it has no value of that name.
   std::optional<double> value(std::string_view name) const;
 };
 
 /// A record as one line of JSON, without its end of line.
-std::string to_line(const TrialRecord& record);
+std::string to_line(const JobRecord& record);
 /// Returns nullopt if the line is not a record.
-std::optional<TrialRecord> from_line(std::string_view line);
+std::optional<JobRecord> from_line(std::string_view line);
 
-/// A hash (32 hexadecimal digits) of the parts that a trial depends on; it differs if their borders differ.
-std::string trial_key(std::initializer_list<std::string_view> parts);
+/// A hash (32 hexadecimal digits) of the parts that a job depends on; it differs if their borders differ.
+std::string job_key(std::initializer_list<std::string_view> parts);
 
 /// An append-only file of records, one process at a time. Safe to use from several threads.
-class TrialLog {
+class JobLog {
  public:
-  /// Opens or creates the log and removes a torn last line. `purpose`, the first line, identifies the trials
+  /// Opens or creates the log and removes a torn last line. `purpose`, the first line, identifies the jobs
   /// and the program. Throws FileError if the log has another purpose or a damaged line, if another process
   /// writes it, or if it cannot be written.
-  TrialLog(const std::filesystem::path& file, std::string_view purpose);
-  TrialLog(const TrialLog&) = delete;
-  TrialLog& operator=(const TrialLog&) = delete;
+  JobLog(const std::filesystem::path& file, std::string_view purpose);
+  JobLog(const JobLog&) = delete;
+  JobLog& operator=(const JobLog&) = delete;
 
   /// Returns the record of that key, valid as long as the log, or nullptr.
-  const TrialRecord* find(const std::string& key) const;
+  const JobRecord* find(const std::string& key) const;
   std::size_t size() const;
 
   /// Appends a record and syncs it to the disk; does nothing if the key has a record. Throws FileError.
-  void add(const TrialRecord& record);
+  void add(const JobRecord& record);
 
-  /// Rewrites the file in the order of keys, so that it does not depend on the order of the trials. Call it
+  /// Rewrites the file in the order of keys, so that it does not depend on the order of the jobs. Call it
   /// last. Throws FileError; then the file is unchanged.
   void sort();
 
@@ -65,12 +65,11 @@ class TrialLog {
   files::FileLock lock_;
   int fd_;
   mutable std::mutex mutex_;
-  std::map<std::string, TrialRecord> records_;
+  std::map<std::string, JobRecord> records_;
 };
 
 /// Returns the records of a log that no process writes any more, without a torn last line. Throws FileError
-/// as TrialLog does.
-std::map<std::string, TrialRecord> read_trial_log(const std::filesystem::path& file,
-                                                  std::string_view purpose);
+/// as JobLog does.
+std::map<std::string, JobRecord> read_job_log(const std::filesystem::path& file, std::string_view purpose);
 
-}  // namespace sim::trials
+}  // namespace sim::result

@@ -1,4 +1,4 @@
-#include "sim/trials/log.h"
+#include "sim/result/job_log.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -12,7 +12,7 @@
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 
-namespace sim::trials {
+namespace sim::result {
 namespace {
 
 namespace fs = std::filesystem;
@@ -37,7 +37,7 @@ files::FileLock lock_for_writing(const fs::path& file) {
 
 /// The records of a log, and how many bytes of its text are whole lines.
 struct Parsed {
-  std::map<std::string, TrialRecord> records;
+  std::map<std::string, JobRecord> records;
   std::size_t whole_bytes = 0;
 };
 
@@ -66,22 +66,22 @@ Parsed parse(const fs::path& file, std::string_view text, std::string_view purpo
 
 }  // namespace
 
-std::optional<double> TrialRecord::value(std::string_view name) const {
+std::optional<double> JobRecord::value(std::string_view name) const {
   const auto found = values.find(std::string(name));
   return found == values.end() ? std::nullopt : std::optional(found->second);
 }
 
-std::string to_line(const TrialRecord& record) {
+std::string to_line(const JobRecord& record) {
   nlohmann::ordered_json line{{"key", record.key}, {"seed", record.seed}, {"ending", record.ending}};
   if (!record.cause.empty()) line["cause"] = record.cause;
   line["values"] = record.values;
   return files::json_text(line);
 }
 
-std::optional<TrialRecord> from_line(std::string_view line) {
+std::optional<JobRecord> from_line(std::string_view line) {
   try {
     const files::Json read("record", line);
-    TrialRecord record{read.at("key").text(), read.at("seed").whole(), read.at("ending").text(), "", {}};
+    JobRecord record{read.at("key").text(), read.at("seed").whole(), read.at("ending").text(), "", {}};
     if (const auto cause = read.find("cause")) record.cause = cause->text();
     for (const auto& [name, value] : read.at("values").entries()) record.values[name] = value.number();
     return record;
@@ -90,13 +90,13 @@ std::optional<TrialRecord> from_line(std::string_view line) {
   }
 }
 
-std::string trial_key(std::initializer_list<std::string_view> parts) {
+std::string job_key(std::initializer_list<std::string_view> parts) {
   files::Hash hash;
   for (const std::string_view part : parts) hash.add_part(part);
   return hash.hex();
 }
 
-TrialLog::TrialLog(const fs::path& file, std::string_view purpose)
+JobLog::JobLog(const fs::path& file, std::string_view purpose)
     : file_(file), purpose_(purpose), lock_(lock_for_writing(file)), fd_(lock_.fd()) {
   if (::fcntl(fd_, F_SETFL, O_APPEND) != 0) fail(file_, "cannot be opened");
   Parsed parsed = parse(file_, files::read_text(file_), purpose);
@@ -105,38 +105,38 @@ TrialLog::TrialLog(const fs::path& file, std::string_view purpose)
   if (parsed.whole_bytes == 0) append(purpose);
 }
 
-void TrialLog::append(std::string_view line) const {
+void JobLog::append(std::string_view line) const {
   files::write_all(fd_, file_, std::string(line) + "\n");
   if (::fsync(fd_) != 0) fail(file_, "cannot be synced to the disk");
 }
 
-const TrialRecord* TrialLog::find(const std::string& key) const {
+const JobRecord* JobLog::find(const std::string& key) const {
   const std::scoped_lock lock(mutex_);
   const auto found = records_.find(key);
   return found == records_.end() ? nullptr : &found->second;
 }
 
-std::size_t TrialLog::size() const {
+std::size_t JobLog::size() const {
   const std::scoped_lock lock(mutex_);
   return records_.size();
 }
 
-void TrialLog::add(const TrialRecord& record) {
+void JobLog::add(const JobRecord& record) {
   const std::scoped_lock lock(mutex_);
   if (records_.contains(record.key)) return;
   append(to_line(record));
   records_.emplace(record.key, record);
 }
 
-void TrialLog::sort() {
+void JobLog::sort() {
   const std::scoped_lock lock(mutex_);
   std::string text = purpose_ + "\n";
   for (const auto& [key, record] : records_) text += to_line(record) + "\n";
   files::write_atomically(file_, text);
 }
 
-std::map<std::string, TrialRecord> read_trial_log(const fs::path& file, std::string_view purpose) {
+std::map<std::string, JobRecord> read_job_log(const fs::path& file, std::string_view purpose) {
   return parse(file, files::read_text(file), purpose).records;
 }
 
-}  // namespace sim::trials
+}  // namespace sim::result
