@@ -29,13 +29,19 @@ class SensingRobot {
         accelerometer_(scenario.seed, "felt accelerometer noise"),
         robot_(std::move(plan), scenario.stabilizer, scenario.world,
                plant_variation(scenario.seed, scenario.world), models),
-        legs_(robot_.reference().X_PB) {
+        legs_(robot_.reference().X_PB),
+        mounting_(live::mounting(scenario, robot_.reference(), models)),
+        imus_(scenario.rig, places(scenario.rig, *models.on_floor), robot_.world()) {
     legs_.add(robot_.world().leg_readings());
   }
 
+  physics::WalkingRobot& robot() { return robot_; }
   physics::WalkingRobot* operator->() { return &robot_; }
   const physics::WalkingRobot* operator->() const { return &robot_; }
   const walking::LegOdometry& legs() const { return legs_; }
+  const Mounting& mounting() const { return mounting_; }
+  /// To be called at each millisecond: appends the readings of the rig's IMUs that end now.
+  void read_imus(std::vector<slam::RigReading>& readings) { imus_.read(robot_.world(), readings); }
 
   /// Commands the servos of this tick. Returns the readings without noise.
   walking::SensorReadings command() {
@@ -58,6 +64,46 @@ class SensingRobot {
   sensor_errors::Random gyro_, accelerometer_;
   physics::WalkingRobot robot_;
   walking::LegOdometry legs_;
+  Mounting mounting_;
+  RigImus imus_;
+};
+
+/// What corrects the footsteps: the poses on their way to steering, and the path without corrections.
+class Navigation {
+ public:
+  /// robot: before its first tick. exposure: from a frame's stamp until its image is complete.
+  Navigation(const scenario::Scenario& scenario, physics::WalkingRobot& robot, slam::Stamp exposure)
+      : by_(scenario.walk.steering.by),
+        steering_(scenario.walk.steering, robot.plan()),
+        poses_(scenario.walk.steering, scenario.errors.faults, exposure),
+        path_(robot.plan()),
+        from_(robot.reference()),
+        to_(robot.following()) {}
+
+  bool by_truth() const { return by_ == walking::SteeredBy::truth; }
+  walking::Steering* operator->() { return &steering_; }
+  SteeringPoseBuffer& poses() { return poses_; }
+  /// Advances the path to the next tick of the walk.
+  void advance() { from_ = std::exchange(to_, path_.next()); }
+  /// X_WB on the path, within the tick of that time.
+  Eigen::Isometry3d desired_waist(double t_s) const { return planned_waist(from_, to_, t_s); }
+
+  /// Adds the answers of the estimator with the times when they take effect, if it steers.
+  void add_answers(const std::vector<tracking::TrackedFrame>& answers) {
+    for (; !by_truth() && answers_ < answers.size(); ++answers_) {
+      const auto& [pose, report, has_pose, took, effect] = answers[answers_];
+      poses_.add(effect, {pose.t, pose.X_WC, pose.covariance.value_or(slam::Matrix6d::Zero())},
+                 report.health == slam::Health::ok);
+    }
+  }
+
+ private:
+  walking::SteeredBy by_;
+  walking::Steering steering_;
+  SteeringPoseBuffer poses_;
+  std::size_t answers_ = 0;  // of the estimator, that were added
+  walking::PatternGenerator path_;
+  walking::Reference from_, to_;  // of the path
 };
 
 /// One run. walk() and the functions it calls are in the order of a simulated tick.
@@ -80,23 +126,18 @@ class Run {
   void stamp_frame();
   void read_imu();
   void deliver_frame();
-  void add_steering_poses();
   void steer();
 
   const scenario::ReadScenario& read_;
   const RunObserver& observer_;
   SensingRobot robot_;
-  Mounting mounting_;
   recording::RecordingSetup setup_;
-  RigImus imus_;
   FramePipeline frames_;
   recording::RecordingWriter writer_;
   SelfCheck check_;
   std::optional<tracking::Tracking> tracking_;
-  std::optional<walking::Steering> steering_;
-  std::optional<SteeringPoseBuffer> poses_;  // on their way to steering
-  std::size_t poses_added_ = 0;              // answers of the estimator among them
-  slam::Observation next_;                   // readings of IMUs, encoders and forces since the last frame
+  std::optional<Navigation> navigation_;  // of a steered walk
+  slam::Observation next_;                // readings of IMUs, encoders and forces since the last frame
   struct {
     walking::Wrench left, right;  // of the ground on the feet
     recording::TrueFeet feet;     // at its end
@@ -112,9 +153,7 @@ Run::Run(const scenario::ReadScenario& read, walking::PatternGenerator plan, con
     : read_(read),
       observer_(observer),
       robot_(read.scenario, std::move(plan), models),
-      mounting_(mounting(read.scenario, robot_->reference(), models)),
-      setup_(recording_setup(read.scenario, mounting_, robot_->reference().X_PB)),
-      imus_(read.scenario.rig, places(read.scenario.rig, *models.on_floor), robot_->world()),
+      setup_(recording_setup(read.scenario, robot_.mounting(), robot_->reference().X_PB)),
       frames_(read.scenario, models, threads > 1),
       writer_(folder, setup_),
       check_{InertialCheck(true_motion(robot_->world())), {}} {
@@ -125,10 +164,8 @@ Run::Run(const scenario::ReadScenario& read, walking::PatternGenerator plan, con
     tracking_.emplace(read.scenario, setup_.calibration, setup_.X_WC_start, setup_.camera_rate_hz, setup_.rig,
                       setup_.joints);
   }
-  const walking::SteeringOptions& steering = read.scenario.walk.steering;
-  if (steering.by == walking::SteeredBy::plan) return;
-  steering_.emplace(steering, robot_->plan());
-  poses_.emplace(steering, read.scenario.errors.faults, frames_.lead());
+  if (read.scenario.walk.steering.by != walking::SteeredBy::plan)
+    navigation_.emplace(read.scenario, robot_.robot(), frames_.lead());
 }
 
 void Run::walk(const result::Progress& progress) {
@@ -146,6 +183,7 @@ void Run::walk(const result::Progress& progress) {
     writer_.add(last_tick_.feet);
     steer();
     robot_->advance();
+    if (navigation_) navigation_->advance();
     progress(robot_->progress());
     if (observer_.ticked) observer_.ticked(robot_->world().time());
   }
@@ -169,7 +207,7 @@ void Run::step_until(slam::Stamp end) {
   do {
     robot_->world().step();
     frames_.add_positions(robot_->world());
-    imus_.read(robot_->world(), next_.rig);
+    robot_.read_imus(next_.rig);
   } while (robot_->is_ok() && robot_->world().time() < end);
 }
 
@@ -185,17 +223,18 @@ void Run::stamp_frame() {
   const walking::Reference &from = robot_->reference(), &to = robot_->following();
   read_imu();
   next_.t = world.time();
-  next_.plan = planned_motion(from, to, time_s(), mounting_.X_BC);
+  next_.plan = planned_motion(from, to, time_s(), robot_.mounting().X_BC);
   const auto [X_OB, p_OS] = robot_.legs().motion(world.leg_readings().q);
-  const Eigen::Isometry3d X_OC = X_OB * mounting_.X_BC;
+  const Eigen::Isometry3d X_OC = X_OB * robot_.mounting().X_BC;
   next_.plan->legs = {X_OC, X_OC.inverse() * p_OS};
-  if (poses_) poses_->add(next_.t, *next_.plan);
+  if (navigation_) navigation_->poses().add(next_.t, *next_.plan);
   if (observer_.stamped)
     observer_.stamped(
         {next_.t, world, from, next_.plan->X_PC, last_tick_.feet, last_tick_.left, last_tick_.right});
   frames_.push({std::exchange(next_, {}), world.X_WC()});
-  writer_.add(
-      recording::TruePoses{world.time(), world.X_WC(), world.X_WB(), planned_waist(from, to, time_s())});
+  recording::TruePoses poses{world.time(), world.X_WC(), world.X_WB(), planned_waist(from, to, time_s())};
+  if (navigation_) poses.X_WB_desired = navigation_->desired_waist(time_s());
+  writer_.add(poses);
 }
 
 // At the end of each tick, and at each frame's stamp within it.
@@ -231,50 +270,41 @@ void Run::deliver_frame() {
   };
   tracking::process_observed(std::move(frame.observation), tracking_ ? &*tracking_ : nullptr,
                              observer_.tracking, track);
-  if (poses_ && read_.scenario.walk.steering.by == walking::SteeredBy::truth)
-    poses_->add(t, {t, frame.X_WC, slam::Matrix6d::Zero()}, true);
-  add_steering_poses();
+  if (navigation_ && navigation_->by_truth())
+    navigation_->poses().add(t, {t, frame.X_WC, slam::Matrix6d::Zero()}, true);
+  if (navigation_ && tracking_) navigation_->add_answers(tracking_->answers());
   timing_.all.frames.push_back(std::exchange(timing_.frame, {}));
-}
-
-// The answers of the estimator with the times when they take effect.
-void Run::add_steering_poses() {
-  if (read_.scenario.walk.steering.by != walking::SteeredBy::estimate) return;
-  for (const auto& answers = tracking_->answers(); poses_added_ < answers.size(); ++poses_added_) {
-    const auto& [pose, report, has_pose, took, effect] = answers[poses_added_];
-    poses_->add(effect, {pose.t, pose.X_WC, pose.covariance.value_or(slam::Matrix6d::Zero())},
-                report.health == slam::Health::ok);
-  }
 }
 
 // Decides a due footstep with exactly the frames that it may depend on, so that drawing images beside the
 // walk makes no difference.
 void Run::steer() {
   const auto tick = static_cast<std::size_t>(robot_->world().time() / walking::kTick);
-  if (!steering_ || !robot_->is_ok() || !steering_->is_due(robot_->plan(), tick)) return;
-  const slam::Stamp until = poses_->usable_until(robot_->world().time());
+  if (!navigation_ || !robot_->is_ok() || !(*navigation_)->is_due(robot_->plan(), tick)) return;
+  SteeringPoseBuffer& poses = navigation_->poses();
+  const slam::Stamp until = poses.usable_until(robot_->world().time());
   while (!frames_.empty() && frames_.next_stamp() <= until) deliver_frame();
   if (tracking_) {
     const result::StageClock clock(timing_.frame.filter_ms);
     tracking_->advance(until);
+    navigation_->add_answers(tracking_->answers());
   }
-  add_steering_poses();
   const result::StageClock clock(timing_.frame.plan_and_physics_ms);
-  steering_->decide(robot_->plan(), tick, poses_->newest(until));
+  (*navigation_)->decide(robot_->plan(), tick, poses.newest(until));
 }
 
 result::RunRecord Run::record(const std::filesystem::path& folder) {
   frames_.close_cameras();
-  if (steering_) writer_.add(recorded(steering_->corrections()));
+  if (navigation_) writer_.add(recorded((*navigation_)->corrections()));
   const std::string complaint = check_.complaint();
   writer_.add("self_check.json", check_.json());
   writer_.finish();
   const physics::Status& status = robot_->world().status();
   scenario::Ended ended{ending(status.condition), status.cause};
-  if (ended.ending == scenario::Ending::completed && steering_ && steering_->stopped_s())
+  if (ended.ending == scenario::Ending::completed && navigation_ && (*navigation_)->stopped_s())
     ended = {scenario::Ending::stopped,
              fmt::format("steering had no estimate for {} s at t = {:.2f} s: the robot stopped on both feet",
-                         read_.scenario.walk.steering.lost_s, *steering_->stopped_s())};
+                         read_.scenario.walk.steering.lost_s, *(*navigation_)->stopped_s())};
   if (ended.ending != scenario::Ending::failed && !complaint.empty())
     ended = {scenario::Ending::failed, complaint};
   result::RunRecord left{read_, ended, setup_, recording::read_truth(folder), std::nullopt, ""};

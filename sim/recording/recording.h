@@ -39,6 +39,7 @@ struct TruePoses {
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();  ///< camera
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();  ///< waist
   Eigen::Isometry3d X_PB = Eigen::Isometry3d::Identity();  ///< waist as planned
+  std::optional<Eigen::Isometry3d> X_WB_desired = {};      ///< of the commanded path, in a steered walk
 };
 
 using score::TrueFeet, score::TrueFoot;
@@ -114,7 +115,8 @@ struct Truth {
   std::optional<Eigen::Vector3d> positions_of = {};
   std::vector<TrueFeet> feet;
   std::vector<score::Surface> surfaces;
-  std::vector<score::StepCorrection> corrected_steps;  ///< empty unless the walk was steered
+  std::vector<files::TimedPose> waist_desired;         ///< commanded X_WB; empty unless the walk was steered
+  std::vector<score::StepCorrection> corrected_steps;  ///< likewise
 };
 
 /// Reads the truth of a recording, after the filter has finished. Throws FileError as RecordingReader.

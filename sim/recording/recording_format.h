@@ -136,7 +136,8 @@ struct Table {
 };
 inline const Table kTrueCamera{"truth/camera.csv", kStampColumn + "," + files::pose_columns("WC")},
     kTrueWaist{"truth/waist.csv", kStampColumn + "," + files::pose_columns("WB")},
-    kPlannedWaist{"truth/waist_plan.csv", kStampColumn + "," + files::pose_columns("PB")};
+    kPlannedWaist{"truth/waist_plan.csv", kStampColumn + "," + files::pose_columns("PB")},
+    kDesiredWaist{"truth/waist_desired.csv", kTrueWaist.header};
 inline const std::string kFootColumns =
     ",x [m],y [m],yaw [rad],plan_x [m],plan_y [m],plan_yaw [rad],planned_down,load [N]"
     ",creep_x [m],creep_y [m],creep_yaw [rad]";

@@ -253,6 +253,7 @@ Truth read_truth(const fs::path& folder) {
   for (StampedRows rows = rows_of(manifest, kFeet.file, {kFeet.header}); rows.stamp(); rows.advance())
     truth.feet.push_back({*rows.stamp(), read_foot(rows.row(), 1), read_foot(rows.row(), 12)});
   truth.surfaces = read_surfaces(manifest);
+  if (manifest.lists(kDesiredWaist.file)) truth.waist_desired = read_poses(manifest, kDesiredWaist);
   if (manifest.lists(kCorrectedSteps.file)) truth.corrected_steps = read_corrected_steps(manifest);
   return truth;
 }

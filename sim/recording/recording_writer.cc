@@ -76,6 +76,7 @@ struct RecordingWriter::Files {
       motion{folder, sensor_rows(kMotion), kMotionHeader}, true_camera{folder, kTrueCamera},
       true_waist{folder, kTrueWaist}, planned_waist{folder, kPlannedWaist}, feet{folder, kFeet},
       surfaces{folder, kSurfaces};
+  std::optional<Rows> desired_waist;
   std::vector<Rows> body;         // in the order of body_sensors()
   std::vector<Rows> rig;          // in the order of setup.rig
   std::optional<bool> with_legs;  // known from the first plan on
@@ -170,6 +171,9 @@ void RecordingWriter::add(const TruePoses& poses) {
   files_->true_camera.add(poses.t, "," + files::csv_fields(poses.X_WC));
   files_->true_waist.add(poses.t, "," + files::csv_fields(poses.X_WB));
   files_->planned_waist.add(poses.t, "," + files::csv_fields(poses.X_PB));
+  if (!poses.X_WB_desired) return;
+  if (!files_->desired_waist) files_->desired_waist.emplace(files_->folder, kDesiredWaist);
+  files_->desired_waist->add(poses.t, "," + files::csv_fields(*poses.X_WB_desired));
 }
 
 void RecordingWriter::add(const TrueMotion& motion) {
@@ -223,6 +227,7 @@ void RecordingWriter::finish() {
   for (Rows* rows :
        {&f.plan, &f.motion, &f.true_camera, &f.true_waist, &f.planned_waist, &f.feet, &f.surfaces})
     all.push_back(rows);
+  if (f.desired_waist) all.push_back(&*f.desired_waist);
   for (Rows* rows : all) {
     rows->file.close();
     f.manifest.add(rows->name, rows->file.hash());

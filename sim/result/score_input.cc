@@ -1,11 +1,9 @@
 #include <algorithm>
 #include <chrono>
-#include <utility>
 
 #include "sim/result/result.h"
 #include "slam/camera.h"
 #include "walking/hrp2.h"
-#include "walking/pattern_generator.h"
 #include "walking/timeline.h"
 
 namespace sim::result {
@@ -109,43 +107,15 @@ Eigen::Isometry3d waist_above(const walking::FootPose& feet) {
   return X;
 }
 
-Eigen::Isometry3d between(const walking::Reference& from, const walking::Reference& to, double part) {
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  X.linear() = Eigen::Quaterniond(from.X_PB.linear())
-                   .slerp(part, Eigen::Quaterniond(to.X_PB.linear()))
-                   .toRotationMatrix();
-  X.translation() = (1 - part) * from.X_PB.translation() + part * to.X_PB.translation();
-  return X;
-}
-
-/// The uncorrected plan at the stamps of the corrected one.
-score::Trajectory uncorrected(walking::WalkOptions walk, const std::vector<files::TimedPose>& waist_plan) {
-  walk.arm_motion = walking::ArmMotion::still;  // arms and second stage need a model of the whole body
-  walk.second_preview = false;
-  walking::PatternGenerator plan(walk);
-  walking::Reference from = plan.next(), to = plan.next();
-  std::size_t tick = 0;
-  score::Trajectory path;
-  for (const files::TimedPose& pose : waist_plan) {
-    const auto due = static_cast<std::size_t>(pose.t / walking::kTick);
-    for (; tick < due; ++tick) from = std::exchange(to, plan.next());
-    const std::chrono::duration<double> after = pose.t - static_cast<std::int64_t>(tick) * walking::kTick;
-    path.push_back({pose.t, between(from, to, after.count() / walking::kPeriod)});
-  }
-  return path;
-}
-
-/// The commanded path, laid into the world at the start. waist_plan: the planned waist at the frames, with
-/// all corrections. The path of a steered walk is the cart-table plan of its commands, at the same stamps.
-score::DesiredPath desired_path(const walking::WalkOptions& walk,
-                                const std::vector<files::TimedPose>& waist_plan) {
+/// The commanded path, laid into the world at the start.
+score::DesiredPath desired_path(const walking::WalkOptions& walk, const recording::Truth& truth) {
   const walking::Timeline timeline(walk, kFeet, Eigen::Vector2d::Zero());
   score::DesiredPath path;
   path.end = waist_above(walking::center_of(timeline.phases().back().to));
   for (const walking::Timeline::Lap& lap : timeline.laps())
     path.laps.emplace_back(static_cast<std::int64_t>(lap.begin) * walking::kTick,
                            static_cast<std::int64_t>(lap.end) * walking::kTick);
-  path.waist = walk.steering.by == walking::SteeredBy::plan ? waist_plan : uncorrected(walk, waist_plan);
+  path.waist = walk.steering.by == walking::SteeredBy::plan ? truth.waist_plan : truth.waist_desired;
   return path;
 }
 
@@ -182,7 +152,7 @@ score::Run score_input(const RunRecord& record) {
   run.surfaces = record.truth.surfaces;
   run.feet = feet(record.truth);
   const walking::WalkOptions& walk = record.scenario.scenario.walk;
-  if (!record.truth.waist_plan.empty()) run.desired = desired_path(walk, record.truth.waist_plan);
+  if (!record.truth.waist_plan.empty()) run.desired = desired_path(walk, record.truth);
   run.steered = walk.steering.by != walking::SteeredBy::plan;
   run.corrections = record.truth.corrected_steps;
   if (!record.truth.waist_plan.empty()) run.plan_end = plan_end(walk);

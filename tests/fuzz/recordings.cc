@@ -93,7 +93,9 @@ inline std::map<std::string, std::string> contents() {
   o.rig[3].begin = slam::Stamp{-5'000'000};
   writer.add(o);
   writer.add(recordings::BodyReading{slam::Stamp{-1}, Eigen::VectorXd::Ones(1), {}, {}});
-  writer.add(recordings::TruePoses{});
+  recordings::TruePoses poses;
+  poses.X_WB_desired = poses.X_WB;
+  writer.add(poses);
   writer.add(recordings::TrueFeet{});
   writer.add(std::vector{sim::score::StepCorrection{}});
   writer.add(sim::score::Surface{});
@@ -113,7 +115,7 @@ inline void recording(std::string_view text) {
     for (const char* sensor : {"cam0", "imu0", "plan0"})
       all.insert(all.end(), {sensor_file(sensor), sensor_rows(sensor)});
     for (const Table* table :
-         {&kTrueCamera, &kTrueWaist, &kPlannedWaist, &kFeet, &kCorrectedSteps, &kSurfaces})
+         {&kTrueCamera, &kTrueWaist, &kPlannedWaist, &kDesiredWaist, &kFeet, &kCorrectedSteps, &kSurfaces})
       all.push_back(table->file);
     all.push_back(kBody);
     for (const auto& [name, content] : files)

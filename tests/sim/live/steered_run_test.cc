@@ -48,7 +48,18 @@ TEST_F(SteeredRunTest, TheTruthBringsTheRobotToTheEndOfItsPath) {
   EXPECT_GT(score("truth", "steps_corrected"), 5);
   EXPECT_LE(score("truth", "correction_largest_deg"), 3 + 1e-9);
   EXPECT_FALSE(fs::exists(folder_ / "plan/corrected_steps.csv"));
+  EXPECT_FALSE(fs::exists(folder_ / "plan/recording/truth/waist_desired.csv"));
   EXPECT_TRUE(fs::exists(folder_ / "truth/recording/truth/corrected_steps.csv"));
+}
+
+// The recording of the steered walk has the path that the uncorrected walk plans, also while steps are added.
+TEST_F(SteeredRunTest, TheDesiredPathIsThePlanWithoutCorrections) {
+  const auto rows = [](const std::string& csv) { return csv.substr(csv.find('\n')); };
+  run("plan", read(kWalk));
+  run("truth", read(kWalk, {"walk.steering.by=truth"}));
+  const std::string planned = rows(file("plan", "recording/truth/waist_plan.csv"));
+  EXPECT_EQ(rows(file("truth", "recording/truth/waist_desired.csv")).substr(0, planned.size()), planned);
+  EXPECT_NE(rows(file("truth", "recording/truth/waist_plan.csv")).substr(0, planned.size()), planned);
 }
 
 // The filter receives the corrected plan: a replay, which has only the recording, gives the estimate that

@@ -87,7 +87,8 @@ struct Recorded {
     RecordingWriter writer(folder, setup);
     for (const slam::Observation& o : given) {
       writer.add(o);
-      poses.push_back({o.t, random_pose(random), random_pose(random), random_pose(random)});
+      poses.push_back(
+          {o.t, random_pose(random), random_pose(random), random_pose(random), random_pose(random)});
       writer.add(poses.back());
       bodies.push_back({o.t,
                         random_vector(random),
@@ -203,6 +204,7 @@ TEST(Recording, TruthComesBackBitForBit) {
     EXPECT_EQ(truth.camera[i].X.matrix(), recorded.poses[i].X_WC.matrix());
     EXPECT_EQ(truth.waist.at(i).X.matrix(), recorded.poses[i].X_WB.matrix());
     EXPECT_EQ(truth.waist_plan.at(i).X.matrix(), recorded.poses[i].X_PB.matrix());
+    EXPECT_EQ(truth.waist_desired.at(i).X.matrix(), recorded.poses[i].X_WB_desired->matrix());
   }
   ASSERT_EQ(truth.surfaces.size(), 1u);
   EXPECT_EQ(truth.surfaces[0].kind, score::Surface::Kind::box);
@@ -436,7 +438,8 @@ TEST(Recording, TheWriterNeedsNoMoreMemoryForALongerRun) {
     for (int k = 0; k < frames; ++k, t += Stamp(33'000'000)) {
       writer.add(
           slam::Observation{t, random_image(kSize, random), {}, {}, observations(random, 1)[0].plan, {}, {}});
-      writer.add(TruePoses{t, random_pose(random), random_pose(random), random_pose(random)});
+      writer.add(
+          TruePoses{t, random_pose(random), random_pose(random), random_pose(random), random_pose(random)});
       writer.add(BodyReading{t, random_vector(random), {}, {}});
       writer.add(TrueMotion{t, random_pose(random), random_vector(random)});
       writer.add(TrueFeet{t, {}, {}});
