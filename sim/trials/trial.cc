@@ -4,14 +4,10 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <exception>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <sstream>
-#include <thread>
 
 #include "sim/files/atomic_file.h"
 #include "sim/files/json.h"
@@ -22,16 +18,6 @@ namespace sim::trials {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Keeps the observation with a view of its image, which has no reference counter for threads to share.
-void keep(slam::Observation observation, Recording& recording) {
-  if (!observation.image.empty()) {
-    recording.pictures.push_back(observation.image);
-    const cv::Mat& owner = recording.pictures.back();
-    observation.image = cv::Mat(owner.rows, owner.cols, owner.type(), owner.data, owner.step);
-  }
-  recording.observations.push_back(std::move(observation));
-}
 
 // The fraction of the recording until the filter diverged or the estimator failed.
 double lasted_fraction(const Recording& recording, const tracking::Tracked& tracked) {
@@ -66,7 +52,7 @@ Recording load(const fs::path& folder) {
   recording::RecordingReader reader(folder / "recording");
   recording.setup = reader.setup();
   recording.hash = reader.hash();
-  while (auto ideal = reader.next()) keep(std::move(*ideal), recording);
+  while (auto ideal = reader.next()) recording.observations.push_back(std::move(*ideal));
   recording.truth = recording::read_truth(folder / "recording");
   return recording;
 }
@@ -173,45 +159,6 @@ JobRecord run_task(const Task& task, const RecordingOf& recording_of) {
   } catch (const std::exception& e) {
     return {task.key, read.scenario.seed, std::string(name_of(scenario::Ending::not_started)), e.what(), {}};
   }
-}
-
-RunTasks in_threads(int threads) {
-  struct Loaded {
-    std::mutex mutex;
-    std::shared_ptr<const Recording> recording;
-  };
-  struct Store {
-    std::mutex mutex;
-    std::map<fs::path, Loaded> by_folder;
-  };
-  return [threads, store = std::make_shared<Store>()](const std::vector<Task>& tasks, JobLog& log) {
-    const auto recording_of = [&](const fs::path& folder) {
-      std::unique_lock lock(store->mutex);
-      Loaded& loaded = store->by_folder[folder];
-      lock.unlock();
-      const std::scoped_lock loading(loaded.mutex);
-      if (!loaded.recording) loaded.recording = std::make_shared<const Recording>(load(folder));
-      return loaded.recording;
-    };
-    std::atomic<std::size_t> next{0};
-    std::vector<std::exception_ptr> faults(tasks.size());
-    const auto work = [&] {
-      for (std::size_t i = next++; i < tasks.size(); i = next++) {
-        try {
-          log.add(run_task(tasks[i], [&](const auto&) { return recording_of(tasks[i].recording); }));
-        } catch (...) {
-          faults[i] = std::current_exception();
-        }
-      }
-    };
-    {
-      std::vector<std::jthread> others;
-      for (int k = 1; k < std::min(threads, static_cast<int>(tasks.size())); ++k) others.emplace_back(work);
-      work();
-    }
-    for (const std::exception_ptr& fault : faults)
-      if (fault) std::rethrow_exception(fault);
-  };
 }
 
 }  // namespace sim::trials

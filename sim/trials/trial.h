@@ -22,15 +22,13 @@ namespace sim::trials {
 
 using result::JobLog, result::JobRecord;
 
-/// A recording that is read once and that several threads may use at the same time.
+/// A recording that is read once for several trials.
 struct Recording {
   scenario::Ended walk;  ///< how the walk ended
   std::string hash;      ///< of the recording's files
   recording::RecordingSetup setup;
-  /// In the order of arrival; images are views of `pictures`, which share no counter among threads.
-  std::vector<slam::Observation> observations;
-  std::vector<cv::Mat> pictures;
-  recording::Truth truth;  ///< for the score only
+  std::vector<slam::Observation> observations;  ///< in the order of arrival
+  recording::Truth truth;                       ///< for the score only
 };
 
 /// Reads a result folder's recording, images decoded. Throws FileError as replay does.
@@ -83,8 +81,5 @@ using RecordingOf = std::function<std::shared_ptr<const Recording>(const scenari
 /// Runs the trial; without a filter it scores only the walk. A fault of the trial is its record: "not
 /// started". Throws FileError for a fault of the machine.
 JobRecord run_task(const Task& task, const RecordingOf& recording_of);
-
-/// Runs tasks in that many threads of this process, all recordings in memory.
-RunTasks in_threads(int threads);
 
 }  // namespace sim::trials

@@ -33,11 +33,8 @@ constexpr std::array kCompared{"ate_se3_rmse_m",         "rmse_m",          "nee
 /// The recordings of training or of the hold-out. Each trial on them runs once and is logged.
 class Runs {
  public:
-  Runs(const Spec& spec, const std::vector<SpecRun>& runs, const Execution& execution, JobLog& log)
-      : spec_(spec),
-        runs_(runs),
-        log_(log),
-        run_tasks_(execution.remote ? execution.remote : in_threads(execution.threads)) {
+  Runs(const Spec& spec, const std::vector<SpecRun>& runs, const RunTasks& run_tasks, JobLog& log)
+      : spec_(spec), runs_(runs), log_(log), run_tasks_(run_tasks) {
     for (const SpecRun& run : runs) hashes_.push_back(recording::Manifest(run.folder / "recording").hash());
   }
 
@@ -76,7 +73,7 @@ class Runs {
   const Spec& spec_;
   const std::vector<SpecRun>& runs_;
   JobLog& log_;
-  RunTasks run_tasks_;
+  const RunTasks& run_tasks_;
   std::vector<std::string> hashes_;
 };
 
@@ -116,8 +113,8 @@ struct Found {
 
 /// Tries the start of the spec, then whole generations of CMA-ES up to spec.trials settings. The settings
 /// depend only on the spec and the losses found.
-Found find(const Spec& spec, JobLog& log, const Execution& execution, const ShowProgress& show) {
-  const Runs runs(spec, spec.training, execution, log);
+Found find(const Spec& spec, JobLog& log, const RunTasks& run_tasks, const ShowProgress& show) {
+  const Runs runs(spec, spec.training, run_tasks, log);
   int tried = 0;
   double least = 0;
   Found found;
@@ -220,13 +217,13 @@ std::string log_purpose(const std::string& program, const Spec& spec) {
   return fmt::format("gaitslam tune {}, {}", spec.name, program);
 }
 
-TuningResult tune(const Spec& spec, const fs::path& out, const Execution& execution,
+TuningResult tune(const Spec& spec, const fs::path& out, const RunTasks& run_tasks,
                   const std::string& program, const ShowProgress& show) {
   fs::create_directories(out);
   JobLog log(out / "trials.jsonl", log_purpose(program, spec));
-  const Found found = find(spec, log, execution, show);
+  const Found found = find(spec, log, run_tasks, show);
   show(1, "hold-out");
-  const StartAndBest holdout = compare(Runs(spec, spec.holdout, execution, log), found.start, found.best);
+  const StartAndBest holdout = compare(Runs(spec, spec.holdout, run_tasks, log), found.start, found.best);
   const bool accepted = mean_loss(holdout.best, spec.objective) <= mean_loss(holdout.start, spec.objective);
   log.sort();
   files::write_atomically(out / "history.csv", found.history);

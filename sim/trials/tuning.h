@@ -20,13 +20,6 @@ double loss_of(const JobRecord& record, Objective objective);
 /// The mean loss over the records.
 double mean_loss(const std::vector<const JobRecord*>& records, Objective objective);
 
-/// How trials run: in that many threads of this process, or by `remote` if it is set. It must be set if walks
-/// are steered by their estimate: each setting then needs a simulation.
-struct Execution {
-  int threads = 1;
-  RunTasks remote{};
-};
-
 /// Called with the part of the search that is done, 0 to 1, and the current step in words.
 using ShowProgress = std::function<void(double part, const std::string& at)>;
 
@@ -38,8 +31,9 @@ struct TuningResult {
 
 /// Tunes, and writes to `out`: trials.jsonl (the log), then history.csv, tune.json and, if accepted,
 /// best.yaml. Every run of the spec needs its folder. Resumes from the log of the same spec; the result has
-/// the same bits for any `execution`. program: identifies it in the log. Throws FileError.
-TuningResult tune(const Spec& spec, const std::filesystem::path& out, const Execution& execution,
+/// the same bits however run_tasks divides the work. If its estimate steers a walk, a task names no
+/// recording: each setting is simulated. program: identifies it in the log. Throws FileError.
+TuningResult tune(const Spec& spec, const std::filesystem::path& out, const RunTasks& run_tasks,
                   const std::string& program, const ShowProgress& show);
 
 /// The first line of the log.

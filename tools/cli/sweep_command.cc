@@ -259,21 +259,19 @@ int tune_by(TuneRequest& request) {
   Backend backend = request.backend;
   backend.spool = out / "slurm";
   const auto in_use = take_from_cache(spec, request.models, backend);
-  trials::Execution execution{std::max(backend.jobs, 1)};
   const auto steered = [](const trials::SpecRun& run) {
     return run.read.scenario.walk.steering.by == walking::SteeredBy::estimate;
   };
   const bool simulates =
       std::ranges::any_of(spec.training, steered) || std::ranges::any_of(spec.holdout, steered);
-  if (simulates || backend.slurm())
-    execution.remote = in_processes({out / "parts", trials::log_purpose(program_identity(), spec),
-                                     request.models, "tune " + request.spec},
-                                    backend);
+  const RunTrials run_trials = in_processes(
+      {out / "parts", trials::log_purpose(program_identity(), spec), request.models, "tune " + request.spec},
+      backend);
   if (simulates) std::cout << "an estimate steers a walk: each setting is simulated\n" << std::flush;
   trials::TuningResult result;
   {
     ProgressLine progress("tune " + spec.name);
-    result = trials::tune(spec, out, execution, program_identity(),
+    result = trials::tune(spec, out, run_trials, program_identity(),
                           [&](double part, const std::string& at) { progress.show(part, at); });
   }
   remove_arrays(backend.spool);
