@@ -22,7 +22,7 @@ using Model = std::unique_ptr<mjModel_, Free>;
 using Data = std::unique_ptr<mjData_, Free>;
 
 /// The room of the physics, a bare floor: the shapes of a furnished one would cost time at each step. Whether
-/// the robot touches them is looked for apart (room_clearance.h).
+/// the robot touches them is looked for apart (clearance.h).
 inline constexpr char kPhysicalRoom[] = "floor";
 
 /// Which of the models' shapes are kept: all that can be seen, or only what can be touched (faster to step).

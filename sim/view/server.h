@@ -141,7 +141,7 @@ struct Service {
   std::function<void(std::size_t viewers)> closed = [](std::size_t) {};
 };
 
-/// Listens while it exists. Rejects requests and upgrades by the rules of access.h.
+/// Listens while it exists. Rejects requests and upgrades by the rules of access.cc.
 class Server {
  public:
   /// Throws std::invalid_argument as checked() does, std::runtime_error if it cannot listen.

@@ -1,5 +1,6 @@
-// The paper's first experiment through the program.
+// The paper's first experiment through the program. .ci/run shares its walks with the regression.
 #include <cmath>
+#include <cstdlib>
 
 #include "tests/tools/command_line.h"
 
@@ -12,8 +13,11 @@ using Folders = std::vector<fs::path>;
 class TangentCircle : public CommandLine {
  protected:
   TangentCircle() {
+    if (const char* const shared = std::getenv("GAITSLAM_SHARED_CACHE"))
+      ::setenv("GAITSLAM_CACHE", shared, 1);
     if (!fs::exists(walks_))
-      ok("run '" GAITSLAM_SOURCE_DIR "/scenarios/tangent_circle.yaml' --seeds 1..3 --jobs 2 --out '" +
+      ok("run '" GAITSLAM_SOURCE_DIR
+         "/scenarios/tangent_circle.yaml' --seeds 1..3 --cached --jobs 2 --out '" +
          walks_.string() + "'");
   }
   static void TearDownTestSuite() { fs::remove_all(walks_); }
