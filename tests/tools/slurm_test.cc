@@ -46,6 +46,14 @@ TEST_F(ScriptedSlurm, ANoticeOrAFailingSqueueSubmitsNothingTwice) {
   }
 }
 
+TEST_F(ScriptedSlurm, SeedsOfARunAreOneArrayAndOneRunIsNone) {
+  ok("run walk.yaml --seeds 1,2 --out here");
+  const Ran ran = on_slurm("run walk.yaml --seeds 1,2 --out there --backend slurm").ends(0);
+  EXPECT_THAT(ran.err, Has("slurm job 1000: "));
+  EXPECT_THAT(differences(folder_ / "here", folder_ / "there"), IsEmpty());
+  EXPECT_THAT(on_slurm("run walk.yaml --out one --backend slurm").ends(2).err, Has("expected --seeds"));
+}
+
 TEST_F(ScriptedSlurm, NothingOfAnArrayThatMayStillRunIsDeleted) {
   const std::string sweep = "sweep walk.yaml world.floor_friction=0.15,0.3 --out s --backend slurm ",
                     other = "sweep walk.yaml world.floor_friction=0.3,0.15 --out s --backend slurm --force";

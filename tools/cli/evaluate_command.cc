@@ -39,7 +39,7 @@ struct EvaluateRequest : OutRequest {
   std::optional<std::string> name, align, pose;
   double within_s = 3600;
   bool undistort = false, keep = false;
-  std::optional<int> jobs;
+  Backend backend;
   BatchMember batch;
 };
 
@@ -142,7 +142,7 @@ int evaluate_all(const std::vector<ResultJob>& jobs, const OutFolder& out, const
       jobs, out,
       {.models = {},
        .title = fmt::format("{} on {} recordings", jobs[0].read.scenario.estimator.name, jobs.size()),
-       .backend = {.jobs = request.jobs.value_or(1)},
+       .backend = request.backend,
        .keeps_other_seeds = true});
   int exit_code = 0;
   for (std::size_t i = 0; i < jobs.size(); ++i) {
@@ -172,6 +172,7 @@ void separate_limits(EvaluateRequest& request) {
 
 int evaluate(EvaluateRequest& request) {
   join_batch(request.batch);
+  require_usable(request.backend, request.out.value_or(""));
   separate_limits(request);
   require_one_of({"euroc", "openvins", "orbslam3", "tum"}, request.format, "--format");
   body_of(request), alignment_of(request);
@@ -210,7 +211,7 @@ void add_evaluate(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command.add_flag("--undistort", request.undistort, "rectify the images, as tum always does");
   command.add_flag("--keep", request.keep, "keep the trajectory, also a useless one, as trajectory.txt");
-  add_jobs(command, request.jobs, "number of processes at a time (default 1)");
+  add_backend_options(command, request.backend);
   add_out(command, request);
   add_batch_member(command, request.batch);
 }

@@ -22,7 +22,7 @@ Every result is kept in the folder. Rerun the command to resume after an interru
 
 struct ReproduceRequest {
   std::optional<std::string> seeds;
-  std::optional<int> jobs;
+  Backend backend;
   bool cached = false;
   fs::path out = "results/paper", models = standard_models(),
            scenarios = standard_models().parent_path() / "scenarios";
@@ -50,7 +50,7 @@ bool run_jobs(std::vector<ResultJob> jobs, bool replay, const ReproduceRequest& 
   make_results(jobs, out,
                {.models = request.models,
                 .title = replay ? "reproduce: replays" : "reproduce: walks",
-                .backend = {.jobs = request.jobs.value_or(1)},
+                .backend = request.backend,
                 .cached = request.cached,
                 .counts_older = true,
                 .keeps_other_seeds = true});
@@ -72,6 +72,7 @@ pages::PaperRuns read_results(const std::vector<ResultJob>& jobs, const fs::path
 
 int reproduce(ReproduceRequest& request) {
   require_simulator();
+  require_usable(request.backend, request.out.string());
   const std::vector<ResultJob> jobs = plan(request);
   const OutFolder out({}, request.out, {.names = {"index.html"}, .continues = true});
   bool all_there = run_jobs(jobs, false, request, out);
@@ -93,7 +94,7 @@ void add_reproduce(CLI::App& app, int& exit_code) {
                                         "Run the experiments of the paper and compare numbers and figures",
                                         kReproduceExamples, reproduce);
   add_seeds(command, request.seeds, "seeds (default 1..10)");
-  add_jobs(command, request.jobs, "number of processes at a time (default 1)");
+  add_backend_options(command, request.backend);
   add_cached(command, request.cached);
   command.add_option("--out", request.out, "folder for the page and all results")->capture_default_str();
   add_models(command, request.models);

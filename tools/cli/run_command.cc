@@ -36,6 +36,7 @@ struct RunRequest : OutRequest {
   scenario::Changes changes;
   fs::path models = standard_models();
   std::optional<int> jobs;
+  std::string backend = "local";
   bool cached = false, all_metrics = false;
   ViewRequest view;
   BatchMember batch;
@@ -93,11 +94,13 @@ int run_seeds(const scenario::ReadScenario& read, const RunRequest& request) {
   use.names = {"summary.json"};
   const OutFolder out(request, standard_folder(read), use);
   const fs::path& root = out.path();
-  const auto ended = make_results(jobs, out,
-                                  {.models = request.models,
-                                   .title = fmt::format("{} seeds of {}", jobs.size(), read.scenario.name),
-                                   .backend = {.jobs = request.jobs.value_or(1)},
-                                   .cached = request.cached});
+  const auto ended =
+      make_results(jobs, out,
+                   {.models = request.models,
+                    .title = fmt::format("{} seeds of {}", jobs.size(), read.scenario.name),
+                    .backend = {.name = request.backend,
+                                .jobs = request.jobs.value_or(request.backend == "slurm" ? 0 : 1)},
+                    .cached = request.cached});
   const result::Summary summary = result::summarize(read.scenario, read_scores(jobs, ended, root));
   result::write_summary(root / "summary.json", summary);
   out.finished();
@@ -112,6 +115,9 @@ int run(RunRequest& request) {
   require_simulator();
   if (request.view.view && (request.seeds || request.cached))
     throw UsageError("--view shows one live walk, expected no {}", request.seeds ? "--seeds" : "--cached");
+  if (!request.seeds && request.backend != "local")
+    throw UsageError("--backend {}: distributes several seeds, expected --seeds", request.backend);
+  require_usable({request.backend}, request.out.value_or(""));
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   join_batch(request.batch, &read);
   require_models(read, request.models);
@@ -231,6 +237,7 @@ void add_run(CLI::App& app, int& exit_code) {
   add_seeds(command, request.seeds, "run several seeds, each in its own process");
   add_jobs(command, request.jobs,
            "processes at a time with --seeds (default 1); else cores, 1 or 2 (default)");
+  add_backend(command, request.backend);
   add_out(command, request);
   add_models(command, request.models);
   add_cached(command, request.cached);

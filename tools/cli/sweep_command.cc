@@ -100,17 +100,17 @@ void list_configurations(const trials::SweepPlan& plan) {
 }
 
 /// What an earlier command left in the folder: trials of this sweep, all or some of them, or of another one.
-enum class Earlier { none, some, all, other };
+enum class Logged { none, some, all, other };
 
-Earlier earlier_trials(const fs::path& log, const Sweep& sweep) {
-  if (!fs::exists(log)) return Earlier::none;
+Logged logged_trials(const fs::path& log, const Sweep& sweep) {
+  if (!fs::exists(log)) return Logged::none;
   const std::string text = files::read_text(log);
   const std::size_t end = text.find('\n');
-  if (end == text.npos) return Earlier::some;  // a process was killed while it wrote the line
-  if (std::string_view(text).substr(0, end) != sweep.purpose) return Earlier::other;
+  if (end == text.npos) return Logged::some;  // a process was killed while it wrote the line
+  if (std::string_view(text).substr(0, end) != sweep.purpose) return Logged::other;
   const auto records = result::read_job_log(log, sweep.purpose);
   const auto has_record = [&](const std::string& key) { return records.contains(key); };
-  return std::ranges::all_of(sweep.keys, has_record) ? Earlier::all : Earlier::some;
+  return std::ranges::all_of(sweep.keys, has_record) ? Logged::all : Logged::some;
 }
 
 /// Removes trials of earlier commands, and leaves their scores until new ones replace them.
@@ -169,8 +169,8 @@ int sweep(SweepRequest& request) {
   const Sweep sweep = prepare(request, recordings);
   const fs::path standard = fs::path("results") / ("sweep-" + sweep.plan.name);
   const fs::path log_file = (request.out ? fs::path(*request.out) : standard) / "trials.jsonl";
-  const Earlier earlier = earlier_trials(log_file, sweep);
-  if (earlier == Earlier::other && !request.force && !request.dry_run)
+  const Logged logged = logged_trials(log_file, sweep);
+  if (logged == Logged::other && !request.force && !request.dry_run)
     throw UsageError(
         "{}: belongs to another sweep, other scenarios, another program or other files of the "
         "estimator; --force starts again, --out names another folder",
@@ -183,9 +183,9 @@ int sweep(SweepRequest& request) {
   const OutFolder folder(
       request, standard,
       {.names = {"trials.jsonl", "scores.csv", "scores.jsonl", "scenarios/", "parts/", "slurm/"},
-       .continues = earlier != Earlier::none});
+       .continues = logged != Logged::none});
   const fs::path& out = folder.path();
-  if (request.force && (earlier == Earlier::all || earlier == Earlier::other)) remove_trials(out);
+  if (request.force && (logged == Logged::all || logged == Logged::other)) remove_trials(out);
   write_scenarios(sweep, out / "scenarios");
   result::JobLog log(log_file, sweep.purpose);
   Backend backend = request.backend;
@@ -221,8 +221,8 @@ struct TuneRequest : OutRequest {
 };
 
 /// Makes missing recordings of the spec and adds the folders of those of the cache, in use while this lives.
-std::vector<recording::CachedRecording> take_from_cache(trials::Spec& spec, const fs::path& models,
-                                                        const Backend& backend) {
+std::vector<recording::CachedRecording> cached_recordings(trials::Spec& spec, const fs::path& models,
+                                                          const Backend& backend) {
   std::vector<trials::SpecRun*> runs;
   std::vector<scenario::ReadScenario> scenarios;
   for (auto* side : {&spec.training, &spec.holdout})
@@ -258,7 +258,7 @@ int tune_by(TuneRequest& request) {
   const fs::path& out = folder.path();
   Backend backend = request.backend;
   backend.spool = out / "slurm";
-  const auto in_use = take_from_cache(spec, request.models, backend);
+  const auto in_use = cached_recordings(spec, request.models, backend);
   const auto steered = [](const trials::SpecRun& run) {
     return run.read.scenario.walk.steering.by == walking::SteeredBy::estimate;
   };

@@ -40,7 +40,7 @@ struct CommandLine {
 using CommandLines = std::vector<CommandLine>;
 
 /// How a process ended.
-struct Ended {
+struct Exited {
   int exit_code = 0;      ///< 3 when a signal killed it
   std::string complaint;  ///< its standard error, and the signal that killed it
   int signal = 0;
@@ -64,6 +64,8 @@ struct Backend {
   bool slurm() const { return name == "slurm"; }
 };
 
+/// The option --backend.
+void add_backend(CLI::App& command, std::string& name);
 /// The options --jobs and --backend.
 void add_backend_options(CLI::App& command, Backend& backend);
 
@@ -74,12 +76,12 @@ void require_usable(const Backend& backend, const std::string& folder);
 /// Runs the running program, even if its file was replaced, with each command line; returns how they ended.
 /// On Slurm the elements of the array last at least half a minute, those of a lost node are restarted, after
 /// a kill the same call resumes, and on_ended is not called. Throws UsageError.
-std::vector<Ended> run_all(const CommandLines& command_lines, const Backend& backend, const ShowPart& show,
-                           const OnEnded& on_ended = {});
+std::vector<Exited> run_all(const CommandLines& command_lines, const Backend& backend, const ShowPart& show,
+                            const OnEnded& on_ended = {});
 
 /// Runs the command lines on Slurm, see run_all().
-std::vector<Ended> run_on_slurm(const CommandLines& command_lines, const Backend& backend,
-                                const ShowPart& show);
+std::vector<Exited> run_on_slurm(const CommandLines& command_lines, const Backend& backend,
+                                 const ShowPart& show);
 
 /// Throws UsageError if a job array that an earlier call left in the spool may still run.
 void require_ended_arrays(const fs::path& spool);

@@ -57,7 +57,7 @@ pid_t start(const CommandLine& line, const fs::path& log) {
   return process;
 }
 
-Ended ended(int status, const fs::path& log) {
+Exited ended(int status, const fs::path& log) {
   const std::string text = files::read_text(log);
   if (WIFEXITED(status)) return {WEXITSTATUS(status), text};
   const int signal = WTERMSIG(status);
@@ -79,11 +79,11 @@ bool is_abandoned(const fs::path& folder) {
 }
 
 /// `jobs` processes at a time.
-std::vector<Ended> run_processes(const CommandLines& command_lines, int jobs, const ShowPart& show,
-                                 const OnEnded& on_ended) {
+std::vector<Exited> run_processes(const CommandLines& command_lines, int jobs, const ShowPart& show,
+                                  const OnEnded& on_ended) {
   const TemporaryFolder temporary;
   const auto log = [&](std::size_t i) { return temporary / std::to_string(i); };
-  std::vector<Ended> all(command_lines.size());
+  std::vector<Exited> all(command_lines.size());
   std::map<pid_t, std::size_t> running;
   std::vector<bool> has_ended(all.size());
   const auto part = [&](std::size_t i) { return has_ended[i] ? 1 : part_in(part_file(log(i))); };
@@ -153,13 +153,17 @@ void require_usable(const Backend& backend, const std::string& folder) {
 void add_backend_options(CLI::App& command, Backend& backend) {
   command.add_option("--jobs", backend.jobs, "processes at a time (default 1); array elements on Slurm")
       ->check(CLI::Range(1, 100000));
-  command.add_option("--backend", backend.name, "processes on this machine, or a job array on the cluster")
+  add_backend(command, backend.name);
+}
+
+void add_backend(CLI::App& command, std::string& name) {
+  command.add_option("--backend", name, "processes on this machine, or a job array on the cluster")
       ->check(CLI::IsMember({"local", "slurm"}))
       ->capture_default_str();
 }
 
-std::vector<Ended> run_all(const CommandLines& command_lines, const Backend& backend, const ShowPart& show,
-                           const OnEnded& on_ended) {
+std::vector<Exited> run_all(const CommandLines& command_lines, const Backend& backend, const ShowPart& show,
+                            const OnEnded& on_ended) {
   if (command_lines.empty()) return {};
   return backend.slurm() ? run_on_slurm(command_lines, backend, show)
                          : run_processes(command_lines, std::max(backend.jobs, 1), show, on_ended);

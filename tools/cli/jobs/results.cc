@@ -120,7 +120,7 @@ void move_stale_results(const std::vector<ResultJob>& jobs, const fs::path& out,
   }
 }
 
-void print_complaints(const std::vector<ResultJob>& jobs, const std::vector<Ended>& ended) {
+void print_complaints(const std::vector<ResultJob>& jobs, const std::vector<Exited>& ended) {
   std::map<std::pair<std::string, std::string>, std::vector<std::uint64_t>> seeds;
   for (std::size_t i = 0; i < jobs.size(); ++i)
     if (ended[i].exit_code > 1) seeds[{jobs[i].folder, ended[i].complaint}].push_back(jobs[i].seed());
@@ -193,7 +193,7 @@ std::vector<Recordings::Made> Recordings::make(const std::vector<scenario::ReadS
   if (missing.empty()) return all;
   require_simulator();
   ProgressLine progress(fmt::format("{} recordings", missing.size()));
-  const std::vector<Ended> ended = run_all(lines, backend, [&](double part) { progress.show(part); });
+  const std::vector<Exited> ended = run_all(lines, backend, [&](double part) { progress.show(part); });
   for (std::size_t k = 0; k < missing.size(); ++k) {
     const auto found = find(scenarios[missing[k]].scenario);
     all[missing[k]] = {found ? found->folder : "", true, ended[k]};
@@ -212,8 +212,8 @@ std::vector<ResultJob> jobs_of_seeds(const ResultJob& job, const std::vector<std
   return jobs;
 }
 
-std::vector<Ended> make_results(const std::vector<ResultJob>& jobs, const OutFolder& out,
-                                const ResultOptions& options) {
+std::vector<Exited> make_results(const std::vector<ResultJob>& jobs, const OutFolder& out,
+                                 const ResultOptions& options) {
   const auto folder_of = [&](std::size_t i) { return out.path() / jobs[i].result(); };
   for (std::size_t i = 0; i < jobs.size(); ++i) files::require_replaceable(folder_of(i));
   const std::vector<std::size_t> left = unfinished(jobs, out, options);
@@ -233,10 +233,10 @@ std::vector<Ended> make_results(const std::vector<ResultJob>& jobs, const OutFol
     if (out.log() && now && now != before[k])
       out.log()->add({jobs[left[k]].result(), jobs[left[k]].seed(), "finished", "", {}});
   };
-  const std::vector<Ended> ended = run_all(
+  const std::vector<Exited> ended = run_all(
       lines, backend, [&](double part) { line->show(part); }, on_ended);
   line.reset();
-  std::vector<Ended> all(jobs.size());
+  std::vector<Exited> all(jobs.size());
   std::map<std::string, std::vector<std::string>> stale;
   for (std::size_t k = 0; k < left.size(); ++k) {
     const ResultJob& job = jobs[left[k]];
@@ -257,7 +257,7 @@ std::vector<Ended> make_results(const std::vector<ResultJob>& jobs, const OutFol
 }
 
 std::vector<result::SeedScore> read_scores(const std::vector<ResultJob>& jobs,
-                                           const std::vector<Ended>& ended, const fs::path& out) {
+                                           const std::vector<Exited>& ended, const fs::path& out) {
   std::vector<result::SeedScore> scores;
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     const fs::path folder = out / jobs[i].result();

@@ -37,7 +37,7 @@ class Recordings {
   struct Made {
     fs::path folder;      ///< in the cache; empty if it could not be made
     bool is_new = false;  ///< made by this call
-    Ended ended{};        ///< of its process
+    Exited ended{};       ///< of its process
   };
   /// Makes the recordings that are missing.
   std::vector<Made> make(const std::vector<scenario::ReadScenario>& scenarios, const Backend& backend) const;
@@ -84,12 +84,12 @@ struct ResultOptions {
 /// no complaint if finished before). An earlier result stays until the new one is whole; if none is made, it
 /// is moved to earlier-<n>, as are results of other seeds. Throws FileError if a result would replace
 /// something that the program did not make.
-std::vector<Ended> make_results(const std::vector<ResultJob>& jobs, const OutFolder& out,
-                                const ResultOptions& options);
+std::vector<Exited> make_results(const std::vector<ResultJob>& jobs, const OutFolder& out,
+                                 const ResultOptions& options);
 
 /// The score of each job's result, or "crashed" if it has none.
 std::vector<result::SeedScore> read_scores(const std::vector<ResultJob>& jobs,
-                                           const std::vector<Ended>& ended, const fs::path& out);
+                                           const std::vector<Exited>& ended, const fs::path& out);
 
 /// Identifies the inputs of a scenario: its YAML and the contents of its estimator's files.
 std::string inputs_of(const scenario::Scenario& scenario);

@@ -169,8 +169,8 @@ class Array {
   }
 
   /// How each line ended. Removes the folder.
-  std::vector<Ended> collect() const {
-    std::vector<Ended> all;
+  std::vector<Exited> collect() const {
+    std::vector<Exited> all;
     for (std::size_t i = 0; i < lines_.size(); ++i) {
       const std::string file = ended_file(i);
       const int code = has_ended(i) ? std::stoi("0" + text_if_there(file)) : 3;
@@ -213,8 +213,8 @@ void remove_arrays(const fs::path& spool) {
   fs::remove(spool, fault);
 }
 
-std::vector<Ended> run_on_slurm(const CommandLines& command_lines, const Backend& backend,
-                                const ShowPart& show) {
+std::vector<Exited> run_on_slurm(const CommandLines& command_lines, const Backend& backend,
+                                 const ShowPart& show) {
   const Array array(command_lines, backend);
   for (int submissions = 0;; ++submissions) {
     while (array.is_in_queue()) {

@@ -77,7 +77,7 @@ void run_parts(std::vector<trials::Task> rest, result::JobLog& log, const Trials
       lines.push_back(
           {{"trials", fs::absolute(part).string(), "--models", fs::absolute(place.models).string()}});
     const std::size_t before = rest.size();
-    const std::vector<Ended> ended = run_all(lines, backend, [&](double part) {
+    const std::vector<Exited> ended = run_all(lines, backend, [&](double part) {
       progress.show(1 - (1 - part) * static_cast<double>(before) / static_cast<double>(total));
     });
     for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -90,7 +90,7 @@ void run_parts(std::vector<trials::Task> rest, result::JobLog& log, const Trials
     std::erase_if(rest, has_record);
     if (rest.size() < before) continue;
     std::set<std::string> printed;
-    for (const Ended& one : ended)
+    for (const Exited& one : ended)
       if (one.exit_code != 0 && printed.insert(one.complaint).second) std::cerr << one.complaint;
     return;
   }
