@@ -17,7 +17,7 @@
 
 #include "sim/files/text.h"
 #include "sim/regression/suite.h"
-#include "sim/score/consistency.h"
+#include "sim/score/trajectory.h"
 #include "sim/score/metrics.h"
 #include "sim/score/statistics.h"
 #include "sim/trials/trial.h"
