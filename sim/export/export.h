@@ -7,10 +7,12 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "sim/files/atomic_file.h"
+#include "sim/recording/recording_format.h"
 #include "sim/sensor_errors/sensor_errors.h"
 
 namespace sim::exports {
@@ -19,9 +21,9 @@ namespace sim::exports {
 struct RobotDescription {
   std::string urdf;                ///< its root is the link "waist"
   std::vector<std::string> links;  ///< those that joints move
-  /// The poses of these links in the waist's frame, by the angles (rad) of the encoders. Throws
-  /// std::runtime_error for another number of angles than the robot has.
-  std::function<std::vector<Eigen::Isometry3d>(const Eigen::VectorXd& q)> poses;
+  /// The poses of these links in W, position and quaternion (x, y, z, w) of each, by the angles (rad) of the
+  /// encoders and the waist's pose. Throws std::runtime_error for another number of angles than it has.
+  std::function<std::vector<float>(const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB)> poses;
 };
 
 /// A recorded run. result: its folder, with recording/ and, if a filter was run, estimate_cov.txt.
@@ -34,6 +36,24 @@ struct ExportedRun {
   bool undistort = false;  ///< remove the lens distortion also for formats that know lenses
   std::shared_ptr<const RobotDescription> robot = nullptr;  ///< null: viewers draw none
   std::function<void(double)> progress = [](double) {};     ///< called with the completed fraction, 0 to 1
+};
+
+/// The rows of mav0/<sensor>/data.csv of a recording, merged with its frames by time; none without such a
+/// file. Throws FileError.
+class RecordedRows {
+ public:
+  RecordedRows(const std::filesystem::path& recording, const std::string& sensor);
+
+  /// Calls each(stamp, values) for the rows until then that no earlier call has had.
+  void until(
+      slam::Stamp t,
+      const std::function<void(slam::Stamp, const std::vector<double>&)>& each = [](auto&&...) {});
+
+  std::vector<std::string> names;  ///< the titles of the columns after the stamp, without units
+  std::vector<double> newest;      ///< the values of the last row until then; empty before the first
+
+ private:
+  std::optional<recording::StampedRows> rows_;
 };
 
 /// The names of the formats.

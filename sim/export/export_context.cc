@@ -31,9 +31,6 @@ constexpr Format kFormats[]{{"euroc", export_euroc},
                             {"orbslam3", export_orbslam3},
                             {"openvins", export_openvins, true, 2}};
 
-constexpr double kLeastGyroWalk = 1e-6;  // rad/s²/√Hz, m/s³/√Hz: programs divide by these
-constexpr double kLeastAccelerometerWalk = 1e-5;
-
 // Writes a pixel of 8 bits a channel; `at` lies inside the image.
 void bilinear(const cv::Mat& image, const Eigen::Vector2d& at, unsigned char* pixel) {
   const int left = std::min(static_cast<int>(at.x()), image.cols - 2),
@@ -120,59 +117,6 @@ void ExportContext::write(const std::string& name, std::string_view bytes) const
   files::write_text(new_file(name), bytes);
 }
 
-std::string ExportContext::lens_text() const {
-  const rig::FittedCamera& fitted = cameras_.at(setup.rig.size())->fitted;
-  std::string others;
-  for (std::size_t i = 0; i < setup.rig.size(); ++i)
-    if (cameras_[i] && !undistort_ && cameras_[i]->fitted.largest_px > 1e-6)
-      others += fmt::format("The fit of `{}`: {:.4f} px root mean square, at most {:.4f} px.\n",
-                            sensors[i].name, cameras_[i]->fitted.rms_px, cameras_[i]->fitted.largest_px);
-  if (undistort_)
-    return fmt::format(
-        R"(The lens distortion is removed from the images by bilinear interpolation. They are those of an ideal pinhole
-camera with f = {} px and its principal point at ({}, {}); each of their pixels lies inside the recorded image.
-)",
-        fitted.camera.fu_px, fitted.camera.u0_px, fitted.camera.v0_px);
-  if (!equidistant_lens(fitted.camera)) return "The head camera has no lens distortion.\n" + others;
-  return fmt::format(
-             R"(The camera's own lens model has one radial parameter, which few programs know. It is stated here as the
-equidistant model of Kannala and Brandt (2006), fitted over the whole image: {:.4f} px root mean square, at most
-{:.4f} px. The images are as the camera gave them. `gaitslam export ... --undistort` removes the lens distortion
-from the images instead: they are then exactly those of a pinhole camera.
-)",
-             fitted.rms_px, fitted.largest_px) +
-         others;
-}
-
-void ExportContext::write_readme(std::initializer_list<std::string_view> texts) const {
-  constexpr const char* kReadme = R"(# {}, seed {}
-
-A walk simulated by GaitSLAM: the input of its filter, sensor noise included.
-
-{}
-## Conventions
-
-Times begin at {} s. An IMU reading is the mean over 1/{} s, stamped in the middle of that interval. Its noise is
-stated as a density: gyro {:.3g} rad/s/sqrt(Hz), accelerometer {:.3g} m/s^2/sqrt(Hz), which is the standard
-deviation of a 5 ms reading times the square root of 5 ms. The random walks of the biases are {} rad/s^2/sqrt(Hz)
-and {} m/s^3/sqrt(Hz); where the biases are constant, these are {} and {}, because programs divide by them.
-Camera axes: x right, y down, z forward. World: z up, origin under the start. The body frame is the chest IMU.
-The stamps of the IMU are {} s later than those of the camera.
-{}
-{})";
-  const recording::ImuNoise noise = noise_of(sensor(chest()));
-  std::string offsets;
-  for (const rig::RigSensor& sensor : setup.rig)
-    if (sensor.time_offset_s != 0)
-      offsets += fmt::format("The stamps of `{}` are {} s ahead of those of the head camera.\n", sensor.name,
-                             sensor.time_offset_s);
-  write("README.md",
-        fmt::format(kReadme, run.name, run.seed, fmt::join(texts, ""),
-                    recording::kEpoch.count() / 1'000'000'000, setup.imu_rate_hz, noise.gyro_density,
-                    noise.accelerometer_density, noise.gyro_walk, noise.accelerometer_walk, kLeastGyroWalk,
-                    kLeastAccelerometerWalk, run.errors.motion_time_offset_s, offsets, lens_text()));
-}
-
 std::optional<ExportedFrame> Frames::next() {
   out_.run.progress((out_.passed_ + input_.part()) / out_.passes_);
   std::optional<slam::Observation> observation = input_.next_in_order();
@@ -181,11 +125,9 @@ std::optional<ExportedFrame> Frames::next() {
     return std::nullopt;
   }
   ExportedFrame frame{observation->t, std::move(observation->plan), {}};
-  for (const ImuReading& reading : imu_.merge(*observation)) {
-    ExportedReading& exported = frame.readings.emplace_back();
-    exported.sensor = out_.chest(), exported.t = reading.t, exported.gyro = reading.gyro;
-    exported.accelerometer = reading.accelerometer.value_or(Eigen::Vector3d::Zero());
-    exported.has_acceleration = reading.accelerometer.has_value();
+  for (ExportedReading& reading : imu_.merge(*observation)) {
+    reading.sensor = out_.chest();
+    frame.readings.push_back(std::move(reading));
   }
   slam::RigReading head;
   head.sensor = out_.head(), head.t = observation->t, head.image = std::move(observation->image);
@@ -201,15 +143,6 @@ std::optional<ExportedFrame> Frames::next() {
     frame.readings.push_back({std::move(reading)});
   }
   return frame;
-}
-
-// A mean of white noise over dt has the standard deviation density/√dt.
-recording::ImuNoise noise_of(const rig::RigSensor& imu) {
-  const double root_period = std::sqrt(1 / imu.rate_hz);
-  return {std::max(kLeastGyroWalk, imu.gyro_sigma_rad_s * root_period),
-          std::max(kLeastGyroWalk, imu.gyro_bias_walk_rad_s2),
-          std::max(kLeastAccelerometerWalk, imu.accelerometer_sigma_m_s2 * root_period),
-          std::max(kLeastAccelerometerWalk, imu.accelerometer_bias_walk_m_s3)};
 }
 
 std::string written_seconds(slam::Stamp t) {

@@ -44,12 +44,6 @@ struct ExportedCamera {
   std::optional<Undistortion> undistortion;
 };
 
-/// A reading in its exported form: the image of the exported camera; one of an IMU is the mean of an interval
-/// and has its stamp in the middle of it.
-struct ExportedReading : slam::RigReading {
-  bool has_acceleration = true;
-};
-
 /// The readings of all sensors and the plan that the filter gets with a frame.
 struct ExportedFrame {
   slam::Stamp t{0};

@@ -16,6 +16,9 @@
 #include "sim/recording/recording_format.h"
 
 // READMEs of the exports, and settings of the programs that read them.
+GAITSLAM_EMBED(gaitslam_export_readme, GAITSLAM_EXPORT_TEXTS "/readme.md")
+GAITSLAM_EMBED(gaitslam_lens_pinhole, GAITSLAM_EXPORT_TEXTS "/lens_pinhole.md")
+GAITSLAM_EMBED(gaitslam_lens_equidistant, GAITSLAM_EXPORT_TEXTS "/lens_equidistant.md")
 GAITSLAM_EMBED(gaitslam_euroc_readme, GAITSLAM_EXPORT_TEXTS "/euroc.md")
 GAITSLAM_EMBED(gaitslam_orbslam3_readme, GAITSLAM_EXPORT_TEXTS "/orbslam3.md")
 GAITSLAM_EMBED(gaitslam_orbslam3_stereo_readme, GAITSLAM_EXPORT_TEXTS "/orbslam3_stereo.md")
@@ -25,12 +28,17 @@ GAITSLAM_EMBED(gaitslam_tum_readme, GAITSLAM_EXPORT_TEXTS "/tum.md")
 GAITSLAM_EMBED(gaitslam_tum_depth_readme, GAITSLAM_EXPORT_TEXTS "/tum_depth.md")
 GAITSLAM_EMBED(gaitslam_mcap_readme, GAITSLAM_EXPORT_TEXTS "/mcap.md")
 GAITSLAM_EMBED(gaitslam_openvins_readme, GAITSLAM_EXPORT_TEXTS "/openvins.md")
+GAITSLAM_EMBED(gaitslam_openvins_camera, GAITSLAM_EXPORT_TEXTS "/openvins_camera.yaml")
+GAITSLAM_EMBED(gaitslam_openvins_imu, GAITSLAM_EXPORT_TEXTS "/openvins_imu.yaml")
 GAITSLAM_EMBED(gaitslam_openvins_estimator, GAITSLAM_EXPORT_TEXTS "/openvins_estimator.yaml")
 
 namespace sim::exports {
 namespace {
 
 using namespace recording::recording_format;
+
+constexpr double kLeastGyroWalk = 1e-6;  // rad/s²/√Hz, m/s³/√Hz: programs divide by these
+constexpr double kLeastAccelerometerWalk = 1e-5;
 
 files::HashedFile rows(const ExportContext& out, const std::string& name, const std::string& header) {
   files::HashedFile file(out.new_file(name));
@@ -148,25 +156,17 @@ std::string camera_chain(const ExportContext& out) {
     std::vector<std::size_t> others(eyes.size());
     std::iota(others.begin(), others.end(), 0u);
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
-    text += fmt::format("cam{}:\n  T_imu_cam:\n{}\n", i, rows_text(out.X_GS(eyes[i])));
-    if (i > 0)
-      text += fmt::format("  T_cn_cnm1:\n{}\n", rows_text(eye.X_CS.inverse() * out.sensor(eyes[i - 1]).X_CS));
-    text += fmt::format(
-        "  cam_overlaps: [{}]\n  camera_model: pinhole\n  "
-        "distortion_coeffs: [{}, {}, {}, {}]\n"
-        "  distortion_model: {}\n  intrinsics: [{}, {}, {}, {}]\n  resolution: [{}, {}]\n"
-        "  rostopic: /cam{}/image_raw\n  timeshift_cam_imu: {}\n",
-        fmt::join(others, ", "), real(k[0]), real(k[1]), real(k[2]), real(k[3]),
-        lens ? "equidistant" : "radtan", real(camera.fu_px), real(camera.fv_px), real(camera.u0_px),
-        real(camera.v0_px), camera.width_px, camera.height_px, i,
-        real(out.run.errors.motion_time_offset_s - eye.time_offset_s));
+    const std::string from_previous =
+        i == 0
+            ? ""
+            : fmt::format("  T_cn_cnm1:\n{}\n", rows_text(eye.X_CS.inverse() * out.sensor(eyes[i - 1]).X_CS));
+    text += fmt::format(fmt::runtime(gaitslam_openvins_camera()), i, rows_text(out.X_GS(eyes[i])),
+                        from_previous, fmt::join(others, ", "), real(k[0]), real(k[1]), real(k[2]),
+                        real(k[3]), lens ? "equidistant" : "radtan", real(camera.fu_px), real(camera.fv_px),
+                        real(camera.u0_px), real(camera.v0_px), camera.width_px, camera.height_px,
+                        real(out.run.errors.motion_time_offset_s - eye.time_offset_s));
   }
   return text;
-}
-
-std::string square(const char* key, double diagonal) {
-  const std::string d = real(diagonal);
-  return fmt::format("  {0}:\n    - [{1}, 0.0, 0.0]\n    - [0.0, {1}, 0.0]\n    - [0.0, 0.0, {1}]\n", key, d);
 }
 
 // T_i_b maps from the chest IMU to this one.
@@ -174,15 +174,9 @@ std::string imu_chain(const ExportContext& out) {
   std::string text = "%YAML:1.0\n\n";
   for (int number = 0; const int i : out.all(rig::Kind::imu)) {
     const recording::ImuNoise noise = noise_of(out.sensor(i));
-    text += fmt::format(
-                "imu{0}:\n  T_i_b:\n{1}\n  accelerometer_noise_density: {2}\n"
-                "  accelerometer_random_walk: {3}\n  gyroscope_noise_density: {4}\n"
-                "  gyroscope_random_walk: {5}\n  rostopic: /imu{0}\n  update_rate: {6}\n",
-                number++, rows_text(out.X_GS(i).inverse()), real(noise.accelerometer_density),
-                real(noise.accelerometer_walk), real(noise.gyro_density), real(noise.gyro_walk),
-                real(out.sensor(i).rate_hz)) +
-            "  time_offset: 0.0\n  model: \"kalibr\"\n" + square("Tw", 1) + square("R_IMUtoGYRO", 1) +
-            square("Ta", 1) + square("R_IMUtoACC", 1) + square("Tg", 0);
+    text += fmt::format(fmt::runtime(gaitslam_openvins_imu()), number++, rows_text(out.X_GS(i).inverse()),
+                        real(noise.accelerometer_density), real(noise.accelerometer_walk),
+                        real(noise.gyro_density), real(noise.gyro_walk), real(out.sensor(i).rate_hz));
   }
   return text;
 }
@@ -226,6 +220,44 @@ std::string associations(const std::vector<slam::Stamp>& images, const std::vect
 }
 
 }  // namespace
+
+std::string ExportContext::lens_text() const {
+  const rig::FittedCamera& fitted = cameras_.at(setup.rig.size())->fitted;
+  if (undistort_)
+    return fmt::format(fmt::runtime(gaitslam_lens_pinhole()), fitted.camera.fu_px, fitted.camera.u0_px,
+                       fitted.camera.v0_px);
+  std::string text = "The head camera has no lens distortion.\n";
+  if (equidistant_lens(fitted.camera))
+    text = fmt::format(fmt::runtime(gaitslam_lens_equidistant()), fitted.rms_px, fitted.largest_px);
+  for (std::size_t i = 0; i < setup.rig.size(); ++i)
+    if (cameras_[i] && cameras_[i]->fitted.largest_px > 1e-6)
+      text += fmt::format("The fit of `{}`: {:.4f} px root mean square, at most {:.4f} px.\n",
+                          sensors[i].name, cameras_[i]->fitted.rms_px, cameras_[i]->fitted.largest_px);
+  return text;
+}
+
+void ExportContext::write_readme(std::initializer_list<std::string_view> texts) const {
+  const recording::ImuNoise noise = noise_of(sensor(chest()));
+  std::string offsets;
+  for (const rig::RigSensor& sensor : setup.rig)
+    if (sensor.time_offset_s != 0)
+      offsets += fmt::format("The stamps of `{}` are {} s ahead of those of the head camera.\n", sensor.name,
+                             sensor.time_offset_s);
+  write("README.md",
+        fmt::format(fmt::runtime(gaitslam_export_readme()), run.name, run.seed, fmt::join(texts, ""),
+                    recording::kEpoch.count() / 1'000'000'000, setup.imu_rate_hz, noise.gyro_density,
+                    noise.accelerometer_density, noise.gyro_walk, noise.accelerometer_walk, kLeastGyroWalk,
+                    kLeastAccelerometerWalk, run.errors.motion_time_offset_s, offsets, lens_text()));
+}
+
+// A mean of white noise over dt has the standard deviation density/√dt.
+recording::ImuNoise noise_of(const rig::RigSensor& imu) {
+  const double root_period = std::sqrt(1 / imu.rate_hz);
+  return {std::max(kLeastGyroWalk, imu.gyro_sigma_rad_s * root_period),
+          std::max(kLeastGyroWalk, imu.gyro_bias_walk_rad_s2),
+          std::max(kLeastAccelerometerWalk, imu.accelerometer_sigma_m_s2 * root_period),
+          std::max(kLeastAccelerometerWalk, imu.accelerometer_bias_walk_m_s3)};
+}
 
 void write_mav0(const ExportContext& out, bool images_within_imu) {
   files::HashedFile plan = rows(out, sensor_rows("plan0"), "");

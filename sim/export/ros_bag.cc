@@ -1,11 +1,18 @@
 // ROS 2 bags: the sensors, poses, and the topics that viewers draw.
 #include <fmt/format.h>
 
+#include <regex>
+
 #include "sim/export/export_context.h"
 #include "sim/files/csv.h"
 #include "sim/recording/image_file.h"
 #include "sim/recording/manifest.h"
 #include "sim/recording/recording_format.h"
+
+// As version 5 of rosbag2 writes metadata.yaml; profiles with the numbers of rmw's enumerations.
+GAITSLAM_EMBED(gaitslam_bag_metadata, GAITSLAM_EXPORT_TEXTS "/bag_metadata.yaml")
+GAITSLAM_EMBED(gaitslam_bag_topic, GAITSLAM_EXPORT_TEXTS "/bag_topic.yaml")
+GAITSLAM_EMBED(gaitslam_bag_latched, GAITSLAM_EXPORT_TEXTS "/bag_latched.yaml")
 
 namespace sim::exports {
 namespace {
@@ -26,20 +33,8 @@ class Bag {
 
   /// To be called before the first message. latched: late subscribers get its last message (transient_local).
   Topic add_topic(const std::string& name, const MessageType& type, bool latched = false) {
-    // As version 5 of metadata.yaml writes them: numbers of rmw's enumerations.
-    static const std::string forever = "\n    sec: 9223372036\n    nsec: 854775807\n";
-    static const std::string profile =
-        "- history: 1  # keep_last\n  depth: 1\n  reliability: 1  # reliable\n"
-        "  durability: 1  # transient_local\n  deadline:" +
-        forever + "  lifespan:" + forever + "  liveliness: 1\n  liveliness_lease_duration:" + forever +
-        "  avoid_ros_namespace_conventions: false\n";
-    const std::string qos = latched ? profile : "";
-    std::string escaped;
-    for (const char c : qos) escaped += c == '\n' ? std::string("\\n") : std::string(1, c);
-    topics_.push_back(fmt::format(
-        "    - topic_metadata:\n        name: {}\n        type: {}\n        serialization_format: cdr\n"
-        "        offered_qos_profiles: \"{}\"\n      message_count: ",
-        name, type.name, escaped));
+    const std::string qos(latched ? gaitslam_bag_latched() : "");
+    topics_.push_back({name, type.name, std::regex_replace(qos, std::regex("\n"), "\\n")});
     return mcap_.add_channel(name, type, qos);
   }
 
@@ -52,49 +47,15 @@ class Bag {
   std::string finish() {
     mcap_.finish();
     std::string topics;
-    for (std::uint16_t channel = 1; channel <= topics_.size(); ++channel)
-      topics += fmt::format("{}{}\n", topics_[channel - 1u], mcap_.messages(channel));
-    const auto span = [this](const char* indent) {
-      return fmt::format(
-          "{0}duration:\n{0}  nanoseconds: {1}\n{0}starting_time:\n{0}  nanoseconds_since_epoch: {2}\n"
-          "{0}message_count: {3}\n",
-          indent, mcap_.end_ns() - mcap_.begin_ns(), mcap_.begin_ns(), mcap_.messages());
-    };
-    return "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: mcap\n" + span("  ") +
-           "  topics_with_message_count:\n" + topics +
-           "  compression_format: \"\"\n  compression_mode: \"\"\n  relative_file_paths:\n    - run.mcap\n"
-           "  files:\n    - path: run.mcap\n" +
-           span("      ");
+    for (std::uint16_t channel = 1; const auto& [name, type, qos] : topics_)
+      topics += fmt::format(fmt::runtime(gaitslam_bag_topic()), name, type, qos, mcap_.messages(channel++));
+    return fmt::format(fmt::runtime(gaitslam_bag_metadata()), mcap_.end_ns() - mcap_.begin_ns(),
+                       mcap_.begin_ns(), mcap_.messages(), topics);
   }
 
  private:
   McapWriter mcap_;
-  std::vector<std::string> topics_;  // of metadata.yaml, up to the number of messages
-};
-
-/// The rows of mav0/<sensor>/data.csv, merged with the observations by time; none without such a file.
-struct RecordedRows {
-  RecordedRows(const fs::path& folder, const std::string& sensor) {
-    const recording::Manifest manifest(folder);
-    const std::string file = recording::recording_format::sensor_rows(sensor);
-    if (!manifest.lists(file)) return;
-    rows.emplace(files::CsvReader(manifest.check(file), 1), recording::kEpoch);
-    const std::vector<std::string>& titles = rows->row().titles();
-    for (std::size_t i = 1; i < titles.size(); ++i)
-      names.push_back(titles[i].substr(0, titles[i].find(" [")));
-  }
-
-  /// Calls each(stamp, values) for the rows until then that no earlier call has had.
-  void until(slam::Stamp t, const std::function<void(slam::Stamp, const std::vector<double>&)>& each) {
-    for (; rows && rows->stamp() && *rows->stamp() <= t; rows->advance()) {
-      std::vector<double> values;
-      for (std::size_t i = 1; i < rows->row().fields(); ++i) values.push_back(rows->row().number(i));
-      each(*rows->stamp(), values);
-    }
-  }
-
-  std::optional<recording::StampedRows> rows;
-  std::vector<std::string> names;  ///< the titles of the columns after the stamp, without units
+  std::vector<std::array<std::string, 3>> topics_;  // name, type, profile
 };
 
 Poses rows_of(const std::vector<files::TimedPose>& poses) {
@@ -177,9 +138,7 @@ class SensorTopics {
     if (as_png && rig::is_camera(sensor))
       return ros::compressed_image(reading.t, frame, recording::encode_png(reading.image));
     if (rig::is_camera(sensor)) return ros::image(reading.t, frame, reading.image);
-    ImuReading imu{reading.t, reading.gyro, std::nullopt};
-    if (reading.has_acceleration) imu.accelerometer = reading.accelerometer;
-    return ros::imu(imu, frame, std::pow(sensor.gyro_sigma_rad_s, 2),
+    return ros::imu(reading, frame, std::pow(sensor.gyro_sigma_rad_s, 2),
                     std::pow(sensor.accelerometer_sigma_m_s2, 2));
   }
 
@@ -313,11 +272,14 @@ class PoseTopics {
     });
     if (robot_ && last) {
       const auto& [at, q] = *last;
-      const auto poses =
-          robot_->poses(Eigen::Map<const Eigen::VectorXd>(q.data(), static_cast<Eigen::Index>(q.size())));
+      const std::vector<float> p = robot_->poses(Eigen::Map<const Eigen::VectorXd>(q.data(), std::ssize(q)),
+                                                 Eigen::Isometry3d::Identity());
       std::vector<ros::Transform> links;
-      for (std::size_t i = 0; i < poses.size(); ++i)
-        links.push_back({at, kWaist, robot_->links[i], poses[i]});
+      for (std::size_t i = 0; i < robot_->links.size(); ++i)
+        links.push_back(
+            {at, kWaist, robot_->links[i],
+             Eigen::Translation3d(Eigen::Map<const Eigen::Vector3f>(&p[7 * i]).cast<double>()) *
+                 Eigen::Isometry3d(Eigen::Quaternionf(&p[7 * i + 3]).cast<double>().normalized())});
       bag_.add(transforms_, at, ros::transforms(links));
     }
     forces_->until(t, [&](slam::Stamp at, const std::vector<double>& values) {
@@ -348,6 +310,24 @@ class PoseTopics {
 };
 
 }  // namespace
+
+RecordedRows::RecordedRows(const fs::path& recording, const std::string& sensor) {
+  const recording::Manifest manifest(recording);
+  const std::string file = recording::recording_format::sensor_rows(sensor);
+  if (!manifest.lists(file)) return;
+  rows_.emplace(files::CsvReader(manifest.check(file), 1), recording::kEpoch);
+  const std::vector<std::string>& titles = rows_->row().titles();
+  for (std::size_t i = 1; i < titles.size(); ++i) names.push_back(titles[i].substr(0, titles[i].find(" [")));
+}
+
+void RecordedRows::until(slam::Stamp t,
+                         const std::function<void(slam::Stamp, const std::vector<double>&)>& each) {
+  for (; rows_ && rows_->stamp() && *rows_->stamp() <= t; rows_->advance()) {
+    newest.clear();
+    for (std::size_t i = 1; i < rows_->row().fields(); ++i) newest.push_back(rows_->row().number(i));
+    each(*rows_->stamp(), newest);
+  }
+}
 
 std::string frame_of(const rig::RigSensor& sensor) {
   if (sensor.name == "imu0") return ros::kImuFrame;

@@ -1,47 +1,38 @@
 #include "sim/export/ros_messages.h"
 
+#include <libdeflate.h>
+
+#include <algorithm>
 #include <array>
-#include <cstring>
+#include <cassert>
 #include <set>
 
+#include "sim/files/text.h"
 #include "sim/recording/recording.h"
 
-namespace sim::exports::ros {
+GAITSLAM_EMBED(gaitslam_ros_definitions, GAITSLAM_EXPORT_TEXTS "/ros2.msg")
+
+namespace sim::exports {
+namespace ros {
 namespace {
 
-// Definitions of the types that messages are made of.
-const std::map<std::string, std::string, std::less<>> kParts{
-    {"std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"},
-    {"builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"},
-    {"geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"},
-    {"geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n"},
-    {"geometry_msgs/Quaternion", "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n"},
-    {"geometry_msgs/Pose", "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n"},
-    {"geometry_msgs/PoseStamped", "std_msgs/Header header\ngeometry_msgs/Pose pose\n"},
-    {"geometry_msgs/PoseWithCovariance", "geometry_msgs/Pose pose\nfloat64[36] covariance\n"},
-    {"geometry_msgs/Transform", "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n"},
-    {"geometry_msgs/TransformStamped",
-     "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n"},
-    {"geometry_msgs/Wrench", "geometry_msgs/Vector3 force\ngeometry_msgs/Vector3 torque\n"},
-    {"sensor_msgs/PointField",
-     "uint8 UINT32=6\nuint8 FLOAT32=7\nstring name\nuint32 offset\nuint8 datatype\nuint32 count\n"},
-    {"sensor_msgs/RegionOfInterest",
-     "uint32 x_offset\nuint32 y_offset\nuint32 height\nuint32 width\nbool do_rectify\n"}};
-
-// The definition followed by those of the types that it uses, each once.
-MessageType type(const std::string& name, std::string definition) {
-  std::set<std::string_view> known;
+// The type of that name in texts/ros2.msg: its definition followed by those of the types that it uses, each
+// once.
+MessageType type(const std::string& package, const std::string& name) {
+  static const std::string all(gaitslam_ros_definitions());
+  const auto find = [](const std::string& title) -> std::string {
+    const std::size_t at = all.find("MSG: " + title + "\n");
+    return at == all.npos ? "" : all.substr(at, all.find("MSG: ", at + 1) - at);
+  };
+  const std::string own = find(package + "/" + name);
+  std::string definition = own.substr(own.find('\n') + 1);
+  std::set<std::string> known;
   for (std::size_t at = 0; at < definition.size(); at = definition.find('\n', at) + 1) {
     const std::string used = definition.substr(at, definition.find_first_of("[ \n", at) - at);
-    const auto part = kParts.find(used);
-    if (part != kParts.end() && known.insert(part->first).second)
-      definition += std::string(80, '=') + "\nMSG: " + part->first + "\n" + part->second;
+    if (const std::string part = find(used); !part.empty() && known.insert(used).second)
+      definition += std::string(80, '=') + "\n" + part;
   }
-  return {name, definition};
-}
-
-MessageType stamped(const std::string& name, const std::string& fields) {
-  return type(name, "std_msgs/Header header\n" + fields);
+  return {package + "/msg/" + name, definition};
 }
 
 // Common Data Representation: little-endian numbers aligned to their size, after four bytes for the encoding.
@@ -50,9 +41,7 @@ class Cdr {
   template <typename Number>
   Cdr& number(Number x) {
     bytes_.resize(4 + (bytes_.size() - 4 + sizeof(Number) - 1) / sizeof(Number) * sizeof(Number));
-    std::array<char, sizeof(Number)> raw;
-    std::memcpy(raw.data(), &x, sizeof(Number));
-    bytes_.append(raw.data(), raw.size());
+    bytes_.append(reinterpret_cast<const char*>(&x), sizeof x);  // of this little-endian machine
     return *this;
   }
   Cdr& text(const std::string& t) {
@@ -105,35 +94,15 @@ std::string cloud(slam::Stamp t, const std::string& frame, const std::vector<con
 
 }  // namespace
 
-const MessageType kCompressedImage =
-    stamped("sensor_msgs/msg/CompressedImage", "string format\nuint8[] data\n");
-const MessageType kImage = stamped("sensor_msgs/msg/Image",
-                                   "uint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\n"
-                                   "uint32 step\nuint8[] data\n");
-const MessageType kImu =
-    stamped("sensor_msgs/msg/Imu",
-            "geometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n"
-            "geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n"
-            "geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n");
-const MessageType kCameraInfo =
-    stamped("sensor_msgs/msg/CameraInfo",
-            "uint32 height\nuint32 width\nstring distortion_model\nfloat64[] d\nfloat64[9] k\nfloat64[9] r\n"
-            "float64[12] p\nuint32 binning_x\nuint32 binning_y\nsensor_msgs/RegionOfInterest roi\n");
-const MessageType kPoseStamped = stamped("geometry_msgs/msg/PoseStamped", "geometry_msgs/Pose pose\n");
-const MessageType kPoseWithCovarianceStamped =
-    stamped("geometry_msgs/msg/PoseWithCovarianceStamped", "geometry_msgs/PoseWithCovariance pose\n");
-const MessageType kTransforms =
-    type("tf2_msgs/msg/TFMessage", "geometry_msgs/TransformStamped[] transforms\n");
-const MessageType kPath = stamped("nav_msgs/msg/Path", "geometry_msgs/PoseStamped[] poses\n");
-const MessageType kPointCloud =
-    stamped("sensor_msgs/msg/PointCloud2",
-            "uint32 height\nuint32 width\nsensor_msgs/PointField[] fields\nbool is_bigendian\n"
-            "uint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n");
-const MessageType kJointState =
-    stamped("sensor_msgs/msg/JointState",
-            "string[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n");
-const MessageType kWrench = stamped("geometry_msgs/msg/WrenchStamped", "geometry_msgs/Wrench wrench\n");
-const MessageType kString{"std_msgs/msg/String", "string data\n"};
+const MessageType kCompressedImage = type("sensor_msgs", "CompressedImage"),
+                  kImage = type("sensor_msgs", "Image"), kImu = type("sensor_msgs", "Imu"),
+                  kCameraInfo = type("sensor_msgs", "CameraInfo"),
+                  kPoseStamped = type("geometry_msgs", "PoseStamped"),
+                  kPoseWithCovarianceStamped = type("geometry_msgs", "PoseWithCovarianceStamped"),
+                  kTransforms = type("tf2_msgs", "TFMessage"), kPath = type("nav_msgs", "Path"),
+                  kPointCloud = type("sensor_msgs", "PointCloud2"),
+                  kJointState = type("sensor_msgs", "JointState"),
+                  kWrench = type("geometry_msgs", "WrenchStamped"), kString = type("std_msgs", "String");
 
 std::string compressed_image(slam::Stamp t, const std::string& frame, std::string_view png) {
   Cdr cdr;
@@ -152,7 +121,7 @@ std::string image(slam::Stamp t, const std::string& frame, const cv::Mat& image)
   return cdr.raw(whole.data, row * static_cast<std::size_t>(whole.rows)).bytes();
 }
 
-std::string imu(const ImuReading& reading, const std::string& frame, double gyro_variance,
+std::string imu(const ExportedReading& reading, const std::string& frame, double gyro_variance,
                 double accelerometer_variance) {
   const std::array<double, 4> no_orientation{0, 0, 0, 1};
   std::array<double, 9> unknown{};
@@ -160,8 +129,8 @@ std::string imu(const ImuReading& reading, const std::string& frame, double gyro
   Cdr cdr;
   cdr.header(reading.t, frame).numbers(no_orientation).numbers(unknown);
   cdr.numbers(reading.gyro).numbers(diagonal(gyro_variance));
-  cdr.numbers(reading.accelerometer.value_or(Eigen::Vector3d::Zero()));
-  return cdr.numbers(reading.accelerometer ? diagonal(accelerometer_variance) : unknown).bytes();
+  cdr.numbers(reading.accelerometer);
+  return cdr.numbers(reading.has_acceleration ? diagonal(accelerometer_variance) : unknown).bytes();
 }
 
 std::string camera_info(slam::Stamp t, const std::string& frame, const slam::CameraIntrinsics& camera,
@@ -233,4 +202,137 @@ std::string wrench(slam::Stamp t, const std::string& frame, const Eigen::Vector3
   return Cdr{}.header(t, frame).numbers(force_n).numbers(torque_nm).bytes();
 }
 
-}  // namespace sim::exports::ros
+}  // namespace ros
+
+namespace {
+
+constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
+constexpr std::size_t kChunk = 4 << 20;  // bytes
+
+enum class Op : std::uint8_t {
+  header = 1,
+  footer,
+  schema,
+  channel,
+  message,
+  chunk,
+  message_index,
+  chunk_index,
+  statistics = 0x0b,
+  data_end = 0x0f
+};
+
+// The fields of a record, little-endian; texts and maps follow their length.
+struct Fields {
+  std::string bytes;
+
+  template <typename Number>
+  Fields& number(Number x) {
+    bytes.append(reinterpret_cast<const char*>(&x), sizeof x);
+    return *this;
+  }
+  Fields& text(std::string_view t) {
+    number(static_cast<std::uint32_t>(t.size())).bytes += t;
+    return *this;
+  }
+  template <typename Pairs>
+  Fields& pairs(const Pairs& all) {
+    Fields inner;
+    for (const auto& [a, b] : all) inner.number(a).number(b);
+    return text(inner.bytes);
+  }
+};
+
+std::string record(Op op, std::string_view fields) {
+  return Fields{}
+      .number(static_cast<std::uint8_t>(op))
+      .number(std::uint64_t{fields.size()})
+      .bytes.append(fields);
+}
+
+}  // namespace
+
+McapWriter::McapWriter(const std::filesystem::path& file) : out_(file) {
+  put(kMagic);
+  put(record(Op::header, Fields{}.text("ros2").text("gaitslam").bytes));
+}
+
+void McapWriter::put(std::string_view bytes) {
+  out_.write(bytes);
+  at_ += bytes.size();
+}
+
+std::uint16_t McapWriter::add_channel(const std::string& topic, const MessageType& type,
+                                      const std::string& qos) {
+  assert(begin_ == ~0ull);
+  const auto id = static_cast<std::uint16_t>(channels_.size() + 1);
+  schemas_.push_back(
+      record(Op::schema, Fields{}.number(id).text(type.name).text("ros2msg").text(type.definition).bytes));
+  const std::string metadata = Fields{}.text("offered_qos_profiles").text(qos).bytes;
+  channels_.push_back(
+      record(Op::channel, Fields{}.number(id).number(id).text(topic).text("cdr").text(metadata).bytes));
+  counts_.push_back(0);
+  put(schemas_.back());
+  put(channels_.back());
+  return id;
+}
+
+void McapWriter::add_message(std::uint16_t channel, std::int64_t t_ns, std::string_view cdr) {
+  const auto t = static_cast<std::uint64_t>(t_ns);
+  const auto sequence = static_cast<std::uint32_t>(++counts_.at(channel - 1u));
+  Fields fields;
+  fields.number(channel).number(sequence).number(t).number(t).bytes += cdr;
+  moments_[channel].push_back({t, chunk_.size()});
+  chunk_ += record(Op::message, fields.bytes);
+  chunk_begin_ = std::min(chunk_begin_, t), chunk_end_ = std::max(chunk_end_, t);
+  begin_ = std::min(begin_, t), end_ = std::max(end_, t);
+  if (chunk_.size() >= kChunk) close_chunk();
+}
+
+void McapWriter::close_chunk() {
+  if (chunk_.empty()) return;
+  const std::uint64_t size = chunk_.size();
+  Fields fields;
+  fields.number(chunk_begin_).number(chunk_end_).number(size);
+  fields.number(libdeflate_crc32(0, chunk_.data(), chunk_.size())).text("").number(size);
+  const std::uint64_t offset = at_;
+  put(record(Op::chunk, fields.bytes + chunk_));
+  Chunk index{chunk_begin_, chunk_end_, offset, at_ - offset, 0, size, {}};
+  for (auto& [channel, moments] : moments_) {
+    std::stable_sort(moments.begin(), moments.end());
+    index.index_offsets[channel] = at_;
+    put(record(Op::message_index, Fields{}.number(channel).pairs(moments).bytes));
+  }
+  index.index_length = at_ - offset - index.length;
+  chunks_.push_back(index);
+  chunk_.clear();
+  moments_.clear();
+  chunk_begin_ = ~0ull, chunk_end_ = 0;
+}
+
+void McapWriter::finish() {
+  close_chunk();
+  put(record(Op::data_end, Fields{}.number(0u).bytes));  // without a checksum: the chunks have theirs
+  const std::uint64_t summary = at_;
+  for (const auto* records : {&schemas_, &channels_})
+    for (const std::string& one : *records) put(one);
+  const auto n = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
+  std::map<std::uint16_t, std::uint64_t> counts;
+  for (std::uint16_t channel = 1; channel <= counts_.size(); ++channel) counts[channel] = messages(channel);
+  Fields statistics;
+  statistics.number(messages()).number(static_cast<std::uint16_t>(n(schemas_))).number(n(channels_));
+  statistics.number(0u).number(0u).number(n(chunks_)).number(messages() ? begin_ : 0).number(end_);
+  put(record(Op::statistics, statistics.pairs(counts).bytes));
+  for (const Chunk& chunk : chunks_) {
+    Fields index;
+    index.number(chunk.begin).number(chunk.end).number(chunk.offset).number(chunk.length);
+    index.pairs(chunk.index_offsets).number(chunk.index_length).text("");
+    put(record(Op::chunk_index, index.number(chunk.size).number(chunk.size).bytes));
+  }
+  constexpr std::uint64_t kNoOffsets = 0;
+  put(record(Op::footer, Fields{}.number(summary).number(kNoOffsets).number(0u).bytes));
+  put(kMagic);
+  out_.close();
+}
+
+}  // namespace sim::exports

@@ -22,12 +22,11 @@
 
 namespace sim::exports {
 
-/// The mean of an interval, stamped in its middle. It differs from the value at that instant by terms of
-/// second order in the length of the interval.
-struct ImuReading {
-  slam::Stamp t{0};
-  Eigen::Vector3d gyro;                          ///< rad/s
-  std::optional<Eigen::Vector3d> accelerometer;  ///< m/s²
+/// A reading in its exported form: the image of the exported camera; one of an IMU is the mean of an
+/// interval, stamped in its middle. It differs from the value at that instant by terms of second order in the
+/// length of the interval.
+struct ExportedReading : slam::RigReading {
+  bool has_acceleration = true;
 };
 
 /// Merges consecutive parts until they cover one period. After a gap in the readings it starts anew.
@@ -35,8 +34,8 @@ class ImuMerger {
  public:
   explicit ImuMerger(double rate_hz) : period_(std::llround(1e9 / rate_hz)) {}
   /// The readings that an observation completes, in order of time.
-  std::vector<ImuReading> merge(const slam::Observation& observation) {
-    std::vector<ImuReading> merged;
+  std::vector<ExportedReading> merge(const slam::Observation& observation) {
+    std::vector<ExportedReading> merged;
     const bool both = observation.accelerometer.size() == observation.gyro.size();
     const auto start_at = [this](slam::Stamp t) {
       begin_ = t;
@@ -52,8 +51,9 @@ class ImuMerger {
       end_ = gyro.end;
       if (end_ - begin_ < period_) continue;
       const double duration = slam::seconds(end_ - begin_);
-      merged.push_back({begin_ + (end_ - begin_) / 2, gyro_ / duration, std::nullopt});
-      if (both) merged.back().accelerometer = accelerometer_ / duration;
+      ExportedReading& reading = merged.emplace_back();
+      reading.t = begin_ + (end_ - begin_) / 2, reading.gyro = gyro_ / duration;
+      reading.accelerometer = accelerometer_ / duration, reading.has_acceleration = both;
       start_at(end_);
     }
     return merged;
@@ -118,7 +118,7 @@ std::string compressed_image(slam::Stamp t, const std::string& frame, std::strin
 /// The sensor_msgs/Image of 8-bit gray (mono8), RGB (rgb8) or depth in mm (16UC1).
 std::string image(slam::Stamp t, const std::string& frame, const cv::Mat& image);
 /// The sensor_msgs/Imu of a reading without orientation; variances are those of one reading.
-std::string imu(const ImuReading& reading, const std::string& frame, double gyro_variance,
+std::string imu(const ExportedReading& reading, const std::string& frame, double gyro_variance,
                 double accelerometer_variance);
 /// The equidistant lens is stated; any other counts as no distortion. right_m: distance of this camera to the
 /// right of the other one of a stereo pair, whose P[3] is -fu right_m.

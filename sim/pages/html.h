@@ -1,4 +1,5 @@
-// The builder of all HTML pages: escaping, tables, figures, and the frame of a page that is one file.
+// The builder of all HTML pages: escaping, tables, figures, and the frame of a page that is one file; and the
+// one plot engine of pages, pictures and the view: a figure as data, drawn as SVG.
 #pragma once
 
 #include <optional>
@@ -6,9 +7,77 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/pages/figure.h"
-
 namespace sim::pages {
+
+/// Text for HTML and SVG, in elements and quoted attributes. Every text from a file or a user goes through
+/// it.
+std::string escaped(std::string_view text);
+
+/// Selects the color: style sheets and pictures give each role its own.
+enum class Role { truth, plan, estimate, first, second, third };
+/// The name of a role in style sheets.
+const char* role_name(Role role);
+
+/// A line through points; a NaN breaks it.
+struct Line {
+  std::string name;
+  Role role = Role::first;
+  std::vector<double> x{}, y{};
+  bool dots = false;  ///< draws the points only
+  bool thin = false;  ///< for comparison
+
+  void add(double at, double value) { x.push_back(at), y.push_back(value); }
+};
+
+/// The area between two lines over the same x, such as a 3-sigma envelope.
+struct Envelope {
+  std::string name;
+  Role role = Role::first;
+  std::vector<double> x{}, low{}, high{};
+};
+
+/// A line across the figure at a value of an axis, such as the edge of a band or the loop closure.
+struct Mark {
+  std::string name;
+  double at = 0;
+};
+
+/// name: used for its file. x_label, y_label: with units.
+struct Figure {
+  std::string name, title, x_label, y_label;
+  std::vector<Line> lines{};
+  std::vector<Envelope> envelopes{};
+  std::vector<Mark> levels{};          ///< horizontal, at y
+  std::vector<Mark> moments{};         ///< vertical, at x
+  std::vector<std::string> remarks{};  ///< below the title
+  bool equal_axes = false;             ///< a meter has the same length along x and y
+  bool logarithmic = false;            ///< y
+  bool logarithmic_x = false;
+  bool whole_x = false, whole_y = false;  ///< ticks are whole numbers
+
+  bool is_over_time() const { return x_label.starts_with("time"); }
+};
+
+/// Maps values to pixels: low to `begin`, high to `end`, linearly or by the logarithm.
+struct Axis {
+  double low = 0, high = 1;
+  double begin = 0, end = 1;
+  bool logarithmic = false;
+  bool whole = false;  ///< ticks are whole numbers
+
+  double at(double value) const;
+  /// Multiples of 1, 2 or 5 times a power of ten; on a logarithmic axis powers of ten if there are two.
+  std::vector<double> ticks(int about) const;
+};
+
+/// The range of all finite values (positive ones on a logarithmic axis), with a margin; 0 to 1 without any.
+Axis axis_of(const std::vector<const std::vector<double>*>& values, bool logarithmic);
+
+/// An SVG document of the given size (px) with title and legend. in_page: only the drawing, for a page with
+/// figure_style(), a caption and a legend. Its axes are then attributes, for the cursor of web/figures.js.
+std::string to_svg(const Figure& figure, double width, double height, bool in_page = false);
+/// CSS of the drawings: plain colors, and those of the page if it defines them.
+std::string figure_style();
 
 /// RFC 4648.
 std::string base64(std::string_view bytes);

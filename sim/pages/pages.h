@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/pages/figure.h"
+#include "sim/pages/html.h"
 #include "sim/pages/run_data.h"
 
 namespace sim::pages {

@@ -5,7 +5,6 @@
 #include <iterator>
 
 #include "sim/files/text.h"
-#include "sim/pages/html.h"
 #include "sim/pages/pages.h"
 #include "sim/score/statistics.h"
 

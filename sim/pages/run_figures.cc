@@ -8,7 +8,6 @@
 
 #include "sim/files/text.h"
 #include "sim/pages/pages.h"
-#include "sim/score/consistency.h"
 #include "sim/score/run.h"
 #include "sim/score/statistics.h"
 

@@ -9,9 +9,9 @@
 
 #include "sim/files/json.h"
 #include "sim/files/text.h"
-#include "sim/pages/html.h"
 #include "sim/pages/pages.h"
 #include "sim/recording/image_file.h"
+#include "sim/recording/recording_format.h"
 #include "sim/result/limits.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
@@ -220,7 +220,7 @@ class RunSections {
       if (file.empty()) continue;
       const std::string name = escaped(sensor.name);
       html += fmt::format("<figure>{}</svg><span class='soft'>{}, {}</span></figure>",
-                          image_svg(pictures.rig(sensor, file), name, t), name, words_of(sensor));
+                          image_svg(pictures.shown(sensor, file), name, t), name, words_of(sensor));
     }
     return html.empty()
                ? ""
@@ -369,10 +369,11 @@ std::vector<Picture> pictures(const RunData& run, int count) {
     if (!files[i].empty()) seen.push_back(i);
   if (seen.empty()) return all;
   const Pictures pictures(run.recording);
+  const rig::RigSensor head = recording::head_camera(pictures.setup());
   for (int k = 0; k < count; ++k) {
     const std::size_t i = seen[static_cast<std::size_t>(k) * (seen.size() - 1) /
                                static_cast<std::size_t>(std::max(1, count - 1))];
-    all.push_back(picture_of(run.frames[i], pictures.png(files[i]), run.frames[seen[0]]));
+    all.push_back(picture_of(run.frames[i], pictures.shown(head, files[i]), run.frames[seen[0]]));
   }
   return all;
 }

@@ -11,11 +11,9 @@
 
 #include "sim/files/json.h"
 #include "sim/files/text.h"
-#include "sim/pages/html.h"
 #include "sim/pages/pages.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
-#include "sim/score/consistency.h"
 #include "sim/score/metrics.h"
 #include "sim/score/statistics.h"
 
@@ -291,20 +289,14 @@ std::string settings_table(const Sweep& sweep, const fs::path& folder) {
 /// tune.json and history.csv as read.
 struct Tuning {
   Json json;
-  std::string objective;
-  std::vector<Json> parameters;
-  std::vector<std::string> keys;
-  std::vector<std::vector<double>> at;  ///< values of each key, one for each setting
-  std::vector<double> value;            ///< the loss of each setting
+  Table history;
+  std::string objective = json.at("objective").text();
+  std::vector<Json> parameters = json.at("parameters").items();
+  Column value = history.numbers(objective);  ///< the loss of each setting
 };
 
 Tuning read_tuning(const fs::path& folder) {
-  const Json json = files::read_json(folder / "tune.json");
-  const Table history(folder / "history.csv");
-  Tuning tuning{json, json.at("objective").text(), json.at("parameters").items(), {}, {}, {}};
-  for (const Json& parameter : tuning.parameters) tuning.keys.push_back(parameter.at("key").text());
-  for (const std::string& key : tuning.keys) tuning.at.push_back(history.numbers(key));
-  tuning.value = history.numbers(tuning.objective);
+  Tuning tuning{files::read_json(folder / "tune.json"), Table(folder / "history.csv")};
   if (tuning.value.empty()) throw files::FileError(folder / "history.csv", "has no setting");
   return tuning;
 }
@@ -331,25 +323,26 @@ Figure history_figure(const Tuning& t, double most) {
 
 std::string label(const Json& p) { return with_unit(p.at("key").text(), p.at("unit").text()); }
 
-Figure slice_figure(const Tuning& t, std::size_t k, double most) {
-  const Json& p = t.parameters[k];
-  Figure f{"slice_" + t.keys[k], "Losses over " + t.keys[k], label(p), t.objective};
+Figure slice_figure(const Tuning& t, const Json& p, double most) {
+  const std::string key = p.at("key").text();
+  const Column at = t.history.numbers(key);
+  Figure f{"slice_" + key, "Losses over " + key, label(p), t.objective};
   f.logarithmic_x = p.at("scale").text() == "log";
   Line dots{"", Role::truth, {}, {}, true};
   for (std::size_t i = 0; i < t.value.size(); ++i)
-    if (t.value[i] <= most) dots.add(t.at[k][i], t.value[i]);
+    if (t.value[i] <= most) dots.add(at[i], t.value[i]);
   f.lines.push_back(dots);
   if (dots.x.empty()) return f;
   const auto [low, high] = std::ranges::minmax_element(dots.x);
   for (const char* which : {"start", "best"})
-    if (const double at = p.at(which).number(); at >= *low && at <= *high) f.moments.push_back({which, at});
+    if (const double x = p.at(which).number(); x >= *low && x <= *high) f.moments.push_back({which, x});
   return f;
 }
 
 std::string figures(const Tuning& t) {
   const double most = largest_shown(t);
   std::string html = figure_html(history_figure(t, most));
-  for (std::size_t k = 0; k < t.keys.size(); ++k) html += figure_html(slice_figure(t, k, most));
+  for (const Json& parameter : t.parameters) html += figure_html(slice_figure(t, parameter, most));
   return figures_html(html);
 }
 

@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "sim/score/consistency.h"
 #include "sim/score/statistics.h"
 #include "sim/score/trajectory.h"
 #include "sim/score/types.h"

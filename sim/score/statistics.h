@@ -1,4 +1,5 @@
-// Statistics of lists of numbers (at least one unless stated otherwise), and quantities that may be absent.
+// Statistics of lists of numbers (at least one unless stated otherwise), quantities that may be absent, and
+// confidence intervals of the chi-square distribution.
 #pragma once
 
 #include <cstddef>
@@ -74,5 +75,29 @@ std::optional<std::pair<double, double>> median_interval(std::vector<double> val
 
 /// Returns the p-values adjusted for multiple tests (Holm 1979), in their order, to compare with the level.
 std::vector<double> holm(const std::vector<double>& p_values);
+
+/// The quantile for p in (0, 1) of a chi-square of `dof` > 0 degrees of freedom.
+double chi_square_quantile(double p, double dof);
+
+/// Returns a verdict on a mean NIS per degree of freedom: "as expected" from 0.5 to 2, else the factor by
+/// which the filter's predicted standard deviation of the innovations is wrong.
+std::string nis_verdict(double nis);
+
+/// The confidence interval of the mean of `count` independent normalized squares of `dof` degrees of freedom.
+struct Band {
+  double low = 0, high = 0;
+};
+Band mean_band(int dof, int count, double confidence = 0.95);
+
+inline constexpr double kSettled_s = 5;  ///< earlier moments are not judged: the start is given
+
+/// Consistency of many runs together. mean: over all moments; inside, below: the fraction of moments with the
+/// mean over the runs inside its 95 % confidence interval, or below it.
+struct BandFractions {
+  double mean = 0, inside = 0, below = 0;
+};
+/// moments: for each moment the normalized squares (dof degrees of freedom) of the independent runs that have
+/// one. Returns nothing if no run has any.
+std::optional<BandFractions> band_fractions(const std::vector<std::vector<double>>& moments, int dof);
 
 }  // namespace sim::score

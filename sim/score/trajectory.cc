@@ -1,5 +1,6 @@
 #include "sim/score/trajectory.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <array>
@@ -282,6 +283,22 @@ Eigen::Isometry3d relative_difference(const std::vector<PosePair>& pairs, const 
   const PosePair &from = pairs[span.from], &to = pairs[span.to];
   const Eigen::Isometry3d truth = from.X_true.inverse() * to.X_true;
   return truth.inverse() * from.X_estimate.inverse() * to.X_estimate;
+}
+
+std::optional<double> normalized_square(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance) {
+  const Eigen::LLT<Eigen::Matrix3d> llt(covariance);
+  if (llt.info() != Eigen::Success || !covariance.allFinite()) return std::nullopt;
+  return error.dot(llt.solve(error));
+}
+
+std::optional<PoseNees> pose_nees(const Eigen::Isometry3d& X_WC_true, const Eigen::Isometry3d& X_WC_estimate,
+                                  const Matrix6d& covariance) {
+  const Eigen::Vector3d turn = rotation_vector(X_WC_estimate.linear().transpose() * X_WC_true.linear());
+  const Eigen::Vector3d shift = X_WC_true.translation() - X_WC_estimate.translation();
+  const auto orientation = normalized_square(turn, covariance.topLeftCorner<3, 3>());
+  const auto position = normalized_square(shift, covariance.bottomRightCorner<3, 3>());
+  if (!orientation || !position) return std::nullopt;
+  return PoseNees{*orientation, *position};
 }
 
 }  // namespace sim::score

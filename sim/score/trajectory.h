@@ -1,5 +1,5 @@
 // Poses over time: the pairing of two trajectories by their stamps, the errors of their pairs, alignment with
-// the truth, and relative pose errors.
+// the truth, relative pose errors, and errors normalized by their covariance.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -17,7 +17,7 @@ namespace sim::score {
 
 using Stamp = std::chrono::nanoseconds;
 
-using files::TimedPose;
+using files::TimedPose, files::Matrix6d;
 
 /// In order of time, no stamp twice.
 using Trajectory = std::vector<TimedPose>;
@@ -123,5 +123,19 @@ std::vector<Span> spans(const std::vector<PosePair>& pairs, const Spans& which);
 
 /// The difference of the motions over a span, (X_true_from⁻¹ X_true_to)⁻¹ (X_estimate_from⁻¹ X_estimate_to).
 Eigen::Isometry3d relative_difference(const std::vector<PosePair>& pairs, const Span& span);
+
+/// Normalized estimation error squared, 3 degrees of freedom each: 3 is expected (Bar-Shalom et al. 2001,
+/// sec. 5.4).
+struct PoseNees {
+  double orientation = 0, position = 0;
+};
+
+/// Returns the NEES without alignment; nothing if a block of the covariance is not positive definite.
+/// covariance: of the error (Log(R_WC_estimateᵀ R_WC_true) in axes C, p_true − p_estimate in axes W).
+std::optional<PoseNees> pose_nees(const Eigen::Isometry3d& X_WC_true, const Eigen::Isometry3d& X_WC_estimate,
+                                  const Matrix6d& covariance);
+
+/// Returns errorᵀ covariance⁻¹ error; nothing if the covariance is not positive definite.
+std::optional<double> normalized_square(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance);
 
 }  // namespace sim::score

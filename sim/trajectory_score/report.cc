@@ -11,8 +11,7 @@
 #include <string_view>
 #include <utility>
 
-#include "sim/files/json.h"
-#include "sim/score/consistency.h"
+#include "sim/files/trajectory_file.h"
 
 namespace sim::trajectory_score {
 namespace {
@@ -70,7 +69,9 @@ Stamp most_gap(const Trajectory& truth, const PairingOptions& options) {
   return options.most_gap_s ? stamp(*options.most_gap_s) : std::max(kGap * median_interval(truth), kLeastGap);
 }
 
-Coverage coverage_of(const Trajectory& truth, const std::vector<PosePair>& pairs) {
+// Adds how much of the truth the pairs cover: each stands for the time until the next, as long as that is not
+// a gap. Returns the length (m) of the truth from the first to the last pair.
+double add_coverage(ordered_json& report, const Trajectory& truth, const std::vector<PosePair>& pairs) {
   const Stamp of_truth = median_interval(truth), of_pairs = std::max(median_interval(pairs), of_truth),
               gap = std::max(kGap * of_pairs, kLeastGap), whole = truth.back().t - truth.front().t + of_truth;
   Stamp covered = of_pairs;
@@ -83,7 +84,9 @@ Coverage coverage_of(const Trajectory& truth, const std::vector<PosePair>& pairs
     if (pose.t >= pairs.front().t - of_truth / 2 && pose.t <= pairs.back().t + of_truth / 2)
       walked.push_back(pose);
   const double fraction = whole.count() == 0 ? 1 : seconds(covered) / seconds(whole);
-  return {truth.size(), std::min(1.0, fraction), score::path_length(walked)};
+  report["true_poses"] = truth.size();
+  report["time_fraction"] = std::min(1.0, fraction);
+  return score::path_length(walked);
 }
 
 // "; with --t-offset ..." if the offset of a known clock pairs more poses: results start at 0, their exports
@@ -165,10 +168,8 @@ void require_motion(const NamedFile& file, const std::vector<PosePair>& pairs,
 }
 
 // need_motion: positions are compared.
-PairedFiles pair_files(const fs::path& truth, const fs::path& estimate, const PairingOptions& options,
-                       bool need_motion) {
-  const NamedFile a{truth.string(), files::read_trajectory(truth)},
-      b{estimate.string(), files::read_trajectory(estimate)};
+std::vector<PosePair> paired(const NamedFile& a, const NamedFile& b, const PairingOptions& options,
+                             bool need_motion) {
   require_times(a, b, options);
   require_times(b, a, options);
   const bool by_row =
@@ -193,17 +194,7 @@ PairedFiles pair_files(const fs::path& truth, const fs::path& estimate, const Pa
     require_motion(a, pairs, &PosePair::X_true);
     require_motion(b, pairs, &PosePair::X_estimate);
   }
-  const std::string pairing =
-      !options.interpolate ? fmt::format("nearest stamp within {} s", options.most_apart_s)
-                           : fmt::format("truth interpolated at the estimate's stamps, across at most {} s",
-                                         seconds(most_gap(of_truth, options)));
-  return {a.line(),
-          b.line(),
-          pairing,
-          pairs,
-          coverage_of(of_truth, pairs),
-          b.read,
-          a.read.has_orientation && b.read.has_orientation};
+  return pairs;
 }
 
 double of_difference(const Eigen::Isometry3d& E, Relation relation) {
@@ -223,27 +214,29 @@ double of_difference(const Eigen::Isometry3d& E, Relation relation) {
   return 0;
 }
 
-ErrorStatistics describe(const std::vector<double>& errors) {
-  const double m = score::mean(errors), rmse = score::root_mean_square(errors);
-  std::vector<double> deviations;
-  for (const double error : errors) deviations.push_back(error - m);
-  const auto quantile = [&](double p) { return score::quantile(errors, p); };
-  const double std = score::root_mean_square(deviations), n = static_cast<double>(errors.size());
-  return {errors.size(),  rmse,           m, quantile(0.5), std, quantile(0), quantile(1), quantile(0.95),
-          quantile(0.99), rmse * rmse * n};
-}
-
 std::string unit(Relation relation) {
   static constexpr std::array<const char*, 6> kUnits{"m", "deg", "rad", "1", "1", "m"};
   return kUnits[static_cast<std::size_t>(relation)];
 }
 
-Row row(const std::string& name, const std::string& unit, const std::vector<double>& errors,
-        const std::string& why_none = "") {
-  if (errors.empty()) return {name, unit, Absent{why_none}};
-  if (!std::ranges::all_of(errors, [](double error) { return std::isfinite(error); }))
-    return {name, unit, Absent{"a value is not finite"}};
-  return {name, unit, describe(errors)};
+// One entry of the report: statistics of the errors, or why there are none.
+ordered_json row(const std::string& name, const std::string& unit, const std::vector<double>& errors,
+                 const std::string& why_none = "") {
+  ordered_json row{{"error", name}, {"unit", unit}, {"n", 0}};
+  const bool finite = std::ranges::all_of(errors, [](double error) { return std::isfinite(error); });
+  if (errors.empty() || !finite) {
+    row["reason"] = finite ? why_none : "a value is not finite";
+    return row;
+  }
+  const double mean = score::mean(errors), rmse = score::root_mean_square(errors);
+  std::vector<double> deviations;
+  for (const double error : errors) deviations.push_back(error - mean);
+  row["n"] = errors.size(), row["rmse"] = rmse, row["mean"] = mean;
+  row["median"] = score::median(errors), row["std"] = score::root_mean_square(deviations);
+  for (const auto& [of, p] : {std::pair{"min", 0.0}, {"max", 1.0}, {"p95", 0.95}, {"p99", 0.99}})
+    row[of] = score::quantile(errors, p);
+  row["sse"] = rmse * rmse * static_cast<double>(errors.size());
+  return row;
 }
 
 // The alignment of the first poses_to_align pairs.
@@ -255,21 +248,21 @@ OrAbsent<Similarity> align_first(const std::vector<PosePair>& pairs, Alignment a
 }
 
 // The errors of poses that are aligned already.
-Row aligned_row(const std::vector<PosePair>& pairs, Alignment alignment, Relation relation) {
+ordered_json aligned_row(const std::vector<PosePair>& pairs, Alignment alignment, Relation relation) {
   std::vector<double> errors;
   for (const PosePair& pair : pairs)
     errors.push_back(of_difference(pair.X_true.inverse() * pair.X_estimate, relation));
   return row("APE " + name_of(alignment), unit(relation), errors);
 }
 
-Row pose_row(const std::vector<PosePair>& pairs, Alignment alignment, const Options& options) {
+ordered_json pose_row(const std::vector<PosePair>& pairs, Alignment alignment, const Options& options) {
   const auto found = align_first(pairs, alignment, options);
   if (const auto* const absent = std::get_if<Absent>(&found))
-    return {"APE " + name_of(alignment), unit(options.relation), *absent};
+    return row("APE " + name_of(alignment), unit(options.relation), {}, absent->reason);
   return aligned_row(transformed(std::get<Similarity>(found), pairs), alignment, options.relation);
 }
 
-Row motion_row(const std::vector<PosePair>& pairs, const Spans& which, Relation relation) {
+ordered_json motion_row(const std::vector<PosePair>& pairs, const Spans& which, Relation relation) {
   static constexpr std::array<std::string_view, 5> kUnits{"frames", "m", "s", "rad", "deg"};
   const std::string name =
       fmt::format("RPE {} {}{}", which.delta, kUnits[static_cast<std::size_t>(which.unit)],
@@ -287,45 +280,50 @@ Row motion_row(const std::vector<PosePair>& pairs, const Spans& which, Relation 
   return row(name, unit(relation), errors, "the path has no such spans");
 }
 
-// NEES without alignment, of the matched estimates that have a covariance.
-std::vector<Row> nees_rows(const std::vector<PosePair>& pairs, const files::TrajectoryFile& estimate,
-                           score::Stamp offset) {
+// Adds the NEES without alignment, of the matched estimates that have a covariance.
+void add_nees(ordered_json& rows, const std::vector<PosePair>& pairs, const files::TrajectoryFile& estimate,
+              score::Stamp offset) {
   std::vector<double> position, orientation;
   for (const PosePair& pair : pairs) {
     const auto at = std::ranges::lower_bound(estimate.rows, pair.t - offset, {}, &files::TumRow::t);
     if (at == estimate.rows.end() || !at->covariance) continue;
     const auto nees = score::pose_nees(pair.X_true, pair.X_estimate, *at->covariance);
-    if (!nees) return {{"NEES none", "1", Absent{"a covariance is not positive definite"}}};
+    if (!nees) return rows.push_back(row("NEES none", "1", {}, "a covariance is not positive definite"));
     position.push_back(nees->position);
     orientation.push_back(nees->orientation);
   }
-  if (position.empty()) return {};
-  return {row("NEES none, position", "1", position), row("NEES none, orientation", "1", orientation)};
+  if (position.empty()) return;
+  rows.push_back(row("NEES none, position", "1", position));
+  rows.push_back(row("NEES none, orientation", "1", orientation));
 }
 
 // The rows of a report without options: every alignment, and relative errors over the usual spans.
-void add_overview(Report& report, const std::vector<PosePair>& pairs, const Options& options) {
+void add_overview(ordered_json& rows, const std::vector<PosePair>& pairs, const Options& options) {
   for (const Alignment alignment :
        {Alignment::origin, Alignment::yaw_position, Alignment::se3, Alignment::sim3, Alignment::scale})
-    report.rows.push_back(pose_row(pairs, alignment, options));
+    rows.push_back(pose_row(pairs, alignment, options));
   Options turning = options;
   turning.relation = Relation::angle_deg;
-  report.rows.push_back(pose_row(pairs, Alignment::none, turning));
+  rows.push_back(pose_row(pairs, Alignment::none, turning));
   std::vector<Spans> usual{{Spans::Unit::seconds, 1, true}};
   for (const double length : {4.0, 2.0, 1.0, 0.5, 0.25})
     usual.insert(usual.begin(), {Spans::Unit::meters, length, true, 0.1, true});
   for (const Spans& which : usual)
     for (const Relation relation : {options.relation, Relation::angle_deg})
-      report.rows.push_back(motion_row(pairs, which, relation));
+      rows.push_back(motion_row(pairs, which, relation));
 }
 
-std::string line(const Row& row) {
-  const std::string name = fmt::format("{} [{}]", row.name, row.unit);
-  if (const auto* const absent = std::get_if<Absent>(&row.statistics))
-    return fmt::format("{:<33} {}\n", name, absent->reason);
-  const auto& s = std::get<ErrorStatistics>(row.statistics);
-  return fmt::format("{:<33} {:>5} {:>9.5g} {:>9.5g} {:>9.5g} {:>9.5g}\n", name, s.n, s.rmse, s.median, s.p95,
-                     s.max);
+// Marks the errors that positions do not determine. Throws std::invalid_argument for the requested.
+void require_orientation(ordered_json& rows, Relation relation) {
+  for (ordered_json& one : rows) {
+    const std::string name = one["error"], unit = one["unit"];
+    const bool motion = name.starts_with("RPE") && relation != Relation::point_distance;
+    if (unit == "m" && !motion && name != "APE origin") continue;
+    one = row(name, unit, {}, "a file has positions only");
+    if (&one == &rows.front())
+      throw std::invalid_argument(
+          fmt::format("{}: it needs orientations, but a file has positions only", name));
+  }
 }
 
 }  // namespace
@@ -338,94 +336,70 @@ fs::path trajectory_in(const fs::path& path, bool truth) {
                                      : "is not a result folder with an estimate: it has no estimate.tum");
 }
 
-// Marks the errors that positions do not determine. Throws std::invalid_argument for the requested.
-void require_orientation(std::vector<Row>& rows, Relation relation) {
-  for (Row& row : rows) {
-    const bool motion = row.name.starts_with("RPE") && relation != Relation::point_distance;
-    if (row.unit == "m" && !motion && row.name != "APE origin") continue;
-    row.statistics = Absent{"a file has positions only"};
-    if (&row == &rows.front())
-      throw std::invalid_argument(
-          fmt::format("{}: it needs orientations, but a file has positions only", row.name));
-  }
-}
-
-Report score_files(const fs::path& truth, const fs::path& estimate, const Options& options) {
+ordered_json score_files(const fs::path& truth, const fs::path& estimate, const Options& options) {
   const Relation relation = options.relation;
   const bool of_orientation =
       !options.alignment &&
       (relation == Relation::angle_deg || relation == Relation::angle_rad || relation == Relation::rot_part);
-  Report report{pair_files(truth, estimate, options.pairing, !of_orientation), {}, {}, {}};
-  const std::vector<PosePair>& paired = report.files.pairs;
+  const NamedFile a{truth.string(), files::read_trajectory(truth)},
+      b{estimate.string(), files::read_trajectory(estimate)};
+  const std::vector<PosePair> given = paired(a, b, options.pairing, !of_orientation);
   const Alignment alignment = options.alignment.value_or(Alignment::none);
-  const auto found = align_first(paired, alignment, options);
+  const auto found = align_first(given, alignment, options);
   if (const auto* const absent = std::get_if<Absent>(&found))
     throw std::invalid_argument(fmt::format("--align {}: {}", name_of(alignment), absent->reason));
-  report.similarity = std::get<Similarity>(found), report.alignment = name_of(alignment);
-  const auto pairs = transformed(report.similarity, paired);
+  const Similarity& similarity = std::get<Similarity>(found);
+  const auto pairs = transformed(similarity, given);
+  ordered_json rows = ordered_json::array();
   if (options.relative) {
-    report.rows = {motion_row(pairs, *options.relative, relation)};
+    rows.push_back(motion_row(pairs, *options.relative, relation));
     if (score::spans(pairs, *options.relative).empty())
-      throw std::invalid_argument(report.rows.front().name + ": the path has no such spans");
+      throw std::invalid_argument(rows[0]["error"].get<std::string>() + ": the path has no such spans");
   } else {
-    report.rows = {aligned_row(pairs, alignment, relation)};
-    if (!options.alignment) add_overview(report, paired, options);
+    rows.push_back(aligned_row(pairs, alignment, relation));
+    if (!options.alignment) add_overview(rows, given, options);
   }
-  if (!report.files.has_orientation)
-    require_orientation(report.rows, relation);
+  if (a.read.has_orientation && b.read.has_orientation)
+    add_nees(rows, given, b.read, stamp(options.pairing.offset_s));
   else
-    for (const Row& nees : nees_rows(paired, report.files.estimate_file, stamp(options.pairing.offset_s)))
-      report.rows.push_back(nees);
+    require_orientation(rows, relation);
+  const Trajectory of_truth = a.trajectory();
+  ordered_json report{{"truth", a.line()}, {"estimate", b.line()}};
+  report["poses_matched"] = given.size(), report["poses"] = b.poses();
+  const double walked_m = add_coverage(report, of_truth, given);
+  report["pairing"] = options.pairing.interpolate
+                          ? fmt::format("truth interpolated at the estimate's stamps, across at most {} s",
+                                        seconds(most_gap(of_truth, options.pairing)))
+                          : fmt::format("nearest stamp within {} s", options.pairing.most_apart_s);
+  report["path_length_m"] = walked_m;
+  report["alignment"] = name_of(alignment), report["scale"] = similarity.scale;
+  report["errors"] = rows;
   return report;
 }
 
-std::string table(const Report& r) {
-  const auto& [truth, estimate, pairing, pairs, coverage, file, has_orientation] = r.files;
+std::string table(const ordered_json& r) {
+  const auto text_of = [&](const char* key) { return r[key].get<std::string>(); };
+  const auto number = [](const ordered_json& json) { return json.get<double>(); };
+  const double scale = number(r["scale"]);
   std::string text = fmt::format(
       "truth     {}\nestimate  {}\nmatched   {} of {} poses ({})\n"
       "covered   {} of {} true poses, {:.1f} % of the time; {:.3f} m walked between the first and the last\n"
       "alignment {}",
-      truth, estimate, pairs.size(), file.rows.size(), pairing, std::min(pairs.size(), coverage.true_poses),
-      coverage.true_poses, 100 * coverage.time_fraction, coverage.walked_m, r.alignment);
-  text += r.similarity.scale == 1 ? "\n\n" : fmt::format(", scale {:.6f}\n\n", r.similarity.scale);
+      text_of("truth"), text_of("estimate"), number(r["poses_matched"]), number(r["poses"]),
+      text_of("pairing"), std::min(number(r["poses_matched"]), number(r["true_poses"])),
+      number(r["true_poses"]), 100 * number(r["time_fraction"]), number(r["path_length_m"]),
+      text_of("alignment"));
+  text += scale == 1 ? "\n\n" : fmt::format(", scale {:.6f}\n\n", scale);
   text += fmt::format("{:<33} {:>5} {:>9} {:>9} {:>9} {:>9}\n", "error", "n", "rmse", "median", "p95", "max");
-  for (const Row& row : r.rows) text += line(row);
-  return text;
-}
-
-std::string json_text(const Report& r) {
-  ordered_json json{{"truth", r.files.truth},
-                    {"estimate", r.files.estimate},
-                    {"poses_matched", r.files.pairs.size()},
-                    {"poses", r.files.estimate_file.rows.size()},
-                    {"true_poses", r.files.coverage.true_poses},
-                    {"time_fraction", r.files.coverage.time_fraction},
-                    {"pairing", r.files.pairing},
-                    {"path_length_m", r.files.coverage.walked_m},
-                    {"alignment", r.alignment},
-                    {"scale", r.similarity.scale}};
-  json["errors"] = ordered_json::array();
-  for (const Row& row : r.rows) {
-    ordered_json entry{{"error", row.name}, {"unit", row.unit}, {"n", 0}};
-    if (const auto* const s = std::get_if<ErrorStatistics>(&row.statistics)) {
-      using S = ErrorStatistics;
-      entry["n"] = s->n;
-      for (const auto& [name, member] : {std::pair{"rmse", &S::rmse},
-                                         {"mean", &S::mean},
-                                         {"median", &S::median},
-                                         {"std", &S::std},
-                                         {"min", &S::min},
-                                         {"max", &S::max},
-                                         {"p95", &S::p95},
-                                         {"p99", &S::p99},
-                                         {"sse", &S::sse}})
-        entry[name] = s->*member;
-    } else {
-      entry["reason"] = std::get<Absent>(row.statistics).reason;
-    }
-    json["errors"].push_back(entry);
+  for (const ordered_json& row : r["errors"]) {
+    text += fmt::format(
+        "{:<33} ", fmt::format("{} [{}]", row["error"].get<std::string>(), row["unit"].get<std::string>()));
+    text += row.contains("reason") ? row["reason"].get<std::string>() + "\n"
+                                   : fmt::format("{:>5} {:>9.5g} {:>9.5g} {:>9.5g} {:>9.5g}\n",
+                                                 number(row["n"]), number(row["rmse"]), number(row["median"]),
+                                                 number(row["p95"]), number(row["max"]));
   }
-  return files::json_text(json, 2) + "\n";
+  return text;
 }
 
 }  // namespace sim::trajectory_score

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "sim/pages/html.h"
-#include "sim/pages/run_data.h"
 #include "sim/view/session.h"
 #include "sim/view/site.h"
 #include "slam/vision/patch.h"

@@ -136,14 +136,14 @@ class Foxglove {
   }
 
   /// IMU readings of an observation, also if it is not shown itself.
-  std::vector<exports::ImuReading> merged(const slam::Observation& o) { return imu_.merge(o); }
+  std::vector<exports::ExportedReading> merged(const slam::Observation& o) { return imu_.merge(o); }
   const recording::RecordingSetup& setup() const { return setup_; }
 
   /// Sends the messages of a frame that the client subscribed to.
-  void send(const Frame& frame, const std::vector<exports::ImuReading>& imu, Client& client) const {
+  void send(const Frame& frame, const std::vector<exports::ExportedReading>& imu, Client& client) const {
     for (const auto& [subscription, channel] : client.subscriptions) {
       if (channel == kImu)
-        for (const exports::ImuReading& reading : imu)
+        for (const exports::ExportedReading& reading : imu)
           send_one(client, subscription, reading.t, ros::imu(reading, ros::kImuFrame, 0, 0));
       else
         send_one(client, subscription, frame.t, kChannels[channel - 1].payload(frame, setup_));
@@ -159,7 +159,8 @@ LiveView::LiveView(const Access& access, ShownRun run, bool control)
     : control_(control),
       site_([&] {
         Site site({run}, {{"mode", "live"}, {"control", control}});
-        add_rig(site, run, 0, [this](std::size_t sensor, std::size_t k) { return rig_reading(sensor, k); });
+        add_rig(site, run.rig.size(), 0,
+                [this](std::size_t sensor, std::size_t k) { return rig_reading(sensor, k); });
         return site;
       }()),
       newest_(run.rig.size()),
@@ -191,7 +192,7 @@ void LiveView::wait_for_viewer() const {
 bool LiveView::wants(const slam::Observation& observation) {
   const bool others = server_.with_room("foxglove") > 0;
   // Merged without a listener, too: a frame may split a reading, and its second part belongs to the first.
-  for (exports::ImuReading& reading : foxglove_->merged(observation))
+  for (exports::ExportedReading& reading : foxglove_->merged(observation))
     if (others && imu_.size() < kMostReadings) imu_.push_back(reading);
   const bool pages = server_.with_room("gaitslam") > 0;
   if (pages)
@@ -289,25 +290,13 @@ void LiveView::received(Client& client, std::string_view said) {
       client.loading = false;
     else if (!control_)
       reject("this view is read-only: start it with --control");
+    else if (pace_.obey(message, period_))
+      send_to_pages(pace_message());
     else
-      command(message);
+      reject("unknown op");
   } catch (const std::invalid_argument& error) {
     reject(error.what());
   }
-}
-
-void LiveView::command(const ClientMessage& message) {
-  if (message.op == "pause")
-    pace_.pause();
-  else if (message.op == "resume")
-    pace_.resume();
-  else if (message.op == "step")
-    pace_.step(period_);
-  else if (message.op == "speed")
-    pace_.set_speed(message.factor);
-  else
-    throw std::invalid_argument("unknown op");
-  send_to_pages(pace_message());
 }
 
 ClientMessage read_client_message(std::string_view text) try {

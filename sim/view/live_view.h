@@ -48,21 +48,19 @@ class Pace {
     double speed = 0;  ///< times real time; 0: full speed
   };
 
-  void pause() {
-    change([&] { state_.paused = true, until_ = now_; });
-  }
-  void resume() {
-    change([&] { state_.paused = false; });
-  }
-  /// Runs for `period` of simulated time, then pauses.
-  void step(slam::Stamp period) {
+  /// Obeys "pause", "resume", "step" (runs for `period` of simulated time, then pauses) and "speed"; returns
+  /// false for another op.
+  bool obey(const ClientMessage& message, slam::Stamp period = {}) {
+    const std::string& op = message.op;
+    const bool pauses = op == "pause" || op == "step", resumes = op == "resume";
+    if (!pauses && !resumes && op != "speed") return false;
     change([&] {
-      until_ = (state_.paused ? std::max(until_, now_) : now_) + period;
-      state_.paused = true;
+      if (op == "step") until_ = (state_.paused ? std::max(until_, now_) : now_) + period;
+      if (op == "pause") until_ = now_;
+      if (op == "speed") state_.speed = message.factor;
+      if (op != "speed") state_.paused = pauses;
     });
-  }
-  void set_speed(double factor) {
-    change([&] { state_.speed = factor; });
+    return true;
   }
   /// No controlling viewer: runs at full speed.
   void release() {
@@ -135,7 +133,6 @@ class LiveView {
  private:
   void opened(Client& client);
   void received(Client& client, std::string_view text);
-  void command(const ClientMessage& message);
   Message pace_message() const;
   Message strips_message() const;
   void send_to_pages(const Message& message);
@@ -147,8 +144,8 @@ class LiveView {
   bool control_;
   Pace pace_;
   Site site_;
-  std::shared_ptr<Foxglove> foxglove_;    // set before the first observation, in the server's thread
-  std::vector<exports::ImuReading> imu_;  // not sent yet
+  std::shared_ptr<Foxglove> foxglove_;         // set before the first observation, in the server's thread
+  std::vector<exports::ExportedReading> imu_;  // not sent yet
   Readings newest_;
   std::size_t numbers_ = 0;                                      // of frames with readings
   std::deque<std::pair<std::size_t, Readings>> shown_readings_;  // by number; of the server's thread

@@ -6,13 +6,13 @@
 #include <chrono>
 #include <future>
 #include <nlohmann/json.hpp>
+#include <regex>
 
-#include "sim/files/csv.h"
+#include "sim/export/export.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
-#include "sim/pages/html.h"
-#include "sim/pages/run_data.h"
 #include "sim/recording/manifest.h"
+#include "sim/recording/recording_format.h"
 #include "walking/hrp2.h"
 
 // The page and the files that esbuild makes from web/.
@@ -33,11 +33,8 @@ Resource json_resource(std::string text) { return resource("application/json", t
 
 // The page names its script and its style with the token; the script reads it from the page's own address.
 std::string page_with(std::string_view token) {
-  std::string page(gaitslam_view_page());
-  constexpr std::string_view kPlace = "TOKEN";
-  for (std::size_t at = page.find(kPlace); at != page.npos; at = page.find(kPlace, at + token.size()))
-    page.replace(at, kPlace.size(), token);
-  return page;
+  static const std::regex place("TOKEN");
+  return std::regex_replace(std::string(gaitslam_view_page()), place, std::string(token));
 }
 
 constexpr std::string_view kIcon =
@@ -69,38 +66,10 @@ ordered_json to_json(const ShownRun& run) {
           {"rig", rig}};
 }
 
-/// The last row of a CSV file of the recording's at or before a time. Times are asked for in order.
-class RowsOverTime {
- public:
-  RowsOverTime(const fs::path& file, std::size_t fields) : reader_(file), row_(fields) {
-    more_ = reader_.next();
-    if (more_ && reader_.fields() != fields + 1)
-      throw files::FileError(file, 1,
-                             fmt::format("has {} columns, expected {}", reader_.fields(), fields + 1));
-  }
-  const std::vector<double>* at(slam::Stamp t) {
-    for (; more_ && slam::Stamp(reader_.integer(0)) - recording::kEpoch <= t; more_ = reader_.next()) {
-      any_ = true;
-      for (std::size_t i = 0; i < row_.size(); ++i) row_[i] = reader_.number(1 + i);
-    }
-    return any_ ? &row_ : nullptr;
-  }
-
- private:
-  files::CsvReader reader_;
-  std::vector<double> row_;
-  bool more_ = false, any_ = false;
-};
-
 // Adds feet, zero-moment point and, given a robot, its bodies. frames: in order of time.
 void add_recorded(std::vector<Frame>& frames, const recording::Truth& truth, const fs::path& recording,
                   const RobotModel* robot) {
-  const fs::path forces_file = recording / "mav0/forces0/data.csv",
-                 encoders_file = recording / "mav0/encoders0/data.csv";
-  std::optional<RowsOverTime> forces, encoders;
-  if (fs::exists(forces_file)) forces.emplace(forces_file, 12);
-  if (robot && fs::exists(encoders_file))
-    encoders.emplace(encoders_file, files::CsvReader(encoders_file).titles().size() - 1);
+  exports::RecordedRows forces(recording, "forces0"), encoders(recording, "encoders0");
   std::size_t foot_row = 0, waist_row = 0;
   for (Frame& frame : frames) {
     const auto& feet = truth.feet;
@@ -108,20 +77,21 @@ void add_recorded(std::vector<Frame>& frames, const recording::Truth& truth, con
     while (foot_row + 1 < feet.size() && feet[foot_row + 1].t <= frame.t) ++foot_row;
     if (foot_row < feet.size())
       frame.feet = {FootPlace{feet[foot_row].left}, FootPlace{feet[foot_row].right}};
-    const std::vector<double>* const f = forces ? forces->at(frame.t) : nullptr;
-    if (f && frame.feet) {
+    forces.until(frame.t);
+    if (const std::vector<double>& f = forces.newest; f.size() == 12 && frame.feet) {
       const auto sole = [&](std::size_t foot) {
-        const auto vector = [&](std::size_t first) { return Eigen::Vector3d(&(*f)[6 * foot + first]); };
+        const auto vector = [&](std::size_t first) { return Eigen::Vector3d(&f[6 * foot + first]); };
         return SoleForce{(*frame.feet)[foot].truth, vector(0), vector(3)};
       };
       frame.zmp = zero_moment_point({sole(0), sole(1)});
     }
     while (waist_row < waist.size() && waist[waist_row].t < frame.t) ++waist_row;
-    const std::vector<double>* const q = encoders ? encoders->at(frame.t) : nullptr;
-    if (q && waist_row < waist.size() && waist[waist_row].t == frame.t)
+    if (!robot) continue;
+    encoders.until(frame.t);
+    if (const std::vector<double>& q = encoders.newest;
+        !q.empty() && waist_row < waist.size() && waist[waist_row].t == frame.t)
       frame.bodies =
-          robot->poses(Eigen::Map<const Eigen::VectorXd>(q->data(), static_cast<Eigen::Index>(q->size())),
-                       waist[waist_row].X);
+          robot->poses(Eigen::Map<const Eigen::VectorXd>(q.data(), std::ssize(q)), waist[waist_row].X);
   }
 }
 
@@ -184,19 +154,17 @@ Site site_of(const std::vector<Playback>& results) {
   Site site(runs, {{"mode", "playback"}, {"control", false}});
   for (std::size_t i = 0; i < results.size(); ++i) {
     site.add(fmt::format("/run/{}", i), json_resource(run_json(results[i])));
-    site.add_list(
-        fmt::format("/image/{}", i),
-        [images = results[i].images,
-         pictures = results[i].pictures](std::size_t k) -> std::optional<Resource> {
-          if (k >= images.size() || images[k].empty() || !pictures) return std::nullopt;
-          return Resource{"image/png", std::make_shared<const std::string>(pictures->png(images[k]))};
+    if (!results[i].pictures) continue;
+    std::vector<rig::RigSensor> sensors = results[i].run.rig;
+    sensors.push_back(recording::head_camera(results[i].pictures->setup()));
+    std::vector<std::vector<fs::path>> files = results[i].rig;
+    files.push_back(results[i].images);
+    add_rig(
+        site, sensors.size(), i,
+        [sensors, files, pictures = results[i].pictures](std::size_t sensor, std::size_t k) -> std::string {
+          if (k >= files[sensor].size() || files[sensor][k].empty()) return "";
+          return pictures->shown(sensors[sensor], files[sensor][k]);
         });
-    add_rig(site, results[i].run, i,
-            [sensors = results[i].run.rig, files = results[i].rig, pictures = results[i].pictures](
-                std::size_t sensor, std::size_t k) -> std::string {
-              if (k >= files[sensor].size() || files[sensor][k].empty()) return "";
-              return pictures->rig(sensors[sensor], files[sensor][k]);
-            });
   }
   return site;
 }
@@ -222,10 +190,10 @@ Message json_message(const ordered_json& content) {
 
 Resource bytes_resource(std::string bytes) { return resource("application/octet-stream", bytes); }
 
-void add_rig(Site& site, const ShownRun& run, std::size_t number_of_run,
+void add_rig(Site& site, std::size_t sensors, std::size_t run,
              const std::function<std::string(std::size_t, std::size_t)>& reading) {
-  for (std::size_t sensor = 0; sensor < run.rig.size(); ++sensor)
-    site.add_list(fmt::format("/rig/{}/{}", number_of_run, sensor),
+  for (std::size_t sensor = 0; sensor < sensors; ++sensor)
+    site.add_list(fmt::format("/rig/{}/{}", run, sensor),
                   [=](std::size_t number) { return bytes_resource(reading(sensor, number)); });
 }
 

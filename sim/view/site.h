@@ -13,8 +13,8 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/pages/figure.h"
-#include "sim/pages/frame.h"
+#include "sim/pages/html.h"
+#include "sim/pages/run_data.h"
 #include "sim/recording/recording.h"
 #include "sim/scenario/scenario.h"
 #include "sim/view/server.h"
@@ -78,8 +78,9 @@ Message json_message(const nlohmann::ordered_json& content);
 
 Resource bytes_resource(std::string bytes);
 
-/// Adds /rig/<run>/<sensor>/<number> for each sensor of a run's rig. reading: what the page shows, or "".
-void add_rig(Site& site, const ShownRun& run, std::size_t number_of_run,
+/// Adds /rig/<run>/<sensor>/<number> for each sensor: those of a run's rig, then, of a finished one, the head
+/// camera. reading: what the page shows, or "".
+void add_rig(Site& site, std::size_t sensors, std::size_t run,
              const std::function<std::string(std::size_t sensor, std::size_t number)>& reading);
 
 using pages::FootPlace, pages::Frame;

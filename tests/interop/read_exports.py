@@ -12,13 +12,17 @@ import sys
 import numpy as np
 
 
-def pngs(files):
-    """The 8-bit grey PNGs of 64 x 48 pixels, by stamp, decoded by ffmpeg."""
-    assert all(data[16:26] == b"\0\0\0\x40\0\0\0\x30\x08\0" for data in files.values())
+PIXELS = {"gray": (b"\x08\0", "u1", ()), "rgb24": (b"\x08\2", "u1", (3,)), "gray16le": (b"\x10\0", "<u2", ())}
+
+
+def pngs(files, pixels="gray"):
+    """The PNGs of 64 x 48 pixels, by stamp, decoded by ffmpeg."""
+    depth_and_color, kind, channels = PIXELS[pixels]
+    assert all(data[16:26] == b"\0\0\0\x40\0\0\0\x30" + depth_and_color for data in files.values())
     decode = ["ffmpeg", "-v", "error", "-f", "image2pipe", "-c:v", "png", "-i", "-", "-f", "rawvideo",
-              "-vsync", "passthrough", "-pix_fmt", "gray", "-"]
-    pixels = subprocess.run(decode, check=True, capture_output=True, input=b"".join(files.values())).stdout
-    return dict(zip(files, np.frombuffer(pixels, np.uint8).reshape(len(files), 48, 64)))
+              "-vsync", "passthrough", "-pix_fmt", pixels, "-"]
+    decoded = subprocess.run(decode, check=True, capture_output=True, input=b"".join(files.values())).stdout
+    return dict(zip(files, np.frombuffer(decoded, kind).reshape(len(files), 48, 64, *channels)))
 
 
 def table(file, delimiter=","):
@@ -50,7 +54,8 @@ class Expected:
     def __init__(self, folder):
         self.folder = pathlib.Path(folder)
         self.pinhole = (self.folder / "undistorted").exists()
-        self.stamps = [row[0] for row in table(self.folder / "images.csv")]
+        self.stamps = self.stamps_of("cam0")
+        self.has_rig = (self.folder / "X_rgb0.csv").exists()
         self.imu = self.rows("imu")
 
     def poses(self, name):
@@ -61,8 +66,22 @@ class Expected:
     def rows(self, name):
         return [[row[0], *map(float, row[1:])] for row in table(self.folder / f"{name}.csv")]
 
-    def image(self, stamp):
-        return np.fromfile(self.folder / f"{stamp}.grey", np.uint8).reshape(48, 64)
+    def stamps_of(self, name):
+        return list(dict.fromkeys(row[0] for row in table(self.folder / f"{name}.csv")))
+
+    def image(self, stamp, name="cam0", pixels="gray"):
+        _, kind, channels = PIXELS[pixels]
+        return np.fromfile(self.folder / f"{name}_{stamp}", kind).reshape(48, 64, *channels)
+
+    def check_rig_images(self, images, name, pixels="gray"):
+        """images: by stamp"""
+        assert list(images) == self.stamps_of(name)
+        assert all(np.array_equal(image, self.image(t, name, pixels)) for t, image in images.items())
+
+    def pose(self, name):
+        """The matrix of a pose without a time."""
+        [(p, R)] = self.poses(name).values()
+        return np.vstack([np.column_stack([R, p]), [0, 0, 0, 1]])
 
     def check_images(self, images, focal):
         """images: by stamp; focal: the focal length of the pinhole that they must be of, if any"""
@@ -102,6 +121,23 @@ def euroc(folder, expected):
     truth = table(folder / "mav0/state_groundtruth_estimate0/data.csv")
     assert all(len(row) == 17 for row in truth)
     expected.check_poses([(row[0], row[1:4] + row[5:8] + row[4:5]) for row in truth], "motion")
+    if expected.has_rig and not (folder / "settings.yaml").exists():
+        euroc_rig(folder, expected)
+
+
+def euroc_rig(folder, expected):
+    """A further gray eye and a further IMU with their mounting."""
+    cam1, imu1, stamps = folder / "mav0/cam1", folder / "mav0/imu1", expected.stamps_of("right_eye")
+    assert table(cam1 / "data.csv") == [[t, f"{t}.png"] for t in stamps]
+    expected.check_rig_images(pngs({t: (cam1 / f"data/{t}.png").read_bytes() for t in stamps}), "right_eye")
+    both = [t for t in expected.stamps if t in stamps]
+    assert (folder / "times_stereo.txt").read_text().split() == both and len(both) == 7
+    assert [[row[0], *map(float, row[1:])] for row in table(imu1 / "data.csv")] == expected.rows("chest")
+    X_GC = np.linalg.inv(expected.pose("X_CG"))
+    for sensor, name, words in ((cam1, "right_eye", "equidistant"), (imu1, "chest", "rate_hz: 100")):
+        text = (sensor / "sensor.yaml").read_text()
+        X_GS = np.fromstring(re.search(r"data: \[([^]]*)\]", text)[1], sep=",").reshape(4, 4)
+        assert words in text and np.abs(X_GS - X_GC @ expected.pose(f"X_{name}")).max() < 1e-12
 
 
 def orbslam3(folder, expected):
@@ -133,7 +169,7 @@ def mcap(folder, expected):
     assert [m["data"] for m in messages["/robot_description"]] == ["<robot/>"]
     # The test's robot: the first joint moves the thigh along x, the second one the shin along y.
     assert [[t, *p[:3]] for t, p in transforms(messages["/tf"], "waist")] == [
-        [t, *p] for t, hip, knee in expected.rows("links") for p in ([hip, 0, 0], [0, knee, 0])]
+        [t, *map(np.float32, p)] for t, hip, knee in expected.rows("links") for p in ([hip, 0, 0], [0, knee, 0])]
     for topic, file in (("/ground_truth/path", "truth"), ("/plan/path", "plan"), ("/slam/path", "slam")):
         first, last = messages[topic]
         assert len(first["poses"]) == 1
@@ -150,6 +186,44 @@ def mcap(folder, expected):
         assert all(m["header"]["frame_id"] == f"{foot}_foot" for m in wrenches)
         assert [[stamp(m), *xyz(m["wrench"]["force"]), *xyz(m["wrench"]["torque"])]
                 for m in wrenches] == expected.rows(f"{foot}_wrench")
+    if expected.has_rig:
+        mcap_rig(messages, expected)
+
+
+def mcap_rig(messages, expected):
+    frames = {"right_eye": "right_eye_optical_frame", "rgb0": "rgb0_optical_frame", "depth0": "rgb0_optical_frame",
+              "lidar0": "lidar0_frame", "chest": "chest_frame"}
+
+    def of(name, topic):
+        found = messages[f"/rig/{name}/{topic}"]
+        assert [stamp(m) for m in found] == expected.stamps_of(name)
+        assert all(m["header"]["frame_id"] == frames[name] for m in found)
+        return found
+
+    for name, pixels in (("right_eye", "gray"), ("rgb0", "rgb24")):
+        coded = {stamp(m): bytes.fromhex(m["data"]) for m in of(name, "image/compressed")}
+        expected.check_rig_images(pngs(coded, pixels), name, pixels)
+    depths = of("depth0", "image_raw")
+    assert all([m["encoding"], m["step"]] == ["16UC1", 128] for m in depths)
+    expected.check_rig_images({stamp(m): np.frombuffer(bytes.fromhex(m["data"]), "<u2").reshape(48, 64) for m in depths},
+                              "depth0", "gray16le")
+    for info in of("right_eye", "camera_info"):
+        assert info["distortion_model"] == "equidistant" and abs(info["p"][3] + 0.06 * info["k"][0]) < 1e-12
+    for info in of("rgb0", "camera_info"):
+        assert info["distortion_model"] == "plumb_bob" and info["p"] == [30, 0, 31.5, 0, 0, 30, 23.5, 0, 0, 0, 1, 0]
+    assert all(info["k"] == [30, 0, 31.5, 0, 30, 23.5, 0, 0, 1] for info in of("depth0", "camera_info"))
+    sweeps = of("lidar0", "points")
+    assert all([f["name"] for f in m["fields"]] == ["x", "y", "z", "intensity", "t"] for m in sweeps)
+    points = [[stamp(m), *map(float, np.float32(p))] for m in sweeps for p in m["points"]]
+    assert points == [[t, *map(float, np.float32(p))] for t, *p in expected.rows("lidar0")]
+    assert [[stamp(m), *xyz(m["angular_velocity"]), *xyz(m["linear_acceleration"])]
+            for m in of("chest", "imu")] == expected.rows("chest")
+    [fixed] = messages["/tf_static"]
+    children = {t["child_frame_id"]: xyz(t["transform"]["translation"]) for t in fixed["transforms"]}
+    assert len(children) == len(fixed["transforms"]) == 5  # and the chest IMU's
+    assert all(t["header"]["frame_id"] == "cam0_optical_frame" for t in fixed["transforms"])
+    for name in ("right_eye", "rgb0", "lidar0", "chest"):
+        assert children[frames[name]] == list(expected.pose(f"X_{name}")[:3, 3])
 
 
 def stamp(message):
@@ -231,10 +305,26 @@ def focal(settings):
 def tum(folder, expected):
     rows = table(folder / "rgb.txt", " ")
     assert len((folder / "rgb.txt").read_text().splitlines()) == len(rows) + 3  # readers skip three lines
+    if expected.has_rig:
+        return tum_rig(folder, expected, rows)
     images = pngs({row[0].replace(".", ""): (folder / row[1]).read_bytes() for row in rows})
     expected.check_images(images, focal(folder / "settings.yaml"))
     expected.check_tum(folder / "groundtruth.txt", "truth")
     expected.check_tum(folder / "plan.txt", "plan")
+
+
+def tum_rig(folder, expected, images):
+    """Color, depth and their pairs."""
+    depths = table(folder / "depth.txt", " ")
+    for rows, name, pixels in ((images, "rgb0", "rgb24"), (depths, "depth0", "gray16le")):
+        coded = {row[0].replace(".", ""): (folder / row[1]).read_bytes() for row in rows}
+        expected.check_rig_images(pngs(coded, pixels), name, pixels)
+    assert table(folder / "associations.txt", " ") == [a + b for a, b in zip(images, depths)]
+    settings = dict(line.split(": ", 1) for line in (folder / "settings.yaml").read_text().splitlines() if ": " in line)
+    for key, value in (("RGBD.DepthMapFactor", 1000), ("Stereo.b", 0.05), ("Camera1.fx", 30), ("Camera.RGB", 0)):
+        assert float(settings[key]) == value, key  # OpenCV reads BGR
+    truth, (p, R) = table(folder / "groundtruth.txt", " "), list(expected.poses("truth").values())[-1]
+    assert np.abs(np.array(truth[-1][1:4], float) - p - R @ expected.pose("X_rgb0")[:3, 3]).max() < 1e-12
 
 
 if __name__ == "__main__":

@@ -149,13 +149,6 @@ TEST_F(LongExternalEstimator, ExamplesFindTheirWayByMotionStereoDepthAndLidar) {
   }
 }
 
-TEST_F(ExternalEstimator, OneOfVersion2IsRefusedBeforeAWalkWithFurtherSensors) {
-  const std::string program =
-      fmt::format(" \"estimator={{program: ['{}', version_2, 0]}}\"", GAITSLAM_MISBEHAVING);
-  expect_refused("run walk.yaml --out h rig=d435i" + program, "speaks version 2 of gaitslam_estimator.h");
-  EXPECT_EQ(gaitslam("replay r/seed-1 --out h" + program).exit_code, 0);
-}
-
 /// Writes its process id, starts another process in a new session, waits and never answers.
 constexpr const char* kStarter = "#!/bin/sh\nsetsid sleep 1000 &\necho $! > theirs\necho $$ > its\nwait\n";
 

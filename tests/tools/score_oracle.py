@@ -155,15 +155,9 @@ def pairs_consecutive(place, delta, meters):
         marks.append(i)
 
 
-def pairs_turned(X, delta):
-    """One after another: the turning from pose to pose adds up."""
-    marks, sum_ = [0], 0
-    for i in range(1, len(X)):
-        sum_ += turn(X, i - 1, i)
-        if sum_ >= delta:
-            marks.append(i)
-            sum_ = 0
-    return list(zip(marks, marks[1:]))
+def turned(X):
+    """The turning from pose to pose adds up."""
+    return np.cumsum([0] + [turn(X, i, i + 1) for i in range(len(X) - 1)])
 
 
 def check_statistics(name, row, errors):
@@ -192,7 +186,7 @@ def made_up(kind, n, seed):
          "line": np.stack([s, 2 * s, 0.5 * s], 1), "point": np.ones((n, 3))}[kind]
     X = np.tile(np.eye(4), (n, 1, 1))
     for i in range(n):
-        X[i, :3, :3] = rotation(quaternion([0.1 * math.sin(s[i]), 0.2 * math.cos(s[i]), 0.9 * s[i]]))
+        X[i, :3, :3] = rotation(quaternion([0.1 * math.sin(s[i]), 0.2 * math.cos(s[i]), 1.05 * s[i]]))  # once around
         X[i, :3, 3] = p[i]
     G, E = rotation(quaternion([0.2, -0.1, 0.4])), X.copy()
     for i in range(n):
@@ -239,8 +233,9 @@ def check_score(program):
                                (["-d", "0.5", "-u", "m", "--all-pairs"], pairs_all(meters, 0.5)),
                                (["-d", "0.5", "-u", "m", "--pairs-from-reference"], pairs_consecutive(along_truth, 0.5, True)),
                                (["-d", "0.2", "-u", "s"], pairs_consecutive(t, 0.2, False)),
-                               (["-d", "20", "--delta_unit", "d"], pairs_turned(E, math.radians(20))),
-                               (["-d", "0.3", "-u", "r", "--pairs-from-reference"], pairs_turned(T, 0.3)),
+                               (["-d", "0.31", "-u", "s", "--all-pairs"], pairs_all(t, 0.31)),
+                               (["-d", "20", "--delta_unit", "d"], pairs_consecutive(turned(E), math.radians(20), False)),
+                               (["-d", "0.3", "-u", "r", "--pairs-from-reference"], pairs_consecutive(turned(T), 0.3, False)),
                                (["-d", "25", "-u", "d", "--all-pairs"],  # to 10 %
                                 [(i, j) for i in range(len(E)) for j in range(i + 1, len(E))
                                  if abs(turn(E, i, j) - math.radians(25)) <= 0.1 * math.radians(25)])):
@@ -296,6 +291,7 @@ REFUSED = [
     *((f"truth.tum truth.tum -d 1 -u m --all-pairs --delta-tol {value}", "--delta-tol") for value in ("-1", "nan", "inf")),
     *((f"truth.tum truth.tum -u m -d {value}", "-d") for value in ("inf", "nan", "-1", "0")),
     ("truth.tum truth.tum -d 1e300", "-d 1e+300"),
+    *((f"truth.tum short.tum -d 100 -u {unit}{every}", "the path has no such spans") for unit in "fmsr" for every in ("", " --all-pairs")),
     ("truth.tum late.tum", "the truth is from 0.000 to 9.967 s, the estimate from 1000000004.700 to 1000000009.967 s; with --t-offset "
                            "-1000000000 159 of its poses have a true one"),
     ("truth.tum shifted.tum", "with --t-offset -77.25 300 of its poses have a true one"),

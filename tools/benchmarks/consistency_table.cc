@@ -17,9 +17,9 @@
 
 #include "sim/files/text.h"
 #include "sim/regression/suite.h"
-#include "sim/score/consistency.h"
 #include "sim/score/metrics.h"
 #include "sim/score/statistics.h"
+#include "sim/score/trajectory.h"
 #include "sim/trials/trial.h"
 #include "slam/vision/patch.h"
 

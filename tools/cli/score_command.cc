@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
+#include <nlohmann/json.hpp>
 
+#include "sim/files/json.h"
 #include "sim/trajectory_score/report.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/shared/options.h"
@@ -88,7 +90,7 @@ int print(ScoreRequest& request) {
       trajectory_score::trajectory_in(request.truth, true),
       trajectory_score::trajectory_in(request.estimate.value_or(request.truth), false), options);
   if (output() != Output::quiet)
-    std::cout << (request.json ? trajectory_score::json_text(report) : trajectory_score::table(report));
+    std::cout << (request.json ? files::json_text(report, 2) + "\n" : trajectory_score::table(report));
   return 0;
 }
 

@@ -1,4 +1,4 @@
-// Cursor and zoom of figures that the program drew (figure.cc). Figures over time share both.
+// Cursor and zoom of figures that the program drew (html.cc). Figures over time share both.
 
 const kSvg = 'http://www.w3.org/2000/svg', kNear_px = 8;
 const svgElement = (tag, attributes) => {

@@ -14,11 +14,11 @@
 #include "sim/camera/drawn_model.h"
 #include "sim/camera/scene.h"
 #include "sim/export/export.h"
-#include "sim/files/csv.h"
 #include "sim/files/json.h"
 #include "sim/live/recorded.h"
 #include "sim/live/run.h"
 #include "sim/physics/model.h"
+#include "sim/physics/nominal_body.h"
 #include "sim/recording/recording.h"
 #include "sim/view/live_view.h"
 #include "sim/view/site.h"
@@ -89,10 +89,13 @@ ShownRun shown_run(const scenario::Scenario& scenario, const std::shared_ptr<cam
   return run;
 }
 
-void require_joints(const Eigen::VectorXd& q) {
-  if (q.size() != walking::kJoints)
-    throw std::runtime_error(
-        fmt::format("the recording has {} joints, expected {}", q.size(), walking::kJoints));
+auto poses_of(const std::shared_ptr<camera::PosedRobot>& robot) {
+  return [robot](const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB) {
+    if (q.size() != walking::kJoints)
+      throw std::runtime_error(
+          fmt::format("the recording has {} joints, expected {}", q.size(), walking::kJoints));
+    return robot->poses({X_WB, q});
+  };
 }
 
 /// Frames wait from their stamp until their image is drawn and the filter has used it.
@@ -170,11 +173,21 @@ class Drawing {
       : model_(load_model(scenario.world.robot, scenario.world.room, models)),
         data_(mj_makeData(model_.get())),
         scene_(*model_, {kView}, scenario.world.seed, Channels::rgb, Robot::whole),
-        encoders_(recording / "mav0/encoders0/data.csv", 1 + walking::kJoints),
-        more_(encoders_.next()) {}
+        encoders_(recording, "encoders0") {
+    if (encoders_.names.size() != walking::kJoints)
+      throw files::FileError(
+          recording / "mav0/encoders0/data.csv",
+          fmt::format("has {} joints, expected {}", encoders_.names.size(), walking::kJoints));
+  }
 
   cv::Mat draw(slam::Stamp t, const Eigen::Isometry3d& X_WB) {
-    pose(t, X_WB);
+    encoders_.until(t);
+    walking::BodyPose pose{X_WB};
+    if (!encoders_.newest.empty()) pose.q = walking::JointVector(encoders_.newest.data());
+    const Eigen::VectorXd positions = robot_positions(*model_, pose);
+    std::copy(positions.begin(), positions.end(), data_->qpos);
+    mj_kinematics(model_.get(), data_.get());
+    mj_camlight(model_.get(), data_.get());
     const Vector3d waist = X_WB.translation();
     cv::Mat picture;
     cv::resize(scene_.draw(*data_, looking(waist + kFromWaist, waist + kLookedAt)), picture,
@@ -184,25 +197,10 @@ class Drawing {
   }
 
  private:
-  void pose(slam::Stamp t, const Eigen::Isometry3d& X_WB) {
-    for (; more_ && encoders_.integer(0) <= recording::file_stamp(t); more_ = encoders_.next())
-      for (int joint = 0; joint < walking::kJoints; ++joint)
-        data_->qpos[position_of(joint)] = encoders_.number(1 + static_cast<std::size_t>(joint));
-    const Eigen::Quaterniond turned(X_WB.linear());
-    Eigen::Map<Eigen::Matrix<double, 7, 1>> base(data_->qpos);  // the free joint
-    base << X_WB.translation(), turned.w(), turned.vec();
-    mj_kinematics(model_.get(), data_.get());
-    mj_camlight(model_.get(), data_.get());
-  }
-
-  // The actuators are in the order of JointVector.
-  int position_of(int joint) const { return model_->jnt_qposadr[model_->actuator_trnid[2 * joint]]; }
-
   physics::Model model_;
   physics::Data data_;
   camera::Scene scene_;
-  files::CsvReader encoders_;
-  bool more_;  ///< the reader is at a row that was not used yet
+  exports::RecordedRows encoders_;
 };
 
 }  // namespace
@@ -210,29 +208,14 @@ class Drawing {
 std::shared_ptr<const exports::RobotDescription> robot_description(const scenario::Scenario& scenario,
                                                                    const fs::path& models) {
   const auto robot = posed_robot(scenario, models);
-  auto description = std::make_shared<exports::RobotDescription>();
-  description->urdf = camera::urdf(robot->model());
-  description->links = robot->bodies();
-  description->poses = [robot](const Eigen::VectorXd& q) {
-    require_joints(q);
-    const std::vector<float> poses = robot->poses({Eigen::Isometry3d::Identity(), q});
-    std::vector<Eigen::Isometry3d> all;
-    for (std::size_t i = 0; i < poses.size(); i += 7)  // p, then q as x, y, z, w
-      all.push_back(Eigen::Translation3d(Eigen::Map<const Eigen::Vector3f>(&poses[i]).cast<double>()) *
-                    Eigen::Isometry3d(Eigen::Quaternionf(&poses[i + 3]).cast<double>().normalized()));
-    return all;
-  };
-  return description;
+  return std::make_shared<exports::RobotDescription>(
+      exports::RobotDescription{camera::urdf(robot->model()), robot->bodies(), poses_of(robot)});
 }
 
 MakeRobot robot_maker(const fs::path& models) {
   return [models](const scenario::Scenario& scenario) {
     const auto robot = posed_robot(scenario, models);
-    const auto poses = [robot](const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB) {
-      require_joints(q);
-      return robot->poses({X_WB, q});
-    };
-    return RobotModel{model_of(robot, scenario.world.seed), poses};
+    return RobotModel{model_of(robot, scenario.world.seed), poses_of(robot)};
   };
 }
 

@@ -17,7 +17,7 @@ const searchLegend = () => element('p', {class: 'key'}, 'searched, 3σ: ',
 export class Pane {
   constructor(run, go) {
     Object.assign(this, {run, go, index: -1, figures: []});
-    this.images = new Stored(`/image/${run.index}`, picture, 400);
+    this.images = new Stored(`/rig/${run.index}/${run.about.rig.length}`, picture, 400);
     this.live = new Map();
     this.head = new HeadView(run);
     this.state = element('p', {class: 'state', role: 'status'});

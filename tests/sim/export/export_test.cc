@@ -1,19 +1,235 @@
+// Exports of a short run, with and without a rig: its expected contents in files that need no reader of this
+// project, read by numpy, OpenCV and npm's readers.
 #include "sim/export/export.h"
 
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <opencv2/core/persistence.hpp>
+#include <sstream>
 #include <stdexcept>
 
+#include "sim/export/export_context.h"
+#include "sim/files/csv.h"
+#include "sim/files/text.h"
 #include "sim/recording/filter_input.h"
+#include "sim/sensor_errors/random.h"
 #include "sim/trajectory_score/report.h"
-#include "tests/sim/export/exported.h"
+#include "slam/camera.h"
+#include "tests/sim/files/temporary_folder.h"
+#include "tests/sim/recording/random_readings.h"
 
 namespace sim::exports {
 namespace {
 
-using testing::ThrowsMessage;
+namespace fs = std::filesystem;
+using nlohmann::json, slam::Stamp, testing::HasSubstr, testing::ThrowsMessage;
+using tests::expect_same, tests::random_image, tests::random_pose, tests::random_vector;
+
+/// The default camera at a fifth of its size.
+slam::CameraIntrinsics head_camera() {
+  return {64, 48, 39.4, 39.0, 31.4, 25.4, slam::OneParameterRadial{7.37e-6 * 25}};
+}
+
+/// The sensors of the rig.
+enum Sensor { kEye, kColor, kDepth, kLidar, kImu };
+
+/// Writes the input of the filter to files that need no reader of this project, images as bare bytes.
+class Expected {
+ public:
+  explicit Expected(const fs::path& folder) : folder_(folder) { fs::create_directories(folder); }
+
+  void add(const slam::Observation& input) {
+    for (std::size_t i = 0; i < input.gyro.size(); ++i) {  // every 5 ms their mean, at their middle
+      const slam::InertialSample& gyro = input.gyro[i];
+      const double part = static_cast<double>((gyro.end - gyro.begin).count()) / 5e6;
+      gyro_ += part * gyro.value, accelerometer_ += part * input.accelerometer[i].value;
+      if (gyro.end.count() % 5'000'000 != 0) continue;
+      add("imu.csv", gyro.end - Stamp(2'500'000), gyro_, accelerometer_);
+      gyro_.setZero(), accelerometer_.setZero();
+    }
+    if (input.plan) add("plan.csv", input.t, input.plan->X_PC);
+    add("cam0", input.t, input.image);
+  }
+  /// The readings of IMUs are in the middle of their interval of 10 ms, the points of lidars a row each.
+  void add(const rig::RigSensor& sensor, const slam::RigReading& reading) const {
+    const std::string file = sensor.name + ".csv";
+    for (const slam::LidarPoint& p : reading.points)
+      line(file, fmt::format("{},{},{},{},{},{}", recording::file_stamp(reading.t), p.x_m, p.y_m, p.z_m,
+                             p.intensity, p.offset_ns));
+    if (sensor.kind == rig::Kind::imu)
+      add(file, reading.t - Stamp(5'000'000), reading.gyro, reading.accelerometer);
+    add(sensor.name, reading.t, reading.image);
+  }
+  void add(const std::string& name, Stamp t, const cv::Mat& image) const {
+    if (image.empty()) return;
+    add(name + ".csv", t);
+    files::write_text(folder_ / fmt::format("{}_{}", name, recording::file_stamp(t)),
+                      {reinterpret_cast<const char*>(image.data), image.total() * image.elemSize()});
+  }
+  /// A row of a time with vectors or poses.
+  void add(const std::string& file, Stamp t, const auto&... values) const {
+    line(file, (fmt::format("{}", recording::file_stamp(t)) + ... + ("," + files::csv_fields(values))));
+  }
+  void line(const std::string& file, const std::string& text) const {
+    std::ofstream(folder_ / file, std::ios::app) << text << '\n';
+  }
+
+ private:
+  fs::path folder_;
+  Eigen::Vector3d gyro_ = Eigen::Vector3d::Zero(), accelerometer_ = Eigen::Vector3d::Zero();
+};
+
+/// A run of 12 frames with noise, and the expected content of its exports.
+class Exported : public testing::Test {
+ protected:
+  explicit Exported(bool with_rig = false) {
+    sensor_errors::Random random(1, "export test");
+    recording::RecordingSetup setup;
+    setup.calibration = {head_camera(), random_pose(random)};
+    setup.joints = {"hip", "knee"};
+    std::vector<slam::Observation> given = tests::observations(random, 12, {64, 48}, Stamp{0});
+    if (with_rig) {
+      tests::add_rig(given, random, {64, 48});
+      setup.rig = rig_ = calibrated(tests::rig_of(random, {64, 48}));
+    }
+    X_GC_ = setup.calibration.X_CG.inverse();
+    recording::RecordingWriter writer(run_.result / "recording", setup);
+    Expected expected(expected_);
+    sensor_errors::SensorErrors errors(run_.errors, run_.seed, setup.rig);
+    for (const slam::Observation& ideal : given) {
+      for (const slam::RigReading& reading : ideal.rig)
+        expected.add(rig_[static_cast<std::size_t>(reading.sensor)], reading);
+      writer.add(ideal);
+      for (const slam::Observation& input : errors.process(ideal)) expected.add(input);
+      const recording::TruePoses truth{ideal.t, random_pose(random), random_pose(random),
+                                       random_pose(random)};
+      const recording::TrueMotion motion{ideal.t, random_pose(random), random_vector(random)};
+      writer.add(truth), writer.add(motion);
+      add_body(writer, expected, ideal.t, random);
+      expected.add("waist.csv", truth.t, truth.X_WB);
+      expected.add("truth.csv", truth.t, truth.X_WC), expected.add("motion.csv", motion.t, motion.X_WG);
+    }
+    writer.finish();
+    expected.add("X_CG.csv", Stamp{0}, setup.calibration.X_CG);
+    for (const rig::RigSensor& sensor : rig_)
+      expected.add("X_" + sensor.name + ".csv", Stamp{0}, sensor.X_CS);
+    add_estimate(expected, random);
+    const std::string map =
+        "#timestamp [ns],id,x,y,z\n0,7,1.5,-2.25,0.5\n0,9,3,4,5\n99000000,7,1.25,-2.5,0.75\n";
+    files::write_text(run_.result / "map_over_time.csv", map);
+    files::write_text(expected_ / "map.csv", map.substr(map.find('\n') + 1));
+  }
+
+  // The gray eye 60 mm to the right of the head camera, a color camera without distortion.
+  static std::vector<rig::RigSensor> calibrated(std::vector<rig::RigSensor> rig) {
+    rig[kEye].name = "right_eye", rig[kImu].name = "chest", rig[kImu].rate_hz = 100;
+    rig[kEye].X_CS = Eigen::Translation3d(0.06, 0, 0);
+    rig[kEye].camera = head_camera();
+    rig[kColor].camera = rig[kDepth].camera = {64, 48, 30, 30, 31.5, 23.5, slam::OneParameterRadial{0}};
+    rig[kDepth].X_CS = rig[kColor].X_CS;
+    return rig;
+  }
+
+  // Feet at the frame; two readings of joints and forces since the previous one. The links are at the last.
+  static void add_body(recording::RecordingWriter& writer, const Expected& expected, Stamp t,
+                       sensor_errors::Random& random) {
+    recording::TrueFeet feet;
+    feet.t = t;
+    feet.left.truth = random_vector(random), feet.right.truth = random_vector(random);
+    writer.add(feet);
+    expected.add("left_foot.csv", t, on_ground(feet.left.truth));
+    expected.add("right_foot.csv", t, on_ground(feet.right.truth));
+    for (const Stamp before : {Stamp{7'000'000}, Stamp{2'000'000}}) {
+      if (t < before) continue;
+      recording::BodyReading reading{t - before, random_vector(random).head(2), {}, {}};
+      for (recording::BodyReading::Wrench* wrench : {&reading.left, &reading.right})
+        wrench->force = random_vector(random), wrench->torque = random_vector(random);
+      writer.add(reading);
+      const std::string joints =
+          fmt::format("{},{},{}", recording::file_stamp(reading.t), reading.q[0], reading.q[1]);
+      expected.line("joints.csv", joints);
+      if (before == Stamp{2'000'000}) expected.line("links.csv", joints);
+      expected.add("left_wrench.csv", reading.t, reading.left.force, reading.left.torque);
+      expected.add("right_wrench.csv", reading.t, reading.right.force, reading.right.torque);
+    }
+  }
+  static Eigen::Isometry3d on_ground(const Eigen::Vector3d& foot) {
+    const double c = std::cos(foot.z()), s = std::sin(foot.z());
+    Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+    X.linear() << c, -s, 0, s, c, 0, 0, 0, 1;
+    X.translation() << foot.x(), foot.y(), 0;
+    return X;
+  }
+
+  // Two frames; the orientation is equally uncertain about each axis, the position is not.
+  void add_estimate(const Expected& expected, sensor_errors::Random& random) const {
+    std::ofstream out(run_.result / "estimate_cov.txt");
+    const files::Matrix6d P = Eigen::Vector<double, 6>(2e-6, 2e-6, 2e-6, 1e-6, 4e-6, 9e-6).asDiagonal();
+    for (const Stamp t : {Stamp{0}, Stamp{33'000'000}}) {
+      const Eigen::Isometry3d X = random_pose(random);
+      out << files::tum_row(t, X, P);
+      expected.add("slam.csv", t, X);
+    }
+  }
+
+  fs::path made(const std::string& format) const {
+    const fs::path out = folder_ / format;
+    export_run(run_, format, out, files::Existing::replace);
+    return out;
+  }
+
+  /// Runs a command. Returns what it printed, with its exit code if that is not 0.
+  std::string run_command(const std::string& command) const {
+    const fs::path output = folder_ / "output";
+    const int status = std::system((command + " > '" + output.string() + "' 2>&1").c_str());
+    return files::read_text(output) + (status ? "exit " + std::to_string(WEXITSTATUS(status)) : "");
+  }
+
+  /// The messages of a bag as JSON, read by npm's readers, or their complaint.
+  std::string messages(const fs::path& mcap) const {
+    return run_command(fmt::format("node '{0}/tests/interop/dump_mcap.cjs' '{0}/build/interop' '{1}'",
+                                   GAITSLAM_SOURCE_DIR, mcap.string()));
+  }
+
+  /// Makes an export and compares it with the expected contents by numpy. Returns what differs.
+  std::string difference(const std::string& format) const {
+    const fs::path out = made(format), bag = out / (format == "mcap" ? "" : "bag") / "run.mcap";
+    if (fs::exists(bag)) files::write_text(expected_ / "messages.json", messages(bag));
+    return run_command(fmt::format("/usr/bin/python3 '{}/tests/interop/read_exports.py' {} '{}' '{}'",
+                                   GAITSLAM_SOURCE_DIR, format, out.string(), expected_.string()));
+  }
+
+  /// Empty if the reader of MCAP files from npm is installed, otherwise the reason.
+  static std::string reader_missing() {
+    const bool installed =
+        fs::exists(fs::path(GAITSLAM_SOURCE_DIR) / "build/interop/node_modules/.installed");
+    return installed || std::getenv("CI") != nullptr ? ""
+                                                     : "tools/test.sh could not install the reader from npm";
+  }
+
+  static std::shared_ptr<const RobotDescription> robot() {
+    const auto poses = [](const Eigen::VectorXd& q, const Eigen::Isometry3d&) {
+      const auto hip = static_cast<float>(q[0]), knee = static_cast<float>(q[1]);
+      return std::vector<float>{hip, 0, 0, 0, 0, 0, 1, 0, knee, 0, 0, 0, 0, 1};
+    };
+    return std::make_shared<RobotDescription>(RobotDescription{"<robot/>", {"thigh", "shin"}, poses});
+  }
+
+  files::TemporaryFolder folder_;
+  ExportedRun run_{folder_ / "result", "a walk", 7, {}, true, false, robot()};
+  fs::path expected_ = folder_ / "expected";
+  Eigen::Isometry3d X_GC_;
+  std::vector<rig::RigSensor> rig_;
+};
 
 // Contents of metadata.yaml.
 YAML::Node bag_of(const fs::path& folder) {
@@ -33,25 +249,6 @@ TEST_F(Exported, EachFormatIsReadBackByNumpyAndTheMcapProjectsReader) {
   }
 }
 
-TEST_F(Exported, EachFormatsTruthIsThatOfTheResultInItsFrameAndOnItsClock) {
-  std::string truth;
-  for (const files::TimedPose& pose : recording::read_truth(run_.result / "recording").camera)
-    truth += files::tum_row(pose.t, pose.X);
-  files::write_text(run_.result / "truth.tum", truth);
-  trajectory_score::Options options;
-  options.pairing.offset_s = -1e9;
-  for (const char* file : {"tum/groundtruth.txt", "orbslam3/groundtruth.tum", "openvins/groundtruth.tum"}) {
-    const fs::path exported = folder_ / file;
-    made(exported.parent_path().filename());
-    const auto report = trajectory_score::score_files(run_.result / "truth.tum", exported, options);
-    EXPECT_EQ(report.files.pairs.size(), 12U) << file;
-    EXPECT_LT(std::get<trajectory_score::ErrorStatistics>(report.rows.front().statistics).max, 1e-9) << file;
-    EXPECT_THAT([&] { trajectory_score::score_files(run_.result / "truth.tum", exported, {}); },
-                ThrowsMessage<std::invalid_argument>(
-                    HasSubstr("with --t-offset -1000000000 12 of its poses have a true one")));
-  }
-}
-
 TEST_F(Exported, ATruthOfPositionsAloneScoresPositionsOnly) {
   const fs::path poses = made("tum") / "groundtruth.txt", positions = folder_ / "positions.csv";
   std::string text = "#timestamp [s],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m]\n";
@@ -61,8 +258,8 @@ TEST_F(Exported, ATruthOfPositionsAloneScoresPositionsOnly) {
   files::write_text(positions, text);
   trajectory_score::Options options;
   const auto report = trajectory_score::score_files(positions, poses, options);
-  EXPECT_LT(std::get<trajectory_score::ErrorStatistics>(report.rows.front().statistics).max, 1e-9);
-  EXPECT_THAT(trajectory_score::json_text(report), HasSubstr("a file has positions only"));
+  EXPECT_LT(report["errors"][0]["max"], 1e-9);
+  EXPECT_THAT(report.dump(), HasSubstr("a file has positions only"));
   options.relation = trajectory_score::Relation::angle_deg;
   EXPECT_THAT([&] { trajectory_score::score_files(positions, poses, options); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("it needs orientations")));
@@ -181,6 +378,140 @@ TEST(LensConversion, TheHeadCamerasLensIsFittedAsWellAsItsUnequalFocalLengthsAll
   const rig::FittedCamera fitted = rig::fit_equidistant(slam::CameraIntrinsics{});
   EXPECT_NEAR(fitted.rms_px, 0.066, 0.001);
   EXPECT_NEAR(fitted.largest_px, 0.193, 0.002);
+}
+
+struct RigExport : Exported {
+  RigExport() : Exported(true) {}
+};
+
+// numbers: 16 of them, or four rows.
+void expect_pose(const cv::FileNode& numbers, const Eigen::Isometry3d& X) {
+  for (int i = 0; i < 16; ++i)
+    EXPECT_NEAR((numbers.size() == 4 ? numbers[i / 4][i % 4] : numbers[i]).real(), X(i / 4, i % 4), 1e-12);
+}
+
+// The poses of a single-precision matrix.
+void expect_pose(const cv::Mat& T, const Eigen::Isometry3d& X) {
+  ASSERT_EQ(T.type(), CV_32FC1);
+  for (int i = 0; i < 16; ++i) EXPECT_NEAR(T.at<float>(i), X(i / 4, i % 4), 1e-6);
+}
+
+double density(double sigma) { return sigma * std::sqrt(0.005); }  // of a 5 ms reading
+
+TEST_F(RigExport, EverySensorIsReadBackByNumpyFfmpegAndTheMcapProjectsReader) {
+  if (!reader_missing().empty()) GTEST_SKIP() << reader_missing();
+  for (const char* format : {"euroc", "tum", "mcap"}) EXPECT_EQ(difference(format), "") << format;
+}
+
+// The keys that ORB-SLAM3's Settings.cc requires for a stereo rig with IMU, by their types there.
+TEST_F(RigExport, OrbSlam3StereoSettingsHaveTheKeysThatItsReaderRequires) {
+  for (const bool undistort : {false, true}) {
+    run_.undistort = undistort;
+    const cv::FileStorage settings(made("orbslam3") / "settings.yaml", cv::FileStorage::READ);
+    std::string reals =
+                    "Stereo.ThDepth IMU.NoiseGyro IMU.NoiseAcc IMU.GyroWalk IMU.AccWalk IMU.Frequency "
+                    "ORBextractor.scaleFactor Viewer.ViewpointF",
+                integers =
+                    "Camera.height Camera.width Camera.fps Camera.RGB ORBextractor.nFeatures "
+                    "ORBextractor.nLevels ORBextractor.iniThFAST ORBextractor.minThFAST";
+    for (const char* camera : {"Camera1", "Camera2"}) {
+      reals += fmt::format(" {0}.fx {0}.fy {0}.cx {0}.cy", camera);
+      if (undistort) continue;
+      reals += fmt::format(" {0}.k1 {0}.k2 {0}.k3 {0}.k4", camera);
+      integers += fmt::format(" {0}.overlappingBegin {0}.overlappingEnd", camera);
+    }
+    EXPECT_EQ(settings["Camera.type"].string(), undistort ? "PinHole" : "KannalaBrandt8");
+    std::istringstream real_keys(reals), integer_keys(integers);
+    for (std::string key; real_keys >> key;)
+      EXPECT_TRUE(settings[key].isReal() || settings[key].isInt()) << key;
+    for (std::string key; integer_keys >> key;) EXPECT_TRUE(settings[key].isInt()) << key;
+    EXPECT_EQ(settings["Camera1.fx"].real(), settings["Camera2.fx"].real());
+    expect_pose(settings["Stereo.T_c1_c2"].mat(), rig_[kEye].X_CS);  // from the second camera to the first
+    expect_pose(settings["IMU.T_b_c1"].mat(), X_GC_);
+    EXPECT_DOUBLE_EQ(settings["IMU.NoiseGyro"].real(), density(run_.errors.gyro.sigma_rad_s));
+    EXPECT_DOUBLE_EQ(settings["IMU.NoiseAcc"].real(), density(run_.errors.accelerometer.sigma_m_s2));
+    EXPECT_GE(fs::file_size(folder_ / "orbslam3/times_stereo.txt"), 5 * 20u);  // of a stamp
+  }
+}
+
+TEST_F(RigExport, OpenVinsUsesBothEyesAndItsBagHasThem) {
+  const fs::path out = made("openvins");
+  const cv::FileStorage estimator(out / "estimator_config.yaml", cv::FileStorage::READ),
+      cameras(out / "kalibr_imucam_chain.yaml", cv::FileStorage::READ),
+      imus(out / "kalibr_imu_chain.yaml", cv::FileStorage::READ);
+  EXPECT_EQ(static_cast<int>(estimator["max_cameras"]), 2);
+  EXPECT_THAT(files::read_text(out / "estimator_config.yaml"), testing::HasSubstr("use_stereo: true\n"));
+  EXPECT_EQ(estimator["relative_config_imu"].string(), "kalibr_imu_chain.yaml");
+  EXPECT_EQ(estimator["track_frequency"].real(), 31) << "above the rate of the camera";
+  EXPECT_DOUBLE_EQ(imus["imu0"]["gyroscope_noise_density"].real(), density(0.01));
+  EXPECT_EQ(imus["imu0"]["rostopic"].string(), "/imu0");
+  expect_pose(cameras["cam0"]["T_imu_cam"], X_GC_);
+  expect_pose(cameras["cam1"]["T_imu_cam"], X_GC_ * rig_[kEye].X_CS);
+  expect_pose(cameras["cam1"]["T_cn_cnm1"], rig_[kEye].X_CS.inverse());
+  EXPECT_EQ(static_cast<int>(cameras["cam0"]["cam_overlaps"][0]), 1);
+  EXPECT_EQ(static_cast<int>(cameras["cam1"]["cam_overlaps"][0]), 0);
+  EXPECT_EQ(cameras["cam1"]["distortion_model"].string(), "equidistant");
+  EXPECT_EQ(cameras["cam1"]["intrinsics"][3].real(), 25.4);
+  EXPECT_EQ(static_cast<int>(cameras["cam1"]["resolution"][0]), 64);
+  EXPECT_EQ(cameras["cam1"]["rostopic"].string(), "/cam1/image_raw");
+  expect_pose(imus["imu1"]["T_i_b"], (X_GC_ * rig_[kImu].X_CS).inverse());
+  if (!reader_missing().empty()) GTEST_SKIP() << reader_missing();
+  json all = json::parse(messages(out / "bag/run.mcap"));
+  const auto expected = [&](const char* name) {
+    const std::string rows = files::read_text(expected_ / name);
+    return std::count(rows.begin(), rows.end(), '\n');
+  };
+  EXPECT_EQ(all["/cam1/image_raw"].size(), expected("right_eye.csv"));
+  EXPECT_EQ(all["/cam1/camera_info"].size(), expected("right_eye.csv"));
+  EXPECT_EQ(all["/cam1/image_raw"][0]["encoding"], "mono8");
+  EXPECT_EQ(all["/imu1"].size(), expected("chest.csv"));
+  for (const auto& [topic, list] : all.items()) EXPECT_FALSE(topic.starts_with("/rig/")) << topic;
+}
+
+TEST_F(RigExport, TheUndistortedRightEyeIsThatOfAStereoPair) {
+  if (!reader_missing().empty()) GTEST_SKIP() << reader_missing();
+  run_.undistort = true;
+  const json all = json::parse(messages(made("mcap") / "run.mcap"));
+  const json &left = all["/camera/camera_info"][0], &right = all["/rig/right_eye/camera_info"][0];
+  EXPECT_EQ(right["k"], left["k"]);
+  EXPECT_EQ(left["p"][3], 0);
+  EXPECT_NEAR(right["p"][3].get<double>(), -left["p"][0].get<double>() * 0.06, 1e-12);
+}
+
+TEST(Undistortion, ColorIsInterpolatedByChannelAndDepthTakenFromTheNearestPixel) {
+  sensor_errors::Random random(1, "undistortion test");
+  const Undistortion undistort(head_camera());
+  cv::Mat channels[3], color;
+  for (cv::Mat& channel : channels) channel = random_image({64, 48}, random);
+  cv::merge(channels, 3, color);
+  cv::Mat straight[3];
+  cv::split(undistort(color), straight);
+  for (int i = 0; i < 3; ++i) expect_same(straight[i], undistort(channels[i]));
+  cv::Mat columns(48, 64, CV_16UC1);
+  for (int i = 0; i < 64; ++i) columns.col(i) = 100 * i;
+  const cv::Mat nearest = undistort(columns);
+  const slam::Camera pinhole(undistort.pinhole()), recorded(head_camera());
+  for (int v = 0; v < 48; ++v)
+    for (int u = 0; u < 64; ++u) {
+      const int mm = nearest.at<std::uint16_t>(v, u);
+      EXPECT_EQ(mm % 100, 0);
+      EXPECT_NEAR(mm / 100.0, recorded.project(pinhole.unproject({u, v})->h)->pixel.x(), 0.5 + 1e-9);
+    }
+}
+
+// A wall 2 m away behind a board, seen from 0.1 m to the left with a longer focal length.
+TEST(Registration, ADepthImageIsThatOfTheOtherCameraWithoutHolesAndWithTheNearestSurface) {
+  const slam::CameraIntrinsics from{64, 48, 40, 40, 31.5, 23.5, slam::RadialTangential{}};
+  const slam::CameraIntrinsics to{64, 48, 60, 60, 31.5, 23.5, slam::RadialTangential{}};
+  cv::Mat depth(48, 64, CV_16UC1, cv::Scalar(2000));
+  depth(cv::Rect(24, 20, 16, 8)) = 1000;
+  const cv::Mat other = registered(depth, from, to, Eigen::Isometry3d(Eigen::Translation3d(0.1, 0, 0)));
+  // The board's columns 23.5 to 39.5 are 25.5 to 49.5 there. The wall left of it ends at 22.5; right of it,
+  // it starts at 46.5 and is covered.
+  for (int u = 0; u < 64; ++u) {
+    EXPECT_EQ(other.at<std::uint16_t>(23, u), u < 23 || u > 49 ? 2000 : u < 26 ? 0 : 1000) << u;
+    EXPECT_EQ(other.at<std::uint16_t>(2, u), 2000) << u;
+  }
 }
 
 }  // namespace

@@ -1,15 +1,18 @@
+// Pairing, alignment, spans, statistics and consistency.
 #include "sim/score/trajectory.h"
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+
+#include "sim/score/statistics.h"
 #include "tests/sim/score/score_fixtures.h"
 
 namespace sim::score {
 namespace {
 
-using std::numbers::pi, testing::HasSubstr;
-using Unit = Spans::Unit;
-using Indices = std::vector<std::pair<std::size_t, std::size_t>>;
+using Numbers = std::vector<double>;
+using std::numbers::pi, testing::HasSubstr, testing::DoubleEq, testing::ElementsAre;
 
 const Eigen::Matrix3d kTurn =
     Eigen::AngleAxisd(0.9, Eigen::Vector3d(0.3, -0.5, 0.8).normalized()).toRotationMatrix();
@@ -109,24 +112,11 @@ double ate(const std::vector<PosePair>& pairs, Alignment alignment) {
   return root_mean_square(position_errors(transformed(aligned(pairs, alignment), pairs)));
 }
 
-TEST(Alignment, UndoesTheMotionItAllowsExactly) {
-  const std::vector<PosePair> pairs = curve_pairs();
-  const Eigen::Vector3d shift(1, 2, 3);
-  for (const auto& [alignment, S] :
-       std::vector<std::pair<Alignment, Similarity>>{{Alignment::yaw_position, {1, about_z(2), shift}},
-                                                     {Alignment::origin, {1, kTurn, shift}},
-                                                     {Alignment::se3, {1, kTurn, shift}},
-                                                     {Alignment::sim3, {0.37, kTurn, shift}},
-                                                     {Alignment::scale, {0.37}}}) {
-    const std::vector<PosePair> moved = transformed(S, pairs);
-    for (const PosePair& pair : transformed(aligned(moved, alignment), moved)) {
-      EXPECT_LT((pair.X_true.translation() - pair.X_estimate.translation()).norm(), 1e-12);
-      EXPECT_LT((pair.X_true.linear() - pair.X_estimate.linear()).norm(), 1e-12);
-    }
-  }
-  std::vector<PosePair> mirrored = pairs;
+// Other trajectories are aligned as by tests/tools/score_oracle.py.
+TEST(Alignment, AMirrorImageIsNotATurn) {
+  std::vector<PosePair> mirrored = curve_pairs();
   for (PosePair& pair : mirrored) pair.X_estimate.translation().x() *= -1;
-  EXPECT_NEAR(aligned(mirrored, Alignment::se3).R.determinant(), 1, 1e-12) << "a mirror image is not a turn";
+  EXPECT_NEAR(aligned(mirrored, Alignment::se3).R.determinant(), 1, 1e-12);
   EXPECT_GT(ate(mirrored, Alignment::se3), 0.1);
 }
 
@@ -155,45 +145,101 @@ TEST(Alignment, DegenerateCasesHaveAReason) {
   EXPECT_NEAR(ate({line[3]}, origin), 0, 1e-12);
 }
 
-constexpr bool kAll = true;
-
-// True poses at x = 0, 1, 2, ..., the estimate at twice that; one per 100 ms. The estimate turns by 10
-// degrees about z from each pose to the next, the truth by half of that.
-std::vector<PosePair> walked(int count) {
-  std::vector<PosePair> pairs;
-  for (int i = 0; i < count; ++i)
-    pairs.push_back({std::chrono::milliseconds(100 * i), upright(i, 0, 0, 5 * i * kDegree),
-                     upright(2 * i, 0, 0, 10 * i * kDegree)});
-  return pairs;
+// Other spans are compared by tests/tools/score_oracle.py.
+TEST(Relative, ATrajectoryThatStandsHasNoSpansOfItsPath) {
+  std::vector<PosePair> standing(50);
+  for (std::size_t i = 0; i < standing.size(); ++i) standing[i].t = std::chrono::milliseconds(100 * i);
+  for (const bool all : {false, true}) EXPECT_TRUE(spans(standing, {Spans::Unit::meters, 0.25, all}).empty());
+  EXPECT_EQ(spans(standing, {Spans::Unit::seconds, 1}).size(), 4u);
+  EXPECT_TRUE(spans({}, {}).empty());
 }
 
-Indices indices(int count, const Spans& which) {
-  Indices all;
-  for (const Span& span : spans(walked(count), which)) all.emplace_back(span.from, span.to);
-  return all;
+TEST(Statistics, TheLossOfAMetricWithAnExpectedValueIsTheSameAboveAndBelow) {
+  const Direction three = Direction::away_from(3);
+  EXPECT_EQ(loss(3, three), 0);
+  for (const double off : {9.0, 1.0}) EXPECT_NEAR(loss(off, three), std::log(3), 1e-15);
+  for (const double none : {0.0, -1.0, 5e-324}) {
+    EXPECT_TRUE(std::isfinite(loss(none, three)));
+    EXPECT_GT(loss(none, three), loss(1e-300, three));
+  }
 }
 
-TEST(Relative, AllSpansBeginAtEachPose) {
-  for (const Spans& each : {Spans{Unit::frames, 3, kAll},
-                            {Unit::seconds, 0.31, kAll},
-                            {Unit::meters, 6, kAll},
-                            {Unit::degrees, 30.5, kAll}})  // within 10 %
-    EXPECT_EQ(indices(5, each), (Indices{{0, 3}, {1, 4}}));
-  EXPECT_TRUE(indices(5, {Unit::seconds, 0.35, kAll}).empty());
-  // 37 poses turn once around: 350 degrees are 10 degrees the other way.
-  EXPECT_THAT(indices(37, {Unit::degrees, 10, kAll}),
-              testing::Contains(std::pair<std::size_t, std::size_t>(0, 35)));
+TEST(Significance, WilcoxonIsThatOfPublishedSamplesAndOfAllSignPatterns) {
+  // Darwin's maize, cross- minus self-fertilised heights; statistic 24, exact p = 1352 / 2^15.
+  const Numbers maize{6, 8, 14, 16, 23, 24, 28, 29, 41, -48, 49, 56, 60, -67, 75};
+  EXPECT_EQ(wilcoxon_signed_rank(maize), 0.041259765625);
+  EXPECT_EQ(wilcoxon_signed_rank({-1, -2, -3, -4, -5, -6, -7, -8}), 2 / 256.0);
+  EXPECT_EQ(wilcoxon_signed_rank({0.1, 0.1, 0.1, 0.1, 0.1}), 2 / 32.0);  // ties do not matter to that
+  for (const Numbers& none : {Numbers{}, {0, 0, 0}, {1, -1, 2, -2}}) EXPECT_EQ(wilcoxon_signed_rank(none), 1);
+  // Ties and zeros, counted over all patterns of signs by another program.
+  EXPECT_DOUBLE_EQ(wilcoxon_signed_rank({1, 1, -1, 2, 3, 3, -3, 0, 5}), 2 * 28 / 256.0);
+  EXPECT_DOUBLE_EQ(wilcoxon_signed_rank({0.5, -0.5, -0.5, 2, 2, 2}), 2 * 7 / 64.0);
+  EXPECT_DOUBLE_EQ(wilcoxon_signed_rank({1, 2, 2, 2, -9, 9, 9, 4, 4, -4}), 2 * 118 / 1024.0);
+  EXPECT_DOUBLE_EQ(wilcoxon_signed_rank({-7, 1}), 1);
 }
 
-TEST(Relative, ATrajectoryThatIsTooShortOrStandsHasNoSpans) {
-  for (const Unit unit : {Unit::frames, Unit::meters, Unit::seconds, Unit::radians})
-    for (const bool all : {false, true})
-      for (const int count : {0, 1, 2}) EXPECT_TRUE(indices(count, {unit, 100, all}).empty());
-  std::vector<PosePair> standing = walked(50);
-  for (PosePair& pair : standing) pair.X_true = pair.X_estimate = Eigen::Isometry3d::Identity();
-  EXPECT_TRUE(spans(standing, {Unit::meters, 0.25}).empty());
-  EXPECT_TRUE(spans(standing, {Unit::meters, 0.25, kAll}).empty());
-  EXPECT_EQ(spans(standing, {Unit::seconds, 1}).size(), 4u);
+TEST(Significance, ExactAndApproximateWilcoxonMeet) {
+  const auto p = [](int n) {
+    Numbers values;
+    for (int i = 1; i <= n; ++i) values.push_back(i % 3 == 0 ? -i : i);
+    return wilcoxon_signed_rank(values);
+  };
+  // By hand: of 60, ranks to 1200 are positive, 915 expected with variance 60·61·121/24; of 50: 867, 637.5,
+  // 10731.25. The tail of 50 ranks is nearly normal.
+  EXPECT_NEAR(p(60), std::erfc(284.5 / std::sqrt(2 * 18452.5)), 1e-15);
+  const double by_approximation = std::erfc(229 / std::sqrt(2 * 10731.25));
+  EXPECT_NEAR(p(50) / by_approximation, 1, 0.05);
+  EXPECT_NE(p(50), by_approximation);
+}
+
+TEST(Significance, HolmAdjustsInOrderOfSizeAndNeverDecreases) {
+  EXPECT_THAT(holm({0.01, 0.04, 0.03, 0.005}),
+              ElementsAre(DoubleEq(0.03), DoubleEq(0.06), DoubleEq(0.06), DoubleEq(0.02)));
+  EXPECT_THAT(holm({0.9, 0.8}), ElementsAre(1, 1));
+  EXPECT_TRUE(holm({}).empty());
+}
+
+TEST(Significance, TheMediansIntervalIsOfOrderStatistics) {
+  EXPECT_FALSE(median_interval({1, 2, 3, 4, 5}));  // 2/32 > 5 %
+  EXPECT_EQ(median_interval({6, 5, 4, 3, 2, 1}), std::pair(1.0, 6.0));
+  // Tables of the sign test: n = 10 leaves out one on each side (97.9 %), n = 20 five (95.9 %).
+  Numbers values;
+  for (int i = 1; i <= 10; ++i) values.push_back(i);
+  EXPECT_EQ(median_interval(values), std::pair(2.0, 9.0));
+  for (int i = 11; i <= 20; ++i) values.push_back(i);
+  EXPECT_EQ(median_interval(values), std::pair(6.0, 15.0));
+}
+
+TEST(Consistency, ChiSquareQuantilesAreThoseOfTheTables) {
+  EXPECT_NEAR(chi_square_quantile(0.95, 1), 3.841458820694124, 1e-11);
+  EXPECT_NEAR(chi_square_quantile(0.975, 30), 46.979242243671145, 1e-10);
+  const Band ten = mean_band(3, 10), many = mean_band(3, 1000);
+  EXPECT_NEAR(ten.low, 1.68, 0.005);
+  EXPECT_NEAR(ten.high, 4.70, 0.005);
+  EXPECT_GT(many.low, 2.8);
+  EXPECT_LT(many.high, 3.2);
+}
+
+TEST(Consistency, AMeanNisIsAsExpectedOrSaysHowWrongThePredictedSpreadIs) {
+  for (const auto& [nis, verdict] : {std::pair{0.9, "as expected"},
+                                     {0.5, "as expected"},
+                                     {2.0, "as expected"},
+                                     {0.02, "its predicted spread is about 7 times too large"},
+                                     {0.25, "its predicted spread is about 2.0 times too large"},
+                                     {3.24, "its predicted spread is about 1.8 times too small"},
+                                     {100.0, "its predicted spread is about 10 times too small"}})
+    EXPECT_EQ(nis_verdict(nis), verdict) << nis;
+}
+
+// Bands of ten and of two runs: [1.679, 4.698], by the table, and [0.619, 7.225].
+TEST(Consistency, TheFractionInTheBandCountsMomentsByTheMeanOfTheirRuns) {
+  const std::vector<double> low(10, 1.6), inside(10, 1.7), high(10, 4.7);
+  const auto fraction = band_fractions({low, inside, inside, high, {}, {0.6, 0.6}, {1, 13}}, 3);
+  ASSERT_TRUE(fraction);
+  EXPECT_DOUBLE_EQ(fraction->inside, 3.0 / 6);  // twice 1.7, and 7 of two
+  EXPECT_DOUBLE_EQ(fraction->below, 2.0 / 6);   // 1.6, and 0.6 of two
+  EXPECT_NEAR(fraction->mean, (1.6 + 2 * 1.7 + 4.7 + 0.6 + 7) / 6, 1e-12);
+  EXPECT_FALSE(band_fractions({{}, {}}, 3));
 }
 
 }  // namespace

@@ -8,8 +8,8 @@
 
 #include "sim/files/text.h"
 #include "sim/pages/pages.h"
-#include "sim/pages/run_data.h"
 #include "sim/recording/image_file.h"
+#include "sim/recording/recording_format.h"
 #include "sim/replay/replay.h"
 #include "sim/view/site.h"
 #include "tests/sim/files/has.h"
@@ -104,7 +104,12 @@ TEST_F(PlaybackTest, PicturesAreOfTheCamerasSizeAndAsRecorded) {
   const fs::path recording = folder_ / "walk/recording", rows = recording / "mav0/cam0/data.csv";
   const auto playback = read_playback(result_, {});
   const fs::path picture = playback.images[3];
-  const auto complaint = [&] { return files::error_of([&] { pages::Pictures(recording).png(picture); }); };
+  const auto complaint = [&] {
+    return files::error_of([&] {
+      const pages::Pictures pictures(recording);
+      pictures.shown(recording::head_camera(pictures.setup()), picture);
+    });
+  };
   EXPECT_EQ(complaint(), "");
   std::string edited = files::read_text(picture);
   edited[30] ^= 1;
@@ -151,9 +156,9 @@ TEST(PlaybackOfARig, EachFrameHasTheNewestReadingOfEachCameraAndLidar) {
   ASSERT_EQ(playback.rig.size(), 2u);
   EXPECT_TRUE(playback.rig[0][2].empty());
   EXPECT_EQ(playback.rig[1][4], playback.rig[1][3]);
-  const std::string png = playback.pictures->rig(playback.run.rig[0], playback.rig[0][7]);
+  const std::string png = playback.pictures->shown(playback.run.rig[0], playback.rig[0][7]);
   EXPECT_EQ(recording::decode_png(png, CV_8UC1)->at<unsigned char>(5, 5), 7);
-  const std::string sweep = playback.pictures->rig(playback.run.rig[1], playback.rig[1][8]);
+  const std::string sweep = playback.pictures->shown(playback.run.rig[1], playback.rig[1][8]);
   EXPECT_EQ(*reinterpret_cast<const float*>(sweep.data()), 6);
   fs::rename(folder / "walk/recording", result / "recording");
   const std::string report = pages::run_sections(pages::read_run(result), "", "");

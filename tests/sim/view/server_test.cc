@@ -1,48 +1,166 @@
+// The server of the view: a client that sends exactly the given bytes, the pace and the messages of a live
+// run, and the security rules, of which each has a test that fails without its guard.
 #include "sim/view/server.h"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <future>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
 #include <thread>
 
 #include "sim/recording/image_file.h"
 #include "sim/view/live_view.h"
 #include "sim/view/site.h"
 #include "tests/sim/files/has.h"
-#include "tests/sim/view/raw_client.h"
 
 namespace sim::view {
 namespace {
 
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
-using testing::StartsWith, tests::Has, tests::Lacks;
+using testing::StartsWith, tests::Has, tests::Lacks, testing::AllOf;
+
+const std::string kToken = "0123456789abcdef0123456789abcdef";
+
+class RawClient {
+ public:
+  explicit RawClient(std::uint16_t port, const char* address = "127.0.0.1", int receive_buffer = 0)
+      : fd_(::socket(AF_INET, SOCK_STREAM, 0)) {
+    if (receive_buffer > 0) ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof receive_buffer);
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(port);
+    ::inet_pton(AF_INET, address, &to.sin_addr);
+    connected_ = ::connect(fd_, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0;
+  }
+  ~RawClient() { ::close(fd_); }
+  RawClient(const RawClient&) = delete;
+  RawClient& operator=(const RawClient&) = delete;
+
+  bool connected() const { return connected_; }
+  void send(std::string_view bytes) { ::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
+
+  /// True if the other side closes within that time; keeps the bytes received before.
+  bool is_closed_within(int ms) {
+    while (receive(ms)) continue;
+    return closed_;
+  }
+
+  /// All up to and including `end`, or what came within that time.
+  std::string until(std::string_view end, int ms = 5000) {
+    std::size_t at = std::string::npos;
+    while ((at = received_.find(end)) == std::string::npos && receive(ms)) continue;
+    return take(at == std::string::npos ? received_.size() : at + end.size());
+  }
+
+  std::string exactly(std::size_t bytes, int ms = 5000) {
+    while (received_.size() < bytes && receive(ms)) continue;
+    return take(std::min(bytes, received_.size()));
+  }
+
+  /// Head and body of a response.
+  std::string response() {
+    std::string head = until("\r\n\r\n");
+    const std::size_t at = head.find("Content-Length: ");
+    return at == std::string::npos ? head : head + exactly(std::stoul(head.substr(at + 16)));
+  }
+
+ private:
+  bool receive(int ms) {
+    pollfd waiting{fd_, POLLIN, 0};
+    if (closed_ || ::poll(&waiting, 1, ms) <= 0) return false;
+    char bytes[65536];
+    const ssize_t n = ::recv(fd_, bytes, sizeof bytes, 0);
+    closed_ = n <= 0;
+    if (n > 0) received_.append(bytes, std::size_t(n));
+    return n > 0;
+  }
+  std::string take(std::size_t bytes) {
+    std::string taken = received_.substr(0, bytes);
+    received_.erase(0, bytes);
+    return taken;
+  }
+
+  int fd_;
+  bool connected_ = false, closed_ = false;
+  std::string received_;
+};
+
+/// A frame as clients send it, masked with zeros; `first`: FIN and opcode.
+std::string client_frame(unsigned char first, std::string_view payload) {
+  const std::size_t size = payload.size();
+  std::string frame{char(first), char(0x80 | std::min<std::size_t>(size, 126))};
+  if (size >= 126) frame += {char(size >> 8), char(size & 0xff)};
+  return frame.append(4, '\0').append(payload);
+}
+std::string text_frame(std::string_view payload) { return client_frame(0x81, payload); }
+
+/// The payload of the next frame of the server; nothing where none comes.
+std::optional<std::string> next_payload(RawClient& client, int ms = 5000) {
+  const std::string head = client.exactly(2, ms);
+  if (head.size() < 2) return std::nullopt;
+  std::size_t size = static_cast<unsigned char>(head[1]) & 0x7f;
+  const int more = size == 126 ? 2 : size == 127 ? 8 : 0;
+  if (more > 0) {
+    size = 0;
+    for (const char byte : client.exactly(std::size_t(more), ms))
+      size = size << 8 | static_cast<unsigned char>(byte);
+  }
+  return client.exactly(size, ms);
+}
+
+/// A request that becomes a WebSocket.
+std::string upgrade(const std::string& target, const std::string& headers,
+                    const std::string& protocol = "gaitslam.view.v1") {
+  return "GET " + target + " HTTP/1.1\r\n" + headers +
+         "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+         "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: " +
+         protocol + "\r\n\r\n";
+}
+
+/// Opens a client's WebSocket; returns the head of the answer.
+std::string open_socket(RawClient& client, const Access& access,
+                        const std::string& protocol = "gaitslam.view.v1") {
+  client.send(upgrade("/socket?token=" + access.token, "Host: " + authority(access) + "\r\n", protocol));
+  return client.until("\r\n\r\n");
+}
 
 /// Returns whether a run at that time continues within 200 ms; else resumes it.
 bool goes_on(Pace& pace, slam::Stamp t) {
   auto run = std::async(std::launch::async, [&] { pace.wait(t); });
   const bool went = run.wait_for(200ms) == std::future_status::ready;
-  if (!went) pace.resume();
+  if (!went) pace.obey({"resume"});
   return went;
 }
 
 TEST(Pace, APausedRunGoesOnForAStepOrResumedOrWithoutViewers) {
   Pace pace;
   EXPECT_TRUE(goes_on(pace, 5ms));
-  pace.pause();
+  pace.obey({"pause"});
   EXPECT_FALSE(goes_on(pace, 10ms));
   EXPECT_TRUE(goes_on(pace, 15ms)) << "resumed above";
-  pace.pause();
-  pace.step(34ms);
+  pace.obey({"pause"});
+  pace.obey({"step"}, 34ms);
   EXPECT_TRUE(pace.state().paused);
   EXPECT_TRUE(goes_on(pace, 45ms));
   EXPECT_FALSE(goes_on(pace, 50ms));
-  pace.pause();
-  pace.set_speed(0.25);
+  pace.obey({"pause"});
+  pace.obey({"speed", 0.25});
   pace.release();
   EXPECT_TRUE(goes_on(pace, 1000s)) << "neither paused nor slow";
+  EXPECT_FALSE(pace.obey({"launch"}));
 }
 
 TEST(Pace, SpeedIsThatOfSimulatedTimeAndFullUnlessItIsSet) {
@@ -50,7 +168,7 @@ TEST(Pace, SpeedIsThatOfSimulatedTimeAndFullUnlessItIsSet) {
   auto begin = Clock::now();
   for (slam::Stamp t{0}; t < 1000s; t += 1s) pace.wait(t);
   EXPECT_LT(Clock::now() - begin, 5s);
-  pace.set_speed(0.25);
+  pace.obey({"speed", 0.25});
   begin = Clock::now();
   for (slam::Stamp t = 999s; t <= 999s + 100ms; t += 5ms) pace.wait(t);
   EXPECT_GE(Clock::now() - begin, 390ms);  // it never runs ahead; how late it is depends on the machine
@@ -106,6 +224,21 @@ TEST_F(Live, AViewerIsSentTheFramesThatAreShownAtMostFortyASecond) {
   say_loaded(client);
   view_.end("The run has ended.");
   EXPECT_EQ(next_message(client), R"({"op":"ended","how":"The run has ended."})");
+}
+
+TEST_F(Live, CommandsAreRefusedWithoutControlAndMalformedOnesSurvived) {
+  RawClient client(view_.access().port);
+  open_socket(client, view_.access());
+  next_payload(client);  // the pace
+  const auto answer = [&](const char* message) {
+    client.send(text_frame(message));
+    return next_payload(client).value_or("");
+  };
+  for (const char* const op :
+       {R"({"op":"pause"})", R"({"op":"step"})", R"({"op":"speed","factor":0.25})", R"({"op":"resume"})"})
+    EXPECT_THAT(answer(op), Has("\"rejected\"", "read-only")) << op;
+  for (const char* const none : {"", R"({"op":7})"}) EXPECT_THAT(answer(none), Has("\"rejected\"")) << none;
+  view_.pace(1ms);  // does not wait
 }
 
 // Its queue and the kernel's buffers fill; then no more frames are made for it, and the run does not wait.
@@ -287,6 +420,203 @@ TEST(MessageQueue, DropsTheOldestFrameButNothingElseAndHasRoomWhileHalfOfItIsFre
   for (const char* const text : {"a", "2", "3", "4", "b"}) EXPECT_EQ(*queue.pop()->bytes, text);
   EXPECT_FALSE(queue.pop().has_value());
   EXPECT_TRUE(queue.has_room());
+}
+
+TEST(Access, ReachableAddressesAllInterfacesAndWeakTokensAreRefused) {
+  for (const Access& access :
+       {Access{.address = "192.168.1.5"}, Access{.address = "2001:db8::1"},
+        Access{.address = "0.0.0.0", .token = kToken}, Access{.address = "::", .token = kToken},
+        Access{.address = "example.org", .token = kToken}, Access{.token = "secret"},
+        Access{.token = "0123456789abcdef01234"}, Access{.token = "0123456789abcdef0123456789abcde\""}})
+    EXPECT_THROW(checked(access), std::invalid_argument) << access.address << ' ' << access.token;
+  EXPECT_NO_THROW(checked({.address = "192.168.1.5", .token = kToken}));
+}
+
+TEST(Access, TokensHave128BitsOfTheirOwnAndAreEqualInEveryCharacterOrNotAtAll) {
+  std::set<std::string> tokens;
+  std::set<char> digits;
+  for (int i = 0; i < 1000; ++i) {
+    const std::string token = checked({}).token;
+    EXPECT_EQ(token.size(), 32u);
+    tokens.insert(token);
+    digits.insert(token.begin(), token.end());
+  }
+  EXPECT_EQ(tokens.size(), 1000u);
+  EXPECT_EQ(std::string(digits.begin(), digits.end()), "0123456789abcdef");
+  EXPECT_TRUE(equal_in_constant_time(kToken, kToken));
+  for (std::size_t i = 0; i < kToken.size(); ++i) {
+    std::string other = kToken;
+    other[i] = static_cast<char>(other[i] ^ 1);
+    EXPECT_FALSE(equal_in_constant_time(other, kToken));
+    EXPECT_FALSE(equal_in_constant_time(kToken.substr(0, i), kToken));
+  }
+  EXPECT_FALSE(equal_in_constant_time(kToken + kToken, kToken));
+}
+
+struct Asked {
+  std::string target;
+  std::vector<std::string> hosts;
+  unsigned status;
+  std::optional<std::string> origin = std::nullopt;
+  std::string method = "GET";
+};
+
+// Another host: DNS rebinding by an attacker's name that resolves to this machine.
+TEST(Rejection, OtherHostsOriginsTokensAndMethodsAreRefused) {
+  const std::string own = "127.0.0.1:8000", page = "/about?token=" + kToken;
+  std::vector<Asked> all{{page, {own}, 0},
+                         {page,
+                          {"evil.example", "evil.example:8000", "127.0.0.1", "127.0.0.1:8001",
+                           "127.0.0.1.evil.example:8000", "localhost:8000", ""},
+                          421},
+                         {page, {own}, 0, "http://127.0.0.1:8000"}};
+  for (const char* const other :
+       {"https://evil.example", "http://evil.example:8000", "http://127.0.0.1", "https://127.0.0.1:8000",
+        "http://127.0.0.1:8001", "http://127.0.0.2:8000", "http://[::1]:8000", "null"})
+    all.push_back({page, {own}, 403, other});
+  for (const std::string& query :
+       {std::string(), std::string("?token="), "?token=f" + kToken.substr(1), "?token=" + kToken + "0",
+        "?token=" + kToken.substr(1), "?nottoken=" + kToken})
+    for (const std::string path : {"/", "/about", "/view.js", "/nothing", "/socket"})
+      all.push_back({path + query, {own}, 403});
+  for (const char* const app : {"file://", "app://lichtblick"})
+    all.insert(all.end(), {{page, {own}, 0, app}, {"/about", {own}, 403, app}});
+  for (const char* const method : {"POST", "PUT", "DELETE", "OPTIONS", "HEAD"})
+    all.push_back({page, {own}, 405, std::nullopt, method});
+  for (const auto& [target, hosts, status, origin, method] : all)
+    for (const std::string& host : hosts) {
+      const auto rejected = rejection({method, target, host, origin}, {.port = 8000, .token = kToken});
+      EXPECT_EQ(rejected ? rejected->status : 0, status) << target << host << origin.value_or("") << method;
+    }
+}
+
+Service service() {
+  Service service;
+  service.resource = [](std::string_view path) -> std::optional<Resource> {
+    if (path != "/" && path != "/view.js") return std::nullopt;
+    return Resource{"text/html; charset=utf-8", std::make_shared<const std::string>("the secret content")};
+  };
+  service.protocols = {"gaitslam.view.v1", "foxglove.websocket.v1"};
+  service.received = [](Client& client, std::string_view text) {
+    client.send({std::make_shared<const std::string>("heard " + std::string(text)), true, false});
+  };
+  return service;
+}
+
+class Security : public testing::Test {
+ protected:
+  std::string request(const std::string& target, const std::string& headers,
+                      const std::string& method = "GET") const {
+    RawClient client(port_);
+    client.send(fmt::format("{} {} HTTP/1.1\r\n{}\r\n", method, target, headers));
+    return client.response();
+  }
+  std::string upgraded(const std::string& target, const std::string& headers,
+                       const std::string& protocol = "gaitslam.view.v1") const {
+    RawClient client(port_);
+    client.send(upgrade(target, headers, protocol));
+    return client.response();
+  }
+  /// A WebSocket that is open.
+  std::unique_ptr<RawClient> opened() const {
+    auto client = std::make_unique<RawClient>(port_);
+    EXPECT_THAT(open_socket(*client, server_.access()), StartsWith("HTTP/1.1 101"));
+    return client;
+  }
+  void expect_alive() const {
+    EXPECT_THAT(request("/" + query_, host_), StartsWith("HTTP/1.1 200"));
+    const auto client = opened();
+    client->send(text_frame("hello"));
+    EXPECT_EQ(next_payload(*client), "heard hello");
+  }
+
+  static Limits limits() {
+    Limits limits;
+    limits.clients = 6;
+    limits.header_bytes = 2000;
+    limits.message_bytes = 1000;
+    limits.request = std::chrono::milliseconds(300);
+    return limits;
+  }
+
+  Server server_{{.token = kToken}, service(), limits()};
+  std::uint16_t port_ = server_.access().port;
+  std::string host_ = fmt::format("Host: 127.0.0.1:{}\r\n", port_), query_ = "?token=" + kToken;
+};
+
+TEST_F(Security, TheServerListensAtItsOwnAddressAlone) {
+  EXPECT_EQ(server_.access().address, "127.0.0.1");
+  EXPECT_FALSE(RawClient(port_, "127.0.0.2").connected());
+}
+
+TEST_F(Security, RejectedRequestsAndUpgradesGetNothing) {
+  const std::string evil = fmt::format("Host: evil.example:{}\r\n", port_);
+  for (const auto& [target, headers, status] :
+       {std::tuple{"/" + query_, evil, "421"}, std::tuple{"/" + query_, std::string(), "421"},
+        std::tuple{"/" + query_, host_ + host_, "421"}, std::tuple{std::string("/"), host_, "403"},
+        std::tuple{"/" + query_, host_ + "Origin: https://evil.example\r\n", "403"}}) {
+    const auto refused = AllOf(StartsWith(fmt::format("HTTP/1.1 {}", status)), Lacks("secret"));
+    EXPECT_THAT(request(target, headers), refused) << headers;
+    EXPECT_THAT(upgraded(target, headers), refused) << headers;
+  }
+  EXPECT_THAT(request("/" + query_, host_, "POST"), StartsWith("HTTP/1.1 405"));
+  EXPECT_THAT(upgraded("/" + query_, host_ + "Origin: app://lichtblick\r\n", "foxglove.websocket.v1"),
+              StartsWith("HTTP/1.1 101"));
+}
+
+TEST_F(Security, EveryAnswerTellsBrowsersToBeStrict) {
+  for (const std::string& answer :
+       {request("/" + query_, host_), request("/none" + query_, host_), request("/", host_)}) {
+    EXPECT_THAT(
+        answer,
+        AllOf(Has("Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; ",
+                  "frame-ancestors 'none'", "X-Content-Type-Options: nosniff\r\n",
+                  "Referrer-Policy: no-referrer\r\n", "Cross-Origin-Resource-Policy: same-origin\r\n"),
+              Lacks("unsafe-", "Access-Control")));
+  }
+}
+
+TEST_F(Security, OtherPathsSizesAndProtocolsAreRefused) {
+  for (const std::string path : {"/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "//etc/passwd",
+                                 "/etc/passwd", "/view.js/../about", "/view.js/", "/.git/config"})
+    EXPECT_THAT(request(path + query_, host_), StartsWith("HTTP/1.1 404")) << path;
+  EXPECT_THAT(request("/" + query_, host_ + "X-Long: " + std::string(3000, 'x') + "\r\n"),
+              StartsWith("HTTP/1.1 431"));
+  EXPECT_THAT(request("/" + query_, host_ + "Content-Length: 100000000\r\n"), StartsWith("HTTP/1.1 413"));
+  EXPECT_THAT(upgraded("/socket" + query_, host_, "chat"), StartsWith("HTTP/1.1 400"));
+  expect_alive();
+}
+
+TEST_F(Security, NoMoreClientsThanAllowedAreHeard) {
+  std::vector<std::unique_ptr<RawClient>> clients;
+  for (int i = 0; i < 6; ++i) clients.push_back(opened());
+  RawClient more(port_);
+  more.send(fmt::format("GET /{} HTTP/1.1\r\n{}\r\n", query_, host_));
+  EXPECT_EQ(more.response(), "");
+  EXPECT_TRUE(more.is_closed_within(3000));
+  clients.clear();
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  expect_alive();
+}
+
+TEST_F(Security, GarbageAndASlowRequestEndTheirConnectionsAlone) {
+  const std::string unmasked("\x81\x02hi", 4), huge("\x81\xff\x7f\xff\xff\xff\xff\xff\xff\xff\0\0\0\0", 14);
+  for (const std::string& frame : {unmasked, huge, client_frame(0x83, "hi"), client_frame(0x81, "\xff\xfe"),
+                                   text_frame(std::string(1100, 'x'))}) {  // the last one is too long
+    const auto client = opened();
+    client->send(text_frame(std::string(900, 'x')));
+    EXPECT_TRUE(next_payload(*client).has_value());
+    client->send(frame);
+    EXPECT_TRUE(client->is_closed_within(3000));
+    EXPECT_THAT(client->until("heard"), Lacks("heard"));
+  }
+  for (const std::string& bytes : {std::string("\x16\x03\x01\x02\0\x01", 6), std::string("GET\r\n\r\n"),
+                                   std::string("GET / HTTP/1.1\r\nHost: ")}) {  // the last one is slow
+    RawClient client(port_);
+    client.send(bytes);
+    EXPECT_TRUE(client.is_closed_within(3000));
+  }
+  expect_alive();
 }
 
 }  // namespace
