@@ -14,8 +14,6 @@
 #include <variant>
 #include <vector>
 
-#include "sim/rig/equidistant_fit.h"
-
 namespace sim::estimators {
 namespace {
 

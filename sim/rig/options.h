@@ -110,7 +110,6 @@ struct ColorCamera : Sensor, Imager {
     number<&ColorCamera::read_sigma_grey>(key, 0, 100, "noise of a black pixel, in levels of 255");
     number<&ColorCamera::shot_sigma_grey>(key, 0, 50, "photon noise of a white pixel, in levels of 255");
   }
-  std::string problem() const;
 };
 
 /// Depth at the pixels, the stamps and from the place of another camera.

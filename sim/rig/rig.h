@@ -67,4 +67,14 @@ slam::CameraIntrinsics lens(int width_px, int height_px, double fov_rad, double 
 /// Returns the index of the camera that a depth camera is aligned with, or -1 for the head camera.
 int partner(const std::vector<RigSensor>& rig, const RigSensor& depth);
 
+/// A camera that approximates another one; the distance of their pixels over the whole image.
+struct FittedCamera {
+  slam::CameraIntrinsics camera;
+  double rms_px = 0, largest_px = 0;
+};
+
+/// The equidistant camera nearest to the given one: least squares in the two focal lengths and four
+/// coefficients over a grid of pixels that includes the borders. The principal point is kept.
+FittedCamera fit_equidistant(const slam::CameraIntrinsics& camera);
+
 }  // namespace sim::rig

@@ -11,14 +11,13 @@
 
 #include "sim/files/hash.h"
 #include "sim/files/text.h"
-#include "sim/scenario/lists.h"
-#include "sim/scenario/value.h"
 #include "sim/score/metrics.h"
 
 namespace sim::scenario {
 namespace {
 
 namespace fs = std::filesystem;
+using std::string_view_literals::operator""sv;
 
 std::vector<fs::path> files_below(const fs::path& folder) {
   std::error_code fault;

@@ -49,7 +49,7 @@ std::string print(const Domain& domain, const std::vector<std::string>& value);
 std::string print(const Domain& domain, const Eigen::Vector3d& value);
 std::string print(const Domain& domain, const std::vector<Eigen::Vector3d>& value);
 
-/// A built-in estimator or an external one (estimator_key.cc).
+/// A built-in estimator or an external one.
 std::string expected(const Domain& domain, const estimators::EstimatorChoice&);
 void read(const Yaml& node, std::string_view key, const Domain& domain, estimators::EstimatorChoice& choice);
 std::string print(const Domain& domain, const estimators::EstimatorChoice& choice);

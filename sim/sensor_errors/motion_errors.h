@@ -9,13 +9,28 @@
 
 namespace sim::sensor_errors {
 
-/// The errors of one sensor, per axis, in its own unit (rad/s or m/s²).
+/// The errors of one inertial sensor, per axis, in its own unit (rad/s or m/s²).
 struct InertialErrorSizes {
   double sigma = 0;            ///< white noise of a 200 Hz reading
   double bias_sigma = 0;       ///< of the bias at the start, drawn once per run
   double bias_walk_sigma = 0;  ///< growth of the bias's standard deviation in 1 s
   double range = 0;            ///< readings beyond ±range are ±range; 0: none are
   double resolution = 0;       ///< readings are whole multiples of it; 0: they are not rounded
+
+  /// Its keys, whose names end in the unit of a reading, that of the walk in the reading's unit per s.
+  static void keys(auto&& key, const std::string& sensor, const std::string& unit, const char* unit_per_s) {
+    const auto add = [&](const std::string& name, double InertialErrorSizes::*size, const std::string& doc) {
+      key.number(name, size, 0, 1e3, doc.c_str());
+    };
+    add("sigma_" + unit, &InertialErrorSizes::sigma, "white noise of a 200 Hz " + sensor + " reading");
+    add("bias_sigma_" + unit, &InertialErrorSizes::bias_sigma,
+        "standard deviation of the " + sensor + "'s bias at the start over seeds");
+    add(std::string("bias_walk_sigma_") + unit_per_s, &InertialErrorSizes::bias_walk_sigma,
+        "random walk of the " + sensor + "'s bias: growth of its standard deviation in 1 s");
+    add("range_" + unit, &InertialErrorSizes::range, "saturation limit of " + sensor + " readings; 0: none");
+    add("resolution_" + unit, &InertialErrorSizes::resolution,
+        "quantization step of " + sensor + " readings; 0: they are not rounded");
+  }
 };
 
 /// One sensor. Draws are keyed by seed, the sensor's name and the reading's stamp.

@@ -1,6 +1,8 @@
 #include "sim/sensor_errors/sensor_errors.h"
 
 #include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "sim/sensor_errors/random.h"
 #include "walking/keys.h"
@@ -17,24 +19,141 @@ InertialErrors inertial_errors(const char* sensor, const InertialErrorSizes& siz
   return {sensor, sizes, seed, std::move(spikes), {silent.begin(), silent.end()}};
 }
 
+ImageOptions image_noise(const rig::RigSensor& sensor) {
+  ImageOptions sizes;
+  sizes.read_sigma_grey = sensor.read_sigma_grey, sizes.shot_sigma_grey = sensor.shot_sigma_grey;
+  return sizes;
+}
+
+// InertialErrors refers white noise to readings of another period.
+InertialErrors inertial(const rig::RigSensor& sensor, const std::string& stream, double sigma,
+                        double bias_sigma, std::uint64_t seed) {
+  InertialErrorSizes sizes;
+  sizes.sigma = sigma / std::sqrt(slam::kReadingPeriod_s * sensor.rate_hz);
+  sizes.bias_sigma = bias_sigma;
+  return {stream, sizes, seed, {}, {}};
+}
+
+// Marks the pixels on both sides of the edges between columns.
+void mark_edges(const cv::Mat1w& depth_mm, cv::Mat1b& marks) {
+  std::vector<float> inverse(static_cast<std::size_t>(depth_mm.cols) + 2);  // 0: none, as beyond both ends
+  const auto difference = [](float a, float b) { return a > 0 && b > 0 ? std::abs(a - b) : 0; };
+  for (int row = 0; row < depth_mm.rows; ++row) {
+    for (int i = 0; i < depth_mm.cols; ++i) {
+      const unsigned short z = depth_mm(row, i);
+      inverse[static_cast<std::size_t>(i) + 1] = z > 0 ? 1.0f / static_cast<float>(z) : 0;
+    }
+    for (int i = 0; i + 1 < depth_mm.cols; ++i) {
+      const float* w = &inverse[static_cast<std::size_t>(i)];
+      const float slant = std::max(difference(w[0], w[1]), difference(w[2], w[3]));
+      if (difference(w[1], w[2]) > std::max(3 * slant, 0.02f * std::max(w[1], w[2])))
+        marks(row, i) = marks(row, i + 1) = 1;
+    }
+  }
+}
+
+// Each pixel has its draw, whether it has depth or not.
+cv::Mat measured_depth(const cv::Mat& ideal, const rig::RigSensor& sensor, Random random) {
+  const cv::Mat1b holes = beside_edges(ideal, sensor.edge_px);
+  const double scale = rig::inverse_depth_sigma(sensor);
+  cv::Mat1w out(ideal.size());
+  for (int row = 0; row < out.rows; ++row)
+    for (int column = 0; column < out.cols; ++column) {
+      const double z_m = 1e-3 * ideal.at<unsigned short>(row, column), noise = scale * random.normal();
+      const bool none =
+          z_m == 0 || z_m < sensor.nearest_m || z_m > sensor.furthest_m || holes(row, column) > 0;
+      out(row, column) = none ? 0 : cv::saturate_cast<unsigned short>(1e3 * (z_m + z_m * z_m * noise));
+    }
+  return out;
+}
+
+// The error of azimuth moves a point along the horizontal circle, that of elevation along the vertical one,
+// both to first order.
+std::vector<slam::LidarPoint> measured_points(const std::vector<slam::LidarPoint>& ideal,
+                                              const rig::RigSensor& sensor, Random random) {
+  std::vector<slam::LidarPoint> points;
+  for (slam::LidarPoint point : ideal) {
+    const Eigen::Vector3d p(point.x_m, point.y_m, point.z_m), along = p.normalized();
+    const Eigen::Vector3d left = Eigen::Vector3d::UnitZ().cross(along);  // as long as the cosine of elevation
+    const Eigen::Vector3d up = along.cross(left).stableNormalized();
+    const double range = p.norm() + sensor.range_sigma_m * random.normal();
+    const double azimuth = sensor.angle_sigma_rad * random.normal();
+    const double elevation = sensor.angle_sigma_rad * random.normal();
+    if (range < sensor.nearest_m || range > sensor.furthest_m) continue;
+    const Eigen::Vector3d noisy = range * (along + azimuth * left + elevation * up).normalized();
+    point.x_m = float(noisy.x()), point.y_m = float(noisy.y()), point.z_m = float(noisy.z());
+    points.push_back(point);
+  }
+  return points;
+}
+
+Eigen::Vector3d measured(InertialErrors& errors, const slam::RigReading& reading,
+                         const Eigen::Vector3d& value) {
+  std::vector<slam::InertialSample> samples{{reading.begin, reading.t, value}};
+  errors.apply(samples);
+  return samples[0].value;
+}
+
 }  // namespace
+
+cv::Mat1b beside_edges(const cv::Mat1w& depth_mm, int reach) {
+  cv::Mat1b marks(depth_mm.size(), 0), turned(cv::Size(depth_mm.rows, depth_mm.cols), 0);
+  if (reach == 0) return marks;
+  mark_edges(depth_mm, marks);
+  mark_edges(depth_mm.t(), turned);
+  cv::bitwise_or(marks, turned.t(), marks);
+  if (reach > 1) cv::dilate(marks, marks, cv::Mat(), cv::Point(-1, -1), reach - 1);
+  return marks;
+}
+
+RigErrors::RigErrors(const std::vector<rig::RigSensor>& rig, std::uint64_t seed) : seed_(seed) {
+  for (const rig::RigSensor& sensor : rig) {
+    const std::string stream = "rig " + sensor.name;
+    sensors_.push_back(
+        {sensor, stream + " noise", ImageErrors(image_noise(sensor), seed, {}, stream + " noise"),
+         inertial(sensor, stream + " gyro", sensor.gyro_sigma_rad_s, sensor.gyro_bias_sigma_rad_s, seed),
+         inertial(sensor, stream + " accelerometer", sensor.accelerometer_sigma_m_s2,
+                  sensor.accelerometer_bias_sigma_m_s2, seed)});
+  }
+}
+
+void RigErrors::apply(std::vector<slam::RigReading>& readings) {
+  for (slam::RigReading& reading : readings) {
+    Sensor& sensor = sensors_.at(static_cast<std::size_t>(reading.sensor));
+    const Random random(seed_, sensor.stream, static_cast<std::uint64_t>(reading.t.count()));
+    const slam::Stamp offset = stamp(sensor.is.time_offset_s);
+    switch (sensor.is.kind) {
+      case rig::Kind::grey:
+      case rig::Kind::color:
+        if (!reading.image.empty())
+          reading.image =
+              sensor.image.apply(reading.image.reshape(1), reading.t).reshape(reading.image.channels());
+        break;
+      case rig::Kind::depth:
+        if (!reading.image.empty()) reading.image = measured_depth(reading.image, sensor.is, random);
+        break;
+      case rig::Kind::lidar:
+        reading.points = measured_points(reading.points, sensor.is, random);
+        break;
+      case rig::Kind::imu:
+        reading.gyro = measured(sensor.gyro, reading, reading.gyro);
+        reading.accelerometer = measured(sensor.accelerometer, reading, reading.accelerometer);
+        reading.begin += offset;
+        break;
+    }
+    reading.t += offset;
+  }
+}
 
 SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed,
                            const std::vector<rig::RigSensor>& rig)
     : options_((walking::check_ranges(options, "errors"), options)),
       seed_(seed),
       rig_(rig, seed),
-      gyro_(inertial_errors<GyroSpike, GyroSilent>(
-          "gyro",
-          {options.gyro.sigma_rad_s, options.gyro.bias_sigma_rad_s, options.gyro.bias_walk_sigma_rad_s2,
-           options.gyro.range_rad_s, options.gyro.resolution_rad_s},
-          &GyroSpike::size_rad_s, options.faults, seed)),
+      gyro_(inertial_errors<GyroSpike, GyroSilent>("gyro", options.gyro, &GyroSpike::size_rad_s,
+                                                   options.faults, seed)),
       accelerometer_(inertial_errors<AccelerometerSpike, AccelerometerSilent>(
-          "accelerometer",
-          {options.accelerometer.sigma_m_s2, options.accelerometer.bias_sigma_m_s2,
-           options.accelerometer.bias_walk_sigma_m_s3, options.accelerometer.range_m_s2,
-           options.accelerometer.resolution_m_s2},
-          &AccelerometerSpike::size_m_s2, options.faults, seed)),
+          "accelerometer", options.accelerometer, &AccelerometerSpike::size_m_s2, options.faults, seed)),
       image_(options.image, seed, options.faults),
       plan_(options.faults),
       legs_(options.leg_odometry.sigma_m, options.leg_odometry.scale_fraction, seed),

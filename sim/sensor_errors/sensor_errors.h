@@ -4,48 +4,17 @@
 #include "sim/rig/rig.h"
 #include "sim/sensor_errors/image_errors.h"
 #include "sim/sensor_errors/motion_errors.h"
-#include "sim/sensor_errors/rig_errors.h"
 
 namespace sim::sensor_errors {
 
 /// The scenario's keys errors.*. Standard deviations are per axis; biases are drawn once per run.
 struct ErrorOptions {
-  struct Gyro {
-    double sigma_rad_s = 0.01;
-    double bias_sigma_rad_s = 0.0;
-    double bias_walk_sigma_rad_s2 = 0;
-    double range_rad_s = 0;
-    double resolution_rad_s = 0;
-
-    static void keys(auto&& key) {
-      number<&Gyro::sigma_rad_s>(key, 0, 1e3, "white noise of a 200 Hz gyro reading");
-      number<&Gyro::bias_sigma_rad_s>(key, 0, 1e3,
-                                      "standard deviation of the gyro's bias at the start over seeds");
-      number<&Gyro::bias_walk_sigma_rad_s2>(
-          key, 0, 1e3, "random walk of the gyro's bias: growth of its standard deviation in 1 s");
-      number<&Gyro::range_rad_s>(key, 0, 1e3, "saturation limit of gyro readings; 0: none");
-      number<&Gyro::resolution_rad_s>(key, 0, 1e3,
-                                      "quantization step of gyro readings; 0: they are not rounded");
-    }
-  } gyro;
-  struct Accelerometer {
-    double sigma_m_s2 = 0.05;
-    double bias_sigma_m_s2 = 0.0;
-    double bias_walk_sigma_m_s3 = 0;
-    double range_m_s2 = 0;
-    double resolution_m_s2 = 0;
-
-    static void keys(auto&& key) {
-      number<&Accelerometer::sigma_m_s2>(key, 0, 1e3, "white noise of a 200 Hz accelerometer reading");
-      number<&Accelerometer::bias_sigma_m_s2>(
-          key, 0, 1e3, "standard deviation of the accelerometer's bias at the start over seeds");
-      number<&Accelerometer::bias_walk_sigma_m_s3>(
-          key, 0, 1e3, "random walk of the accelerometer's bias: growth of its standard deviation in 1 s");
-      number<&Accelerometer::range_m_s2>(key, 0, 1e3, "saturation limit of accelerometer readings; 0: none");
-      number<&Accelerometer::resolution_m_s2>(
-          key, 0, 1e3, "quantization step of accelerometer readings; 0: they are not rounded");
-    }
-  } accelerometer;
+  struct Gyro : InertialErrorSizes {
+    static void keys(auto&& key) { InertialErrorSizes::keys(key, "gyro", "rad_s", "rad_s2"); }
+  } gyro{{.sigma = 0.01}};
+  struct Accelerometer : InertialErrorSizes {
+    static void keys(auto&& key) { InertialErrorSizes::keys(key, "accelerometer", "m_s2", "m_s3"); }
+  } accelerometer{{.sigma = 0.05}};
   ImageOptions image;
   double plan_loss_fraction = 0;
   struct LegOdometry {
@@ -75,6 +44,33 @@ struct ErrorOptions {
     value<&ErrorOptions::faults>(key, "temporary faults of the sensors and of the plan");
   }
 };
+
+/// Applies the errors of each further sensor to its readings, then shifts their stamps by the sensor's
+/// offset. Draws are keyed by seed, the sensor's name and the true stamp: a further sensor changes no number
+/// of another.
+class RigErrors {
+ public:
+  RigErrors(const std::vector<rig::RigSensor>& rig, std::uint64_t seed);
+
+  /// Does not write to the images' pixels.
+  void apply(std::vector<slam::RigReading>& readings);
+
+ private:
+  struct Sensor {
+    rig::RigSensor is;
+    std::string stream;
+    ImageErrors image;
+    InertialErrors gyro, accelerometer;
+  };
+  std::uint64_t seed_;
+  std::vector<Sensor> sensors_;
+};
+
+/// The pixels of a depth image (CV_16UC1, mm, 0: none) within `reach` pixels of an occlusion edge, as
+/// non-zero values of CV_8UC1. An edge is between two neighbors in a row or a column whose inverse depths
+/// differ by more than 2 % and by more than three times the larger difference to their next neighbors on
+/// either side: on a plane of any slant inverse depth is linear in the pixel, so that these are equal.
+cv::Mat1b beside_edges(const cv::Mat1w& depth_mm, int reach);
 
 /// Applies the errors to one observation after another, from the first of a run. Every draw is keyed by seed,
 /// stream name and stamp: live run and replay agree bit for bit, and no error changes another's numbers.

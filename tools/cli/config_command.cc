@@ -7,7 +7,6 @@
 #include "sim/files/text.h"
 #include "sim/regression/suite.h"
 #include "sim/scenario/keys.h"
-#include "sim/scenario/lists.h"
 #include "sim/score/metrics.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/shared/live.h"

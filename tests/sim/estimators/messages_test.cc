@@ -11,12 +11,9 @@
 #include <string>
 
 #include "sim/scenario/scenario.h"
-#include "tests/sim/scenario/complaint.h"
 
 namespace sim::estimators {
 namespace {
-
-using testing::HasSubstr;
 
 /// The number at a byte of a message, as any language reads it.
 template <class Number>
@@ -262,31 +259,6 @@ TEST(EstimatorKey, NamesAProgramWithItsOptions) {
   EXPECT_EQ(choice.start_within_s, 60);
   EXPECT_EQ(choice_of("{program: /tmp/my_slam, name: mine}").name, "mine");
   EXPECT_EQ(choice_of("filter").source, Source::built_in);
-}
-
-TEST(EstimatorKey, AnErrorNamesItsPlace) {
-  for (const auto& [value, complaint] :
-       {std::pair<const char*, const char*>{"{programm: [a]}",
-                                            "estimator.programm: unknown, expected one of program"},
-        {"{}", "estimator: expected a program"},
-        {"{options: {a: 1}}", "estimator: expected a program"},
-        {"{program: [a], command: b}", "estimator.command: names a program and a command"},
-        {"{library: b.so}", "estimator.library: was removed: compile the library as a program"},
-        {"{program: []}", "estimator.program: expected the program and its arguments"},
-        {"{program: [a, [b]]}", "estimator.program: expected a non-empty word"},
-        {"{program: a, options: [b]}", "estimator.options: expected keys and values"},
-        {"{program: a, options: {b: [1]}}",
-         "estimator.options: 'b': expected a name without '=' and a value"},
-        {"{program: a, options: {'b=c': 1}}", "estimator.options: 'b=c': expected a name without '='"},
-        {"{program: a, options: {b.c: 1, b: {c: 2}}}", "estimator.options: 'b.c' is given twice"},
-        {"{program: a, answer_within_s: 0}",
-         "estimator.answer_within_s: is '0', expected a number from 0.001"},
-        {"{program: a, name: filter}", "estimator.name: filter is a built-in estimator"},
-        {"{program: a, name: a/b}", "estimator.name: is 'a/b', expected a name of letters"},
-        {"./a", "is './a', expected a built-in estimator (filter, odometry, plan_alone) or {program: ./a}"},
-        {"[a]", "estimator: is a list, expected one of filter, odometry, plan_alone"}})
-    EXPECT_THAT(scenario::complaint_of([&, text = value] { choice_of(text); }), HasSubstr(complaint))
-        << value;
 }
 
 }  // namespace

@@ -30,7 +30,6 @@ TEST_P(ShippedScenario, IsReadAndWrittenWholeAndItsWalkIsSmooth) {
   walking::expect_smooth(walking::planned(scenario.walk));
 }
 
-// Cases start with the line "# expect: " and the message, which "..." cuts off before names of keys.
 TEST(EstimatorTime, IsTheLatencyOfSteeringAndAGivenOneIsAddedToIt) {
   const std::string steered = kAll + "walk.steering.by: estimate\n",
                     late = steered + "estimator: {time: {model: measured}}\n";
@@ -42,6 +41,7 @@ TEST(EstimatorTime, IsTheLatencyOfSteeringAndAGivenOneIsAddedToIt) {
   EXPECT_EQ(read_text(to_yaml(derived.scenario)).scenario.walk.steering.latency_s, 0);
 }
 
+// Cases start with the line "# expect: " and the message, which "..." cuts off before names of keys.
 TEST(Scenario, EachBadOneIsRejectedWithItsPlaceAndWhatWasExpected) {
   const std::string marker = "# expect: ",
                     all = files::read_text(kSource / "tests/sim/scenario/bad_scenarios.txt");
@@ -56,7 +56,9 @@ TEST(Scenario, EachBadOneIsRejectedWithItsPlaceAndWhatWasExpected) {
       EXPECT_EQ(complaint(text), "test.yaml:" + expected) << text;
     at = end;
   }
-  EXPECT_GE(count, 70);
+  EXPECT_GE(count, 120);
+  const std::string two_hours = "walk.commands: [stand: {duration_s: 3600}, stand: {duration_s: 3600}]";
+  EXPECT_EQ(complaint(two_hours), "");
   EXPECT_THAT(complaint(std::string("world: {room: \0x}", 18)), StartsWith("test.yaml:1:1: has a zero byte"));
 }
 
@@ -106,54 +108,16 @@ TEST(Scenario, DegreesOfAFileComeBackExactly) {
 
 const std::string kLongWalk = "walk: {commands: [{stand: {duration_s: 100}}]}\ncamera: {}\n";
 
-TEST(Scenario, WhatNeverHappensIsRejected) {
-  for (const auto& [argument, problem] : std::vector<std::pair<std::string, std::string>>{
-           {"errors.faults=[{frames_lost: {from_s: 300}}]",
-            "errors.faults: frames_lost: never happens: it begins at 300 s, the walk ends at 10"},
-           {"errors.faults=[{gyro_silent: {duration_s: 0}}]", "never happens: its duration_s is 0"},
-           {"errors.faults=[{frames_lost: {fraction: 0}}]", "never happens: its fraction is 0"},
-           {"errors.faults=[{plan_scaled: {factor: 1}}]", "plan_scaled: changes nothing: its factor is 1"},
-           {"errors.faults=[{gyro_spike: {size_rad_s: 0}}]", "changes nothing: its size_rad_s is 0"},
-           {"world.lights_off={duration_s: 1, left_fraction: 1}", "changes nothing: its left_fraction is 1"},
-           {"world.pushes=[{push: {time_s: 300, impulse_ns: 5}}]",
-            "world.pushes: push: never happens: it begins"},
-           {"world.pushes=[{push: {time_s: 3}}]", "never happens: its impulse_ns is 0"},
-           {"world.lights_off.from_s=3", "world.lights_off: never happens: its duration_s is 0"},
-           {"world.lights_off={from_s: 300, duration_s: 1}", "world.lights_off: never happens: it begins"},
-           {"limits.rmse_m={at_most: 0.1, at_least: 0.2}",
-            "limits.rmse_m: contradicts itself: at_least 0.2 is above at_most 0.1"},
-           {"limits.loop_closed.worst.at_least=1",
-            "limits.loop_closed.worst: cannot be met: the walk turns by 0 degrees, expected at least 350"}})
-    EXPECT_THAT(complaint(kLongWalk, {{argument}, {}}), HasSubstr(problem)) << argument;
-  EXPECT_THAT(
-      complaint(kLongWalk, {{"walk.steering.by=truth", "errors.faults=[{estimate_jump: {x_m: 0}}]"}, {}}),
-      HasSubstr("estimate_jump: changes nothing: its x_m, y_m and yaw_deg are 0"));
-  for (const std::string text : {"errors.faults: [{frames_lost: {}}]", "world.lights_off.duration_s: 1"}) {
-    EXPECT_THAT(complaint(kWalk + text), HasSubstr("never happens: this scenario has no section 'camera'"));
-    EXPECT_EQ(complaint(kAll + text, {{}, {"camera", "slam"}}), "");
-  }
-}
-
-TEST(Scenario, AFaultOfASensorThatTheEstimatorDoesNotUseIsRejectedAtItsPlace) {
+TEST(Scenario, FaultsThatTheEstimatorNoticesAndThoseOfSectionsThatAreLeftOutAreAccepted) {
   const auto with = [](const std::string& fault, const std::string& rest) {
-    return complaint(kLongWalk + "errors:\n  faults: [" + fault + ": {}]\n" + rest);
+    return complaint(kLongWalk + "errors.faults: [" + fault + ": {}]\n" + rest);
   };
-  const std::string off = ": {enabled: false}}";
-  for (const auto& [fault, rest, problem] : std::vector<std::array<std::string, 3>>{
-           {"gyro_silent", "slam: {gyro" + off, "slam.gyro.enabled is false"},
-           {"accelerometer_spike", "slam: {accelerometer" + off, "slam.accelerometer.enabled is false"},
-           {"frames_covered", "slam: {vision" + off, "slam.vision.enabled is false"},
-           {"frames_lost", "slam: {}\nestimator: odometry", "estimator odometry does not use that sensor"},
-           {"gyro_spike", "slam: {}\nestimator: plan_alone", "estimator plan_alone does not use that sensor"},
-           {"plan_missing", "slam: {height: {enabled: false}, plan_velocity" + off,
-            "slam.plan_velocity.enabled and slam.height.enabled are false"},
-           {"gyro_silent", "", "this scenario has no section 'slam'"}})
-    EXPECT_THAT(with(fault, rest),
-                HasSubstr(":4:3: errors.faults: " + fault + ": changes nothing: " + problem));
-  EXPECT_EQ(with("gyro_silent", "slam: {vision" + off), "");
-  EXPECT_EQ(with("plan_missing", "slam: {height" + off), "");
-  EXPECT_EQ(with("frames_doubled", "slam: {vision" + off), "");
-  EXPECT_EQ(with("frames_lost", "slam: {vision" + off + "\nestimator: {program: [./mine]}"), "");
+  EXPECT_EQ(with("gyro_silent", "slam: {vision: {enabled: false}}"), "");
+  EXPECT_EQ(with("plan_missing", "slam: {height: {enabled: false}}"), "");
+  EXPECT_EQ(with("frames_doubled", "slam: {vision: {enabled: false}}"), "");
+  EXPECT_EQ(with("frames_lost", "slam: {vision: {enabled: false}}\nestimator: {program: [./mine]}"), "");
+  for (const std::string text : {"errors.faults: [{frames_lost: {}}]", "world.lights_off.duration_s: 1"})
+    EXPECT_EQ(complaint(kAll + text, {{}, {"camera", "slam"}}), "");
 }
 
 TEST(Lists, AreReadInOrderAndPrintedBack) {
@@ -184,24 +148,6 @@ world:
   ASSERT_EQ(world.floor_patches.size(), 1u);
   EXPECT_EQ(world.floor_patches[0].y_min_m, -1);
   EXPECT_EQ(to_yaml(read_text(to_yaml(scenario)).scenario), to_yaml(scenario));
-}
-
-TEST(Lists, ErrorsInThemAreNamed) {
-  for (const auto& [argument, problem] : std::vector<std::pair<std::string, std::string>>{
-           {"errors.faults=3",
-            "15: errors.faults: expected a list of faults, as in [{frames_lost: {from_s: 20, "
-            "duration_s: 2}}]"},
-           {"errors.faults=[{frame_lost: {}}]", "17: errors.faults: unknown fault 'frame_lost', expected"},
-           {"errors.faults=[{gyro_silent: {size_rad_s: 1}}]",
-            "31: errors.faults: gyro_silent: unknown field 'size_rad_s', expected from_s, duration_s"},
-           {"errors.faults=[{gyro_silent: {duration_s: -1}}]",
-            "43: duration_s: is '-1', expected a number from 0 to 1000000"},
-           {"world.pushes=[{push: {times_s: 4}}]",
-            "23: world.pushes: push: unknown field 'times_s', expected time_s, impulse_ns, direction_deg, "
-            "duration_s; did you mean 'time_s'?"},
-           {"world.floor_patches=[{patch: {x_min_m: 1, x_max_m: 1, y_max_m: 1}}]",
-            "30: world.floor_patches: patch: is empty, expected x_min_m below x_max_m"}})
-    EXPECT_THAT(complaint(kLongWalk, {{argument}, {}}), StartsWith("<argument>:1:" + problem));
   EXPECT_EQ(complaint(kLongWalk + "slam: {}", {{"errors.faults=[frames_lost: {from_s: 1}]"}, {}}), "");
 }
 
@@ -251,17 +197,6 @@ TEST(Scenario, FilesThatCannotBeReadAreNamed) {
   EXPECT_EQ(complaint_of([] { read_scenario("/"); }), "/: is a folder, expected a YAML file");
   EXPECT_EQ(complaint_of([] { read_scenario("/dev/null"); }),
             "/dev/null: is not a regular file, expected one: pipes, devices and sockets are not read");
-}
-
-TEST(Scenario, AWalkOfMoreThanTwoHoursIsRejectedAtTheCommandThatMakesItTooLong) {
-  const std::string hour = "    - stand: {duration_s: 3600}\n", begin = "walk:\n  commands:\n";
-  EXPECT_EQ(complaint(begin + hour + hour), "");
-  EXPECT_EQ(complaint(begin + hour + hour + hour),
-            "test.yaml:5:7: walk.commands[2]: stand: makes the walk longer than 7200 s");
-  EXPECT_EQ(complaint(begin + hour + "    - repeat: {last: 1, times: 1000}\n"),
-            "test.yaml:4:7: walk.commands[1]: repeat: makes the walk longer than 7200 s");
-  EXPECT_EQ(complaint(kWalk, {{"walk.commands=[{tangent_arc: {radius_m: 1000, angle_deg: 36000}}]"}, {}}),
-            "<argument>:1:16: walk.commands[0]: tangent_arc: makes the walk longer than 7200 s");
 }
 
 constexpr std::size_t kMost = 1 << 20;  // bytes of the largest file that is read

@@ -1,5 +1,3 @@
-#include "sim/sensor_errors/rig_errors.h"
-
 #include <gtest/gtest.h>
 
 #include <array>

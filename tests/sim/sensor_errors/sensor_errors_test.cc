@@ -41,7 +41,7 @@ slam::Observation applied(const ErrorOptions& options, const slam::Observation& 
 
 ErrorOptions none() {
   ErrorOptions options;
-  options.gyro.sigma_rad_s = options.accelerometer.sigma_m_s2 = 0;
+  options.gyro.sigma = options.accelerometer.sigma = 0;
   options.image.read_sigma_grey = options.image.shot_sigma_grey = 0;
   return options;
 }
@@ -64,7 +64,7 @@ TEST(SensorErrors, DependOnSeedAndStampNotOnWhatWasAskedBefore) {
 TEST(SensorErrors, OneDoesNotShiftTheNumbersOfAnother) {
   ErrorOptions lossy;
   lossy.image.loss_fraction = lossy.plan_loss_fraction = 0.5;
-  lossy.accelerometer.sigma_m_s2 = 3;
+  lossy.accelerometer.sigma = 3;
   for (int frame = 0; frame < 5; ++frame)
     EXPECT_EQ(applied(ErrorOptions{}, observation(frame)).gyro[3].value,
               applied(lossy, observation(frame)).gyro[3].value);
@@ -92,7 +92,7 @@ TEST(SensorErrors, GyroNoiseOfAPartOfAReadingKeepsTheIntegralWhite) {
 
 TEST(SensorErrors, BiasIsConstantOverARunAndDiffersBetweenSeeds) {
   ErrorOptions options = none();
-  options.gyro.bias_sigma_rad_s = 0.01;
+  options.gyro.bias_sigma = 0.01;
   SensorErrors errors(options, 1);
   const Eigen::Vector3d ideal = reading(0, 1).value,
                         bias = applied(errors, observation(0)).gyro[0].value - ideal;
@@ -123,7 +123,7 @@ TEST(SensorErrors, LossTakesTheFractionAskedForAndOnlyThat) {
 
 TEST(SensorErrors, ABiasWalksAsFarAsItIsAskedTo) {
   ErrorOptions options = none();
-  options.gyro.bias_walk_sigma_rad_s2 = 0.01;
+  options.gyro.bias_walk_sigma = 0.01;
   constexpr int kSeeds = 200;
   double after_1_s = 0, after_4_s = 0;
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
@@ -143,8 +143,8 @@ TEST(SensorErrors, ABiasWalksAsFarAsItIsAskedTo) {
 
 TEST(SensorErrors, ReadingsAreCutAtTheirRangeAndRoundedToTheirResolution) {
   ErrorOptions options = none();
-  options.gyro.range_rad_s = 0.25;
-  options.gyro.resolution_rad_s = 0.04;
+  options.gyro.range = 0.25;
+  options.gyro.resolution = 0.04;
   const slam::Observation out = applied(options, observation(0));
   EXPECT_LT((out.gyro[2].value - Eigen::Vector3d(0.12, -0.2, 0.24)).norm(), 1e-15);  // of 0.1, -0.2, 0.3
   EXPECT_EQ(out.accelerometer[2].value, reading(0, 1).value);
