@@ -1,16 +1,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <chrono>
-#include <cmath>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <optional>
 #include <sstream>
-#include <stdexcept>
-#include <utility>
 
 #include "sim/estimators/child_program.h"
 #include "sim/estimators/estimator.h"

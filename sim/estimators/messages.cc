@@ -3,16 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <iterator>
-#include <optional>
-#include <utility>
-#include <variant>
-#include <vector>
 
 namespace sim::estimators {
 namespace {
@@ -24,6 +19,8 @@ static_assert(sizeof(slam::LidarPoint) == sizeof(gaitslam_point) &&
 static_assert(GAITSLAM_CAMERA_GRAY == static_cast<int>(rig::Kind::grey) &&
               GAITSLAM_CAMERA_COLOR == static_cast<int>(rig::Kind::color) &&
               GAITSLAM_CAMERA_DEPTH == static_cast<int>(rig::Kind::depth));
+static_assert(slam::Lens(slam::RadialTangential()).index() == GAITSLAM_LENS_RADIAL_TANGENTIAL &&
+              slam::Lens(slam::Equidistant()).index() == GAITSLAM_LENS_EQUIDISTANT);
 static_assert(GAITSLAM_SUPPORT_LEFT == static_cast<int>(slam::Support::left) &&
               GAITSLAM_SUPPORT_RIGHT == static_cast<int>(slam::Support::right));
 static_assert(GAITSLAM_LOST == static_cast<int>(slam::Health::lost) &&
@@ -52,19 +49,12 @@ Eigen::Isometry3d isometry_of(const gaitslam_pose& pose) {
 }
 
 gaitslam_lens lens_of(const slam::CameraIntrinsics& camera) {
-  gaitslam_lens lens{};
-  const auto set = [&](std::uint32_t model, std::initializer_list<double> parameters) {
-    lens.model = model;
-    std::ranges::copy(parameters, lens.parameters);
-  };
-  if (const auto* one = std::get_if<slam::OneParameterRadial>(&camera.lens))
-    set(GAITSLAM_LENS_ONE_PARAMETER_RADIAL, {one->k1_px2});
-  if (const auto* k = std::get_if<slam::RadialTangential>(&camera.lens))
-    set(GAITSLAM_LENS_RADIAL_TANGENTIAL, {k->k1, k->k2, k->p1, k->p2});
-  if (const auto* k = std::get_if<slam::Equidistant>(&camera.lens))
-    set(GAITSLAM_LENS_EQUIDISTANT, {k->k1, k->k2, k->k3, k->k4});
-  lens.focal_px[0] = camera.fu_px, lens.focal_px[1] = camera.fv_px;
-  lens.center_px[0] = camera.u0_px, lens.center_px[1] = camera.v0_px;
+  gaitslam_lens lens{static_cast<std::uint32_t>(camera.lens.index()),
+                     0,
+                     {camera.fu_px, camera.fv_px},
+                     {camera.u0_px, camera.v0_px},
+                     {}};
+  std::ranges::copy(rig::coefficients(camera.lens), lens.parameters);
   return lens;
 }
 

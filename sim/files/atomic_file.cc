@@ -10,7 +10,6 @@
 #include <cstdio>
 #include <cstring>
 #include <sstream>
-#include <utility>
 
 namespace sim::files {
 namespace {
@@ -152,6 +151,24 @@ std::string listed_as(const fs::path& path, const fs::path& folder) {
   return path.lexically_relative(folder).generic_string() + (is_real_folder(path) ? "/" : "");
 }
 
+// The text of a marker that lists everything in the folder.
+std::string marker_of_all(const fs::path& folder) {
+  OutputNames names;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.path() != folder / kMarker) names.insert(listed_as(entry.path(), folder));
+  return marker_text(names);
+}
+
+// Locks a partial folder that a killed process left. Returns nothing for other paths and folders in use.
+std::optional<FileLock> lock_leftover(const fs::path& path) {
+  if (!is_partial(path) || !is_real_folder(path) || !is_real_file(path / kMarker)) return std::nullopt;
+  try {
+    return FileLock::take(path / kMarker, How::try_existing);
+  } catch (const FileError&) {  // of another user
+    return std::nullopt;
+  }
+}
+
 std::set<fs::path> entries_of(const fs::path& folder) { return {fs::directory_iterator(folder), {}}; }
 
 // True for the marker, a listed file, or the temporary sibling of such a file.
@@ -251,15 +268,6 @@ bool is_partial(const fs::path& path) {
   return name.starts_with('.') && name.ends_with(".partial");
 }
 
-std::optional<FileLock> lock_leftover(const fs::path& path) {
-  if (!is_partial(path) || !is_real_folder(path) || !is_real_file(path / kMarker)) return std::nullopt;
-  try {
-    return FileLock::take(path / kMarker, How::try_existing);
-  } catch (const FileError&) {  // of another user
-    return std::nullopt;
-  }
-}
-
 void remove_leftovers(const fs::path& folder) {
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(folder, none)) {
@@ -320,13 +328,6 @@ std::optional<OutputNames> listed_in(const fs::path& folder) {
 }
 
 bool has_marker(const fs::path& folder) { return listed_in(folder).has_value(); }
-
-std::string marker_of_all(const fs::path& folder) {
-  OutputNames names;
-  for (const auto& entry : fs::recursive_directory_iterator(folder))
-    if (entry.path() != folder / kMarker) names.insert(listed_as(entry.path(), folder));
-  return marker_text(names);
-}
 
 std::optional<fs::path> unlisted_in(const fs::path& folder) {
   if (const auto made = listed_in(folder)) return unlisted_below(folder, folder, *made);

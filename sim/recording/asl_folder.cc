@@ -4,10 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <opencv2/imgcodecs.hpp>
-#include <utility>
 
 #include "sim/files/columns.h"
 #include "sim/files/text.h"
@@ -74,75 +71,43 @@ struct Stamps {
   std::string remark;  ///< of a rate that differs from the stated one, but may be
 };
 
-/// The columns of an IMU; no accelerometer if the header names the gyro but not it.
-struct ImuColumns {
-  explicit ImuColumns(const files::Header& header)
-      : gyro(header.columns(files::Quantity::angular_rate, "xyz", 1)) {
-    using files::Quantity;
-    if (header.names(Quantity::acceleration) || (header.size() >= 7 && !header.names(Quantity::angular_rate)))
-      accelerometer = header.columns(Quantity::acceleration, "xyz", 4);
-  }
-  std::vector<files::Column> gyro, accelerometer;
+/// A reading of an IMU and the time that it applies to.
+struct Reading {
+  slam::Stamp t, begin, end;
+  Eigen::Vector3d gyro;
+  std::optional<Eigen::Vector3d> accelerometer;
 };
 
-// Readings of an IMU one after another. Each applies until halfway to its neighbors.
-class Readings {
- public:
-  Readings(const Stamps& stamps, slam::Stamp ahead)
-      : rows_(stamps.rows()), columns_(stamps.header), ahead_(ahead) {
-    read();
+/// The readings of an IMU whose clock is ahead. Each applies until halfway to its neighbors.
+std::vector<Reading> readings_of(const Stamps& imu, slam::Stamp ahead) {
+  using files::Quantity;
+  const files::Header& header = imu.header;
+  const auto gyro = header.columns(Quantity::angular_rate, "xyz", 1);
+  std::vector<files::Column> accelerometer;  // none if the header names the gyro but not it
+  if (header.names(Quantity::acceleration) || (header.size() >= 7 && !header.names(Quantity::angular_rate)))
+    accelerometer = header.columns(Quantity::acceleration, "xyz", 4);
+  std::vector<Reading> all;
+  for (StampedRows rows = imu.rows(); rows.stamp(); rows.advance()) {
+    all.push_back({*rows.stamp() - ahead, {}, {}, angular_rate(rows.row(), gyro), std::nullopt});
+    if (!accelerometer.empty()) all.back().accelerometer = acceleration(rows.row(), accelerometer);
   }
-
-  /// Moves the readings before `until` into the observation, whose clock starts at `start`.
-  void move_to(slam::Stamp until, slam::Stamp start, slam::Observation& o) {
-    while (now_ && now_->begin < until) {
-      const slam::Stamp begin = now_->begin, end = std::min(now_->end, until);
-      o.gyro.push_back({begin - start, end - start, now_->gyro});
-      if (now_->accelerometer) o.accelerometer.push_back({begin - start, end - start, *now_->accelerometer});
-      now_->begin = end;
-      if (end == now_->end) read();
-    }
+  slam::Stamp half{2'500'000};  // of the gap ahead of the last reading
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    Reading& now = all[i];
+    if (i + 1 < all.size()) half = std::min(all[i + 1].t - now.t, kLongestGap) / 2;
+    const bool joins = i > 0 && now.t - all[i - 1].t <= kLongestGap;
+    now.begin = joins ? all[i - 1].end : now.t - (i > 0 ? kLongestGap / 2 : half);
+    now.end = now.t + half;
   }
-
- private:
-  struct Reading {
-    slam::Stamp t, begin, end;
-    Eigen::Vector3d gyro;
-    std::optional<Eigen::Vector3d> accelerometer;
-  };
-
-  void read() {
-    const std::optional<Reading> before = std::exchange(now_, std::nullopt);
-    if (!rows_.stamp()) return;
-    Reading reading{*rows_.stamp() - ahead_, {}, {}, angular_rate(rows_.row(), columns_.gyro), std::nullopt};
-    if (!columns_.accelerometer.empty())
-      reading.accelerometer = acceleration(rows_.row(), columns_.accelerometer);
-    rows_.advance();
-    const auto half = [&](slam::Stamp gap) { return std::min(gap, kLongestGap) / 2; };
-    const slam::Stamp ahead = rows_.stamp() ? *rows_.stamp() - ahead_ - reading.t : half_ * 2;
-    const slam::Stamp behind = before ? reading.t - before->t : ahead;
-    reading.begin = before && behind <= kLongestGap ? before->end : reading.t - half(behind);
-    reading.end = reading.t + half(ahead);
-    half_ = half(ahead);
-    now_ = reading;
-  }
-
-  StampedRows rows_;
-  ImuColumns columns_;
-  slam::Stamp ahead_;
-  std::optional<Reading> now_;
-  slam::Stamp half_{2'500'000};  // of the gap ahead of the last reading
-};
+  return all;
+}
 
 // The mean of the accelerometer's first readings.
-Eigen::Vector3d first_acceleration(const Stamps& imu) {
-  files::CsvReader rows(imu.file, kImuColumns);
-  const ImuColumns columns(imu.header);
+Eigen::Vector3d first_acceleration(const std::vector<Reading>& readings) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  int count = 0;
-  for (; count < 20 && !columns.accelerometer.empty() && rows.next(); ++count)
-    sum += acceleration(rows, columns.accelerometer);
-  return sum / std::max(1, count);
+  const std::size_t count = std::min<std::size_t>(20, readings.size());
+  for (std::size_t i = 0; i < count; ++i) sum += readings[i].accelerometer.value_or(Eigen::Vector3d::Zero());
+  return sum / std::max(1.0, static_cast<double>(count));
 }
 
 YamlFile yaml(const fs::path& file) { return {file, files::read_text(file, files::kMostOfYaml)}; }
@@ -194,7 +159,8 @@ struct ReadSensors : AslSensors {
                         ": no column is named as an angular rate; columns 2 to 4 are taken for it, in rad/s");
     for (const Stamps* const rows : {&*camera, &*imu})
       if (!rows->remark.empty()) remarks.push_back(rows->remark);
-    const Eigen::Vector3d a_G = first_acceleration(*imu);
+    readings = readings_of(*imu, imu_ahead);
+    const Eigen::Vector3d a_G = first_acceleration(readings);
     if (!a_G.isZero() && std::abs(a_G.norm() - slam::kGravity) > slam::kGravity / 3)
       remarks.push_back(fmt::format(
           "{}: the acceleration is {:.3g} m/s^2 at first, expected about 9.81; a header may state its unit",
@@ -222,15 +188,18 @@ struct ReadSensors : AslSensors {
   }
 
   std::optional<Stamps> camera, imu;
+  std::vector<Reading> readings;
 };
 
-// Each image of the list must exist.
-void require_images(const fs::path& folder, const Stamps& images) {
-  for (files::CsvReader rows(images.file, kCameraColumns); rows.next();) {
-    const std::size_t field = images.next_field();
-    const fs::path file = files::contained_path(folder / sensor_data("cam0"), rows.text(field));
-    if (!fs::is_regular_file(file)) rows.fail(field, "no such image: " + file.string());
+// The files of the list. Each must exist.
+std::vector<fs::path> images_of(const fs::path& folder, const Stamps& list) {
+  std::vector<fs::path> all;
+  for (files::CsvReader rows(list.file, kCameraColumns); rows.next();) {
+    const std::size_t field = list.next_field();
+    all.push_back(files::contained_path(folder / sensor_data("cam0"), rows.text(field)));
+    if (!fs::is_regular_file(all.back())) rows.fail(field, "no such image: " + all.back().string());
   }
+  return all;
 }
 
 Eigen::Isometry3d interpolate(const files::TimedPose& a, const files::TimedPose& b, slam::Stamp t) {
@@ -315,10 +284,8 @@ void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& 
   constexpr double kMost_s = 0.1, kMostGain = 2, kSure = 0.9;
   if (!truth.has_orientation) return;
   const Stamps imu(folder / sensor_rows("imu0"), kImuColumns);
-  const ImuColumns columns(imu.header);
   std::vector<TimedRotation> gyro;
-  for (StampedRows rows = imu.rows(); rows.stamp(); rows.advance())
-    gyro.push_back({*rows.stamp() - ahead, angular_rate(rows.row(), columns.gyro)});
+  for (const Reading& reading : readings_of(imu, ahead)) gyro.push_back({reading.t, reading.gyro});
   const auto offset = clock_offset(gyro, truth.rows);
   if (!offset) return;
   const bool same_unit = offset->gain < kMostGain && offset->gain > 1 / kMostGain;
@@ -366,12 +333,10 @@ std::vector<files::TimedPose> interpolated(const fs::path& file, const files::Tr
 
 struct AslFolder::Files {
   explicit Files(const fs::path& folder_) : folder(folder_) {
-    require_images(folder, *sensors.camera);
-    const std::vector<slam::Stamp>& images = sensors.camera->all;
-    for (const slam::Stamp t : images) times.push_back(t - sensors.first_image);
+    for (const slam::Stamp t : stamps) times.push_back(t - sensors.first_image);
     if (!sensors.has_plan) return;
     const Stamps planned(folder / sensor_rows("plan0"), kPlanColumns);
-    const auto is_of_image = [&](slam::Stamp t) { return std::ranges::binary_search(images, t); };
+    const auto is_of_image = [&](slam::Stamp t) { return std::ranges::binary_search(stamps, t); };
     if (!planned.all.empty() && std::ranges::none_of(planned.all, is_of_image))
       throw files::FileError(planned.file,
                              fmt::format("none of its stamps is that of an image: they are {}, the images {}",
@@ -382,17 +347,32 @@ struct AslFolder::Files {
 
   fs::path folder;
   ReadSensors sensors{folder};
+  const std::vector<slam::Stamp>& stamps = sensors.camera->all;  // of the images
+  std::vector<fs::path> images = images_of(folder, *sensors.camera);
   std::vector<slam::Stamp> times;
-  StampedRows camera = sensors.camera->rows();
-  Readings readings{*sensors.imu, sensors.imu_ahead};
+  std::size_t next_image = 0, next_reading = 0;
   std::optional<StampedRows> plan;
 
-  cv::Mat image() const {
-    const fs::path file =
-        files::contained_path(folder / sensor_data("cam0"), camera.row().text(sensors.camera->next_field()));
+  /// Returns the next image and the readings since the one before.
+  slam::Observation next() {
+    const slam::Stamp start = sensors.first_image, t = stamps[next_image];
     const slam::CameraIntrinsics& size = sensors.setup.calibration.camera;
-    return decode_image(file, files::read_text(file, files::kMostOfImage), {size.width_px, size.height_px},
-                        cv::IMREAD_GRAYSCALE);
+    const fs::path& file = images[next_image++];
+    slam::Observation o;
+    o.t = t - start;
+    o.image = decode_image(file, files::read_text(file, files::kMostOfImage), {size.width_px, size.height_px},
+                           cv::IMREAD_GRAYSCALE);
+    for (auto& all = sensors.readings; next_reading < all.size() && all[next_reading].begin < t;) {
+      Reading& now = all[next_reading];
+      const slam::Stamp begin = std::exchange(now.begin, std::min(now.end, t));
+      o.gyro.push_back({begin - start, now.begin - start, now.gyro});
+      if (now.accelerometer)
+        o.accelerometer.push_back({begin - start, now.begin - start, *now.accelerometer});
+      if (now.begin == now.end) ++next_reading;
+    }
+    while (plan && plan->stamp() && *plan->stamp() < t) plan->advance();
+    if (plan && plan->stamp() == t) o.plan = read_plan_row(plan->row());
+    return o;
   }
 };
 
@@ -403,20 +383,13 @@ const AslSensors& AslFolder::sensors() const { return files_->sensors; }
 
 const std::vector<slam::Stamp>& AslFolder::times() const { return files_->times; }
 
-double AslFolder::part() const { return files_->camera.row().part(); }
+double AslFolder::part() const {
+  return static_cast<double>(files_->next_image) / static_cast<double>(files_->images.size());
+}
 
 std::optional<slam::Observation> AslFolder::next() {
-  Files& f = *files_;
-  if (!f.camera.stamp()) return std::nullopt;
-  const slam::Stamp t = *f.camera.stamp();
-  slam::Observation o;
-  o.t = t - f.sensors.first_image;
-  o.image = f.image();
-  f.readings.move_to(t, f.sensors.first_image, o);
-  while (f.plan && f.plan->stamp() && *f.plan->stamp() < t) f.plan->advance();
-  if (f.plan && f.plan->stamp() == t) o.plan = read_plan_row(f.plan->row());
-  f.camera.advance();
-  return o;
+  if (files_->next_image == files_->images.size()) return std::nullopt;
+  return files_->next();
 }
 
 bool is_asl_folder(const fs::path& folder) { return fs::exists(folder / "mav0"); }

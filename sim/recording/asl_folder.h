@@ -2,12 +2,6 @@
 // plan and truth if present. Times count from the first image.
 #pragma once
 
-#include <Eigen/Core>
-#include <filesystem>
-#include <memory>
-#include <optional>
-#include <vector>
-
 #include "sim/recording/recording.h"
 #include "sim/recording/sensor_yaml.h"
 

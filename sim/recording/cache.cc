@@ -10,7 +10,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
 #include "sim/files/hash.h"
 #include "sim/files/json.h"
@@ -174,9 +173,7 @@ std::vector<Cache::Entry> Cache::list() const {
         key.size() == 32 && key.find_first_not_of("0123456789abcdef") == key.npos &&
         files::has_marker(folder.path()))
       entries.push_back(read_entry(key));
-  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
-    return std::pair(a.last_used_ns, a.key) < std::pair(b.last_used_ns, b.key);
-  });
+  std::ranges::sort(entries, {}, [](const Entry& entry) { return std::tie(entry.last_used_ns, entry.key); });
   return entries;
 }
 

@@ -1,8 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <deque>
-#include <utility>
 
 #include "sim/recording/filter_input.h"
 #include "sim/recording/image_file.h"
@@ -144,9 +142,9 @@ struct RecordingReader::Files {
     setup.imu_rate_hz = chest.rate_hz;
     imu.emplace(manifest, folder, "imu0", true, chest.begin);
     for (const std::string& name : read_body_yaml(yaml(kBody))) {
-      const ReadRigSensor read = read_rig_sensor_yaml(yaml(sensor_file(name)), name);
-      setup.rig.push_back(read.sensor);
-      rig.emplace_back(manifest, folder, name, read.sensor.kind == rig::Kind::imu, read.begin);
+      const auto [sensor, begin] = read_rig_sensor_yaml(yaml(sensor_file(name)), name);
+      setup.rig.push_back(sensor);
+      rig.emplace_back(manifest, folder, name, sensor.kind == rig::Kind::imu, begin);
     }
     head = head_camera(setup);
     for (const rig::RigSensor& sensor : setup.rig)

@@ -2,12 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cctype>
-#include <cmath>
-#include <utility>
-#include <variant>
-#include <vector>
 
 #include "sim/recording/asl_folder.h"
 #include "sim/recording/recording.h"

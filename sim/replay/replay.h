@@ -2,10 +2,6 @@
 // program estimated on it.
 #pragma once
 
-#include <filesystem>
-#include <optional>
-#include <string>
-
 #include "sim/files/trajectory_file.h"
 #include "sim/result/result.h"
 #include "sim/scenario/scenario.h"

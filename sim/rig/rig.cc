@@ -205,6 +205,12 @@ slam::CameraIntrinsics lens(int width_px, int height_px, double fov_rad, double 
           slam::OneParameterRadial{7.37e-6 * distortion / (s * s)}};
 }
 
+std::vector<double> coefficients(const slam::Lens& lens) {
+  if (const auto* k = std::get_if<slam::Equidistant>(&lens)) return {k->k1, k->k2, k->k3, k->k4};
+  if (const auto* k = std::get_if<slam::RadialTangential>(&lens)) return {k->k1, k->k2, k->p1, k->p2};
+  return {std::get<slam::OneParameterRadial>(lens).k1_px2};
+}
+
 int partner(const std::vector<RigSensor>& rig, const RigSensor& depth) {
   const auto found = std::ranges::find(rig, depth.aligned_with, &RigSensor::name);
   return found == rig.end() ? -1 : static_cast<int>(found - rig.begin());

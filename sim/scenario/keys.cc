@@ -1,10 +1,7 @@
 #include "sim/scenario/keys.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <array>
 #include <limits>
 #include <map>
 #include <sstream>

@@ -2,15 +2,7 @@
 #pragma once
 
 #include <concepts>
-#include <filesystem>
-#include <functional>
-#include <optional>
-#include <span>
-#include <string>
-#include <string_view>
 #include <type_traits>
-#include <utility>
-#include <vector>
 
 #include "sim/scenario/options.h"
 #include "sim/scenario/value.h"

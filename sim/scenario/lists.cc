@@ -1,8 +1,4 @@
-#include <fmt/format.h>
 #include <fmt/ranges.h>
-
-#include <algorithm>
-#include <variant>
 
 #include "sim/scenario/keys.h"
 

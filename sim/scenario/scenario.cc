@@ -1,13 +1,8 @@
 #include "sim/scenario/scenario.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <cmath>
 #include <numbers>
-#include <optional>
-#include <span>
-#include <variant>
 
 #include "sim/scenario/keys.h"
 #include "walking/timeline.h"
@@ -245,7 +240,7 @@ bool is_section(std::string_view path) { return !parts_below(path).empty(); }
   if (section.empty()) full.emplace_back(kBase);
   for (const std::string_view name : parts_below(section))
     full.push_back((section.empty() ? "" : section + ".") + std::string(name));
-  std::string hint = did_you_mean(path, std::vector<std::string_view>(full.begin(), full.end()));
+  std::string hint = did_you_mean(path, full);
   const std::string last = "." + path.substr(path.rfind('.') + 1);
   for (const Key& key : scenario_keys())
     if (hint.empty() && key.name.ends_with(last)) hint = fmt::format("; did you mean '{}'?", key.name);

@@ -1,11 +1,7 @@
 // Reading and writing scenarios: YAML files, which may change others.
 #pragma once
 
-#include <filesystem>
 #include <map>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "sim/scenario/options.h"
 #include "sim/scenario/yaml.h"

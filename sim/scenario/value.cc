@@ -1,19 +1,14 @@
 #include "sim/scenario/value.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
-#include <charconv>
-#include <cmath>
-#include <filesystem>
 #include <limits>
 #include <numbers>
-#include <optional>
 
 #include "sim/estimators/estimator.h"
+#include "sim/files/text.h"
 
 namespace sim::scenario {
 namespace {
@@ -44,12 +39,8 @@ std::string leading_zero_note(const Yaml& node) {
 /// Returns a plain scalar as a number, or nothing.
 template <class Number>
 std::optional<Number> number(const Yaml& node) {
-  Number value{};
   if (node.kind != Yaml::Kind::scalar || node.quoted || has_leading_zero(node.text)) return std::nullopt;
-  const char* const end = node.text.data() + node.text.size();
-  const auto [stop, fault] = std::from_chars(node.text.data(), end, value);
-  if (fault != std::errc{} || stop != end) return std::nullopt;
-  return value;
+  return files::parse_number<Number>(node.text);
 }
 
 template <class Number>
@@ -257,10 +248,6 @@ std::size_t read_choice(const Yaml& node, std::string_view key, const Domain& do
   return static_cast<std::size_t>(found - domain.choices.begin());
 }
 
-std::string print(const Domain&, double value) { return fmt::format("{}", value); }
-std::string print(const Domain&, int value) { return fmt::format("{}", value); }
-std::string print(const Domain&, std::uint64_t value) { return fmt::format("{}", value); }
-std::string print(const Domain&, bool value) { return value ? "true" : "false"; }
 std::string print(const Domain&, const std::string& value) { return quote_if_needed(value); }
 std::string print(const Domain&, const std::vector<std::string>& value) {
   return fmt::format("[{}]", fmt::join(value, ", "));

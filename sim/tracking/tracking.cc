@@ -1,12 +1,9 @@
 #include "sim/tracking/tracking.h"
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <exception>
 #include <iterator>
 #include <new>
-#include <variant>
 
 namespace sim::tracking {
 namespace {

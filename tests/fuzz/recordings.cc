@@ -1,9 +1,5 @@
 // Recordings; folders and trajectories of other programs. Of several files the first byte selects one.
-#include <array>
-#include <map>
 #include <opencv2/imgcodecs.hpp>
-#include <utility>
-#include <vector>
 
 #include "sim/files/csv.h"
 #include "sim/files/trajectory_file.h"

@@ -1,5 +1,4 @@
 // YAML: scenarios, suites, sweeps and tunings, and arguments of the command line.
-#include <stdexcept>
 
 #include "sim/regression/suite.h"
 #include "sim/scenario/scenario.h"

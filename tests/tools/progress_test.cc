@@ -2,10 +2,7 @@
 // fits the terminal, and without a terminal a line appears at intervals.
 #include "tools/cli/jobs/progress.h"
 
-#include <gmock/gmock.h>
-
 #include <cstdio>
-#include <memory>
 #include <thread>
 
 #include "sim/files/text.h"

@@ -3,12 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
-#include <array>
-#include <cmath>
 #include <cstring>
-#include <map>
-#include <string>
 
 #include "sim/scenario/scenario.h"
 

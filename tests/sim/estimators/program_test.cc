@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <string>
 #include <tuple>
 
 #include "sim/tracking/tracking.h"

@@ -1,7 +1,6 @@
 #include "sim/files/trajectory_file.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "sim/files/columns.h"
 #include "sim/sensor_errors/random.h"

@@ -2,13 +2,9 @@
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
-#include <cmath>
-#include <functional>
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
-#include <regex>
 
 #include "sim/files/text.h"
 #include "sim/recording/recording_format.h"
@@ -145,50 +141,7 @@ TEST_F(RecordedElsewhere, TruthOfPositionsIsThatOfItsPointInItsOwnWorld) {
 }
 
 TEST_F(RecordedElsewhere, WhatIsWrongInAFileIsSaidWithItsPlace) {
-  const std::vector<std::array<std::string, 4>> faults{
-      {"cam0/data.csv", "1403636579813555456", "14036365798135x",
-       "cam0/data.csv:3:1: expected a finite number"},
-      {"cam0/data.csv", "1403636579813555456", "1403636579763555584",
-       "cam0/data.csv:3:1: the stamp is not after"},
-      {"cam0/data.csv", "second.png", "third.png", "cam0/data.csv:3:22: no such image: "},
-      {"cam0/data.csv", ", second.png", "", "cam0/data.csv:3: expected 2 fields, found 1"},
-      {"cam0/data.csv", "#timestamp [ns]", "1", "cam0/data.csv:1: expected a header that names the columns"},
-      {"cam0/data.csv", "[ns]", "[s]", "cam0/data.csv: the header states seconds, but the stamps, "},
-      {"imu0/data.csv", "w_RS_S_y [rad s^-1]", "a_RS_S_y [m s^-2]",
-       "imu0/data.csv:1: column 3, \"a_RS_S_y [m s^-2]\": expected the angular rate along y here"},
-      {"imu0/data.csv", "[rad s^-1]", "[rpm]", "column 2, \"w_RS_S_x [rpm]\": unknown unit \"rpm\""},
-      {"imu0/sensor.yaml", "rate_hz: 50", "rate_hz: 200",
-       "imu0/data.csv: its rows come at 50 Hz, its sensor.yaml states rate_hz: 200"},
-      {"state_groundtruth_estimate0/data.csv", "q_RS_w []", "roll [rad]",
-       "column 5, \"roll [rad]\": expected the orientation along w here"},
-      {"imu0/data.csv", "3,0,0", "3,nan,0", "imu0/data.csv:4:23: expected a finite number, found \"nan\""},
-      {"cam0/sensor.yaml", "radial-tangential", "omni", "cam0/sensor.yaml:16:19: expected radial-tangential"},
-      {"cam0/sensor.yaml", "camera_model: pinhole", "camera_model: mei",
-       "cam0/sensor.yaml:14:15: expected pinhole"},
-      {"cam0/sensor.yaml", "0.0148655429818", "0.1148655429818", "cam0/sensor.yaml:6:3: not a pose"},
-      {"cam0/sensor.yaml", "1.76187114e-05]", "1, 2]", "cam0/sensor.yaml:17:26: expected 4 numbers"},
-      {"cam0/sensor.yaml", "rate_hz", "rate", "cam0/sensor.yaml: has no key rate_hz"},
-      {"cam0/sensor.yaml", "[64, 48]", "[16, 16]", "expected whole numbers from 32 to 8192"},
-      {"cam0/data.csv", "second.png", "../../../second.png", "leads out of the folder"},
-      {"cam0/sensor.yaml", "[64, 48]", "[65, 48]",
-       "is an image of 64x48, the camera's sensor.yaml has 65x48"},
-      {"cam0/sensor.yaml", "45.8654", "0", "cam0/sensor.yaml: camera: focal lengths must be positive"},
-      {"cam0/sensor.yaml", "-0.28340811", "-2834", "cam0/sensor.yaml: camera: its distortion coefficients"},
-      {"imu0/sensor.yaml", "1.6968e-04", "-1.6968e-04", "imu0/sensor.yaml:7:26: expected 0 or a number from"},
-      {"state_groundtruth_estimate0/data.csv", "0,1,0,0,0", "0,2,0,0,0", "data.csv:2:27: the quaternion"},
-      {"cam0/sensor.yaml", "camera_model", "resolution",
-       "cam0/sensor.yaml:14:1: resolution: given twice, first in line 13, expected once"},
-      {"imu0/sensor.yaml", "rate_hz: 50", "rate_hz: 0",
-       "imu0/sensor.yaml:6:10: rate_hz: expected a number of Hz from 0.001 to 1000000, found \"0\""},
-      {"imu0/sensor.yaml", "rate_hz: 50", "rate_hz: .nan", "imu0/sensor.yaml:6:10: rate_hz: expected a num"},
-      {"cam0/sensor.yaml", "rate_hz: 20", "rate_hz: [20]", "cam0/sensor.yaml:12:10: rate_hz: expected a num"},
-      {"cam0/data/second.png", "PNG", "GNP", "second.png: cannot be read as an image"},
-      {"imu0/data.csv", "3,0,0", "3,1e308,0",
-       "imu0/data.csv:4:23: gyroscope: 1e+308 rad/s, expected from -10000000 to 10000000 rad/s"},
-      {"imu0/data.csv", "3,0,0,9.81", "3,0,0,-1e8",
-       "imu0/data.csv:4:27: accelerometer: -100000000 m/s^2, expected from -10000000 to 10000000 m/s^2"},
-  };
-  for (const auto& [name, from, to, words] : faults) {
+  for (const auto& [name, from, to, words] : tests::bad_files("bad_folders.txt")) {
     const fs::path file = folder_ / "mav0" / name, kept = folder_ / "kept";
     fs::copy_file(file, kept, fs::copy_options::overwrite_existing);
     edit(name, from, to);

@@ -1,10 +1,7 @@
 // Errors of the reader of scenarios, and other values of keys, for tests.
 #pragma once
 
-#include <algorithm>
-#include <optional>
 #include <sstream>
-#include <string>
 
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"

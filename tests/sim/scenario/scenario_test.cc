@@ -3,12 +3,13 @@
 #include <gmock/gmock.h>
 
 #include <bit>
-#include <cmath>
+#include <fstream>
 #include <limits>
 #include <numbers>
 
 #include "sim/files/text.h"
 #include "sim/scenario/value.h"
+#include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/scenario/complaint.h"
 #include "tests/sim/scenario/scenario_files.h"
 #include "tests/walking/walks.h"
@@ -16,7 +17,7 @@
 namespace sim::scenario {
 namespace {
 
-using testing::HasSubstr, testing::MatchesRegex, testing::StartsWith;
+using testing::EndsWith, testing::HasSubstr, testing::MatchesRegex, testing::StartsWith;
 
 const std::filesystem::path kSource = GAITSLAM_SOURCE_DIR;
 
@@ -219,6 +220,106 @@ TEST(Scenario, RepeatedCharactersAndDeepNestingAreRejected) {
   texts.insert(texts.end(), {many_keys, nested});
   for (const std::string& text : texts)
     EXPECT_THAT(complaint(text), MatchesRegex("test.yaml:[0-9]+:[0-9]+: [^\n]+")) << text.substr(0, 60);
+}
+
+class Base : public testing::Test {
+ protected:
+  /// Writes a file and gives its path.
+  std::string file(const std::string& name, const std::string& text) const {
+    std::filesystem::create_directories((folder_ / name).parent_path());
+    std::ofstream(folder_ / name) << text;
+    return path(name);
+  }
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  static std::string complaint_about(const std::string& scenario, const Changes& changes = {}) {
+    return complaint_of([&] { read_scenario(scenario, changes); });
+  }
+  files::TemporaryFolder folder_;
+};
+using Overlay = Base;
+
+TEST_F(Base, SetsWhatTheScenarioDoesNotSetItself) {
+  const std::string circle = file("circle.yaml", kAll + "seed: 4\nwalk.step_length_m: 0.1\nname: circle\n"),
+                    hall = file("hall.yaml", "base: circle.yaml\nworld.room: hall\nseed: 5\n");
+  const ReadScenario read = read_scenario(hall);
+  EXPECT_EQ(read.scenario.name, "hall");
+  EXPECT_EQ(read.scenario.seed, 5u);
+  EXPECT_EQ(read.scenario.walk.step_length_m, 0.1);
+  EXPECT_EQ(read.scenario.world.room, "hall");
+  EXPECT_TRUE(read.scenario.camera && read.scenario.slam);
+  EXPECT_EQ(read.origin.at("walk.step_length_m"), circle + ":5");
+  EXPECT_EQ(read.origin.at("seed"), hall + ":3");
+  EXPECT_FALSE(read.origin.contains("name"));
+  const std::string whole = to_yaml(read.scenario);
+  EXPECT_EQ(whole.find("base"), whole.npos);
+  EXPECT_EQ(to_yaml(read_text(whole).scenario), whole);
+}
+
+TEST_F(Base, HasABaseOfItsOwnRelativeToItselfAndTheLastOneSettingAKeyCounts) {
+  file("a.yaml", kAll + "seed: 1\nwalk.step_length_m: 0.1\nwalk.preview_s: 2\nlimits.rmse_m.at_most: 1\n");
+  file("bases/b.yaml", "base: ../a.yaml\nwalk: {step_length_m: 0.2}\n");
+  file("noise.yaml", "slam.gyro.sigma_rad_s: 0.2\nwalk.preview_s: 1.8\n");
+  file("c.yaml", "base: [bases/b.yaml, noise.yaml]\nseed: 3\nlimits: {rmse_m: {at_most: 2}}\n");
+  const Scenario s = read_scenario(path("c.yaml")).scenario;
+  EXPECT_EQ(s.seed, 3u);
+  EXPECT_EQ(s.walk.step_length_m, 0.2);
+  EXPECT_EQ(s.walk.preview_s, 1.8);
+  EXPECT_EQ(s.slam->gyro.sigma_rad_s, 0.2);
+  ASSERT_EQ(s.limits.metrics.size(), 1u);
+  EXPECT_EQ(s.limits.metrics[0].value, 2);
+  const std::string d = file("d.yaml", "base: c.yaml\nlimits: {}\n");
+  EXPECT_TRUE(read_scenario(d).scenario.limits.metrics.empty());
+}
+
+TEST_F(Base, ThatIsMissingOrNoFileIsNamedWhereItIsAskedFor) {
+  EXPECT_EQ(
+      complaint_about(file("s.yaml", "seed: 1\nbase: none.yaml\n")),
+      path("s.yaml") + ":2:7: base: " + path("none.yaml") + ": cannot be read: No such file or directory");
+  EXPECT_THAT(complaint_about(file("s.yaml", "base: ..\n")), HasSubstr("s.yaml:1:7: base: "));
+  for (const std::string nothing : {"", "[]", "{a: 1}", "[[a.yaml]]", "''"})
+    EXPECT_THAT(complaint_about(file("s.yaml", "base: " + nothing + "\n")),
+                HasSubstr("base: expected a scenario file or a list of them, as in base: "));
+}
+
+TEST_F(Base, ThatComesBackToItselfIsRefused) {
+  file("a.yaml", "seed: 1\nbase: b.yaml\n");
+  file("c/c.yaml", "");
+  file("b.yaml", "base: [./c/../a.yaml]\n");
+  EXPECT_EQ(complaint_about(path("a.yaml")), path("b.yaml") + ":1:8: base: " + path("a.yaml") +
+                                                 " is a base of itself, by way of " + path("b.yaml"));
+  EXPECT_THAT(complaint_about(file("s.yaml", "base: s.yaml\n")), HasSubstr("s.yaml is a base of itself"));
+}
+
+TEST_F(Base, IsNoKeyOfTheCommandLineAndNoneBelowASection) {
+  EXPECT_THAT(complaint(kAll, {{"base=a.yaml"}, {}}), HasSubstr("1:1: base: belongs in a scenario"));
+  EXPECT_THAT(complaint(kWalk + "world: {base: a.yaml}"), HasSubstr("world.base: unknown key"));
+  EXPECT_THAT(complaint("bsae: a.yaml\n"), EndsWith("did you mean 'base'?"));
+}
+
+TEST_F(Overlay, GivesWayToTheNextOneAndToArguments) {
+  file("base.yaml", kAll + "slam.gyro.sigma_rad_s: 0.02\n");
+  const std::string s = file("s.yaml", "base: base.yaml\nseed: 1\n"),
+                    a = file("a.yaml", "slam: {gyro: {sigma_rad_s: 0.1}, height: {sigma_m: 0.1}}\n"),
+                    b = file("b.yaml", "slam.gyro.sigma_rad_s: 0.2\n");
+  const ReadScenario read = read_scenario(s, {{"seed=9"}, {}, {a, b}});
+  EXPECT_EQ(read.scenario.seed, 9u);
+  EXPECT_EQ(read.origin.at("seed"), "argument 1");
+  EXPECT_EQ(read.scenario.slam->gyro.sigma_rad_s, 0.2);
+  EXPECT_EQ(read.origin.at("slam.gyro.sigma_rad_s"), b + ":1");
+  EXPECT_EQ(read.scenario.slam->height.sigma_m, 0.1);
+  EXPECT_EQ(read_scenario(s, {{"slam.gyro.sigma_rad_s=0.3"}, {}, {a, b}}).scenario.slam->gyro.sigma_rad_s,
+            0.3);
+}
+
+TEST_F(Overlay, IsReadAsStrictlyAsAScenario) {
+  const std::string s = file("s.yaml", kAll);
+  for (const auto& [overlay, problem] :
+       {std::pair("\nslam.gyro.sigma_rads: 1\n", "o.yaml:2:1: slam.gyro.sigma_rads: unknown key"),
+        {"slam.height.sigma_m: 1\nslam: {height: {sigma_m: 2}}\n", "given twice, first at"},
+        {"- 1\n", "expected keys and values"}})
+    EXPECT_THAT(complaint_about(s, {{}, {}, {file("o.yaml", overlay)}}), HasSubstr(problem));
+  EXPECT_THAT(complaint_about(s, {{}, {}, {path("none.yaml")}}), HasSubstr("cannot be read"));
+  EXPECT_THAT(complaint_about(file("b.yaml", "base: o.yaml\n")), HasSubstr("o.yaml:1:1: expected keys"));
 }
 
 }  // namespace

@@ -1,8 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cmath>
-
 #include "sim/sensor_errors/sensor_errors.h"
 
 namespace sim::sensor_errors {

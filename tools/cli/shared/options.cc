@@ -1,13 +1,10 @@
 #include "tools/cli/shared/options.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <iostream>
 #include <set>
-#include <string_view>
 
 #include "sim/files/json.h"
 #include "sim/files/text.h"
@@ -49,7 +46,7 @@ void require_one_of(const std::vector<std::string>& names, const std::string& ty
                     const std::string& option) {
   if (std::ranges::count(names, typed) > 0) return;
   throw UsageError("{}: expected one of {}, not '{}'{}", option, fmt::join(names, ", "), typed,
-                   scenario::did_you_mean(typed, std::vector<std::string_view>(names.begin(), names.end())));
+                   scenario::did_you_mean(typed, names));
 }
 
 score::Alignment alignment_named(const std::string& name) {
