@@ -5,7 +5,6 @@
 #include <sstream>
 
 #include "sim/estimators/child_program.h"
-#include "sim/estimators/estimator.h"
 #include "sim/estimators/messages.h"
 #include "sim/files/hash.h"
 #include "slam/filter.h"
@@ -114,7 +113,6 @@ std::unique_ptr<Estimator> odometry(Start start) {
   return std::make_unique<FilterEstimator>(start);
 }
 
-/// The camera follows the walking plan.
 Step plan_alone(const Start& start) {
   PoseEstimate planned;
   planned.X_WC = start.X_WC;

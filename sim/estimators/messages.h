@@ -2,7 +2,6 @@
 #pragma once
 
 #include "sim/estimators/estimator.h"
-#include "sim/estimators/estimator_choice.h"
 #include "sim/estimators/gaitslam_estimator.h"
 
 namespace sim::estimators {

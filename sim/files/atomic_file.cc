@@ -75,7 +75,6 @@ bool is_real_folder(const fs::path& path) { return fs::is_directory(status_of(pa
 bool is_real_file(const fs::path& path) { return fs::is_regular_file(status_of(path)); }
 bool is_there(const fs::path& path) { return fs::exists(status_of(path)); }
 
-// Returns a free name beside the folder.
 fs::path free_name(const fs::path& target) {
   fs::path name = target.string() + ".replaced";
   for (int i = 2; is_there(name); ++i) name = fmt::format("{}.replaced-{}", target.string(), i);

@@ -6,10 +6,7 @@
 #include <algorithm>
 #include <opencv2/imgcodecs.hpp>
 
-#include "sim/files/columns.h"
-#include "sim/files/text.h"
 #include "sim/recording/image_file.h"
-#include "sim/recording/recording_format.h"
 
 namespace sim::recording {
 namespace {
@@ -102,7 +99,6 @@ std::vector<Reading> readings_of(const Stamps& imu, slam::Stamp ahead) {
   return all;
 }
 
-// The mean of the accelerometer's first readings.
 Eigen::Vector3d first_acceleration(const std::vector<Reading>& readings) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   const std::size_t count = std::min<std::size_t>(20, readings.size());
@@ -120,7 +116,6 @@ fs::path calibration_file(const fs::path& folder, const std::string& own, const 
   return folder / own;
 }
 
-// The folder of the truth, if there is one.
 std::optional<fs::path> truth_folder(const fs::path& folder) {
   for (const char* const name : kTruthFolders)
     if (fs::exists(folder / name / "data.csv")) return folder / name;
@@ -353,7 +348,6 @@ struct AslFolder::Files {
   std::size_t next_image = 0, next_reading = 0;
   std::optional<StampedRows> plan;
 
-  /// Returns the next image and the readings since the one before.
   slam::Observation next() {
     const slam::Stamp start = sensors.first_image, t = stamps[next_image];
     const slam::CameraIntrinsics& size = sensors.setup.calibration.camera;

@@ -2,7 +2,6 @@
 // plan and truth if present. Times count from the first image.
 #pragma once
 
-#include "sim/recording/recording.h"
 #include "sim/recording/sensor_yaml.h"
 
 namespace sim::recording {

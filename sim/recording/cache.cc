@@ -11,9 +11,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "sim/files/hash.h"
 #include "sim/files/json.h"
-#include "sim/files/text.h"
 #include "sim/recording/manifest.h"
 
 namespace sim::recording {

@@ -5,7 +5,6 @@
 #include <map>
 
 #include "sim/files/hash.h"
-#include "sim/files/text.h"
 
 namespace sim::recording {
 

@@ -4,9 +4,6 @@
 
 #include "sim/recording/filter_input.h"
 #include "sim/recording/image_file.h"
-#include "sim/recording/manifest.h"
-#include "sim/recording/recording.h"
-#include "sim/recording/recording_format.h"
 #include "sim/recording/sensor_yaml.h"
 
 namespace sim::recording {
@@ -27,7 +24,6 @@ std::vector<files::TimedPose> read_poses(const Manifest& manifest, const Table& 
   return poses;
 }
 
-// Reads the foot from this field on.
 TrueFoot read_foot(const files::CsvReader& row, std::size_t first) {
   const std::int64_t down = row.integer(first + 6);
   if (down != 0 && down != 1) row.fail(first + 6, "expected 0 or 1");

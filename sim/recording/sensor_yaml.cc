@@ -9,7 +9,6 @@
 #include <set>
 #include <type_traits>
 
-#include "sim/files/text.h"
 #include "slam/camera.h"
 
 namespace sim::recording {

@@ -1,7 +1,6 @@
 // The sensor.yaml files of a recording: mounting of the sensors and intrinsics of the cameras.
 #pragma once
 
-#include "sim/recording/recording.h"
 #include "sim/recording/recording_format.h"
 
 namespace sim::recording {

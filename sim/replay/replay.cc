@@ -5,7 +5,6 @@
 #include <cctype>
 
 #include "sim/recording/asl_folder.h"
-#include "sim/recording/recording.h"
 #include "sim/result/score_file.h"
 
 namespace sim::replay {

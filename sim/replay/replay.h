@@ -4,7 +4,6 @@
 
 #include "sim/files/trajectory_file.h"
 #include "sim/result/result.h"
-#include "sim/scenario/scenario.h"
 #include "sim/score/trajectory.h"
 #include "sim/tracking/tracking.h"
 

@@ -21,7 +21,6 @@ std::string range_problem(double nearest_m, double furthest_m) {
   return fmt::format("nearest_m {} is not below furthest_m {}", nearest_m, furthest_m);
 }
 
-// Copies what the item has.
 void copy_values(const auto& item, RigSensor& s) {
   if constexpr (requires { item.time_offset_s; }) s.time_offset_s = item.time_offset_s;
   if constexpr (requires { item.rate_hz; }) s.rate_hz = item.rate_hz;

@@ -7,7 +7,6 @@
 #include <sstream>
 
 #include "sim/files/hash.h"
-#include "sim/files/text.h"
 #include "sim/score/metrics.h"
 
 namespace sim::scenario {

@@ -4,7 +4,6 @@
 #include "sim/camera/options.h"
 #include "sim/estimators/estimator_choice.h"
 #include "sim/physics/options.h"
-#include "sim/rig/rig.h"
 #include "sim/scenario/ending.h"
 #include "sim/sensor_errors/sensor_errors.h"
 #include "slam/options.h"

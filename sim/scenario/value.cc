@@ -59,8 +59,6 @@ std::string range(const Domain& domain) {
 
 bool is_word(const Yaml& node) { return node.kind == Yaml::Kind::scalar && !node.text.empty(); }
 
-// The value of the key `estimator`.
-
 using estimators::EstimatorChoice;
 using estimators::Source;
 using std::string_view_literals::operator""sv;
@@ -75,7 +73,6 @@ const Domain& named() {
   return domain;
 }
 
-/// A scalar's text. Throws ConfigError.
 std::string word(const Yaml& node, const std::string& key) {
   if (node.kind != Yaml::Kind::scalar || node.text.empty() || node.text.find('\0') != node.text.npos)
     fail(node, key, "expected a non-empty word");

@@ -289,7 +289,6 @@ SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed,
       plan_(options.faults),
       motion_clock_(stamp(options.motion_time_offset_s)) {}
 
-/// Returns whether one of these faults hits the frame.
 template <class Kind>
 bool SensorErrors::strikes(const char* stream, slam::Stamp t) const {
   const auto faults = faults_of<Kind>(options_.faults);

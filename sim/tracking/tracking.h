@@ -2,9 +2,7 @@
 #pragma once
 
 #include "sim/estimators/estimator.h"
-#include "sim/scenario/ending.h"
 #include "sim/scenario/scenario.h"
-#include "sim/sensor_errors/sensor_errors.h"
 
 namespace sim::tracking {
 

@@ -2,7 +2,6 @@
 
 #include "sim/regression/suite.h"
 #include "sim/scenario/scenario.h"
-#include "sim/scenario/yaml.h"
 #include "sim/trials/spec.h"
 #include "sim/trials/sweep.h"
 #include "tests/fuzz/fuzz_input.h"

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <thread>
 
-#include "sim/files/text.h"
 #include "tests/sim/files/has.h"
 #include "tests/sim/files/temporary_folder.h"
 

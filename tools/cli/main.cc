@@ -12,7 +12,6 @@
 #include "sim/files/text.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/shared/terminal.h"
 #include "tools/cli/shared/version.h"
 
 namespace {

@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 
 #include "sim/files/columns.h"
-#include "sim/sensor_errors/random.h"
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/recording/random_readings.h"
 

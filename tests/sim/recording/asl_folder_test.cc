@@ -6,9 +6,6 @@
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
 
-#include "sim/files/text.h"
-#include "sim/recording/recording_format.h"
-#include "sim/recording/sensor_yaml.h"
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/recording/random_readings.h"
 

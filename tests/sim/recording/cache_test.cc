@@ -6,7 +6,6 @@
 
 #include <cstdlib>
 
-#include "sim/files/atomic_file.h"
 #include "sim/recording/manifest.h"
 #include "tests/sim/files/temporary_folder.h"
 

@@ -7,11 +7,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "sim/files/csv.h"
-#include "sim/files/hash.h"
-#include "sim/files/text.h"
 #include "sim/recording/sensor_yaml.h"
-#include "sim/sensor_errors/random.h"
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/recording/random_readings.h"
 

@@ -5,7 +5,6 @@
 
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
-#include "sim/scenario/yaml.h"
 
 namespace sim::scenario {
 

@@ -6,8 +6,6 @@
 #include <set>
 #include <typeinfo>
 
-#include "sim/files/text.h"
-#include "sim/scenario/yaml.h"
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/scenario/complaint.h"
 

@@ -7,8 +7,6 @@
 #include <limits>
 #include <numbers>
 
-#include "sim/files/text.h"
-#include "sim/scenario/value.h"
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/scenario/complaint.h"
 #include "tests/sim/scenario/scenario_files.h"

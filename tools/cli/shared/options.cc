@@ -7,8 +7,6 @@
 #include <set>
 
 #include "sim/files/json.h"
-#include "sim/files/text.h"
-#include "sim/scenario/yaml.h"
 #include "tools/cli/jobs/backend.h"
 
 namespace cli {
