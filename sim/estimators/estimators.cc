@@ -139,9 +139,8 @@ class ProgramEstimator : public CheckedEstimator {
     if (!rig_.empty())
       throw std::invalid_argument(
           fmt::format("estimator: the program {} speaks version {} of gaitslam_estimator.h, which knows no "
-                      "sensors but the "
-                      "head's gray camera and the chest's IMU; expected version {}, or no further sensors "
-                      "(rig: head_2006)",
+                      "sensors but the head's gray camera and the chest's IMU; expected version {}, or no "
+                      "further sensors (rig: head_2006)",
                       choice.words[0], version_, GAITSLAM_ESTIMATOR_VERSION));
     program_.emplace(choice.words);
     introduce(start);

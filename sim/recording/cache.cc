@@ -153,11 +153,8 @@ Cache::Entry Cache::read_entry(const std::string& key) const {
   const std::int64_t last_used = status.st_mtim.tv_sec * 1'000'000'000 + status.st_mtim.tv_nsec;
   try {
     const files::Json read = files::read_json(place_.folder / key / "entry.json");
-    return {{read.at("scenario").text(), read.at("seed").whole()},
-            key,
-            read.at("bytes").whole(),
-            last_used,
-            in_use};
+    const Label label{read.at("scenario").text(), read.at("seed").whole()};
+    return {label, key, read.at("bytes").whole(), last_used, in_use};
   } catch (const FileError&) {
     return {{"(damaged)"}, key, size_of(place_.folder / key), last_used, in_use};
   }

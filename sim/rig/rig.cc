@@ -195,13 +195,8 @@ Eigen::Isometry3d camera_from_forward_left_up() {
 
 slam::CameraIntrinsics lens(int width_px, int height_px, double fov_rad, double distortion) {
   const double f = width_px / 2.0 / std::tan(fov_rad / 2), s = width_px / 320.0;
-  return {width_px,
-          height_px,
-          f,
-          f,
-          (width_px - 1) / 2.0,
-          (height_px - 1) / 2.0,
-          slam::OneParameterRadial{7.37e-6 * distortion / (s * s)}};
+  const slam::OneParameterRadial radial{7.37e-6 * distortion / (s * s)};
+  return {width_px, height_px, f, f, (width_px - 1) / 2.0, (height_px - 1) / 2.0, radial};
 }
 
 std::vector<double> coefficients(const slam::Lens& lens) {

@@ -110,10 +110,7 @@ void read_options(const Yaml& node, const std::string& key, const std::string& s
   }
 }
 
-bool is_built_in(std::string_view name) {
-  const auto& names = named().choices;
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
+bool is_built_in(std::string_view name) { return std::ranges::count(named().choices, name) > 0; }
 
 /// Returns the program's or command's file without folder and extension, or unlike a built-in name.
 std::string standard_name(const EstimatorChoice& choice) {

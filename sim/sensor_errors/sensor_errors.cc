@@ -61,19 +61,11 @@ InertialErrors inertial_errors(const char* sensor, const InertialErrorSizes& siz
   return {sensor, sizes, seed, std::move(spikes), {silent.begin(), silent.end()}};
 }
 
-ImageOptions image_noise(const rig::RigSensor& sensor) {
-  ImageOptions sizes;
-  sizes.read_sigma_grey = sensor.read_sigma_grey, sizes.shot_sigma_grey = sensor.shot_sigma_grey;
-  return sizes;
-}
-
 // InertialErrors refers white noise to readings of another period.
 InertialErrors inertial(const rig::RigSensor& sensor, const std::string& stream, double sigma,
                         double bias_sigma, std::uint64_t seed) {
-  InertialErrorSizes sizes;
-  sizes.sigma = sigma / std::sqrt(slam::kReadingPeriod_s * sensor.rate_hz);
-  sizes.bias_sigma = bias_sigma;
-  return {stream, sizes, seed, {}, {}};
+  const double sigma_200_hz = sigma / std::sqrt(slam::kReadingPeriod_s * sensor.rate_hz);
+  return {stream, {.sigma = sigma_200_hz, .bias_sigma = bias_sigma}, seed, {}, {}};
 }
 
 // Marks the pixels on both sides of the edges between columns.
@@ -240,8 +232,10 @@ cv::Mat1b beside_edges(const cv::Mat1w& depth_mm, int reach) {
 RigErrors::RigErrors(const std::vector<rig::RigSensor>& rig, std::uint64_t seed) : seed_(seed) {
   for (const rig::RigSensor& sensor : rig) {
     const std::string stream = "rig " + sensor.name;
+    const ImageOptions sizes{.read_sigma_grey = sensor.read_sigma_grey,
+                             .shot_sigma_grey = sensor.shot_sigma_grey};
     sensors_.push_back(
-        {sensor, stream + " noise", ImageErrors(image_noise(sensor), seed, {}, stream + " noise"),
+        {sensor, stream + " noise", ImageErrors(sizes, seed, {}, stream + " noise"),
          inertial(sensor, stream + " gyro", sensor.gyro_sigma_rad_s, sensor.gyro_bias_sigma_rad_s, seed),
          inertial(sensor, stream + " accelerometer", sensor.accelerometer_sigma_m_s2,
                   sensor.accelerometer_bias_sigma_m_s2, seed)});
@@ -253,15 +247,14 @@ void RigErrors::apply(std::vector<slam::RigReading>& readings) {
     Sensor& sensor = sensors_.at(static_cast<std::size_t>(reading.sensor));
     const Random random(seed_, sensor.stream, static_cast<std::uint64_t>(reading.t.count()));
     const slam::Stamp offset = stamp(sensor.is.time_offset_s);
+    cv::Mat& image = reading.image;
     switch (sensor.is.kind) {
       case rig::Kind::grey:
       case rig::Kind::color:
-        if (!reading.image.empty())
-          reading.image =
-              sensor.image.apply(reading.image.reshape(1), reading.t).reshape(reading.image.channels());
+        if (!image.empty()) image = sensor.image.apply(image.reshape(1), reading.t).reshape(image.channels());
         break;
       case rig::Kind::depth:
-        if (!reading.image.empty()) reading.image = measured_depth(reading.image, sensor.is, random);
+        if (!image.empty()) image = measured_depth(image, sensor.is, random);
         break;
       case rig::Kind::lidar:
         reading.points = measured_points(reading.points, sensor.is, random);
@@ -292,8 +285,8 @@ SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed,
 template <class Kind>
 bool SensorErrors::strikes(const char* stream, slam::Stamp t) const {
   const auto faults = faults_of<Kind>(options_.faults);
-  return std::any_of(faults.begin(), faults.end(),
-                     [&](const Kind& fault) { return fault.holds(t) && lost(stream, t, fault.fraction); });
+  return std::ranges::any_of(
+      faults, [&](const Kind& fault) { return fault.holds(t) && lost(stream, t, fault.fraction); });
 }
 
 void SensorErrors::arrive(slam::Observation observation, std::vector<slam::Observation>& arrived) {

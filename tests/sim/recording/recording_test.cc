@@ -85,10 +85,8 @@ struct Recorded {
       writer.add(o);
       poses.push_back({o.t, random_pose(random), random_pose(random), random_pose(random)});
       writer.add(poses.back());
-      bodies.push_back({o.t,
-                        random_vector(random),
-                        {random_vector(random), random_vector(random)},
-                        {random_vector(random), random_vector(random)}});
+      const auto wrench = [&] { return BodyReading::Wrench{random_vector(random), random_vector(random)}; };
+      bodies.push_back({o.t, random_vector(random), wrench(), wrench()});
       writer.add(bodies.back());
       writer.add(TrueMotion{o.t, random_pose(random), random_vector(random)});
     }
