@@ -11,7 +11,7 @@
 
 #include "sim/camera/head_camera.h"
 #include "sim/physics/model.h"
-#include "sim/rig/options.h"
+#include "sim/rig/rig.h"
 #include "slam/observation.h"
 
 namespace sim::camera {

@@ -1,7 +1,7 @@
 // The scenario keys of the simulated head camera. The only header of sim/camera that sim/scenario includes.
 #pragma once
 
-#include "sim/rig/options.h"
+#include "sim/rig/rig.h"
 
 namespace sim::camera {
 

@@ -13,14 +13,11 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstring>
 #include <deque>
 #include <sstream>
-#include <stdexcept>
 #include <thread>
-#include <utility>
 
 #include "sim/estimators/estimator.h"
 

@@ -1,17 +1,11 @@
 // The interface of every estimator: the filter, the other built-in ones and external programs.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <span>
 #include <stdexcept>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 #include "sim/estimators/estimator_choice.h"
 #include "sim/rig/rig.h"

@@ -1,19 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <chrono>
-#include <cmath>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <optional>
 #include <sstream>
-#include <stdexcept>
-#include <utility>
 
 #include "sim/estimators/child_program.h"
-#include "sim/estimators/estimator.h"
 #include "sim/estimators/messages.h"
 #include "sim/files/hash.h"
 #include "slam/filter.h"
@@ -122,7 +113,6 @@ std::unique_ptr<Estimator> odometry(Start start) {
   return std::make_unique<FilterEstimator>(start);
 }
 
-/// The camera follows the walking plan.
 Step plan_alone(const Start& start) {
   PoseEstimate planned;
   planned.X_WC = start.X_WC;
@@ -149,9 +139,8 @@ class ProgramEstimator : public CheckedEstimator {
     if (!rig_.empty())
       throw std::invalid_argument(
           fmt::format("estimator: the program {} speaks version {} of gaitslam_estimator.h, which knows no "
-                      "sensors but the "
-                      "head's gray camera and the chest's IMU; expected version {}, or no further sensors "
-                      "(rig: head_2006)",
+                      "sensors but the head's gray camera and the chest's IMU; expected version {}, or no "
+                      "further sensors (rig: head_2006)",
                       choice.words[0], version_, GAITSLAM_ESTIMATOR_VERSION));
     program_.emplace(choice.words);
     introduce(start);

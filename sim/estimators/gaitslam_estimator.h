@@ -369,25 +369,24 @@ static const void* gaitslam_take(const char* payload, uint64_t bytes, uint64_t* 
   return payload + (*at - count * item_bytes);
 }
 
+/* The same for items of a type, of the message that the function reads. */
+#define GAITSLAM_TAKE(type, count) ((const type*)gaitslam_take(payload, bytes, &at, count, sizeof(type)))
+
 static uint32_t gaitslam_body_values; /* of a body reading */
 
 /* Reads the lists after the image of camera 0, which ends at `at`. */
 static int gaitslam_read_rig(const char* payload, uint64_t bytes, uint64_t at, gaitslam_rig* rig) {
-  const void* counts;
+  const gaitslam_rig_counts* counts;
   uint32_t i;
   at = (at + 7) / 8 * 8;
-  counts = gaitslam_take(payload, bytes, &at, 1, sizeof rig->counts);
+  counts = GAITSLAM_TAKE(gaitslam_rig_counts, 1);
   if (!counts) return 0;
   memcpy(&rig->counts, counts, sizeof rig->counts);
   rig->data = (const uint8_t*)payload;
-  rig->images =
-      (const gaitslam_image*)gaitslam_take(payload, bytes, &at, rig->counts.images, sizeof *rig->images);
-  rig->sweeps =
-      (const gaitslam_sweep*)gaitslam_take(payload, bytes, &at, rig->counts.sweeps, sizeof *rig->sweeps);
-  rig->imu_readings = (const gaitslam_imu_reading*)gaitslam_take(
-      payload, bytes, &at, rig->counts.imu_readings, sizeof *rig->imu_readings);
-  rig->body_t_ns =
-      (const int64_t*)gaitslam_take(payload, bytes, &at, rig->counts.body_readings, sizeof(int64_t));
+  rig->images = GAITSLAM_TAKE(gaitslam_image, rig->counts.images);
+  rig->sweeps = GAITSLAM_TAKE(gaitslam_sweep, rig->counts.sweeps);
+  rig->imu_readings = GAITSLAM_TAKE(gaitslam_imu_reading, rig->counts.imu_readings);
+  rig->body_t_ns = GAITSLAM_TAKE(int64_t, rig->counts.body_readings);
   rig->body_values = (const double*)gaitslam_take(payload, bytes, &at, rig->counts.body_readings,
                                                   gaitslam_body_values * sizeof(double));
   if (!rig->images || !rig->sweeps || !rig->imu_readings || !rig->body_t_ns || !rig->body_values) return 0;
@@ -417,9 +416,8 @@ static int gaitslam_answer_observation(void* estimator, const char* payload, uin
   size_t landmark_bytes;
   if (bytes < sizeof observation) return 0;
   memcpy(&observation, payload, sizeof observation);
-  gyro = (const gaitslam_reading*)gaitslam_take(payload, bytes, &at, observation.gyro_count, sizeof *gyro);
-  accelerometer = (const gaitslam_reading*)gaitslam_take(payload, bytes, &at, observation.accelerometer_count,
-                                                         sizeof *accelerometer);
+  gyro = GAITSLAM_TAKE(gaitslam_reading, observation.gyro_count);
+  accelerometer = GAITSLAM_TAKE(gaitslam_reading, observation.accelerometer_count);
   image = (const uint8_t*)gaitslam_take(payload, bytes, &at, observation.height_px, observation.width_px);
   if (!gyro || !accelerometer || !image || !gaitslam_read_rig(payload, bytes, at, &rig)) return 0;
   memset(&answer, 0, sizeof answer);
@@ -448,21 +446,17 @@ static int gaitslam_answer_observation(void* estimator, const char* payload, uin
 static int gaitslam_read_sensors(const char* payload, uint64_t bytes, uint64_t options_bytes,
                                  gaitslam_sensors* sensors) {
   uint64_t at = sizeof(gaitslam_start);
-  const void* counts;
+  const gaitslam_sensor_counts* counts;
   uint32_t i;
   if (options_bytes > bytes) return 0;
   at = (at + options_bytes + 8) / 8 * 8;
-  counts = gaitslam_take(payload, bytes, &at, 1, sizeof sensors->counts);
+  counts = GAITSLAM_TAKE(gaitslam_sensor_counts, 1);
   if (!counts) return 0;
   memcpy(&sensors->counts, counts, sizeof sensors->counts);
-  sensors->cameras = (const gaitslam_camera*)gaitslam_take(payload, bytes, &at, sensors->counts.cameras,
-                                                           sizeof *sensors->cameras);
-  sensors->imus =
-      (const gaitslam_imu*)gaitslam_take(payload, bytes, &at, sensors->counts.imus, sizeof *sensors->imus);
-  sensors->lidars = (const gaitslam_lidar*)gaitslam_take(payload, bytes, &at, sensors->counts.lidars,
-                                                         sizeof *sensors->lidars);
-  sensors->body_sensors = (const gaitslam_body_sensor*)gaitslam_take(
-      payload, bytes, &at, sensors->counts.body_sensors, sizeof *sensors->body_sensors);
+  sensors->cameras = GAITSLAM_TAKE(gaitslam_camera, sensors->counts.cameras);
+  sensors->imus = GAITSLAM_TAKE(gaitslam_imu, sensors->counts.imus);
+  sensors->lidars = GAITSLAM_TAKE(gaitslam_lidar, sensors->counts.lidars);
+  sensors->body_sensors = GAITSLAM_TAKE(gaitslam_body_sensor, sensors->counts.body_sensors);
   for (i = 0; sensors->body_sensors && i < sensors->counts.body_sensors; ++i)
     gaitslam_body_values += sensors->body_sensors[i].value_count;
   return sensors->cameras && sensors->imus && sensors->lidars && sensors->body_sensors;

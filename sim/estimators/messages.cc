@@ -3,18 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <iterator>
-#include <optional>
-#include <utility>
-#include <variant>
-#include <vector>
-
-#include "sim/rig/equidistant_fit.h"
 
 namespace sim::estimators {
 namespace {
@@ -26,6 +19,8 @@ static_assert(sizeof(slam::LidarPoint) == sizeof(gaitslam_point) &&
 static_assert(GAITSLAM_CAMERA_GRAY == static_cast<int>(rig::Kind::grey) &&
               GAITSLAM_CAMERA_COLOR == static_cast<int>(rig::Kind::color) &&
               GAITSLAM_CAMERA_DEPTH == static_cast<int>(rig::Kind::depth));
+static_assert(slam::Lens(slam::RadialTangential()).index() == GAITSLAM_LENS_RADIAL_TANGENTIAL &&
+              slam::Lens(slam::Equidistant()).index() == GAITSLAM_LENS_EQUIDISTANT);
 static_assert(GAITSLAM_SUPPORT_LEFT == static_cast<int>(slam::Support::left) &&
               GAITSLAM_SUPPORT_RIGHT == static_cast<int>(slam::Support::right));
 static_assert(GAITSLAM_LOST == static_cast<int>(slam::Health::lost) &&
@@ -35,6 +30,8 @@ constexpr std::string_view kMagic = "GSLM";
 
 using RowMajor3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 using RowMajor6d = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
+
+std::uint32_t word(auto number) { return static_cast<std::uint32_t>(number); }
 
 void copy(const Eigen::Vector3d& from, double* to) { std::copy_n(from.data(), 3, to); }
 
@@ -55,18 +52,10 @@ Eigen::Isometry3d isometry_of(const gaitslam_pose& pose) {
 
 gaitslam_lens lens_of(const slam::CameraIntrinsics& camera) {
   gaitslam_lens lens{};
-  const auto set = [&](std::uint32_t model, std::initializer_list<double> parameters) {
-    lens.model = model;
-    std::ranges::copy(parameters, lens.parameters);
-  };
-  if (const auto* one = std::get_if<slam::OneParameterRadial>(&camera.lens))
-    set(GAITSLAM_LENS_ONE_PARAMETER_RADIAL, {one->k1_px2});
-  if (const auto* k = std::get_if<slam::RadialTangential>(&camera.lens))
-    set(GAITSLAM_LENS_RADIAL_TANGENTIAL, {k->k1, k->k2, k->p1, k->p2});
-  if (const auto* k = std::get_if<slam::Equidistant>(&camera.lens))
-    set(GAITSLAM_LENS_EQUIDISTANT, {k->k1, k->k2, k->k3, k->k4});
+  lens.model = word(camera.lens.index());
   lens.focal_px[0] = camera.fu_px, lens.focal_px[1] = camera.fv_px;
   lens.center_px[0] = camera.u0_px, lens.center_px[1] = camera.v0_px;
+  std::ranges::copy(rig::coefficients(camera.lens), lens.parameters);
   return lens;
 }
 
@@ -84,9 +73,9 @@ Words words_of(const rig::RigSensor& sensor) {
 gaitslam_camera camera_of(const rig::RigSensor& sensor) {
   auto camera = words_of<gaitslam_camera>(sensor);
   const rig::FittedCamera fitted = rig::fit_equidistant(sensor.camera);
-  camera.kind = static_cast<std::uint32_t>(sensor.kind);
-  camera.width_px = static_cast<std::uint32_t>(sensor.camera.width_px);
-  camera.height_px = static_cast<std::uint32_t>(sensor.camera.height_px);
+  camera.kind = word(sensor.kind);
+  camera.width_px = word(sensor.camera.width_px);
+  camera.height_px = word(sensor.camera.height_px);
   camera.lens = lens_of(sensor.camera);
   camera.equidistant = lens_of(fitted.camera);
   camera.equidistant_rms_px = fitted.rms_px, camera.equidistant_largest_px = fitted.largest_px;
@@ -137,7 +126,7 @@ std::uint32_t number_of(const std::vector<rig::RigSensor>& rig, int sensor) {
   const rig::Kind list = list_of(rig.at(static_cast<std::size_t>(sensor)));
   const auto before = std::count_if(rig.begin(), rig.begin() + sensor,
                                     [&](const rig::RigSensor& other) { return list_of(other) == list; });
-  return static_cast<std::uint32_t>(before) + (list == rig::Kind::lidar ? 0 : 1);
+  return word(before) + (list == rig::Kind::lidar ? 0 : 1);
 }
 
 std::vector<gaitslam_reading> readings_of(const std::vector<slam::InertialSample>& samples) {
@@ -157,7 +146,7 @@ gaitslam_plan plan_of(const slam::PlannedMotion& planned) {
   copy(planned.v_PC_C, plan.v_PC_C);
   copy(planned.w_PC_C, plan.w_PC_C);
   copy(planned.p_CF, plan.p_CF);
-  plan.support = static_cast<std::uint32_t>(planned.support);
+  plan.support = word(planned.support);
   if (!planned.legs) return plan;
   plan.has_legs = 1;
   plan.X_OC = pose_of(planned.legs->X_OC);
@@ -216,13 +205,8 @@ gaitslam_image image_of(std::uint32_t camera, slam::Stamp t, const cv::Mat& imag
   const std::uint32_t pixels = image.type() == CV_16UC1  ? GAITSLAM_PIXELS_DEPTH16
                                : image.type() == CV_8UC3 ? GAITSLAM_PIXELS_RGB8
                                                          : GAITSLAM_PIXELS_GRAY8;
-  return {camera,
-          pixels,
-          static_cast<std::uint32_t>(image.cols),
-          static_cast<std::uint32_t>(image.rows),
-          static_cast<std::uint64_t>(image.cols) * image.elemSize(),
-          t.count(),
-          at_byte};
+  const std::uint64_t row_bytes = image.elemSize() * word(image.cols);
+  return {camera, pixels, word(image.cols), word(image.rows), row_bytes, t.count(), at_byte};
 }
 
 RigLists rig_lists(const std::vector<slam::RigReading>& readings, const std::vector<rig::RigSensor>& rig) {
@@ -237,8 +221,7 @@ RigLists rig_lists(const std::vector<slam::RigReading>& readings, const std::vec
       copy(reading.gyro, words.gyro);
       copy(reading.accelerometer, words.accelerometer);
     } else if (sensor.kind == rig::Kind::lidar) {
-      lists.sweeps.push_back(
-          {number, static_cast<std::uint32_t>(reading.points.size()), reading.t.count(), lists.data.size()});
+      lists.sweeps.push_back({number, word(reading.points.size()), reading.t.count(), lists.data.size()});
       lists.data += bytes_of(reading.points);
     } else if (!reading.image.empty()) {
       lists.images.push_back(image_of(number, reading.t, reading.image, lists.data.size()));
@@ -253,10 +236,8 @@ RigLists rig_lists(const std::vector<slam::RigReading>& readings, const std::vec
 void append(std::string& message, RigLists lists, const std::optional<gaitslam_image>& head) {
   pad(message);
   const std::size_t images = lists.images.size() + (head ? 1 : 0);
-  const gaitslam_rig_counts counts{static_cast<std::uint32_t>(images),
-                                   static_cast<std::uint32_t>(lists.sweeps.size()),
-                                   static_cast<std::uint32_t>(lists.imu_readings.size()),
-                                   static_cast<std::uint32_t>(lists.body_stamps.size())};
+  const gaitslam_rig_counts counts{word(images), word(lists.sweeps.size()), word(lists.imu_readings.size()),
+                                   word(lists.body_stamps.size())};
   const std::size_t data_at = message.size() - kHeaderBytes + sizeof counts +
                               images * sizeof(gaitslam_image) + bytes_of(lists.sweeps).size() +
                               bytes_of(lists.imu_readings).size() + bytes_of(lists.body_stamps).size() +
@@ -313,16 +294,14 @@ std::string options_text(const EstimatorChoice& choice) {
 
 std::string start_message(const EstimatorChoice& choice, const Start& start, std::uint32_t version) {
   const std::string options = options_text(choice);
-  const rig::RigSensor head{.name = "cam0",
-                            .rate_hz = start.camera_rate_hz,
-                            .camera = start.calibration.camera,
-                            .readout_s = start.camera_readout_s};
+  rig::RigSensor head{.name = "cam0", .rate_hz = start.camera_rate_hz, .camera = start.calibration.camera};
+  head.readout_s = start.camera_readout_s;
   const gaitslam_lens lens = lens_of(head.camera);
   gaitslam_start words{};
   words.version = version;
   words.lens = lens.model;
-  words.width_px = static_cast<std::uint32_t>(head.camera.width_px);
-  words.height_px = static_cast<std::uint32_t>(head.camera.height_px);
+  words.width_px = word(head.camera.width_px);
+  words.height_px = word(head.camera.height_px);
   std::ranges::copy(lens.focal_px, words.focal_px);
   std::ranges::copy(lens.center_px, words.center_px);
   std::ranges::copy(lens.parameters, words.lens_parameters);
@@ -346,9 +325,8 @@ std::string start_message(const EstimatorChoice& choice, const Start& start, std
     cameras.back().aligned_with = partner < 0 ? 0 : number_of(start.rig, partner);
   }
   const std::vector<gaitslam_body_sensor> body = body_sensors_of(start);
-  const gaitslam_sensor_counts counts{
-      static_cast<std::uint32_t>(cameras.size()), static_cast<std::uint32_t>(imus.size()),
-      static_cast<std::uint32_t>(lidars.size()), static_cast<std::uint32_t>(body.size())};
+  const gaitslam_sensor_counts counts{word(cameras.size()), word(imus.size()), word(lidars.size()),
+                                      word(body.size())};
   const std::string zeros(8 - options.size() % 8, '\0');
   return message(GAITSLAM_MESSAGE_START,
                  {bytes_of(words), options, zeros, bytes_of(counts), bytes_of(cameras), bytes_of(imus),
@@ -361,10 +339,10 @@ std::string observation_message(const slam::Observation& observation, const std:
   const cv::Mat image = observation.image.isContinuous() ? observation.image : observation.image.clone();
   gaitslam_observation words{};
   words.t_ns = observation.t.count();
-  words.width_px = static_cast<std::uint32_t>(image.cols);
-  words.height_px = static_cast<std::uint32_t>(image.rows);
-  words.gyro_count = static_cast<std::uint32_t>(gyro.size());
-  words.accelerometer_count = static_cast<std::uint32_t>(accelerometer.size());
+  words.width_px = word(image.cols);
+  words.height_px = word(image.rows);
+  words.gyro_count = word(gyro.size());
+  words.accelerometer_count = word(accelerometer.size());
   words.has_plan = observation.plan ? 1 : 0;
   if (observation.plan) words.plan = plan_of(*observation.plan);
   std::string bytes = message(GAITSLAM_MESSAGE_OBSERVATION,

@@ -1,11 +1,7 @@
 // The messages of gaitslam_estimator.h.
 #pragma once
 
-#include <string>
-#include <string_view>
-
 #include "sim/estimators/estimator.h"
-#include "sim/estimators/estimator_choice.h"
 #include "sim/estimators/gaitslam_estimator.h"
 
 namespace sim::estimators {

@@ -75,10 +75,10 @@ ExportContext::ExportContext(const ExportedRun& run_, const fs::path& folder_, b
   rig::RigSensor& imu = sensors.emplace_back();
   imu.name = "imu0", imu.kind = rig::Kind::imu;
   imu.rate_hz = setup.imu_rate_hz, imu.X_CS = setup.calibration.X_CG;
-  imu.gyro_sigma_rad_s = run.errors.gyro.sigma_rad_s;
-  imu.gyro_bias_walk_rad_s2 = run.errors.gyro.bias_walk_sigma_rad_s2;
-  imu.accelerometer_sigma_m_s2 = run.errors.accelerometer.sigma_m_s2;
-  imu.accelerometer_bias_walk_m_s3 = run.errors.accelerometer.bias_walk_sigma_m_s3;
+  imu.gyro_sigma_rad_s = run.errors.gyro.sigma;
+  imu.gyro_bias_walk_rad_s2 = run.errors.gyro.bias_walk_sigma;
+  imu.accelerometer_sigma_m_s2 = run.errors.accelerometer.sigma;
+  imu.accelerometer_bias_walk_m_s3 = run.errors.accelerometer.bias_walk_sigma;
   for (rig::RigSensor& one : sensors) {
     cameras_.emplace_back();
     if (rig::is_camera(one)) one.camera = cameras_.back().emplace(one.camera, undistort_).fitted.camera;

@@ -15,7 +15,7 @@
 #include "sim/files/trajectory_file.h"
 #include "sim/recording/filter_input.h"
 #include "sim/recording/sensor_yaml.h"
-#include "sim/rig/equidistant_fit.h"
+#include "sim/rig/rig.h"
 #include "slam/options.h"
 
 namespace sim::exports {

@@ -10,7 +10,6 @@
 #include <cstdio>
 #include <cstring>
 #include <sstream>
-#include <utility>
 
 namespace sim::files {
 namespace {
@@ -76,7 +75,6 @@ bool is_real_folder(const fs::path& path) { return fs::is_directory(status_of(pa
 bool is_real_file(const fs::path& path) { return fs::is_regular_file(status_of(path)); }
 bool is_there(const fs::path& path) { return fs::exists(status_of(path)); }
 
-// Returns a free name beside the folder.
 fs::path free_name(const fs::path& target) {
   fs::path name = target.string() + ".replaced";
   for (int i = 2; is_there(name); ++i) name = fmt::format("{}.replaced-{}", target.string(), i);
@@ -150,6 +148,24 @@ std::string marker_text(const OutputNames& names) {
 // The path within the folder, in the form of the marker.
 std::string listed_as(const fs::path& path, const fs::path& folder) {
   return path.lexically_relative(folder).generic_string() + (is_real_folder(path) ? "/" : "");
+}
+
+// The text of a marker that lists everything in the folder.
+std::string marker_of_all(const fs::path& folder) {
+  OutputNames names;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.path() != folder / kMarker) names.insert(listed_as(entry.path(), folder));
+  return marker_text(names);
+}
+
+// Locks a partial folder that a killed process left. Returns nothing for other paths and folders in use.
+std::optional<FileLock> lock_leftover(const fs::path& path) {
+  if (!is_partial(path) || !is_real_folder(path) || !is_real_file(path / kMarker)) return std::nullopt;
+  try {
+    return FileLock::take(path / kMarker, How::try_existing);
+  } catch (const FileError&) {  // of another user
+    return std::nullopt;
+  }
 }
 
 std::set<fs::path> entries_of(const fs::path& folder) { return {fs::directory_iterator(folder), {}}; }
@@ -251,15 +267,6 @@ bool is_partial(const fs::path& path) {
   return name.starts_with('.') && name.ends_with(".partial");
 }
 
-std::optional<FileLock> lock_leftover(const fs::path& path) {
-  if (!is_partial(path) || !is_real_folder(path) || !is_real_file(path / kMarker)) return std::nullopt;
-  try {
-    return FileLock::take(path / kMarker, How::try_existing);
-  } catch (const FileError&) {  // of another user
-    return std::nullopt;
-  }
-}
-
 void remove_leftovers(const fs::path& folder) {
   std::error_code none;
   for (const auto& entry : fs::directory_iterator(folder, none)) {
@@ -320,13 +327,6 @@ std::optional<OutputNames> listed_in(const fs::path& folder) {
 }
 
 bool has_marker(const fs::path& folder) { return listed_in(folder).has_value(); }
-
-std::string marker_of_all(const fs::path& folder) {
-  OutputNames names;
-  for (const auto& entry : fs::recursive_directory_iterator(folder))
-    if (entry.path() != folder / kMarker) names.insert(listed_as(entry.path(), folder));
-  return marker_text(names);
-}
 
 std::optional<fs::path> unlisted_in(const fs::path& folder) {
   if (const auto made = listed_in(folder)) return unlisted_below(folder, folder, *made);

@@ -1,12 +1,7 @@
 // Files and folders that appear complete or not at all, even if the process is killed; inter-process locks.
 #pragma once
 
-#include <filesystem>
-#include <optional>
 #include <set>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "sim/files/text.h"
 
@@ -46,9 +41,6 @@ void write_atomically(const std::filesystem::path& file, std::string_view bytes)
 
 /// True for names of temporary siblings made here (".X.partial").
 bool is_partial(const std::filesystem::path& path);
-
-/// Locks a partial folder that a killed process left. Returns nothing for other paths and folders in use.
-std::optional<FileLock> lock_leftover(const std::filesystem::path& path);
 
 /// Removes the partial folders in `folder` that killed processes left, except those of other users.
 void remove_leftovers(const std::filesystem::path& folder);
@@ -93,9 +85,6 @@ using OutputNames = std::set<std::string, std::less<>>;
 /// Returns what the folder's marker lists, if it has one. Symbolic links are neither folders nor markers.
 std::optional<OutputNames> listed_in(const std::filesystem::path& folder);
 bool has_marker(const std::filesystem::path& folder);
-
-/// Returns the text of a marker that lists everything in the folder.
-std::string marker_of_all(const std::filesystem::path& folder);
 
 /// Returns the first entry of the folder, by name, that is neither listed nor the leftover of a killed
 /// process. A listed folder's own marker decides about it. Symbolic links are never listed.

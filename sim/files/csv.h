@@ -2,11 +2,6 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <cstdint>
-#include <filesystem>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "sim/files/text.h"
 

@@ -1,12 +1,7 @@
 // XXH3 hashes of bytes and of files during writing; SHA-256.
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
 #include <fstream>
-#include <memory>
-#include <string>
-#include <string_view>
 
 #include "sim/files/text.h"
 

@@ -1,15 +1,7 @@
 // Strict reading of JSON: errors about missing values and wrong types name the file and the key.
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
-#include <memory>
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 #include "sim/files/text.h"
 

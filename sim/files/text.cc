@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <bit>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -29,11 +30,8 @@ bool is_between(std::string_view character, std::string_view first, std::string_
 // The bytes of the first character; 0 if it is not UTF-8.
 std::size_t bytes_of_first(std::string_view text) {
   const auto first = static_cast<unsigned char>(text[0]);
-  const std::size_t n = first < 0x80                    ? 1
-                        : first >= 0xC2 && first < 0xE0 ? 2
-                        : first >= 0xE0 && first < 0xF0 ? 3
-                        : first >= 0xF0 && first < 0xF5 ? 4
-                                                        : 0;
+  const int bytes = first < 0x80 ? 1 : first >= 0xC2 && first < 0xF5 ? std::countl_one(first) : 0;
+  const auto n = static_cast<std::size_t>(bytes);
   if (n == 0 || n > text.size()) return 0;
   const auto continues = [](char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; };
   return std::ranges::all_of(text.substr(1, n - 1), continues) ? n : 0;

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstdint>
 
 #include "sim/files/columns.h"
 
@@ -210,8 +208,7 @@ const TimeUnit& unit_of(const Lines& text, const StampColumns& columns) {
 TrajectoryFile read_poses(const Lines& text, const TimeUnit* stated) {
   const Line& first = text.lines.front();
   const bool commas = first.has_commas();
-  const bool with_covariance = !commas && std::any_of(text.lines.begin(), text.lines.end(),
-                                                      [](const Line& line) { return line.size() == 20; });
+  const bool with_covariance = !commas && std::ranges::count(text.lines, 20u, &Line::size) > 0;
   PoseColumns columns(text);
   if (stated && !columns.stamp.rest) columns.stamp.unit = stated;
   for (const Line& line : text.lines) {

@@ -3,10 +3,6 @@
 
 #include <Eigen/Geometry>
 #include <chrono>
-#include <filesystem>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "sim/files/text.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/rig/options.h"
+#include "sim/rig/rig.h"
 
 struct mjModel_;
 struct mjData_;

@@ -4,16 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <opencv2/imgcodecs.hpp>
-#include <utility>
 
-#include "sim/files/columns.h"
-#include "sim/files/text.h"
-#include "sim/recording/clock_offset.h"
 #include "sim/recording/image_file.h"
-#include "sim/recording/recording_format.h"
 
 namespace sim::recording {
 namespace {
@@ -75,75 +68,42 @@ struct Stamps {
   std::string remark;  ///< of a rate that differs from the stated one, but may be
 };
 
-/// The columns of an IMU; no accelerometer if the header names the gyro but not it.
-struct ImuColumns {
-  explicit ImuColumns(const files::Header& header)
-      : gyro(header.columns(files::Quantity::angular_rate, "xyz", 1)) {
-    using files::Quantity;
-    if (header.names(Quantity::acceleration) || (header.size() >= 7 && !header.names(Quantity::angular_rate)))
-      accelerometer = header.columns(Quantity::acceleration, "xyz", 4);
-  }
-  std::vector<files::Column> gyro, accelerometer;
+/// A reading of an IMU and the time that it applies to.
+struct Reading {
+  slam::Stamp t, begin, end;
+  Eigen::Vector3d gyro;
+  std::optional<Eigen::Vector3d> accelerometer;
 };
 
-// Readings of an IMU one after another. Each applies until halfway to its neighbors.
-class Readings {
- public:
-  Readings(const Stamps& stamps, slam::Stamp ahead)
-      : rows_(stamps.rows()), columns_(stamps.header), ahead_(ahead) {
-    read();
+/// The readings of an IMU whose clock is ahead. Each applies until halfway to its neighbors.
+std::vector<Reading> readings_of(const Stamps& imu, slam::Stamp ahead) {
+  using files::Quantity;
+  const files::Header& header = imu.header;
+  const auto gyro = header.columns(Quantity::angular_rate, "xyz", 1);
+  std::vector<files::Column> accelerometer;  // none if the header names the gyro but not it
+  if (header.names(Quantity::acceleration) || (header.size() >= 7 && !header.names(Quantity::angular_rate)))
+    accelerometer = header.columns(Quantity::acceleration, "xyz", 4);
+  std::vector<Reading> all;
+  for (StampedRows rows = imu.rows(); rows.stamp(); rows.advance()) {
+    all.push_back({*rows.stamp() - ahead, {}, {}, angular_rate(rows.row(), gyro), std::nullopt});
+    if (!accelerometer.empty()) all.back().accelerometer = acceleration(rows.row(), accelerometer);
   }
-
-  /// Moves the readings before `until` into the observation, whose clock starts at `start`.
-  void move_to(slam::Stamp until, slam::Stamp start, slam::Observation& o) {
-    while (now_ && now_->begin < until) {
-      const slam::Stamp begin = now_->begin, end = std::min(now_->end, until);
-      o.gyro.push_back({begin - start, end - start, now_->gyro});
-      if (now_->accelerometer) o.accelerometer.push_back({begin - start, end - start, *now_->accelerometer});
-      now_->begin = end;
-      if (end == now_->end) read();
-    }
+  slam::Stamp half{2'500'000};  // of the gap ahead of the last reading
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    Reading& now = all[i];
+    if (i + 1 < all.size()) half = std::min(all[i + 1].t - now.t, kLongestGap) / 2;
+    const bool joins = i > 0 && now.t - all[i - 1].t <= kLongestGap;
+    now.begin = joins ? all[i - 1].end : now.t - (i > 0 ? kLongestGap / 2 : half);
+    now.end = now.t + half;
   }
+  return all;
+}
 
- private:
-  struct Reading {
-    slam::Stamp t, begin, end;
-    Eigen::Vector3d gyro;
-    std::optional<Eigen::Vector3d> accelerometer;
-  };
-
-  void read() {
-    const std::optional<Reading> before = std::exchange(now_, std::nullopt);
-    if (!rows_.stamp()) return;
-    Reading reading{*rows_.stamp() - ahead_, {}, {}, angular_rate(rows_.row(), columns_.gyro), std::nullopt};
-    if (!columns_.accelerometer.empty())
-      reading.accelerometer = acceleration(rows_.row(), columns_.accelerometer);
-    rows_.advance();
-    const auto half = [&](slam::Stamp gap) { return std::min(gap, kLongestGap) / 2; };
-    const slam::Stamp ahead = rows_.stamp() ? *rows_.stamp() - ahead_ - reading.t : half_ * 2;
-    const slam::Stamp behind = before ? reading.t - before->t : ahead;
-    reading.begin = before && behind <= kLongestGap ? before->end : reading.t - half(behind);
-    reading.end = reading.t + half(ahead);
-    half_ = half(ahead);
-    now_ = reading;
-  }
-
-  StampedRows rows_;
-  ImuColumns columns_;
-  slam::Stamp ahead_;
-  std::optional<Reading> now_;
-  slam::Stamp half_{2'500'000};  // of the gap ahead of the last reading
-};
-
-// The mean of the accelerometer's first readings.
-Eigen::Vector3d first_acceleration(const Stamps& imu) {
-  files::CsvReader rows(imu.file, kImuColumns);
-  const ImuColumns columns(imu.header);
+Eigen::Vector3d first_acceleration(const std::vector<Reading>& readings) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  int count = 0;
-  for (; count < 20 && !columns.accelerometer.empty() && rows.next(); ++count)
-    sum += acceleration(rows, columns.accelerometer);
-  return sum / std::max(1, count);
+  const std::size_t count = std::min<std::size_t>(20, readings.size());
+  for (std::size_t i = 0; i < count; ++i) sum += readings[i].accelerometer.value_or(Eigen::Vector3d::Zero());
+  return sum / std::max(1.0, static_cast<double>(count));
 }
 
 YamlFile yaml(const fs::path& file) { return {file, files::read_text(file, files::kMostOfYaml)}; }
@@ -156,7 +116,6 @@ fs::path calibration_file(const fs::path& folder, const std::string& own, const 
   return folder / own;
 }
 
-// The folder of the truth, if there is one.
 std::optional<fs::path> truth_folder(const fs::path& folder) {
   for (const char* const name : kTruthFolders)
     if (fs::exists(folder / name / "data.csv")) return folder / name;
@@ -195,7 +154,8 @@ struct ReadSensors : AslSensors {
                         ": no column is named as an angular rate; columns 2 to 4 are taken for it, in rad/s");
     for (const Stamps* const rows : {&*camera, &*imu})
       if (!rows->remark.empty()) remarks.push_back(rows->remark);
-    const Eigen::Vector3d a_G = first_acceleration(*imu);
+    readings = readings_of(*imu, imu_ahead);
+    const Eigen::Vector3d a_G = first_acceleration(readings);
     if (!a_G.isZero() && std::abs(a_G.norm() - slam::kGravity) > slam::kGravity / 3)
       remarks.push_back(fmt::format(
           "{}: the acceleration is {:.3g} m/s^2 at first, expected about 9.81; a header may state its unit",
@@ -223,15 +183,18 @@ struct ReadSensors : AslSensors {
   }
 
   std::optional<Stamps> camera, imu;
+  std::vector<Reading> readings;
 };
 
-// Each image of the list must exist.
-void require_images(const fs::path& folder, const Stamps& images) {
-  for (files::CsvReader rows(images.file, kCameraColumns); rows.next();) {
-    const std::size_t field = images.next_field();
-    const fs::path file = files::contained_path(folder / sensor_data("cam0"), rows.text(field));
-    if (!fs::is_regular_file(file)) rows.fail(field, "no such image: " + file.string());
+// The files of the list. Each must exist.
+std::vector<fs::path> images_of(const fs::path& folder, const Stamps& list) {
+  std::vector<fs::path> all;
+  for (files::CsvReader rows(list.file, kCameraColumns); rows.next();) {
+    const std::size_t field = list.next_field();
+    all.push_back(files::contained_path(folder / sensor_data("cam0"), rows.text(field)));
+    if (!fs::is_regular_file(all.back())) rows.fail(field, "no such image: " + all.back().string());
   }
+  return all;
 }
 
 Eigen::Isometry3d interpolate(const files::TimedPose& a, const files::TimedPose& b, slam::Stamp t) {
@@ -241,16 +204,83 @@ Eigen::Isometry3d interpolate(const files::TimedPose& a, const files::TimedPose&
   return Eigen::Translation3d(p) * qa.slerp(part, qb);
 }
 
+constexpr slam::Stamp kStep{20'000'000}, kBridged{100'000'000}, kHour = std::chrono::hours(1);
+constexpr int kWindow = 5, kMostLag = 500, kFewest = 50;  // steps
+constexpr double kLeastCorrelation = 0.6, kMostCorrelation = 0.9995, kDecisive = 15;
+
+using Turns = std::vector<std::optional<Eigen::Vector3d>>;
+
+/// Returns the turn from each time of a grid until a window later, if it is known.
+Turns turns(const std::vector<files::TumRow>& poses, slam::Stamp begin, std::size_t size) {
+  std::vector<std::optional<Eigen::Quaterniond>> at(size);
+  std::size_t next = 1;
+  for (std::size_t k = 0; k < size; ++k) {
+    const slam::Stamp t = begin + static_cast<std::int64_t>(k) * kStep;
+    while (next < poses.size() && poses[next].t < t) ++next;
+    if (next >= poses.size()) break;
+    const files::TumRow &a = poses[next - 1], &b = poses[next];
+    if (a.t <= t && b.t - a.t <= kBridged)
+      at[k] = Eigen::Quaterniond(a.X.linear())
+                  .slerp(slam::seconds(t - a.t) / slam::seconds(b.t - a.t), Eigen::Quaterniond(b.X.linear()));
+  }
+  Turns all(size);
+  for (std::size_t k = 0; k + kWindow < size; ++k)
+    if (at[k] && at[k + kWindow]) {
+      const Eigen::AngleAxisd turn(at[k]->conjugate() * *at[k + kWindow]);
+      all[k] = turn.angle() * turn.axis();
+    }
+  return all;
+}
+
+struct Correlation {
+  double r = 0, gain = 0;
+  int pairs = 0;
+  /// Log-likelihood of the linear relation, relative to none; of as many speeds as windows.
+  double evidence(double of_r) const {
+    return 0.5 * pairs / kWindow * -std::log1p(-std::pow(std::clamp(of_r, 0.0, 1 - 1e-12), 2));
+  }
+};
+
+/// Correlates the angles turned after subtraction of the mean turns, which removes a bias.
+Correlation correlation(const Turns& truth, const Turns& gyro, int lag) {
+  const auto size = static_cast<int>(truth.size());
+  const auto for_each_pair = [&](const auto& f) {
+    for (int k = std::max(0, -lag); k < size - std::max(0, lag); ++k) {
+      const auto &a = truth[static_cast<std::size_t>(k)], &b = gyro[static_cast<std::size_t>(k + lag)];
+      if (a && b) f(*a, *b);
+    }
+  };
+  Correlation c;
+  Eigen::Vector3d truth_sum = Eigen::Vector3d::Zero(), gyro_sum = truth_sum;
+  for_each_pair([&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    truth_sum += a, gyro_sum += b;
+    ++c.pairs;
+  });
+  if (c.pairs < kFewest) return c;
+  const Eigen::Vector3d truth_mean = truth_sum / c.pairs, gyro_mean = gyro_sum / c.pairs;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+  for_each_pair([&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    const Eigen::Vector2d pair((a - truth_mean).norm(), (b - gyro_mean).norm());
+    sum += pair;
+    squares += pair * pair.transpose();
+  });
+  const Eigen::Matrix2d S = squares - sum * sum.transpose() / c.pairs;
+  if (S(0, 0) > 1e-12 && S(1, 1) > 1e-12) {
+    c.r = S(0, 1) / std::sqrt(S(0, 0) * S(1, 1));
+    c.gain = S(0, 1) / S(0, 0);
+  }
+  return c;
+}
+
 // Throws FileError if the speeds of rotation show that gyro and truth have different clocks or units.
 void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& truth, const fs::path& folder,
                              slam::Stamp ahead) {
   constexpr double kMost_s = 0.1, kMostGain = 2, kSure = 0.9;
   if (!truth.has_orientation) return;
   const Stamps imu(folder / sensor_rows("imu0"), kImuColumns);
-  const ImuColumns columns(imu.header);
   std::vector<TimedRotation> gyro;
-  for (StampedRows rows = imu.rows(); rows.stamp(); rows.advance())
-    gyro.push_back({*rows.stamp() - ahead, angular_rate(rows.row(), columns.gyro)});
+  for (const Reading& reading : readings_of(imu, ahead)) gyro.push_back({reading.t, reading.gyro});
   const auto offset = clock_offset(gyro, truth.rows);
   if (!offset) return;
   const bool same_unit = offset->gain < kMostGain && offset->gain > 1 / kMostGain;
@@ -298,12 +328,10 @@ std::vector<files::TimedPose> interpolated(const fs::path& file, const files::Tr
 
 struct AslFolder::Files {
   explicit Files(const fs::path& folder_) : folder(folder_) {
-    require_images(folder, *sensors.camera);
-    const std::vector<slam::Stamp>& images = sensors.camera->all;
-    for (const slam::Stamp t : images) times.push_back(t - sensors.first_image);
+    for (const slam::Stamp t : stamps) times.push_back(t - sensors.first_image);
     if (!sensors.has_plan) return;
     const Stamps planned(folder / sensor_rows("plan0"), kPlanColumns);
-    const auto is_of_image = [&](slam::Stamp t) { return std::ranges::binary_search(images, t); };
+    const auto is_of_image = [&](slam::Stamp t) { return std::ranges::binary_search(stamps, t); };
     if (!planned.all.empty() && std::ranges::none_of(planned.all, is_of_image))
       throw files::FileError(planned.file,
                              fmt::format("none of its stamps is that of an image: they are {}, the images {}",
@@ -314,17 +342,31 @@ struct AslFolder::Files {
 
   fs::path folder;
   ReadSensors sensors{folder};
+  const std::vector<slam::Stamp>& stamps = sensors.camera->all;  // of the images
+  std::vector<fs::path> images = images_of(folder, *sensors.camera);
   std::vector<slam::Stamp> times;
-  StampedRows camera = sensors.camera->rows();
-  Readings readings{*sensors.imu, sensors.imu_ahead};
+  std::size_t next_image = 0, next_reading = 0;
   std::optional<StampedRows> plan;
 
-  cv::Mat image() const {
-    const fs::path file =
-        files::contained_path(folder / sensor_data("cam0"), camera.row().text(sensors.camera->next_field()));
+  slam::Observation next() {
+    const slam::Stamp start = sensors.first_image, t = stamps[next_image];
     const slam::CameraIntrinsics& size = sensors.setup.calibration.camera;
-    return decode_image(file, files::read_text(file, files::kMostOfImage), {size.width_px, size.height_px},
-                        cv::IMREAD_GRAYSCALE);
+    const fs::path& file = images[next_image++];
+    slam::Observation o;
+    o.t = t - start;
+    o.image = decode_image(file, files::read_text(file, files::kMostOfImage), {size.width_px, size.height_px},
+                           cv::IMREAD_GRAYSCALE);
+    for (auto& all = sensors.readings; next_reading < all.size() && all[next_reading].begin < t;) {
+      Reading& now = all[next_reading];
+      const slam::Stamp begin = std::exchange(now.begin, std::min(now.end, t));
+      o.gyro.push_back({begin - start, now.begin - start, now.gyro});
+      if (now.accelerometer)
+        o.accelerometer.push_back({begin - start, now.begin - start, *now.accelerometer});
+      if (now.begin == now.end) ++next_reading;
+    }
+    while (plan && plan->stamp() && *plan->stamp() < t) plan->advance();
+    if (plan && plan->stamp() == t) o.plan = read_plan_row(plan->row());
+    return o;
   }
 };
 
@@ -335,20 +377,13 @@ const AslSensors& AslFolder::sensors() const { return files_->sensors; }
 
 const std::vector<slam::Stamp>& AslFolder::times() const { return files_->times; }
 
-double AslFolder::part() const { return files_->camera.row().part(); }
+double AslFolder::part() const {
+  return static_cast<double>(files_->next_image) / static_cast<double>(files_->images.size());
+}
 
 std::optional<slam::Observation> AslFolder::next() {
-  Files& f = *files_;
-  if (!f.camera.stamp()) return std::nullopt;
-  const slam::Stamp t = *f.camera.stamp();
-  slam::Observation o;
-  o.t = t - f.sensors.first_image;
-  o.image = f.image();
-  f.readings.move_to(t, f.sensors.first_image, o);
-  while (f.plan && f.plan->stamp() && *f.plan->stamp() < t) f.plan->advance();
-  if (f.plan && f.plan->stamp() == t) o.plan = read_plan_row(f.plan->row());
-  f.camera.advance();
-  return o;
+  if (files_->next_image == files_->images.size()) return std::nullopt;
+  return files_->next();
 }
 
 bool is_asl_folder(const fs::path& folder) { return fs::exists(folder / "mav0"); }
@@ -374,6 +409,32 @@ Truth read_asl_truth(const fs::path& folder, const AslSensors& sensors,
   }
   for (files::TimedPose& pose : truth.camera) pose = {pose.t - start, X_WT * pose.X * X_SC};
   return truth;
+}
+
+std::optional<ClockOffset> clock_offset(const std::vector<TimedRotation>& gyro,
+                                        const std::vector<files::TumRow>& truth) {
+  if (gyro.empty() || truth.empty()) return std::nullopt;
+  const slam::Stamp margin = kMostLag * kStep, begin = truth.front().t - margin;
+  const slam::Stamp end = std::min(truth.back().t, truth.front().t + kHour) + margin;
+  const auto size = static_cast<std::size_t>((end - begin) / kStep);
+  std::vector<files::TumRow> integral{{{gyro.front().t}, std::nullopt}};
+  for (std::size_t i = 1; i < gyro.size(); ++i) {
+    const Eigen::Vector3d turn =
+        0.5 * (gyro[i - 1].value + gyro[i].value) * slam::seconds(gyro[i].t - gyro[i - 1].t);
+    files::TumRow& now = integral.emplace_back(integral.back());
+    now.t = gyro[i].t;
+    now.X.rotate(Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()));
+  }
+  const Turns by_gyro = turns(integral, begin, size), by_truth = turns(truth, begin, size);
+  std::vector<Correlation> all;
+  for (int lag = -kMostLag; lag <= kMostLag; ++lag) all.push_back(correlation(by_truth, by_gyro, lag));
+  const auto best = std::ranges::max_element(all, {}, [](const Correlation& c) { return c.evidence(c.r); });
+  const double as_stamped = all[kMostLag].r;
+  if (best->r < kLeastCorrelation) return std::nullopt;
+  const auto evidence = [&](double r) { return best->evidence(std::min(r, kMostCorrelation)); };
+  const bool decisive = evidence(best->r) - evidence(as_stamped) >= kDecisive;
+  return ClockOffset{decisive ? slam::seconds((best - all.begin() - kMostLag) * kStep) : 0, best->r,
+                     as_stamped, best->gain};
 }
 
 }  // namespace sim::recording

@@ -10,11 +10,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 
-#include "sim/files/hash.h"
 #include "sim/files/json.h"
-#include "sim/files/text.h"
 #include "sim/recording/manifest.h"
 
 namespace sim::recording {
@@ -156,11 +153,8 @@ Cache::Entry Cache::read_entry(const std::string& key) const {
   const std::int64_t last_used = status.st_mtim.tv_sec * 1'000'000'000 + status.st_mtim.tv_nsec;
   try {
     const files::Json read = files::read_json(place_.folder / key / "entry.json");
-    return {{read.at("scenario").text(), read.at("seed").whole()},
-            key,
-            read.at("bytes").whole(),
-            last_used,
-            in_use};
+    const Label label{read.at("scenario").text(), read.at("seed").whole()};
+    return {label, key, read.at("bytes").whole(), last_used, in_use};
   } catch (const FileError&) {
     return {{"(damaged)"}, key, size_of(place_.folder / key), last_used, in_use};
   }
@@ -174,9 +168,7 @@ std::vector<Cache::Entry> Cache::list() const {
         key.size() == 32 && key.find_first_not_of("0123456789abcdef") == key.npos &&
         files::has_marker(folder.path()))
       entries.push_back(read_entry(key));
-  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
-    return std::pair(a.last_used_ns, a.key) < std::pair(b.last_used_ns, b.key);
-  });
+  std::ranges::sort(entries, {}, [](const Entry& entry) { return std::tie(entry.last_used_ns, entry.key); });
   return entries;
 }
 

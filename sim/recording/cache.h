@@ -1,12 +1,7 @@
 // The cache of recordings: each walk is recorded once and serves every run, sweep and tuning.
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
 #include <functional>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "sim/files/atomic_file.h"
 

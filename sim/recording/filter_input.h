@@ -1,10 +1,6 @@
 // Input of the filter from a recorded run: its observations with the sensor errors of the scenario.
 #pragma once
 
-#include <deque>
-#include <filesystem>
-#include <optional>
-
 #include "sim/recording/recording.h"
 #include "sim/sensor_errors/sensor_errors.h"
 

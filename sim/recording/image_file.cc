@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <bit>
 #include <limits>
-#include <memory>
 
 #include "sim/files/text.h"
 

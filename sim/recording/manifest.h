@@ -1,15 +1,10 @@
 // List of a recording's files with sizes and hashes, to find missing, truncated and edited files.
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
 #include <functional>
 #include <map>
-#include <string>
-#include <string_view>
 
 #include "sim/files/hash.h"
-#include "sim/files/text.h"
 
 namespace sim::recording {
 

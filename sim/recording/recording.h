@@ -3,14 +3,7 @@
 // layout expect 19 digits. Positions in m, angles in rad.
 #pragma once
 
-#include <Eigen/Geometry>
-#include <filesystem>
 #include <functional>
-#include <memory>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "sim/files/trajectory_file.h"
 #include "sim/rig/rig.h"

@@ -2,11 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "sim/files/columns.h"
 #include "sim/files/csv.h"

@@ -1,14 +1,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <deque>
-#include <utility>
 
 #include "sim/recording/filter_input.h"
 #include "sim/recording/image_file.h"
-#include "sim/recording/manifest.h"
-#include "sim/recording/recording.h"
-#include "sim/recording/recording_format.h"
 #include "sim/recording/sensor_yaml.h"
 
 namespace sim::recording {
@@ -29,7 +24,6 @@ std::vector<files::TimedPose> read_poses(const Manifest& manifest, const Table& 
   return poses;
 }
 
-// Reads the foot from this field on.
 TrueFoot read_foot(const files::CsvReader& row, std::size_t first) {
   const std::int64_t down = row.integer(first + 6);
   if (down != 0 && down != 1) row.fail(first + 6, "expected 0 or 1");
@@ -144,9 +138,9 @@ struct RecordingReader::Files {
     setup.imu_rate_hz = chest.rate_hz;
     imu.emplace(manifest, folder, "imu0", true, chest.begin);
     for (const std::string& name : read_body_yaml(yaml(kBody))) {
-      const ReadRigSensor read = read_rig_sensor_yaml(yaml(sensor_file(name)), name);
-      setup.rig.push_back(read.sensor);
-      rig.emplace_back(manifest, folder, name, read.sensor.kind == rig::Kind::imu, read.begin);
+      const auto [sensor, begin] = read_rig_sensor_yaml(yaml(sensor_file(name)), name);
+      setup.rig.push_back(sensor);
+      rig.emplace_back(manifest, folder, name, sensor.kind == rig::Kind::imu, begin);
     }
     head = head_camera(setup);
     for (const rig::RigSensor& sensor : setup.rig)

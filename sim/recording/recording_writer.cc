@@ -1,7 +1,5 @@
 #include <fmt/format.h>
 
-#include <stdexcept>
-
 #include "sim/recording/image_file.h"
 #include "sim/recording/manifest.h"
 #include "sim/recording/recording.h"

@@ -6,13 +6,9 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
-#include <cmath>
-#include <map>
 #include <set>
-#include <stdexcept>
 #include <type_traits>
 
-#include "sim/files/text.h"
 #include "slam/camera.h"
 
 namespace sim::recording {
@@ -22,8 +18,8 @@ namespace {
 constexpr const char* kDirective = "%YAML:1.0";
 constexpr double kLeastRate = 1e-3, kLargestRate = 1e6;  // Hz
 constexpr int kLeastSide = 32, kLargestSide = 8192;      // px of a camera: its images fit into memory
-constexpr const char *kOneParameter = "one-parameter-radial", *kRadialTangential = "radial-tangential",
-                     *kEquidistant = "equidistant";
+/// In the order of slam::Lens.
+constexpr std::array<std::string_view, 3> kLenses{"one-parameter-radial", "radial-tangential", "equidistant"};
 
 std::string matrix(const std::string& key, const Eigen::Isometry3d& X) {
   const Eigen::Matrix4d& m = X.matrix();
@@ -36,18 +32,6 @@ std::string matrix(const std::string& key, const Eigen::Isometry3d& X) {
 
 std::string head(const std::string& type, const std::string& comment) {
   return fmt::format("{}\nsensor_type: {}\ncomment: \"{}\"\n", kDirective, type, comment);
-}
-
-std::string lens(const slam::Lens& lens) {
-  const auto text = [](const char* model, const auto&... coefficients) {
-    const std::vector<double> all{coefficients...};
-    return fmt::format("distortion_model: {}\ndistortion_coefficients: [{}]\n", model, fmt::join(all, ", "));
-  };
-  if (const auto* k = std::get_if<slam::Equidistant>(&lens))
-    return text(kEquidistant, k->k1, k->k2, k->k3, k->k4);
-  if (const auto* k = std::get_if<slam::RadialTangential>(&lens))
-    return text(kRadialTangential, k->k1, k->k2, k->p1, k->p2);
-  return text(kOneParameter, std::get<slam::OneParameterRadial>(lens).k1_px2);
 }
 
 // A parsed file. Members throw FileError with file, line and column.
@@ -178,19 +162,20 @@ slam::Lens read_lens(const Yaml& yaml) {
   const YAML::Node model = yaml.at("distortion_model"),
                    coefficients = yaml.at(yaml.either("distortion_coefficients", "distortion_coeffs"));
   const std::string name = model.IsScalar() ? model.Scalar() : "";
-  if (name == kOneParameter) return slam::OneParameterRadial{yaml.numbers(coefficients, 1)[0]};
-  if (name != kRadialTangential && name != "radtan" && name != kEquidistant)
-    yaml.fail(model.Mark(),
-              fmt::format("expected {}, radtan, {} or {}", kRadialTangential, kEquidistant, kOneParameter));
+  if (name == kLenses[0]) return slam::OneParameterRadial{yaml.numbers(coefficients, 1)[0]};
+  if (name != kLenses[1] && name != "radtan" && name != kLenses[2])
+    yaml.fail(model.Mark(), fmt::format("expected {}, radtan, {} or {}", kLenses[1], kLenses[2], kLenses[0]));
   const std::vector<double> k = yaml.numbers(coefficients, 4);
-  if (name == kEquidistant) return slam::Equidistant{k[0], k[1], k[2], k[3]};
+  if (name == kLenses[2]) return slam::Equidistant{k[0], k[1], k[2], k[3]};
   return slam::RadialTangential{k[0], k[1], k[2], k[3]};
 }
 
 std::string intrinsics(const slam::CameraIntrinsics& camera) {
-  return fmt::format("resolution: [{}, {}]\ncamera_model: pinhole\nintrinsics: [{}, {}, {}, {}]\n{}",
-                     camera.width_px, camera.height_px, camera.fu_px, camera.fv_px, camera.u0_px,
-                     camera.v0_px, lens(camera.lens));
+  return fmt::format(
+      "resolution: [{}, {}]\ncamera_model: pinhole\nintrinsics: [{}, {}, {}, {}]\ndistortion_model: {}\n"
+      "distortion_coefficients: [{}]\n",
+      camera.width_px, camera.height_px, camera.fu_px, camera.fv_px, camera.u0_px, camera.v0_px,
+      kLenses[camera.lens.index()], fmt::join(rig::coefficients(camera.lens), ", "));
 }
 
 slam::CameraIntrinsics read_intrinsics(const Yaml& yaml) {
@@ -328,9 +313,10 @@ std::vector<std::string> read_body_yaml(const YamlFile& file) {
   return names;
 }
 
-ReadRigSensor read_rig_sensor_yaml(const YamlFile& file, const std::string& name) {
+std::pair<rig::RigSensor, std::optional<slam::Stamp>> read_rig_sensor_yaml(const YamlFile& file,
+                                                                           const std::string& name) {
   const Yaml yaml(file);
-  ReadRigSensor read;
+  std::pair<rig::RigSensor, std::optional<slam::Stamp>> read;
   auto& [sensor, begin] = read;
   sensor.name = name;
   const YAML::Node kind = yaml.at("kind");

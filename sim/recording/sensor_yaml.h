@@ -1,12 +1,6 @@
 // The sensor.yaml files of a recording: mounting of the sensors and intrinsics of the cameras.
 #pragma once
 
-#include <filesystem>
-#include <optional>
-#include <string>
-#include <vector>
-
-#include "sim/recording/recording.h"
 #include "sim/recording/recording_format.h"
 
 namespace sim::recording {
@@ -66,10 +60,8 @@ Eigen::Isometry3d read_pose(const YamlFile& file, const std::string& key, bool r
 /// The names of the joints, and of the further sensors.
 std::vector<std::string> read_joints(const YamlFile& file);
 std::vector<std::string> read_body_yaml(const YamlFile& file);
-struct ReadRigSensor {
-  rig::RigSensor sensor;
-  std::optional<slam::Stamp> begin;  ///< as of rig_sensor_yaml()
-};
-ReadRigSensor read_rig_sensor_yaml(const YamlFile& file, const std::string& name);
+/// A further sensor, and `begin` as of rig_sensor_yaml().
+std::pair<rig::RigSensor, std::optional<slam::Stamp>> read_rig_sensor_yaml(const YamlFile& file,
+                                                                           const std::string& name);
 
 }  // namespace sim::recording

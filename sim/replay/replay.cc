@@ -2,15 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cctype>
-#include <cmath>
-#include <utility>
-#include <variant>
-#include <vector>
 
 #include "sim/recording/asl_folder.h"
-#include "sim/recording/recording.h"
 #include "sim/result/score_file.h"
 
 namespace sim::replay {

@@ -2,13 +2,8 @@
 // program estimated on it.
 #pragma once
 
-#include <filesystem>
-#include <optional>
-#include <string>
-
 #include "sim/files/trajectory_file.h"
 #include "sim/result/result.h"
-#include "sim/scenario/scenario.h"
 #include "sim/score/trajectory.h"
 #include "sim/tracking/tracking.h"
 

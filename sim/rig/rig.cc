@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <set>
 #include <stdexcept>
+
+#include "slam/camera.h"
 
 namespace sim::rig {
 namespace {
@@ -18,7 +21,6 @@ std::string range_problem(double nearest_m, double furthest_m) {
   return fmt::format("nearest_m {} is not below furthest_m {}", nearest_m, furthest_m);
 }
 
-// Copies what the item has.
 void copy_values(const auto& item, RigSensor& s) {
   if constexpr (requires { item.time_offset_s; }) s.time_offset_s = item.time_offset_s;
   if constexpr (requires { item.rate_hz; }) s.rate_hz = item.rate_hz;
@@ -78,6 +80,37 @@ struct Preset {
 constexpr Preset kPresets[]{
     {"head_2006", [] { return std::vector<Item>(); }}, {"d435i", d435i}, {"d435i_mid360", d435i_mid360}};
 
+using Vector6d = Eigen::Matrix<double, 6, 1>;  // fu, fv, k1 to k4
+constexpr int kGrid = 40;                      // pixels a side for comparing the two cameras
+
+// A pixel and the line of sight (x, y, 1) of the given camera there.
+struct Sightline {
+  Eigen::Vector2d pixel, n;
+};
+
+// One Gauss-Newton step: the pixel is (u0, v0) + (fu x, fv y)/r (θ + k1 θ³ + ...), linear in each parameter.
+Vector6d step(const std::vector<Sightline>& sights, const slam::CameraIntrinsics& camera, const Vector6d& p) {
+  Eigen::Matrix<double, 6, 6> A = Eigen::Matrix<double, 6, 6>::Zero();
+  Vector6d b = Vector6d::Zero();
+  for (const Sightline& sight : sights) {
+    const double r = sight.n.norm();
+    if (r < 1e-9) continue;
+    const double angle = std::atan(r), a2 = angle * angle;
+    const Eigen::Vector4d powers = angle * Eigen::Vector4d(a2, a2 * a2, a2 * a2 * a2, a2 * a2 * a2 * a2);
+    const double bent = angle + powers.dot(p.tail<4>());
+    for (int axis = 0; axis < 2; ++axis) {
+      const double along = sight.n(axis) / r;
+      Vector6d J = Vector6d::Zero();
+      J(axis) = along * bent;
+      J.tail<4>() = p(axis) * along * powers;
+      const double center = axis == 0 ? camera.u0_px : camera.v0_px;
+      A += J * J.transpose();
+      b += J * (sight.pixel(axis) - center - p(axis) * along * bent);
+    }
+  }
+  return A.ldlt().solve(b);
+}
+
 }  // namespace
 
 Eigen::Isometry3d pose(const Mount& mount) {
@@ -93,8 +126,6 @@ Eigen::Isometry3d pose(const Mount& mount) {
 std::string GreyEye::problem() const {
   return baseline_m == 0 && position_m.isZero() ? "baseline_m is 0: it would be the head camera again" : "";
 }
-
-std::string ColorCamera::problem() const { return ""; }
 
 std::string DepthCamera::problem() const { return range_problem(nearest_m, furthest_m); }
 
@@ -164,13 +195,14 @@ Eigen::Isometry3d camera_from_forward_left_up() {
 
 slam::CameraIntrinsics lens(int width_px, int height_px, double fov_rad, double distortion) {
   const double f = width_px / 2.0 / std::tan(fov_rad / 2), s = width_px / 320.0;
-  return {width_px,
-          height_px,
-          f,
-          f,
-          (width_px - 1) / 2.0,
-          (height_px - 1) / 2.0,
-          slam::OneParameterRadial{7.37e-6 * distortion / (s * s)}};
+  const slam::OneParameterRadial radial{7.37e-6 * distortion / (s * s)};
+  return {width_px, height_px, f, f, (width_px - 1) / 2.0, (height_px - 1) / 2.0, radial};
+}
+
+std::vector<double> coefficients(const slam::Lens& lens) {
+  if (const auto* k = std::get_if<slam::Equidistant>(&lens)) return {k->k1, k->k2, k->k3, k->k4};
+  if (const auto* k = std::get_if<slam::RadialTangential>(&lens)) return {k->k1, k->k2, k->p1, k->p2};
+  return {std::get<slam::OneParameterRadial>(lens).k1_px2};
 }
 
 int partner(const std::vector<RigSensor>& rig, const RigSensor& depth) {
@@ -204,6 +236,33 @@ std::vector<RigSensor> calibrated(const std::vector<Item>& items, const slam::Ca
       s.rate_hz = camera.rate_hz, s.time_offset_s = camera.time_offset_s;
     }
   return sensors;
+}
+
+FittedCamera fit_equidistant(const slam::CameraIntrinsics& camera) {
+  const slam::Camera original(camera);
+  std::vector<Sightline> grid;
+  for (int row = 0; row < kGrid; ++row)
+    for (int column = 0; column < kGrid; ++column) {
+      const Eigen::Vector2d pixel((camera.width_px - 1.0) * column / (kGrid - 1),
+                                  (camera.height_px - 1.0) * row / (kGrid - 1));
+      if (const auto ray = original.unproject(pixel)) grid.push_back({pixel, ray->h.head<2>()});
+    }
+  Vector6d p;
+  p << camera.fu_px, camera.fv_px, 0, 0, 0, 0;
+  for (int i = 0; i < 20; ++i) p += step(grid, camera, p);
+  FittedCamera fitted{camera};
+  fitted.camera.fu_px = p(0), fitted.camera.fv_px = p(1);
+  fitted.camera.lens = slam::Equidistant{p(2), p(3), p(4), p(5)};
+  const slam::Camera equidistant(fitted.camera);
+  for (const Sightline& sight : grid) {
+    const auto at = equidistant.project(sight.n.homogeneous());
+    if (!at) throw std::logic_error("the fitted lens covers less than the original one");
+    const double off = (at->pixel - sight.pixel).norm();
+    fitted.rms_px += off * off / static_cast<double>(grid.size());
+    fitted.largest_px = std::max(fitted.largest_px, off);
+  }
+  fitted.rms_px = std::sqrt(fitted.rms_px);
+  return fitted;
 }
 
 }  // namespace sim::rig

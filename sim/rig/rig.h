@@ -1,16 +1,206 @@
-// The calibrated sensors of a rig, as recordings, estimators, exports and pages know them.
+// The rig: the scenario's list of further sensors beside head camera and chest IMU, the mounting of all
+// sensors, and the calibrated sensors, as recordings, estimators, exports and pages know them.
 #pragma once
 
 #include <Eigen/Geometry>
 #include <array>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
-#include "sim/rig/options.h"
 #include "slam/options.h"
 
 namespace sim::rig {
+
+/// A mount without a link is relative to the place that the model gives the sensor.
+inline constexpr const char* kModel = "model";
+
+/// The mounting of a sensor on a link of the robot's model. Axes of the link and of the mounted sensor: x
+/// forward, y left, z up; a camera looks along x.
+struct Mount {
+  std::string link = kModel;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  double yaw_rad = 0, tilt_rad = 0, roll_rad = 0;
+
+  static void keys(auto&& key) {
+    value<&Mount::link>(
+        key,
+        "link of the robot that carries the sensor; model: position and angles are relative to "
+        "the place that the model gives it, those of the rig's sensors to the head camera");
+    number<&Mount::position_m>(key, -10, 10, "position on the link: forward, left, up");
+    degrees<&Mount::yaw_rad>(key, -180, 180,
+                             "turn about the vertical axis, positive to the left, applied first");
+    degrees<&Mount::tilt_rad>(key, -180, 180,
+                              "turn about the sensor's left axis, positive down, applied second");
+    degrees<&Mount::roll_rad>(key, -180, 180, "turn about the sensor's forward axis, applied last");
+  }
+
+  bool on_link() const { return link != kModel; }
+  bool is_default() const { return *this == Mount{}; }
+  bool operator==(const Mount&) const = default;
+};
+
+/// Pose of the sensor's axes (forward, left, up) in those of its link.
+Eigen::Isometry3d pose(const Mount& mount);
+
+/// The scenario's keys imu.*: the mounting of the chest IMU.
+struct ImuOptions : Mount {};
+
+/// Each sensor has a name, which is its folder in a recording, and a clock.
+struct Sensor : Mount {
+  std::string name;
+  double time_offset_s = 0;
+
+  static void keys(auto&& key) {
+    value<&Sensor::name>(key, "name of the sensor and of its folder in the recording");
+    Mount::keys(key);
+    number<&Sensor::time_offset_s>(key, -1, 1, "how far its stamps are ahead of the head camera's clock");
+  }
+};
+
+/// Size, rate and shutter of a camera.
+struct Imager {
+  int width_px = 320, height_px = 240;
+  double rate_hz = 30;
+  double exposure_s = 0, readout_s = 0;
+  int subframes = 8;
+
+  static void size_keys(auto&& key) {
+    number<&Imager::width_px>(key, 32, 4096, "width of the image");
+    number<&Imager::height_px>(key, 32, 4096, "height of the image");
+    number<&Imager::rate_hz>(key, 0.1, 1000, "frames per second of simulated time");
+  }
+  static void shutter_keys(auto&& key) {
+    number<&Imager::exposure_s>(key, 0, 0.1, "exposure time of each row, which causes motion blur");
+    number<&Imager::readout_s>(key, 0, 0.1,
+                               "time from the first row's exposure to the last row's (rolling shutter)");
+    number<&Imager::subframes>(key, 2, 64,
+                               "pictures rendered for each frame when exposure_s or readout_s is not 0");
+  }
+};
+
+/// A second gray eye: lens, size, rate and shutter of the head camera.
+struct GreyEye : Sensor {
+  static constexpr const char* kName = "grey";
+  double baseline_m = 0.05, read_sigma_grey = 1, shot_sigma_grey = 1;
+
+  GreyEye() { name = "cam1"; }
+  static void keys(auto&& key) {
+    Sensor::keys(key);
+    number<&GreyEye::baseline_m>(key, -1, 1, "distance to the right of the head camera, besides position_m");
+    number<&GreyEye::read_sigma_grey>(key, 0, 100, "noise of a black pixel, in gray levels of 255");
+    number<&GreyEye::shot_sigma_grey>(key, 0, 50, "photon noise of a white pixel, in gray levels of 255");
+  }
+  /// Returns what is wrong with the sensor, or "".
+  std::string problem() const;
+};
+
+/// A color camera with its own lens.
+struct ColorCamera : Sensor, Imager {
+  static constexpr const char* kName = "color";
+  double fov_rad = 1.2042771838760873, distortion = 0;  // 69 deg
+  double read_sigma_grey = 1, shot_sigma_grey = 1;
+
+  ColorCamera() { name = "rgb0", width_px = 424, subframes = 4; }
+  static void keys(auto&& key) {
+    Sensor::keys(key);
+    Imager::size_keys(key);
+    degrees<&ColorCamera::fov_rad>(key, 10, 120, "horizontal field of view without distortion");
+    number<&ColorCamera::distortion>(key, 0, 1.3, "radial parameter relative to that of the paper's camera");
+    Imager::shutter_keys(key);
+    number<&ColorCamera::read_sigma_grey>(key, 0, 100, "noise of a black pixel, in levels of 255");
+    number<&ColorCamera::shot_sigma_grey>(key, 0, 50, "photon noise of a white pixel, in levels of 255");
+  }
+};
+
+/// Depth at the pixels, the stamps and from the place of another camera.
+struct DepthCamera {
+  static constexpr const char* kName = "depth";
+  std::string name = "depth0", aligned_with = "cam0";
+  double nearest_m = 0.3, furthest_m = 10;
+  double baseline_m = 0.05, disparity_sigma_px = 0.08;
+  int edge_px = 1;
+
+  static void keys(auto&& key) {
+    value<&DepthCamera::name>(key, "name of the sensor and of its folder in the recording");
+    value<&DepthCamera::aligned_with>(key, "the camera whose pixels, place and stamps it shares");
+    number<&DepthCamera::nearest_m>(key, 0.05, 60, "nearer surfaces give no depth");
+    number<&DepthCamera::furthest_m>(key, 0.05, 60, "surfaces further away give no depth");
+    number<&DepthCamera::baseline_m>(
+        key, 0.001, 1,
+        "baseline b of the stereo pair that measures: the error is z² disparity_sigma_px / (f b)");
+    number<&DepthCamera::disparity_sigma_px>(key, 0, 10, "error of the disparity; 0: exact depth");
+    number<&DepthCamera::edge_px>(key, 0, 20, "pixels beside an occlusion edge that give no depth");
+  }
+  std::string problem() const;
+};
+
+/// A spinning lidar with a pattern that does not repeat.
+struct Lidar : Sensor {
+  static constexpr const char* kName = "lidar";
+  double rate_hz = 10;
+  int points_per_s = 200000;
+  double lowest_rad = -0.12217304763960307, highest_rad = 0.9075712110370514;  // -7, 52 deg
+  double nearest_m = 0.1, furthest_m = 40;
+  double range_sigma_m = 0.02, angle_sigma_rad = 0.0026179938779914941;  // 0.15 deg
+
+  Lidar() { name = "lidar0"; }
+  static void keys(auto&& key) {
+    Sensor::keys(key);
+    number<&Lidar::rate_hz>(key, 0.5, 1000, "sweeps per second of simulated time");
+    number<&Lidar::points_per_s>(key, 1, 5e6, "rays per second");
+    degrees<&Lidar::lowest_rad>(key, -90, 90, "lowest ray, from the horizontal plane of the sensor");
+    degrees<&Lidar::highest_rad>(key, -90, 90, "highest ray");
+    number<&Lidar::nearest_m>(key, 0.01, 200, "nearer surfaces give no point");
+    number<&Lidar::furthest_m>(key, 0.01, 200, "surfaces further away give no point");
+    number<&Lidar::range_sigma_m>(key, 0, 10, "noise of the range");
+    degrees<&Lidar::angle_sigma_rad>(key, 0, 10, "noise of azimuth and elevation");
+  }
+  std::string problem() const;
+};
+
+/// A further IMU.
+struct Imu : Sensor {
+  static constexpr const char* kName = "imu";
+  double rate_hz = 200;
+  double gyro_sigma_rad_s = 5e-4, accelerometer_sigma_m_s2 = 1e-2;
+  double gyro_bias_sigma_rad_s = 0, accelerometer_bias_sigma_m_s2 = 0;
+
+  Imu() { name = "imu1"; }
+  static void keys(auto&& key) {
+    Sensor::keys(key);
+    number<&Imu::rate_hz>(key, 1, 1000, "readings per second, each the mean since the one before");
+    number<&Imu::gyro_sigma_rad_s>(key, 0, 1e3, "white noise of a gyro reading");
+    number<&Imu::accelerometer_sigma_m_s2>(key, 0, 1e3, "white noise of an accelerometer reading");
+    number<&Imu::gyro_bias_sigma_rad_s>(key, 0, 1e3,
+                                        "standard deviation of the gyro's constant bias over seeds");
+    number<&Imu::accelerometer_bias_sigma_m_s2>(
+        key, 0, 1e3, "standard deviation of the accelerometer's constant bias over seeds");
+  }
+  std::string problem() const;
+};
+
+/// One further sensor.
+using Item = std::variant<GreyEye, ColorCamera, DepthCamera, Lidar, Imu>;
+
+const std::string& name_of(const Item& item);
+
+/// The rig of that name: head_2006 (the paper's: no further sensors), d435i, d435i_mid360. Nothing for
+/// others.
+std::optional<std::vector<Item>> preset(std::string_view name);
+std::vector<std::string_view> preset_names();
+
+/// An invalid item and the reason: a name that is taken or not a folder name, or a depth camera without its
+/// partner.
+struct Problem {
+  std::size_t item;
+  std::string what;
+};
+std::optional<Problem> problem(const std::vector<Item>& items);
+/// Returns the first of these names of further sensors that is taken or not a folder name, and why.
+std::optional<Problem> name_problem(const std::vector<std::string>& names);
 
 enum class Kind { grey, color, depth, lidar, imu };
 /// The kinds in words, in the order of their values.
@@ -64,7 +254,20 @@ std::vector<RigSensor> calibrated(const std::vector<Item>& items, const slam::Ca
 /// in the middle.
 slam::CameraIntrinsics lens(int width_px, int height_px, double fov_rad, double distortion);
 
+/// The coefficients of a lens, in the order of its members.
+std::vector<double> coefficients(const slam::Lens& lens);
+
 /// Returns the index of the camera that a depth camera is aligned with, or -1 for the head camera.
 int partner(const std::vector<RigSensor>& rig, const RigSensor& depth);
+
+/// A camera that approximates another one; the distance of their pixels over the whole image.
+struct FittedCamera {
+  slam::CameraIntrinsics camera;
+  double rms_px = 0, largest_px = 0;
+};
+
+/// The equidistant camera nearest to the given one: least squares in the two focal lengths and four
+/// coefficients over a grid of pixels that includes the borders. The principal point is kept.
+FittedCamera fit_equidistant(const slam::CameraIntrinsics& camera);
 
 }  // namespace sim::rig

@@ -1,24 +1,19 @@
 #include "sim/scenario/keys.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <array>
 #include <limits>
 #include <map>
 #include <sstream>
 
 #include "sim/files/hash.h"
-#include "sim/files/text.h"
-#include "sim/scenario/lists.h"
-#include "sim/scenario/value.h"
 #include "sim/score/metrics.h"
 
 namespace sim::scenario {
 namespace {
 
 namespace fs = std::filesystem;
+using std::string_view_literals::operator""sv;
 
 std::vector<fs::path> files_below(const fs::path& folder) {
   std::error_code fault;

@@ -1,16 +1,124 @@
 // The table of keys for reading, overrides, help, printing, sweeps and tuning.
 #pragma once
 
-#include <filesystem>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
+#include <concepts>
+#include <type_traits>
 
-#include "sim/scenario/key.h"
 #include "sim/scenario/options.h"
+#include "sim/scenario/value.h"
+#include "walking/keys.h"
 
 namespace sim::scenario {
+
+// The lists of a scenario: walk commands, sensor faults, pushes, floor patches and sensors of the rig. Each
+// item is of one kind of a closed set: `- stand: {duration_s: 1}`. A kind has kName and keys, and may have
+// problem(), which returns what is wrong with an item as a whole, and `list`, if its value in the file is a
+// list.
+
+template <class Item>
+concept ListItem = std::same_as<Item, walking::Command> || std::same_as<Item, sensor_errors::Fault> ||
+    std::same_as<Item, physics::Push> || std::same_as<Item, physics::FloorPatch> ||
+    std::same_as<Item, rig::Item>;
+
+/// The operations on these lists. read() replaces the list and throws ConfigError at the item or field that
+/// is wrong; print() writes one item to a line.
+template <ListItem Item>
+struct ListOperations {
+  static std::string expected(const Domain&);
+  static void read(const Yaml& node, std::string_view key, const Domain&, void* items);
+  static std::string print(const Domain&, const void* items);
+};
+template <ListItem Item>
+inline constexpr ValueType kValueType<std::vector<Item>>{
+    ListOperations<Item>::expected, ListOperations<Item>::read, ListOperations<Item>::print};
+
+/// One line for each kind of item of a list and each of its fields, for help.
+template <ListItem Item>
+std::string describe();
+
+/// A value that can be set in options, its owner: those that keys_of() was asked for. The member's
+/// initializer is its default, its name ends in its unit.
+struct Key {
+  std::string name;      ///< dotted: "walk.step_length_m"
+  std::string doc;       ///< what the key means
+  std::string expected;  ///< "a number from 0.01 to 0.4"
+  Domain domain;
+  const ValueType* type;
+  std::function<void*(void*)> find;  ///< the value in the owner
+
+  /// Throws ConfigError.
+  template <class Owner>
+  void read(const Yaml& node, Owner& owner) const {
+    type->read(node, name, domain, find(&owner));
+  }
+  /// Prints the value as YAML; lists may break lines.
+  template <class Owner>
+  std::string print(const Owner& owner) const {
+    return type->print(domain, find(const_cast<Owner*>(&owner)));  // NOLINT: print changes nothing
+  }
+};
+
+/// Visitor that makes the Keys of an options struct and of its parts.
+template <class Options>
+class KeyCollector : public walking::KeyVisitor {
+ public:
+  /// prefix: of all names; find(owner): the Options in it.
+  KeyCollector(std::string prefix, std::function<void*(void*)> find, std::vector<Key>& keys)
+      : prefix_(std::move(prefix)), find_(std::move(find)), keys_(keys) {}
+
+  void number(std::string_view name, auto member, double lowest, double highest, std::string_view doc) const {
+    add(name, member, {lowest, highest}, doc);
+  }
+  void choice(std::string_view name, auto member, std::span<const std::string_view> words,
+              std::string_view doc) const {
+    add(name, member, {0, 0, words}, doc);
+  }
+  void value(std::string_view name, auto member, std::string_view doc) const { add(name, member, {}, doc); }
+  void degrees(std::string_view name, double Options::*member, double lowest, double highest,
+               std::string_view doc) const {
+    add(name, member, {lowest, highest}, doc, kDegrees);
+  }
+  template <class Part, class Class>
+  void part(std::string_view name, Part Class::*member) const {
+    using Present = std::remove_pointer_t<decltype(present(std::declval<Part&>()))>;
+    Present::keys(KeyCollector<Present>(prefix_ + std::string(name) + ".", below(member), keys_));
+  }
+
+ private:
+  /// The part, also of an optional one.
+  static auto* present(auto& part) {
+    if constexpr (requires { part.has_value(); }) {
+      return &*part;
+    } else {
+      return &part;
+    }
+  }
+  template <class Value, class Class>
+  std::function<void*(void*)> below(Value Class::*member) const {
+    return [find = find_, member](void* owner) -> void* {
+      return present(static_cast<Options*>(find(owner))->*member);
+    };
+  }
+  template <class Value, class Class>
+  void add(std::string_view name, Value Class::*member, const Domain& domain, std::string_view doc,
+           const ValueType& type = kValueType<Value>) const {
+    keys_.push_back(
+        {prefix_ + std::string(name), std::string(doc), type.expected(domain), domain, &type, below(member)});
+  }
+
+  std::string prefix_;
+  std::function<void*(void*)> find_;
+  std::vector<Key>& keys_;
+};
+
+/// All keys of options that have `keys`.
+template <class Options>
+std::vector<Key> keys_of() {
+  std::vector<Key> keys;
+  Options::keys(KeyCollector<Options>(
+      "", [](void* owner) { return owner; }, keys));
+  return keys;
+}
 
 /// All keys but limits.<metric>, sections together, in the order of help and of to_yaml.
 const std::vector<Key>& scenario_keys();

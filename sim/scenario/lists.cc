@@ -1,12 +1,6 @@
-#include "sim/scenario/lists.h"
-
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <variant>
-
-#include "sim/scenario/key.h"
+#include "sim/scenario/keys.h"
 
 namespace sim::scenario {
 namespace {

@@ -1,15 +1,9 @@
 // Contents of a scenario: walk, world, sensor errors, filter, and limits of the score.
 #pragma once
 
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "sim/camera/options.h"
 #include "sim/estimators/estimator_choice.h"
 #include "sim/physics/options.h"
-#include "sim/rig/options.h"
 #include "sim/scenario/ending.h"
 #include "sim/sensor_errors/sensor_errors.h"
 #include "slam/options.h"

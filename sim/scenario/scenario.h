@@ -1,11 +1,7 @@
 // Reading and writing scenarios: YAML files, which may change others.
 #pragma once
 
-#include <filesystem>
 #include <map>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "sim/scenario/options.h"
 #include "sim/scenario/yaml.h"
@@ -34,10 +30,6 @@ ReadScenario read_scenario(const std::filesystem::path& file, const Changes& cha
 
 /// The same from text. file: its name in messages; its stem names the scenario.
 ReadScenario read_scenario_text(std::string_view text, const std::string& file, const Changes& changes = {});
-
-/// Throws ConfigError if keys contradict each other, a fault never happens, or the walk takes too long to
-/// plan. root: for the position of the error.
-void check_whole(const ReadScenario& read, const Yaml& root);
 
 /// The whole scenario as YAML, without a base; reading it again gives the same scenario bit for bit.
 std::string to_yaml(const Scenario& scenario);

@@ -1,12 +1,9 @@
 // Values in YAML: numbers, switches, words and lists, read strictly and printed so that they read back.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <Eigen/Core>
-#include <cstdint>
-#include <span>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "sim/estimators/estimator_choice.h"
 #include "sim/scenario/yaml.h"
@@ -40,16 +37,16 @@ void read(const Yaml& node, std::string_view key, const Domain& domain, Eigen::V
 void read(const Yaml& node, std::string_view key, const Domain& domain, std::vector<Eigen::Vector3d>& value);
 
 /// Prints a value as YAML on one line; read() gives the same value bit for bit.
-std::string print(const Domain& domain, double value);
-std::string print(const Domain& domain, int value);
-std::string print(const Domain& domain, std::uint64_t value);
-std::string print(const Domain& domain, bool value);
+template <class T>
+requires std::is_arithmetic_v<T> std::string print(const Domain&, T value) {
+  return fmt::format("{}", value);
+}
 std::string print(const Domain& domain, const std::string& value);
 std::string print(const Domain& domain, const std::vector<std::string>& value);
 std::string print(const Domain& domain, const Eigen::Vector3d& value);
 std::string print(const Domain& domain, const std::vector<Eigen::Vector3d>& value);
 
-/// A built-in estimator or an external one (estimator_key.cc).
+/// A built-in estimator or an external one.
 std::string expected(const Domain& domain, const estimators::EstimatorChoice&);
 void read(const Yaml& node, std::string_view key, const Domain& domain, estimators::EstimatorChoice& choice);
 std::string print(const Domain& domain, const estimators::EstimatorChoice& choice);

@@ -205,8 +205,7 @@ void require_map(const Yaml& node, std::string_view key, std::string_view exampl
 void read_map(const Yaml& map, const MapReaders& readers) {
   for (std::size_t i = 0; i < map.keys.size(); ++i) {
     const Yaml& key = map.keys[i];
-    const auto reader = std::find_if(readers.begin(), readers.end(),
-                                     [&](const auto& known) { return known.first == key.text; });
+    const auto reader = std::ranges::find(readers, key.text, &MapReaders::value_type::first);
     if (reader == readers.end()) {
       std::vector<std::string_view> names;
       for (const auto& [name, read] : readers) names.push_back(name);

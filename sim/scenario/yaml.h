@@ -43,6 +43,9 @@ Yaml parse_yaml(std::string_view text, const Origin& origin);
 
 /// "; did you mean 'x'?" for the candidate nearest to the typed word, else the first that contains it, or "".
 std::string did_you_mean(std::string_view typed, std::span<const std::string_view> candidates);
+inline std::string did_you_mean(std::string_view typed, const std::vector<std::string>& candidates) {
+  return did_you_mean(typed, std::vector<std::string_view>(candidates.begin(), candidates.end()));
+}
 
 /// Text as a YAML scalar that reads back as the same text.
 std::string quote_if_needed(std::string_view text);

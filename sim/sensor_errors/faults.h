@@ -30,7 +30,7 @@ struct Span {
   slam::Stamp end() const { return stamp(from_s + duration_s); }
 };
 
-/// A fault of a part of the frames, by their stamps.
+/// A fault of a part of the frames, by their stamps, or of a part of each picture.
 template <class Fault>
 struct FrameFault : Span {
   double fraction = 1;
@@ -56,15 +56,12 @@ struct FramesDimmed : Span {  ///< less light (or more), before the noise
     number<&FramesDimmed::factor>(key, 0, 100, "factor on the light; above 1 the picture is overexposed");
   }
 };
-struct FramesCovered : Span {  ///< a poster that moves with the head, in the middle of the picture
-  static constexpr const char* kName = "frames_covered";
-  double fraction = 0.3;
-
-  static void keys(auto&& key) {
-    Span::keys(key);
-    number<&FramesCovered::fraction>(key, 0, 1,
-                                     "part of the picture's area that a poster fixed to the head covers");
-  }
+/// A poster that moves with the head, in the middle of the picture.
+struct FramesCovered : FrameFault<FramesCovered> {
+  static constexpr const char *kName = "frames_covered",
+                              *kFraction =
+                                  "part of the picture's area that a poster fixed to the head covers";
+  FramesCovered() { fraction = 0.3; }
 };
 struct FramesDoubled : FrameFault<FramesDoubled> {  ///< an observation arrives twice
   static constexpr const char *kName = "frames_doubled",

@@ -1,12 +1,56 @@
 #include "sim/sensor_errors/sensor_errors.h"
 
 #include <algorithm>
+#include <opencv2/imgproc.hpp>
 
 #include "sim/sensor_errors/random.h"
 #include "walking/keys.h"
 
 namespace sim::sensor_errors {
 namespace {
+
+using slam::InertialSample, slam::Observation, slam::PlannedMotion, slam::Stamp;
+
+Eigen::Vector3d normal3(Random random) {
+  Eigen::Vector3d v;
+  for (double& x : v) x = random.normal();
+  return v;
+}
+
+void append_shifted(std::deque<InertialSample>& queue, std::vector<InertialSample>& readings, Stamp offset) {
+  for (const InertialSample& reading : std::exchange(readings, {}))
+    queue.push_back({reading.begin + offset, reading.end + offset, reading.value});
+}
+
+std::vector<InertialSample> taken_until(Stamp t, std::deque<InertialSample>& queue) {
+  std::vector<InertialSample> readings;
+  for (; !queue.empty() && queue.front().end <= t; queue.pop_front()) readings.push_back(queue.front());
+  if (!queue.empty() && queue.front().begin < t) {
+    readings.push_back({queue.front().begin, t, queue.front().value});
+    queue.front().begin = t;
+  }
+  return readings;
+}
+
+Eigen::Isometry3d interpolate(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double part) {
+  Eigen::Isometry3d X = a;
+  const Eigen::Quaterniond q(a.linear());
+  X.linear() = q.slerp(part, Eigen::Quaterniond(b.linear())).normalized().toRotationMatrix();
+  X.translation() = (1 - part) * a.translation() + part * b.translation();
+  return X;
+}
+
+PlannedMotion interpolate(const PlannedMotion& a, const PlannedMotion& b, double part) {
+  PlannedMotion plan = part < 0.5 ? a : b;
+  plan.X_PC = interpolate(a.X_PC, b.X_PC, part);
+  plan.v_PC_C = (1 - part) * a.v_PC_C + part * b.v_PC_C;
+  plan.w_PC_C = (1 - part) * a.w_PC_C + part * b.w_PC_C;
+  plan.legs.reset();
+  if (a.legs && b.legs)
+    plan.legs = slam::LegMotion{interpolate(a.legs->X_OC, b.legs->X_OC, part),
+                                (1 - part) * a.legs->p_CS + part * b.legs->p_CS};
+  return plan;
+}
 
 template <class Spike, class Silence>
 InertialErrors inertial_errors(const char* sensor, const InertialErrorSizes& sizes, double Spike::*spike_size,
@@ -17,35 +61,232 @@ InertialErrors inertial_errors(const char* sensor, const InertialErrorSizes& siz
   return {sensor, sizes, seed, std::move(spikes), {silent.begin(), silent.end()}};
 }
 
+// InertialErrors refers white noise to readings of another period.
+InertialErrors inertial(const rig::RigSensor& sensor, const std::string& stream, double sigma,
+                        double bias_sigma, std::uint64_t seed) {
+  const double sigma_200_hz = sigma / std::sqrt(slam::kReadingPeriod_s * sensor.rate_hz);
+  return {stream, {.sigma = sigma_200_hz, .bias_sigma = bias_sigma}, seed, {}, {}};
+}
+
+// Marks the pixels on both sides of the edges between columns.
+void mark_edges(const cv::Mat1w& depth_mm, cv::Mat1b& marks) {
+  std::vector<float> inverse(static_cast<std::size_t>(depth_mm.cols) + 2);  // 0: none, as beyond both ends
+  const auto difference = [](float a, float b) { return a > 0 && b > 0 ? std::abs(a - b) : 0; };
+  for (int row = 0; row < depth_mm.rows; ++row) {
+    for (int i = 0; i < depth_mm.cols; ++i) {
+      const unsigned short z = depth_mm(row, i);
+      inverse[static_cast<std::size_t>(i) + 1] = z > 0 ? 1.0f / static_cast<float>(z) : 0;
+    }
+    for (int i = 0; i + 1 < depth_mm.cols; ++i) {
+      const float* w = &inverse[static_cast<std::size_t>(i)];
+      const float slant = std::max(difference(w[0], w[1]), difference(w[2], w[3]));
+      if (difference(w[1], w[2]) > std::max(3 * slant, 0.02f * std::max(w[1], w[2])))
+        marks(row, i) = marks(row, i + 1) = 1;
+    }
+  }
+}
+
+// Each pixel has its draw, whether it has depth or not.
+cv::Mat measured_depth(const cv::Mat& ideal, const rig::RigSensor& sensor, Random random) {
+  const cv::Mat1b holes = beside_edges(ideal, sensor.edge_px);
+  const double scale = rig::inverse_depth_sigma(sensor);
+  cv::Mat1w out(ideal.size());
+  for (int row = 0; row < out.rows; ++row)
+    for (int column = 0; column < out.cols; ++column) {
+      const double z_m = 1e-3 * ideal.at<unsigned short>(row, column), noise = scale * random.normal();
+      const bool none =
+          z_m == 0 || z_m < sensor.nearest_m || z_m > sensor.furthest_m || holes(row, column) > 0;
+      out(row, column) = none ? 0 : cv::saturate_cast<unsigned short>(1e3 * (z_m + z_m * z_m * noise));
+    }
+  return out;
+}
+
+// The error of azimuth moves a point along the horizontal circle, that of elevation along the vertical one,
+// both to first order.
+std::vector<slam::LidarPoint> measured_points(const std::vector<slam::LidarPoint>& ideal,
+                                              const rig::RigSensor& sensor, Random random) {
+  std::vector<slam::LidarPoint> points;
+  for (slam::LidarPoint point : ideal) {
+    const Eigen::Vector3d p(point.x_m, point.y_m, point.z_m), along = p.normalized();
+    const Eigen::Vector3d left = Eigen::Vector3d::UnitZ().cross(along);  // as long as the cosine of elevation
+    const Eigen::Vector3d up = along.cross(left).stableNormalized();
+    const double range = p.norm() + sensor.range_sigma_m * random.normal();
+    const double azimuth = sensor.angle_sigma_rad * random.normal();
+    const double elevation = sensor.angle_sigma_rad * random.normal();
+    if (range < sensor.nearest_m || range > sensor.furthest_m) continue;
+    const Eigen::Vector3d noisy = range * (along + azimuth * left + elevation * up).normalized();
+    point.x_m = float(noisy.x()), point.y_m = float(noisy.y()), point.z_m = float(noisy.z());
+    points.push_back(point);
+  }
+  return points;
+}
+
+Eigen::Vector3d measured(InertialErrors& errors, const slam::RigReading& reading,
+                         const Eigen::Vector3d& value) {
+  std::vector<slam::InertialSample> samples{{reading.begin, reading.t, value}};
+  errors.apply(samples);
+  return samples[0].value;
+}
+
 }  // namespace
+
+InertialErrors::InertialErrors(std::string sensor, const InertialErrorSizes& sizes, std::uint64_t seed,
+                               std::vector<Spike> spikes, std::vector<Span> silences)
+    : sensor_(std::move(sensor)),
+      sizes_(sizes),
+      seed_(seed),
+      spikes_(std::move(spikes)),
+      silences_(std::move(silences)),
+      bias_(sizes.bias_sigma * normal3(Random(seed, sensor_ + " bias"))) {}
+
+void InertialErrors::apply(std::vector<InertialSample>& readings) {
+  for (InertialSample& reading : readings) reading.value = disturbed(reading);
+  std::erase_if(readings, [this](const InertialSample& reading) {
+    return std::any_of(silences_.begin(), silences_.end(), [&](const Span& s) { return s.touches(reading); });
+  });
+}
+
+// A reading split by a frame is a mean over less than 5 ms. Its noise is scaled up, so that the integral over
+// the whole 5 ms has the variance of an unsplit reading.
+Eigen::Vector3d InertialErrors::disturbed(const InertialSample& reading) {
+  const auto item = static_cast<std::uint64_t>(reading.end.count());
+  const double duration_s = slam::seconds(reading.end - reading.begin);
+  if (sizes_.bias_walk_sigma > 0)
+    bias_ +=
+        sizes_.bias_walk_sigma * std::sqrt(duration_s) * normal3(Random(seed_, sensor_ + " bias walk", item));
+  const double sigma = sizes_.sigma * std::sqrt(slam::kReadingPeriod_s / duration_s);
+  Eigen::Vector3d value = reading.value + sigma * normal3(Random(seed_, sensor_ + " noise", item)) + bias_;
+  for (const Spike& spike : spikes_)
+    if (spike.span.touches(reading)) value.array() += spike.size;
+  if (sizes_.range > 0) value = value.cwiseMin(sizes_.range).cwiseMax(-sizes_.range);
+  if (sizes_.resolution > 0) value = (value / sizes_.resolution).array().round().matrix() * sizes_.resolution;
+  return value;
+}
+
+std::optional<PlannedMotion> PlanErrors::apply(std::optional<PlannedMotion> plan, Stamp t) {
+  if (!plan) return plan;
+  double factor = 1;
+  for (const PlanScaled& scaled : scaled_)
+    if (scaled.holds(t)) factor *= scaled.factor;
+  const Eigen::Vector3d p_PC = plan->X_PC.translation();
+  position_error_P_ += (factor - 1) * (p_PC - last_p_PC_.value_or(p_PC));
+  last_p_PC_ = p_PC;
+  plan->X_PC.translation() += position_error_P_;
+  plan->v_PC_C *= factor;
+  if (std::ranges::any_of(missing_, [t](const PlanMissing& m) { return m.holds(t); })) plan.reset();
+  return plan;
+}
+
+std::vector<Observation> MotionClock::process(Observation observation) {
+  append_shifted(gyro_, observation.gyro, offset_);
+  append_shifted(accelerometer_, observation.accelerometer, offset_);
+  for (slam::BodyReading& reading : std::exchange(observation.body, {})) {
+    reading.t += offset_;
+    body_.push_back(std::move(reading));
+  }
+  const Stamp known = observation.t + offset_;
+  plans_.push_back({known, std::exchange(observation.plan, {})});
+  waiting_.push_back(std::move(observation));
+  std::vector<Observation> complete;
+  while (!waiting_.empty() && waiting_.front().t <= known) complete.push_back(assembled());
+  return complete;
+}
+
+std::vector<Observation> MotionClock::flush() {
+  std::vector<Observation> incomplete;
+  while (!waiting_.empty()) incomplete.push_back(assembled());
+  return incomplete;
+}
+
+Observation MotionClock::assembled() {
+  Observation frame = std::move(waiting_.front());
+  waiting_.pop_front();
+  frame.gyro = taken_until(frame.t, gyro_);
+  frame.accelerometer = taken_until(frame.t, accelerometer_);
+  for (; !body_.empty() && body_.front().t < frame.t; body_.pop_front())
+    frame.body.push_back(std::move(body_.front()));
+  frame.plan = plan_at(frame.t);
+  return frame;
+}
+
+// Frames come in order of time: earlier plans are not needed again.
+std::optional<PlannedMotion> MotionClock::plan_at(Stamp t) {
+  while (plans_.size() > 1 && plans_[1].t <= t) plans_.pop_front();
+  if (plans_.empty() || plans_[0].t > t) return std::nullopt;
+  if (plans_[0].t == t) return plans_[0].plan;
+  if (plans_.size() < 2 || !plans_[0].plan || !plans_[1].plan) return std::nullopt;
+  return interpolate(*plans_[0].plan, *plans_[1].plan,
+                     slam::seconds(t - plans_[0].t) / slam::seconds(plans_[1].t - plans_[0].t));
+}
+
+cv::Mat1b beside_edges(const cv::Mat1w& depth_mm, int reach) {
+  cv::Mat1b marks(depth_mm.size(), 0), turned(cv::Size(depth_mm.rows, depth_mm.cols), 0);
+  if (reach == 0) return marks;
+  mark_edges(depth_mm, marks);
+  mark_edges(depth_mm.t(), turned);
+  cv::bitwise_or(marks, turned.t(), marks);
+  if (reach > 1) cv::dilate(marks, marks, cv::Mat(), cv::Point(-1, -1), reach - 1);
+  return marks;
+}
+
+RigErrors::RigErrors(const std::vector<rig::RigSensor>& rig, std::uint64_t seed) : seed_(seed) {
+  for (const rig::RigSensor& sensor : rig) {
+    const std::string stream = "rig " + sensor.name;
+    const ImageOptions sizes{.read_sigma_grey = sensor.read_sigma_grey,
+                             .shot_sigma_grey = sensor.shot_sigma_grey};
+    sensors_.push_back(
+        {sensor, stream + " noise", ImageErrors(sizes, seed, {}, stream + " noise"),
+         inertial(sensor, stream + " gyro", sensor.gyro_sigma_rad_s, sensor.gyro_bias_sigma_rad_s, seed),
+         inertial(sensor, stream + " accelerometer", sensor.accelerometer_sigma_m_s2,
+                  sensor.accelerometer_bias_sigma_m_s2, seed)});
+  }
+}
+
+void RigErrors::apply(std::vector<slam::RigReading>& readings) {
+  for (slam::RigReading& reading : readings) {
+    Sensor& sensor = sensors_.at(static_cast<std::size_t>(reading.sensor));
+    const Random random(seed_, sensor.stream, static_cast<std::uint64_t>(reading.t.count()));
+    const slam::Stamp offset = stamp(sensor.is.time_offset_s);
+    cv::Mat& image = reading.image;
+    switch (sensor.is.kind) {
+      case rig::Kind::grey:
+      case rig::Kind::color:
+        if (!image.empty()) image = sensor.image.apply(image.reshape(1), reading.t).reshape(image.channels());
+        break;
+      case rig::Kind::depth:
+        if (!image.empty()) image = measured_depth(image, sensor.is, random);
+        break;
+      case rig::Kind::lidar:
+        reading.points = measured_points(reading.points, sensor.is, random);
+        break;
+      case rig::Kind::imu:
+        reading.gyro = measured(sensor.gyro, reading, reading.gyro);
+        reading.accelerometer = measured(sensor.accelerometer, reading, reading.accelerometer);
+        reading.begin += offset;
+        break;
+    }
+    reading.t += offset;
+  }
+}
 
 SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed,
                            const std::vector<rig::RigSensor>& rig)
     : options_((walking::check_ranges(options, "errors"), options)),
       seed_(seed),
       rig_(rig, seed),
-      gyro_(inertial_errors<GyroSpike, GyroSilent>(
-          "gyro",
-          {options.gyro.sigma_rad_s, options.gyro.bias_sigma_rad_s, options.gyro.bias_walk_sigma_rad_s2,
-           options.gyro.range_rad_s, options.gyro.resolution_rad_s},
-          &GyroSpike::size_rad_s, options.faults, seed)),
+      gyro_(inertial_errors<GyroSpike, GyroSilent>("gyro", options.gyro, &GyroSpike::size_rad_s,
+                                                   options.faults, seed)),
       accelerometer_(inertial_errors<AccelerometerSpike, AccelerometerSilent>(
-          "accelerometer",
-          {options.accelerometer.sigma_m_s2, options.accelerometer.bias_sigma_m_s2,
-           options.accelerometer.bias_walk_sigma_m_s3, options.accelerometer.range_m_s2,
-           options.accelerometer.resolution_m_s2},
-          &AccelerometerSpike::size_m_s2, options.faults, seed)),
+          "accelerometer", options.accelerometer, &AccelerometerSpike::size_m_s2, options.faults, seed)),
       image_(options.image, seed, options.faults),
       plan_(options.faults),
-      legs_(options.leg_odometry.sigma_m, options.leg_odometry.scale_fraction, seed),
       motion_clock_(stamp(options.motion_time_offset_s)) {}
 
-/// Returns whether one of these faults hits the frame.
 template <class Kind>
 bool SensorErrors::strikes(const char* stream, slam::Stamp t) const {
   const auto faults = faults_of<Kind>(options_.faults);
-  return std::any_of(faults.begin(), faults.end(),
-                     [&](const Kind& fault) { return fault.holds(t) && lost(stream, t, fault.fraction); });
+  return std::ranges::any_of(
+      faults, [&](const Kind& fault) { return fault.holds(t) && lost(stream, t, fault.fraction); });
 }
 
 void SensorErrors::arrive(slam::Observation observation, std::vector<slam::Observation>& arrived) {
@@ -62,7 +303,7 @@ std::vector<slam::Observation> SensorErrors::process(slam::Observation o) {
   accelerometer_.apply(o.accelerometer);
   rig_.apply(o.rig);
   o.image = delayed_image(received_image(o.image, o.t), o.t);
-  if (o.plan && o.plan->legs) legs_.apply(*o.plan->legs, o.t);
+  if (o.plan && o.plan->legs) disturb(*o.plan->legs, o.t);
   o.plan = plan_.apply(std::move(o.plan), o.t);
   if (lost("plan loss", o.t, options_.plan_loss_fraction)) o.plan.reset();
   std::vector<slam::Observation> arrived;
@@ -76,6 +317,16 @@ std::vector<slam::Observation> SensorErrors::flush() {
   for (slam::Observation& assembled : motion_clock_.flush()) arrive(std::move(assembled), arrived);
   if (late_) arrived.push_back(*std::exchange(late_, {}));
   return arrived;
+}
+
+void SensorErrors::disturb(slam::LegMotion& legs, slam::Stamp t) {
+  const ErrorOptions::LegOdometry& sizes = options_.leg_odometry;
+  auto p_OC = legs.X_OC.translation();
+  if (!first_p_OC_) first_p_OC_ = p_OC;
+  if (sizes.scale_fraction != 0) p_OC.head<2>() += sizes.scale_fraction * (p_OC - *first_p_OC_).head<2>();
+  if (sizes.sigma_m == 0) return;
+  Random random(seed_, "leg odometry", static_cast<std::uint64_t>(t.count()));
+  for (int axis = 0; axis < 3; ++axis) p_OC(axis) += sizes.sigma_m * random.normal();
 }
 
 cv::Mat SensorErrors::received_image(const cv::Mat& ideal, slam::Stamp t) {

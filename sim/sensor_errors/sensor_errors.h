@@ -1,51 +1,69 @@
 // Readings of ideal sensors become the filter's input, with errors and faults from named random streams.
 #pragma once
 
+#include <deque>
+
 #include "sim/rig/rig.h"
 #include "sim/sensor_errors/image_errors.h"
-#include "sim/sensor_errors/motion_errors.h"
-#include "sim/sensor_errors/rig_errors.h"
 
 namespace sim::sensor_errors {
 
+/// The errors of one inertial sensor, per axis, in its own unit (rad/s or m/s²).
+struct InertialErrorSizes {
+  double sigma = 0;            ///< white noise of a 200 Hz reading
+  double bias_sigma = 0;       ///< of the bias at the start, drawn once per run
+  double bias_walk_sigma = 0;  ///< growth of the bias's standard deviation in 1 s
+  double range = 0;            ///< readings beyond ±range are ±range; 0: none are
+  double resolution = 0;       ///< readings are whole multiples of it; 0: they are not rounded
+
+  /// Its keys, whose names end in the unit of a reading, that of the walk in the reading's unit per s.
+  static void keys(auto&& key, const std::string& sensor, const std::string& unit, const char* unit_per_s) {
+    const auto add = [&](const std::string& name, double InertialErrorSizes::*size, const std::string& doc) {
+      key.number(name, size, 0, 1e3, doc.c_str());
+    };
+    add("sigma_" + unit, &InertialErrorSizes::sigma, "white noise of a 200 Hz " + sensor + " reading");
+    add("bias_sigma_" + unit, &InertialErrorSizes::bias_sigma,
+        "standard deviation of the " + sensor + "'s bias at the start over seeds");
+    add(std::string("bias_walk_sigma_") + unit_per_s, &InertialErrorSizes::bias_walk_sigma,
+        "random walk of the " + sensor + "'s bias: growth of its standard deviation in 1 s");
+    add("range_" + unit, &InertialErrorSizes::range, "saturation limit of " + sensor + " readings; 0: none");
+    add("resolution_" + unit, &InertialErrorSizes::resolution,
+        "quantization step of " + sensor + " readings; 0: they are not rounded");
+  }
+};
+
+/// One sensor. Draws are keyed by seed, the sensor's name and the reading's stamp.
+class InertialErrors {
+ public:
+  struct Spike {
+    Span span;
+    double size = 0;
+  };
+  InertialErrors(std::string sensor, const InertialErrorSizes& sizes, std::uint64_t seed,
+                 std::vector<Spike> spikes, std::vector<Span> silences);
+
+  /// Readings must come in order of time, also from call to call.
+  void apply(std::vector<slam::InertialSample>& readings);
+
+ private:
+  Eigen::Vector3d disturbed(const slam::InertialSample& reading);
+
+  std::string sensor_;
+  InertialErrorSizes sizes_;
+  std::uint64_t seed_;
+  std::vector<Spike> spikes_;
+  std::vector<Span> silences_;
+  Eigen::Vector3d bias_;
+};
+
 /// The scenario's keys errors.*. Standard deviations are per axis; biases are drawn once per run.
 struct ErrorOptions {
-  struct Gyro {
-    double sigma_rad_s = 0.01;
-    double bias_sigma_rad_s = 0.0;
-    double bias_walk_sigma_rad_s2 = 0;
-    double range_rad_s = 0;
-    double resolution_rad_s = 0;
-
-    static void keys(auto&& key) {
-      number<&Gyro::sigma_rad_s>(key, 0, 1e3, "white noise of a 200 Hz gyro reading");
-      number<&Gyro::bias_sigma_rad_s>(key, 0, 1e3,
-                                      "standard deviation of the gyro's bias at the start over seeds");
-      number<&Gyro::bias_walk_sigma_rad_s2>(
-          key, 0, 1e3, "random walk of the gyro's bias: growth of its standard deviation in 1 s");
-      number<&Gyro::range_rad_s>(key, 0, 1e3, "saturation limit of gyro readings; 0: none");
-      number<&Gyro::resolution_rad_s>(key, 0, 1e3,
-                                      "quantization step of gyro readings; 0: they are not rounded");
-    }
-  } gyro;
-  struct Accelerometer {
-    double sigma_m_s2 = 0.05;
-    double bias_sigma_m_s2 = 0.0;
-    double bias_walk_sigma_m_s3 = 0;
-    double range_m_s2 = 0;
-    double resolution_m_s2 = 0;
-
-    static void keys(auto&& key) {
-      number<&Accelerometer::sigma_m_s2>(key, 0, 1e3, "white noise of a 200 Hz accelerometer reading");
-      number<&Accelerometer::bias_sigma_m_s2>(
-          key, 0, 1e3, "standard deviation of the accelerometer's bias at the start over seeds");
-      number<&Accelerometer::bias_walk_sigma_m_s3>(
-          key, 0, 1e3, "random walk of the accelerometer's bias: growth of its standard deviation in 1 s");
-      number<&Accelerometer::range_m_s2>(key, 0, 1e3, "saturation limit of accelerometer readings; 0: none");
-      number<&Accelerometer::resolution_m_s2>(
-          key, 0, 1e3, "quantization step of accelerometer readings; 0: they are not rounded");
-    }
-  } accelerometer;
+  struct Gyro : InertialErrorSizes {
+    static void keys(auto&& key) { InertialErrorSizes::keys(key, "gyro", "rad_s", "rad_s2"); }
+  } gyro{{.sigma = 0.01}};
+  struct Accelerometer : InertialErrorSizes {
+    static void keys(auto&& key) { InertialErrorSizes::keys(key, "accelerometer", "m_s2", "m_s3"); }
+  } accelerometer{{.sigma = 0.05}};
   ImageOptions image;
   double plan_loss_fraction = 0;
   struct LegOdometry {
@@ -76,6 +94,75 @@ struct ErrorOptions {
   }
 };
 
+/// Faults of the planned motion, applied to one observation after another.
+class PlanErrors {
+ public:
+  explicit PlanErrors(const std::vector<Fault>& faults)
+      : missing_(faults_of<PlanMissing>(faults)), scaled_(faults_of<PlanScaled>(faults)) {}
+  std::optional<slam::PlannedMotion> apply(std::optional<slam::PlannedMotion> plan, slam::Stamp t);
+
+ private:
+  std::vector<PlanMissing> missing_;
+  std::vector<PlanScaled> scaled_;
+  std::optional<Eigen::Vector3d> last_p_PC_;                    // as planned
+  Eigen::Vector3d position_error_P_ = Eigen::Vector3d::Zero();  // accumulated so far
+};
+
+/// A motion computer with an offset clock. Assembles the observations of the vision computer, by its stamps.
+class MotionClock {
+ public:
+  /// offset: stamps of the motion computer minus those of the vision computer at the same time.
+  explicit MotionClock(slam::Stamp offset) : offset_(offset) {}
+
+  /// Adds an observation with true stamps and returns the complete ones: if the clock is behind, frames wait
+  /// for their motion. Readings across a frame are split; the plan is interpolated.
+  std::vector<slam::Observation> process(slam::Observation observation);
+
+  /// Returns the waiting frames with the motion known so far.
+  std::vector<slam::Observation> flush();
+
+ private:
+  struct StampedPlan {
+    slam::Stamp t{0};
+    std::optional<slam::PlannedMotion> plan;
+  };
+  slam::Observation assembled();
+  std::optional<slam::PlannedMotion> plan_at(slam::Stamp t);
+
+  slam::Stamp offset_;
+  std::deque<slam::Observation> waiting_;
+  std::deque<slam::InertialSample> gyro_, accelerometer_;
+  std::deque<slam::BodyReading> body_;
+  std::deque<StampedPlan> plans_;
+};
+
+/// Applies the errors of each further sensor to its readings, then shifts their stamps by the sensor's
+/// offset. Draws are keyed by seed, the sensor's name and the true stamp: a further sensor changes no number
+/// of another.
+class RigErrors {
+ public:
+  RigErrors(const std::vector<rig::RigSensor>& rig, std::uint64_t seed);
+
+  /// Does not write to the images' pixels.
+  void apply(std::vector<slam::RigReading>& readings);
+
+ private:
+  struct Sensor {
+    rig::RigSensor is;
+    std::string stream;
+    ImageErrors image;
+    InertialErrors gyro, accelerometer;
+  };
+  std::uint64_t seed_;
+  std::vector<Sensor> sensors_;
+};
+
+/// The pixels of a depth image (CV_16UC1, mm, 0: none) within `reach` pixels of an occlusion edge, as
+/// non-zero values of CV_8UC1. An edge is between two neighbors in a row or a column whose inverse depths
+/// differ by more than 2 % and by more than three times the larger difference to their next neighbors on
+/// either side: on a plane of any slant inverse depth is linear in the pixel, so that these are equal.
+cv::Mat1b beside_edges(const cv::Mat1w& depth_mm, int reach);
+
 /// Applies the errors to one observation after another, from the first of a run. Every draw is keyed by seed,
 /// stream name and stamp: live run and replay agree bit for bit, and no error changes another's numbers.
 class SensorErrors {
@@ -96,6 +183,7 @@ class SensorErrors {
   template <class Kind>
   bool strikes(const char* stream, slam::Stamp t) const;
   cv::Mat received_image(const cv::Mat& ideal, slam::Stamp t);
+  void disturb(slam::LegMotion& legs, slam::Stamp t);
   cv::Mat delayed_image(cv::Mat image, slam::Stamp t);
   bool lost(const char* stream, slam::Stamp t, double fraction) const;
 
@@ -109,7 +197,7 @@ class SensorErrors {
   InertialErrors gyro_, accelerometer_;
   ImageErrors image_;
   PlanErrors plan_;
-  LegErrors legs_;
+  std::optional<Eigen::Vector3d> first_p_OC_;
   MotionClock motion_clock_;
   std::optional<slam::Observation> late_;
   cv::Mat last_unfrozen_;

@@ -1,12 +1,9 @@
 #include "sim/tracking/tracking.h"
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <exception>
 #include <iterator>
 #include <new>
-#include <variant>
 
 namespace sim::tracking {
 namespace {
@@ -47,10 +44,10 @@ void merge_until(slam::Stamp until, slam::Stamp since, auto& missed, auto& given
 /// Sets what a data sheet and a calibration state: noise, and the offset of the clock.
 void add_errors(const sensor_errors::ErrorOptions& errors, rig::RigSensor& chest_imu) {
   chest_imu.time_offset_s = errors.motion_time_offset_s;
-  chest_imu.gyro_sigma_rad_s = errors.gyro.sigma_rad_s;
-  chest_imu.gyro_bias_walk_rad_s2 = errors.gyro.bias_walk_sigma_rad_s2;
-  chest_imu.accelerometer_sigma_m_s2 = errors.accelerometer.sigma_m_s2;
-  chest_imu.accelerometer_bias_walk_m_s3 = errors.accelerometer.bias_walk_sigma_m_s3;
+  chest_imu.gyro_sigma_rad_s = errors.gyro.sigma;
+  chest_imu.gyro_bias_walk_rad_s2 = errors.gyro.bias_walk_sigma;
+  chest_imu.accelerometer_sigma_m_s2 = errors.accelerometer.sigma;
+  chest_imu.accelerometer_bias_walk_m_s3 = errors.accelerometer.bias_walk_sigma;
 }
 
 }  // namespace

@@ -1,18 +1,8 @@
 // Tracking in a run, live or replayed: ideal observations in, estimates and reports out.
 #pragma once
 
-#include <Eigen/Geometry>
-#include <functional>
-#include <memory>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "sim/estimators/estimator.h"
-#include "sim/scenario/ending.h"
 #include "sim/scenario/scenario.h"
-#include "sim/sensor_errors/sensor_errors.h"
 
 namespace sim::tracking {
 

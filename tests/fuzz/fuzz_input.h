@@ -4,12 +4,7 @@
 
 #include <stdlib.h>
 
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
 #include <set>
-#include <string>
-#include <string_view>
 
 #include "sim/files/text.h"
 #include "sim/scenario/yaml.h"

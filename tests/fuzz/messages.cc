@@ -1,8 +1,6 @@
 // Messages of other programs: answers of an estimator, and commands of clients of the view.
 #include "sim/estimators/messages.h"
 
-#include <stdexcept>
-
 #include "sim/view/live_view.h"
 #include "tests/fuzz/fuzz_input.h"
 

@@ -1,18 +1,8 @@
 // Recordings; folders and trajectories of other programs. Of several files the first byte selects one.
-#include <array>
-#include <map>
 #include <opencv2/imgcodecs.hpp>
-#include <utility>
-#include <vector>
 
-#include "sim/files/csv.h"
-#include "sim/files/trajectory_file.h"
 #include "sim/recording/asl_folder.h"
 #include "sim/recording/image_file.h"
-#include "sim/recording/manifest.h"
-#include "sim/recording/recording.h"
-#include "sim/recording/recording_format.h"
-#include "sim/recording/sensor_yaml.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace fuzz {

@@ -1,9 +1,7 @@
 // YAML: scenarios, suites, sweeps and tunings, and arguments of the command line.
-#include <stdexcept>
 
 #include "sim/regression/suite.h"
 #include "sim/scenario/scenario.h"
-#include "sim/scenario/yaml.h"
 #include "sim/trials/spec.h"
 #include "sim/trials/sweep.h"
 #include "tests/fuzz/fuzz_input.h"

@@ -57,11 +57,9 @@ TEST_F(Cli, TheLauncherTakesTheWholeProgramForTheView) {
   shell(
       "chmod +x tools/gaitslam build/release/tools/cli/gaitslam build/release/tools/cli/runner/gaitslam; "
       "sleep 0.05; touch build/release/.built-gaitslam build/release/.built-gaitslam_runner");
-  for (const auto& [typed, program] : {std::pair<std::string, std::string>{"run a.yaml", "runner"},
-                                       {"run a.yaml --view", "whole"},
-                                       {"replay r --control --view", "whole"},
-                                       {"view r", "whole"}})
-    EXPECT_EQ(shell("tools/gaitslam " + typed).out, program + " " + typed + "\n");
+  EXPECT_EQ(shell("tools/gaitslam run a.yaml").out, "runner run a.yaml\n");
+  for (const std::string typed : {"run a.yaml --view", "replay r --control --view", "view r"})
+    EXPECT_EQ(shell("tools/gaitslam " + typed).out, "whole " + typed + "\n");
 }
 
 TEST_F(Cli, WrongInputIsNamedByEachCommand) {
@@ -70,7 +68,6 @@ TEST_F(Cli, WrongInputIsNamedByEachCommand) {
   write("near.yaml", stand + "world: {room: ofice}\n");
   write("stand.yaml", stand + "world: {room: office}\n");
   write("far.yaml", "walk: {commands: [{steps: [{forward_m: 0.9, left_m: 0.19}]}]}\n");
-  write("unknown.yaml", "sede: 1\n");
   write("control.yaml", R"("a\x9BK\u202Ez": 1)");  // starts a terminal command and turns the writing around
   write("result/scenario.yaml", gaitslam("config '" + kCircle + "' --yaml").out);
   write("empty/x", "");
@@ -93,11 +90,7 @@ TEST_F(Cli, WrongInputIsNamedByEachCommand) {
        {"check stand.yaml world.room=kitchen", "world.room: is 'kitchen'"},
        {"check world.seed=3", "check: names no scenario, expected a YAML file"},
        {"check far.yaml", "walk.commands[0]: at"},
-       {"check unknown.yaml", "unknown.yaml:1:1: sede: unknown key; did you mean 'seed'?"},
        {"check control.yaml", "a?K?z"},
-       {"config no.yaml", "no.yaml: cannot be read: No such file or directory"},
-       {config + "seed=2 slam.gyro.sigma_rad_s=nan", "<argument>:2:23: slam.gyro.sigma_rad_s: is 'nan'"},
-       {config + "--without camrea", "did you mean 'camera'?"},
        {slurm + "--out \"$(printf 'a\\nb')\"", "has a line break"},
        {"replay no-such-folder", "no-such-folder: no such result folder"},
        {"replay empty", "empty: expected a result folder (with scenario.yaml and recording/)"},
@@ -158,7 +151,6 @@ TEST_F(Cli, RunRejectsBadOptionsBeforeItSimulates) {
   write("old/kept", "");
   expect_refused(
       {{"run", "scenario is required"},
-       {"run no.yaml", "no.yaml: cannot be read"},
        {run + "--seeds 5..1", "--seeds 5..1: '5..1' goes backwards, expected for example 1..5 or 1,2,7"},
        {run + "--seeds 1..2 seed=3", "--seeds and seed= are both given, expected one of them"},
        {run + "--seeds 1..2 --jobs 0", "--jobs"},

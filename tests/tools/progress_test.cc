@@ -2,13 +2,9 @@
 // fits the terminal, and without a terminal a line appears at intervals.
 #include "tools/cli/jobs/progress.h"
 
-#include <gmock/gmock.h>
-
 #include <cstdio>
-#include <memory>
 #include <thread>
 
-#include "sim/files/text.h"
 #include "tests/sim/files/has.h"
 #include "tests/sim/files/temporary_folder.h"
 

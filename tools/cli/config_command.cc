@@ -1,13 +1,9 @@
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <iostream>
 #include <sstream>
 
 #include "sim/files/text.h"
 #include "sim/regression/suite.h"
 #include "sim/scenario/keys.h"
-#include "sim/scenario/lists.h"
 #include "sim/score/metrics.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/shared/live.h"
@@ -133,9 +129,8 @@ bool are_valid(const std::string& file, const CheckRequest& request) {
   bool valid = true;
   for (const auto& entry : entries) {
     scenario::Changes all = entry.changes;
-    all.overrides.insert(all.overrides.end(), request.changes.overrides.begin(),
-                         request.changes.overrides.end());
-    all.without.insert(all.without.end(), request.changes.without.begin(), request.changes.without.end());
+    std::ranges::copy(request.changes.overrides, std::back_inserter(all.overrides));
+    std::ranges::copy(request.changes.without, std::back_inserter(all.without));
     all.with = request.changes.with;
     valid &= is_valid(entry.file.string(), all, request.models);
   }

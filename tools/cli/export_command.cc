@@ -1,13 +1,10 @@
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <signal.h>
 #include <sys/wait.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <opencv2/core.hpp>
-#include <utility>
 
 #include "sim/export/export.h"
 #include "sim/files/atomic_file.h"

@@ -12,10 +12,11 @@
 #include "sim/files/text.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/shared/terminal.h"
 #include "tools/cli/shared/version.h"
 
 namespace {
+
+using sim::scenario::did_you_mean;
 
 constexpr const char* kDescription =
     "GaitSLAM simulates a humanoid robot that walks by preview control, estimates the motion of its head\n"
@@ -62,10 +63,6 @@ struct Formatter : CLI::Formatter {
 int fail_with(const std::string& message, int exit_code) {
   std::cerr << sim::files::sanitize(message) << '\n';
   return exit_code;
-}
-
-std::string did_you_mean(const std::string& typed, const std::vector<std::string>& names) {
-  return sim::scenario::did_you_mean(typed, std::vector<std::string_view>(names.begin(), names.end()));
 }
 
 /// Throws UsageError if the first word is not a command; the message suggests the nearest one.

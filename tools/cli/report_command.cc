@@ -2,9 +2,6 @@
 #include <signal.h>
 
 #include <iostream>
-#include <map>
-#include <set>
-#include <string_view>
 
 #include "sim/files/atomic_file.h"
 #include "sim/files/text.h"

@@ -428,8 +428,8 @@ TEST_F(RigExport, OrbSlam3StereoSettingsHaveTheKeysThatItsReaderRequires) {
     EXPECT_EQ(settings["Camera1.fx"].real(), settings["Camera2.fx"].real());
     expect_pose(settings["Stereo.T_c1_c2"].mat(), rig_[kEye].X_CS);  // from the second camera to the first
     expect_pose(settings["IMU.T_b_c1"].mat(), X_GC_);
-    EXPECT_DOUBLE_EQ(settings["IMU.NoiseGyro"].real(), density(run_.errors.gyro.sigma_rad_s));
-    EXPECT_DOUBLE_EQ(settings["IMU.NoiseAcc"].real(), density(run_.errors.accelerometer.sigma_m_s2));
+    EXPECT_DOUBLE_EQ(settings["IMU.NoiseGyro"].real(), density(run_.errors.gyro.sigma));
+    EXPECT_DOUBLE_EQ(settings["IMU.NoiseAcc"].real(), density(run_.errors.accelerometer.sigma));
     EXPECT_GE(fs::file_size(folder_ / "orbslam3/times_stereo.txt"), 5 * 20u);  // of a stamp
   }
 }

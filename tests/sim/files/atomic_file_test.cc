@@ -1,14 +1,10 @@
 #include "sim/files/atomic_file.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/ptrace.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
-#include <unistd.h>
-
-#include <stdexcept>
 
 #include "tests/sim/files/temporary_folder.h"
 

@@ -4,9 +4,6 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <filesystem>
-#include <string>
-
 #include "sim/files/text.h"
 
 namespace sim::files {

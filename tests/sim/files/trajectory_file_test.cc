@@ -1,10 +1,8 @@
 #include "sim/files/trajectory_file.h"
 
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include "sim/files/columns.h"
-#include "sim/sensor_errors/random.h"
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/recording/random_readings.h"
 

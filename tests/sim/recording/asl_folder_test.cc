@@ -2,15 +2,12 @@
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
+#include <numbers>
 #include <opencv2/imgcodecs.hpp>
-#include <regex>
 
-#include "sim/files/text.h"
-#include "sim/recording/recording_format.h"
-#include "sim/recording/sensor_yaml.h"
 #include "tests/sim/files/temporary_folder.h"
+#include "tests/sim/recording/random_readings.h"
 
 namespace sim::recording {
 namespace {
@@ -19,55 +16,11 @@ namespace fs = std::filesystem;
 using slam::Stamp;
 using testing::HasSubstr;
 
-constexpr const char* kCameraYaml = R"(%YAML:1.0
-# General sensor definitions.
-sensor_type: camera
-comment: VI-Sensor cam0 (MT9M034)
-T_BS:
-  cols: 4
-  rows: 4
-  data: [0.0148655429818, -0.999880929698, 0.00414029679422, -0.0216401454975,
-         0.999557249008, 0.0149672133247, 0.025715529948, -0.064676986768,
-        -0.0257744366974, 0.00375618835797, 0.999660727178, 0.00981073058949,
-         0.0, 0.0, 0.0, 1.0]
-rate_hz: 20
-resolution: [64, 48]
-camera_model: pinhole
-intrinsics: [45.8654, 45.7296, 36.7215, 24.8375] #fu, fv, cu, cv
-distortion_model: radial-tangential
-distortion_coefficients: [-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05]
-)";
-
-constexpr const char* kImuYaml = R"(sensor_type: imu
-T_BS:
-  cols: 4
-  rows: 4
-  data: [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
-rate_hz: 50
-gyroscope_noise_density: 1.6968e-04
-gyroscope_random_walk: 1.9393e-05
-accelerometer_noise_density: 2.0000e-3
-accelerometer_random_walk: 3.0000e-3
-)";
-
 // As EuRoC's own files: CR LF, no line feed after the last line, stamps of the year 2014.
 class RecordedElsewhere : public testing::Test {
  protected:
   RecordedElsewhere() {
-    write("cam0/sensor.yaml", kCameraYaml);
-    write("imu0/sensor.yaml", kImuYaml);
-    write("cam0/data.csv",
-          "#timestamp [ns],filename\r\n1403636579763555584,1403636579763555584.png\r\n"
-          "1403636579813555456, second.png\r\n");
-    write("imu0/data.csv",
-          "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],a_RS_S_x [m s^-2],"
-          "a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\r\n"
-          "1403636579758555392,1,0,0,9.81,0,0\r\n1403636579768555392,2,0,0,9.81,0,0\r\n"
-          "1403636579788555392,3,0,0,9.81,0,0\r\n1403636579818555392,4,0,0,9.81,0,0");
-    write("state_groundtruth_estimate0/data.csv",
-          "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z []\n"
-          "1403636579753555584,1,0,0,1,0,0,0\n1403636579773555584,3,0,0,1,0,0,0\n"
-          "1403636579823555584,3,5,0,1,0,0,0\n");
+    fs::copy(GAITSLAM_SOURCE_DIR "/tests/sim/recording/euroc", folder_.path(), fs::copy_options::recursive);
     image("1403636579763555584.png", 64);
     image("second.png", 64);
   }
@@ -185,50 +138,7 @@ TEST_F(RecordedElsewhere, TruthOfPositionsIsThatOfItsPointInItsOwnWorld) {
 }
 
 TEST_F(RecordedElsewhere, WhatIsWrongInAFileIsSaidWithItsPlace) {
-  const std::vector<std::array<std::string, 4>> faults{
-      {"cam0/data.csv", "1403636579813555456", "14036365798135x",
-       "cam0/data.csv:3:1: expected a finite number"},
-      {"cam0/data.csv", "1403636579813555456", "1403636579763555584",
-       "cam0/data.csv:3:1: the stamp is not after"},
-      {"cam0/data.csv", "second.png", "third.png", "cam0/data.csv:3:22: no such image: "},
-      {"cam0/data.csv", ", second.png", "", "cam0/data.csv:3: expected 2 fields, found 1"},
-      {"cam0/data.csv", "#timestamp [ns]", "1", "cam0/data.csv:1: expected a header that names the columns"},
-      {"cam0/data.csv", "[ns]", "[s]", "cam0/data.csv: the header states seconds, but the stamps, "},
-      {"imu0/data.csv", "w_RS_S_y [rad s^-1]", "a_RS_S_y [m s^-2]",
-       "imu0/data.csv:1: column 3, \"a_RS_S_y [m s^-2]\": expected the angular rate along y here"},
-      {"imu0/data.csv", "[rad s^-1]", "[rpm]", "column 2, \"w_RS_S_x [rpm]\": unknown unit \"rpm\""},
-      {"imu0/sensor.yaml", "rate_hz: 50", "rate_hz: 200",
-       "imu0/data.csv: its rows come at 50 Hz, its sensor.yaml states rate_hz: 200"},
-      {"state_groundtruth_estimate0/data.csv", "q_RS_w []", "roll [rad]",
-       "column 5, \"roll [rad]\": expected the orientation along w here"},
-      {"imu0/data.csv", "3,0,0", "3,nan,0", "imu0/data.csv:4:23: expected a finite number, found \"nan\""},
-      {"cam0/sensor.yaml", "radial-tangential", "omni", "cam0/sensor.yaml:16:19: expected radial-tangential"},
-      {"cam0/sensor.yaml", "camera_model: pinhole", "camera_model: mei",
-       "cam0/sensor.yaml:14:15: expected pinhole"},
-      {"cam0/sensor.yaml", "0.0148655429818", "0.1148655429818", "cam0/sensor.yaml:6:3: not a pose"},
-      {"cam0/sensor.yaml", "1.76187114e-05]", "1, 2]", "cam0/sensor.yaml:17:26: expected 4 numbers"},
-      {"cam0/sensor.yaml", "rate_hz", "rate", "cam0/sensor.yaml: has no key rate_hz"},
-      {"cam0/sensor.yaml", "[64, 48]", "[16, 16]", "expected whole numbers from 32 to 8192"},
-      {"cam0/data.csv", "second.png", "../../../second.png", "leads out of the folder"},
-      {"cam0/sensor.yaml", "[64, 48]", "[65, 48]",
-       "is an image of 64x48, the camera's sensor.yaml has 65x48"},
-      {"cam0/sensor.yaml", "45.8654", "0", "cam0/sensor.yaml: camera: focal lengths must be positive"},
-      {"cam0/sensor.yaml", "-0.28340811", "-2834", "cam0/sensor.yaml: camera: its distortion coefficients"},
-      {"imu0/sensor.yaml", "1.6968e-04", "-1.6968e-04", "imu0/sensor.yaml:7:26: expected 0 or a number from"},
-      {"state_groundtruth_estimate0/data.csv", "0,1,0,0,0", "0,2,0,0,0", "data.csv:2:27: the quaternion"},
-      {"cam0/sensor.yaml", "camera_model", "resolution",
-       "cam0/sensor.yaml:14:1: resolution: given twice, first in line 13, expected once"},
-      {"imu0/sensor.yaml", "rate_hz: 50", "rate_hz: 0",
-       "imu0/sensor.yaml:6:10: rate_hz: expected a number of Hz from 0.001 to 1000000, found \"0\""},
-      {"imu0/sensor.yaml", "rate_hz: 50", "rate_hz: .nan", "imu0/sensor.yaml:6:10: rate_hz: expected a num"},
-      {"cam0/sensor.yaml", "rate_hz: 20", "rate_hz: [20]", "cam0/sensor.yaml:12:10: rate_hz: expected a num"},
-      {"cam0/data/second.png", "PNG", "GNP", "second.png: cannot be read as an image"},
-      {"imu0/data.csv", "3,0,0", "3,1e308,0",
-       "imu0/data.csv:4:23: gyroscope: 1e+308 rad/s, expected from -10000000 to 10000000 rad/s"},
-      {"imu0/data.csv", "3,0,0,9.81", "3,0,0,-1e8",
-       "imu0/data.csv:4:27: accelerometer: -100000000 m/s^2, expected from -10000000 to 10000000 m/s^2"},
-  };
-  for (const auto& [name, from, to, words] : faults) {
+  for (const auto& [name, from, to, words] : tests::bad_files("bad_folders.txt")) {
     const fs::path file = folder_ / "mav0" / name, kept = folder_ / "kept";
     fs::copy_file(file, kept, fs::copy_options::overwrite_existing);
     edit(name, from, to);
@@ -347,7 +257,7 @@ TEST_F(RecordedElsewhere, TheKeysAndLayoutsOfKalibrAreRead) {
       "- [-0.0257744366974, 0.00375618835797, 0.999660727178, 0.00981073058949]\n"
       "- [0.0, 0.0, 0.0, 1.0]\n";
   const Eigen::Isometry3d X_BC = AslFolder(folder_.path()).sensors().X_BC;
-  const std::string camera = kCameraYaml;
+  const std::string camera = files::read_text(folder_ / "mav0/cam0/sensor.yaml");
   const std::string rest = camera.substr(camera.find("rate_hz"));
   write("cam0/sensor.yaml",
         "\xef\xbb\xbf%YAML:1.0\n" + ("T_BS:\n" + rows) + rest + "timeshift_cam_imu: 0.01\nexposure_ms: 3\n");
@@ -372,6 +282,60 @@ TEST_F(RecordedElsewhere, TheKeysAndLayoutsOfKalibrAreRead) {
   const AslFolder chain(folder_.path());
   EXPECT_TRUE(chain.sensors().X_BC.isApprox(X_BC, 1e-12));
   EXPECT_EQ(chain.sensors().noise.gyro_density, 1.7e-04);
+}
+
+using Rate = std::function<Eigen::Vector3d(double)>;
+
+/// Compares 40 s of a gyro at 200 Hz with late stamps and a truth at 100 Hz.
+std::optional<ClockOffset> offset_of(const Rate& rate, double late_s, double noise_rad_s) {
+  std::vector<TimedRotation> gyro;
+  std::vector<files::TumRow> truth;
+  sensor_errors::Random random(1, "gyro");
+  const auto stamp = [](double t) { return slam::Stamp(std::llround(1e9 * t)); };
+  Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
+  for (std::uint64_t i = 0; i < 8000; ++i) {
+    const double t = 0.005 * static_cast<double>(i);
+    const Eigen::Vector3d w = rate(t);
+    gyro.push_back({stamp(t + late_s), w + noise_rad_s * tests::random_vector(random)});
+    files::TumRow row;
+    row.t = stamp(t);
+    row.X.linear() = q.toRotationMatrix();
+    if (i % 2 == 0) truth.push_back(row);
+    q = (q * Eigen::Quaterniond(Eigen::AngleAxisd(0.005 * w.norm(), w.stableNormalized()))).normalized();
+  }
+  return clock_offset(gyro, truth);
+}
+
+constexpr double kStep = 2 * std::numbers::pi / 0.8;  // rad/s: steps of 0.8 s
+
+Eigen::Vector3d walk(double t) {
+  return {0.1 * std::sin(kStep * t), 0.05 * std::cos(2 * kStep * t), 0.2 * std::sin(0.3 * t)};
+}
+Eigen::Vector3d even_walk(double t) { return {0.1 * std::sin(kStep * t), 0.05 * std::cos(kStep * t), 0.3}; }
+
+TEST(ClockOffset, IsMeasuredBySpeedsOfRotation) {
+  for (const double late_s : {-2.0, -0.3, 0.06, 0.3, 0.8, 1.5, 2.0, 7.0})
+    for (const double noise : {0.0, 0.05}) {
+      const auto offset = offset_of(walk, late_s, noise);
+      ASSERT_TRUE(offset) << late_s << " " << noise;
+      EXPECT_NEAR(offset->late_s, late_s, 0.021);  // the step of the grid
+      EXPECT_GT(offset->correlation, offset->as_stamped);
+      EXPECT_NEAR(offset->gain, 1, 0.1);
+    }
+}
+
+TEST(ClockOffset, IsAbsentOnOneClockAndWithoutEvidence) {
+  for (const double noise : {0.0, 0.05, 1.0}) {
+    for (const Rate& rate : {Rate(walk), Rate(even_walk)})
+      for (const double late_s : {0.0, 0.004}) {
+        const auto offset = offset_of(rate, late_s, noise);
+        EXPECT_LE(offset ? std::abs(offset->late_s) : 0, 0.02) << noise << " " << late_s;
+      }
+    EXPECT_FALSE(offset_of([](double) -> Eigen::Vector3d { return Eigen::Vector3d::Zero(); }, 1, noise));
+    EXPECT_FALSE(offset_of([](double) -> Eigen::Vector3d { return {0, 0, 0.3}; }, 1, noise));
+  }
+  EXPECT_FALSE(offset_of(walk, 1, 5.0)) << "noise hides the motion";
+  EXPECT_FALSE(offset_of(walk, 100, 0)) << "the spans are disjoint";
 }
 
 }  // namespace

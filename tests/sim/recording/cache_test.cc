@@ -3,14 +3,9 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <cstdlib>
-#include <fstream>
-#include <stdexcept>
-#include <utility>
 
-#include "sim/files/atomic_file.h"
 #include "sim/recording/manifest.h"
 #include "tests/sim/files/temporary_folder.h"
 

@@ -4,9 +4,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "sim/files/text.h"
 #include "sim/recording/image_file.h"
-#include "sim/sensor_errors/random.h"
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/recording/random_readings.h"
 

@@ -1,10 +1,12 @@
 // Random vectors, poses, images, observations and a rig: generic contents of recordings; and the comparison
-// of observations.
+// of observations. Cases of files that are wrong.
 #pragma once
 
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <opencv2/core.hpp>
+#include <regex>
 
 #include "sim/rig/rig.h"
 #include "sim/sensor_errors/random.h"
@@ -118,6 +120,11 @@ inline std::vector<double> numbers_of(const slam::Observation& o) {
     for (const slam::LidarPoint& p : reading.points)
       all.insert(all.end(), {p.x_m, p.y_m, p.z_m, p.intensity, double(p.offset_ns)});
   }
+  for (const slam::BodyReading& reading : o.body) {
+    all.push_back(ns(reading.t));
+    append(all, reading.q);
+    for (const auto& foot : {reading.left, reading.right}) append(all, foot.force), append(all, foot.torque);
+  }
   if (!o.plan) return all;
   append(all, o.plan->X_PC.matrix());
   for (const auto& v : {o.plan->v_PC_C, o.plan->w_PC_C, o.plan->p_CF}) append(all, v);
@@ -139,6 +146,25 @@ inline void expect_same(const slam::Observation& a, const slam::Observation& b) 
   expect_same(a.image, b.image);
   ASSERT_EQ(a.rig.size(), b.rig.size());
   for (std::size_t i = 0; i < a.rig.size(); ++i) expect_same(a.rig[i].image, b.rig[i].image);
+}
+
+/// A file, what is replaced in it, and a part of the error that follows.
+struct BadFile {
+  std::string name, from, to, words;
+};
+/// The cases of a file of this folder: "# expect: words" and "name: from -> to", with \n for a line feed.
+inline std::vector<BadFile> bad_files(const std::string& file) {
+  std::ifstream in(GAITSLAM_SOURCE_DIR "/tests/sim/recording/" + file);
+  std::vector<BadFile> all;
+  static const std::regex kCase("(.*?): (.*) -> (.*)"), kFeed(R"(\\n)");
+  for (std::string words, edit; std::getline(in, words) && std::getline(in, edit);) {
+    std::smatch part;
+    EXPECT_TRUE(std::regex_match(edit, part, kCase)) << edit;
+    const auto text = [&](std::size_t i) { return std::regex_replace(part[i].str(), kFeed, "\n"); };
+    all.push_back({part[1], text(2), text(3), words.substr(sizeof "# expect:")});
+  }
+  EXPECT_GT(all.size(), 20u);
+  return all;
 }
 
 }  // namespace tests

@@ -1,14 +1,10 @@
 // Errors of the reader of scenarios, and other values of keys, for tests.
 #pragma once
 
-#include <algorithm>
-#include <optional>
 #include <sstream>
-#include <string>
 
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
-#include "sim/scenario/yaml.h"
 
 namespace sim::scenario {
 

@@ -3,12 +3,11 @@
 #include <gmock/gmock.h>
 
 #include <bit>
-#include <cmath>
+#include <fstream>
 #include <limits>
 #include <numbers>
 
-#include "sim/files/text.h"
-#include "sim/scenario/value.h"
+#include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/scenario/complaint.h"
 #include "tests/sim/scenario/scenario_files.h"
 #include "tests/walking/walks.h"
@@ -16,7 +15,7 @@
 namespace sim::scenario {
 namespace {
 
-using testing::HasSubstr, testing::MatchesRegex, testing::StartsWith;
+using testing::EndsWith, testing::HasSubstr, testing::MatchesRegex, testing::StartsWith;
 
 const std::filesystem::path kSource = GAITSLAM_SOURCE_DIR;
 
@@ -30,7 +29,6 @@ TEST_P(ShippedScenario, IsReadAndWrittenWholeAndItsWalkIsSmooth) {
   walking::expect_smooth(walking::planned(scenario.walk));
 }
 
-// Cases start with the line "# expect: " and the message, which "..." cuts off before names of keys.
 TEST(EstimatorTime, IsTheLatencyOfSteeringAndAGivenOneIsAddedToIt) {
   const std::string steered = kAll + "walk.steering.by: estimate\n",
                     late = steered + "estimator: {time: {model: measured}}\n";
@@ -42,6 +40,7 @@ TEST(EstimatorTime, IsTheLatencyOfSteeringAndAGivenOneIsAddedToIt) {
   EXPECT_EQ(read_text(to_yaml(derived.scenario)).scenario.walk.steering.latency_s, 0);
 }
 
+// Cases start with the line "# expect: " and the message, which "..." cuts off before names of keys.
 TEST(Scenario, EachBadOneIsRejectedWithItsPlaceAndWhatWasExpected) {
   const std::string marker = "# expect: ",
                     all = files::read_text(kSource / "tests/sim/scenario/bad_scenarios.txt");
@@ -56,7 +55,9 @@ TEST(Scenario, EachBadOneIsRejectedWithItsPlaceAndWhatWasExpected) {
       EXPECT_EQ(complaint(text), "test.yaml:" + expected) << text;
     at = end;
   }
-  EXPECT_GE(count, 70);
+  EXPECT_GE(count, 120);
+  const std::string two_hours = "walk.commands: [stand: {duration_s: 3600}, stand: {duration_s: 3600}]";
+  EXPECT_EQ(complaint(two_hours), "");
   EXPECT_THAT(complaint(std::string("world: {room: \0x}", 18)), StartsWith("test.yaml:1:1: has a zero byte"));
 }
 
@@ -106,54 +107,16 @@ TEST(Scenario, DegreesOfAFileComeBackExactly) {
 
 const std::string kLongWalk = "walk: {commands: [{stand: {duration_s: 100}}]}\ncamera: {}\n";
 
-TEST(Scenario, WhatNeverHappensIsRejected) {
-  for (const auto& [argument, problem] : std::vector<std::pair<std::string, std::string>>{
-           {"errors.faults=[{frames_lost: {from_s: 300}}]",
-            "errors.faults: frames_lost: never happens: it begins at 300 s, the walk ends at 10"},
-           {"errors.faults=[{gyro_silent: {duration_s: 0}}]", "never happens: its duration_s is 0"},
-           {"errors.faults=[{frames_lost: {fraction: 0}}]", "never happens: its fraction is 0"},
-           {"errors.faults=[{plan_scaled: {factor: 1}}]", "plan_scaled: changes nothing: its factor is 1"},
-           {"errors.faults=[{gyro_spike: {size_rad_s: 0}}]", "changes nothing: its size_rad_s is 0"},
-           {"world.lights_off={duration_s: 1, left_fraction: 1}", "changes nothing: its left_fraction is 1"},
-           {"world.pushes=[{push: {time_s: 300, impulse_ns: 5}}]",
-            "world.pushes: push: never happens: it begins"},
-           {"world.pushes=[{push: {time_s: 3}}]", "never happens: its impulse_ns is 0"},
-           {"world.lights_off.from_s=3", "world.lights_off: never happens: its duration_s is 0"},
-           {"world.lights_off={from_s: 300, duration_s: 1}", "world.lights_off: never happens: it begins"},
-           {"limits.rmse_m={at_most: 0.1, at_least: 0.2}",
-            "limits.rmse_m: contradicts itself: at_least 0.2 is above at_most 0.1"},
-           {"limits.loop_closed.worst.at_least=1",
-            "limits.loop_closed.worst: cannot be met: the walk turns by 0 degrees, expected at least 350"}})
-    EXPECT_THAT(complaint(kLongWalk, {{argument}, {}}), HasSubstr(problem)) << argument;
-  EXPECT_THAT(
-      complaint(kLongWalk, {{"walk.steering.by=truth", "errors.faults=[{estimate_jump: {x_m: 0}}]"}, {}}),
-      HasSubstr("estimate_jump: changes nothing: its x_m, y_m and yaw_deg are 0"));
-  for (const std::string text : {"errors.faults: [{frames_lost: {}}]", "world.lights_off.duration_s: 1"}) {
-    EXPECT_THAT(complaint(kWalk + text), HasSubstr("never happens: this scenario has no section 'camera'"));
-    EXPECT_EQ(complaint(kAll + text, {{}, {"camera", "slam"}}), "");
-  }
-}
-
-TEST(Scenario, AFaultOfASensorThatTheEstimatorDoesNotUseIsRejectedAtItsPlace) {
+TEST(Scenario, FaultsThatTheEstimatorNoticesAndThoseOfSectionsThatAreLeftOutAreAccepted) {
   const auto with = [](const std::string& fault, const std::string& rest) {
-    return complaint(kLongWalk + "errors:\n  faults: [" + fault + ": {}]\n" + rest);
+    return complaint(kLongWalk + "errors.faults: [" + fault + ": {}]\n" + rest);
   };
-  const std::string off = ": {enabled: false}}";
-  for (const auto& [fault, rest, problem] : std::vector<std::array<std::string, 3>>{
-           {"gyro_silent", "slam: {gyro" + off, "slam.gyro.enabled is false"},
-           {"accelerometer_spike", "slam: {accelerometer" + off, "slam.accelerometer.enabled is false"},
-           {"frames_covered", "slam: {vision" + off, "slam.vision.enabled is false"},
-           {"frames_lost", "slam: {}\nestimator: odometry", "estimator odometry does not use that sensor"},
-           {"gyro_spike", "slam: {}\nestimator: plan_alone", "estimator plan_alone does not use that sensor"},
-           {"plan_missing", "slam: {height: {enabled: false}, plan_velocity" + off,
-            "slam.plan_velocity.enabled and slam.height.enabled are false"},
-           {"gyro_silent", "", "this scenario has no section 'slam'"}})
-    EXPECT_THAT(with(fault, rest),
-                HasSubstr(":4:3: errors.faults: " + fault + ": changes nothing: " + problem));
-  EXPECT_EQ(with("gyro_silent", "slam: {vision" + off), "");
-  EXPECT_EQ(with("plan_missing", "slam: {height" + off), "");
-  EXPECT_EQ(with("frames_doubled", "slam: {vision" + off), "");
-  EXPECT_EQ(with("frames_lost", "slam: {vision" + off + "\nestimator: {program: [./mine]}"), "");
+  EXPECT_EQ(with("gyro_silent", "slam: {vision: {enabled: false}}"), "");
+  EXPECT_EQ(with("plan_missing", "slam: {height: {enabled: false}}"), "");
+  EXPECT_EQ(with("frames_doubled", "slam: {vision: {enabled: false}}"), "");
+  EXPECT_EQ(with("frames_lost", "slam: {vision: {enabled: false}}\nestimator: {program: [./mine]}"), "");
+  for (const std::string text : {"errors.faults: [{frames_lost: {}}]", "world.lights_off.duration_s: 1"})
+    EXPECT_EQ(complaint(kAll + text, {{}, {"camera", "slam"}}), "");
 }
 
 TEST(Lists, AreReadInOrderAndPrintedBack) {
@@ -184,24 +147,6 @@ world:
   ASSERT_EQ(world.floor_patches.size(), 1u);
   EXPECT_EQ(world.floor_patches[0].y_min_m, -1);
   EXPECT_EQ(to_yaml(read_text(to_yaml(scenario)).scenario), to_yaml(scenario));
-}
-
-TEST(Lists, ErrorsInThemAreNamed) {
-  for (const auto& [argument, problem] : std::vector<std::pair<std::string, std::string>>{
-           {"errors.faults=3",
-            "15: errors.faults: expected a list of faults, as in [{frames_lost: {from_s: 20, "
-            "duration_s: 2}}]"},
-           {"errors.faults=[{frame_lost: {}}]", "17: errors.faults: unknown fault 'frame_lost', expected"},
-           {"errors.faults=[{gyro_silent: {size_rad_s: 1}}]",
-            "31: errors.faults: gyro_silent: unknown field 'size_rad_s', expected from_s, duration_s"},
-           {"errors.faults=[{gyro_silent: {duration_s: -1}}]",
-            "43: duration_s: is '-1', expected a number from 0 to 1000000"},
-           {"world.pushes=[{push: {times_s: 4}}]",
-            "23: world.pushes: push: unknown field 'times_s', expected time_s, impulse_ns, direction_deg, "
-            "duration_s; did you mean 'time_s'?"},
-           {"world.floor_patches=[{patch: {x_min_m: 1, x_max_m: 1, y_max_m: 1}}]",
-            "30: world.floor_patches: patch: is empty, expected x_min_m below x_max_m"}})
-    EXPECT_THAT(complaint(kLongWalk, {{argument}, {}}), StartsWith("<argument>:1:" + problem));
   EXPECT_EQ(complaint(kLongWalk + "slam: {}", {{"errors.faults=[frames_lost: {from_s: 1}]"}, {}}), "");
 }
 
@@ -253,17 +198,6 @@ TEST(Scenario, FilesThatCannotBeReadAreNamed) {
             "/dev/null: is not a regular file, expected one: pipes, devices and sockets are not read");
 }
 
-TEST(Scenario, AWalkOfMoreThanTwoHoursIsRejectedAtTheCommandThatMakesItTooLong) {
-  const std::string hour = "    - stand: {duration_s: 3600}\n", begin = "walk:\n  commands:\n";
-  EXPECT_EQ(complaint(begin + hour + hour), "");
-  EXPECT_EQ(complaint(begin + hour + hour + hour),
-            "test.yaml:5:7: walk.commands[2]: stand: makes the walk longer than 7200 s");
-  EXPECT_EQ(complaint(begin + hour + "    - repeat: {last: 1, times: 1000}\n"),
-            "test.yaml:4:7: walk.commands[1]: repeat: makes the walk longer than 7200 s");
-  EXPECT_EQ(complaint(kWalk, {{"walk.commands=[{tangent_arc: {radius_m: 1000, angle_deg: 36000}}]"}, {}}),
-            "<argument>:1:16: walk.commands[0]: tangent_arc: makes the walk longer than 7200 s");
-}
-
 constexpr std::size_t kMost = 1 << 20;  // bytes of the largest file that is read
 
 TEST(Scenario, RepeatedCharactersAndDeepNestingAreRejected) {
@@ -284,6 +218,106 @@ TEST(Scenario, RepeatedCharactersAndDeepNestingAreRejected) {
   texts.insert(texts.end(), {many_keys, nested});
   for (const std::string& text : texts)
     EXPECT_THAT(complaint(text), MatchesRegex("test.yaml:[0-9]+:[0-9]+: [^\n]+")) << text.substr(0, 60);
+}
+
+class Base : public testing::Test {
+ protected:
+  /// Writes a file and gives its path.
+  std::string file(const std::string& name, const std::string& text) const {
+    std::filesystem::create_directories((folder_ / name).parent_path());
+    std::ofstream(folder_ / name) << text;
+    return path(name);
+  }
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  static std::string complaint_about(const std::string& scenario, const Changes& changes = {}) {
+    return complaint_of([&] { read_scenario(scenario, changes); });
+  }
+  files::TemporaryFolder folder_;
+};
+using Overlay = Base;
+
+TEST_F(Base, SetsWhatTheScenarioDoesNotSetItself) {
+  const std::string circle = file("circle.yaml", kAll + "seed: 4\nwalk.step_length_m: 0.1\nname: circle\n"),
+                    hall = file("hall.yaml", "base: circle.yaml\nworld.room: hall\nseed: 5\n");
+  const ReadScenario read = read_scenario(hall);
+  EXPECT_EQ(read.scenario.name, "hall");
+  EXPECT_EQ(read.scenario.seed, 5u);
+  EXPECT_EQ(read.scenario.walk.step_length_m, 0.1);
+  EXPECT_EQ(read.scenario.world.room, "hall");
+  EXPECT_TRUE(read.scenario.camera && read.scenario.slam);
+  EXPECT_EQ(read.origin.at("walk.step_length_m"), circle + ":5");
+  EXPECT_EQ(read.origin.at("seed"), hall + ":3");
+  EXPECT_FALSE(read.origin.contains("name"));
+  const std::string whole = to_yaml(read.scenario);
+  EXPECT_EQ(whole.find("base"), whole.npos);
+  EXPECT_EQ(to_yaml(read_text(whole).scenario), whole);
+}
+
+TEST_F(Base, HasABaseOfItsOwnRelativeToItselfAndTheLastOneSettingAKeyCounts) {
+  file("a.yaml", kAll + "seed: 1\nwalk.step_length_m: 0.1\nwalk.preview_s: 2\nlimits.rmse_m.at_most: 1\n");
+  file("bases/b.yaml", "base: ../a.yaml\nwalk: {step_length_m: 0.2}\n");
+  file("noise.yaml", "slam.gyro.sigma_rad_s: 0.2\nwalk.preview_s: 1.8\n");
+  file("c.yaml", "base: [bases/b.yaml, noise.yaml]\nseed: 3\nlimits: {rmse_m: {at_most: 2}}\n");
+  const Scenario s = read_scenario(path("c.yaml")).scenario;
+  EXPECT_EQ(s.seed, 3u);
+  EXPECT_EQ(s.walk.step_length_m, 0.2);
+  EXPECT_EQ(s.walk.preview_s, 1.8);
+  EXPECT_EQ(s.slam->gyro.sigma_rad_s, 0.2);
+  ASSERT_EQ(s.limits.metrics.size(), 1u);
+  EXPECT_EQ(s.limits.metrics[0].value, 2);
+  const std::string d = file("d.yaml", "base: c.yaml\nlimits: {}\n");
+  EXPECT_TRUE(read_scenario(d).scenario.limits.metrics.empty());
+}
+
+TEST_F(Base, ThatIsMissingOrNoFileIsNamedWhereItIsAskedFor) {
+  EXPECT_EQ(
+      complaint_about(file("s.yaml", "seed: 1\nbase: none.yaml\n")),
+      path("s.yaml") + ":2:7: base: " + path("none.yaml") + ": cannot be read: No such file or directory");
+  EXPECT_THAT(complaint_about(file("s.yaml", "base: ..\n")), HasSubstr("s.yaml:1:7: base: "));
+  for (const std::string nothing : {"", "[]", "{a: 1}", "[[a.yaml]]", "''"})
+    EXPECT_THAT(complaint_about(file("s.yaml", "base: " + nothing + "\n")),
+                HasSubstr("base: expected a scenario file or a list of them, as in base: "));
+}
+
+TEST_F(Base, ThatComesBackToItselfIsRefused) {
+  file("a.yaml", "seed: 1\nbase: b.yaml\n");
+  file("c/c.yaml", "");
+  file("b.yaml", "base: [./c/../a.yaml]\n");
+  EXPECT_EQ(complaint_about(path("a.yaml")), path("b.yaml") + ":1:8: base: " + path("a.yaml") +
+                                                 " is a base of itself, by way of " + path("b.yaml"));
+  EXPECT_THAT(complaint_about(file("s.yaml", "base: s.yaml\n")), HasSubstr("s.yaml is a base of itself"));
+}
+
+TEST_F(Base, IsNoKeyOfTheCommandLineAndNoneBelowASection) {
+  EXPECT_THAT(complaint(kAll, {{"base=a.yaml"}, {}}), HasSubstr("1:1: base: belongs in a scenario"));
+  EXPECT_THAT(complaint(kWalk + "world: {base: a.yaml}"), HasSubstr("world.base: unknown key"));
+  EXPECT_THAT(complaint("bsae: a.yaml\n"), EndsWith("did you mean 'base'?"));
+}
+
+TEST_F(Overlay, GivesWayToTheNextOneAndToArguments) {
+  file("base.yaml", kAll + "slam.gyro.sigma_rad_s: 0.02\n");
+  const std::string s = file("s.yaml", "base: base.yaml\nseed: 1\n"),
+                    a = file("a.yaml", "slam: {gyro: {sigma_rad_s: 0.1}, height: {sigma_m: 0.1}}\n"),
+                    b = file("b.yaml", "slam.gyro.sigma_rad_s: 0.2\n");
+  const ReadScenario read = read_scenario(s, {{"seed=9"}, {}, {a, b}});
+  EXPECT_EQ(read.scenario.seed, 9u);
+  EXPECT_EQ(read.origin.at("seed"), "argument 1");
+  EXPECT_EQ(read.scenario.slam->gyro.sigma_rad_s, 0.2);
+  EXPECT_EQ(read.origin.at("slam.gyro.sigma_rad_s"), b + ":1");
+  EXPECT_EQ(read.scenario.slam->height.sigma_m, 0.1);
+  EXPECT_EQ(read_scenario(s, {{"slam.gyro.sigma_rad_s=0.3"}, {}, {a, b}}).scenario.slam->gyro.sigma_rad_s,
+            0.3);
+}
+
+TEST_F(Overlay, IsReadAsStrictlyAsAScenario) {
+  const std::string s = file("s.yaml", kAll);
+  for (const auto& [overlay, problem] :
+       {std::pair("\nslam.gyro.sigma_rads: 1\n", "o.yaml:2:1: slam.gyro.sigma_rads: unknown key"),
+        {"slam.height.sigma_m: 1\nslam: {height: {sigma_m: 2}}\n", "given twice, first at"},
+        {"- 1\n", "expected keys and values"}})
+    EXPECT_THAT(complaint_about(s, {{}, {}, {file("o.yaml", overlay)}}), HasSubstr(problem));
+  EXPECT_THAT(complaint_about(s, {{}, {}, {path("none.yaml")}}), HasSubstr("cannot be read"));
+  EXPECT_THAT(complaint_about(file("b.yaml", "base: o.yaml\n")), HasSubstr("o.yaml:1:1: expected keys"));
 }
 
 }  // namespace

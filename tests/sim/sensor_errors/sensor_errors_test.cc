@@ -41,7 +41,7 @@ slam::Observation applied(const ErrorOptions& options, const slam::Observation& 
 
 ErrorOptions none() {
   ErrorOptions options;
-  options.gyro.sigma_rad_s = options.accelerometer.sigma_m_s2 = 0;
+  options.gyro.sigma = options.accelerometer.sigma = 0;
   options.image.read_sigma_grey = options.image.shot_sigma_grey = 0;
   return options;
 }
@@ -64,7 +64,7 @@ TEST(SensorErrors, DependOnSeedAndStampNotOnWhatWasAskedBefore) {
 TEST(SensorErrors, OneDoesNotShiftTheNumbersOfAnother) {
   ErrorOptions lossy;
   lossy.image.loss_fraction = lossy.plan_loss_fraction = 0.5;
-  lossy.accelerometer.sigma_m_s2 = 3;
+  lossy.accelerometer.sigma = 3;
   for (int frame = 0; frame < 5; ++frame)
     EXPECT_EQ(applied(ErrorOptions{}, observation(frame)).gyro[3].value,
               applied(lossy, observation(frame)).gyro[3].value);
@@ -92,7 +92,7 @@ TEST(SensorErrors, GyroNoiseOfAPartOfAReadingKeepsTheIntegralWhite) {
 
 TEST(SensorErrors, BiasIsConstantOverARunAndDiffersBetweenSeeds) {
   ErrorOptions options = none();
-  options.gyro.bias_sigma_rad_s = 0.01;
+  options.gyro.bias_sigma = 0.01;
   SensorErrors errors(options, 1);
   const Eigen::Vector3d ideal = reading(0, 1).value,
                         bias = applied(errors, observation(0)).gyro[0].value - ideal;
@@ -123,7 +123,7 @@ TEST(SensorErrors, LossTakesTheFractionAskedForAndOnlyThat) {
 
 TEST(SensorErrors, ABiasWalksAsFarAsItIsAskedTo) {
   ErrorOptions options = none();
-  options.gyro.bias_walk_sigma_rad_s2 = 0.01;
+  options.gyro.bias_walk_sigma = 0.01;
   constexpr int kSeeds = 200;
   double after_1_s = 0, after_4_s = 0;
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
@@ -143,8 +143,8 @@ TEST(SensorErrors, ABiasWalksAsFarAsItIsAskedTo) {
 
 TEST(SensorErrors, ReadingsAreCutAtTheirRangeAndRoundedToTheirResolution) {
   ErrorOptions options = none();
-  options.gyro.range_rad_s = 0.25;
-  options.gyro.resolution_rad_s = 0.04;
+  options.gyro.range = 0.25;
+  options.gyro.resolution = 0.04;
   const slam::Observation out = applied(options, observation(0));
   EXPECT_LT((out.gyro[2].value - Eigen::Vector3d(0.12, -0.2, 0.24)).norm(), 1e-15);  // of 0.1, -0.2, 0.3
   EXPECT_EQ(out.accelerometer[2].value, reading(0, 1).value);
@@ -291,6 +291,117 @@ TEST(SensorErrors, OptionsOutOfRangeAreNamed) {
   options.image.read_sigma_grey = 101;
   EXPECT_THAT([&] { SensorErrors(options, 1); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("errors.image.read_sigma_grey")));
+}
+
+/// The position of a camera that moves 0.01 m a frame along x, from 5 m on.
+Eigen::Vector3d position(SensorErrors& errors, int k) {
+  slam::Observation o;
+  o.t = slam::Stamp(k * 33'333'333LL);
+  o.plan.emplace().legs.emplace().X_OC.translation().x() = 5 + 0.01 * k;
+  return applied(errors, o).plan->legs->X_OC.translation();
+}
+
+SensorErrors leg_errors(double sigma_m, double scale_fraction, std::uint64_t seed) {
+  ErrorOptions options;
+  options.leg_odometry = {sigma_m, scale_fraction};
+  return {options, seed};
+}
+
+// Variance and correlation within four standard deviations of those of so many numbers.
+TEST(LegErrors, TheNoiseOfThePositionIsWhiteOfThatSizeAndOfSeedAndStamp) {
+  constexpr double n = 4000, variance = 1e-8;
+  SensorErrors errors = leg_errors(1e-4, 0, 1);
+  Eigen::Array3d square = Eigen::Array3d::Zero(), neighbors = square, before = square;
+  for (int k = 0; k < n; ++k) {
+    const Eigen::Array3d error = position(errors, k) - Eigen::Vector3d(5 + 0.01 * k, 0, 0);
+    square += error.square() / n;
+    neighbors += error * std::exchange(before, error) / n;
+  }
+  EXPECT_TRUE(((square - variance).abs() < 4 * variance * std::sqrt(2 / n)).all()) << square.transpose();
+  EXPECT_TRUE((neighbors.abs() < 4 * variance / std::sqrt(n)).all()) << neighbors.transpose();
+  SensorErrors one = leg_errors(1e-4, 0, 1), same = one, other = leg_errors(1e-4, 0, 2);
+  position(same, 3);
+  EXPECT_EQ(position(one, 7), position(same, 7));
+  EXPECT_NE(position(one, 7), position(other, 7));
+}
+
+TEST(LegErrors, DistancesFromTheFirstPositionOnAreScaledAndErrorsOfZeroChangeNoBit) {
+  SensorErrors errors = leg_errors(0, 0.2, 1), none = leg_errors(0, 0, 1);
+  EXPECT_EQ(position(errors, 0).x(), 5);
+  EXPECT_NEAR(position(errors, 50).x(), 5.6, 1e-12);
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(position(none, k), Eigen::Vector3d(5 + 0.01 * k, 0, 0));
+}
+
+using slam::Observation;
+
+constexpr std::int64_t kMs = 1'000'000;
+
+// Frame k at 30 k ms; the readings of every 5 ms say when they were taken, and so does the plan.
+Observation observed(int k) {
+  Observation o;
+  o.t = Stamp(30 * kMs * k);
+  for (int i = 6 * (k - 1); k > 0 && i < 6 * k; ++i)
+    o.gyro.push_back({Stamp(5 * kMs * i), Stamp(5 * kMs * (i + 1)), Eigen::Vector3d::Constant(5 * i + 2.5)});
+  o.accelerometer = o.gyro;
+  for (const slam::InertialSample& reading : o.gyro)
+    o.body.push_back(
+        {reading.begin, Eigen::VectorXd::Constant(1, 1e3 * slam::seconds(reading.begin)), {}, {}});
+  o.plan.emplace();
+  o.plan->X_PC.translation().x() = 30 * k;
+  o.plan->X_PC.linear() = Eigen::AngleAxisd(0.03 * k, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  o.plan->v_PC_C.y() = 30 * k;
+  o.plan->legs.emplace();
+  o.plan->legs->X_OC.translation().y() = 30 * k;
+  o.plan->legs->p_CS.z() = 30 * k;
+  return o;
+}
+
+/// All frames by a clock with that offset; the one without a plan: lost on the way to it.
+std::vector<Observation> through(Stamp offset, int frames, int without_plan = -1) {
+  MotionClock clock(offset);
+  std::vector<Observation> all;
+  for (int k = 0; k < frames; ++k) {
+    Observation ideal = observed(k);
+    if (k == without_plan) ideal.plan.reset();
+    for (Observation& o : clock.process(std::move(ideal))) all.push_back(std::move(o));
+  }
+  for (Observation& o : clock.flush()) all.push_back(std::move(o));
+  return all;
+}
+
+// Readings lie within their frame, leave no gap, and they and the plan are of `offset` before their stamps.
+TEST(MotionClock, ThatIsAheadOrBehindGivesEachFrameTheMotionOfAnotherTime) {
+  for (const double offset_ms : {7.0, -7.0, 40.0, -40.0}) {
+    const auto all = through(Stamp(static_cast<std::int64_t>(offset_ms * 1e6)), 8);
+    ASSERT_EQ(all.size(), 8u);
+    for (int k = 3; k < 6; ++k) {  // the first and last lack what was before and comes after
+      const Observation& o = all[static_cast<std::size_t>(k)];
+      ASSERT_EQ(o.t, observed(k).t);
+      Stamp begin = o.t - Stamp(30 * kMs);
+      for (const slam::InertialSample& reading : o.gyro) {
+        EXPECT_EQ(reading.begin, std::exchange(begin, reading.end));
+        const double middle_ms = 1e3 * slam::seconds(reading.begin + reading.end) / 2;
+        EXPECT_NEAR(reading.value.x(), middle_ms - offset_ms, 2.5);  // half a reading, if it was split
+      }
+      EXPECT_EQ(begin, o.t);
+      EXPECT_EQ(o.accelerometer.size(), o.gyro.size());
+      ASSERT_EQ(o.body.size(), 6u);
+      for (const slam::BodyReading& reading : o.body) {
+        EXPECT_TRUE(reading.t >= o.t - Stamp(30 * kMs) && reading.t < o.t);
+        EXPECT_NEAR(1e3 * slam::seconds(reading.t) - offset_ms, reading.q[0], 1e-6);
+      }
+      const double planned_ms = 30.0 * k - offset_ms;
+      const slam::PlannedMotion& plan = *o.plan;
+      for (const double ms : {plan.X_PC.translation().x(), plan.v_PC_C.y(), plan.legs->X_OC.translation().y(),
+                              plan.legs->p_CS.z(), 1e3 * Eigen::AngleAxisd(plan.X_PC.linear()).angle()})
+        EXPECT_NEAR(ms, planned_ms, 1e-6);
+    }
+  }
+}
+
+TEST(MotionClock, GivesNoPlanWhereOneOfTheTwoThatSurroundItIsMissing) {
+  const auto all = through(Stamp(7 * kMs), 6, 3);
+  EXPECT_TRUE(all[2].plan && !all[3].plan && !all[4].plan && all[5].plan);
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
 #include "tools/cli/shared/live.h"
-#include "tools/cli/shared/terminal.h"
 
 namespace cli {
 

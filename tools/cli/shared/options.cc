@@ -1,17 +1,12 @@
 #include "tools/cli/shared/options.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <iostream>
 #include <set>
-#include <string_view>
 
 #include "sim/files/json.h"
-#include "sim/files/text.h"
-#include "sim/scenario/yaml.h"
 #include "tools/cli/jobs/backend.h"
 
 namespace cli {
@@ -49,7 +44,7 @@ void require_one_of(const std::vector<std::string>& names, const std::string& ty
                     const std::string& option) {
   if (std::ranges::count(names, typed) > 0) return;
   throw UsageError("{}: expected one of {}, not '{}'{}", option, fmt::join(names, ", "), typed,
-                   scenario::did_you_mean(typed, std::vector<std::string_view>(names.begin(), names.end())));
+                   scenario::did_you_mean(typed, names));
 }
 
 score::Alignment alignment_named(const std::string& name) {

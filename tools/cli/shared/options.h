@@ -4,12 +4,7 @@
 #include <sys/types.h>
 
 #include <CLI/CLI.hpp>
-#include <cstdint>
 #include <memory>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "sim/scenario/scenario.h"
 #include "sim/score/trajectory.h"

@@ -1,6 +1,5 @@
 #include "tools/cli/shared/terminal.h"
 
-#include <fmt/format.h>
 #include <signal.h>
 #include <unistd.h>
 
@@ -9,7 +8,6 @@
 #include <array>
 #include <cstdlib>
 #include <iostream>
-#include <string_view>
 
 #include "sim/files/text.h"
 

@@ -1,9 +1,6 @@
 #include "tools/cli/shared/version.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Core>
-#include <fstream>
 #include <opencv2/core/utility.hpp>
 
 #include "sim/files/hash.h"

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <map>
-#include <string>
 
 #include "sim/result/result.h"
 #include "tools/cli/shared/terminal.h"
