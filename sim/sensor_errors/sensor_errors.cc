@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "sim/sensor_errors/random.h"
-#include "walking/keys.h"
 
 namespace sim::sensor_errors {
 namespace {
@@ -21,7 +20,7 @@ InertialErrors inertial_errors(const char* sensor, const InertialErrorSizes& siz
 
 SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed,
                            const std::vector<rig::RigSensor>& rig)
-    : options_((walking::check_ranges(options, "errors"), options)),
+    : options_(options),
       seed_(seed),
       rig_(rig, seed),
       gyro_(inertial_errors<GyroSpike, GyroSilent>(

@@ -80,7 +80,6 @@ struct ErrorOptions {
 /// stream name and stamp: live run and replay agree bit for bit, and no error changes another's numbers.
 class SensorErrors {
  public:
-  /// Throws std::invalid_argument that names an option out of its range.
   /// rig: the further sensors of the observations.
   SensorErrors(const ErrorOptions& options, std::uint64_t seed, const std::vector<rig::RigSensor>& rig = {});
 
