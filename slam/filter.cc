@@ -24,25 +24,34 @@ Filter::Filter(const Options& options, const Calibration& calibration, const Eig
   update_estimate(Stamp(0));
 }
 
+void FrameReport::begin(Stamp time) {
+  t = time;
+  predicted = measured = accepted = 0;
+  use = {};
+  innovations.clear(), initialized.clear(), matched.clear(), searched.clear(), lines.clear(), deleted.clear();
+  evidence = {};
+  relocalized = false;
+  refused.clear();
+}
+
 /// One cycle of the filter: Stasse et al. 2006, sections III and IV.
 const FrameReport& Filter::step(const Observation& o) {
   if (const std::string why = objection(o); !why.empty()) return refuse(o.t, why);
   const Stamp interval = now_ ? o.t - *now_ : Stamp(0);
   const bool was_lost = tracking_.health() == Health::lost;
   tracking_.accept();
+  report_.begin(o.t);
   const auto planned = internal_.advance_plan(o, seconds(interval));
-  const InternalResult& internal =
-      now_ ? predict_and_update(o, planned) : internal_.skip();  // eq. (6), section IV
-  const VisualResult& visual = visual_.step(
-      {o.image, depth_image(o), o.t, interval, stands_still(o, planned, options_), o.plan.has_value(),
-       frames_, nis_of(internal.innovations, "height"), kalman_, tracking_});  // section III-A
-  const Evidence evidence = monitor(o, interval, visual);
+  if (now_) predict_and_update(o, planned);  // eq. (6), section IV
+  const VisualResult visual =
+      visual_.step({o.image, depth_image(o), o.t, interval, stands_still(o, planned, options_),
+                    o.plan.has_value(), frames_, kalman_, tracking_, report_});  // section III-A
+  monitor(o, interval, visual);
   if (was_lost) tracking_.remains_lost(interval);
   if (now_) interval_ = interval;
   now_ = o.t;
   update_estimate(o.t);
-  report(o.t, internal, visual, evidence);
-  return report_;
+  return complete_report();
 }
 
 /// Returns why the observation cannot be used at all; empty if it can.
@@ -69,34 +78,31 @@ DepthImage Filter::depth_image(const Observation& o) const {
 /// A rejected observation changes the health but not the state.
 const FrameReport& Filter::refuse(Stamp t, const std::string& why) {
   tracking_.refuse(interval_, why);
-  report(t, internal_.skip(), visual_.skip(), {});
+  report_.begin(t);
   report_.refused = why;
-  return report_;
+  return complete_report();
 }
 
-const InternalResult& Filter::predict_and_update(const Observation& o,
-                                                 const std::optional<PlannedInterval>& planned) {
-  const Prediction prediction = internal_.predict(o, *now_, planned, kalman_.state());
+void Filter::predict_and_update(const Observation& o, const std::optional<PlannedInterval>& planned) {
+  const Prediction prediction = internal_.predict(o, *now_, planned, kalman_.state(), report_);
   kalman_.predict(prediction.x, prediction.F, prediction.Q);
   visual_.predict(seconds(o.t - *now_), kalman_);
-  const InternalResult& internal = internal_.update(o, *now_, planned, kalman_);
-  if (!internal.updated) tracking_.diverge("the internal innovation covariance is not positive definite");
-  return internal;
+  if (!internal_.update(o, *now_, planned, kalman_, report_))
+    tracking_.diverge("the internal innovation covariance is not positive definite");
 }
 
-/// Tests the sensors against their models; returns the evidence of this frame's innovations.
-Evidence Filter::monitor(const Observation& o, Stamp interval, const VisualResult& visual) {
-  const Evidence evidence = kalman_.take_evidence();
+/// Tests the sensors against their models, by the evidence of this frame's innovations.
+void Filter::monitor(const Observation& o, Stamp interval, const VisualResult& visual) {
+  report_.evidence = kalman_.take_evidence();
   const double dt = seconds(interval);
   sensors_.gyro().add(o.gyro);
   if (visual.statistics)
     sensors_.images().add(dt, visual.statistics->searched, visual.statistics->accepted, visual.deleted_young);
   sensors_.images().add_health(dt, tracking_.health() != Health::ok, visual.good_image);
-  if (visual.relocalized)
+  if (report_.relocalized)
     sensors_.reset();
   else
-    sensors_.add(evidence, dt);
-  return evidence;
+    sensors_.add(report_.evidence, dt);
 }
 
 void Filter::update_estimate(Stamp t) {
@@ -107,31 +113,12 @@ void Filter::update_estimate(Stamp t) {
   estimate_ = pose_estimate(state, t);
 }
 
-/// Makes the report, reusing the memory of its lists.
-void Filter::report(Stamp t, const InternalResult& internal, const VisualResult& visual,
-                    const Evidence& evidence) {
-  report_.t = t;
+const FrameReport& Filter::complete_report() {
   report_.landmarks = static_cast<int>(visual_.landmarks().size());
-  report_.innovations = internal.innovations;
-  report_.use = internal.use;
-  const VisionResult* vision = visual.vision;
-  report_.predicted = vision ? static_cast<int>(vision->visible.size()) : 0;
-  report_.measured = vision ? vision->matches : 0;
-  report_.accepted = static_cast<int>(visual.matched.size());
-  if (vision && vision->update) report_.innovations.push_back({"vision", *vision->update});
-  report_.use[static_cast<std::size_t>(SensorIndex::vision)] = visual.use;
-  report_.initialized = visual.initialized;
-  report_.matched = visual.matched;
-  report_.searched = visual.searched;
-  report_.lines = visual.lines;
-  report_.deleted = visual.deleted;
-  report_.evidence = evidence;
-  report_.relocalized = visual.relocalized;
-  report_.refused = internal.rejected;
-  add_reason(report_.refused, visual.rejected);
   report_.health = tracking_.health();
   report_.cause = tracking_.cause();
   report_.suspect = sensors_.suspect();
+  return report_;
 }
 
 }  // namespace slam

@@ -26,11 +26,10 @@ class Filter {
   std::string objection(const Observation& observation) const;
   DepthImage depth_image(const Observation& observation) const;
   const FrameReport& refuse(Stamp t, const std::string& why);
-  const InternalResult& predict_and_update(const Observation& observation,
-                                           const std::optional<PlannedInterval>& planned);
-  Evidence monitor(const Observation& observation, Stamp interval, const VisualResult& visual);
+  void predict_and_update(const Observation& observation, const std::optional<PlannedInterval>& planned);
+  void monitor(const Observation& observation, Stamp interval, const VisualResult& visual);
   void update_estimate(Stamp t);
-  void report(Stamp t, const InternalResult& internal, const VisualResult& visual, const Evidence& evidence);
+  const FrameReport& complete_report();
 
   Options options_;
   std::optional<AlignedDepth> depth_;

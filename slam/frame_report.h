@@ -109,6 +109,11 @@ struct FrameReport {
   /// The sensor whose measurements contradict its model: "inconsistent: X, ...", where X is plan, leg
   /// odometry, gyro or images; empty if there is none.
   std::string suspect;
+
+  /// Notes that a sensor has readings in this frame, or that they are accepted.
+  void note(SensorIndex sensor, SensorUse used) { use[static_cast<std::size_t>(sensor)] = used; }
+  /// Starts the report of a step at t, reusing the memory of its lists.
+  void begin(Stamp t);
 };
 
 /// Appends a reason, if there is one, to a list of reasons separated by "; ".

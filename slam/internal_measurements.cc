@@ -71,7 +71,10 @@ constexpr std::array kSensors{
 
 bool agrees(const OptionalMeasurement& m, const Prediction& prediction, const State& state) {
   if (!m) return true;
-  const RobotMatrix P = prediction.F * state.marginal<kRobot>(0) * prediction.F.transpose() + prediction.Q;
+  RobotMatrix FP, P;
+  multiply(prediction.F, state.marginal<kRobot>(0), FP);
+  multiply_transposed(FP, prediction.F, P);
+  P += prediction.Q;
   const Eigen::Matrix3d S = m->H_robot * P * m->H_robot.transpose() + m->R;
   return S.llt().matrixL().solve(m->innovation).squaredNorm() < kGate3;
 }
@@ -80,14 +83,6 @@ bool agrees(const OptionalMeasurement& m, const Prediction& prediction, const St
 
 InternalMeasurements::InternalMeasurements(const Options& options, const Eigen::Isometry3d& X_CG)
     : options_(options), leg_options_(with_leg_odometry(options)), X_CG_(X_CG) {}
-
-const InternalResult& InternalMeasurements::skip() {
-  result_.innovations.clear();
-  result_.use = {};
-  result_.rejected.clear();
-  result_.updated = true;
-  return result_;
-}
 
 /// Returns the gyro's rate if it is to drive the prediction and the motion model allows the change of rate.
 std::optional<MeanRate> InternalMeasurements::driving_rate(const Observation& o, Stamp previous,
@@ -101,13 +96,13 @@ std::optional<MeanRate> InternalMeasurements::driving_rate(const Observation& o,
 }
 
 Prediction InternalMeasurements::predict(const Observation& o, Stamp previous,
-                                         const std::optional<PlannedInterval>& planned, const State& state) {
-  skip();
+                                         const std::optional<PlannedInterval>& planned, const State& state,
+                                         FrameReport& report) {
   const double dt = seconds(o.t - previous);
   const RobotVector x = state.robot();
   const Options& options = planned && planned->legs ? leg_options_ : options_;
   if (options_.accelerometer.enabled && !o.accelerometer.empty())
-    note(SensorIndex::accelerometer, SensorUse::readings);
+    report.note(SensorIndex::accelerometer, SensorUse::readings);
   gyro_rate_ = driving_rate(o, previous, x);
   std::swap(earlier_, later_);
   later_.from = previous, later_.to = o.t;
@@ -120,21 +115,21 @@ Prediction InternalMeasurements::predict(const Observation& o, Stamp previous,
     const Inputs in{prediction.x, o, previous, planned, plan_.at_rest(), X_CG_, options_, true};
     const auto velocity = planned && planned->legs ? leg_velocity(in) : plan_velocity(in);
     if (V.squaredNorm() < kGate3 * sigma * sigma && agrees(velocity, prediction, state)) {
-      note(SensorIndex::accelerometer, SensorUse::accepted);
+      report.note(SensorIndex::accelerometer, SensorUse::accepted);
       return prediction;
     }
-    add_reason(result_.rejected, "accelerometer is beyond its gate");
+    add_reason(report.refused, "accelerometer is beyond its gate");
   }
   return predict_motion(x, dt, std::nullopt, options, gyro_rate_);
 }
 
-const InternalResult& InternalMeasurements::update(const Observation& o, Stamp previous,
-                                                   const std::optional<PlannedInterval>& planned,
-                                                   Kalman& kalman) {
+bool InternalMeasurements::update(const Observation& o, Stamp previous,
+                                  const std::optional<PlannedInterval>& planned, Kalman& kalman,
+                                  FrameReport& report) {
   accepted_.clear();
-  if (options_.gyro.enabled && o.gyro.empty()) add_reason(result_.rejected, "the gyro is silent");
+  if (options_.gyro.enabled && o.gyro.empty()) add_reason(report.refused, "the gyro is silent");
   if (options_.gyro.enabled && !o.gyro.empty())
-    note(SensorIndex::gyro, gyro_rate_ ? SensorUse::accepted : SensorUse::readings);
+    report.note(SensorIndex::gyro, gyro_rate_ ? SensorUse::accepted : SensorUse::readings);
   const RobotVector x = kalman.state().robot();
   for (const Sensor& sensor : kSensors) {
     auto m =
@@ -148,20 +143,19 @@ const InternalResult& InternalMeasurements::update(const Observation& o, Stamp p
     const Nis nis = normalized_innovation_squared(kalman.state(), *m, &whitened);
     const bool accepted = nis.value < sensor.gate;
     if (sensor.index) {
-      result_.innovations.push_back({kSensorNames[static_cast<std::size_t>(*sensor.index)], nis});
-      note(*sensor.index, accepted ? SensorUse::accepted : SensorUse::readings);
+      report.innovations.push_back({kSensorNames[static_cast<std::size_t>(*sensor.index)], nis});
+      report.note(*sensor.index, accepted ? SensorUse::accepted : SensorUse::readings);
     }
     if (accepted)
       accepted_.push_back(*m);
     else
-      add_reason(result_.rejected, sensor.reason);
+      add_reason(report.refused, sensor.reason);
   }
   if (options_.plan_velocity.enabled && planned && planned->legs)
     kalman.add_evidence(kPlanScale, planned->plan_scale);
-  if (accepted_.empty()) return result_;
+  if (accepted_.empty()) return true;
   stack(kalman.state(), accepted_, stacked_);
-  result_.updated = kalman.update(stacked_);
-  return result_;
+  return kalman.update(stacked_);
 }
 
 }  // namespace slam

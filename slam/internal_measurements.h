@@ -7,13 +7,7 @@
 
 namespace slam {
 
-struct InternalResult {
-  std::vector<SensorInnovation> innovations;  ///< of the sensors that gave a measurement
-  SensorUses use{};                           ///< without that of vision
-  std::string rejected;                       ///< what was not used, and why
-  bool updated = true;                        ///< false if S is not positive definite
-};
-
+/// Its part of a FrameReport: the innovations and the use of its sensors, and what was rejected.
 class InternalMeasurements {
  public:
   InternalMeasurements(const Options& options, const Eigen::Isometry3d& X_CG);
@@ -21,17 +15,16 @@ class InternalMeasurements {
   std::optional<PlannedInterval> advance_plan(const Observation& observation, double dt_s) {
     return plan_.advance(observation.plan, dt_s, options_);
   }
-  /// An empty result. The results of skip and update are valid until the next call.
-  const InternalResult& skip();
-  /// Starts a new result and predicts the robot's state at the observation. The accelerometer drives the
-  /// prediction unless its readings are incomplete, or its increment is implausible for the motion model or
-  /// contradicts the plan. previous: the time of `state`, that of the previous observation.
+  /// Predicts the robot's state at the observation. The accelerometer drives the prediction unless its
+  /// readings are incomplete, or its increment is implausible for the motion model or contradicts the plan.
+  /// previous: the time of `state`, that of the previous observation.
   Prediction predict(const Observation& observation, Stamp previous,
-                     const std::optional<PlannedInterval>& planned, const State& state);
+                     const std::optional<PlannedInterval>& planned, const State& state, FrameReport& report);
   /// Updates the predicted state with gyro, velocity and height at once, each only if the options enable it
-  /// and it passes its gate. A plan that leg odometry replaces is compared with it.
-  const InternalResult& update(const Observation& observation, Stamp previous,
-                               const std::optional<PlannedInterval>& planned, Kalman& kalman);
+  /// and it passes its gate. A plan that leg odometry replaces is compared with it. Returns false if S is not
+  /// positive definite.
+  bool update(const Observation& observation, Stamp previous, const std::optional<PlannedInterval>& planned,
+              Kalman& kalman, FrameReport& report);
 
  private:
   std::optional<MeanRate> driving_rate(const Observation& observation, Stamp previous,
@@ -43,11 +36,8 @@ class InternalMeasurements {
   std::optional<MeanRate> gyro_rate_;                       // drives the newest prediction
   std::array<std::optional<Eigen::Vector3d>, 5> whitened_;  // of the last frame, by sensor
   InertialInterval earlier_, later_;                        // of the last two frame intervals
-  /// Notes that a sensor has readings in this frame, or that they are accepted.
-  void note(SensorIndex sensor, SensorUse use) { result_.use[static_cast<std::size_t>(sensor)] = use; }
 
   // Work space, kept so that a step in the steady state takes no heap memory.
-  InternalResult result_;
   std::vector<Measurement> accepted_;
   StackedMeasurement stacked_;
 };

@@ -1,6 +1,5 @@
 #include "slam/kalman.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -59,14 +58,18 @@ void Kalman::predict(const RobotVector& f, const RobotMatrix& F, const RobotMatr
   }
   state_.storage_x.head<kRobot>() = f;
   state_.storage_null.head<kRobot>() = after;
-  state_.storage_sensitivity.topRows<kRobot>() = (F * state_.storage_sensitivity.topRows<kRobot>()).eval();
+  const Eigen::Matrix<double, kRobot, kSystematicErrors> sensitivity =
+      state_.storage_sensitivity.topRows<kRobot>();
+  multiply(F, sensitivity, state_.storage_sensitivity.topRows(kRobot));
   const int rest = state_.size - kRobot;
   auto& P = state_.storage_P;
-  P.topLeftCorner<kRobot, kRobot>() = A * state_.marginal<kRobot>(0) * A.transpose() + Q;
-  auto cross = P.block(kRobot, 0, rest, kRobot);
+  RobotMatrix AP;
+  multiply(A, state_.marginal<kRobot>(0), AP);
+  multiply_transposed(AP, A, P.topLeftCorner(kRobot, kRobot));
+  P.topLeftCorner(kRobot, kRobot) += Q;
   auto before = robot_columns_.topRows(rest);
-  before = cross;
-  cross.noalias() = before * A.transpose();
+  before = P.block(kRobot, 0, rest, kRobot);
+  multiply_transposed(before, A, P.block(kRobot, 0, rest, kRobot));
 }
 
 void Kalman::constrain(Measurement& m) const {
@@ -109,7 +112,7 @@ void Kalman::update_sensitivity(const StackedMeasurement& stacked) {
     sensitivity_.resize(stacked.storage_sensitivity.rows(), kSystematicErrors);
   auto U = sensitivity_.topRows(stacked.rows);
   U = stacked.sensitivity();
-  whitening_.L().triangularView<Eigen::Lower>().solveInPlace(U);
+  whitening_.solve(U);
   const auto W = W_.topLeftCorner(state_.size, stacked.rows);
   for (int k = 0; k < kSystematicErrors; ++k) {
     SystematicEvidence& evidence = evidence_[static_cast<std::size_t>(k)];
@@ -149,13 +152,14 @@ int Kalman::append(const LandmarkInitialization& landmark) {
   state_.storage_x.segment<6>(at) = landmark.y;
   state_.storage_null.segment<6>(at) = landmark.J_robot * state_.storage_null.head<kRobot>();
   auto& s = state_.storage_sensitivity;
-  s.middleRows<6>(at).noalias() = landmark.J_robot * s.topRows<kRobot>();
+  multiply(landmark.J_robot, s.topRows(kRobot), s.middleRows(at, 6));
   s.col(kLensDistortion).segment<6>(at) += landmark.distortion;
   auto& P = state_.storage_P;
-  P.block<6, kRobot>(at, 0) = landmark.J_robot * state_.marginal<kRobot>(0);
-  P.block(at, kRobot, 6, at - kRobot).noalias() =
-      landmark.J_robot * P.block(kRobot, 0, at - kRobot, kRobot).transpose();
-  P.block<6, 6>(at, at) = P.block<6, kRobot>(at, 0) * landmark.J_robot.transpose() + landmark.noise;
+  multiply(landmark.J_robot, state_.marginal<kRobot>(0), P.block(at, 0, 6, kRobot));
+  multiply_transposed(landmark.J_robot, P.block(kRobot, 0, at - kRobot, kRobot),
+                      P.block(at, kRobot, 6, at - kRobot));
+  multiply_transposed(P.block(at, 0, 6, kRobot), landmark.J_robot, P.block(at, at, 6, 6));
+  P.block(at, at, 6, 6) += landmark.noise;
   return at;
 }
 
@@ -241,8 +245,7 @@ bool Kalman::is_valid(int count) {
         scales(column);
     C(column, column) = 1 + kRounding;
   }
-  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(C);
-  return llt.info() == Eigen::Success;
+  return factorize(C);
 }
 
 }  // namespace slam

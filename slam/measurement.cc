@@ -1,7 +1,6 @@
 #include "slam/measurement.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -75,6 +74,20 @@ Eigen::Matrix<double, Eigen::Dynamic, kSystematicErrors, 0, 3, kSystematicErrors
 
 }  // namespace
 
+void multiply(const Eigen::Ref<const Eigen::MatrixXd>& A, const Eigen::Ref<const Eigen::MatrixXd>& B,
+              Eigen::Ref<Eigen::MatrixXd> C) {
+  C.noalias() = A * B;
+}
+
+void multiply_transposed(const Eigen::Ref<const Eigen::MatrixXd>& A,
+                         const Eigen::Ref<const Eigen::MatrixXd>& B, Eigen::Ref<Eigen::MatrixXd> C) {
+  C.noalias() = A * B.transpose();
+}
+
+bool factorize(Eigen::Ref<Eigen::MatrixXd> A) {
+  return Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>>(A).info() == Eigen::Success;
+}
+
 Measurement::Small<3, 3> innovation_covariance(const State& state, const Measurement& m) {
   const auto& P = state.storage_P;
   const auto P_robot = P.topLeftCorner<kRobot, kRobot>().selfadjointView<Eigen::Lower>();
@@ -97,12 +110,13 @@ Nis normalized_innovation_squared(const State& state, const Measurement& m,
                                   std::optional<Eigen::Vector3d>* whitened) {
   const Measurement::Small<3, 3> S = innovation_covariance(state, m);
   const Eigen::LLT<Measurement::Small<3, 3>> llt(S);
-  Nis nis{std::numeric_limits<double>::infinity(), m.rows, std::log(S.determinant())};
+  Nis nis{std::numeric_limits<double>::infinity(), m.rows};
   std::optional<Eigen::Vector3d> now;
   if (llt.info() == Eigen::Success) {
     now = Eigen::Vector3d::Zero();
     now->head(m.rows) = llt.matrixL().solve(m.innovation);
     nis.value = now->squaredNorm();
+    nis.log_determinant = 2 * llt.matrixLLT().diagonal().array().log().sum();
   }
   if (!whitened) return nis;
   if (now && *whitened) nis.lagged = now->dot(**whitened), nis.lagged_square = nis.value;
@@ -139,15 +153,15 @@ void stack(const State& state, const std::vector<Measurement>& measurements, Sta
     stacked.sensitivity().middleRows(stacked.first_row[i], m.rows) = innovation_sensitivity(state, m);
   }
   const int rest = state.size - kRobot;
-  stacked.PHt().topRows<kRobot>().noalias() = state.marginal<kRobot>(0) * stacked.H_robot().transpose();
-  stacked.PHt().bottomRows(rest).noalias() =
-      state.storage_P.block(kRobot, 0, rest, kRobot) * stacked.H_robot().transpose();
+  multiply_transposed(state.marginal<kRobot>(0), stacked.H_robot(), stacked.PHt().topRows(kRobot));
+  multiply_transposed(state.storage_P.block(kRobot, 0, rest, kRobot), stacked.H_robot(),
+                      stacked.PHt().bottomRows(rest));
   for (std::size_t i = 0; i < measurements.size(); ++i) {
     auto columns = stacked.PHt().middleCols(stacked.first_row[i], measurements[i].rows);
     add_landmark_part(state, measurements[i], columns);
     add_bias_part(state, measurements[i], columns);
   }
-  stacked.S().noalias() = stacked.H_robot() * stacked.PHt().topRows<kRobot>();
+  multiply(stacked.H_robot(), stacked.PHt().topRows(kRobot), stacked.S());
   for (std::size_t i = 0; i < measurements.size(); ++i) {
     const Measurement& m = measurements[i];
     const int count = static_cast<int>(m.H_landmark.cols());
@@ -202,11 +216,15 @@ bool Whitening::compute(const StackedMeasurement& stacked) {
   if (rows_ > storage_innovation_.size()) storage_innovation_.resize(rows_ + kSpareRows);
   auto factor = storage_L_.topLeftCorner(rows_, rows_);
   factor = stacked.S();
-  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(factor);  // in place
+  const bool positive = factorize(factor);
   auto whitened = storage_innovation_.head(rows_);
   whitened = stacked.innovation();
-  llt.matrixL().solveInPlace(whitened);
-  return llt.info() == Eigen::Success && stacked.innovation().allFinite();
+  L().triangularView<Eigen::Lower>().solveInPlace(whitened);
+  return positive && stacked.innovation().allFinite();
+}
+
+void Whitening::solve(Eigen::Ref<Eigen::MatrixXd> B) const {
+  L().triangularView<Eigen::Lower>().solveInPlace(B);
 }
 
 Nis Whitening::nis() const {

@@ -41,6 +41,15 @@ Measurement::Small<3, 3> innovation_covariance(const State& state, const Measure
 Nis normalized_innovation_squared(const State& state, const Measurement& measurement,
                                   std::optional<Eigen::Vector3d>* whitened = nullptr);
 
+/// C = A B and C = A Bᵀ, for more than a few rows; C is neither A nor B. Compiled once: every expression with
+/// a product instantiates Eigen's anew, a second of compilation each.
+void multiply(const Eigen::Ref<const Eigen::MatrixXd>& A, const Eigen::Ref<const Eigen::MatrixXd>& B,
+              Eigen::Ref<Eigen::MatrixXd> C);
+void multiply_transposed(const Eigen::Ref<const Eigen::MatrixXd>& A,
+                         const Eigen::Ref<const Eigen::MatrixXd>& B, Eigen::Ref<Eigen::MatrixXd> C);
+/// Replaces the lower triangle of A by its Cholesky factor. False if A is not positive definite.
+bool factorize(Eigen::Ref<Eigen::MatrixXd> A);
+
 /// Enlarges a work space to at least that many rows and columns, with room to spare so that it seldom grows.
 /// Its previous contents are lost when it grows.
 void reserve_workspace(Eigen::MatrixXd& storage, int rows, int columns);
@@ -88,6 +97,8 @@ class Whitening {
   /// The lower triangle is L; the rest is undefined.
   auto L() const { return storage_L_.topLeftCorner(rows_, rows_); }
   auto innovation() const { return storage_innovation_.head(rows_); }
+  /// B ← L⁻¹B.
+  void solve(Eigen::Ref<Eigen::MatrixXd> B) const;
   Nis nis() const;
 
  private:

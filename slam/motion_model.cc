@@ -24,7 +24,10 @@ RobotMatrix impulse_covariance(const Matrix43d& dq_dw, double dt, double sigma_V
   Eigen::Matrix<double, 6, 1> variance;
   variance.head<3>().setConstant(square(sigma_V));
   variance.tail<3>().setConstant(square(sigma_W));
-  return G * variance.asDiagonal() * G.transpose();
+  const Eigen::Matrix<double, kRobot, 6> scaled = G * variance.asDiagonal();
+  RobotMatrix Q;
+  multiply_transposed(scaled, G, Q);
+  return Q;
 }
 
 /// Unplanned swaying is a damped oscillation of the displacement d from the planned position, driven by

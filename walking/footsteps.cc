@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "walking/keys.h"
-
 namespace walking {
 namespace {
 
@@ -40,7 +38,6 @@ std::vector<Footstep> steps_of(const auto&, double) { return {}; }  // stand, re
 /// The foot on the side of travel goes first and takes the lateral share of two steps; the other closes to
 /// the foot spacing, so that the feet never cross or come closer. Steps that lead far aside are shorter.
 std::vector<Footstep> steps_of(const Straight& straight, double step) {
-  check_ranges(straight, Straight::kName);
   const double distance = std::hypot(straight.forward_m, straight.left_m);
   require(distance > 0, "straight: forward_m and left_m are both zero; use stand");
   const Side lead = straight.left_m > 0 ? Side::left : Side::right;
@@ -60,7 +57,6 @@ std::vector<Footstep> steps_of(const Straight& straight, double step) {
 
 template <class Arc>
 void check(const Arc& arc) {
-  check_ranges(arc, Arc::kName);
   require(arc.angle_rad != 0, std::string(Arc::kName) + ".angle_deg must not be zero");
 }
 
@@ -119,7 +115,6 @@ std::vector<Footstep> steps_of(const Steps& steps, double) {
   Stance stance = feet_together({});
   std::vector<Footstep> landings;
   for (const Step& step : steps.list) {
-    check_ranges(step, Steps::kName);
     const Side side = step.left_m > 0 ? Side::left : Side::right;
     require(step.left_m != 0 && (landings.empty() || landings.back().side != side),
             "steps: left_m of step " + std::to_string(landings.size() + 1) +
@@ -138,7 +133,6 @@ std::vector<Footstep> steps_of(const Steps& steps, double) {
 
 std::vector<Footstep> steps_to(const GoTo& goal, const FootPose& start, double step) {
   constexpr double kThere = 1e-9;  // m and rad
-  check_ranges(goal, GoTo::kName);
   const FootPose end = FootPose{{goal.x_m, goal.y_m}, goal.heading_rad} * FootPose{{hrp2::kAnkleX, 0}, 0};
   FootPose at = start;
   std::vector<Footstep> steps;

@@ -123,9 +123,7 @@ std::optional<std::string> leg_obstacle(const BodySolution& body) {
   return obstacle;
 }
 
-BodyPose pose_of(const Reference& reference) {
-  return {reference.X_PB, inverse_kinematics(posture_of(reference)).q};
-}
+BodyPose pose_of(const Reference& reference) { return {reference.X_PB, inverse_kinematics(reference).q}; }
 
 BodyMotion motion_between(const BodyPose& before, const BodyPose& after, double period) {
   const Eigen::Quaterniond from(before.X_PB.linear()), to(after.X_PB.linear());

@@ -26,7 +26,7 @@ struct LegFault {
 std::optional<LegFault> leg_fault(PatternGenerator plan) {
   for (std::size_t k = 0; k < plan.ticks(); ++k) {
     const Reference r = plan.next();
-    if (const auto obstacle = leg_obstacle(inverse_kinematics(posture_of(r))))
+    if (const auto obstacle = leg_obstacle(inverse_kinematics(r)))
       return LegFault{r.command, r.t_s, *obstacle};
   }
   return std::nullopt;
@@ -154,7 +154,7 @@ bool PatternGenerator::can_follow(std::size_t first, const std::vector<Footstep>
   const std::size_t end = trial.touch_down(std::min(first + 1, trial.steps() - 1));
   for (std::size_t tick = trial.walked_; tick < end; ++tick) {
     const Reference reference = trial.next();
-    if (tick % kEvery == 0 && leg_obstacle(inverse_kinematics(posture_of(reference)))) return false;
+    if (tick % kEvery == 0 && leg_obstacle(inverse_kinematics(reference))) return false;
   }
   return true;
 }

@@ -10,8 +10,8 @@ namespace walking {
 /// plan from the same tick, independently of the other.
 class PatternGenerator {
  public:
-  /// Throws std::invalid_argument naming the option or command when the walk cannot be planned (a value out
-  /// of range, a foot out of reach, a leg joint beyond its limit). Durations are rounded to whole ticks.
+  /// Throws std::invalid_argument naming the option or command when the walk cannot be planned (a foot out of
+  /// reach, a leg joint beyond its limit). Durations are rounded to whole ticks.
   /// The second preview stage needs a model of the whole body; without one the plan is the cart-table's.
   explicit PatternGenerator(const WalkOptions& options, const WholeBody& model = {});
 

@@ -69,7 +69,7 @@ inline constexpr double kGravity = 9.81;  ///< m/s², the value the published ga
 enum class Side { right, left };
 
 // Options have a function `keys` that passes name, range and meaning of each value to a visitor (keys.h), the
-// one source for reading, checking, printing and help. kName: the name of a command in a scenario file.
+// one source for reading with its checks, printing and help. kName: the name of a command in a scenario file.
 
 /// The longest walk, s: two commands of an hour each.
 inline constexpr int kLongestWalk_s = 7200;
@@ -229,35 +229,27 @@ struct WalkOptions {
 
 enum class Support { both, left, right };
 
-/// The plan at one instant (a multiple of 5 ms). World P: under the robot's waist at the start, x ahead, z
-/// up. In half-sitting the ankles are 9.5 mm ahead of the waist and the center of mass 13.7 mm ahead and
-/// 0.808 m above ground (com_height_m only sets the dynamics of the cart-table).
-struct Reference {
-  double t_s = 0;
-  Eigen::Vector3d com = Eigen::Vector3d::Zero(), com_velocity = Eigen::Vector3d::Zero(),
-                  com_acceleration = Eigen::Vector3d::Zero();  ///< m, m/s, m/s² in P
-  Eigen::Vector2d zmp = Eigen::Vector2d::Zero();               ///< the cart-table's ZMP, m in P
-  Eigen::Vector2d zmp_reference = Eigen::Vector2d::Zero();     ///< the smoothed reference it follows
-  Eigen::Isometry3d X_PB = Eigen::Isometry3d::Identity();      ///< waist
-  Eigen::Vector3d waist_velocity = Eigen::Vector3d::Zero();    ///< of the waist's origin, m/s in P
-  double waist_yaw_rate = 0;                                   ///< rad/s
-  Eigen::Isometry3d X_PL = Eigen::Isometry3d::Identity();  ///< left sole: point of the sole below the ankle
-  Eigen::Isometry3d X_PR = Eigen::Isometry3d::Identity();  ///< right sole
-  Arms arms;
-  Support support = Support::both;
-  int command = 0;  ///< index into WalkOptions::commands of what is being carried out
-};
-
-/// Waist, soles and arms in P: what inverse kinematics turns into joint angles.
+/// Waist, soles (their points below the ankles) and arms in P: what inverse kinematics turns into joint
+/// angles.
 struct Posture {
   Eigen::Isometry3d X_PB = Eigen::Isometry3d::Identity(), X_PL = Eigen::Isometry3d::Identity(),
                     X_PR = Eigen::Isometry3d::Identity();
   Arms arms;
 };
 
-/// The planned posture.
-inline Posture posture_of(const Reference& reference) {
-  return {reference.X_PB, reference.X_PL, reference.X_PR, reference.arms};
-}
+/// The plan at one instant (a multiple of 5 ms). World P: under the robot's waist at the start, x ahead, z
+/// up. In half-sitting the ankles are 9.5 mm ahead of the waist and the center of mass 13.7 mm ahead and
+/// 0.808 m above ground (com_height_m only sets the dynamics of the cart-table).
+struct Reference : Posture {
+  double t_s = 0;
+  Eigen::Vector3d com = Eigen::Vector3d::Zero(), com_velocity = Eigen::Vector3d::Zero(),
+                  com_acceleration = Eigen::Vector3d::Zero();  ///< m, m/s, m/s² in P
+  Eigen::Vector2d zmp = Eigen::Vector2d::Zero();               ///< the cart-table's ZMP, m in P
+  Eigen::Vector2d zmp_reference = Eigen::Vector2d::Zero();     ///< the smoothed reference it follows
+  Eigen::Vector3d waist_velocity = Eigen::Vector3d::Zero();    ///< of the waist's origin, m/s in P
+  double waist_yaw_rate = 0;                                   ///< rad/s
+  Support support = Support::both;
+  int command = 0;  ///< index into WalkOptions::commands of what is being carried out
+};
 
 }  // namespace walking

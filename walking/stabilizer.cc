@@ -81,7 +81,7 @@ Stabilizer::Stabilizer(const StabilizerOptions& options)
     : options_(options), attitude_(Vector3d::UnitZ(), options.attitude) {}
 
 Posture Stabilizer::step(const Reference& reference, const SensorReadings& readings) {
-  if (!options_.enabled) return posture_of(reference);
+  if (!options_.enabled) return reference;
   estimate_tilt(reference, readings);
   estimate_com(reference, readings);
   track_com(reference);
@@ -192,7 +192,7 @@ void Stabilizer::control_trunk_attitude() {
 }
 
 Posture Stabilizer::corrected(const Reference& reference) const {
-  Posture posture = posture_of(reference);
+  Posture posture = reference;
   posture.X_PB.linear() = reference.X_PB.linear() * turned(trunk_);
   // The turn does not move the center of mass.
   posture.X_PB.translation() += (reference.X_PB.linear() - posture.X_PB.linear()) * hrp2::kComInWaist;

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "walking/keys.h"
-
 namespace walking {
 namespace {
 
@@ -30,7 +28,6 @@ double foot_ahead(const Eigen::Isometry3d& X_PB, const Eigen::Isometry3d& X_PS) 
 
 Timeline::Timeline(const WalkOptions& options, const FootPose& start, const Eigen::Vector2d& zmp_in_foot)
     : zmp_in_foot_(zmp_in_foot), stance_(feet_together(start)), waist_yaw_(start.yaw) {
-  check_ranges(options, "walk");
   if (options.commands.empty()) throw std::invalid_argument("walk.commands: the list is empty");
   double_support_ticks_ = ticks_of(options.double_support_s);
   single_support_ticks_ = ticks_of(options.single_support_s);
@@ -49,7 +46,6 @@ void Timeline::carry_out(int command, const WalkOptions& options, int least_stan
   if (std::holds_alternative<Repeat>(what)) {
     repeat(command, options);
   } else if (const auto* standing = std::get_if<Stand>(&what)) {
-    check_ranges(*standing, Stand::kName);
     stand(command, std::max(ticks_of(standing->duration_s), least_standing));
   } else {
     const auto steps = footsteps(what, center_of(stance_), options.step_length_m);
@@ -66,7 +62,6 @@ void Timeline::carry_out(int command, const WalkOptions& options, int least_stan
 
 void Timeline::repeat(int command, const WalkOptions& options) {
   const Repeat& again = std::get<Repeat>(options.commands[command]);
-  check_ranges(again, Repeat::kName);
   const int first = command - again.last;
   if (first < 0)
     throw std::invalid_argument("repeat.last: " + std::to_string(again.last) + " commands, but there are " +

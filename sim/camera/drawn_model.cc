@@ -17,12 +17,8 @@
 namespace sim::camera {
 namespace {
 
-Eigen::Isometry3d pose_in_parent(const mjtNum* p, const mjtNum* q) {
-  return Eigen::Translation3d(p[0], p[1], p[2]) * Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
-}
-
 Eigen::Isometry3d pose_in_body(const mjModel& model, int geom) {
-  return pose_in_parent(model.geom_pos + 3 * geom, model.geom_quat + 4 * geom);
+  return physics::turned_pose_in(model.geom_pos + 3 * geom, model.geom_quat + 4 * geom);
 }
 
 void append(std::vector<float>& to, const auto& vector) {
@@ -106,7 +102,7 @@ std::string joint(const mjModel& model, int body, const std::string& parent, con
   std::string text = fmt::format(
       "  <joint name=\"{}\" type=\"{}\">\n    <parent link=\"{}\"/><child link=\"{}\"/><origin {}/>\n",
       hinge ? mj_id2name(&model, mjOBJ_JOINT, first) : child + "_fixed", hinge ? "revolute" : "fixed", parent,
-      child, attributes(pose_in_parent(model.body_pos + 3 * body, model.body_quat + 4 * body)));
+      child, attributes(physics::turned_pose_in(model.body_pos + 3 * body, model.body_quat + 4 * body)));
   if (hinge) {
     const mjtNum *axis = model.jnt_axis + 3 * first, *range = model.jnt_range + 2 * first;
     text += fmt::format(

@@ -70,38 +70,31 @@ void main() {
 }
 )";
 
-constexpr char kMarkShader[] = R"(
-void main() { gl_FragColor = vec4(1.0); }
-)";
-
 // The shader is deleted with its program.
 void add_shader(GLuint program, GLenum kind, const std::string& source) {
   const GLuint shader = GL(glCreateShader)(kind);
   const char* const text = source.c_str();
   GL(glShaderSource)(shader, 1, &text, nullptr);
   GL(glCompileShader)(shader);
-  GLint compiles = 0;
-  GL(glGetShaderiv)(shader, GL_COMPILE_STATUS, &compiles);
-  require(compiles, "a shader does not compile");
   GL(glAttachShader)(program, shader);
   GL(glDeleteShader)(shader);
 }
 
-GLuint program(Channels channels, bool textured, const char* fragment_shader = kFragmentShader) {
+GLuint program(Channels channels, bool textured) {
   const std::string head = std::string("#version 120\n") +
                            (channels == Channels::grey ? "#define LIGHT float\n#define CHANNELS r\n"
                                                        : "#define LIGHT vec3\n#define CHANNELS rgb\n") +
                            (textured ? "#define TEXTURED\n" : "");
   const GLuint made = GL(glCreateProgram)();
   add_shader(made, GL_VERTEX_SHADER, head + kVertexShader);
-  add_shader(made, GL_FRAGMENT_SHADER, head + fragment_shader);
+  add_shader(made, GL_FRAGMENT_SHADER, head + kFragmentShader);
   GL(glBindAttribLocation)(made, kPoint, "point");
   GL(glBindAttribLocation)(made, kLight, "light");
   if (textured) GL(glBindAttribLocation)(made, kTexturePoint, "texture_point");
   GL(glLinkProgram)(made);
   GLint links = 0;
   GL(glGetProgramiv)(made, GL_LINK_STATUS, &links);
-  require(links, "a shader program does not link");
+  require(links, "a shader program does not compile or link");
   return made;
 }
 
@@ -189,8 +182,7 @@ void Renderer::set_view(const cv::Rect& viewport, const Eigen::Matrix4f& clip_fr
   GL(glViewport)(viewport.x, viewport.y, viewport.width, viewport.height);
   GL(glScissor)(viewport.x, viewport.y, viewport.width, viewport.height);
   GL(glEnable)(GL_SCISSOR_TEST);
-  for (const unsigned each : {plain_, textured_, mark_}) {
-    if (!each) continue;
+  for (const unsigned each : {plain_, textured_}) {
     GL(glUseProgram)(each);
     const int place = GL(glGetUniformLocation)(each, "clip_from_points");
     GL(glUniformMatrix4fv)(place, 1, GL_FALSE, clip_from_points.data());
@@ -221,7 +213,8 @@ cv::Mat1f Renderer::read_depth() const {
 
 // Rounding may differ between programs: marks are drawn a little in front of the surface.
 void Renderer::begin_marks() {
-  if (!mark_) mark_ = program(channels_, false, kMarkShader);
+  GL(glDisableVertexAttribArray)(kLight);
+  GL(glVertexAttrib3f)(kLight, 1, 1, 1);
   GL(glDisable)(GL_SCISSOR_TEST);
   GL(glClear)(GL_COLOR_BUFFER_BIT);
   GL(glDepthMask)(GL_FALSE);
@@ -229,12 +222,8 @@ void Renderer::begin_marks() {
   GL(glPolygonOffset)(-1, -4);
 }
 
-void Renderer::draw_mark(std::span<const std::uint32_t> indices) {
-  GL(glUseProgram)(mark_);
-  GL(glDrawElements)(GL_TRIANGLES, GLsizei(indices.size()), GL_UNSIGNED_INT, indices.data());
-}
-
 void Renderer::end_marks() {
+  GL(glEnableVertexAttribArray)(kLight);
   GL(glDisable)(GL_POLYGON_OFFSET_FILL);
   GL(glDepthMask)(GL_TRUE);
 }

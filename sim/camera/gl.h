@@ -64,9 +64,8 @@ class Renderer {
   cv::Mat read() const;
   /// The depth buffer: 0 at the near plane, 1 at the far plane and for pixels without a surface.
   cv::Mat1f read_depth() const;
-  /// Clears the picture to black. draw_mark() then paints the visible parts of triangles white.
+  /// Clears the picture to black. What is visible of the triangles drawn until end_marks() becomes white.
   void begin_marks();
-  void draw_mark(std::span<const std::uint32_t> indices);
   void end_marks();
 
  private:
@@ -76,7 +75,7 @@ class Renderer {
   OSMesaContext context_;
   cv::Size size_;
   Channels channels_;
-  unsigned plain_ = 0, textured_ = 0, mark_ = 0;  ///< programs
+  unsigned plain_ = 0, textured_ = 0;  ///< programs
 };
 
 }  // namespace sim::camera

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 
 namespace sim::camera {
@@ -85,15 +84,13 @@ HeadCamera::HeadCamera(physics::Model robot_in_room, const CameraOptions& option
       scene_(*model_, lens_.views(), texture_seed, channels, Robot::without_head,
              shares ? &shares->scene_ : nullptr),
       shutter_(options),
-      id_(mj_name2id(model_.get(), mjOBJ_CAMERA, "head_camera")) {
-  if (id_ < 0) throw std::invalid_argument("the model has no camera \"head_camera\"");
-}
+      id_(physics::part(*model_, mjOBJ_CAMERA, "head_camera")) {}
 
 cv::Mat HeadCamera::picture(const double* q, float light) {
   std::copy_n(q, model_->nq, data_->qpos);
   mj_kinematics(model_.get(), data_.get());
   mj_camlight(model_.get(), data_.get());
-  Eigen::Isometry3d X_WC = pose_in(data_->cam_xpos + 3 * id_, data_->cam_xmat + 9 * id_);
+  Eigen::Isometry3d X_WC = physics::pose_in(data_->cam_xpos + 3 * id_, data_->cam_xmat + 9 * id_);
   X_WC.linear() *= Eigen::Vector3d(1, -1, -1).asDiagonal();  // MuJoCo's M: y up, looking along -z
   return scene_.draw(*data_, X_WC, light);
 }

@@ -8,8 +8,6 @@
 #include <opencv2/imgproc.hpp>
 #include <variant>
 
-#include "sim/rig/rig.h"
-
 namespace sim::camera {
 namespace {
 
@@ -17,20 +15,21 @@ constexpr int kMargin = 3;           // px of the source around a sample: biline
 constexpr double kSmoothing = 0.55;  // px of the source: standard deviation that removes the stairs of edges
 
 // Columns of the image that a view covers.
-cv::Range columns_of(const CameraModel& camera, int view) {
+cv::Range columns_of(const slam::CameraIntrinsics& camera, int view) {
   return {camera.width_px * view / 2, camera.width_px * (view + 1) / 2};
 }
 
 // Direction (x/z, y/z) seen at a pixel, in axes turned by `yaw` about the camera's y.
-Eigen::Vector2d turned_direction(const CameraModel& camera, double yaw, const Eigen::Vector2d& uv) {
-  const Eigen::Vector2d d = camera.direction(uv);
+Eigen::Vector2d turned_direction(const slam::CameraIntrinsics& camera, double yaw,
+                                 const Eigen::Vector2d& uv) {
+  const Eigen::Vector2d d = direction(camera, uv);
   const double z = std::cos(yaw) + std::sin(yaw) * d.x();
   return {(std::cos(yaw) * d.x() - std::sin(yaw)) / z, d.y() / z};
 }
 
 // The least distance between the directions of two neighboring pixels of the columns: the smaller singular
 // value of the direction's derivative, at pixels some degrees apart.
-double finest_step(const CameraModel& camera, double yaw, const cv::Range& columns) {
+double finest_step(const slam::CameraIntrinsics& camera, double yaw, const cv::Range& columns) {
   const int stride = std::max(1, camera.width_px / 64);
   double least = 1e9;
   for (int v = 0; v < camera.height_px; v += stride)
@@ -44,7 +43,8 @@ double finest_step(const CameraModel& camera, double yaw, const cv::Range& colum
 }
 
 // Directions seen along the border of the columns; the others lie between: the lens is monotonic.
-Eigen::AlignedBox2d seen_directions(const CameraModel& camera, double yaw, const cv::Range& columns) {
+Eigen::AlignedBox2d seen_directions(const slam::CameraIntrinsics& camera, double yaw,
+                                    const cv::Range& columns) {
   Eigen::AlignedBox2d seen;
   const auto include = [&](int u, int v) {
     seen.extend(turned_direction(camera, yaw, Eigen::Vector2d(u, v)));
@@ -55,8 +55,8 @@ Eigen::AlignedBox2d seen_directions(const CameraModel& camera, double yaw, const
 }
 
 // Looks towards the middle of what the columns see.
-Pinhole covering(const CameraModel& camera, const cv::Range& columns) {
-  const auto yaw_of = [&](int u) { return std::atan(camera.direction({u, camera.v0_px}).x()); };
+Pinhole covering(const slam::CameraIntrinsics& camera, const cv::Range& columns) {
+  const auto yaw_of = [&](int u) { return std::atan(direction(camera, {double(u), camera.v0_px}).x()); };
   Pinhole view{};
   view.yaw = (yaw_of(columns.start) + yaw_of(columns.end - 1)) / 2;
   view.focal_px = kSourceDensity / finest_step(camera, view.yaw, columns);
@@ -108,29 +108,22 @@ float slope(float before, float here, float after) {
 
 }  // namespace
 
-Eigen::Vector2d CameraModel::direction(const Eigen::Vector2d& uv) const {
-  const Eigen::Vector2d d = uv - Eigen::Vector2d(u0_px, v0_px);
+Eigen::Vector2d direction(const slam::CameraIntrinsics& camera, const Eigen::Vector2d& uv) {
+  const Eigen::Vector2d d = uv - Eigen::Vector2d(camera.u0_px, camera.v0_px);
+  const double k1_px2 = std::get<slam::OneParameterRadial>(camera.lens).k1_px2;
   const Eigen::Vector2d u_c = d / std::sqrt(1 - 2 * k1_px2 * d.squaredNorm());
-  return {u_c.x() / fu_px, u_c.y() / fv_px};
+  return {u_c.x() / camera.fu_px, u_c.y() / camera.fv_px};
 }
 
-CameraModel camera_model(const CameraOptions& options) {
-  const int w = options.width_px;
-  if (options.fov_rad > 0) {
-    const slam::CameraIntrinsics lens = rig::lens(w, options.height_px, options.fov_rad, options.distortion);
-    return {w,
-            lens.height_px,
-            lens.fu_px,
-            lens.fv_px,
-            lens.u0_px,
-            lens.v0_px,
-            std::get<slam::OneParameterRadial>(lens.lens).k1_px2};
-  }
-  const double s = w / 320.0, k1_px2 = 7.37e-6 * options.distortion / (s * s);
-  return {w, options.height_px, 197 * s, 195 * s, (157 + 0.5) * s - 0.5, (127 + 0.5) * s - 0.5, k1_px2};
+slam::CameraIntrinsics camera_model(const CameraOptions& options) {
+  const int w = options.width_px, h = options.height_px;
+  if (options.fov_rad > 0) return rig::lens(w, h, options.fov_rad, options.distortion);
+  const double s = w / 320.0;
+  const slam::OneParameterRadial lens{7.37e-6 * options.distortion / (s * s)};
+  return {w, h, 197 * s, 195 * s, (157 + 0.5) * s - 0.5, (127 + 0.5) * s - 0.5, lens};
 }
 
-LensWarp::LensWarp(const CameraModel& camera) : camera_(camera) {
+LensWarp::LensWarp(const slam::CameraIntrinsics& camera) : camera_(camera) {
   for (const int half : {0, 1}) views_.push_back(covering(camera, columns_of(camera, half)));
   views_[1].first_column = views_[0].width_px;
   cv::Mat2f map(camera.height_px, camera.width_px);
@@ -140,7 +133,7 @@ LensWarp::LensWarp(const CameraModel& camera) : camera_(camera) {
       const Eigen::Vector2d pixel = source_pixel(u, v);
       map(v, u) = cv::Vec2f(float(pixel.x()), float(pixel.y()));
       const double yaw = views_[u < columns_of(camera, 0).end ? 0 : 1].yaw;
-      const double along = std::cos(yaw) + std::sin(yaw) * camera.direction(Eigen::Vector2d(u, v)).x();
+      const double along = std::cos(yaw) + std::sin(yaw) * direction(camera, Eigen::Vector2d(u, v)).x();
       samples_(v, u) = cv::Vec3f(map(v, u)[0], map(v, u)[1], float(1 / along));
     }
   cv::convertMaps(map, cv::noArray(), map_, fraction_, CV_16SC2);

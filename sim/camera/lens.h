@@ -6,23 +6,19 @@
 #include <vector>
 
 #include "sim/camera/options.h"
+#include "sim/rig/rig.h"
 
 namespace sim::camera {
 
-/// One-parameter radial camera of Swaminathan & Nayar as MonoSLAM uses it (Davison et al. 2007):
-/// u_d = u0 + u_c / sqrt(1 + 2 k1 |u_c|²), u_c = (fu x/z, fv y/z); k1 = 0 is the ideal pinhole.
-/// Whole numbers are pixel centers: the image covers [-0.5, width - 0.5].
-struct CameraModel {
-  int width_px, height_px;
-  double fu_px, fv_px, u0_px, v0_px;
-  double k1_px2;
-  /// Direction (x/z, y/z; x right, y down, z forward) seen at a pixel; needs 2 k1 |uv - u0|² < 1.
-  Eigen::Vector2d direction(const Eigen::Vector2d& uv) const;
-};
-
 /// The camera of the options: the wide camera of HRP-2's SLAM (320x240: f 197, 195; center 157, 127;
-/// k1 7.37e-6 times the option's distortion; about 91.6° across), scaled to the image's size.
-CameraModel camera_model(const CameraOptions& options);
+/// k1 7.37e-6 times the option's distortion; about 91.6° across), scaled to the image's size. Whole numbers
+/// are pixel centers: the image covers [-0.5, width - 0.5].
+slam::CameraIntrinsics camera_model(const CameraOptions& options);
+
+/// Direction (x/z, y/z; x right, y down, z forward) seen at a pixel of a camera_model(), by the formula of
+/// Swaminathan & Nayar as MonoSLAM uses it (Davison et al. 2007): u_d = u0 + u_c / sqrt(1 + 2 k1 |u_c|²),
+/// u_c = (fu x/z, fv y/z). Needs 2 k1 |uv - u0|² < 1.
+Eigen::Vector2d direction(const slam::CameraIntrinsics& camera, const Eigen::Vector2d& uv);
 
 /// A pinhole picture with square pixels, or one of several side by side. Its frame is the
 /// camera's, turned by `yaw` about y (down), positive to the right: column c, row r (from the top) look along
@@ -45,7 +41,7 @@ inline constexpr double kSourceDensity = 1.2;
 /// would draw these parts with more pixels than are sampled.
 class LensWarp {
  public:
-  explicit LensWarp(const CameraModel& camera);
+  explicit LensWarp(const slam::CameraIntrinsics& camera);
   /// The pinhole of the whole image, or those of its left and its right half.
   const std::vector<Pinhole>& views() const { return views_; }
   /// Returns where pixel (u, v) samples the picture of the views side by side (pixel centers are whole).
@@ -58,7 +54,7 @@ class LensWarp {
   cv::Mat1w depth_mm(const cv::Mat1f& inverse_depth) const;
 
  private:
-  CameraModel camera_;
+  slam::CameraIntrinsics camera_;
   std::vector<Pinhole> views_;
   cv::Mat map_, fraction_;  ///< cv::remap's fixed-point maps
   cv::Mat3f samples_;  ///< for each pixel: source pixel (x, y), and depth divided by the depth in its view

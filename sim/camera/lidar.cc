@@ -90,7 +90,7 @@ Lidar::Lidar(physics::Model robot_in_room, const physics::Place& place, const ri
 void Lidar::set_box(Eigen::Index shape) {
   const int geom = shapes_[std::size_t(shape)];
   const Eigen::Isometry3d X_WG = geom_pose(*data_, geom);
-  const Eigen::Vector3d half = X_WG.linear().cwiseAbs() * half_extents(*model_, geom);
+  const Eigen::Vector3d half = X_WG.linear().cwiseAbs() * physics::half_extents(*model_, geom);
   lower_.row(shape) = (X_WG.translation() - half).cast<float>().array() - kBoxMargin;
   upper_.row(shape) = (X_WG.translation() + half).cast<float>().array() + kBoxMargin;
 }
@@ -99,7 +99,7 @@ void Lidar::set_box(Eigen::Index shape) {
 Eigen::Isometry3d Lidar::pose(const RecentMotion& motion, double t_s) {
   Eigen::Map<Eigen::VectorXd>(data_->qpos, model_->nq) = motion.at(t_s, *model_);
   mj_kinematics(model_.get(), data_.get());
-  return pose_in(data_->xpos + 3 * place_.body, data_->xmat + 9 * place_.body) * place_.X_BL;
+  return physics::pose_in(data_->xpos + 3 * place_.body, data_->xmat + 9 * place_.body) * place_.X_BL;
 }
 
 // The boxes around the shapes decide which of them are looked at.

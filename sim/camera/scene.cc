@@ -172,7 +172,7 @@ DepthPicture Scene::read_depth() {
     renderer_.set_view({pinhole.first_column, 0, pinhole.width_px, pinhole.height_px},
                        clip_from_view(pinhole) * X_VW_[view].matrix());
     for (const auto& [piece, unused] : seen_[view])
-      if (!returns_light(model_, piece->geom)) renderer_.draw_mark(piece->mesh.indices);
+      if (!returns_light(model_, piece->geom)) renderer_.draw(piece->mesh.indices, 0);
   }
   depth.marks = renderer_.read();
   renderer_.end_marks();

@@ -152,24 +152,6 @@ Vector2f picture_point(const mjModel& model, int geom, const Vector3f& p) {
   return {0.5f + 0.5f * scale.x() * p.x(), 0.5f - 0.5f * scale.y() * p.y()};
 }
 
-Eigen::Vector3d half_extents(const mjModel& model, int geom) {
-  const Eigen::Vector3d size = Eigen::Map<const Eigen::Vector3d>(model.geom_size + 3 * geom);
-  switch (kind_of(model, geom)) {
-    case Kind::plane:
-      return {size.x(), size.y(), 0};
-    case Kind::sphere:
-      return Eigen::Vector3d::Constant(size.x());
-    case Kind::cylinder:
-      return {size.x(), size.x(), size.y()};
-    case Kind::capsule:
-      return {size.x(), size.x(), size.x() + size.y()};
-    case Kind::box:
-    case Kind::ellipsoid:
-      break;
-  }
-  return size;
-}
-
 bool is_drawn(const mjModel& model, int geom, Robot robot) {
   const int material = model.geom_matid[geom];
   const float alpha = material < 0 ? model.geom_rgba[4 * geom + 3] : model.mat_rgba[4 * material + 3];

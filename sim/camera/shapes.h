@@ -15,18 +15,7 @@ namespace sim::camera {
 /// The model's state at its reference positions, with the places of shapes, cameras and lights computed.
 physics::Data data_at_rest(const mjModel& model);
 
-/// The pose in MuJoCo's arrays of positions and of rotations by rows.
-inline Eigen::Isometry3d pose_in(const mjtNum* p, const mjtNum* R) {
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  X.translation() = Eigen::Map<const Eigen::Vector3d>(p);
-  X.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(R);
-  return X;
-}
-
-/// X_WG of a geom; positions must be computed.
-inline Eigen::Isometry3d geom_pose(const mjData& data, int geom) {
-  return pose_in(data.geom_xpos + 3 * geom, data.geom_xmat + 9 * geom);
-}
+using physics::geom_pose;
 
 /// Triangles in a geom's own frame, counter-clockwise seen from outside.
 struct GeomMesh {
@@ -46,9 +35,6 @@ GeomMesh geom_mesh(const mjModel& model, int geom);
 /// The point of a geom's picture at a point of its surface in its own axes, as GeomMesh::Vertex::uv. The geom
 /// must have a material.
 Eigen::Vector2f picture_point(const mjModel& model, int geom, const Eigen::Vector3f& p);
-
-/// Half the size of a geom along its own axes, m. Throws std::invalid_argument for meshes and height fields.
-Eigen::Vector3d half_extents(const mjModel& model, int geom);
 
 /// Parts of a robot to draw: the head camera does not see the head around it.
 enum class Robot { without_head, whole };

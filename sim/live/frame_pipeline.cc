@@ -3,36 +3,184 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <utility>
+#include <variant>
 
+#include "sim/camera/lidar.h"
 #include "sim/camera/shapes.h"
+#include "sim/recording/image_file.h"
+#include "sim/result/timing.h"
 
 namespace sim::live {
 
+using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
 namespace {
 
 constexpr std::size_t kInFlight = 4;  // frames that are drawn or wait beside the walk
+constexpr int kHeadCamera = -1;       // as a sensor; further ones have their index in the rig
 
-nanoseconds frame_period(const camera::CameraOptions& options) {
-  return std::chrono::milliseconds(std::llround(std::ceil(1e3 / options.rate_hz)));
+// The camera item, as a head camera that is placed and made elsewhere.
+camera::CameraOptions options_of(const rig::GreyEye& eye, camera::CameraOptions head) {
+  static_cast<rig::Mount&>(head) = eye;
+  head.position_m += rig::pose(eye).linear() * Eigen::Vector3d(0, -eye.baseline_m, 0);
+  return head;
+}
+camera::CameraOptions options_of(const rig::ColorCamera& color) {
+  camera::CameraOptions options;
+  static_cast<rig::Mount&>(options) = color;
+  static_cast<rig::Imager&>(options) = color;
+  options.fov_rad = color.fov_rad, options.distortion = color.distortion;
+  return options;
+}
+
+// With the camera that it is aligned with, or by RigImus.
+bool is_read_elsewhere(const rig::Item& item) {
+  return std::holds_alternative<rig::DepthCamera>(item) || std::holds_alternative<rig::Imu>(item);
+}
+
+int depth_of(const std::vector<rig::Item>& rig, const std::string& camera) {
+  for (std::size_t i = 0; i < rig.size(); ++i)
+    if (const auto* depth = std::get_if<rig::DepthCamera>(&rig[i]); depth && depth->aligned_with == camera)
+      return static_cast<int>(i);
+  return -1;
 }
 
 }  // namespace
 
+// Made, used and destroyed by its worker.
+class FramePipeline::Sensor {
+ public:
+  // The head camera of the models is mounted already. A second eye uses the textures of `head_camera`.
+  Sensor(const scenario::Scenario& scenario, const physics::Models& models, int index, bool beside,
+         const Sensor* head_camera)
+      : index_(index), lights_off_(scenario.world.lights_off), encoder_(beside), worker_(beside) {
+    const camera::CameraOptions& head = *scenario.camera;
+    if (index == kHeadCamera) {
+      make_camera(head, {}, camera::Channels::grey, "cam0", scenario, models);
+      return;
+    }
+    const rig::Item& item = scenario.rig[static_cast<std::size_t>(index)];
+    if (const auto* eye = std::get_if<rig::GreyEye>(&item)) {
+      const camera::CameraOptions options = options_of(*eye, head);
+      make_camera(options, options, camera::Channels::grey, eye->name, scenario, models,
+                  head_camera->camera_.get());
+    } else if (const auto* color = std::get_if<rig::ColorCamera>(&item)) {
+      make_camera(options_of(*color), *color, camera::Channels::rgb, color->name, scenario, models);
+    } else {
+      const auto& lidar = std::get<rig::Lidar>(item);
+      rate_hz_ = lidar.rate_hz;
+      lead_ = due(1);
+      make([this, &lidar, model = copy_of(models.in_room)]() mutable {
+        const physics::Place place = physics::place_of(*model, lidar);
+        lidar_ = std::make_unique<camera::Lidar>(std::move(model), place, lidar);
+      });
+    }
+  }
+  ~Sensor() {
+    make([] {});  // encoding uses the camera
+    encoder_.do_next([] {}).get();
+    make([this] { camera_.reset(), lidar_.reset(); });
+  }
+
+  nanoseconds lead() const { return lead_; }
+
+  void start(nanoseconds end, const std::shared_ptr<const camera::RecentMotion>& motion,
+             std::vector<std::future<Encoded>>& started) {
+    for (; (lidar_ ? due(next_ + 1) : due(next_) + lead_) <= end; ++next_)
+      started.push_back(worker_.do_next([this, t = due(next_), until = due(next_ + 1), motion] {
+        return lidar_ ? sweep(t, until, *motion) : image(t, *motion);
+      }));
+  }
+
+ private:
+  nanoseconds due(int k) const { return milliseconds(std::llround(1e3 * k / rate_hz_)); }
+
+  void make(auto&& function) { worker_.do_next(std::forward<decltype(function)>(function)).get(); }
+
+  void make_camera(const camera::CameraOptions& options, const rig::Mount& mount, camera::Channels channels,
+                   const std::string& name, const scenario::Scenario& scenario, const physics::Models& models,
+                   const camera::HeadCamera* shares = nullptr) {
+    depth_ = depth_of(scenario.rig, name);
+    rate_hz_ = options.rate_hz;
+    lead_ = camera::Shutter(options).lead();
+    make([this, &options, &mount, channels, shares, seed = scenario.world.seed,
+          model = copy_of(models.in_room)]() mutable {
+      camera_ =
+          std::make_unique<camera::HeadCamera>(std::move(model), options, seed, channels, mount, shares);
+    });
+  }
+
+  // Draws; lens, shutter and encoding are left to the other worker.
+  Encoded image(nanoseconds t, const camera::RecentMotion& motion) {
+    double draw_ms = 0;
+    camera::Exposure exposure;
+    {
+      const result::StageClock clock(draw_ms);
+      exposure = camera_->expose(motion, t, lights_off_, depth_ >= 0);
+    }
+    return encoder_.do_next([this, t, draw_ms, exposure = std::move(exposure)] {
+      std::vector<Reading> frames;
+      const auto add = [&](int sensor, const auto& develop) {
+        Reading& frame = frames.emplace_back();
+        frame.reading.sensor = sensor, frame.reading.t = t;
+        {
+          const result::StageClock clock(frame.render_ms);
+          frame.reading.image = develop();
+        }
+        const result::StageClock clock(frame.encode_ms);
+        frame.png = recording::encode_png(frame.reading.image);
+      };
+      add(index_, [&] { return camera_->image(exposure); });
+      if (exposure.depth) add(depth_, [&] { return camera_->depth_mm(exposure); });
+      frames[0].render_ms += draw_ms;
+      return frames;
+    });
+  }
+
+  Encoded sweep(nanoseconds t, nanoseconds until, const camera::RecentMotion& motion) {
+    std::vector<Reading> frames(1);
+    const result::StageClock clock(frames[0].render_ms);
+    frames[0].reading.sensor = index_;
+    frames[0].reading.t = t;
+    frames[0].reading.points = lidar_->scan(motion, t, until);
+    return encoder_.do_next([frames = std::move(frames)]() mutable { return std::move(frames); });
+  }
+
+  int index_, depth_ = -1;  // of this sensor and of the depth camera aligned with it
+  physics::WorldOptions::LightsOff lights_off_;
+  double rate_hz_ = 30;
+  nanoseconds lead_{0};
+  int next_ = 0;
+  std::unique_ptr<camera::HeadCamera> camera_;
+  std::unique_ptr<camera::Lidar> lidar_;
+  OrderedWorker encoder_, worker_;  // last: their functions use the members above, the worker's the encoder
+};
+
 FramePipeline::FramePipeline(const scenario::Scenario& scenario, const physics::Models& models, bool beside)
     : options_(scenario.camera.value_or(camera::CameraOptions{})),
       lead_(camera::Shutter(options_).lead()),
-      readings_(scenario, models, beside),
-      motion_(readings_.reach(lead_ + frame_period(options_))),
-      draws_(scenario.camera.has_value()),
-      in_flight_(beside && draws_ ? kInFlight : 0) {
-  if (draws_) surfaces_ = camera::room_surfaces(*models.in_room);
+      motion_(nanoseconds(0)),
+      in_flight_(beside && scenario.camera ? kInFlight : 0) {
+  if (!scenario.camera) return;
+  nanoseconds reach{0};  // how long before now positions are needed
+  const nanoseconds frame = lead_ + milliseconds(std::llround(std::ceil(1e3 / options_.rate_hz)));
+  for (int i = kHeadCamera; i < static_cast<int>(scenario.rig.size()); ++i) {
+    if (i != kHeadCamera && is_read_elsewhere(scenario.rig[static_cast<std::size_t>(i)])) continue;
+    sensors_.push_back(std::make_unique<Sensor>(scenario, models, i, beside,
+                                                sensors_.empty() ? nullptr : sensors_.front().get()));
+    reach = std::max(reach, 2 * sensors_.back()->lead() + frame);
+  }
+  motion_ = camera::RecentMotion(reach);
+  surfaces_ = camera::room_surfaces(*models.in_room);
 }
 
+FramePipeline::~FramePipeline() = default;
+
+void FramePipeline::close_cameras() { sensors_.clear(); }
+
 nanoseconds FramePipeline::next_due() const {
-  return std::chrono::milliseconds(std::llround(1e3 * next_ / options_.rate_hz));
+  return milliseconds(std::llround(1e3 * next_ / options_.rate_hz));
 }
 
 nanoseconds FramePipeline::next_event() const {
@@ -42,8 +190,9 @@ nanoseconds FramePipeline::next_event() const {
 void FramePipeline::draw_complete(nanoseconds t) {
   for (; !frames_.empty() && t >= frames_.front().observation.t + lead_; frames_.pop_front()) {
     const nanoseconds end = frames_.front().observation.t + lead_;
-    drawn_.push_back({std::move(frames_.front()),
-                      readings_.start(end, std::make_shared<const camera::RecentMotion>(motion_))});
+    Drawn& drawn = drawn_.emplace_back(Drawn{std::move(frames_.front()), {}});
+    const auto motion = std::make_shared<const camera::RecentMotion>(motion_);
+    for (const auto& sensor : sensors_) sensor->start(end, motion, drawn.readings);
   }
 }
 
@@ -52,12 +201,12 @@ Frame FramePipeline::pop() {
   Drawn drawn = std::move(drawn_.front());
   drawn_.pop_front();
   Frame& frame = drawn.frame;
-  std::vector<RigFrame> all;
+  std::vector<Reading> all;
   for (slam::RigReading& imu : std::exchange(frame.observation.rig, {})) all.push_back({std::move(imu), {}});
   for (auto& readings : drawn.readings) std::ranges::move(readings.get().get(), std::back_inserter(all));
   std::ranges::stable_sort(
-      all, {}, [](const RigFrame& each) { return std::pair(each.reading.sensor, each.reading.t); });
-  for (RigFrame& each : all) {
+      all, {}, [](const Reading& each) { return std::pair(each.reading.sensor, each.reading.t); });
+  for (Reading& each : all) {
     frame.render_ms += each.render_ms, frame.encode_ms += each.encode_ms;
     if (each.reading.sensor == kHeadCamera) {
       frame.observation.image = each.reading.image, frame.png = std::move(each.png);

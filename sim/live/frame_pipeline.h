@@ -1,21 +1,67 @@
-// Frames from their stamps until their images are drawn.
+// Frames from their stamps until their images are drawn, with the readings of cameras and lidars: what each
+// sees of the walk, at its own rate.
 #pragma once
 
 #include <chrono>
+#include <condition_variable>
 #include <deque>
 #include <future>
+#include <memory>
+#include <mutex>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "sim/camera/head_camera.h"
-#include "sim/live/ordered_worker.h"
-#include "sim/live/rig_readings.h"
 #include "sim/physics/world.h"
-#include "sim/recording/recording.h"
 #include "sim/scenario/scenario.h"
+#include "sim/score/types.h"
 #include "slam/observation.h"
 
 namespace sim::live {
+
+/// Calls functions one after another, in the order of do_next(), all on one thread: its own, or the caller's
+/// within do_next(). Objects that belong to one thread, as OpenGL's contexts do, are made, used and destroyed
+/// by such functions. Functions that have not started when the worker is destroyed are dropped.
+class OrderedWorker {
+ public:
+  explicit OrderedWorker(bool own_thread) {
+    if (own_thread) thread_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
+  }
+  /// The future has the function's result or exception.
+  template <typename Function>
+  auto do_next(Function function) {
+    std::packaged_task<std::invoke_result_t<Function>()> task(std::move(function));
+    auto result = task.get_future();
+    if (thread_.joinable()) {
+      const std::lock_guard lock(mutex_);
+      waiting_.emplace_back(std::move(task));
+      changed_.notify_one();
+    } else {
+      task();
+    }
+    return result;
+  }
+
+ private:
+  void work(const std::stop_token& stop) {
+    for (std::unique_lock lock(mutex_);;) {
+      changed_.wait(lock, stop, [this] { return !waiting_.empty(); });
+      if (stop.stop_requested()) return;
+      std::packaged_task<void()> task = std::move(waiting_.front());
+      waiting_.pop_front();
+      lock.unlock();
+      task();
+      lock.lock();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable_any changed_;
+  std::deque<std::packaged_task<void()>> waiting_;
+  std::jthread thread_;  // last: it uses the members above
+};
 
 /// A frame and the true pose of the camera at its stamp.
 struct Frame {
@@ -27,17 +73,21 @@ struct Frame {
 };
 
 /// Frame k is stamped at the millisecond of the physics nearest to k / rate; its image is complete when the
-/// shutter has closed, which may be later. Without a camera in the scenario images stay empty. Images do not
-/// change the walk, so they can be drawn beside it, with the same bits and in the same order.
+/// shutter has closed, which may be later. Without a camera in the scenario images stay empty. Further
+/// cameras and lidars of the rig are sensors like the head camera: a camera's image k is stamped at the
+/// millisecond nearest to k / rate, a lidar's sweep k at its start; it is complete when its shutter has
+/// closed, or at its end. Images do not change the walk, so they can be drawn beside it, each sensor with its
+/// own threads, to draw and to encode, with the same bits and in the same order.
 class FramePipeline {
  public:
-  /// beside: images are drawn on a separate thread, a few frames behind the walk.
+  /// beside: images are drawn on separate threads, a few frames behind the walk.
   FramePipeline(const scenario::Scenario& scenario, const physics::Models& models, bool beside);
+  ~FramePipeline();
   /// The surfaces that the camera can see.
   const std::vector<score::Surface>& surfaces() const { return surfaces_; }
   /// To be called at each millisecond: the positions that later images are drawn at.
   void add_positions(const physics::World& world) {
-    if (draws_) motion_.add(world.time(), *world.model(), *world.data());
+    if (!sensors_.empty()) motion_.add(world.time(), *world.model(), *world.data());
   }
   /// When the next frame is stamped.
   std::chrono::nanoseconds next_due() const;
@@ -56,22 +106,28 @@ class FramePipeline {
   /// The oldest frame, with its image, once that is drawn. Throws what drawing it has thrown.
   Frame pop();
   /// Frees the room's textures, which take more memory than truth and estimates of a long walk.
-  void close_cameras() { readings_.close(); }
+  void close_cameras();
 
  private:
+  class Sensor;
+  struct Reading {
+    slam::RigReading reading;
+    std::string png;                      // the image, encoded for the recording
+    double render_ms = 0, encode_ms = 0;  // CPU time
+  };
+  using Encoded = std::future<std::vector<Reading>>;  // the readings of a sensor at a time
   struct Drawn {
     Frame frame;
-    std::vector<std::future<RigFrames>> readings;
+    std::vector<std::future<Encoded>> readings;
   };
 
   camera::CameraOptions options_;
   std::chrono::nanoseconds lead_;
   std::vector<score::Surface> surfaces_;
-  RigReadings readings_;
+  std::vector<std::unique_ptr<Sensor>> sensors_;  // the head camera first; none without a camera
   camera::RecentMotion motion_;
   std::deque<Frame> frames_;  // their shutters are open
   std::deque<Drawn> drawn_;   // or being drawn
-  bool draws_;                // there is a camera
   std::size_t in_flight_;
   int next_ = 0;
 };

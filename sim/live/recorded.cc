@@ -7,9 +7,9 @@
 #include <cmath>
 #include <numbers>
 #include <string_view>
+#include <type_traits>
 #include <variant>
 
-#include "sim/live/rig_readings.h"
 #include "sim/physics/clearance.h"
 #include "sim/physics/nominal_body.h"
 #include "sim/result/limits.h"
@@ -94,6 +94,42 @@ void mount_sensors(const scenario::ReadScenario& read, physics::Models& models) 
   }
 }
 
+std::vector<physics::Place> places(const std::vector<rig::Item>& rig, const mjModel_& model) {
+  std::vector<physics::Place> all;
+  for (const rig::Item& item : rig)
+    all.push_back(std::visit(
+        [&](const auto& sensor) {
+          if constexpr (std::is_base_of_v<rig::Mount, std::decay_t<decltype(sensor)>>)
+            return physics::place_of(model, sensor);
+          else
+            return physics::place_of(model, rig::Mount{});
+        },
+        item));
+  return all;
+}
+
+RigImus::RigImus(const std::vector<rig::Item>& rig, const std::vector<physics::Place>& places,
+                 const physics::World& world) {
+  for (std::size_t i = 0; i < rig.size(); ++i)
+    if (const auto* imu = std::get_if<rig::Imu>(&rig[i]))
+      imus_.push_back({static_cast<int>(i), places[i],
+                       std::chrono::milliseconds(std::llround(1e3 / imu->rate_hz)),
+                       world.imu_state(places[i])});
+}
+
+void RigImus::read(const physics::World& world, std::vector<slam::RigReading>& readings) {
+  for (Imu& imu : imus_) {
+    if (world.time() < imu.last.t + imu.period) continue;
+    const physics::ImuState now = world.imu_state(imu.place);
+    const physics::ImuReading reading = physics::reading_between(imu.last, now, world.gravity());
+    slam::RigReading& added = readings.emplace_back();
+    added.sensor = imu.sensor;
+    added.begin = reading.begin, added.t = reading.end;
+    added.gyro = reading.gyro, added.accelerometer = reading.specific_force;
+    imu.last = now;
+  }
+}
+
 walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const physics::Models& models) {
   const scenario::Scenario& s = read.scenario;
   walking::PatternGenerator plan(s.walk, physics::nominal_body(copy_of(models.on_floor)));
@@ -154,14 +190,9 @@ slam::PlannedMotion planned_motion(const walking::Reference& from, const walking
   return motion;
 }
 
-slam::CameraIntrinsics intrinsics(const camera::CameraModel& lens) {
-  const slam::OneParameterRadial radial{lens.k1_px2};
-  return {lens.width_px, lens.height_px, lens.fu_px, lens.fv_px, lens.u0_px, lens.v0_px, radial};
-}
-
 Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
                   const physics::Models& models) {
-  const walking::JointVector q = walking::inverse_kinematics(walking::posture_of(start)).q;
+  const walking::JointVector q = walking::inverse_kinematics(start).q;
   physics::WorldOptions empty = scenario.world;
   empty.room = physics::kPhysicalRoom;
   const physics::World nominal(empty, {}, q, start.X_PB, models);
@@ -176,7 +207,7 @@ recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, co
                                           const Eigen::Isometry3d& X_PB) {
   const camera::CameraOptions camera = scenario.camera.value_or(camera::CameraOptions{});
   recording::RecordingSetup setup;
-  setup.calibration = {intrinsics(camera::camera_model(camera)), mounting.X_CG};
+  setup.calibration = {camera::camera_model(camera), mounting.X_CG};
   setup.X_WC_start = X_PB * mounting.X_BC;
   setup.camera_rate_hz = camera.rate_hz;
   setup.joints = physics::joint_names();

@@ -11,6 +11,7 @@
 #include "sim/physics/options.h"
 #include "sim/physics/world.h"
 #include "sim/recording/recording.h"
+#include "sim/rig/rig.h"
 #include "sim/scenario/scenario.h"
 #include "slam/observation.h"
 #include "walking/pattern_generator.h"
@@ -28,6 +29,27 @@ walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const p
 /// Moves head camera and chest IMU of the models to the scenario's mounts. Throws ConfigError if a link does
 /// not exist, also of the rig.
 void mount_sensors(const scenario::ReadScenario& read, physics::Models& models);
+
+/// The places of the items of a scenario's rig on the robot; of a depth camera the head camera's.
+std::vector<physics::Place> places(const std::vector<rig::Item>& rig, const mjModel_& model);
+
+/// The further IMUs: read at each of their periods.
+class RigImus {
+ public:
+  RigImus(const std::vector<rig::Item>& rig, const std::vector<physics::Place>& places,
+          const physics::World& world);
+  /// To be called at each millisecond: appends the readings that end now.
+  void read(const physics::World& world, std::vector<slam::RigReading>& readings);
+
+ private:
+  struct Imu {
+    int sensor;
+    physics::Place place;
+    std::chrono::nanoseconds period;
+    physics::ImuState last;
+  };
+  std::vector<Imu> imus_;
+};
 
 /// Each is drawn from its named stream, so that setting one spread to 0 does not change the others.
 physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world);
@@ -48,9 +70,6 @@ struct Mounting {
 };
 Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
                   const physics::Models& models);
-
-/// Intrinsics of the simulated camera for estimators.
-slam::CameraIntrinsics intrinsics(const camera::CameraModel& lens);
 
 /// X_PB: the planned waist at the start.
 recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, const Mounting& mounting,

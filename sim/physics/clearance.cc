@@ -12,34 +12,14 @@ namespace sim::physics {
 namespace {
 
 constexpr int kSolidGroup = 0;
-constexpr double kFloor = 0.01;   // m: what is lower belongs to the floor, as a rug or a threshold does
-constexpr double kSheet = 0.02;   // m, thickness of a plane; the furniture behind a picture is thicker
-constexpr double kEndless = 1e6;  // m, half the size of a plane that has none
+constexpr double kFloor = 0.01;  // m: what is lower belongs to the floor, as a rug or a threshold does
+constexpr double kSheet = 0.02;  // m, thickness of a plane; the furniture behind a picture is thicker
 constexpr int kContacts = 1000;
 
-// Half the extents in the geom's own frame, at least the true ones.
-Eigen::Vector3d half_extents(const mjModel& model, int geom) {
-  const Eigen::Vector3d size(model.geom_size + 3 * geom);
-  switch (model.geom_type[geom]) {
-    case mjGEOM_PLANE:
-      return {size.x() > 0 ? size.x() : kEndless, size.y() > 0 ? size.y() : kEndless, 0};
-    case mjGEOM_BOX:
-    case mjGEOM_ELLIPSOID:
-      return size;
-    case mjGEOM_CAPSULE:
-      return {size.x(), size.x(), size.x() + size.y()};
-    case mjGEOM_CYLINDER:
-      return {size.x(), size.x(), size.y()};
-    default:
-      return Eigen::Vector3d::Constant(model.geom_rbound[geom]);
-  }
-}
-
 Eigen::AlignedBox3d box_around(const mjModel& model, const mjData& data, int geom) {
-  const Eigen::Vector3d center(data.geom_xpos + 3 * geom);
-  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> axes(data.geom_xmat + 9 * geom);
-  const Eigen::Vector3d half = axes.cwiseAbs() * half_extents(model, geom);
-  return {center - half, center + half};
+  const Eigen::Isometry3d X_WG = geom_pose(data, geom);
+  const Eigen::Vector3d half = X_WG.linear().cwiseAbs() * half_extents(model, geom);
+  return {X_WG.translation() - half, X_WG.translation() + half};
 }
 
 // A plane of MuJoCo fills the half-space behind it; here it is as large as it is drawn.

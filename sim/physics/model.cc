@@ -61,10 +61,7 @@ Model load_model(const std::string& robot, const std::string& room, const std::f
 
 namespace {
 
-Eigen::Isometry3d pose_of(const mjtNum* position, const mjtNum* quaternion) {
-  return Eigen::Translation3d(position[0], position[1], position[2]) *
-         Eigen::Quaterniond(quaternion[0], quaternion[1], quaternion[2], quaternion[3]);
-}
+constexpr double kEndless = 1e6;  // m, half the size of a plane that has none
 
 void set_pose(mjtNum* position, mjtNum* quaternion, const Eigen::Isometry3d& X) {
   const Eigen::Quaterniond q(X.linear());
@@ -91,24 +88,45 @@ int upper_link(const mjModel& model, const std::string& link) {
       "link '{}' is no link of the robot above its legs, expected one of {}", link, fmt::join(links, ", ")));
 }
 
-int found(const mjModel& model, mjtObj type, const char* name) {
-  const int id = mj_name2id(&model, type, name);
+}  // namespace
+
+int part(const mjModel& model, int type, const std::string& name) {
+  const int id = mj_name2id(&model, type, name.c_str());
   if (id < 0) throw std::invalid_argument(fmt::format("the model has no {} '{}'", mju_type2Str(type), name));
   return id;
 }
 
-}  // namespace
+Eigen::Isometry3d geom_pose(const mjData& data, int geom) {
+  return pose_in(data.geom_xpos + 3 * geom, data.geom_xmat + 9 * geom);
+}
+
+Eigen::Vector3d half_extents(const mjModel& model, int geom) {
+  const Eigen::Vector3d size(model.geom_size + 3 * geom);
+  switch (model.geom_type[geom]) {
+    case mjGEOM_PLANE:
+      return {size.x() > 0 ? size.x() : kEndless, size.y() > 0 ? size.y() : kEndless, 0};
+    case mjGEOM_BOX:
+    case mjGEOM_ELLIPSOID:
+      return size;
+    case mjGEOM_CAPSULE:
+      return {size.x(), size.x(), size.x() + size.y()};
+    case mjGEOM_CYLINDER:
+      return {size.x(), size.x(), size.y()};
+    default:
+      return Eigen::Vector3d::Constant(model.geom_rbound[geom]);
+  }
+}
 
 Place place_of(const mjModel& model, const rig::Mount& mount) {
   if (mount.on_link()) return {upper_link(model, mount.link), rig::pose(mount)};
-  const int camera = found(model, mjOBJ_CAMERA, "head_camera");
-  return {model.cam_bodyid[camera], pose_of(model.cam_pos + 3 * camera, model.cam_quat + 4 * camera) *
+  const int camera = part(model, mjOBJ_CAMERA, "head_camera");
+  return {model.cam_bodyid[camera], turned_pose_in(model.cam_pos + 3 * camera, model.cam_quat + 4 * camera) *
                                         camera_from_place() * rig::pose(mount)};
 }
 
 void mount_camera(mjModel& model, const rig::Mount& mount) {
   const Place place = place_of(model, mount);
-  const int camera = found(model, mjOBJ_CAMERA, "head_camera");
+  const int camera = part(model, mjOBJ_CAMERA, "head_camera");
   model.cam_bodyid[camera] = place.body;
   set_pose(model.cam_pos + 3 * camera, model.cam_quat + 4 * camera,
            place.X_BL * camera_from_place().inverse());
@@ -124,8 +142,8 @@ void Models::mount(const rig::Mount& camera, const rig::Mount& imu) {
   for (mjModel* model : {on_floor.get(), in_room.get()}) {
     if (!camera.is_default()) mount_camera(*model, camera);
     if (imu.is_default()) continue;
-    const int site = found(*model, mjOBJ_SITE, "chest_imu");
-    const Eigen::Isometry3d X_BG = pose_of(model->site_pos + 3 * site, model->site_quat + 4 * site);
+    const int site = part(*model, mjOBJ_SITE, "chest_imu");
+    const Eigen::Isometry3d X_BG = turned_pose_in(model->site_pos + 3 * site, model->site_quat + 4 * site);
     const Place place = !imu.on_link() ? Place{model->site_bodyid[site], X_BG * rig::pose(imu)}
                                        : Place{upper_link(*model, imu.link), rig::pose(imu)};
     model->site_bodyid[site] = place.body;

@@ -34,6 +34,25 @@ enum class Shapes { all, colliding };
 Model load_model(const std::string& robot, const std::string& room, const std::filesystem::path& models,
                  Shapes shapes = Shapes::all);
 
+/// The pose in MuJoCo's arrays of positions and of rotations by rows.
+inline Eigen::Isometry3d pose_in(const double* p, const double* R) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation() = Eigen::Map<const Eigen::Vector3d>(p);
+  X.linear() = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(R);
+  return X;
+}
+/// The pose in its arrays of positions and of quaternions.
+inline Eigen::Isometry3d turned_pose_in(const double* p, const double* q) {
+  return Eigen::Translation3d(p[0], p[1], p[2]) * Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
+}
+
+/// X_WG of a geom; positions must be computed.
+Eigen::Isometry3d geom_pose(const mjData_& data, int geom);
+/// Half the size of a geom along its own axes, at least the true one, m.
+Eigen::Vector3d half_extents(const mjModel_& model, int geom);
+/// The index of a named part (mjtObj). Throws std::invalid_argument if the model has none.
+int part(const mjModel_& model, int type, const std::string& name);
+
 /// An independent copy, which opens no file.
 Model copy_of(const Model& model);
 

@@ -14,38 +14,23 @@
 namespace sim::physics {
 namespace {
 
-class NominalBody {
- public:
-  explicit NominalBody(Model on_floor) : model_(std::move(on_floor)), data_(mj_makeData(model_.get())) {
-    for (int joint = 0; joint < walking::kJoints; ++joint) {
-      // The actuators are in the order of JointVector.
-      velocity_[joint] = model_->jnt_dofadr[model_->actuator_trnid[2 * joint]];
-    }
-  }
-
-  walking::BodyMomentum momentum(const walking::BodyMotion& motion);
-
- private:
-  Model model_;
-  Data data_;
-  std::array<int, walking::kJoints> velocity_{};
-};
-
-walking::BodyMomentum NominalBody::momentum(const walking::BodyMotion& motion) {
-  Eigen::Map<Eigen::VectorXd>(data_->qpos, model_->nq) = robot_positions(*model_, motion.pose);
+walking::BodyMomentum momentum(const mjModel& model, mjData& data, const walking::BodyMotion& motion) {
+  Eigen::Map<Eigen::VectorXd>(data.qpos, model.nq) = robot_positions(model, motion.pose);
   const Eigen::Quaterniond turn(motion.pose.X_PB.linear());
   // The velocity of a free joint: linear in the world, angular in the body.
-  Eigen::Map<Eigen::Matrix<double, 6, 1>>(data_->qvel) << motion.v, turn.conjugate() * motion.w;
-  for (int joint = 0; joint < walking::kJoints; ++joint) data_->qvel[velocity_[joint]] = motion.dq[joint];
-  mj_kinematics(model_.get(), data_.get());
-  mj_comPos(model_.get(), data_.get());
-  mj_comVel(model_.get(), data_.get());
-  mj_subtreeVel(model_.get(), data_.get());
-  const int waist = model_->jnt_bodyid[0];
+  Eigen::Map<Eigen::Matrix<double, 6, 1>>(data.qvel) << motion.v, turn.conjugate() * motion.w;
+  // The actuators are in the order of JointVector.
+  for (int joint = 0; joint < walking::kJoints; ++joint)
+    data.qvel[model.jnt_dofadr[model.actuator_trnid[2 * joint]]] = motion.dq[joint];
+  mj_kinematics(&model, &data);
+  mj_comPos(&model, &data);
+  mj_comVel(&model, &data);
+  mj_subtreeVel(&model, &data);
+  const int waist = model.jnt_bodyid[0];
   const auto of_waist = [&](const mjtNum* all) { return Eigen::Vector3d(all + 3 * waist); };
-  const double mass = model_->body_subtreemass[waist];
-  return {mass, of_waist(data_->subtree_com), mass * of_waist(data_->subtree_linvel),
-          of_waist(data_->subtree_angmom)};
+  const double mass = model.body_subtreemass[waist];
+  return {mass, of_waist(data.subtree_com), mass * of_waist(data.subtree_linvel),
+          of_waist(data.subtree_angmom)};
 }
 
 /// The bodies of the nominal robot, of its right side for limbs: name, parent, place in it (m), mass (kg),
@@ -72,7 +57,7 @@ RARM_LINK5  RARM_LINK4  0 0 -.25 .573818 .00361 0 -.09311 .001937 .001784 .00062
 RARM_LINK6  RARM_LINK5  .00361 0 -.09311 .5726481 0 0 0 .001933 .00178 .0006204 x -1 1
 )";
 
-/// Parts on the bodies: name, body, place (m), orientation (w x y z).
+/// Parts on the bodies, of the right leg for both: name, body, place (m), orientation (w x y z).
 constexpr const char* kMounts = R"(
 chest_imu    CHEST_LINK1  -0.13 0 0.118      1 0 0 0
 head_camera  HEAD_LINK1   0.08 0 0.103       0.5 0.5 -0.5 -0.5
@@ -81,11 +66,6 @@ RLEG_PAD0    RLEG_SOLE    0.13 0.069 0.005   1 0 0 0
 RLEG_PAD1    RLEG_SOLE    0.13 -0.069 0.005  1 0 0 0
 RLEG_PAD2    RLEG_SOLE    -0.1 0.069 0.005   1 0 0 0
 RLEG_PAD3    RLEG_SOLE    -0.1 -0.069 0.005  1 0 0 0
-LLEG_SOLE    LLEG_SOLE    0 0 0              1 0 0 0
-LLEG_PAD0    LLEG_SOLE    0.13 0.069 0.005   1 0 0 0
-LLEG_PAD1    LLEG_SOLE    0.13 -0.069 0.005  1 0 0 0
-LLEG_PAD2    LLEG_SOLE    -0.1 0.069 0.005   1 0 0 0
-LLEG_PAD3    LLEG_SOLE    -0.1 -0.069 0.005  1 0 0 0
 )";
 
 /// Compares a model with the nominal robot. Throws std::runtime_error that names what differs.
@@ -112,7 +92,10 @@ class Comparison {
       if (link.axis != 'y') link.range = {-link.range[1], -link.range[0]};
       require(link);
     }
-    for (Mount mount; mounts >> mount.name >> mount.body && read(mounts, mount.numbers);) require(mount);
+    for (Mount mount; mounts >> mount.name >> mount.body && read(mounts, mount.numbers);) {
+      require(mount);
+      if (mount.name.starts_with('R')) mount.name.front() = mount.body.front() = 'L', require(mount);
+    }
     for (const std::string leg : {"RLEG_BUSH_", "LLEG_BUSH_"})
       for (const auto& [name, stiffness] : {std::pair("Z", kBushUp_n_m),
                                             {"YAW", kBushYaw_nm_rad},
@@ -230,8 +213,9 @@ walking::WholeBody nominal_body(const std::string& robot, const std::filesystem:
 
 walking::WholeBody nominal_body(Model on_floor) {
   const Comparison nominal(*on_floor);
-  const auto body = std::make_shared<NominalBody>(std::move(on_floor));
-  return [body](const walking::BodyMotion& motion) { return body->momentum(motion); };
+  const std::shared_ptr<const mjModel> model(std::move(on_floor));
+  const std::shared_ptr<mjData> data(Data(mj_makeData(model.get())));
+  return [=](const walking::BodyMotion& motion) { return momentum(*model, *data, motion); };
 }
 
 Eigen::VectorXd robot_positions(const mjModel& model, const walking::BodyPose& pose) {

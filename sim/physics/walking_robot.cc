@@ -26,7 +26,7 @@ WalkingRobot::WalkingRobot(walking::PatternGenerator plan, const walking::Stabil
                            const Eigen::Isometry3d& X_WP)
     : plan_(std::move(plan)),
       stabilizer_(stabilizer),
-      q_(walking::inverse_kinematics(walking::posture_of(reference_)).q),
+      q_(walking::inverse_kinematics(reference_).q),
       world_(without_pushes(options), draw, q_, X_WP * reference_.X_PB, models) {
   settle();
   world_.start_clock(options.pushes);

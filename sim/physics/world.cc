@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 
 namespace sim::physics {
@@ -15,23 +14,7 @@ constexpr std::chrono::milliseconds kStep{1};
 constexpr double kFallenHeight = 0.45;                // m, of the waist; half-sitting is 0.649
 constexpr double kFallenTilt = std::numbers::pi / 4;  // of the waist's axis from the vertical
 
-using RowMajor3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-
 Eigen::Vector3d vector(const mjtNum* numbers) { return Eigen::Vector3d(numbers[0], numbers[1], numbers[2]); }
-
-Eigen::Isometry3d pose(const mjtNum* position, const mjtNum* rotation) {
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  X.linear() = Eigen::Map<const RowMajor3d>(rotation);
-  X.translation() = vector(position);
-  return X;
-}
-
-int id(const mjModel* model, mjtObj type, const std::string& name) {
-  const int found = mj_name2id(model, type, name.c_str());
-  if (found < 0)
-    throw std::runtime_error(fmt::format("the model has no {} named '{}'", mju_type2Str(type), name));
-  return found;
-}
 
 }  // namespace
 
@@ -63,23 +46,23 @@ World::World(const WorldOptions& options, const PlantVariation& draw, const walk
 }
 
 void World::find_ids() {
-  const mjModel* m = model_.get();
-  ids_.waist = id(m, mjOBJ_BODY, "BODY");
-  ids_.camera = id(m, mjOBJ_CAMERA, "head_camera");
-  ids_.imu = id(m, mjOBJ_SITE, "chest_imu");
+  const mjModel& m = *model_;
+  ids_.waist = part(m, mjOBJ_BODY, "BODY");
+  ids_.camera = part(m, mjOBJ_CAMERA, "head_camera");
+  ids_.imu = part(m, mjOBJ_SITE, "chest_imu");
   for (std::size_t foot = 0; foot < 2; ++foot) {
     const std::string leg = foot == 0 ? "LLEG_" : "RLEG_";
-    ids_.sole[foot] = id(m, mjOBJ_SITE, leg + "SOLE");
-    ids_.sole_geom[foot] = id(m, mjOBJ_GEOM, leg + "SOLE");
-    ids_.force[foot] = m->sensor_adr[id(m, mjOBJ_SENSOR, leg + "force")];
-    ids_.torque[foot] = m->sensor_adr[id(m, mjOBJ_SENSOR, leg + "torque")];
+    ids_.sole[foot] = part(m, mjOBJ_SITE, leg + "SOLE");
+    ids_.sole_geom[foot] = part(m, mjOBJ_GEOM, leg + "SOLE");
+    ids_.force[foot] = m.sensor_adr[part(m, mjOBJ_SENSOR, leg + "force")];
+    ids_.torque[foot] = m.sensor_adr[part(m, mjOBJ_SENSOR, leg + "torque")];
   }
   for (const std::string& name : joint_names()) {
-    const int joint = id(m, mjOBJ_JOINT, name);
-    ids_.position.push_back(m->jnt_qposadr[joint]);
-    ids_.velocity.push_back(m->jnt_dofadr[joint]);
-    ids_.body.push_back(m->jnt_bodyid[joint]);
-    ids_.actuator.push_back(id(m, mjOBJ_ACTUATOR, name));
+    const int joint = part(m, mjOBJ_JOINT, name);
+    ids_.position.push_back(m.jnt_qposadr[joint]);
+    ids_.velocity.push_back(m.jnt_dofadr[joint]);
+    ids_.body.push_back(m.jnt_bodyid[joint]);
+    ids_.actuator.push_back(part(m, mjOBJ_ACTUATOR, name));
   }
 }
 
@@ -250,7 +233,7 @@ ImuState World::imu_state() const {
 }
 
 Eigen::Isometry3d World::X_W(const Place& place) const {
-  return pose(data_->xpos + 3 * place.body, data_->xmat + 9 * place.body) * place.X_BL;
+  return pose_in(data_->xpos + 3 * place.body, data_->xmat + 9 * place.body) * place.X_BL;
 }
 
 ImuState World::imu_state(const Place& place) const {
@@ -264,19 +247,19 @@ ImuState World::imu_state(const Place& place) const {
 Eigen::Vector3d World::gravity() const { return vector(model_->opt.gravity); }
 
 Eigen::Isometry3d World::X_WB() const {
-  return pose(data_->xpos + 3 * ids_.waist, data_->xmat + 9 * ids_.waist);
+  return pose_in(data_->xpos + 3 * ids_.waist, data_->xmat + 9 * ids_.waist);
 }
 
 Eigen::Isometry3d World::X_WC() const {
   // MuJoCo's camera looks along -z with y up.
-  Eigen::Isometry3d X = pose(data_->cam_xpos + 3 * ids_.camera, data_->cam_xmat + 9 * ids_.camera);
+  Eigen::Isometry3d X = pose_in(data_->cam_xpos + 3 * ids_.camera, data_->cam_xmat + 9 * ids_.camera);
   X.linear().col(1) *= -1;
   X.linear().col(2) *= -1;
   return X;
 }
 
 Eigen::Isometry3d World::X_WS(int site) const {
-  return pose(data_->site_xpos + 3 * site, data_->site_xmat + 9 * site);
+  return pose_in(data_->site_xpos + 3 * site, data_->site_xmat + 9 * site);
 }
 
 Eigen::Vector3d World::com() const { return vector(data_->subtree_com + 3 * ids_.waist); }

@@ -74,6 +74,6 @@ inline constexpr double kLong = 11, kShort = 7, kHigh = 3, kHallLong = 25, kHall
 using Painter = Canvas (*)(cv::RNG& random, int number);
 using Painters = std::map<std::string_view, Painter>;
 
-extern const Painters kFloorPainters, kWallPainters, kFurnishingPainters, kPaperPainters;
+extern const Painters kShellPainters, kFurnishingPainters;
 
 }  // namespace sim::room

@@ -4,7 +4,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "sim/sensor_errors/random.h"
-#include "walking/keys.h"
 
 namespace sim::sensor_errors {
 namespace {
@@ -271,7 +270,7 @@ void RigErrors::apply(std::vector<slam::RigReading>& readings) {
 
 SensorErrors::SensorErrors(const ErrorOptions& options, std::uint64_t seed,
                            const std::vector<rig::RigSensor>& rig)
-    : options_((walking::check_ranges(options, "errors"), options)),
+    : options_(options),
       seed_(seed),
       rig_(rig, seed),
       gyro_(inertial_errors<GyroSpike, GyroSilent>("gyro", options.gyro, &GyroSpike::size_rad_s,

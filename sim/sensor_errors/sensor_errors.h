@@ -167,7 +167,6 @@ cv::Mat1b beside_edges(const cv::Mat1w& depth_mm, int reach);
 /// stream name and stamp: live run and replay agree bit for bit, and no error changes another's numbers.
 class SensorErrors {
  public:
-  /// Throws std::invalid_argument that names an option out of its range.
   /// rig: the further sensors of the observations.
   SensorErrors(const ErrorOptions& options, std::uint64_t seed, const std::vector<rig::RigSensor>& rig = {});
 

@@ -142,8 +142,8 @@ bool agree(const Estimate& found, const Estimate& predicted) {
   Vector6d difference;
   const Eigen::AngleAxisd turn(predicted.X_WC.linear().transpose() * found.X_WC.linear());
   difference << turn.angle() * turn.axis(), found.X_WC.translation() - predicted.X_WC.translation();
-  const auto sum = Matrix6d(found.covariance + predicted.covariance).llt();
-  return sum.info() == Eigen::Success &&
+  const Eigen::LDLT<Matrix6d> sum(found.covariance + predicted.covariance);
+  return sum.info() == Eigen::Success && sum.isPositive() &&
          difference.dot(sum.solve(difference)) < kLargestDifference * kLargestDifference;
 }
 

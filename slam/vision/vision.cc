@@ -45,9 +45,9 @@ constexpr double kGate = 9.21;                 // chi-square, 99 %, 2 rows
 constexpr double kLeastShareRecognized = 0.5;  // of those searched for
 
 /// The area of the bounding box of the predicted pixels, as a fraction of the image's.
-double image_coverage(const std::vector<SearchedLandmark>& searched, const CameraIntrinsics& camera) {
+double image_coverage(const std::vector<Search>& searched, const CameraIntrinsics& camera) {
   Eigen::AlignedBox2d box;
-  for (const SearchedLandmark& landmark : searched) box.extend(landmark.predicted);
+  for (const Search& search : searched) box.extend(search.pixel);
   return box.isEmpty() ? 0 : box.volume() / (camera.width_px * camera.height_px);
 }
 
@@ -86,7 +86,7 @@ void Consensus::rescue(const StackedMeasurement& matches, double gate) {
     for (std::size_t k = 0; k < best_.size(); ++k)
       cross.middleRows<2>(2 * static_cast<int>(k)) =
           matches.S().block<2, 2>(matches.first_row[best_[k]], row);
-    whitening_.L().triangularView<Eigen::Lower>().solveInPlace(cross);
+    whitening_.solve(cross);
     const Eigen::Vector2d nu =
         matches.innovation().segment<2>(row) - cross.transpose() * whitening_.innovation();
     const Eigen::Matrix2d S = matches.S().block<2, 2>(row, row) - cross.transpose() * cross;
@@ -180,21 +180,23 @@ void Vision::search(const cv::Mat& image, const std::vector<Landmark>& landmarks
   keep_most_informative(candidates_, static_cast<std::size_t>(most_measured_));
   keep_affordable(candidates_, kMostSearched_px);
   result_.searched.clear();
+  result_.searched_indices.clear();
   matches_.measurements.clear();
   matches_.searched.clear();
   for (const Candidate& candidate : candidates_) {
-    SearchedLandmark searched{candidate.index, candidate.pixel, candidate.S};
+    Search searched{landmarks[candidate.index].id, candidate.pixel, candidate.S};
     if (auto m = search_candidate(image, landmarks[candidate.index], candidate, options_)) {
       searched.match = candidate.pixel + m->innovation;
       if (m->bias_at < 0 &&
           options_.match_bias_sigma_px > 0) {  // the bias becomes a state if a place is free
-        m->bias_at = biases_.add(landmarks[candidate.index].id, false, kalman);
+        m->bias_at = biases_.add(searched.landmark, false, kalman);
         if (m->bias_at >= 0) m->R.diagonal().array() -= m->bias_gain * m->bias_gain * biases_.variance();
       }
       matches_.searched.push_back(result_.searched.size());
       matches_.measurements.push_back(*m);
     }
     result_.searched.push_back(searched);
+    result_.searched_indices.push_back(candidate.index);
   }
   result_.matches = static_cast<int>(matches_.measurements.size());
   result_.coverage = image_coverage(result_.searched, camera_.intrinsics());
@@ -212,9 +214,9 @@ void Vision::find_inliers(const State& state) {
 }
 
 /// Multiplies the whitened innovation of each landmark with that in the last frame.
-void Vision::add_lagged(const std::vector<Landmark>& landmarks) {
+void Vision::add_lagged() {
   for (const std::size_t match : inliers_) {
-    const int id = landmarks[result_.searched[matches_.searched[match]].index].id;
+    const int id = result_.searched[matches_.searched[match]].landmark;
     const int row = stacked_.first_row[match];
     const Eigen::Vector2d now =
         stacked_.S().block<2, 2>(row, row).llt().matrixL().solve(stacked_.innovation().segment<2>(row));
@@ -248,7 +250,7 @@ const VisionResult& Vision::update(const cv::Mat& image, const std::vector<Landm
   if (inliers_.empty()) return result_;
   for (const std::size_t match : inliers_) {
     result_.inliers.push_back(matches_.searched[match]);
-    result_.searched[matches_.searched[match]].inlier = true;
+    result_.searched[matches_.searched[match]].used = true;
   }
   const auto nis_of_selected = [&] {
     whitening_.compute(selected_);
@@ -258,7 +260,7 @@ const VisionResult& Vision::update(const cv::Mat& image, const std::vector<Landm
   result_.gate = nis_of_selected();
   select(stacked_, inliers_, selected_);
   result_.update = nis_of_selected();
-  add_lagged(landmarks);
+  add_lagged();
   result_.updated = kalman.update(selected_);
   return result_;
 }

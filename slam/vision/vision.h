@@ -54,21 +54,13 @@ class MatchBiases {
   std::vector<int> landmark_of_;  // by place; -1: free
 };
 
-/// A landmark that was searched for, and its match if there is one.
-struct SearchedLandmark {
-  std::size_t index;                                    ///< in the list of landmarks
-  Eigen::Vector2d predicted;                            ///< px
-  Eigen::Matrix2d S;                                    ///< innovation covariance, px²
-  std::optional<Eigen::Vector2d> match = std::nullopt;  ///< px
-  bool inlier = false;                                  ///< its match entered the update
-};
-
 struct VisionResult {
   std::vector<Eigen::Vector2d> visible;      ///< predicted pixels of all landmarks that should be visible
   std::vector<std::size_t> visible_indices;  ///< their indices in the list of landmarks
-  std::vector<SearchedLandmark> searched;
-  std::vector<std::size_t> inliers;  ///< rising indices of `searched`
-  int matches = 0;                   ///< how many of those searched for were found
+  std::vector<Search> searched;
+  std::vector<std::size_t> searched_indices;  ///< of those searched for, in the list of landmarks
+  std::vector<std::size_t> inliers;           ///< rising indices of `searched`
+  int matches = 0;                            ///< how many of those searched for were found
   double coverage = 0;        ///< bounding box of those searched for, as a fraction of the image's area
   std::optional<Nis> gate;    ///< of the inliers, with the noise of the gate (gate_sigma_px)
   std::optional<Nis> update;  ///< of the inliers, with the noise that the update assumes (sigma_px)
@@ -98,7 +90,7 @@ class Vision {
   void search(const cv::Mat& image, const std::vector<Landmark>& landmarks, std::optional<Stamp> before,
               Kalman& kalman);
   void find_inliers(const State& state);
-  void add_lagged(const std::vector<Landmark>& landmarks);
+  void add_lagged();
 
   Options::Vision options_;
   Camera camera_;

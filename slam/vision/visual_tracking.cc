@@ -35,38 +35,20 @@ VisualTracking::VisualTracking(const Options& options, const Camera& camera, std
       sigma_px_(options.vision.sigma_px),
       camera_(camera),
       vision_(options.vision, options.bounds, camera),
-      map_(options, camera, seed) {
-  result_.deleted.reserve(kLandmarksInView);
-}
+      map_(options, camera, seed) {}
 
-const VisualResult& VisualTracking::skip() {
-  result_.good_image = result_.relocalized = false;
-  result_.use = SensorUse::none;
-  result_.rejected.clear();
-  result_.vision = nullptr;
-  result_.statistics.reset();
-  result_.searched.clear();
-  result_.matched.clear();
-  result_.initialized.clear();
-  result_.lines.clear();
-  result_.deleted.clear();
-  result_.deleted_young = 0;
-  return result_;
-}
-
-const VisualResult& VisualTracking::step(const VisualInput& in) {
-  skip();
+VisualResult VisualTracking::step(const VisualInput& in) {
+  result_ = {};
   if (!enabled_) return result_;
   if (in.image.empty()) {
     in.tracking.blind(in.interval, "no image arrives");
     return result_;
   }
-  result_.use = SensorUse::readings;
   const ImageDefect defect = image_check_.defect(in.image, in.stands_still);
-  result_.rejected = defect.reason;
+  add_reason(in.report.refused, defect.reason);
   if (defect.blinds) in.tracking.blind(in.interval, defect.reason);
   if (defect.reason.empty()) track(in);
-  if (!result_.matched.empty()) result_.use = SensorUse::accepted;
+  in.report.note(SensorIndex::vision, in.report.matched.empty() ? SensorUse::readings : SensorUse::accepted);
   return result_;
 }
 
@@ -100,62 +82,68 @@ void VisualTracking::track(const VisualInput& in) {
 std::string VisualTracking::measure(const VisualInput& in) {
   const std::size_t before = map_.landmarks().size();
   if (!map_.initialize_known(in.image, in.t, in.kalman))
-    add_reason(result_.rejected, "a known landmark is not seen in the first image");
-  report_initialized(before);
+    add_reason(in.report.refused, "a known landmark is not seen in the first image");
+  report_initialized(before, in.report);
   const VisionResult& vision = vision_.update(in.image, map_.landmarks(), in.kalman);
-  result_.vision = &vision;
+  in.report.predicted = static_cast<int>(vision.visible.size());
+  in.report.measured = vision.matches;
   if (!vision.inliers.empty()) {
     if (!vision.updated) in.tracking.diverge("the vision innovation covariance is not positive definite");
     refine_landmarks(in, vision);
   }
-  for (const SearchedLandmark& s : vision.searched) {
-    const int id = map_.landmarks()[s.index].id;
-    result_.searched.push_back({id, s.predicted, s.S, s.inlier, s.match});
-    if (s.inlier) result_.matched.push_back({id, *s.match});
-  }
+  in.report.searched = vision.searched;
+  for (const Search& s : vision.searched)
+    if (s.used) in.report.matched.push_back({s.landmark, *s.match});
+  in.report.accepted = static_cast<int>(in.report.matched.size());
   const auto vision_nis = vision.gate ? std::optional(vision.gate->value / vision.gate->dof) : std::nullopt;
-  result_.statistics = {seconds(in.interval), vision.searched.size(),  vision.inliers.size(), vision.coverage,
-                        vision_nis,           rough_nis(in.height_nis)};
+  result_.statistics = {seconds(in.interval),
+                        vision.searched.size(),
+                        vision.inliers.size(),
+                        vision.coverage,
+                        vision_nis,
+                        rough_nis(nis_of(in.report.innovations, "height"))};
+  if (vision.update) in.report.innovations.push_back({"vision", *vision.update});
   const bool failed = matching_failed(*result_.statistics);
   if (!failed)  // otherwise the image or the pose is at fault, not the landmarks
-    for (const SearchedLandmark& s : vision.searched) map_.record_search(s.index, s.inlier);
+    for (std::size_t i = 0; i < vision.searched.size(); ++i)
+      map_.record_search(vision.searched_indices[i], vision.searched[i].used);
   for (const std::size_t index : vision.visible_indices) map_.record_visible(index, in.t);
-  result_.deleted_young = map_.prune(in.kalman, result_.deleted);
+  result_.deleted_young = map_.prune(in.kalman, in.report.deleted);
   const InitializationCount initialized = manage_map(in, vision, !failed && !in.tracking.in_doubt());
   in.tracking.judge(*result_.statistics);
   if (failed) return "almost no landmark found";
-  if (!vision.inliers.empty() || !result_.lines.empty()) return "";
+  if (!vision.inliers.empty() || !in.report.lines.empty()) return "";
   if (!vision.searched.empty()) return "no landmark found";
   return initialized.wanted > 0 && initialized.added == 0 ? "the image has no corner for a landmark" : "";
 }
 
 /// Improves the surface normal of one matched landmark, and adds the change of view to all covariances.
 void VisualTracking::refine_landmarks(const VisualInput& in, const VisionResult& vision) {
-  const SearchedLandmark& chosen =
-      vision.searched[vision.inliers[static_cast<std::size_t>(in.frame) % vision.inliers.size()]];
-  map_.refine_surface(chosen.index, in.image, *chosen.match, in.kalman.state());
+  const std::size_t chosen = vision.inliers[static_cast<std::size_t>(in.frame) % vision.inliers.size()];
+  map_.refine_surface(vision.searched_indices[chosen], in.image, *vision.searched[chosen].match,
+                      in.kalman.state());
   for (const std::size_t i : vision.inliers)
-    map_.inflate_for_view_change(vision.searched[i].index, in.kalman);
+    map_.inflate_for_view_change(vision.searched_indices[i], in.kalman);
 }
 
 InitializationCount VisualTracking::manage_map(const VisualInput& in, const VisionResult& vision,
                                                bool may_initialize) {
   map_.convert_to_points(in.kalman);
-  map_.search_lines(in.image, in.kalman, result_.deleted, result_.lines);
+  map_.search_lines(in.image, in.kalman, in.report.deleted, in.report.lines);
   InitializationCount initialized;
   if (may_initialize)
-    initialized = map_.initialize(in.image, in.depth, in.t, vision.visible, in.kalman, result_.deleted);
+    initialized = map_.initialize(in.image, in.depth, in.t, vision.visible, in.kalman, in.report.deleted);
   const std::size_t first = map_.landmarks().size() - static_cast<std::size_t>(initialized.added);
   for (std::size_t i = first; i < map_.landmarks().size(); ++i)
     vision_.biases().add(map_.landmarks()[i].id, true, in.kalman);
-  report_initialized(first);
+  report_initialized(first, in.report);
   return initialized;
 }
 
 /// Reports the landmarks from index `first` on as initialized in this frame.
-void VisualTracking::report_initialized(std::size_t first) {
+void VisualTracking::report_initialized(std::size_t first, FrameReport& report) {
   for (std::size_t i = first; i < map_.landmarks().size(); ++i)
-    result_.initialized.push_back({map_.landmarks()[i].id, map_.landmarks()[i].pixel_first});
+    report.initialized.push_back({map_.landmarks()[i].id, map_.landmarks()[i].pixel_first});
 }
 
 void VisualTracking::relocalize(const VisualInput& in) {
@@ -168,7 +156,7 @@ void VisualTracking::relocalize(const VisualInput& in) {
   in.kalman.reset_robot(relocalized_state(*found, in.kalman.state()));
   vision_.biases().clear(in.kalman);
   in.tracking.relocalized();
-  result_.relocalized = true;
+  in.report.relocalized = true;
 }
 
 }  // namespace slam

@@ -16,26 +16,17 @@ struct VisualInput {
   Stamp t, interval;  ///< interval: since the previous accepted observation; 0 at the first
   bool stands_still;  ///< the camera is known to stand still
   bool has_plan;
-  int frame;                      ///< number of the estimates before
-  std::optional<Nis> height_nis;  ///< of this frame
+  int frame;  ///< number of the estimates before
   Kalman& kalman;
   TrackingMonitor& tracking;
+  FrameReport& report;  ///< has the height's innovation; the visual part is added
 };
 
-/// The result of the visual part of one step.
+/// What the monitors of the sensors need to know of the visual part of one step.
 struct VisualResult {
-  bool good_image = false;               ///< not missing, flat or frozen, and without a gap before it
-  SensorUse use = SensorUse::none;       ///< accepted: a match entered the update
-  std::string rejected;                  ///< what was not used, and why
-  const VisionResult* vision = nullptr;  ///< absent without a measurement
+  bool good_image = false;  ///< not missing, flat or frozen, and without a gap before it
   std::optional<TrackingStatistics> statistics;
-  std::vector<Search> searched;
-  std::vector<Sighting> matched;  ///< accepted matches
-  std::vector<Sighting> initialized;
-  std::vector<DepthHypotheses> lines;
-  std::vector<int> deleted;
   std::size_t deleted_young = 0;  ///< unreliable landmarks that were deleted soon after their first sight
-  bool relocalized = false;
 };
 
 /// The pose part of the state; its covariance is symmetric to the last bit.
@@ -51,17 +42,15 @@ class VisualTracking {
   /// Predicts the match biases over a frame interval.
   void predict(double dt_s, Kalman& kalman) const { vision_.biases().predict(dt_s, kalman); }
   /// Measures the landmarks in the image, updates the state and manages the map; relocalizes a lost filter.
-  /// Reports to `tracking` what was seen. Nothing if vision is disabled. Valid until the next call.
-  const VisualResult& step(const VisualInput& input);
-  /// An empty result.
-  const VisualResult& skip();
+  /// Reports to `tracking` what was seen. Nothing if vision is disabled.
+  VisualResult step(const VisualInput& input);
 
  private:
   void track(const VisualInput& input);
   std::string measure(const VisualInput& input);
   void refine_landmarks(const VisualInput& input, const VisionResult& vision);
   InitializationCount manage_map(const VisualInput& input, const VisionResult& vision, bool may_initialize);
-  void report_initialized(std::size_t first);
+  void report_initialized(std::size_t first, FrameReport& report);
   void relocalize(const VisualInput& input);
 
   bool enabled_;

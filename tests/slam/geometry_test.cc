@@ -142,13 +142,16 @@ TEST(Jacobians, OfRotationsAreTheDerivatives) {
 TEST(Jacobians, OfTheMotionModelAreTheDerivatives) {
   const VelocityIncrement measured{{0.02, -0.33, 0.05}, kFrame_s, 0.001};
   for (const auto& increment : {std::optional<VelocityIncrement>{}, std::optional{measured}})
-    for (const double turning : {1.0, 1e-6, 0.0}) {
-      RobotVector x = kState;
-      x.segment<3>(kRate) *= turning;
-      const auto predict = [&](const auto& at) { return predict_motion(at, kFrame_s, increment, {}); };
-      expect_derivative(
-          "motion", x, [&](const auto& at) { return predict(at).x; }, predict(x).F);
-    }
+    for (const auto& rate : {std::optional<MeanRate>{}, std::optional{MeanRate{{0.3, -0.1, 0.2}, 0.004}}})
+      for (const double turning : {1.0, 1e-6, 0.0}) {
+        RobotVector x = kState;
+        x.segment<3>(kRate) *= turning;
+        const auto predict = [&](const auto& at) {
+          return predict_motion(at, kFrame_s, increment, {}, rate);
+        };
+        expect_derivative(
+            "motion", x, [&](const auto& at) { return predict(at).x; }, predict(x).F);
+      }
 }
 
 template <typename Measure>

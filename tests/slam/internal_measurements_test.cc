@@ -17,15 +17,16 @@ struct Walking {
   void step(const Observation& o) {
     const auto planned = internal.advance_plan(o, now ? seconds(o.t - *now) : 0);
     if (now) {
-      predicted = internal.predict(o, *now, planned, kalman.state());
+      report = {};
+      predicted = internal.predict(o, *now, planned, kalman.state(), report);
       kalman.predict(predicted.x, predicted.F, predicted.Q);
       before = kalman.state().P().diagonal();
-      result = internal.update(o, *now, planned, kalman);
+      updated = internal.update(o, *now, planned, kalman, report);
     }
     now = o.t;
   }
   Observation next() const { return recording.observation(60); }
-  bool accelerometer_rejected() const { return result.rejected == "accelerometer is beyond its gate"; }
+  bool accelerometer_rejected() const { return report.refused == "accelerometer is beyond its gate"; }
   double velocity_noise() const { return predicted.Q(kVelocity, kVelocity); }
 
   Options options;
@@ -36,7 +37,8 @@ struct Walking {
   std::optional<Stamp> now;
   Prediction predicted;
   Eigen::VectorXd before;  // variances before the last update
-  InternalResult result;
+  FrameReport report;
+  bool updated = false;
 };
 
 TEST(InternalMeasurements, MeasureGyroVelocityAndHeightAndReduceTheUncertainty) {
@@ -44,11 +46,11 @@ TEST(InternalMeasurements, MeasureGyroVelocityAndHeightAndReduceTheUncertainty) 
   options.gyro.drives_motion = false;
   Walking walk(options);
   walk.step(walk.next());
-  EXPECT_TRUE(walk.result.updated);
-  EXPECT_EQ(walk.result.rejected, "");
+  EXPECT_TRUE(walk.updated);
+  EXPECT_EQ(walk.report.refused, "");
   for (const auto& [sensor, dof] : {std::pair{"gyro", 3}, {"plan_velocity", 3}, {"height", 1}}) {
-    ASSERT_TRUE(nis_of(walk.result.innovations, sensor)) << sensor;
-    EXPECT_EQ(nis_of(walk.result.innovations, sensor)->dof, dof) << sensor;
+    ASSERT_TRUE(nis_of(walk.report.innovations, sensor)) << sensor;
+    EXPECT_EQ(nis_of(walk.report.innovations, sensor)->dof, dof) << sensor;
   }
   const Eigen::VectorXd after = walk.kalman.state().P().diagonal();
   for (const int at : {kRate, kVelocity, kVelocity + 1, kPosition + 2})
@@ -58,7 +60,7 @@ TEST(InternalMeasurements, MeasureGyroVelocityAndHeightAndReduceTheUncertainty) 
 TEST(InternalMeasurements, AGyroThatDrivesTheMotionIsNoMeasurementUnlessItsRateIsImplausible) {
   Walking walk;
   walk.step(walk.next());
-  EXPECT_FALSE(nis_of(walk.result.innovations, "gyro"));
+  EXPECT_FALSE(nis_of(walk.report.innovations, "gyro"));
   EXPECT_EQ(walk.predicted.F(kRate, kRate), 0);
   Observation o = walk.next();
   o.t += std::chrono::milliseconds(33);
@@ -67,22 +69,22 @@ TEST(InternalMeasurements, AGyroThatDrivesTheMotionIsNoMeasurementUnlessItsRateI
     reading.value.setConstant(5);
   }
   walk.step(o);
-  EXPECT_TRUE(nis_of(walk.result.innovations, "gyro"));
+  EXPECT_TRUE(nis_of(walk.report.innovations, "gyro"));
   EXPECT_EQ(walk.predicted.F(kRate, kRate), 1);
 }
 
 TEST(InternalMeasurements, InnovationsAreMultipliedWithThoseOfTheLastFrame) {
   Walking walk;
-  const Nis first = *nis_of(walk.result.innovations, "height");
+  const Nis first = *nis_of(walk.report.innovations, "height");
   walk.step(walk.next());
-  const Nis next = *nis_of(walk.result.innovations, "height");
+  const Nis next = *nis_of(walk.report.innovations, "height");
   EXPECT_NEAR(std::abs(next.lagged), std::sqrt(first.value * next.value), 1e-9);
   EXPECT_EQ(next.lagged_square, next.value);
 }
 
 TEST(InternalMeasurements, ReportForEachSensorWhetherItHadReadingsAndWhetherTheyWereUsed) {
   const auto use = [](const Walking& walk, SensorIndex sensor) {
-    return walk.result.use[static_cast<std::size_t>(sensor)];
+    return walk.report.use[static_cast<std::size_t>(sensor)];
   };
   using enum SensorIndex;
   Walking walk;
@@ -97,8 +99,8 @@ TEST(InternalMeasurements, ReportForEachSensorWhetherItHadReadingsAndWhetherThey
   o.t += std::chrono::milliseconds(33);
   o.gyro.clear();
   walk.step(o);
-  EXPECT_EQ(walk.result.rejected, "the gyro is silent");
-  EXPECT_TRUE(walk.result.innovations.empty());
+  EXPECT_EQ(walk.report.refused, "the gyro is silent");
+  EXPECT_TRUE(walk.report.innovations.empty());
 }
 
 /// The scale of a plan by a walk of 5 s with leg odometry, a step every 0.8 s, and the speed at its end.
@@ -193,10 +195,10 @@ TEST(InternalMeasurements, RejectsASpikeOfTheGyroAndUpdatesWithTheRest) {
   o.gyro[2].value.x() += 40;
   o.accelerometer.clear();
   walk.step(o);
-  EXPECT_EQ(walk.result.rejected, "gyro is beyond its gate");
-  EXPECT_GT(nis_of(walk.result.innovations, "gyro")->value, 16.27);  // chi-square, 99.9 %, 3 rows
-  EXPECT_TRUE(nis_of(walk.result.innovations, "plan_velocity"));
-  EXPECT_TRUE(walk.result.updated);
+  EXPECT_EQ(walk.report.refused, "gyro is beyond its gate");
+  EXPECT_GT(nis_of(walk.report.innovations, "gyro")->value, 16.27);  // chi-square, 99.9 %, 3 rows
+  EXPECT_TRUE(nis_of(walk.report.innovations, "plan_velocity"));
+  EXPECT_TRUE(walk.updated);
 }
 
 }  // namespace

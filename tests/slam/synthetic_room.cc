@@ -93,25 +93,21 @@ Room::Room() : walls_{{-3.4F, -4.8F, 0}, {3.6F, 6.2F, 3}} {
 Room::Surface Room::nearest(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction) const {
   const Eigen::Vector3f inverse =
       direction.unaryExpr([](float d) { return 1 / (std::abs(d) < 1e-9F ? 1e-9F : d); });
-  Surface best{1e9F, 0, 0};
-  for (int axis = 0; axis < 3; ++axis) {  // the room, from inside
-    const bool up = inverse(axis) > 0;
-    const float t = ((up ? walls_.high(axis) : walls_.low(axis)) - origin(axis)) * inverse(axis);
-    if (t < best.distance) best = {t, 2 * axis + (up ? 1 : 0), axis};
-  }
-  for (std::size_t i = 0; i < furniture_.size(); ++i) {  // boxes, from outside
-    float enter = 0, leave = best.distance;
-    int axis_in = -1;
-    for (int axis = 0; axis < 3; ++axis) {
-      const bool up = inverse(axis) > 0;
-      const Box& box = furniture_[i];
-      const float in = ((up ? box.low(axis) : box.high(axis)) - origin(axis)) * inverse(axis);
-      const float out = ((up ? box.high(axis) : box.low(axis)) - origin(axis)) * inverse(axis);
-      if (in > enter) enter = in, axis_in = axis;
-      leave = std::min(leave, out);
-    }
-    if (axis_in >= 0 && enter < leave)
-      best = {enter, static_cast<int>(6 * (i + 1)) + 2 * axis_in + (direction(axis_in) > 0 ? 0 : 1), axis_in};
+  // Distances of the planes through a box's sides: those that the ray enters it by, and those it leaves it
+  // by.
+  const auto sides = [&](const Box& box) {
+    const Eigen::Vector3f low = (box.low - origin).cwiseProduct(inverse),
+                          high = (box.high - origin).cwiseProduct(inverse);
+    return std::pair<Eigen::Vector3f, Eigen::Vector3f>(low.cwiseMin(high), low.cwiseMax(high));
+  };
+  int axis = 0;
+  const float wall = sides(walls_).second.minCoeff(&axis);  // from inside
+  Surface best{wall, 2 * axis + (direction(axis) > 0 ? 1 : 0), axis};
+  for (std::size_t i = 0; i < furniture_.size(); ++i) {
+    const auto [in, out] = sides(furniture_[i]);
+    const float enter = in.maxCoeff(&axis);
+    if (enter > 0 && enter < std::min(best.distance, out.minCoeff()))
+      best = {enter, static_cast<int>(6 * (i + 1)) + 2 * axis + (direction(axis) > 0 ? 0 : 1), axis};
   }
   return best;
 }

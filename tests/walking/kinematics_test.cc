@@ -47,7 +47,7 @@ TEST(Kinematics, ReferencePoseOfTheLeftLegIsTheReferenceOneForwardsAndBackwards)
 }
 
 TEST(InverseKinematics, HalfSittingFeetGiveTheHalfSittingJointsWithTheAnkleWhereThePublishedRobotHasIt) {
-  const BodySolution body = inverse_kinematics(posture_of(standing()));
+  const BodySolution body = inverse_kinematics(standing());
   EXPECT_TRUE(body.left_reached && body.right_reached);
   EXPECT_LT((body.q - hrp2::half_sitting()).cwiseAbs().maxCoeff(), 1e-12);
   const Eigen::Vector3d ankle = ankle_in_waist(Side::left, hrp2::half_sitting().segment<6>(6)).translation();
@@ -69,7 +69,7 @@ TEST(InverseKinematics, JointsOfThousandsOfPosesAreRecovered) {
 }
 
 TEST(InverseKinematics, LegTooShortIsReportedAndPointsAtTheFoot) {
-  Posture posture = posture_of(standing());
+  Posture posture = standing();
   posture.X_PL.translation() += Eigen::Vector3d(0.6, 0, -0.1);
   const BodySolution body = inverse_kinematics(posture);
   EXPECT_FALSE(body.left_reached);
@@ -110,7 +110,7 @@ using Eigen::Isometry3d, Eigen::Vector3d;
 /// The readings of a robot that does as planned; its ankles are loaded too little to yield.
 SensorReadings readings_of(const Reference& reference) {
   SensorReadings readings;
-  readings.q = inverse_kinematics(posture_of(reference)).q;
+  readings.q = inverse_kinematics(reference).q;
   readings.left.force.z() = reference.support == Support::right ? 0 : 1e-3;
   readings.right.force.z() = reference.support == Support::left ? 0 : 1e-3;
   return readings;

@@ -64,7 +64,7 @@ TEST_P(WholeWalk, IsSmoothWithTheWaistUprightAtItsHeightAndTheCenterOfMassAtItsP
 TEST_P(WholeWalk, StartsInHalfSittingAndStandsStillUntilThePreviewSeesTheFirstStepAndAtItsEnd) {
   const Reference& start = walk_.front();
   expect_pose(start.X_PB, {0, 0, hrp2::kWaistHeight}, 0, 1e-15);
-  EXPECT_LT((inverse_kinematics(posture_of(start)).q - hrp2::half_sitting()).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT((inverse_kinematics(start).q - hrp2::half_sitting()).cwiseAbs().maxCoeff(), 1e-12);
   EXPECT_EQ(start.com_velocity.norm(), 0);
   for (const Reference& r : walk_) {
     if (r.t_s > 2.0 - 1.6 - 0.015) break;

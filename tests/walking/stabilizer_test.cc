@@ -70,7 +70,7 @@ Reference on_the_left_foot() {
 SensorReadings as_planned(const Reference& reference, double left) {
   SensorReadings readings;
   readings.accelerometer = Vector3d(0, 0, kGravity);
-  readings.q = inverse_kinematics(posture_of(reference)).q;
+  readings.q = inverse_kinematics(reference).q;
   const double ahead = reference.zmp.x() - hrp2::kAnkleX;
   readings.left.force.z() = left * kWeight;
   readings.right.force.z() = (1 - left) * kWeight;
@@ -122,12 +122,12 @@ TEST(Stabilizer, LeavesThePlanAloneWhenAllReadingsAreAsPlannedOrItIsSwitchedOff)
   for (const auto& [reference, left] : {std::pair{standing(), 0.5}, std::pair{on_the_left_foot(), 1.0}}) {
     Stabilizer stabilizer(options);
     const Posture posture = after(stabilizer, reference, as_planned(reference, left), 200);
-    EXPECT_LT(distance(posture, posture_of(reference)), 1e-9);
+    EXPECT_LT(distance(posture, reference), 1e-9);
     EXPECT_LT(stabilizer.state().com_error.norm(), 1e-12);
   }
   options.enabled = false;
   Stabilizer off(options);
-  EXPECT_EQ(distance(after(off, standing(), SensorReadings{}, 10), posture_of(standing())), 0);
+  EXPECT_EQ(distance(after(off, standing(), SensorReadings{}, 10), standing()), 0);
 }
 
 TEST(Stabilizer, EstimatesATiltAndWhereItPutsTheCenterOfMassUnlessAttitudeIsOff) {

@@ -57,8 +57,7 @@ void expect_within_limits(const SteeredWalk& steered, const SteeringOptions& opt
     EXPECT_LE(std::abs(c.correction.position.y()), options.largest_aside_m) << c.step;
     EXPECT_LE(std::abs(c.correction.yaw), options.largest_turn_rad) << c.step;
   }
-  for (const Reference& r : steered.walk)
-    ASSERT_FALSE(leg_obstacle(inverse_kinematics(posture_of(r)))) << "at " << r.t_s;
+  for (const Reference& r : steered.walk) ASSERT_FALSE(leg_obstacle(inverse_kinematics(r))) << "at " << r.t_s;
   for (std::size_t k = 0; k < steered.plan.steps(); ++k) {
     const Footstep landing = steered.plan.landing(k);
     EXPECT_EQ(distance_outside(steered.plan.stance_before(k).of(other(landing.side)), landing), 0) << k;

@@ -52,32 +52,15 @@ TEST(Timeline, RepeatCarriesTheLastCommandsOutAgainAndKnowsTheLaps) {
   EXPECT_TRUE(written.laps().empty());
 }
 
-TEST(Timeline, ImpossibleOptionsAreRefusedByName) {
-  const auto expect_refused = [](const WalkOptions& options, const char* named) {
-    EXPECT_THAT([&] { Timeline(options, {}, Eigen::Vector2d::Zero()); },
-                testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr(named)));
-  };
-  for (const auto& [key, value, named] :
-       {std::tuple(&WalkOptions::single_support_s, 0.0, "walk.single_support_s"),
-        {&WalkOptions::step_height_m, NAN, "walk.step_height_m"},
-        {&WalkOptions::preview_s, INFINITY, "walk.preview_s"}}) {
-    WalkOptions options = walk_of({Stand{1}, TangentArc{}});
-    options.*key = value;
-    expect_refused(options, named);
-  }
-  WalkOptions steered = walk_of({Stand{1}, TangentArc{}});
-  steered.steering.gain = 2;
-  expect_refused(steered, "walk.steering.gain");
+TEST(Timeline, ImpossibleCommandsAreRefusedByName) {
   const std::vector<std::pair<std::vector<Command>, const char*>> cases{
       {{}, "walk.commands"},
-      {{Stand{-1}}, "walk.commands[0]"},
-      {{Stand{1}, TangentArc{0, 1}}, "walk.commands[1].tangent_arc"},
       {{Stand{1}, Turn{0}}, "walk.commands[1].turn"},
-      {{Stand{1}, GoTo{NAN, 0, 0}}, "walk.commands[1].go_to"},
       {{Stand{1}, Repeat{2, 1}}, "walk.commands[1].repeat.last: 2 commands"},
-      {{Stand{1}, Repeat{1, 0}}, "walk.commands[1].repeat.times"},
       {{Stand{1}, Repeat{1, 1}, Repeat{1, 1}}, "one is a repeat itself"}};
-  for (const auto& [commands, named] : cases) expect_refused(walk_of(commands), named);
+  for (const auto& [commands, named] : cases)
+    EXPECT_THAT([&c = commands] { timeline_of(c); },
+                testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr(named)));
 }
 
 TEST(ZmpReference, GoesLinearlyToTheFootInDoubleSupportAndEndsInTheMiddleOfTheFeet) {
@@ -182,7 +165,7 @@ TEST(ArmSwing, HandGoesAgainstTheFootAtItsHeight) {
 
 JointVector swinging(Reference reference) {
   reference.arms = arm_swing(reference);
-  return inverse_kinematics(posture_of(reference)).q;
+  return inverse_kinematics(reference).q;
 }
 
 TEST(ArmSwing, EachArmFollowsTheFootOnItsSideInTheWaistsAxesByTheReferenceAnglesFromHalfSittingOn) {
@@ -193,7 +176,7 @@ TEST(ArmSwing, EachArmFollowsTheFootOnItsSideInTheWaistsAxesByTheReferenceAngles
   const Eigen::Isometry3d X(Eigen::Translation3d(3, 1, 0) * Eigen::AngleAxisd(2, Eigen::Vector3d::UnitZ()));
   for (auto* pose : {&stride.X_PB, &stride.X_PL, &stride.X_PR}) *pose = X * *pose;
   const JointVector swung = swinging(stride);
-  JointVector difference = swung - inverse_kinematics(posture_of(stride)).q;
+  JointVector difference = swung - inverse_kinematics(stride).q;
   for (const auto& [joint, degrees] :  // left and right shoulder, elbows
        {std::pair(23, 18.48963), {16, 10.43198}, {26, -28.92161}, {19, -28.92161}}) {
     EXPECT_NEAR(swung(joint) / kDegree, degrees, 5e-6);  // five decimals

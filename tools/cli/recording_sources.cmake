@@ -5,9 +5,9 @@ file(GLOB_RECURSE RECORDING_SOURCES RELATIVE ${SOURCE}
   ${SOURCE}/sim/physics/*.cc ${SOURCE}/sim/physics/*.h ${SOURCE}/sim/camera/*.cc ${SOURCE}/sim/camera/*.h
   ${SOURCE}/sim/room/*.cc ${SOURCE}/sim/room/*.h ${SOURCE}/sim/rig/*.cc ${SOURCE}/sim/rig/*.h)
 list(APPEND RECORDING_SOURCES
-  sim/live/ordered_worker.h sim/recording/recording.h sim/recording/recording_writer.cc sim/scenario/lists.cc sim/score/surfaces.cc sim/score/types.h)
+  sim/recording/recording.h sim/recording/recording_writer.cc sim/scenario/lists.cc sim/score/surfaces.cc sim/score/types.h)
 foreach(PART files/csv files/hash recording/image_file recording/manifest recording/recording_format recording/sensor_yaml sensor_errors/random
-    live/frame_pipeline live/steering_pose_buffer live/recorded live/rig_readings live/run live/self_check)
+    live/frame_pipeline live/steering_pose_buffer live/recorded live/run live/self_check)
   list(APPEND RECORDING_SOURCES sim/${PART}.cc sim/${PART}.h)
 endforeach()
 list(SORT RECORDING_SOURCES)

@@ -78,7 +78,7 @@ ShownRun shown_run(const scenario::Scenario& scenario, const std::shared_ptr<cam
   run.moments = faults_of(scenario);
   run.model = model_of(robot, scenario.world.seed);
   if (scenario.camera) {
-    run.camera = live::intrinsics(camera::camera_model(*scenario.camera));
+    run.camera = camera::camera_model(*scenario.camera);
     const std::vector<Eigen::Isometry3d> places(scenario.rig.size(), Eigen::Isometry3d::Identity());
     run.rig = rig::calibrated(scenario.rig, *run.camera, scenario.camera->rate_hz, scenario.camera->readout_s,
                               places);  // which the page does not need

@@ -18,11 +18,6 @@ inline physics::Model head_in(const std::string& room) {
       "<camera name='head_camera' xyaxes='0 -1 0 0 0 1'/></body></worldbody>");
 }
 
-inline slam::Camera filter_camera(const CameraModel& camera) {
-  return slam::Camera({camera.width_px, camera.height_px, camera.fu_px, camera.fv_px, camera.u0_px,
-                       camera.v0_px, slam::OneParameterRadial{camera.k1_px2}});
-}
-
 /// Center of gravity of the pixels in a window, each weighted by `brightness`.
 template <typename Brightness>
 Eigen::Vector2d centroid(const cv::Rect& window, Brightness brightness) {

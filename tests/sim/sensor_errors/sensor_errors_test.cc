@@ -8,8 +8,6 @@ namespace sim::sensor_errors {
 namespace {
 
 using slam::Stamp;
-using testing::HasSubstr;
-using testing::ThrowsMessage;
 using tests::expect_same;
 
 slam::InertialSample reading(std::int64_t begin_us, std::int64_t end_us) {
@@ -284,13 +282,6 @@ TEST(SensorErrors, APictureThatIsLateComesWithALaterFrame) {
     greys += pictures({applied(errors, ideal)});
   }
   EXPECT_EQ(greys, "--012");
-}
-
-TEST(SensorErrors, OptionsOutOfRangeAreNamed) {
-  ErrorOptions options;
-  options.image.read_sigma_grey = 101;
-  EXPECT_THAT([&] { SensorErrors(options, 1); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("errors.image.read_sigma_grey")));
 }
 
 /// The position of a camera that moves 0.01 m a frame along x, from 5 m on.

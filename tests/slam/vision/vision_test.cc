@@ -54,9 +54,10 @@ TEST(Vision, FindsTheLandmarksOfAnUnchangedViewAndReducesTheUncertainty) {
   ASSERT_TRUE(result.gate && result.update);
   EXPECT_EQ(result.gate->dof, 16);
   EXPECT_LT(result.gate->value, result.update->value);  // the gate assumes more noise than the update
-  for (const SearchedLandmark& s : result.searched) {
-    ASSERT_TRUE(s.match && s.inlier);
-    EXPECT_LT((*s.match - scene.landmarks[s.index].pixel_first).norm(), 0.05);
+  for (std::size_t i = 0; i < 8; ++i) {
+    ASSERT_TRUE(result.searched[i].match && result.searched[i].used);
+    const Landmark& landmark = scene.landmarks[result.searched_indices[i]];
+    EXPECT_LT((*result.searched[i].match - landmark.pixel_first).norm(), 0.05);
   }
   EXPECT_LT(scene.kalman.state().marginal<4>(kOrientation).trace(), 0.1 * before);
 }
@@ -68,7 +69,8 @@ TEST(Vision, AMatchThatContradictsTheOthersIsNoInlier) {
   cv::Mat changed = scene.image.clone();
   scene.image(around(0)).copyTo(changed(around(4)));
   const VisionResult& result = scene.update(changed);
-  for (const SearchedLandmark& s : result.searched) EXPECT_EQ(s.inlier, s.index != 3) << s.index;
+  for (std::size_t i = 0; i < 8; ++i)
+    EXPECT_EQ(result.searched[i].used, result.searched_indices[i] != 3) << result.searched_indices[i];
   EXPECT_EQ(result.matches, 8);
   EXPECT_EQ(result.inliers.size(), 7u);
 }
