@@ -33,9 +33,9 @@ class InternalMeasurements {
   Options options_, leg_options_;  // leg_options_: with the noises of leg odometry
   Eigen::Isometry3d X_CG_;
   PlanHistory plan_;
-  std::optional<MeanRate> gyro_rate_;                       // drives the newest prediction
-  std::array<std::optional<Eigen::Vector3d>, 5> whitened_;  // of the last frame, by sensor
-  InertialInterval earlier_, later_;                        // of the last two frame intervals
+  std::optional<MeanRate> gyro_rate_;                                         // drives the newest prediction
+  std::array<std::optional<Eigen::Vector3d>, kSensorNames.size()> whitened_;  // of the last frame, by sensor
+  InertialInterval earlier_, later_;  // of the last two frame intervals
 
   // Work space, kept so that a step in the steady state takes no heap memory.
   std::vector<Measurement> accepted_;

@@ -113,6 +113,8 @@ TEST_F(Exchange, AVideoHasAPictureForEachFrame) {
             "1920,480," + std::to_string(std::count(rows.begin(), rows.end(), '\n') - 1) + "\n");
   expect_refused({{"video r/seed-1 --out v.webm", "v.webm: exists already; --force replaces it"},
                   {"video r/seed-1 --out v.gif", "--out: expected a .mp4 or .webm file, not 'v.gif'"}});
+  shell("cp -r r/seed-1 x; sed -i 's/^estimator:.*/estimator: {program: [there]}/' x/scenario.yaml");
+  EXPECT_THAT(refusal("video x --out x.webm"), Has("x: is of the external estimator there"));
 }
 
 // A limit on file size, in blocks of 512 bytes, stands for a full disk.

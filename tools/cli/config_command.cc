@@ -101,12 +101,13 @@ bool is_valid(const std::string& file, const scenario::Changes& changes, const f
   try {
     const auto read = scenario::read_scenario(file, changes);
     require_models(read, models);
-    const walking::PatternGenerator plan(read.scenario.walk, whole_body(read.scenario, models));
-    const bool looked = require_clear_walk(read, models);
-    std::cout << fmt::format("{}: valid, a walk of {:.2f} s{}\n",
-                             read.origin.contains("name") ? file + ", " + read.scenario.name : file,
-                             static_cast<double>(plan.ticks()) * walking::kPeriod,
-                             looked ? "" : "; whether it is clear of its room was not checked: no simulator");
+    const auto checked = clear_plan(read, models);
+    const walking::PatternGenerator plan = checked ? *checked : walking::PatternGenerator(read.scenario.walk);
+    std::cout << fmt::format(
+        "{}: valid, a walk of {:.2f} s{}\n",
+        read.origin.contains("name") ? file + ", " + read.scenario.name : file,
+        static_cast<double>(plan.ticks()) * walking::kPeriod,
+        checked ? "" : "; whether it is clear of its room was not checked: no simulator");
     return true;
   } catch (const scenario::ConfigError& e) {
     std::cerr << files::sanitize(e.what()) << '\n';

@@ -9,6 +9,7 @@
 #include "sim/export/export.h"
 #include "sim/files/atomic_file.h"
 #include "sim/recording/filter_input.h"
+#include "sim/tracking/tracking.h"
 #include "sim/view/session.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/backend.h"
@@ -137,9 +138,15 @@ int video(VideoRequest& request) {
   const fs::path file = file_of(request);
   const scenario::Scenario scenario = scenario::read_scenario(request.result / "scenario.yaml").scenario;
   if (!scenario.slam) throw UsageError("{}: no filter ran", request.result.string());
+  if (scenario.estimator.source != estimators::Source::built_in)
+    throw UsageError(
+        "{}: is of the external estimator {}; gaitslam view shows it, a video runs built-in ones only",
+        request.result.string(), scenario.estimator.name);
   const recording::Truth truth = recording::read_truth(request.result / "recording");
   recording::FilterInput input(request.result / "recording", scenario.errors, scenario.seed);
-  slam::Filter filter(*scenario.slam, input.setup().calibration, input.setup().X_WC_start, scenario.seed);
+  const recording::RecordingSetup& setup = input.setup();
+  tracking::Tracking tracking(scenario, setup.calibration, setup.X_WC_start, setup.camera_rate_hz, setup.rig,
+                              setup.joints);
   const view::RobotView robot_view =
       view::robot_from_outside(scenario, request.result / "recording", standard_models());
   view::MapView map(truth.camera);
@@ -147,12 +154,16 @@ int video(VideoRequest& request) {
   const OnInterrupt on_interrupt("nothing was written; rerun the command");
   ProgressLine progress("video of " + request.result.string());
   while (auto observation = input.next()) {
-    const slam::FrameReport& report = filter.step(*observation);
-    std::vector<cv::Mat> panels{view::draw_view(*observation, report)};
+    tracking.step(*observation);
+    const tracking::TrackedFrame* const frame = tracking.newest();
+    if (!frame) continue;
+    std::vector<cv::Mat> panels{view::draw_view(*observation, frame->report)};
     const auto after = std::ranges::upper_bound(truth.waist, observation->t, {}, &files::TimedPose::t);
     if (robot_view && after != truth.waist.begin())
       panels.push_back(robot_view(observation->t, std::prev(after)->X));
-    panels.push_back(map.draw(filter.estimate(), filter.map()));
+    const estimators::PoseEstimate& pose = frame->estimate;
+    panels.push_back(
+        map.draw({pose.t, pose.X_WC, pose.covariance.value_or(slam::Matrix6d::Zero())}, tracking.map()));
     cv::Mat picture;
     cv::hconcat(panels, picture);
     encoder.add(picture);

@@ -1,10 +1,12 @@
 // The simulator as the program uses it: live_world.cc, or live_stub.cc in a build without the simulator.
 #pragma once
 
+#include <optional>
+
 #include "sim/result/result.h"
 #include "sim/scenario/scenario.h"
 #include "tools/cli/shared/terminal.h"
-#include "walking/kinematics.h"
+#include "walking/pattern_generator.h"
 
 namespace sim::live {
 struct RunObserver;
@@ -20,11 +22,10 @@ result::Outcome run_live(const scenario::ReadScenario& scenario, const result::R
 /// Throws UsageError in a build without the simulator. Call it before anything is started.
 void require_simulator();
 
-/// live::require_clear_walk; returns false without the simulator.
-bool require_clear_walk(const scenario::ReadScenario& read, const fs::path& models);
-
-/// The robot's model for the plan; empty without the simulator. Throws std::runtime_error.
-walking::WholeBody whole_body(const scenario::Scenario& scenario, const fs::path& models);
+/// Returns the plan that live::clear_plan has checked, or nullopt without the simulator. Throws as that does,
+/// and ConfigError for a sensor mount on a link that does not exist.
+std::optional<walking::PatternGenerator> clear_plan(const scenario::ReadScenario& read,
+                                                    const fs::path& models);
 
 /// MuJoCo's version, or "" without the simulator.
 std::string mujoco_version();

@@ -12,9 +12,9 @@ void require_simulator() {
   throw UsageError("run: this build has no simulator (GAITSLAM_WORLD=OFF); replay, check and config work");
 }
 
-bool require_clear_walk(const scenario::ReadScenario&, const fs::path&) { return false; }
-
-walking::WholeBody whole_body(const scenario::Scenario&, const fs::path&) { return {}; }
+std::optional<walking::PatternGenerator> clear_plan(const scenario::ReadScenario&, const fs::path&) {
+  return std::nullopt;
+}
 
 std::string mujoco_version() { return ""; }
 
