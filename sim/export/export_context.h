@@ -90,8 +90,8 @@ class ExportContext {
   void write_truth(const std::string& name, std::string_view bytes) const {
     if (run.with_truth) write(name, bytes);
   }
-  /// Writes README.md: the texts, then the conventions of all exports.
-  void write_readme(std::initializer_list<std::string_view> texts) const;
+  /// Writes README.md: the texts of these names, then the conventions of all exports.
+  void write_readme(std::initializer_list<std::string> names) const;
 
  private:
   friend class Frames;
