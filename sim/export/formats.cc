@@ -23,6 +23,51 @@ using namespace recording::recording_format;
 constexpr double kLeastGyroWalk = 1e-6;  // rad/s²/√Hz, m/s³/√Hz: programs divide by these
 constexpr double kLeastAccelerometerWalk = 1e-5;
 
+/// The noise of an IMU as densities; no number is 0, because programs divide by them.
+// A mean of white noise over dt has the standard deviation density/√dt.
+recording::ImuNoise noise_of(const rig::RigSensor& imu) {
+  const double root_period = std::sqrt(1 / imu.rate_hz);
+  return {std::max(kLeastGyroWalk, imu.gyro_sigma_rad_s * root_period),
+          std::max(kLeastGyroWalk, imu.gyro_bias_walk_rad_s2),
+          std::max(kLeastAccelerometerWalk, imu.accelerometer_sigma_m_s2 * root_period),
+          std::max(kLeastAccelerometerWalk, imu.accelerometer_bias_walk_m_s3)};
+}
+
+/// "1000000000.033000000"
+std::string written_seconds(slam::Stamp t) {
+  return fmt::format("{}.{:09}", recording::file_stamp(t) / 1'000'000'000,
+                     recording::file_stamp(t) % 1'000'000'000);
+}
+
+/// The fewest digits that round-trip, with a decimal point: some readers reject the integer 1.
+std::string real(double x) {
+  const std::string text = fmt::format("{}", x);
+  return text.find_first_of(".e") == text.npos ? text + ".0" : text;
+}
+
+/// Four rows of four numbers, each row between `before` and `after`, `between` them: "[1.0, 0.0, ...]\n[...".
+std::string matrix_text(const Eigen::Isometry3d& X, std::string_view before, std::string_view after,
+                        std::string_view between) {
+  std::string text;
+  for (int row = 0; row < 4; ++row)
+    text += fmt::format("{}{}{}, {}, {}, {}{}", row ? between : "", before, real(X(row, 0)), real(X(row, 1)),
+                        real(X(row, 2)), real(X(row, 3)), after);
+  return text;
+}
+
+/// "t tx ty tz qx qy qz qw" with the stamps of the exports.
+std::string tum_text(const std::vector<files::TimedPose>& poses) {
+  std::string text;
+  for (const files::TimedPose& pose : poses) text += files::tum_row(recording::kEpoch + pose.t, pose.X);
+  return text;
+}
+
+/// The coefficients of an exported camera's equidistant lens; nothing for a pinhole without distortion.
+std::optional<std::array<double, 4>> equidistant_lens(const slam::CameraIntrinsics& camera) {
+  const auto* k = std::get_if<slam::Equidistant>(&camera.lens);
+  return k ? std::optional(std::array{k->k1, k->k2, k->k3, k->k4}) : std::nullopt;
+}
+
 files::HashedFile rows(const ExportContext& out, const std::string& name, const std::string& header) {
   files::HashedFile file(out.new_file(name));
   if (!header.empty()) file.write(header + "\n");
@@ -199,49 +244,9 @@ std::string associations(const std::vector<slam::Stamp>& images, const std::vect
   return text;
 }
 
-}  // namespace
-
-std::string ExportContext::lens_text() const {
-  const rig::FittedCamera& fitted = cameras_.at(setup.rig.size())->fitted;
-  if (undistort_)
-    return fmt::format(fmt::runtime(text_of("lens_pinhole.md")), fitted.camera.fu_px, fitted.camera.u0_px,
-                       fitted.camera.v0_px);
-  std::string text = "The head camera has no lens distortion.\n";
-  if (equidistant_lens(fitted.camera))
-    text = fmt::format(fmt::runtime(text_of("lens_equidistant.md")), fitted.rms_px, fitted.largest_px);
-  for (std::size_t i = 0; i < setup.rig.size(); ++i)
-    if (cameras_[i] && cameras_[i]->fitted.largest_px > 1e-6)
-      text += fmt::format("The fit of `{}`: {:.4f} px root mean square, at most {:.4f} px.\n",
-                          sensors[i].name, cameras_[i]->fitted.rms_px, cameras_[i]->fitted.largest_px);
-  return text;
-}
-
-void ExportContext::write_readme(std::initializer_list<std::string> names) const {
-  std::string texts;
-  for (const std::string& name : names) texts += name.empty() ? "" : text_of(name);
-  const recording::ImuNoise noise = noise_of(sensor(chest()));
-  std::string offsets;
-  for (const rig::RigSensor& sensor : setup.rig)
-    if (sensor.time_offset_s != 0)
-      offsets += fmt::format("The stamps of `{}` are {} s ahead of those of the head camera.\n", sensor.name,
-                             sensor.time_offset_s);
-  write("README.md",
-        fmt::format(fmt::runtime(text_of("readme.md")), run.name, run.seed, texts,
-                    recording::kEpoch.count() / 1'000'000'000, setup.imu_rate_hz, noise.gyro_density,
-                    noise.accelerometer_density, noise.gyro_walk, noise.accelerometer_walk, kLeastGyroWalk,
-                    kLeastAccelerometerWalk, run.errors.motion_time_offset_s, offsets, lens_text()));
-}
-
-// A mean of white noise over dt has the standard deviation density/√dt.
-recording::ImuNoise noise_of(const rig::RigSensor& imu) {
-  const double root_period = std::sqrt(1 / imu.rate_hz);
-  return {std::max(kLeastGyroWalk, imu.gyro_sigma_rad_s * root_period),
-          std::max(kLeastGyroWalk, imu.gyro_bias_walk_rad_s2),
-          std::max(kLeastAccelerometerWalk, imu.accelerometer_sigma_m_s2 * root_period),
-          std::max(kLeastAccelerometerWalk, imu.accelerometer_bias_walk_m_s3)};
-}
-
-void write_mav0(const ExportContext& out, bool images_within_imu) {
+/// Writes mav0/ in the EuRoC/ASL layout, times.txt, and for two gray eyes times_stereo.txt: the stamps that
+/// both have. images_within_imu: without the images before the first reading and after the last one.
+void write_mav0(const ExportContext& out, bool images_within_imu = false) {
   files::HashedFile plan = rows(out, sensor_rows("plan0"), "");
   bool plan_begun = false;
   const std::vector<int> eyes = out.all(rig::Kind::grey), imus = out.all(rig::Kind::imu);
@@ -295,11 +300,8 @@ void write_mav0(const ExportContext& out, bool images_within_imu) {
   if (out.run.with_truth) out.write(sensor_rows(kMotion), out.motion());
 }
 
-void export_euroc(const ExportContext& out) {
-  write_mav0(out);
-  out.write_readme({"euroc.md"});
-}
-
+/// Settings of ORB-SLAM3 (v1.0) for images of a camera; of the head camera with IMU and, if there are two
+/// gray cameras, stereo. depth: a depth camera aligned with it, for settings without IMU.
 // OpenCV reads color images as BGR; gray ones have no order.
 std::string orbslam3_settings(const ExportContext& out, int camera, std::optional<int> depth, bool inertial) {
   const slam::CameraIntrinsics& lens = out.sensor(camera).camera;
@@ -312,6 +314,44 @@ std::string orbslam3_settings(const ExportContext& out, int camera, std::optiona
   if (const auto eyes = out.all(rig::Kind::grey); inertial && eyes.size() > 1)
     text += stereo_section(lens, out.sensor(eyes[1]));
   return (text + (inertial ? imu_section(out) : "")).append(text_of("orbslam3_settings.yaml"));
+}
+
+}  // namespace
+
+std::string ExportContext::lens_text() const {
+  const rig::FittedCamera& fitted = cameras_.at(setup.rig.size())->fitted;
+  if (undistort_)
+    return fmt::format(fmt::runtime(text_of("lens_pinhole.md")), fitted.camera.fu_px, fitted.camera.u0_px,
+                       fitted.camera.v0_px);
+  std::string text = "The head camera has no lens distortion.\n";
+  if (equidistant_lens(fitted.camera))
+    text = fmt::format(fmt::runtime(text_of("lens_equidistant.md")), fitted.rms_px, fitted.largest_px);
+  for (std::size_t i = 0; i < setup.rig.size(); ++i)
+    if (cameras_[i] && cameras_[i]->fitted.largest_px > 1e-6)
+      text += fmt::format("The fit of `{}`: {:.4f} px root mean square, at most {:.4f} px.\n",
+                          sensors[i].name, cameras_[i]->fitted.rms_px, cameras_[i]->fitted.largest_px);
+  return text;
+}
+
+void ExportContext::write_readme(std::initializer_list<std::string> names) const {
+  std::string texts;
+  for (const std::string& name : names) texts += name.empty() ? "" : text_of(name);
+  const recording::ImuNoise noise = noise_of(sensor(chest()));
+  std::string offsets;
+  for (const rig::RigSensor& sensor : setup.rig)
+    if (sensor.time_offset_s != 0)
+      offsets += fmt::format("The stamps of `{}` are {} s ahead of those of the head camera.\n", sensor.name,
+                             sensor.time_offset_s);
+  write("README.md",
+        fmt::format(fmt::runtime(text_of("readme.md")), run.name, run.seed, texts,
+                    recording::kEpoch.count() / 1'000'000'000, setup.imu_rate_hz, noise.gyro_density,
+                    noise.accelerometer_density, noise.gyro_walk, noise.accelerometer_walk, kLeastGyroWalk,
+                    kLeastAccelerometerWalk, run.errors.motion_time_offset_s, offsets, lens_text()));
+}
+
+void export_euroc(const ExportContext& out) {
+  write_mav0(out);
+  out.write_readme({"euroc.md"});
 }
 
 void export_orbslam3(const ExportContext& out) {

@@ -71,6 +71,14 @@ Poses rows_of(const std::vector<recording::TrueFeet>& feet, recording::TrueFoot 
   return rows;
 }
 
+/// The frame of a sensor: optical axes (x right, y down, z forward) of a camera, else x forward, y left, z
+/// up. Depth has that of the camera that it is aligned with.
+std::string frame_of(const rig::RigSensor& sensor) {
+  if (sensor.name == "imu0") return ros::kImuFrame;
+  if (!rig::is_camera(sensor)) return sensor.name + "_frame";
+  return (sensor.kind == rig::Kind::depth ? sensor.aligned_with : sensor.name) + "_optical_frame";
+}
+
 // The distance of a camera to the right of the head camera; 0 unless both look in the same direction, side by
 // side, so that their images are rectified.
 double right_of_head(const rig::RigSensor& camera) {
@@ -319,12 +327,6 @@ void RecordedRows::until(slam::Stamp t,
     for (std::size_t i = 1; i < rows_->row().fields(); ++i) newest.push_back(rows_->row().number(i));
     each(*rows_->stamp(), newest);
   }
-}
-
-std::string frame_of(const rig::RigSensor& sensor) {
-  if (sensor.name == "imu0") return ros::kImuFrame;
-  if (!rig::is_camera(sensor)) return sensor.name + "_frame";
-  return (sensor.kind == rig::Kind::depth ? sensor.aligned_with : sensor.name) + "_optical_frame";
 }
 
 void write_ros_bag(const ExportContext& out, const std::string& folder, bool for_viewers) {
