@@ -21,9 +21,9 @@ namespace sim::exports {
 struct RobotDescription {
   std::string urdf;                ///< its root is the link "waist"
   std::vector<std::string> links;  ///< those that joints move
-  /// The poses of these links in W, position and quaternion (x, y, z, w) of each, by the angles (rad) of the
-  /// encoders and the waist's pose. Throws std::runtime_error for another number of angles than it has.
-  std::function<std::vector<float>(const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB)> poses;
+  /// The poses of these links in the waist's frame, by the angles (rad) of the encoders. Throws
+  /// std::runtime_error for another number of angles than the robot has.
+  std::function<std::vector<Eigen::Isometry3d>(const Eigen::VectorXd& q)> poses;
 };
 
 /// A recorded run. result: its folder, with recording/ and, if a filter was run, estimate_cov.txt.

@@ -90,8 +90,8 @@ class ExportContext {
   void write_truth(const std::string& name, std::string_view bytes) const {
     if (run.with_truth) write(name, bytes);
   }
-  /// Writes README.md: the texts, then the conventions of all exports.
-  void write_readme(std::initializer_list<std::string_view> texts) const;
+  /// Writes README.md: the texts of these names, then the conventions of all exports.
+  void write_readme(std::initializer_list<std::string> names) const;
 
  private:
   friend class Frames;
@@ -119,29 +119,6 @@ class Frames {
   ImuMerger imu_;
 };
 
-/// The noise of an IMU as densities; no number is 0, because programs divide by them.
-recording::ImuNoise noise_of(const rig::RigSensor& imu);
-
-/// "1000000000.033000000"
-std::string written_seconds(slam::Stamp t);
-
-/// The fewest digits that round-trip, with a decimal point: some readers reject the integer 1.
-std::string real(double x);
-
-/// Four rows of four numbers, each row between `before` and `after`, `between` them: "[1.0, 0.0, ...]\n[...".
-std::string matrix_text(const Eigen::Isometry3d& X, std::string_view before, std::string_view after,
-                        std::string_view between);
-
-/// "t tx ty tz qx qy qz qw" with the stamps of the exports.
-std::string tum_text(const std::vector<files::TimedPose>& poses);
-
-/// The coefficients of an exported camera's equidistant lens; nothing for a pinhole without distortion.
-std::optional<std::array<double, 4>> equidistant_lens(const slam::CameraIntrinsics& camera);
-
-/// The frame of a sensor: optical axes (x right, y down, z forward) of a camera, else x forward, y left, z
-/// up. Depth has that of the camera that it is aligned with.
-std::string frame_of(const rig::RigSensor& sensor);
-
 /// A depth image (mm, 0: none) as the camera `to` would have it, of pinholes. X_to_from: from one camera to
 /// the other. Each pixel covers all that its square covers there; the nearest surface counts.
 cv::Mat registered(const cv::Mat& depth, const slam::CameraIntrinsics& from, const slam::CameraIntrinsics& to,
@@ -151,13 +128,6 @@ cv::Mat registered(const cv::Mat& depth, const slam::CameraIntrinsics& from, con
 /// all sensors, images as PNG, frames, paths, map, joints and feet; else raw images of the gray cameras and
 /// readings of the IMUs.
 void write_ros_bag(const ExportContext& out, const std::string& folder, bool for_viewers);
-
-/// Settings of ORB-SLAM3 (v1.0) for images of a camera; of the head camera with IMU and, if there are two
-/// gray cameras, stereo. depth: a depth camera aligned with it, for settings without IMU.
-std::string orbslam3_settings(const ExportContext& out, int camera, std::optional<int> depth, bool inertial);
-/// Writes mav0/ in the EuRoC/ASL layout, times.txt, and for two gray eyes times_stereo.txt: the stamps that
-/// both have. images_within_imu: without the images before the first reading and after the last one.
-void write_mav0(const ExportContext& out, bool images_within_imu = false);
 
 void export_euroc(const ExportContext& out);     ///< the EuRoC/ASL layout
 void export_orbslam3(const ExportContext& out);  ///< the same with the settings of ORB-SLAM3

@@ -15,23 +15,6 @@
 #include "sim/recording/image_file.h"
 #include "sim/recording/recording_format.h"
 
-// READMEs of the exports, and settings of the programs that read them.
-GAITSLAM_EMBED(gaitslam_export_readme, GAITSLAM_EXPORT_TEXTS "/readme.md")
-GAITSLAM_EMBED(gaitslam_lens_pinhole, GAITSLAM_EXPORT_TEXTS "/lens_pinhole.md")
-GAITSLAM_EMBED(gaitslam_lens_equidistant, GAITSLAM_EXPORT_TEXTS "/lens_equidistant.md")
-GAITSLAM_EMBED(gaitslam_euroc_readme, GAITSLAM_EXPORT_TEXTS "/euroc.md")
-GAITSLAM_EMBED(gaitslam_orbslam3_readme, GAITSLAM_EXPORT_TEXTS "/orbslam3.md")
-GAITSLAM_EMBED(gaitslam_orbslam3_stereo_readme, GAITSLAM_EXPORT_TEXTS "/orbslam3_stereo.md")
-GAITSLAM_EMBED(gaitslam_orbslam3_depth_readme, GAITSLAM_EXPORT_TEXTS "/orbslam3_depth.md")
-GAITSLAM_EMBED(gaitslam_orbslam3_settings, GAITSLAM_EXPORT_TEXTS "/orbslam3_settings.yaml")
-GAITSLAM_EMBED(gaitslam_tum_readme, GAITSLAM_EXPORT_TEXTS "/tum.md")
-GAITSLAM_EMBED(gaitslam_tum_depth_readme, GAITSLAM_EXPORT_TEXTS "/tum_depth.md")
-GAITSLAM_EMBED(gaitslam_mcap_readme, GAITSLAM_EXPORT_TEXTS "/mcap.md")
-GAITSLAM_EMBED(gaitslam_openvins_readme, GAITSLAM_EXPORT_TEXTS "/openvins.md")
-GAITSLAM_EMBED(gaitslam_openvins_camera, GAITSLAM_EXPORT_TEXTS "/openvins_camera.yaml")
-GAITSLAM_EMBED(gaitslam_openvins_imu, GAITSLAM_EXPORT_TEXTS "/openvins_imu.yaml")
-GAITSLAM_EMBED(gaitslam_openvins_estimator, GAITSLAM_EXPORT_TEXTS "/openvins_estimator.yaml")
-
 namespace sim::exports {
 namespace {
 
@@ -39,6 +22,51 @@ using namespace recording::recording_format;
 
 constexpr double kLeastGyroWalk = 1e-6;  // rad/s²/√Hz, m/s³/√Hz: programs divide by these
 constexpr double kLeastAccelerometerWalk = 1e-5;
+
+/// The noise of an IMU as densities; no number is 0, because programs divide by them.
+// A mean of white noise over dt has the standard deviation density/√dt.
+recording::ImuNoise noise_of(const rig::RigSensor& imu) {
+  const double root_period = std::sqrt(1 / imu.rate_hz);
+  return {std::max(kLeastGyroWalk, imu.gyro_sigma_rad_s * root_period),
+          std::max(kLeastGyroWalk, imu.gyro_bias_walk_rad_s2),
+          std::max(kLeastAccelerometerWalk, imu.accelerometer_sigma_m_s2 * root_period),
+          std::max(kLeastAccelerometerWalk, imu.accelerometer_bias_walk_m_s3)};
+}
+
+/// "1000000000.033000000"
+std::string written_seconds(slam::Stamp t) {
+  return fmt::format("{}.{:09}", recording::file_stamp(t) / 1'000'000'000,
+                     recording::file_stamp(t) % 1'000'000'000);
+}
+
+/// The fewest digits that round-trip, with a decimal point: some readers reject the integer 1.
+std::string real(double x) {
+  const std::string text = fmt::format("{}", x);
+  return text.find_first_of(".e") == text.npos ? text + ".0" : text;
+}
+
+/// Four rows of four numbers, each row between `before` and `after`, `between` them: "[1.0, 0.0, ...]\n[...".
+std::string matrix_text(const Eigen::Isometry3d& X, std::string_view before, std::string_view after,
+                        std::string_view between) {
+  std::string text;
+  for (int row = 0; row < 4; ++row)
+    text += fmt::format("{}{}{}, {}, {}, {}{}", row ? between : "", before, real(X(row, 0)), real(X(row, 1)),
+                        real(X(row, 2)), real(X(row, 3)), after);
+  return text;
+}
+
+/// "t tx ty tz qx qy qz qw" with the stamps of the exports.
+std::string tum_text(const std::vector<files::TimedPose>& poses) {
+  std::string text;
+  for (const files::TimedPose& pose : poses) text += files::tum_row(recording::kEpoch + pose.t, pose.X);
+  return text;
+}
+
+/// The coefficients of an exported camera's equidistant lens; nothing for a pinhole without distortion.
+std::optional<std::array<double, 4>> equidistant_lens(const slam::CameraIntrinsics& camera) {
+  const auto* k = std::get_if<slam::Equidistant>(&camera.lens);
+  return k ? std::optional(std::array{k->k1, k->k2, k->k3, k->k4}) : std::nullopt;
+}
 
 files::HashedFile rows(const ExportContext& out, const std::string& name, const std::string& header) {
   files::HashedFile file(out.new_file(name));
@@ -110,7 +138,6 @@ std::string intrinsics(const std::string& name, const slam::CameraIntrinsics& ca
   return text;
 }
 
-constexpr const char* kCvMatrix = "!!opencv-matrix\n   rows: 4\n   cols: 4\n   dt: f\n   data: ";
 constexpr double kCloseBaselines = 40;  // nearer points count as close: as in ORB-SLAM3's own files
 
 // Both images overlap over their whole width.
@@ -121,19 +148,16 @@ std::string stereo_section(const slam::CameraIntrinsics& left, const rig::RigSen
         "Camera1.overlappingBegin: 0\nCamera1.overlappingEnd: {}\n"
         "Camera2.overlappingBegin: 0\nCamera2.overlappingEnd: {}\n",
         left.width_px - 1, right.camera.width_px - 1);
-  return fmt::format("{}{}Stereo.T_c1_c2: {}[{}]\nStereo.ThDepth: {}\n\n",
-                     intrinsics("Camera2", right.camera), overlaps, kCvMatrix,
-                     matrix_text(right.X_CS, "", "", ", "), real(kCloseBaselines));
+  return fmt::format(fmt::runtime(text_of("orbslam3_right.yaml")), intrinsics("Camera2", right.camera),
+                     overlaps, matrix_text(right.X_CS, "", "", ", "), real(kCloseBaselines));
 }
 
 std::string imu_section(const ExportContext& out) {
   const recording::ImuNoise noise = noise_of(out.sensor(out.chest()));
-  return fmt::format(
-      "IMU.T_b_c1: {}[{}]\n"
-      "IMU.NoiseGyro: {}\nIMU.NoiseAcc: {}\nIMU.GyroWalk: {}\nIMU.AccWalk: {}\nIMU.Frequency: {}\n\n",
-      kCvMatrix, matrix_text(out.X_GS(out.head()), "", "", ", "), real(noise.gyro_density),
-      real(noise.accelerometer_density), real(noise.gyro_walk), real(noise.accelerometer_walk),
-      real(out.setup.imu_rate_hz));
+  return fmt::format(fmt::runtime(text_of("orbslam3_imu.yaml")),
+                     matrix_text(out.X_GS(out.head()), "", "", ", "), real(noise.gyro_density),
+                     real(noise.accelerometer_density), real(noise.gyro_walk), real(noise.accelerometer_walk),
+                     real(out.setup.imu_rate_hz));
 }
 
 // Three lines before the first row: readers skip that many.
@@ -160,7 +184,7 @@ std::string camera_chain(const ExportContext& out) {
         i == 0
             ? ""
             : fmt::format("  T_cn_cnm1:\n{}\n", rows_text(eye.X_CS.inverse() * out.sensor(eyes[i - 1]).X_CS));
-    text += fmt::format(fmt::runtime(gaitslam_openvins_camera()), i, rows_text(out.X_GS(eyes[i])),
+    text += fmt::format(fmt::runtime(text_of("openvins_camera.yaml")), i, rows_text(out.X_GS(eyes[i])),
                         from_previous, fmt::join(others, ", "), real(k[0]), real(k[1]), real(k[2]),
                         real(k[3]), lens ? "equidistant" : "radtan", real(camera.fu_px), real(camera.fv_px),
                         real(camera.u0_px), real(camera.v0_px), camera.width_px, camera.height_px,
@@ -174,9 +198,10 @@ std::string imu_chain(const ExportContext& out) {
   std::string text = "%YAML:1.0\n\n";
   for (int number = 0; const int i : out.all(rig::Kind::imu)) {
     const recording::ImuNoise noise = noise_of(out.sensor(i));
-    text += fmt::format(fmt::runtime(gaitslam_openvins_imu()), number++, rows_text(out.X_GS(i).inverse()),
-                        real(noise.accelerometer_density), real(noise.accelerometer_walk),
-                        real(noise.gyro_density), real(noise.gyro_walk), real(out.sensor(i).rate_hz));
+    text +=
+        fmt::format(fmt::runtime(text_of("openvins_imu.yaml")), number++, rows_text(out.X_GS(i).inverse()),
+                    real(noise.accelerometer_density), real(noise.accelerometer_walk),
+                    real(noise.gyro_density), real(noise.gyro_walk), real(out.sensor(i).rate_hz));
   }
   return text;
 }
@@ -219,47 +244,9 @@ std::string associations(const std::vector<slam::Stamp>& images, const std::vect
   return text;
 }
 
-}  // namespace
-
-std::string ExportContext::lens_text() const {
-  const rig::FittedCamera& fitted = cameras_.at(setup.rig.size())->fitted;
-  if (undistort_)
-    return fmt::format(fmt::runtime(gaitslam_lens_pinhole()), fitted.camera.fu_px, fitted.camera.u0_px,
-                       fitted.camera.v0_px);
-  std::string text = "The head camera has no lens distortion.\n";
-  if (equidistant_lens(fitted.camera))
-    text = fmt::format(fmt::runtime(gaitslam_lens_equidistant()), fitted.rms_px, fitted.largest_px);
-  for (std::size_t i = 0; i < setup.rig.size(); ++i)
-    if (cameras_[i] && cameras_[i]->fitted.largest_px > 1e-6)
-      text += fmt::format("The fit of `{}`: {:.4f} px root mean square, at most {:.4f} px.\n",
-                          sensors[i].name, cameras_[i]->fitted.rms_px, cameras_[i]->fitted.largest_px);
-  return text;
-}
-
-void ExportContext::write_readme(std::initializer_list<std::string_view> texts) const {
-  const recording::ImuNoise noise = noise_of(sensor(chest()));
-  std::string offsets;
-  for (const rig::RigSensor& sensor : setup.rig)
-    if (sensor.time_offset_s != 0)
-      offsets += fmt::format("The stamps of `{}` are {} s ahead of those of the head camera.\n", sensor.name,
-                             sensor.time_offset_s);
-  write("README.md",
-        fmt::format(fmt::runtime(gaitslam_export_readme()), run.name, run.seed, fmt::join(texts, ""),
-                    recording::kEpoch.count() / 1'000'000'000, setup.imu_rate_hz, noise.gyro_density,
-                    noise.accelerometer_density, noise.gyro_walk, noise.accelerometer_walk, kLeastGyroWalk,
-                    kLeastAccelerometerWalk, run.errors.motion_time_offset_s, offsets, lens_text()));
-}
-
-// A mean of white noise over dt has the standard deviation density/√dt.
-recording::ImuNoise noise_of(const rig::RigSensor& imu) {
-  const double root_period = std::sqrt(1 / imu.rate_hz);
-  return {std::max(kLeastGyroWalk, imu.gyro_sigma_rad_s * root_period),
-          std::max(kLeastGyroWalk, imu.gyro_bias_walk_rad_s2),
-          std::max(kLeastAccelerometerWalk, imu.accelerometer_sigma_m_s2 * root_period),
-          std::max(kLeastAccelerometerWalk, imu.accelerometer_bias_walk_m_s3)};
-}
-
-void write_mav0(const ExportContext& out, bool images_within_imu) {
+/// Writes mav0/ in the EuRoC/ASL layout, times.txt, and for two gray eyes times_stereo.txt: the stamps that
+/// both have. images_within_imu: without the images before the first reading and after the last one.
+void write_mav0(const ExportContext& out, bool images_within_imu = false) {
   files::HashedFile plan = rows(out, sensor_rows("plan0"), "");
   bool plan_begun = false;
   const std::vector<int> eyes = out.all(rig::Kind::grey), imus = out.all(rig::Kind::imu);
@@ -313,34 +300,66 @@ void write_mav0(const ExportContext& out, bool images_within_imu) {
   if (out.run.with_truth) out.write(sensor_rows(kMotion), out.motion());
 }
 
-void export_euroc(const ExportContext& out) {
-  write_mav0(out);
-  out.write_readme({gaitslam_euroc_readme()});
-}
-
+/// Settings of ORB-SLAM3 (v1.0) for images of a camera; of the head camera with IMU and, if there are two
+/// gray cameras, stereo. depth: a depth camera aligned with it, for settings without IMU.
 // OpenCV reads color images as BGR; gray ones have no order.
 std::string orbslam3_settings(const ExportContext& out, int camera, std::optional<int> depth, bool inertial) {
   const slam::CameraIntrinsics& lens = out.sensor(camera).camera;
   std::string text = fmt::format(
-      "%YAML:1.0\nFile.version: \"1.0\"\n\nCamera.type: \"{}\"\n{}Camera.width: {}\nCamera.height: {}\n"
-      "Camera.fps: {:.0f}\nCamera.RGB: 0\n\n",
-      equidistant_lens(lens) ? "KannalaBrandt8" : "PinHole", intrinsics("Camera1", lens), lens.width_px,
-      lens.height_px, out.sensor(camera).rate_hz);
+      fmt::runtime(text_of("orbslam3_head.yaml")), equidistant_lens(lens) ? "KannalaBrandt8" : "PinHole",
+      intrinsics("Camera1", lens), lens.width_px, lens.height_px, out.sensor(camera).rate_hz);
   if (depth)
     text += fmt::format("RGBD.DepthMapFactor: 1000.0\nStereo.ThDepth: {}\nStereo.b: {}\n\n",
                         real(kCloseBaselines), real(out.sensor(*depth).baseline_m));
   if (const auto eyes = out.all(rig::Kind::grey); inertial && eyes.size() > 1)
     text += stereo_section(lens, out.sensor(eyes[1]));
-  return (text + (inertial ? imu_section(out) : "")).append(gaitslam_orbslam3_settings());
+  return (text + (inertial ? imu_section(out) : "")).append(text_of("orbslam3_settings.yaml"));
+}
+
+}  // namespace
+
+std::string ExportContext::lens_text() const {
+  const rig::FittedCamera& fitted = cameras_.at(setup.rig.size())->fitted;
+  if (undistort_)
+    return fmt::format(fmt::runtime(text_of("lens_pinhole.md")), fitted.camera.fu_px, fitted.camera.u0_px,
+                       fitted.camera.v0_px);
+  std::string text = "The head camera has no lens distortion.\n";
+  if (equidistant_lens(fitted.camera))
+    text = fmt::format(fmt::runtime(text_of("lens_equidistant.md")), fitted.rms_px, fitted.largest_px);
+  for (std::size_t i = 0; i < setup.rig.size(); ++i)
+    if (cameras_[i] && cameras_[i]->fitted.largest_px > 1e-6)
+      text += fmt::format("The fit of `{}`: {:.4f} px root mean square, at most {:.4f} px.\n",
+                          sensors[i].name, cameras_[i]->fitted.rms_px, cameras_[i]->fitted.largest_px);
+  return text;
+}
+
+void ExportContext::write_readme(std::initializer_list<std::string> names) const {
+  std::string texts;
+  for (const std::string& name : names) texts += name.empty() ? "" : text_of(name);
+  const recording::ImuNoise noise = noise_of(sensor(chest()));
+  std::string offsets;
+  for (const rig::RigSensor& sensor : setup.rig)
+    if (sensor.time_offset_s != 0)
+      offsets += fmt::format("The stamps of `{}` are {} s ahead of those of the head camera.\n", sensor.name,
+                             sensor.time_offset_s);
+  write("README.md",
+        fmt::format(fmt::runtime(text_of("readme.md")), run.name, run.seed, texts,
+                    recording::kEpoch.count() / 1'000'000'000, setup.imu_rate_hz, noise.gyro_density,
+                    noise.accelerometer_density, noise.gyro_walk, noise.accelerometer_walk, kLeastGyroWalk,
+                    kLeastAccelerometerWalk, run.errors.motion_time_offset_s, offsets, lens_text()));
+}
+
+void export_euroc(const ExportContext& out) {
+  write_mav0(out);
+  out.write_readme({"euroc.md"});
 }
 
 void export_orbslam3(const ExportContext& out) {
   write_mav0(out, true);
   out.write("settings.yaml", orbslam3_settings(out, out.head(), std::nullopt, true));
   out.write_truth("groundtruth.tum", tum_text(out.truth().camera));
-  out.write_readme({gaitslam_orbslam3_readme(),
-                    out.all(rig::Kind::grey).size() > 1 ? gaitslam_orbslam3_stereo_readme() : "",
-                    out.all(rig::Kind::depth).empty() ? "" : gaitslam_orbslam3_depth_readme()});
+  out.write_readme({"orbslam3.md", out.all(rig::Kind::grey).size() > 1 ? "orbslam3_stereo.md" : "",
+                    out.all(rig::Kind::depth).empty() ? "" : "orbslam3_depth.md"});
 }
 
 void export_tum(const ExportContext& out) {
@@ -386,12 +405,12 @@ void export_tum(const ExportContext& out) {
     out.write("estimate.txt",
               header("estimated trajectory", out, poses) + of_camera({rows.begin(), rows.end()}));
   out.write("settings.yaml", orbslam3_settings(out, cameras.rgb, cameras.depth, false));
-  out.write_readme({gaitslam_tum_readme(), cameras.depth ? gaitslam_tum_depth_readme() : ""});
+  out.write_readme({"tum.md", cameras.depth ? "tum_depth.md" : ""});
 }
 
 void export_mcap(const ExportContext& out) {
   write_ros_bag(out, "", true);
-  out.write_readme({gaitslam_mcap_readme()});
+  out.write_readme({"mcap.md"});
 }
 
 void export_openvins(const ExportContext& out) {
@@ -399,14 +418,14 @@ void export_openvins(const ExportContext& out) {
   write_ros_bag(out, "bag/", false);
   const bool stereo = out.all(rig::Kind::grey).size() > 1;
   out.write("estimator_config.yaml",
-            std::string(gaitslam_openvins_estimator()) +
+            text_of("openvins_estimator.yaml") +
                 fmt::format("use_stereo: {}\nmax_cameras: {}\ntrack_frequency: {:.1f}\n", stereo,
                             stereo ? 2 : 1, std::ceil(out.setup.camera_rate_hz) + 1));
   out.write("kalibr_imu_chain.yaml", imu_chain(out));
   out.write("kalibr_imucam_chain.yaml", camera_chain(out));
   if (out.run.with_truth) out.write("groundtruth.csv", out.motion());
   out.write_truth("groundtruth.tum", tum_text(out.truth().camera));
-  out.write_readme({gaitslam_openvins_readme()});
+  out.write_readme({"openvins.md"});
 }
 
 }  // namespace sim::exports

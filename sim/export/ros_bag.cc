@@ -9,11 +9,6 @@
 #include "sim/recording/manifest.h"
 #include "sim/recording/recording_format.h"
 
-// As version 5 of rosbag2 writes metadata.yaml; profiles with the numbers of rmw's enumerations.
-GAITSLAM_EMBED(gaitslam_bag_metadata, GAITSLAM_EXPORT_TEXTS "/bag_metadata.yaml")
-GAITSLAM_EMBED(gaitslam_bag_topic, GAITSLAM_EXPORT_TEXTS "/bag_topic.yaml")
-GAITSLAM_EMBED(gaitslam_bag_latched, GAITSLAM_EXPORT_TEXTS "/bag_latched.yaml")
-
 namespace sim::exports {
 namespace {
 
@@ -33,7 +28,7 @@ class Bag {
 
   /// To be called before the first message. latched: late subscribers get its last message (transient_local).
   Topic add_topic(const std::string& name, const MessageType& type, bool latched = false) {
-    const std::string qos(latched ? gaitslam_bag_latched() : "");
+    const std::string qos = latched ? text_of("bag_latched.yaml") : "";
     topics_.push_back({name, type.name, std::regex_replace(qos, std::regex("\n"), "\\n")});
     return mcap_.add_channel(name, type, qos);
   }
@@ -48,8 +43,9 @@ class Bag {
     mcap_.finish();
     std::string topics;
     for (std::uint16_t channel = 1; const auto& [name, type, qos] : topics_)
-      topics += fmt::format(fmt::runtime(gaitslam_bag_topic()), name, type, qos, mcap_.messages(channel++));
-    return fmt::format(fmt::runtime(gaitslam_bag_metadata()), mcap_.end_ns() - mcap_.begin_ns(),
+      topics +=
+          fmt::format(fmt::runtime(text_of("bag_topic.yaml")), name, type, qos, mcap_.messages(channel++));
+    return fmt::format(fmt::runtime(text_of("bag_metadata.yaml")), mcap_.end_ns() - mcap_.begin_ns(),
                        mcap_.begin_ns(), mcap_.messages(), topics);
   }
 
@@ -73,6 +69,14 @@ Poses rows_of(const std::vector<recording::TrueFeet>& feet, recording::TrueFoot 
     row.X.translation() << foot.x(), foot.y(), 0;
   }
   return rows;
+}
+
+/// The frame of a sensor: optical axes (x right, y down, z forward) of a camera, else x forward, y left, z
+/// up. Depth has that of the camera that it is aligned with.
+std::string frame_of(const rig::RigSensor& sensor) {
+  if (sensor.name == "imu0") return ros::kImuFrame;
+  if (!rig::is_camera(sensor)) return sensor.name + "_frame";
+  return (sensor.kind == rig::Kind::depth ? sensor.aligned_with : sensor.name) + "_optical_frame";
 }
 
 // The distance of a camera to the right of the head camera; 0 unless both look in the same direction, side by
@@ -272,14 +276,10 @@ class PoseTopics {
     });
     if (robot_ && last) {
       const auto& [at, q] = *last;
-      const std::vector<float> p = robot_->poses(Eigen::Map<const Eigen::VectorXd>(q.data(), std::ssize(q)),
-                                                 Eigen::Isometry3d::Identity());
+      const auto poses = robot_->poses(Eigen::Map<const Eigen::VectorXd>(q.data(), std::ssize(q)));
       std::vector<ros::Transform> links;
-      for (std::size_t i = 0; i < robot_->links.size(); ++i)
-        links.push_back(
-            {at, kWaist, robot_->links[i],
-             Eigen::Translation3d(Eigen::Map<const Eigen::Vector3f>(&p[7 * i]).cast<double>()) *
-                 Eigen::Isometry3d(Eigen::Quaternionf(&p[7 * i + 3]).cast<double>().normalized())});
+      for (std::size_t i = 0; i < poses.size(); ++i)
+        links.push_back({at, kWaist, robot_->links[i], poses[i]});
       bag_.add(transforms_, at, ros::transforms(links));
     }
     forces_->until(t, [&](slam::Stamp at, const std::vector<double>& values) {
@@ -327,12 +327,6 @@ void RecordedRows::until(slam::Stamp t,
     for (std::size_t i = 1; i < rows_->row().fields(); ++i) newest.push_back(rows_->row().number(i));
     each(*rows_->stamp(), newest);
   }
-}
-
-std::string frame_of(const rig::RigSensor& sensor) {
-  if (sensor.name == "imu0") return ros::kImuFrame;
-  if (!rig::is_camera(sensor)) return sensor.name + "_frame";
-  return (sensor.kind == rig::Kind::depth ? sensor.aligned_with : sensor.name) + "_optical_frame";
 }
 
 void write_ros_bag(const ExportContext& out, const std::string& folder, bool for_viewers) {

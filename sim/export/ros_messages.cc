@@ -7,10 +7,7 @@
 #include <cassert>
 #include <set>
 
-#include "sim/files/text.h"
 #include "sim/recording/recording.h"
-
-GAITSLAM_EMBED(gaitslam_ros_definitions, GAITSLAM_EXPORT_TEXTS "/ros2.msg")
 
 namespace sim::exports {
 namespace ros {
@@ -19,7 +16,7 @@ namespace {
 // The type of that name in texts/ros2.msg: its definition followed by those of the types that it uses, each
 // once.
 MessageType type(const std::string& package, const std::string& name) {
-  static const std::string all(gaitslam_ros_definitions());
+  static const std::string all = text_of("ros2.msg");
   const auto find = [](const std::string& title) -> std::string {
     const std::size_t at = all.find("MSG: " + title + "\n");
     return at == all.npos ? "" : all.substr(at, all.find("MSG: ", at + 1) - at);

@@ -22,6 +22,9 @@
 
 namespace sim::exports {
 
+/// Returns the file of that name in texts/, which the program embeds.
+std::string text_of(std::string_view name);
+
 /// A reading in its exported form: the image of the exported camera; one of an IMU is the mean of an
 /// interval, stamped in its middle. It differs from the value at that instant by terms of second order in the
 /// length of the interval.

@@ -23,6 +23,12 @@ constexpr double kMargin = 0.05;  // of the range, on both sides
 constexpr double kLeft = 62, kRight = 14, kBottom = 46;
 constexpr double kLine = 18, kTitleLeft = 8, kCharacter = 7.6, kLegendMark = 26;  // px of title and legend
 
+/// The name of a role in style sheets.
+const char* role_name(Role role) {
+  constexpr const char* kNames[] = {"truth", "plan", "estimate", "first", "second", "third"};
+  return kNames[static_cast<int>(role)];
+}
+
 /// The 1, 2 or 5 times a power of ten that is nearest above `rough`.
 double round_step(double rough) {
   const double power = std::pow(10, std::floor(std::log10(rough)));
@@ -293,11 +299,6 @@ Axis axis_of(const std::vector<const std::vector<double>*>& values, bool logarit
   if (logarithmic) return {low / 1.5, high * 1.5, 0, 1, true};
   const double margin = high > low ? kMargin * (high - low) : std::max(1e-3, 0.1 * std::abs(high));
   return {low - margin, high + margin};
-}
-
-const char* role_name(Role role) {
-  constexpr const char* kNames[] = {"truth", "plan", "estimate", "first", "second", "third"};
-  return kNames[static_cast<int>(role)];
 }
 
 std::string figure_style() {

@@ -15,8 +15,6 @@ std::string escaped(std::string_view text);
 
 /// Selects the color: style sheets and pictures give each role its own.
 enum class Role { truth, plan, estimate, first, second, third };
-/// The name of a role in style sheets.
-const char* role_name(Role role);
 
 /// A line through points; a NaN breaks it.
 struct Line {

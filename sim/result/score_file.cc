@@ -18,6 +18,11 @@ scenario::Ending read_ending(const files::Json& json) {
       fmt::format("is '{}', expected one of {}", json.text(), fmt::join(scenario::kResultEndings, ", ")));
 }
 
+std::string text_or_none(const files::Json& json, const char* key) {
+  const auto found = json.find(key);
+  return found ? found->text() : "";
+}
+
 About about_of(const files::Json& json) {
   About about;
   for (const auto& [key, text] : {std::pair{"program", &About::program},
@@ -30,12 +35,10 @@ About about_of(const files::Json& json) {
                                   {"alignment", &About::alignment},
                                   {"recording_xxh3_128", &About::recording},
                                   {"models_xxh3_128", &About::models}})
-    if (const auto value = json.find(key)) about.*text = value->text();
+    about.*text = text_or_none(json, key);
   if (const auto seed = json.find("seed")) about.seed = seed->whole();
-  if (const auto ending = json.find("walk_ending")) {
-    const auto cause = json.find("walk_cause");
-    about.walk = {read_ending(*ending), cause ? cause->text() : ""};
-  }
+  if (const auto ending = json.find("walk_ending"))
+    about.walk = {read_ending(*ending), text_or_none(json, "walk_cause")};
   if (const auto set_by = json.find("set_by"))
     for (const auto& [key, origin] : set_by->entries()) about.set_by[key] = origin.text();
   return about;
@@ -54,11 +57,9 @@ SeedScore read_score(const fs::path& file) {
   SeedScore score{json.at("seed").whole(), read_ending(json.at("ending")), 0, {}};
   score.scenario = json.at("scenario").text();
   if (const auto estimator = json.find("estimator")) score.estimator = estimator->text();
-  for (const auto& [name, metric] : json.at("metrics").entries()) {
-    const auto reason = metric.find("reason"), note = metric.find("note");
+  for (const auto& [name, metric] : json.at("metrics").entries())
     score.metrics.push_back({name, metric.at("unit").text(), metric.at("value").number_or_null(),
-                             reason ? reason->text() : "", note ? note->text() : ""});
-  }
+                             text_or_none(metric, "reason"), text_or_none(metric, "note")});
   for (const files::Json& limit : json.at("limits").items()) {
     const auto at_most = limit.find("at_most"), passed = limit.find("passed");
     score.limits.push_back({{limit.at("metric").text(), "", at_most ? Bound::at_most : Bound::at_least,

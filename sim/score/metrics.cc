@@ -243,8 +243,7 @@ Value landmark_rmse(C c) {
   return root_mean_square(distances);
 }
 
-}  // namespace
-
+// Errors of all frames, relative errors, errors at the last frame.
 MetricDefinitions estimate_metrics() {
   return {
       ate_metric("se3", "the rotation and translation of least squares (SE(3))", Needs::scale, Alignment::se3,
@@ -298,6 +297,7 @@ MetricDefinitions estimate_metrics() {
        kAtEnd}};
 }
 
+// NEES, NIS and use of each sensor, landmarks of the map.
 MetricDefinitions consistency_metrics() {
   MetricDefinitions all{
       {"poses_with_covariance", "1",
@@ -319,6 +319,8 @@ MetricDefinitions consistency_metrics() {
                  Needs::scale, landmark_rmse});
   return all;
 }
+
+}  // namespace
 
 ScoreContext::ScoreContext(const Run& run_) : run(run_), start(first_motion(run_)) {
   if (start)

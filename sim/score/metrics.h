@@ -54,12 +54,10 @@ Direction direction_of(std::string_view name);
 Metrics evaluate(const Run& run);
 Metrics evaluate(const ScoreContext& context);
 
-// The groups of metric_definitions(), in its order.
-MetricDefinitions estimate_metrics();     ///< errors of all frames, relative errors, errors at the last frame
-MetricDefinitions walk_metrics();         ///< heights, drift from the plan, navigation and step corrections
-MetricDefinitions loop_metrics();         ///< whether and when the loop was closed, and the errors around it
-MetricDefinitions consistency_metrics();  ///< NEES, NIS and use of each sensor, landmarks of the map
-MetricDefinitions completion_metrics();   ///< path length, and the fraction of plan and time that was tracked
-MetricDefinitions timeliness_metrics();   ///< dropped frames, latency and share of the budget
+// Groups of metric_definitions(), of which the others are in metrics.cc.
+MetricDefinitions walk_metrics();        ///< heights, drift from the plan, navigation and step corrections
+MetricDefinitions loop_metrics();        ///< whether and when the loop was closed, and the errors around it
+MetricDefinitions completion_metrics();  ///< path length, and the fraction of plan and time that was tracked
+MetricDefinitions timeliness_metrics();  ///< dropped frames, latency and share of the budget
 
 }  // namespace sim::score

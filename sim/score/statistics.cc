@@ -7,7 +7,6 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
 
 namespace sim::score {
@@ -169,16 +168,14 @@ Band mean_band(int dof, int count, double confidence) {
 }
 
 std::optional<BandFractions> band_fractions(const std::vector<std::vector<double>>& moments, int dof) {
-  std::map<std::size_t, Band> bands;  // by the number of runs: a quantile is slow to compute
   std::vector<double> means;
   double inside = 0, below = 0;
   for (const std::vector<double>& squares : moments) {
     if (squares.empty()) continue;
-    const auto [band, is_new] = bands.try_emplace(squares.size());
-    if (is_new) band->second = mean_band(dof, static_cast<int>(squares.size()));
+    const Band band = mean_band(dof, static_cast<int>(squares.size()));
     means.push_back(mean(squares));
-    below += means.back() < band->second.low;
-    inside += means.back() >= band->second.low && means.back() <= band->second.high;
+    below += means.back() < band.low;
+    inside += means.back() >= band.low && means.back() <= band.high;
   }
   if (means.empty()) return std::nullopt;
   const auto count = static_cast<double>(means.size());

@@ -93,67 +93,55 @@ const Json& short_list(const Json& list) {
   return list;
 }
 
-}  // namespace
+// The Foxglove WebSocket protocol: the channels, with the messages of an exported run.mcap.
 
-/// The Foxglove WebSocket protocol: serves the channels, with the messages of an exported run.mcap, to
-/// clients that subscribe to them; in the server's thread, but for the constructor and merged().
-class Foxglove {
- public:
-  explicit Foxglove(const recording::RecordingSetup& setup) : setup_(setup), imu_(setup.imu_rate_hz) {}
+/// serverInfo and advertise.
+void greet(Client& client) {
+  client.send(json_message({{"op", "serverInfo"},
+                            {"name", "gaitslam"},
+                            {"capabilities", ordered_json::array()},
+                            {"supportedEncodings", ordered_json::array()},
+                            {"metadata", ordered_json::object()},
+                            {"sessionId", new_token()}}));
+  client.send(json_message(advertisement()));
+}
 
-  /// serverInfo and advertise.
-  void greet(Client& client) const {
-    client.send(json_message({{"op", "serverInfo"},
-                              {"name", "gaitslam"},
-                              {"capabilities", ordered_json::array()},
-                              {"supportedEncodings", ordered_json::array()},
-                              {"metadata", ordered_json::object()},
-                              {"sessionId", new_token()}}));
-    client.send(json_message(advertisement()));
-  }
-
-  /// Keeps a client's subscriptions; answers malformed messages and unknown channels with a status.
-  void process(Client& client, std::string_view said) const {
-    const auto complain = [&](const std::string& why) {
-      client.send(json_message({{"op", "status"}, {"level", 1}, {"message", why}}));
-    };
-    const auto drop = [&](std::uint32_t id) {
-      std::erase_if(client.subscriptions, [id](const auto& one) { return one.first == id; });
-    };
-    try {
-      const ClientMessage message = read_client_message(said);
-      for (const std::uint32_t id : message.unsubscribed) drop(id);
-      for (const auto& [id, channel] : message.subscriptions) {
-        drop(id);
-        if (channel < 1 || channel > kChannels.size() || client.subscriptions.size() >= kMostSubscriptions)
-          complain(fmt::format("unknown channel {} or too many subscriptions", channel));
-        else
-          client.subscriptions.push_back({id, channel});
-      }
-    } catch (const std::invalid_argument& error) {
-      complain(error.what());
-    }
-  }
-
-  /// IMU readings of an observation, also if it is not shown itself.
-  std::vector<exports::ExportedReading> merged(const slam::Observation& o) { return imu_.merge(o); }
-  const recording::RecordingSetup& setup() const { return setup_; }
-
-  /// Sends the messages of a frame that the client subscribed to.
-  void send(const Frame& frame, const std::vector<exports::ExportedReading>& imu, Client& client) const {
-    for (const auto& [subscription, channel] : client.subscriptions) {
-      if (channel == kImu)
-        for (const exports::ExportedReading& reading : imu)
-          send_one(client, subscription, reading.t, ros::imu(reading, ros::kImuFrame, 0, 0));
+/// Keeps a client's subscriptions; answers malformed messages and unknown channels with a status.
+void process(Client& client, std::string_view said) {
+  const auto complain = [&](const std::string& why) {
+    client.send(json_message({{"op", "status"}, {"level", 1}, {"message", why}}));
+  };
+  const auto drop = [&](std::uint32_t id) {
+    std::erase_if(client.subscriptions, [id](const auto& one) { return one.first == id; });
+  };
+  try {
+    const ClientMessage message = read_client_message(said);
+    for (const std::uint32_t id : message.unsubscribed) drop(id);
+    for (const auto& [id, channel] : message.subscriptions) {
+      drop(id);
+      if (channel < 1 || channel > kChannels.size() || client.subscriptions.size() >= kMostSubscriptions)
+        complain(fmt::format("unknown channel {} or too many subscriptions", channel));
       else
-        send_one(client, subscription, frame.t, kChannels[channel - 1].payload(frame, setup_));
+        client.subscriptions.push_back({id, channel});
     }
+  } catch (const std::invalid_argument& error) {
+    complain(error.what());
   }
+}
 
- private:
-  recording::RecordingSetup setup_;
-  exports::ImuMerger imu_;
-};
+/// Sends the messages of a frame that the client subscribed to.
+void send_subscribed(Client& client, const Frame& frame, const std::vector<exports::ExportedReading>& imu,
+                     const Setup& setup) {
+  for (const auto& [subscription, channel] : client.subscriptions) {
+    if (channel == kImu)
+      for (const exports::ExportedReading& reading : imu)
+        send_one(client, subscription, reading.t, ros::imu(reading, ros::kImuFrame, 0, 0));
+    else
+      send_one(client, subscription, frame.t, kChannels[channel - 1].payload(frame, setup));
+  }
+}
+
+}  // namespace
 
 LiveView::LiveView(const Access& access, ShownRun run, bool control)
     : control_(control),
@@ -173,11 +161,12 @@ LiveView::LiveView(const Access& access, ShownRun run, bool control)
                        }}) {}
 
 void LiveView::begin(const recording::RecordingSetup& setup) {
-  auto foxglove = std::make_shared<Foxglove>(setup);
+  setup_ = setup;
+  merger_.emplace(setup.imu_rate_hz);
+  begun_ = true;
   period_ = slam::Stamp(static_cast<std::int64_t>(1e9 / setup.camera_rate_hz) + 1'000'000);
-  std::atomic_store(&foxglove_, foxglove);
-  server_.for_each([foxglove](Client& client) {
-    if (!is_own(client)) foxglove->greet(client);
+  server_.for_each([](Client& client) {
+    if (!is_own(client)) greet(client);
   });
 }
 
@@ -192,7 +181,7 @@ void LiveView::wait_for_viewer() const {
 bool LiveView::wants(const slam::Observation& observation) {
   const bool others = server_.with_room("foxglove") > 0;
   // Merged without a listener, too: a frame may split a reading, and its second part belongs to the first.
-  for (exports::ExportedReading& reading : foxglove_->merged(observation))
+  for (exports::ExportedReading& reading : merger_->merge(observation))
     if (others && imu_.size() < kMostReadings) imu_.push_back(reading);
   const bool pages = server_.with_room("gaitslam") > 0;
   if (pages)
@@ -225,7 +214,7 @@ void LiveView::show(Frame frame) {
       if (shown_readings_.size() > kMostShown) shown_readings_.pop_front();
     }
     if (is_own(client) && message.bytes) client.send(message);
-    if (!is_own(client) && frame) foxglove_->send(*frame, imu, client);
+    if (!is_own(client) && frame) send_subscribed(client, *frame, imu, setup_);
   });
   if (shown_ - strips_shown_ < kLeastStripsInterval || !message.bytes) return;
   strips_shown_ = shown_;
@@ -255,10 +244,9 @@ Message LiveView::strips_message() const {
 }
 
 std::string LiveView::rig_reading(std::size_t sensor, std::size_t number) const {
-  const auto foxglove = std::atomic_load(&foxglove_);
   for (const auto& [shown, readings] : shown_readings_)
-    if (shown == number && readings[sensor] && foxglove)
-      return pages::shown(*readings[sensor], foxglove->setup().rig.at(sensor));
+    if (shown == number && readings[sensor] && begun_)
+      return pages::shown(*readings[sensor], setup_.rig.at(sensor));
   return "";
 }
 
@@ -271,14 +259,14 @@ void LiveView::opened(Client& client) {
   if (is_own(client)) {
     client.send(pace_message());
     if (last_.bytes) client.send(last_);
-  } else if (const auto foxglove = std::atomic_load(&foxglove_)) {
-    foxglove->greet(client);
+  } else if (begun_) {
+    greet(client);
   }
 }
 
 void LiveView::received(Client& client, std::string_view said) {
   if (!is_own(client)) {
-    if (const auto foxglove = std::atomic_load(&foxglove_)) foxglove->process(client, said);
+    if (begun_) process(client, said);
     return;
   }
   const auto reject = [&](const std::string& why) {

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -37,8 +39,6 @@ inline constexpr std::size_t kMostSubscriptions = 64;
 
 /// Reads any text. Throws std::invalid_argument unless it is a message.
 ClientMessage read_client_message(std::string_view text);
-
-class Foxglove;
 
 /// Commands come from one thread, the run waits in another.
 class Pace {
@@ -144,7 +144,9 @@ class LiveView {
   bool control_;
   Pace pace_;
   Site site_;
-  std::shared_ptr<Foxglove> foxglove_;         // set before the first observation, in the server's thread
+  recording::RecordingSetup setup_;            // set before begun_, then constant
+  std::atomic<bool> begun_ = false;            // clients of Foxglove are served
+  std::optional<exports::ImuMerger> merger_;   // of the run's thread
   std::vector<exports::ExportedReading> imu_;  // not sent yet
   Readings newest_;
   std::size_t numbers_ = 0;                                      // of frames with readings

@@ -35,6 +35,16 @@ constexpr std::size_t kLeastTokenLength = 22;  // 128 bits, also in base64
 
 std::string_view plain(beast::string_view text) { return {text.data(), text.size()}; }
 
+std::string_view path_of(std::string_view target) { return target.substr(0, target.find('?')); }
+
+/// Of every response: only the server's own scripts and styles, and no framing.
+std::string content_security_policy(const Access& access) {
+  return fmt::format(
+      "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self' "
+      "ws://{}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+      authority(access));
+}
+
 /// Shared by all connections, in the server's thread.
 struct Shared {
   Access access;
@@ -303,15 +313,6 @@ std::optional<Rejection> rejection(const RequestHead& request, const Access& acc
   if (!equal_in_constant_time(token, access.token)) return Rejection{403, "missing or wrong token"};
   if (request.method != "GET") return Rejection{405, "expected GET"};
   return std::nullopt;
-}
-
-std::string_view path_of(std::string_view target) { return target.substr(0, target.find('?')); }
-
-std::string content_security_policy(const Access& access) {
-  return fmt::format(
-      "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self' "
-      "ws://{}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
-      authority(access));
 }
 
 struct Server::Implementation {

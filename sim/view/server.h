@@ -55,12 +55,6 @@ struct Rejection {
 /// is exactly the server's (apps send their own or none); the token of the query is correct; GET only.
 std::optional<Rejection> rejection(const RequestHead& request, const Access& access);
 
-/// The target without its query.
-std::string_view path_of(std::string_view target);
-
-/// The Content-Security-Policy of every response: only the server's own scripts and styles, and no framing.
-std::string content_security_policy(const Access& access);
-
 /// One WebSocket message, shared by its receivers.
 struct Message {
   std::shared_ptr<const std::string> bytes;

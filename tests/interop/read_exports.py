@@ -169,7 +169,7 @@ def mcap(folder, expected):
     assert [m["data"] for m in messages["/robot_description"]] == ["<robot/>"]
     # The test's robot: the first joint moves the thigh along x, the second one the shin along y.
     assert [[t, *p[:3]] for t, p in transforms(messages["/tf"], "waist")] == [
-        [t, *map(np.float32, p)] for t, hip, knee in expected.rows("links") for p in ([hip, 0, 0], [0, knee, 0])]
+        [t, *p] for t, hip, knee in expected.rows("links") for p in ([hip, 0, 0], [0, knee, 0])]
     for topic, file in (("/ground_truth/path", "truth"), ("/plan/path", "plan"), ("/slam/path", "slam")):
         first, last = messages[topic]
         assert len(first["poses"]) == 1

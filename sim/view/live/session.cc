@@ -208,8 +208,16 @@ class Drawing {
 std::shared_ptr<const exports::RobotDescription> robot_description(const scenario::Scenario& scenario,
                                                                    const fs::path& models) {
   const auto robot = posed_robot(scenario, models);
+  const auto poses = [all_of = poses_of(robot)](const Eigen::VectorXd& q) {
+    const std::vector<float> numbers = all_of(q, Eigen::Isometry3d::Identity());
+    std::vector<Eigen::Isometry3d> all;
+    for (std::size_t i = 0; i < numbers.size(); i += 7)  // p, then q as x, y, z, w
+      all.push_back(Eigen::Translation3d(Eigen::Map<const Eigen::Vector3f>(&numbers[i]).cast<double>()) *
+                    Eigen::Isometry3d(Eigen::Quaternionf(&numbers[i + 3]).cast<double>().normalized()));
+    return all;
+  };
   return std::make_shared<exports::RobotDescription>(
-      exports::RobotDescription{camera::urdf(robot->model()), robot->bodies(), poses_of(robot)});
+      exports::RobotDescription{camera::urdf(robot->model()), robot->bodies(), poses});
 }
 
 MakeRobot robot_maker(const fs::path& models) {

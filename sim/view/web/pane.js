@@ -3,8 +3,7 @@ import {element} from '../../pages/web/dom.js';
 import {Figure, follow} from '../../pages/web/figures.js';
 import {kOutcomes} from '../../pages/web/run.js';
 import {Scene} from '../../pages/web/scene.js';
-import {HeadView, greyPicture} from './head.js';
-import {RigLayer} from './rig.js';
+import {HeadView, RigLayer, greyPicture} from './sensors.js';
 import {Stored, getBytes, picture} from './source.js';
 
 const legend = () => element('p', {class: 'key'},

@@ -217,9 +217,9 @@ class Exported : public testing::Test {
   }
 
   static std::shared_ptr<const RobotDescription> robot() {
-    const auto poses = [](const Eigen::VectorXd& q, const Eigen::Isometry3d&) {
-      const auto hip = static_cast<float>(q[0]), knee = static_cast<float>(q[1]);
-      return std::vector<float>{hip, 0, 0, 0, 0, 0, 1, 0, knee, 0, 0, 0, 0, 1};
+    const auto poses = [](const Eigen::VectorXd& q) {
+      return std::vector{Eigen::Isometry3d(Eigen::Translation3d(q[0], 0, 0)),
+                         Eigen::Isometry3d(Eigen::Translation3d(0, q[1], 0))};
     };
     return std::make_shared<RobotDescription>(RobotDescription{"<robot/>", {"thigh", "shin"}, poses});
   }

@@ -1,6 +1,7 @@
-// The image of the head camera with what the filter searched for in it.
+// The image of the head camera with what the filter searched for in it, and further cameras and lidars of the robot.
 import {color, element} from '../../pages/web/dom.js';
 import {kOutcomes} from '../../pages/web/run.js';
+import {Stored, picture} from './source.js';
 
 const kPatch = 11, kScale = 2;
 const kNew = '#5aa9ff';
@@ -63,4 +64,40 @@ export function greyPicture(bytes, width, height) {
   const canvas = element('canvas', {width, height});
   canvas.getContext('2d').putImageData(pixels, 0, 0);
   return canvas;
+}
+
+const points = async (blob) => new Float32Array(await blob.arrayBuffer());
+
+/// A further camera or lidar: what it measured at the shown frame, while its switch is on.
+export class RigLayer {
+  constructor(run, sensor, number, scene) {
+    const isLidar = sensor.kind === 'lidar';
+    Object.assign(this, {run, name: sensor.name, scene: isLidar ? scene : null, isShown: sensor.kind !== 'imu' && (!isLidar || Boolean(scene))});
+    this.stored = new Stored(`/rig/${run.index}/${number}`, isLidar ? points : picture, 100);
+    this.canvas = isLidar ? null : element('canvas', {width: 0, height: 0, role: 'img', 'aria-label': `image of ${sensor.name}`});
+    this.on = element('input', {type: 'checkbox', checked: '', onchange: () => this.show(this.index)});
+    this.element = element('figure', {class: sensor.kind}, element('label', {class: 'key'}, this.on, element('b', {}, sensor.name), sensor.words), this.canvas);
+  }
+
+  /// While an element is fetched, frames may pass; then the newest is fetched.
+  async show(index) {
+    this.index = index;
+    const number = this.run.frames[index]?.rig;
+    if (!this.on.checked || number === undefined) return this.draw(null);
+    if (this.isFetching) return;
+    this.isFetching = true;
+    const content = await this.stored.at(number).catch(() => null);
+    this.isFetching = false;
+    if (this.on.checked) this.draw(content);
+    if (this.index !== index) this.show(this.index);
+  }
+
+  draw(content) {
+    this.drawn = content;
+    if (this.scene) return this.scene.showSweep(this.name, content);
+    this.canvas.hidden = !content;
+    if (!content) return undefined;
+    Object.assign(this.canvas, {width: content.width, height: content.height});
+    return this.canvas.getContext('2d').drawImage(content, 0, 0);
+  }
 }
