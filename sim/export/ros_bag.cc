@@ -159,11 +159,11 @@ class PoseTopics {
   PoseTopics(const ExportContext& out, Bag& bag, bool for_viewers) : bag_(bag), for_viewers_(for_viewers) {
     const recording::Truth truth = out.truth();
     if (for_viewers) add_viewer_topics(out, truth);
-    add("plan_camera", transforms_, {}, "/plan", ros::kPoseStamped);
+    add("plan_camera", topics_.tf, {}, "/plan", ros::kPoseStamped);
     if (!truth.camera.empty())
-      add(kTrue + kCamera, true_transforms_, rows_of(truth.camera), "/ground_truth", ros::kPoseStamped);
+      add(kTrue + kCamera, topics_.true_tf, rows_of(truth.camera), "/ground_truth", ros::kPoseStamped);
     if (const Poses estimate = out.estimate(); !estimate.empty())
-      add("slam_camera", transforms_, estimate, "/slam", ros::kPoseWithCovarianceStamped);
+      add("slam_camera", topics_.tf, estimate, "/slam", ros::kPoseWithCovarianceStamped);
   }
 
   /// Writes the messages up to the stamp of a frame; stamps rise.
@@ -177,7 +177,7 @@ class PoseTopics {
     write_poses(t);
     if (for_viewers_) write_body(t);
     for (; !maps_.empty() && maps_.begin()->first <= t; maps_.erase(maps_.begin()))
-      bag_.add(map_, maps_.begin()->first,
+      bag_.add(topics_.map, maps_.begin()->first,
                ros::point_cloud(maps_.begin()->first, kWorld, maps_.begin()->second));
     if (!paths_written_ || t - *paths_written_ >= std::chrono::seconds(1)) write_paths(t);
   }
@@ -207,19 +207,19 @@ class PoseTopics {
   }
 
   void add_viewer_topics(const ExportContext& out, const recording::Truth& truth) {
-    transforms_ = bag_.add_topic("/tf", ros::kTransforms);
-    fixed_transforms_ = bag_.add_topic("/tf_static", ros::kTransforms, true);
+    topics_.tf = bag_.add_topic("/tf", ros::kTransforms);
+    topics_.tf_static = bag_.add_topic("/tf_static", ros::kTransforms, true);
     fixed_.push_back({{}, kCameraFrame, ros::kImuFrame, out.setup.calibration.X_CG});
     for (const rig::RigSensor& sensor : out.setup.rig)
       if (sensor.kind != rig::Kind::depth)  // its frame is another camera's
         fixed_.push_back({{}, kCameraFrame, frame_of(sensor), sensor.X_CS});
     if (!truth.camera.empty()) {  // not in /tf: the program under test publishes the poses there (REP 105)
-      true_transforms_ = bag_.add_topic("/ground_truth/tf", ros::kTransforms);
-      true_fixed_transforms_ = bag_.add_topic("/ground_truth/tf_static", ros::kTransforms, true);
-      moving_.push_back({kTrue + kWaist, true_transforms_, rows_of(truth.waist)});
+      topics_.true_tf = bag_.add_topic("/ground_truth/tf", ros::kTransforms);
+      topics_.true_tf_static = bag_.add_topic("/ground_truth/tf_static", ros::kTransforms, true);
+      moving_.push_back({kTrue + kWaist, topics_.true_tf, rows_of(truth.waist)});
       for (const auto& [foot, which] :
            {std::pair("left_foot", &recording::TrueFeet::left), {"right_foot", &recording::TrueFeet::right}})
-        moving_.push_back({kTrue + foot, true_transforms_, rows_of(truth.feet, which)});
+        moving_.push_back({kTrue + foot, topics_.true_tf, rows_of(truth.feet, which)});
     }
     const fs::path maps = out.run.result / "map_over_time.csv";
     if (out.run.with_truth && fs::exists(maps))  // once a second, each landmark a row: stamp, id, position
@@ -228,24 +228,24 @@ class PoseTopics {
         maps_[slam::Stamp(rows.integer(0))].push_back(
             {p.x(), p.y(), p.z(), static_cast<std::uint32_t>(rows.integer(1))});
       }
-    if (!maps_.empty()) map_ = bag_.add_topic("/slam/map", ros::kPointCloud);
+    if (!maps_.empty()) topics_.map = bag_.add_topic("/slam/map", ros::kPointCloud);
     robot_ = out.run.robot;
-    if (robot_) description_ = bag_.add_topic("/robot_description", ros::kString, true);
+    if (robot_) topics_.description = bag_.add_topic("/robot_description", ros::kString, true);
     joints_.emplace(out.run.result / "recording", "encoders0");
-    if (!joints_->names.empty()) joint_states_ = bag_.add_topic("/joint_states", ros::kJointState);
+    if (!joints_->names.empty()) topics_.joints = bag_.add_topic("/joint_states", ros::kJointState);
     forces_.emplace(out.run.result / "recording", "forces0");
     if (forces_->names.empty()) return;
-    left_wrench_ = bag_.add_topic("/left_foot/wrench", ros::kWrench);
-    right_wrench_ = bag_.add_topic("/right_foot/wrench", ros::kWrench);
+    topics_.left_wrench = bag_.add_topic("/left_foot/wrench", ros::kWrench);
+    topics_.right_wrench = bag_.add_topic("/right_foot/wrench", ros::kWrench);
   }
 
   void write_start(slam::Stamp t) {
     const auto same = Eigen::Isometry3d::Identity();
     for (ros::Transform& transform : fixed_) transform.t = t;
-    bag_.add(fixed_transforms_, t, ros::transforms(fixed_));
-    bag_.add(true_fixed_transforms_, t,
+    bag_.add(topics_.tf_static, t, ros::transforms(fixed_));
+    bag_.add(topics_.true_tf_static, t,
              ros::transforms({{t, kTrue + kCamera, kCameraFrame, same}, {t, kTrue + kWaist, kWaist, same}}));
-    if (robot_) bag_.add(description_, t, ros::string(robot_->urdf));
+    if (robot_) bag_.add(topics_.description, t, ros::string(robot_->urdf));
   }
 
   void write_poses(slam::Stamp t) {
@@ -271,7 +271,7 @@ class PoseTopics {
   void write_body(slam::Stamp t) {
     std::optional<std::pair<slam::Stamp, std::vector<double>>> last;
     joints_->until(t, [&](slam::Stamp at, const std::vector<double>& q) {
-      bag_.add(joint_states_, at, ros::joint_state(at, joints_->names, q));
+      bag_.add(topics_.joints, at, ros::joint_state(at, joints_->names, q));
       last = {at, q};
     });
     if (robot_ && last) {
@@ -280,13 +280,13 @@ class PoseTopics {
       std::vector<ros::Transform> links;
       for (std::size_t i = 0; i < poses.size(); ++i)
         links.push_back({at, kWaist, robot_->links[i], poses[i]});
-      bag_.add(transforms_, at, ros::transforms(links));
+      bag_.add(topics_.tf, at, ros::transforms(links));
     }
     forces_->until(t, [&](slam::Stamp at, const std::vector<double>& values) {
       if (values.size() < 12) return;
       const auto vector = [&](std::size_t first) { return Eigen::Vector3d(&values[first]); };
-      bag_.add(left_wrench_, at, ros::wrench(at, "left_foot", vector(0), vector(3)));
-      bag_.add(right_wrench_, at, ros::wrench(at, "right_foot", vector(6), vector(9)));
+      bag_.add(topics_.left_wrench, at, ros::wrench(at, "left_foot", vector(0), vector(3)));
+      bag_.add(topics_.right_wrench, at, ros::wrench(at, "right_foot", vector(6), vector(9)));
     });
   }
 
@@ -304,8 +304,9 @@ class PoseTopics {
   std::map<slam::Stamp, std::vector<ros::CloudPoint>> maps_;
   std::optional<RecordedRows> joints_, forces_;
   std::shared_ptr<const RobotDescription> robot_;
-  Topic transforms_, fixed_transforms_, true_transforms_, true_fixed_transforms_, description_, joint_states_,
-      left_wrench_, right_wrench_, map_;
+  struct {
+    Topic tf, tf_static, true_tf, true_tf_static, description, joints, left_wrench, right_wrench, map;
+  } topics_;
   std::optional<slam::Stamp> last_, paths_written_;
 };
 

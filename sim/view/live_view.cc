@@ -151,7 +151,7 @@ LiveView::LiveView(const Access& access, ShownRun run, bool control)
                 [this](std::size_t sensor, std::size_t k) { return rig_reading(sensor, k); });
         return site;
       }()),
-      newest_(run.rig.size()),
+      rig_{Readings(run.rig.size()), 0, {}},
       server_(access, {[this](std::string_view path) { return site_.at(path, server_.access().token); },
                        {kOwnProtocol, "foxglove.websocket.v1", "foxglove.sdk.v1"},
                        [this](Client& client) { opened(client); },
@@ -186,38 +186,39 @@ bool LiveView::wants(const slam::Observation& observation) {
   const bool pages = server_.with_room("gaitslam") > 0;
   if (pages)
     for (const slam::RigReading& reading : observation.rig)
-      newest_.at(static_cast<std::size_t>(reading.sensor)) =
+      rig_.newest.at(static_cast<std::size_t>(reading.sensor)) =
           std::make_shared<const slam::RigReading>(reading);
-  return others || (pages && steady_clock::now() - shown_ >= kLeastInterval);
+  return others || (pages && steady_clock::now() - last_shown_.frame >= kLeastInterval);
 }
 
 bool LiveView::wants_map() {
   const auto now = steady_clock::now();
-  if (now - map_shown_ < kLeastMapInterval) return false;
-  map_shown_ = now;
+  if (now - last_shown_.map < kLeastMapInterval) return false;
+  last_shown_.map = now;
   return true;
 }
 
 void LiveView::show(Frame frame) {
-  shown_ = steady_clock::now();
+  last_shown_.frame = steady_clock::now();
   strips_.add(frame);
-  if (!newest_.empty()) frame.rig = numbers_++;
+  if (!rig_.newest.empty()) frame.rig = rig_.numbers++;
   Message message;
   if (server_.with_room("gaitslam") > 0)
     message = {std::make_shared<const std::string>(to_message(frame)), false, true};
   const bool others = server_.with_room("foxglove") > 0;
   server_.for_each([this, message, frame = others ? std::make_shared<const Frame>(frame) : nullptr,
-                    imu = std::exchange(imu_, {}), number = frame.rig, readings = newest_](Client& client) {
+                    imu = std::exchange(imu_, {}), number = frame.rig,
+                    readings = rig_.newest](Client& client) {
     if (message.bytes) last_ = message;
-    if (number && (shown_readings_.empty() || shown_readings_.back().first < *number)) {
-      shown_readings_.emplace_back(*number, readings);
-      if (shown_readings_.size() > kMostShown) shown_readings_.pop_front();
+    if (number && (rig_.shown.empty() || rig_.shown.back().first < *number)) {
+      rig_.shown.emplace_back(*number, readings);
+      if (rig_.shown.size() > kMostShown) rig_.shown.pop_front();
     }
     if (is_own(client) && message.bytes) client.send(message);
     if (!is_own(client) && frame) send_subscribed(client, *frame, imu, setup_);
   });
-  if (shown_ - strips_shown_ < kLeastStripsInterval || !message.bytes) return;
-  strips_shown_ = shown_;
+  if (last_shown_.frame - last_shown_.strips < kLeastStripsInterval || !message.bytes) return;
+  last_shown_.strips = last_shown_.frame;
   message = strips_message();
   message.is_frame = true;
   send_to_pages(message);
@@ -244,7 +245,7 @@ Message LiveView::strips_message() const {
 }
 
 std::string LiveView::rig_reading(std::size_t sensor, std::size_t number) const {
-  for (const auto& [shown, readings] : shown_readings_)
+  for (const auto& [shown, readings] : rig_.shown)
     if (shown == number && readings[sensor] && begun_)
       return pages::shown(*readings[sensor], setup_.rig.at(sensor));
   return "";

@@ -148,10 +148,14 @@ class LiveView {
   std::atomic<bool> begun_ = false;            // clients of Foxglove are served
   std::optional<exports::ImuMerger> merger_;   // of the run's thread
   std::vector<exports::ExportedReading> imu_;  // not sent yet
-  Readings newest_;
-  std::size_t numbers_ = 0;                                      // of frames with readings
-  std::deque<std::pair<std::size_t, Readings>> shown_readings_;  // by number; of the server's thread
-  std::chrono::steady_clock::time_point shown_{}, map_shown_{}, strips_shown_{};
+  struct {
+    Readings newest;
+    std::size_t numbers = 0;                             // of frames with readings
+    std::deque<std::pair<std::size_t, Readings>> shown;  // by number; of the server's thread
+  } rig_;
+  struct {
+    std::chrono::steady_clock::time_point frame{}, map{}, strips{};
+  } last_shown_;
   Strips strips_;
   slam::Stamp period_ = std::chrono::milliseconds(34);  // a frame's
   Message last_;                                        // of the server's thread

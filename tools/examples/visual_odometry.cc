@@ -180,22 +180,22 @@ class VisualOdometry : public Example {
       X_WC_ = X_WC_ * step_;
     } else if (observation.has_plan) {
       const Pose X_PC = pose_of(observation.plan.X_PC), step = X_PC_.inv() * X_PC;
-      if (!tracking_) as_planned_m_ += cv::norm(step.translation());
+      if (!state_.tracking) state_.as_planned_m += cv::norm(step.translation());
       X_WC_ = X_WC_ * step;
       X_PC_ = X_PC;
     }
-    sees_ = pixels != nullptr;
-    if (!sees_) return restart();
+    state_.sees = pixels != nullptr;
+    if (!state_.sees) return restart();
     const cv::Mat image =
         cv::Mat(static_cast<int>(observation.height_px), static_cast<int>(observation.width_px), CV_8UC1,
                 const_cast<uint8_t*>(pixels))
             .clone();
     follow(image);
     if (locate())
-      tracking_ = true, lost_ = false, as_planned_m_ = 0;
-    else if (tracking_)
+      state_.tracking = true, state_.lost = false, state_.as_planned_m = 0;
+    else if (state_.tracking)
       restart();
-    step_ = tracking_ ? last_X_WC_.inv() * X_WC_ : Pose();
+    step_ = state_.tracking ? last_X_WC_.inv() * X_WC_ : Pose();
     last_X_WC_ = X_WC_;
     if (!depth_) triangulate();
     add_corners(image);
@@ -207,8 +207,9 @@ class VisualOdometry : public Example {
     answer.t_ns = std::max<int64_t>(t_ns_, 0);
     std::copy_n(X_WC_.rotation().val, 9, answer.X_WC.rotation);
     std::copy_n(X_WC_.translation().val, 3, answer.X_WC.translation_m);
-    answer.status = lost_ || as_planned_m_ > kAsPlanned_m ? GAITSLAM_LOST : GAITSLAM_OK;
-    if (answer.status == GAITSLAM_LOST) *cause = sees_ ? "too few points are in view" : "the image is lost";
+    answer.status = state_.lost || state_.as_planned_m > kAsPlanned_m ? GAITSLAM_LOST : GAITSLAM_OK;
+    if (answer.status == GAITSLAM_LOST)
+      *cause = state_.sees ? "too few points are in view" : "the image is lost";
     map_.clear();
     for (const Track& track : tracks_)
       if (track.p_W) map_.push_back({track.id, 0, {track.p_W->x, track.p_W->y, track.p_W->z}, {}});
@@ -219,8 +220,8 @@ class VisualOdometry : public Example {
  private:
   /// The camera moves as planned, or at constant velocity, until there are points again.
   void restart() {
-    lost_ = lost_ || tracking_;
-    tracking_ = false;
+    state_.lost = state_.lost || state_.tracking;
+    state_.tracking = false;
     tracks_.clear();
   }
 
@@ -315,10 +316,12 @@ class VisualOdometry : public Example {
   Pose X_WC_, X_PC_;
   Pose last_X_WC_, step_;  // of the last frame, and to it
   int64_t t_ns_ = -1;
-  bool sees_ = false;      // an image
-  bool tracking_ = false;  // the pose comes from points
-  bool lost_ = false;
-  double as_planned_m_ = 0;  // path length without points
+  struct {
+    bool sees = false;      // an image
+    bool tracking = false;  // the pose comes from points
+    bool lost = false;
+    double as_planned_m = 0;  // path length without points
+  } state_;
   cv::Mat before_;
   std::vector<Track> tracks_;
   uint32_t next_id_ = 0;
