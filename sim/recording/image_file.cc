@@ -20,16 +20,9 @@ constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
 /// Bytes of a header after width and height: bits, color type, deflate, adaptive filtering, not interlaced.
 /// Empty for types of images that are not encoded.
 std::string_view png_format(int type) {
-  switch (type) {
-    case CV_8UC1:
-      return "\x08\0\0\0\0"sv;
-    case CV_8UC3:
-      return "\x08\x02\0\0\0"sv;
-    case CV_16UC1:
-      return "\x10\0\0\0\0"sv;
-    default:
-      return "";
-  }
+  if (type == CV_8UC1) return "\x08\0\0\0\0"sv;
+  if (type == CV_8UC3) return "\x08\x02\0\0\0"sv;
+  return type == CV_16UC1 ? "\x10\0\0\0\0"sv : "";
 }
 /// Samples of two bytes change between the machine's order and that of PNG, the most significant byte first.
 constexpr int swapped(int type) {

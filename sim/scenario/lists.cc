@@ -103,18 +103,16 @@ void read_item(const Yaml& node, std::string_view key, Item& item) {
          fmt::format("expected a list of {}s, each one of {}, as in - {}", grammar.noun,
                      fmt::join(words, ", "), grammar.example));
   const std::string& word = node.keys[0].text;
-  bool known = false;
+  if (std::ranges::find(words, word) == words.end())
+    fail(node.keys[0], key,
+         fmt::format("unknown {} '{}', expected one of {}{}", grammar.noun, word, fmt::join(words, ", "),
+                     did_you_mean(word, words)));
   Kinds<Item>::each([&]<class Kind>() {
     if (word != Kind::kName) return;
     Kind kind;
     read_kind(node.items[0], fmt::format("{}: {}", key, word), grammar.example, kind);
     item = std::move(kind);
-    known = true;
   });
-  if (!known)
-    fail(node.keys[0], key,
-         fmt::format("unknown {} '{}', expected one of {}{}", grammar.noun, word, fmt::join(words, ", "),
-                     did_you_mean(word, words)));
 }
 
 template <class Kind>

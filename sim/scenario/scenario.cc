@@ -175,13 +175,11 @@ void check_limits(const ReadScenario& read, const Yaml& at, double turn_rad) {
 /// plan. at: for the position of the error.
 void check_whole(const ReadScenario& read, const Yaml& at) {
   const Scenario& scenario = read.scenario;
-  if (scenario.walk.commands.empty()) {
+  if (scenario.walk.commands.empty())
     fail(at, "walk.commands", "missing, expected a list of commands, as in [{stand: {duration_s: 1}}]");
-  }
-  if (scenario.slam && !scenario.camera) {
+  if (scenario.slam && !scenario.camera)
     fail(at, "slam",
          "needs the section 'camera': the filter works at its frames (--without camera,slam drops both)");
-  }
   check_time(read, at);
   check_measured_depth(read, at);
   if (!scenario.rig.empty() && !scenario.camera)

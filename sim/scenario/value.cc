@@ -216,9 +216,8 @@ void read(const Yaml& node, std::string_view key, const Domain& domain, std::vec
   std::vector<std::string> words;
   for (const Yaml& item : node.items) {
     words.emplace_back(domain.choices[read_choice(item, key, domain)]);
-    if (std::count(words.begin(), words.end(), words.back()) > 1) {
+    if (std::ranges::count(words, words.back()) > 1)
       fail(item, key, fmt::format("'{}' is given twice", words.back()));
-    }
   }
   value = std::move(words);
 }
@@ -235,10 +234,9 @@ void read(const Yaml& node, std::string_view key, const Domain& domain, std::vec
 
 std::size_t read_choice(const Yaml& node, std::string_view key, const Domain& domain) {
   if (!is_word(node)) reject(node, key, expected_choice(domain));
-  const auto found = std::find(domain.choices.begin(), domain.choices.end(), node.text);
-  if (found == domain.choices.end()) {
+  const auto found = std::ranges::find(domain.choices, node.text);
+  if (found == domain.choices.end())
     reject(node, key, expected_choice(domain) + did_you_mean(node.text, domain.choices));
-  }
   return static_cast<std::size_t>(found - domain.choices.begin());
 }
 

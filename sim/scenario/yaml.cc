@@ -85,11 +85,9 @@ class TreeBuilder : public YAML::EventHandler {
     if (key.kind != Yaml::Kind::scalar || key.text.empty()) fail(key, "", "a key must be plain text");
     if (parent.keys.size() == kMostKeys)
       fail(key, "", fmt::format("more than {} keys, expected a scenario's", kMostKeys));
-    for (const Yaml& other : parent.keys) {
-      if (other.text == key.text) {
+    for (const Yaml& other : parent.keys)
+      if (other.text == key.text)
         fail(key, key.text, fmt::format("given twice, first in line {}", other.origin.line));
-      }
-    }
     return key;
   }
 
@@ -102,13 +100,12 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
   for (std::size_t i = 0; i <= a.size(); ++i) d[i][0] = i;
   std::iota(d[0].begin(), d[0].end(), 0);
-  for (std::size_t i = 1; i <= a.size(); ++i) {
+  for (std::size_t i = 1; i <= a.size(); ++i)
     for (std::size_t j = 1; j <= b.size(); ++j) {
       d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + (a[i - 1] != b[j - 1])});
       const bool swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
       if (swapped) d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
     }
-  }
   return d[a.size()][b.size()];
 }
 

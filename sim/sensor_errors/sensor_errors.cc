@@ -247,22 +247,16 @@ void RigErrors::apply(std::vector<slam::RigReading>& readings) {
     const Random random(seed_, sensor.stream, static_cast<std::uint64_t>(reading.t.count()));
     const slam::Stamp offset = stamp(sensor.is.time_offset_s);
     cv::Mat& image = reading.image;
-    switch (sensor.is.kind) {
-      case rig::Kind::grey:
-      case rig::Kind::color:
-        if (!image.empty()) image = sensor.image.apply(image.reshape(1), reading.t).reshape(image.channels());
-        break;
-      case rig::Kind::depth:
-        if (!image.empty()) image = measured_depth(image, sensor.is, random);
-        break;
-      case rig::Kind::lidar:
-        reading.points = measured_points(reading.points, sensor.is, random);
-        break;
-      case rig::Kind::imu:
-        reading.gyro = measured(sensor.gyro, reading, reading.gyro);
-        reading.accelerometer = measured(sensor.accelerometer, reading, reading.accelerometer);
-        reading.begin += offset;
-        break;
+    if (sensor.is.kind == rig::Kind::lidar) {
+      reading.points = measured_points(reading.points, sensor.is, random);
+    } else if (sensor.is.kind == rig::Kind::imu) {
+      reading.gyro = measured(sensor.gyro, reading, reading.gyro);
+      reading.accelerometer = measured(sensor.accelerometer, reading, reading.accelerometer);
+      reading.begin += offset;
+    } else if (!image.empty()) {
+      image = sensor.is.kind == rig::Kind::depth
+                  ? measured_depth(image, sensor.is, random)
+                  : sensor.image.apply(image.reshape(1), reading.t).reshape(image.channels());
     }
     reading.t += offset;
   }

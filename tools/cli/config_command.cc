@@ -74,9 +74,8 @@ void print_keys() {
             << scenario::describe<physics::Push>() << scenario::describe<physics::FloorPatch>();
   std::cout << "\nlimits.<metric>.at_most, limits.<metric>.at_least; over seeds "
                "limits.<metric>.median.at_most (or mean, worst). Metrics:\n";
-  for (const auto& metric : score::metric_definitions()) {
+  for (const auto& metric : score::metric_definitions())
     std::cout << fmt::format("  {:<24} {:<4} {}\n", metric.name, metric.unit, metric.definition);
-  }
 }
 
 int config(ConfigRequest& request) {

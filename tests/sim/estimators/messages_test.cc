@@ -24,6 +24,7 @@ void expect_at(const std::string& payload, std::size_t begin, const std::map<std
   for (const auto& [byte, number] : expected) EXPECT_EQ(at<Number>(payload, begin + byte), number) << byte;
 }
 const auto expect_words = expect_at<std::uint32_t>;
+const auto expect_longs = expect_at<std::uint64_t>;
 const auto expect_numbers = expect_at<double>;
 
 TEST(Messages, TheStartIsWhereTheReadmeSaysItIs) {
@@ -132,12 +133,8 @@ TEST(Messages, ReadingsOfTheRigAreWhereTheReadmeSaysTheyAre) {
         {1, 2, GAITSLAM_PIXELS_RGB8, 3, 9, 2, kData},
         {2, 3, GAITSLAM_PIXELS_DEPTH16, 2, 4, 3, kData + 24}}) {
     const std::size_t words = kImages + image * 40;
-    EXPECT_EQ(at<std::uint32_t>(payload, words), camera);
-    EXPECT_EQ(at<std::uint32_t>(payload, words + 4), pixels);
-    EXPECT_EQ(at<std::uint32_t>(payload, words + 8), width);
-    EXPECT_EQ(at<std::uint64_t>(payload, words + 16), row_bytes);
-    EXPECT_EQ(at<std::uint64_t>(payload, words + 24), t);
-    EXPECT_EQ(at<std::uint64_t>(payload, words + 32), at_byte);
+    expect_words(payload, words, {{0, camera}, {4, pixels}, {8, width}});
+    expect_longs(payload, words, {{16, row_bytes}, {24, t}, {32, at_byte}});
   }
   EXPECT_EQ(payload.substr(328, 3), "\7\7\7");
   EXPECT_EQ(payload.substr(kData, 6), "\1\2\3\1\2\3");

@@ -50,11 +50,10 @@ struct AnyMember {
 /// How many members an aggregate has: as many as its braces take.
 template <class T, class... Members>
 constexpr int members() {
-  if constexpr (requires { T{Members{}..., AnyMember{}}; }) {
+  if constexpr (requires { T{Members{}..., AnyMember{}}; })
     return members<T, Members..., AnyMember>();
-  } else {
+  else
     return sizeof...(Members);
-  }
 }
 
 /// A visitor of `keys` that expects one key for each member of the options and of their parts.
