@@ -93,7 +93,7 @@ void Filter::predict_and_update(const Observation& o, const std::optional<Planne
 
 /// Tests the sensors against their models, by the evidence of this frame's innovations.
 void Filter::monitor(const Observation& o, Stamp interval, const VisualResult& visual) {
-  report_.evidence = kalman_.take_evidence();
+  report_.evidence = kalman_.release_evidence();
   const double dt = seconds(interval);
   sensors_.gyro().add(o.gyro);
   if (visual.statistics)

@@ -39,7 +39,7 @@ class Kalman {
     sum.score += evidence.score, sum.information += evidence.information;
   }
   /// The evidence of systematic errors, added and from updates, since the last call.
-  Evidence take_evidence() { return std::exchange(evidence_, {}); }
+  Evidence release_evidence() { return std::exchange(evidence_, {}); }
   /// Adds a landmark at the end of the state; returns the first index of its parameters.
   int append(const LandmarkInitialization& landmark);
   /// Adds a point known with standard deviation sigma_m, uncorrelated with all; returns its first index.

@@ -17,7 +17,7 @@ struct AttitudeOptions {
         "whether the tilt of the waist is estimated from gyro and accelerometer; otherwise it counts "
         "as upright");
     number<&AttitudeOptions::accelerometer_gain_per_s>(
-        key, 0, 1e6, "rate of correction of the estimated vertical towards the accelerometer's");
+        key, 0, 1e6, "rate of correction of the estimated vertical toward the accelerometer's");
     number<&AttitudeOptions::bias_gain_per_s2>(key, 0, 1e6,
                                                "gain of the attitude filter's estimate of the gyro bias");
   }

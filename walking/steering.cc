@@ -22,7 +22,7 @@ bool Steering::is_due(const PatternGenerator& plan, std::size_t tick) const {
 
 void Steering::decide(PatternGenerator& plan, std::size_t tick, const std::optional<PlaceEstimate>& newest) {
   const double now_s = static_cast<double>(tick) * kPeriod;
-  if (newest) take(*newest);
+  if (newest) add(*newest);
   const bool lost = now_s - (newest_ ? newest_->t_s : 0) > options_.lost_s;
   if (plan.free_step() == plan.steps())
     approach_goal(plan);
@@ -33,7 +33,7 @@ void Steering::decide(PatternGenerator& plan, std::size_t tick, const std::optio
 }
 
 /// X_WP maps the planned sole to the estimated one; its heading is never wrapped.
-void Steering::take(const PlaceEstimate& newest) {
+void Steering::add(const PlaceEstimate& newest) {
   const double turn = newest.estimated.yaw - newest.planned.yaw - X_WP_.yaw;
   X_WP_.yaw += std::remainder(turn, 2 * std::numbers::pi);
   X_WP_.position = newest.estimated.position - (FootPose{{0, 0}, X_WP_.yaw} * newest.planned).position;

@@ -24,7 +24,7 @@ struct StepCorrection {
 };
 
 /// The desired path is that of the scenario's commands with the plan's world P laid on W; the plan lives in
-/// P, which stays continuous, and an estimate gives the drift of P in W. Each landing is moved towards the
+/// P, which stays continuous, and an estimate gives the drift of P in W. Each landing is moved toward the
 /// path as late as it can be changed. The correction of a step is limited, so that an estimate that jumps
 /// (loop closure, relocalization) does not make the walk jump.
 class Steering {
@@ -44,7 +44,7 @@ class Steering {
   std::optional<double> stopped_s() const { return stopped_s_; }
 
  private:
-  void take(const PlaceEstimate& newest);
+  void add(const PlaceEstimate& newest);
   void correct(PatternGenerator& plan, double now_s);
   void stop(PatternGenerator& plan, double now_s);
   void approach_goal(PatternGenerator& plan);

@@ -32,7 +32,7 @@ void add_geom(DrawnPiece& piece, const mjModel& model, int geom, const Eigen::Is
   for (const GeomMesh::Vertex& vertex : mesh.vertices) {
     append(piece.positions, Eigen::Vector3f(X * vertex.p));
     append(piece.normals, Eigen::Vector3f(X.linear() * vertex.normal));
-    append(piece.colours, paint.rgb);
+    append(piece.colors, paint.rgb);
     if (piece.picture >= 0) append(piece.uv, vertex.uv);
   }
   for (const std::uint32_t index : mesh.indices) piece.indices.push_back(first + index);

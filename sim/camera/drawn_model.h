@@ -15,9 +15,9 @@ namespace sim::camera {
 
 /// Triangles that share a body and a picture. Vertices are in the axes of their body, those of the room in W.
 struct DrawnPiece {
-  int body = -1;                                   ///< index in PosedRobot::bodies(); -1: the room
-  int picture = -1;                                ///< index in PosedRobot::pictures(); -1: plain color
-  std::vector<float> positions, normals, colours;  ///< three of each vertex: m; of unit length; RGB, 0-1
+  int body = -1;                                  ///< index in PosedRobot::bodies(); -1: the room
+  int picture = -1;                               ///< index in PosedRobot::pictures(); -1: plain color
+  std::vector<float> positions, normals, colors;  ///< three of each vertex: m; of unit length; RGB, 0-1
   std::vector<float> uv;  ///< two of each vertex; (0, 0) is the picture's upper left; empty without a picture
   std::vector<std::uint32_t> indices;  ///< three of each triangle, counter-clockwise from outside
 };

@@ -82,7 +82,7 @@ void add_shader(GLuint program, GLenum kind, const std::string& source) {
 
 GLuint program(Channels channels, bool textured) {
   const std::string head = std::string("#version 120\n") +
-                           (channels == Channels::grey ? "#define LIGHT float\n#define CHANNELS r\n"
+                           (channels == Channels::gray ? "#define LIGHT float\n#define CHANNELS r\n"
                                                        : "#define LIGHT vec3\n#define CHANNELS rgb\n") +
                            (textured ? "#define TEXTURED\n" : "");
   const GLuint made = GL(glCreateProgram)();
@@ -145,7 +145,7 @@ void Renderer::make_frame() {
     GL(glRenderbufferStorage)(GL_RENDERBUFFER, format, size_.width, size_.height);
     GL(glFramebufferRenderbuffer)(GL_FRAMEBUFFER, place, GL_RENDERBUFFER, buffer);
   };
-  attach(channels_ == Channels::grey ? GL_R8 : GL_RGBA8, GL_COLOR_ATTACHMENT0);
+  attach(channels_ == Channels::gray ? GL_R8 : GL_RGBA8, GL_COLOR_ATTACHMENT0);
   attach(GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT);
   require(GL(glCheckFramebufferStatus)(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE,
           "the off-screen buffer is incomplete");
@@ -197,9 +197,9 @@ void Renderer::draw(std::span<const std::uint32_t> indices, unsigned texture) {
 }
 
 cv::Mat Renderer::read() const {
-  const bool grey = channels_ == Channels::grey;
-  const GLenum format = grey ? GL_RED : GL_RGB;
-  cv::Mat picture(size_, grey ? CV_8UC1 : CV_8UC3);
+  const bool gray = channels_ == Channels::gray;
+  const GLenum format = gray ? GL_RED : GL_RGB;
+  cv::Mat picture(size_, gray ? CV_8UC1 : CV_8UC3);
   GL(glPixelStorei)(GL_PACK_ALIGNMENT, 1);
   GL(glReadPixels)(0, 0, size_.width, size_.height, format, GL_UNSIGNED_BYTE, picture.data);
   return picture;

@@ -27,9 +27,9 @@ void* gl_function(const char* name);
   }())
 
 /// Channels of a picture: only brightness, as the head camera sees it (cheaper), or colors, for people.
-enum class Channels { grey = 1, rgb = 3 };
+enum class Channels { gray = 1, rgb = 3 };
 
-/// A corner of a triangle. Where only grey is drawn, `light` is (brightness, unused, unused).
+/// A corner of a triangle. Where only gray is drawn, `light` is (brightness, unused, unused).
 struct Vertex {
   Eigen::Vector3f p;
   Eigen::Vector2f uv;

@@ -1,4 +1,4 @@
-// The head camera: 8-bit grey frames of the room through the lens and the shutter of a real camera.
+// The head camera: 8-bit gray frames of the room through the lens and the shutter of a real camera.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -72,11 +72,11 @@ class HeadCamera {
   /// says. shares: a camera in the same room with the same channels, for its textures. Throws
   /// std::runtime_error without OpenGL, std::invalid_argument if the model has no head_camera.
   HeadCamera(physics::Model robot_in_room, const CameraOptions& options, std::uint64_t texture_seed = 1,
-             Channels channels = Channels::grey, const rig::Mount& mount = {},
+             Channels channels = Channels::gray, const rig::Mount& mount = {},
              const HeadCamera* shares = nullptr);
 
   const mjModel& model() const { return *model_; }
-  /// Grey frame (CV_8UC1, height x width of the options) of a robot with the joint positions of `plant`.
+  /// Gray frame (CV_8UC1, height x width of the options) of a robot with the joint positions of `plant`.
   cv::Mat render(const mjData& plant) { return image({{picture(plant.qpos, 1)}, {}}); }
   /// Draws the frame stamped t: of a robot with this `motion` from t - Shutter::lead() to t + lead(), while
   /// the room's lamps were on or off.

@@ -54,7 +54,7 @@ Eigen::AlignedBox2d seen_directions(const slam::CameraIntrinsics& camera, double
   return seen;
 }
 
-// Looks towards the middle of what the columns see.
+// Looks toward the middle of what the columns see.
 Pinhole covering(const slam::CameraIntrinsics& camera, const cv::Range& columns) {
   const auto yaw_of = [&](int u) { return std::atan(direction(camera, {double(u), camera.v0_px}).x()); };
   Pinhole view{};

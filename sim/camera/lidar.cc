@@ -77,10 +77,10 @@ Lidar::Lidar(physics::Model robot_in_room, const physics::Place& place, const ri
     shapes_.push_back(geom);
     const int texture = texture_of(*model_, geom);
     if (texture < 0 || !pictures_[std::size_t(texture)].empty()) continue;
-    cv::Mat grey = texture_picture(*model_, *data_, texture, texture_seed);
-    cv::cvtColor(grey, grey, cv::COLOR_RGB2GRAY);
-    const cv::Size size(std::max(1, grey.cols / 4), std::max(1, grey.rows / 4));
-    cv::resize(grey, pictures_[std::size_t(texture)], size, 0, 0, cv::INTER_AREA);
+    cv::Mat gray = texture_picture(*model_, *data_, texture, texture_seed);
+    cv::cvtColor(gray, gray, cv::COLOR_RGB2GRAY);
+    const cv::Size size(std::max(1, gray.cols / 4), std::max(1, gray.rows / 4));
+    cv::resize(gray, pictures_[std::size_t(texture)], size, 0, 0, cv::INTER_AREA);
   }
   const auto count = Eigen::Index(shapes_.size());
   lower_.resize(count, 3), upper_.resize(count, 3), enters_.resize(count), leaves_.resize(count);
@@ -129,16 +129,16 @@ Lidar::Hit Lidar::cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& alo
 double Lidar::intensity(int geom, const Eigen::Vector3d& point, const Eigen::Vector3d& along) const {
   const Eigen::Isometry3d X_WG = geom_pose(*data_, geom);
   const Eigen::Vector3d p_G = X_WG.inverse() * point;
-  double grey = double(paint_of(*model_, geom).rgb.dot(Eigen::Vector3f(0.299f, 0.587f, 0.114f)));
+  double gray = double(paint_of(*model_, geom).rgb.dot(Eigen::Vector3f(0.299f, 0.587f, 0.114f)));
   if (const int texture = texture_of(*model_, geom); texture >= 0) {
     const cv::Mat1b& picture = pictures_[std::size_t(texture)];
     const Eigen::Vector2f uv = picture_point(*model_, geom, p_G.cast<float>());
     const auto texel = [](float part, int count) {  // pictures repeat
       return std::clamp(int((part - std::floor(part)) * float(count)), 0, count - 1);
     };
-    grey *= picture(texel(uv.y(), picture.rows), texel(uv.x(), picture.cols)) / 255.0;
+    gray *= picture(texel(uv.y(), picture.rows), texel(uv.x(), picture.cols)) / 255.0;
   }
-  return grey * std::abs(along.dot(X_WG.linear() * normal_at(*model_, geom, p_G)));
+  return gray * std::abs(along.dot(X_WG.linear() * normal_at(*model_, geom, p_G)));
 }
 
 std::vector<slam::LidarPoint> Lidar::scan(const RecentMotion& motion, std::chrono::nanoseconds begin,

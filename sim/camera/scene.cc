@@ -50,7 +50,7 @@ Scene::Scene(const mjModel& model, std::vector<Pinhole> views, std::uint64_t tex
       textures_(shares ? shares->textures_ : load_textures(model, texture_seed, channels)),
       lamps_(model) {
   for (const bool moving : {false, true}) {
-    if (moving) still_vertices_ = vertices_.size();
+    if (moving) still_vertices_.count = vertices_.size();
     for (int geom = 0; geom < model.ngeom; ++geom)
       if (const int texture = texture_of(model, geom);
           is_drawn(model, geom, robot) && moves(model, geom) == moving)
@@ -101,7 +101,7 @@ void Scene::light_piece(const Piece& piece, float light) {
   Vertex* vertex = vertices_.data() + piece.first_vertex;
   for (const GeomMesh::Vertex& corner : piece.mesh.vertices) {
     Eigen::Vector3f lit = lamps_.lit(paint, piece.X_WG.linear() * corner.normal, light);
-    if (channels_ == Channels::grey) lit = {lit.dot(Eigen::Vector3f(0.299f, 0.587f, 0.114f)), 0, 0};
+    if (channels_ == Channels::gray) lit = {lit.dot(Eigen::Vector3f(0.299f, 0.587f, 0.114f)), 0, 0};
     *vertex++ = {piece.X_WG * corner.p, corner.uv, lit};
   }
 }
@@ -142,12 +142,12 @@ void Scene::draw_view(std::size_t view, const Eigen::Isometry3f& X_VW, const std
 cv::Mat Scene::draw(const mjData& data, const Eigen::Isometry3d& X_WC, float light) {
   renderer_.make_current();
   for (Piece& piece : pieces_)
-    if (piece.moves || lit_by_ < 0) piece.X_WG = geom_pose(data, piece.geom).cast<float>();
-  if (light != lit_by_) {
+    if (piece.moves || still_vertices_.lit_by < 0) piece.X_WG = geom_pose(data, piece.geom).cast<float>();
+  if (light != still_vertices_.lit_by) {
     for (const Piece& piece : pieces_)
       if (!piece.moves) light_piece(piece, light);
-    renderer_.set_vertices(0, std::span(vertices_).first(still_vertices_));
-    lit_by_ = light;
+    renderer_.set_vertices(0, std::span(vertices_).first(still_vertices_.count));
+    still_vertices_.lit_by = light;
   }
   X_VW_.clear(), seen_.clear();
   bool any_moves = false;
@@ -157,7 +157,8 @@ cv::Mat Scene::draw(const mjData& data, const Eigen::Isometry3d& X_WC, float lig
     for (const auto& [piece, depth] : seen_.emplace_back(seen_by(view, X_VW_.back())))
       if (piece->moves) light_piece(*piece, light), any_moves = true;
   }
-  if (any_moves) renderer_.set_vertices(still_vertices_, std::span(vertices_).subspan(still_vertices_));
+  if (any_moves)
+    renderer_.set_vertices(still_vertices_.count, std::span(vertices_).subspan(still_vertices_.count));
   renderer_.clear();
   for (std::size_t view = 0; view < views_.size(); ++view) draw_view(view, X_VW_[view], seen_[view]);
   return renderer_.read();

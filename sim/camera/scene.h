@@ -68,11 +68,13 @@ class Scene {
   Channels channels_;
   std::vector<Piece> pieces_;  // those that never move first
   std::vector<Vertex> vertices_;
-  std::size_t still_vertices_ = 0;                 // at the buffer's beginning
   std::vector<std::vector<std::uint32_t>> masks_;  // of each view: what its image does not sample
   std::vector<std::vector<Seen>> seen_;            // of the last picture, by views
   std::vector<Eigen::Isometry3f> X_VW_;            // likewise
-  float lit_by_ = -1;                              // light on the still vertices; -1: none yet
+  struct {
+    std::size_t count = 0;  // at the buffer's beginning
+    float lit_by = -1;      // light on them; -1: none yet
+  } still_vertices_;
   Renderer renderer_;
   std::vector<unsigned> textures_;  // by their index in the model
   Lamps lamps_;

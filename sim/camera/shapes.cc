@@ -193,7 +193,7 @@ Lamps::Lamps(const mjModel& model) : ambient_(Vector3f::Zero()) {
 
 Vector3f Lamps::lit(const Paint& paint, const Vector3f& normal_W, float share) const {
   Vector3f light = ambient_;
-  for (const Lamp& lamp : lamps_) light += std::max(0.0f, normal_W.dot(lamp.towards_W)) * lamp.diffuse;
+  for (const Lamp& lamp : lamps_) light += std::max(0.0f, normal_W.dot(lamp.toward_W)) * lamp.diffuse;
   light = (share * light).array() + paint.emission;
   return paint.rgb.cwiseProduct(light).cwiseMin(1);
 }

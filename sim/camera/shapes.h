@@ -72,7 +72,7 @@ class Lamps {
 
  private:
   struct Lamp {
-    Eigen::Vector3f towards_W, diffuse;
+    Eigen::Vector3f toward_W, diffuse;
   };
   std::vector<Lamp> lamps_;
   Eigen::Vector3f ambient_;

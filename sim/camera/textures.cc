@@ -85,9 +85,9 @@ bool takes_shadows(const mjModel& model, int geom) {
 // Area-averaged mipmaps: each level from the one above, down to one texel. Only the nearest level is sampled:
 // blending two costs 6 % of a frame and finds corners no better.
 void load(unsigned texture, cv::Mat picture) {
-  const bool grey = picture.channels() == 1;
-  const GLint kept = grey ? GL_R8 : GL_RGB8;
-  const GLenum given = grey ? GL_RED : GL_RGB;
+  const bool gray = picture.channels() == 1;
+  const GLint kept = gray ? GL_R8 : GL_RGB8;
+  const GLenum given = gray ? GL_RED : GL_RGB;
   GL(glBindTexture)(GL_TEXTURE_2D, texture);
   GL(glTexParameteri)(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
   GL(glPixelStorei)(GL_UNPACK_ALIGNMENT, 1);
@@ -126,7 +126,7 @@ std::vector<unsigned> load_textures(const mjModel& model, std::uint64_t seed, Ch
   for (int texture = 0; texture < model.ntex; ++texture) {
     if (model.tex_type[texture] != mjTEXTURE_2D) continue;
     cv::Mat picture = texture_picture(model, *data, texture, seed);
-    if (channels == Channels::grey) cv::cvtColor(picture, picture, cv::COLOR_RGB2GRAY);
+    if (channels == Channels::gray) cv::cvtColor(picture, picture, cv::COLOR_RGB2GRAY);
     load(names[std::size_t(texture)], picture);
   }
   GL(glFinish)();  // other contexts may use them from now on

@@ -16,7 +16,7 @@ static_assert(std::endian::native == std::endian::little, "structures in memory 
 static_assert(sizeof(slam::LidarPoint) == sizeof(gaitslam_point) &&
               offsetof(slam::LidarPoint, intensity) == offsetof(gaitslam_point, intensity) &&
               offsetof(slam::LidarPoint, offset_ns) == offsetof(gaitslam_point, offset_ns));
-static_assert(GAITSLAM_CAMERA_GRAY == static_cast<int>(rig::Kind::grey) &&
+static_assert(GAITSLAM_CAMERA_GRAY == static_cast<int>(rig::Kind::gray) &&
               GAITSLAM_CAMERA_COLOR == static_cast<int>(rig::Kind::color) &&
               GAITSLAM_CAMERA_DEPTH == static_cast<int>(rig::Kind::depth));
 static_assert(slam::Lens(slam::RadialTangential()).index() == GAITSLAM_LENS_RADIAL_TANGENTIAL &&
@@ -118,7 +118,7 @@ std::vector<gaitslam_body_sensor> body_sensors_of(const Start& start) {
 
 /// The list of START that contains a sensor: cameras, IMUs or lidars.
 rig::Kind list_of(const rig::RigSensor& sensor) {
-  return rig::is_camera(sensor) ? rig::Kind::grey : sensor.kind;
+  return rig::is_camera(sensor) ? rig::Kind::gray : sensor.kind;
 }
 
 /// The number of a sensor of the rig in its list. The head's camera and the chest's IMU are number 0.

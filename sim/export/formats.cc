@@ -170,7 +170,7 @@ std::string rows_text(const Eigen::Isometry3d& X) { return matrix_text(X, "    -
 // T_imu_cam maps from the camera to the IMU, T_cn_cnm1 from the previous camera. timeshift_cam_imu: stamps of
 // the IMU minus those of the camera, whose clock may be ahead of the head camera's.
 std::string camera_chain(const ExportContext& out) {
-  const std::vector<int> eyes = out.all(rig::Kind::grey);
+  const std::vector<int> eyes = out.all(rig::Kind::gray);
   std::string text = "%YAML:1.0\n\n";
   for (std::size_t i = 0; i < eyes.size(); ++i) {
     const rig::RigSensor& eye = out.sensor(eyes[i]);
@@ -249,7 +249,7 @@ std::string associations(const std::vector<slam::Stamp>& images, const std::vect
 void write_mav0(const ExportContext& out, bool images_within_imu = false) {
   files::HashedFile plan = rows(out, sensor_rows("plan0"), "");
   bool plan_begun = false;
-  const std::vector<int> eyes = out.all(rig::Kind::grey), imus = out.all(rig::Kind::imu);
+  const std::vector<int> eyes = out.all(rig::Kind::gray), imus = out.all(rig::Kind::imu);
   std::map<int, ImageWriter> images;  // by sensor
   for (std::size_t i = 0; i < eyes.size(); ++i)
     images.emplace(eyes[i], ImageWriter(out, images_within_imu, folder_of("cam", i)));
@@ -311,7 +311,7 @@ std::string orbslam3_settings(const ExportContext& out, int camera, std::optiona
   if (depth)
     text += fmt::format("RGBD.DepthMapFactor: 1000.0\nStereo.ThDepth: {}\nStereo.b: {}\n\n",
                         real(kCloseBaselines), real(out.sensor(*depth).baseline_m));
-  if (const auto eyes = out.all(rig::Kind::grey); inertial && eyes.size() > 1)
+  if (const auto eyes = out.all(rig::Kind::gray); inertial && eyes.size() > 1)
     text += stereo_section(lens, out.sensor(eyes[1]));
   return (text + (inertial ? imu_section(out) : "")).append(text_of("orbslam3_settings.yaml"));
 }
@@ -358,7 +358,7 @@ void export_orbslam3(const ExportContext& out) {
   write_mav0(out, true);
   out.write("settings.yaml", orbslam3_settings(out, out.head(), std::nullopt, true));
   out.write_truth("groundtruth.tum", tum_text(out.truth().camera));
-  out.write_readme({"orbslam3.md", out.all(rig::Kind::grey).size() > 1 ? "orbslam3_stereo.md" : "",
+  out.write_readme({"orbslam3.md", out.all(rig::Kind::gray).size() > 1 ? "orbslam3_stereo.md" : "",
                     out.all(rig::Kind::depth).empty() ? "" : "orbslam3_depth.md"});
 }
 
@@ -416,7 +416,7 @@ void export_mcap(const ExportContext& out) {
 void export_openvins(const ExportContext& out) {
   write_mav0(out);
   write_ros_bag(out, "bag/", false);
-  const bool stereo = out.all(rig::Kind::grey).size() > 1;
+  const bool stereo = out.all(rig::Kind::gray).size() > 1;
   out.write("estimator_config.yaml",
             text_of("openvins_estimator.yaml") +
                 fmt::format("use_stereo: {}\nmax_cameras: {}\ntrack_frequency: {:.1f}\n", stereo,

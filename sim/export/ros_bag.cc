@@ -84,7 +84,7 @@ std::string frame_of(const rig::RigSensor& sensor) {
 double right_of_head(const rig::RigSensor& camera) {
   const Eigen::Vector3d p = camera.X_CS.translation();
   const bool parallel = camera.X_CS.linear().isIdentity(1e-9) && std::hypot(p.y(), p.z()) < 1e-9;
-  return camera.kind == rig::Kind::grey && parallel ? p.x() : 0;
+  return camera.kind == rig::Kind::gray && parallel ? p.x() : 0;
 }
 
 /// Writes the readings of the sensors into a bag: for viewers all, under the names of the sensors; else those
@@ -94,9 +94,9 @@ class SensorTopics {
   SensorTopics(const ExportContext& out, Bag& bag, bool for_viewers)
       : out_(out), bag_(bag), topics_(out.sensors.size()) {
     using rig::Kind;
-    for (const Kind kind : {Kind::grey, Kind::color, Kind::depth, Kind::lidar, Kind::imu})
+    for (const Kind kind : {Kind::gray, Kind::color, Kind::depth, Kind::lidar, Kind::imu})
       for (int number = 0; const int i : out.all(kind)) {
-        if (!for_viewers && kind != Kind::grey && kind != Kind::imu) continue;
+        if (!for_viewers && kind != Kind::gray && kind != Kind::imu) continue;
         const std::string name = !for_viewers
                                      ? fmt::format("/{}{}", kind == Kind::imu ? "imu" : "cam", number++)
                                  : i == out.head()  ? "/camera"

@@ -103,7 +103,7 @@ FileLock begin_partial(const fs::path& partial, const fs::path& target) {
     if (!is_there(partial / kMarker) && !fs::is_empty(partial))
       throw FileError(partial, "was not made by gaitslam, which needs this name: move it away");
     try {
-      if (auto lock = FileLock::take(partial / kMarker, How::try_exclusive)) {
+      if (auto lock = FileLock::acquire(partial / kMarker, How::try_exclusive)) {
         if (has_marker(partial)) require_replaceable(partial);  // an old result, exchanged but not removed
         empty_but_marker(partial);
         write_whole(lock->fd(), partial, "");
@@ -162,7 +162,7 @@ std::string marker_of_all(const fs::path& folder) {
 std::optional<FileLock> lock_leftover(const fs::path& path) {
   if (!is_partial(path) || !is_real_folder(path) || !is_real_file(path / kMarker)) return std::nullopt;
   try {
-    return FileLock::take(path / kMarker, How::try_existing);
+    return FileLock::acquire(path / kMarker, How::try_existing);
   } catch (const FileError&) {  // of another user
     return std::nullopt;
   }
@@ -201,7 +201,7 @@ bool exists_as_listed(const fs::path& folder, const std::string& name) {
 
 }  // namespace
 
-std::optional<FileLock> FileLock::take(const fs::path& file, How how) {
+std::optional<FileLock> FileLock::acquire(const fs::path& file, How how) {
   const bool waits = how == How::shared || how == How::exclusive;
   const int operation = (how == How::shared ? LOCK_SH : LOCK_EX) | (waits ? 0 : LOCK_NB);
   for (;;) {
@@ -220,7 +220,7 @@ std::optional<FileLock> FileLock::take(const fs::path& file, How how) {
   }
 }
 
-std::optional<FileLock> FileLock::take_folder(const fs::path& folder) {
+std::optional<FileLock> FileLock::acquire_folder(const fs::path& folder) {
   FileLock lock(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (lock.fd() < 0) fail_by_errno(folder, "cannot be opened");
   if (!lock_open(lock.fd(), LOCK_EX | LOCK_NB) && errno == EWOULDBLOCK) return std::nullopt;
@@ -248,7 +248,7 @@ void write_atomically(const fs::path& file, std::string_view bytes) {
   struct stat replaced {};
   const bool replaces = ::stat(file.c_str(), &replaced) == 0;
   const fs::path temporary = partial_of(file);
-  const auto lock = FileLock::take(temporary, How::exclusive);
+  const auto lock = FileLock::acquire(temporary, How::exclusive);
   try {
     write_whole(lock->fd(), temporary, bytes);
     if (::fsync(lock->fd()) != 0) fail_by_errno(temporary, "cannot be forced to the disk");
@@ -300,7 +300,7 @@ void AtomicFolder::commit() {
 // Exchanges the two in one step, or renames the old one first if the file system cannot. The old marker is
 // locked until the folder is gone, so that no process takes it for a leftover.
 void AtomicFolder::replace() const {
-  const auto old = FileLock::take(target_ / kMarker, How::try_existing);
+  const auto old = FileLock::acquire(target_ / kMarker, How::try_existing);
   if (::renameat2(AT_FDCWD, path_.c_str(), AT_FDCWD, target_.c_str(), RENAME_EXCHANGE) != 0) {
     const fs::path aside = free_name(target_);
     rename_file(target_, aside);

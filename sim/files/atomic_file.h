@@ -16,10 +16,10 @@ class FileLock {
 
   /// Locks the file that has this name now, also one that this process cannot write; does not follow a
   /// symbolic link. Returns nothing if `how` gives up. Throws FileError.
-  static std::optional<FileLock> take(const std::filesystem::path& file, How how);
+  static std::optional<FileLock> acquire(const std::filesystem::path& file, How how);
   /// Locks a folder without a file in it; nothing if another process has the lock. Always succeeds if the
   /// file system cannot lock folders. Throws FileError.
-  static std::optional<FileLock> take_folder(const std::filesystem::path& folder);
+  static std::optional<FileLock> acquire_folder(const std::filesystem::path& folder);
 
   int fd() const { return file_.fd; }
 

@@ -21,7 +21,7 @@ constexpr std::size_t kInFlight = 4;  // frames that are drawn or wait beside th
 constexpr int kHeadCamera = -1;       // as a sensor; further ones have their index in the rig
 
 // The camera item, as a head camera that is placed and made elsewhere.
-camera::CameraOptions options_of(const rig::GreyEye& eye, camera::CameraOptions head) {
+camera::CameraOptions options_of(const rig::GrayEye& eye, camera::CameraOptions head) {
   static_cast<rig::Mount&>(head) = eye;
   head.position_m += rig::pose(eye).linear() * Eigen::Vector3d(0, -eye.baseline_m, 0);
   return head;
@@ -57,13 +57,13 @@ class FramePipeline::Sensor {
       : index_(index), lights_off_(scenario.world.lights_off), encoder_(beside), worker_(beside) {
     const camera::CameraOptions& head = *scenario.camera;
     if (index == kHeadCamera) {
-      make_camera(head, {}, camera::Channels::grey, "cam0", scenario, models);
+      make_camera(head, {}, camera::Channels::gray, "cam0", scenario, models);
       return;
     }
     const rig::Item& item = scenario.rig[static_cast<std::size_t>(index)];
-    if (const auto* eye = std::get_if<rig::GreyEye>(&item)) {
+    if (const auto* eye = std::get_if<rig::GrayEye>(&item)) {
       const camera::CameraOptions options = options_of(*eye, head);
-      make_camera(options, options, camera::Channels::grey, eye->name, scenario, models,
+      make_camera(options, options, camera::Channels::gray, eye->name, scenario, models,
                   head_camera->camera_.get());
     } else if (const auto* color = std::get_if<rig::ColorCamera>(&item)) {
       make_camera(options_of(*color), *color, camera::Channels::rgb, color->name, scenario, models);

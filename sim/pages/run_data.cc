@@ -346,7 +346,7 @@ std::string words_of(const rig::RigSensor& sensor) {
     return fmt::format("depth from {} m (blue) to {} m (red); black: none", sensor.nearest_m,
                        sensor.furthest_m);
   if (sensor.kind == rig::Kind::lidar) return "lidar, points in the room";
-  return sensor.kind == rig::Kind::grey ? "gray" : std::string(rig::kKinds.at(std::size_t(sensor.kind)));
+  return std::string(rig::kKinds.at(std::size_t(sensor.kind)));
 }
 
 std::vector<fs::path> image_files(const std::vector<Frame>& frames, const fs::path& recording,

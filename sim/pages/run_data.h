@@ -35,7 +35,7 @@ struct FootPlace : recording::TrueFoot {
 /// Unknown parts are absent or empty.
 struct Frame {
   slam::Stamp t{0};
-  cv::Mat image = {};              ///< 8-bit grey
+  cv::Mat image = {};              ///< 8-bit gray
   std::vector<float> bodies = {};  ///< of the robot: position, quaternion (x, y, z, w) each
   std::optional<Eigen::Isometry3d> truth = {}, plan = {}, estimate = {};  ///< X_WC; plan: X_PC
   std::optional<files::Matrix6d> covariance = {};     ///< of the estimate, as in slam::Estimate
@@ -60,7 +60,7 @@ Eigen::Vector3d ellipse(const Eigen::Matrix2d& covariance);
 /// JSON of a frame for the page's script (web/run.js documents the keys). m, rad; null if not finite.
 nlohmann::ordered_json to_json(const Frame& frame);
 
-/// A WebSocket message: the length of the JSON (little-endian, four bytes), the JSON, the grey image by rows.
+/// A WebSocket message: the length of the JSON (little-endian, four bytes), the JSON, the gray image by rows.
 std::string to_message(const Frame& frame);
 
 /// Returns a reading of the rig as a page shows it: of a camera a PNG, with depth in the color map turbo from

@@ -152,7 +152,7 @@ void Models::mount(const rig::Mount& camera, const rig::Mount& imu) {
   }
 }
 
-std::string take_warning() {
+std::string latest_warning() {
   std::string warning = last_warning.data();
   last_warning[0] = '\0';
   return warning;

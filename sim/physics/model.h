@@ -82,7 +82,7 @@ Place place_of(const mjModel_& model, const rig::Mount& mount);
 void mount_camera(mjModel_& model, const rig::Mount& mount);
 
 /// Returns MuJoCo's last warning since the previous call; empty without one.
-std::string take_warning();
+std::string latest_warning();
 
 /// Names of the 30 joints, in the order of walking::JointVector.
 std::vector<std::string> joint_names();

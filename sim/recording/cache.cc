@@ -117,7 +117,7 @@ void Cache::make_entry(const std::string& key, const Label& label, const Make& m
 
 std::optional<CachedRecording> Cache::find(const std::string& key, const Say& say) const {
   if (!fs::exists(place_.folder / key)) return std::nullopt;
-  std::optional<FileLock> shared = FileLock::take(lock_file(key), FileLock::How::shared);
+  std::optional<FileLock> shared = FileLock::acquire(lock_file(key), FileLock::How::shared);
   if (!is_whole(key, say)) return std::nullopt;
   ::futimens(shared->fd(), nullptr);
   return CachedRecording{place_.folder / key / "result", false, std::move(*shared)};
@@ -138,7 +138,7 @@ CachedRecording Cache::get(const std::string& key, const Label& label, const Mak
       return std::move(*found);
     }
     require_writable(place_.folder, "does not have this recording whole, and it cannot be made there: ");
-    const std::optional<FileLock> alone = FileLock::take(lock_file(key), FileLock::How::exclusive);
+    const std::optional<FileLock> alone = FileLock::acquire(lock_file(key), FileLock::How::exclusive);
     if (is_whole(key, say)) continue;  // made by another in the meantime
     make_entry(key, label, make);
     made = true;
@@ -147,7 +147,7 @@ CachedRecording Cache::get(const std::string& key, const Label& label, const Mak
 }
 
 Cache::Entry Cache::read_entry(const std::string& key) const {
-  const bool in_use = !FileLock::take(lock_file(key), FileLock::How::try_exclusive);
+  const bool in_use = !FileLock::acquire(lock_file(key), FileLock::How::try_exclusive);
   struct stat status {};
   ::stat(lock_file(key).c_str(), &status);
   const std::int64_t last_used = status.st_mtim.tv_sec * 1'000'000'000 + status.st_mtim.tv_nsec;
@@ -173,7 +173,7 @@ std::vector<Cache::Entry> Cache::list() const {
 }
 
 bool Cache::remove_if_unused(const std::string& key) const {
-  const auto alone = FileLock::take(lock_file(key), FileLock::How::try_exclusive);
+  const auto alone = FileLock::acquire(lock_file(key), FileLock::How::try_exclusive);
   if (!alone) return false;
   // Renamed before it is removed, so that no entry is ever incomplete; the next process removes the leftover
   // if this one is killed. The lock file goes too: a lock on a removed file is void.

@@ -95,7 +95,7 @@ std::optional<cv::Size> jpeg_size(std::string_view bytes) {
                                            found.width, found.height, size.width, size.height));
 }
 
-// cv::imdecode, loaded for the first image that is not a grey PNG: OpenCV's codecs come with 120 libraries,
+// cv::imdecode, loaded for the first image that is not a gray PNG: OpenCV's codecs come with 120 libraries,
 // which would cost each process 70 ms at its start.
 auto opencv_decoder(const std::filesystem::path& file) {
   constexpr char kImdecode[] = "_ZN2cv8imdecodeERKNS_11_InputArrayEi";
@@ -124,7 +124,7 @@ void require_image_size(const std::filesystem::path& file, std::string_view byte
 cv::Mat decode_image(const std::filesystem::path& file, std::string_view bytes, const cv::Size& size,
                      int flags) {
   require_image_size(file, bytes, size);
-  if (auto grey = decode_png(bytes, CV_8UC1)) return *grey;  // twice as fast as OpenCV
+  if (auto gray = decode_png(bytes, CV_8UC1)) return *gray;  // twice as fast as OpenCV
   const auto imdecode = opencv_decoder(file);
   const cv::Mat row(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
   cv::Mat image;

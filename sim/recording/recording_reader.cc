@@ -168,7 +168,7 @@ struct RecordingReader::Files {
   }
 
   // The rows of all sensors of the body have the same stamps.
-  void take_body(slam::Observation& observation) {
+  void add_body(slam::Observation& observation) {
     while (body[0].stamp() && *body[0].stamp() < observation.t) {
       BodyReading& reading = observation.body.emplace_back();
       reading.t = *body[0].stamp();
@@ -233,7 +233,7 @@ std::optional<slam::Observation> RecordingReader::next(const std::function<bool(
       reading.sensor = static_cast<int>(i);
       observation.rig.push_back(std::move(reading));
     });
-  f.take_body(observation);
+  f.add_body(observation);
   f.frames.advance();
   return observation;
 }

@@ -55,6 +55,18 @@ struct Rows {
   std::optional<slam::Stamp> last, begin;  // begin: of the first reading of an IMU
 };
 
+/// The truth; desired_waist: only of a steered walk.
+struct TruthRows {
+  explicit TruthRows(const fs::path& folder)
+      : camera(folder, kTrueCamera),
+        waist(folder, kTrueWaist),
+        planned_waist(folder, kPlannedWaist),
+        feet(folder, kFeet),
+        surfaces(folder, kSurfaces) {}
+  Rows camera, waist, planned_waist, feet, surfaces;
+  std::optional<Rows> desired_waist;
+};
+
 }  // namespace
 
 struct RecordingWriter::Files {
@@ -71,10 +83,8 @@ struct RecordingWriter::Files {
   ManifestWriter manifest{folder};
   Rows frames{folder, kFrames, kStampColumn}, camera{folder, sensor_rows("cam0"), kCameraHeader},
       plan{folder, sensor_rows("plan0"), ""}, imu{folder, sensor_rows("imu0"), kImuHeader},
-      motion{folder, sensor_rows(kMotion), kMotionHeader}, true_camera{folder, kTrueCamera},
-      true_waist{folder, kTrueWaist}, planned_waist{folder, kPlannedWaist}, feet{folder, kFeet},
-      surfaces{folder, kSurfaces};
-  std::optional<Rows> desired_waist;
+      motion{folder, sensor_rows(kMotion), kMotionHeader};
+  TruthRows truth{folder};
   std::vector<Rows> body;         // in the order of body_sensors()
   std::vector<Rows> rig;          // in the order of setup.rig
   std::optional<bool> with_legs;  // known from the first plan on
@@ -166,12 +176,12 @@ void RecordingWriter::add(const BodyReading& reading) {
 }
 
 void RecordingWriter::add(const TruePoses& poses) {
-  files_->true_camera.add(poses.t, "," + files::csv_fields(poses.X_WC));
-  files_->true_waist.add(poses.t, "," + files::csv_fields(poses.X_WB));
-  files_->planned_waist.add(poses.t, "," + files::csv_fields(poses.X_PB));
+  files_->truth.camera.add(poses.t, "," + files::csv_fields(poses.X_WC));
+  files_->truth.waist.add(poses.t, "," + files::csv_fields(poses.X_WB));
+  files_->truth.planned_waist.add(poses.t, "," + files::csv_fields(poses.X_PB));
   if (!poses.X_WB_desired) return;
-  if (!files_->desired_waist) files_->desired_waist.emplace(files_->folder, kDesiredWaist);
-  files_->desired_waist->add(poses.t, "," + files::csv_fields(*poses.X_WB_desired));
+  if (!files_->truth.desired_waist) files_->truth.desired_waist.emplace(files_->folder, kDesiredWaist);
+  files_->truth.desired_waist->add(poses.t, "," + files::csv_fields(*poses.X_WB_desired));
 }
 
 void RecordingWriter::add(const TrueMotion& motion) {
@@ -187,12 +197,13 @@ void RecordingWriter::add(const TrueFeet& feet) {
   for (const TrueFoot& foot : {feet.left, feet.right})
     fields += fmt::format(",{},{},{},{},{}", files::csv_fields(foot.truth), files::csv_fields(foot.plan),
                           foot.planned_down ? 1 : 0, foot.load_n, files::csv_fields(foot.creep));
-  files_->feet.add(feet.t, fields);
+  files_->truth.feet.add(feet.t, fields);
 }
 
 void RecordingWriter::add(const score::Surface& surface) {
-  files_->surfaces.file.write(fmt::format("{},{},{}\n", kSurfaceKinds.at(std::size_t(surface.kind)),
-                                          files::csv_fields(surface.X_WS), files::csv_fields(surface.size)));
+  files_->truth.surfaces.file.write(fmt::format("{},{},{}\n", kSurfaceKinds.at(std::size_t(surface.kind)),
+                                                files::csv_fields(surface.X_WS),
+                                                files::csv_fields(surface.size)));
 }
 
 void RecordingWriter::add(const std::vector<score::StepCorrection>& steps) {
@@ -222,10 +233,10 @@ void RecordingWriter::finish() {
   std::vector<Rows*> all{&f.frames, &f.camera, &f.imu};
   for (std::vector<Rows>* sensors : {&f.body, &f.rig})
     for (Rows& rows : *sensors) all.push_back(&rows);
-  for (Rows* rows :
-       {&f.plan, &f.motion, &f.true_camera, &f.true_waist, &f.planned_waist, &f.feet, &f.surfaces})
+  for (Rows* rows : {&f.plan, &f.motion, &f.truth.camera, &f.truth.waist, &f.truth.planned_waist,
+                     &f.truth.feet, &f.truth.surfaces})
     all.push_back(rows);
-  if (f.desired_waist) all.push_back(&*f.desired_waist);
+  if (f.truth.desired_waist) all.push_back(&*f.truth.desired_waist);
   for (Rows* rows : all) {
     rows->file.close();
     f.manifest.add(rows->name, rows->file.hash());

@@ -225,10 +225,10 @@ void each_number(auto& sensor, auto&& take) {
   using rig::Kind;
   take("rate_hz", sensor.rate_hz);
   take("time_offset_s", sensor.time_offset_s, -kLargest);
-  if (sensor.kind == Kind::grey || sensor.kind == Kind::color) {
+  if (sensor.kind == Kind::gray || sensor.kind == Kind::color) {
     take("readout_s", sensor.readout_s);
-    take("read_sigma_grey", sensor.read_sigma_grey);
-    take("shot_sigma_grey", sensor.shot_sigma_grey);
+    take("read_sigma_gray", sensor.read_sigma_gray);
+    take("shot_sigma_gray", sensor.shot_sigma_gray);
   }
   if (sensor.kind == Kind::depth || sensor.kind == Kind::lidar) {
     take("nearest_m", sensor.nearest_m);

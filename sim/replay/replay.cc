@@ -21,7 +21,7 @@ std::string text_of(double duration_s) {
 errors:
   gyro: {sigma_rad_s: 0}
   accelerometer: {sigma_m_s2: 0}
-  image: {read_sigma_grey: 0, shot_sigma_grey: 0}
+  image: {read_sigma_gray: 0, shot_sigma_gray: 0}
 camera: {}
 slam: {}
 )";

@@ -29,7 +29,7 @@ constexpr useconds_t kPauseUs = 100'000;
 files::FileLock lock_for_writing(const fs::path& file) {
   using files::FileLock;
   for (int attempt = 0; attempt <= kTriesOfTheLock; ++attempt) {
-    if (auto lock = FileLock::take(file, FileLock::How::try_exclusive)) return std::move(*lock);
+    if (auto lock = FileLock::acquire(file, FileLock::How::try_exclusive)) return std::move(*lock);
     ::usleep(kPauseUs);
   }
   throw FileError(file, "is being written by another process");

@@ -25,8 +25,8 @@ void copy_values(const auto& item, RigSensor& s) {
   if constexpr (requires { item.time_offset_s; }) s.time_offset_s = item.time_offset_s;
   if constexpr (requires { item.rate_hz; }) s.rate_hz = item.rate_hz;
   if constexpr (requires { item.readout_s; }) s.readout_s = item.readout_s;
-  if constexpr (requires { item.read_sigma_grey; })
-    s.read_sigma_grey = item.read_sigma_grey, s.shot_sigma_grey = item.shot_sigma_grey;
+  if constexpr (requires { item.read_sigma_gray; })
+    s.read_sigma_gray = item.read_sigma_gray, s.shot_sigma_gray = item.shot_sigma_gray;
   if constexpr (requires { item.nearest_m; }) s.nearest_m = item.nearest_m, s.furthest_m = item.furthest_m;
   if constexpr (requires { item.aligned_with; })
     s.aligned_with = item.aligned_with, s.baseline_m = item.baseline_m, s.edge_px = item.edge_px,
@@ -46,7 +46,7 @@ bool is_folder_name(std::string_view name) {
 }
 
 bool has_images(const Item& item) {
-  return std::holds_alternative<GreyEye>(item) || std::holds_alternative<ColorCamera>(item);
+  return std::holds_alternative<GrayEye>(item) || std::holds_alternative<ColorCamera>(item);
 }
 
 // Intel RealSense D435i: the color imager 15 mm beside the left infrared one (the head camera), with a
@@ -61,7 +61,7 @@ std::vector<Item> d435i() {
   imu.position_m = {0, -0.005, -0.012};
   imu.gyro_sigma_rad_s = 1e-3;
   imu.accelerometer_sigma_m_s2 = 2e-2;
-  return {GreyEye(), color, DepthCamera(), imu};
+  return {GrayEye(), color, DepthCamera(), imu};
 }
 
 // Livox Mid-360 above the head.
@@ -123,7 +123,7 @@ Eigen::Isometry3d pose(const Mount& mount) {
   return X;
 }
 
-std::string GreyEye::problem() const {
+std::string GrayEye::problem() const {
   return baseline_m == 0 && position_m.isZero() ? "baseline_m is 0: it would be the head camera again" : "";
 }
 
@@ -221,7 +221,7 @@ std::vector<RigSensor> calibrated(const std::vector<Item>& items, const slam::Ca
     s.name = name_of(items[i]), s.kind = static_cast<Kind>(items[i].index());
     if (s.kind != Kind::depth) s.X_CS = X_CL[i];
     if (is_camera(s)) s.camera = head, s.rate_hz = head_rate_hz;  // unless it has its own
-    if (const auto* eye = std::get_if<GreyEye>(&items[i]))
+    if (const auto* eye = std::get_if<GrayEye>(&items[i]))
       s.X_CS = s.X_CS * Eigen::Translation3d(0, -eye->baseline_m, 0) * X_LS, s.readout_s = head_readout_s;
     if (const auto* color = std::get_if<ColorCamera>(&items[i]))
       s.X_CS = s.X_CS * X_LS,

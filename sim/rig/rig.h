@@ -82,16 +82,16 @@ struct Imager {
 };
 
 /// A second gray eye: lens, size, rate and shutter of the head camera.
-struct GreyEye : Sensor {
-  static constexpr const char* kName = "grey";
-  double baseline_m = 0.05, read_sigma_grey = 1, shot_sigma_grey = 1;
+struct GrayEye : Sensor {
+  static constexpr const char* kName = "gray";
+  double baseline_m = 0.05, read_sigma_gray = 1, shot_sigma_gray = 1;
 
-  GreyEye() { name = "cam1"; }
+  GrayEye() { name = "cam1"; }
   static void keys(auto&& key) {
     Sensor::keys(key);
-    number<&GreyEye::baseline_m>(key, -1, 1, "distance to the right of the head camera, besides position_m");
-    number<&GreyEye::read_sigma_grey>(key, 0, 100, "noise of a black pixel, in gray levels of 255");
-    number<&GreyEye::shot_sigma_grey>(key, 0, 50, "photon noise of a white pixel, in gray levels of 255");
+    number<&GrayEye::baseline_m>(key, -1, 1, "distance to the right of the head camera, besides position_m");
+    number<&GrayEye::read_sigma_gray>(key, 0, 100, "noise of a black pixel, in gray levels of 255");
+    number<&GrayEye::shot_sigma_gray>(key, 0, 50, "photon noise of a white pixel, in gray levels of 255");
   }
   /// Returns what is wrong with the sensor, or "".
   std::string problem() const;
@@ -101,7 +101,7 @@ struct GreyEye : Sensor {
 struct ColorCamera : Sensor, Imager {
   static constexpr const char* kName = "color";
   double fov_rad = 1.2042771838760873, distortion = 0;  // 69 deg
-  double read_sigma_grey = 1, shot_sigma_grey = 1;
+  double read_sigma_gray = 1, shot_sigma_gray = 1;
 
   ColorCamera() { name = "rgb0", width_px = 424, subframes = 4; }
   static void keys(auto&& key) {
@@ -110,8 +110,8 @@ struct ColorCamera : Sensor, Imager {
     degrees<&ColorCamera::fov_rad>(key, 10, 120, "horizontal field of view without distortion");
     number<&ColorCamera::distortion>(key, 0, 1.3, "radial parameter relative to that of the paper's camera");
     Imager::shutter_keys(key);
-    number<&ColorCamera::read_sigma_grey>(key, 0, 100, "noise of a black pixel, in levels of 255");
-    number<&ColorCamera::shot_sigma_grey>(key, 0, 50, "photon noise of a white pixel, in levels of 255");
+    number<&ColorCamera::read_sigma_gray>(key, 0, 100, "noise of a black pixel, in levels of 255");
+    number<&ColorCamera::shot_sigma_gray>(key, 0, 50, "photon noise of a white pixel, in levels of 255");
   }
 };
 
@@ -183,7 +183,7 @@ struct Imu : Sensor {
 };
 
 /// One further sensor.
-using Item = std::variant<GreyEye, ColorCamera, DepthCamera, Lidar, Imu>;
+using Item = std::variant<GrayEye, ColorCamera, DepthCamera, Lidar, Imu>;
 
 const std::string& name_of(const Item& item);
 
@@ -202,14 +202,14 @@ std::optional<Problem> problem(const std::vector<Item>& items);
 /// Returns the first of these names of further sensors that is taken or not a folder name, and why.
 std::optional<Problem> name_problem(const std::vector<std::string>& names);
 
-enum class Kind { grey, color, depth, lidar, imu };
+enum class Kind { gray, color, depth, lidar, imu };
 /// The kinds in words, in the order of their values.
-inline constexpr std::array<std::string_view, 5> kKinds{"grey", "color", "depth", "lidar", "imu"};
+inline constexpr std::array<std::string_view, 5> kKinds{"gray", "color", "depth", "lidar", "imu"};
 
 /// A further sensor of a recording.
 struct RigSensor {
   std::string name;  ///< of its folder
-  Kind kind = Kind::grey;
+  Kind kind = Kind::gray;
   double rate_hz = 30;
   double time_offset_s = 0;  ///< of its stamps, ahead of the head camera's clock, after sensor errors
   /// The sensor in the frame of the head camera C. Axes of a camera: x right, y down, z forward; of lidar and
@@ -222,7 +222,7 @@ struct RigSensor {
   double lowest_rad = 0, highest_rad = 0;  ///< of a lidar
 
   // Errors on the way to the estimator (sim/sensor_errors); recorded readings are ideal.
-  double read_sigma_grey = 0, shot_sigma_grey = 0;            ///< of gray and color
+  double read_sigma_gray = 0, shot_sigma_gray = 0;            ///< of gray and color
   double baseline_m = 0, disparity_sigma_px = 0;              ///< of depth
   int edge_px = 0;                                            ///< of depth
   double range_sigma_m = 0, angle_sigma_rad = 0;              ///< of a lidar

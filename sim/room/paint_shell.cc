@@ -139,7 +139,7 @@ Canvas paint_hall_ceiling(cv::RNG& random, int) {
   return module;
 }
 
-// Skirting, sockets, scuffs and the darkening towards ceiling and floor that every wall has.
+// Skirting, sockets, scuffs and the darkening toward ceiling and floor that every wall has.
 Canvas plain_wall(double width, const Color& color, cv::RNG& random) {
   Canvas wall(width, kHigh, 0.005, color);
   const double w = wall.width(), h = wall.height();
@@ -166,10 +166,10 @@ void paint_building(Canvas& view, const Box& body, cv::RNG& random) {
       {196, 178, 150}, {170, 112, 88}, {150, 152, 156}, {206, 196, 176}, {122, 136, 150}};
   const Color wall = random_shade(kFacades[random.uniform(0, 5)], random, 0.2);
   view.fill(body, wall);
-  const double storey = random.uniform(0.07, 0.11), bay = random.uniform(0.06, 0.1);
-  for (double y = body.y + 0.03; y < body.y + body.height; y += storey)
+  const double story = random.uniform(0.07, 0.11), bay = random.uniform(0.06, 0.1);
+  for (double y = body.y + 0.03; y < body.y + body.height; y += story)
     for (double x = body.x + 0.02; x + bay * 0.6 < body.x + body.width - 0.01; x += bay)
-      view.fill({x, y, bay * 0.6, storey * 0.55}, shade({60, 75, 95}, random.uniform(0.6, 1.6)));
+      view.fill({x, y, bay * 0.6, story * 0.55}, shade({60, 75, 95}, random.uniform(0.6, 1.6)));
   view.fill({body.x, body.y, body.width, 0.012}, shade(wall, 0.6));
 }
 

@@ -71,6 +71,8 @@ const Key* find_key(std::string_view name) {
 std::string former_name(std::string_view name) {
   static const std::map<std::string_view, std::string_view> kFormer{
       {"slam.vision.sigma_lasting_px", "was renamed to slam.vision.match_bias_sigma_px"},
+      {"errors.image.read_sigma_grey", "was renamed to errors.image.read_sigma_gray"},
+      {"errors.image.shot_sigma_grey", "was renamed to errors.image.shot_sigma_gray"},
       {"slam.vision.lasting_s", "was renamed to slam.vision.match_bias_s"},
       {"slam.vision.sigma_view_px", "was renamed to slam.vision.viewpoint_sigma_px"},
       {"slam.tracking.relocalise",
@@ -127,7 +129,7 @@ bool shapes_recording(const Scenario& scenario, std::string_view key) {
 
 std::string unit_of(std::string_view key) {
   std::istringstream endings(  // each with its unit
-      "_per_s2 1/s² _per_s 1/s _n_m N/m _m_s_per_n m/(N·s) _rad_s_per_nm rad/(N·m·s) _1_m 1/m _grey grey "
+      "_per_s2 1/s² _per_s 1/s _n_m N/m _m_s_per_n m/(N·s) _rad_s_per_nm rad/(N·m·s) _1_m 1/m _gray gray "
       "_rad_s2 rad/s² _rad_s rad/s _m_s2 m/s² _m_s3 m/s³ _m_s m/s _px2 px⁻² _px px _rad rad _deg deg _hz Hz "
       "_ms ms _ns N·s _s s _m m _kg kg _n N");
   for (std::string ending, unit; endings >> ending >> unit;)

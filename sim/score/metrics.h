@@ -47,7 +47,7 @@ using MetricDefinitions = std::vector<MetricDefinition>;
 const MetricDefinitions& metric_definitions();
 /// Returns the definition of that name, or nullptr.
 const MetricDefinition* find_metric(std::string_view name);
-/// Returns the direction of getting worse: towards larger values for an unknown name.
+/// Returns the direction of getting worse: toward larger values for an unknown name.
 Direction direction_of(std::string_view name);
 
 /// Returns all metrics of metric_definitions(), each with a finite value or a reason.

@@ -25,7 +25,7 @@ std::array<int, 4096> normal_table() {
   return table;
 }
 
-// Squares of random grey with corner features that are fixed in the image.
+// Squares of random gray with corner features that are fixed in the image.
 cv::Mat occlusion_texture(cv::Size size, int square, std::uint64_t seed) {
   Random random(seed, "poster");
   cv::Mat texture(size, CV_8UC1);
@@ -55,12 +55,12 @@ ImageErrors::ImageErrors(const ImageOptions& sizes, std::uint64_t seed, const st
       stream_(std::move(stream)),
       dimmed_(faults_of<FramesDimmed>(faults)),
       covers_(faults_of<FramesCovered>(faults)) {
-  const double read = sizes.read_sigma_grey, shot = sizes.shot_sigma_grey;
+  const double read = sizes.read_sigma_gray, shot = sizes.shot_sigma_gray;
   constexpr double kWhite = 600, kLoud = 300;  // Larger values change no pixel and would overflow.
   for (std::size_t i = 0; i < responses_.size(); ++i) {
-    const double grey = static_cast<double>(i) / 16;
-    const double sigma = sizes.gain * std::sqrt(read * read + shot * shot * grey / 255);
-    responses_[i] = {static_cast<int>(std::lround(std::min(sizes.gain * grey, kWhite) * (1 << 20))),
+    const double gray = static_cast<double>(i) / 16;
+    const double sigma = sizes.gain * std::sqrt(read * read + shot * shot * gray / 255);
+    responses_[i] = {static_cast<int>(std::lround(std::min(sizes.gain * gray, kWhite) * (1 << 20))),
                      static_cast<int>(std::lround(256 * std::min(sigma, kLoud)))};
   }
 }

@@ -11,24 +11,24 @@ namespace sim::sensor_errors {
 
 /// The scenario's keys errors.image.*. SensorErrors applies loss and latency; fixed-point noise sets ranges.
 struct ImageOptions {
-  double read_sigma_grey = 1.0, shot_sigma_grey = 1.0;
+  double read_sigma_gray = 1.0, shot_sigma_gray = 1.0;
   double gain = 1.0;
   double vignetting_fraction = 0.0;
   double loss_fraction = 0.0;
   double latency_s = 0;
 
   static void keys(auto&& key) {
-    number<&ImageOptions::read_sigma_grey>(key, 0, 100,
-                                           "noise of a black pixel before the gain, in grey levels of 255");
-    number<&ImageOptions::shot_sigma_grey>(
+    number<&ImageOptions::read_sigma_gray>(key, 0, 100,
+                                           "noise of a black pixel before the gain, in gray levels of 255");
+    number<&ImageOptions::shot_sigma_gray>(
         key, 0, 50,
-        "photon noise of a white pixel before the gain, in grey levels of 255; its square is proportional to "
+        "photon noise of a white pixel before the gain, in gray levels of 255; its square is proportional to "
         "the light");
     number<&ImageOptions::gain>(key, 0, 16, "gain of the camera, applied after the noise");
     number<&ImageOptions::vignetting_fraction>(
         key, 0, 1,
         "part of the light that is missing in the corners; it grows with the squared distance from "
-        "the centre");
+        "the center");
     number<&ImageOptions::loss_fraction>(key, 0, 1, "fraction of the frames that lose their image");
     number<&ImageOptions::latency_s>(
         key, 0, 10, "least age of the picture that a frame brings; it brings the newest one that old");
@@ -47,7 +47,7 @@ class ImageErrors {
  private:
   cv::Mat covered(const cv::Mat& image, double fraction) const;
 
-  /// Pixel of an amount of light (1/16 grey): its mean in 2^-20 grey and its noise in 1/256 grey.
+  /// Pixel of an amount of light (1/16 gray): its mean in 2^-20 gray and its noise in 1/256 gray.
   struct Response {
     int mean = 0, sigma = 0;
   };

@@ -231,8 +231,8 @@ cv::Mat1b beside_edges(const cv::Mat1w& depth_mm, int reach) {
 RigErrors::RigErrors(const std::vector<rig::RigSensor>& rig, std::uint64_t seed) : seed_(seed) {
   for (const rig::RigSensor& sensor : rig) {
     const std::string stream = "rig " + sensor.name;
-    const ImageOptions sizes{.read_sigma_grey = sensor.read_sigma_grey,
-                             .shot_sigma_grey = sensor.shot_sigma_grey};
+    const ImageOptions sizes{.read_sigma_gray = sensor.read_sigma_gray,
+                             .shot_sigma_gray = sensor.shot_sigma_gray};
     sensors_.push_back(
         {sensor, stream + " noise", ImageErrors(sizes, seed, {}, stream + " noise"),
          inertial(sensor, stream + " gyro", sensor.gyro_sigma_rad_s, sensor.gyro_bias_sigma_rad_s, seed),

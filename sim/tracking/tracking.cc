@@ -97,7 +97,7 @@ Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& 
   add_errors(scenario.errors, start.chest_imu);
   if (auto* lens = std::get_if<slam::OneParameterRadial>(&start.calibration.camera.lens))
     lens->k1_px2 *= 1 + scenario.errors.calibration_distortion_fraction;
-  if (scenario.slam->plan_velocity.enabled && scenario.estimator != kOdometry) odometry_start_ = start;
+  if (scenario.slam->plan_velocity.enabled && scenario.estimator != kOdometry) odometry_input_.start = start;
   try {
     estimator_ = estimators::make_estimator(scenario.estimator, start);
   } catch (const estimators::EstimatorFailed& failure) {
@@ -107,27 +107,28 @@ Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& 
 }
 
 void Tracking::process(slam::Observation ideal) {
-  now_ = std::max(now_, ideal.t);
+  clock_.now = std::max(clock_.now, ideal.t);
   std::erase_if(ideal.rig, [this](const slam::RigReading& reading) { return !uses(reading.sensor); });
   for (const slam::Observation& arrived : errors_.process(std::move(ideal))) step(arrived);
 }
 
 void Tracking::step(const slam::Observation& arrived) {
-  if (odometry_start_) {
-    arrived_.push_back(arrived);
-    arrived_.back().image.release();
-    arrived_.back().rig.clear(), arrived_.back().body.clear();
+  if (odometry_input_.start) {
+    odometry_input_.arrived.push_back(arrived);
+    odometry_input_.arrived.back().image.release();
+    odometry_input_.arrived.back().rig.clear(), odometry_input_.arrived.back().body.clear();
   }
-  now_ = std::max(now_, arrived.t);
-  advance(now_);
-  if (free_ <= now_ || time_.on_busy == scenario::OnBusy::wait) return answer(arrived, now_);
+  clock_.now = std::max(clock_.now, arrived.t);
+  advance(clock_.now);
+  if (clock_.free <= clock_.now || time_.on_busy == scenario::OnBusy::wait)
+    return answer(arrived, clock_.now);
   if (time_.queue == 0) return drop(arrived);
   if (waiting_) drop(waiting_->observation);
-  waiting_ = {arrived, now_};
+  waiting_ = {arrived, clock_.now};
 }
 
 void Tracking::advance(slam::Stamp now) {
-  if (!waiting_ || free_ > now) return;
+  if (!waiting_ || clock_.free > now) return;
   const Waiting next = *std::exchange(waiting_, {});
   answer(next.observation, next.arrival);
 }
@@ -158,10 +159,10 @@ void Tracking::ask(const slam::Observation& arrived, slam::Stamp arrival) {
   slam::Stamp took{0};
   if (time_.model == scenario::TimeModel::measured) took = Clock::now() - began;
   if (time_.model == scenario::TimeModel::fixed) took = slam::Stamp(std::llround(1e6 * time_.frame_ms));
-  free_ = std::max(free_, arrival) + took;
+  clock_.free = std::max(clock_.free, arrival) + took;
   given_ = std::max(given_, arrived.t);
   external_cpu_ms_ += answer.external_cpu_ms;
-  tracked_.frames.push_back({answer.estimate, std::move(answer.report), answer.has_pose, took, free_});
+  tracked_.frames.push_back({answer.estimate, std::move(answer.report), answer.has_pose, took, clock_.free});
   auto& maps = tracked_.maps;
   if (maps.empty() || arrived.t - maps.back().t >= kMapEvery) maps.push_back({arrived.t, estimator_->map()});
 }
@@ -215,9 +216,9 @@ Tracked Tracking::finish() {
 
 std::vector<estimators::PoseEstimate> Tracking::odometry() const {
   std::vector<estimators::PoseEstimate> poses;
-  if (arrived_.empty() || !arrived_.front().plan) return poses;
-  const auto odometry = estimators::make_estimator(kOdometry, *odometry_start_);
-  for (const slam::Observation& observation : arrived_) {
+  if (odometry_input_.arrived.empty() || !odometry_input_.arrived.front().plan) return poses;
+  const auto odometry = estimators::make_estimator(kOdometry, *odometry_input_.start);
+  for (const slam::Observation& observation : odometry_input_.arrived) {
     const estimators::Answer answer = odometry->step(observation);
     if (answer.report.health == slam::Health::diverged) return {};
     if (poses.empty() || answer.estimate.t > poses.back().t) poses.push_back(answer.estimate);

@@ -108,15 +108,19 @@ class Tracking {
   std::vector<rig::RigSensor> rig_;
   sensor_errors::SensorErrors errors_;
   scenario::EstimatorTime time_;
-  slam::Stamp now_{0}, free_{0};                      // the last arrival; when the estimator is free again
+  struct {
+    slam::Stamp now{0}, free{0};  // the last arrival; when the estimator is free again
+  } clock_;
   std::optional<Waiting> waiting_;                    // the newest observation that found it busy
   slam::Observation missed_;                          // readings without images of dropped observations
   slam::Stamp given_{-1};                             // the newest stamp that the estimator has
   std::unique_ptr<estimators::Estimator> estimator_;  ///< null if it failed at its start
   double external_cpu_ms_ = 0;
   std::size_t answers_ = 0;
-  std::optional<estimators::Start> odometry_start_;
-  std::vector<slam::Observation> arrived_;  // without images, for Tracked::odometry
+  struct {
+    std::optional<estimators::Start> start;
+    std::vector<slam::Observation> arrived;  // without images
+  } odometry_input_;                         // of Tracked::odometry
   Tracked tracked_;
 };
 

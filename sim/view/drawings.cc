@@ -202,7 +202,7 @@ cv::Mat3b MapView::draw(const slam::Estimate& estimate, const std::vector<slam::
     cv::line(picture, walked_.back(), pixel(estimate.X_WC * Eigen::Vector3d(side, 0, 0.4)), kPath, 1,
              cv::LINE_AA);
   cv::line(picture, {20, kPanelHeight - 34}, {20 + static_cast<int>(px_per_m_), kPanelHeight - 34}, kInk, 2);
-  write(picture, "1 m    grey: true path, red: the filter's; landmarks with 2 sigma", {8, kPanelHeight - 10},
+  write(picture, "1 m    gray: true path, red: the filter's; landmarks with 2 sigma", {8, kPanelHeight - 10},
         kInk);
   return picture;
 }

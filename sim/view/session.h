@@ -69,7 +69,7 @@ cv::Mat3b draw_view(const slam::Observation& seen, const slam::FrameReport& repo
 class MapView {
  public:
   explicit MapView(const std::vector<files::TimedPose>& truth);
-  /// Landmarks with their 2-sigma ellipses, the true path (grey), the estimated one (red) and the camera.
+  /// Landmarks with their 2-sigma ellipses, the true path (gray), the estimated one (red) and the camera.
   cv::Mat3b draw(const slam::Estimate& estimate, const std::vector<slam::MapPoint>& map);
 
  private:

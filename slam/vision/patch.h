@@ -32,7 +32,7 @@ SourcePatch cut_patch(const cv::Mat& image, const Eigen::Vector2i& pixel);
 /// The image around a place between pixels, interpolated.
 SourcePatch cut_patch_between(const cv::Mat& image, const Eigen::Vector2d& pixel);
 
-/// The unit normal in W of the surface at p_W. It points towards the camera that first saw it if the tilt is
+/// The unit normal in W of the surface at p_W. It points toward the camera that first saw it if the tilt is
 /// zero; the tilt consists of the tangents of its angles to that camera's right and down.
 Eigen::Vector3d surface_normal(const Eigen::Isometry3d& X_WC_first, const Eigen::Vector3d& p_W,
                                const Eigen::Vector2d& tilt);

@@ -9,7 +9,7 @@ namespace slam {
 /// Landmarks of the map that confirm the pose of a lost filter.
 inline constexpr std::size_t kLeastRecognized = 6;
 
-/// The position of a landmark and the unit vector in C towards its possible match.
+/// The position of a landmark and the unit vector in C toward its possible match.
 struct BearingObservation {
   Eigen::Vector3d p_W, direction_C;
 };

@@ -206,22 +206,22 @@ void Vision::find_inliers(const State& state) {
   inliers_.resize(matches_.measurements.size());
   std::iota(inliers_.begin(), inliers_.end(), std::size_t{0});
   if (matches_.measurements.empty()) return;
-  stack(state, matches_.measurements, stacked_);
-  select_innovation(stacked_, inliers_, gated_);
+  stack(state, matches_.measurements, stacked_.all);
+  select_innovation(stacked_.all, inliers_, stacked_.gated);
   if (!options_.consensus) return;
-  scale_noise(gated_, matches_.measurements, options_.gate_sigma_px / options_.sigma_px);
-  inliers_ = consensus_.largest(gated_, kGate);
+  scale_noise(stacked_.gated, matches_.measurements, options_.gate_sigma_px / options_.sigma_px);
+  inliers_ = consensus_.largest(stacked_.gated, kGate);
 }
 
 /// Multiplies the whitened innovation of each landmark with that in the last frame.
 void Vision::add_lagged() {
   for (const std::size_t match : inliers_) {
     const int id = result_.searched[matches_.searched[match]].landmark;
-    const int row = stacked_.first_row[match];
-    const Eigen::Vector2d now =
-        stacked_.S().block<2, 2>(row, row).llt().matrixL().solve(stacked_.innovation().segment<2>(row));
-    whitened_.emplace_back(id, now);
-    for (const auto& [landmark, before] : whitened_before_) {
+    const int row = stacked_.all.first_row[match];
+    const Eigen::Vector2d now = stacked_.all.S().block<2, 2>(row, row).llt().matrixL().solve(
+        stacked_.all.innovation().segment<2>(row));
+    whitened_.now.emplace_back(id, now);
+    for (const auto& [landmark, before] : whitened_.before) {
       if (landmark != id) continue;
       result_.update->lagged += now.dot(before), result_.update->lagged_square += now.squaredNorm();
     }
@@ -245,23 +245,23 @@ const VisionResult& Vision::update(const cv::Mat& image, const std::vector<Landm
   result_.gate.reset();
   result_.update.reset();
   result_.updated = false;
-  std::swap(whitened_, whitened_before_);
-  whitened_.clear();
+  std::swap(whitened_.now, whitened_.before);
+  whitened_.now.clear();
   if (inliers_.empty()) return result_;
   for (const std::size_t match : inliers_) {
     result_.inliers.push_back(matches_.searched[match]);
     result_.searched[matches_.searched[match]].used = true;
   }
   const auto nis_of_selected = [&] {
-    whitening_.compute(selected_);
+    whitening_.compute(stacked_.selected);
     return whitening_.nis();
   };
-  select_innovation(gated_, inliers_, selected_);
+  select_innovation(stacked_.gated, inliers_, stacked_.selected);
   result_.gate = nis_of_selected();
-  select(stacked_, inliers_, selected_);
+  select(stacked_.all, inliers_, stacked_.selected);
   result_.update = nis_of_selected();
   add_lagged();
-  result_.updated = kalman.update(selected_);
+  result_.updated = kalman.update(stacked_.selected);
   return result_;
 }
 

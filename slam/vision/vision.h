@@ -104,9 +104,13 @@ class Vision {
     std::vector<std::size_t> searched;  // of each match: its index in VisionResult::searched
   } matches_;
   std::vector<Candidate> candidates_;
-  std::vector<std::size_t> inliers_;                                         // of the matches
-  std::vector<std::pair<int, Eigen::Vector2d>> whitened_, whitened_before_;  // innovations, by landmark
-  StackedMeasurement stacked_, gated_, selected_;  // gated_: with the noise of single matches
+  std::vector<std::size_t> inliers_;  // of the matches
+  struct {
+    std::vector<std::pair<int, Eigen::Vector2d>> now, before;
+  } whitened_;  // innovations, by landmark
+  struct {
+    StackedMeasurement all, gated, selected;  // gated: with the noise of single matches
+  } stacked_;
   Whitening whitening_;
 };
 

@@ -87,7 +87,7 @@ class Expected:
         """images: by stamp; focal: the focal length of the pinhole that they must be of, if any"""
         assert list(images) == self.stamps
         for t, image in images.items():
-            if focal:  # half a grey level is the rounding
+            if focal:  # half a gray level is the rounding
                 assert np.abs(image - undistorted(self, t, focal)).max() < 0.5 + 1e-9, t
             else:
                 assert np.array_equal(image, self.image(t)), t

@@ -63,7 +63,7 @@ TEST(Camera, GivesNothingForPointsBehindOrInItsPlaneOutsideTheImageCircleAndForN
     EXPECT_FALSE(camera.unproject(pixel)) << pixel.transpose();
 }
 
-TEST(Camera, NoiseGrowsLinearlyToTwiceItsSizeFromTheCentreToTheCorner) {
+TEST(Camera, NoiseGrowsLinearlyToTwiceItsSizeFromTheCenterToTheCorner) {
   const Camera camera(reference());
   EXPECT_DOUBLE_EQ(camera.sigma({162, 125}, 0.7), 0.7);
   EXPECT_DOUBLE_EQ(camera.sigma({81, 62.5}, 0.7), 1.05);

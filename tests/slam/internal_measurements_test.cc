@@ -116,7 +116,7 @@ PlanByLegs plan_by_legs(double scale) {
     o.plan->legs = LegMotion{o.plan->X_PC, o.plan->p_CF};
     o.plan->X_PC.translation().head<2>() *= scale;
     walk.step(o);
-    const SystematicEvidence evidence = walk.kalman.take_evidence()[kPlanScale];
+    const SystematicEvidence evidence = walk.kalman.release_evidence()[kPlanScale];
     sum.score += evidence.score, sum.information += evidence.information;
   }
   return {sum.score / sum.information, 1 / std::sqrt(sum.information),

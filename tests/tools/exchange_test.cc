@@ -83,7 +83,7 @@ TEST_F(Exchange, WhatCannotBeReplayedOrExportedIsOneLine) {
 
 // edit: Python that changes the rows r of the file.
 TEST_F(Exchange, ReadingsOrImagesThatNeverCountFailTheReplay) {
-  write("grey.py", R"(from struct import pack
+  write("gray.py", R"(from struct import pack
 from zlib import compress, crc32
 chunk = lambda name, data: pack('>I', len(data)) + name + data + pack('>I', crc32(name + data))
 png = (b'\x89PNG\r\n\x1a\n' + chunk(b'IHDR', pack('>IIBBBBB', 320, 240, 8, 0, 0, 0, 0)) +
@@ -92,7 +92,7 @@ png = (b'\x89PNG\r\n\x1a\n' + chunk(b'IHDR', pack('>IIBBBBB', 320, 240, 8, 0, 0,
   for (const auto& [edit, file, cause] :
        {std::array{"r = r[:1] + [x[:1] + [5, 5, 5] + x[4:] for x in r[1:]]", "imu0/data.csv",
                    "sensor_unused: the filter accepted gyro in none of the "},
-        {"import glob, grey; [open(x, 'wb').write(grey.png) for x in glob.glob('e/mav0/cam0/data/*')]",
+        {"import glob, gray; [open(x, 'wb').write(gray.png) for x in glob.glob('e/mav0/cam0/data/*')]",
          "cam0/data.csv", "diverged: tracking lost: the image is flat"}}) {
     write("edit.py",
           std::string("import sys; f = sys.argv[1]; r = [x.rstrip('\\n').split(',') for x in open(f)]; ") +

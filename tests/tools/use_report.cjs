@@ -66,7 +66,7 @@ async function point(browser) {
   return {before, under, clicked, zoomed, whole: await see()};
 }
 
-// On paper of A4 with margins of a centimetre: 718 px wide.
+// On paper of A4 with margins of a centimeter: 718 px wide.
 async function print(browser) {
   await browser.value(`dispatchEvent(new Event('beforeprint'))`);
   await browser.send('Emulation.setEmulatedMedia', {media: 'print', features: [{name: 'prefers-color-scheme', value: 'dark'}]});

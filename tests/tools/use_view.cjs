@@ -40,7 +40,7 @@ const kPlaces = `({t: gaitslamPage.t, index: ${kPane}.index, head: ${kPane}.head
 // Correlation of the 3D view through the camera with the head image of the same instant and with that of 5 s before.
 const agreement = async (seconds) => {
   const page = globalThis.gaitslamPage, [pane] = page.panes, columns = 40, rows = 30;
-  const grey = (source, x, width, height) => {
+  const gray = (source, x, width, height) => {
     const canvas = new OffscreenCanvas(columns, rows), context = canvas.getContext('2d');
     context.filter = 'blur(1px)';
     context.drawImage(source, x, 0, width, height, 0, 0, columns, rows);
@@ -52,14 +52,14 @@ const agreement = async (seconds) => {
     const sum = (f) => a.reduce((s, _, i) => s + f(a[i] - ma, b[i] - mb), 0);
     return sum((p, q) => p * q) / Math.sqrt(sum((p) => p * p) * sum((_, q) => q * q));
   };
-  const imageAt = async (t) => { const image = await pane.images.at(pane.run.indexAt(t)); return grey(image, 0, image.width, image.height); };
+  const imageAt = async (t) => { const image = await pane.images.at(pane.run.indexAt(t)); return gray(image, 0, image.width, image.height); };
   page.go(seconds);
   const before = page.mode;
   page.setMode('head');
   const space = pane.scene.renderer.domElement, wide = space.height * 4 / 3;
   for (const name of ['points', 'ellipsoids', 'own']) pane.scene[name].visible = false;
   pane.scene.draw();
-  const seen = grey(space, (space.width - wide) / 2, wide, space.height);
+  const seen = gray(space, (space.width - wide) / 2, wide, space.height);
   const found = {own: correlation(seen, await imageAt(seconds)), earlier: correlation(seen, await imageAt(Math.max(0, seconds - 5)))};
   for (const name of ['points', 'ellipsoids', 'own']) pane.scene[name].visible = true;
   page.setMode(before);

@@ -158,7 +158,7 @@ TEST(GoTo, EndsUnderTheWaistAtItsPlaceWhereverItBegins) {
 
 TEST(GoTo, TurnsFirstAndWalksAhead) {
   const auto steps = footsteps(GoTo{0, 1, 0}, feet_below(0, 0, 0), 0.15);
-  // A turn on the spot by about 90 degrees, then straight towards the goal.
+  // A turn on the spot by about 90 degrees, then straight toward the goal.
   const Eigen::Vector2d begin(hrp2::kAnkleX, 0);
   std::size_t turning = 0;
   while ((steps[turning].pose.position - begin).norm() < 0.096) ++turning;

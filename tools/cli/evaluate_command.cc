@@ -150,7 +150,7 @@ int evaluate_all(const std::vector<ResultJob>& jobs, const OutFolder& out, const
     const bool there = fs::exists(folder / "score.json");
     const int code = there ? regression::read_result(folder).exit_code : std::max(ended[i].exit_code, 2);
     exit_code = std::max(exit_code, code);
-    if (there) text_out() << result::score_table(folder, {colours()}, code == 3) << folder.string() << "\n\n";
+    if (there) text_out() << result::score_table(folder, {colors()}, code == 3) << folder.string() << "\n\n";
   }
   out.finished();
   return exit_code;
@@ -182,7 +182,7 @@ int evaluate(EvaluateRequest& request) {
   const fs::path standard = fs::path("results") / jobs[0].read.scenario.estimator.name;
   for (const ResultJob& written : jobs)
     for (const ResultJob& read : jobs)
-      require_outside((request.out ? fs::path(*request.out) : standard) / written.result(), *read.recording);
+      require_separate((request.out ? fs::path(*request.out) : standard) / written.result(), *read.recording);
   OutUse use = resumable(jobs);
   use.continues = true;
   if (jobs.size() == 1) use.identity.clear();  // others can be evaluated beside it into the same folder

@@ -44,7 +44,7 @@ int export_result(ExportRequest& request) {
   require_recording(request.result);
   const scenario::Scenario scenario = scenario::read_scenario(request.result / "scenario.yaml").scenario;
   const OutFolder out(request, request.result / "export" / request.format, {.replaces = true});
-  require_outside(out.path(), request.result);
+  require_separate(out.path(), request.result);
   if (!request.out) files::add_to_marker(request.result, {"export/", "export/" + request.format + "/"});
   ProgressLine progress(fmt::format("export of {}", request.result.string()));
   exports::export_run({request.result, scenario.name, scenario.seed, scenario.errors, true, request.undistort,

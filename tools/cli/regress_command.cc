@@ -97,7 +97,7 @@ void require_replaceable(const VerdictFiles& files) {
 
 /// Prints the verdicts as a table or as JSON, and writes the files. Throws FileError.
 void report_verdicts(const Comparison& comparison, const VerdictFiles& files) {
-  text_out() << regression::verdict_table(comparison, colours());
+  text_out() << regression::verdict_table(comparison, colors());
   if (output() == Output::json) std::cout << regression::verdicts_json(comparison);
   for (std::size_t i = 0; i < files.size(); ++i)
     if (files[i]) files::write_atomically(*files[i], kFormats[i].text(comparison));
@@ -306,7 +306,7 @@ int show(const Baseline& before, const SuiteRun& run, const BaselineRequest& req
          const std::string& file) {
   Comparison comparison =
       compare_with(before.scenarios, run, request, "gaitslam baseline update: " + file + " before and after");
-  std::cout << regression::verdict_table(comparison, colours());
+  std::cout << regression::verdict_table(comparison, colors());
   for (const SuiteScenario& s : run.scenarios) {
     const ScenarioResults* old = before.find(s.results.name);
     if (old && old->seeds.size() != run.seeds.size())

@@ -118,7 +118,7 @@ int replay_result(ReplayRequest& request) {
   join_batch(request.batch, &read);
   if (!read.scenario.slam) throw UsageError("no slam section: there is no filter to run");
   const OutFolder out(request, request.result / "replay", {.replaces = true});
-  require_outside(out.path(), request.result);
+  require_separate(out.path(), request.result);
   replay::WalkEnd walk;
   if (!external) {
     walk = replay::read_walk_end(request.result);

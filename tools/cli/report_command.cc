@@ -96,7 +96,7 @@ void write_plots(const std::vector<pages::Figure>& figures, const fs::path& fold
 }
 
 void make_plots(const std::vector<pages::RunData>& runs, const OutFolder& out) {
-  for (const pages::RunData& run : runs) require_outside(out.path(), run.folder);
+  for (const pages::RunData& run : runs) require_separate(out.path(), run.folder);
   files::AtomicFolder folder(out.path(), files::Existing::replace);
   for (const pages::RunData& run : runs) {
     const fs::path own = runs.size() == 1 ? folder.path() : folder.path() / run.folder.filename();

@@ -106,7 +106,7 @@ int run_seeds(const scenario::ReadScenario& read, const RunRequest& request) {
   out.finished();
   const int exit_code = result::exit_code(summary);
   if (output() == Output::json) print_outcome(exit_code, root, {{"summary", result::to_json(summary)}});
-  text_out() << result::summary_table(summary, {colours(), request.all_metrics}) << "results in "
+  text_out() << result::summary_table(summary, {colors(), request.all_metrics}) << "results in "
              << root.string() << '\n';
   return exit_code;
 }

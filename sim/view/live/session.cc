@@ -47,7 +47,7 @@ Model model_of(const std::shared_ptr<camera::PosedRobot>& robot, std::uint64_t s
                     {"picture", piece.picture},
                     {"vertices", piece.positions.size() / 3},
                     {"indices", piece.indices.size()}});
-    for (const auto* const part : {&piece.positions, &piece.normals, &piece.colours, &piece.uv})
+    for (const auto* const part : {&piece.positions, &piece.normals, &piece.colors, &piece.uv})
       put(numbers, *part);
     put(numbers, piece.indices);
   }

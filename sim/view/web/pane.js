@@ -3,7 +3,7 @@ import {element} from '../../pages/web/dom.js';
 import {Figure, follow} from '../../pages/web/figures.js';
 import {kOutcomes} from '../../pages/web/run.js';
 import {Scene} from '../../pages/web/scene.js';
-import {HeadView, RigLayer, greyPicture} from './sensors.js';
+import {HeadView, RigLayer, grayPicture} from './sensors.js';
 import {Stored, getBytes, picture} from './source.js';
 
 const legend = () => element('p', {class: 'key'},
@@ -51,7 +51,7 @@ export class Pane {
 
   /// An image that came with its frame.
   keep(index, bytes, [width, height]) {
-    this.live.set(index, greyPicture(bytes, width, height));
+    this.live.set(index, grayPicture(bytes, width, height));
     if (this.live.size > 400) this.live.delete(this.live.keys().next().value);
   }
 

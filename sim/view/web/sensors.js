@@ -57,8 +57,8 @@ export class HeadView {
   }
 }
 
-/// A picture of grey bytes.
-export function greyPicture(bytes, width, height) {
+/// A picture of gray bytes.
+export function grayPicture(bytes, width, height) {
   const pixels = new ImageData(width, height), words = new Uint32Array(pixels.data.buffer);
   for (let i = 0; i < words.length; ++i) words[i] = 0xff000000 | bytes[i] * 0x010101;
   const canvas = element('canvas', {width, height});

@@ -303,7 +303,7 @@ void expect_exact(const Compared& all) {
 }
 
 TEST(DepthCamera, IsExactToAMillimeterOnTheSurfacesOfTheOffice) {
-  expect_exact(compare("office", {}, {}, Channels::grey));
+  expect_exact(compare("office", {}, {}, Channels::gray));
 }
 
 TEST(DepthCamera, IsExactThroughAnotherLensInAnotherPlace) {
@@ -332,7 +332,7 @@ TEST(RightEye, AgreesWithTheLeftOneByTheEpipolarGeometry) {
     for (int step = 0; step < 6; ++step) {
       const Vector3d at = p + Vector3d(0, 0.0017, 0.0011) * step * p.x();
       HeadCamera left(ball_at(at, "1 1 1 1"), options),
-          other(ball_at(at, "1 1 1 1"), options, 1, Channels::grey, right);
+          other(ball_at(at, "1 1 1 1"), options, 1, Channels::gray, right);
       const Data plant = data_at_rest(left.model());
       const auto center_in = [&plant](HeadCamera& camera) {
         const cv::Mat1b image = camera.render(*plant);
@@ -350,8 +350,8 @@ TEST(RightEye, WithTheTexturesOfTheLeftOneDrawsTheSamePicturesAsWithItsOwn) {
   const Model model = load_model("hrp2", "office", models());
   rig::Mount right;
   right.position_m = {0, -0.05, 0};
-  HeadCamera left(copy_of(model), {}), own(copy_of(model), {}, 1, Channels::grey, right),
-      shared(copy_of(model), {}, 1, Channels::grey, right, &left);
+  HeadCamera left(copy_of(model), {}), own(copy_of(model), {}, 1, Channels::gray, right),
+      shared(copy_of(model), {}, 1, Channels::gray, right, &left);
   const Data plant = data_at_rest(*model);
   const cv::Mat seen_left = left.render(*plant), expected = own.render(*plant);
   EXPECT_EQ(cv::norm(shared.render(*plant), expected, cv::NORM_INF), 0);

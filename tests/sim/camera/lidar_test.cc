@@ -160,7 +160,7 @@ TEST(LidarPattern, RaysAreEvenlySpacedInTimeForHours) {
   EXPECT_EQ(ray_time(options, number).count(), 36'000'000'000'000ll + 333);
 }
 
-// A lidar that hangs in the air among shapes of white, and of grey paint and picture.
+// A lidar that hangs in the air among shapes of white, and of gray paint and picture.
 std::vector<slam::LidarPoint> points_among(const Model& model, rig::Lidar options = {}) {
   const Data data = data_at_rest(*model);
   RecentMotion motion(milliseconds(10));
@@ -225,8 +225,8 @@ TEST(Lidar, IntensityIsTheGrayOfPaintTimesThatOfThePicture) {
       "<geom type='plane' size='2 2 1' pos='0 0 1' zaxis='0 0 -1' rgba='1 0 0 1'/></worldbody>",
       kHead);
   for (const slam::LidarPoint& point : points_among(model)) {
-    const double grey = point.z_m < 0 ? 0.3 : 0.299;
-    EXPECT_NEAR(point.intensity, grey / position_of(point).norm(), 2e-3);
+    const double gray = point.z_m < 0 ? 0.3 : 0.299;
+    EXPECT_NEAR(point.intensity, gray / position_of(point).norm(), 2e-3);
   }
 }
 

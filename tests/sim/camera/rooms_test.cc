@@ -185,7 +185,7 @@ TEST_F(DrawnRobot, IsInsideItsRoomAndAllVerticesAreComplete) {
   for (const DrawnPiece& piece : robot_.pieces()) {
     const std::size_t count = piece.positions.size() / 3;
     EXPECT_EQ(piece.normals.size(), 3 * count);
-    EXPECT_EQ(piece.colours.size(), 3 * count);
+    EXPECT_EQ(piece.colors.size(), 3 * count);
     EXPECT_EQ(piece.uv.size(), piece.picture < 0 ? 0 : 2 * count);
     EXPECT_EQ(piece.indices.size() % 3, 0u);
     EXPECT_LT(*std::max_element(piece.indices.begin(), piece.indices.end()), count);

@@ -134,7 +134,7 @@ TEST(Scene, NearSurfacesHideFarOnesBacksAndTransparentThingsAreNotSeenAndMaskedP
   const Model model = small_model(kSheets);
   Pinhole masked = kView;
   masked.unsampled = {{0, 0, 40, 30}, {200, 100, 40, 80}};
-  Scene scene(*model, {masked}, 1, Channels::grey);
+  Scene scene(*model, {masked}, 1, Channels::gray);
   const cv::Mat1b picture = scene.draw(*data_at_rest(*model), looking(0));
   for (int row = 0; row < picture.rows; ++row)
     for (int column = 0; column < picture.cols; ++column) {
@@ -150,15 +150,15 @@ TEST(Scene, NearSurfacesHideFarOnesBacksAndTransparentThingsAreNotSeenAndMaskedP
 }
 
 // Two roundings of colors against one of their brightness, and eight bits of a texel's fraction for each.
-TEST(Scene, GreyIsTheBrightnessOfTheColorsWithinTwoLevels) {
+TEST(Scene, GrayIsTheBrightnessOfTheColorsWithinTwoLevels) {
   const Model model = load_model("hrp2", "office", models());
   const Data data = data_at_rest(*model);
-  Scene grey(*model, {kView}, 1, Channels::grey), colored(*model, {kView}, 1, Channels::rgb);
+  Scene gray(*model, {kView}, 1, Channels::gray), colored(*model, {kView}, 1, Channels::rgb);
   for (const double yaw : {0.0, 1.5, 3.0, 4.5})
     for (const float light : {1.0f, 0.3f}) {
       cv::Mat expected;
       cv::cvtColor(colored.draw(*data, looking(yaw), light), expected, cv::COLOR_RGB2GRAY);
-      const cv::Mat found = grey.draw(*data, looking(yaw), light);
+      const cv::Mat found = gray.draw(*data, looking(yaw), light);
       EXPECT_LE(cv::norm(found, expected, cv::NORM_INF), 2) << yaw << " " << light;
       cv::Scalar mean, contrast;
       cv::meanStdDev(found, mean, contrast);

@@ -236,7 +236,7 @@ YAML::Node bag_of(const fs::path& folder) {
   return YAML::LoadFile(folder / "metadata.yaml")["rosbag2_bagfile_information"];
 }
 
-// As recorded, and without distortion: numpy computes each pixel independently, as noise differs by many grey
+// As recorded, and without distortion: numpy computes each pixel independently, as noise differs by many gray
 // levels a hundredth of a pixel aside.
 TEST_F(Exported, EachFormatIsReadBackByNumpyAndTheMcapProjectsReader) {
   if (!reader_missing().empty()) GTEST_SKIP() << reader_missing();

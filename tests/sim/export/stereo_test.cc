@@ -13,8 +13,8 @@ using StereoExport = tests::RunFolder;
 constexpr const char* kStand = R"(
 walk: {commands: [stand: {duration_s: 0.1}]}
 camera: {width_px: 640, height_px: 480}
-rig: [grey: {baseline_m: 0.12, yaw_deg: 2, tilt_deg: 1, read_sigma_grey: 0, shot_sigma_grey: 0}, depth: {}]
-errors: {image: {read_sigma_grey: 0, shot_sigma_grey: 0}}
+rig: [gray: {baseline_m: 0.12, yaw_deg: 2, tilt_deg: 1, read_sigma_gray: 0, shot_sigma_gray: 0}, depth: {}]
+errors: {image: {read_sigma_gray: 0, shot_sigma_gray: 0}}
 )";
 
 // Textured pixels have a horizontal gradient of at least 8 gray levels per pixel.

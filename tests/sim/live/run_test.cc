@@ -76,7 +76,7 @@ TEST_F(RunTest, ARigIsRecordedWithTheSameBytesHoweverItIsDrawnAndChangesNoEstima
   constexpr const char* kRig =
       "walk: {commands: [{stand: {duration_s: 0.5}}, {tangent_arc: {angle_deg: 10}}]}\n"
       "camera: {width_px: 160, height_px: 120}\nslam: {}\n"
-      "rig: [{grey: {}}, {color: {width_px: 96, height_px: 64, rate_hz: 7, readout_s: 0.02}}, {depth: {}},\n"
+      "rig: [{gray: {}}, {color: {width_px: 96, height_px: 64, rate_hz: 7, readout_s: 0.02}}, {depth: {}},\n"
       "  {depth: {name: depth1, aligned_with: rgb0}}, {imu: {rate_hz: 500}}, {lidar: {points_per_s: "
       "2000}}]\n";
   ASSERT_EQ(run("one", read(kRig)).ending, Ending::completed);

@@ -236,7 +236,7 @@ TEST(ShownReading, CamerasAreAsTheyAreAndDepthIsBlueNearRedFarAndBlackWithout) {
   using rig::Kind;
   const cv::Mat gray(2, 3, CV_8UC1, cv::Scalar(7)), color(2, 3, CV_8UC3, cv::Scalar(200, 100, 0));
   const auto same = [](const cv::Mat& a, const cv::Mat& b) { return cv::norm(a, b, cv::NORM_INF) == 0; };
-  EXPECT_TRUE(same(*recording::decode_png(shown(image_of(gray), sensor_of(Kind::grey)), CV_8UC1), gray));
+  EXPECT_TRUE(same(*recording::decode_png(shown(image_of(gray), sensor_of(Kind::gray)), CV_8UC1), gray));
   EXPECT_TRUE(same(*recording::decode_png(shown(image_of(color), sensor_of(Kind::color)), CV_8UC3), color));
   rig::RigSensor depth = sensor_of(Kind::depth);
   depth.nearest_m = 0.5, depth.furthest_m = 4;

@@ -231,7 +231,7 @@ TEST(World, RefusesAModelThatDoesNotExistOrDoesNotLoadAndNamesIt) {
 
 using walking::walk_of;
 
-// HRP-2's own order of drift on 1 m is a centimetre or two, and 0.1° (0.7°) over twice this turn.
+// HRP-2's own order of drift on 1 m is a centimeter or two, and 0.1° (0.7°) over twice this turn.
 TEST(Walk, GoesWhereThePlanGoesButForWhatItsFeetSlip) {
   for (const auto& [command, turn, most_m] :
        {std::tuple<walking::Command, double, double>{walking::Straight{0.6, 0}, 0, 0.03},
@@ -334,7 +334,7 @@ TEST(Soles, CreepIsTheMotionOfAStandingFootBelowTheFrictionCone) {
   const Vector2d moved = horizontal(world.X_WL()) - before;
   const SoleContact contact = world.sole_contacts_since_last()[0];
   EXPECT_GT(moved.x(), 1e-6);
-  EXPECT_LT(moved.x(), 3e-4);  // a tenth of a millimetre a second
+  EXPECT_LT(moved.x(), 3e-4);  // a tenth of a millimeter a second
   // The push tilts the sole a little on its pads, which moves the point below the ankle too.
   EXPECT_NEAR(contact.creep.x(), moved.x(), 0.2 * moved.x());
   EXPECT_NEAR(contact.load, walking::hrp2::kMass * walking::kGravity / 2, 15);  // both feet alike
@@ -379,7 +379,7 @@ TEST(Push, GoesByTheHeadingOfTheWaist) {
   const Vector3d before = world.com();
   run(world, 100);
   const Vector3d moved = world.com() - before;
-  // Heading 90 deg, push to the left of it: towards -x. Free, 10 Ns on 57 kg would be 9 mm in 0.1 s.
+  // Heading 90 deg, push to the left of it: toward -x. Free, 10 Ns on 57 kg would be 9 mm in 0.1 s.
   EXPECT_LT(moved.x(), -0.003);
   EXPECT_GT(moved.x(), -0.009);
   EXPECT_LT(std::abs(moved.y()), 0.001);

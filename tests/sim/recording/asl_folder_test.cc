@@ -86,7 +86,7 @@ TEST_F(RecordedElsewhere, APlanMayHaveColumnsOfAnotherProgramsOwnAndThenHasNoLeg
   EXPECT_EQ(again->plan->legs->p_CS, Eigen::Vector3d(7, 8, 9));
 }
 
-TEST_F(RecordedElsewhere, AReadingStandsForTheTimeUntilHalfwayToItsNeighboursAndIsSplitAtAFrame) {
+TEST_F(RecordedElsewhere, AReadingStandsForTheTimeUntilHalfwayToItsNeighborsAndIsSplitAtAFrame) {
   AslFolder reader(folder_.path());
   const auto first = reader.next(), second = reader.next();
   ASSERT_TRUE(first && second);

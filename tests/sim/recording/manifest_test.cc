@@ -125,7 +125,7 @@ TEST(Png, ImagesAndPartsOfThemAreReadBackHereAndByOpenCv) {
     }
 }
 
-TEST(GreyPng, RefusesOtherPicturesAndDamagedOnes) {
+TEST(GrayPng, RefusesOtherPicturesAndDamagedOnes) {
   sensor_errors::Random random(1, "picture");
   const cv::Mat image = tests::random_image({32, 20}, random);
   for (const cv::Mat& other :

@@ -27,12 +27,12 @@ const cv::Size kSize{kWidth, kHeight};
 std::vector<rig::RigSensor> rig_of(std::uint64_t seed) {
   sensor_errors::Random random(seed, "rig");
   std::vector<rig::RigSensor> all = tests::rig_of(random, kSize);
-  rig::RigSensor &grey = all[0], &color = all[1], &depth = all[2], &lidar = all[3], &imu = all[4];
+  rig::RigSensor &gray = all[0], &color = all[1], &depth = all[2], &lidar = all[3], &imu = all[4];
   for (rig::RigSensor& s : all) s.time_offset_s = random.normal();
-  grey.camera.lens = slam::RadialTangential{0.01, 0.02, 0.003, random.uniform() / 99};
-  for (rig::RigSensor* s : {&grey, &color})
-    s->readout_s = random.uniform(), s->read_sigma_grey = random.uniform(),
-    s->shot_sigma_grey = random.uniform();
+  gray.camera.lens = slam::RadialTangential{0.01, 0.02, 0.003, random.uniform() / 99};
+  for (rig::RigSensor* s : {&gray, &color})
+    s->readout_s = random.uniform(), s->read_sigma_gray = random.uniform(),
+    s->shot_sigma_gray = random.uniform();
   for (rig::RigSensor* s : {&depth, &lidar})
     s->nearest_m = random.uniform(), s->furthest_m = 1 + random.uniform();
   depth.edge_px = 2, depth.baseline_m = random.uniform(), depth.disparity_sigma_px = random.uniform();
@@ -46,7 +46,7 @@ std::vector<rig::RigSensor> rig_of(std::uint64_t seed) {
 // All that a sensor has besides its mounting and its lens.
 auto numbers_of(const rig::RigSensor& s) {
   return std::tuple(s.name, s.kind, s.aligned_with, s.rate_hz, s.time_offset_s, s.nearest_m, s.furthest_m,
-                    s.readout_s, s.lowest_rad, s.highest_rad, s.read_sigma_grey, s.shot_sigma_grey,
+                    s.readout_s, s.lowest_rad, s.highest_rad, s.read_sigma_gray, s.shot_sigma_gray,
                     s.baseline_m, s.disparity_sigma_px, s.edge_px, s.range_sigma_m, s.angle_sigma_rad,
                     s.gyro_sigma_rad_s, s.accelerometer_sigma_m_s2, s.gyro_bias_sigma_rad_s,
                     s.accelerometer_bias_sigma_m_s2);

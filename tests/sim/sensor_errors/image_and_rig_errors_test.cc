@@ -40,7 +40,7 @@ cv::Mat1w depth(double z_m) {
 
 // Nothing but the shift of the stamps.
 TEST(RigErrors, NoneLeaveTheReadingsAsTheyAreButForTheirClock) {
-  for (const Kind kind : {Kind::grey, Kind::color, Kind::depth, Kind::lidar, Kind::imu}) {
+  for (const Kind kind : {Kind::gray, Kind::color, Kind::depth, Kind::lidar, Kind::imu}) {
     rig::RigSensor ideal = sensor("a", kind);
     ideal.time_offset_s = -0.004;
     const int types[]{CV_8UC1, CV_8UC3, CV_16UC1};
@@ -63,7 +63,7 @@ TEST(RigErrors, NoneLeaveTheReadingsAsTheyAreButForTheirClock) {
 
 TEST(RigErrors, EachChannelOfAnImageHasNoiseOfItsOwnAndTheGivenPixelsStay) {
   rig::RigSensor color = sensor("rgb0", Kind::color);
-  color.read_sigma_grey = 3, color.shot_sigma_grey = 4;
+  color.read_sigma_gray = 3, color.shot_sigma_gray = 4;
   const cv::Mat ideal(240, 320, CV_8UC3, cv::Scalar(30, 128, 200));
   const cv::Mat found = applied(color, reading(ideal)).image;
   ASSERT_EQ(found.type(), CV_8UC3);
@@ -191,7 +191,7 @@ TEST(RigErrors, AFurtherSensorChangesNoNumberOfAnotherNorDoesTheOrderOfReadings)
   std::vector<rig::RigSensor> rig;
   for (const char* name : {"cam1", "rgb0", "depth0", "lidar0", "imu1"}) {
     rig.push_back(sensor(name, static_cast<Kind>(rig.size())));
-    rig.back().read_sigma_grey = 5, rig.back().disparity_sigma_px = 0.1, rig.back().range_sigma_m = 0.1;
+    rig.back().read_sigma_gray = 5, rig.back().disparity_sigma_px = 0.1, rig.back().range_sigma_m = 0.1;
     rig.back().gyro_sigma_rad_s = 1, rig.back().edge_px = 1;
   }
   std::vector<slam::RigReading> all;
@@ -225,8 +225,8 @@ TEST(RigErrors, AFurtherSensorChangesNoNumberOfAnotherNorDoesTheOrderOfReadings)
 }
 
 TEST(SensorErrors, ApplyThoseOfTheRigAndChangeNothingElse) {
-  rig::RigSensor camera = sensor("cam1", Kind::grey);
-  camera.read_sigma_grey = 5;
+  rig::RigSensor camera = sensor("cam1", Kind::gray);
+  camera.read_sigma_gray = 5;
   slam::Observation plain;
   plain.t = Stamp(20'000'000);
   plain.image = cv::Mat(240, 320, CV_8UC1, cv::Scalar(128));
@@ -241,27 +241,27 @@ TEST(SensorErrors, ApplyThoseOfTheRigAndChangeNothingElse) {
 
 ImageOptions noise(double read, double shot, double gain = 1) {
   ImageOptions sizes;
-  sizes.read_sigma_grey = read, sizes.shot_sigma_grey = shot, sizes.gain = gain;
+  sizes.read_sigma_gray = read, sizes.shot_sigma_gray = shot, sizes.gain = gain;
   return sizes;
 }
 
-cv::Mat received(const ImageOptions& sizes, int grey, Stamp t = Stamp(1)) {
-  return ImageErrors(sizes, 1, {}).apply(cv::Mat(240, 320, CV_8UC1, cv::Scalar(grey)), t);
+cv::Mat received(const ImageOptions& sizes, int gray, Stamp t = Stamp(1)) {
+  return ImageErrors(sizes, 1, {}).apply(cv::Mat(240, 320, CV_8UC1, cv::Scalar(gray)), t);
 }
 
-TEST(ImageErrors, NoiseHasTheSpreadAskedForAtEveryGreyAndGain) {
-  for (const auto& [grey, gain] : {std::pair(30, 1.0), {128, 1.0}, {220, 1.0}, {40, 4.0}}) {
+TEST(ImageErrors, NoiseHasTheSpreadAskedForAtEveryGrayAndGain) {
+  for (const auto& [gray, gain] : {std::pair(30, 1.0), {128, 1.0}, {220, 1.0}, {40, 4.0}}) {
     cv::Scalar mean, sigma;
-    cv::meanStdDev(received(noise(2, 3, gain), grey), mean, sigma);
-    const double expected = std::sqrt(gain * gain * (4 + 9.0 * grey / 255) + 1.0 / 12);  // and rounding
-    EXPECT_NEAR(mean[0], gain * grey, 0.018 * expected);  // five standard errors of 76800 pixels
+    cv::meanStdDev(received(noise(2, 3, gain), gray), mean, sigma);
+    const double expected = std::sqrt(gain * gain * (4 + 9.0 * gray / 255) + 1.0 / 12);  // and rounding
+    EXPECT_NEAR(mean[0], gain * gray, 0.018 * expected);  // five standard errors of 76800 pixels
     EXPECT_NEAR(sigma[0] / expected, 1, 0.013);
   }
 }
 
 TEST(ImageErrors, NoiseSaturatesInsteadOfWrapping) {
-  for (const int grey : {0, 255})  // half of the noise goes outward
-    EXPECT_NEAR(cv::countNonZero(received(noise(100, 50), grey) == grey), 240 * 320 / 2, 240 * 320 / 50);
+  for (const int gray : {0, 255})  // half of the noise goes outward
+    EXPECT_NEAR(cv::countNonZero(received(noise(100, 50), gray) == gray), 240 * 320 / 2, 240 * 320 / 50);
 }
 
 TEST(ImageErrors, NeighboringPixelsAndFramesAreUncorrelated) {

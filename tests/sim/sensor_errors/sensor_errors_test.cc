@@ -40,7 +40,7 @@ slam::Observation applied(const ErrorOptions& options, const slam::Observation& 
 ErrorOptions none() {
   ErrorOptions options;
   options.gyro.sigma = options.accelerometer.sigma = 0;
-  options.image.read_sigma_grey = options.image.shot_sigma_grey = 0;
+  options.image.read_sigma_gray = options.image.shot_sigma_gray = 0;
   return options;
 }
 
@@ -180,12 +180,12 @@ std::string order(const std::vector<slam::Observation>& arrived) {
   return frames;
 }
 
-// The grey level of each image, '-' without one.
+// The gray level of each image, '-' without one.
 std::string pictures(const std::vector<slam::Observation>& arrived) {
-  std::string greys;
+  std::string grays;
   for (const slam::Observation& o : arrived)
-    greys += o.image.empty() ? '-' : static_cast<char>('0' + o.image.at<unsigned char>(0, 0) - 1);
-  return greys;
+    grays += o.image.empty() ? '-' : static_cast<char>('0' + o.image.at<unsigned char>(0, 0) - 1);
+  return grays;
 }
 
 // Frames 3, 4 and 5 are at 0.132, 0.165 and 0.198 s.
@@ -216,10 +216,10 @@ TEST(Faults, StrikeTheFractionAskedFor) {
 
 TEST(Faults, DimThePicture) {
   FramesDimmed fault = during<FramesDimmed>(kFrom, kFor);
-  for (const auto& [factor, grey] : {std::pair(0.0, 0), {10.0, 50}}) {
+  for (const auto& [factor, gray] : {std::pair(0.0, 0), {10.0, 50}}) {
     fault.factor = factor;
     const auto all = arrived_with({fault}, 8);
-    EXPECT_EQ(all[4].image.at<unsigned char>(5, 5), grey);
+    EXPECT_EQ(all[4].image.at<unsigned char>(5, 5), gray);
     EXPECT_EQ(all[6].image.at<unsigned char>(5, 5), 7);
   }
 }
@@ -275,13 +275,13 @@ TEST(SensorErrors, APictureThatIsLateComesWithALaterFrame) {
   ErrorOptions options = none();
   options.image.latency_s = 0.04;
   SensorErrors errors(options, 1);
-  std::string greys;
+  std::string grays;
   for (int frame = 0; frame < 5; ++frame) {
     slam::Observation ideal = observation(frame);
     ideal.image.setTo(frame + 1);
-    greys += pictures({applied(errors, ideal)});
+    grays += pictures({applied(errors, ideal)});
   }
-  EXPECT_EQ(greys, "--012");
+  EXPECT_EQ(grays, "--012");
 }
 
 /// The position of a camera that moves 0.01 m a frame along x, from 5 m on.

@@ -132,7 +132,7 @@ TEST_F(PlaybackTest, PicturesAreOfTheCamerasSizeAndAsRecorded) {
 TEST(PlaybackOfARig, EachFrameHasTheNewestReadingOfEachCameraAndLidar) {
   const files::TemporaryFolder folder;
   const slam::CameraIntrinsics camera = slam::synthetic::calibration().camera;
-  const std::vector<rig::RigSensor> rig{{.name = "cam1", .kind = rig::Kind::grey, .camera = camera},
+  const std::vector<rig::RigSensor> rig{{.name = "cam1", .kind = rig::Kind::gray, .camera = camera},
                                         {.name = "lidar0",
                                          .kind = rig::Kind::lidar,
                                          .nearest_m = 0.1,

@@ -72,7 +72,7 @@ bool is_abandoned(const fs::path& folder) {
       !fs::is_directory(fs::symlink_status(folder, fault)))
     return false;
   try {
-    return FileLock::take(folder / kLock, FileLock::How::try_existing).has_value();
+    return FileLock::acquire(folder / kLock, FileLock::How::try_existing).has_value();
   } catch (const files::FileError&) {
     return false;
   }
@@ -122,7 +122,7 @@ TemporaryFolder::TemporaryFolder() {
   std::string pattern = (all / kTemporary).string();
   if (mkdtemp(pattern.data()) == nullptr) throw UsageError("{}: {}", pattern, std::strerror(errno));
   path_ = pattern;
-  lock_ = FileLock::take(path_ / kLock, FileLock::How::exclusive);
+  lock_ = FileLock::acquire(path_ / kLock, FileLock::How::exclusive);
 }
 
 TemporaryFolder::~TemporaryFolder() {

@@ -83,7 +83,7 @@ void add_out(CLI::App& command, OutRequest& request) {
   command.add_flag("--force", request.force, "write into an existing folder, replacing earlier results");
 }
 
-void require_outside(const fs::path& out, const fs::path& read) {
+void require_separate(const fs::path& out, const fs::path& read) {
   if (contains(out, read))
     throw UsageError("{}: would be replaced, and the command reads {}; name another folder", out.string(),
                      read.string());
@@ -128,7 +128,7 @@ OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const 
   if (!use.identity.empty()) names_.push_back(kUnfinished);
   if (!names_.empty()) {
     fs::create_directories(path_);
-    lock_ = files::FileLock::take_folder(path_);
+    lock_ = files::FileLock::acquire_folder(path_);
     if (!lock_)
       throw UsageError("{}: another process is writing there: wait for it, or name another folder",
                        path_.string());
@@ -171,7 +171,7 @@ int report(const result::Outcome& outcome, const fs::path& result_folder, bool a
                   {{"ending", scenario::name_of(outcome.ending)},
                    {"cause", outcome.cause},
                    {"score", files::read_json(result_folder / "score.json").value()}});
-  const result::TableStyle style{colours(), all_metrics};
+  const result::TableStyle style{colors(), all_metrics};
   text_out() << result::score_table(result_folder, style, outcome.exit_code == 3) << "results in "
              << result_folder.string() << '\n';
   if (const auto about = result::read_about(result_folder / "about.json"); !about.counterfactual.empty())

@@ -35,7 +35,7 @@ struct OutUse {
 };
 
 /// Throws UsageError if replacing the folder `out` would remove `read`, which the command reads.
-void require_outside(const fs::path& out, const fs::path& read);
+void require_separate(const fs::path& out, const fs::path& read);
 /// Throws UsageError if a file's folder is missing; the message names the option.
 void require_folder_of(const fs::path& file, const std::string& option);
 /// Throws UsageError if it is a folder, has no folder, or exists without force; FileError if not regular.

@@ -64,7 +64,7 @@ bool can_redraw(int stream) {
   return isatty(stream) == 1 && kind && std::string_view(kind) != "dumb";
 }
 
-bool colours() {
+bool colors() {
   const char* const unwanted = std::getenv("NO_COLOR");
   return can_redraw(STDOUT_FILENO) && (!unwanted || *unwanted == '\0');
 }

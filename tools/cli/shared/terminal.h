@@ -45,7 +45,7 @@ void add_output(CLI::App& command);
 /// True if a stream (STDOUT_FILENO, STDERR_FILENO) is a terminal that can redraw lines.
 bool can_redraw(int stream);
 /// True if standard output is a terminal with colors and NO_COLOR is not set.
-bool colours();
+bool colors();
 
 /// Keeps the command line as the user typed it; called by main.
 void remember_command(int argc, char** argv);
