@@ -74,7 +74,7 @@ class Vision {
         camera_(camera),
         most_measured_(std::min(options.measured_landmarks, bounds.measured)),
         biases_(options, bounds) {
-    for (auto* list : {&whitened_, &whitened_before_})
+    for (auto* list : {&whitened_.now, &whitened_.before})
       list->reserve(static_cast<std::size_t>(most_measured_));
   }
   /// Searches for the landmarks and updates the state with the inliers. Valid until the next call.
