@@ -22,8 +22,8 @@ struct DrawnPiece {
   std::vector<std::uint32_t> indices;  ///< three of each triangle, counter-clockwise from outside
 };
 
-/// Position (m, W) and quaternion (x, y, z, w) of each named body, seven numbers. data: positions computed.
-/// Throws std::invalid_argument for a body that the model does not have.
+/// Returns position (m, W) and quaternion (x, y, z, w) of each named body, seven numbers. data: positions
+/// computed. Throws std::invalid_argument if the model does not have a body.
 std::vector<float> body_poses(const mjModel_& model, const mjData_& data,
                               const std::vector<std::string>& bodies);
 
@@ -34,13 +34,13 @@ class PosedRobot {
   PosedRobot(const std::string& robot, const std::string& room, const std::filesystem::path& models);
 
   const mjModel_& model() const { return *model_; }
-  /// Names of the bodies that move.
+  /// Returns the names of the bodies that move.
   const std::vector<std::string>& bodies() const { return bodies_; }
-  /// The shapes that are drawn, those of the robot's head included.
+  /// Returns the shapes to draw, including those of the robot's head.
   const std::vector<DrawnPiece>& pieces() const { return pieces_; }
-  /// The pictures, painted from a seed, RGB; sides are powers of two, none longer than largest_px.
+  /// Returns the RGB pictures, painted from a seed; sides are powers of two, at most largest_px.
   std::vector<cv::Mat3b> pictures(std::uint64_t seed, int largest_px) const;
-  /// The body_poses() of its bodies. The ankles' bushes are at rest.
+  /// Returns the body_poses() of its bodies. The ankles' bushes are at rest.
   std::vector<float> poses(const walking::BodyPose& pose);
 
  private:
@@ -51,10 +51,10 @@ class PosedRobot {
   std::vector<int> textures_;
 };
 
-/// The robot in the Unified Robot Description Format, which viewers of ROS messages draw: the bodies below
-/// the one with a free joint, which becomes the link "waist", their hinges with axes and limits (m, rad), and
-/// the shapes that are drawn. The ankles' bushes are at rest. URDF has no capsules, drawn as cylinders with
-/// two spheres, and no ellipsoids, drawn as spheres of the same volume.
+/// Returns the robot in the Unified Robot Description Format, for viewers of ROS messages: the body with a
+/// free joint as the link "waist", the bodies below it, their hinges with axes and limits (m, rad), and the
+/// drawn shapes. The ankles' bushes are at rest. URDF has no capsules and ellipsoids: they become cylinders
+/// with two spheres, and spheres of the same volume.
 std::string urdf(const mjModel_& model);
 
 }  // namespace sim::camera

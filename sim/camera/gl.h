@@ -15,8 +15,8 @@
 
 namespace sim::camera {
 
-/// The address of an OpenGL function. OSMesa is loaded with the first one, since it brings a compiler (LLVM)
-/// that would cost every process 20 ms at its start. Throws std::runtime_error if it is missing.
+/// Returns the address of an OpenGL function. The first call loads OSMesa, whose compiler (LLVM) would cost
+/// every process 20 ms at startup. Throws std::runtime_error if OSMesa or the function is missing.
 void* gl_function(const char* name);
 
 /// A function of OpenGL or OSMesa: GL(glClear)(GL_COLOR_BUFFER_BIT).
@@ -58,11 +58,11 @@ class Renderer {
   void clear();
   /// Sets the viewport of the next triangles, and the transformation of their points to clip coordinates.
   void set_view(const cv::Rect& viewport, const Eigen::Matrix4f& clip_from_points);
-  /// Three indices for each triangle; texture 0: none.
+  /// Draws triangles, three indices for each; texture 0: none.
   void draw(std::span<const std::uint32_t> indices, unsigned texture);
-  /// CV_8UC1 or CV_8UC3 (RGB).
+  /// Returns the picture: CV_8UC1 or CV_8UC3 (RGB).
   cv::Mat read() const;
-  /// The depth buffer: 0 at the near plane, 1 at the far plane and for pixels without a surface.
+  /// Returns the depth buffer: 0 at the near plane, 1 at the far plane and for pixels without a surface.
   cv::Mat1f read_depth() const;
   /// Clears the picture to black. What is visible of the triangles drawn until end_marks() becomes white.
   void begin_marks();

@@ -25,11 +25,11 @@ namespace sim::camera {
 class Shutter {
  public:
   explicit Shutter(const CameraOptions& options);
-  /// When pictures are to be drawn, s from the stamp; one, at 0, for a shutter that takes no time.
+  /// Returns the times to draw pictures at, s from the stamp; only 0 for a shutter that takes no time.
   const std::vector<double>& moments() const { return moments_; }
-  /// Time from the stamp to the end of the exposure, in whole milliseconds.
+  /// Returns the time from the stamp to the end of the exposure, in whole milliseconds.
   std::chrono::milliseconds lead() const;
-  /// The frame, of one picture for each moment.
+  /// Returns the frame composed of one picture for each moment.
   cv::Mat expose(const std::vector<cv::Mat>& pictures) const;
 
  private:
@@ -44,7 +44,7 @@ class RecentMotion {
 
   /// Adds positions at a later moment than all before.
   void add(std::chrono::nanoseconds t, const mjModel& model, const mjData& data);
-  /// Positions at a moment (s), interpolated; outside the kept ones the first or last. Needs at least one.
+  /// Returns positions at a time (s), interpolated or the nearest kept ones. Needs at least one.
   Eigen::VectorXd at(double t_s, const mjModel& model) const;
 
  private:
@@ -76,15 +76,15 @@ class HeadCamera {
              const HeadCamera* shares = nullptr);
 
   const mjModel& model() const { return *model_; }
-  /// Gray frame (CV_8UC1, height x width of the options) of a robot with the joint positions of `plant`.
+  /// Returns the gray frame (CV_8UC1, height x width of the options) at the joint positions of `plant`.
   cv::Mat render(const mjData& plant) { return image({{picture(plant.qpos, 1)}, {}}); }
-  /// Draws the frame stamped t: of a robot with this `motion` from t - Shutter::lead() to t + lead(), while
-  /// the room's lamps were on or off.
+  /// Draws the frame stamped t of a robot with this `motion` from t - Shutter::lead() to t + lead(), with the
+  /// room's lamps on or off.
   Exposure expose(const RecentMotion& motion, std::chrono::nanoseconds t,
                   const physics::WorldOptions::LightsOff& lights_off, bool with_depth = false);
-  /// The frame through lens and shutter. May be called on any thread, as depth_mm().
+  /// Returns the frame through lens and shutter. May be called on any thread, as may depth_mm().
   cv::Mat image(const Exposure& exposure) const;
-  /// The depth at the frame's stamp along the camera's axis (CV_16UC1, mm; 0: none, as on window panes).
+  /// Returns the depth along the camera's axis at the stamp (CV_16UC1, mm; 0: none, as on window panes).
   cv::Mat1w depth_mm(const Exposure& exposure) const {
     return lens_.depth_mm(exposure.depth.value().inverse_depth());
   }

@@ -10,13 +10,13 @@
 
 namespace sim::camera {
 
-/// The camera of the options: the wide camera of HRP-2's SLAM (320x240: f 197, 195; center 157, 127;
+/// Returns the camera of the options: the wide camera of HRP-2's SLAM (320x240: f 197, 195; center 157, 127;
 /// k1 7.37e-6 times the option's distortion; about 91.6° across), scaled to the image's size. Whole numbers
 /// are pixel centers: the image covers [-0.5, width - 0.5].
 slam::CameraIntrinsics camera_model(const CameraOptions& options);
 
-/// Direction (x/z, y/z; x right, y down, z forward) seen at a pixel of a camera_model(), by the formula of
-/// Swaminathan & Nayar as MonoSLAM uses it (Davison et al. 2007): u_d = u0 + u_c / sqrt(1 + 2 k1 |u_c|²),
+/// Returns the direction (x/z, y/z; x right, y down, z forward) of a pixel of a camera_model() by the formula
+/// of Swaminathan & Nayar as MonoSLAM uses it (Davison et al. 2007): u_d = u0 + u_c / sqrt(1 + 2 k1 |u_c|²),
 /// u_c = (fu x/z, fv y/z). Needs 2 k1 |uv - u0|² < 1.
 Eigen::Vector2d direction(const slam::CameraIntrinsics& camera, const Eigen::Vector2d& uv);
 
@@ -42,15 +42,15 @@ inline constexpr double kSourceDensity = 1.2;
 class LensWarp {
  public:
   explicit LensWarp(const slam::CameraIntrinsics& camera);
-  /// The pinhole of the whole image, or those of its left and its right half.
+  /// Returns the pinhole of the whole image, or those of its left and its right half.
   const std::vector<Pinhole>& views() const { return views_; }
   /// Returns where pixel (u, v) samples the picture of the views side by side (pixel centers are whole).
   Eigen::Vector2d source_pixel(int u, int v) const;
-  /// The image of a picture of the views side by side, first row on top.
+  /// Returns the image of a picture of the views side by side, first row on top.
   cv::Mat warp(const cv::Mat& views) const;
-  /// Depth along the camera's axis, mm (CV_16UC1, 0: none), of 1/z (1/m) along the axes of the views side by
-  /// side. On a plane 1/z is linear in the pixel, so that the sample's nearest pixel and its slopes give it
-  /// exactly; beside an edge the slope of the own side is used.
+  /// Returns depth along the camera's axis, mm (CV_16UC1, 0: none), from 1/z (1/m) along the axes of the
+  /// views side by side. On a plane 1/z is linear in the pixel, so the sample's nearest pixel and its slopes
+  /// give it exactly; beside an edge the slope comes from the same side.
   cv::Mat1w depth_mm(const cv::Mat1f& inverse_depth) const;
 
  private:

@@ -16,14 +16,13 @@
 
 namespace sim::camera {
 
-/// Direction of a ray in the lidar's axes (forward, left, up), by its number since t = 0. Two rotations that
-/// never come back to the same pair of angles, as of two prisms: the first, one turn per sweep, is the
-/// azimuth; the second moves the sine of the elevation evenly up and down, 120 sqrt(2) cycles per sweep, so
-/// that equal solid angles get equally many rays. Sweeps of 20 000 rays have gaps of a degree,
-/// which later sweeps fill.
+/// Returns the direction of a ray in the lidar's axes (forward, left, up) by its number since t = 0. Two
+/// rotations, as of two prisms, never repeat a pair of angles: the first, one turn per sweep, is the azimuth;
+/// the second moves the sine of the elevation evenly up and down, 120 sqrt(2) cycles per sweep, so that equal
+/// solid angles get equally many rays. Sweeps of 20 000 rays have gaps of a degree; later sweeps fill them.
 Eigen::Vector3d ray_direction(const rig::Lidar& options, std::int64_t number);
 
-/// Time of a ray since t = 0: rays are evenly spaced.
+/// Returns the time of a ray since t = 0; rays are evenly spaced.
 std::chrono::nanoseconds ray_time(const rig::Lidar& options, std::int64_t number);
 
 /// Casts the rays of sweeps, without any error. The same motion gives the same bytes.
@@ -33,10 +32,10 @@ class Lidar {
   Lidar(physics::Model robot_in_room, const physics::Place& place, const rig::Lidar& options,
         std::uint64_t texture_seed = 1);
 
-  /// The points of the rays at begin <= t < end, each in the lidar's frame at its own time; offsets count
-  /// from `begin`. motion: known during this time. The link that carries the lidar is invisible; other links
-  /// have their pose of the middle of the millisecond. Surfaces that return no light and those out of
-  /// range give no point. Intensity: gray level of the surface in white light (its picture averaged over 4x4
+  /// Returns the points of the rays at begin <= t < end, each in the lidar's frame at its own time; offsets
+  /// count from `begin`. motion: must cover this time. The link that carries the lidar is invisible; other
+  /// links have their pose of the middle of the millisecond. Surfaces that return no light or are out of
+  /// range give none. Intensity: gray level of the surface in white light (its picture averaged over 4x4
   /// texels), times the cosine of the angle of incidence.
   std::vector<slam::LidarPoint> scan(const RecentMotion& motion, std::chrono::nanoseconds begin,
                                      std::chrono::nanoseconds end);

@@ -21,7 +21,7 @@ struct DepthPicture {
   cv::Mat1f buffer;  ///< 0 at the near plane, 1 at the far plane and for pixels without a surface
   cv::Mat marks;     ///< of surfaces that return no light to depth cameras: not 0
 
-  /// 1/z (1/m), z along the axis of each view; 0: nothing, or a surface that returns no light.
+  /// Returns 1/z (1/m), z along the axis of each view; 0: nothing, or a surface that returns no light.
   cv::Mat1f inverse_depth() const;
 };
 
@@ -35,10 +35,10 @@ class Scene {
   /// std::invalid_argument for a model that cannot be drawn.
   Scene(const mjModel& model, std::vector<Pinhole> views, std::uint64_t texture_seed, Channels channels,
         Robot robot = Robot::without_head, const Scene* shares = nullptr);
-  /// The views of `data` (positions computed) from X_WC (x right, y down, z ahead): CV_8UC1 or RGB. `light`:
-  /// share of the room's light that is on; what emits light stays as bright, except the lamps' ceiling.
+  /// Returns the views of `data` (positions computed) from X_WC (x right, y down, z ahead), CV_8UC1 or RGB.
+  /// `light`: share of the room's light that is on; emitters stay as bright, except the lamps' ceiling.
   cv::Mat draw(const mjData& data, const Eigen::Isometry3d& X_WC, float light = 1);
-  /// The depth of what draw() has drawn last.
+  /// Returns the depth of the last draw().
   DepthPicture read_depth();
 
  private:
@@ -80,8 +80,8 @@ class Scene {
   Lamps lamps_;
 };
 
-/// The RGB picture of a 2d texture, painted from a seed where paint_texture knows its name. Soft shadows of
-/// the furniture that stands on a floor or hangs on a wall are baked into it. `data`: positions computed.
+/// Returns the RGB picture of a 2d texture, painted from a seed if paint_texture knows its name. It includes
+/// soft shadows of the furniture on a floor or a wall. `data`: positions computed.
 cv::Mat3b texture_picture(const mjModel& model, const mjData& data, int texture, std::uint64_t seed);
 
 /// Loads the model's 2d textures with mipmaps in the current OpenGL context. Returns their names in it.

@@ -12,7 +12,7 @@
 
 namespace sim::camera {
 
-/// The model's state at its reference positions, with the places of shapes, cameras and lights computed.
+/// Returns the model's state at its reference positions; places of shapes, cameras and lights are computed.
 physics::Data data_at_rest(const mjModel& model);
 
 using physics::geom_pose;
@@ -27,13 +27,13 @@ struct GeomMesh {
   std::vector<std::uint32_t> indices;  ///< three for each triangle
 };
 
-/// Planes only have a front; round shapes are 20-sided. A picture covers a shape's extent along its x and y
-/// once, or as often as the material's texrepeat says, upper left at (-x, +y): well mapped on planes and on
+/// Returns the triangles of a geom. Planes only have a front; round shapes are 20-sided. A picture covers a
+/// shape's extent along x and y once or texrepeat times, upper left at (-x, +y): well mapped on planes and on
 /// two faces of a box. Throws std::invalid_argument for meshes and height fields.
 GeomMesh geom_mesh(const mjModel& model, int geom);
 
-/// The point of a geom's picture at a point of its surface in its own axes, as GeomMesh::Vertex::uv. The geom
-/// must have a material.
+/// Returns the point of a geom's picture (GeomMesh::Vertex::uv) at a point of its surface in its own axes.
+/// The geom must have a material.
 Eigen::Vector2f picture_point(const mjModel& model, int geom, const Eigen::Vector3f& p);
 
 /// Parts of a robot to draw: the head camera does not see the head around it.
@@ -45,7 +45,7 @@ bool is_drawn(const mjModel& model, int geom, Robot robot = Robot::whole);
 /// Returns whether a geom belongs to the robot, not to the room.
 inline bool moves(const mjModel& model, int geom) { return model.body_weldid[model.geom_bodyid[geom]] != 0; }
 
-/// Texture of a geom's material; -1 for none.
+/// Returns the texture of a geom's material, or -1 for none.
 int texture_of(const mjModel& model, int geom);
 
 /// Returns whether a surface sends light back to depth cameras and lidars: all but window panes and screens,
@@ -58,7 +58,7 @@ struct Paint {
   float emission = 0;
 };
 
-/// The paint of a geom: its own color or that of its material.
+/// Returns the paint of a geom: its own color or that of its material.
 Paint paint_of(const mjModel& model, int geom);
 
 /// The model's lamps: directional ones, fixed to the room, and the ambient part of MuJoCo's headlight. The
@@ -67,7 +67,7 @@ class Lamps {
  public:
   /// Throws std::invalid_argument for a lamp that is not directional or that moves.
   explicit Lamps(const mjModel& model);
-  /// RGB, 0-1, of a surface of that normal in W. `share` of the lamps' light is on.
+  /// Returns the RGB, 0-1, of a surface of that normal in W. `share` of the lamps' light is on.
   Eigen::Vector3f lit(const Paint& paint, const Eigen::Vector3f& normal_W, float share) const;
 
  private:
@@ -78,8 +78,8 @@ class Lamps {
   Eigen::Vector3f ambient_;
 };
 
-/// All surfaces of the model that are drawn and never move: the room without the robot. Throws
-/// std::invalid_argument for a shape that is not a primitive (mesh, height field) and for an infinite plane.
+/// Returns all surfaces of the model that are drawn and never move: the room without the robot. Throws
+/// std::invalid_argument if a shape is not a primitive (mesh, height field) or is an infinite plane.
 std::vector<score::Surface> room_surfaces(const mjModel& model);
 
 }  // namespace sim::camera

@@ -56,7 +56,7 @@ class RecordedRows {
   std::optional<recording::StampedRows> rows_;
 };
 
-/// The names of the formats.
+/// Returns the names of the formats.
 std::vector<std::string> export_formats();
 
 /// Writes the folder, completely or not at all. Memory does not grow with the run's length. Throws

@@ -27,8 +27,8 @@ class Undistortion {
   /// principal point. Its focal length is the least whole number that keeps all its pixels inside.
   explicit Undistortion(const slam::CameraIntrinsics& camera);
   const slam::CameraIntrinsics& pinhole() const { return pinhole_; }
-  /// The pinhole's image by bilinear interpolation, of 16 bits by the nearest pixel; `image` has the given
-  /// camera's size.
+  /// Returns the pinhole's image by bilinear interpolation, of 16 bits by the nearest pixel. `image` has the
+  /// given camera's size.
   cv::Mat operator()(const cv::Mat& image) const;
 
  private:
@@ -67,19 +67,19 @@ class ExportContext {
   const rig::RigSensor& sensor(int index) const { return sensors.at(static_cast<std::size_t>(index)); }
   int head() const { return static_cast<int>(setup.rig.size()); }
   int chest() const { return head() + 1; }
-  /// The indices of a kind, of the head camera and the chest IMU first. Folders and topics of some formats
-  /// count them: cam0, cam1; imu0, imu1.
+  /// Returns the indices of a kind, starting with the head camera or the chest IMU. Folders and topics of
+  /// some formats count them: cam0, cam1; imu0, imu1.
   std::vector<int> all(rig::Kind kind) const;
-  /// The sensor in the body frame, that of the chest IMU.
+  /// Returns the pose of the sensor in the body frame, which is that of the chest IMU.
   Eigen::Isometry3d X_GS(int index) const;
 
-  /// Empty in an export without truth.
+  /// Returns the truth, empty in an export without truth.
   recording::Truth truth() const {
     return run.with_truth ? recording::read_truth(run.result / "recording") : recording::Truth();
   }
-  /// The true motion of the chest IMU in EuRoC's columns.
+  /// Returns the true motion of the chest IMU in EuRoC's columns.
   std::string motion() const;
-  /// The filter's X_WC; empty without a filter and in an export without truth.
+  /// Returns the filter's X_WC; empty without a filter and in an export without truth.
   std::vector<files::TumRow> estimate() const;
 
   /// Creates the folders of a file to be written and returns its path.
@@ -110,7 +110,7 @@ class Frames {
       : out_(out),
         input_(out.run.result / "recording", out.run.errors, out.run.seed),
         imu_(out.setup.imu_rate_hz) {}
-  /// Returns the next one, nothing after the last.
+  /// Returns the next frame, or nothing after the last.
   std::optional<ExportedFrame> next();
 
  private:
@@ -119,8 +119,8 @@ class Frames {
   ImuMerger imu_;
 };
 
-/// A depth image (mm, 0: none) as the camera `to` would have it, of pinholes. X_to_from: from one camera to
-/// the other. Each pixel covers all that its square covers there; the nearest surface counts.
+/// Returns the depth image (mm, 0: none) as the camera `to` would have it; both are pinholes. X_to_from: from
+/// one camera to the other. Each pixel covers the projection of its square; the nearest surface counts.
 cv::Mat registered(const cv::Mat& depth, const slam::CameraIntrinsics& from, const slam::CameraIntrinsics& to,
                    const Eigen::Isometry3d& X_to_from);
 

@@ -36,7 +36,7 @@ struct ExportedReading : slam::RigReading {
 class ImuMerger {
  public:
   explicit ImuMerger(double rate_hz) : period_(std::llround(1e9 / rate_hz)) {}
-  /// The readings that an observation completes, in order of time.
+  /// Returns the readings that an observation completes, in order of time.
   std::vector<ExportedReading> merge(const slam::Observation& observation) {
     std::vector<ExportedReading> merged;
     const bool both = observation.accelerometer.size() == observation.gyro.size();
@@ -77,7 +77,7 @@ class McapWriter {
  public:
   explicit McapWriter(const std::filesystem::path& file);
 
-  /// Before the first message. qos: the publisher's profiles in YAML, or empty. Returns its number.
+  /// Adds a channel before the first message; returns its number. qos: publisher's profiles in YAML or empty.
   std::uint16_t add_channel(const std::string& topic, const MessageType& type, const std::string& qos);
   void add_message(std::uint16_t channel, std::int64_t t_ns, std::string_view cdr);
   /// Writes the indexes and closes the file. Without them it is not a valid MCAP file.
@@ -116,20 +116,20 @@ inline constexpr const char *kCameraFrame = "cam0_optical_frame", *kImuFrame = "
 extern const MessageType kCompressedImage, kImage, kImu, kCameraInfo, kPoseStamped,
     kPoseWithCovarianceStamped, kTransforms, kPath, kPointCloud, kJointState, kWrench, kString;
 
-/// Messages are bytes; their stamps are recording::kEpoch later than t.
+/// Returns the message as bytes, as do all functions below; its stamps are recording::kEpoch later than t.
 std::string compressed_image(slam::Stamp t, const std::string& frame, std::string_view png);
-/// The sensor_msgs/Image of 8-bit gray (mono8), RGB (rgb8) or depth in mm (16UC1).
+/// Returns the sensor_msgs/Image of 8-bit gray (mono8), RGB (rgb8) or depth in mm (16UC1).
 std::string image(slam::Stamp t, const std::string& frame, const cv::Mat& image);
-/// The sensor_msgs/Imu of a reading without orientation; variances are those of one reading.
+/// Returns the sensor_msgs/Imu of a reading without orientation; variances are those of one reading.
 std::string imu(const ExportedReading& reading, const std::string& frame, double gyro_variance,
                 double accelerometer_variance);
-/// The equidistant lens is stated; any other counts as no distortion. right_m: distance of this camera to the
-/// right of the other one of a stereo pair, whose P[3] is -fu right_m.
+/// Returns the sensor_msgs/CameraInfo. It states the equidistant lens; any other counts as no distortion.
+/// right_m: distance of the camera to the right of the other one of a stereo pair; P[3] is -fu right_m.
 std::string camera_info(slam::Stamp t, const std::string& frame, const slam::CameraIntrinsics& camera,
                         double right_m = 0);
 std::string pose_stamped(slam::Stamp t, const std::string& frame, const Eigen::Isometry3d& X);
-/// P: of (orientation in the camera's axes, position in the world's), as slam::Estimate; the message has the
-/// position first and the rotation about the world's axes.
+/// Returns the message with the position first and the rotation about the world's axes. P: of (orientation in
+/// the camera's axes, position in the world's), as in slam::Estimate.
 std::string pose_with_covariance_stamped(slam::Stamp t, const std::string& frame, const Eigen::Isometry3d& X,
                                          const files::Matrix6d& P);
 
@@ -149,12 +149,12 @@ struct CloudPoint {
   float x_m, y_m, z_m;
   std::uint32_t id;
 };
-/// Fields x, y, z (float32) and id (uint32).
+/// Returns a cloud with the fields x, y, z (float32) and id (uint32).
 std::string point_cloud(slam::Stamp t, const std::string& frame, const std::vector<CloudPoint>& points);
-/// Fields x, y, z, intensity (float32) and t (uint32, ns since the stamp), as FAST-LIO, KISS-ICP and LIO-SAM
-/// read from Ouster's lidars.
+/// Returns a cloud with the fields x, y, z, intensity (float32) and t (uint32, ns since the stamp), as
+/// FAST-LIO, KISS-ICP and LIO-SAM read from Ouster's lidars.
 std::string point_cloud(slam::Stamp t, const std::string& frame, const std::vector<slam::LidarPoint>& points);
-/// Only positions, rad.
+/// Returns a joint state with positions (rad) only.
 std::string joint_state(slam::Stamp t, const std::vector<std::string>& names,
                         const std::vector<double>& positions);
 std::string wrench(slam::Stamp t, const std::string& frame, const Eigen::Vector3d& force_n,

@@ -39,7 +39,7 @@ void require_regular(const std::filesystem::path& file);
 /// unchanged.
 void write_atomically(const std::filesystem::path& file, std::string_view bytes);
 
-/// True for names of temporary siblings made here (".X.partial").
+/// Returns whether a path is the name of a temporary sibling made here (".X.partial").
 bool is_partial(const std::filesystem::path& path);
 
 /// Removes the partial folders in `folder` that killed processes left, except those of other users.

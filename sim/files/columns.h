@@ -16,15 +16,15 @@ inline constexpr TimeUnit kTimeUnits[] = {
     {"seconds", 1'000'000'000}, {"milliseconds", 1'000'000}, {"microseconds", 1'000}, {"nanoseconds", 1}};
 inline constexpr const TimeUnit &kSeconds = kTimeUnits[0], &kNanoseconds = kTimeUnits[3];
 
-/// Returns a decimal number of that unit in ns, exact to the ns, unlike a double; also in the notation of
-/// 1.4e+18. Returns nothing if the text is not a number or the time is more than 9e18 ns.
+/// Returns a decimal number of that unit, also one such as 1.4e+18, in ns: exactly, unlike a double. Returns
+/// nothing if the text is not a number or the time is more than 9e18 ns.
 std::optional<std::chrono::nanoseconds> parse_stamp(std::string_view text, const TimeUnit& unit);
 
 /// Returns the median of the positive steps between consecutive stamps, or nothing without any.
 std::optional<double> median_step(const std::vector<double>& stamps);
 
-/// Decides the unit of a file's stamps from all of them: the stated unit; else the unit by which they are
-/// dates from 2001 to 2286; else seconds if they are less than 10 apart; else the unit by which they are
+/// Returns the unit of a file's stamps, decided from all of them: the stated unit; else the unit that makes
+/// them dates from 2001 to 2286; else seconds if they are less than 10 apart; else the unit that brings them
 /// nearest to the expected step. Throws FileError, of this file, if they cannot have the stated unit.
 const TimeUnit& unit_of_stamps(const std::filesystem::path& file, const std::vector<double>& stamps,
                                const TimeUnit* stated, double expected_step_s = 0.05);

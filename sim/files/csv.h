@@ -52,16 +52,16 @@ class CsvReader {
   std::vector<std::string_view> fields_;
 };
 
-/// A text as a field, quoted as in RFC 4180 if needed; line breaks in it become blanks.
+/// Returns the text as a field, quoted as in RFC 4180 if needed; line breaks become blanks.
 std::string csv_field(std::string_view text);
-/// The same for a name that a stranger may have chosen: neither a terminal nor a spreadsheet obeys it.
-/// Control characters become '?', and an apostrophe stands before what would be a formula; numbers stay.
+/// Returns csv_field() of an untrusted name, made safe for terminals and spreadsheets. Control characters
+/// become '?', and a formula gets a leading apostrophe; numbers stay.
 std::string neutral_field(const std::string& text);
-/// Fewest digits that round-trip, separated by commas.
+/// Returns the fewest digits that round-trip, separated by commas.
 std::string csv_fields(const Eigen::Vector3d& v);
-/// Position, then rotation by rows: the twelve fields that CsvReader::pose reads.
+/// Returns the twelve fields that CsvReader::pose reads: position, then rotation by rows.
 std::string csv_fields(const Eigen::Isometry3d& X);
-/// The twelve column titles of the pose X_AB, in the style of EuRoC: pose_columns("PC") for X_PC.
+/// Returns the twelve column titles of the pose X_AB in the style of EuRoC: pose_columns("PC") for X_PC.
 std::string pose_columns(const std::string& frames);
 
 }  // namespace sim::files

@@ -35,7 +35,7 @@ class HashedFile {
   Hash hash_;
 };
 
-/// SHA-256 (FIPS 180-4), 32 bytes: pages identify their script with it.
+/// Returns the SHA-256 (FIPS 180-4), 32 bytes, which identifies the scripts of pages.
 std::string sha256(std::string_view bytes);
 
 }  // namespace sim::files

@@ -14,9 +14,9 @@ class Json {
   /// The object in this text. file: its name in errors.
   Json(const std::filesystem::path& file, std::string_view text);
 
-  /// The value of a key of this object.
+  /// Returns the value of a key of this object.
   Json at(std::string_view key) const;
-  /// The same; nothing if the key is missing or its value is null.
+  /// Returns the value of a key, or nothing if the key is missing or its value is null.
   std::optional<Json> find(std::string_view key) const;
 
   std::string text() const;  ///< without what a terminal obeys (sanitize)
@@ -41,10 +41,10 @@ class Json {
   std::string key_;
 };
 
-/// The JSON object in a file.
+/// Returns the JSON object in a file. Throws FileError.
 Json read_json(const std::filesystem::path& file);
 
-/// JSON as text. Bytes that are not UTF-8 become replacement characters.
+/// Returns the JSON as text. Bytes that are not UTF-8 become replacement characters.
 std::string json_text(const nlohmann::ordered_json& json, int indent = -1);
 
 }  // namespace sim::files

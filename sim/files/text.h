@@ -95,7 +95,7 @@ std::string read_text(const std::filesystem::path& file, std::uintmax_t most = k
 /// a part of the file; write_atomically does not.
 void write_text(const std::filesystem::path& file, std::string_view text);
 
-/// Returns the number that is the whole text, in decimals; nothing if it is none or does not fit the type.
+/// Returns the decimal number that is the whole text; nothing if it is not one or does not fit the type.
 template <typename Number>
 std::optional<Number> parse_number(std::string_view text) {
   Number value{};
@@ -104,13 +104,13 @@ std::optional<Number> parse_number(std::string_view text) {
   return value;
 }
 
-/// The same for a number that is neither infinite nor NaN.
+/// Returns parse_number() if the number is neither infinite nor NaN; else nothing.
 inline std::optional<double> parse_finite(std::string_view text) {
   const auto value = parse_number<double>(text);
   return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
-/// "1 seed", "2 seeds"
+/// Returns the count with its noun: "1 seed", "2 seeds".
 inline std::string counted(std::size_t n, std::string_view what) {
   return std::to_string(n) + " " + std::string(what) + (n == 1 ? "" : "s");
 }
@@ -129,9 +129,9 @@ struct TableShape {
   std::size_t width = kTerminalWidth;
 };
 
-/// Prints rows of cells, all of the same length; the first row has the titles. An empty line separates rows
-/// with different first cells. If the table is too wide, long titles are broken after '_' and '.', then
-/// remaining columns follow in further tables that repeat the naming columns.
+/// Returns rows of cells, all of the same length, as a table; the first row has the titles. An empty line
+/// separates rows with different first cells. If the table is too wide, long titles are broken after '_' and
+/// '.', then remaining columns follow in further tables with the same naming columns.
 std::string text_table(const std::vector<std::vector<std::string>>& rows, const TableShape& shape);
 
 }  // namespace sim::files

@@ -22,17 +22,17 @@ struct TumRow : TimedPose {
   std::optional<Matrix6d> covariance;
 };
 
-/// "t tx ty tz qx qy qz qw" and a line feed: t in s with nine decimals (exact to the nanosecond), position in
-/// m, the quaternion with qw >= 0; other numbers with the fewest digits that round-trip.
+/// Returns "t tx ty tz qx qy qz qw" and a line feed: t in s with nine decimals (exact to the nanosecond),
+/// position in m, the quaternion with qw >= 0; other numbers with the fewest digits that round-trip.
 std::string tum_row(std::chrono::nanoseconds t, const Eigen::Isometry3d& X);
 
 /// The first line of a file of the 20-column form.
 extern const char* const kTumCovarianceHeader;
 
-/// tum_row with the upper triangles of the orientation block (rad²), then of the position block (m²), of
-/// `covariance` (order orientation, position). The evaluation programs that read this form take the
-/// orientation's error as −Log(R_CW_true R_CW_estimateᵀ), which is Log(R_WC_estimateᵀ R_WC_true), the
-/// project's own, and the position's in W.
+/// Returns tum_row with the upper triangles of the orientation block (rad²), then of the position block (m²),
+/// of `covariance` (order orientation, position). Evaluation programs for this form define the orientation's
+/// error as −Log(R_CW_true R_CW_estimateᵀ), equal to the project's own Log(R_WC_estimateᵀ R_WC_true), and the
+/// position's in W.
 std::string tum_row(std::chrono::nanoseconds t, const Eigen::Isometry3d& X, const Matrix6d& covariance);
 
 /// Reads a TUM file as read_trajectory() does; a file without poses is empty. Throws FileError.
@@ -46,12 +46,12 @@ struct TrajectoryFile {
   bool has_orientation = true;  ///< else all rotations are the identity
 };
 
-/// TUM: stamp, position, quaternion (x first), or 20 numbers with covariance. EuRoC: with commas, quaternion
-/// (w first) and anything else. A header that names its columns is obeyed; it and files of 4 columns may be
-/// without orientation. KITTI: 12 numbers, the upper rows of a matrix; stamps from times.txt beside it, else
-/// frame numbers, one a second. The unit of stamps is decided from all rows (unit_of_stamps). Comments (#)
-/// and blank lines are skipped. Stamps must rise; a last pose that repeats the stamp before is dropped with a
-/// warning. Throws FileError.
+/// Reads a trajectory. TUM: stamp, position, quaternion (x first), or 20 numbers with covariance. EuRoC: with
+/// commas, quaternion (w first) and anything else. A header that names its columns decides; such files and
+/// those of 4 columns may lack orientation. KITTI: 12 numbers, the upper rows of a matrix; stamps from
+/// times.txt beside it, else frame numbers, one a second. The unit of stamps is decided from all rows
+/// (unit_of_stamps). Comments (#) and blank lines are skipped. Stamps must rise; a last pose that repeats the
+/// previous stamp is dropped with a warning. Throws FileError.
 TrajectoryFile read_trajectory(const std::filesystem::path& file);
 
 }  // namespace sim::files

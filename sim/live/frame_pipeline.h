@@ -29,7 +29,7 @@ class OrderedWorker {
   explicit OrderedWorker(bool own_thread) {
     if (own_thread) thread_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
   }
-  /// The future has the function's result or exception.
+  /// Returns a future with the function's result or exception.
   template <typename Function>
   auto do_next(Function function) {
     std::packaged_task<std::invoke_result_t<Function>()> task(std::move(function));
@@ -83,15 +83,15 @@ class FramePipeline {
   /// beside: images are drawn on separate threads, a few frames behind the walk.
   FramePipeline(const scenario::Scenario& scenario, const physics::Models& models, bool beside);
   ~FramePipeline();
-  /// The surfaces that the camera can see.
+  /// Returns the surfaces that the camera can see.
   const std::vector<score::Surface>& surfaces() const { return surfaces_; }
-  /// To be called at each millisecond: the positions that later images are drawn at.
+  /// Adds the positions for drawing later images. Must be called at each millisecond.
   void add_positions(const physics::World& world) {
     if (!sensors_.empty()) motion_.add(world.time(), *world.model(), *world.data());
   }
-  /// When the next frame is stamped.
+  /// Returns the stamp of the next frame.
   std::chrono::nanoseconds next_due() const;
-  /// When there is something to do next: a frame to stamp, or an image to draw.
+  /// Returns the time of the next event: a frame to stamp or an image to draw.
   std::chrono::nanoseconds next_event() const;
   void push(Frame frame) { frames_.push_back(std::move(frame)), ++next_; }
   /// Draws the images with shutters closed at this time; all remaining ones at the end of the walk.
@@ -99,11 +99,11 @@ class FramePipeline {
   /// Returns whether the oldest frame must be popped because enough images are in flight.
   bool is_full() const { return drawn_.size() > in_flight_; }
   bool empty() const { return drawn_.empty(); }
-  /// The stamp of the frame that pop() gives next; there must be one.
+  /// Returns the stamp of the frame that pop() returns next; there must be one.
   std::chrono::nanoseconds next_stamp() const { return drawn_.front().frame.observation.t; }
-  /// Time from a frame's stamp until its shutter has closed.
+  /// Returns the time from a frame's stamp until its shutter has closed.
   std::chrono::nanoseconds lead() const { return lead_; }
-  /// The oldest frame, with its image, once that is drawn. Throws what drawing it has thrown.
+  /// Returns the oldest frame with its image, once drawn. Throws what drawing it has thrown.
   Frame pop();
   /// Frees the room's textures, which take more memory than truth and estimates of a long walk.
   void close_cameras();

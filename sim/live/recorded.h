@@ -21,16 +21,16 @@
 
 namespace sim::live {
 
-/// Plans the walk. Throws std::invalid_argument if it cannot be planned, and ConfigError at a walk command
-/// with a planned posture too near to a wall or to furniture, unless the scenario allows a run to end as
-/// "collided".
+/// Returns the plan of the walk. Throws std::invalid_argument if it cannot be planned, and ConfigError at a
+/// walk command with a planned posture too close to a wall or furniture, unless the scenario allows a run to
+/// end as "collided".
 walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const physics::Models& models);
 
 /// Moves head camera and chest IMU of the models to the scenario's mounts. Throws ConfigError if a link does
 /// not exist, also of the rig.
 void mount_sensors(const scenario::ReadScenario& read, physics::Models& models);
 
-/// The places of the items of a scenario's rig on the robot; of a depth camera the head camera's.
+/// Returns the places of a scenario's rig items on the robot; a depth camera's is the head camera's.
 std::vector<physics::Place> places(const std::vector<rig::Item>& rig, const mjModel_& model);
 
 /// The further IMUs: read at each of their periods.
@@ -38,7 +38,7 @@ class RigImus {
  public:
   RigImus(const std::vector<rig::Item>& rig, const std::vector<physics::Place>& places,
           const physics::World& world);
-  /// To be called at each millisecond: appends the readings that end now.
+  /// Appends the readings that end now. Must be called at each millisecond.
   void read(const physics::World& world, std::vector<slam::RigReading>& readings);
 
  private:
@@ -51,15 +51,15 @@ class RigImus {
   std::vector<Imu> imus_;
 };
 
-/// Each is drawn from its named stream, so that setting one spread to 0 does not change the others.
+/// Returns the variations, each from its own named stream, so a spread of 0 does not change the others.
 physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world);
 
-/// Waist pose X_PB at time t (s), from.t_s <= t <= to.t_s: position and yaw linear between the two references
-/// (one control period apart; the plan's acceleration of at most a few m/s² makes that wrong by less than 20
-/// µm).
+/// Returns the waist pose X_PB at time t (s), from.t_s <= t <= to.t_s: position and yaw linear between the
+/// two references (one control period apart; as the plan accelerates by at most a few m/s², the error is
+/// below 20 µm).
 Eigen::Isometry3d planned_waist(const walking::Reference& from, const walking::Reference& to, double t_s);
 
-/// The planned motion of a camera fixed to the waist at X_BC. Velocities: those of the tick before t.
+/// Returns the planned motion of a camera fixed to the waist at X_BC. Velocities: those of the tick before t.
 slam::PlannedMotion planned_motion(const walking::Reference& from, const walking::Reference& to, double t_s,
                                    const Eigen::Isometry3d& X_BC);
 
@@ -71,17 +71,17 @@ struct Mounting {
 Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
                   const physics::Models& models);
 
-/// X_PB: the planned waist at the start.
+/// Returns the setup of a recording. X_PB: the planned waist at the start.
 recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, const Mounting& mounting,
                                           const Eigen::Isometry3d& X_PB);
 
 std::vector<score::StepCorrection> recorded(const std::vector<walking::StepCorrection>& corrections);
 slam::BodyReading recorded(std::chrono::nanoseconds t, const walking::SensorReadings& readings);
 
-/// True motion of the chest IMU at the world's time.
+/// Returns the true motion of the chest IMU at the world's time.
 recording::TrueMotion true_motion(const physics::World& world);
 
-/// Both feet, true and as planned. Load and creep are those since the last call.
+/// Returns both feet, true and as planned. Load and creep are those since the last call.
 recording::TrueFeet true_feet(physics::World& world, const walking::Reference& plan);
 
 /// Returns how a walk ended.

@@ -9,8 +9,8 @@
 
 namespace sim::pages {
 
-/// Text for HTML and SVG, in elements and quoted attributes. Every text from a file or a user goes through
-/// it.
+/// Returns the text escaped for elements and quoted attributes of HTML and SVG. Every text from a file or a
+/// user must be escaped.
 std::string escaped(std::string_view text);
 
 /// Selects the color: style sheets and pictures give each role its own.
@@ -64,22 +64,22 @@ struct Axis {
   bool whole = false;  ///< ticks are whole numbers
 
   double at(double value) const;
-  /// Multiples of 1, 2 or 5 times a power of ten; on a logarithmic axis powers of ten if there are two.
+  /// Returns multiples of 1, 2 or 5 times a power of ten; on a logarithmic axis powers of ten if two fit.
   std::vector<double> ticks(int about) const;
 };
 
-/// The range of all finite values (positive ones on a logarithmic axis), with a margin; 0 to 1 without any.
+/// Returns the range of all finite values (positive ones if logarithmic) with a margin; 0 to 1 without any.
 Axis axis_of(const std::vector<const std::vector<double>*>& values, bool logarithmic);
 
-/// An SVG document of the given size (px) with title and legend. in_page: only the drawing, for a page with
-/// figure_style(), a caption and a legend. Its axes are then attributes, for the cursor of web/figures.js.
+/// Returns an SVG document of this size (px) with title and legend. in_page: only the drawing, for a page
+/// with figure_style(), a caption and a legend; its axes are attributes, for the cursor of web/figures.js.
 std::string to_svg(const Figure& figure, double width, double height, bool in_page = false);
-/// CSS of the drawings: plain colors, and those of the page if it defines them.
+/// Returns the CSS of the drawings: plain colors, and those of the page if it defines them.
 std::string figure_style();
 
-/// RFC 4648.
+/// Returns the bytes in Base64 (RFC 4648).
 std::string base64(std::string_view bytes);
-/// A script element with JSON as data under that id. Browsers never run it, whatever the JSON contains.
+/// Returns a script element with JSON as data under that id; browsers never run it, whatever it contains.
 std::string data_script(std::string_view id, std::string_view json);
 
 /// A cell of a table: HTML with its style class.
@@ -88,7 +88,7 @@ struct TableCell {
 };
 TableCell text_cell(std::string_view text, const std::string& style = "");
 TableCell code_cell(std::string_view text);
-/// Four significant digits; a dash if there is no finite value.
+/// Returns four significant digits, or a dash if there is no finite value.
 TableCell number_cell(std::optional<double> value);
 std::string number_text(std::optional<double> value);
 
@@ -96,28 +96,28 @@ struct TableRow {
   std::vector<TableCell> cells;
   std::string id = "";
 };
-/// The first column stays visible when the table is scrolled.
+/// Returns a table whose first column stays visible when it is scrolled.
 std::string table_html(std::string_view name, const std::vector<TableCell>& titles,
                        const std::vector<TableRow>& rows);
 
-/// A figure with caption, drawing and legend, followed by `below` (HTML).
+/// Returns a figure with caption, drawing and legend, followed by `below` (HTML).
 std::string figure_html(const Figure& figure, const std::string& below = "", double height = 300,
                         double width = 560);
-/// HTML of figures as a grid.
+/// Returns the HTML of figures as a grid.
 std::string figures_html(const std::string& figures);
 /// A section of a page; html: its content.
 struct Section {
   std::string id, title, html;
 };
-/// The sections that have a content; with links to them if there are several.
+/// Returns the sections that have content; with_links: preceded by links to them if there are several.
 std::string sections_html(const std::vector<Section>& sections, bool with_links = false);
 
-/// The scripts of the pages: behavior of tables and figures, and the map in three dimensions.
+/// Returns the script of the pages: the behavior of tables and figures, or the map in three dimensions.
 std::string_view page_script();
 std::string_view map_script();
 
-/// A page that is one file. subtitle, body: HTML. The Content-Security-Policy names the scripts by their
-/// hashes, so that a browser runs no other script, loads nothing and sends nothing.
+/// Returns a page that is one file. subtitle, body: HTML. The Content-Security-Policy names the scripts by
+/// their hashes, so a browser runs no other script, loads nothing and sends nothing.
 std::string html_page(std::string_view title, const std::string& subtitle, const std::string& body,
                       const std::vector<std::string_view>& scripts = {page_script()});
 

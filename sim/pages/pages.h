@@ -17,19 +17,19 @@ namespace sim::pages {
 /// The name of the thin line by the same sensors without images.
 inline constexpr const char* kOdometryName = "odometry, no images";
 
-/// Planned, true and estimated path of the camera, from above.
+/// Returns the planned, true and estimated path of the camera, from above.
 Figure camera_from_above(const RunData& run);
-/// Planned and true path of the waist, from above.
+/// Returns the planned and true path of the waist, from above.
 Figure waist_from_above(const RunData& run);
-/// Planned, true and estimated height of the camera.
+/// Returns the planned, true and estimated height of the camera.
 Figure camera_height(const RunData& run);
-/// The position error with its 3-sigma bound, at most so far from the loop closure; no lines without errors.
+/// Returns position error and 3-sigma bound within around_s of the loop closure; no lines without errors.
 Figure uncertainty(const RunData& run, double around_s = INFINITY);
-/// All figures that the run has data for.
+/// Returns all figures that the run has data for.
 std::vector<Figure> run_figures(const RunData& run);
 
-/// The figures of several runs of one scenario: paths, error over time, mean NEES with its band, and ATE and
-/// CPU time by seed. Estimators are never pooled. By scenario; empty for fewer than two runs of it.
+/// Returns, by scenario, figures of its runs: paths, error over time, mean NEES with its band, and ATE and
+/// CPU time by seed. Estimators are never pooled; a scenario with fewer than two runs has no figures.
 std::vector<std::pair<std::string, std::vector<Figure>>> comparison_figures(const std::vector<RunData>& runs);
 
 /// The metrics that are shown first, in cards and in tables over several runs.
@@ -44,7 +44,7 @@ inline constexpr const char* kShownMetrics[]{"ate_se3_rmse_m",
                                              "navigation_end_position_error_m",
                                              "navigation_end_yaw_error_deg"};
 
-/// By the limits of the run's own scenario: "passed", "missed a limit", or an ending that it does not allow.
+/// Returns "passed", "missed a limit", or an ending that is not allowed, by the limits of the run's scenario.
 std::string verdict_of(const RunData& run);
 
 /// Frames with images, evenly spaced over the walk, as SVG: the image with the 3-sigma ellipses that were
@@ -53,27 +53,27 @@ struct Picture {
   double t = 0;  ///< s
   std::string svg;
 };
-/// Empty if there is no recording with images.
+/// Returns the pictures, none if there is no recording with images.
 std::vector<Picture> pictures(const RunData& run, int count);
-/// HTML of these pictures with an explanation; empty without any. prefix: of the ids.
+/// Returns the HTML of these pictures with an explanation; empty without any. prefix: of the ids.
 std::string picture_strip(const std::vector<Picture>& pictures, const std::string& prefix);
 
-/// The sections of a run as HTML, with links to them. prefix: of the ids. title: of the first section.
+/// Returns a run's sections as HTML with links to them. prefix: of the ids. title: of the first section.
 std::string run_sections(const RunData& run, const std::string& prefix, const std::string& title);
 
-/// The page about these runs (at least one). Throws FileError if a file of a run is broken.
+/// Returns the page about these runs (at least one). Throws FileError if a file of a run is broken.
 std::string runs_page(const std::vector<RunData>& runs);
 
-/// True if the folder contains the scores of a sweep.
+/// Returns whether the folder contains the scores of a sweep.
 bool is_sweep(const fs::path& folder);
-/// The page of a sweep: medians over one swept key as a line with all trials as dots, over two keys as a heat
-/// map, further keys pooled by their median; and the worst seed of each setting, by scenario. Throws
-/// FileError.
+/// Returns the page of a sweep: medians over one swept key as a line with all trials as dots, over two keys
+/// as a heat map, further keys pooled by their median; and the worst seed of each setting, by scenario.
+/// Throws FileError.
 std::string sweep_page(const fs::path& folder);
 
-/// True if the folder contains a tuning.
+/// Returns whether the folder contains a tuning.
 bool is_tuning(const fs::path& folder);
-/// The page of a tuning: the search, what recordings determine, hold-out runs. Throws FileError.
+/// Returns the page of a tuning: the search, what recordings determine, hold-out runs. Throws FileError.
 std::string tune_page(const fs::path& folder);
 
 // The experiments of the paper, the runs of this bench that repeat them, and the page that compares both.
@@ -108,15 +108,15 @@ const std::vector<RunData>& runs_of(const PaperRuns& all, const std::string& exp
 struct PaperRow {
   std::string what, paper, bench = "not run", agreement = "";
 };
-/// All rows; the result of an experiment without runs is "not run".
+/// Returns all rows; the result of an experiment without runs is "not run".
 std::vector<PaperRow> paper_rows(const PaperRuns& runs);
 
-/// Figure 3, from a depths.csv: the depth hypotheses of the landmark that took most images until its depth
-/// was known (standard deviation below 0.3 of it), after the first image, thirds of them and the last.
+/// Returns Figure 3, from a depths.csv: the depth hypotheses of the landmark that took most images until its
+/// depth was known (standard deviation below 0.3 of it), after the first image, thirds of them and the last.
 /// It has no lines if no landmark qualifies.
 Figure depths_figure(const fs::path& depths_csv);
 
-/// The page: table and figures. Throws FileError if a table of a run is broken.
+/// Returns the page: table and figures. Throws FileError if a table of a run is broken.
 std::string paper_page(const PaperRuns& runs, const std::string& revision);
 
 // The estimators of a tree of results in one table: a row for each set of results, grouped by scenario.
@@ -133,7 +133,7 @@ struct LeaderboardRow {
   std::map<std::string, std::vector<double>> values;  ///< by column, of the runs that have one
   std::vector<std::string> settings;  ///< "key=value" of each key but seed; empty if they cannot be read
 
-  /// Over the runs that have a value; empty if none has.
+  /// Returns the median over the runs that have a value, or nothing if none has.
   std::optional<double> median(const std::string& column) const;
 };
 
@@ -148,14 +148,14 @@ inline const std::vector<std::string> kLeaderboardMetrics{"ate_se3_rmse_m",   "a
                                                           "rmse_m",           "end_position_error_m",
                                                           "tracked_fraction", "nees_position_mean"};
 
-/// All results below the folders, each once, without recordings and earlier seeds. Orders the rows of a
-/// scenario by coverage in whole percent, then by the median of the first metric; never compares scenarios.
+/// Returns all results below the folders, each once, without recordings and earlier seeds. Orders the rows of
+/// a scenario by coverage in whole percent, then by the median of the first metric; never compares scenarios.
 /// Throws FileError if a folder contains no result that can be read.
 Leaderboard leaderboard(const std::vector<fs::path>& folders, const std::vector<std::string>& metrics);
 
 std::string leaderboard_table(const Leaderboard& board);
 std::string leaderboard_csv(const Leaderboard& board);
-/// A page that needs no other file.
+/// Returns a page that needs no other file.
 std::string leaderboard_page(const Leaderboard& board);
 
 }  // namespace sim::pages

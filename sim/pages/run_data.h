@@ -52,26 +52,26 @@ struct FrameError {
   Eigen::Vector4d error = Eigen::Vector4d::Constant(NAN), sigma = error;
   score::PoseNees nees{NAN, NAN};
 };
-/// Empty without truth or estimate.
+/// Returns the error, or nothing without truth or estimate.
 std::optional<FrameError> error_of(const Frame& frame);
-/// Half axes (longer first) and angle (rad) of the 3-sigma ellipse of a covariance.
+/// Returns half axes (longer first) and angle (rad) of the 3-sigma ellipse of a covariance.
 Eigen::Vector3d ellipse(const Eigen::Matrix2d& covariance);
 
-/// JSON of a frame for the page's script (web/run.js documents the keys). m, rad; null if not finite.
+/// Returns the JSON of a frame for web/run.js, which documents the keys. m, rad; null if not finite.
 nlohmann::ordered_json to_json(const Frame& frame);
 
-/// A WebSocket message: the length of the JSON (little-endian, four bytes), the JSON, the gray image by rows.
+/// Returns a WebSocket message: length of the JSON (little-endian, four bytes), JSON, gray image by rows.
 std::string to_message(const Frame& frame);
 
 /// Returns a reading of the rig as a page shows it: of a camera a PNG, with depth in the color map turbo from
 /// nearest_m (blue) to furthest_m (red) and black where there is none; of a lidar its points in the frame of
 /// the head camera, x, y, z in m as float32; of an IMU nothing.
 std::string shown(const slam::RigReading& reading, const rig::RigSensor& sensor);
-/// Describes the output of shown() in words.
+/// Returns a description of the output of shown().
 std::string words_of(const rig::RigSensor& sensor);
 
-/// The image file of each frame, or an empty path. For a camera or a lidar of the rig: the file of the
-/// newest reading. Throws FileError if a file is outside of the recording.
+/// Returns the image file of each frame, or an empty path; for a camera or a lidar of the rig, the file of
+/// the newest reading. Throws FileError if a file is outside of the recording.
 std::vector<fs::path> image_files(const std::vector<Frame>& frames, const fs::path& recording,
                                   const std::string& sensor = "cam0");
 
@@ -80,8 +80,8 @@ class Pictures {
  public:
   /// Throws FileError if the recording is unfinished or was edited.
   explicit Pictures(const fs::path& recording);
-  /// shown() of the file of a reading of the rig or of the head camera. Throws FileError unless the file has
-  /// the listed hash, and an image the camera's size.
+  /// Returns shown() of the file of a reading of the rig or of the head camera. Throws FileError unless the
+  /// file has the listed hash, and an image the camera's size.
   std::string shown(const rig::RigSensor& sensor, const fs::path& file) const;
   const recording::RecordingSetup& setup() const { return setup_; }
 
@@ -105,13 +105,13 @@ class Table {
 
   std::size_t rows() const { return rows_; }
   bool has(std::string_view column) const { return columns_.contains(column); }
-  /// As text. Throws FileError if there is no such column.
+  /// Returns a column as text. Throws FileError if there is no such column.
   const std::vector<std::string>& text(std::string_view column) const;
-  /// As numbers; NaN if a field is not a number.
+  /// Returns a column as numbers; NaN if a field is not a number.
   Column numbers(std::string_view column) const;
-  /// Nanoseconds as seconds.
+  /// Returns a column of nanoseconds in seconds.
   Column seconds(std::string_view column) const;
-  /// Time stamps. Throws FileError if a field is none.
+  /// Returns a column of time stamps. Throws FileError if a field is not one.
   std::vector<slam::Stamp> stamps(std::string_view column) const;
 
  private:
@@ -151,16 +151,16 @@ struct RunData : result::SeedScore {
   std::optional<Table> filter_frames, feet, frame_times, corrected_steps, answers;
   std::vector<Frame> frames;  ///< truth, plan, estimate, report and map, without images
 
-  /// "tangent_circle, seed 1", followed by the estimator unless that is the filter, and by its alignment.
+  /// Returns "tangent_circle, seed 1" with the estimator, unless it is the filter, and its alignment.
   std::string label() const;
 };
 
-/// The alignment of a result's estimate with the truth before it was scored; "none" without one.
+/// Returns the alignment of a result's estimate with the truth before it was scored; "none" without one.
 std::string alignment_of(const result::About& about);
-/// The column of a metric in tables over several results: "rmse_m_after_sim3" if it depends on the alignment.
+/// Returns a metric's column in tables over several results: "rmse_m_after_sim3" if alignment affects it.
 std::string column_of(const std::string& metric, const std::string& alignment);
 
-/// Throws FileError if the folder is not a result, a file is missing or broken, or its recording was edited.
+/// Reads a result. Throws FileError if it is none, a file is missing or broken, or its recording was edited.
 RunData read_run(const fs::path& result_folder);
 
 }  // namespace sim::pages

@@ -26,12 +26,12 @@ class AslFolder {
   ~AslFolder();
 
   const AslSensors& sensors() const;
-  /// The times of all images, from the first one on.
+  /// Returns the times of all images, from the first one on.
   const std::vector<slam::Stamp>& times() const;
   /// Returns the next image with the readings since the one before, or nothing after the last. A reading
   /// applies until halfway to its neighbors.
   std::optional<slam::Observation> next();
-  /// Progress of next(), 0 to 1.
+  /// Returns the progress of next(), 0 to 1.
   double part() const;
 
  private:
@@ -39,14 +39,14 @@ class AslFolder {
   std::unique_ptr<Files> files_;
 };
 
-/// True for a folder of this layout.
+/// Returns whether a folder has this layout.
 bool is_asl_folder(const std::filesystem::path& folder);
 
-/// Returns true poses X_WC of the camera at those of the rising times that lie between true poses less than
-/// 0.1 s apart, interpolated linearly. The first pose is aligned with AslSensors::setup.X_WC_start. Of a
-/// truth of positions only (Truth::positions_of) they are those of its point, in its own world. Empty without
-/// truth. Throws FileError, also if no true pose is near any of the times, or if clock_offset() finds 0.1 s
-/// or more between gyro and truth.
+/// Returns true camera poses X_WC, interpolated linearly, at those of the rising times between true poses
+/// less than 0.1 s apart; empty without truth. The first pose is aligned with AslSensors::setup.X_WC_start.
+/// For a truth of positions only (Truth::positions_of) they are positions of its point in its own world.
+/// Throws FileError, also if no true pose is near any of the times, or if clock_offset() finds 0.1 s or more
+/// between gyro and truth.
 Truth read_asl_truth(const std::filesystem::path& folder, const AslSensors& sensors,
                      const std::vector<slam::Stamp>& times);
 
@@ -62,10 +62,10 @@ struct ClockOffset {
   double gain;                     ///< the gyro's speeds relative to those of the truth
 };
 
-/// Returns nothing unless the speeds of rotation in the first hour correlate by at least 0.6 at an offset of
-/// at most 10 s. That is evidence if it explains them decisively better than none: by a log-likelihood ratio
-/// of the two linear relations of at least 15, if speeds over 0.1 s are independent. The axes of the two
-/// bodies and a bias do not matter.
+/// Returns the offset, or nothing unless the speeds of rotation in the first hour correlate by at least 0.6
+/// at an offset of at most 10 s. It is evidence if it explains them decisively better than none: by a
+/// log-likelihood ratio of the two linear relations of at least 15, if speeds over 0.1 s are independent. The
+/// axes of the two bodies and a bias do not matter.
 std::optional<ClockOffset> clock_offset(const std::vector<TimedRotation>& gyro,
                                         const std::vector<files::TumRow>& truth);
 

@@ -13,8 +13,8 @@ struct CachePlace {
   std::uintmax_t most_bytes = 20'000'000'000;
 };
 
-/// The folder is $GAITSLAM_CACHE, else $XDG_CACHE_HOME/gaitslam, else $HOME/.cache/gaitslam; the size is
-/// $GAITSLAM_CACHE_GB. Throws std::invalid_argument if the size is not a number or no folder is set.
+/// Returns the folder $GAITSLAM_CACHE, else $XDG_CACHE_HOME/gaitslam, else $HOME/.cache/gaitslam, and the
+/// size $GAITSLAM_CACHE_GB. Throws std::invalid_argument if the size is not a number or no folder is set.
 CachePlace cache_place();
 
 /// A recording in use: no process removes it while this object lives.
@@ -54,7 +54,7 @@ class Cache {
     std::int64_t last_used_ns = 0;  ///< since 1970
     bool in_use = false;
   };
-  /// Returns the entries, the least recently used first: the folders that have the program's marker.
+  /// Returns the entries, which are folders with the program's marker, the least recently used first.
   std::vector<Entry> list() const;
 
   struct Cleaned {

@@ -6,8 +6,8 @@
 
 namespace sim::recording {
 
-/// Returns the same observations as a live run or a replay gives the filter, bit for bit. Throws as
-/// RecordingReader and SensorErrors do.
+/// The observations that a live run or a replay gives the filter, bit for bit. Throws as RecordingReader and
+/// SensorErrors do.
 class FilterInput {
  public:
   FilterInput(const std::filesystem::path& recording, const sensor_errors::ErrorOptions& errors,
@@ -15,11 +15,11 @@ class FilterInput {
       : reader_(recording), errors_(errors, seed, reader_.setup().rig) {}
 
   const RecordingSetup& setup() const { return reader_.setup(); }
-  /// The next observation in the order of arrival; nothing after the last.
+  /// Returns the next observation in the order of arrival, or nothing after the last.
   std::optional<slam::Observation> next();
-  /// next() without the observations that the filter rejects because their stamps do not rise.
+  /// Returns next() without observations that the filter rejects because their stamps do not rise.
   std::optional<slam::Observation> next_in_order();
-  /// Progress of reading, 0 to 1.
+  /// Returns the progress of reading, 0 to 1.
   double part() const { return reader_.part(); }
 
  private:

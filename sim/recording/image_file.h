@@ -16,17 +16,17 @@ std::optional<cv::Size> image_size(std::string_view bytes);
 /// Throws files::FileError unless the header of a PNG or JPEG has this size; decodes nothing.
 void require_image_size(const std::filesystem::path& file, std::string_view bytes, const cv::Size& size);
 
-/// Decodes an image of this size; flags: as of cv::imdecode. Throws FileError, for another size beforehand.
+/// Returns a decoded image of this size; flags: of cv::imdecode. Throws FileError; checks the size first.
 cv::Mat decode_image(const std::filesystem::path& file, std::string_view bytes, const cv::Size& size,
                      int flags);
 
-/// Encodes an image as PNG: 8-bit gray (CV_8UC1), RGB in this order (CV_8UC3), or 16-bit gray (CV_16UC1). All
+/// Returns an image as PNG: 8-bit gray (CV_8UC1), RGB in this order (CV_8UC3), or 16-bit gray (CV_16UC1). All
 /// rows have the filter "up", the fastest to reverse.
 std::string encode_png(const cv::Mat& image);
 
-/// Decodes what encode_png() writes for an image of this type; gray to the same pixels as cv::imdecode, color
-/// as RGB. Returns nothing for other or damaged bytes; checks only the checksum of the pixels, not those of
-/// the chunks.
+/// Returns an image of this type from the output of encode_png(): gray with the pixels of cv::imdecode, color
+/// as RGB; nothing for other or damaged bytes. Checks only the checksum of the pixels, not those of the
+/// chunks.
 std::optional<cv::Mat> decode_png(std::string_view png, int type);
 
 }  // namespace sim::recording

@@ -32,12 +32,12 @@ class Manifest {
   void check_sizes() const;
   /// Checks every listed file as check() does.
   void check_all() const;
-  /// Checks a listed file against its hash, reading it in pieces. Returns its full path. Throws FileError.
+  /// Returns the full path of a listed file, read in pieces to check its hash. Throws FileError.
   std::filesystem::path check(const std::string& path) const;
   /// Returns the content of a listed file of at most so many bytes. Throws FileError if it was changed.
   std::string read(const std::string& path, std::uintmax_t most = files::kMostOfText) const;
   bool lists(const std::string& path) const { return entries_.contains(path); }
-  /// Hash of the manifest, and so of the whole recording.
+  /// Returns the hash of the manifest, and so of the whole recording.
   const std::string& hash() const { return hash_; }
 
  private:

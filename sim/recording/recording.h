@@ -14,7 +14,7 @@
 namespace sim::recording {
 
 inline constexpr slam::Stamp kEpoch{1'000'000'000'000'000'000};
-/// The stamp in files, ns.
+/// Returns the stamp in files, ns.
 constexpr std::int64_t file_stamp(slam::Stamp t) { return (kEpoch + t).count(); }
 
 /// The sensors: what the filter knows before the first observation, and what other readers need.
@@ -65,10 +65,10 @@ class RecordingWriter {
   void add(const TrueFeet& feet);        ///< at any rate
   void add(const score::Surface& surface);
 
-  /// All steps that a steered walk could correct; other walks have no such file.
+  /// Adds all steps that a steered walk could correct; other walks have no such file.
   void add(const std::vector<score::StepCorrection>& steps);
 
-  /// A further small file, listed in the manifest.
+  /// Adds a further small file, listed in the manifest.
   void add(const std::string& name, std::string_view text);
 
   /// Closes all files and writes the manifest. Readers reject folders without one as unfinished.
@@ -88,12 +88,12 @@ class RecordingReader {
   RecordingReader(RecordingReader&&) noexcept;
 
   const RecordingSetup& setup() const;
-  /// The next observation; nothing after the last. The images and points of the sensors of the rig that
-  /// `wants` is false for (RigReading::sensor) are checked against the manifest, but left out.
+  /// Returns the next observation, or nothing after the last. Images and points of rig sensors are checked
+  /// against the manifest, but left out if `wants` is false for the sensor (RigReading::sensor).
   std::optional<slam::Observation> next(const std::function<bool(int)>& wants = {});
-  /// Progress of next(), 0 to 1.
+  /// Returns the progress of next(), 0 to 1.
   double part() const;
-  /// One hash for the whole recording.
+  /// Returns one hash for the whole recording.
   const std::string& hash() const;
 
  private:
@@ -112,7 +112,7 @@ struct Truth {
   std::vector<score::StepCorrection> corrected_steps;  ///< likewise
 };
 
-/// Reads the truth of a recording, after the filter has finished. Throws FileError as RecordingReader.
+/// Reads the truth of a recording, after the filter has finished. Throws FileError as RecordingReader does.
 Truth read_truth(const std::filesystem::path& folder);
 
 }  // namespace sim::recording

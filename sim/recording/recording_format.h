@@ -25,7 +25,7 @@ class StampedRows {
   StampedRows(const StampedRows&) = delete;
   StampedRows& operator=(const StampedRows&) = delete;
 
-  /// Stamp of the current row; nothing after the last.
+  /// Returns the stamp of the current row, or nothing after the last.
   const std::optional<slam::Stamp>& stamp() const { return stamp_; }
   const files::CsvReader& row() const { return csv_; }
   void advance();
@@ -40,19 +40,19 @@ class StampedRows {
 
 // A row of plan0/data.csv: the planned motion of the camera at a frame.
 
-/// The header for plans like this one, with or without leg odometry; all plans of a file are alike.
+/// Returns the header for plans like this one, with or without leg odometry; all plans of a file are alike.
 const std::string& plan_header(const slam::PlannedMotion& plan);
 
-/// The fields of a row after its stamp; they read back bit for bit.
+/// Returns the fields of a row after its stamp; they read back bit for bit.
 std::string plan_fields(const slam::PlannedMotion& plan);
 
-/// The fields of a row of kCorrectionColumns, each after a comma.
+/// Returns the fields of a row of kCorrectionColumns, each after a comma.
 std::string correction_fields(const score::StepCorrection& step);
 
 /// Reads the plan of a row with either header. Throws FileError.
 slam::PlannedMotion read_plan_row(const files::CsvReader& row);
 
-/// The readings in a row of an IMU, by default in fields 1 to 6. Throw FileError for one beyond any sensor.
+/// Returns a reading in an IMU's row, by default fields 1 to 6. Throws FileError if no sensor can measure it.
 Eigen::Vector3d angular_rate(const files::CsvReader& row,
                              const std::vector<files::Column>& columns = {{1}, {2}, {3}});  ///< rad/s
 Eigen::Vector3d acceleration(const files::CsvReader& row,
@@ -67,17 +67,17 @@ struct RigFormat {
 };
 const RigFormat& format_of(rig::Kind kind);
 
-/// The head camera as a sensor of the rig.
+/// Returns the head camera as a sensor of the rig.
 rig::RigSensor head_camera(const RecordingSetup& setup);
 
-/// The points of a sweep as records of 20 bytes, little-endian: x, y, z (m) and intensity as float32, the
-/// time since the sweep's stamp (ns) as int32.
+/// Returns the points of a sweep as records of 20 bytes, little-endian: x, y, z (m) and intensity as float32,
+/// the time since the sweep's stamp (ns) as int32.
 std::string lidar_bytes(const std::vector<slam::LidarPoint>& points);
-/// Reads them back. Throws FileError for a part of a record and numbers that are not finite.
+/// Returns the points of lidar_bytes(). Throws FileError if a record is incomplete or a number not finite.
 std::vector<slam::LidarPoint> read_lidar(const std::filesystem::path& file, std::string_view bytes);
 
 /// Reads the image or the points of a reading of a camera or a lidar. name: of its file. Throws FileError
-/// unless it is as the manifest of the folder lists it, and an image of the sensor's size.
+/// unless the file matches the folder's manifest, and an image the sensor's size.
 slam::RigReading read_rig_file(const std::filesystem::path& folder, const Manifest& manifest,
                                const rig::RigSensor& sensor, const std::string& name);
 
@@ -91,7 +91,7 @@ struct BodySensor {
   void (*read)(const files::CsvReader& row, BodyReading& reading);  ///< sets them
 };
 
-/// All of them, in the order of the manifest.
+/// Returns all of them, in the order of the manifest.
 const std::vector<BodySensor>& body_sensors();
 
 }  // namespace sim::recording
@@ -103,7 +103,7 @@ inline const std::string kBody = "mav0/body.yaml";
 inline const std::string kMotion = "state_groundtruth_estimate0";
 inline const std::string kFrames = "frames.csv";
 
-/// Names of the files of a sensor: of cam0, imu0, plan0, the body or the rig.
+/// Returns the name of a file of a sensor: of cam0, imu0, plan0, the body or the rig.
 inline std::string sensor_file(const std::string& sensor) { return "mav0/" + sensor + "/sensor.yaml"; }
 inline std::string sensor_rows(const std::string& sensor) { return "mav0/" + sensor + "/data.csv"; }
 inline std::string sensor_data(const std::string& sensor) { return "mav0/" + sensor + "/data/"; }

@@ -13,19 +13,19 @@ struct ImuNoise {
   double accelerometer_walk = 0;     ///< m/s³/√Hz
 };
 
-/// cam0: body frame = chest IMU G, so T_BS = X_GC; the filter uses T_SB = X_CG. distortion_model:
-/// one-parameter-radial (u_d = u_0 + u_c / sqrt(1 + 2 k1 |u_c|²), u_c = (fu x/z, fv y/z), Swaminathan & Nayar
-/// 1999), radial-tangential or equidistant.
+/// Returns the file of cam0: body frame = chest IMU G, so T_BS = X_GC; the filter uses T_SB = X_CG.
+/// distortion_model: one-parameter-radial (u_d = u_0 + u_c / sqrt(1 + 2 k1 |u_c|²), u_c = (fu x/z, fv y/z),
+/// Swaminathan & Nayar 1999), radial-tangential or equidistant.
 std::string camera_yaml(const slam::Calibration& calibration, double rate_hz);
-/// An IMU. begin: start of the first interval, if readings are means.
+/// Returns the file of an IMU. begin: start of the first interval, if readings are means.
 std::string imu_yaml(const std::string& comment, const Eigen::Isometry3d& X_BS, double rate_hz,
                      const ImuNoise& noise, std::optional<slam::Stamp> begin = {});
 std::string body_sensor_yaml(const BodySensor& sensor, const RecordingSetup& setup);
 std::string plan_yaml(const RecordingSetup& setup);
 std::string motion_yaml();
-/// Lists the further sensors, if there are any.
+/// Returns the file of the body, which lists the further sensors, if there are any.
 std::string body_yaml(const std::vector<rig::RigSensor>& rig = {});
-/// A further sensor: all that RigSensor has. begin: of an IMU, start of the first interval.
+/// Returns the file of a further sensor: all of RigSensor. begin: of an IMU, start of the first interval.
 std::string rig_sensor_yaml(const rig::RigSensor& sensor, const slam::Calibration& calibration,
                             std::optional<slam::Stamp> begin = {});
 
@@ -55,12 +55,12 @@ struct StatedImu {
 };
 /// Reads a sensor.yaml, or the IMU's file of kalibr, which has update_rate and no T_BS.
 StatedImu read_imu_yaml(const YamlFile& file);
-/// A pose such as the T_BS of any sensor. rounded: its rotation is made orthonormal.
+/// Reads a pose such as the T_BS of any sensor. rounded: makes its rotation orthonormal.
 Eigen::Isometry3d read_pose(const YamlFile& file, const std::string& key, bool rounded = true);
-/// The names of the joints, and of the further sensors.
+/// Reads the names of the joints, or of the further sensors.
 std::vector<std::string> read_joints(const YamlFile& file);
 std::vector<std::string> read_body_yaml(const YamlFile& file);
-/// A further sensor, and `begin` as of rig_sensor_yaml().
+/// Reads a further sensor, and `begin` as in rig_sensor_yaml().
 std::pair<rig::RigSensor, std::optional<slam::Stamp>> read_rig_sensor_yaml(const YamlFile& file,
                                                                            const std::string& name);
 

@@ -27,7 +27,7 @@ struct Gate {
 /// with 8 seeds the least p-value, 2/2^8, stays below 0.05 after that.
 inline constexpr std::size_t kMostGates = 6;
 
-/// The gates of a scenario that names none.
+/// Returns the gates of a scenario that names none.
 const std::vector<Gate>& default_gates();
 
 /// One scenario of a suite. changes: key=value, as on the command line.
@@ -62,8 +62,8 @@ struct ScenarioResults {
   const result::SeedScore* find(std::uint64_t seed) const;
 };
 
-/// The configuration that determines the runs of a scenario, key to value: the keys that its file and changes
-/// set, except limits, name and seed; and the sections that it has.
+/// Returns the configuration that determines a scenario's runs, key to value: the keys set by its file and
+/// changes, except limits, name and seed; and its sections.
 std::map<std::string, std::string> config_of(const scenario::ReadScenario& read);
 
 /// A scenario's results and the scenario of its first seed.
@@ -95,7 +95,7 @@ struct Baseline {
   const ScenarioResults* find(const std::string& scenario) const;
 };
 
-/// Throws FileError if the file is missing or not a baseline.
+/// Reads a baseline. Throws FileError if the file is missing or not a baseline.
 Baseline read_baseline(const std::filesystem::path& file);
 
 /// Writes a baseline completely or not at all: one line per metric with the values of its seeds, in decimals

@@ -13,8 +13,8 @@
 
 namespace sim::regression {
 
-/// The factor by which the ratio of a metric to its expected value (score::Direction) may grow or shrink: 1 +
-/// the larger of `percent` and of `absolute` in percent of the expected value. Returns nullopt for other
+/// Returns the factor by which the ratio of a metric to its expected value (score::Direction) may grow or
+/// shrink: 1 + the larger of `percent` and of `absolute` in percent of the expected value; nullopt for other
 /// metrics.
 std::optional<double> tolerated_factor(const Gate& gate);
 
@@ -24,9 +24,9 @@ inline constexpr std::size_t kSeedsForTest = 8;
 /// more than the tolerance, and significantly · noisy: changed by more than the tolerance, but not
 /// significantly · added: missing in the baseline · missing: only in the baseline.
 enum class Verdict { identical, same, better, fail, noisy, added, missing };
-/// "IDENTICAL", ..., "NEW", "MISSING".
+/// Returns "IDENTICAL", ..., "NEW", "MISSING".
 std::string_view word(Verdict verdict);
-/// True for fail and missing.
+/// Returns whether the verdict is fail or missing.
 bool fails(Verdict verdict);
 
 /// One metric of one scenario: the baseline compared with the results now.
@@ -53,7 +53,7 @@ struct LimitVerdict {
   std::vector<std::string>
       failures{};  ///< of each run that failed: "seed 4 fell: CAUSE", then its last lines
 };
-/// "ok", "MISSED" or "RUN FAILED".
+/// Returns "ok", "MISSED" or "RUN FAILED".
 std::string word(const LimitVerdict& verdict);
 
 struct ScenarioVerdict {
@@ -69,25 +69,25 @@ struct ScenarioVerdict {
   std::function<std::string(std::uint64_t seed)> repro{};
 };
 
-/// "key: baseline's -> now's" for each key that differs.
+/// Returns "key: baseline's -> now's" for each key that differs.
 std::vector<std::string> config_differences(const std::map<std::string, std::string>& baseline,
                                             const std::map<std::string, std::string>& now);
 
-/// Judges each gate by the metric's loss (score::loss) on the seeds in common, by the signed rank test.
-/// p-values are adjusted for the number of gates. Without a seed in common every gate is added, or missing if
-/// nothing was run. Limits are left to judge_limits.
+/// Returns verdicts on each gate by the metric's loss (score::loss) on the seeds in common, by the signed
+/// rank test, with p-values adjusted for the number of gates. Without a seed in common every gate is added,
+/// or missing if nothing was run. Leaves limits to judge_limits.
 ScenarioVerdict compare(const ScenarioResults& baseline, const ScenarioResults& now,
                         const std::vector<Gate>& gates);
 
-/// First the allowed endings, then the limits on each seed, then those over seeds. They do not depend on
-/// the baseline. Leaves out a limit without a value on any seed if no filter was to run.
-/// expects_missed: every seed must miss a limit on single seeds instead of meeting all limits, as an
-/// estimator that is too simple for the scenario does.
+/// Returns verdicts on the allowed endings, then the limits on each seed, then those over seeds, none of
+/// which depends on the baseline. Leaves out a limit without a value on any seed if the scenario has no
+/// filter. expects_missed: every seed must miss a limit on single seeds instead of meeting all limits, as for
+/// an estimator too simple for the scenario.
 std::vector<LimitVerdict> judge_limits(const scenario::Scenario& scenario,
                                        const std::vector<result::SeedScore>& seeds,
                                        bool expects_missed = false);
 
-/// 0 passed, 1 a metric or limit fails, 3 a run ended in a way that its scenario does not allow.
+/// Returns 0 if all passed, 1 if a metric or limit fails, 3 if a scenario does not allow a run's ending.
 int exit_code(const std::vector<ScenarioVerdict>& verdicts);
 
 struct Comparison {
@@ -95,17 +95,17 @@ struct Comparison {
   std::vector<ScenarioVerdict> scenarios;
 };
 
-/// A table of 80 columns. It prints the command that repeats a run once for all its rows. colors: paint the
-/// verdicts for a terminal.
+/// Returns a table of 80 columns, with the command that repeats a run once for all its rows. colors: color
+/// the verdicts for a terminal.
 std::string verdict_table(const Comparison& comparison, bool colors);
-/// JUnit XML with a testcase for each row: a failure for FAIL, MISSING and missed limits, an error for runs
-/// that failed, skipped for NEW. The first row of a scenario has the wall time of its runs.
+/// Returns JUnit XML with a testcase for each row: a failure for FAIL, MISSING and missed limits, an error
+/// for failed runs, skipped for NEW. The first row of a scenario has the wall time of its runs.
 std::string junit(const Comparison& comparison);
-/// Markdown tables for a pull request.
+/// Returns Markdown tables for a pull request.
 std::string markdown(const Comparison& comparison);
-/// A line `::error file=...,title=...::...` for each row that fails.
+/// Returns a line `::error file=...,title=...::...` for each row that fails.
 std::string github_annotations(const Comparison& comparison);
-/// All verdicts with their numbers.
+/// Returns all verdicts with their numbers as JSON.
 std::string verdicts_json(const Comparison& comparison);
 
 }  // namespace sim::regression

@@ -24,16 +24,16 @@ struct JobRecord {
   std::map<std::string, double> values;  ///< metrics and objective terms that have a value
   bool operator==(const JobRecord&) const = default;
 
-  /// Returns nullopt if it has no value of that name.
+  /// Returns the value of that name, or nullopt if it has none.
   std::optional<double> value(std::string_view name) const;
 };
 
-/// A record as one line of JSON, without its end of line.
+/// Returns a record as one line of JSON, without a line feed.
 std::string to_line(const JobRecord& record);
-/// Returns nullopt if the line is not a record.
+/// Returns the record in a line, or nullopt if it is not one.
 std::optional<JobRecord> from_line(std::string_view line);
 
-/// A hash (32 hexadecimal digits) of the parts that a job depends on; it differs if their borders differ.
+/// Returns a hash (32 hex digits) of the parts that a job depends on; it differs if their borders differ.
 std::string job_key(std::initializer_list<std::string_view> parts);
 
 /// An append-only file of records, one process at a time. Safe to use from several threads.

@@ -15,7 +15,7 @@
 
 namespace sim::result {
 
-/// null for an absent value.
+/// Returns the value as JSON, null if absent.
 template <typename T>
 nlohmann::ordered_json or_null(const std::optional<T>& value) {
   return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
@@ -36,13 +36,13 @@ inline std::string painted(const std::string& text, Paint paint, bool colors) {
   return (paint == Paint::bad ? "\033[31m" : "\033[32m") + text + "\033[0m";
 }
 
-/// The values of a metric on the seeds that have one.
+/// Returns the values of a metric on the seeds that have one.
 std::vector<double> values_of(const std::string& metric, const std::vector<SeedScore>& seeds);
 
 JudgedLimit judge(const scenario::Scenario& scenario, const scenario::MetricLimit& limit,
                   std::optional<double> value);
 
-/// Judges the limits on single runs (those without an aggregate). value_of: of a metric by its name.
+/// Returns the judged limits on single runs (without an aggregate). value_of: of a metric by its name.
 std::vector<JudgedLimit> judge_run(const scenario::Scenario& scenario,
                                    const std::function<std::optional<double>(const std::string&)>& value_of);
 
@@ -54,13 +54,13 @@ bool is_allowed(const scenario::Scenario& scenario, scenario::Ending ending);
 int exit_code(const scenario::Scenario& scenario, scenario::Ending ending,
               const std::vector<JudgedLimit>& limits);
 
-/// The worst of several values: the one nearest to missing the limit.
+/// Returns the worst of several values: the one nearest to missing the limit.
 score::Worst worst_side(const scenario::MetricLimit& limit);
 
-/// "ok", "MISSED" or "not judged", for tables; in green or red, if colors are wanted.
+/// Returns "ok", "MISSED" or "not judged", for tables; in green or red, if colors are wanted.
 std::string verdict_text(std::optional<bool> passed, bool colors);
 
-/// {"metric": "ate_se3_rmse_m.median", "at_most": 0.1, "value": 0.2, "passed": false}
+/// Returns {"metric": "ate_se3_rmse_m.median", "at_most": 0.1, "value": 0.2, "passed": false}.
 nlohmann::ordered_json to_json(const JudgedLimit& judged);
 
 /// One metric over the seeds that have a value. The worst value is the one nearest to missing the metric's
@@ -79,7 +79,7 @@ struct Summary {
   std::vector<JudgedLimit> limits;  ///< those on aggregates
 };
 
-/// Depends only on the seeds' scores, in the given order.
+/// Returns the summary, which depends only on the seeds' scores, in the given order.
 Summary summarize(const scenario::Scenario& scenario, const std::vector<SeedScore>& seeds);
 
 /// Returns the largest of the seeds' exit codes, and at least 1 if a limit over seeds is missed.
@@ -89,13 +89,13 @@ nlohmann::ordered_json to_json(const Summary& summary);
 /// Writes summary.json completely or not at all. Throws FileError.
 void write_summary(const std::filesystem::path& file, const Summary& summary);
 
-/// A table for the terminal: seeds, headline metrics and those with limits (or all), and limits.
+/// Returns a table for the terminal: seeds, headline metrics and those with limits (or all), and limits.
 std::string summary_table(const Summary& summary, const TableStyle& style = {});
 
-/// A table of the headline metrics and those with limits, or all, from a result folder's score.json,
-/// timing.json and, if it exists, about.json. A reason that several metrics share is printed once, below
-/// them. The table has the cause of an ending other than completed, unless `failed`: then the caller prints
-/// it. Throws FileError.
+/// Returns a table of the headline metrics and those with limits, or all, from a result folder's score.json,
+/// timing.json and, if it exists, about.json. A reason that several metrics share appears once, below them.
+/// The table has the cause of an ending other than completed, unless `failed`: then the caller prints it.
+/// Throws FileError.
 std::string score_table(const std::filesystem::path& result_folder, const TableStyle& style = {},
                         bool failed = false);
 

@@ -57,7 +57,7 @@ struct SeedScore {
   std::vector<ScoredFault> faults{};
   std::optional<bool> repeatable{};  ///< of answers that take simulated time
 
-  /// Returns the value of a metric; nothing also if the score does not contain it.
+  /// Returns the value of a metric, or nothing if it has none or is not in the score.
   std::optional<double> value(const std::string& metric) const;
 };
 
@@ -67,7 +67,7 @@ void read_details(const std::filesystem::path& folder, SeedScore& score);
 /// Reads a score.json; the exit code is not in it. Throws FileError, also if a value has another type.
 SeedScore read_score(const std::filesystem::path& file);
 
-/// The score of a run without a score.json, by the exit code of its process: not started (2) or crashed.
+/// Returns the score of a run without score.json by its process's exit code: not started (2) or crashed.
 SeedScore without_score(std::uint64_t seed, int exit_code);
 
 /// about.json. Missing entries are empty.
@@ -87,7 +87,7 @@ struct About {
 /// Reads an about.json. Throws FileError "file: key: ..." if it cannot be read or a value has another type.
 About read_about(const std::filesystem::path& file);
 
-/// The same for a result that will be replayed: throws FileError also if the walk's ending is missing.
+/// Reads the about.json of a result to be replayed. Throws FileError also if the walk's ending is missing.
 About read_about_of_walk(const std::filesystem::path& file);
 
 }  // namespace sim::result

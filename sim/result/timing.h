@@ -9,7 +9,7 @@
 
 namespace sim::result {
 
-/// CPU time of the calling thread (ms).
+/// Returns the CPU time of the calling thread (ms).
 double thread_cpu_ms();
 
 /// The CPU time of a frame by stage.

@@ -11,12 +11,12 @@ namespace sim::room {
 
 using Color = cv::Scalar;  ///< red, green, blue, 0-255
 
-/// Random numbers of one named texture of one seed: another texture's painting never shifts them.
+/// Returns the random stream of one named texture of one seed; painting other textures never shifts it.
 cv::RNG paint_stream(std::uint64_t seed, std::string_view name);
 
-/// The color with its brightness multiplied.
+/// Returns the color with its brightness multiplied.
 inline Color shade(const Color& color, double factor) { return color * factor; }
-/// The same by a random factor of at most `spread` from 1.
+/// Returns the color with its brightness multiplied by a random factor of at most `spread` from 1.
 inline Color random_shade(const Color& color, cv::RNG& random, double spread) {
   return shade(color, 1 + random.uniform(-spread, spread));
 }
@@ -45,9 +45,9 @@ class Canvas {
   void line(cv::Point2d a, cv::Point2d b, double thickness, const Color& color);
   void disc(cv::Point2d center, double radius, const Color& color);
   void polygon(const std::vector<cv::Point2d>& corners, const Color& color);
-  /// Text with capitals `height` tall; `at` is the left end of its baseline.
+  /// Draws text with capitals `height` tall; `at` is the left end of its baseline.
   void text(const std::string& words, cv::Point2d at, double height, double thickness, const Color& color);
-  /// Color from `top` to `bottom` down the box.
+  /// Fills the box with a color gradient from `top` down to `bottom`.
   void gradient(const Box& box, const Color& top, const Color& bottom);
   /// Multiplies the brightness by a smooth random field of deviation `sigma`, in patches of `size` meters.
   void grain(cv::RNG& random, double sigma, double size);
@@ -63,8 +63,8 @@ class Canvas {
   cv::Mat3b image_;
 };
 
-/// The RGB picture of a texture, first row on top; empty for an unknown name. Names are a kind and a number
-/// ("books_3"): kinds share a painter, numbers differ in all choices. Name and seed determine the bytes.
+/// Returns the RGB picture of a texture, first row on top; empty for an unknown name. Names are a kind and a
+/// number ("books_3"): a kind has one painter, a number its own choices. Name and seed determine the bytes.
 cv::Mat3b paint_texture(std::string_view name, std::uint64_t seed);
 
 /// Sides of the office and the hall, m.

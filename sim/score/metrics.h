@@ -43,7 +43,7 @@ struct MetricDefinition {
 };
 using MetricDefinitions = std::vector<MetricDefinition>;
 
-/// All metrics, in the order of tables and files.
+/// Returns all metrics, in the order of tables and files.
 const MetricDefinitions& metric_definitions();
 /// Returns the definition of that name, or nullptr.
 const MetricDefinition* find_metric(std::string_view name);

@@ -17,7 +17,7 @@
 
 namespace sim::score {
 
-/// The ground part of a nearly upright pose: x, y (m) and yaw (rad).
+/// Returns the ground part of a nearly upright pose: x, y (m) and yaw (rad).
 Eigen::Vector3d ground_pose(const Eigen::Isometry3d& X);
 
 /// The origin of a contribution.
@@ -177,7 +177,7 @@ struct TurnMarks {
   Stamp quarter{0}, three_quarters{0};
 };
 
-/// Returns nothing unless the plan turns by at least 350° about z, whole turns counted.
+/// Returns the marks, or nothing unless the plan turns by at least 350° about z, whole turns counted.
 std::optional<TurnMarks> turn_marks(const Trajectory& plan_waist);
 
 /// Returns the landmarks that were found again, in their order. Each was first seen in the first quarter of

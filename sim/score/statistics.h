@@ -26,13 +26,13 @@ OrAbsent<double> value_of(const OrAbsent<T>& quantity, F function) {
 }
 
 double mean(const std::vector<double>& values);
-/// Root of the mean of the squares.
+/// Returns the root of the mean of the squares.
 double root_mean_square(const std::vector<double>& values);
-/// The middle value; of an even count the mean of the two in the middle.
+/// Returns the middle value, or the mean of the two in the middle for an even count.
 double median(std::vector<double> values);
-/// The standard deviation of a sample (n − 1); 0 for a single value.
+/// Returns the standard deviation of a sample (n − 1); 0 for a single value.
 double standard_deviation(const std::vector<double>& values);
-/// Linear between order statistics: p = 0 is the minimum, 1 the maximum (Hyndman & Fan 1996, type 7).
+/// Returns the quantile by linear interpolation; p = 0: minimum, 1: maximum (Hyndman & Fan 1996, type 7).
 double quantile(std::vector<double> values, double p);
 
 /// The worst of several values of a metric.
@@ -41,8 +41,8 @@ enum class Worst { largest, smallest, largest_magnitude, farthest_from_expected 
 /// The direction of getting worse.
 struct Direction {
   constexpr Direction(Worst which = Worst::largest) : worst(which) {}
-  /// Away from a positive expected value, such as the degrees of freedom of a normalized square: by the
-  /// magnitude of the logarithm of their ratio, as bad above as below.
+  /// Returns the direction away from a positive expected value, such as the degrees of freedom of a
+  /// normalized square, by the magnitude of the logarithm of their ratio: as bad above as below.
   static constexpr Direction away_from(double expected_value) {
     Direction direction(Worst::farthest_from_expected);
     direction.expected = expected_value;
@@ -53,7 +53,7 @@ struct Direction {
   double expected = 1;  ///< for farthest_from_expected
 };
 
-/// A finite number that grows as the value becomes worse.
+/// Returns a finite number that grows as the value becomes worse.
 double loss(double value, const Direction& direction);
 
 /// A metric over the seeds that define it. Without any, n = 0 and the rest is meaningless.
@@ -64,9 +64,9 @@ struct Summary {
 };
 Summary summarize(const std::vector<double>& values, const Direction& direction);
 
-/// Two-sided p-value of the signed rank test (Wilcoxon 1945) that paired differences are symmetric about 0.
-/// Zeros are skipped; equal sizes share their mean rank. Exact for up to 50 differences, by the normal
-/// approximation with corrections for ties and continuity beyond. 1 if nothing differs. All values finite.
+/// Returns the two-sided p-value of the signed rank test (Wilcoxon 1945) that paired differences are
+/// symmetric about 0; 1 if nothing differs. Zeros are skipped; equal sizes share their mean rank. Exact up to
+/// 50 differences, then by normal approximation with corrections for ties and continuity. All values finite.
 double wilcoxon_signed_rank(const std::vector<double>& differences);
 
 /// Returns a confidence interval of at least 95 % for the median of the distribution that the values sample,
@@ -76,7 +76,7 @@ std::optional<std::pair<double, double>> median_interval(std::vector<double> val
 /// Returns the p-values adjusted for multiple tests (Holm 1979), in their order, to compare with the level.
 std::vector<double> holm(const std::vector<double>& p_values);
 
-/// The quantile for p in (0, 1) of a chi-square of `dof` > 0 degrees of freedom.
+/// Returns the quantile for p in (0, 1) of a chi-square of `dof` > 0 degrees of freedom.
 double chi_square_quantile(double p, double dof);
 
 /// Returns a verdict on a mean NIS per degree of freedom: "as expected" from 0.5 to 2, else the factor by
@@ -96,8 +96,8 @@ inline constexpr double kSettled_s = 5;  ///< earlier moments are not judged: th
 struct BandFractions {
   double mean = 0, inside = 0, below = 0;
 };
-/// moments: for each moment the normalized squares (dof degrees of freedom) of the independent runs that have
-/// one. Returns nothing if no run has any.
+/// Returns the fractions, or nothing if no run has a value. moments: for each moment the normalized squares
+/// (dof degrees of freedom) of the independent runs that have one.
 std::optional<BandFractions> band_fractions(const std::vector<std::vector<double>>& moments, int dof);
 
 }  // namespace sim::score

@@ -29,48 +29,48 @@ struct PosePair {
   Eigen::Isometry3d X_estimate = Eigen::Isometry3d::Identity();
 };
 
-/// Pairs each pose of the shorter trajectory with the pose of the other that is nearest in time (the earlier
-/// of two), if they are at most `most` apart; `offset` is added to the estimate's stamps. As in evo, except
-/// that each pose is used at most once: with the nearest of several.
+/// Returns each pose of the shorter trajectory with the other's pose nearest in time (the earlier of two), if
+/// they are at most `most` apart; `offset` is added to the estimate's stamps. As in evo, except that each
+/// pose is used at most once: with the nearest of several.
 std::vector<PosePair> pair_by_nearest(const Trajectory& truth, const Trajectory& estimate, Stamp most,
                                       Stamp offset = Stamp(0));
 
-/// The same for poses of one moment: at most 0.1 ms apart, since some programs round stamps.
+/// Returns pairs of poses of one moment: at most 0.1 ms apart, since some programs round stamps.
 inline std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajectory& estimate) {
   return pair_by_nearest(truth, estimate, std::chrono::microseconds(100));
 }
 
-/// Pairs each estimate with the truth interpolated at its stamp; skips estimates outside the truth's time and
-/// between two true poses that are more than most_gap apart.
+/// Returns each estimate with the truth interpolated at its stamp; skips estimates outside the truth's time
+/// and between two true poses that are more than most_gap apart.
 std::vector<PosePair> pair_by_interpolation(const Trajectory& truth, const Trajectory& estimate,
                                             Stamp most_gap);
 
-/// Interpolates position linearly, orientation along the shortest turn; nothing outside its time.
+/// Returns position interpolated linearly, orientation along the shortest turn; nothing outside its time.
 std::optional<Eigen::Isometry3d> interpolate(const Trajectory& trajectory, Stamp t);
 
-/// Sum of the distances between successive positions, m.
+/// Returns the sum of the distances between successive positions, m.
 double path_length(const Trajectory& trajectory);
 
 inline constexpr double kDegree = std::numbers::pi / 180;  ///< rad
 
-/// Rotation vector (rad) of a rotation matrix, its length in [0, π].
+/// Returns the rotation vector (rad) of a rotation matrix, its length in [0, π].
 Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& R);
 
-/// The angle (rad, in (−π, π]) of the rotation about z that is nearest to R in the Frobenius norm.
+/// Returns the angle (rad, in (−π, π]) of the rotation about z that is nearest to R in the Frobenius norm.
 double yaw(const Eigen::Matrix3d& R);
 
-/// |p_true − p_estimate| of each pair, m.
+/// Returns |p_true − p_estimate| of each pair, m.
 std::vector<double> position_errors(const std::vector<PosePair>& pairs);
-/// The angle of R_estimateᵀ R_true of each pair, rad.
+/// Returns the angle of R_estimateᵀ R_true of each pair, rad.
 std::vector<double> orientation_errors(const std::vector<PosePair>& pairs);
-/// The rotation about W's z that turns the estimated orientation closest to the true one, rad, left positive.
+/// Returns the turn about W's z that best maps the estimated to the true orientation, rad, left positive.
 double yaw_error(const PosePair& pair);
 
-/// Greatest minus least height (z), m; 0 for none.
+/// Returns the greatest minus the least height (z), m; 0 for none.
 double height_range(const Trajectory& trajectory);
 
-/// The drift of the robot from its plan, true minus planned, in axes of the plan's first pose: x forward, y
-/// left (m), yaw (rad).
+/// Returns the drift of the robot from its plan, true minus planned, in axes of the plan's first pose: x
+/// forward, y left (m), yaw (rad).
 Eigen::Vector3d drift(const Eigen::Isometry3d& X_WB_true, const Eigen::Isometry3d& X_PB,
                       const Eigen::Isometry3d& X_PB_start);
 
@@ -93,8 +93,8 @@ struct Similarity {
   Eigen::Isometry3d operator*(const Eigen::Isometry3d& X) const;
 };
 
-/// Returns the transformation of the pairs' estimates onto their truth. Absent if the positions do not
-/// determine it: none; all in one point (yaw_position: above one another) or, for se3 and sim3, on a line.
+/// Returns the transformation of the pairs' estimates onto their truth; absent if the positions do not
+/// determine it: none, all in one point (yaw_position: above one another) or, for se3 and sim3, on a line.
 OrAbsent<Similarity> align(const std::vector<PosePair>& pairs, Alignment alignment);
 
 /// Returns the pairs with their estimates transformed.
@@ -118,10 +118,10 @@ struct Span {
   std::size_t from = 0, to = 0;
 };
 
-/// delta > 0 (frames: a whole number). Empty if the trajectory is too short.
+/// Returns the spans, empty if the trajectory is too short. delta > 0 (frames: a whole number).
 std::vector<Span> spans(const std::vector<PosePair>& pairs, const Spans& which);
 
-/// The difference of the motions over a span, (X_true_from⁻¹ X_true_to)⁻¹ (X_estimate_from⁻¹ X_estimate_to).
+/// Returns (X_true_from⁻¹ X_true_to)⁻¹ (X_estimate_from⁻¹ X_estimate_to), the difference over a span.
 Eigen::Isometry3d relative_difference(const std::vector<PosePair>& pairs, const Span& span);
 
 /// Normalized estimation error squared, 3 degrees of freedom each: 3 is expected (Bar-Shalom et al. 2001,

@@ -34,19 +34,19 @@ struct Options {
   PairingOptions pairing;
 };
 
-/// The file of truth or estimate in a result folder; `path` itself if it is a file. Throws FileError.
+/// Returns the file of truth or estimate in a result folder; `path` itself if it is a file. Throws FileError.
 std::filesystem::path trajectory_in(const std::filesystem::path& path, bool truth);
 
-/// Reads, pairs, aligns and scores. Returns the report as sim/result/schemas/trajectory.schema.json describes
-/// it, the requested errors first, their statistics named as evo names them (std: of n, not n − 1). Throws
+/// Returns the report on two files, paired and aligned, as sim/result/schemas/trajectory.schema.json
+/// describes it: the requested errors first, their statistics named as in evo (std: of n, not n − 1). Throws
 /// FileError if a file is not a trajectory, if its stamps are not in the unit of the other's, if it has no
 /// stamps and another number of poses than the other, or if its positions do not move; std::invalid_argument
-/// with the reason in one line if no or hardly any poses have a partner, if the alignment is not determined,
-/// or if no span is as long as asked for.
+/// with the reason in one line if too few poses have a partner, if the alignment is not determined, or if no
+/// span is as long as requested.
 nlohmann::ordered_json score_files(const std::filesystem::path& truth, const std::filesystem::path& estimate,
                                    const Options& options);
 
-/// The report for the terminal.
+/// Returns the report for the terminal.
 std::string table(const nlohmann::ordered_json& report);
 
 }  // namespace sim::trajectory_score

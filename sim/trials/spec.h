@@ -22,7 +22,7 @@ struct SpecRun {
 
 /// The loss that a tuning minimizes: see Trial, or the metric.
 enum class Objective { pose_nll, innovation_nll, rmse_m };
-/// Its name in a spec and in a trial's record.
+/// Returns the objective's name in a spec and in a trial's record.
 std::string_view name(Objective objective);
 
 struct Spec {

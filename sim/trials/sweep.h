@@ -58,12 +58,12 @@ struct SweepPlan {
   std::vector<std::uint64_t> seeds;
 
   std::size_t trials() const { return configurations.size() * seeds.size(); }
-  /// The scenario of a trial with its seed.
+  /// Returns the scenario of a trial with its seed.
   scenario::ReadScenario scenario(std::size_t trial) const;
 };
 
-/// changes: changes of every scenario, made before those of the sweep. Throws ConfigError at a value that its
-/// key does not accept, or if there are more than kMostTrials.
+/// Returns the plan of a sweep. changes: of every scenario, made before those of the sweep. Throws
+/// ConfigError at a value that its key does not accept, or if there are more than kMostTrials.
 SweepPlan plan_sweep(const SweepSpec& spec, const std::vector<std::uint64_t>& seeds,
                      const scenario::Changes& changes);
 
@@ -76,7 +76,7 @@ struct Scores {
 };
 Scores scores(const SweepPlan& plan, const RecordOf& record);
 
-/// Medians over the seeds of each configuration, of the first forty.
+/// Returns medians over the seeds of each of the first forty configurations.
 std::string sweep_table(const SweepPlan& plan, const RecordOf& record);
 
 }  // namespace sim::trials

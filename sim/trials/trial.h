@@ -34,26 +34,26 @@ struct Recording {
 /// Reads a result folder's recording, images decoded. Throws FileError as replay does.
 Recording load(const std::filesystem::path& result_folder);
 
-/// −ln N(error; 0, covariance) of a pose, see score::pose_nees. Returns nullopt unless the covariance is
+/// Returns −ln N(error; 0, covariance) of a pose, see score::pose_nees; nullopt unless the covariance is
 /// positive definite.
 std::optional<double> pose_nll(const Eigen::Isometry3d& X_WC_true, const Eigen::Isometry3d& X_WC_estimate,
                                const score::Matrix6d& covariance);
 
-/// The negative log likelihood of the innovations, −ln N(ν; 0, S) of each sensor in each frame, without the
-/// truth: the sum over the sensors of their means per degree of freedom, so that settings compare whatever
-/// the number of their measurements. Readings beyond their gates count too, and a landmark that was searched
-/// for without an accepted match counts as if its pixel were uniform over an image of area_px2. Returns
-/// nullopt without innovations, or if an innovation covariance is not positive definite.
+/// Returns the negative log likelihood of the innovations, −ln N(ν; 0, S) of each sensor in each frame,
+/// without the truth: the sum over the sensors of their means per degree of freedom, so that settings compare
+/// whatever the number of their measurements; nullopt without innovations, or if an innovation covariance is
+/// not positive definite. Readings beyond their gates count too, and a landmark searched for without an
+/// accepted match counts as if its pixel were uniform over an image of area_px2.
 std::optional<double> innovation_nll(const tracking::Tracked& tracked, double area_px2);
 
-/// Applies the sensor errors of `scenario` and runs its filter, if it has a slam section. The record refers
-/// to the scenario.
+/// Applies the sensor errors of `scenario`, runs its filter if it has a slam section, and returns the record,
+/// which refers to the scenario.
 result::RunRecord replay(const Recording& recording, const scenario::ReadScenario& scenario);
 
-/// Scores replay(). The record has ending, cause and metrics of a result folder,
-/// bit for bit; pose_nll, the mean over scored frames of −ln N(pose error; 0, P), 6 degrees of freedom, and
-/// innovation_nll, unless the filter failed or a covariance is not positive definite; and lasted_fraction,
-/// the part of the recording until the filter failed.
+/// Returns the score of replay(): ending, cause and metrics of a result folder, bit for bit; pose_nll, the
+/// mean over scored frames of −ln N(pose error; 0, P), 6 degrees of freedom, and innovation_nll, unless the
+/// filter failed or a covariance is not positive definite; and lasted_fraction, the part of the recording
+/// until the filter failed.
 JobRecord run_trial(const Recording& recording, const scenario::ReadScenario& scenario,
                     const std::string& key = "");
 
@@ -78,8 +78,8 @@ TaskFile read_tasks(const std::filesystem::path& file);
 /// Returns the recording for a scenario.
 using RecordingOf = std::function<std::shared_ptr<const Recording>(const scenario::ReadScenario&)>;
 
-/// Runs the trial; without a filter it scores only the walk. A fault of the trial is its record: "not
-/// started". Throws FileError for a fault of the machine.
+/// Runs the trial and returns its record; without a filter it scores only the walk. A fault of the trial
+/// gives the record "not started". Throws FileError for a fault of the machine.
 JobRecord run_task(const Task& task, const RecordingOf& recording_of);
 
 }  // namespace sim::trials

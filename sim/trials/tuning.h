@@ -14,10 +14,10 @@ namespace sim::trials {
 
 using result::JobLog, result::JobRecord;
 
-/// The loss of a trial: its objective term. A failed trial loses more than any that succeeded; early
+/// Returns the loss of a trial: its objective term. A failed trial loses more than any that succeeded; early
 /// failures lose most.
 double loss_of(const JobRecord& record, Objective objective);
-/// The mean loss over the records.
+/// Returns the mean loss over the records.
 double mean_loss(const std::vector<const JobRecord*>& records, Objective objective);
 
 /// Called with the part of the search that is done, 0 to 1, and the current step in words.
@@ -36,7 +36,7 @@ struct TuningResult {
 TuningResult tune(const Spec& spec, const std::filesystem::path& out, const RunTasks& run_tasks,
                   const std::string& program, const ShowProgress& show);
 
-/// The first line of the log.
+/// Returns the first line of the log.
 std::string log_purpose(const std::string& program, const Spec& spec);
 
 }  // namespace sim::trials

@@ -25,7 +25,7 @@ struct Range {
 
   double value_at(double coordinate) const;  ///< coordinate in [0, 1]
   double coordinate_of(double value) const;  ///< clamped to [0, 1]
-  /// The values of a grid: `points` of them, from low to high.
+  /// Returns the values of a grid: `points` of them, from low to high.
   std::vector<double> grid() const;
 };
 
@@ -42,12 +42,12 @@ Range read_range(const scenario::Yaml& key, const scenario::Yaml& node);
 /// Sets a key of the scenario to exactly that number.
 void set(scenario::Scenario& scenario, const std::string& key, double value);
 
-/// A number as a YAML node that reads back to the same bits; shortest: in at most 12 digits (0.1 + 0.2 is
-/// 0.3).
+/// Returns a number as a YAML node that reads back to the same bits; shortest: in at most 12 digits (0.1 +
+/// 0.2 is 0.3).
 scenario::Yaml number_node(double value, const scenario::Origin& origin, bool shortest);
 
-/// The first n points of the Sobol sequence after the origin (direction numbers of Joe and Kuo 2008). Of
-/// 2^k − 1 points and the origin, each dimension has one in each of 2^k equal parts.
+/// Returns the first n points of the Sobol sequence after the origin (direction numbers of Joe and Kuo 2008).
+/// Of 2^k − 1 points and the origin, each dimension has one in each of 2^k equal parts.
 std::vector<std::vector<double>> sobol_points(std::size_t n, std::size_t dimensions);
 
 /// CMA-ES, covariance matrix adaptation evolution strategy (Hansen 2016, "The CMA Evolution Strategy: A
@@ -58,9 +58,9 @@ class CmaEs {
   /// start: mean of the first generation; step: its standard deviation; count >= 4: size of a generation.
   CmaEs(const std::vector<double>& start, double step, int count, std::uint64_t seed);
 
-  /// The next generation. Points outside the cube are reflected at its faces.
+  /// Returns the next generation. Points outside the cube are reflected at its faces.
   std::vector<std::vector<double>> ask();
-  /// The values of the last generation, in its order.
+  /// Sets the values of the last generation, in its order.
   void tell(const std::vector<double>& values);
 
  private:

@@ -37,7 +37,7 @@ struct ClientMessage {
 /// Limit of subscriptions in one message, and of a client.
 inline constexpr std::size_t kMostSubscriptions = 64;
 
-/// Reads any text. Throws std::invalid_argument unless it is a message.
+/// Returns the message in a text. Throws std::invalid_argument if the text is not a message.
 ClientMessage read_client_message(std::string_view text);
 
 /// Commands come from one thread, the run waits in another.
@@ -48,8 +48,8 @@ class Pace {
     double speed = 0;  ///< times real time; 0: full speed
   };
 
-  /// Obeys "pause", "resume", "step" (runs for `period` of simulated time, then pauses) and "speed"; returns
-  /// false for another op.
+  /// Returns whether it obeyed: true for "pause", "resume", "step" (runs for `period` of simulated time, then
+  /// pauses) and "speed".
   bool obey(const ClientMessage& message, slam::Stamp period = {}) {
     const std::string& op = message.op;
     const bool pauses = op == "pause" || op == "step", resumes = op == "resume";
@@ -62,7 +62,7 @@ class Pace {
     });
     return true;
   }
-  /// No controlling viewer: runs at full speed.
+  /// Runs at full speed, as without a controlling viewer.
   void release() {
     change([&] { state_ = {}; });
   }
@@ -71,7 +71,7 @@ class Pace {
     return state_;
   }
 
-  /// Called by the run at simulated time t: returns when it may continue.
+  /// Blocks the run at simulated time t until it may continue.
   void wait(slam::Stamp t) {
     std::unique_lock lock(mutex_);
     for (now_ = t; state_.paused ? t >= until_ : state_.speed > 0;) {
@@ -114,18 +114,18 @@ class LiveView {
 
   const Access& access() const { return server_.access(); }
 
-  /// Returns when there is a viewer.
+  /// Waits until there is a viewer.
   void wait_for_viewer() const;
-  /// Before the first frame: describes the sensors to Foxglove clients.
+  /// Describes the sensors to Foxglove clients, before the first frame.
   void begin(const recording::RecordingSetup& setup);
-  /// True if a viewer has room for a frame.
+  /// Returns whether a viewer has room for a frame.
   bool has_viewers() const;
-  /// True if a frame of this observation is needed. Must be called for each observation.
+  /// Returns whether a frame of this observation is needed. Must be called for each observation.
   bool wants(const slam::Observation& observation);
-  /// True if that frame needs the map: ten times a second, as it costs more than the rest.
+  /// Returns whether that frame needs the map: ten times a second, as it costs more than the rest.
   bool wants_map();
   void show(Frame frame);
-  /// Returns when the run may continue.
+  /// Waits until the run may continue.
   void pace(slam::Stamp t);
   /// Reports how the run ended; waits up to 15 s for pages that load, then up to 3 s to send all.
   void end(const std::string& how);

@@ -23,20 +23,20 @@ struct Access {
   std::string token = {};             ///< empty: 128 random bits
 };
 
-/// Generates a missing token. Throws std::invalid_argument if the address is invalid, means all interfaces,
-/// or can be reached by others while no token is given, and if a token is shorter than 22 characters or
-/// contains other characters than letters, digits, - and _.
+/// Returns the access with a token, generated if missing. Throws std::invalid_argument if the address is
+/// invalid, means all interfaces, or can be reached by others while no token is given, or if a token is
+/// shorter than 22 characters or has characters other than letters, digits, - and _.
 Access checked(Access access);
 
-/// 128 bits of the system's random source in 32 hexadecimal digits. Throws std::runtime_error if it fails.
+/// Returns 128 bits of the system's random source in 32 hex digits. Throws std::runtime_error if it fails.
 std::string new_token();
 
-/// Takes the same time for all texts of one length.
+/// Returns whether the texts are equal, in the same time for all texts of one length.
 bool equal_in_constant_time(std::string_view a, std::string_view b);
 
-/// Address and port as in a URL; IPv6 in brackets.
+/// Returns address and port as in a URL; IPv6 in brackets.
 std::string authority(const Access& access);
-/// The address for the browser.
+/// Returns the address for the browser.
 std::string url(const Access& access);
 
 /// The checked part of a request.
@@ -51,8 +51,8 @@ struct Rejection {
   std::string_view why;
 };
 
-/// The rules, in this order: Host is exactly the server's authority (prevents DNS rebinding); a page's Origin
-/// is exactly the server's (apps send their own or none); the token of the query is correct; GET only.
+/// Returns the rejection by the first broken rule: Host is exactly the server's authority (against DNS
+/// rebinding); a page's Origin is the server's (apps send theirs or none); the query has the token; GET only.
 std::optional<Rejection> rejection(const RequestHead& request, const Access& access);
 
 /// One WebSocket message, shared by its receivers.
@@ -69,7 +69,7 @@ class MessageQueue {
   MessageQueue(std::size_t most_frames, std::size_t most_others)
       : most_frames_(most_frames), most_others_(most_others) {}
 
-  /// False if a message that must not be lost has no room: the client must be dropped.
+  /// Returns false if a message other than a frame has no room: the client must be dropped.
   bool push(Message message) {
     if (!message.is_frame && waiting_.size() - frames_ >= most_others_) return false;
     if (message.is_frame && ++frames_ > most_frames_) {
@@ -88,7 +88,7 @@ class MessageQueue {
     return message;
   }
 
-  /// For the messages of another frame, without dropping any.
+  /// Returns whether the messages of another frame fit without dropping any.
   bool has_room() const { return 2 * frames_ <= most_frames_; }
   std::size_t size() const { return waiting_.size(); }
 
@@ -146,13 +146,13 @@ class Server {
 
   const Access& access() const;  ///< with port and token
 
-  /// From any thread: calls a function in the server's thread for each client.
+  /// Calls a function in the server's thread for each client. Safe from any thread.
   void for_each(std::function<void(Client&)> action);
 
-  /// From any thread: counts clients of these subprotocols with room for a frame.
+  /// Returns the number of clients of these subprotocols with room for a frame. Safe from any thread.
   int with_room(std::string_view protocol_prefix) const;
 
-  /// Waits until no page is loading, at most so long, and then until all queues are empty, at most so long.
+  /// Waits until no page is loading, at most `loading`, then until all queues are empty, at most `queues`.
   void flush(std::chrono::milliseconds queues, std::chrono::milliseconds loading);
 
  private:

@@ -35,41 +35,41 @@ struct ViewRequest : Access {
 class ViewSession {
  public:
   virtual ~ViewSession() = default;
-  /// Hooks for the loop of a run or a replay.
+  /// Returns the hooks for the loop of a run or a replay.
   virtual const live::RunObserver& run_observer() const = 0;
   virtual const tracking::TrackingObserver& tracking_observer() const = 0;
   /// Reports to the viewers how it ended.
   virtual void end(const std::string& how) = 0;
 };
 
-/// Null unless requested. Throws as LiveView does.
+/// Returns the view of a run, or null unless requested. Throws as LiveView does.
 std::unique_ptr<ViewSession> view_of_run(const ViewRequest& request, const scenario::ReadScenario& read,
                                          const fs::path& models);
-/// recording: the replayed one.
+/// Returns the view of a replay of this recording, or null unless requested. Throws as LiveView does.
 std::unique_ptr<ViewSession> view_of_replay(const ViewRequest& request, const scenario::ReadScenario& read,
                                             const fs::path& recording, const fs::path& models);
 
-/// For exports; null without the simulator. Throws std::runtime_error if the models do not load.
+/// Returns the robot, null without the simulator. Throws std::runtime_error if the models do not load.
 std::shared_ptr<const exports::RobotDescription> robot_description(const scenario::Scenario& scenario,
                                                                    const fs::path& models);
 
 /// Draws the robot in its room at a time, with its true waist pose and its measured joint angles.
 using RobotView = std::function<cv::Mat(slam::Stamp t, const Eigen::Isometry3d& X_WB)>;
-/// Empty without the simulator. Must be called in order of time by the thread that made it. Throws FileError.
+/// Returns a view to call from this thread in order of time; empty without the simulator. Throws FileError.
 RobotView robot_from_outside(const scenario::Scenario& scenario, const fs::path& recording,
                              const fs::path& models);
 
 inline constexpr int kPanelWidth = 640, kPanelHeight = 480;  // px
 
-/// The image at twice its size (or as near as the panel allows), with each search as its 3-sigma ellipse:
-/// green with its 11 x 11 patch if the match was used, otherwise yellow; blue patches for new landmarks.
+/// Returns the image at twice its size (or as near as the panel allows) with each search's 3-sigma ellipse:
+/// green with its 11 x 11 patch if the match was used, else yellow; blue patches for new landmarks.
 cv::Mat3b draw_view(const slam::Observation& seen, const slam::FrameReport& report);
 
 /// From above, x of the world to the right, y up: the true path and 5 m around it.
 class MapView {
  public:
   explicit MapView(const std::vector<files::TimedPose>& truth);
-  /// Landmarks with their 2-sigma ellipses, the true path (gray), the estimated one (red) and the camera.
+  /// Returns landmarks with 2-sigma ellipses, the true path (gray), the estimated one (red) and the camera.
   cv::Mat3b draw(const slam::Estimate& estimate, const std::vector<slam::MapPoint>& map);
 
  private:

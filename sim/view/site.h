@@ -51,7 +51,7 @@ struct ShownRun {
   std::vector<rig::RigSensor> rig = {};
 };
 
-/// The faults that a scenario injects.
+/// Returns the faults that a scenario injects.
 std::vector<Moment> faults_of(const scenario::Scenario& scenario);
 
 /// Paths are compared literally: no path from a client reaches the disk.
@@ -61,9 +61,9 @@ class Site {
   Site(const std::vector<ShownRun>& runs, nlohmann::ordered_json about);
 
   void add(const std::string& path, Resource resource);
-  /// A resource made in its own thread at the first request. Until then it is empty, and the page asks again.
+  /// Adds a resource made in its own thread at the first request. Until then it is empty; the page retries.
   void add(const std::string& path, std::function<Resource()> make);
-  /// <folder>/<number>: an element of a list, or nullopt beyond its end.
+  /// Adds a list as <folder>/<number>; `element` returns nullopt beyond its end.
   void add_list(const std::string& folder, std::function<std::optional<Resource>(std::size_t)> element);
 
   std::optional<Resource> at(std::string_view path, std::string_view token);
@@ -73,7 +73,7 @@ class Site {
   std::map<std::string, std::function<std::optional<Resource>(std::size_t)>, std::less<>> lists_;
 };
 
-/// A message of text that must not be lost.
+/// Returns a message of text that must not be lost.
 Message json_message(const nlohmann::ordered_json& content);
 
 Resource bytes_resource(std::string bytes);
@@ -91,14 +91,14 @@ struct SoleForce {
   Eigen::Vector3d force, torque;
 };
 
-/// The zero-moment point of the ground forces on both soles, assumed level; empty if they carry under 20 N.
+/// Returns the zero-moment point of the ground forces on both soles, assumed level; nothing below 20 N.
 std::optional<Eigen::Vector2d> zero_moment_point(const std::array<SoleForce, 2>& soles);
 
 /// Collects the values of frames in order of time.
 class Strips {
  public:
   Strips();
-  /// Also completes the frame: where each foot was set down, and the support polygon.
+  /// Adds a frame and completes it: where each foot was set down, and the support polygon.
   void add(Frame& frame);
   const std::vector<pages::Figure>& figures() const { return figures_; }
 
@@ -117,13 +117,13 @@ struct RobotModel {
   std::function<std::vector<float>(const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB)> poses;
 };
 
-/// Frames of a recording for a replay's view: truth, feet, zero-moment point, a given robot's bodies.
+/// Returns a recording's frames for a replay's view: truth, feet, zero-moment point, a given robot's bodies.
 std::vector<Frame> read_recorded_frames(const fs::path& recording, const RobotModel* robot);
 
 /// Loads a scenario's robot; empty without the simulator. Throws std::runtime_error if models do not load.
 using MakeRobot = std::function<RobotModel(const scenario::Scenario&)>;
 
-/// The robot maker of a program with the simulator; empty otherwise.
+/// Returns the robot maker of a program with the simulator; empty otherwise.
 MakeRobot robot_maker(const fs::path& models);
 
 /// A result as the page plays it.

@@ -46,7 +46,7 @@ struct Exited {
   int signal = 0;
 };
 
-/// The part of their cost that is done: part(i) of each, 0 to 1.
+/// Returns the part of the command lines' cost that is done, 0 to 1, from part(i) of each.
 double part_of_cost(const CommandLines& lines, const std::function<double(std::size_t)>& part);
 
 /// Called now and then with the part of the work that is done, 0 to 1.
@@ -64,22 +64,22 @@ struct Backend {
   bool slurm() const { return name == "slurm"; }
 };
 
-/// The option --backend.
+/// Adds the option --backend.
 void add_backend(CLI::App& command, std::string& name);
-/// The options --jobs and --backend.
+/// Adds the options --jobs and --backend.
 void add_backend_options(CLI::App& command, Backend& backend);
 
 /// Throws UsageError if the backend is Slurm and the folder's name has a line break: command lines are lines
 /// of a file. Call it before anything is made.
 void require_usable(const Backend& backend, const std::string& folder);
 
-/// Runs the running program, even if its file was replaced, with each command line; returns how they ended.
-/// On Slurm the elements of the array last at least half a minute, those of a lost node are restarted, after
-/// a kill the same call resumes, and on_ended is not called. Throws UsageError.
+/// Runs this program, even if its file was replaced, with each command line; returns how they ended. On Slurm
+/// the elements of the array last at least half a minute, those of a lost node are restarted, after a kill
+/// the same call resumes, and on_ended is not called. Throws UsageError.
 std::vector<Exited> run_all(const CommandLines& command_lines, const Backend& backend, const ShowPart& show,
                             const OnEnded& on_ended = {});
 
-/// Runs the command lines on Slurm, see run_all().
+/// Runs the command lines on Slurm and returns how they ended, see run_all().
 std::vector<Exited> run_on_slurm(const CommandLines& command_lines, const Backend& backend,
                                  const ShowPart& show);
 
@@ -99,7 +99,7 @@ class FrozenScenarios {
   FrozenScenarios(const FrozenScenarios&) = delete;
   FrozenScenarios& operator=(const FrozenScenarios&) = delete;
 
-  /// The words of a command line: the file of that name, and --set-by with the origins.
+  /// Returns the words of a command line: the file of that name, and --set-by with the origins.
   std::vector<std::string> words(const std::string& name, const scenario::ReadScenario& read);
 
  private:

@@ -18,7 +18,7 @@ namespace cli {
 /// grows only if the job has become much slower.
 class RemainingTime {
  public:
-  /// part: done by now, 0 to 1. spent_s: since the start, ascending. Returns nullopt before a rate is known.
+  /// Returns the time left, s, or nullopt before a rate is known. part: done, 0 to 1. spent_s: ascending.
   std::optional<double> at(double part, double spent_s);
 
  private:
@@ -29,13 +29,13 @@ class RemainingTime {
   std::optional<double> end_s_, shown_s_;  ///< when the job will be done; the time left as last returned
 };
 
-/// "walk seed 1: 42 %, 8 s left; search", or "walk seed 1: 3 min 05 s" if the part is not known.
+/// Returns "walk seed 1: 42 %, 8 s left; search", or "walk seed 1: 3 min 05 s" if the part is not known.
 std::string progress_text(const std::string& what, std::optional<double> part, double spent_s,
                           std::optional<double> left_s, const std::string& at);
 
 /// The variable that names the file for reporting progress to the parent process.
 inline constexpr const char* kProgressFile = "GAITSLAM_PROGRESS_FILE";
-/// The part that a process has written there; 0 before it wrote any.
+/// Returns the part that a process has written there; 0 before it wrote any.
 double part_in(const fs::path& file);
 
 /// The place of a progress line.
@@ -46,7 +46,7 @@ struct ProgressPlace {
   std::FILE* stream = stderr;
   std::chrono::milliseconds first{1000}, heartbeat{30'000};
 
-  /// Standard error: of a terminal, or not; silent with --quiet.
+  /// Returns the place for standard error, of a terminal or not; silent with --quiet.
   static ProgressPlace standard();
 };
 
@@ -61,7 +61,7 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  /// The part that is done, 0 to 1, and the current step. A smaller part than before is not shown.
+  /// Shows the part that is done, 0 to 1, and the current step. A smaller part than before is not shown.
   void show(double part, const std::string& at = "");
 
  private:

@@ -25,7 +25,7 @@ class Recordings {
   /// models: the folder of the models of robot and rooms. Throws FileError, std::invalid_argument.
   explicit Recordings(fs::path models);
 
-  /// The name of the scenario's recording in the cache.
+  /// Returns the name of the scenario's recording in the cache.
   std::string key(const scenario::Scenario& scenario) const;
 
   /// Returns the recording from the cache after checking every byte, or nullopt if it is missing.
@@ -39,7 +39,7 @@ class Recordings {
     bool is_new = false;  ///< made by this call
     Exited ended{};       ///< of its process
   };
-  /// Makes the recordings that are missing.
+  /// Makes the missing recordings and returns all in the order of the scenarios.
   std::vector<Made> make(const std::vector<scenario::ReadScenario>& scenarios, const Backend& backend) const;
 
   const recording::CachePlace& place() const { return cache_.place(); }
@@ -60,13 +60,13 @@ struct ResultJob {
   std::vector<std::string> command{};
 
   std::uint64_t seed() const { return read.scenario.seed; }
-  /// The path of the result within the folder of the command: <folder>/seed-<n>.
+  /// Returns the path of the result within the folder of the command: <folder>/seed-<n>.
   std::string result() const;
 };
 
-/// The same job for each of the seeds.
+/// Returns the same job for each of the seeds.
 std::vector<ResultJob> jobs_of_seeds(const ResultJob& job, const std::vector<std::uint64_t>& seeds);
-/// A use of the folder that an interrupted command with the same jobs, models and program resumes.
+/// Returns a use of the folder that the same jobs, models and program resume after an interruption.
 OutUse resumable(const std::vector<ResultJob>& jobs, const fs::path& models = {}, bool cached = false);
 
 struct ResultOptions {
@@ -87,14 +87,14 @@ struct ResultOptions {
 std::vector<Exited> make_results(const std::vector<ResultJob>& jobs, const OutFolder& out,
                                  const ResultOptions& options);
 
-/// The score of each job's result, or "crashed" if it has none.
+/// Returns the score of each job's result, or "crashed" if it has none.
 std::vector<result::SeedScore> read_scores(const std::vector<ResultJob>& jobs,
                                            const std::vector<Exited>& ended, const fs::path& out);
 
-/// Identifies the inputs of a scenario: its YAML and the contents of its estimator's files.
+/// Returns text that identifies a scenario's inputs: its YAML and the contents of its estimator's files.
 std::string inputs_of(const scenario::Scenario& scenario);
 
-/// The names of the results seed-<n> of other seeds in a folder.
+/// Returns the names of the results seed-<n> of other seeds in a folder.
 std::vector<std::string> results_of_other_seeds(const fs::path& root,
                                                 const std::vector<std::uint64_t>& seeds);
 

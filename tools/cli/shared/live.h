@@ -14,7 +14,7 @@ struct RunObserver;
 
 namespace cli {
 
-/// live::run, or UsageError in a build without the simulator. observer: may be null.
+/// Returns the outcome of live::run. Throws UsageError without the simulator. observer: may be null.
 result::Outcome run_live(const scenario::ReadScenario& scenario, const result::ResultPlace& place,
                          const result::Progress& progress, int threads = 1,
                          const live::RunObserver* observer = nullptr);
@@ -27,7 +27,7 @@ void require_simulator();
 std::optional<walking::PatternGenerator> clear_plan(const scenario::ReadScenario& read,
                                                     const fs::path& models);
 
-/// MuJoCo's version, or "" without the simulator.
+/// Returns MuJoCo's version, or "" without the simulator.
 std::string mujoco_version();
 
 }  // namespace cli

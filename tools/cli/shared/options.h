@@ -16,7 +16,7 @@ namespace cli {
 using view::Access;
 using view::ViewRequest;
 
-/// Adds a subcommand: `run` handles its request and returns the exit code. examples: the end of its help.
+/// Adds a subcommand and returns it with its request, handled by `run`. examples: the end of its help.
 template <typename Request>
 std::pair<CLI::App&, Request&> add_command(CLI::App& app, int& exit_code, const char* name,
                                            const char* description, const char* examples,
@@ -28,9 +28,9 @@ std::pair<CLI::App&, Request&> add_command(CLI::App& app, int& exit_code, const 
   return {*command, *request};
 }
 
-/// The file argument `scenario`, key=value arguments, --with and --without.
+/// Adds the file argument `scenario`, key=value arguments, --with and --without.
 CLI::Option* add_scenario(CLI::App& command, std::string& file, scenario::Changes& changes);
-/// The arguments key=value; `which`: the keys that may be changed.
+/// Adds the arguments key=value; `which`: the keys that may be changed.
 inline void add_overrides(CLI::App& command, std::vector<std::string>& overrides, const std::string& which) {
   command.add_option("changes", overrides, "keys of the scenario and their new values " + which)
       ->option_text("key=value ...");
@@ -46,7 +46,7 @@ inline void add_without(CLI::App& command, scenario::Changes& changes) {
       ->delimiter(',')
       ->allow_extra_args(false);
 }
-/// The argument `result`, the folder of a run.
+/// Adds the argument `result`, the folder of a run.
 inline void add_result(CLI::App& command, fs::path& result, const std::string& or_else = "") {
   command.add_option("result", result, "a result folder, such as results/tangent_circle/seed-1" + or_else)
       ->required();
@@ -54,7 +54,7 @@ inline void add_result(CLI::App& command, fs::path& result, const std::string& o
 inline void add_models(CLI::App& command, fs::path& models) {
   command.add_option("--models", models, "folder of the models of the robot and the rooms");
 }
-/// --seeds: `what` they are of.
+/// Adds --seeds of `what`.
 inline void add_seeds(CLI::App& command, std::optional<std::string>& seeds, const std::string& what) {
   command.add_option("--seeds", seeds, what + ": 1..5 or 1,2,7");
 }
@@ -83,14 +83,14 @@ void join_batch(const BatchMember& member, scenario::ReadScenario* read = nullpt
 /// Throws UsageError, with the most similar of the names, if `typed` is none of them.
 void require_one_of(const std::vector<std::string>& names, const std::string& typed,
                     const std::string& option);
-/// The alignment as typed after --align. Throws UsageError.
+/// Returns the alignment as typed after --align. Throws UsageError.
 score::Alignment alignment_named(const std::string& name);
 
-/// Seeds as typed after --seeds. Throws UsageError.
+/// Returns the seeds as typed after --seeds. Throws UsageError.
 std::vector<std::uint64_t> parse_seeds(const std::string& text);
 
 void add_view_place(CLI::App& command, Access& place);
-/// Also --view, --control and --wait. An opened view prints its URL.
+/// Also adds --view, --control and --wait. An opened view prints its URL.
 void add_view(CLI::App& command, ViewRequest& request);
 void print_view(const std::string& url);
 

@@ -54,9 +54,9 @@ class OutFolder {
   OutFolder& operator=(const OutFolder&) = delete;
 
   const fs::path& path() const { return path_; }
-  /// The finished results of a command with an identity, by their paths within the folder; else nullptr.
+  /// Returns finished results of a command with an identity, by their paths in the folder; else nullptr.
   result::JobLog* log() const { return log_ ? &*log_ : nullptr; }
-  /// The command is complete.
+  /// Marks the command as complete.
   void finished() const;
 
  private:

@@ -35,16 +35,16 @@ enum class Output { text, quiet, json };
 Output output();
 void choose_output(Output output);
 
-/// The stream of text for people: standard output, or none with --quiet or --json.
+/// Returns the stream of text for people: standard output, or none with --quiet or --json.
 std::ostream& text_out();
 
-/// The option --quiet, and --json as a flag.
+/// Adds the option --quiet, or --quiet and --json as flags.
 void add_quiet(CLI::App& command);
 void add_output(CLI::App& command);
 
-/// True if a stream (STDOUT_FILENO, STDERR_FILENO) is a terminal that can redraw lines.
+/// Returns whether a stream (STDOUT_FILENO, STDERR_FILENO) is a terminal that can redraw lines.
 bool can_redraw(int stream);
-/// True if standard output is a terminal with colors and NO_COLOR is not set.
+/// Returns whether standard output is a terminal with colors and NO_COLOR is not set.
 bool colors();
 
 /// Keeps the command line as the user typed it; called by main.

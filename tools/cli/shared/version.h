@@ -17,24 +17,24 @@ extern const char* const kRevision;
 /// A hash of the sources that shape recordings: tools/cli/recording_sources.cmake has the list.
 extern const char* const kRecordingSources;
 
-/// The libraries in use and their versions.
+/// Returns the libraries in use and their versions.
 std::map<std::string, std::string> libraries();
 
-/// The place of a result that this program makes, which replaces an earlier one.
+/// Returns the place of a result that this program makes, which replaces an earlier one.
 result::ResultPlace result_place(const fs::path& folder, const std::string& models_hash,
                                  const fs::path& models = {});
 
-/// The model name of the processor.
+/// Returns the model name of the processor.
 std::string processor();
 
-/// Identifies programs that record the same bits from a scenario with a walk that its estimate does not
-/// steer: by the sources of walk, world and recording, the build, the libraries and the processor's vendor.
+/// Returns the identity of programs that record the same bits from a scenario unless its estimate steers the
+/// walk: sources of walk, world and recording, build, libraries and the processor's vendor.
 std::string recording_identity();
 
-/// Identifies programs that score a recording alike: by the revision, or by a hash if files differ from it.
+/// Returns the identity of programs that score a recording alike: revision, or hash if files differ from it.
 std::string program_identity();
 
-/// The text of gaitslam --version.
+/// Returns the text of gaitslam --version.
 std::string version_text();
 
 }  // namespace cli
