@@ -36,7 +36,7 @@ void FrameReport::begin(Stamp time) {
 
 /// One cycle of the filter: Stasse et al. 2006, sections III and IV.
 const FrameReport& Filter::step(const Observation& o) {
-  if (const std::string why = objection(o); !why.empty()) return refuse(o.t, why);
+  if (const auto why = objection(o)) return refuse(o.t, *why);
   const Stamp interval = now_ ? o.t - *now_ : Stamp(0);
   const bool was_lost = tracking_.health() == Health::lost;
   tracking_.accept();
@@ -54,9 +54,9 @@ const FrameReport& Filter::step(const Observation& o) {
   return complete_report();
 }
 
-/// Returns why the observation cannot be used at all; empty if it can.
-std::string Filter::objection(const Observation& o) const {
-  if (tracking_.health() == Health::diverged) return "the filter has stopped: " + tracking_.cause();
+/// Returns why the observation cannot be used at all.
+std::optional<std::string> Filter::objection(const Observation& o) const {
+  if (tracking_.health() == Health::diverged) return "the filter has stopped: " + *tracking_.cause();
   if (now_ && o.t <= *now_) return "its time is not after the last one's";
   if (now_ && seconds(o.t - *now_) > kLongestStep_s) return "its time is more than 10 s after the last one's";
   const CameraIntrinsics& camera = visual_.intrinsics();
@@ -79,7 +79,7 @@ DepthImage Filter::depth_image(const Observation& o) const {
 const FrameReport& Filter::refuse(Stamp t, const std::string& why) {
   tracking_.refuse(interval_, why);
   report_.begin(t);
-  report_.refused = why;
+  report_.refused.add(why);
   return complete_report();
 }
 

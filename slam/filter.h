@@ -23,7 +23,7 @@ class Filter {
   std::vector<MapPoint> map() const { return visual_.map(kalman_.state()); }
 
  private:
-  std::string objection(const Observation& observation) const;
+  std::optional<std::string> objection(const Observation& observation) const;
   DepthImage depth_image(const Observation& observation) const;
   const FrameReport& refuse(Stamp t, const std::string& why);
   void predict_and_update(const Observation& observation, const std::optional<PlannedInterval>& planned);

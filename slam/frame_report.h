@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -87,6 +88,19 @@ enum class Health { ok, lost, diverged };
 /// Room in lists of landmarks, so that a step in the steady state takes no heap memory.
 inline constexpr int kLandmarksInView = 64;
 
+/// Reasons in words. Their memory is reused, so that a reason in the steady state takes none from the heap.
+class Reasons {
+ public:
+  explicit operator bool() const { return !text_.empty(); }
+  /// All reasons, separated by "; "; empty if there is none.
+  const std::string& text() const { return text_; }
+  void add(std::string_view reason) { text_.append(text_.empty() ? "" : "; ").append(reason); }
+  void clear() { text_.clear(); }
+
+ private:
+  std::string text_;
+};
+
 /// The report of one step.
 struct FrameReport {
   Stamp t{0};
@@ -103,24 +117,18 @@ struct FrameReport {
   std::vector<int> deleted;
   Evidence evidence{};       ///< of systematic errors in this frame's innovations
   bool relocalized = false;  ///< the pose was reset from the map in this frame
-  std::string refused;       ///< why the observation or parts of it were not used; empty if all was used
+  Reasons refused;           ///< why the observation or parts of it were not used
   Health health = Health::ok;
-  std::string cause;  ///< why the health is not ok
+  std::optional<std::string> cause;  ///< why the health is not ok
   /// The sensor whose measurements contradict its model: "inconsistent: X, ...", where X is plan, leg
-  /// odometry, gyro or images; empty if there is none.
-  std::string suspect;
+  /// odometry, gyro or images.
+  std::optional<std::string> suspect;
 
   /// Notes that a sensor has readings in this frame, or that they are accepted.
   void note(SensorIndex sensor, SensorUse used) { use[static_cast<std::size_t>(sensor)] = used; }
   /// Starts the report of a step at t, reusing the memory of its lists.
   void begin(Stamp t);
 };
-
-/// Appends a reason, if there is one, to a list of reasons separated by "; ".
-inline void add_reason(std::string& reasons, std::string_view reason) {
-  if (!reasons.empty() && !reason.empty()) reasons += "; ";
-  reasons += reason;
-}
 
 /// A landmark of the map.
 struct MapPoint {

@@ -118,7 +118,7 @@ Prediction InternalMeasurements::predict(const Observation& o, Stamp previous,
       report.note(SensorIndex::accelerometer, SensorUse::accepted);
       return prediction;
     }
-    add_reason(report.refused, "accelerometer is beyond its gate");
+    report.refused.add("accelerometer is beyond its gate");
   }
   return predict_motion(x, dt, std::nullopt, options, gyro_rate_);
 }
@@ -127,7 +127,7 @@ bool InternalMeasurements::update(const Observation& o, Stamp previous,
                                   const std::optional<PlannedInterval>& planned, Kalman& kalman,
                                   FrameReport& report) {
   accepted_.clear();
-  if (options_.gyro.enabled && o.gyro.empty()) add_reason(report.refused, "the gyro is silent");
+  if (options_.gyro.enabled && o.gyro.empty()) report.refused.add("the gyro is silent");
   if (options_.gyro.enabled && !o.gyro.empty())
     report.note(SensorIndex::gyro, gyro_rate_ ? SensorUse::accepted : SensorUse::readings);
   const RobotVector x = kalman.state().robot();
@@ -149,7 +149,7 @@ bool InternalMeasurements::update(const Observation& o, Stamp previous,
     if (accepted)
       accepted_.push_back(*m);
     else
-      add_reason(report.refused, sensor.reason);
+      report.refused.add(sensor.reason);
   }
   if (options_.plan_velocity.enabled && planned && planned->legs)
     kalman.add_evidence(kPlanScale, planned->plan_scale);

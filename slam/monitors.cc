@@ -49,7 +49,7 @@ bool follows(const InertialSample& next, const InertialSample& reading) {
 
 }  // namespace
 
-std::string malformation(const Observation& o, const CameraIntrinsics& camera) {
+std::optional<std::string> malformation(const Observation& o, const CameraIntrinsics& camera) {
   if (!o.image.empty() &&
       (o.image.type() != CV_8UC1 || o.image.cols != camera.width_px || o.image.rows != camera.height_px))
     return "its image is not 8-bit gray of the camera's size";
@@ -57,7 +57,7 @@ std::string malformation(const Observation& o, const CameraIntrinsics& camera) {
     for (const InertialSample& sample : *samples)
       if (!sample.value.allFinite() || sample.end < sample.begin) return "an inertial reading is not finite";
   if (o.plan && !is_finite(*o.plan)) return "its plan is not finite";
-  return "";
+  return std::nullopt;
 }
 
 bool stands_still(const Observation& o, const std::optional<PlannedInterval>& planned,
@@ -68,7 +68,7 @@ bool stands_still(const Observation& o, const std::optional<PlannedInterval>& pl
   return !o.gyro.empty() && sum.norm() / static_cast<double>(o.gyro.size()) < kStill_rad_s;
 }
 
-ImageDefect ImageCheck::defect(const cv::Mat& image, bool stands_still) {
+std::optional<ImageDefect> ImageCheck::defect(const cv::Mat& image, bool stands_still) {
   const bool frozen =
       !previous_.empty() && std::equal(image.begin<uchar>(), image.end<uchar>(), previous_.begin<uchar>());
   if (stands_still && !frozen && !previous_.empty() && noisy_ < kNoisyImages) {
@@ -78,9 +78,9 @@ ImageDefect ImageCheck::defect(const cv::Mat& image, bool stands_still) {
   image.copyTo(previous_);
   cv::Scalar mean, contrast;
   cv::meanStdDev(image, mean, contrast);
-  if (contrast[0] < kFlatContrast) return {"the image is flat", true};
-  if (frozen) return {"the image is the last one again", !stands_still || noisy_ >= kNoisyImages};
-  return {};
+  if (contrast[0] < kFlatContrast) return ImageDefect{"the image is flat", true};
+  if (!frozen) return std::nullopt;
+  return ImageDefect{"the image is the last one again", !stands_still || noisy_ >= kNoisyImages};
 }
 
 bool matching_failed(const TrackingStatistics& s) {
@@ -121,7 +121,7 @@ void TrackingMonitor::blind(Stamp interval, const std::string& why) {
 void TrackingMonitor::refuse(Stamp interval, const std::string& why) {
   refused_ += interval;
   if (health_ == Health::lost && seconds(refused_) > options_.give_up_s)
-    return diverge(cause_ + kNotFoundAgain);
+    return diverge(*cause_ + kNotFoundAgain);
   if (health_ == Health::ok && seconds(refused_) > options_.lost_after_s)
     lose("observations are rejected because " + why, true);
 }
@@ -130,7 +130,7 @@ void TrackingMonitor::sees() {
   blind_ = Stamp(0);
   if (!is_blind()) return;
   health_ = Health::ok;
-  cause_.clear();
+  cause_.reset();
 }
 
 void TrackingMonitor::diverge(const std::string& cause) {
@@ -142,7 +142,7 @@ void TrackingMonitor::diverge(const std::string& cause) {
 void TrackingMonitor::remains_lost(Stamp interval) {
   if (health_ != Health::lost) return;
   lost_ += interval;
-  if (seconds(lost_) > options_.give_up_s) diverge(cause_ + kNotFoundAgain);
+  if (seconds(lost_) > options_.give_up_s) diverge(*cause_ + kNotFoundAgain);
 }
 
 void GyroNoiseTest::add(const std::vector<InertialSample>& readings) {
@@ -198,7 +198,7 @@ double SensorMonitor::sigmas(int error) const {
   return std::copysign(std::max(0.0, std::abs(delta) - kOrdinary), delta) * std::sqrt(information);
 }
 
-std::string SensorMonitor::suspect() const {
+std::optional<std::string> SensorMonitor::suspect() const {
   if (options_.gyro.enabled && gyro_.scatters())
     return "inconsistent: gyro, its readings scatter more than 1.5 times as much as assumed";
   if (images_.fails()) return "inconsistent: images, landmarks are not found at their predicted pixels";
@@ -220,7 +220,7 @@ std::string SensorMonitor::suspect() const {
     if (const double wrong = sigmas(e.index); e.tested && std::abs(wrong) > e.bound)
       return std::string("inconsistent: ") + e.what + (wrong > 0 ? e.more : e.less) + " by " +
              std::to_string(std::lround(std::abs(wrong))) + " standard deviations";
-  return "";
+  return std::nullopt;
 }
 
 }  // namespace slam

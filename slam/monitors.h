@@ -7,8 +7,8 @@
 namespace slam {
 
 /// Why the observation is malformed: an image of the wrong type or size, or a reading or plan that is not
-/// finite. Empty if it is well-formed.
-std::string malformation(const Observation& observation, const CameraIntrinsics& camera);
+/// finite. Nothing if it is well-formed.
+std::optional<std::string> malformation(const Observation& observation, const CameraIntrinsics& camera);
 
 /// True if the camera is known to have stood still in a frame interval: the plan stands and the gyro reads
 /// only noise. False if the options do not enable both sensors.
@@ -16,7 +16,7 @@ bool stands_still(const Observation& observation, const std::optional<PlannedInt
                   const Options& options);
 
 struct ImageDefect {
-  std::string reason;  ///< why the image cannot be used; empty if it can
+  std::string reason;  ///< why the image cannot be used
   /// Nothing is seen; false for a repeated image that may be genuine, of a still camera without known noise.
   bool blinds = false;
 };
@@ -24,8 +24,8 @@ struct ImageDefect {
 /// Detects images that contain no information.
 class ImageCheck {
  public:
-  /// The defect of an image that is not empty: it is flat, or identical with the previous one.
-  ImageDefect defect(const cv::Mat& image, bool stands_still);
+  /// The defect, if any, of an image that is not empty: it is flat, or identical with the previous one.
+  std::optional<ImageDefect> defect(const cv::Mat& image, bool stands_still);
 
  private:
   cv::Mat previous_;
@@ -50,7 +50,8 @@ class TrackingMonitor {
   explicit TrackingMonitor(const Options::Tracking& options) : options_(options) {}
 
   Health health() const { return health_; }
-  const std::string& cause() const { return cause_; }
+  /// Why the health is not ok.
+  const std::optional<std::string>& cause() const { return cause_; }
   /// True if matching failed in the last frame.
   bool in_doubt() const { return failing_s_ > 0; }
   /// True if tracking is lost because nothing was seen: the prediction and its covariance are still valid.
@@ -88,7 +89,7 @@ class TrackingMonitor {
 
   Options::Tracking options_;
   Health health_ = Health::ok;
-  std::string cause_;
+  std::optional<std::string> cause_;
   double failing_s_ = 0;
   Stamp blind_{0}, refused_{0}, lost_{0};  // for how long
   bool blind_loss_ = false;
@@ -143,9 +144,9 @@ class SensorMonitor {
   void reset() { sums_ = {}; }
   /// The distance of the estimated δ from ±2 % in its standard deviations, with its sign; 0 within ±2 %.
   double sigmas(int error) const;
-  /// "inconsistent: plan, its distances are too long by 9 standard deviations" or the like; empty if all is
+  /// "inconsistent: plan, its distances are too long by 9 standard deviations" or the like; nothing if all is
   /// consistent. The gyro comes first and the plan last: the evidence against it depends on the others.
-  std::string suspect() const;
+  std::optional<std::string> suspect() const;
 
  private:
   Options options_;

@@ -47,13 +47,13 @@ std::string cause_text(const std::string& key, double now, double instead) {
   return text.str();
 }
 
-/// Returns the cause if the walk is feasible with the default radius of the arc at that index; else "".
+/// Returns the cause if the walk is feasible with the default radius of the arc at that index.
 template <class Arc>
-std::string radius_cause(WalkOptions options, std::size_t command, const auto& fails) {
+std::optional<std::string> radius_cause(WalkOptions options, std::size_t command, const auto& fails) {
   auto* const arc = std::get_if<Arc>(&options.commands[command]);
-  if (!arc) return "";
+  if (!arc) return std::nullopt;
   const double radius_m = std::exchange(arc->radius_m, Arc{}.radius_m);
-  if (fails(options)) return "";
+  if (fails(options)) return std::nullopt;
   const std::string key = "commands[" + std::to_string(command) + "]." + Arc::kName + ".radius_m";
   return cause_text(key, radius_m, Arc{}.radius_m);
 }
@@ -80,18 +80,17 @@ PatternGenerator::PatternGenerator(const WalkOptions& options, const WholeBody& 
   const auto fails = [&](const WalkOptions& other) {
     return leg_fault(PatternGenerator(other, model, Unchecked())).has_value();
   };
-  std::string cause;
+  std::optional<std::string> cause;
   for (const auto& [key, number] : kNumbers) {
     WalkOptions changed = options;
     changed.*number = WalkOptions{}.*number;
     const bool differs = changed.*number != options.*number;
-    if (cause.empty() && differs && !fails(changed))
-      cause = cause_text(key, options.*number, changed.*number);
+    if (!cause && differs && !fails(changed)) cause = cause_text(key, options.*number, changed.*number);
   }
   const auto command = static_cast<std::size_t>(fault->command);
-  if (cause.empty()) cause = radius_cause<TangentArc>(options, command, fails);
-  if (cause.empty()) cause = radius_cause<PerpendicularArc>(options, command, fails);
-  throw std::invalid_argument(text.str() + cause);
+  if (!cause) cause = radius_cause<TangentArc>(options, command, fails);
+  if (!cause) cause = radius_cause<PerpendicularArc>(options, command, fails);
+  throw std::invalid_argument(text.str() + cause.value_or(""));
 }
 
 /// Returns whether a step may still be changed so many ticks later: it has not lifted off, and the preview

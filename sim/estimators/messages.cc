@@ -409,8 +409,9 @@ Answer read_answer(std::string_view payload) {
   if (words.landmark_count > 0) answer.map = pop_map(payload, words.landmark_count);
   const bool ready = words.status != GAITSLAM_NOT_READY;
   answer.report.health = ready ? static_cast<slam::Health>(words.status) : slam::Health::lost;
-  answer.report.cause = printable(payload);
-  if (words.status != GAITSLAM_OK && payload.empty())
+  if (!payload.empty())
+    answer.report.cause = printable(payload);
+  else if (words.status != GAITSLAM_OK)
     answer.report.cause = ready ? "the estimator gave no cause" : "the estimator is not ready";
   return answer;
 }

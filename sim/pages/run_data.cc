@@ -49,11 +49,11 @@ ordered_json ellipsoid(const Eigen::Matrix3d& P) {
 std::string state_in_words(const slam::FrameReport& report) {
   constexpr std::array kHealth{"tracking", "lost", "diverged"};
   std::string words = kHealth[static_cast<std::size_t>(report.health)];
-  if (!report.cause.empty()) words += ": " + report.cause;
+  if (report.cause) words += ": " + *report.cause;
   if (report.health == slam::Health::ok && report.searched.empty()) words += ", no landmark searched for";
   if (report.relocalized) words += "; recognized its map";
-  if (!report.suspect.empty()) words += "; " + report.suspect;
-  if (!report.refused.empty()) words += "; rejected: " + report.refused;
+  if (report.suspect) words += "; " + *report.suspect;
+  if (report.refused) words += "; rejected: " + report.refused.text();
   return files::sanitize(words);
 }
 
@@ -165,8 +165,9 @@ void add_reports(std::vector<Frame>& frames, const Table& table) {
     report.health = health[i] == "lost"       ? slam::Health::lost
                     : health[i] == "diverged" ? slam::Health::diverged
                                               : slam::Health::ok;
-    report.cause = cause[i], report.refused = refused[i];
-    if (table.has("suspect")) report.suspect = table.text("suspect")[i];
+    if (!cause[i].empty()) report.cause = cause[i];
+    if (!refused[i].empty()) report.refused.add(refused[i]);
+    if (table.has("suspect") && !table.text("suspect")[i].empty()) report.suspect = table.text("suspect")[i];
   });
 }
 

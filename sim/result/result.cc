@@ -134,10 +134,9 @@ void write_score(const fs::path& file, const scenario::Scenario& scenario, scena
     json["estimator_time"] = {{"model", scenario::kTimeModels[static_cast<std::size_t>(model)]},
                               {"repeatable", model == scenario::TimeModel::fixed}};
   if (tracked)
-    json["tracking"] = {{"observations_refused", std::ranges::count_if(tracked->frames,
-                                                                       [](const auto& frame) {
-                                                                         return !frame.report.refused.empty();
-                                                                       })},
+    json["tracking"] = {{"observations_refused",
+                         std::ranges::count_if(tracked->frames,
+                                               [](const auto& frame) { return bool(frame.report.refused); })},
                         {"lost", faults_json(tracked->losses())},
                         {"suspect", faults_json(tracked->suspicions())}};
   json["limits"] = ordered_json::array();
@@ -189,8 +188,8 @@ std::string frame_row(const slam::FrameReport& r) {
     const auto nis = slam::nis_of(r.innovations, sensor);
     text += nis ? fmt::format(",{},{}", nis->value, nis->dof) : ",,";
   }
-  return text + fmt::format(",{},{},{},{}\n", name(r.health), files::csv_field(r.cause),
-                            files::csv_field(r.refused), files::csv_field(r.suspect));
+  return text + fmt::format(",{},{},{},{}\n", name(r.health), files::csv_field(r.cause.value_or("")),
+                            files::csv_field(r.refused.text()), files::csv_field(r.suspect.value_or("")));
 }
 
 /// ",u,v" of a match, or two empty fields.

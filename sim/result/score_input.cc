@@ -53,7 +53,7 @@ std::vector<score::TimedHealth> health(const tracking::Tracked& tracked, bool by
   for (const tracking::TrackedFrame& frame : tracked.frames) {
     const slam::FrameReport& report = frame.report;
     tracks = tracks || report.landmarks > 0;
-    all.push_back({report.t, tracks && report.health == slam::Health::ok, !report.suspect.empty()});
+    all.push_back({report.t, tracks && report.health == slam::Health::ok, report.suspect.has_value()});
   }
   const auto last = all.empty() ? slam::Stamp(0) : all.back().t;
   for (const slam::Stamp t : tracked.untracked) all.push_back({t, false, false});

@@ -58,7 +58,7 @@ std::optional<scenario::Ended> Tracked::failure() const {
   const slam::FrameReport& last = frames.back().report;
   const bool lost = last.health == slam::Health::lost;
   return scenario::Ended{scenario::Ending::diverged,
-                         last.cause + (lost ? "; the map was not found again before the end" : "")};
+                         last.cause.value() + (lost ? "; the map was not found again before the end" : "")};
 }
 
 std::vector<estimators::PoseEstimate> Tracked::estimates() const {
@@ -70,14 +70,12 @@ std::vector<estimators::PoseEstimate> Tracked::estimates() const {
 
 std::vector<TrackingFault> Tracked::losses() const {
   return intervals(frames, [](const slam::FrameReport& report) {
-    return report.health == slam::Health::ok ? std::nullopt : std::optional(report.cause);
+    return report.health == slam::Health::ok ? std::nullopt : report.cause;
   });
 }
 
 std::vector<TrackingFault> Tracked::suspicions() const {
-  return intervals(frames, [](const slam::FrameReport& report) {
-    return report.suspect.empty() ? std::nullopt : std::optional(report.suspect);
-  });
+  return intervals(frames, [](const slam::FrameReport& report) { return report.suspect; });
 }
 
 Tracking::Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimators::Estimator> estimator,

@@ -44,10 +44,12 @@ VisualResult VisualTracking::step(const VisualInput& in) {
     in.tracking.blind(in.interval, "no image arrives");
     return result_;
   }
-  const ImageDefect defect = image_check_.defect(in.image, in.stands_still);
-  add_reason(in.report.refused, defect.reason);
-  if (defect.blinds) in.tracking.blind(in.interval, defect.reason);
-  if (defect.reason.empty()) track(in);
+  if (const auto defect = image_check_.defect(in.image, in.stands_still)) {
+    in.report.refused.add(defect->reason);
+    if (defect->blinds) in.tracking.blind(in.interval, defect->reason);
+  } else {
+    track(in);
+  }
   in.report.note(SensorIndex::vision, in.report.matched.empty() ? SensorUse::readings : SensorUse::accepted);
   return result_;
 }
@@ -69,20 +71,19 @@ void VisualTracking::track(const VisualInput& in) {
     confirmer_.clear();
     in.tracking.relocalized();
   }
-  const std::string unseen = measure(in);
-  if (unseen.empty()) {
-    if (was_blind || !in.tracking.is_blind()) in.tracking.sees();
-  } else {
-    in.tracking.blind(in.interval, unseen);
+  if (const auto unseen = measure(in)) {
+    in.tracking.blind(in.interval, *unseen);
     if (was_blind) relocalize(in);
+  } else if (was_blind || !in.tracking.is_blind()) {
+    in.tracking.sees();
   }
 }
 
-/// Returns the reason if no landmark was seen; else an empty string.
-std::string VisualTracking::measure(const VisualInput& in) {
+/// Returns the reason if no landmark was seen.
+std::optional<std::string> VisualTracking::measure(const VisualInput& in) {
   const std::size_t before = map_.landmarks().size();
   if (!map_.initialize_known(in.image, in.t, in.kalman))
-    add_reason(in.report.refused, "a known landmark is not seen in the first image");
+    in.report.refused.add("a known landmark is not seen in the first image");
   report_initialized(before, in.report);
   const VisionResult& vision = vision_.update(in.image, map_.landmarks(), in.kalman);
   in.report.predicted = static_cast<int>(vision.visible.size());
@@ -112,9 +113,10 @@ std::string VisualTracking::measure(const VisualInput& in) {
   const InitializationCount initialized = manage_map(in, vision, !failed && !in.tracking.in_doubt());
   in.tracking.judge(*result_.statistics);
   if (failed) return "almost no landmark found";
-  if (!vision.inliers.empty() || !in.report.lines.empty()) return "";
+  if (!vision.inliers.empty() || !in.report.lines.empty()) return std::nullopt;
   if (!vision.searched.empty()) return "no landmark found";
-  return initialized.wanted > 0 && initialized.added == 0 ? "the image has no corner for a landmark" : "";
+  if (initialized.wanted > 0 && initialized.added == 0) return "the image has no corner for a landmark";
+  return std::nullopt;
 }
 
 /// Improves the surface normal of one matched landmark, and adds the change of view to all covariances.

@@ -52,6 +52,16 @@ TEST(Allocation, IsCountedForNewEigenAndOpenCV) {
   counting = false;
 }
 
+TEST(Allocation, ReasonsReuseTheirMemory) {
+  Reasons reasons;
+  reasons.add("planned velocity is beyond its gate"), reasons.clear();
+  asked = 0, counting = true;
+  reasons.add("gyro is silent"), reasons.add("image is flat");
+  counting = false;
+  EXPECT_EQ(asked, 0) << reasons.text();
+  EXPECT_EQ(reasons.text(), "gyro is silent; image is flat");
+}
+
 TEST(Allocation, AStepInTheSteadyStateTakesNone) {
   const synthetic::Recording recording = synthetic::recorded(3.5, 0.1);
   Filter filter(Options{}, synthetic::calibration(), recording.walk().X_WC(0), 1);
@@ -62,7 +72,7 @@ TEST(Allocation, AStepInTheSteadyStateTakesNone) {
     asked = 0;
     const FrameReport& report = filter.step(o);
     counting = false;
-    EXPECT_EQ(asked, 0) << "frame " << k << ' ' << report.refused;
+    EXPECT_EQ(asked, 0) << "frame " << k << ' ' << report.refused.text();
     if (k < 45) continue;
     initialized += static_cast<int>(report.initialized.size());
     accepted += report.accepted;

@@ -136,7 +136,7 @@ TEST(Filter, RejectsMalformedObservationsAndIsLeftBitIdentical) {
       {"an inertial reading is not finite", [](auto& o) { o.accelerometer[1].end = Stamp(-1); }},
       {"its plan is not finite", [](auto& o) { o.plan->p_CF.x() = kNan; }}};
   for (const auto& [reason, spoil] : kinds) {
-    EXPECT_EQ(step(filter, 40, 41, spoil).refused, reason);
+    EXPECT_EQ(step(filter, 40, 41, spoil).refused.text(), reason);
     EXPECT_EQ(fingerprint(filter), fingerprint(undisturbed)) << reason;
   }
   for (Filter* f : {&filter, &undisturbed}) step(*f, 40, 41);
@@ -157,7 +157,7 @@ TEST(Filter, UsesTheAlignedDepthImageOfTheFrameAloneAndRejectsAMalformedOne) {
     std::set<double> all;
     for (const MapPoint& point : filter.map())
       all.insert(std::round(100 * (filter.estimate().X_WC.inverse() * point.p_W).z()) / 100);
-    return std::pair(all, report.refused);
+    return std::pair(all, report.refused.text());
   };
   const cv::Mat flat(240, 320, CV_16UC1, cv::Scalar(2500));
   EXPECT_EQ(depths(3, Stamp(0), flat).first, std::set{2.5});

@@ -111,7 +111,7 @@ void Step(benchmark::State& state) {
   for (auto _ : state) {
     const FrameReport& report = filter.step(laps(walk)[k++]);
     landmarks += report.landmarks, accepted += report.accepted;
-    if (report.health != Health::ok) return state.SkipWithError(report.cause.c_str());
+    if (report.health != Health::ok) return state.SkipWithError(report.cause->c_str());
   }
   state.counters["landmarks"] = landmarks / (kFrames / 2.0);
   state.counters["accepted"] = accepted / (kFrames / 2.0);

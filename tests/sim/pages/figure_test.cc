@@ -206,7 +206,7 @@ TEST(FrameJson, SearchesAreEllipsesOfThreeSigmasFoundMissedOrRejected) {
 TEST(FrameJson, WhatIsNotFiniteIsNullAndTheStateIsASentenceOfData) {
   Frame frame;
   frame.zmp = Eigen::Vector2d(NAN, INFINITY);
-  frame.report.emplace().refused = "</script><b>\"&\xff";
+  frame.report.emplace().refused.add("</script><b>\"&\xff");
   const json read = json::parse(to_message(frame).substr(4));
   EXPECT_EQ(read["zmp"], json({nullptr, nullptr}));
   EXPECT_EQ(read["state"].get<std::string>().substr(0, 58),

@@ -305,7 +305,7 @@ TEST(TrackedFiles, TextsOfAFrameRoundTrip) {
   tracking::Tracked tracked;
   slam::FrameReport& report = tracked.frames.emplace_back().report;
   report.health = slam::Health::lost;
-  report.cause = cause, report.refused = "gyro, " + cause, report.suspect = "\"";
+  report.cause = cause, report.refused.add("gyro, " + cause), report.suspect = "\"";
   const files::TemporaryFolder folder;
   write_tracked(folder.path(), tracked);
   files::CsvReader rows(folder / "frames.csv");

@@ -164,7 +164,7 @@ TEST(Tracking, ARejectedObservationGivesNoNewEstimate) {
   const Tracked tracked =
       track("filter", {observation(0, 0), observation(33, 0), observation(33, 0), observation(20, 0)});
   EXPECT_EQ(tracked.frames.size(), 4U);
-  EXPECT_NE(tracked.frames[3].report.refused, "");
+  EXPECT_TRUE(tracked.frames[3].report.refused);
   EXPECT_EQ(tracked.estimates().size(), 2U);
 }
 

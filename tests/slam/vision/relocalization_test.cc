@@ -136,7 +136,7 @@ TEST(Relocalization, AFilterThatWasCarriedAwayFindsItsTruePose) {
     for (InertialSample& sample : o.gyro) sample.begin += later, sample.end += later;
     o.accelerometer.clear(), o.plan.reset();
     const FrameReport& report = filter.step(o);
-    ASSERT_NE(report.health, Health::diverged) << report.cause;
+    ASSERT_NE(report.health, Health::diverged) << report.cause.value_or("");
     found = found || report.relocalized;
     if (!found) continue;
     EXPECT_EQ(report.health, Health::ok) << k;
@@ -175,7 +175,8 @@ TEST(Relocalization, AFilterWithACoveredViewContinuesAtItsPredictionButNotAfterA
       found = found || report.relocalized;
       EXPECT_TRUE(is_lost || found || !lost || covered) << k << " no match near the prediction is trusted";
       lost = lost || is_lost;
-      EXPECT_FALSE(covered && (report.relocalized || (is_lost && k >= to + 3))) << k << report.cause;
+      EXPECT_FALSE(covered && (report.relocalized || (is_lost && k >= to + 3)))
+          << k << report.cause.value_or("");
       if (covered || (lost && !is_lost)) {
         EXPECT_LT(error_m(filter, k), 0.05) << covered << k;
       }
@@ -191,7 +192,7 @@ TEST(Relocalization, AFilterThatDoesNotRecognizeItsMapDiverges) {
   Filter filter = lost_filter(40, tracking);
   const Observation o = walk().observation(60);
   EXPECT_EQ(filter.step(o).health, Health::diverged);
-  EXPECT_NE(filter.step(o).cause.find("tracking lost"), std::string::npos);
+  EXPECT_NE(filter.step(o).cause.value().find("tracking lost"), std::string::npos);
 }
 
 }  // namespace
