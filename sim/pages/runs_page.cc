@@ -109,8 +109,8 @@ class RunSections {
     std::string html =
         fmt::format("<p><span class='verdict {}'>{}</span> {}", verdict == "passed" ? "good" : "bad",
                     escaped(verdict), escaped(run_.about.cause));
-    if (!run_.about.counterfactual.empty())
-      html += fmt::format(" Counterfactual: {}.", escaped(run_.about.counterfactual));
+    if (run_.about.counterfactual)
+      html += fmt::format(" Counterfactual: {}.", escaped(*run_.about.counterfactual));
     if (run_.about.alignment == "none")
       html += " Its trajectory was scored without alignment.";
     else if (!run_.about.alignment.empty())

@@ -186,7 +186,7 @@ std::string unknown_metric(std::string_view name) {
 void read_limit(const Yaml& at, const std::string& key, const Yaml& value, std::vector<MetricLimit>& limits) {
   const std::string_view rest = std::string_view(key).substr("limits."sv.size());
   const std::size_t first = rest.find('.'), last = rest.rfind('.');
-  MetricLimit limit{std::string(rest.substr(0, first)), ""};
+  MetricLimit limit{std::string(rest.substr(0, first)), {}};
   if (first == std::string_view::npos) {
     static constexpr std::array kOther{"limits.ending"sv};
     const std::string hint = did_you_mean(key, kOther);
@@ -211,7 +211,7 @@ bool keeps(const MetricLimit& limit, double value) {
 }
 
 std::string subject(const MetricLimit& limit) {
-  return limit.aggregate.empty() ? limit.metric : limit.metric + "." + limit.aggregate;
+  return limit.aggregate ? limit.metric + "." + *limit.aggregate : limit.metric;
 }
 
 std::string_view word(Bound bound) { return kBounds[static_cast<std::size_t>(bound)]; }
