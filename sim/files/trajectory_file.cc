@@ -183,7 +183,7 @@ Eigen::Isometry3d kitti_pose(const Line& line) {
 }
 
 void warn(TrajectoryFile& read, const char* what) {
-  read.warning += std::string(read.warning.empty() ? "" : "; ") + what;
+  read.warning = read.warning ? *read.warning + "; " + what : what;
 }
 
 // Drops a last pose that repeats the stamp before. Throws FileError if stamps do not rise otherwise.

@@ -42,8 +42,8 @@ struct TrajectoryFile {
   std::string format;  ///< "TUM", "TUM with covariance", "KITTI", "EuRoC csv"
   std::string stamps;  ///< "seconds", "milliseconds", "microseconds", "nanoseconds", "frame numbers"
   std::vector<TumRow> rows;
-  std::string warning = {};     ///< what was left out, and why; empty if nothing was
-  bool has_orientation = true;  ///< else all rotations are the identity
+  std::optional<std::string> warning = {};  ///< what was left out, if anything, and why
+  bool has_orientation = true;              ///< else all rotations are the identity
 };
 
 /// Reads a trajectory. TUM: stamp, position, quaternion (x first), or 20 numbers with covariance. EuRoC: with

@@ -296,7 +296,7 @@ void Run::steer() {
 result::RunRecord Run::record(const std::filesystem::path& folder) {
   frames_.close_cameras();
   if (navigation_) writer_.add(recorded((*navigation_)->corrections()));
-  const std::string complaint = check_.complaint();
+  const std::optional<std::string> complaint = check_.complaint();
   writer_.add("self_check.json", check_.json());
   writer_.finish();
   const physics::Status& status = robot_->world().status();
@@ -305,8 +305,7 @@ result::RunRecord Run::record(const std::filesystem::path& folder) {
     ended = {scenario::Ending::stopped,
              fmt::format("steering had no estimate for {} s at t = {:.2f} s: the robot stopped on both feet",
                          read_.scenario.walk.steering.lost_s, *(*navigation_)->stopped_s())};
-  if (ended.ending != scenario::Ending::failed && !complaint.empty())
-    ended = {scenario::Ending::failed, complaint};
+  if (ended.ending != scenario::Ending::failed && complaint) ended = {scenario::Ending::failed, *complaint};
   result::RunRecord left{read_, ended, setup_, recording::read_truth(folder), std::nullopt, ""};
   if (tracking_) left.tracked = tracking_->finish();
   left.recording_hash = recording::RecordingReader(folder).hash();

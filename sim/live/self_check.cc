@@ -136,7 +136,7 @@ std::optional<double> ViewCheck::median_px() const {
   return (static_cast<double>(bin) + 0.5) / 20;
 }
 
-std::string SelfCheck::complaint() const {
+std::optional<std::string> SelfCheck::complaint() const {
   const auto path = [&](const char* what, double worst, double most, const char* unit) {
     return fmt::format(
         "self-check: the ideal gyro and accelerometer, integrated over {:.1f} s, leave the true {} by {:.4f} "
@@ -153,7 +153,7 @@ std::string SelfCheck::complaint() const {
         "self-check: points of the room are {:.2f} px from their projection by the true pose, more than {} "
         "px",
         *distance, kView_px);
-  return "";
+  return std::nullopt;
 }
 
 std::string SelfCheck::json() const {
@@ -166,7 +166,7 @@ std::string SelfCheck::json() const {
                        {"points", view->points()},
                        {"at_most", kView_px}};
   }
-  json["complaint"] = complaint();
+  json["complaint"] = complaint().value_or("");
   return json.dump(2) + "\n";
 }
 

@@ -73,8 +73,8 @@ struct SelfCheck {
   InertialCheck inertial;
   std::optional<ViewCheck> view;  ///< absent without a camera
 
-  /// Describes the disagreements; empty if all agree.
-  std::string complaint() const;
+  /// Describes the disagreements, if there are any.
+  std::optional<std::string> complaint() const;
   /// The figures, for the recording's self_check.json.
   std::string json() const;
 };

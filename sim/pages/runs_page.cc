@@ -109,8 +109,8 @@ class RunSections {
     std::string html =
         fmt::format("<p><span class='verdict {}'>{}</span> {}", verdict == "passed" ? "good" : "bad",
                     escaped(verdict), escaped(run_.about.cause));
-    if (!run_.about.counterfactual.empty())
-      html += fmt::format(" Counterfactual: {}.", escaped(run_.about.counterfactual));
+    if (run_.about.counterfactual)
+      html += fmt::format(" Counterfactual: {}.", escaped(*run_.about.counterfactual));
     if (run_.about.alignment == "none")
       html += " Its trajectory was scored without alignment.";
     else if (!run_.about.alignment.empty())
@@ -276,9 +276,9 @@ class RunSections {
     for (const auto& key : scenario::scenario_keys()) {
       if (!scenario::has_section(scenario_, key.name)) continue;
       const auto set_by = run_.about.set_by.find(key.name);
-      rows.push_back(
-          {{code_cell(key.name), code_cell(key.print(scenario_)), text_cell(scenario::unit_of(key.name)),
-            text_cell(set_by == run_.about.set_by.end() ? "default" : set_by->second, "soft")}});
+      rows.push_back({{code_cell(key.name), code_cell(key.print(scenario_)),
+                       text_cell(scenario::unit_of(key.name).value_or("")),
+                       text_cell(set_by == run_.about.set_by.end() ? "default" : set_by->second, "soft")}});
     }
     return fmt::format("<details><summary>{} keys and the origin of each</summary>{}</details>", rows.size(),
                        table_html("configuration", {{"key"}, {"value"}, {"unit"}, {"from"}}, rows));

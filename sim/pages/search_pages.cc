@@ -53,7 +53,7 @@ struct Key {
   std::map<std::string, std::size_t> place;  ///< of a value in `values`
 
   bool is_grid() const { return values.size() <= kMostOfGrid; }
-  std::string label() const { return with_unit(name, scenario::unit_of(name)); }
+  std::string label() const { return with_unit(name, scenario::unit_of(name).value_or("")); }
 };
 
 /// The trials of one scenario.

@@ -152,7 +152,8 @@ void Models::mount(const rig::Mount& camera, const rig::Mount& imu) {
   }
 }
 
-std::string latest_warning() {
+std::optional<std::string> latest_warning() {
+  if (last_warning[0] == '\0') return std::nullopt;
   std::string warning = last_warning.data();
   last_warning[0] = '\0';
   return warning;

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -81,8 +82,8 @@ Place place_of(const mjModel_& model, const rig::Mount& mount);
 /// Moves the model's head camera to the place of the mount. Throws std::invalid_argument as place_of().
 void mount_camera(mjModel_& model, const rig::Mount& mount);
 
-/// Returns MuJoCo's last warning since the previous call; empty without one.
-std::string latest_warning();
+/// Returns MuJoCo's last warning since the previous call, if there is one.
+std::optional<std::string> latest_warning();
 
 /// Names of the 30 joints, in the order of walking::JointVector.
 std::vector<std::string> joint_names();

@@ -3,8 +3,8 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "walking/hrp2.h"
@@ -45,11 +45,11 @@ struct FloorPatch {
     number<&FloorPatch::friction>(key, 0.01, 5, "sliding friction of sole on floor in the rectangle");
   }
 
-  /// A problem that involves several keys; empty if there is not any.
-  std::string_view problem() const {
+  /// Returns a problem that involves several keys, if there is one.
+  std::optional<std::string> problem() const {
     if (x_min_m >= x_max_m) return "is empty, expected x_min_m below x_max_m";
     if (y_min_m >= y_max_m) return "is empty, expected y_min_m below y_max_m";
-    return "";
+    return std::nullopt;
   }
 };
 

@@ -159,8 +159,7 @@ void World::push() {
 
 Status World::check() const {
   const double lag = data_->time - std::chrono::duration<double>(time_).count();
-  const std::string warning = latest_warning();
-  if (!warning.empty()) return {Condition::physics_failed, warning};
+  if (const auto warning = latest_warning()) return {Condition::physics_failed, *warning};
   const auto raised = [](const mjWarningStat& w) { return w.number > 0; };
   if (std::any_of(data_->warning, data_->warning + mjNWARNING, raised))
     return {Condition::physics_failed, "a warning of MuJoCo"};

@@ -149,8 +149,8 @@ struct ReadSensors : AslSensors {
       remarks.push_back(fmt::format("{}: no truth: data.csv is in none of {}", folder.string(),
                                     fmt::join(kTruthFolders, ", ")));
     else if (const fs::path file = *truth_folder(folder) / "data.csv"; true)
-      if (const std::string doubt = files::read_trajectory(file).warning; !doubt.empty())
-        remarks.push_back(fmt::format("{}: {}", file.string(), doubt));
+      if (const auto doubt = files::read_trajectory(file).warning)
+        remarks.push_back(fmt::format("{}: {}", file.string(), *doubt));
     setup.imu_rate_hz = mounted.rate_hz;
     noise = mounted.noise;
     const Eigen::Isometry3d X_SC = setup.calibration.X_CG.inverse();

@@ -274,7 +274,7 @@ std::vector<LimitVerdict> judge_limits(const scenario::Scenario& scenario,
     return all;
   }
   for (const scenario::MetricLimit& limit : scenario.limits.metrics) {
-    if (!limit.aggregate.empty()) continue;
+    if (limit.aggregate) continue;
     std::size_t judged = 0, met = 0;
     for (const result::SeedScore& seed : seeds) {
       const auto passed = result::judge(scenario, limit, seed.value(limit.metric)).passed;
@@ -285,7 +285,7 @@ std::vector<LimitVerdict> judge_limits(const scenario::Scenario& scenario,
       all.push_back(verdict_on(limit, fmt::format("{}/{}", met, judged), met == judged, seeds));
   }
   for (const result::JudgedLimit& judged : result::summarize(scenario, seeds).limits) {
-    const std::string reason = judged.reason.empty() ? "no value" : judged.reason;
+    const std::string reason = judged.reason.value_or("no value");
     all.push_back(verdict_on(judged.limit, judged.value ? fmt::format("{:.4g}", *judged.value) : reason,
                              !judged.missed(), seeds));
   }

@@ -163,7 +163,7 @@ std::string metric_lines(const SeedScore& scored, const TableStyle& style) {
   for (const SeedMetric& metric : shown_metrics) {
     const int decimals = decimals_of(scored, metric);
     std::vector<std::string> remarks{verdicts(scored, metric.name, style.colors, decimals),
-                                     short_reason(metric.reason), metric.note};
+                                     short_reason(metric.reason), metric.note.value_or("")};
     std::erase(remarks, "");
     text += fmt::format("  {:<{}}{:>12} {:<4}  {}", metric.name, width, shown(metric.value, decimals),
                         metric.unit == "1" ? "" : metric.unit, fmt::join(remarks, "  "));
@@ -232,7 +232,7 @@ std::vector<JudgedLimit> judge_run(const scenario::Scenario& scenario,
                                    const std::function<std::optional<double>(const std::string&)>& value_of) {
   std::vector<JudgedLimit> all;
   for (const scenario::MetricLimit& limit : scenario.limits.metrics)
-    if (limit.aggregate.empty()) all.push_back(judge(scenario, limit, value_of(limit.metric)));
+    if (!limit.aggregate) all.push_back(judge(scenario, limit, value_of(limit.metric)));
   return all;
 }
 
@@ -260,7 +260,7 @@ nlohmann::ordered_json to_json(const JudgedLimit& judged) {
                               {std::string(word(judged.limit.bound)), judged.limit.value},
                               {"value", or_null(judged.value)},
                               {"passed", or_null(judged.passed)}};
-  if (!judged.reason.empty()) json["reason"] = judged.reason;
+  if (judged.reason) json["reason"] = *judged.reason;
   return json;
 }
 
@@ -274,7 +274,7 @@ Summary summarize(const scenario::Scenario& scenario, const std::vector<SeedScor
           {m.name, m.unit, score::summarize(values_of(m.name, seeds), direction_of(m.name, scenario)),
            std::ranges::count(scenario.limits.metrics, m.name, &scenario::MetricLimit::metric) > 0});
   for (const scenario::MetricLimit& limit : scenario.limits.metrics)
-    if (!limit.aggregate.empty()) summary.limits.push_back(judge_over_seeds(scenario, limit, seeds));
+    if (limit.aggregate) summary.limits.push_back(judge_over_seeds(scenario, limit, seeds));
   return summary;
 }
 
@@ -315,9 +315,9 @@ std::string summary_table(const Summary& summary, const TableStyle& style) {
   std::string text = fmt::format("{}, {}\n", summary.scenario, files::counted(summary.seeds.size(), "seed"));
   text += endings(summary, style) + "\n" + metrics(summary, style);
   for (const JudgedLimit& limit : summary.limits)
-    text += fmt::format("limit {} {} {}: {}  {}{}{}\n", subject(limit.limit), word(limit.limit.bound),
+    text += fmt::format("limit {} {} {}: {}  {}{}\n", subject(limit.limit), word(limit.limit.bound),
                         limit.limit.value, number(limit.value), verdict_text(limit.passed, style.colors),
-                        limit.reason.empty() ? "" : ": ", limit.reason);
+                        limit.reason ? ": " + *limit.reason : "");
   return text;
 }
 

@@ -128,7 +128,7 @@ void write_score(const fs::path& file, const scenario::Scenario& scenario, scena
     ordered_json& entry = json["metrics"][defined.name];
     entry = {{"value", or_null(metric.value)}, {"unit", metric.unit}};
     if (!metric.value) entry["reason"] = metric.reason;
-    if (!metric.note.empty()) entry["note"] = metric.note;
+    if (metric.note) entry["note"] = *metric.note;
   }
   if (const auto model = scenario.estimator_time.model; tracked && model != scenario::TimeModel::none)
     json["estimator_time"] = {{"model", scenario::kTimeModels[static_cast<std::size_t>(model)]},

@@ -18,9 +18,9 @@ scenario::Ending read_ending(const files::Json& json) {
       fmt::format("is '{}', expected one of {}", json.text(), fmt::join(scenario::kResultEndings, ", ")));
 }
 
-std::string text_or_none(const files::Json& json, const char* key) {
+std::optional<std::string> text_or_none(const files::Json& json, const char* key) {
   const auto found = json.find(key);
-  return found ? found->text() : "";
+  return found ? std::optional(found->text()) : std::nullopt;
 }
 
 About about_of(const files::Json& json) {
@@ -31,14 +31,14 @@ About about_of(const files::Json& json) {
                                   {"scenario", &About::scenario},
                                   {"estimator", &About::estimator},
                                   {"cause", &About::cause},
-                                  {"counterfactual", &About::counterfactual},
                                   {"alignment", &About::alignment},
                                   {"recording_xxh3_128", &About::recording},
                                   {"models_xxh3_128", &About::models}})
-    about.*text = text_or_none(json, key);
+    about.*text = text_or_none(json, key).value_or("");
+  about.counterfactual = text_or_none(json, "counterfactual");
   if (const auto seed = json.find("seed")) about.seed = seed->whole();
   if (const auto ending = json.find("walk_ending"))
-    about.walk = {read_ending(*ending), text_or_none(json, "walk_cause")};
+    about.walk = {read_ending(*ending), text_or_none(json, "walk_cause").value_or("")};
   if (const auto set_by = json.find("set_by"))
     for (const auto& [key, origin] : set_by->entries()) about.set_by[key] = origin.text();
   return about;
@@ -59,13 +59,14 @@ SeedScore read_score(const fs::path& file) {
   if (const auto estimator = json.find("estimator")) score.estimator = estimator->text();
   for (const auto& [name, metric] : json.at("metrics").entries())
     score.metrics.push_back({name, metric.at("unit").text(), metric.at("value").number_or_null(),
-                             text_or_none(metric, "reason"), text_or_none(metric, "note")});
+                             text_or_none(metric, "reason").value_or(""), text_or_none(metric, "note")});
   for (const files::Json& limit : json.at("limits").items()) {
     const auto at_most = limit.find("at_most"), passed = limit.find("passed");
-    score.limits.push_back({{limit.at("metric").text(), "", at_most ? Bound::at_most : Bound::at_least,
-                             at_most ? at_most->number() : limit.at("at_least").number()},
-                            limit.at("value").number_or_null(),
-                            passed ? std::optional(passed->flag()) : std::nullopt});
+    score.limits.push_back(
+        {{limit.at("metric").text(), std::nullopt, at_most ? Bound::at_most : Bound::at_least,
+          at_most ? at_most->number() : limit.at("at_least").number()},
+         limit.at("value").number_or_null(),
+         passed ? std::optional(passed->flag()) : std::nullopt});
   }
   if (const auto time = json.find("estimator_time")) score.repeatable = time->at("repeatable").flag();
   const auto tracking = json.find("tracking");

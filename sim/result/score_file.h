@@ -19,7 +19,8 @@ namespace sim::result {
 struct SeedMetric {
   std::string name, unit;
   std::optional<double> value;
-  std::string reason{}, note{};  ///< as those of score::Metric
+  std::string reason{};               ///< as that of score::Metric
+  std::optional<std::string> note{};  ///< likewise
 };
 
 /// A limit on a metric or on an aggregate of it over seeds. Without a value the limit is missed; without a
@@ -29,7 +30,7 @@ struct JudgedLimit {
   scenario::MetricLimit limit;
   std::optional<double> value;
   std::optional<bool> passed;
-  std::string reason = {};
+  std::optional<std::string> reason = {};
 
   bool missed() const { return passed && !*passed; }
 };
@@ -70,17 +71,17 @@ SeedScore read_score(const std::filesystem::path& file);
 /// Returns the score of a run without score.json by its process's exit code: not started (2) or crashed.
 SeedScore without_score(std::uint64_t seed, int exit_code);
 
-/// about.json. Missing entries are empty.
+/// about.json. Missing entries are empty or absent.
 struct About {
   std::string program, version, revision;
   std::string scenario, estimator;
   std::uint64_t seed = 0;
   std::string cause;  ///< of the run's ending
   std::optional<scenario::Ended> walk;
-  std::string counterfactual;  ///< of a replay: why its estimator would have steered another walk
-  std::string alignment;       ///< of an external trajectory with the truth
-  std::string recording;       ///< the hash of its manifest
-  std::string models;          ///< the hash of the models of the walk
+  std::optional<std::string> counterfactual;  ///< of a replay: why its estimator would steer another walk
+  std::string alignment;                      ///< of an external trajectory with the truth
+  std::string recording;                      ///< the hash of its manifest
+  std::string models;                         ///< the hash of the models of the walk
   std::map<std::string, std::string, std::less<>> set_by;  ///< the origin of each key
 };
 

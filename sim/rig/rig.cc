@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kPhysics_hz = 1000;  // positions are known at each millisecond
 
-std::string range_problem(double nearest_m, double furthest_m) {
-  if (nearest_m < furthest_m) return "";
+std::optional<std::string> range_problem(double nearest_m, double furthest_m) {
+  if (nearest_m < furthest_m) return std::nullopt;
   return fmt::format("nearest_m {} is not below furthest_m {}", nearest_m, furthest_m);
 }
 
@@ -123,21 +123,22 @@ Eigen::Isometry3d pose(const Mount& mount) {
   return X;
 }
 
-std::string GrayEye::problem() const {
-  return baseline_m == 0 && position_m.isZero() ? "baseline_m is 0: it would be the head camera again" : "";
+std::optional<std::string> GrayEye::problem() const {
+  if (baseline_m != 0 || !position_m.isZero()) return std::nullopt;
+  return "baseline_m is 0: it would be the head camera again";
 }
 
-std::string DepthCamera::problem() const { return range_problem(nearest_m, furthest_m); }
+std::optional<std::string> DepthCamera::problem() const { return range_problem(nearest_m, furthest_m); }
 
-std::string Lidar::problem() const {
+std::optional<std::string> Lidar::problem() const {
   if (lowest_rad >= highest_rad) return "lowest_deg is not below highest_deg";
   if (points_per_s < rate_hz) return "points_per_s is below rate_hz: sweeps would be empty";
   return range_problem(nearest_m, furthest_m);
 }
 
-std::string Imu::problem() const {
+std::optional<std::string> Imu::problem() const {
   const double period = kPhysics_hz / rate_hz;
-  if (std::abs(period - std::round(period)) < 1e-9) return "";
+  if (std::abs(period - std::round(period)) < 1e-9) return std::nullopt;
   return fmt::format("rate_hz {} does not divide the physics' {} steps per second", rate_hz, kPhysics_hz);
 }
 

@@ -93,8 +93,8 @@ struct GrayEye : Sensor {
     number<&GrayEye::read_sigma_gray>(key, 0, 100, "noise of a black pixel, in gray levels of 255");
     number<&GrayEye::shot_sigma_gray>(key, 0, 50, "photon noise of a white pixel, in gray levels of 255");
   }
-  /// Returns what is wrong with the sensor, or "".
-  std::string problem() const;
+  /// Returns what is wrong with the sensor, if anything.
+  std::optional<std::string> problem() const;
 };
 
 /// A color camera with its own lens.
@@ -134,7 +134,7 @@ struct DepthCamera {
     number<&DepthCamera::disparity_sigma_px>(key, 0, 10, "error of the disparity; 0: exact depth");
     number<&DepthCamera::edge_px>(key, 0, 20, "pixels beside an occlusion edge that give no depth");
   }
-  std::string problem() const;
+  std::optional<std::string> problem() const;
 };
 
 /// A spinning lidar with a pattern that does not repeat.
@@ -158,7 +158,7 @@ struct Lidar : Sensor {
     number<&Lidar::range_sigma_m>(key, 0, 10, "noise of the range");
     degrees<&Lidar::angle_sigma_rad>(key, 0, 10, "noise of azimuth and elevation");
   }
-  std::string problem() const;
+  std::optional<std::string> problem() const;
 };
 
 /// A further IMU.
@@ -179,7 +179,7 @@ struct Imu : Sensor {
     number<&Imu::accelerometer_bias_sigma_m_s2>(
         key, 0, 1e3, "standard deviation of the accelerometer's constant bias over seeds");
   }
-  std::string problem() const;
+  std::optional<std::string> problem() const;
 };
 
 /// One further sensor.

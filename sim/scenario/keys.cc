@@ -68,7 +68,7 @@ const Key* find_key(std::string_view name) {
   return found == all.end() ? nullptr : &*found;
 }
 
-std::string former_name(std::string_view name) {
+std::optional<std::string> former_name(std::string_view name) {
   static const std::map<std::string_view, std::string_view> kFormer{
       {"slam.vision.sigma_lasting_px", "was renamed to slam.vision.match_bias_sigma_px"},
       {"errors.image.read_sigma_grey", "was renamed to errors.image.read_sigma_gray"},
@@ -83,11 +83,11 @@ std::string former_name(std::string_view name) {
       {"tracked_share", "was renamed to tracked_fraction"},
       {"suspect_share", "was renamed to fault_flag_fraction"}};
   const auto renamed = kFormer.find(name);
-  return renamed == kFormer.end() ? "" : std::string(renamed->second);
+  return renamed == kFormer.end() ? std::nullopt : std::optional<std::string>(renamed->second);
 }
 
 std::string unknown_key(std::string_view name) {
-  if (const std::string former = former_name(name); !former.empty()) return former;
+  if (const auto former = former_name(name)) return *former;
   std::vector<std::string_view> names;
   for (const Key& key : scenario_keys()) names.push_back(key.name);
   return "unknown key" + did_you_mean(name, names);
@@ -127,14 +127,14 @@ bool shapes_recording(const Scenario& scenario, std::string_view key) {
          (by == walking::SteeredBy::estimate && shapes_estimate(key));
 }
 
-std::string unit_of(std::string_view key) {
+std::optional<std::string> unit_of(std::string_view key) {
   std::istringstream endings(  // each with its unit
       "_per_s2 1/s² _per_s 1/s _n_m N/m _m_s_per_n m/(N·s) _rad_s_per_nm rad/(N·m·s) _1_m 1/m _gray gray "
       "_rad_s2 rad/s² _rad_s rad/s _m_s2 m/s² _m_s3 m/s³ _m_s m/s _px2 px⁻² _px px _rad rad _deg deg _hz Hz "
       "_ms ms _ns N·s _s s _m m _kg kg _n N");
   for (std::string ending, unit; endings >> ending >> unit;)
     if (key.ends_with(ending)) return unit;
-  return "";
+  return std::nullopt;
 }
 
 std::string models_hash(const fs::path& models) {
@@ -164,8 +164,8 @@ std::optional<RecordingDifference> first_difference(const Scenario& recorded, co
   return first_difference(recorded, scenario, [](std::string_view key) { return shapes_recording(key); });
 }
 
-std::string counterfactual(const Scenario& recorded, const Scenario& scenario) {
-  if (recorded.walk.steering.by != walking::SteeredBy::estimate) return "";
+std::optional<std::string> counterfactual(const Scenario& recorded, const Scenario& scenario) {
+  if (recorded.walk.steering.by != walking::SteeredBy::estimate) return std::nullopt;
   if (recorded.estimator_time.model == TimeModel::measured)
     return "the recorded walk was steered by answers whose measured times are not repeatable";
   if (recorded.seed != scenario.seed)
@@ -173,12 +173,11 @@ std::string counterfactual(const Scenario& recorded, const Scenario& scenario) {
   if (const auto other = first_difference(recorded, scenario, shapes_estimate))
     return fmt::format("the recorded walk was steered by an estimate with {} {}, not {}", other->key,
                        other->recorded, other->now);
-  return "";
+  return std::nullopt;
 }
 
 std::string unknown_metric(std::string_view name) {
-  if (const std::string former = former_name(name); !former.empty())
-    return fmt::format("metric {} {}", name, former);
+  if (const auto former = former_name(name)) return fmt::format("metric {} {}", name, *former);
   std::vector<std::string_view> names;
   for (const auto& metric : score::metric_definitions()) names.push_back(metric.name);
   return fmt::format("unknown metric '{}'{}", name, did_you_mean(name, names));
@@ -187,7 +186,7 @@ std::string unknown_metric(std::string_view name) {
 void read_limit(const Yaml& at, const std::string& key, const Yaml& value, std::vector<MetricLimit>& limits) {
   const std::string_view rest = std::string_view(key).substr("limits."sv.size());
   const std::size_t first = rest.find('.'), last = rest.rfind('.');
-  MetricLimit limit{std::string(rest.substr(0, first)), ""};
+  MetricLimit limit{std::string(rest.substr(0, first)), {}};
   if (first == std::string_view::npos) {
     static constexpr std::array kOther{"limits.ending"sv};
     const std::string hint = did_you_mean(key, kOther);
@@ -212,7 +211,7 @@ bool keeps(const MetricLimit& limit, double value) {
 }
 
 std::string subject(const MetricLimit& limit) {
-  return limit.aggregate.empty() ? limit.metric : limit.metric + "." + limit.aggregate;
+  return limit.aggregate ? limit.metric + "." + *limit.aggregate : limit.metric;
 }
 
 std::string_view word(Bound bound) { return kBounds[static_cast<std::size_t>(bound)]; }

@@ -12,8 +12,8 @@ namespace sim::scenario {
 
 // The lists of a scenario: walk commands, sensor faults, pushes, floor patches and sensors of the rig. Each
 // item is of one kind of a closed set: `- stand: {duration_s: 1}`. A kind has kName and keys, and may have
-// problem(), which returns what is wrong with an item as a whole, and `list`, if its value in the file is a
-// list.
+// problem(), which returns what is wrong with an item as a whole, if anything, and `list`, if its value in
+// the file is a list.
 
 template <class Item>
 concept ListItem = std::same_as<Item, walking::Command> || std::same_as<Item, sensor_errors::Fault> ||
@@ -126,8 +126,8 @@ const std::vector<Key>& scenario_keys();
 /// The key of that name, or nullptr.
 const Key* find_key(std::string_view name);
 
-/// Returns "was renamed to NAME" for a former name, "" for any other.
-std::string former_name(std::string_view name);
+/// Returns "was renamed to NAME" for a former name, nothing for any other.
+std::optional<std::string> former_name(std::string_view name);
 
 /// Returns the error for a name that is not a key: the present name of a former one, else the nearest key.
 std::string unknown_key(std::string_view name);
@@ -148,8 +148,8 @@ bool shapes_estimate(std::string_view key);
 /// True for a key that shapes that scenario's recording; if the estimate steers, shapes_estimate() too.
 bool shapes_recording(const Scenario& scenario, std::string_view key);
 
-/// Returns the unit in a key's name, "m" for "walk.step_length_m"; "" without one.
-std::string unit_of(std::string_view key);
+/// Returns the unit in a key's name, "m" for "walk.step_length_m", if it has one.
+std::optional<std::string> unit_of(std::string_view key);
 
 /// A hash (32 hexadecimal digits) of the names and contents of the models' files. Throws FileError.
 std::string models_hash(const std::filesystem::path& models);
@@ -166,8 +166,8 @@ struct RecordingDifference {
 std::optional<RecordingDifference> first_difference(const Scenario& recorded, const Scenario& scenario);
 
 /// Why a replay with this scenario, which has slam, would have steered another walk than was recorded: an
-/// estimate steered that walk, and now it is another. Empty otherwise.
-std::string counterfactual(const Scenario& recorded, const Scenario& scenario);
+/// estimate steered that walk, and now it is another. Nothing otherwise.
+std::optional<std::string> counterfactual(const Scenario& recorded, const Scenario& scenario);
 
 // Limits on metrics: `ate_se3_rmse_m: {at_most: 0.1}`, `ate_se3_rmse_m.median: {at_most: 0.05}`.
 

@@ -90,7 +90,7 @@ void read_kind(const Yaml& node, const std::string& where, std::string_view exam
     read_fields(node, where, example, kind);
   }
   if constexpr (requires { kind.problem(); })
-    if (const std::string problem(kind.problem()); !problem.empty()) fail(node, where, problem);
+    if (const std::optional<std::string> problem = kind.problem()) fail(node, where, *problem);
 }
 
 template <ListItem Item>

@@ -15,9 +15,10 @@ namespace sim::scenario {
 /// Direction of a limit.
 enum class Bound { at_most, at_least };
 
-/// Limit of a metric. aggregate: empty (for each run), or over seeds: "median", "mean", "worst".
+/// Limit of a metric. aggregate: over seeds ("median", "mean", "worst"), or absent: for each run.
 struct MetricLimit {
-  std::string metric, aggregate;
+  std::string metric;
+  std::optional<std::string> aggregate;
   Bound bound = Bound::at_most;
   double value = 0;
   bool operator==(const MetricLimit&) const = default;

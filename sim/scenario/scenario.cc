@@ -27,17 +27,17 @@ std::optional<walking::Timeline> planned(const ReadScenario& read, const Yaml& r
   }
 }
 
-/// Returns why a fault, push or darkness of this time never happens, or "". end_s: of the walk.
-std::string never_happens(double from_s, double duration_s, double end_s) {
+/// Returns why a fault, push or darkness of this time never happens, if so. end_s: of the walk.
+std::optional<std::string> never_happens(double from_s, double duration_s, double end_s) {
   if (duration_s == 0) return "never happens: its duration_s is 0";
   if (from_s >= end_s)
     return fmt::format("never happens: it begins at {} s, the walk ends at {:.1f} s", from_s, end_s);
-  return "";
+  return std::nullopt;
 }
 
-std::string never_happens(const sensor_errors::Fault& any, double end_s) {
+std::optional<std::string> never_happens(const sensor_errors::Fault& any, double end_s) {
   return std::visit(
-      [&](const auto& fault) -> std::string {
+      [&](const auto& fault) -> std::optional<std::string> {
         if constexpr (requires { fault.fraction; })
           if (fault.fraction == 0) return "never happens: its fraction is 0";
         if constexpr (requires { fault.factor; })
@@ -56,14 +56,15 @@ std::string never_happens(const sensor_errors::Fault& any, double end_s) {
 
 constexpr const char* kNoCamera = "never happens: this scenario has no section 'camera'";
 
-/// Returns why the estimator does not notice the fault of a sensor, or "". External programs may use each.
-std::string unnoticed(const sensor_errors::Fault& fault, std::string_view kind, const Scenario& scenario) {
-  if (sensor_errors::is_of_steering(fault)) return "";
+/// Returns why the estimator does not notice the fault of a sensor, if so. External programs may use each.
+std::optional<std::string> unnoticed(const sensor_errors::Fault& fault, std::string_view kind,
+                                     const Scenario& scenario) {
+  if (sensor_errors::is_of_steering(fault)) return std::nullopt;
   if (!scenario.camera) return kNoCamera;
   if (!scenario.slam) return "changes nothing: this scenario has no section 'slam'";
   const bool of_arrival =
       kind == sensor_errors::FramesDoubled::kName || kind == sensor_errors::FramesReordered::kName;
-  if (of_arrival || scenario.estimator.source != estimators::Source::built_in) return "";
+  if (of_arrival || scenario.estimator.source != estimators::Source::built_in) return std::nullopt;
   const slam::Options& filter = *scenario.slam;
   const std::string& name = scenario.estimator.name;
   const bool plan_alone = name == "plan_alone";
@@ -83,15 +84,15 @@ std::string unnoticed(const sensor_errors::Fault& fault, std::string_view kind, 
     if (!use.by_estimator) return fmt::format("changes nothing: estimator {} does not use that sensor", name);
     if (!use.enabled) return std::string("changes nothing: ") + use.disabled;
   }
-  return "";
+  return std::nullopt;
 }
 
 /// Throws ConfigError for a fault, push or darkness that never happens or that nothing notices.
 void check_happens(const ReadScenario& read, const Yaml& root, double end_s) {
   const Scenario& scenario = read.scenario;
   Yaml at = root;
-  const auto require = [&](const std::string& key, const std::string& problem) {
-    if (!problem.empty()) fail(at, key, problem);
+  const auto require = [&](const std::string& key, const std::optional<std::string>& problem) {
+    if (problem) fail(at, key, *problem);
   };
   if (const auto place = read.places.find("errors.faults"); place != read.places.end())
     at.origin = place->second;
@@ -228,7 +229,7 @@ bool is_section(std::string_view path) { return !parts_below(path).empty(); }
 
 /// Suggests a part of the longest known section, else a key of another section, else lists the parts.
 [[noreturn]] void fail_unknown(const Yaml& at, const std::string& path) {
-  if (const std::string former = former_name(path); !former.empty()) fail(at, path, former);
+  if (const auto former = former_name(path)) fail(at, path, *former);
   std::string section = path;
   do {
     const std::size_t dot = section.rfind('.');

@@ -62,13 +62,13 @@ OrAbsent<std::vector<LoopLandmark>> loop_of(const ScoreContext& c) {
 }
 
 // "at 3.4 s, 8 % of 43.0 s" if the last moment is not the end of the plan and of the truth.
-std::string note_of_end(const MetricDefinition& definition, const ScoreContext& context) {
+std::optional<std::string> note_of_end(const MetricDefinition& definition, const ScoreContext& context) {
   const Trajectory &camera = context.run.truth_camera, &waist = context.run.truth_waist;
   const bool of_walk = definition.needs == Needs::walk;
-  if (camera.size() < 2 || (of_walk ? waist.empty() : context.pairs.empty())) return "";
+  if (camera.size() < 2 || (of_walk ? waist.empty() : context.pairs.empty())) return std::nullopt;
   const Stamp last = of_walk ? waist.back().t : context.pairs.back().t, interval = camera[1].t - camera[0].t,
               end = std::max(context.run.plan_end.value_or(Stamp(0)), camera.back().t);
-  if (last + 2 * interval >= end || last >= end / 100 * 99) return "";
+  if (last + 2 * interval >= end || last >= end / 100 * 99) return std::nullopt;
   const double last_s = 1e-9 * static_cast<double>(last.count()),
                end_s = 1e-9 * static_cast<double>(end.count());
   return fmt::format("at {:.1f} s, {:.0f} % of {:.1f} s", last_s, 100 * last_s / end_s, end_s);
@@ -87,7 +87,7 @@ Metric compute(const MetricDefinition& definition, const ScoreContext& context) 
   if (const auto* const none = std::get_if<Absent>(&found)) return absent(none->reason);
   const double number = std::get<double>(found);
   if (!std::isfinite(number)) return absent("the value is not finite");
-  return {number, definition.unit, "", definition.at_end ? note_of_end(definition, context) : ""};
+  return {number, definition.unit, "", definition.at_end ? note_of_end(definition, context) : std::nullopt};
 }
 
 // Metrics of the estimate.

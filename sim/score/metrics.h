@@ -19,8 +19,9 @@ struct ScoreContext;
 struct Metric {
   std::optional<double> value;
   std::string unit;
-  std::string reason;     ///< why the value is absent
-  std::string note = {};  ///< of an error at the end: when that was, if before the end of the walk
+  std::string reason;  ///< why the value is absent
+  /// Of an error at the end: when that was, if before the end of the walk.
+  std::optional<std::string> note = {};
 };
 using Metrics = std::map<std::string, Metric, std::less<>>;
 

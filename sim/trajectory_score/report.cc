@@ -43,7 +43,7 @@ struct NamedFile {
     return fmt::format("{}: {}, {} poses from {:.3f} to {:.3f} s, stamps in {}{}{}", path, read.format,
                        poses(), begin_s(), end_s(), read.stamps,
                        read.has_orientation ? "" : ", positions only",
-                       read.warning.empty() ? "" : "; warning: " + read.warning);
+                       read.warning ? "; warning: " + *read.warning : "");
   }
   template <class... Arguments>
   [[noreturn]] void fail(fmt::format_string<Arguments...> text, Arguments&&... arguments) const {

@@ -182,7 +182,7 @@ std::string tune_json(const Spec& spec, const Found& found, const StartAndBest& 
     const Range& p = spec.parameters[i];
     parameters.push_back({{"key", p.key},
                           {"also", p.also},
-                          {"unit", scenario::unit_of(p.key)},
+                          {"unit", scenario::unit_of(p.key).value_or("")},
                           {"from", p.low},
                           {"to", p.high},
                           {"scale", p.logarithmic ? "log" : "linear"},

@@ -42,8 +42,8 @@ void print_values(const scenario::ReadScenario& read) {
     if (!scenario::has_section(read.scenario, key.name)) continue;
     const std::string value = key.print(read.scenario);
     if (value.find('\n') == value.npos) {
-      print_row(key.name, value, scenario::unit_of(key.name), key.print(scenario::default_scenario()),
-                origin(key.name));
+      print_row(key.name, value, scenario::unit_of(key.name).value_or(""),
+                key.print(scenario::default_scenario()), origin(key.name));
       continue;
     }
     print_row(key.name, "", "", "", origin(key.name));  // a list is printed below, one item to a line

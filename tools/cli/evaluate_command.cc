@@ -185,7 +185,7 @@ int evaluate(EvaluateRequest& request) {
       require_separate((request.out ? fs::path(*request.out) : standard) / written.result(), *read.recording);
   OutUse use = resumable(jobs);
   use.continues = true;
-  if (jobs.size() == 1) use.identity.clear();  // others can be evaluated beside it into the same folder
+  if (jobs.size() == 1) use.identity.reset();  // others can be evaluated beside it into the same folder
   const OutFolder out(request, standard, use);
   return jobs.size() == 1 ? evaluate_one(jobs[0], out.path() / jobs[0].result(), request)
                           : evaluate_all(jobs, out, request);

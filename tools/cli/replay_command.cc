@@ -122,9 +122,8 @@ int replay_result(ReplayRequest& request) {
   replay::WalkEnd walk;
   if (!external) {
     walk = replay::read_walk_end(request.result);
-    const std::string other = scenario::counterfactual(
+    walk.counterfactual = scenario::counterfactual(
         scenario::read_scenario(request.result / "scenario.yaml").scenario, read.scenario);
-    if (!other.empty()) walk.counterfactual = other;
   }
   if (external && request.view.view)
     throw UsageError(

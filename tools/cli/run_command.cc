@@ -79,7 +79,7 @@ int run_one(const scenario::ReadScenario& read, const RunRequest& request, const
     view->end(fmt::format("The run has ended: {}. gaitslam view {} shows it again.",
                           scenario::name_of(outcome.ending), folder.string()));
   const int exit_code = cli::report(outcome, folder, request.all_metrics);
-  const auto is_over_seeds = [](const scenario::MetricLimit& limit) { return !limit.aggregate.empty(); };
+  const auto is_over_seeds = [](const scenario::MetricLimit& limit) { return limit.aggregate.has_value(); };
   if (std::ranges::any_of(read.scenario.limits.metrics, is_over_seeds))
     text_out() << "limits over seeds (mean, median or worst) are judged with --seeds only\n";
   return exit_code;

@@ -41,7 +41,7 @@ TEST_F(TrajectoryFileTest, TumInSecondsAndInNanosecondsAreTheSame) {
 TEST_F(TrajectoryFileTest, OrientationsThatAreAllTheSameAreAWarning) {
   const std::string same = "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n3 2 0 0 ";
   EXPECT_EQ(read(same + "0 0 0 1\n").warning, "all its orientations are the same: are they unknown?");
-  EXPECT_EQ(read(same + "0 0 1 0\n").warning, "");
+  EXPECT_EQ(read(same + "0 0 1 0\n").warning, std::nullopt);
 }
 
 TEST_F(TrajectoryFileTest, AStampInTwoColumnsIsReadAsTheHeaderNamesThemElseRejected) {
@@ -186,7 +186,7 @@ TEST_F(TrajectoryFileTest, ARepeatedLastStampIsDroppedWithAWarningAndNoOther) {
   EXPECT_EQ(dropped.rows.size(), 2u);
   EXPECT_EQ(dropped.rows[1].X.translation().x(), 0);
   EXPECT_EQ(dropped.warning, "its last pose has the stamp of the one before and is left out");
-  EXPECT_EQ(read(two).warning, "");
+  EXPECT_EQ(read(two).warning, std::nullopt);
   EXPECT_EQ(
       read("1000000000,0,0,0,1,0,0,0\n1000000033,0,0,0,1,0,0,0\n1000000033,0,0,0,1,0,0,0\n").rows.size(), 2u);
   expect_rejected(two + "2 0 0 0 0 0 0 1\n3 0 0 0 0 0 0 1\n", ":3:1: the stamp is not after the one before");

@@ -72,11 +72,12 @@ TEST_F(SelfCheckTest, AWalkPassesIt) {
 
 TEST_F(SelfCheckTest, NamesReadingsThatLagByOneSampleAndImagesThatLagByOneFrame) {
   live::SelfCheck check{turning(0), view(0)};
-  EXPECT_EQ(check.complaint(), "");
+  EXPECT_EQ(check.complaint(), std::nullopt);
   check.view = view(1);
-  EXPECT_THAT(check.complaint(), testing::HasSubstr("px from their projection by the true pose"));
+  EXPECT_THAT(check.complaint().value_or(""),
+              testing::HasSubstr("px from their projection by the true pose"));
   check.inertial = turning(1);
-  EXPECT_THAT(check.complaint(),
+  EXPECT_THAT(check.complaint().value_or(""),
               testing::HasSubstr("integrated over 2.0 s, leave the true heading by 0.3438 deg, more than"));
 }
 

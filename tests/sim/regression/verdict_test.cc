@@ -160,7 +160,7 @@ scenario::Scenario limited(const std::vector<scenario::MetricLimit>& limits, boo
   scenario.limits.metrics = limits;
   return scenario;
 }
-const scenario::MetricLimit kEach{kError, "", scenario::Bound::at_most, 1.15},
+const scenario::MetricLimit kEach{kError, {}, scenario::Bound::at_most, 1.15},
     kMedian{kError, "median", scenario::Bound::at_most, 1.05};
 
 // A seed without a value misses its limit if a filter was to run; without a filter it is not judged.
@@ -194,7 +194,7 @@ TEST(Verdict, LimitsHoldWhateverTheBaseline) {
 
 TEST(Verdict, WhereMissedLimitsAreExpectedEverySeedMustMissOne) {
   const auto judged = [&](const Values& values) {
-    const scenario::MetricLimit limit{kError, "", scenario::Bound::at_most, 1.05};
+    const scenario::MetricLimit limit{kError, {}, scenario::Bound::at_most, 1.05};
     return judge_limits(limited({limit}), results(values).seeds, true).at(1);
   };
   EXPECT_FALSE(judged(kThree).passed);

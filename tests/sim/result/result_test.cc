@@ -61,8 +61,8 @@ TEST(Summary, TheWorstIsOnTheSideOfTheLimitElseByTheMetricsDefinition) {
                         std::vector<MetricLimit> limits = {}) {
     return summarize(limited(std::move(limits)), seeds_of(metric, values)).metrics[0].over_seeds.worst;
   };
-  EXPECT_EQ(worst(kAte, {-0.3, 0.1}, {{kAte, "", Bound::at_least, 1}}), -0.3);
-  EXPECT_EQ(worst("loop_closed", {0, 1}, {{"loop_closed", "", Bound::at_most, 1}}), 1);
+  EXPECT_EQ(worst(kAte, {-0.3, 0.1}, {{kAte, {}, Bound::at_least, 1}}), -0.3);
+  EXPECT_EQ(worst("loop_closed", {0, 1}, {{"loop_closed", {}, Bound::at_most, 1}}), 1);
   EXPECT_EQ(worst("loop_landmarks", {12, 18, 15}), 12);  // few landmarks are bad
   EXPECT_EQ(worst(kAte, {0.1, 0.4, 0.2}), 0.4);
   EXPECT_EQ(worst("scale_error_percent", {0.5, -2, 1}), -2);   // an error of either sign is bad
@@ -84,7 +84,7 @@ TEST(Summary, TheTableShowsHeadlineMetricsFirstAndAllOnRequest) {
                               "  missed a limit  completed         seed 2\n"));
   EXPECT_LT(all.find(kAte), all.find("poses_matched"));
   EXPECT_THAT(all, HasSubstr("poses_matched"));
-  EXPECT_THAT(summary_table(summarize(limited({{"poses_matched", "", Bound::at_least, 1}}), {one})),
+  EXPECT_THAT(summary_table(summarize(limited({{"poses_matched", {}, Bound::at_least, 1}}), {one})),
               HasSubstr("poses_matched"))
       << "there is a limit on it";
   EXPECT_THAT(summary_table(summary, {.colors = true}), HasSubstr("\033[31mmissed a limit\033[0m"));
@@ -148,8 +148,8 @@ TEST(Summary, TheFileContainsEverythingUnderItsName) {
 
 TEST(Limits, AMissedLimitIsExitCodeOneAndAForbiddenEndingThree) {
   using enum scenario::Ending;
-  const MetricLimit error{"rmse_m", "", Bound::at_most, 0.1},
-      landmarks{"loop_landmarks", "", Bound::at_least, 3}, median{"rmse_m", "median", Bound::at_most, 0.1};
+  const MetricLimit error{"rmse_m", {}, Bound::at_most, 0.1},
+      landmarks{"loop_landmarks", {}, Bound::at_least, 3}, median{"rmse_m", "median", Bound::at_most, 0.1};
   struct Case {
     MetricLimit limit;
     std::optional<double> value;
@@ -164,7 +164,7 @@ TEST(Limits, AMissedLimitIsExitCodeOneAndAForbiddenEndingThree) {
     const scenario::Scenario scenario = limited({c.limit}, c.filter);
     const auto judged = judge_run(scenario, [&](const std::string&) { return c.value; });
     EXPECT_EQ(exit_code(scenario, c.ending, judged), c.code)
-        << c.limit.metric << c.limit.aggregate << " " << c.value.value_or(-1);
+        << c.limit.metric << c.limit.aggregate.value_or("") << " " << c.value.value_or(-1);
   }
   EXPECT_TRUE(to_json(judge(limited({}, false), median, {})).at("passed").is_null());
 }

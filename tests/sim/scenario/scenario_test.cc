@@ -71,7 +71,7 @@ TEST(Scenario, WrittenAndReadAgainIsTheSameBitForBit) {
                      walking::Straight{-0.0, 1e-300},
                      walking::Steps{{{0.1, -0.19, 1.0 / 7}, {1.0 / 9, 0.19, 0}}}};
   s.limits.metrics = {{"rmse_m", "median", Bound::at_most, 2.0 / 3},
-                      {"loop_closed", "", Bound::at_least, -1e300}};
+                      {"loop_closed", {}, Bound::at_least, -1e300}};
   s.limits.ending = {"diverged", "fell"};
   const Scenario again = read_text(to_yaml(s)).scenario;
   EXPECT_EQ(to_yaml(again), to_yaml(s));  // each bit counts in the text, which these values show

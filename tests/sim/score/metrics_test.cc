@@ -197,10 +197,10 @@ TEST_F(Evaluate, LandmarksAreComparedWithTheWallsTheyWereSeenOn) {
 }
 
 TEST_F(Evaluate, AnErrorAtAnEndBeforeThatOfTheWalkSaysWhenThatWas) {
-  EXPECT_EQ(metric("end_position_error_m").note, "");
+  EXPECT_EQ(metric("end_position_error_m").note, std::nullopt);
   run.estimate->resize(106);
   EXPECT_EQ(metric("end_position_error_m").note, "at 10.5 s, 25 % of 42.0 s");
-  for (const char* name : {"rmse_m", "plan_drift_x_m"}) EXPECT_EQ(metric(name).note, "");
+  for (const char* name : {"rmse_m", "plan_drift_x_m"}) EXPECT_EQ(metric(name).note, std::nullopt);
   EXPECT_EQ(value("poses_matched"), 85);
   EXPECT_EQ(value("true_poses"), 400);
   run.plan_end = milliseconds(525000);

@@ -67,13 +67,13 @@ ShellOutput run_shell(const std::string& command) {
   return {files::read_text(text), files::read_text(errors), status};
 }
 
-/// The job id in the output of `sbatch --parsable`: a line "id" or "id;cluster". Empty if there is none.
-std::string job_id(const std::string& text) {
+/// The job id in the output of `sbatch --parsable`: a line "id" or "id;cluster", if there is one.
+std::optional<std::string> job_id(const std::string& text) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);)
     if (const std::string id = line.substr(0, line.find(';')); files::parse_number<std::uint64_t>(id))
       return id;
-  return "";
+  return std::nullopt;
 }
 
 /// True if squeue lists the job or fails: nothing is submitted again for an unknown job. Slurm forgets a job
@@ -149,18 +149,18 @@ class Array {
         elements, backend_.jobs > 0 ? fmt::format("%{}", backend_.jobs) : "",
         files::shell_word((folder_ / "element-%a.log").string()),
         files::shell_word((folder_ / "element.sh").string()), files::shell_word(folder_.string()), each_));
-    const std::string job = job_id(printed.text);
-    if (printed.status != 0 || job.empty()) {
+    const std::optional<std::string> job = job_id(printed.text);
+    if (printed.status != 0 || !job) {
       std::string why = printed.errors + printed.text;
       std::replace(why.begin(), why.end(), '\n', ' ');
       throw UsageError("sbatch: " + why);
     }
-    files::write_atomically(folder_ / "job", job);
+    files::write_atomically(folder_ / "job", *job);
     std::cerr << printed.errors
               << fmt::format(
                      "slurm job {}: array elements {} with {} command lines each. After an interruption the "
                      "same command continues with it.\n",
-                     job, elements, each_);
+                     *job, elements, each_);
   }
 
   double part() const {

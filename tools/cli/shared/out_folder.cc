@@ -39,12 +39,11 @@ bool has_no_results(const fs::path& folder) {
 }
 
 /// True if the same command was interrupted here.
-bool was_interrupted(const fs::path& folder, const std::string& identity) {
+bool was_interrupted(const fs::path& folder, const std::optional<std::string>& identity) {
   const fs::path file = folder / kUnfinished;
   std::error_code fault;
-  return !identity.empty() && files::has_marker(folder) &&
-         fs::is_regular_file(fs::symlink_status(file, fault)) &&
-         files::read_text(file).starts_with(identity + "\n");
+  return identity && files::has_marker(folder) && fs::is_regular_file(fs::symlink_status(file, fault)) &&
+         files::read_text(file).starts_with(*identity + "\n");
 }
 
 /// Throws UsageError if --force is needed: something is there that the command would replace.
@@ -70,7 +69,7 @@ fs::path writable_ancestor(const fs::path& path) {
 
 std::string kept_text(const fs::path& path, const OutUse& use) {
   if (use.replaces) return fmt::format("nothing was written, {} is unchanged; to start again", path.string());
-  if (use.names.empty() && use.identity.empty())
+  if (use.names.empty() && !use.identity)
     return fmt::format("nothing of this run is kept; earlier results in {} are unchanged; to start again",
                        path.string());
   return fmt::format("finished results are kept in {}; to resume", path.string());
@@ -125,7 +124,7 @@ OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const 
   }
   for (const std::string& result : use.results) files::require_replaceable(path_ / result);
   existing_ = writable_ancestor(path_);
-  if (!use.identity.empty()) names_.push_back(kUnfinished);
+  if (use.identity) names_.push_back(kUnfinished);
   if (!names_.empty()) {
     fs::create_directories(path_);
     lock_ = files::FileLock::acquire_folder(path_);
@@ -133,8 +132,8 @@ OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const 
       throw UsageError("{}: another process is writing there: wait for it, or name another folder",
                        path_.string());
     files::list_outputs(path_, names_);
-    if (!resumes && !use.identity.empty()) fs::remove(path_ / kUnfinished);
-    if (!use.identity.empty()) log_.emplace(path_ / kUnfinished, use.identity);
+    if (!resumes && use.identity) fs::remove(path_ / kUnfinished);
+    if (use.identity) log_.emplace(path_ / kUnfinished, *use.identity);
   }
   if (!use.replaces) files::remove_leftovers(path_);
 }
@@ -174,8 +173,8 @@ int report(const result::Outcome& outcome, const fs::path& result_folder, bool a
   const result::TableStyle style{colors(), all_metrics};
   text_out() << result::score_table(result_folder, style, outcome.exit_code == 3) << "results in "
              << result_folder.string() << '\n';
-  if (const auto about = result::read_about(result_folder / "about.json"); !about.counterfactual.empty())
-    text_out() << "counterfactual: " << about.counterfactual << '\n';
+  if (const auto about = result::read_about(result_folder / "about.json"); about.counterfactual)
+    text_out() << "counterfactual: " << *about.counterfactual << '\n';
   if (outcome.exit_code == 3)
     std::cerr << fmt::format("gaitslam: {}: {}\n", scenario::name_of(outcome.ending), outcome.cause);
   return outcome.exit_code;

@@ -30,8 +30,8 @@ struct OutUse {
   std::vector<std::string> results{};
   /// Adds to an existing folder without --force; none of `results` may exist.
   bool continues = false;
-  /// Identifies a command that can be resumed, without --force, after an interruption; else empty.
-  std::string identity{};
+  /// Identifies a command that can be resumed, without --force, after an interruption; else absent.
+  std::optional<std::string> identity{};
 };
 
 /// Throws UsageError if replacing the folder `out` would remove `read`, which the command reads.
