@@ -181,8 +181,9 @@ void LiveView::wait_for_viewer() const {
 bool LiveView::wants(const slam::Observation& observation) {
   const bool others = server_.with_room("foxglove") > 0;
   // Merged without a listener, too: a frame may split a reading, and its second part belongs to the first.
-  for (exports::ExportedReading& reading : merger_->merge(observation))
-    if (others && imu_.size() < kMostReadings) imu_.push_back(reading);
+  if (merger_)  // from begin() on
+    for (exports::ExportedReading& reading : merger_->merge(observation))
+      if (others && imu_.size() < kMostReadings) imu_.push_back(reading);
   const bool pages = server_.with_room("gaitslam") > 0;
   if (pages)
     for (const slam::RigReading& reading : observation.rig)
