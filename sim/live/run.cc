@@ -68,7 +68,7 @@ class SensingRobot {
   RigImus imus_;
 };
 
-/// What corrects the footsteps: the poses on their way to steering, and the path without corrections.
+/// Steering with its inputs: the buffered pose estimates, and the path without corrections.
 class Navigation {
  public:
   /// robot: before its first tick. exposure: from a frame's stamp until its image is complete.

@@ -56,7 +56,7 @@ struct Figure {
   bool is_over_time() const { return x_label.starts_with("time"); }
 };
 
-/// Maps values to pixels: low to `begin`, high to `end`, linearly or by the logarithm.
+/// Maps values to pixels: `low` to `begin` and `high` to `end`, linearly or by the logarithm.
 struct Axis {
   double low = 0, high = 1;
   double begin = 0, end = 1;
