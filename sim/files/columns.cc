@@ -75,13 +75,62 @@ std::vector<std::string> words_of(std::string_view name) {
 
 bool is_axis(std::string_view word) { return word.size() == 1 && word[0] >= 'w' && word[0] <= 'z'; }
 
-// The name in all words, else in the first: p_RS_R is p.
-std::optional<Quantity> quantity_of(const std::vector<std::string>& words) {
-  std::string joined;
-  for (const std::string& word : words) joined += word;
-  const auto whole = quantity_named(joined);
-  return whole ? whole : quantity_named(words.front());
+std::string joined(const std::vector<std::string>& words, std::size_t from = 0) {
+  std::string all;
+  for (; from < words.size(); ++from) all += words[from];
+  return all;
 }
+
+// The name in all words, else in the first (p_RS_R is p), else in the last (/odom/pose/position is position).
+std::optional<Quantity> quantity_of(const std::vector<std::string>& words) {
+  std::optional<Quantity> found = quantity_named(joined(words));
+  if (!found) found = quantity_named(words.front());
+  for (std::size_t from = 1; !found && from < words.size(); ++from)
+    found = quantity_named(joined(words, from));
+  return found;
+}
+
+// The next of several beginnings that the text has, which is removed; its index, or nothing.
+std::optional<int> take(std::string_view& text, std::initializer_list<std::string_view> beginnings) {
+  for (const std::string_view& beginning : beginnings)
+    if (text.starts_with(beginning)) {
+      text.remove_prefix(beginning.size());
+      return static_cast<int>(&beginning - beginnings.begin());
+    }
+  return std::nullopt;
+}
+
+// The first and the last index of a covariance's element that a name states, in the order orientation,
+// position. of: the block that an earlier word states (0 or 3), if any.
+std::optional<std::pair<int, int>> axes_of(std::string_view name, std::optional<int> of, bool& fixed_axes) {
+  std::array<int, 2> index{};
+  for (int& i : index) {
+    const auto turn = take(name, {"roll", "pitch", "yaw"});
+    const auto block = turn ? std::optional(0) : take(name, {"r", "p", "t"});
+    const auto axis = turn ? turn : take(name, {"x", "y", "z"});
+    if (!axis) return std::nullopt;
+    fixed_axes |= turn.has_value();
+    i = *axis + (block ? (*block > 0 ? 3 : 0) : of.value_or(3));
+  }
+  return name.empty() ? std::optional(std::pair(index[0], index[1])) : std::nullopt;
+}
+
+// Pr11, Ptr23: block or blocks, row, column.
+std::optional<std::pair<int, int>> block_element(std::string_view name) {
+  const auto first = take(name, {"pr", "pt"}), second = first ? take(name, {"r", "t"}) : std::nullopt;
+  if (!first || name.size() != 2) return std::nullopt;
+  const int row = name[0] - '1', column = name[1] - '1';
+  if (std::min(row, column) < 0 || std::max(row, column) > 2) return std::nullopt;
+  return std::pair(3 * *first + row, 3 * second.value_or(*first) + column);
+}
+
+const std::map<std::string, double> kCovarianceUnits{{"m2", 1},
+                                                     {"rad2", 1},
+                                                     {"mrad", 1},
+                                                     {"radm", 1},
+                                                     {"cm2", 1e-4},
+                                                     {"mm2", 1e-6},
+                                                     {"deg2", M_PI* M_PI / 32400}};
 
 std::string_view trimmed(std::string_view text) {
   constexpr std::string_view kBlank = " \t\r\"#%";
@@ -91,12 +140,13 @@ std::string_view trimmed(std::string_view text) {
 }
 
 std::vector<std::string> split_titles(std::string_view text) {
-  const bool commas = text.find(',') != text.npos;
+  const char separator = text.find(';') != text.npos ? ';' : ',';
+  const bool commas = text.find(separator) != text.npos;
   std::vector<std::string> titles(1);
   int depth = 0;
   for (const char c : trimmed(text)) {
     depth += (c == '[' || c == '(') - (c == ']' || c == ')');
-    const bool ends = commas ? c == ',' : depth == 0 && (c == ' ' || c == '\t');
+    const bool ends = commas ? c == separator : depth == 0 && (c == ' ' || c == '\t');
     if (!ends)
       titles.back() += c;
     else if (commas || !titles.back().empty())
@@ -167,6 +217,38 @@ std::string not_rising(std::chrono::nanoseconds before, std::chrono::nanoseconds
   return why;
 }
 
+bool Header::read_covariance(std::vector<std::string> words, Title& title) {
+  std::string name = joined(words);
+  const auto names = [&](const char* word) { return name.find(word) != name.npos; };
+  title.element = block_element(name);
+  const bool indexed = name.size() == 3 && name[0] == 'p' && parse_number<int>(name.substr(1));  // P12
+  if (!title.element && !indexed && !names("cov")) return false;
+  title.quantity = Quantity::other;
+  title.of_covariance = std::ranges::none_of(std::array{"twist", "vel", "acc", "gyro", "bias"}, names);
+  if (title.element || !names("cov")) return true;
+  std::optional<int> of;  // the block
+  static const std::map<std::string, int> kBlocks{{"orientation", 0}, {"rotation", 0}, {"attitude", 0},
+                                                  {"ori", 0},         {"rot", 0},      {"position", 3},
+                                                  {"translation", 3}, {"pos", 3},      {"trans", 3}};
+  std::erase_if(words, [&](const std::string& word) {
+    const auto block = kBlocks.find(word);
+    if (block != kBlocks.end()) of = block->second;
+    return block != kBlocks.end();
+  });
+  name = joined(words);
+  std::string_view rest = std::string_view(name).substr(name.find("cov"));
+  take(rest, {"covariance", "cov"});
+  const std::string digits = rest.empty() ? std::exchange(title.unit, "") : std::string(rest);
+  if (const auto k = parse_number<int>(digits)) {
+    const int size = of ? 3 : 6, first = of.value_or(3);  // ROS has the position first
+    if (*k >= 0 && *k < size * size) title.element = {(*k / size + first) % 6, (*k % size + first) % 6};
+    title.fixed_axes = !of;
+  } else {
+    title.element = axes_of(rest, of, title.fixed_axes);
+  }
+  return true;
+}
+
 Header::Title Header::parse(std::string_view text) {
   Title title;
   text = trimmed(text);
@@ -178,6 +260,7 @@ Header::Title Header::parse(std::string_view text) {
   }
   std::vector<std::string> words = words_of(text);
   if (words.empty()) return title;
+  if (read_covariance(words, title)) return title;
   const auto axis = std::find_if(words.rbegin(), words.rend(), is_axis);
   if (axis != words.rend() && (words.size() == 1 || axis != std::prev(words.rend()))) {
     title.axis = (*axis)[0];
@@ -186,8 +269,7 @@ Header::Title Header::parse(std::string_view text) {
     if (!words.empty()) title.quantity = quantity_of(words);
     return title;
   }
-  std::string rest;
-  for (std::size_t i = 1; i < words.size(); ++i) rest += words[i];
+  const std::string rest = joined(words, 1);
   if ((rest.empty() || is_unit(rest)) && is_axis(words[0].substr(words[0].size() - 1))) {
     title.quantity = quantity_named(words[0].substr(0, words[0].size() - 1));
     if (title.quantity || words[0].size() == 1) {  // tx, qw, gyrox_dps, x_mm
@@ -288,6 +370,44 @@ std::vector<Column> Header::columns(Quantity quantity, std::string_view axes, st
   std::vector<Column> columns;
   for (const std::size_t field : found) columns.push_back({field, factor(field, quantity)});
   return columns;
+}
+
+std::optional<CovarianceColumns> Header::covariance_columns(bool all_known) const {
+  CovarianceColumns found;
+  std::array<std::array<int, 6>, 6> times{};
+  for (std::size_t field = 0; field < titles_.size(); ++field) {
+    const Title& title = titles_[field];
+    if (!title.of_covariance) continue;
+    if (!title.element)
+      fail(field,
+           "unknown name of a covariance, expected one such as Pr11, Pt12, cov_xy, cov_roll_yaw or "
+           "pose.covariance[0]");
+    const auto unit = kCovarianceUnits.find(title.unit.empty() ? "m2" : title.unit);
+    if (unit == kCovarianceUnits.end())
+      fail(field, fmt::format("unknown unit \"{}\", expected m^2 or rad^2", title.unit));
+    const auto [row, column] = *title.element;
+    if (times[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)]++ > 0)
+      fail(field, "is repeated");
+    found.elements.push_back({row, column, {field, unit->second}, !title.unit.empty()});
+    found.fixed_axes |= title.fixed_axes;
+  }
+  for (std::size_t field = 0; field < titles_.size(); ++field)
+    if (all_known && !titles_[field].quantity && titles_[field].axis == 0)
+      fail(field, "unknown name, expected one of a covariance, such as Pr11 or Pt12");
+  if (found.elements.empty()) return std::nullopt;
+  const auto has = [&](std::size_t row, std::size_t column) {
+    return times[row][column] + times[column][row] > 0;
+  };
+  const bool crossed =
+      std::ranges::any_of(found.elements, [](const auto& e) { return e.row / 3 != e.column / 3; });
+  for (std::size_t row = 0; row < 6; ++row)
+    for (std::size_t column = row; column < 6; ++column)
+      if (!has(row, column) && (crossed || row / 3 == column / 3))
+        throw FileError(
+            file_, line_,
+            fmt::format("the covariance is incomplete: no column is P{}{}{}{}", row < 3 ? "r" : "t",
+                        row / 3 == column / 3 ? "" : "t", row % 3 + 1, column % 3 + 1));
+  return found;
 }
 
 const TimeUnit* Header::time_unit(std::size_t field) const {

@@ -63,6 +63,19 @@ struct StampColumns {
   }
 };
 
+/// The columns of a pose's covariance, as a header names them: elements of a symmetric matrix in the order
+/// orientation, position, with the factor to rad and m. fixed_axes: rotations are about the axes of the world
+/// (as in ROS messages), not of the body.
+struct CovarianceColumns {
+  struct Element {
+    int row, column;
+    Column of;
+    bool has_unit;
+  };
+  std::vector<Element> elements;
+  bool fixed_axes = false;
+};
+
 /// Returns why a stamp that does not follow the one before is wrong.
 std::string not_rising(std::chrono::nanoseconds before, std::chrono::nanoseconds stamp);
 
@@ -71,7 +84,7 @@ class Header {
  public:
   /// line: its number in the file, for errors.
   Header(std::filesystem::path file, std::size_t line, const std::vector<std::string>& titles);
-  /// Splits a line at commas, or at blanks outside of brackets if it has none.
+  /// Splits a line at semicolons or commas, or at blanks outside of brackets if it has neither.
   Header(std::filesystem::path file, std::size_t line, std::string_view text);
 
   std::size_t size() const { return titles_.size(); }
@@ -91,6 +104,11 @@ class Header {
   /// Returns the columns of the stamps: header.stamp of a message, else the first with such a title, else 0;
   /// and the rest of that stamp, if another column names it. Throws FileError for an unknown unit.
   StampColumns stamp_columns() const;
+  /// Returns the columns of the pose's covariance; none if no title names one. Names: Pr11 and Pt23
+  /// (rotation, translation), cov_xy, cov_roll_yaw, position_covariance_0 to 8, pose.covariance[0] to [35] as
+  /// in ROS. Throws FileError if a name or unit is unknown or repeated, or an element of either block is
+  /// missing. all_known: also if other titles are unknown.
+  std::optional<CovarianceColumns> covariance_columns(bool all_known) const;
 
  private:
   struct Title {
@@ -98,8 +116,13 @@ class Header {
     std::optional<Quantity> quantity;  // absent: not a known name
     char axis = 0;                     // x, y, z, w, or 0
     std::string stem = {};             // of a time: its words without the unit
+    bool of_covariance = false;
+    std::optional<std::pair<int, int>> element = {};  // of the covariance; absent: an unknown name
+    bool fixed_axes = false;
   };
   static Title parse(std::string_view text);
+  // Reads the name of a covariance's element; false if it is not one.
+  static bool read_covariance(std::vector<std::string> words, Title& title);
   bool fits(std::size_t field, Quantity quantity, char axis, bool named) const;
   double factor(std::size_t field, Quantity quantity) const;
   const TimeUnit* time_unit(std::size_t field) const;

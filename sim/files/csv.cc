@@ -8,6 +8,8 @@ namespace sim::files {
 
 CsvReader::CsvReader(const std::filesystem::path& file, Writer writer)
     : file_(file), input_(file, kMostOfRows), strict_(writer == Writer::own) {
+  piece_ = input_.next();
+  if (!strict_) require_utf8(file_, piece_);
   if (!read_line()) throw FileError(file_, "is empty");
   if (!strict_ && line_.starts_with("\xef\xbb\xbf")) line_.erase(0, 3);  // UTF-8's byte order mark
   split();

@@ -101,7 +101,11 @@ std::vector<std::pair<std::string, Json>> Json::entries() const {
   return all;
 }
 
-Json read_json(const std::filesystem::path& file) { return {file, read_text(file, kMostOfJson)}; }
+Json read_json(const std::filesystem::path& file) {
+  const std::string text = read_text(file, kMostOfJson);
+  require_utf8(file, text);
+  return {file, text};
+}
 
 std::string json_text(const ordered_json& json, int indent) {
   return json.dump(indent, ' ', false, ordered_json::error_handler_t::replace);

@@ -12,26 +12,37 @@ namespace {
 namespace fs = std::filesystem;
 using std::chrono::nanoseconds;
 
-// One line; blanks, tabs or commas separate its fields. Errors name file, line and column.
+constexpr std::string_view kBlank = " \t\r";
+
+// One line; its fields end at the separator, ' ' for blanks and tabs. Errors name file, line and column.
 class Line {
  public:
-  Line(const fs::path& file, std::size_t number, std::string_view text)
-      : file_(file), number_(number), text_(text) {
-    constexpr std::string_view kBlank = " \t\r";
-    for (std::size_t at = 0; (at = text.find_first_not_of(kBlank, at)) != text.npos;) {
+  Line(const fs::path& file, std::size_t number, std::string_view text, char separator)
+      : file_(&file), number_(number), text_(text), separator_(separator) {
+    if (text.find_first_not_of(kBlank) == text.npos) return;
+    for (std::size_t at = 0; at <= text.size();) {
+      if (separator == ' ' && (at = text.find_first_not_of(kBlank, at)) == text.npos) break;
       const std::size_t end =
-          std::min(has_commas() ? text.find(',', at) : text.find_first_of(kBlank, at), text.size());
-      const std::string_view field = text.substr(at, end - at);
+          std::min(separator == ' ' ? text.find_first_of(kBlank, at) : text.find(separator, at), text.size());
+      std::string_view field = text.substr(at, end - at);
+      field.remove_prefix(std::min(field.find_first_not_of(kBlank), field.size()));
       fields_.push_back(field.substr(0, field.find_last_not_of(kBlank) + 1));
-      at = end + has_commas();
+      at = end + 1;
     }
   }
 
   std::size_t size() const { return fields_.size(); }
   bool is_comment() const { return fields_.empty() || fields_[0].starts_with('#'); }
-  bool has_commas() const { return text_.find(',') != text_.npos; }
+  bool has_commas() const { return separator_ == ','; }
+  char separator() const { return separator_; }
   std::string_view text(std::size_t field) const { return fields_.at(field); }
 
+  // Returns whether a field exists and is empty or NaN.
+  bool is_absent(const Column& column) const {
+    if (column.field >= size()) return false;
+    const auto value = parse_number<double>(text(column.field));
+    return text(column.field).empty() || (value && std::isnan(*value));
+  }
   double number(std::size_t field) const {
     const auto value = parse_finite(text(field));
     if (!value) fail(field, fmt::format("expected a finite number, found \"{}\"", text(field)));
@@ -52,42 +63,79 @@ class Line {
 
   [[noreturn]] void fail(std::size_t field, const std::string& why) const {
     const auto column = static_cast<std::size_t>(text(field).data() - text_.data()) + 1;
-    throw FileError(file_, number_, column, why);
+    throw FileError(*file_, number_, column, why);
   }
-  [[noreturn]] void fail(const std::string& why) const { throw FileError(file_, number_, why); }
+  [[noreturn]] void fail(const std::string& why) const { throw FileError(*file_, number_, why); }
 
  private:
-  const fs::path& file_;
+  const fs::path* file_;
   std::size_t number_;
   std::string_view text_;
+  char separator_;
   std::vector<std::string_view> fields_;
 };
+
+// Returns what separates the fields of a line: ';' or ',' if it has them, else ' ' for blanks. Commas within
+// four and more numbers between blanks are decimal.
+char separator_of(std::string_view line) {
+  if (line.find(';') != line.npos) return ';';
+  if (line.find(',') == line.npos) return ' ';
+  const fs::path none;
+  const Line pieces(none, 0, line, ' ');
+  const auto may_be_decimal = [&](std::size_t field) {
+    const std::string_view piece = pieces.text(field);
+    const std::size_t comma = piece.find(',');
+    return comma == piece.npos ||
+           (comma > 0 && comma + 1 < piece.size() && piece.find(',', comma + 1) == piece.npos);
+  };
+  for (std::size_t field = 0; field < pieces.size(); ++field)
+    if (!may_be_decimal(field)) return ',';
+  return pieces.size() >= 4 ? ' ' : ',';
+}
+
+// Makes the numbers of a line of data plain, character by character so that columns in errors stay: decimal
+// commas become points, quotes become blanks.
+void make_plain(char* begin, char* end, char separator) {
+  bool quoted = false;
+  for (char* c = begin; c != end; ++c)
+    if (*c == '"')
+      quoted = !quoted, *c = ' ';
+    else if (*c == ',' && (quoted || separator != ','))
+      *c = '.';
+}
 
 // The lines of a file that are neither blank nor comments. header: the last line before the poses, a comment
 // or not, that has titles of columns.
 struct Lines {
-  explicit Lines(const fs::path& file_) : file(file_), text(read_text(file)) {
+  explicit Lines(const fs::path& file_) : file(file_), text(plain_text(file, read_text(file))) {
     std::size_t number = 0;
-    for (std::string_view rest = text; !rest.empty();) {
-      std::string_view line_text = rest.substr(0, rest.find('\n'));
-      rest.remove_prefix(std::min(line_text.size() + 1, rest.size()));
-      if (++number == 1 && line_text.starts_with("\xef\xbb\xbf")) line_text.remove_prefix(3);  // UTF-8's mark
-      Line line(file, number, line_text);
+    std::optional<char> separator;  // as in the first line of data
+    for (std::size_t begin = 0, end; begin < text.size(); begin = end + 1) {
+      end = std::min(text.find('\n', begin), text.size());
+      const std::string_view line_text = std::string_view(text).substr(begin, end - begin);
+      const bool is_data =
+          line_text.find_first_of("0123456789+-.\"nN") == line_text.find_first_not_of(kBlank);
+      const char here = separator.value_or(separator_of(line_text));
+      ++number;
+      if (is_data) make_plain(text.data() + begin, text.data() + end, here);
+      Line line(file, number, line_text, here);
       if (lines.empty() && line.size() >= 3 && !parse_number<double>(line.text(0)))
         if (Header titles(file, number, line_text); titles.are_titles()) {
           header.emplace(std::move(titles));
           continue;
         }
-      if (!line.is_comment()) lines.push_back(std::move(line));
+      if (line.is_comment()) continue;
+      if (!separator) separator = here;
+      lines.push_back(std::move(line));
     }
-    if (header && !lines.empty() && !header->fit(lines.front().size(), lines.front().has_commas()))
+    if (header && !lines.empty() && !header->fit(lines.front().size(), lines.front().separator() != ' '))
       header.reset();
   }
   Lines(const Lines&) = delete;
   Lines& operator=(const Lines&) = delete;
 
   const fs::path file;
-  const std::string text;
+  std::string text;
   std::optional<Header> header;
   std::vector<Line> lines;
 
@@ -121,39 +169,56 @@ void for_each_covariance(const auto& each) {
       for (int column = row; column < first + 3; ++column) each(row, column);
 }
 
-Matrix6d covariance(const Line& line) {
-  Matrix6d P = Matrix6d::Zero();
-  std::size_t field = 8;
-  for_each_covariance([&](int row, int column) { P(row, column) = P(column, row) = line.number(field++); });
-  return P;
-}
-
 // The columns of a pose; orientation: w, x, y, z, or none.
 struct PoseColumns {
   StampColumns stamp;
   std::vector<Column> position{{1}, {2}, {3}}, orientation{{7}, {4}, {5}, {6}};
+  std::optional<CovarianceColumns> covariance = {};
 
   /// As the header names them, else in the order of EuRoC (with commas) or TUM.
   explicit PoseColumns(const Lines& text) {
     const std::size_t n = text.lines.front().size();
     const bool commas = text.lines.front().has_commas();
     const auto& header = text.header;
+    const bool twenty = !commas && std::ranges::count(text.lines, 20u, &Line::size) > 0;
+    if (header && (!twenty || header->size() > 8))
+      covariance = header->covariance_columns(twenty);
+    else if (twenty)
+      covariance = in_order();
     if (commas) orientation = {{4}, {5}, {6}, {7}};
     if ((n < 8 || text.names_position()) && !text.names_orientation() && n != 20) orientation.clear();
     if (!header) return;
     stamp = header->stamp_columns();
     position = header->columns(Quantity::position, "xyz", 1);
+    if (covariance && position[0].factor != 1 &&
+        std::ranges::any_of(covariance->elements, [](const auto& e) { return !e.has_unit; }))
+      throw FileError(text.file, "its header states a unit of the positions, and none of the covariance");
     if (orientation.empty()) return;
     orientation = header->columns(Quantity::orientation, commas ? "wxyz" : "xyzw", 4);
     if (!commas) std::rotate(orientation.begin(), orientation.end() - 1, orientation.end());
   }
 
-  /// The number of fields that a line needs.
+  static CovarianceColumns in_order() {
+    CovarianceColumns columns;
+    std::size_t field = 8;
+    for_each_covariance([&](int row, int column) {
+      columns.elements.push_back({row, column, {field++}, true});
+    });
+    return columns;
+  }
+
+  /// The number of fields that a line needs, and that with a covariance.
   std::size_t least() const {
     std::size_t last = std::max(stamp.field, stamp.rest.value_or(0));
     for (const auto* columns : {&position, &orientation})
       for (const Column& column : *columns) last = std::max(last, column.field);
     return last + 1;
+  }
+  std::size_t all() const {
+    std::size_t most = least();
+    if (covariance)
+      for (const auto& element : covariance->elements) most = std::max(most, element.of.field + 1);
+    return most;
   }
 
   Eigen::Isometry3d pose(const Line& line) const {
@@ -169,6 +234,28 @@ struct PoseColumns {
       X.translation()[axis] = line.coordinate(position[static_cast<std::size_t>(axis)]);
     return X;
   }
+
+  bool has_covariance(const Line& line) const {
+    return covariance && std::ranges::any_of(covariance->elements, [&](const auto& element) {
+             return element.of.field < line.size() && !line.text(element.of.field).empty();
+           });
+  }
+
+  /// The covariance of a pose, its rotations about the axes of the body.
+  Matrix6d covariance_of(const Line& line, const Eigen::Isometry3d& X) const {
+    Matrix6d P = Matrix6d::Zero(), given = Matrix6d::Zero();
+    for (const auto& [row, column, of, has_unit] : covariance->elements) {
+      const double value = of.factor * line.number(of.field);
+      if (given(row, column) == 1 && std::abs(value - P(row, column)) > 1e-6 * std::abs(value))
+        line.fail(of.field, "the covariance is not symmetric");
+      P(row, column) = P(column, row) = value;
+      given(row, column) = given(column, row) = 1;
+    }
+    if (!covariance->fixed_axes) return P;
+    Matrix6d J = Matrix6d::Identity();
+    J.topLeftCorner<3, 3>() = X.linear().transpose();
+    return J * P * J.transpose();
+  }
 };
 
 Eigen::Isometry3d kitti_pose(const Line& line) {
@@ -182,7 +269,7 @@ Eigen::Isometry3d kitti_pose(const Line& line) {
   return X;
 }
 
-void warn(TrajectoryFile& read, const char* what) {
+void warn(TrajectoryFile& read, const std::string& what) {
   read.warning = read.warning ? *read.warning + "; " + what : what;
 }
 
@@ -205,37 +292,78 @@ const TimeUnit& unit_of(const Lines& text, const StampColumns& columns) {
   return unit_of_stamps(text.file, stamps, columns.unit);
 }
 
-TrajectoryFile read_poses(const Lines& text, const TimeUnit* stated) {
-  const Line& first = text.lines.front();
-  const bool commas = first.has_commas();
-  const bool with_covariance = !commas && std::ranges::count(text.lines, 20u, &Line::size) > 0;
+// Leaves out lines without a position, such as programs write while they are lost. Returns their number.
+std::size_t drop_absent(std::vector<Line>& lines, const std::vector<Column>& position) {
+  return std::erase_if(lines, [&](const Line& line) {
+    return std::ranges::all_of(position, [&](const Column& column) { return line.is_absent(column); });
+  });
+}
+
+// Returns whether no line states an orientation: all quaternions are 0, NaN or empty.
+bool lacks_orientations(const std::vector<Line>& lines, const std::vector<Column>& orientation) {
+  return !orientation.empty() && std::ranges::all_of(lines, [&](const Line& line) {
+    return std::ranges::all_of(orientation, [&](const Column& column) {
+      return line.is_absent(column) || parse_number<double>(line.text(column.field)) == 0;
+    });
+  });
+}
+
+TrajectoryFile read_poses(Lines& text, const TimeUnit* stated) {
+  const std::size_t fields = text.lines.front().size();
+  const bool commas = text.lines.front().has_commas();
   PoseColumns columns(text);
+  const auto may_have = [&](std::size_t n) {  // only some poses may have a covariance
+    return commas || n == fields || (columns.covariance && (n == 8 || n == columns.all()));
+  };
   if (stated && !columns.stamp.rest) columns.stamp.unit = stated;
   for (const Line& line : text.lines) {
     const std::size_t n = line.size();
-    if (!commas && n != first.size() && !(with_covariance && (n == 8 || n == 20)))
-      line.fail(fmt::format("expected {} numbers, found {}", with_covariance ? 20 : first.size(), n));
-    if (n < columns.least())
-      line.fail(fmt::format("expected at least {} numbers, found {}", columns.least(), n));
+    if (!may_have(n))
+      line.fail(fmt::format("expected {} numbers, found {}", std::max(fields, columns.all()), n));
+    if (const std::size_t least = commas ? columns.all() : columns.least(); n < least)
+      line.fail(fmt::format("expected at least {} numbers, found {}", least, n));
+  }
+  TrajectoryFile read;
+  if (const std::size_t lost = drop_absent(text.lines, columns.position))
+    warn(read, fmt::format("{} without a position left out", counted(lost, "line")));
+  if (text.lines.empty()) throw FileError(text.file, "has no pose in it: each position is missing or NaN");
+  if (lacks_orientations(text.lines, columns.orientation)) {
+    columns.orientation.clear();
+    warn(read, "all its quaternions are 0: only its positions are read");
   }
   const TimeUnit& unit = unit_of(text, columns.stamp);
-  TrajectoryFile read;
-  read.format = commas ? "EuRoC csv" : with_covariance ? "TUM with covariance" : "TUM";
+  read.format = commas ? "EuRoC csv" : "TUM";
+  if (columns.covariance) read.format += " with covariance";
   read.stamps = unit.name;
   read.has_orientation = !columns.orientation.empty();
-  if (commas && read.has_orientation && !text.names_orientation())
-    read.warning = "no header names the quaternion: it is taken for w, x, y, z, in columns 5 to 8";
+  if (text.lines.front().separator() != ' ' && read.has_orientation && !text.names_orientation())
+    warn(read, fmt::format("no header names the quaternion: it is taken for {}, in columns 5 to 8",
+                           commas ? "w, x, y, z" : "x, y, z, w"));
+  if (commas && !text.header && fields == 20)
+    warn(read, "no header names columns 9 to 20: a covariance in them is not read");
   for (const Line& line : text.lines) read.rows.push_back({{line.stamp(columns.stamp, unit)}, std::nullopt});
   settle_stamps(read, text.lines);
   for (std::size_t i = 0; i < read.rows.size(); ++i) {
     const Line& line = text.lines[i];
     read.rows[i].X = columns.pose(line);
-    if (with_covariance && line.size() == 20) read.rows[i].covariance = covariance(line);
+    if (columns.has_covariance(line)) read.rows[i].covariance = columns.covariance_of(line, read.rows[i].X);
   }
   const auto turned = [&](const TumRow& row) { return row.X.linear() != read.rows.front().X.linear(); };
   if (read.has_orientation && read.rows.size() > 2 && std::ranges::none_of(read.rows, turned))
     warn(read, "all its orientations are the same: are they unknown?");
   return read;
+}
+
+// Explains an error in a file with commas and without any decimal point.
+TrajectoryFile read_poses_or_explain(Lines& text, const TimeUnit* stated) try {
+  return read_poses(text, stated);
+} catch (const FileError& error) {
+  if (text.lines.empty() || !text.lines.front().has_commas() || text.text.find('.') != text.text.npos ||
+      (text.header && text.header->size() == text.lines.front().size()))
+    throw;
+  throw FileError(text.file, fmt::format("has commas and no decimal point: if the commas are decimal, other "
+                                         "characters must separate its columns; else {}",
+                                         error.what()));
 }
 
 TrajectoryFile read_kitti(const Lines& text) {
@@ -268,7 +396,7 @@ std::string tum_row(nanoseconds t, const Eigen::Isometry3d& X, const Matrix6d& c
 }
 
 std::vector<TumRow> read_tum(const fs::path& file) {
-  const Lines text(file);
+  Lines text(file);
   if (text.lines.empty()) return {};
   if (const std::size_t n = text.lines.front().size(); n != 4 && n != 8 && n != 20)
     text.lines.front().fail(fmt::format("expected 8 or 20 numbers, found {}", n));
@@ -276,15 +404,15 @@ std::vector<TumRow> read_tum(const fs::path& file) {
 }
 
 TrajectoryFile read_trajectory(const fs::path& file) {
-  const Lines text(file);
+  Lines text(file);
   if (text.lines.empty()) throw FileError(file, "has no pose in it");
   const Line& first = text.lines.front();
   const std::size_t n = first.size();
-  if (n == 12 && !first.has_commas()) return read_kitti(text);
-  const bool named = text.names_position();
-  if (first.has_commas() && n < 8 && n != 4 && !named)
+  const bool named = text.names_position(), commas = first.has_commas();
+  if (n == 12 && !commas && !text.names_orientation()) return read_kitti(text);
+  if (commas && n < 8 && n != 4 && !named)
     first.fail(fmt::format("expected at least 8 numbers, found {}", n));
-  if (n == 4 || n == 8 || n == 20 || named || first.has_commas()) return read_poses(text, nullptr);
+  if (n == 4 || n == 8 || n == 20 || named || commas) return read_poses_or_explain(text, nullptr);
   first.fail(fmt::format("has {}, expected 8 or 20 (TUM), 12 (KITTI), or a csv (EuRoC) with commas",
                          counted(n, "number")));
 }

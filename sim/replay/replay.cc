@@ -154,8 +154,9 @@ Poses poses_at_frames(const files::TrajectoryFile& file, const Frames& frames, P
   return poses;
 }
 
-/// Moves the poses into W. Throws estimators::EstimatorFailed if they cannot be aligned with the truth.
-void place_in_world(Poses& poses, const std::vector<files::TimedPose>& truth, score::Alignment alignment) {
+/// Moves the poses into W. Returns the factor by which they were scaled. Throws estimators::EstimatorFailed
+/// if they cannot be aligned with the truth.
+double place_in_world(Poses& poses, const std::vector<files::TimedPose>& truth, score::Alignment alignment) {
   score::Trajectory unaligned;
   for (const estimators::PoseEstimate& pose : poses) unaligned.push_back({pose.t, pose.X_WC});
   const auto found = score::align(score::pair_by_stamp(truth, unaligned), alignment);
@@ -168,10 +169,11 @@ void place_in_world(Poses& poses, const std::vector<files::TimedPose>& truth, sc
     pose.X_WC = S * pose.X_WC;
     if (pose.covariance) pose.covariance = J * *pose.covariance * J.transpose();
   }
+  return S.scale;
 }
 
 /// Frames with a pose are tracked, the others are not.
-void read_run(const ExternalRun& run, const Frames& frames, const result::RunRecord& record,
+void read_run(const ExternalRun& run, const Frames& frames, result::RunRecord& record,
               tracking::Tracked& tracked) {
   const files::TrajectoryFile file = files::read_trajectory(run.trajectory);
   if (!file.has_orientation)
@@ -183,7 +185,7 @@ void read_run(const ExternalRun& run, const Frames& frames, const result::RunRec
   if (poses.empty())
     throw estimators::EstimatorFailed(
         fmt::format("none of its {} poses has the stamp of a frame", file.rows.size()));
-  place_in_world(poses, record.truth.camera, run.alignment);
+  record.scaled_by = place_in_world(poses, record.truth.camera, run.alignment);
   auto pose = poses.begin();
   for (const slam::Stamp t : frames.stamps) {
     if (pose == poses.end() || pose->t != t) {
@@ -279,9 +281,7 @@ result::Outcome score_external(const scenario::ReadScenario& scenario, const std
   const Frames frames = frames_of(reader);
   result::RunRecord record{scenario,     walk.ended,   reader.setup(), recording::read_truth(recording),
                            std::nullopt, reader.hash()};
-  record.alignment = score::name_of(run.alignment);
-  if (run.alignment == score::Alignment::sim3 || run.alignment == score::Alignment::scale)
-    record.no_scale = "the estimate was scaled to the truth: see ate_sim3_rmse_m";
+  record.alignment = run.alignment;
   tracking::Tracked tracked;
   tracked.log = run.log;
   tracked.failed = run.failed;
@@ -292,6 +292,9 @@ result::Outcome score_external(const scenario::ReadScenario& scenario, const std
   } catch (const estimators::EstimatorFailed& unusable) {
     tracked.failed = unusable.what();
   }
+  if (run.alignment == score::Alignment::sim3 || run.alignment == score::Alignment::scale)
+    record.no_scale =
+        fmt::format("the estimate was scaled by {:.4g} to the truth: see ate_sim3_rmse_m", record.scaled_by);
   if (tracked.failed) tracked.untracked = frames.stamps;
   timing.each_frame = false;
   for (const slam::Stamp t : frames.stamps)

@@ -334,11 +334,13 @@ std::string score_table(const fs::path& result_folder, const TableStyle& style, 
   text += "\n" + tracking_faults(scored) + metric_lines(scored, style);
   text += coverage(scored) + sensor_use(scored) + timeliness(scored);
   if (scored.value("poses_matched"))
-    text += fmt::format("  {}; {}\n",
-                        about.alignment.empty() || about.alignment == "none"
-                            ? "errors without alignment except ate_se3"
-                            : fmt::format("errors after its {} alignment with the truth", about.alignment),
-                        style.all_metrics ? "report explains each metric" : "score.json has all metrics");
+    text += fmt::format(
+        "  {}; {}\n",
+        about.alignment.empty() || about.alignment == "none"
+            ? "errors without alignment except ate_se3"
+            : fmt::format("errors after {} alignment with the truth, NEES after alignment of the first pose",
+                          about.alignment),
+        style.all_metrics ? "report explains each metric" : "score.json has all metrics");
   if (const auto median = timing.find("frame_cpu_ms_median"))
     text += fmt::format("  filter {:.3f} ms CPU per frame (median; p99 {:.3f})", median->number(),
                         timing.at("frame_cpu_ms_p99").number());

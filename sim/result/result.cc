@@ -168,7 +168,7 @@ void write_about(const fs::path& file, const RunRecord& record, const ResultPlac
                     {"set_by", set_by}};
   if (!place.models_hash.empty()) json["models_xxh3_128"] = place.models_hash;
   if (record.counterfactual) json["counterfactual"] = *record.counterfactual;
-  if (record.alignment) json["alignment"] = *record.alignment;
+  if (record.alignment) json["alignment"] = score::name_of(*record.alignment);
   files::write_text(file, files::json_text(json, 2) + "\n");
 }
 

@@ -28,9 +28,10 @@ struct RunRecord {
   std::string recording_hash;
   std::vector<files::TimedPose> planned_camera = {};  ///< X_PC, without a planned waist
   std::optional<std::string> counterfactual =
-      {};                                     ///< why the replayed estimator would have steered another walk
-  std::optional<std::string> alignment = {};  ///< of an external trajectory with the truth
-  std::optional<std::string> no_scale = {};   ///< the reason, if the estimate's scale is unknown
+      {};  ///< why the replayed estimator would have steered another walk
+  std::optional<score::Alignment> alignment = {};  ///< of an external trajectory with the truth
+  double scaled_by = 1;                            ///< by that alignment
+  std::optional<std::string> no_scale = {};        ///< the reason, if the estimate's scale is unknown
 };
 
 /// Returns the time from a frame's stamp until its image is complete.

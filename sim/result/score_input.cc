@@ -145,6 +145,8 @@ score::Run score_input(const RunRecord& record) {
   run.truth_camera = record.truth.camera;
   run.plan_camera = planned_camera(record);
   run.no_scale = record.no_scale;
+  run.fitted = record.alignment && *record.alignment > score::Alignment::origin;
+  run.scaled_by = record.scaled_by;
   run.truth_has_poses = !record.truth.positions_of;
   run.truth_waist = record.truth.waist;
   run.plan_waist = record.truth.waist_plan;

@@ -38,11 +38,14 @@ std::optional<Absent> why_no_estimate(const ScoreContext& c) {
 OrAbsent<std::vector<PoseNees>> nees_of(const std::vector<PosePair>& pairs, const Run& run) {
   std::vector<PoseNees> all;
   if (pairs.empty()) return all;
+  const Similarity S = std::get<Similarity>(align(pairs, run.fitted ? Alignment::origin : Alignment::none));
+  Matrix6d J = Matrix6d::Identity();
+  J.bottomRightCorner<3, 3>() = S.R;
   auto pose = run.estimate->begin();
-  for (const PosePair& pair : pairs) {
+  for (const PosePair& pair : transformed(S, pairs)) {
     while (pose->t != pair.t) ++pose;
     if (!pose->covariance) continue;
-    const auto nees = pose_nees(pair.X_true, pair.X_estimate, *pose->covariance);
+    const auto nees = pose_nees(pair.X_true, pair.X_estimate, J * *pose->covariance * J.transpose());
     if (!nees) return Absent{"a covariance of the estimate is not positive definite"};
     all.push_back(*nees);
   }
@@ -74,6 +77,23 @@ std::optional<std::string> note_of_end(const MetricDefinition& definition, const
   return fmt::format("at {:.1f} s, {:.0f} % of {:.1f} s", last_s, 100 * last_s / end_s, end_s);
 }
 
+std::optional<std::string> note_of(const MetricDefinition& definition, const ScoreContext& context) {
+  if (definition.note == Note::none) return std::nullopt;
+  if (definition.note == Note::at_end) return note_of_end(definition, context);
+  const std::size_t matched = context.pairs.size(), all = context.truth_camera.size();
+  std::string note = matched * 100 < all * 99 ? fmt::format("{} of {} true poses", matched, all) : "";
+  if (definition.note == Note::scale) {
+    Similarity S = std::get<Similarity>(align(context.pairs, Alignment::sim3));
+    std::vector<PosePair> unscaled = context.pairs;
+    for (PosePair& pair : unscaled) pair.X_estimate.translation() /= context.run.scaled_by;
+    S.scale *= context.run.scaled_by;
+    const auto doubt = doubt_of_scale(S, unscaled);
+    note += fmt::format("{}scale {:.4g}{}", note.empty() ? "" : ", ", S.scale,
+                        doubt ? "; warning: " + *doubt : "");
+  }
+  return note.empty() ? std::nullopt : std::optional(note);
+}
+
 Metric compute(const MetricDefinition& definition, const ScoreContext& context) {
   const auto absent = [&](const std::string& reason) {
     return Metric{std::nullopt, definition.unit, reason};
@@ -87,7 +107,7 @@ Metric compute(const MetricDefinition& definition, const ScoreContext& context) 
   if (const auto* const none = std::get_if<Absent>(&found)) return absent(none->reason);
   const double number = std::get<double>(found);
   if (!std::isfinite(number)) return absent("the value is not finite");
-  return {number, definition.unit, "", definition.at_end ? note_of_end(definition, context) : std::nullopt};
+  return {number, definition.unit, "", note_of(definition, context)};
 }
 
 // Metrics of the estimate.
@@ -103,7 +123,7 @@ Value ate(const std::vector<PosePair>& pairs, Alignment alignment) {
 }
 
 MetricDefinition ate_metric(const std::string& name, const std::string& alignment, Needs needs, Alignment how,
-                            bool headline = false) {
+                            bool headline = false, Note note = Note::coverage) {
   return {"ate_" + name + "_rmse_m",
           "m",
           "Absolute trajectory error: root mean square distance between estimated and true camera positions, "
@@ -112,7 +132,8 @@ MetricDefinition ate_metric(const std::string& name, const std::string& alignmen
           needs,
           [how](C c) { return ate(c.pairs, how); },
           largest,
-          headline};
+          headline,
+          note};
 }
 
 Value odometry_ate(C c) {
@@ -150,24 +171,27 @@ MetricDefinition rpe_metric(const std::string& unit, const std::string& kind, Ne
             return root_mean_square(errors);
           },
           largest,
-          kHeadline};
+          kHeadline,
+          Note::coverage};
 }
 
 MetricDefinition nees_metric(const std::string& name, double PoseNees::*part, Needs needs) {
-  return {"nees_" + name + "_mean",
-          "1",
-          "Mean of the normalized estimation error squared (NEES) of the camera's " + name +
-              ", without alignment, from the first planned motion on; 3 is expected.",
-          needs,
-          [part](C c) {
-            return value_of(c.nees, [part](const std::vector<PoseNees>& all) -> Value {
-              Numbers squares;
-              for (const PoseNees& nees : all) squares.push_back(nees.*part);
-              return mean(squares);
-            });
-          },
-          Direction::away_from(3),
-          kHeadline};
+  return {
+      "nees_" + name + "_mean",
+      "1",
+      "Mean of the normalized estimation error squared (NEES) of the camera's " + name +
+          ", from the first planned motion on; 3 is expected. Without alignment, or by the first pose if the "
+          "estimate was fitted to the truth.",
+      needs,
+      [part](C c) {
+        return value_of(c.nees, [part](const std::vector<PoseNees>& all) -> Value {
+          Numbers squares;
+          for (const PoseNees& nees : all) squares.push_back(nees.*part);
+          return mean(squares);
+        });
+      },
+      Direction::away_from(3),
+      kHeadline};
 }
 
 MetricDefinition nis_metric(std::size_t sensor) {
@@ -252,11 +276,11 @@ MetricDefinitions estimate_metrics() {
        "Root mean square distance between estimated and true camera positions, without alignment: both are "
        "in W, the plan's world at t = 0. Frames count from the first planned motion on, when the planned "
        "waist is more than 1 mm from its start.",
-       Needs::scale, [](C c) { return ate(c.pairs, Alignment::none); }, largest, kHeadline},
+       Needs::scale, [](C c) { return ate(c.pairs, Alignment::none); }, largest, kHeadline, Note::coverage},
       ate_metric("yaw", "the rotation about the vertical and the translation of least squares", Needs::scale,
                  Alignment::yaw_position),
       ate_metric("sim3", "the rotation, translation and scale of least squares (Sim(3))", Needs::estimate,
-                 Alignment::sim3),
+                 Alignment::sim3, false, Note::scale),
       {"scale_error_percent", "%",
        "Excess length of the estimated path, by the scale of the alignment of ate_sim3_rmse_m.", Needs::scale,
        scale_error, largest_magnitude, kHeadline},
@@ -279,7 +303,8 @@ MetricDefinitions estimate_metrics() {
       {"rotation_rmse_deg", "deg",
        "Root mean square angle between estimated and true camera orientations, without alignment, from the "
        "first planned motion on.",
-       Needs::estimate, [](C c) { return root_mean_square(orientation_errors(c.pairs)) / kDegree; }},
+       Needs::estimate, [](C c) { return root_mean_square(orientation_errors(c.pairs)) / kDegree; }, largest,
+       false, Note::coverage},
       rpe_metric("m", "translation", Needs::scale,
                  [](const Eigen::Isometry3d& E) { return E.translation().norm(); }),
       rpe_metric("deg", "rotation", Needs::estimate,
@@ -287,14 +312,14 @@ MetricDefinitions estimate_metrics() {
       {"end_position_error_m", "m",
        "Distance between estimated and true camera positions at the last frame with an estimate, without "
        "alignment.",
-       Needs::scale, end_distance, largest, kHeadline, kAtEnd},
+       Needs::scale, end_distance, largest, kHeadline, Note::at_end},
       {"drift_percent", "%", "end_position_error_m in percent of path_length_m.", Needs::scale, drift_percent,
-       largest, kHeadline, kAtEnd},
+       largest, kHeadline, Note::at_end},
       {"end_yaw_error_deg", "deg",
        "Magnitude of the rotation about the vertical from the estimated to the true camera orientation at "
        "the last frame with an estimate, without alignment.",
        Needs::estimate, [](C c) { return std::abs(yaw_error(c.pairs.back())) / kDegree; }, largest, kHeadline,
-       kAtEnd}};
+       Note::at_end}};
 }
 
 // NEES, NIS and use of each sensor, landmarks of the map.

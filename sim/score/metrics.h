@@ -19,9 +19,8 @@ struct ScoreContext;
 struct Metric {
   std::optional<double> value;
   std::string unit;
-  std::string reason;  ///< why the value is absent
-  /// Of an error at the end: when that was, if before the end of the walk.
-  std::optional<std::string> note = {};
+  std::string reason;                    ///< why the value is absent
+  std::optional<std::string> note = {};  ///< what a reader must know beside the value, see Note
 };
 using Metrics = std::map<std::string, Metric, std::less<>>;
 
@@ -32,7 +31,11 @@ using Value = OrAbsent<double>;
 /// Without its input a metric is not computed and has no value.
 enum class Needs { walk, estimate, scale };
 
-inline constexpr bool kHeadline = true, kAtEnd = true;
+inline constexpr bool kHeadline = true;
+
+/// What a note beside the value may state. at_end: its time, if before the end of the walk · coverage: the
+/// fraction of the true poses, if not all · scale: also that of the alignment, and why it is not credible.
+enum class Note { none, at_end, coverage, scale };
 
 struct MetricDefinition {
   std::string name, unit, definition;  ///< definition: for --help and reports
@@ -40,7 +43,7 @@ struct MetricDefinition {
   std::function<Value(const ScoreContext&)> compute;
   Direction direction{};  ///< of getting worse
   bool headline = false;  ///< shown in the short table as well
-  bool at_end = false;    ///< of the last moment: of the estimate, or of the walk if it needs only that
+  Note note = Note::none;
 };
 using MetricDefinitions = std::vector<MetricDefinition>;
 

@@ -152,6 +152,8 @@ struct Run {
   std::vector<Surface> surfaces;
   TrueCamera camera;
   std::optional<Stamp> plan_end;
+  bool fitted = false;   ///< to the truth by least squares: the NEES aligns the first poses instead
+  double scaled_by = 1;  ///< by that fit
   std::optional<std::string> no_scale = {};    ///< the reason, if the estimate's scale is unknown
   std::optional<std::string> no_matches = {};  ///< the reason, if the estimator reports no landmarks
   std::optional<std::string> diverged;         ///< the cause, if the filter gave up

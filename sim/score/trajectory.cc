@@ -1,5 +1,7 @@
 #include "sim/score/trajectory.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -266,6 +268,27 @@ OrAbsent<Similarity> align(const std::vector<PosePair>& pairs, Alignment alignme
   }
   if (alignment == Alignment::yaw_position) return align_yaw(Moments(pairs));
   return align_umeyama(Moments(pairs), alignment);
+}
+
+std::optional<std::string> doubt_of_scale(const Similarity& S, const std::vector<PosePair>& pairs) {
+  constexpr double kFollows = 0.5, kFar = 2;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const PosePair& pair : pairs) mean += pair.X_true.translation() / static_cast<double>(pairs.size());
+  double extent = 0, error = 0;
+  for (const PosePair& pair : transformed(S, pairs)) {
+    extent += (pair.X_true.translation() - mean).squaredNorm();
+    error += (pair.X_true.translation() - pair.X_estimate.translation()).squaredNorm();
+  }
+  const auto rms = [&](double sum) { return std::sqrt(sum / static_cast<double>(pairs.size())); };
+  if (!(rms(error) <= kFollows * rms(extent)))
+    return fmt::format(
+        "the scale {:.4g} is meaningless: the error {:.2g} m is not small beside the true motion "
+        "of {:.2g} m",
+        S.scale, rms(error), rms(extent));
+  if (!(S.scale > 1 / kFar && S.scale < kFar))
+    return fmt::format("the scale {:.4g} is far from 1, as it is only if the estimator knows no scale",
+                       S.scale);
+  return std::nullopt;
 }
 
 std::vector<PosePair> transformed(const Similarity& S, std::vector<PosePair> pairs) {

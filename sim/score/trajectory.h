@@ -77,7 +77,7 @@ Eigen::Vector3d drift(const Eigen::Isometry3d& X_WB_true, const Eigen::Isometry3
 /// none: no alignment · origin: first pose onto first pose · by least squares of positions: yaw_position:
 /// rotation about z and translation · se3: rotation and translation · sim3: rotation, translation and scale
 /// (Umeyama 1991) · scale: only the scale of sim3.
-enum class Alignment { none, origin, yaw_position, se3, sim3, scale };
+enum class Alignment { none, origin, yaw_position, se3, sim3, scale };  // origin is the last without a fit
 
 /// Returns "none", "origin", "yaw", "se3", "sim3" or "scale".
 std::string name_of(Alignment alignment);
@@ -96,6 +96,10 @@ struct Similarity {
 /// Returns the transformation of the pairs' estimates onto their truth; absent if the positions do not
 /// determine it: none, all in one point (yaw_position: above one another) or, for se3 and sim3, on a line.
 OrAbsent<Similarity> align(const std::vector<PosePair>& pairs, Alignment alignment);
+
+/// Returns why the scale of a sim3 alignment of these pairs is not credible: the scaled estimate does not
+/// follow the truth, or the scale is far from 1. Nothing if it is credible.
+std::optional<std::string> doubt_of_scale(const Similarity& S, const std::vector<PosePair>& pairs);
 
 /// Returns the pairs with their estimates transformed.
 std::vector<PosePair> transformed(const Similarity& S, std::vector<PosePair> pairs);

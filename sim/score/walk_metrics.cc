@@ -71,7 +71,7 @@ MetricDefinition plan_drift(const std::string& name, const std::string& unit, co
     return drift(pairs.back().X_true, pairs.back().X_estimate, c.run.plan_waist.front().X)[part] / per_unit;
   };
   const std::string text = "True minus planned waist " + definition;
-  return {"plan_drift_" + name, unit, text, Needs::walk, compute, largest_magnitude, kHeadline, kAtEnd};
+  return {"plan_drift_" + name, unit, text, Needs::walk, compute, largest_magnitude, kHeadline, Note::at_end};
 }
 
 // 1 also if the plan ends before another frame.
@@ -218,7 +218,7 @@ MetricDefinitions walk_metrics() {
        of_path([](C c, const DesiredPath& path) -> Value {
          return ground_distance(c.run.truth_waist.back().X, path.end);
        }),
-       largest, kHeadline, kAtEnd},
+       largest, kHeadline, Note::at_end},
       {"navigation_end_yaw_error_deg", "deg",
        "Angle between the true heading of the waist at the last frame and that at the end of the "
        "commanded path.",
@@ -226,7 +226,7 @@ MetricDefinitions walk_metrics() {
          const Eigen::Matrix3d turn = path.end.linear().transpose() * c.run.truth_waist.back().X.linear();
          return std::abs(yaw(turn)) / kDegree;
        }),
-       largest, kHeadline, kAtEnd},
+       largest, kHeadline, Note::at_end},
       {"navigation_first_lap_end_error_m", "m", distance + "from the commanded path when the first lap ends.",
        Needs::walk, of_path([](C c, const DesiredPath& path) { return lap_end(c, path, true); })},
       {"navigation_last_lap_end_error_m", "m", distance + "from the commanded path when the last lap ends.",

@@ -247,19 +247,20 @@ OrAbsent<Similarity> align_first(const std::vector<PosePair>& pairs, Alignment a
   return score::align({pairs.begin(), pairs.begin() + static_cast<std::ptrdiff_t>(count)}, alignment);
 }
 
-// The errors of poses that are aligned already.
-ordered_json aligned_row(const std::vector<PosePair>& pairs, Alignment alignment, Relation relation) {
-  std::vector<double> errors;
-  for (const PosePair& pair : pairs)
-    errors.push_back(of_difference(pair.X_true.inverse() * pair.X_estimate, relation));
-  return row("APE " + name_of(alignment), unit(relation), errors);
-}
+bool has_scale(Alignment alignment) { return alignment == Alignment::sim3 || alignment == Alignment::scale; }
 
 ordered_json pose_row(const std::vector<PosePair>& pairs, Alignment alignment, const Options& options) {
+  const std::string name = "APE " + name_of(alignment);
   const auto found = align_first(pairs, alignment, options);
   if (const auto* const absent = std::get_if<Absent>(&found))
-    return row("APE " + name_of(alignment), unit(options.relation), {}, absent->reason);
-  return aligned_row(transformed(std::get<Similarity>(found), pairs), alignment, options.relation);
+    return row(name, unit(options.relation), {}, absent->reason);
+  const auto& S = std::get<Similarity>(found);
+  std::vector<double> errors;
+  for (const PosePair& pair : transformed(S, pairs))
+    errors.push_back(of_difference(pair.X_true.inverse() * pair.X_estimate, options.relation));
+  ordered_json scored = row(name, unit(options.relation), errors);
+  if (has_scale(alignment)) scored["scale"] = S.scale;
+  return scored;
 }
 
 ordered_json motion_row(const std::vector<PosePair>& pairs, const Spans& which, Relation relation) {
@@ -280,6 +281,12 @@ ordered_json motion_row(const std::vector<PosePair>& pairs, const Spans& which, 
   return row(name, unit(relation), errors, "the path has no such spans");
 }
 
+std::optional<std::string> doubt_of_sim3(const std::vector<PosePair>& pairs, const Options& options) {
+  const auto found = align_first(pairs, Alignment::sim3, options);
+  const auto* const S = std::get_if<Similarity>(&found);
+  return S ? score::doubt_of_scale(*S, pairs) : std::nullopt;
+}
+
 // Adds the NEES without alignment, of the matched estimates that have a covariance.
 void add_nees(ordered_json& rows, const std::vector<PosePair>& pairs, const files::TrajectoryFile& estimate,
               score::Stamp offset) {
@@ -293,8 +300,11 @@ void add_nees(ordered_json& rows, const std::vector<PosePair>& pairs, const file
     orientation.push_back(nees->orientation);
   }
   if (position.empty()) return;
-  rows.push_back(row("NEES none, position", "1", position));
-  rows.push_back(row("NEES none, orientation", "1", orientation));
+  for (const auto& [name, squares] :
+       {std::pair("NEES none, position", &position), {"NEES none, orientation", &orientation}}) {
+    rows.push_back(row(name, "1", *squares));
+    rows.back()["expected_mean"] = 3;
+  }
 }
 
 // The rows of a report without options: every alignment, and relative errors over the usual spans.
@@ -356,7 +366,7 @@ ordered_json score_files(const fs::path& truth, const fs::path& estimate, const 
     if (score::spans(pairs, *options.relative).empty())
       throw std::invalid_argument(rows[0]["error"].get<std::string>() + ": the path has no such spans");
   } else {
-    rows.push_back(aligned_row(pairs, alignment, relation));
+    rows.push_back(pose_row(given, alignment, options));
     if (!options.alignment) add_overview(rows, given, options);
   }
   if (a.read.has_orientation && b.read.has_orientation)
@@ -373,6 +383,10 @@ ordered_json score_files(const fs::path& truth, const fs::path& estimate, const 
                           : fmt::format("nearest stamp within {} s", options.pairing.most_apart_s);
   report["path_length_m"] = walked_m;
   report["alignment"] = name_of(alignment), report["scale"] = similarity.scale;
+  report["warnings"] = ordered_json::array();
+  if (has_scale(alignment) || !options.alignment)
+    if (const auto doubt = doubt_of_sim3(given, options)) report["warnings"].push_back("sim3: " + *doubt);
+  for (ordered_json& one : rows) one["time_fraction"] = report["time_fraction"];
   report["errors"] = rows;
   return report;
 }
@@ -389,17 +403,27 @@ std::string table(const ordered_json& r) {
       text_of("pairing"), std::min(number(r["poses_matched"]), number(r["true_poses"])),
       number(r["true_poses"]), 100 * number(r["time_fraction"]), number(r["path_length_m"]),
       text_of("alignment"));
-  text += scale == 1 ? "\n\n" : fmt::format(", scale {:.6f}\n\n", scale);
-  text += fmt::format("{:<33} {:>5} {:>9} {:>9} {:>9} {:>9}\n", "error", "n", "rmse", "median", "p95", "max");
+  text += scale == 1 ? "\n" : fmt::format(", scale {:.4g}\n", scale);
+  for (const ordered_json& warning : r["warnings"]) text += "warning   " + warning.get<std::string>() + "\n";
+  text += fmt::format("\n{:<33} {:>5} {:>7} {:>9} {:>9} {:>9} {:>9} {:>9}\n", "error", "n", "covered", "rmse",
+                      "mean", "median", "p95", "max");
+  bool nees = false;
   for (const ordered_json& row : r["errors"]) {
-    text += fmt::format(
-        "{:<33} ", fmt::format("{} [{}]", row["error"].get<std::string>(), row["unit"].get<std::string>()));
-    text += row.contains("reason") ? row["reason"].get<std::string>() + "\n"
-                                   : fmt::format("{:>5} {:>9.5g} {:>9.5g} {:>9.5g} {:>9.5g}\n",
-                                                 number(row["n"]), number(row["rmse"]), number(row["median"]),
-                                                 number(row["p95"]), number(row["max"]));
+    const std::string name = row["error"], scaled = row.contains("scale")
+                                                        ? fmt::format(", scale {:.4g}", number(row["scale"]))
+                                                        : "";
+    text += fmt::format("{:<33} ", fmt::format("{}{} [{}]", name, scaled, row["unit"].get<std::string>()));
+    if (row.contains("reason")) {
+      text += row["reason"].get<std::string>() + "\n";
+      continue;
+    }
+    nees |= row.contains("expected_mean");
+    text += fmt::format("{:>5} {:>5.1f} % {:>9} {:>9.5g} {:>9.5g} {:>9.5g} {:>9.5g}\n", number(row["n"]),
+                        100 * number(row["time_fraction"]),
+                        row.contains("expected_mean") ? "-" : fmt::format("{:.5g}", number(row["rmse"])),
+                        number(row["mean"]), number(row["median"]), number(row["p95"]), number(row["max"]));
   }
-  return text;
+  return text + (nees ? "A mean NEES of 3 is expected.\n" : "");
 }
 
 }  // namespace sim::trajectory_score

@@ -276,6 +276,10 @@ FILES = {  # each as if its path were x = t, y = sin t
     "straight.tum": curve(lambda i, t, y: tum_line(t, t, 0)),
     "two.tum": curve(lambda i, t, y: tum_line(t, t, 0) if i < 60 or i >= 240 else ""),
     "first.tum": curve(lambda i, t, y: tum_line(t, t, 0) if i < 60 else ""),
+    "stands.tum": curve(lambda i, t, y: tum_line(t, 1e-4 * y, 1e-4 * math.cos(i))),
+    "noisy.tum": curve(lambda i, t, y: tum_line(t, 0.1 * math.sin(i * i), 0.1 * math.cos(7 * i))),
+    "named.csv": "t,tx,ty,tz,qx,qy,qz,qw," + ",".join(f"P{b}{e}" for b in "tr" for e in (11, 12, 13, 22, 23, 33)) + "\n"
+    + curve(lambda i, t, y: f"{t:.9f},{t},{y + 0.2 * (i % 2)},1,0,0,0,1,.01,0,0,.01,0,.01,1,0,0,1,0,1\n"),
     "sure.tum": curve(lambda i, t, y: f"{t:.9f} {2 * t} 0 1 0 0 0 1 1 0 0 1 0 1 1e-307 0 0 1e-307 0 1e-307\n"),
 }
 REFUSED = [
@@ -309,11 +313,15 @@ ACCEPTED = [
     ("truth.tum late.tum --t-offset -1000000000", ""),
     ("truth.tum still.tum -r angle_deg", ""),  # a camera may turn on the spot
     ("truth.tum short.tum", ""),
+    ("truth.tum named.csv", "NEES none, position [1]             300 100.0 %         -         2         2"),
+    ("stands.tum noisy.tum", "warning   sim3: the scale "),
+    ("stands.tum noisy.tum --align sim3", "warning   sim3: the scale "),
     ("gap.tum truth.tum --align none --interpolate",
      "matched   199 of 300 poses (truth interpolated at the estimate's stamps, across at most 0.1 s)"),
     ("gap.tum truth.tum --align none --interpolate --max-gap 5", "matched   300 of 300 poses"),
     ("straight.tum two.tum", "covered   120 of 300 true poses, 40.0 % of the time; 9.967 m walked"),
     ("straight.tum first.tum", "covered   60 of 300 true poses, 20.0 % of the time; 1.967 m walked"),
+    ("straight.tum first.tum", "APE none [m]                         60  20.0 %"),
 ]
 
 

@@ -4,6 +4,7 @@
 #include <boost/algorithm/string/replace.hpp>
 #include <chrono>
 #include <map>
+#include <variant>
 
 #include "sim/estimators/child_program.h"
 #include "sim/export/export.h"
@@ -50,14 +51,21 @@ replay::PosedBody body_of(const EvaluateRequest& request) {
   return name == "imu" ? replay::PosedBody::imu : replay::PosedBody::camera;
 }
 
-score::Alignment alignment_of(const EvaluateRequest& request) {
-  const bool has_scale = request.format == "euroc" || request.format == "openvins";
-  return alignment_named(request.align.value_or(has_scale ? "yaw" : "sim3"));
+/// Unless requested: by what the sensors of the export determine.
+score::Alignment alignment_of(const EvaluateRequest& request, const scenario::Scenario& recorded) {
+  if (request.align) return alignment_named(*request.align);
+  if (request.format == "euroc" || request.format == "openvins") return score::Alignment::yaw_position;
+  const bool has_scale = std::ranges::any_of(recorded.rig, [&](const rig::Item& sensor) {
+    return std::holds_alternative<rig::DepthCamera>(sensor) ||
+           (request.format == "orbslam3" && std::holds_alternative<rig::GrayEye>(sensor));
+  });
+  return has_scale ? score::Alignment::se3 : score::Alignment::sim3;
 }
 
 /// Runs the command on the export to its end.
-replay::ExternalRun run_command(const EvaluateRequest& request, const TemporaryFolder& scratch) {
-  replay::ExternalRun run{scratch / "trajectory.txt", body_of(request), alignment_of(request)};
+replay::ExternalRun run_command(const EvaluateRequest& request, const scenario::Scenario& recorded,
+                                const TemporaryFolder& scratch) {
+  replay::ExternalRun run{scratch / "trajectory.txt", body_of(request), alignment_of(request, recorded)};
   std::string command = request.command;
   boost::replace_all(command, "{folder}", files::shell_word((scratch / "export").string()));
   boost::replace_all(command, "{trajectory}", files::shell_word(run.trajectory.string()));
@@ -103,7 +111,7 @@ int evaluate_one(const ResultJob& job, const fs::path& result_folder, const Eval
     exports::export_run({folder, s.name, s.seed, s.errors, false, request.undistort}, request.format,
                         scratch / "export", files::Existing::reject);
     const result::Timing timing;
-    const replay::ExternalRun run = run_command(request, scratch);
+    const replay::ExternalRun run = run_command(request, s, scratch);
     const replay::WalkEnd walk = replay::read_walk_end(folder);
     outcome = replay::score_external(job.read, folder / "recording", walk, run,
                                      result_place(result_folder, walk.models_hash), timing);
@@ -175,7 +183,8 @@ int evaluate(EvaluateRequest& request) {
   require_usable(request.backend, request.out.value_or(""));
   separate_limits(request);
   require_one_of({"euroc", "openvins", "orbslam3", "tum"}, request.format, "--format");
-  body_of(request), alignment_of(request);
+  body_of(request);
+  if (request.align) alignment_named(*request.align);
   if (request.command.find("{trajectory}") == std::string::npos)
     throw UsageError("--command: expected {trajectory} in it, the file that it is to write");
   const std::vector<ResultJob> jobs = read_jobs(request);
@@ -204,8 +213,11 @@ void add_evaluate(CLI::App& app, int& exit_code) {
   command.add_option("--name", request.name, "name of the program in results (default: that of its file)");
   command.add_option("--pose", request.pose,
                      "what its poses are of: imu (default of euroc and openvins) or camera");
-  command.add_option("--align", request.align,
-                     "none, origin, yaw (default of euroc and openvins), se3, sim3 or scale");
+  command.add_option(
+      "--align", request.align,
+      "none, origin, yaw (default of euroc and openvins), se3 (default of tum with depth and of "
+      "orbslam3 with depth or a second camera), sim3 (else their default, as one camera has no "
+      "scale) or scale");
   command.add_option("--within", request.within_s, "time limit of the command, in s")
       ->check(CLI::Range(0.001, 1e9))
       ->capture_default_str();

@@ -1,10 +1,10 @@
 #include "sim/files/trajectory_file.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "sim/files/columns.h"
 #include "tests/sim/files/temporary_folder.h"
-#include "tests/sim/recording/random_readings.h"
 
 namespace sim::files {
 namespace {
@@ -78,6 +78,137 @@ TEST_F(TrajectoryFileTest, EachPoseMayBeWithoutTheCovarianceThatOthersHave) {
     EXPECT_EQ((*file.rows[which].covariance)(5, 3), 9);
     EXPECT_FALSE(file.rows[1 - which].covariance);
   }
+}
+
+constexpr const char* kPose = "timestamp tx ty tz qx qy qz qw";
+
+// Elements of the orientation's block are 10 row + column from 11, those of the position's from 44.
+TEST_F(TrajectoryFileTest, CovarianceColumnsAreReadByTheirNames) {
+  std::string ros, ros_values, pairs, pairs_values;
+  for (int row = 0; row < 6; ++row)
+    for (int column = 0; column < 6; ++column) {
+      const auto of = [](int i) { return (i + 3) % 6 + 1; };  // position first
+      const int value =
+          row / 3 != column / 3 ? 0 : 10 * of(std::min(row, column)) + of(std::max(row, column));
+      static constexpr std::array kAxes{"x", "y", "z", "roll", "pitch", "yaw"};
+      ros += fmt::format(" pose.covariance[{}]", 6 * row + column);
+      ros_values += fmt::format(" {}", value);
+      if (column > row || row / 3 != column / 3) continue;
+      pairs += fmt::format(" cov_{}_{}", kAxes[static_cast<std::size_t>(row)],
+                           kAxes[static_cast<std::size_t>(column)]);
+      pairs_values += fmt::format(" {}", value);
+    }
+  for (const auto& [names, values] : std::vector<std::pair<std::string, std::string>>{
+           {" Pt11 Pt12 Pt13 Pt22 Pt23 Pt33 Pr11 Pr12 Pr13 Pr22 Pr23 Pr33",
+            " 44 45 46 55 56 66 11 12 13 22 23 33"},
+           {" Pr11 Pr21 Pr22 Pr31 Pr32 Pr33 Pt11 Pt21 Pt22 Pt31 Pt32 Pt33",
+            " 11 12 22 13 23 33 44 45 55 46 56 66"},
+           {" Pr33 Pr23 Pr22 Pr13 Pr12 Pr11 Pt11 Pt12 Pt13 Pt22 Pt23 Pt33",
+            " 33 23 22 13 12 11 44 45 46 55 56 66"},
+           {" cov_tx_tx cov_tx_ty cov_tx_tz cov_ty_ty cov_ty_tz cov_tz_tz cov_rx_rx cov_rx_ry cov_rx_rz "
+            "cov_ry_ry "
+            "cov_ry_rz cov_rz_rz",
+            " 44 45 46 55 56 66 11 12 13 22 23 33"},
+           {" position_covariance_0 position_covariance_1 position_covariance_2 position_covariance_4 "
+            "position_covariance_5 position_covariance_8 rot_cov_xx rot_cov_xy rot_cov_xz rot_cov_yy "
+            "rot_cov_yz rot_cov_zz",
+            " 44 45 46 55 56 66 11 12 13 22 23 33"},
+           {" Pt11[mm^2] Pt12[mm^2] Pt13[mm^2] Pt22[m^2] Pt23[m^2] Pt33[m^2] Pr11 Pr12 Pr13 Pr22 Pr23 Pr33",
+            " 44e6 45e6 46e6 55 56 66 11 12 13 22 23 33"},
+           {pairs, pairs_values},
+           {ros, ros_values}})
+    for (const char separator : {' ', ',', ';'}) {
+      std::string text = kPose + names + "\n1 0 0 0 0 0 0 1" + values + "\n";
+      std::ranges::replace(text, ' ', separator);
+      const TrajectoryFile file = read(text);
+      Matrix6d P = Matrix6d::Zero();
+      for (int row = 0; row < 6; ++row)
+        for (int column = 0; column < 6; ++column)
+          if (row / 3 == column / 3) P(row, column) = 10 * std::min(row, column) + std::max(row, column) + 11;
+      ASSERT_TRUE(file.rows[0].covariance) << text;
+      EXPECT_LT((*file.rows[0].covariance - P).norm(), 1e-9) << text << *file.rows[0].covariance;
+    }
+}
+
+TEST_F(TrajectoryFileTest, RotationsAboutFixedAxesAreTurnedIntoTheBody) {
+  std::string names = "t,x,y,z,qx,qy,qz,qw", values = "1,0,0,0,0,0,0.7071067811865476,0.7071067811865476";
+  for (int k = 0; k < 36; ++k) {
+    names += fmt::format(",covariance_{}", k);
+    values += fmt::format(",{}", k % 7 == 0 ? k + 1 : 0);
+  }
+  const Matrix6d P = read(names + "\n" + values + "\n").rows[0].covariance.value();
+  const Eigen::Vector<double, 6> expected(29, 22, 36, 1, 8, 15);  // a quarter turn to the left swaps x and y
+  EXPECT_TRUE(P.diagonal().isApprox(expected, 1e-12)) << P.diagonal();
+}
+
+TEST_F(TrajectoryFileTest, ACovarianceThatIsNotNamedAsAWholeIsRejected) {
+  const std::string rotation = " Pr11 Pr12 Pr13 Pr22 Pr23 Pr33";
+  for (const auto& [names, why] : std::vector<std::pair<std::string, std::string>>{
+           {" Pt11 Pt12 Pt13 Pt22 Pt23 Pt99", ":1: column 14, \"Pt99\": unknown name"},
+           {" c1 c2 c3 c4 c5 c6", ":1: column 9, \"c1\": unknown name"},
+           {" P11 P12 P13 P22 P23 P33", ":1: column 9, \"P11\": unknown name"},
+           {" Pt11 Pt12 Pt13 Pt22 Pt23 Pt23", ":1: column 14, \"Pt23\": is repeated"},
+           {" Pt11 Pt12 Pt13 Pt22 Pt23 Pt32", ":1: the covariance is incomplete: no column is Pt33"},
+           {" Pt11 Pt12 Pt13 Pt22 Pt23 Pt33[h]", ":1: column 14, \"Pt33[h]\": unknown unit"}})
+    expect_rejected(kPose + names + rotation + "\n1 0 0 0 0 0 0 1 1 2 3 4 5 6 1 2 3 4 5 6\n", why);
+  expect_rejected("t,x,y,z,qx,qy,qz,qw,cov_xx\n1,0,0,0,0,0,0,1,1\n", ":1: the covariance is incomplete");
+  const std::string other = "t,tx,ty,tz,qx,qy,qz,qw,twist.covariance0,vx,Pr\n1,0,0,0,0,0,0,1,2,3,4\n";
+  EXPECT_FALSE(read(other).rows[0].covariance) << "not of the pose";
+  std::string unnamed = "1 0 0 0 1 0 0 0 1 2 3 4 5 6 1 2 3 4 5 6\n";
+  std::ranges::replace(unnamed, ' ', ',');
+  EXPECT_THAT(read(unnamed).warning.value_or(""), HasSubstr("a covariance in them is not read"));
+}
+
+std::string utf16(const std::string& text, bool little, bool mark) {
+  std::string wide = mark ? (little ? "\xff\xfe" : "\xfe\xff") : "";
+  for (const char c : text) wide += little ? std::string{c, '\0'} : std::string{'\0', c};
+  return wide;
+}
+
+// As tables and shells of Windows, PlotJuggler and programs without orientations write.
+TEST_F(TrajectoryFileTest, OtherEncodingsAndNotationsOfNumbersAreRead) {
+  const std::string plain = "1.5 0.25 1 2 0 0 0.6 0.8\n1.6 0.5 1 2 0 0 0 1\n",
+                    comma = "1,5 0,25 1 2 0 0 0,6 0,8\n1,6 0,5 1 2 0 0 0 1\n";
+  const auto with = [](std::string text, char separator) {
+    std::ranges::replace(text, ' ', separator);
+    return text;
+  };
+  std::string carriage = plain;
+  std::ranges::replace(carriage, '\n', '\r');
+  for (const std::string& text :
+       {plain, utf16(plain, true, true), utf16(plain, true, false), utf16(plain, false, true),
+        utf16(plain, false, false), carriage, comma, with(comma, ';'), with(comma, '\t'), with(plain, ';'),
+        "t;x;y;z;qx;qy;qz;qw\r\n" + with(comma, ';'),
+        std::string(
+            "t,x,y,z,qx,qy,qz,qw\n\"1,5\",\"0,25\",1,2,0,0,\"0,6\",\"0,8\"\n1.6,\"0,5\",1,2,0,0,0,1\n"),
+        "__time,/odom/pose/pose/position/x,/odom/pose/pose/position/y,/odom/pose/pose/position/z,"
+        "/odom/pose/pose/orientation/x,/odom/pose/pose/orientation/y,/odom/pose/pose/orientation/z,"
+        "/odom/pose/pose/orientation/w\n" +
+            with(plain, ',')}) {
+    const TrajectoryFile file = read(text);
+    ASSERT_EQ(file.rows.size(), 2u) << text;
+    EXPECT_EQ(file.rows[0].t, std::chrono::milliseconds(1500)) << text;
+    EXPECT_EQ(file.rows[0].X.translation(), Eigen::Vector3d(0.25, 1, 2)) << text;
+    EXPECT_NEAR(Eigen::Quaterniond(file.rows[0].X.linear()).z(), 0.6, 1e-12) << text;
+  }
+  for (const char* text : {"1 0 0 0 0 0 0 0\n2 1 2 3 0 0 0 0\n", "1,0,0,0,nan,nan,nan,nan\n2,1,2,3,,,,\n"}) {
+    EXPECT_FALSE(read(text).has_orientation) << text;
+    EXPECT_EQ(read(text).rows[1].X.translation(), Eigen::Vector3d(1, 2, 3)) << text;
+  }
+  const TrajectoryFile lost = read("1 1 2 3 0 0 0 1\n2 nan nan nan nan nan nan nan\n3 1 2 3 0 0 0 1\n");
+  EXPECT_EQ(lost.rows.size(), 2u);
+  EXPECT_EQ(lost.warning, "1 line without a position left out");
+  for (const auto& [start, name] : {std::pair(std::string("\x1f\x8b\x08\0", 4), "compressed (gzip)"),
+                                    {"\x28\xb5\x2f\xfd", "compressed (zstd)"},
+                                    {"\xfd"
+                                     "7zXZ",
+                                     "compressed (xz)"},
+                                    {"BZh9", "compressed (bzip2)"},
+                                    {"PK\3\4", "compressed (zip)"},
+                                    {"#ROSBAG V2.0", "a ROS bag"},
+                                    {std::string("1\0\0\0 \0\0\0", 8), "UTF-32 or binary"},
+                                    {std::string("1 2 3 4\0", 8), "binary"}})
+    expect_rejected(start, std::string(": is ") + name);
 }
 
 TEST_F(TrajectoryFileTest, EurocHasTheQuaternionsRealPartFirst) {
@@ -207,7 +338,10 @@ TEST_F(TrajectoryFileTest, ErrorsNamePlaceAndReason) {
            {"0 0 0 0 0 0 0 1\n1 1 1e308 1 0 0 0 1\n", ":2:5: a position of more than 1e9 m"},
            {"0,1,2,3,1,0,0,0\n1,-1e200,2,3,1,0,0,0\n", ":2:3: a position of more than 1e9 m"},
            {"1 0 0 0 0 1 0 0 0 0 1 1e12\n", ":1:23: a position of more than 1e9 m"},
-           {"0 0 0 0 0 0 0 0\n", ":1:9: the quaternion is not of length 1"}})
+           {"0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 0\n", ":2:9: the quaternion is not of length 1"},
+           {"1 nan nan nan 0 0 0 1\n", ": has no pose in it: each position is missing or NaN"},
+           {"1,5,0,25,1,25,2,5,0,5,0,5,0,5,0,5\n1,6,0,25,1,25,2,5,0,5,0,5,0,5,0,5\n",
+            ": has commas and no decimal point: if the commas are decimal, other characters must separate"}})
     expect_rejected(text, why);
   EXPECT_THROW(read_trajectory(folder_ / "none.txt"), FileError);
 }
@@ -224,11 +358,12 @@ TEST(Tum, ARowIsAsTheFormatWantsIt) {
 
 TEST(Tum, RowsComeBackWithTheirStampsExactAndTheirPosesToRounding) {
   const TemporaryFolder folder;
-  sensor_errors::Random random(1, "test");
   std::vector<TimedPose> poses;
   std::string text = "# a comment\n\n";
   for (int i = 0; i < 50; ++i) {
-    poses.push_back({nanoseconds(1'403'636'579'763'555'584 + 33'333'333 * i), tests::random_pose(random)});
+    Eigen::Isometry3d X(Eigen::AngleAxisd(0.1 * i, Eigen::Vector3d(0.1, 0.2, 1).normalized()));
+    X.translation() = Eigen::Vector3d(std::cos(i), 1e-9 * i, i / 3.0);
+    poses.push_back({nanoseconds(1'403'636'579'763'555'584 + 33'333'333 * i), X});
     text += tum_row(poses.back().t, poses.back().X);
   }
   write_text(folder / "a.tum", text);

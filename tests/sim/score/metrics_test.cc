@@ -161,6 +161,36 @@ TEST_F(Evaluate, NeesIsOfThePosesWithACovariance) {
   }
 }
 
+TEST_F(Evaluate, NeesOfAFittedEstimateIsAfterAlignmentByTheFirstPose) {
+  Eigen::Isometry3d X = upright(1, 2, 3, 0.5);
+  Matrix6d P = Matrix6d::Identity();
+  P.diagonal().tail<3>() << 4, 1, 1;
+  for (files::TumRow& pose : *run.estimate) {
+    const double error = pose.t == run.truth_camera[21].t ? 0 : 2;  // along x of W, where P says 4
+    pose.X.translation().x() -= error;
+    pose.X = X * pose.X;
+    Matrix6d J = Matrix6d::Identity();
+    J.bottomRightCorner<3, 3>() = X.linear();
+    pose.covariance = J * P * J.transpose();
+  }
+  EXPECT_GT(value("nees_position_mean"), 3);
+  run.fitted = true;
+  EXPECT_NEAR(value("nees_position_mean"), 399 / 400.0, 1e-9);
+  EXPECT_NEAR(value("nees_orientation_mean"), 0, 1e-9);
+}
+
+TEST_F(Evaluate, AnErrorOfPartOfThePosesSaysSoAndThatOfSim3ItsScale) {
+  EXPECT_EQ(metric("ate_se3_rmse_m").note, std::nullopt);
+  EXPECT_EQ(metric("ate_sim3_rmse_m").note, "scale 1");
+  for (files::TumRow& pose : *run.estimate) pose.X.translation() /= 8;
+  run.estimate->resize(221);
+  EXPECT_EQ(metric("ate_se3_rmse_m").note, "200 of 400 true poses");
+  EXPECT_THAT(metric("ate_sim3_rmse_m").note.value(), HasSubstr("200 of 400 true poses, scale 8; warning: "));
+  for (files::TumRow& pose : *run.estimate) pose.X.translation() *= 8;
+  run.scaled_by = 8;
+  EXPECT_THAT(metric("ate_sim3_rmse_m").note.value(), HasSubstr("scale 8; warning: ")) << "scaled before";
+}
+
 TEST_F(Evaluate, InnovationsCountFromTheFirstMotionOnAndWhitenessIsTheirCorrelation) {
   for (int i = 0; i <= 420; ++i)
     run.innovations[1].push_back({milliseconds(100 * i), i <= 20 ? 1000.0 : i % 2 == 0 ? 2.0 : 4.0, 3});
@@ -200,7 +230,7 @@ TEST_F(Evaluate, AnErrorAtAnEndBeforeThatOfTheWalkSaysWhenThatWas) {
   EXPECT_EQ(metric("end_position_error_m").note, std::nullopt);
   run.estimate->resize(106);
   EXPECT_EQ(metric("end_position_error_m").note, "at 10.5 s, 25 % of 42.0 s");
-  for (const char* name : {"rmse_m", "plan_drift_x_m"}) EXPECT_EQ(metric(name).note, std::nullopt);
+  for (const char* name : {"plan_rmse_m", "plan_drift_x_m"}) EXPECT_EQ(metric(name).note, std::nullopt);
   EXPECT_EQ(value("poses_matched"), 85);
   EXPECT_EQ(value("true_poses"), 400);
   run.plan_end = milliseconds(525000);
