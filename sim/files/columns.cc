@@ -90,38 +90,47 @@ std::optional<Quantity> quantity_of(const std::vector<std::string>& words) {
   return found;
 }
 
-// The next of several beginnings that the text has, which is removed; its index, or nothing.
-std::optional<int> take(std::string_view& text, std::initializer_list<std::string_view> beginnings) {
-  for (const std::string_view& beginning : beginnings)
-    if (text.starts_with(beginning)) {
-      text.remove_prefix(beginning.size());
-      return static_cast<int>(&beginning - beginnings.begin());
-    }
-  return std::nullopt;
-}
+struct CovarianceName {
+  int row, column;  // in the order orientation, position
+  bool fixed_axes = false;
+};
+const std::map<std::string, int> kBlocks{{"orientation", 0}, {"rotation", 0}, {"rot", 0},
+                                         {"position", 3},    {"pos", 3},      {"translation", 3}};
 
-// The first and the last index of a covariance's element that a name states, in the order orientation,
-// position. of: the block that an earlier word states (0 or 3), if any.
-std::optional<std::pair<int, int>> axes_of(std::string_view name, std::optional<int> of, bool& fixed_axes) {
-  std::array<int, 2> index{};
-  for (int& i : index) {
-    const auto turn = take(name, {"roll", "pitch", "yaw"});
-    const auto block = turn ? std::optional(0) : take(name, {"r", "p", "t"});
-    const auto axis = turn ? turn : take(name, {"x", "y", "z"});
-    if (!axis) return std::nullopt;
-    fixed_axes |= turn.has_value();
-    i = *axis + (block ? (*block > 0 ? 3 : 0) : of.value_or(3));
-  }
-  return name.empty() ? std::optional(std::pair(index[0], index[1])) : std::nullopt;
-}
-
-// Pr11, Ptr23: block or blocks, row, column.
-std::optional<std::pair<int, int>> block_element(std::string_view name) {
-  const auto first = take(name, {"pr", "pt"}), second = first ? take(name, {"r", "t"}) : std::nullopt;
-  if (!first || name.size() != 2) return std::nullopt;
-  const int row = name[0] - '1', column = name[1] - '1';
-  if (std::min(row, column) < 0 || std::max(row, column) > 2) return std::nullopt;
-  return std::pair(3 * *first + row, 3 * second.value_or(*first) + column);
+// The elements of a covariance: pr11, ptr12, covxy, covrollyaw, and by index cov7, positioncov3 as in ROS.
+const std::map<std::string, CovarianceName>& covariance_names() {
+  static const auto names = [] {
+    static constexpr std::array<std::array<const char*, 3>, 6> kAxes{{{"rx", "rx", "roll"},
+                                                                      {"ry", "ry", "pitch"},
+                                                                      {"rz", "rz", "yaw"},
+                                                                      {"x", "tx", "px"},
+                                                                      {"y", "ty", "py"},
+                                                                      {"z", "tz", "pz"}}};
+    std::map<std::string, CovarianceName> all;
+    for (int row = 0; row < 6; ++row)
+      for (int column = 0; column < 6; ++column) {
+        const auto name = [&](const std::string& text, bool fixed_axes = false) {
+          all[text] = {row, column, fixed_axes};
+        };
+        const int i = row % 3, j = column % 3;
+        const std::string of = row < 3 ? "r" : "t", to = column < 3 ? "r" : "t";
+        name(fmt::format("p{}{}{}{}", of, to, i + 1, j + 1));
+        if (of == to) name(fmt::format("p{}{}{}", of, i + 1, j + 1));
+        for (std::size_t a = 0; a < 3; ++a)
+          for (std::size_t b = 0; b < 3; ++b)
+            name(std::string("cov") + kAxes[static_cast<std::size_t>(row)][a] +
+                     kAxes[static_cast<std::size_t>(column)][b],
+                 (row < 3 && a == 2) || (column < 3 && b == 2));
+        name(fmt::format("cov{}", 6 * ((row + 3) % 6) + (column + 3) % 6), true);
+        for (const auto& [block, first] : kBlocks)
+          if (first == row / 3 * 3 && of == to) {
+            name(fmt::format("{}cov{}", block, 3 * i + j));
+            name(fmt::format("{}cov{}{}", block, "xyz"[i], "xyz"[j]));
+          }
+      }
+    return all;
+  }();
+  return names;
 }
 
 const std::map<std::string, double> kCovarianceUnits{{"m2", 1},
@@ -217,35 +226,29 @@ std::string not_rising(std::chrono::nanoseconds before, std::chrono::nanoseconds
   return why;
 }
 
-bool Header::read_covariance(std::vector<std::string> words, Title& title) {
+bool Header::read_covariance(const std::vector<std::string>& words, Title& title) {
   std::string name = joined(words);
   const auto names = [&](const char* word) { return name.find(word) != name.npos; };
-  title.element = block_element(name);
   const bool indexed = name.size() == 3 && name[0] == 'p' && parse_number<int>(name.substr(1));  // P12
-  if (!title.element && !indexed && !names("cov")) return false;
+  if (!covariance_names().contains(name) && !indexed && !names("cov")) return false;
   title.quantity = Quantity::other;
   title.of_covariance = std::ranges::none_of(std::array{"twist", "vel", "acc", "gyro", "bias"}, names);
-  if (title.element || !names("cov")) return true;
-  std::optional<int> of;  // the block
-  static const std::map<std::string, int> kBlocks{{"orientation", 0}, {"rotation", 0}, {"attitude", 0},
-                                                  {"ori", 0},         {"rot", 0},      {"position", 3},
-                                                  {"translation", 3}, {"pos", 3},      {"trans", 3}};
-  std::erase_if(words, [&](const std::string& word) {
-    const auto block = kBlocks.find(word);
-    if (block != kBlocks.end()) of = block->second;
-    return block != kBlocks.end();
-  });
-  name = joined(words);
-  std::string_view rest = std::string_view(name).substr(name.find("cov"));
-  take(rest, {"covariance", "cov"});
-  const std::string digits = rest.empty() ? std::exchange(title.unit, "") : std::string(rest);
-  if (const auto k = parse_number<int>(digits)) {
-    const int size = of ? 3 : 6, first = of.value_or(3);  // ROS has the position first
-    if (*k >= 0 && *k < size * size) title.element = {(*k / size + first) % 6, (*k % size + first) % 6};
-    title.fixed_axes = !of;
-  } else {
-    title.element = axes_of(rest, of, title.fixed_axes);
+  if (names("cov")) {  // the block, if stated, then what follows "cov"
+    name.clear();
+    std::string after;
+    for (const std::string& word : words)
+      if (kBlocks.contains(word))
+        name = word;
+      else if (word.find("cov") != word.npos)
+        after = word.substr(word.find("cov"));
+      else if (!after.empty())
+        after += word;
+    if (after.starts_with("covariance")) after.erase(3, 7);
+    if (after == "cov") after += std::exchange(title.unit, "");
+    name += after;
   }
+  if (const auto found = covariance_names().find(name); found != covariance_names().end())
+    title.element = {found->second.row, found->second.column}, title.fixed_axes = found->second.fixed_axes;
   return true;
 }
 

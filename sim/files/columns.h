@@ -122,7 +122,7 @@ class Header {
   };
   static Title parse(std::string_view text);
   // Reads the name of a covariance's element; false if it is not one.
-  static bool read_covariance(std::vector<std::string> words, Title& title);
+  static bool read_covariance(const std::vector<std::string>& words, Title& title);
   bool fits(std::size_t field, Quantity quantity, char axis, bool named) const;
   double factor(std::size_t field, Quantity quantity) const;
   const TimeUnit* time_unit(std::size_t field) const;

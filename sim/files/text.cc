@@ -38,74 +38,33 @@ std::size_t bytes_of_first(std::string_view text) {
   return std::ranges::all_of(text.substr(1, n - 1), continues) ? n : 0;
 }
 
-struct Format {
-  std::string_view start;
-  const char* name;
-};
-constexpr Format kCompressed[] = {{"\x1f\x8b", "gzip"},
-                                  {"\x28\xb5\x2f\xfd", "zstd"},
-                                  {"\xfd"
-                                   "7zXZ",
-                                   "xz"},
-                                  {"BZh", "bzip2"},
-                                  {"PK\3\4", "zip"},
-                                  {"7z\xbc\xaf", "7z"},
-                                  {"\x04\x22\x4d\x18", "lz4"}};
-constexpr Format kBinary[] = {{"\x93NUMPY", "a NumPy array"},
-                              {"#ROSBAG", "a ROS bag"},
-                              {"\x89MCAP", "an MCAP file"},
-                              {"\x89HDF", "an HDF5 file"},
-                              {"SQLite format 3", "an SQLite database"}};
+constexpr std::pair<std::string_view, const char*> kFormats[] = {{"\x1f\x8b", "compressed (gzip)"},
+                                                                 {"\x28\xb5\x2f\xfd", "compressed (zstd)"},
+                                                                 {"\xfd"
+                                                                  "7zXZ",
+                                                                  "compressed (xz)"},
+                                                                 {"BZh", "compressed (bzip2)"},
+                                                                 {"PK\3\4", "compressed (zip)"},
+                                                                 {"7z\xbc\xaf", "compressed (7z)"},
+                                                                 {"\x04\x22\x4d\x18", "compressed (lz4)"},
+                                                                 {"\x93NUMPY", "a NumPy array"},
+                                                                 {"#ROSBAG", "a ROS bag"},
+                                                                 {"\x89MCAP", "an MCAP file"},
+                                                                 {"\x89HDF", "an HDF5 file"},
+                                                                 {"SQLite format 3", "an SQLite database"}};
 
-const char* format_of(std::string_view start, auto& formats) {
-  const auto found =
-      std::ranges::find_if(formats, [&](const Format& f) { return start.starts_with(f.start); });
-  return found == std::end(formats) ? nullptr : found->name;
-}
-
-// UTF-16 by its byte order mark, or by ASCII characters at the start. Throws if the text is not text.
 enum class Encoding { utf8, utf16_little, utf16_big };
+// By the zeros beside ASCII characters. Throws FileError if the file is not text.
 Encoding encoding_of(const fs::path& file, std::string_view start) {
-  if (const char* const name = format_of(start, kCompressed))
-    throw FileError(file, fmt::format("is compressed ({}), expected text: decompress it first", name));
-  if (const char* const name = format_of(start, kBinary))
-    throw FileError(file, fmt::format("is {}, expected text", name));
-  constexpr std::size_t kLook = 64;
-  start = start.substr(0, kLook);
+  for (const auto& [magic, name] : kFormats)
+    if (start.starts_with(magic)) throw FileError(file, fmt::format("is {}, expected plain text", name));
+  start = start.substr(0, 64);
   std::array<std::size_t, 2> zeros{};
   for (std::size_t i = 0; i < start.size(); ++i) zeros[i % 2] += start[i] == '\0';
-  const std::size_t most = start.size() / 2;
-  const bool wide = zeros[0] + zeros[1] > most + most / 8;  // UTF-32 has three zeros of four bytes
-  if (!wide && (start.starts_with("\xff\xfe") || (zeros[0] == 0 && zeros[1] > most / 2)))
-    return Encoding::utf16_little;
-  if (!wide && (start.starts_with("\xfe\xff") || (zeros[1] == 0 && zeros[0] > most / 2)))
-    return Encoding::utf16_big;
-  if (wide || zeros[0] + zeros[1] > 0)
-    throw FileError(file, wide ? "is UTF-32 or binary, expected text in UTF-8" : "is binary, expected text");
-  return Encoding::utf8;
-}
-
-void append_utf8(std::string& text, std::uint32_t code) {
-  const int more = code < 0x80 ? 0 : code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;
-  constexpr std::array<unsigned, 4> kFirst{0, 0xC0, 0xE0, 0xF0};
-  text += static_cast<char>(kFirst[static_cast<std::size_t>(more)] | code >> 6 * more);
-  for (int i = more; i-- > 0;) text += static_cast<char>(0x80 | (code >> 6 * i & 0x3F));
-}
-
-std::string from_utf16(std::string_view bytes, bool little) {
-  std::string text;
-  const auto unit = [&](std::size_t i) {
-    const auto low = static_cast<unsigned char>(bytes[i + !little]),
-               high = static_cast<unsigned char>(bytes[i + little]);
-    return static_cast<std::uint32_t>(high << 8 | low);
-  };
-  for (std::size_t i = 0; i + 1 < bytes.size(); i += 2) {
-    std::uint32_t code = unit(i);
-    if (code >> 10 == 0x36 && i + 3 < bytes.size())  // the first of two
-      code = 0x10000 + ((code & 0x3FF) << 10 | (unit(i += 2) & 0x3FF));
-    append_utf8(text, code);
-  }
-  return text;
+  if (zeros[0] + zeros[1] == 0) return Encoding::utf8;
+  if (std::min(zeros[0], zeros[1]) > 0 || 4 * std::max(zeros[0], zeros[1]) < start.size())
+    throw FileError(file, "is UTF-32 or binary, expected text in UTF-8");
+  return zeros[1] > 0 ? Encoding::utf16_little : Encoding::utf16_big;
 }
 
 bool is_obeyed(std::string_view character) {
@@ -257,8 +216,14 @@ std::string read_text(const fs::path& file, std::uintmax_t most) {
 }
 
 std::string plain_text(const fs::path& file, std::string bytes) {
-  const Encoding encoding = encoding_of(file, bytes);
-  if (encoding != Encoding::utf8) bytes = from_utf16(bytes, encoding == Encoding::utf16_little);
+  if (const Encoding encoding = encoding_of(file, bytes); encoding != Encoding::utf8) {
+    const std::size_t low = encoding == Encoding::utf16_big;
+    std::string text;
+    for (std::size_t i = bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff") ? 2 : 0;
+         i + 1 < bytes.size(); i += 2)
+      text += bytes[i + 1 - low] == '\0' && bytes[i + low] >= 0 ? bytes[i + low] : '?';
+    bytes = std::move(text);
+  }
   if (bytes.starts_with("\xef\xbb\xbf")) bytes.erase(0, 3);
   if (bytes.find('\n') == bytes.npos) std::ranges::replace(bytes, '\r', '\n');
   return bytes;

@@ -91,8 +91,9 @@ class InputFile {
 /// Returns all bytes of a file. Throws FileError, as InputFile does.
 std::string read_text(const std::filesystem::path& file, std::uintmax_t most = kMostOfText);
 
-/// Returns external text as UTF-8 with line feeds and without byte order mark: converts UTF-16 and lines that
-/// end with CR only. Throws FileError if it is compressed or binary, naming the format.
+/// Returns external text as UTF-8 with line feeds and without byte order mark: converts UTF-16 (characters
+/// that are not ASCII become '?') and lines that end with CR. Throws FileError naming what it is if it is not
+/// text.
 std::string plain_text(const std::filesystem::path& file, std::string bytes);
 
 /// Throws FileError, naming the encoding, if a file that starts with these bytes is not UTF-8 text.

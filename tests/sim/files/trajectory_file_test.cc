@@ -207,7 +207,7 @@ TEST_F(TrajectoryFileTest, OtherEncodingsAndNotationsOfNumbersAreRead) {
                                     {"PK\3\4", "compressed (zip)"},
                                     {"#ROSBAG V2.0", "a ROS bag"},
                                     {std::string("1\0\0\0 \0\0\0", 8), "UTF-32 or binary"},
-                                    {std::string("1 2 3 4\0", 8), "binary"}})
+                                    {std::string("1 2 3 4\0", 8), "UTF-32 or binary"}})
     expect_rejected(start, std::string(": is ") + name);
 }
 
