@@ -97,7 +97,7 @@ class Header {
   bool names(Quantity quantity) const;
   /// Returns whether the title of a column is only this axis, such as "x" or "y [mm]".
   bool names_axis(char axis) const;
-  /// Returns the columns of a quantity for these axes ("xyz"), by their names; where the header does not name
+  /// Returns the columns of a quantity for these axes ("xyz"), by their names; if the header does not name
   /// them, they are expected from field `first` on. Throws FileError if the header names only some of
   /// them, names something else there, or states an unknown unit.
   std::vector<Column> columns(Quantity quantity, std::string_view axes, std::size_t first) const;

@@ -7,6 +7,14 @@
 
 namespace sim::files {
 
+/// Returns external text as UTF-8 with line feeds and without byte order mark: converts UTF-16 (characters
+/// that are not ASCII become '?') and lines that end with CR. Throws FileError naming what it is if it is not
+/// text.
+std::string plain_text(const std::filesystem::path& file, std::string bytes);
+
+/// Throws FileError, naming the encoding, if a file that starts with these bytes is not UTF-8 text.
+void require_utf8(const std::filesystem::path& file, std::string_view start);
+
 /// Reads a file line by line; the first is its header, and each must have as many fields. Quoted fields are
 /// as in RFC 4180 (quotes in them doubled) but end on their line. All members throw FileError.
 class CsvReader {

@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "sim/files/csv.h"
+
 namespace sim::files {
 namespace {
 

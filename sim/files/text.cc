@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cerrno>
 #include <cstring>
@@ -36,35 +35,6 @@ std::size_t bytes_of_first(std::string_view text) {
   if (n == 0 || n > text.size()) return 0;
   const auto continues = [](char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; };
   return std::ranges::all_of(text.substr(1, n - 1), continues) ? n : 0;
-}
-
-constexpr std::pair<std::string_view, const char*> kFormats[] = {{"\x1f\x8b", "compressed (gzip)"},
-                                                                 {"\x28\xb5\x2f\xfd", "compressed (zstd)"},
-                                                                 {"\xfd"
-                                                                  "7zXZ",
-                                                                  "compressed (xz)"},
-                                                                 {"BZh", "compressed (bzip2)"},
-                                                                 {"PK\3\4", "compressed (zip)"},
-                                                                 {"7z\xbc\xaf", "compressed (7z)"},
-                                                                 {"\x04\x22\x4d\x18", "compressed (lz4)"},
-                                                                 {"\x93NUMPY", "a NumPy array"},
-                                                                 {"#ROSBAG", "a ROS bag"},
-                                                                 {"\x89MCAP", "an MCAP file"},
-                                                                 {"\x89HDF", "an HDF5 file"},
-                                                                 {"SQLite format 3", "an SQLite database"}};
-
-enum class Encoding { utf8, utf16_little, utf16_big };
-// By the zeros beside ASCII characters. Throws FileError if the file is not text.
-Encoding encoding_of(const fs::path& file, std::string_view start) {
-  for (const auto& [magic, name] : kFormats)
-    if (start.starts_with(magic)) throw FileError(file, fmt::format("is {}, expected plain text", name));
-  start = start.substr(0, 64);
-  std::array<std::size_t, 2> zeros{};
-  for (std::size_t i = 0; i < start.size(); ++i) zeros[i % 2] += start[i] == '\0';
-  if (zeros[0] + zeros[1] == 0) return Encoding::utf8;
-  if (std::min(zeros[0], zeros[1]) > 0 || 4 * std::max(zeros[0], zeros[1]) < start.size())
-    throw FileError(file, "is UTF-32 or binary, expected text in UTF-8");
-  return zeros[1] > 0 ? Encoding::utf16_little : Encoding::utf16_big;
 }
 
 bool is_obeyed(std::string_view character) {
@@ -213,24 +183,6 @@ std::string read_text(const fs::path& file, std::uintmax_t most) {
   std::string text;
   for (std::string_view piece; !(piece = in.next()).empty();) text += piece;
   return text;
-}
-
-std::string plain_text(const fs::path& file, std::string bytes) {
-  if (const Encoding encoding = encoding_of(file, bytes); encoding != Encoding::utf8) {
-    const std::size_t low = encoding == Encoding::utf16_big;
-    std::string text;
-    for (std::size_t i = bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff") ? 2 : 0;
-         i + 1 < bytes.size(); i += 2)
-      text += bytes[i + 1 - low] == '\0' && bytes[i + low] >= 0 ? bytes[i + low] : '?';
-    bytes = std::move(text);
-  }
-  if (bytes.starts_with("\xef\xbb\xbf")) bytes.erase(0, 3);
-  if (bytes.find('\n') == bytes.npos) std::ranges::replace(bytes, '\r', '\n');
-  return bytes;
-}
-
-void require_utf8(const fs::path& file, std::string_view start) {
-  if (encoding_of(file, start) != Encoding::utf8) throw FileError(file, "is UTF-16, expected UTF-8");
 }
 
 void write_text(const fs::path& file, std::string_view text) {

@@ -91,14 +91,6 @@ class InputFile {
 /// Returns all bytes of a file. Throws FileError, as InputFile does.
 std::string read_text(const std::filesystem::path& file, std::uintmax_t most = kMostOfText);
 
-/// Returns external text as UTF-8 with line feeds and without byte order mark: converts UTF-16 (characters
-/// that are not ASCII become '?') and lines that end with CR. Throws FileError naming what it is if it is not
-/// text.
-std::string plain_text(const std::filesystem::path& file, std::string bytes);
-
-/// Throws FileError, naming the encoding, if a file that starts with these bytes is not UTF-8 text.
-void require_utf8(const std::filesystem::path& file, std::string_view start);
-
 /// Writes exactly these bytes. Throws FileError "cannot be written: " and the reason. A killed process leaves
 /// a part of the file; write_atomically does not.
 void write_text(const std::filesystem::path& file, std::string_view text);

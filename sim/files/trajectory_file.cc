@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "sim/files/columns.h"
+#include "sim/files/csv.h"
 
 namespace sim::files {
 namespace {

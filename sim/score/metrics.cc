@@ -250,14 +250,14 @@ Value fraction_in_use(C c, std::size_t sensor, bool of_accepted) {
 
 void add_use(MetricDefinitions& all, std::size_t sensor) {
   const std::string name(kUsedSensors[sensor]);
-  all.push_back({"readings_" + name + "_fraction", "1",
-                 "Fraction of the frames in which the filter had readings of the sensor " + name +
-                     ", from the first planned motion on.",
-                 Needs::estimate, [sensor](C c) { return fraction_in_use(c, sensor, false); }, smallest});
-  all.push_back({"accepted_" + name + "_fraction", "1",
-                 "Fraction of the frames with readings of the sensor " + name +
-                     " in which they passed its gate and were used.",
-                 Needs::estimate, [sensor](C c) { return fraction_in_use(c, sensor, true); }, smallest});
+  all.push_back(
+      {"readings_" + name + "_fraction", "1",
+       "Fraction of the frames with readings of the sensor " + name + ", from the first planned motion on.",
+       Needs::estimate, [sensor](C c) { return fraction_in_use(c, sensor, false); }, smallest});
+  all.push_back(
+      {"accepted_" + name + "_fraction", "1",
+       "Fraction of the frames with readings of the sensor " + name + " that passed its gate and were used.",
+       Needs::estimate, [sensor](C c) { return fraction_in_use(c, sensor, true); }, smallest});
 }
 
 Value landmark_rmse(C c) {
@@ -339,8 +339,8 @@ MetricDefinitions consistency_metrics() {
   for (std::size_t sensor = 0; sensor < kSensors.size(); ++sensor) all.push_back(lag1_metric(sensor));
   for (std::size_t sensor = 0; sensor < kUsedSensors.size(); ++sensor) add_use(all, sensor);
   all.push_back({"landmark_rmse_m", "m",
-                 "Root mean square distance of the final map's landmarks from the point at which the ray "
-                 "through their first pixel, from the true camera, meets the room.",
+                 "Root mean square distance of the final map's landmarks from the first surface point on the "
+                 "ray through their first pixel, from the true camera.",
                  Needs::scale, landmark_rmse});
   return all;
 }

@@ -33,7 +33,7 @@ enum class Needs { walk, estimate, scale };
 
 inline constexpr bool kHeadline = true;
 
-/// What a note beside the value may state. at_end: its time, if before the end of the walk · coverage: the
+/// The content of a note beside the value. at_end: its time, if before the end of the walk · coverage: the
 /// fraction of the true poses, if not all · scale: also that of the alignment, and why it is not credible.
 enum class Note { none, at_end, coverage, scale };
 
@@ -58,7 +58,7 @@ Direction direction_of(std::string_view name);
 Metrics evaluate(const Run& run);
 Metrics evaluate(const ScoreContext& context);
 
-// Groups of metric_definitions(), of which the others are in metrics.cc.
+// Groups of metric_definitions(); the other groups are in metrics.cc.
 MetricDefinitions walk_metrics();        ///< heights, drift from the plan, navigation and step corrections
 MetricDefinitions loop_metrics();        ///< whether and when the loop was closed, and the errors around it
 MetricDefinitions completion_metrics();  ///< path length, and the fraction of plan and time that was tracked

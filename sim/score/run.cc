@@ -104,7 +104,7 @@ Vector3d carried(const Vector3d& p, const Vector3d& from, const Vector3d& to) {
   return product(product(to, inverse), p);
 }
 
-/// The samples [begin, end) of a foot on the ground, and its planned place.
+/// The samples of a foot, up to before `end`, on the ground, and its planned place.
 struct Stance {
   bool left = false;
   std::size_t begin = 0, end = 0;

@@ -94,7 +94,7 @@ inline constexpr std::array kUsedSensors{std::string_view("vision"), std::string
                                          std::string_view("plan_velocity"), std::string_view("height"),
                                          std::string_view("accelerometer")};
 
-/// The sensors that had readings in the frame of that time, and those whose readings were used.
+/// The sensors with readings in the frame of that time, and those with readings that were used.
 struct FrameUse {
   Stamp t{0};
   std::array<bool, kUsedSensors.size()> readings{}, accepted{};
@@ -132,10 +132,10 @@ struct DesiredPath {
 
 /// One run. W is the plan's world P at t = 0.
 struct Run {
-  Trajectory truth_camera, plan_camera;  ///< X_WC, X_PC
-  bool truth_has_poses = true;           ///< else positions of the estimate's point, in a world of their own
-  Trajectory truth_waist, plan_waist;    ///< X_WB, X_PB
-  std::optional<DesiredPath> desired;    ///< absent without a planned walk
+  Trajectory truth_camera, plan_camera;     ///< X_WC, X_PC
+  bool truth_has_poses = true;              ///< else positions of the estimate's point, in another world
+  Trajectory truth_waist, plan_waist;       ///< X_WB, X_PB
+  std::optional<DesiredPath> desired;       ///< absent without a planned walk
   std::vector<StepCorrection> corrections;  ///< empty unless the walk was steered
   bool steered = false;
   std::vector<FootRow> feet;  ///< of decompose_drift(); empty without feet
@@ -193,8 +193,8 @@ struct LandmarkError {
   int id = 0;
   double distance = 0;         ///< m
   std::optional<double> nees;  ///< 3 is expected; absent if the covariance is not positive definite
-  /// The least NEES over the surfaces that the template shows: against the point of the ray as far as each
-  /// one's pixel nearest to the first. Across the edge of a near surface it may be on either.
+  /// The least NEES over the surfaces that the template shows: against the point of the ray at the distance
+  /// of each one's pixel nearest to the first. Across the edge of a near surface it may be on either.
   std::optional<double> nees_of_template;
 };
 

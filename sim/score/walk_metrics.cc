@@ -240,7 +240,7 @@ MetricDefinitions walk_metrics() {
 }
 
 MetricDefinitions completion_metrics() {
-  const std::string time = "Fraction of the time from the first observation to the last in which the filter ";
+  const std::string time = "Fraction of the time from the first observation to the last while the filter ";
   return {{"path_length_m", "m",
            "Length of the true camera's path, from frame to frame, from the first planned motion on.",
            Needs::walk, of_true_path(path_length), smallest, kHeadline},

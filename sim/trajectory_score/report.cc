@@ -219,7 +219,7 @@ std::string unit(Relation relation) {
   return kUnits[static_cast<std::size_t>(relation)];
 }
 
-// One entry of the report: statistics of the errors, or why there are none.
+// One entry of the report: statistics of the errors, or why they are absent.
 ordered_json row(const std::string& name, const std::string& unit, const std::vector<double>& errors,
                  const std::string& why_none = "") {
   ordered_json row{{"error", name}, {"unit", unit}, {"n", 0}};

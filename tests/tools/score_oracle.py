@@ -36,7 +36,7 @@ def rotation(q):
 
 
 def quaternion_of(S):
-    """Of the rotation R with the largest trace of R^T S: the top eigenvector of Horn's 4x4 matrix."""
+    """The rotation R with the largest trace of R^T S: the top eigenvector of Horn's 4x4 matrix."""
     D = np.array([S[2, 1] - S[1, 2], S[0, 2] - S[2, 0], S[1, 0] - S[0, 1]])
     K = np.block([[S + S.T - np.trace(S) * np.eye(3), D[:, None]], [D[None], np.trace(S)]])
     return np.linalg.eigh(K)[1][:, -1]
@@ -333,7 +333,7 @@ def check_input(program):
             ran = run(program, *arguments.split(), cwd=folder)
             refused = (arguments, text) in REFUSED
             check(f"{arguments}: exit code", ran.returncode, 2 if refused else 0)
-            check(f"{arguments}: says {text}: {ran.stderr}{ran.stdout}", text in (ran.stderr if refused else ran.stdout), True)
+            check(f"{arguments}: prints {text}: {ran.stderr}{ran.stdout}", text in (ran.stderr if refused else ran.stdout), True)
             check(f"{arguments}: lines of the error", ran.stderr.count("\n"), 1 if refused else 0)
         sure = run(program, "truth.tum", "sure.tum", "--json", cwd=folder).stdout
         check("a covariance that is too small gives no number", "inf" not in sure and ("a value is not finite" in sure or "not positive definite" in sure), True)

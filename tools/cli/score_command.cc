@@ -33,7 +33,7 @@ struct ScoreRequest {
 };
 
 /// Returns the value of a name; names: in the order of the enumeration. Throws UsageError "option name:
-/// expected ..." if it is none of them.
+/// expected ..." for another name.
 template <typename T>
 T named(const char* option, const std::string& name, std::initializer_list<std::string_view> names,
         const char* expected) {

@@ -166,7 +166,7 @@ TEST_F(Evaluate, NeesOfAFittedEstimateIsAfterAlignmentByTheFirstPose) {
   Matrix6d P = Matrix6d::Identity();
   P.diagonal().tail<3>() << 4, 1, 1;
   for (files::TumRow& pose : *run.estimate) {
-    const double error = pose.t == run.truth_camera[21].t ? 0 : 2;  // along x of W, where P says 4
+    const double error = pose.t == run.truth_camera[21].t ? 0 : 2;  // along x of W; P has 4 there
     pose.X.translation().x() -= error;
     pose.X = X * pose.X;
     Matrix6d J = Matrix6d::Identity();

@@ -75,7 +75,7 @@ class RunTest : public testing::Test {
     EXPECT_TRUE(found.value) << name << ": " << found.reason;
     return found.value.value_or(std::nan(""));
   }
-  /// Why there is no value.
+  /// Why the value is absent.
   std::string reason(const std::string& name) const {
     const Metric found = metric(name);
     EXPECT_FALSE(found.value) << name;

@@ -399,7 +399,7 @@ class LandmarkAccuracy : public testing::Test {
     run_.map = map;
     return landmark_errors(run_, half_px);
   }
-  // Of one landmark, first seen at that pixel.
+  // The error of one landmark, first seen at that pixel.
   LandmarkError error(const Eigen::Vector2d& pixel, const Eigen::Vector3d& p_W, int half_px) {
     run_.landmarks = {{1, {Stamp(0), pixel}, {}}};
     return errors({{1, p_W, 1e-4 * Eigen::Matrix3d::Identity()}}, half_px).at(0);
