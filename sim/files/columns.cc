@@ -375,7 +375,7 @@ std::vector<Column> Header::columns(Quantity quantity, std::string_view axes, st
   return columns;
 }
 
-std::optional<CovarianceColumns> Header::covariance_columns(bool all_known) const {
+std::optional<CovarianceColumns> Header::covariance_columns(bool twenty) const {
   CovarianceColumns found;
   std::array<std::array<int, 6>, 6> times{};
   for (std::size_t field = 0; field < titles_.size(); ++field) {
@@ -394,9 +394,12 @@ std::optional<CovarianceColumns> Header::covariance_columns(bool all_known) cons
     found.elements.push_back({row, column, {field, unit->second}, !title.unit.empty()});
     found.fixed_axes |= title.fixed_axes;
   }
-  for (std::size_t field = 0; field < titles_.size(); ++field)
-    if (all_known && !titles_[field].quantity && titles_[field].axis == 0)
-      fail(field, "unknown name, expected one of a covariance, such as Pr11 or Pt12");
+  const auto is_unknown = [](const Title& title) { return !title.quantity && title.axis == 0; };
+  const auto unknown = std::ranges::find_if(titles_, is_unknown);
+  if (twenty && (!found.elements.empty() || std::ranges::count_if(titles_, is_unknown) >= 12) &&
+      unknown != titles_.end())
+    fail(static_cast<std::size_t>(unknown - titles_.begin()),
+         "unknown name, expected one of a covariance, such as Pr11 or Pt12");
   if (found.elements.empty()) return std::nullopt;
   const auto has = [&](std::size_t row, std::size_t column) {
     return times[row][column] + times[column][row] > 0;

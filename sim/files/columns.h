@@ -104,11 +104,11 @@ class Header {
   /// Returns the columns of the stamps: header.stamp of a message, else the first with such a title, else 0;
   /// and the rest of that stamp, if another column names it. Throws FileError for an unknown unit.
   StampColumns stamp_columns() const;
-  /// Returns the columns of the pose's covariance; none if no title names one. Names: Pr11 and Pt23
-  /// (rotation, translation), cov_xy, cov_roll_yaw, position_covariance_0 to 8, pose.covariance[0] to [35] as
-  /// in ROS. Throws FileError if a name or unit is unknown or repeated, or an element of either block is
-  /// missing. all_known: also if other titles are unknown.
-  std::optional<CovarianceColumns> covariance_columns(bool all_known) const;
+  /// Returns the columns of the pose's covariance; none if no title names one. Names: Pr11, Pt23 (rotation,
+  /// translation), cov_xy, cov_roll_yaw, position_covariance_0 to 8, pose.covariance[0] to [35] as in ROS.
+  /// twenty: of a file with 20 columns, so that 12 unknown titles are taken for those of a covariance. Throws
+  /// FileError if a name or unit is unknown or repeated, or an element of either block is missing.
+  std::optional<CovarianceColumns> covariance_columns(bool twenty) const;
 
  private:
   struct Title {

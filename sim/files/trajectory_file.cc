@@ -36,6 +36,7 @@ class Line {
   bool is_comment() const { return fields_.empty() || fields_[0].starts_with('#'); }
   bool has_commas() const { return separator_ == ','; }
   char separator() const { return separator_; }
+  void drop_last() { fields_.pop_back(); }
   std::string_view text(std::size_t field) const { return fields_.at(field); }
 
   // Returns whether a field exists and is empty or NaN.
@@ -129,6 +130,11 @@ struct Lines {
       if (!separator) separator = here;
       lines.push_back(std::move(line));
     }
+    const auto ends_empty = [](const Line& line) {
+      return line.separator() != ' ' && line.text(line.size() - 1).empty();
+    };
+    if (std::ranges::all_of(lines, ends_empty))  // each ends with a separator
+      for (Line& line : lines) line.drop_last();
     if (header && !lines.empty() && !header->fit(lines.front().size(), lines.front().separator() != ' '))
       header.reset();
   }
@@ -181,10 +187,10 @@ struct PoseColumns {
     const std::size_t n = text.lines.front().size();
     const bool commas = text.lines.front().has_commas();
     const auto& header = text.header;
-    const bool twenty = !commas && std::ranges::count(text.lines, 20u, &Line::size) > 0;
+    const bool twenty = std::ranges::count(text.lines, 20u, &Line::size) > 0;
     if (header && (!twenty || header->size() > 8))
       covariance = header->covariance_columns(twenty);
-    else if (twenty)
+    else if (twenty && !commas)
       covariance = in_order();
     if (commas) orientation = {{4}, {5}, {6}, {7}};
     if ((n < 8 || text.names_position()) && !text.names_orientation() && n != 20) orientation.clear();

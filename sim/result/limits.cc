@@ -338,7 +338,7 @@ std::string score_table(const fs::path& result_folder, const TableStyle& style, 
         "  {}; {}\n",
         about.alignment.empty() || about.alignment == "none"
             ? "errors without alignment except ate_se3"
-            : fmt::format("errors after {} alignment with the truth, NEES after alignment of the first pose",
+            : fmt::format("errors after its {} alignment with the truth, NEES after that of the first pose",
                           about.alignment),
         style.all_metrics ? "report explains each metric" : "score.json has all metrics");
   if (const auto median = timing.find("frame_cpu_ms_median"))

@@ -152,6 +152,9 @@ TEST_F(TrajectoryFileTest, ACovarianceThatIsNotNamedAsAWholeIsRejected) {
            {" Pt11 Pt12 Pt13 Pt22 Pt23 Pt33[h]", ":1: column 14, \"Pt33[h]\": unknown unit"}})
     expect_rejected(kPose + names + rotation + "\n1 0 0 0 0 0 0 1 1 2 3 4 5 6 1 2 3 4 5 6\n", why);
   expect_rejected("t,x,y,z,qx,qy,qz,qw,cov_xx\n1,0,0,0,0,0,0,1,1\n", ":1: the covariance is incomplete");
+  expect_rejected(
+      "t,x,y,z,qx,qy,qz,qw,c1,c2,c3,c4,c5,c6,c7,c8,c9,ca,cb,cc\n1,0,0,0,0,0,0,1,1,2,3,4,5,6,1,2,3,4,5,6\n",
+      ":1: column 9, \"c1\": unknown name, expected one of a covariance");
   const std::string other = "t,tx,ty,tz,qx,qy,qz,qw,twist.covariance0,vx,Pr\n1,0,0,0,0,0,0,1,2,3,4\n";
   EXPECT_FALSE(read(other).rows[0].covariance) << "not of the pose";
   std::string unnamed = "1 0 0 0 1 0 0 0 1 2 3 4 5 6 1 2 3 4 5 6\n";
@@ -179,6 +182,7 @@ TEST_F(TrajectoryFileTest, OtherEncodingsAndNotationsOfNumbersAreRead) {
        {plain, utf16(plain, true, true), utf16(plain, true, false), utf16(plain, false, true),
         utf16(plain, false, false), carriage, comma, with(comma, ';'), with(comma, '\t'), with(plain, ';'),
         "t;x;y;z;qx;qy;qz;qw\r\n" + with(comma, ';'),
+        std::string("1,5;0,25;1;2;0;0;0,6;0,8;\n1,6;0,5;1;2;0;0;0;1;\n"),
         std::string(
             "t,x,y,z,qx,qy,qz,qw\n\"1,5\",\"0,25\",1,2,0,0,\"0,6\",\"0,8\"\n1.6,\"0,5\",1,2,0,0,0,1\n"),
         "__time,/odom/pose/pose/position/x,/odom/pose/pose/position/y,/odom/pose/pose/position/z,"
