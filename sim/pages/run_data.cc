@@ -124,12 +124,14 @@ Path path_of(const std::vector<Frame>& frames, std::optional<Eigen::Isometry3d> 
   return path;
 }
 
-Errors errors_of(const std::vector<Frame>& frames) {
+// fitted: to the truth, which leaves no NEES.
+Errors errors_of(const std::vector<Frame>& frames, bool fitted) {
   Errors errors;
   for (std::size_t index = 0; index < frames.size(); ++index) {
     if (is_dropped(frames, index)) continue;
     const Frame& frame = frames[index];
-    const FrameError e = error_of(frame).value_or(FrameError{});
+    FrameError e = error_of(frame).value_or(FrameError{});
+    if (fitted) e.nees = FrameError{}.nees;
     errors.t.push_back(slam::seconds(frame.t));
     for (std::size_t i = 0; i < 4; ++i) {
       errors.error[i].push_back(e.error(static_cast<Eigen::Index>(i)));
@@ -246,7 +248,7 @@ void read_frames(RunData& run) {
     if (run.truth_aligned)
       align_positions(frames);
     else
-      run.errors = errors_of(frames);
+      run.errors = errors_of(frames, score::alignment_of(run.alignment) > score::Alignment::origin);
   }
   if (fs::exists(run.folder / "odometry.tum")) {
     Path& path = run.odometry.emplace();

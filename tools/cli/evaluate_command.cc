@@ -27,8 +27,8 @@ constexpr const char* kEvaluateExamples = R"(Examples:
   gaitslam evaluate results/tangent_circle/seed-1 --format euroc --command './run_my_slam.sh {folder} {trajectory}'
   gaitslam evaluate results/*/seed-* --format orbslam3 --pose imu --align se3 --name orbslam3 --command '...'
 For each recording: exports what the filter received, without any truth, to {folder}, runs the command, reads the
-{trajectory} that it has written (TUM, EuRoC csv or KITTI with times.txt beside it; a header that names its columns is
-obeyed), and leaves a result in results/NAME/SCENARIO/seed-N, or below --out. Limits are those of the recorded scenario,
+{trajectory} that it has written (TUM, EuRoC csv or KITTI with times.txt beside it; a header that names its columns
+decides), and leaves a result in results/NAME/SCENARIO/seed-N, or below --out. Limits are those of the recorded scenario,
 or given here, as in limits.ate_se3_rmse_m.at_most=0.1. Rerun the command to resume after an interruption.
 The exit codes are those of gaitslam run; a command that fails, takes too long or writes no trajectory ends as
 estimator_failed, 3. The highest of several recordings counts. Folders that other programs recorded (EuRoC/ASL) are not evaluated;

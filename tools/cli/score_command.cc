@@ -13,8 +13,8 @@ constexpr const char* kScoreExamples = R"(Examples:
   gaitslam score results/tangent_circle/seed-1
   gaitslam score truth.tum estimate.txt --align se3
   gaitslam score truth.tum estimate.tum -d 1 -u m --all-pairs --json
-Reads TUM (8 columns, or 20 with covariance), KITTI (with times.txt) and EuRoC csv files and result folders, with time
-stamps in seconds or nanoseconds. Terms and numbers are those of evo_ape and, with -d or -u, of evo_rpe. NEES is
+Reads TUM (8 columns, or 20 with covariance), KITTI (with times.txt) and EuRoC csv files and result folders. A header
+that names its columns decides, also those of a covariance: Pr11, Pt12, cov_xy, pose.covariance[0]. Terms and numbers are those of evo_ape and, with -d or -u, of evo_rpe. NEES is
 computed without alignment, over the poses with a covariance. The score.json of a result starts at the first planned
 motion, this score at the first pose.
 Exit codes: 0 scored; 2 nothing can be compared (the reason is printed).)";
