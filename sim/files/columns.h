@@ -90,8 +90,8 @@ class Header {
   std::size_t size() const { return titles_.size(); }
   /// Returns whether these may be titles of poses: three or more with an axis.
   bool are_titles() const;
-  /// Returns whether these are the titles of rows with that many columns, and not prose. Words before the
-  /// titles are left out; the stamp may be first without a title. Throws FileError if titles fit neither way.
+  /// Returns whether these are the titles of rows with that many columns, without words before them and
+  /// perhaps without one of the stamp in front, and not prose. Throws FileError if titles fit neither way.
   bool fit(std::size_t columns, bool commas);
   /// Returns whether a column names this quantity with its axis.
   bool names(Quantity quantity) const;
@@ -104,10 +104,9 @@ class Header {
   /// Returns the columns of the stamps: header.stamp of a message, else the first with such a title, else 0;
   /// and the rest of that stamp, if another column names it. Throws FileError for an unknown unit.
   StampColumns stamp_columns() const;
-  /// Returns the columns of the pose's covariance; none if no title names one. Names: Pr11, Pt23 (rotation,
-  /// translation), cov_xy, cov_roll_yaw, position_covariance_0 to 8, pose.covariance[0] to [35] as in ROS.
-  /// twenty: of a file with 20 columns, so that 12 unknown titles are taken for those of a covariance. Throws
-  /// FileError if a name or unit is unknown or repeated, or an element of either block is missing.
+  /// Returns the columns of the pose's covariance, such as Pr11 (rotation), Pt23 (translation), cov_x_yaw,
+  /// position_covariance_8 or pose.covariance[35], or nothing. Throws FileError if one is missing, repeated
+  /// or, also if 12 of `twenty` columns are, unknown.
   std::optional<CovarianceColumns> covariance_columns(bool twenty) const;
 
  private:

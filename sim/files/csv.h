@@ -15,8 +15,8 @@ std::string plain_text(const std::filesystem::path& file, std::string bytes);
 /// Throws FileError, naming the encoding, if a file that starts with these bytes is not UTF-8 text.
 void require_utf8(const std::filesystem::path& file, std::string_view start);
 
-/// Reads a file line by line; the first is its header, and each must have as many fields. Quoted fields are
-/// as in RFC 4180 (quotes in them doubled) but end on their line. All members throw FileError.
+/// Reads a file line by line; the first is its header, and each must have as many fields, quoted as in RFC
+/// 4180 but ended on their line. All members throw FileError.
 class CsvReader {
  public:
   /// A file that the program wrote: the first line must be one of `headers`, and each line ends with a line

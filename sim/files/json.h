@@ -7,8 +7,8 @@
 
 namespace sim::files {
 
-/// A value of a JSON document and its key there ("metrics.rmse_m.value", "limits[0].passed"). It keeps the
-/// document alive. All members throw FileError "file: key: expected ..., found ...".
+/// A value of a JSON document, kept alive, and its key there ("metrics.rmse_m.value", "limits[0].passed").
+/// All members throw FileError "file: key: expected ..., found ...".
 class Json {
  public:
   /// The object in this text. file: its name in errors.

@@ -46,12 +46,10 @@ struct TrajectoryFile {
   bool has_orientation = true;              ///< else all rotations are the identity
 };
 
-/// Reads a trajectory. TUM: stamp, position, quaternion (x first), or 20 numbers with covariance. EuRoC: with
-/// commas, quaternion (w first) and anything else. A header that names its columns decides; such files and
-/// those of 4 columns may lack orientation. KITTI: 12 numbers, the upper rows of a matrix; stamps from
-/// times.txt beside it, else frame numbers, one a second. The unit of stamps is decided from all rows
-/// (unit_of_stamps). Comments (#) and blank lines are skipped. Stamps must rise; a last pose that repeats the
-/// previous stamp is dropped with a warning. Throws FileError.
+/// Reads a trajectory: TUM (quaternion x first; 20 numbers with covariance), EuRoC (commas; quaternion w
+/// first) or KITTI (12 numbers; stamps from times.txt beside it, else frame numbers), unless a header names
+/// the columns. Throws FileError, also if stamps do not rise; a last pose that repeats the stamp before is
+/// dropped.
 TrajectoryFile read_trajectory(const std::filesystem::path& file);
 
 }  // namespace sim::files

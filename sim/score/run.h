@@ -152,12 +152,12 @@ struct Run {
   std::vector<Surface> surfaces;
   TrueCamera camera;
   std::optional<Stamp> plan_end;
-  bool fitted = false;   ///< to the truth by least squares: the NEES aligns the first poses instead
-  double scaled_by = 1;  ///< by that fit
   std::optional<std::string> no_scale = {};    ///< the reason, if the estimate's scale is unknown
   std::optional<std::string> no_matches = {};  ///< the reason, if the estimator reports no landmarks
   std::optional<std::string> diverged;         ///< the cause, if the filter gave up
   std::optional<std::string> failed = {};      ///< the cause, if the estimator failed as a program
+  bool fitted = false;   ///< to the truth by least squares: the NEES aligns the first poses instead
+  double scaled_by = 1;  ///< by that fit
 };
 
 /// A run from the first planned motion on, with what several metrics need. The run must outlive it.
@@ -182,10 +182,10 @@ struct TurnMarks {
 /// Returns the marks, or nothing unless the plan turns by at least 350° about z, whole turns counted.
 std::optional<TurnMarks> turn_marks(const Trajectory& plan_waist);
 
-/// Returns the landmarks that were found again, in their order. Each was first seen in the first quarter of
-/// the turn. Its surface point, the first point of the room on the ray through its first pixel from the true
-/// camera, was then outside the camera's field of view (occlusion does not matter) in all frames over at
-/// least 5 s in one stretch, and a later match was accepted within 3 px of its true projection.
+/// Returns the landmarks of the first quarter of the turn that were found again, in their order: the first
+/// point of the room on the ray through the first pixel was out of the true camera's field of view for at
+/// least 5 s in one stretch, and a later match was accepted within 3 px of its true projection. Occlusion
+/// does not matter.
 std::vector<LoopLandmark> loop_landmarks(const Run& run, const TurnMarks& marks);
 
 /// The distance of a landmark from its surface point, see loop_landmarks().

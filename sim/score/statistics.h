@@ -64,9 +64,9 @@ struct Summary {
 };
 Summary summarize(const std::vector<double>& values, const Direction& direction);
 
-/// Returns the two-sided p-value of the signed rank test (Wilcoxon 1945) that paired differences are
-/// symmetric about 0; 1 if nothing differs. Zeros are skipped; equal sizes share their mean rank. Exact up to
-/// 50 differences, then by normal approximation with corrections for ties and continuity. All values finite.
+/// Returns the two-sided p-value of the signed rank test (Wilcoxon 1945) that paired differences, all finite,
+/// are symmetric about 0; 1 if all are 0. Exact up to 50 differences other than 0, then the normal
+/// approximation.
 double wilcoxon_signed_rank(const std::vector<double>& differences);
 
 /// Returns a confidence interval of at least 95 % for the median of the distribution that the values sample,

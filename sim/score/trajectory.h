@@ -104,11 +104,10 @@ std::optional<std::string> doubt_of_scale(const Similarity& S, const std::vector
 /// Returns the pairs with their estimates transformed.
 std::vector<PosePair> transformed(const Similarity& S, std::vector<PosePair> pairs);
 
-/// A kind of spans of motion. Consecutive spans: each starts at the end of the previous one and ends at the
-/// first pose at least `delta` away; of meters, the first span starts once delta has been walked. These are
-/// evo's numbers for frames, meters, degrees and radians. All spans: one from each pose to the later pose
-/// nearest to delta away, if it differs from delta by at most `tolerance` times delta (frames: not at all).
-/// Rotation adds up from frame to frame; all spans of rotation are all pairs delta apart.
+/// A kind of spans of motion: consecutive ones as in evo, from the end of the previous one to the first pose
+/// at least `delta` away (in meters only after delta was walked), or one from each pose to the later pose
+/// nearest to delta away, within `tolerance` times delta (frames: exactly). Of rotation, all pairs of poses
+/// delta apart.
 struct Spans {
   enum class Unit { frames, meters, seconds, radians, degrees } unit = Unit::frames;
   double delta = 1;

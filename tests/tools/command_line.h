@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "tests/sim/files/has.h"
+#include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/result/result_folder.h"
 
 namespace tests {

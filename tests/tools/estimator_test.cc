@@ -147,6 +147,8 @@ TEST_F(LongExternalEstimator, ExamplesFindTheirWayByMotionStereoDepthAndLidar) {
     EXPECT_GT(of_out("tracked_fraction"), 0.95) << program;
     EXPECT_TRUE(program == "./lidar_odometry" || text_of("out/map.csv").size() > 2000u) << program;
   }
+  ok("evaluate r --format tum --out e --command 'grep -v ^# {folder}/plan.txt > {trajectory}'");
+  EXPECT_EQ(json_in("e/line/seed-1/about.json")["alignment"], "se3") << "depth has a scale";
 }
 
 /// Writes its process id, starts another process in a new session, waits and never answers.
@@ -237,7 +239,12 @@ TEST_F(ExternalEstimator, EvaluateReadsCovariancesTakesLimitsAndStatesTheCoverag
   EXPECT_LT(metrics["tracked_fraction"]["value"], 0.95) << "it begins late";
   EXPECT_TRUE(metrics["loop_closed"]["value"].is_null());
   EXPECT_TRUE(fs::exists(folder_ / "e/walk/seed-1/trajectory.txt"));
+  EXPECT_THAT(metrics["ate_se3_rmse_m"]["note"], Has(" true poses"));
   EXPECT_EQ(gaitslam(evaluate + " limits.tracked_fraction.at_least=0.99").exit_code, 1);
+  ok("evaluate r/seed-1 --format tum --force --out e --command 'sh late.sh {trajectory}'");
+  EXPECT_EQ(json_in("e/walk/seed-1/about.json")["alignment"], "sim3") << "one camera has no scale";
+  EXPECT_THAT(json_in("e/walk/seed-1/score.json")["metrics"]["rmse_m"]["reason"],
+              Has("was scaled by 1 to the truth"));
   expect_refused(evaluate + " slam.gyro.sigma_rad_s=1", "only limits may be changed");
   write("late.sh", "echo no trajectory > $1\n");
   EXPECT_EQ(gaitslam(evaluate).exit_code, 3);

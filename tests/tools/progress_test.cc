@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <thread>
 
-#include "tests/sim/files/has.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace {

@@ -1,7 +1,7 @@
-// A folder of a test's own, gone when the test is; the error of a call; the permissions of a user.
+// A temporary folder of a test; the error of a call; the permissions of a user; matchers of several texts.
 #pragma once
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 #include <unistd.h>
 
 #include "sim/files/text.h"
@@ -52,3 +52,11 @@ class AsUser {
 };
 
 }  // namespace sim::files
+
+namespace tests {
+
+/// Match texts that contain all of several parts, or none of them.
+auto Has(const auto&... parts) { return testing::AllOf(testing::HasSubstr(parts)...); }
+auto Lacks(const auto&... parts) { return testing::AllOf(testing::Not(testing::HasSubstr(parts))...); }
+
+}  // namespace tests

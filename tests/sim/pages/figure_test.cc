@@ -7,7 +7,6 @@
 
 #include "sim/pages/pages.h"
 #include "sim/recording/image_file.h"
-#include "tests/sim/files/has.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::pages {

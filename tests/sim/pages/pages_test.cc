@@ -10,7 +10,6 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/files/text.h"
-#include "tests/sim/files/has.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::pages {

@@ -12,7 +12,6 @@
 #include "sim/recording/recording_format.h"
 #include "sim/replay/replay.h"
 #include "sim/view/site.h"
-#include "tests/sim/files/has.h"
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/trials/synthetic_result.h"
 

@@ -23,7 +23,7 @@
 #include "sim/recording/image_file.h"
 #include "sim/view/live_view.h"
 #include "sim/view/site.h"
-#include "tests/sim/files/has.h"
+#include "tests/sim/files/temporary_folder.h"
 
 namespace sim::view {
 namespace {
