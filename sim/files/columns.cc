@@ -82,9 +82,9 @@ std::string joined(const std::vector<std::string>& words, std::size_t from = 0) 
 }
 
 // The name in all words, else in the first (p_RS_R is p), else in the last (/odom/pose/position is position).
-std::optional<Quantity> quantity_of(const std::vector<std::string>& words) {
+std::optional<Quantity> quantity_of(const std::vector<std::string>& words, bool is_path) {
   std::optional<Quantity> found = quantity_named(joined(words));
-  if (!found) found = quantity_named(words.front());
+  if (!found && !is_path) found = quantity_named(words.front());
   for (std::size_t from = 1; !found && from < words.size(); ++from)
     found = quantity_named(joined(words, from));
   return found;
@@ -230,7 +230,8 @@ bool Header::read_covariance(const std::vector<std::string>& words, Title& title
   std::string name = joined(words);
   const auto names = [&](const char* word) { return name.find(word) != name.npos; };
   const bool indexed = name.size() == 3 && name[0] == 'p' && parse_number<int>(name.substr(1));  // P12
-  if (!covariance_names().contains(name) && !indexed && !names("cov")) return false;
+  const bool variance = words.front() == "var" || words.front() == "variance";
+  if (!covariance_names().contains(name) && !indexed && !variance && !names("cov")) return false;
   title.quantity = Quantity::other;
   title.of_covariance = std::ranges::none_of(std::array{"twist", "vel", "acc", "gyro", "bias"}, names);
   if (names("cov")) {  // the block, if stated, then what follows "cov"
@@ -269,7 +270,7 @@ Header::Title Header::parse(std::string_view text) {
     title.axis = (*axis)[0];
     for (auto word = axis.base(); word != words.end(); ++word) title.unit += *word;  // gyro_x_deg_s
     words.erase(std::prev(axis.base()), words.end());
-    if (!words.empty()) title.quantity = quantity_of(words);
+    if (!words.empty()) title.quantity = quantity_of(words, title.text.starts_with('/'));
     return title;
   }
   const std::string rest = joined(words, 1);
@@ -290,7 +291,7 @@ Header::Title Header::parse(std::string_view text) {
     for (const std::string& word : words) title.stem += word;
     return title;
   }
-  title.quantity = quantity_of(words);
+  title.quantity = quantity_of(words, title.text.starts_with('/'));
   if (title.quantity && *title.quantity != Quantity::time) title.quantity = Quantity::other;  // without axis
   return title;
 }
@@ -364,6 +365,9 @@ std::vector<Column> Header::columns(Quantity quantity, std::string_view axes, st
     for (std::size_t field = 0; field < titles_.size(); ++field)
       if (titles_[field].axis == axes[i] && fits(field, quantity, axes[i], named)) fitting.push_back(field);
     if (fitting.size() == 1) by_name.push_back(fitting[0]);
+    if (fitting.size() > 1 && named && quantity == Quantity::position)
+      fail(fitting[1], fmt::format("names the position along {} as column {} does, expected it once", axes[i],
+                                   fitting[0] + 1));
   }
   const std::vector<std::size_t>& found = in_order.size() == axes.size() ? in_order : by_name;
   if (found.size() < axes.size())

@@ -248,6 +248,11 @@ TEST_F(TrajectoryFileTest, AHeaderThatNamesItsColumnsIsObeyed) {
   expect_rejected("#timestamp,vx,vy,vz,qw,qx,qy,qz\n5.0,1,2,3,1,0,0,0\n", ":1: column 2, \"vx\": expected");
   expect_rejected("# x y z\n5.0 1 2 3 0.8 0.6 0 0\n",
                   ":1: the header names 3 columns and no stamp, the rows have 8: expected ");
+  expect_rejected(
+      "t,/a/position/x,/a/position/y,/a/position/z,/b/position/x,/b/position/y,/b/position/"
+      "z\n5,1,2,3,4,5,6\n",
+      ":1: column 5, \"/b/position/x\": names the position along x as column 2 does");
+  expect_rejected("t,x,y,z,qx,qy,qz,qw,var_x\n1,0,0,0,0,0,0,1,1\n", ":1: column 9, \"var_x\": unknown name");
   expect_rejected("t,lat,lon,alt,qw,qx,qy,qz\n5.0,1,2,3,1,0,0,0\n", ":1: column 2, \"lat\": expected");
   expect_rejected("#t [h],tx,ty,tz,qw,qx,qy,qz\n5.0,1,2,3,1,0,0,0\n",
                   ":1: column 1, \"t [h]\": unknown unit");
