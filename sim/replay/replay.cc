@@ -154,8 +154,8 @@ Poses poses_at_frames(const files::TrajectoryFile& file, const Frames& frames, P
   return poses;
 }
 
-/// Moves the poses into W. Returns the factor by which they were scaled. Throws estimators::EstimatorFailed
-/// if they cannot be aligned with the truth.
+/// Moves the poses into W and returns the factor of the scale. Throws estimators::EstimatorFailed if they
+/// cannot be aligned with the truth.
 double place_in_world(Poses& poses, const std::vector<files::TimedPose>& truth, score::Alignment alignment) {
   score::Trajectory unaligned;
   for (const estimators::PoseEstimate& pose : poses) unaligned.push_back({pose.t, pose.X_WC});
