@@ -100,8 +100,9 @@ TEST(InputFile, ThatIsTooLargeIsRejectedBeforeItIsRead) {
   const fs::path largest = sparse("largest", std::uintmax_t{1} << 40);
   EXPECT_THAT(error_of([&] { CsvReader rows(largest); }),
               HasSubstr("has 1099511627776 bytes, expected at most 17179869184"));
-  EXPECT_THAT(error_of([&] { CsvReader rows(large); }),
+  EXPECT_THAT(error_of([&] { CsvReader rows(large, {"a,b"}); }),
               HasSubstr("large:1: has more than 1048576 characters"));
+  EXPECT_THAT(error_of([&] { CsvReader rows(large); }), HasSubstr("large: is UTF-32 or binary"));
 }
 
 TEST(Sanitize, ControlCharactersAreReplaced) {
