@@ -27,14 +27,17 @@ bool is_between(std::string_view character, std::string_view first, std::string_
   return character.size() == first.size() && character >= first && character <= last;
 }
 
-// The bytes of the first character; 0 if it is not UTF-8.
+// The bytes of the first character; 0 if it is not UTF-8, as overlong forms and surrogates (RFC 3629).
 std::size_t bytes_of_first(std::string_view text) {
   const auto first = static_cast<unsigned char>(text[0]);
   const int bytes = first < 0x80 ? 1 : first >= 0xC2 && first < 0xF5 ? std::countl_one(first) : 0;
   const auto n = static_cast<std::size_t>(bytes);
   if (n == 0 || n > text.size()) return 0;
   const auto continues = [](char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; };
-  return std::ranges::all_of(text.substr(1, n - 1), continues) ? n : 0;
+  const std::string_view two = text.substr(0, 2);
+  const bool overlong = is_between(two, "\xE0\x80", "\xE0\x9F") || is_between(two, "\xF0\x80", "\xF0\x8F"),
+             beyond = is_between(two, "\xED\xA0", "\xED\xBF") || is_between(two, "\xF4\x90", "\xF4\xBF");
+  return !overlong && !beyond && std::ranges::all_of(text.substr(1, n - 1), continues) ? n : 0;
 }
 
 bool is_obeyed(std::string_view character) {
@@ -42,7 +45,8 @@ bool is_obeyed(std::string_view character) {
     return character != "\n" && character != "\t" && (character[0] < ' ' || character[0] == '\x7F');
   return is_between(character, "\xC2\x80", "\xC2\x9F") ||          // C1 controls
          is_between(character, "\xE2\x80\xAA", "\xE2\x80\xAE") ||  // U+202A to U+202E
-         is_between(character, "\xE2\x81\xA6", "\xE2\x81\xA9");    // U+2066 to U+2069
+         is_between(character, "\xE2\x81\xA6", "\xE2\x81\xA9") ||  // U+2066 to U+2069
+         is_between(character, "\xEF\xBF\xBE", "\xEF\xBF\xBF");    // U+FFFE and U+FFFF, which XML forbids
 }
 
 /// True if a part of the name is a link or cannot be examined.

@@ -25,7 +25,7 @@
 namespace sim::files {
 
 /// Returns the text with a '?' for each control character (except line feed and tab), each character that
-/// changes the direction of writing, and each byte that is not UTF-8.
+/// changes the direction of writing or that XML forbids, and each byte that is not UTF-8.
 std::string sanitize(const std::string& text);
 
 /// Returns the sanitized text with a '?' also for line feeds and tabs.

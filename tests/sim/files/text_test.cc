@@ -111,11 +111,16 @@ TEST(Sanitize, ControlCharactersAreReplaced) {
   EXPECT_EQ(sanitize("\xc2\x9bK"), "?K") << "U+009B, CSI";
   EXPECT_EQ(sanitize("\xe2\x80\xaex\xe2\x81\xa6y"), "?x?y") << "U+202E and U+2066";
   EXPECT_EQ(sanitize("\x9bK \xc3 \xe2\x80"), "?K ? ??") << "no UTF-8";
+  EXPECT_EQ(sanitize("\xed\xa0\x80 \xed\xbf\xbf"), "??? ???") << "surrogates";
+  EXPECT_EQ(sanitize("\xe0\x80\xaf \xf0\x80\x80\xaf \xf4\x90\x80\x80"), "??? ???? ????")
+      << "overlong, too large";
+  EXPECT_EQ(sanitize("\xef\xbf\xbe\xef\xbf\xbf"), "??") << "U+FFFE and U+FFFF";
 }
 
 TEST(Sanitize, OtherTextStaysAsItIs) {
   for (const char* text :
-       {"", "two\nlines\tand a tab", "Gr\xc3\xb6\xc3\x9fung \xe2\x82\xac \xf0\x9f\x98\x80"})
+       {"", "two\nlines\tand a tab", "Gr\xc3\xb6\xc3\x9fung \xe2\x82\xac \xf0\x9f\x98\x80",
+        "\xe0\xa0\x80 \xed\x9f\xbf \xee\x80\x80 \xef\xbf\xbd \xf0\x90\x80\x80 \xf4\x8f\xbf\xbf"})
     EXPECT_EQ(sanitize(text), text);
 }
 
