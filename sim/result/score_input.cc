@@ -16,10 +16,10 @@ std::vector<files::TumRow> estimate(const tracking::Tracked& tracked,
                                     const std::optional<Eigen::Vector3d>& point) {
   std::vector<files::TumRow> poses;
   for (const tracking::TrackedFrame& frame : tracked.frames)
-    if (const auto& e = frame.estimate; frame.has_pose && frame.report.health == slam::Health::ok &&
-                                        (poses.empty() || e.t > poses.back().t)) {
-      poses.push_back({{e.t, e.X_WC}, e.covariance});
-      if (point) poses.back().X.translation() = e.X_WC * *point;
+    if (const auto& e = frame.estimate;
+        e && frame.report.health == slam::Health::ok && (poses.empty() || e->t > poses.back().t)) {
+      poses.push_back({{e->t, e->X_WC}, e->covariance});
+      if (point) poses.back().X.translation() = e->X_WC * *point;
     }
   return poses;
 }
@@ -46,19 +46,20 @@ void add_reports(score::Run& run, const tracking::Tracked& tracked, bool with_us
   for (auto& [id, history] : histories) run.landmarks.push_back(std::move(history));
 }
 
-/// by_landmarks: the estimator tracks from its first landmark on.
+/// In order of time, without late observations. by_landmarks: the estimator tracks from its first landmark
+/// on.
 std::vector<score::TimedHealth> health(const tracking::Tracked& tracked, bool by_landmarks) {
   std::vector<score::TimedHealth> all;
   bool tracks = !by_landmarks;
   for (const tracking::TrackedFrame& frame : tracked.frames) {
     const slam::FrameReport& report = frame.report;
     tracks = tracks || report.landmarks > 0;
-    all.push_back({report.t, tracks && report.health == slam::Health::ok, report.suspect.has_value()});
+    if (all.empty() || report.t > all.back().t)
+      all.push_back({report.t, tracks && report.health == slam::Health::ok, report.suspect.has_value()});
   }
-  const auto last = all.empty() ? slam::Stamp(0) : all.back().t;
-  for (const slam::Stamp t : tracked.untracked) all.push_back({t, false, false});
-  if (!tracked.untracked.empty() && tracked.untracked.front() < last)  // poses of a file, with gaps
-    std::ranges::stable_sort(all, {}, &score::TimedHealth::t);
+  for (const auto* const unanswered : {&tracked.untracked, &tracked.dropped})
+    for (const slam::Stamp t : *unanswered) all.push_back({t, false, false});
+  std::ranges::stable_sort(all, {}, &score::TimedHealth::t);
   return all;
 }
 

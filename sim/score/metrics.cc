@@ -26,7 +26,7 @@ std::optional<Stamp> first_motion(const Run& run) {
 }
 
 std::optional<Absent> why_no_estimate(const ScoreContext& c) {
-  if (!c.run.estimate) return Absent{"the filter was not run"};
+  if (!c.run.estimate) return Absent{"the estimator was not run"};
   if (c.run.failed) return Absent{"the estimator failed: " + *c.run.failed};
   if (c.run.diverged) return Absent{"the estimator diverged: " + *c.run.diverged};
   if (!c.start) return Absent{c.run.plan_waist.empty() ? "the run has no true pose" : "the plan never moves"};

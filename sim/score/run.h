@@ -139,7 +139,7 @@ struct Run {
   std::vector<StepCorrection> corrections;  ///< empty unless the walk was steered
   bool steered = false;
   std::vector<FootRow> feet;  ///< of decompose_drift(); empty without feet
-  /// X_WC while it tracked, the covariance as in pose_nees(); absent: the filter was not run.
+  /// X_WC while it tracked, the covariance as in pose_nees(); absent: the estimator was not run.
   std::optional<std::vector<files::TumRow>> estimate;
   Trajectory
       odometry;  ///< by the same sensors without images; empty if that did not run beside the estimator

@@ -76,7 +76,7 @@ MetricDefinition plan_drift(const std::string& name, const std::string& unit, co
 
 // 1 also if the plan ends before another frame.
 Value track_completion(C c) {
-  if (!c.run.estimate) return Absent{"the filter was not run"};
+  if (!c.run.estimate) return Absent{"the estimator was not run"};
   if (c.run.estimate->empty()) return Absent{"the estimator gave no estimate"};
   const Stamp end = c.run.plan_end.value_or(Stamp(0)), last = c.run.estimate->back().t;
   if (end.count() <= 0) return Absent{"the duration of the plan is not known"};
@@ -89,8 +89,8 @@ Value track_completion(C c) {
 // has the state after the observation that ends it; late observations are not counted.
 auto fraction_of_time(bool TimedHealth::*flag) {
   return [flag](C c) -> Value {
-    if (!c.run.estimate) return Absent{"the filter was not run"};
-    if (c.run.health.empty()) return Absent{"no observation reached the filter"};
+    if (!c.run.estimate) return Absent{"the estimator was not run"};
+    if (c.run.health.empty()) return Absent{"no observation reached the estimator"};
     Stamp last = c.run.health.front().t, set{0};
     for (const TimedHealth& now : c.run.health) {
       if (now.t <= last) continue;
@@ -98,7 +98,7 @@ auto fraction_of_time(bool TimedHealth::*flag) {
       last = now.t;
     }
     const Stamp all = last - c.run.health.front().t;
-    if (all.count() == 0) return Absent{"the filter had fewer than two observations"};
+    if (all.count() == 0) return Absent{"the estimator had fewer than two observations"};
     return static_cast<double>(set.count()) / static_cast<double>(all.count());
   };
 }
@@ -154,7 +154,7 @@ double greatest_of(const Numbers& all) { return *std::ranges::max_element(all); 
 MetricDefinition timeliness(const std::string& name, const std::string& unit, const std::string& definition,
                             double (*of)(const Timeliness&)) {
   return {name, unit, definition, Needs::walk, [of](C c) -> Value {
-            if (!c.run.estimate) return Absent{"the filter was not run"};
+            if (!c.run.estimate) return Absent{"the estimator was not run"};
             if (!c.run.timeliness)
               return Absent{"answers take no simulated time: estimator.time.model is none"};
             if (c.run.timeliness->took_ms.empty()) return Absent{"the estimator gave no answer"};
@@ -240,16 +240,17 @@ MetricDefinitions walk_metrics() {
 }
 
 MetricDefinitions completion_metrics() {
-  const std::string time = "Fraction of the time from the first observation to the last while the filter ";
+  const std::string time = "Fraction of the time from the first observation to the last while the estimator ";
   return {{"path_length_m", "m",
            "Length of the true camera's path, from frame to frame, from the first planned motion on.",
            Needs::walk, of_true_path(path_length), smallest, kHeadline},
           {"track_completion", "1",
-           "Fraction of the plan's duration up to the last estimate. A filter that diverged gives none after "
-           "that.",
+           "Fraction of the plan's duration up to the last estimate. An estimator that diverged gives none "
+           "after that.",
            Needs::walk, track_completion, smallest, kHeadline},
-          {"tracked_fraction", "1", time + "tracked: it was neither lost nor diverged.", Needs::walk,
-           fraction_of_time(&TimedHealth::tracks), smallest, kHeadline},
+          {"tracked_fraction", "1",
+           time + "tracked: it answered, neither lost nor diverged. Dropped frames count as not tracked.",
+           Needs::walk, fraction_of_time(&TimedHealth::tracks), smallest, kHeadline},
           {"fault_flag_fraction", "1", time + "reported that one sensor contradicts the others.", Needs::walk,
            fraction_of_time(&TimedHealth::fault_flag), largest, kHeadline}};
 }

@@ -96,7 +96,7 @@ TEST_F(Evaluate, AnEstimateThatIsNotThereOrFailedIsNotScoredAndItsWalkIs) {
   diverged.estimate->resize(200);
   diverged.diverged = "covariance not positive definite";
   failed.failed = "killed by signal 9";
-  for (const auto& [each, why] : {std::pair(without, "the filter was not run"),
+  for (const auto& [each, why] : {std::pair(without, "the estimator was not run"),
                                   {diverged, "the estimator diverged: covariance not positive definite"},
                                   {failed, "the estimator failed: killed by signal 9"}}) {
     run = each;

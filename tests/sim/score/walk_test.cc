@@ -226,7 +226,7 @@ TEST_F(Navigation, CorrectionsAreCountedAndMeasured) {
 }
 
 TEST_F(Navigation, TimelinessIsThatOfTheAnswers) {
-  EXPECT_EQ(reason("dropped_frames"), "the filter was not run");
+  EXPECT_EQ(reason("dropped_frames"), "the estimator was not run");
   run.estimate.emplace();
   EXPECT_EQ(reason("latency_p99_ms"), "answers take no simulated time: estimator.time.model is none");
   run.timeliness = {{60, 70, 80}, {60, 60, 60}, 40, 1};
