@@ -29,7 +29,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kMostLog = 1 << 20;  // bytes of the log
 constexpr std::size_t kLastLines = 5, kLongestLine = 200;
 constexpr int kBuffer = 1 << 20;  // an observation fits, so that sending does not wait
-constexpr auto kToEnd = std::chrono::seconds(1);
+constexpr double kToEnd_s = 1;
 
 /// A pipe or socket pair that child programs do not inherit.
 struct Ends {
@@ -88,8 +88,8 @@ void kill_descendants() {
 
 extern "C" void wake(int) {}
 
-// Reports the program's end. Kills it and all processes that it started, also those with a session of their
-// own, at the end of the parent. After fork, only async-signal-safe calls.
+// Reports the program's end; at the parent's end, kills it and all processes that it started, also those that
+// called setsid. After fork, only async-signal-safe calls.
 [[noreturn]] void supervise(pid_t program, int alive, int report) {
   ::dup2(alive, 0);
   ::dup2(report, 1);
@@ -151,6 +151,11 @@ bool read_whole(int file, Structure& structure) {
 
 }  // namespace
 
+TimeLimit::TimeLimit(double within_s)
+    : seconds(within_s),
+      deadline(Clock::now() +
+               std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(within_s))) {}
+
 ChildProgram::ChildProgram(const std::vector<std::string>& words) {
   std::vector<char*> arguments;
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
@@ -190,43 +195,52 @@ ChildProgram::~ChildProgram() {
     if (file >= 0) ::close(file);
 }
 
-void ChildProgram::send(std::string_view bytes, Deadline deadline) {
+void ChildProgram::send(std::string_view bytes, const TimeLimit& limit) {
   while (!bytes.empty()) {
     const ssize_t sent = ::send(in_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
     if (sent >= 0)
       bytes.remove_prefix(static_cast<std::size_t>(sent));
-    else if (errno == EAGAIN || errno == EWOULDBLOCK)
-      wait_for(in_, POLLOUT, deadline);
-    else if (errno != EINTR)
+    else if (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)
       fail_ended();
+    else if (!wait_for(in_, POLLOUT, limit))
+      throw EstimatorFailed(fmt::format("it did not read its input within {} s", limit.seconds));
   }
 }
 
-std::string ChildProgram::receive(std::size_t bytes, Deadline deadline) {
+std::string ChildProgram::receive(std::size_t bytes, const TimeLimit& limit) {
   std::string received(bytes, '\0');
   for (std::size_t at = 0; at < bytes;) {
     const ssize_t got = ::read(out_, received.data() + at, bytes - at);
     if (got > 0)
       at += static_cast<std::size_t>(got);
-    else if (got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK))
-      wait_for(out_, POLLIN, deadline);
-    else if (got == 0 || errno != EINTR)
-      fail_ended();
+    else if (got == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR))
+      fail_ended(at == 0 ? "" : fmt::format(" after {} of {} bytes of a message", at, bytes));
+    else if (!wait_for(out_, POLLIN, limit))
+      throw EstimatorFailed(
+          at == 0 ? fmt::format("no answer within {} s", limit.seconds)
+                  : fmt::format("only {} of {} bytes of a message within {} s", at, bytes, limit.seconds));
   }
   return received;
 }
 
-// Reads its standard error meanwhile, so that the program does not block on it.
-void ChildProgram::wait_for(int file, short events, Deadline deadline) {
-  const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
+std::string ChildProgram::unread() {
+  std::string bytes(4096, '\0');
+  bytes.resize(static_cast<std::size_t>(std::max<ssize_t>(0, ::read(out_, bytes.data(), bytes.size()))));
+  return bytes;
+}
+
+// Reads its standard error meanwhile, so that the program does not block on it. Kills it at the time limit.
+bool ChildProgram::wait_for(int file, short events, const TimeLimit& limit) {
+  const auto left = std::chrono::ceil<std::chrono::milliseconds>(limit.deadline - Clock::now());
   if (left.count() <= 0) {
     kill();
     read_log();
-    throw EstimatorFailed("no answer within its time limit");
+    return false;
   }
   std::array<pollfd, 2> files{pollfd{file, events, 0}, pollfd{error_, POLLIN, 0}};
   ::poll(files.data(), files.size(), static_cast<int>(std::min<long long>(left.count(), 1000)));
   if (files[1].revents != 0) read_log();
+  return true;
 }
 
 void ChildProgram::read_log() {
@@ -255,8 +269,8 @@ bool ChildProgram::has_ended() {
   return ended_ = true;
 }
 
-bool ChildProgram::wait_until_ended(Deadline deadline) {
-  while (!has_ended() && Clock::now() < deadline) {
+bool ChildProgram::wait_until_ended(const TimeLimit& limit) {
+  while (!has_ended() && Clock::now() < limit.deadline) {
     read_log();
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
@@ -264,10 +278,10 @@ bool ChildProgram::wait_until_ended(Deadline deadline) {
   return has_ended();
 }
 
-void ChildProgram::fail_ended() {
-  const bool ended = wait_until_ended(Clock::now() + kToEnd);
+void ChildProgram::fail_ended(const std::string& progress) {
+  const bool ended = wait_until_ended(TimeLimit(kToEnd_s));
   kill();
-  throw EstimatorFailed(ended ? ended_text(status_) : "it closed its standard input or output");
+  throw EstimatorFailed((ended ? ended_text(status_) : "it closed its standard input or output") + progress);
 }
 
 // Kills it and all processes that it started.
@@ -278,16 +292,16 @@ void ChildProgram::kill() {
   if (!has_ended()) status_ = SIGKILL, ended_ = true;  // the supervisor was killed, and the program with it
 }
 
-void ChildProgram::run(Deadline deadline) {
-  end(deadline);
-  if (WIFSIGNALED(status_) && WTERMSIG(status_) == SIGKILL && Clock::now() >= deadline)
-    throw EstimatorFailed("it did not exit within its time limit");
+void ChildProgram::run(const TimeLimit& limit) {
+  end(limit);
+  if (WIFSIGNALED(status_) && WTERMSIG(status_) == SIGKILL && Clock::now() >= limit.deadline)
+    throw EstimatorFailed(fmt::format("it did not exit within {} s", limit.seconds));
   if (!WIFEXITED(status_) || WEXITSTATUS(status_) != 0) throw EstimatorFailed(ended_text(status_));
 }
 
-void ChildProgram::end(Deadline deadline) {
+void ChildProgram::end(const TimeLimit& limit) {
   if (in_ >= 0) ::close(std::exchange(in_, -1));
-  wait_until_ended(deadline);
+  wait_until_ended(limit);
   kill();
   read_log();
 }

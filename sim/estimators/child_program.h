@@ -10,25 +10,33 @@
 
 namespace sim::estimators {
 
+/// A time limit that starts now.
+struct TimeLimit {
+  explicit TimeLimit(double within_s);
+  double seconds;
+  std::chrono::steady_clock::time_point deadline;
+};
+
 /// A program below a supervising process. It and all processes that it started, also those that called
 /// setsid, are killed when it misses a time limit, at the end, or when this process ends, also by SIGKILL.
 class ChildProgram {
  public:
-  using Deadline = std::chrono::steady_clock::time_point;
   /// words: the program, searched in PATH, and its arguments. Throws std::invalid_argument if it cannot be
   /// started.
   explicit ChildProgram(const std::vector<std::string>& words);
   ~ChildProgram();
   ChildProgram(const ChildProgram&) = delete;
   ChildProgram& operator=(const ChildProgram&) = delete;
-  /// Throw EstimatorFailed if the program ends, or at the deadline.
-  void send(std::string_view bytes, Deadline deadline);
-  std::string receive(std::size_t bytes, Deadline deadline);
-  /// Closes its standard input, waits for its exit and kills it at the deadline.
-  void end(Deadline deadline);
+  /// Throw EstimatorFailed if the program ends, or at the time limit.
+  void send(std::string_view bytes, const TimeLimit& limit);
+  std::string receive(std::size_t bytes, const TimeLimit& limit);
+  /// Returns and removes what it has written to its standard output by now, at most 4 KiB.
+  std::string unread();
+  /// Closes its standard input, waits for its exit and kills it at the time limit.
+  void end(const TimeLimit& limit);
   /// Runs a program without messages to its exit. Throws EstimatorFailed if its exit code is not 0, or at the
-  /// deadline.
-  void run(Deadline deadline);
+  /// time limit.
+  void run(const TimeLimit& limit);
   /// Returns its standard error, or the last MiB of it.
   std::string log() const;
   /// Returns the last lines of the log for a message; empty if there are none.
@@ -37,11 +45,11 @@ class ChildProgram {
   double cpu_ms() const;
 
  private:
-  [[noreturn]] void fail_ended();
-  void wait_for(int file, short events, Deadline deadline);
+  [[noreturn]] void fail_ended(const std::string& progress = "");
+  bool wait_for(int file, short events, const TimeLimit& limit);
   void read_log();
   bool has_ended();
-  bool wait_until_ended(Deadline deadline);
+  bool wait_until_ended(const TimeLimit& limit);
   void kill();
 
   pid_t supervisor_ = -1, process_ = -1;

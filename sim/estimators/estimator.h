@@ -26,11 +26,10 @@ struct PoseEstimate {
 
 /// An estimator's answer to an observation.
 struct Answer {
-  PoseEstimate estimate;
+  std::optional<PoseEstimate> estimate;  ///< absent if the estimator is not ready, or lost without a pose
   slam::FrameReport report;  ///< of an external estimator: stamp, health, cause and number of landmarks
   std::optional<std::vector<slam::MapPoint>> map = std::nullopt;  ///< the whole map, if the answer has one
   double external_cpu_ms = 0;  ///< CPU time that the answer took in another process
-  bool has_pose = true;        ///< false: the program is lost or not ready, its pose is not recorded
 };
 
 /// The estimator crashed, missed a time limit or gave an invalid answer. what(): the cause.
@@ -42,9 +41,9 @@ class EstimatorFailed : public std::runtime_error {
   std::string log;  ///< what it wrote to its standard error
 };
 
-/// Throws EstimatorFailed if a number is not finite, the pose is invalid or its stamp is outside
-/// [earliest, newest].
-void require_valid(const Answer& answer, slam::Stamp earliest, slam::Stamp newest);
+/// Throws EstimatorFailed if a number is not finite or the pose is invalid. Its stamp must be `observed`,
+/// that of the observation, or lie between the last pose's and the newest observation's.
+void require_valid(const Answer& answer, slam::Stamp observed, slam::Stamp last, slam::Stamp newest);
 
 /// Returns external text as one line of printable ASCII characters.
 std::string printable(std::string_view text);
@@ -73,7 +72,8 @@ class Estimator {
   virtual bool uses(int) const { return true; }
   /// Returns the current map.
   virtual std::vector<slam::MapPoint> map() const = 0;
-  /// Ends it. Returns what it wrote to its standard error.
+  /// Ends it and returns what it wrote to its standard error. Throws EstimatorFailed if it has sent more
+  /// answers than it was asked for.
   virtual std::string finish() { return {}; }
 };
 
@@ -87,8 +87,12 @@ std::unique_ptr<Estimator> estimator_from(Step step);
 /// in estimators.cc.
 std::span<const std::string_view> estimator_names();
 
-/// Creates the chosen estimator. Throws std::invalid_argument if its program cannot be started,
-/// EstimatorFailed if it fails at its start.
+/// Returns the file, without folder and extension, that names a command: the program's, or that of the script
+/// that an interpreter or a wrapper such as `env` runs.
+std::string program_name(const std::vector<std::string>& words);
+
+/// Creates the chosen estimator. Throws std::invalid_argument if its program cannot be started or does not
+/// accept the start, EstimatorFailed if it crashes or misses its time limit.
 std::unique_ptr<Estimator> make_estimator(const EstimatorChoice& choice, const Start& start);
 
 }  // namespace sim::estimators

@@ -13,7 +13,6 @@ namespace sim::estimators {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 
 constexpr double kMost_m = 1e9;             // beyond, squares of positions lose their accuracy
 constexpr double kRotation = 1e-6;          // bound on R^T R - I of numbers that were printed
@@ -53,7 +52,7 @@ class FilterEstimator : public Estimator {
   Answer step(const slam::Observation& observation) override {
     const slam::FrameReport& report = filter_.step(observation);
     const slam::Estimate& estimate = filter_.estimate();
-    return {{estimate.t, estimate.X_WC, estimate.covariance}, report};
+    return {PoseEstimate{estimate.t, estimate.X_WC, estimate.covariance}, report};
   }
   bool uses(int sensor) const override { return calibration_.depth && calibration_.depth->sensor == sensor; }
   std::vector<slam::MapPoint> map() const override { return filter_.map(); }
@@ -63,18 +62,24 @@ class FilterEstimator : public Estimator {
   slam::Filter filter_;
 };
 
-/// Checks the answers of an estimator and keeps the latest map that an answer contains.
+std::string at(const slam::Observation& observation) {
+  return fmt::format("at t = {:.3f} s", slam::seconds(observation.t));
+}
+
+/// Checks the answers of an estimator and keeps the latest map that an answer contains. A pose older than the
+/// last one, as of a late observation, is left out.
 class CheckedEstimator : public Estimator {
  public:
   Answer step(const slam::Observation& observation) final {
     newest_ = std::max(newest_, observation.t);
     Answer answer = ask(observation);
     try {
-      require_valid(answer, last_, newest_);
+      require_valid(answer, observation.t, last_, newest_);
     } catch (const EstimatorFailed& invalid) {
-      fail(fmt::format("at t = {:.3f} s", slam::seconds(observation.t)), invalid.what());
+      fail(at(observation), invalid.what());
     }
-    if (answer.has_pose) last_ = answer.estimate.t;
+    if (answer.estimate && answer.estimate->t < last_) answer.estimate.reset();
+    if (answer.estimate) last_ = answer.estimate->t;
     if (answer.map) map_ = *answer.map;
     answer.report.t = observation.t;
     answer.report.landmarks = static_cast<int>(map_.size());
@@ -116,15 +121,11 @@ std::unique_ptr<Estimator> odometry(Start start) {
 Step plan_alone(const Start& start) {
   PoseEstimate planned;
   planned.X_WC = start.X_WC;
-  return [planned](const slam::Observation& observation) mutable {
+  return [planned](const slam::Observation& observation) mutable -> Answer {
     planned.t = observation.t;
     if (observation.plan) planned.X_WC = observation.plan->X_PC;
-    return Answer{planned, {}};
+    return {planned, {}};
   };
-}
-
-Clock::time_point after(double seconds) {
-  return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
 /// The conversation with a program, from START to END. Failures contain the time and the program's last
@@ -132,77 +133,73 @@ Clock::time_point after(double seconds) {
 class ProgramEstimator : public CheckedEstimator {
  public:
   ProgramEstimator(const EstimatorChoice& choice, const Start& start)
-      : choice_(choice), rig_(start.rig), program_(std::in_place, choice.words) {
-    introduce(start);
-    if (version_ != kMonocularVersion) return;
-    program_->end(after(kExitWithin_s));
-    if (!rig_.empty())
+      : choice_(choice), rig_(start.rig), program_(choice.words) {
+    try {
+      const TimeLimit limit(choice_.start_within_s);
+      program_.send(start_message(choice_, start), limit);
+      read_ready(receive(GAITSLAM_MESSAGE_READY, limit));
+    } catch (const InvalidMessage& refusal) {
       throw std::invalid_argument(
-          fmt::format("estimator: the program {} speaks version {} of gaitslam_estimator.h, which knows no "
-                      "sensors but the head's gray camera and the chest's IMU; expected version {}, or no "
-                      "further sensors (rig: head_2006)",
-                      choice.words[0], version_, GAITSLAM_ESTIMATOR_VERSION));
-    program_.emplace(choice.words);
-    introduce(start);
+          fmt::format("estimator: {}: {}{}", choice_.name, refusal.what(), last_lines()));
+    } catch (const EstimatorFailed& failure) {
+      fail("at its start", failure.what());
+    }
   }
 
   std::string finish() override {
     try {
-      program_->send(end_message(), after(kExitWithin_s));
+      program_.send(end_message(), TimeLimit(kExitWithin_s));
     } catch (const EstimatorFailed&) {
       // It has already exited.
     }
-    program_->end(after(kExitWithin_s));
-    return program_->log();
+    program_.end(TimeLimit(kExitWithin_s));
+    if (starts_message(program_.unread())) fail("at its end", kUnsolicited);
+    return program_.log();
   }
 
  private:
-  /// Sends START of version_, which becomes the version of the program.
-  void introduce(const Start& start) {
-    exchange("at its start", choice_.start_within_s, [&](ChildProgram::Deadline deadline) {
-      program_->send(start_message(choice_, start, version_), deadline);
-      version_ = read_ready(receive(GAITSLAM_MESSAGE_READY, deadline), version_);
-    });
-  }
+  static constexpr const char* kUnsolicited =
+      "it wrote more than one message to its standard output for each that it received";
 
   Answer ask(const slam::Observation& observation) override {
-    Answer answer;
-    const double before_ms = program_->cpu_ms();
-    exchange(fmt::format("at t = {:.3f} s", slam::seconds(observation.t)), choice_.answer_within_s,
-             [&](ChildProgram::Deadline deadline) {
-               program_->send(observation_message(observation, rig_, version_), deadline);
-               answer = read_answer(receive(GAITSLAM_MESSAGE_ANSWER, deadline));
-             });
-    answer.external_cpu_ms = std::max(0.0, program_->cpu_ms() - before_ms);
-    return answer;
+    const double before_ms = program_.cpu_ms();
+    try {
+      if (const std::string early = program_.unread(); starts_message(early))
+        throw InvalidMessage(kUnsolicited);
+      else if (!early.empty())
+        throw InvalidMessage(fmt::format("its standard output has bytes that are not a message: '{}'",
+                                         printable(early.substr(0, sizeof(gaitslam_header)))));
+      const TimeLimit limit(choice_.answer_within_s);
+      program_.send(observation_message(observation, rig_), limit);
+      Answer answer = read_answer(receive(GAITSLAM_MESSAGE_ANSWER, limit));
+      answer.external_cpu_ms = std::max(0.0, program_.cpu_ms() - before_ms);
+      return answer;
+    } catch (const EstimatorFailed& failure) {
+      fail(at(observation), failure.what());
+    }
   }
 
   [[noreturn]] void fail(const std::string& when, const std::string& cause) override {
-    program_->end(after(kLastLinesWithin_s));
-    const std::string lines = program_->last_lines();
-    throw EstimatorFailed(fmt::format("the estimator {} failed {}: {}{}", choice_.name, when, cause,
-                                      lines.empty() ? "" : "; its last lines: " + lines),
-                          program_->log());
+    const std::string lines = last_lines();
+    throw EstimatorFailed(fmt::format("the estimator {} failed {}: {}{}", choice_.name, when, cause, lines),
+                          program_.log());
   }
 
-  std::string receive(std::uint32_t type, ChildProgram::Deadline deadline) {
-    const std::size_t bytes = payload_bytes(program_->receive(kHeaderBytes, deadline), type);
-    return program_->receive(bytes, deadline);
+  /// Ends the program.
+  std::string last_lines() {
+    program_.end(TimeLimit(kLastLinesWithin_s));
+    const std::string lines = program_.last_lines();
+    return lines.empty() ? "" : "; its last lines: " + lines;
   }
 
-  template <class Messages>
-  void exchange(const std::string& when, double within_s, const Messages& messages) {
-    try {
-      messages(after(within_s));
-    } catch (const EstimatorFailed& failure) {
-      fail(fmt::format("{} (limit {} s)", when, within_s), failure.what());
-    }
+  std::string receive(std::uint32_t type, const TimeLimit& limit) {
+    const std::size_t bytes = payload_bytes(program_.receive(kHeaderBytes, limit), type);
+    return program_.receive(bytes, limit);
   }
 
   EstimatorChoice choice_;
   std::vector<rig::RigSensor> rig_;
-  std::uint32_t version_ = GAITSLAM_ESTIMATOR_VERSION;
-  std::optional<ChildProgram> program_;
+  ChildProgram program_;
 };
 
 std::optional<std::string> hash_of(const fs::path& file) {
@@ -227,19 +224,20 @@ std::optional<std::string> hash_of_program(const std::string& word) {
 
 }  // namespace
 
-void require_valid(const Answer& answer, slam::Stamp earliest, slam::Stamp newest) {
-  if (const slam::Stamp t = answer.estimate.t; answer.has_pose) {
-    if (t < earliest || t > newest)
-      throw EstimatorFailed(fmt::format("its pose has the stamp {} ns, expected one from {} to {} ns",
-                                        t.count(), earliest.count(), newest.count()));
-    const Eigen::Isometry3d& X = answer.estimate.X_WC;
+void require_valid(const Answer& answer, slam::Stamp observed, slam::Stamp last, slam::Stamp newest) {
+  if (answer.estimate) {
+    const auto& [t, X, covariance] = *answer.estimate;
+    if (t != observed && (t < last || t > newest))
+      throw EstimatorFailed(fmt::format(
+          "its pose has the stamp {} ns, expected that of the observation, {} ns, or of the last pose, {} ns",
+          t.count(), observed.count(), last.count()));
     if (!X.matrix().allFinite()) throw EstimatorFailed("its pose is not finite");
     if (const Eigen::Matrix3d R = X.linear();
         !(R.transpose() * R).isIdentity(kRotation) || R.determinant() < 0)
       throw EstimatorFailed("the orientation of its pose is not a rotation matrix");
     if (X.translation().cwiseAbs().maxCoeff() > kMost_m)
       throw EstimatorFailed("its position is more than 1e9 m away");
-    if (answer.estimate.covariance) require_covariance(*answer.estimate.covariance, "its pose");
+    if (covariance) require_covariance(*covariance, "its pose");
   }
   if (!answer.map) return;
   for (const slam::MapPoint& point : *answer.map) {
@@ -273,6 +271,23 @@ std::unique_ptr<Estimator> make_estimator(const EstimatorChoice& choice, const S
   throw std::invalid_argument(
       "estimator: was a command on an exported recording, which gaitslam evaluate runs; expected another "
       "estimator");
+}
+
+std::string program_name(const std::vector<std::string>& words) {
+  constexpr std::array kRunners{"python",  "pypy", "sh",      "bash",   "dash", "zsh",
+                                "perl",    "ruby", "node",    "julia",  "java", "lua",
+                                "Rscript", "env",  "timeout", "stdbuf", "nice", "taskset"};
+  std::string name;
+  for (const std::string& word : words) {
+    const bool is_argument = word.empty() || word[0] == '-' || word.find('=') != word.npos ||
+                             word.find_first_not_of("0123456789.") == word.npos;
+    if (word == "-c") break;  // code instead of a file
+    if (is_argument && !name.empty()) continue;
+    name = fs::path(word).stem().string();
+    const std::string program = name.substr(0, name.find_last_not_of("0123456789.") + 1);
+    if (std::ranges::find(kRunners, program) == kRunners.end()) break;
+  }
+  return name;
 }
 
 std::string estimator_files_identity(const EstimatorChoice& choice) {

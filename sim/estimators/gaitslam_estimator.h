@@ -11,7 +11,7 @@
  * axes of C, a lidar or IMU x forward, y left, z up. X_WC maps points of C to W.
  *
  * In C or C++, define the three functions under "Functions"; this file supplies main():
- *     cc -DGAITSLAM_ESTIMATOR_MAIN -o mine mine.c
+ *     cc -DGAITSLAM_ESTIMATOR_MAIN -o mine mine.c -lm
  * In another language, read and write the messages under "Messages". */
 #ifndef GAITSLAM_ESTIMATOR_H
 #define GAITSLAM_ESTIMATOR_H
@@ -23,9 +23,7 @@
 extern "C" {
 #endif
 
-/* Version of this interface. A program that states version 2 is started again with messages of version 2, if
- * the head's gray camera and the chest's IMU are the only sensors; see "Messages". */
-#define GAITSLAM_ESTIMATOR_VERSION 3u
+#define GAITSLAM_ESTIMATOR_VERSION 3u /* of this interface */
 
 /* ---- Structures */
 
@@ -43,14 +41,13 @@ enum {
   GAITSLAM_LENS_EQUIDISTANT = 2        /* OpenCV's fisheye; parameters: k1 k2 k3 k4 */
 };
 
-/* Known before the first observation. Lens and size are those of the head's gray camera. */
+/* Known before the first observation. Lens and size are those of the head's gray camera, as in gaitslam_lens.
+ */
 typedef struct gaitslam_start {
-  uint32_t version;             /* GAITSLAM_ESTIMATOR_VERSION */
-  uint32_t lens;                /* one of GAITSLAM_LENS_... */
-  uint32_t width_px, height_px; /* of the images; the center of the first pixel is (0, 0) */
-  double focal_px[2];           /* fu fv */
-  double center_px[2];          /* u0 v0 */
-  double lens_parameters[4];
+  uint32_t version; /* GAITSLAM_ESTIMATOR_VERSION */
+  uint32_t lens;    /* one of GAITSLAM_LENS_... */
+  uint32_t width_px, height_px;
+  double focal_px[2], center_px[2], lens_parameters[4];
   gaitslam_pose X_CG;     /* inertial sensor in the camera's frame */
   gaitslam_pose X_WC;     /* camera at t = 0, as planned */
   uint64_t seed;          /* of the run, for reproducible random numbers */
@@ -77,9 +74,8 @@ enum {
 /* A camera. Number 0 is the head's gray camera, whose frame is C. */
 typedef struct gaitslam_camera {
   char name[GAITSLAM_NAME_BYTES];
-  uint32_t kind; /* one of GAITSLAM_CAMERA_... */
-  uint32_t
-      aligned_with; /* of depth: the camera with the same pixels, place and stamps; else its own number */
+  uint32_t kind;         /* one of GAITSLAM_CAMERA_... */
+  uint32_t aligned_with; /* of depth: the camera with the same pixels and stamps; else its own number */
   uint32_t width_px, height_px;
   gaitslam_lens lens;
   gaitslam_lens equidistant; /* the equidistant lens nearest to it, for programs that do not know its model */
@@ -91,8 +87,7 @@ typedef struct gaitslam_camera {
   double nearest_m, furthest_m; /* of depth; else 0 */
 } gaitslam_camera;              /* 360 bytes */
 
-/* An inertial sensor. Number 0 is the chest's, whose readings are gyro and accelerometer of an observation.
- */
+/* An inertial sensor. Number 0 is the chest's, with gyro and accelerometer readings of its own. */
 typedef struct gaitslam_imu {
   char name[GAITSLAM_NAME_BYTES];
   gaitslam_pose X_CK;
@@ -209,21 +204,20 @@ typedef struct gaitslam_imu_reading {
  * sensor's in order of time. */
 typedef struct gaitslam_rig_counts {
   uint32_t images, sweeps, imu_readings;
-  uint32_t
-      body_readings;   /* of all encoders and force sensors; each is stamped before the image of camera 0 */
-} gaitslam_rig_counts; /* 16 bytes */
+  uint32_t body_readings; /* of all encoders and force sensors; stamped before the image of camera 0 */
+} gaitslam_rig_counts;    /* 16 bytes */
 
 enum {
   GAITSLAM_OK = 0,       /* it tracks */
-  GAITSLAM_LOST = 1,     /* it is lost and may recover; its pose is not recorded */
+  GAITSLAM_LOST = 1,     /* it is lost and may recover */
   GAITSLAM_DIVERGED = 2, /* it has given up and receives no more observations */
-  GAITSLAM_NOT_READY =
-      3 /* it has not initialized yet; it has no pose: t_ns, X_WC and covariance are ignored */
+  GAITSLAM_NOT_READY = 3 /* it has not initialized yet */
 };
 
-/* The estimate after an observation. */
+/* The estimate after an observation. _LOST and _NOT_READY have no pose: t_ns, X_WC and covariance are
+ * ignored. A pose that is older than the last one, as of a late observation, is not recorded. */
 typedef struct gaitslam_answer {
-  int64_t t_ns;    /* stamp of the pose: the observation's, or the last one's if there is no new pose */
+  int64_t t_ns;    /* stamp of the pose: the observation's, or that of the last pose if there is no new one */
   uint32_t status; /* GAITSLAM_OK, _LOST, _DIVERGED or _NOT_READY */
   uint32_t has_covariance; /* 1, or 0: `covariance` is zero */
   gaitslam_pose X_WC;
@@ -261,11 +255,8 @@ typedef struct gaitslam_landmark {
  *     END          nothing; the program exits
  *
  * GaitSLAM sends START, OBSERVATION and END; the program answers the first two with READY and ANSWER. Options
- * are text, one line "key=value" each. A program writes only messages to its standard output; the result
- * keeps what it writes to its standard error.
- *
- * Version 2 ended START after the options and OBSERVATION after the image. A program whose READY states
- * version 2, whatever its text, is ended and started again, with such messages. */
+ * are text, one line "key=value" each. The result keeps what a program writes to its standard error.
+ * A program writes nothing but one READY and one ANSWER for each OBSERVATION to its standard output. */
 typedef struct gaitslam_header {
   char magic[4];   /* "GSLM" */
   uint32_t type;   /* one of GAITSLAM_MESSAGE_... */
@@ -361,50 +352,58 @@ static int gaitslam_begin(int out, uint32_t type, const void* part, size_t bytes
   return gaitslam_write(out, &header, sizeof header) && gaitslam_write(out, part, bytes);
 }
 
-/* Returns `count` items of the payload at *at and moves *at behind them; NULL if it is shorter. */
-static const void* gaitslam_take(const char* payload, uint64_t bytes, uint64_t* at, uint64_t count,
-                                 uint64_t item_bytes) {
-  if (*at > bytes || count * item_bytes > bytes - *at) return NULL; /* both factors fit in 32 bits */
-  *at += count * item_bytes;
-  return payload + (*at - count * item_bytes);
-}
+/* A payload that is read from `at` on; not fine once it was too short. */
+typedef struct gaitslam_reader {
+  const char* payload;
+  uint64_t bytes, at;
+  int fine;
+} gaitslam_reader;
 
-/* The same for items of a type, of the message that the function reads. */
-#define GAITSLAM_TAKE(type, count) ((const type*)gaitslam_take(payload, bytes, &at, count, sizeof(type)))
+/* Returns `count` items, which are there if the reader is still fine. */
+static const void* gaitslam_take(gaitslam_reader* from, uint64_t count, uint64_t item_bytes) {
+  const char* const items = from->payload + from->at;
+  const uint64_t left = from->at < from->bytes ? from->bytes - from->at : 0;
+  from->fine =
+      from->fine && count * item_bytes <= left; /* does not overflow: both fit in 32 bits, or count is 1 */
+  if (from->fine) from->at += count * item_bytes;
+  return items;
+}
+#define GAITSLAM_TAKE(type, count) ((const type*)gaitslam_take(from, count, sizeof(type)))
+
+/* Copies the next bytes; zeros if they are not there. */
+static void gaitslam_copy(gaitslam_reader* from, void* to, size_t bytes) {
+  const void* const next = gaitslam_take(from, 1, bytes);
+  memset(to, 0, bytes);
+  if (from->fine) memcpy(to, next, bytes);
+}
 
 static uint32_t gaitslam_body_values; /* of a body reading */
 
-/* Reads the lists after the image of camera 0, which ends at `at`. */
-static int gaitslam_read_rig(const char* payload, uint64_t bytes, uint64_t at, gaitslam_rig* rig) {
-  const gaitslam_rig_counts* counts;
+/* Reads the lists after the image of camera 0. */
+static void gaitslam_read_rig(gaitslam_reader* from, gaitslam_rig* rig) {
   uint32_t i;
-  at = (at + 7) / 8 * 8;
-  counts = GAITSLAM_TAKE(gaitslam_rig_counts, 1);
-  if (!counts) return 0;
-  memcpy(&rig->counts, counts, sizeof rig->counts);
-  rig->data = (const uint8_t*)payload;
+  from->at = (from->at + 7) / 8 * 8;
+  gaitslam_copy(from, &rig->counts, sizeof rig->counts);
+  rig->data = (const uint8_t*)from->payload;
   rig->images = GAITSLAM_TAKE(gaitslam_image, rig->counts.images);
   rig->sweeps = GAITSLAM_TAKE(gaitslam_sweep, rig->counts.sweeps);
   rig->imu_readings = GAITSLAM_TAKE(gaitslam_imu_reading, rig->counts.imu_readings);
   rig->body_t_ns = GAITSLAM_TAKE(int64_t, rig->counts.body_readings);
-  rig->body_values = (const double*)gaitslam_take(payload, bytes, &at, rig->counts.body_readings,
-                                                  gaitslam_body_values * sizeof(double));
-  if (!rig->images || !rig->sweeps || !rig->imu_readings || !rig->body_t_ns || !rig->body_values) return 0;
-  for (i = 0; i < rig->counts.images; ++i) {
-    at = rig->images[i].at_byte;
-    if (rig->images[i].row_bytes > UINT32_MAX ||
-        !gaitslam_take(payload, bytes, &at, rig->images[i].height_px, rig->images[i].row_bytes))
-      return 0;
+  rig->body_values =
+      (const double*)gaitslam_take(from, rig->counts.body_readings, gaitslam_body_values * sizeof(double));
+  for (i = 0; from->fine && i < rig->counts.images; ++i) {
+    from->at = rig->images[i].at_byte;
+    from->fine = rig->images[i].row_bytes <= UINT32_MAX;
+    gaitslam_take(from, rig->images[i].height_px, rig->images[i].row_bytes);
   }
-  for (i = 0; i < rig->counts.sweeps; ++i) {
-    at = rig->sweeps[i].at_byte;
-    if (!gaitslam_take(payload, bytes, &at, rig->sweeps[i].point_count, sizeof(gaitslam_point))) return 0;
+  for (i = 0; from->fine && i < rig->counts.sweeps; ++i) {
+    from->at = rig->sweeps[i].at_byte;
+    gaitslam_take(from, rig->sweeps[i].point_count, sizeof(gaitslam_point));
   }
-  return 1;
 }
 
-/* Answers the observation in `payload`. Returns 0 if the estimator failed or the message is invalid. */
-static int gaitslam_answer_observation(void* estimator, const char* payload, uint64_t bytes, int out) {
+/* Answers an observation. Returns 0 if the estimator failed or the message is invalid. */
+static int gaitslam_answer_observation(void* estimator, gaitslam_reader* from, int out) {
   gaitslam_observation observation;
   gaitslam_rig rig;
   gaitslam_answer answer;
@@ -412,14 +411,13 @@ static int gaitslam_answer_observation(void* estimator, const char* payload, uin
   const char* cause = NULL;
   const gaitslam_reading *gyro, *accelerometer;
   const uint8_t* image;
-  uint64_t at = sizeof observation;
   size_t landmark_bytes;
-  if (bytes < sizeof observation) return 0;
-  memcpy(&observation, payload, sizeof observation);
+  gaitslam_copy(from, &observation, sizeof observation);
   gyro = GAITSLAM_TAKE(gaitslam_reading, observation.gyro_count);
   accelerometer = GAITSLAM_TAKE(gaitslam_reading, observation.accelerometer_count);
-  image = (const uint8_t*)gaitslam_take(payload, bytes, &at, observation.height_px, observation.width_px);
-  if (!gyro || !accelerometer || !image || !gaitslam_read_rig(payload, bytes, at, &rig)) return 0;
+  image = (const uint8_t*)gaitslam_take(from, observation.height_px, observation.width_px);
+  gaitslam_read_rig(from, &rig);
+  if (!from->fine) return 0;
   memset(&answer, 0, sizeof answer);
   answer.t_ns = observation.t_ns;
   answer.X_WC.rotation[0] = answer.X_WC.rotation[4] = answer.X_WC.rotation[8] = 1;
@@ -442,42 +440,29 @@ static int gaitslam_answer_observation(void* estimator, const char* payload, uin
          gaitslam_write(out, landmarks, landmark_bytes) && gaitslam_write(out, cause, answer.cause_bytes);
 }
 
-/* Reads the lists after the options. */
-static int gaitslam_read_sensors(const char* payload, uint64_t bytes, uint64_t options_bytes,
-                                 gaitslam_sensors* sensors) {
-  uint64_t at = sizeof(gaitslam_start);
-  const gaitslam_sensor_counts* counts;
-  uint32_t i;
-  if (options_bytes > bytes) return 0;
-  at = (at + options_bytes + 8) / 8 * 8;
-  counts = GAITSLAM_TAKE(gaitslam_sensor_counts, 1);
-  if (!counts) return 0;
-  memcpy(&sensors->counts, counts, sizeof sensors->counts);
-  sensors->cameras = GAITSLAM_TAKE(gaitslam_camera, sensors->counts.cameras);
-  sensors->imus = GAITSLAM_TAKE(gaitslam_imu, sensors->counts.imus);
-  sensors->lidars = GAITSLAM_TAKE(gaitslam_lidar, sensors->counts.lidars);
-  sensors->body_sensors = GAITSLAM_TAKE(gaitslam_body_sensor, sensors->counts.body_sensors);
-  for (i = 0; sensors->body_sensors && i < sensors->counts.body_sensors; ++i)
-    gaitslam_body_values += sensors->body_sensors[i].value_count;
-  return sensors->cameras && sensors->imus && sensors->lidars && sensors->body_sensors;
-}
-
-/* Creates the estimator of the START message in `payload` and answers READY. Returns NULL on failure. */
-static void* gaitslam_answer_start(const char* payload, uint64_t bytes, int out) {
+/* Creates the estimator of a START and answers READY. Returns NULL on failure. */
+static void* gaitslam_answer_start(gaitslam_reader* from, int out) {
   gaitslam_start start;
   gaitslam_sensors sensors;
   gaitslam_ready ready = {GAITSLAM_ESTIMATOR_VERSION, 0};
   char error[512] = "";
+  const char* options;
   void* estimator = NULL;
-  uint32_t version = 0;
-  if (bytes >= sizeof version) memcpy(&version, payload, sizeof version);
-  if (version == GAITSLAM_ESTIMATOR_VERSION && bytes >= sizeof start) {
-    memcpy(&start, payload, sizeof start);
-    if (gaitslam_read_sensors(payload, bytes, start.options_bytes, &sensors))
-      estimator = gaitslam_estimator_create(&start, &sensors, payload + sizeof start, error, sizeof error);
-    error[sizeof error - 1] = '\0';
-    if (!estimator && !error[0]) strcpy(error, "the estimator could not be created");
-  }
+  uint32_t i;
+  gaitslam_copy(from, &start, sizeof start);
+  options = (const char*)gaitslam_take(from, 1, start.options_bytes);
+  from->at = (from->at + 8) / 8 * 8;
+  gaitslam_copy(from, &sensors.counts, sizeof sensors.counts);
+  sensors.cameras = GAITSLAM_TAKE(gaitslam_camera, sensors.counts.cameras);
+  sensors.imus = GAITSLAM_TAKE(gaitslam_imu, sensors.counts.imus);
+  sensors.lidars = GAITSLAM_TAKE(gaitslam_lidar, sensors.counts.lidars);
+  sensors.body_sensors = GAITSLAM_TAKE(gaitslam_body_sensor, sensors.counts.body_sensors);
+  for (i = 0; from->fine && i < sensors.counts.body_sensors; ++i)
+    gaitslam_body_values += sensors.body_sensors[i].value_count;
+  if (from->fine && start.version == GAITSLAM_ESTIMATOR_VERSION)
+    estimator = gaitslam_estimator_create(&start, &sensors, options, error, sizeof error);
+  error[sizeof error - 1] = '\0';
+  if (!estimator && !error[0]) strcpy(error, "the estimator could not be created");
   ready.error_bytes = (uint32_t)strlen(error);
   if (gaitslam_begin(out, GAITSLAM_MESSAGE_READY, &ready, sizeof ready, ready.error_bytes))
     gaitslam_write(out, error, ready.error_bytes);
@@ -494,16 +479,18 @@ int main(void) {
   setvbuf(stdout, NULL, _IOLBF, BUFSIZ); /* a crash loses no line that it printed */
   while (fine && fread(&header, sizeof header, 1, stdin) == 1 && header.type != GAITSLAM_MESSAGE_END) {
     const size_t bytes = (size_t)header.bytes;
+    gaitslam_reader from = {NULL, header.bytes, 0, 1};
     free(payload);
     payload = (char*)malloc(bytes ? bytes : 1);
     fine = payload && memcmp(header.magic, "GSLM", 4) == 0 &&
            (bytes == 0 || fread(payload, bytes, 1, stdin) == 1);
     if (!fine) break;
+    from.payload = payload;
     if (header.type == GAITSLAM_MESSAGE_START && !estimator)
-      fine = (estimator = gaitslam_answer_start(payload, bytes, out)) != NULL;
+      fine = (estimator = gaitslam_answer_start(&from, out)) != NULL;
     else
       fine = header.type == GAITSLAM_MESSAGE_OBSERVATION && estimator &&
-             gaitslam_answer_observation(estimator, payload, bytes, out);
+             gaitslam_answer_observation(estimator, &from, out);
   }
   free(payload);
   if (estimator) gaitslam_estimator_destroy(estimator);

@@ -253,11 +253,11 @@ void append(std::string& message, RigLists lists, const std::optional<gaitslam_i
   std::memcpy(message.data() + offsetof(gaitslam_header, bytes), &payload, sizeof payload);
 }
 
-/// Removes a structure from the front of the bytes. Throws EstimatorFailed if there are too few.
+/// Removes a structure from the front of the bytes. Throws InvalidMessage if there are too few.
 template <class Structure>
 Structure pop(std::string_view& bytes, const char* of) {
   if (bytes.size() < sizeof(Structure))
-    throw EstimatorFailed(
+    throw InvalidMessage(
         fmt::format("its {} has {} bytes, expected at least {}", of, bytes.size(), sizeof(Structure)));
   Structure structure;
   std::memcpy(&structure, bytes.data(), sizeof structure);
@@ -265,9 +265,9 @@ Structure pop(std::string_view& bytes, const char* of) {
   return structure;
 }
 
-/// Throws EstimatorFailed unless the word is 0 or 1.
+/// Throws InvalidMessage unless the word is 0 or 1.
 bool flag(std::uint32_t word, const char* of) {
-  if (word > 1) throw EstimatorFailed(fmt::format("its {} is {}, expected 0 or 1", of, word));
+  if (word > 1) throw InvalidMessage(fmt::format("its {} is {}, expected 0 or 1", of, word));
   return word == 1;
 }
 
@@ -292,13 +292,13 @@ std::string options_text(const EstimatorChoice& choice) {
   return text;
 }
 
-std::string start_message(const EstimatorChoice& choice, const Start& start, std::uint32_t version) {
+std::string start_message(const EstimatorChoice& choice, const Start& start) {
   const std::string options = options_text(choice);
   rig::RigSensor head{.name = "cam0", .rate_hz = start.camera_rate_hz, .camera = start.calibration.camera};
   head.readout_s = start.camera_readout_s;
   const gaitslam_lens lens = lens_of(head.camera);
   gaitslam_start words{};
-  words.version = version;
+  words.version = GAITSLAM_ESTIMATOR_VERSION;
   words.lens = lens.model;
   words.width_px = word(head.camera.width_px);
   words.height_px = word(head.camera.height_px);
@@ -309,8 +309,6 @@ std::string start_message(const EstimatorChoice& choice, const Start& start, std
   words.X_WC = pose_of(start.X_WC);
   words.seed = start.seed;
   words.options_bytes = options.size();
-  if (version == kMonocularVersion) return message(GAITSLAM_MESSAGE_START, {bytes_of(words), options});
-
   std::vector<gaitslam_camera> cameras{camera_of(head)};
   std::vector<gaitslam_imu> imus{imu_of(start.chest_imu)};
   imus[0].X_CK = words.X_CG;
@@ -333,8 +331,8 @@ std::string start_message(const EstimatorChoice& choice, const Start& start, std
                   bytes_of(lidars), bytes_of(body)});
 }
 
-std::string observation_message(const slam::Observation& observation, const std::vector<rig::RigSensor>& rig,
-                                std::uint32_t version) {
+std::string observation_message(const slam::Observation& observation,
+                                const std::vector<rig::RigSensor>& rig) {
   const auto gyro = readings_of(observation.gyro), accelerometer = readings_of(observation.accelerometer);
   const cv::Mat image = observation.image.isContinuous() ? observation.image : observation.image.clone();
   gaitslam_observation words{};
@@ -347,7 +345,6 @@ std::string observation_message(const slam::Observation& observation, const std:
   if (observation.plan) words.plan = plan_of(*observation.plan);
   std::string bytes = message(GAITSLAM_MESSAGE_OBSERVATION,
                               {bytes_of(words), bytes_of(gyro), bytes_of(accelerometer), bytes_of(image)});
-  if (version == kMonocularVersion) return bytes;
   std::optional<gaitslam_image> head;
   if (!image.empty()) head = image_of(0, observation.t, image, bytes.size() - kHeaderBytes - image.total());
   RigLists lists = rig_lists(observation.rig, rig);
@@ -358,33 +355,33 @@ std::string observation_message(const slam::Observation& observation, const std:
 
 std::string end_message() { return message(GAITSLAM_MESSAGE_END, {}); }
 
+bool starts_message(std::string_view bytes) { return bytes.starts_with(kMagic); }
+
 std::size_t payload_bytes(std::string_view header, std::uint32_t type) {
+  const bool is_message = starts_message(header);
   const auto words = pop<gaitslam_header>(header, "header");
-  if (std::string_view(words.magic, sizeof words.magic) != kMagic)
-    throw EstimatorFailed(
+  if (!is_message)
+    throw InvalidMessage(
         fmt::format("its standard output is not a message: it starts with '{}'", printable(bytes_of(words))));
   if (words.type != type)
-    throw EstimatorFailed(fmt::format("its message is of type {}, expected {}", words.type, type));
+    throw InvalidMessage(fmt::format("its message is of type {}, expected {}", words.type, type));
   constexpr std::uint64_t kMost = sizeof(gaitslam_answer) + GAITSLAM_MOST_TEXT_BYTES +
                                   std::uint64_t{GAITSLAM_MOST_LANDMARKS} * sizeof(gaitslam_landmark);
   if (words.bytes > kMost)
-    throw EstimatorFailed(
+    throw InvalidMessage(
         fmt::format("its message announces {} bytes, expected at most {}", words.bytes, kMost));
   return static_cast<std::size_t>(words.bytes);
 }
 
-std::uint32_t read_ready(std::string_view payload, std::uint32_t version) {
+void read_ready(std::string_view payload) {
   const auto ready = pop<gaitslam_ready>(payload, "READY");
-  if (ready.version == kMonocularVersion && version != kMonocularVersion) return ready.version;
-  if (ready.version != version)
-    throw EstimatorFailed(fmt::format("it speaks version {} of gaitslam_estimator.h, expected {}{}",
-                                      ready.version, version,
-                                      version == kMonocularVersion ? " as before" : " or 2"));
+  if (ready.version != GAITSLAM_ESTIMATOR_VERSION)
+    throw InvalidMessage(fmt::format("it speaks version {} of gaitslam_estimator.h, expected {}",
+                                     ready.version, GAITSLAM_ESTIMATOR_VERSION));
   if (ready.error_bytes != payload.size() || ready.error_bytes > GAITSLAM_MOST_TEXT_BYTES)
-    throw EstimatorFailed(fmt::format("its READY announces a text of {} bytes, and {} follow",
-                                      ready.error_bytes, payload.size()));
-  if (!payload.empty()) throw EstimatorFailed("it cannot start: " + printable(payload));
-  return ready.version;
+    throw InvalidMessage(fmt::format("its READY announces a text of {} bytes, and {} follow",
+                                     ready.error_bytes, payload.size()));
+  if (!payload.empty()) throw InvalidMessage("it cannot start: " + printable(payload));
 }
 
 Answer read_answer(std::string_view payload) {
@@ -392,20 +389,22 @@ Answer read_answer(std::string_view payload) {
   const std::uint64_t landmark_bytes = std::uint64_t{words.landmark_count} * sizeof(gaitslam_landmark);
   if (words.landmark_count > GAITSLAM_MOST_LANDMARKS || words.cause_bytes > GAITSLAM_MOST_TEXT_BYTES ||
       landmark_bytes + words.cause_bytes != payload.size())
-    throw EstimatorFailed(
+    throw InvalidMessage(
         fmt::format("its ANSWER announces {} landmarks (at most {}) and a cause of {} bytes (at most {}), "
                     "and {} bytes follow",
                     words.landmark_count, GAITSLAM_MOST_LANDMARKS, words.cause_bytes,
                     GAITSLAM_MOST_TEXT_BYTES, payload.size()));
   if (words.status > GAITSLAM_NOT_READY)
-    throw EstimatorFailed(fmt::format(
+    throw InvalidMessage(fmt::format(
         "its status is {}, expected 0 (ok), 1 (lost), 2 (diverged) or 3 (not ready)", words.status));
   Answer answer;
-  answer.estimate.t = slam::Stamp(words.t_ns);
-  answer.has_pose = words.status == GAITSLAM_OK || words.status == GAITSLAM_DIVERGED;
-  if (answer.has_pose) answer.estimate.X_WC = isometry_of(words.X_WC);
-  if (answer.has_pose && flag(words.has_covariance, "has_covariance"))
-    answer.estimate.covariance = Eigen::Map<const RowMajor6d>(words.covariance);
+  if (words.status == GAITSLAM_OK || words.status == GAITSLAM_DIVERGED) {
+    PoseEstimate& estimate = answer.estimate.emplace();
+    estimate.t = slam::Stamp(words.t_ns);
+    estimate.X_WC = isometry_of(words.X_WC);
+    if (flag(words.has_covariance, "has_covariance"))
+      estimate.covariance = Eigen::Map<const RowMajor6d>(words.covariance);
+  }
   if (words.landmark_count > 0) answer.map = pop_map(payload, words.landmark_count);
   const bool ready = words.status != GAITSLAM_NOT_READY;
   answer.report.health = ready ? static_cast<slam::Health>(words.status) : slam::Health::lost;

@@ -12,25 +12,29 @@ inline constexpr std::size_t kHeaderBytes = sizeof(gaitslam_header);
 /// Returns lines "key=value".
 std::string options_text(const EstimatorChoice& choice);
 
-/// Version 2 of the interface: camera and IMU of the chest, no further sensors.
-inline constexpr std::uint32_t kMonocularVersion = 2;
+/// A message is not one that the interface allows.
+class InvalidMessage : public EstimatorFailed {
+ public:
+  using EstimatorFailed::EstimatorFailed;
+};
 
-/// Return a whole message with its header. version: of the interface. rig: the sensors of observation.rig.
-std::string start_message(const EstimatorChoice& choice, const Start& start,
-                          std::uint32_t version = GAITSLAM_ESTIMATOR_VERSION);
-std::string observation_message(const slam::Observation& observation, const std::vector<rig::RigSensor>& rig,
-                                std::uint32_t version = GAITSLAM_ESTIMATOR_VERSION);
+/// Return a whole message with its header. rig: the sensors of observation.rig.
+std::string start_message(const EstimatorChoice& choice, const Start& start);
+std::string observation_message(const slam::Observation& observation, const std::vector<rig::RigSensor>& rig);
 std::string end_message();
 
-/// Returns the number of bytes after a header. Throws EstimatorFailed if it is not a header of that type, or
+/// Returns whether the bytes start with a header.
+bool starts_message(std::string_view bytes);
+
+/// Returns the number of bytes after a header. Throws InvalidMessage if it is not a header of that type, or
 /// too many follow.
 std::size_t payload_bytes(std::string_view header, std::uint32_t type);
 
-/// Reads the payload of READY to a START of this version. Returns the version that the program uses: this one
-/// or kMonocularVersion. Throws EstimatorFailed if it is invalid, another one or the program cannot start.
-std::uint32_t read_ready(std::string_view payload, std::uint32_t version = GAITSLAM_ESTIMATOR_VERSION);
+/// Reads the payload of READY. Throws InvalidMessage if it is invalid, states another version or that the
+/// program cannot start.
+void read_ready(std::string_view payload);
 
-/// Reads the payload of ANSWER. Throws EstimatorFailed if counts and length disagree or a word is undefined;
+/// Reads the payload of ANSWER. Throws InvalidMessage if counts and length disagree or a word is undefined;
 /// require_valid() checks the numbers.
 Answer read_answer(std::string_view payload);
 

@@ -18,7 +18,6 @@ using std::chrono::nanoseconds;
 namespace {
 
 constexpr std::size_t kInFlight = 4;  // frames that are drawn or wait beside the walk
-constexpr int kHeadCamera = -1;       // as a sensor; further ones have their index in the rig
 
 // The camera item, as a head camera that is placed and made elsewhere.
 camera::CameraOptions options_of(const rig::GrayEye& eye, camera::CameraOptions head) {
@@ -39,11 +38,11 @@ bool is_read_elsewhere(const rig::Item& item) {
   return std::holds_alternative<rig::DepthCamera>(item) || std::holds_alternative<rig::Imu>(item);
 }
 
-int depth_of(const std::vector<rig::Item>& rig, const std::string& camera) {
+std::optional<std::size_t> depth_of(const std::vector<rig::Item>& rig, const std::string& camera) {
   for (std::size_t i = 0; i < rig.size(); ++i)
     if (const auto* depth = std::get_if<rig::DepthCamera>(&rig[i]); depth && depth->aligned_with == camera)
-      return static_cast<int>(i);
-  return -1;
+      return i;
+  return std::nullopt;
 }
 
 }  // namespace
@@ -51,16 +50,17 @@ int depth_of(const std::vector<rig::Item>& rig, const std::string& camera) {
 // Made, used and destroyed by its worker.
 class FramePipeline::Sensor {
  public:
-  // The head camera of the models is mounted already. A second eye uses the textures of `head_camera`.
-  Sensor(const scenario::Scenario& scenario, const physics::Models& models, int index, bool beside,
+  // index: in the rig; the head camera, which the models have already, has none. A second eye uses the
+  // textures of `head_camera`.
+  Sensor(const scenario::Scenario& scenario, const physics::Models& models, SensorIndex index, bool beside,
          const Sensor* head_camera)
       : index_(index), lights_off_(scenario.world.lights_off), encoder_(beside), worker_(beside) {
     const camera::CameraOptions& head = *scenario.camera;
-    if (index == kHeadCamera) {
+    if (!index) {
       make_camera(head, {}, camera::Channels::gray, "cam0", scenario, models);
       return;
     }
-    const rig::Item& item = scenario.rig[static_cast<std::size_t>(index)];
+    const rig::Item& item = scenario.rig[*index];
     if (const auto* eye = std::get_if<rig::GrayEye>(&item)) {
       const camera::CameraOptions options = options_of(*eye, head);
       make_camera(options, options, camera::Channels::gray, eye->name, scenario, models,
@@ -117,13 +117,13 @@ class FramePipeline::Sensor {
     camera::Exposure exposure;
     {
       const result::StageClock clock(draw_ms);
-      exposure = camera_->expose(motion, t, lights_off_, depth_ >= 0);
+      exposure = camera_->expose(motion, t, lights_off_, depth_.has_value());
     }
     return encoder_.do_next([this, t, draw_ms, exposure = std::move(exposure)] {
       std::vector<Reading> frames;
-      const auto add = [&](int sensor, const auto& develop) {
-        Reading& frame = frames.emplace_back();
-        frame.reading.sensor = sensor, frame.reading.t = t;
+      const auto add = [&](SensorIndex sensor, const auto& develop) {
+        Reading& frame = frames.emplace_back(Reading{sensor});
+        frame.reading.t = t;
         {
           const result::StageClock clock(frame.render_ms);
           frame.reading.image = develop();
@@ -139,15 +139,14 @@ class FramePipeline::Sensor {
   }
 
   Encoded sweep(nanoseconds t, nanoseconds until, const camera::RecentMotion& motion) {
-    std::vector<Reading> frames(1);
+    std::vector<Reading> frames{{index_}};
     const result::StageClock clock(frames[0].render_ms);
-    frames[0].reading.sensor = index_;
     frames[0].reading.t = t;
     frames[0].reading.points = lidar_->scan(motion, t, until);
     return encoder_.do_next([frames = std::move(frames)]() mutable { return std::move(frames); });
   }
 
-  int index_, depth_ = -1;  // of this sensor and of the depth camera aligned with it
+  SensorIndex index_, depth_;  // of this sensor and of the depth camera aligned with it
   physics::WorldOptions::LightsOff lights_off_;
   double rate_hz_ = 30;
   nanoseconds lead_{0};
@@ -165,12 +164,14 @@ FramePipeline::FramePipeline(const scenario::Scenario& scenario, const physics::
   if (!scenario.camera) return;
   nanoseconds reach{0};  // how long before now positions are needed
   const nanoseconds frame = lead_ + milliseconds(std::llround(std::ceil(1e3 / options_.rate_hz)));
-  for (int i = kHeadCamera; i < static_cast<int>(scenario.rig.size()); ++i) {
-    if (i != kHeadCamera && is_read_elsewhere(scenario.rig[static_cast<std::size_t>(i)])) continue;
-    sensors_.push_back(std::make_unique<Sensor>(scenario, models, i, beside,
+  const auto add = [&](SensorIndex index) {
+    sensors_.push_back(std::make_unique<Sensor>(scenario, models, index, beside,
                                                 sensors_.empty() ? nullptr : sensors_.front().get()));
     reach = std::max(reach, 2 * sensors_.back()->lead() + frame);
-  }
+  };
+  add(std::nullopt);
+  for (std::size_t i = 0; i < scenario.rig.size(); ++i)
+    if (!is_read_elsewhere(scenario.rig[i])) add(i);
   motion_ = camera::RecentMotion(reach);
   surfaces_ = camera::room_surfaces(*models.in_room);
 }
@@ -202,15 +203,17 @@ Frame FramePipeline::pop() {
   drawn_.pop_front();
   Frame& frame = drawn.frame;
   std::vector<Reading> all;
-  for (slam::RigReading& imu : std::exchange(frame.observation.rig, {})) all.push_back({std::move(imu), {}});
+  for (slam::RigReading& imu : std::exchange(frame.observation.rig, {}))
+    all.push_back({static_cast<std::size_t>(imu.sensor), std::move(imu)});
   for (auto& readings : drawn.readings) std::ranges::move(readings.get().get(), std::back_inserter(all));
-  std::ranges::stable_sort(
-      all, {}, [](const Reading& each) { return std::pair(each.reading.sensor, each.reading.t); });
+  std::ranges::stable_sort(all, {},
+                           [](const Reading& each) { return std::pair(each.sensor, each.reading.t); });
   for (Reading& each : all) {
     frame.render_ms += each.render_ms, frame.encode_ms += each.encode_ms;
-    if (each.reading.sensor == kHeadCamera) {
+    if (!each.sensor) {
       frame.observation.image = each.reading.image, frame.png = std::move(each.png);
     } else {
+      each.reading.sensor = static_cast<int>(*each.sensor);
       frame.observation.rig.push_back(std::move(each.reading));
       frame.rig_pngs.push_back(std::move(each.png));
     }

@@ -8,6 +8,7 @@
 #include <future>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -21,9 +22,8 @@
 
 namespace sim::live {
 
-/// Calls functions one after another, in the order of do_next(), all on one thread: its own, or the caller's
-/// within do_next(). Objects that belong to one thread, as OpenGL's contexts do, are made, used and destroyed
-/// by such functions. Functions that have not started when the worker is destroyed are dropped.
+/// Calls functions in the order of do_next(), all on one thread: its own, or the caller's within do_next().
+/// Its destructor drops functions that have not started.
 class OrderedWorker {
  public:
   explicit OrderedWorker(bool own_thread) {
@@ -72,12 +72,9 @@ struct Frame {
   std::vector<std::string> rig_pngs = {};  ///< of the readings of the rig; empty without image
 };
 
-/// Frame k is stamped at the millisecond of the physics nearest to k / rate; its image is complete when the
-/// shutter has closed, which may be later. Without a camera in the scenario images stay empty. Further
-/// cameras and lidars of the rig are sensors like the head camera: a camera's image k is stamped at the
-/// millisecond nearest to k / rate, a lidar's sweep k at its start; it is complete when its shutter has
-/// closed, or at its end. Images do not change the walk, so they can be drawn beside it, each sensor with its
-/// own threads, to draw and to encode, with the same bits and in the same order.
+/// Image k of a camera is stamped at the millisecond of the physics nearest to k / rate and complete when its
+/// shutter has closed; a lidar's sweep k is stamped at its start and complete at its end. Drawing beside the
+/// walk, with threads of each sensor to draw and to encode, gives the same bits in the same order.
 class FramePipeline {
  public:
   /// beside: images are drawn on separate threads, a few frames behind the walk.
@@ -110,9 +107,11 @@ class FramePipeline {
 
  private:
   class Sensor;
+  using SensorIndex = std::optional<std::size_t>;  // in the rig; none: the head camera
   struct Reading {
-    slam::RigReading reading;
-    std::string png;                      // the image, encoded for the recording
+    SensorIndex sensor;
+    slam::RigReading reading = {};
+    std::string png = {};                 // the image, encoded for the recording
     double render_ms = 0, encode_ms = 0;  // CPU time
   };
   using Encoded = std::future<std::vector<Reading>>;  // the readings of a sensor at a time

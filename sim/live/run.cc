@@ -7,9 +7,11 @@
 #include <utility>
 
 #include "sim/live/frame_pipeline.h"
+#include "sim/live/mounting.h"
 #include "sim/live/recorded.h"
 #include "sim/live/self_check.h"
 #include "sim/live/steering_pose_buffer.h"
+#include "sim/live/walk_setup.h"
 #include "sim/physics/walking_robot.h"
 #include "sim/sensor_errors/random.h"
 #include "walking/leg_odometry.h"
@@ -91,9 +93,10 @@ class Navigation {
   /// Adds the answers of the estimator with the times when they take effect, if it steers.
   void add_answers(const std::vector<tracking::TrackedFrame>& answers) {
     for (; !by_truth() && answers_ < answers.size(); ++answers_) {
-      const auto& [pose, report, has_pose, took, effect] = answers[answers_];
-      poses_.add(effect, {pose.t, pose.X_WC, pose.covariance.value_or(slam::Matrix6d::Zero())},
-                 report.health == slam::Health::ok);
+      const auto& [pose, report, took, effect] = answers[answers_];
+      if (pose)
+        poses_.add(effect, {pose->t, pose->X_WC, pose->covariance.value_or(slam::Matrix6d::Zero())},
+                   report.health == slam::Health::ok);
     }
   }
 
@@ -132,10 +135,11 @@ class Run {
   const RunObserver& observer_;
   SensingRobot robot_;
   recording::RecordingSetup setup_;
+  std::optional<tracking::Tracking>
+      tracking_;  // before the cameras: a program that refuses costs no rendering
   FramePipeline frames_;
   recording::RecordingWriter writer_;
   SelfCheck check_;
-  std::optional<tracking::Tracking> tracking_;
   std::optional<Navigation> navigation_;  // of a steered walk
   slam::Observation next_;                // readings of IMUs, encoders and forces since the last frame
   struct {
@@ -154,16 +158,16 @@ Run::Run(const scenario::ReadScenario& read, walking::PatternGenerator plan, con
       observer_(observer),
       robot_(read.scenario, std::move(plan), models),
       setup_(recording_setup(read.scenario, robot_.mounting(), robot_->reference().X_PB)),
+      tracking_(read.scenario.slam ? std::optional<tracking::Tracking>(
+                                         std::in_place, read.scenario, setup_.calibration, setup_.X_WC_start,
+                                         setup_.camera_rate_hz, setup_.rig, setup_.joints)
+                                   : std::nullopt),
       frames_(read.scenario, models, threads > 1),
       writer_(folder, setup_),
       check_{InertialCheck(true_motion(robot_->world())), {}} {
   for (const score::Surface& surface : frames_.surfaces()) writer_.add(surface);
   if (!frames_.surfaces().empty()) check_.view.emplace(setup_.calibration.camera, frames_.surfaces());
   if (observer_.begins) observer_.begins(setup_);
-  if (read.scenario.slam) {
-    tracking_.emplace(read.scenario, setup_.calibration, setup_.X_WC_start, setup_.camera_rate_hz, setup_.rig,
-                      setup_.joints);
-  }
   if (read.scenario.walk.steering.by != walking::SteeredBy::plan)
     navigation_.emplace(read.scenario, robot_.robot(), frames_.lead());
 }

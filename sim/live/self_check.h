@@ -16,15 +16,13 @@
 
 namespace sim::live {
 
-/// Integration by the trapezoidal rule: turns composed, the specific force turned by the mean of the
-/// attitudes at both ends of its reading, the position along the mean of both velocities. Not the inverse of
-/// the formula of the readings, which does not use positions. A new integration starts at the truth every 10
-/// s and lasts 30 s; all restart after a reading of more than 50 m/s², as in a violent push or a fall,
-/// because a mean does not show how a blow is distributed.
+/// Integrates gyro and accelerometer by the trapezoidal rule, which is not the inverse of the formula of the
+/// readings. An integration of 30 s starts at the truth every 10 s; all restart after a reading of more than
+/// 50 m/s², because its mean does not show how a blow was distributed.
 struct InertialCheck {
   explicit InertialCheck(const recording::TrueMotion& start) : integrations{start} {}
 
-  /// The next reading of both, and the true motion at its end.
+  /// Adds one reading of each sensor and the true motion at its end.
   void add(const slam::InertialSample& gyro, const slam::InertialSample& accelerometer,
            const recording::TrueMotion& end);
 
@@ -33,9 +31,9 @@ struct InertialCheck {
   double worst_position_m = 0, worst_yaw_deg = 0;
 };
 
-/// Uses the filter's camera model, which shares nothing with the renderer's lens. One pair of images a
-/// second, 0.4 s apart: half a step, when the head sways the other way, so that an image that lags
-/// shows.
+/// Finds corners of an image 0.4 s later, once a second: after half a step the head sways the other way,
+/// which shows an image that lags. Uses the filter's camera model, which shares nothing with the renderer's
+/// lens.
 class ViewCheck {
  public:
   ViewCheck(const slam::CameraIntrinsics& intrinsics, std::vector<score::Surface> surfaces);

@@ -359,8 +359,9 @@ std::vector<Figure> run_figures(const RunData& run) {
   if (run.answers && run.answers->rows() > 0) add_latency(figures, *run.answers);
   if (run.frame_times && run.errors) {
     const Table& times = *run.frame_times;
-    figures.push_back({"cpu", "CPU of the filter per frame", kTime, "ms"});
-    figures.back().lines = {{"filter", Role::estimate, times.seconds("timestamp"), times.numbers("filter")}};
+    figures.push_back({"cpu", fmt::format("CPU time per frame, {}", run.estimator), kTime, "ms"});
+    figures.back().lines = {
+        {run.estimator, Role::estimate, times.seconds("timestamp"), times.numbers("filter")}};
   }
   return figures;
 }

@@ -342,11 +342,11 @@ std::string score_table(const fs::path& result_folder, const TableStyle& style, 
                           about.alignment),
         style.all_metrics ? "report explains each metric" : "score.json has all metrics");
   if (const auto median = timing.find("frame_cpu_ms_median"))
-    text += fmt::format("  filter {:.3f} ms CPU per frame (median; p99 {:.3f})", median->number(),
-                        timing.at("frame_cpu_ms_p99").number());
+    text += fmt::format("  {} {:.3f} ms CPU per frame (median; p99 {:.3f})", scored.estimator,
+                        median->number(), timing.at("frame_cpu_ms_p99").number());
   else
-    text +=
-        fmt::format("  estimator {:.3f} ms CPU per frame (mean)", timing.at("frame_cpu_ms_mean").number());
+    text += fmt::format("  {} {:.3f} ms CPU per frame (mean)", scored.estimator,
+                        timing.at("frame_cpu_ms_mean").number());
   return text + fmt::format(", {:.2f} x real time\n", timing.at("realtime_factor").number());
 }
 

@@ -39,11 +39,13 @@ std::optional<scenario::Ended> unused_sensor(const RunRecord& record) {
     const auto name = slam::kSensorNames[i];
     if (!enabled[i] || frames_with(slam::SensorUse::accepted) > 0) continue;
     const auto readings = frames_with(slam::SensorUse::readings);
+    const std::string& estimator = scenario.estimator.name;
     return scenario::Ended{
         scenario::Ending::sensor_unused,
-        readings == 0
-            ? fmt::format("the filter had no readings of {0}; slam.{0}.enabled: false expects none", name)
-            : fmt::format("the filter accepted {} in none of the {} frames with readings", name, readings)};
+        readings == 0 ? fmt::format("the {1} had no readings of {0}; slam.{0}.enabled: false expects none",
+                                    name, estimator)
+                      : fmt::format("the {} accepted {} in none of the {} frames with readings", estimator,
+                                    name, readings)};
   }
   return std::nullopt;
 }

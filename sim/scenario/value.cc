@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cctype>
+#include <iterator>
 #include <limits>
 #include <numbers>
+#include <sstream>
 
 #include "sim/estimators/estimator.h"
 #include "sim/files/text.h"
@@ -112,10 +114,11 @@ void read_options(const Yaml& node, const std::string& key, const std::string& s
 
 bool is_built_in(std::string_view name) { return std::ranges::count(named().choices, name) > 0; }
 
-/// Returns the program's or command's file without folder and extension, or unlike a built-in name.
+/// Returns the name of the program's or command's file, or unlike a built-in name.
 std::string standard_name(const EstimatorChoice& choice) {
-  const std::string& first = choice.words.front();
-  std::string name = std::filesystem::path(first.substr(0, first.find(' '))).stem().string();
+  std::istringstream command(choice.words.front());
+  const std::vector<std::string> words(std::istream_iterator<std::string>(command), {});
+  std::string name = estimators::program_name(choice.source == Source::command ? words : choice.words);
   for (char& c : name)
     if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '_' && c != '-') c = '_';
   if (name.empty()) name = "estimator";
@@ -135,10 +138,6 @@ void read_field(const Yaml& at, const std::string& key, const Yaml& value, Estim
     read_options(value, path, "", choice);
   } else if (field == "start_within_s" || field == "answer_within_s") {
     read(value, path, kLimit, field == "start_within_s" ? choice.start_within_s : choice.answer_within_s);
-  } else if (field == "library") {
-    fail(at, path,
-         "was removed: compile the library as a program with -DGAITSLAM_ESTIMATOR_MAIN, and give "
-         "estimator.program");
   } else {
     fail(
         at, path,

@@ -64,7 +64,7 @@ std::optional<scenario::Ended> Tracked::failure() const {
 std::vector<estimators::PoseEstimate> Tracked::estimates() const {
   std::vector<estimators::PoseEstimate> all;
   for (const TrackedFrame& frame : frames)
-    if (frame.has_pose && (all.empty() || frame.estimate.t > all.back().t)) all.push_back(frame.estimate);
+    if (frame.estimate && (all.empty() || frame.estimate->t > all.back().t)) all.push_back(*frame.estimate);
   return all;
 }
 
@@ -160,7 +160,7 @@ void Tracking::ask(const slam::Observation& arrived, slam::Stamp arrival) {
   clock_.free = std::max(clock_.free, arrival) + took;
   given_ = std::max(given_, arrived.t);
   external_cpu_ms_ += answer.external_cpu_ms;
-  tracked_.frames.push_back({answer.estimate, std::move(answer.report), answer.has_pose, took, clock_.free});
+  tracked_.frames.push_back({answer.estimate, std::move(answer.report), took, clock_.free});
   auto& maps = tracked_.maps;
   if (maps.empty() || arrived.t - maps.back().t >= kMapEvery) maps.push_back({arrived.t, estimator_->map()});
 }
@@ -207,7 +207,12 @@ Tracked Tracking::finish() {
   advance(slam::Stamp::max());
   tracked_.odometry = odometry();
   if (!estimator_) return std::move(tracked_);
-  tracked_.log = estimator_->finish();
+  try {
+    tracked_.log = estimator_->finish();
+  } catch (const estimators::EstimatorFailed& failure) {
+    tracked_.log = failure.log;
+    if (!failed()) tracked_.failed = failure.what();
+  }
   tracked_.map = estimator_->map();
   return std::move(tracked_);
 }
@@ -219,7 +224,7 @@ std::vector<estimators::PoseEstimate> Tracking::odometry() const {
   for (const slam::Observation& observation : odometry_input_.arrived) {
     const estimators::Answer answer = odometry->step(observation);
     if (answer.report.health == slam::Health::diverged) return {};
-    if (poses.empty() || answer.estimate.t > poses.back().t) poses.push_back(answer.estimate);
+    if (poses.empty() || answer.estimate->t > poses.back().t) poses.push_back(*answer.estimate);
   }
   return poses;
 }

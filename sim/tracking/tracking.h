@@ -8,9 +8,8 @@ namespace sim::tracking {
 
 /// The estimate after a frame and its report, see estimators::Answer.
 struct TrackedFrame {
-  estimators::PoseEstimate estimate;
+  std::optional<estimators::PoseEstimate> estimate;
   slam::FrameReport report;
-  bool has_pose = true;
   slam::Stamp took{0};    ///< simulated time of the answer, by estimator.time
   slam::Stamp effect{0};  ///< when it takes effect, if the image is complete at its stamp
 };
@@ -113,7 +112,7 @@ class Tracking {
   } clock_;
   std::optional<Waiting> waiting_;                    // the newest observation that found it busy
   slam::Observation missed_;                          // readings without images of dropped observations
-  slam::Stamp given_{-1};                             // the newest stamp that the estimator has
+  slam::Stamp given_ = slam::Stamp::min();            // the newest stamp that the estimator has
   std::unique_ptr<estimators::Estimator> estimator_;  ///< null if it failed at its start
   double external_cpu_ms_ = 0;
   std::size_t answers_ = 0;

@@ -15,8 +15,7 @@ void add_tracked(Frame& frame, const slam::Observation& observation, const track
   frame.image = observation.image;
   if (!tracking || !tracking->newest()) return;
   const tracking::TrackedFrame& newest = *tracking->newest();
-  frame.estimate = newest.estimate.X_WC;
-  frame.covariance = newest.estimate.covariance;
+  if (newest.estimate) frame.estimate = newest.estimate->X_WC, frame.covariance = newest.estimate->covariance;
   frame.report = newest.report;
   if (with_map) frame.map = tracking->map();
 }

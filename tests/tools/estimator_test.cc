@@ -83,6 +83,9 @@ TEST_F(ExternalEstimator, ATimeModelIsReportedAndAMeasuredOneIsNotRepeatable) {
   const std::string fixed = "replay r/seed-1 --force 'estimator.time={model: fixed, frame_ms: 160}' --out ";
   EXPECT_THAT(gaitslam(fixed + "out").out, Has("time of the estimator fixed: "));
   EXPECT_TRUE(json_in("out/score.json")["estimator_time"]["repeatable"]);
+  EXPECT_GT(metric(folder_ / "out", "dropped_frames_fraction"), 0.4);
+  EXPECT_NEAR(metric(folder_ / "out", "tracked_fraction"),
+              1 - metric(folder_ / "out", "dropped_frames_fraction"), 0.02);
   gaitslam(fixed + "again");
   EXPECT_EQ(text_of("out/score.json") + text_of("out/answers.csv"),
             text_of("again/score.json") + text_of("again/answers.csv"));
@@ -94,20 +97,37 @@ TEST_F(ExternalEstimator, ATimeModelIsReportedAndAMeasuredOneIsNotRepeatable) {
 }
 
 // The bound is a tenth of the path. Without noise the walk turns and moves as planned but for its slip.
-TEST_F(ExternalEstimator, GyroAndPlanFollowTheWalkInCAndPythonAlikeAndRejectOptions) {
+TEST_F(ExternalEstimator, GyroAndPlanFollowTheWalkByTheCompileLinesOfTheReadmeAndInPython) {
+  const std::string source = GAITSLAM_SOURCE_DIR, example = source + "/tools/examples/gyro_and_plan";
   const auto poses = [&](const std::string& program) {
     ok("replay r/seed-1 --out out --force \"estimator={program: " + program +
        "}\" errors.gyro.sigma_rad_s=0");
     return sim::files::read_tum(folder_ / "out/estimate.tum");
   };
-  const auto c = poses(GAITSLAM_GYRO_PROGRAM);
+  const auto python = poses("[/usr/bin/python3, " + example + ".py]");
   EXPECT_LT(metric(folder_ / "out", "rmse_m"), metric(folder_ / "out", "path_length_m") / 10);
-  const auto python =
-      poses(std::string("[/usr/bin/python3, ") + GAITSLAM_SOURCE_DIR + "/tools/examples/gyro_and_plan.py]");
-  ASSERT_EQ(python.size(), c.size());
-  for (std::size_t i = 0; i < c.size(); ++i) EXPECT_TRUE(python[i].X.isApprox(c[i].X, 1e-9)) << i;
-  EXPECT_THAT(replay(std::string("{program: ") + GAITSLAM_GYRO_PROGRAM + ", options: {a: 1}}").ends(3).err,
-              Has("unknown option, expected none"));
+  EXPECT_EQ(json_in("out/score.json")["estimator"], "gyro_and_plan");
+  shell("ln -s '" + source + "/sim' . && cp " + example + ".c mine.c && cp mine.c mine.cc").ends(0);
+  for (const char* compiler : {"cc", "c++"}) {
+    shell("eval \"$(sed -n 's|^    " + std::string(compiler) + " |" + compiler +
+          " |p' sim/estimators/README.md)\" && ./mine < /dev/null")
+        .ends(0);
+    const auto compiled = poses("./mine");
+    ASSERT_EQ(compiled.size(), python.size());
+    for (std::size_t i = 0; i < python.size(); ++i)
+      EXPECT_TRUE(compiled[i].X.isApprox(python[i].X, 1e-9)) << i;
+    shell("rm mine");
+  }
+}
+
+TEST_F(ExternalEstimator, AProgramThatRejectsItsStartCostsNoWalk) {
+  for (const auto& [behavior, cause] : {std::pair("cannot_start", "it cannot start: no vocabulary"),
+                                        {"wrong_version", "it speaks version 99"}})
+    for (const char* command : {"run walk.yaml", "replay r/seed-1"})
+      expect_refused(fmt::format("{} --out h \"estimator={{program: ['{}', {}, 0], name: mine}}\"", command,
+                                 GAITSLAM_MISBEHAVING, behavior),
+                     std::string("estimator: mine: ") + cause);
+  EXPECT_FALSE(fs::exists(folder_ / "h"));
 }
 
 /// C++ programs of tools/examples on a recording of a straight walk of 1 m. Bounds are a twentieth of the
@@ -300,7 +320,7 @@ TEST_F(ExternalEstimator, ACommandIsGivenNoTruthAndEndsAtItsLimit) {
     EXPECT_EQ(shell("find kept | grep -i -E 'truth|poses|estimate.txt'").out, "") << format;
   }
   EXPECT_THAT(gaitslam(evaluate + "tum --within 0.5 --command 'sleep 1000 # {trajectory}'").ends(3).err,
-              Has("it did not exit within its time limit"));
+              Has("it did not exit within 0.5 s"));
 }
 
 TEST_F(ExternalEstimator, EstimatorsStandSideBySideAndScenariosApart) {

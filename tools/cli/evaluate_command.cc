@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <boost/algorithm/string/replace.hpp>
-#include <chrono>
 #include <map>
 #include <variant>
 
@@ -71,8 +70,7 @@ replay::ExternalRun run_command(const EvaluateRequest& request, const scenario::
   boost::replace_all(command, "{trajectory}", files::shell_word(run.trajectory.string()));
   estimators::ChildProgram program({"sh", "-c", "exec 1>&2\n" + command});
   try {
-    program.run(std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::nanoseconds>(
-                                                       std::chrono::duration<double>(request.within_s)));
+    program.run(estimators::TimeLimit(request.within_s));
     if (!fs::exists(run.trajectory)) run.failed = "it ended without writing {trajectory}";
   } catch (const estimators::EstimatorFailed& failure) {
     run.failed = failure.what();

@@ -156,12 +156,12 @@ int video(VideoRequest& request) {
   while (auto observation = input.next()) {
     tracking.step(*observation);
     const tracking::TrackedFrame* const frame = tracking.newest();
-    if (!frame) continue;
+    if (!frame || !frame->estimate) continue;
     std::vector<cv::Mat> panels{view::draw_view(*observation, frame->report)};
     const auto after = std::ranges::upper_bound(truth.waist, observation->t, {}, &files::TimedPose::t);
     if (robot_view && after != truth.waist.begin())
       panels.push_back(robot_view(observation->t, std::prev(after)->X));
-    const estimators::PoseEstimate& pose = frame->estimate;
+    const estimators::PoseEstimate& pose = *frame->estimate;
     panels.push_back(
         map.draw({pose.t, pose.X_WC, pose.covariance.value_or(slam::Matrix6d::Zero())}, tracking.map()));
     cv::Mat picture;

@@ -117,13 +117,14 @@ TEST(EstimatorTime, ReadingsOfDroppedFramesComeWithTheNextOneEachOnceButNoSweeps
   for (const std::string fault : {"", "{frames_doubled: {from_s: 0, duration_s: 0.5}}"})
     for (const std::string more : {"", ", queue: 1", ", on_busy: wait"}) {
       std::vector<slam::Observation> given;
-      Tracking tracking(scenario({"estimator.time={model: fixed, frame_ms: 60" + more + "}",
-                                  "errors.faults=[" + fault + "]"}),
-                        estimators::estimator_from([&](const slam::Observation& o) {
-                          given.push_back(o);
-                          return estimators::Answer{{o.t, Eigen::Isometry3d::Identity(), {}}, {}};
-                        }),
-                        rig);
+      Tracking tracking(
+          scenario(
+              {"estimator.time={model: fixed, frame_ms: 60" + more + "}", "errors.faults=[" + fault + "]"}),
+          estimators::estimator_from([&](const slam::Observation& o) {
+            given.push_back(o);
+            return estimators::Answer{estimators::PoseEstimate{o.t, Eigen::Isometry3d::Identity(), {}}, {}};
+          }),
+          rig);
       for (int k = 1; k <= 9; ++k) {
         slam::Observation o = observation(33 * k, 0);
         for (const int t : {33 * k - 33, 33 * k - 20})
@@ -172,7 +173,7 @@ TEST(Tracking, LossesAndSuspicionsHaveTheirTimesAndLastCauses) {
   Tracked tracked;
   for (int k = 0; k < 6; ++k) {
     TrackedFrame& frame = tracked.frames.emplace_back();
-    frame.report.t = frame.estimate.t = std::chrono::seconds(k);
+    frame.report.t = std::chrono::seconds(k);
     if (k == 1 || k == 2 || k == 5) frame.report.suspect = "plan, " + std::to_string(k);
   }
   EXPECT_FALSE(tracked.failure());  // it still tracks

@@ -1,7 +1,8 @@
 #include <mujoco/mujoco.h>
 
-#include "sim/live/recorded.h"
+#include "sim/live/mounting.h"
 #include "sim/live/run.h"
+#include "sim/live/walk_setup.h"
 #include "tools/cli/shared/live.h"
 
 namespace cli {

@@ -1,0 +1,87 @@
+#include "sim/live/walk_setup.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string_view>
+#include <variant>
+
+#include "sim/physics/clearance.h"
+#include "sim/physics/nominal_body.h"
+#include "sim/result/limits.h"
+#include "sim/sensor_errors/random.h"
+
+namespace sim::live {
+namespace {
+
+constexpr int kFloorWaves = 8;
+constexpr double kShortestWave = 1.0, kLongestWave = 4.0;  // m
+
+Eigen::VectorXd normals(std::uint64_t seed, std::string_view stream, double sigma, int count) {
+  sensor_errors::Random random(seed, stream);
+  Eigen::VectorXd values(count);
+  for (double& value : values) value = sigma * random.normal();
+  return values;
+}
+
+/// Factors around 1, never near 0.
+Eigen::VectorXd scales(std::uint64_t seed, std::string_view stream, double sigma, int count) {
+  return (normals(seed, stream, sigma, count).array() + 1).max(0.1);
+}
+
+/// Waves of every direction and length, of the same size each.
+std::vector<physics::FloorWave> floor(std::uint64_t seed, double sigma) {
+  std::vector<physics::FloorWave> waves;
+  if (sigma == 0) return waves;
+  sensor_errors::Random random(seed, "floor height");
+  for (int i = 0; i < kFloorWaves; ++i) {
+    const double length = kShortestWave * std::pow(kLongestWave / kShortestWave, random.uniform());
+    const double direction = 2 * std::numbers::pi * random.uniform();
+    const double k = 2 * std::numbers::pi / length, phase = 2 * std::numbers::pi * random.uniform();
+    waves.push_back(
+        {sigma * std::sqrt(2.0 / kFloorWaves), {k * std::cos(direction), k * std::sin(direction)}, phase});
+  }
+  return waves;
+}
+
+}  // namespace
+
+walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const physics::Models& models) {
+  const scenario::Scenario& s = read.scenario;
+  walking::PatternGenerator plan(s.walk, physics::nominal_body(copy_of(models.on_floor)));
+  if (result::is_allowed(s, scenario::Ending::collided)) return plan;
+  const auto found = physics::first_collision(plan, copy_of(models.in_room));
+  if (!found) return plan;
+  const auto command = static_cast<std::size_t>(found->command);
+  const auto word = std::visit([](const auto& c) { return c.kName; }, s.walk.commands[command]);
+  const Eigen::Vector3d& p = found->p_W;
+  scenario::Yaml at;  // scenarios that were not read from text only have a name
+  at.origin.file = s.name;
+  if (command < read.command_origins.size()) at.origin = read.command_origins[command];
+  fail(at, fmt::format("walk.commands[{}]: {}", command, word),
+       fmt::format(
+           "at {:.2f} s the planned {} is within {} m of {}, at ({:.2f}, {:.2f}, {:.2f}) m in world.room "
+           "{}; expected a walk clear of it, or limits.ending with collided",
+           found->t_s, found->link, physics::kPlannedMargin_m, found->object, p.x(), p.y(), p.z(),
+           s.world.room));
+}
+
+physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world) {
+  constexpr int kJoints = walking::kJoints, kLinks = kJoints + 1;
+  const physics::WorldOptions::Variation& spread = world.variation;
+  physics::PlantVariation drawn;
+  drawn.floor_friction =
+      std::max(0.01, world.floor_friction + normals(seed, "floor friction", spread.friction, 1)[0]);
+  drawn.joint_offset_rad = normals(seed, "joint zeros", spread.joint_offset_rad, kJoints);
+  drawn.mass_scale = scales(seed, "link masses", spread.mass_fraction, kLinks);
+  // The name of a random stream is part of every recording: British spelling stays here.
+  drawn.com_offset_m = normals(seed, "centres of mass", spread.com_m, 3 * kLinks).reshaped(3, kLinks);
+  drawn.posture_rad = normals(seed, "posture at the start", spread.posture_rad, kJoints);
+  drawn.servo_scale = scales(seed, "servo gains", spread.servo_fraction, kJoints);
+  drawn.floor = floor(seed, spread.floor_height_m);
+  return drawn;
+}
+
+}  // namespace sim::live
