@@ -327,7 +327,7 @@ TrajectoryFile read_poses(Lines& text, const TimeUnit* stated) {
     const std::size_t n = line.size();
     if (!may_have(n))
       line.fail(fmt::format("expected {} numbers, found {}", std::max(fields, columns.all()), n));
-    if (const std::size_t least = commas ? columns.all() : columns.least(); n < least)
+    if (const std::size_t least = n == 8 ? columns.least() : columns.all(); n < least)
       line.fail(fmt::format("expected at least {} numbers, found {}", least, n));
   }
   TrajectoryFile read;

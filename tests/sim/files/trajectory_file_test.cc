@@ -136,6 +136,9 @@ TEST_F(TrajectoryFileTest, ACovarianceThatIsNotNamedAsAWholeIsRejected) {
            {" Pt11 Pt12 Pt13 Pt22 Pt23 Pt32", ":1: the covariance is incomplete: no column is Pt33"},
            {" Pt11 Pt12 Pt13 Pt22 Pt23 Pt33[h]", ":1: column 14, \"Pt33[h]\": unknown unit"}})
     expect_rejected(kPose + names + rotation + "\n1 0 0 0 0 0 0 1 1 2 3 4 5 6 1 2 3 4 5 6\n", why);
+  expect_rejected(
+      kPose + (" Pt11 Pt12 Pt13 Pt22 Pt23 Pt33" + rotation) + "\n1 0 0 0 0 0 0 1 1 2 3 4 5 6 1 2 3 4 5\n",
+      ":2: expected at least 20 numbers, found 19");
   expect_rejected("t,x,y,z,qx,qy,qz,qw,cov_xx\n1,0,0,0,0,0,0,1,1\n", ":1: the covariance is incomplete");
   expect_rejected(
       "t,x,y,z,qx,qy,qz,qw,c1,c2,c3,c4,c5,c6,c7,c8,c9,ca,cb,cc\n1,0,0,0,0,0,0,1,1,2,3,4,5,6,1,2,3,4,5,6\n",
@@ -270,7 +273,9 @@ TEST_F(TrajectoryFileTest, TheUnitOfStampsIsDecidedByAllOfThem) {
   for (const auto& [stamps, unit, last_ns] :
        std::vector<std::tuple<std::vector<const char*>, const char*, std::int64_t>>{
            {{"1.403715273000000000e+18", "1.403715273049999872e+18"}, "nanoseconds", 1403715273049999872},
-           {{"# a comment\n1403715273000000000.0", "1403715273049999872.0"}, "nanoseconds", 1403715273049999872},
+           {{"# a comment\n1403715273000000000.0", "1403715273049999872.0"},
+            "nanoseconds",
+            1403715273049999872},
            {{"1403715273000000", "1403715273050000"}, "microseconds", 1403715273050000000},
            {{"1403715273000", "1403715273050"}, "milliseconds", 1403715273050000000},
            {{"1403715273", "1403715273.05", "1403715273.1"}, "seconds", 1403715273100000000},
