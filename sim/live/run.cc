@@ -3,15 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
 #include "sim/live/frame_pipeline.h"
-#include "sim/live/mounting.h"
 #include "sim/live/recorded.h"
 #include "sim/live/self_check.h"
+#include "sim/live/setup.h"
 #include "sim/live/steering_pose_buffer.h"
-#include "sim/live/walk_setup.h"
 #include "sim/physics/walking_robot.h"
 #include "sim/sensor_errors/random.h"
 #include "walking/leg_odometry.h"
@@ -19,6 +19,41 @@
 
 namespace sim::live {
 namespace {
+
+/// The further IMUs of the rig, each read at its own period.
+class RigImus {
+ public:
+  RigImus(const std::vector<rig::Item>& rig, const std::vector<physics::Place>& places,
+          const physics::World& world) {
+    for (std::size_t i = 0; i < rig.size(); ++i)
+      if (const auto* imu = std::get_if<rig::Imu>(&rig[i]))
+        imus_.push_back({static_cast<int>(i), places[i],
+                         std::chrono::milliseconds(std::llround(1e3 / imu->rate_hz)),
+                         world.imu_state(places[i])});
+  }
+  /// Appends the readings that end now. Must be called at each millisecond.
+  void read(const physics::World& world, std::vector<slam::RigReading>& readings) {
+    for (auto& [sensor, place, period, last] : imus_) {
+      if (world.time() < last.t + period) continue;
+      const physics::ImuState now = world.imu_state(place);
+      const physics::ImuReading reading = physics::reading_between(last, now, world.gravity());
+      slam::RigReading& added = readings.emplace_back();
+      added.sensor = sensor;
+      added.begin = reading.begin, added.t = reading.end;
+      added.gyro = reading.gyro, added.accelerometer = reading.specific_force;
+      last = now;
+    }
+  }
+
+ private:
+  struct Imu {
+    int sensor;
+    physics::Place place;
+    slam::Stamp period;
+    physics::ImuState last;
+  };
+  std::vector<Imu> imus_;
+};
 
 /// The walking robot, its own sensors and what it computes from them: readings with noise for the stabilizer,
 /// and leg odometry.

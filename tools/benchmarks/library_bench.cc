@@ -4,7 +4,7 @@
 #include <mujoco/mujoco.h>
 
 #include "sim/camera/head_camera.h"
-#include "sim/live/walk_setup.h"
+#include "sim/live/setup.h"
 #include "sim/physics/walking_robot.h"
 #include "sim/result/timing.h"
 

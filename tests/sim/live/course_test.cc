@@ -3,7 +3,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "sim/live/walk_setup.h"
+#include "sim/live/setup.h"
 #include "tests/sim/live/run_folder.h"
 
 namespace {

@@ -1,8 +1,7 @@
 #include <mujoco/mujoco.h>
 
-#include "sim/live/mounting.h"
 #include "sim/live/run.h"
-#include "sim/live/walk_setup.h"
+#include "sim/live/setup.h"
 #include "tools/cli/shared/live.h"
 
 namespace cli {

@@ -1,17 +1,26 @@
-// Sensors on the robot: where they are mounted, and the readings of further IMUs.
+// What a run has before its first tick: a checked plan, the robot of its seed, and the sensors on it.
 #pragma once
 
 #include <Eigen/Geometry>
-#include <chrono>
+#include <cstdint>
 #include <vector>
 
 #include "sim/physics/world.h"
 #include "sim/recording/recording.h"
 #include "sim/rig/rig.h"
 #include "sim/scenario/scenario.h"
+#include "walking/pattern_generator.h"
 #include "walking/plan.h"
 
 namespace sim::live {
+
+/// Returns the plan of the walk. Throws std::invalid_argument if it cannot be planned, and ConfigError at a
+/// walk command with a planned posture too close to a wall or furniture, unless the scenario allows a run to
+/// end as "collided".
+walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const physics::Models& models);
+
+/// Returns the variations, each from its own named stream, so a spread of 0 does not change the others.
+physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world);
 
 /// Moves head camera and chest IMU of the models to the scenario's mounts. Throws ConfigError if a link does
 /// not exist, also of the rig.
@@ -19,24 +28,6 @@ void mount_sensors(const scenario::ReadScenario& read, physics::Models& models);
 
 /// Returns the places of a scenario's rig items on the robot; a depth camera's is the head camera's.
 std::vector<physics::Place> places(const std::vector<rig::Item>& rig, const mjModel_& model);
-
-/// The further IMUs: read at each of their periods.
-class RigImus {
- public:
-  RigImus(const std::vector<rig::Item>& rig, const std::vector<physics::Place>& places,
-          const physics::World& world);
-  /// Appends the readings that end now. Must be called at each millisecond.
-  void read(const physics::World& world, std::vector<slam::RigReading>& readings);
-
- private:
-  struct Imu {
-    int sensor;
-    physics::Place place;
-    std::chrono::nanoseconds period;
-    physics::ImuState last;
-  };
-  std::vector<Imu> imus_;
-};
 
 /// The mounting of head camera and chest IMU on the robot in its planned posture, by the nominal model.
 struct Mounting {
