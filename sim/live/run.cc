@@ -171,7 +171,7 @@ class Run {
   SensingRobot robot_;
   recording::RecordingSetup setup_;
   std::optional<tracking::Tracking>
-      tracking_;  // before the cameras: a program that refuses costs no rendering
+      tracking_;  // before the cameras: a program that rejects its start costs no rendering
   FramePipeline frames_;
   recording::RecordingWriter writer_;
   SelfCheck check_;

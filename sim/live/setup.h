@@ -1,4 +1,4 @@
-// What a run has before its first tick: a checked plan, the robot of its seed, and the sensors on it.
+// A run before its first tick: a checked plan, the robot of its seed, and the sensors on it.
 #pragma once
 
 #include <Eigen/Geometry>
