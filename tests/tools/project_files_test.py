@@ -165,7 +165,7 @@ class RecordingSources(unittest.TestCase):
         self.assertEqual('', self.hash(), 'a missing source is an error of the build')
 
     def test_are_all_that_the_run_and_the_writer_include_but_what_is_named_here(self):
-        units = ('live/run', 'live/self_check', 'live/frame_pipeline', 'live/steering_pose_buffer', 'live/recorded')
+        units = ('live/run', 'live/self_check', 'live/frame_pipeline', 'live/steering_pose_buffer', 'live/recorded', 'live/setup')
         files = [f'sim/{unit}.{end}' for unit in units for end in ('h', 'cc')] + ['sim/recording/recording_writer.cc']
         files.remove('sim/live/self_check.cc')  # it reads the recording back
         included = {name for file in files for name in includes((ROOT / file).read_text()) if re.match(r'sim/.*\.h$', name)}
