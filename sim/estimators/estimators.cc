@@ -36,7 +36,7 @@ slam::Calibration with_depth(const Start& start) {
   slam::Calibration calibration = start.calibration;
   if (start.options.depth.first_sight != slam::FirstSight::measured_depth) return calibration;
   for (std::size_t i = 0; i < start.rig.size(); ++i)
-    if (start.rig[i].kind == rig::Kind::depth && start.rig[i].aligned_with == "cam0")
+    if (start.rig[i].kind == rig::Kind::depth && start.rig[i].aligned_with == rig::kHeadCamera)
       calibration.depth = {static_cast<int>(i), rig::inverse_depth_sigma(start.rig[i])};
   if (!calibration.depth)
     throw std::invalid_argument(

@@ -100,7 +100,7 @@ const RigFormat& format_of(rig::Kind kind) {
 
 rig::RigSensor head_camera(const RecordingSetup& setup) {
   rig::RigSensor camera;
-  camera.name = "cam0";
+  camera.name = rig::kHeadCamera;
   camera.rate_hz = setup.camera_rate_hz, camera.camera = setup.calibration.camera;
   return camera;
 }

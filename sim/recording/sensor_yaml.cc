@@ -237,6 +237,7 @@ void each_number(auto& sensor, auto&& take) {
   if (sensor.kind == Kind::depth) {
     take("baseline_m", sensor.baseline_m, 1e-3);
     take("disparity_sigma_px", sensor.disparity_sigma_px);
+    take("window_px", sensor.window_px, 1, 64);
     take("edge_px", sensor.edge_px, 0, 20);
   }
   if (sensor.kind == Kind::lidar) {

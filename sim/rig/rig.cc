@@ -30,7 +30,7 @@ void copy_values(const auto& item, RigSensor& s) {
   if constexpr (requires { item.nearest_m; }) s.nearest_m = item.nearest_m, s.furthest_m = item.furthest_m;
   if constexpr (requires { item.aligned_with; })
     s.aligned_with = item.aligned_with, s.baseline_m = item.baseline_m, s.edge_px = item.edge_px,
-    s.disparity_sigma_px = item.disparity_sigma_px;
+    s.disparity_sigma_px = item.disparity_sigma_px, s.window_px = item.window_px;
   if constexpr (requires { item.range_sigma_m; })
     s.lowest_rad = item.lowest_rad, s.highest_rad = item.highest_rad, s.range_sigma_m = item.range_sigma_m,
     s.angle_sigma_rad = item.angle_sigma_rad;
@@ -50,18 +50,29 @@ bool has_images(const Item& item) {
 }
 
 // Intel RealSense D435i: the color imager 15 mm beside the left infrared one (the head camera), with a
-// rolling shutter; the IMU is a BMI055.
+// rolling shutter; the IMU is a BMI055. Depth is matched at 848 x 480 and decimated to the head camera's
+// size.
 std::vector<Item> d435i() {
   ColorCamera color;
   color.position_m = {0, 0.015, 0};
   color.rate_hz = 15;
   color.readout_s = 0.016;
   color.subframes = 3;
+  DepthCamera depth;
+  depth.stereo_width_px = 848;
   Imu imu;
   imu.position_m = {0, -0.005, -0.012};
   imu.gyro_sigma_rad_s = 1e-3;
   imu.accelerometer_sigma_m_s2 = 2e-2;
-  return {GrayEye(), color, DepthCamera(), imu};
+  return {GrayEye(), color, depth, imu};
+}
+
+// The same with the color imager at 848 x 480; the other cameras have the size of the head camera.
+std::vector<Item> d435i_848() {
+  std::vector<Item> items = d435i();
+  auto& color = std::get<ColorCamera>(items[1]);
+  color.width_px = 848, color.height_px = 480;
+  return items;
 }
 
 // Livox Mid-360 above the head.
@@ -77,8 +88,10 @@ struct Preset {
   std::string_view name;
   std::vector<Item> (*items)();
 };
-constexpr Preset kPresets[]{
-    {"head_2006", [] { return std::vector<Item>(); }}, {"d435i", d435i}, {"d435i_mid360", d435i_mid360}};
+constexpr Preset kPresets[]{{"head_2006", [] { return std::vector<Item>(); }},
+                            {"d435i", d435i},
+                            {"d435i_848", d435i_848},
+                            {"d435i_mid360", d435i_mid360}};
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;  // fu, fv, k1 to k4
 constexpr int kGrid = 40;                      // pixels a side for comparing the two cameras
@@ -159,7 +172,8 @@ std::vector<std::string_view> preset_names() {
 }
 
 std::optional<Problem> name_problem(const std::vector<std::string>& names) {
-  std::set<std::string> taken{"cam0", "imu0", "plan0", "encoders0", "forces0", "state_groundtruth_estimate0"};
+  std::set<std::string> taken{kHeadCamera, kChestImu, "plan0",
+                              "encoders0", "forces0", "state_groundtruth_estimate0"};
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (!is_folder_name(names[i]))
       return Problem{i, fmt::format("name '{}': expected 1 to 40 characters of a-z, 0-9 and _", names[i])};
@@ -169,7 +183,7 @@ std::optional<Problem> name_problem(const std::vector<std::string>& names) {
 }
 
 std::optional<Problem> problem(const std::vector<Item>& items) {
-  std::vector<std::string> names, cameras{"cam0"};
+  std::vector<std::string> names, cameras{kHeadCamera};
   for (const Item& item : items) {
     names.push_back(name_of(item));
     if (has_images(item)) cameras.push_back(names.back());
@@ -230,12 +244,20 @@ std::vector<RigSensor> calibrated(const std::vector<Item>& items, const slam::Ca
     std::visit([&s](const auto& item) { copy_values(item, s); }, items[i]);
     sensors.push_back(s);
   }
-  for (RigSensor& s : sensors)  // once all cameras are known
-    if (const int with = partner(sensors, s); s.kind == Kind::depth && with >= 0) {
+  for (std::size_t i = 0; i < items.size(); ++i) {  // once all cameras are known
+    const auto* depth = std::get_if<DepthCamera>(&items[i]);
+    if (!depth) continue;
+    RigSensor& s = sensors[i];
+    if (const int with = partner(sensors, s); with >= 0) {
       const RigSensor& camera = sensors[static_cast<std::size_t>(with)];
       s.X_CS = camera.X_CS, s.camera = camera.camera;
       s.rate_hz = camera.rate_hz, s.time_offset_s = camera.time_offset_s;
     }
+    const double decimation =
+        depth->stereo_width_px > 0 ? 1.0 * s.camera.width_px / depth->stereo_width_px : 1;
+    s.disparity_sigma_px *= decimation;
+    s.window_px = std::max(1.0, s.window_px * decimation);
+  }
   return sensors;
 }
 

@@ -14,6 +14,9 @@
 
 namespace sim::rig {
 
+/// Names of the sensors that every recording has.
+inline constexpr const char *kHeadCamera = "cam0", *kChestImu = "imu0";
+
 /// A mount without a link is relative to the place that the model gives the sensor.
 inline constexpr const char* kModel = "model";
 
@@ -118,10 +121,10 @@ struct ColorCamera : Sensor, Imager {
 /// Depth at the pixels, the stamps and from the place of another camera.
 struct DepthCamera {
   static constexpr const char* kName = "depth";
-  std::string name = "depth0", aligned_with = "cam0";
+  std::string name = "depth0", aligned_with = kHeadCamera;
   double nearest_m = 0.3, furthest_m = 10;
-  double baseline_m = 0.05, disparity_sigma_px = 0.08;
-  int edge_px = 1;
+  double baseline_m = 0.05, disparity_sigma_px = 0.08, window_px = 7;
+  int stereo_width_px = 0, edge_px = 1;
 
   static void keys(auto&& key) {
     value<&DepthCamera::name>(key, "name of the sensor and of its folder in the recording");
@@ -131,7 +134,13 @@ struct DepthCamera {
     number<&DepthCamera::baseline_m>(
         key, 0.001, 1,
         "baseline b of the stereo pair that measures: the error is z² disparity_sigma_px / (f b)");
+    number<&DepthCamera::stereo_width_px>(key, 0, 4096,
+                                          "width of the images that the pair matches, whose pixels the next "
+                                          "two keys count; 0: width of the depth "
+                                          "image");
     number<&DepthCamera::disparity_sigma_px>(key, 0, 10, "error of the disparity; 0: exact depth");
+    number<&DepthCamera::window_px>(key, 1, 64,
+                                    "matching window, which correlates errors of neighbors; 1: independent");
     number<&DepthCamera::edge_px>(key, 0, 20, "pixels beside an occlusion edge that give no depth");
   }
   std::optional<std::string> problem() const;
@@ -223,7 +232,8 @@ struct RigSensor {
 
   // Errors on the way to the estimator (sim/sensor_errors); recorded readings are ideal.
   double read_sigma_gray = 0, shot_sigma_gray = 0;            ///< of gray and color
-  double baseline_m = 0, disparity_sigma_px = 0;              ///< of depth
+  double baseline_m = 0, disparity_sigma_px = 0;              ///< of depth, in pixels of the camera
+  double window_px = 1;                                       ///< of depth: the matching window
   int edge_px = 0;                                            ///< of depth
   double range_sigma_m = 0, angle_sigma_rad = 0;              ///< of a lidar
   double gyro_sigma_rad_s = 0, accelerometer_sigma_m_s2 = 0;  ///< of an IMU, of one reading

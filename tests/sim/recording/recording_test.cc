@@ -36,6 +36,7 @@ std::vector<rig::RigSensor> rig_of(std::uint64_t seed) {
   for (rig::RigSensor* s : {&depth, &lidar})
     s->nearest_m = random.uniform(), s->furthest_m = 1 + random.uniform();
   depth.edge_px = 2, depth.baseline_m = random.uniform(), depth.disparity_sigma_px = random.uniform();
+  depth.window_px = 1 + random.uniform();
   lidar.lowest_rad = -random.uniform(), lidar.highest_rad = random.uniform();
   lidar.range_sigma_m = random.uniform(), lidar.angle_sigma_rad = random.uniform();
   imu.gyro_sigma_rad_s = random.uniform(), imu.accelerometer_sigma_m_s2 = random.uniform();
@@ -47,9 +48,9 @@ std::vector<rig::RigSensor> rig_of(std::uint64_t seed) {
 auto numbers_of(const rig::RigSensor& s) {
   return std::tuple(s.name, s.kind, s.aligned_with, s.rate_hz, s.time_offset_s, s.nearest_m, s.furthest_m,
                     s.readout_s, s.lowest_rad, s.highest_rad, s.read_sigma_gray, s.shot_sigma_gray,
-                    s.baseline_m, s.disparity_sigma_px, s.edge_px, s.range_sigma_m, s.angle_sigma_rad,
-                    s.gyro_sigma_rad_s, s.accelerometer_sigma_m_s2, s.gyro_bias_sigma_rad_s,
-                    s.accelerometer_bias_sigma_m_s2);
+                    s.baseline_m, s.disparity_sigma_px, s.window_px, s.edge_px, s.range_sigma_m,
+                    s.angle_sigma_rad, s.gyro_sigma_rad_s, s.accelerometer_sigma_m_s2,
+                    s.gyro_bias_sigma_rad_s, s.accelerometer_bias_sigma_m_s2);
 }
 
 RecordingSetup setup_of(sensor_errors::Random& random) {

@@ -95,6 +95,40 @@ TEST(RigErrors, DepthHasNoiseThatGrowsWithItsSquareInWholeMillimeters) {
   }
 }
 
+// The mean over a window of 7 px has the correlation 1 - d/7 at a distance of d px.
+TEST(RigErrors, DepthNoiseIsCorrelatedWithinTheMatchingWindowAndThreeQuartersOfItLastOverFrames) {
+  rig::RigSensor camera = sensor("depth0", Kind::depth);
+  camera.disparity_sigma_px = 0.2;
+  const auto noise = [&](Stamp t) {
+    slam::RigReading given = reading(depth(5));
+    given.t = t;
+    cv::Mat1f error = applied(camera, given).image;
+    return cv::Mat1f((error - 5000) / (5000.0 * 5 * 0.2 / (200 * 0.05)));
+  };
+  const auto correlation = [](const cv::Mat1f& a, const cv::Mat1f& b, int right, int down) {
+    const cv::Rect left(0, 0, 320 - right, 240 - down);
+    return a(left).clone().dot(b(left + cv::Point(right, down)).clone()) / left.area();
+  };
+  for (const double window : {1.0, 7.0}) {
+    camera.window_px = window;
+    double same = 0, half = 0, beyond = 0, next = 0, later = 0;
+    for (int second = 0; second < 10; ++second) {
+      const cv::Mat1f now = noise(Stamp(1'000'000'000ll * second));
+      same += correlation(now, now, 0, 0) / 10;
+      half += (correlation(now, now, 3, 0) + correlation(now, now, 0, 3)) / 20;
+      beyond += (correlation(now, now, 10, 0) + correlation(now, now, 0, 10)) / 20;
+      next += correlation(now, noise(Stamp(1'000'000'000ll * second + 10'000'000)), 0, 0) / 10;
+      later += correlation(now, noise(Stamp(1'000'000'000ll * second + 500'000'000)), 0, 0) / 10;
+    }
+    const double error = 2 * window / std::sqrt(10 * 76800.0);  // five standard errors, conservatively
+    EXPECT_NEAR(same, 1, 5 * error) << window;
+    EXPECT_NEAR(half, window > 1 ? 0.6 : 0, 0.08) << window;
+    EXPECT_NEAR(beyond, 0, 5 * error) << window;
+    EXPECT_NEAR(next, 0.75, 0.03) << window;  // 10 ms of 250 ms have passed
+    EXPECT_NEAR(later, 0, 5 * error) << window;
+  }
+}
+
 TEST(RigErrors, DepthOutOfRangeIsNone) {
   const rig::RigSensor camera = sensor("depth0", Kind::depth);
   for (const auto& [z_m, seen] : {std::pair(0.299, false), {0.3, true}, {10, true}, {10.001, false}})
