@@ -3,9 +3,11 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,13 +19,20 @@
 
 namespace sim::exports {
 
-/// The robot of a run, for viewers. The simulator's model supplies it, which exports do not see.
+/// The robot of a run. The simulator's model supplies it, which exports do not see.
 struct RobotDescription {
+  /// The link that carries a sensor, and the head camera in its frame in the posture of the calibration.
+  struct Mounting {
+    std::string link;
+    Eigen::Isometry3d X_LC = Eigen::Isometry3d::Identity();
+  };
   std::string urdf;                ///< its root is the link "waist"
-  std::vector<std::string> links;  ///< those that joints move
+  std::vector<std::string> links;  ///< the others
   /// The poses of these links in the waist's frame, by the angles (rad) of the encoders. Throws
   /// std::runtime_error for another number of angles than the robot has.
   std::function<std::vector<Eigen::Isometry3d>(const Eigen::VectorXd& q)> poses;
+  std::map<std::string, Mounting> mountings;                    ///< by the names of the sensors
+  std::array<std::string, 2> soles{"left_foot", "right_foot"};  ///< the links of left and right sole
 };
 
 /// A recorded run. result: its folder, with recording/ and, if a filter was run, estimate_cov.txt.
@@ -36,6 +45,8 @@ struct ExportedRun {
   bool undistort = false;  ///< remove the lens distortion also for formats that know lenses
   std::shared_ptr<const RobotDescription> robot = nullptr;  ///< null: viewers draw none
   std::function<void(double)> progress = [](double) {};     ///< called with the completed fraction, 0 to 1
+  /// Called with what the export lacks, although the rig promises it.
+  std::function<void(const std::string&)> warn = [](const std::string&) {};
 };
 
 /// The rows of mav0/<sensor>/data.csv of a recording, merged with its frames by time; none without such a

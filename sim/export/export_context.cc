@@ -1,17 +1,10 @@
 #include "sim/export/export_context.h"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
-#include <algorithm>
-#include <cmath>
 #include <stdexcept>
 
+#include "sim/export/export_text.h"
 #include "sim/files/text.h"
 #include "sim/recording/manifest.h"
-#include "sim/recording/recording_format.h"
-#include "slam/camera.h"
-#include "slam/observation.h"
 
 namespace sim::exports {
 namespace {
@@ -30,22 +23,6 @@ constexpr Format kFormats[]{{"euroc", export_euroc},
                             {"mcap", export_mcap},
                             {"orbslam3", export_orbslam3},
                             {"openvins", export_openvins, true, 2}};
-
-// Writes a pixel of 8 bits a channel; `at` lies inside the image.
-void bilinear(const cv::Mat& image, const Eigen::Vector2d& at, unsigned char* pixel) {
-  const int left = std::min(static_cast<int>(at.x()), image.cols - 2),
-            top = std::min(static_cast<int>(at.y()), image.rows - 2), n = image.channels();
-  const double a = at.x() - left, b = at.y() - top;
-  const unsigned char *upper = image.ptr(top, left), *lower = image.ptr(top + 1, left);
-  for (int i = 0; i < n; ++i)
-    pixel[i] = static_cast<unsigned char>(std::lround((1 - b) * ((1 - a) * upper[i] + a * upper[n + i]) +
-                                                      b * ((1 - a) * lower[i] + a * lower[n + i])));
-}
-
-bool is_pinhole(const slam::CameraIntrinsics& camera) {
-  const auto* lens = std::get_if<slam::OneParameterRadial>(&camera.lens);
-  return lens && lens->k1_px2 == 0;
-}
 
 }  // namespace
 
@@ -73,8 +50,9 @@ ExportContext::ExportContext(const ExportedRun& run_, const fs::path& folder_, b
       passes_(passes) {
   sensors.push_back(recording::head_camera(setup));
   rig::RigSensor& imu = sensors.emplace_back();
-  imu.name = "imu0", imu.kind = rig::Kind::imu;
+  imu.name = rig::kChestImu, imu.kind = rig::Kind::imu;
   imu.rate_hz = setup.imu_rate_hz, imu.X_CS = setup.calibration.X_CG;
+  imu.time_offset_s = run.errors.motion_time_offset_s;
   imu.gyro_sigma_rad_s = run.errors.gyro.sigma;
   imu.gyro_bias_walk_rad_s2 = run.errors.gyro.bias_walk_sigma;
   imu.accelerometer_sigma_m_s2 = run.errors.accelerometer.sigma;
@@ -145,73 +123,52 @@ std::optional<ExportedFrame> Frames::next() {
   return frame;
 }
 
-Undistortion::Undistortion(const slam::CameraIntrinsics& camera) : pinhole_(camera) {
-  const slam::Camera recorded(camera);
-  const int pixels = camera.width_px * camera.height_px;
-  pinhole_.lens = slam::RadialTangential{};
-  pinhole_.fu_px = 0;
-  while (from_.size() < static_cast<std::size_t>(pixels)) {
-    pinhole_.fv_px = ++pinhole_.fu_px;
-    if (pinhole_.fu_px > 1e5) throw std::logic_error("no pinhole looks through this lens");
-    from_.clear();
-    for (int i = 0; i < pixels; ++i) {
-      const auto at = recorded.project({(i % camera.width_px - pinhole_.u0_px) / pinhole_.fu_px,
-                                        (i / camera.width_px - pinhole_.v0_px) / pinhole_.fv_px, 1});
-      if (!at || !recorded.inside(at->pixel, 0)) break;
-      from_.push_back(at->pixel);
-    }
+std::string ExportContext::cameras_text(const std::vector<int>& cameras) const {
+  std::string text = undistort_ ? text_of("lens_pinhole.md") : "";
+  bool fits = false;
+  for (const int i : cameras) {
+    const auto& [camera, rms_px, largest_px] = cameras_.at(static_cast<std::size_t>(i))->fitted;
+    text +=
+        fmt::format("- `{}`, {}: {} x {} px, focal lengths {} and {} px, principal point ({}, {}), ",
+                    sensor(i).name, rig::kKinds[static_cast<std::size_t>(sensor(i).kind)], camera.width_px,
+                    camera.height_px, camera.fu_px, camera.fv_px, camera.u0_px, camera.v0_px);
+    fits = fits || equidistant_lens(camera);
+    text +=
+        equidistant_lens(camera)
+            ? fmt::format("equidistant: {:.4f} px root mean square, at most {:.4f} px\n", rms_px, largest_px)
+            : "no distortion\n";
   }
+  return text + (fits ? text_of("lens_equidistant.md") : "");
 }
 
-cv::Mat Undistortion::operator()(const cv::Mat& image) const {
-  cv::Mat straight(image.rows, image.cols, image.type());
-  auto from = from_.begin();
-  for (int row = 0; row < image.rows; ++row)
-    for (int column = 0; column < image.cols; ++column, ++from)
-      if (image.depth() == CV_16U)
-        straight.at<std::uint16_t>(row, column) = image.at<std::uint16_t>(
-            static_cast<int>(std::lround(from->y())), static_cast<int>(std::lround(from->x())));
-      else
-        bilinear(image, *from, straight.ptr(row, column));
-  return straight;
+void ExportContext::write_readme(std::initializer_list<std::string> names, const std::vector<int>& cameras,
+                                 const std::string& more) const {
+  std::string texts;
+  for (const std::string& name : names) texts += name.empty() ? "" : text_of(name);
+  const recording::ImuNoise noise = noise_of(sensor(chest()));
+  std::string offsets;
+  for (const rig::RigSensor& sensor : setup.rig)
+    if (sensor.time_offset_s != 0)
+      offsets += fmt::format("The stamps of `{}` are {} s ahead of those of the head camera.\n", sensor.name,
+                             sensor.time_offset_s);
+  write("README.md", fmt::format(fmt::runtime(text_of("readme.md")), run.name, run.seed, texts + more,
+                                 recording::kEpoch.count() / 1'000'000'000, setup.imu_rate_hz,
+                                 noise.gyro_density, noise.accelerometer_density, noise.gyro_walk,
+                                 noise.accelerometer_walk, kLeastGyroWalk, kLeastAccelerometerWalk,
+                                 run.errors.motion_time_offset_s, offsets, cameras_text(cameras)));
 }
 
-ExportedCamera::ExportedCamera(const slam::CameraIntrinsics& recorded, bool undistort) : fitted{recorded} {
-  if (is_pinhole(recorded)) {
-    fitted.camera.lens = slam::RadialTangential{};
-  } else if (undistort) {
-    undistortion.emplace(recorded);
-    fitted.camera = undistortion->pinhole();
-  } else {
-    fitted = rig::fit_equidistant(recorded);
-  }
-}
-
-cv::Mat registered(const cv::Mat& depth, const slam::CameraIntrinsics& from, const slam::CameraIntrinsics& to,
-                   const Eigen::Isometry3d& X_to_from) {
-  cv::Mat nearest = cv::Mat::zeros(to.height_px, to.width_px, CV_16UC1);
-  for (int row = 0; row < depth.rows; ++row)
-    for (int column = 0; column < depth.cols; ++column) {
-      const double z = depth.at<std::uint16_t>(row, column);
-      if (z == 0) continue;
-      const auto seen = [&](double u, double v) -> Eigen::Vector3d {  // pixel and depth, mm
-        Eigen::Vector3d p(z * (u - from.u0_px) / from.fu_px, z * (v - from.v0_px) / from.fv_px, z);
-        p = X_to_from.linear() * p + 1e3 * X_to_from.translation();
-        return {to.u0_px + to.fu_px * p.x() / p.z(), to.v0_px + to.fv_px * p.y() / p.z(), p.z()};
-      };
-      const Eigen::Vector3d center = seen(column, row), first = seen(column - 0.5, row - 0.5),
-                            last = seen(column + 0.5, row + 0.5);
-      if (center.z() < 1 || center.z() > 65535 || first.z() <= 0 || last.z() <= 0) continue;
-      const auto mm = static_cast<std::uint16_t>(std::lround(center.z()));
-      const int bottom = static_cast<int>(std::min<double>(to.height_px, std::ceil(last.y()))),
-                right = static_cast<int>(std::min<double>(to.width_px, std::ceil(last.x())));
-      for (int v = static_cast<int>(std::max(0.0, std::ceil(first.y()))); v < bottom; ++v)
-        for (int u = static_cast<int>(std::max(0.0, std::ceil(first.x()))); u < right; ++u) {
-          auto& pixel = nearest.at<std::uint16_t>(v, u);
-          if (pixel == 0 || mm < pixel) pixel = mm;
-        }
-    }
-  return nearest;
+int image_of_depth(const ExportContext& out, int depth) {
+  constexpr double kLeastOverlap = 0.1;
+  const rig::RigSensor& from = out.sensor(depth);
+  int best = rig::partner(out.sensors, from);
+  double most = kLeastOverlap;
+  if (out.sensor(best).kind == rig::Kind::color) return best;
+  for (const int color : out.all(rig::Kind::color))
+    if (const double part = overlap(out.sensor(color), from, 0.5 * (from.nearest_m + from.furthest_m));
+        part > most)
+      best = color, most = part;
+  return best;
 }
 
 }  // namespace sim::exports

@@ -2,16 +2,15 @@
 // know it, the way files are written, and the functions that write one format each.
 #pragma once
 
-#include <array>
 #include <filesystem>
-#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "sim/export/export.h"
-#include "sim/export/ros_messages.h"
+#include "sim/export/exported_camera.h"
+#include "sim/export/imu_merger.h"
 #include "sim/files/trajectory_file.h"
 #include "sim/recording/filter_input.h"
 #include "sim/recording/sensor_yaml.h"
@@ -20,29 +19,8 @@
 
 namespace sim::exports {
 
-/// Removes the lens distortion from images.
-class Undistortion {
- public:
-  /// The pinhole (radial-tangential without distortion) has square pixels and the given camera's size and
-  /// principal point. Its focal length is the least whole number that keeps all its pixels inside.
-  explicit Undistortion(const slam::CameraIntrinsics& camera);
-  const slam::CameraIntrinsics& pinhole() const { return pinhole_; }
-  /// Returns the pinhole's image by bilinear interpolation, of 16 bits by the nearest pixel. `image` has the
-  /// given camera's size.
-  cv::Mat operator()(const cv::Mat& image) const;
-
- private:
-  slam::CameraIntrinsics pinhole_;
-  std::vector<Eigen::Vector2d> from_;  // the place of each pixel in the given image, row by row
-};
-
-/// The exported form of a camera and its images.
-struct ExportedCamera {
-  /// undistort: as a pinhole, otherwise with the equidistant lens. One without distortion stays as it is.
-  ExportedCamera(const slam::CameraIntrinsics& recorded, bool undistort);
-  rig::FittedCamera fitted;
-  std::optional<Undistortion> undistortion;
-};
+/// Returns the file of that name in texts/, which the program embeds.
+std::string text_of(std::string_view name);
 
 /// The readings of all sensors and the plan that the filter gets with a frame.
 struct ExportedFrame {
@@ -90,12 +68,14 @@ class ExportContext {
   void write_truth(const std::string& name, std::string_view bytes) const {
     if (run.with_truth) write(name, bytes);
   }
-  /// Writes README.md: the texts of these names, then the conventions of all exports.
-  void write_readme(std::initializer_list<std::string> names) const;
+  /// Writes README.md: the texts of these names, `more`, and the conventions of all exports. cameras: those
+  /// whose images are exported.
+  void write_readme(std::initializer_list<std::string> names, const std::vector<int>& cameras,
+                    const std::string& more = "") const;
 
  private:
   friend class Frames;
-  std::string lens_text() const;
+  std::string cameras_text(const std::vector<int>& cameras) const;
 
   const bool undistort_;
   const int passes_;
@@ -119,10 +99,10 @@ class Frames {
   ImuMerger imu_;
 };
 
-/// Returns the depth image (mm, 0: none) as the camera `to` would have it; both are pinholes. X_to_from: from
-/// one camera to the other. Each pixel covers the projection of its square; the nearest surface counts.
-cv::Mat registered(const cv::Mat& depth, const slam::CameraIntrinsics& from, const slam::CameraIntrinsics& to,
-                   const Eigen::Isometry3d& X_to_from);
+/// Returns the camera whose images belong to the depth images of a camera: the color camera that it is
+/// aligned with, else the color camera that sees most of the same, else the gray camera that it is aligned
+/// with.
+int image_of_depth(const ExportContext& out, int depth);
 
 /// Writes a ROS 2 bag, run.mcap and metadata.yaml, into a folder with a trailing slash, or "". for_viewers:
 /// all sensors, images as PNG, frames, paths, map, joints and feet; else raw images of the gray cameras and

@@ -1,12 +1,12 @@
 #include "sim/export/ros_messages.h"
 
-#include <libdeflate.h>
-
 #include <algorithm>
 #include <array>
-#include <cassert>
+#include <cmath>
 #include <set>
+#include <utility>
 
+#include "sim/export/export_context.h"
 #include "sim/recording/recording.h"
 
 namespace sim::exports {
@@ -73,17 +73,22 @@ class Cdr {
 
 std::array<double, 9> diagonal(double x) { return {x, 0, 0, 0, x, 0, 0, 0, x}; }
 
-// Fields of four bytes, float32 except the last, which is uint32: a point in memory is its record.
+struct CloudField {
+  const char* name;
+  std::uint8_t datatype;
+};
+constexpr std::uint8_t kUint8 = 2, kUint32 = 6, kFloat32 = 7;
+
+// Each field starts at a multiple of four bytes: a point in memory is its record.
 template <class Point>
-std::string cloud(slam::Stamp t, const std::string& frame, const std::vector<const char*>& names,
+std::string cloud(slam::Stamp t, const std::string& frame, const std::vector<CloudField>& fields,
                   const std::vector<Point>& points) {
-  constexpr std::uint8_t kUint32 = 6, kFloat32 = 7;
   constexpr auto step = static_cast<std::uint32_t>(sizeof(Point));
   const auto count = static_cast<std::uint32_t>(points.size());
   Cdr cdr;
-  cdr.header(t, frame).number(1u).number(count).number(step / 4);
-  for (std::uint32_t i = 0; i < step / 4; ++i)
-    cdr.text(names.at(i)).number(4 * i).number(4 * (i + 1) < step ? kFloat32 : kUint32).number(1u);
+  cdr.header(t, frame).number(1u).number(count).number(static_cast<std::uint32_t>(fields.size()));
+  for (std::uint32_t offset = 0; const auto& [name, datatype] : fields)
+    cdr.text(name).number(std::exchange(offset, offset + 4)).number(datatype).number(1u);
   cdr.number(std::uint8_t{0}).number(step).number(step * count);
   cdr.raw(reinterpret_cast<const unsigned char*>(points.data()), step * points.size());
   return cdr.number(std::uint8_t{1}).bytes();
@@ -177,12 +182,29 @@ std::string path(slam::Stamp t, const std::string& frame, std::span<const files:
 }
 
 std::string point_cloud(slam::Stamp t, const std::string& frame, const std::vector<CloudPoint>& points) {
-  return cloud(t, frame, {"x", "y", "z", "id"}, points);
+  return cloud(t, frame, {{"x", kFloat32}, {"y", kFloat32}, {"z", kFloat32}, {"id", kUint32}}, points);
 }
 
-std::string point_cloud(slam::Stamp t, const std::string& frame,
-                        const std::vector<slam::LidarPoint>& points) {
-  return cloud(t, frame, {"x", "y", "z", "intensity", "t"}, points);
+std::string point_cloud(slam::Stamp t, const std::string& frame, const std::vector<slam::LidarPoint>& points,
+                        double lowest_rad, double highest_rad) {
+  struct Record {
+    slam::LidarPoint point;
+    std::uint32_t ring;  // the first byte, on a little-endian machine
+  };
+  std::vector<Record> records;
+  for (const slam::LidarPoint& point : points) {
+    const double elevation = std::atan2(point.z_m, std::hypot(point.x_m, point.y_m));
+    const double row = kRings * (elevation - lowest_rad) / (highest_rad - lowest_rad);
+    records.push_back({point, static_cast<std::uint32_t>(std::clamp(row, 0.0, kRings - 1.0))});
+  }
+  return cloud(t, frame,
+               {{"x", kFloat32},
+                {"y", kFloat32},
+                {"z", kFloat32},
+                {"intensity", kFloat32},
+                {"t", kUint32},
+                {"ring", kUint8}},
+               records);
 }
 
 std::string joint_state(slam::Stamp t, const std::vector<std::string>& names,
@@ -200,136 +222,4 @@ std::string wrench(slam::Stamp t, const std::string& frame, const Eigen::Vector3
 }
 
 }  // namespace ros
-
-namespace {
-
-constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
-constexpr std::size_t kChunk = 4 << 20;  // bytes
-
-enum class Op : std::uint8_t {
-  header = 1,
-  footer,
-  schema,
-  channel,
-  message,
-  chunk,
-  message_index,
-  chunk_index,
-  statistics = 0x0b,
-  data_end = 0x0f
-};
-
-// The fields of a record, little-endian; texts and maps follow their length.
-struct Fields {
-  std::string bytes;
-
-  template <typename Number>
-  Fields& number(Number x) {
-    bytes.append(reinterpret_cast<const char*>(&x), sizeof x);
-    return *this;
-  }
-  Fields& text(std::string_view t) {
-    number(static_cast<std::uint32_t>(t.size())).bytes += t;
-    return *this;
-  }
-  template <typename Pairs>
-  Fields& pairs(const Pairs& all) {
-    Fields inner;
-    for (const auto& [a, b] : all) inner.number(a).number(b);
-    return text(inner.bytes);
-  }
-};
-
-std::string record(Op op, std::string_view fields) {
-  return Fields{}
-      .number(static_cast<std::uint8_t>(op))
-      .number(std::uint64_t{fields.size()})
-      .bytes.append(fields);
-}
-
-}  // namespace
-
-McapWriter::McapWriter(const std::filesystem::path& file) : out_(file) {
-  put(kMagic);
-  put(record(Op::header, Fields{}.text("ros2").text("gaitslam").bytes));
-}
-
-void McapWriter::put(std::string_view bytes) {
-  out_.write(bytes);
-  at_ += bytes.size();
-}
-
-std::uint16_t McapWriter::add_channel(const std::string& topic, const MessageType& type,
-                                      const std::string& qos) {
-  assert(begin_ == ~0ull);
-  const auto id = static_cast<std::uint16_t>(channels_.size() + 1);
-  schemas_.push_back(
-      record(Op::schema, Fields{}.number(id).text(type.name).text("ros2msg").text(type.definition).bytes));
-  const std::string metadata = Fields{}.text("offered_qos_profiles").text(qos).bytes;
-  channels_.push_back(
-      record(Op::channel, Fields{}.number(id).number(id).text(topic).text("cdr").text(metadata).bytes));
-  counts_.push_back(0);
-  put(schemas_.back());
-  put(channels_.back());
-  return id;
-}
-
-void McapWriter::add_message(std::uint16_t channel, std::int64_t t_ns, std::string_view cdr) {
-  const auto t = static_cast<std::uint64_t>(t_ns);
-  const auto sequence = static_cast<std::uint32_t>(++counts_.at(channel - 1u));
-  Fields fields;
-  fields.number(channel).number(sequence).number(t).number(t).bytes += cdr;
-  moments_[channel].push_back({t, chunk_.size()});
-  chunk_ += record(Op::message, fields.bytes);
-  chunk_begin_ = std::min(chunk_begin_, t), chunk_end_ = std::max(chunk_end_, t);
-  begin_ = std::min(begin_, t), end_ = std::max(end_, t);
-  if (chunk_.size() >= kChunk) close_chunk();
-}
-
-void McapWriter::close_chunk() {
-  if (chunk_.empty()) return;
-  const std::uint64_t size = chunk_.size();
-  Fields fields;
-  fields.number(chunk_begin_).number(chunk_end_).number(size);
-  fields.number(libdeflate_crc32(0, chunk_.data(), chunk_.size())).text("").number(size);
-  const std::uint64_t offset = at_;
-  put(record(Op::chunk, fields.bytes + chunk_));
-  Chunk index{chunk_begin_, chunk_end_, offset, at_ - offset, 0, size, {}};
-  for (auto& [channel, moments] : moments_) {
-    std::stable_sort(moments.begin(), moments.end());
-    index.index_offsets[channel] = at_;
-    put(record(Op::message_index, Fields{}.number(channel).pairs(moments).bytes));
-  }
-  index.index_length = at_ - offset - index.length;
-  chunks_.push_back(index);
-  chunk_.clear();
-  moments_.clear();
-  chunk_begin_ = ~0ull, chunk_end_ = 0;
-}
-
-void McapWriter::finish() {
-  close_chunk();
-  put(record(Op::data_end, Fields{}.number(0u).bytes));  // without a checksum: the chunks have theirs
-  const std::uint64_t summary = at_;
-  for (const auto* records : {&schemas_, &channels_})
-    for (const std::string& one : *records) put(one);
-  const auto n = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
-  std::map<std::uint16_t, std::uint64_t> counts;
-  for (std::uint16_t channel = 1; channel <= counts_.size(); ++channel) counts[channel] = messages(channel);
-  Fields statistics;
-  statistics.number(messages()).number(static_cast<std::uint16_t>(n(schemas_))).number(n(channels_));
-  statistics.number(0u).number(0u).number(n(chunks_)).number(messages() ? begin_ : 0).number(end_);
-  put(record(Op::statistics, statistics.pairs(counts).bytes));
-  for (const Chunk& chunk : chunks_) {
-    Fields index;
-    index.number(chunk.begin).number(chunk.end).number(chunk.offset).number(chunk.length);
-    index.pairs(chunk.index_offsets).number(chunk.index_length).text("");
-    put(record(Op::chunk_index, index.number(chunk.size).number(chunk.size).bytes));
-  }
-  constexpr std::uint64_t kNoOffsets = 0;
-  put(record(Op::footer, Fields{}.number(summary).number(kNoOffsets).number(0u).bytes));
-  put(kMagic);
-  out_.close();
-}
-
 }  // namespace sim::exports

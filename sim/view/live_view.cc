@@ -31,29 +31,29 @@ constexpr std::uint32_t kImu = 3;
 
 /// Its number to clients is its place, from 1. payload: of a frame; empty if it has none.
 struct Channel {
-  const char* topic;
+  std::string topic;
   const exports::MessageType& type;
   std::string (*payload)(const Frame& frame, const recording::RecordingSetup& setup);
 };
 
 using Setup = recording::RecordingSetup;
 const std::array<Channel, 6> kChannels{
-    {{"/camera/image/compressed", ros::kCompressedImage,
+    {{ros::kHeadTopics + ros::kImageTopic, ros::kCompressedImage,
       [](const Frame& f, const Setup&) {
         return f.image.empty()
                    ? ""
                    : ros::compressed_image(f.t, ros::kCameraFrame, recording::encode_png(f.image));
       }},
-     {"/camera/camera_info", ros::kCameraInfo,
+     {ros::kHeadTopics + ros::kInfoTopic, ros::kCameraInfo,
       [](const Frame& f, const Setup& setup) {
         return f.image.empty() ? "" : ros::camera_info(f.t, ros::kCameraFrame, setup.calibration.camera);
       }},
-     {"/imu", ros::kImu, nullptr},  // of all observations, not only of frames
-     {"/ground_truth/pose", ros::kPoseStamped,
+     {ros::kImuTopic, ros::kImu, nullptr},  // of all observations, not only of frames
+     {ros::kTrueTopics + ros::kPoseTopic, ros::kPoseStamped,
       [](const Frame& f, const Setup&) { return f.truth ? ros::pose_stamped(f.t, "world", *f.truth) : ""; }},
-     {"/plan/pose", ros::kPoseStamped,
+     {ros::kPlanTopics + ros::kPoseTopic, ros::kPoseStamped,
       [](const Frame& f, const Setup&) { return f.plan ? ros::pose_stamped(f.t, "world", *f.plan) : ""; }},
-     {"/slam/pose", ros::kPoseWithCovarianceStamped, [](const Frame& f, const Setup&) {
+     {ros::kSlamTopics + ros::kPoseTopic, ros::kPoseWithCovarianceStamped, [](const Frame& f, const Setup&) {
         return f.estimate ? ros::pose_with_covariance_stamped(f.t, "world", *f.estimate,
                                                               f.covariance.value_or(files::Matrix6d::Zero()))
                           : "";

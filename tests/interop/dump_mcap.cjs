@@ -16,7 +16,7 @@ const readable = {
   size: async () => BigInt(bytes.length),
   read: async (offset, length) => new Uint8Array(bytes.subarray(Number(offset), Number(offset + length))),
 };
-const sizes = { 6: "getUint32", 7: "getFloat32" };
+const sizes = { 2: "getUint8", 6: "getUint32", 7: "getFloat32" };
 
 function pointsOf({ fields, data, width, point_step: step }) {
   assert.equal(data.length, width * step);

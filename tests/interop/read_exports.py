@@ -158,14 +158,11 @@ def openvins(folder, expected):
 
 def mcap(folder, expected):
     messages = bag(expected, "/camera/image/compressed", "/camera/camera_info", "/imu")
-    moving = {"plan_camera": "plan", "slam_camera": "slam"}
     true = {f"ground_truth/{n}": n.replace("camera", "truth") for n in ("camera", "waist", "left_foot", "right_foot")}
-    for topic, files in (("/tf", moving), ("/ground_truth/tf", true)):
-        for frame, file in files.items():
-            expected.check_poses(transforms(messages[topic], "world", frame), file)
-        assert len(transforms(messages[topic], "world")) == sum(len(expected.poses(f)) for f in files.values())
-    expected.check_poses(transforms(messages["/tf_static"], "cam0_optical_frame", "imu"), "X_CG",
-                         [stamp(messages["/tf_static"][0]["transforms"][0])])
+    for frame, file in true.items():
+        expected.check_poses(transforms(messages["/ground_truth/tf"], "world", frame), file)
+    assert len(transforms(messages["/ground_truth/tf"], "world")) == sum(len(expected.poses(f)) for f in true.values())
+    check_tree(messages, {"imu": "M_imu0", "cam0_optical_frame": "M_cam0"}, expected)
     assert [m["data"] for m in messages["/robot_description"]] == ["<robot/>"]
     # The test's robot: the first joint moves the thigh along x, the second one the shin along y.
     assert [[t, *p[:3]] for t, p in transforms(messages["/tf"], "waist")] == [
@@ -188,6 +185,59 @@ def mcap(folder, expected):
                 for m in wrenches] == expected.rows(f"{foot}_wrench")
     if expected.has_rig:
         mcap_rig(messages, expected)
+
+
+class Tree:
+    """The frames of /tf_static and of the newest /tf, each by its parent and its pose there."""
+
+    def __init__(self, *topics):
+        self.parents = {}
+        for transform in (t for messages in topics for m in messages for t in m["transforms"]):
+            parent, child = transform["header"]["frame_id"], transform["child_frame_id"]
+            assert self.parents.get(child, (parent,))[0] == parent, f"{child} has two parents"
+            position, quaternion = np.split(np.array(pose_of(transform["transform"])), [3])
+            self.parents[child] = parent, np.vstack([np.column_stack([rotation(*quaternion), position]), [0, 0, 0, 1]])
+
+    def roots(self):
+        return {parent for parent, _ in self.parents.values()} - set(self.parents)
+
+    def pose(self, frame):
+        """In the root."""
+        if frame not in self.parents:
+            return np.eye(4)
+        parent, X = self.parents[frame]
+        return self.pose(parent) @ X
+
+
+def check_tree(messages, sensors, expected):
+    """sensors: the frames of sensors, with their poses in the links that carry them: the thigh, or the shin of a camera."""
+    tree = Tree(messages["/tf_static"], messages["/tf"])
+    assert tree.roots() == {"base_link"} and not any("truth" in frame for frame in tree.parents)
+    hip, knee = expected.rows("links")[-1][1:]
+    for frame, name in sensors.items():
+        X = tree.pose(frame) @ np.linalg.inv(expected.pose(name))
+        link = [0, knee, 0] if "optical" in frame else [hip, 0, 0]
+        assert np.abs(X - np.vstack([np.column_stack([np.eye(3), link]), [0, 0, 0, 1]])).max() < 1e-12, frame
+    assert Tree(messages["/tf_static"], messages["/tf"], messages["/ground_truth/tf"],
+                messages["/ground_truth/tf_static"]).roots() == {"world"}
+
+
+def mounting(folder, calibration):
+    """Of a walk of the robot: the tree has one root and reaches each sensor where the calibration has it."""
+    messages = json.loads((calibration.parent / "messages.json").read_text())
+    sensors = json.loads(calibration.read_text())  # frame: pose in the head camera, by rows
+    tree = Tree(messages["/tf_static"], messages["/tf"])
+    assert tree.roots() == {"base_link"}
+    frames = {m["header"]["frame_id"] for topic, list in messages.items() for m in list
+              if "header" in m and not topic.startswith(("/ground_truth", "/slam", "/plan", "/joint"))}
+    assert frames >= set(sensors) and frames <= set(tree.parents), frames - set(tree.parents)
+    X_BC = tree.pose("cam0_optical_frame")
+    for frame, X in sensors.items():  # the neck yields by less than a milliradian
+        assert np.abs(np.linalg.inv(X_BC) @ tree.pose(frame) - np.reshape(X, (4, 4))).max() < 1e-3, frame
+    with_truth = Tree(messages["/tf_static"], messages["/tf"], messages["/ground_truth/tf"],
+                      messages["/ground_truth/tf_static"])
+    off = np.linalg.inv(with_truth.pose("ground_truth/camera")) @ with_truth.pose("cam0_optical_frame")
+    assert np.abs(off - np.eye(4)).max() < 0.01  # zeros of the encoders
 
 
 def mcap_rig(messages, expected):
@@ -213,17 +263,15 @@ def mcap_rig(messages, expected):
         assert info["distortion_model"] == "plumb_bob" and info["p"] == [30, 0, 31.5, 0, 0, 30, 23.5, 0, 0, 0, 1, 0]
     assert all(info["k"] == [30, 0, 31.5, 0, 30, 23.5, 0, 0, 1] for info in of("depth0", "camera_info"))
     sweeps = of("lidar0", "points")
-    assert all([f["name"] for f in m["fields"]] == ["x", "y", "z", "intensity", "t"] for m in sweeps)
-    points = [[stamp(m), *map(float, np.float32(p))] for m in sweeps for p in m["points"]]
+    assert all([f["name"] for f in m["fields"]] == ["x", "y", "z", "intensity", "t", "ring"] for m in sweeps)
+    points = [[stamp(m), *map(float, np.float32(p[:5]))] for m in sweeps for p in m["points"]]
+    for *point, _, _, ring in (p for m in sweeps for p in m["points"]):
+        row = 64 * (np.arctan2(point[2], np.hypot(*point[:2])) + 1.5) / 3  # of elevations from -1.5 to 1.5 rad
+        assert ring == int(np.clip(row, 0, 63)), point
     assert points == [[t, *map(float, np.float32(p))] for t, *p in expected.rows("lidar0")]
     assert [[stamp(m), *xyz(m["angular_velocity"]), *xyz(m["linear_acceleration"])]
             for m in of("chest", "imu")] == expected.rows("chest")
-    [fixed] = messages["/tf_static"]
-    children = {t["child_frame_id"]: xyz(t["transform"]["translation"]) for t in fixed["transforms"]}
-    assert len(children) == len(fixed["transforms"]) == 5  # and the chest IMU's
-    assert all(t["header"]["frame_id"] == "cam0_optical_frame" for t in fixed["transforms"])
-    for name in ("right_eye", "rgb0", "lidar0", "chest"):
-        assert children[frames[name]] == list(expected.pose(f"X_{name}")[:3, 3])
+    check_tree(messages, {frames[n]: f"M_{n}" for n in ("right_eye", "rgb0", "lidar0", "chest")}, expected)
 
 
 def stamp(message):
@@ -329,4 +377,4 @@ def tum_rig(folder, expected, images):
 
 if __name__ == "__main__":
     format, folder, what = sys.argv[1:]
-    globals()[format](pathlib.Path(folder), Expected(what))
+    globals()[format](pathlib.Path(folder), pathlib.Path(what) if format == "mounting" else Expected(what))

@@ -49,7 +49,8 @@ int export_result(ExportRequest& request) {
   ProgressLine progress(fmt::format("export of {}", request.result.string()));
   exports::export_run({request.result, scenario.name, scenario.seed, scenario.errors, true, request.undistort,
                        request.format == "mcap" ? view::robot_description(scenario, request.models) : nullptr,
-                       [&](double part) { progress.show(part); }},
+                       [&](double part) { progress.show(part); },
+                       [](const std::string& what) { std::cerr << "warning: " << what << '\n'; }},
                       request.format, out.path(), files::Existing::replace);
   std::cout << fmt::format("exported to {0}; see {0}/README.md for its use\n", out.path().string());
   return 0;

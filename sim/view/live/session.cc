@@ -207,17 +207,52 @@ class Drawing {
 
 std::shared_ptr<const exports::RobotDescription> robot_description(const scenario::Scenario& scenario,
                                                                    const fs::path& models) {
-  const auto robot = posed_robot(scenario, models);
-  const auto poses = [all_of = poses_of(robot)](const Eigen::VectorXd& q) {
-    const std::vector<float> numbers = all_of(q, Eigen::Isometry3d::Identity());
+  const std::shared_ptr model = load_model(scenario.world.robot, scenario.world.room, models);
+  if (scenario.camera && !scenario.camera->is_default()) mount_camera(*model, *scenario.camera);
+  const int camera = part(*model, mjOBJ_CAMERA, "head_camera"),
+            root = model->body_rootid[model->cam_bodyid[camera]];
+  const auto name_of = [&](int body) {
+    return body == root ? std::string("waist") : mj_id2name(model.get(), mjOBJ_BODY, body);
+  };
+  exports::RobotDescription robot;
+  robot.urdf = camera::urdf(*model), robot.soles = {"LLEG_SOLE", "RLEG_SOLE"};
+  std::vector<int> bodies;
+  for (int body = root + 1; body < model->nbody; ++body)
+    if (model->body_rootid[body] == root) bodies.push_back(body), robot.links.push_back(name_of(body));
+
+  const std::shared_ptr data = std::shared_ptr<mjData>(mj_makeData(model.get()), mj_deleteData);
+  const auto pose = [data](int body) { return pose_in(data->xpos + 3 * body, data->xmat + 9 * body); };
+  const auto take = [model, data](const walking::JointVector& q) {
+    const Eigen::VectorXd positions = robot_positions(*model, {Eigen::Isometry3d::Identity(), q});
+    std::copy(positions.begin(), positions.end(), data->qpos);
+    mj_kinematics(model.get(), data.get());
+  };
+  robot.poses = [bodies, pose, take, root](const Eigen::VectorXd& q) {
+    if (q.size() != walking::kJoints)
+      throw std::runtime_error(
+          fmt::format("the recording has {} joints, expected {}", q.size(), walking::kJoints));
+    take(q);
+    const Eigen::Isometry3d X_BW = pose(root).inverse();
     std::vector<Eigen::Isometry3d> all;
-    for (std::size_t i = 0; i < numbers.size(); i += 7)  // p, then q as x, y, z, w
-      all.push_back(Eigen::Translation3d(Eigen::Map<const Eigen::Vector3f>(&numbers[i]).cast<double>()) *
-                    Eigen::Isometry3d(Eigen::Quaternionf(&numbers[i + 3]).cast<double>().normalized()));
+    for (const int body : bodies) all.push_back(X_BW * pose(body));
     return all;
   };
-  return std::make_shared<exports::RobotDescription>(
-      exports::RobotDescription{camera::urdf(robot->model()), robot->bodies(), poses});
+  // The posture of the calibration, above the legs.
+  walking::JointVector q = walking::inverse_kinematics(walking::Posture()).q;
+  q.head<12>().setZero();
+  take(q);
+  mj_camlight(model.get(), data.get());
+  Eigen::Isometry3d X_WC = pose_in(data->cam_xpos + 3 * camera, data->cam_xmat + 9 * camera);
+  X_WC.linear() *= Vector3d(1, -1, -1).asDiagonal();  // MuJoCo's camera: y up, looking along -z
+  const auto mount = [&](const std::string& sensor, int body) {
+    robot.mountings[sensor] = {name_of(body), pose(body).inverse() * X_WC};
+  };
+  mount(rig::kHeadCamera, model->cam_bodyid[camera]);
+  mount(rig::kChestImu, scenario.imu.on_link() ? place_of(*model, scenario.imu).body
+                                               : model->site_bodyid[part(*model, mjOBJ_SITE, "chest_imu")]);
+  const std::vector<Place> places = live::places(scenario.rig, *model);
+  for (std::size_t i = 0; i < places.size(); ++i) mount(rig::name_of(scenario.rig[i]), places[i].body);
+  return std::make_shared<exports::RobotDescription>(std::move(robot));
 }
 
 MakeRobot robot_maker(const fs::path& models) {

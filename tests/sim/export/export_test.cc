@@ -13,11 +13,13 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <opencv2/core/persistence.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <sstream>
 #include <stdexcept>
 
-#include "sim/export/export_context.h"
+#include "sim/export/export_text.h"
 #include "sim/files/csv.h"
 #include "sim/files/text.h"
 #include "sim/recording/filter_input.h"
@@ -91,16 +93,21 @@ class Expected {
 /// A run of 12 frames with noise, and the expected content of its exports.
 class Exported : public testing::Test {
  protected:
-  explicit Exported(bool with_rig = false) {
+  using Rig = std::vector<rig::RigSensor>;
+  /// change: of the rig, if there is to be one.
+  explicit Exported(void (*change)(Rig&) = nullptr) {
     sensor_errors::Random random(1, "export test");
     recording::RecordingSetup setup;
     setup.calibration = {head_camera(), random_pose(random)};
     setup.joints = {"hip", "knee"};
     std::vector<slam::Observation> given = tests::observations(random, 12, {64, 48}, Stamp{0});
-    if (with_rig) {
+    if (change) {
       tests::add_rig(given, random, {64, 48});
-      setup.rig = rig_ = calibrated(tests::rig_of(random, {64, 48}));
+      rig_ = calibrated(tests::rig_of(random, {64, 48}));
+      change(rig_);
+      setup.rig = rig_;
     }
+    run_.warn = [this](const std::string& what) { warnings_ += what + "\n"; };
     X_GC_ = setup.calibration.X_CG.inverse();
     recording::RecordingWriter writer(run_.result / "recording", setup);
     Expected expected(expected_);
@@ -123,6 +130,7 @@ class Exported : public testing::Test {
     for (const rig::RigSensor& sensor : rig_)
       expected.add("X_" + sensor.name + ".csv", Stamp{0}, sensor.X_CS);
     add_estimate(expected, random);
+    add_robot(expected, random, setup.calibration.X_CG);
     const std::string map =
         "#timestamp [ns],id,x,y,z\n0,7,1.5,-2.25,0.5\n0,9,3,4,5\n99000000,7,1.25,-2.5,0.75\n";
     files::write_text(run_.result / "map_over_time.csv", map);
@@ -130,12 +138,13 @@ class Exported : public testing::Test {
   }
 
   // The gray eye 60 mm to the right of the head camera, a color camera without distortion.
-  static std::vector<rig::RigSensor> calibrated(std::vector<rig::RigSensor> rig) {
+  static Rig calibrated(Rig rig) {
     rig[kEye].name = "right_eye", rig[kImu].name = "chest", rig[kImu].rate_hz = 100;
     rig[kEye].X_CS = Eigen::Translation3d(0.06, 0, 0);
     rig[kEye].camera = head_camera();
     rig[kColor].camera = rig[kDepth].camera = {64, 48, 30, 30, 31.5, 23.5, slam::OneParameterRadial{0}};
     rig[kDepth].X_CS = rig[kColor].X_CS;
+    rig[kLidar].lowest_rad = -1.5, rig[kLidar].highest_rad = 1.5;
     return rig;
   }
 
@@ -216,19 +225,32 @@ class Exported : public testing::Test {
                                                      : "tools/test.sh could not install the reader from npm";
   }
 
-  static std::shared_ptr<const RobotDescription> robot() {
+  // Cameras are on the shin, the other sensors on the thigh. Writes where.
+  void add_robot(const Expected& expected, sensor_errors::Random& random, const Eigen::Isometry3d& X_CG) {
     const auto poses = [](const Eigen::VectorXd& q) {
       return std::vector{Eigen::Isometry3d(Eigen::Translation3d(q[0], 0, 0)),
                          Eigen::Isometry3d(Eigen::Translation3d(0, q[1], 0))};
     };
-    return std::make_shared<RobotDescription>(RobotDescription{"<robot/>", {"thigh", "shin"}, poses});
+    RobotDescription robot{"<robot/>", {"thigh", "shin"}, poses, {}};
+    std::vector<rig::RigSensor> all = rig_;
+    all.resize(rig_.size() + 2);
+    all[rig_.size()].name = rig::kHeadCamera;
+    all.back().name = rig::kChestImu, all.back().kind = rig::Kind::imu, all.back().X_CS = X_CG;
+    const Eigen::Isometry3d X_LC = random_pose(random), X_TC = random_pose(random);
+    for (const rig::RigSensor& sensor : all) {
+      const bool on_shin = rig::is_camera(sensor);
+      robot.mountings[sensor.name] = {on_shin ? "shin" : "thigh", on_shin ? X_LC : X_TC};
+      expected.add("M_" + sensor.name + ".csv", Stamp{0}, robot.mountings[sensor.name].X_LC * sensor.X_CS);
+    }
+    run_.robot = std::make_shared<RobotDescription>(std::move(robot));
   }
 
   files::TemporaryFolder folder_;
-  ExportedRun run_{folder_ / "result", "a walk", 7, {}, true, false, robot()};
+  ExportedRun run_{folder_ / "result", "a walk", 7, {}};
   fs::path expected_ = folder_ / "expected";
   Eigen::Isometry3d X_GC_;
-  std::vector<rig::RigSensor> rig_;
+  Rig rig_;
+  mutable std::string warnings_;
 };
 
 // Contents of metadata.yaml.
@@ -280,16 +302,16 @@ TEST_F(Exported, WithoutTruthNoFileHasIt) {
   for (const char* topic :
        {"/ground_truth/tf", "/ground_truth/path", "/slam/path", "/slam/map", "/slam/pose"})
     EXPECT_EQ(counts.count(topic), 0u) << topic;
-  EXPECT_EQ(counts["/tf"], 10 + 11);  // the planned camera, and the robot's links from its waist
+  EXPECT_EQ(counts["/tf"], 11);  // the robot's links
 }
 
 TEST_F(Exported, MetadataOfABagCountsItsMessagesAndStatesWhichTopicsAreLatched) {
   const YAML::Node bag = bag_of(made("mcap"));
   EXPECT_EQ(bag["message_count"].as<int>(),
-            12 + 2 + 10 + 10 + 10 + 72     // truth, estimate, plan, images, their calibration, IMU
-                + 10 + 12 + 2 + 3 * 2 + 2  // frames, true ones, fixed ones, paths, maps
-                + 22 + 2 * 22              // joints, wrenches
-                + 1 + 11);                 // the robot, its links
+            12 + 2 + 10 + 10 + 10 + 72  // truth, estimate, plan, images, their calibration, IMU
+                + 12 + 2 + 3 * 2 + 2    // true frames, fixed ones, paths, maps
+                + 22 + 2 * 22           // joints, wrenches
+                + 1 + 11);              // the robot, its links
   std::vector<std::string> transient_local;
   for (const YAML::Node& topic : bag["topics_with_message_count"])
     for (const YAML::Node& qos :
@@ -316,6 +338,7 @@ TEST_F(Exported, EachFormatReportsItsProgressAndStatesTheCommandAndTheLens) {
     const std::string text = files::read_text(made(format) / "README.md");
     EXPECT_THAT(text, HasSubstr("FOLDER")) << format;
     EXPECT_THAT(text, HasSubstr(format == "tum" ? "an ideal pinhole" : "px root mean square")) << format;
+    EXPECT_THAT(text, HasSubstr("`cam0`, gray: 64 x 48 px")) << format;
     EXPECT_GT(parts.size(), 2u) << format;
     EXPECT_TRUE(std::is_sorted(parts.begin(), parts.end())) << format;
     EXPECT_EQ(parts.back(), 1) << format;
@@ -381,8 +404,60 @@ TEST(LensConversion, TheHeadCamerasLensIsFittedAsWellAsItsUnequalFocalLengthsAll
 }
 
 struct RigExport : Exported {
-  RigExport() : Exported(true) {}
+  explicit RigExport(void (*change)(Rig&) = [](Rig&) {}) : Exported(change) {}
 };
+
+const Eigen::Isometry3d kBackwards(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitY()));
+
+// The color camera and the second eye look back; depth is that of the head camera, with another focal length.
+struct RigThatLooksBack : RigExport {
+  RigThatLooksBack()
+      : RigExport([](Rig& rig) {
+          rig[kEye].X_CS = rig[kColor].X_CS = kBackwards;
+          rig[kDepth].aligned_with = "cam0";
+          rig[kDepth].X_CS.setIdentity();
+          rig[kDepth].camera = head_camera();
+        }) {}
+};
+
+TEST_F(RigThatLooksBack, DepthIsPairedWithTheHeadCameraWhoseFocalLengthIsStatedAndStereoIsNotPromised) {
+  const fs::path tum = made("tum");
+  EXPECT_THAT(warnings_, HasSubstr("no color camera sees what depth0 sees: rgb/ has the images of cam0"));
+  const cv::FileStorage settings(tum / "settings.yaml", cv::FileStorage::READ);
+  const std::string focal = fmt::format("focal lengths {0} and {0} px", settings["Camera1.fx"].real());
+  EXPECT_EQ(settings["Camera1.fx"].real(), Undistortion(head_camera()).pinhole().fu_px);
+  EXPECT_THAT(files::read_text(tum / "README.md"), HasSubstr("`cam0`, gray: 64 x 48 px, " + focal));
+  EXPECT_NE(
+      cv::countNonZero(cv::imread((fs::directory_iterator(tum / "depth")->path()), cv::IMREAD_UNCHANGED)), 0);
+  for (const auto& [format, file, key] : {std::tuple("orbslam3", "settings.yaml", "Stereo.b"),
+                                          {"openvins", "estimator_config.yaml", "use_stereo: true"}}) {
+    warnings_.clear();
+    EXPECT_THAT(files::read_text(made(format) / file), testing::Not(HasSubstr(key)));
+    EXPECT_THAT(warnings_, HasSubstr("right_eye sees 0 % of what the head camera sees")) << format;
+  }
+}
+
+// The eye is made a second color camera.
+TEST_F(RigExport, DepthBelongsToTheColorCameraThatItIsAlignedWithOrThatSeesMostOfIt) {
+  const struct {
+    const char* aligned_with;
+    bool first_looks_back, second_looks_back;
+    const char* expected;
+  } cases[]{{"right_eye", true, true, "right_eye"},
+            {"rgb0", false, true, "rgb0"},
+            {"cam0", true, false, "rgb0"},
+            {"cam0", false, true, "right_eye"},
+            {"cam0", true, true, "cam0"}};
+  for (const auto& one : cases) {
+    ExportContext out(run_, folder_ / "none", true);
+    out.sensors[kEye].kind = rig::Kind::color;
+    out.sensors[kEye].X_CS = one.first_looks_back ? kBackwards : Eigen::Isometry3d::Identity();
+    out.sensors[kColor].X_CS = one.second_looks_back ? kBackwards : Eigen::Isometry3d::Identity();
+    out.sensors[kDepth].aligned_with = one.aligned_with;
+    out.sensors[kDepth].X_CS = out.sensor(rig::partner(out.sensors, out.sensor(kDepth))).X_CS;
+    EXPECT_EQ(out.sensor(image_of_depth(out, kDepth)).name, one.expected) << one.aligned_with;
+  }
+}
 
 // numbers: 16 of them, or four rows.
 void expect_pose(const cv::FileNode& numbers, const Eigen::Isometry3d& X) {
@@ -434,7 +509,15 @@ TEST_F(RigExport, OrbSlam3StereoSettingsHaveTheKeysThatItsReaderRequires) {
   }
 }
 
-TEST_F(RigExport, OpenVinsUsesBothEyesAndItsBagHasThem) {
+// Clocks ahead of the head camera's.
+struct RigWithClocks : RigExport {
+  RigWithClocks()
+      : RigExport([](Rig& rig) { rig[kEye].time_offset_s = -0.01, rig[kImu].time_offset_s = 0.02; }) {
+    run_.errors.motion_time_offset_s = 0.004;  // of the chest IMU
+  }
+};
+
+TEST_F(RigWithClocks, OpenVinsUsesBothEyesAndItsBagHasThem) {
   const fs::path out = made("openvins");
   const cv::FileStorage estimator(out / "estimator_config.yaml", cv::FileStorage::READ),
       cameras(out / "kalibr_imucam_chain.yaml", cv::FileStorage::READ),
@@ -442,7 +525,10 @@ TEST_F(RigExport, OpenVinsUsesBothEyesAndItsBagHasThem) {
   EXPECT_EQ(static_cast<int>(estimator["max_cameras"]), 2);
   EXPECT_THAT(files::read_text(out / "estimator_config.yaml"), testing::HasSubstr("use_stereo: true\n"));
   EXPECT_EQ(estimator["relative_config_imu"].string(), "kalibr_imu_chain.yaml");
-  EXPECT_EQ(estimator["track_frequency"].real(), 31) << "above the rate of the camera";
+  EXPECT_EQ(static_cast<int>(estimator["init_max_features"]), 25);
+  EXPECT_EQ(imus["imu0"]["time_offset"].real(), 0);
+  EXPECT_NEAR(imus["imu1"]["time_offset"].real(), 0.004 - 0.02, 1e-12);
+  EXPECT_NEAR(cameras["cam1"]["timeshift_cam_imu"].real(), 0.004 + 0.01, 1e-12);
   EXPECT_DOUBLE_EQ(imus["imu0"]["gyroscope_noise_density"].real(), density(0.01));
   EXPECT_EQ(imus["imu0"]["rostopic"].string(), "/imu0");
   expect_pose(cameras["cam0"]["T_imu_cam"], X_GC_);
@@ -499,19 +585,52 @@ TEST(Undistortion, ColorIsInterpolatedByChannelAndDepthTakenFromTheNearestPixel)
     }
 }
 
+// The images per window of 0.15 m by the speed, as long as no corner moves by more than 32 px.
+TEST(TrackedImages, AreFewForASlowWalkAndMoreForFastTurns) {
+  const slam::CameraIntrinsics camera{320, 240, 200, 200, 160, 120, slam::RadialTangential{}};
+  const struct {
+    double rate_hz, speed_m_s, turn_rad_s;
+    int every;
+  } cases[]{{30, 0.15, 0.1, 3}, {30, 0.075, 0.1, 6}, {60, 0.15, 0.1, 6},
+            {30, 1, 0.1, 1},    {30, 0.075, 1.2, 4}, {30, 0, 0, 1}};
+  for (const auto& [rate_hz, speed, turn, every] : cases) {
+    WalkMotion motion{std::vector(9, speed), std::vector(9, turn)};
+    if (speed == 0) motion = {};  // stands, without a gyro
+    const TrackedImages tracked = tracked_images(camera, rate_hz, motion);
+    EXPECT_EQ(tracked.every, every) << speed;
+    EXPECT_LT(1 / tracked.frequency_hz, every / rate_hz) << "the image after " << every << " is not dropped";
+    EXPECT_GT(1 / tracked.frequency_hz, (every - 1) / rate_hz);
+  }
+}
+
 // A wall 2 m away behind a board, seen from 0.1 m to the left with a longer focal length.
 TEST(Registration, ADepthImageIsThatOfTheOtherCameraWithoutHolesAndWithTheNearestSurface) {
   const slam::CameraIntrinsics from{64, 48, 40, 40, 31.5, 23.5, slam::RadialTangential{}};
   const slam::CameraIntrinsics to{64, 48, 60, 60, 31.5, 23.5, slam::RadialTangential{}};
   cv::Mat depth(48, 64, CV_16UC1, cv::Scalar(2000));
   depth(cv::Rect(24, 20, 16, 8)) = 1000;
-  const cv::Mat other = registered(depth, from, to, Eigen::Isometry3d(Eigen::Translation3d(0.1, 0, 0)));
+  const DepthRegistration registered(from, to, Eigen::Isometry3d(Eigen::Translation3d(0.1, 0, 0)));
+  const cv::Mat other = registered(depth);
   // The board's columns 23.5 to 39.5 are 25.5 to 49.5 there. The wall left of it ends at 22.5; right of it,
   // it starts at 46.5 and is covered.
   for (int u = 0; u < 64; ++u) {
     EXPECT_EQ(other.at<std::uint16_t>(23, u), u < 23 || u > 49 ? 2000 : u < 26 ? 0 : 1000) << u;
     EXPECT_EQ(other.at<std::uint16_t>(2, u), 2000) << u;
   }
+}
+
+// A wall whose depth is noisy by 5 mm, for a camera that sees it from 0.2 m beside and 1.4 times as dense:
+// between the squares of neighbors there are gaps.
+TEST(Registration, NoiseLeavesNoDottedColumns) {
+  const slam::CameraIntrinsics from{64, 48, 40, 40, 31.5, 23.5, slam::RadialTangential{}};
+  const slam::CameraIntrinsics to{64, 48, 56, 56, 31.5, 23.5, slam::RadialTangential{}};
+  sensor_errors::Random random(1, "registration test");
+  cv::Mat1w depth(48, 64);
+  for (std::uint16_t& mm : depth) mm = static_cast<std::uint16_t>(1000 + 10 * random.normal());
+  const DepthRegistration registered(from, to, Eigen::Isometry3d(Eigen::Translation3d(0.2, 0, 0)));
+  const cv::Mat1w other = registered(depth).colRange(15, 64);
+  EXPECT_EQ(cv::countNonZero(other), static_cast<int>(other.total()));
+  EXPECT_LT(std::abs(cv::mean(other)[0] - 1000), 5);
 }
 
 }  // namespace

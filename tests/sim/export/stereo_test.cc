@@ -1,13 +1,23 @@
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "sim/export/export.h"
+#include "sim/export/ros_bag.h"
+#include "sim/view/session.h"
 #include "tests/sim/live/run_folder.h"
 
 namespace {
 
-using StereoExport = tests::RunFolder;
+namespace fs = std::filesystem;
+
+struct StereoExport : tests::RunFolder {
+  const fs::path root_ = GAITSLAM_SOURCE_DIR;
+};
 
 // The second eye is turned, so that the pictures must be rectified.
 constexpr const char* kStand = R"(
@@ -63,6 +73,45 @@ TEST_F(StereoExport, OpenCvsMatcherMeasuresTheDepthOfTheOfficeAndShowsAWrongBase
     EXPECT_EQ(median < 0.02, baseline_factor == 1)
         << share << " of the pixels: " << median << ", 90 %: " << errors[errors.size() * 9 / 10];
   }
+}
+
+// Sensors on three links, the head camera tilted.
+constexpr const char* kMounts = R"(
+walk: {commands: [stand: {duration_s: 0.1}]}
+camera: {width_px: 64, height_px: 48, tilt_deg: 20, position_m: [0.1, 0, 0.05]}
+imu: {link: BODY, position_m: [0, 0.1, 0.1], yaw_deg: 90}
+rig: [gray: {}, lidar: {link: CHEST_LINK0, position_m: [-0.2, 0, 0.3], tilt_deg: 30}, imu: {link: HEAD_LINK0}]
+)";
+
+TEST_F(StereoExport, TheTreeOfFramesOfTheRobotReachesEachSensorWhereItIsMounted) {
+  if (!fs::exists(root_ / "build/interop/node_modules/.installed") && !std::getenv("CI"))
+    GTEST_SKIP() << "tools/test.sh could not install the reader from npm";
+  const auto scenario = read(kMounts);
+  run("run", scenario);
+  const auto e = folder_ / "e";
+  sim::exports::export_run({folder_ / "run",
+                            "mounts",
+                            1,
+                            {},
+                            true,
+                            false,
+                            sim::view::robot_description(scenario.scenario, kModels)},
+                           "mcap", e, sim::files::Existing::reject);
+  const auto setup = sim::recording::RecordingReader(folder_ / "run/recording").setup();
+  nlohmann::json sensors;
+  const auto add = [&](const std::string& frame, const Eigen::Matrix4d& X) {
+    sensors[frame] = std::vector<double>(X.transpose().data(), X.transpose().data() + 16);
+  };
+  add("imu", setup.calibration.X_CG.matrix());
+  for (const sim::rig::RigSensor& sensor : setup.rig)
+    add(sim::exports::frame_of(sensor), sensor.X_CS.matrix());
+  sim::files::write_text(e / "sensors.json", sensors.dump());
+  const std::string tests = (root_ / "tests/interop").string(), mcap = (e / "run.mcap").string();
+  const std::string command = fmt::format(
+      "node '{0}/dump_mcap.cjs' '{1}/build/interop' '{2}' > '{3}/messages.json' && "
+      "/usr/bin/python3 '{0}/read_exports.py' mounting '{3}' '{3}/sensors.json'",
+      tests, root_.string(), mcap, e.string());
+  EXPECT_EQ(std::system(command.c_str()), 0);
 }
 
 }  // namespace
