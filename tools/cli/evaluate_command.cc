@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <boost/algorithm/string/replace.hpp>
+#include <iostream>
 #include <map>
 #include <variant>
 
@@ -106,8 +107,9 @@ int evaluate_one(const ResultJob& job, const fs::path& result_folder, const Eval
   {
     ProgressLine progress(fmt::format("{} on {}", s.estimator.name, folder.string()));
     const TemporaryFolder scratch;
-    exports::export_run({folder, s.name, s.seed, s.errors, false, request.undistort}, request.format,
-                        scratch / "export", files::Existing::reject);
+    exports::ExportedRun exported{folder, s.name, s.seed, s.errors, false, request.undistort};
+    exported.warn = [](const std::string& what) { std::cerr << "warning: " << what << '\n'; };
+    exports::export_run(exported, request.format, scratch / "export", files::Existing::reject);
     const result::Timing timing;
     const replay::ExternalRun run = run_command(request, s, scratch);
     const replay::WalkEnd walk = replay::read_walk_end(folder);

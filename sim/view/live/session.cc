@@ -17,6 +17,7 @@
 #include "sim/files/json.h"
 #include "sim/live/recorded.h"
 #include "sim/live/run.h"
+#include "sim/live/setup.h"
 #include "sim/physics/model.h"
 #include "sim/physics/nominal_body.h"
 #include "sim/recording/recording.h"
