@@ -17,7 +17,6 @@
 #include <opencv2/core.hpp>
 #include <optional>
 #include <random>
-#include <regex>
 #include <sstream>
 #include <string>
 #include <variant>

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <regex>
-
 #include "sim/files/csv.h"
 #include "sim/recording/manifest.h"
 #include "sim/recording/recording_format.h"
@@ -13,7 +11,9 @@ namespace sim::exports {
 
 Topic Bag::add_topic(const std::string& name, const MessageType& type, bool latched) {
   const std::string qos = latched ? text_of("bag_latched.yaml") : "";
-  topics_.push_back({name, type.name, std::regex_replace(qos, std::regex("\n"), "\\n")});
+  std::string escaped;
+  for (const char c : qos) escaped += c == '\n' ? "\\n" : std::string(1, c);
+  topics_.push_back({name, type.name, escaped});
   return mcap_.add_channel(name, type, qos);
 }
 

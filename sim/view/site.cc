@@ -6,7 +6,6 @@
 #include <chrono>
 #include <future>
 #include <nlohmann/json.hpp>
-#include <regex>
 
 #include "sim/export/export.h"
 #include "sim/files/json.h"
@@ -33,8 +32,11 @@ Resource json_resource(std::string text) { return resource("application/json", t
 
 // The page names its script and its style with the token; the script reads it from the page's own address.
 std::string page_with(std::string_view token) {
-  static const std::regex place("TOKEN");
-  return std::regex_replace(std::string(gaitslam_view_page()), place, std::string(token));
+  constexpr std::string_view kPlace = "TOKEN";
+  std::string page(gaitslam_view_page());
+  for (std::size_t at = 0; (at = page.find(kPlace, at)) != page.npos; at += token.size())
+    page.replace(at, kPlace.size(), token);
+  return page;
 }
 
 constexpr std::string_view kIcon =

@@ -17,7 +17,8 @@ TEST_F(Cli, HelpOfTheProgramAndOfEachCommandHasExamples) {
                                     "compare ", "evaluate ", "baseline update ", "check ", "config "}) {
     const std::string help = ok(command + "--help");
     EXPECT_THAT(help, Has("\nUsage: gaitslam ", "Examples:\n  gaitslam " + command));
-    EXPECT_FALSE(std::regex_search(help, std::regex("[^\n]{101}"))) << help;
+    std::istringstream lines(help);
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100U) << help;
   }
   EXPECT_THAT(ok("--version"), AllOf(Has("(revision ", "Eigen 3.", "OpenCV 4."), StartsWith("gaitslam ")));
   EXPECT_THAT(ok("config --keys"),

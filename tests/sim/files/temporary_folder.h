@@ -55,6 +55,13 @@ class AsUser {
 
 namespace tests {
 
+/// Returns the text with each `from` replaced. Headers of regular expressions take seconds to compile.
+inline std::string replaced(std::string text, std::string_view from, std::string_view to) {
+  for (std::size_t at = 0; (at = text.find(from, at)) != text.npos; at += to.size())
+    text.replace(at, from.size(), to);
+  return text;
+}
+
 /// Match texts that contain all of several parts, or none of them.
 auto Has(const auto&... parts) { return testing::AllOf(testing::HasSubstr(parts)...); }
 auto Lacks(const auto&... parts) { return testing::AllOf(testing::Not(testing::HasSubstr(parts))...); }

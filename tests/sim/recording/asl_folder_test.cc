@@ -262,7 +262,7 @@ TEST_F(RecordedElsewhere, TheKeysAndLayoutsOfKalibrAreRead) {
   fs::remove(folder_ / "mav0/cam0/sensor.yaml");
   fs::remove(folder_ / "mav0/imu0/sensor.yaml");
   write("../dso/camchain.yaml",
-        "cam0:\n  T_imu_cam:\n" + std::string("  ") + std::regex_replace(rows, std::regex("\n- "), "\n  - ") +
+        "cam0:\n  T_imu_cam:\n" + std::string("  ") + tests::replaced(rows, "\n- ", "\n  - ") +
             "  camera_model: pinhole\n  distortion_coeffs: [-0.28, 0.07, 0.0002, 1.8e-05]\n"
             "  distortion_model: radtan\n  intrinsics: [45.8654, 45.7296, 36.7215, 24.8375]\n"
             "  resolution: [64, 48]\n  rostopic: /cam0/image_raw\n");

@@ -6,11 +6,11 @@
 
 #include <fstream>
 #include <opencv2/core.hpp>
-#include <regex>
 
 #include "sim/rig/rig.h"
 #include "sim/sensor_errors/random.h"
 #include "slam/observation.h"
+#include "tests/sim/files/temporary_folder.h"
 
 namespace tests {
 
@@ -156,12 +156,11 @@ struct BadFile {
 inline std::vector<BadFile> bad_files(const std::string& file) {
   std::ifstream in(GAITSLAM_SOURCE_DIR "/tests/sim/recording/" + file);
   std::vector<BadFile> all;
-  static const std::regex kCase("(.*?): (.*) -> (.*)"), kFeed(R"(\\n)");
   for (std::string words, edit; std::getline(in, words) && std::getline(in, edit);) {
-    std::smatch part;
-    EXPECT_TRUE(std::regex_match(edit, part, kCase)) << edit;
-    const auto text = [&](std::size_t i) { return std::regex_replace(part[i].str(), kFeed, "\n"); };
-    all.push_back({part[1], text(2), text(3), words.substr(sizeof "# expect:")});
+    const std::size_t name = edit.find(": "), to = edit.rfind(" -> ");
+    EXPECT_LT(name, to) << edit;
+    all.push_back({edit.substr(0, name), replaced(edit.substr(name + 2, to - name - 2), "\\n", "\n"),
+                   replaced(edit.substr(to + 4), "\\n", "\n"), words.substr(sizeof "# expect:")});
   }
   EXPECT_GT(all.size(), 20u);
   return all;

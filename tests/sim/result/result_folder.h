@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <regex>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -22,8 +22,9 @@ inline std::map<std::string, std::string> files(const std::filesystem::path& fol
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     const std::string name = std::filesystem::relative(entry.path(), folder), last = entry.path().filename();
     if (!entry.is_regular_file() || last.starts_with("timing.") || name.starts_with(without)) continue;
-    std::string& content = contents[name] = sim::files::read_text(entry.path());
-    if (last == ".gaitslam") content = std::regex_replace(content, std::regex("(^|\n)recording/[^\n]*"), "");
+    std::istringstream lines(sim::files::read_text(entry.path()));
+    for (std::string line; std::getline(lines, line);)
+      if (last != ".gaitslam" || !line.starts_with("recording/")) contents[name] += line + "\n";
   }
   return contents;
 }
