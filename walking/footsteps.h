@@ -48,17 +48,19 @@ Stance feet_together(const FootPose& center);
 /// Half way between feet that are together.
 FootPose center_of(const Stance& stance);
 
-/// The landings that carry `command` out, the first foot to move first, from feet together around `start` to
-/// feet together at the command's end; none for Stand. `step_length_m` is what the stance's center advances
-/// with a step (with a pair of steps if the feet go sideways): floor(distance / step length) whole steps,
-/// one for the rest, and the closing one (Stasse et al. 2006, section II; the step stack of the JRL pattern
-/// generator). Only go_to depends on P: it turns to its goal, walks straight to it and turns to the heading
-/// there. repeat has no landings. Throws std::invalid_argument naming what is wrong with the command.
+/// Returns the landings of `command`, the first foot to move first, from feet together around `start` to feet
+/// together at the command's end; none for Stand and repeat. Throws std::invalid_argument naming what is
+/// wrong with the command.
+///
+/// `step_length_m` is the advance of the stance's center per step (per pair of steps if the feet go
+/// sideways): floor(distance / step length) whole steps, one for the rest, and the closing one (Stasse et al.
+/// 2006, section II; the step stack of the JRL pattern generator). Only go_to depends on P: it turns to its
+/// goal, walks straight to it and turns to the heading there.
 std::vector<Footstep> footsteps(const Command& command, const FootPose& start, double step_length_m);
 
-/// How far a landing is outside the places where steps are known to work, m; 0 inside. The area, seen from
-/// the standing foot, has its outer corners at 0.4 m aside, (±0.2, 0.3) m and (±0.28, 0.2) m (Herdt et al.
-/// 2010, as in jrl-walkgen), less a margin of 0.04 m; on the inside the soles keep 0.01 m from each other.
+/// Returns how far a landing is outside the area in which steps are known to work, m; 0 inside. Seen from the
+/// stance foot, its outer corners are at 0.4 m aside, (±0.2, 0.3) m and (±0.28, 0.2) m (Herdt et al. 2010, as
+/// in jrl-walkgen), less a margin of 0.04 m; on the inside the soles stay 0.01 m apart.
 double distance_outside(const FootPose& standing, const Footstep& landing);
 
 }  // namespace walking

@@ -21,7 +21,7 @@ constexpr std::string_view member_name() {
   return text.substr(text.rfind(':') + 1);
 }
 
-/// Base of the visitors of `keys`, by which argument-dependent lookup finds the functions below. A visitor
+/// Base of the visitors of `keys`, so that argument-dependent lookup finds the functions below. A visitor
 /// has the same functions with name and member in front: `number("sigma_rad_s", &Gyro::sigma_rad_s, ...)`.
 struct KeyVisitor {};
 

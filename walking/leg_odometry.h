@@ -10,10 +10,12 @@ namespace walking {
 Eigen::Isometry3d measured_sole_in_waist(Side side, const Eigen::Matrix<double, 6, 1>& q,
                                          const Wrench& wrench);
 
-/// Follows the waist over the sequence of carrying soles in the odometry's own world O, whose floor is z = 0.
-/// The sole that carries more is assumed to be at rest, so that O drifts from the true world as soles slip.
-/// When the load changes, the new sole is placed relative to the other one: the waist never jumps. It settles
-/// on the floor within tenths of a second. Tilt of a sole on its pads is not observed: that needs a gyro.
+/// Follows the waist from one carrying sole to the next in the odometry's own world O, whose floor is z = 0;
+/// O drifts from the true world as soles slip, because the sole that carries more is assumed to be at rest.
+///
+/// When the load changes, the new sole is placed relative to the other one, so the waist never jumps and
+/// settles on the floor within tenths of a second. Tilt of a sole on its pads is not observed: that needs a
+/// gyro.
 class LegOdometry {
  public:
   /// X_OB: the waist at the first readings.

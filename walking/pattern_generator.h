@@ -6,13 +6,13 @@
 
 namespace walking {
 
-/// Plans the whole walk. Streaming: memory grows with the number of steps, not of ticks. A copy plays the
-/// plan from the same tick, independently of the other.
+/// Plans the whole walk; memory grows with the number of steps, not of ticks. A copy plays the plan from the
+/// same tick, independently of the other.
 class PatternGenerator {
  public:
-  /// Throws std::invalid_argument naming the option or command when the walk cannot be planned (a foot out of
-  /// reach, a leg joint beyond its limit). Durations are rounded to whole ticks.
-  /// The second preview stage needs a model of the whole body; without one the plan is the cart-table's.
+  /// Throws std::invalid_argument naming the option or command if the walk cannot be planned (a foot out of
+  /// reach, a leg joint beyond its limit). Durations are rounded to whole ticks; without a model of the whole
+  /// body there is no second preview stage, and the plan is the cart-table's.
   explicit PatternGenerator(const WalkOptions& options, const WholeBody& model = {});
 
   /// The number of 5 ms ticks of the walk, first and last standing included.
@@ -31,7 +31,7 @@ class PatternGenerator {
   /// The first step with a landing that can still be changed; steps() if none can: until its foot lifts off
   /// or the ZMP under it comes into the preview. With the second preview stage both are a preview earlier.
   std::size_t free_step() const { return free_step_; }
-  /// Returns whether this is the last tick at which that step can be changed.
+  /// Returns whether this is the last tick that can still change that step.
   bool is_due() const { return free_step_ < steps() && !is_free(free_step_, 1); }
   /// Plans all steps from `first` >= free_step() on anew, as Timeline::replan; feet, ZMP and center of mass
   /// stay continuous, since no part of the preview that was used changes. Throws std::logic_error otherwise.

@@ -237,9 +237,9 @@ struct Posture {
   Arms arms;
 };
 
-/// The plan at one instant (a multiple of 5 ms). World P: under the robot's waist at the start, x ahead, z
-/// up. In half-sitting the ankles are 9.5 mm ahead of the waist and the center of mass 13.7 mm ahead and
-/// 0.808 m above ground (com_height_m only sets the dynamics of the cart-table).
+/// The plan at one instant (a multiple of 5 ms), in the world P: under the robot's waist at the start, x
+/// ahead, z up. In half-sitting the ankles are 9.5 mm ahead of the waist and the center of mass 13.7 mm ahead
+/// and 0.808 m above ground (com_height_m only sets the dynamics of the cart-table).
 struct Reference : Posture {
   double t_s = 0;
   Eigen::Vector3d com = Eigen::Vector3d::Zero(), com_velocity = Eigen::Vector3d::Zero(),

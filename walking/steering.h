@@ -23,10 +23,9 @@ struct StepCorrection {
   FootPose correction;   ///< the landing seen from the uncorrected one (ahead, aside; turn)
 };
 
-/// The desired path is that of the scenario's commands with the plan's world P laid on W; the plan lives in
-/// P, which stays continuous, and an estimate gives the drift of P in W. Each landing is moved toward the
-/// path as late as it can be changed. The correction of a step is limited, so that an estimate that jumps
-/// (loop closure, relocalization) does not make the walk jump.
+/// The desired path is that of the scenario's commands in W; the plan lives in P, which stays continuous, and
+/// an estimate gives the drift of P in W. Each landing is moved toward the path as late as it can be changed,
+/// by a limited correction, so that an estimate that jumps does not make the walk jump.
 class Steering {
  public:
   /// plan: from its first tick on, as yet uncorrected.
@@ -40,7 +39,7 @@ class Steering {
   void decide(PatternGenerator& plan, std::size_t tick, const std::optional<PlaceEstimate>& newest);
 
   const std::vector<StepCorrection>& corrections() const { return corrections_; }
-  /// Time at which the walk was stopped because the estimate was lost, s.
+  /// Time when a lost estimate stopped the walk, s.
   std::optional<double> stopped_s() const { return stopped_s_; }
 
  private:

@@ -24,9 +24,9 @@ struct Phase {
 /// The whole walk as phases, in order, with the standing that the preview needs at both ends.
 class Timeline {
  public:
-  /// Feet together around `start`, in P. `zmp_in_foot`: the place of the ZMP under a support sole, in
-  /// its axes, m. Throws std::invalid_argument naming the option when the commands cannot be carried out,
-  /// TooLong if they take more than kLongestWalk_s.
+  /// Feet together around `start`, in P; `zmp_in_foot`: the place of the ZMP under a support sole, in its
+  /// axes, m. Throws std::invalid_argument naming the option if the commands cannot be carried out, TooLong
+  /// if they take more than kLongestWalk_s.
   Timeline(const WalkOptions& options, const FootPose& start, const Eigen::Vector2d& zmp_in_foot);
 
   std::size_t ticks() const { return begins_.back(); }
@@ -41,9 +41,11 @@ class Timeline {
   /// The first tick of the standing that ends the walk.
   std::size_t final_standing() const { return begins_[phases_.size() - 1]; }
 
-  /// Replaces the landings of all steps from `first` on. The standing between them is kept; the walk ends
-  /// after the last landing given, at least one unless first = steps(). Landings beyond those it had are put
-  /// before its final standing; when first = steps(), that is interrupted at tick `free`.
+  /// Replaces the landings of all steps from `first` on, at least one unless first = steps(); the standing
+  /// between them is kept.
+  ///
+  /// The walk ends after the last landing given. Additional landings are inserted before its final standing,
+  /// which is interrupted at tick `free` if first = steps().
   void replan(std::size_t first, const std::vector<Footstep>& landings, std::size_t free);
 
   /// Start and end of a lap, in ticks.
@@ -101,9 +103,9 @@ constexpr double cubic_blend(double s) { return s * s * (3 - 2 * s); }
 /// 10s³ - 15s⁴ + 6s⁵ for s in [0, 1]: velocity and acceleration zero at both ends.
 constexpr double quintic_blend(double s) { return s * s * s * (10 + s * (6 * s - 15)); }
 
-/// Returns the swinging sole at `elapsed` (0 ... 1) of single support, in P. Horizontally it moves during the
-/// middle 90 % (vertical take-off and landing), along `polynomial`; height is 16 h s² (1-s)²; the heading
-/// follows a cubic (Stasse et al. 2006, section II, and the JRL pattern generator).
+/// Returns the swinging sole at `elapsed` (0 ... 1) of single support, in P; the heading follows a cubic
+/// (Stasse et al. 2006, section II, and the JRL pattern generator). Horizontally it moves during the middle
+/// 90 % (vertical take-off and landing), along `polynomial`; height is 16 h s² (1-s)².
 Eigen::Isometry3d swing_foot(const FootPose& from, const FootPose& to, double elapsed, double step_height_m,
                              SwingPolynomial polynomial);
 

@@ -56,7 +56,7 @@ struct Figure {
   bool is_over_time() const { return x_label.starts_with("time"); }
 };
 
-/// Maps values to pixels: `low` to `begin` and `high` to `end`, linearly or by the logarithm.
+/// Maps values (`low` to `high`) to pixels (`begin` to `end`), linearly or by the logarithm.
 struct Axis {
   double low = 0, high = 1;
   double begin = 0, end = 1;
@@ -88,7 +88,7 @@ struct TableCell {
 };
 TableCell text_cell(std::string_view text, const std::string& style = "");
 TableCell code_cell(std::string_view text);
-/// Returns four significant digits, or a dash if there is no finite value.
+/// Returns four significant digits, or a dash for a value that is absent or not finite.
 TableCell number_cell(std::optional<double> value);
 std::string number_text(std::optional<double> value);
 
@@ -96,7 +96,7 @@ struct TableRow {
   std::vector<TableCell> cells;
   std::string id = "";
 };
-/// Returns a table whose first column stays visible when it is scrolled.
+/// Returns a table that scrolls beside its fixed first column.
 std::string table_html(std::string_view name, const std::vector<TableCell>& titles,
                        const std::vector<TableRow>& rows);
 

@@ -55,7 +55,7 @@ std::vector<std::string> settings_of(const fs::path& result) try {
   return {};
 }
 
-/// The settings in which other rows of its scenario and estimator differ.
+/// The settings that differ between the rows of its scenario and estimator.
 std::string changed(const LeaderboardRow& row, const std::vector<LeaderboardRow>& rows) {
   std::vector<std::string> all;
   for (std::size_t i = 0; i < row.settings.size(); ++i)
@@ -100,7 +100,7 @@ std::tuple<double, std::string, double> badness(const LeaderboardRow& row, const
           value ? score::loss(*value, score::direction_of(metric)) : INFINITY};
 }
 
-/// The metrics, each as its columns by alignment, and the CPU times, as far as a row has them.
+/// The metrics, each as its columns by alignment, and the CPU times, if a row has them.
 std::vector<std::string> value_columns(const Leaderboard& board) {
   std::vector<std::string> columns;
   for (const std::string& metric : board.metrics) {

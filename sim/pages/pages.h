@@ -53,7 +53,7 @@ struct Picture {
   double t = 0;  ///< s
   std::string svg;
 };
-/// Returns the pictures, none if there is no recording with images.
+/// Returns the pictures, none without a recording of images.
 std::vector<Picture> pictures(const RunData& run, int count);
 /// Returns the HTML of these pictures with an explanation; empty without any. prefix: of the ids.
 std::string picture_strip(const std::vector<Picture>& pictures, const std::string& prefix);
@@ -148,9 +148,9 @@ inline const std::vector<std::string> kLeaderboardMetrics{"ate_se3_rmse_m",   "a
                                                           "rmse_m",           "end_position_error_m",
                                                           "tracked_fraction", "nees_position_mean"};
 
-/// Returns all results below the folders, each once, without recordings and earlier seeds. Orders the rows of
-/// a scenario by coverage in whole percent, then by the median of the first metric; never compares scenarios.
-/// Throws FileError if a folder contains no result that can be read.
+/// Returns all results below the folders, each once, without recordings and earlier seeds: by scenario, then
+/// by coverage in whole percent and by the median of the first metric. Throws FileError if a folder contains
+/// no result that can be read.
 Leaderboard leaderboard(const std::vector<fs::path>& folders, const std::vector<std::string>& metrics);
 
 std::string leaderboard_table(const Leaderboard& board);

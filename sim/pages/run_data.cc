@@ -144,7 +144,7 @@ Errors errors_of(const std::vector<Frame>& frames, bool fitted) {
   return errors;
 }
 
-/// The frame of a stamp, which other programs round; null if there is none.
+/// Returns the frame of a stamp, which other programs round, or null.
 Frame* frame_at(std::vector<Frame>& frames, slam::Stamp t) {
   constexpr slam::Stamp kSame = std::chrono::microseconds(100);
   const auto found = std::ranges::lower_bound(frames, t - kSame, {}, &Frame::t);

@@ -44,7 +44,7 @@ struct Frame {
   std::vector<cv::Point2f> support = {};              ///< corners of the support polygon, in W
   std::optional<slam::FrameReport> report = {};
   std::optional<std::vector<slam::MapPoint>> map = {};  ///< absent if it is the one before
-  std::optional<std::size_t> rig = {};  ///< number by which the page asks for the rig's readings
+  std::optional<std::size_t> rig = {};  ///< the page asks for the rig's readings by this number
 };
 
 /// Estimate minus truth: x, y, z (m, axes of W), heading (rad); standard deviations; NEES. NaN if unknown.
@@ -105,7 +105,7 @@ class Table {
 
   std::size_t rows() const { return rows_; }
   bool has(std::string_view column) const { return columns_.contains(column); }
-  /// Returns a column as text. Throws FileError if there is no such column.
+  /// Returns a column as text. Throws FileError if the column is missing.
   const std::vector<std::string>& text(std::string_view column) const;
   /// Returns a column as numbers; NaN if a field is not a number.
   Column numbers(std::string_view column) const;
@@ -120,12 +120,12 @@ class Table {
   std::map<std::string, std::vector<std::string>, std::less<>> columns_;
 };
 
-/// A trajectory as columns: time (s) and position (m); NaN where there is none.
+/// A trajectory as columns: time (s) and position (m); NaN if missing.
 struct Path {
   Column t, x, y, z;
 };
 
-/// Errors of the frames (FrameError) as columns, in SI units; NaN where there is none.
+/// Errors of the frames (FrameError) as columns, in SI units; NaN if missing.
 struct Errors {
   Column t;
   std::array<Column, 4> error, sigma;  ///< x, y, z, yaw
@@ -160,7 +160,8 @@ std::string alignment_of(const result::About& about);
 /// Returns a metric's column in tables over several results: "rmse_m_after_sim3" if alignment affects it.
 std::string column_of(const std::string& metric, const std::string& alignment);
 
-/// Reads a result. Throws FileError if it is none, a file is missing or broken, or its recording was edited.
+/// Reads a result. Throws FileError if it is not a result, a file is missing or broken, or its recording was
+/// edited.
 RunData read_run(const fs::path& result_folder);
 
 }  // namespace sim::pages

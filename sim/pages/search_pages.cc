@@ -142,7 +142,7 @@ std::optional<double> median_of(const Trials& trials, const std::string& metric)
   return values.empty() ? std::nullopt : std::optional(score::median(values));
 }
 
-/// Of a key of numbers.
+/// Values of a numeric key.
 Figure lines_figure(const Sweep& sweep, std::size_t k, const std::string& metric) {
   const Key& key = sweep.keys[k];
   Figure f{fmt::format("{}_{}_{}", sweep.scenario, metric, key.name),

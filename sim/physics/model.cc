@@ -84,8 +84,8 @@ int upper_link(const mjModel& model, const std::string& link) {
     if (model.body_weldid[body] != 0 && name.find("LEG") == name.npos) links.push_back(name);
     if (name == link && !links.empty() && links.back() == link) return body;
   }
-  throw std::invalid_argument(fmt::format(
-      "link '{}' is no link of the robot above its legs, expected one of {}", link, fmt::join(links, ", ")));
+  throw std::invalid_argument(
+      fmt::format("link '{}' is not an upper-body link, expected one of {}", link, fmt::join(links, ", ")));
 }
 
 }  // namespace

@@ -30,8 +30,10 @@ inline constexpr char kPhysicalRoom[] = "floor";
 enum class Shapes { all, colliding };
 
 /// models/<robot>.xml and models/<room>.xml as one model; paths inside are relative to that folder. Throws
-/// std::runtime_error with MuJoCo's message (file and line) when they do not load. From the first call on, an
-/// error inside MuJoCo prints one line on stderr and ends the process with code 3, and warnings are kept.
+/// std::runtime_error with MuJoCo's message (file and line) if they do not load.
+///
+/// From the first call on, an error inside MuJoCo prints one line on stderr and ends the process with code 3,
+/// and warnings are kept.
 Model load_model(const std::string& robot, const std::string& room, const std::filesystem::path& models,
                  Shapes shapes = Shapes::all);
 
@@ -74,7 +76,7 @@ struct Place {
   Eigen::Isometry3d X_BL = Eigen::Isometry3d::Identity();
 };
 
-/// The place of a mount. Without a link it is relative to the model's head camera. Throws
+/// Returns the pose of a mount, relative to the model's head camera if it has no link. Throws
 /// std::invalid_argument if the robot has no such link or if it is part of a leg, which moves relative to the
 /// head.
 Place place_of(const mjModel_& model, const rig::Mount& mount);

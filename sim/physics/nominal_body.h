@@ -6,9 +6,11 @@
 #include "walking/kinematics.h"
 
 namespace sim::physics {
-/// models/<robot>.xml, used only by the plan: without the variations and disturbances of a run, the ankles'
-/// bushes at rest. Copies share one state: not for use from several threads. Throws std::runtime_error if
-/// the model does not load, or if a link, joint, sole or sensor mount is not that of the nominal robot.
+/// models/<robot>.xml as the plan knows it: without the variations and disturbances of a run, the ankles'
+/// bushings at rest. Copies share one state, so threads must not share them.
+///
+/// Throws std::runtime_error if the model does not load, or if a link, joint, sole or sensor mount is not
+/// that of the nominal robot.
 walking::WholeBody nominal_body(const std::string& robot, const std::filesystem::path& models);
 walking::WholeBody nominal_body(Model on_floor);
 

@@ -28,17 +28,16 @@ struct ImuReading {
 /// Log(R_0ᵀ R_1)). Empty interval: the reading is zero. gravity: m/s² in W.
 ImuReading reading_between(const ImuState& from, const ImuState& to, const Eigen::Vector3d& gravity);
 
-/// Condition of the robot. All but `ok` are final: the physics then stops. `collided`: a foot
-/// touched the other one, or the robot touched something of the room but its floor.
+/// Condition of the robot. All but `ok` are final; `collided`: a foot touched the other one, or the robot
+/// touched something of the room other than its floor.
 enum class Condition { ok, fell, collided, physics_failed };
 struct Status {
   Condition condition = Condition::ok;
   std::string cause;  ///< of a condition other than ok
 };
 
-/// One robot in one room. World W: x ahead and z up, under the robot's waist at the start as the plan has it.
-/// The base is free; nothing but contact, gravity and the servos acts on the robot. A touch of the room ends
-/// the walk, so that no force of the room is needed.
+/// One robot in one room; only contact, gravity and the servos act on it, and touching the room ends the
+/// walk. World W: x ahead and z up, under the robot's waist at the start of the plan.
 class World {
  public:
   /// The robot stands at the joint angles that its encoders read as q, with its waist at X_WB, moved

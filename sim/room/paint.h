@@ -63,14 +63,14 @@ class Canvas {
   cv::Mat3b image_;
 };
 
-/// Returns the RGB picture of a texture, first row on top; empty for an unknown name. Names are a kind and a
-/// number ("books_3"): a kind has one painter, a number its own choices. Name and seed determine the bytes.
+/// Returns the RGB picture of a texture, first row on top, determined by name and seed; empty for an unknown
+/// name. Names are a kind and a number ("books_3"): a kind has one painter, a number its own choices.
 cv::Mat3b paint_texture(std::string_view name, std::uint64_t seed);
 
 /// Sides of the office and the hall, m.
 inline constexpr double kLong = 11, kShort = 7, kHigh = 3, kHallLong = 25, kHallAcross = 18;
 
-/// Paints from a random stream of its own. number: of the texture ("books_3": 3).
+/// Paints from its own random stream. number: of the texture ("books_3": 3).
 using Painter = Canvas (*)(cv::RNG& random, int number);
 using Painters = std::map<std::string_view, Painter>;
 

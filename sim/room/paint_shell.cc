@@ -40,7 +40,7 @@ void mark_start(Canvas& floor, cv::Point2d start) {
     }
 }
 
-// The grid between a ceiling's tiles, of which (x, y) is a corner.
+// The grid between a ceiling's tiles; (x, y) is a corner of a tile.
 void paint_grid(Canvas& ceiling, double x, double y) {
   const double w = ceiling.width(), h = ceiling.height();
   for (; x < w + 0.001; x += kTile) ceiling.fill({x - 0.012, 0, 0.024, h}, {150, 150, 150});

@@ -181,7 +181,7 @@ void LiveView::wait_for_viewer() const {
 bool LiveView::wants(const slam::Observation& observation) {
   const bool others = server_.with_room("foxglove") > 0;
   // Merged without a listener, too: a frame may split a reading, and its second part belongs to the first.
-  if (merger_)  // from begin() on
+  if (merger_)  // set by begin()
     for (exports::ExportedReading& reading : merger_->merge(observation))
       if (others && imu_.size() < kMostReadings) imu_.push_back(reading);
   const bool pages = server_.with_room("gaitslam") > 0;

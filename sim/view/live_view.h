@@ -103,8 +103,8 @@ class Pace {
   Clock::time_point from_clock_ = Clock::now();
 };
 
-/// Serves one run. The run's thread never waits for a client, except in pace() if a client with control
-/// paused or slowed the run. Frames are made only for clients that have room for them, at most 40 a second.
+/// Serves one run, whose thread waits for a client only in pace(), if a client with control paused or slowed
+/// the run. Frames are made only for clients that have room for them, at most 40 a second.
 class LiveView {
  public:
   /// control: clients may pause the run, step it and set its speed. Throws as Server does.

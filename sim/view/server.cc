@@ -37,7 +37,7 @@ std::string_view plain(beast::string_view text) { return {text.data(), text.size
 
 std::string_view path_of(std::string_view target) { return target.substr(0, target.find('?')); }
 
-/// Of every response: only the server's own scripts and styles, and no framing.
+/// Headers of every response: only the server's own scripts and styles, and no framing.
 std::string content_security_policy(const Access& access) {
   return fmt::format(
       "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self' "

@@ -129,7 +129,7 @@ std::vector<std::string> missing_of(const Playback& playback, bool recording, bo
   else if (simulator && none([](const Frame& frame) { return !frame.bodies.empty(); }))
     missing.emplace_back("The robot is not shown: the recording has no joint angles.");
   if (none([](const Frame& frame) { return frame.estimate.has_value(); }))
-    missing.emplace_back("No estimate: there was no filter, or it left no estimate.");
+    missing.emplace_back("No estimate: the run had no filter, or its filter wrote none.");
   return missing;
 }
 

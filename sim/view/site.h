@@ -136,8 +136,8 @@ struct Playback {
   std::shared_ptr<const pages::Pictures> pictures;  ///< absent without a recording
 };
 
-/// Reads a result folder and its recording: its own, or that of the result it lies in as `replay` leaves it.
-/// ShownRun::missing lists missing parts. Throws FileError if it is not a result or a file is broken.
+/// Reads a result folder and its recording, which for a replay is that of the enclosing result; missing parts
+/// are listed in ShownRun::missing. Throws FileError if it is not a result or a file is broken.
 Playback read_playback(const fs::path& result, const MakeRobot& make_robot);
 
 /// Serves one result, or two of one scenario.

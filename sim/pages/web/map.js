@@ -17,7 +17,7 @@ function draw(holder) {
   scenes.push(scene);
 }
 
-/// Draws the maps of the run that is shown. Without WebGL it shows why there is none.
+/// Draws the maps of the run that is shown. Without WebGL it shows the reason.
 function drawMaps() {
   for (const holder of document.querySelectorAll('.map:empty')) {
     if (holder.closest('[hidden]')) continue;

@@ -5,7 +5,7 @@
 // landmarks: how many; health (0 ok, 1 lost, 2 diverged) and state in words; searches: [landmark, u, v, half axes of the ellipse, its
 // angle, outcome, u and v of the match]; new: pixels of new landmarks; map: [landmark, position, ellipsoid] if it changed; feet (left,
 // right): truth and plan [x, y, heading], planned_down, load (N), landed [x, y, heading] while it carries load; support: corners of
-// the support polygon; zmp; rig: number by which the readings of the rig are fetched. m, rad, px.
+// the support polygon; zmp; rig: number for fetching the readings of the rig. m, rad, px.
 
 /// Outcomes of a search differ in color and in shape: an ellipse with a square, a dashed one, one with a cross.
 export const kOutcomes = {found: '#3ddc63', missed: '#ffd228', rejected: '#ff5cc8'};

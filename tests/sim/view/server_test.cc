@@ -1,5 +1,5 @@
 // The server of the view: a client that sends exactly the given bytes, the pace and the messages of a live
-// run, and the security rules, of which each has a test that fails without its guard.
+// run, and the security rules; each rule has a test that fails without its guard.
 #include "sim/view/server.h"
 
 #include <arpa/inet.h>
