@@ -32,17 +32,14 @@ std::vector<Figure> run_figures(const RunData& run);
 /// CPU time by seed. Estimators are never pooled; a scenario with fewer than two runs has no figures.
 std::vector<std::pair<std::string, std::vector<Figure>>> comparison_figures(const std::vector<RunData>& runs);
 
-/// The metrics that are shown first, in cards and in tables over several runs.
-inline constexpr const char* kShownMetrics[]{"ate_se3_rmse_m",
-                                             "rmse_m",
-                                             "end_position_error_m",
-                                             "end_yaw_error_deg",
-                                             "tracked_fraction",
-                                             "loop_landmarks",
-                                             "nees_position_mean",
-                                             "navigation_rmse_m",
-                                             "navigation_end_position_error_m",
-                                             "navigation_end_yaw_error_deg"};
+/// A metric that pages show unless others are asked for: in the cards and tables of runs, the leaderboard,
+/// and the figures and tables of a sweep.
+struct ShownMetric {
+  const char* name;
+  bool run = false, leaderboard = false, sweep = false;
+};
+/// Returns the names of the metrics shown there, the most important first.
+std::vector<std::string> shown_metrics(bool ShownMetric::*where);
 
 /// Returns "passed", "missed a limit", or an ending that is not allowed, by the limits of the run's scenario.
 std::string verdict_of(const RunData& run);
@@ -142,11 +139,6 @@ struct Leaderboard {
   std::vector<LeaderboardRow> rows;
   std::vector<std::string> left_out;  ///< results that cannot be read, and why
 };
-
-/// The metrics that are shown unless others are asked for.
-inline const std::vector<std::string> kLeaderboardMetrics{"ate_se3_rmse_m",   "ate_sim3_rmse_m",
-                                                          "rmse_m",           "end_position_error_m",
-                                                          "tracked_fraction", "nees_position_mean"};
 
 /// Returns all results below the folders, each once, without recordings and earlier seeds: by scenario, then
 /// by coverage in whole percent and by the median of the first metric. Throws FileError if a folder contains

@@ -121,7 +121,7 @@ class RunSections {
 
   std::string cards() const {
     std::string html = "<div class='cards'>";
-    for (const std::string name : kShownMetrics) {
+    for (const std::string& name : shown_metrics(&ShownMetric::run)) {
       const auto value = run_.value(name);
       if (!value || (!run_.waist_desired && name.starts_with("navigation"))) continue;
       const bool length = name.ends_with("_m");
@@ -313,7 +313,7 @@ std::string table(const std::vector<RunData>& runs, const std::vector<bool>& in_
   std::map<std::size_t, std::map<std::string, std::optional<double>>> values;  // by run and column
   for (std::size_t i = 0; i < runs.size(); ++i) {
     if (runs[i].scenario != scenario) continue;
-    for (const char* const metric : kShownMetrics) {
+    for (const std::string& metric : shown_metrics(&ShownMetric::run)) {
       const std::string column = column_of(metric, runs[i].alignment);
       const auto value = values[i][column] = runs[i].value(metric);
       if (value && std::ranges::find(columns, column) == columns.end()) columns.push_back(column);
@@ -359,7 +359,26 @@ std::string runs_in_detail(const std::vector<RunData>& runs, const std::vector<b
   return head + html;
 }
 
+constexpr ShownMetric kShownMetrics[]{{"ate_se3_rmse_m", true, true, true},
+                                      {"ate_sim3_rmse_m", false, true, false},
+                                      {"rmse_m", true, true, true},
+                                      {"end_position_error_m", true, true, true},
+                                      {"end_yaw_error_deg", true, false, false},
+                                      {"tracked_fraction", true, true, false},
+                                      {"nees_position_mean", true, true, true},
+                                      {"loop_landmarks", true, false, true},
+                                      {"navigation_rmse_m", true, false, false},
+                                      {"navigation_end_position_error_m", true, false, false},
+                                      {"navigation_end_yaw_error_deg", true, false, false}};
+
 }  // namespace
+
+std::vector<std::string> shown_metrics(bool ShownMetric::*where) {
+  std::vector<std::string> names;
+  for (const ShownMetric& metric : kShownMetrics)
+    if (metric.*where) names.emplace_back(metric.name);
+  return names;
+}
 
 std::vector<Picture> pictures(const RunData& run, int count) {
   std::vector<Picture> all;

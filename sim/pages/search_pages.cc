@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -25,10 +24,6 @@ using files::Json;
 constexpr std::size_t kMostKeys = 6;     // with figures: 15 heat maps of each metric
 constexpr std::size_t kMostDots = 2000;  // of more trials only the medians are drawn
 constexpr std::size_t kMostOfGrid = 20;  // values of a key; others have one for each sample
-
-// Shown if the sweep has them. The first one names the worst seeds.
-constexpr std::array kMetrics{"ate_se3_rmse_m", "rmse_m", "end_position_error_m", "nees_position_mean",
-                              "loop_landmarks"};
 
 /// "slam.vision.sigma_px [px]"
 std::string with_unit(const std::string& name, std::string_view unit) {
@@ -117,11 +112,12 @@ std::vector<Sweep> read_sweep(const fs::path& folder) {
   return all;
 }
 
+/// The shown metrics that the sweep has; the first one determines the worst seeds.
 std::vector<std::string> metrics_of(const Sweep& sweep) {
-  std::vector<std::string> shown;
-  for (const char* metric : kMetrics)
-    if (std::ranges::any_of(sweep.trials, [&](const Trial& trial) { return trial.values.contains(metric); }))
-      shown.emplace_back(metric);
+  std::vector<std::string> shown = shown_metrics(&ShownMetric::sweep);
+  std::erase_if(shown, [&](const std::string& metric) {
+    return std::ranges::none_of(sweep.trials, [&](const Trial& t) { return t.values.contains(metric); });
+  });
   return shown;
 }
 

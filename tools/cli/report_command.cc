@@ -164,7 +164,8 @@ int show_leaderboard(LeaderboardRequest& request) {
     if (!score::find_metric(metric))
       throw UsageError("--metric {}: {}", metric, scenario::unknown_metric(metric));
   const pages::Leaderboard board = pages::leaderboard(
-      request.folders, request.metrics.empty() ? pages::kLeaderboardMetrics : request.metrics);
+      request.folders,
+      request.metrics.empty() ? pages::shown_metrics(&pages::ShownMetric::leaderboard) : request.metrics);
   if (request.csv) files::write_atomically(*request.csv, pages::leaderboard_csv(board));
   if (request.html) files::write_atomically(*request.html, pages::leaderboard_page(board));
   std::cout << pages::leaderboard_table(board);
