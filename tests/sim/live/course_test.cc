@@ -32,8 +32,8 @@ walk:
   steering: {by: estimate}
   commands:
     - stand: {duration_s: 0.5}
-    - tangent_arc: {radius_m: 0.75, angle_deg: 25}
-camera: {}
+    - tangent_arc: {radius_m: 0.75, angle_deg: 10}
+camera: {width_px: 160, height_px: 120}
 slam: {}
 )";
 

@@ -21,8 +21,8 @@ constexpr const char* kShortWalk = R"(
 walk:
   commands:
     - stand: {duration_s: 0.5}
-    - tangent_arc: {radius_m: 0.75, angle_deg: 25}
-camera: {exposure_s: 0.01, readout_s: 0.02, subframes: 3}
+    - tangent_arc: {radius_m: 0.75, angle_deg: 10}
+camera: {width_px: 160, height_px: 120, exposure_s: 0.01, readout_s: 0.02, subframes: 3}
 world.lights_off: {from_s: 1, duration_s: 0.5}
 slam: {}
 limits: {ending: [completed]}
@@ -108,7 +108,7 @@ TEST_F(RunTest, ARigIsRecordedWithTheSameBytesHoweverItIsDrawnAndChangesNoEstima
 // By its plan without leg odometry, too.
 TEST_F(RunTest, At640By480AWalkPassesItsCheckAndIsReplayedBitForBit) {
   constexpr const char* kLarge =
-      "walk: {commands: [{stand: {duration_s: 0.5}}, {tangent_arc: {angle_deg: 25}}]}\n"
+      "walk: {commands: [{stand: {duration_s: 0.5}}, {tangent_arc: {angle_deg: 10}}]}\n"
       "camera: {width_px: 640, height_px: 480}\nslam: {}\n";
   const auto by_plan = read(kLarge, {"slam.leg_odometry.enabled=false"});
   ASSERT_EQ(run("live", by_plan).ending, Ending::completed);
