@@ -2,6 +2,7 @@
 recordings stale. The linker cannot enforce the first, since Debian's headers of MuJoCo, OpenGL and OpenCV are in the compiler's
 default path. Usage: project_files_test.py CMAKE"""
 import graphlib
+import json
 import pathlib
 import re
 import shutil
@@ -11,6 +12,8 @@ import tempfile
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / 'tools/figures'))
+import front_page  # noqa: E402
 # Files below a folder may include headers with one of these prefixes, and the standard library. The first match applies.
 RULES = {
     'walking/': 'walking/ Eigen/',
@@ -122,11 +125,19 @@ class IncludeRule(unittest.TestCase):
 
 class FrontPage(unittest.TestCase):
     def test_is_one_page_and_shows_what_its_script_measured_last(self):
-        page, stored = (ROOT / 'README.md').read_text(), (ROOT / 'tools/figures/front_page.md').read_text()
+        page, stored = (ROOT / 'README.md').read_text(), json.loads(front_page.STORED.read_text())
         self.assertLessEqual(page.count('\n'), 150)
-        shown = re.findall(r'<!-- [^\n]*: tools/figures/front_page.py -->\n(.*?)<!-- end of', page, re.DOTALL)
-        self.assertGreater(len(stored), 1000)
-        self.assertEqual(stored, '\n'.join(shown))
+        self.assertEqual(front_page.with_blocks(page, stored), page)
+        self.assertNotEqual(front_page.with_blocks(page, stored | {'revision': 'another'}), page)
+
+    def test_a_sample_that_differs_beyond_the_tolerance_is_named(self):
+        stored = json.loads(front_page.STORED.read_text())['columns']
+        self.assertEqual([], list(front_page.differences({'columns': stored}, stored)))
+        for factor, named in ((1.1, 0), (2, 1)):
+            now = json.loads(json.dumps(stored))
+            now['slippery_laps']['plan_rmse_m']['sample'][1] *= factor
+            self.assertEqual(named, len(list(front_page.differences({'columns': stored}, now))))
+        self.assertGreater(len(list(front_page.differences({'columns': {}}, stored))), 30)
 
 
 class RecordingSources(unittest.TestCase):

@@ -1,10 +1,13 @@
 #!/usr/bin/env python3
-"""Updates the measured parts of the front page (README.md): its table, its first run and its animated picture.
+"""Updates the measured parts of the front page (README.md), or checks a sample of them.
 
-    tools/figures/front_page.py [WORK_FOLDER]
+    tools/figures/front_page.py [WORK_FOLDER]           walks ten seeds of each scenario (about 8 minutes on two idle cores; rerun
+                                                        the command to resume), writes front_page.json, walk.webp and README.md
+    tools/figures/front_page.py --check [WORK_FOLDER]   measures two seeds of each column again; exit code 1 if README.md differs
+                                                        from front_page.json, or a value from its measurement by more than the
+                                                        tolerance (seconds if $GAITSLAM_CACHE has the walks)
 
-Walks ten seeds of each scenario (about 8 minutes on two idle cores; rerun the command to resume), writes
-tools/figures/front_page.md and tools/figures/walk.webp, and puts the former between README.md's markers.
+$GAITSLAM selects the program, default tools/gaitslam.
 """
 import json
 import os
@@ -14,60 +17,121 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-STORED = ROOT / "tools/figures/front_page.md"
+STORED = ROOT / "tools/figures/front_page.json"
 SCENARIOS = ("tangent_circle", "perpendicular_circle", "hall", "slippery_laps")
-SEEDS = "1..10"
-# Metric of summary.json, text, factor to the unit shown, format.
+SEEDS, SAMPLE = "1..10", ("1", "2")
+RELATIVE = 0.2  # tolerance of --check; other processors render other pixels
+# Metric, text, factor to the unit shown, format, absolute tolerance in that unit.
 ROWS = (
-    ("ate_se3_rmse_m", "ATE after SE(3) alignment, mm", 1e3, "{:.1f}"),
-    ("rmse_m", "position error, not aligned, mm", 1e3, "{:.1f}"),
-    ("plan_rmse_m", "the walking plan alone, mm", 1e3, "{:.0f}"),
-    ("end_position_error_m", "position error at the end, mm", 1e3, "{:.1f}"),
-    ("end_yaw_error_deg", "heading error at the end, deg", 1, "{:.2f}"),
-    ("loop_landmarks", "landmarks that close the loop", 1, "{:.0f}"),
-    ("nees_position_mean", "NEES of the position (3 expected)", 1, "{:.1f}"),
+    ("ate_se3_rmse_m", "ATE after SE(3) alignment, mm", 1e3, "{:.1f}", 0.5),
+    ("rmse_m", "position error, not aligned, mm", 1e3, "{:.1f}", 0.5),
+    ("plan_rmse_m", "the walking plan alone, mm", 1e3, "{:.0f}", 0.5),
+    ("end_position_error_m", "position error at the end, mm", 1e3, "{:.1f}", 1),
+    ("end_yaw_error_deg", "heading error at the end, deg", 1, "{:.2f}", 0.05),
+    ("loop_landmarks", "landmarks that close the loop", 1, "{:.0f}", 2),
+    ("nees_position_mean", "NEES of the position (3 expected)", 1, "{:.1f}", 0.3),
 )
+ODOMETRY = "ATE of the same sensors without images (`estimator: odometry`), mm"
+PAPER = "ATE of the paper's filter here, mm"
 
 
 def gaitslam(*arguments):
-    done = subprocess.run([ROOT / "tools/gaitslam", *arguments], cwd=ROOT, stdout=subprocess.PIPE, text=True)
+    program = os.environ.get("GAITSLAM", ROOT / "tools/gaitslam")
+    done = subprocess.run([program, *map(str, arguments)], cwd=ROOT, stdout=subprocess.PIPE, text=True)
     if done.returncode > 1:  # 1: a limit was missed, which the table shows
         sys.exit(f"gaitslam {' '.join(map(str, arguments))}: exit code {done.returncode}")
     return done.stdout
 
 
-def summary(work, scenario, estimator="filter"):
-    out = work / f"{scenario}_{estimator}"
-    gaitslam("run", f"scenarios/{scenario}.yaml", f"estimator={estimator}", "--seeds", SEEDS, "--jobs", str(os.cpu_count()), "--cached",
-             "--out", str(out), "--force")
-    return json.loads((out / "summary.json").read_text())["metrics"]
+def columns():
+    """The name of each column of results, its scenario, its estimator and the metrics shown of it."""
+    for scenario in SCENARIOS:
+        yield scenario, scenario, "filter", [row[0] for row in ROWS]
+        yield scenario + ", odometry", scenario, "odometry", [ROWS[0][0]]
+        if (ROOT / f"scenarios/{scenario}_paper.yaml").exists():
+            yield scenario + ", paper", scenario + "_paper", "filter", [ROWS[0][0]]
 
 
-def cell(metric, factor, form):
-    return f"{form.format(factor * metric['median'])} ({form.format(factor * metric['worst'])})"
+def measured(work, seeds):
+    """By column and metric: the median and worst value over the seeds, and the values of the sample."""
+    results = {}
+    for name, scenario, estimator, metrics in columns():
+        out = work / f"{scenario}_{estimator}"
+        gaitslam("run", f"scenarios/{scenario}.yaml", f"estimator={estimator}", "--seeds", seeds, "--jobs", os.cpu_count(),
+                 "--cached", "--out", out, "--force", "-q")
+        summary = json.loads((out / "summary.json").read_text())["metrics"]
+        sample = [json.loads((out / f"seed-{seed}/score.json").read_text())["metrics"] for seed in SAMPLE]
+        results[name] = {metric: {"median": summary[metric]["median"], "worst": summary[metric]["worst"],
+                                  "sample": [score[metric]["value"] for score in sample]} for metric in metrics}
+    return results
 
 
-def processor():
-    for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines():
-        if line.startswith("model name"):
-            return line.split(":")[1].strip()
-    return platform.machine()
-
-
-def table(work):
-    ours = {s: summary(work, s) for s in SCENARIOS}
-    blind = {s: summary(work, s, "odometry") for s in SCENARIOS}
-    paper = {s: summary(work, s + "_paper") for s in SCENARIOS if (ROOT / f"scenarios/{s}_paper.yaml").exists()}
+def table(stored):
+    results = stored["columns"]
     lines = ["| ten seeds: median (worst) | " + " | ".join(f"`{s}`" for s in SCENARIOS) + " |",
              "|---|" + "---|" * len(SCENARIOS)]
-    for name, text, factor, form in ROWS:
-        lines.append(f"| {text} | " + " | ".join(cell(ours[s][name], factor, form) for s in SCENARIOS) + " |")
-    name, _, factor, form = ROWS[0]
-    for text, results in (("ATE of the same sensors without images (`estimator: odometry`), mm", blind),
-                          ("ATE of the paper's filter here, mm", paper)):
-        cells = (cell(results[s][name], factor, form) if s in results else "" for s in SCENARIOS)
-        lines.append(f"| {text} | " + " | ".join(cells) + " |")
-    return "\n".join(lines) + f"\n\nMeasured by `tools/figures/front_page.py` on {processor()}, {os.cpu_count()} cores.\n"
+
+    def add(text, suffix, metric, factor, form):
+        cells = (results.get(s + suffix, {}).get(metric) for s in SCENARIOS)
+        lines.append(f"| {text} | " + " | ".join(
+            f"{form.format(factor * c['median'])} ({form.format(factor * c['worst'])})" if c else "" for c in cells) + " |")
+
+    for metric, text, factor, form, _ in ROWS:
+        add(text, "", metric, factor, form)
+    metric, _, factor, form, _ = ROWS[0]
+    add(ODOMETRY, ", odometry", metric, factor, form)
+    add(PAPER, ", paper", metric, factor, form)
+    return "\n".join(lines) + (f"\n\nMeasured at revision {stored['revision']} by `tools/figures/front_page.py` on "
+                               f"{stored['machine']}. `.ci/run` measures seeds {' and '.join(SAMPLE)} of each column again.\n")
+
+
+def blocks(stored):
+    """The measured parts of README.md by the names of their markers."""
+    return {"scores": table(stored), "first run": stored["first_run"]}
+
+
+def with_blocks(page, stored):
+    for part, body in blocks(stored).items():
+        begin, end = f"<!-- {part}: tools/figures/front_page.py -->\n", f"<!-- end of {part} -->\n"
+        at, to = page.index(begin) + len(begin), page.index(end)
+        page = page[:at] + body + page[to:]
+    return page
+
+
+def differences(stored, now):
+    """One line for each value of the sample that differs from its measurement by more than the tolerance."""
+    for name, _, _, metrics in columns():
+        for metric, _, factor, _, absolute in ROWS:
+            if metric not in metrics:
+                continue
+            pairs = zip(SAMPLE, stored["columns"].get(name, {}).get(metric, {}).get("sample", [None] * 2), now[name][metric]["sample"])
+            for seed, then, value in pairs:
+                if None in (then, value) or abs(value - then) > RELATIVE * abs(then) + absolute / factor:
+                    yield f"{name}, seed {seed}: {metric} was {then}, is {value}"
+
+
+def check(work):
+    stored = json.loads(STORED.read_text())
+    page = (ROOT / "README.md").read_text()
+    wrong = [] if with_blocks(page, stored) == page else ["README.md differs from tools/figures/front_page.json"]
+    wrong += differences(stored, measured(work, f"{SAMPLE[0]}..{SAMPLE[-1]}"))
+    for line in wrong:
+        print(f"front page: {line}", file=sys.stderr)
+    if wrong:
+        sys.exit(f"front page: measured at revision {stored['revision']}, out of date: run tools/figures/front_page.py")
+    print(f"front page: seeds {' and '.join(SAMPLE)} of each column agree within {100 * RELATIVE:.0f} %")
+
+
+def machine():
+    model = [line.split(":")[1].strip() for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines()
+             if line.startswith("model name")]
+    return f"{model[0] if model else platform.machine()}, {os.cpu_count()} cores"
+
+
+def revision():
+    git = ("git", "-C", str(ROOT))
+    changed = subprocess.run([*git, "diff-index", "--quiet", "HEAD", "--"], check=False).returncode != 0
+    return subprocess.check_output([*git, "rev-parse", "--short=12", "HEAD"], text=True).strip() + ("+" if changed else "")
 
 
 def shortened(output):
@@ -78,36 +142,31 @@ def shortened(output):
 
 def first_run(work):
     command = ("run", "scenarios/tangent_circle.yaml")
-    text = gaitslam(*command, "--out", str(work / "first"), "--force")
+    text = gaitslam(*command, "--out", work / "first", "--force")
     text = text.replace(str(work / "first"), "results/tangent_circle")
     return f"```\n$ tools/gaitslam {' '.join(command)}\n{shortened(text)}\n```\n"
 
 
 def picture(work):
     video = work / "walk.mp4"
-    gaitslam("video", str(work / "first/seed-1"), "--out", str(video), "--force")
+    gaitslam("video", work / "first/seed-1", "--out", video, "--force")
     subprocess.run(["ffmpeg", "-loglevel", "error", "-i", str(video), "-vf", "setpts=PTS/4,fps=8,scale=960:-1:flags=lanczos",
                     "-c:v", "libwebp_anim", "-quality", "45", "-compression_level", "6", "-loop", "0", "-y",
                     str(ROOT / "tools/figures/walk.webp")], check=True)
 
 
-def put_into_readme(text):
-    readme = ROOT / "README.md"
-    page = readme.read_text()
-    for part, body in text.items():
-        begin, end = f"<!-- {part}: tools/figures/front_page.py -->\n", f"<!-- end of {part} -->\n"
-        at, to = page.index(begin) + len(begin), page.index(end)
-        page = page[:at] + body + page[to:]
-    readme.write_text(page)
-    STORED.write_text("\n".join(text.values()))
-
-
 def main():
-    work = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "results/front_page").resolve()
-    os.environ["GAITSLAM_CACHE"] = str(work / "cache")
-    text = {"scores": table(work), "first run": first_run(work)}
+    arguments = sys.argv[1:]
+    checks = arguments[:1] == ["--check"]
+    work = pathlib.Path((arguments[checks:] or [ROOT / "results/front_page"])[0]).resolve()
+    os.environ.setdefault("GAITSLAM_CACHE", str(work / "cache"))
+    if checks:
+        return check(work)
+    stored = {"revision": revision(), "machine": machine(), "columns": measured(work, SEEDS), "first_run": first_run(work)}
     picture(work)
-    put_into_readme(text)
+    STORED.write_text(json.dumps(stored, indent=1) + "\n")
+    readme = ROOT / "README.md"
+    readme.write_text(with_blocks(readme.read_text(), stored))
 
 
 if __name__ == "__main__":
