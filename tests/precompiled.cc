@@ -1,1 +1,0 @@
-// The source that CMake needs to compile precompiled.h.

@@ -1,0 +1,1 @@
+// The source that CMake needs to compile precompiled headers.
