@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 using namespace sim;
 
 constexpr const char* kWalk = R"(
-walk: {commands: [{stand: {duration_s: 0.5}}, {tangent_arc: {radius_m: 0.75, angle_deg: 40}}]}
+walk: {commands: [{stand: {duration_s: 0.5}}, {tangent_arc: {radius_m: 0.75, angle_deg: 60}}]}
 camera: {}
 )";
 
