@@ -20,10 +20,6 @@ using How = FileLock::How;
 constexpr int kAttempts = 150;
 constexpr useconds_t kPauseUs = 20'000;  // 3 s in all: enough for a killed process to end
 
-[[noreturn]] void fail_by_errno(const fs::path& file, const std::string& what) {
-  throw FileError(file, what + ": " + std::strerror(errno));
-}
-
 // False, with errno, if it cannot be locked.
 bool lock_open(int fd, int operation) {
   while (::flock(fd, operation) != 0)
@@ -96,10 +92,10 @@ FileLock begin_partial(const fs::path& partial, const fs::path& target) {
   for (int attempt = 0; attempt <= kAttempts; ++attempt, ::usleep(kPauseUs)) {
     std::error_code error;
     fs::create_directories(parent_of(target), error);
-    if (error) throw FileError(parent_of(target), "cannot be made: " + error.message());
+    if (error) fail_by_errno(parent_of(target), "cannot be made", error.value());
     fs::create_directory(partial, error);
-    if (error || !is_real_folder(partial))
-      throw FileError(target, "cannot be made: " + (error ? error.message() : partial.string() + " exists"));
+    if (error) fail_by_errno(target, "cannot be made", error.value());
+    if (!is_real_folder(partial)) throw FileError(target, "cannot be made: " + partial.string() + " exists");
     if (!is_there(partial / kMarker) && !fs::is_empty(partial))
       throw FileError(partial, "was not made by gaitslam, which needs this name: move it away");
     try {

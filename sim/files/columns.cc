@@ -221,6 +221,8 @@ const TimeUnit& unit_of_stamps(const std::filesystem::path& file, const std::vec
 
 std::string not_rising(std::chrono::nanoseconds before, std::chrono::nanoseconds stamp) {
   std::string why = "the stamp is not after the one before";
+  if (stamp < before)
+    why += fmt::format(": it is {:.6g} s earlier", 1e-9 * static_cast<double>((before - stamp).count()));
   if (stamp == before && stamp.count() % kSeconds.ns == 0)
     why += "; is its rest in another column? expected a header that names both, as in secs,nsecs";
   return why;

@@ -31,6 +31,7 @@ class CsvReader {
 
   const std::vector<std::string>& titles() const { return titles_; }  ///< of the header's columns
   std::size_t fields() const { return fields_.size(); }               ///< of the row
+  std::size_t line() const { return line_number_; }                   ///< of the row
   bool next();          ///< reads the next row; false at the end of the file
   double part() const;  ///< of the file's bytes that were read, 0 to 1
 

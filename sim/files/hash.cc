@@ -36,18 +36,18 @@ std::string Hash::hex() const {
 }
 
 HashedFile::HashedFile(const fs::path& file) : file_(file), out_(file, std::ios::binary) {
-  if (!out_) throw FileError(file_, std::string("cannot be made: ") + std::strerror(errno));
+  if (!out_) fail_by_errno(file_, "cannot be made");
 }
 
 void HashedFile::write(std::string_view bytes) {
   out_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (!out_) throw FileError(file_, std::string("cannot be written: ") + std::strerror(errno));
+  if (!out_) fail_by_errno(file_, "cannot be written");
   hash_.add(bytes);
 }
 
 void HashedFile::close() {
   out_.close();
-  if (!out_) throw FileError(file_, std::string("cannot be written: ") + std::strerror(errno));
+  if (!out_) fail_by_errno(file_, "cannot be written");
 }
 
 std::string sha256(std::string_view bytes) {

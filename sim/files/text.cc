@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kPiece = 1 << 16;  // bytes
 
-[[noreturn]] void fail(const fs::path& file, int fault) {
-  throw FileError(file, std::string("cannot be read: ") + std::strerror(fault));
+[[noreturn]] void fail_reading(const fs::path& file, int fault = errno) {
+  fail_by_errno(file, "cannot be read", fault);
 }
 
 bool is_between(std::string_view character, std::string_view first, std::string_view last) {
@@ -121,6 +121,16 @@ std::string drawn(const Columns& columns) {
 
 }  // namespace
 
+bool is_of_device(int fault) {
+  return fault == ENOSPC || fault == EDQUOT || fault == EFBIG || fault == EIO || fault == ESTALE;
+}
+
+void fail_by_errno(const fs::path& file, const std::string& what, int fault) {
+  const std::string why = what + ": " + std::strerror(fault);
+  if (is_of_device(fault)) throw DeviceError(file, why);
+  throw FileError(file, why);
+}
+
 std::string sanitize(const std::string& text) {
   std::string cleaned;
   for (std::string_view rest = text; !rest.empty();) {
@@ -159,10 +169,10 @@ InputFile::InputFile(const fs::path& file, std::uintmax_t most)
       piece_(std::make_unique_for_overwrite<char[]>(kPiece)) {
   const int fd = in_.fd;
   if (fd < 0 && errno == ENXIO) throw FileError(file, kNotRegular);  // a socket
-  if (fd < 0) fail(file, errno);
+  if (fd < 0) fail_reading(file);
   struct stat found {};
-  if (::fstat(fd, &found) != 0) fail(file, errno);
-  if (S_ISDIR(found.st_mode)) fail(file, EISDIR);
+  if (::fstat(fd, &found) != 0) fail_reading(file);
+  if (S_ISDIR(found.st_mode)) fail_reading(file, EISDIR);
   if (S_ISREG(found.st_mode))
     size_ = static_cast<std::uintmax_t>(found.st_size);
   else if (file == "/dev/stdin" || file.parent_path() == "/dev/fd" || file.parent_path() == "/proc/self/fd")
@@ -176,10 +186,17 @@ std::string_view InputFile::next() {
   ssize_t n;
   do n = ::read(in_.fd, piece_.get(), kPiece);
   while (n < 0 && errno == EINTR);
-  if (n < 0) fail(file_, errno);
+  if (n < 0) fail_reading(file_);
   const auto bytes = static_cast<std::size_t>(n);
   if ((read_ += bytes) > most_) throw FileError(file_, fmt::format("has more than {} bytes", most_));
   return {piece_.get(), bytes};
+}
+
+std::string InputFile::last(std::size_t bytes) const {
+  std::string text(std::min<std::uintmax_t>(bytes, size_), '\0');
+  const ssize_t n = ::pread(in_.fd, text.data(), text.size(), static_cast<off_t>(size_ - text.size()));
+  if (n < 0) fail_reading(file_);
+  return text.substr(0, static_cast<std::size_t>(n));
 }
 
 std::string read_text(const fs::path& file, std::uintmax_t most) {
@@ -193,7 +210,7 @@ void write_text(const fs::path& file, std::string_view text) {
   std::ofstream out(file, std::ios::binary);
   out.write(text.data(), static_cast<std::streamsize>(text.size()));
   out.close();
-  if (!out) throw FileError(file, std::string("cannot be written: ") + std::strerror(errno));
+  if (!out) fail_by_errno(file, "cannot be written");
 }
 
 fs::path contained_path(const fs::path& folder, std::string_view name) {

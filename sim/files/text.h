@@ -2,6 +2,7 @@
 // writers, and text and tables for a terminal.
 #pragma once
 
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
@@ -44,7 +45,24 @@ class FileError : public std::runtime_error {
       : FileError(file.string() + ":" + std::to_string(line), why) {}
   FileError(const std::filesystem::path& file, std::size_t line, std::size_t column, const std::string& why)
       : FileError(file.string() + ":" + std::to_string(line) + ":" + std::to_string(column), why) {}
+
+ protected:
+  explicit FileError(const std::string& text) : std::runtime_error(sanitize(text)) {}
 };
+
+/// The disk is full or a device failed: neither the command line nor an input is wrong.
+class DeviceError : public FileError {
+ public:
+  using FileError::FileError;
+  explicit DeviceError(const std::string& text) : FileError(text) {}
+};
+
+/// Returns whether an error number of the operating system is that of a full disk or a failed device.
+bool is_of_device(int fault);
+
+/// Throws FileError "file: what: reason" for an error number, or DeviceError if is_of_device().
+[[noreturn]] void fail_by_errno(const std::filesystem::path& file, const std::string& what,
+                                int fault = errno);
 
 /// An open file of the operating system, closed at the end of its life. Below zero: none.
 class Descriptor {
@@ -80,6 +98,8 @@ class InputFile {
   std::uintmax_t size() const { return size_; }  ///< bytes; 0 of a pipe
   /// Returns the next bytes, none at the end of the file; they live until the next call.
   std::string_view next();
+  /// Returns the last bytes of a file, at most `bytes`; none of a pipe. next() is not affected.
+  std::string last(std::size_t bytes) const;
 
  private:
   std::filesystem::path file_;

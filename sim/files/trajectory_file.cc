@@ -33,6 +33,7 @@ class Line {
   }
 
   std::size_t size() const { return fields_.size(); }
+  std::size_t line() const { return number_; }
   bool is_comment() const { return fields_.empty() || fields_[0].starts_with('#'); }
   bool has_commas() const { return separator_ == ','; }
   char separator() const { return separator_; }
@@ -348,7 +349,7 @@ TrajectoryFile read_poses(Lines& text, const TimeUnit* stated) {
                            commas ? "w, x, y, z" : "x, y, z, w"));
   if (commas && !text.header && fields == 20)
     warn(read, "no header names columns 9 to 20: a covariance in them is not read");
-  for (const Line& line : text.lines) read.rows.push_back({{line.stamp(columns.stamp, unit)}, std::nullopt});
+  for (const Line& line : text.lines) read.rows.push_back({{line.stamp(columns.stamp, unit)}, std::nullopt, line.line()});
   settle_stamps(read, text.lines);
   for (std::size_t i = 0; i < read.rows.size(); ++i) {
     const Line& line = text.lines[i];

@@ -20,6 +20,7 @@ struct TimedPose {
 /// slam::Estimate defines it; the file has no blocks between the two, they are zero.
 struct TumRow : TimedPose {
   std::optional<Matrix6d> covariance;
+  std::size_t line = 0;  ///< of the file that it was read from
 };
 
 /// Returns "t tx ty tz qx qy qz qw" and a line feed: t in s with nine decimals (exact to the nanosecond),

@@ -41,11 +41,11 @@ std::string ellipse_svg(const slam::Search& search) {
 
 /// Without its end.
 std::string image_svg(const std::string& png, const std::string& camera, double t) {
-  const auto size = recording::image_size(png);
+  const cv::Size size = recording::image_header(png)->size;
   return fmt::format(
       "<svg class='picture' xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}' role='img' "
       "aria-label='{2} at {3} s'><image width='{0}' height='{1}' href='data:image/png;base64,{4}'/>",
-      size->width, size->height, camera, t, base64(png));
+      size.width, size.height, camera, t, base64(png));
 }
 
 Picture picture_of(const Frame& frame, const std::string& png, const Frame& first) {

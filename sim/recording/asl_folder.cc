@@ -4,8 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
 
+#include "sim/recording/gyro_check.h"
 #include "sim/recording/image_file.h"
 
 namespace sim::recording {
@@ -25,6 +25,27 @@ std::string span_text(slam::Stamp first, slam::Stamp last) {
   return fmt::format("from {:.3f} s to {:.3f} s", slam::seconds(first), slam::seconds(last));
 }
 
+/// Adds a remark on the largest step between stamps if it is out of proportion: a clock that was set, or rows
+/// that are missing.
+void add_leap(std::vector<std::string>& remarks, const fs::path& file, const std::vector<slam::Stamp>& stamps,
+              const std::vector<std::size_t>& lines) {
+  constexpr int kMostSteps = 5;
+  std::vector<slam::Stamp> steps;
+  for (std::size_t i = 1; i < stamps.size(); ++i) steps.push_back(stamps[i] - stamps[i - 1]);
+  if (steps.size() < 2) return;
+  std::vector<slam::Stamp> sorted = steps;
+  std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2));
+  const slam::Stamp usual = sorted[sorted.size() / 2], most = std::max(kMostSteps * usual, kLongestGap);
+  const auto leap = std::ranges::max_element(steps);
+  if (*leap <= most) return;
+  const auto leaps = std::ranges::count_if(steps, [&](slam::Stamp step) { return step > most; });
+  remarks.push_back(fmt::format(
+      "{}:{}: its clock leaps by {:.6g} s from the row before, or rows are missing; they come every {:.4g} "
+      "s{}",
+      file.string(), lines[static_cast<std::size_t>(leap - steps.begin()) + 1], slam::seconds(*leap),
+      slam::seconds(usual), leaps > 1 ? fmt::format("; the largest of {} such steps", leaps) : ""));
+}
+
 /// All stamps of a file, in the unit that fits them, and its rows.
 struct Stamps {
   /// rate_hz: as a sensor.yaml states it; slack: how many times as high as that of the rows it may be, since
@@ -38,14 +59,19 @@ struct Stamps {
     files::CsvReader csv(file, least_columns);
     while (csv.next()) numbers.push_back(columns.number(csv, columns.unit ? *columns.unit : *unit));
     unit = &files::unit_of_stamps(file, numbers, columns.unit, 1 / rate_hz.value_or(20));
-    for (StampedRows again = rows(); again.stamp(); again.advance()) all.push_back(*again.stamp());
+    std::vector<std::size_t> lines;
+    for (StampedRows again = rows(); again.stamp(); again.advance()) {
+      all.push_back(*again.stamp());
+      lines.push_back(again.row().line());
+    }
+    add_leap(remarks, file, all, lines);
     const auto step = files::median_step(numbers);
     if (!step || !rate_hz) return;
     const double hz = 1e9 / (*step * static_cast<double>(unit->ns)), ratio = *rate_hz / hz;
     const std::string differs =
         fmt::format("its rows come at {:.4g} Hz, its sensor.yaml states rate_hz: {}", hz, *rate_hz);
     if (ratio > slack || ratio < 1 / 1.5) throw files::FileError(file, differs);
-    if (std::abs(ratio - 1) > 0.1) remark = fmt::format("{}: {}", file.string(), differs);
+    if (std::abs(ratio - 1) > 0.1) remarks.push_back(fmt::format("{}: {}", file.string(), differs));
   }
 
   StampedRows rows() const {
@@ -65,7 +91,7 @@ struct Stamps {
   files::StampColumns columns;
   const files::TimeUnit* unit = &files::kNanoseconds;
   std::vector<slam::Stamp> all;
-  std::string remark;  ///< of a rate that differs from the stated one, but may be
+  std::vector<std::string> remarks;
 };
 
 /// A reading of an IMU and the time that it applies to.
@@ -141,20 +167,16 @@ struct ReadSensors : AslSensors {
                    imu_file = calibration_file(folder, sensor_file("imu0"), "imu_config.yaml");
     const StatedCamera stated = read_camera_yaml(yaml(camera_file), setup);
     const StatedImu mounted = read_imu_yaml(yaml(imu_file));
+    require_same_mounting(camera_file, stated, imu_file, mounted);
     for (const auto& [file, unread] : {std::pair(camera_file, stated.unread), {imu_file, mounted.unread}})
       if (!unread.empty())
         remarks.push_back(
             fmt::format("{}: keys that are not read: {}", file.string(), fmt::join(unread, ", ")));
-    if (!truth_folder(folder))
-      remarks.push_back(fmt::format("{}: no truth: data.csv is in none of {}", folder.string(),
-                                    fmt::join(kTruthFolders, ", ")));
-    else if (const fs::path file = *truth_folder(folder) / "data.csv"; true)
-      if (const auto doubt = files::read_trajectory(file).warning)
-        remarks.push_back(fmt::format("{}: {}", file.string(), *doubt));
     setup.imu_rate_hz = mounted.rate_hz;
     noise = mounted.noise;
     const Eigen::Isometry3d X_SC = setup.calibration.X_CG.inverse();
-    X_BC = stated.by_imu ? mounted.X_BS * X_SC : X_SC;
+    X_BC = stated.X_SB ? X_SC : mounted.X_BS * X_SC;
+    X_BG = mounted.X_BS;
     setup.calibration.X_CG = X_BC.inverse() * mounted.X_BS;
     imu_ahead = slam::Stamp(std::llround(1e9 * stated.timeshift_s));
     camera.emplace(folder / sensor_rows("cam0"), kCameraColumns, stated.rate_hz, 4);
@@ -166,7 +188,7 @@ struct ReadSensors : AslSensors {
       remarks.push_back(imu->file.string() +
                         ": no column is named as an angular rate; columns 2 to 4 are taken for it, in rad/s");
     for (const Stamps* const rows : {&*camera, &*imu})
-      if (!rows->remark.empty()) remarks.push_back(rows->remark);
+      std::ranges::copy(rows->remarks, std::back_inserter(remarks));
     readings = readings_of(*imu, imu_ahead);
     const Eigen::Vector3d a_G = first_acceleration(readings);
     if (!a_G.isZero() && std::abs(a_G.norm() - slam::kGravity) > slam::kGravity / 3)
@@ -175,7 +197,7 @@ struct ReadSensors : AslSensors {
           imu->file.string(), a_G.norm()));
     has_plan = fs::exists(folder / sensor_rows("plan0"));
     if (has_plan)
-      setup.X_WC_start = read_pose(yaml(folder / sensor_file("plan0")), "T_WC_start", false);
+      setup.X_WC_start = read_pose(yaml(folder / sensor_file("plan0")), "T_WC_start");
     else if (!a_G.isZero())  // it points up
       setup.X_WC_start.linear() = turn_upwards(setup.calibration.X_CG.linear() * a_G);
   }
@@ -195,15 +217,24 @@ struct ReadSensors : AslSensors {
 
   std::optional<Stamps> camera, imu;
   std::vector<Reading> readings;
+  Eigen::Isometry3d X_BG;  // the IMU on the body
 };
 
-// The files of the list. Each must exist.
-std::vector<fs::path> images_of(const fs::path& folder, const Stamps& list) {
+// The files of the list. Each must exist, have the camera's size, and samples like the first.
+std::vector<fs::path> images_of(const fs::path& folder, const Stamps& list, const cv::Size& size) {
   std::vector<fs::path> all;
+  ImageHeader first;
   for (files::CsvReader rows(list.file, kCameraColumns); rows.next();) {
     const std::size_t field = list.next_field();
     all.push_back(files::contained_path(folder / sensor_data("cam0"), rows.text(field)));
     if (!fs::is_regular_file(all.back())) rows.fail(field, "no such image: " + all.back().string());
+    const ImageHeader header = check_image(all.back(), size);
+    if (all.size() == 1) first = header;
+    if (header.channels != first.channels || header.bits != first.bits)
+      rows.fail(field,
+                fmt::format("{} has {} of {} bits, expected {} of {} as the first image", all.back().string(),
+                            files::counted(std::size_t(header.channels), "channel"), header.bits,
+                            first.channels, first.bits));
   }
   return all;
 }
@@ -215,100 +246,61 @@ Eigen::Isometry3d interpolate(const files::TimedPose& a, const files::TimedPose&
   return Eigen::Translation3d(p) * qa.slerp(part, qb);
 }
 
-constexpr slam::Stamp kStep{20'000'000}, kBridged{100'000'000}, kHour = std::chrono::hours(1);
-constexpr int kWindow = 5, kMostLag = 500, kFewest = 50;  // steps
-constexpr double kLeastCorrelation = 0.6, kMostCorrelation = 0.9995, kDecisive = 15;
+constexpr double kLeastOffset_s = 0.015, kMostOffset_s = 0.1;  // remarked upon, and rejected
 
-using Turns = std::vector<std::optional<Eigen::Vector3d>>;
-
-/// Returns the turn from each time of a grid until a window later, if it is known.
-Turns turns(const std::vector<files::TumRow>& poses, slam::Stamp begin, std::size_t size) {
-  std::vector<std::optional<Eigen::Quaterniond>> at(size);
-  std::size_t next = 1;
-  for (std::size_t k = 0; k < size; ++k) {
-    const slam::Stamp t = begin + static_cast<std::int64_t>(k) * kStep;
-    while (next < poses.size() && poses[next].t < t) ++next;
-    if (next >= poses.size()) break;
-    const files::TumRow &a = poses[next - 1], &b = poses[next];
-    if (a.t <= t && b.t - a.t <= kBridged)
-      at[k] = Eigen::Quaterniond(a.X.linear())
-                  .slerp(slam::seconds(t - a.t) / slam::seconds(b.t - a.t), Eigen::Quaterniond(b.X.linear()));
-  }
-  Turns all(size);
-  for (std::size_t k = 0; k + kWindow < size; ++k)
-    if (at[k] && at[k + kWindow]) {
-      const Eigen::AngleAxisd turn(at[k]->conjugate() * *at[k + kWindow]);
-      all[k] = turn.angle() * turn.axis();
-    }
-  return all;
-}
-
-struct Correlation {
-  double r = 0, gain = 0;
-  int pairs = 0;
-  /// Log-likelihood of the linear relation, relative to none; of as many speeds as windows.
-  double evidence(double of_r) const {
-    return 0.5 * pairs / kWindow * -std::log1p(-std::pow(std::clamp(of_r, 0.0, 1 - 1e-12), 2));
-  }
-};
-
-/// Correlates the angles turned after subtraction of the mean turns, which removes a bias.
-Correlation correlation(const Turns& truth, const Turns& gyro, int lag) {
-  const auto size = static_cast<int>(truth.size());
-  const auto for_each_pair = [&](const auto& f) {
-    for (int k = std::max(0, -lag); k < size - std::max(0, lag); ++k) {
-      const auto &a = truth[static_cast<std::size_t>(k)], &b = gyro[static_cast<std::size_t>(k + lag)];
-      if (a && b) f(*a, *b);
-    }
-  };
-  Correlation c;
-  Eigen::Vector3d truth_sum = Eigen::Vector3d::Zero(), gyro_sum = truth_sum;
-  for_each_pair([&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-    truth_sum += a, gyro_sum += b;
-    ++c.pairs;
-  });
-  if (c.pairs < kFewest) return c;
-  const Eigen::Vector3d truth_mean = truth_sum / c.pairs, gyro_mean = gyro_sum / c.pairs;
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
-  for_each_pair([&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-    const Eigen::Vector2d pair((a - truth_mean).norm(), (b - gyro_mean).norm());
-    sum += pair;
-    squares += pair * pair.transpose();
-  });
-  const Eigen::Matrix2d S = squares - sum * sum.transpose() / c.pairs;
-  if (S(0, 0) > 1e-12 && S(1, 1) > 1e-12) {
-    c.r = S(0, 1) / std::sqrt(S(0, 0) * S(1, 1));
-    c.gain = S(0, 1) / S(0, 0);
-  }
-  return c;
-}
-
-// Throws FileError if the speeds of rotation show that gyro and truth have different clocks or units.
-void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& truth, const fs::path& folder,
-                             slam::Stamp ahead) {
-  constexpr double kMost_s = 0.1, kMostGain = 2, kSure = 0.9;
+// Compares the gyro with the truth. Throws FileError if they have different clocks, units or axes, and adds a
+// remark on what may be.
+void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& truth,
+                             const Eigen::Matrix3d& R_GT, const std::vector<Reading>& readings,
+                             const fs::path& imu, AslSensors& sensors) {
+  constexpr double kMostGain = 2, kSure = 0.9;
   if (!truth.has_orientation) return;
-  const Stamps imu(folder / sensor_rows("imu0"), kImuColumns);
   std::vector<TimedRotation> gyro;
-  for (const Reading& reading : readings_of(imu, ahead)) gyro.push_back({reading.t, reading.gyro});
-  const auto offset = clock_offset(gyro, truth.rows);
-  if (!offset) return;
-  const bool same_unit = offset->gain < kMostGain && offset->gain > 1 / kMostGain;
-  if (!same_unit && offset->correlation > kSure)  // else noise of the truth lowers the gain
+  for (const Reading& reading : readings) gyro.push_back({reading.t, reading.gyro});
+  const auto found = compare_gyro(gyro, truth.rows, R_GT);
+  if (!found) {
+    sensors.remarks.push_back(
+        fmt::format("{}: clock and axes of its gyro are not checked: it turns too little, or "
+                    "unlike {}",
+                    imu.string(), file.string()));
+    return;
+  }
+  const bool same_unit = found->gain < kMostGain && found->gain > 1 / kMostGain;
+  if (!same_unit && found->correlation > kSure)  // else noise of the truth lowers the gain
     throw files::FileError(
-        imu.file,
-        fmt::format("its speeds of rotation are {:.3g} times those of {}: expected rad/s, or a header "
-                    "with their unit, as in w_RS_S_x [deg s^-1]",
-                    offset->gain, file.string()));
-  if (std::abs(offset->late_s) < kMost_s) return;
-  throw files::FileError(
-      file,
-      fmt::format("its stamps are {:.2f} s {} than those of {}: shifted by that, the speeds of rotation "
-                  "correlate by {:.2f}, as stamped by {:.2f}; expected one clock (timeshift_cam_imu of the "
-                  "camera corrects an IMU's)",
-                  std::abs(offset->late_s), offset->late_s > 0 ? "earlier" : "later", imu.file.string(),
-                  offset->correlation, offset->as_stamped));
+        imu,
+        fmt::format("its speeds of rotation are {:.3g} times those of {}: expected rad/s, or a header with "
+                    "their unit, as in w_RS_S_x [deg s^-1]",
+                    found->gain, file.string()));
+  const double late_s = -found->late_s;  // of the truth
+  const std::string late = fmt::format("{:.2f} s {} {}", std::abs(late_s),
+                                       late_s > 0 ? "later than" : "earlier than", imu.string());
+  const bool is_late = std::abs(late_s) >= kLeastOffset_s;
+  if (found->axes || found->mirrored)
+    throw files::FileError(
+        imu,
+        fmt::format("its gyro turns {} those of {}{}; expected the same, right-handed axes: a column has the "
+                    "wrong sign or place, or T_BS of one of both is wrong",
+                    found->axes ? fmt::format("about x, y, z as {} of", axes_text(*found->axes)) : "",
+                    file.string(), is_late ? ", which is " + late : ""));
+  if (found->turned_rad)
+    sensors.remarks.push_back(
+        fmt::format("{}: its axes are turned by {:.0f} deg from those of {}: T_BS is wrong or missing in the "
+                    "sensor.yaml of "
+                    "one of both, and the errors of orientation include it",
+                    file.string(), 180 / M_PI * *found->turned_rad, imu.string()));
+  if (std::abs(late_s) >= kMostOffset_s)
+    throw files::FileError(
+        file, fmt::format(
+                  "its stamps are {}: shifted by that, the speeds of rotation correlate by {:.2f}, as "
+                  "stamped by {:.2f}; expected one clock (timeshift_cam_imu of the camera corrects an IMU's)",
+                  late, found->correlation, found->as_stamped));
+  if (!is_late) return;
+  sensors.remarks.push_back(
+      fmt::format("{}: the truth is {}: errors of orientation and the NEES include it if the images have the "
+                  "IMU's clock; if "
+                  "they have that of the truth, state timeshift_cam_imu: {:.3f} in the camera's file",
+                  file.string(), late, slam::seconds(sensors.imu_ahead) - late_s));
 }
 
 // Poses of the truth's body at the given times of the recording's clock.
@@ -340,6 +332,7 @@ std::vector<files::TimedPose> interpolated(const fs::path& file, const files::Tr
 struct AslFolder::Files {
   explicit Files(const fs::path& folder_) : folder(folder_) {
     for (const slam::Stamp t : stamps) times.push_back(t - sensors.first_image);
+    read_truth();
     if (!sensors.has_plan) return;
     const Stamps planned(folder / sensor_rows("plan0"), kPlanColumns);
     const auto is_of_image = [&](slam::Stamp t) { return std::ranges::binary_search(stamps, t); };
@@ -351,22 +344,24 @@ struct AslFolder::Files {
                  *planned.unit);
   }
 
+  void read_truth();
+
   fs::path folder;
   ReadSensors sensors{folder};
   const std::vector<slam::Stamp>& stamps = sensors.camera->all;  // of the images
-  std::vector<fs::path> images = images_of(folder, *sensors.camera);
+  const cv::Size size{sensors.setup.calibration.camera.width_px, sensors.setup.calibration.camera.height_px};
+  std::vector<fs::path> images = images_of(folder, *sensors.camera, size);
   std::vector<slam::Stamp> times;
+  Truth truth;
   std::size_t next_image = 0, next_reading = 0;
   std::optional<StampedRows> plan;
 
   slam::Observation next() {
     const slam::Stamp start = sensors.first_image, t = stamps[next_image];
-    const slam::CameraIntrinsics& size = sensors.setup.calibration.camera;
     const fs::path& file = images[next_image++];
     slam::Observation o;
     o.t = t - start;
-    o.image = decode_image(file, files::read_text(file, files::kMostOfImage), {size.width_px, size.height_px},
-                           cv::IMREAD_GRAYSCALE);
+    o.image = decode_image(file, files::read_text(file, files::kMostOfImage), size);
     for (auto& all = sensors.readings; next_reading < all.size() && all[next_reading].begin < t;) {
       Reading& now = all[next_reading];
       const slam::Stamp begin = std::exchange(now.begin, std::min(now.end, t));
@@ -381,10 +376,42 @@ struct AslFolder::Files {
   }
 };
 
+void AslFolder::Files::read_truth() {
+  const auto found = truth_folder(folder);
+  if (!found) {
+    sensors.remarks.push_back(fmt::format("{}: no truth: data.csv is in none of {}", folder.string(),
+                                          fmt::join(kTruthFolders, ", ")));
+    return;
+  }
+  const fs::path name = *found / "data.csv", mounting = *found / "sensor.yaml";
+  const files::TrajectoryFile file = files::read_trajectory(name);
+  if (file.warning) sensors.remarks.push_back(fmt::format("{}: {}", name.string(), *file.warning));
+  std::vector<slam::Stamp> own_clock;
+  std::vector<std::size_t> lines;
+  for (const files::TumRow& row : file.rows) own_clock.push_back(row.t), lines.push_back(row.line);
+  add_leap(sensors.remarks, name, own_clock, lines);
+  Eigen::Isometry3d X_BT = Eigen::Isometry3d::Identity();
+  if (fs::exists(mounting)) X_BT = read_pose(yaml(mounting), "T_BS", "T_SB");
+  require_rotation_of_imu(name, file, sensors.X_BG.linear().transpose() * X_BT.linear(), sensors.readings,
+                          sensors.imu->file, sensors);
+  truth.camera = interpolated(name, file, stamps);
+  Eigen::Isometry3d X_TC = X_BT.inverse() * sensors.X_BC,
+                    X_WT = sensors.setup.X_WC_start * (truth.camera.front().X * X_TC).inverse();
+  if (!file.has_orientation) {
+    truth.positions_of = X_TC.inverse().translation();
+    X_WT = X_TC = Eigen::Isometry3d::Identity();
+  }
+  for (files::TimedPose& pose : truth.camera) pose = {pose.t - sensors.first_image, X_WT * pose.X * X_TC};
+}
+
 AslFolder::AslFolder(const fs::path& folder) : files_(std::make_unique<Files>(folder)) {}
 AslFolder::~AslFolder() = default;
 
+const fs::path& AslFolder::folder() const { return files_->folder; }
+
 const AslSensors& AslFolder::sensors() const { return files_->sensors; }
+
+const Truth& AslFolder::truth() const { return files_->truth; }
 
 const std::vector<slam::Stamp>& AslFolder::times() const { return files_->times; }
 
@@ -398,54 +425,5 @@ std::optional<slam::Observation> AslFolder::next() {
 }
 
 bool is_asl_folder(const fs::path& folder) { return fs::exists(folder / "mav0"); }
-
-Truth read_asl_truth(const fs::path& folder, const AslSensors& sensors,
-                     const std::vector<slam::Stamp>& times) {
-  const auto found = truth_folder(folder);
-  if (!found) return {};
-  const slam::Stamp start = sensors.first_image;
-  std::vector<slam::Stamp> own_clock;
-  for (const slam::Stamp t : times) own_clock.push_back(t + start);
-  Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
-  if (const fs::path file = *found / "sensor.yaml"; fs::exists(file)) X_BS = read_pose(yaml(file), "T_BS");
-  const files::TrajectoryFile file = files::read_trajectory(*found / "data.csv");
-  require_rotation_of_imu(*found / "data.csv", file, folder, sensors.imu_ahead);
-  Truth truth;
-  truth.camera = interpolated(*found / "data.csv", file, own_clock);
-  Eigen::Isometry3d X_SC = X_BS.inverse() * sensors.X_BC,
-                    X_WT = sensors.setup.X_WC_start * (truth.camera.front().X * X_SC).inverse();
-  if (!file.has_orientation) {
-    truth.positions_of = X_SC.inverse().translation();
-    X_WT = X_SC = Eigen::Isometry3d::Identity();
-  }
-  for (files::TimedPose& pose : truth.camera) pose = {pose.t - start, X_WT * pose.X * X_SC};
-  return truth;
-}
-
-std::optional<ClockOffset> clock_offset(const std::vector<TimedRotation>& gyro,
-                                        const std::vector<files::TumRow>& truth) {
-  if (gyro.empty() || truth.empty()) return std::nullopt;
-  const slam::Stamp margin = kMostLag * kStep, begin = truth.front().t - margin;
-  const slam::Stamp end = std::min(truth.back().t, truth.front().t + kHour) + margin;
-  const auto size = static_cast<std::size_t>((end - begin) / kStep);
-  std::vector<files::TumRow> integral{{{gyro.front().t}, std::nullopt}};
-  for (std::size_t i = 1; i < gyro.size(); ++i) {
-    const Eigen::Vector3d turn =
-        0.5 * (gyro[i - 1].value + gyro[i].value) * slam::seconds(gyro[i].t - gyro[i - 1].t);
-    files::TumRow& now = integral.emplace_back(integral.back());
-    now.t = gyro[i].t;
-    now.X.rotate(Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()));
-  }
-  const Turns by_gyro = turns(integral, begin, size), by_truth = turns(truth, begin, size);
-  std::vector<Correlation> all;
-  for (int lag = -kMostLag; lag <= kMostLag; ++lag) all.push_back(correlation(by_truth, by_gyro, lag));
-  const auto best = std::ranges::max_element(all, {}, [](const Correlation& c) { return c.evidence(c.r); });
-  const double as_stamped = all[kMostLag].r;
-  if (best->r < kLeastCorrelation) return std::nullopt;
-  const auto evidence = [&](double r) { return best->evidence(std::min(r, kMostCorrelation)); };
-  const bool decisive = evidence(best->r) - evidence(as_stamped) >= kDecisive;
-  return ClockOffset{decisive ? slam::seconds((best - all.begin() - kMostLag) * kStep) : 0, best->r,
-                     as_stamped, best->gain};
-}
 
 }  // namespace sim::recording

@@ -15,19 +15,25 @@ struct AslSensors {
   bool has_plan = false;
   slam::Stamp first_image{0};        ///< by the camera's clock
   slam::Stamp imu_ahead{0};          ///< timeshift_cam_imu, subtracted from the stamps of the IMU
-  std::vector<std::string> remarks;  ///< "FILE: keys that are not read: ..."
+  std::vector<std::string> remarks;  ///< "FILE: keys that are not read: ...", for the user
 };
 
 /// Reads the observations one after another. Throws FileError with file, line and column of missing or
-/// malformed data. The constructor checks calibration, the list of images, the rates and the clocks.
+/// malformed data. The constructor checks calibration, rates and clocks, the headers of all images, and the
+/// truth: its rotation must have the gyro's clock, unit and axes.
 class AslFolder {
  public:
   explicit AslFolder(const std::filesystem::path& folder);
   ~AslFolder();
 
+  const std::filesystem::path& folder() const;
   const AslSensors& sensors() const;
   /// Returns the times of all images, from the first one on.
   const std::vector<slam::Stamp>& times() const;
+  /// Returns true camera poses X_WC, interpolated linearly, at those of the times between true poses less
+  /// than 0.1 s apart; empty without truth. The first pose is aligned with AslSensors::setup.X_WC_start. For
+  /// a truth of positions only (Truth::positions_of) they are positions of its point in its own world.
+  const Truth& truth() const;
   /// Returns the next image with the readings since the one before, or nothing after the last. A reading
   /// applies until halfway to its neighbors.
   std::optional<slam::Observation> next();
@@ -41,32 +47,5 @@ class AslFolder {
 
 /// Returns whether a folder has this layout.
 bool is_asl_folder(const std::filesystem::path& folder);
-
-/// Returns true camera poses X_WC, interpolated linearly, at those of the rising times between true poses
-/// less than 0.1 s apart; empty without truth. The first pose is aligned with AslSensors::setup.X_WC_start.
-/// For a truth of positions only (Truth::positions_of) they are positions of its point in its own world.
-/// Throws FileError, also if no true pose is near any of the times, or if clock_offset() finds 0.1 s or more
-/// between gyro and truth.
-Truth read_asl_truth(const std::filesystem::path& folder, const AslSensors& sensors,
-                     const std::vector<slam::Stamp>& times);
-
-/// A reading of a gyro.
-struct TimedRotation {
-  slam::Stamp t{0};
-  Eigen::Vector3d value;  ///< rad/s
-};
-
-struct ClockOffset {
-  double late_s;                   ///< stamps of the gyro minus those of the truth; 0 without evidence
-  double correlation, as_stamped;  ///< of the speeds of rotation, at this offset and at none
-  double gain;                     ///< the gyro's speeds relative to those of the truth
-};
-
-/// Returns the offset, or nothing unless the speeds of rotation in the first hour correlate by at least 0.6
-/// at an offset of at most 10 s. It is evidence if it explains them decisively better than none: by a
-/// log-likelihood ratio of the two linear relations of at least 15, if speeds over 0.1 s are independent. The
-/// axes of the two bodies and a bias do not matter.
-std::optional<ClockOffset> clock_offset(const std::vector<TimedRotation>& gyro,
-                                        const std::vector<files::TumRow>& truth);
 
 }  // namespace sim::recording

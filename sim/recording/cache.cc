@@ -129,7 +129,7 @@ CachedRecording Cache::get(const std::string& key, const Label& label, const Mak
   const Say nothing = [](const std::string&) {};
   std::error_code fault;
   fs::create_directories(place_.folder, fault);
-  if (fault) throw FileError(place_.folder, "cannot be made: " + fault.message());
+  if (fault) files::fail_by_errno(place_.folder, "cannot be made", fault.value());
   bool made = false;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     if (auto found = find(key, made ? say : nothing)) {

@@ -5,8 +5,10 @@
 #include <libdeflate.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <limits>
+#include <opencv2/imgcodecs.hpp>
 
 #include "sim/files/text.h"
 
@@ -16,6 +18,7 @@ namespace {
 using std::string_view_literals::operator""sv;
 using Byte = unsigned char;
 
+constexpr std::string_view kJpeg = "\xff\xd8", kJpegEnd = "\xff\xd9";
 constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
 /// Bytes of a header after width and height: bits, color type, deflate, adaptive filtering, not interlaced.
 /// Empty for types of images that are not encoded.
@@ -74,9 +77,9 @@ int image_number(std::string_view bytes, std::size_t at, std::size_t count) {
 }
 
 /// Segments of a marker and a length, up to the start of a frame (ITU-T T.81, B.2.2).
-std::optional<cv::Size> jpeg_size(std::string_view bytes) {
+std::optional<ImageHeader> jpeg_header(std::string_view bytes) {
   std::size_t at = 2;
-  while (at + 9 <= bytes.size()) {
+  while (at + 10 <= bytes.size()) {
     if (bytes[at] != '\xff') return std::nullopt;
     const int marker = image_number(bytes, at + 1, 1);
     if (marker == 0xff) {  // fill bytes may precede a marker
@@ -84,7 +87,11 @@ std::optional<cv::Size> jpeg_size(std::string_view bytes) {
       continue;
     }
     const bool frame = marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
-    if (frame) return cv::Size{image_number(bytes, at + 7, 2), image_number(bytes, at + 5, 2)};
+    if (frame)
+      return ImageHeader{{image_number(bytes, at + 7, 2), image_number(bytes, at + 5, 2)},
+                         image_number(bytes, at + 9, 1),
+                         image_number(bytes, at + 4, 1),
+                         at};
     at += 2 + static_cast<std::size_t>(image_number(bytes, at + 2, 2));
   }
   return std::nullopt;
@@ -107,29 +114,50 @@ auto opencv_decoder(const std::filesystem::path& file) {
 
 }  // namespace
 
-std::optional<cv::Size> image_size(std::string_view bytes) {
-  if (bytes.size() >= 24 && bytes.starts_with(kSignature) && bytes.substr(12, 4) == "IHDR")
-    return cv::Size{image_number(bytes, 16, 4), image_number(bytes, 20, 4)};
-  if (bytes.starts_with("\xff\xd8"sv)) return jpeg_size(bytes);
+std::optional<ImageHeader> image_header(std::string_view bytes) {
+  constexpr std::array kPngChannels{1, 0, 3, 3, 2, 0, 4};  // by color type; a palette has colors of 8 bits
+  if (bytes.size() >= 26 && bytes.starts_with(kSignature) && bytes.substr(12, 4) == "IHDR") {
+    const auto color = static_cast<std::size_t>(image_number(bytes, 25, 1));
+    return ImageHeader{{image_number(bytes, 16, 4), image_number(bytes, 20, 4)},
+                       color < kPngChannels.size() ? kPngChannels[color] : 0,
+                       color == 3 ? 8 : image_number(bytes, 24, 1),
+                       26};
+  }
+  if (bytes.starts_with(kJpeg)) return jpeg_header(bytes);
   return std::nullopt;
 }
 
 void require_image_size(const std::filesystem::path& file, std::string_view bytes, const cv::Size& size) {
-  const auto found = image_size(bytes);
-  if (!found || bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+  const auto header = image_header(bytes);
+  if (!header || bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
     throw files::FileError(file, "cannot be read as an image: expected PNG or JPEG");
-  if (*found != size) fail_size(file, *found, size);
+  if (header->size != size) fail_size(file, header->size, size);
 }
 
-cv::Mat decode_image(const std::filesystem::path& file, std::string_view bytes, const cv::Size& size,
-                     int flags) {
+ImageHeader check_image(const std::filesystem::path& file, const cv::Size& size) {
+  files::InputFile in(file, files::kMostOfImage);
+  std::string begin;
+  for (std::string_view piece; !image_header(begin) && !(piece = in.next()).empty();) {
+    begin += piece;
+    if (!begin.starts_with(kJpeg)) break;  // only JPEG may have long metadata before its header
+  }
+  require_image_size(file, begin, size);
+  const std::string end = in.last(kEnd.size());
+  if (end != kEnd && !end.ends_with(kJpegEnd)) decode_image(file, files::read_text(file), size);
+  return *image_header(begin);
+}
+
+cv::Mat decode_image(const std::filesystem::path& file, std::string_view bytes, const cv::Size& size) {
   require_image_size(file, bytes, size);
   if (auto gray = decode_png(bytes, CV_8UC1)) return *gray;  // twice as fast as OpenCV
+  // OpenCV fills what is missing of a JPEG with gray. Its marker of the end is not part of pixels.
+  if (bytes.starts_with(kJpeg) && bytes.find(kJpegEnd, image_header(bytes)->bytes) == bytes.npos)
+    throw files::FileError(file, "is cut off: it has no end of an image");
   const auto imdecode = opencv_decoder(file);
   const cv::Mat row(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
   cv::Mat image;
   try {
-    image = imdecode(row, flags);
+    image = imdecode(row, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception&) {  // leaves it empty, as most faults of its bytes do
   }
   if (image.empty()) throw files::FileError(file, "cannot be read as an image");

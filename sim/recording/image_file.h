@@ -10,15 +10,27 @@
 
 namespace sim::recording {
 
-/// Returns width and height from the header of a PNG or a JPEG; nothing for other bytes and damaged headers.
-std::optional<cv::Size> image_size(std::string_view bytes);
+/// The header of an image: its size, and the samples of a pixel with their bits.
+struct ImageHeader {
+  cv::Size size;
+  int channels = 1, bits = 8;
+  std::size_t bytes = 0;  ///< from the file's start to the end of the header
+};
 
-/// Throws files::FileError unless the header of a PNG or JPEG has this size; decodes nothing.
+/// Returns the header of a PNG or a JPEG; nothing for other bytes and damaged headers.
+std::optional<ImageHeader> image_header(std::string_view bytes);
+
+/// Throws files::FileError unless these bytes are a PNG or JPEG with this size in its header; decodes
+/// nothing.
 void require_image_size(const std::filesystem::path& file, std::string_view bytes, const cv::Size& size);
 
-/// Returns a decoded image of this size; flags: of cv::imdecode. Throws FileError; checks the size first.
-cv::Mat decode_image(const std::filesystem::path& file, std::string_view bytes, const cv::Size& size,
-                     int flags);
+/// Returns the header of a file after require_image_size(), and reads little more of it. Decodes it only if
+/// its last bytes are not the end of an image, to find out whether it was cut off. Throws FileError.
+ImageHeader check_image(const std::filesystem::path& file, const cv::Size& size);
+
+/// Returns the gray pixels of an image of this size as they are stored: an orientation in its metadata (EXIF)
+/// does not turn them. Throws FileError; checks the size first.
+cv::Mat decode_image(const std::filesystem::path& file, std::string_view bytes, const cv::Size& size);
 
 /// Returns an image as PNG: 8-bit gray (CV_8UC1), RGB in this order (CV_8UC3), or 16-bit gray (CV_16UC1). All
 /// rows have the filter "up", the fastest to reverse.

@@ -133,7 +133,7 @@ struct RecordingReader::Files {
                         kEpoch);
     }
     read_camera_yaml(yaml(sensor_file("cam0")), setup);
-    setup.X_WC_start = read_pose(yaml(sensor_file("plan0")), "T_WC_start", false);
+    setup.X_WC_start = read_pose(yaml(sensor_file("plan0")), "T_WC_start");
     const StatedImu chest = read_imu_yaml(yaml(sensor_file("imu0")));
     setup.imu_rate_hz = chest.rate_hz;
     imu.emplace(manifest, folder, "imu0", true, chest.begin);

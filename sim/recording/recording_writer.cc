@@ -18,9 +18,9 @@ void require(bool holds, const std::string& what) {
 
 fs::path made_folder(const fs::path& folder) {
   std::error_code error;
-  if (!fs::create_directories(folder, error))
-    throw files::FileError(folder, error ? "cannot be made: " + error.message() : "exists already");
-  return folder;
+  if (fs::create_directories(folder, error)) return folder;
+  if (error) files::fail_by_errno(folder, "cannot be made", error.value());
+  throw files::FileError(folder, "exists already");
 }
 
 files::HashedFile new_file(const fs::path& file) {

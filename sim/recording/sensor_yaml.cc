@@ -2,19 +2,22 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <yaml-cpp/depthguard.h>
-#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <cctype>
+#include <ranges>
 #include <set>
 #include <type_traits>
 
+#include "sim/files/yaml.h"
 #include "slam/camera.h"
 
 namespace sim::recording {
 namespace {
 
-// OpenCV's reader requires this directive on the first line; yaml-cpp does not know its version.
+using files::Yaml;
+
+// OpenCV's reader requires this directive on the first line.
 constexpr const char* kDirective = "%YAML:1.0";
 constexpr double kLeastRate = 1e-3, kLargestRate = 1e6;  // Hz
 constexpr int kLeastSide = 32, kLargestSide = 8192;      // px of a camera: its images fit into memory
@@ -34,139 +37,201 @@ std::string head(const std::string& type, const std::string& comment) {
   return fmt::format("{}\nsensor_type: {}\ncomment: \"{}\"\n", kDirective, type, comment);
 }
 
+// Half a unit of the fourth digit in each number moves the residual of a rotation by up to 3e-4, and that of
+// two such poses by up to 3e-4 and 3.3e-4 m + 1.5e-4 of their translation.
+constexpr double kFewDigits = 3.1e-4;
+bool agree(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return (a.matrix() - b.matrix()).norm() <= 5e-4 * (1 + a.translation().norm());
+}
+
 // A parsed file. Members throw FileError with file, line and column.
-class Yaml {
+class SensorFile {
  public:
-  explicit Yaml(const YamlFile& file) : file_(file.name) {
-    std::string text = file.text;
-    if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // byte order mark
-    if (text.starts_with(kDirective)) text.replace(0, std::string(kDirective).size(), "#");
-    try {
-      root_ = YAML::Load(text);
-    } catch (const YAML::DeepRecursion& error) {
-      fail(error.mark, fmt::format("has {} levels or more, expected fewer", error.depth()));
-    } catch (const YAML::Exception& error) {
-      fail(error.mark, error.msg);
-    }
-    if (!root_.IsMap()) return;
-    require_keys_once(root_);
+  explicit SensorFile(const YamlFile& file)
+      : name_(file.name), root_(parse_yaml(file.text, {file.name.string()}, files::YamlWriter::other)) {
     for (const char* chain : {"cam0", "imu0"})  // of kalibr, which knows several sensors
-      if (const YAML::Node first = root_[chain]; first && first.IsMap()) {
-        root_.reset(first);
-        require_keys_once(root_);
+      if (const Yaml* const first = root_.find(chain); first && first->is_map()) {
+        root_ = Yaml(*first);
         break;
       }
-    for (const char* pose : {"T_BS", "T_SB", "T_CS", "T_WC_start"})
-      if (has(pose) && at(pose).IsMap()) require_keys_once(at(pose));
     for (const char* rate : {"rate_hz", "update_rate"})
-      if (const auto hz = has(rate) ? files::parse_finite(at(rate).Scalar()) : kLeastRate;
-          !hz || *hz < kLeastRate || *hz > kLargestRate)
-        fail(at(rate).Mark(), fmt::format("{}: expected a number of Hz from {} to {:.0f}, found \"{}\"", rate,
-                                          kLeastRate, kLargestRate, at(rate).Scalar()));
-    asked_.clear();
+      if (const Yaml* const stated = root_.find(rate))
+        if (const auto hz = files::parse_finite(stated->text); !hz || *hz < kLeastRate || *hz > kLargestRate)
+          fail(*stated, rate,
+               fmt::format("expected a number of Hz from {} to {:.0f}, found \"{}\"", kLeastRate,
+                           kLargestRate, stated->text));
   }
 
-  YAML::Node at(const std::string& key) const {
-    if (!has(key)) throw files::FileError(file_, "has no key " + key);
-    return root_[key];
-  }
-
-  bool has(const std::string& key) const {
+  const Yaml* find(const std::string& key) const {
     asked_.insert(key);
-    return root_.IsMap() && root_[key];
+    return root_.find(key);
+  }
+  const Yaml& at(const std::string& key) const {
+    if (const Yaml* const value = find(key)) return *value;
+    throw files::FileError(name_, "has no key " + key);
   }
 
-  /// The first of two names that a key may have.
-  const char* either(const char* key, const char* other) const {
-    return !has(key) && has(other) ? other : key;
+  /// The one of two names of a key that is given; as numbers, both must be the same.
+  std::string either(const char* key, const char* other) const {
+    const Yaml *const first = find(key), *const second = find(other);
+    if (first && second && (first->is_list() ? numbers(key) != numbers(other) : number(key) != number(other)))
+      fail(*second, other,
+           fmt::format("contradicts {} in line {}, expected one of both", key, first->origin.line));
+    return second && !first ? other : key;
   }
 
   /// The keys that were neither asked for nor are known to say nothing more.
   std::vector<std::string> others() const {
-    static const std::set<std::string> kKnown{"sensor_type", "comment",   "rostopic",  "cam_overlaps",
-                                              "T_BS",        "T_imu_cam", "T_cam_imu", "T_SB"};
+    static const std::set<std::string> kKnown{"sensor_type", "comment", "rostopic", "cam_overlaps"};
     std::vector<std::string> keys;
-    for (const auto& entry : root_)
-      if (const std::string& key = entry.first.Scalar(); !asked_.contains(key) && !kKnown.contains(key))
-        keys.push_back(key);
+    for (const Yaml& key : root_.keys)
+      if (!asked_.contains(key.text) && !kKnown.contains(key.text)) keys.push_back(key.text);
     return keys;
   }
 
-  double number(const YAML::Node& node) const {
-    const auto value = node.IsScalar() ? files::parse_finite(node.Scalar()) : std::nullopt;
-    if (!value) fail(node.Mark(), "expected a finite number");
-    return *value;
-  }
-
-  std::vector<double> numbers(const YAML::Node& node, std::size_t count) const {
-    if (!node.IsSequence() || node.size() != count)
-      fail(node.Mark(), fmt::format("expected {} numbers", count));
-    std::vector<double> values;
-    for (const YAML::Node& entry : node) values.push_back(number(entry));
-    return values;
+  double number(const std::string& key) const { return number(at(key), key); }
+  std::vector<double> numbers(const std::string& key) const { return numbers(at(key), key); }
+  std::vector<double> numbers(const std::string& key, std::size_t count) const {
+    return numbers(at(key), key, count);
   }
 
   std::vector<std::string> names(const std::string& key) const {
-    if (!at(key).IsSequence()) fail(at(key).Mark(), key + ": expected a list of sensors");
+    const Yaml& list = at(key);
+    if (!list.is_list()) fail(list, key, "expected a list of sensors");
     std::vector<std::string> names;
-    for (const YAML::Node& name : at(key)) {
-      if (!name.IsScalar()) fail(name.Mark(), key + ": expected the name of a sensor");
-      names.push_back(name.Scalar());
+    for (const Yaml& name : list.items) {
+      if (name.kind != Yaml::Kind::scalar) fail(name, key, "expected the name of a sensor");
+      names.push_back(name.text);
     }
     return names;
   }
 
-  /// From 16 numbers in `data`, a list of them, or four rows. rounded: the file has few digits, and the
-  /// rotation is made orthonormal.
-  Eigen::Isometry3d pose(const std::string& key, bool rounded = true) const {
-    const YAML::Node node = at(key), data = node.IsMap() ? node["data"] : node;
-    if (!data || !data.IsSequence()) fail(node.Mark(), "expected a matrix");
+  /// From 16 numbers in `data`, a list of them, or four rows. A rotation of few digits is made orthonormal.
+  Eigen::Isometry3d pose(const std::string& key) const {
+    const Yaml &node = at(key), *const data = node.is_map() ? node.find("data") : &node;
+    if (!data || !data->is_list()) fail(node, key, "expected a matrix");
     std::vector<double> values;
-    if (data.size() != 4) values = numbers(data, 16);
-    for (std::size_t row = 0; data.size() == 4 && row < 4; ++row)
-      for (const double value : numbers(data[row], 4)) values.push_back(value);
+    if (data->items.size() != 4) values = numbers(*data, key, 16);
+    for (std::size_t row = 0; data->items.size() == 4 && row < 4; ++row)
+      for (const double value : numbers(data->items[row], key, 4)) values.push_back(value);
     Eigen::Isometry3d X;
     X.matrix() = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data());
-    const Eigen::Matrix3d residual = X.linear() * X.linear().transpose() - Eigen::Matrix3d::Identity();
-    if (residual.norm() > (rounded ? 1e-4 : 1e-9) || X.linear().determinant() < 0 ||
+    const double residual = (X.linear() * X.linear().transpose() - Eigen::Matrix3d::Identity()).norm();
+    if (residual > kFewDigits || X.linear().determinant() < 0 ||
         X.matrix().row(3) != Eigen::RowVector4d(0, 0, 0, 1))
-      fail(node.Mark(), "not a pose: expected a rotation and a translation above the row 0 0 0 1");
-    if (rounded) X.linear() = Eigen::Quaterniond(X.linear()).normalized().toRotationMatrix();
+      fail(node, key, "not a pose: expected a rotation and a translation above the row 0 0 0 1");
+    if (residual > 1e-9) X.linear() = Eigen::Quaterniond(X.linear()).normalized().toRotationMatrix();
     return X;
   }
 
-  [[noreturn]] void fail(const YAML::Mark& mark, const std::string& why) const {
-    if (mark.is_null()) throw files::FileError(file_, why);
-    throw files::FileError(file_, static_cast<std::size_t>(mark.line) + 1,
-                           static_cast<std::size_t>(mark.column) + 1, why);
+  /// The pose of a key, or the inverse of its inverse's; absent without either. Both must agree.
+  std::optional<Eigen::Isometry3d> pose(const std::string& key, const std::string& inverse) const {
+    const Yaml *const stated = find(key), *const other = find(inverse);
+    if (!other) return stated ? std::optional(pose(key)) : std::nullopt;
+    const Eigen::Isometry3d X = pose(inverse).inverse();
+    if (!stated) return X;
+    const Eigen::Isometry3d own = pose(key);
+    if (!agree(own, X))
+      fail(*other, inverse,
+           fmt::format(
+               "is not the inverse of {} in line {}: the rotations differ by {:.2g} deg, the positions "
+               "by {:.2g} m; expected two that agree, or one",
+               key, stated->origin.line,
+               180 / M_PI * Eigen::AngleAxisd(own.linear().transpose() * X.linear()).angle(),
+               (own.translation() - X.translation()).norm()));
+    return own;
+  }
+
+  [[noreturn]] void fail(const std::string& why) const { throw files::FileError(name_, why); }
+  [[noreturn]] static void fail(const Yaml& node, std::string_view key, const std::string& why) {
+    files::fail(node, key, why);
   }
 
  private:
-  void require_keys_once(const YAML::Node& map) const {
-    std::map<std::string, int> lines;
-    for (const auto& entry : map) {
-      const std::string& key = entry.first.Scalar();
-      const YAML::Mark mark = entry.first.Mark();
-      const auto [first, is_new] = lines.emplace(key, mark.line + 1);
-      if (!is_new && entry.first.IsScalar())
-        fail(mark, fmt::format("{}: given twice, first in line {}, expected once", key, first->second));
-    }
+  static double number(const Yaml& node, const std::string& key) {
+    const auto value = files::parse_finite(node.text);
+    if (!value) fail(node, key, "expected a finite number");
+    return *value;
+  }
+  static std::vector<double> numbers(const Yaml& node, const std::string& key,
+                                     std::optional<std::size_t> count = {}) {
+    if (!node.is_list() || (count && node.items.size() != *count))
+      fail(node, key, count ? fmt::format("expected {} numbers", *count) : "expected a list of numbers");
+    std::vector<double> values;
+    for (const Yaml& entry : node.items) values.push_back(number(entry, key));
+    return values;
   }
 
-  std::filesystem::path file_;
-  YAML::Node root_;
+  std::filesystem::path name_;
+  Yaml root_;
   mutable std::set<std::string> asked_;
 };
 
-slam::Lens read_lens(const Yaml& yaml) {
-  const YAML::Node model = yaml.at("distortion_model"),
-                   coefficients = yaml.at(yaml.either("distortion_coefficients", "distortion_coeffs"));
-  const std::string name = model.IsScalar() ? model.Scalar() : "";
-  if (name == kLenses[0]) return slam::OneParameterRadial{yaml.numbers(coefficients, 1)[0]};
-  if (name != kLenses[1] && name != "radtan" && name != kLenses[2])
-    yaml.fail(model.Mark(), fmt::format("expected {}, radtan, {} or {}", kLenses[1], kLenses[2], kLenses[0]));
-  const std::vector<double> k = yaml.numbers(coefficients, 4);
-  if (name == kLenses[2]) return slam::Equidistant{k[0], k[1], k[2], k[3]};
+/// The names of distortion models, each with the kind of lens; those without coefficients have none.
+enum class LensKind { one_parameter_radial, radial_tangential, equidistant, none };
+constexpr std::pair<std::string_view, LensKind> kLensNames[]{{kLenses[0], LensKind::one_parameter_radial},
+                                                             {kLenses[1], LensKind::radial_tangential},
+                                                             {"radtan", LensKind::radial_tangential},
+                                                             {"plumb_bob", LensKind::radial_tangential},
+                                                             {kLenses[2], LensKind::equidistant},
+                                                             {"equi", LensKind::equidistant},
+                                                             {"kannala_brandt", LensKind::equidistant},
+                                                             {"fisheye", LensKind::equidistant},
+                                                             {"none", LensKind::none}};
+
+// Ignores upper case, the kind of dashes, and the projection before the distortion, as in pinhole-equi.
+std::optional<LensKind> lens_named(std::string_view name) {
+  const auto plain = [](std::string_view word) {
+    std::string text;
+    for (const char c : word)
+      if (std::isalnum(static_cast<unsigned char>(c))) text += static_cast<char>(std::tolower(c));
+    return text;
+  };
+  std::string word = plain(name);
+  if (word.starts_with("pinhole")) word.erase(0, std::string_view("pinhole").size());
+  for (const auto& [known, kind] : kLensNames)
+    if (plain(known) == word) return kind;
+  return std::nullopt;
+}
+
+// By camera_model (a pinhole, or a name of its lens) and distortion_model.
+LensKind read_lens_kind(const SensorFile& file) {
+  const Yaml *const model = file.find("camera_model"), *const distortion = file.find("distortion_model");
+  std::optional<LensKind> kind;
+  for (const auto& [node, key] : {std::pair(model, "camera_model"), {distortion, "distortion_model"}}) {
+    if (!node || (node == model && node->text == "pinhole")) continue;
+    const auto named = lens_named(node->text);
+    if (!named)
+      file.fail(*node, key,
+                fmt::format("found \"{}\", expected {}{}", node->text, node == model ? "pinhole or " : "",
+                            fmt::join(kLensNames | std::views::keys, ", ")));
+    if (kind && *kind != *named)
+      file.fail(*node, key, fmt::format("\"{}\" contradicts camera_model: {}", node->text, model->text));
+    kind = named;
+  }
+  if (!kind) file.at("distortion_model");
+  return *kind;
+}
+
+// A fifth coefficient of 0 is read, like any number of zeros without distortion.
+slam::Lens read_lens(const SensorFile& file) {
+  const LensKind kind = read_lens_kind(file);
+  const std::string key = file.either("distortion_coefficients", "distortion_coeffs");
+  if (kind == LensKind::one_parameter_radial) return slam::OneParameterRadial{file.numbers(key, 1)[0]};
+  std::vector<double> k;
+  if (kind != LensKind::none || (file.find(key) && file.at(key).kind != Yaml::Kind::empty))
+    k = file.numbers(key);
+  const std::size_t count = kind == LensKind::none ? 0 : 4;
+  if (k.size() < count || k.size() > 5)
+    file.fail(file.at(key), key, "expected 4 numbers, or a fifth that is 0");
+  for (std::size_t i = count; i < k.size(); ++i)
+    if (k[i] != 0)
+      file.fail(file.at(key).items[i], key,
+                count == 0 ? fmt::format("found {}, expected 0 without a distortion_model", k[i])
+                           : fmt::format("coefficient 5 is {}, expected 0: lenses of 4 coefficients are read",
+                                         k[i]));
+  if (kind == LensKind::none) return slam::RadialTangential{};
+  if (kind == LensKind::equidistant) return slam::Equidistant{k[0], k[1], k[2], k[3]};
   return slam::RadialTangential{k[0], k[1], k[2], k[3]};
 }
 
@@ -178,21 +243,19 @@ std::string intrinsics(const slam::CameraIntrinsics& camera) {
       kLenses[camera.lens.index()], fmt::join(rig::coefficients(camera.lens), ", "));
 }
 
-slam::CameraIntrinsics read_intrinsics(const Yaml& yaml) {
-  const auto resolution = yaml.numbers(yaml.at("resolution"), 2),
-             values = yaml.numbers(yaml.at("intrinsics"), 4);
+slam::CameraIntrinsics read_intrinsics(const SensorFile& file) {
+  const slam::Lens lens = read_lens(file);
+  const auto resolution = file.numbers("resolution", 2), values = file.numbers("intrinsics", 4);
   for (const double side : resolution)
     if (side < kLeastSide || side > kLargestSide || side != std::floor(side))
-      yaml.fail(yaml.at("resolution").Mark(),
+      file.fail(file.at("resolution"), "resolution",
                 fmt::format("expected whole numbers from {} to {}", kLeastSide, kLargestSide));
-  if (yaml.has("camera_model") && yaml.at("camera_model").Scalar() != "pinhole")
-    yaml.fail(yaml.at("camera_model").Mark(), "expected pinhole");
-  const slam::CameraIntrinsics camera{int(resolution[0]), int(resolution[1]), values[0],      values[1],
-                                      values[2],          values[3],          read_lens(yaml)};
+  const slam::CameraIntrinsics camera{int(resolution[0]), int(resolution[1]), values[0], values[1],
+                                      values[2],          values[3],          lens};
   try {
     slam::Camera{camera};
   } catch (const std::invalid_argument& error) {  // the filter rejects it
-    yaml.fail(YAML::Mark::null_mark(), error.what());
+    file.fail(error.what());
   }
   return camera;
 }
@@ -201,11 +264,12 @@ std::string first_interval(std::optional<slam::Stamp> begin) {
   return begin ? fmt::format("first_interval_begins_ns: {}\n", file_stamp(*begin)) : "";
 }
 
-std::optional<slam::Stamp> read_first_interval(const Yaml& yaml) {
-  if (!yaml.has("first_interval_begins_ns")) return std::nullopt;
-  const YAML::Node begin = yaml.at("first_interval_begins_ns");
-  const auto ns = files::parse_number<std::int64_t>(begin.IsScalar() ? begin.Scalar() : "");
-  if (!ns || *ns < 0) yaml.fail(begin.Mark(), "expected an integer from 0");
+std::optional<slam::Stamp> read_first_interval(const SensorFile& file) {
+  constexpr const char* kKey = "first_interval_begins_ns";
+  const Yaml* const begin = file.find(kKey);
+  if (!begin) return std::nullopt;
+  const auto ns = files::parse_number<std::int64_t>(begin->text);
+  if (!ns || *ns < 0) file.fail(*begin, kKey, "expected an integer from 0");
   return slam::Stamp(*ns) - kEpoch;
 }
 
@@ -303,84 +367,96 @@ std::string rig_sensor_yaml(const rig::RigSensor& sensor, const slam::Calibratio
   return text + first_interval(begin);
 }
 
-std::vector<std::string> read_joints(const YamlFile& file) { return Yaml(file).names("joints"); }
+std::vector<std::string> read_joints(const YamlFile& file) { return SensorFile(file).names("joints"); }
 
-std::vector<std::string> read_body_yaml(const YamlFile& file) {
-  const Yaml yaml(file);
-  if (!yaml.has("rig")) return {};
-  const std::vector<std::string> names = yaml.names("rig");
+std::vector<std::string> read_body_yaml(const YamlFile& text) {
+  const SensorFile file(text);
+  if (!file.find("rig")) return {};
+  const std::vector<std::string> names = file.names("rig");
   if (const auto found = rig::name_problem(names))
-    yaml.fail(yaml.at("rig")[found->item].Mark(), "rig: " + found->what);
+    file.fail(file.at("rig").items[found->item], "rig", found->what);
   return names;
 }
 
-std::pair<rig::RigSensor, std::optional<slam::Stamp>> read_rig_sensor_yaml(const YamlFile& file,
+std::pair<rig::RigSensor, std::optional<slam::Stamp>> read_rig_sensor_yaml(const YamlFile& text,
                                                                            const std::string& name) {
-  const Yaml yaml(file);
+  const SensorFile file(text);
   std::pair<rig::RigSensor, std::optional<slam::Stamp>> read;
   auto& [sensor, begin] = read;
   sensor.name = name;
-  const YAML::Node kind = yaml.at("kind");
-  const auto found = std::ranges::find(rig::kKinds, kind.IsScalar() ? kind.Scalar() : "");
+  const Yaml& kind = file.at("kind");
+  const auto found = std::ranges::find(rig::kKinds, kind.text);
   if (found == rig::kKinds.end())
-    yaml.fail(kind.Mark(), fmt::format("kind: expected one of {}", fmt::join(rig::kKinds, ", ")));
+    file.fail(kind, "kind", fmt::format("expected one of {}", fmt::join(rig::kKinds, ", ")));
   sensor.kind = static_cast<rig::Kind>(found - rig::kKinds.begin());
-  sensor.X_CS = yaml.pose("T_CS", false);
-  if (rig::is_camera(sensor)) sensor.camera = read_intrinsics(yaml);
-  if (sensor.kind == rig::Kind::depth) sensor.aligned_with = yaml.at("aligned_with").Scalar();
+  sensor.X_CS = file.pose("T_CS");
+  if (rig::is_camera(sensor)) sensor.camera = read_intrinsics(file);
+  if (sensor.kind == rig::Kind::depth) sensor.aligned_with = file.at("aligned_with").text;
   each_number(sensor, [&](const char* key, auto& value, double lowest = 0, double highest = kLargest) {
     using Number = std::decay_t<decltype(value)>;
-    const YAML::Node node = yaml.at(key);
-    const auto stated = files::parse_number<Number>(node.IsScalar() ? node.Scalar() : "");
+    const Yaml& node = file.at(key);
+    const auto stated = files::parse_number<Number>(node.text);
     if (!stated || !(*stated >= lowest && *stated <= highest))
-      yaml.fail(node.Mark(),
-                fmt::format("{}: expected {} from {} to {}", key,
+      file.fail(node, key,
+                fmt::format("expected {} from {} to {}",
                             std::is_integral_v<Number> ? "a whole number" : "a number", lowest, highest));
     value = *stated;
   });
   if (sensor.nearest_m > sensor.furthest_m)
-    yaml.fail(yaml.at("nearest_m").Mark(),
-              fmt::format("nearest_m {} is above furthest_m {}", sensor.nearest_m, sensor.furthest_m));
-  if (sensor.kind == rig::Kind::imu) begin = read_first_interval(yaml);
+    file.fail(file.at("nearest_m"), "nearest_m",
+              fmt::format("{} is above furthest_m {}", sensor.nearest_m, sensor.furthest_m));
+  if (sensor.kind == rig::Kind::imu) begin = read_first_interval(file);
   return read;
 }
 
-StatedCamera read_camera_yaml(const YamlFile& file, RecordingSetup& setup) {
-  const Yaml yaml(file);
-  setup.calibration.camera = read_intrinsics(yaml);
+StatedCamera read_camera_yaml(const YamlFile& text, RecordingSetup& setup) {
+  const SensorFile file(text);
+  setup.calibration.camera = read_intrinsics(file);
   StatedCamera stated;
-  stated.by_imu = !yaml.has("T_SB") && !yaml.has("T_BS") && (yaml.has("T_cam_imu") || yaml.has("T_imu_cam"));
-  if (stated.by_imu)
-    setup.calibration.X_CG =
-        yaml.has("T_cam_imu") ? yaml.pose("T_cam_imu") : yaml.pose("T_imu_cam").inverse();
-  else
-    setup.calibration.X_CG = yaml.has("T_SB") ? yaml.pose("T_SB", false) : yaml.pose("T_BS").inverse();
-  if (!stated.by_imu || yaml.has("rate_hz"))
-    stated.rate_hz = setup.camera_rate_hz = yaml.number(yaml.at("rate_hz"));
-  if (yaml.has("timeshift_cam_imu")) stated.timeshift_s = yaml.number(yaml.at("timeshift_cam_imu"));
+  stated.X_SB = file.pose("T_SB", "T_BS");
+  stated.X_SI = file.pose("T_cam_imu", "T_imu_cam");
+  if (!stated.X_SB && !stated.X_SI) file.at("T_BS");
+  setup.calibration.X_CG = stated.X_SB ? *stated.X_SB : *stated.X_SI;
+  if (stated.X_SB || file.find("rate_hz")) stated.rate_hz = setup.camera_rate_hz = file.number("rate_hz");
+  constexpr const char* kShift = "timeshift_cam_imu";
+  if (file.find(kShift)) stated.timeshift_s = file.number(kShift);
   if (std::abs(stated.timeshift_s) > 10)
-    yaml.fail(yaml.at("timeshift_cam_imu").Mark(), "expected a number of seconds from -10 to 10");
-  stated.unread = yaml.others();
+    file.fail(file.at(kShift), kShift, "expected a number of seconds from -10 to 10");
+  stated.unread = file.others();
   return stated;
 }
 
-StatedImu read_imu_yaml(const YamlFile& file) {
-  const Yaml yaml(file);
+StatedImu read_imu_yaml(const YamlFile& text) {
+  const SensorFile file(text);
   StatedImu imu;
-  if (yaml.has("T_BS") || !yaml.has("update_rate")) imu.X_BS = yaml.pose("T_BS");
-  imu.rate_hz = yaml.number(yaml.at(yaml.either("rate_hz", "update_rate")));
+  if (const auto X_BS = file.pose("T_BS", "T_SB"))
+    imu.X_BS = *X_BS;
+  else if (!file.find("update_rate"))  // else it is kalibr's
+    file.at("T_BS");
+  imu.rate_hz = file.number(file.either("rate_hz", "update_rate"));
   each_density(imu.noise, [&](const char* key, double& stated) {
-    if (yaml.has(key)) stated = yaml.number(yaml.at(key));
+    if (file.find(key)) stated = file.number(key);
     if (stated != 0 && !(stated >= 1e-9 && stated <= 1e3))
-      yaml.fail(yaml.at(key).Mark(), "expected 0 or a number from 1e-9 to 1000");
+      file.fail(file.at(key), key, "expected 0 or a number from 1e-9 to 1000");
   });
-  imu.begin = read_first_interval(yaml);
-  imu.unread = yaml.others();
+  imu.begin = read_first_interval(file);
+  imu.unread = file.others();
   return imu;
 }
 
-Eigen::Isometry3d read_pose(const YamlFile& file, const std::string& key, bool rounded) {
-  return Yaml(file).pose(key, rounded);
+Eigen::Isometry3d read_pose(const YamlFile& text, const std::string& key, const std::string& inverse) {
+  const SensorFile file(text);
+  if (const auto X = file.pose(key, inverse)) return *X;
+  return file.pose(key);
+}
+
+void require_same_mounting(const std::filesystem::path& camera_file, const StatedCamera& camera,
+                           const std::filesystem::path& imu_file, const StatedImu& imu) {
+  if (camera.X_SB && camera.X_SI && !agree(*camera.X_SI, *camera.X_SB * imu.X_BS))
+    throw files::FileError(
+        camera_file,
+        fmt::format("T_cam_imu contradicts T_BS here and in {}, expected poses that agree, or one",
+                    imu_file.string()));
 }
 
 }  // namespace sim::recording

@@ -29,8 +29,8 @@ std::string body_yaml(const std::vector<rig::RigSensor>& rig = {});
 std::string rig_sensor_yaml(const rig::RigSensor& sensor, const slam::Calibration& calibration,
                             std::optional<slam::Stamp> begin = {});
 
-/// The name of a file and its text. The readers throw FileError. Matrices are maps with 16 numbers in `data`,
-/// lists of 16 numbers, or lists of four rows. External rotations are orthonormal to 1e-4 only.
+/// The name of a file and its text. The readers throw FileError, also if two keys contradict each other.
+/// Matrices are maps with 16 numbers in `data`, lists of 16 numbers, or four rows; four digits suffice.
 struct YamlFile {
   std::filesystem::path name;
   std::string text;
@@ -38,12 +38,13 @@ struct YamlFile {
 
 /// Values of a camera's file besides the calibration.
 struct StatedCamera {
-  std::optional<double> rate_hz;    ///< absent only in files of kalibr
-  double timeshift_s = 0;           ///< timeshift_cam_imu: stamps of the IMU minus those of the camera
-  bool by_imu = false;              ///< its pose is that in the IMU (T_cam_imu, T_imu_cam), not in the body
-  std::vector<std::string> unread;  ///< keys
+  std::optional<double> rate_hz;          ///< absent only in files of kalibr
+  double timeshift_s = 0;                 ///< timeshift_cam_imu: stamps of the IMU minus those of the camera
+  std::optional<Eigen::Isometry3d> X_SB;  ///< the body in the camera (T_SB, T_BS)
+  std::optional<Eigen::Isometry3d> X_SI;  ///< the IMU in the camera (T_cam_imu, T_imu_cam)
+  std::vector<std::string> unread;        ///< keys
 };
-/// Reads a sensor.yaml with T_SB or T_BS, or the cam0 of a camchain of kalibr.
+/// Reads a sensor.yaml, or the cam0 of a camchain of kalibr. X_CG of the calibration is X_SB, else X_SI.
 StatedCamera read_camera_yaml(const YamlFile& file, RecordingSetup& setup);
 /// An IMU: its mounting on the body and its stated noise, zero if not stated.
 struct StatedImu {
@@ -55,8 +56,11 @@ struct StatedImu {
 };
 /// Reads a sensor.yaml, or the IMU's file of kalibr, which has update_rate and no T_BS.
 StatedImu read_imu_yaml(const YamlFile& file);
-/// Reads a pose such as the T_BS of any sensor. rounded: makes its rotation orthonormal.
-Eigen::Isometry3d read_pose(const YamlFile& file, const std::string& key, bool rounded = true);
+/// Reads the pose of a key, or of the key of its inverse.
+Eigen::Isometry3d read_pose(const YamlFile& file, const std::string& key, const std::string& inverse = {});
+/// Throws FileError if the camera's two poses contradict each other with the mounting of the IMU.
+void require_same_mounting(const std::filesystem::path& camera_file, const StatedCamera& camera,
+                           const std::filesystem::path& imu_file, const StatedImu& imu);
 /// Reads the names of the joints, or of the further sensors.
 std::vector<std::string> read_joints(const YamlFile& file);
 std::vector<std::string> read_body_yaml(const YamlFile& file);

@@ -4,7 +4,6 @@
 
 #include <cctype>
 
-#include "sim/recording/asl_folder.h"
 #include "sim/result/score_file.h"
 
 namespace sim::replay {
@@ -234,35 +233,33 @@ result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesy
   return outcome;
 }
 
-scenario::ReadScenario external_scenario(const fs::path& folder, const scenario::Changes& changes) {
-  const recording::AslFolder reader(folder);
-  const std::string text = text_of(slam::seconds(reader.times().back()));
+scenario::ReadScenario external_scenario(const recording::AslFolder& folder,
+                                         const scenario::Changes& changes) {
+  const std::string text = text_of(slam::seconds(folder.times().back())), place = folder.folder().string();
   scenario::ReadScenario plain =
-      scenario::read_scenario_text(text, folder.string(), changes);  // reports errors in `changes`
+      scenario::read_scenario_text(text, place, changes);  // reports errors in `changes`
   scenario::Changes all = changes;
-  std::vector<std::string> settings{"name=" + name_of(folder)};
-  for (const std::string& stated : settings_of(reader.sensors()))
+  std::vector<std::string> settings{"name=" + name_of(folder.folder())};
+  for (const std::string& stated : settings_of(folder.sensors()))
     if (!plain.origin.contains(stated.substr(0, stated.find('=')))) settings.push_back(stated);
   all.overrides.insert(all.overrides.begin(), settings.begin(), settings.end());
-  return scenario::read_scenario_text(text, folder.string(), all);
+  return scenario::read_scenario_text(text, place, all);
 }
 
-result::Outcome replay_external(const scenario::ReadScenario& scenario, const fs::path& folder,
+result::Outcome replay_external(const scenario::ReadScenario& scenario, recording::AslFolder& folder,
                                 const result::ResultPlace& place, const result::Progress& progress) {
   files::AtomicFolder result(place.folder, place.existing);
-  recording::AslFolder reader(folder);
-  const recording::AslSensors& sensors = reader.sensors();
-  // Before the first frame: what is wrong with the truth costs no estimate. The filter never receives it.
-  recording::Truth truth = recording::read_asl_truth(folder, sensors, reader.times());
+  const recording::AslSensors& sensors = folder.sensors();
   std::optional<tracking::Tracking> tracking(std::in_place, scenario.scenario, sensors.setup.calibration,
                                              sensors.setup.X_WC_start, sensors.setup.camera_rate_hz);
   result::Timing timing;
   std::vector<files::TimedPose> plan;
   const slam::Stamp last = track(
-      reader, [&] { return reader.next(); }, tracking, timing, progress, {}, &plan);
+      folder, [&] { return folder.next(); }, tracking, timing, progress, {}, &plan);
   result::RunRecord record{scenario, {scenario::Ending::completed}, sensors.setup, {}, tracking->finish(),
                            ""};
-  if (!truth.positions_of && !truth.camera.empty() && truth.camera.front().t > reader.times().front())
+  recording::Truth truth = folder.truth();
+  if (!truth.positions_of && !truth.camera.empty() && truth.camera.front().t > folder.times().front())
     begin_at_estimate(truth.camera, record.tracked->estimates());
   record.truth = std::move(truth);
   record.planned_camera = std::move(plan);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "sim/files/trajectory_file.h"
+#include "sim/recording/asl_folder.h"
 #include "sim/result/result.h"
 #include "sim/score/trajectory.h"
 #include "sim/tracking/tracking.h"
@@ -35,12 +36,12 @@ result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesy
 /// and the noise that the folder states. Without a walking plan the initial standard deviation of the gyro's
 /// bias is 0.1 rad/s and the accelerometer, like the plan's velocity and height, is unused. `changes` come
 /// last.
-scenario::ReadScenario external_scenario(const std::filesystem::path& folder,
+scenario::ReadScenario external_scenario(const recording::AslFolder& folder,
                                          const scenario::Changes& changes);
 
-/// Replays a EuRoC/ASL folder and writes a complete result folder. Truth is moved so that its first pose is
-/// the start of the estimate. Throws FileError.
-result::Outcome replay_external(const scenario::ReadScenario& scenario, const std::filesystem::path& folder,
+/// Replays a EuRoC/ASL folder from its first image and writes a complete result folder. Truth is moved so
+/// that its first pose is the start of the estimate. Throws FileError.
+result::Outcome replay_external(const scenario::ReadScenario& scenario, recording::AslFolder& folder,
                                 const result::ResultPlace& place, const result::Progress& progress);
 
 /// The body of a trajectory.

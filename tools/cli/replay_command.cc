@@ -4,7 +4,6 @@
 
 #include "sim/files/atomic_file.h"
 #include "sim/files/text.h"
-#include "sim/recording/asl_folder.h"
 #include "sim/replay/replay.h"
 #include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"
@@ -102,15 +101,16 @@ scenario::ReadScenario read_request(const ReplayRequest& request) {
 int replay_result(ReplayRequest& request) {
   if (!fs::is_directory(request.result))
     throw UsageError("{}: no such result folder", request.result.string());
-  const bool external = recording::is_asl_folder(request.result);
-  if (external && request.scenario)
-    throw UsageError("--scenario: expected a result folder, whose scenario it replaces");
-  scenario::ReadScenario read =
-      external ? replay::external_scenario(request.result, request.changes) : read_request(request);
-  if (external) {
-    const recording::AslFolder folder(request.result);
-    for (const std::string& remark : folder.sensors().remarks) std::cerr << "gaitslam: " << remark << '\n';
+  std::optional<recording::AslFolder> external;
+  if (recording::is_asl_folder(request.result)) {
+    if (request.scenario)
+      throw UsageError("--scenario: expected a result folder, whose scenario it replaces");
+    external.emplace(request.result);
   }
+  scenario::ReadScenario read =
+      external ? replay::external_scenario(*external, request.changes) : read_request(request);
+  if (external)
+    for (const std::string& remark : external->sensors().remarks) std::cerr << "gaitslam: " << remark << '\n';
   for (const auto& [key, origin] : read.origin)
     if (scenario::shapes_recording(key) && origin.starts_with("argument"))
       throw UsageError("{}: shapes the recording, which a replay cannot change; run the scenario again", key);
@@ -136,7 +136,7 @@ int replay_result(ReplayRequest& request) {
     ProgressLine progress("replay of " + request.result.string());
     const result::ResultPlace place = result_place(out.path(), walk.models_hash);
     const auto show = [&](double part) { progress.show(part); };
-    outcome = external ? replay::replay_external(read, request.result, place, show)
+    outcome = external ? replay::replay_external(read, *external, place, show)
                        : replay::replay(read, request.result / "recording", walk, place, show,
                                         replay::Recorded::left_out, observer);
   }

@@ -1,11 +1,13 @@
 #include "sim/recording/asl_folder.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gmock/gmock.h>
 
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
 
+#include "sim/recording/gyro_check.h"
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/recording/random_readings.h"
 
@@ -14,7 +16,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using slam::Stamp;
+using testing::ContainsRegex;
 using testing::HasSubstr;
+using testing::Not;
 
 // As EuRoC's own files: CR LF, no line feed after the last line, stamps of the year 2014.
 class RecordedElsewhere : public testing::Test {
@@ -43,7 +47,6 @@ class RecordedElsewhere : public testing::Test {
     return files::error_of([&] {
       AslFolder reader(folder_.path());
       while (reader.next()) continue;
-      read_asl_truth(folder_.path(), reader.sensors(), {Stamp{0}, Stamp{49999872}});
     });
   }
 
@@ -110,26 +113,26 @@ TEST_F(RecordedElsewhere, AReadingStandsForTheTimeUntilHalfwayToItsNeighborsAndI
 
 TEST_F(RecordedElsewhere, TruthIsInterpolatedAtTheFramesAndAlignedWithTheStart) {
   const AslFolder reader(folder_.path());
-  const auto truth = read_asl_truth(folder_.path(), reader.sensors(), {Stamp{0}, Stamp{49999872}}).camera;
+  const auto& truth = reader.truth().camera;
   ASSERT_EQ(truth.size(), 2u);
   EXPECT_TRUE(truth[0].X.isApprox(reader.sensors().setup.X_WC_start, 1e-12));
   EXPECT_EQ(truth[1].t, Stamp{49999872});
   // from (2, 0, 0) halfway between the first two to (3, 4, 0), four fifths between the others
   EXPECT_NEAR((truth[1].X.translation() - truth[0].X.translation()).norm(), std::hypot(1, 4), 1e-4);
   fs::remove_all(folder_ / "mav0/state_groundtruth_estimate0");
-  EXPECT_TRUE(read_asl_truth(folder_.path(), reader.sensors(), {Stamp{0}}).camera.empty());
-  EXPECT_THAT(AslFolder(folder_.path()).sensors().remarks,
-              testing::Contains(testing::HasSubstr(": no truth: ")));
+  const AslFolder without(folder_.path());
+  EXPECT_TRUE(without.truth().camera.empty());
+  EXPECT_THAT(without.sensors().remarks, testing::Contains(HasSubstr(": no truth: ")));
 }
 
 TEST_F(RecordedElsewhere, TruthOfPositionsIsThatOfItsPointInItsOwnWorld) {
   fs::remove_all(folder_ / "mav0/state_groundtruth_estimate0");
-  const AslFolder reader(folder_.path());
   for (const char* header :
        {"#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m]\n", "t,x,y,z\n", "x,y,z\n", ""}) {
     write("leica0/data.csv", header + std::string("1403636579763555584,2,0,0\n1403636579813555456,3,4,0\n"));
     write("leica0/sensor.yaml", "T_BS: [1, 0, 0, 0.1, 0, 1, 0, 0.2, 0, 0, 1, 0.3, 0, 0, 0, 1]\n");
-    const Truth truth = read_asl_truth(folder_.path(), reader.sensors(), {Stamp{0}, Stamp{49999872}});
+    const AslFolder reader(folder_.path());
+    const Truth& truth = reader.truth();
     ASSERT_EQ(truth.camera.size(), 2u) << header;
     EXPECT_EQ(truth.camera[1].X.translation(), Eigen::Vector3d(3, 4, 0));
     EXPECT_TRUE(
@@ -212,9 +215,10 @@ TEST_F(RecordedElsewhere, StampsInTwoColumnsAreReadByTheirNames) {
               HasSubstr("imu0/data.csv:3:1: the stamp is not after the one before; is its rest"));
 }
 
-TEST_F(RecordedElsewhere, AGyroOfAnotherClockOrUnitThanTheTruthIsNamedBeforeTheFirstFrame) {
+TEST_F(RecordedElsewhere, AGyroOfAnotherClockUnitOrAxesThanTheTruthIsNamedBeforeTheFirstFrame) {
   const std::string camera = "#timestamp [ns],filename\n";
   write("cam0/data.csv", camera + "10000000000,second.png\n10050000000,second.png\n");
+  std::vector<std::string> remarks;
   const auto rotating = [&](double late_s, double factor) {
     std::string imu = "#timestamp [ns],w_x,w_y,w_z\n", truth = "#timestamp [ns],x,y,z,q_w,q_x,q_y,q_z\n";
     double angle = 0;
@@ -227,15 +231,136 @@ TEST_F(RecordedElsewhere, AGyroOfAnotherClockOrUnitThanTheTruthIsNamedBeforeTheF
     }
     write("imu0/data.csv", imu);
     write("state_groundtruth_estimate0/data.csv", truth);
-    return complaint();
+    return files::error_of([&] { remarks = AslFolder(folder_.path()).sensors().remarks; });
   };
+  const auto of_truth = testing::Contains(HasSubstr("the truth is"));
   EXPECT_EQ(rotating(0, 1), "");
+  EXPECT_THAT(remarks, Not(of_truth));
   EXPECT_EQ(rotating(0.05, 1.5), "");
-  EXPECT_THAT(rotating(0.5, 1), HasSubstr("data.csv: its stamps are 0.50 s earlier than those of "));
-  EXPECT_THAT(rotating(-1.5, 1), HasSubstr("data.csv: its stamps are 1.50 s later than those of "));
+  EXPECT_THAT(remarks, testing::Contains(HasSubstr("data.csv: the truth is 0.05 s earlier than ")));
+  EXPECT_THAT(remarks, testing::Contains(HasSubstr("state timeshift_cam_imu: 0.0")));
+  EXPECT_EQ(rotating(-0.03, 1), "");
+  EXPECT_THAT(remarks, testing::Contains(HasSubstr("data.csv: the truth is 0.03 s later than ")));
+  EXPECT_EQ(rotating(0, 1e-9), "");
+  EXPECT_THAT(remarks, testing::Contains(HasSubstr("axes of its gyro are not checked: it turns too little")));
+  EXPECT_THAT(rotating(0.5, 1), HasSubstr("data.csv: its stamps are 0.50 s earlier than "));
+  EXPECT_THAT(rotating(-1.5, 1), HasSubstr("data.csv: its stamps are 1.50 s later than "));
   EXPECT_THAT(rotating(0, 57.3), HasSubstr("imu0/data.csv: its speeds of rotation are 5"));
+  EXPECT_THAT(rotating(0, -1),
+              HasSubstr("imu0/data.csv: its gyro turns about x, y, z as -x, y, z of those of "));
   edit("cam0/sensor.yaml", "rate_hz: 20", "rate_hz: 20\ntimeshift_cam_imu: 0.5");
   EXPECT_EQ(rotating(0.5, 1), "");
+}
+
+TEST_F(RecordedElsewhere, AClockThatLeapsBetweenRowsIsNamedWithItsLine) {
+  struct Rows {
+    std::string name, values;
+    double step_s;
+  };
+  for (const auto& [name, values, step_s] :
+       {Rows{"cam0/data.csv", ",second.png", 0.05}, Rows{"imu0/data.csv", ",0,0,0,9.81,0,0", 0.02},
+        Rows{"state_groundtruth_estimate0/data.csv", ",0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0", 0.05}}) {
+    const std::string kept = files::read_text(folder_ / "mav0" / name);
+    const auto said_of = [&](double leap_s) {
+      std::string rows = kept.substr(0, kept.find('\n') + 1);
+      for (int i = 0; i < 9; ++i)
+        rows += fmt::format("{:.0f}{}\n", 1e9 * (1403636579.7 + step_s * i + (i > 5 ? leap_s : 0)), values);
+      write(name, rows);
+      std::vector<std::string> said;
+      said.push_back(files::error_of([&] { said = AslFolder(folder_.path()).sensors().remarks; }));
+      return fmt::format("{}", fmt::join(said, "\n"));
+    };
+    EXPECT_THAT(said_of(2), HasSubstr(fmt::format("{}:8: its clock leaps by {:.6g} s from the row before",
+                                                  name, 2 + step_s)));
+    EXPECT_THAT(said_of(-0.2),
+                HasSubstr(fmt::format("{}:8:1: the stamp is not after the one before: it is {:.2g} s earlier",
+                                      name, 0.2 - step_s)));
+    EXPECT_THAT(said_of(0.05), Not(HasSubstr("leaps")));
+    write(name, kept);
+  }
+}
+
+TEST_F(RecordedElsewhere, ABadImageIsFoundBeforeTheFirstFrame) {
+  const fs::path file = folder_ / "mav0/cam0/data/second.png";
+  const std::string png = files::read_text(file);
+  const auto complaint_of = [&](const std::string& bytes) {
+    files::write_text(file, bytes);
+    return files::error_of([&] { AslFolder reader(folder_.path()); });
+  };
+  const auto encoded = [](const char* ending, const cv::Mat& image) {
+    std::vector<unsigned char> bytes;
+    cv::imencode(ending, image, bytes);
+    return std::string(bytes.begin(), bytes.end());
+  };
+  EXPECT_EQ(complaint_of(png), "");
+  EXPECT_EQ(complaint_of(png + "a trailer"), "");
+  EXPECT_THAT(complaint_of(""), HasSubstr("second.png: cannot be read as an image: expected PNG or JPEG"));
+  EXPECT_THAT(complaint_of(png.substr(0, png.size() - 20)),
+              HasSubstr("second.png: cannot be read as an image"));
+  const std::string jpeg = encoded(".jpg", cv::Mat(48, 64, CV_8UC1, cv::Scalar(77)));
+  EXPECT_EQ(complaint_of(jpeg), "");
+  EXPECT_THAT(complaint_of(jpeg.substr(0, jpeg.size() - 2)), HasSubstr("second.png: is cut off"));
+  EXPECT_THAT(
+      complaint_of(encoded(".png", cv::Mat(48, 64, CV_8UC3))),
+      HasSubstr("cam0/data.csv:3:22: " + file.string() + " has 3 channels of 8 bits, expected 1 of 8"));
+  EXPECT_THAT(complaint_of(encoded(".png", cv::Mat(48, 64, CV_16UC1))), HasSubstr("1 channel of 16 bits"));
+}
+
+TEST_F(RecordedElsewhere, LensesAreReadByTheNamesOfOtherPrograms) {
+  const std::string kept = files::read_text(folder_ / "mav0/cam0/sensor.yaml");
+  const auto lens = [&](const std::string& model, const std::string& coefficients) {
+    write("cam0/sensor.yaml", kept.substr(0, kept.find("camera_model")) + "intrinsics: [45, 45, 36, 24]\n" +
+                                  model + "\ndistortion_coefficients: " + coefficients + "\n");
+    return AslFolder(folder_.path()).sensors().setup.calibration.camera.lens;
+  };
+  const auto words = [](const slam::Lens& lens) {
+    return fmt::format("{} {}", lens.index(), fmt::join(rig::coefficients(lens), " "));
+  };
+  for (const auto& [model, coefficients, expected] : std::vector<std::array<const char*, 3>>{
+           {"distortion_model: none", "[]", "1 0 0 0 0"},
+           {"camera_model: pinhole\ndistortion_model: None", "[0, 0, 0, 0, 0]", "1 0 0 0 0"},
+           {"distortion_model: plumb_bob", "[0.1, 0.02, 3e-3, 4e-3, 0]", "1 0.1 0.02 0.003 0.004"},
+           {"distortion_model: pinhole-radtan", "[0.1, 0.02, 3e-3, 4e-3]", "1 0.1 0.02 0.003 0.004"},
+           {"distortion_model: kannala_brandt", "[0.1, 0.02, 0.03, 0.04, 0.0]", "2 0.1 0.02 0.03 0.04"},
+           {"camera_model: pinhole\ndistortion_model: pinhole-equi", "[0.1, 0.02, 0, 0]", "2 0.1 0.02 0 0"},
+           {"camera_model: KANNALA_BRANDT", "[0.1, 0.02, 0, 0]", "2 0.1 0.02 0 0"},
+           {"camera_model: fisheye\ndistortion_model: equidistant", "[0.1, 0, 0, 0]", "2 0.1 0 0 0"}})
+    EXPECT_EQ(words(lens(model, coefficients)), expected) << model;
+  for (const auto& [model, coefficients, complaint] : std::vector<std::array<const char*, 3>>{
+           {"distortion_model: fov", "[0.9]",
+            "distortion_model: found \"fov\", expected one-parameter-radial, "},
+           {"distortion_model: rational_polynomial", "[0, 0, 0, 0, 0, 0, 0, 0]",
+            "found \"rational_polynomial\""},
+           {"camera_model: omni\ndistortion_model: radtan", "[0, 0, 0, 0]", "camera_model: found \"omni\""},
+           {"camera_model: ds\ndistortion_model: none", "[]", "camera_model: found \"ds\""},
+           {"distortion_model: plumb_bob", "[0, 0, 0, 0, 0.1]", "coefficient 5 is 0.1, expected 0"},
+           {"distortion_model: none", "[0.1, 0, 0, 0]", "found 0.1, expected 0"},
+           {"camera_model: fisheye\ndistortion_model: radtan", "[0, 0, 0, 0]",
+            "contradicts camera_model: fisheye"}})
+    EXPECT_THAT(files::error_of([&] { lens(model, coefficients); }), HasSubstr(complaint)) << model;
+}
+
+TEST_F(RecordedElsewhere, KeysThatContradictEachOtherAreRejected) {
+  const std::string kept = files::read_text(folder_ / "mav0/cam0/sensor.yaml"),
+                    inverse =
+                        "T_SB:\n- [0.0149, 0.9996, -0.0258, 0.0652]\n- [-0.9999, 0.0150, 0.0038, -0.0207]\n"
+                        "- [0.0041, 0.0257, 0.9997, -0.0081]\n- [0, 0, 0, 1]\n";
+  const auto said = [&](const std::string& more) {
+    write("cam0/sensor.yaml", kept + "\n" + more);
+    return files::error_of([&] { AslFolder reader(folder_.path()); });
+  };
+  EXPECT_EQ(said(inverse), "") << "four digits suffice";
+  EXPECT_EQ(said(std::regex_replace(inverse, std::regex("T_SB"), "T_cam_imu")), "") << "the IMU is the body";
+  std::string edited = inverse;
+  edited.replace(edited.find("0.0652"), 6, "0.0752");
+  EXPECT_THAT(said(edited),
+              ContainsRegex("cam0/sensor.yaml:6:3: T_BS: is not the inverse of T_SB in line [0-9]+: the "
+                            "rotations differ by .* deg, the positions by 0.01 m"));
+  EXPECT_THAT(said(std::regex_replace(edited, std::regex("T_SB"), "T_cam_imu")),
+              HasSubstr("cam0/sensor.yaml: T_cam_imu contradicts T_BS here and in "));
+  EXPECT_THAT(said("distortion_coeffs: [0, 0, 0, 0]"),
+              HasSubstr("contradicts distortion_coefficients in line 17"));
+  EXPECT_THAT(said("T_imu_cam: [1]"), HasSubstr("T_imu_cam: expected 16 numbers"));
 }
 
 TEST_F(RecordedElsewhere, TheKeysAndLayoutsOfKalibrAreRead) {
@@ -274,24 +399,26 @@ TEST_F(RecordedElsewhere, TheKeysAndLayoutsOfKalibrAreRead) {
 
 using Rate = std::function<Eigen::Vector3d(double)>;
 
-/// Compares 40 s of a gyro at 200 Hz with late stamps and a truth at 100 Hz.
-std::optional<ClockOffset> offset_of(const Rate& rate, double late_s, double noise_rad_s) {
+/// Compares 40 s of a gyro at 200 Hz with late stamps and axes M of the truth's, and a truth at 100 Hz.
+std::optional<GyroComparison> compared(const Rate& rate, double late_s, double noise_rad_s,
+                                       const Eigen::Matrix3d& M = Eigen::Matrix3d::Identity(),
+                                       int readings = 8000) {
   std::vector<TimedRotation> gyro;
   std::vector<files::TumRow> truth;
   sensor_errors::Random random(1, "gyro");
   const auto stamp = [](double t) { return slam::Stamp(std::llround(1e9 * t)); };
   Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
-  for (std::uint64_t i = 0; i < 8000; ++i) {
-    const double t = 0.005 * static_cast<double>(i);
+  for (int i = 0; i < readings; ++i) {
+    const double t = 0.005 * i;
     const Eigen::Vector3d w = rate(t);
-    gyro.push_back({stamp(t + late_s), w + noise_rad_s * tests::random_vector(random)});
+    gyro.push_back({stamp(t + late_s), M * w + noise_rad_s * tests::random_vector(random)});
     files::TumRow row;
     row.t = stamp(t);
     row.X.linear() = q.toRotationMatrix();
     if (i % 2 == 0) truth.push_back(row);
     q = (q * Eigen::Quaterniond(Eigen::AngleAxisd(0.005 * w.norm(), w.stableNormalized()))).normalized();
   }
-  return clock_offset(gyro, truth);
+  return compare_gyro(gyro, truth);
 }
 
 constexpr double kStep = 2 * std::numbers::pi / 0.8;  // rad/s: steps of 0.8 s
@@ -300,30 +427,61 @@ Eigen::Vector3d walk(double t) {
   return {0.1 * std::sin(kStep * t), 0.05 * std::cos(2 * kStep * t), 0.2 * std::sin(0.3 * t)};
 }
 Eigen::Vector3d even_walk(double t) { return {0.1 * std::sin(kStep * t), 0.05 * std::cos(kStep * t), 0.3}; }
+Eigen::Vector3d turn_of_yaw(double t) { return {0, 0, 0.2 * std::sin(0.3 * t * t)}; }
 
-TEST(ClockOffset, IsMeasuredBySpeedsOfRotation) {
-  for (const double late_s : {-2.0, -0.3, 0.06, 0.3, 0.8, 1.5, 2.0, 7.0})
+TEST(CompareGyro, MeasuresTheOffsetOfItsClockBySpeedsOfRotation) {
+  for (const double late_s : {-2.0, -0.3, 0.022, 0.033, 0.06, 0.3, 0.8, 1.5, 2.0, 7.0})
     for (const double noise : {0.0, 0.05}) {
-      const auto offset = offset_of(walk, late_s, noise);
-      ASSERT_TRUE(offset) << late_s << " " << noise;
-      EXPECT_NEAR(offset->late_s, late_s, 0.021);  // the step of the grid
-      EXPECT_GT(offset->correlation, offset->as_stamped);
-      EXPECT_NEAR(offset->gain, 1, 0.1);
+      const auto found = compared(walk, late_s, noise);
+      ASSERT_TRUE(found) << late_s << " " << noise;
+      EXPECT_NEAR(found->late_s, late_s, 0.006);
+      EXPECT_GT(found->correlation, found->as_stamped);
+      EXPECT_NEAR(found->gain, 1, 0.1);
     }
 }
 
-TEST(ClockOffset, IsAbsentOnOneClockAndWithoutEvidence) {
+TEST(CompareGyro, FindsNothingOnGoodDataAndWithoutEvidence) {
   for (const double noise : {0.0, 0.05, 1.0}) {
-    for (const Rate& rate : {Rate(walk), Rate(even_walk)})
-      for (const double late_s : {0.0, 0.004}) {
-        const auto offset = offset_of(rate, late_s, noise);
-        EXPECT_LE(offset ? std::abs(offset->late_s) : 0, 0.02) << noise << " " << late_s;
-      }
-    EXPECT_FALSE(offset_of([](double) -> Eigen::Vector3d { return Eigen::Vector3d::Zero(); }, 1, noise));
-    EXPECT_FALSE(offset_of([](double) -> Eigen::Vector3d { return {0, 0, 0.3}; }, 1, noise));
+    for (const Rate& rate : {Rate(walk), Rate(even_walk), Rate(turn_of_yaw)})
+      for (const double late_s : {0.0, 0.004})
+        for (const int readings : {100, 400, 8000}) {
+          const auto found = compared(
+              [&](double t) -> Eigen::Vector3d { return rate(t) + Eigen::Vector3d(0.02, -0.03, 0.01); },
+              late_s, noise, Eigen::Matrix3d::Identity(), readings);
+          if (!found) continue;
+          EXPECT_LE(std::abs(found->late_s), 0.01) << noise << " " << late_s;
+          EXPECT_FALSE(found->axes || found->mirrored || found->turned_rad) << noise << " " << readings;
+        }
+    EXPECT_FALSE(compared([](double) -> Eigen::Vector3d { return Eigen::Vector3d::Zero(); }, 1, noise));
+    EXPECT_FALSE(compared([](double) -> Eigen::Vector3d { return {0, 0, 0.3}; }, 1, noise));
   }
-  EXPECT_FALSE(offset_of(walk, 1, 5.0)) << "noise hides the motion";
-  EXPECT_FALSE(offset_of(walk, 100, 0)) << "the spans are disjoint";
+  EXPECT_FALSE(compared(walk, 1, 5.0)) << "noise hides the motion";
+  EXPECT_FALSE(compared(walk, 100, 0)) << "the spans are disjoint";
+}
+
+TEST(CompareGyro, NamesSignsAndOrderOfItsAxes) {
+  for (const auto& [x, y, z, text] :
+       std::vector<std::tuple<Eigen::Vector3d, Eigen::Vector3d, Eigen::Vector3d, std::string>>{
+           {{1, 0, 0}, {0, -1, 0}, {0, 0, 1}, "x, -y, z"},
+           {{-1, 0, 0}, {0, -1, 0}, {0, 0, -1}, "-x, -y, -z"},
+           {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}, "y, x, z"},
+           {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}, "y, z, x"},
+           {{0, 0, -1}, {0, 1, 0}, {1, 0, 0}, "-z, y, x"}})
+    for (const double noise : {0.0, 0.05})
+      for (const double late_s : {0.0, 0.08}) {
+        Eigen::Matrix3d M;
+        M << x.transpose(), y.transpose(), z.transpose();
+        const auto found = compared(walk, late_s, noise, M);
+        ASSERT_TRUE(found && found->axes) << text;
+        EXPECT_EQ(axes_text(*found->axes), text);
+        EXPECT_NEAR(found->late_s, late_s, 0.006);
+      }
+  const Eigen::Matrix3d turned =
+      Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  const auto rotation = compared(walk, 0, 0.02, turned), mirror = compared(walk, 0, 0.02, -turned);
+  ASSERT_TRUE(rotation && rotation->turned_rad && mirror);
+  EXPECT_NEAR(*rotation->turned_rad, 0.7, 0.02);
+  EXPECT_TRUE(mirror->mirrored || mirror->axes);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "sim/recording/manifest.h"
 
 #include <gmock/gmock.h>
+#include <libdeflate.h>
 
 #include <opencv2/imgcodecs.hpp>
 
@@ -81,10 +82,37 @@ std::string png_of_size(std::uint32_t width, std::uint32_t height) {
 
 TEST(DecodeImage, KindsThatOtherProgramsWriteAreDecoded) {
   for (const char* ending : {".png", ".jpg"}) {
-    EXPECT_EQ(image_size(encoded(ending)), cv::Size(48, 35)) << ending;
-    const cv::Mat image = decode_image("a", encoded(ending), {48, 35}, cv::IMREAD_GRAYSCALE);
+    EXPECT_EQ(image_header(encoded(ending)).value().size, cv::Size(48, 35)) << ending;
+    const cv::Mat image = decode_image("a", encoded(ending), {48, 35});
     EXPECT_EQ(image.size(), cv::Size(48, 35)) << ending;
     EXPECT_EQ(image.at<unsigned char>(7, 9), 99) << ending;
+  }
+}
+
+// OpenCV turns images by the orientation in their metadata, which does not belong to calibration and IMU.
+TEST(DecodeImage, PixelsAreReadAsStoredWhateverTheirOrientation) {
+  const std::string exif("II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0\x06\0\0\0\0\0\0\0", 26);
+  cv::Mat image(35, 48, CV_8UC1, cv::Scalar(20));
+  image(cv::Rect(0, 0, 16, 16)) = 220;
+  for (const bool png : {true, false}) {
+    std::vector<unsigned char> coded;
+    cv::imencode(png ? ".png" : ".jpg", image, coded);
+    std::string bytes(coded.begin(), coded.end());
+    if (png) {
+      std::string chunk = "eXIf" + exif;
+      const std::uint32_t crc = libdeflate_crc32(0, chunk.data(), chunk.size());
+      for (const int shift : {24, 16, 8, 0}) chunk += static_cast<char>(crc >> shift & 255);
+      bytes.insert(33, std::string("\0\0\0\x1a", 4) + chunk);  // after IHDR
+    } else {
+      bytes.insert(2, std::string("\xff\xe1\0\x22"
+                                  "Exif\0\0",
+                                  10) +
+                          exif);
+    }
+    const cv::Mat turned =
+        cv::imdecode(std::vector<unsigned char>(bytes.begin(), bytes.end()), cv::IMREAD_GRAYSCALE);
+    EXPECT_EQ(turned.size(), cv::Size(35, 48)) << "the orientation is there";
+    EXPECT_LT(cv::norm(decode_image("a", bytes, {48, 35}), image, cv::NORM_INF), 10);
   }
 }
 
@@ -92,7 +120,7 @@ TEST(DecodeImage, KindsThatOtherProgramsWriteAreDecoded) {
 TEST(DecodeImage, AnotherSizeIsRejectedByTheHeader) {
   for (const std::uint32_t side : {12000u, 60000u})
     EXPECT_THAT(files::error_of([&] {
-                  decode_image("big.png", png_of_size(side, side), {320, 240}, cv::IMREAD_GRAYSCALE);
+                  decode_image("big.png", png_of_size(side, side), {320, 240});
                 }),
                 HasSubstr("big.png: is an image of " + std::to_string(side) + "x" + std::to_string(side) +
                           ", the camera's sensor.yaml has 320x240"));
@@ -101,7 +129,7 @@ TEST(DecodeImage, AnotherSizeIsRejectedByTheHeader) {
 TEST(DecodeImage, OtherBytesAreRejected) {
   for (const std::string& bytes : {std::string("no image"), encoded(".png").substr(0, 60),
                                    encoded(".jpg").substr(0, 20), encoded(".bmp"), encoded(".pgm")})
-    EXPECT_THROW(decode_image("a", bytes, {48, 35}, cv::IMREAD_GRAYSCALE), files::FileError);
+    EXPECT_THROW(decode_image("a", bytes, {48, 35}), files::FileError);
 }
 
 cv::Mat decoded_by_opencv(const std::string& png) {
