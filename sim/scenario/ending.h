@@ -37,7 +37,7 @@ inline constexpr auto kResultEndings = std::span(kEndings).first<8>();
 
 constexpr std::string_view name_of(Ending ending) { return kEndings[static_cast<std::size_t>(ending)]; }
 
-/// Of a run whose scenario does not allow the ending.
+/// Returns the exit code of a run if its scenario does not allow the ending.
 constexpr int exit_code_of(Ending ending) { return ending == Ending::not_started ? 2 : 3; }
 
 /// Returns the ending of this name, or nullopt.

@@ -3,7 +3,6 @@
 #include <fmt/ranges.h>
 
 #include <limits>
-#include <map>
 #include <sstream>
 
 #include "sim/files/hash.h"
@@ -68,26 +67,7 @@ const Key* find_key(std::string_view name) {
   return found == all.end() ? nullptr : &*found;
 }
 
-std::optional<std::string> former_name(std::string_view name) {
-  static const std::map<std::string_view, std::string_view> kFormer{
-      {"slam.vision.sigma_lasting_px", "was renamed to slam.vision.match_bias_sigma_px"},
-      {"errors.image.read_sigma_grey", "was renamed to errors.image.read_sigma_gray"},
-      {"errors.image.shot_sigma_grey", "was renamed to errors.image.shot_sigma_gray"},
-      {"slam.vision.lasting_s", "was renamed to slam.vision.match_bias_s"},
-      {"slam.vision.sigma_view_px", "was renamed to slam.vision.viewpoint_sigma_px"},
-      {"slam.tracking.relocalise",
-       "was removed: relocalization is always on; slam.tracking.give_up_s bounds it"},
-      {"stabilizer.tracking.law", "was removed: the capture-point law is the only one"},
-      {"estimator.library",
-       "was removed: build a program with -DGAITSLAM_ESTIMATOR_MAIN for estimator.program"},
-      {"tracked_share", "was renamed to tracked_fraction"},
-      {"suspect_share", "was renamed to fault_flag_fraction"}};
-  const auto renamed = kFormer.find(name);
-  return renamed == kFormer.end() ? std::nullopt : std::optional<std::string>(renamed->second);
-}
-
 std::string unknown_key(std::string_view name) {
-  if (const auto former = former_name(name)) return *former;
   std::vector<std::string_view> names;
   for (const Key& key : scenario_keys()) names.push_back(key.name);
   return "unknown key" + did_you_mean(name, names);
@@ -177,7 +157,6 @@ std::optional<std::string> counterfactual(const Scenario& recorded, const Scenar
 }
 
 std::string unknown_metric(std::string_view name) {
-  if (const auto former = former_name(name)) return fmt::format("metric {} {}", name, *former);
   std::vector<std::string_view> names;
   for (const auto& metric : score::metric_definitions()) names.push_back(metric.name);
   return fmt::format("unknown metric '{}'{}", name, did_you_mean(name, names));

@@ -126,10 +126,7 @@ const std::vector<Key>& scenario_keys();
 /// The key of that name, or nullptr.
 const Key* find_key(std::string_view name);
 
-/// Returns "was renamed to NAME" for a former name, nothing for any other.
-std::optional<std::string> former_name(std::string_view name);
-
-/// Returns the error for a name that is not a key: the present name of a former one, else the nearest key.
+/// Returns the error for a name that is not a key, with the nearest key.
 std::string unknown_key(std::string_view name);
 
 /// The default scenario with all optional sections, the source of defaults.
@@ -171,7 +168,7 @@ std::optional<std::string> counterfactual(const Scenario& recorded, const Scenar
 
 // Limits on metrics: `ate_se3_rmse_m: {at_most: 0.1}`, `ate_se3_rmse_m.median: {at_most: 0.05}`.
 
-/// Returns the error for an unknown metric: the present name of a former one, else the nearest metric.
+/// Returns the error for an unknown metric, with the nearest one.
 std::string unknown_metric(std::string_view name);
 
 /// Reads limits.<metric>[.<aggregate>].<bound> (the key), replacing an earlier one. Throws ConfigError.

@@ -5,7 +5,7 @@
 namespace sim::scenario {
 namespace {
 
-/// What an item is called in messages, a whole item as YAML without the dash, and how many there must be.
+/// The name of an item in messages, a whole item as YAML without the dash, and how many there must be.
 struct Grammar {
   std::string_view noun, example;
   std::size_t least = 0;

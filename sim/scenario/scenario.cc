@@ -14,12 +14,12 @@ namespace fs = std::filesystem;
 
 /// Returns the planned walk, or nullopt if it cannot be carried out: that is reported when it is planned.
 /// Throws ConfigError at the command that makes the walk too long.
-std::optional<walking::Timeline> planned(const ReadScenario& read, const Yaml& root) {
+std::optional<walking::Timeline> planned(const ReadScenario& read) {
   try {
     return walking::Timeline(read.scenario.walk, {}, Eigen::Vector2d::Zero());
   } catch (const walking::TooLong& e) {
     const auto command = static_cast<std::size_t>(e.command);
-    Yaml at = root;
+    Yaml at = place_of(read, "");
     if (command < read.command_origins.size()) at.origin = read.command_origins[command];
     fail(at, "", e.what());
   } catch (const std::invalid_argument&) {
@@ -88,33 +88,29 @@ std::optional<std::string> unnoticed(const sensor_errors::Fault& fault, std::str
 }
 
 /// Throws ConfigError for a fault, push or darkness that never happens or that nothing notices.
-void check_happens(const ReadScenario& read, const Yaml& root, double end_s) {
+void check_happens(const ReadScenario& read, double end_s) {
   const Scenario& scenario = read.scenario;
-  Yaml at = root;
-  const auto require = [&](const std::string& key, const std::optional<std::string>& problem) {
-    if (problem) fail(at, key, *problem);
+  const auto require = [&](const std::string& name, const std::optional<std::string>& problem) {
+    if (problem) fail(place_of(read, name.substr(0, name.find(':'))), name, *problem);
   };
-  if (const auto place = read.places.find("errors.faults"); place != read.places.end())
-    at.origin = place->second;
   for (const sensor_errors::Fault& fault : scenario.errors.faults) {
     const std::string kind = std::visit([](const auto& f) { return f.kName; }, fault);
     require("errors.faults: " + kind, never_happens(fault, end_s));
     require("errors.faults: " + kind, unnoticed(fault, kind, scenario));
   }
-  at = root;
   for (const physics::Push& push : scenario.world.pushes) {
     require("world.pushes: push", never_happens(push.time_s, push.duration_s, end_s));
-    if (push.impulse_ns == 0) fail(at, "world.pushes: push", "never happens: its impulse_ns is 0");
+    if (push.impulse_ns == 0) require("world.pushes: push", "never happens: its impulse_ns is 0");
   }
   const physics::WorldOptions::LightsOff& dark = scenario.world.lights_off;
   if (dark.from_s == 0 && dark.duration_s == 0) return;
   require("world.lights_off", never_happens(dark.from_s, dark.duration_s, end_s));
-  if (!scenario.camera) fail(at, "world.lights_off", kNoCamera);
-  if (dark.left_fraction == 1) fail(at, "world.lights_off", "changes nothing: its left_fraction is 1");
+  if (!scenario.camera) require("world.lights_off", kNoCamera);
+  if (dark.left_fraction == 1) require("world.lights_off", "changes nothing: its left_fraction is 1");
 }
 
 /// Throws ConfigError if landmarks are to start with a depth that the rig does not measure.
-void check_measured_depth(const ReadScenario& read, Yaml at) {
+void check_measured_depth(const ReadScenario& read) {
   const Scenario& scenario = read.scenario;
   const auto measures_head_depth = [](const rig::Item& item) {
     const auto* depth = std::get_if<rig::DepthCamera>(&item);
@@ -123,21 +119,18 @@ void check_measured_depth(const ReadScenario& read, Yaml at) {
   if (!scenario.slam || scenario.slam->depth.first_sight != slam::FirstSight::measured_depth ||
       std::ranges::any_of(scenario.rig, measures_head_depth))
     return;
-  const std::string key = "slam.depth.first_sight";
-  if (const auto place = read.places.find(key); place != read.places.end()) at.origin = place->second;
-  fail(at, key,
+  constexpr const char* kKey = "slam.depth.first_sight";
+  fail(place_of(read, kKey), kKey,
        "is measured_depth, expected a depth camera in the rig that is aligned with cam0, as in rig: d435i");
 }
 
 /// Throws ConfigError at a key of estimator.time that contradicts another one.
-void check_time(const ReadScenario& read, const Yaml& root) {
+void check_time(const ReadScenario& read) {
   const EstimatorTime& time = read.scenario.estimator_time;
   const auto require = [&](bool holds, const char* name, const std::string& problem) {
     if (holds) return;
     const std::string key = std::string("estimator.time.") + name;
-    Yaml at = root;
-    if (const auto place = read.places.find(key); place != read.places.end()) at.origin = place->second;
-    fail(at, key, problem);
+    fail(place_of(read, key), key, problem);
   };
   const std::string_view model = kTimeModels[static_cast<std::size_t>(time.model)];
   const bool none = time.model == TimeModel::none, fixed = time.model == TimeModel::fixed;
@@ -173,16 +166,17 @@ void check_limits(const ReadScenario& read, const Yaml& at, double turn_rad) {
 }
 
 /// Throws ConfigError if keys contradict each other, a fault never happens, or the walk takes too long to
-/// plan. at: for the position of the error.
-void check_whole(const ReadScenario& read, const Yaml& at) {
+/// plan.
+void check_whole(const ReadScenario& read) {
   const Scenario& scenario = read.scenario;
+  const Yaml at = place_of(read, "");
   if (scenario.walk.commands.empty())
     fail(at, "walk.commands", "missing, expected a list of commands, as in [{stand: {duration_s: 1}}]");
   if (scenario.slam && !scenario.camera)
     fail(at, "slam",
          "needs the section 'camera': the filter works at its frames (--without camera,slam drops both)");
-  check_time(read, at);
-  check_measured_depth(read, at);
+  check_time(read);
+  check_measured_depth(read);
   if (!scenario.rig.empty() && !scenario.camera)
     fail(at, "rig", "needs the section 'camera': its readings come with the frames of the head camera");
   if (scenario.slam && scenario.slam->vision.enabled && scenario.world.room == "floor")
@@ -197,14 +191,14 @@ void check_whole(const ReadScenario& read, const Yaml& at) {
     if (steered_by == plan && sensor_errors::is_of_steering(fault))
       fail(at, "errors.faults",
            "disturb the estimate that steers, but walk.steering.by is plan; expected truth or estimate");
-  const std::optional<walking::Timeline> walk = planned(read, at);
+  const std::optional<walking::Timeline> walk = planned(read);
   if (!walk) return;
   double turn_rad = 0;
   for (const walking::Phase& phase : walk->phases())
     turn_rad += std::abs(phase.waist_yaw_to - phase.waist_yaw_from);
   check_limits(read, at, turn_rad);
   const double walk_s = static_cast<double>(walk->ticks()) * walking::kPeriod;
-  check_happens(read, at, steered_by == plan ? walk_s : 2 * walk_s);  // steering adds steps
+  check_happens(read, steered_by == plan ? walk_s : 2 * walk_s);  // steering adds steps
 }
 
 constexpr const char* kArgument = "<argument>";
@@ -229,7 +223,6 @@ bool is_section(std::string_view path) { return !parts_below(path).empty(); }
 
 /// Suggests a part of the longest known section, else a key of another section, else lists the parts.
 [[noreturn]] void fail_unknown(const Yaml& at, const std::string& path) {
-  if (const auto former = former_name(path)) fail(at, path, *former);
   std::string section = path;
   do {
     const std::size_t dot = section.rfind('.');
@@ -257,7 +250,7 @@ class ScenarioReader {
     if (root.kind != Yaml::Kind::map)
       fail(root, "", "expected keys and values, as in slam.gyro.sigma_rad_s: 0.01");
     open_files_.emplace_back(root.origin.file);
-    if (const Yaml* const base = find(root, kBase)) {
+    if (const Yaml* const base = root.find(kBase)) {
       const bool list = base->kind == Yaml::Kind::list && !base->items.empty();
       for (const Yaml& node : list ? std::span(base->items) : std::span(base, 1)) read_base(node);
     }
@@ -268,7 +261,7 @@ class ScenarioReader {
 
   /// Names the scenario after the file, unless it has a key `name`; the name of a base is not inherited.
   void read_name_of_file(const Yaml& root) {
-    if (find(root, "name")) return;
+    if (root.find("name")) return;
     Yaml stem;
     stem.kind = Yaml::Kind::scalar;
     stem.text = fs::path(root.origin.file).stem().string();
@@ -290,12 +283,6 @@ class ScenarioReader {
   }
 
  private:
-  static const Yaml* find(const Yaml& map, std::string_view name) {
-    for (std::size_t i = 0; i < map.keys.size(); ++i)
-      if (map.keys[i].text == name) return &map.items[i];
-    return nullptr;
-  }
-
   void read_base(const Yaml& node) {
     if (node.kind != Yaml::Kind::scalar || node.text.empty())
       fail(node, kBase, "expected a scenario file or a list of them, as in base: tangent_circle.yaml");
@@ -325,7 +312,7 @@ class ScenarioReader {
 
   void read_entry(const Yaml& at, const std::string& path, const Yaml& value) {
     const bool limit = path.starts_with("limits.");
-    if (path == "estimator" && find(value, "time")) return read_estimator(at, value);
+    if (path == "estimator" && value.find("time")) return read_estimator(at, value);
     if (value.kind == Yaml::Kind::map && find_key(path) == nullptr && (limit || is_section(path))) {
       if (limit && value.keys.empty()) fail(at, path, "is empty, expected at_most or at_least");
       if (!limit) require_section(at, path);
@@ -343,8 +330,8 @@ class ScenarioReader {
 
   // {program: ..., time: {...}}: the time is a section beside the choice of the estimator.
   void read_estimator(const Yaml& at, Yaml value) {
-    const auto i = find(value, "time") - value.items.data();
-    read_entry(value.keys[static_cast<std::size_t>(i)], "estimator.time", Yaml(*find(value, "time")));
+    const auto i = value.find("time") - value.items.data();
+    read_entry(value.keys[static_cast<std::size_t>(i)], "estimator.time", Yaml(*value.find("time")));
     value.keys.erase(value.keys.begin() + i), value.items.erase(value.items.begin() + i);
     if (!value.keys.empty()) read_entry(at, "estimator", value);
   }
@@ -416,6 +403,7 @@ void derive_latency(ReadScenario& read) {
 ReadScenario read_root(const Yaml& root, const Changes& changes) {
   if (root.kind != Yaml::Kind::map) fail(root, "", "expected a scenario: keys and values, as in seed: 1");
   ScenarioReader reader;
+  reader.result.start = root.origin;
   reader.read_file(root);
   reader.read_name_of_file(root);
   for (const std::string& overlay : changes.with) reader.read_file(parse_yaml_file(overlay));
@@ -423,11 +411,19 @@ ReadScenario read_root(const Yaml& root, const Changes& changes) {
   for (const std::string& argument : changes.overrides) reader.read_override(argument, ++n);
   leave_out(reader.result.scenario, changes.without);
   derive_latency(reader.result);
-  check_whole(reader.result, root);
+  check_whole(reader.result);
   return reader.result;
 }
 
 }  // namespace
+
+Yaml place_of(const ReadScenario& read, std::string_view key) {
+  Yaml at;
+  at.origin = read.start;
+  if (at.origin.file.empty()) at.origin.file = read.scenario.name;  // it was not read from text
+  if (const auto place = read.places.find(key); place != read.places.end()) at.origin = place->second;
+  return at;
+}
 
 ReadScenario read_scenario(const fs::path& file, const Changes& changes) {
   return read_root(parse_yaml_file(file), changes);

@@ -14,7 +14,11 @@ struct ReadScenario {
   std::map<std::string, std::string, std::less<>> origin;
   std::vector<Origin> command_origins = {};                ///< of each of walk.commands
   std::map<std::string, Origin, std::less<>> places = {};  ///< where each key stands that was set
+  Origin start = {};                                       ///< of the file
 };
+
+/// Returns a node at the place of a key, for fail(); at the scenario's start if the file did not set the key.
+Yaml place_of(const ReadScenario& read, std::string_view key);
 
 /// Changes to a scenario file: overlays in the order typed, which replace keys (as the best.yaml of a tuning
 /// does), then overrides "key=value", then sections to remove.
