@@ -1,5 +1,7 @@
 #include "sim/camera/shapes.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -27,8 +29,16 @@ constexpr std::pair<int, Kind> kKinds[]{
 Kind kind_of(const mjModel& model, int geom) {
   const int type = model.geom_type[geom];
   const auto found = std::ranges::find(kKinds, type, &std::pair<int, Kind>::first);
-  if (found == std::end(kKinds))
-    throw std::invalid_argument("a geom of this kind cannot be drawn: planes and other primitives can");
+  if (found == std::end(kKinds)) {
+    const char* const name = mj_id2name(&model, mjOBJ_GEOM, geom);
+    throw std::invalid_argument(
+        fmt::format("the geom {} is a {}, which cannot be drawn, expected a plane, box, sphere, cylinder, "
+                    "ellipsoid or capsule",
+                    name && *name ? fmt::format("'{}'", name) : fmt::format("{} from 0", geom),
+                    type == mjGEOM_MESH     ? "mesh"
+                    : type == mjGEOM_HFIELD ? "height field"
+                                            : "shape of another kind"));
+  }
   return found->second;
 }
 
@@ -196,6 +206,13 @@ Vector3f Lamps::lit(const Paint& paint, const Vector3f& normal_W, float share) c
   for (const Lamp& lamp : lamps_) light += std::max(0.0f, normal_W.dot(lamp.toward_W)) * lamp.diffuse;
   light = (share * light).array() + paint.emission;
   return paint.rgb.cwiseProduct(light).cwiseMin(1);
+}
+
+void require_drawable(const mjModel& model) {
+  for (int geom = 0; geom < model.ngeom; ++geom)
+    if (is_drawn(model, geom, Robot::whole)) kind_of(model, geom);
+  room_surfaces(model);
+  const Lamps lamps(model);
 }
 
 std::vector<score::Surface> room_surfaces(const mjModel& model) {

@@ -78,6 +78,9 @@ class Lamps {
   Eigen::Vector3f ambient_;
 };
 
+/// Throws std::invalid_argument, with the name of the geom, if the model has something that cannot be drawn.
+void require_drawable(const mjModel& model);
+
 /// Returns all surfaces of the model that are drawn and never move: the room without the robot. Throws
 /// std::invalid_argument if a shape is not a primitive (mesh, height field) or is an infinite plane.
 std::vector<score::Surface> room_surfaces(const mjModel& model);

@@ -21,6 +21,9 @@ struct EstimatorChoice {
   bool operator==(const EstimatorChoice&) const = default;
 };
 
+/// Throws std::invalid_argument if there is no such program, without starting it.
+void require_program(const EstimatorChoice& choice);
+
 /// Returns hashes of the files that the words name; the program is searched in PATH. Files that no word
 /// names, such as modules of a script, are not included.
 std::string estimator_files_identity(const EstimatorChoice& choice);

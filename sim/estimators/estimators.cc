@@ -1,7 +1,10 @@
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <sstream>
 
 #include "sim/estimators/child_program.h"
@@ -212,14 +215,16 @@ std::optional<std::string> hash_of(const fs::path& file) {
   return hash.hex();
 }
 
-/// Searches a program without a slash in its name in PATH.
-std::optional<std::string> hash_of_program(const std::string& word) {
+/// Searches a program without a slash in its name in PATH. Returns the word if it is not found.
+fs::path program_file(const std::string& word) {
   const char* const path = std::getenv("PATH");
-  if (word.find('/') != word.npos || !path) return hash_of(word);
+  if (word.find('/') != word.npos || !path) return word;
   std::istringstream folders(path);
   for (std::string folder; std::getline(folders, folder, ':');)
-    if (const auto hash = hash_of(fs::path(folder.empty() ? "." : folder) / word)) return hash;
-  return std::nullopt;
+    if (const fs::path file = fs::path(folder.empty() ? "." : folder) / word;
+        ::access(file.c_str(), X_OK) == 0)
+      return file;
+  return word;
 }
 
 }  // namespace
@@ -290,12 +295,19 @@ std::string program_name(const std::vector<std::string>& words) {
   return name;
 }
 
+void require_program(const EstimatorChoice& choice) {
+  const fs::path file = program_file(choice.words.at(0));
+  if (::access(file.c_str(), X_OK) != 0)
+    throw std::invalid_argument(fmt::format("estimator: the program {} cannot be started: {}",
+                                            choice.words[0], std::strerror(errno)));
+}
+
 std::string estimator_files_identity(const EstimatorChoice& choice) {
   std::string text;
   for (std::size_t i = 0; i < choice.words.size(); ++i) {
     const std::string& word = choice.words[i];
     const bool is_program = choice.source == Source::program && i == 0;
-    if (const auto hash = is_program ? hash_of_program(word) : hash_of(word))
+    if (const auto hash = hash_of(is_program ? program_file(word) : fs::path(word)))
       text += fmt::format(" {} {}", i, *hash);
   }
   return text;

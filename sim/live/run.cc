@@ -144,6 +144,17 @@ class Navigation {
   walking::Reference from_, to_;  // of the path
 };
 
+/// The models of a run, with its sensors mounted, and its plan. Throws as run().
+struct Start {
+  Start(const scenario::ReadScenario& read, const std::filesystem::path& folder)
+      : models(read.scenario.world.robot, read.scenario.world.room, folder), plan(clear_plan(read, models)) {
+    mount_sensors(read, models);
+    require_drawable(read, models);
+  }
+  physics::Models models;
+  walking::PatternGenerator plan;
+};
+
 /// One run. walk() and the functions it calls are in the order of a simulated tick.
 class Run {
  public:
@@ -353,15 +364,25 @@ result::RunRecord Run::record(const std::filesystem::path& folder) {
 
 }  // namespace
 
+walking::PatternGenerator check(const scenario::ReadScenario& read, const std::filesystem::path& models) {
+  const Start start(read, models);
+  SensingRobot robot(read.scenario, start.plan, start.models);
+  const recording::RecordingSetup setup =
+      recording_setup(read.scenario, robot.mounting(), robot->reference().X_PB);
+  if (read.scenario.slam && read.scenario.estimator.source == estimators::Source::program)
+    estimators::require_program(read.scenario.estimator);
+  else if (read.scenario.slam)
+    tracking::Tracking(read.scenario, setup.calibration, setup.X_WC_start, setup.camera_rate_hz, setup.rig,
+                       setup.joints);
+  return start.plan;
+}
+
 result::Outcome run(const scenario::ReadScenario& scenario, const result::ResultPlace& place,
                     const result::Progress& progress, int threads, const RunObserver& observer) {
-  const physics::WorldOptions& world = scenario.scenario.world;
-  physics::Models models(world.robot, world.room, place.models);
-  walking::PatternGenerator plan = clear_plan(scenario, models);
-  mount_sensors(scenario, models);
+  Start start(scenario, place.models);
   files::AtomicFolder folder(place.folder, place.existing);
   const std::filesystem::path recording = folder.path() / "recording";
-  Run live(scenario, std::move(plan), models, recording, threads, observer);
+  Run live(scenario, std::move(start.plan), start.models, recording, threads, observer);
   live.walk(progress);
   const result::Outcome outcome =
       result::write_result(folder.path(), live.record(recording), place, live.timing(), live.time_s());

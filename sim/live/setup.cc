@@ -10,6 +10,7 @@
 #include <variant>
 
 #include "sim/camera/lens.h"
+#include "sim/camera/shapes.h"
 #include "sim/physics/clearance.h"
 #include "sim/physics/nominal_body.h"
 #include "sim/result/limits.h"
@@ -60,8 +61,7 @@ walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const p
   const auto command = static_cast<std::size_t>(found->command);
   const auto word = std::visit([](const auto& c) { return c.kName; }, s.walk.commands[command]);
   const Eigen::Vector3d& p = found->p_W;
-  scenario::Yaml at;  // scenarios that were not read from text only have a name
-  at.origin.file = s.name;
+  scenario::Yaml at = scenario::place_of(read, "");
   if (command < read.command_origins.size()) at.origin = read.command_origins[command];
   fail(at, fmt::format("walk.commands[{}]: {}", command, word),
        fmt::format(
@@ -69,6 +69,15 @@ walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const p
            "{}; expected a walk clear of it, or limits.ending with collided",
            found->t_s, found->link, physics::kPlannedMargin_m, found->object, p.x(), p.y(), p.z(),
            s.world.room));
+}
+
+void require_drawable(const scenario::ReadScenario& read, const physics::Models& models) {
+  if (!read.scenario.camera) return;
+  try {
+    camera::require_drawable(*models.in_room);
+  } catch (const std::invalid_argument& problem) {
+    fail(scenario::place_of(read, "world.room"), "world.room", problem.what());
+  }
 }
 
 physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world) {
@@ -97,10 +106,7 @@ void mount_sensors(const scenario::ReadScenario& read, physics::Models& models) 
     key = "rig";
     places(s.rig, *models.on_floor);
   } catch (const std::invalid_argument& problem) {
-    scenario::Yaml at;  // scenarios that were not read from text only have a name
-    at.origin.file = s.name;
-    if (const auto place = read.places.find(key); place != read.places.end()) at.origin = place->second;
-    fail(at, key, problem.what());
+    fail(scenario::place_of(read, key), key, problem.what());
   }
 }
 

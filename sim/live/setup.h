@@ -22,6 +22,10 @@ walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const p
 /// Returns the variations, each from its own named stream, so a spread of 0 does not change the others.
 physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world);
 
+/// Throws ConfigError at world.room if the scenario has a camera and the models have something that it cannot
+/// draw.
+void require_drawable(const scenario::ReadScenario& read, const physics::Models& models);
+
 /// Moves head camera and chest IMU of the models to the scenario's mounts. Throws ConfigError if a link does
 /// not exist, also of the rig.
 void mount_sensors(const scenario::ReadScenario& read, physics::Models& models);

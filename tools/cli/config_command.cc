@@ -95,12 +95,12 @@ struct CheckRequest {
   fs::path models = standard_models();
 };
 
-/// Reads the file, plans its walk and checks its clearance; prints the first error.
+/// Reads the file and does all that a run does before the robot walks; prints the first error.
 bool is_valid(const std::string& file, const scenario::Changes& changes, const fs::path& models) {
   try {
     const auto read = scenario::read_scenario(file, changes);
     require_models(read, models);
-    const auto checked = clear_plan(read, models);
+    const auto checked = check_start(read, models);
     const walking::PatternGenerator plan = checked ? *checked : walking::PatternGenerator(read.scenario.walk);
     std::cout << fmt::format(
         "{}: valid, a walk of {:.2f} s{}\n",
@@ -111,7 +111,7 @@ bool is_valid(const std::string& file, const scenario::Changes& changes, const f
   } catch (const scenario::ConfigError& e) {
     std::cerr << files::sanitize(e.what()) << '\n';
   } catch (const std::exception& e) {
-    std::cerr << files::sanitize(fmt::format("{}: the walk cannot be planned: {}\n", file, e.what()));
+    std::cerr << files::sanitize(fmt::format("{}: {}\n", file, e.what()));
   }
   return false;
 }
@@ -167,8 +167,8 @@ void add_config(CLI::App& app, int& exit_code) {
 
 void add_check(CLI::App& app, int& exit_code) {
   auto [command, request] = add_command(app, exit_code, "check",
-                                        "Check scenarios: read them, plan their walks and look whether those "
-                                        "are clear of their rooms, without simulating",
+                                        "Check scenarios: do all that a run does before the robot walks, "
+                                        "except starting a program",
                                         kCheckExamples, check);
   command
       .add_option("scenarios", request.files,

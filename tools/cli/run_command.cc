@@ -121,7 +121,7 @@ int run(RunRequest& request) {
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   join_batch(request.batch, &read);
   require_models(read, request.models);
-  if (request.seeds) clear_plan(read, request.models);  // once, with the name of the given file
+  if (request.seeds) check_start(read, request.models);  // once, with the name of the given file
   if (request.seeds) return run_seeds(read, request);
   const OutFolder out(request, standard_folder(read),
                       {.results = {fmt::format("seed-{}", read.scenario.seed)}});
@@ -182,7 +182,7 @@ int record(RecordRequest& request) {
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   join_batch(request.batch, &read);
   const Recordings recordings(request.models);
-  if (request.seeds) clear_plan(read, request.models);  // once, with the file's name
+  if (request.seeds) check_start(read, request.models);  // once, with the file's name
   const OnInterrupt on_interrupt(fmt::format("finished recordings are kept in {}; to make the others",
                                              recordings.place().folder.string()));
   if (request.seeds) return record_seeds(read, request, recordings);

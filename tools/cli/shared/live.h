@@ -22,10 +22,9 @@ result::Outcome run_live(const scenario::ReadScenario& scenario, const result::R
 /// Throws UsageError in a build without the simulator. Call it before anything is started.
 void require_simulator();
 
-/// Returns the plan that live::clear_plan has checked, or nullopt without the simulator. Throws as that does,
-/// and ConfigError for a sensor mount on a link that does not exist.
-std::optional<walking::PatternGenerator> clear_plan(const scenario::ReadScenario& read,
-                                                    const fs::path& models);
+/// Returns the plan of live::check, or nullopt without the simulator. Throws as that does.
+std::optional<walking::PatternGenerator> check_start(const scenario::ReadScenario& read,
+                                                     const fs::path& models);
 
 /// Returns MuJoCo's version, or "" without the simulator.
 std::string mujoco_version();

@@ -12,7 +12,7 @@ void require_simulator() {
   throw UsageError("run: this build has no simulator (GAITSLAM_WORLD=OFF); replay, check and config work");
 }
 
-std::optional<walking::PatternGenerator> clear_plan(const scenario::ReadScenario&, const fs::path&) {
+std::optional<walking::PatternGenerator> check_start(const scenario::ReadScenario&, const fs::path&) {
   return std::nullopt;
 }
 

@@ -1,7 +1,6 @@
 #include <mujoco/mujoco.h>
 
 #include "sim/live/run.h"
-#include "sim/live/setup.h"
 #include "tools/cli/shared/live.h"
 
 namespace cli {
@@ -13,13 +12,9 @@ result::Outcome run_live(const scenario::ReadScenario& scenario, const result::R
 
 void require_simulator() {}
 
-std::optional<walking::PatternGenerator> clear_plan(const scenario::ReadScenario& read,
-                                                    const fs::path& models) {
-  const physics::WorldOptions& world = read.scenario.world;
-  physics::Models loaded(world.robot, world.room, models);
-  walking::PatternGenerator plan = live::clear_plan(read, loaded);
-  live::mount_sensors(read, loaded);
-  return plan;
+std::optional<walking::PatternGenerator> check_start(const scenario::ReadScenario& read,
+                                                     const fs::path& models) {
+  return live::check(read, models);
 }
 
 std::string mujoco_version() { return mj_versionString(); }
