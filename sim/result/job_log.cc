@@ -22,7 +22,7 @@ constexpr int kTriesOfTheLock = 20;
 constexpr useconds_t kPauseUs = 100'000;
 
 [[noreturn]] void fail(const fs::path& file, const std::string& what) {
-  throw FileError(file, what + ": " + std::strerror(errno));
+  files::fail_by_errno(file, what);
 }
 
 /// Waits briefly, for a killed process that has not ended yet.

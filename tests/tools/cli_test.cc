@@ -116,7 +116,7 @@ TEST_F(Cli, WrongInputIsNamedByEachCommand) {
 }
 
 TEST_F(Cli, AFullDiskIsAnError) {
-  EXPECT_EQ(gaitslam("config --keys >/dev/full").ends(2).err, "gaitslam: cannot write to standard output\n");
+  EXPECT_EQ(gaitslam("config --keys >/dev/full").ends(74).err, "gaitslam: cannot write to standard output\n");
 }
 
 #if GAITSLAM_HAS_WORLD
@@ -128,9 +128,48 @@ TEST_F(Cli, AFullTemporaryFolderIsNamed) {
       std::string(GAITSLAM_PROGRAM) + "' '" + kCircle + "' || exit $?");
   if (ran.exit_code == 77 || ran.err.starts_with("unshare")) GTEST_SKIP() << "nothing can be mounted here";
   if (ran.err.starts_with("ThreadSanitizer")) GTEST_SKIP() << "the sanitizer needs the temporary folder";
-  EXPECT_EQ(ran.exit_code, 2) << ran.err;
+  EXPECT_EQ(ran.exit_code, 74) << ran.err;
   EXPECT_THAT(ran.err, Has("cannot be written: No space left on device"));
   EXPECT_FALSE(fs::exists(folder_ / "out"));
+}
+
+// A limit of 64 KB for each file stands for the full disk.
+TEST_F(Cli, AFullDiskHasAnExitCodeOfItsOwnAlsoInProcessesThatACommandStarts) {
+  for (const std::string command : {"run walk.yaml --out a", "run walk.yaml --seeds 1..2 --out b",
+                                    "record walk.yaml --seeds 1", "sweep walk.yaml seed=1 --out c"}) {
+    const Ran ran = shell("ulimit -f 128; " GAITSLAM_PROGRAM " " + command).ends(74);
+    EXPECT_THAT(ran.complaints(), ContainsRegex("^gaitslam: .*: cannot be written: File too large[^\n]*\n$"));
+  }
+}
+
+TEST_F(Cli, CheckRejectsWhatARunRejectsAtItsStart) {
+  shell("cp -r '" GAITSLAM_SOURCE_DIR "/models' .").ends(0);
+  const std::string light = "<light directional='true' pos='0 0 3' dir='0 0 -1'/>",
+                    floor = "<geom name='floor' type='plane' size='9 9 1'/>";
+  const auto room = [&](const std::string& name, const std::string& world) {
+    write("models/" + name + ".xml",
+          "<mujoco><asset><mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1'/></asset>"
+          "<worldbody>" +
+              world + "</worldbody></mujoco>");
+    return "world: {room: " + name + "}\n";
+  };
+  const std::string stand = scenario_of("{stand: {duration_s: 0.2}}", "rate_hz: 10");
+  for (const auto& [keys, complaint] : std::vector<std::pair<std::string, std::string>>{
+           {room("statue", light + floor + "<geom name='venus' type='mesh' mesh='m' pos='5 5 0'/>"),
+            "bad.yaml:4:15: world.room: the geom 'venus' is a mesh, which cannot be drawn, expected a plane"},
+           {room("spot", "<light pos='0 0 3' dir='0 0 -1'/>" + floor),
+            "bad.yaml:4:15: world.room: a lamp is not"},
+           {room("endless", light + "<geom name='floor' type='plane' size='0 0 1'/>"),
+            "world.room: a room's planes"},
+           {"world: {room: attic}\n", "no model "},
+           {"estimator: {program: [./none]}\n",
+            "the program ./none cannot be started: No such file or directory"},
+           {"estimator: {program: [no_such_program]}\n",
+            "the program no_such_program cannot be started: No such file"}}) {
+    write("bad.yaml", stand + keys);
+    for (const std::string command : {"check", "run"})
+      EXPECT_THAT(gaitslam(command + " bad.yaml --models models").ends(2).err, Has(complaint)) << command;
+  }
 }
 
 TEST_F(Cli, APlanThroughTheRoomIsRejectedByEachCommandThatWouldWalkIt) {

@@ -4,14 +4,17 @@
 #include <CLI/CLI.hpp>
 #include <Eigen/Core>
 #include <algorithm>
+#include <csignal>
 #include <iostream>
 #include <new>
 #include <opencv2/core/utility.hpp>
 #include <sstream>
+#include <system_error>
 
 #include "sim/files/text.h"
 #include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/shared/terminal.h"
 #include "tools/cli/shared/version.h"
 
 namespace {
@@ -29,7 +32,8 @@ Examples:
   gaitslam report results/tangent_circle/seed-1 --out report.html
   gaitslam check scenarios/*.yaml
   gaitslam COMMAND --help
-Exit codes: 0 passed; 1 ran and missed a limit; 2 wrong usage or configuration; 3 the run failed.)";
+Exit codes: 0 passed; 1 ran and missed a limit; 2 wrong usage or configuration; 3 the run failed; 74 the disk is full or
+a device failed.)";
 
 /// Help of at most 100 columns: prose is filled, options keep their column, commands continue after a "\\".
 struct Formatter : CLI::Formatter {
@@ -117,17 +121,21 @@ int main(int argc, char** argv) {
   // Blocking, and with it rounding, is the same on every machine.
   Eigen::setCpuCacheSizes(32 << 10, 256 << 10, 8 << 20);
   cv::setNumThreads(1);                 // --jobs sets the number of cores
+  std::signal(SIGXFSZ, SIG_IGN);        // a file that may not grow is an error, as on a full disk
   mallopt(M_MMAP_THRESHOLD, 64 << 20);  // pictures reuse memory: mapping it anew takes a fifth of a short run
   try {
     const int exit_code = run_program(argc, argv);
     std::cout.flush();
-    return std::cout ? exit_code
-                     : fail_with("gaitslam: cannot write to standard output", std::max(exit_code, 2));
+    return std::cout ? exit_code : fail_with("gaitslam: cannot write to standard output", cli::kDeviceFailed);
   } catch (const sim::scenario::ConfigError& e) {
     return fail_with(e.what(), 2);
   } catch (const std::bad_alloc&) {
     return fail_with("gaitslam: out of memory", 3);
   } catch (const std::exception& e) {
+    const auto* const of_system = dynamic_cast<const std::system_error*>(&e);
+    if (dynamic_cast<const sim::files::DeviceError*>(&e) ||
+        (of_system && sim::files::is_of_device(of_system->code().value())))
+      return fail_with(fmt::format("gaitslam: {}", e.what()), cli::kDeviceFailed);
     const bool of_input = dynamic_cast<const std::invalid_argument*>(&e) != nullptr ||
                           dynamic_cast<const std::runtime_error*>(&e) != nullptr;
     return fail_with(fmt::format("gaitslam: {}{}", of_input ? "" : "internal error: ", e.what()),

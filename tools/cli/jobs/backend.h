@@ -75,7 +75,8 @@ void require_usable(const Backend& backend, const std::string& folder);
 
 /// Runs this program, even if its file was replaced, with each command line; returns how they ended. On Slurm
 /// the elements of the array last at least half a minute, those of a lost node are restarted, after a kill
-/// the same call resumes, and on_ended is not called. Throws UsageError.
+/// the same call resumes, and on_ended is not called. Throws UsageError, and files::DeviceError if one of
+/// them ended with kDeviceFailed; then no further ones are started.
 std::vector<Exited> run_all(const CommandLines& command_lines, const Backend& backend, const ShowPart& show,
                             const OnEnded& on_ended = {});
 

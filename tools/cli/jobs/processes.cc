@@ -88,9 +88,10 @@ std::vector<Exited> run_processes(const CommandLines& command_lines, int jobs, c
   std::vector<bool> has_ended(all.size());
   const auto part = [&](std::size_t i) { return has_ended[i] ? 1 : part_in(part_file(log(i))); };
   int polls = 0;
-  for (std::size_t next = 0, done = 0; done < all.size();) {
+  bool can_write = true;  // else no further process is started
+  for (std::size_t next = 0; can_write ? next < all.size() || !running.empty() : !running.empty();) {
     if (polls++ % kPollsForParts == 0) show(part_of_cost(command_lines, part));
-    if (next < all.size() && running.size() < static_cast<std::size_t>(jobs)) {
+    if (can_write && next < all.size() && running.size() < static_cast<std::size_t>(jobs)) {
       running[start(command_lines[next], log(next))] = next;
       ++next;
       continue;
@@ -102,9 +103,9 @@ std::vector<Exited> run_processes(const CommandLines& command_lines, int jobs, c
     if (process == running.end()) continue;
     all[process->second] = ended(status, log(process->second));
     has_ended[process->second] = true;
+    can_write &= all[process->second].exit_code != kDeviceFailed;
     if (on_ended) on_ended(process->second);
     running.erase(process);
-    ++done;
   }
   return all;
 }
@@ -120,7 +121,7 @@ TemporaryFolder::TemporaryFolder() {
   for (const auto& entry : fs::directory_iterator(all, fault))
     if (is_abandoned(entry.path())) fs::remove_all(entry.path(), fault);
   std::string pattern = (all / kTemporary).string();
-  if (mkdtemp(pattern.data()) == nullptr) throw UsageError("{}: {}", pattern, std::strerror(errno));
+  if (mkdtemp(pattern.data()) == nullptr) files::fail_by_errno(pattern, "cannot be made");
   path_ = pattern;
   lock_ = FileLock::acquire(path_ / kLock, FileLock::How::exclusive);
 }
@@ -165,8 +166,16 @@ void add_backend(CLI::App& command, std::string& name) {
 std::vector<Exited> run_all(const CommandLines& command_lines, const Backend& backend, const ShowPart& show,
                             const OnEnded& on_ended) {
   if (command_lines.empty()) return {};
-  return backend.slurm() ? run_on_slurm(command_lines, backend, show)
-                         : run_processes(command_lines, std::max(backend.jobs, 1), show, on_ended);
+  const std::vector<Exited> all =
+      backend.slurm() ? run_on_slurm(command_lines, backend, show)
+                      : run_processes(command_lines, std::max(backend.jobs, 1), show, on_ended);
+  const auto failed = std::ranges::find(all, kDeviceFailed, &Exited::exit_code);
+  if (failed == all.end()) return all;
+  std::string_view why = failed->complaint;
+  why = why.substr(0, why.find_last_not_of('\n') + 1);
+  why = why.substr(why.rfind('\n') + 1);
+  if (why.starts_with(kProgramPrefix)) why.remove_prefix(kProgramPrefix.size());
+  throw files::DeviceError(fmt::format("{}; finished results are kept, rerun the command to resume", why));
 }
 
 FrozenScenarios::FrozenScenarios(const Backend& backend) {

@@ -23,7 +23,8 @@ std::pair<CLI::App&, Request&> add_command(CLI::App& app, int& exit_code, const 
                                            int (*run)(Request&)) {
   auto request = std::make_shared<Request>();
   CLI::App* command = app.add_subcommand(name, description);
-  command->footer(examples);
+  command->footer(std::string(examples) +
+                  "\nExit code of each command: 74 the disk is full or a device failed.");
   command->callback([request, run, &exit_code] { exit_code = run(*request); });
   return {*command, *request};
 }

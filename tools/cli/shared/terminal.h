@@ -7,6 +7,7 @@
 #include <iosfwd>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace CLI {
@@ -28,6 +29,11 @@ class UsageError : public std::runtime_error {
   explicit UsageError(fmt::format_string<T...> text, T&&... values)
       : std::runtime_error(fmt::format(text, std::forward<T>(values)...)) {}
 };
+
+/// Exit code if the disk is full or a device failed: EX_IOERR of sysexits.h.
+inline constexpr int kDeviceFailed = 74;
+/// The start of each error message that has no place in a file.
+inline constexpr std::string_view kProgramPrefix = "gaitslam: ";
 
 /// text: for people. quiet: nothing but errors, on standard error. json: one JSON document and nothing else.
 enum class Output { text, quiet, json };
