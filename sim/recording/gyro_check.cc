@@ -12,7 +12,7 @@ namespace {
 
 constexpr slam::Stamp kStep{20'000'000}, kBridged{100'000'000}, kHour = std::chrono::hours(1);
 constexpr int kWindow = 5, kMostLag = 500, kFewest = 50;  // steps
-constexpr double kLeastCorrelation = 0.6, kMostCorrelation = 0.9995, kDecisive = 20;
+constexpr double kLeastCorrelation = 0.6, kMostCorrelation = 0.99995, kDecisive = 20;
 
 using Turns = std::vector<std::optional<Eigen::Vector3d>>;
 
