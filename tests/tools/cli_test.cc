@@ -135,10 +135,12 @@ TEST_F(Cli, AFullTemporaryFolderIsNamed) {
 
 // A limit of 64 KB for each file stands for the full disk.
 TEST_F(Cli, AFullDiskHasAnExitCodeOfItsOwnAlsoInProcessesThatACommandStarts) {
-  for (const std::string command : {"run walk.yaml --out a", "run walk.yaml --seeds 1..2 --out b",
-                                    "record walk.yaml --seeds 1", "sweep walk.yaml seed=1 --out c"}) {
+  for (const std::string command :
+       {"run walk.yaml --out a", "run walk.yaml --seeds 1..2 --out b", "record walk.yaml --seeds 1",
+        "sweep walk.yaml slam.vision.sigma_px=1,2 --out c"}) {
     const Ran ran = shell("ulimit -f 128; " GAITSLAM_PROGRAM " " + command).ends(74);
-    EXPECT_THAT(ran.complaints(), ContainsRegex("^gaitslam: .*: cannot be written: File too large[^\n]*\n$"));
+    EXPECT_THAT(ran.complaints(),
+                AllOf(StartsWith("gaitslam: "), Has(": cannot be written: File too large")));
   }
 }
 
