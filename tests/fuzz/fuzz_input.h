@@ -35,9 +35,9 @@ std::string read_or_reject(const auto& read) {
   try {
     read();
     return "";
-  } catch (const sim::files::FileError& error) {
-    return error.what();
   } catch (const Rejection& error) {
+    return error.what();
+  } catch (const sim::files::FileError& error) {
     return error.what();
   }
 }
