@@ -18,9 +18,9 @@ struct AslSensors {
   std::vector<std::string> remarks;  ///< "FILE: keys that are not read: ...", for the user
 };
 
-/// Reads the observations one after another. Throws FileError with file, line and column of missing or
-/// malformed data. The constructor checks calibration, rates and clocks, the headers of all images, and the
-/// truth: its rotation must have the gyro's clock, unit and axes.
+/// Reads the observations one after another; the constructor checks calibration, rates and clocks, the
+/// headers of all images, and the gyro against the truth. Throws FileError with file, line and column of
+/// missing or malformed data.
 class AslFolder {
  public:
   explicit AslFolder(const std::filesystem::path& folder);
@@ -30,9 +30,9 @@ class AslFolder {
   const AslSensors& sensors() const;
   /// Returns the times of all images, from the first one on.
   const std::vector<slam::Stamp>& times() const;
-  /// Returns true camera poses X_WC, interpolated linearly, at those of the times between true poses less
-  /// than 0.1 s apart; empty without truth. The first pose is aligned with AslSensors::setup.X_WC_start. For
-  /// a truth of positions only (Truth::positions_of) they are positions of its point in its own world.
+  /// Returns true camera poses X_WC, interpolated linearly at the times between true poses less than 0.1 s
+  /// apart; the first is aligned with setup.X_WC_start. For a truth of positions only (Truth::positions_of)
+  /// they are positions of its point in its own world; empty without truth.
   const Truth& truth() const;
   /// Returns the next image with the readings since the one before, or nothing after the last. A reading
   /// applies until halfway to its neighbors.

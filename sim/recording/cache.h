@@ -44,8 +44,8 @@ class Cache {
   /// Returns the recording of that key after checking every byte, or nullopt if it is missing or damaged.
   std::optional<CachedRecording> find(const std::string& key, const Say& say) const;
 
-  /// Returns the recording of that key, made if missing or damaged; waits while another process makes it.
-  /// Then removes the least recently used ones beyond the cache's size. Throws FileError and as `make` does.
+  /// Returns the recording of that key, made if missing or damaged, while other processes wait, and removes
+  /// the least recently used ones beyond the cache's size. Throws FileError and as `make` does.
   CachedRecording get(const std::string& key, const Label& label, const Make& make, const Say& say) const;
 
   struct Entry : Label {

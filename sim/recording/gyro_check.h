@@ -28,11 +28,9 @@ struct GyroComparison {
   std::optional<double> turned_rad = {};  ///< angle between the axes of both, if it is decisively not 0
 };
 
-/// Compares a gyro with the truth of the first hour, by the turns over a tenth of a second. Returns nothing
-/// unless the speeds of rotation correlate by at least 0.6 at an offset of at most 10 s.
-/// An offset, and other axes, are evidence if a log-likelihood ratio of at least 20 favors them over none,
-/// with speeds over 0.1 s taken for independent. A bias does not matter. R_GT: from axes of the truth to the
-/// gyro's.
+/// Compares a gyro with the truth of the first hour by their turns over 0.1 s, without bias; R_GT: from the
+/// axes of the truth to the gyro's. An offset of at most 10 s, and other axes, need a log-likelihood ratio of
+/// at least 20 over none; returns nothing unless the speeds correlate by at least 0.6.
 std::optional<GyroComparison> compare_gyro(const std::vector<TimedRotation>& gyro,
                                            const std::vector<files::TumRow>& truth,
                                            const Eigen::Matrix3d& R_GT = Eigen::Matrix3d::Identity());

@@ -8,8 +8,8 @@
 
 namespace sim::recording {
 
-/// Writes `manifest.csv` into a folder. It gets that name in finish(): a folder without one is an unfinished
-/// recording. Memory does not grow with the number of files.
+/// Writes `manifest.csv` into a folder, in memory that does not grow with the number of files. It gets that
+/// name in finish(): a folder without one is an unfinished recording.
 class ManifestWriter {
  public:
   explicit ManifestWriter(const std::filesystem::path& folder);

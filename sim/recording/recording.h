@@ -1,6 +1,6 @@
-// The readings of ideal sensors on one run, kept in a folder of the EuRoC/ASL layout and read back bit for
-// bit: README.md lists its files. Stamps in files are kEpoch later than slam::Stamp, because readers of this
-// layout expect 19 digits. Positions in m, angles in rad.
+// The readings of ideal sensors on one run, kept in a folder of the EuRoC/ASL layout (README.md) and read
+// back bit for bit. Stamps in files are kEpoch later than slam::Stamp, because readers of this layout expect
+// 19 digits; positions are in m, angles in rad.
 #pragma once
 
 #include <functional>

@@ -11,8 +11,8 @@
 
 namespace sim::recording {
 
-/// The rows of a file with their stamps, one after another. Stamps in the file are from 0 to 9e18 ns and rise
-/// from row to row. All members throw FileError.
+/// The rows of a file, one after another, with stamps from 0 to 9e18 ns that rise from row to row. All
+/// members throw FileError.
 class StampedRows {
  public:
   /// epoch: offset of the stamps in the file from those that stamp() returns. columns, unit: of the stamps.
@@ -76,8 +76,8 @@ std::string lidar_bytes(const std::vector<slam::LidarPoint>& points);
 /// Returns the points of lidar_bytes(). Throws FileError if a record is incomplete or a number not finite.
 std::vector<slam::LidarPoint> read_lidar(const std::filesystem::path& file, std::string_view bytes);
 
-/// Reads the image or the points of a reading of a camera or a lidar. name: of its file. Throws FileError
-/// unless the file matches the folder's manifest, and an image the sensor's size.
+/// Reads the image or the points of a camera's or lidar's reading from the file of that name. Throws
+/// FileError unless it matches the folder's manifest, and an image the sensor's size.
 slam::RigReading read_rig_file(const std::filesystem::path& folder, const Manifest& manifest,
                                const rig::RigSensor& sensor, const std::string& name);
 

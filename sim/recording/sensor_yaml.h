@@ -29,7 +29,7 @@ std::string body_yaml(const std::vector<rig::RigSensor>& rig = {});
 std::string rig_sensor_yaml(const rig::RigSensor& sensor, const slam::Calibration& calibration,
                             std::optional<slam::Stamp> begin = {});
 
-/// The name of a file and its text. The readers throw FileError, also if two keys contradict each other.
+/// The name of a file and its text; the readers throw FileError, also if two keys contradict each other.
 /// Matrices are maps with 16 numbers in `data`, lists of 16 numbers, or four rows; four digits suffice.
 struct YamlFile {
   std::filesystem::path name;

@@ -25,21 +25,20 @@ WalkEnd read_walk_end(const std::filesystem::path& result_folder);
 enum class Recorded { left_out, copied };
 
 /// Replays `recording` and writes a complete result folder: the same bytes as a run of the scenario, except
-/// timing.* and, unless copied, recording/. Truth is opened after the estimator has finished. Throws
-/// FileError if the recording was changed, or if `place` cannot be written.
+/// timing.* and, unless copied, recording/. Throws FileError if the recording was changed, or if `place`
+/// cannot be written.
 result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
                        const WalkEnd& walk, const result::ResultPlace& place,
                        const result::Progress& progress, Recorded recorded = Recorded::left_out,
                        const tracking::TrackingObserver& observer = {});
 
-/// Returns the scenario of a replay of an external recording: no additional sensor errors, default options,
-/// and the noise that the folder states. Without a walking plan the initial standard deviation of the gyro's
-/// bias is 0.1 rad/s and the accelerometer, like the plan's velocity and height, is unused. `changes` come
-/// last.
+/// Returns the scenario of a replay of an external recording, with the noise that the folder states, no
+/// further sensor errors, and `changes` last. Without a walking plan the initial standard deviation of the
+/// gyro's bias is 0.1 rad/s, and accelerometer, plan velocity and height are unused.
 scenario::ReadScenario external_scenario(const recording::AslFolder& folder,
                                          const scenario::Changes& changes);
 
-/// Replays a EuRoC/ASL folder from its first image and writes a complete result folder. Truth is moved so
+/// Replays a EuRoC/ASL folder from its first image and writes a complete result folder; the truth is moved so
 /// that its first pose is the start of the estimate. Throws FileError.
 result::Outcome replay_external(const scenario::ReadScenario& scenario, recording::AslFolder& folder,
                                 const result::ResultPlace& place, const result::Progress& progress);
@@ -58,10 +57,9 @@ struct ExternalRun {
   std::optional<std::string> failed = {};               ///< why the trajectory is missing
 };
 
-/// Writes a complete result folder. Stamps start at 0 s (as in the run), at 1e9 s (as in its exports) or, in
-/// KITTI format, at the first image; a pose belongs to the frame within 2 ms of its stamp. Covariances
-/// are kept, also of the IMU and in another world. An unusable trajectory is a failure of the program.
-/// timing: started before the program. Throws FileError as replay().
+/// Writes a complete result folder from poses within 2 ms of frames, whose stamps start at 0 s (as in the
+/// run), at 1e9 s (as in its exports) or, in KITTI format, at the first image. An unusable trajectory is a
+/// failure of the program; throws FileError as replay().
 result::Outcome score_external(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
                                const WalkEnd& walk, const ExternalRun& run, const result::ResultPlace& place,
                                result::Timing timing);

@@ -10,10 +10,9 @@
 
 namespace sim::scenario {
 
-// The lists of a scenario: walk commands, sensor faults, pushes, floor patches and sensors of the rig. Each
-// item is of one kind of a closed set: `- stand: {duration_s: 1}`. A kind has kName and keys, and may have
-// problem(), which returns what is wrong with an item as a whole, if anything, and `list`, if its value in
-// the file is a list.
+// The lists of a scenario, of items such as `- stand: {duration_s: 1}`, each of one kind of a closed set. A
+// kind has kName and keys; problem(), if it exists, returns what is wrong with an item as a whole, and `list`
+// is its value if that is a list in the file.
 
 template <class Item>
 concept ListItem = std::same_as<Item, walking::Command> || std::same_as<Item, sensor_errors::Fault> ||

@@ -28,8 +28,8 @@ struct Changes {
   std::vector<std::string> with{};   ///< YAML files
 };
 
-/// Reads a scenario strictly. Its keys replace those of the files that its key `base` names (paths relative
-/// to the file's folder). Throws ConfigError (yaml.h) at the first error.
+/// Reads a scenario strictly; its keys replace those of the files that its key `base` names, relative to the
+/// file's folder. Throws ConfigError at the first error.
 ReadScenario read_scenario(const std::filesystem::path& file, const Changes& changes = {});
 
 /// The same from text. file: its name in messages; its stem names the scenario.
