@@ -349,7 +349,8 @@ TrajectoryFile read_poses(Lines& text, const TimeUnit* stated) {
                            commas ? "w, x, y, z" : "x, y, z, w"));
   if (commas && !text.header && fields == 20)
     warn(read, "no header names columns 9 to 20: a covariance in them is not read");
-  for (const Line& line : text.lines) read.rows.push_back({{line.stamp(columns.stamp, unit)}, std::nullopt, line.line()});
+  for (const Line& line : text.lines)
+    read.rows.push_back({{line.stamp(columns.stamp, unit)}, std::nullopt, line.line()});
   settle_stamps(read, text.lines);
   for (std::size_t i = 0; i < read.rows.size(); ++i) {
     const Line& line = text.lines[i];

@@ -313,8 +313,8 @@ TEST_F(RecordedElsewhere, LensesAreReadByTheNamesOfOtherPrograms) {
                                   model + "\ndistortion_coefficients: " + coefficients + "\n");
     return AslFolder(folder_.path()).sensors().setup.calibration.camera.lens;
   };
-  const auto words = [](const slam::Lens& lens) {
-    return fmt::format("{} {}", lens.index(), fmt::join(rig::coefficients(lens), " "));
+  const auto words = [](const slam::Lens& found) {
+    return fmt::format("{} {}", found.index(), fmt::join(rig::coefficients(found), " "));
   };
   for (const auto& [model, coefficients, expected] : std::vector<std::array<const char*, 3>>{
            {"distortion_model: none", "[]", "1 0 0 0 0"},
