@@ -18,13 +18,13 @@ import front_page  # noqa: E402
 RULES = {
     'walking/': 'walking/ Eigen/',
     'slam/': 'slam/ Eigen/ opencv2/core opencv2/imgproc',
-    'sim/files/': 'sim/files/ Eigen/ fmt/ nlohmann/ sha2.h xxhash.h fcntl.h signal.h unistd.h sys/',
+    'sim/files/': 'sim/files/ Eigen/ fmt/ nlohmann/ yaml-cpp/ sha2.h xxhash.h fcntl.h signal.h unistd.h sys/',
     'sim/score/': 'sim/score/ sim/files/ Eigen/ boost/math/ fmt/',
     'sim/trajectory_score/': 'sim/trajectory_score/ sim/score/ sim/files/ Eigen/ fmt/ nlohmann/',
     'sim/rig/': 'sim/rig/ slam/camera.h slam/options.h Eigen/ fmt/',
     'sim/sensor_errors/': 'sim/sensor_errors/ sim/rig/ slam/observation.h walking/keys.h Eigen/ opencv2/core opencv2/imgproc fmt/',
     'sim/recording/': 'sim/recording/ sim/rig/ sim/score/types.h sim/files/ sim/sensor_errors/ slam/camera.h slam/observation.h '
-                      'slam/options.h Eigen/ opencv2/core opencv2/imgcodecs fmt/ yaml-cpp/ libdeflate.h nlohmann/ dlfcn.h '
+                      'slam/options.h Eigen/ opencv2/core opencv2/imgcodecs fmt/ libdeflate.h nlohmann/ dlfcn.h '
                       'fcntl.h unistd.h sys/',
     'sim/export/': 'sim/export/ sim/recording/ sim/rig/ sim/files/ sim/sensor_errors/ slam/camera.h slam/observation.h '
                    'slam/options.h Eigen/ opencv2/core fmt/ libdeflate.h',
@@ -35,7 +35,7 @@ RULES = {
     'sim/estimators/': 'sim/estimators/ sim/rig/ sim/files/hash.h slam/ Eigen/ opencv2/core fmt/ errno.h fcntl.h poll.h signal.h '
                        'stddef.h stdint.h stdio.h stdlib.h string.h time.h unistd.h sys/',
     'sim/scenario/': 'sim/scenario/ sim/estimators/ sim/rig/ sim/files/ sim/sensor_errors/ sim/score/metrics.h '
-                     'sim/physics/options.h sim/camera/options.h slam/observation.h slam/options.h walking/ Eigen/ fmt/ yaml-cpp/',
+                     'sim/physics/options.h sim/camera/options.h slam/observation.h slam/options.h walking/ Eigen/ fmt/',
     'sim/tracking/': 'sim/tracking/ sim/estimators/ sim/rig/ sim/scenario/ sim/sensor_errors/ slam/ Eigen/',
     'sim/result/': 'sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/score/ sim/files/ slam/ walking/ Eigen/ fmt/ '
                    'nlohmann/ fcntl.h time.h unistd.h',
