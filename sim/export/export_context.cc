@@ -1,8 +1,9 @@
 #include "sim/export/export_context.h"
 
+#include <fmt/format.h>
+
 #include <stdexcept>
 
-#include "sim/export/export_text.h"
 #include "sim/files/text.h"
 #include "sim/recording/manifest.h"
 

@@ -2,6 +2,8 @@
 // know it, the way files are written, and the functions that write one format each.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -18,6 +20,19 @@
 #include "slam/options.h"
 
 namespace sim::exports {
+
+inline constexpr double kLeastGyroWalk = 1e-6;  // rad/s²/√Hz, m/s³/√Hz: programs divide by these
+inline constexpr double kLeastAccelerometerWalk = 1e-5;
+
+/// The noise of an IMU as densities: a mean over dt has the standard deviation density/√dt. No number is 0,
+/// because programs divide by them.
+inline recording::ImuNoise noise_of(const rig::RigSensor& imu) {
+  const double root_period = std::sqrt(1 / imu.rate_hz);
+  return {std::max(kLeastGyroWalk, imu.gyro_sigma_rad_s * root_period),
+          std::max(kLeastGyroWalk, imu.gyro_bias_walk_rad_s2),
+          std::max(kLeastAccelerometerWalk, imu.accelerometer_sigma_m_s2 * root_period),
+          std::max(kLeastAccelerometerWalk, imu.accelerometer_bias_walk_m_s3)};
+}
 
 /// Returns the file of that name in texts/, which the program embeds.
 std::string text_of(std::string_view name);

@@ -4,9 +4,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,19 +13,6 @@
 #include "sim/recording/recording_format.h"
 
 namespace sim::exports {
-
-inline constexpr double kLeastGyroWalk = 1e-6;  // rad/s²/√Hz, m/s³/√Hz: programs divide by these
-inline constexpr double kLeastAccelerometerWalk = 1e-5;
-
-/// The noise of an IMU as densities: a mean over dt has the standard deviation density/√dt. No number is 0,
-/// because programs divide by them.
-inline recording::ImuNoise noise_of(const rig::RigSensor& imu) {
-  const double root_period = std::sqrt(1 / imu.rate_hz);
-  return {std::max(kLeastGyroWalk, imu.gyro_sigma_rad_s * root_period),
-          std::max(kLeastGyroWalk, imu.gyro_bias_walk_rad_s2),
-          std::max(kLeastAccelerometerWalk, imu.accelerometer_sigma_m_s2 * root_period),
-          std::max(kLeastAccelerometerWalk, imu.accelerometer_bias_walk_m_s3)};
-}
 
 /// "1000000000.033000000"
 inline std::string written_seconds(slam::Stamp t) {
@@ -57,12 +41,6 @@ inline std::string tum_text(const std::vector<files::TimedPose>& poses) {
   std::string text;
   for (const files::TimedPose& pose : poses) text += files::tum_row(recording::kEpoch + pose.t, pose.X);
   return text;
-}
-
-/// The coefficients of an exported camera's equidistant lens; nothing for a pinhole without distortion.
-inline std::optional<std::array<double, 4>> equidistant_lens(const slam::CameraIntrinsics& camera) {
-  const auto* k = std::get_if<slam::Equidistant>(&camera.lens);
-  return k ? std::optional(std::array{k->k1, k->k2, k->k3, k->k4}) : std::nullopt;
 }
 
 /// The motion of a recorded walk, as the program under test can know it.

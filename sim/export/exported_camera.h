@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
@@ -11,6 +12,12 @@
 #include "slam/camera.h"
 
 namespace sim::exports {
+
+/// The coefficients of an exported camera's equidistant lens; nothing for a pinhole without distortion.
+inline std::optional<std::array<double, 4>> equidistant_lens(const slam::CameraIntrinsics& camera) {
+  const auto* k = std::get_if<slam::Equidistant>(&camera.lens);
+  return k ? std::optional(std::array{k->k1, k->k2, k->k3, k->k4}) : std::nullopt;
+}
 
 /// Removes the lens distortion from images.
 class Undistortion {
