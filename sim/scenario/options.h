@@ -82,9 +82,10 @@ struct Scenario {
     value<&Scenario::name>(key, "name of the results folder; without it, that of the scenario's file");
     value<&Scenario::seed>(key, "seed of every random stream of the run");
     part<&Scenario::walk, &Scenario::stabilizer, &Scenario::world, &Scenario::camera, &Scenario::imu>(key);
-    value<&Scenario::rig>(key,
-                          "further sensors, which the filter does not use: a preset (head_2006, d435i, d435i_848 "
-                          "or d435i_mid360) or a list of sensors and presets");
+    value<&Scenario::rig>(
+        key,
+        "further sensors, which the filter does not use: a preset (head_2006, d435i, d435i_848 "
+        "or d435i_mid360) or a list of sensors and presets");
     part<&Scenario::errors>(key);
     value<&Scenario::estimator>(key,
                                 "estimator of the run: a built-in one by its name, or an external program");
