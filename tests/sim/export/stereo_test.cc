@@ -77,7 +77,7 @@ TEST_F(StereoExport, OpenCvsMatcherMeasuresTheDepthOfTheOfficeAndShowsAWrongBase
 
 // Sensors on three links, the head camera tilted.
 constexpr const char* kMounts = R"(
-walk: {commands: [stand: {duration_s: 0.1}]}
+walk: {commands: [stand: {duration_s: 0.5}]}
 camera: {width_px: 64, height_px: 48, tilt_deg: 20, position_m: [0.1, 0, 0.05]}
 imu: {link: BODY, position_m: [0, 0.1, 0.1], yaw_deg: 90}
 rig: [gray: {}, lidar: {link: CHEST_LINK0, position_m: [-0.2, 0, 0.3], tilt_deg: 30}, imu: {link: HEAD_LINK0}]
