@@ -33,7 +33,7 @@ std::string with_unit(const std::string& name, std::string_view unit) {
 /// One line of scores.jsonl.
 struct Trial {
   std::string scenario;
-  std::vector<std::string> settings;  ///< the value of each key, as it is typed
+  std::vector<std::string> typed, settings;  ///< the value of each key, as it is typed and as it is shown
   std::uint64_t seed = 0;
   std::string ending, cause;
   std::map<std::string, double> values;
@@ -67,12 +67,15 @@ struct Sweep {
 };
 
 Trial trial_of(const Json& line, std::vector<std::string>& keys) {
-  Trial trial{line.at("scenario").text(), {}, line.at("seed").whole(), line.at("ending").text(), "", {}};
+  Trial trial{line.at("scenario").text(), {}, {}, line.at("seed").whole(), line.at("ending").text(), "", {}};
   if (const auto cause = line.find("cause")) trial.cause = cause->text();
   std::vector<std::string> names;
+  const auto labels = line.find("labels");
   for (const auto& [key, value] : line.at("settings").entries()) {
     names.push_back(key);
-    trial.settings.push_back(value.value().is_string() ? value.text() : files::json_text(value.value()));
+    trial.typed.push_back(value.value().is_string() ? value.text() : files::json_text(value.value()));
+    const auto label = labels ? labels->find(key) : std::nullopt;
+    trial.settings.push_back(label ? label->text() : trial.typed.back());
   }
   if (keys.empty()) keys = names;
   if (keys != names) line.at("settings").fail("has other keys than the lines before");
@@ -246,7 +249,7 @@ std::string command_of(const Sweep& sweep, const Trial& trial, const fs::path& f
   std::string command = "tools/gaitslam run " + files::shell_word(file.string());
   scenario::Changes changes;
   for (std::size_t k = 0; k < sweep.keys.size(); ++k) {
-    changes.overrides.push_back(fmt::format("{}={}", sweep.keys[k].name, trial.settings[k]));
+    changes.overrides.push_back(fmt::format("{}={}", sweep.keys[k].name, trial.typed[k]));
     command += " " + files::shell_word(changes.overrides.back());
   }
   try {
@@ -423,20 +426,15 @@ bool is_tuning(const fs::path& folder) {
 
 std::string tune_page(const fs::path& folder) {
   const Tuning t = read_tuning(folder);
-  const bool accepted = t.json.at("accepted").flag();
-  const std::string warning = t.json.at("holdout").at("runs").items().size() > 1
-                                  ? ""
-                                  : "<p class='warning'><b>The hold-out is one run.</b> Its result may be "
-                                    "chance: list several seeds or "
-                                    "other walks under <code>holdout</code>, and tune again.</p>\n";
+  const Json change = t.json.at("change");
   return html_page(
       "Tuning " + t.json.at("name").text(),
-      fmt::format("<span class='verdict {}'>{}</span> {} settings, by {}", accepted ? "good" : "bad",
-                  accepted ? "better on hold-out runs" : "rejected: worse on hold-out runs", t.value.size(),
-                  escaped(t.objective)),
-      warning + sections_html({{"parameters", "Parameters", parameters_table(t)},
-                               {"sides", "Before and after", sides(t)},
-                               {"figures", "Figures", figures(t)}}));
+      fmt::format("<span class='verdict {}'>{}</span> {} settings. {}.",
+                  t.json.at("accepted").flag() ? "good" : "bad", escaped(change.at("verdict").text()),
+                  t.value.size(), escaped(change.at("text").text())),
+      sections_html({{"parameters", "Parameters", parameters_table(t)},
+                     {"sides", "Before and after", sides(t)},
+                     {"figures", "Figures", figures(t)}}));
 }
 
 }  // namespace sim::pages

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/students_t.hpp>
 #include <cassert>
 #include <cmath>
 #include <limits>
@@ -136,6 +137,16 @@ double wilcoxon_signed_rank(const std::vector<double>& differences) {
   if (signed_sizes.empty()) return 1;
   const Ranks ranks = rank(signed_sizes);
   return signed_sizes.size() <= kExact ? exact_p(ranks) : approximate_p(ranks);
+}
+
+std::optional<MeanTest> t_test(const std::vector<double>& values) {
+  if (values.size() < 2) return std::nullopt;
+  const double n = static_cast<double>(values.size()), middle = mean(values),
+               error = standard_deviation(values) / std::sqrt(n);
+  if (error == 0) return MeanTest{middle, middle, middle == 0 ? 1.0 : 0.0};
+  const boost::math::students_t t(n - 1);
+  const double reach = error * quantile(complement(t, 0.025));
+  return MeanTest{middle - reach, middle + reach, 2 * cdf(complement(t, std::abs(middle) / error))};
 }
 
 std::vector<double> holm(const std::vector<double>& p_values) {

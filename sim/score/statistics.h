@@ -73,6 +73,13 @@ double wilcoxon_signed_rank(const std::vector<double>& differences);
 /// for any distribution (order statistics); nothing for fewer than 6 values.
 std::optional<std::pair<double, double>> median_interval(std::vector<double> values);
 
+/// The 95 % confidence interval of a mean, and the two-sided p-value of the true mean being 0.
+struct MeanTest {
+  double low = 0, high = 0, p = 1;
+};
+/// Returns the t-test (Student 1908) of independent values; nothing for fewer than 2.
+std::optional<MeanTest> t_test(const std::vector<double>& values);
+
 /// Returns the p-values adjusted for multiple tests (Holm 1979), in their order, to compare with the level.
 std::vector<double> holm(const std::vector<double>& p_values);
 

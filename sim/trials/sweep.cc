@@ -53,16 +53,22 @@ Tried read_tried(const Yaml& at, const Yaml& values) {
   return {at, read_values(at, values)};
 }
 
-/// Reads the n-th argument, from 1: KEY=VALUES, the values being those of a YAML list.
+/// Reads the n-th argument, from 1: KEY=VALUE,VALUE or KEY=[VALUE, VALUE]. Brackets belong to a value if the
+/// key expects a list.
 Tried read_argument(const std::string& argument, int n) {
   const std::size_t equals = argument.find('=');
   Yaml key;
   key.kind = Yaml::Kind::scalar;
   key.text = argument.substr(0, equals);
   key.origin = {"<argument>", n, 1};
-  if (equals == argument.npos) fail(key, "", fmt::format("'{}': expected KEY=VALUE,VALUE", argument));
+  if (equals == argument.npos)
+    fail(key, "", fmt::format("'{}': expected KEY=VALUE,VALUE; quote values with spaces", argument));
   const scenario::Origin origin{"<argument>", n, static_cast<int>(equals) + 1};  // the bracket is at the '='
-  return read_tried(key, scenario::parse_yaml("[" + argument.substr(equals + 1) + "]", origin));
+  const Yaml values = scenario::parse_yaml("[" + argument.substr(equals + 1) + "]", origin);
+  const auto* const known = scenario::find_key(key.text);
+  const bool bracketed = known && known->expected.find("a list of") == std::string::npos &&
+                         values.items.size() == 1 && values.items[0].kind == Yaml::Kind::list;
+  return read_tried(key, bracketed ? values.items[0] : values);
 }
 
 /// The settings that a value of the range makes.
@@ -139,6 +145,19 @@ std::vector<const Point*> points_of(const SweepSpec& spec, std::size_t combinati
     combination /= spec.axes[a].size();
   }
   return points;
+}
+
+/// Shortens the labels of the key estimator to names, if different values have different names.
+void label_estimators(SweepPlan& plan) {
+  std::map<std::string, std::set<std::string>> values_of;
+  const auto k = static_cast<std::size_t>(std::ranges::find(plan.keys, "estimator") - plan.keys.begin());
+  for (Configuration& one : plan.configurations) {
+    one.labels = one.values;
+    if (k < plan.keys.size()) values_of[one.read.scenario.estimator.name].insert(one.values[k]);
+  }
+  if (k == plan.keys.size()) return;
+  if (std::ranges::any_of(values_of, [](const auto& name) { return name.second.size() > 1; })) return;
+  for (Configuration& one : plan.configurations) one.labels[k] = one.read.scenario.estimator.name;
 }
 
 /// Throws ConfigError if two of the scenarios have the same name.
@@ -223,7 +242,7 @@ SweepPlan plan_sweep(const SweepSpec& spec, const std::vector<std::uint64_t>& se
   const std::size_t n = combinations(spec, seeds.size());
   for (const scenario::ReadScenario& scenario : read_scenarios(spec, changes))
     for (std::size_t i = 0; i < n; ++i) {
-      Configuration configuration{scenario, {}};
+      Configuration configuration{scenario, {}, {}};
       for (const Point* point : points_of(spec, i))
         for (const auto& [key, at, value] : *point) {
           scenario::ReadScenario& read = configuration.read;
@@ -237,6 +256,7 @@ SweepPlan plan_sweep(const SweepSpec& spec, const std::vector<std::uint64_t>& se
             on_one_line(scenario::find_key(key)->print(configuration.read.scenario)));
       plan.configurations.push_back(std::move(configuration));
     }
+  label_estimators(plan);
   return plan;
 }
 
@@ -250,12 +270,13 @@ Scores scores(const SweepPlan& plan, const RecordOf& record) {
   for (std::size_t i = 0; i < plan.trials(); ++i) {
     const JobRecord* const one = record(i);
     if (!one) continue;
-    const auto& [read, settings] = plan.configurations[i / plan.seeds.size()];
+    const auto& [read, settings, labels] = plan.configurations[i / plan.seeds.size()];
     ordered_json line{{"trial", i}, {"scenario", read.scenario.name}, {"settings", ordered_json::object()}};
     all.csv += fmt::format("{},{},{}", i, files::neutral_field(read.scenario.name), one->seed);
     for (std::size_t k = 0; k < plan.keys.size(); ++k) {
       all.csv += "," + files::neutral_field(settings[k]);
       line["settings"][plan.keys[k]] = value_of(settings[k]);
+      if (labels[k] != settings[k]) line["labels"][plan.keys[k]] = labels[k];
     }
     all.csv += fmt::format(",{},{}", one->ending, files::neutral_field(one->cause));
     for (const std::string& name : names) {
@@ -284,7 +305,7 @@ std::string sweep_table(const SweepPlan& plan, const RecordOf& record) {
       for (std::size_t k = 0; k < kShown.size(); ++k)
         if (const auto value = one ? one->value(kShown[k]) : std::nullopt) shown[k].push_back(*value);
     }
-    std::vector<std::string>& row = rows.emplace_back(configuration.values);
+    std::vector<std::string>& row = rows.emplace_back(configuration.labels);
     row.insert(row.begin(), configuration.read.scenario.name);
     row.push_back(fmt::format("{}/{}", completed, plan.seeds.size()));
     for (const std::vector<double>& values : shown)

@@ -37,10 +37,9 @@ struct SweepSpec {
 /// The most trials of a sweep.
 inline constexpr std::size_t kMostTrials = 100'000;
 
-/// Reads a sweep's file (scenario or scenarios, seeds, parameters, samples) or a scenario's file, which is
-/// then the only scenario; and arguments KEY=VALUE,VALUE or KEY={from: ..., to: ...}. Ranges without points
-/// share Sobol samples: `samples` of them, or 16. Throws ConfigError at the first fault, except for values
-/// that their key does not accept.
+/// Reads a file of a sweep (scenario or scenarios, seeds, parameters, samples) or of a scenario, and
+/// arguments such as KEY=VALUE,VALUE; ranges without points share `samples` Sobol samples, or 16. Throws
+/// ConfigError at the first fault, except for values that their key does not accept.
 SweepSpec read_sweep(const std::filesystem::path& file, const std::vector<std::string>& arguments,
                      std::optional<int> samples = std::nullopt);
 
@@ -48,6 +47,7 @@ SweepSpec read_sweep(const std::filesystem::path& file, const std::vector<std::s
 struct Configuration {
   scenario::ReadScenario read;
   std::vector<std::string> values;  ///< of the keys of the plan, as YAML on one line
+  std::vector<std::string> labels;  ///< the same to show: an estimator by its name
 };
 
 /// Trial i is configuration i / seeds.size() with seed i % seeds.size().
@@ -62,8 +62,8 @@ struct SweepPlan {
   scenario::ReadScenario scenario(std::size_t trial) const;
 };
 
-/// Returns the plan of a sweep. changes: of every scenario, made before those of the sweep. Throws
-/// ConfigError at a value that its key does not accept, or if there are more than kMostTrials.
+/// Returns the plan of a sweep, made after the changes to every scenario. Throws ConfigError at a value that
+/// its key does not accept, or if there are more than kMostTrials.
 SweepPlan plan_sweep(const SweepSpec& spec, const std::vector<std::uint64_t>& seeds,
                      const scenario::Changes& changes);
 

@@ -13,6 +13,7 @@
 #include "sim/files/text.h"
 #include "sim/recording/manifest.h"
 #include "sim/scenario/keys.h"
+#include "sim/score/statistics.h"
 
 namespace sim::trials {
 namespace {
@@ -104,18 +105,59 @@ ordered_json to_json(const StartAndBest& both, const std::vector<SpecRun>& runs,
   return document;
 }
 
+enum class Verdict { better, worse, undecided };
+constexpr std::array kVerdicts{"better", "worse", "undecided"};
+
+/// The change of the hold-out loss from the start to the best setting, paired by recording.
+struct Judgment {
+  std::vector<double> changes;   ///< if neither failed
+  std::size_t newly_failed = 0;  ///< only with the best setting
+  std::optional<score::MeanTest> test{};
+  Verdict verdict = Verdict::undecided;
+  std::string text;
+};
+
+/// Judges by the 95 % confidence interval of the mean change, and by failures that the start does not have.
+Judgment judge(const StartAndBest& holdout, Objective objective) {
+  Judgment judgment;
+  for (std::size_t i = 0; i < holdout.best.size(); ++i) {
+    const auto before = holdout.start[i]->value(name(objective)),
+               after = holdout.best[i]->value(name(objective));
+    if (before && after) judgment.changes.push_back(*after - *before);
+    judgment.newly_failed += before && !after;
+  }
+  judgment.test = score::t_test(judgment.changes);
+  if (judgment.newly_failed > 0 || (judgment.test && judgment.test->low > 0))
+    judgment.verdict = Verdict::worse;
+  else if (judgment.test && judgment.test->high < 0)
+    judgment.verdict = Verdict::better;
+  judgment.text = fmt::format("{} on hold-out: {}", name(objective),
+                              kVerdicts[static_cast<std::size_t>(judgment.verdict)]);
+  const std::string pairs = files::counted(judgment.changes.size(), "pair");
+  if (judgment.test)
+    judgment.text +=
+        fmt::format(", changes by {:+.4g} in the mean of {} (95 % interval {:+.4g} to {:+.4g})",
+                    score::mean(judgment.changes), pairs, judgment.test->low, judgment.test->high);
+  else
+    judgment.text += fmt::format(", {} of finished runs give no interval, expected at least 2", pairs);
+  if (judgment.newly_failed > 0)
+    judgment.text += fmt::format("; {} of {} fail only with the best setting", judgment.newly_failed,
+                                 files::counted(holdout.best.size(), "run"));
+  return judgment;
+}
+
 /// The outcome of the search, kept after its recordings are released.
 struct Found {
   Point start, best;
   StartAndBest training;
-  std::string history;  ///< as CSV
+  std::string history;        ///< as CSV
+  int tried = 0, failed = 0;  ///< settings; their trials without a loss
 };
 
-/// Tries the start of the spec, then whole generations of CMA-ES up to spec.trials settings. The settings
-/// depend only on the spec and the losses found.
+/// Tries the start of the spec, then generations of CMA-ES, the last one cut off at spec.trials settings. The
+/// settings depend only on the spec and the losses found.
 Found find(const Spec& spec, JobLog& log, const RunTasks& run_tasks, const ShowProgress& show) {
   const Runs runs(spec, spec.training, run_tasks, log);
-  int tried = 0;
   double least = 0;
   Found found;
   found.history = "#setting,origin";
@@ -129,31 +171,32 @@ Found find(const Spec& spec, JobLog& log, const RunTasks& run_tasks, const ShowP
     for (const Records& records : runs.evaluate(points)) {
       const Point& point = points[losses.size()];
       losses.push_back(mean_loss(records, spec.objective));
-      if (tried == 0 || losses.back() < least) found.best = point, least = losses.back();
-      found.history += fmt::format("{},{}", tried++, origin);
+      for (const JobRecord* record : records) found.failed += !record->value(name(spec.objective));
+      if (found.tried == 0 || losses.back() < least) found.best = point, least = losses.back();
+      found.history += fmt::format("{},{}", found.tried++, origin);
       for (std::size_t i = 0; i < point.size(); ++i)
         found.history += fmt::format(",{}", spec.parameters[i].value_at(point[i]));
       found.history += fmt::format(",{}\n", losses.back());
     }
-    show(static_cast<double>(tried) / spec.trials,
-         fmt::format("search, setting {}, best {:.5g}", tried, least));
+    show(static_cast<double>(found.tried) / spec.trials,
+         fmt::format("search, setting {}, best {:.5g}", found.tried, least));
     return losses;
   };
   evaluate("start", {found.start});
   CmaEs cma_es(found.start, kFirstStep, spec.population, spec.seed);
-  while (tried + spec.population <= spec.trials) {
-    const std::vector<Point> generation = cma_es.ask();
-    cma_es.tell(evaluate("search", generation));
+  while (found.tried < spec.trials) {
+    std::vector<Point> generation = cma_es.ask();
+    const bool whole = found.tried + spec.population <= spec.trials;
+    if (!whole) generation.resize(static_cast<std::size_t>(spec.trials - found.tried));
+    const std::vector<double> losses = evaluate("search", generation);
+    if (whole) cma_es.tell(losses);
   }
   found.training = compare(runs, found.start, found.best);
   return found;
 }
 
-std::string overlay(const Spec& spec, const Point& best, const StartAndBest& holdout) {
-  std::string yaml =
-      fmt::format("# Tuned by {}. On {}:\n#   {} {:.6g} -> {:.6g} (less is better)\n", spec.name,
-                  files::counted(spec.holdout.size(), "hold-out run"), name(spec.objective),
-                  mean_loss(holdout.start, spec.objective), mean_loss(holdout.best, spec.objective));
+std::string overlay(const Spec& spec, const Point& best, const Judgment& judgment) {
+  std::string yaml = fmt::format("# Tuned by {}.\n# {}\n", spec.name, judgment.text);
   for (std::size_t i = 0; i < spec.parameters.size(); ++i) {
     const Range& p = spec.parameters[i];
     yaml += fmt::format("{}: {}\n", p.key, p.value_at(best[i]));
@@ -162,8 +205,12 @@ std::string overlay(const Spec& spec, const Point& best, const StartAndBest& hol
   return yaml;
 }
 
-std::string result_text(const Spec& spec, const Found& found, const StartAndBest& holdout) {
-  std::string text;
+std::string result_text(const Spec& spec, const Found& found, const StartAndBest& holdout,
+                        const Judgment& judgment) {
+  const std::size_t trials = static_cast<std::size_t>(found.tried) * spec.training.size();
+  std::string text = fmt::format("{} tried on {}, {} of {} failed\n", files::counted(found.tried, "setting"),
+                                 files::counted(spec.training.size(), "training run"), found.failed,
+                                 files::counted(trials, "trial"));
   for (std::size_t i = 0; i < spec.parameters.size(); ++i) {
     const Range& p = spec.parameters[i];
     text += fmt::format("{:<42} {:>10.4g} -> {:.4g}\n", p.key, p.start, p.value_at(found.best[i]));
@@ -173,10 +220,11 @@ std::string result_text(const Spec& spec, const Found& found, const StartAndBest
                         fmt::format("{} on {}", name(spec.objective), what),
                         mean_loss(both->start, spec.objective), mean_loss(both->best, spec.objective),
                         files::counted(both->start.size(), "run"));
-  return text;
+  return text + judgment.text + '\n';
 }
 
-std::string tune_json(const Spec& spec, const Found& found, const StartAndBest& holdout, bool accepted) {
+std::string tune_json(const Spec& spec, const Found& found, const StartAndBest& holdout,
+                      const Judgment& judgment) {
   ordered_json parameters = ordered_json::array();
   for (std::size_t i = 0; i < spec.parameters.size(); ++i) {
     const Range& p = spec.parameters[i];
@@ -189,10 +237,20 @@ std::string tune_json(const Spec& spec, const Found& found, const StartAndBest& 
                           {"start", p.value_at(p.coordinate_of(p.start))},
                           {"best", p.value_at(found.best[i])}});
   }
-  return files::json_text(ordered_json{{"format_version", 3},
+  const auto& test = judgment.test;
+  const ordered_json change{{"pairs", judgment.changes.size()},
+                            {"mean", test ? ordered_json(score::mean(judgment.changes)) : ordered_json()},
+                            {"interval_95", test ? ordered_json{test->low, test->high} : ordered_json()},
+                            {"newly_failed", judgment.newly_failed},
+                            {"verdict", kVerdicts[static_cast<std::size_t>(judgment.verdict)]},
+                            {"text", judgment.text}};
+  return files::json_text(ordered_json{{"format_version", 4},
                                        {"name", spec.name},
                                        {"objective", name(spec.objective)},
-                                       {"accepted", accepted},
+                                       {"accepted", judgment.verdict == Verdict::better},
+                                       {"settings", found.tried},
+                                       {"failed_trials", found.failed},
+                                       {"change", change},
                                        {"parameters", parameters},
                                        {"training", to_json(found.training, spec.training, spec)},
                                        {"holdout", to_json(holdout, spec.holdout, spec)}},
@@ -224,15 +282,16 @@ TuningResult tune(const Spec& spec, const fs::path& out, const RunTasks& run_tas
   const Found found = find(spec, log, run_tasks, show);
   show(1, "hold-out");
   const StartAndBest holdout = compare(Runs(spec, spec.holdout, run_tasks, log), found.start, found.best);
-  const bool accepted = mean_loss(holdout.best, spec.objective) <= mean_loss(holdout.start, spec.objective);
+  const Judgment judgment = judge(holdout, spec.objective);
+  const bool accepted = judgment.verdict == Verdict::better;
   log.sort();
   files::write_atomically(out / "history.csv", found.history);
-  files::write_atomically(out / "tune.json", tune_json(spec, found, holdout, accepted));
+  files::write_atomically(out / "tune.json", tune_json(spec, found, holdout, judgment));
   if (accepted)
-    files::write_atomically(out / "best.yaml", overlay(spec, found.best, holdout));
+    files::write_atomically(out / "best.yaml", overlay(spec, found.best, judgment));
   else
     fs::remove(out / "best.yaml");
-  return {accepted, result_text(spec, found, holdout)};
+  return {accepted, result_text(spec, found, holdout, judgment), judgment.text};
 }
 
 }  // namespace sim::trials

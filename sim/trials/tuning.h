@@ -23,16 +23,16 @@ double mean_loss(const std::vector<const JobRecord*>& records, Objective objecti
 /// Called with the part of the search that is done, 0 to 1, and the current step in words.
 using ShowProgress = std::function<void(double part, const std::string& at)>;
 
-/// accepted: the tuned setting is at least as good as the start on the hold-out recordings.
 struct TuningResult {
+  /// The 95 % interval of the mean change of the hold-out loss, paired by recording, is below 0, and no
+  /// recording fails that the start completes.
   bool accepted = false;
-  std::string text;  ///< a summary for the terminal
+  std::string text;      ///< a summary for the terminal
+  std::string judgment;  ///< its last line: the verdict, its interval and its pairs
 };
 
-/// Tunes, and writes to `out`: trials.jsonl (the log), then history.csv, tune.json and, if accepted,
-/// best.yaml. Every run of the spec needs its folder. Resumes from the log of the same spec; the result has
-/// the same bits however run_tasks divides the work. If its estimate steers a walk, a task names no
-/// recording: each setting is simulated. program: identifies it in the log. Throws FileError.
+/// Tunes a spec with the folder of every run, and writes to `out`: trials.jsonl (the log of that program,
+/// from which it resumes), history.csv, tune.json and, if accepted, best.yaml. Throws FileError.
 TuningResult tune(const Spec& spec, const std::filesystem::path& out, const RunTasks& run_tasks,
                   const std::string& program, const ShowProgress& show);
 

@@ -47,7 +47,7 @@ void set(scenario::Scenario& scenario, const std::string& key, double value);
 scenario::Yaml number_node(double value, const scenario::Origin& origin, bool shortest);
 
 /// Returns the first n points of the Sobol sequence after the origin (direction numbers of Joe and Kuo 2008).
-/// Of 2^k − 1 points and the origin, each dimension has one in each of 2^k equal parts.
+/// With 2^k − 1 points and the origin, the sequence stratifies each dimension into 2^k cells.
 std::vector<std::vector<double>> sobol_points(std::size_t n, std::size_t dimensions);
 
 /// CMA-ES, covariance matrix adaptation evolution strategy (Hansen 2016, "The CMA Evolution Strategy: A

@@ -111,29 +111,33 @@ TEST_F(BatchTest, SeedsAreRecordedInProcessesAndOnlyWhereTheyAreMissing) {
 
 TEST_F(BatchTest, ATuningMakesItsRecordingsAndLeavesAnOverlayAndAReportUnlessItIsWorseOnTheHoldout) {
   write("steps.yaml", scenario_of("{straight: {forward_m: 0.1, left_m: 0}}"));
-  const auto write_spec = [&](const std::string& name, const std::string& holdout) {
-    write(name,
-          "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.3, start: 0.1}}\n"
-          "training: [{scenario: steps.yaml, seeds: 1..2}]\nholdout: [{scenario: steps.yaml, seeds: 3" +
-              holdout + "}]\ntrials: 16\npopulation: 5\n");
+  const auto write_spec = [&](const std::string& name, const std::string& range, const std::string& holdout) {
+    write(
+        name,
+        "parameters: {" + range +
+            "}\n"
+            "training: [{scenario: steps.yaml, seeds: 1..2}]\nholdout: [{scenario: steps.yaml, seeds: 3..8" +
+            holdout + "}]\ntrials: 8\npopulation: 5\n");
   };
-  write_spec("spec.yaml", "");
+  write_spec("spec.yaml", "slam.vision.sigma_px: {from: 0.1, to: 30, start: 20}", "");
   const Ran first = gaitslam("tune spec.yaml --out first --jobs 2").ends(0);
-  EXPECT_THAT(first.out, Has("slam.gyro.sigma_rad_s", "pose_nll on hold-out"));
+  EXPECT_THAT(first.out,
+              Has("8 settings tried on 2 training runs, 0 of 16 trials failed", "in the mean of 6 pairs"));
   EXPECT_THAT(text_of("first/tune.json"), Has("\"steps/seed-2\""));
-  EXPECT_THAT(text_of("first/report.html"), Has("The search", "better on hold-out runs"));
+  EXPECT_THAT(text_of("first/report.html"), Has("The search", "pose_nll on hold-out: better, changes by"));
   EXPECT_THAT(ok("config steps.yaml --with first/best.yaml"), Has("best.yaml:3"));
-  EXPECT_THAT(ok("record steps.yaml --seeds 1..3"), Lacks(": recorded"));
+  EXPECT_THAT(ok("record steps.yaml --seeds 1..8"), Lacks(": recorded"));
   ok("tune spec.yaml --out second");
   EXPECT_EQ(text_of("first/tune.json"), text_of("second/tune.json"));
 
-  write_spec("other.yaml", ", set: [errors.gyro.sigma_rad_s=0.2]");
+  write_spec("other.yaml", "slam.gyro.sigma_rad_s: {from: 0.001, to: 0.3, start: 0.1}",
+             ", set: [errors.gyro.sigma_rad_s=0.2]");
   expect_refused("tune other.yaml --out first", "first/trials.jsonl: is another log: gaitslam tune spec, ");
   EXPECT_EQ(text_of("first/tune.json"), text_of("second/tune.json"));
   EXPECT_THAT(gaitslam("tune other.yaml --out worse").ends(1).err,
-              Has("rejected: worse than the start on the hold-out recordings"));
+              Has("rejected: pose_nll on hold-out: worse, "));
   EXPECT_FALSE(fs::exists(folder_ / "worse/best.yaml"));
-  EXPECT_THAT(text_of("worse/report.html"), Has("rejected: worse on hold-out runs"));
+  EXPECT_THAT(text_of("worse/report.html"), Has("<span class='verdict bad'>worse</span>"));
   write("worse/best.yaml", "mine");
   expect_refused("tune other.yaml --out worse", "worse/best.yaml: was not made by this version");
   EXPECT_EQ(text_of("worse/best.yaml"), "mine");

@@ -94,7 +94,7 @@ void list_configurations(const trials::SweepPlan& plan) {
   for (const trials::Configuration& configuration : plan.configurations) {
     std::cout << configuration.read.scenario.name;
     for (std::size_t k = 0; k < plan.keys.size(); ++k)
-      std::cout << ' ' << plan.keys[k] << '=' << configuration.values[k];
+      std::cout << ' ' << plan.keys[k] << '=' << configuration.labels[k];
     std::cout << '\n';
   }
 }
@@ -211,8 +211,8 @@ The results go to results/tune-<spec>, or to DIR: trials.jsonl (each finished tr
 report.html and best.yaml. Rerun the command to resume after an interruption, with the same result. Missing recordings
 of the cache are made first. If its estimate steers a walk, each setting is simulated. To look at a grid or at samples
 use gaitslam sweep.
-Exit codes: 0 tuned; 1 worse than the start on the hold-out recordings, so that there is no best.yaml; 2 wrong usage
-or configuration.)";
+Exit codes: 0 tuned; 1 not shown to be better than the start on the hold-out recordings, by the 95 % interval of the
+mean change of their losses, so that there is no best.yaml; 2 wrong usage or configuration.)";
 
 struct TuneRequest : OutRequest {
   std::string spec;
@@ -278,8 +278,7 @@ int tune_by(TuneRequest& request) {
   files::write_atomically(out / "report.html", pages::tune_page(out));
   std::cout << result.text << "results in " << out.string() << '\n';
   if (!result.accepted)
-    std::cerr
-        << "gaitslam: rejected: worse than the start on the hold-out recordings; best.yaml is not written\n";
+    std::cerr << fmt::format("gaitslam: rejected: {}; best.yaml is not written\n", result.judgment);
   return result.accepted ? 0 : 1;
 }
 

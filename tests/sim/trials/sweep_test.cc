@@ -125,6 +125,28 @@ TEST_F(Sweep, TriesEveryCombinationTheLastKeyFastest) {
   EXPECT_EQ(plan("walk.yaml", {}).trials(), 2u) << "the scenario alone, on each seed";
 }
 
+TEST_F(Sweep, BracketsOnTheCommandLineAreAListOfValuesUnlessTheValueIsAList) {
+  for (const char* text : {"1,1.5,2", "[1, 1.5, 2]", "[1,1.5,2]"})
+    EXPECT_THAT(values(plan("walk.yaml", {std::string("slam.vision.sigma_px=") + text})),
+                ElementsAre(ElementsAre("1"), ElementsAre("1.5"), ElementsAre("2")));
+  EXPECT_THAT(values(plan("walk.yaml", {"estimator=[filter, odometry]"})),
+              ElementsAre(ElementsAre("filter"), ElementsAre("odometry")));
+  EXPECT_THAT(
+      values(plan("walk.yaml", {"walk.commands=[{stand: {duration_s: 1}}, {stand: {duration_s: 2}}]"})),
+      testing::SizeIs(1));
+}
+
+TEST_F(Sweep, EstimatorsAreLabeledByNamesIfTheseDiffer) {
+  const auto labels = [&](const std::string& programs) {
+    std::vector<std::string> all;
+    for (const Configuration& one : plan("walk.yaml", {"estimator=" + programs}).configurations)
+      all.push_back(one.labels[0]);
+    return all;
+  };
+  EXPECT_THAT(labels("filter,{program: [./a, b]},{program: ./a, name: c}"), ElementsAre("filter", "a", "c"));
+  EXPECT_THAT(labels("{program: [./a, b]},{program: [./a, c]}")[0], HasSubstr("[\"./a\", b]"));
+}
+
 TEST_F(Sweep, RangesWithoutPointsAreSampledTogether) {
   const std::vector<std::string> keys{"slam.vision.sigma_px={from: 0.1, to: 10}",
                                       "errors.gyro.sigma_rad_s={from: 0, to: 1, scale: linear}"};
@@ -163,7 +185,7 @@ TEST_F(Sweep, WhatIsWrongOnTheCommandLineIsNamedWithItsPlace) {
            {{"world.seed=1", "slam.vision.sigma_px=1,x"},
             "<argument>:2:24: slam.vision.sigma_px: is 'x', expected a number"},
            {{"slam.vision.sigma_px=1,,2"}, "<argument>:1:24: "},
-           {{"slam.vision.sigma_px"}, "expected KEY=VALUE,VALUE"},
+           {{"slam.vision.sigma_px"}, "expected KEY=VALUE,VALUE; quote values with spaces"},
            {{"slam.vision.sigma_px=1", "slam.vision.sigma_px=2"},
             "<argument>:2:1: slam.vision.sigma_px: is given values twice"},
            {{"seed=1,2"}, "expected seeds (--seeds 1..5)"},
