@@ -37,7 +37,6 @@ ProctrackType=proctrack/linuxproc
 SelectType=select/cons_tres
 SelectTypeParameters=CR_Core
 ReturnToService=2
-RequeueExit=75
 MaxArraySize=10001
 MaxJobCount=20000
 SlurmdTimeout=30

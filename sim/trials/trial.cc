@@ -5,13 +5,9 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <numbers>
-#include <sstream>
 
 #include "sim/files/atomic_file.h"
-#include "sim/files/json.h"
-#include "sim/files/text.h"
 #include "sim/result/score_file.h"
 
 namespace sim::trials {
@@ -123,27 +119,6 @@ JobRecord run_trial(const Recording& recording, const scenario::ReadScenario& sc
   const auto nll = innovation_nll(*run.tracked, camera.width_px * camera.height_px);
   if (nll && !scored.no_estimate) record.values["innovation_nll"] = *nll;
   return record;
-}
-
-void write_tasks(const std::filesystem::path& file, const TaskFile& tasks) {
-  std::string text = tasks.purpose + "\n";
-  for (const Task& task : tasks.tasks)
-    text +=
-        nlohmann::json{{"key", task.key}, {"scenario", task.scenario}, {"recording", task.recording.string()}}
-            .dump() +
-        "\n";
-  files::write_atomically(file, text);
-}
-
-TaskFile read_tasks(const std::filesystem::path& file) {
-  std::istringstream in(files::read_text(file));
-  TaskFile tasks;
-  if (!std::getline(in, tasks.purpose)) throw files::FileError(file, "cannot be read");
-  for (std::string line; std::getline(in, line);) {
-    const files::Json task(fmt::format("{}:{}", file.string(), tasks.tasks.size() + 2), line);
-    tasks.tasks.push_back({task.at("key").text(), task.at("scenario").text(), task.at("recording").text()});
-  }
-  return tasks;
 }
 
 JobRecord run_task(const Task& task, const RecordingOf& recording_of) {

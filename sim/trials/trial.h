@@ -1,5 +1,5 @@
 // A recording in memory, one run of the filter on it, and the likelihood that rates that run; trials as tasks
-// for the process that runs them, and their records.
+// for other processes, and their records.
 #pragma once
 
 #include <filesystem>
@@ -57,29 +57,22 @@ result::RunRecord replay(const Recording& recording, const scenario::ReadScenari
 JobRecord run_trial(const Recording& recording, const scenario::ReadScenario& scenario,
                     const std::string& key = "");
 
-/// key: identifies the trial in the log. scenario: all of it as YAML, with its seed. recording: the result
-/// folder that contains the recording; empty: it is in the cache.
+/// A trial for another process.
 struct Task {
-  std::string key, scenario;
-  std::filesystem::path recording{};
+  std::string key;  ///< in the log
+  std::uint64_t seed = 0;
+  std::string scenario;               ///< all of it as YAML, with its seed
+  std::filesystem::path recording{};  ///< a result folder; empty: the recording is in the cache
 };
 
 /// Runs tasks and adds their records to the log.
 using RunTasks = std::function<void(const std::vector<Task>&, JobLog&)>;
 
-/// A file of tasks: the purpose of their log in the first line, then one line of JSON each.
-struct TaskFile {
-  std::string purpose;
-  std::vector<Task> tasks;
-};
-void write_tasks(const std::filesystem::path& file, const TaskFile& tasks);
-TaskFile read_tasks(const std::filesystem::path& file);
-
 /// Returns the recording for a scenario.
 using RecordingOf = std::function<std::shared_ptr<const Recording>(const scenario::ReadScenario&)>;
 
-/// Runs the trial and returns its record; without a filter it scores only the walk. A fault of the trial
-/// gives the record "not started". Throws FileError for a fault of the machine.
+/// Runs the trial, without a filter only its walk, and returns its record, "not started" for a fault of the
+/// trial. Throws FileError for a fault of the machine.
 JobRecord run_task(const Task& task, const RecordingOf& recording_of);
 
 }  // namespace sim::trials

@@ -68,7 +68,8 @@ class Runs {
     }
     const std::string text = scenario::to_yaml(scenario);
     const bool simulate = scenario.walk.steering.by == walking::SteeredBy::estimate;
-    return {result::job_key({hashes_[i], text}), text, simulate ? fs::path() : fs::absolute(runs_[i].folder)};
+    return {result::job_key({hashes_[i], text}), scenario.seed, text,
+            simulate ? fs::path() : fs::absolute(runs_[i].folder)};
   }
 
   const Spec& spec_;

@@ -6,7 +6,8 @@ namespace {
 
 const std::string kTool = "'" GAITSLAM_SOURCE_DIR "/tools/slurm_local.sh' ";
 
-// sbatch prints $NOTICE on standard error, with $HELD no job starts, and call $HICCUP of squeue fails.
+// sbatch prints $NOTICE on standard error; the job is in $CLUSTER; with $HELD no job starts; call $HICCUP of
+// squeue fails; the first calls print the lines of $STATES.
 class ScriptedSlurm : public CommandLine {
  protected:
   ScriptedSlurm() {
@@ -19,31 +20,66 @@ id=$((1000 + $(ls "$JOBS" | wc -l)))
 touch "$JOBS/$id"
 [ -n "$HELD" ] || (for element in $(echo "${elements%%%*}" | tr , ' '); do SLURM_ARRAY_TASK_ID=$element sh "$@"; done
 mv "$JOBS/$id" "$JOBS/$id.ended") >/dev/null 2>&1 &
-echo $id
+echo "$id${CLUSTER:+;$CLUSTER}"
 )sh");
     write("bin/squeue", R"sh(#!/bin/sh
 echo call >>"$JOBS.calls"
-if [ "$(wc -l <"$JOBS.calls")" = "$HICCUP" ]; then
+calls=$(wc -l <"$JOBS.calls")
+while [ $# -gt 0 ]; do case $1 in -j) id=$2 ;; -M) of=$2 ;; esac; shift; done
+if [ "$calls" = "$HICCUP" ]; then
   echo "slurm_load_jobs error: Unable to contact slurm controller (connect failure)" >&2
   exit 1
 fi
-[ ! -e "$JOBS/$3" ] || echo "RUNNING None"
+if [ "$of" != "$CLUSTER" ] || [ -n "$FORGOTTEN" ]; then
+  echo "slurm_load_jobs error: Invalid job id specified" >&2
+  exit 1
+fi
+[ -z "$of" ] || echo "CLUSTER: $of"
+state=$(echo "$STATES" | sed -n "${calls}p")
+[ ! -e "$JOBS/$id" ] || echo "${state:-RUNNING None}"
+)sh");
+    write("bin/sacct", R"sh(#!/bin/sh
+while [ "$1" != -j ]; do shift; done
+cat "$JOBS.sacct-$2"
 )sh");
   }
   Ran on_slurm(const std::string& arguments, const std::string& settings = "") const {
-    return shell("mkdir -p jobs; chmod +x bin/*; export PATH=\"$PWD/bin:$PATH\" JOBS=\"$PWD/jobs\"; " +
-                 settings + " " GAITSLAM_PROGRAM " " + arguments);
+    return shell(
+        "mkdir -p jobs; chmod +x bin/*; export PATH=\"$PWD/bin:$PATH\" JOBS=\"$PWD/jobs\" "
+        "GAITSLAM_SLURM_POLL_S=0.05; " +
+        settings + " " GAITSLAM_PROGRAM " " + arguments);
   }
 };
 
 TEST_F(ScriptedSlurm, ANoticeOrAFailingSqueueSubmitsNothingTwice) {
-  for (const std::string settings : {"", "NOTICE='using the default partition'", "HICCUP=1", "HICCUP=2"}) {
+  for (const std::string settings :
+       {"", "NOTICE='using the default partition'", "HICCUP=1", "HICCUP=2", "CLUSTER=alpha", "FORGOTTEN=1"}) {
     shell("rm -rf 'the cache' jobs jobs.calls");
     const Ran ran = on_slurm("record walk.yaml --seeds 1..3 --backend slurm", settings).ends(0);
     EXPECT_THAT(ran.out, Has("seed 3: recorded, completed")) << settings;
-    EXPECT_THAT(ran.err, Has("slurm job 1000: ")) << settings;
+    EXPECT_THAT(ran.err,
+                Has(settings == "CLUSTER=alpha" ? "slurm job 1000 of cluster alpha: " : "slurm job 1000: "));
     EXPECT_EQ(shell("ls jobs").out, "1000.ended\n") << settings;
   }
+}
+
+TEST_F(ScriptedSlurm, TheStatesOfAWaitingJobArePrintedWhenTheyChange) {
+  const std::string states = "PENDING Priority\nPENDING Priority\nPENDING JobHeldUser\nRUNNING None";
+  EXPECT_THAT(
+      on_slurm("record walk.yaml --backend slurm --seeds 1,2", "export STATES='" + states + "';").ends(0).err,
+      Has("slurm job 1000: PENDING (Priority)\nslurm job 1000: PENDING (JobHeldUser)\n"
+          "slurm job 1000: RUNNING\n"));
+}
+
+TEST_F(ScriptedSlurm, AJobThatSqueueForgotHasEndedOnlyIfTheAccountingSaysSo) {
+  const std::string record = "record walk.yaml --seeds 1,2 --backend slurm",
+                    forgotten = "HELD=1 FORGOTTEN=1 GAITSLAM_SLURM_POLL_S=0.001";
+  EXPECT_THAT(on_slurm(record, forgotten).ends(2).err,
+              Has("slurm job 1000: nothing is known of it: slurm_load_jobs error: Invalid job id specified"));
+  EXPECT_EQ(shell("ls jobs").out, "1000\n") << "nothing was submitted twice";
+  write("jobs.sacct-1000", "CANCELLED by 0\nCOMPLETED\n");
+  EXPECT_THAT(on_slurm(record, "FORGOTTEN=1").ends(0).out, Has("seed 2: recorded"));
+  EXPECT_EQ(shell("ls jobs").out, "1000\n1001.ended\n");
 }
 
 TEST_F(ScriptedSlurm, SeedsOfARunAreOneArrayAndOneRunIsNone) {
@@ -56,14 +92,14 @@ TEST_F(ScriptedSlurm, SeedsOfARunAreOneArrayAndOneRunIsNone) {
 
 TEST_F(ScriptedSlurm, NothingOfAnArrayThatMayStillRunIsDeleted) {
   const std::string sweep = "sweep walk.yaml world.floor_friction=0.15,0.3 --out s --backend slurm ",
-                    other = "sweep walk.yaml world.floor_friction=0.3,0.15 --out s --backend slurm --force";
+                    other = "sweep walk.yaml world.floor_friction=0.3,0.2 --out s --backend slurm --force";
   on_slurm(sweep + "& until [ -e jobs.calls ]; do sleep 0.05; done; kill -KILL $!; wait $!", "HELD=1");
   const std::string files = "find s -type f | grep -v -e .unfinished -e .gaitslam | sort | xargs cksum",
                     before = shell("rm jobs.calls; " + files).out;
   EXPECT_THAT(before, Has("/element.sh"));
   for (const std::string settings : {"", "HICCUP=2"}) {
     EXPECT_THAT(on_slurm(other, settings).ends(2).err,
-                Has("belongs to the Slurm job 1000, which may still run"));
+                Has("belongs to a Slurm job that may still run; wait for it, or end it: scancel 1000"));
     EXPECT_EQ(shell(files).out, before) << settings;
   }
   shell("mv jobs/1000 jobs/1000.ended");
@@ -100,7 +136,7 @@ TEST_F(LongSlurmTest, ASweepEndsAsItDoesHereThoughANodeIsLostAndSomeTrialsCannot
   const Ran here = gaitslam(sweep + "--jobs 2 --out here");
   const Ran there = shell(GAITSLAM_PROGRAM " " + sweep +
                           "--backend slurm --jobs 6 --out there & sweep=$!; until [ -n \"$(squeue -h -w n2 "
-                          "-t R)\" ] && ls there/parts/*.log; do sleep 0.1; done; " +
+                          "-t R)\" ] && ls there/slurm/array/*.log; do sleep 0.1; done; " +
                           kTool + "lose " + cluster_ + " n2; wait $sweep");
   for (const Ran& ran : {here, there}) {
     EXPECT_EQ(ran.exit_code, 3);
@@ -116,7 +152,7 @@ TEST_F(LongSlurmTest, ASweepEndsAsItDoesHereThoughANodeIsLostAndSomeTrialsCannot
 TEST_F(LongSlurmTest, AKilledCommandIsTakenUpByTheSameCommandAndSubmitsNothingTwice) {
   const std::string sweep = "sweep walk.yaml 'slam.vision.sigma_px={from: 1, to: 3, points: 40}' --out ";
   ok(sweep + "here");
-  ended_when("ls there/parts/*.log", "KILL", sweep + "there --backend slurm");
+  ended_when("ls there/slurm/array/*.log", "KILL", sweep + "there --backend slurm");
   const Ran again = gaitslam(sweep + "there --backend slurm").ends(0);
   EXPECT_EQ(again.err.find("slurm job"), std::string::npos) << "submitted again: " << again.err;
   EXPECT_EQ(text_of("here/scores.csv"), text_of("there/scores.csv"));

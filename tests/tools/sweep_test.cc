@@ -77,10 +77,10 @@ TEST_F(SweepTest, ByForceItGoesOnWhereTheSameWasInterrupted) {
   const std::string sweep = "sweep walk.yaml 'slam.vision.sigma_px={from: 1, to: 3, points: 30}' --out s ";
   ok("sweep walk.yaml slam.vision.sigma_px=4 --out s");
   const std::string old = text_of("s/scores.csv"), old_lines = text_of("s/scores.jsonl");
-  ended_when("[ \"$(cat s/parts/*.log | wc -l)\" -ge 4 ]", "KILL", sweep + "--force");
+  ended_when("[ \"$(cat s/trials.jsonl | wc -l)\" -ge 5 ]", "KILL", sweep + "--force");
   EXPECT_EQ(text_of("s/scores.csv"), old) << "the new ones are not whole";
   EXPECT_EQ(text_of("s/scores.jsonl"), old_lines);
-  shell("sleep 0.2; sed -i 's/\"rmse_m\":[0-9.e-]*/\"rmse_m\":42/' s/parts/*.log");
+  shell("sleep 0.2; sed -i 's/\"rmse_m\":[0-9.e-]*/\"rmse_m\":42/' s/trials.jsonl");
   const auto taken_from_the_log = [&] {
     ok(sweep + "--force");
     const std::vector<json> scores = lines("s/scores.jsonl");

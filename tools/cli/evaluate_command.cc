@@ -156,7 +156,7 @@ int evaluate_all(const std::vector<ResultJob>& jobs, const OutFolder& out, const
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     const fs::path folder = out.path() / jobs[i].result();
     const bool there = fs::exists(folder / "score.json");
-    const int code = there ? regression::read_result(folder).exit_code : std::max(ended[i].exit_code, 2);
+    const int code = there ? regression::read_result(folder).exit_code : std::max(exit_code_of(ended[i]), 2);
     exit_code = std::max(exit_code, code);
     if (there) text_out() << result::score_table(folder, {colors()}, code == 3) << folder.string() << "\n\n";
   }
@@ -180,7 +180,6 @@ void separate_limits(EvaluateRequest& request) {
 
 int evaluate(EvaluateRequest& request) {
   join_batch(request.batch);
-  require_usable(request.backend, request.out.value_or(""));
   separate_limits(request);
   require_one_of({"euroc", "openvins", "orbslam3", "tum"}, request.format, "--format");
   body_of(request);

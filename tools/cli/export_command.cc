@@ -12,7 +12,7 @@
 #include "sim/tracking/tracking.h"
 #include "sim/view/session.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/jobs/backend.h"
+#include "tools/cli/jobs/jobs.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/shared/options.h"
 #include "tools/cli/shared/out_folder.h"

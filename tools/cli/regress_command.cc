@@ -205,7 +205,6 @@ void run_jobs(const SuiteRequest& request, SuiteRun& run) {
 
 /// Runs the suite, or reads its results.
 void run_suite(const SuiteRequest& request, SuiteRun& run) {
-  require_usable(request.backend, request.out.value_or(""));
   if (!request.results) {
     require_simulator();
     return run_jobs(request, run);

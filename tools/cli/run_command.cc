@@ -117,7 +117,6 @@ int run(RunRequest& request) {
     throw UsageError("--view shows one live walk, expected no {}", request.seeds ? "--seeds" : "--cached");
   if (!request.seeds && request.backend != "local")
     throw UsageError("--backend {}: distributes several seeds, expected --seeds", request.backend);
-  require_usable({request.backend}, request.out.value_or(""));
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   join_batch(request.batch, &read);
   require_models(read, request.models);
@@ -165,14 +164,14 @@ int record_seeds(const scenario::ReadScenario& read, const RecordRequest& reques
     scenarios.back().scenario.seed = seed;
   }
   Backend backend = request.backend;
-  backend.spool = recordings.place().folder / "slurm";
+  backend.spool = recordings.place().folder / ("slurm-" + recordings.key(scenarios[0].scenario));
   backend.seconds_each = 15;  // of computing, for the shipped scenarios
   int exit_code = 0;
   const std::vector<Recordings::Made> all = recordings.make(scenarios, backend);
   for (std::size_t i = 0; i < all.size(); ++i) {
     const std::uint64_t seed = scenarios[i].scenario.seed;
-    if (all[i].folder.empty()) std::cerr << fmt::format("seed {}: {}", seed, all[i].ended.complaint);
-    exit_code = std::max(exit_code, all[i].folder.empty() ? std::max(all[i].ended.exit_code, 2)
+    if (all[i].folder.empty()) std::cerr << fmt::format("seed {}: {}", seed, all[i].record.cause);
+    exit_code = std::max(exit_code, all[i].folder.empty() ? std::max(exit_code_of(all[i].record), 2)
                                                           : report_walk(seed, all[i].folder, all[i].is_new));
   }
   return exit_code;

@@ -99,26 +99,17 @@ void list_configurations(const trials::SweepPlan& plan) {
   }
 }
 
-/// What an earlier command left in the folder: trials of this sweep, all or some of them, or of another one.
-enum class Logged { none, some, all, other };
-
-Logged logged_trials(const fs::path& log, const Sweep& sweep) {
-  if (!fs::exists(log)) return Logged::none;
-  const std::string text = files::read_text(log);
+/// True if the log is one of another sweep. A first line without an end is of a process that was killed.
+bool is_of_another(const fs::path& log, const Sweep& sweep) {
+  const std::string text = fs::exists(log) ? files::read_text(log) : "";
   const std::size_t end = text.find('\n');
-  if (end == text.npos) return Logged::some;  // a process was killed while it wrote the line
-  if (std::string_view(text).substr(0, end) != sweep.purpose) return Logged::other;
-  const auto records = result::read_job_log(log, sweep.purpose);
-  const auto has_record = [&](const std::string& key) { return records.contains(key); };
-  return std::ranges::all_of(sweep.keys, has_record) ? Logged::all : Logged::some;
+  return end != text.npos && text.substr(0, end) != sweep.purpose;
 }
 
-/// Removes trials of earlier commands, and leaves their scores until new ones replace them.
-void remove_trials(const fs::path& folder) {
-  require_ended_arrays(folder / "slurm");
-  fs::remove(folder / "trials.jsonl");
-  remove_parts(folder / "parts");
-  remove_arrays(folder / "slurm");
+bool is_complete(const fs::path& log, const Sweep& sweep) {
+  if (!fs::exists(log)) return false;
+  const auto records = result::read_job_log(log, sweep.purpose);
+  return std::ranges::all_of(sweep.keys, [&](const std::string& key) { return records.contains(key); });
 }
 
 /// The tasks without a record in the log, in the order of their recordings.
@@ -129,7 +120,8 @@ std::vector<trials::Task> tasks_left(const Sweep& sweep, const result::JobLog& l
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return sweep.recordings[i]; });
   std::vector<trials::Task> tasks;
   for (const std::size_t i : order)
-    tasks.push_back({sweep.keys[i], scenario::to_yaml(sweep.plan.scenario(i).scenario)});
+    tasks.push_back({sweep.keys[i], sweep.plan.seeds[i % sweep.plan.seeds.size()],
+                     scenario::to_yaml(sweep.plan.scenario(i).scenario)});
   return tasks;
 }
 
@@ -164,13 +156,12 @@ int finish(const Sweep& sweep, const result::JobLog& log, const fs::path& out) {
 }
 
 int sweep(SweepRequest& request) {
-  require_usable(request.backend, request.out.value_or(""));
   const Recordings recordings(request.models);
   const Sweep sweep = prepare(request, recordings);
   const fs::path standard = fs::path("results") / ("sweep-" + sweep.plan.name);
   const fs::path log_file = (request.out ? fs::path(*request.out) : standard) / "trials.jsonl";
-  const Logged logged = logged_trials(log_file, sweep);
-  if (logged == Logged::other && !request.force && !request.dry_run)
+  const bool is_other = is_of_another(log_file, sweep);
+  if (is_other && !request.force && !request.dry_run)
     throw UsageError(
         "{}: belongs to another sweep, other scenarios, another program or other files of the "
         "estimator; --force starts again, --out names another folder",
@@ -180,12 +171,14 @@ int sweep(SweepRequest& request) {
     list_configurations(sweep.plan);
     return 0;
   }
-  const OutFolder folder(
-      request, standard,
-      {.names = {"trials.jsonl", "scores.csv", "scores.jsonl", "scenarios/", "parts/", "slurm/"},
-       .continues = logged != Logged::none});
+  const OutFolder folder(request, standard,
+                         {.names = {"trials.jsonl", "scores.csv", "scores.jsonl", "scenarios/", "slurm/"},
+                          .continues = fs::exists(log_file)});
   const fs::path& out = folder.path();
-  if (request.force && (logged == Logged::all || logged == Logged::other)) remove_trials(out);
+  if (request.force && (is_other || is_complete(log_file, sweep))) {
+    clear_spool(out / "slurm");
+    fs::remove(log_file);  // the scores stay until new ones replace them
+  }
   write_scenarios(sweep, out / "scenarios");
   result::JobLog log(log_file, sweep.purpose);
   Backend backend = request.backend;
@@ -196,10 +189,8 @@ int sweep(SweepRequest& request) {
     std::vector<scenario::ReadScenario> missing;
     for (const std::string& key : sweep.missing) missing.push_back(sweep.scenario_of.at(key));
     recordings.make(missing, backend);  // the trials of a failed recording report it
-    in_processes({out / "parts", sweep.purpose, request.models, "sweep " + sweep.plan.name}, backend)(left,
-                                                                                                      log);
+    in_processes(request.models, "sweep " + sweep.plan.name, backend)(left, log);
   }
-  remove_arrays(backend.spool);
   log.sort();
   return finish(sweep, log, out);
 }
@@ -240,7 +231,7 @@ std::vector<recording::CachedRecording> cached_recordings(trials::Spec& spec, co
     auto recording = recordings.find(scenarios[i].scenario);
     if (!recording)
       throw UsageError("{} seed {} could not be recorded: {}", scenarios[i].scenario.name,
-                       runs[i]->recorded_seed, made[i].ended.complaint);
+                       runs[i]->recorded_seed, made[i].record.cause);
     runs[i]->folder = recording->folder;
     all.push_back(std::move(*recording));
   }
@@ -248,12 +239,11 @@ std::vector<recording::CachedRecording> cached_recordings(trials::Spec& spec, co
 }
 
 int tune_by(TuneRequest& request) {
-  require_usable(request.backend, request.out.value_or(""));
   trials::Spec spec = trials::read_spec(request.spec);
   const fs::path standard = fs::path("results") / ("tune-" + spec.name);
   const OutFolder folder(
       request, standard,
-      {.names = {"trials.jsonl", "history.csv", "tune.json", "best.yaml", "report.html", "parts/", "slurm/"},
+      {.names = {"trials.jsonl", "history.csv", "tune.json", "best.yaml", "report.html", "slurm/"},
        .continues = true});
   const fs::path& out = folder.path();
   Backend backend = request.backend;
@@ -264,9 +254,7 @@ int tune_by(TuneRequest& request) {
   };
   const bool simulates =
       std::ranges::any_of(spec.training, steered) || std::ranges::any_of(spec.holdout, steered);
-  const RunTrials run_trials = in_processes(
-      {out / "parts", trials::log_purpose(program_identity(), spec), request.models, "tune " + request.spec},
-      backend);
+  const trials::RunTasks run_trials = in_processes(request.models, "tune " + request.spec, backend);
   if (simulates) std::cout << "an estimate steers a walk: each setting is simulated\n" << std::flush;
   trials::TuningResult result;
   {
@@ -274,7 +262,6 @@ int tune_by(TuneRequest& request) {
     result = trials::tune(spec, out, run_trials, program_identity(),
                           [&](double part, const std::string& at) { progress.show(part, at); });
   }
-  remove_arrays(backend.spool);
   files::write_atomically(out / "report.html", pages::tune_page(out));
   std::cout << result.text << "results in " << out.string() << '\n';
   if (!result.accepted)

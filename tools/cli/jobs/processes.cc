@@ -3,6 +3,7 @@
 #include <signal.h>
 #include <spawn.h>
 #include <sys/prctl.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -10,59 +11,216 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
-#include <exception>
-#include <map>
+#include <deque>
+#include <iostream>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
 #include <string_view>
 #include <system_error>
 
 #include "sim/files/json.h"
 #include "sim/files/text.h"
-#include "tools/cli/jobs/backend.h"
+#include "tools/cli/jobs/jobs.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/shared/terminal.h"
 
 namespace cli {
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Job, key, seed, words, batched, scenario, origin, folder, cost)
+
 namespace {
 
 using files::FileLock;
 constexpr useconds_t kChildPollUs = 10'000;
-constexpr int kPollsForParts = 20;  // between two looks at the progress
+constexpr int kPollsForParts = 20;  // between two looks at the progress and the records
 constexpr std::string_view kTemporary = "gaitslam-XXXXXX";
 constexpr const char* kLock = ".gaitslam-temporary";  // no folder of results has such a file
 
-/// The file for the progress of the process, beside its log.
-fs::path part_file(const fs::path& log) { return log.string() + ".part"; }
+/// Distinguishes a folder from its replacement: device and inode, or nullopt if it does not exist.
+using Identity = std::optional<std::pair<dev_t, ino_t>>;
 
-/// Starts this program with its standard error written to a file.
-pid_t start(const CommandLine& line, const fs::path& log) {
+Identity identity_of(const fs::path& folder) {
+  struct stat status {};
+  if (::lstat(folder.c_str(), &status) != 0) return std::nullopt;
+  return std::pair(status.st_dev, status.st_ino);
+}
+
+/// A process and the jobs without a record that it runs, one after another.
+struct Process {
+  std::vector<Job> jobs;
+  std::size_t begun = 0;  ///< number of its jobs at the start
+  std::string files;      ///< their path without extension
+  Identity before;        ///< the folder of its job at the start
+  std::size_t read = 0;   ///< bytes of its output that were read
+  std::string running{};  ///< key of the batched job that it announced last
+
+  fs::path file(const char* extension) const { return files + extension; }
+};
+
+/// The words of the process and its files. The parent's id is that of this process.
+std::vector<std::string> command_line(const Process& process) {
+  const Job& job = process.jobs.front();
   std::vector<std::string> words{"gaitslam"};
-  words.insert(words.end(), line.words.begin(), line.words.end());
+  words.insert(words.end(), job.words.begin(), job.words.end());
+  if (job.batched) {
+    write_jobs(process.file(".jobs"), process.jobs);
+    words.push_back(process.file(".jobs"));
+  } else if (!job.scenario.empty()) {
+    files::write_text(process.file(".yaml"), job.scenario);
+    files::write_text(process.file(".json"), files::json_text(nlohmann::ordered_json(job.origin)));
+    std::ranges::replace(words, kScenarioFile, process.file(".yaml").string());
+    words.insert(words.end(), {"--set-by", process.file(".json")});
+  }
   words.insert(words.end(), {"--die-with-parent", std::to_string(getpid())});
+  return words;
+}
+
+pid_t spawn(const Process& process) {
+  std::vector<std::string> words = command_line(process);
   std::vector<char*> argv, environment;
   for (std::string& word : words) argv.push_back(word.data());
-  std::string progress_file = fmt::format("{}={}", kProgressFile, part_file(log).string());
+  std::string progress_file = fmt::format("{}={}", kProgressFile, process.file(".part").string());
   environment.push_back(progress_file.data());
   for (char** variable = environ; *variable; ++variable) environment.push_back(*variable);
   argv.push_back(nullptr);
   environment.push_back(nullptr);
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_addopen(&files, STDERR_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-  pid_t process = 0;
-  const int fault = posix_spawn(&process, "/proc/self/exe", &files, nullptr, argv.data(), environment.data());
+  constexpr int kWrite = O_WRONLY | O_CREAT | O_TRUNC;
+  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, process.file(".out").c_str(), kWrite, 0600);
+  posix_spawn_file_actions_addopen(&files, STDERR_FILENO, process.file(".err").c_str(), kWrite, 0600);
+  pid_t id = 0;
+  const int fault = posix_spawn(&id, "/proc/self/exe", &files, nullptr, argv.data(), environment.data());
   posix_spawn_file_actions_destroy(&files);
   if (fault != 0) throw std::system_error(fault, std::generic_category(), "cannot start a process");
-  return process;
+  return id;
 }
 
-Exited ended(int status, const fs::path& log) {
-  const std::string text = files::read_text(log);
-  if (WIFEXITED(status)) return {WEXITSTATUS(status), text};
-  const int signal = WTERMSIG(status);
-  return {3, text + fmt::format("killed by signal {} ({})\n", signal, strsignal(signal)), signal};
+/// Splits the jobs into those of a process: as few as keep all processes equally busy, because each process
+/// of batched jobs decodes its recording.
+std::deque<std::vector<Job>> batches(const std::vector<Job>& jobs, int processes) {
+  const auto up = [](std::size_t a, std::size_t b) { return (a + b - 1) / b; };
+  const auto at_a_time = static_cast<std::size_t>(processes);
+  const std::size_t most = up(jobs.size(), at_a_time * up(jobs.size(), at_a_time * kMostOfBatch));
+  std::deque<std::vector<Job>> all;
+  for (const Job& job : jobs) {
+    if (all.empty() || !job.batched || all.back().size() == most) all.emplace_back();
+    all.back().push_back(job);
+  }
+  return all;
 }
+
+class Launcher {
+ public:
+  Launcher(const std::vector<Job>& jobs, int processes, const OnRecord& on_record)
+      : waiting_(batches(jobs, processes)),
+        most_(static_cast<std::size_t>(processes)),
+        on_record_(on_record) {
+    for (const Job& job : jobs) cost_ += job.cost;
+  }
+
+  void run(const ShowPart& show) {
+    for (int polls = 0; !waiting_.empty() || !running_.empty(); ++polls) {
+      if (polls % kPollsForParts == 0) {
+        for (auto& [id, process] : running_) read_records(process);
+        show(part());
+      }
+      if (!waiting_.empty() && running_.size() < most_) {
+        start();
+        continue;
+      }
+      int status = 0;
+      const auto process = running_.find(waitpid(-1, &status, WNOHANG));
+      if (process == running_.end()) {
+        usleep(kChildPollUs);
+        continue;
+      }
+      end(process->second, status);
+      running_.erase(process);
+    }
+    if (device_failure_) fail_by_device(*device_failure_);
+  }
+
+ private:
+  void start() {
+    Process process{std::move(waiting_.front()), 0, (temporary_ / std::to_string(started_++)).string(), {}};
+    waiting_.pop_front();
+    process.begun = process.jobs.size();
+    process.before = identity_of(process.jobs.front().folder);
+    running_.emplace(spawn(process), std::move(process));
+  }
+
+  void add(Process& process, const JobRecord& record) {
+    const auto job = std::ranges::find(process.jobs, record.key, &Job::key);
+    if (job == process.jobs.end()) return;
+    done_ += job->cost;
+    process.jobs.erase(job);
+    on_record_(record);
+  }
+
+  /// Takes the whole lines that the process has printed since the last call.
+  void read_records(Process& process) {
+    if (process.jobs.empty() || !process.jobs.front().batched) return;
+    const std::string text = files::read_text(process.file(".out")),
+                      all = text.substr(0, text.rfind('\n') + 1);
+    std::istringstream lines(all.substr(std::min(process.read, all.size())));
+    process.read = all.size();
+    for (std::string line; std::getline(lines, line);)
+      if (line.starts_with(kBegin))
+        process.running = line.substr(kBegin.size());
+      else if (const auto record = result::from_line(line))
+        add(process, *record);
+  }
+
+  /// Jobs that a batch has not reached run in a new process, if this one has finished any.
+  void end(Process& process, int status) {
+    read_records(process);
+    const int signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+    const std::string killed =
+        signal ? fmt::format("killed by signal {} ({})", signal, strsignal(signal)) : "";
+    const std::string complaint =
+        files::sanitize(files::read_text(process.file(".err"))) + (signal ? killed + "\n" : "");
+    const bool device_failed = WIFEXITED(status) && WEXITSTATUS(status) == kDeviceFailed;
+    if (device_failed) waiting_.clear(), device_failure_ = complaint;
+    if (process.jobs.empty()) return;
+    const Job job = process.jobs.front();
+    if (!job.batched) {
+      const Identity now = identity_of(job.folder);
+      const double code = signal ? 3 : WEXITSTATUS(status);
+      return add(process, {job.key,
+                           job.seed,
+                           now && now != process.before ? kFinished : kFailed,
+                           complaint,
+                           {{"exit_code", code}}});
+    }
+    const auto running = std::ranges::find(process.jobs, process.running, &Job::key);
+    if (signal && running != process.jobs.end())
+      add(process, {running->key, running->seed, "crashed", killed, {}});
+    if (device_failed) return;
+    if (process.jobs.size() < process.begun && !process.jobs.empty())
+      waiting_.push_front(process.jobs);
+    else if (!process.jobs.empty() && complaints_.insert(complaint).second)
+      std::cerr << complaint;
+  }
+
+  double part() const {
+    double done = done_;
+    for (const auto& [id, process] : running_)
+      if (!process.jobs.empty() && !process.jobs.front().batched)
+        done += process.jobs.front().cost * part_in(process.file(".part"));
+    return done / cost_;
+  }
+
+  const TemporaryFolder temporary_;
+  std::deque<std::vector<Job>> waiting_;
+  std::map<pid_t, Process> running_;
+  std::set<std::string> complaints_;
+  std::optional<std::string> device_failure_;  ///< of a process; then no further ones are started
+  std::size_t most_;
+  int started_ = 0;
+  double cost_ = 0, done_ = 0;
+  const OnRecord& on_record_;
+};
 
 /// True for a TemporaryFolder of this user's ended process.
 bool is_abandoned(const fs::path& folder) {
@@ -76,38 +234,6 @@ bool is_abandoned(const fs::path& folder) {
   } catch (const files::FileError&) {
     return false;
   }
-}
-
-/// `jobs` processes at a time.
-std::vector<Exited> run_processes(const CommandLines& command_lines, int jobs, const ShowPart& show,
-                                  const OnEnded& on_ended) {
-  const TemporaryFolder temporary;
-  const auto log = [&](std::size_t i) { return temporary / std::to_string(i); };
-  std::vector<Exited> all(command_lines.size());
-  std::map<pid_t, std::size_t> running;
-  std::vector<bool> has_ended(all.size());
-  const auto part = [&](std::size_t i) { return has_ended[i] ? 1 : part_in(part_file(log(i))); };
-  int polls = 0;
-  bool can_write = true;  // else no further process is started
-  for (std::size_t next = 0; can_write ? next < all.size() || !running.empty() : !running.empty();) {
-    if (polls++ % kPollsForParts == 0) show(part_of_cost(command_lines, part));
-    if (can_write && next < all.size() && running.size() < static_cast<std::size_t>(jobs)) {
-      running[start(command_lines[next], log(next))] = next;
-      ++next;
-      continue;
-    }
-    int status = 0;
-    const pid_t ended_one = waitpid(-1, &status, WNOHANG);
-    const auto process = running.find(ended_one);
-    if (ended_one == 0) usleep(kChildPollUs);
-    if (process == running.end()) continue;
-    all[process->second] = ended(status, log(process->second));
-    has_ended[process->second] = true;
-    can_write &= all[process->second].exit_code != kDeviceFailed;
-    if (on_ended) on_ended(process->second);
-    running.erase(process);
-  }
-  return all;
 }
 
 }  // namespace
@@ -136,20 +262,28 @@ void die_with(pid_t parent) {
   if (getppid() != parent) raise(SIGKILL);
 }
 
-double part_of_cost(const CommandLines& lines, const std::function<double(std::size_t)>& part) {
-  double done = 0, all = 0;
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    done += lines[i].cost * part(i);
-    all += lines[i].cost;
-  }
-  return done / all;
+void fail_by_device(std::string_view complaint) {
+  complaint = complaint.substr(0, complaint.find_last_not_of('\n') + 1);
+  complaint = complaint.substr(complaint.rfind('\n') + 1);
+  if (complaint.starts_with(kProgramPrefix)) complaint.remove_prefix(kProgramPrefix.size());
+  throw files::DeviceError(
+      fmt::format("{}; finished results are kept, rerun the command to resume", complaint));
 }
 
-void require_usable(const Backend& backend, const std::string& folder) {
-  if (!backend.slurm() || folder.find_first_of("\n\r") == folder.npos) return;
-  throw UsageError("--out '{}': has a line break, which Slurm command lines cannot have",
-                   folder.substr(0, folder.find_first_of("\n\r")));
+void write_jobs(const fs::path& file, const std::vector<Job>& jobs) {
+  std::string text;
+  for (const Job& job : jobs) text += nlohmann::json(job).dump() + '\n';
+  files::write_atomically(file, text);
 }
+
+std::vector<Job> jobs_in(const fs::path& file) {
+  std::vector<Job> jobs;
+  std::istringstream lines(files::read_text(file));
+  for (std::string line; std::getline(lines, line);) jobs.push_back(nlohmann::json::parse(line));
+  return jobs;
+}
+
+int exit_code_of(const JobRecord& record) { return static_cast<int>(record.value("exit_code").value_or(0)); }
 
 void add_backend_options(CLI::App& command, Backend& backend) {
   command.add_option("--jobs", backend.jobs, "processes at a time (default 1); array elements on Slurm")
@@ -163,42 +297,18 @@ void add_backend(CLI::App& command, std::string& name) {
       ->capture_default_str();
 }
 
-std::vector<Exited> run_all(const CommandLines& command_lines, const Backend& backend, const ShowPart& show,
-                            const OnEnded& on_ended) {
-  if (command_lines.empty()) return {};
-  const std::vector<Exited> all =
-      backend.slurm() ? run_on_slurm(command_lines, backend, show)
-                      : run_processes(command_lines, std::max(backend.jobs, 1), show, on_ended);
-  const auto failed = std::ranges::find(all, kDeviceFailed, &Exited::exit_code);
-  if (failed == all.end()) return all;
-  std::string_view why = failed->complaint;
-  why = why.substr(0, why.find_last_not_of('\n') + 1);
-  why = why.substr(why.rfind('\n') + 1);
-  if (why.starts_with(kProgramPrefix)) why.remove_prefix(kProgramPrefix.size());
-  throw files::DeviceError(fmt::format("{}; finished results are kept, rerun the command to resume", why));
+void run_here(const std::vector<Job>& jobs, int processes, const ShowPart& show, const OnRecord& on_record) {
+  Launcher(jobs, processes, on_record).run(show);
 }
 
-FrozenScenarios::FrozenScenarios(const Backend& backend) {
-  if (!backend.slurm()) temporary_.emplace();
-  folder_ = temporary_ ? *temporary_ / "" : backend.spool;
-  fs::create_directories(folder_);
-}
-
-FrozenScenarios::~FrozenScenarios() {
-  if (temporary_ || std::uncaught_exceptions() > 0) return;  // a job that may still run reads them
-  std::error_code ignored;
-  for (const std::string& name : written_)
-    for (const char* end : {".yaml", ".set_by.json"}) fs::remove(folder_ / (name + end), ignored);
-  fs::remove(folder_, ignored);  // only if it is empty
-}
-
-std::vector<std::string> FrozenScenarios::words(const std::string& name, const scenario::ReadScenario& read) {
-  const fs::path file = folder_ / (name + ".yaml"), set_by = folder_ / (name + ".set_by.json");
-  if (written_.insert(name).second) {
-    files::write_text(file, scenario::to_yaml(read.scenario));
-    files::write_text(set_by, files::json_text(nlohmann::ordered_json(read.origin)));
-  }
-  return {file.string(), "--set-by", set_by.string()};
+void run_jobs(const std::vector<Job>& jobs, const Backend& backend, const std::string& title,
+              const OnRecord& on_record) {
+  if (jobs.empty()) return;
+  ProgressLine progress(title);
+  const ShowPart show = [&](double part) { progress.show(part); };
+  if (backend.slurm()) return run_on_slurm(jobs, backend, show, on_record);
+  clear_spool(backend.spool);
+  run_here(jobs, std::max(backend.jobs, 1), show, on_record);
 }
 
 }  // namespace cli

@@ -18,7 +18,7 @@ namespace cli {
 /// grows only if the job has become much slower.
 class RemainingTime {
  public:
-  /// Returns the time left, s, or nullopt before a rate is known. part: done, 0 to 1. spent_s: ascending.
+  /// Returns the time left, s, or nullopt before a rate is known, at a part done and an ascending time spent.
   std::optional<double> at(double part, double spent_s);
 
  private:

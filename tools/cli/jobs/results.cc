@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <iostream>
@@ -33,25 +32,34 @@ result::About about(const fs::path& folder) try {
   return {};
 }
 
-CommandLine line_of(const ResultJob& job, const fs::path& out, const ResultOptions& options,
-                    FrozenScenarios& frozen) {
-  std::vector<std::string> words;
-  const auto add = [&](const std::vector<std::string>& more) {
-    words.insert(words.end(), more.begin(), more.end());
-  };
-  if (!job.command.empty()) {
-    add(job.command);
-    add({"--out", out.string(), "--force"});
-    return {words, job.cost};
-  }
-  if (job.recording)
-    add({"replay", job.recording->string(), "--out", (out / job.result()).string(), "--scenario"});
+/// Returns what a result depends on.
+std::string key_of(const ResultJob& job, const std::string& models_hash, bool cached) {
+  const std::string recording = job.recording ? fs::weakly_canonical(*job.recording).string() : "";
+  return result::job_key({program_identity(), models_hash, cached ? "cached" : "",
+                          inputs_of(job.read.scenario), job.result(),
+                          fmt::format("{}", fmt::join(job.command, "\n")), recording});
+}
+
+Job process_of(const ResultJob& job, const fs::path& out, const ResultOptions& options,
+               const std::string& models_hash) {
+  Job process{.key = key_of(job, models_hash, options.cached),
+              .seed = job.seed(),
+              .words = job.command,
+              .scenario = scenario::to_yaml(job.read.scenario),
+              .origin = job.read.origin,
+              .folder = out / job.result(),
+              .cost = job.cost};
+  std::vector<std::string>& words = process.words;
+  if (!job.command.empty())
+    process.scenario.clear(), words.insert(words.end(), {"--out", out.string()});
+  else if (job.recording)
+    words = {"replay",     job.recording->string(), "--out", process.folder.string(), "--scenario",
+             kScenarioFile};
   else
-    add({"run", "--out", (out / job.folder).string(), "--models", options.models.string()});
-  add(frozen.words(job.read.scenario.name, job.read));
-  add({fmt::format("seed={}", job.seed()), "--force"});
+    words = {"run", kScenarioFile, "--out", (out / job.folder).string(), "--models", options.models.string()};
   if (options.cached && !job.recording) words.emplace_back("--cached");
-  return {words, job.cost};
+  words.emplace_back("--force");
+  return process;
 }
 
 /// True if this program made the result from the job's scenario, seed, and recording or models. If the
@@ -71,23 +79,12 @@ bool is_finished(const fs::path& folder, const ResultJob& job, const std::string
   return !recorded.empty() && recorded == made.recording;
 }
 
-/// Distinguishes a folder from its replacement: device and inode, or nullopt if it does not exist.
-using Identity = std::optional<std::pair<dev_t, ino_t>>;
-
-Identity identity_of(const fs::path& folder) {
-  struct stat status {};
-  if (::lstat(folder.c_str(), &status) != 0) return std::nullopt;
-  return std::pair(status.st_dev, status.st_ino);
-}
-
-/// The indices of the jobs to run. On Slurm all of them, because the job array knows what has ended.
+/// The indices of the jobs to run.
 std::vector<std::size_t> unfinished(const std::vector<ResultJob>& jobs, const OutFolder& out,
-                                    const ResultOptions& options) {
-  const std::string models_hash = options.models.empty() ? "" : scenario::models_hash(options.models);
+                                    const ResultOptions& options, const std::string& models_hash) {
   std::vector<std::size_t> left;
   for (std::size_t i = 0; i < jobs.size(); ++i)
-    if (options.backend.slurm() ||
-        !(options.counts_older || (out.log() && out.log()->find(jobs[i].result()))) ||
+    if (!(options.counts_older || (out.log() && out.log()->find(jobs[i].result()))) ||
         !is_finished(out.path() / jobs[i].result(), jobs[i], models_hash))
       left.push_back(i);
   if (left.size() < jobs.size())
@@ -120,10 +117,10 @@ void move_stale_results(const std::vector<ResultJob>& jobs, const fs::path& out,
   }
 }
 
-void print_complaints(const std::vector<ResultJob>& jobs, const std::vector<Exited>& ended) {
+void print_complaints(const std::vector<ResultJob>& jobs, const std::vector<JobRecord>& ended) {
   std::map<std::pair<std::string, std::string>, std::vector<std::uint64_t>> seeds;
   for (std::size_t i = 0; i < jobs.size(); ++i)
-    if (ended[i].exit_code > 1) seeds[{jobs[i].folder, ended[i].complaint}].push_back(jobs[i].seed());
+    if (exit_code_of(ended[i]) > 1) seeds[{jobs[i].folder, ended[i].cause}].push_back(jobs[i].seed());
   for (const auto& [what, of] : seeds)
     std::cerr << fmt::format("{}{}seed{} {}: {}", what.first, what.first.empty() ? "" : " ",
                              of.size() > 1 ? "s" : "", fmt::join(of, ", "), what.second);
@@ -176,28 +173,28 @@ recording::CachedRecording Recordings::get(const scenario::ReadScenario& read,
 }
 
 std::vector<Recordings::Made> Recordings::make(const std::vector<scenario::ReadScenario>& scenarios,
-                                               const Backend& backend) const {
-  FrozenScenarios frozen(backend);
-  CommandLines lines;
+                                               Backend backend) const {
+  std::vector<Job> missing;
   std::vector<Made> all;
-  std::vector<std::size_t> missing;
+  std::map<std::string, std::size_t> index_of;
   for (std::size_t i = 0; i < scenarios.size(); ++i) {
-    const auto found = find(scenarios[i].scenario);
-    all.push_back({found ? found->folder : ""});
-    if (found) continue;
-    lines.push_back({{"record", "--models", fs::absolute(models_).string()}});
-    for (std::string& word : frozen.words(key(scenarios[i].scenario), scenarios[i]))
-      lines.back().words.push_back(std::move(word));
-    missing.push_back(i);
+    const scenario::Scenario& scenario = scenarios[i].scenario;
+    const auto found = find(scenario);
+    all.push_back({found ? found->folder : fs::path()});
+    if (found || !index_of.emplace(key(scenario), i).second) continue;
+    missing.push_back({.key = key(scenario),
+                       .seed = scenario.seed,
+                       .words = {"record", kScenarioFile, "--models", fs::absolute(models_).string()},
+                       .scenario = scenario::to_yaml(scenario),
+                       .origin = scenarios[i].origin});
   }
   if (missing.empty()) return all;
   require_simulator();
-  ProgressLine progress(fmt::format("{} recordings", missing.size()));
-  const std::vector<Exited> ended = run_all(lines, backend, [&](double part) { progress.show(part); });
-  for (std::size_t k = 0; k < missing.size(); ++k) {
-    const auto found = find(scenarios[missing[k]].scenario);
-    all[missing[k]] = {found ? found->folder : "", true, ended[k]};
-  }
+  run_jobs(missing, backend, fmt::format("{} recordings", missing.size()), [&](const JobRecord& record) {
+    const std::size_t i = index_of.at(record.key);
+    const auto found = find(scenarios[i].scenario);
+    all[i] = {found ? found->folder : fs::path(), true, record};
+  });
   return all;
 }
 
@@ -212,59 +209,45 @@ std::vector<ResultJob> jobs_of_seeds(const ResultJob& job, const std::vector<std
   return jobs;
 }
 
-std::vector<Exited> make_results(const std::vector<ResultJob>& jobs, const OutFolder& out,
-                                 const ResultOptions& options) {
-  const auto folder_of = [&](std::size_t i) { return out.path() / jobs[i].result(); };
-  for (std::size_t i = 0; i < jobs.size(); ++i) files::require_replaceable(folder_of(i));
-  const std::vector<std::size_t> left = unfinished(jobs, out, options);
+std::vector<JobRecord> make_results(const std::vector<ResultJob>& jobs, const OutFolder& out,
+                                    const ResultOptions& options) {
+  for (const ResultJob& job : jobs) files::require_replaceable(out.path() / job.result());
+  const std::string models_hash = options.models.empty() ? "" : scenario::models_hash(options.models);
+  std::vector<Job> left;
+  std::map<std::string, std::size_t> index_of;
+  for (const std::size_t i : unfinished(jobs, out, options, models_hash)) {
+    left.push_back(process_of(jobs[i], out.path(), options, models_hash));
+    index_of[left.back().key] = i;
+  }
   Backend backend = options.backend;
   backend.spool = out.path() / ".slurm";
-  FrozenScenarios frozen(backend);
-  CommandLines lines;
-  std::vector<Identity> before;
-  for (const std::size_t i : left) {
-    before.push_back(identity_of(folder_of(i)));
-    lines.push_back(line_of(jobs[i], out.path(), options, frozen));
-  }
-  std::optional<ProgressLine> line;
-  if (!left.empty()) line.emplace(options.title);
-  const OnEnded on_ended = [&](std::size_t k) {
-    const Identity now = identity_of(folder_of(left[k]));
-    if (out.log() && now && now != before[k])
-      out.log()->add({jobs[left[k]].result(), jobs[left[k]].seed(), "finished", "", {}});
-  };
-  const std::vector<Exited> ended = run_all(
-      lines, backend, [&](double part) { line->show(part); }, on_ended);
-  line.reset();
-  std::vector<Exited> all(jobs.size());
+  std::vector<JobRecord> all(jobs.size());
   std::map<std::string, std::vector<std::string>> stale;
-  for (std::size_t k = 0; k < left.size(); ++k) {
-    const ResultJob& job = jobs[left[k]];
-    const fs::path folder = folder_of(left[k]);
-    all[left[k]] = ended[k];
-    if (!before[k] || identity_of(folder) != before[k]) continue;
-    // On Slurm a killed command may have started the job: its result is then older than this process.
-    if (!backend.slurm() || !fs::exists(folder / "scenario.yaml") ||
-        files::read_text(folder / "scenario.yaml") != scenario::to_yaml(job.read.scenario))
-      stale[job.folder].push_back(folder.filename());
-  }
+  run_jobs(left, backend, options.title, [&](const JobRecord& record) {
+    const std::size_t i = index_of.at(record.key);
+    all[i] = record;
+    if (record.ending != kFinished && fs::exists(out.path() / jobs[i].result()))
+      stale[jobs[i].folder].push_back(fs::path(jobs[i].result()).filename());
+    else if (out.log() && record.ending == kFinished)
+      out.log()->add({jobs[i].result(), jobs[i].seed(), kFinished, "", {}});
+  });
   move_stale_results(jobs, out.path(), std::move(stale), options.keeps_other_seeds);
   for (std::size_t i = 0; i < jobs.size(); ++i)
-    if (options.must_start && all[i].exit_code == 2)
-      throw UsageError("seed {}: {}", jobs[i].seed(), all[i].complaint);
+    if (options.must_start && exit_code_of(all[i]) == 2)
+      throw UsageError("seed {}: {}", jobs[i].seed(), all[i].cause);
   print_complaints(jobs, all);
   return all;
 }
 
 std::vector<result::SeedScore> read_scores(const std::vector<ResultJob>& jobs,
-                                           const std::vector<Exited>& ended, const fs::path& out) {
+                                           const std::vector<JobRecord>& ended, const fs::path& out) {
   std::vector<result::SeedScore> scores;
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     const fs::path folder = out / jobs[i].result();
     const bool there = fs::exists(folder / "score.json");
     scores.push_back(there ? regression::read_result(folder)
-                           : result::without_score(jobs[i].seed(), ended[i].exit_code));
-    if (!there) scores.back().last_lines = ended[i].complaint;
+                           : result::without_score(jobs[i].seed(), exit_code_of(ended[i])));
+    if (!there) scores.back().last_lines = ended[i].cause;
   }
   return scores;
 }
@@ -274,17 +257,12 @@ std::string inputs_of(const scenario::Scenario& scenario) {
 }
 
 OutUse resumable(const std::vector<ResultJob>& jobs, const fs::path& models, bool cached) {
+  const std::string models_hash = models.empty() ? "" : scenario::models_hash(models);
   files::Hash hash;
-  for (const std::string& part : {program_identity(), models.empty() ? "" : scenario::models_hash(models),
-                                  std::string(cached ? "cached" : "")})
-    hash.add_part(part);
   OutUse use;
   for (const ResultJob& job : jobs) {
     use.results.push_back(job.result());
-    hash.add_part(inputs_of(job.read.scenario));
-    hash.add_part(use.results.back());
-    for (const std::string& word : job.command) hash.add_part(word);
-    hash.add_part(job.recording ? fs::weakly_canonical(*job.recording).string() : "");
+    hash.add_part(key_of(job, models_hash, cached));
   }
   use.identity = hash.hex();
   return use;

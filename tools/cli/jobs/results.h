@@ -1,5 +1,5 @@
-// Recordings, results of runs and trials, made by processes of their own. Finished ones are kept when an
-// interrupted command is rerun; stale results are moved aside.
+// Recordings, results of runs and trials, each made by a process. Finished ones are kept when an interrupted
+// command is rerun; stale results are moved aside.
 #pragma once
 
 #include <functional>
@@ -10,11 +10,12 @@
 #include "sim/recording/cache.h"
 #include "sim/result/score_file.h"
 #include "sim/scenario/scenario.h"
-#include "tools/cli/jobs/backend.h"
+#include "tools/cli/jobs/jobs.h"
 #include "tools/cli/shared/out_folder.h"
 
 namespace sim::trials {
 struct Task;
+using RunTasks = std::function<void(const std::vector<Task>&, result::JobLog&)>;
 }  // namespace sim::trials
 
 namespace cli {
@@ -37,10 +38,10 @@ class Recordings {
   struct Made {
     fs::path folder;      ///< in the cache; empty if it could not be made
     bool is_new = false;  ///< made by this call
-    Exited ended{};       ///< of its process
+    JobRecord record{};   ///< of its process
   };
   /// Makes the missing recordings and returns all in the order of the scenarios.
-  std::vector<Made> make(const std::vector<scenario::ReadScenario>& scenarios, const Backend& backend) const;
+  std::vector<Made> make(const std::vector<scenario::ReadScenario>& scenarios, Backend backend) const;
 
   const recording::CachePlace& place() const { return cache_.place(); }
 
@@ -79,17 +80,15 @@ struct ResultOptions {
   bool must_start = false;  ///< a process that rejects its input is a UsageError
 };
 
-/// Makes the results that are not finished, prints what failed processes wrote to standard error, once for
-/// all seeds with the same complaint, and returns how they ended, in the order of the jobs (exit code 0 and
-/// no complaint if finished before). An earlier result stays until the new one is whole; if none is made, it
-/// is moved to earlier-<n>, as are results of other seeds. Throws FileError if a result would replace
-/// something that the program did not make.
-std::vector<Exited> make_results(const std::vector<ResultJob>& jobs, const OutFolder& out,
-                                 const ResultOptions& options);
+/// Makes the results that are not finished, each replacing an earlier one when it is whole, and returns the
+/// records in the order of the jobs, empty for those finished before. Prints complaints of failed processes
+/// and moves stale results to earlier-<n>; throws FileError if a result would replace a user's files.
+std::vector<JobRecord> make_results(const std::vector<ResultJob>& jobs, const OutFolder& out,
+                                    const ResultOptions& options);
 
 /// Returns the score of each job's result, or "crashed" if it has none.
 std::vector<result::SeedScore> read_scores(const std::vector<ResultJob>& jobs,
-                                           const std::vector<Exited>& ended, const fs::path& out);
+                                           const std::vector<JobRecord>& ended, const fs::path& out);
 
 /// Returns text that identifies a scenario's inputs: its YAML and the contents of its estimator's files.
 std::string inputs_of(const scenario::Scenario& scenario);
@@ -98,21 +97,8 @@ std::string inputs_of(const scenario::Scenario& scenario);
 std::vector<std::string> results_of_other_seeds(const fs::path& root,
                                                 const std::vector<std::uint64_t>& seeds);
 
-/// folder: contains parts of the trials and their logs while they run; all nodes of a cluster must see it.
-struct TrialsPlace {
-  fs::path folder;
-  std::string purpose;  ///< first line of the log
-  fs::path models;
-  std::string title;  ///< of the progress line
-};
-
-using RunTrials = std::function<void(const std::vector<trials::Task>&, result::JobLog&)>;
-/// Returns a function that runs trials in several processes, here or on a cluster, and collects their records
-/// in one log. Tasks of the same recording should follow each other. It resumes what a killed call left in
-/// the folder. A task without a record afterwards could not be run; the reason is on standard error.
-RunTrials in_processes(const TrialsPlace& place, const Backend& backend);
-
-/// Removes the parts that an earlier call left in the folder, and the folder if nothing else is in it.
-void remove_parts(const fs::path& folder);
+/// Returns a function that runs trials in several processes, here or on a cluster, and logs their records, as
+/// run_jobs does. Tasks of the same recording should follow each other.
+trials::RunTasks in_processes(const fs::path& models, const std::string& title, const Backend& backend);
 
 }  // namespace cli

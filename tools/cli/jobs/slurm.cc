@@ -2,55 +2,30 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <iostream>
+#include <numeric>
 #include <set>
 #include <sstream>
 
-#include "sim/files/atomic_file.h"
-#include "sim/files/hash.h"
 #include "sim/files/text.h"
-#include "tools/cli/jobs/backend.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/jobs/jobs.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/shared/terminal.h"
+#include "tools/cli/shared/options.h"
 
 namespace cli {
 namespace {
 
 constexpr double kElementSeconds = 30;  // a shorter element is not worth the cost of starting it
-constexpr int kSubmissions = 3;
-constexpr std::size_t kMostElements = 1000;  // of Slurm's default MaxArraySize, 1001
-constexpr useconds_t kQueuePollUs = 1'000'000;
-
-/// Each element runs its share of the lines, one after another, and records atomically that a line has ended.
-/// A line during which the element itself ended (node lost, requeued) is run again, five times at most.
-constexpr const char* kElement = R"sh(#!/bin/sh
-spool=$1 each=$2
-i=$((SLURM_ARRAY_TASK_ID * each))
-last=$((i + each))
-while [ $i -lt $last ]; do
-  i=$((i + 1))
-  line=$(sed -n "${i}p" "$spool/lines")
-  [ -n "$line" ] || exit 0
-  ended=$spool/ended/$i
-  [ ! -e "$ended" ] || continue
-  echo "${SLURMD_NODENAME:-a node}" >>"$ended.tries"
-  if [ "$(wc -l <"$ended.tries")" -gt 5 ]; then
-    echo "aborted: its array element ended during it on $(tr '\n' ' ' <"$ended.tries")" >"$ended.err"
-    code=3
-  else
-    code=0
-    GAITSLAM_PROGRESS_FILE=$ended.part
-    export GAITSLAM_PROGRESS_FILE
-    eval "$line" </dev/null >/dev/null 2>"$ended.err" || code=$?
-    [ $code -ne 75 ] || exit 75
-  fi
-  echo $code >"$ended.new"
-  mv "$ended.new" "$ended"
-done
-)sh";
+constexpr int kSubmissions = 3, kTries = 5;
+constexpr std::size_t kMostElements = 1000;          // of Slurm's default MaxArraySize, 1001
+constexpr int kMostUnanswered = 60, kPatience = 10;  // ten minutes: each time this many polls are skipped
+constexpr std::string_view kPurpose = "gaitslam array element";
 
 /// Standard output, standard error and exit status of a shell command.
 struct ShellOutput {
@@ -67,164 +42,282 @@ ShellOutput run_shell(const std::string& command) {
   return {files::read_text(text), files::read_text(errors), status};
 }
 
-/// The job id in the output of `sbatch --parsable`: a line "id" or "id;cluster", if there is one.
-std::optional<std::string> job_id(const std::string& text) {
+/// The job in the output of `sbatch --parsable`: a line "1000", or "1000;alpha" of another cluster of a
+/// federation, if there is one.
+std::optional<std::string> job_in(const std::string& text) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);)
-    if (const std::string id = line.substr(0, line.find(';')); files::parse_number<std::uint64_t>(id))
-      return id;
+    if (files::parse_number<std::uint64_t>(line.substr(0, line.find(';')))) return line;
   return std::nullopt;
 }
 
-/// True if squeue lists the job or fails: nothing is submitted again for an unknown job. Slurm forgets a job
-/// some minutes after its end and then calls its id invalid.
-bool may_run(const std::string& job) {
-  if (job.empty()) return false;
-  const ShellOutput shown = run_shell("squeue -h -j " + files::shell_word(job));
-  if (shown.status == 0) return !shown.text.empty();
-  return shown.errors.find("Invalid job id") == shown.errors.npos;
+/// Returns the arguments that select a job: "-j 1000", or "-M alpha -j 1000".
+std::string selected(const std::string& job, const char* by = "-j ") {
+  const std::size_t end = std::min(job.find(';'), job.size());
+  const std::string id = by + files::shell_word(job.substr(0, end));
+  return end == job.size() ? id : fmt::format("-M {} {}", files::shell_word(job.substr(end + 1)), id);
+}
+
+/// Returns "1000", or "1000 of cluster alpha".
+std::string named(const std::string& job) {
+  const std::size_t end = std::min(job.find(';'), job.size());
+  return job.substr(0, end) + (end == job.size() ? "" : " of cluster " + job.substr(end + 1));
+}
+
+/// A job as Slurm knows it.
+struct Seen {
+  enum class Presence { queued, ended, unknown } presence = Presence::unknown;
+  std::string waiting;  ///< states and reasons of elements that do not run, such as "PENDING (JobHeldUser)"
+  std::string fault;    ///< of squeue
+};
+
+/// Asks squeue. It calls an id invalid if the job ended some minutes ago, but also on another cluster:
+/// only the accounting of Slurm, if there is one, then shows that the job has ended.
+Seen look_up(const std::string& job) {
+  if (job.empty()) return {Seen::Presence::ended, "", ""};
+  const ShellOutput shown = run_shell("squeue -h -o '%T %r' " + selected(job));
+  const bool answered = shown.status == 0;
+  const ShellOutput kept = answered ? shown : run_shell("sacct -n -X -P -o State " + selected(job));
+  std::set<std::string> waiting;
+  bool any = false, active = false;
+  std::istringstream lines(kept.status == 0 ? kept.text : "");
+  for (std::string line; std::getline(lines, line);) {
+    if (line.empty() || line.starts_with("CLUSTER:")) continue;
+    const std::string state = line.substr(0, line.find(' '));
+    const bool runs = state == "RUNNING" || state == "COMPLETING";
+    any = true;
+    if (answered && !runs)
+      waiting.insert(state == line ? line : fmt::format("{} ({})", state, line.substr(state.size() + 1)));
+    active |=
+        runs || state == "PENDING" || state == "REQUEUED" || state == "RESIZING" || state == "SUSPENDED";
+  }
+  if (answered ? any : active)
+    return {Seen::Presence::queued, fmt::format("{}", fmt::join(waiting, ", ")), ""};
+  if (answered || any) return {Seen::Presence::ended, "", ""};
+  return {Seen::Presence::unknown, "", shown.errors.substr(0, shown.errors.find('\n'))};
+}
+
+/// True unless the job has certainly ended.
+bool may_run(const std::string& job) { return look_up(job).presence != Seen::Presence::ended; }
+
+/// The time between two questions to squeue.
+useconds_t poll_us() {
+  const char* const named = std::getenv("GAITSLAM_SLURM_POLL_S");
+  const auto seconds = files::parse_finite(named ? named : "1");
+  if (!seconds || *seconds <= 0 || *seconds > 300)
+    throw UsageError("GAITSLAM_SLURM_POLL_S is '{}', expected seconds, at most 300", named);
+  return static_cast<useconds_t>(1e6 * *seconds);
 }
 
 std::string text_if_there(const fs::path& file) { return fs::exists(file) ? files::read_text(file) : ""; }
 
-std::string shell_lines(const CommandLines& lines) {
-  const fs::path file = fs::read_symlink("/proc/self/exe");
-  if (!fs::exists(file))
-    throw UsageError("the program's file was replaced while it ran; run the command again");
-  const std::string program = files::shell_word(file.string());
-  std::string text;
-  for (const auto& line : lines) {
-    text += program;
-    for (const std::string& word : line.words) {
-      require_usable({"slurm"}, word);
-      text += " " + files::shell_word(word);
-    }
-    text += '\n';
-  }
-  return text;
+/// The file of an element in the folder of its array: .log has the records of its jobs.
+fs::path element_file(const fs::path& folder, std::size_t element, const char* extension) {
+  return folder / fmt::format("{}{}", element, extension);
 }
 
-std::vector<fs::path> arrays_in(const fs::path& spool) {
-  std::vector<fs::path> arrays;
-  std::error_code fault;
-  for (const auto& entry : fs::directory_iterator(spool, fault))
-    if (entry.path().filename().string().starts_with("array-") &&
-        fs::exists(entry.path() / "element.sh", fault))
-      arrays.push_back(entry.path());
-  return arrays;
-}
-
-/// A job array and its folder.
+/// A job array and its folder in the spool: the jobs, the id of the Slurm job, and files of the elements.
 class Array {
  public:
-  Array(const CommandLines& lines, const Backend& backend) : backend_(backend), lines_(lines) {
-    const std::string text = shell_lines(lines);
-    files::Hash hash;
-    hash.add(text);
-    folder_ = fs::absolute(backend.spool) / ("array-" + hash.hex().substr(0, 12));
+  explicit Array(const fs::path& spool) : folder_(fs::absolute(spool) / "array") {}
+
+  const fs::path& folder() const { return folder_; }
+  std::string job() const { return text_if_there(folder_ / "job"); }
+  std::vector<Job> jobs() const {
+    return fs::exists(folder_ / "jobs") ? jobs_in(folder_ / "jobs") : std::vector<Job>();
+  }
+
+  /// Passes on the records that the elements have logged since the last call.
+  void read_records(const OnRecord& on_record) {
+    for (const fs::path& file : element_files(".log")) {
+      const std::uintmax_t bytes = fs::file_size(file);
+      if (std::exchange(read_[file], bytes) == bytes) continue;
+      for (const auto& [key, record] : result::read_job_log(file, kPurpose)) on_record(record);
+    }
+  }
+
+  /// The part of the work of the elements that is done.
+  double part() const {
+    const std::vector<fs::path> all = element_files(".part");
+    double done = 0;
+    for (const fs::path& file : all) done += part_in(file);
+    return all.empty() ? 0 : done / static_cast<double>(all.size());
+  }
+
+  /// Submits the jobs as a new array.
+  void submit(const std::vector<Job>& jobs, const Backend& backend) {
+    const fs::path program = fs::read_symlink("/proc/self/exe");
+    if (!fs::exists(program))
+      throw UsageError("the program's file was replaced while it ran; run the command again");
     const auto least =
         static_cast<std::size_t>(std::ceil(kElementSeconds / std::max(backend.seconds_each, 0.1)));
-    each_ = std::max(least, (lines.size() + kMostElements - 1) / kMostElements);
-    fs::create_directories(folder_ / "ended");
-    files::write_atomically(folder_ / "lines", text);
-    files::write_atomically(folder_ / "element.sh", kElement);
-  }
-
-  /// True if the job, possibly one of a killed command, may be in the queue.
-  bool is_in_queue() const { return may_run(text_if_there(folder_ / "job")); }
-
-  /// The elements with a line that has not ended.
-  std::set<std::size_t> missing() const {
-    std::set<std::size_t> elements;
-    for (std::size_t i = 0; i < lines_.size(); ++i)
-      if (!has_ended(i)) elements.insert(i / each_);
-    return elements;
-  }
-
-  void submit() const {
-    const std::string elements = fmt::format("{}", fmt::join(missing(), ","));
+    const std::size_t each = std::max(jobs.front().batched ? kMostOfBatch : least,
+                                      (jobs.size() + kMostElements - 1) / kMostElements);
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    read_.clear();
+    write_jobs(folder_ / "jobs", jobs);
+    files::write_text(
+        folder_ / "element.sh",
+        fmt::format("#!/bin/sh\n{}=\"$1/$SLURM_ARRAY_TASK_ID.part\" exec {} element \"$1\" \"$2\"\n",
+                    kProgressFile, files::shell_word(program.string())));
+    std::vector<std::size_t> elements((jobs.size() + each - 1) / each);
+    std::iota(elements.begin(), elements.end(), std::size_t{0});
+    for (const std::size_t element : elements)
+      files::write_text(element_file(folder_, element, ".part"), "0\n");
     const ShellOutput printed = run_shell(fmt::format(
         "sbatch --parsable --requeue --ntasks=1 --cpus-per-task=1 --job-name=gaitslam "
         "--array={}{} --output={} {} {} {}",
-        elements, backend_.jobs > 0 ? fmt::format("%{}", backend_.jobs) : "",
-        files::shell_word((folder_ / "element-%a.log").string()),
-        files::shell_word((folder_ / "element.sh").string()), files::shell_word(folder_.string()), each_));
-    const std::optional<std::string> job = job_id(printed.text);
+        fmt::join(elements, ","), backend.jobs > 0 ? fmt::format("%{}", backend.jobs) : "",
+        files::shell_word((folder_ / "%a.txt").string()),
+        files::shell_word((folder_ / "element.sh").string()), files::shell_word(folder_.string()), each));
+    const std::optional<std::string> job = job_in(printed.text);
     if (printed.status != 0 || !job) {
       std::string why = printed.errors + printed.text;
       std::replace(why.begin(), why.end(), '\n', ' ');
       throw UsageError("sbatch: " + why);
     }
     files::write_atomically(folder_ / "job", *job);
-    std::cerr << printed.errors
-              << fmt::format(
-                     "slurm job {}: array elements {} with {} command lines each. After an interruption the "
-                     "same command continues with it.\n",
-                     *job, elements, each_);
+    std::cerr
+        << printed.errors
+        << fmt::format(
+               "slurm job {}: {} with up to {} each. After an interruption, rerun the command to continue "
+               "with it.\n",
+               named(*job), files::counted(elements.size(), "array element"), files::counted(each, "job"));
   }
 
-  double part() const {
-    return part_of_cost(
-        lines_, [&](std::size_t i) { return has_ended(i) ? 1 : part_in(ended_file(i).string() + ".part"); });
-  }
-
-  /// How each line ended. Removes the folder.
-  std::vector<Exited> collect() const {
-    std::vector<Exited> all;
-    for (std::size_t i = 0; i < lines_.size(); ++i) {
-      const std::string file = ended_file(i);
-      const int code = has_ended(i) ? std::stoi("0" + text_if_there(file)) : 3;
-      all.push_back({code < 128 ? code : 3,
-                     has_ended(i) ? text_if_there(file + ".err")
-                                  : "its array element ended before it ran: " +
-                                        text_if_there(folder_ / fmt::format("element-{}.log", i / each_))});
-      if (code < 128) continue;
-      all.back().signal = code - 128;
-      all.back().complaint += fmt::format("killed by signal {}\n", code - 128);
-    }
-    fs::remove_all(folder_);
-    return all;
+  /// Returns each different text that elements printed.
+  std::string complaints() const {
+    std::set<std::string> all;
+    for (const fs::path& file : element_files(".txt")) all.insert(files::read_text(file));
+    return fmt::format("{}", fmt::join(all, ""));
   }
 
  private:
-  fs::path ended_file(std::size_t i) const { return folder_ / "ended" / std::to_string(i + 1); }
-  bool has_ended(std::size_t i) const { return fs::exists(ended_file(i)); }
+  /// Files of the elements.
+  std::vector<fs::path> element_files(const char* extension) const {
+    std::vector<fs::path> all;
+    std::error_code fault;
+    for (const auto& entry : fs::directory_iterator(folder_, fault))
+      if (entry.path().extension() == extension) all.push_back(entry.path());
+    return all;
+  }
 
-  const Backend& backend_;
-  const CommandLines& lines_;
-  std::size_t each_ = 1;  ///< lines of an element
   fs::path folder_;
+  std::map<fs::path, std::uintmax_t> read_;  ///< sizes of the logs that were read
 };
+
+/// Waits for records of the jobs while the array may still run, and prints the states of waiting elements
+/// when they change. Throws UsageError if Slurm gives no answer for long.
+void wait_for(Array& array, const std::vector<Job>& jobs, const ShowPart& show, const OnRecord& on_record) {
+  const std::string job = array.job();
+  std::string waiting;
+  for (int unanswered = 0;;) {
+    const Seen seen = look_up(job);
+    array.read_records(on_record);
+    if (seen.presence == Seen::Presence::ended || jobs.empty()) return;
+    unanswered = seen.presence == Seen::Presence::unknown ? unanswered + 1 : 0;
+    if (unanswered > kMostUnanswered)
+      throw UsageError(
+          "slurm job {}: nothing is known of it: {}. Rerun the command to continue with it; if it has ended, "
+          "first "
+          "remove {}",
+          named(job), seen.fault, (array.folder() / "job").string());
+    if (unanswered == 0 && seen.waiting != waiting) {
+      waiting = seen.waiting;
+      std::cerr << fmt::format("slurm job {}: {}\n", named(job), waiting.empty() ? "RUNNING" : waiting);
+    }
+    show(array.part());
+    usleep(poll_us() * (unanswered > 0 ? kPatience : 1));
+  }
+}
+
+struct ElementRequest {
+  fs::path folder;
+  std::size_t each = 1;
+};
+
+/// Notes that the element starts. Throws FileError after several starts without a new record.
+void note_try(result::JobLog& log, std::size_t records) {
+  for (int n = 1; n <= kTries; ++n) {
+    const std::string key = fmt::format("try {} after {} records", n, records);
+    if (!log.find(key)) return log.add({key, 0, "started", "", {}});
+  }
+  throw files::FileError("array element", fmt::format("was ended {} times during the same job", kTries));
+}
+
+/// Runs the share of an array element and logs the records.
+int run_element(ElementRequest& request) {
+  const char* const id = std::getenv("SLURM_ARRAY_TASK_ID");
+  const auto element = files::parse_number<std::size_t>(id ? id : "");
+  if (!element) throw UsageError("element: expected SLURM_ARRAY_TASK_ID");
+  result::JobLog log(element_file(request.folder, *element, ".log"), kPurpose);
+  std::vector<Job> jobs = jobs_in(request.folder / "jobs");
+  const std::size_t first = std::min(*element * request.each, jobs.size());
+  jobs = {jobs.begin() + static_cast<std::ptrdiff_t>(first),
+          jobs.begin() + static_cast<std::ptrdiff_t>(std::min(first + request.each, jobs.size()))};
+  const double all = static_cast<double>(jobs.size());
+  std::erase_if(jobs, [&](const Job& job) { return log.find(job.key) != nullptr; });
+  if (jobs.empty()) return 0;
+  note_try(log, static_cast<std::size_t>(all) - jobs.size());
+  ProgressLine progress("element");
+  const double share = static_cast<double>(jobs.size()) / all;
+  run_here(
+      jobs, 1, [&](double part) { progress.show(1 - (1 - part) * share); },
+      [&](const JobRecord& record) { log.add(record); });
+  return 0;
+}
 
 }  // namespace
 
-void require_ended_arrays(const fs::path& spool) {
-  for (const fs::path& array : arrays_in(spool))
-    if (may_run(text_if_there(array / "job")))
-      throw UsageError(
-          "{}: belongs to the Slurm job {}, which may still run; wait for it, or end it with scancel",
-          array.string(), text_if_there(array / "job"));
-}
-
-void remove_arrays(const fs::path& spool) {
+void clear_spool(const fs::path& spool) {
+  if (spool.empty()) return;
+  const Array array(spool);
+  if (may_run(array.job()))
+    throw UsageError("{}: belongs to a Slurm job that may still run; wait for it, or end it: scancel {}",
+                     array.folder().string(), selected(array.job(), ""));
   std::error_code fault;
-  for (const fs::path& array : arrays_in(spool))
-    if (!may_run(text_if_there(array / "job"))) fs::remove_all(array, fault);
-  fs::remove(spool, fault);
+  fs::remove_all(array.folder(), fault);
+  fs::remove(spool, fault);  // only if it is empty
 }
 
-std::vector<Exited> run_on_slurm(const CommandLines& command_lines, const Backend& backend,
-                                 const ShowPart& show) {
-  const Array array(command_lines, backend);
+void run_on_slurm(std::vector<Job> jobs, const Backend& backend, const ShowPart& show,
+                  const OnRecord& on_record) {
+  Array array(backend.spool);
+  std::set<std::string> recorded;
+  std::optional<std::string> device_failure;
+  const OnRecord take = [&](const JobRecord& record) {
+    recorded.insert(record.key);
+    if (exit_code_of(record) == kDeviceFailed) device_failure = record.cause;
+    if (std::erase_if(jobs, [&](const Job& job) { return job.key == record.key; }) > 0) on_record(record);
+  };
+  array.read_records(take);
+  const auto is_other = [&](const Job& left) {
+    return !recorded.contains(left.key) && std::ranges::count(jobs, left.key, &Job::key) == 0;
+  };
+  if (std::ranges::any_of(array.jobs(), is_other)) clear_spool(backend.spool);
   for (int submissions = 0;; ++submissions) {
-    while (array.is_in_queue()) {
-      show(array.part());
-      usleep(kQueuePollUs);
-    }
-    if (array.missing().empty() || submissions == kSubmissions) break;
-    array.submit();
+    wait_for(array, jobs, show, take);
+    if (jobs.empty() || submissions == kSubmissions) break;
+    array.submit(jobs, backend);
   }
-  return array.collect();
+  const std::string complaint = "its array element ended before it ran: " + array.complaints();
+  if (!jobs.empty() && jobs.front().batched) std::cerr << complaint;
+  for (const Job& job : std::vector<Job>(jobs))
+    if (!job.batched) on_record({job.key, job.seed, kFailed, complaint, {{"exit_code", 3}}});
+  std::error_code fault;
+  fs::remove_all(array.folder(), fault);
+  fs::remove(backend.spool, fault);
+  if (device_failure) fail_by_device(*device_failure);
+}
+
+/// The hidden command of an array element.
+void add_element(CLI::App& app, int& exit_code) {
+  auto [command, request] =
+      add_command(app, exit_code, "element", "Run the jobs of an array element", "", run_element);
+  command.group("");
+  command.add_option("folder", request.folder)->required();
+  command.add_option("each", request.each)->required();
 }
 
 }  // namespace cli

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "sim/files/json.h"
-#include "tools/cli/jobs/backend.h"
+#include "tools/cli/jobs/jobs.h"
 
 namespace cli {
 namespace {
