@@ -79,7 +79,7 @@ class CheckedEstimator : public Estimator {
     try {
       require_valid(answer, observation.t, last_, newest_);
     } catch (const EstimatorFailed& invalid) {
-      fail(at(observation), invalid.what());
+      throw failed(at(observation), invalid.what());
     }
     if (answer.estimate && answer.estimate->t < last_) answer.estimate.reset();
     if (answer.estimate) last_ = answer.estimate->t;
@@ -92,9 +92,9 @@ class CheckedEstimator : public Estimator {
 
  private:
   virtual Answer ask(const slam::Observation& observation) = 0;
-  /// Throws EstimatorFailed for an invalid answer. when: "at t = 1.000 s".
-  [[noreturn]] virtual void fail(const std::string& when, const std::string& cause) {
-    throw EstimatorFailed(fmt::format("{}: {}", when, cause));
+  /// Returns what to throw for an invalid answer. when: "at t = 1.000 s".
+  virtual EstimatorFailed failed(const std::string& when, const std::string& cause) {
+    return EstimatorFailed(fmt::format("{}: {}", when, cause));
   }
 
   slam::Stamp newest_{0}, last_{0};  // of the observations; of the last answer's pose
@@ -145,7 +145,7 @@ class ProgramEstimator : public CheckedEstimator {
       throw std::invalid_argument(
           fmt::format("estimator: {}: {}{}", choice_.name, refusal.what(), last_lines()));
     } catch (const EstimatorFailed& failure) {
-      fail("at its start", failure.what());
+      throw failed("at its start", failure.what());
     }
   }
 
@@ -156,7 +156,7 @@ class ProgramEstimator : public CheckedEstimator {
       // It has already exited.
     }
     program_.end(TimeLimit(kExitWithin_s));
-    if (starts_message(program_.unread())) fail("at its end", kUnsolicited);
+    if (starts_message(program_.unread())) throw failed("at its end", kUnsolicited);
     return program_.log();
   }
 
@@ -178,14 +178,14 @@ class ProgramEstimator : public CheckedEstimator {
       answer.external_cpu_ms = std::max(0.0, program_.cpu_ms() - before_ms);
       return answer;
     } catch (const EstimatorFailed& failure) {
-      fail(at(observation), failure.what());
+      throw failed(at(observation), failure.what());
     }
   }
 
-  [[noreturn]] void fail(const std::string& when, const std::string& cause) override {
+  EstimatorFailed failed(const std::string& when, const std::string& cause) override {
     const std::string lines = last_lines();
-    throw EstimatorFailed(fmt::format("the estimator {} failed {}: {}{}", choice_.name, when, cause, lines),
-                          program_.log());
+    return EstimatorFailed(fmt::format("the estimator {} failed {}: {}{}", choice_.name, when, cause, lines),
+                           program_.log());
   }
 
   /// Ends the program.

@@ -21,10 +21,6 @@ using files::FileError;
 constexpr int kTriesOfTheLock = 20;
 constexpr useconds_t kPauseUs = 100'000;
 
-[[noreturn]] void fail(const fs::path& file, const std::string& what) {
-  files::fail_by_errno(file, what);
-}
-
 /// Waits briefly, for a killed process that has not ended yet.
 files::FileLock lock_for_writing(const fs::path& file) {
   using files::FileLock;
@@ -98,16 +94,17 @@ std::string job_key(std::initializer_list<std::string_view> parts) {
 
 JobLog::JobLog(const fs::path& file, std::string_view purpose)
     : file_(file), purpose_(purpose), lock_(lock_for_writing(file)), fd_(lock_.fd()) {
-  if (::fcntl(fd_, F_SETFL, O_APPEND) != 0) fail(file_, "cannot be opened");
+  if (::fcntl(fd_, F_SETFL, O_APPEND) != 0) files::fail_by_errno(file_, "cannot be opened");
   Parsed parsed = parse(file_, files::read_text(file_), purpose);
   records_ = std::move(parsed.records);
-  if (::ftruncate(fd_, static_cast<off_t>(parsed.whole_bytes)) != 0) fail(file_, "cannot be written");
+  if (::ftruncate(fd_, static_cast<off_t>(parsed.whole_bytes)) != 0)
+    files::fail_by_errno(file_, "cannot be written");
   if (parsed.whole_bytes == 0) append(purpose);
 }
 
 void JobLog::append(std::string_view line) const {
   files::write_all(fd_, file_, std::string(line) + "\n");
-  if (::fsync(fd_) != 0) fail(file_, "cannot be synced to the disk");
+  if (::fsync(fd_) != 0) files::fail_by_errno(file_, "cannot be synced to the disk");
 }
 
 const JobRecord* JobLog::find(const std::string& key) const {

@@ -90,7 +90,7 @@ Range read_range(const Yaml& key, const Yaml& node) {
                   {"start", bound(range.start)},
                   {"scale",
                    [&](const Yaml& value) {
-                     range.logarithmic = read_choice(value, "scale", {0, 0, kScales}) == 0;
+                     range.logarithmic = scenario::read_choice(value, "scale", {0, 0, kScales}) == 0;
                    }},
                   {"points",
                    [&](const Yaml& value) {
