@@ -92,7 +92,6 @@ TEST_F(Cli, WrongInputIsNamedByEachCommand) {
        {"check world.seed=3", "check: names no scenario, expected a YAML file"},
        {"check far.yaml", "walk.commands[0]: at"},
        {"check control.yaml", "a?K?z"},
-       {slurm + "--out \"$(printf 'a\\nb')\"", "has a line break"},
        {"replay no-such-folder", "no-such-folder: no such result folder"},
        {"replay empty", "empty: expected a result folder (with scenario.yaml and recording/)"},
        {"replay old", "slam.plan_orientation: unknown key"},

@@ -79,7 +79,7 @@ TEST_F(StereoExport, OpenCvsMatcherMeasuresTheDepthOfTheOfficeAndShowsAWrongBase
 constexpr const char* kMounts = R"(
 walk: {commands: [stand: {duration_s: 0.5}]}
 camera: {width_px: 64, height_px: 48, tilt_deg: 20, position_m: [0.1, 0, 0.05]}
-imu: {link: BODY, position_m: [0, 0.1, 0.1], yaw_deg: 90}
+imu: {link: BODY, position_m: [0, 0.1, 0.1]}
 rig: [gray: {}, lidar: {link: CHEST_LINK0, position_m: [-0.2, 0, 0.3], tilt_deg: 30}, imu: {link: HEAD_LINK0}]
 )";
 
@@ -100,7 +100,8 @@ TEST_F(StereoExport, TheTreeOfFramesOfTheRobotReachesEachSensorWhereItIsMounted)
   const auto setup = sim::recording::RecordingReader(folder_ / "run/recording").setup();
   nlohmann::json sensors;
   const auto add = [&](const std::string& frame, const Eigen::Matrix4d& X) {
-    sensors[frame] = std::vector<double>(X.transpose().data(), X.transpose().data() + 16);
+    const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> rows = X;
+    sensors[frame] = std::vector<double>(rows.data(), rows.data() + 16);
   };
   add("imu", setup.calibration.X_CG.matrix());
   for (const sim::rig::RigSensor& sensor : setup.rig)
