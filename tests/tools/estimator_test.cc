@@ -247,7 +247,7 @@ TEST_F(ExternalEstimator, EvaluateRunsAProgramOnSeveralRecordings) {
 
 TEST_F(ExternalEstimator, EvaluateReadsCovariancesTakesLimitsAndStatesTheCoverage) {
   write("late.sh",
-        "awk '/^[0-9]/ && ++n > 5 {print $0, \"1e-4 0 0 1e-4 0 1e-4 1e-4 0 0 1e-4 0 1e-4\"}' "
+        "awk '/^[0-9]/ && ++n > 12 {print $0, \"1e-4 0 0 1e-4 0 1e-4 1e-4 0 0 1e-4 0 1e-4\"}' "
         "r/seed-1/truth.tum > $1\n");
   const std::string evaluate =
       "evaluate r/seed-1 --format tum --align none --keep --force --out e --command 'sh late.sh "
