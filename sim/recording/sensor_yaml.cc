@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <ranges>
 #include <set>
 #include <type_traits>
 
@@ -201,10 +200,12 @@ LensKind read_lens_kind(const SensorFile& file) {
   for (const auto& [node, key] : {std::pair(model, "camera_model"), {distortion, "distortion_model"}}) {
     if (!node || (node == model && node->text == "pinhole")) continue;
     const auto named = lens_named(node->text);
-    if (!named)
-      file.fail(*node, key,
-                fmt::format("found \"{}\", expected {}{}", node->text, node == model ? "pinhole or " : "",
-                            fmt::join(kLensNames | std::views::keys, ", ")));
+    if (!named) {
+      std::string expected = node == model ? "pinhole" : "";
+      for (const auto& [name, of] : kLensNames)
+        expected += fmt::format("{}{}", expected.empty() ? "" : ", ", name);
+      file.fail(*node, key, fmt::format("found \"{}\", expected {}", node->text, expected));
+    }
     if (kind && *kind != *named)
       file.fail(*node, key, fmt::format("\"{}\" contradicts camera_model: {}", node->text, model->text));
     kind = named;
