@@ -24,6 +24,9 @@ struct EstimatorChoice {
 /// Throws std::invalid_argument if there is no such program, without starting it.
 void require_program(const EstimatorChoice& choice);
 
+/// Returns the words of a program, or those of a command between white space.
+std::vector<std::string> command_words(const EstimatorChoice& choice);
+
 /// Returns hashes of the files that the words name; the program is searched in PATH. Files that no word
 /// names, such as modules of a script, are not included.
 std::string estimator_files_identity(const EstimatorChoice& choice);

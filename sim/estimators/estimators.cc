@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <iterator>
 #include <sstream>
 
 #include "sim/estimators/child_program.h"
@@ -304,13 +305,18 @@ void require_program(const EstimatorChoice& choice) {
 
 std::string estimator_files_identity(const EstimatorChoice& choice) {
   std::string text;
-  for (std::size_t i = 0; i < choice.words.size(); ++i) {
-    const std::string& word = choice.words[i];
-    const bool is_program = choice.source == Source::program && i == 0;
-    if (const auto hash = hash_of(is_program ? program_file(word) : fs::path(word)))
+  for (std::size_t i = 0; const std::string& word : command_words(choice)) {
+    if (const auto hash = hash_of(i == 0 ? program_file(word) : fs::path(word)))
       text += fmt::format(" {} {}", i, *hash);
+    ++i;
   }
   return text;
+}
+
+std::vector<std::string> command_words(const EstimatorChoice& choice) {
+  if (choice.source != Source::command) return choice.words;
+  std::istringstream words(choice.words.front());
+  return {std::istream_iterator<std::string>(words), {}};
 }
 
 }  // namespace sim::estimators

@@ -6,10 +6,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <sstream>
 
 namespace sim::files {
 namespace {
@@ -71,10 +71,53 @@ bool is_real_folder(const fs::path& path) { return fs::is_directory(status_of(pa
 bool is_real_file(const fs::path& path) { return fs::is_regular_file(status_of(path)); }
 bool is_there(const fs::path& path) { return fs::exists(status_of(path)); }
 
-fs::path free_name(const fs::path& target) {
-  fs::path name = target.string() + ".replaced";
-  for (int i = 2; is_there(name); ++i) name = fmt::format("{}.replaced-{}", target.string(), i);
-  return name;
+constexpr std::string_view kMarkerStart = "# Made by gaitslam",
+                           kMarkerText =
+                               "# Made by gaitslam, which moves this folder to earlier-<n> before "
+                               "it is replaced.\n";
+constexpr const char* kWhatToDo = "move it away, or name another folder";
+
+// The first folder earlier-<n> in the folder that has none of these names; made if it is missing.
+fs::path earlier_without(const fs::path& folder, const std::vector<std::string>& names) {
+  for (int n = 1;; ++n) {
+    const fs::path earlier = folder / fmt::format("earlier-{}", n);
+    if (::mkdir(earlier.c_str(), 0777) != 0 && errno != EEXIST) fail_by_errno(earlier, "cannot be made");
+    if (is_real_folder(earlier) &&
+        std::ranges::none_of(names, [&](const std::string& name) { return is_there(earlier / name); }))
+      return earlier;
+  }
+}
+
+// Renames the folder to its target; one that is there moves to earlier-<n>, exchanged in one step if the file
+// system can. The old marker is locked, so that no process takes it for a leftover.
+void put_in_place(const fs::path& partial, const fs::path& target) {
+  if (::rename(partial.c_str(), target.c_str()) == 0) return sync_folder(parent_of(target));
+  if (errno != ENOTEMPTY && errno != EEXIST) fail_by_errno(target, "cannot be made");
+  const auto old = FileLock::acquire(target / kMarker, How::try_existing);
+  const std::string name = target.filename();
+  const fs::path earlier = earlier_without(parent_of(target), {name});
+  if (::renameat2(AT_FDCWD, partial.c_str(), AT_FDCWD, target.c_str(), RENAME_EXCHANGE) == 0) {
+    rename_file(partial, earlier / name);
+  } else {
+    rename_file(target, earlier / name);
+    rename_file(partial, target);
+  }
+  sync_folder(earlier);
+  sync_folder(parent_of(target));
+}
+
+// The name that a partial folder or file is made for.
+fs::path target_of(const fs::path& partial) {
+  const std::string name = partial.filename();
+  return partial.parent_path() / name.substr(1, name.rfind(".partial") - 1);
+}
+
+// Gives a complete folder that a killed process left its name, or moves it aside if that is taken.
+void recover(const fs::path& partial) {
+  const fs::path target = target_of(partial);
+  rename_file(partial, is_there(target)
+                           ? earlier_without(parent_of(target), {target.filename()}) / target.filename()
+                           : target);
 }
 
 // Removes what is in the folder except its marker; does not follow links.
@@ -100,7 +143,10 @@ FileLock begin_partial(const fs::path& partial, const fs::path& target) {
       throw FileError(partial, "was not made by gaitslam, which needs this name: move it away");
     try {
       if (auto lock = FileLock::acquire(partial / kMarker, How::try_exclusive)) {
-        if (has_marker(partial)) require_replaceable(partial);  // an old result, exchanged but not removed
+        if (has_marker(partial)) {
+          recover(partial);
+          continue;
+        }
         empty_but_marker(partial);
         write_whole(lock->fd(), partial, "");
         return std::move(*lock);
@@ -131,29 +177,6 @@ fs::path checked_target(fs::path target, Existing existing) {
   return target;
 }
 
-constexpr std::string_view kHeader =
-    "# Made by gaitslam, which replaces and removes only what is listed here.\n";
-constexpr const char* kWhatToDo = "move it away, or name another folder";
-
-std::string marker_text(const OutputNames& names) {
-  std::string text(kHeader);
-  for (const std::string& name : names) text += name + "\n";
-  return text;
-}
-
-// The path within the folder, in the form of the marker.
-std::string listed_as(const fs::path& path, const fs::path& folder) {
-  return path.lexically_relative(folder).generic_string() + (is_real_folder(path) ? "/" : "");
-}
-
-// The text of a marker that lists everything in the folder.
-std::string marker_of_all(const fs::path& folder) {
-  OutputNames names;
-  for (const auto& entry : fs::recursive_directory_iterator(folder))
-    if (entry.path() != folder / kMarker) names.insert(listed_as(entry.path(), folder));
-  return marker_text(names);
-}
-
 // Locks a partial folder that a killed process left. Returns nothing for other paths and folders in use.
 std::optional<FileLock> lock_leftover(const fs::path& path) {
   if (!is_partial(path) || !is_real_folder(path) || !is_real_file(path / kMarker)) return std::nullopt;
@@ -162,37 +185,6 @@ std::optional<FileLock> lock_leftover(const fs::path& path) {
   } catch (const FileError&) {  // of another user
     return std::nullopt;
   }
-}
-
-std::set<fs::path> entries_of(const fs::path& folder) { return {fs::directory_iterator(folder), {}}; }
-
-// True for the marker, a listed file, or the temporary sibling of such a file.
-bool is_listed_file(const fs::path& path, const fs::path& folder, const OutputNames& made) {
-  if (!is_real_file(path)) return false;
-  const std::string name = path.filename().string();
-  const fs::path whole =
-      is_partial(path) ? path.parent_path() / name.substr(1, name.rfind(".partial") - 1) : path;
-  return whole == folder / kMarker || made.contains(listed_as(whole, folder));
-}
-
-std::optional<fs::path> unlisted_below(const fs::path& below, const fs::path& folder,
-                                       const OutputNames& made) {
-  for (const fs::path& path : entries_of(below)) {
-    if (is_listed_file(path, folder, made) || lock_leftover(path)) continue;
-    if (!is_real_folder(path) || !made.contains(listed_as(path, folder))) return path;
-    if (auto found = has_marker(path) ? unlisted_in(path) : unlisted_below(path, folder, made)) return found;
-  }
-  return std::nullopt;
-}
-
-// The path of a listed name, without the slash of a folder: that would follow a link.
-fs::path path_of(const fs::path& folder, std::string_view name) {
-  return folder / name.substr(0, name.size() - (name.ends_with('/') ? 1 : 0));
-}
-
-bool exists_as_listed(const fs::path& folder, const std::string& name) {
-  const fs::path path = path_of(folder, name);
-  return name.ends_with('/') ? is_real_folder(path) : is_real_file(path);
 }
 
 }  // namespace
@@ -265,10 +257,10 @@ bool is_partial(const fs::path& path) {
 
 void remove_leftovers(const fs::path& folder) {
   std::error_code none;
-  for (const auto& entry : fs::directory_iterator(folder, none)) {
-    const auto lock = lock_leftover(entry.path());
-    if (lock && (!has_marker(entry.path()) || !unlisted_in(entry.path()))) remove_partial(entry.path());
-  }
+  std::vector<fs::path> entries;  // recovery adds some
+  for (const auto& entry : fs::directory_iterator(folder, none)) entries.push_back(entry.path());
+  for (const fs::path& entry : entries)
+    if (const auto lock = lock_leftover(entry)) has_marker(entry) ? recover(entry) : remove_partial(entry);
 }
 
 AtomicFolder::AtomicFolder(fs::path target, Existing existing)
@@ -282,52 +274,17 @@ AtomicFolder::~AtomicFolder() {
 }
 
 void AtomicFolder::commit() {
-  write_whole(lock_.fd(), path_ / kMarker, marker_of_all(path_));
-  sync_folder(path_, true);
-  if (::rename(path_.c_str(), target_.c_str()) != 0) {
-    if (existing_ == Existing::reject || (errno != ENOTEMPTY && errno != EEXIST))
-      fail_by_errno(target_, "cannot be made");
-    replace();
-  }
-  committed_ = true;
-  sync_folder(parent_of(target_));
+  if (existing_ == Existing::reject && is_there(target_)) throw FileError(target_, "exists already");
+  sync_folder(path_, true);  // before the marker: with it the folder counts as complete
+  write_whole(lock_.fd(), path_ / kMarker, kMarkerText);
+  if (::fsync(lock_.fd()) != 0) fail_by_errno(path_ / kMarker, "cannot be forced to the disk");
+  committed_ = true;  // a complete folder is kept if it cannot be renamed
+  put_in_place(path_, target_);
 }
 
-// Exchanges the two in one step, or renames the old one first if the file system cannot. The old marker is
-// locked until the folder is gone, so that no process takes it for a leftover.
-void AtomicFolder::replace() const {
-  const auto old = FileLock::acquire(target_ / kMarker, How::try_existing);
-  if (::renameat2(AT_FDCWD, path_.c_str(), AT_FDCWD, target_.c_str(), RENAME_EXCHANGE) != 0) {
-    const fs::path aside = free_name(target_);
-    rename_file(target_, aside);
-    rename_file(path_, target_);
-    rename_file(aside, path_);
-  }
-  if (!unlisted_in(path_)) return remove_partial(path_);  // the old folder, which has this name now
-  const fs::path kept = free_name(target_);
-  rename_file(path_, kept);
-  throw FileError(target_,
-                  fmt::format("was replaced; the one before is kept in {}, because files that were not "
-                              "made by gaitslam appeared in it meanwhile",
-                              kept.string()));
-}
-
-std::optional<OutputNames> listed_in(const fs::path& folder) {
-  if (!is_real_folder(folder) || !is_real_file(folder / kMarker)) return std::nullopt;
-  const std::string text = read_text(folder / kMarker);
-  if (!text.starts_with(kHeader)) return std::nullopt;
-  OutputNames names;
-  std::istringstream lines(text.substr(kHeader.size()));
-  for (std::string line; std::getline(lines, line);) names.insert(line);
-  return names;
-}
-
-bool has_marker(const fs::path& folder) { return listed_in(folder).has_value(); }
-
-std::optional<fs::path> unlisted_in(const fs::path& folder) {
-  if (const auto made = listed_in(folder)) return unlisted_below(folder, folder, *made);
-  const std::set<fs::path> entries = entries_of(folder);
-  return entries.empty() ? std::nullopt : std::optional(*entries.begin());
+bool has_marker(const fs::path& folder) {
+  return is_real_folder(folder) && is_real_file(folder / kMarker) &&
+         read_text(folder / kMarker).starts_with(kMarkerStart);
 }
 
 void require_replaceable(const fs::path& folder) {
@@ -335,48 +292,35 @@ void require_replaceable(const fs::path& folder) {
   if (!fs::exists(status)) return;
   if (fs::is_symlink(status)) throw FileError(folder, "is a symbolic link, expected a folder or a new name");
   if (!fs::is_directory(status)) throw FileError(folder, "is a file, expected a folder or a new name");
-  const auto unlisted = unlisted_in(folder);
-  if (!unlisted) return;
-  if (has_marker(folder))
-    throw FileError(*unlisted, fmt::format("was not made by gaitslam, and {} would be replaced: {}",
-                                           folder.string(), kWhatToDo));
-  throw FileError(folder,
-                  fmt::format("would be replaced with {} in it, and has no list of what gaitslam made "
-                              "there (older versions wrote none): {}",
-                              unlisted->filename().string(), kWhatToDo));
+  if (has_marker(folder) || fs::is_empty(folder)) return;
+  throw FileError(folder, fmt::format("was not made by gaitslam, which would replace it: {}", kWhatToDo));
 }
 
-void list_outputs(const fs::path& folder, const std::vector<std::string>& names) {
-  OutputNames made = listed_in(folder).value_or(OutputNames{});
-  for (const std::string& name : names) {
-    const fs::path path = path_of(folder, name);
-    if (fs::exists(status_of(path)) && !(made.contains(name) && exists_as_listed(folder, name)))
-      throw FileError(
-          path,
-          fmt::format("was not made by this version of gaitslam, which would replace it: {}", kWhatToDo));
-  }
-  made.insert(names.begin(), names.end());
-  fs::create_directories(folder);
-  write_atomically(folder / kMarker, marker_text(made));
-}
-
-void unlist_missing(const fs::path& folder, const std::vector<std::string>& names) {
-  std::optional<OutputNames> made = listed_in(folder);
-  if (!made) return;
-  const std::size_t before = made->size();
+void claim_outputs(const fs::path& folder, const std::vector<std::string>& names) {
+  if (has_marker(folder)) return;
   for (const std::string& name : names)
-    if (!exists_as_listed(folder, name)) made->erase(name);
-  if (made->empty())
-    fs::remove(folder / kMarker);
-  else if (made->size() < before)
-    write_atomically(folder / kMarker, marker_text(*made));
+    if (is_there(folder / name))
+      throw FileError(folder / name,
+                      fmt::format("was not made by gaitslam, which would replace it: {}", kWhatToDo));
+  fs::create_directories(folder);
+  write_atomically(folder / kMarker, kMarkerText);
 }
 
-void add_to_marker(const fs::path& folder, const std::vector<std::string>& names) {
-  std::optional<OutputNames> made = listed_in(folder);
-  if (!made) return;
-  made->insert(names.begin(), names.end());
-  write_atomically(folder / kMarker, marker_text(*made));
+std::optional<fs::path> set_aside(const fs::path& folder, const std::vector<std::string>& names) {
+  if (std::ranges::none_of(names, [&](const std::string& name) { return is_there(folder / name); }))
+    return std::nullopt;
+  const fs::path earlier = earlier_without(folder, names);
+  for (const std::string& name : names)
+    if (is_there(folder / name)) rename_file(folder / name, earlier / name);
+  sync_folder(earlier);
+  sync_folder(folder);
+  return earlier;
+}
+
+void write_output(const fs::path& file, std::string_view bytes) {
+  if (is_real_file(file) && read_text(file) == bytes) return;
+  set_aside(parent_of(file), {file.filename()});
+  write_atomically(file, bytes);
 }
 
 }  // namespace sim::files

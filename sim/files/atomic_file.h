@@ -1,8 +1,6 @@
 // Files and folders that appear complete or not at all, even if the process is killed; inter-process locks.
 #pragma once
 
-#include <set>
-
 #include "sim/files/text.h"
 
 namespace sim::files {
@@ -14,11 +12,11 @@ class FileLock {
   /// try_existing does not make the file either.
   enum class How { shared, exclusive, try_exclusive, try_existing };
 
-  /// Locks the file that has this name now, also one that this process cannot write; does not follow a
-  /// symbolic link. Returns nothing if `how` gives up. Throws FileError.
+  /// Locks the file that has this name now, also one that this process cannot write, but not through a
+  /// symbolic link. Returns nothing if `how` gives up; throws FileError.
   static std::optional<FileLock> acquire(const std::filesystem::path& file, How how);
-  /// Locks a folder without a file in it; nothing if another process has the lock. Always succeeds if the
-  /// file system cannot lock folders. Throws FileError.
+  /// Locks a folder without a file in it; nothing if another process has the lock. Succeeds if the file
+  /// system cannot lock folders; throws FileError.
   static std::optional<FileLock> acquire_folder(const std::filesystem::path& folder);
 
   int fd() const { return file_.fd; }
@@ -42,19 +40,42 @@ void write_atomically(const std::filesystem::path& file, std::string_view bytes)
 /// Returns whether a path is the name of a temporary sibling made here (".X.partial").
 bool is_partial(const std::filesystem::path& path);
 
-/// Removes the partial folders in `folder` that killed processes left, except those of other users.
-void remove_leftovers(const std::filesystem::path& folder);
+// The marker of a folder that the program made. What such a folder, or a file of the program in it, is
+// replaced with moves it aside: nothing that a user added is ever removed.
 
-/// Treatment of an existing folder of the same name. replace: if the program made everything in it.
+/// The marker, a text file. It is empty until the folder is complete.
+inline constexpr const char* kMarker = ".gaitslam";
+
+/// Returns whether the folder is complete and was made by the program. Symbolic links are neither folders nor
+/// markers.
+bool has_marker(const std::filesystem::path& folder);
+
+/// Throws a FileError unless the folder is missing, empty, or has a marker. Symbolic links and files are
+/// rejected.
+void require_replaceable(const std::filesystem::path& folder);
+
+/// Makes the folder if it is missing, and its marker. Throws a FileError if it has no marker and one of these
+/// names is in it; then nothing is changed.
+void claim_outputs(const std::filesystem::path& folder, const std::vector<std::string>& names);
+
+/// Moves those of these names that exist in the folder into its first folder earlier-<n> that has none of
+/// them. Returns that folder, or nothing if none of them exists; throws FileError.
+std::optional<std::filesystem::path> set_aside(const std::filesystem::path& folder,
+                                               const std::vector<std::string>& names);
+
+/// Writes a file of a marked folder as write_atomically() does, after setting aside one with other content.
+void write_output(const std::filesystem::path& file, std::string_view bytes);
+
+/// Treatment of an existing folder of the same name. replace: it moves to earlier-<n> beside it.
 enum class Existing { reject, replace };
 
-/// A folder that is filled as a hidden sibling, .<target>.partial, and gets its name by commit(), with a
-/// marker that lists all files in it. Its marker is locked while this object lives, so
-/// that a second process is rejected and a leftover is recognized. Without commit() the folder is removed.
+/// A folder that is filled as a hidden sibling, .<target>.partial, gets its name and its marker by commit(),
+/// and is removed without it. The marker is locked while this object lives, so that a second process is
+/// rejected and a leftover is recognized.
 class AtomicFolder {
  public:
   /// Makes the temporary folder and the parents it needs. Throws FileError if that fails, if another process
-  /// makes the same target, or if `target` exists and is to be rejected or has anything of others in it.
+  /// makes the same target, or if `target` exists and is to be rejected or cannot be replaced.
   explicit AtomicFolder(std::filesystem::path target, Existing existing = Existing::reject);
   ~AtomicFolder();
   AtomicFolder(const AtomicFolder&) = delete;
@@ -62,46 +83,18 @@ class AtomicFolder {
 
   const std::filesystem::path& path() const { return path_; }  ///< where to write
 
-  /// Forces everything to the disk and renames the folder to `target` in one step. Throws FileError. If
-  /// unlisted files appeared in the replaced folder, it is kept under the name in the FileError.
+  /// Forces everything to the disk and renames the folder to `target` in one step. Throws FileError.
   void commit();
 
  private:
-  void replace() const;
-
   std::filesystem::path target_, path_;
   Existing existing_;
   FileLock lock_;
   bool committed_ = false;
 };
 
-// The manifest of a folder: the program replaces and removes only what its marker lists.
-
-/// The marker, a text file: the paths of what the program made in the folder; those of folders end in "/".
-inline constexpr const char* kMarker = ".gaitslam";
-
-using OutputNames = std::set<std::string, std::less<>>;
-
-/// Returns what the folder's marker lists, if it has one. Symbolic links are neither folders nor markers.
-std::optional<OutputNames> listed_in(const std::filesystem::path& folder);
-bool has_marker(const std::filesystem::path& folder);
-
-/// Returns the first entry of the folder, by name, that is neither listed nor the leftover of a killed
-/// process. A listed folder's own marker decides about it. Symbolic links are never listed.
-std::optional<std::filesystem::path> unlisted_in(const std::filesystem::path& folder);
-
-/// Throws a FileError that names the first unlisted entry of the folder, or the folder if it is a file or a
-/// symbolic link. A folder that does not exist passes.
-void require_replaceable(const std::filesystem::path& folder);
-
-/// Lists these names in the folder's marker; makes both if they are missing. Throws a FileError that names
-/// the first of them that exists but was not listed before; then nothing is changed.
-void list_outputs(const std::filesystem::path& folder, const std::vector<std::string>& names);
-
-/// Removes those of these names from the marker that do not exist, and the marker if it then lists nothing.
-void unlist_missing(const std::filesystem::path& folder, const std::vector<std::string>& names);
-
-/// Lists these names, unchecked, in the folder's marker, if any; for folders with markers of their own.
-void add_to_marker(const std::filesystem::path& folder, const std::vector<std::string>& names);
+/// Removes the partial folders in `folder` that killed processes left, except those of other users. A
+/// complete one gets its name, or moves to earlier-<n> if that is taken.
+void remove_leftovers(const std::filesystem::path& folder);
 
 }  // namespace sim::files

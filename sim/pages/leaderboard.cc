@@ -3,6 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
+#include <ranges>
+#include <span>
 #include <tuple>
 #include <utility>
 
@@ -11,6 +15,7 @@
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/pages/pages.h"
+#include "sim/result/result_tree.h"
 #include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
@@ -20,84 +25,98 @@
 namespace sim::pages {
 namespace {
 
-using Rows = std::map<std::tuple<std::string, std::string, fs::path, std::string>, LeaderboardRow>;
+/// Key of a row: scenario, estimator, folder, alignment and settings.
+using RowKey =
+    std::tuple<std::string, std::string, fs::path, std::string, std::map<std::string, std::string>>;
+using Rows = std::map<RowKey, LeaderboardRow>;
 
-void find_results(const fs::path& folder, std::vector<fs::path>& found) {
-  if (fs::exists(folder / "score.json")) found.push_back(folder);
-  std::vector<fs::path> below;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string name = entry.path().filename();
-    const bool left_out = name == "recording" || name == "export" || name.starts_with("earlier-");
-    if (entry.is_directory() && !entry.is_symlink() && !left_out && !files::is_partial(entry.path()))
-      below.push_back(entry.path());
-  }
-  std::ranges::sort(below);
-  for (const fs::path& next : below) find_results(next, found);
-}
-
-// Results of earlier versions lack true_poses.
-double coverage_of(const result::SeedScore& score) {
-  if (score.ending != scenario::Ending::completed) return 0;
-  const auto matched = score.value("poses_matched"), poses = score.value("true_poses"),
-             tracked = score.value("tracked_fraction");
-  const double all = poses && *poses > 0 ? matched.value_or(0) / *poses : matched ? 1 : 0;
-  return std::min(all, tracked.value_or(all));
-}
-
-std::vector<std::string> settings_of(const fs::path& result) try {
+/// Empty for results without a scenario that can be read: a part of a result, or one of another version.
+std::map<std::string, std::string> keys_of(const fs::path& result) try {
   const scenario::Scenario read = scenario::read_scenario(result / "scenario.yaml").scenario;
-  std::vector<std::string> settings;
+  std::map<std::string, std::string> keys;
   for (const auto& key : scenario::scenario_keys())
     if (key.name != "seed")
-      settings.push_back(key.name + "=" + (scenario::has_section(read, key.name) ? key.print(read) : "none"));
-  return settings;
-} catch (const std::exception&) {  // a part of a result, or of another version
+      keys[std::string(key.name)] = scenario::has_section(read, key.name) ? key.print(read) : "none";
+  return keys;
+} catch (const std::exception&) {
   return {};
 }
 
 /// The settings that differ between the rows of its scenario and estimator.
 std::string changed(const LeaderboardRow& row, const std::vector<LeaderboardRow>& rows) {
   std::vector<std::string> all;
-  for (std::size_t i = 0; i < row.settings.size(); ++i)
-    if (std::ranges::any_of(rows, [&](const LeaderboardRow& other) {
+  for (const auto& [key, value] : row.settings)
+    if (std::ranges::any_of(rows, [&, key = key, value = value](const LeaderboardRow& other) {
+          const auto found = other.settings.find(key);
           return other.scenario == row.scenario && other.estimator == row.estimator &&
-                 !other.settings.empty() && other.settings[i] != row.settings[i];
+                 found != other.settings.end() && found->second != value;
         }))
-      all.push_back(row.settings[i]);
+      all.push_back(key + "=" + value);
   return all.empty() ? "-" : fmt::format("{}", fmt::join(all, " "));
 }
 
-/// Reads a whole result before anything is added. Throws FileError.
+/// The folder of a row: of results seed-<n> the one that contains them; of replays in these, with seed-*.
+fs::path folder_of(const fs::path& result) {
+  const fs::path whole = fs::absolute(result / "x").lexically_normal().parent_path();
+  fs::path folder;
+  for (const fs::path& part : whole) folder /= result::seed_of(part) ? "seed-*" : part;
+  return folder == whole || folder.filename() == "seed-*" ? folder.parent_path() : folder;
+}
+
+/// Reads a whole result before anything is added. Throws FileError, also if its row has the seed already.
 void add_result(const fs::path& result, const std::vector<std::string>& metrics, Rows& all) {
   const result::SeedScore score = result::read_score(result / "score.json");
-  const fs::path about = result / "about.json", timing = result / "timing.json";
-  const std::string alignment = fs::exists(about) ? alignment_of(result::read_about(about)) : "none";
-  std::map<std::string, double> values;
+  const fs::path file = result / "about.json", timing = result / "timing.json";
+  const result::About about = fs::exists(file) ? result::read_about(file) : result::About();
+  LeaderboardRow row{
+      score.scenario, score.estimator, alignment_of(about), folder_of(result), keys_of(result), {}, {}, {}};
+  if (!about.revision.empty()) row.settings["revision"] = about.revision;
+  if (!about.estimator_files.empty()) row.settings["program"] = about.estimator_files.substr(0, 12);
+  LeaderboardRun run{score.ending == scenario::Ending::completed, 0, {}, result};
+  // Results of earlier versions lack true_poses.
+  if (run.completed) run.coverage = score.coverage().value_or(score.value("poses_matched") ? 1 : 0);
   for (const std::string& name : metrics)
-    if (const auto value = score.value(name)) values[column_of(name, alignment)] = *value;
+    if (const auto value = score.value(name)) run.values[column_of(name, row.alignment)] = *value;
   for (const char* const of : {"mean", "median", "p99"})
     if (const auto cpu = fs::exists(timing)
                              ? files::read_json(timing).find(fmt::format("frame_cpu_ms_{}", of))
                              : std::nullopt)
-      values[fmt::format("cpu_ms_{}", of)] = cpu->number();
-  const fs::path folder = fs::absolute(result / "x").lexically_normal().parent_path().parent_path();
-
-  LeaderboardRow& row = all[{score.scenario, score.estimator, folder, alignment}];
-  row.scenario = score.scenario, row.estimator = score.estimator, row.folder = folder,
-  row.alignment = alignment;
-  if (row.runs++ == 0) row.settings = settings_of(result);
-  row.completed += score.ending == scenario::Ending::completed;
-  row.coverage += coverage_of(score);
-  row.seeds.insert(score.seed);
-  for (const auto& [column, value] : values) row.values[column].push_back(value);
+      run.values[fmt::format("cpu_ms_{}", of)] = cpu->number();
+  auto& runs = all.try_emplace({row.scenario, row.estimator, row.folder, row.alignment, row.settings}, row)
+                   .first->second.runs;
+  if (const auto [first, is_new] = runs.emplace(score.seed, run); !is_new)
+    throw files::FileError(result, fmt::format("repeats seed {} of {}, with the same settings and programs",
+                                               score.seed, first->second.folder.string()));
 }
 
 /// Orders the rows of a scenario: small is good. An aligned error is never compared with an unaligned one.
-std::tuple<double, std::string, double> badness(const LeaderboardRow& row, const std::string& metric) {
+std::tuple<bool, double, std::string, double> badness(const LeaderboardRow& row, const std::string& metric) {
   const std::string column = column_of(metric, row.alignment);
   const auto value = row.median(column);
-  return {-std::round(100 * row.coverage), column == metric ? "" : column,
+  return {!row.rank, -std::round(100 * row.coverage()), column == metric ? "" : column,
           value ? score::loss(*value, score::direction_of(metric)) : INFINITY};
+}
+
+/// Sets the seeds of a scenario's rows and their ranks; the fullest row counts first. Returns the seeds in
+/// common.
+std::vector<std::uint64_t> rank(std::span<LeaderboardRow> rows, const std::string& metric) {
+  std::ranges::stable_sort(rows, std::greater(), [](const LeaderboardRow& row) { return row.runs.size(); });
+  for (LeaderboardRow& row : rows)
+    for (const auto& [seed, run] : row.runs) row.seeds.push_back(seed);
+  std::vector<std::uint64_t> common = rows.front().seeds;
+  for (LeaderboardRow& row : rows) {
+    std::vector<std::uint64_t> shared;
+    std::ranges::set_intersection(common, row.seeds, std::back_inserter(shared));
+    if (shared.empty()) continue;
+    common = shared;
+    row.rank = 0;
+  }
+  for (LeaderboardRow& row : rows)
+    if (row.rank) row.seeds = common;
+  std::ranges::stable_sort(rows, {}, [&](const LeaderboardRow& row) { return badness(row, metric); });
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (rows[i].rank) rows[i].rank = i + 1;
+  return common;
 }
 
 /// The metrics, each as its columns by alignment, and the CPU times, if a row has them.
@@ -113,22 +132,36 @@ std::vector<std::string> value_columns(const Leaderboard& board) {
 }
 
 /// The titles and the rows. exact: all digits and columns; else without columns that no row has a value in.
+/// The spread of each metric is exact, too; of those shown, only the first has one.
 std::vector<std::vector<std::string>> lines_of(const Leaderboard& board, bool exact) {
   const auto number = [&](double x) { return exact ? fmt::format("{}", x) : fmt::format("{:.4g}", x); };
   const std::vector<std::string> columns = value_columns(board);
-  std::vector<std::vector<std::string>> all{{"scenario", "estimator", "coverage", "runs", "completed"}};
-  all[0].insert(all[0].end(), columns.begin(), columns.end());
+  const auto has_spread = [&](const std::string& column) {
+    return exact ? !column.starts_with("cpu_ms_") : column.starts_with(board.metrics.front());
+  };
+  std::vector<std::vector<std::string>> all{
+      {"scenario", "estimator", "rank", "coverage", "runs", "completed"}};
+  for (const std::string& column : columns) {
+    all[0].push_back(column);
+    if (has_spread(column)) all[0].insert(all[0].end(), {column + "_min", column + "_max"});
+  }
   all[0].insert(all[0].end(), {"alignment", "seeds", "changed", "folder"});
   for (const LeaderboardRow& row : board.rows) {
-    auto& line = all.emplace_back(std::vector{row.scenario, row.estimator, number(row.coverage),
-                                              fmt::format("{}", row.runs), fmt::format("{}", row.completed)});
+    const auto completed =
+        std::ranges::count_if(row.runs, [](const auto& run) { return run.second.completed; });
+    auto& line = all.emplace_back(std::vector{
+        row.scenario, row.estimator, row.rank ? fmt::format("{}", *row.rank) : "-", number(row.coverage()),
+        fmt::format("{}", row.runs.size()), fmt::format("{}", completed)});
     for (const std::string& column : columns) {
-      const auto value = row.median(column);
-      line.push_back(value ? number(*value) : "-");
+      const auto values = row.values(column);
+      line.push_back(values.empty() ? "-" : number(score::median(values)));
+      if (has_spread(column))
+        for (const double p : {0.0, 1.0})
+          line.push_back(values.size() < 2 ? "-" : number(score::quantile(values, p)));
     }
-    line.insert(line.end(),
-                {row.alignment == "none" ? "-" : row.alignment, fmt::format("{}", fmt::join(row.seeds, " ")),
-                 changed(row, board.rows), fs::proximate(row.folder).string()});
+    line.insert(line.end(), {row.alignment == "none" ? "-" : row.alignment,
+                             fmt::format("{}", fmt::join(std::views::keys(row.runs), " ")),
+                             changed(row, board.rows), fs::proximate(row.folder).string()});
   }
   std::vector<std::vector<std::string>> lines(all.size());
   for (std::size_t i = 0; i < all[0].size(); ++i)
@@ -139,19 +172,32 @@ std::vector<std::vector<std::string>> lines_of(const Leaderboard& board, bool ex
 
 }  // namespace
 
+std::vector<double> LeaderboardRow::values(const std::string& column) const {
+  std::vector<double> all;
+  for (const std::uint64_t seed : seeds)
+    if (const auto found = runs.at(seed).values.find(column); found != runs.at(seed).values.end())
+      all.push_back(found->second);
+  return all;
+}
+
 std::optional<double> LeaderboardRow::median(const std::string& column) const {
-  const auto found = values.find(column);
-  return found == values.end() ? std::nullopt : std::optional(score::median(found->second));
+  const auto all = values(column);
+  return all.empty() ? std::nullopt : std::optional(score::median(all));
+}
+
+double LeaderboardRow::coverage() const {
+  double sum = 0;
+  for (const std::uint64_t seed : seeds) sum += runs.at(seed).coverage;
+  return sum / static_cast<double>(seeds.size());
 }
 
 Leaderboard leaderboard(const std::vector<fs::path>& folders, const std::vector<std::string>& metrics) {
   Rows all;
   std::set<fs::path> counted;  // a folder may be below several of those given
-  Leaderboard board{metrics, {}, {}};
+  Leaderboard board{metrics, {}, {}, {}};
   for (const fs::path& folder : folders) {
     if (!fs::is_directory(folder)) throw files::FileError(folder, "is not a folder");
-    std::vector<fs::path> found;
-    find_results(folder, found);
+    const std::vector<fs::path> found = result::find_results(folder, result::Nested::include);
     if (found.empty()) throw files::FileError(folder, "contains no result (score.json)");
     for (const fs::path& result : found) try {
         if (counted.insert(fs::canonical(result)).second) add_result(result, metrics, all);
@@ -161,20 +207,27 @@ Leaderboard leaderboard(const std::vector<fs::path>& folders, const std::vector<
   }
   if (all.empty())
     throw files::FileError(folders.front(), "no result can be read: " + board.left_out.front());
-  for (auto& [key, row] : all) {
-    row.coverage /= static_cast<double>(row.runs);
-    board.rows.push_back(std::move(row));
+  for (auto& [key, row] : all) board.rows.push_back(std::move(row));  // by scenario
+  for (auto begin = board.rows.begin(), end = begin; begin != board.rows.end(); begin = end) {
+    const std::string scenario = begin->scenario;
+    end = std::find_if(begin, board.rows.end(), [&](const auto& row) { return row.scenario != scenario; });
+    board.common[scenario] = rank({begin, end}, metrics.front());
   }
-  std::ranges::stable_sort(board.rows, [&](const LeaderboardRow& a, const LeaderboardRow& b) {
-    if (a.scenario != b.scenario) return a.scenario < b.scenario;
-    return badness(a, metrics.front()) < badness(b, metrics.front());
-  });
   return board;
 }
 
+/// "walk is ranked over the seeds that its rows have in common: 1 2 3"
+std::string ranking_text(const std::string& scenario, const Leaderboard& board) {
+  return fmt::format("{} is ranked over the seeds that its rows have in common: {}", scenario,
+                     fmt::join(board.common.at(scenario), " "));
+}
+
 std::string leaderboard_table(const Leaderboard& board) {
-  return files::text_table(lines_of(board, false), {.naming = 2, .text = 2, .last_text = true}) +
-         "medians over the runs of a row that have a value; results of different scenarios are not "
+  std::string text = files::text_table(lines_of(board, false), {.naming = 2, .text = 2, .last_text = true});
+  for (const auto& [scenario, seeds] : board.common)
+    text += files::one_line(ranking_text(scenario, board)) + "\n";
+  return text +
+         "medians, smallest and largest values over these seeds; results of different scenarios are not "
          "compared\n";
 }
 
@@ -200,7 +253,9 @@ std::string leaderboard_page(const Leaderboard& board) {
       TableRow& line = lines.emplace_back();
       for (const std::string& cell : all[i + 1]) line.cells.push_back(text_cell(cell));
     }
-    html += sections_html({{"scenario-" + scenario, scenario, table_html(scenario, heads, lines)}});
+    html += sections_html(
+        {{"scenario-" + scenario, scenario,
+          table_html(scenario, heads, lines) + "<p>" + escaped(ranking_text(scenario, board)) + ".</p>\n"}});
   }
   for (const std::string& why : board.left_out) html += "<p class='bad'>Left out: " + escaped(why) + "</p>\n";
   html += "<h2>Metrics</h2>\n<dl>\n";
@@ -209,9 +264,14 @@ std::string leaderboard_page(const Leaderboard& board) {
                         escaped(score::find_metric(metric)->definition));
   return html_page(
       "Leaderboard",
-      "A row is a folder of results of one scenario and one estimator, with medians over the runs that have "
-      "a value. The best row comes first: by coverage, then by the first metric. coverage: mean over the "
-      "runs of the share of true poses with an estimate; a run that did not complete counts 0.",
+      "A row is the results of a folder with one scenario, estimator, settings and programs. Its medians, "
+      "and "
+      "the smallest and largest value (min, max), are over the seeds that the rows of a scenario have in "
+      "common; "
+      "a row without these seeds has no rank. The best row comes first: by coverage, then by the first "
+      "metric. "
+      "coverage: mean over the runs of the share of true poses with an estimate; a run that did not complete "
+      "counts 0.",
       html + "</dl>\n");
 }
 

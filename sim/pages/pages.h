@@ -118,31 +118,43 @@ std::string paper_page(const PaperRuns& runs, const std::string& revision);
 
 // The estimators of a tree of results in one table: a row for each set of results, grouped by scenario.
 
-/// The results of one folder that are of the same scenario, estimator and alignment: its seeds.
+/// One run of a row. coverage: the fraction of true poses with an estimate; 0 of an incomplete run.
+struct LeaderboardRun {
+  bool completed = false;
+  double coverage = 0;
+  std::map<std::string, double> values;  ///< by column, those that it has
+  fs::path folder;
+};
+
+/// The results of one folder that are of the same scenario, estimator, settings, programs and alignment.
 struct LeaderboardRow {
   std::string scenario, estimator;
-  std::string alignment;  ///< of the estimate with the truth before it was scored; "none" without
-  fs::path folder;        ///< of the results
-  std::size_t runs = 0, completed = 0;
-  std::set<std::uint64_t> seeds;
-  /// The mean over all runs of the share of true poses with an estimate; 0 of an incomplete run.
-  double coverage = 0;
-  std::map<std::string, std::vector<double>> values;  ///< by column, of the runs that have one
-  std::vector<std::string> settings;  ///< "key=value" of each key but seed; empty if they cannot be read
+  std::string alignment;  ///< of the estimate with the truth before it was scored; or "none"
+  fs::path folder;        ///< of the results; of replays in it, with seed-* for each seed
+  std::map<std::string, std::string>
+      settings;  ///< each key but seed, revision, and hash of the estimator's files
+  std::map<std::uint64_t, LeaderboardRun> runs;  ///< by seed
+  std::vector<std::uint64_t> seeds;              ///< that its numbers are of: those in common, or all
+  std::optional<std::size_t> rank;               ///< from 1 in its scenario; absent without common seeds
 
-  /// Returns the median over the runs that have a value, or nothing if none has.
+  /// Returns the values of the runs with these seeds that have one.
+  std::vector<double> values(const std::string& column) const;
   std::optional<double> median(const std::string& column) const;
+  double coverage() const;  ///< mean over the runs with these seeds
 };
 
 struct Leaderboard {
   std::vector<std::string> metrics;  ///< the first one orders
   std::vector<LeaderboardRow> rows;
-  std::vector<std::string> left_out;  ///< results that cannot be read, and why
+  std::map<std::string, std::vector<std::uint64_t>>
+      common;                         ///< by scenario: the seeds that ranked rows share
+  std::vector<std::string> left_out;  ///< results that cannot be read, or repeat a seed of their row
 };
 
-/// Returns all results below the folders, each once, without recordings and earlier seeds: by scenario, then
-/// by coverage in whole percent and by the median of the first metric. Throws FileError if a folder contains
-/// no result that can be read.
+/// Returns all results below the folders, each once, without recordings and replaced results. Ranks the rows
+/// of a scenario over the seeds that they have in common, by coverage in whole percent, then by the median of
+/// the first metric; never compares scenarios. A row without these seeds is listed last, without a rank.
+/// Throws FileError if a folder contains no result that can be read.
 Leaderboard leaderboard(const std::vector<fs::path>& folders, const std::vector<std::string>& metrics);
 
 std::string leaderboard_table(const Leaderboard& board);

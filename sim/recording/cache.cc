@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "sim/files/json.h"
 #include "sim/recording/manifest.h"
@@ -50,6 +51,18 @@ std::string hash_of_files_in(const fs::path& result) {
     hash.add_part(files::read_text(file));
   }
   return hash.hex();
+}
+
+// True if nothing in a folder that was made as a whole changed since it got its marker.
+bool is_untouched(const fs::path& folder) {
+  const auto changed = [](const fs::path& path) {
+    struct stat status {};
+    ::lstat(path.c_str(), &status);
+    return std::pair(status.st_ctim.tv_sec, status.st_ctim.tv_nsec);
+  };
+  const auto made = changed(folder / files::kMarker);
+  return std::ranges::all_of(fs::recursive_directory_iterator(folder),
+                             [&](const auto& entry) { return changed(entry.path()) <= made; });
 }
 
 void require_writable(const fs::path& folder, const char* but) {
@@ -179,8 +192,12 @@ bool Cache::remove_if_unused(const std::string& key) const {
   // if this one is killed. The lock file goes too: a lock on a removed file is void.
   const fs::path aside = place_.folder / fmt::format(".{}.partial", key);
   std::error_code ignored;
-  fs::rename(place_.folder / key, aside, ignored);
-  if (ignored) return false;
+  {
+    const auto marker = FileLock::acquire(place_.folder / key / files::kMarker, FileLock::How::try_existing);
+    if (!marker) return false;
+    fs::rename(place_.folder / key, aside, ignored);
+    if (ignored || ::ftruncate(marker->fd(), 0) != 0) return false;  // with its text it would be recovered
+  }
   files::remove_leftovers(place_.folder);
   fs::remove(lock_file(key), ignored);
   return true;
@@ -195,7 +212,7 @@ Cache::Cleaned Cache::clean(std::uintmax_t most_bytes) const {
   for (const Entry& entry : entries) total += entry.bytes;
   for (const Entry& entry : entries) {
     if (total <= most_bytes) break;
-    if (files::unlisted_in(place_.folder / entry.key) || !remove_if_unused(entry.key)) {
+    if (!is_untouched(place_.folder / entry.key) || !remove_if_unused(entry.key)) {
       ++cleaned.kept;
       continue;
     }

@@ -66,12 +66,51 @@ std::string pairing_text(const ScenarioVerdict& s) {
                      s.n_now < kSeedsForTest ? " (a test needs 8)" : "", recordings);
 }
 
+// "coverage: 100 % -> 66.7 % of the true poses"; empty if all of them have an estimate.
+std::string coverage_text(const ScenarioVerdict& s) {
+  constexpr double kAll = 0.9995;
+  if (!s.coverage || (s.coverage->first >= kAll && s.coverage->second >= kAll)) return "";
+  return fmt::format("coverage: {:.3g} % -> {:.3g} % of the true poses", 100 * s.coverage->first,
+                     100 * s.coverage->second);
+}
+
 using result::Paint;
 using result::painted;
 
-std::string repro(const ScenarioVerdict& scenario, std::uint64_t seed) {
-  return scenario.repro ? scenario.repro(seed) : "";
+std::string repro(const ScenarioVerdict& scenario, std::optional<std::uint64_t> seed) {
+  return seed && scenario.repro ? scenario.repro(*seed) : "";
 }
+
+// How a row counts, for the exit code and in each format.
+enum class Count { passed, skipped, undecided, failed, run_failed };
+
+Count count_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::identical:
+    case Verdict::same:
+    case Verdict::better:
+      return Count::passed;
+    case Verdict::added:
+      return Count::skipped;
+    case Verdict::undecided:
+      return Count::undecided;
+    case Verdict::fail:
+    case Verdict::missing:
+      return Count::failed;
+  }
+  return Count::failed;
+}
+
+Count count_of(LimitState state) {
+  constexpr Count kCounts[]{Count::passed, Count::failed, Count::undecided, Count::run_failed};
+  return kCounts[static_cast<std::size_t>(state)];
+}
+
+bool passes(Count count, bool allow_undecided) {
+  return count < Count::undecided || (count == Count::undecided && allow_undecided);
+}
+
+Paint paint_of(Count count) { return count < Count::undecided ? Paint::good : Paint::bad; }
 
 // worst: the seeds that failing rows of a scenario name, in the order of the rows.
 std::string worst_seed(std::uint64_t seed, std::vector<std::uint64_t>& worst) {
@@ -80,31 +119,32 @@ std::string worst_seed(std::uint64_t seed, std::vector<std::uint64_t>& worst) {
 }
 
 std::string row(const MetricVerdict& m, bool colors, std::vector<std::uint64_t>& worst) {
-  const Paint paint = fails(m.verdict)               ? Paint::bad
-                      : m.verdict == Verdict::better ? Paint::good
-                                                     : Paint::none;
+  const Count count = count_of(m.verdict);
+  const bool is_plain = paint_of(count) == Paint::good && m.verdict != Verdict::better;
   const std::string p = !m.p ? "-" : *m.p < 0.001 ? "<0.001" : fmt::format("{:.3f}", *m.p);
-  std::string text = fmt::format("  {:<21} {:>8} {:>8} {:>7} {:>12} {:>6}  {}\n", m.gate.metric,
-                                 number(m.baseline), number(m.now), change_text(m), band_text(m), p,
-                                 painted(std::string(word(m.verdict)), paint, colors));
-  const bool has_run = fails(m.verdict) && m.n > 0;
+  std::string text =
+      fmt::format("  {:<21} {:>8} {:>8} {:>7} {:>12} {:>6}  {}\n", m.gate.metric, number(m.baseline),
+                  number(m.now), change_text(m), band_text(m), p,
+                  painted(std::string(word(m.verdict)), is_plain ? Paint::none : paint_of(count), colors));
+  const bool has_run = count >= Count::undecided && m.worst_seed;
   if (has_run || !m.remark.empty())
     text +=
         fmt::format("    tolerance {}{}{}\n", tolerance_text(m.gate), m.remark.empty() ? "" : ": " + m.remark,
-                    has_run ? "; " + worst_seed(m.worst_seed, worst) : "");
+                    has_run ? "; " + worst_seed(*m.worst_seed, worst) : "");
   return text;
 }
 
 std::string row(const LimitVerdict& limit, bool colors, std::vector<std::uint64_t>& worst) {
   std::string text = fmt::format("  {:<40} {:>25}  {}\n", "limit " + limit.what, limit.observed,
-                                 painted(word(limit), limit.passed ? Paint::good : Paint::bad, colors));
+                                 painted(word(limit.state), paint_of(count_of(limit.state)), colors));
   for (const std::string& failure : limit.failures)
     text += fmt::format("    {}\n", failure.substr(0, failure.find('\n')));
-  return limit.passed ? text : text + "    " + worst_seed(limit.worst_seed, worst) + "\n";
+  return limit.worst_seed ? text + "    " + worst_seed(*limit.worst_seed, worst) + "\n" : text;
 }
 
 std::string scenario_table(const ScenarioVerdict& scenario, bool colors) {
   std::string text = fmt::format("\n{}: {}\n", scenario.name, pairing_text(scenario));
+  if (const std::string coverage = coverage_text(scenario); !coverage.empty()) text += "  " + coverage + "\n";
   for (const std::string& difference : scenario.other_config)
     text += fmt::format("  configuration: {}\n", difference);
   text += fmt::format("  {:<21} {:>8} {:>8} {:>7} {:>12} {:>6}  {}\n", "metric", "baseline", "now", "change",
@@ -131,14 +171,57 @@ std::string replaced(std::string_view text, const std::vector<std::pair<char, st
 }
 
 std::string xml(std::string_view text) {
-  return replaced(text, {{'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}, {'\n', "&#10;"}});
+  return replaced(
+      text, {{'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}, {'\n', "&#10;"}, {'\t', "&#9;"}});
 }
 
-// A row of either kind.
+// The comparison without what a terminal obeys or XML forbids: names, reasons and commands may be anything.
+Comparison sanitized(Comparison comparison) {
+  const auto clean = [](std::string& text) { text = files::sanitize(text); };
+  clean(comparison.title);
+  for (ScenarioVerdict& scenario : comparison.scenarios) {
+    clean(scenario.name), clean(scenario.file);
+    for (MetricVerdict& metric : scenario.metrics) clean(metric.remark);
+    for (LimitVerdict& limit : scenario.limits) {
+      clean(limit.what), clean(limit.observed);
+      std::ranges::for_each(limit.failures, clean);
+    }
+    std::ranges::for_each(scenario.other_config, clean);
+    if (scenario.repro)
+      scenario.repro = [repro = scenario.repro](std::uint64_t seed) { return files::sanitize(repro(seed)); };
+  }
+  return comparison;
+}
+
+// Text of a Markdown table: no character of it is markup.
+std::string cell(std::string_view text) {
+  return replaced(text, {{'\\', "\\\\"},
+                         {'|', "\\|"},
+                         {'`', "\\`"},
+                         {'*', "\\*"},
+                         {'[', "\\["},
+                         {'~', "\\~"},
+                         {'<', "&lt;"},
+                         {'&', "&amp;"},
+                         {'\n', " "},
+                         {'\t', " "}});
+}
+
+// The same as code. Only the separator of cells can be escaped there, and only after no other backslash.
+std::string code(std::string_view text) {
+  std::string out = replaced(text, {{'`', "'"}, {'\n', " "}, {'\t', " "}});
+  for (std::size_t at = 0; (at = out.find('|', at)) != out.npos;) {
+    const std::string_view escaped = at > 0 && out[at - 1] == '\\' ? " \\|" : "\\|";
+    out.replace(at, 1, escaped);
+    at += escaped.size();
+  }
+  return "`" + out + "`";
+}
+
+// A row of either kind. details: the command that repeats the run, last lines of failed ones.
 struct Line {
-  std::string name, message, details;  // details: the command that repeats the run, last lines of failed ones
-  std::string verdict;
-  bool failed = false, run_failed = false, skipped = false;
+  std::string name, message, details, verdict;
+  Count count = Count::failed;
 };
 
 std::vector<Line> lines_of(const ScenarioVerdict& scenario) {
@@ -151,17 +234,11 @@ std::vector<Line> lines_of(const ScenarioVerdict& scenario) {
         {m.gate.metric,
          fmt::format("{} -> {} ({}; tolerance {}){}{}", number(m.baseline), number(m.now), change_text(m),
                      tolerance_text(m.gate), m.remark.empty() ? "" : ": ", m.remark),
-         m.n > 0 ? repro(scenario, m.worst_seed) : "", std::string(word(m.verdict)), fails(m.verdict), false,
-         m.verdict == Verdict::added});
+         repro(scenario, m.worst_seed), std::string(word(m.verdict)), count_of(m.verdict)});
   }
   for (const LimitVerdict& limit : scenario.limits) {
-    Line line{"limit " + limit.what,
-              "observed: " + limit.observed,
-              limit.passed ? "" : repro(scenario, limit.worst_seed),
-              word(limit),
-              !limit.passed,
-              limit.run_failed,
-              false};
+    Line line{"limit " + limit.what, "observed: " + limit.observed, repro(scenario, limit.worst_seed),
+              word(limit.state), count_of(limit.state)};
     for (const std::string& failure : limit.failures) {
       line.message += "; " + failure.substr(0, failure.find('\n'));
       line.details += (line.details.empty() ? "" : "\n") + failure;
@@ -171,21 +248,32 @@ std::vector<Line> lines_of(const ScenarioVerdict& scenario) {
   return all;
 }
 
-// "2 of 14 rows failed"
-std::string count_text(const Comparison& comparison) {
-  std::size_t rows = 0, failed = 0;
+std::size_t count_lines(const Comparison& comparison, Count from, Count to) {
+  std::size_t n = 0;
   for (const ScenarioVerdict& scenario : comparison.scenarios)
-    for (const Line& line : lines_of(scenario)) ++rows, failed += line.failed;
-  return fmt::format("{} of {} failed", failed, files::counted(rows, "row"));
+    for (const Line& line : lines_of(scenario)) n += line.count >= from && line.count <= to;
+  return n;
 }
 
-std::string testcase(const std::string& scenario, const Line& line, double wall_s) {
+// "2 of 14 rows failed, 1 undecided"
+std::string count_text(const Comparison& comparison) {
+  const std::size_t undecided = count_lines(comparison, Count::undecided, Count::undecided);
+  return fmt::format("{} of {} failed{}", count_lines(comparison, Count::failed, Count::run_failed),
+                     files::counted(count_lines(comparison, Count::passed, Count::run_failed), "row"),
+                     undecided == 0 ? ""
+                                    : fmt::format(", {} undecided{}", undecided,
+                                                  comparison.allow_undecided ? " (allowed)" : ""));
+}
+
+std::string testcase(const std::string& scenario, const Line& line, double wall_s, bool allow_undecided) {
   std::string inside;
   const std::string message = fmt::format("{}: {}", line.verdict, line.message);
-  if (line.failed)
-    inside = fmt::format("<{0} message=\"{1}\">{2}</{0}>", line.run_failed ? "error" : "failure",
-                         xml(message), xml(line.details));
-  if (line.skipped) inside = fmt::format("<skipped message=\"{}\"/>", xml(message));
+  if (!passes(line.count, allow_undecided))
+    inside =
+        fmt::format("<{0} message=\"{1}\">{2}</{0}>", line.count == Count::run_failed ? "error" : "failure",
+                    xml(message), xml(line.details));
+  else if (line.count != Count::passed)
+    inside = fmt::format("<skipped message=\"{}\"/>", xml(message));
   return fmt::format(
       "  <testcase classname=\"{}\" name=\"{}\" time=\"{:.3f}\">{}<system-out>{}</system-out></testcase>\n",
       xml(scenario), xml(line.name), wall_s, inside, xml(message));
@@ -193,72 +281,86 @@ std::string testcase(const std::string& scenario, const Line& line, double wall_
 
 }  // namespace
 
-std::string verdict_table(const Comparison& comparison, bool colors) {
-  std::string text = comparison.title + "\n";
-  for (const ScenarioVerdict& scenario : comparison.scenarios) text += scenario_table(scenario, colors);
-  const std::string count = count_text(comparison);
-  return text + "\n" + painted(count, count.starts_with("0 ") ? Paint::good : Paint::bad, colors) + "\n";
+int exit_code(const Comparison& comparison) {
+  int worst = 0;
+  for (const ScenarioVerdict& scenario : comparison.scenarios)
+    for (const Line& line : lines_of(scenario))
+      if (!passes(line.count, comparison.allow_undecided))
+        worst = std::max(worst, line.count == Count::run_failed ? 3 : 1);
+  return worst;
 }
 
-std::string junit(const Comparison& comparison) {
+std::string verdict_table(const Comparison& raw, bool colors) {
+  const Comparison comparison = sanitized(raw);
+  std::string text = comparison.title + "\n";
+  for (const ScenarioVerdict& scenario : comparison.scenarios) text += scenario_table(scenario, colors);
+  return text + "\n" +
+         painted(count_text(comparison), exit_code(comparison) == 0 ? Paint::good : Paint::bad, colors) +
+         "\n";
+}
+
+std::string junit(const Comparison& raw) {
+  const Comparison comparison = sanitized(raw);
   std::string cases;
-  int tests = 0, failures = 0, errors = 0, skipped = 0;
   double wall_s = 0;
   for (const ScenarioVerdict& scenario : comparison.scenarios) {
     double left_s = scenario.wall_s;  // the first row has the time of all runs
     wall_s += left_s;
-    for (const Line& line : lines_of(scenario)) {
-      cases += testcase(scenario.name, line, std::exchange(left_s, 0));
-      ++tests;
-      failures += line.failed && !line.run_failed;
-      errors += line.run_failed;
-      skipped += line.skipped;
-    }
+    for (const Line& line : lines_of(scenario))
+      cases += testcase(scenario.name, line, std::exchange(left_s, 0), comparison.allow_undecided);
   }
+  const Count allowed = comparison.allow_undecided ? Count::undecided : Count::skipped,
+              failure = comparison.allow_undecided ? Count::failed : Count::undecided;
   return fmt::format(
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" "
       "errors=\"{}\" skipped=\"{}\" time=\"{:.3f}\">\n{}</testsuite>\n",
-      xml(comparison.title), tests, failures, errors, skipped, wall_s, cases);
+      xml(comparison.title), count_lines(comparison, Count::passed, Count::run_failed),
+      count_lines(comparison, failure, Count::failed),
+      count_lines(comparison, Count::run_failed, Count::run_failed),
+      count_lines(comparison, Count::skipped, allowed), wall_s, cases);
 }
 
-std::string markdown(const Comparison& comparison) {
-  const auto cell = [](std::string_view text) { return replaced(text, {{'|', "\\|"}, {'\n', " "}}); };
-  std::string text = fmt::format("### {}\n\n{}\n", comparison.title, count_text(comparison));
+std::string markdown(const Comparison& raw) {
+  const Comparison comparison = sanitized(raw);
+  std::string text = fmt::format("### {}\n\n{}\n", cell(comparison.title), count_text(comparison));
   for (const ScenarioVerdict& scenario : comparison.scenarios) {
-    text += fmt::format("\n**{}**: {}\n\n| metric | verdict | |\n|---|---|---|\n", scenario.name,
-                        pairing_text(scenario));
+    const std::string coverage = coverage_text(scenario);
+    text += fmt::format("\n**{}**: {}{}{}\n\n| metric | verdict | |\n|---|---|---|\n", code(scenario.name),
+                        pairing_text(scenario), coverage.empty() ? "" : ", ", coverage);
     for (const Line& line : lines_of(scenario)) {
-      text += fmt::format("| `{0}` | {2}{1}{2} | {3}", line.name, line.verdict, line.failed ? "**" : "",
+      const bool passed = passes(line.count, comparison.allow_undecided);
+      text += fmt::format("| {0} | {2}{1}{2} | {3}", code(line.name), line.verdict, passed ? "" : "**",
                           cell(line.message));
-      std::istringstream details(line.failed ? line.details : "");
-      for (std::string detail; std::getline(details, detail);)
-        text += fmt::format("<br>`{}`", replaced(cell(detail), {{'`', "'"}}));
+      std::istringstream details(passed ? "" : line.details);
+      for (std::string detail; std::getline(details, detail);) text += "<br>" + code(detail);
       text += " |\n";
     }
   }
   return text;
 }
 
-std::string github_annotations(const Comparison& comparison) {
+std::string github_annotations(const Comparison& raw) {
+  const Comparison comparison = sanitized(raw);
   // Escaped as GitHub requires for messages and for properties.
-  const auto message = [](std::string_view text) {
-    return replaced(text, {{'%', "%25"}, {'\r', "%0D"}, {'\n', "%0A"}});
-  };
+  const auto message = [](std::string_view text) { return replaced(text, {{'%', "%25"}, {'\n', "%0A"}}); };
   const auto property = [&](std::string_view text) {
     return replaced(message(text), {{':', "%3A"}, {',', "%2C"}});
   };
   std::string text;
   for (const ScenarioVerdict& scenario : comparison.scenarios)
     for (const Line& line : lines_of(scenario))
-      if (line.failed)
-        text += fmt::format("::error file={},title={}::{}\n", property(scenario.file),
+      if (line.count >= Count::undecided)
+        text += fmt::format("::{} file={},title={}::{}\n",
+                            passes(line.count, comparison.allow_undecided) ? "warning" : "error",
+                            property(scenario.file),
                             property(fmt::format("{} {}: {}", scenario.name, line.name, line.verdict)),
                             message(line.message + "\n" + line.details));
   return text;
 }
 
-std::string verdicts_json(const Comparison& comparison) {
-  ordered_json json{{"title", comparison.title}, {"exit_code", exit_code(comparison.scenarios)}};
+std::string verdicts_json(const Comparison& raw) {
+  const Comparison comparison = sanitized(raw);
+  ordered_json json{{"title", comparison.title}, {"exit_code", exit_code(comparison)}};
   json["scenarios"] = ordered_json::array();
   for (const ScenarioVerdict& s : comparison.scenarios) {
     ordered_json entry{{"scenario", s.name},
@@ -266,25 +368,29 @@ std::string verdicts_json(const Comparison& comparison) {
                        {"seeds_now", s.n_now},
                        {"recordings_that_differ", s.other_recordings},
                        {"configuration_differences", s.other_config},
+                       {"coverage", result::or_null(s.coverage)},
                        {"wall_s", s.wall_s}};
     entry["metrics"] = ordered_json::array();
     for (const MetricVerdict& m : s.metrics)
       entry["metrics"].push_back({{"metric", m.gate.metric},
                                   {"verdict", word(m.verdict)},
                                   {"seeds", m.n},
-                                  {"baseline_median", result::or_null(m.baseline)},
-                                  {"now_median", result::or_null(m.now)},
+                                  {"baseline", result::or_null(m.baseline)},
+                                  {"now", result::or_null(m.now)},
                                   {"change", result::or_null(m.change)},
                                   {"change_band_95", result::or_null(m.band)},
                                   {"p_holm", result::or_null(m.p)},
                                   {"tolerance_percent", m.gate.percent},
                                   {"tolerance_absolute", m.gate.absolute},
-                                  {"worst_seed", m.worst_seed},
+                                  {"worst_seed", result::or_null(m.worst_seed)},
                                   {"remark", m.remark}});
     entry["limits"] = ordered_json::array();
     for (const LimitVerdict& l : s.limits)
-      entry["limits"].push_back(
-          {{"limit", l.what}, {"observed", l.observed}, {"passed", l.passed}, {"failures", l.failures}});
+      entry["limits"].push_back({{"limit", l.what},
+                                 {"observed", l.observed},
+                                 {"passed", passes(count_of(l.state), comparison.allow_undecided)},
+                                 {"verdict", word(l.state)},
+                                 {"failures", l.failures}});
     json["scenarios"].push_back(entry);
   }
   return files::json_text(json, 2) + "\n";

@@ -11,6 +11,7 @@
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/result/limits.h"
+#include "sim/result/result_tree.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/value.h"
 #include "sim/score/metrics.h"
@@ -95,21 +96,10 @@ std::string name_of(const SuiteEntry& entry) {
 
 namespace fs = std::filesystem;
 
-bool is_result(const fs::path& folder) { return fs::exists(folder / "score.json"); }
-
-// The folders below one, by name; only those of results, or all.
-std::vector<fs::path> folders_in(const fs::path& folder, bool results) {
-  std::vector<fs::path> all;
-  for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.is_directory() && (!results || is_result(entry.path()))) all.push_back(entry.path());
-  std::ranges::sort(all);
-  return all;
-}
-
 ResultSet read_set(const fs::path& folder, const std::vector<fs::path>& results) {
   const scenario::ReadScenario read = scenario::read_scenario(results.front() / "scenario.yaml");
   ResultSet set{{read.scenario.name, config_of(read), {}}, read.scenario, folder};
-  for (const fs::path& result : results) set.results.seeds.push_back(read_result(result));
+  for (const fs::path& result : results) set.results.seeds.push_back(result::read_result(result));
   auto& seeds = set.results.seeds;
   std::ranges::sort(seeds, {}, &result::SeedScore::seed);
   const auto twice = std::ranges::adjacent_find(seeds, {}, &result::SeedScore::seed);
@@ -228,25 +218,14 @@ std::map<std::string, std::string> config_of(const scenario::ReadScenario& read)
   return config;
 }
 
-result::SeedScore read_result(const fs::path& folder) {
-  result::SeedScore score = result::read_score(folder / "score.json");
-  score.recording = files::read_json(folder / "about.json").at("recording_xxh3_128").text();
-  const scenario::Scenario scenario = scenario::read_scenario(folder / "scenario.yaml").scenario;
-  const auto limits = result::judge_run(scenario, [&](const std::string& name) { return score.value(name); });
-  score.exit_code = result::exit_code(scenario, score.ending, limits);
-  result::read_details(folder, score);
-  return score;
-}
-
 std::vector<ResultSet> read_result_sets(const fs::path& folder) {
   if (!fs::is_directory(folder)) throw files::FileError(folder, "not a folder of results");
-  if (is_result(folder)) return {read_set(folder.parent_path(), {folder})};
-  if (const auto results = folders_in(folder, true); !results.empty()) return {read_set(folder, results)};
+  std::map<fs::path, std::vector<fs::path>> by_folder;
+  for (const fs::path& result : result::find_results(folder))
+    by_folder[result.parent_path()].push_back(result);
+  if (by_folder.empty()) throw files::FileError(folder, "contains no result, expected seed-<n>/score.json");
   std::vector<ResultSet> sets;
-  for (const fs::path& below : folders_in(folder, false))
-    if (const auto results = folders_in(below, true); !results.empty())
-      sets.push_back(read_set(below, results));
-  if (sets.empty()) throw files::FileError(folder, "contains no result, expected seed-<n>/score.json");
+  for (const auto& [parent, results] : by_folder) sets.push_back(read_set(parent, results));
   return sets;
 }
 

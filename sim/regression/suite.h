@@ -73,11 +73,8 @@ struct ResultSet {
   std::filesystem::path folder;  ///< contains the seeds' folders
 };
 
-/// Reads one result folder; the exit code follows from the scenario's limits. Throws FileError, ConfigError.
-result::SeedScore read_result(const std::filesystem::path& folder);
-
-/// Reads a result folder, a folder of seed-<n> folders, or a folder of such folders, in order of names and
-/// seeds. Throws FileError without a result, or with two of the same seed.
+/// Reads the results in a folder at any depth, or the folder itself: a set for each folder that contains
+/// some. Throws FileError without a result, or if a set has two of the same seed.
 std::vector<ResultSet> read_result_sets(const std::filesystem::path& folder);
 
 /// One change of a baseline: its reason, the revision of the program, and the processor.

@@ -61,18 +61,40 @@ Values values_of(const ScenarioResults& baseline, const ScenarioResults& now, co
   return values;
 }
 
-// The verdict for too few seeds for a test: by the number of seeds that changed by more than the tolerance.
-Verdict by_seeds(const std::vector<double>& worse_by, double tolerance, std::string& remark) {
-  const auto n = std::ssize(worse_by),
-             worse = std::ranges::count_if(worse_by, [&](double d) { return d > tolerance; }),
-             better = std::ranges::count_if(worse_by, [&](double d) { return d < -tolerance; });
-  if (worse + better == 0) return Verdict::same;
-  if (remark.empty())
-    remark = fmt::format("{} of {} worse beyond tolerance, {} better", worse,
-                         files::counted(worse_by.size(), "seed"), better);
-  if (better == 0 && 2 * worse > n) return Verdict::fail;
-  if (worse == 0 && 2 * better > n) return Verdict::better;
-  return Verdict::noisy;
+// The p-value of the change of a mean's distance from the expected value, by t-tests of the jackknife's
+// pseudo-values (Tukey 1958). |a| > |b| is a + b > 0 and a - b > 0: both are tested, as |b| has a kink at 0.
+double p_of_means(const Values& values, double expected) {
+  using Seed = std::optional<std::size_t>;
+  const auto log_ratio = [&](std::vector<double> of, Seed without) {
+    if (without) of.erase(of.begin() + static_cast<std::ptrdiff_t>(*without));
+    return std::log(std::max(score::mean(of), std::numeric_limits<double>::min()) / expected);
+  };
+  const bool worse = std::abs(log_ratio(values.now, {})) > std::abs(log_ratio(values.baseline, {}));
+  const auto &far = worse ? values.now : values.baseline, &near = worse ? values.baseline : values.now;
+  const double side = log_ratio(far, {}) > 0 ? 1 : -1, n = static_cast<double>(far.size());
+  double p = 0;
+  for (const double sign : {1.0, -1.0}) {
+    const auto contrast = [&](Seed without) {
+      return side * log_ratio(far, without) + sign * log_ratio(near, without);
+    };
+    std::vector<double> pseudo_values;
+    for (std::size_t i = 0; i < far.size(); ++i)
+      pseudo_values.push_back(n * contrast({}) - (n - 1) * contrast(i));
+    p = std::max(p, score::t_test(pseudo_values)->p);
+  }
+  return p;
+}
+
+// The p-value before Holm; absent with too few seeds. A single run of a consistent filter has a mean NEES
+// from 1.0 to 5.8 where 3 is expected: the mean over seeds is tested, not each run.
+std::optional<double> p_of(const Gate& gate, const Values& values) {
+  if (values.identical || !values.lost.empty()) return std::nullopt;
+  if (tolerated_factor(gate)) {
+    if (values.now.size() < 2) return std::nullopt;
+    return p_of_means(values, score::direction_of(gate.metric).expected);
+  }
+  if (values.now.size() < kSeedsForTest) return std::nullopt;
+  return score::wilcoxon_signed_rank(values.worse_by);
 }
 
 // By how much the loss may grow.
@@ -81,30 +103,45 @@ double tolerance(const Gate& gate, double baseline) {
   return std::max(gate.absolute, gate.percent / 100 * std::abs(baseline));
 }
 
-// p: after Holm; absent without a test.
-MetricVerdict judge(const Gate& gate, const Values& values, std::optional<double> p) {
-  MetricVerdict v{.gate = gate, .n = values.now.size(), .p = p};
-  if (values.won > 0)
-    v.remark = fmt::format("{} got a value that had none before", files::counted(values.won, "seed"));
-  if (v.n > 0) {
-    v.baseline = score::median(values.baseline);
-    v.now = score::median(values.now);
-    v.change = score::median(values.changes);
-    v.band = score::median_interval(values.changes);
-    const auto worst = std::ranges::max_element(values.worse_by) - values.worse_by.begin();
-    v.worst_seed = values.seeds[static_cast<std::size_t>(worst)];
-    const double worse = score::median(values.worse_by), tolerated = tolerance(gate, *v.baseline);
-    if (v.n < kSeedsForTest) {
-      v.verdict = by_seeds(values.worse_by, tolerated, v.remark);
-    } else if (p && std::abs(worse) > tolerated) {
-      v.verdict = *p >= kLevel ? Verdict::noisy : worse > 0 ? Verdict::fail : Verdict::better;
-      if (*p >= kLevel) v.remark = "not significant: more seeds are needed";
-    }
-  } else if (values.identical) {
-    v.remark = "no run has a value";
+// Fills in the numbers and the verdict on a change on v.n > 0 seeds. p: after Holm; absent without a test.
+void judge_change(MetricVerdict& v, const Values& values, const std::optional<double>& p) {
+  const score::Direction direction = score::direction_of(v.gate.metric);
+  const bool of_means = tolerated_factor(v.gate).has_value();
+  const auto middle =
+      of_means ? score::mean : [](const std::vector<double>& all) { return score::median(all); };
+  v.baseline = middle(values.baseline);
+  v.now = middle(values.now);
+  v.change = middle(values.changes);
+  v.band = score::median_interval(values.changes);
+  if (of_means) {
+    const auto test = score::t_test(values.changes);
+    v.band = test ? std::optional(std::pair(test->low, test->high)) : std::nullopt;
   }
+  const auto worst = std::ranges::max_element(values.worse_by) - values.worse_by.begin();
+  v.worst_seed = values.seeds[static_cast<std::size_t>(worst)];
+  v.p = p;
+  const double tolerated = tolerance(v.gate, *v.baseline),
+               worse = of_means ? score::loss(*v.now, direction) - score::loss(*v.baseline, direction)
+                                : score::median(values.worse_by);
+  const auto n_worse = std::ranges::count_if(values.worse_by, [&](double d) { return d > tolerated; }),
+             n_better = std::ranges::count_if(values.worse_by, [&](double d) { return d < -tolerated; });
+  if (!p && !of_means && n_worse + n_better > 0)
+    v.remark = fmt::format("{} of {} worse beyond tolerance, {} better", n_worse, files::counted(v.n, "seed"),
+                           n_better);
+  const bool decided = p ? *p < kLevel : !of_means && (worse > 0 ? n_better : n_worse) == 0;
+  v.verdict = std::abs(worse) <= tolerated ? Verdict::same
+              : !decided                   ? Verdict::undecided
+              : worse > 0                  ? Verdict::fail
+                                           : Verdict::better;
+  if (v.verdict == Verdict::undecided && (p || of_means)) v.remark = "not significant: more seeds are needed";
+}
+
+MetricVerdict judge(const Gate& gate, const Values& values, const std::optional<double>& p) {
+  MetricVerdict v{.gate = gate, .n = values.now.size()};
+  if (v.n > 0) judge_change(v, values, p);
   if (values.identical) {
     v.verdict = Verdict::identical;
+    if (v.n == 0) v.remark = "no run has a value";
   } else if (!values.lost.empty()) {
     v.verdict = Verdict::missing;
     v.remark =
@@ -112,17 +149,18 @@ MetricVerdict judge(const Gate& gate, const Values& values, std::optional<double
     if (!v.baseline) v.baseline = score::median(values.lost);
   } else if (v.n == 0) {
     v.verdict = Verdict::added;
-    v.remark.clear();
+  } else if (values.won > 0) {
+    v.remark = fmt::format("{} got a value that had none before", files::counted(values.won, "seed"));
   }
   return v;
 }
 
-// Adds how far the medians are from the expected value, if there is one.
+// Adds how far the means are from the expected value, if there is one.
 void add_distances(MetricVerdict& v) {
   using enum Verdict;
   const score::Direction direction = score::direction_of(v.gate.metric);
   const auto factor = [&](double value) { return std::exp(score::loss(value, direction)); };
-  if (tolerated_factor(v.gate) && (v.verdict == better || v.verdict == fail || v.verdict == noisy))
+  if (tolerated_factor(v.gate) && (v.verdict == better || v.verdict == fail || v.verdict == undecided))
     v.remark = fmt::format("{} expected, off by a factor of {:.3g} before, {:.3g} now{}", direction.expected,
                            factor(*v.baseline), factor(*v.now), v.remark.empty() ? "" : "; " + v.remark);
 }
@@ -133,9 +171,8 @@ std::vector<MetricVerdict> judge_gates(const ScenarioResults& baseline, const Sc
   std::vector<std::optional<double>> tested;
   std::vector<double> p;
   for (const Gate& gate : gates) {
-    const Values& v = values.emplace_back(values_of(baseline, now, gate.metric));
-    const bool is_tested = v.now.size() >= kSeedsForTest && !v.identical && v.lost.empty();
-    tested.push_back(is_tested ? std::optional(score::wilcoxon_signed_rank(v.worse_by)) : std::nullopt);
+    values.push_back(values_of(baseline, now, gate.metric));
+    tested.push_back(p_of(gate, values.back()));
     p.push_back(tested.back().value_or(1));
   }
   p = score::holm(p);
@@ -167,29 +204,42 @@ LimitVerdict endings(const scenario::Scenario& scenario, const std::vector<resul
   verdict.what = fmt::format("ending {}", fmt::join(scenario.limits.ending, " or "));
   for (const result::SeedScore& seed : seeds) {
     if (result::is_allowed(scenario, seed.ending)) continue;
-    if (verdict.passed) verdict.worst_seed = seed.seed;
-    verdict.passed = false;
-    verdict.run_failed = true;
+    if (!verdict.worst_seed) verdict.worst_seed = seed.seed;
     verdict.failures.push_back(ending_text(seed) +
                                (seed.last_lines.empty() ? "" : "\nits last lines:\n" + seed.last_lines));
   }
+  verdict.state = verdict.worst_seed ? LimitState::run_failed : LimitState::met;
   verdict.observed = fmt::format("{}/{}", seeds.size() - verdict.failures.size(), seeds.size());
   return verdict;
 }
 
 // The verdict on a limit, with the seed that has the worst value; a missing value is worse than any.
-LimitVerdict verdict_on(const scenario::MetricLimit& limit, const std::string& observed, bool passed,
+LimitVerdict verdict_on(const scenario::MetricLimit& limit, const std::string& observed, LimitState state,
                         const std::vector<result::SeedScore>& seeds) {
   const auto loss = [&](const result::SeedScore& seed) {
     const auto value = seed.value(limit.metric);
     return value ? score::loss(*value, result::worst_side(limit)) : std::numeric_limits<double>::max();
   };
-  const auto worst = std::ranges::max_element(seeds, {}, loss);
-  return {.what = fmt::format("{} {} {}", subject(limit),
-                              limit.bound == scenario::Bound::at_most ? "<=" : ">=", limit.value),
-          .observed = observed,
-          .passed = passed,
-          .worst_seed = passed || seeds.empty() ? 0 : worst->seed};
+  LimitVerdict verdict{fmt::format("{} {} {}", subject(limit),
+                                   limit.bound == scenario::Bound::at_most ? "<=" : ">=", limit.value),
+                       observed, state};
+  if (state != LimitState::met && !seeds.empty())
+    verdict.worst_seed = std::ranges::max_element(seeds, {}, loss)->seed;
+  return verdict;
+}
+
+LimitState met_if(bool met) { return met ? LimitState::met : LimitState::missed; }
+
+// The verdict on a limit of a metric with an expected value, by its mean. Each seed has a value.
+LimitVerdict verdict_on_mean(scenario::MetricLimit limit, const std::vector<result::SeedScore>& seeds) {
+  limit.aggregate = "mean";
+  const std::vector<double> values = result::values_of(limit.metric, seeds);
+  const score::MeanTest test = score::t_test(values).value();
+  const double mean = score::mean(values);
+  const LimitState state = keeps(limit, mean)                                  ? LimitState::met
+                           : keeps(limit, test.low) || keeps(limit, test.high) ? LimitState::undecided
+                                                                               : LimitState::missed;
+  return verdict_on(limit, fmt::format("{:.3g} [{:.3g}, {:.3g}]", mean, test.low, test.high), state, seeds);
 }
 
 LimitVerdict missed_by_all(const scenario::Scenario& scenario, const std::vector<result::SeedScore>& seeds) {
@@ -200,8 +250,9 @@ LimitVerdict missed_by_all(const scenario::Scenario& scenario, const std::vector
     if (std::ranges::any_of(result::judge_run(scenario, [&](const auto& m) { return seed.value(m); }),
                             &result::JudgedLimit::missed))
       ++missed;
-    else if (std::exchange(verdict.passed, false))
+    else if (!verdict.worst_seed)
       verdict.worst_seed = seed.seed;
+  verdict.state = met_if(missed == seeds.size());
   verdict.observed = fmt::format("{}/{}", missed, seeds.size());
   return verdict;
 }
@@ -216,11 +267,9 @@ std::optional<double> tolerated_factor(const Gate& gate) {
 
 std::string_view word(Verdict verdict) {
   static constexpr std::array<std::string_view, 7> kWords{"IDENTICAL", "SAME", "BETTER", "FAIL",
-                                                          "NOISY",     "NEW",  "MISSING"};
+                                                          "UNDECIDED", "NEW",  "MISSING"};
   return kWords[static_cast<std::size_t>(verdict)];
 }
-
-bool fails(Verdict verdict) { return verdict == Verdict::fail || verdict == Verdict::missing; }
 
 std::vector<std::string> config_differences(const std::map<std::string, std::string>& baseline,
                                             const std::map<std::string, std::string>& now) {
@@ -242,14 +291,22 @@ ScenarioVerdict compare(const ScenarioResults& baseline, const ScenarioResults& 
   ScenarioVerdict verdict;
   verdict.name = now.name;
   std::size_t common = 0;
+  std::vector<double> covered_before, covered_now;
   for (const result::SeedScore& seed : now.seeds) {
-    const result::SeedScore* other = baseline.find(seed.seed);
-    common += other != nullptr;
-    verdict.other_recordings += other && other->recording != seed.recording;
     verdict.wall_s += seed.wall_s;
+    const result::SeedScore* other = baseline.find(seed.seed);
+    if (!other) continue;
+    ++common;
+    verdict.other_recordings += other->recording != seed.recording;
+    const auto before = other->coverage(), after = seed.coverage();
+    if (!before && !after) continue;
+    covered_before.push_back(before.value_or(0));
+    covered_now.push_back(after.value_or(0));
   }
   if (common > 0) {
     verdict.n_baseline = verdict.n_now = common;
+    if (!covered_now.empty())
+      verdict.coverage = std::pair(score::mean(covered_before), score::mean(covered_now));
     verdict.other_config = config_differences(baseline.config, now.config);
     verdict.metrics = judge_gates(baseline, now, gates);
   } else if (now.seeds.empty()) {
@@ -262,8 +319,9 @@ ScenarioVerdict compare(const ScenarioResults& baseline, const ScenarioResults& 
   return verdict;
 }
 
-std::string word(const LimitVerdict& verdict) {
-  return verdict.run_failed ? "RUN FAILED" : result::verdict_text(verdict.passed, false);
+std::string word(LimitState state) {
+  static constexpr std::array<const char*, 4> kWords{"ok", "MISSED", "UNDECIDED", "RUN FAILED"};
+  return kWords[static_cast<std::size_t>(state)];
 }
 
 std::vector<LimitVerdict> judge_limits(const scenario::Scenario& scenario,
@@ -273,8 +331,16 @@ std::vector<LimitVerdict> judge_limits(const scenario::Scenario& scenario,
     all.push_back(missed_by_all(scenario, seeds));
     return all;
   }
+  // Too many runs of a consistent filter exceed a limit on NEES or NIS: their mean is judged, from two seeds
+  // on.
+  const auto judges_mean = [&](const scenario::MetricLimit& limit) {
+    return score::direction_of(limit.metric).worst == score::Worst::farthest_from_expected &&
+           limit.aggregate.value_or("mean") == "mean" && seeds.size() > 1 &&
+           result::values_of(limit.metric, seeds).size() == seeds.size();
+  };
   for (const scenario::MetricLimit& limit : scenario.limits.metrics) {
-    if (limit.aggregate) continue;
+    if (judges_mean(limit)) all.push_back(verdict_on_mean(limit, seeds));
+    if (limit.aggregate || judges_mean(limit)) continue;
     std::size_t judged = 0, met = 0;
     for (const result::SeedScore& seed : seeds) {
       const auto passed = result::judge(scenario, limit, seed.value(limit.metric)).passed;
@@ -282,24 +348,15 @@ std::vector<LimitVerdict> judge_limits(const scenario::Scenario& scenario,
       met += passed.value_or(false);
     }
     if (judged > 0 || scenario.slam)
-      all.push_back(verdict_on(limit, fmt::format("{}/{}", met, judged), met == judged, seeds));
+      all.push_back(verdict_on(limit, fmt::format("{}/{}", met, judged), met_if(met == judged), seeds));
   }
   for (const result::JudgedLimit& judged : result::summarize(scenario, seeds).limits) {
+    if (judges_mean(judged.limit)) continue;
     const std::string reason = judged.reason.value_or("no value");
     all.push_back(verdict_on(judged.limit, judged.value ? fmt::format("{:.4g}", *judged.value) : reason,
-                             !judged.missed(), seeds));
+                             met_if(!judged.missed()), seeds));
   }
   return all;
-}
-
-int exit_code(const std::vector<ScenarioVerdict>& verdicts) {
-  int worst = 0;
-  for (const ScenarioVerdict& scenario : verdicts) {
-    for (const MetricVerdict& m : scenario.metrics) worst = std::max(worst, fails(m.verdict) ? 1 : 0);
-    for (const LimitVerdict& l : scenario.limits)
-      worst = std::max(worst, l.passed ? 0 : l.run_failed ? 3 : 1);
-  }
-  return worst;
 }
 
 }  // namespace sim::regression

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "sim/regression/suite.h"
@@ -18,43 +19,43 @@ namespace sim::regression {
 /// metrics.
 std::optional<double> tolerated_factor(const Gate& gate);
 
-inline constexpr std::size_t kSeedsForTest = 8;
+inline constexpr std::size_t kSeedsForTest = 8;  ///< of the signed rank test
 
 /// identical: the same bits on every seed · same: changed by at most the tolerance · better, fail: changed by
-/// more than the tolerance, and significantly · noisy: changed by more than the tolerance, but not
-/// significantly · added: missing in the baseline · missing: only in the baseline.
-enum class Verdict { identical, same, better, fail, noisy, added, missing };
+/// more than the tolerance, and significantly · undecided: changed by more than the tolerance, but possibly
+/// by chance · added: missing in the baseline · missing: only in the baseline.
+enum class Verdict { identical, same, better, fail, undecided, added, missing };
 /// Returns "IDENTICAL", ..., "NEW", "MISSING".
 std::string_view word(Verdict verdict);
-/// Returns whether the verdict is fail or missing.
-bool fails(Verdict verdict);
 
 /// One metric of one scenario: the baseline compared with the results now.
 struct MetricVerdict {
   Gate gate{};
   std::size_t n = 0;                        ///< seeds compared
-  std::optional<double> baseline{}, now{};  ///< medians over them
-  std::optional<double> change{};           ///< median of the seeds' changes
-  /// Confidence interval of at least 95 % of the median change.
+  std::optional<double> baseline{}, now{};  ///< medians over them; means of a metric with an expected value
+  std::optional<double> change{};           ///< the median, or mean, of the seeds' changes
+  /// Confidence interval of at least 95 % of that change.
   std::optional<std::pair<double, double>> band{};
   std::optional<double> p{};  ///< after Holm; absent without a test
-  Verdict verdict = Verdict::same;
-  std::string remark{};          ///< the reason in words; may be empty
-  std::uint64_t worst_seed = 0;  ///< the seed that changed most for the worse
+  Verdict verdict = Verdict::missing;
+  std::string remark{};                       ///< the reason in words; may be empty
+  std::optional<std::uint64_t> worst_seed{};  ///< the seed that changed most for the worse
 };
+
+/// undecided: the mean over seeds violates the limit, but its 95 % confidence interval does not.
+enum class LimitState { met, missed, undecided, run_failed };
+/// Returns "ok", "MISSED", "UNDECIDED" or "RUN FAILED".
+std::string word(LimitState state);
 
 /// A limit of the scenario on each seed, or on a value over all seeds.
 struct LimitVerdict {
   std::string what;      ///< "ate_se3_rmse_m <= 0.1", "loop_closed.mean >= 1", "ending completed"
   std::string observed;  ///< "9/10": seeds that meet it; or the value over seeds
-  bool passed = true;
-  bool run_failed = false;  ///< a run ended in a way that is not allowed
-  std::uint64_t worst_seed = 0;
+  LimitState state = LimitState::missed;
+  std::optional<std::uint64_t> worst_seed{};  ///< unless it is met
   std::vector<std::string>
       failures{};  ///< of each run that failed: "seed 4 fell: CAUSE", then its last lines
 };
-/// Returns "ok", "MISSED" or "RUN FAILED".
-std::string word(const LimitVerdict& verdict);
 
 struct ScenarioVerdict {
   std::string name;
@@ -63,6 +64,8 @@ struct ScenarioVerdict {
   std::vector<std::string> other_config;  ///< "key: baseline's -> now's"
   std::vector<MetricVerdict> metrics;
   std::vector<LimitVerdict> limits;
+  /// The mean fraction of true poses with an estimate, of the baseline and now; absent if unknown.
+  std::optional<std::pair<double, double>> coverage{};
   double wall_s = 0;   ///< of the runs now; 0 if unknown
   std::string file{};  ///< of the scenario
   /// Returns the command that repeats the run of a seed; may be empty.
@@ -73,37 +76,40 @@ struct ScenarioVerdict {
 std::vector<std::string> config_differences(const std::map<std::string, std::string>& baseline,
                                             const std::map<std::string, std::string>& now);
 
-/// Returns verdicts on each gate by the metric's loss (score::loss) on the seeds in common, by the signed
-/// rank test, with p-values adjusted for the number of gates. Without a seed in common every gate is added,
-/// or missing if nothing was run. Leaves limits to judge_limits.
+/// Returns verdicts on each gate by the metric's loss (score::loss) on the seeds in common, without limits.
+/// If there are none, every gate is added, or missing if nothing was run.
 ScenarioVerdict compare(const ScenarioResults& baseline, const ScenarioResults& now,
                         const std::vector<Gate>& gates);
 
-/// Returns verdicts on the allowed endings, then the limits on each seed, then those over seeds, none of
-/// which depends on the baseline. Leaves out a limit without a value on any seed if the scenario has no
-/// filter. expects_missed: every seed must miss a limit on single seeds instead of meeting all limits, as for
-/// an estimator too simple for the scenario.
+/// Returns verdicts on the allowed endings, the limits on each seed (on the mean for a metric with an
+/// expected value), and those over seeds; leaves out a limit without a value on any seed if the scenario has
+/// no filter. expects_missed: every seed must miss a limit on single seeds instead, as for an estimator too
+/// simple for the scenario.
 std::vector<LimitVerdict> judge_limits(const scenario::Scenario& scenario,
                                        const std::vector<result::SeedScore>& seeds,
                                        bool expects_missed = false);
 
-/// Returns 0 if all passed, 1 if a metric or limit fails, 3 if a scenario does not allow a run's ending.
-int exit_code(const std::vector<ScenarioVerdict>& verdicts);
-
 struct Comparison {
   std::string title;
   std::vector<ScenarioVerdict> scenarios;
+  bool allow_undecided = false;  ///< undecided rows pass
 };
+
+/// Returns 0 if all rows passed, 1 if a metric or limit failed or is undecided and that is not allowed, 3 if
+/// a scenario does not allow a run's ending.
+int exit_code(const Comparison& comparison);
 
 /// Returns a table of 80 columns, with the command that repeats a run once for all its rows. colors: color
 /// the verdicts for a terminal.
 std::string verdict_table(const Comparison& comparison, bool colors);
-/// Returns JUnit XML with a testcase for each row: a failure for FAIL, MISSING and missed limits, an error
-/// for failed runs, skipped for NEW. The first row of a scenario has the wall time of its runs.
+/// Returns JUnit XML with a testcase for each row: an error for failed runs, a failure for other rows that do
+/// not pass, skipped for NEW and for undecided rows that are allowed. The first row of a scenario has the
+/// wall time of its runs.
 std::string junit(const Comparison& comparison);
 /// Returns Markdown tables for a pull request.
 std::string markdown(const Comparison& comparison);
-/// Returns a line `::error file=...,title=...::...` for each row that fails.
+/// Returns a line `::error file=...,title=...::...` for each row that does not pass, `::warning` if it is
+/// undecided and that is allowed.
 std::string github_annotations(const Comparison& comparison);
 /// Returns all verdicts with their numbers as JSON.
 std::string verdicts_json(const Comparison& comparison);

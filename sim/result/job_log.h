@@ -53,8 +53,8 @@ class JobLog {
   /// Appends a record and syncs it to the disk; does nothing if the key has a record. Throws FileError.
   void add(const JobRecord& record);
 
-  /// Rewrites the file in the order of keys, so that it does not depend on the order of the jobs. Call it
-  /// last. Throws FileError; then the file is unchanged.
+  /// Rewrites the file in the order of keys, so that it does not depend on the order of the jobs; the last
+  /// call. Throws FileError; then the file is unchanged.
   void sort();
 
  private:

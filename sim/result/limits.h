@@ -92,10 +92,9 @@ void write_summary(const std::filesystem::path& file, const Summary& summary);
 /// Returns a table for the terminal: seeds, headline metrics and those with limits (or all), and limits.
 std::string summary_table(const Summary& summary, const TableStyle& style = {});
 
-/// Returns a table of the headline metrics and those with limits, or all, from a result folder's score.json,
-/// timing.json and, if it exists, about.json. A reason that several metrics share appears once, below them.
-/// The table has the cause of an ending other than completed, unless `failed`: then the caller prints it.
-/// Throws FileError.
+/// Returns a table of the headline metrics and those with limits, or all, from a result folder, with a reason
+/// that several metrics share once below them. It has the cause of an ending other than completed, unless
+/// `failed`: then the caller prints it.
 std::string score_table(const std::filesystem::path& result_folder, const TableStyle& style = {},
                         bool failed = false);
 

@@ -1,11 +1,9 @@
 #include "sim/result/result.h"
 
 #include <fmt/core.h>
-#include <time.h>
 
 #include <algorithm>
 #include <array>
-#include <string_view>
 
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
@@ -13,6 +11,7 @@
 #include "sim/files/trajectory_file.h"
 #include "sim/recording/recording_format.h"
 #include "sim/result/limits.h"
+#include "sim/result/result_tree.h"
 #include "sim/score/metrics.h"
 
 namespace sim::result {
@@ -60,19 +59,6 @@ void write_tum(const fs::path& file, const std::vector<files::TimedPose>& poses,
   files::write_text(file, text);
 }
 
-// A pose without covariance has eight columns in both files.
-void write_estimate(const fs::path& folder, const tracking::Tracked& tracked) {
-  std::string poses, with_covariance = files::kTumCovarianceHeader;
-  for (const estimators::PoseEstimate& e : tracked.estimates()) {
-    poses += files::tum_row(e.t, e.X_WC);
-    with_covariance +=
-        e.covariance ? files::tum_row(e.t, e.X_WC, *e.covariance) : files::tum_row(e.t, e.X_WC);
-  }
-  if (!tracked.log.empty()) files::write_text(folder / "estimator.log", tracked.log);
-  files::write_text(folder / "estimate.tum", poses);
-  files::write_text(folder / "estimate_cov.txt", with_covariance);
-}
-
 /// A steered walk's desired path, and the corrections of its steps.
 void write_steering(const fs::path& folder, const RunRecord& record, const score::DesiredPath& desired) {
   write_tum(folder / "waist_desired.tum", desired.waist);
@@ -80,19 +66,6 @@ void write_steering(const fs::path& folder, const RunRecord& record, const score
   for (const score::StepCorrection& step : record.truth.corrected_steps)
     steps += fmt::format("{}{}\n", step.t.count(), recording::correction_fields(step));
   files::write_text(folder / "corrected_steps.csv", steps);
-}
-
-/// When each frame was answered. The fields of a dropped frame are empty.
-void write_answers(const fs::path& file, const tracking::Tracked& tracked, slam::Stamp exposure) {
-  std::vector<std::pair<slam::Stamp, std::string>> rows;
-  for (const tracking::TrackedFrame& frame : tracked.frames)
-    rows.emplace_back(frame.report.t, fmt::format("{},{}", (frame.effect + exposure).count(),
-                                                  1e3 * slam::seconds(frame.took)));
-  for (const slam::Stamp t : tracked.dropped) rows.emplace_back(t, ",");
-  std::ranges::stable_sort(rows, {}, [](const auto& row) { return row.first; });
-  std::string text = "#timestamp [ns],effect [ns],took [ms]\n";
-  for (const auto& [t, fields] : rows) text += fmt::format("{},{}\n", t.count(), fields);
-  files::write_text(file, text);
 }
 
 void write_feet(const fs::path& file, const std::vector<score::FootRow>& rows) {
@@ -117,14 +90,15 @@ ordered_json faults_json(const std::vector<tracking::TrackingFault>& faults) {
   return json;
 }
 
-void write_score(const fs::path& file, const scenario::Scenario& scenario, scenario::Ending ending,
+void write_score(const fs::path& file, const scenario::Scenario& scenario, const Outcome& outcome,
                  const score::Metrics& metrics, const tracking::Tracked* tracked,
                  const std::vector<JudgedLimit>& limits) {
   ordered_json json{{"format_version", 1},
                     {"scenario", scenario.name},
                     {"estimator", scenario.estimator.name},
                     {"seed", scenario.seed},
-                    {"ending", scenario::name_of(ending)}};
+                    {"ending", scenario::name_of(outcome.ending)},
+                    {"exit_code", outcome.exit_code}};
   for (const score::MetricDefinition& defined : score::metric_definitions()) {
     const score::Metric& metric = metrics.find(defined.name)->second;
     ordered_json& entry = json["metrics"][defined.name];
@@ -169,129 +143,14 @@ void write_about(const fs::path& file, const RunRecord& record, const ResultPlac
                     {"recording_xxh3_128", record.recording_hash},
                     {"set_by", set_by}};
   if (!place.models_hash.empty()) json["models_xxh3_128"] = place.models_hash;
+  if (const std::string hash = provenance_of(scenario, "", "").estimator_files; !hash.empty())
+    json["estimator_xxh3_128"] = hash;
   if (record.counterfactual) json["counterfactual"] = *record.counterfactual;
   if (record.alignment) json["alignment"] = score::name_of(*record.alignment);
   files::write_text(file, files::json_text(json, 2) + "\n");
 }
 
-constexpr std::string_view kPointColumns =
-    "p_W_x [m],p_W_y [m],p_W_z [m],P_xx [m^2],P_xy [m^2],P_xz [m^2],P_yy [m^2],P_yz [m^2],P_zz [m^2]";
-
-std::string_view name(slam::Health health) {
-  constexpr std::array<std::string_view, 3> kNames{"ok", "lost", "diverged"};
-  return kNames[static_cast<std::size_t>(health)];
-}
-
-// The row of frames.csv.
-std::string frame_row(const slam::FrameReport& r) {
-  std::string text = fmt::format("{},{},{},{},{},{},{}", r.t.count(), r.landmarks, r.predicted, r.measured,
-                                 r.accepted, r.initialized.size(), r.deleted.size());
-  for (const std::string_view sensor : score::kSensors) {
-    const auto nis = slam::nis_of(r.innovations, sensor);
-    text += nis ? fmt::format(",{},{}", nis->value, nis->dof) : ",,";
-  }
-  return text + fmt::format(",{},{},{},{}\n", name(r.health), files::csv_field(r.cause.value_or("")),
-                            files::csv_field(r.refused.text()), files::csv_field(r.suspect.value_or("")));
-}
-
-/// ",u,v" of a match, or two empty fields.
-std::string fields_if(bool holds, const std::optional<Eigen::Vector2d>& match) {
-  return holds && match ? fmt::format(",{:.3f},{:.3f}", match->x(), match->y()) : ",,";
-}
-
-void write_frames(const fs::path& folder, const std::vector<tracking::TrackedFrame>& all) {
-  std::string frames = "#timestamp [ns],landmarks,predicted,measured,accepted,begun,deleted",
-              landmarks = "#landmark,begun [ns],u [px],v [px]\n",
-              searches =
-                  "#timestamp [ns],landmark,u [px],v [px],S_uu [px^2],S_uv [px^2],S_vv [px^2],found_u [px],"
-                  "found_v [px],refused_u [px],refused_v [px]\n",
-              depths;
-  for (const std::string_view sensor : score::kSensors) frames += fmt::format(",nis_{0},dof_{0}", sensor);
-  frames += ",health,cause,refused,suspect\n";
-  for (const tracking::TrackedFrame& frame : all) {
-    const slam::FrameReport& r = frame.report;
-    frames += frame_row(r);
-    for (const slam::Sighting& first : r.initialized)
-      landmarks +=
-          fmt::format("{},{},{},{}\n", first.landmark, r.t.count(), first.pixel.x(), first.pixel.y());
-    for (const slam::Search& s : r.searched)
-      searches += fmt::format("{},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}{}{}\n", r.t.count(), s.landmark,
-                              s.pixel.x(), s.pixel.y(), s.S(0, 0), s.S(0, 1), s.S(1, 1),
-                              fields_if(s.used, s.match), fields_if(!s.used, s.match));
-    for (const slam::DepthHypotheses& line : r.lines)
-      for (const slam::DepthParticle& p : line.particles)
-        depths += fmt::format("{},{},{:.4g},{:.3g}\n", r.t.count(), line.landmark, p.depth_m, p.probability);
-  }
-  files::write_text(folder / "frames.csv", frames);
-  files::write_text(folder / "landmarks.csv", landmarks);
-  files::write_text(folder / "searches.csv", searches);
-  if (!depths.empty())
-    files::write_text(folder / "depths.csv", "#timestamp [ns],landmark,depth [m],probability\n" + depths);
-}
-
-void write_maps(const fs::path& folder, const tracking::Tracked& tracked) {
-  std::string last = fmt::format("#id,kind,{},begun [ns],attempts,successes\n", kPointColumns),
-              over_time = fmt::format("#timestamp [ns],id,{}\n", kPointColumns);
-  for (const slam::MapPoint& point : tracked.map) {
-    const Eigen::Matrix3d& P = point.covariance;
-    last += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", point.id, point.kind, point.p_W.x(),
-                        point.p_W.y(), point.p_W.z(), P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2),
-                        point.initialized.count(), point.attempts, point.successes);
-  }
-  for (const tracking::TimedMap& map : tracked.maps)
-    for (const slam::MapPoint& point : map.points) {
-      const Eigen::Matrix3d& P = point.covariance;
-      over_time += fmt::format("{},{},{:.4f},{:.4f},{:.4f},{:.3e},{:.3e},{:.3e},{:.3e},{:.3e},{:.3e}\n",
-                               map.t.count(), point.id, point.p_W.x(), point.p_W.y(), point.p_W.z(), P(0, 0),
-                               P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2));
-    }
-  files::write_text(folder / "map.csv", last);
-  files::write_text(folder / "map_over_time.csv", over_time);
-}
-
-double clock_ms(clockid_t clock) {
-  timespec now{};
-  clock_gettime(clock, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
-
 }  // namespace
-
-double thread_cpu_ms() { return clock_ms(CLOCK_THREAD_CPUTIME_ID); }
-
-void Timing::write(const fs::path& folder, double simulated_s) const {
-  std::string csv =
-      "#timestamp [ns],plan_and_physics [ms],render [ms],encode [ms],record [ms],filter [ms],landmarks\n";
-  for (const FrameTiming& f : frames)
-    csv += fmt::format("{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{}\n", f.t.count(), f.plan_and_physics_ms,
-                       f.render_ms, f.encode_ms, f.record_ms, f.filter_ms, f.landmarks);
-  files::write_text(folder / "timing.csv", csv);
-
-  const auto total_s = [&](double FrameTiming::*stage) {
-    double sum_ms = 0;
-    for (const FrameTiming& frame : frames) sum_ms += frame.*stage;
-    return 1e-3 * sum_ms;
-  };
-  std::vector<double> filter;
-  for (const FrameTiming& frame : frames)
-    if (frame.answered) filter.push_back(frame.filter_ms);
-  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-  ordered_json json;
-  json["frame_cpu_ms_mean"] = filter.empty() ? 0 : score::mean(filter);
-  if (each_frame)
-    for (const auto& [name, p] : {std::pair{"frame_cpu_ms_median", 0.5}, {"frame_cpu_ms_p99", 0.99}})
-      json[name] = filter.empty() ? 0 : score::quantile(filter, p);
-  json["realtime_factor"] = simulated_s / wall_s;
-  json["simulated_s"] = simulated_s;
-  json["wall_s"] = wall_s;
-  json["cpu_s"] = {{"all", 1e-3 * clock_ms(CLOCK_PROCESS_CPUTIME_ID)},
-                   {"plan_and_physics", total_s(&FrameTiming::plan_and_physics_ms)},
-                   {"render", total_s(&FrameTiming::render_ms)},
-                   {"encode", total_s(&FrameTiming::encode_ms)},
-                   {"record", total_s(&FrameTiming::record_ms)},
-                   {"filter", total_s(&FrameTiming::filter_ms)}};
-  files::write_text(folder / "timing.json", files::json_text(json, 2) + "\n");
-}
 
 bool uses_filter(const scenario::Scenario& scenario) {
   const estimators::EstimatorChoice& estimator = scenario.estimator;
@@ -322,7 +181,6 @@ Outcome write_result(const fs::path& folder, const RunRecord& record, const Resu
   write_tum(folder / "waist_truth.tum", record.truth.waist);
   write_tum(folder / "waist_plan.tum", record.truth.waist_plan);
   if (record.tracked) {
-    write_estimate(folder, *record.tracked);
     write_tracked(folder, *record.tracked);
     if (scenario.estimator_time.model != scenario::TimeModel::none)
       write_answers(folder / "answers.csv", *record.tracked, exposure(scenario));
@@ -339,16 +197,12 @@ Outcome write_result(const fs::path& folder, const RunRecord& record, const Resu
       metrics[defined.name] = {std::nullopt, defined.unit,
                                "not scored: " + (ended.cause.empty() ? "the run failed" : ended.cause)};
   const auto limits = judge_run(scenario, [&](const std::string& name) { return metrics.at(name).value; });
-  write_score(folder / "score.json", scenario, ended.ending, metrics,
-              record.tracked ? &*record.tracked : nullptr, limits);
+  const Outcome outcome{ended, exit_code(scenario, ended.ending, limits)};
+  write_score(folder / "score.json", scenario, outcome, metrics, record.tracked ? &*record.tracked : nullptr,
+              limits);
   write_about(folder / "about.json", record, place, ended);
   timing.write(folder, simulated_s);
-  return {ended, exit_code(scenario, ended.ending, limits)};
-}
-
-void write_tracked(const fs::path& folder, const tracking::Tracked& tracked) {
-  write_frames(folder, tracked.frames);
-  write_maps(folder, tracked);
+  return outcome;
 }
 
 }  // namespace sim::result

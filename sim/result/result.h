@@ -66,9 +66,11 @@ struct Outcome : scenario::Ended {
 Outcome write_result(const std::filesystem::path& folder, const RunRecord& record, const ResultPlace& place,
                      const Timing& timing, double simulated_s);
 
-/// Writes the tracked frames and the map: frames.csv, map.csv, landmarks.csv, map_over_time.csv, searches.csv
-/// and, for landmarks that start as lines, depths.csv (README.md describes them). Throws FileError.
+/// Writes the files of the estimate, the tracked frames and the map (README.md describes them). Throws
+/// FileError.
 void write_tracked(const std::filesystem::path& folder, const tracking::Tracked& tracked);
+/// Writes when each frame was answered; the fields of a dropped frame are empty.
+void write_answers(const std::filesystem::path& file, const tracking::Tracked& tracked, slam::Stamp exposure);
 
 /// Returns the end of a plan.
 score::Stamp plan_end(const walking::WalkOptions& walk);

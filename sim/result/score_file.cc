@@ -33,7 +33,8 @@ About about_of(const files::Json& json) {
                                   {"cause", &About::cause},
                                   {"alignment", &About::alignment},
                                   {"recording_xxh3_128", &About::recording},
-                                  {"models_xxh3_128", &About::models}})
+                                  {"models_xxh3_128", &About::models},
+                                  {"estimator_xxh3_128", &About::estimator_files}})
     about.*text = text_or_none(json, key).value_or("");
   about.counterfactual = text_or_none(json, "counterfactual");
   if (const auto seed = json.find("seed")) about.seed = seed->whole();
@@ -44,6 +45,17 @@ About about_of(const files::Json& json) {
   return about;
 }
 
+// The last lines of a log, sanitized.
+std::string last_lines(std::string log) {
+  constexpr std::size_t kMostLines = 5, kMostBytes = 4096;
+  log.erase(0, log.size() - std::min(log.size(), kMostBytes));
+  std::ranges::replace(log, '\r', '\n');  // of progress lines
+  std::size_t begin = log.find_last_not_of('\n');
+  for (std::size_t lines = 0; lines < kMostLines && begin != log.npos && begin > 0; ++lines)
+    begin = log.rfind('\n', begin - 1);
+  return files::sanitize(log.substr(begin == log.npos ? 0 : log[begin] == '\n' ? begin + 1 : begin));
+}
+
 }  // namespace
 
 std::optional<double> SeedScore::value(const std::string& metric) const {
@@ -51,10 +63,18 @@ std::optional<double> SeedScore::value(const std::string& metric) const {
   return found == metrics.end() ? std::nullopt : found->value;
 }
 
+std::optional<double> SeedScore::coverage() const {
+  const auto matched = value("poses_matched"), all = value("true_poses"), tracked = value("tracked_fraction");
+  if (!matched || !all || *all == 0) return tracked;
+  return std::min(*matched / *all, tracked.value_or(1));
+}
+
 SeedScore read_score(const fs::path& file) {
   using scenario::Bound;
   const files::Json json = files::read_json(file);
-  SeedScore score{json.at("seed").whole(), read_ending(json.at("ending")), 0, {}};
+  SeedScore score;
+  score.seed = json.at("seed").whole(), score.ending = read_ending(json.at("ending"));
+  if (const auto code = json.find("exit_code")) score.exit_code = static_cast<int>(code->whole());
   score.scenario = json.at("scenario").text();
   if (const auto estimator = json.find("estimator")) score.estimator = estimator->text();
   for (const auto& [name, metric] : json.at("metrics").entries())
@@ -80,18 +100,16 @@ SeedScore read_score(const fs::path& file) {
   return score;
 }
 
-void read_details(const fs::path& folder, SeedScore& score) {
-  constexpr std::size_t kMostLines = 5;
-  if (fs::exists(folder / "about.json")) score.cause = read_about(folder / "about.json").cause;
+SeedScore read_result(const fs::path& folder) {
+  SeedScore score = read_score(folder / "score.json");
+  const About about = read_about(folder / "about.json");
+  score.cause = about.cause, score.recording = about.recording;
   if (fs::exists(folder / "timing.json"))
     if (const auto wall = files::read_json(folder / "timing.json").find("wall_s"))
       score.wall_s = wall->number();
-  if (!fs::exists(folder / "estimator.log")) return;
-  const std::string log = files::read_text(folder / "estimator.log");
-  std::size_t begin = log.find_last_not_of('\n');
-  for (std::size_t lines = 0; lines < kMostLines && begin != log.npos && begin > 0; ++lines)
-    begin = log.rfind('\n', begin - 1);
-  score.last_lines = log.substr(begin == log.npos ? 0 : log[begin] == '\n' ? begin + 1 : begin);
+  if (fs::exists(folder / "estimator.log"))
+    score.last_lines = last_lines(files::read_text(folder / "estimator.log"));
+  return score;
 }
 
 SeedScore without_score(std::uint64_t seed, int exit_code) {

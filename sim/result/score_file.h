@@ -47,7 +47,7 @@ struct SeedScore {
   std::uint64_t seed = 0;
   scenario::Ending ending =
       scenario::Ending::not_started;  ///< not_started or crashed if its process left no score
-  int exit_code = 0;
+  int exit_code = 3;                  ///< of the run
   std::vector<SeedMetric> metrics;
   std::string recording{};   ///< its hash; empty if unknown
   std::string cause{};       ///< of the ending; empty if unknown
@@ -60,13 +60,16 @@ struct SeedScore {
 
   /// Returns the value of a metric, or nothing if it has none or is not in the score.
   std::optional<double> value(const std::string& metric) const;
+  /// Returns the fraction of the true poses with an estimate, at most the tracked fraction of the time.
+  std::optional<double> coverage() const;
 };
 
-/// Reads cause, wall time and last lines of a result, as far as its folder has them. Throws FileError.
-void read_details(const std::filesystem::path& folder, SeedScore& score);
-
-/// Reads a score.json; the exit code is not in it. Throws FileError, also if a value has another type.
+/// Reads a score.json. Throws FileError, also if a value has another type.
 SeedScore read_score(const std::filesystem::path& file);
+
+/// Reads the score of a result folder with cause, recording, wall time, and the last lines of the estimator's
+/// log, sanitized. Throws FileError.
+SeedScore read_result(const std::filesystem::path& folder);
 
 /// Returns the score of a run without score.json by its process's exit code: not started (2) or crashed.
 SeedScore without_score(std::uint64_t seed, int exit_code);
@@ -82,6 +85,7 @@ struct About {
   std::string alignment;                      ///< of an external trajectory with the truth
   std::string recording;                      ///< the hash of its manifest
   std::string models;                         ///< the hash of the models of the walk
+  std::string estimator_files;                ///< the hash of an external estimator's files
   std::map<std::string, std::string, std::less<>> set_by;  ///< the origin of each key
 };
 

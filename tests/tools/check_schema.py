@@ -25,7 +25,8 @@ def check(value, schema, root, path):
     names = names if isinstance(names, list) else [names]
     assert not names or any(is_of(value, name) for name in names), f'{path}: is {value!r}, expected {names}'
     for word, holds in (('const', lambda to: value == to), ('enum', lambda to: value in to),
-                        ('minimum', lambda to: value >= to), ('maximum', lambda to: value <= to)):
+                        ('minimum', lambda to: value is None or value >= to),
+                        ('maximum', lambda to: value is None or value <= to)):
         assert word not in schema or holds(schema[word]), f'{path}: is {value}'
     if isinstance(value, dict):
         for name in schema.get('required', []):

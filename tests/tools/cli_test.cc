@@ -75,8 +75,7 @@ TEST_F(Cli, WrongInputIsNamedByEachCommand) {
   write("old/scenario.yaml", "slam: {plan_orientation: {enabled: true}}\n");
   write("old/about.json", R"({"revision": "0a1b2c"})");
   shell("mkdir pipe && mkfifo pipe/scenario.yaml pipe/score.json");
-  const std::string slurm = "sweep '" + kCircle + "' slam.gyro.sigma_rad_s=0.1,0.2 --backend slurm ",
-                    config = "config '" + kCircle + "' ";
+  const std::string config = "config '" + kCircle + "' ";
   expect_refused(
       {{"", "A subcommand is required"},
        {"rnu x.yaml", "unknown command 'rnu', expected one of run, record, "},

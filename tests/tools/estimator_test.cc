@@ -331,7 +331,9 @@ TEST_F(ExternalEstimator, EstimatorsStandSideBySideAndScenariosApart) {
   EXPECT_THAT(ok("leaderboard tree --metric rmse_m --metric nees_position_mean --csv t.csv --html t.html"),
               Has("results of different scenarios are not compared"));
   EXPECT_THAT(text_of("t.csv"),
-              Has("\nother,filter,1,1,1,", "\nwalk,filter,1,2,2,", "\nwalk,plan_alone,1,2,2,"));
+              AllOf(Has("\nother,filter,1,1,1,1,"),
+                    ContainsRegex("\nwalk,filter,[12],1,2,2,(.*\n)*walk,plan_alone,[12],1,2,2,|"
+                                  "\nwalk,plan_alone,[12],1,2,2,(.*\n)*walk,filter,[12],1,2,2,")));
   EXPECT_THAT(text_of("t.html"), Has("<h2>other</h2>"));
   expect_refused("leaderboard tree --csv t.csv", "exists already; --force replaces it");
 

@@ -81,7 +81,7 @@ TEST_F(Regress, WhatCannotBeComparedIsRefusedInOneLine) {
   write_results("others", 1, 3, "", 100);
   expect_refused(
       {{"regress none.yaml", "none.yaml: cannot be read"},
-       {"regress suites/ci.yaml --results none", "there is no result of seed 1"},
+       {"regress suites/ci.yaml --results none", "the result of seed 1 is missing"},
        {"regress suites/ci.yaml --results old --seeds 1..4", "has no seed 4 of walk"},
        {"regress suites/ci.yaml --results old seed=3", "seed=3: a suite has its own names and seeds"},
        {"regress suites/ci.yaml --results old slam.vision.sigma_px=3", "was made with another configuration"},
@@ -103,7 +103,7 @@ TEST_F(Regress, TwoFoldersOfOneScenarioInATreeAreRefusedByName) {
   ok("compare two/a two/b");
   const std::string table = ok("leaderboard two two/a --metric rmse_m");
   EXPECT_EQ(table, ok("leaderboard two --metric rmse_m"));
-  EXPECT_THAT(table, ContainsRegex("filter +[0-9.]+ +3 +3"));
+  EXPECT_THAT(table, ContainsRegex("filter +1 +[0-9.]+ +3 +3"));
 }
 
 TEST_F(Regress, AChangedScenarioIsAnotherConfigurationUntilTheBaselineIsUpdated) {

@@ -9,7 +9,7 @@ namespace {
 
 using Folders = std::vector<fs::path>;
 
-// One batch of the seeds of scenarios/suites/ci.yaml serves all tests of the process.
+// One batch of seeds of scenarios/suites/ci.yaml serves all tests of the process.
 class TangentCircle : public CommandLine {
  protected:
   TangentCircle() {

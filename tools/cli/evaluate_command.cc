@@ -9,9 +9,9 @@
 #include "sim/estimators/child_program.h"
 #include "sim/export/export.h"
 #include "sim/files/text.h"
-#include "sim/regression/suite.h"
 #include "sim/replay/replay.h"
 #include "sim/result/limits.h"
+#include "sim/result/result_tree.h"
 #include "sim/scenario/keys.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
@@ -155,8 +155,8 @@ int evaluate_all(const std::vector<ResultJob>& jobs, const OutFolder& out, const
   int exit_code = 0;
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     const fs::path folder = out.path() / jobs[i].result();
-    const bool there = fs::exists(folder / "score.json");
-    const int code = there ? regression::read_result(folder).exit_code : std::max(exit_code_of(ended[i]), 2);
+    const bool there = result::is_result(folder);
+    const int code = there ? result::read_result(folder).exit_code : std::max(exit_code_of(ended[i]), 2);
     exit_code = std::max(exit_code, code);
     if (there) text_out() << result::score_table(folder, {colors()}, code == 3) << folder.string() << "\n\n";
   }

@@ -45,7 +45,6 @@ int export_result(ExportRequest& request) {
   const scenario::Scenario scenario = scenario::read_scenario(request.result / "scenario.yaml").scenario;
   const OutFolder out(request, request.result / "export" / request.format, {.replaces = true});
   require_separate(out.path(), request.result);
-  if (!request.out) files::add_to_marker(request.result, {"export/", "export/" + request.format + "/"});
   ProgressLine progress(fmt::format("export of {}", request.result.string()));
   exports::export_run({request.result, scenario.name, scenario.seed, scenario.errors, true, request.undistort,
                        request.format == "mcap" ? view::robot_description(scenario, request.models) : nullptr,
@@ -72,10 +71,7 @@ fs::path file_of(const VideoRequest& request) {
   const fs::path file = request.out ? fs::path(*request.out) : request.result / "video.mp4";
   if (file.extension() != ".mp4" && file.extension() != ".webm")
     throw UsageError("--out: expected a .mp4 or .webm file, not '{}'", file.string());
-  if (!request.out && files::has_marker(request.result) && !request.force)
-    files::list_outputs(request.result, {"video.mp4"});
-  else
-    require_new_file(file, request.force);
+  if (request.out || !files::has_marker(request.result)) require_new_file(file, request.force);
   return file;
 }
 
@@ -102,6 +98,7 @@ class Encoder {
   void finish() {
     if (!ffmpeg_) throw UsageError("the recording has no frames");
     require_success();
+    if (files::has_marker(video_.parent_path())) files::set_aside(video_.parent_path(), {video_.filename()});
     fs::rename(made_, video_);
   }
 

@@ -15,6 +15,7 @@
 #include "sim/regression/suite.h"
 #include "sim/regression/verdict.h"
 #include "sim/result/result.h"
+#include "sim/result/result_tree.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
 #include "tools/cli/commands.h"
@@ -30,8 +31,12 @@ namespace {
 using regression::Baseline, regression::Comparison, regression::Gate, regression::ResultSet;
 using regression::ScenarioResults, regression::ScenarioVerdict;
 
-/// The files of --junit, --markdown and --json. `--json` without a file prints on standard output.
-using VerdictFiles = std::array<std::optional<fs::path>, 3>;
+/// The files of --junit, --markdown and --json, and --allow-undecided. `--json` without a file prints on
+/// standard output.
+struct VerdictRequest {
+  std::array<std::optional<fs::path>, 3> files;
+  bool allow_undecided = false;
+};
 
 /// A format of verdicts, and the first bytes of its files.
 struct VerdictFormat {
@@ -61,7 +66,10 @@ void add_missing(Comparison& comparison, const std::vector<ScenarioResults>& bas
 }
 
 /// Also adds --quiet.
-void add_verdict_files(CLI::App& command, VerdictFiles& files) {
+void add_verdict_options(CLI::App& command, VerdictRequest& request) {
+  auto& files = request.files;
+  command.add_flag("--allow-undecided", request.allow_undecided,
+                   "pass although a change beyond its tolerance may be by chance (UNDECIDED)");
   command.add_option("--junit", files[0], "write JUnit XML to a file");
   command.add_option("--markdown", files[1], "write Markdown tables to a file");
   add_quiet(command);
@@ -81,7 +89,8 @@ void add_verdict_files(CLI::App& command, VerdictFiles& files) {
 
 /// Throws UsageError for an existing file that gaitslam did not write: its first bytes differ from those of
 /// its replacement. To be called before the comparison.
-void require_replaceable(const VerdictFiles& files) {
+void require_replaceable(const VerdictRequest& request) {
+  const auto& files = request.files;
   for (std::size_t i = 0; i < files.size(); ++i) {
     if (!files[i]) continue;
     require_folder_of(*files[i], kFormats[i].option);
@@ -96,7 +105,8 @@ void require_replaceable(const VerdictFiles& files) {
 }
 
 /// Prints the verdicts as a table or as JSON, and writes the files. Throws FileError.
-void report_verdicts(const Comparison& comparison, const VerdictFiles& files) {
+void report_verdicts(const Comparison& comparison, const VerdictRequest& request) {
+  const auto& files = request.files;
   text_out() << regression::verdict_table(comparison, colors());
   if (output() == Output::json) std::cout << regression::verdicts_json(comparison);
   for (std::size_t i = 0; i < files.size(); ++i)
@@ -106,12 +116,13 @@ void report_verdicts(const Comparison& comparison, const VerdictFiles& files) {
 constexpr const char* kRegressExamples = R"(Examples:
   gaitslam regress scenarios/suites/ci.yaml --baseline main.json --seeds 1..10 --junit junit.xml
   gaitslam regress scenarios/suites/ci.yaml slam.vision.sigma_px=2 --cached
-Verdicts: IDENTICAL, the same bits on every seed; SAME, within the tolerance; BETTER or FAIL, beyond the tolerance and
-significantly; NOISY, beyond it, but possibly by chance; NEW or MISSING (a failure), only one of the sides has it.
-Significance is decided by the signed rank test paired by seed, with Holm's correction over the gates of a scenario,
-at 5 %. With fewer than 8 seeds more than half of them must be beyond the tolerance and none in the other direction.
-Exit codes: 0 as good as the baseline; 1 worse, or a limit missed; 2 wrong usage, configuration or baseline; 3 a run
-ended in a way that its scenario does not allow.)";
+Verdicts: IDENTICAL, the same bits on every seed; SAME, the median change is within the tolerance; BETTER or FAIL, it is
+beyond the tolerance and significant; UNDECIDED, it is beyond the tolerance, but possibly by chance: add seeds; NEW or
+MISSING (a failure), only one of the sides has it. Significance is decided by the signed rank test paired by seed, with
+Holm's correction over the gates of a scenario, at 5 %. With fewer than 8 seeds there is no test: BETTER or FAIL if no
+seed is beyond the tolerance in the other direction. NEES and NIS are judged by their means over the seeds.
+Exit codes: 0 as good as the baseline; 1 worse, undecided (unless --allow-undecided), or a limit missed; 2 wrong usage,
+configuration or baseline; 3 a run ended in a way that its scenario does not allow.)";
 
 constexpr const char* kBaselineExamples = R"(Examples:
   gaitslam baseline update --reason "the stabilizer damps the ankles" --jobs 2
@@ -214,12 +225,12 @@ void run_suite(const SuiteRequest& request, SuiteRun& run) {
       scenario::Scenario scenario = s.read.scenario;
       scenario.seed = seed;
       const fs::path folder = *request.results / scenario.name / fmt::format("seed-{}", seed);
-      if (!fs::exists(folder / "score.json"))
-        throw UsageError("{}: there is no result of seed {}", folder.string(), seed);
+      if (!result::is_result(folder))
+        throw UsageError("{}: the result of seed {} is missing", folder.string(), seed);
       if (files::read_text(folder / "scenario.yaml") != scenario::to_yaml(scenario))
         throw UsageError("{}: was made with another configuration of {}; run it again", folder.string(),
                          scenario.name);
-      s.results.seeds.push_back(regression::read_result(folder));
+      s.results.seeds.push_back(result::read_result(folder));
     }
 }
 
@@ -235,7 +246,7 @@ std::string repro(const SuiteRequest& request, const SuiteScenario& scenario, st
 
 Comparison compare_with(const std::vector<ScenarioResults>& baseline, const SuiteRun& run,
                         const SuiteRequest& request, const std::string& title) {
-  Comparison comparison{title, {}};
+  Comparison comparison{title, {}, false};
   for (const SuiteScenario& s : run.scenarios) {
     auto& verdict = comparison.scenarios.emplace_back(verdict_of(baseline, s.results, s.entry.gates));
     verdict.limits = regression::judge_limits(s.read.scenario, s.results.seeds, s.entry.expects_missed);
@@ -249,7 +260,7 @@ Comparison compare_with(const std::vector<ScenarioResults>& baseline, const Suit
 }
 
 struct RegressRequest : SuiteRequest {
-  VerdictFiles files;
+  VerdictRequest verdicts;
   bool github = false;
 };
 
@@ -275,7 +286,7 @@ void require_comparable(const Baseline& baseline, const SuiteRun& run, const std
 }
 
 int regress(RegressRequest& request) {
-  require_replaceable(request.files);
+  require_replaceable(request.verdicts);
   const std::string file = baseline_file(request).string();
   SuiteRun run = plan_suite(request);
   const Baseline baseline = regression::read_baseline(file);
@@ -283,15 +294,16 @@ int regress(RegressRequest& request) {
   run_suite(request, run);
   const std::string title = fmt::format("gaitslam regress: suite {} against {} (revision {})", run.name, file,
                                         baseline.history.empty() ? "?" : baseline.history.back().revision);
-  const Comparison comparison = compare_with(baseline.scenarios, run, request, title);
-  report_verdicts(comparison, request.files);
+  Comparison comparison = compare_with(baseline.scenarios, run, request, title);
+  comparison.allow_undecided = request.verdicts.allow_undecided;
+  report_verdicts(comparison, request.verdicts);
   if (request.github) {
     text_out() << regression::github_annotations(comparison);
     if (const char* const summary = std::getenv("GITHUB_STEP_SUMMARY"))
       if (!(std::ofstream(summary, std::ios::app) << regression::markdown(comparison) << std::flush))
         throw files::FileError(summary, "cannot be written");
   }
-  return regression::exit_code(comparison.scenarios);
+  return regression::exit_code(comparison);
 }
 
 struct BaselineRequest : SuiteRequest {
@@ -299,8 +311,8 @@ struct BaselineRequest : SuiteRequest {
   bool dry_run = false;
 };
 
-/// Compares with the old baseline, whatever its configurations. Prints verdicts, and changes of the number of
-/// seeds. Returns the exit code by the limits only, because an update is meant to change metrics.
+/// Prints verdicts against the old baseline, whatever its configurations, and changes of the number of seeds.
+/// Returns the exit code by the limits only, because an update is meant to change metrics.
 int show(const Baseline& before, const SuiteRun& run, const BaselineRequest& request,
          const std::string& file) {
   Comparison comparison =
@@ -312,7 +324,7 @@ int show(const Baseline& before, const SuiteRun& run, const BaselineRequest& req
       std::cout << fmt::format("{}: {} seeds -> {}\n", s.results.name, old->seeds.size(), run.seeds.size());
   }
   for (ScenarioVerdict& verdict : comparison.scenarios) verdict.metrics.clear();
-  return regression::exit_code(comparison.scenarios);
+  return regression::exit_code(comparison);
 }
 
 int update(BaselineRequest& request) {
@@ -346,7 +358,7 @@ The verdicts and exit codes are those of gaitslam regress.)";
 struct CompareRequest {
   fs::path before, after;
   std::vector<std::string> gates;
-  VerdictFiles files;
+  VerdictRequest verdicts;
   bool across = false;
 };
 
@@ -386,7 +398,7 @@ Sets read_sets(const fs::path& folder) {
 
 /// The folder for a message: of a single result its own, not the one that contains it.
 std::string place(const fs::path& argument, const ResultSet& set) {
-  return (fs::exists(argument / "score.json") ? argument : set.folder).string();
+  return (result::is_result(argument) ? argument : set.folder).string();
 }
 
 constexpr const char* kInsist = "--across compares different scenarios";
@@ -427,7 +439,7 @@ std::string estimators_of(const Sets& sets) {
 }
 
 int compare(CompareRequest& request) {
-  require_replaceable(request.files);
+  require_replaceable(request.verdicts);
   if (request.gates.size() > regression::kMostGates)
     throw UsageError("--gate: given {} times, expected at most {}", request.gates.size(),
                      regression::kMostGates);
@@ -442,7 +454,8 @@ int compare(CompareRequest& request) {
   Comparison comparison{
       fmt::format("gaitslam compare: {} (baseline{}) and {} (now{})", request.before.string(),
                   estimators_of(before), request.after.string(), estimators_of(now)),
-      {}};
+      {},
+      request.verdicts.allow_undecided};
   for (const ResultSet& set : now) {
     auto& verdict = comparison.scenarios.emplace_back(verdict_of(baseline, set.results, gates));
     if (verdict.n_baseline == 0 && std::ranges::count(baseline, set.results.name, &ScenarioResults::name) > 0)
@@ -456,8 +469,8 @@ int compare(CompareRequest& request) {
     };
   }
   add_missing(comparison, baseline, gates);
-  report_verdicts(comparison, request.files);
-  return regression::exit_code(comparison.scenarios);
+  report_verdicts(comparison, request.verdicts);
+  return regression::exit_code(comparison);
 }
 
 }  // namespace
@@ -468,7 +481,7 @@ void add_regress(CLI::App& app, int& exit_code) {
   command.add_option("suite", request.suite, "the suite's YAML file")->required();
   add_overrides(command, request.overrides, "in all scenarios");
   add_suite_options(command, request);
-  add_verdict_files(command, request.files);
+  add_verdict_options(command, request.verdicts);
   command.add_flag("--github", request.github, "annotate the log and the summary of a GitHub Actions job");
 }
 
@@ -493,7 +506,7 @@ void add_compare(CLI::App& app, int& exit_code) {
   command.add_option("--gate", request.gates, "a metric and its tolerance, such as rmse_m=10%; repeatable")
       ->allow_extra_args(false);
   command.add_flag("--across", request.across, "compare different scenarios, too");
-  add_verdict_files(command, request.files);
+  add_verdict_options(command, request.verdicts);
 }
 
 }  // namespace cli

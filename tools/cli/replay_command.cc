@@ -24,8 +24,8 @@ constexpr const char* kReplayExamples = R"(Examples:
   gaitslam replay theirs/seed-1 --scenario theirs/seed-1/scenario.yaml  # starts its program
 The clock of an external IMU is compared with that of the truth by their speeds of rotation, up to 10 s; without
 orientations in the truth nothing shows that it is off the images.
-The results go to RESULT/replay, replacing an earlier replay, or to DIR. A folder with files that gaitslam did not
-create is never replaced. The exit codes are those of gaitslam run.)";
+The results go to RESULT/replay or to DIR. An earlier replay there moves to earlier-<n>; a folder that gaitslam did not
+create is rejected. The exit codes are those of gaitslam run.)";
 
 struct ReplayRequest : OutRequest {
   fs::path result;
@@ -130,7 +130,6 @@ int replay_result(ReplayRequest& request) {
         "--view: expected the result of a run; for an external recording, view the result of its replay");
   const auto view = view_of_replay(request.view, read, request.result / "recording", request.models);
   const auto observer = view ? view->tracking_observer() : tracking::TrackingObserver{};
-  if (!request.out) files::add_to_marker(request.result, {"replay/"});
   result::Outcome outcome;
   {
     ProgressLine progress("replay of " + request.result.string());

@@ -4,14 +4,13 @@
 #include <iostream>
 
 #include "sim/files/atomic_file.h"
-#include "sim/files/text.h"
 #include "sim/pages/pages.h"
+#include "sim/result/result_tree.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
 #include "sim/view/site.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/jobs/results.h"
 #include "tools/cli/shared/options.h"
 #include "tools/cli/shared/out_folder.h"
 
@@ -32,45 +31,6 @@ struct ReportRequest : OutRequest {
   std::string plots;  ///< their format; empty: a page
 };
 
-bool is_result(const fs::path& folder) { return fs::exists(folder / "score.json"); }
-
-/// The results seed-<n> of a folder, in numerical order.
-std::vector<fs::path> seeds_in(const fs::path& folder) {
-  std::map<std::uint64_t, fs::path> seeds;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string name = entry.path().filename();
-    if (!name.starts_with("seed-") || !is_result(entry.path())) continue;
-    const auto seed = files::parse_number<std::uint64_t>(std::string_view(name).substr(5));
-    if (!seed)
-      throw UsageError(
-          "{}: expected a name seed-<n> with a whole number; a result of another name is reported by naming "
-          "its folder",
-          entry.path().string());
-    seeds[*seed] = entry.path();
-  }
-  std::vector<fs::path> folders;
-  for (const auto& [seed, path] : seeds) folders.push_back(path);
-  return folders;
-}
-
-/// The folder itself if it is a result, else its seeds, else the results of the folders in it, without
-/// replays, exports and results set aside.
-std::vector<fs::path> results_in(const fs::path& folder) {
-  if (is_result(folder)) return {folder};
-  std::vector<fs::path> all = seeds_in(folder);
-  if (!all.empty()) return all;
-  std::set<fs::path> below;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string name = entry.path().filename();
-    if (entry.is_directory() && !entry.is_symlink() && !name.starts_with(".") &&
-        !name.starts_with("earlier-") && name != "export")
-      below.insert(entry.path());
-  }
-  for (const fs::path& next : below)
-    for (fs::path& found : results_in(next)) all.push_back(std::move(found));
-  return all;
-}
-
 std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
   std::vector<fs::path> all;
   for (const std::string& name : named) {
@@ -78,7 +38,7 @@ std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
     if (pages::is_sweep(name) || pages::is_tuning(name))
       throw UsageError("{}: is a sweep or a tuning with its own page: report it separately, without --plots",
                        name);
-    const std::vector<fs::path> found = results_in(name);
+    const std::vector<fs::path> found = result::find_results(name);
     if (found.empty())
       throw UsageError(
           "{}: expected a result folder (score.json), a folder of results, or the folder of a sweep or "
@@ -145,10 +105,11 @@ int make_report(ReportRequest& request) {
 constexpr const char* kLeaderboardExamples = R"(Examples:
   gaitslam leaderboard results --metric ate_sim3_rmse_m --metric tracked_fraction
   gaitslam leaderboard results --csv table.csv --html table.html
-A row for each scenario, estimator and folder of results, with the best of a scenario first: by
-coverage (share of true poses with an estimate; 0 of an incomplete run), then by the first metric.
-Errors after an alignment have columns of their own, such as rmse_m_after_sim3. Keys are listed if
-rows of the same scenario and estimator differ in them. Results that cannot be read are left out.)";
+A row for each folder of results of one scenario, estimator, settings and programs, ranked over the
+seeds that the rows of a scenario have in common: by coverage (share of true poses with an estimate;
+0 of an incomplete run), then by the first metric. Errors after an alignment have columns of their
+own, such as rmse_m_after_sim3. Keys are listed if rows of the same scenario and estimator differ in
+them. Results that repeat a seed of their row, or cannot be read, are left out with a warning.)";
 
 struct LeaderboardRequest {
   std::vector<fs::path> folders;
@@ -188,14 +149,13 @@ void require_results(const std::vector<std::string>& results) {
     throw UsageError("view: {} results, expected one or two of one scenario", results.size());
   for (const std::string& result : results) {
     if (!fs::is_directory(result)) throw UsageError("{}: no such result folder", result);
-    if (fs::exists(fs::path(result) / "score.json")) continue;
+    if (result::is_result(result)) continue;
     if (fs::exists(fs::path(result) / "manifest.csv") || fs::exists(fs::path(result) / "mav0"))
       throw UsageError("{}: is a recording, expected a result folder (score.json); gaitslam replay makes one",
                        result);
-    const std::vector<std::string> seeds = results_of_other_seeds(result, {});
-    throw UsageError(
-        "{}: expected a result folder (score.json), such as {}", result,
-        seeds.empty() ? "results/tangent_circle/seed-1" : (fs::path(result) / seeds.front()).string());
+    const std::vector<fs::path> found = result::find_results(result);
+    throw UsageError("{}: expected a result folder (score.json), such as {}", result,
+                     found.empty() ? "results/tangent_circle/seed-1" : found.front().string());
   }
 }
 

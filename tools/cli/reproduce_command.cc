@@ -5,6 +5,7 @@
 
 #include "sim/files/atomic_file.h"
 #include "sim/pages/pages.h"
+#include "sim/result/result_tree.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/results.h"
 #include "tools/cli/shared/live.h"
@@ -54,15 +55,14 @@ bool run_jobs(std::vector<ResultJob> jobs, bool replay, const ReproduceRequest& 
                 .cached = request.cached,
                 .counts_older = true,
                 .keeps_other_seeds = true});
-  return std::all_of(jobs.begin(), jobs.end(), [&](const ResultJob& job) {
-    return fs::exists(out.path() / job.result() / "score.json");
-  });
+  return std::all_of(jobs.begin(), jobs.end(),
+                     [&](const ResultJob& job) { return result::is_result(out.path() / job.result()); });
 }
 
 pages::PaperRuns read_results(const std::vector<ResultJob>& jobs, const fs::path& out) {
   pages::PaperRuns runs;
   for (const ResultJob& job : jobs) {
-    if (!fs::exists(out / job.result() / "score.json")) continue;
+    if (!result::is_result(out / job.result())) continue;
     pages::RunData run = pages::read_run(out / job.result());
     if (job.recording) run.recording = *job.recording / "recording";
     runs[job.folder].push_back(std::move(run));
@@ -78,7 +78,7 @@ int reproduce(ReproduceRequest& request) {
   all_there &= run_jobs(jobs, true, request, out);
   const pages::PaperRuns runs = read_results(jobs, request.out);
   const fs::path page = request.out / "index.html";
-  files::write_atomically(page, pages::paper_page(runs, kRevision));
+  files::write_output(page, pages::paper_page(runs, kRevision));
   for (const pages::PaperRow& row : pages::paper_rows(runs))
     std::cout << fmt::format("{}\n  paper  {}\n  bench  {}\n         {}\n", row.what, row.paper, row.bench,
                              row.agreement);

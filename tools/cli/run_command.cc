@@ -8,6 +8,7 @@
 #include "sim/files/text.h"
 #include "sim/replay/replay.h"
 #include "sim/result/limits.h"
+#include "sim/result/result_tree.h"
 #include "sim/scenario/keys.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
@@ -24,9 +25,9 @@ constexpr const char* kRunExamples = R"(Examples:
   gaitslam run scenarios/tangent_circle.yaml seed=7 slam.gyro.sigma_rad_s=0.02 --out DIR
   gaitslam run scenarios/tangent_circle.yaml --seeds 1..5 --jobs 2 --without camera,slam
   gaitslam run scenarios/tangent_circle.yaml --view --control
-Results go to results/<scenario>/seed-<n>, replacing earlier ones, or to DIR/seed-<n>. Only files that gaitslam made are
-replaced, each result when the new one is whole. With --seeds, results of other seeds there are moved to earlier-<n>;
-after an interruption, rerun the command to resume.
+Results go to results/<scenario>/seed-<n> or DIR/seed-<n>. An earlier result there moves to earlier-<n> when the new one
+is complete; nothing is removed. With --seeds, seeds are added to those of the same settings and program, and results of
+others move to earlier-<n>. After an interruption, rerun the command to resume.
 Exit codes: 0 passed; 1 missed a limit; 2 wrong usage or configuration; 3 fell, collided, diverged or crashed. The highest
 of several seeds counts.)";
 
@@ -85,23 +86,35 @@ int run_one(const scenario::ReadScenario& read, const RunRequest& request, const
   return exit_code;
 }
 
+/// True if all results in the folder are those that the command adds to.
+bool only_beside(const fs::path& root, const std::vector<std::uint64_t>& beside) {
+  return !beside.empty() && result::seeds_in(root) == beside;
+}
+
 int run_seeds(const scenario::ReadScenario& read, const RunRequest& request) {
   for (const std::string& argument : request.changes.overrides)
     if (argument.starts_with("seed="))
       throw UsageError("--seeds and seed= are both given, expected one of them");
   const auto jobs = jobs_of_seeds({read, ""}, parse_seeds(*request.seeds));
+  const fs::path root = request.out ? fs::path(*request.out) : standard_folder(read);
+  const std::vector<std::uint64_t> beside = finished_beside(jobs, root, request.models);
   OutUse use = resumable(jobs, request.models, request.cached);
   use.names = {"summary.json"};
-  const OutFolder out(request, standard_folder(read), use);
-  const fs::path& root = out.path();
+  use.continues = only_beside(root, beside);
+  const OutFolder out(request, root, use);
   const auto ended =
       make_results(jobs, out,
                    {.models = request.models,
                     .title = fmt::format("{} seeds of {}", jobs.size(), read.scenario.name),
                     .backend = {.name = request.backend,
                                 .jobs = request.jobs.value_or(request.backend == "slurm" ? 0 : 1)},
-                    .cached = request.cached});
-  const result::Summary summary = result::summarize(read.scenario, read_scores(jobs, ended, root));
+                    .cached = request.cached,
+                    .kept_seeds = beside});
+  std::vector<result::SeedScore> scores = read_scores(jobs, ended, root);
+  for (const std::uint64_t seed : beside)
+    scores.push_back(result::read_result(root / fmt::format("seed-{}", seed)));
+  std::ranges::sort(scores, {}, &result::SeedScore::seed);
+  const result::Summary summary = result::summarize(read.scenario, scores);
   result::write_summary(root / "summary.json", summary);
   out.finished();
   const int exit_code = result::exit_code(summary);
@@ -122,8 +135,11 @@ int run(RunRequest& request) {
   require_models(read, request.models);
   if (request.seeds) check_start(read, request.models);  // once, with the name of the given file
   if (request.seeds) return run_seeds(read, request);
-  const OutFolder out(request, standard_folder(read),
-                      {.results = {fmt::format("seed-{}", read.scenario.seed)}});
+  const std::vector<ResultJob> jobs{{read, ""}};
+  const fs::path root = request.out ? fs::path(*request.out) : standard_folder(read);
+  const OutFolder out(request, root,
+                      {.results = {jobs.front().result()},
+                       .continues = only_beside(root, finished_beside(jobs, root, request.models))});
   return run_one(read, request, out.path());
 }
 

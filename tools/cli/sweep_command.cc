@@ -138,8 +138,8 @@ void write_scenarios(const Sweep& sweep, const fs::path& folder) {
 int finish(const Sweep& sweep, const result::JobLog& log, const fs::path& out) {
   const trials::RecordOf record = [&](std::size_t i) { return log.find(sweep.keys[i]); };
   const auto [csv, jsonl] = trials::scores(sweep.plan, record);
-  files::write_atomically(out / "scores.csv", csv);
-  files::write_atomically(out / "scores.jsonl", jsonl);
+  files::write_output(out / "scores.csv", csv);
+  files::write_output(out / "scores.jsonl", jsonl);
   std::cout << trials::sweep_table(sweep.plan, record);
   std::map<std::string, int> causes;
   for (std::size_t i = 0; i < sweep.keys.size(); ++i) {
@@ -172,12 +172,12 @@ int sweep(SweepRequest& request) {
     return 0;
   }
   const OutFolder folder(request, standard,
-                         {.names = {"trials.jsonl", "scores.csv", "scores.jsonl", "scenarios/", "slurm/"},
+                         {.names = {"trials.jsonl", "scores.csv", "scores.jsonl", "scenarios", "slurm"},
                           .continues = fs::exists(log_file)});
   const fs::path& out = folder.path();
   if (request.force && (is_other || is_complete(log_file, sweep))) {
     clear_spool(out / "slurm");
-    fs::remove(log_file);  // the scores stay until new ones replace them
+    files::set_aside(out, {"trials.jsonl"});  // the scores stay until new ones replace them
   }
   write_scenarios(sweep, out / "scenarios");
   result::JobLog log(log_file, sweep.purpose);
@@ -243,7 +243,7 @@ int tune_by(TuneRequest& request) {
   const fs::path standard = fs::path("results") / ("tune-" + spec.name);
   const OutFolder folder(
       request, standard,
-      {.names = {"trials.jsonl", "history.csv", "tune.json", "best.yaml", "report.html", "slurm/"},
+      {.names = {"trials.jsonl", "history.csv", "tune.json", "best.yaml", "report.html", "slurm"},
        .continues = true});
   const fs::path& out = folder.path();
   Backend backend = request.backend;
@@ -262,7 +262,7 @@ int tune_by(TuneRequest& request) {
     result = trials::tune(spec, out, run_trials, program_identity(),
                           [&](double part, const std::string& at) { progress.show(part, at); });
   }
-  files::write_atomically(out / "report.html", pages::tune_page(out));
+  files::write_output(out / "report.html", pages::tune_page(out));
   std::cout << result.text << "results in " << out.string() << '\n';
   if (!result.accepted)
     std::cerr << fmt::format("gaitslam: rejected: {}; best.yaml is not written\n", result.judgment);

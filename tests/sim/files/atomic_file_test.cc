@@ -6,6 +6,8 @@
 #include <sys/stat.h>
 #include <sys/wait.h>
 
+#include <functional>
+
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::files {
@@ -74,7 +76,7 @@ TEST(AtomicFolder, DoesNotOverwriteWhatAppearedMeanwhile) {
   AtomicFolder result(folder / "result");
   fs::create_directory(folder / "result");
   write_text(folder / "result/other", "of another run");
-  EXPECT_THAT(error_of([&] { result.commit(); }), HasSubstr("result: cannot be made"));
+  EXPECT_THAT(error_of([&] { result.commit(); }), HasSubstr("result: exists already"));
   EXPECT_EQ(read_text(folder / "result/other"), "of another run");
 }
 
@@ -119,7 +121,7 @@ TEST(AtomicFile, KilledAtEverySystemCallIsTheOldOneOrTheNew) {
   EXPECT_GT(left, 1);
 }
 
-// First without a folder, then with that of an earlier run.
+// First without a folder, then with that of an earlier run: neither is ever incomplete, or lost.
 TEST(AtomicFolder, KilledAtEverySystemCallIsWholeOrAsBefore) {
   for (const bool replaces : {false, true}) {
     const TemporaryFolder folder;
@@ -141,17 +143,32 @@ TEST(AtomicFolder, KilledAtEverySystemCallIsWholeOrAsBefore) {
       EXPECT_TRUE(of == "new" || (replaces && of == "old")) << "stop " << stop << ": " << of;
       EXPECT_THAT(names(folder / "result"), testing::UnorderedElementsAre("a", "b", "c", kMarker))
           << "stop " << stop;
-      EXPECT_EQ(unlisted_in(folder / "result"), std::nullopt) << "stop " << stop;
+      EXPECT_TRUE(has_marker(folder / "result")) << "stop " << stop;
       for (const char* name : {"b", "c"})
         EXPECT_EQ(read_text(folder / "result" / name), of) << "stop " << stop;
       ++(of == "new" ? after : before);
+      remove_leftovers(folder.path());
+      if (replaces && of == "new") {
+        EXPECT_EQ(read_text(folder / "earlier-1/result/c"), "old") << "stop " << stop;
+      }
     }
     EXPECT_GT(before, 10);
     EXPECT_GT(after, 1);
     killed_at(before - 1, [&] { make("new"); });
-    EXPECT_GT(names(folder.path()).size(), 1u);
+    EXPECT_THAT(names(folder.path()), testing::Contains(".result.partial"));
     make("last");
-    EXPECT_THAT(names(folder.path()), testing::ElementsAre("result"));  // what the killed ones left is gone
+    EXPECT_THAT(names(folder.path()), testing::Not(testing::Contains(".result.partial")));
+  }
+}
+
+// As a process leaves it that is killed just before its folder gets its name.
+TEST(AtomicFolder, ACompleteLeftoverGetsItsNameOrIsSetAside) {
+  const TemporaryFolder folder;
+  for (const char* at : {"result", "earlier-1/result"}) {
+    { AtomicFolder(folder / "x").commit(); }
+    fs::rename(folder / "x", folder / ".result.partial");
+    remove_leftovers(folder.path());
+    EXPECT_TRUE(has_marker(folder / at)) << at;
   }
 }
 
@@ -185,174 +202,84 @@ TEST(AtomicFolder, LeftoversAreRemovedUnlessTheyCannotBeLocked) {
   EXPECT_THAT(names(folder.path()), testing::ElementsAre(".a.partial"));
 }
 
-TEST(AtomicFolder, WhatCannotBeRemovedIsStillRecognized) {
-  const TemporaryFolder folder;
-  fs::permissions(folder.path(), fs::perms::all);
-  const AsUser user;
-  const auto make = [&] {
-    AtomicFolder result(folder / "result", Existing::replace);
-    fs::create_directory(result.path() / "recording");
-    write_text(result.path() / "recording/frames.csv", "x");
-    result.commit();
-  };
-  make();
-  fs::permissions(folder / "result/recording", fs::perms::owner_read | fs::perms::owner_exec);
-  make();
-  EXPECT_THAT(error_of(make), HasSubstr(".result.partial/recording: cannot be removed: Permission denied"));
-  fs::permissions(folder / ".result.partial/recording", fs::perms::owner_all);
-  make();
-  EXPECT_THAT(names(folder.path()), testing::ElementsAre("result"));
-}
-
-class OutputManifest : public testing::Test {
+class Replaced : public testing::Test {
  protected:
-  // A folder as the program makes them: result/score.json and result/recording/frames.csv.
+  // A folder as the program makes them.
   void make(const std::string& text = "made") const {
     AtomicFolder result(folder_ / "result/", Existing::replace);  // a trailing slash means the same folder
     write_text(result.path() / "score.json", text);
-    fs::create_directory(result.path() / "recording");
-    write_text(result.path() / "recording/frames.csv", text);
     result.commit();
   }
   void write(const std::string& name, const std::string& text = "mine") const {
     fs::create_directories((folder_ / name).parent_path());
     write_text(folder_ / name, text);
   }
-  // Making the folder again fails with these words, and its content stays.
-  void expect_spared(const std::string& words) const {
-    EXPECT_THAT(error_of([&] { make("again"); }),
-                testing::AllOf(HasSubstr(words), HasSubstr("move it away")));
-    if (fs::exists(folder_ / "result/score.json")) {
-      EXPECT_EQ(read_text(folder_ / "result/score.json"), "made");
-    }
-  }
+  std::string text(const std::string& name) const { return read_text(folder_ / name); }
   const TemporaryFolder folder_;
 };
 
-TEST_F(OutputManifest, WhatTheProgramMadeIsReplaced) {
+TEST_F(Replaced, AFolderMovesAsideWithWhatTheUserAdded) {
   make();
-  EXPECT_EQ(unlisted_in(folder_ / "result"), std::nullopt);
-  EXPECT_EQ(read_text(folder_ / "result" / kMarker),
-            "# Made by gaitslam, which replaces and removes only what is listed here.\n"
-            "recording/\nrecording/frames.csv\nscore.json\n");
   EXPECT_THAT(error_of([&] { AtomicFolder rejected(folder_ / "result"); }), HasSubstr("exists already"));
-  list_outputs(folder_ / "result", {"old"});
-  write("result/old");
-  write("result/..gaitslam.partial", "left by a killed process");
+  write("result/notes.txt");
+  write("result/score.json", "edited");
   make("again");
-  EXPECT_FALSE(fs::exists(folder_ / "result/old"));
-  EXPECT_EQ(read_text(folder_ / "result/score.json"), "again");
-  EXPECT_FALSE(fs::exists(folder_ / "result/..gaitslam.partial"));
+  make("thrice");
+  EXPECT_EQ(text("result/score.json"), "thrice");
+  EXPECT_EQ(text("earlier-1/result/score.json"), "edited");
+  EXPECT_EQ(text("earlier-1/result/notes.txt"), "mine");
+  EXPECT_EQ(text("earlier-2/result/score.json"), "again");
+  AtomicFolder result(folder_ / "result", Existing::replace);
+  fs::remove_all(folder_ / "result");
+  write("result/letter.txt");  // appears meanwhile
+  result.commit();
+  EXPECT_EQ(text("earlier-3/result/letter.txt"), "mine");
 }
 
-TEST_F(OutputManifest, AFolderOfTheUsersIsNotReplacedUnlessItIsEmpty) {
-  write("result/letter.txt");
-  expect_spared("result: would be replaced with letter.txt in it");
-  EXPECT_EQ(read_text(folder_ / "result/letter.txt"), "mine");
-  fs::remove(folder_ / "result/letter.txt");
-  make();
-  EXPECT_TRUE(has_marker(folder_ / "result"));
-}
-
-TEST_F(OutputManifest, ANoteInIsSparedAndNamed) {
-  for (const std::string note : {"result/notes.txt", "result/recording/notes.txt", "result/mine/notes.txt",
-                                 "result/mine/.gaitslam", ".result.partial/letter.txt"}) {
-    if (!note.starts_with('.')) make();
-    write(note);
-    expect_spared((note.find("mine") != note.npos ? "result/mine"
-                   : note.starts_with('.')        ? ".result.partial"
-                                                  : note) +
-                  std::string(": was not made by gaitslam"));
-    EXPECT_EQ(read_text(folder_ / note), "mine");
+TEST_F(Replaced, WhatTheProgramDidNotMakeIsRejected) {
+  write("precious/letter.txt");
+  write("marker", "# Made by gaitslam");
+  const auto link = [&](const char* to, const char* name) {
+    fs::create_symlink(folder_ / to, folder_ / name);
+  };
+  for (const auto& [made, why] : std::vector<std::pair<std::function<void()>, std::string>>{
+           {[&] { write("result/letter.txt"); }, "result: was not made by gaitslam"},
+           {[&] { write("result/.gaitslam", "score.json\n"); }, "result: was not made by gaitslam"},
+           {[&] { fs::create_directory(folder_ / "result"), link("marker", "result/.gaitslam"); },
+            "result: was not made by gaitslam"},
+           {[&] { link("precious", "result"); }, "result: is a symbolic link"},
+           {[&] { write("result"); }, "result: is a file"},
+           {[&] { write(".result.partial/letter.txt"); }, ".result.partial: was not made by gaitslam"}}) {
+    made();
+    EXPECT_THAT(error_of([&] { make(); }), HasSubstr(why));
+    EXPECT_FALSE(fs::exists(folder_ / "result/score.json"));
     fs::remove_all(folder_ / "result");
   }
-}
-
-TEST_F(OutputManifest, FoldersThatTheProgramAddedLaterAreItsOwn) {
+  EXPECT_EQ(text("precious/letter.txt"), "mine");
+  fs::remove_all(folder_ / ".result.partial");
+  fs::create_directory(folder_ / "result");
   make();
-  for (const char* later : {"result/replay", "result/export/euroc"}) {
-    AtomicFolder added(folder_ / later);
-    write_text(added.path() / "data.csv", "x");
-    added.commit();
-  }
-  add_to_marker(folder_ / "result", {"replay/", "export/", "export/euroc/"});
-  list_outputs(folder_ / "result", {"video.mp4"});
-  write("result/video.mp4");
-  write("result/.score.json.partial");
-  EXPECT_EQ(unlisted_in(folder_ / "result"), std::nullopt);
-  write("result/export/euroc/notes.txt");
-  EXPECT_EQ(unlisted_in(folder_ / "result"), folder_ / "result/export/euroc/notes.txt");
+  EXPECT_TRUE(has_marker(folder_ / "result")) << "an empty folder is replaced";
 }
 
-TEST_F(OutputManifest, LinksAreNeitherFollowedNorRemoved) {
-  write("precious/letter.txt");
-  make();
-  fs::create_directory_symlink(folder_ / "precious", folder_ / "result/link");
-  expect_spared("result/link: was not made by gaitslam");
-  fs::remove(folder_ / "result/link");
-  fs::remove_all(folder_ / "result/recording");
-  fs::create_directory_symlink(folder_ / "precious", folder_ / "result/recording");
-  expect_spared("result/recording: was not made by gaitslam");
-  fs::remove_all(folder_ / "result");
-  fs::create_directory_symlink(folder_ / "precious", folder_ / "result");
-  EXPECT_THAT(error_of([&] { make(); }), HasSubstr("result: is a symbolic link"));
-  EXPECT_EQ(read_text(folder_ / "precious/letter.txt"), "mine");
-}
-
-TEST_F(OutputManifest, AMarkerThatIsALinkOrOfSomethingElseIsNone) {
-  make();
-  fs::rename(folder_ / "result" / kMarker, folder_ / "marker");
-  fs::create_symlink(folder_ / "marker", folder_ / "result" / kMarker);
-  EXPECT_FALSE(has_marker(folder_ / "result"));
-  fs::remove(folder_ / "result" / kMarker);
-  write("result/.gaitslam", "score.json\n");
-  expect_spared("result: would be replaced with ");
-  expect_spared("(older versions wrote none): move it away");
-}
-
-// While a result is being made the user puts a file into the one that it replaces.
-TEST_F(OutputManifest, WhatAppearsInTheOldOneMeanwhileIsKept) {
-  make();
-  AtomicFolder result(folder_ / "result", Existing::replace);
-  write_text(result.path() / "score.json", "again");
-  write("result/notes.txt");
-  EXPECT_THAT(error_of([&] { result.commit(); }), HasSubstr("is kept in "));
-  EXPECT_EQ(read_text(folder_ / "result/score.json"), "again");
-  EXPECT_EQ(read_text(folder_ / "result.replaced/score.json"), "made");
-  EXPECT_EQ(read_text(folder_ / "result.replaced/notes.txt"), "mine");
-}
-
-TEST_F(OutputManifest, NamesAreClaimedUnlessSomebodyElseHasThem) {
+TEST_F(Replaced, OutputsAreClaimedUnlessTheUserHasThemAndMoveAsideTogether) {
   const fs::path root = folder_ / "root";
-  list_outputs(root, {"summary.json", "parts/"});
-  write("root/summary.json", "ours");
-  list_outputs(root, {"summary.json", "index.html"});
-  write("root/parts");
-  EXPECT_THAT(error_of([&] { list_outputs(root, {"parts/"}); }), HasSubstr("parts: was not made"))
-      << "a file, not a folder";
-  fs::remove(root / "parts");
-  write("root/report.html");
+  write("root/summary.json");
   EXPECT_THAT(error_of([&] {
-                list_outputs(root, {"tune.json", "report.html"});
+                claim_outputs(root, {"index.html", "summary.json"});
               }),
-              HasSubstr("report.html: was not made by this version of gaitslam"));
-  EXPECT_EQ(read_text(root / kMarker).find("tune.json"), std::string::npos) << "nothing was changed";
-  EXPECT_EQ(unlisted_in(root), root / "report.html");
-  fs::remove(root / "report.html");
-  EXPECT_EQ(unlisted_in(root), std::nullopt);
-}
-
-TEST_F(OutputManifest, NamesThatWereClaimedAndNotWrittenAreFreeAgain) {
-  const fs::path root = folder_ / "root";
-  list_outputs(root, {"summary.json", "best.yaml", "parts/"});
-  write("root/summary.json", "ours");
-  unlist_missing(root, {"summary.json", "best.yaml", "parts/"});
-  EXPECT_EQ(listed_in(root), OutputNames{"summary.json"});
-  write("root/best.yaml");
-  EXPECT_THAT(error_of([&] { list_outputs(root, {"best.yaml"}); }), HasSubstr("best.yaml: was not made"));
-  fs::remove(root / "summary.json");
-  unlist_missing(root, {"summary.json"});
-  EXPECT_FALSE(fs::exists(root / kMarker)) << "it lists nothing";
+              HasSubstr("root/summary.json: was not made by gaitslam, which would replace it: move it away"));
+  EXPECT_FALSE(has_marker(root));
+  claim_outputs(root, {"index.html"});
+  claim_outputs(root, {"summary.json"});
+  write_output(root / "index.html", "made");
+  write_output(root / "index.html", "made");
+  EXPECT_FALSE(fs::exists(root / "earlier-1")) << "the same content";
+  write_output(root / "summary.json", "made");
+  EXPECT_EQ(text("root/earlier-1/summary.json"), "mine");
+  EXPECT_EQ(set_aside(root, {"index.html", "summary.json", "none"}), root / "earlier-2");
+  EXPECT_EQ(text("root/earlier-2/index.html"), "made");
+  EXPECT_EQ(set_aside(root, {"index.html", "none"}), std::nullopt);
 }
 
 }  // namespace

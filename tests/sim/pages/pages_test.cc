@@ -280,8 +280,8 @@ TEST_F(LeaderboardTest, AlignedAndUnalignedErrorsHaveColumnsOfTheirOwn) {
   add("a/seed-1", "aligned", {{"rmse_m", 0.25}, {"poses_matched", 9}}, 1, "sim3");
   add("a/seed-2", "aligned", {{"rmse_m", 0.5}, {"poses_matched", 9}}, 2);
   const std::string csv = leaderboard_csv(board());
-  EXPECT_THAT(csv, Has(",coverage,runs,completed,rmse_m,rmse_m_after_sim3,cpu_ms_mean,",
-                       "walk,aligned,1,1,1,0.5,,,,,,2,", "walk,aligned,1,1,1,,0.25,,,,sim3,1,"));
+  EXPECT_THAT(csv, Has(",rank,coverage,runs,completed,rmse_m,rmse_m_min,rmse_m_max,rmse_m_after_sim3,",
+                       "walk,aligned,1,1,1,1,0.5,,,,,,,,,,2,", "walk,aligned,,1,1,1,,,,0.25,,,,,,sim3,1,"));
 }
 
 TEST_F(LeaderboardTest, ARowIsOfAllSeedsWithMeanMedianAndP99OfCpu) {
@@ -293,7 +293,7 @@ TEST_F(LeaderboardTest, ARowIsOfAllSeedsWithMeanMedianAndP99OfCpu) {
   }
   EXPECT_THAT(leaderboard_csv(board()),
               AllOf(Has(",cpu_ms_mean,cpu_ms_median,cpu_ms_p99,alignment,seeds,"),
-                    testing::ContainsRegex("walk,filter,1,2,2,0.15[0-9]*,3,2,7,,1 2,")));
+                    testing::ContainsRegex("walk,filter,1,1,2,2,0.15[0-9]*,0.1,0.2,3,2,7,,1 2,")));
 }
 
 TEST_F(LeaderboardTest, RowsThatLookAlikeDifferInSeedsAndKeys) {
@@ -312,6 +312,39 @@ TEST_F(LeaderboardTest, RowsThatLookAlikeDifferInSeedsAndKeys) {
   }
   std::filesystem::remove_all(folder_ / "b");
   EXPECT_THAT(leaderboard_table(board()), Lacks("changed"));
+}
+
+TEST_F(LeaderboardTest, RowsAreRankedOverTheSeedsInCommonWithTheirSpread) {
+  for (int seed = 1; seed <= 3; ++seed) {
+    add("a/seed-" + std::to_string(seed), "steady", {{"rmse_m", 0.1 * seed}, {"poses_matched", 9}}, seed);
+    add("b/seed-" + std::to_string(seed), "worse", {{"rmse_m", 0.12 * seed}, {"poses_matched", 9}}, seed);
+  }
+  add("c/seed-1", "lucky", {{"rmse_m", 0.11}, {"poses_matched", 9}}, 1);
+  EXPECT_THAT(order(), ElementsAre("steady", "lucky", "worse")) << "0.2 is the median of all seeds of steady";
+  EXPECT_THAT(leaderboard_table(board()),
+              Has("walk is ranked over the seeds that its rows have in common: 1\n"));
+  add("d/seed-7", "elsewhere", {{"rmse_m", 0.001}, {"poses_matched", 9}}, 7);
+  EXPECT_EQ(board().rows.back().estimator, "elsewhere");
+  EXPECT_FALSE(board().rows.back().rank);
+  for (const char* few : {"c", "d"}) std::filesystem::remove_all(folder_ / few);
+  EXPECT_THAT(leaderboard_csv(board()), Has("walk,steady,1,1,3,3,0.2,0.1,0.3"));
+}
+
+TEST_F(LeaderboardTest, SettingsAndProgramsAreNeverPooledAndASeedCountsOnce) {
+  const auto add_of = [&](const std::string& folder, int seed, const std::string& program) {
+    add(folder, "python3", {{"rmse_m", 0.1}, {"poses_matched", 9}}, seed);
+    write(folder + "/about.json", json{{"revision", "1"}, {"estimator_xxh3_128", program}}.dump());
+  };
+  add_of("a/seed-1", 1, "one");
+  add_of("a/seed-2", 2, "other");
+  add_of("a/seed-1/replay", 1, "one");
+  add_of("a/seed-3/replay", 3, "one");
+  EXPECT_EQ(board().rows.size(), 3u) << "replays of several seeds are one row";
+  EXPECT_THAT(leaderboard_table(board()), Has("program=one", "program=other", "a/seed-*/replay"));
+  EXPECT_TRUE(board().left_out.empty());
+  add_of("a/again", 1, "one");
+  ASSERT_EQ(board().left_out.size(), 1u);
+  EXPECT_THAT(board().left_out[0], Has("a/again: repeats seed 1 of "));
 }
 
 TEST_F(LeaderboardTest, OneBrokenResultDoesNotEndIt) {

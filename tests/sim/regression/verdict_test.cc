@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "sim/files/text.h"
+
 namespace sim::regression {
 namespace {
 
@@ -54,7 +56,7 @@ TEST(Verdict, OfEightSeedsIsByToleranceAndSignificance) {
                         {times(1.05, kEight), Verdict::same},
                         {times(1.2, kEight), Verdict::same, {kError, 10, 0.5}},
                         {times(1.2, kEight), Verdict::fail, {kError, 0, 0.2}},
-                        {chance, Verdict::noisy}})
+                        {chance, Verdict::undecided}})
     EXPECT_EQ(verdict(kEight, c.now, c.gate), c.verdict) << *c.now[0];
   EXPECT_EQ(verdict({1, {}, 1}, {1, {}, 1}), Verdict::identical);
   const MetricVerdict v = judged(results(kEight), results(times(1.2, kEight)));
@@ -87,24 +89,47 @@ TEST(Verdict, AMetricWithAnExpectedValueIsWorseOnEitherSideOfIt) {
   EXPECT_EQ(verdict(of(9), of(1), nees), Verdict::same) << "as far above as below";
   EXPECT_EQ(verdict(of(3), of(2.5), nees), Verdict::same);
   EXPECT_EQ(verdict(of(0.3), of(0.03), nees), Verdict::fail) << "less than the absolute tolerance";
-  EXPECT_EQ(verdict({2.6, 2.7, 2.8}, {0.9, 1.0, 1.1}, nees), Verdict::fail) << "without a test, too";
+  EXPECT_EQ(verdict({2.6, 2.7, 2.8}, {0.9, 1.0, 1.1}, nees), Verdict::fail) << "three seeds suffice";
+  // Runs of a perfectly consistent filter: each seed changes beyond the tolerance, the means do not.
+  const Values spread{1.0, 5.8, 2.2, 3.0}, shuffled{5.8, 2.2, 3.0, 1.0};
+  EXPECT_EQ(verdict(spread, shuffled, nees), Verdict::same);
+  EXPECT_EQ(verdict(spread, {5.8, 4.2, 2.2, 8.1}, nees), Verdict::undecided);
+  EXPECT_EQ(verdict({3}, {9}, nees), Verdict::undecided) << "one run shows nothing";
   EXPECT_THAT(judged(results(of(2.69), nees.metric), results(of(0.96), nees.metric), nees).remark,
               HasSubstr("3 expected, off by a factor of 1.08 before, 3.02 now"));
   EXPECT_NEAR(*tolerated_factor(nees), 1.3, 1e-12);
   EXPECT_FALSE(tolerated_factor(kTenPercent));
 }
 
-TEST(Verdict, FewSeedsAreJudgedOneByOne) {
+// The median decides; a seed beyond the tolerance in the other direction leaves its change undecided.
+TEST(Verdict, OfFewSeedsIsByTheMedianUnlessTheyContradictEachOther) {
   for (const auto& [now, expected] : {std::pair<Values, Verdict>{{1.3, 1.4, 1.5}, Verdict::fail},
                                       {{1.3, 1.4, 1.2}, Verdict::fail},
-                                      {{1.3, 1.1, 1.2}, Verdict::noisy},
-                                      {{1.3, 1.4, 0.9}, Verdict::noisy},
+                                      {{1.3, 1.1, 1.2}, Verdict::same},
+                                      {{1.56, 1.72, 0.9}, Verdict::undecided},
+                                      {{0.7, 0.8, 1.5}, Verdict::undecided},
                                       {{0.7, 0.8, 1.2}, Verdict::better},
                                       {{1.05, 1.15, 1.2}, Verdict::same}})
     EXPECT_EQ(verdict(kThree, now), expected) << *now[0] << *now[1] << *now[2];
-  const MetricVerdict noisy = judged(results(kThree), results({1.3, 1.1, 1.2}));
-  EXPECT_FALSE(noisy.p);
-  EXPECT_EQ(noisy.remark, "1 of 3 seeds worse beyond tolerance, 0 better");
+  const MetricVerdict undecided = judged(results(kThree), results({1.56, 1.72, 0.9}));
+  EXPECT_FALSE(undecided.p);
+  EXPECT_EQ(undecided.remark, "2 of 3 seeds worse beyond tolerance, 1 better");
+}
+
+TEST(Verdict, UndecidedIsAPassOnlyIfAllowed) {
+  Comparison comparison{"gaitslam", {compare(results(kThree), results({1.56, 1.72, 0.9}), {kTenPercent})}};
+  EXPECT_EQ(exit_code(comparison), 1);
+  EXPECT_THAT(verdict_table(comparison, false), HasSubstr("0 of 1 row failed, 1 undecided\n"));
+  EXPECT_THAT(junit(comparison),
+              testing::AllOf(HasSubstr("failures=\"1\""), HasSubstr("<failure message=\"UNDECIDED: ")));
+  EXPECT_THAT(github_annotations(comparison), testing::StartsWith("::error "));
+  EXPECT_THAT(markdown(comparison), HasSubstr("**UNDECIDED**"));
+  comparison.allow_undecided = true;
+  EXPECT_EQ(exit_code(comparison), 0);
+  EXPECT_THAT(verdict_table(comparison, false), HasSubstr("1 undecided (allowed)\n"));
+  EXPECT_THAT(junit(comparison), testing::AllOf(HasSubstr("failures=\"0\" errors=\"0\" skipped=\"1\""),
+                                                HasSubstr("<skipped message=\"UNDECIDED: ")));
+  EXPECT_THAT(github_annotations(comparison), testing::StartsWith("::warning "));
 }
 
 TEST(Verdict, HolmsAdjustmentIsForTheScenariosGates) {
@@ -151,7 +176,7 @@ TEST(Verdict, SeedsInCommonArePairedAndOtherRecordingsAndConfigurationsAreSaidNo
   v = compare(before, now, {kTenPercent});
   EXPECT_EQ(v.other_recordings, 1u);
   EXPECT_THAT(v.other_config, ElementsAre("b: 2 -> 3", "c: not set -> 4"));
-  EXPECT_EQ(exit_code({v}), 0);
+  EXPECT_EQ(exit_code({"", {v}}), 0);
 }
 
 scenario::Scenario limited(const std::vector<scenario::MetricLimit>& limits, bool filter = true) {
@@ -173,23 +198,39 @@ TEST(Verdict, LimitsHoldWhateverTheBaseline) {
     const std::vector<LimitVerdict> limits =
         judge_limits(limited({kEach, kMedian}, filter), results(values).seeds);
     ASSERT_EQ(limits.size(), 3u);
-    EXPECT_TRUE(limits[0].passed);
     EXPECT_EQ(limits[0].what, "ending completed");
     for (const std::size_t i : {0u, 1u, 2u}) {
       EXPECT_EQ(limits[i].observed, observed[i]);
-      EXPECT_EQ(limits[i].passed, i == 0);
-      EXPECT_EQ(limits[i].worst_seed, i == 0 ? 0u : std::uint64_t(worst_seed));
+      EXPECT_EQ(limits[i].state, i == 0 ? LimitState::met : LimitState::missed);
+      EXPECT_EQ(limits[i].worst_seed, i == 0 ? std::nullopt : std::optional<std::uint64_t>(worst_seed));
     }
-    EXPECT_EQ(exit_code({ScenarioVerdict{"", 3, 3, 0, {}, {}, limits}}), 1);
+    EXPECT_EQ(exit_code({"", {ScenarioVerdict{"", 3, 3, 0, {}, {}, limits}}}), 1);
   }
   EXPECT_EQ(judge_limits(limited({kEach}, false), results({{}, {}}).seeds).size(), 1u) << "only the endings";
   ScenarioResults runs = results(kThree);
   runs.seeds[1].ending = scenario::Ending::fell;
   const std::vector<LimitVerdict> limits = judge_limits(limited({kEach}), runs.seeds);
-  EXPECT_TRUE(limits[0].run_failed);
+  EXPECT_EQ(limits[0].state, LimitState::run_failed);
   EXPECT_EQ(limits[0].worst_seed, 2u);
   EXPECT_THAT(limits[0].failures, ElementsAre("seed 2 fell"));
-  EXPECT_EQ(exit_code({ScenarioVerdict{"", 3, 3, 0, {}, {}, limits}}), 3);
+  EXPECT_EQ(exit_code({"", {ScenarioVerdict{"", 3, 3, 0, {}, {}, limits}}}), 3);
+}
+
+TEST(Verdict, ALimitOnNeesIsJudgedOnTheMeanOverSeedsWithItsInterval) {
+  const std::string nees = "nees_position_mean";
+  for (const auto& [values, state] : {std::pair<Values, LimitState>{{1.0, 5.8, 2.2, 3.0}, LimitState::met},
+                                      {{1.0, 9.8, 2.2, 6.0}, LimitState::undecided},
+                                      {{8.0, 9.8, 8.2, 9.0}, LimitState::missed},
+                                      {{5.8}, LimitState::missed},
+                                      {{1.0, {}}, LimitState::missed}}) {
+    const auto limits =
+        judge_limits(limited({{nees, {}, scenario::Bound::at_most, 4}}), results(values, nees).seeds);
+    EXPECT_EQ(limits.at(1).state, state) << limits[1].observed;
+  }
+  EXPECT_EQ(judge_limits(limited({{nees, {}, scenario::Bound::at_most, 4}}),
+                         results({1.0, 5.8, 2.2, 3.0}, nees).seeds)[1]
+                .observed,
+            "3 [-0.245, 6.25]");
 }
 
 TEST(Verdict, WhereMissedLimitsAreExpectedEverySeedMustMissOne) {
@@ -197,10 +238,10 @@ TEST(Verdict, WhereMissedLimitsAreExpectedEverySeedMustMissOne) {
     const scenario::MetricLimit limit{kError, {}, scenario::Bound::at_most, 1.05};
     return judge_limits(limited({limit}), results(values).seeds, true).at(1);
   };
-  EXPECT_FALSE(judged(kThree).passed);
+  EXPECT_EQ(judged(kThree).state, LimitState::missed);
   EXPECT_EQ(judged(kThree).observed, "2/3");
   EXPECT_EQ(judged(kThree).worst_seed, 1u);
-  EXPECT_TRUE(judged({1.1, {}, 1.2}).passed);
+  EXPECT_EQ(judged({1.1, {}, 1.2}).state, LimitState::met);
 }
 
 Comparison comparison() {
@@ -211,10 +252,13 @@ Comparison comparison() {
   walk.metrics = {{ate, 10, 0.041, 0.052, 0.011, std::pair(0.008, 0.02), 0.004, Verdict::fail, "", 7},
                   {{"loop_landmarks", 0, 2}, 10, 18, 18, 0, {}, {}, Verdict::identical, "", 1},
                   {{"rmse_m", 5, 0}, 10, {}, 1.0, {}, {}, {}, Verdict::added, "", 1}};
-  walk.limits = {
-      {"loop_closed.worst >= 1", "0", false, false, 3},
-      {"ending completed", "9/10", false, true, 4, {"seed 4 fell: to the left\nits last lines:\na | b"}},
-      {"rmse_m <= 1", "10/10", true, false, 0}};
+  walk.limits = {{"loop_closed.worst >= 1", "0", LimitState::missed, 3},
+                 {"ending completed",
+                  "9/10",
+                  LimitState::run_failed,
+                  4,
+                  {"seed 4 fell: to the left\nits last lines:\na | b"}},
+                 {"rmse_m <= 1", "10/10", LimitState::met, {}}};
   walk.wall_s = 12.5;
   walk.file = "scenarios/tangent_circle.yaml";
   walk.repro = [](std::uint64_t seed) {
@@ -269,9 +313,41 @@ TEST(VerdictReports, AnnotationsMarkdownAndJsonHaveTheirRowsEscaped) {
   EXPECT_EQ(json["exit_code"], 3);
   EXPECT_EQ(walk["metrics"][0]["verdict"], "FAIL");
   EXPECT_EQ(walk["metrics"][0]["change_band_95"][1], 0.02);
-  EXPECT_TRUE(walk["metrics"][2]["baseline_median"].is_null());
+  EXPECT_TRUE(walk["metrics"][2]["baseline"].is_null());
   EXPECT_EQ(walk["limits"].size(), 3u);
   EXPECT_EQ(walk["wall_s"], 12.5);
+}
+
+// Names, reasons and commands of users: every format stays well-formed, and a cell a cell.
+TEST(VerdictReports, TextOfOthersIsNeitherMarkupNorControl) {
+  const std::string wild = "\x1b[31m \xe9 \xed\xa0\x80 \xef\xbf\xbe a|b `c` <d> &e\r\nf\t*g* [h](i) \\|";
+  Comparison comparison{"gaitslam " + wild, {compare(results(kThree), results({9, 9, 9}), {kTenPercent})}};
+  ScenarioVerdict& walk = comparison.scenarios[0];
+  walk.name = walk.file = wild;
+  walk.metrics[0].remark = wild;
+  walk.limits = {{wild, wild, LimitState::run_failed, 1, {wild}}};
+  walk.other_config = {wild};
+  walk.repro = [&](std::uint64_t) { return wild; };
+  const std::string table = markdown(comparison), annotations = github_annotations(comparison);
+  for (const std::string& text : {verdict_table(comparison, false), junit(comparison), table, annotations})
+    EXPECT_EQ(files::sanitize(text), text);
+  EXPECT_EQ(files::sanitize(nlohmann::json::parse(verdicts_json(comparison)).dump()).find('\x1b'),
+            std::string::npos);
+  EXPECT_THAT(junit(comparison),
+              testing::AllOf(HasSubstr("a|b `c` &lt;d&gt; &amp;e?&#10;f&#9;*g*"), Not(HasSubstr("<d>"))));
+  EXPECT_EQ(std::ranges::count(annotations, '\n'), 2);
+  EXPECT_THAT(table, testing::AllOf(HasSubstr("a\\|b \\`c\\` &lt;d> &amp;e? f \\*g\\* \\[h](i) \\\\\\|"),
+                                    Not(HasSubstr("`c`"))));
+  std::istringstream lines(table.substr(table.find("| metric")));
+  for (std::string line; std::getline(lines, line);) {
+    int bars = 0;
+    for (std::size_t i = 0; i < line.size(); ++i)
+      if (line[i] == '\\')
+        ++i;
+      else
+        bars += line[i] == '|';
+    EXPECT_EQ(bars, 4) << line;
+  }
 }
 
 }  // namespace

@@ -169,7 +169,7 @@ TEST(Limits, AMissedLimitIsExitCodeOneAndAForbiddenEndingThree) {
   EXPECT_TRUE(to_json(judge(limited({}, false), median, {})).at("passed").is_null());
 }
 
-constexpr const char* kScore = R"({"scenario": "walk", "seed": 3, "ending": "completed",
+constexpr const char* kScore = R"({"scenario": "walk", "seed": 3, "ending": "completed", "exit_code": 1,
   "metrics": {"rmse_m": {"value": 0.25, "unit": "m"}, "loop_closed": {"value": null, "unit": "1", "reason": "no loop"}},
   "limits": [{"metric": "rmse_m", "at_most": 0.5, "value": 0.25, "passed": true}]})";
 constexpr const char* kTiming =
@@ -239,11 +239,14 @@ TEST_F(ScoreFile, DetailsAreTheCauseAndTheLastLinesOfTheLog) {
   std::string log;
   for (int i = 1; i <= 9; ++i) log += "line " + std::to_string(i) + "\n";
   files::write_text(folder_ / "about.json", R"({"cause": "killed"})");
+  table();
   files::write_text(folder_ / "timing.json", R"({"wall_s": 2.5})");
-  for (const auto& [text, last] : {std::pair(log, log.substr(log.find("line 5"))), {"one", "one"}}) {
+  for (const auto& [text, last] : {std::pair(log, log.substr(log.find("line 5"))),
+                                   {"one", "one"},
+                                   {"10 %\r\x1b[31mfailed\xed\xa0\x80\n", "10 %\n?[31mfailed???\n"}}) {
     files::write_text(folder_ / "estimator.log", text);
-    SeedScore score;
-    read_details(folder_.path(), score);
+    const SeedScore score = read_result(folder_.path());
+    EXPECT_EQ(score.exit_code, 1);
     EXPECT_EQ(score.cause, "killed");
     EXPECT_EQ(score.wall_s, 2.5);
     EXPECT_EQ(score.last_lines, last);

@@ -11,8 +11,7 @@
 #include "sim/files/atomic_file.h"
 #include "sim/files/hash.h"
 #include "sim/files/text.h"
-#include "sim/regression/suite.h"
-#include "sim/result/score_file.h"
+#include "sim/result/result_tree.h"
 #include "sim/scenario/keys.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/shared/live.h"
@@ -62,21 +61,22 @@ Job process_of(const ResultJob& job, const fs::path& out, const ResultOptions& o
   return process;
 }
 
-/// True if this program made the result from the job's scenario, seed, and recording or models. If the
-/// sources differ from the revision, also the times of the files count.
-bool is_finished(const fs::path& folder, const ResultJob& job, const std::string& models_hash) {
-  for (const char* file : {"score.json", "about.json", "scenario.yaml"})
-    if (!fs::is_regular_file(folder / file)) return false;
+/// True if this program made the result from the job's scenario, seed, estimator files, and recording or
+/// models. If the sources differ from the revision, also the times of the files count.
+bool is_finished(const fs::path& folder, const ResultJob& job, const std::string& models_hash) try {
+  if (!result::is_result(folder)) return false;
   const result::About made = about(folder);
   const std::string revision = kRevision;
   const bool exact = !revision.ends_with("+") && revision != "unknown";
-  if (made.revision != revision ||
+  if (made.seed != job.seed() ||
       (!exact && fs::last_write_time(folder / "about.json") <= fs::last_write_time("/proc/self/exe")) ||
-      files::read_text(folder / "scenario.yaml") != scenario::to_yaml(job.read.scenario))
+      result::provenance_of(folder) !=
+          result::provenance_of(job.read.scenario, revision, job.recording ? made.models : models_hash))
     return false;
-  if (!job.recording) return made.models == models_hash;
-  const std::string recorded = about(*job.recording).recording;  // empty before the walk was recorded
-  return !recorded.empty() && recorded == made.recording;
+  const std::string recorded = job.recording ? about(*job.recording).recording : "";  // empty before the walk
+  return !job.recording || (!recorded.empty() && recorded == made.recording);
+} catch (const std::exception&) {  // incomplete
+  return false;
 }
 
 /// The indices of the jobs to run.
@@ -92,27 +92,20 @@ std::vector<std::size_t> unfinished(const std::vector<ResultJob>& jobs, const Ou
   return left;
 }
 
-/// Moves these folders of `root` into its first folder earlier-<n> that does not exist yet.
-void set_aside(const fs::path& root, const std::vector<std::string>& names) {
-  if (names.empty()) return;
-  int n = 1;
-  while (fs::exists(fs::symlink_status(root / fmt::format("earlier-{}", n)))) ++n;
-  const fs::path aside = root / fmt::format("earlier-{}", n);
-  fs::create_directory(aside);
-  for (const std::string& name : names) fs::rename(root / name, aside / name);
-  text_out() << fmt::format("results of an earlier command are now in {}: {}\n", aside.string(),
-                            fmt::join(names, ", "));
-}
-
+/// Sets aside stale results, and those of seeds that neither the jobs have nor are to be kept.
 void move_stale_results(const std::vector<ResultJob>& jobs, const fs::path& out,
-                        std::map<std::string, std::vector<std::string>> stale, bool keep_other_seeds) {
+                        std::map<std::string, std::vector<std::string>> stale, const ResultOptions& options) {
   std::map<std::string, std::vector<std::uint64_t>> seeds;
   for (const ResultJob& job : jobs) seeds[job.folder].push_back(job.seed());
-  for (const auto& [folder, of] : seeds) {
+  for (auto& [folder, kept] : seeds) {
     std::vector<std::string>& names = stale[folder];
-    if (!keep_other_seeds)
-      for (std::string& name : results_of_other_seeds(out / folder, of)) names.push_back(std::move(name));
-    set_aside(out / folder, names);
+    kept.insert(kept.end(), options.kept_seeds.begin(), options.kept_seeds.end());
+    for (const std::uint64_t seed : result::seeds_in(out / folder))
+      if (!options.keeps_other_seeds && std::ranges::count(kept, seed) == 0)
+        names.push_back(fmt::format("seed-{}", seed));
+    if (const auto earlier = files::set_aside(out / folder, names))
+      text_out() << fmt::format("results of an earlier command are now in {}: {}\n", earlier->string(),
+                                fmt::join(names, ", "));
     files::remove_leftovers(out / folder);  // of processes that crashed
   }
 }
@@ -128,20 +121,17 @@ void print_complaints(const std::vector<ResultJob>& jobs, const std::vector<JobR
 
 }  // namespace
 
-std::vector<std::string> results_of_other_seeds(const fs::path& root,
-                                                const std::vector<std::uint64_t>& seeds) {
-  std::set<std::uint64_t> others;
-  std::error_code none;
-  for (const auto& entry : fs::directory_iterator(root, none)) {
-    const std::string name = entry.path().filename();
-    if (!name.starts_with("seed-") || !fs::exists(entry.path() / "score.json", none)) continue;
-    const auto seed = files::parse_number<std::uint64_t>(std::string_view(name).substr(5));
-    if (!seed || name != fmt::format("seed-{}", *seed)) continue;  // the program writes no seed-07
-    if (std::ranges::count(seeds, *seed) == 0) others.insert(*seed);
-  }
-  std::vector<std::string> names;
-  for (const std::uint64_t seed : others) names.push_back(fmt::format("seed-{}", seed));
-  return names;
+std::vector<std::uint64_t> finished_beside(const std::vector<ResultJob>& jobs, const fs::path& root,
+                                           const fs::path& models) {
+  const std::string models_hash = scenario::models_hash(models);
+  std::vector<std::uint64_t> seeds = result::seeds_in(root);
+  std::erase_if(seeds, [&](std::uint64_t seed) {
+    ResultJob beside = jobs.front();
+    beside.read.scenario.seed = seed;
+    return std::ranges::count(jobs, seed, &ResultJob::seed) > 0 ||
+           !is_finished(root / beside.result(), beside, models_hash);
+  });
+  return seeds;
 }
 
 Recordings::Recordings(fs::path models)
@@ -231,7 +221,7 @@ std::vector<JobRecord> make_results(const std::vector<ResultJob>& jobs, const Ou
     else if (out.log() && record.ending == kFinished)
       out.log()->add({jobs[i].result(), jobs[i].seed(), kFinished, "", {}});
   });
-  move_stale_results(jobs, out.path(), std::move(stale), options.keeps_other_seeds);
+  move_stale_results(jobs, out.path(), std::move(stale), options);
   for (std::size_t i = 0; i < jobs.size(); ++i)
     if (options.must_start && exit_code_of(all[i]) == 2)
       throw UsageError("seed {}: {}", jobs[i].seed(), all[i].cause);
@@ -244,10 +234,10 @@ std::vector<result::SeedScore> read_scores(const std::vector<ResultJob>& jobs,
   std::vector<result::SeedScore> scores;
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     const fs::path folder = out / jobs[i].result();
-    const bool there = fs::exists(folder / "score.json");
-    scores.push_back(there ? regression::read_result(folder)
+    const bool there = result::is_result(folder);
+    scores.push_back(there ? result::read_result(folder)
                            : result::without_score(jobs[i].seed(), exit_code_of(ended[i])));
-    if (!there) scores.back().last_lines = ended[i].cause;
+    if (!there) scores.back().last_lines = files::sanitize(ended[i].cause);
   }
   return scores;
 }

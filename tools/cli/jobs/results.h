@@ -77,7 +77,8 @@ struct ResultOptions {
   bool cached = false;        ///< simulate only the walks that the cache does not have
   bool counts_older = false;  ///< keep finished results of older commands
   bool keeps_other_seeds = false;
-  bool must_start = false;  ///< a process that rejects its input is a UsageError
+  std::vector<std::uint64_t> kept_seeds{};  ///< other seeds that are not set aside
+  bool must_start = false;                  ///< a process that rejects its input is a UsageError
 };
 
 /// Makes the results that are not finished, each replacing an earlier one when it is whole, and returns the
@@ -93,9 +94,10 @@ std::vector<result::SeedScore> read_scores(const std::vector<ResultJob>& jobs,
 /// Returns text that identifies a scenario's inputs: its YAML and the contents of its estimator's files.
 std::string inputs_of(const scenario::Scenario& scenario);
 
-/// Returns the names of the results seed-<n> of other seeds in a folder.
-std::vector<std::string> results_of_other_seeds(const fs::path& root,
-                                                const std::vector<std::uint64_t>& seeds);
+/// Returns the seeds of other results seed-<n> in a folder that this program made from the scenario of the
+/// jobs, which have one folder.
+std::vector<std::uint64_t> finished_beside(const std::vector<ResultJob>& jobs, const fs::path& root,
+                                           const fs::path& models);
 
 /// Returns a function that runs trials in several processes, here or on a cluster, and logs their records, as
 /// run_jobs does. Tasks of the same recording should follow each other.

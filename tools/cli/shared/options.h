@@ -81,7 +81,7 @@ inline void add_batch_member(CLI::App& command, BatchMember& member) {
 /// Makes the kernel end this process with its parent, and takes the origin of each key from the file.
 void join_batch(const BatchMember& member, scenario::ReadScenario* read = nullptr);
 
-/// Throws UsageError, with the most similar of the names, if `typed` is none of them.
+/// Throws UsageError, with the most similar of the names, if `typed` is not one of them.
 void require_one_of(const std::vector<std::string>& names, const std::string& typed,
                     const std::string& option);
 /// Returns the alignment as typed after --align. Throws UsageError.

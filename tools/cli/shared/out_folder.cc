@@ -14,6 +14,7 @@
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/result/limits.h"
+#include "sim/result/result_tree.h"
 #include "sim/result/score_file.h"
 
 namespace cli {
@@ -51,7 +52,7 @@ void require_free(const fs::path& folder, const OutUse& use) {
   if (!use.continues && !has_no_results(folder))
     throw UsageError("{}: exists already; --force replaces what the command writes there", folder.string());
   for (const std::string& result : use.results)
-    if (fs::exists(folder / result / "score.json"))
+    if (result::is_result(folder / result))
       throw UsageError("{}: exists already; --force replaces it", (folder / result).string());
 }
 
@@ -70,7 +71,7 @@ fs::path writable_ancestor(const fs::path& path) {
 std::string kept_text(const fs::path& path, const OutUse& use) {
   if (use.replaces) return fmt::format("nothing was written, {} is unchanged; to start again", path.string());
   if (use.names.empty() && !use.identity)
-    return fmt::format("nothing of this run is kept; earlier results in {} are unchanged; to start again",
+    return fmt::format("this run leaves no result; earlier results in {} are unchanged; to start again",
                        path.string());
   return fmt::format("finished results are kept in {}; to resume", path.string());
 }
@@ -131,8 +132,10 @@ OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const 
     if (!lock_)
       throw UsageError("{}: another process is writing there: wait for it, or name another folder",
                        path_.string());
-    files::list_outputs(path_, names_);
+    made_marker_ = !files::has_marker(path_);
+    files::claim_outputs(path_, names_);
     if (!resumes && use.identity) fs::remove(path_ / kUnfinished);
+    if (!resumes && !use.continues) files::set_aside(path_, use.names);
     if (use.identity) log_.emplace(path_ / kUnfinished, *use.identity);
   }
   if (!use.replaces) files::remove_leftovers(path_);
@@ -144,15 +147,10 @@ void OutFolder::finished() const {
 
 OutFolder::~OutFolder() {
   std::error_code fault;
-  if (lock_ && has_no_results(path_)) {
-    fs::remove(path_ / kUnfinished, fault);
+  if (lock_ && has_no_results(path_)) fs::remove(path_ / kUnfinished, fault);
+  if (made_marker_ &&
+      std::ranges::none_of(names_, [&](const auto& name) { return fs::exists(path_ / name, fault); }))
     fs::remove(path_ / files::kMarker, fault);
-  } else if (lock_) {
-    try {
-      files::unlist_missing(path_, names_);
-    } catch (const std::exception&) {  // the marker lists more than there is
-    }
-  }
   for (fs::path empty = fs::absolute(path_, fault); empty != existing_ && empty != empty.parent_path();
        empty = empty.parent_path())
     if (fs::exists(empty, fault) && !fs::remove(empty, fault)) return;
@@ -175,6 +173,8 @@ int report(const result::Outcome& outcome, const fs::path& result_folder, bool a
              << result_folder.string() << '\n';
   if (const auto about = result::read_about(result_folder / "about.json"); about.counterfactual)
     text_out() << "counterfactual: " << *about.counterfactual << '\n';
+  if (const auto earlier = result::renew_summary(result_folder))
+    text_out() << "the summary of earlier settings is now in " << earlier->string() << '\n';
   if (outcome.exit_code == 3)
     std::cerr << fmt::format("gaitslam: {}: {}\n", scenario::name_of(outcome.ending), outcome.cause);
   return outcome.exit_code;

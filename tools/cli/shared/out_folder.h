@@ -24,7 +24,7 @@ void add_out(CLI::App& command, OutRequest& request);
 struct OutUse {
   /// Replaces the folder as a whole; else adds results to it.
   bool replaces = false;
-  /// Fixed names that it writes into the folder; those of folders end in "/".
+  /// Fixed names of files and folders that it writes into the folder.
   std::vector<std::string> names{};
   /// Folders in it that are replaced one by one, as paths within it.
   std::vector<std::string> results{};
@@ -42,12 +42,13 @@ void require_folder_of(const fs::path& file, const std::string& option);
 void require_new_file(const fs::path& file, bool force, const std::string& option = "--out");
 
 /// The folder that was asked for, or a standard one, locked by commands that write fixed names there. At the
-/// end of its life it unlists the names that were not written and removes the empty folders that it made.
+/// end of its life it removes the marker and the empty folders that it made for nothing.
 class OutFolder {
  public:
-  /// Removes leftovers of killed processes. Throws UsageError if the folder cannot be written, is locked by
-  /// another process, is the current folder and would be replaced, or is not empty and --force is not given;
-  /// FileError if anything would be replaced that the program did not make.
+  /// Recovers what killed processes left, and sets aside the fixed names of an earlier command, unless it is
+  /// resumed or continued. Throws UsageError if the folder cannot be written, is locked by another process,
+  /// is the current folder and would be replaced, or is not empty and --force is not given; FileError if
+  /// anything would be replaced in a folder that the program did not make.
   OutFolder(const OutRequest& request, const fs::path& standard, const OutUse& use = {});
   ~OutFolder();
   OutFolder(const OutFolder&) = delete;
@@ -63,6 +64,7 @@ class OutFolder {
   fs::path path_, existing_;
   std::vector<std::string> names_;
   std::optional<files::FileLock> lock_;
+  bool made_marker_ = false;
   mutable std::optional<result::JobLog> log_;
   OnInterrupt on_interrupt_;
 };
@@ -71,6 +73,7 @@ class OutFolder {
 void print_outcome(int exit_code, const fs::path& folder, const nlohmann::ordered_json& details);
 
 /// Prints a result folder's score in the chosen format and the cause of a failure; returns the exit code.
+/// Also renews the summary.json of the results beside it.
 int report(const result::Outcome& outcome, const fs::path& result_folder, bool all_metrics = false);
 
 }  // namespace cli

@@ -1,4 +1,4 @@
-// What the program says: errors of wrong usage, the chosen output, colors, the message of an interruption.
+// Errors of wrong usage, the chosen output, colors, and the message of an interruption.
 #pragma once
 
 #include <fmt/format.h>
