@@ -34,7 +34,7 @@ TEST_F(Interruption, AnOldResultStaysUntilTheNewOneIsWhole) {
 
 TEST_F(Interruption, SeedsThatCrashLeaveNoOlderResultsBehind) {
   ok(kBlindStand + "--seeds 1,2 --out h");
-  const Ran ran = shell("ulimit -t 1; " GAITSLAM_PROGRAM " " + kBlindStand +
+  const Ran ran = shell("ulimit -t 2; " GAITSLAM_PROGRAM " " + kBlindStand +
                         "'walk.commands=[{stand: {duration_s: 300}}]' --seeds 1,2 --out h --force")
                       .ends(3);
   EXPECT_THAT(ran.out, Has("results of an earlier command are now in h/earlier-1: seed-1, seed-2"));
