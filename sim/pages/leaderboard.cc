@@ -5,7 +5,6 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
-#include <ranges>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -159,9 +158,10 @@ std::vector<std::vector<std::string>> lines_of(const Leaderboard& board, bool ex
         for (const double p : {0.0, 1.0})
           line.push_back(values.size() < 2 ? "-" : number(score::quantile(values, p)));
     }
-    line.insert(line.end(), {row.alignment == "none" ? "-" : row.alignment,
-                             fmt::format("{}", fmt::join(std::views::keys(row.runs), " ")),
-                             changed(row, board.rows), fs::proximate(row.folder).string()});
+    std::string seeds;
+    for (const auto& [seed, run] : row.runs) seeds += fmt::format("{}{}", seeds.empty() ? "" : " ", seed);
+    line.insert(line.end(), {row.alignment == "none" ? "-" : row.alignment, seeds, changed(row, board.rows),
+                             fs::proximate(row.folder).string()});
   }
   std::vector<std::vector<std::string>> lines(all.size());
   for (std::size_t i = 0; i < all[0].size(); ++i)
