@@ -257,26 +257,27 @@ TEST_F(RecordedElsewhere, AClockThatLeapsBetweenRowsIsNamedWithItsLine) {
     std::string name, values;
     double step_s;
   };
-  for (const auto& [name, values, step_s] :
+  for (const Rows& of :
        {Rows{"cam0/data.csv", ",second.png", 0.05}, Rows{"imu0/data.csv", ",0,0,0,9.81,0,0", 0.02},
         Rows{"state_groundtruth_estimate0/data.csv", ",0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0", 0.05}}) {
-    const std::string kept = files::read_text(folder_ / "mav0" / name);
+    const std::string kept = files::read_text(folder_ / "mav0" / of.name);
     const auto said_of = [&](double leap_s) {
       std::string rows = kept.substr(0, kept.find('\n') + 1);
       for (int i = 0; i < 9; ++i)
-        rows += fmt::format("{:.0f}{}\n", 1e9 * (1403636579.7 + step_s * i + (i > 5 ? leap_s : 0)), values);
-      write(name, rows);
+        rows +=
+            fmt::format("{:.0f}{}\n", 1e9 * (1403636579.7 + of.step_s * i + (i > 5 ? leap_s : 0)), of.values);
+      write(of.name, rows);
       std::vector<std::string> said;
       said.push_back(files::error_of([&] { said = AslFolder(folder_.path()).sensors().remarks; }));
       return fmt::format("{}", fmt::join(said, "\n"));
     };
     EXPECT_THAT(said_of(2), HasSubstr(fmt::format("{}:8: its clock leaps by {:.6g} s from the row before",
-                                                  name, 2 + step_s)));
+                                                  of.name, 2 + of.step_s)));
     EXPECT_THAT(said_of(-0.2),
                 HasSubstr(fmt::format("{}:8:1: the stamp is not after the one before: it is {:.2g} s earlier",
-                                      name, 0.2 - step_s)));
+                                      of.name, 0.2 - of.step_s)));
     EXPECT_THAT(said_of(0.05), Not(HasSubstr("leaps")));
-    write(name, kept);
+    write(of.name, kept);
   }
 }
 
@@ -326,7 +327,7 @@ TEST_F(RecordedElsewhere, LensesAreReadByTheNamesOfOtherPrograms) {
            {"camera_model: KANNALA_BRANDT", "[0.1, 0.02, 0, 0]", "2 0.1 0.02 0 0"},
            {"camera_model: fisheye\ndistortion_model: equidistant", "[0.1, 0, 0, 0]", "2 0.1 0 0 0"}})
     EXPECT_EQ(words(lens(model, coefficients)), expected) << model;
-  for (const auto& [model, coefficients, complaint] : std::vector<std::array<const char*, 3>>{
+  for (const auto& bad : std::vector<std::array<const char*, 3>>{
            {"distortion_model: fov", "[0.9]",
             "distortion_model: found \"fov\", expected one-parameter-radial, "},
            {"distortion_model: rational_polynomial", "[0, 0, 0, 0, 0, 0, 0, 0]",
@@ -337,7 +338,7 @@ TEST_F(RecordedElsewhere, LensesAreReadByTheNamesOfOtherPrograms) {
            {"distortion_model: none", "[0.1, 0, 0, 0]", "found 0.1, expected 0"},
            {"camera_model: fisheye\ndistortion_model: radtan", "[0, 0, 0, 0]",
             "contradicts camera_model: fisheye"}})
-    EXPECT_THAT(files::error_of([&] { lens(model, coefficients); }), HasSubstr(complaint)) << model;
+    EXPECT_THAT(files::error_of([&] { lens(bad[0], bad[1]); }), HasSubstr(bad[2])) << bad[0];
 }
 
 TEST_F(RecordedElsewhere, KeysThatContradictEachOtherAreRejected) {
