@@ -28,7 +28,7 @@ using LongViewTest = ViewTest;
 
 TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeys) {
   // Long enough for a browser on a busy machine to slow it down.
-  write("long.yaml", scenario_of("{straight: {forward_m: 0.6}}, {stand: {duration_s: 40}}"));
+  write("long.yaml", scenario_of("{straight: {forward_m: 0.6}}, {stand: {duration_s: 150}}"));
   const json found = browsed("run long.yaml --view --control --wait --out live", "live");
   EXPECT_GT(found["later"]["bodies"], 20);
   EXPECT_GT(found["later"]["ellipsoids"], 5);
