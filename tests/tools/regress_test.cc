@@ -82,7 +82,12 @@ TEST_F(Regress, WhatCannotBeComparedIsRefusedInOneLine) {
   expect_refused(
       {{"regress none.yaml", "none.yaml: cannot be read"},
        {"regress suites/ci.yaml --results none", "the result of seed 1 is missing"},
-       {"regress suites/ci.yaml --results old --seeds 1..4", "has no seed 4 of walk"},
+       {"regress suites/ci.yaml --results old --seeds 1..4",
+        "has no seed 4 of walk; 'tools/gaitslam baseline update suites/ci.yaml --seeds 1..4 --results old "
+        "--reason WHY'"},
+       {"regress suites/ci.yaml --results old --baseline 'no file.json'",
+        "no file.json: does not exist; 'tools/gaitslam baseline update suites/ci.yaml --baseline 'no "
+        "file.json'"},
        {"regress suites/ci.yaml --results old seed=3", "seed=3: a suite has its own names and seeds"},
        {"regress suites/ci.yaml --results old slam.vision.sigma_px=3", "was made with another configuration"},
        {"regress suites/empty.yaml", "the suite is empty"},
@@ -113,7 +118,8 @@ TEST_F(Regress, AChangedScenarioIsAnotherConfigurationUntilTheBaselineIsUpdated)
         "limits: {rmse_m: {at_most: 1}}\n");
   expect_refused("regress suites/ci.yaml --results old",
                  "walk has another configuration than the baseline baselines/ci.json: walk.step_height_m: "
-                 "not set -> 0.05; run 'gaitslam baseline update' to store it");
+                 "not set -> 0.05; 'tools/gaitslam baseline update suites/ci.yaml --results old --reason "
+                 "WHY' stores it");
   const std::string update = "baseline update suites/ci.yaml --reason 'lower steps' --results ",
                     before = text_of("baselines/ci.json");
   write_results("bad", 20);

@@ -125,8 +125,8 @@ Exit codes: 0 as good as the baseline; 1 worse, undecided (unless --allow-undeci
 configuration or baseline; 3 a run ended in a way that its scenario does not allow.)";
 
 constexpr const char* kBaselineExamples = R"(Examples:
-  gaitslam baseline update --reason "the stabilizer damps the ankles" --jobs 2
-  gaitslam baseline update --results results/regress-ci --reason "as the last regress had it"
+  gaitslam baseline update scenarios/suites/ci.yaml --reason "the stabilizer damps the ankles" --jobs 2
+  gaitslam baseline update scenarios/suites/ci.yaml --results results/regress-ci --reason "as in the last regress"
 Shows what changes, then writes the file. Results that miss a limit of their scenario are not written.
 Exit codes: 0 written; 1 a limit is missed; 2 wrong usage or configuration; 3 a run failed.)";
 
@@ -171,6 +171,16 @@ fs::path baseline_file(const SuiteRequest& request) {
              .lexically_normal()
              .string() +
          ".json";
+}
+
+/// The command that stores a baseline for the same suite, seeds and settings.
+std::string update_command(const SuiteRequest& request) {
+  std::string command = "tools/gaitslam baseline update " + files::shell_word(request.suite.string());
+  for (const std::string& change : request.overrides) command += " " + files::shell_word(change);
+  if (request.seeds) command += " --seeds " + files::shell_word(*request.seeds);
+  if (request.baseline) command += " --baseline " + files::shell_word(*request.baseline);
+  if (request.results) command += " --results " + files::shell_word(request.results->string());
+  return command + " --reason WHY";
 }
 
 SuiteRun plan_suite(const SuiteRequest& request) {
@@ -265,7 +275,8 @@ struct RegressRequest : SuiteRequest {
 };
 
 /// Throws UsageError unless the baseline has the same configurations and all seeds of the run.
-void require_comparable(const Baseline& baseline, const SuiteRun& run, const std::string& file) {
+void require_comparable(const Baseline& baseline, const SuiteRun& run, const RegressRequest& request,
+                        const std::string& file) {
   for (const SuiteScenario& scenario : run.scenarios) {
     const std::string& name = scenario.read.scenario.name;
     const ScenarioResults* before = baseline.find(name);
@@ -274,14 +285,12 @@ void require_comparable(const Baseline& baseline, const SuiteRun& run, const std
         before->config,
         regression::config_of(scenario::read_scenario(scenario.entry.file, scenario.entry.changes)));
     if (!differences.empty())
-      throw UsageError(
-          "{}: {} has another configuration than the baseline {}: {}; run 'gaitslam baseline "
-          "update' to store it",
-          scenario.entry.file.string(), name, file, fmt::join(differences, "; "));
+      throw UsageError("{}: {} has another configuration than the baseline {}: {}; '{}' stores it",
+                       scenario.entry.file.string(), name, file, fmt::join(differences, "; "),
+                       update_command(request));
     for (const std::uint64_t seed : run.seeds)
       if (!before->find(seed))
-        throw UsageError("{}: has no seed {} of {}; run 'gaitslam baseline update --seeds' to add seeds",
-                         file, seed, name);
+        throw UsageError("{}: has no seed {} of {}; '{}' adds it", file, seed, name, update_command(request));
   }
 }
 
@@ -289,8 +298,9 @@ int regress(RegressRequest& request) {
   require_replaceable(request.verdicts);
   const std::string file = baseline_file(request).string();
   SuiteRun run = plan_suite(request);
+  if (!fs::exists(file)) throw UsageError("{}: does not exist; '{}' makes it", file, update_command(request));
   const Baseline baseline = regression::read_baseline(file);
-  require_comparable(baseline, run, file);
+  require_comparable(baseline, run, request, file);
   run_suite(request, run);
   const std::string title = fmt::format("gaitslam regress: suite {} against {} (revision {})", run.name, file,
                                         baseline.history.empty() ? "?" : baseline.history.back().revision);

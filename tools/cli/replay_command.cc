@@ -140,8 +140,8 @@ int replay_result(ReplayRequest& request) {
                                         replay::Recorded::left_out, observer);
   }
   if (view)
-    view->end(fmt::format("The replay has ended: {}. gaitslam view {} shows it again.",
-                          scenario::name_of(outcome.ending), out.path().string()));
+    view->end(fmt::format("The replay has ended: {}. tools/gaitslam view {} shows it again.",
+                          scenario::name_of(outcome.ending), files::shell_word(out.path().string())));
   return cli::report(outcome, out.path(), request.all_metrics);
 }
 

@@ -77,8 +77,8 @@ int run_one(const scenario::ReadScenario& read, const RunRequest& request, const
                   : run_live(read, place, show, threads, view ? &view->run_observer() : nullptr);
   }
   if (view)
-    view->end(fmt::format("The run has ended: {}. gaitslam view {} shows it again.",
-                          scenario::name_of(outcome.ending), folder.string()));
+    view->end(fmt::format("The run has ended: {}. tools/gaitslam view {} shows it again.",
+                          scenario::name_of(outcome.ending), files::shell_word(folder.string())));
   const int exit_code = cli::report(outcome, folder, request.all_metrics);
   const auto is_over_seeds = [](const scenario::MetricLimit& limit) { return limit.aggregate.has_value(); };
   if (std::ranges::any_of(read.scenario.limits.metrics, is_over_seeds))
