@@ -22,23 +22,25 @@ while :; do
 done
 . "$root/tools/setup.sh"
 install_packages "$root/tools/packages.txt" "$root/tools/packages_test.txt"
-targets=${*:-$(ls "$root/tests/fuzz/corpus")}
-build "$preset" $(printf 'fuzz_%s ' $targets)
+build "$preset" fuzz
+program=$root/build/$preset/tests/fuzz/fuzz
+targets=${*:-$("$program")}
 folder=$root/build/fuzz
 mkdir -p "$folder/found" "$folder/log"
 
 memory=$(mktemp -d -p "$([ -w /dev/shm ] && echo /dev/shm || echo "${TMPDIR:-/tmp}")" gaitslam-fuzz-XXXXXX)
 trap 'rm -rf "$memory"' EXIT
 trap 'exit 2' INT TERM
-export TMPDIR="$memory" folder root limit seed slow preset entropic
+export TMPDIR="$memory" folder root limit seed slow program entropic
 export ASAN_OPTIONS=quarantine_size_mb=16:detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1
 export GLIBC_TUNABLES=glibc.malloc.trim_threshold=67108864  # memory that an input frees is kept for the next one
 
 # One target; its log has libFuzzer's figures. 72 is libFuzzer's word for SIGINT and SIGTERM.
 cat >"$memory/one" <<'ONE'
 mkdir -p "$folder/corpus/$1" "$folder/found/$1"
-status=0
-"$root/build/$preset/tests/fuzz/fuzz_$1" "$folder/corpus/$1" "$root/tests/fuzz/corpus/$1" "$limit" -seed="$seed" -entropic=$entropic \
+status=0 more=
+[ "$1" != scenario ] || more=$root/scenarios
+"$program" "$1" "$folder/corpus/$1" $more "$limit" -seed="$seed" -entropic=$entropic \
   -timeout="$slow" -max_len=4096 -rss_limit_mb=1024 -print_final_stats=1 -artifact_prefix="$folder/found/$1/" \
   >"$folder/log/$1" 2>&1 || status=$?
 [ "$status" = 0 ] || echo "ended with $status" >>"$folder/log/$1"

@@ -46,8 +46,7 @@ if(GAITSLAM_SANITIZE)
   target_link_options(gaitslam_options INTERFACE -fsanitize=${checks})
 endif()
 if(GAITSLAM_FUZZ)
-  target_compile_options(gaitslam_options INTERFACE -fsanitize=fuzzer-no-link
-    -fsanitize-coverage-ignorelist=${PROJECT_SOURCE_DIR}/tests/fuzz/not_traced.txt)
+  target_compile_options(gaitslam_options INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
 # For code whose compilation takes longer than its work: the optimizer would be a fifth to a half of it.
