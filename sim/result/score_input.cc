@@ -168,8 +168,7 @@ score::Run score_input(const RunRecord& record) {
   run.health = health(*record.tracked, uses_images(record.scenario.scenario));
   add_reports(run, *record.tracked, is_filter);
   if (run.landmarks.empty() && !is_filter) run.no_matches = "the estimator reports no matches of landmarks";
-  for (const slam::MapPoint& point : record.tracked->map)
-    run.map.push_back({point.id, point.p_W, point.covariance});
+  for (const slam::MapPoint& point : record.tracked->map) run.map.push_back({point.id, point.p_W});
   run.failed = record.tracked->failed;
   const auto failure = record.tracked->failure();
   if (failure && failure->ending == scenario::Ending::diverged) run.diverged = failure->cause;

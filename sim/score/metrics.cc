@@ -261,8 +261,7 @@ void add_use(MetricDefinitions& all, std::size_t sensor) {
 }
 
 Value landmark_rmse(C c) {
-  Numbers distances;
-  for (const LandmarkError& error : landmark_errors(c.run)) distances.push_back(error.distance);
+  const Numbers distances = landmark_errors(c.run);
   if (distances.empty()) return Absent{"the final map has no landmark with a known surface point"};
   return root_mean_square(distances);
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace sim::score {
 namespace {
@@ -60,28 +59,6 @@ std::optional<LoopLandmark> found_again(const Run& run, const LandmarkHistory& l
   const auto first = match_from(*lost);
   if (first == landmark.accepted.end()) return std::nullopt;
   return LoopLandmark{landmark.id, first->t, match_from(marks.three_quarters) != landmark.accepted.end()};
-}
-
-/// Points on the ray through `seen`, one per surface of the template, at the distance of the surface's
-/// nearest pixel.
-std::vector<Eigen::Vector3d> template_points(const Run& run, const StampedPixel& seen, int half_px) {
-  const Eigen::Isometry3d& X_WC = *pose_at(run, seen.t);
-  const auto ray = [&](int du, int dv) -> Eigen::Vector3d {
-    return X_WC.linear() * run.camera.bearing(seen.pixel + Eigen::Vector2d(du, dv));
-  };
-  std::map<std::size_t, std::pair<int, double>>
-      shown;  // surface: squared distance from `seen`, px², and from the camera
-  for (int dv = -half_px; dv <= half_px; ++dv)
-    for (int du = -half_px; du <= half_px; ++du)
-      if (const auto hit = first_surface(run.surfaces, X_WC.translation(), ray(du, dv))) {
-        const std::pair<int, double> here{du * du + dv * dv, hit->distance};
-        const auto [at, is_new] = shown.try_emplace(hit->surface, here);
-        if (!is_new) at->second = std::min(at->second, here);
-      }
-  std::vector<Eigen::Vector3d> points;
-  for (const auto& [surface, nearest] : shown)
-    points.push_back(X_WC.translation() + nearest.second * ray(0, 0));
-  return points;
 }
 
 using Eigen::Vector3d;
@@ -262,18 +239,12 @@ std::vector<LoopLandmark> loop_landmarks(const Run& run, const TurnMarks& marks)
   return all;
 }
 
-std::vector<LandmarkError> landmark_errors(const Run& run, int template_half_px) {
-  std::vector<LandmarkError> errors;
+std::vector<double> landmark_errors(const Run& run) {
+  std::vector<double> errors;
   for (const MappedPoint& point : run.map) {
     const auto history = std::ranges::find(run.landmarks, point.id, &LandmarkHistory::id);
     if (history == run.landmarks.end()) continue;
-    const auto p_W = surface_point(run, history->first_seen);
-    if (!p_W) continue;
-    const Eigen::Vector3d error = *p_W - point.p_W;
-    std::optional<double> nees = normalized_square(error, point.covariance), least = nees;
-    for (const Eigen::Vector3d& of_W : template_points(run, history->first_seen, template_half_px))
-      if (least) least = std::min(least, normalized_square(of_W - point.p_W, point.covariance));
-    errors.push_back({point.id, error.norm(), nees, least});
+    if (const auto p_W = surface_point(run, history->first_seen)) errors.push_back((*p_W - point.p_W).norm());
   }
   return errors;
 }

@@ -80,8 +80,7 @@ struct LoopLandmark {
 /// A landmark of the filter's final map.
 struct MappedPoint {
   int id = 0;
-  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();         ///< m
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< m², axes W
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  ///< m
 };
 
 /// The sensors of Run::innovations, in its order. They are named as in
@@ -188,18 +187,8 @@ std::optional<TurnMarks> turn_marks(const Trajectory& plan_waist);
 /// does not matter.
 std::vector<LoopLandmark> loop_landmarks(const Run& run, const TurnMarks& marks);
 
-/// The distance of a landmark from its surface point, see loop_landmarks().
-struct LandmarkError {
-  int id = 0;
-  double distance = 0;         ///< m
-  std::optional<double> nees;  ///< 3 is expected; absent if the covariance is not positive definite
-  /// The least NEES over the surfaces that the template shows: against the point of the ray at the distance
-  /// of each one's pixel nearest to the first. Across the edge of a near surface it may be on either.
-  std::optional<double> nees_of_template;
-};
-
-/// Returns the errors of the map's landmarks with a history and a surface point. template_half_px: a template
-/// has 2 template_half_px + 1 rows and columns around the first pixel.
-std::vector<LandmarkError> landmark_errors(const Run& run, int template_half_px = 0);
+/// Returns the distance (m) of each of the map's landmarks with a history from its surface point, see
+/// loop_landmarks(), if it has one.
+std::vector<double> landmark_errors(const Run& run);
 
 }  // namespace sim::score

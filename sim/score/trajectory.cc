@@ -308,16 +308,16 @@ Eigen::Isometry3d relative_difference(const std::vector<PosePair>& pairs, const 
   return truth.inverse() * from.X_estimate.inverse() * to.X_estimate;
 }
 
-std::optional<double> normalized_square(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance) {
-  const Eigen::LLT<Eigen::Matrix3d> llt(covariance);
-  if (llt.info() != Eigen::Success || !covariance.allFinite()) return std::nullopt;
-  return error.dot(llt.solve(error));
-}
-
 std::optional<PoseNees> pose_nees(const Eigen::Isometry3d& X_WC_true, const Eigen::Isometry3d& X_WC_estimate,
                                   const Matrix6d& covariance) {
   const Eigen::Vector3d turn = rotation_vector(X_WC_estimate.linear().transpose() * X_WC_true.linear());
   const Eigen::Vector3d shift = X_WC_true.translation() - X_WC_estimate.translation();
+  const auto normalized_square = [](const Eigen::Vector3d& error,
+                                    const Eigen::Matrix3d& block) -> std::optional<double> {
+    const Eigen::LLT<Eigen::Matrix3d> llt(block);
+    if (llt.info() != Eigen::Success || !block.allFinite()) return std::nullopt;
+    return error.dot(llt.solve(error));
+  };
   const auto orientation = normalized_square(turn, covariance.topLeftCorner<3, 3>());
   const auto position = normalized_square(shift, covariance.bottomRightCorner<3, 3>());
   if (!orientation || !position) return std::nullopt;

@@ -138,7 +138,4 @@ struct PoseNees {
 std::optional<PoseNees> pose_nees(const Eigen::Isometry3d& X_WC_true, const Eigen::Isometry3d& X_WC_estimate,
                                   const Matrix6d& covariance);
 
-/// Returns errorᵀ covariance⁻¹ error; nothing if the covariance is not positive definite.
-std::optional<double> normalized_square(const Eigen::Vector3d& error, const Eigen::Matrix3d& covariance);
-
 }  // namespace sim::score

@@ -220,7 +220,7 @@ TEST_F(Evaluate, LandmarksAreComparedWithTheWallsTheyWereSeenOn) {
   for (int id = 1; id <= 2; ++id) {
     run.landmarks.push_back(
         {id, {seen_from.t, *run.camera.project(seen_from.X, Eigen::Vector3d(5, 0, 1.4))}, {}});
-    run.map.push_back({id, Eigen::Vector3d(5, 0, 1.4 + 0.3 * id), Eigen::Matrix3d::Identity()});
+    run.map.push_back({id, Eigen::Vector3d(5, 0, 1.4 + 0.3 * id)});
   }
   EXPECT_NEAR(value("landmark_rmse_m"), std::sqrt((0.09 + 0.36) / 2), 1e-9);
 }
