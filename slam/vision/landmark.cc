@@ -33,6 +33,8 @@ Matrix32d bearing_jacobian(double theta, double phi) {
 constexpr double kDepthStep_m = 1e-3;  // of depth images
 constexpr double kPlane = 4;           // mean square of the residuals in a plane patch, sigma squared
 
+constexpr double kAnotherView = 0.15;  // motion over distance
+
 constexpr double kNegligible = 0.05;  // as a fraction of the mean probability
 
 }  // namespace
@@ -183,6 +185,11 @@ PositionJacobian position_jacobian(const LandmarkKind& kind, const Parameters& y
     J << identity, bearing_jacobian(y(3), y(4)) / rho, -bearing(y(3), y(4)) / (rho * rho);
   }
   return J;
+}
+
+bool Landmark::is_seen_anew(const State& state) const {
+  const double distance = (position(kind, parameters(state)) - state.position()).norm();
+  return (state.position() - p_WC_missed).norm() > kAnotherView * distance;
 }
 
 Eigen::Matrix3d position_covariance(const State& state, const Landmark& landmark) {

@@ -75,6 +75,8 @@ struct Point {
 using LandmarkKind = std::variant<Point, InverseDepth, SemiInfiniteLine>;
 
 struct Landmark {
+  static constexpr int kMostMisses = 5;  ///< until a landmark is set aside
+
   int id = 0;
   LandmarkKind kind = InverseDepth{};
   int at = 0;  ///< first index of its parameters in the state
@@ -87,12 +89,19 @@ struct Landmark {
   Eigen::Vector3d p_WC_inflated =
       Eigen::Vector3d::Zero();      ///< camera position when its covariance was last inflated for the view, m
   int attempts = 0, successes = 0;  ///< searches for it, and accepted matches
-  Stamp last_visible{0};            ///< when it was last predicted to be visible, or initialized
+  int misses = 0;                   ///< failed searches from one view since its last accepted match
+  Eigen::Vector3d p_WC_missed = Eigen::Vector3d::Zero();  ///< camera position at the first of them, m
+  Stamp last_search{0};                                   ///< or initialization
+  Stamp last_visible{0};  ///< when it was last predicted to be visible, or initialized
 
   int size() const {
     return std::visit([](const auto& k) { return std::decay_t<decltype(k)>::kSize; }, kind);
   }
   Parameters parameters(const State& state) const { return state.storage_x.segment(at, size()); }
+  /// True if the view from p_WC differs from that of the first of its misses.
+  bool is_seen_anew(const State& state) const;
+  /// True if searches for it from this view have failed repeatedly, so that it gives its place to others.
+  bool is_set_aside(const State& state) const { return misses >= kMostMisses && !is_seen_anew(state); }
 };
 
 /// The derivative of three values with respect to a landmark's parameters.

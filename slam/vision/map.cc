@@ -12,7 +12,7 @@ Landmark landmark_seen_from(const Eigen::Isometry3d& X_WC, Stamp t) {
   Landmark landmark;
   landmark.X_WC_first = X_WC;
   landmark.p_WC_inflated = X_WC.translation();
-  landmark.initialized = landmark.last_visible = t;
+  landmark.initialized = landmark.last_visible = landmark.last_search = t;
   return landmark;
 }
 
@@ -157,9 +157,17 @@ bool Map::initialize_known(const cv::Mat& image, Stamp t, Kalman& kalman) {
   return all_seen;
 }
 
-void Map::record_search(std::size_t index, bool success) {
-  ++landmarks_[index].attempts;
-  if (success) ++landmarks_[index].successes;
+void Map::record_search(std::size_t index, bool success, bool counts, Stamp t, const State& state) {
+  Landmark& landmark = landmarks_[index];
+  const bool again = landmark.is_set_aside(state);
+  landmark.last_search = t;
+  if (success || landmark.misses == 0 || landmark.is_seen_anew(state)) {
+    landmark.misses = 0;
+    landmark.p_WC_missed = state.position();
+  }
+  if (!success) ++landmark.misses;
+  if (success) ++landmark.successes;
+  if (counts && (success || !again)) ++landmark.attempts;
 }
 
 void Map::inflate_for_view_change(std::size_t index, Kalman& kalman) {
@@ -229,7 +237,8 @@ std::size_t Map::prune(Kalman& kalman, std::vector<int>& deleted) {
   std::size_t young = 0;
   for (std::size_t i = landmarks_.size(); i-- > 0;) {
     const Landmark& landmark = landmarks_[i];
-    const bool unreliable = landmark.attempts >= 10 && 2 * landmark.successes < landmark.attempts;
+    const bool judged = landmark.attempts >= 10 || landmark.misses >= Landmark::kMostMisses;
+    const bool unreliable = judged && 2 * landmark.successes < landmark.attempts;
     if (!unreliable && !surely_behind(kalman.state(), landmark)) continue;
     deleted.push_back(landmark.id);
     if (landmark.last_visible - landmark.initialized < kYoung) ++young;

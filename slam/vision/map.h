@@ -42,8 +42,9 @@ class Map {
   bool initialize_known(const cv::Mat& image, Stamp t, Kalman& kalman);
   /// Records that a landmark is predicted to be visible at t.
   void record_visible(std::size_t index, Stamp t) { landmarks_[index].last_visible = t; }
-  /// Counts one search for a landmark, and whether its match was accepted.
-  void record_search(std::size_t index, bool success);
+  /// Records one search for a landmark, and whether its match was accepted. Failures do not count against it
+  /// (`counts`) if the image or the pose may be at fault, and not while it is set aside.
+  void record_search(std::size_t index, bool success, bool counts, Stamp t, const State& state);
   /// Inflates the covariance of a measured landmark by the possible shift of its patch's apparent center with
   /// the change of view since the last inflation (viewpoint_sigma_px).
   void inflate_for_view_change(std::size_t index, Kalman& kalman);
@@ -56,8 +57,9 @@ class Map {
   /// are deleted, and their ids are appended to `deleted`. The depths of all are appended to `lines`.
   void search_lines(const cv::Mat& image, Kalman& kalman, std::vector<int>& deleted,
                     std::vector<DepthHypotheses>& lines);
-  /// Deletes landmarks that were searched for at least 10 times and found less than every second time
-  /// (Davison et al. 2007), or with a surely negative inverse depth. Their ids are appended to `deleted`.
+  /// Deletes landmarks that were searched for at least 10 times, or are set aside, and were found less than
+  /// every second time (Davison et al. 2007), or with a surely negative inverse depth. Their ids are appended
+  /// to `deleted`.
   /// Returns how many of them were last in view within 10 s of their first sight: others may be hidden now.
   std::size_t prune(Kalman& kalman, std::vector<int>& deleted);
 

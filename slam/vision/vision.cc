@@ -40,6 +40,8 @@ double find_supporters(const StackedMeasurement& matches, int i, double gate,
   return sum;
 }
 
+constexpr Stamp kRetryAfter{500'000'000};      // for a landmark that is set aside
+constexpr std::size_t kRetried = 2;            // of them in a frame, even if there are others to search for
 constexpr int kMostSearched_px = 400000;       // in a frame; bounds its cost
 constexpr double kGate = 9.21;                 // chi-square, 99 %, 2 rows
 constexpr double kLeastShareRecognized = 0.5;  // of those searched for
@@ -158,9 +160,22 @@ void MatchBiases::clear(Kalman& kalman) {
   std::fill(landmark_of_.begin(), landmark_of_.end(), kFree);
 }
 
+/// Removes from candidates_ the landmarks that are set aside, and fills retried_ with those that are due.
+void Vision::set_aside(const std::vector<Landmark>& landmarks, Stamp t, const State& state) {
+  const auto last_search = [&](const Candidate& c) { return landmarks[c.index].last_search; };
+  const auto is_set_aside = [&](const Candidate& c) { return landmarks[c.index].is_set_aside(state); };
+  retried_.clear();
+  for (const Candidate& c : candidates_)
+    if (is_set_aside(c) && t - last_search(c) >= kRetryAfter) retried_.push_back(c);
+  std::sort(retried_.begin(), retried_.end(), [&](const Candidate& a, const Candidate& b) {
+    return std::pair(last_search(a), a.index) < std::pair(last_search(b), b.index);
+  });
+  std::erase_if(candidates_, is_set_aside);
+}
+
 /// before: only landmarks that were initialized before this time are searched for.
-void Vision::search(const cv::Mat& image, const std::vector<Landmark>& landmarks, std::optional<Stamp> before,
-                    Kalman& kalman) {
+void Vision::search(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks,
+                    std::optional<Stamp> before, Kalman& kalman) {
   predict_view(kalman, landmarks, camera_, options_.sigma_px, candidates_);
   for (Candidate& candidate : candidates_) {
     if (options_.match_bias_sigma_px > 0)
@@ -168,6 +183,9 @@ void Vision::search(const cv::Mat& image, const std::vector<Landmark>& landmarks
                    camera_.sigma(candidate.pixel, 1), biases_.variance(), candidate);
     candidate.S = innovation_covariance(kalman.state(), candidate.measurement);
   }
+  const auto most = static_cast<std::size_t>(most_measured_);
+  result_.tested = std::min(candidates_.size(), most);
+  set_aside(landmarks, t, kalman.state());
   result_.visible.clear();
   result_.visible_indices.clear();
   for (const Candidate& candidate : candidates_) {
@@ -177,7 +195,10 @@ void Vision::search(const cv::Mat& image, const std::vector<Landmark>& landmarks
   biases_.keep_visible(result_.visible_indices, landmarks, kalman);
   if (before)
     std::erase_if(candidates_, [&](const Candidate& c) { return landmarks[c.index].initialized >= *before; });
-  keep_most_informative(candidates_, static_cast<std::size_t>(most_measured_));
+  keep_most_informative(candidates_, most - std::min({retried_.size(), kRetried, most - 1}));
+  const std::size_t retried = std::min(retried_.size(), most - candidates_.size());
+  candidates_.insert(candidates_.end(), retried_.begin(),
+                     retried_.begin() + static_cast<std::ptrdiff_t>(retried));
   keep_affordable(candidates_, kMostSearched_px);
   result_.searched.clear();
   result_.searched_indices.clear();
@@ -208,9 +229,11 @@ void Vision::find_inliers(const State& state) {
   if (matches_.measurements.empty()) return;
   stack(state, matches_.measurements, stacked_.all);
   select_innovation(stacked_.all, inliers_, stacked_.gated);
-  if (!options_.consensus) return;
-  scale_noise(stacked_.gated, matches_.measurements, options_.gate_sigma_px / options_.sigma_px);
-  inliers_ = consensus_.largest(stacked_.gated, kGate);
+  if (options_.consensus) {
+    scale_noise(stacked_.gated, matches_.measurements, options_.gate_sigma_px / options_.sigma_px);
+    inliers_ = consensus_.largest(stacked_.gated, kGate);
+  }
+  for (const std::size_t match : inliers_) result_.searched[matches_.searched[match]].used = true;
 }
 
 /// Multiplies the whitened innovation of each landmark with that in the last frame.
@@ -228,18 +251,18 @@ void Vision::add_lagged() {
   }
 }
 
-bool Vision::recognizes(const cv::Mat& image, const std::vector<Landmark>& landmarks, Stamp before,
+bool Vision::recognizes(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks, Stamp before,
                         Kalman& kalman) {
-  search(image, landmarks, before, kalman);
+  search(image, t, landmarks, before, kalman);
   find_inliers(kalman.state());
   return inliers_.size() >= kLeastRecognized &&
          static_cast<double>(inliers_.size()) >
              kLeastShareRecognized * static_cast<double>(result_.searched.size());
 }
 
-const VisionResult& Vision::update(const cv::Mat& image, const std::vector<Landmark>& landmarks,
+const VisionResult& Vision::update(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks,
                                    Kalman& kalman) {
-  search(image, landmarks, std::nullopt, kalman);
+  search(image, t, landmarks, std::nullopt, kalman);
   find_inliers(kalman.state());
   result_.inliers.clear();
   result_.gate.reset();
@@ -248,10 +271,7 @@ const VisionResult& Vision::update(const cv::Mat& image, const std::vector<Landm
   std::swap(whitened_.now, whitened_.before);
   whitened_.now.clear();
   if (inliers_.empty()) return result_;
-  for (const std::size_t match : inliers_) {
-    result_.inliers.push_back(matches_.searched[match]);
-    result_.searched[matches_.searched[match]].used = true;
-  }
+  for (const std::size_t match : inliers_) result_.inliers.push_back(matches_.searched[match]);
   const auto nis_of_selected = [&] {
     whitening_.compute(stacked_.selected);
     return whitening_.nis();

@@ -57,6 +57,7 @@ class MatchBiases {
 struct VisionResult {
   std::vector<Eigen::Vector2d> visible;      ///< predicted pixels of all landmarks that should be visible
   std::vector<std::size_t> visible_indices;  ///< their indices in the list of landmarks
+  std::size_t tested = 0;  ///< number of these and of those set aside, at most as many as may be measured
   std::vector<Search> searched;
   std::vector<std::size_t> searched_indices;  ///< of those searched for, in the list of landmarks
   std::vector<std::size_t> inliers;           ///< rising indices of `searched`
@@ -74,21 +75,27 @@ class Vision {
         camera_(camera),
         most_measured_(std::min(options.measured_landmarks, bounds.measured)),
         biases_(options, bounds) {
+    retried_.reserve(kLandmarksInView);
     for (auto* list : {&whitened_.now, &whitened_.before})
       list->reserve(static_cast<std::size_t>(most_measured_));
   }
   /// Searches for the landmarks and updates the state with the inliers. Valid until the next call.
-  const VisionResult& update(const cv::Mat& image, const std::vector<Landmark>& landmarks, Kalman& kalman);
+  const VisionResult& update(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks,
+                             Kalman& kalman);
   /// The match biases, which the caller predicts with the state; it also adds new landmarks to them.
   MatchBiases& biases() { return biases_; }
   const MatchBiases& biases() const { return biases_; }
   /// True if landmarks that were in the map before a time are found at their predicted pixels: at least
   /// kLeastRecognized of them, and most of those searched for. Does not update the estimate.
-  bool recognizes(const cv::Mat& image, const std::vector<Landmark>& landmarks, Stamp before, Kalman& kalman);
+  bool recognizes(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks, Stamp before,
+                  Kalman& kalman);
+  /// Of the last search.
+  const VisionResult& result() const { return result_; }
 
  private:
-  void search(const cv::Mat& image, const std::vector<Landmark>& landmarks, std::optional<Stamp> before,
-              Kalman& kalman);
+  void set_aside(const std::vector<Landmark>& landmarks, Stamp t, const State& state);
+  void search(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks,
+              std::optional<Stamp> before, Kalman& kalman);
   void find_inliers(const State& state);
   void add_lagged();
 
@@ -103,7 +110,7 @@ class Vision {
     std::vector<Measurement> measurements;
     std::vector<std::size_t> searched;  // of each match: its index in VisionResult::searched
   } matches_;
-  std::vector<Candidate> candidates_;
+  std::vector<Candidate> candidates_, retried_;
   std::vector<std::size_t> inliers_;  // of the matches
   struct {
     std::vector<std::pair<int, Eigen::Vector2d>> now, before;

@@ -67,7 +67,9 @@ void VisualTracking::track(const VisualInput& in) {
   }
   if (in.tracking.health() == Health::lost && !in.tracking.is_blind()) {
     const Stamp before = in.t - in.interval - in.tracking.lost_for() - kDoubtful;
-    if (!vision_.recognizes(in.image, map_.landmarks(), before, in.kalman)) return relocalize(in);
+    const bool recognized = vision_.recognizes(in.image, in.t, map_.landmarks(), before, in.kalman);
+    if (!recognized) record_searches(in, false);
+    if (!recognized) return relocalize(in);
     confirmer_.clear();
     in.tracking.relocalized();
   }
@@ -85,7 +87,7 @@ std::optional<std::string> VisualTracking::measure(const VisualInput& in) {
   if (!map_.initialize_known(in.image, in.t, in.kalman))
     in.report.refused.add("a known landmark is not seen in the first image");
   report_initialized(before, in.report);
-  const VisionResult& vision = vision_.update(in.image, map_.landmarks(), in.kalman);
+  const VisionResult& vision = vision_.update(in.image, in.t, map_.landmarks(), in.kalman);
   in.report.predicted = static_cast<int>(vision.visible.size());
   in.report.measured = vision.matches;
   if (!vision.inliers.empty()) {
@@ -97,17 +99,12 @@ std::optional<std::string> VisualTracking::measure(const VisualInput& in) {
     if (s.used) in.report.matched.push_back({s.landmark, *s.match});
   in.report.accepted = static_cast<int>(in.report.matched.size());
   const auto vision_nis = vision.gate ? std::optional(vision.gate->value / vision.gate->dof) : std::nullopt;
-  result_.statistics = {seconds(in.interval),
-                        vision.searched.size(),
-                        vision.inliers.size(),
-                        vision.coverage,
-                        vision_nis,
-                        rough_nis(nis_of(in.report.innovations, "height"))};
+  result_.statistics = {
+      seconds(in.interval), vision.tested, vision.inliers.size(),
+      vision.coverage,      vision_nis,    rough_nis(nis_of(in.report.innovations, "height"))};
   if (vision.update) in.report.innovations.push_back({"vision", *vision.update});
   const bool failed = matching_failed(*result_.statistics);
-  if (!failed)  // otherwise the image or the pose is at fault, not the landmarks
-    for (std::size_t i = 0; i < vision.searched.size(); ++i)
-      map_.record_search(vision.searched_indices[i], vision.searched[i].used);
+  record_searches(in, !failed);  // otherwise the image or the pose is at fault, not the landmarks
   for (const std::size_t index : vision.visible_indices) map_.record_visible(index, in.t);
   result_.deleted_young = map_.prune(in.kalman, in.report.deleted);
   const InitializationCount initialized = manage_map(in, vision, !failed && !in.tracking.in_doubt());
@@ -117,6 +114,13 @@ std::optional<std::string> VisualTracking::measure(const VisualInput& in) {
   if (!vision.searched.empty()) return "no landmark found";
   if (initialized.wanted > 0 && initialized.added == 0) return "the image has no corner for a landmark";
   return std::nullopt;
+}
+
+/// counts: see Map::record_search.
+void VisualTracking::record_searches(const VisualInput& in, bool counts) {
+  const VisionResult& vision = vision_.result();
+  for (std::size_t i = 0; i < vision.searched.size(); ++i)
+    map_.record_search(vision.searched_indices[i], vision.searched[i].used, counts, in.t, in.kalman.state());
 }
 
 /// Improves the surface normal of one matched landmark, and adds the change of view to all covariances.

@@ -48,6 +48,7 @@ class VisualTracking {
  private:
   void track(const VisualInput& input);
   std::optional<std::string> measure(const VisualInput& input);
+  void record_searches(const VisualInput& input, bool counts);
   void refine_landmarks(const VisualInput& input, const VisionResult& vision);
   InitializationCount manage_map(const VisualInput& input, const VisionResult& vision, bool may_initialize);
   void report_initialized(std::size_t first, FrameReport& report);

@@ -125,6 +125,7 @@ struct Initialized {
   explicit Initialized(const Options& options) : camera(CameraIntrinsics{}), map(options, camera, 1) {
     map.initialize(image, {}, Stamp(7), {}, kalman, removed);
   }
+  void search(std::size_t i, bool success) { map.record_search(i, success, true, Stamp(8), kalman.state()); }
   std::vector<int> pruned() {
     std::vector<int> deleted;
     map.prune(kalman, deleted);
@@ -246,8 +247,7 @@ TEST(Map, IsNeverLargerThanItsBoundAndThoseOutOfViewThatWereFoundLeastOftenMakeR
   ASSERT_EQ(b.size(), 5u);
   b.map.initialize(b.image, {}, Stamp(7), {}, b.kalman, b.removed);
   EXPECT_TRUE(b.removed.empty());  // all are in view
-  for (const std::size_t i : {0, 1, 4}) b.map.record_search(i, true);
-  b.map.record_search(0, true);
+  for (const std::size_t i : {0, 1, 4, 0}) b.search(i, true);
   for (const std::size_t i : {1, 2}) b.map.record_visible(i, Stamp(9));
   b.map.initialize(b.image, {}, Stamp(9), {}, b.kalman, b.removed);
   EXPECT_EQ(b.removed, (std::vector<int>{3, 4, 0}));  // 1 and 2 are in view
@@ -255,25 +255,43 @@ TEST(Map, IsNeverLargerThanItsBoundAndThoseOutOfViewThatWereFoundLeastOftenMakeR
   EXPECT_EQ(b.kalman.state().size, kRobot + 5 * InverseDepth::kSize);
 }
 
-TEST(Map, DeletesWhatIsBehindOrWasFoundLessThanEverySecondTimeInTenSearchesAndNothingElse) {
+TEST(Map, DeletesWhatIsBehindOrWasFoundLessThanEverySecondTimeBeforeItWasSetAsideAndNothingElse) {
   Initialized b(5);
   const auto search = [&](std::size_t i, int attempts, int successes) {
-    for (int k = 0; k < attempts; ++k) b.map.record_search(i, k < successes);
+    for (int k = 0; k < attempts; ++k) b.search(i, k < successes);
   };
-  search(0, 9, 0);   // not yet searched for often enough
-  search(1, 10, 5);  // just good enough
-  search(2, 10, 4);  // not
-  search(3, 40, 19);
+  search(0, 4, 0);         // not yet searched for often enough
+  search(1, 10, 5);        // just good enough
+  search(2, 9, 4);         // not
+  search(3, 40, 19);       // while it is set aside, failures do not count
   b.know_depth(4, -0.01);  // surely behind its first sight
-  EXPECT_EQ(b.pruned(), (std::vector<int>{4, 3, 2}));
-  EXPECT_EQ(b.size(), 2u);
+  EXPECT_EQ(b.pruned(), (std::vector<int>{4, 2}));
+  EXPECT_EQ(b.size(), 3u);
+}
+
+TEST(Map, ALandmarkIsSetAsideAfterRepeatedFailuresUntilItIsSeenFromElsewhereOrFound) {
+  Initialized b(1);
+  b.know_depth(0, 0.25);
+  const auto is_set_aside = [&] { return b.map.landmarks()[0].is_set_aside(b.kalman.state()); };
+  for (int k = 0; k < 4; ++k) b.search(0, false);
+  EXPECT_FALSE(is_set_aside());
+  b.search(0, false);
+  EXPECT_TRUE(is_set_aside());
+  RobotVector x = b.kalman.state().robot();
+  for (const double y_m : {0.8, 0.0}) {
+    x(kPosition + 1) = y_m - 0.2;
+    b.kalman.predict(x, RobotMatrix::Identity(), RobotMatrix::Zero());
+    EXPECT_EQ(is_set_aside(), y_m == 0);
+  }
+  b.search(0, true);
+  EXPECT_FALSE(is_set_aside());
 }
 
 TEST(Map, CountsThoseThatItDeletesSoonAfterTheirFirstSight) {
   Initialized b(4);
   for (std::size_t i = 0; const auto age : {1s, 9s, 10s}) {
     b.map.record_visible(i, b.map.landmarks()[i].initialized + age);
-    for (int k = 0; k < 10; ++k) b.map.record_search(i, false);
+    for (int k = 0; k < 10; ++k) b.search(i, false);
     ++i;
   }
   std::vector<int> deleted;
@@ -295,7 +313,7 @@ TEST(Map, DeletingAndConvertingLeaveEveryOtherLandmarkItsOwnParameters) {
     // the heading is constrained anew
     EXPECT_LT((view_of_points[i].S - view[i].S).norm(), 1e-3 * view[i].S.norm()) << i;
   }
-  for (int k = 0; k < 10; ++k) b.map.record_search(1, false);
+  for (int k = 0; k < 10; ++k) b.search(1, false);
   ASSERT_EQ(b.pruned().size(), 1u);
   EXPECT_EQ(b.kalman.state().size, kRobot + 6 + 6 + 3 + 6);
   for (std::size_t i = 1; i < 4; ++i) EXPECT_LT((b.pixel(i) - before[i + 1]).norm(), 1e-9) << i;

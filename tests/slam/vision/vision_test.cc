@@ -27,7 +27,7 @@ struct Scene {
     Q.block<4, 4>(kOrientation, kOrientation) = 1e-4 * dq * dq.transpose();
     kalman.predict(kalman.state().robot(), RobotMatrix::Identity(), Q);
   }
-  const VisionResult& update(const cv::Mat& now) { return vision.update(now, landmarks, kalman); }
+  const VisionResult& update(const cv::Mat& now) { return vision.update(now, Stamp(0), landmarks, kalman); }
 
   Options options;
   Camera camera{CameraIntrinsics{}};
@@ -81,9 +81,27 @@ TEST(Vision, MeasuresAtMostAsManyLandmarksAsTheOptionsAndTheirBoundAllow) {
     scene.options.vision.measured_landmarks = wanted;
     scene.options.bounds.measured = bound;
     Vision vision(scene.options.vision, scene.options.bounds, scene.camera);
-    const VisionResult& result = vision.update(scene.image, scene.landmarks, scene.kalman);
+    const VisionResult& result = vision.update(scene.image, Stamp(0), scene.landmarks, scene.kalman);
     EXPECT_EQ(result.visible.size(), 8u);
     EXPECT_EQ(result.searched.size(), measured);
+  }
+}
+
+TEST(Vision, LandmarksThatFailFromThisViewAreNeitherCountedNorSearchedForButTwoOfThemAreRetriedLater) {
+  Scene scene;
+  scene.options.vision.measured_landmarks = 4;
+  Vision vision(scene.options.vision, scene.options.bounds, scene.camera);
+  for (std::size_t i = 0; i < 5; ++i) {
+    scene.landmarks[i].misses = Landmark::kMostMisses;
+    scene.landmarks[i].p_WC_missed = scene.kalman.state().position();
+  }
+  for (const auto& [t, retried] : {std::pair{Stamp(0), 0}, {Stamp(1'000'000'000), 2}}) {
+    const VisionResult& result = vision.update(scene.image, t, scene.landmarks, scene.kalman);
+    EXPECT_EQ(result.visible_indices, (std::vector<std::size_t>{5, 6, 7}));
+    EXPECT_EQ(result.tested, 4U);
+    const auto& all = result.searched_indices;
+    EXPECT_EQ(all.size(), retried == 0 ? 3U : 4U);
+    EXPECT_EQ(std::count_if(all.begin(), all.end(), [](std::size_t i) { return i < 5; }), retried);
   }
 }
 
