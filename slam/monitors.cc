@@ -33,6 +33,7 @@ constexpr double kMostUnreliable = 4;     // landmarks within the memory
 constexpr double kLossMemory_s = 20;
 constexpr double kLossLasts_s = 2;   // as bad as another loss
 constexpr double kMostLosses = 1.5;  // within the memory
+constexpr double kRecovered = 0.5;   // of a loss remains, since the images then fit the map
 
 bool is_finite(const PlannedMotion& plan) {
   return plan.X_PC.matrix().allFinite() && plan.v_PC_C.allFinite() && plan.w_PC_C.allFinite() &&
@@ -98,7 +99,8 @@ bool TrackingMonitor::MovingMean::exceeds(const std::optional<double>& value, do
 
 void TrackingMonitor::judge(const TrackingStatistics& s) {
   if (health_ != Health::ok) return;
-  failing_s_ = matching_failed(s) ? failing_s_ + s.dt_s : 0;
+  in_doubt_ = matching_failed(s);
+  failing_s_ = std::max(0.0, failing_s_ + (in_doubt_ ? s.dt_s : -s.dt_s));
   const bool vision = vision_.exceeds(s.vision_nis, kVisionBound);
   const bool height = height_.exceeds(s.height_nis, kHeightBound);
   if (failing_s_ > options_.lost_after_s) return lose("almost no landmark found");
@@ -109,13 +111,13 @@ void TrackingMonitor::judge(const TrackingStatistics& s) {
 void TrackingMonitor::lose(const std::string& why, bool blind) {
   health_ = Health::lost;
   cause_ = "tracking lost: " + why;
-  refused_ = lost_ = Stamp(0);
+  refused_ = lost_ = not_found_ = Stamp(0);
   blind_loss_ = blind;
 }
 
-void TrackingMonitor::blind(Stamp interval, const std::string& why) {
+void TrackingMonitor::blind(Stamp interval, const std::string& why, bool knows_pose) {
   blind_ += interval;
-  if (health_ == Health::ok && seconds(blind_) > options_.lost_after_s) lose(why, true);
+  if (health_ == Health::ok && (seconds(blind_) > options_.lost_after_s || !knows_pose)) lose(why, true);
 }
 
 void TrackingMonitor::refuse(Stamp interval, const std::string& why) {
@@ -127,10 +129,8 @@ void TrackingMonitor::refuse(Stamp interval, const std::string& why) {
 }
 
 void TrackingMonitor::sees() {
+  if (is_blind()) return relocalized();
   blind_ = Stamp(0);
-  if (!is_blind()) return;
-  health_ = Health::ok;
-  cause_.reset();
 }
 
 void TrackingMonitor::diverge(const std::string& cause) {
@@ -142,7 +142,8 @@ void TrackingMonitor::diverge(const std::string& cause) {
 void TrackingMonitor::remains_lost(Stamp interval) {
   if (health_ != Health::lost) return;
   lost_ += interval;
-  if (seconds(lost_) > options_.give_up_s) diverge(*cause_ + kNotFoundAgain);
+  if (!blind_loss_ || seconds(blind_) > options_.lost_after_s) not_found_ += interval;
+  if (seconds(not_found_) > options_.give_up_s) diverge(*cause_ + kNotFoundAgain);
 }
 
 void GyroNoiseTest::add(const std::vector<InertialSample>& readings) {
@@ -173,7 +174,8 @@ void ImageTest::add(double dt_s, std::size_t searched, std::size_t accepted, std
 void ImageTest::add_health(double dt_s, bool lost, bool good_image) {
   losses_ *= std::exp(-dt_s / kLossMemory_s);
   const bool begins = lost && !lost_;
-  if (begins) loss_counts_ = good_image;
+  if (begins) loss_counts_ = good_image, before_ = losses_;
+  if (!lost && lost_ && loss_counts_) losses_ = before_ + kRecovered;
   if (lost && loss_counts_) losses_ += begins ? 1 : dt_s / kLossLasts_s;
   lost_ = lost;
 }

@@ -35,7 +35,7 @@ class ImageCheck {
 /// The tracking statistics of one frame.
 struct TrackingStatistics {
   double dt_s = 0;
-  std::size_t searched = 0, accepted = 0;        ///< landmarks
+  std::size_t searched = 0, accepted = 0;        ///< landmarks; set aside ones count as searched for
   double coverage = 1;                           ///< fraction of the image that those searched for span
   std::optional<double> vision_nis, height_nis;  ///< per degree of freedom; absent without a measurement
 };
@@ -53,14 +53,14 @@ class TrackingMonitor {
   /// Why the health is not ok.
   const std::optional<std::string>& cause() const { return cause_; }
   /// True if matching failed in the last frame.
-  bool in_doubt() const { return failing_s_ > 0; }
+  bool in_doubt() const { return in_doubt_; }
   /// True if tracking is lost because nothing was seen: the prediction and its covariance are still valid.
   bool is_blind() const { return health_ == Health::lost && blind_loss_; }
   /// Adds a frame; tracking may then be lost. Does nothing if the health is not ok.
   void judge(const TrackingStatistics& statistics);
   /// Adds a frame interval without anything usable seen, and why. Tracking is lost after lost_after_s of such
-  /// intervals without sees() in between.
-  void blind(Stamp interval, const std::string& why);
+  /// intervals without sees() in between, or once the predicted pose is too uncertain.
+  void blind(Stamp interval, const std::string& why, bool knows_pose = true);
   /// Adds a rejected observation, and why. Its stamp may be wrong: each counts as one interval until one is
   /// accepted. Tracking is lost after lost_after_s of them and the filter has diverged after give_up_s more.
   void refuse(Stamp interval, const std::string& why);
@@ -90,8 +90,9 @@ class TrackingMonitor {
   Options::Tracking options_;
   Health health_ = Health::ok;
   std::optional<std::string> cause_;
-  double failing_s_ = 0;
-  Stamp blind_{0}, refused_{0}, lost_{0};  // for how long
+  bool in_doubt_ = false;
+  double failing_s_ = 0;  // matching failed for so much longer than it did not
+  Stamp blind_{0}, refused_{0}, lost_{0}, not_found_{0};  // for how long
   bool blind_loss_ = false;
   MovingMean vision_, height_;
 };
@@ -127,6 +128,7 @@ class ImageTest {
   double searched_ = 0, accepted_ = 0, unreliable_ = 0;  // older ones weigh less
   bool lost_ = false, loss_counts_ = false;
   double losses_ = 0;  // older ones weigh less; one more for every two seconds of a loss
+  double before_ = 0;  // the last loss
 };
 
 /// Tests the sensors against their models. A constant systematic error δ from the start is tested against

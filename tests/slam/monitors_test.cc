@@ -68,8 +68,11 @@ TEST(TrackingMonitor, OnlyRejectedObservationsEndInADivergence) {
 }
 
 TEST(TrackingMonitor, OneGoodFrameInTwoSecondsIsEnough) {
-  const std::vector<std::function<void(TrackingMonitor&)>> good{
-      [](auto& m) { m.judge(kGood); }, [](auto& m) { m.sees(); }, [](auto& m) { m.accept(); }};
+  const std::vector<std::function<void(TrackingMonitor&)>> good{[](auto& m) {
+                                                                  for (int k = 0; k < 3; ++k) m.judge(kGood);
+                                                                },
+                                                                [](auto& m) { m.sees(); },
+                                                                [](auto& m) { m.accept(); }};
   for (std::size_t i = 0; i < kTroubles.size(); ++i) {
     TrackingMonitor monitor{Options::Tracking{}};
     for (int k = 0; k < 40; ++k) {
@@ -78,6 +81,34 @@ TEST(TrackingMonitor, OneGoodFrameInTwoSecondsIsEnough) {
     }
     EXPECT_EQ(monitor.health(), Health::ok) << kTroubles[i].cause;
   }
+}
+
+TEST(TrackingMonitor, ASingleGoodFrameDoesNotOutweighManyWithoutMatches) {
+  TrackingMonitor monitor{Options::Tracking{}};
+  for (int k = 0; k < 12; ++k) monitor.judge(k % 4 == 3 ? kGood : kFailed);
+  EXPECT_EQ(monitor.health(), Health::lost);
+}
+
+TEST(TrackingMonitor, SightAfterALossForgetsEarlierFailures) {
+  TrackingMonitor monitor = monitor_after(4, kFailed);
+  for (int k = 0; k < 5; ++k) monitor.blind(kHalf, "the image is flat");
+  monitor.sees();
+  monitor.judge(kFailed);
+  EXPECT_EQ(monitor.health(), Health::ok);
+}
+
+TEST(TrackingMonitor, WithoutSightItIsLostOnceThePoseIsUncertainAndGivesUpNoSooner) {
+  TrackingMonitor monitor{Options::Tracking{}};
+  monitor.blind(kHalf, "no image arrives", true);
+  EXPECT_EQ(monitor.health(), Health::ok);
+  monitor.blind(kHalf, "no image arrives", false);
+  EXPECT_EQ(monitor.health(), Health::lost);
+  int frames = 0;
+  for (; monitor.health() == Health::lost; ++frames) {
+    monitor.blind(kHalf, "no image arrives", false);
+    monitor.remains_lost(kHalf);
+  }
+  EXPECT_EQ(frames, 3 + 20);  // 2 s without sight are over, and 10 s more
 }
 
 TEST(TrackingMonitor, AnOccludedPartOfTheImageIsNotAFailure) {
@@ -240,10 +271,11 @@ bool fails_after(const std::vector<std::pair<int, int>>& losses, int dark = 300)
   return false;
 }
 
-TEST(ImageTest, FailsWhereTrackingIsLostForLongOrTwiceAlthoughTheImagesAreGood) {
+TEST(ImageTest, FailsWhereTrackingIsLostForLongOrThreeTimesAlthoughTheImagesAreGood) {
   EXPECT_FALSE(fails_after({{100, 115}}));
   EXPECT_TRUE(fails_after({{100, 140}}));
-  EXPECT_TRUE(fails_after({{100, 103}, {200, 203}}));
+  EXPECT_FALSE(fails_after({{100, 103}, {200, 203}}));  // each time, the map was found again
+  EXPECT_TRUE(fails_after({{100, 103}, {150, 153}, {200, 203}}));
   EXPECT_FALSE(fails_after({{100, 290}}, 90));  // the loss started with a bad image
 }
 
