@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 
 #include "slam/motion_model.h"
@@ -11,13 +12,27 @@ namespace slam {
 namespace {
 
 constexpr double kGridVariance_px2 = 1.0 / 12;  // of matches on the raw pixel grid
-constexpr std::size_t kMostLandmarks = 40;
 constexpr int kLeastSuccesses = 10;
 constexpr double kLargestRelativeVariance = 0.04;  // of the position, relative to the squared distance
 constexpr double kLeastCorrelation = 0.85;
 constexpr double kInlierResidual_px = 4;
 constexpr int kPoseIterations = 10;
-constexpr double kSearchPeriod_s = 0.19;  // every sixth frame at 30 Hz
+
+constexpr std::size_t kMostTemplates = 40;  // in one heading
+constexpr std::size_t kMostPlaces = 3000;   // of an image
+constexpr int kPlaceStep_px = 2;
+constexpr double kPlaceBlur_px = 1.2;  // so that a template fits beside its place
+constexpr std::size_t kMostDetections = 48;
+constexpr double kMargin = 0.25;  // of the image's size, since the position is uncertain
+constexpr double kLargestHeightError_m = 0.1;
+constexpr std::size_t kLeastHypothesis = 4;  // detections that agree
+constexpr std::size_t kMostHypotheses = 3;
+constexpr double kSamePlace_m = 0.2, kSameHeading_rad = 0.1;
+constexpr double kVerifySigma_px = 2;
+constexpr double kLikeFirstView = 0.9;  // cosine; landmarks are mostly found from such a view
+constexpr double kLeastShare = 0.5;     // of the landmarks predicted in view
+constexpr double kLead = 2;             // over the share of the second pose
+
 constexpr double kLargestDifference = 5;  // standard deviations
 constexpr double kConfirmation_s = 1, kLongestConfirmation_s = 2;
 constexpr double kLargestMotionError = 0.5;  // of the motion
@@ -26,18 +41,31 @@ constexpr double kWalkingSigma_m_s = 0.3, kWalkingSigma_rad_s = 0.5;
 
 /// A landmark found in the image, perhaps wrongly.
 struct Detection {
+  const Landmark* landmark;
   BearingObservation bearing;
   Eigen::Vector2d pixel;
   Eigen::Matrix3d P;  ///< covariance of the landmark's position
+  double correlation;
 };
 
-/// The detections that agree with a pose, and the sum of their squared residuals in px².
-struct PoseInliers {
-  std::vector<std::size_t> indices;
-  double squared_residuals = 0;
+/// A pose, and the detections that agree with it.
+struct Hypothesis {
+  Eigen::Isometry3d X_WC;
+  std::vector<std::size_t> inliers = {};
+  double squared_residuals = 0;  ///< px², their sum
 };
 
-/// The landmarks of known depth that have been found reliably, those found most often first.
+bool is_better(const Hypothesis& a, const Hypothesis& b) {
+  return std::pair(a.inliers.size(), -a.squared_residuals) >
+         std::pair(b.inliers.size(), -b.squared_residuals);
+}
+
+bool is_same(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+  return (a.translation() - b.translation()).norm() < kSamePlace_m &&
+         Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() < kSameHeading_rad;
+}
+
+/// The landmarks of known depth that have been found reliably.
 std::vector<const Landmark*> reliable_landmarks(const std::vector<Landmark>& landmarks, const State& state) {
   std::vector<const Landmark*> all;
   for (const Landmark& landmark : landmarks) {
@@ -48,52 +76,140 @@ std::vector<const Landmark*> reliable_landmarks(const std::vector<Landmark>& lan
     if (position_covariance(state, landmark).trace() < kLargestRelativeVariance * distance * distance)
       all.push_back(&landmark);
   }
-  std::stable_sort(all.begin(), all.end(),
-                   [](const auto* a, const auto* b) { return a->successes > b->successes; });
-  if (all.size() > kMostLandmarks) all.resize(kMostLandmarks);
   return all;
 }
 
-/// The best match of the unwarped patch anywhere in the image.
-std::optional<Eigen::Vector2d> search_everywhere(const cv::Mat& gray, const Landmark& landmark) {
-  const auto patch = warp(landmark.patch, Eigen::Matrix2d::Identity());
-  if (!patch) return std::nullopt;
-  Eigen::Matrix<float, Template::kPixels, 1> pixels = patch->gray;
-  cv::Mat correlation;
-  cv::matchTemplate(gray, cv::Mat(kPatchSide, kPatchSide, CV_32F, pixels.data()), correlation,
-                    cv::TM_CCOEFF_NORMED);
-  double best = 0;
-  cv::Point at;
-  cv::minMaxLoc(correlation, nullptr, &best, nullptr, &at);
-  if (best < kLeastCorrelation) return std::nullopt;
-  return Eigen::Vector2d(at.x + kPatchHalf, at.y + kPatchHalf);
-}
+/// A landmark in the view of a camera: its pixel, and the change of view since it was first seen.
+struct InView {
+  const Landmark* landmark;
+  Eigen::Vector3d p_W;
+  Eigen::Vector2d pixel;
+  Eigen::Matrix2d view_change;
+};
 
-std::vector<Detection> detect(const cv::Mat& image, const std::vector<Landmark>& landmarks,
-                              const State& state, const Camera& camera) {
-  cv::Mat gray;
-  image.convertTo(gray, CV_32F);
-  std::vector<Detection> all;
-  for (const Landmark* landmark : reliable_landmarks(landmarks, state)) {
-    const auto pixel = search_everywhere(gray, *landmark);
-    const auto ray = pixel ? camera.unproject(*pixel) : std::nullopt;
-    if (!ray) continue;
+/// margin: of the image's size around it.
+std::vector<InView> in_view(const std::vector<const Landmark*>& landmarks, const State& state,
+                            const Eigen::Isometry3d& X_WC, const Camera& camera, double margin) {
+  const CameraIntrinsics& image = camera.intrinsics();
+  std::vector<InView> all;
+  for (const Landmark* landmark : landmarks) {
     const Eigen::Vector3d p_W = position(landmark->kind, landmark->parameters(state));
-    all.push_back({{p_W, ray->h.normalized()}, *pixel, position_covariance(state, *landmark)});
+    const auto projection = camera.project(X_WC.inverse() * p_W);
+    if (!projection) continue;
+    const Eigen::Vector2d& pixel = projection->pixel;
+    const double u = pixel.x() / image.width_px, v = pixel.y() / image.height_px;
+    if (std::min(u, v) < -margin || std::max(u, v) > 1 + margin) continue;
+    const Eigen::Vector3d normal_W = surface_normal(landmark->X_WC_first, p_W, landmark->tilt);
+    if (const auto change = view_change(camera, landmark->X_WC_first, X_WC, p_W, normal_W, pixel))
+      all.push_back({landmark, p_W, pixel, *change});
   }
   return all;
 }
 
-PoseInliers inliers_of(const Eigen::Isometry3d& X_WC, const std::vector<Detection>& detections,
-                       const Camera& camera) {
-  PoseInliers inliers;
-  for (std::size_t i = 0; i < detections.size(); ++i) {
-    const auto projection = camera.project(X_WC.inverse() * detections[i].bearing.p_W);
-    if (!projection || !((projection->pixel - detections[i].pixel).norm() < kInlierResidual_px)) continue;
-    inliers.indices.push_back(i);
-    inliers.squared_residuals += (projection->pixel - detections[i].pixel).squaredNorm();
+using Gray = Eigen::Matrix<float, Template::kPixels, 1>;
+
+/// The textured places of an image, on a lattice, with their normalized blurred surroundings in columns.
+struct Places {
+  std::vector<cv::Point> at;
+  Eigen::Matrix<float, Template::kPixels, Eigen::Dynamic> gray;
+};
+
+Places textured_places(const cv::Mat& image) {
+  cv::Mat strength, blurred;
+  cv::cornerMinEigenVal(image, strength, kPatchSide);
+  cv::GaussianBlur(image, blurred, {}, kPlaceBlur_px);
+  std::vector<std::pair<float, int>> all;
+  const int margin = kPatchHalf + 1;
+  for (int v = margin; v < image.rows - margin; v += kPlaceStep_px)
+    for (int u = margin; u < image.cols - margin; u += kPlaceStep_px)
+      all.emplace_back(-strength.ptr<float>(v)[u], v * image.cols + u);
+  if (all.size() > kMostPlaces) {
+    std::nth_element(all.begin(), all.begin() + kMostPlaces, all.end());
+    all.resize(kMostPlaces);
   }
-  return inliers;
+  Places places;
+  places.gray.resize(Template::kPixels, static_cast<Eigen::Index>(all.size()));
+  for (const auto& [negative, index] : all) {
+    const cv::Point at(index % image.cols, index / image.cols);
+    auto column = places.gray.col(static_cast<Eigen::Index>(places.at.size()));
+    for (int j = 0; j < kPatchSide; ++j)
+      for (int i = 0; i < kPatchSide; ++i)
+        column(j * kPatchSide + i) = blurred.ptr<uchar>(at.y + j - kPatchHalf)[at.x + i - kPatchHalf];
+    column.array() -= column.mean();
+    column /= std::max(column.norm(), 1.0F);
+    places.at.push_back(at);
+  }
+  return places;
+}
+
+/// The template of a landmark under a change of view, blurred as the places are.
+std::optional<Gray> blurred_template(const Landmark& landmark, const Eigen::Matrix2d& view_change) {
+  SourcePatch patch = landmark.patch;
+  const cv::Mat gray(kSourceSide, kSourceSide, CV_32F, patch.gray.data());
+  cv::GaussianBlur(gray, gray, {}, kPlaceBlur_px);
+  const auto blurred = warp(patch, view_change);
+  return blurred ? std::optional<Gray>(blurred->gray) : std::nullopt;
+}
+
+/// The landmark near a pixel, if its template correlates well there.
+std::optional<Detection> detection(const cv::Mat& image, const InView& seen, const Template& patch,
+                                   const Eigen::Vector2d& near, const State& state, const Camera& camera) {
+  const auto match = refine(image, patch, near);
+  const auto ray = match ? camera.unproject(match->pixel) : std::nullopt;
+  if (!ray || match->correlation < kLeastCorrelation) return std::nullopt;
+  return Detection{seen.landmark,
+                   {seen.p_W, ray->h.normalized()},
+                   match->pixel,
+                   position_covariance(state, *seen.landmark),
+                   match->correlation};
+}
+
+/// Where in the image the landmarks may be that a camera near X_WC sees: each at most at two places.
+std::vector<Detection> detect(const cv::Mat& image, const std::vector<const Landmark*>& landmarks,
+                              const State& state, const Eigen::Isometry3d& X_WC, const Camera& camera) {
+  std::vector<InView> seen = in_view(landmarks, state, X_WC, camera, kMargin);
+  std::stable_sort(seen.begin(), seen.end(), [](const InView& a, const InView& b) {
+    return a.landmark->successes > b.landmark->successes;
+  });
+  if (seen.size() > kMostTemplates) seen.resize(kMostTemplates, seen.front());
+  if (seen.size() < kLeastRecognized) return {};
+  const Places places = textured_places(image);
+  std::vector<Detection> all;
+  for (const InView& landmark : seen) {
+    const auto blurred = blurred_template(*landmark.landmark, landmark.view_change);
+    const auto patch = warp(landmark.landmark->patch, landmark.view_change);
+    if (!blurred || !patch) continue;
+    Eigen::RowVectorXf correlation = blurred->transpose() * places.gray;
+    for (int choice = 0; choice < 2; ++choice) {
+      Eigen::Index best = 0;
+      correlation.maxCoeff(&best);
+      const cv::Point at = places.at[static_cast<std::size_t>(best)];
+      for (std::size_t k = 0; k < places.at.size(); ++k)
+        if (std::abs(places.at[k].x - at.x) <= kPatchHalf && std::abs(places.at[k].y - at.y) <= kPatchHalf)
+          correlation(static_cast<Eigen::Index>(k)) = -1;
+      if (const auto found = detection(image, landmark, *patch, {at.x, at.y}, state, camera))
+        all.push_back(*found);
+    }
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const auto& a, const auto& b) { return a.correlation > b.correlation; });
+  if (all.size() > kMostDetections) all.resize(kMostDetections, all.front());
+  return all;
+}
+
+Hypothesis hypothesis(const Eigen::Isometry3d& X_WC, const std::vector<Detection>& detections,
+                      const Camera& camera) {
+  Hypothesis found{X_WC};
+  const Eigen::Isometry3d X_CW = X_WC.inverse();
+  for (std::size_t i = 0; i < detections.size(); ++i) {
+    const auto projection = camera.project(X_CW * detections[i].bearing.p_W);
+    if (!projection) continue;
+    const double squared = (projection->pixel - detections[i].pixel).squaredNorm();
+    if (!(squared < kInlierResidual_px * kInlierResidual_px)) continue;
+    found.inliers.push_back(i);
+    found.squared_residuals += squared;
+  }
+  return found;
 }
 
 /// The camera position nearest to both rays, given its orientation.
@@ -110,12 +226,15 @@ Eigen::Vector3d intersection(const BearingObservation& first, const BearingObser
   return A.ldlt().solve(b);
 }
 
-/// Refines the pose by Gauss-Newton; the uncertainty of each landmark counts as noise of its pixel.
+/// Refines the pose by Gauss-Newton; the uncertainty of each landmark counts as noise of its pixel. If the
+/// residuals are larger than these noises, so is the covariance.
 Estimate refine(Eigen::Isometry3d X_WC, const std::vector<Detection>& detections,
                 const std::vector<std::size_t>& inliers, const Camera& camera, double sigma_px) {
   Matrix6d information = Matrix6d::Identity();
+  double squares = 0;
   for (int k = 0; k < kPoseIterations; ++k) {
     information.setZero();
+    squares = 0;
     Vector6d gradient = Vector6d::Zero();
     for (const std::size_t i : inliers) {
       const Eigen::Vector3d h = X_WC.inverse() * detections[i].bearing.p_W;
@@ -127,14 +246,17 @@ Estimate refine(Eigen::Isometry3d X_WC, const std::vector<Detection>& detections
       const Eigen::Matrix2d R = (sigma_px * sigma_px + kGridVariance_px2) * Eigen::Matrix2d::Identity() +
                                 J_p * detections[i].P * J_p.transpose();
       const Eigen::Matrix<double, 6, 2> JtW = R.llt().solve(J).transpose();
+      const Eigen::Vector2d residual = detections[i].pixel - projection->pixel;
       information += JtW * J;
-      gradient += JtW * (detections[i].pixel - projection->pixel);
+      gradient += JtW * residual;
+      squares += residual.dot(R.llt().solve(residual));
     }
     const Vector6d step = information.ldlt().solve(gradient);
     X_WC.linear() = X_WC.linear() * rotation_matrix(quaternion_exp(step.head<3>()));
     X_WC.translation() += step.tail<3>();
   }
-  return {Stamp(0), X_WC, information.ldlt().solve(Matrix6d::Identity())};
+  const double freedom = std::max(1.0, 2.0 * static_cast<double>(inliers.size()) - 6);
+  return {Stamp(0), X_WC, std::max(1.0, squares / freedom) * information.ldlt().solve(Matrix6d::Identity())};
 }
 
 /// True if two poses are the same within their uncertainties.
@@ -148,12 +270,6 @@ bool agree(const Estimate& found, const Estimate& predicted) {
 }
 
 }  // namespace
-
-bool RelocalizationConfirmer::is_due(Stamp t) {
-  if (searched_ && seconds(t - *searched_) < kSearchPeriod_s) return false;
-  searched_ = t;
-  return true;
-}
 
 bool RelocalizationConfirmer::confirms(const Estimate& found, const Estimate& predicted, bool plan_is_known) {
   if (agree(found, predicted)) return true;
@@ -192,24 +308,90 @@ std::vector<Eigen::Isometry3d> poses_from_two(const BearingObservation& first,
   return poses;
 }
 
-std::optional<Estimate> relocalize(const cv::Mat& image, const std::vector<Landmark>& landmarks,
-                                   const State& state, const Camera& camera, double sigma_px) {
-  const std::vector<Detection> detections = detect(image, landmarks, state, camera);
-  PoseInliers best;
-  Eigen::Isometry3d X_best = Eigen::Isometry3d::Identity();
+namespace {
+
+/// The best few poses of every two detections, no two of them alike, the best first.
+std::vector<Hypothesis> hypotheses(const std::vector<Detection>& detections, const Eigen::Isometry3d& X_WC,
+                                   const Camera& camera) {
+  std::vector<Hypothesis> best;
   for (std::size_t i = 0; i < detections.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      for (const auto& X_WC :
-           poses_from_two(detections[i].bearing, detections[j].bearing, state.X_WC().linear())) {
-        PoseInliers inliers = inliers_of(X_WC, detections, camera);
-        if (std::pair(inliers.indices.size(), -inliers.squared_residuals) <=
-            std::pair(best.indices.size(), -best.squared_residuals))
-          continue;
-        best = std::move(inliers);
-        X_best = X_WC;
+    for (std::size_t j = 0; j < i; ++j) {
+      if (detections[i].landmark == detections[j].landmark) continue;
+      for (const auto& X : poses_from_two(detections[i].bearing, detections[j].bearing, X_WC.linear())) {
+        if (std::abs(X.translation().z() - X_WC.translation().z()) > kLargestHeightError_m) continue;
+        Hypothesis found = hypothesis(X, detections, camera);
+        if (found.inliers.size() < kLeastHypothesis) continue;
+        const auto alike =
+            std::find_if(best.begin(), best.end(), [&](const auto& other) { return is_same(X, other.X_WC); });
+        if (alike != best.end()) {
+          if (is_better(found, *alike)) *alike = std::move(found);
+        } else {
+          best.push_back(std::move(found));
+        }
       }
-  if (best.indices.size() < kLeastRecognized) return std::nullopt;
-  return refine(X_best, detections, best.indices, camera, sigma_px);
+    }
+  std::stable_sort(best.begin(), best.end(), is_better);
+  if (best.size() > kMostHypotheses) best.resize(kMostHypotheses);
+  return best;
+}
+
+/// A pose that the landmarks predicted in view confirm, and the share of them that is found.
+struct Verified {
+  Estimate pose;
+  std::size_t found = 0;
+  double share = 0;
+};
+
+Verified verify(const Estimate& pose, const cv::Mat& image, const std::vector<const Landmark*>& landmarks,
+                const State& state, const Camera& camera, double sigma_px) {
+  std::vector<Detection> found;
+  std::size_t predicted = 0;
+  for (const InView& seen : in_view(landmarks, state, pose.X_WC, camera, 0)) {
+    const Eigen::Vector3d now = pose.X_WC.translation() - seen.p_W,
+                          first = seen.landmark->X_WC_first.translation() - seen.p_W;
+    const auto patch = warp(seen.landmark->patch, seen.view_change);
+    if (!patch || !camera.inside(seen.pixel, kPatchSide) ||
+        now.dot(first) < kLikeFirstView * now.norm() * first.norm())
+      continue;
+    ++predicted;
+    const auto near = search_ellipse(image, *patch, seen.pixel,
+                                     kVerifySigma_px * kVerifySigma_px * Eigen::Matrix2d::Identity(), 3);
+    if (const auto at = near ? detection(image, seen, *patch, near->pixel, state, camera) : std::nullopt)
+      found.push_back(*at);
+  }
+  const auto first = hypothesis(pose.X_WC, found, camera).inliers;
+  Verified verified{pose};
+  if (first.size() < kLeastRecognized) return verified;
+  verified.pose = refine(pose.X_WC, found, first, camera, sigma_px);
+  verified.found = hypothesis(verified.pose.X_WC, found, camera).inliers.size();
+  verified.share = static_cast<double>(verified.found) / static_cast<double>(predicted);
+  return verified;
+}
+
+}  // namespace
+
+std::optional<Estimate> relocalize(const cv::Mat& image, const std::vector<Landmark>& landmarks,
+                                   const State& state, double turn, const Camera& camera, double sigma_px) {
+  Eigen::Isometry3d X_WC = state.X_WC();
+  X_WC.linear() = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()) * X_WC.linear();
+  const std::vector<const Landmark*> reliable = reliable_landmarks(landmarks, state);
+  const std::vector<Detection> detections = detect(image, reliable, state, X_WC, camera);
+  std::vector<Verified> poses;
+  for (const Hypothesis& candidate : hypotheses(detections, X_WC, camera))
+    poses.push_back(verify(refine(candidate.X_WC, detections, candidate.inliers, camera, sigma_px), image,
+                           reliable, state, camera, sigma_px));
+  const auto best = std::max_element(poses.begin(), poses.end(),
+                                     [](const auto& a, const auto& b) { return a.found < b.found; });
+  if (best == poses.end() || best->found < kLeastRecognized || best->share < kLeastShare) return std::nullopt;
+  for (const Verified& other : poses) {
+    if (kLead * other.share > best->share && !is_same(other.pose.X_WC, best->pose.X_WC)) return std::nullopt;
+  }
+  return best->pose;
+}
+
+double Headings::next() {
+  const int k = searched_++ % kCount;  // 0, 1, -1, 2, -2, ...
+  return first_ + kStep * (k % 2 == 1 ? (k + 1) / 2 : -k / 2);
 }
 
 RobotState relocalized_state(const Estimate& found, const State& before) {

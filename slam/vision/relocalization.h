@@ -2,6 +2,8 @@
 // two of them and confirmed by others.
 #pragma once
 
+#include <numbers>
+
 #include "slam/vision/landmark.h"
 
 namespace slam {
@@ -19,18 +21,32 @@ struct BearingObservation {
 std::vector<Eigen::Isometry3d> poses_from_two(const BearingObservation& first,
                                               const BearingObservation& second, const Eigen::Matrix3d& R_WC);
 
-/// Searches for well-known landmarks in the whole image and tries the poses of every two of them; the tilt is
-/// that of the state, which gyro and gravity maintain. Nothing if fewer than kLeastRecognized landmarks agree
-/// on a pose within 4 px. The time of the estimate is left 0.
+/// Searches the image for the landmarks that a camera near the state's position, turned about the vertical by
+/// `turn` from its orientation, would see, and tries the poses of every two of them; the tilt and roughly the
+/// height are those of the state, which gyro, gravity and plan maintain. A pose is accepted if it is clearly
+/// the best and at least half of the landmarks that it predicts in view are found there, at least
+/// kLeastRecognized. The work is bounded whatever the size of the map. The time of the estimate is left 0.
 std::optional<Estimate> relocalize(const cv::Mat& image, const std::vector<Landmark>& landmarks,
-                                   const State& state, const Camera& camera, double sigma_px);
+                                   const State& state, double turn, const Camera& camera, double sigma_px);
+
+/// The turns to search in turn, one in each image: all around, beginning with the one most likely.
+class Headings {
+ public:
+  double next();
+  /// Begins with the turn of a pose that was found.
+  void begin_with(double turn) { first_ = turn, searched_ = 0; }
+
+ private:
+  static constexpr int kCount = 8;
+  static constexpr double kStep = 2 * std::numbers::pi / kCount;  // half of what a camera sees
+  double first_ = 0;
+  int searched_ = 0;
+};
 
 /// Confirms poses found in the images of a lost filter. Landmarks that move with the camera, for example on
 /// something that covers the view, would otherwise be recognized too.
 class RelocalizationConfirmer {
  public:
-  /// True if the image at t is to be searched: five a second, because a search takes longer than a frame.
-  bool is_due(Stamp t);
   /// Adds a pose found and the filter's prediction. It is confirmed if both agree within their
   /// uncertainties, or if the poses found over the last second or two have moved as predicted: up to half the
   /// motion, because gyro or plan may have caused the loss. Without a plan, only rotations are compared.
@@ -41,7 +57,6 @@ class RelocalizationConfirmer {
   struct Poses {
     Estimate found, predicted;
   };
-  std::optional<Stamp> searched_;
   std::optional<Poses> first_;  // that is to be confirmed
 };
 

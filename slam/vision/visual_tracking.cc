@@ -6,7 +6,8 @@ namespace slam {
 namespace {
 
 constexpr double kLongestInterval_s = 0.5;  // between frames; in a longer one, frames are missing
-constexpr double kLargestTurn_rad = 0.1;    // 1σ; beyond it an update is too far from linear
+constexpr double kLargestTurn_rad = 0.05;   // 1σ; beyond it an update is too far from linear
+constexpr double kLargestShift_m = 0.1;     // 1σ; beyond it matches near a prediction may be others'
 constexpr Stamp kDoubtful{3'000'000'000};   // before a loss, when landmarks may have been initialized wrongly
 
 constexpr double kRoughHeight_m = 0.03;  // the paper's standard deviation of the height, for judging it
@@ -16,6 +17,13 @@ std::optional<double> rough_nis(const std::optional<Nis>& height) {
   if (!height) return std::nullopt;
   const double S = std::exp(height->log_determinant);
   return height->value * S / (S + kRoughHeight_m * kRoughHeight_m);
+}
+
+bool knows_turn(const Estimate& pose) {
+  return pose.covariance.diagonal().head<3>().maxCoeff() < kLargestTurn_rad * kLargestTurn_rad;
+}
+bool knows_place(const Estimate& pose) {
+  return pose.covariance.diagonal().tail<3>().maxCoeff() < kLargestShift_m * kLargestShift_m;
 }
 
 }  // namespace
@@ -41,12 +49,12 @@ VisualResult VisualTracking::step(const VisualInput& in) {
   result_ = {};
   if (!enabled_) return result_;
   if (in.image.empty()) {
-    in.tracking.blind(in.interval, "no image arrives");
+    blind(in, "no image arrives");
     return result_;
   }
   if (const auto defect = image_check_.defect(in.image, in.stands_still)) {
     in.report.refused.add(defect->reason);
-    if (defect->blinds) in.tracking.blind(in.interval, defect->reason);
+    if (defect->blinds) blind(in, defect->reason);
   } else {
     track(in);
   }
@@ -54,24 +62,27 @@ VisualResult VisualTracking::step(const VisualInput& in) {
   return result_;
 }
 
+void VisualTracking::blind(const VisualInput& in, const std::string& why) {
+  const Estimate pose = pose_estimate(in.kalman.state(), in.t);
+  in.tracking.blind(in.interval, why, knows_turn(pose) && knows_place(pose));
+}
+
 /// Measures the landmarks of the map in a usable image, and searches for the map if the filter is lost.
 void VisualTracking::track(const VisualInput& in) {
   result_.good_image = !(seconds(in.interval) > kLongestInterval_s);
   const bool was_lost = in.tracking.health() == Health::lost, was_blind = in.tracking.is_blind();
-  if (!result_.good_image) in.tracking.blind(in.interval, "no frame arrives");
+  if (!result_.good_image) blind(in, "no frame arrives");
   const Estimate pose = pose_estimate(in.kalman.state(), in.t);
-  if (in.tracking.health() == Health::lost &&
-      !(pose.covariance.diagonal().head<3>().maxCoeff() < kLargestTurn_rad * kLargestTurn_rad)) {
+  if (in.tracking.health() == Health::lost && !knows_turn(pose)) {
     if (was_lost) relocalize(in);  // a loss is reported once at least
     return;
   }
-  if (in.tracking.health() == Health::lost && !in.tracking.is_blind()) {
+  if (in.tracking.health() == Health::lost && !(in.tracking.is_blind() && knows_place(pose))) {
     const Stamp before = in.t - in.interval - in.tracking.lost_for() - kDoubtful;
     const bool recognized = vision_.recognizes(in.image, in.t, map_.landmarks(), before, in.kalman);
     if (!recognized) record_searches(in, false);
     if (!recognized) return relocalize(in);
-    confirmer_.clear();
-    in.tracking.relocalized();
+    recovered(in);
   }
   if (const auto unseen = measure(in)) {
     in.tracking.blind(in.interval, *unseen);
@@ -153,16 +164,24 @@ void VisualTracking::report_initialized(std::size_t first, FrameReport& report) 
 }
 
 void VisualTracking::relocalize(const VisualInput& in) {
-  if (!confirmer_.is_due(in.t)) return;
-  auto found = slam::relocalize(in.image, map_.landmarks(), in.kalman.state(), camera_, sigma_px_);
-  if (!found) return;
+  const Estimate predicted = pose_estimate(in.kalman.state(), in.t);
+  auto found =
+      slam::relocalize(in.image, map_.landmarks(), in.kalman.state(), headings_.next(), camera_, sigma_px_);
+  if (!found || !knows_turn(*found) || !knows_place(*found)) return;
   found->t = in.t;
-  if (!confirmer_.confirms(*found, pose_estimate(in.kalman.state(), in.t), in.has_plan)) return;
-  confirmer_.clear();
+  const Eigen::Matrix3d turn = found->X_WC.linear() * predicted.X_WC.linear().transpose();
+  headings_.begin_with(std::atan2(turn(1, 0), turn(0, 0)));
+  if (!confirmer_.confirms(*found, predicted, in.has_plan)) return;
   in.kalman.reset_robot(relocalized_state(*found, in.kalman.state()));
   vision_.biases().clear(in.kalman);
-  in.tracking.relocalized();
+  recovered(in);
   in.report.relocalized = true;
+}
+
+void VisualTracking::recovered(const VisualInput& in) {
+  confirmer_.clear();
+  headings_ = {};
+  in.tracking.relocalized();
 }
 
 }  // namespace slam

@@ -46,6 +46,7 @@ class VisualTracking {
   VisualResult step(const VisualInput& input);
 
  private:
+  void blind(const VisualInput& input, const std::string& why);
   void track(const VisualInput& input);
   std::optional<std::string> measure(const VisualInput& input);
   void record_searches(const VisualInput& input, bool counts);
@@ -53,6 +54,7 @@ class VisualTracking {
   InitializationCount manage_map(const VisualInput& input, const VisionResult& vision, bool may_initialize);
   void report_initialized(std::size_t first, FrameReport& report);
   void relocalize(const VisualInput& input);
+  void recovered(const VisualInput& input);
 
   bool enabled_;
   double sigma_px_;
@@ -61,6 +63,7 @@ class VisualTracking {
   Vision vision_;
   Map map_;
   RelocalizationConfirmer confirmer_;
+  Headings headings_;
   VisualResult result_;
 };
 

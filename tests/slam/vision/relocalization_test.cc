@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
 #include <tuple>
 
 #include "slam/filter.h"
+#include "slam/vision/active_search.h"
+#include "slam/vision/map.h"
 #include "tests/slam/test_scenes.h"
 
 namespace slam {
@@ -88,11 +91,73 @@ TEST(RelocalizationConfirmer, ComparesNoDistancesWithoutAPlan) {
   EXPECT_TRUE(confirmer.confirms(estimate(1, 2, 0.2), estimate(1, 1, 0.2), false));
 }
 
-TEST(RelocalizationConfirmer, SearchesFiveTimesASecond) {
-  RelocalizationConfirmer confirmer;
-  int searches = 0;
-  for (int k = 0; k < 60; ++k) searches += confirmer.is_due(at_s(k / 30.0)) ? 1 : 0;
-  EXPECT_EQ(searches, 10);
+TEST(Headings, AreAllAroundBeginningWithTheMostLikely) {
+  Headings headings;
+  headings.begin_with(1);
+  std::set<int> eighths;
+  for (int k = 0; k < 8; ++k) {
+    const double turn = headings.next() - 1;
+    if (k == 0) {
+      EXPECT_EQ(turn, 0);
+    }
+    eighths.insert((static_cast<int>(std::lround(turn / (std::numbers::pi / 4))) + 8) % 8);
+  }
+  EXPECT_EQ(eighths.size(), 8U);
+}
+
+/// A map of landmarks of known depth, seen by a camera that looks along +x.
+struct MapScene {
+  MapScene() {
+    options.depth.sigma_inverse_1_m = 0.001;
+    std::mt19937_64 random(1);
+    std::vector<Eigen::Vector2d> occupied;
+    while (landmarks.size() < 24) {
+      const auto corner = propose_corner(image, occupied, options.vision, random);
+      if (!corner) continue;
+      occupied.push_back(corner->cast<double>());
+      // The depths differ, since a plane has two poses.
+      options.depth.inverse_1_m = 0.2 + 0.1 * static_cast<double>(landmarks.size() % 3);
+      landmarks.push_back(*initialize_landmark(image, {}, Stamp(0), *corner, camera, options, kalman));
+      landmarks.back().successes = landmarks.back().attempts = 100;
+    }
+  }
+  /// The pose found with a state that is turned by an angle; searched for at another.
+  std::optional<Estimate> found(const cv::Mat& now, double turned = 0, double turn = 0) {
+    State state = kalman.state();
+    const Eigen::Isometry3d X_WC = pose(turned, {0, 0, 1}, {0, 0, 0}) * state.X_WC();
+    const Eigen::Quaterniond q(X_WC.linear());
+    state.storage_x.segment<4>(kOrientation) << q.w(), q.x(), q.y(), q.z();
+    return relocalize(now, landmarks, state, turn, camera, 0.1);
+  }
+
+  Options options;
+  Camera camera{CameraIntrinsics{}};
+  cv::Mat image = random_blocks(320, 8, 5);
+  Kalman kalman{{looking_ahead(), 1e-8 * RobotMatrix::Identity()}, false};
+  std::vector<Landmark> landmarks;
+};
+
+TEST(Relocalization, FindsThePoseInTheHeadingThatItSearches) {
+  MapScene scene;
+  for (const auto& [turned, turn] : {std::pair{0.0, 0.0}, {2.0, -2.0}, {2.0, -1.7}}) {
+    const auto found = scene.found(scene.image, turned, turn);
+    ASSERT_TRUE(found) << turned << turn;
+    EXPECT_LT((found->X_WC.matrix() - scene.kalman.state().X_WC().matrix()).norm(), 0.02);
+  }
+  EXPECT_FALSE(scene.found(scene.image, 2.0, 0));
+}
+
+TEST(Relocalization, DoesNotAcceptAPoseAtWhichMostOfThePredictedLandmarksAreMissing) {
+  MapScene scene;
+  for (const int present : {10, 20}) {
+    cv::Mat now = random_blocks(320, 8, 6);
+    for (int i = 0; i < present; ++i) {
+      const Eigen::Vector2i at = scene.landmarks[static_cast<std::size_t>(i)].pixel_first.cast<int>();
+      const cv::Rect around = cv::Rect(at.x() - 8, at.y() - 8, 17, 17) & cv::Rect(0, 0, 320, 240);
+      scene.image(around).copyTo(now(around));
+    }
+    EXPECT_EQ(scene.found(now).has_value(), present == 20) << present;
+  }
 }
 
 const synthetic::Recording& walk() {
