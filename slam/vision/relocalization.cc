@@ -25,6 +25,7 @@ constexpr double kPlaceBlur_px = 1.2;  // so that a template fits beside its pla
 constexpr std::size_t kMostDetections = 48;
 constexpr double kMargin = 0.25;  // of the image's size, since the position is uncertain
 constexpr double kLargestHeightError_m = 0.1;
+constexpr double kLeastAhead = 0.5;          // cosine of the angle to the heading that is searched
 constexpr std::size_t kLeastHypothesis = 4;  // detections that agree
 constexpr std::size_t kMostHypotheses = 3;
 constexpr double kSamePlace_m = 0.2, kSameHeading_rad = 0.1;
@@ -310,7 +311,7 @@ std::vector<Eigen::Isometry3d> poses_from_two(const BearingObservation& first,
 
 namespace {
 
-/// The best few poses of every two detections, no two of them alike, the best first.
+/// The best few poses of every two detections, no two of them alike, near the height and heading of X_WC.
 std::vector<Hypothesis> hypotheses(const std::vector<Detection>& detections, const Eigen::Isometry3d& X_WC,
                                    const Camera& camera) {
   std::vector<Hypothesis> best;
@@ -318,20 +319,21 @@ std::vector<Hypothesis> hypotheses(const std::vector<Detection>& detections, con
     for (std::size_t j = 0; j < i; ++j) {
       if (detections[i].landmark == detections[j].landmark) continue;
       for (const auto& X : poses_from_two(detections[i].bearing, detections[j].bearing, X_WC.linear())) {
-        if (std::abs(X.translation().z() - X_WC.translation().z()) > kLargestHeightError_m) continue;
+        if (std::abs(X.translation().z() - X_WC.translation().z()) > kLargestHeightError_m ||
+            X.linear().col(2).dot(X_WC.linear().col(2)) < kLeastAhead)
+          continue;
         Hypothesis found = hypothesis(X, detections, camera);
         if (found.inliers.size() < kLeastHypothesis) continue;
-        const auto alike =
-            std::find_if(best.begin(), best.end(), [&](const auto& other) { return is_same(X, other.X_WC); });
-        if (alike != best.end()) {
-          if (is_better(found, *alike)) *alike = std::move(found);
-        } else {
+        auto other =
+            std::find_if(best.begin(), best.end(), [&](const auto& kept) { return is_same(X, kept.X_WC); });
+        if (other == best.end() && best.size() < kMostHypotheses) {
           best.push_back(std::move(found));
+          continue;
         }
+        if (other == best.end()) other = std::max_element(best.begin(), best.end(), is_better);  // the worst
+        if (is_better(found, *other)) *other = std::move(found);
       }
     }
-  std::stable_sort(best.begin(), best.end(), is_better);
-  if (best.size() > kMostHypotheses) best.resize(kMostHypotheses);
   return best;
 }
 
