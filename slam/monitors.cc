@@ -111,13 +111,16 @@ void TrackingMonitor::judge(const TrackingStatistics& s) {
 void TrackingMonitor::lose(const std::string& why, bool blind) {
   health_ = Health::lost;
   cause_ = "tracking lost: " + why;
-  refused_ = lost_ = not_found_ = Stamp(0);
+  refused_ = lost_ = Stamp(0);
   blind_loss_ = blind;
 }
 
 void TrackingMonitor::blind(Stamp interval, const std::string& why, bool knows_pose) {
   blind_ += interval;
-  if (health_ == Health::ok && (seconds(blind_) > options_.lost_after_s || !knows_pose)) lose(why, true);
+  if (health_ != Health::ok || (seconds(blind_) <= options_.lost_after_s && knows_pose)) return;
+  lose(why, true);
+  const std::chrono::duration<double> allowed(options_.lost_after_s);
+  lost_ = std::min(Stamp(0), blind_ - std::chrono::duration_cast<Stamp>(allowed));  // gives up no sooner
 }
 
 void TrackingMonitor::refuse(Stamp interval, const std::string& why) {
@@ -142,8 +145,7 @@ void TrackingMonitor::diverge(const std::string& cause) {
 void TrackingMonitor::remains_lost(Stamp interval) {
   if (health_ != Health::lost) return;
   lost_ += interval;
-  if (!blind_loss_ || seconds(blind_) > options_.lost_after_s) not_found_ += interval;
-  if (seconds(not_found_) > options_.give_up_s) diverge(*cause_ + kNotFoundAgain);
+  if (seconds(lost_) > options_.give_up_s) diverge(*cause_ + kNotFoundAgain);
 }
 
 void GyroNoiseTest::add(const std::vector<InertialSample>& readings) {

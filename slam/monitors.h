@@ -36,7 +36,7 @@ class ImageCheck {
 struct TrackingStatistics {
   double dt_s = 0;
   std::size_t searched = 0, accepted = 0;        ///< landmarks; set aside ones count as searched for
-  double coverage = 1;                           ///< fraction of the image that those searched for span
+  double coverage = 1;                           ///< fraction of the image that all in view span
   std::optional<double> vision_nis, height_nis;  ///< per degree of freedom; absent without a measurement
 };
 
@@ -72,7 +72,7 @@ class TrackingMonitor {
   void diverge(const std::string& cause);
   /// The map was recognized: the health is ok, and all earlier frames are forgotten.
   void relocalized() { *this = TrackingMonitor(options_); }
-  /// How long tracking has been lost.
+  /// How long tracking has been lost; negative after an early loss without sight.
   Stamp lost_for() const { return health_ == Health::ok ? Stamp(0) : lost_; }
   /// A filter that was lost before this frame interval is lost after it; after give_up_s it has diverged.
   void remains_lost(Stamp interval);
@@ -91,8 +91,8 @@ class TrackingMonitor {
   Health health_ = Health::ok;
   std::optional<std::string> cause_;
   bool in_doubt_ = false;
-  double failing_s_ = 0;  // matching failed for so much longer than it did not
-  Stamp blind_{0}, refused_{0}, lost_{0}, not_found_{0};  // for how long
+  double failing_s_ = 0;                   // matching failed for so much longer than it did not
+  Stamp blind_{0}, refused_{0}, lost_{0};  // for how long
   bool blind_loss_ = false;
   MovingMean vision_, height_;
 };

@@ -24,7 +24,7 @@ constexpr int kPlaceStep_px = 2;
 constexpr double kPlaceBlur_px = 1.2;  // so that a template fits beside its place
 constexpr std::size_t kMostDetections = 48;
 constexpr double kMargin = 0.25;  // of the image's size, since the position is uncertain
-constexpr double kLargestHeightError_m = 0.1;
+constexpr double kHeightSigma_m = 0.03, kHeightGate = 3;
 constexpr double kLeastAhead = 0.5;          // cosine of the angle to the heading that is searched
 constexpr std::size_t kLeastHypothesis = 4;  // detections that agree
 constexpr std::size_t kMostHypotheses = 3;
@@ -313,13 +313,13 @@ namespace {
 
 /// The best few poses of every two detections, no two of them alike, near the height and heading of X_WC.
 std::vector<Hypothesis> hypotheses(const std::vector<Detection>& detections, const Eigen::Isometry3d& X_WC,
-                                   const Camera& camera) {
+                                   double height_error_m, const Camera& camera) {
   std::vector<Hypothesis> best;
   for (std::size_t i = 0; i < detections.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) {
       if (detections[i].landmark == detections[j].landmark) continue;
       for (const auto& X : poses_from_two(detections[i].bearing, detections[j].bearing, X_WC.linear())) {
-        if (std::abs(X.translation().z() - X_WC.translation().z()) > kLargestHeightError_m ||
+        if (std::abs(X.translation().z() - X_WC.translation().z()) > height_error_m ||
             X.linear().col(2).dot(X_WC.linear().col(2)) < kLeastAhead)
           continue;
         Hypothesis found = hypothesis(X, detections, camera);
@@ -378,8 +378,10 @@ std::optional<Estimate> relocalize(const cv::Mat& image, const std::vector<Landm
   X_WC.linear() = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()) * X_WC.linear();
   const std::vector<const Landmark*> reliable = reliable_landmarks(landmarks, state);
   const std::vector<Detection> detections = detect(image, reliable, state, X_WC, camera);
+  const double sigma_z_m = std::sqrt(state.marginal<3>(kPosition)(2, 2));
   std::vector<Verified> poses;
-  for (const Hypothesis& candidate : hypotheses(detections, X_WC, camera))
+  for (const Hypothesis& candidate :
+       hypotheses(detections, X_WC, kHeightGate * std::hypot(sigma_z_m, kHeightSigma_m), camera))
     poses.push_back(verify(refine(candidate.X_WC, detections, candidate.inliers, camera, sigma_px), image,
                            reliable, state, camera, sigma_px));
   const auto best = std::max_element(poses.begin(), poses.end(),

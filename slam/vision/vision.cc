@@ -47,9 +47,9 @@ constexpr double kGate = 9.21;                 // chi-square, 99 %, 2 rows
 constexpr double kLeastShareRecognized = 0.5;  // of those searched for
 
 /// The area of the bounding box of the predicted pixels, as a fraction of the image's.
-double image_coverage(const std::vector<Search>& searched, const CameraIntrinsics& camera) {
+double image_coverage(const std::vector<Candidate>& candidates, const CameraIntrinsics& camera) {
   Eigen::AlignedBox2d box;
-  for (const Search& search : searched) box.extend(search.pixel);
+  for (const Candidate& candidate : candidates) box.extend(candidate.pixel);
   return box.isEmpty() ? 0 : box.volume() / (camera.width_px * camera.height_px);
 }
 
@@ -185,6 +185,7 @@ void Vision::search(const cv::Mat& image, Stamp t, const std::vector<Landmark>& 
   }
   const auto most = static_cast<std::size_t>(most_measured_);
   result_.tested = std::min(candidates_.size(), most);
+  result_.coverage = image_coverage(candidates_, camera_.intrinsics());
   set_aside(landmarks, t, kalman.state());
   result_.visible.clear();
   result_.visible_indices.clear();
@@ -220,7 +221,6 @@ void Vision::search(const cv::Mat& image, Stamp t, const std::vector<Landmark>& 
     result_.searched_indices.push_back(candidate.index);
   }
   result_.matches = static_cast<int>(matches_.measurements.size());
-  result_.coverage = image_coverage(result_.searched, camera_.intrinsics());
 }
 
 void Vision::find_inliers(const State& state) {

@@ -62,7 +62,7 @@ struct VisionResult {
   std::vector<std::size_t> searched_indices;  ///< of those searched for, in the list of landmarks
   std::vector<std::size_t> inliers;           ///< rising indices of `searched`
   int matches = 0;                            ///< how many of those searched for were found
-  double coverage = 0;        ///< bounding box of those searched for, as a fraction of the image's area
+  double coverage = 0;        ///< bounding box of all in view, as a fraction of the image's area
   std::optional<Nis> gate;    ///< of the inliers, with the noise of the gate (gate_sigma_px)
   std::optional<Nis> update;  ///< of the inliers, with the noise that the update assumes (sigma_px)
   bool updated = false;       ///< false without inliers, or if S is not positive definite
