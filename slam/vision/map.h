@@ -45,6 +45,10 @@ class Map {
   /// Records one search for a landmark, and whether its match was accepted. Failures do not count against it
   /// (`counts`) if the image or the pose may be at fault, and not while it is set aside.
   void record_search(std::size_t index, bool success, bool counts, Stamp t, const State& state);
+  /// Forgets the failed searches of a lost filter.
+  void forget_misses() {
+    for (Landmark& landmark : landmarks_) landmark.misses = 0;
+  }
   /// Inflates the covariance of a measured landmark by the possible shift of its patch's apparent center with
   /// the change of view since the last inflation (viewpoint_sigma_px).
   void inflate_for_view_change(std::size_t index, Kalman& kalman);

@@ -107,6 +107,17 @@ std::vector<InView> in_view(const std::vector<const Landmark*>& landmarks, const
   return all;
 }
 
+/// The landmarks first seen by a camera that looked roughly as X_WC does, wherever it was, as it saw them.
+std::vector<InView> as_first_seen(const std::vector<const Landmark*>& landmarks, const State& state,
+                                  const Eigen::Isometry3d& X_WC) {
+  std::vector<InView> all;
+  for (const Landmark* landmark : landmarks)
+    if (landmark->X_WC_first.linear().col(2).dot(X_WC.linear().col(2)) > kLeastAhead)
+      all.push_back({landmark, position(landmark->kind, landmark->parameters(state)), landmark->pixel_first,
+                     Eigen::Matrix2d::Identity()});
+  return all;
+}
+
 using Gray = Eigen::Matrix<float, Template::kPixels, 1>;
 
 /// The textured places of an image, on a lattice, with their normalized blurred surroundings in columns.
@@ -165,10 +176,9 @@ std::optional<Detection> detection(const cv::Mat& image, const InView& seen, con
                    match->correlation};
 }
 
-/// Where in the image the landmarks may be that a camera near X_WC sees: each at most at two places.
-std::vector<Detection> detect(const cv::Mat& image, const std::vector<const Landmark*>& landmarks,
-                              const State& state, const Eigen::Isometry3d& X_WC, const Camera& camera) {
-  std::vector<InView> seen = in_view(landmarks, state, X_WC, camera, kMargin);
+/// Where in the image the landmarks may be: each at most at two places.
+std::vector<Detection> detect(const cv::Mat& image, std::vector<InView> seen, const State& state,
+                              const Camera& camera) {
   std::stable_sort(seen.begin(), seen.end(), [](const InView& a, const InView& b) {
     return a.landmark->successes > b.landmark->successes;
   });
@@ -227,8 +237,9 @@ Eigen::Vector3d intersection(const BearingObservation& first, const BearingObser
   return A.ldlt().solve(b);
 }
 
-/// Refines the pose by Gauss-Newton; the uncertainty of each landmark counts as noise of its pixel. If the
-/// residuals are larger than these noises, so is the covariance.
+/// Refines the pose by Gauss-Newton; the uncertainty of each landmark counts as noise of its pixel. Since the
+/// landmarks share most of their error, many do not make the pose more certain than one. If the residuals are
+/// larger than these noises, so is the covariance.
 Estimate refine(Eigen::Isometry3d X_WC, const std::vector<Detection>& detections,
                 const std::vector<std::size_t>& inliers, const Camera& camera, double sigma_px) {
   Matrix6d information = Matrix6d::Identity();
@@ -256,8 +267,9 @@ Estimate refine(Eigen::Isometry3d X_WC, const std::vector<Detection>& detections
     X_WC.linear() = X_WC.linear() * rotation_matrix(quaternion_exp(step.head<3>()));
     X_WC.translation() += step.tail<3>();
   }
-  const double freedom = std::max(1.0, 2.0 * static_cast<double>(inliers.size()) - 6);
-  return {Stamp(0), X_WC, std::max(1.0, squares / freedom) * information.ldlt().solve(Matrix6d::Identity())};
+  const auto count = static_cast<double>(inliers.size());
+  const double larger = count * std::max(1.0, squares / std::max(1.0, 2 * count - 6));
+  return {Stamp(0), X_WC, larger * information.ldlt().solve(Matrix6d::Identity())};
 }
 
 /// True if two poses are the same within their uncertainties.
@@ -373,17 +385,24 @@ Verified verify(const Estimate& pose, const cv::Mat& image, const std::vector<co
 }  // namespace
 
 std::optional<Estimate> relocalize(const cv::Mat& image, const std::vector<Landmark>& landmarks,
-                                   const State& state, double turn, const Camera& camera, double sigma_px) {
+                                   const State& state, const Heading& heading, const Camera& camera,
+                                   double sigma_px) {
   Eigen::Isometry3d X_WC = state.X_WC();
-  X_WC.linear() = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()) * X_WC.linear();
+  X_WC.linear() = Eigen::AngleAxisd(heading.turn, Eigen::Vector3d::UnitZ()) * X_WC.linear();
   const std::vector<const Landmark*> reliable = reliable_landmarks(landmarks, state);
-  const std::vector<Detection> detections = detect(image, reliable, state, X_WC, camera);
+  const std::vector<Detection> detections = detect(
+      image,
+      heading.nearby ? in_view(reliable, state, X_WC, camera, kMargin) : as_first_seen(reliable, state, X_WC),
+      state, camera);
   const double sigma_z_m = std::sqrt(state.marginal<3>(kPosition)(2, 2));
   std::vector<Verified> poses;
+  const auto verified = [&](const Estimate& pose) {
+    return verify(pose, image, reliable, state, camera, sigma_px);
+  };
   for (const Hypothesis& candidate :
        hypotheses(detections, X_WC, kHeightGate * std::hypot(sigma_z_m, kHeightSigma_m), camera))
-    poses.push_back(verify(refine(candidate.X_WC, detections, candidate.inliers, camera, sigma_px), image,
-                           reliable, state, camera, sigma_px));
+    poses.push_back(
+        verified(verified(refine(candidate.X_WC, detections, candidate.inliers, camera, sigma_px)).pose));
   const auto best = std::max_element(poses.begin(), poses.end(),
                                      [](const auto& a, const auto& b) { return a.found < b.found; });
   if (best == poses.end() || best->found < kLeastRecognized || best->share < kLeastShare) return std::nullopt;
@@ -393,9 +412,10 @@ std::optional<Estimate> relocalize(const cv::Mat& image, const std::vector<Landm
   return best->pose;
 }
 
-double Headings::next() {
-  const int k = searched_++ % kCount;  // 0, 1, -1, 2, -2, ...
-  return first_ + kStep * (k % 2 == 1 ? (k + 1) / 2 : -k / 2);
+Heading Headings::next(bool knows_place) {
+  const int round = searched_ / kCount, k = searched_ % kCount;  // 0, 1, -1, 2, -2, ...
+  ++searched_;
+  return {first_ + kStep * (k % 2 == 1 ? (k + 1) / 2 : -k / 2), knows_place && round % 2 == 0};
 }
 
 RobotState relocalized_state(const Estimate& found, const State& before) {

@@ -164,13 +164,22 @@ void MatchBiases::clear(Kalman& kalman) {
 void Vision::set_aside(const std::vector<Landmark>& landmarks, Stamp t, const State& state) {
   const auto last_search = [&](const Candidate& c) { return landmarks[c.index].last_search; };
   const auto is_set_aside = [&](const Candidate& c) { return landmarks[c.index].is_set_aside(state); };
-  retried_.clear();
   for (const Candidate& c : candidates_)
     if (is_set_aside(c) && t - last_search(c) >= kRetryAfter) retried_.push_back(c);
   std::sort(retried_.begin(), retried_.end(), [&](const Candidate& a, const Candidate& b) {
     return std::pair(last_search(a), a.index) < std::pair(last_search(b), b.index);
   });
   std::erase_if(candidates_, is_set_aside);
+}
+
+/// Keeps those initialized before a time, as many as are searched for in a frame; failures rotate them.
+void Vision::keep_least_missed(const std::vector<Landmark>& landmarks, Stamp before) {
+  std::erase_if(candidates_, [&](const Candidate& c) { return landmarks[c.index].initialized >= before; });
+  std::stable_sort(candidates_.begin(), candidates_.end(), [&](const Candidate& a, const Candidate& b) {
+    return landmarks[a.index].misses < landmarks[b.index].misses;
+  });
+  const auto most = static_cast<std::size_t>(most_measured_);
+  if (candidates_.size() > most) candidates_.resize(most, candidates_.front());
 }
 
 /// before: only landmarks that were initialized before this time are searched for.
@@ -186,7 +195,8 @@ void Vision::search(const cv::Mat& image, Stamp t, const std::vector<Landmark>& 
   const auto most = static_cast<std::size_t>(most_measured_);
   result_.tested = std::min(candidates_.size(), most);
   result_.coverage = image_coverage(candidates_, camera_.intrinsics());
-  set_aside(landmarks, t, kalman.state());
+  retried_.clear();
+  if (!before) set_aside(landmarks, t, kalman.state());
   result_.visible.clear();
   result_.visible_indices.clear();
   for (const Candidate& candidate : candidates_) {
@@ -195,8 +205,9 @@ void Vision::search(const cv::Mat& image, Stamp t, const std::vector<Landmark>& 
   }
   biases_.keep_visible(result_.visible_indices, landmarks, kalman);
   if (before)
-    std::erase_if(candidates_, [&](const Candidate& c) { return landmarks[c.index].initialized >= *before; });
-  keep_most_informative(candidates_, most - std::min({retried_.size(), kRetried, most - 1}));
+    keep_least_missed(landmarks, *before);
+  else
+    keep_most_informative(candidates_, most - std::min({retried_.size(), kRetried, most - 1}));
   const std::size_t retried = std::min(retried_.size(), most - candidates_.size());
   candidates_.insert(candidates_.end(), retried_.begin(),
                      retried_.begin() + static_cast<std::ptrdiff_t>(retried));

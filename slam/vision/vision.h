@@ -94,6 +94,7 @@ class Vision {
 
  private:
   void set_aside(const std::vector<Landmark>& landmarks, Stamp t, const State& state);
+  void keep_least_missed(const std::vector<Landmark>& landmarks, Stamp before);
   void search(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks,
               std::optional<Stamp> before, Kalman& kalman);
   void find_inliers(const State& state);
