@@ -1,21 +1,16 @@
-// Visual odometry with OpenCV: corners, optical flow, and the pose with the least residuals. The option
-// `depth` sets the source of a corner's depth:
-// depth=motion (the default): triangulated from several frames of the head's gray camera. The walking plan
-// sets the scale: the camera follows it until the first points have depths, and it predicts each pose.
-// depth=stereo: triangulated with the second gray camera of the rig, without the plan.
-// depth=camera: read from a depth camera that is aligned with the head's gray camera, without the plan.
+// Visual odometry with OpenCV: corners, optical flow, and the pose with the least residuals. Corners have
+// their depths by the second gray camera of the rig (stereo), or with the option depth=camera by a depth
+// camera that is aligned with the head's gray camera.
 //
 // clang-format off
 //     c++ -std=c++17 -O2 -DGAITSLAM_ESTIMATOR_MAIN -I sim/estimators -I /usr/include/opencv4 -o visual_odometry tools/examples/visual_odometry.cc -lopencv_video -lopencv_calib3d -lopencv_imgproc -lopencv_core
-//     tools/gaitslam replay RESULT 'estimator={program: ./visual_odometry}'
-//     tools/gaitslam run scenarios/office_d435i_mid360.yaml 'estimator={program: ./visual_odometry, options: {depth: stereo}}'
+//     tools/gaitslam run scenarios/office_d435i_mid360.yaml 'estimator={program: ./visual_odometry, options: {depth: camera}}'
 // clang-format on
 //
 // On Debian: apt-get install libopencv-video-dev libopencv-calib3d-dev. It has neither loop closure nor
 // covariance.
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/affine.hpp>
 #include <opencv2/imgproc.hpp>
@@ -32,11 +27,9 @@ namespace {
 using Pose = cv::Affine3d;
 
 constexpr int kMostTracks = 400, kFewestPoints = 12;
-constexpr double kAsPlanned_m = 0.5;  // path length until the first depths
-constexpr double kApart_px = 6;       // between corners
+constexpr double kApart_px = 6;  // between corners
 constexpr double kForwardBackward_px = 0.5;
-constexpr double kResidual_px = 1;      // of a static point
-constexpr double kParallax_rad = 0.06;  // minimum for a depth by motion
+constexpr double kResidual_px = 1;  // of a static point
 constexpr int64_t kSameTime_ns = 1000000;
 
 Pose pose_of(const gaitslam_pose& X) {
@@ -47,11 +40,9 @@ Pose pose_of(const gaitslam_pose& X) {
 struct Track {
   uint32_t id;
   cv::Point2f pixel;
-  cv::Point2d ray, first_ray;
-  Pose first_X_WC;
+  cv::Point2d ray;
   std::optional<cv::Point3d> p_W = {};
-  double parallax_rad = kParallax_rad / 2;  // of p_W, by motion
-  double weight = 0;                        // of p_W, by stereo or a depth camera
+  double weight = 0;  // of p_W
 };
 
 /// The lens may be of any model: the equidistant one nearest to it is less than a fifth of a pixel off.
@@ -61,10 +52,6 @@ std::vector<cv::Point2d> rays(const gaitslam_lens& equidistant, const std::vecto
   const cv::Matx33d K(f[0], 0, center[0], 0, f[1], center[1], 0, 0, 1);
   if (!all.empty()) cv::fisheye::undistortPoints(all, all, K, cv::Vec4d(equidistant.parameters));
   return all;
-}
-
-cv::Vec3d direction(const Pose& X_WC, const cv::Point2d& ray) {
-  return cv::normalize(X_WC.rotation() * cv::Vec3d(ray.x, ray.y, 1));
 }
 
 /// Returns the reprojection error in the plane z = 1; infinite behind the camera.
@@ -144,20 +131,19 @@ class DepthSensor {
   Pose X_CK_;
 };
 
-/// Returns the sensor that the options name; none by motion. Throws std::invalid_argument.
-std::unique_ptr<DepthSensor> depth_sensor(const std::string& options, const gaitslam_sensors& sensors) {
-  if (options.empty() || options == "depth=motion\n") return nullptr;
-  const bool stereo = options == "depth=stereo\n";
+/// Returns the sensor that the options name. Throws std::invalid_argument.
+DepthSensor depth_sensor(const std::string& options, const gaitslam_sensors& sensors) {
+  const bool stereo = options.empty();
   if (!stereo && options != "depth=camera\n")
-    throw std::invalid_argument("unknown option, expected depth=motion, depth=stereo or depth=camera");
+    throw std::invalid_argument("unknown option, expected none or depth=camera");
   for (uint32_t i = 1; i < sensors.counts.cameras; ++i) {
     const gaitslam_camera& camera = sensors.cameras[i];
     if (stereo ? camera.kind == GAITSLAM_CAMERA_GRAY
                : camera.kind == GAITSLAM_CAMERA_DEPTH && camera.aligned_with == 0)
-      return std::make_unique<DepthSensor>(sensors, i);
+      return {sensors, i};
   }
-  throw std::invalid_argument(stereo ? "depth=stereo: the rig has no second gray camera"
-                                     : "depth=camera: the rig has no depth camera aligned with cam0");
+  throw std::invalid_argument(stereo ? "the rig has no second gray camera"
+                                     : "the rig has no depth camera aligned with cam0");
 }
 
 class VisualOdometry : public Example {
@@ -166,9 +152,7 @@ class VisualOdometry : public Example {
       : lens_(sensors.cameras[0].equidistant),
         residual_(kResidual_px / lens_.focal_px[0]),
         depth_(depth_sensor(options, sensors)),
-        X_WC_(pose_of(start.X_WC)),
-        X_PC_(X_WC_),
-        last_X_WC_(X_WC_) {
+        X_WC_(pose_of(start.X_WC)) {
     cv::setNumThreads(1);
   }
 
@@ -176,30 +160,22 @@ class VisualOdometry : public Example {
                const gaitslam_rig& rig) override {
     if (observation.t_ns <= t_ns_) return;  // late or doubled
     t_ns_ = observation.t_ns;
-    if (depth_) {  // constant velocity
-      X_WC_ = X_WC_ * step_;
-    } else if (observation.has_plan) {
-      const Pose X_PC = pose_of(observation.plan.X_PC), step = X_PC_.inv() * X_PC;
-      if (!state_.tracking) state_.as_planned_m += cv::norm(step.translation());
-      X_WC_ = X_WC_ * step;
-      X_PC_ = X_PC;
-    }
-    state_.sees = pixels != nullptr;
-    if (!state_.sees) return restart();
+    const Pose last_X_WC = X_WC_;
+    X_WC_ = X_WC_ * step_;  // constant velocity
+    sees_ = pixels != nullptr;
+    if (!sees_) return restart();
     const cv::Mat image =
         cv::Mat(static_cast<int>(observation.height_px), static_cast<int>(observation.width_px), CV_8UC1,
                 const_cast<uint8_t*>(pixels))
             .clone();
     follow(image);
     if (locate())
-      state_.tracking = true, state_.lost = false, state_.as_planned_m = 0;
-    else if (state_.tracking)
+      tracking_ = true, lost_ = false;
+    else if (tracking_)
       restart();
-    step_ = state_.tracking ? last_X_WC_.inv() * X_WC_ : Pose();
-    last_X_WC_ = X_WC_;
-    if (!depth_) triangulate();
+    step_ = tracking_ ? last_X_WC.inv() * X_WC_ : Pose();
     add_corners(image);
-    if (depth_) measure_depths(image, rig, observation.t_ns);
+    measure_depths(image, rig, observation.t_ns);
     before_ = image;
   }
 
@@ -207,9 +183,8 @@ class VisualOdometry : public Example {
     answer.t_ns = std::max<int64_t>(t_ns_, 0);
     std::copy_n(X_WC_.rotation().val, 9, answer.X_WC.rotation);
     std::copy_n(X_WC_.translation().val, 3, answer.X_WC.translation_m);
-    answer.status = state_.lost || state_.as_planned_m > kAsPlanned_m ? GAITSLAM_LOST : GAITSLAM_OK;
-    if (answer.status == GAITSLAM_LOST)
-      *cause = state_.sees ? "too few points are in view" : "the image is lost";
+    answer.status = lost_ ? GAITSLAM_LOST : GAITSLAM_OK;
+    if (lost_) *cause = sees_ ? "too few points are in view" : "the image is lost";
     map_.clear();
     for (const Track& track : tracks_)
       if (track.p_W) map_.push_back({track.id, 0, {track.p_W->x, track.p_W->y, track.p_W->z}, {}});
@@ -218,10 +193,10 @@ class VisualOdometry : public Example {
   }
 
  private:
-  /// The camera moves as planned, or at constant velocity, until there are points again.
+  /// The camera moves at constant velocity until there are points again.
   void restart() {
-    state_.lost = state_.lost || state_.tracking;
-    state_.tracking = false;
+    lost_ = lost_ || tracking_;
+    tracking_ = false;
     tracks_.clear();
   }
 
@@ -271,21 +246,10 @@ class VisualOdometry : public Example {
     tracks_.erase(end, tracks_.end());
   }
 
-  /// Triangulates corners with enough parallax, and again when it doubles.
-  void triangulate() {
-    for (Track& track : tracks_) {
-      const double cosine = direction(track.first_X_WC, track.first_ray).dot(direction(X_WC_, track.ray));
-      const double parallax = std::acos(std::clamp(cosine, -1.0, 1.0));
-      if (parallax < 2 * track.parallax_rad) continue;
-      const auto p_W = triangulated(track.first_X_WC, track.first_ray, X_WC_, track.ray, residual_);
-      if (p_W) track.p_W = p_W, track.parallax_rad = parallax;
-    }
-  }
-
   /// Points of the map are the means of all that was measured, each weighted by its error, which grows with
   /// z².
   void measure_depths(const cv::Mat& image, const gaitslam_rig& rig, int64_t t_ns) {
-    const auto points = depth_->points(image, tracks_, rig, t_ns);
+    const auto points = depth_.points(image, tracks_, rig, t_ns);
     for (std::size_t i = 0; i < tracks_.size(); ++i) {
       if (!points[i]) continue;
       Track& track = tracks_[i];
@@ -306,22 +270,17 @@ class VisualOdometry : public Example {
     cv::goodFeaturesToTrack(image, corners, kMostTracks - static_cast<int>(tracks_.size()), 0.01, kApart_px,
                             free);
     const std::vector<cv::Point2d> now = rays(lens_, corners);
-    for (std::size_t i = 0; i < corners.size(); ++i)
-      tracks_.push_back({next_id_++, corners[i], now[i], now[i], X_WC_});
+    for (std::size_t i = 0; i < corners.size(); ++i) tracks_.push_back({next_id_++, corners[i], now[i]});
   }
 
   gaitslam_lens lens_;
-  double residual_;                     // of a static point, in the plane z = 1
-  std::unique_ptr<DepthSensor> depth_;  // null: by motion
-  Pose X_WC_, X_PC_;
-  Pose last_X_WC_, step_;  // of the last frame, and to it
+  double residual_;  // of a static point, in the plane z = 1
+  DepthSensor depth_;
+  Pose X_WC_, step_;  // step_: from the last frame
   int64_t t_ns_ = -1;
-  struct {
-    bool sees = false;      // an image
-    bool tracking = false;  // the pose comes from points
-    bool lost = false;
-    double as_planned_m = 0;  // path length without points
-  } state_;
+  bool sees_ = false;      // an image
+  bool tracking_ = false;  // the pose comes from points
+  bool lost_ = false;
   cv::Mat before_;
   std::vector<Track> tracks_;
   uint32_t next_id_ = 0;
