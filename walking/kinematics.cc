@@ -68,6 +68,12 @@ Eigen::Isometry3d sole_in_waist(Side side, const Eigen::Matrix<double, 6, 1>& q)
          Translation3d(0, 0, -hrp2::kShank) * y(q[4]) * x(q[5]) * Translation3d(0, 0, -hrp2::kAnkleHeight);
 }
 
+Eigen::Matrix3d chest_in_waist(const JointVector& q) {
+  return (Eigen::AngleAxisd(q[hrp2::kChestYaw], Eigen::Vector3d::UnitZ()) *
+          Eigen::AngleAxisd(q[hrp2::kChestPitch], Eigen::Vector3d::UnitY()))
+      .toRotationMatrix();
+}
+
 LegSolution leg_inverse_kinematics(Side side, const Eigen::Isometry3d& X_BA) {
   const double outwards = side == Side::left ? 1 : -1;
   LegSolution solution;

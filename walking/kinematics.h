@@ -12,6 +12,9 @@ namespace walking {
 /// X_BS: the sole (point below the ankle) in the waist; q as in LegSolution.
 Eigen::Isometry3d sole_in_waist(Side side, const Eigen::Matrix<double, 6, 1>& q);
 
+/// R_B of the chest, by its two joints.
+Eigen::Matrix3d chest_in_waist(const JointVector& q);
+
 /// A leg's joint angles, rad: hip yaw, hip roll, hip pitch, knee, ankle pitch, ankle roll.
 struct LegSolution {
   Eigen::Matrix<double, 6, 1> q;

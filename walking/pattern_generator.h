@@ -12,7 +12,7 @@ class PatternGenerator {
  public:
   /// Throws std::invalid_argument naming the option or command if the walk cannot be planned (a foot out of
   /// reach, a leg joint beyond its limit). Durations are rounded to whole ticks; without a model of the whole
-  /// body there is no second preview stage, and the plan is the cart-table's.
+  /// body the second preview stage is left out, and the plan is that of the cart-table.
   explicit PatternGenerator(const WalkOptions& options, const WholeBody& model = {});
 
   /// The number of 5 ms ticks of the walk, first and last standing included.

@@ -46,12 +46,6 @@ Eigen::Matrix3d turned(const Vector2d& roll_pitch) {
       .toRotationMatrix();
 }
 
-Eigen::Matrix3d chest_in_waist(const JointVector& q) {
-  return (Eigen::AngleAxisd(q[hrp2::kChestYaw], Vector3d::UnitZ()) *
-          Eigen::AngleAxisd(q[hrp2::kChestPitch], Vector3d::UnitY()))
-      .toRotationMatrix();
-}
-
 Vector2d clamped(const Vector2d& value, double limit) { return value.cwiseMax(-limit).cwiseMin(limit); }
 
 /// One tick of a leaky integrator.

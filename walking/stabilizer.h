@@ -53,8 +53,8 @@ struct Wrench {
 
 /// The readings of the robot's own sensors at a tick.
 struct SensorReadings {
-  Eigen::Vector3d gyro = Eigen::Vector3d::Zero();  ///< rad/s, chest IMU axes, mean over the last 5 ms
-  Eigen::Vector3d accelerometer = Eigen::Vector3d::Zero();  ///< m/s², specific force, chest IMU axes
+  Eigen::Vector3d gyro = Eigen::Vector3d::Zero();           ///< rad/s, chest axes, mean over the last 5 ms
+  Eigen::Vector3d accelerometer = Eigen::Vector3d::Zero();  ///< m/s², specific force, chest axes
   Wrench left, right;
   JointVector q = JointVector::Zero();  ///< encoders, rad
 };

@@ -139,6 +139,7 @@ Models::Models(const std::string& robot, const std::string& room, const std::fil
       in_room(load_model(robot, room, folder)) {}
 
 void Models::mount(const rig::Mount& camera, const rig::Mount& imu) {
+  imu_is_moved = !imu.is_default();
   for (mjModel* model : {on_floor.get(), in_room.get()}) {
     if (!camera.is_default()) mount_camera(*model, camera);
     if (imu.is_default()) continue;

@@ -68,6 +68,7 @@ struct Models {
 
   Model on_floor;  ///< the robot on kPhysicalRoom, with shapes that collide only: what is stepped
   Model in_room;   ///< robot and furnished room, all shapes
+  bool imu_is_moved = false;
 };
 
 /// A place on the robot: a body of the model, and axes forward, left, up of a sensor in that of the body.

@@ -43,6 +43,9 @@ World::World(const WorldOptions& options, const PlantVariation& draw, const walk
   command(q, walking::JointVector::Zero());
   mj_forward(model_.get(), data_.get());
   last_read_ = last_recorded_ = imu_state();
+  if (!models.imu_is_moved) return;
+  by_encoders_.reset(mj_makeData(model_.get()));
+  R_HG_ = imu_in_chest(leg_readings().q);
 }
 
 void World::find_ids() {
@@ -217,7 +220,24 @@ walking::SensorReadings World::sensor_readings() {
   walking::SensorReadings readings = leg_readings();
   readings.gyro = reading.gyro;
   readings.accelerometer = reading.specific_force;
+  if (!by_encoders_) return readings;
+  const double dt = std::chrono::duration<double>(reading.end - reading.begin).count();
+  const Eigen::Matrix3d before = std::exchange(R_HG_, imu_in_chest(readings.q));
+  const Eigen::Vector3d turn_G = readings.gyro * dt;
+  const Eigen::AngleAxisd turn_H(before * Eigen::AngleAxisd(turn_G.norm(), turn_G.stableNormalized()) *
+                                 R_HG_.transpose());
+  readings.gyro = dt > 0 ? Eigen::Vector3d(turn_H.axis() * (turn_H.angle() / dt)) : Eigen::Vector3d::Zero();
+  readings.accelerometer = R_HG_ * readings.accelerometer;
   return readings;
+}
+
+Eigen::Matrix3d World::imu_in_chest(const walking::JointVector& encoders) const {
+  for (int joint = 0; joint < walking::kJoints; ++joint)
+    by_encoders_->qpos[ids_.position[joint]] = encoders[joint];
+  mj_kinematics(model_.get(), by_encoders_.get());
+  const Eigen::Matrix3d R_WB = pose_in(by_encoders_->xpos, by_encoders_->xmat + 9 * ids_.waist).linear(),
+                        R_WG = pose_in(by_encoders_->xpos, by_encoders_->site_xmat + 9 * ids_.imu).linear();
+  return (R_WB * walking::chest_in_waist(encoders)).transpose() * R_WG;
 }
 
 ImuReading World::reading_since(ImuState& last) const {

@@ -60,7 +60,8 @@ class World {
   /// Encoders, and the wrenches on the soles at the end of the last tick; no IMU.
   walking::SensorReadings leg_readings() const;
 
-  /// Readings for the stabilizer, gyro and accelerometer as means since the last call (or the start).
+  /// Readings for the stabilizer, gyro and accelerometer as means since the last call (or the start). Those
+  /// of a moved IMU are turned into the axes of the chest by its mount and the encoders.
   walking::SensorReadings sensor_readings();
 
   /// Gyro and accelerometer as means since the last call of imu_since_last() (or the start).
@@ -103,6 +104,7 @@ class World {
   ImuReading reading_since(ImuState& last) const;  // and sets it
   Eigen::Isometry3d X_WS(int site) const;
   walking::Wrench wrench(std::size_t foot) const;
+  Eigen::Matrix3d imu_in_chest(const walking::JointVector& encoders) const;
 
   Model model_;
   Data data_;
@@ -114,6 +116,8 @@ class World {
   walking::JointVector offset_ = walking::JointVector::Zero();  // true angle minus the encoder's
   std::chrono::nanoseconds time_{0};
   Status status_;
+  Data by_encoders_;                    // the pose of the robot as its encoders have it, for a moved IMU
+  Eigen::Matrix3d R_HG_;                // that IMU in the chest at the last call of sensor_readings()
   ImuState last_read_, last_recorded_;  // at the last call of sensor_readings() and imu_since_last()
 };
 

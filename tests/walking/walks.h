@@ -67,10 +67,10 @@ inline void expect_smooth_body(const Reference& a, const Reference& b, double mo
   ASSERT_LT((b.zmp - b.zmp_reference).norm(), 0.02);
 }
 
-/// A foot moves only in the air, and its velocity does not jump. alone: the support by this foot.
-inline void expect_smooth_foot(const Reference* tick, Eigen::Isometry3d Reference::*foot, Support alone) {
+/// A foot moves only in the air, and its velocity does not jump. only: the support by this foot.
+inline void expect_smooth_foot(const Reference* tick, Eigen::Isometry3d Reference::*foot, Support only) {
   const Eigen::Isometry3d &earlier = tick[-2].*foot, &before = tick[-1].*foot, &now = tick->*foot;
-  if (tick->support == alone || (tick->support == Support::both && tick[-1].support == Support::both)) {
+  if (tick->support == only || (tick->support == Support::both && tick[-1].support == Support::both)) {
     ASSERT_TRUE(now.matrix() == before.matrix());
     ASSERT_EQ(now.translation().z(), 0);
   }

@@ -132,6 +132,28 @@ void bend(World& world, std::initializer_list<std::pair<int, double>> joints) {
   world.command(q, walking::JointVector::Zero());
 }
 
+// While the chest turns and the head nods.
+TEST(World, ReadingsOfAMovedImuAreInTheAxesOfTheChest) {
+  rig::Mount turned, on_head;
+  turned.yaw_rad = M_PI_2, turned.tilt_rad = 0.4;
+  on_head.link = "HEAD_LINK1", on_head.roll_rad = M_PI;
+  for (const rig::Mount& mount : {turned, on_head}) {
+    Models moved("hrp2", "floor", models());
+    moved.mount({}, mount);
+    World plain = standing(),
+          world({.room = "floor"}, {}, half_sitting(), Eigen::Isometry3d::Identity(), moved);
+    for (World* each : {&plain, &world}) bend(*each, {{walking::hrp2::kChestYaw, 0.1}, {15, 0.2}});
+    for (int tick = 0; tick < 60; ++tick) {
+      for (World* each : {&plain, &world}) run(*each, 5);
+      const walking::SensorReadings expected = plain.sensor_readings(), found = world.sensor_readings();
+      ASSERT_LT((found.gyro - expected.gyro).norm(), 1e-6) << mount.link << tick;
+      if (!mount.on_link())  // elsewhere the acceleration is another
+        ASSERT_LT((found.accelerometer - expected.accelerometer).norm(), 1e-6) << tick;
+    }
+    EXPECT_LT((world.sensor_readings().accelerometer - plain.sensor_readings().accelerometer).norm(), 0.5);
+  }
+}
+
 /// The end is final: the physics stands still.
 void expect_ended(World& world, Condition condition) {
   EXPECT_EQ(world.status().condition, condition) << world.status().cause;
