@@ -36,10 +36,10 @@ TEST_F(BatchTest, TheNumberOfJobsChangesNoByteAndASeedOfABatchIsThatSeedRunAlone
       "world.lights_off.from_s=0.3 world.lights_off.duration_s=0.3 ";
   ok(run + "--seeds 1..2 --jobs 1 --out one");
   ok(run + "--seeds 1..2 --jobs 2 --out two");
-  ok(run + "seed=2 --out alone");
+  ok(run + "seed=2 --out single");
   EXPECT_TRUE(fs::exists(folder_ / "one/seed-1/recording/mav0/cam0/data"));
   expect_same("one", "two");
-  expect_same("one/seed-2", "alone/seed-2");
+  expect_same("one/seed-2", "single/seed-2");
   EXPECT_GT(fs::file_size(folder_ / "one/summary.json"), 0u);
 }
 
@@ -110,7 +110,7 @@ TEST_F(BatchTest, SeedsAreRecordedInProcessesAndOnlyWhereTheyAreMissing) {
 }
 
 TEST_F(BatchTest, ATuningMakesItsRecordingsAndLeavesAnOverlayAndAReportUnlessItIsWorseOnTheHoldout) {
-  write("steps.yaml", scenario_of("{straight: {forward_m: 0.1, left_m: 0}}"));
+  write("steps.yaml", scenario_of("{straight: {forward_m: 0.1, left_m: 0}}", "rate_hz: 10"));
   const auto write_spec = [&](const std::string& name, const std::string& range, const std::string& holdout) {
     write(
         name,
@@ -127,13 +127,10 @@ TEST_F(BatchTest, ATuningMakesItsRecordingsAndLeavesAnOverlayAndAReportUnlessItI
   EXPECT_THAT(text_of("first/report.html"), Has("The search", "pose_nll on hold-out: better, changes by"));
   EXPECT_THAT(ok("config steps.yaml --with first/best.yaml"), Has("best.yaml:3"));
   EXPECT_THAT(ok("record steps.yaml --seeds 1..8"), Lacks(": recorded"));
-  ok("tune spec.yaml --out second");
-  EXPECT_EQ(text_of("first/tune.json"), text_of("second/tune.json"));
 
   write_spec("other.yaml", "slam.gyro.sigma_rad_s: {from: 0.001, to: 0.3, start: 0.1}",
              ", set: [errors.gyro.sigma_rad_s=0.2]");
   expect_refused("tune other.yaml --out first", "first/trials.jsonl: is another log: gaitslam tune spec, ");
-  EXPECT_EQ(text_of("first/tune.json"), text_of("second/tune.json"));
   EXPECT_THAT(gaitslam("tune other.yaml --out worse").ends(1).err,
               Has("rejected: pose_nll on hold-out: worse, "));
   EXPECT_FALSE(fs::exists(folder_ / "worse/best.yaml"));

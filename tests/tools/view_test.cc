@@ -63,7 +63,7 @@ TEST_F(ViewTest, ResultsAreTheSameBytesWithAndWithoutAViewAndAReplayShowsTheRobo
   EXPECT_THAT(found["how"].get<std::string>(), Has("The replay has ended: completed."));
   EXPECT_THAT(found["said"], IsEmpty());
   EXPECT_EQ(json::parse(ok("replay plain/seed-1 --view --json --out third"))["exit_code"], 0)
-      << "alone on standard output";
+      << "nothing else is on standard output";
   EXPECT_THAT(differences(folder_ / "viewed/seed-1", folder_ / "plain/seed-1"), IsEmpty());
   EXPECT_THAT(differences(folder_ / "again", folder_ / "plain/seed-1", "recording/"), IsEmpty());
 }

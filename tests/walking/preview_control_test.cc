@@ -107,44 +107,6 @@ TEST(PreviewControl, HalfThePreviewUndershootsMore) {
   expect_extremes(kHorizon / 2, -0.037704, 0.307207, 1e-6);
 }
 
-/// Four steps of 0.15 m: 640 ticks standing, in each step 4 of ramp and 156 on one foot, then 960 standing.
-std::vector<Eigen::Vector2d> short_walk() {
-  std::vector<Eigen::Vector2d> p(640, Eigen::Vector2d::Zero());
-  Eigen::Vector2d from = Eigen::Vector2d::Zero();
-  for (const Eigen::Vector2d& to : {Eigen::Vector2d(0, .095), Eigen::Vector2d(.15, -.095),
-                                    Eigen::Vector2d(.30, .095), Eigen::Vector2d(.30, -.095)}) {
-    for (int k = 0; k < 4; ++k) p.push_back(from + k / 4.0 * (to - from));
-    p.insert(p.end(), 156, to);
-    from = to;
-  }
-  const Eigen::Vector2d end(.30, 0);
-  for (int k = 0; k < 2; ++k) p.push_back(from + (k + 1) / 2.0 * (end - from));
-  p.insert(p.end(), 960, end);
-  return p;
-}
-
-TEST(PreviewControl, SmoothedShortWalkIsTheReferenceOne) {
-  const auto w = smoothing_weights();
-  const auto plain = short_walk();
-  std::vector<Eigen::Vector2d> smoothed(plain.size(), Eigen::Vector2d::Zero());  // causally
-  for (int i = 0; i < static_cast<int>(plain.size()); ++i)
-    for (int j = 0; j <= kSmoothingTicks; ++j) smoothed[i] += w[j] * plain[std::max(i - j, 0)];
-  const Walked walked = walk(smoothed);
-  // y, its rate, ZMP in y, and x.
-  const std::map<int, Eigen::Vector4d> expected{{640, {.037022530, .127759855, -.001186307, .003996973}},
-                                                {720, {.061593336, -.021481945, .094577943, .017253093}},
-                                                {800, {.012552206, -.262517958, .097484399, .070447546}},
-                                                {960, {-.009420093, .251644920, -.097484192, .211177044}},
-                                                {1200, {-.058947464, -.049719740, -.095011808, .298602805}}};
-  for (const auto& [k, row] : expected) {
-    const PreviewControl::State& state = walked.states[k];
-    const Eigen::Vector4d found(state(0, 1), state(1, 1), walked.zmp[k].y(), state(0, 0));
-    EXPECT_LT((found - row).cwiseAbs().maxCoeff(), 1.5e-9) << "at " << k;
-  }
-  EXPECT_NEAR(walked.largest_error.y(), 0.00865, 5e-6);
-  EXPECT_NEAR(walked.largest_error.x(), 0.00647, 5e-6);
-}
-
 /// All mass at the plan's center of mass: the cart-table itself.
 BodyMomentum one_mass(const BodyMotion& motion) {
   const Eigen::Vector3d offset = motion.pose.X_PB.linear() * hrp2::kComInWaist;

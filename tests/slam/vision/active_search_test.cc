@@ -45,7 +45,7 @@ struct Scene {
 };
 
 TEST(ActiveSearch, PredictsALandmarkWhereItWasFirstSeenWithTheCovarianceOfPoseLandmarkAndPixel) {
-  const Scene scene({157, 127}, 0, 0.02);  // at the center, where a turn of θ moves the image by f θ
+  const Scene scene({157, 127}, 0, 0.02);  // at the center: a turn of θ moves the image by f θ
   const auto view = scene.view();
   ASSERT_EQ(view.size(), 1u);
   EXPECT_LT((view[0].pixel - Eigen::Vector2d(157, 127)).norm(), 1e-10);
@@ -79,7 +79,7 @@ TEST(ActiveSearch, PredictsNothingThatIsBehindOrOutsideOrTooNearTheBorder) {
   EXPECT_TRUE(Scene({20, 120}, -0.12).view().empty());  // within 7 px of the border
 }
 
-/// Candidates whose innovations have these standard deviations, px.
+/// Candidates with innovations of these standard deviations, px.
 std::vector<Candidate> with_sigmas(const std::vector<double>& sigmas) {
   std::vector<Candidate> candidates(sigmas.size(), Scene({170, 120}).view()[0]);
   for (std::size_t i = 0; i < sigmas.size(); ++i) {
