@@ -9,7 +9,7 @@
 namespace tests {
 namespace {
 
-const std::string kSources = GAITSLAM_SOURCE_DIR, kCircle = kSources + "/scenarios/tangent_circle.yaml";
+const std::string kCircle = kSources + "/scenarios/tangent_circle.yaml";
 
 using Cli = CommandLine;
 

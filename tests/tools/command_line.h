@@ -25,6 +25,7 @@ using nlohmann::json;
 using testing::AllOf, testing::ContainsRegex, testing::IsEmpty, testing::MatchesRegex, testing::Not,
     testing::StartsWith;
 
+inline const std::string kSources = GAITSLAM_SOURCE_DIR;
 inline const std::string kBlind = "run walk.yaml --without camera,slam ",
                          kBlindStand = "run stand.yaml --without camera,slam ";
 

@@ -98,7 +98,7 @@ TEST_F(ExternalEstimator, ATimeModelIsReportedAndAMeasuredOneIsNotRepeatable) {
 
 // The bound is a tenth of the path. Without noise the walk turns and moves as planned but for its slip.
 TEST_F(ExternalEstimator, GyroAndPlanFollowTheWalkByTheCompileLinesOfTheReadmeAndInPython) {
-  const std::string source = GAITSLAM_SOURCE_DIR, example = source + "/tools/examples/gyro_and_plan";
+  const std::string example = kSources + "/tools/examples/gyro_and_plan";
   const auto poses = [&](const std::string& program) {
     ok("replay r/seed-1 --out out --force \"estimator={program: " + program +
        "}\" errors.gyro.sigma_rad_s=0");
@@ -107,7 +107,7 @@ TEST_F(ExternalEstimator, GyroAndPlanFollowTheWalkByTheCompileLinesOfTheReadmeAn
   const auto python = poses("[/usr/bin/python3, " + example + ".py]");
   EXPECT_LT(metric(folder_ / "out", "rmse_m"), metric(folder_ / "out", "path_length_m") / 10);
   EXPECT_EQ(json_in("out/score.json")["estimator"], "gyro_and_plan");
-  shell("ln -s '" + source + "/sim' . && cp " + example + ".c mine.c && cp mine.c mine.cc").ends(0);
+  shell("ln -s '" + kSources + "/sim' . && cp " + example + ".c mine.c && cp mine.c mine.cc").ends(0);
   for (const char* compiler : {"cc", "c++"}) {
     shell("eval \"$(sed -n 's|^    " + std::string(compiler) + " |" + compiler +
           " |p' sim/estimators/README.md)\" && ./mine < /dev/null")
@@ -134,7 +134,7 @@ TEST_F(ExternalEstimator, AProgramThatRejectsItsStartCostsNoWalk) {
 /// path, chosen before the first try; a program that stands still misses them by far.
 TEST_F(LongExternalEstimator, ExamplesFindTheirWayByStereoDepthAndLidar) {
   for (const char* folder : {"sim", "tools"})
-    fs::create_directory_symlink(fs::path(GAITSLAM_SOURCE_DIR) / folder, folder_ / folder);
+    fs::create_directory_symlink(kSources + "/" + folder, folder_ / folder);
   for (const std::string example : {"visual_odometry", "lidar_odometry"})  // by their own first lines
     shell("eval \"$(sed -n 's|^// *c++ |c++ |p' tools/examples/" + example + ".cc)\"").ends(0);
   write("line.yaml", scenario_of("{stand: {duration_s: 0.5}}, {straight: {forward_m: 1, left_m: 0}}") +
@@ -198,7 +198,7 @@ TEST_F(ExternalEstimator, WhatItStartedEndsWithIt) {
 TEST_F(ExternalEstimator, AWalkThatAChangedProgramSteersIsRecordedAgain) {
   write("walk.yaml", kShortWalk + "estimator: {program: [/usr/bin/python3, gyro.py]}\n");
   write("steered.yaml", "base: walk.yaml\nwalk: {steering: {by: estimate}}\n");
-  fs::copy(std::string(GAITSLAM_SOURCE_DIR) + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
+  fs::copy(kSources + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
   const auto recorded = [&](const std::string& scenario) {
     return ok("record " + scenario).find("seed 1: recorded, completed") != std::string::npos;
   };
@@ -228,8 +228,8 @@ TEST_F(ExternalEstimator, AProgramThatOnlyTheResultNamesIsNotStarted) {
 
 TEST_F(ExternalEstimator, EvaluateRunsAProgramOnSeveralRecordings) {
   short_walks("more", "2 3");
-  ok("evaluate r/seed-1 more/seed-2 more/seed-3 --format tum --align none --out e --command '" +
-     std::string(GAITSLAM_SOURCE_DIR) + "/tools/examples/plan_alone.sh {folder} {trajectory}'");
+  ok("evaluate r/seed-1 more/seed-2 more/seed-3 --format tum --align none --out e --command '" + kSources +
+     "/tools/examples/plan_alone.sh {folder} {trajectory}'");
   ASSERT_EQ(replay("plan_alone").exit_code, 0);
   const auto evaluated = json_in("e/walk/seed-1/score.json"), metrics = evaluated["metrics"];
   EXPECT_EQ(json_in("e/walk/seed-1/about.json")["alignment"], "none");

@@ -53,7 +53,10 @@ TEST_F(Exchange, ATruthThatBeginsLateOrHasPositionsOnlyGivesNearlyTheSameErrors)
 }
 
 TEST_F(Exchange, TheScoresOfARunAreThoseThatNumpyFindsInItsFiles) {
-  EXPECT_THAT(shell("/usr/bin/python3 " GAITSLAM_ORACLE " unused r/seed-1").ends(0).out, Has(" 0 differ"));
+  EXPECT_THAT(shell("/usr/bin/python3 " GAITSLAM_SOURCE_DIR "/tests/tools/score_oracle.py unused r/seed-1")
+                  .ends(0)
+                  .out,
+              Has(" 0 differ"));
 }
 
 TEST_F(Exchange, AFolderWithoutTruthIsNotScoredAndOneWithoutAPlanUpToScale) {

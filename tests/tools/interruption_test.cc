@@ -89,8 +89,7 @@ TEST_F(Interruption, KilledSeedsGoOnByTheSameCommand) {
 
 // The estimator appends to the file `ran`.
 TEST_F(Interruption, ResultsOfOtherProgramsOrModelsAreNotThoseOfTheInterruptedCommand) {
-  const std::string sources = GAITSLAM_SOURCE_DIR;
-  fs::copy(sources + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
+  fs::copy(kSources + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
   const std::string run =
       "run walk.yaml 'estimator={program: [/usr/bin/python3, gyro.py]}' --seeds 1,2 --out h --force";
   ok(run);
@@ -100,7 +99,7 @@ TEST_F(Interruption, ResultsOfOtherProgramsOrModelsAreNotThoseOfTheInterruptedCo
   EXPECT_THAT(ok(run), Lacks("finished before"));
   EXPECT_EQ(text_of("ran"), "xx");
 
-  for (const char* models : {"m", "m2"}) fs::copy(sources + "/models", folder_ / models);
+  for (const char* models : {"m", "m2"}) fs::copy(kSources + "/models", folder_ / models);
   shell("echo '<!-- other -->' >> m2/office.xml");
   const std::string blind = kBlind + "--seeds 1..3 --out k ";
   ended_when("[ -e k/seed-2 ]", "KILL", blind + "--models m");

@@ -73,8 +73,8 @@ TEST_F(LongReportTest, ASweepHasAPageFromWhichItsWorstTrialCanBeRun) {
 TEST_F(ReportTest, AKeyboardAndAPrinterAreEnough) {
   short_walks("many", "1 2 3");
   ok("report many --out many.html");
-  const auto found =
-      json::parse(shell("timeout 300 node " GAITSLAM_USE_REPORT " many.html profile").ends(0).out);
+  const auto found = json::parse(
+      shell("timeout 300 node " + kSources + "/tests/tools/use_report.cjs many.html profile").ends(0).out);
   EXPECT_GT(found["keyboard"]["expected"].size(), 30u);
   EXPECT_EQ(found["keyboard"]["reached"], found["keyboard"]["expected"]);
   EXPECT_EQ(found["keyboard"]["unseen"], json::array());
@@ -235,7 +235,7 @@ TEST_F(ReproduceTest, FromTheCacheItGivesTheSameAndWalksEachWalkOnce) {
   EXPECT_EQ(std::count(recordings.begin(), recordings.end(), '\n'), 3) << "with camera, without, and the sum";
 
   const auto walked = made("tangent_circle");
-  fs::copy(std::string(GAITSLAM_SOURCE_DIR) + "/models", folder_ / "m");
+  fs::copy(kSources + "/models", folder_ / "m");
   shell("for f in m/*.xml; do echo '<!-- other -->' >> $f; done");
   ASSERT_EQ(reproduce("--out out --models m").exit_code, 0);
   EXPECT_NE(made("tangent_circle"), walked) << "walks in other models are made again";

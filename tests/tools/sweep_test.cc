@@ -54,7 +54,7 @@ TEST_F(SweepTest, ScoresAreThoseOfRunsBitForBitForAnyNumberOfJobs) {
 }
 
 TEST_F(SweepTest, TrialsOfOtherFilesOfTheEstimatorDoNotCountAsItsOwn) {
-  fs::copy(std::string(GAITSLAM_SOURCE_DIR) + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
+  fs::copy(kSources + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
   write("walk.yaml", kStand + "estimator: {program: [/usr/bin/python3, gyro.py]}\n");
   const std::string sweep = "sweep walk.yaml errors.gyro.sigma_rad_s=0.01,0.02 --out s";
   ok(sweep);

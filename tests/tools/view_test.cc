@@ -17,7 +17,8 @@ class ViewTest : public CommandLine {
   /// The findings in a browser.
   json browsed(const std::string& command, const std::string& how, const std::string& more = "",
                const std::string& end = "wait $!") const {
-    const std::string use = "timeout 540 node '" GAITSLAM_USE_VIEW "' " + how + " \"$url\" profile " + more;
+    const std::string use =
+        "timeout 540 node '" + kSources + "/tests/tools/use_view.cjs' " + how + " \"$url\" profile " + more;
     return json::parse(viewed(command, use, end).ends(0).out);
   }
   json played(const std::string& results, const std::string& t) const {
@@ -28,7 +29,7 @@ using LongViewTest = ViewTest;
 
 TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeys) {
   // Long enough for a browser on a busy machine to slow it down.
-  write("long.yaml", scenario_of("{straight: {forward_m: 0.6}}, {stand: {duration_s: 150}}"));
+  write("long.yaml", scenario_of("{straight: {forward_m: 0.6}}, {stand: {duration_s: 150}}", "rate_hz: 10"));
   const json found = browsed("run long.yaml --view --control --wait --out live", "live");
   EXPECT_GT(found["later"]["bodies"], 20);
   EXPECT_GT(found["later"]["ellipsoids"], 5);
