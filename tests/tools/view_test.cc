@@ -41,7 +41,7 @@ TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeys) {
   EXPECT_GE(found["stepped_frames"], 1);
   EXPECT_LE(found["stepped_frames"], 2);
   EXPECT_THAT(found["how"].get<std::string>(),
-              Has("The run has ended: completed. gaitslam view live/seed-1"));
+              Has("The run has ended: completed. tools/gaitslam view live/seed-1"));
   EXPECT_THAT(found["said"], IsEmpty()) << "the browser's console is not empty";
 }
 
