@@ -37,7 +37,7 @@ void add_reports(score::Run& run, const tracking::Tracked& tracked, bool with_us
         run.innovations[i].push_back({r.t, nis->value, nis->dof, nis->lagged, nis->lagged_square});
     if (!with_use) continue;
     score::FrameUse& use = run.use.emplace_back();
-    use.t = r.t;
+    use.t = r.t, use.searched = r.searched.size(), use.found = r.matched.size();
     for (std::size_t i = 0; i < slam::kSensorNames.size(); ++i) {
       use.readings[i] = r.use[i] != slam::SensorUse::none;
       use.accepted[i] = r.use[i] == slam::SensorUse::accepted;
@@ -170,8 +170,9 @@ score::Run score_input(const RunRecord& record) {
   if (run.landmarks.empty() && !is_filter) run.no_matches = "the estimator reports no matches of landmarks";
   for (const slam::MapPoint& point : record.tracked->map) run.map.push_back({point.id, point.p_W});
   run.failed = record.tracked->failed;
-  const auto failure = record.tracked->failure();
-  if (failure && failure->ending == scenario::Ending::diverged) run.diverged = failure->cause;
+  const auto& frames = record.tracked->frames;
+  if (!frames.empty() && frames.back().report.health == slam::Health::diverged)
+    run.diverged = frames.back().report.cause;
   return run;
 }
 

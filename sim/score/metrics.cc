@@ -248,6 +248,14 @@ Value fraction_in_use(C c, std::size_t sensor, bool of_accepted) {
   return of_accepted ? accepted / with_readings : with_readings / all;
 }
 
+Value found_fraction(C c) {
+  double searched = 0, found = 0;
+  for (const FrameUse& frame : c.run.use)
+    if (frame.t >= *c.start)
+      searched += static_cast<double>(frame.searched), found += static_cast<double>(frame.found);
+  return searched > 0 ? Value(found / searched) : Value(Absent{"the estimator searched for no landmark"});
+}
+
 void add_use(MetricDefinitions& all, std::size_t sensor) {
   const std::string name(kUsedSensors[sensor]);
   all.push_back(
@@ -337,6 +345,9 @@ MetricDefinitions consistency_metrics() {
   for (std::size_t sensor = 0; sensor < kSensors.size(); ++sensor) all.push_back(nis_metric(sensor));
   for (std::size_t sensor = 0; sensor < kSensors.size(); ++sensor) all.push_back(lag1_metric(sensor));
   for (std::size_t sensor = 0; sensor < kUsedSensors.size(); ++sensor) add_use(all, sensor);
+  all.push_back({"found_landmarks_fraction", "1",
+                 "Fraction of the searches for a landmark that found it, from the first planned motion on.",
+                 Needs::estimate, found_fraction, smallest});
   all.push_back({"landmark_rmse_m", "m",
                  "Root mean square distance of the final map's landmarks from the first surface point on the "
                  "ray through their first pixel, from the true camera.",

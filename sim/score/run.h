@@ -97,6 +97,7 @@ inline constexpr std::array kUsedSensors{std::string_view("vision"), std::string
 struct FrameUse {
   Stamp t{0};
   std::array<bool, kUsedSensors.size()> readings{}, accepted{};
+  std::size_t searched = 0, found = 0;  ///< landmarks
 };
 
 /// One sensor's normalized innovation squared in the frame of that time; lagged: see slam::Nis.

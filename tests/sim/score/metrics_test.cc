@@ -204,6 +204,15 @@ TEST_F(Evaluate, InnovationsCountFromTheFirstMotionOnAndWhitenessIsTheirCorrelat
   EXPECT_EQ(reason("innovation_lag1_gyro"), "no innovations of consecutive frames were reported");
 }
 
+TEST_F(Evaluate, TheShareOfTheSearchesThatFoundTheirLandmarkIsFromTheFirstMotionOn) {
+  EXPECT_NE(reason("found_landmarks_fraction"), "");
+  for (const auto& [t_ms, searched, found] : {std::tuple(0, 12U, 0U), {20000, 12U, 9U}, {21000, 8U, 6U}}) {
+    score::FrameUse& frame = run.use.emplace_back();
+    frame.t = milliseconds(t_ms), frame.searched = searched, frame.found = found;
+  }
+  EXPECT_EQ(value("found_landmarks_fraction"), 0.75);
+}
+
 TEST_F(Evaluate, OdometryWithoutImagesHasItsOwnError) {
   EXPECT_THAT(reason("odometry_ate_se3_rmse_m"), HasSubstr("did not run"));
   for (std::size_t i = 0; i < run.truth_camera.size(); ++i) {
