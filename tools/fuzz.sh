@@ -24,7 +24,11 @@ done
 install_packages "$root/tools/packages.txt" "$root/tools/packages_test.txt"
 build "$preset" fuzz
 program=$root/build/$preset/tests/fuzz/fuzz
-targets=${*:-$("$program")}
+known=$("$program")
+targets=${*:-$known}
+for target in $targets; do
+  echo "$known" | grep -qx "$target" || { echo "fuzz: no target $target, expected" $known >&2; exit 2; }
+done
 folder=$root/build/fuzz
 mkdir -p "$folder/found" "$folder/log"
 
