@@ -2,7 +2,8 @@
 """Updates the measured parts of the front page (README.md), or checks a sample of them.
 
     tools/figures/front_page.py [WORK_FOLDER]           walks ten seeds of each scenario (about 8 minutes on two idle cores; rerun
-                                                        the command to resume), writes front_page.json, walk.webp and README.md
+                                                        the command to resume), writes front_page.json, the pictures (chromium,
+                                                        node and ffmpeg) and README.md
     tools/figures/front_page.py --check [WORK_FOLDER]   measures two seeds of each column again; exit code 1 if README.md differs
                                                         from front_page.json, or a value from its measurement by more than the
                                                         tolerance (seconds if $GAITSLAM_CACHE has the walks)
@@ -13,6 +14,7 @@ import json
 import os
 import pathlib
 import platform
+import signal
 import subprocess
 import sys
 
@@ -155,6 +157,21 @@ def picture(work):
                     str(ROOT / "tools/figures/walk.webp")], check=True)
 
 
+def view_picture(work, seconds, theme, name, *arguments):
+    """The page that a command prints the address of, at a time (s) of the walk."""
+    program = os.environ.get("GAITSLAM", ROOT / "tools/gaitslam")
+    with subprocess.Popen([program, *map(str, arguments)], cwd=ROOT, stdout=subprocess.PIPE, text=True) as shown:
+        url = next(line for line in shown.stdout if "token" in line).split()[-1]
+        picture = work / f"{name}.png"
+        subprocess.run(["node", ROOT / "tests/tools/use_view.cjs", "picture", url, work / "profile", str(seconds), picture, "1200", "860",
+                        theme], check=True, stdout=subprocess.DEVNULL)
+        subprocess.run(["ffmpeg", "-loglevel", "error", "-y", "-i", picture, "-quality", "80", ROOT / f"tools/figures/{name}.webp"],
+                       check=True)
+        if arguments[0] == "view":
+            shown.send_signal(signal.SIGINT)
+        shown.stdout.read()
+
+
 def main():
     arguments = sys.argv[1:]
     checks = arguments[:1] == ["--check"]
@@ -164,6 +181,9 @@ def main():
         return check(work)
     stored = {"revision": revision(), "machine": machine(), "columns": measured(work, SEEDS), "first_run": first_run(work)}
     picture(work)
+    view_picture(work, 24, "dark", "view_live", "run", "scenarios/tangent_circle.yaml", "--view", "--wait", "--out", work / "view",
+                 "--force")
+    view_picture(work, 32.6, "light", "view_playback", "view", work / "first/seed-1")
     STORED.write_text(json.dumps(stored, indent=1) + "\n")
     readme = ROOT / "README.md"
     readme.write_text(with_blocks(readme.read_text(), stored))
