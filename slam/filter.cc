@@ -51,7 +51,17 @@ const FrameReport& Filter::step(const Observation& o) {
   if (now_) interval_ = interval;
   now_ = o.t;
   update_estimate(o.t);
+  if (smoother_) smoother_->end_step(o.t, kalman_.state());
   return complete_report();
+}
+
+void Filter::record() {
+  smoother_ = std::make_unique<Smoother>();
+  kalman_.record(*smoother_);
+}
+
+std::optional<std::vector<SmoothedPose>> Filter::smoothed() {
+  return smoother_ ? smoother_->smoothed() : std::nullopt;
 }
 
 /// Returns why the observation cannot be used at all.

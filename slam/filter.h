@@ -19,6 +19,12 @@ class Filter {
   /// changes nothing. The report is valid until the next call.
   const FrameReport& step(const Observation& observation);
 
+  /// Records all further steps in a temporary file, so that smoothed() can return their poses.
+  void record();
+  /// Returns the poses of the recorded steps, each given all observations; nothing without them, or if the
+  /// temporary file failed. To be called once, after the last step.
+  std::optional<std::vector<SmoothedPose>> smoothed();
+
   const Estimate& estimate() const { return estimate_; }
   std::vector<MapPoint> map() const { return visual_.map(kalman_.state()); }
 
@@ -33,6 +39,7 @@ class Filter {
 
   Options options_;
   std::optional<AlignedDepth> depth_;
+  std::unique_ptr<Smoother> smoother_;
   Kalman kalman_;
   InternalMeasurements internal_;
   VisualTracking visual_;

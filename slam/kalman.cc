@@ -56,6 +56,7 @@ void Kalman::predict(const RobotVector& f, const RobotMatrix& F, const RobotMatr
     direction.segment<3>(kPosition).setZero();  // the columns of the translations stay as they are
     A -= (F * before - after) * direction.transpose() / direction.dot(before);
   }
+  if (smoother_) smoother_->change(0, A);
   state_.storage_x.head<kRobot>() = f;
   state_.storage_null.head<kRobot>() = after;
   const Eigen::Matrix<double, kRobot, kSystematicErrors> sensitivity =
@@ -99,6 +100,7 @@ bool Kalman::update(const StackedMeasurement& stacked) {
   auto W = W_.topLeftCorner(size, stacked.rows);
   W = stacked.PHt();
   solve_transposed(whitening_.L(), W);  // PHᵀL⁻ᵀ
+  if (smoother_) smoother_->update(stacked, whitening_, W);
   state_.storage_x.head(size).noalias() += W * whitening_.innovation();
   state_.storage_P.topLeftCorner(size, size).selfadjointView<Eigen::Lower>().rankUpdate(W, -1);
   update_sensitivity(stacked);
@@ -125,6 +127,7 @@ void Kalman::update_sensitivity(const StackedMeasurement& stacked) {
 void Kalman::normalize_orientation() {
   const Eigen::Vector4d q = state_.orientation();
   const Eigen::Matrix4d N = normalized_jacobian(q);  // symmetric
+  if (smoother_) smoother_->change(kOrientation, N);
   auto& P = state_.storage_P;
   state_.storage_x.segment<4>(kOrientation) = q.normalized();
   auto& s = state_.storage_sensitivity;
@@ -160,6 +163,7 @@ int Kalman::append(const LandmarkInitialization& landmark) {
                       P.block(at, kRobot, 6, at - kRobot));
   multiply_transposed(P.block(at, 0, 6, kRobot), landmark.J_robot, P.block(at, at, 6, 6));
   P.block(at, at, 6, 6) += landmark.noise;
+  if (smoother_) smoother_->append(landmark.J_robot);
   return at;
 }
 
@@ -179,10 +183,14 @@ void Kalman::replace(int at, int count, const Eigen::Ref<const Eigen::VectorXd>&
   replace_in(state_.storage_null);
   for (int k = 0; k < kSystematicErrors; ++k) replace_in(state_.storage_sensitivity.col(k));
   state_.storage_x.segment(at, new_count) = y;
+  ParameterJacobian square = ParameterJacobian::Zero(count, count);
+  square.topRows(new_count) = J;
+  if (smoother_) smoother_->change(at, square);
   erase(at + new_count, count - new_count);
 }
 
 void Kalman::predict_match_bias(int at, double decay, double variance) {
+  if (smoother_) smoother_->change(at, decay * Eigen::Matrix2d::Identity());
   auto& P = state_.storage_P;
   for (int i = at; i < at + 2; ++i) {
     P.row(i).head(i) *= decay;
@@ -204,6 +212,7 @@ int Kalman::append_point(const Eigen::Vector3d& p_W, double sigma_m) {
   state_.storage_sensitivity.middleRows<3>(at).setZero();
   state_.storage_P.block(at, 0, 3, at + 3).setZero();
   inflate(at, sigma_m * sigma_m * Eigen::Matrix3d::Identity());
+  if (smoother_) smoother_->append(Eigen::MatrixXd(3, 0));
   return at;
 }
 
@@ -215,6 +224,7 @@ void Kalman::erase(int at, int count) {
     const double* const old = P.col(from).data();
     std::copy(old + std::max(at + count, from), old + size, P.col(column).data() + std::max(at, column));
   }
+  if (smoother_) smoother_->change(at, Eigen::MatrixXd(0, count));
   const auto close_gap = [&](double* values) { std::copy(values + at + count, values + size, values + at); };
   close_gap(state_.storage_x.data());
   close_gap(state_.storage_null.data());
@@ -223,6 +233,7 @@ void Kalman::erase(int at, int count) {
 }
 
 void Kalman::reset_robot(const RobotState& robot) {
+  if (smoother_) smoother_->change(0, RobotMatrix::Zero());
   state_.storage_x.head<kRobot>() = robot.x;
   state_.storage_null.head<kRobot>() = robot_null_yaw(robot.x);
   state_.storage_sensitivity.setZero();

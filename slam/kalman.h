@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "slam/measurement.h"
+#include "slam/smoother.h"
 
 namespace slam {
 
@@ -25,6 +25,8 @@ class Kalman {
   Kalman(const RobotState& initial, bool observability_constrained, int match_biases = 0);
 
   const State& state() const { return state_; }
+  /// Records all further changes of the state for a smoother, which must outlive them.
+  void record(Smoother& smoother) { smoother_ = &smoother; }
   /// x ← f and P ← FPFᵀ + Q for the robot's part; its correlations with the landmarks follow.
   void predict(const RobotVector& f, const RobotMatrix& F, const RobotMatrix& Q);
   /// Removes from H the part that observes the heading of the whole world, which is unobservable
@@ -67,6 +69,7 @@ class Kalman {
 
   State state_;
   bool observability_constrained_;
+  Smoother* smoother_ = nullptr;
   Whitening whitening_;
   Evidence evidence_{};
   Sensitivity sensitivity_;                     // work space: whitened

@@ -146,8 +146,13 @@ void stack(const State& state, const std::vector<Measurement>& measurements, Sta
   stacked.first_row.assign(1, 0);
   for (const Measurement& m : measurements) stacked.first_row.push_back(stacked.first_row.back() + m.rows);
   stacked.resize(state.size, stacked.first_row.back());
+  stacked.blocks.clear();
   for (std::size_t i = 0; i < measurements.size(); ++i) {
     const Measurement& m = measurements[i];
+    if (m.H_landmark.cols() > 0) stacked.blocks.push_back({i, m.landmark_at, m.H_landmark});
+    if (m.bias_at >= 0)
+      stacked.blocks.push_back(
+          {i, m.bias_at, m.bias_gain * Measurement::Small<3, 6>::Identity(m.rows, m.rows)});
     stacked.innovation().segment(stacked.first_row[i], m.rows) = m.innovation;
     stacked.H_robot().middleRows(stacked.first_row[i], m.rows) = m.H_robot;
     stacked.sensitivity().middleRows(stacked.first_row[i], m.rows) = innovation_sensitivity(state, m);
@@ -202,9 +207,13 @@ void select(const StackedMeasurement& stacked, const std::vector<std::size_t>& i
             StackedMeasurement& selected) {
   select_innovation(stacked, indices, selected);
   selected.resize(stacked.size, selected.rows);
+  selected.blocks.clear();
   for (std::size_t k = 0; k < indices.size(); ++k) {
+    for (const StackedMeasurement::Block& block : stacked.blocks)
+      if (block.measurement == indices[k]) selected.blocks.push_back({k, block.at, block.H});
     const int from = stacked.first_row[indices[k]], to = selected.first_row[k];
     const int rows = selected.first_row[k + 1] - to;
+    selected.H_robot().middleRows(to, rows) = stacked.H_robot().middleRows(from, rows);
     selected.sensitivity().middleRows(to, rows) = stacked.sensitivity().middleRows(from, rows);
     selected.PHt().middleCols(to, rows) = stacked.PHt().middleCols(from, rows);
   }

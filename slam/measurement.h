@@ -55,12 +55,20 @@ bool factorize(Eigen::Ref<Eigen::MatrixXd> A);
 void reserve_workspace(Eigen::MatrixXd& storage, int rows, int columns);
 
 /// Stacked measurements: innovation ν, its derivative with respect to the systematic errors, also through the
-/// state, PHᵀ and S = HPHᵀ + R. The storage is larger than needed, so that it seldom grows.
+/// state, H, PHᵀ and S = HPHᵀ + R. The storage is larger than needed, so that it seldom grows.
 struct StackedMeasurement {
+  /// A part of H that is not of the robot: the derivative of a measurement by the parameters from `at` on.
+  struct Block {
+    std::size_t measurement = 0;
+    int at = 0;
+    Measurement::Small<3, 6> H;
+  };
+
   int size = 0, rows = 0;  ///< number of parameters in the state, number of rows of all the measurements
   Eigen::VectorXd storage_innovation;
   Sensitivity storage_sensitivity;
   Eigen::MatrixXd storage_H_robot, storage_PHt, storage_S;
+  std::vector<Block> blocks;   ///< in the order of the measurements
   std::vector<int> first_row;  ///< first row of each measurement, and the number of rows at the end
 
   std::size_t count() const { return first_row.size() - 1; }
@@ -69,6 +77,7 @@ struct StackedMeasurement {
   auto sensitivity() { return storage_sensitivity.topRows(rows); }
   auto sensitivity() const { return storage_sensitivity.topRows(rows); }
   auto H_robot() { return storage_H_robot.topLeftCorner(rows, kRobot); }
+  auto H_robot() const { return storage_H_robot.topLeftCorner(rows, kRobot); }
   auto PHt() { return storage_PHt.topLeftCorner(size, rows); }
   auto PHt() const { return storage_PHt.topLeftCorner(size, rows); }
   auto S() { return storage_S.topLeftCorner(rows, rows); }

@@ -72,6 +72,9 @@ class Estimator {
   virtual bool uses(int) const { return true; }
   /// Returns the current map.
   virtual std::vector<slam::MapPoint> map() const = 0;
+  /// Returns the poses of all answers, each given all observations; nothing if it does not smooth. To be
+  /// called once, after the last answer.
+  virtual std::vector<PoseEstimate> smoothed() { return {}; }
   /// Ends it and returns what it wrote to its standard error. Throws EstimatorFailed if it has sent more
   /// answers than it was asked for.
   virtual std::string finish() { return {}; }

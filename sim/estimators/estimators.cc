@@ -51,7 +51,9 @@ slam::Calibration with_depth(const Start& start) {
 class FilterEstimator : public Estimator {
  public:
   explicit FilterEstimator(const Start& start)
-      : calibration_(with_depth(start)), filter_(start.options, calibration_, start.X_WC, start.seed) {}
+      : calibration_(with_depth(start)), filter_(start.options, calibration_, start.X_WC, start.seed) {
+    if (start.options.vision.enabled) filter_.record();
+  }
 
   Answer step(const slam::Observation& observation) override {
     const slam::FrameReport& report = filter_.step(observation);
@@ -60,6 +62,12 @@ class FilterEstimator : public Estimator {
   }
   bool uses(int sensor) const override { return calibration_.depth && calibration_.depth->sensor == sensor; }
   std::vector<slam::MapPoint> map() const override { return filter_.map(); }
+  std::vector<PoseEstimate> smoothed() override {
+    std::vector<PoseEstimate> poses;
+    for (const slam::SmoothedPose& pose : filter_.smoothed().value_or(std::vector<slam::SmoothedPose>()))
+      poses.push_back({pose.t, pose.X_WC, std::nullopt});
+    return poses;
+  }
 
  private:
   slam::Calibration calibration_;

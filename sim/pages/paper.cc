@@ -238,8 +238,8 @@ constexpr const char* kHowToRead =
     "patches (scenarios/*_paper.yaml). This bench's filter is the default one. Drift is the true minus the "
     "planned pose of the waist at the end, as mean and standard deviation (sd) over seeds. The paper gives "
     "magnitudes without signs: they agree within a factor of two, or if both are below 10 mm or 1°. Other "
-    "results are the median over seeds with minimum and maximum. A loop is closed when three landmarks of "
-    "the first quarter of the circle are recognized in its last quarter. ATE is the root mean square "
+    "results are the median over seeds with minimum and maximum. A loop is closed when three landmarks are "
+    "recognized after the camera has been elsewhere. ATE is the root mean square "
     "position error after SE(3) alignment.</p>\n";
 
 // Figures 3 (a, d) and 4: what the paper's filter searches for in its images.

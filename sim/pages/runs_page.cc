@@ -188,13 +188,13 @@ class RunSections {
     const auto value = [&](const char* name) { return number_text(run_.value(name)); };
     if (run_.value("loop_time_s"))
       return fmt::format(
-          "<p>The loop was closed at {} s by {} landmarks of the first quarter. The position error was {} m "
+          "<p>The loop was closed at {} s by {} landmarks in all. The position error was {} m "
           "before and {} m one second after.</p>",
           value("loop_time_s"), value("loop_landmarks"), value("loop_error_before_m"),
           value("loop_error_after_m"));
-    std::string why = "no landmark of the first quarter was recognized";
+    std::string why = "too few landmarks were recognized";
     for (const result::SeedMetric& metric : run_.metrics)
-      if (metric.name == "loop_closed" && !metric.reason.empty()) why = metric.reason;
+      if (metric.name == "loop_time_s" && !metric.reason.empty()) why = metric.reason;
     return fmt::format("<p class='soft'>The loop was not closed: {}.</p>", escaped(why));
   }
 

@@ -88,7 +88,15 @@ score::TrueCamera true_camera(const slam::CameraIntrinsics& intrinsics) {
   const auto bearing = [camera](const Eigen::Vector2d& pixel) -> Eigen::Vector3d {
     return camera.unproject(pixel).value().h.normalized();
   };
-  return {project, bearing};
+  score::TrueCamera truth{project, bearing, {}};
+  constexpr int kCells = 4;  // of the grid, along each side
+  for (int i = 0; i < (kCells + 1) * (kCells + 1); ++i) {
+    const Eigen::Vector2d part(i % (kCells + 1), i / (kCells + 1)),
+        last(intrinsics.width_px - 1, intrinsics.height_px - 1);
+    if (const auto seen = camera.unproject(part.cwiseProduct(last) / kCells))
+      truth.grid.push_back(seen->h.normalized());
+  }
+  return truth;
 }
 
 std::vector<score::FootRow> feet(const recording::Truth& truth) {
@@ -161,6 +169,12 @@ score::Run score_input(const RunRecord& record) {
   if (!record.truth.waist_plan.empty()) run.plan_end = plan_end(walk);
   if (!record.tracked) return run;
   run.estimate = estimate(*record.tracked, record.truth.positions_of);
+  for (const estimators::PoseEstimate& pose : record.tracked->smoothed)
+    if (std::ranges::binary_search(*run.estimate, pose.t, {}, &files::TumRow::t)) {
+      run.smoothed.push_back({pose.t, pose.X_WC});
+      if (const auto& point = record.truth.positions_of)
+        run.smoothed.back().X.translation() = pose.X_WC * *point;
+    }
   for (const estimators::PoseEstimate& pose : record.tracked->odometry)
     run.odometry.push_back({pose.t, pose.X_WC});
   const bool is_filter = uses_filter(record.scenario.scenario);

@@ -16,14 +16,16 @@ namespace fs = std::filesystem;
 
 // A pose without covariance has eight columns in both files.
 void write_estimate(const fs::path& folder, const tracking::Tracked& tracked) {
-  std::string poses, with_covariance = files::kTumCovarianceHeader;
+  std::string poses, smoothed, with_covariance = files::kTumCovarianceHeader;
   for (const estimators::PoseEstimate& e : tracked.estimates()) {
     poses += files::tum_row(e.t, e.X_WC);
     with_covariance +=
         e.covariance ? files::tum_row(e.t, e.X_WC, *e.covariance) : files::tum_row(e.t, e.X_WC);
   }
+  for (const estimators::PoseEstimate& e : tracked.smoothed) smoothed += files::tum_row(e.t, e.X_WC);
   if (!tracked.log.empty()) files::write_text(folder / "estimator.log", tracked.log);
   files::write_text(folder / "estimate.tum", poses);
+  if (!smoothed.empty()) files::write_text(folder / "estimate_smoothed.tum", smoothed);
   files::write_text(folder / "estimate_cov.txt", with_covariance);
 }
 

@@ -146,8 +146,21 @@ void check_time(const ReadScenario& read) {
           "is 1, but estimator.time.on_busy is wait, where every frame waits; expected 0, or on_busy: drop");
 }
 
-/// Throws ConfigError for limits that no run satisfies. turn_rad: of the whole walk.
-void check_limits(const ReadScenario& read, const Yaml& at, double turn_rad) {
+/// Returns whether a walk neither turns nor comes back to a place.
+bool is_straight(const walking::Timeline& walk) {
+  const std::vector<walking::Phase>& phases = walk.phases();
+  double length = 0, turn = 0;
+  for (const walking::Phase& phase : phases) {
+    length += (walking::center_of(phase.to).position - walking::center_of(phase.from).position).norm();
+    turn += std::abs(phase.waist_yaw_to - phase.waist_yaw_from);
+  }
+  const Eigen::Vector2d way =
+      walking::center_of(phases.back().to).position - walking::center_of(phases.front().from).position;
+  return turn < 1e-6 && length - way.norm() < 1e-6;
+}
+
+/// Throws ConfigError for limits that no run satisfies.
+void check_limits(const ReadScenario& read, const Yaml& at, const walking::Timeline& walk) {
   const std::vector<MetricLimit>& limits = read.scenario.limits.metrics;
   for (const MetricLimit& most : limits)
     for (const MetricLimit& least : limits)
@@ -155,14 +168,11 @@ void check_limits(const ReadScenario& read, const Yaml& at, double turn_rad) {
           least.value > most.value)
         fail(at, "limits." + subject(most),
              fmt::format("contradicts itself: at_least {} is above at_most {}", least.value, most.value));
-  constexpr double kLoop_rad = 350 * std::numbers::pi / 180;  // as loop_closed defines it
   for (const MetricLimit& limit : limits)
     if (limit.metric == "loop_closed" && limit.bound == Bound::at_least && limit.value > 0 &&
-        turn_rad < kLoop_rad)
+        is_straight(walk))
       fail(at, "limits." + subject(limit),
-           fmt::format("cannot be met: the walk turns by {:.0f} degrees, expected at least 350; limits: {{}} "
-                       "removes the limits of a base",
-                       turn_rad * 180 / std::numbers::pi));
+           "cannot be met: the walk neither turns nor comes back; limits: {} removes the limits of a base");
 }
 
 /// Throws ConfigError if keys contradict each other, a fault never happens, or the walk takes too long to
@@ -193,10 +203,7 @@ void check_whole(const ReadScenario& read) {
            "disturb the estimate that steers, but walk.steering.by is plan; expected truth or estimate");
   const std::optional<walking::Timeline> walk = planned(read);
   if (!walk) return;
-  double turn_rad = 0;
-  for (const walking::Phase& phase : walk->phases())
-    turn_rad += std::abs(phase.waist_yaw_to - phase.waist_yaw_from);
-  check_limits(read, at, turn_rad);
+  check_limits(read, at, *walk);
   const double walk_s = static_cast<double>(walk->ticks()) * walking::kPeriod;
   check_happens(read, steered_by == plan ? walk_s : 2 * walk_s);  // steering adds steps
 }

@@ -7,7 +7,7 @@ namespace sim::score {
 namespace {
 
 constexpr Stamp kOutOfView = std::chrono::seconds(5);
-constexpr double kTolerance_px = 3;
+constexpr double kTolerance_px = 3, kFar_m = 1000;
 
 // The true pose of exactly that time, or null.
 const Eigen::Isometry3d* pose_at(const Run& run, Stamp t) {
@@ -24,41 +24,52 @@ std::optional<Eigen::Vector3d> surface_point(const Run& run, const StampedPixel&
   return X_WC->translation() + *distance * direction;
 }
 
-// The end of the first stretch after `start` with the point out of view for long enough.
-std::optional<Stamp> lost_from_view(const Run& run, const Eigen::Vector3d& p_W, Stamp start) {
-  std::optional<Stamp> out_since;
-  for (const TimedPose& pose : run.truth_camera) {
-    if (pose.t < start) continue;
-    if (run.camera.project(pose.X, p_W)) {
-      out_since.reset();
+// The points of the room that the camera at X_WC sees on its grid; far away where it sees none.
+std::vector<Eigen::Vector3d> view_from(const Run& run, const Eigen::Isometry3d& X_WC) {
+  std::vector<Eigen::Vector3d> points;
+  for (const Eigen::Vector3d& bearing : run.camera.grid) {
+    const Eigen::Vector3d direction = X_WC.linear() * bearing;
+    const double distance = first_hit(run.surfaces, X_WC.translation(), direction).value_or(kFar_m);
+    points.push_back(X_WC.translation() + distance * direction);
+  }
+  return points;
+}
+
+// The time when a point that was in view at `start` is in view again after the camera has been elsewhere.
+std::optional<Stamp> return_to(const Run& run, const Eigen::Vector3d& p_W, Stamp start) {
+  const auto in_view = [&](const TimedPose& pose, const Eigen::Vector3d& p) {
+    return run.camera.project(pose.X, p).has_value();
+  };
+  const auto& poses = run.truth_camera;
+  auto last_view = std::ranges::lower_bound(poses, start, {}, &TimedPose::t);
+  std::vector<Eigen::Vector3d> view;  // of last_view; the one in view most recently is last
+  Stamp out_since = start;
+  bool was_elsewhere = false;
+  for (auto pose = last_view; pose != poses.end(); ++pose) {
+    if (in_view(*pose, p_W)) {
+      if (was_elsewhere && pose->t - out_since > kOutOfView) return pose->t;
+      last_view = pose, was_elsewhere = false;
+      view.clear();
       continue;
     }
-    if (!out_since) out_since = pose.t;
-    if (pose.t - *out_since >= kOutOfView) return pose.t;
+    if (pose == last_view + 1) out_since = pose->t;
+    if (was_elsewhere) continue;
+    if (view.empty()) view = view_from(run, last_view->X);
+    const auto seen = std::ranges::find_if(view, [&](const auto& p) { return in_view(*pose, p); });
+    was_elsewhere = seen == view.end();
+    if (!was_elsewhere) std::iter_swap(seen, view.begin());  // probably still in view in the next frame
   }
   return std::nullopt;
 }
 
-std::optional<LoopLandmark> found_again(const Run& run, const LandmarkHistory& landmark,
-                                        const TurnMarks& marks) {
-  if (landmark.first_seen.t >= marks.quarter) return std::nullopt;
-  const auto p_W = surface_point(run, landmark.first_seen);
-  if (!p_W) return std::nullopt;
-  const auto lost = lost_from_view(run, *p_W, landmark.first_seen.t);
-  if (!lost) return std::nullopt;
-  const auto matches_truth = [&](const StampedPixel& match) {
-    const Eigen::Isometry3d* const X_WC = pose_at(run, match.t);
-    const auto pixel = X_WC ? run.camera.project(*X_WC, *p_W) : std::nullopt;
+std::optional<Stamp> first_match(const Run& run, const LandmarkHistory& landmark, const Eigen::Vector3d& p_W,
+                                 Stamp from) {
+  const auto found = std::ranges::find_if(landmark.accepted, [&](const StampedPixel& match) {
+    const Eigen::Isometry3d* const X_WC = match.t >= from ? pose_at(run, match.t) : nullptr;
+    const auto pixel = X_WC ? run.camera.project(*X_WC, p_W) : std::nullopt;
     return pixel && (*pixel - match.pixel).norm() <= kTolerance_px;
-  };
-  const auto match_from = [&](Stamp t) {
-    return std::ranges::find_if(landmark.accepted, [&](const StampedPixel& match) {
-      return match.t > *lost && match.t >= t && matches_truth(match);
-    });
-  };
-  const auto first = match_from(*lost);
-  if (first == landmark.accepted.end()) return std::nullopt;
-  return LoopLandmark{landmark.id, first->t, match_from(marks.three_quarters) != landmark.accepted.end()};
+  });
+  return found == landmark.accepted.end() ? std::nullopt : std::optional(found->t);
 }
 
 using Eigen::Vector3d;
@@ -217,25 +228,19 @@ class DriftDecomposition {
 
 }  // namespace
 
-std::optional<TurnMarks> turn_marks(const Trajectory& plan_waist) {
-  std::vector<double> turned;  // since the first pose, without jumps of whole turns
-  for (std::size_t i = 0; i < plan_waist.size(); ++i)
-    turned.push_back(i == 0 ? 0
-                            : turned.back() +
-                                  yaw(plan_waist[i].X.linear() * plan_waist[i - 1].X.linear().transpose()));
-  if (turned.empty() || std::abs(turned.back()) < 350 * std::numbers::pi / 180) return std::nullopt;
-  const auto when = [&](double part) {
-    const auto reached =
-        std::ranges::find_if(turned, [&](double turn) { return turn / turned.back() >= part; });
-    return plan_waist[static_cast<std::size_t>(reached - turned.begin())].t;
-  };
-  return TurnMarks{when(0.25), when(0.75)};
-}
-
-std::vector<LoopLandmark> loop_landmarks(const Run& run, const TurnMarks& marks) {
+OrAbsent<std::vector<LoopLandmark>> loop_landmarks(const Run& run) {
+  if (run.surfaces.empty()) return Absent{"the surfaces of the room are not known"};
   std::vector<LoopLandmark> all;
-  for (const LandmarkHistory& landmark : run.landmarks)
-    if (const auto found = found_again(run, landmark, marks)) all.push_back(*found);
+  bool returned = false;
+  for (const LandmarkHistory& landmark : run.landmarks) {
+    const auto p_W = surface_point(run, landmark.first_seen);
+    const auto back = p_W ? return_to(run, *p_W, landmark.first_seen.t) : std::nullopt;
+    returned = returned || back;
+    const auto found = back ? first_match(run, landmark, *p_W, *back) : std::nullopt;
+    if (found) all.push_back({landmark.id, *found});
+  }
+  if (!returned) return Absent{"the camera never returned to a landmark after it had been elsewhere"};
+  std::ranges::stable_sort(all, {}, &LoopLandmark::found);
   return all;
 }
 

@@ -68,13 +68,13 @@ struct TrueCamera {
       project;
   /// The unit vector in C along which a pixel looks.
   std::function<Eigen::Vector3d(const Eigen::Vector2d& pixel)> bearing;
+  std::vector<Eigen::Vector3d> grid;  ///< the same for pixels spread over the whole image
 };
 
-/// An early landmark that was found again.
+/// A landmark that was found again after the camera had been elsewhere.
 struct LoopLandmark {
   int id = 0;
-  Stamp found{0};       ///< its first match that counts, anywhere on the path
-  bool closes = false;  ///< also matched after three quarters of the turn
+  Stamp found{0};  ///< its first match after that
 };
 
 /// A landmark of the filter's final map.
@@ -143,6 +143,7 @@ struct Run {
   std::optional<std::vector<files::TumRow>> estimate;
   Trajectory
       odometry;  ///< by the same sensors without images; empty if that did not run beside the estimator
+  Trajectory smoothed;  ///< the poses of the estimate, given all observations; empty without a smoother
   std::array<std::vector<StampedInnovation>, kSensors.size()> innovations;
   std::vector<FrameUse> use;             ///< of each answer; empty if the estimator does not report it
   std::vector<TimedHealth> health;       ///< after every observation; not tracking after a divergence
@@ -171,22 +172,18 @@ struct ScoreContext {
   std::vector<PosePair> pairs;        ///< of these two
   OrAbsent<std::vector<PoseNees>> nees;      ///< of the pairs with a covariance
   std::optional<Absent> no_estimate;         ///< why the estimate cannot be scored, if it cannot
-  OrAbsent<std::vector<LoopLandmark>> loop;  ///< early landmarks that were found again
+  OrAbsent<std::vector<LoopLandmark>> loop;  ///< of loop_landmarks()
 };
 
-/// The times after a quarter and after three quarters of the plan's total turn.
-struct TurnMarks {
-  Stamp quarter{0}, three_quarters{0};
-};
+inline constexpr std::size_t kLandmarksOfLoop = 3;  ///< found again, they close a loop
 
-/// Returns the marks, or nothing unless the plan turns by at least 350° about z, whole turns counted.
-std::optional<TurnMarks> turn_marks(const Trajectory& plan_waist);
-
-/// Returns the landmarks of the first quarter of the turn that were found again, in their order: the first
-/// point of the room on the ray through the first pixel was out of the true camera's field of view for at
-/// least 5 s in one stretch, and a later match was accepted within 3 px of its true projection. Occlusion
-/// does not matter.
-std::vector<LoopLandmark> loop_landmarks(const Run& run, const TurnMarks& marks);
+/// Returns the landmarks that were found again after the camera had been elsewhere, the first one first, or
+/// why the walk has no loop. Elsewhere: the landmark's surface point, which is the first point of the room on
+/// the ray through its first pixel, was out of the true camera's field of view for at least 5 s in one
+/// stretch, and at a moment of it also every other point that the last image before the stretch shows. As
+/// long as a part of that image stays in view, the map in view connects the two places. Found again: a match
+/// within 3 px of the point's true projection was accepted after that. Occlusion does not matter.
+OrAbsent<std::vector<LoopLandmark>> loop_landmarks(const Run& run);
 
 /// Returns the distance (m) of each of the map's landmarks with a history from its surface point, see
 /// loop_landmarks(), if it has one.

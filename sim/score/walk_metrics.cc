@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -14,9 +16,7 @@ using Numbers = std::vector<double>;
 using Loop = std::vector<LoopLandmark>;
 
 Value landmark_count(C c) {
-  return value_of(c.loop, [](const Loop& loop) -> Value {
-    return static_cast<double>(std::ranges::count_if(loop, &LoopLandmark::closes));
-  });
+  return value_of(c.loop, [](const Loop& loop) -> Value { return static_cast<double>(loop.size()); });
 }
 
 const PosePair* last_until(C c, Stamp t) {
@@ -25,7 +25,7 @@ const PosePair* last_until(C c, Stamp t) {
   return last == c.pairs.rend() ? nullptr : &*last;
 }
 
-// The first early landmark found again; the errors (m) of the last positions before and until 1 s after.
+// The landmark that closes the loop; the errors (m) of the last positions before and until 1 s after.
 struct Closure {
   double time_s = 0, error_before = 0, error_after = 0;
 };
@@ -33,8 +33,10 @@ struct Closure {
 OrAbsent<Closure> closure(C c) {
   if (const auto* absent = std::get_if<Absent>(&c.loop)) return *absent;
   const Loop& loop = std::get<Loop>(c.loop);
-  if (loop.empty()) return Absent{"no early landmark was found again"};
-  const Stamp found = std::ranges::min_element(loop, {}, &LoopLandmark::found)->found;
+  if (loop.size() < kLandmarksOfLoop)
+    return Absent{
+        fmt::format("{} landmarks were found again; {} close a loop", loop.size(), kLandmarksOfLoop)};
+  const Stamp found = loop[kLandmarksOfLoop - 1].found;
   const PosePair *before = last_until(c, found - Stamp(1)),
                  *after = last_until(c, found + std::chrono::seconds(1));
   if (!before || !after) return Absent{"no estimate before the closure"};
@@ -170,29 +172,30 @@ double fraction_dropped(const Timeliness& t) {
 }  // namespace
 
 MetricDefinitions loop_metrics() {
-  const std::string early =
-                        "first seen before the plan has turned a quarter of its total turn, then out of the "
-                        "field of view for at least 5 s in one stretch",
-                    position_error = "Error of the camera's position, without alignment, ";
-  return {{"loop_landmarks", "1",
-           "Number of landmarks that close the loop: " + early +
-               ", and matched again after three quarters of the turn, within 3 px of the true projection of "
-               "their surface point. Defined for plans that turn by at least 350 degrees.",
-           Needs::estimate, landmark_count, smallest, kHeadline},
-          {"loop_closed", "1", "1 if loop_landmarks is at least 3, else 0.", Needs::estimate,
-           [](C c) {
-             return value_of(landmark_count(c), [](double count) -> Value { return count >= 3 ? 1.0 : 0.0; });
-           },
-           smallest, kHeadline},
-          {"loop_time_s", "s",
-           "Time of the first early landmark that was found again, anywhere on the path: " + early +
-               ", and matched within 3 px of its true projection.",
-           Needs::estimate, of_closure(&Closure::time_s), largest, kHeadline},
-          {"loop_error_before_m", "m", position_error + "in the frame before loop_time_s.", Needs::scale,
-           of_closure(&Closure::error_before), largest, kHeadline},
-          {"loop_error_after_m", "m",
-           position_error + "1 s after loop_time_s, or at the last frame if that is earlier.", Needs::scale,
-           of_closure(&Closure::error_after), largest, kHeadline}};
+  const std::string position_error = "Error of the camera's position, without alignment, ";
+  return {
+      {"loop_landmarks", "1",
+       "Number of landmarks that were found again after the camera had been elsewhere: they were out of "
+       "the field of view for at least 5 s in one stretch, at a moment of it with all that the last image "
+       "before shows, and later matched within 3 px of the true projection of their surface point. "
+       "Defined for walks that return to a landmark.",
+       Needs::estimate, landmark_count, smallest, kHeadline},
+      {"loop_closed", "1", fmt::format("1 if loop_landmarks is at least {}, else 0.", kLandmarksOfLoop),
+       Needs::estimate,
+       [](C c) {
+         return value_of(landmark_count(c), [](double count) -> Value {
+           return count >= static_cast<double>(kLandmarksOfLoop) ? 1.0 : 0.0;
+         });
+       },
+       smallest, kHeadline},
+      {"loop_time_s", "s",
+       "Time of the match that closes the loop: the first one of the third landmark of loop_landmarks.",
+       Needs::estimate, of_closure(&Closure::time_s), largest, kHeadline},
+      {"loop_error_before_m", "m", position_error + "in the frame before loop_time_s.", Needs::scale,
+       of_closure(&Closure::error_before), largest, kHeadline},
+      {"loop_error_after_m", "m",
+       position_error + "1 s after loop_time_s, or at the last frame if that is earlier.", Needs::scale,
+       of_closure(&Closure::error_after), largest, kHeadline}};
 }
 
 MetricDefinitions walk_metrics() {

@@ -214,6 +214,7 @@ Tracked Tracking::finish() {
     if (!failed()) tracked_.failed = failure.what();
   }
   tracked_.map = estimator_->map();
+  tracked_.smoothed = estimator_->smoothed();
   return std::move(tracked_);
 }
 

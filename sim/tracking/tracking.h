@@ -39,6 +39,7 @@ struct Tracked {
   /// The poses by the same sensors without images (estimator: odometry); empty if that is the estimator
   /// itself, without plan and legs, or if it diverged.
   std::vector<estimators::PoseEstimate> odometry = {};
+  std::vector<estimators::PoseEstimate> smoothed = {};  ///< see estimators::Estimator
 
   /// Returns why the estimate did not reach the end: it diverged, was still lost, or the estimator failed.
   std::optional<scenario::Ended> failure() const;

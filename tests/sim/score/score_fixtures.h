@@ -49,6 +49,8 @@ inline TrueCamera square_camera() {
   camera.bearing = [](const Eigen::Vector2d& pixel) {
     return Eigen::Vector3d((pixel.x() - 160) / 160, (pixel.y() - 120) / 160, 1).normalized();
   };
+  for (const int u : {0, 80, 160, 240, 320})
+    for (const int v : {0, 120, 240}) camera.grid.push_back(camera.bearing(Eigen::Vector2d(u, v)));
   return camera;
 }
 

@@ -239,20 +239,6 @@ TEST_F(Navigation, TimelinessIsThatOfTheAnswers) {
     EXPECT_NEAR(value(name), expected, 0.25) << name;
 }
 
-// The corrections take back what the robot drifts, here 20 of the 360 degrees.
-TEST_F(Navigation, TheLoopOfASteeredWalkIsThatOfItsCommands) {
-  run.estimate.emplace();
-  for (int i = 0; i <= 10; ++i) {
-    run.desired->waist[i].X.linear() = about_z(36 * kDegree * i);
-    run.plan_waist[i].X.linear() = about_z(34 * kDegree * i);
-    run.estimate->push_back({run.truth_camera[i], {}});
-  }
-  const std::string too_little = "the executed part of the plan turns by less than 350 degrees";
-  EXPECT_EQ(reason("loop_closed"), too_little);
-  run.steered = true;
-  EXPECT_NE(reason("loop_closed"), too_little);
-}
-
 // By hand: shapes at the origin, rays along axes. RoomSurfaces compares rays in rooms with MuJoCo's.
 TEST(Surfaces, TheNearestHitIsWhereGeometryHasIt) {
   const Vector3d x = Vector3d::UnitX(), z = Vector3d::UnitZ();
@@ -278,114 +264,97 @@ TEST(Surfaces, TheNearestHitIsWhereGeometryHasIt) {
   EXPECT_EQ(first_hit({far, near}, Vector3d::Zero(), Vector3d::UnitY()), std::nullopt);
 }
 
-TEST(LoopClosure, MarksAreWhereAQuarterAndThreeQuartersOfNearlyOneTurnAreDone) {
-  Trajectory plan;  // stands for 10 frames, then turns by 1° per frame, stands again
-  for (int i = 0; i <= 400; ++i)
-    plan.push_back({Stamp(i), upright(0, 0, 0, std::clamp(i - 10, 0, 360) * -kDegree)});
-  const auto marks = turn_marks(plan);
-  ASSERT_TRUE(marks);
-  EXPECT_NEAR(static_cast<double>(marks->quarter.count()), 100, 1);  // 90° exactly is a matter of rounding
-  EXPECT_NEAR(static_cast<double>(marks->three_quarters.count()), 280, 1);
-  for (const double degrees : {349, 351, -351}) {
-    plan.clear();
-    for (int i = 0; i <= 100; ++i) plan.push_back({Stamp(i), upright(0, 0, 0, degrees * i / 100 * kDegree)});
-    EXPECT_EQ(turn_marks(plan).has_value(), std::abs(degrees) > 350) << degrees;
-  }
-  EXPECT_FALSE(turn_marks({}));
-}
-
-// A camera that turns once to the left in 40 s on the spot, in the middle of a room of 8 x 8 x 3 m, one frame
-// each 0.1 s. The landmark is seen first in the image's middle at 1 s, and again near the end at 39.9 s.
-struct Circle {
-  Circle() {
-    for (int i = 0; i <= 400; ++i)
-      run.truth_camera.push_back({milliseconds(100 * i), looking(2 * pi * i / 400)});
-    run.surfaces = {box_room(4)};
+// A camera in front of a wall 4 m ahead (x = 4 m), one frame each 0.1 s for 40 s. It looks ahead, but for the
+// time of an excursion. The landmark is seen first in the image's middle at 1 s, and matched again at 39.9 s.
+struct Excursion {
+  explicit Excursion(const Eigen::Isometry3d& elsewhere = looking(pi), int from_ms = 15000,
+                     int to_ms = 25000) {
+    run.surfaces = {{Surface::Kind::box, upright(5, 0, 1.5), {1, 30, 30}}};
     run.camera = square_camera();
-    run.landmarks = {{7,
-                      {milliseconds(1000), kMiddle},
-                      {{milliseconds(1100), kMiddle}, {milliseconds(39900), image_of_first_point(39900)}}}};
+    for (int t = 0; t <= 40000; t += 100)
+      run.truth_camera.push_back({milliseconds(t), t >= from_ms && t <= to_ms ? elsewhere : looking(0)});
+    run.landmarks = {
+        {7, {milliseconds(1000), kMiddle}, {{milliseconds(1100), kMiddle}, {milliseconds(39900), kMiddle}}}};
   }
 
-  LandmarkHistory& landmark() { return run.landmarks.front(); }
-  // The later pixel of the point on the wall ahead at 1 s (x = 4 m), from geometry.
-  Eigen::Vector2d image_of_first_point(int t_ms) const {
-    return *run.camera.project(looking(2 * pi * t_ms / 40000), {4, 4 * std::tan(kFirst), 1.4});
+  std::vector<StampedPixel>& accepted() { return run.landmarks.front().accepted; }
+  // The landmarks found again, or nothing if the camera did not return from elsewhere.
+  std::optional<std::vector<LoopLandmark>> found() const {
+    const auto all = loop_landmarks(run);
+    return std::holds_alternative<Absent>(all) ? std::nullopt : std::optional(std::get<0>(all));
   }
-  // Looks ahead but for some time to the back; the last match is then in the middle.
-  void look_back(int from_ms, int to_ms) {
-    for (TimedPose& pose : run.truth_camera)
-      pose.X = looking(pose.t >= milliseconds(from_ms) && pose.t <= milliseconds(to_ms) ? pi : 0);
-    landmark().accepted.back().pixel = kMiddle;
-  }
-  std::vector<LoopLandmark> found() const { return loop_landmarks(run, marks); }
-  bool closes() const { return !found().empty() && found().front().closes; }
+  bool closes() const { return found() && !found()->empty(); }
 
   static inline const Eigen::Vector2d kMiddle{160, 120};
-  static constexpr double kFirst = 2 * pi * 1000 / 40000;
   Run run;
-  TurnMarks marks{milliseconds(10000), milliseconds(30000)};
 };
 
-TEST(LoopClosure, ALandmarkOfTheFirstQuarterLostFromViewAndFoundAgainWithinThreePixelsCounts) {
+Eigen::Isometry3d aside(double left_m) {
+  Eigen::Isometry3d X = looking(0);
+  X.translation().y() = left_m;
+  return X;
+}
+
+TEST(LoopClosure, ALandmarkFoundAgainWithinThreePixelsAfterTheCameraWasElsewhereCounts) {
   for (const double off : {0.0, 2.9, -2.9, 4.0, -3.1}) {
-    Circle circle;
-    circle.landmark().accepted.back().pixel.x() += off;
-    EXPECT_EQ(circle.closes(), std::abs(off) < 3) << off;
+    Excursion walk;
+    walk.accepted().back().pixel.x() += off;
+    ASSERT_TRUE(walk.found());
+    EXPECT_EQ(walk.closes(), std::abs(off) < 3) << off;
   }
-  Circle later, unmatched, without_room, in_view;
-  later.marks.quarter = milliseconds(1000);
-  unmatched.landmark().accepted.pop_back();
+  Excursion unmatched, without_room;
+  unmatched.accepted().pop_back();
+  EXPECT_TRUE(unmatched.found() && !unmatched.closes()) << "it returned, and the landmark was not found";
   without_room.run.surfaces.clear();
-  in_view.look_back(50000, 50000);
-  for (const Circle& circle : {later, unmatched, without_room, in_view}) EXPECT_TRUE(circle.found().empty());
-  later.marks.quarter = milliseconds(1100);
-  EXPECT_TRUE(later.closes());
+  EXPECT_FALSE(without_room.found());
 }
 
-TEST(LoopClosure, TheFirstMatchAfterTheLossCountsWhereverOnThePath) {
-  Circle circle;
-  circle.marks.three_quarters = milliseconds(40000);
-  ASSERT_EQ(circle.found().size(), 1u);
-  EXPECT_FALSE(circle.closes()) << "no match after three quarters";
-  circle.marks.three_quarters = milliseconds(39500);
-  for (int t = 39800; t >= 39000; t -= 100)
-    circle.landmark().accepted.insert(circle.landmark().accepted.begin() + 1,
-                                      {milliseconds(t), circle.image_of_first_point(t)});
-  ASSERT_EQ(circle.found().size(), 1u) << "once, however often it is matched";
-  EXPECT_EQ(circle.found()[0].found, milliseconds(39000));
-  EXPECT_TRUE(circle.closes());
+TEST(LoopClosure, ElsewhereIsAHeadingOrPlaceWhereNothingOfTheLastImageIsInViewAndTheLandmarkIsNotFor5s) {
+  EXPECT_FALSE(Excursion(looking(pi), 20000, 24900).found());
+  EXPECT_TRUE(Excursion(looking(pi), 20000, 25000).closes());
+  Excursion seen_between(looking(pi), 20000, 28000);  // two stretches of 3 s and 4.9 s
+  seen_between.run.truth_camera[230].X = looking(0);
+  EXPECT_FALSE(seen_between.found());
+  Excursion before(looking(pi), 0, 8900);  // before its first sight
+  before.run.landmarks.front().first_seen.t = milliseconds(9500);
+  EXPECT_FALSE(before.found());
+  // The camera sees 90 degrees, and 8 m of the wall. The landmark leaves the view at 45 degrees and at 4 m.
+  for (const double degrees : {50, 85, 95, 180, -85, -95})
+    EXPECT_EQ(Excursion(looking(degrees * kDegree)).closes(), std::abs(degrees) > 90) << degrees;
+  for (const double left_m : {4.5, 7.5, 8.5, -7.5, -8.5})
+    EXPECT_EQ(Excursion(aside(left_m)).closes(), std::abs(left_m) > 8) << left_m;
 }
 
-TEST(LoopClosure, ALandmarkOutOfViewForLessThanFiveSecondsAtATimeDoesNotCount) {
-  Circle circle;
-  circle.look_back(20000, 24900);
-  EXPECT_FALSE(circle.closes());
-  circle.look_back(20000, 25000);
-  EXPECT_TRUE(circle.closes());
-  circle.look_back(20000, 28000);
-  circle.run.truth_camera[230].X =
-      looking(0);  // seen for one frame in between: two stretches of 3 s and 4.9 s
-  EXPECT_FALSE(circle.closes());
-  circle.look_back(0, 8900);
-  circle.landmark().first_seen.t = milliseconds(9500);  // time before that does not count
-  EXPECT_FALSE(circle.closes());
+TEST(LoopClosure, IsOfAnyPathAndAtTheFirstMatchAfterTheReturn) {
+  Excursion eight, straight(looking(0));  // turns to the left for 20 s, back to the right for 20 s
+  for (std::size_t i = 0; i <= 400; ++i) {
+    eight.run.truth_camera[i].X = looking(2 * pi * static_cast<double>(i < 200 ? i : 400 - i) / 200);
+    straight.run.truth_camera[i].X.translation().x() = -0.01 * static_cast<double>(400 - i);
+  }
+  EXPECT_FALSE(straight.found());
+  const Eigen::Vector3d p_W = eight.run.truth_camera[10].X * Eigen::Vector3d(0, 0, 1);
+  eight.accepted().clear();
+  for (const int t : {1100, 19000, 19500, 39000})
+    eight.accepted().push_back(
+        {milliseconds(t),
+         *eight.run.camera.project(eight.run.truth_camera[static_cast<std::size_t>(t / 100)].X, p_W)});
+  ASSERT_TRUE(eight.found());
+  ASSERT_EQ(eight.found()->size(), 1U) << "once, however often it is matched";
+  EXPECT_EQ(eight.found()->front().found, milliseconds(19000));
 }
 
 TEST(LoopClosure, AMatchOfTheRightPixelButAnotherSurfacePointDoesNotCount) {
   // A post stands between: the point first seen is on the post, not on the wall behind it.
-  Circle circle;
-  const Eigen::Vector3d ahead(std::cos(Circle::kFirst), std::sin(Circle::kFirst), 0), eye(0, 0, 1.4);
-  circle.run.surfaces.push_back({Surface::Kind::cylinder, upright(ahead.x(), ahead.y(), 1.5), {0.1, 1.5, 0}});
-  for (TimedPose& pose : circle.run.truth_camera)
-    if (pose.t > milliseconds(30000))
-      pose.X.translation().y() += 0.2;  // walked aside: parallax separates the two
-  const auto closes_at = [&](const Eigen::Vector3d& p_W) {
-    circle.landmark().accepted.back().pixel = *circle.run.camera.project(circle.run.truth_camera[399].X, p_W);
-    return circle.closes();
+  Excursion walk;
+  walk.run.surfaces.push_back({Surface::Kind::cylinder, upright(1, 0, 1.5), {0.1, 1.5, 0}});
+  for (TimedPose& pose : walk.run.truth_camera)
+    if (pose.t > milliseconds(30000)) pose.X = aside(0.2);  // parallax separates the two
+  const auto closes_at = [&](double x) {
+    walk.accepted().back().pixel = *walk.run.camera.project(aside(0.2), {x, 0, 1.4});
+    return walk.closes();
   };
-  EXPECT_FALSE(closes_at({4, 4 * std::tan(Circle::kFirst), 1.4}));
-  EXPECT_TRUE(closes_at(0.9 * ahead + eye));
+  EXPECT_FALSE(closes_at(4));
+  EXPECT_TRUE(closes_at(0.9));
 }
 
 TEST(LandmarkAccuracy, IsTheDistanceToTheSurfacePointFirstSeen) {
