@@ -66,6 +66,7 @@ enum class Expected { closes, fails, fails_in_2006 };
 struct Closure {
   const char *experiment, *what, *paper;
   Expected expected;
+  const char* cause = nullptr;  ///< why it probably differs, if it does
 };
 constexpr Closure kClosures[]{
     {"tangent_circle_paper", "Experiment 1, the paper's filter (V-A.2)",
@@ -73,12 +74,18 @@ constexpr Closure kClosures[]{
     {"tangent_circle", "Experiment 1, this bench's filter", "10 of 10 closed, about 10 landmarks",
      Expected::closes},
     {"perpendicular_circle_paper", "Experiment 2, the paper's filter (V-B)", "closed, by 3 landmarks",
-     Expected::closes},
+     Expected::closes,
+     "the estimate is 0.2 m and 4 degrees wrong after the turn, in some seeds beyond its search regions; the "
+     "paper "
+     "closed it by the least number of landmarks, too"},
     {"perpendicular_circle", "Experiment 2, this bench's filter", "closed, by 3 landmarks", Expected::closes},
     {"vision_gyro_known_landmarks", "Experiment 1, vision and gyro, known landmarks (V-A.1)",
      "closed; quality of the trajectory insufficient", Expected::closes},
     {"vision_only", "Experiment 1, vision only (V-A)", "did not close", Expected::fails},
-    {"hall_paper", "The hall, the paper's filter (V)", "fails: landmarks at 10 to 12 m", Expected::fails},
+    {"hall_paper", "The hall, the paper's filter (V)", "fails: landmarks at 10 to 12 m", Expected::fails,
+     "the map is as wrong here, its landmarks by meters and the path by 100 mm, but on a circle of 0.75 m "
+     "they only need the right directions, which gyro and plan predict, and rendered images are sharp and "
+     "evenly lit"},
     {"hall", "The hall, this bench's filter", "fails", Expected::fails_in_2006}};
 
 PaperRow closure_row(const Closure& closure, const std::vector<RunData>& runs) {
@@ -96,6 +103,8 @@ PaperRow closure_row(const Closure& closure, const std::vector<RunData>& runs) {
     row.agreement = always ? "better" : "agrees";
   else
     row.agreement = (closure.expected == Expected::closes ? always : closed == 0) ? "agrees" : "differs";
+  if (row.agreement == "differs" && closure.cause)
+    row.bench += fmt::format(". Likely cause of the difference: {}", closure.cause);
   return row;
 }
 

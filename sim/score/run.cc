@@ -24,7 +24,7 @@ std::optional<Eigen::Vector3d> surface_point(const Run& run, const StampedPixel&
   return X_WC->translation() + *distance * direction;
 }
 
-// The points of the room that the camera at X_WC sees on its grid; far away where it sees none.
+// The points of the room that the camera at X_WC sees on its grid; far away if it sees none.
 std::vector<Eigen::Vector3d> view_from(const Run& run, const Eigen::Isometry3d& X_WC) {
   std::vector<Eigen::Vector3d> points;
   for (const Eigen::Vector3d& bearing : run.camera.grid) {

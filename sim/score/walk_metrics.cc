@@ -25,7 +25,7 @@ const PosePair* last_until(C c, Stamp t) {
   return last == c.pairs.rend() ? nullptr : &*last;
 }
 
-// The landmark that closes the loop; the errors (m) of the last positions before and until 1 s after.
+// The first landmark found again; the errors (m) of the last positions before and until 1 s after.
 struct Closure {
   double time_s = 0, error_before = 0, error_after = 0;
 };
@@ -36,7 +36,7 @@ OrAbsent<Closure> closure(C c) {
   if (loop.size() < kLandmarksOfLoop)
     return Absent{
         fmt::format("{} landmarks were found again; {} close a loop", loop.size(), kLandmarksOfLoop)};
-  const Stamp found = loop[kLandmarksOfLoop - 1].found;
+  const Stamp found = loop.front().found;
   const PosePair *before = last_until(c, found - Stamp(1)),
                  *after = last_until(c, found + std::chrono::seconds(1));
   if (!before || !after) return Absent{"no estimate before the closure"};
@@ -189,7 +189,8 @@ MetricDefinitions loop_metrics() {
        },
        smallest, kHeadline},
       {"loop_time_s", "s",
-       "Time of the match that closes the loop: the first one of the third landmark of loop_landmarks.",
+       "Time when the loop is closed: the first match of the first landmark of loop_landmarks, if it is "
+       "closed.",
        Needs::estimate, of_closure(&Closure::time_s), largest, kHeadline},
       {"loop_error_before_m", "m", position_error + "in the frame before loop_time_s.", Needs::scale,
        of_closure(&Closure::error_before), largest, kHeadline},

@@ -123,12 +123,15 @@ TEST_F(RunTest, At640By480AWalkPassesItsCheckAndIsReplayedBitForBit) {
 TEST_F(RunTest, LeavesEveryFileOfACompleteResult) {
   live("live");
   for (const char* name :
-       {"scenario.yaml", "about.json", "truth.tum", "plan.tum", "estimate.tum", "waist_truth.tum",
-        "waist_plan.tum", "estimate_cov.txt", "map.csv", "landmarks.csv", "frames.csv", "searches.csv",
-        "timing.csv", "timing.json", "score.json", "recording/manifest.csv", "recording/mav0/cam0/data.csv"})
+       {"scenario.yaml", "about.json", "truth.tum", "plan.tum", "estimate.tum", "estimate_smoothed.tum",
+        "waist_truth.tum", "waist_plan.tum", "estimate_cov.txt", "map.csv", "landmarks.csv", "frames.csv",
+        "searches.csv", "timing.csv", "timing.json", "score.json", "recording/manifest.csv",
+        "recording/mav0/cam0/data.csv"})
     EXPECT_TRUE(fs::exists(folder_ / "live" / name)) << name;
   for (const char* key : {"frame_cpu_ms_mean", "frame_cpu_ms_median", "frame_cpu_ms_p99", "realtime_factor"})
     EXPECT_GT(json("live", "timing.json")[key].get<double>(), 0) << key;
+  EXPECT_EQ(json("live", "score.json")["metrics"]["loop_closed"]["reason"],
+            "the camera never returned to a landmark after it had been elsewhere");
 }
 
 TEST_F(RunTest, TheWalkDependsOnSeedAndArmsButNotOnCameraAndFilter) {

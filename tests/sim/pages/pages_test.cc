@@ -414,6 +414,8 @@ TEST(PaperRows, ClosingWhereThePaperFailedDiffersForItsFilterAndIsBetterForOurs)
   EXPECT_EQ(row(paper_rows(runs), "Experiment 1, this bench's filter").agreement, "agrees");
   runs["hall_paper"].push_back(run(2, {{"loop_closed", 0}}));
   EXPECT_THAT(row(paper_rows(runs), "The hall, the paper's filter").bench, Has("1 of 2 closed"));
+  EXPECT_THAT(row(paper_rows(runs), "The hall, the paper's filter").bench,
+              Has("Likely cause of the difference"));
   runs["tangent_circle"].push_back(run(2, {{"loop_closed", 0}}));
   EXPECT_EQ(row(paper_rows(runs), "Experiment 1, this bench's filter").agreement, "differs");
 }
