@@ -146,17 +146,16 @@ void check_time(const ReadScenario& read) {
           "is 1, but estimator.time.on_busy is wait, where every frame waits; expected 0, or on_busy: drop");
 }
 
-/// Returns whether a walk neither turns nor comes back to a place.
+/// Returns whether a walk neither turns nor ever walks back.
 bool is_straight(const walking::Timeline& walk) {
+  const auto moved = [](const walking::Stance& from, const walking::Stance& to) -> Eigen::Vector2d {
+    return walking::center_of(to).position - walking::center_of(from).position;
+  };
   const std::vector<walking::Phase>& phases = walk.phases();
-  double length = 0, turn = 0;
-  for (const walking::Phase& phase : phases) {
-    length += (walking::center_of(phase.to).position - walking::center_of(phase.from).position).norm();
-    turn += std::abs(phase.waist_yaw_to - phase.waist_yaw_from);
-  }
-  const Eigen::Vector2d way =
-      walking::center_of(phases.back().to).position - walking::center_of(phases.front().from).position;
-  return turn < 1e-6 && length - way.norm() < 1e-6;
+  const Eigen::Vector2d whole = moved(phases.front().from, phases.back().to);
+  return std::ranges::all_of(phases, [&](const walking::Phase& phase) {
+    return phase.waist_yaw_from == phase.waist_yaw_to && moved(phase.from, phase.to).dot(whole) > -1e-9;
+  });
 }
 
 /// Throws ConfigError for limits that no run satisfies.
