@@ -73,8 +73,10 @@ TEST_F(LongReportTest, ASweepHasAPageFromWhichItsWorstTrialCanBeRun) {
 TEST_F(ReportTest, AKeyboardAndAPrinterAreEnough) {
   short_walks("many", "1 2 3");
   ok("report many --out many.html");
-  const auto found = json::parse(
-      shell("timeout 300 node " + kSources + "/tests/tools/use_report.cjs many.html profile").ends(0).out);
+  const auto found =
+      json::parse(shell("timeout 300 node " + kSources + "/tests/tools/use_page.cjs report many.html profile")
+                      .ends(0)
+                      .out);
   EXPECT_GT(found["keyboard"]["expected"].size(), 30u);
   EXPECT_EQ(found["keyboard"]["reached"], found["keyboard"]["expected"]);
   EXPECT_EQ(found["keyboard"]["unseen"], json::array());

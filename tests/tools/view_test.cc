@@ -18,7 +18,7 @@ class ViewTest : public CommandLine {
   json browsed(const std::string& command, const std::string& how, const std::string& more = "",
                const std::string& end = "wait $!") const {
     const std::string use =
-        "timeout 540 node '" + kSources + "/tests/tools/use_view.cjs' " + how + " \"$url\" profile " + more;
+        "timeout 540 node '" + kSources + "/tests/tools/use_page.cjs' " + how + " \"$url\" profile " + more;
     return json::parse(viewed(command, use, end).ends(0).out);
   }
   json played(const std::string& results, const std::string& t) const {

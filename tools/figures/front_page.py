@@ -163,7 +163,7 @@ def view_picture(work, seconds, theme, name, *arguments):
     with subprocess.Popen([program, *map(str, arguments)], cwd=ROOT, stdout=subprocess.PIPE, text=True) as shown:
         url = next(line for line in shown.stdout if "token" in line).split()[-1]
         picture = work / f"{name}.png"
-        subprocess.run(["node", ROOT / "tests/tools/use_view.cjs", "picture", url, work / "profile", str(seconds), picture, "1200", "860",
+        subprocess.run(["node", ROOT / "tests/tools/use_page.cjs", "picture", url, work / "profile", str(seconds), picture, "1200", "860",
                         theme], check=True, stdout=subprocess.DEVNULL)
         subprocess.run(["ffmpeg", "-loglevel", "error", "-y", "-i", picture, "-quality", "80", ROOT / f"tools/figures/{name}.webp"],
                        check=True)
