@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <sstream>
 
 #include "sim/files/hash.h"
@@ -245,6 +246,29 @@ std::string row_html(const TableRow& row, const char* tag) {
   return html + "</tr>\n";
 }
 
+/// What is in the legend as columns, for web/figures.js: float32 in Base64, and the columns of each part.
+std::string columns_html(const Figure& figure) {
+  std::map<std::string, std::size_t> numbers;  // by their bytes
+  std::string columns, parts;
+  const auto add = [&](const std::string& name, std::initializer_list<const std::vector<double>*> of) {
+    if (name.empty()) return;
+    std::string part;
+    for (const std::vector<double>* column : of) {
+      const std::vector<float> values(column->begin(), column->end());
+      const std::string bytes(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float));
+      const auto [known, is_new] = numbers.try_emplace(bytes, numbers.size());
+      part += fmt::format("{}{}", part.empty() ? "" : " ", known->second);
+      if (is_new) columns += (known->second == 0 ? "" : " ") + base64(bytes);
+    }
+    parts += (parts.empty() ? "" : ";") + part;
+  };
+  for (const Line& line : figure.lines) add(line.name, {&line.x, &line.y});
+  for (const Envelope& e : figure.envelopes) add(e.name, {&e.x, &e.low, &e.high});
+  return parts.empty() || figure.equal_axes
+             ? ""
+             : fmt::format(" data-columns='{}' data-parts='{}'", columns, parts);
+}
+
 std::string legend_html(const Figure& figure) {
   std::string items;
   const auto add = [&](const auto& named) {
@@ -374,8 +398,8 @@ std::string figure_html(const Figure& figure, const std::string& below, double h
   std::string remarks;
   for (const std::string& remark : figure.remarks)
     remarks += fmt::format("<p class='soft'>{}</p>", escaped(remark));
-  return fmt::format("<figure data-figure='{}'><figcaption>{}</figcaption>{}{}{}{}</figure>\n",
-                     escaped(figure.name), escaped(figure.title), remarks,
+  return fmt::format("<figure data-figure='{}'{}><figcaption>{}</figcaption>{}{}{}{}</figure>\n",
+                     escaped(figure.name), columns_html(figure), escaped(figure.title), remarks,
                      to_svg(figure, width, figure.equal_axes ? kEqualHeight : height, true),
                      legend_html(figure), below);
 }

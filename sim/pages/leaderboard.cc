@@ -29,18 +29,6 @@ using RowKey =
     std::tuple<std::string, std::string, fs::path, std::string, std::map<std::string, std::string>>;
 using Rows = std::map<RowKey, LeaderboardRow>;
 
-/// Empty for results without a scenario that can be read: a part of a result, or one of another version.
-std::map<std::string, std::string> keys_of(const fs::path& result) try {
-  const scenario::Scenario read = scenario::read_scenario(result / "scenario.yaml").scenario;
-  std::map<std::string, std::string> keys;
-  for (const auto& key : scenario::scenario_keys())
-    if (key.name != "seed")
-      keys[std::string(key.name)] = scenario::has_section(read, key.name) ? key.print(read) : "none";
-  return keys;
-} catch (const std::exception&) {
-  return {};
-}
-
 /// The settings that differ between the rows of its scenario and estimator.
 std::string changed(const LeaderboardRow& row, const std::vector<LeaderboardRow>& rows) {
   std::vector<std::string> all;
@@ -67,10 +55,14 @@ void add_result(const fs::path& result, const std::vector<std::string>& metrics,
   const result::SeedScore score = result::read_score(result / "score.json");
   const fs::path file = result / "about.json", timing = result / "timing.json";
   const result::About about = fs::exists(file) ? result::read_about(file) : result::About();
-  LeaderboardRow row{
-      score.scenario, score.estimator, alignment_of(about), folder_of(result), keys_of(result), {}, {}, {}};
-  if (!about.revision.empty()) row.settings["revision"] = about.revision;
-  if (!about.estimator_files.empty()) row.settings["program"] = about.estimator_files.substr(0, 12);
+  LeaderboardRow row{score.scenario,
+                     score.estimator,
+                     alignment_of(about),
+                     folder_of(result),
+                     settings_of(result, about),
+                     {},
+                     {},
+                     {}};
   LeaderboardRun run{score.ending == scenario::Ending::completed, 0, {}, result};
   // Results of earlier versions lack true_poses.
   if (run.completed) run.coverage = score.coverage().value_or(score.value("poses_matched") ? 1 : 0);
@@ -242,7 +234,18 @@ std::string leaderboard_csv(const Leaderboard& board) {
 }
 
 std::string leaderboard_page(const Leaderboard& board) {
-  const auto all = lines_of(board, false);
+  // What distinguishes a row comes first, and the scenario is the title of its table.
+  auto all = lines_of(board, false);
+  const std::vector<std::string> titles = all[0];
+  const auto place = [&](const char* title) { return std::ranges::find(titles, title) - titles.begin(); };
+  const auto changed = place("changed"), folder = place("folder");
+  for (std::vector<std::string>& line : all) {
+    const bool is_known = changed < std::ssize(line) && line[changed] != "-";
+    const std::string differs = line == titles ? "differs in" : line[is_known ? changed : folder];
+    if (changed < std::ssize(line)) line.erase(line.begin() + changed);
+    line.insert(line.begin() + 2, differs);
+    line.erase(line.begin());
+  }
   std::vector<TableCell> heads;
   for (const std::string& title : all[0]) heads.push_back(text_cell(title));
   std::string html;

@@ -1,6 +1,7 @@
 #include "sim/pages/run_data.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -15,6 +16,8 @@
 #include "sim/recording/image_file.h"
 #include "sim/recording/recording.h"
 #include "sim/recording/recording_format.h"
+#include "sim/scenario/keys.h"
+#include "sim/scenario/scenario.h"
 #include "sim/score/trajectory.h"
 
 namespace sim::pages {
@@ -258,6 +261,14 @@ void read_frames(RunData& run) {
                                                : NAN);
     });
   }
+  const auto paired = std::ranges::count_if(
+      frames, [](const Frame& frame) { return frame.truth.has_value() && frame.estimate.has_value(); });
+  if (const auto scored = run.value("poses_matched"); scored && static_cast<double>(paired) < *scored)
+    throw files::FileError(
+        run.folder / "truth.tum",
+        fmt::format("{} of its poses are those of estimates, expected at least {:.0f} as in "
+                    "score.json: it or estimate_cov.txt was cut",
+                    paired, *scored));
   run.truth = path_of(frames, &Frame::truth), run.plan = path_of(frames, &Frame::plan);
   if (run.filter_frames) add_reports(frames, *run.filter_frames);
   if (frames.empty()) return;
@@ -426,6 +437,44 @@ std::string RunData::label() const {
                      alignment == "none" ? "" : " after " + alignment);
 }
 
+std::map<std::string, std::string> settings_of(const fs::path& result, const result::About& about) {
+  std::map<std::string, std::string> settings;
+  try {
+    const scenario::Scenario read = scenario::read_scenario(result / "scenario.yaml").scenario;
+    for (const auto& key : scenario::scenario_keys())
+      if (key.name != "seed")
+        settings[std::string(key.name)] = scenario::has_section(read, key.name) ? key.print(read) : "none";
+  } catch (const std::exception&) {
+    settings.clear();
+  }
+  if (!about.revision.empty()) settings["revision"] = about.revision;
+  if (!about.estimator_files.empty()) settings["program"] = about.estimator_files.substr(0, 12);
+  return settings;
+}
+
+std::vector<std::string> variants(const std::vector<const RunData*>& runs) {
+  std::vector<std::string> all;
+  for (const RunData* run : runs) {
+    const auto differs = [&](const auto& has_other) {
+      return std::ranges::any_of(
+          runs, [&](const RunData* other) { return other->scenario == run->scenario && has_other(*other); });
+    };
+    std::vector<std::string> words;
+    for (const auto& [key, value] : run->settings) {
+      if (key == "estimator" || !differs([&, name = &key, own = &value](const RunData& other) {
+            const auto found = other.settings.find(*name);
+            return found != other.settings.end() && found->second != *own;
+          }))
+        continue;
+      words.push_back(key + "=" + value);
+    }
+    if (words.empty() || differs([&](const RunData& other) { return other.estimator != run->estimator; }))
+      words.insert(words.begin(), run->estimator);
+    all.push_back(fmt::format("{}", fmt::join(words, ", ")));
+  }
+  return all;
+}
+
 std::string alignment_of(const result::About& about) {
   const bool is_name =
       about.alignment.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789") == std::string::npos;
@@ -452,11 +501,13 @@ RunData read_run(const fs::path& folder) {
   static_cast<result::SeedScore&>(run) = result::read_score(folder / "score.json");
   run.about = result::read_about(folder / "about.json");
   run.alignment = alignment_of(run.about);
-  const Json timing = files::read_json(folder / "timing.json");
+  run.settings = settings_of(folder, run.about);
+  const fs::path timing_file = folder / "timing.json";  // no part of the result
+  const auto timing = fs::exists(timing_file) ? std::optional(files::read_json(timing_file)) : std::nullopt;
   for (const auto& [key, member] : {std::pair{"frame_cpu_ms_mean", &RunData::frame_cpu_ms_mean},
                                     {"frame_cpu_ms_median", &RunData::frame_cpu_ms_median},
                                     {"frame_cpu_ms_p99", &RunData::frame_cpu_ms_p99}})
-    if (const auto value = timing.find(key)) run.*member = value->number();
+    if (const auto value = timing ? timing->find(key) : std::nullopt) run.*member = value->number();
   for (const auto& [file, table] : {std::pair{"frames.csv", &RunData::filter_frames},
                                     {"feet.csv", &RunData::feet},
                                     {"timing.csv", &RunData::frame_times},

@@ -137,7 +137,8 @@ struct Errors {
 struct RunData : result::SeedScore {
   std::string alignment = "none";  ///< of the estimate with the truth before it was scored
   fs::path folder;
-  fs::path recording;  ///< its own, if it is finished; else empty
+  fs::path recording;                           ///< its own, if it is finished; else empty
+  std::map<std::string, std::string> settings;  ///< settings_of()
   result::About about;
   std::optional<double> frame_cpu_ms_mean, frame_cpu_ms_median, frame_cpu_ms_p99;  ///< a batch command: mean
   Path truth, plan, waist_truth, waist_plan;
@@ -154,6 +155,14 @@ struct RunData : result::SeedScore {
   /// Returns "tangent_circle, seed 1" with the estimator, unless it is the filter, and its alignment.
   std::string label() const;
 };
+
+/// Returns each key of a result's scenario but the seed, "revision", and "program", the hash of an external
+/// estimator's files. No keys if the scenario is missing or of another version.
+std::map<std::string, std::string> settings_of(const fs::path& result, const result::About& about);
+
+/// Returns what distinguishes each run from the others of its scenario: the keys that differ, such as
+/// "slam.vision.sigma_px=3", after its estimator if that differs or no key does. Seeds do not count.
+std::vector<std::string> variants(const std::vector<const RunData*>& runs);
 
 /// Returns the alignment of a result's estimate with the truth before it was scored; "none" without one.
 std::string alignment_of(const result::About& about);

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "sim/files/text.h"
 #include "sim/pages/pages.h"
@@ -161,24 +162,37 @@ void add_path(Figure& f, const std::string& name, Role role, const std::optional
 using Runs = std::vector<const RunData*>;
 using OverTime = std::map<double, Column>;  // by time, a value of each run
 
-/// The runs by a member, in the order of its first appearances.
-std::vector<std::pair<std::string, Runs>> grouped(const Runs& runs, std::string RunData::*member) {
-  std::vector<std::pair<std::string, Runs>> groups;
-  for (const RunData* run : runs) {
-    const std::string& name = run->*member;
-    auto group = std::ranges::find(groups, name, &decltype(groups)::value_type::first);
-    if (group == groups.end()) group = groups.insert(groups.end(), {name, {}});
-    group->second.push_back(run);
+using Groups = std::vector<std::pair<std::string, Runs>>;
+
+/// The runs by their names, in the order of their first appearances.
+Groups grouped(const Runs& runs, const std::vector<std::string>& names) {
+  Groups groups;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    auto group = std::ranges::find(groups, names[i], &Groups::value_type::first);
+    if (group == groups.end()) group = groups.insert(groups.end(), {names[i], {}});
+    group->second.push_back(runs[i]);
   }
   return groups;
 }
 
-/// Calls add(estimator, role, its runs) for each estimator; the fifth has the color of the first again.
-void for_each_estimator(const Runs& runs, const auto& add) {
+Groups grouped(const Runs& runs, std::string RunData::*member) {
+  std::vector<std::string> names;
+  for (const RunData* run : runs) names.push_back(run->*member);
+  return grouped(runs, names);
+}
+
+/// Calls add(variant, role, its runs) for each variant; the fifth has the color of the first again.
+void for_each_variant(const Groups& variants, const auto& add) {
   constexpr std::array kRoles{Role::estimate, Role::first, Role::second, Role::third};
-  std::size_t number = 0;
-  for (const auto& [estimator, its_runs] : grouped(runs, &RunData::estimator))
-    add(estimator, kRoles[number++ % kRoles.size()], its_runs);
+  for (std::size_t i = 0; i < variants.size(); ++i)
+    add(variants[i].first, kRoles[i % kRoles.size()], variants[i].second);
+}
+
+/// Runs of one seed have the same walk and noise, so that their errors depend on each other.
+std::size_t seeds_of(const Runs& runs) {
+  std::set<std::uint64_t> seeds;
+  for (const RunData* run : runs) seeds.insert(run->seed);
+  return seeds.size();
 }
 
 /// The values of a column at the times of another. Without a value the line breaks.
@@ -207,32 +221,35 @@ bool have_odometry_run(const Runs& runs) {
   return std::ranges::any_of(runs, [](const RunData* run) { return run->estimator == "odometry"; });
 }
 
-Figure paths(const Runs& runs) {
+Figure paths(const Runs& runs, const Groups& variants) {
   const RunData& first = *runs.front();
-  Figure f = from_above("paths", "camera from above, first seed", first.plan, first.truth);
+  Figure f = from_above("paths", "camera from above", first.plan, first.truth);
+  if (seeds_of(runs) > 1) f.title += ", first seed";
   if (!have_odometry_run(runs)) add_path(f, kOdometryName, Role::third, first.odometry, true);
-  for_each_estimator(runs, [&](const std::string& estimator, Role role, const Runs& its_runs) {
+  for_each_variant(variants, [&](const std::string& variant, Role role, const Runs& its_runs) {
     const RunData& run = *its_runs.front();
     const std::string name =
-        run.alignment == "none" ? estimator : fmt::format("{} ({})", estimator, run.alignment);
+        run.alignment == "none" ? variant : fmt::format("{} ({})", variant, run.alignment);
     add_path(f, name, role, run.estimate);
   });
   return f;
 }
 
-/// The figure of the runs with one alignment: the median, and of one estimator the whole range.
-Figure errors_over_time(const std::string& alignment, const Runs& runs) {
-  Figure f{"error_over_time", "position error, median over seeds", "time [s]", "mm"};
+/// The figure of the runs with one alignment: the median, and of one variant the whole range.
+Figure errors_over_time(const std::string& alignment, const Runs& runs, const Groups& variants) {
+  Figure f{"error_over_time", "position error", "time [s]", "mm"};
+  if (seeds_of(runs) > 1) f.title += ", median over seeds";
   if (alignment != "none")
     f.name += "_after_" + alignment, f.title += ", after its " + alignment + " alignment";
   f.logarithmic = true;
-  for_each_estimator(runs, [&](const std::string& estimator, Role role, const Runs& its_runs) {
+  for_each_variant(variants, [&](const std::string& variant, Role role, const Runs& its_runs) {
     const OverTime at = over_time(its_runs, &Errors::distance, kMm);
     const auto quantile = [&](double q) {
-      return pooled(estimator, role, at, [q](const Column& v) { return score::quantile(v, q); });
+      return pooled(variant, role, at, [q](const Column& v) { return score::quantile(v, q); });
     };
     const Line median = f.lines.emplace_back(quantile(0.5));
-    f.envelopes = {{"minimum to maximum", role, median.x, quantile(0).y, quantile(1).y}};
+    if (its_runs.size() > 1)
+      f.envelopes = {{"minimum to maximum", role, median.x, quantile(0).y, quantile(1).y}};
   });
   if (f.lines.size() > 1) f.envelopes.clear();
   OverTime blind;
@@ -243,13 +260,13 @@ Figure errors_over_time(const std::string& alignment, const Runs& runs) {
   return f;
 }
 
-/// A value of every run, as dots of each estimator by seed.
-Figure by_seed(const char* name, const char* title, const char* unit, const Runs& runs,
+/// A value of every run, as dots of each variant by seed.
+Figure by_seed(const char* name, const char* title, const char* unit, const Groups& variants,
                std::optional<double> (*value)(const RunData&)) {
   Figure f{name, title, "seed", unit};
   f.logarithmic = f.whole_x = true;
-  for_each_estimator(runs, [&](const std::string& estimator, Role role, const Runs& its_runs) {
-    Line& dots = f.lines.emplace_back(Line{estimator, role, {}, {}, true});
+  for_each_variant(variants, [&](const std::string& variant, Role role, const Runs& its_runs) {
+    Line& dots = f.lines.emplace_back(Line{variant, role, {}, {}, true});
     for (const RunData* run : its_runs)
       if (const std::optional<double> y = value(*run)) dots.add(static_cast<double>(run->seed), *y);
   });
@@ -265,7 +282,7 @@ std::string share_text(const OverTime& nees) {
                : "none";
 }
 
-/// The NEES over the seeds of one estimator; empty if fewer than two have a NEES.
+/// The NEES over the seeds of one variant; empty if fewer than two have a NEES.
 std::optional<Figure> nees_over_seeds(const Runs& runs) {
   const OverTime position = over_time(runs, &Errors::nees_position),
                  orientation = over_time(runs, &Errors::nees_orientation);
@@ -287,20 +304,21 @@ std::optional<Figure> nees_over_seeds(const Runs& runs) {
 }
 
 std::vector<Figure> scenario_figures(const std::string& scenario, const Runs& runs) {
-  std::vector<Figure> figures{paths(runs)};
-  const auto alignments = grouped(runs, &RunData::alignment);
+  const Groups by_variant = grouped(runs, variants(runs));
+  std::vector<Figure> figures{paths(runs, by_variant)};
+  const Groups alignments = grouped(runs, &RunData::alignment);
   for (const auto& [alignment, its_runs] : alignments)
-    figures.push_back(errors_over_time(alignment, its_runs));
-  if (alignments.size() == 1 && grouped(runs, &RunData::estimator).size() == 1)
+    figures.push_back(errors_over_time(alignment, its_runs, grouped(its_runs, variants(its_runs))));
+  if (alignments.size() == 1 && by_variant.size() == 1 && seeds_of(runs) == runs.size())
     if (const auto nees = nees_over_seeds(runs)) figures.push_back(*nees);
-  const auto same_seed = [&](const RunData* run) { return run->seed == runs.front()->seed; };
-  if (!std::ranges::all_of(runs, same_seed)) {
+  if (seeds_of(runs) > 1) {
     const auto ate_mm = [](const RunData& run) {
       const auto value = run.value("ate_se3_rmse_m");
       return value ? std::optional(kMm * *value) : std::nullopt;
     };
-    figures.push_back(by_seed("ate_by_seed", "ATE of every run after SE(3) alignment", "mm", runs, ate_mm));
-    figures.push_back(by_seed("cpu_by_seed", "CPU time of a frame of every run (median)", "ms", runs,
+    figures.push_back(
+        by_seed("ate_by_seed", "ATE of every run after SE(3) alignment", "mm", by_variant, ate_mm));
+    figures.push_back(by_seed("cpu_by_seed", "CPU time of a frame of every run (median)", "ms", by_variant,
                               [](const RunData& run) { return run.frame_cpu_ms_median; }));
   }
   for (Figure& f : figures) f.name += "_" + scenario, f.title = scenario + ": " + f.title;

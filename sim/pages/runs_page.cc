@@ -293,13 +293,30 @@ class RunSections {
 
 constexpr std::size_t kInFull = 12;  // runs
 
-/// The runs that a page shows in full: of many, the worst one of each scenario and estimator.
-std::vector<bool> runs_in_full(const std::vector<RunData>& runs) {
+/// The label of each run on a page: with its variant if another run has the same label without, with its
+/// folder if another has both.
+std::vector<std::string> labels_of(const std::vector<RunData>& runs,
+                                   const std::vector<std::string>& variants) {
+  std::vector<std::string> labels;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    bool same = false, alike = false;
+    for (std::size_t k = 0; k < runs.size(); ++k) {
+      if (k == i || runs[k].label() != runs[i].label()) continue;
+      same = true, alike = alike || variants[k] == variants[i];
+    }
+    labels.push_back(runs[i].label() + (same ? ", " + variants[i] : "") +
+                     (alike ? ", " + runs[i].folder.string() : ""));
+  }
+  return labels;
+}
+
+/// The runs that a page shows in full: of many, the worst one of each scenario and variant.
+std::vector<bool> runs_in_full(const std::vector<RunData>& runs, const std::vector<std::string>& variants) {
   std::vector<bool> in_full(runs.size(), runs.size() <= kInFull);
   std::map<std::pair<std::string, std::string>, std::size_t> worst;
   const auto ate = [&](std::size_t i) { return runs[i].value("ate_se3_rmse_m").value_or(INFINITY); };
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    std::size_t& so_far = worst.emplace(std::pair{runs[i].scenario, runs[i].estimator}, i).first->second;
+    std::size_t& so_far = worst.emplace(std::pair{runs[i].scenario, variants[i]}, i).first->second;
     if (ate(i) > ate(so_far)) so_far = i;
   }
   for (const auto& [group, i] : worst) in_full[i] = true;
@@ -307,8 +324,8 @@ std::vector<bool> runs_in_full(const std::vector<RunData>& runs) {
 }
 
 /// The runs of a scenario with their shown metrics, and links to those in full.
-std::string table(const std::vector<RunData>& runs, const std::vector<bool>& in_full,
-                  const std::string& scenario) {
+std::string table(const std::vector<RunData>& runs, const std::vector<std::string>& labels,
+                  const std::vector<bool>& in_full, const std::string& scenario) {
   std::vector<std::string> columns;
   std::map<std::size_t, std::map<std::string, std::optional<double>>> values;  // by run and column
   for (std::size_t i = 0; i < runs.size(); ++i) {
@@ -327,9 +344,7 @@ std::string table(const std::vector<RunData>& runs, const std::vector<bool>& in_
   std::vector<TableRow> rows;
   for (auto& [i, of_run] : values) {
     const RunData& run = runs[i];
-    const auto same = [&](const RunData& other) { return other.label() == run.label(); };
-    const bool alike = std::ranges::count_if(runs, same) > 1;
-    std::string link = escaped(run.label() + (alike ? ", " + run.folder.string() : ""));
+    std::string link = escaped(labels[i]);
     if (in_full[i]) link = fmt::format("<a href='#run-{0}' data-run='run-{0}'>{1}</a>", i, link);
     TableRow row{{{link}, text_cell(verdict_of(run)), text_cell(name_of(run.ending))}};
     for (const std::string& column : columns) row.cells.push_back(number_cell(of_run[column]));
@@ -339,21 +354,23 @@ std::string table(const std::vector<RunData>& runs, const std::vector<bool>& in_
 }
 
 /// One run is visible at a time; web/pages.js changes which.
-std::string runs_in_detail(const std::vector<RunData>& runs, const std::vector<bool>& in_full) {
+std::string runs_in_detail(const std::vector<RunData>& runs, const std::vector<std::string>& labels,
+                           const std::vector<bool>& in_full) {
   std::string options, html;
   for (std::size_t i = 0; i < runs.size(); ++i) {
     if (!in_full[i]) continue;
     const std::string id = fmt::format("run-{}", i);
-    options += fmt::format("<option value='{}'>{}</option>", id, escaped(runs[i].label()));
+    options += fmt::format("<option value='{}'>{}</option>", id, escaped(labels[i]));
     html += fmt::format("<div class='run' id='{}'{}>", id, html.empty() ? "" : " hidden") +
-            run_sections(runs[i], id + "-", runs.size() > 1 ? runs[i].label() : "Verdict") + "</div>\n";
+            run_sections(runs[i], id + "-", runs.size() > 1 ? labels[i] : "Verdict") + "</div>\n";
   }
   if (runs.size() == 1) return html;
   std::string head = "<p class='no-print'>Shown below: <select id='run' aria-label='run shown below'>" +
                      options + "</select></p>";
   if (const auto left = std::ranges::count(in_full, false); left > 0)
     head += fmt::format(
-        "<p class='soft'>The worst run of each scenario is shown in full; {} more: tools/gaitslam report "
+        "<p class='soft'>The worst run of each scenario and variant is shown in full; {} more: "
+        "tools/gaitslam report "
         "FOLDER.</p>",
         left);
   return head + html;
@@ -420,7 +437,10 @@ std::string run_sections(const RunData& run, const std::string& prefix, const st
 }
 
 std::string runs_page(const std::vector<RunData>& runs) {
-  const std::vector<bool> in_full = runs_in_full(runs);
+  std::vector<const RunData*> all;
+  for (const RunData& run : runs) all.push_back(&run);
+  const std::vector<std::string> names = variants(all), labels = labels_of(runs, names);
+  const std::vector<bool> in_full = runs_in_full(runs, names);
   std::vector<std::string> scenarios;
   std::vector<Section> sections;
   for (const auto& [scenario, figures] : comparison_figures(runs)) {
@@ -428,7 +448,7 @@ std::string runs_page(const std::vector<RunData>& runs) {
     for (const Figure& figure : figures) shown += figure_html(figure);
     scenarios.push_back(scenario);
     sections.push_back({fmt::format("scenario-{}", sections.size()), scenario + ": all runs",
-                        table(runs, in_full, scenario) + figures_html(shown)});
+                        table(runs, labels, in_full, scenario) + figures_html(shown)});
   }
   const auto known = [](const std::string& text) { return text.empty() ? "?" : escaped(text); };
   const result::About& about = runs[0].about;
@@ -437,7 +457,7 @@ std::string runs_page(const std::vector<RunData>& runs) {
           ? runs[0].label()
           : fmt::format("{}: {}", fmt::join(scenarios, ", "), files::counted(runs.size(), "run")),
       fmt::format("{} {}, revision {}", known(about.program), known(about.version), known(about.revision)),
-      (runs.size() == 1 ? "" : sections_html(sections, true)) + runs_in_detail(runs, in_full),
+      (runs.size() == 1 ? "" : sections_html(sections, true)) + runs_in_detail(runs, labels, in_full),
       {page_script(), map_script()});
 }
 

@@ -141,6 +141,15 @@ std::optional<double> median_of(const Trials& trials, const std::string& metric)
   return values.empty() ? std::nullopt : std::optional(score::median(values));
 }
 
+/// The smallest and the largest value; NaN without any.
+std::pair<double, double> range_of(const Trials& trials, const std::string& metric) {
+  std::pair<double, double> range{NAN, NAN};
+  for (const Trial* trial : trials)
+    if (const auto value = value_of(*trial, metric))
+      range = {std::fmin(range.first, *value), std::fmax(range.second, *value)};
+  return range;
+}
+
 /// Values of a numeric key.
 Figure lines_figure(const Sweep& sweep, std::size_t k, const std::string& metric) {
   const Key& key = sweep.keys[k];
@@ -168,13 +177,21 @@ std::string heat_map(const Sweep& sweep, std::size_t a, std::size_t b, const std
   const Key &across = sweep.keys[a], &down = sweep.keys[b];
   std::map<std::pair<std::string, std::string>, Trials> cells;
   for (const Trial& trial : sweep.trials) cells[{trial.settings[a], trial.settings[b]}].push_back(&trial);
-  std::vector<double> losses;
-  const auto loss_of = [&](const Trials& trials) {
-    return score::loss(median_of(trials, metric).value_or(NAN), score::direction_of(metric));
-  };
-  for (const auto& [at, trials] : cells)
-    if (const double loss = loss_of(trials); std::isfinite(loss)) losses.push_back(loss);
-  std::ranges::sort(losses);
+  const auto loss_of = [&](double value) { return score::loss(value, score::direction_of(metric)); };
+  // Colors are linear in the loss, over its range or, if that is larger, the usual spread of a setting's
+  // trials.
+  std::vector<std::pair<double, double>> known;  // loss and value
+  std::vector<double> spreads;
+  for (const auto& [at, trials] : cells) {
+    const auto [least, most] = range_of(trials, metric);
+    if (std::isfinite(loss_of(most) - loss_of(least)))
+      spreads.push_back(std::abs(loss_of(most) - loss_of(least)));
+    if (const auto value = median_of(trials, metric); value && std::isfinite(loss_of(*value)))
+      known.emplace_back(loss_of(*value), *value);
+  }
+  std::ranges::sort(known);
+  const double best = known.empty() ? 0 : known.front().first,
+               width = known.empty() ? 0 : std::max(known.back().first - best, score::median(spreads));
   std::vector<TableCell> titles{text_cell(down.label() + " \\ " + across.label())};
   for (const std::string& value : across.values) titles.push_back(text_cell(value, "number"));
   std::vector<TableRow> rows;
@@ -184,16 +201,26 @@ std::string heat_map(const Sweep& sweep, std::size_t a, std::size_t b, const std
       const auto found = cells.find({x, y});
       TableCell& cell = row.cells.emplace_back(TableCell{"-", "number"});
       if (found == cells.end()) continue;
+      const std::optional<double> median = median_of(found->second, metric);
       cell.html = fmt::format("<a href='#{}'>{}</a>", escaped(sweep.anchor(*found->second.front())),
-                              number_text(median_of(found->second, metric)));
-      const auto rank = std::ranges::lower_bound(losses, loss_of(found->second)) - losses.begin();
-      cell.style += fmt::format(" heat-{}", 9 * rank / std::max(std::ssize(losses), 1l));  // web/pages.css
+                              number_text(median));
+      if (const auto [least, most] = range_of(found->second, metric); least < most)
+        cell.html += fmt::format(" <small>{} to {}</small>", number_text(least), number_text(most));
+      if (median && std::isfinite(loss_of(*median)))
+        cell.style += fmt::format(" heat-{:.0f}",
+                                  width > 0 ? 9 * (loss_of(*median) - best) / width : 0);  // web/pages.css
     }
   }
-  return fmt::format("<figure><figcaption>{}: median over {}; dark is worse</figcaption>{}</figure>",
-                     escaped(metric_label(metric)),
-                     sweep.keys.size() > 2 ? "seeds and the other keys" : "seeds",
-                     table_html(metric, titles, rows));
+  std::string scale;
+  for (int step = 0; step < 10; ++step)
+    scale += fmt::format("<span class='heat-{}'>&nbsp;&nbsp;</span>", step);
+  return fmt::format(
+      "<figure><figcaption>{}: median over {}, and the range of the trials</figcaption>{}"
+      "<p class='soft'>{} is the best; the darkest color of {} is worse by {}</p></figure>",
+      escaped(metric_label(metric)), sweep.keys.size() > 2 ? "seeds and the other keys" : "seeds",
+      table_html(metric, titles, rows),
+      number_text(known.empty() ? std::nullopt : std::optional(known.front().second)), scale,
+      number_text(width));
 }
 
 /// Heat maps of pairs of keys and lines over one key, for each metric. Only the first of many keys have
@@ -302,21 +329,38 @@ Tuning read_tuning(const fs::path& folder) {
 
 /// The largest loss that figures show, so that outliers do not compress the scale.
 double largest_shown(const Tuning& t) {
-  const double least = score::quantile(t.value, 0), middle = score::median(t.value), start = t.value.front();
+  std::vector<double> known = t.value;
+  std::erase_if(known, [](double value) { return !std::isfinite(value); });
+  if (known.empty()) return NAN;
+  const double least = score::quantile(known, 0), middle = score::median(known), start = t.value.front();
   return std::max(middle, std::min(start, least + 10 * (middle - least))) + 0.5 * (middle - least);
+}
+
+/// The dots of settings whose loss is above the figure, or unknown: they are drawn at its upper edge.
+Line above_of(const Tuning& t, double most) {
+  const auto count = std::ranges::count_if(t.value, [&](double value) { return !(value <= most); });
+  return {fmt::format("{} of {} above {:.4g}, or failed", count, t.value.size(), most),
+          Role::second,
+          {},
+          {},
+          true};
 }
 
 Figure history_figure(const Tuning& t, double most) {
   Figure f{"history", "The search: the loss of each setting, and the least so far", "setting", t.objective};
   f.whole_x = true;
-  Line tried{"setting", Role::truth, {}, {}, true}, best{"best so far", Role::estimate};
+  Line tried{"setting", Role::truth, {}, {}, true}, above = above_of(t, most),
+                                                    best{"best so far", Role::estimate};
   double least = INFINITY;
   for (std::size_t i = 0; i < t.value.size(); ++i) {
-    least = std::min(least, t.value[i]);
-    tried.add(static_cast<double>(i), t.value[i] <= most ? t.value[i] : NAN);
-    best.add(static_cast<double>(i), least <= most ? least : NAN);
+    const auto at = static_cast<double>(i);
+    best.add(at, least <= most ? least : NAN);  // a step
+    least = std::fmin(least, t.value[i]);
+    best.add(at, least <= most ? least : NAN);
+    (t.value[i] <= most ? tried : above).add(at, std::fmin(t.value[i], most));
   }
   f.lines = {tried, best};
+  if (!above.x.empty()) f.lines.push_back(above);
   return f;
 }
 
@@ -327,10 +371,11 @@ Figure slice_figure(const Tuning& t, const Json& p, double most) {
   const Column at = t.history.numbers(key);
   Figure f{"slice_" + key, "Losses over " + key, label(p), t.objective};
   f.logarithmic_x = p.at("scale").text() == "log";
-  Line dots{"", Role::truth, {}, {}, true};
+  Line dots{"setting", Role::truth, {}, {}, true}, above = above_of(t, most);
   for (std::size_t i = 0; i < t.value.size(); ++i)
-    if (t.value[i] <= most) dots.add(at[i], t.value[i]);
+    (t.value[i] <= most ? dots : above).add(at[i], std::fmin(t.value[i], most));
   f.lines.push_back(dots);
+  if (!above.x.empty()) f.lines.push_back(above);
   if (dots.x.empty()) return f;
   const auto [low, high] = std::ranges::minmax_element(dots.x);
   for (const char* which : {"start", "best"})

@@ -1,8 +1,9 @@
-// Drawings in C++: the figures over time of the page, and the pictures of a video.
+// What the page draws over time, and the pictures of a video.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "sim/view/session.h"
@@ -13,28 +14,9 @@
 namespace sim::view {
 namespace {
 
-using pages::Figure, pages::kDeg, pages::kMm, pages::Role;
+using pages::kDeg, pages::kMm;
 
 constexpr double kLoaded_n = 60, kUnloaded_n = 20;
-enum { kPosition, kHeading, kNees, kLandmarks, kSlip, kMargin };  // as in Strips::figures
-
-Figure strip(const char* name, const char* title, std::vector<std::pair<const char*, Role>> lines,
-             std::vector<pages::Mark> levels = {}, bool bands = false) {
-  Figure f{name, title, "time [s]", ""};
-  for (const auto& [line, role] : lines) {
-    f.lines.push_back({line, role});
-    if (bands) f.envelopes.push_back({"", role});
-  }
-  f.levels = std::move(levels);
-  return f;
-}
-
-void add_error(Figure& f, std::size_t line, double t, double error, double sigma) {
-  f.lines[line].add(t, error);
-  f.envelopes[line].x.push_back(t);
-  f.envelopes[line].low.push_back(-3 * sigma), f.envelopes[line].high.push_back(3 * sigma);
-}
-
 void add_corners(const Eigen::Vector3d& place, std::vector<cv::Point2f>& corners) {
   const Eigen::AlignedBox2d sole(walking::hrp2::kSoleMin, walking::hrp2::kSoleMax);
   for (int corner = 0; corner < 4; ++corner) {
@@ -79,45 +61,34 @@ std::optional<Eigen::Vector2d> zero_moment_point(const std::array<SoleForce, 2>&
   return weighted / load;
 }
 
-Strips::Strips()
-    : figures_{strip("position", "Position error with 3σ [mm]",
-                     {{"x", Role::estimate}, {"y", Role::plan}, {"z", Role::first}}, {}, true),
-               strip("heading", "Heading error with 3σ [deg]", {{"heading", Role::estimate}}, {}, true),
-               strip("nees", "NEES of the position (3 expected, 95 % below 7.8)", {{"NEES", Role::estimate}},
-                     {{"expected", 3}, {"95 %", 7.81}, {"", 0}}),
-               strip("landmarks", "Landmarks", {{"in the map", Role::first}, {"found", Role::estimate}},
-                     {{"", 0}}),
-               strip("slip", "Slip of the standing soles [mm]",
-                     {{"left", Role::estimate}, {"right", Role::plan}}, {{"", 0}}),
-               strip("margin", "ZMP: distance inside the support polygon [mm]", {{"margin", Role::estimate}},
-                     {{"", 0}})} {}
-
-void Strips::add(Frame& frame) {
-  const double t = slam::seconds(frame.t);
-  if (frame.feet) follow_feet(frame);
-  // The lines break in frames without an estimate.
+void Series::add(Frame& frame) {
+  // NaN in frames without an estimate.
   const pages::FrameError e = error_of(frame).value_or(pages::FrameError{});
-  for (int axis = 0; axis < 3; ++axis)
-    add_error(figures_[kPosition], static_cast<std::size_t>(axis), t, kMm * e.error(axis),
-              kMm * e.sigma(axis));
-  add_error(figures_[kHeading], 0, t, kDeg * e.error(3), kDeg * e.sigma(3));
-  figures_[kNees].lines[0].add(t, e.nees.position);
-  if (!frame.report) return;
-  const auto& searched = frame.report->searched;
-  const auto found = std::ranges::count_if(searched, &slam::Search::used);
-  figures_[kLandmarks].lines[0].add(t, frame.report->landmarks);
-  figures_[kLandmarks].lines[1].add(t, static_cast<double>(found));
+  Row row;
+  row.fill(NAN);
+  row[0] = slam::seconds(frame.t);
+  for (int axis = 0; axis < 4; ++axis) {
+    const double factor = axis == 3 ? kDeg : kMm;
+    row[1 + static_cast<std::size_t>(axis)] = factor * e.error(axis);
+    row[5 + static_cast<std::size_t>(axis)] = factor * e.sigma(axis);
+  }
+  row[9] = e.nees.position;
+  if (frame.report) {
+    row[10] = frame.report->landmarks;
+    row[11] = static_cast<double>(std::ranges::count_if(frame.report->searched, &slam::Search::used));
+  }
+  if (frame.feet) follow_feet(frame, row);
+  rows_.push_back(row);
 }
 
-void Strips::follow_feet(Frame& frame) {
-  const double t = slam::seconds(frame.t);
+void Series::follow_feet(Frame& frame, Row& row) {
   std::vector<cv::Point2f> corners;
   for (std::size_t i = 0; i < 2; ++i) {
     FootPlace& foot = (*frame.feet)[i];
     if (foot.load_n > kLoaded_n && !landed_[i]) landed_[i] = foot.truth;
     if (foot.load_n < kUnloaded_n) landed_[i].reset();
     foot.landed = landed_[i];
-    figures_[kSlip].lines[i].add(t, landed_[i] ? kMm * (foot.truth - *landed_[i]).head<2>().norm() : NAN);
+    if (landed_[i]) row[12 + i] = kMm * (foot.truth - *landed_[i]).head<2>().norm();
     if (foot.load_n > kUnloaded_n) add_corners(foot.truth, corners);
   }
   frame.support.clear();
@@ -125,14 +96,21 @@ void Strips::follow_feet(Frame& frame) {
   cv::convexHull(corners, frame.support);
   if (!frame.zmp) return;
   const cv::Point2f zmp(static_cast<float>(frame.zmp->x()), static_cast<float>(frame.zmp->y()));
-  figures_[kMargin].lines[0].add(t, kMm * cv::pointPolygonTest(frame.support, zmp, true));
+  row[14] = kMm * cv::pointPolygonTest(frame.support, zmp, true);
 }
 
-std::string strips_html(const std::vector<pages::Figure>& figures) {
-  constexpr double kWidth = 400, kHeight = 150;
-  std::string html;
-  for (const Figure& figure : figures) html += figure_html(figure, "", kHeight, kWidth);
-  return html;
+std::string Series::bytes() const {
+  std::string names = nlohmann::json(kNames).dump();
+  names.append(3 - (names.size() + 3) % 4, ' ');
+  const auto length = static_cast<std::uint32_t>(names.size());
+  std::string bytes(reinterpret_cast<const char*>(&length), sizeof length);
+  bytes += names;
+  for (std::size_t column = 0; column < kNames.size(); ++column)
+    for (const Row& row : rows_) {
+      const auto value = static_cast<float>(row[column]);
+      bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+    }
+  return bytes;
 }
 
 cv::Mat3b draw_view(const slam::Observation& seen, const slam::FrameReport& report) {

@@ -1,6 +1,7 @@
 #include "sim/view/live_view.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -19,8 +20,9 @@ namespace ros = exports::ros;
 using Json = nlohmann::json;
 
 constexpr const char* kOwnProtocol = "gaitslam.view.v1";
-// Between two frames, maps, or drawings of the strips, by the wall clock.
-constexpr std::chrono::milliseconds kLeastInterval{25}, kLeastMapInterval{100}, kLeastStripsInterval{1000};
+// Between two frames, maps, or values over time, by the wall clock.
+constexpr std::chrono::milliseconds kLeastInterval{25}, kLeastMapInterval{100}, kLeastSeriesInterval{1000};
+constexpr std::chrono::milliseconds kPastInterval{100};  // simulated, between frames that a new page gets
 constexpr std::chrono::milliseconds kForMessages{3000}, kForPages{15000};  // at the end
 constexpr std::size_t kMostReadings = 400;  // of the IMU, kept for the next frame
 constexpr std::size_t kMostShown = 32;      // newest frames; pages can fetch their rig readings
@@ -179,6 +181,7 @@ void LiveView::wait_for_viewer() const {
 }
 
 bool LiveView::wants(const slam::Observation& observation) {
+  ++frames_.all;
   const bool others = server_.with_room("foxglove") > 0;
   // Merged without a listener, too: a frame may split a reading, and its second part belongs to the first.
   if (merger_)  // set by begin()
@@ -189,7 +192,9 @@ bool LiveView::wants(const slam::Observation& observation) {
     for (const slam::RigReading& reading : observation.rig)
       rig_.newest.at(static_cast<std::size_t>(reading.sensor)) =
           std::make_shared<const slam::RigReading>(reading);
-  return others || (pages && steady_clock::now() - last_shown_.frame >= kLeastInterval);
+  const bool due = others || (pages && steady_clock::now() - last_shown_.frame >= kLeastInterval);
+  frames_.shown += due ? 1 : 0;
+  return due;
 }
 
 bool LiveView::wants_map() {
@@ -199,9 +204,14 @@ bool LiveView::wants_map() {
   return true;
 }
 
+void LiveView::record(Frame& frame) {
+  series_.add(frame);
+  keep(frame);
+}
+
 void LiveView::show(Frame frame) {
   last_shown_.frame = steady_clock::now();
-  strips_.add(frame);
+  record(frame);
   if (!rig_.newest.empty()) frame.rig = rig_.numbers++;
   Message message;
   if (server_.with_room("gaitslam") > 0)
@@ -218,11 +228,28 @@ void LiveView::show(Frame frame) {
     if (is_own(client) && message.bytes) client.send(message);
     if (!is_own(client) && frame) send_subscribed(client, *frame, imu, setup_);
   });
-  if (last_shown_.frame - last_shown_.strips < kLeastStripsInterval || !message.bytes) return;
-  last_shown_.strips = last_shown_.frame;
-  message = strips_message();
-  message.is_frame = true;
-  send_to_pages(message);
+  if (last_shown_.frame - last_shown_.series >= kLeastSeriesInterval) send_series();
+}
+
+void LiveView::keep(Frame frame) {
+  if (!past_.empty() && frame.t < kept_until_) return;
+  kept_until_ = frame.t + kPastInterval;
+  frame.image.release(), frame.map.reset(), frame.rig.reset();
+  if (frame.report) frame.report->searched.clear(), frame.report->initialized.clear();
+  const std::lock_guard lock(past_mutex_);
+  past_.push_back(files::json_text(to_json(frame)));
+}
+
+void LiveView::send_series() {
+  last_shown_.series = last_shown_.frame;
+  server_.for_each([this, rows = series_.rows()](Client& client) {
+    if (!is_own(client) || client.rows >= rows.size() || !client.has_room()) return;
+    ordered_json list = ordered_json::array();
+    for (std::size_t i = client.rows; i < rows.size(); ++i) list.push_back(rows[i]);
+    client.send(json_message(
+        {{"op", "series"}, {"names", Series::kNames}, {"from", client.rows}, {"rows", std::move(list)}}));
+    client.rows = rows.size();
+  });
 }
 
 void LiveView::send_to_pages(const Message& message) {
@@ -236,13 +263,10 @@ void LiveView::pace(slam::Stamp t) {
 }
 
 void LiveView::end(const std::string& how) {
-  send_to_pages(strips_message());
-  send_to_pages(json_message({{"op", "ended"}, {"how", how}}));
+  send_series();
+  send_to_pages(
+      json_message({{"op", "ended"}, {"how", how}, {"shown", frames_.shown}, {"all", frames_.all}}));
   server_.flush(kForMessages, kForPages);
-}
-
-Message LiveView::strips_message() const {
-  return json_message({{"op", "strips"}, {"html", strips_html(strips_.figures())}});
 }
 
 std::string LiveView::rig_reading(std::size_t sensor, std::size_t number) const {
@@ -260,6 +284,13 @@ Message LiveView::pace_message() const {
 void LiveView::opened(Client& client) {
   if (is_own(client)) {
     client.send(pace_message());
+    {
+      const std::lock_guard lock(past_mutex_);
+      if (!past_.empty())
+        client.send({std::make_shared<const std::string>(
+                         fmt::format("{{\"op\":\"past\",\"frames\":[{}]}}", fmt::join(past_, ","))),
+                     true, false});
+    }
     if (last_.bytes) client.send(last_);
   } else if (begun_) {
     greet(client);

@@ -124,6 +124,9 @@ class LiveView {
   bool wants(const slam::Observation& observation);
   /// Returns whether that frame needs the map: ten times a second, as it costs more than the rest.
   bool wants_map();
+  /// Keeps the values of a frame that is not shown.
+  void record(Frame& frame);
+  /// Records and sends it.
   void show(Frame frame);
   /// Waits until the run may continue.
   void pace(slam::Stamp t);
@@ -134,7 +137,8 @@ class LiveView {
   void opened(Client& client);
   void received(Client& client, std::string_view text);
   Message pace_message() const;
-  Message strips_message() const;
+  void keep(Frame frame);
+  void send_series();
   void send_to_pages(const Message& message);
   std::string rig_reading(std::size_t sensor, std::size_t number) const;
 
@@ -154,9 +158,15 @@ class LiveView {
     std::deque<std::pair<std::size_t, Readings>> shown;  // by number; of the server's thread
   } rig_;
   struct {
-    std::chrono::steady_clock::time_point frame{}, map{}, strips{};
+    std::chrono::steady_clock::time_point frame{}, map{}, series{};
   } last_shown_;
-  Strips strips_;
+  struct {
+    std::size_t shown = 0, all = 0;
+  } frames_;
+  Series series_;
+  std::mutex past_mutex_;
+  std::vector<std::string> past_;  // frames without images, for pages that come later
+  slam::Stamp kept_until_{0};
   slam::Stamp period_ = std::chrono::milliseconds(34);  // a frame's
   Message last_;                                        // of the server's thread
   Server server_;                                       // last: its thread uses the members above

@@ -1,6 +1,7 @@
 #include "sim/view/server.h"
 
 #include <fmt/format.h>
+#include <libdeflate.h>
 
 #include <algorithm>
 #include <boost/asio/ip/tcp.hpp>
@@ -16,6 +17,8 @@
 #include <random>
 #include <stdexcept>
 #include <thread>
+
+#include "sim/files/text.h"
 
 namespace sim::view {
 namespace {
@@ -41,8 +44,19 @@ std::string_view path_of(std::string_view target) { return target.substr(0, targ
 std::string content_security_policy(const Access& access) {
   return fmt::format(
       "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self' "
-      "ws://{}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
-      authority(access));
+      "ws://{}{}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+      authority(access), access.forwarded.empty() ? "" : " ws://" + access.forwarded);
+}
+
+/// Fast, as the browser is near. Compressed pictures stay as they are.
+std::optional<std::string> compressed(std::string_view bytes) {
+  constexpr std::size_t kSmall = 1024;
+  if (bytes.size() < kSmall || bytes.starts_with("\x89PNG")) return std::nullopt;
+  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
+      libdeflate_alloc_compressor(1), &libdeflate_free_compressor);
+  std::string out(libdeflate_gzip_compress_bound(compressor.get(), bytes.size()), '\0');
+  out.resize(libdeflate_gzip_compress(compressor.get(), bytes.data(), bytes.size(), out.data(), out.size()));
+  return out;
 }
 
 /// Shared by all connections, in the server's thread.
@@ -95,7 +109,7 @@ class SocketClient : public Client, public std::enable_shared_from_this<SocketCl
 
   bool is_own() const { return protocol_.starts_with(kOwn); }
   bool is_closing() const { return closing_; }
-  bool has_room() const { return open_ && !closing_ && queue_.has_room(); }
+  bool has_room() const override { return open_ && !closing_ && queue_.has_room(); }
   std::size_t waiting() const { return open_ && !closing_ ? queue_.size() + (writing_ ? 1 : 0) : 0; }
 
  private:
@@ -206,6 +220,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     if (const auto rejected = rejection(head, shared_->access))
       return answer(rejected->status, rejected->why, false);
     if (websocket::is_upgrade(request)) return upgrade(request);
+    const http::token_list encodings(request[http::field::accept_encoding]);
+    takes_gzip_ = std::ranges::any_of(encodings, [](const auto& name) { return name == "gzip"; });
     serve(path_of(plain(request.target())), request.keep_alive());
   }
 
@@ -232,8 +248,12 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   }
 
   void respond(unsigned status, const std::string& type, std::string body, bool keep) {
+    std::optional<std::string> smaller = takes_gzip_ ? compressed(body) : std::nullopt;
+    const bool is_smaller = smaller && smaller->size() < body.size();
+    if (is_smaller) body = std::move(*smaller);
     const auto response = std::make_shared<Response>(http::status(status), 11, std::move(body));
     response->set(http::field::content_type, type);
+    if (is_smaller) response->set(http::field::content_encoding, "gzip");
     response->set(http::field::cache_control, "no-store");
     response->set("Content-Security-Policy", content_security_policy(shared_->access));
     response->set("X-Content-Type-Options", "nosniff");
@@ -255,6 +275,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   Slot slot_;
   beast::tcp_stream stream_;
   beast::flat_buffer buffer_;
+  bool takes_gzip_ = false;
   std::optional<http::request_parser<http::empty_body>> parser_;
 };
 
@@ -281,6 +302,16 @@ Access checked(Access access) {
       access.token, [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_'; });
   if (access.token.size() < kLeastTokenLength || !plain)
     throw std::invalid_argument("--token: expected at least 22 letters, digits, - or _");
+  const std::string_view seen = access.forwarded;
+  const bool is_place = std::ranges::all_of(seen, [](unsigned char c) {
+    return std::isalnum(c) != 0 ||
+           std::string_view(".-:[]").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  if (const auto port = files::parse_number<std::uint16_t>(seen.substr(seen.rfind(':') + 1));
+      !seen.empty() &&
+      (!is_place || seen.find(':') == 0 || seen.find(':') == seen.npos || !port || *port == 0))
+    throw std::invalid_argument(
+        fmt::format("--public {}: expected HOST:PORT as in the browser, such as localhost:8020", seen));
   return access;
 }
 
@@ -295,12 +326,18 @@ std::string authority(const Access& access) {
 }
 
 std::string url(const Access& access) {
-  return fmt::format("http://{}/?token={}", authority(access), access.token);
+  return fmt::format("http://{}/?token={}", access.forwarded.empty() ? authority(access) : access.forwarded,
+                     access.token);
 }
 
 std::optional<Rejection> rejection(const RequestHead& request, const Access& access) {
-  const std::string host = authority(access);
-  if (request.host != host) return Rejection{421, "the Host is not this server's"};
+  const bool is_forwarded = !access.forwarded.empty() && request.host == access.forwarded;
+  const std::string host = is_forwarded ? access.forwarded : authority(access);
+  if (request.host != host)
+    return Rejection{
+        421, fmt::format("the Host is not this server's, {}: start the view with --public HOST:PORT to "
+                         "allow the one in the browser's address, such as that of ssh -L",
+                         host)};
   const std::string_view origin = request.origin.value_or("");
   // Pages have a web scheme or an opaque origin ("null"); apps have other schemes.
   if ((origin.starts_with("http:") || origin.starts_with("https:") || origin == "null") &&

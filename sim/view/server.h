@@ -21,11 +21,13 @@ struct Access {
   std::string address = "127.0.0.1";  ///< of this machine, numeric
   std::uint16_t port = 0;             ///< 0: any free one, known once the server listens
   std::string token = {};             ///< empty: 128 random bits
+  std::string forwarded = {};         ///< HOST:PORT that also reaches it, as by ssh -L; empty: none
 };
 
 /// Returns the access with a token, generated if missing. Throws std::invalid_argument if the address is
-/// invalid, means all interfaces, or can be reached by others while no token is given, or if a token is
-/// shorter than 22 characters or has characters other than letters, digits, - and _.
+/// invalid, means all interfaces, or can be reached by others while no token is given, if a token is
+/// shorter than 22 characters or has characters other than letters, digits, - and _, or if `forwarded` is no
+/// HOST:PORT.
 Access checked(Access access);
 
 /// Returns 128 bits of the system's random source in 32 hex digits. Throws std::runtime_error if it fails.
@@ -48,11 +50,12 @@ struct RequestHead {
 /// An HTTP status with its reason.
 struct Rejection {
   unsigned status;
-  std::string_view why;
+  std::string why;
 };
 
-/// Returns the rejection by the first broken rule: Host is exactly the server's authority (against DNS
-/// rebinding); a page's Origin is the server's (apps send theirs or none); the query has the token; GET only.
+/// Returns the rejection by the first broken rule: Host is exactly the server's authority or
+/// Access::forwarded (against DNS rebinding); a page's Origin is the server's (apps send theirs or none); the
+/// query has the token; GET only.
 std::optional<Rejection> rejection(const RequestHead& request, const Access& access);
 
 /// One WebSocket message, shared by its receivers.
@@ -120,7 +123,9 @@ class Client {
   virtual ~Client() = default;
   virtual const std::string& protocol() const = 0;  ///< the subprotocol agreed on
   virtual void send(Message message) = 0;
-  bool loading = false;  ///< a page, until it reports that it has its files
+  virtual bool has_room() const = 0;  ///< for a frame
+  bool loading = false;               ///< a page, until it reports that it has its files
+  std::size_t rows = 0;               ///< of the values over time that a page has got
   std::vector<std::pair<std::uint32_t, std::uint32_t>> subscriptions;  ///< Foxglove: (its number, channel)
 };
 

@@ -10,6 +10,8 @@
 #include "sim/export/export.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
+#include "sim/pages/pages.h"
+#include "sim/recording/cache.h"
 #include "sim/recording/manifest.h"
 #include "sim/recording/recording_format.h"
 #include "walking/hrp2.h"
@@ -58,7 +60,16 @@ ordered_json to_json(const ShownRun& run) {
     rig.push_back({{"name", sensor.name},
                    {"kind", rig::kKinds.at(static_cast<std::size_t>(sensor.kind))},
                    {"words", pages::words_of(sensor)}});
+  ordered_json metrics = ordered_json::object();
+  for (const result::SeedMetric& metric : run.metrics)
+    if (metric.value) metrics[metric.name] = *metric.value;
   return {{"label", run.label},
+          {"scenario", run.scenario},
+          {"seed", run.seed},
+          {"variant", run.variant},
+          {"recording", run.recording},
+          {"metrics", metrics},
+          {"pieces", run.pieces},
           {"duration", run.duration_s},
           {"sole", {kSoleMin.x(), kSoleMin.y(), kSoleMax.x(), kSoleMax.y()}},
           {"missing", run.missing},
@@ -97,12 +108,47 @@ void add_recorded(std::vector<Frame>& frames, const recording::Truth& truth, con
   }
 }
 
-/// The recording of a result; empty if it was not found.
-fs::path recording_of(const fs::path& result, const std::string& hash) {
+constexpr std::size_t kMostBeside = 1000;  // folders searched for a recording
+
+/// Whether a result folder has the recording of this hash.
+bool has_recording(const fs::path& result, const std::string& hash) try {
+  return fs::exists(result / "recording/manifest.csv") &&
+         recording::Manifest(result / "recording").hash() == hash;
+} catch (const std::exception&) {
+  return false;  // broken, so another one
+}
+
+/// Returns the recording of a result: its own, or the one of its hash in the result that it is in, in the
+/// given results, in results up to two folders above it, or in the cache. Empty if it was not found.
+fs::path recording_of(const fs::path& result, const std::string& hash, const std::vector<fs::path>& given) {
   if (fs::exists(result / "recording/manifest.csv")) return result / "recording";
-  const fs::path above = fs::absolute(result).lexically_normal().parent_path() / "recording";
-  if (!hash.empty() && fs::exists(above / "manifest.csv") && recording::Manifest(above).hash() == hash)
-    return above;
+  if (hash.empty()) return {};
+  const fs::path above = fs::absolute(result).lexically_normal().parent_path();
+  std::vector<fs::path> candidates{above};
+  candidates.insert(candidates.end(), given.begin(), given.end());
+  try {
+    const recording::Cache cache(recording::cache_place());
+    for (const auto& entry : cache.list()) candidates.push_back(cache.place().folder / entry.key);
+  } catch (const std::exception&) {
+    // A cache that cannot be read has no recording.
+  }
+  for (const fs::path& beside : {above, above.parent_path()}) {
+    std::error_code fault;
+    const auto folders_in = [&](const fs::path& folder) {
+      std::vector<fs::path> all;
+      for (const auto& entry : fs::directory_iterator(folder, fault))
+        if (entry.is_directory(fault) && all.size() < kMostBeside) all.push_back(entry.path());
+      std::ranges::sort(all);
+      return all;
+    };
+    for (const fs::path& folder : folders_in(beside)) {
+      candidates.push_back(folder);
+      const auto inside = folders_in(folder);
+      candidates.insert(candidates.end(), inside.begin(), inside.end());
+    }
+  }
+  for (const fs::path& candidate : candidates)
+    if (has_recording(candidate, hash)) return candidate / "recording";
   return {};
 }
 
@@ -119,13 +165,20 @@ std::vector<Moment> moments_of(const pages::RunData& data, const scenario::Scena
   return all;
 }
 
-std::vector<std::string> missing_of(const Playback& playback, bool recording, bool simulator) {
+std::vector<std::string> missing_of(const Playback& playback, const fs::path& result, const std::string& hash,
+                                    bool recording, bool simulator) {
   const auto none = [&](const auto& has) { return std::ranges::none_of(playback.frames, has); };
   std::vector<std::string> missing;
   if (!simulator)
     missing.emplace_back("Room and robot are not shown: this program was built without the simulator.");
   if (!recording)
-    missing.emplace_back("Head images, feet and joint angles are not shown: this result has no recording.");
+    missing.push_back(
+        hash.empty()
+            ? "Head images, feet and joint angles are not shown: this result names no recording."
+            : fmt::format("Head images, feet and joint angles are not shown: recording {} is not in "
+                          "{}, nor in the results beside it, nor in the cache of recordings. View the "
+                          "result together with that of the walk.",
+                          hash.substr(0, 12), (result / "recording").string()));
   else if (simulator && none([](const Frame& frame) { return !frame.bodies.empty(); }))
     missing.emplace_back("The robot is not shown: the recording has no joint angles.");
   if (none([](const Frame& frame) { return frame.estimate.has_value(); }))
@@ -133,37 +186,62 @@ std::vector<std::string> missing_of(const Playback& playback, bool recording, bo
   return missing;
 }
 
-std::string run_json(const Playback& playback) {
-  Strips strips;
-  nlohmann::ordered_json frames = nlohmann::ordered_json::array();
-  for (std::size_t i = 0; i < playback.frames.size(); ++i) {
-    Frame shown = playback.frames[i];
-    strips.add(shown);
-    frames.push_back(to_json(shown));
-    if (!playback.images[i].empty()) frames.back()["stored_image"] = true;
-    if (!playback.rig.empty()) frames.back()["rig"] = i;
-  }
-  return files::json_text({{"frames", frames}, {"strips", strips_html(strips.figures())}});
+/// The number of the first frame of each piece of kPiece, and that of all frames.
+std::vector<std::size_t> pieces_of(const std::vector<Frame>& frames) {
+  std::vector<std::size_t> begins;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    if (begins.empty() || frames[i].t >= frames[begins.back()].t + kPiece) begins.push_back(i);
+  begins.push_back(frames.size());
+  return begins;
 }
 
-Site site_of(const std::vector<Playback>& results) {
-  if (results.size() > 1 && results[0].scenario != results[1].scenario)
-    throw std::invalid_argument(
-        fmt::format("view: the results are of {} and of {}, expected two of one scenario",
-                    results[0].scenario, results[1].scenario));
+/// Serves the frames of a result in pieces, and its values over time.
+void add_frames(Site& site, std::size_t run, const std::shared_ptr<Playback>& playback) {
+  Series series;
+  for (Frame& frame : playback->frames) series.add(frame);
+  site.add(fmt::format("/series/{}", run), bytes_resource(series.bytes()));
+  const std::vector<std::size_t> begins = pieces_of(playback->frames);
+  site.add_list(fmt::format("/frames/{}", run),
+                [playback, begins](std::size_t piece) -> std::optional<Resource> {
+                  if (piece + 1 >= begins.size()) return std::nullopt;
+                  ordered_json frames = ordered_json::array();
+                  for (std::size_t i = begins[piece]; i < begins[piece + 1]; ++i) {
+                    frames.push_back(to_json(playback->frames[i]));
+                    if (!playback->images[i].empty()) frames.back()["stored_image"] = true;
+                    if (!playback->rig.empty()) frames.back()["rig"] = i;
+                  }
+                  return json_resource(files::json_text(frames));
+                });
+}
+
+Site site_of(std::vector<Playback> given) {
+  std::vector<const pages::RunData*> data;
+  for (const Playback& result : given) data.push_back(&result.data);
+  for (const pages::RunData* one : data)
+    if (one->scenario != data[0]->scenario)
+      throw std::invalid_argument(
+          fmt::format("view: the results are of {} and of {}, expected those of one scenario",
+                      data[0]->scenario, one->scenario));
+  const std::vector<std::string> variants = pages::variants(data);
+  std::vector<std::shared_ptr<Playback>> results;
   std::vector<ShownRun> runs;
-  for (const Playback& result : results) runs.push_back(result.run);
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    given[i].run.variant = variants[i];
+    given[i].run.pieces = pieces_of(given[i].frames).size() - 1;
+    results.push_back(std::make_shared<Playback>(std::move(given[i])));
+    runs.push_back(results[i]->run);
+  }
   Site site(runs, {{"mode", "playback"}, {"control", false}});
   for (std::size_t i = 0; i < results.size(); ++i) {
-    site.add(fmt::format("/run/{}", i), json_resource(run_json(results[i])));
-    if (!results[i].pictures) continue;
-    std::vector<rig::RigSensor> sensors = results[i].run.rig;
-    sensors.push_back(recording::head_camera(results[i].pictures->setup()));
-    std::vector<std::vector<fs::path>> files = results[i].rig;
-    files.push_back(results[i].images);
+    add_frames(site, i, results[i]);
+    if (!results[i]->pictures) continue;
+    std::vector<rig::RigSensor> sensors = results[i]->run.rig;
+    sensors.push_back(recording::head_camera(results[i]->pictures->setup()));
+    std::vector<std::vector<fs::path>> files = results[i]->rig;
+    files.push_back(results[i]->images);
     add_rig(
         site, sensors.size(), i,
-        [sensors, files, pictures = results[i].pictures](std::size_t sensor, std::size_t k) -> std::string {
+        [sensors, files, pictures = results[i]->pictures](std::size_t sensor, std::size_t k) -> std::string {
           if (k >= files[sensor].size() || files[sensor][k].empty()) return "";
           return pictures->shown(sensors[sensor], files[sensor][k]);
         });
@@ -207,7 +285,7 @@ Site::Site(const std::vector<ShownRun>& runs, ordered_json about) {
   about["runs"] = ordered_json::array();
   for (std::size_t i = 0; i < runs.size(); ++i) {
     about["runs"].push_back(to_json(runs[i]));
-    if (!runs[i].model) continue;
+    if (!runs[i].model || i > 0) continue;  // one room and robot
     add(fmt::format("/model/{}", i), bytes_resource(runs[i].model->pieces));
     add(fmt::format("/pictures/{}", i),
         [paint = runs[i].model->pictures] { return bytes_resource(paint()); });
@@ -250,15 +328,15 @@ std::vector<Frame> read_recorded_frames(const fs::path& recording, const RobotMo
   return frames;
 }
 
-Playback read_playback(const fs::path& result, const MakeRobot& make_robot) {
-  const pages::RunData data = pages::read_run(result);
+Playback read_playback(const fs::path& result, const MakeRobot& make_robot,
+                       const std::vector<fs::path>& given) {
+  pages::RunData data = pages::read_run(result);
   const scenario::Scenario scenario = scenario::read_scenario(result / "scenario.yaml").scenario;
   Playback playback;
-  playback.scenario = data.scenario;
-  playback.frames = data.frames;
-  if (data.frames.empty())
+  playback.frames = std::move(data.frames);
+  if (playback.frames.empty())
     throw files::FileError(result / "truth.tum", "has no pose, expected one for each frame");
-  const fs::path recording = recording_of(result, data.about.recording);
+  const fs::path recording = recording_of(result, data.about.recording, given);
   std::optional<RobotModel> robot;
   if (make_robot) robot = make_robot(scenario);
   if (!recording.empty()) {
@@ -274,15 +352,23 @@ Playback read_playback(const fs::path& result, const MakeRobot& make_robot) {
   playback.images = recording.empty() ? std::vector<fs::path>(playback.frames.size())
                                       : pages::image_files(playback.frames, recording);
   playback.run.label = data.label();
+  playback.run.scenario = data.scenario, playback.run.seed = data.seed;
+  playback.run.recording = data.about.recording;
+  if (playback.run.recording.empty() && !recording.empty())
+    playback.run.recording = recording::Manifest(recording).hash();
+  for (const std::string& name : pages::shown_metrics(&pages::ShownMetric::run))
+    if (const auto value = data.value(name)) playback.run.metrics.push_back({name, "", value});
   playback.run.duration_s = slam::seconds(playback.frames.back().t);
   playback.run.moments = moments_of(data, scenario, playback.run.duration_s);
   if (robot) playback.run.model = robot->model;
-  playback.run.missing = missing_of(playback, !recording.empty(), robot.has_value());
+  playback.run.missing =
+      missing_of(playback, result, data.about.recording, !recording.empty(), robot.has_value());
+  playback.data = std::move(data);
   return playback;
 }
 
-PlaybackView::PlaybackView(const Access& access, const std::vector<Playback>& results)
-    : site_(site_of(results)),
+PlaybackView::PlaybackView(const Access& access, std::vector<Playback> results)
+    : site_(site_of(std::move(results))),
       server_(access, {[this](std::string_view path) { return site_.at(path, server_.access().token); }}) {}
 
 }  // namespace sim::view

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -42,7 +43,11 @@ struct Moment {
 };
 
 struct ShownRun {
-  std::string label;  ///< "tangent_circle, seed 1"
+  std::string label;                                        ///< "tangent_circle, seed 1"
+  std::string scenario = {}, variant = {}, recording = {};  ///< of a finished run; recording: its hash
+  std::uint64_t seed = 0;
+  std::vector<result::SeedMetric> metrics = {};
+  std::size_t pieces = 0;  ///< of its frames, each of kPiece
   std::optional<slam::CameraIntrinsics> camera = std::nullopt;
   double duration_s = 0;  ///< 0: unknown
   std::vector<Moment> moments = {};
@@ -57,7 +62,7 @@ std::vector<Moment> faults_of(const scenario::Scenario& scenario);
 /// Paths are compared literally: no path from a client reaches the disk.
 class Site {
  public:
-  /// The page, its script and style; /about (about: further keys); /model/<i> and /pictures/<i> of each run.
+  /// The page, its script and style; /about (about: further keys); /model/0 and /pictures/0 of the first run.
   Site(const std::vector<ShownRun>& runs, nlohmann::ordered_json about);
 
   void add(const std::string& path, Resource resource);
@@ -94,22 +99,31 @@ struct SoleForce {
 /// Returns the zero-moment point of the ground forces on both soles, assumed level; nothing below 20 N.
 std::optional<Eigen::Vector2d> zero_moment_point(const std::array<SoleForce, 2>& soles);
 
-/// Collects the values of frames in order of time.
-class Strips {
+/// The values of frames in order of time, for the figures over time (web/compare.js); NaN: unknown.
+class Series {
  public:
-  Strips();
+  /// Time (s); errors and their standard deviations (mm, deg); NEES; landmarks in the map and found; how far
+  /// the standing soles moved (mm); distance of the zero-moment point inside the support polygon (mm).
+  static constexpr std::array kNames{"t",         "x",          "y",
+                                     "z",         "heading",    "sigma_x",
+                                     "sigma_y",   "sigma_z",    "sigma_heading",
+                                     "nees",      "landmarks",  "found",
+                                     "slip_left", "slip_right", "margin"};
+  using Row = std::array<double, kNames.size()>;
+
   /// Adds a frame and completes it: where each foot was set down, and the support polygon.
   void add(Frame& frame);
-  const std::vector<pages::Figure>& figures() const { return figures_; }
+  const std::vector<Row>& rows() const { return rows_; }
+  /// Returns the length of a JSON list (little-endian, four bytes), the list of names, with blanks up to a
+  /// multiple of four bytes, and the columns as float32.
+  std::string bytes() const;
 
  private:
-  void follow_feet(Frame& frame);
+  void follow_feet(Frame& frame, Row& row);
 
-  std::vector<pages::Figure> figures_;
+  std::vector<Row> rows_;
   std::array<std::optional<Eigen::Vector3d>, 2> landed_;
 };
-
-std::string strips_html(const std::vector<pages::Figure>& figures);
 
 /// The robot of a scenario. poses: of its model's bodies, by the encoders and the waist's pose in W.
 struct RobotModel {
@@ -129,22 +143,27 @@ MakeRobot robot_maker(const fs::path& models);
 /// A result as the page plays it.
 struct Playback {
   ShownRun run;
-  std::string scenario;                             ///< its name
+  pages::RunData data;                              ///< its frames are below
   std::vector<Frame> frames;                        ///< without images
   std::vector<fs::path> images;                     ///< PNG of each frame, or empty
   std::vector<std::vector<fs::path>> rig = {};      ///< the same of each sensor of the rig
   std::shared_ptr<const pages::Pictures> pictures;  ///< absent without a recording
 };
 
-/// Reads a result folder and its recording, which for a replay is that of the enclosing result; missing parts
-/// are listed in ShownRun::missing. Throws FileError if it is not a result or a file is broken.
-Playback read_playback(const fs::path& result, const MakeRobot& make_robot);
+/// Reads a result folder and its recording: its own, or the one of the hash in about.json in the enclosing or
+/// a given result, in the cache, or beside it. Missing parts are listed in ShownRun::missing. Throws
+/// FileError if it is not a result or a file is broken.
+Playback read_playback(const fs::path& result, const MakeRobot& make_robot,
+                       const std::vector<fs::path>& given = {});
 
-/// Serves one result, or two of one scenario.
+inline constexpr std::size_t kMostRuns = 4;                      ///< on a page
+inline constexpr slam::Stamp kPiece = std::chrono::seconds(10);  ///< of frames in one resource
+
+/// Serves one result, or several of one scenario.
 class PlaybackView {
  public:
   /// Throws std::invalid_argument for two scenarios, and as Server does.
-  PlaybackView(const Access& access, const std::vector<Playback>& results);
+  PlaybackView(const Access& access, std::vector<Playback> results);
   const Access& access() const { return server_.access(); }
 
  private:

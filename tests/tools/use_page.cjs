@@ -1,5 +1,5 @@
 // Uses a page in headless Chromium and prints the findings as one JSON object.
-// Usage: node use_page.cjs live|playback|watch|picture URL PROFILE_FOLDER [SECONDS [PICTURE [WIDTH HEIGHT [light|dark]]]]
+// Usage: node use_page.cjs live|playback|keys|values|compare|watch|picture URL PROFILE_FOLDER [SECONDS [PICTURE [WIDTH HEIGHT [light|dark]]]]
 //        node use_page.cjs report PAGE_OF_SEVERAL_RUNS.html PROFILE_FOLDER
 const path = require('path');
 const {say} = require('./browser.cjs');
@@ -7,8 +7,8 @@ const {say} = require('./browser.cjs');
 const kReady = `document.documentElement?.dataset.ready === 'true'`;
 const kPane = 'gaitslamPage.panes[0]', kFrame = `${kPane}.run.frames[${kPane}.index]`;
 const look = (browser) => browser.value(`({t: gaitslamPage.t, frames: ${kPane}.run.frames.length, robot: ${kFrame}.bodies?.slice(0, 3),
-  bodies: ${kPane}.scene.bodies.filter((b) => b.visible).length, ellipsoids: ${kPane}.scene.shownEllipsoids,
-  space: ${kPane}.scene.renderer.domElement.toDataURL(), head: ${kPane}.head.canvas.toDataURL(), state: ${kPane}.state.textContent})`);
+  bodies: gaitslamPage.scene.bodies.filter((b) => b.visible).length, ellipsoids: gaitslamPage.scene.shownEllipsoids,
+  space: gaitslamPage.scene.renderer.domElement.toDataURL(), head: ${kPane}.head.canvas.toDataURL(), state: ${kPane}.state.textContent})`);
 const short = ({space, head, ...rest}) => rest;
 
 async function useLive(browser, url) {
@@ -16,8 +16,17 @@ async function useLive(browser, url) {
   await browser.until(`document.documentElement?.dataset.model === 'true' && !!${kFrame}`);
   await browser.press('4', 52);  // slowly: what follows takes a busy machine some time, and the walk is short
   const first = await look(browser);
-  await browser.until(`gaitslamPage.t > ${first.t} + 1 && ${kPane}.scene.shownEllipsoids > 5`);
+  await browser.until(`gaitslamPage.t > ${first.t} + 1 && gaitslamPage.scene.shownEllipsoids > 5`);
   const later = await look(browser);
+  // A look back does not hold the run; a page that is opened anew gets the past.
+  await browser.value('gaitslamPage.go(0)');
+  const held = await browser.value(`${kPane}.run.frames.length`);
+  await browser.until(`${kPane}.run.frames.length > ${held} + 3`);
+  const back = await browser.value('gaitslamPage.t');
+  await browser.send('Page.reload');
+  await browser.rest(300);
+  await browser.until(`document.documentElement?.dataset.model === 'true' && ${kPane}.series?.t.length > 0`);
+  const past = await browser.value(`({frame: ${kPane}.run.frames[0].t, value: ${kPane}.series.t[0], steps: ${kPane}.run.landed.length, seen: ${kPane}.run.frames.length})`);
   await browser.press(' ', 32);
   await browser.until(`document.documentElement?.dataset.playing === 'false'`);
   await browser.rest(700);
@@ -31,13 +40,16 @@ async function useLive(browser, url) {
   await browser.until(`${kPane}.run.frames.length > ${stepped} + 3`);
   await browser.press('f', 70);
   await browser.until(`document.documentElement?.dataset.ended === 'true'`, 120000);
-  return {first: short(first), later: short(later), space_changed: first.space !== later.space, head_changed: first.head !== later.head,
+  await browser.press('Home', 36);
+  await browser.press('ArrowRight', 39);
+  const after = await browser.value(`${kPane}.index`);
+  return {back, past, after, first: short(first), later: short(later), space_changed: first.space !== later.space, head_changed: first.head !== later.head,
     paused_frames: still - paused, stepped_frames: stepped - still, how: await browser.value('gaitslamPage.note.textContent'), said: browser.said};
 }
 
 // The position of the camera in the 3D view, and which image the head view shows.
 const kPlaces = `({t: gaitslamPage.t, index: ${kPane}.index, head: ${kPane}.headIndex, truth: ${kFrame}.truth.slice(0, 3),
-  frustum: ${kPane}.scene.frusta.truth.position.toArray()})`;
+  frustum: gaitslamPage.scene.frustum.position.toArray()})`;
 
 // Correlation of the 3D view through the camera with the head image of the same instant and with that of 5 s before.
 const agreement = async (seconds) => {
@@ -58,12 +70,13 @@ const agreement = async (seconds) => {
   page.go(seconds);
   const before = page.mode;
   page.setMode('head');
-  const space = pane.scene.renderer.domElement, wide = space.height * 4 / 3;
-  for (const name of ['points', 'ellipsoids', 'own']) pane.scene[name].visible = false;
-  pane.scene.draw();
+  const space = page.scene.renderer.domElement, wide = space.height * 4 / 3;
+  page.setLayer('map0', false);
+  page.setLayer('estimate0', false);
   const seen = gray(space, (space.width - wide) / 2, wide, space.height);
   const found = {own: correlation(seen, await imageAt(seconds)), earlier: correlation(seen, await imageAt(Math.max(0, seconds - 5)))};
-  for (const name of ['points', 'ellipsoids', 'own']) pane.scene[name].visible = true;
+  page.setLayer('map0', true);
+  page.setLayer('estimate0', true);
   page.setMode(before);
   return found;
 };
@@ -86,6 +99,73 @@ async function usePlayback(browser, url, seconds) {
   const through = await browser.value(`gaitslamPage.mode`);
   return {there: short(there), scrubbed, linked, next, moments, agree, through, width_at_400: await browser.phoneWidth(),
     space_changed: start.space !== there.space, said: browser.said, panes: await browser.value('gaitslamPage.panes.length')};
+}
+
+// The middle of an element, or a part of its width.
+const placeOf = (browser, selector, part = 0.5) => browser.value(`(() => { const e = document.querySelector('${selector}'); e.scrollIntoView({block: 'center'});
+  const {x, y, width, height} = e.getBoundingClientRect(); return {x: x + ${part} * width, y: y + height / 2}; })()`);
+
+async function click(browser, selector, part) {
+  const at = await placeOf(browser, selector, part);
+  for (const type of ['mousePressed', 'mouseReleased']) await browser.send('Input.dispatchMouseEvent', {type, ...at, button: 'left', clickCount: 1});
+}
+
+// After a click on each control, how many frames an arrow key moves on.
+async function useKeys(browser, url) {
+  await browser.open(url, kReady);
+  await browser.until(`document.documentElement?.dataset.model === 'true'`);
+  const moved = {};
+  for (const [name, selector] of Object.entries({button: 'footer button', slider: 'footer input', scene: '.scene canvas', layer: '[data-layer=truth]', strip: '[data-figure=error_x] svg', moment: '.moment'})) {
+    await click(browser, selector, 0.3);
+    await browser.value('gaitslamPage.pause()');
+    const before = await browser.value(`${kPane}.index`);
+    await browser.press('ArrowRight', 39);
+    moved[name] = await browser.value(`${kPane}.index`) - before;
+  }
+  await click(browser, 'footer button');
+  await browser.press(' ', 32);
+  return {moved, playing: await browser.value('gaitslamPage.playing'), said: browser.said};
+}
+
+// What the figures show at instants over the walk, at the cursor and at its time.
+async function readValues(browser, url, count) {
+  await browser.open(url, kReady);
+  const at = await browser.value(`(() => { const values = [], {frames} = ${kPane}.run; for (let k = 0; k < ${count}; ++k) {
+    gaitslamPage.go(frames[Math.floor(k * frames.length / ${count})].t);
+    const read = (name) => [...document.querySelectorAll('[data-figure=' + name + '] .legend b')].map((b) => b.textContent);
+    values.push({index: ${kPane}.index, t: gaitslamPage.t, x: read('error_x')[0], distance: read('distance')[0], landmarks: read('landmarks')[1]});
+  } return values; })()`);
+  // After a zoom by dragging, the cursor is at the time in the legend.
+  const figure = '[data-figure=error_x] svg', [from, to] = [await placeOf(browser, figure, 0.4), await placeOf(browser, figure, 0.7)];
+  const mouse = (type, place, more) => browser.send('Input.dispatchMouseEvent', {type, ...place, ...more});
+  await mouse('mousePressed', from, {button: 'left', clickCount: 1});
+  await mouse('mouseMoved', to, {button: 'left', buttons: 1});
+  await mouse('mouseReleased', to, {button: 'left', clickCount: 1});
+  const zoomed = await browser.value(`gaitslamPage.figures.map((f) => ({cursor: f.x.value(+/M([-0-9.]+)/.exec(f.cursor.getAttribute('d'))[1]),
+    legend: parseFloat(f.holder.querySelector('.at').textContent.split(':')[1]), range: f.range}))`);
+  return {at, zoomed, said: browser.said};
+}
+
+// Two runs or more on one page.
+async function compare(browser, url) {
+  await browser.open(url, kReady);
+  await browser.until(`document.documentElement?.dataset.model === 'true'`);
+  const read = () => browser.value(`({t: gaitslamPage.t, heads: [...document.querySelectorAll('.pane h2')].map((h) => h.textContent),
+    shown: gaitslamPage.panes.map(({run, index}) => run.frames[index].t), scenes: document.querySelectorAll('.scene').length,
+    ghosts: gaitslamPage.scene.beliefs.map(({frustum}) => frustum.position.toArray()), estimates: gaitslamPage.panes.map(({run, index}) => run.frames[index].estimate),
+    lines: Object.fromEntries([...document.querySelectorAll('[data-figure]')].map((f) => [f.dataset.figure, f.querySelectorAll('.line').length])),
+    title: document.querySelector('header b').textContent, bottom: document.querySelector('[data-figure=distance]').getBoundingClientRect().bottom <= innerHeight,
+    visible: gaitslamPage.scene.beliefs.map(({path}) => path.object.visible), marks: gaitslamPage.marks, hash: location.hash})`);
+  await browser.value('gaitslamPage.go(0)');
+  await browser.press(']', 221);
+  const marked = await read();
+  await click(browser, '[data-layer=estimate1]');
+  await browser.value('gaitslamPage.setMode("orbit")');
+  const hidden = await read();
+  await browser.send('Page.reload');
+  await browser.rest(500);
+  await browser.until(`document.documentElement?.dataset.model === 'true'`);
+  return {marked, hidden, again: await read(), width_at_400: await browser.phoneWidth(), said: browser.said};
 }
 
 // Looks on until the run has ended.
@@ -204,5 +284,5 @@ async function useReport(browser, page) {
 }
 
 const [what, url, profile, ...more] = process.argv.slice(2);
-const uses = {live: useLive, playback: usePlayback, watch, picture, report: useReport};
+const uses = {live: useLive, playback: usePlayback, keys: useKeys, values: readValues, compare, watch, picture, report: useReport};
 say(profile, (browser) => uses[what](browser, url, ...more));

@@ -1,4 +1,7 @@
 // The view through the program: in a browser, live and of results, and through Foxglove's client.
+#include <array>
+#include <cmath>
+
 #include "sim/files/text.h"
 #include "tests/tools/command_line.h"
 
@@ -21,8 +24,8 @@ class ViewTest : public CommandLine {
         "timeout 540 node '" + kSources + "/tests/tools/use_page.cjs' " + how + " \"$url\" profile " + more;
     return json::parse(viewed(command, use, end).ends(0).out);
   }
-  json played(const std::string& results, const std::string& t) const {
-    return browsed("view " + results, "playback", t, "kill -INT $!; wait $!");
+  json shown(const std::string& results, const std::string& how, const std::string& more = "") const {
+    return browsed("view " + results, how, more, "kill -INT $!; wait $!");
   }
 };
 using LongViewTest = ViewTest;
@@ -37,6 +40,11 @@ TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeys) {
   EXPECT_TRUE(found["space_changed"]);
   EXPECT_TRUE(found["head_changed"]);
   EXPECT_THAT(found["later"]["state"].get<std::string>(), Has("Filter: tracking"));
+  EXPECT_EQ(found["back"], 0) << "while the run goes on";
+  for (const char* const part : {"frame", "value"})
+    EXPECT_LT(found["past"][part], 0.2) << "a new page has the past";
+  EXPECT_GT(found["past"]["steps"], 0);
+  EXPECT_EQ(found["after"], 1) << "the end turns the page into a playback";
   EXPECT_EQ(found["paused_frames"], 0);
   EXPECT_GE(found["stepped_frames"], 1);
   EXPECT_LE(found["stepped_frames"], 2);
@@ -77,7 +85,7 @@ TEST_F(LongViewTest, APlaybackIsScrubbedToTheLoopClosure) {
   const json score = json_in("turn/seed-1/score.json");
   const json& closed = score["metrics"]["loop_time_s"]["value"];
   ASSERT_TRUE(closed.is_number()) << score["metrics"]["loop_time_s"];
-  const json found = played("turn/seed-1", std::to_string(closed.get<double>()));
+  const json found = shown("turn/seed-1", "playback", std::to_string(closed.get<double>()));
   for (const char* const how : {"scrubbed", "linked"}) {
     const json& there = found[how];
     EXPECT_NEAR(there["t"], closed.get<double>(), 0.001) << how;
@@ -95,11 +103,87 @@ TEST_F(LongViewTest, APlaybackIsScrubbedToTheLoopClosure) {
   EXPECT_THAT(found["said"], IsEmpty());
 }
 
-TEST_F(ViewTest, TwoResultsOfAScenarioAreShownSideBySide) {
+TEST_F(ViewTest, TheKeyboardWorksAfterClicksAndAnArrowMovesOneFrame) {
   short_walks("one");
-  short_walks("two", "2");
-  const json found = played("one/seed-1 two/seed-2", "1");
-  EXPECT_EQ(found["panes"], 2);
+  ok("replay one/seed-1 'errors.faults=[{frames_lost: {from_s: 0.5, duration_s: 0.2}}]' --out lost");
+  const json found = shown("lost", "keys");
+  for (const auto& [control, frames] : found["moved"].items())
+    EXPECT_EQ(frames, 1) << "after a click on " << control;
+  EXPECT_EQ(found["moved"].size(), 6u);
+  EXPECT_EQ(found["playing"], false) << "space after a click on play pauses";
+  EXPECT_THAT(found["said"], IsEmpty());
+}
+
+/// The numbers of a file's rows without titles.
+std::vector<std::vector<double>> numbers_in(const std::string& text, char separator) {
+  std::vector<std::vector<double>> rows;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with('#')) continue;
+    std::istringstream fields(line);
+    rows.emplace_back();
+    for (std::string field; std::getline(fields, field, separator);)
+      rows.back().push_back(std::atof(field.c_str()));
+  }
+  return rows;
+}
+
+TEST_F(ViewTest, ValuesAtTheCursorAreThoseOfTheFilesAndTheCursorIsAtItsTimeAfterAZoom) {
+  short_walks("one");
+  const json found = shown("one/seed-1", "values", "200");
+  const auto truth = numbers_in(text_of("one/seed-1/truth.tum"), ' '),
+             estimate = numbers_in(text_of("one/seed-1/estimate.tum"), ' '),
+             frames = numbers_in(text_of("one/seed-1/frames.csv"), ',');
+  ASSERT_EQ(found["at"].size(), 200u);
+  for (const json& at : found["at"]) {
+    const std::size_t i = at["index"];
+    ASSERT_EQ(truth[i][0], estimate[i][0]);
+    std::array<double, 3> error{};
+    for (int axis = 0; axis < 3; ++axis) error[axis] = 1e3 * (estimate[i][axis + 1] - truth[i][axis + 1]);
+    for (const auto& [name, value] :
+         {std::pair{"x", error[0]}, {"distance", std::hypot(error[0], error[1], error[2])}})
+      EXPECT_NEAR(std::stod(at[name].get<std::string>()), value,
+                  0.501 * std::pow(10, std::floor(std::log10(std::abs(value))) - 3))
+          << name << " at " << at["t"];
+    EXPECT_EQ(std::stod(at["landmarks"].get<std::string>()), frames[i][1]) << at["t"];
+  }
+  for (const json& figure : found["zoomed"]) {
+    EXPECT_EQ(figure["range"], found["zoomed"][0]["range"]) << "all figures are zoomed together";
+    EXPECT_NEAR(figure["cursor"], figure["legend"], 1e-3);
+  }
+  EXPECT_THAT(found["said"], IsEmpty());
+}
+
+TEST_F(ViewTest, TwoRunsAreComparedInOneSceneAndWhereTheyPartIsMarked) {
+  short_walks("one");
+  ok("replay one/seed-1 'errors.faults=[{frames_lost: {from_s: 0.7, duration_s: 0.3}}]' --out lost");
+  const json found = shown("one/seed-1 lost", "compare"), &marked = found["marked"];
+  EXPECT_EQ(marked["scenes"], 1);
+  EXPECT_THAT(marked["title"].get<std::string>(), Has("walk, seed 1"));
+  EXPECT_THAT(marked["heads"][0].get<std::string>(),
+              AllOf(StartsWith("A: errors.faults="), Lacks("frames_lost")));
+  EXPECT_THAT(marked["heads"][1].get<std::string>(),
+              AllOf(StartsWith("B: errors.faults="), Has("frames_lost")));
+  EXPECT_NEAR(marked["t"], 0.7, 0.11) << "a key goes to the first mark";
+  EXPECT_EQ(marked["shown"][0], marked["shown"][1]) << "both images at one instant";
+  for (int run = 0; run < 2; ++run)
+    for (int axis = 0; axis < 3; ++axis)
+      EXPECT_NEAR(marked["ghosts"][run][axis], marked["estimates"][run][axis], 1e-5) << run;
+  for (const auto& [figure, lines] : marked["lines"].items())
+    EXPECT_GE(lines, figure == "distance" ? 3 : 2) << figure << ", with the difference";
+  EXPECT_EQ(marked["bottom"], true) << "the errors are on the screen with the scene";
+  bool parts = false;
+  for (const json& mark : marked["marks"])
+    if (mark["text"] == "first difference of the estimates") {
+      parts = true;
+      EXPECT_NEAR(mark["t"], 0.7, 0.11);
+    }
+  EXPECT_TRUE(parts) << marked["marks"];
+  EXPECT_EQ(found["hidden"]["visible"], (json{true, false}));
+  EXPECT_EQ(found["again"]["visible"], found["hidden"]["visible"]) << "the address holds the layers";
+  EXPECT_NEAR(found["again"]["t"], found["hidden"]["t"], 0.01);
+  EXPECT_EQ(found["again"]["hash"], found["hidden"]["hash"]);
+  EXPECT_LE(found["width_at_400"], 400);
   EXPECT_THAT(found["said"], IsEmpty());
 }
 
@@ -118,7 +202,7 @@ TEST_F(ViewTest, WhatCannotBeShownIsRefused) {
       {{"view nothing", "nothing: no such result folder"},
        {"view one", "one: expected a result folder (score.json), such as one/seed-1"},
        {"view one/seed-1/recording", "is a recording, expected a result folder"},
-       {"view one/seed-1 one/seed-1 one/seed-1", "3 results, expected one or two"},
+       {"view one/seed-1 one/seed-1 one/seed-1 one/seed-1 one/seed-1", "5 results, expected one to 4"},
        {"view one/seed-1 --address 0.0.0.0" + token, "--address 0.0.0.0: expected one address"},
        {"view one/seed-1 --address 10.1.2.3", "others can reach it, expected a --token"},
        {"view one/seed-1 --token short", "--token: expected at least 22"},

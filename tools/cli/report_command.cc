@@ -135,7 +135,7 @@ int show_leaderboard(LeaderboardRequest& request) {
 }
 
 constexpr const char* kViewExamples = R"(Examples:
-  gaitslam view results/tangent_circle/seed-1 results/tangent_circle/seed-2      # side by side
+  gaitslam view results/tangent_circle/seed-1 results/tangent_circle/seed-1/replay   # compared in one scene
   gaitslam view results/tangent_circle/seed-1/replay --port 8020
 Prints a URL; #t=SECONDS after it opens that time. Ctrl-C ends the view. gaitslam run --view shows a walk live.)";
 
@@ -145,8 +145,8 @@ struct RequestToView : Access {
 };
 
 void require_results(const std::vector<std::string>& results) {
-  if (results.size() > 2)
-    throw UsageError("view: {} results, expected one or two of one scenario", results.size());
+  if (results.size() > view::kMostRuns)
+    throw UsageError("view: {} results, expected one to {} of one scenario", results.size(), view::kMostRuns);
   for (const std::string& result : results) {
     if (!fs::is_directory(result)) throw UsageError("{}: no such result folder", result);
     if (result::is_result(result)) continue;
@@ -164,12 +164,13 @@ int view_results(RequestToView& request) {
   const view::MakeRobot make_robot = view::robot_maker(request.models);
   std::vector<view::Playback> results;
   for (const std::string& result : request.results)
-    results.push_back(view::read_playback(result, make_robot));
+    results.push_back(
+        view::read_playback(result, make_robot, {request.results.begin(), request.results.end()}));
   sigset_t signals{};
   ::sigemptyset(&signals);
   for (const int one : {SIGINT, SIGTERM, SIGHUP}) ::sigaddset(&signals, one);
   ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before the server's threads, which inherit it
-  const view::PlaybackView shown(request, results);
+  const view::PlaybackView shown(request, std::move(results));
   print_view(view::url(shown.access()));
   int which = 0;
   ::sigwait(&signals, &which);
@@ -206,7 +207,8 @@ void add_view_command(CLI::App& app, int& exit_code) {
   auto [command, request] = add_command(
       app, exit_code, "view", "Show finished results in the browser: robot, images, map and errors over time",
       kViewExamples, view_results);
-  command.add_option("results", request.results, "one result folder, or two of one scenario")->required();
+  command.add_option("results", request.results, "one result folder, or up to four of one scenario")
+      ->required();
   add_view_place(command, request);
   add_models(command, request.models);
 }

@@ -1,4 +1,7 @@
-// Cursor and zoom of figures that the program drew (html.cc). Figures over time share both.
+// Cursor and zoom of figures, which share them over time, and figures drawn from columns. Pages have figures that the program drew
+// (html.cc), with the columns beside them.
+
+import {element} from './dom.js';
 
 const kSvg = 'http://www.w3.org/2000/svg', kNear_px = 8;
 const svgElement = (tag, attributes) => {
@@ -19,16 +22,28 @@ class Axis {
 }
 
 /// Multiples of 1, 2 or 5 times a power of ten.
-function ticks(low, high) {
-  const rough = (high - low) / 8, power = 10 ** Math.floor(Math.log10(rough)), step = [1, 2, 5, 10].find((m) => m * power >= rough) * power;
+function ticks(low, high, about = 8) {
+  const rough = (high - low) / about, power = 10 ** Math.floor(Math.log10(rough)), step = [1, 2, 5, 10].find((m) => m * power >= rough) * power;
   return Array.from({length: Math.floor(high / step) - Math.ceil(low / step) + 1}, (_, i) => (Math.ceil(low / step) + i) * step);
 }
 
-const pointsOf = (path) => [...path.getAttribute('d').matchAll(/[ML]([-\d.]+) ([-\d.]+)/g)].map(([, x, y]) => [+x, +y]);
-const nearest = (points, px) => points.reduce((best, p) => (Math.abs(p[0] - px) < Math.abs((best?.[0] ?? Infinity) - px) ? p : best), null);
+/// The place of the value nearest to x.
+function nearest(values, x) {
+  let best = 0;
+  for (let i = 1; i < values.length; ++i) if (Math.abs(values[i] - x) < Math.abs(values[best] - x)) best = i;
+  return best;
+}
+
+/// The columns that the program gave a figure: float32 in Base64, and the numbers of those that each part of the legend is made of.
+function embedded({dataset: {columns, parts}}) {
+  if (parts === undefined) return [];
+  const numbers = columns.split(' ').map((text) => new Float32Array(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer));
+  return parts.split(';').map((part) => part.split(' ').map((column) => numbers[column]));
+}
 
 export class Figure {
-  constructor(holder) {
+  /// columns: [x, y] or [x, low, high] of each part of the legend.
+  constructor(holder, columns) {
     this.holder = holder;
     this.svg = holder.querySelector('svg[data-x]');
     this.data = holder.querySelector('svg.data');
@@ -37,12 +52,15 @@ export class Figure {
     this.y = new Axis(this.svg.dataset.y);
     this.overTime = this.svg.dataset.overTime === 'yes';
     this.label = this.overTime ? 'time [s]' : 'x';
-    const named = (selector) => [...this.data.querySelectorAll(`path[data-name]:not([data-name=""])${selector}`)];
-    this.paths = [...named(':not(.envelope)'), ...named('.envelope')];  // as in the legend
-    this.items = [...holder.querySelectorAll('.legend [data-name] b')];
+    this.parts = columns ?? embedded(holder);
+    this.items = [...holder.querySelectorAll('.legend b')];
+    this.shown = null;
     this.cursor = svgElement('path', {class: 'cursor', d: ''});
     this.svg.append(this.cursor);
   }
+
+  get range() { return [this.x.low, this.x.high]; }
+  get isZoomed() { return this.x.low !== this.whole.low || this.x.high !== this.whole.high; }
 
   /// The value of x under the mouse, within the axes.
   valueAt(event) {
@@ -52,21 +70,21 @@ export class Figure {
 
   show(x) {
     const px = this.x.at(x), inside = px >= this.x.begin && px <= this.x.end;
+    this.shown = x;
     this.cursor.setAttribute('d', inside ? `M${px} ${this.y.end}V${this.y.begin}` : '');
-    this.points ??= this.paths.map(pointsOf);
-    this.points.forEach((points, i) => { this.items[i].textContent = this.read(this.paths[i], points, this.whole.at(x)); });
+    this.parts.forEach((part, i) => { this.items[i].textContent = this.read(part, x); });
     const at = this.holder.querySelector('.legend .at');
     if (at) at.textContent = `${this.label}: ${short(x)}`;
   }
 
-  read(path, points, px) {
-    const value = (some) => { const p = nearest(some, px); return p && Math.abs(p[0] - px) < kNear_px ? String(+this.y.value(p[1]).toPrecision(3)) : ''; };
-    if (!path.classList.contains('envelope')) return value(points);
-    const half = points.length / 2, [low, high] = [value(points.slice(half)), value(points.slice(0, half))];
-    return low && high ? `${low} to ${high}` : '';
+  read([at, ...values], x) {
+    const i = nearest(at, x);
+    if (!at.length || Math.abs(this.x.at(at[i]) - this.x.at(x)) >= kNear_px || !values.every((column) => Number.isFinite(column[i]))) return '';
+    return values.map((column) => short(column[i])).join(' to ');
   }
 
   hide() {
+    this.shown = null;
     this.cursor.setAttribute('d', '');
     for (const text of this.holder.querySelectorAll('.legend b, .legend .at')) text.textContent = '';
   }
@@ -75,18 +93,81 @@ export class Figure {
     const {viewBox: {baseVal: {y, height}}} = this.data, from = this.whole.at(low);
     Object.assign(this.x, {low, high});
     this.data.setAttribute('viewBox', `${from} ${y} ${this.whole.at(high) - from} ${height}`);
-    this.svg.classList.toggle('zoomed', low !== this.whole.low || high !== this.whole.high);
+    this.svg.classList.toggle('zoomed', this.isZoomed);
     this.svg.querySelector('.ticks').replaceChildren(...ticks(low, high).flatMap((v) => {
       const text = svgElement('text', {x: this.x.at(v), y: this.y.begin + 16, 'text-anchor': 'middle'});
       text.textContent = +v.toPrecision(6);
       return [svgElement('path', {class: 'grid', d: `M${this.x.at(v)} ${this.y.begin}V${this.y.end}`}), text];
     }));
+    if (this.shown !== null) this.show(this.shown);
   }
 }
 
-/// Makes the figures follow the mouse: move shows values, drag zooms, double click shows all. chosen(figure, x): on a click. left(): it left.
-export function follow(figures, chosen, left) {
+const kMargin = 0.05, kLeft = 46, kRight = 10, kTop = 8, kBottom = 20;
+
+/// A path through points; those that are not finite break it. Points nearer than a tenth of a pixel are left out.
+function pathOf(x, y, at) {
+  let d = '', lastX = -1e9, lastY = -1e9, down = false;
+  for (let i = 0; i < x.length; ++i) {
+    const [px, py] = at(x[i], y[i]);
+    if (!Number.isFinite(py)) { down = false; continue; }
+    if (down && Math.hypot(px - lastX, py - lastY) < 0.1) continue;
+    d += `${down ? 'L' : 'M'}${px.toFixed(2)} ${py.toFixed(2)}`;
+    [lastX, lastY, down] = [px, py, true];
+  }
+  return d;
+}
+
+/// The area between two lines, which ends at each gap.
+function areaOf(x, low, high, at) {
+  let d = '';
+  for (let i = 0, begin = 0; i <= x.length; ++i) {
+    if (i < x.length && Number.isFinite(low[i] + high[i])) continue;
+    const part = (column) => Array.from(column.slice(begin, i)), there = part(x);
+    if (there.length) d += pathOf(there.concat(part(x).reverse()), part(high).concat(part(low).reverse()), at) + 'Z';
+    begin = i + 1;
+  }
+  return d;
+}
+
+/// A figure over time. lines: [{name, role, x, y, thin}]; bands: [{name, role, x, low, high}]; levels: values of y; marks: [{t, text}];
+/// zero: 0 is on the axis.
+export function drawn({name, title, lines, bands = [], levels = [], marks = [], zero = false, width = 400, height = 150}) {
+  const rangeOf = (columns, more = []) => {
+    let [low, high] = [Math.min(...more), Math.max(...more)];
+    for (const column of columns) for (const v of column) if (Number.isFinite(v)) { if (v < low) low = v; if (v > high) high = v; }
+    if (!(low <= high)) [low, high] = [0, 1];
+    const margin = kMargin * ((high - low) || Math.abs(high) || 1);
+    return [low - margin, high + margin];
+  };
+  const axisOf = ([low, high], begin, end) => `${low} ${high} ${begin} ${end} 0`, from = lines.map(({x}) => x);
+  const place = {x: kLeft, y: kTop, width: width - kLeft - kRight, height: height - kTop - kBottom};
+  const texts = [axisOf(rangeOf(from), kLeft, width - kRight), axisOf(rangeOf([...lines.map(({y}) => y), ...bands.flatMap(({low, high}) => [low, high])],
+    [...levels, ...(zero ? [0] : [])]), height - kBottom, kTop)];
+  const [x, y] = texts.map((text) => new Axis(text)), at = (a, b) => [x.at(a), y.at(b)];
+  const svg = svgElement('svg', {viewBox: `0 0 ${width} ${height}`, 'data-x': texts[0], 'data-y': texts[1], 'data-over-time': 'yes', role: 'img', 'aria-label': title});
+  const data = svgElement('svg', {class: 'data', ...place, viewBox: Object.values(place).join(' '), preserveAspectRatio: 'none'});
+  const label = (px, py, anchor, value) => { const node = svgElement('text', {x: px, y: py, 'text-anchor': anchor}); node.textContent = +value.toPrecision(6); return node; };
+  const xs = svgElement('g', {class: 'ticks'});
+  xs.append(...ticks(x.low, x.high).flatMap((v) => [svgElement('path', {class: 'grid', d: `M${x.at(v)} ${y.begin}V${y.end}`}), label(x.at(v), y.begin + 14, 'middle', v)]));
+  const ys = ticks(y.low, y.high, 4).flatMap((v) => [svgElement('path', {class: 'grid', d: `M${x.begin} ${y.at(v)}H${x.end}`}), label(x.begin - 5, y.at(v) + 4, 'end', v)]);
+  const level = (d, text) => { const node = svgElement('path', {class: 'level', d}), words = svgElement('title', {}); words.textContent = text; node.append(words); return node; };
+  data.append(...bands.map((band) => svgElement('path', {class: `fill envelope ${band.role}`, d: areaOf(band.x, band.low, band.high, at)})),
+    ...levels.map((v) => level(`M${x.begin} ${y.at(v)}H${x.end}`, v)), ...marks.map(({t, text}) => level(`M${x.at(t)} ${y.begin}V${y.end}`, text)),
+    ...lines.map((line) => svgElement('path', {class: `line ${line.thin ? 'thin ' : ''}${line.role}`, d: pathOf(line.x, line.y, at)})));
+  svg.append(xs, ...ys, data, svgElement('rect', {class: 'frame', ...place}));
+  const named = [...lines, ...bands].filter((part) => part.name);
+  const legend = named.flatMap((part) => [element('span', {class: `role-${part.role}`}, `${part.name} `, element('b')), ' ']);
+  const holder = element('figure', {'data-figure': name}, element('figcaption', {}, title), element('p', {class: 'legend'}, element('span', {class: 'at'}), ' ', legend));
+  holder.querySelector('figcaption').after(svg);
+  return new Figure(holder, named.map((part) => (part.y ? [part.x, part.y] : [part.x, part.low, part.high])));
+}
+
+/// Makes the figures follow the mouse: move shows values, drag zooms, wheel zooms with the shift key, double click shows all.
+/// chosen(figure, x): on a click. left(): it left. zoomed(): after a zoom.
+export function follow(figures, chosen, left, zoomed) {
   const peers = (figure) => (figure.overTime ? figures.filter((other) => other.overTime) : [figure]);
+  const zoom = (figure, low, high) => { peers(figure).forEach((peer) => peer.zoom(low, high)); zoomed?.(); };
   for (const figure of figures) {
     let from = null;
     figure.svg.addEventListener('pointerdown', (event) => { from = event.clientX; figure.from = figure.valueAt(event); });
@@ -95,10 +176,16 @@ export function follow(figures, chosen, left) {
     figure.svg.addEventListener('pointerup', (event) => {
       if (from === null) return;
       const [low, high] = [figure.from, figure.valueAt(event)].sort((a, b) => a - b);
-      if (Math.abs(event.clientX - from) < 5) chosen?.(figure, high);
-      else if (!figure.x.logarithmic) peers(figure).forEach((peer) => peer.zoom(low, high));
+      if (Math.abs(event.clientX - from) < 5) chosen?.(figure, figure.valueAt(event));
+      else if (!figure.x.logarithmic) zoom(figure, low, high);
       from = null;
     });
-    figure.svg.addEventListener('dblclick', () => peers(figure).forEach((peer) => peer.zoom(peer.whole.low, peer.whole.high)));
+    figure.svg.addEventListener('dblclick', () => zoom(figure, figure.whole.low, figure.whole.high));
+    figure.svg.addEventListener('wheel', (event) => {
+      if (!event.shiftKey || figure.x.logarithmic) return;
+      event.preventDefault();
+      const at = figure.valueAt(event), factor = event.deltaY + event.deltaX > 0 ? 1.25 : 0.8, [low, high] = figure.range.map((v) => at + factor * (v - at));
+      zoom(figure, Math.max(low, figure.whole.low), Math.min(high, figure.whole.high));
+    }, {passive: false});
   }
 }

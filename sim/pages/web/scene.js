@@ -4,7 +4,8 @@ import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
 import {color, element} from './dom.js';
 import {kOutcomes} from './run.js';
 
-const kMostLandmarks = 1024, kAboveGround = 0.004, kEllipsoids = 0.22;
+const kAboveGround = 0.004, kEllipsoids = 0.22;
+const kLowest = 1.5;  // rad from the vertical: the camera stays above the floor
 
 /// A growing line; show() sets how many of its points are drawn.
 class GrowingLine {
@@ -27,8 +28,16 @@ class GrowingLine {
     this.points.set([x, y, z], 3 * this.length++);
     this.object.geometry.attributes.position.needsUpdate = true;
   }
+  /// Adds the position of a pose, or the last one again.
+  follow(pose) {
+    const p = pose ?? this.last;
+    this.add(...(p ? [p[0], p[1], p[2]] : [0, 0, -100]));
+    this.last = p;
+  }
   show(count) { this.object.geometry.setDrawRange(0, count); }
 }
+
+const kSphere = new THREE.SphereGeometry(1, 10, 8);
 
 function frustum(role, camera) {
   const far = 0.3, {width, height, fu, fv, u0, v0} = camera;
@@ -81,15 +90,91 @@ function meshOf(piece) {
   return new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({vertexColors: THREE.VertexColors}));
 }
 
+/// What a filter believes: its path, its camera with the 3-sigma ellipsoid ten times as large, a line to the truth, and its map.
+class Belief {
+  constructor(run, role, mapRole, showsTruth) {
+    Object.assign(this, {run, mapRole, read: 0, capacity: 0, count: 0});
+    this.path = new GrowingLine(role);
+    this.truth = showsTruth ? new GrowingLine(role) : null;  // of a walk that is not the shown one
+    this.frustum = frustum(role, run.camera);
+    this.error = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial());
+    this.error.userData.role = role;
+    this.own = new THREE.Mesh(kSphere, translucent(role, 0.5));
+    this.own.matrixAutoUpdate = false;
+    this.points = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({size: 5, sizeAttenuation: false, vertexColors: THREE.VertexColors}));
+    this.map = new THREE.Group();
+    this.map.add(this.points);
+    this.reserve(1024);
+    this.near = [this.frustum, this.error, this.own];
+    this.objects = [this.path.object, ...this.near, ...(this.truth ? [this.truth.object] : [])];
+    for (const object of [...this.objects, this.points]) object.frustumCulled = false;
+    if (this.truth) Object.assign(this.truth.object.material, {transparent: true, opacity: 0.5});
+  }
+
+  /// Room for that many landmarks.
+  reserve(count) {
+    if (count <= this.capacity) return;
+    while (this.capacity < count) this.capacity = 2 * this.capacity || count;
+    if (this.ellipsoids) this.map.remove(this.ellipsoids);
+    this.ellipsoids = new THREE.InstancedMesh(kSphere, translucent(this.mapRole, kEllipsoids), this.capacity);
+    this.ellipsoids.material.color.set(color(this.mapRole));
+    this.ellipsoids.frustumCulled = false;
+    this.map.add(this.ellipsoids);
+    for (const name of ['position', 'color'])
+      this.points.geometry.setAttribute(name, new THREE.BufferAttribute(new Float32Array(3 * this.capacity), 3));
+  }
+
+  show(index) {
+    for (; this.read < this.run.frames.length; ++this.read) {
+      const frame = this.run.frames[this.read];
+      this.path.follow(frame.estimate);
+      this.truth?.follow(frame.truth);
+    }
+    const frame = this.run.frames[index], {estimate, truth, ellipsoid, searches} = frame ?? {};
+    this.path.show(index + 1);
+    this.truth?.show(index + 1);
+    this.frustum.visible = Boolean(estimate);
+    if (estimate) place(this.frustum, estimate);
+    this.error.visible = Boolean(estimate && truth);
+    if (this.error.visible) this.error.geometry.setFromPoints([estimate, truth].map(([x, y, z]) => new THREE.Vector3(x, y, z)));
+    this.own.visible = Boolean(estimate && ellipsoid);
+    if (this.own.visible) setEllipsoid(this.own.matrix, estimate, ellipsoid.map((x) => 10 * x));
+    this.showMap(this.run.mapAt(index), searches ?? []);
+  }
+
+  showMap(map, searches) {
+    const outcomes = new Map(searches.map((search) => [search[0], search[6]])), matrix = new THREE.Matrix4(), paint = new THREE.Color();
+    this.reserve(map.length);
+    const {position, color: colors} = this.points.geometry.attributes;
+    map.forEach(([id, p, axes], k) => {
+      setEllipsoid(matrix, p, axes);
+      this.ellipsoids.setMatrixAt(k, matrix);
+      paint.set(kOutcomes[outcomes.get(id)] ?? color(this.mapRole));
+      position.setXYZ(k, ...p);
+      colors.setXYZ(k, paint.r, paint.g, paint.b);
+    });
+    this.count = this.ellipsoids.count = map.length;
+    this.ellipsoids.instanceMatrix.needsUpdate = position.needsUpdate = colors.needsUpdate = true;
+    this.points.geometry.setDrawRange(0, map.length);
+  }
+}
+
+function setEllipsoid(matrix, p, [a, b, c, d, e, f, g, h, i]) {
+  matrix.set(a, b, c, p[0], d, e, f, p[1], g, h, i, p[2], 0, 0, 0, 1);
+}
+
 function place(object, [x, y, z, ...quaternion]) {
   object.position.set(x, y, z);
   object.quaternion.set(...quaternion).normalize();
 }
 
 export class Scene {
-  /// mode: 'follow' the robot, 'orbit' about the path, or through the 'head' camera.
-  constructor(run, mode = 'follow') {
-    Object.assign(this, {run, mode, read: 0, bodies: [], sweeps: new Map()});
+  /// run: its robot and its true path are shown; others: {run, role} of what is compared with it. mode: 'follow' the robot, 'orbit' about
+  /// the path, or through the 'head' camera.
+  constructor(run, mode = 'follow', others = []) {
+    Object.assign(this, {run, mode, read: 0, bodies: [], sweeps: new Map(), hidden: new Set()});
+    this.beliefs = [new Belief(run, 'estimate', others.length ? 'estimate' : 'first', false),
+      ...others.map((other) => new Belief(other.run, other.role, other.role, other.run.about.recording !== run.about.recording))];
     this.scene = new THREE.Scene();
     this.element = element('div', {class: 'scene', tabindex: 0, role: 'application',
       'aria-label': 'room, robot and map in three dimensions; arrow keys turn the view, plus and minus zoom'});
@@ -101,9 +186,12 @@ export class Scene {
     this.camera.position.set(-2.1, -2.5, 2.2);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.enableKeys = false;
+    this.controls.maxPolarAngle = kLowest;
     this.controls.target.set(0, 0, 0.7);
     this.controls.addEventListener('change', () => this.draw());
     this.element.addEventListener('keydown', (event) => this.steer(event));
+    this.renderer.domElement.addEventListener('webglcontextlost', () => this.element.classList.add('lost'));
+    this.renderer.domElement.addEventListener('webglcontextrestored', () => { this.element.classList.remove('lost'); this.draw(); });
     this.fill();
     new ResizeObserver(() => this.resize()).observe(this.element);
   }
@@ -115,20 +203,17 @@ export class Scene {
     this.grid.rotation.x = Math.PI / 2;
     Object.assign(this.grid.material, {transparent: true, opacity: 0.35});
     const {camera} = this.run;
-    this.paths = {truth: new GrowingLine('truth'), plan: new GrowingLine('plan'), estimate: new GrowingLine('estimate')};
-    this.frusta = {truth: frustum('truth', camera), estimate: frustum('estimate', camera)};
+    this.paths = {truth: new GrowingLine('truth'), plan: new GrowingLine('plan')};
+    this.frustum = frustum('truth', camera);
     this.landed = new GrowingLine('landed', true);
     this.planned = new GrowingLine('plan', true);
-    this.scene.add(...[...Object.values(this.paths), this.landed, this.planned].map(({object}) => object), ...Object.values(this.frusta));
+    this.scene.add(...[...Object.values(this.paths), this.landed, this.planned].map(({object}) => object), this.frustum,
+      ...this.beliefs.flatMap(({objects, map}) => [...objects, map]));
     this.support = this.add(new THREE.LineLoop(new THREE.BufferGeometry(), new THREE.LineBasicMaterial()), 'first');
     this.zmp = this.add(new THREE.Mesh(new THREE.SphereGeometry(0.012, 12, 8), new THREE.MeshBasicMaterial()), 'bad');
-    const sphere = new THREE.SphereGeometry(1, 10, 8);
-    this.ellipsoids = this.add(new THREE.InstancedMesh(sphere, translucent('first', kEllipsoids), kMostLandmarks));
-    this.own = this.add(new THREE.Mesh(sphere, translucent('estimate', 0.5)));
-    this.own.matrixAutoUpdate = false;
-    this.points = this.add(new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({size: 5, sizeAttenuation: false, vertexColors: THREE.VertexColors})));
-    for (const name of ['position', 'color'])
-      this.points.geometry.setAttribute(name, new THREE.BufferAttribute(new Float32Array(3 * kMostLandmarks), 3));
+    this.layers = {truth: [this.paths.truth.object, this.frustum], plan: [this.paths.plan.object, this.planned.object],
+      steps: [this.landed.object, this.support, this.zmp]};
+    this.beliefs.forEach(({objects, map}, i) => Object.assign(this.layers, {[`estimate${i}`]: objects, [`map${i}`]: [map]}));
     this.paint();
   }
 
@@ -175,11 +260,7 @@ export class Scene {
   readFrames() {
     for (; this.read < this.run.frames.length; ++this.read) {
       const frame = this.run.frames[this.read];
-      for (const [name, path] of Object.entries(this.paths)) {
-        const p = frame[name] ?? path.last;
-        path.add(...(p ? [p[0], p[1], p[2]] : [0, 0, -100]));
-        path.last = p;
-      }
+      for (const [name, path] of Object.entries(this.paths)) path.follow(frame[name]);
     }
     for (const name of ['landed', 'planned']) {
       const lines = this[name];  // eight points for each step
@@ -199,40 +280,18 @@ export class Scene {
       body.visible = Boolean(frame.bodies);
       if (body.visible) place(body, frame.bodies.slice(7 * i, 7 * i + 7));
     });
-    for (const [name, object] of Object.entries(this.frusta)) {
-      object.visible = Boolean(frame[name]) && this.mode !== 'head';
-      if (frame[name]) place(object, frame[name]);
-    }
-    this.placeEllipsoid(this.own.matrix, frame.estimate, frame.ellipsoid?.map((x) => 10 * x));
-    this.own.visible = Boolean(frame.estimate && frame.ellipsoid);
-    this.showMap(this.run.mapAt(index), frame.searches ?? []);
+    for (const layer of Object.values(this.layers)) for (const object of layer) object.visible = true;
+    this.frustum.visible = Boolean(frame.truth) && this.mode !== 'head';
+    if (frame.truth) place(this.frustum, frame.truth);
+    for (const belief of this.beliefs) belief.show(belief.run === this.run ? index : belief.run.indexAt(frame.t));
+    if (this.mode === 'head') for (const {near} of this.beliefs) for (const object of near) object.visible = false;
     this.showZmp(frame);
+    for (const name of this.hidden) for (const object of this.layers[name] ?? []) object.visible = false;
     this.moveView(frame);
     this.draw();
   }
 
-  placeEllipsoid(matrix, p, axes) {
-    if (!p || !axes) return;
-    const [a, b, c, d, e, f, g, h, i] = axes;
-    matrix.set(a, b, c, p[0], d, e, f, p[1], g, h, i, p[2], 0, 0, 0, 1);
-  }
-
-  showMap(map, searches) {
-    const outcomes = new Map(searches.map((search) => [search[0], search[6]])), matrix = new THREE.Matrix4(), paint = new THREE.Color();
-    const {position, color: colors} = this.points.geometry.attributes, count = Math.min(map.length, kMostLandmarks);
-    for (let k = 0; k < count; ++k) {
-      const [id, p, axes] = map[k];
-      this.placeEllipsoid(matrix, p, axes);
-      this.ellipsoids.setMatrixAt(k, matrix);
-      paint.set(kOutcomes[outcomes.get(id)] ?? color('first'));
-      position.setXYZ(k, ...p);
-      colors.setXYZ(k, paint.r, paint.g, paint.b);
-    }
-    this.ellipsoids.count = count;
-    this.ellipsoids.instanceMatrix.needsUpdate = position.needsUpdate = colors.needsUpdate = true;
-    this.points.geometry.setDrawRange(0, count);
-    this.shownEllipsoids = count;
-  }
+  get shownEllipsoids() { return this.beliefs[0].count; }
 
   showZmp(frame) {
     this.zmp.visible = Boolean(frame.zmp);
@@ -297,7 +356,7 @@ export class Scene {
     const {camera, controls} = this, spherical = new THREE.Spherical(), offset = camera.position.clone().sub(controls.target);
     spherical.setFromCartesianCoords(offset.y, offset.z, offset.x);
     spherical.theta += turn?.[0] ?? 0;
-    spherical.phi = Math.min(3.1, Math.max(0.05, spherical.phi + (turn?.[1] ?? 0)));
+    spherical.phi = Math.min(kLowest, Math.max(0.05, spherical.phi + (turn?.[1] ?? 0)));
     spherical.radius *= zoom ?? 1;
     offset.setFromSpherical(spherical);
     camera.position.copy(controls.target).add(new THREE.Vector3(offset.z, offset.x, offset.y));

@@ -122,7 +122,6 @@ class LiveSession : public ViewSession {
 
  private:
   void stamp(const live::StampedState& state) {
-    if (!view_.has_viewers()) return;
     Frame frame{.t = state.t};
     frame.bodies = body_poses(*state.world.model(), *state.world.data(), robot_->bodies());
     frame.truth = state.world.X_WC();
@@ -135,19 +134,24 @@ class LiveSession : public ViewSession {
 
   bool wants(const slam::Observation& observation) {
     while (!stamped_.empty() && stamped_.front().t < observation.t) stamped_.pop_front();
-    return view_.wants(observation) && !stamped_.empty() && stamped_.front().t == observation.t;
+    sends_ = view_.wants(observation);
+    return !stamped_.empty() && stamped_.front().t == observation.t;
   }
 
   void show(const slam::Observation& observation, const tracking::Tracking* tracking) {
     Frame frame = std::move(stamped_.front());
     stamped_.pop_front();
-    add_tracked(frame, observation, tracking, view_.wants_map());
-    view_.show(frame);
+    add_tracked(frame, observation, tracking, sends_ && view_.wants_map());
+    if (sends_)
+      view_.show(frame);
+    else
+      view_.record(frame);
   }
 
   std::shared_ptr<camera::PosedRobot> robot_;
   live::RunObserver observer_;
   std::deque<Frame> stamped_;
+  bool sends_ = false;  // the frame that is tracked
   LiveView view_;
 };
 

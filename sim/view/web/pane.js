@@ -1,52 +1,25 @@
-// One run: three dimensions, head image, state in words, figures over time.
+// One run beside the scene: its head image with searches, and its state in words.
 import {element} from '../../pages/web/dom.js';
-import {Figure, follow} from '../../pages/web/figures.js';
 import {kOutcomes} from '../../pages/web/run.js';
-import {Scene} from '../../pages/web/scene.js';
-import {HeadView, RigLayer, grayPicture} from './sensors.js';
-import {Stored, getBytes, picture} from './source.js';
+import {HeadView, grayPicture} from './sensors.js';
+import {Stored, picture} from './source.js';
 
-const legend = () => element('p', {class: 'key'},
-  element('b', {class: 'truth'}, '— true'), element('b', {class: 'plan'}, '— planned'), element('b', {class: 'estimate'}, '— estimated'),
-  element('b', {class: 'landed'}, '▭ landed'), element('b', {class: 'first'}, '● landmarks, 3σ'), ' camera’s own 3σ ten times as large');
 const kSigns = {found: '◯▫', missed: '◌', rejected: '◯×'};
-const searchLegend = () => element('p', {class: 'key'}, 'searched, 3σ: ',
+export const searchLegend = () => element('p', {class: 'key'}, 'searched, 3σ: ',
   ...Object.keys(kOutcomes).map((outcome) => element('b', {class: outcome}, `${kSigns[outcome]} ${outcome}`)), element('b', {class: 'new'}, '▫ new'));
 
 export class Pane {
-  constructor(run, go) {
-    Object.assign(this, {run, go, index: -1, figures: []});
+  /// name: a letter if there are several runs; difference: what distinguishes it from the others; role: its color.
+  constructor(run, name, difference, role) {
+    Object.assign(this, {run, name, full: [name, difference].filter(Boolean).join(': '), role, index: -1});
     this.images = new Stored(`/rig/${run.index}/${run.about.rig.length}`, picture, 400);
     this.live = new Map();
-    this.head = new HeadView(run);
+    this.head = new HeadView(run, name);
     this.state = element('p', {class: 'state', role: 'status'});
     this.counts = element('p', {class: 'soft'});
-    this.strips = element('div', {class: 'strips'});
-    try {
-      this.scene = new Scene(run);
-    } catch (error) {
-      this.failure = `Three dimensions cannot be drawn here: ${error.message}`;
-    }
-    this.rig = run.about.rig.map((sensor, i) => new RigLayer(run, sensor, i, this.scene)).filter(({isShown}) => isShown);
-    const notes = [...run.about.missing, ...(this.failure ? [this.failure] : [])].map((note) => element('p', {class: 'note'}, note));
-    this.element = element('section', {class: 'pane', 'aria-label': run.about.label},
-      element('h2', {}, run.about.label), ...notes,
-      element('div', {class: 'views'},
-        element('figure', {class: 'space'}, this.scene?.element, legend()),
-        element('figure', {class: 'head'}, this.head.canvas, searchLegend(), this.state, this.counts)),
-      element('div', {class: 'rig'}, this.rig.map((layer) => layer.element)), this.strips);
-  }
-
-  async loadModel() {
-    if (!this.run.about.has_model || !this.scene) return;
-    this.scene.addModel(await getBytes(`/model/${this.run.index}`));
-    this.scene.show(Math.max(0, this.index));
-    let pictures = await getBytes(`/pictures/${this.run.index}`);
-    while (pictures.byteLength === 0) {  // they are being painted
-      await new Promise((resolve) => setTimeout(resolve, 100));
-      pictures = await getBytes(`/pictures/${this.run.index}`);
-    }
-    this.scene.addPictures(pictures);
+    const notes = run.about.missing.map((note) => element('p', {class: 'note'}, note));
+    this.element = element('section', {class: 'pane', 'aria-label': this.full || run.about.label},
+      name ? element('h2', {class: `role-${role}`}, this.full) : null, ...notes, this.head.canvas, this.state, this.counts);
   }
 
   /// An image that came with its frame.
@@ -59,11 +32,8 @@ export class Pane {
     const frame = this.run.frames[index];
     if (!frame) return;
     this.index = index;
-    this.scene?.show(index);
     this.say(frame);
     this.showHead(index, frame);
-    for (const layer of this.rig) layer.show(index);
-    this.showCursor();
   }
 
   async showHead(index, frame) {
@@ -84,23 +54,5 @@ export class Pane {
     const of = (outcome) => (frame.searches ?? []).filter((search) => search[6] === outcome).length;
     this.counts.textContent = frame.state
       ? `${frame.landmarks} landmarks; ${(frame.searches ?? []).length} searched for: ${of('found')} found, ${of('missed')} missed, ${of('rejected')} rejected` : '';
-  }
-
-  /// Figures over time, which the program draws. html: from drawings.cc.
-  showStrips(html) {
-    this.strips.replaceChildren(...new DOMParser().parseFromString(html, 'text/html').body.children);
-    this.figures = [...this.strips.children].map((holder) => new Figure(holder));
-    follow(this.figures, (_, t) => this.go(t), () => this.showCursor());
-    this.showCursor();
-  }
-
-  showCursor() {
-    const frame = this.run.frames[this.index];
-    if (frame) for (const figure of this.figures) figure.show(frame.t);
-  }
-
-  repaint() {
-    this.scene?.paint();
-    this.show(this.index);
   }
 }

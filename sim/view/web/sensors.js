@@ -7,10 +7,10 @@ const kPatch = 11, kScale = 2;
 const kNew = '#5aa9ff';
 
 export class HeadView {
-  constructor(run) {
+  constructor(run, name) {
     const {width, height} = run.camera;
     Object.assign(this, {width, height, shown: -1});
-    this.canvas = element('canvas', {width: kScale * width, height: kScale * height, role: 'img', 'aria-label': 'image of the head camera'});
+    this.canvas = element('canvas', {width: kScale * width, height: kScale * height, role: 'img', 'aria-label': `image of the head camera${name ? `, ${name}` : ''}`});
     this.context = this.canvas.getContext('2d');
   }
 

@@ -1,52 +1,155 @@
-// The page: panes of one run or two, the time line that they share, and the keys.
+// The page: one scene and one time line of all runs, the images of each, figures over time, and the keys.
 import {element} from '../../pages/web/dom.js';
+import {follow} from '../../pages/web/figures.js';
 import {Run} from '../../pages/web/run.js';
-import {Pane} from './pane.js';
-import {getJson, listen} from './source.js';
+import {Scene} from '../../pages/web/scene.js';
+import {Series, figures, partings, timeLine} from './compare.js';
+import {Pane, searchLegend} from './pane.js';
+import {RigLayer} from './sensors.js';
+import {getBytes, getJson, listen} from './source.js';
 
 const {dataset} = document.documentElement;
 const kFast = 5;  // frames of a finished run for each that the browser draws
 
+const kRoles = ['estimate', 'second', 'third', 'first'];  // of the runs
+const kKeys = 'space: play and pause · arrows, . and ,: one frame, with shift a second · [ and ]: marks · home, end · f, 1, 4: speed · r, o, c: follow, stay, through the camera · in a figure: click goes there, drag or shift and wheel zoom, double click shows all';
+const kLetters = 'ABCD';  // and names, if there are several
+
+/// What distinguishes each run from the others: its seed, and its variant.
+function differencesOf(runs) {
+  const differ = (key) => new Set(runs.map((run) => run[key])).size > 1;
+  return runs.map((run) => [differ('seed') && `seed ${run.seed}`, differ('variant') && run.variant].filter(Boolean).join(', '));
+}
+
 class Page {
   constructor(about) {
-    Object.assign(this, {about, live: about.mode === 'live', t: 0, playing: about.mode === 'live', speed: 1, mode: 'follow', atEnd: true});
-    this.panes = about.runs.map((run, i) => new Pane(new Run(run, i), (t) => this.go(t)));
+    Object.assign(this, {about, live: about.mode === 'live', t: 0, playing: about.mode === 'live', speed: 1, mode: 'follow', atEnd: true, figures: [], marks: []});
+    const differences = differencesOf(about.runs);
+    this.panes = about.runs.map((run, i) => new Pane(new Run(run, i), about.runs.length > 1 ? kLetters[i] : '', differences[i], kRoles[i]));
+    try {
+      this.scene = new Scene(this.panes[0].run, 'follow', this.panes.slice(1));
+    } catch (error) {
+      this.failure = `Three dimensions cannot be drawn here: ${error.message}`;
+    }
+    // A click in the scene must not leave the keys with it either.
+    this.scene?.element.addEventListener('pointerup', () => this.scene.element.blur());
+    const [{run}] = this.panes;
+    this.rig = run.about.rig.map((sensor, i) => new RigLayer(run, sensor, i, this.scene)).filter(({isShown}) => isShown);
     this.build();
     addEventListener('keydown', (event) => this.key(event));
     addEventListener('hashchange', () => this.goToHash());
-    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.panes.forEach((pane) => pane.repaint()));
+    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { this.scene?.paint(); this.show(this.t); });
+    new ResizeObserver(() => this.figures.length && this.width !== innerWidth && this.drawFigures()).observe(document.body);
   }
 
   build() {
-    const button = (text, title, action) => element('button', {type: 'button', title, onclick: action}, text);
+    // A mouse must not leave the keys with the button that it pressed.
+    const button = (text, title, action, more = {}) => element('button', {type: 'button', title, ...more,
+      onclick: (event) => { action(event.currentTarget); if (event.detail > 0) event.currentTarget.blur(); }}, text);
+    const choice = (title, options, choose, more = {}) => element('select', {title, ...more, onchange: ({currentTarget}) => { choose(currentTarget.value); currentTarget.blur(); }},
+      options.map(([value, text]) => element('option', {value}, text)));
+    this.button = button;
     this.play = button('', 'space', () => this.toggle());
     this.step = button('step', 'one frame: .', () => this.stepOn());
-    this.speeds = element('select', {'aria-label': 'speed', title: 'f: full speed, 1, 4: a quarter', onchange: () => this.setSpeed(+this.speeds.value)},
-      [[0, 'full speed'], [1, '1 ×'], [0.25, '0.25 ×']].map(([value, text]) => element('option', {value}, text)));
-    this.views = element('select', {'aria-label': 'view', title: 'r, o, c', onchange: () => this.setMode(this.views.value)},
-      [['follow', 'follow the robot'], ['orbit', 'stay'], ['head', 'through the camera']].map(([value, text]) => element('option', {value}, text)));
+    this.speeds = choice('f: full speed, 1, 4: a quarter', [[0, 'full speed'], [1, '1 ×'], [0.25, '0.25 ×']], (value) => this.setSpeed(+value), {'aria-label': 'speed'});
+    this.views = choice('r, o, c', [['follow', 'follow the robot'], ['orbit', 'stay'], ['head', 'through the camera']], (value) => this.setMode(value), {'aria-label': 'view'});
     this.slider = element('input', {type: 'range', min: 0, max: 1, step: 0.001, value: 0, 'aria-label': 'time', oninput: () => this.go(+this.slider.value)});
     this.clock = element('output', {}, '0.00 s');
     this.note = element('span', {class: 'soft', role: 'status'});
     this.moments = element('nav', {'aria-label': 'moments'});
+    this.strips = element('div', {class: 'strips'});
+    this.timeLine = element('div', {class: 'timeline'});
+    const failure = this.failure ? element('p', {class: 'note'}, this.failure) : null, several = this.panes.length > 1;
     document.body.append(
-      element('header', {}, element('h1', {}, this.live ? 'GaitSLAM, live' : 'GaitSLAM, playback'), this.note),
-      element('main', {class: `panes-${this.panes.length}`}, this.panes.map((pane) => pane.element)),
-      element('footer', {}, element('div', {class: 'controls'}, this.play, this.step, this.speeds, this.views, this.slider, this.clock), this.moments));
+      element('header', {}, element('h1', {}, this.live ? 'GaitSLAM, live' : 'GaitSLAM, playback'), element('b', {}, this.title), this.note),
+      element('main', {}, failure,
+        element('div', {class: 'views'},
+          element('figure', {class: 'space'}, this.scene?.element, this.legend()),
+          element('figure', {class: `head heads-${this.panes.length}`}, this.panes.map((pane) => pane.element), searchLegend())),
+        element('div', {class: 'rig'}, this.rig.map((layer) => layer.element)),
+        several ? this.table() : null, this.strips),
+      element('footer', {}, this.timeLine, element('div', {class: 'controls'}, this.play, this.step, this.speeds, this.views, this.slider, this.clock), this.moments));
     this.speeds.value = this.live ? 0 : 1;
     if (this.live) this.speeds.disabled = this.step.disabled = !this.about.control;
     if (this.live && !this.about.control) this.speeds.title = this.step.title = 'read-only: start the run with --control';
-    document.title = `GaitSLAM: ${this.panes.map((pane) => pane.run.about.label).join(' | ')}`;
+    document.title = `GaitSLAM: ${[this.title, ...this.panes.map(({full}) => full)].filter(Boolean).join(' | ')}`;
     this.sayPlay();
     this.listMoments();
   }
 
-  listMoments() {
-    const all = this.panes.flatMap((pane) => pane.run.about.moments.map((moment) => ({...moment,
-      where: this.panes.length > 1 ? `${pane.run.about.label}: ` : ''})));
-    this.moments.replaceChildren(...all.map(({t, kind, text, where}) => element('button', {type: 'button', class: `moment ${kind}`,
-      onclick: () => this.go(t)}, `${t.toFixed(1)} s ${where}${text}`)));
+  /// What the runs have in common.
+  get title() {
+    const [{label, scenario, seed}] = this.about.runs;
+    if (this.panes.length === 1) return label;
+    return this.about.runs.every((run) => run.seed === seed) ? `${scenario}, seed ${seed}` : scenario;
   }
+
+  /// Names the layers of the scene and switches them.
+  legend() {
+    const layer = (name, role, text) => this.button(text, 'show or hide', (pressed) => this.setLayer(name, pressed.getAttribute('aria-pressed') !== 'true'),
+      {'data-layer': name, 'aria-pressed': 'true', class: `layer role-${role}`});
+    const several = this.panes.length > 1;
+    return element('p', {class: 'key'}, layer('truth', 'truth', '— true'), layer('plan', 'plan', '— planned'), layer('steps', 'landed', '▭ steps'),
+      this.panes.flatMap(({name, role}, i) => [layer(`estimate${i}`, role, several ? `— ${name}` : '— estimated'),
+        layer(`map${i}`, several ? role : 'first', several ? `● landmarks of ${name}` : '● landmarks, 3σ')]), ' camera’s own 3σ ten times as large');
+  }
+
+  setLayer(name, on) {
+    if (!this.scene) return;
+    this.scene.hidden[on ? 'delete' : 'add'](name);
+    document.querySelector(`[data-layer=${name}]`)?.setAttribute('aria-pressed', on);
+    this.show(this.t);
+    this.writeHash();
+  }
+
+  /// Metrics of the runs; a click goes to the worst instant of the run that it is of.
+  table() {
+    const names = [...new Set(this.about.runs.flatMap((run) => Object.keys(run.metrics)))], number = (v) => (v === undefined ? '–' : String(+v.toPrecision(4)));
+    const key = (name) => (/yaw|rotation|deg/.test(name) ? 'heading' : /nees/.test(name) ? 'nees' : 'distance');
+    const cell = (name, pane) => element('td', {}, this.button(number(pane.run.about.metrics[name]), `to its worst instant`, () => this.goToWorst(pane, key(name))));
+    const change = (name) => { const [a, b] = this.about.runs.map((run) => run.metrics[name]); return a === undefined || b === undefined ? '–' : `${b > a ? '+' : ''}${number(b - a)}${a ? ` (${number(100 * (b - a) / Math.abs(a))} %)` : ''}`; };
+    return element('details', {open: ''}, element('summary', {}, 'Metrics of each run'), element('div', {class: 'scroll'}, element('table', {},
+      element('tr', {}, element('th', {}, 'metric'), this.panes.map(({name, role}) => element('th', {class: `role-${role}`}, name)), element('th', {}, 'change from A to B')),
+      names.map((name) => element('tr', {}, element('th', {}, name), this.panes.map((pane) => cell(name, pane)), element('td', {}, change(name)))))));
+  }
+
+  goToWorst({series}, key) {
+    const column = series[key];
+    let worst = 0;
+    column.forEach((value, i) => { if (!(Math.abs(column[worst]) >= Math.abs(value)) && Number.isFinite(value)) worst = i; });
+    this.go(series.t[worst]);
+  }
+
+  listMoments() {
+    const all = [...this.marks, ...this.panes.flatMap((pane) => pane.run.about.moments.map((moment) => ({...moment, text: `${pane.name ? `${pane.name}: ` : ''}${moment.text}`})))]
+      .sort((a, b) => a.t - b.t);
+    this.jumps = all.map(({t}) => t);
+    this.moments.replaceChildren(...all.map(({t, kind, text}) => this.button(`${t.toFixed(1)} s ${text}`, '[ and ]: previous and next', () => this.go(t), {class: `moment ${kind}`})));
+    return all;
+  }
+
+  /// step > 0: to the next moment.
+  jump(step) {
+    const near = 0.005, next = step > 0 ? this.jumps.find((t) => t > this.t + near) : this.jumps.filter((t) => t < this.t - near).at(-1);
+    if (next !== undefined) this.go(next);
+  }
+
+  /// Draws the figures over time anew.
+  drawFigures() {
+    const runs = this.panes.filter(({series}) => series), marks = this.listMoments(), zoomed = this.figures[0]?.range, focus = this.timeLine.matches(':hover') || this.strips.matches(':hover');
+    if (!runs.length || focus) return;  // a figure under the mouse stays
+    this.width = innerWidth;
+    const line = timeLine(runs, marks, Math.max(320, innerWidth - 28)), strips = figures(runs, marks);
+    this.figures = [...(line ? [line] : []), ...strips];
+    this.timeLine.replaceChildren(...(line ? [line.holder] : []));
+    this.strips.replaceChildren(...strips.map(({holder}) => holder));
+    document.body.style.paddingBottom = `${document.querySelector('footer').offsetHeight + 12}px`;
+    follow(this.figures, (_, t) => this.go(t), () => this.showCursor(), () => this.writeHash());
+    if (zoomed && !this.live) for (const figure of this.figures) figure.zoom(...zoomed);
+    this.showCursor();
+  }
+
+  showCursor() { for (const figure of this.figures) figure.show(this.t); }
 
   get duration() { return Math.max(...this.panes.map((pane) => pane.run.duration)); }
 
@@ -54,6 +157,10 @@ class Page {
   show(t) {
     this.t = t;
     for (const pane of this.panes) pane.show(Math.max(0, pane.run.indexAt(t)));
+    const {index} = this.panes[0];
+    this.scene?.show(Math.max(0, index));
+    for (const layer of this.rig) layer.show(index);
+    this.showCursor();
     this.slider.max = this.duration;
     this.slider.value = t;
     this.clock.textContent = `${t.toFixed(2)} s`;
@@ -63,30 +170,47 @@ class Page {
   /// Goes to a chosen time.
   go(t) {
     if (!Number.isFinite(t)) return;
-    this.atEnd = false;
-    if (this.playing) this.pause();
+    this.atEnd = false;  // a look back is each viewer's own
+    if (this.playing && !this.live) this.pause();
+    if (this.live) this.sayPlay();
     this.show(Math.min(Math.max(t, 0), this.duration));
-    history.replaceState(null, '', `#t=${this.t.toFixed(2)}`);
+    this.writeHash();
+  }
+
+  /// The address holds time, view, hidden layers and zoom.
+  writeHash() {
+    const {hidden} = this.scene ?? {hidden: new Set()}, [figure] = this.figures, values = {t: this.t.toFixed(2), view: this.mode === 'follow' ? '' : this.mode,
+      hide: [...hidden].join(','), zoom: figure?.isZoomed ? figure.range.map((v) => v.toFixed(2)).join(',') : ''};
+    history.replaceState(null, '', `#${Object.entries(values).filter(([, value]) => value).map(([name, value]) => `${name}=${value}`).join('&')}`);
   }
 
   goToHash() {
-    const t = /^#t=([0-9.]+)$/.exec(location.hash)?.[1];
-    if (t !== undefined) this.go(+t);
-    return t !== undefined;
+    const values = new URLSearchParams(location.hash.slice(1)), t = parseFloat(values.get('t')), zoom = (values.get('zoom') ?? '').split(',').map(Number);
+    const names = (values.get('hide') ?? '').split(',').filter((name) => this.scene?.layers[name]), view = values.get('view');
+    for (const name of names) this.setLayer(name, false);
+    if (['orbit', 'head'].includes(view)) this.setMode(view);
+    if (zoom.length === 2 && zoom[0] < zoom[1]) for (const figure of this.figures) figure.zoom(...zoom);
+    if (Number.isFinite(t)) this.go(t);
+    return Number.isFinite(t);
   }
 
-  toggle() { if (this.playing) this.pause(); else this.resume(); }
+  toggle() {
+    if (this.playing && (this.atEnd || !this.live)) this.pause();
+    else this.resume();
+  }
 
   pause() {
     this.playing = false;
     if (this.live && this.about.control) this.send({op: 'pause'});
+    else this.atEnd = !this.live;
     this.sayPlay();
   }
 
   resume() {
+    const goesOn = this.playing;
     this.playing = this.atEnd = true;
     if (this.live) {
-      if (this.about.control) this.send({op: 'resume'});
+      if (this.about.control && !goesOn) this.send({op: 'resume'});
       this.show(this.duration);
     } else {
       if (this.t >= this.duration) this.show(0);
@@ -98,7 +222,7 @@ class Page {
 
   sayPlay() {
     const [pause, go] = this.live && !this.about.control ? ['hold the view', 'newest'] : ['pause', 'play'];
-    this.play.textContent = this.playing ? pause : go;
+    this.play.textContent = this.live && !this.atEnd ? 'newest' : this.playing ? pause : go;
     dataset.playing = this.playing;
   }
 
@@ -136,29 +260,52 @@ class Page {
 
   setMode(mode) {
     this.views.value = this.mode = mode;
-    for (const pane of this.panes) pane.scene?.setMode(mode, Math.max(0, pane.index));
+    this.scene?.setMode(mode, Math.max(0, this.panes[0].index));
+    if (dataset.ready) this.writeHash();
   }
 
   key(event) {
-    if (event.ctrlKey || event.altKey || event.metaKey || ['SELECT', 'INPUT', 'BUTTON'].includes(event.target.tagName)) return;
+    const {tagName, type} = event.target, presses = tagName === 'BUTTON' || tagName === 'SUMMARY' || type === 'checkbox';
+    if (event.ctrlKey || event.altKey || event.metaKey || tagName === 'SELECT' || (presses && [' ', 'Enter'].includes(event.key))) return;
     const action = {' ': () => this.toggle(), '.': () => this.stepOn(), ',': () => this.stepBy(-1), ArrowRight: () => this.stepBy(event.shiftKey ? 30 : 1),
       ArrowLeft: () => this.stepBy(event.shiftKey ? -30 : -1), Home: () => this.go(0), End: () => (this.live ? this.resume() : this.go(this.duration)),
       f: () => this.speeds.disabled || this.setSpeed(0), 1: () => this.speeds.disabled || this.setSpeed(1), 4: () => this.speeds.disabled || this.setSpeed(0.25),
-      r: () => this.setMode('follow'), o: () => this.setMode('orbit'), c: () => this.setMode('head')}[event.key];
+      '?': () => { this.note.textContent = kKeys; }, '[': () => this.jump(-1), ']': () => this.jump(1), r: () => this.setMode('follow'), o: () => this.setMode('orbit'), c: () => this.setMode('head')}[event.key];
     if (!action) return;
     event.preventDefault();
     action();
   }
 
+  /// Frames come in pieces of some seconds, from the first on.
   async playBack() {
-    await Promise.all(this.panes.map(async (pane) => {
-      const {frames, strips} = await getJson(`/run/${pane.run.index}`);
-      for (const frame of frames) pane.run.append(frame);
-      pane.showStrips(strips);
-    }));
-    if (!this.goToHash()) this.show(0);
+    await Promise.all(this.panes.map(async (pane) => { pane.series = Series.of(await getBytes(`/series/${pane.run.index}`)); }));
+    for (let piece = 0; this.panes.some(({run}) => piece < run.about.pieces); ++piece) {
+      await Promise.all(this.panes.map(async ({run}) => {
+        if (piece < run.about.pieces) for (const frame of await getJson(`/frames/${run.index}/${piece}`)) run.append(frame);
+      }));
+      if (piece === 0) {
+        this.drawFigures();
+        this.show(0);
+      }
+    }
+    if (this.panes.length > 1) this.marks = partings(this.panes);
+    this.drawFigures();
+    if (!this.goToHash() && this.t === 0) this.show(0);
     dataset.frames = this.panes[0].run.frames.length;
     dataset.ready = 'true';
+  }
+
+  async loadModel() {
+    const {run} = this.panes[0];
+    if (!run.about.has_model || !this.scene) return;
+    this.scene.addModel(await getBytes('/model/0'));
+    this.show(this.t);
+    let pictures = await getBytes('/pictures/0');
+    while (pictures.byteLength === 0) {  // they are being painted
+      await new Promise((resolve) => setTimeout(resolve, 100));
+      pictures = await getBytes('/pictures/0');
+    }
+    this.scene.addPictures(pictures);
   }
 
   followLive() {
@@ -187,9 +334,13 @@ class Page {
     if (!this.ended) this.note.textContent = 'The connection is closed: the run or its program has ended.';
   }
 
-  receive({op, paused, speed, how, why, html}) {
-    if (op === 'strips') {
-      this.panes[0].showStrips(html);
+  receive({op, paused, speed, how, shown, all, why, names, from, rows, frames}) {
+    if (op === 'past') {
+      for (const frame of frames) this.panes[0].run.append(frame);
+    } else if (op === 'series') {
+      this.panes[0].series ??= new Series(names);
+      this.panes[0].series.add(from, rows);
+      this.drawFigures();
     } else if (op === 'pace') {
       this.playing = this.about.control ? !paused : this.playing;
       if (this.about.control) this.speeds.value = speed;
@@ -197,7 +348,11 @@ class Page {
     } else if (op === 'ended') {
       this.ended = true;
       dataset.ended = 'true';
-      this.note.textContent = how;
+      this.note.textContent = shown < all ? `${how} ${shown} of ${all} frames were shown.` : how;
+      this.live = this.playing = this.speeds.disabled = this.step.disabled = false;  // what came can be played
+      this.setSpeed(1);
+      this.drawFigures();
+      this.sayPlay();
     } else if (op === 'rejected') {
       this.note.textContent = why;
     }
@@ -209,8 +364,8 @@ async function start() {
     const page = new Page(await getJson('/about'));
     globalThis.gaitslamPage = page;
     if (page.live) page.followLive();
-    else await page.playBack();
-    await Promise.all(page.panes.map((pane) => pane.loadModel())).finally(() => page.live && page.send({op: 'loaded'}));
+    const played = page.live ? null : page.playBack();
+    await Promise.all([page.loadModel().finally(() => page.live && page.send({op: 'loaded'})), played]);
     dataset.model = 'true';
   } catch (error) {
     document.body.append(element('p', {class: 'note'}, error.message));

@@ -41,8 +41,9 @@ TEST(Axis, HoldsAllFiniteValuesAndSurvivesNone) {
   EXPECT_LT(axis_of({&none}, false).low, axis_of({&none}, false).high);
 }
 
-RunData run_of(const Column& nees_position, const Column& nees_orientation) {
+RunData run_of(const Column& nees_position, const Column& nees_orientation, std::uint64_t seed = 1) {
   RunData run;
+  run.seed = seed;
   run.errors.emplace();
   run.errors->t = {1, 6, 7, 8};
   run.errors->distance = {0, 0, 0, 0};
@@ -61,7 +62,7 @@ Figure figure_named(const std::string& name, const std::vector<RunData>& runs) {
 // Two runs: the mean is in its band from 0.62 to 7.22; the first second does not count.
 TEST(ComparisonFigures, GiveTheShareOfFramesWithTheMeanNeesInItsBand) {
   const Figure nees = figure_named(
-      "nees_over_seeds_", {run_of({9, 3, 0.1, 9}, {1, 1, 1, 1}), run_of({9, 3, 0.2, 9}, {1, 1, 1, NAN})});
+      "nees_over_seeds_", {run_of({9, 3, 0.1, 9}, {1, 1, 1, 1}), run_of({9, 3, 0.2, 9}, {1, 1, 1, NAN}, 2)});
   EXPECT_THAT(nees.title, Has("position 33 % (below it 33 %), orientation 100 % (below it 0 %)"));
   EXPECT_THAT(nees.lines.at(0).y, ElementsAre(9, 3, DoubleNear(0.15, 1e-12), 9));
   EXPECT_NEAR(nees.levels.at(0).at, 0.62, 0.005);
@@ -81,6 +82,20 @@ TEST(ComparisonFigures, SeveralSeedsOfEstimatorsAreDots) {
   EXPECT_EQ(ate.lines[1].name, "plan");
   EXPECT_THAT(ate.lines[0].x, ElementsAre(1, 2));
   EXPECT_THAT(ate.lines[0].y, ElementsAre(DoubleNear(1, 1e-9), DoubleNear(2, 1e-9)));
+}
+
+TEST(ComparisonFigures, RunsOfOneSeedWithOtherSettingsAreLinesOfTheirOwnWithoutABand) {
+  std::vector<RunData> runs(2, run_of({1, 1, 1, 1}, {1, 1, 1, 1}));
+  runs[0].settings = {{"slam.a", "1"}, {"slam.b", "1"}},
+  runs[1].settings = {{"slam.a", "1"}, {"slam.b", "2"}};
+  const Figure apart = figure_named("error_over_time_", runs);
+  EXPECT_THAT(apart.title, Lacks("median"));
+  ASSERT_EQ(apart.lines.size(), 2u);
+  EXPECT_EQ(apart.lines[0].name, "slam.b=1");
+  EXPECT_EQ(apart.lines[1].name, "slam.b=2");
+  EXPECT_THROW(figure_named("nees_over_seeds_", runs), std::runtime_error);
+  runs[1].settings = runs[0].settings;
+  EXPECT_THROW(figure_named("nees_over_seeds_", runs), std::runtime_error) << "one seed twice";
 }
 
 TEST(Figures, CompareTheEstimateWithAThinLineWithoutImages) {

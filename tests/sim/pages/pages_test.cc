@@ -92,6 +92,22 @@ TEST_F(ReceivedTuning, NamesAreShownAsTheyAreAndRunsBeforeAndAfterWithTheirMeans
   expect_harmless(page());
 }
 
+TEST_F(ReceivedTuning, EverySettingIsDrawnAlsoAboveTheFigure) {
+  tuning_["objective"] = "loss";
+  std::string rows;
+  for (const char* const loss : {"1.5", "1.2", "1.1", "900", "1.3", "nan"})
+    rows += fmt::format("{},a,{},1\n", std::ranges::count(rows, '\n'), loss);
+  std::ofstream(folder_ / "tune.json") << tuning_.dump();
+  std::ofstream(folder_ / "history.csv") << "#setting,origin,loss," << kPayload << "\n" << rows;
+  const std::string html = tune_page(folder_.path());
+  EXPECT_THAT(html, Has("2 of 6 above"));
+  const std::size_t history = html.find("data-figure='history'");
+  const std::string figure = html.substr(history, html.find("</figure>", history) - history);
+  std::size_t dots = 0;
+  for (std::size_t at = 0; (at = figure.find("h0", at)) != figure.npos; ++at) ++dots;
+  EXPECT_EQ(dots, 6u);
+}
+
 TEST_F(ReceivedTuning, WithoutAHoldOutIsAnError) {
   tuning_["holdout"]["runs"] = json::array();
   EXPECT_THAT(sim::files::error_of([&] { page(); }), Has("tune.json: holdout.runs: is empty"));
@@ -178,6 +194,25 @@ TEST_F(SweepPage, TwoKeysAreAHeatMapWhoseCellsOpenTheirRows) {
   EXPECT_THAT(html, Has("rmse_m [m]: median over seeds"));
   EXPECT_THAT(html, Has("<a href='#setting-hall-3-2'>0.125</a>")) << "10 comes after 2";
   EXPECT_THAT(html, Lacks("rmse_m over slam.a"));
+}
+
+// The seeds of a setting spread by 0.02, ten times as much as the settings differ.
+TEST_F(SweepPage, ColorsFollowTheValuesAndShowNoDifferenceThatIsSmallerThanTheSpread) {
+  const auto add_four = [&](double difference, double spread) {
+    int k = 0;
+    for (const int a : {1, 2})
+      for (const int b : {1, 2})
+        for (const int seed : {1, 2, 3})
+          add("hall", {{"slam.a", a}, {"slam.b", b}}, seed,
+              {{"rmse_m", 1 + difference * (k++ / 3) + spread * (seed - 2)}});
+  };
+  add_four(0.001, 0.01);
+  EXPECT_THAT(page(), AllOf(Has("<td class='number heat-0'>", "<small>0.99 to 1.01</small>"),
+                            Lacks("<td class='number heat-2'>")));
+  lines_.clear();
+  add_four(1, 0.01);
+  EXPECT_THAT(page(),
+              Has("<td class='number heat-3'>", "<td class='number heat-6'>", "<td class='number heat-9'>"));
 }
 
 TEST_F(SweepPage, OfManyKeysHasFiguresOfTheFirstOnesAndOfManyTrialsTheMedianAlone) {
@@ -309,6 +344,9 @@ TEST_F(LeaderboardTest, RowsThatLookAlikeDifferInSeedsAndKeys) {
   for (const std::string key : {"walk.step_height_m=0.05", "walk.step_height_m=0.06"}) {
     EXPECT_THAT(leaderboard_csv(board()), Has(",1 2," + key + ","));
     EXPECT_THAT(leaderboard_table(board()), Has(key));
+    EXPECT_THAT(leaderboard_page(board()),
+                Has("<th>estimator</th><th>differs in</th>", "<td>filter</td><td>" + key))
+        << "before the numbers, where nothing is cut off";
   }
   std::filesystem::remove_all(folder_ / "b");
   EXPECT_THAT(leaderboard_table(board()), Lacks("changed"));

@@ -67,6 +67,21 @@ TEST_F(PlaybackTest, EveryFrameHasItsPartsAndFaultsAreMoments) {
   EXPECT_EQ(playback.run.moments[0].text, "frames lost for 0.1 s");
 }
 
+TEST_F(PlaybackTest, AReplayElsewhereFindsItsRecordingByItsHash) {
+  const auto found_from = [](const fs::path& result, const std::vector<fs::path>& given = {}) {
+    return !read_playback(result, {}, given).images[0].empty();
+  };
+  fs::create_directories(folder_ / "a/b/c");
+  for (const char* const place : {"alone", "a/beside"}) {
+    fs::rename(result_, folder_ / place);
+    EXPECT_TRUE(found_from(folder_ / place)) << place;
+    fs::rename(folder_ / place, result_);
+  }
+  fs::rename(result_, folder_ / "a/b/c/far");
+  EXPECT_FALSE(found_from(folder_ / "a/b/c/far"));
+  EXPECT_TRUE(found_from(folder_ / "a/b/c/far", {folder_ / "walk"})) << "shown together";
+}
+
 TEST_F(PlaybackTest, WhatIsMissingIsNamedAndTheRecordingOfAnotherWalkIsNotTaken) {
   const auto none = read_playback(result_, {}).run.missing;
   ASSERT_EQ(none.size(), 1u);
@@ -75,12 +90,13 @@ TEST_F(PlaybackTest, WhatIsMissingIsNamedAndTheRecordingOfAnotherWalkIsNotTaken)
     return RobotModel{{},
                       [](const Eigen::VectorXd&, const Eigen::Isometry3d&) { return std::vector<float>(7); }};
   };
-  fs::rename(result_, folder_ / "alone");
-  const Playback alone = read_playback(folder_ / "alone", robot);
+  fs::rename(folder_ / "walk/recording", folder_ / "walk/moved");
+  const Playback alone = read_playback(result_, robot);
   ASSERT_EQ(alone.run.missing.size(), 1u);
-  EXPECT_THAT(alone.run.missing[0], Has("this result has no recording"));
+  EXPECT_THAT(alone.run.missing[0], Has(pages::read_run(result_).about.recording.substr(0, 12),
+                                        "is not in " + (result_ / "recording").string()));
   EXPECT_TRUE(alone.images[0].empty());
-  fs::rename(folder_ / "alone", result_);
+  fs::rename(folder_ / "walk/moved", folder_ / "walk/recording");
   tests::write_result(folder_ / "other", tests::short_walk(kFrames + 1));
   fs::remove_all(folder_ / "walk/recording");
   fs::rename(folder_ / "other/recording", folder_ / "walk/recording");
@@ -185,6 +201,19 @@ TEST_F(PlaybackTest, ALineBreaksWhereThereIsNoEstimate) {
   EXPECT_EQ(breaks(gap.estimate->x), 10);
 }
 
+TEST_F(PlaybackTest, ACutFileIsNoticedAndTimesAreNotNeeded) {
+  for (const char* const file : {"truth.tum", "estimate_cov.txt"}) {
+    const std::string whole = files::read_text(result_ / file);
+    files::write_text(result_ / file, whole.substr(0, whole.find('\n', whole.size() / 2) + 1));
+    EXPECT_THAT(files::error_of([&] { pages::read_run(result_); }),
+                Has("truth.tum", "as in score.json: it or estimate_cov.txt was cut"))
+        << file;
+    files::write_text(result_ / file, whole);
+  }
+  fs::remove(result_ / "timing.json");
+  EXPECT_EQ(files::error_of([&] { pages::read_run(result_); }), "");
+}
+
 TEST_F(PlaybackTest, BrokenFilesAreNamed) {
   const std::pair<const char*, const char*> damages[]{{"searches.csv", "#timestamp [ns],landmark\n1,2\n"},
                                                       {"truth.tum", "0 1 2\n"},
@@ -202,7 +231,7 @@ TEST_F(PlaybackTest, BrokenFilesAreNamed) {
 TEST_F(PlaybackTest, ResultsOfTwoScenariosAreNotShownSideBySide) {
   std::vector<Playback> two(2, read_playback(result_, {}));
   EXPECT_NO_THROW(PlaybackView({}, two));
-  two[1].scenario = "another";
+  two[1].data.scenario = "another";
   EXPECT_THROW(PlaybackView({}, two), std::invalid_argument);
 }
 
@@ -219,39 +248,42 @@ TEST(ZeroMomentPoint, IsWhereTheForcesAct) {
   EXPECT_FALSE(zero_moment_point({under(0, 10), under(0, 5)}).has_value());
 }
 
+constexpr std::size_t kSlip = 12, kMargin = 14;  // columns of Series
+static_assert(std::string_view(Series::kNames[kSlip]) == "slip_left" &&
+              std::string_view(Series::kNames[kMargin]) == "margin");
+
 // Two soles side by side, of 0.23 m by 0.138 m each, 0.2 m apart.
-TEST(Strips, TheSupportPolygonIsTheConvexHullAndTheMarginIsToItsNearestEdge) {
-  Strips strips;
+TEST(Series, TheSupportPolygonIsTheConvexHullAndTheMarginIsToItsNearestEdge) {
+  Series series;
   for (const double y : {0.0, 0.15}) {
     Frame frame{.zmp = Eigen::Vector2d(0, y)};
     frame.feet = {FootPlace{{.truth = {0, 0.1, 0}, .load_n = 100}},
                   FootPlace{{.truth = {0, -0.1, 0}, .load_n = 100}}};
-    strips.add(frame);
+    series.add(frame);
     EXPECT_EQ(frame.support.size(), 4u);
   }
-  EXPECT_NEAR(strips.figures()[5].lines[0].y.at(0), 100, 1e-3) << "to the heels";
-  EXPECT_NEAR(strips.figures()[5].lines[0].y.at(1), 19, 1e-3);
+  EXPECT_NEAR(series.rows()[0][kMargin], 100, 1e-3) << "to the heels";
+  EXPECT_NEAR(series.rows()[1][kMargin], 19, 1e-3);
 }
 
 // The left foot is set down, slips by 3 mm, and is lifted; the right one never carries load.
-TEST(Strips, SlipIsMeasuredFromWhereAFootWasSetDown) {
-  Strips strips;
+TEST(Series, SlipIsMeasuredFromWhereAFootWasSetDown) {
+  Series series;
   std::optional<Eigen::Vector3d> landed;
   for (const auto& [load, x] : {std::pair{500.0, 1.0}, {400.0, 1.003}, {30.0, 1.003}, {5.0, 1.1}}) {
-    Frame frame{.t = std::chrono::milliseconds(33 * strips.figures()[4].lines[0].x.size())};
+    Frame frame{.t = std::chrono::milliseconds(33 * series.rows().size())};
     frame.feet.emplace();
     (*frame.feet)[0] = {{.truth = {x, 0, 0}, .load_n = load}};
-    strips.add(frame);
+    series.add(frame);
     landed = (*frame.feet)[0].landed;
     EXPECT_EQ(frame.support.size(), load > 20 ? 4u : 0u);
   }
   EXPECT_FALSE(landed.has_value());
-  const auto& slip = strips.figures()[4].lines[0].y;
-  ASSERT_EQ(slip.size(), 4u);
-  EXPECT_EQ(slip[0], 0);
-  EXPECT_NEAR(slip[2], 3, 1e-9);
-  EXPECT_TRUE(std::isnan(slip[3]));
-  EXPECT_THAT(strips_html(strips.figures()), Has("data-figure='slip'"));
+  const auto slip = [&](std::size_t row) { return series.rows().at(row)[kSlip]; };
+  EXPECT_EQ(slip(0), 0);
+  EXPECT_NEAR(slip(2), 3, 1e-9);
+  EXPECT_TRUE(std::isnan(slip(3)));
+  EXPECT_EQ(series.bytes().size() % 4, 0u) << "float32 values are read in place";
 }
 
 }  // namespace

@@ -175,10 +175,11 @@ TEST(Pace, SpeedIsThatOfSimulatedTimeAndFullUnlessItIsSet) {
   EXPECT_LT(Clock::now() - begin, 3s);
 }
 
-/// The next message that is not a drawing of the strips.
+/// The next message that is not about the past.
 std::optional<std::string> next_message(RawClient& client) {
   for (;;)
-    if (auto payload = next_payload(client); !payload || payload->find("\"op\":\"strips\"") == payload->npos)
+    if (auto payload = next_payload(client); !payload || (!payload->starts_with("{\"op\":\"series\"") &&
+                                                          !payload->starts_with("{\"op\":\"past\"")))
       return payload;
 }
 
@@ -223,7 +224,7 @@ TEST_F(Live, AViewerIsSentTheFramesThatAreShownAtMostFortyASecond) {
   EXPECT_TRUE(view_.wants({}));
   say_loaded(client);
   view_.end("The run has ended.");
-  EXPECT_EQ(next_message(client), R"({"op":"ended","how":"The run has ended."})");
+  EXPECT_EQ(next_message(client), R"({"op":"ended","how":"The run has ended.","shown":2,"all":4})");
 }
 
 TEST_F(Live, CommandsAreRefusedWithoutControlAndMalformedOnesSurvived) {
@@ -281,7 +282,7 @@ TEST_F(Live, AViewerThatIsSlowForASecondIsToldHowTheRunEnded) {
     last = *payload;
     if (last.find("ended") != last.npos) break;
   }
-  EXPECT_EQ(last, R"({"op":"ended","how":"done"})");
+  EXPECT_EQ(last, R"({"op":"ended","how":"done","shown":0,"all":0})");
   program.join();
 }
 
@@ -488,6 +489,24 @@ TEST(Rejection, OtherHostsOriginsTokensAndMethodsAreRefused) {
       const auto rejected = rejection({method, target, host, origin}, {.port = 8000, .token = kToken});
       EXPECT_EQ(rejected ? rejected->status : 0, status) << target << host << origin.value_or("") << method;
     }
+}
+
+TEST(Rejection, AForwardedHostIsAllowedWithItsOriginAndTheRefusalNamesTheWay) {
+  const Access access{.port = 8000, .token = kToken, .forwarded = "localhost:9000"};
+  const auto status = [&](const char* host, const char* origin) {
+    const auto rejected = rejection({"GET", "/?token=" + kToken, host, origin}, access);
+    return rejected ? rejected->status : 0;
+  };
+  EXPECT_EQ(status("localhost:9000", "http://localhost:9000"), 0u);
+  EXPECT_EQ(status("127.0.0.1:8000", "http://127.0.0.1:8000"), 0u);
+  EXPECT_EQ(status("localhost:9000", "http://127.0.0.1:8000"), 403u);
+  EXPECT_EQ(status("localhost:9001", "http://localhost:9001"), 421u);
+  EXPECT_THAT(rejection({"GET", "/", "localhost:9001"}, access)->why,
+              Has("127.0.0.1:8000", "--public HOST:PORT"));
+  EXPECT_THAT(url(access), StartsWith("http://localhost:9000/?token="));
+  for (const char* const wrong :
+       {"localhost", ":9000", "localhost:0", "localhost:99999", "a b:9000", "a/b:9000"})
+    EXPECT_THROW(checked({.token = kToken, .forwarded = wrong}), std::invalid_argument) << wrong;
 }
 
 Service service() {

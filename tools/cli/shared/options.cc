@@ -64,6 +64,8 @@ void add_view_place(CLI::App& command, Access& place) {
   command.add_option("--port", place.port, "port of the view; 0: any free one")->capture_default_str();
   command.add_option("--address", place.address, "listening address; one that others reach needs a --token")
       ->capture_default_str();
+  command.add_option("--public", place.forwarded,
+                     "HOST:PORT by which a browser reaches the view from elsewhere, as by ssh -L");
   command
       .add_option("--token", place.token,
                   "secret in the URL, at least 22 letters, digits, - or _ (default: a random one)")
@@ -76,7 +78,7 @@ void add_view(CLI::App& command, ViewRequest& request) {
   command.add_flag("--control", request.control, "the view may pause, step and slow down")->needs(view);
   command.add_flag("--wait", request.wait, "start when the view is open in a browser")->needs(view);
   add_view_place(command, request);
-  for (const char* option : {"--port", "--address"}) command.get_option(option)->needs(view);
+  for (const char* option : {"--port", "--address", "--public"}) command.get_option(option)->needs(view);
   if (!std::getenv("GAITSLAM_VIEW_TOKEN")) command.get_option("--token")->needs(view);
   request.opened = print_view;
 }

@@ -1,0 +1,102 @@
+// Values over time of the runs, the figures that show them, and the marks where two runs part.
+import {drawn} from '../../pages/web/figures.js';
+
+/// Each value of the frames of a run as a column, in the order of time; NaN: unknown. The names are those of Series in site.cc.
+export class Series {
+  constructor(names, columns) {
+    this.names = names;
+    names.forEach((name, i) => { this[name] = columns?.[i] ?? []; });
+    this.derive();
+  }
+
+  /// From the program: length of a JSON list of names, that list, and the columns as float32.
+  static of(buffer) {
+    const length = new DataView(buffer).getUint32(0, true), names = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+    const rows = (buffer.byteLength - 4 - length) / 4 / names.length;
+    return new Series(names, names.map((_, i) => new Float32Array(buffer, 4 + length + 4 * rows * i, rows)));
+  }
+
+  /// Adds rows of a live run from a row on.
+  add(from, rows) {
+    rows.forEach((row, i) => row.forEach((value, k) => { this[this.names[k]][from + i] = value ?? NaN; }));
+    this.derive();
+  }
+
+  derive() { this.distance = this.x.map((_, i) => Math.hypot(this.x[i], this.y[i], this.z[i])); }
+
+  /// The row that is nearest to a time.
+  at(t) {
+    let low = 0, high = this.t.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.t[middle] < t) low = middle + 1;
+      else high = middle;
+    }
+    return low > 0 && (low === this.t.length || t - this.t[low - 1] < this.t[low] - t) ? low - 1 : low;
+  }
+}
+
+/// The rows of the first run at the times of the second.
+const rowsOf = (a, b) => Array.from(b.t, (t) => a.at(t));
+
+const kFigures = [
+  {name: 'error_x', title: 'Error in x, 3σ [mm]', parts: [['', 'x']], sigma: 'sigma_x'},
+  {name: 'error_y', title: 'Error in y, 3σ [mm]', parts: [['', 'y']], sigma: 'sigma_y'},
+  {name: 'error_z', title: 'Error in z, 3σ [mm]', parts: [['', 'z']], sigma: 'sigma_z'},
+  {name: 'heading', title: 'Heading error, 3σ [deg]', parts: [['', 'heading']], sigma: 'sigma_heading'},
+  {name: 'nees', title: 'NEES of the position (3 expected, 95 % below 7.8)', parts: [['', 'nees']], levels: [3, 7.81], zero: true},
+  {name: 'landmarks', title: 'Landmarks', parts: [['found', 'found'], ['in the map', 'landmarks']], zero: true},
+  {name: 'slip', title: 'Slip of the standing soles [mm]', parts: [['left', 'slip_left'], ['right', 'slip_right']], zero: true},
+  {name: 'margin', title: 'ZMP: distance inside the support polygon [mm]', parts: [['', 'margin']], zero: true}];
+
+const isKnown = (column) => column.some(Number.isFinite);
+const full = (name, part) => [name, part].filter(Boolean).join(', ') || 'value';
+
+/// The figures that have a value. runs: {name, role, series}. marks: [{t, text}].
+export function figures(runs, marks) {
+  return kFigures.flatMap(({name, title, parts, sigma, levels, zero}) => {
+    const lines = runs.flatMap(({name: run, role, series}) => parts.map(([part, key], i) =>
+      ({name: full(run, part), role: i > 0 && runs.length === 1 ? 'plan' : role, thin: i > 0, x: series.t, y: series[key]}))).filter(({y}) => isKnown(y));
+    const bands = sigma ? runs.filter(({series}) => isKnown(series[sigma])).map(({name: run, role, series}) =>
+      ({name: full(run, '3σ'), role, x: series.t, low: series[sigma].map((s) => -3 * s), high: series[sigma].map((s) => 3 * s)})) : [];
+    return lines.length ? [drawn({name, title, lines, bands, levels, zero, marks})] : [];
+  });
+}
+
+/// The distance of each estimate from the truth and, of several runs, by how much that of the second is larger. Null without errors.
+export function timeLine(runs, marks, width) {
+  const lines = runs.map(({name, role, series}) => ({name: full(name, 'error') , role, x: series.t, y: series.distance})).filter(({y}) => isKnown(y));
+  if (!lines.length) return null;
+  const spec = {name: 'distance', title: 'Distance of the estimate from the truth [mm]', lines, marks, zero: true, width, height: 128};
+  if (lines.length < 2) return drawn(spec);
+  const [a, b] = runs, distance = rowsOf(a.series, b.series).map((row, i) => b.series.distance[i] - a.series.distance[row]), zeros = distance.map(() => 0), x = b.series.t;
+  return drawn({...spec, title: `Distance of each estimate from the truth, and filled: ${b.name} minus ${a.name} [mm]`,
+    lines: [...lines, {name: 'difference', role: 'truth', thin: true, x, y: distance}],
+    bands: [{role: b.role, x, low: zeros, high: distance.map((d) => (d > 0 ? d : 0))}, {role: a.role, x, low: distance.map((d) => (d < 0 ? d : 0)), high: zeros}]});
+}
+
+const kLongest_s = 1, kSame_m = 1e-6;
+const outcomes = (frame) => new Map((frame.searches ?? []).map((search) => [search[0], search[6]]));
+const apart = (p, q) => p && q && Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]) > kSame_m;
+
+/// Where the second run parts from the first: [{t, kind, text}]. Landmarks and estimates are compared if both used one recording.
+export function partings([a, b]) {
+  const found = [], rows = rowsOf(a.series, b.series);
+  let since = null;
+  for (let i = 0; i < rows.length; ++i) {
+    const differs = ['x', 'y', 'z'].some((axis) => Math.abs(b.series[axis][i] - a.series[axis][rows[i]]) > 3 * a.series[`sigma_${axis}`][rows[i]]);
+    since = differs ? since ?? b.series.t[i] : null;
+    if (since === null || b.series.t[i] - since < kLongest_s) continue;
+    found.push({t: since, kind: 'parting', text: `errors differ by more than 3σ of ${a.name} in an axis for ${kLongest_s} s`});
+    break;
+  }
+  if (!a.run.about.recording || a.run.about.recording !== b.run.about.recording) return found;
+  const pairs = b.run.frames.map((frame) => [a.run.frames[a.run.indexAt(frame.t)], frame]).filter(([first]) => first);
+  const first = (text, differs) => {
+    const pair = pairs.find(differs);
+    if (pair) found.push({t: pair[1].t, kind: 'parting', text});
+  };
+  first('first difference of the estimates', ([p, q]) => apart(p.estimate, q.estimate));
+  first('first search with another outcome', ([p, q]) => { const of = outcomes(p); return [...outcomes(q)].some(([id, how]) => of.has(id) && of.get(id) !== how); });
+  return found;
+}
