@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
+#include <set>
 
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
@@ -453,22 +455,25 @@ std::map<std::string, std::string> settings_of(const fs::path& result, const res
 }
 
 std::vector<std::string> variants(const std::vector<const RunData*>& runs) {
+  std::map<std::pair<std::string, std::string>, std::set<std::string>> values;  // by scenario and key
+  const auto settings_of_keys = [](const RunData& run) {
+    auto settings = run.settings;
+    settings["estimator"] = run.estimator;
+    return settings;
+  };
+  for (const RunData* run : runs)
+    for (const auto& [key, value] : settings_of_keys(*run)) values[{run->scenario, key}].insert(value);
   std::vector<std::string> all;
   for (const RunData* run : runs) {
-    const auto differs = [&](const auto& has_other) {
-      return std::ranges::any_of(
-          runs, [&](const RunData* other) { return other->scenario == run->scenario && has_other(*other); });
-    };
     std::vector<std::string> words;
-    for (const auto& [key, value] : run->settings) {
-      if (key == "estimator" || !differs([&, name = &key, own = &value](const RunData& other) {
-            const auto found = other.settings.find(*name);
-            return found != other.settings.end() && found->second != *own;
-          }))
-        continue;
-      words.push_back(key + "=" + value);
-    }
-    if (words.empty() || differs([&](const RunData& other) { return other.estimator != run->estimator; }))
+    for (const auto& [key, value] : run->settings)
+      if (key != "estimator" && values[{run->scenario, key}].size() > 1) {
+        words.push_back(key + "=");
+        std::ranges::unique_copy(value, std::back_inserter(words.back()),
+                                 [](char a, char b) { return a <= ' ' && b <= ' '; });
+        std::ranges::replace(words.back(), '\n', ' ');
+      }
+    if (words.empty() || values[{run->scenario, "estimator"}].size() > 1)
       words.insert(words.begin(), run->estimator);
     all.push_back(fmt::format("{}", fmt::join(words, ", ")));
   }

@@ -297,16 +297,13 @@ constexpr std::size_t kInFull = 12;  // runs
 /// folder if another has both.
 std::vector<std::string> labels_of(const std::vector<RunData>& runs,
                                    const std::vector<std::string>& variants) {
+  std::map<std::string, int> count;
+  const auto whole = [&](std::size_t i) { return runs[i].label() + ", " + variants[i]; };
+  for (std::size_t i = 0; i < runs.size(); ++i) ++count[runs[i].label()], ++count[whole(i)];
   std::vector<std::string> labels;
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    bool same = false, alike = false;
-    for (std::size_t k = 0; k < runs.size(); ++k) {
-      if (k == i || runs[k].label() != runs[i].label()) continue;
-      same = true, alike = alike || variants[k] == variants[i];
-    }
-    labels.push_back(runs[i].label() + (same ? ", " + variants[i] : "") +
-                     (alike ? ", " + runs[i].folder.string() : ""));
-  }
+  for (std::size_t i = 0; i < runs.size(); ++i)
+    labels.push_back((count[runs[i].label()] > 1 ? whole(i) : runs[i].label()) +
+                     (count[whole(i)] > 1 ? ", " + runs[i].folder.string() : ""));
   return labels;
 }
 

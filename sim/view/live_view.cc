@@ -192,26 +192,23 @@ bool LiveView::wants(const slam::Observation& observation) {
     for (const slam::RigReading& reading : observation.rig)
       rig_.newest.at(static_cast<std::size_t>(reading.sensor)) =
           std::make_shared<const slam::RigReading>(reading);
-  const bool due = others || (pages && steady_clock::now() - last_shown_.frame >= kLeastInterval);
-  frames_.shown += due ? 1 : 0;
-  return due;
+  due_ = others || (pages && steady_clock::now() - last_shown_.frame >= kLeastInterval);
+  frames_.shown += due_ ? 1 : 0;
+  return due_;
 }
 
 bool LiveView::wants_map() {
   const auto now = steady_clock::now();
-  if (now - last_shown_.map < kLeastMapInterval) return false;
+  if (!due_ || now - last_shown_.map < kLeastMapInterval) return false;
   last_shown_.map = now;
   return true;
 }
 
-void LiveView::record(Frame& frame) {
+void LiveView::show(Frame frame) {
   series_.add(frame);
   keep(frame);
-}
-
-void LiveView::show(Frame frame) {
+  if (!due_) return;
   last_shown_.frame = steady_clock::now();
-  record(frame);
   if (!rig_.newest.empty()) frame.rig = rig_.numbers++;
   Message message;
   if (server_.with_room("gaitslam") > 0)
@@ -228,7 +225,7 @@ void LiveView::show(Frame frame) {
     if (is_own(client) && message.bytes) client.send(message);
     if (!is_own(client) && frame) send_subscribed(client, *frame, imu, setup_);
   });
-  if (last_shown_.frame - last_shown_.series >= kLeastSeriesInterval) send_series();
+  if (last_shown_.frame - last_shown_.series >= kLeastSeriesInterval) send_series(false);
 }
 
 void LiveView::keep(Frame frame) {
@@ -240,10 +237,10 @@ void LiveView::keep(Frame frame) {
   past_.push_back(files::json_text(to_json(frame)));
 }
 
-void LiveView::send_series() {
+void LiveView::send_series(bool to_all) {
   last_shown_.series = last_shown_.frame;
-  server_.for_each([this, rows = series_.rows()](Client& client) {
-    if (!is_own(client) || client.rows >= rows.size() || !client.has_room()) return;
+  server_.for_each([to_all, rows = series_.rows()](Client& client) {
+    if (!is_own(client) || client.rows >= rows.size() || !(to_all || client.has_room())) return;
     ordered_json list = ordered_json::array();
     for (std::size_t i = client.rows; i < rows.size(); ++i) list.push_back(rows[i]);
     client.send(json_message(
@@ -263,7 +260,7 @@ void LiveView::pace(slam::Stamp t) {
 }
 
 void LiveView::end(const std::string& how) {
-  send_series();
+  send_series(true);
   send_to_pages(
       json_message({{"op", "ended"}, {"how", how}, {"shown", frames_.shown}, {"all", frames_.all}}));
   server_.flush(kForMessages, kForPages);

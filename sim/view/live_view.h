@@ -120,13 +120,11 @@ class LiveView {
   void begin(const recording::RecordingSetup& setup);
   /// Returns whether a viewer has room for a frame.
   bool has_viewers() const;
-  /// Returns whether a frame of this observation is needed. Must be called for each observation.
+  /// Returns whether a frame of this observation is sent. Must be called for each observation.
   bool wants(const slam::Observation& observation);
   /// Returns whether that frame needs the map: ten times a second, as it costs more than the rest.
   bool wants_map();
-  /// Keeps the values of a frame that is not shown.
-  void record(Frame& frame);
-  /// Records and sends it.
+  /// Keeps the values of a frame for the figures and for later pages, and sends it if wants() was true.
   void show(Frame frame);
   /// Waits until the run may continue.
   void pace(slam::Stamp t);
@@ -138,7 +136,7 @@ class LiveView {
   void received(Client& client, std::string_view text);
   Message pace_message() const;
   void keep(Frame frame);
-  void send_series();
+  void send_series(bool to_all);  ///< else only to pages with room
   void send_to_pages(const Message& message);
   std::string rig_reading(std::size_t sensor, std::size_t number) const;
 
@@ -163,6 +161,7 @@ class LiveView {
   struct {
     std::size_t shown = 0, all = 0;
   } frames_;
+  bool due_ = true;  // a frame of this observation is sent
   Series series_;
   std::mutex past_mutex_;
   std::vector<std::string> past_;  // frames without images, for pages that come later

@@ -46,7 +46,7 @@ class ReplaySession : public ViewSession {
     if (request.wait) view_->wait_for_viewer();
     observer_.wants = [this](const slam::Observation& o) {
       view_->pace(o.t);
-      sends_ = view_->wants(o);
+      view_->wants(o);
       return true;
     };
     observer_.tracked = [this](const slam::Observation& o, const tracking::Tracking* t) { show(o, t); };
@@ -63,16 +63,12 @@ class ReplaySession : public ViewSession {
     Frame frame{.t = observation.t};
     if (next_ < frames_.size() && frames_[next_].t == observation.t) frame = frames_[next_];
     if (observation.plan) frame.plan = observation.plan->X_PC;
-    add_tracked(frame, observation, tracking, sends_ && view_->wants_map());
-    if (sends_)
-      view_->show(frame);
-    else
-      view_->record(frame);
+    add_tracked(frame, observation, tracking, view_->wants_map());
+    view_->show(frame);
   }
 
   std::vector<Frame> frames_;  // of the recording
   std::size_t next_ = 0;
-  bool sends_ = false;  // the frame that is tracked
   tracking::TrackingObserver observer_;
   std::optional<LiveView> view_;
 };

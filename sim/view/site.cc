@@ -108,7 +108,7 @@ void add_recorded(std::vector<Frame>& frames, const recording::Truth& truth, con
   }
 }
 
-constexpr std::size_t kMostBeside = 1000;  // folders searched for a recording
+constexpr std::size_t kMostCandidates = 2000;  // folders that may have a recording
 
 /// Whether a result folder has the recording of this hash.
 bool has_recording(const fs::path& result, const std::string& hash) try {
@@ -134,17 +134,10 @@ fs::path recording_of(const fs::path& result, const std::string& hash, const std
   }
   for (const fs::path& beside : {above, above.parent_path()}) {
     std::error_code fault;
-    const auto folders_in = [&](const fs::path& folder) {
-      std::vector<fs::path> all;
-      for (const auto& entry : fs::directory_iterator(folder, fault))
-        if (entry.is_directory(fault) && all.size() < kMostBeside) all.push_back(entry.path());
-      std::ranges::sort(all);
-      return all;
-    };
-    for (const fs::path& folder : folders_in(beside)) {
-      candidates.push_back(folder);
-      const auto inside = folders_in(folder);
-      candidates.insert(candidates.end(), inside.begin(), inside.end());
+    fs::recursive_directory_iterator at(beside, fs::directory_options::skip_permission_denied, fault);
+    for (const fs::recursive_directory_iterator end; !fault && at != end; at.increment(fault)) {
+      if (at.depth() > 0) at.disable_recursion_pending();
+      if (at->is_directory(fault) && candidates.size() < kMostCandidates) candidates.push_back(at->path());
     }
   }
   for (const fs::path& candidate : candidates)

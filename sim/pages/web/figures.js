@@ -163,7 +163,7 @@ export function drawn({name, title, lines, bands = [], levels = [], marks = [], 
   return new Figure(holder, named.map((part) => (part.y ? [part.x, part.y] : [part.x, part.low, part.high])));
 }
 
-/// Makes the figures follow the mouse: move shows values, drag zooms, wheel zooms with the shift key, double click shows all.
+/// Makes the figures follow the mouse: move shows values, drag zooms, double click shows all.
 /// chosen(figure, x): on a click. left(): it left. zoomed(): after a zoom.
 export function follow(figures, chosen, left, zoomed) {
   const peers = (figure) => (figure.overTime ? figures.filter((other) => other.overTime) : [figure]);
@@ -181,11 +181,5 @@ export function follow(figures, chosen, left, zoomed) {
       from = null;
     });
     figure.svg.addEventListener('dblclick', () => zoom(figure, figure.whole.low, figure.whole.high));
-    figure.svg.addEventListener('wheel', (event) => {
-      if (!event.shiftKey || figure.x.logarithmic) return;
-      event.preventDefault();
-      const at = figure.valueAt(event), factor = event.deltaY + event.deltaX > 0 ? 1.25 : 0.8, [low, high] = figure.range.map((v) => at + factor * (v - at));
-      zoom(figure, Math.max(low, figure.whole.low), Math.min(high, figure.whole.high));
-    }, {passive: false});
   }
 }

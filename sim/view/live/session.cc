@@ -134,24 +134,20 @@ class LiveSession : public ViewSession {
 
   bool wants(const slam::Observation& observation) {
     while (!stamped_.empty() && stamped_.front().t < observation.t) stamped_.pop_front();
-    sends_ = view_.wants(observation);
+    view_.wants(observation);
     return !stamped_.empty() && stamped_.front().t == observation.t;
   }
 
   void show(const slam::Observation& observation, const tracking::Tracking* tracking) {
     Frame frame = std::move(stamped_.front());
     stamped_.pop_front();
-    add_tracked(frame, observation, tracking, sends_ && view_.wants_map());
-    if (sends_)
-      view_.show(frame);
-    else
-      view_.record(frame);
+    add_tracked(frame, observation, tracking, view_.wants_map());
+    view_.show(frame);
   }
 
   std::shared_ptr<camera::PosedRobot> robot_;
   live::RunObserver observer_;
   std::deque<Frame> stamped_;
-  bool sends_ = false;  // the frame that is tracked
   LiveView view_;
 };
 

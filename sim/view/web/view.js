@@ -12,7 +12,7 @@ const {dataset} = document.documentElement;
 const kFast = 5;  // frames of a finished run for each that the browser draws
 
 const kRoles = ['estimate', 'second', 'third', 'first'];  // of the runs
-const kKeys = 'space: play and pause · arrows, . and ,: one frame, with shift a second · [ and ]: marks · home, end · f, 1, 4: speed · r, o, c: follow, stay, through the camera · in a figure: click goes there, drag or shift and wheel zoom, double click shows all';
+const kKeys = 'space: play and pause · arrows, . and ,: one frame, with shift a second · [ and ]: marks · home, end · f, 1, 4: speed · r, o, c: follow, stay, through the camera · in a figure: click goes there, drag zooms, double click shows all';
 const kLetters = 'ABCD';  // and names, if there are several
 
 /// What distinguishes each run from the others: its seed, and its variant.

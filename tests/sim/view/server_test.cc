@@ -257,6 +257,7 @@ TEST_F(Live, AStalledViewerCostsNothingAndOneThatReadsIsServedBesideIt) {
   ASSERT_TRUE(has_a_viewer(view_));
   next_message(reading);  // the pace
   next_message(reading);  // the last frame
+  ASSERT_TRUE(view_.wants({}));
   view_.show(frame_at(2000));
   EXPECT_THAT(next_message(reading).value_or(""), Has("\"t\":66.0"));
   view_.end("done");  // gives up waiting for the stalled one
