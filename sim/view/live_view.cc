@@ -207,7 +207,7 @@ bool LiveView::wants_map() {
 void LiveView::show(Frame frame) {
   series_.add(frame);
   keep(frame);
-  if (!due_) return;
+  if (!std::exchange(due_, true)) return;
   last_shown_.frame = steady_clock::now();
   if (!rig_.newest.empty()) frame.rig = rig_.numbers++;
   Message message;

@@ -32,7 +32,7 @@ class Page {
       this.failure = `Three dimensions cannot be drawn here: ${error.message}`;
     }
     // A click in the scene must not leave the keys with it either.
-    this.scene?.element.addEventListener('pointerup', () => this.scene.element.blur());
+    this.scene?.element.addEventListener('pointerup', () => document.activeElement.blur());
     const [{run}] = this.panes;
     this.rig = run.about.rig.map((sensor, i) => new RigLayer(run, sensor, i, this.scene)).filter(({isShown}) => isShown);
     this.build();

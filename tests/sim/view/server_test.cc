@@ -305,6 +305,7 @@ TEST(LiveRig, APageFetchesTheNewestReadingsOfTheFramesItWasSent) {
   view.wants(with_image);
   view.show(frame_at(3));
   EXPECT_THAT(next_message(client).value_or(""), Has("\"rig\":0}"));
+  std::this_thread::sleep_for(30ms);
   view.wants(with_sweep);
   view.show(frame_at(4));
   EXPECT_THAT(next_message(client).value_or(""), Has("\"rig\":1}"));
