@@ -27,6 +27,8 @@ async function useLive(browser, url) {
   await browser.rest(300);
   await browser.until(`document.documentElement?.dataset.model === 'true' && ${kPane}.series?.t.length > 0`);
   const past = await browser.value(`({frame: ${kPane}.run.frames[0].t, value: ${kPane}.series.t[0], steps: ${kPane}.run.landed.length, seen: ${kPane}.run.frames.length})`);
+  await browser.press('4', 52);  // again: without a viewer the run went on at full speed
+  await browser.rest(2000);
   await browser.press(' ', 32);
   await browser.until(`document.documentElement?.dataset.playing === 'false'`);
   await browser.rest(700);

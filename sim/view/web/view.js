@@ -321,7 +321,7 @@ class Page {
         drawing = true;
         requestAnimationFrame(() => {
           drawing = false;
-          this.show(this.duration);
+          if (this.atEnd) this.show(this.duration);
         });
       },
       message: (message) => this.receive(message),
