@@ -163,7 +163,7 @@ int Kalman::append(const LandmarkInitialization& landmark) {
                       P.block(at, kRobot, 6, at - kRobot));
   multiply_transposed(P.block(at, 0, 6, kRobot), landmark.J_robot, P.block(at, at, 6, 6));
   P.block(at, at, 6, 6) += landmark.noise;
-  if (smoother_) smoother_->append(landmark.J_robot);
+  if (smoother_) smoother_->append(at, landmark.J_robot);
   return at;
 }
 
@@ -212,7 +212,7 @@ int Kalman::append_point(const Eigen::Vector3d& p_W, double sigma_m) {
   state_.storage_sensitivity.middleRows<3>(at).setZero();
   state_.storage_P.block(at, 0, 3, at + 3).setZero();
   inflate(at, sigma_m * sigma_m * Eigen::Matrix3d::Identity());
-  if (smoother_) smoother_->append(Eigen::MatrixXd(3, 0));
+  if (smoother_) smoother_->append(at, Eigen::MatrixXd(3, 0));
   return at;
 }
 

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kPose = 7;  // parameters of position and orientation
 
-enum class Kind { change, append, update, pose };
+enum Kind { kChange, kAppend, kUpdate, kEndOfStep };
 
 /// Reads the values of a step from the last to the first.
 struct Backwards {
@@ -21,19 +21,18 @@ struct Backwards {
   }
 };
 
-void undo_change(Backwards& values, Eigen::VectorXd& lambda) {
+void undo_change(Kind kind, Backwards& values, Eigen::VectorXd& lambda) {
   const int at = values.number(), rows = values.number(), columns = values.number();
-  const Eigen::VectorXd after = lambda;
+  const Eigen::VectorXd after = lambda,
+                        changed = values.matrix(rows, columns).transpose() * after.segment(at, rows);
   const Eigen::Index rest = after.size() - at - rows;
-  lambda.resize(at + columns + rest);
-  lambda << after.head(at), values.matrix(rows, columns).transpose() * after.segment(at, rows),
-      after.tail(rest);
-}
-
-void undo_append(Backwards& values, Eigen::VectorXd& lambda) {
-  const int rows = values.number(), columns = values.number();
-  lambda.head(columns) += values.matrix(rows, columns).transpose() * lambda.tail(rows);
-  lambda.conservativeResize(lambda.size() - rows);
+  if (kind == kAppend) {
+    lambda.conservativeResize(at);
+    lambda.head(columns) += changed;
+  } else {
+    lambda.resize(at + columns + rest);
+    lambda << after.head(at), changed, after.tail(rest);
+  }
 }
 
 void undo_update(Backwards& values, Eigen::VectorXd& lambda) {
@@ -67,12 +66,12 @@ void Smoother::put(std::initializer_list<Eigen::Index> numbers) {
 
 void Smoother::change(int at, const Eigen::Ref<const Eigen::MatrixXd>& J) {
   put(J);
-  put({static_cast<int>(Kind::change), at, J.rows(), J.cols()});
+  put({kChange, at, J.rows(), J.cols()});
 }
 
-void Smoother::append(const Eigen::Ref<const Eigen::MatrixXd>& J) {
+void Smoother::append(int at, const Eigen::Ref<const Eigen::MatrixXd>& J) {
   put(J);
-  put({static_cast<int>(Kind::append), J.rows(), J.cols()});
+  put({kAppend, at, J.rows(), J.cols()});
 }
 
 void Smoother::update(const StackedMeasurement& stacked, const Whitening& whitening,
@@ -85,7 +84,7 @@ void Smoother::update(const StackedMeasurement& stacked, const Whitening& whiten
   put(W);
   put(whitening.innovation());
   put(whitening.L());
-  put({static_cast<int>(Kind::update), stacked.rows, static_cast<Eigen::Index>(stacked.blocks.size())});
+  put({kUpdate, stacked.rows, static_cast<Eigen::Index>(stacked.blocks.size())});
 }
 
 void Smoother::end_step(Stamp t, const State& state) {
@@ -93,7 +92,7 @@ void Smoother::end_step(Stamp t, const State& state) {
   Eigen::MatrixXd P(size_, kPose);
   P << state.marginal<kPose>(0), state.storage_P.block(kPose, 0, size_ - kPose, kPose);
   put(P);
-  put({static_cast<int>(Kind::pose)});
+  put({kEndOfStep});
   const std::size_t at = poses_.empty() ? 0 : poses_.back().at + poses_.back().values;
   poses_.push_back({t, state.x().head<kPose>(), at, step_.size()});
   written_ = written_ && std::fwrite(step_.data(), sizeof(float), step_.size(), file_.get()) == step_.size();
@@ -110,19 +109,13 @@ std::optional<std::vector<SmoothedPose>> Smoother::smoothed() {
       return std::nullopt;
     Backwards values{step_.data(), step_.data() + step_.size()};
     while (values.end != values.begin) {
-      switch (static_cast<Kind>(values.number())) {
-        case Kind::change:
-          undo_change(values, lambda);
-          break;
-        case Kind::append:
-          undo_append(values, lambda);
-          break;
-        case Kind::update:
-          undo_update(values, lambda);
-          break;
-        case Kind::pose:
-          pose->x += values.matrix(static_cast<int>(lambda.size()), kPose).transpose() * lambda;
-      }
+      const auto kind = static_cast<Kind>(values.number());
+      if (kind == kEndOfStep)
+        pose->x += values.matrix(static_cast<int>(lambda.size()), kPose).transpose() * lambda;
+      else if (kind == kUpdate)
+        undo_update(values, lambda);
+      else
+        undo_change(kind, values, lambda);
     }
     State state;
     state.storage_x.head<kPose>() = pose->x;

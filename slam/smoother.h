@@ -29,8 +29,8 @@ class Smoother {
   // The changes that Kalman makes to the state, in their order.
   /// J.cols() parameters from `at` on became J.rows() others with the derivative J; those behind moved.
   void change(int at, const Eigen::Ref<const Eigen::MatrixXd>& J);
-  /// J.rows() parameters were added at the end; J: their derivative with respect to the first J.cols() ones.
-  void append(const Eigen::Ref<const Eigen::MatrixXd>& J);
+  /// J.rows() parameters were added at `at`, the end; J: their derivative by the first J.cols() ones.
+  void append(int at, const Eigen::Ref<const Eigen::MatrixXd>& J);
   void update(const StackedMeasurement& stacked, const Whitening& whitening,
               const Eigen::Ref<const Eigen::MatrixXd>& W);
   /// Ends a step: the pose of `state` will be smoothed.

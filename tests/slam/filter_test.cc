@@ -94,22 +94,16 @@ TEST(Filter, FollowsAShortWalkWithinItsOwnUncertaintyWhichForTheHeadingNeverFall
   EXPECT_GT(e.least_heading_rad, 0.99 * Options{}.start.sigma_orientation_rad);
 }
 
-TEST(Filter, SmoothedPosesAreOfAllItsStepsAndEndAtItsEstimate) {
-  constexpr int kFrames = 30;
+TEST(Filter, SmoothedPosesAreOfTheStepsSinceItRecordsAndEndAtItsEstimate) {
   Filter filter = filter_at_start({});
   EXPECT_FALSE(filter.smoothed());
   filter.record();
-  step(filter, 0, 1);
-  const Estimate first = filter.estimate();
-  step(filter, 1, kFrames);
-  filter.step(short_walk().observation(kFrames - 1));  // rejected: its time is not after the last one's
+  step(filter, 0, 30);
+  filter.step(short_walk().observation(29));  // rejected: its time is not after the last one's
   const auto poses = filter.smoothed();
-  ASSERT_TRUE(poses);
-  ASSERT_EQ(poses->size(), std::size_t{kFrames});
+  ASSERT_TRUE(poses && poses->size() == 30);
   EXPECT_EQ(poses->back().t, filter.estimate().t);
   EXPECT_TRUE(poses->back().X_WC.isApprox(filter.estimate().X_WC, 1e-12));
-  EXPECT_EQ(poses->front().t, first.t);
-  EXPECT_FALSE(poses->front().X_WC.isApprox(first.X_WC, 1e-5));
 }
 
 TEST(Filter, WithoutSensorsOfTheScaleOrWithoutVisionItsUncertaintyIsLarger) {
