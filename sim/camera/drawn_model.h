@@ -1,12 +1,8 @@
 // Robot and room as viewers draw them: triangles by body, colors, pictures, poses; the robot as URDF.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <cstdint>
-#include <filesystem>
 #include <opencv2/core.hpp>
-#include <string>
-#include <vector>
 
 #include "sim/physics/model.h"
 #include "walking/kinematics.h"

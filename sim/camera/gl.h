@@ -15,7 +15,7 @@
 
 namespace sim::camera {
 
-/// Returns the address of an OpenGL function. The first call loads OSMesa, whose compiler (LLVM) would cost
+/// Returns the address of an OpenGL function. The first call loads OSMesa: its compiler (LLVM) would cost
 /// every process 20 ms at startup. Throws std::runtime_error if OSMesa or the function is missing.
 void* gl_function(const char* name);
 

@@ -40,10 +40,6 @@ Shutter::Shutter(const CameraOptions& options) {
   }
 }
 
-std::chrono::milliseconds Shutter::lead() const {
-  return std::chrono::milliseconds(std::llround(std::ceil(1e3 * moments_.back() - 1e-9)));
-}
-
 cv::Mat Shutter::expose(const std::vector<cv::Mat>& pictures) const {
   if (pictures.size() == 1) return pictures.front();
   cv::Mat frame(pictures.front().size(), pictures.front().type());

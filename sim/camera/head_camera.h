@@ -1,15 +1,8 @@
 // The head camera: 8-bit gray frames of the room through the lens and the shutter of a real camera.
 #pragma once
 
-#include <mujoco/mujoco.h>
-
-#include <Eigen/Geometry>
 #include <chrono>
-#include <cstdint>
 #include <deque>
-#include <opencv2/core.hpp>
-#include <optional>
-#include <vector>
 
 #include "sim/camera/lens.h"
 #include "sim/camera/options.h"
@@ -27,8 +20,6 @@ class Shutter {
   explicit Shutter(const CameraOptions& options);
   /// Returns the times to draw pictures at, s from the stamp; only 0 for a shutter that takes no time.
   const std::vector<double>& moments() const { return moments_; }
-  /// Returns the time from the stamp to the end of the exposure, in whole milliseconds.
-  std::chrono::milliseconds lead() const;
   /// Returns the frame composed of one picture for each moment.
   cv::Mat expose(const std::vector<cv::Mat>& pictures) const;
 
@@ -68,8 +59,8 @@ struct Exposure {
 /// geom would slow its steps. Owns the OpenGL context of the thread that made it; draw from that one only.
 class HeadCamera {
  public:
-  /// channels: RGB for a color camera. mount: a further camera of the rig, placed as physics::place_of()
-  /// says. shares: a camera in the same room with the same channels, for its textures. Throws
+  /// channels: RGB for a color camera. mount: a further camera of the rig, placed as by
+  /// physics::place_of(). shares: a camera in the same room with the same channels, for its textures. Throws
   /// std::runtime_error without OpenGL, std::invalid_argument if the model has no head_camera.
   HeadCamera(physics::Model robot_in_room, const CameraOptions& options, std::uint64_t texture_seed = 1,
              Channels channels = Channels::gray, const rig::Mount& mount = {},
@@ -78,8 +69,8 @@ class HeadCamera {
   const mjModel& model() const { return *model_; }
   /// Returns the gray frame (CV_8UC1, height x width of the options) at the joint positions of `plant`.
   cv::Mat render(const mjData& plant) { return image({{picture(plant.qpos, 1)}, {}}); }
-  /// Draws the frame stamped t of a robot with this `motion` from t - Shutter::lead() to t + lead(), with the
-  /// room's lamps on or off.
+  /// Draws the frame stamped t of a robot with this `motion` from t - lead() of the options to t + lead(),
+  /// with the room's lamps on or off.
   Exposure expose(const RecentMotion& motion, std::chrono::nanoseconds t,
                   const physics::WorldOptions::LightsOff& lights_off, bool with_depth = false);
   /// Returns the frame through lens and shutter. May be called on any thread, as may depth_mm().

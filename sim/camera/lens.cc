@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
-#include <variant>
 
 namespace sim::camera {
 namespace {

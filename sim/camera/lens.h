@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
-#include <vector>
 
 #include "sim/camera/options.h"
 #include "sim/rig/rig.h"

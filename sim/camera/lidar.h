@@ -1,14 +1,6 @@
 // The lidar: rays cast from a walking robot on the shapes of the room and of the robot itself.
 #pragma once
 
-#include <mujoco/mujoco.h>
-
-#include <Eigen/Geometry>
-#include <chrono>
-#include <cstdint>
-#include <opencv2/core.hpp>
-#include <vector>
-
 #include "sim/camera/head_camera.h"
 #include "sim/physics/model.h"
 #include "sim/rig/rig.h"

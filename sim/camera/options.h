@@ -1,6 +1,9 @@
 // The scenario keys of the simulated head camera. The only header of sim/camera that sim/scenario includes.
 #pragma once
 
+#include <chrono>
+#include <cmath>
+
 #include "sim/rig/rig.h"
 
 namespace sim::camera {
@@ -8,6 +11,11 @@ namespace sim::camera {
 /// The scenario's keys camera.*. The mount is relative to the place that the model gives the camera.
 struct CameraOptions : rig::Mount, rig::Imager {
   double distortion = 1, fov_rad = 0;
+
+  /// Returns the time from a frame's stamp until its image is complete.
+  std::chrono::milliseconds lead() const {
+    return std::chrono::milliseconds(std::llround(std::ceil(1e3 * (exposure_s + readout_s) / 2 - 1e-9)));
+  }
 
   static void keys(auto&& key) {
     rig::Mount::keys(key);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <opencv2/core.hpp>
 #include <span>
 #include <utility>
 

@@ -2,14 +2,6 @@
 // its surfaces, which the model file only names, so that physics loads fast (textures.cc).
 #pragma once
 
-#include <mujoco/mujoco.h>
-
-#include <Eigen/Geometry>
-#include <cstddef>
-#include <cstdint>
-#include <opencv2/core.hpp>
-#include <vector>
-
 #include "sim/camera/gl.h"
 #include "sim/camera/lens.h"
 #include "sim/camera/shapes.h"

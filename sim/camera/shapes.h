@@ -3,9 +3,7 @@
 
 #include <mujoco/mujoco.h>
 
-#include <Eigen/Geometry>
 #include <cstdint>
-#include <vector>
 
 #include "sim/physics/model.h"
 #include "sim/score/types.h"

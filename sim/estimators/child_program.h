@@ -39,7 +39,7 @@ class ChildProgram {
   void run(const TimeLimit& limit);
   /// Returns its standard error, or the last MiB of it.
   std::string log() const;
-  /// Returns the last lines of the log for a message; empty if there are none.
+  /// Returns the last lines of the log for a message; empty without any.
   std::string last_lines() const;
   /// Returns its CPU time (ms), after its exit with that of its children.
   double cpu_ms() const;

@@ -1,7 +1,6 @@
 // The interface of every estimator: the filter, the other built-in ones and external programs.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>

@@ -21,7 +21,7 @@ struct EstimatorChoice {
   bool operator==(const EstimatorChoice&) const = default;
 };
 
-/// Throws std::invalid_argument if there is no such program, without starting it.
+/// Throws std::invalid_argument for a missing program, without starting it.
 void require_program(const EstimatorChoice& choice);
 
 /// Returns the words of a program, or those of a command between white space.

@@ -2,24 +2,113 @@
 // know it, the way files are written, and the functions that write one format each.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "sim/export/export.h"
-#include "sim/export/exported_camera.h"
-#include "sim/export/imu_merger.h"
 #include "sim/files/trajectory_file.h"
-#include "sim/recording/filter_input.h"
+#include "sim/recording/recording.h"
 #include "sim/recording/sensor_yaml.h"
 #include "sim/rig/rig.h"
+#include "slam/camera.h"
+#include "slam/observation.h"
 #include "slam/options.h"
 
 namespace sim::exports {
+
+/// A reading in its exported form: the image of the exported camera; one of an IMU is the mean of an
+/// interval, stamped in its middle. It differs from the value at that instant by terms of second order in the
+/// length of the interval.
+struct ExportedReading : slam::RigReading {
+  bool has_acceleration = true;
+};
+
+/// Merges consecutive parts until they cover one period. After a gap in the readings it starts anew.
+class ImuMerger {
+ public:
+  explicit ImuMerger(double rate_hz) : period_(std::llround(1e9 / rate_hz)) {}
+  /// Returns the readings that an observation completes, in order of time.
+  std::vector<ExportedReading> merge(const slam::Observation& observation) {
+    std::vector<ExportedReading> merged;
+    const bool both = observation.accelerometer.size() == observation.gyro.size();
+    const auto start_at = [this](slam::Stamp t) {
+      begin_ = t;
+      gyro_.setZero();
+      accelerometer_.setZero();
+    };
+    for (std::size_t i = 0; i < observation.gyro.size(); ++i) {
+      const slam::InertialSample& gyro = observation.gyro[i];
+      if (gyro.begin != end_) start_at(gyro.begin);
+      const double dt = slam::seconds(gyro.end - gyro.begin);
+      gyro_ += dt * gyro.value;
+      if (both) accelerometer_ += dt * observation.accelerometer[i].value;
+      end_ = gyro.end;
+      if (end_ - begin_ < period_) continue;
+      const double duration = slam::seconds(end_ - begin_);
+      ExportedReading& reading = merged.emplace_back();
+      reading.t = begin_ + (end_ - begin_) / 2, reading.gyro = gyro_ / duration;
+      reading.accelerometer = accelerometer_ / duration, reading.has_acceleration = both;
+      start_at(end_);
+    }
+    return merged;
+  }
+
+ private:
+  slam::Stamp period_, begin_{0}, end_{0};
+  Eigen::Vector3d gyro_ = Eigen::Vector3d::Zero(), accelerometer_ = Eigen::Vector3d::Zero();  // ∫ dt
+};
+
+/// The coefficients of an exported camera's equidistant lens; nothing for a pinhole without distortion.
+inline std::optional<std::array<double, 4>> equidistant_lens(const slam::CameraIntrinsics& camera) {
+  const auto* k = std::get_if<slam::Equidistant>(&camera.lens);
+  return k ? std::optional(std::array{k->k1, k->k2, k->k3, k->k4}) : std::nullopt;
+}
+
+/// Removes the lens distortion from images.
+class Undistortion {
+ public:
+  /// The pinhole (radial-tangential without distortion) has square pixels and the given camera's size and
+  /// principal point. Its focal length is the least whole number that keeps all its pixels inside.
+  explicit Undistortion(const slam::CameraIntrinsics& camera);
+  const slam::CameraIntrinsics& pinhole() const { return pinhole_; }
+  /// Returns the pinhole's image by bilinear interpolation, of 16 bits by the nearest pixel. `image` has the
+  /// given camera's size.
+  cv::Mat operator()(const cv::Mat& image) const;
+
+ private:
+  slam::CameraIntrinsics pinhole_;
+  std::vector<Eigen::Vector2d> from_;  // the place of each pixel in the given image, row by row
+};
+
+/// The exported form of a camera and its images.
+struct ExportedCamera {
+  /// undistort: as a pinhole, otherwise with the equidistant lens. One without distortion stays as it is.
+  ExportedCamera(const slam::CameraIntrinsics& recorded, bool undistort);
+  rig::FittedCamera fitted;
+  std::optional<Undistortion> undistortion;
+};
+
+/// Renders the depth images (mm, 0: none) of one camera as another one would have them.
+class DepthRegistration {
+ public:
+  /// X_to_from: from one camera to the other.
+  DepthRegistration(const slam::CameraIntrinsics& from, const slam::CameraIntrinsics& to,
+                    const Eigen::Isometry3d& X_to_from);
+  /// Each pixel covers the projection of its square, and the nearest surface counts. Gaps of one pixel inside
+  /// a surface are filled.
+  cv::Mat1w operator()(const cv::Mat1w& depth_mm) const;
+
+ private:
+  struct Square {
+    Eigen::Vector3d center, first, last;  // sight lines (z = 1) of a pixel and of two opposite corners
+  };
+  slam::Camera to_;
+  cv::Size size_;
+  Eigen::Isometry3d X_to_from_;
+  std::vector<std::optional<Square>> squares_;  // of the given camera, row by row
+};
+
+/// Returns which part of the camera's image the other one also sees at a distance (m).
+double overlap(const rig::RigSensor& camera, const rig::RigSensor& other, double distance_m);
 
 inline constexpr double kLeastGyroWalk = 1e-6;  // rad/s²/√Hz, m/s³/√Hz: programs divide by these
 inline constexpr double kLeastAccelerometerWalk = 1e-5;
@@ -114,7 +203,7 @@ class Frames {
   ImuMerger imu_;
 };
 
-/// Returns the camera whose images belong to the depth images of a camera: the color camera that it is
+/// Returns the camera with the images that belong to depth images: the color camera that it is
 /// aligned with, else the color camera that sees most of the same, else the gray camera that it is aligned
 /// with.
 int image_of_depth(const ExportContext& out, int depth);

@@ -4,11 +4,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
-
 #include "sim/export/export_context.h"
 #include "sim/recording/recording_format.h"
 

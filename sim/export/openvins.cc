@@ -9,7 +9,7 @@ namespace {
 std::string rows_text(const Eigen::Isometry3d& X) { return matrix_text(X, "    - [", "]", "\n"); }
 
 // T_imu_cam maps from the camera to the IMU, T_cn_cnm1 from the previous camera. timeshift_cam_imu: stamps of
-// the IMU minus those of the camera, whose clock may be ahead of the head camera's.
+// the IMU minus those of the camera; its clock may be ahead of the head camera's.
 std::string camera_chain(const ExportContext& out) {
   const std::vector<int> eyes = out.all(rig::Kind::gray);
   std::string text = "%YAML:1.0\n\n";

@@ -15,7 +15,7 @@ std::string intrinsics(const std::string& name, const slam::CameraIntrinsics& ca
   return text;
 }
 
-// Points count as close up to the depth z at which an error of the disparity changes it by a tenth:
+// Points count as close up to the depth z that an error of the disparity changes by a tenth:
 // z/b = f / (10 sigma). A matched corner of the gray eyes has an error of a quarter of a pixel.
 constexpr double kCloseError = 0.1, kCornerSigma_px = 0.25;
 

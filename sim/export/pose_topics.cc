@@ -51,7 +51,7 @@ void PoseTopics::add(const std::string& prefix, const MessageType& type, std::ve
   moving.true_frame = true_frame;
 }
 
-// The truth is not in /tf, where the program under test publishes the poses of base_link (REP 105).
+// The truth is not in /tf: the program under test publishes the poses of base_link there (REP 105).
 void PoseTopics::add_true_frames(const recording::Truth& truth) {
   topics_.true_tf = bag_.add_topic("/ground_truth/tf", ros::kTransforms);
   topics_.true_tf_static = bag_.add_topic("/ground_truth/tf_static", ros::kTransforms, true);

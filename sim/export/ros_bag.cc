@@ -4,10 +4,33 @@
 #include <fmt/ranges.h>
 
 #include "sim/files/csv.h"
+#include "sim/recording/image_file.h"
 #include "sim/recording/manifest.h"
 #include "sim/recording/recording_format.h"
 
 namespace sim::exports {
+namespace {
+
+// The distance of a camera to the right of the head camera; 0 unless both look in the same direction, side by
+// side, so that their images are rectified.
+double right_of_head(const rig::RigSensor& camera) {
+  const Eigen::Vector3d p = camera.X_CS.translation();
+  const bool parallel = camera.X_CS.linear().isIdentity(1e-9) && std::hypot(p.y(), p.z()) < 1e-9;
+  return camera.kind == rig::Kind::gray && parallel ? p.x() : 0;
+}
+
+std::string message(const ExportedReading& reading, const rig::RigSensor& sensor, bool as_png) {
+  const std::string frame = frame_of(sensor);
+  if (sensor.kind == rig::Kind::lidar)
+    return ros::point_cloud(reading.t, frame, reading.points, sensor.lowest_rad, sensor.highest_rad);
+  if (as_png && rig::is_camera(sensor))
+    return ros::compressed_image(reading.t, frame, recording::encode_png(reading.image));
+  if (rig::is_camera(sensor)) return ros::image(reading.t, frame, reading.image);
+  return ros::imu(reading, frame, std::pow(sensor.gyro_sigma_rad_s, 2),
+                  std::pow(sensor.accelerometer_sigma_m_s2, 2));
+}
+
+}  // namespace
 
 Topic Bag::add_topic(const std::string& name, const MessageType& type, bool latched) {
   const std::string qos = latched ? text_of("bag_latched.yaml") : "";
@@ -77,6 +100,66 @@ void export_mcap(const ExportContext& out) {
   for (const rig::Kind kind : {rig::Kind::color, rig::Kind::depth})
     for (const int camera : out.all(kind)) cameras.push_back(camera);
   out.write_readme({"mcap.md"}, cameras, extrinsics);
+}
+
+std::string frame_of(const rig::RigSensor& sensor) {
+  if (sensor.name == rig::kChestImu) return ros::kImuFrame;
+  if (!rig::is_camera(sensor)) return sensor.name + "_frame";
+  return (sensor.kind == rig::Kind::depth ? sensor.aligned_with : sensor.name) + "_optical_frame";
+}
+
+SensorTopics::SensorTopics(const ExportContext& out, Bag& bag, bool for_viewers)
+    : out_(out), bag_(bag), topics_(out.sensors.size()) {
+  using rig::Kind;
+  for (const Kind kind : {Kind::gray, Kind::color, Kind::depth, Kind::lidar, Kind::imu})
+    for (int number = 0; const int i : out.all(kind)) {
+      if (!for_viewers && kind != Kind::gray && kind != Kind::imu) continue;
+      const std::string name = !for_viewers
+                                   ? fmt::format("/{}{}", kind == Kind::imu ? "imu" : "cam", number++)
+                               : i == out.head()  ? ros::kHeadTopics
+                               : i == out.chest() ? ""
+                                                  : "/rig/" + out.sensor(i).name;
+      Topics& topics = topics_[static_cast<std::size_t>(i)];
+      topics.as_png = for_viewers && kind != Kind::depth;  // readers of compressed depth disagree on it
+      if (kind == Kind::lidar)
+        topics.readings = bag.add_topic(name + "/points", ros::kPointCloud);
+      else if (kind == Kind::imu)
+        topics.readings = bag.add_topic(name + (for_viewers ? ros::kImuTopic : ""), ros::kImu);
+      else if (topics.as_png)
+        topics.readings = bag.add_topic(name + ros::kImageTopic, ros::kCompressedImage);
+      else
+        topics.readings = bag.add_topic(name + "/image_raw", ros::kImage);
+      if (rig::is_camera(out.sensor(i)))
+        topics.info = bag.add_topic(name + ros::kInfoTopic, ros::kCameraInfo);
+      if (kind == Kind::depth) add_registered(name + "/registered", i, topics);
+    }
+}
+
+void SensorTopics::add_registered(const std::string& name, int depth, Topics& topics) {
+  topics.registered_to = image_of_depth(out_, depth);
+  const rig::RigSensor &from = out_.sensor(depth), &to = out_.sensor(topics.registered_to);
+  if (from.aligned_with == to.name) return;
+  topics.registration.emplace(from.camera, to.camera, to.X_CS.inverse() * from.X_CS);
+  topics.registered = bag_.add_topic(name + "/image_raw", ros::kImage);
+  topics.registered_info = bag_.add_topic(name + ros::kInfoTopic, ros::kCameraInfo);
+}
+
+void SensorTopics::write(const ExportedFrame& frame) {
+  for (const ExportedReading& reading : frame.readings) {
+    const Topics& topics = topics_.at(static_cast<std::size_t>(reading.sensor));
+    const rig::RigSensor& sensor = out_.sensor(reading.sensor);
+    if (topics.readings) bag_.add(topics.readings, reading.t, message(reading, sensor, topics.as_png));
+    const auto add_info = [&](Topic topic, const rig::RigSensor& camera) {
+      bag_.add(topic, reading.t,
+               ros::camera_info(reading.t, frame_of(camera), camera.camera, right_of_head(camera)));
+    };
+    if (topics.info) add_info(topics.info, sensor);
+    if (!topics.registration) continue;
+    const rig::RigSensor& to = out_.sensor(topics.registered_to);
+    bag_.add(topics.registered, reading.t,
+             ros::image(reading.t, frame_of(to), (*topics.registration)(reading.image)));
+    add_info(topics.registered_info, to);
+  }
 }
 
 }  // namespace sim::exports

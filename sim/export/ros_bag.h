@@ -1,11 +1,7 @@
 // A ROS 2 bag in parts: the file, the topics of the sensors, and those of poses, frames and the robot.
 #pragma once
 
-#include <map>
 #include <memory>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "sim/export/export_context.h"
 #include "sim/export/mcap_writer.h"
@@ -45,7 +41,7 @@ class SensorTopics {
  private:
   struct Topics {
     Topic readings, info, registered, registered_info;
-    int registered_to = 0;  ///< the camera at whose pixels depth is registered
+    int registered_to = 0;  ///< the camera with the pixels of registered depth
     std::optional<DepthRegistration> registration = {};
     bool as_png = false;
   };

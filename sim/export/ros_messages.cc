@@ -1,12 +1,8 @@
 #include "sim/export/ros_messages.h"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <set>
 #include <utility>
 
-#include "sim/export/export_context.h"
 #include "sim/recording/recording.h"
 
 namespace sim::exports {

@@ -1,15 +1,9 @@
 // ROS 2 messages in CDR with their definitions.
 #pragma once
 
-#include <Eigen/Geometry>
-#include <cstdint>
-#include <opencv2/core.hpp>
 #include <span>
-#include <string>
-#include <string_view>
-#include <vector>
 
-#include "sim/export/imu_merger.h"
+#include "sim/export/export_context.h"
 #include "sim/export/mcap_writer.h"
 #include "sim/files/trajectory_file.h"
 #include "slam/options.h"

@@ -1,5 +1,4 @@
 // The TUM RGB-D layout.
-#include <opencv2/core.hpp>
 
 #include "sim/export/export_text.h"
 #include "sim/recording/image_file.h"

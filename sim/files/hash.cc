@@ -4,9 +4,6 @@
 #include <sha2.h>
 #include <xxhash.h>
 
-#include <cerrno>
-#include <cstring>
-
 namespace sim::files {
 namespace {
 

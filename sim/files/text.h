@@ -135,6 +135,9 @@ inline std::string counted(std::size_t n, std::string_view what) {
   return std::to_string(n) + " " + std::string(what) + (n == 1 ? "" : "s");
 }
 
+/// Returns the lines of a text without their line feeds.
+std::vector<std::string> lines_of(std::string_view text);
+
 /// Returns folder/name. Throws FileError if the name is empty, absolute or has "..", or if a link on the way
 /// leaves the folder: lists in external files must not open anything else.
 std::filesystem::path contained_path(const std::filesystem::path& folder, std::string_view name);

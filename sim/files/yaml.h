@@ -39,7 +39,7 @@ struct Yaml {
 /// Throws ConfigError at the node's position. key may be empty (an error of the whole file).
 [[noreturn]] void fail(const Yaml& node, std::string_view key, std::string_view message);
 
-/// The programs that write a file. The files of others may have a byte order mark, OpenCV's directive
+/// The programs that write a file. Third-party files may have a byte order mark, OpenCV's directive
 /// %YAML:1.0, and tags and anchors, which are ignored.
 enum class YamlWriter { own, other };
 

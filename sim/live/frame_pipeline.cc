@@ -8,7 +8,7 @@
 #include "sim/camera/lidar.h"
 #include "sim/camera/shapes.h"
 #include "sim/recording/image_file.h"
-#include "sim/result/timing.h"
+#include "sim/result/result.h"
 
 namespace sim::live {
 
@@ -103,7 +103,7 @@ class FramePipeline::Sensor {
                    const camera::HeadCamera* shares = nullptr) {
     depth_ = depth_of(scenario.rig, name);
     rate_hz_ = options.rate_hz;
-    lead_ = camera::Shutter(options).lead();
+    lead_ = options.lead();
     make([this, &options, &mount, channels, shares, seed = scenario.world.seed,
           model = copy_of(models.in_room)]() mutable {
       camera_ =
@@ -158,7 +158,7 @@ class FramePipeline::Sensor {
 
 FramePipeline::FramePipeline(const scenario::Scenario& scenario, const physics::Models& models, bool beside)
     : options_(scenario.camera.value_or(camera::CameraOptions{})),
-      lead_(camera::Shutter(options_).lead()),
+      lead_(options_.lead()),
       motion_(nanoseconds(0)),
       in_flight_(beside && scenario.camera ? kInFlight : 0) {
   if (!scenario.camera) return;

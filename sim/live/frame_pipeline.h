@@ -2,17 +2,13 @@
 // sees of the walk, at its own rate.
 #pragma once
 
-#include <chrono>
 #include <condition_variable>
-#include <deque>
 #include <future>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include "sim/camera/head_camera.h"
 #include "sim/physics/world.h"

@@ -1,10 +1,6 @@
 // Conversion of planned and simulated values to those of a recording.
 #pragma once
 
-#include <Eigen/Geometry>
-#include <chrono>
-#include <vector>
-
 #include "sim/physics/world.h"
 #include "sim/recording/recording.h"
 #include "sim/scenario/scenario.h"

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
-#include <utility>
 
 #include "sim/live/frame_pipeline.h"
 #include "sim/live/recorded.h"

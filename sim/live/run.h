@@ -2,9 +2,6 @@
 // another.
 #pragma once
 
-#include <filesystem>
-#include <functional>
-
 #include "sim/physics/world.h"
 #include "sim/recording/recording.h"
 #include "sim/result/result.h"

@@ -4,10 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <deque>
-#include <opencv2/core.hpp>
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "sim/recording/recording.h"
 #include "sim/score/types.h"

@@ -1,9 +1,7 @@
 // A run before its first tick: a checked plan, the robot of its seed, and the sensors on it.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <cstdint>
-#include <vector>
 
 #include "sim/physics/world.h"
 #include "sim/recording/recording.h"

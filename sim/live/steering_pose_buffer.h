@@ -3,8 +3,6 @@
 
 #include <Eigen/Geometry>
 #include <deque>
-#include <optional>
-#include <vector>
 
 #include "sim/sensor_errors/faults.h"
 #include "slam/frame_report.h"

@@ -14,7 +14,6 @@
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/pages/pages.h"
-#include "sim/result/result_tree.h"
 #include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"

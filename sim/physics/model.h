@@ -1,12 +1,8 @@
 // Loads robot and room into one MuJoCo model, and keeps MuJoCo's warnings from being lost.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <filesystem>
 #include <memory>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "sim/rig/rig.h"
 

@@ -1,7 +1,6 @@
 // Scenario keys of the simulated world, and what is drawn per seed. sim/scenario includes no other header.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 #include <string>

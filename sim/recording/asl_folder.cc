@@ -5,7 +5,6 @@
 
 #include <algorithm>
 
-#include "sim/recording/gyro_check.h"
 #include "sim/recording/image_file.h"
 
 namespace sim::recording {
@@ -101,7 +100,7 @@ struct Reading {
   std::optional<Eigen::Vector3d> accelerometer;
 };
 
-/// The readings of an IMU whose clock is ahead. Each applies until halfway to its neighbors.
+/// The readings of an IMU with a clock that is ahead. Each applies until halfway to its neighbors.
 std::vector<Reading> readings_of(const Stamps& imu, slam::Stamp ahead) {
   using files::Quantity;
   const files::Header& header = imu.header;

@@ -1,11 +1,11 @@
-#include "sim/recording/gyro_check.h"
-
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <limits>
+
+#include "sim/recording/asl_folder.h"
 
 namespace sim::recording {
 namespace {

@@ -176,7 +176,7 @@ std::string encode_png(const cv::Mat& image) {
 }
 
 std::optional<cv::Mat> decode_png(std::string_view png, int type) {
-  constexpr std::size_t kPixels = 41;  // after the header and the begin of the pixels' chunk
+  constexpr std::size_t kPixels = 41;  // after the header and the start of the pixels' chunk
   if (png.size() < kPixels + 4 + kEnd.size() || !png.starts_with(kSignature) || png.substr(12, 4) != "IHDR" ||
       png.substr(24, 5) != png_format(type) || png.substr(37, 4) != "IDAT" || !png.ends_with(kEnd) ||
       kPixels + big_endian(png.substr(33)) + 4 + kEnd.size() != png.size())

@@ -24,8 +24,8 @@ std::optional<ImageHeader> image_header(std::string_view bytes);
 /// nothing.
 void require_image_size(const std::filesystem::path& file, std::string_view bytes, const cv::Size& size);
 
-/// Returns the header of a file after require_image_size(); only a file whose last bytes are not the end of
-/// an image is decoded, as it may be cut off. Throws FileError.
+/// Returns the header of a file after require_image_size(); a file that does not end as an image does is
+/// decoded, as it may be cut off. Throws FileError.
 ImageHeader check_image(const std::filesystem::path& file, const cv::Size& size);
 
 /// Returns the gray pixels of an image of this size as they are stored: an orientation in its metadata (EXIF)

@@ -8,6 +8,7 @@
 #include "sim/files/trajectory_file.h"
 #include "sim/rig/rig.h"
 #include "sim/score/types.h"
+#include "sim/sensor_errors/sensor_errors.h"
 #include "slam/observation.h"
 #include "slam/options.h"
 
@@ -104,7 +105,7 @@ class RecordingReader {
 /// Ground truth of a run, for the score.
 struct Truth {
   std::vector<files::TimedPose> camera, waist, waist_plan;  ///< X_WC, X_WB, X_PB at the frames
-  /// The point in C to which the positions in `camera` refer; absent if `camera` has poses.
+  /// The point in C of the positions in `camera`; absent if `camera` has poses.
   std::optional<Eigen::Vector3d> positions_of = {};
   std::vector<TrueFeet> feet;
   std::vector<score::Surface> surfaces;
@@ -114,5 +115,29 @@ struct Truth {
 
 /// Reads the truth of a recording, after the filter has finished. Throws FileError as RecordingReader does.
 Truth read_truth(const std::filesystem::path& folder);
+
+/// The observations that a live run or a replay gives the filter, bit for bit. Throws as RecordingReader and
+/// SensorErrors do.
+class FilterInput {
+ public:
+  FilterInput(const std::filesystem::path& recording, const sensor_errors::ErrorOptions& errors,
+              std::uint64_t seed)
+      : reader_(recording), errors_(errors, seed, reader_.setup().rig) {}
+
+  const RecordingSetup& setup() const { return reader_.setup(); }
+  /// Returns the next observation in the order of arrival, or nothing after the last.
+  std::optional<slam::Observation> next();
+  /// Returns next() without observations that the filter rejects because their stamps do not rise.
+  std::optional<slam::Observation> next_in_order();
+  /// Returns the progress of reading, 0 to 1.
+  double part() const { return reader_.part(); }
+
+ private:
+  RecordingReader reader_;
+  sensor_errors::SensorErrors errors_;
+  std::deque<slam::Observation> arrived_;
+  bool ended_ = false;
+  std::optional<slam::Stamp> last_;
+};
 
 }  // namespace sim::recording

@@ -71,7 +71,7 @@ slam::PlannedMotion read_plan_row(const files::CsvReader& row) {
   if (support == kSupport.end()) row.fail(19, "expected both, left or right");
   plan.support = static_cast<slam::Support>(support - kSupport.begin());
   plan.p_CF = row.vector(20);
-  constexpr std::size_t kLegs = 23;  // field; external files may have columns of their own there
+  constexpr std::size_t kLegs = 23;  // field; external files may have other columns there
   if (row.titles().size() >= kLegs + 15 && row.titles()[kLegs].starts_with("p_OC_x"))
     plan.legs = slam::LegMotion{row.pose(kLegs), row.vector(kLegs + 12)};
   return plan;

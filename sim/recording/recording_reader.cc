@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "sim/recording/filter_input.h"
 #include "sim/recording/image_file.h"
+#include "sim/recording/recording.h"
 #include "sim/recording/sensor_yaml.h"
 
 namespace sim::recording {

@@ -1,9 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <sstream>
-#include <utility>
 
 #include "sim/files/json.h"
 #include "sim/files/text.h"
@@ -331,8 +328,8 @@ std::string markdown(const Comparison& raw) {
       const bool passed = passes(line.count, comparison.allow_undecided);
       text += fmt::format("| {0} | {2}{1}{2} | {3}", code(line.name), line.verdict, passed ? "" : "**",
                           cell(line.message));
-      std::istringstream details(passed ? "" : line.details);
-      for (std::string detail; std::getline(details, detail);) text += "<br>" + code(detail);
+      for (const std::string& detail : files::lines_of(passed ? "" : line.details))
+        text += "<br>" + code(detail);
       text += " |\n";
     }
   }

@@ -1,7 +1,5 @@
 #include "sim/regression/suite.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -11,7 +9,6 @@
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/result/limits.h"
-#include "sim/result/result_tree.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/value.h"
 #include "sim/score/metrics.h"

@@ -2,15 +2,8 @@
 // scenarios: read from result folders, or from a baseline.
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
-#include <map>
-#include <string>
-#include <vector>
-
 #include "sim/result/score_file.h"
 #include "sim/scenario/scenario.h"
-#include "sim/scenario/yaml.h"
 
 namespace sim::regression {
 

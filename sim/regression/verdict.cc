@@ -5,9 +5,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
-#include <utility>
 
 #include "sim/files/text.h"
 #include "sim/result/limits.h"

@@ -2,21 +2,18 @@
 // a table for the terminal, and as JUnit XML, Markdown, JSON and GitHub annotations.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <optional>
-#include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include "sim/regression/suite.h"
 
 namespace sim::regression {
 
-/// Returns the factor by which the ratio of a metric to its expected value (score::Direction) may grow or
-/// shrink: 1 + the larger of `percent` and of `absolute` in percent of the expected value; nullopt for other
-/// metrics.
+/// Returns the largest growth or shrinkage factor of the ratio of a metric to its expected value
+/// (score::Direction): 1 + the larger of `percent` and of `absolute` in percent of the expected value;
+/// nullopt for other metrics.
 std::optional<double> tolerated_factor(const Gate& gate);
 
 inline constexpr std::size_t kSeedsForTest = 8;  ///< of the signed rank test
@@ -77,7 +74,7 @@ std::vector<std::string> config_differences(const std::map<std::string, std::str
                                             const std::map<std::string, std::string>& now);
 
 /// Returns verdicts on each gate by the metric's loss (score::loss) on the seeds in common, without limits.
-/// If there are none, every gate is added, or missing if nothing was run.
+/// Without any, every gate is added, or missing if nothing was run.
 ScenarioVerdict compare(const ScenarioResults& baseline, const ScenarioResults& now,
                         const std::vector<Gate>& gates);
 

@@ -57,7 +57,7 @@ struct ExternalRun {
   std::optional<std::string> failed = {};               ///< why the trajectory is missing
 };
 
-/// Writes a complete result folder from poses within 2 ms of frames, whose stamps start at 0 s (as in the
+/// Writes a complete result folder from poses within 2 ms of frames with stamps from 0 s on (as in the
 /// run), at 1e9 s (as in its exports) or, in KITTI format, at the first image. An unusable trajectory is a
 /// failure of the program; throws FileError as replay().
 result::Outcome score_external(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,

@@ -4,8 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
-#include <map>
 
 #include "sim/files/atomic_file.h"
 #include "sim/files/text.h"
@@ -309,6 +307,23 @@ ordered_json to_json(const Summary& summary) {
 
 void write_summary(const fs::path& file, const Summary& summary) {
   files::write_atomically(file, to_json(summary).dump(2) + "\n");
+}
+
+std::optional<fs::path> renew_summary(const fs::path& result) {
+  const fs::path root = fs::absolute(result).lexically_normal().parent_path(), file = root / "summary.json";
+  if (!seed_of(result) || !fs::is_regular_file(file) || !files::has_marker(root)) return std::nullopt;
+  if (!files::FileLock::acquire_folder(root)) return std::nullopt;
+  const Provenance own = provenance_of(result);
+  std::vector<SeedScore> scores;
+  for (const std::uint64_t seed : seeds_in(root)) try {
+      const fs::path folder = root / ("seed-" + std::to_string(seed));
+      if (provenance_of(folder) != own) return files::set_aside(root, {"summary.json"});
+      scores.push_back(read_result(folder));
+    } catch (const std::exception&) {  // incomplete
+      return files::set_aside(root, {"summary.json"});
+    }
+  write_summary(file, summarize(scenario::read_scenario(result / "scenario.yaml").scenario, scores));
+  return std::nullopt;
 }
 
 std::string summary_table(const Summary& summary, const TableStyle& style) {

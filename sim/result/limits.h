@@ -2,12 +2,7 @@
 // the tables of both on the terminal.
 #pragma once
 
-#include <filesystem>
-#include <functional>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "sim/result/score_file.h"
 #include "sim/scenario/scenario.h"
@@ -88,6 +83,11 @@ int exit_code(const Summary& summary);
 nlohmann::ordered_json to_json(const Summary& summary);
 /// Writes summary.json completely or not at all. Throws FileError.
 void write_summary(const std::filesystem::path& file, const Summary& summary);
+
+/// Makes the summary.json beside a new result seed-<n> that of all seeds, if there is one and no other
+/// process writes it. If these seeds are of different provenance, sets it aside and returns the folder with
+/// it.
+std::optional<std::filesystem::path> renew_summary(const std::filesystem::path& result);
 
 /// Returns a table for the terminal: seeds, headline metrics and those with limits (or all), and limits.
 std::string summary_table(const Summary& summary, const TableStyle& style = {});

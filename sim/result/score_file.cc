@@ -4,8 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <tuple>
 
+#include "sim/files/atomic_file.h"
+#include "sim/files/hash.h"
 #include "sim/files/text.h"
+#include "sim/scenario/keys.h"
 
 namespace sim::result {
 namespace {
@@ -54,6 +58,27 @@ std::string last_lines(std::string log) {
   for (std::size_t lines = 0; lines < kMostLines && begin != log.npos && begin > 0; ++lines)
     begin = log.rfind('\n', begin - 1);
   return files::sanitize(log.substr(begin == log.npos ? 0 : log[begin] == '\n' ? begin + 1 : begin));
+}
+
+bool may_contain_results(const fs::directory_entry& entry) {
+  const std::string name = entry.path().filename();
+  return entry.is_directory() && !entry.is_symlink() && !name.starts_with(".") &&
+         !name.starts_with("earlier-") && name != "export" && name != "recording";
+}
+
+void add_results(const fs::path& folder, Nested nested, std::vector<fs::path>& found) {
+  if (is_result(folder)) {
+    found.push_back(folder);
+    if (nested == Nested::skip) return;
+  }
+  std::vector<fs::path> below;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (may_contain_results(entry)) below.push_back(entry.path());
+  std::ranges::sort(below, {}, [](const fs::path& path) {
+    const auto seed = seed_of(path);
+    return std::tuple(!seed, seed.value_or(0), path);
+  });
+  for (const fs::path& next : below) add_results(next, nested, found);
 }
 
 }  // namespace
@@ -122,6 +147,50 @@ About read_about_of_walk(const std::filesystem::path& file) {
   const files::Json json = files::read_json(file);
   json.at("walk_ending").text();
   return about_of(json);
+}
+
+bool is_result(const fs::path& folder) {
+  std::error_code none;
+  return fs::exists(folder / "score.json", none);
+}
+
+std::optional<std::uint64_t> seed_of(const fs::path& result) {
+  const std::string name = result.filename();
+  if (!name.starts_with("seed-")) return std::nullopt;
+  const auto seed = files::parse_number<std::uint64_t>(std::string_view(name).substr(5));
+  return seed && name == "seed-" + std::to_string(*seed) ? seed : std::nullopt;
+}
+
+std::vector<fs::path> find_results(const fs::path& folder, Nested nested) {
+  std::vector<fs::path> found;
+  add_results(folder, nested, found);
+  return found;
+}
+
+std::vector<std::uint64_t> seeds_in(const fs::path& folder) {
+  std::vector<std::uint64_t> seeds;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(folder, none))
+    if (const auto seed = seed_of(entry.path()); seed && is_result(entry.path())) seeds.push_back(*seed);
+  std::ranges::sort(seeds);
+  return seeds;
+}
+
+Provenance provenance_of(scenario::Scenario scenario, const std::string& revision,
+                         const std::string& models) {
+  scenario.seed = 0;
+  const std::string files = estimators::estimator_files_identity(scenario.estimator);
+  files::Hash hash;
+  hash.add(files);
+  return {scenario::to_yaml(scenario), revision, models, files.empty() ? "" : hash.hex()};
+}
+
+Provenance provenance_of(const fs::path& result) {
+  const About about = read_about(result / "about.json");
+  Provenance all =
+      provenance_of(scenario::read_scenario(result / "scenario.yaml").scenario, about.revision, about.models);
+  all.estimator_files = about.estimator_files;
+  return all;
 }
 
 }  // namespace sim::result

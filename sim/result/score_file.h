@@ -4,14 +4,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <map>
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "sim/files/json.h"
-#include "sim/scenario/ending.h"
 #include "sim/scenario/options.h"
+#include "sim/scenario/scenario.h"
 
 namespace sim::result {
 
@@ -94,5 +91,35 @@ About read_about(const std::filesystem::path& file);
 
 /// Reads the about.json of a result to be replayed. Throws FileError also if the walk's ending is missing.
 About read_about_of_walk(const std::filesystem::path& file);
+
+/// Returns whether the folder is a result: it has a score.json.
+bool is_result(const std::filesystem::path& folder);
+
+/// Returns the seed in the name of a result, seed-<n> as the program writes it (not seed-07).
+std::optional<std::uint64_t> seed_of(const std::filesystem::path& result);
+
+/// Treatment of results inside results, such as replays.
+enum class Nested { skip, include };
+
+/// Returns the results in a folder at any depth, or the folder itself, in the order of names and seeds. Skips
+/// recordings, exports, hidden folders, symbolic links, and earlier-<n>, which replaced results were moved
+/// to.
+std::vector<std::filesystem::path> find_results(const std::filesystem::path& folder,
+                                                Nested nested = Nested::skip);
+
+/// Returns the seeds of the results seed-<n> in a folder, in order.
+std::vector<std::uint64_t> seeds_in(const std::filesystem::path& folder);
+
+/// All inputs of a result besides its seed and the recording of a replay.
+struct Provenance {
+  std::string scenario;         ///< its YAML with seed 0
+  std::string revision;         ///< of the program
+  std::string models;           ///< their hash
+  std::string estimator_files;  ///< their hash; empty of a built-in estimator
+  bool operator==(const Provenance&) const = default;
+};
+Provenance provenance_of(scenario::Scenario scenario, const std::string& revision, const std::string& models);
+/// Throws FileError, ConfigError if the result is incomplete.
+Provenance provenance_of(const std::filesystem::path& result);
 
 }  // namespace sim::result

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <chrono>
 
 #include "sim/result/result.h"
 #include "slam/camera.h"
@@ -133,12 +132,6 @@ score::DesiredPath desired_path(const walking::WalkOptions& walk, const recordin
 score::Stamp plan_end(const walking::WalkOptions& walk) {
   const walking::Timeline timeline(walk, {}, Eigen::Vector2d::Zero());
   return static_cast<std::int64_t>(timeline.ticks()) * walking::kTick;
-}
-
-slam::Stamp exposure(const scenario::Scenario& scenario) {
-  if (!scenario.camera) return slam::Stamp(0);
-  const double after_ms = 1e3 * (scenario.camera->exposure_s + scenario.camera->readout_s) / 2;
-  return std::chrono::milliseconds(std::llround(std::ceil(after_ms - 1e-9)));  // as camera::Shutter::lead()
 }
 
 std::vector<files::TimedPose> planned_camera(const RunRecord& record) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <string_view>
 
 #include "sim/files/csv.h"
 #include "sim/files/text.h"

@@ -194,8 +194,8 @@ std::optional<Problem> problem(const std::vector<Item>& items) {
     const auto* depth = std::get_if<DepthCamera>(&items[i]);
     if (!depth) continue;
     if (std::ranges::find(cameras, depth->aligned_with) == cameras.end())
-      return Problem{i, fmt::format("aligned_with '{}' is no camera, expected one of {}", depth->aligned_with,
-                                    fmt::join(cameras, ", "))};
+      return Problem{i, fmt::format("aligned_with '{}' is not a camera, expected one of {}",
+                                    depth->aligned_with, fmt::join(cameras, ", "))};
     if (!with_depth.insert(depth->aligned_with).second)
       return Problem{i, fmt::format("camera '{}' has another depth camera already", depth->aligned_with)};
   }

@@ -2,13 +2,7 @@
 // sensors, and the calibrated sensors, as recordings, estimators, exports and pages know them.
 #pragma once
 
-#include <Eigen/Geometry>
-#include <array>
-#include <optional>
 #include <string>
-#include <string_view>
-#include <variant>
-#include <vector>
 
 #include "slam/options.h"
 
@@ -128,7 +122,7 @@ struct DepthCamera {
 
   static void keys(auto&& key) {
     value<&DepthCamera::name>(key, "name of the sensor and of its folder in the recording");
-    value<&DepthCamera::aligned_with>(key, "the camera whose pixels, place and stamps it shares");
+    value<&DepthCamera::aligned_with>(key, "the camera that has the same pixels, place and stamps");
     number<&DepthCamera::nearest_m>(key, 0.05, 60, "nearer surfaces give no depth");
     number<&DepthCamera::furthest_m>(key, 0.05, 60, "surfaces further away give no depth");
     number<&DepthCamera::baseline_m>(

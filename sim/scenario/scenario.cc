@@ -31,7 +31,7 @@ std::optional<walking::Timeline> planned(const ReadScenario& read) {
 std::optional<std::string> never_happens(double from_s, double duration_s, double end_s) {
   if (duration_s == 0) return "never happens: its duration_s is 0";
   if (from_s >= end_s)
-    return fmt::format("never happens: it begins at {} s, the walk ends at {:.1f} s", from_s, end_s);
+    return fmt::format("never happens: it starts at {} s, the walk ends at {:.1f} s", from_s, end_s);
   return std::nullopt;
 }
 

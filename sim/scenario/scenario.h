@@ -4,7 +4,7 @@
 #include <map>
 
 #include "sim/scenario/options.h"
-#include "sim/scenario/yaml.h"
+#include "sim/scenario/value.h"
 
 namespace sim::scenario {
 

@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <cctype>
-#include <iterator>
 #include <limits>
 #include <numbers>
-#include <sstream>
 
 #include "sim/estimators/estimator.h"
 #include "sim/files/text.h"
@@ -116,9 +114,7 @@ bool is_built_in(std::string_view name) { return std::ranges::count(named().choi
 
 /// Returns the name of the program's or command's file, or unlike a built-in name.
 std::string standard_name(const EstimatorChoice& choice) {
-  std::istringstream command(choice.words.front());
-  const std::vector<std::string> words(std::istream_iterator<std::string>(command), {});
-  std::string name = estimators::program_name(choice.source == Source::command ? words : choice.words);
+  std::string name = estimators::program_name(command_words(choice));
   for (char& c : name)
     if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '_' && c != '-') c = '_';
   if (name.empty()) name = "estimator";

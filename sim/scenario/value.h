@@ -6,9 +6,15 @@
 #include <Eigen/Core>
 
 #include "sim/estimators/estimator_choice.h"
-#include "sim/scenario/yaml.h"
+#include "sim/files/yaml.h"
 
 namespace sim::scenario {
+
+// The YAML reader under its names in scenarios.
+using files::ConfigError, files::Origin, files::Yaml, files::MapReaders;
+using files::did_you_mean, files::fail, files::parse_seeds, files::parse_yaml, files::parse_yaml_file,
+    files::quote_if_needed, files::read_map, files::read_path, files::read_seeds, files::read_texts,
+    files::require_map, files::yaml_text;
 
 /// Valid values: a number within [lowest, highest], or one of the choices.
 struct Domain {

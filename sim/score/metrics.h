@@ -3,10 +3,7 @@
 
 #include <functional>
 #include <map>
-#include <optional>
-#include <string>
 #include <string_view>
-#include <vector>
 
 #include "sim/score/statistics.h"
 

@@ -2,14 +2,9 @@
 // metrics need of them: the drift of the walk by its feet, and the landmarks against the true room.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <array>
 #include <functional>
-#include <optional>
-#include <string>
 #include <string_view>
-#include <utility>
-#include <vector>
 
 #include "sim/score/statistics.h"
 #include "sim/score/trajectory.h"

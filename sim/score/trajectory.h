@@ -2,13 +2,7 @@
 // the truth, relative pose errors, and errors normalized by their covariance.
 #pragma once
 
-#include <Eigen/Geometry>
-#include <chrono>
-#include <cstddef>
 #include <numbers>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "sim/files/trajectory_file.h"
 #include "sim/score/statistics.h"

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <variant>
-#include <vector>
 
 #include "slam/observation.h"
 

@@ -1,9 +1,8 @@
-#include "sim/sensor_errors/image_errors.h"
-
 #include <algorithm>
 #include <utility>
 
 #include "sim/sensor_errors/random.h"
+#include "sim/sensor_errors/sensor_errors.h"
 
 namespace sim::sensor_errors {
 namespace {

@@ -175,6 +175,14 @@ Eigen::Vector3d measured(InertialErrors& errors, const slam::RigReading& reading
 
 }  // namespace
 
+void state_errors(const ErrorOptions& errors, rig::RigSensor& chest_imu) {
+  chest_imu.time_offset_s = errors.motion_time_offset_s;
+  chest_imu.gyro_sigma_rad_s = errors.gyro.sigma;
+  chest_imu.gyro_bias_walk_rad_s2 = errors.gyro.bias_walk_sigma;
+  chest_imu.accelerometer_sigma_m_s2 = errors.accelerometer.sigma;
+  chest_imu.accelerometer_bias_walk_m_s3 = errors.accelerometer.bias_walk_sigma;
+}
+
 InertialErrors::InertialErrors(std::string sensor, const InertialErrorSizes& sizes, std::uint64_t seed,
                                std::vector<Spike> spikes, std::vector<Span> silences)
     : sensor_(std::move(sensor)),

@@ -1,12 +1,64 @@
 // Readings of ideal sensors become the filter's input, with errors and faults from named random streams.
 #pragma once
 
+#include <cstdint>
 #include <deque>
 
 #include "sim/rig/rig.h"
-#include "sim/sensor_errors/image_errors.h"
+#include "sim/sensor_errors/faults.h"
 
 namespace sim::sensor_errors {
+
+/// The scenario's keys errors.image.*. SensorErrors applies loss and latency; fixed-point noise sets ranges.
+struct ImageOptions {
+  double read_sigma_gray = 1.0, shot_sigma_gray = 1.0;
+  double gain = 1.0;
+  double vignetting_fraction = 0.0;
+  double loss_fraction = 0.0;
+  double latency_s = 0;
+
+  static void keys(auto&& key) {
+    number<&ImageOptions::read_sigma_gray>(key, 0, 100,
+                                           "noise of a black pixel before the gain, in gray levels of 255");
+    number<&ImageOptions::shot_sigma_gray>(
+        key, 0, 50,
+        "photon noise of a white pixel before the gain, in gray levels of 255; its square is proportional to "
+        "the light");
+    number<&ImageOptions::gain>(key, 0, 16, "gain of the camera, applied after the noise");
+    number<&ImageOptions::vignetting_fraction>(
+        key, 0, 1,
+        "part of the light that is missing in the corners; it grows with the squared distance from "
+        "the center");
+    number<&ImageOptions::loss_fraction>(key, 0, 1, "fraction of the frames that lose their image");
+    number<&ImageOptions::latency_s>(
+        key, 0, 10, "least age of the picture that a frame brings; it brings the newest one that old");
+  }
+};
+
+/// Image = gain (light + noise) with noise² = read² + shot² light / 255, drawn by seed, stream and stamp.
+class ImageErrors {
+ public:
+  ImageErrors(const ImageOptions& sizes, std::uint64_t seed, const std::vector<Fault>& faults,
+              std::string stream = "image noise");
+
+  /// Returns a new image; `ideal` is CV_8UC1.
+  cv::Mat apply(const cv::Mat& ideal, slam::Stamp t);
+
+ private:
+  cv::Mat covered(const cv::Mat& image, double fraction) const;
+
+  /// Pixel of an amount of light (1/16 gray): its mean in 2^-20 gray and its noise in 1/256 gray.
+  struct Response {
+    int mean = 0, sigma = 0;
+  };
+  ImageOptions sizes_;
+  std::uint64_t seed_;
+  std::string stream_;
+  std::vector<FramesDimmed> dimmed_;
+  std::vector<FramesCovered> covers_;
+  std::array<Response, 4096> responses_;
+  cv::Mat vignette_;  // CV_32SC1, in 1/4096; made for the first image
+};
 
 /// The errors of one inertial sensor, per axis, in its own unit (rad/s or m/s²).
 struct InertialErrorSizes {
@@ -16,7 +68,7 @@ struct InertialErrorSizes {
   double range = 0;            ///< readings beyond ±range are ±range; 0: none are
   double resolution = 0;       ///< readings are whole multiples of it; 0: they are not rounded
 
-  /// Its keys, whose names end in the unit of a reading, that of the walk in the reading's unit per s.
+  /// Its keys; their names end in the unit of a reading, that of the walk in the reading's unit per s.
   static void keys(auto&& key, const std::string& sensor, const std::string& unit, const char* unit_per_s) {
     const auto add = [&](const std::string& name, double InertialErrorSizes::*size, const std::string& doc) {
       key.number(name, size, 0, 1e3, doc.c_str());
@@ -94,6 +146,9 @@ struct ErrorOptions {
   }
 };
 
+/// Sets what a data sheet and a calibration of the chest IMU state: noise, and the offset of the clock.
+void state_errors(const ErrorOptions& errors, rig::RigSensor& chest_imu);
+
 /// Faults of the planned motion, applied to one observation after another.
 class PlanErrors {
  public:
@@ -158,8 +213,8 @@ class RigErrors {
 };
 
 /// The pixels of a depth image (CV_16UC1, mm, 0: none) within `reach` pixels of an occlusion edge, as
-/// non-zero values of CV_8UC1. An edge is between two neighbors in a row or a column whose inverse depths
-/// differ by more than 2 % and by more than three times the larger difference to their next neighbors on
+/// non-zero values of CV_8UC1. An edge is between two neighbors in a row or a column with inverse depths
+/// that differ by more than 2 % and by more than three times the larger difference to their next neighbors on
 /// either side: on a plane of any slant inverse depth is linear in the pixel, so that these are equal.
 cv::Mat1b beside_edges(const cv::Mat1w& depth_mm, int reach);
 

@@ -41,15 +41,6 @@ void merge_until(slam::Stamp until, slam::Stamp since, auto& missed, auto& given
   missed.erase(missed.begin(), later);
 }
 
-/// Sets what a data sheet and a calibration state: noise, and the offset of the clock.
-void add_errors(const sensor_errors::ErrorOptions& errors, rig::RigSensor& chest_imu) {
-  chest_imu.time_offset_s = errors.motion_time_offset_s;
-  chest_imu.gyro_sigma_rad_s = errors.gyro.sigma;
-  chest_imu.gyro_bias_walk_rad_s2 = errors.gyro.bias_walk_sigma;
-  chest_imu.accelerometer_sigma_m_s2 = errors.accelerometer.sigma;
-  chest_imu.accelerometer_bias_walk_m_s3 = errors.accelerometer.bias_walk_sigma;
-}
-
 }  // namespace
 
 std::optional<scenario::Ended> Tracked::failure() const {
@@ -92,7 +83,7 @@ Tracking::Tracking(const scenario::Scenario& scenario, const slam::Calibration& 
   estimators::Start start{calibration, X_WC_start, scenario.seed, *scenario.slam, camera_rate_hz};
   start.rig = rig, start.joints = joints;
   if (scenario.camera) start.camera_readout_s = scenario.camera->readout_s;
-  add_errors(scenario.errors, start.chest_imu);
+  sensor_errors::state_errors(scenario.errors, start.chest_imu);
   if (auto* lens = std::get_if<slam::OneParameterRadial>(&start.calibration.camera.lens))
     lens->k1_px2 *= 1 + scenario.errors.calibration_distortion_fraction;
   if (scenario.slam->plan_velocity.enabled && scenario.estimator != kOdometry) odometry_input_.start = start;

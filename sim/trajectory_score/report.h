@@ -3,8 +3,6 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
-#include <string>
 
 #include "sim/score/trajectory.h"
 

@@ -1,13 +1,10 @@
-#include "sim/trials/spec.h"
-
-#include <fmt/format.h>
 
 #include <array>
 #include <cmath>
 
 #include "sim/scenario/keys.h"
 #include "sim/scenario/value.h"
-#include "sim/scenario/yaml.h"
+#include "sim/trials/tuning.h"
 
 namespace sim::trials {
 namespace {

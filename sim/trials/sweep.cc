@@ -1,14 +1,11 @@
 #include "sim/trials/sweep.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
 
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
@@ -117,9 +114,9 @@ std::vector<Axis> axes_of(const std::vector<Tried>& parameters, int samples) {
 
 /// Joins the lines of a printed list.
 std::string on_one_line(const std::string& text) {
-  std::istringstream lines(text);
   std::string all;
-  for (std::string line; std::getline(lines >> std::ws, line);) all += line;
+  for (const std::string& line : files::lines_of(text))
+    all += line.substr(std::min(line.size(), line.find_first_not_of(' ')));
   return all;
 }
 

@@ -2,16 +2,11 @@
 // scores.
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
 #include <functional>
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "sim/result/job_log.h"
 #include "sim/scenario/scenario.h"
-#include "sim/scenario/yaml.h"
 
 namespace sim::trials {
 

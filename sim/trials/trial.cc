@@ -1,9 +1,6 @@
 #include "sim/trials/trial.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Cholesky>
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 

@@ -2,17 +2,12 @@
 // for other processes, and their records.
 #pragma once
 
-#include <filesystem>
-#include <functional>
 #include <memory>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "sim/recording/recording.h"
 #include "sim/result/job_log.h"
 #include "sim/result/result.h"
-#include "sim/scenario/ending.h"
+#include "sim/scenario/options.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/metrics.h"
 #include "sim/score/run.h"

@@ -6,7 +6,6 @@
 #include <array>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "sim/files/atomic_file.h"
 #include "sim/files/json.h"

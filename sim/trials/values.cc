@@ -1,7 +1,5 @@
 #include "sim/trials/values.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>

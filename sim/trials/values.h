@@ -3,13 +3,11 @@
 
 #include <Eigen/Core>
 #include <cstddef>
-#include <cstdint>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "sim/scenario/scenario.h"
-#include "sim/scenario/yaml.h"
 #include "sim/sensor_errors/random.h"
 
 namespace sim::trials {

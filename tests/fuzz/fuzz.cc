@@ -11,9 +11,8 @@
 #include "sim/recording/image_file.h"
 #include "sim/regression/suite.h"
 #include "sim/scenario/scenario.h"
-#include "sim/scenario/yaml.h"
-#include "sim/trials/spec.h"
 #include "sim/trials/sweep.h"
+#include "sim/trials/tuning.h"
 #include "sim/view/live_view.h"
 
 namespace {

@@ -62,7 +62,7 @@ TEST_F(Exchange, TheScoresOfARunAreThoseThatNumpyFindsInItsFiles) {
 TEST_F(Exchange, AFolderWithoutTruthIsNotScoredAndOneWithoutAPlanUpToScale) {
   expect_refused(
       {{"replay e --out late 'errors.faults=[{frames_lost: {from_s: 300}}]'",
-        "<argument>:1:1: errors.faults: frames_lost: never happens: it begins at 300 s, the walk ends at"}});
+        "<argument>:1:1: errors.faults: frames_lost: never happens: it starts at 300 s, the walk ends at"}});
   shell("mv e/mav0/state_groundtruth_estimate0 truth");
   ok("replay e --out blind");
   EXPECT_EQ(reason("blind", "rmse_m"), "the run has no true pose");

@@ -58,7 +58,7 @@ RULES = {
 }
 # Headers that the run and the writer of recordings include and that shape no recording.
 SHAPE_NOTHING = {'sim/result/result.h', 'sim/scenario/scenario.h', 'sim/files/atomic_file.h', 'sim/files/text.h',
-                 'sim/result/limits.h', 'sim/result/timing.h', 'sim/tracking/tracking.h',
+                 'sim/result/limits.h', 'sim/tracking/tracking.h',
                  'sim/sensor_errors/faults.h'}  # its keys are in the cache's key
 
 

@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "sim/recording/recording.h"
-#include "sim/result/timing.h"
+#include "sim/result/result.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/statistics.h"
 #include "slam/filter.h"

@@ -6,7 +6,7 @@
 #include "sim/camera/head_camera.h"
 #include "sim/live/setup.h"
 #include "sim/physics/walking_robot.h"
-#include "sim/result/timing.h"
+#include "sim/result/result.h"
 
 namespace {
 

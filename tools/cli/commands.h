@@ -15,7 +15,7 @@ AddCommand add_run, add_record, add_replay, add_evaluate, add_export, add_view_c
     add_regress, add_compare, add_leaderboard, add_baseline, add_sweep, add_trials, add_element, add_tune,
     add_check, add_report, add_reproduce, add_cache, add_config;
 
-/// All subcommands: of the runner, which is built first (runner_commands.cc), or of the whole program.
+/// All subcommands: of the runner, which is built first (runner.cc), or of the whole program.
 std::vector<AddCommand*> commands();
 
 }  // namespace cli

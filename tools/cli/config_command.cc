@@ -1,5 +1,4 @@
 #include <iostream>
-#include <sstream>
 
 #include "sim/files/text.h"
 #include "sim/regression/suite.h"
@@ -47,8 +46,7 @@ void print_values(const scenario::ReadScenario& read) {
       continue;
     }
     print_row(key.name, "", "", "", origin(key.name));  // a list is printed below, one item to a line
-    std::istringstream lines(value);
-    for (std::string line; std::getline(lines, line);)
+    for (const std::string& line : files::lines_of(value))
       if (line != "[") std::cout << line << '\n';
   }
   for (const scenario::MetricLimit& limit : read.scenario.limits.metrics) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <boost/algorithm/string/replace.hpp>
 #include <iostream>
-#include <map>
 #include <variant>
 
 #include "sim/estimators/child_program.h"
@@ -11,7 +10,7 @@
 #include "sim/files/text.h"
 #include "sim/replay/replay.h"
 #include "sim/result/limits.h"
-#include "sim/result/result_tree.h"
+#include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"

@@ -2,13 +2,11 @@
 #include <signal.h>
 #include <sys/wait.h>
 
-#include <cstdio>
 #include <iostream>
-#include <opencv2/core.hpp>
 
 #include "sim/export/export.h"
 #include "sim/files/atomic_file.h"
-#include "sim/recording/filter_input.h"
+#include "sim/recording/recording.h"
 #include "sim/tracking/tracking.h"
 #include "sim/view/session.h"
 #include "tools/cli/commands.h"

@@ -3,16 +3,14 @@
 
 #include <CLI/CLI.hpp>
 #include <Eigen/Core>
-#include <algorithm>
 #include <csignal>
 #include <iostream>
 #include <new>
 #include <opencv2/core/utility.hpp>
-#include <sstream>
 #include <system_error>
 
 #include "sim/files/text.h"
-#include "sim/scenario/yaml.h"
+#include "sim/scenario/scenario.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/shared/terminal.h"
 #include "tools/cli/shared/version.h"
@@ -39,9 +37,8 @@ a device failed.)";
 struct Formatter : CLI::Formatter {
   std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
     constexpr std::size_t kWidth = 100, kColumn = 30;
-    std::istringstream help(CLI::Formatter::make_help(app, name, mode));
     std::string text, rest;  // rest: of a line of prose
-    for (std::string line; std::getline(help, line);) {
+    for (std::string line : sim::files::lines_of(CLI::Formatter::make_help(app, name, mode))) {
       const bool prose = !line.empty() && line[0] != ' ', command = line.starts_with("  gaitslam ");
       if (!rest.empty()) {
         if (prose && !line.starts_with("Exit codes") && !line.starts_with("Usage:"))

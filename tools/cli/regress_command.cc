@@ -8,14 +8,13 @@
 #include <fstream>
 #include <iostream>
 #include <set>
-#include <string_view>
 
 #include "sim/files/atomic_file.h"
 #include "sim/files/text.h"
 #include "sim/regression/suite.h"
 #include "sim/regression/verdict.h"
 #include "sim/result/result.h"
-#include "sim/result/result_tree.h"
+#include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
 #include "tools/cli/commands.h"

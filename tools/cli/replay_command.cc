@@ -7,7 +7,6 @@
 #include "sim/replay/replay.h"
 #include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"
-#include "sim/scenario/yaml.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/shared/options.h"

@@ -5,7 +5,7 @@
 
 #include "sim/files/atomic_file.h"
 #include "sim/pages/pages.h"
-#include "sim/result/result_tree.h"
+#include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
 #include "sim/view/site.h"

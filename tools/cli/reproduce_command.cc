@@ -5,7 +5,7 @@
 
 #include "sim/files/atomic_file.h"
 #include "sim/pages/pages.h"
-#include "sim/result/result_tree.h"
+#include "sim/result/score_file.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/results.h"
 #include "tools/cli/shared/live.h"

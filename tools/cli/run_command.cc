@@ -3,12 +3,11 @@
 
 #include <algorithm>
 #include <iostream>
-#include <nlohmann/json.hpp>
 
 #include "sim/files/text.h"
 #include "sim/replay/replay.h"
 #include "sim/result/limits.h"
-#include "sim/result/result_tree.h"
+#include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"

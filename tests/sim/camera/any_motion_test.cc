@@ -41,7 +41,7 @@ class Played {
  public:
   Played(double down_deg, double exposure_s)
       : down_rad_(down_deg * std::numbers::pi / 180),
-        shutter_(options(exposure_s)),
+        lead_(options(exposure_s).lead()),
         camera_(physics::load_model("hrp2", "office", physics::models()), options(exposure_s)),
         data_(mj_makeData(&camera_.model())) {
     mj_kinematics(&camera_.model(), data_.get());
@@ -58,7 +58,7 @@ class Played {
   slam::Observation observe(milliseconds t) {
     slam::Observation observation;
     observation.t = t;
-    for (milliseconds at = t - shutter_.lead(); at <= t + shutter_.lead(); ++at) {
+    for (milliseconds at = t - lead_; at <= t + lead_; ++at) {
       const Isometry3d X_WB = X_WC(at) * X_CB_;
       const Eigen::Quaterniond q(X_WB.linear());
       Eigen::Map<Vector3d>(data_->qpos) = X_WB.translation();
@@ -97,7 +97,7 @@ class Played {
   }
 
   double down_rad_;
-  Shutter shutter_;
+  milliseconds lead_;
   HeadCamera camera_;
   physics::Data data_;
   Isometry3d X_CB_;

@@ -7,7 +7,6 @@
 #include <numbers>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
-#include <string>
 
 #include "sim/camera/lens.h"
 #include "sim/rig/rig.h"
@@ -112,7 +111,7 @@ TEST(HeadCamera, InTheDarkRowsKeepTheGivenShareOfTheirLightAtTheirTime) {
         head_in(
             "<geom type='plane' size='20 20 50' pos='3 0 0' xyaxes='0 -1 0 0 0 1' rgba='0.8 0.8 0.8 1'/>"),
         options);
-    RecentMotion motion(Shutter(options).lead());
+    RecentMotion motion(options.lead());
     motion.add(std::chrono::seconds(0), camera.model(), *data_at_rest(camera.model()));
     return cv::mean(
         camera.image(camera.expose(motion, std::chrono::milliseconds(ms), {2, 1, 0.25})).row(row))[0];
@@ -187,11 +186,11 @@ CameraOptions camera(double exposure_s, double readout_s, int subframes) {
 TEST(Shutter, ThatTakesNoTimeIsOnePictureAtTheStamp) {
   const Shutter shutter(camera(0, 0, 8));
   EXPECT_EQ(shutter.moments(), std::vector<double>{0});
-  EXPECT_EQ(shutter.lead().count(), 0);
+  EXPECT_EQ(camera(0, 0, 8).lead().count(), 0);
   const cv::Mat1b picture(240, 320, uchar(77));
   EXPECT_EQ(shutter.expose({picture}).data, picture.data);
-  EXPECT_EQ(Shutter(camera(0.01, 0.016, 9)).lead().count(), 13);  // of others: when they have closed
-  EXPECT_EQ(Shutter(camera(0.005, 0, 9)).lead().count(), 3);
+  EXPECT_EQ(camera(0.01, 0.016, 9).lead().count(), 13);  // other shutters: when they have closed
+  EXPECT_EQ(camera(0.005, 0, 9).lead().count(), 3);
 }
 
 // Pictures that brighten evenly from 0 to 200: a row is as bright as the light at its own moment.
@@ -294,7 +293,7 @@ Compared compare(const std::string& room, const CameraOptions& options, const ri
   return all;
 }
 
-// Faces of a box meet in creases, where a pixel's neighbors are on one surface but not on one plane.
+// Faces of a box meet in creases: a pixel's neighbors there are on one surface but not on one plane.
 void expect_exact(const Compared& all) {
   EXPECT_GE(all.exact, 10000);
   EXPECT_LT(all.off, 0.005 * all.exact);

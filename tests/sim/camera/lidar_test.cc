@@ -5,8 +5,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <optional>
-#include <string>
 
 #include "sim/camera/shapes.h"
 #include "sim/score/types.h"

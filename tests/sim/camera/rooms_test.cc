@@ -1,11 +1,8 @@
 #include <fmt/format.h>
-#include <gtest/gtest.h>
-#include <mujoco/mujoco.h>
 
 #include <algorithm>
 #include <bit>
 #include <cstdlib>
-#include <fstream>
 #include <opencv2/imgproc.hpp>
 #include <random>
 #include <set>
@@ -61,7 +58,7 @@ TEST(Rooms, HaveTheirSizeEverythingStandsInsideAndMetersAroundTheWalkAreFree) {
       if (is_shell(surface)) shell.extend(box);
       EXPECT_TRUE(floor.contains(box.min().head<2>()) && floor.contains(box.max().head<2>())) << room.name;
       EXPECT_LT(box.max().z(), 3.0 + 1e-9);
-      // What hangs above the robot or is part of the floor is not in its way.
+      // Geoms above the robot or in the floor are not in its way.
       if (is_shell(surface) || box.min().z() > 2 || box.max().z() < 0.002) continue;
       const Vector2d away = ((center.head<2>() - walked).cwiseAbs() - half.head<2>()).cwiseMax(0);
       EXPECT_GT(away.norm(), room.free) << room.name << " " << center.transpose();

@@ -1,7 +1,5 @@
 #include "sim/camera/shapes.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>

@@ -1,7 +1,6 @@
 #include "sim/estimators/messages.h"
 
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstring>

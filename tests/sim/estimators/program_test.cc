@@ -1,7 +1,6 @@
 // External programs give answers, or failures with a clear cause.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <chrono>
 

@@ -2,27 +2,21 @@
 // project, read by numpy, OpenCV and npm's readers.
 #include "sim/export/export.h"
 
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cstdlib>
-#include <fstream>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <opencv2/core/persistence.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
-#include <stdexcept>
 
 #include "sim/export/export_text.h"
 #include "sim/files/csv.h"
 #include "sim/files/text.h"
-#include "sim/recording/filter_input.h"
+#include "sim/recording/recording.h"
 #include "sim/sensor_errors/random.h"
 #include "sim/trajectory_score/report.h"
 #include "slam/camera.h"
@@ -356,8 +350,7 @@ TEST_F(Exported, AnUnknownFormatOrADamagedRecordingLeavesNoFolder) {
 // The stamps at the start of the rows of a text file; all of one file have the same number of digits.
 std::vector<std::string> stamps_of(const fs::path& file) {
   std::vector<std::string> stamps;
-  std::istringstream in(files::read_text(file));
-  for (std::string line; std::getline(in, line);)
+  for (const std::string& line : files::lines_of(files::read_text(file)))
     if (std::isdigit(static_cast<unsigned char>(line[0])))
       stamps.push_back(line.substr(0, line.find_first_of(", ")));
   return stamps;
@@ -619,7 +612,7 @@ TEST(Registration, ADepthImageIsThatOfTheOtherCameraWithoutHolesAndWithTheNeares
   }
 }
 
-// A wall whose depth is noisy by 5 mm, for a camera that sees it from 0.2 m beside and 1.4 times as dense:
+// A wall with depth noise of 5 mm, for a camera that sees it from 0.2 m beside and 1.4 times as dense:
 // between the squares of neighbors there are gaps.
 TEST(Registration, NoiseLeavesNoDottedColumns) {
   const slam::CameraIntrinsics from{64, 48, 40, 40, 31.5, 23.5, slam::RadialTangential{}};

@@ -1,6 +1,5 @@
 #include "sim/files/atomic_file.h"
 
-#include <gmock/gmock.h>
 #include <signal.h>
 #include <sys/ptrace.h>
 #include <sys/stat.h>

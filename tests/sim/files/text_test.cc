@@ -1,6 +1,5 @@
 #include "sim/files/text.h"
 
-#include <gmock/gmock.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -8,7 +7,6 @@
 #include <cstring>
 #include <functional>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
@@ -154,9 +152,8 @@ TEST(TextTable, NoLineIsWiderThanAskedFor) {
     rows[1].push_back("0.01234");
   }
   const std::string text = text_table(rows, {});
-  std::istringstream lines(text);
   int named = 0;
-  for (std::string line; std::getline(lines, line);) {
+  for (const std::string& line : lines_of(text)) {
     EXPECT_LE(line.size(), kTerminalWidth) << line;
     named += line.starts_with("tangent_circle");
   }

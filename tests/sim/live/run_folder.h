@@ -1,11 +1,6 @@
 // Fixture of tests that walk short scenarios in a temporary folder.
 #pragma once
 
-#include <gmock/gmock.h>
-
-#include <string>
-#include <vector>
-
 #include "sim/live/run.h"
 #include "sim/replay/replay.h"
 #include "tests/sim/files/temporary_folder.h"

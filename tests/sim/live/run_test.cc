@@ -71,7 +71,7 @@ TEST_F(RunTest, ReplayGivesTheLiveResultBitForBitAndAnotherGyroAnotherOne) {
   EXPECT_EQ(file("live", "truth.tum"), file("noisy", "truth.tum"));
 }
 
-// Readings of all kinds, at rates of their own, are recorded and read back; the filter uses none of them.
+// Readings of all kinds, each at its rate, are recorded and read back; the filter uses none of them.
 TEST_F(RunTest, ARigIsRecordedWithTheSameBytesHoweverItIsDrawnAndChangesNoEstimate) {
   constexpr const char* kRig =
       "walk: {commands: [{stand: {duration_s: 0.5}}, {tangent_arc: {angle_deg: 10}}]}\n"

@@ -3,10 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <chrono>
 #include <numbers>
 #include <stdexcept>
-#include <vector>
 
 #include "sim/live/frame_pipeline.h"
 

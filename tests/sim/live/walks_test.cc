@@ -1,14 +1,7 @@
 // Whole walks of the shipped scenarios, without camera and filter.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <set>
-#include <string>
-#include <vector>
 
 #include "sim/live/run.h"
-#include "tests/sim/files/temporary_folder.h"
-#include "tests/sim/scenario/scenario_files.h"
+#include "tests/sim/scenario/test_scenarios.h"
 
 namespace sim::live {
 namespace {

@@ -2,12 +2,10 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <gmock/gmock.h>
 
 #include <numbers>
 #include <opencv2/imgcodecs.hpp>
 
-#include "sim/recording/gyro_check.h"
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/recording/random_readings.h"
 
@@ -198,7 +196,7 @@ TEST_F(RecordedElsewhere, ColumnsAndStampsAreReadByTheirNamesAndUnits) {
     EXPECT_LT((o.accelerometer.at(0).value - Eigen::Vector3d(1, 2, 3)).norm(), 1e-12) << header;
   }
   EXPECT_TRUE(first("#timestamp [ns],wx,wy,wz,mag_x,mag_y,mag_z", "1,2,3,4,5,6").accelerometer.empty())
-      << "a magnetometer is none";
+      << "a magnetometer measures no acceleration";
 }
 
 TEST_F(RecordedElsewhere, StampsInTwoColumnsAreReadByTheirNames) {

@@ -1,6 +1,5 @@
 #include "sim/recording/cache.h"
 
-#include <gmock/gmock.h>
 #include <signal.h>
 #include <sys/wait.h>
 

@@ -1,6 +1,5 @@
 #include "sim/recording/manifest.h"
 
-#include <gmock/gmock.h>
 #include <libdeflate.h>
 
 #include <opencv2/imgcodecs.hpp>

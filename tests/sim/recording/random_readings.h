@@ -2,10 +2,7 @@
 // of observations. Cases of files that are wrong.
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include <fstream>
-#include <opencv2/core.hpp>
 
 #include "sim/rig/rig.h"
 #include "sim/sensor_errors/random.h"

@@ -1,7 +1,6 @@
 #include "sim/recording/recording.h"
 
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 #include <malloc.h>
 #include <sys/stat.h>
 

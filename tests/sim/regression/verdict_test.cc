@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "sim/files/text.h"
 
@@ -269,8 +268,7 @@ Comparison comparison() {
 
 TEST(VerdictTable, FitsEightyColumnsAndHasACommandForEachFailure) {
   const std::string text = verdict_table(comparison(), false);
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80u) << line;
+  for (const std::string& line : files::lines_of(text)) EXPECT_LE(line.size(), 80u) << line;
   EXPECT_THAT(text, testing::ContainsRegex(
                         "ate_se3_rmse_m +0.041 +0.052 +\\+27 % +\\[\\+20,\\+49\\] +0.004  FAIL\n"));
   EXPECT_THAT(text, HasSubstr("tolerance 10 % or 0.001 m; worst seed 7\n"));
@@ -338,8 +336,7 @@ TEST(VerdictReports, TextOfOthersIsNeitherMarkupNorControl) {
   EXPECT_EQ(std::ranges::count(annotations, '\n'), 2);
   EXPECT_THAT(table, testing::AllOf(HasSubstr("a\\|b \\`c\\` &lt;d> &amp;e? f \\*g\\* \\[h](i) \\\\\\|"),
                                     Not(HasSubstr("`c`"))));
-  std::istringstream lines(table.substr(table.find("| metric")));
-  for (std::string line; std::getline(lines, line);) {
+  for (const std::string& line : files::lines_of(table.substr(table.find("| metric")))) {
     int bars = 0;
     for (std::size_t i = 0; i < line.size(); ++i)
       if (line[i] == '\\')

@@ -1,10 +1,6 @@
 #include "sim/result/job_log.h"
 
-#include <gmock/gmock.h>
-
-#include <cmath>
 #include <limits>
-#include <string>
 #include <thread>
 
 #include "sim/files/text.h"

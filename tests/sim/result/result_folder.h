@@ -1,14 +1,8 @@
 // Helpers for tests of result folders.
 #pragma once
 
-#include <unistd.h>
-
-#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <sstream>
-#include <string>
-#include <vector>
 
 #include "sim/files/text.h"
 
@@ -22,8 +16,7 @@ inline std::map<std::string, std::string> files(const std::filesystem::path& fol
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     const std::string name = std::filesystem::relative(entry.path(), folder), last = entry.path().filename();
     if (!entry.is_regular_file() || last.starts_with("timing.") || name.starts_with(without)) continue;
-    std::istringstream lines(sim::files::read_text(entry.path()));
-    for (std::string line; std::getline(lines, line);)
+    for (const std::string& line : sim::files::lines_of(sim::files::read_text(entry.path())))
       if (last != ".gaitslam" || !line.starts_with("recording/")) contents[name] += line + "\n";
   }
   return contents;

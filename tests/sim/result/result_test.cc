@@ -1,11 +1,6 @@
 // The files of a result, its limits, and the summary over seeds.
 #include "sim/result/result.h"
 
-#include <gmock/gmock.h>
-
-#include <cmath>
-#include <nlohmann/json.hpp>
-
 #include "sim/files/csv.h"
 #include "sim/files/text.h"
 #include "sim/result/limits.h"

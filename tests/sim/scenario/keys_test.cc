@@ -1,13 +1,10 @@
 #include "sim/scenario/keys.h"
 
-#include <gmock/gmock.h>
-
 #include <fstream>
 #include <set>
 #include <typeinfo>
 
-#include "tests/sim/files/temporary_folder.h"
-#include "tests/sim/scenario/complaint.h"
+#include "tests/sim/scenario/test_scenarios.h"
 
 namespace sim::scenario {
 namespace {
@@ -243,7 +240,7 @@ TEST(Counterfactual, IsAReplayWhoseEstimateWouldHaveSteeredAnotherWalk) {
   tuned.slam->gyro.sigma_rad_s *= 2;
   seeded.seed = 7;
   limited.limits.ending = {"fell"};
-  EXPECT_EQ(counterfactual(recorded, tuned), std::nullopt) << "nobody steered";
+  EXPECT_EQ(counterfactual(recorded, tuned), std::nullopt) << "it was not steered";
   recorded.walk.steering.by = SteeredBy::estimate;
   for (const Scenario& same : {recorded, limited}) EXPECT_EQ(counterfactual(recorded, same), std::nullopt);
   EXPECT_THAT(counterfactual(recorded, tuned), Optional(HasSubstr("slam.gyro.sigma_rad_s")));

@@ -1,15 +1,10 @@
 #include "sim/scenario/scenario.h"
 
-#include <gmock/gmock.h>
-
 #include <bit>
 #include <fstream>
 #include <limits>
-#include <numbers>
 
-#include "tests/sim/files/temporary_folder.h"
-#include "tests/sim/scenario/complaint.h"
-#include "tests/sim/scenario/scenario_files.h"
+#include "tests/sim/scenario/test_scenarios.h"
 #include "tests/walking/walks.h"
 
 namespace sim::scenario {
@@ -191,10 +186,10 @@ TEST(Overrides, ThatAreWrongAreNamedByTheirPlaceOnTheCommandLine) {
 }
 
 TEST(Scenario, FilesThatCannotBeReadAreNamed) {
-  EXPECT_EQ(complaint_of([] { read_scenario("no/such.yaml"); }),
+  EXPECT_EQ(files::error_of([] { read_scenario("no/such.yaml"); }),
             "no/such.yaml: cannot be read: No such file or directory");
-  EXPECT_EQ(complaint_of([] { read_scenario("/"); }), "/: is a folder, expected a YAML file");
-  EXPECT_EQ(complaint_of([] { read_scenario("/dev/null"); }),
+  EXPECT_EQ(files::error_of([] { read_scenario("/"); }), "/: is a folder, expected a YAML file");
+  EXPECT_EQ(files::error_of([] { read_scenario("/dev/null"); }),
             "/dev/null: is not a regular file, expected one: pipes, devices and sockets are not read");
 }
 
@@ -230,7 +225,7 @@ class Base : public testing::Test {
   }
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
   static std::string complaint_about(const std::string& scenario, const Changes& changes = {}) {
-    return complaint_of([&] { read_scenario(scenario, changes); });
+    return files::error_of([&] { read_scenario(scenario, changes); });
   }
   files::TemporaryFolder folder_;
 };

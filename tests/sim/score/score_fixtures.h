@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <string>
 
 #include "sim/score/metrics.h"
 #include "sim/score/run.h"

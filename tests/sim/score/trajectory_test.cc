@@ -3,8 +3,6 @@
 
 #include <gmock/gmock.h>
 
-#include <cmath>
-
 #include "sim/score/statistics.h"
 #include "tests/sim/score/score_fixtures.h"
 

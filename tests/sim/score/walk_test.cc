@@ -1,7 +1,4 @@
 // The drift of the walk by its feet, navigation, and landmarks against the true room.
-#include <gtest/gtest.h>
-
-#include <cmath>
 
 #include "sim/score/run.h"
 #include "sim/score/types.h"

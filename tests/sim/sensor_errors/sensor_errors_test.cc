@@ -1,7 +1,5 @@
 #include "sim/sensor_errors/sensor_errors.h"
 
-#include <gmock/gmock.h>
-
 #include "tests/sim/recording/random_readings.h"
 
 namespace sim::sensor_errors {

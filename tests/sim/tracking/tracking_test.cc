@@ -107,7 +107,7 @@ TEST(EstimatorTime, FramesAreAnsweredWhenTheEstimatorIsFreeOrDropped) {
     EXPECT_EQ(answers(time), expected) << time;
 }
 
-// The rig has an IMU, whose clock is ahead by more than a frame, and a lidar, whose sweeps are dropped.
+// The rig has an IMU with a clock ahead by more than a frame, and a lidar with dropped sweeps.
 TEST(EstimatorTime, ReadingsOfDroppedFramesComeWithTheNextOneEachOnceButNoSweeps) {
   using std::chrono::milliseconds;
   std::vector<rig::RigSensor> rig(2);

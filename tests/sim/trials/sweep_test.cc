@@ -1,14 +1,10 @@
 // Values to try and plans of sweeps, right ones and wrong ones.
 #include "sim/trials/sweep.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <fstream>
 
 #include "sim/trials/values.h"
 #include "tests/sim/files/temporary_folder.h"
-#include "tests/sim/scenario/complaint.h"
 
 namespace sim::trials {
 namespace {
@@ -24,7 +20,7 @@ Values values(const std::string& text, const std::string& key = "slam.vision.sig
 }
 
 std::string error_of(const std::string& text, const std::string& key = "slam.vision.sigma_px") {
-  return scenario::complaint_of([&] { values(text, key); });
+  return files::error_of([&] { values(text, key); });
 }
 
 std::vector<std::string> grid(const std::string& text) {
@@ -93,7 +89,7 @@ class Sweep : public testing::Test {
   std::string complaint(const std::string& file, const std::vector<std::string>& arguments,
                         std::size_t seeds = 2) const {
     const std::string folder = folder_.path().string() + "/",
-                      text = scenario::complaint_of(
+                      text = files::error_of(
                           [&] { plan(file, arguments, {}, std::vector<std::uint64_t>(seeds)); });
     return text.starts_with(folder) ? text.substr(folder.size()) : text;
   }

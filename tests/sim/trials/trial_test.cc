@@ -2,10 +2,6 @@
 // replays from the disk.
 #include "sim/trials/trial.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
 #include <numbers>
 #include <random>
 

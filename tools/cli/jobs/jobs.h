@@ -4,11 +4,7 @@
 
 #include <sys/types.h>
 
-#include <cstdint>
 #include <functional>
-#include <map>
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "sim/files/atomic_file.h"

@@ -15,8 +15,6 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
-#include <string_view>
 #include <system_error>
 
 #include "sim/files/json.h"
@@ -163,9 +161,8 @@ class Launcher {
     if (process.jobs.empty() || !process.jobs.front().batched) return;
     const std::string text = files::read_text(process.file(".out")),
                       all = text.substr(0, text.rfind('\n') + 1);
-    std::istringstream lines(all.substr(std::min(process.read, all.size())));
-    process.read = all.size();
-    for (std::string line; std::getline(lines, line);)
+    const std::size_t begin = std::min(std::exchange(process.read, all.size()), all.size());
+    for (const std::string& line : files::lines_of(std::string_view(all).substr(begin)))
       if (line.starts_with(kBegin))
         process.running = line.substr(kBegin.size());
       else if (const auto record = result::from_line(line))
@@ -278,8 +275,8 @@ void write_jobs(const fs::path& file, const std::vector<Job>& jobs) {
 
 std::vector<Job> jobs_in(const fs::path& file) {
   std::vector<Job> jobs;
-  std::istringstream lines(files::read_text(file));
-  for (std::string line; std::getline(lines, line);) jobs.push_back(nlohmann::json::parse(line));
+  for (const std::string& line : files::lines_of(files::read_text(file)))
+    jobs.push_back(nlohmann::json::parse(line));
   return jobs;
 }
 

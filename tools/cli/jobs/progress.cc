@@ -1,6 +1,5 @@
 #include "tools/cli/jobs/progress.h"
 
-#include <fmt/format.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -9,9 +8,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
-#include <utility>
-
-#include "tools/cli/shared/terminal.h"
 
 namespace cli {
 namespace {

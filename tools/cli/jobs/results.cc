@@ -5,13 +5,10 @@
 
 #include <algorithm>
 #include <iostream>
-#include <map>
-#include <set>
 
 #include "sim/files/atomic_file.h"
 #include "sim/files/hash.h"
 #include "sim/files/text.h"
-#include "sim/result/result_tree.h"
 #include "sim/scenario/keys.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/shared/live.h"

@@ -2,21 +2,11 @@
 // command is rerun; stale results are moved aside.
 #pragma once
 
-#include <functional>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "sim/recording/cache.h"
 #include "sim/result/score_file.h"
 #include "sim/scenario/scenario.h"
 #include "tools/cli/jobs/jobs.h"
 #include "tools/cli/shared/out_folder.h"
-
-namespace sim::trials {
-struct Task;
-using RunTasks = std::function<void(const std::vector<Task>&, result::JobLog&)>;
-}  // namespace sim::trials
 
 namespace cli {
 
@@ -98,9 +88,5 @@ std::string inputs_of(const scenario::Scenario& scenario);
 /// jobs, which have one folder.
 std::vector<std::uint64_t> finished_beside(const std::vector<ResultJob>& jobs, const fs::path& root,
                                            const fs::path& models);
-
-/// Returns a function that runs trials in several processes, here or on a cluster, and logs their records, as
-/// run_jobs does. Tasks of the same recording should follow each other.
-trials::RunTasks in_processes(const fs::path& models, const std::string& title, const Backend& backend);
 
 }  // namespace cli

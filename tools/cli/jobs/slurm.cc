@@ -2,15 +2,11 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <iostream>
 #include <numeric>
 #include <set>
-#include <sstream>
 
 #include "sim/files/text.h"
 #include "tools/cli/commands.h"
@@ -45,8 +41,7 @@ ShellOutput run_shell(const std::string& command) {
 /// The job in the output of `sbatch --parsable`: a line "1000", or "1000;alpha" of another cluster of a
 /// federation, if there is one.
 std::optional<std::string> job_in(const std::string& text) {
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);)
+  for (const std::string& line : files::lines_of(text))
     if (files::parse_number<std::uint64_t>(line.substr(0, line.find(';')))) return line;
   return std::nullopt;
 }
@@ -80,8 +75,7 @@ Seen look_up(const std::string& job) {
   const ShellOutput kept = answered ? shown : run_shell("sacct -n -X -P -o State " + selected(job));
   std::set<std::string> waiting;
   bool any = false, active = false;
-  std::istringstream lines(kept.status == 0 ? kept.text : "");
-  for (std::string line; std::getline(lines, line);) {
+  for (const std::string& line : files::lines_of(kept.status == 0 ? kept.text : "")) {
     if (line.empty() || line.starts_with("CLUSTER:")) continue;
     const std::string state = line.substr(0, line.find(' '));
     const bool runs = state == "RUNNING" || state == "COMPLETING";

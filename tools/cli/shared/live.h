@@ -1,8 +1,6 @@
 // The simulator as the program uses it: live_world.cc, or live_stub.cc in a build without the simulator.
 #pragma once
 
-#include <optional>
-
 #include "sim/result/result.h"
 #include "sim/scenario/scenario.h"
 #include "tools/cli/shared/terminal.h"

@@ -4,7 +4,6 @@
 #include <sys/types.h>
 
 #include <CLI/CLI.hpp>
-#include <memory>
 
 #include "sim/scenario/scenario.h"
 #include "sim/score/trajectory.h"

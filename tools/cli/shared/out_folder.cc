@@ -5,16 +5,12 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
 #include <iostream>
-#include <nlohmann/json.hpp>
 
-#include "sim/files/atomic_file.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/result/limits.h"
-#include "sim/result/result_tree.h"
 #include "sim/result/score_file.h"
 
 namespace cli {

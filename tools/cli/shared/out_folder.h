@@ -2,9 +2,6 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "sim/files/atomic_file.h"
 #include "sim/result/job_log.h"

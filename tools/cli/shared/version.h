@@ -1,8 +1,6 @@
 // Sources and libraries of this program.
 #pragma once
 
-#include <map>
-
 #include "sim/result/result.h"
 #include "tools/cli/shared/terminal.h"
 

@@ -1,10 +1,14 @@
-// Errors of the reader of scenarios, and other values of keys, for tests.
+// Scenarios of tests: short ones with the errors of their reader, every one in scenarios/, other values of
+// keys.
 #pragma once
 
+#include <algorithm>
+#include <set>
 #include <sstream>
 
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
+#include "tests/sim/files/temporary_folder.h"
 
 namespace sim::scenario {
 
@@ -12,19 +16,8 @@ inline ReadScenario read_text(const std::string& text, const Changes& changes = 
   return read_scenario_text(text, "test.yaml", changes);
 }
 
-/// Returns the message of the ConfigError that `read` throws, or "".
-template <class Read>
-std::string complaint_of(const Read& read) {
-  try {
-    read();
-    return "";
-  } catch (const ConfigError& e) {
-    return e.what();
-  }
-}
-
 inline std::string complaint(const std::string& text, const Changes& changes = {}) {
-  return complaint_of([&] { read_text(text, changes); });
+  return files::error_of([&] { read_text(text, changes); });
 }
 
 inline const std::string kWalk = "walk: {commands: [{stand: {duration_s: 1}}]}\n";
@@ -43,10 +36,31 @@ inline std::optional<Scenario> changed(const Key& key) {
   for (std::string text; std::getline(in, text, ',');) {
     std::replace(text.begin(), text.end(), ';', ',');
     Scenario scenario = default_scenario();
-    if (!complaint_of([&] { key.read(parse_yaml(text, {"test"}), scenario); }).empty()) continue;
+    if (!files::error_of([&] { key.read(parse_yaml(text, {"test"}), scenario); }).empty()) continue;
     if (key.print(scenario) != key.print(default_scenario())) return scenario;
   }
   return std::nullopt;
+}
+
+inline std::filesystem::path scenario_folder() {
+  return std::filesystem::path(GAITSLAM_SOURCE_DIR) / "scenarios";
+}
+
+/// Files in scenarios/suites and scenarios/tuning are not scenarios, those in scenarios/bases are parts.
+inline std::vector<std::filesystem::path> scenario_files() {
+  const std::set<std::string> others{"suites", "tuning", "bases"};
+  std::vector<std::filesystem::path> files;
+  for (const std::filesystem::path& file : std::filesystem::recursive_directory_iterator(scenario_folder()))
+    if (file.extension() == ".yaml" && !others.contains(file.parent_path().filename())) files.push_back(file);
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// Returns the file's stem.
+inline std::string test_name(const testing::TestParamInfo<std::filesystem::path>& test) {
+  std::string name = test.param.lexically_relative(scenario_folder()).replace_extension().string();
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name;
 }
 
 }  // namespace sim::scenario

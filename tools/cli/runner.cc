@@ -1,5 +1,6 @@
-// The runner, which tools/gaitslam builds for users without the view.
+// The runner, which tools/gaitslam builds for users first: its commands, and no view.
 #include "sim/view/session.h"
+#include "tools/cli/commands.h"
 #include "tools/cli/shared/terminal.h"
 
 namespace sim::view {
@@ -24,3 +25,7 @@ std::unique_ptr<ViewSession> view_of_replay(const ViewRequest& request, const sc
 }
 
 }  // namespace sim::view
+
+std::vector<cli::AddCommand*> cli::commands() {
+  return {add_run, add_record, add_replay, add_check, add_config, add_element};
+}
