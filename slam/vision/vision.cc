@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "slam/vision/relocalization.h"
-
 namespace slam {
 namespace {
 
@@ -44,6 +42,7 @@ constexpr Stamp kRetryAfter{500'000'000};      // for a landmark that is set asi
 constexpr std::size_t kRetried = 2;            // of them in a frame, even if there are others to search for
 constexpr int kMostSearched_px = 400000;       // in a frame; bounds its cost
 constexpr double kGate = 9.21;                 // chi-square, 99 %, 2 rows
+constexpr std::size_t kLeastAtPrediction = 4;  // at whose predicted pixels hardly anything is found by chance
 constexpr double kLeastShareRecognized = 0.5;  // of those searched for
 
 /// The area of the bounding box of the predicted pixels, as a fraction of the image's.
@@ -266,7 +265,7 @@ bool Vision::recognizes(const cv::Mat& image, Stamp t, const std::vector<Landmar
                         Kalman& kalman) {
   search(image, t, landmarks, before, kalman);
   find_inliers(kalman.state());
-  return inliers_.size() >= kLeastRecognized &&
+  return inliers_.size() >= kLeastAtPrediction &&
          static_cast<double>(inliers_.size()) >
              kLeastShareRecognized * static_cast<double>(result_.searched.size());
 }

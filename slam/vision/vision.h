@@ -86,7 +86,7 @@ class Vision {
   MatchBiases& biases() { return biases_; }
   const MatchBiases& biases() const { return biases_; }
   /// True if landmarks that were in the map before a time are found at their predicted pixels: at least
-  /// kLeastRecognized of them, and most of those searched for. Does not update the estimate.
+  /// four of them, and most of those searched for. Does not update the estimate.
   bool recognizes(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks, Stamp before,
                   Kalman& kalman);
   /// Of the last search.

@@ -8,7 +8,7 @@ namespace {
 constexpr double kLongestInterval_s = 0.5;  // between frames; in a longer one, frames are missing
 constexpr double kLargestTurn_rad = 0.05;   // 1σ; beyond it an update is too far from linear
 constexpr double kLargestShift_m = 0.1;     // 1σ; beyond it matches near a prediction may be others'
-constexpr Stamp kDoubtful{3'000'000'000};   // before a loss, when landmarks may have been initialized wrongly
+constexpr double kDoubtful_s = 0.2;  // before matching fails, when landmarks may be initialized wrongly
 
 constexpr double kRoughHeight_m = 0.03;  // the paper's standard deviation of the height, for judging it
 
@@ -41,6 +41,7 @@ Estimate pose_estimate(const State& state, Stamp t) {
 VisualTracking::VisualTracking(const Options& options, const Camera& camera, std::uint64_t seed)
     : enabled_(options.vision.enabled),
       sigma_px_(options.vision.sigma_px),
+      lost_after_s_(options.tracking.lost_after_s),
       camera_(camera),
       vision_(options.vision, options.bounds, camera),
       map_(options, camera, seed) {}
@@ -78,10 +79,13 @@ void VisualTracking::track(const VisualInput& in) {
     return;
   }
   if (in.tracking.health() == Health::lost && !(in.tracking.is_blind() && knows_place(pose))) {
-    const Stamp before = in.t - in.interval - in.tracking.lost_for() - kDoubtful;
-    const bool recognized = vision_.recognizes(in.image, in.t, map_.landmarks(), before, in.kalman);
-    if (!recognized) record_searches(in, false);
-    if (!recognized) return relocalize(in);
+    const std::chrono::duration<double> doubtful(lost_after_s_ + kDoubtful_s);
+    const Stamp before =
+        in.t - in.interval - in.tracking.lost_for() - std::chrono::duration_cast<Stamp>(doubtful);
+    if (!vision_.recognizes(in.image, in.t, map_.landmarks(), before, in.kalman)) {
+      record_searches(in, false);
+      return relocalize(in);
+    }
     recovered(in);
   }
   if (const auto unseen = measure(in)) {

@@ -57,7 +57,7 @@ class VisualTracking {
   void recovered(const VisualInput& input);
 
   bool enabled_;
-  double sigma_px_;
+  double sigma_px_, lost_after_s_;
   Camera camera_;
   ImageCheck image_check_;
   Vision vision_;
