@@ -246,7 +246,7 @@ std::string row_html(const TableRow& row, const char* tag) {
   return html + "</tr>\n";
 }
 
-/// What is in the legend as columns, for web/figures.js: float32 in Base64, and the columns of each part.
+/// The curves of the legend as columns for web/figures.js: float32 in Base64, and the columns of each part.
 std::string columns_html(const Figure& figure) {
   std::map<std::string, std::size_t> numbers;  // by their bytes
   std::string columns, parts;

@@ -176,7 +176,7 @@ std::optional<Detection> detection(const cv::Mat& image, const InView& seen, con
                    match->correlation};
 }
 
-/// Where in the image the landmarks may be: each at most at two places.
+/// The places in the image at which landmarks may be, at most two for each.
 std::vector<Detection> detect(const cv::Mat& image, std::vector<InView> seen, const State& state,
                               const Camera& camera) {
   std::stable_sort(seen.begin(), seen.end(), [](const InView& a, const InView& b) {

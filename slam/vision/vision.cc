@@ -42,7 +42,7 @@ constexpr Stamp kRetryAfter{500'000'000};      // for a landmark that is set asi
 constexpr std::size_t kRetried = 2;            // of them in a frame, even if there are others to search for
 constexpr int kMostSearched_px = 400000;       // in a frame; bounds its cost
 constexpr double kGate = 9.21;                 // chi-square, 99 %, 2 rows
-constexpr std::size_t kLeastAtPrediction = 4;  // at whose predicted pixels hardly anything is found by chance
+constexpr std::size_t kLeastAtPrediction = 4;  // chance matches at predicted pixels are rare
 constexpr double kLeastShareRecognized = 0.5;  // of those searched for
 
 /// The area of the bounding box of the predicted pixels, as a fraction of the image's.

@@ -202,7 +202,8 @@ TEST_F(BatchTest, AFilterThatSeesNothingDivergesAndOneThatSeesAgainTracksAgain) 
   EXPECT_NEAR(for_a_time[0]["from_s"], 0.9, 0.04);  // 0.4 s after the last image, within a frame
   EXPECT_NEAR(for_a_time[0]["to_s"], 1.1, 0.04);
 
-  const json at_last = without_images("from_s: 4.5, duration_s: 100", 3, "to the end: tracking lost: no image");
+  const json at_last =
+      without_images("from_s: 4.5, duration_s: 100", 3, "to the end: tracking lost: no image");
   EXPECT_EQ(at_last["ending"], "diverged");
   EXPECT_TRUE(at_last["metrics"]["rmse_m"]["value"].is_number()) << "of the poses before";
   EXPECT_TRUE(never["metrics"]["rmse_m"]["value"].is_null());

@@ -90,7 +90,7 @@ function meshOf(piece) {
   return new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({vertexColors: THREE.VertexColors}));
 }
 
-/// What a filter believes: its path, its camera with the 3-sigma ellipsoid ten times as large, a line to the truth, and its map.
+/// The beliefs of a filter: its path, its camera with the 3-sigma ellipsoid ten times as large, a line to the truth, and its map.
 class Belief {
   constructor(run, role, mapRole, showsTruth) {
     Object.assign(this, {run, mapRole, read: 0, capacity: 0, count: 0});

@@ -79,7 +79,7 @@ const kLongest_s = 1, kSame_m = 1e-6;
 const outcomes = (frame) => new Map((frame.searches ?? []).map((search) => [search[0], search[6]]));
 const apart = (p, q) => p && q && Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]) > kSame_m;
 
-/// Where the second run parts from the first: [{t, kind, text}]. Landmarks and estimates are compared if both used one recording.
+/// The times at which the second run differs from the first: [{t, kind, text}]. Landmarks and estimates are compared if both used one recording.
 export function partings([a, b]) {
   const found = [], rows = rowsOf(a.series, b.series);
   let since = null;

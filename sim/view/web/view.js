@@ -15,7 +15,7 @@ const kRoles = ['estimate', 'second', 'third', 'first'];  // of the runs
 const kKeys = 'space: play and pause · arrows, . and ,: one frame, with shift a second · [ and ]: marks · home, end · f, 1, 4: speed · r, o, c: follow, stay, through the camera · in a figure: click goes there, drag zooms, double click shows all';
 const kLetters = 'ABCD';  // and names, if there are several
 
-/// What distinguishes each run from the others: its seed, and its variant.
+/// The seed and the variant that distinguish each run from the others.
 function differencesOf(runs) {
   const differ = (key) => new Set(runs.map((run) => run[key])).size > 1;
   return runs.map((run) => [differ('seed') && `seed ${run.seed}`, differ('variant') && run.variant].filter(Boolean).join(', '));
@@ -77,7 +77,7 @@ class Page {
     this.listMoments();
   }
 
-  /// What the runs have in common.
+  /// The text of what is common to all runs.
   get title() {
     const [{label, scenario, seed}] = this.about.runs;
     if (this.panes.length === 1) return label;
