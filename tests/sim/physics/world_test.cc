@@ -140,15 +140,16 @@ TEST(World, ReadingsOfAMovedImuAreInTheAxesOfTheChest) {
   for (const rig::Mount& mount : {turned, on_head}) {
     Models moved("hrp2", "floor", models());
     moved.mount({}, mount);
-    World plain = standing(),
-          world({.room = "floor"}, {}, half_sitting(), Eigen::Isometry3d::Identity(), moved);
+    WorldOptions options;
+    options.room = "floor";
+    World plain = standing(), world(options, {}, half_sitting(), Eigen::Isometry3d::Identity(), moved);
     for (World* each : {&plain, &world}) bend(*each, {{walking::hrp2::kChestYaw, 0.1}, {15, 0.2}});
     for (int tick = 0; tick < 60; ++tick) {
       for (World* each : {&plain, &world}) run(*each, 5);
       const walking::SensorReadings expected = plain.sensor_readings(), found = world.sensor_readings();
       ASSERT_LT((found.gyro - expected.gyro).norm(), 1e-6) << mount.link << tick;
-      if (!mount.on_link())  // elsewhere the acceleration is another
-        ASSERT_LT((found.accelerometer - expected.accelerometer).norm(), 1e-6) << tick;
+      if (mount.on_link()) continue;  // elsewhere the acceleration is another
+      ASSERT_LT((found.accelerometer - expected.accelerometer).norm(), 1e-6) << tick;
     }
     EXPECT_LT((world.sensor_readings().accelerometer - plain.sensor_readings().accelerometer).norm(), 0.5);
   }
