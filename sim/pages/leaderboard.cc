@@ -233,7 +233,7 @@ std::string leaderboard_csv(const Leaderboard& board) {
 }
 
 std::string leaderboard_page(const Leaderboard& board) {
-  // What distinguishes a row comes first, and the scenario is the title of its table.
+  // The keys that distinguish a row come first, and the scenario is the title of its table.
   auto all = lines_of(board, false);
   const std::vector<std::string> titles = all[0];
   const auto place = [&](const char* title) { return std::ranges::find(titles, title) - titles.begin(); };

@@ -336,7 +336,7 @@ double largest_shown(const Tuning& t) {
   return std::max(middle, std::min(start, least + 10 * (middle - least))) + 0.5 * (middle - least);
 }
 
-/// The dots of settings whose loss is above the figure, or unknown: they are drawn at its upper edge.
+/// The dots at the upper edge of the figure: settings with an unknown loss, or one above the figure.
 Line above_of(const Tuning& t, double most) {
   const auto count = std::ranges::count_if(t.value, [&](double value) { return !(value <= most); });
   return {fmt::format("{} of {} above {:.4g}, or failed", count, t.value.size(), most),
