@@ -76,7 +76,7 @@ Eigen::Matrix3d chest_in_waist(const JointVector& q) {
 
 LegSolution leg_inverse_kinematics(Side side, const Eigen::Isometry3d& X_BA) {
   const double outwards = side == Side::left ? 1 : -1;
-  LegSolution solution;
+  LegSolution solution{.reached = true};
   const Eigen::Vector3d hip_in_ankle = X_BA.inverse() * Eigen::Vector3d(0, outwards * hrp2::kHipY, 0);
   const Eigen::Vector3d r = chain_from_ankle(outwards, hip_in_ankle, solution.reached);
   const double distance = r.norm();

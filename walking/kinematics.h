@@ -15,13 +15,6 @@ Eigen::Isometry3d sole_in_waist(Side side, const Eigen::Matrix<double, 6, 1>& q)
 /// R_B of the chest, by its two joints.
 Eigen::Matrix3d chest_in_waist(const JointVector& q);
 
-/// A leg's joint angles, rad: hip yaw, hip roll, hip pitch, knee, ankle pitch, ankle roll.
-struct LegSolution {
-  Eigen::Matrix<double, 6, 1> q;
-  /// False if the ankle is too far or too close or the hip is below the sole; the leg is then at its limit.
-  bool reached = true;
-};
-
 /// `X_BA`: the ankle (axes of the sole) in the waist. After Kajita's leg, with HRP-2's lateral knee offset.
 LegSolution leg_inverse_kinematics(Side side, const Eigen::Isometry3d& X_BA);
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "walking/hrp2.h"
+#include "walking/robot.h"
 
 namespace walking {
 
@@ -65,8 +66,6 @@ inline constexpr std::chrono::milliseconds kTick{
     5};  ///< control period of HRP-2 and of its pattern generator
 inline constexpr double kPeriod = std::chrono::duration<double>(kTick).count();  ///< the same, s
 inline constexpr double kGravity = 9.81;  ///< m/s², the value the published gains were computed with
-
-enum class Side { right, left };
 
 // Options have a function `keys` that passes name, range and meaning of each value to a visitor (keys.h), the
 // one source for reading with its checks, printing and help. kName: the name of a command in a scenario file.

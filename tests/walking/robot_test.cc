@@ -1,0 +1,150 @@
+#include "walking/robot.h"
+
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <random>
+
+#include "tests/walking/robots.h"
+#include "walking/kinematics.h"
+
+namespace walking {
+namespace {
+
+double uniform(std::mt19937_64& bits) { return static_cast<double>(bits() >> 11) * 0x1p-53; }
+
+/// Uniform within the ranges, the knee (joint 3) at least so far from stretched, the hip well above the plane
+/// of the sole.
+LegVector random_leg(const Robot& robot, Side side, std::mt19937_64& bits, double bent = 0.05) {
+  LegVector q;
+  for (int i = 0; i < 6; ++i) {
+    const Joint& joint =
+        robot.joints[static_cast<std::size_t>(robot.leg(side).joints[static_cast<std::size_t>(i)])];
+    q[i] = joint.lowest + uniform(bits) * (joint.highest - joint.lowest);
+  }
+  const bool above =
+      sole_in_base(robot, side, q).inverse().translation().z() > robot.leg(side).ankle().z() + 0.1;
+  return std::abs(q[3]) > bent && above ? q : random_leg(robot, side, bits, bent);
+}
+
+LegVector near(const LegVector& q, double distance, std::mt19937_64& bits) {
+  LegVector other = q;
+  for (double& angle : other) angle += distance * (2 * uniform(bits) - 1);
+  return other;
+}
+
+// The closed form is another computation: trigonometry of HRP-2's offset legs.
+TEST(LegKinematics, AgreesWithTheClosedFormOverTheWorkspace) {
+  const Robot robot = hrp2_robot();
+  std::mt19937_64 bits(1);
+  int compared = 0;
+  for (int i = 0; i < 8000; ++i) {
+    const Side side = i % 2 == 0 ? Side::left : Side::right;
+    const LegVector q = random_leg(robot, side, bits);
+    const Eigen::Isometry3d X_BS = sole_in_base(robot, side, q);
+    ASSERT_LT((X_BS.matrix() - sole_in_waist(side, q).matrix()).cwiseAbs().maxCoeff(), 1e-14);
+    const LegSolution closed =
+        walking::leg_inverse_kinematics(side, X_BS * Eigen::Translation3d(robot.leg(side).ankle()));
+    if ((closed.q - q).cwiseAbs().maxCoeff() > 1e-6) continue;  // another branch
+    ++compared;
+    // A tick of 5 ms at 10 rad/s.
+    const LegSolution found = leg_inverse_kinematics(robot, side, X_BS, near(q, 0.05, bits));
+    ASSERT_TRUE(found.reached) << q.transpose();
+    ASSERT_LT((found.q - closed.q).cwiseAbs().maxCoeff(), 1e-9) << q.transpose();
+  }
+  EXPECT_GT(compared, 5000);
+}
+
+TEST(LegKinematics, ALegOfAnyOrderAndObliqueAxesReachesWhatItCanReach) {
+  const Robot robot = made_up_robot();
+  std::mt19937_64 bits(2);
+  for (int i = 0; i < 4000; ++i) {
+    const Side side = i % 2 == 0 ? Side::left : Side::right;
+    const LegVector q = random_leg(robot, side, bits, 0.1);
+    const LegSolution found =
+        leg_inverse_kinematics(robot, side, sole_in_base(robot, side, q), near(q, 0.05, bits));
+    ASSERT_TRUE(found.reached) << q.transpose();
+    ASSERT_LT((sole_in_base(robot, side, found.q).matrix() - sole_in_base(robot, side, q).matrix()).norm(),
+              1e-9);
+  }
+}
+
+/// A sole so far ahead of, beside and above its place in the start posture, m, and turned, rad.
+Eigen::Isometry3d moved_sole(const Robot& robot, Side side, const Eigen::Vector3d& by, double yaw = 0) {
+  Eigen::Isometry3d X = sole_in_base(robot, side, leg_angles(robot.leg(side), robot.posture));
+  X.pretranslate(by);
+  return X * Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
+}
+
+TEST(LegKinematics, FromTheStartPostureAllStepsAreFound) {
+  for (const Robot& robot : {hrp2_robot(), made_up_robot()})
+    for (const double ahead : {-0.2, 0.0, 0.2})
+      for (const double out : {0.0, 0.1, 0.2})
+        for (const double yaw : {-0.3, 0.0, 0.3})
+          for (const Side side : {Side::left, Side::right}) {
+            const double sign = side == Side::left ? 1 : -1;
+            const Eigen::Isometry3d X = moved_sole(robot, side, {ahead, sign * out, 0.06}, yaw);
+            const LegSolution found =
+                leg_inverse_kinematics(robot, side, X, leg_angles(robot.leg(side), robot.posture));
+            EXPECT_EQ(leg_obstacle(robot, side, found), std::nullopt) << robot.name << ahead << out << yaw;
+            EXPECT_LT((sole_in_base(robot, side, found.q).matrix() - X.matrix()).norm(), 1e-12);
+          }
+}
+
+TEST(LegKinematics, WhatALegCannotTakeIsNamed) {
+  using testing::HasSubstr, testing::Optional;
+  const Robot robot = made_up_robot();
+  const auto obstacle = [&](const Eigen::Vector3d& by, double yaw) {
+    const LegVector start = leg_angles(robot.leg(Side::left), robot.posture);
+    const LegSolution found =
+        leg_inverse_kinematics(robot, Side::left, moved_sole(robot, Side::left, by, yaw), start);
+    EXPECT_TRUE(found.q.allFinite());
+    return leg_obstacle(robot, Side::left, found);
+  };
+  EXPECT_THAT(obstacle({0.6, 0, 0}, 0), Optional(std::string("the left foot is out of the leg's reach")));
+  EXPECT_THAT(obstacle({0, 0, 2}, 0), Optional(HasSubstr("out of the leg's reach")));
+  EXPECT_THAT(obstacle({0, 0, 0.02}, 1.9),
+              Optional(HasSubstr("the left leg's joint port_twist would have to turn to ")));
+}
+
+TEST(LegKinematics, AFootThatWasOutOfReachIsReachedAgain) {
+  const Robot robot = hrp2_robot();
+  LegVector q = leg_angles(robot.leg(Side::left), robot.posture);
+  for (const double down : {0.0, -0.03, -0.1, -0.03, 0.0, 0.05}) {
+    const LegSolution found =
+        leg_inverse_kinematics(robot, Side::left, moved_sole(robot, Side::left, {0, 0, down}), q);
+    EXPECT_EQ(found.reached, down > -0.05) << down;
+    EXPECT_EQ(leg_obstacle(robot, Side::left, found).has_value(), !found.reached);
+    q = found.q;
+  }
+}
+
+TEST(Robot, IsRejectedIfItsLegsDoNotFit) {
+  struct Case {
+    void (*change)(Robot&);
+    const char* complaint;
+  };
+  const auto knee = [](Robot& robot) -> Joint& {
+    return robot.joints[static_cast<std::size_t>(robot.legs[1].joints[3])];
+  };
+  static const auto the_knee = knee;
+  for (const auto& [change, complaint] : std::initializer_list<Case>{
+           {[](Robot& r) { r.legs[1].joints.pop_back(); },
+            "the left leg has 5 joints, expected 6: other legs need a walker"},
+           {[](Robot& r) { std::swap(r.legs[1].joints[0], r.legs[1].joints[1]); },
+            "the left leg is no chain from base to foot"},
+           {[](Robot& r) { the_knee(r).highest = INFINITY; }, "the left leg has no range at LLEG_JOINT3"},
+           {[](Robot& r) { the_knee(r).lowest = 1; },
+            "the left leg is beyond the range of LLEG_JOINT3 in the start posture"},
+           {[](Robot& r) { r.posture.setZero(); }, "leg cannot move its sole every way in the start posture"},
+           {[](Robot& r) { r.posture[9] += 0.1; }, "the left sole is turned by 5.7 degrees"},
+           {[](Robot& r) { r.legs[1].X_FS.translation().x() += 0.01; }, "the soles are not side by side"}}) {
+    Robot robot = hrp2_robot();
+    change(robot);
+    EXPECT_THAT([&] { measure(robot); },
+                testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr(complaint)));
+  }
+}
+
+}  // namespace
+}  // namespace walking

@@ -1,0 +1,112 @@
+// A robot as plan and stabilizer know it: read once from its model and its file, then never changed. The
+// kinematics of its legs.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace walking {
+
+enum class Side { right, left };
+
+/// Of a leg's six joints, hip to ankle.
+using LegVector = Eigen::Matrix<double, 6, 1>;
+
+/// A joint that turns. With all joints at zero the axes of every link are those of the base.
+struct Joint {
+  std::string name;
+  int parent = -1;                                   ///< joint whose link carries this one; -1: the base
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< from the parent joint, m, axes of its link
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();   ///< unit vector in the axes of the link
+  double lowest = -std::numeric_limits<double>::infinity(), highest = -lowest;  ///< range, rad
+  double effort = std::numeric_limits<double>::infinity();                      ///< largest torque, N·m
+};
+
+/// A spring without damping between ankle and sole.
+struct Spring {
+  bool turns = false;                               ///< about the axis, in N·m/rad, or along it, in N/m
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< in the axes of the sole
+  double stiffness = 0;
+};
+
+struct Leg {
+  std::vector<int> joints;  ///< hip to ankle, each on the link of the one before
+  /// Sole in the link of the last joint: its point on the ground below the ankle, x ahead and z up.
+  Eigen::Isometry3d X_FS = Eigen::Isometry3d::Identity();
+  Eigen::Vector2d sole_min = Eigen::Vector2d::Zero(), sole_max = Eigen::Vector2d::Zero();  ///< outline, m
+  std::vector<Spring> bush;  ///< of the ankle, from the ankle down; none: the sole is rigid
+
+  /// The last joint in the axes of the sole, m.
+  Eigen::Vector3d ankle() const { return X_FS.inverse().translation(); }
+};
+
+/// The arm's joints that swing: both turn about the base's y axis, either way, and at zero the arm hangs.
+struct Arm {
+  int shoulder = 0, elbow = 0;
+};
+
+/// Steps that are known to work.
+struct StepLimits {
+  double aside_m = 0.14;
+  std::vector<Eigen::Vector2d> area_m{{0.28, 0}, {0.28, 0.2}, {0.2, 0.3}, {0, 0.4}};
+
+  static void keys(auto&& key) {
+    number<&StepLimits::aside_m>(key, 0.01, 1, "most that one foot moves aside in a step");
+  }
+};
+
+struct Robot {
+  std::string name;
+  std::vector<Joint> joints = {};  ///< parents first
+  std::array<Leg, 2> legs = {};    ///< by Side
+  Eigen::VectorXd posture = {};    ///< at the start, with both soles flat; what no plan moves keeps it, rad
+  double mass = 0;                 ///< kg
+  /// Center of mass in the base in that posture, m. Its y is zero: the plan is symmetric, so that left and
+  /// right walks mirror each other, and leaves the real one to the stabilizer.
+  Eigen::Vector3d com = Eigen::Vector3d::Zero();
+  int chest = -1;  ///< joint whose link has the IMU of the stabilizer; -1: the base has it
+  /// Axes of that IMU (forward, left, up) in those of its link.
+  Eigen::Matrix3d R_link_imu = Eigen::Matrix3d::Identity();
+  std::array<std::optional<Arm>, 2> arms = {};  ///< by Side
+  StepLimits step = {};
+
+  /// In the start posture, by measure(): the base above the ground, the sole points ahead of it and from each
+  /// other, the upper arm from shoulder to elbow, m.
+  double base_height = 0, sole_ahead = 0, foot_spacing = 0, upper_arm = 0;
+
+  const Leg& leg(Side side) const { return legs[static_cast<std::size_t>(side)]; }
+  Leg& leg(Side side) { return legs[static_cast<std::size_t>(side)]; }
+  double com_height() const { return base_height + com.z(); }
+};
+
+/// Sets what follows from the start posture. Throws std::invalid_argument with one line that names the leg or
+/// the joint if the robot cannot be walked by a plan for six joints a leg.
+void measure(Robot& robot);
+
+LegVector leg_angles(const Leg& leg, const Eigen::VectorXd& q);
+void set_leg_angles(const Leg& leg, const LegVector& angles, Eigen::VectorXd& q);
+
+/// X_BS: the sole in the base.
+Eigen::Isometry3d sole_in_base(const Robot& robot, Side side, const LegVector& q);
+/// R_BG: the axes of the stabilizer's IMU in the base.
+Eigen::Matrix3d imu_in_base(const Robot& robot, const Eigen::VectorXd& q);
+
+struct LegSolution {
+  LegVector q = LegVector::Zero();  ///< finite also if not reached
+  bool reached = false;             ///< the sole is in its place; joints may be beyond their range
+};
+
+/// Inverse kinematics by damped Gauss-Newton steps (Levenberg-Marquardt; damping by the squared error, so
+/// that the end is quadratic) from `start`, the last tick's angles; if that ends elsewhere or beyond a range,
+/// once more from the start posture. The number of steps is bounded: the same input gives the same bits.
+LegSolution leg_inverse_kinematics(const Robot& robot, Side side, const Eigen::Isometry3d& X_BS,
+                                   const LegVector& start);
+
+/// Returns why a leg cannot take a solution; nothing if it can.
+std::optional<std::string> leg_obstacle(const Robot& robot, Side side, const LegSolution& solution);
+
+}  // namespace walking
