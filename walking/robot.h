@@ -49,13 +49,16 @@ struct Arm {
   int shoulder = 0, elbow = 0;
 };
 
-/// Steps that are known to work.
+/// Limits of steps that are known to work; those of where a foot may be seen from the other one are corners
+/// of the area of Herdt et al. 2010.
 struct StepLimits {
   double aside_m = 0.14;
-  std::vector<Eigen::Vector2d> area_m{{0.28, 0}, {0.28, 0.2}, {0.2, 0.3}, {0, 0.4}};
+  double reach_ahead_m = 0.28, reach_aside_m = 0.4;
 
   static void keys(auto&& key) {
-    number<&StepLimits::aside_m>(key, 0.01, 1, "most that one foot moves aside in a step");
+    number<&StepLimits::aside_m>(key, 0.01, 1, "most that one foot is set aside in a step");
+    number<&StepLimits::reach_ahead_m>(key, 0.01, 1, "farthest place of a foot ahead of the other one");
+    number<&StepLimits::reach_aside_m>(key, 0.01, 1, "farthest place of a foot beside the other one");
   }
 };
 

@@ -35,7 +35,7 @@ RULES = {
     'sim/estimators/': 'sim/estimators/ sim/rig/ sim/files/hash.h slam/ Eigen/ opencv2/core fmt/ errno.h fcntl.h poll.h signal.h '
                        'stddef.h stdint.h stdio.h stdlib.h string.h time.h unistd.h sys/',
     'sim/scenario/': 'sim/scenario/ sim/estimators/ sim/rig/ sim/files/ sim/sensor_errors/ sim/score/metrics.h '
-                     'sim/physics/options.h sim/camera/options.h slam/observation.h slam/options.h walking/ Eigen/ fmt/',
+                     'sim/physics/options.h sim/physics/robot_file.h sim/camera/options.h slam/observation.h slam/options.h walking/ Eigen/ fmt/',
     'sim/tracking/': 'sim/tracking/ sim/estimators/ sim/rig/ sim/scenario/ sim/sensor_errors/ slam/ Eigen/',
     'sim/result/': 'sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/score/ sim/files/ slam/ walking/ Eigen/ fmt/ '
                    'nlohmann/ fcntl.h time.h unistd.h',

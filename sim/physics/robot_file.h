@@ -1,0 +1,57 @@
+// What a robot's robot.yaml says: the parts of its model by name, and what no model says. The only header
+// beside options.h that sim/scenario includes, which reads it.
+#pragma once
+
+#include <filesystem>
+#include <map>
+
+#include "sim/rig/rig.h"
+#include "walking/robot.h"
+
+namespace sim::physics {
+
+/// A robot is a folder with a model and robot.yaml. Below, everything uses one adapted model: a free base, in
+/// the order of the joints one position servo each of the joint's name, the sites left_sole and right_sole (x
+/// ahead, z up) and imu, the camera head_camera, and the force and torque sensors left_force, left_torque,
+/// right_force and right_torque of the soles.
+struct RobotFile {
+  std::filesystem::path folder;  ///< its name is the robot's
+  std::string model = "robot.xml";
+  std::string base;             ///< body with the free joint: the plan's waist
+  rig::Mount head_camera, imu;  ///< of the camera, and of the IMU that the stabilizer has; with links
+  std::array<std::vector<std::string>, 2> legs, arms;  ///< by Side; joints, hip to ankle; shoulder, elbow
+
+  struct Foot {
+    std::string body;
+    Eigen::Vector3d sole_m = Eigen::Vector3d::Zero();  ///< its point below the ankle, in the body's axes
+    double sole_roll_rad = 0, sole_pitch_rad = 0, sole_yaw_rad = 0;  ///< fixed axes, in this order
+    std::vector<std::string> contacts;  ///< geoms that touch the floor; none: what the model lets collide
+    bool force_sensor = true;
+
+    static void keys(auto&& key) {
+      value<&Foot::body>(key, "body whose underside is the sole");
+      number<&Foot::sole_m>(key, -1, 1, "point of the sole below the ankle, in the axes of the body");
+      degrees<&Foot::sole_roll_rad>(key, -180, 180, "turn of the sole's axes about the body's x axis, first");
+      degrees<&Foot::sole_pitch_rad>(key, -180, 180, "turn about the body's y axis, second");
+      degrees<&Foot::sole_yaw_rad>(key, -180, 180, "turn about the body's z axis, last");
+      value<&Foot::contacts>(key, "geoms that touch the floor; without it what the model lets collide");
+      value<&Foot::force_sensor>(key, "whether the ankle has a force sensor");
+    }
+  };
+  std::array<Foot, 2> feet;  ///< by Side
+
+  std::map<std::string, double> posture_rad;  ///< at the start, of joints that are not at zero
+
+  /// A position servo: torque kp (q_ref - q) + kd (dq_ref - dq), within the effort.
+  struct Servo {
+    std::vector<std::string> joints;
+    double kp_nm_rad = 0, kd_nms_rad = 0;
+    std::optional<double> armature_kg_m2, effort_nm;  ///< without: as the model says
+  };
+  std::vector<Servo> servos;
+
+  walking::StepLimits step;
+  std::map<std::string, std::string> places;  ///< "file:line:column" of each key, for messages
+};
+
+}  // namespace sim::physics

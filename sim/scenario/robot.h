@@ -1,0 +1,23 @@
+// Reads robot.yaml: the parts of a robot's model by name, and the defaults that its robot gives to a
+// scenario.
+#pragma once
+
+#include "sim/physics/robot_file.h"
+#include "sim/scenario/value.h"
+
+namespace sim::scenario {
+
+/// The folder of the robots and rooms of the program.
+std::filesystem::path standard_models();
+
+/// The folder of a robot: below models/robots, or a path if it has a slash.
+std::filesystem::path robot_folder(const std::string& robot);
+
+/// Throws ConfigError at the first key that is unknown, wrong or missing.
+physics::RobotFile read_robot(const std::filesystem::path& folder);
+
+/// The keys of a scenario and their values in robot.yaml, which hold unless the scenario gives them: below
+/// walk and stabilizer, and world.floor_friction. Nothing if there is no such file.
+std::vector<std::pair<std::string, Yaml>> robot_defaults(const std::filesystem::path& folder);
+
+}  // namespace sim::scenario
