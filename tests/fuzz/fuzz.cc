@@ -7,6 +7,7 @@
 
 #include "sim/estimators/messages.h"
 #include "sim/files/text.h"
+#include "sim/model_file/model_file.h"
 #include "sim/recording/asl_folder.h"
 #include "sim/recording/image_file.h"
 #include "sim/regression/suite.h"
@@ -261,6 +262,30 @@ void recording(std::string_view text) {
   file("recording/" + changed, files[changed] = whole);
 }
 
+// Models of robots: MJCF or URDF.
+
+constexpr const char* kRobots[]{
+    "<mujoco><compiler angle='degree' eulerseq='zyx'/><default><joint damping='1'/></default><worldbody>\n"
+    "<body name='base'><freejoint/><inertial mass='1' diaginertia='1 1 1'/><frame pos='1 0 0' euler='1 2 3'>"
+    "<geom fromto='0 0 0 1 1 1'/></frame></body></worldbody><actuator><motor joint='a'/></actuator></mujoco>",
+    "<robot name='r'><link name='a'/><link name='b'><visual><geometry><box size='1 1 1'/></geometry></visual>"
+    "</link><joint name='j' type='fixed'><parent link='a'/><child link='b'/><origin rpy='1 2 "
+    "3'/></joint></robot>"};
+
+/// Printed and read back a model is the same one.
+void model(std::string_view text) {
+  namespace models = sim::model_file;
+  static const models::Schema schema(
+      "mujoco (!)   model \n   compiler (*)   angle autolimits \n   asset (*)   \n      mesh (*)   name file \n"
+      "   (world)body (R)   name pos quat euler \n      inertial (?)   mass pos diaginertia fullinertia \n"
+      "      freejoint (*)   name \n      joint (*)   name type range damping axis \n"
+      "      geom (*)   name type fromto size pos quat mass contype conaffinity mesh \n");
+  read_or_reject([&] {
+    const std::string printed = to_xml(models::read_model(file("robot.xml", text), schema).root);
+    require(to_xml(models::read_xml(file("printed.xml", printed))) == printed);
+  });
+}
+
 // YAML: scenarios, suites, sweeps and tunings, and arguments of the command line.
 
 const fs::path& walk() {
@@ -323,6 +348,7 @@ const std::array kTargets{
            [] {
              return Inputs{encoded(".png"), encoded(".pgm")};
            }},
+    Target{"model", model, [] { return Inputs(std::begin(kRobots), std::end(kRobots)); }},
     Target{"recording", recording, [] { return one_of_each(parsed_files()); }},
     Target{"scenario", scenario, [] { return Inputs{}; }},  // tools/fuzz.sh: the files of scenarios/
     Target{"sensor_yaml", sensor_yaml,

@@ -19,6 +19,7 @@ RULES = {
     'walking/': 'walking/ Eigen/',
     'slam/': 'slam/ Eigen/ opencv2/core opencv2/imgproc',
     'sim/files/': 'sim/files/ Eigen/ fmt/ nlohmann/ yaml-cpp/ sha2.h xxhash.h fcntl.h signal.h unistd.h sys/',
+    'sim/model_file/': 'sim/model_file/ sim/files/ Eigen/ fmt/ tinyxml2.h',
     'sim/score/': 'sim/score/ sim/files/ Eigen/ boost/math/ fmt/',
     'sim/trajectory_score/': 'sim/trajectory_score/ sim/score/ sim/files/ Eigen/ fmt/ nlohmann/',
     'sim/rig/': 'sim/rig/ slam/camera.h slam/options.h Eigen/ fmt/',
@@ -28,7 +29,7 @@ RULES = {
                       'fcntl.h unistd.h sys/',
     'sim/export/': 'sim/export/ sim/recording/ sim/rig/ sim/files/ sim/sensor_errors/ slam/camera.h slam/observation.h '
                    'slam/options.h Eigen/ opencv2/core fmt/ libdeflate.h',
-    'sim/physics/': 'sim/physics/ sim/rig/ walking/ Eigen/ fmt/ mujoco/ unistd.h',
+    'sim/physics/': 'sim/physics/ sim/model_file/ sim/files/ sim/rig/ walking/ Eigen/ fmt/ mujoco/ unistd.h',
     'sim/camera/': 'sim/camera/ sim/physics/ sim/rig/ sim/room/ sim/score/types.h slam/observation.h walking/ Eigen/ fmt/ '
                    'mujoco/ GL/ opencv2/core opencv2/imgproc dlfcn.h',
     'sim/room/': 'sim/room/ opencv2/core opencv2/imgproc',

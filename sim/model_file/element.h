@@ -1,0 +1,53 @@
+// An XML file as a tree of elements that know their file and line: MJCF with its includes, or URDF.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+
+#include "sim/files/text.h"
+
+namespace sim::model_file {
+
+struct Element {
+  std::string name;
+  std::vector<std::pair<std::string, std::string>> attributes = {};
+  std::vector<Element> children = {};
+  std::shared_ptr<const std::filesystem::path> file;
+  int line = 0;
+
+  /// Returns an attribute's value, or nullptr.
+  const std::string* find(std::string_view attribute) const;
+  std::string get(std::string_view attribute) const;  ///< "" if it is absent
+  void set(std::string_view attribute, std::string value);
+  void erase(std::string_view attribute);
+  /// Returns the first child of that name, or nullptr.
+  const Element* child(std::string_view name) const;
+  /// Adds a child that is at the same line.
+  Element& add(std::string_view name, std::vector<std::pair<std::string, std::string>> attributes = {});
+};
+
+/// Throws FileError "file:line: element attribute: message"; the attribute may be empty.
+[[noreturn]] void reject(const Element& element, std::string_view attribute, std::string_view message);
+
+/// Returns the finite numbers of an attribute, none if it is absent. Throws FileError, also unless there are
+/// `least` to `most` of them.
+std::vector<double> numbers(const Element& element, std::string_view attribute, std::size_t least,
+                            std::size_t most);
+/// Returns numbers as an attribute's value that reads back as the same numbers.
+std::string text_of(const auto& numbers) {
+  std::string text;
+  for (const double number : numbers) {
+    std::array<char, 32> digits{};
+    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr;
+    text.append(text.empty() ? "" : " ").append(digits.data(), end);
+  }
+  return text;
+}
+
+/// Returns the root of a file. Throws FileError if it cannot be read or is not XML.
+Element read_xml(const std::filesystem::path& file);
+
+std::string to_xml(const Element& element);
+
+}  // namespace sim::model_file

@@ -1,0 +1,571 @@
+#include "sim/model_file/model_file.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "sim/model_file/place.h"
+
+namespace sim::model_file {
+namespace {
+
+namespace fs = std::filesystem;
+using std::string_view;
+
+constexpr string_view kPrefix = "robot/";
+
+/// Attributes of newer libraries that the bench can do without.
+constexpr std::pair<string_view, string_view> kDropped[]{{"joint", "actuatorfrclimited"},
+                                                         {"joint", "actuatorgravcomp"},
+                                                         {"freejoint", "align"},
+                                                         {"mesh", "content_type"},
+                                                         {"mesh", "maxhullvert"},
+                                                         {"mesh", "octree_maxdepth"},
+                                                         {"mesh", "material"},
+                                                         {"material", "metallic"},
+                                                         {"material", "roughness"},
+                                                         {"texture", "content_type"},
+                                                         {"texture", "colorspace"},
+                                                         {"texture", "nchannel"},
+                                                         {"hfield", "content_type"},
+                                                         {"body", "sleep"},
+                                                         {"pair", "solreffriction"}};
+/// Sections that do not survive, with what takes their place.
+constexpr std::pair<string_view, string_view> kReplaced[]{{"option", "the bench's options of the physics"},
+                                                          {"size", ""},
+                                                          {"visual", "the room's light"},
+                                                          {"statistic", ""},
+                                                          {"custom", ""},
+                                                          {"sensor", "the bench's sensors"},
+                                                          {"keyframe", "robot.yaml's posture"},
+                                                          {"actuator", "the bench's servos"}};
+constexpr string_view kSections[]{"compiler", "default", "asset",   "worldbody",
+                                  "contact",  "tendon",  "equality"};
+/// Keys of `compiler` that shape the masses; the others are applied here or do not matter.
+constexpr string_view kMassKeys[]{"boundmass",       "boundinertia",      "settotalmass",    "balanceinertia",
+                                  "inertiafromgeom", "inertiagrouprange", "exactmeshinertia"};
+constexpr string_view kTurns[]{"quat", "axisangle", "euler", "xyaxes", "zaxis"};
+/// Lists whose first numbers may be given alone, the others being those of the defaults.
+constexpr string_view kLists[]{"friction", "solref", "solimp", "solreflimit", "solimplimit", "size", "gear"};
+/// Attributes that name an asset.
+constexpr string_view kAssetNames[]{"mesh", "material", "texture", "hfield"};
+
+bool is_one_of(const auto& word, const auto& words) {
+  return std::find(std::begin(words), std::end(words), word) != std::end(words);
+}
+
+std::size_t words_in(const std::string& text) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) count += text[i] != ' ' && (i == 0 || text[i - 1] == ' ');
+  return count;
+}
+
+/// The default classes of a file.
+class Classes {
+ public:
+  void add(const Element& element, const std::string& parent) {
+    const std::string own = element.get("class"), name = parent.empty() && own.empty() ? "main" : own;
+    if (name.empty()) reject(element, "class", "is missing");
+    if (parent.empty()) main_ = name;
+    if (!all_.emplace(name, std::pair(parent, &element)).second)
+      reject(element, "class", fmt::format("'{}' is given twice", name));
+    for (const Element& child : element.children)
+      if (child.name == "default") add(child, name);
+  }
+
+  /// Writes the attributes of the element's class, and of those above it, into the element. kind: the name of
+  /// its elements among the defaults.
+  void apply(Element& element, string_view kind, const std::string& childclass = "") const {
+    const std::string own = element.get("class");
+    const std::string name = !own.empty() ? own : childclass.empty() ? main_ : childclass;
+    auto at = all_.find(name);
+    if (at == all_.end()) reject(element, "class", fmt::format("'{}' is no default class", name));
+    element.erase("class");
+    for (; at != all_.end(); at = all_.find(at->second.first)) {
+      const bool is_turned =
+          std::ranges::any_of(kTurns, [&](string_view turn) { return element.find(turn); });
+      const Element* const standard = at->second.second->child(kind);
+      if (!standard) continue;
+      for (const auto& [attribute, value] : standard->attributes) {
+        const std::string* const given = element.find(attribute);
+        if (!given && !(is_turned && is_one_of(attribute, kTurns)) &&
+            !(attribute == "fromto" && element.find("pos")))
+          element.set(attribute, value);
+        else if (given && is_one_of(attribute, kLists))
+          element.set(attribute, completed(*given, value));
+      }
+    }
+  }
+
+ private:
+  static std::string completed(const std::string& given, const std::string& standard) {
+    std::size_t from = 0;
+    for (std::size_t skipped = words_in(given); skipped > 0 && from < standard.size(); --skipped) {
+      from = standard.find_first_not_of(' ', from);
+      from = std::min(standard.size(), standard.find(' ', from));
+    }
+    return given + standard.substr(from);
+  }
+
+  std::map<std::string, std::pair<std::string, const Element*>> all_;  // each with its parent
+  std::string main_;
+};
+
+/// Replaces each include by the content of its file. read: the files so far.
+void expand(Element& element, const fs::path& main_folder, std::set<fs::path>& read) {
+  std::vector<Element> expanded;
+  for (Element& child : element.children) {
+    if (child.name != "include") {
+      expand(child, main_folder, read);
+      expanded.push_back(std::move(child));
+      continue;
+    }
+    const std::string name = child.get("file");
+    std::error_code fault;
+    fs::path file = main_folder / name;
+    if (!fs::exists(file, fault)) file = child.file->parent_path() / name;
+    if (name.empty() || !fs::is_regular_file(file, fault))
+      reject(child, "file", fmt::format("there is no file {}", file.string()));
+    if (!read.insert(fs::weakly_canonical(file, fault)).second)
+      reject(child, "file", fmt::format("{} is included twice", file.string()));
+    Element included = read_xml(file);
+    expand(included, main_folder, read);
+    std::ranges::move(included.children, std::back_inserter(expanded));
+  }
+  element.children = std::move(expanded);
+}
+
+class Reader {
+ public:
+  Reader(Element file, const Schema& schema, std::vector<Note> notes)
+      : schema_(schema.root().children.at("mujoco")), notes_(std::move(notes)) {
+    model_.root = {"mujoco", {{"model", file.get("model")}}, {}, file.file, file.line};
+    for (const string_view section : kSections) model_.root.add(section);
+    for (Element& section : file.children) take(std::move(section));
+    read_compiler();
+  }
+
+  ModelFile read(const Parts& parts) {
+    classes_.add(section("default"), "");
+    Element& world = section("worldbody");
+    apply_classes(world, "");
+    for (Element& each : actuators_) classes_.apply(each, each.name);
+    for (Element& each : section("asset").children) classes_.apply(each, each.name);
+    for (const char* kind : {"equality", "tendon"})
+      for (Element& each : section(kind).children) classes_.apply(each, kind);
+    section("default").children.clear();
+    Element robot = the_robot(world, parts.base);
+    flatten(robot);
+    free_the_base(robot);
+    for (const Element& actuator : actuators_) keep_motor(actuator);
+    clean(robot);
+    require_mass(robot);
+    model_.mass_kg = sum_;
+    world.children.assign(1, std::move(robot));
+    for (const Element& each : section("equality").children) require_tree(each);
+    for (const Element& each : section("contact").children) drop_contact(each, parts);
+    section("contact").children.clear();
+    clean_assets();
+    write_compiler();
+    std::erase_if(model_.root.children,
+                  [](const Element& each) { return each.children.empty() && each.name != "compiler"; });
+    for (Element& each : model_.root.children) check(each, schema_.children.at(each.name));
+    model_.notes = std::move(notes_);
+    return std::move(model_);
+  }
+
+ private:
+  Element& section(string_view name) {
+    return *std::ranges::find(model_.root.children, name, &Element::name);
+  }
+  void note(Fate fate, string_view what, const Element& where) { add_note(notes_, fate, what, where); }
+
+  void take(Element from) {
+    if (is_one_of(from.name, kSections)) {
+      Element& to = section(from.name);
+      for (auto& [name, value] : from.attributes) to.set(name, value);
+      if (to.children.empty()) to.file = from.file, to.line = from.line;
+      std::ranges::move(from.children, std::back_inserter(to.children));
+      return;
+    }
+    for (const auto& [name, instead] : kReplaced) {
+      if (from.name != name) continue;
+      note(Fate::dropped, instead.empty() ? from.name : fmt::format("{}: {}", name, instead), from);
+      if (name == "actuator") std::ranges::move(from.children, std::back_inserter(actuators_));
+      return;
+    }
+    reject(from, "",
+           fmt::format("is not read, expected one of {}, actuator, sensor, keyframe, option",
+                       fmt::join(kSections, ", ")));
+  }
+
+  void read_compiler() {
+    const Element& compiler = section("compiler");
+    const std::string angle = compiler.get("angle"), sequence = compiler.get("eulerseq");
+    angles_.degrees = angle != "radian";
+    if (!angle.empty() && angles_.degrees && angle != "degree")
+      reject(compiler, "angle", fmt::format("is '{}', expected radian or degree", angle));
+    if (!sequence.empty()) angles_.sequence = sequence;
+    if (angles_.sequence.size() != 3 || sequence.find_first_not_of("xyzXYZ") != sequence.npos)
+      reject(compiler, "eulerseq", fmt::format("is '{}', expected three of x, y, z, X, Y and Z", sequence));
+    if (compiler.get("coordinate") == "global")
+      reject(compiler, "coordinate", "is global, expected places in the parent's axes");
+    if (angles_.degrees) note(Fate::converted, "degrees: to radians", compiler);
+  }
+
+  // What is left applies to the room, too: only what shapes the robot's masses.
+  void write_compiler() {
+    Element& compiler = section("compiler");
+    std::erase_if(compiler.attributes, [&](const auto& each) { return !is_one_of(each.first, kMassKeys); });
+    compiler.children.clear();
+    compiler.set("angle", "radian");
+    compiler.set("autolimits", "true");
+  }
+
+  void apply_classes(Element& parent, const std::string& childclass) const {
+    for (Element& child : parent.children) {
+      const std::string own = child.get("childclass");
+      if (child.name == "body" || child.name == "frame") {
+        child.erase("childclass");
+        apply_classes(child, own.empty() ? childclass : own);
+      } else if (child.name != "freejoint" && child.name != "inertial") {
+        classes_.apply(child, child.name, childclass);
+      }
+    }
+  }
+
+  /// Replaces frames, also of the bodies below, by what is in them, with composed poses.
+  void flatten(Element& parent) {
+    std::vector<Element> flat;
+    for (Element& child : parent.children) {
+      if (child.name == "body" || child.name == "frame") flatten(child);
+      if (child.name != "frame") {
+        flat.push_back(std::move(child));
+        continue;
+      }
+      note(Fate::converted, "frame: its content is placed in the body", child);
+      const Eigen::Isometry3d X = place_of(child, angles_);
+      for (Element& each : child.children) {
+        if (each.name.ends_with("joint") || each.name == "inertial")
+          reject(each, "", "is in a frame, expected it in the body itself");
+        if (const auto ends = numbers(each, "fromto", 6, 6); !ends.empty())
+          each.set("fromto", text_of((X * Eigen::Vector3d(ends.data())).eval()) + " " +
+                                 text_of((X * Eigen::Vector3d(ends.data() + 3)).eval()));
+        else
+          set_place(each, X * place_of(each, angles_));
+        flat.push_back(std::move(each));
+      }
+    }
+    parent.children = std::move(flat);
+  }
+
+  static std::size_t joints_in(const Element& body) {
+    std::size_t count = 0;
+    for (const Element& child : body.children)
+      count += child.name == "joint"                           ? 1
+               : child.name == "body" || child.name == "frame" ? joints_in(child)
+                                                               : 0;
+    return count;
+  }
+
+  Element the_robot(const Element& world, string_view base) {
+    const Element* robot = nullptr;
+    for (const Element& each : world.children)
+      if (each.name == "body" &&
+          (base.empty() ? !robot || joints_in(each) > joints_in(*robot) : each.get("name") == base))
+        robot = &each;
+    if (!robot)
+      reject(
+          world, "",
+          base.empty() ? "has no body, expected a robot" : fmt::format("has no body '{}', the base", base));
+    for (const Element& each : world.children)
+      if (&each != robot) note(Fate::dropped, fmt::format("{} of the world", each.name), each);
+    return *robot;
+  }
+
+  void free_the_base(Element& robot) {
+    std::vector<const Element*> joints;
+    for (const Element& child : robot.children) {
+      if (child.name == "freejoint") return;
+      if (child.name == "joint") joints.push_back(&child);
+    }
+    const auto is = [&](std::size_t i, string_view type, string_view axis) {
+      const std::string own = joints[i]->get("axis");
+      return joints[i]->get("type") == type && (axis.empty() || own == axis);
+    };
+    const bool is_free = joints.size() == 1 && is(0, "free", ""),
+               is_four = joints.size() == 4 && is(0, "slide", "1 0 0") && is(1, "slide", "0 1 0") &&
+                         is(2, "slide", "0 0 1") && is(3, "ball", "");
+    if (!is_free && !is_four)
+      reject(robot, "",
+             fmt::format("'{}' is the base but has no free joint, expected <freejoint/>", robot.get("name")));
+    note(
+        Fate::converted,
+        is_free ? "joint of type free: a freejoint, without damping" : "three slides and a ball: a freejoint",
+        *joints[0]);
+    Element free{"freejoint", {}, {}, joints[0]->file, joints[0]->line};
+    if (is_free && joints[0]->find("name")) free.set("name", joints[0]->get("name"));
+    std::erase_if(robot.children, [](const Element& child) { return child.name == "joint"; });
+    robot.children.insert(robot.children.begin(), std::move(free));
+  }
+
+  // The torque limit: of the actuator's force, else of a motor's command, times the gear.
+  void keep_motor(const Element& actuator) {
+    const std::string joint = actuator.get("joint");
+    if (joint.empty()) return;
+    Motor& motor = model_.motors[joint];
+    const auto gear = numbers(actuator, "gear", 1, 6);
+    const double ratio = gear.empty() ? 1 : std::abs(gear[0]);
+    const auto keep_effort = [&](const char* attribute, const char* limited) {
+      const auto range = numbers(actuator, attribute, 2, 2);
+      if (range.empty() || motor.effort || actuator.get(limited) == "false") return;
+      motor.effort = ratio * std::max(std::abs(range[0]), std::abs(range[1]));
+      note(Fate::kept_aside, fmt::format("effort limits ({} {})", actuator.name, attribute), actuator);
+    };
+    keep_effort("forcerange", "forcelimited");
+    if (actuator.name == "motor") keep_effort("ctrlrange", "ctrllimited");
+    const auto keep_gain = [&](std::optional<double>& gain, const char* attribute, std::size_t which,
+                               int sign) {
+      const auto values = numbers(actuator, attribute, 1, 10);
+      if (values.size() <= which) return;
+      gain = sign * values[which];
+      note(Fate::kept_aside, fmt::format("gains ({} {})", actuator.name, attribute), actuator);
+    };
+    if (actuator.name == "position") keep_gain(motor.kp, "kp", 0, 1), keep_gain(motor.kd, "kv", 0, 1);
+    if (actuator.name == "general")
+      keep_gain(motor.kp, "biasprm", 1, -1), keep_gain(motor.kd, "biasprm", 2, -1);
+  }
+
+  void clean(Element& body) {
+    if (const auto gravcomp = numbers(body, "gravcomp", 1, 1); !gravcomp.empty()) {
+      if (gravcomp[0] != 0) reject(body, "gravcomp", "is not 0, expected gravity to act on all of a robot");
+      note(Fate::converted, "body gravcomp 0: left out", body);
+      body.erase("gravcomp");
+    }
+    std::erase_if(body.children, [&](const Element& child) {
+      const bool is_look = child.name == "camera" || child.name == "light";
+      if (is_look) note(Fate::dropped, fmt::format("{} of the robot", child.name), child);
+      return is_look;
+    });
+    turn_by_quaternion(body);
+    for (Element& child : body.children) {
+      if (child.name == "body") {
+        clean(child);
+        continue;
+      }
+      turn_by_quaternion(child);
+      if (child.name == "joint") clean_joint(child);
+      for (const string_view attribute : kAssetNames)
+        if (const std::string* const name = child.find(attribute))
+          child.set(attribute, std::string(kPrefix) + *name);
+      if (child.name == "geom" && child.find("name")) geoms_.insert(child.get("name"));
+    }
+  }
+
+  /// Euler angles and angles of axes follow conventions, of which a model has one for all of its parts.
+  void turn_by_quaternion(Element& element) const {
+    if (!angles_.degrees && angles_.sequence == "xyz") return;
+    if (element.find("euler") || element.find("axisangle")) set_place(element, place_of(element, angles_));
+  }
+
+  void clean_joint(Element& joint) {
+    if (joint.get("type") == "free") reject(joint, "type", "is free, expected that of the base alone");
+    if (const auto range = numbers(joint, "actuatorfrcrange", 2, 2); !range.empty()) {
+      model_.motors[joint.get("name")].effort = std::max(std::abs(range[0]), std::abs(range[1]));
+      note(Fate::kept_aside, "effort limits (joint actuatorfrcrange)", joint);
+      joint.erase("actuatorfrcrange");
+    }
+    if (!angles_.degrees || joint.get("type") == "slide") return;
+    for (const char* attribute : {"range", "ref", "springref"})
+      if (auto values = numbers(joint, attribute, 1, 2); !values.empty()) {
+        for (double& value : values) value *= std::numbers::pi / 180;
+        joint.set(attribute, text_of(values));
+      }
+  }
+
+  /// Returns the mass of the body and of what is fixed to it; 0 if it moves.
+  double require_mass(const Element& body) {
+    double mass = 0;
+    bool moves = false;
+    for (const Element& child : body.children) {
+      if (child.name == "body") mass += require_mass(child);
+      if (child.name.ends_with("joint")) moves = true;
+      if (child.name == "inertial") mass += mass_of(child);
+      if (child.name == "geom" && !body.child("inertial")) mass += mass_by_geom(child, body);
+    }
+    if (moves && !(mass > 0))
+      reject(body, "", fmt::format("'{}' moves but has no mass, expected an inertial", body.get("name")));
+    return moves ? 0 : mass;
+  }
+
+  double mass_of(const Element& inertial) {
+    const auto mass = numbers(inertial, "mass", 1, 1);
+    if (mass.empty() || mass[0] < 0) reject(inertial, "mass", "is missing or below 0, expected kg");
+    std::vector<double> moments = numbers(inertial, "diaginertia", 3, 3);
+    const char* attribute = "diaginertia";
+    if (const auto full = numbers(inertial, "fullinertia", 6, 6); !full.empty()) {
+      Eigen::Matrix3d I;
+      I << full[0], full[3], full[4], full[3], full[1], full[5], full[4], full[5], full[2];
+      const Eigen::Vector3d values = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I).eigenvalues();
+      moments.assign(values.begin(), values.end()), attribute = "fullinertia";
+    }
+    std::ranges::sort(moments);
+    const bool balanced = section("compiler").get("balanceinertia") == "true";
+    if (mass[0] > 0 && moments.size() == 3 &&
+        (moments[0] <= 0 || (!balanced && moments[0] + moments[1] < moments[2] * (1 - 1e-6))))
+      reject(
+          inertial, attribute,
+          fmt::format("has principal moments {:.3g}, {:.3g} and {:.3g}, expected positive ones, the largest "
+                      "at most the sum of the others, as all bodies have",
+                      moments[0], moments[1], moments[2]));
+    if (sum_) *sum_ += mass[0];
+    return mass[0];
+  }
+
+  // Not 0 for a geom with mass: how much, the library computes.
+  double mass_by_geom(const Element& geom, const Element& body) {
+    const auto mass = numbers(geom, "mass", 1, 1), density = numbers(geom, "density", 1, 1);
+    if (mass.empty() ? !density.empty() && density[0] == 0 : mass[0] == 0) return 0;
+    if (geom.find("mesh"))
+      reject(geom, "mesh",
+             fmt::format(
+                 "would give '{}' its inertia, which libraries compute differently: expected an inertial of "
+                 "the body, or density 0",
+                 body.get("name")));
+    sum_.reset();
+    return 1;
+  }
+
+  void require_tree(const Element& equality) const {
+    if (equality.get("active") == "false" || equality.name == "joint" || equality.name == "tendon") return;
+    reject(equality, "", "closes a chain of bodies, expected a robot that is a tree");
+  }
+
+  // The bench decides what touches what: a sole and the floor, the two feet, the robot and its room.
+  void drop_contact(const Element& contact, const Parts& parts) {
+    for (const auto& [attribute, other] : {std::pair("geom1", "geom2"), {"geom2", "geom1"}}) {
+      const std::string* const geom = contact.find(attribute);
+      if (!geom || geoms_.contains(*geom)) continue;
+      model_.paired_with_floor.push_back(contact.get(other));
+      if (parts.contacts && !is_one_of(contact.get(other), *parts.contacts))
+        reject(contact, attribute,
+               fmt::format(
+                   "is '{}', no geom of the robot: expected the other geom among the contacts of a foot in "
+                   "robot.yaml",
+                   *geom));
+    }
+    note(Fate::dropped, fmt::format("contact {}: the bench decides what touches what", contact.name),
+         contact);
+  }
+
+  /// Keeps the assets that the robot uses, under names of its own and with absolute paths.
+  void clean_assets() {
+    Element& assets = section("asset");
+    std::set<std::string> used;
+    const auto use = [&](const Element& user) {
+      for (const string_view kind : kAssetNames)
+        if (const std::string* const name = user.find(kind)) used.insert(fmt::format("{} {}", kind, *name));
+    };
+    const auto use_all = [&](const auto& self, const Element& body) -> void {
+      for (const Element& child : body.children) use(child), self(self, child);
+    };
+    use_all(use_all, section("worldbody"));
+    for (const Element& tendon : section("tendon").children) use(tendon);
+    for (const bool textures : {false, true})
+      std::erase_if(assets.children, [&](Element& asset) {
+        if ((asset.name == "texture") != textures) return false;
+        const std::string own = asset.get("name");
+        const std::string name = own.empty() ? fs::path(asset.get("file")).stem().string() : own;
+        asset.set("name", std::string(kPrefix) + name);
+        if (asset.name == "material" && asset.find("texture"))
+          asset.set("texture", std::string(kPrefix) + asset.get("texture"));
+        if (!used.contains(fmt::format("{} {}{}", asset.name, kPrefix, name))) {
+          note(Fate::dropped, fmt::format("{} that the robot does not use", asset.name), asset);
+          return true;
+        }
+        use(asset);
+        if (asset.find("file")) asset.set("file", file_of(asset).string());
+        if (asset.name == "mesh") asset.erase("inertia");  // no mass comes from meshes
+        return false;
+      });
+  }
+
+  fs::path file_of(const Element& asset) {
+    const Element& compiler = section("compiler");
+    const fs::path given = asset.get("file"),
+                   name = compiler.get("strippath") == "true" ? given.filename() : given;
+    const std::string kind = asset.name == "texture" ? "texturedir" : "meshdir";
+    const std::string folder = compiler.get(compiler.find(kind) ? kind : "assetdir");
+    const fs::path file = fs::absolute(model_.root.file->parent_path() / folder / name).lexically_normal();
+    std::string ending = file.extension().string();
+    std::ranges::transform(ending, ending.begin(),
+                           [](char c) { return c >= 'A' && c <= 'Z' ? char(c | 0x20) : c; });
+    const bool is_read =
+        asset.name == "texture" ? ending == ".png" : is_one_of(ending, std::array{".stl", ".obj", ".msh"});
+    if (!is_read && asset.name != "hfield")
+      reject(asset, "file",
+             fmt::format("is '{}', expected a {} file", given.string(),
+                         asset.name == "texture" ? ".png" : ".stl or .obj"));
+    std::error_code fault;
+    if (!fs::is_regular_file(file, fault))
+      reject(asset, "file", fmt::format("there is no file {}", file.string()));
+    return file;
+  }
+
+  /// Drops what only newer libraries know and the bench can do without; rejects all else that is not known.
+  void check(Element& element, const Schema::Known& known) {
+    std::erase_if(element.attributes, [&](const auto& attribute) {
+      if (known.attributes.contains(attribute.first)) return false;
+      if (!is_one_of(std::pair<string_view, string_view>(element.name, attribute.first), kDropped))
+        reject(element, attribute.first,
+               fmt::format("is not known to this MuJoCo, expected one of {}",
+                           fmt::join(known.attributes, ", ")));
+      note(Fate::dropped, fmt::format("{} {}", element.name, attribute.first), element);
+      return true;
+    });
+    for (Element& child : element.children) {
+      const auto found = known.children.find(child.name);
+      const bool same = known.recursive && child.name == element.name;
+      if (!same && found == known.children.end())
+        reject(child, "", fmt::format("is not known to this MuJoCo in {}", element.name));
+      check(child, same ? known : found->second);
+    }
+  }
+
+  const Schema::Known& schema_;
+  ModelFile model_;
+  std::vector<Note> notes_;
+  Angles angles_;
+  Classes classes_;
+  std::vector<Element> actuators_;
+  std::set<std::string> geoms_;    // of the robot, with a name
+  std::optional<double> sum_ = 0;  // of all masses; nothing if the library computes some
+};
+
+}  // namespace
+
+void add_note(std::vector<Note>& notes, Fate fate, string_view what, const Element& where) {
+  for (Note& note : notes)
+    if (note.fate == fate && note.what == what) {
+      ++note.count;
+      return;
+    }
+  notes.push_back({fate, std::string(what), fmt::format("{}:{}", where.file->string(), where.line)});
+}
+
+ModelFile read_model(const fs::path& file, const Schema& schema, const Parts& parts) {
+  Element root = read_xml(file);
+  std::vector<Note> notes;
+  if (root.name == "robot") root = mjcf_of_urdf(root, notes);
+  if (root.name != "mujoco") reject(root, "", "is not a model, expected mujoco (MJCF) or robot (URDF)");
+  std::error_code fault;
+  std::set<fs::path> read{fs::weakly_canonical(file, fault)};
+  expand(root, file.parent_path(), read);
+  return Reader(std::move(root), schema, std::move(notes)).read(parts);
+}
+
+}  // namespace sim::model_file

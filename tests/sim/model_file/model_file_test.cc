@@ -1,0 +1,291 @@
+#include "sim/model_file/model_file.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/sim/files/temporary_folder.h"
+
+namespace sim::model_file {
+namespace {
+
+using files::error_of, files::TemporaryFolder;
+using testing::ElementsAre, testing::EndsWith, testing::Pair;
+using tests::Has, tests::Lacks;
+
+/// A small library's schema, as mj_printSchema writes one.
+const Schema& schema() {
+  static const Schema known(R"(mujoco (!)                    model 
+   compiler (*)               angle eulerseq meshdir autolimits 
+                              balanceinertia 
+   default (R)                class 
+   asset (*)                  
+      mesh (*)                name file scale vertex 
+      material (*)            name texture rgba 
+      texture (*)             name type builtin file 
+   (world)body (R)            name pos quat axisangle euler 
+      inertial (?)            pos mass diaginertia fullinertia 
+      joint (*)               name type axis range ref damping limited 
+      freejoint (*)           name 
+      geom (*)                name type size pos quat euler fromto 
+                              mesh material mass density rgba 
+                              friction contype conaffinity 
+      site (*)                name pos quat 
+   equality (*)               
+      connect (*)             body1 body2 anchor active 
+)");
+  return known;
+}
+
+constexpr const char* kInertial = "<inertial pos='0 0 0' mass='2' diaginertia='1 1 1'/>";
+
+/// Reads robot.xml with this content of its root; %I: an inertial.
+ModelFile read(const TemporaryFolder& folder, const std::string& content, const Parts& parts = {}) {
+  files::write_text(folder / "robot.xml",
+                    tests::replaced("<mujoco model='m'>\n" + content + "</mujoco>", "%I", kInertial));
+  return read_model(folder / "robot.xml", schema(), parts);
+}
+/// The same of a base with this content.
+ModelFile read_base(const TemporaryFolder& folder, const std::string& content, const std::string& more = "") {
+  return read(folder, "<compiler angle='radian'/>" + more + "<worldbody><body name='base'><freejoint/>%I\n" +
+                          content + "</body></worldbody>");
+}
+const Element& body_of(const ModelFile& model) { return model.root.child("worldbody")->children.at(0); }
+std::vector<std::string> notes_of(const ModelFile& model, Fate fate) {
+  std::vector<std::string> all;
+  for (const Note& note : model.notes)
+    if (note.fate == fate) all.push_back(note.what + " x" + std::to_string(note.count));
+  return all;
+}
+auto Near(const std::vector<double>& values) {
+  return testing::Pointwise(testing::DoubleNear(1e-12), values);
+}
+/// Position and quaternion (w x y z).
+void expect_place(const Element& element, const std::vector<double>& p, const std::vector<double>& q) {
+  EXPECT_THAT(numbers(element, "pos", 3, 3), Near(p));
+  EXPECT_THAT(numbers(element, "quat", 4, 4), Near(q));
+}
+
+TEST(ModelFile, OnlyTheRobotSurvivesWithWhatItsMotorsCanDoKeptAside) {
+  const TemporaryFolder folder;
+  const ModelFile model = read(folder, R"(
+    <compiler angle='radian' autolimits='true'/>
+    <option integrator='implicitfast'/><sensor><contact/></sensor><keyframe><key ctrl='0'/></keyframe>
+    <default><joint damping='3' actuatorfrclimited='true'/><default class='strong'><motor ctrlrange='-9 9'/></default></default>
+    <worldbody>
+      <light/><geom type='plane' name='floor'/><body name='table'/>
+      <body name='base'><joint type='free' name='root'/>%I<camera mode='targetbody'/>
+        <body name='leg' gravcomp='0'><joint name='hip' actuatorfrcrange='-88 88' range='-1 1'/>%I
+          <body name='foot'><joint name='ankle' range='-1 1'/>%I</body></body></body>
+    </worldbody>
+    <actuator><position joint='hip' kp='100' kv='2'/><motor class='strong' joint='ankle' gear='10'/></actuator>
+)");
+  EXPECT_THAT(to_xml(model.root), Lacks("floor", "table", "light", "camera", "actuator", "default",
+                                        "gravcomp", "actuatorfrc", "implicitfast", "sensor"));
+  EXPECT_EQ(body_of(model).children.at(0).name, "freejoint");
+  EXPECT_EQ(body_of(model).children.at(0).attributes.size(), 1u) << "the free base has no damping";
+  EXPECT_EQ(body_of(model).children.at(2).child("joint")->get("damping"), "3");
+  EXPECT_EQ(model.motors.at("hip").effort, 88);
+  EXPECT_EQ(model.motors.at("hip").kp, 100);
+  EXPECT_EQ(model.motors.at("hip").kd, 2);
+  EXPECT_EQ(model.motors.at("ankle").effort, 90);
+  EXPECT_EQ(model.mass_kg, 6);
+  EXPECT_THAT(notes_of(model, Fate::dropped), testing::Contains("joint actuatorfrclimited x2"));
+  EXPECT_THAT(
+      notes_of(model, Fate::converted),
+      ElementsAre("joint of type free: a freejoint, without damping x1", "body gravcomp 0: left out x1"));
+}
+
+TEST(ModelFile, DefaultsOfAClassAndThoseAboveItAreWrittenOut) {
+  const TemporaryFolder folder;
+  const ModelFile model =
+      read_base(folder, R"(
+      <geom name='a' class='soft'/><geom name='b' friction='0.5' type='sphere'/>
+      <body childclass='soft'><geom name='c' fromto='0 0 0 0 0 1'/></body>)",
+                R"(<default class='top'><geom type='box' friction='1 0.1 0.2' pos='0 0 1'/>
+      <default class='soft'><geom friction='2'/></default></default>)");
+  const auto geom = [&](std::size_t i) { return body_of(model).children.at(2 + i); };
+  EXPECT_EQ(geom(0).get("friction"), "2 0.1 0.2");
+  EXPECT_EQ(geom(0).get("type"), "box");
+  EXPECT_EQ(geom(1).get("friction"), "0.5 0.1 0.2");
+  EXPECT_EQ(geom(1).get("type"), "sphere");
+  EXPECT_EQ(geom(2).children.at(0).get("friction"), "2 0.1 0.2");
+}
+
+TEST(ModelFile, AFrameLeavesItsContentInTheBodyAtTheSamePlace) {
+  const TemporaryFolder folder;
+  const ModelFile model = read_base(folder, R"(
+      <frame pos='1 0 0' euler='0 0 1.5707963267948966'><frame pos='1 0 0'>
+        <geom type='box' pos='0 2 0'/><geom type='capsule' fromto='0 0 0 1 0 0'/></frame></frame>)");
+  const double r = std::sqrt(0.5);
+  expect_place(body_of(model).children.at(2), {-1, 1, 0}, {r, 0, 0, r});
+  EXPECT_THAT(numbers(body_of(model).children.at(3), "fromto", 6, 6), Near({1, 1, 0, 1, 2, 0}));
+}
+
+TEST(ModelFile, DegreesAndAnySequenceOfEulerAnglesBecomeRadiansAndQuaternions) {
+  const TemporaryFolder folder;
+  const ModelFile model =
+      read(folder, R"(<compiler eulerseq='ZYX'/><worldbody><body name='base' euler='90 0 90'>
+      <freejoint/>%I<body name='leg' axisangle='1 0 0 180'><joint name='hip' range='-90 45' ref='180'/>
+      <joint name='rail' type='slide' range='-90 45'/>%I</body></body></worldbody>)");
+  expect_place(body_of(model), {0, 0, 0}, {0.5, 0.5, -0.5, 0.5});
+  const Element& leg = body_of(model).children.at(2);
+  expect_place(leg, {0, 0, 0}, {0, 1, 0, 0});
+  const double pi = std::numbers::pi;
+  EXPECT_THAT(numbers(leg.children.at(0), "range", 2, 2), ElementsAre(-pi / 2, pi / 4));
+  EXPECT_THAT(numbers(leg.children.at(0), "ref", 1, 1), ElementsAre(pi));
+  EXPECT_EQ(leg.children.at(1).get("range"), "-90 45");
+}
+
+TEST(ModelFile, IncludesAndAssetsAreFoundFromTheFolderOfTheFile) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "parts");
+  files::write_text(folder / "parts/leg.STL", "");
+  files::write_text(folder / "assets.xml", R"(<mujoco><compiler meshdir='parts'/><asset>
+      <mesh file='leg.STL' content_type='model/stl'/><mesh name='unused' file='none.stl'/>
+      <material name='skin' texture='cloth'/><texture name='cloth' builtin='flat'/></asset></mujoco>)");
+  const ModelFile model =
+      read_base(folder, "<geom mesh='leg' material='skin' mass='0'/>", "<include file='assets.xml'/>");
+  const Element& geom = body_of(model).children.at(2);
+  EXPECT_THAT(geom.attributes,
+              ElementsAre(Pair("mesh", "robot/leg"), Pair("material", "robot/skin"), Pair("mass", "0")));
+  const std::vector<Element>& assets = model.root.child("asset")->children;
+  ASSERT_EQ(assets.size(), 3u);
+  EXPECT_EQ(assets[0].get("name"), "robot/leg");
+  EXPECT_EQ(assets[0].get("file"), (folder / "parts/leg.STL").string());
+  EXPECT_EQ(assets[1].get("texture"), "robot/cloth");
+}
+
+TEST(ModelFile, ThreeSlidesAndABallAreAFreeBase) {
+  const TemporaryFolder folder;
+  const ModelFile model = read(folder, R"(<worldbody><body name='base'>%I<joint type='slide' axis='1 0 0'/>
+      <joint type='slide' axis='0 1 0'/><joint type='slide' axis='0 0 1'/><joint type='ball'/></body></worldbody>)");
+  EXPECT_EQ(body_of(model).children.at(0).name, "freejoint");
+  EXPECT_EQ(body_of(model).children.size(), 2u);
+}
+
+TEST(ModelFile, AFloorOfAPairIsRejectedUnlessItsPartnerIsAContactOfAFoot) {
+  const TemporaryFolder folder;
+  const auto paired = [&](const Parts& parts) {
+    return read(folder,
+                "<worldbody><body name='base'><freejoint/>%I<geom name='sole' size='1'/></body></worldbody>"
+                "<contact><pair geom1='sole' geom2='floor'/></contact>",
+                parts);
+  };
+  EXPECT_EQ(paired({"", std::vector<std::string>{"sole"}}).root.child("contact"), nullptr);
+  EXPECT_THAT(paired({}).paired_with_floor, ElementsAre("sole"));
+  EXPECT_THAT(error_of([&] {
+                paired({"", std::vector<std::string>{"toe"}});
+              }),
+              Has("robot.xml:2: pair geom2: is 'floor', no geom of the robot"));
+}
+
+TEST(ModelFile, WhatTheBenchCannotTakeIsRejectedWithFileLineElementAndAttribute) {
+  const TemporaryFolder folder;
+  const std::pair<std::string, std::string> cases[]{
+      {"<geom szie='1'/>",
+       "robot.xml:3: geom szie: is not known to this MuJoCo, expected one of conaffinity"},
+      {"<plugin/>", "robot.xml:3: plugin: is not known to this MuJoCo in body"},
+      {"<composite/>", "robot.xml:3: composite: is not known"},
+      {"<body gravcomp='1'/>", "robot.xml:3: body gravcomp: is not 0"},
+      {"<body name='leg'><joint name='hip'/></body>", "robot.xml:3: body: 'leg' moves but has no mass"},
+      {"<body name='leg'><joint/><geom mesh='m'/></body>",
+       "robot.xml:3: geom mesh: would give 'leg' its inertia"},
+      {"<body><inertial mass='1' diaginertia='1 1 3'/></body>",
+       "inertial diaginertia: has principal moments 1, 1 and 3"},
+      {"<body><inertial mass='1' fullinertia='1 1 1 2 0 0'/></body>",
+       "inertial fullinertia: has principal moments -1,"},
+      {"<body><inertial diaginertia='1 1 1'/></body>", "inertial mass: is missing"},
+      {"<body><joint type='free'/>%I</body>",
+       "robot.xml:3: joint type: is free, expected that of the base alone"},
+      {"<frame><joint/></frame>", "robot.xml:3: joint: is in a frame, expected it in the body itself"},
+      {"<geom class='none'/>", "robot.xml:3: geom class: 'none' is no default class"},
+      {"<frame pos='1 2'/>", "robot.xml:3: frame pos: has 2 numbers, expected 3"},
+      {"<frame euler='1 2 x'/>", "robot.xml:3: frame euler: has 'x', expected a number"},
+      {"<geom>", "robot.xml:3: is not XML"}};
+  for (const auto& [content, error] : cases)
+    EXPECT_THAT(error_of([&] { read_base(folder, content); }), Has(error)) << content;
+  const std::pair<std::string, std::string> sections[]{
+      {"<include file='none.xml'/>", "robot.xml:2: include file: there is no file"},
+      {"<include file='robot.xml'/>", "is included twice"},
+      {"<extension/>", "robot.xml:2: extension: is not read, expected one of compiler"},
+      {"<equality><connect body1='base'/></equality>", "robot.xml:2: connect: closes a chain of bodies"},
+      {"<default><default/></default>", "robot.xml:2: default class: is missing"},
+      {"<compiler coordinate='global'/>", "robot.xml:2: compiler coordinate: is global"}};
+  for (const auto& [more, error] : sections)
+    EXPECT_THAT(error_of([&] { read_base(folder, "", more); }), Has(error)) << more;
+  for (const auto& [file, error] :
+       {std::pair("leg.dae", "is 'leg.dae', expected a .stl or .obj file"), {"leg.stl", "there is no file"}})
+    EXPECT_THAT(error_of([&] {
+                  read_base(folder, "<geom mesh='leg' mass='0'/>",
+                            std::string("<asset><mesh file='") + file + "'/></asset>");
+                }),
+                Has("robot.xml:2: mesh file: ", error));
+  EXPECT_THAT(error_of([&] { read(folder, "<worldbody><body name='base'>%I</body></worldbody>"); }),
+              Has("robot.xml:2: body: 'base' is the base but has no free joint"));
+  EXPECT_THAT(error_of([&] { read(folder, "<worldbody/>"); }),
+              Has("worldbody: has no body, expected a robot"));
+}
+
+// Reads robot.urdf in folder/arm/urdf with these elements after a root link of 1 kg.
+ModelFile read_urdf(const TemporaryFolder& folder, const std::string& content) {
+  std::filesystem::create_directories(folder / "arm/urdf");
+  std::filesystem::create_directories(folder / "arm/meshes");
+  files::write_text(folder / "arm/meshes/leg.stl", "");
+  const std::string inertial =
+      "<inertial><mass value='1'/><origin rpy='0 0 1.5707963267948966' xyz='0 0 2'/><inertia "
+      "ixx='1' iyy='2' izz='2.5' ixy='0' ixz='0' iyz='0'/></inertial>";
+  files::write_text(folder / "arm/urdf/robot.urdf",
+                    tests::replaced("<robot name='r'>\n<link name='base'>%I</link>" + content + "</robot>",
+                                    "%I", inertial));
+  return read_model(folder / "arm/urdf/robot.urdf", schema());
+}
+
+TEST(Urdf, HasAFreeRootWithItsMassAndJointsWithTheirLimits) {
+  const TemporaryFolder folder;
+  const ModelFile model =
+      read_urdf(folder, R"(<link name='leg'>%I<collision><geometry><box size='2 4 6'/></geometry></collision>
+      <visual><geometry><mesh filename='package://arm/meshes/leg.stl'/></geometry></visual></link>
+      <joint name='hip' type='revolute'><parent link='base'/><child link='leg'/><origin xyz='0 0 -1'/><axis xyz='0 1 0'/>
+      <limit lower='-1' upper='2' effort='50' velocity='9'/></joint>)");
+  EXPECT_EQ(body_of(model).children.at(0).name, "freejoint");
+  EXPECT_EQ(model.mass_kg, 2);
+  EXPECT_EQ(model.motors.at("hip").effort, 50);
+  const Element& leg = body_of(model).children.at(2);
+  expect_place(leg, {0, 0, -1}, {1, 0, 0, 0});
+  EXPECT_EQ(leg.child("joint")->get("range"), "-1 2");
+  EXPECT_THAT(numbers(*leg.child("inertial"), "fullinertia", 6, 6), Near({2, 1, 2.5, 0, 0, 0}));
+  EXPECT_EQ(leg.child("geom")->get("size"), "1 2 3");
+  EXPECT_EQ(model.root.child("asset")->child("mesh")->get("file"), (folder / "arm/meshes/leg.stl").string());
+}
+
+TEST(Urdf, ThatIsNoTreeOrNamesWhatIsNotThereIsRejected) {
+  const TemporaryFolder folder;
+  const auto joint = [](const std::string& parent, const std::string& child,
+                        const std::string& type = "fixed") {
+    return "<joint name='j' type='" + type + "'><parent link='" + parent + "'/><child link='" + child +
+           "'/></joint>";
+  };
+  const auto mesh = [&](const std::string& file) {
+    return "<link name='a'><visual><geometry><mesh filename='" + file + "'/></geometry></visual></link>" +
+           joint("base", "a");
+  };
+  const std::pair<std::string, std::string> cases[]{
+      {joint("base", "none"), "robot.urdf:2: joint: joins 'none', which is no link"},
+      {"<link name='a'/>", "robot: has 2 root links"},
+      {joint("base", "base"), "robot: has no root link: its joints are a closed loop"},
+      {"<link name='a'/><link name='b'/>" + joint("a", "b") + joint("b", "a"),
+       "2 links that hang on each other"},
+      {"<link name='a'/>" + joint("base", "a") + joint("a", "a"),
+       "joint: 'a' hangs on 'j', too: a closed loop"},
+      {"<link name='a'/>" + joint("base", "a", "planar"), "joint type: is planar, expected revolute"},
+      {"<link name='a'>%I</link>" + joint("base", "a", "revolute"), "joint limit: is missing"},
+      {"<link name='a'/>" + joint("base", "a", "continuous"), "body: 'a' moves but has no mass"},
+      {mesh("leg.dae"), "mesh file: is 'leg.dae', expected a .stl or .obj file"},
+      {mesh("package://other/leg.stl"),
+       "mesh filename: the package 'other' with /leg.stl is not above this file"}};
+  for (const auto& [content, error] : cases)
+    EXPECT_THAT(error_of([&] { read_urdf(folder, content); }), Has(error)) << content;
+}
+
+}  // namespace
+}  // namespace sim::model_file
