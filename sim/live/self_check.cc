@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "sim/files/json.h"
 #include "sim/score/trajectory.h"
 #include "walking/plan.h"
 
@@ -165,7 +166,7 @@ std::string SelfCheck::json() const {
                        {"at_most", kView_px}};
   }
   json["complaint"] = complaint().value_or("");
-  return json.dump(2) + "\n";
+  return files::json_text(json, 2) + "\n";
 }
 
 }  // namespace sim::live

@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using files::FileError;
 using files::FileLock;
-using nlohmann::json;
+using nlohmann::ordered_json;
 
 std::optional<std::string> environment(const char* name) {
   const char* const value = std::getenv(name);
@@ -118,13 +118,13 @@ void Cache::make_entry(const std::string& key, const Label& label, const Make& m
   files::AtomicFolder folder(place_.folder / key, files::Existing::replace);
   const fs::path result = folder.path() / "result";
   make(result);
-  const json entry{{"format_version", 3},
-                   {"recording", Manifest(result / "recording").hash()},
-                   {"files_xxh3_128", hash_of_files_in(result)},
-                   {"scenario", label.scenario},
-                   {"seed", label.seed},
-                   {"bytes", size_of(folder.path())}};
-  files::write_text(folder.path() / "entry.json", entry.dump(2) + "\n");
+  const ordered_json entry{{"format_version", 3},
+                           {"recording", Manifest(result / "recording").hash()},
+                           {"files_xxh3_128", hash_of_files_in(result)},
+                           {"scenario", label.scenario},
+                           {"seed", label.seed},
+                           {"bytes", size_of(folder.path())}};
+  files::write_text(folder.path() / "entry.json", files::json_text(entry, 2) + "\n");
   folder.commit();
 }
 

@@ -117,7 +117,8 @@ ordered_json of_seeds(const std::vector<result::SeedScore>& seeds, const auto& p
 std::string lines(const ordered_json& object) {
   std::string text;
   for (const auto& [key, value] : object.items())
-    text += fmt::format("{}{}: {}", text.empty() ? "" : ",\n", ordered_json(key).dump(), value.dump());
+    text +=
+        fmt::format("{}{}: {}", text.empty() ? "" : ",\n", files::json_text(key), files::json_text(value));
   return text;
 }
 
@@ -133,7 +134,7 @@ std::string print(const ScenarioResults& scenario) {
       {"seeds", of_seeds(seeds, [](const result::SeedScore& s) { return s.seed; })},
       {"recordings_xxh3_128", of_seeds(seeds, [](const result::SeedScore& s) { return s.recording; })}};
   return fmt::format("{}: {{\n\"config\": {{\n{}\n}},\n{},\n\"metrics\": {{\n{}\n}}\n}}",
-                     ordered_json(scenario.name).dump(), lines(scenario.config), lines(head), lines(metrics));
+                     files::json_text(scenario.name), lines(scenario.config), lines(head), lines(metrics));
 }
 
 // A list with one item for each of n seeds.
@@ -249,7 +250,7 @@ void write_baseline(const fs::path& file, const Baseline& baseline) {
   for (const BaselineChange& change : baseline.history) {
     const ordered_json json{
         {"revision", change.revision}, {"reason", change.reason}, {"processor", change.processor}};
-    history += (history.empty() ? "" : ",\n") + json.dump();
+    history += (history.empty() ? "" : ",\n") + files::json_text(json);
   }
   for (const ScenarioResults& scenario : baseline.scenarios)
     scenarios += (scenarios.empty() ? "" : ",\n") + print(scenario);

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "sim/files/atomic_file.h"
+#include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
@@ -306,7 +307,7 @@ ordered_json to_json(const Summary& summary) {
 }
 
 void write_summary(const fs::path& file, const Summary& summary) {
-  files::write_atomically(file, to_json(summary).dump(2) + "\n");
+  files::write_atomically(file, files::json_text(to_json(summary), 2) + "\n");
 }
 
 std::optional<fs::path> renew_summary(const fs::path& result) {

@@ -14,6 +14,14 @@ namespace {
 namespace fs = std::filesystem;
 using std::string_view_literals::operator""sv;
 
+void* find(void* owner, const std::vector<Key::Step>& place) {
+  for (const Key::Step& step : place) {
+    owner = static_cast<char*>(owner) + step.offset;
+    if (step.content) owner = step.content(owner);
+  }
+  return owner;
+}
+
 std::vector<fs::path> files_below(const fs::path& folder) {
   std::error_code fault;
   std::vector<fs::path> files;
@@ -55,6 +63,24 @@ void check_metric(const Yaml& at, const std::string& key, std::string_view name)
 }
 
 }  // namespace
+
+void Key::read_in(void* owner, const Yaml& node) const { type->read(node, name, domain, find(owner, place)); }
+
+std::string Key::print_in(const void* owner) const {
+  return type->print(domain, find(const_cast<void*>(owner), place));  // NOLINT: print changes nothing
+}
+
+void KeyList::add(std::string_view name, std::ptrdiff_t offset, const Domain& domain, std::string_view doc,
+                  const ValueType& type) const {
+  keys_.push_back(
+      {prefix_ + std::string(name), std::string(doc), type.expected(domain), domain, &type, below({offset})});
+}
+
+std::vector<Key::Step> KeyList::below(const Key::Step& step) const {
+  std::vector<Key::Step> place = place_;
+  place.push_back(step);
+  return place;
+}
 
 const std::vector<Key>& scenario_keys() {
   static const std::vector<Key> all = keys_of<Scenario>();

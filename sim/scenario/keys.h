@@ -38,84 +38,99 @@ std::string describe();
 /// A value that can be set in options, its owner: those that keys_of() was asked for. The member's
 /// initializer is its default, its name ends in its unit.
 struct Key {
+  /// A step from an object to its member, or to the content of an optional one.
+  struct Step {
+    std::ptrdiff_t offset;
+    void* (*content)(void* optional) = nullptr;
+  };
+
   std::string name;      ///< dotted: "walk.step_length_m"
   std::string doc;       ///< what the key means
   std::string expected;  ///< "a number from 0.01 to 0.4"
   Domain domain;
   const ValueType* type;
-  std::function<void*(void*)> find;  ///< the value in the owner
+  std::vector<Step> place;  ///< of the value in the owner
 
   /// Throws ConfigError.
   template <class Owner>
   void read(const Yaml& node, Owner& owner) const {
-    type->read(node, name, domain, find(&owner));
+    read_in(&owner, node);
   }
   /// Prints the value as YAML; lists may break lines.
   template <class Owner>
   std::string print(const Owner& owner) const {
-    return type->print(domain, find(const_cast<Owner*>(&owner)));  // NOLINT: print changes nothing
+    return print_in(&owner);
   }
+  // The same for an owner whose type is not known.
+  void read_in(void* owner, const Yaml& node) const;
+  std::string print_in(const void* owner) const;
+};
+
+/// What a KeyCollector does for any options: templates of it would take a third of this room's compilation.
+class KeyList : public walking::KeyVisitor {
+ protected:
+  KeyList(std::string prefix, std::vector<Key::Step> place, std::vector<Key>& keys)
+      : prefix_(std::move(prefix)), place_(std::move(place)), keys_(keys) {}
+  void add(std::string_view name, std::ptrdiff_t offset, const Domain& domain, std::string_view doc,
+           const ValueType& type) const;
+  std::vector<Key::Step> below(const Key::Step& step) const;
+
+  std::string prefix_;
+  std::vector<Key::Step> place_;
+  std::vector<Key>& keys_;
 };
 
 /// Visitor that makes the Keys of an options struct and of its parts.
 template <class Options>
-class KeyCollector : public walking::KeyVisitor {
+class KeyCollector : public KeyList {
  public:
-  /// prefix: of all names; find(owner): the Options in it.
-  KeyCollector(std::string prefix, std::function<void*(void*)> find, std::vector<Key>& keys)
-      : prefix_(std::move(prefix)), find_(std::move(find)), keys_(keys) {}
+  /// prefix: of all names; place: of the Options in the owner.
+  KeyCollector(std::string prefix, std::vector<Key::Step> place, std::vector<Key>& keys)
+      : KeyList(std::move(prefix), std::move(place), keys) {}
 
-  void number(std::string_view name, auto member, double lowest, double highest, std::string_view doc) const {
-    add(name, member, {lowest, highest}, doc);
-  }
-  void choice(std::string_view name, auto member, std::span<const std::string_view> words,
+  template <class Value, class Class>
+  void number(std::string_view name, Value Class::*member, double lowest, double highest,
               std::string_view doc) const {
-    add(name, member, {0, 0, words}, doc);
+    add(name, offset(member), {lowest, highest}, doc, kValueType<Value>);
   }
-  void value(std::string_view name, auto member, std::string_view doc) const { add(name, member, {}, doc); }
+  template <class Value, class Class>
+  void choice(std::string_view name, Value Class::*member, std::span<const std::string_view> words,
+              std::string_view doc) const {
+    add(name, offset(member), {0, 0, words}, doc, kValueType<Value>);
+  }
+  template <class Value, class Class>
+  void value(std::string_view name, Value Class::*member, std::string_view doc) const {
+    add(name, offset(member), {}, doc, kValueType<Value>);
+  }
   void degrees(std::string_view name, double Options::*member, double lowest, double highest,
                std::string_view doc) const {
-    add(name, member, {lowest, highest}, doc, kDegrees);
+    add(name, offset(member), {lowest, highest}, doc, kDegrees);
   }
   template <class Part, class Class>
   void part(std::string_view name, Part Class::*member) const {
-    using Present = std::remove_pointer_t<decltype(present(std::declval<Part&>()))>;
-    Present::keys(KeyCollector<Present>(prefix_ + std::string(name) + ".", below(member), keys_));
+    const std::string prefix = prefix_ + std::string(name) + ".";
+    if constexpr (requires(Part part) { part.has_value(); }) {
+      using Content = typename Part::value_type;
+      const auto content = [](void* part) -> void* { return &**static_cast<Part*>(part); };
+      Content::keys(KeyCollector<Content>(prefix, below({offset(member), content}), keys_));
+    } else {
+      Part::keys(KeyCollector<Part>(prefix, below({offset(member)}), keys_));
+    }
   }
 
  private:
-  /// The part, also of an optional one.
-  static auto* present(auto& part) {
-    if constexpr (requires { part.has_value(); }) {
-      return &*part;
-    } else {
-      return &part;
-    }
-  }
   template <class Value, class Class>
-  std::function<void*(void*)> below(Value Class::*member) const {
-    return [find = find_, member](void* owner) -> void* {
-      return present(static_cast<Options*>(find(owner))->*member);
-    };
+  static std::ptrdiff_t offset(Value Class::*member) {
+    static const Options sample{};
+    return reinterpret_cast<const char*>(&(sample.*member)) - reinterpret_cast<const char*>(&sample);
   }
-  template <class Value, class Class>
-  void add(std::string_view name, Value Class::*member, const Domain& domain, std::string_view doc,
-           const ValueType& type = kValueType<Value>) const {
-    keys_.push_back(
-        {prefix_ + std::string(name), std::string(doc), type.expected(domain), domain, &type, below(member)});
-  }
-
-  std::string prefix_;
-  std::function<void*(void*)> find_;
-  std::vector<Key>& keys_;
 };
 
 /// All keys of options that have `keys`.
 template <class Options>
 std::vector<Key> keys_of() {
   std::vector<Key> keys;
-  Options::keys(KeyCollector<Options>(
-      "", [](void* owner) { return owner; }, keys));
+  Options::keys(KeyCollector<Options>("", {}, keys));
   return keys;
 }
 

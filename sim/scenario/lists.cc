@@ -53,20 +53,22 @@ const std::vector<Key>& fields() {
   return all;
 }
 
-template <class Owner>
-std::string print_fields(const Owner& owner) {
+std::string print_fields(const std::vector<Key>& fields, const void* owner) {
   std::vector<std::string> all;
-  for (const Key& field : fields<Owner>())
-    all.push_back(fmt::format("{}: {}", field.name, field.print(owner)));
+  for (const Key& field : fields) all.push_back(fmt::format("{}: {}", field.name, field.print_in(owner)));
   return fmt::format("{{{}}}", fmt::join(all, ", "));
 }
-
 template <class Owner>
-void read_fields(const Yaml& node, const std::string& where, std::string_view example, Owner& owner) {
+std::string print_fields(const Owner& owner) {
+  return print_fields(fields<Owner>(), &owner);
+}
+
+void read_fields(const Yaml& node, const std::string& where, std::string_view example,
+                 const std::vector<Key>& fields, void* owner) {
   if (node.kind != Yaml::Kind::map)
     fail(node, where, fmt::format("expected fields in braces, as in {}", example.substr(example.find('{'))));
   std::vector<std::string_view> known;
-  for (const Key& field : fields<Owner>()) known.push_back(field.name);
+  for (const Key& field : fields) known.push_back(field.name);
   for (std::size_t i = 0; i < node.keys.size(); ++i) {
     const std::string& name = node.keys[i].text;
     const auto field = std::find(known.begin(), known.end(), name);
@@ -74,8 +76,12 @@ void read_fields(const Yaml& node, const std::string& where, std::string_view ex
       fail(node.keys[i], where,
            fmt::format("unknown field '{}', expected {}{}", name, fmt::join(known, ", "),
                        did_you_mean(name, known)));
-    fields<Owner>()[static_cast<std::size_t>(field - known.begin())].read(node.items[i], owner);
+    fields[static_cast<std::size_t>(field - known.begin())].read_in(owner, node.items[i]);
   }
+}
+template <class Owner>
+void read_fields(const Yaml& node, const std::string& where, std::string_view example, Owner& owner) {
+  read_fields(node, where, example, fields<Owner>(), &owner);
 }
 
 template <class Kind>
@@ -128,6 +134,14 @@ std::string print_kind(const Kind& kind) {
 template <class... Kind>
 std::string print_kind(const std::variant<Kind...>& item) {
   return std::visit([](const auto& kind) { return print_kind(kind); }, item);
+}
+
+std::string describe_fields(std::string_view kind, const std::vector<Key>& fields, const void* owner) {
+  std::string text;
+  for (const Key& field : fields)
+    text += fmt::format("  {:22} {:12} {}, {}; default {}\n", kind, field.name, field.doc, field.expected,
+                        field.print_in(owner));
+  return text;
 }
 
 }  // namespace
@@ -189,9 +203,8 @@ std::string describe() {
   std::string text;
   Kinds<Item>::each([&]<class Kind>() {
     using Owner = typename Fields<Kind>::Owner;
-    for (const Key& field : fields<Owner>())
-      text += fmt::format("  {:22} {:12} {}, {}; default {}\n", Kind::kName, field.name, field.doc,
-                          field.expected, field.print(Owner{}));
+    const Owner owner{};
+    text += describe_fields(Kind::kName, fields<Owner>(), &owner);
   });
   return text;
 }

@@ -13,6 +13,8 @@
 namespace sim::score {
 namespace {
 
+// Without it, each function is compiled for long double, too.
+using InDouble = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
 constexpr std::size_t kExact = 50;  // 2^50 sign patterns are counted exactly in doubles
 
 // Twice the ranks of the sizes of differences: shared ranks become whole numbers.
@@ -144,7 +146,7 @@ std::optional<MeanTest> t_test(const std::vector<double>& values) {
   const double n = static_cast<double>(values.size()), middle = mean(values),
                error = standard_deviation(values) / std::sqrt(n);
   if (error == 0) return MeanTest{middle, middle, middle == 0 ? 1.0 : 0.0};
-  const boost::math::students_t t(n - 1);
+  const boost::math::students_t_distribution<double, InDouble> t(n - 1);
   const double reach = error * quantile(complement(t, 0.025));
   return MeanTest{middle - reach, middle + reach, 2 * cdf(complement(t, std::abs(middle) / error))};
 }
@@ -163,7 +165,7 @@ std::vector<double> holm(const std::vector<double>& p_values) {
 }
 
 double chi_square_quantile(double p, double dof) {
-  return boost::math::quantile(boost::math::chi_squared(dof), p);
+  return boost::math::quantile(boost::math::chi_squared_distribution<double, InDouble>(dof), p);
 }
 
 std::string nis_verdict(double nis) {

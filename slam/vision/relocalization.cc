@@ -23,7 +23,6 @@ constexpr std::size_t kMostPlaces = 3000;   // of an image
 constexpr int kPlaceStep_px = 2;
 constexpr double kPlaceBlur_px = 1.2;  // so that a template fits beside its place
 constexpr std::size_t kMostDetections = 48;
-constexpr double kMargin = 0.25;  // of the image's size, since the position is uncertain
 constexpr double kHeightSigma_m = 0.03, kHeightGate = 3;
 constexpr double kLeastAhead = 0.5;          // cosine of the angle to the heading that is searched
 constexpr std::size_t kLeastHypothesis = 4;  // detections that agree
@@ -88,18 +87,15 @@ struct InView {
   Eigen::Matrix2d view_change;
 };
 
-/// margin: of the image's size around it.
 std::vector<InView> in_view(const std::vector<const Landmark*>& landmarks, const State& state,
-                            const Eigen::Isometry3d& X_WC, const Camera& camera, double margin) {
-  const CameraIntrinsics& image = camera.intrinsics();
+                            const Eigen::Isometry3d& X_WC, const Camera& camera) {
   std::vector<InView> all;
   for (const Landmark* landmark : landmarks) {
     const Eigen::Vector3d p_W = position(landmark->kind, landmark->parameters(state));
     const auto projection = camera.project(X_WC.inverse() * p_W);
     if (!projection) continue;
     const Eigen::Vector2d& pixel = projection->pixel;
-    const double u = pixel.x() / image.width_px, v = pixel.y() / image.height_px;
-    if (std::min(u, v) < -margin || std::max(u, v) > 1 + margin) continue;
+    if (!camera.inside(pixel, kPatchSide)) continue;
     const Eigen::Vector3d normal_W = surface_normal(landmark->X_WC_first, p_W, landmark->tilt);
     if (const auto change = view_change(camera, landmark->X_WC_first, X_WC, p_W, normal_W, pixel))
       all.push_back({landmark, p_W, pixel, *change});
@@ -234,8 +230,10 @@ Eigen::Vector3d intersection(const BearingObservation& first, const BearingObser
     A += across;
     b += across * bearing->p_W;
   }
-  return A.ldlt().solve(b);
+  return A.inverse() * b;
 }
+
+Vector6d solved(const Matrix6d& A, const Vector6d& b) { return A.ldlt().solve(b); }
 
 /// Refines the pose by Gauss-Newton; the uncertainty of each landmark counts as noise of its pixel. Since the
 /// landmarks share most of their error, many do not make the pose more certain than one. If the residuals are
@@ -257,19 +255,21 @@ Estimate refine(Eigen::Isometry3d X_WC, const std::vector<Detection>& detections
       const Matrix23d J_p = projection->J * X_WC.linear().transpose();
       const Eigen::Matrix2d R = (sigma_px * sigma_px + kGridVariance_px2) * Eigen::Matrix2d::Identity() +
                                 J_p * detections[i].P * J_p.transpose();
-      const Eigen::Matrix<double, 6, 2> JtW = R.llt().solve(J).transpose();
+      const Eigen::Matrix2d W = R.inverse();
       const Eigen::Vector2d residual = detections[i].pixel - projection->pixel;
-      information += JtW * J;
-      gradient += JtW * residual;
-      squares += residual.dot(R.llt().solve(residual));
+      information += J.transpose() * W * J;
+      gradient += J.transpose() * W * residual;
+      squares += residual.dot(W * residual);
     }
-    const Vector6d step = information.ldlt().solve(gradient);
+    const Vector6d step = solved(information, gradient);
     X_WC.linear() = X_WC.linear() * rotation_matrix(quaternion_exp(step.head<3>()));
     X_WC.translation() += step.tail<3>();
   }
   const auto count = static_cast<double>(inliers.size());
   const double larger = count * std::max(1.0, squares / std::max(1.0, 2 * count - 6));
-  return {Stamp(0), X_WC, larger * information.ldlt().solve(Matrix6d::Identity())};
+  Matrix6d covariance;
+  for (int k = 0; k < 6; ++k) covariance.col(k) = larger * solved(information, Vector6d::Unit(k));
+  return {Stamp(0), X_WC, covariance};
 }
 
 /// True if two poses are the same within their uncertainties.
@@ -277,9 +277,8 @@ bool agree(const Estimate& found, const Estimate& predicted) {
   Vector6d difference;
   const Eigen::AngleAxisd turn(predicted.X_WC.linear().transpose() * found.X_WC.linear());
   difference << turn.angle() * turn.axis(), found.X_WC.translation() - predicted.X_WC.translation();
-  const Eigen::LDLT<Matrix6d> sum(found.covariance + predicted.covariance);
-  return sum.info() == Eigen::Success && sum.isPositive() &&
-         difference.dot(sum.solve(difference)) < kLargestDifference * kLargestDifference;
+  const double squared = difference.dot(solved(found.covariance + predicted.covariance, difference));
+  return squared >= 0 && squared < kLargestDifference * kLargestDifference;
 }
 
 }  // namespace
@@ -360,13 +359,11 @@ Verified verify(const Estimate& pose, const cv::Mat& image, const std::vector<co
                 const State& state, const Camera& camera, double sigma_px) {
   std::vector<Detection> found;
   std::size_t predicted = 0;
-  for (const InView& seen : in_view(landmarks, state, pose.X_WC, camera, 0)) {
+  for (const InView& seen : in_view(landmarks, state, pose.X_WC, camera)) {
     const Eigen::Vector3d now = pose.X_WC.translation() - seen.p_W,
                           first = seen.landmark->X_WC_first.translation() - seen.p_W;
     const auto patch = warp(seen.landmark->patch, seen.view_change);
-    if (!patch || !camera.inside(seen.pixel, kPatchSide) ||
-        now.dot(first) < kLikeFirstView * now.norm() * first.norm())
-      continue;
+    if (!patch || now.dot(first) < kLikeFirstView * now.norm() * first.norm()) continue;
     ++predicted;
     const auto near = search_ellipse(image, *patch, seen.pixel,
                                      kVerifySigma_px * kVerifySigma_px * Eigen::Matrix2d::Identity(), 3);
@@ -385,15 +382,12 @@ Verified verify(const Estimate& pose, const cv::Mat& image, const std::vector<co
 }  // namespace
 
 std::optional<Estimate> relocalize(const cv::Mat& image, const std::vector<Landmark>& landmarks,
-                                   const State& state, const Heading& heading, const Camera& camera,
-                                   double sigma_px) {
+                                   const State& state, double turn, const Camera& camera, double sigma_px) {
   Eigen::Isometry3d X_WC = state.X_WC();
-  X_WC.linear() = Eigen::AngleAxisd(heading.turn, Eigen::Vector3d::UnitZ()) * X_WC.linear();
+  X_WC.linear() = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()) * X_WC.linear();
   const std::vector<const Landmark*> reliable = reliable_landmarks(landmarks, state);
-  const std::vector<Detection> detections = detect(
-      image,
-      heading.nearby ? in_view(reliable, state, X_WC, camera, kMargin) : as_first_seen(reliable, state, X_WC),
-      state, camera);
+  const std::vector<Detection> detections =
+      detect(image, as_first_seen(reliable, state, X_WC), state, camera);
   const double sigma_z_m = std::sqrt(state.marginal<3>(kPosition)(2, 2));
   std::vector<Verified> poses;
   const auto verified = [&](const Estimate& pose) {
@@ -412,10 +406,9 @@ std::optional<Estimate> relocalize(const cv::Mat& image, const std::vector<Landm
   return best->pose;
 }
 
-Heading Headings::next(bool knows_place) {
-  const int round = searched_ / kCount, k = searched_ % kCount;  // 0, 1, -1, 2, -2, ...
-  ++searched_;
-  return {first_ + kStep * (k % 2 == 1 ? (k + 1) / 2 : -k / 2), knows_place && round % 2 == 0};
+double Headings::next() {
+  const int k = searched_++ % kCount;  // 0, 1, -1, 2, -2, ...
+  return first_ + kStep * (k % 2 == 1 ? (k + 1) / 2 : -k / 2);
 }
 
 RobotState relocalized_state(const Estimate& found, const State& before) {

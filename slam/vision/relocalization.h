@@ -21,26 +21,19 @@ struct BearingObservation {
 std::vector<Eigen::Isometry3d> poses_from_two(const BearingObservation& first,
                                               const BearingObservation& second, const Eigen::Matrix3d& R_WC);
 
-/// Where a lost camera may be.
-struct Heading {
-  double turn = 0;     ///< about the vertical, from the state's orientation
-  bool nearby = true;  ///< near the state's position, so that the views are known; otherwise anywhere
-};
-
-/// Searches the image for the landmarks that a camera with this heading would see, as it would see them or,
-/// if its place is not known, as they were first seen, and tries the poses of every two of them; the tilt and
-/// roughly the height are those of the state, which gyro, gravity and plan maintain. A pose is accepted if it
-/// is clearly the best and at least half of the landmarks that it predicts in view are found there, at least
-/// kLeastRecognized. The work is bounded whatever the size of the map. The time of the estimate is left 0.
+/// Searches the image for the landmarks that were first seen in about this heading, as they were seen then,
+/// and tries the poses of every two of them. The tilt and roughly the height are those of the state, which
+/// gyro, gravity and plan maintain; the turn is about the vertical, from the state's orientation. A pose is
+/// accepted if it is clearly the best and at least half of the landmarks that it predicts in view are found
+/// there, at least kLeastRecognized. The work is bounded whatever the size of the map. The time of the
+/// estimate is left 0.
 std::optional<Estimate> relocalize(const cv::Mat& image, const std::vector<Landmark>& landmarks,
-                                   const State& state, const Heading& heading, const Camera& camera,
-                                   double sigma_px);
+                                   const State& state, double turn, const Camera& camera, double sigma_px);
 
-/// The headings to search in turn, one in each image: all around, beginning with the one most likely; every
-/// second round, and always without a known place, anywhere.
+/// The headings to search, one in each image: all around, beginning with the one most likely.
 class Headings {
  public:
-  Heading next(bool knows_place);
+  double next();
   /// Begins with the turn of a pose that was found.
   void begin_with(double turn) { first_ = turn, searched_ = 0; }
 

@@ -169,8 +169,8 @@ void VisualTracking::report_initialized(std::size_t first, FrameReport& report) 
 
 void VisualTracking::relocalize(const VisualInput& in) {
   const Estimate predicted = pose_estimate(in.kalman.state(), in.t);
-  auto found = slam::relocalize(in.image, map_.landmarks(), in.kalman.state(),
-                                headings_.next(knows_place(predicted)), camera_, sigma_px_);
+  auto found =
+      slam::relocalize(in.image, map_.landmarks(), in.kalman.state(), headings_.next(), camera_, sigma_px_);
   if (!found || !knows_turn(*found) || !knows_place(*found)) return;
   found->t = in.t;
   const Eigen::Matrix3d turn = found->X_WC.linear() * predicted.X_WC.linear().transpose();

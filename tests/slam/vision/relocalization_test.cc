@@ -96,16 +96,13 @@ TEST(Headings, AreAllAroundBeginningWithTheMostLikely) {
   headings.begin_with(1);
   std::set<int> eighths;
   for (int k = 0; k < 8; ++k) {
-    const double turn = headings.next(true).turn - 1;
+    const double turn = headings.next() - 1;
     if (k == 0) {
       EXPECT_EQ(turn, 0);
     }
     eighths.insert((static_cast<int>(std::lround(turn / (std::numbers::pi / 4))) + 8) % 8);
   }
   EXPECT_EQ(eighths.size(), 8U);
-  EXPECT_FALSE(headings.next(true).nearby);  // in the second round
-  EXPECT_FALSE(Headings().next(false).nearby);
-  EXPECT_TRUE(Headings().next(true).nearby);
 }
 
 /// A map of landmarks of known depth, seen by a camera that looks along +x.
@@ -125,12 +122,12 @@ struct MapScene {
     }
   }
   /// The pose found with a state that is turned by an angle; searched for at another.
-  std::optional<Estimate> found(const cv::Mat& now, double turned = 0, double turn = 0, bool nearby = true) {
+  std::optional<Estimate> found(const cv::Mat& now, double turned = 0, double turn = 0) {
     State state = kalman.state();
     const Eigen::Isometry3d X_WC = pose(turned, {0, 0, 1}, {0, 0, 0}) * state.X_WC();
     const Eigen::Quaterniond q(X_WC.linear());
     state.storage_x.segment<4>(kOrientation) << q.w(), q.x(), q.y(), q.z();
-    return relocalize(now, landmarks, state, {turn, nearby}, camera, 0.1);
+    return relocalize(now, landmarks, state, turn, camera, 0.1);
   }
 
   Options options;
@@ -143,11 +140,9 @@ struct MapScene {
 TEST(Relocalization, FindsThePoseInTheHeadingThatItSearches) {
   MapScene scene;
   for (const auto& [turned, turn] : {std::pair{0.0, 0.0}, {2.0, -2.0}, {2.0, -1.7}}) {
-    for (const bool nearby : {true, false}) {
-      const auto found = scene.found(scene.image, turned, turn, nearby);
-      ASSERT_TRUE(found) << turned << turn << nearby;
-      EXPECT_LT((found->X_WC.matrix() - scene.kalman.state().X_WC().matrix()).norm(), 0.02);
-    }
+    const auto found = scene.found(scene.image, turned, turn);
+    ASSERT_TRUE(found) << turned << turn;
+    EXPECT_LT((found->X_WC.matrix() - scene.kalman.state().X_WC().matrix()).norm(), 0.02);
   }
   EXPECT_FALSE(scene.found(scene.image, 2.0, 0));
 }

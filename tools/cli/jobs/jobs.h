@@ -74,11 +74,6 @@ struct Backend {
   bool slurm() const { return name == "slurm"; }
 };
 
-/// Adds the option --backend.
-void add_backend(CLI::App& command, std::string& name);
-/// Adds the options --jobs and --backend.
-void add_backend_options(CLI::App& command, Backend& backend);
-
 /// Runs the jobs with one progress line; the reason why a batched job could not be run, and has no record, is
 /// on standard error. Throws UsageError.
 void run_jobs(const std::vector<Job>& jobs, const Backend& backend, const std::string& title,
@@ -91,6 +86,14 @@ void run_here(const std::vector<Job>& jobs, int processes, const ShowPart& show,
 /// After a kill the same call continues with the array.
 void run_on_slurm(std::vector<Job> jobs, const Backend& backend, const ShowPart& show,
                   const OnRecord& on_record);
+
+/// An element of such an array: its folder, and how many jobs each element runs.
+struct ElementRequest {
+  fs::path folder;
+  std::size_t each = 1;
+};
+/// Runs the share of this process, an array element, and logs the records. Returns the exit code.
+int run_element(ElementRequest& request);
 
 /// Removes a job array that an earlier call left. Throws UsageError if it may still run.
 void clear_spool(const fs::path& spool);

@@ -7,7 +7,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -23,8 +22,6 @@
 #include "tools/cli/jobs/progress.h"
 
 namespace cli {
-
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Job, key, seed, words, batched, scenario, origin, folder, cost)
 
 namespace {
 
@@ -269,30 +266,31 @@ void fail_by_device(std::string_view complaint) {
 
 void write_jobs(const fs::path& file, const std::vector<Job>& jobs) {
   std::string text;
-  for (const Job& job : jobs) text += nlohmann::json(job).dump() + '\n';
+  for (const Job& job : jobs)
+    text += files::json_text({{"key", job.key},
+                              {"seed", job.seed},
+                              {"words", job.words},
+                              {"batched", job.batched},
+                              {"scenario", job.scenario},
+                              {"origin", job.origin},
+                              {"folder", job.folder.string()},
+                              {"cost", job.cost}}) +
+            '\n';
   files::write_atomically(file, text);
 }
 
 std::vector<Job> jobs_in(const fs::path& file) {
   std::vector<Job> jobs;
-  for (const std::string& line : files::lines_of(files::read_text(file)))
-    jobs.push_back(nlohmann::json::parse(line));
+  for (const std::string& line : files::lines_of(files::read_text(file))) {
+    const files::Json job(file, line);
+    jobs.push_back({job.at("key").text(), job.at("seed").whole(), job.at("words").value(),
+                    job.at("batched").flag(), job.at("scenario").value(), job.at("origin").value(),
+                    job.at("folder").value().get<std::string>(), job.at("cost").number()});
+  }
   return jobs;
 }
 
 int exit_code_of(const JobRecord& record) { return static_cast<int>(record.value("exit_code").value_or(0)); }
-
-void add_backend_options(CLI::App& command, Backend& backend) {
-  command.add_option("--jobs", backend.jobs, "processes at a time (default 1); array elements on Slurm")
-      ->check(CLI::Range(1, 100000));
-  add_backend(command, backend.name);
-}
-
-void add_backend(CLI::App& command, std::string& name) {
-  command.add_option("--backend", name, "processes on this machine, or a job array on the cluster")
-      ->check(CLI::IsMember({"local", "slurm"}))
-      ->capture_default_str();
-}
 
 void run_here(const std::vector<Job>& jobs, int processes, const ShowPart& show, const OnRecord& on_record) {
   Launcher(jobs, processes, on_record).run(show);

@@ -9,10 +9,8 @@
 #include <set>
 
 #include "sim/files/text.h"
-#include "tools/cli/commands.h"
 #include "tools/cli/jobs/jobs.h"
 #include "tools/cli/jobs/progress.h"
-#include "tools/cli/shared/options.h"
 
 namespace cli {
 namespace {
@@ -226,11 +224,6 @@ void wait_for(Array& array, const std::vector<Job>& jobs, const ShowPart& show, 
   }
 }
 
-struct ElementRequest {
-  fs::path folder;
-  std::size_t each = 1;
-};
-
 /// Notes that the element starts. Throws FileError after several starts without a new record.
 void note_try(result::JobLog& log, std::size_t records) {
   for (int n = 1; n <= kTries; ++n) {
@@ -240,7 +233,8 @@ void note_try(result::JobLog& log, std::size_t records) {
   throw files::FileError("array element", fmt::format("was ended {} times during the same job", kTries));
 }
 
-/// Runs the share of an array element and logs the records.
+}  // namespace
+
 int run_element(ElementRequest& request) {
   const char* const id = std::getenv("SLURM_ARRAY_TASK_ID");
   const auto element = files::parse_number<std::size_t>(id ? id : "");
@@ -261,8 +255,6 @@ int run_element(ElementRequest& request) {
       [&](const JobRecord& record) { log.add(record); });
   return 0;
 }
-
-}  // namespace
 
 void clear_spool(const fs::path& spool) {
   if (spool.empty()) return;
@@ -303,15 +295,6 @@ void run_on_slurm(std::vector<Job> jobs, const Backend& backend, const ShowPart&
   fs::remove_all(array.folder(), fault);
   fs::remove(backend.spool, fault);
   if (device_failure) fail_by_device(*device_failure);
-}
-
-/// The hidden command of an array element.
-void add_element(CLI::App& app, int& exit_code) {
-  auto [command, request] =
-      add_command(app, exit_code, "element", "Run the jobs of an array element", "", run_element);
-  command.group("");
-  command.add_option("folder", request.folder)->required();
-  command.add_option("each", request.each)->required();
 }
 
 }  // namespace cli

@@ -25,6 +25,30 @@ void require_model(const scenario::ReadScenario& read, const std::string& key, c
 
 }  // namespace
 
+void add_quiet(CLI::App& command) {
+  command.add_flag_callback(
+      "-q,--quiet", [] { choose_output(Output::quiet); }, "print nothing but errors");
+}
+
+void add_output(CLI::App& command) {
+  add_quiet(command);
+  const auto choose = [] { choose_output(Output::json); };
+  command.add_flag_callback("--json", choose, "print one JSON document (schemas/outcome.schema.json)")
+      ->excludes("--quiet");
+}
+
+void add_backend_options(CLI::App& command, Backend& backend) {
+  command.add_option("--jobs", backend.jobs, "processes at a time (default 1); array elements on Slurm")
+      ->check(CLI::Range(1, 100000));
+  add_backend(command, backend.name);
+}
+
+void add_backend(CLI::App& command, std::string& name) {
+  command.add_option("--backend", name, "processes on this machine, or a job array on the cluster")
+      ->check(CLI::IsMember({"local", "slurm"}))
+      ->capture_default_str();
+}
+
 CLI::Option* add_scenario(CLI::App& command, std::string& file, scenario::Changes& changes) {
   CLI::Option* const option = command.add_option("scenario", file, "the scenario's YAML file");
   add_overrides(command, changes.overrides, "(gaitslam config --keys lists the keys)");

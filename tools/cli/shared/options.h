@@ -14,6 +14,7 @@ namespace cli {
 
 using view::Access;
 using view::ViewRequest;
+struct Backend;  // jobs/jobs.h
 
 /// Adds a subcommand and returns it with its request, handled by `run`. examples: the end of its help.
 template <typename Request>
@@ -28,6 +29,12 @@ std::pair<CLI::App&, Request&> add_command(CLI::App& app, int& exit_code, const 
   return {*command, *request};
 }
 
+/// Adds the option --quiet, or --quiet and --json as flags.
+void add_quiet(CLI::App& command);
+void add_output(CLI::App& command);
+/// Adds the option --backend, or --jobs and --backend.
+void add_backend(CLI::App& command, std::string& name);
+void add_backend_options(CLI::App& command, Backend& backend);
 /// Adds the file argument `scenario`, key=value arguments, --with and --without.
 CLI::Option* add_scenario(CLI::App& command, std::string& file, scenario::Changes& changes);
 /// Adds the arguments key=value; `which`: the keys that may be changed.

@@ -3,7 +3,6 @@
 #include <signal.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cstdlib>
@@ -45,18 +44,6 @@ void choose_output(Output output) { chosen = output; }
 std::ostream& text_out() {
   static std::ostream nowhere(nullptr);
   return chosen == Output::text ? std::cout : nowhere;
-}
-
-void add_quiet(CLI::App& command) {
-  command.add_flag_callback(
-      "-q,--quiet", [] { choose_output(Output::quiet); }, "print nothing but errors");
-}
-
-void add_output(CLI::App& command) {
-  add_quiet(command);
-  const auto choose = [] { choose_output(Output::json); };
-  command.add_flag_callback("--json", choose, "print one JSON document (schemas/outcome.schema.json)")
-      ->excludes("--quiet");
 }
 
 bool can_redraw(int stream) {

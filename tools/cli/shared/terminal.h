@@ -10,10 +10,6 @@
 #include <string_view>
 #include <utility>
 
-namespace CLI {
-class App;
-}
-
 namespace sim {}
 
 namespace cli {
@@ -43,10 +39,6 @@ void choose_output(Output output);
 
 /// Returns the stream of text for people: standard output, or none with --quiet or --json.
 std::ostream& text_out();
-
-/// Adds the option --quiet, or --quiet and --json as flags.
-void add_quiet(CLI::App& command);
-void add_output(CLI::App& command);
 
 /// Returns whether a stream (STDOUT_FILENO, STDERR_FILENO) is a terminal that can redraw lines.
 bool can_redraw(int stream);
