@@ -164,7 +164,7 @@ class Reader {
     for (const Element& actuator : actuators_) keep_motor(actuator);
     clean(robot);
     require_mass(robot);
-    model_.mass_kg = sum_;
+    if (!section("compiler").find("settotalmass")) model_.mass_kg = sum_;
     world.children.assign(1, std::move(robot));
     for (const Element& each : section("equality").children) require_tree(each);
     for (const Element& each : section("contact").children) drop_contact(each, parts);

@@ -111,7 +111,9 @@ class Urdf {
     Element body{"body", {{"name", link.get("name")}}, {}, link.file, link.line};
     if (joint) set_place(body, origin_of(*joint));
     if (joint) add_joint_to(body, *joint);
-    if (const Element* const inertial = link.child("inertial")) add_inertial(body, *inertial);
+    const Element* const inertial = link.child("inertial");
+    if (!inertial || !add_inertial(body, *inertial))  // a frame
+      body.add("inertial", {{"pos", "0 0 0"}, {"mass", "0"}, {"diaginertia", "0 0 0"}});
     for (const Element& each : link.children) {
       if (each.name == "visual" || each.name == "collision")
         add_geom(body, each);
@@ -157,11 +159,11 @@ class Urdf {
       add_note(notes_, Fate::dropped, "joint mimic: each joint has a servo", *mimic);
   }
 
-  static void add_inertial(Element& body, const Element& inertial) {
+  static bool add_inertial(Element& body, const Element& inertial) {
     const Eigen::Isometry3d X = origin_of(inertial);
     const Element &mass = part(inertial, "mass"), &inertia = part(inertial, "inertia");
     required(mass, "value");
-    if (numbers(mass, "value", 1, 1)[0] == 0) return;  // a frame
+    if (numbers(mass, "value", 1, 1)[0] == 0) return false;
     const auto of = [&](const char* attribute) {
       const auto value = numbers(inertia, attribute, 1, 1);
       return value.empty() ? 0 : value[0];
@@ -174,6 +176,7 @@ class Urdf {
               {"mass", mass.get("value")},
               {"fullinertia", text_of(std::array{I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)})}})
         .line = inertial.line;
+    return true;
   }
 
   void add_geom(Element& body, const Element& shape) {

@@ -1,0 +1,28 @@
+// A robot's model file as the bench loads it: with the servos, sites, camera and sensors of its robot.yaml.
+#pragma once
+
+#include "sim/model_file/model_file.h"
+#include "sim/physics/model.h"
+#include "sim/physics/robot_file.h"
+
+namespace sim::physics {
+
+struct Adapted {
+  std::string text;             ///< MJCF with the names that RobotFile lists
+  model_file::ModelFile model;  ///< what was read
+};
+
+/// What the library in use knows.
+const model_file::Schema& schema();
+
+/// Loads MJCF. Throws std::runtime_error with the library's message and the name of the file that it is from.
+Model load_mjcf(const std::string& text, const std::filesystem::path& from);
+
+/// Reads the model and puts the bench's parts where robot.yaml wants them. What touches what: the soles'
+/// contacts the floor and the other foot, the rest of a foot the other foot, all else nothing. Shapes are
+/// drawn in group 1, those of the head camera's link in 2, those that only collide not at all (3). Joints
+/// without servo and stiffness are rigid. Throws std::runtime_error "file:line: ..." for the model,
+/// std::invalid_argument "file:line:column: key: ..." for what robot.yaml names.
+Adapted adapt(const RobotFile& robot);
+
+}  // namespace sim::physics

@@ -1,0 +1,270 @@
+#include "sim/physics/first_robot_file.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "sim/physics/adapted.h"
+#include "sim/physics/model.h"
+
+namespace sim::physics {
+namespace {
+
+using Eigen::Vector3d;
+
+// Gains that carry walking robots of 33 and 57 kg, as shares of the mass (N m/rad, N m s/rad per kg).
+struct Gains {
+  double kp, kd;
+};
+constexpr Gains kLeg{120, 1.8}, kAnkle{30, 0.45}, kOther{12, 0.2};
+constexpr double kBend_deg = 20;
+
+std::string lower(std::string text) {
+  std::ranges::transform(text, text.begin(),
+                         [](char c) { return c >= 'A' && c <= 'Z' ? char(c | 0x20) : c; });
+  return text;
+}
+std::string rounded(const Vector3d& v) {
+  return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", v.x() + 0.0, v.y() + 0.0, v.z() + 0.0);
+}
+
+class Guess {
+ public:
+  explicit Guess(const std::filesystem::path& file)
+      : file_(read_model(file, schema())), model_(load_mjcf(to_xml(file_.root), file)), m_(*model_) {
+    data_.reset(mj_makeData(&m_));
+    base_ = m_.jnt_bodyid[0];
+    Eigen::Map<Eigen::Matrix<double, 7, 1>>(data_->qpos) << 0, 0, 0, 1, 0, 0, 0;
+    mj_kinematics(&m_, data_.get());
+    find_feet();
+    find_upper_body();
+  }
+
+  std::string yaml(const std::string& model) const {
+    std::string text = fmt::format(
+        "# Guessed from the tree of {0}: look at each line that is marked as a guess, then run\n"
+        "# gaitslam robot check. models/README.md explains each key.\n"
+        "model: {0}\nbase: {1}\n"
+        "head_camera: {{link: {2}, position_m: {3}}}  # guess: in front of the highest link\n"
+        "imu: {{link: {4}, position_m: {5}}}  # guess: {6}\nlegs:  # guess: the last joints above each "
+        "foot\n",
+        model, name(base_), name(head_), rounded(front_of(head_)), name(imu_body_), rounded(imu_),
+        imu_is_site_ ? "a site of the model" : "the body that carries the arms");
+    for (const Foot& foot : feet_)
+      text += fmt::format("  {}: [{}]\n", side(foot), fmt::join(names(foot.joints), ", "));
+    text += "feet:  # guess: the lowest links, the left one where y is positive\n";
+    for (const Foot& foot : feet_) text += foot_line(foot);
+    text += "posture_deg:  # guess: bent knees\n  {" + posture() + "}\n";
+    text += fmt::format(
+        "servos:  # guess: gains in proportion to the mass, {:.1f} kg; effort limits are the model's\n",
+        mass());
+    std::vector<std::string> legs, ankles, others;
+    for (const Foot& foot : feet_)
+      for (std::size_t i = 0; i < foot.joints.size(); ++i)
+        (i + 2 < foot.joints.size() ? legs : ankles).push_back(joint_name(foot.joints[i]));
+    for (int joint = 1; joint < m_.njnt; ++joint)
+      if (has_servo(joint) && !std::ranges::count(legs, joint_name(joint)) &&
+          !std::ranges::count(ankles, joint_name(joint)))
+        (carries(joint) ? legs : others).push_back(joint_name(joint));
+    for (const auto& [joints, gains] : {std::pair(&legs, kLeg), {&ankles, kAnkle}, {&others, kOther}})
+      if (!joints->empty())
+        text += fmt::format("  - {{joints: [{}],\n     kp_nm_rad: {:.0f}, kd_nms_rad: {:.1f}}}\n",
+                            fmt::join(*joints, ", "), gains.kp * mass(), gains.kd * mass());
+    return text + "floor_friction: 0.7  # guess: rubber on a clean floor\n";
+  }
+
+ private:
+  struct Foot {
+    int body, sole_body;
+    std::vector<int> joints;  // hip to ankle
+  };
+
+  std::string name_of(mjtObj kind, int id) const {
+    const char* const own = mj_id2name(&m_, kind, id);
+    return own ? own : "";
+  }
+  std::string name(int body) const { return name_of(mjOBJ_BODY, body); }
+  std::string joint_name(int joint) const { return name_of(mjOBJ_JOINT, joint); }
+  bool is_paired(int geom) const {
+    const std::string own = name_of(mjOBJ_GEOM, geom);
+    return !own.empty() && std::ranges::count(file_.paired_with_floor, own) > 0;
+  }
+  std::vector<std::string> names(const std::vector<int>& joints) const {
+    std::vector<std::string> all;
+    for (const int joint : joints) all.push_back(joint_name(joint));
+    return all;
+  }
+  Vector3d place(int body) const { return Vector3d(data_->xpos + 3 * body); }
+  const char* side(const Foot& foot) const { return place(foot.body).y() > 0 ? "left" : "right"; }
+  double mass() const { return m_.body_subtreemass[base_]; }
+
+  // A spring is no joint that a servo turns.
+  bool has_servo(int joint) const {
+    return m_.jnt_type[joint] == mjJNT_HINGE && m_.jnt_stiffness[joint] == 0 && !joint_name(joint).empty();
+  }
+  std::vector<int> joints_above(int body) const {
+    std::vector<int> joints;
+    for (; body > base_; body = m_.body_parentid[body])
+      for (int k = m_.body_jntnum[body]; k-- > 0;)
+        if (has_servo(m_.body_jntadr[body] + k)) joints.insert(joints.begin(), m_.body_jntadr[body] + k);
+    return joints;
+  }
+  bool is_below(int body, int above) const {
+    while (body > above) body = m_.body_parentid[body];
+    return body == above;
+  }
+  // Whether the base's legs or its chest hang on the joint.
+  bool carries(int joint) const {
+    const int body = m_.jnt_bodyid[joint];
+    return is_below(chest_, body) || is_below(feet_[0].body, body);
+  }
+
+  void find_feet() {
+    std::vector<int> ends;
+    for (int body = base_ + 1; body < m_.nbody; ++body) {
+      bool last = !joints_above(body).empty() && m_.jnt_bodyid[joints_above(body).back()] == body;
+      for (int joint = 1; joint < m_.njnt; ++joint)
+        last &= !has_servo(joint) || m_.jnt_bodyid[joint] == body || !is_below(m_.jnt_bodyid[joint], body);
+      if (last) ends.push_back(body);
+    }
+    std::ranges::sort(ends, {}, [&](int body) { return place(body).z(); });
+    if (ends.size() < 2 || place(ends[0]).y() * place(ends[1]).y() >= 0)
+      throw std::runtime_error(fmt::format(
+          "finds no two feet: the lowest ends of chains are {}, expected one on each side of the base",
+          ends.size() < 2 ? "fewer than two" : name(ends[0]) + " and " + name(ends[1])));
+    for (const int body : {ends[0], ends[1]}) {
+      std::vector<int> joints = joints_above(body);
+      if (joints.size() > 6) joints.erase(joints.begin(), joints.end() - 6);
+      int sole = body;
+      for (int below = body; below < m_.nbody; ++below)
+        if (is_below(below, body) && !soles(below).empty()) sole = below;
+      feet_.push_back({body, sole, joints});
+    }
+    std::ranges::sort(feet_, {}, [&](const Foot& foot) { return place(foot.body).y(); });  // right, left
+  }
+
+  std::vector<int> soles(int body) const {
+    std::vector<int> geoms;
+    for (int geom = 0; geom < m_.ngeom; ++geom)
+      if (m_.geom_bodyid[geom] == body &&
+          ((m_.geom_contype[geom] | m_.geom_conaffinity[geom]) != 0 || is_paired(geom)))
+        geoms.push_back(geom);
+    return geoms;
+  }
+
+  /// A box around geoms in the axes of W, which are those of the base.
+  Eigen::AlignedBox3d box(const std::vector<int>& geoms) const {
+    Eigen::AlignedBox3d all;
+    for (const int geom : geoms) {
+      const Eigen::Isometry3d X = geom_pose(*data_, geom);
+      if (m_.geom_type[geom] == mjGEOM_MESH) {
+        const int mesh = m_.geom_dataid[geom];
+        for (int i = 0; i < m_.mesh_vertnum[mesh]; ++i)
+          all.extend(X * Eigen::Map<const Eigen::Vector3f>(m_.mesh_vert + 3 * (m_.mesh_vertadr[mesh] + i))
+                             .cast<double>());
+        continue;
+      }
+      const bool round = m_.geom_type[geom] == mjGEOM_SPHERE;
+      const Vector3d half = round ? Vector3d::Constant(m_.geom_size[3 * geom]).eval()
+                                  : (X.linear().cwiseAbs() * half_extents(m_, geom)).eval();
+      all.extend(X.translation() - half).extend(X.translation() + half);
+    }
+    return all;
+  }
+
+  std::string foot_line(const Foot& foot) const {
+    const Eigen::AlignedBox3d sole = box(soles(foot.sole_body));
+    Vector3d point(data_->xanchor + 3 * foot.joints.back());
+    if (!sole.isEmpty()) point.z() = sole.min().z();
+    const Eigen::Isometry3d X = pose_in(data_->xpos + 3 * foot.sole_body, data_->xmat + 9 * foot.sole_body);
+    const Eigen::Matrix3d R = X.linear().transpose();  // Rz(yaw) Ry(pitch) Rx(roll)
+    std::string text = fmt::format("  {}: {{body: {}, sole_m: {}", side(foot), name(foot.sole_body),
+                                   rounded(X.inverse() * point));
+    constexpr double kDegree = 180 / std::numbers::pi;
+    const double roll = std::atan2(R(2, 1), R(2, 2)), pitch = std::asin(std::clamp(-R(2, 0), -1.0, 1.0)),
+                 yaw = std::atan2(R(1, 0), R(0, 0));
+    for (const auto& [key, angle] : {std::pair("roll", roll), {"pitch", pitch}, {"yaw", yaw}})
+      if (std::abs(angle) > 1e-4) text += fmt::format(", sole_{}_deg: {:.6g}", key, angle * kDegree);
+    std::vector<std::string> paired;
+    for (const int geom : soles(foot.sole_body))
+      if (is_paired(geom)) paired.push_back(name_of(mjOBJ_GEOM, geom));
+    if (!paired.empty()) text += fmt::format(", contacts: [{}]", fmt::join(paired, ", "));
+    return text + "}\n";
+  }
+
+  // The chest carries two chains or more beside the legs; the head is named so, else it is the chest.
+  void find_upper_body() {
+    chest_ = base_;
+    for (int body = base_ + 1; body < m_.nbody; ++body) {
+      int chains = 0;
+      for (int child = body + 1; child < m_.nbody; ++child) {
+        const auto below = [&](int joint) {
+          return has_servo(joint) && is_below(m_.jnt_bodyid[joint], child);
+        };
+        bool jointed = false;
+        for (int joint = 1; joint < m_.njnt; ++joint) jointed |= below(joint);
+        chains += m_.body_parentid[child] == body && jointed;
+      }
+      const bool carries_feet = is_below(feet_[0].body, body) || is_below(feet_[1].body, body);
+      if (chains >= 2 && !carries_feet &&
+          (chest_ == base_ || m_.body_subtreemass[body] > m_.body_subtreemass[chest_]))
+        chest_ = body;
+    }
+    head_ = imu_body_ = chest_;
+    for (int body = base_; body < m_.nbody; ++body)
+      if (lower(name(body)).find("head") != std::string::npos) head_ = body;
+    for (int site = 0; site < m_.nsite; ++site) {
+      if (lower(name_of(mjOBJ_SITE, site)).find("imu") == std::string::npos) continue;
+      imu_body_ = m_.site_bodyid[site], imu_ = Vector3d(m_.site_pos + 3 * site), imu_is_site_ = true;
+      if (imu_body_ == chest_) break;
+    }
+  }
+
+  Vector3d front_of(int body) const {
+    std::vector<int> geoms;
+    for (int geom = 0; geom < m_.ngeom; ++geom)
+      if (m_.geom_bodyid[geom] == body) geoms.push_back(geom);
+    const Eigen::AlignedBox3d around = box(geoms);
+    if (around.isEmpty()) return Vector3d::Zero();
+    const Vector3d front(around.max().x(), around.center().y(),
+                         0.2 * around.center().z() + 0.8 * around.max().z());
+    return pose_in(data_->xpos + 3 * body, data_->xmat + 9 * body).inverse() * front;
+  }
+
+  std::string posture() const {
+    std::vector<std::string> angles;
+    for (const Foot& foot : feet_) {
+      std::vector<std::pair<int, double>> pitches;  // and the sign of its axis
+      for (const int joint : foot.joints)
+        if (const double y = data_->xaxis[3 * joint + 1]; std::abs(y) > 0.9)
+          pitches.emplace_back(joint, y > 0 ? 1 : -1);
+      if (pitches.size() != 3) continue;
+      const double bends[]{-kBend_deg, 2 * kBend_deg, -kBend_deg};
+      for (std::size_t i = 0; i < 3; ++i)
+        angles.push_back(fmt::format("{}: {:g}", joint_name(pitches[i].first), pitches[i].second * bends[i]));
+    }
+    return fmt::format("{}", fmt::join(angles, ", "));
+  }
+
+  model_file::ModelFile file_;
+  Model model_;
+  const mjModel& m_;
+  Data data_;
+  int base_ = 0, chest_ = 0, head_ = 0, imu_body_ = 0;
+  bool imu_is_site_ = false;
+  Vector3d imu_ = Vector3d::Zero();
+  std::vector<Foot> feet_;
+};
+
+}  // namespace
+
+std::string first_robot_file(const std::filesystem::path& model) {
+  return Guess(model).yaml(model.filename().string());
+}
+
+}  // namespace sim::physics

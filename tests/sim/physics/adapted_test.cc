@@ -1,0 +1,144 @@
+#include "sim/physics/adapted.h"
+
+#include <mujoco/mujoco.h>
+
+#include "sim/physics/first_robot_file.h"
+#include "tests/sim/files/temporary_folder.h"
+
+namespace sim::physics {
+namespace {
+
+using files::TemporaryFolder;
+using tests::Has;
+
+/// A robot of few links in the style of public models: degrees, newer attributes, meshless looks.
+std::string model() {
+  const auto link = [](const std::string& name, const std::string& pos, const std::string& axis,
+                       const std::string& more) {
+    return "<body name='" + name + "' pos='" + pos +
+           "'><inertial pos='0 0 0' mass='1' diaginertia='.01 .01 .01'/>" + "<joint name='" + name +
+           "_joint' axis='" + axis + "' range='-90 90' actuatorfrcrange='-50 50'/>" + more;
+  };
+  const auto leg = [&](const std::string& side, const std::string& y) {
+    const auto name = [&](const char* part) { return side + part; };
+    return link(name("_yaw"), "0 " + y + " -0.1", "0 0 1", "") + link(name("_roll"), "0 0 0", "1 0 0", "") +
+           link(name("_hip"), "0 0 0", "0 1 0", "") + link(name("_knee"), "0 0 -0.3", "0 1 0", "") +
+           link(name("_ankle"), "0 0 -0.3", "0 1 0", "") +
+           link(name("_foot"), "0 0 0", "1 0 0",
+                "<geom name='" + side +
+                    "_box' type='box' size='0.1 0.05 0.01' pos='0.02 0 -0.06'/>"
+                    "<geom type='sphere' size='0.05' contype='0' conaffinity='0'/>") +
+           "</body></body></body></body></body></body>";
+  };
+  return "<mujoco><worldbody><geom name='floor' type='plane' size='1 1 1'/><body name='pelvis' pos='0 0 1'>"
+         "<joint type='free'/><inertial pos='0 0 0' mass='5' diaginertia='1 1 1'/>" +
+         leg("left", "0.1") + leg("right", "-0.1") +
+         link("chest", "0 0 0.3", "0 0 1",
+              "<geom type='box' size='0.1 0.2 0.2'/><site name='imu' pos='0 0 0.1'/>") +
+         link("head", "0 0 0.3", "0 0 1", "<geom type='sphere' size='0.1'/></body>") +
+         link("arm", "0 0.2 0.2", "0 1 0", "</body>") + "</body></body></worldbody></mujoco>";
+}
+
+/// Its file, with what first_robot_file() guesses.
+RobotFile robot(const TemporaryFolder& folder) {
+  files::write_text(folder / "robot.xml", model());
+  RobotFile file;
+  file.folder = folder.path();
+  file.base = "pelvis";
+  file.head_camera = {"head", {0.1, 0, 0.05}};
+  file.imu = {"chest", {0, 0, 0.1}};
+  for (std::size_t side = 0; side < 2; ++side) {
+    const std::string name = side == 0 ? "right" : "left";
+    file.feet[side].body = name + "_foot";
+    file.feet[side].sole_m = {0, 0, -0.07};
+    for (const char* joint : {"_yaw", "_roll", "_hip", "_knee", "_ankle", "_foot"})
+      file.legs[side].push_back(name + joint + "_joint");
+    file.servos.push_back({file.legs[side], 1000, 10, 0.02, side == 0 ? std::optional(30.0) : std::nullopt});
+  }
+  return file;
+}
+
+std::string rejection(const RobotFile& file) {
+  try {
+    adapt(file);
+  } catch (const std::exception& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(Adapted, RobotHasTheBenchsServosPartsAndContacts) {
+  const TemporaryFolder folder;
+  const Adapted adapted = adapt(robot(folder));
+  const Model loaded = load_mjcf(adapted.text, folder / "robot.xml");
+  const mjModel& m = *loaded;
+  EXPECT_EQ(m.nu, 12);
+  EXPECT_EQ(m.njnt, 13) << "joints without a servo are rigid";
+  const auto joint_of = [&](int servo) {
+    return std::string(mj_id2name(&m, mjOBJ_JOINT, m.actuator_trnid[2 * servo]));
+  };
+  EXPECT_EQ(joint_of(0), "left_yaw_joint") << "in the order of the model";
+  EXPECT_EQ(m.actuator_gainprm[0], 1000);
+  EXPECT_EQ(m.actuator_forcerange[1], 50) << "of the model";
+  EXPECT_EQ(m.actuator_forcerange[13], 30) << "of robot.yaml";
+  EXPECT_EQ(m.dof_damping[6], 10);
+  EXPECT_EQ(m.dof_armature[6], 0.02);
+  EXPECT_EQ(m.dof_damping[0], 0) << "the base";
+  EXPECT_NEAR(m.jnt_range[3], M_PI / 2, 1e-12);
+  const int imu = part(m, mjOBJ_SITE, "imu"), camera = part(m, mjOBJ_CAMERA, "head_camera");
+  EXPECT_EQ(m.site_bodyid[imu], part(m, mjOBJ_BODY, "chest"));
+  EXPECT_EQ(m.cam_bodyid[camera], part(m, mjOBJ_BODY, "head"));
+  const int sole = part(m, mjOBJ_SITE, "left_sole"), box = part(m, mjOBJ_GEOM, "left_box");
+  EXPECT_EQ(m.site_pos[3 * sole + 2], -0.07);
+  EXPECT_EQ(m.geom_contype[box], 3);
+  for (const char* sensor : {"left_force", "left_torque", "right_force", "right_torque"})
+    part(m, mjOBJ_SENSOR, sensor);
+  for (int geom = 0; geom < m.ngeom; ++geom) {
+    const std::string body = mj_id2name(&m, mjOBJ_BODY, m.geom_bodyid[geom]);
+    const bool is_box = m.geom_type[geom] == mjGEOM_BOX;
+    EXPECT_EQ(m.geom_group[geom], body == "head" ? 2 : is_box && body != "chest" ? 3 : 1) << body;
+    if (body == "chest") {
+      EXPECT_EQ(m.geom_contype[geom] | m.geom_conaffinity[geom], 0);
+    }
+  }
+  EXPECT_EQ(adapted.model.mass_kg, 20);
+  EXPECT_NEAR(m.body_subtreemass[0], 20, 1e-9);
+}
+
+TEST(Adapted, RobotWithWhatItsModelDoesNotHaveIsRejectedAtThatKey) {
+  const TemporaryFolder folder;
+  const RobotFile good = robot(folder);
+  RobotFile file = good;
+  file.places["imu"] = "robot.yaml:7:1", file.imu.link = "torso";
+  EXPECT_THAT(rejection(file),
+              Has("robot.yaml:7:1: imu: the model has no body 'torso', expected one of arm, chest"));
+  file = good, file.feet[1].contacts = {"left_toe"};
+  EXPECT_THAT(rejection(file), Has("feet.left: of the contacts left_toe body 'left_foot' has 0"));
+  file = good, file.servos[0].joints[0] = "knee";
+  EXPECT_THAT(rejection(file), Has("servos: the model has no joint 'knee'"));
+  file = good, file.servos[0].joints[0] = "left_yaw_joint";
+  EXPECT_THAT(rejection(file), Has("servos: joint 'left_yaw_joint' has two servos"));
+  file = good, file.base = "waist";
+  EXPECT_THAT(rejection(file), Has("robot.xml:1: worldbody: has no body 'waist', the base"));
+}
+
+TEST(FirstRobotFile, GuessesFeetLegsChestHeadAndMarksEachGuess) {
+  const TemporaryFolder folder;
+  robot(folder);
+  EXPECT_THAT(
+      first_robot_file(folder / "robot.xml"),
+      Has("base: pelvis\n", "head_camera: {link: head, position_m: [0.1, 0, 0.08]}  # guess",
+          "imu: {link: chest, position_m: [0, 0, 0.1]}  # guess: a site of the model",
+          "  left: [left_yaw_joint, left_roll_joint, left_hip_joint, left_knee_joint, left_ankle_joint, "
+          "left_foot_joint]\n",
+          "  right: {body: right_foot, sole_m: [0, 0, -0.07]}\n",
+          "left_hip_joint: -20, left_knee_joint: 40"));
+  files::write_text(folder / "robot.xml",
+                    "<mujoco><worldbody><body name='b'><freejoint/><inertial pos='0 0 0' mass='1' "
+                    "diaginertia='1 1 1'/></body></worldbody></mujoco>");
+  EXPECT_THAT([&] { first_robot_file(folder / "robot.xml"); },
+              testing::ThrowsMessage<std::runtime_error>(Has("finds no two feet")));
+}
+
+}  // namespace
+}  // namespace sim::physics
