@@ -119,8 +119,10 @@ Lidar::Hit Lidar::cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& alo
     if (enters_[shape] > leaves_[shape] || enters_[shape] > first.distance) continue;
     const int geom = shapes_[std::size_t(shape)];
     const double found =
-        mju_rayGeom(data_->geom_xpos + 3 * geom, data_->geom_xmat + 9 * geom, model_->geom_size + 3 * geom,
-                    origin.data(), along.data(), model_->geom_type[geom]);
+        model_->geom_type[geom] == mjGEOM_MESH
+            ? mj_rayMesh(model_.get(), data_.get(), geom, origin.data(), along.data())
+            : mju_rayGeom(data_->geom_xpos + 3 * geom, data_->geom_xmat + 9 * geom,
+                          model_->geom_size + 3 * geom, origin.data(), along.data(), model_->geom_type[geom]);
     if (found >= 0 && found < first.distance) first = {geom, found};
   }
   return first;
@@ -138,6 +140,7 @@ double Lidar::intensity(int geom, const Eigen::Vector3d& point, const Eigen::Vec
     };
     gray *= picture(texel(uv.y(), picture.rows), texel(uv.x(), picture.cols)) / 255.0;
   }
+  if (model_->geom_type[geom] == mjGEOM_MESH) return gray;  // as if it faced the lidar
   return gray * std::abs(along.dot(X_WG.linear() * normal_at(*model_, geom, p_G)));
 }
 

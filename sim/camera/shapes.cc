@@ -12,6 +12,8 @@
 #include <string_view>
 #include <utility>
 
+#include "sim/room/paint.h"
+
 namespace sim::camera {
 namespace {
 
@@ -33,11 +35,9 @@ Kind kind_of(const mjModel& model, int geom) {
     const char* const name = mj_id2name(&model, mjOBJ_GEOM, geom);
     throw std::invalid_argument(
         fmt::format("the geom {} is a {}, which cannot be drawn, expected a plane, box, sphere, cylinder, "
-                    "ellipsoid or capsule",
+                    "ellipsoid, capsule or mesh",
                     name && *name ? fmt::format("'{}'", name) : fmt::format("{} from 0", geom),
-                    type == mjGEOM_MESH     ? "mesh"
-                    : type == mjGEOM_HFIELD ? "height field"
-                                            : "shape of another kind"));
+                    type == mjGEOM_HFIELD ? "height field" : "shape of another kind"));
   }
   return found->second;
 }
@@ -114,6 +114,38 @@ void add_capsule(GeomMesh& mesh, float radius, float half) {
   add_revolution(mesh, rings);
 }
 
+bool is_mesh(const mjModel& model, int geom) { return model.geom_type[geom] == mjGEOM_MESH; }
+
+void add_mesh(GeomMesh& to, const mjModel& model, int mesh) {
+  for (int i = 0; i < model.mesh_vertnum[mesh]; ++i) {
+    const int vertex = 3 * (model.mesh_vertadr[mesh] + i);
+    to.vertices.push_back({Vector3f(model.mesh_vert + vertex), Vector3f(model.mesh_normal + vertex)});
+    if (const int first = model.mesh_texcoordadr[mesh]; first >= 0)
+      to.vertices.back().uv = Vector2f(model.mesh_texcoord + 2 * (first + i));
+  }
+  const int* const faces = model.mesh_face + 3 * model.mesh_faceadr[mesh];
+  to.indices.assign(faces, faces + 3 * model.mesh_facenum[mesh]);
+}
+
+/// The faces of a mesh, but for those without an area.
+void add_triangles(std::vector<score::Surface>& to, const mjModel& model, const mjData& data, int geom) {
+  const GeomMesh mesh = geom_mesh(model, geom);
+  for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+    const auto corner = [&](std::size_t k) {
+      return Eigen::Vector3d(mesh.vertices[mesh.indices[i + k]].p.cast<double>());
+    };
+    const Eigen::Vector3d b = corner(1) - corner(0), c = corner(2) - corner(0), up = b.cross(c);
+    if (up.norm() < 1e-12) continue;
+    score::Surface& surface = to.emplace_back();
+    Eigen::Isometry3d X_GS = Eigen::Isometry3d::Identity();
+    X_GS.translation() = corner(0);
+    X_GS.linear() << b.normalized(), up.cross(b).normalized(), up.normalized();
+    surface.kind = Kind::triangle;
+    surface.X_WS = geom_pose(data, geom) * X_GS;
+    surface.size = {b.norm(), c.dot(X_GS.linear().col(0)), c.dot(X_GS.linear().col(1))};
+  }
+}
+
 Vector3f rgb(const float* values) { return Eigen::Map<const Vector3f>(values); }
 
 // MuJoCo leaves unused entries of size undefined.
@@ -138,8 +170,12 @@ physics::Data data_at_rest(const mjModel& model) {
 
 GeomMesh geom_mesh(const mjModel& model, int geom) {
   const Vector3f size = Eigen::Map<const Eigen::Vector3d>(model.geom_size + 3 * geom).cast<float>();
-  const Kind kind = kind_of(model, geom);
   GeomMesh mesh;
+  if (is_mesh(model, geom)) {
+    add_mesh(mesh, model, model.geom_dataid[geom]);
+    if (model.mesh_texcoordadr[model.geom_dataid[geom]] >= 0) return mesh;
+  }
+  const Kind kind = is_mesh(model, geom) ? Kind::triangle : kind_of(model, geom);
   if (kind == Kind::plane)
     add_quad(mesh, Vector3f::Zero(), size.x() * Vector3f::UnitX(), size.y() * Vector3f::UnitY());
   if (kind == Kind::box) add_box(mesh, size);
@@ -154,8 +190,8 @@ GeomMesh geom_mesh(const mjModel& model, int geom) {
 
 Vector2f picture_point(const mjModel& model, int geom, const Vector3f& p) {
   const Vector3f size = Eigen::Map<const Eigen::Vector3d>(model.geom_size + 3 * geom).cast<float>();
-  const Kind kind = kind_of(model, geom);
-  const bool is_round = kind == Kind::sphere || kind == Kind::cylinder || kind == Kind::capsule;
+  const int kind = model.geom_type[geom];
+  const bool is_round = kind == mjGEOM_SPHERE || kind == mjGEOM_CYLINDER || kind == mjGEOM_CAPSULE;
   const Vector2f repeat = Eigen::Map<const Vector2f>(model.mat_texrepeat + 2 * model.geom_matid[geom]),
                  scale =
                      repeat.cwiseQuotient(is_round ? Vector2f::Constant(size.x()) : Vector2f(size.head<2>()));
@@ -169,8 +205,8 @@ bool is_drawn(const mjModel& model, int geom, Robot robot) {
 }
 
 int texture_of(const mjModel& model, int geom) {
-  const int material = model.geom_matid[geom];
-  return material < 0 ? -1 : model.mat_texid[material];
+  const int material = model.geom_matid[geom], texture = material < 0 ? -1 : model.mat_texid[material];
+  return texture >= 0 && model.tex_type[texture] == mjTEXTURE_2D ? texture : -1;
 }
 
 bool returns_light(const mjModel& model, int geom) {
@@ -210,16 +246,29 @@ Vector3f Lamps::lit(const Paint& paint, const Vector3f& normal_W, float share) c
 
 void require_drawable(const mjModel& model) {
   for (int geom = 0; geom < model.ngeom; ++geom)
-    if (is_drawn(model, geom, Robot::whole)) kind_of(model, geom);
+    if (is_drawn(model, geom, Robot::whole) && !is_mesh(model, geom)) kind_of(model, geom);
   room_surfaces(model);
   const Lamps lamps(model);
+  for (int texture = 0; texture < model.ntex; ++texture) {
+    const char* const name = mj_id2name(&model, mjOBJ_TEXTURE, texture);
+    const unsigned char* const first = model.tex_rgb + model.tex_adr[texture];
+    const int bytes = 3 * model.tex_width[texture] * model.tex_height[texture];
+    const bool flat = std::equal(first + 3, first + bytes, first);
+    if (name && !flat && room::is_painted(name))
+      throw std::invalid_argument(
+          fmt::format("the texture '{}' has a picture of its own, but the bench paints textures of that "
+                      "name; expected another name",
+                      name));
+  }
 }
 
 std::vector<score::Surface> room_surfaces(const mjModel& model) {
   const physics::Data data = data_at_rest(model);
   std::vector<score::Surface> surfaces;
   for (int geom = 0; geom < model.ngeom; ++geom)
-    if (!moves(model, geom) && model.geom_group[geom] == 0) surfaces.push_back(primitive(model, *data, geom));
+    if (!moves(model, geom) && model.geom_group[geom] == 0)
+      is_mesh(model, geom) ? add_triangles(surfaces, model, *data, geom)
+                           : surfaces.push_back(primitive(model, *data, geom));
   return surfaces;
 }
 

@@ -27,7 +27,8 @@ struct GeomMesh {
 
 /// Returns the triangles of a geom. Planes only have a front; round shapes are 20-sided. A picture covers a
 /// shape's extent along x and y once or texrepeat times, upper left at (-x, +y): well mapped on planes and on
-/// two faces of a box. Throws std::invalid_argument for meshes and height fields.
+/// two faces of a box; on meshes by their own coordinates if they have some. Throws std::invalid_argument for
+/// height fields.
 GeomMesh geom_mesh(const mjModel& model, int geom);
 
 /// Returns the point of a geom's picture (GeomMesh::Vertex::uv) at a point of its surface in its own axes.
@@ -43,7 +44,7 @@ bool is_drawn(const mjModel& model, int geom, Robot robot = Robot::whole);
 /// Returns whether a geom belongs to the robot, not to the room.
 inline bool moves(const mjModel& model, int geom) { return model.body_weldid[model.geom_bodyid[geom]] != 0; }
 
-/// Returns the texture of a geom's material, or -1 for none.
+/// Returns the 2d texture of a geom's material, or -1 for none.
 int texture_of(const mjModel& model, int geom);
 
 /// Returns whether a surface sends light back to depth cameras and lidars: all but window panes and screens,
@@ -80,7 +81,7 @@ class Lamps {
 void require_drawable(const mjModel& model);
 
 /// Returns all surfaces of the model that are drawn and never move: the room without the robot. Throws
-/// std::invalid_argument if a shape is not a primitive (mesh, height field) or is an infinite plane.
+/// std::invalid_argument for a height field or an infinite plane. Meshes become triangles.
 std::vector<score::Surface> room_surfaces(const mjModel& model);
 
 }  // namespace sim::camera

@@ -148,7 +148,7 @@ inline const Table kSurfaces{"truth/surfaces.csv",
 inline const std::array<std::string, 3> kSupport{"both", "left", "right"};
 
 /// score::Surface::Kind in words, in the order of its values.
-inline const std::array<std::string, 6> kSurfaceKinds{"plane",    "box",       "sphere",
-                                                      "cylinder", "ellipsoid", "capsule"};
+inline const std::array<std::string, 7> kSurfaceKinds{"plane",     "box",     "sphere",  "cylinder",
+                                                      "ellipsoid", "capsule", "triangle"};
 
 }  // namespace sim::recording::recording_format

@@ -49,7 +49,7 @@ std::vector<score::Surface> read_surfaces(const Manifest& manifest) {
   while (rows.next()) {
     const auto kind = std::find(kSurfaceKinds.begin(), kSurfaceKinds.end(), rows.text(0));
     if (kind == kSurfaceKinds.end())
-      rows.fail(0, "expected plane, box, sphere, cylinder, ellipsoid or capsule");
+      rows.fail(0, "expected plane, box, sphere, cylinder, ellipsoid, capsule or triangle");
     surfaces.push_back({score::Surface::Kind(kind - kSurfaceKinds.begin()), rows.pose(1), rows.vector(13)});
   }
   return surfaces;

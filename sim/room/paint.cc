@@ -128,14 +128,28 @@ void Canvas::light(const Box& box, double softness, double factor) {
   multiply(image_(area), by);
 }
 
+namespace {
+
+// A kind and a number, as in books_3.
+std::size_t kind_ends(std::string_view name) { return name.find_last_not_of("_0123456789") + 1; }
+
+Painter painter_of(std::string_view name) {
+  for (const Painters* painters : {&kShellPainters, &kFurnishingPainters})
+    if (const auto painter = painters->find(name.substr(0, kind_ends(name))); painter != painters->end())
+      return painter->second;
+  return nullptr;
+}
+
+}  // namespace
+
+bool is_painted(std::string_view name) { return painter_of(name) != nullptr; }
+
 cv::Mat3b paint_texture(std::string_view name, std::uint64_t seed) {
-  const std::size_t end = name.find_last_not_of("_0123456789") + 1;
+  const std::size_t end = kind_ends(name);
   const int number = end < name.size() ? std::atoi(std::string(name.substr(end + 1)).c_str()) : 0;
   cv::RNG random = paint_stream(seed, name);
-  for (const Painters* painters : {&kShellPainters, &kFurnishingPainters})
-    if (const auto painter = painters->find(name.substr(0, end)); painter != painters->end())
-      return painter->second(random, number).image();
-  return {};
+  const Painter painter = painter_of(name);
+  return painter ? painter(random, number).image() : cv::Mat3b();
 }
 
 }  // namespace sim::room

@@ -66,6 +66,8 @@ class Canvas {
 /// Returns the RGB picture of a texture, first row on top, determined by name and seed; empty for an unknown
 /// name. Names are a kind and a number ("books_3"): a kind has one painter, a number its own choices.
 cv::Mat3b paint_texture(std::string_view name, std::uint64_t seed);
+/// Returns whether there is a painter for a texture of that name.
+bool is_painted(std::string_view name);
 
 /// Sides of the office and the hall, m.
 inline constexpr double kLong = 11, kShort = 7, kHigh = 3, kHallLong = 25, kHallAcross = 18;

@@ -79,6 +79,14 @@ double hit_capsule(const Ray& ray, const Eigen::Vector3d& size) {
   return entry(inside);
 }
 
+double hit_triangle(const Ray& ray, const Eigen::Vector3d& size) {
+  const double s = ray.d.z() == 0 ? kNever : -ray.p.z() / ray.d.z();
+  if (!(s > 0) || s == kNever) return kNever;
+  const Eigen::Vector3d at = ray.at(s);
+  const double c = at.y() / size.z(), b = (at.x() - c * size.y()) / size.x();  // shares of the corners
+  return b >= 0 && c >= 0 && b + c <= 1 ? s : kNever;
+}
+
 double hit(const Surface& surface, const Ray& ray) {
   const Eigen::Vector3d& size = surface.size;
   switch (surface.kind) {
@@ -94,6 +102,8 @@ double hit(const Surface& surface, const Ray& ray) {
       return entry(inside_ball({ray.p.cwiseQuotient(size), ray.d.cwiseQuotient(size)}, 1));
     case Surface::Kind::capsule:
       return hit_capsule(ray, size);
+    case Surface::Kind::triangle:
+      return hit_triangle(ray, size);
   }
   return kNever;
 }

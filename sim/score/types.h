@@ -10,9 +10,10 @@ namespace sim::score {
 
 /// A surface of the room. Sizes are the half-lengths of MJCF, in m along the axes S of the shape: plane: x
 /// and y, 0 if infinite; the surface is z = 0, seen from z > 0 only · box: x, y, z · sphere: radius ·
-/// cylinder: radius, half-height along z · ellipsoid: radii · capsule: radius, half of its straight part.
+/// cylinder: radius, half-height along z · ellipsoid: radii · capsule: radius, half of its straight part ·
+/// triangle: of a mesh, with corners at (0, 0), (size x, 0) and (size y, size z), seen from both sides.
 struct Surface {
-  enum class Kind { plane, box, sphere, cylinder, ellipsoid, capsule };
+  enum class Kind { plane, box, sphere, cylinder, ellipsoid, capsule, triangle };
   Kind kind = Kind::box;
   Eigen::Isometry3d X_WS = Eigen::Isometry3d::Identity();
   Eigen::Vector3d size = Eigen::Vector3d::Zero();

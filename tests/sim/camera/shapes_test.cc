@@ -20,6 +20,31 @@ GeomMesh mesh_of(const std::string& geom, const std::string& assets = "") {
   return geom_mesh(*small_model("<asset>" + assets + "</asset><worldbody>" + geom + "</worldbody>"), 0);
 }
 
+const std::string kCorner = "<mesh name='corner' vertex='0 0 0 1 0 0 0 1 0 0 0 1'/>";
+
+TEST(RoomSurfaces, OfAMeshAreItsFaces) {
+  const auto surfaces =
+      room_surfaces(*small_model("<asset>" + kCorner +
+                                 "</asset><worldbody><geom type='mesh' mesh='corner' pos='0 0 2'/>"
+                                 "</worldbody>"));
+  ASSERT_EQ(surfaces.size(), 4u);
+  const auto up = Eigen::Vector3d::UnitZ();
+  EXPECT_NEAR(score::first_hit(surfaces, {0.2, 0.3, 0}, up).value(), 2, 1e-6);
+  EXPECT_NEAR(score::first_hit(surfaces, {0.2, 0.3, 5}, -up).value(), 2.5, 1e-6) << "x + y + z = 1";
+  EXPECT_FALSE(score::first_hit(surfaces, {0.6, 0.6, 0}, up));
+}
+
+TEST(Drawable, ATextureWithAPictureOfItsOwnMayNotHaveANameThatIsPaintedOver) {
+  const auto require = [](const std::string& name, const std::string& builtin) {
+    require_drawable(*small_model("<asset><texture type='2d' width='4' height='4' rgb2='1 1 1' name='" +
+                                  name + "' builtin='" + builtin + "'/></asset>"));
+  };
+  EXPECT_NO_THROW(require("books_7", "flat"));
+  EXPECT_NO_THROW(require("my_books", "checker"));
+  EXPECT_THAT([&] { require("books_7", "checker"); }, testing::ThrowsMessage<std::invalid_argument>(
+                                                          tests::Has("the texture 'books_7' has a picture")));
+}
+
 // Round shapes are 20-sided prisms and less: a circle has 20/(2 pi) sin(2 pi/20) = 0.984 of its area; a
 // sphere's stacks of 30 degrees take 8 % more. A facet of 18 by 30 degrees leans from the normals at its
 // corners by up to half its diagonal, 17 degrees; an ellipsoid of 1 : 3 stretches that.
@@ -33,9 +58,10 @@ TEST(GeomMesh, EnclosesTheVolumeOfItsShapeWithTheNormalsOfItsTriangles) {
                 {"<geom type='cylinder' size='0.2 0.5'/>", pi * 0.04 * 1, 0.98, 0.95},
                 {"<geom type='sphere' size='0.3'/>", 4 * pi / 3 * 0.027, 0.9, 0.95},
                 {"<geom type='ellipsoid' size='0.1 0.2 0.3'/>", 4 * pi / 3 * 0.006, 0.9, 0.7},
-                {"<geom type='capsule' size='0.1 0.4'/>", pi * 0.01 * 0.8 + 4 * pi / 3 * 0.001, 0.95, 0.95}};
+                {"<geom type='capsule' size='0.1 0.4'/>", pi * 0.01 * 0.8 + 4 * pi / 3 * 0.001, 0.95, 0.95},
+                {"<geom type='mesh' mesh='corner'/>", 1.0 / 6, 0.9999, 0.3}};
   for (const auto& shape : shapes) {
-    const GeomMesh mesh = mesh_of(shape.geom);
+    const GeomMesh mesh = mesh_of(shape.geom, kCorner);
     double volume = 0;  // by the divergence theorem; negative if triangles face inwards
     for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
       const auto corner = [&](std::size_t k) { return mesh.vertices[mesh.indices[i + k]]; };

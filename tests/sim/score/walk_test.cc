@@ -251,6 +251,9 @@ TEST(Surfaces, TheNearestHitIsWhereGeometryHasIt) {
   EXPECT_NEAR(*hit(Kind::ellipsoid, {1, 2, 3}, {-5, 1.2, 0}, x), 4.2, 1e-14);  // 0.6 of its half axis aside
   EXPECT_EQ(hit(Kind::cylinder, {1, 2, 0}, {0.5, 0.5, 5}, -z), 3);
   EXPECT_NEAR(*hit(Kind::capsule, {1, 2, 0}, {-5, 0, 2.6}, x), 4.2, 1e-14);  // 0.6 up the cap: 0.8 wide
+  EXPECT_EQ(hit(Kind::triangle, {2, 1, 4}, {1.2, 1.5, 5}, -z), 5);
+  EXPECT_EQ(hit(Kind::triangle, {2, 1, 4}, {1.2, 1.5, -5}, z), 5);
+  EXPECT_EQ(hit(Kind::triangle, {2, 1, 4}, {1.8, 1.5, 5}, -z), std::nullopt);
   EXPECT_EQ(hit(Kind::plane, {0, 0, 1}, {100, 100, 5}, -z), 5);
   EXPECT_EQ(hit(Kind::plane, {0, 0, 1}, {0, 0, -5}, z), std::nullopt);  // from below it is not seen
   EXPECT_EQ(hit(Kind::plane, {1, 2, 1}, {0.9, 1.9, 5}, -z), 5);
