@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using std::string_view;
 
-constexpr string_view kPrefix = "robot/";
+constexpr const char* kPrefix = "robot/";
 
 /// Attributes of newer libraries that the bench can do without.
 constexpr std::pair<string_view, string_view> kDropped[]{{"joint", "actuatorfrclimited"},
@@ -141,23 +141,17 @@ void expand(Element& element, const fs::path& main_folder, std::set<fs::path>& r
 
 class Reader {
  public:
-  Reader(Element file, const Schema& schema, std::vector<Note> notes)
-      : schema_(schema.root().children.at("mujoco")), notes_(std::move(notes)) {
+  Reader(Element file, const Schema& schema, std::vector<Note> notes, bool room)
+      : schema_(schema.root().children.at("mujoco")), notes_(std::move(notes)), room_(room) {
     model_.root = {"mujoco", {{"model", file.get("model")}}, {}, file.file, file.line};
     for (const string_view section : kSections) model_.root.add(section);
+    if (room) model_.root.add("visual");
     for (Element& section : file.children) take(std::move(section));
     read_compiler();
   }
 
   ModelFile read(const Parts& parts) {
-    classes_.add(section("default"), "");
-    Element& world = section("worldbody");
-    apply_classes(world, "");
-    for (Element& each : actuators_) classes_.apply(each, each.name);
-    for (Element& each : section("asset").children) classes_.apply(each, each.name);
-    for (const char* kind : {"equality", "tendon"})
-      for (Element& each : section(kind).children) classes_.apply(each, kind);
-    section("default").children.clear();
+    Element& world = apply_all_classes();
     Element robot = the_robot(world, parts.base);
     flatten(robot);
     free_the_base(robot);
@@ -169,6 +163,42 @@ class Reader {
     for (const Element& each : section("equality").children) require_tree(each);
     for (const Element& each : section("contact").children) drop_contact(each, parts);
     section("contact").children.clear();
+    return finished();
+  }
+
+  ModelFile read_room() {
+    Element& world = apply_all_classes();
+    flatten(world);
+    clean(world);
+    const auto is_floor = [](const Element& each) {
+      return each.name == "geom" && each.get("name") == "floor" && each.get("type") == "plane";
+    };
+    if (std::ranges::none_of(world.children, is_floor))
+      reject(world, "", "has no plane named 'floor', expected what the robot walks on");
+    for (const char* unused : {"contact", "tendon", "equality"}) section(unused).children.clear();
+    return finished();
+  }
+
+ private:
+  Element& section(string_view name) {
+    return *std::ranges::find(model_.root.children, name, &Element::name);
+  }
+  std::string prefix() const { return room_ ? "" : kPrefix; }
+  void note(Fate fate, string_view what, const Element& where) { add_note(notes_, fate, what, where); }
+
+  Element& apply_all_classes() {
+    classes_.add(section("default"), "");
+    Element& world = section("worldbody");
+    apply_classes(world, "");
+    for (Element& each : actuators_) classes_.apply(each, each.name);
+    for (Element& each : section("asset").children) classes_.apply(each, each.name);
+    for (const char* kind : {"equality", "tendon"})
+      for (Element& each : section(kind).children) classes_.apply(each, kind);
+    section("default").children.clear();
+    return world;
+  }
+
+  ModelFile finished() {
     clean_assets();
     write_compiler();
     std::erase_if(model_.root.children,
@@ -178,14 +208,8 @@ class Reader {
     return std::move(model_);
   }
 
- private:
-  Element& section(string_view name) {
-    return *std::ranges::find(model_.root.children, name, &Element::name);
-  }
-  void note(Fate fate, string_view what, const Element& where) { add_note(notes_, fate, what, where); }
-
   void take(Element from) {
-    if (is_one_of(from.name, kSections)) {
+    if (is_one_of(from.name, kSections) || (room_ && from.name == "visual")) {
       Element& to = section(from.name);
       for (auto& [name, value] : from.attributes) to.set(name, value);
       if (to.children.empty()) to.file = from.file, to.line = from.line;
@@ -347,8 +371,8 @@ class Reader {
       body.erase("gravcomp");
     }
     std::erase_if(body.children, [&](const Element& child) {
-      const bool is_look = child.name == "camera" || child.name == "light";
-      if (is_look) note(Fate::dropped, fmt::format("{} of the robot", child.name), child);
+      const bool is_look = child.name == "camera" || (child.name == "light" && !room_);
+      if (is_look) note(Fate::dropped, child.name, child);
       return is_look;
     });
     turn_by_quaternion(body);
@@ -358,10 +382,10 @@ class Reader {
         continue;
       }
       turn_by_quaternion(child);
+      if (room_ && child.name.ends_with("joint")) reject(child, "", "is in a room, where nothing moves");
       if (child.name == "joint") clean_joint(child);
       for (const string_view attribute : kAssetNames)
-        if (const std::string* const name = child.find(attribute))
-          child.set(attribute, std::string(kPrefix) + *name);
+        if (const std::string* const name = child.find(attribute)) child.set(attribute, prefix() + *name);
       if (child.name == "geom" && child.find("name")) geoms_.insert(child.get("name"));
     }
   }
@@ -480,10 +504,10 @@ class Reader {
         if ((asset.name == "texture") != textures) return false;
         const std::string own = asset.get("name");
         const std::string name = own.empty() ? fs::path(asset.get("file")).stem().string() : own;
-        asset.set("name", std::string(kPrefix) + name);
+        asset.set("name", prefix() + name);
         if (asset.name == "material" && asset.find("texture"))
-          asset.set("texture", std::string(kPrefix) + asset.get("texture"));
-        if (!used.contains(fmt::format("{} {}{}", asset.name, kPrefix, name))) {
+          asset.set("texture", prefix() + asset.get("texture"));
+        if (!room_ && !used.contains(fmt::format("{} {}{}", asset.name, prefix(), name))) {
           note(Fate::dropped, fmt::format("{} that the robot does not use", asset.name), asset);
           return true;
         }
@@ -539,6 +563,7 @@ class Reader {
   const Schema::Known& schema_;
   ModelFile model_;
   std::vector<Note> notes_;
+  bool room_;
   Angles angles_;
   Classes classes_;
   std::vector<Element> actuators_;
@@ -557,15 +582,28 @@ void add_note(std::vector<Note>& notes, Fate fate, string_view what, const Eleme
   notes.push_back({fate, std::string(what), fmt::format("{}:{}", where.file->string(), where.line)});
 }
 
-ModelFile read_model(const fs::path& file, const Schema& schema, const Parts& parts) {
+namespace {
+
+Reader reader_of(const fs::path& file, const Schema& schema, bool room) {
   Element root = read_xml(file);
   std::vector<Note> notes;
-  if (root.name == "robot") root = mjcf_of_urdf(root, notes);
-  if (root.name != "mujoco") reject(root, "", "is not a model, expected mujoco (MJCF) or robot (URDF)");
+  if (root.name == "robot" && !room) root = mjcf_of_urdf(root, notes);
+  if (root.name != "mujoco")
+    reject(root, "", fmt::format("is no model, expected mujoco{}", room ? "" : " (MJCF) or robot (URDF)"));
   std::error_code fault;
   std::set<fs::path> read{fs::weakly_canonical(file, fault)};
   expand(root, file.parent_path(), read);
-  return Reader(std::move(root), schema, std::move(notes)).read(parts);
+  return {std::move(root), schema, std::move(notes), room};
+}
+
+}  // namespace
+
+ModelFile read_model(const fs::path& file, const Schema& schema, const Parts& parts) {
+  return reader_of(file, schema, false).read(parts);
+}
+
+ModelFile read_room(const fs::path& file, const Schema& schema) {
+  return reader_of(file, schema, true).read_room();
 }
 
 }  // namespace sim::model_file

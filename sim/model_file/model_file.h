@@ -59,6 +59,10 @@ struct Parts {
 /// ...".
 ModelFile read_model(const std::filesystem::path& file, const Schema& schema, const Parts& parts = {});
 
+/// Reads the MJCF of a room in the same way: shapes, lights and `visual`, nothing that moves, with a plane
+/// named "floor". Names of assets stay. Throws FileError.
+ModelFile read_room(const std::filesystem::path& file, const Schema& schema);
+
 /// Returns the MJCF tree of a URDF tree. Throws FileError.
 Element mjcf_of_urdf(const Element& robot, std::vector<Note>& notes);
 

@@ -30,6 +30,9 @@ const Schema& schema() {
                               mesh material mass density rgba 
                               friction contype conaffinity 
       site (*)                name pos quat 
+      light (*)               dir 
+   visual (*)                 
+      headlight (?)           active 
    equality (*)               
       connect (*)             body1 body2 anchor active 
 )");
@@ -224,6 +227,30 @@ TEST(ModelFile, WhatTheBenchCannotTakeIsRejectedWithFileLineElementAndAttribute)
               Has("robot.xml:2: body: 'base' is the base but has no free joint"));
   EXPECT_THAT(error_of([&] { read(folder, "<worldbody/>"); }),
               Has("worldbody: has no body, expected a robot"));
+}
+
+TEST(ModelFile, ARoomKeepsItsLightsAndNamesAndMayNotMove) {
+  const TemporaryFolder folder;
+  const auto room = [&](const std::string& world) {
+    files::write_text(folder / "room.xml",
+                      "<mujoco><option timestep='1'/><visual><headlight active='1'/></visual>"
+                      "<compiler angle='degree'/><asset><material name='wood'/></asset><default><geom "
+                      "material='wood'/></default>"
+                      "<worldbody><geom name='floor' type='plane'/>" +
+                          world + "</worldbody></mujoco>");
+    return read_room(folder / "room.xml", schema());
+  };
+  const ModelFile kept = room("<light/><camera/><body euler='0 0 180'><geom/></body>");
+  EXPECT_THAT(to_xml(kept.root),
+              Has("<headlight active=\"1\"/>", "<light/>", "material name=\"wood\"", "material=\"wood\""));
+  EXPECT_THAT(to_xml(kept.root), Lacks("camera", "option", "euler"));
+  EXPECT_THAT(error_of([&] { room("<body><joint/></body>"); }),
+              Has("joint: is in a room, where nothing moves"));
+  EXPECT_THAT(error_of([&] {
+                files::write_text(folder / "room.xml", "<mujoco/>");
+                read_room(folder / "room.xml", schema());
+              }),
+              Has("worldbody: has no plane named 'floor'"));
 }
 
 // Reads robot.urdf in folder/arm/urdf with these elements after a root link of 1 kg.
