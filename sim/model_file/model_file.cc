@@ -170,13 +170,15 @@ class Reader {
     Element& world = apply_all_classes();
     flatten(world);
     clean(world);
-    const auto is_floor = [](const Element& each) {
-      return each.name == "geom" && each.get("name") == "floor" && each.get("type") == "plane";
-    };
-    if (std::ranges::none_of(world.children, is_floor))
-      reject(world, "", "has no plane named 'floor', expected what the robot walks on");
     for (const char* unused : {"contact", "tendon", "equality"}) section(unused).children.clear();
-    return finished();
+    const Element at{"worldbody", {}, {}, world.file, world.line};
+    ModelFile room = finished();
+    const Element* const shapes = room.root.child("worldbody");
+    if (!shapes || std::ranges::none_of(shapes->children, [](const Element& each) {
+          return each.name == "geom" && each.get("name") == "floor" && each.get("type") == "plane";
+        }))
+      reject(at, "", "has no plane named 'floor', expected what the robot walks on");
+    return room;
   }
 
  private:

@@ -42,7 +42,7 @@ class Adapter {
     collect(*base_);
   }
 
-  Adapted adapt() {
+  model_file::ModelFile adapt() {
     for (auto& [name, body] : bodies_) adapt_shapes(*body);
     add_servos();
     for (std::size_t side = 0; side < 2; ++side) {
@@ -72,8 +72,7 @@ class Adapter {
                                {"jacobian", "sparse"}});
     make_rigid(*base_);
     drop_couplings_of_rigid();
-    std::string text = to_xml(model_.root);
-    return {std::move(text), std::move(model_)};
+    return std::move(model_);
   }
 
  private:
@@ -221,7 +220,7 @@ const model_file::Schema& schema() {
   return known;
 }
 
-Model load_mjcf(const std::string& text, const std::filesystem::path& from) {
+Model load_mjcf(const std::string& text, const std::string& from) {
   const std::unique_ptr<mjVFS, void (*)(mjVFS*)> files(new mjVFS, [](mjVFS* vfs) {
     mj_deleteVFS(vfs);
     delete vfs;
@@ -231,10 +230,10 @@ Model load_mjcf(const std::string& text, const std::filesystem::path& from) {
   std::copy(text.begin(), text.end(), static_cast<char*>(files->filedata[0]));
   std::array<char, 1000> message{};
   Model model(mj_loadXML("robot.xml", files.get(), message.data(), int(message.size())));
-  if (!model) throw std::runtime_error(fmt::format("{} does not load: {}", from.string(), message.data()));
+  if (!model) throw std::runtime_error(fmt::format("{} does not load: {}", from, message.data()));
   return model;
 }
 
-Adapted adapt(const RobotFile& robot) { return Adapter(robot).adapt(); }
+model_file::ModelFile adapt(const RobotFile& robot) { return Adapter(robot).adapt(); }
 
 }  // namespace sim::physics

@@ -7,22 +7,20 @@
 
 namespace sim::physics {
 
-struct Adapted {
-  std::string text;             ///< MJCF with the names that RobotFile lists
-  model_file::ModelFile model;  ///< what was read
-};
-
 /// What the library in use knows.
 const model_file::Schema& schema();
 
-/// Loads MJCF. Throws std::runtime_error with the library's message and the name of the file that it is from.
-Model load_mjcf(const std::string& text, const std::filesystem::path& from);
+/// Loads MJCF. Throws std::runtime_error "<from> does not load: " and the library's message. From the first
+/// call on, an error inside MuJoCo prints one line on stderr and ends the process with code 3, and warnings
+/// are kept.
+Model load_mjcf(const std::string& text, const std::string& from);
 
-/// Reads the model and puts the bench's parts where robot.yaml wants them. What touches what: the soles'
-/// contacts the floor and the other foot, the rest of a foot the other foot, all else nothing. Shapes are
-/// drawn in group 1, those of the head camera's link in 2, those that only collide not at all (3). Joints
-/// without servo and stiffness are rigid. Throws std::runtime_error "file:line: ..." for the model,
-/// std::invalid_argument "file:line:column: key: ..." for what robot.yaml names.
-Adapted adapt(const RobotFile& robot);
+/// Reads the model and puts the bench's parts where robot.yaml wants them, with the names that RobotFile
+/// lists. What touches what: the soles' contacts the floor and the other foot, the rest of a foot the other
+/// foot, all else nothing. Shapes are drawn in group 1, those of the head camera's link in 2, those that only
+/// collide not at all (3). Joints without servo and stiffness are rigid. Throws std::runtime_error
+/// "file:line: ..." for the model, std::invalid_argument "file:line:column: key: ..." for what robot.yaml
+/// names.
+model_file::ModelFile adapt(const RobotFile& robot);
 
 }  // namespace sim::physics

@@ -69,8 +69,8 @@ std::string rejection(const RobotFile& file) {
 
 TEST(Adapted, RobotHasTheBenchsServosPartsAndContacts) {
   const TemporaryFolder folder;
-  const Adapted adapted = adapt(robot(folder));
-  const Model loaded = load_mjcf(adapted.text, folder / "robot.xml");
+  const model_file::ModelFile adapted = adapt(robot(folder));
+  const Model loaded = load_mjcf(to_xml(adapted.root), "robot.xml");
   const mjModel& m = *loaded;
   EXPECT_EQ(m.nu, 12);
   EXPECT_EQ(m.njnt, 13) << "joints without a servo are rigid";
@@ -101,7 +101,7 @@ TEST(Adapted, RobotHasTheBenchsServosPartsAndContacts) {
       EXPECT_EQ(m.geom_contype[geom] | m.geom_conaffinity[geom], 0);
     }
   }
-  EXPECT_EQ(adapted.model.mass_kg, 20);
+  EXPECT_EQ(adapted.mass_kg, 20);
   EXPECT_NEAR(m.body_subtreemass[0], 20, 1e-9);
 }
 
@@ -126,7 +126,7 @@ TEST(FirstRobotFile, GuessesFeetLegsChestHeadAndMarksEachGuess) {
   const TemporaryFolder folder;
   robot(folder);
   EXPECT_THAT(
-      first_robot_file(folder / "robot.xml"),
+      first_robot_file(folder / "robot.xml", "robot.xml"),
       Has("base: pelvis\n", "head_camera: {link: head, position_m: [0.1, 0, 0.08]}  # guess",
           "imu: {link: chest, position_m: [0, 0, 0.1]}  # guess: a site of the model",
           "  left: [left_yaw_joint, left_roll_joint, left_hip_joint, left_knee_joint, left_ankle_joint, "
@@ -136,7 +136,7 @@ TEST(FirstRobotFile, GuessesFeetLegsChestHeadAndMarksEachGuess) {
   files::write_text(folder / "robot.xml",
                     "<mujoco><worldbody><body name='b'><freejoint/><inertial pos='0 0 0' mass='1' "
                     "diaginertia='1 1 1'/></body></worldbody></mujoco>");
-  EXPECT_THAT([&] { first_robot_file(folder / "robot.xml"); },
+  EXPECT_THAT([&] { first_robot_file(folder / "robot.xml", "robot.xml"); },
               testing::ThrowsMessage<std::runtime_error>(Has("finds no two feet")));
 }
 
