@@ -2,6 +2,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "slam/eigen_kernels.h"
+
 namespace slam {
 namespace {
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "slam/eigen_kernels.h"
+
 namespace slam {
 namespace {
 

@@ -5,6 +5,12 @@
 #include <cmath>
 #include <limits>
 
+#include "slam/eigen_kernels.h"
+
+template struct Eigen::internal::gebp_kernel<
+    double, double, Eigen::Index, Eigen::internal::blas_data_mapper<double, Eigen::Index, Eigen::ColMajor>,
+    Eigen::internal::ProductSizes::mr, Eigen::internal::ProductSizes::nr, false, false>;
+
 namespace slam {
 namespace {
 

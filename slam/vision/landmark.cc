@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "slam/eigen_kernels.h"
+
 namespace slam {
 namespace {
 

@@ -11,6 +11,8 @@
 // covariance.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <exception>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/affine.hpp>
 #include <opencv2/imgproc.hpp>
@@ -20,7 +22,7 @@
 #include <string>
 #include <vector>
 
-#include "example.h"
+#include "gaitslam_estimator.h"
 
 namespace {
 
@@ -146,8 +148,10 @@ DepthSensor depth_sensor(const std::string& options, const gaitslam_sensors& sen
                                      : "the rig has no depth camera aligned with cam0");
 }
 
-class VisualOdometry : public Example {
+class VisualOdometry {
  public:
+  std::string failure;  ///< of the last observation
+
   VisualOdometry(const gaitslam_start& start, const gaitslam_sensors& sensors, const std::string& options)
       : lens_(sensors.cameras[0].equidistant),
         residual_(kResidual_px / lens_.focal_px[0]),
@@ -156,8 +160,8 @@ class VisualOdometry : public Example {
     cv::setNumThreads(1);
   }
 
-  void process(const gaitslam_observation& observation, const gaitslam_reading*, const uint8_t* pixels,
-               const gaitslam_rig& rig) override {
+  /// pixels: of camera 0, NULL if the image is lost.
+  void process(const gaitslam_observation& observation, const uint8_t* pixels, const gaitslam_rig& rig) {
     if (observation.t_ns <= t_ns_) return;  // late or doubled
     t_ns_ = observation.t_ns;
     const Pose last_X_WC = X_WC_;
@@ -179,7 +183,7 @@ class VisualOdometry : public Example {
     before_ = image;
   }
 
-  void write(gaitslam_answer& answer, const gaitslam_landmark** landmarks, const char** cause) override {
+  void write(gaitslam_answer& answer, const gaitslam_landmark** landmarks, const char** cause) {
     answer.t_ns = std::max<int64_t>(t_ns_, 0);
     std::copy_n(X_WC_.rotation().val, 9, answer.X_WC.rotation);
     std::copy_n(X_WC_.translation().val, 3, answer.X_WC.translation_m);
@@ -289,7 +293,30 @@ class VisualOdometry : public Example {
 
 }  // namespace
 
-Example* new_example(const gaitslam_start& start, const gaitslam_sensors& sensors,
-                     const std::string& options) {
-  return new VisualOdometry(start, sensors, options);
+// Exceptions of the class become failures.
+
+void* gaitslam_estimator_create(const gaitslam_start* start, const gaitslam_sensors* sensors,
+                                const char* options, char* error, size_t error_bytes) try {
+  return new VisualOdometry(*start, *sensors, options);
+} catch (const std::exception& e) {
+  std::snprintf(error, error_bytes, "%s", e.what());
+  return nullptr;
 }
+
+int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* observation,
+                               const gaitslam_reading*, const gaitslam_reading*, const uint8_t* image,
+                               const gaitslam_rig* rig, gaitslam_answer* answer,
+                               const gaitslam_landmark** landmarks, const char** cause) {
+  VisualOdometry& odometry = *static_cast<VisualOdometry*>(estimator);
+  try {
+    odometry.process(*observation, image, *rig);
+    odometry.write(*answer, landmarks, cause);
+    return 0;
+  } catch (const std::exception& e) {
+    odometry.failure = e.what();
+    *cause = odometry.failure.c_str();
+    return 1;
+  }
+}
+
+void gaitslam_estimator_destroy(void* estimator) { delete static_cast<VisualOdometry*>(estimator); }

@@ -1,0 +1,12 @@
+// The kernel of Eigen's products of large matrices: compiled once, in measurement.cc, as it takes seconds.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace Eigen::internal {
+
+using ProductSizes = gebp_traits<double, double>;
+extern template struct gebp_kernel<double, double, Index, blas_data_mapper<double, Index, ColMajor>,
+                                   ProductSizes::mr, ProductSizes::nr, false, false>;
+
+}  // namespace Eigen::internal

@@ -1,0 +1,99 @@
+#include <iostream>
+
+#include "sim/files/text.h"
+#include "sim/regression/suite.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/shared/live.h"
+#include "tools/cli/shared/options.h"
+#include "walking/pattern_generator.h"
+
+namespace cli {
+namespace {
+
+constexpr const char* kCheckExamples = R"(Examples:
+  gaitslam check scenarios/hall.yaml scenarios/tangent_circle.yaml world.seed=7
+Exit codes: 0 all scenarios are valid; 2 one is not.)";
+
+struct CheckRequest {
+  std::vector<std::string> files;  ///< and changes
+  scenario::Changes changes;
+  fs::path models = standard_models();
+};
+
+/// Reads the file and does all that a run does before the robot walks; prints the first error.
+bool is_valid(const std::string& file, const scenario::Changes& changes, const fs::path& models) {
+  try {
+    const auto read = scenario::read_scenario(file, changes);
+    require_models(read, models);
+    const auto checked = check_start(read, models);
+    const walking::PatternGenerator plan = checked ? *checked : walking::PatternGenerator(read.scenario.walk);
+    std::cout << fmt::format(
+        "{}: valid, a walk of {:.2f} s{}\n",
+        read.origin.contains("name") ? file + ", " + read.scenario.name : file,
+        static_cast<double>(plan.ticks()) * walking::kPeriod,
+        checked ? "" : "; whether it is clear of its room was not checked: no simulator");
+    return true;
+  } catch (const scenario::ConfigError& e) {
+    std::cerr << files::sanitize(e.what()) << '\n';
+  } catch (const std::exception& e) {
+    std::cerr << files::sanitize(fmt::format("{}: {}\n", file, e.what()));
+  }
+  return false;
+}
+
+/// Checks a scenario, or each one of a suite.
+bool are_valid(const std::string& file, const CheckRequest& request) {
+  std::vector<regression::SuiteEntry> entries;
+  try {
+    if (!regression::is_suite(file)) return is_valid(file, request.changes, request.models);
+    entries = regression::read_suite(file).entries;
+  } catch (const scenario::ConfigError& e) {
+    std::cerr << files::sanitize(e.what()) << '\n';
+    return false;
+  }
+  bool valid = true;
+  for (const auto& entry : entries) {
+    scenario::Changes all = entry.changes;
+    std::ranges::copy(request.changes.overrides, std::back_inserter(all.overrides));
+    std::ranges::copy(request.changes.without, std::back_inserter(all.without));
+    all.with = request.changes.with;
+    valid &= is_valid(entry.file.string(), all, request.models);
+  }
+  return valid;
+}
+
+int check(CheckRequest& request) {
+  std::vector<std::string>& files = request.files;
+  const auto is_file = [](const std::string& argument) {  // a change is as in world.seed=7
+    const std::size_t equals = argument.find('=');
+    return equals == argument.npos ||
+           argument.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_.") != equals;
+  };
+  const auto first_change = std::stable_partition(files.begin(), files.end(), is_file);
+  request.changes.overrides.assign(first_change, files.end());
+  files.erase(first_change, files.end());
+  if (files.empty()) throw UsageError("check: names no scenario, expected a YAML file");
+  int exit_code = 0;
+  for (const std::string& file : files)
+    if (!are_valid(file, request)) exit_code = 2;
+  return exit_code;
+}
+
+}  // namespace
+
+void add_check(CLI::App& app, int& exit_code) {
+  auto [command, request] = add_command(app, exit_code, "check",
+                                        "Check scenarios: do all that a run does before the robot walks, "
+                                        "except starting a program",
+                                        kCheckExamples, check);
+  command
+      .add_option("scenarios", request.files,
+                  "YAML files of scenarios or suites, and keys with new values for all of them")
+      ->option_text("FILE ... [key=value ...]")
+      ->required();
+  add_with(command, request.changes);
+  add_without(command, request.changes);
+  add_models(command, request.models);
+}
+
+}  // namespace cli
