@@ -54,15 +54,14 @@ double image_coverage(const std::vector<Candidate>& candidates, const CameraIntr
   return box.isEmpty() ? 0 : box.volume() / (camera.width_px * camera.height_px);
 }
 
-/// Adds the match bias to a candidate. at: its index in the state; < 0: not in the state.
+/// Predicts a candidate's match bias and S. at: the bias's index in the state; < 0: not in the state.
 void predict_bias(int at, const State& state, double gain, double variance, Candidate& candidate) {
   Measurement& m = candidate.measurement;
   m.bias_at = at;
   m.bias_gain = gain;
-  if (at < 0)
-    m.R.diagonal().array() += gain * gain * variance;
-  else
-    candidate.pixel += gain * state.storage_x.segment<2>(at);
+  if (at >= 0) candidate.pixel += gain * state.storage_x.segment<2>(at);
+  candidate.S = innovation_covariance(state, m);
+  if (at < 0) candidate.S.diagonal().array() += gain * gain * variance;
 }
 
 constexpr int kSparePlaces = 6;  // of landmarks in view that are not measured in this frame
@@ -134,10 +133,13 @@ void MatchBiases::keep_visible(const std::vector<std::size_t>& visible,
     if (landmark_of_[place] == kFree) continue;
     const bool seen = std::any_of(visible.begin(), visible.end(),
                                   [&](std::size_t i) { return landmarks[i].id == landmark_of_[place]; });
-    if (seen) continue;
-    kalman.predict_match_bias(index_of_place(place), 0, 0);
-    landmark_of_[place] = kFree;
+    if (!seen) remove(landmark_of_[place], kalman);
   }
+}
+
+void MatchBiases::remove(int landmark, Kalman& kalman) {
+  kalman.predict_match_bias(at(landmark), 0, 0);
+  *std::find(landmark_of_.begin(), landmark_of_.end(), landmark) = kFree;
 }
 
 int MatchBiases::at(int landmark) const {
@@ -183,15 +185,35 @@ void Vision::keep_least_missed(const std::vector<Landmark>& landmarks, Stamp bef
   if (candidates_.size() > most) candidates_.resize(most, candidates_.front());
 }
 
+/// The bias of a match becomes a state. If no place is free, one is taken from the landmark in view that was
+/// not searched for in this frame and not for the longest time.
+void Vision::place_bias(const std::vector<Landmark>& landmarks, int landmark, Measurement& m,
+                        Kalman& kalman) {
+  m.bias_at = biases_.add(landmark, false, kalman);
+  if (m.bias_at >= 0) return;
+  const Landmark* oldest = nullptr;
+  for (const std::size_t i : result_.visible_indices) {
+    const bool searched = std::any_of(candidates_.begin(), candidates_.end(),
+                                      [&](const Candidate& candidate) { return candidate.index == i; });
+    if (searched || biases_.at(landmarks[i].id) < 0) continue;
+    if (!oldest || landmarks[i].last_search < oldest->last_search) oldest = &landmarks[i];
+  }
+  if (oldest) {
+    biases_.remove(oldest->id, kalman);
+    m.bias_at = biases_.add(landmark, false, kalman);
+  } else {  // more are measured than there are places
+    m.R.diagonal().array() += m.bias_gain * m.bias_gain * biases_.variance();
+  }
+}
+
 /// before: only landmarks that were initialized before this time are searched for.
 void Vision::search(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks,
                     std::optional<Stamp> before, Kalman& kalman) {
   predict_view(kalman, landmarks, camera_, options_.sigma_px, candidates_);
   for (Candidate& candidate : candidates_) {
-    if (options_.match_bias_sigma_px > 0)
-      predict_bias(biases_.at(landmarks[candidate.index].id), kalman.state(),
-                   camera_.sigma(candidate.pixel, 1), biases_.variance(), candidate);
-    candidate.S = innovation_covariance(kalman.state(), candidate.measurement);
+    const double gain = options_.match_bias_sigma_px > 0 ? camera_.sigma(candidate.pixel, 1) : 0;
+    predict_bias(biases_.at(landmarks[candidate.index].id), kalman.state(), gain, biases_.variance(),
+                 candidate);
   }
   const auto most = static_cast<std::size_t>(most_measured_);
   result_.tested = std::min(candidates_.size(), most);
@@ -221,11 +243,7 @@ void Vision::search(const cv::Mat& image, Stamp t, const std::vector<Landmark>& 
     Search searched{landmarks[candidate.index].id, candidate.pixel, candidate.S};
     if (auto m = search_candidate(image, landmarks[candidate.index], candidate, options_)) {
       searched.match = candidate.pixel + m->innovation;
-      if (m->bias_at < 0 &&
-          options_.match_bias_sigma_px > 0) {  // the bias becomes a state if a place is free
-        m->bias_at = biases_.add(searched.landmark, false, kalman);
-        if (m->bias_at >= 0) m->R.diagonal().array() -= m->bias_gain * m->bias_gain * biases_.variance();
-      }
+      if (m->bias_at < 0 && m->bias_gain > 0) place_bias(landmarks, searched.landmark, *m, kalman);
       matches_.searched.push_back(result_.searched.size());
       matches_.measurements.push_back(*m);
     }

@@ -44,6 +44,8 @@ class MatchBiases {
   int at(int landmark) const;
   /// Gives a place to a landmark, with bias 0 at its first sight, else the stationary variance; returns at().
   int add(int landmark, bool first_sight, Kalman& kalman);
+  /// Frees the place of a landmark that has one.
+  void remove(int landmark, Kalman& kalman);
   /// Forgets all biases, after a reset of the pose.
   void clear(Kalman& kalman);
 
@@ -97,6 +99,7 @@ class Vision {
   void keep_least_missed(const std::vector<Landmark>& landmarks, Stamp before);
   void search(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks,
               std::optional<Stamp> before, Kalman& kalman);
+  void place_bias(const std::vector<Landmark>& landmarks, int landmark, Measurement& m, Kalman& kalman);
   void find_inliers(const State& state);
   void add_lagged();
 

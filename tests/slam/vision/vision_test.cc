@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
 #include <tuple>
 
 #include "slam/vision/map.h"
@@ -103,6 +104,24 @@ TEST(Vision, LandmarksThatFailFromThisViewAreNeitherCountedNorSearchedForButTwoO
     EXPECT_EQ(all.size(), retried == 0 ? 3U : 4U);
     EXPECT_EQ(std::count_if(all.begin(), all.end(), [](std::size_t i) { return i < 5; }), retried);
   }
+}
+
+TEST(Vision, TheBiasOfAMatchIsAlwaysAStateThoughMoreLandmarksAreInViewThanThereArePlaces) {
+  Scene scene;
+  scene.options.vision.measured_landmarks = 1;
+  ASSERT_LT(MatchBiases::places(scene.options.vision, scene.options.bounds), 8);
+  Vision vision(scene.options.vision, scene.options.bounds, scene.camera);
+  for (std::size_t i = 0; i < 8; ++i) scene.landmarks[i].id = static_cast<int>(i);
+  std::set<int> placed;
+  for (int k = 1; k <= 8; ++k) {
+    const VisionResult& result = vision.update(scene.image, Stamp(k), scene.landmarks, scene.kalman);
+    ASSERT_EQ(result.inliers.size(), 1U);
+    Landmark& searched = scene.landmarks[result.searched_indices[0]];
+    searched.last_search = Stamp(k);
+    EXPECT_GE(vision.biases().at(searched.id), kRobot);
+    placed.insert(searched.id);
+  }
+  EXPECT_EQ(placed.size(), 8U);  // their unknown bias makes those without a place the most informative
 }
 
 TEST(Vision, WithoutMatchesTheStateStaysAsItIs) {
