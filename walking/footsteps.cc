@@ -8,14 +8,14 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kHalfSpacing = hrp2::kFootSpacing / 2;
-constexpr double kLargestAside_m = 0.14;  // of one foot in a step: from 0.17 on some walks end in a fall
-constexpr double kNegligible = 1e-9;      // of a step: a rest shorter than this is rounding, not a step
+constexpr double kNegligible = 1e-9;  // of a step: a rest shorter than this is rounding, not a step
 
 Vector2d rotated(double yaw, const Vector2d& v) { return Eigen::Rotation2Dd(yaw) * v; }
 
 /// The foot of `side` in a stance around `center`.
-Footstep footstep_at(const FootPose& center, Side side) { return {side, feet_together(center).of(side)}; }
+Footstep footstep_at(const Robot& robot, const FootPose& center, Side side) {
+  return {side, feet_together(center, robot.foot_spacing).of(side)};
+}
 
 /// Distances along the way after each step: whole steps, then the rest.
 std::vector<double> progress(double distance, double step) {
@@ -33,15 +33,17 @@ void require(bool holds, const std::string& complaint) {
   if (!holds) throw std::invalid_argument(complaint);
 }
 
-std::vector<Footstep> steps_of(const auto&, double) { return {}; }  // stand, repeat; for go_to see steps_to()
+std::vector<Footstep> steps_of(const Robot&, const auto&, double) {
+  return {};
+}  // stand, repeat; for go_to see steps_to()
 
 /// The foot on the side of travel goes first and takes the lateral share of two steps; the other closes to
 /// the foot spacing, so that the feet never cross or come closer. Steps that lead far aside are shorter.
-std::vector<Footstep> steps_of(const Straight& straight, double step) {
+std::vector<Footstep> steps_of(const Robot& robot, const Straight& straight, double step) {
   const double distance = std::hypot(straight.forward_m, straight.left_m);
   require(distance > 0, "straight: forward_m and left_m are both zero; use stand");
   const Side lead = straight.left_m > 0 ? Side::left : Side::right;
-  const double longest = kLargestAside_m / 2 * distance / std::abs(straight.left_m);
+  const double longest = robot.step.aside_m / 2 * distance / std::abs(straight.left_m);
   std::vector<double> s = progress(distance, std::min(step, longest));
   s.push_back(distance);  // the closing step
   std::vector<Footstep> steps;
@@ -50,7 +52,7 @@ std::vector<Footstep> steps_of(const Straight& straight, double step) {
     const double lateral = s[leading ? std::min(k + 1, s.size() - 1) : k];
     const FootPose center{{straight.forward_m * (s[k] / distance), straight.left_m * (lateral / distance)},
                           0};
-    steps.push_back(footstep_at(center, leading ? lead : other(lead)));
+    steps.push_back(footstep_at(robot, center, leading ? lead : other(lead)));
   }
   return steps;
 }
@@ -61,7 +63,7 @@ void check(const Arc& arc) {
 }
 
 /// Feet alternate along a circle to the left or right, or turn on the spot.
-std::vector<Footstep> alternate(double radius, double angle, double step_rad, Side side) {
+std::vector<Footstep> alternate(const Robot& robot, double radius, double angle, double step_rad, Side side) {
   const double turn = std::copysign(1.0, angle);
   const Vector2d circle_center(0, turn * radius);
   std::vector<double> angles = progress(std::abs(angle), step_rad);
@@ -69,28 +71,28 @@ std::vector<Footstep> alternate(double radius, double angle, double step_rad, Si
   std::vector<Footstep> steps;
   for (const double along : angles) {
     const double yaw = turn * along;
-    steps.push_back(footstep_at({circle_center - rotated(yaw, circle_center), yaw}, side));
+    steps.push_back(footstep_at(robot, {circle_center - rotated(yaw, circle_center), yaw}, side));
     side = other(side);
   }
   return steps;
 }
 
 /// The outer foot goes first.
-std::vector<Footstep> steps_of(const TangentArc& arc, double step) {
+std::vector<Footstep> steps_of(const Robot& robot, const TangentArc& arc, double step) {
   check(arc);
-  return alternate(arc.radius_m, arc.angle_rad, step / arc.radius_m,
+  return alternate(robot, arc.radius_m, arc.angle_rad, step / arc.radius_m,
                    arc.angle_rad > 0 ? Side::right : Side::left);
 }
 
 /// Each foot is one step ahead of the other; that on the side of the turn goes first: toes never meet.
-std::vector<Footstep> steps_of(const Turn& turn, double) {
+std::vector<Footstep> steps_of(const Robot& robot, const Turn& turn, double) {
   check(turn);
-  return alternate(0, turn.angle_rad, turn.step_rad, turn.angle_rad > 0 ? Side::left : Side::right);
+  return alternate(robot, 0, turn.angle_rad, turn.step_rad, turn.angle_rad > 0 ? Side::left : Side::right);
 }
 
 /// Facing the center, radius_m ahead: the foot on the side of travel goes to its place in the turned stance,
 /// the other closes. Turning left, the robot moves to its right.
-std::vector<Footstep> steps_of(const PerpendicularArc& arc, double step) {
+std::vector<Footstep> steps_of(const Robot& robot, const PerpendicularArc& arc, double step) {
   check(arc);
   const double turn = std::copysign(1.0, arc.angle_rad);
   const Vector2d circle_center(arc.radius_m, 0);
@@ -99,8 +101,8 @@ std::vector<Footstep> steps_of(const PerpendicularArc& arc, double step) {
   for (const double angle : progress(std::abs(arc.angle_rad), std::min(step, arc.step_m) / arc.radius_m)) {
     const double yaw = turn * angle;
     const FootPose center{circle_center - rotated(yaw, circle_center), yaw};
-    steps.push_back(footstep_at(center, lead));
-    steps.push_back(footstep_at(center, other(lead)));
+    steps.push_back(footstep_at(robot, center, lead));
+    steps.push_back(footstep_at(robot, center, other(lead)));
   }
   return steps;
 }
@@ -110,9 +112,9 @@ FootPose landing(const FootPose& standing, const Step& step) {
   return standing * FootPose{{0, 0}, step.turn_rad} * FootPose{{step.forward_m, step.left_m}, 0};
 }
 
-std::vector<Footstep> steps_of(const Steps& steps, double) {
+std::vector<Footstep> steps_of(const Robot& robot, const Steps& steps, double) {
   require(!steps.list.empty(), "steps: the list is empty");
-  Stance stance = feet_together({});
+  Stance stance = feet_together({}, robot.foot_spacing);
   std::vector<Footstep> landings;
   for (const Step& step : steps.list) {
     const Side side = step.left_m > 0 ? Side::left : Side::right;
@@ -123,7 +125,7 @@ std::vector<Footstep> steps_of(const Steps& steps, double) {
     landings.push_back({side, stance.of(side)});
   }
   const Side last = landings.back().side, behind = other(last);
-  const double spacing = last == Side::left ? -hrp2::kFootSpacing : hrp2::kFootSpacing;
+  const double spacing = last == Side::left ? -robot.foot_spacing : robot.foot_spacing;
   const FootPose closed = landing(stance.of(last), {0, spacing, 0}), &now = stance.of(behind);
   constexpr double kWritten = 1e-6;  // m and rad: steps are given with six decimals
   if ((closed.position - now.position).norm() >= kWritten || std::abs(closed.yaw - now.yaw) >= kWritten)
@@ -131,13 +133,13 @@ std::vector<Footstep> steps_of(const Steps& steps, double) {
   return landings;
 }
 
-std::vector<Footstep> steps_to(const GoTo& goal, const FootPose& start, double step) {
+std::vector<Footstep> steps_to(const Robot& robot, const GoTo& goal, const FootPose& start, double step) {
   constexpr double kThere = 1e-9;  // m and rad
-  const FootPose end = FootPose{{goal.x_m, goal.y_m}, goal.heading_rad} * FootPose{{hrp2::kAnkleX, 0}, 0};
+  const FootPose end = FootPose{{goal.x_m, goal.y_m}, goal.heading_rad} * FootPose{{robot.sole_ahead, 0}, 0};
   FootPose at = start;
   std::vector<Footstep> steps;
   const auto append = [&](const Command& command) {
-    const auto more = footsteps(command, at, step);
+    const auto more = footsteps(robot, command, at, step);
     steps.insert(steps.end(), more.begin(), more.end());
   };
   const auto turn_to = [&](double heading) {
@@ -159,19 +161,21 @@ using Corners = Eigen::Matrix<double, 2, 4>;
 
 constexpr double kOuterMargin = 0.04, kSoleClearance = 0.01;  // m
 
-double beyond_outer_edges(const Vector2d& place) {
-  constexpr double kCorners[][2] = {{0.28, 0}, {0.28, 0.2}, {0.2, 0.3}, {0, 0.4}};
+double beyond_outer_edges(const StepLimits& limits, const Vector2d& place) {
+  const double ahead = limits.reach_ahead_m, aside = limits.reach_aside_m;
+  const std::array<Vector2d, 4> corners{
+      {{ahead, 0}, {ahead, aside / 2}, {ahead * 5 / 7, aside * 3 / 4}, {0, aside}}};
   double beyond = 0;
-  for (int edge = 0; edge < 3; ++edge) {
-    const Vector2d from(kCorners[edge + 1]), along = (Vector2d(kCorners[edge]) - from).normalized(),
-                                             outwards(-along.y(), along.x());
+  for (std::size_t edge = 0; edge < 3; ++edge) {
+    const Vector2d &from = corners[edge + 1], along = (corners[edge] - from).normalized(),
+                   outwards(-along.y(), along.x());
     beyond = std::max(beyond, outwards.dot(place.cwiseAbs()) - outwards.dot(from) + kOuterMargin);
   }
   return beyond;
 }
 
-Corners corners(const FootPose& foot) {
-  const Vector2d &a = hrp2::kSoleMin, &b = hrp2::kSoleMax;
+Corners corners(const Leg& leg, const FootPose& foot) {
+  const Vector2d &a = leg.sole_min, &b = leg.sole_max;
   Corners all;
   all << a.x(), b.x(), b.x(), a.x(), a.y(), a.y(), b.y(), b.y();
   for (auto corner : all.colwise()) corner = (foot * FootPose{corner, 0}).position;
@@ -179,12 +183,14 @@ Corners corners(const FootPose& foot) {
 }
 
 /// Two convex soles are at least as far apart as along the best of their edges' normals; < 0: they overlap.
-double gap_between_soles(const FootPose& one, const FootPose& two) {
+double gap_between_soles(const Robot& robot, const FootPose& standing, const Footstep& landing) {
+  const Corners one = corners(robot.leg(other(landing.side)), standing),
+                two = corners(robot.leg(landing.side), landing.pose);
   double widest = -1;
-  for (const double yaw : {one.yaw, two.yaw})
+  for (const double yaw : {standing.yaw, landing.pose.yaw})
     for (const Vector2d& axis :
          {Vector2d(std::cos(yaw), std::sin(yaw)), Vector2d(-std::sin(yaw), std::cos(yaw))}) {
-      const Eigen::RowVector4d a = axis.transpose() * corners(one), b = axis.transpose() * corners(two);
+      const Eigen::RowVector4d a = axis.transpose() * one, b = axis.transpose() * two;
       widest = std::max({widest, b.minCoeff() - a.maxCoeff(), a.minCoeff() - b.maxCoeff()});
     }
   return widest;
@@ -200,27 +206,28 @@ FootPose inverse(const FootPose& pose) { return {rotated(-pose.yaw, -pose.positi
 
 Side other(Side side) { return side == Side::left ? Side::right : Side::left; }
 
-Stance feet_together(const FootPose& center) {
-  return {center * FootPose{{0, kHalfSpacing}, 0}, center * FootPose{{0, -kHalfSpacing}, 0}};
+Stance feet_together(const FootPose& center, double spacing_m) {
+  return {center * FootPose{{0, spacing_m / 2}, 0}, center * FootPose{{0, -spacing_m / 2}, 0}};
 }
 
 FootPose center_of(const Stance& stance) {
   return {(stance.left.position + stance.right.position) / 2, (stance.left.yaw + stance.right.yaw) / 2};
 }
 
-std::vector<Footstep> footsteps(const Command& command, const FootPose& start, double step_length_m) {
-  if (const auto* goal = std::get_if<GoTo>(&command)) return steps_to(*goal, start, step_length_m);
-  auto steps = std::visit([&](const auto& c) { return steps_of(c, step_length_m); }, command);
+std::vector<Footstep> footsteps(const Robot& robot, const Command& command, const FootPose& start,
+                                double step_length_m) {
+  if (const auto* goal = std::get_if<GoTo>(&command)) return steps_to(robot, *goal, start, step_length_m);
+  auto steps = std::visit([&](const auto& c) { return steps_of(robot, c, step_length_m); }, command);
   for (Footstep& step : steps) step.pose = start * step.pose;
   return steps;
 }
 
-double distance_outside(const FootPose& standing, const Footstep& landing) {
+double distance_outside(const Robot& robot, const FootPose& standing, const Footstep& landing) {
   const Vector2d seen = Eigen::Rotation2Dd(-standing.yaw) * (landing.pose.position - standing.position);
   const double outwards = landing.side == Side::left ? seen.y() : -seen.y();
   const double crossed = std::max(0.0, -outwards);  // beyond the standing foot
-  return std::max(
-      {beyond_outer_edges(seen), kSoleClearance - gap_between_soles(standing, landing.pose), crossed, 0.0});
+  return std::max({beyond_outer_edges(robot.step, seen),
+                   kSoleClearance - gap_between_soles(robot, standing, landing), crossed, 0.0});
 }
 
 }  // namespace walking

@@ -42,8 +42,8 @@ FootPose inverse(const FootPose& pose);
 
 Side other(Side side);
 
-/// Feet together (hrp2::kFootSpacing apart) around `center`, with its heading.
-Stance feet_together(const FootPose& center);
+/// Feet together around `center`, so far apart, with its heading.
+Stance feet_together(const FootPose& center, double spacing_m);
 
 /// Half way between feet that are together.
 FootPose center_of(const Stance& stance);
@@ -56,11 +56,13 @@ FootPose center_of(const Stance& stance);
 /// sideways): floor(distance / step length) whole steps, one for the rest, and the closing one (Stasse et al.
 /// 2006, section II; the step stack of the JRL pattern generator). Only go_to depends on P: it turns to its
 /// goal, walks straight to it and turns to the heading there.
-std::vector<Footstep> footsteps(const Command& command, const FootPose& start, double step_length_m);
+std::vector<Footstep> footsteps(const Robot& robot, const Command& command, const FootPose& start,
+                                double step_length_m);
 
 /// Returns how far a landing is outside the area in which steps are known to work, m; 0 inside. Seen from the
-/// stance foot, its outer corners are at 0.4 m aside, (±0.2, 0.3) m and (±0.28, 0.2) m (Herdt et al. 2010, as
-/// in jrl-walkgen), less a margin of 0.04 m; on the inside the soles stay 0.01 m apart.
-double distance_outside(const FootPose& standing, const Footstep& landing);
+/// stance foot, its outer corners are the robot's reach aside, (±5/7, 3/4) and (±1, 1/2) of its reach ahead
+/// and aside (Herdt et al. 2010, as in jrl-walkgen), less a margin of 0.04 m; on the inside the soles stay
+/// 0.01 m apart.
+double distance_outside(const Robot& robot, const FootPose& standing, const Footstep& landing);
 
 }  // namespace walking

@@ -1,4 +1,4 @@
-// Kinematics of HRP-2: soles from leg angles and back, joint limits, and the motion of the whole body.
+// All joints for a posture, and the motion of the whole body.
 #pragma once
 
 #include <functional>
@@ -9,44 +9,28 @@
 
 namespace walking {
 
-/// X_BS: the sole (point below the ankle) in the waist; q as in LegSolution.
-Eigen::Isometry3d sole_in_waist(Side side, const Eigen::Matrix<double, 6, 1>& q);
-
-/// R_B of the chest, by its two joints.
-Eigen::Matrix3d chest_in_waist(const JointVector& q);
-
-/// `X_BA`: the ankle (axes of the sole) in the waist. After Kajita's leg, with HRP-2's lateral knee offset.
-LegSolution leg_inverse_kinematics(Side side, const Eigen::Isometry3d& X_BA);
-
-/// All joints for a posture; chest, head, wrists and hands in half-sitting.
+/// All joints for a posture; those that neither legs nor swinging arms have are as in the start posture.
 struct BodySolution {
   JointVector q;
   bool left_reached = true, right_reached = true;
 };
-BodySolution inverse_kinematics(const Posture& posture);
-
-/// Lowest and highest angle of each joint of a leg, rad, in the order of LegSolution::q.
-struct LegLimits {
-  Eigen::Matrix<double, 6, 1> lowest, highest;
-};
-
-/// Limits of the stack-of-tasks model of HRP-2; the left leg mirrors the right one.
-LegLimits leg_limits(Side side);
+/// start: of the legs, the angles a moment before.
+BodySolution inverse_kinematics(const Robot& robot, const Posture& posture, const JointVector& start);
 
 /// Why the legs cannot take this posture ("the left foot is out of the leg's reach"); nothing if they can.
-std::optional<std::string> leg_obstacle(const BodySolution& body);
+std::optional<std::string> leg_obstacle(const Robot& robot, const BodySolution& body);
 
 /// The pose of every link.
 struct BodyPose {
   Eigen::Isometry3d X_PB = Eigen::Isometry3d::Identity();
-  JointVector q = JointVector::Zero();
+  JointVector q = {};
 };
 
 /// A pose and its rates. v: of the waist's origin, m/s; w: of the waist, rad/s; both in P.
 struct BodyMotion {
   BodyPose pose;
   Eigen::Vector3d v = Eigen::Vector3d::Zero(), w = Eigen::Vector3d::Zero();
-  JointVector dq = JointVector::Zero();
+  JointVector dq = {};
 };
 
 /// Mass (kg), and in P center of mass (m), momentum (kg m/s), angular momentum about that center (kg m²/s).
@@ -60,7 +44,7 @@ struct BodyMomentum {
 using WholeBody = std::function<BodyMomentum(const BodyMotion&)>;
 
 /// The plan's own pose, by inverse kinematics.
-BodyPose pose_of(const Reference& reference);
+BodyPose pose_of(const Robot& robot, const Reference& reference, const JointVector& start);
 
 /// The motion half-way between two poses `period` apart that leads from one to the other at constant rates.
 BodyMotion motion_between(const BodyPose& before, const BodyPose& after, double period = kPeriod);

@@ -33,24 +33,27 @@ Eigen::Isometry3d settled(const Eigen::Isometry3d& X) {
 
 }  // namespace
 
-Eigen::Isometry3d measured_sole_in_waist(Side side, const Eigen::Matrix<double, 6, 1>& q,
-                                         const Wrench& wrench) {
-  using Eigen::AngleAxisd, Eigen::Vector3d;
-  const Vector3d ankle(0, 0, hrp2::kAnkleHeight);
-  const Vector3d torque = wrench.torque - ankle.cross(wrench.force);  // about the ankle
-  const Eigen::Matrix3d turned = (AngleAxisd(torque.z() / hrp2::kBushYaw_nm_rad, Vector3d::UnitZ()) *
-                                  AngleAxisd(torque.y() / hrp2::kBushPitch_nm_rad, Vector3d::UnitY()) *
-                                  AngleAxisd(torque.x() / hrp2::kBushRoll_nm_rad, Vector3d::UnitX()))
-                                     .toRotationMatrix();
+Eigen::Isometry3d measured_sole_in_base(const Robot& robot, Side side, const LegVector& q,
+                                        const Wrench& wrench) {
+  using Eigen::Vector3d;
+  const Leg& leg = robot.leg(side);
+  const Vector3d ankle = leg.ankle(), torque = wrench.torque - ankle.cross(wrench.force);  // about the ankle
+  Eigen::Matrix3d turned = Eigen::Matrix3d::Identity();
+  Vector3d moved = Vector3d::Zero();
+  for (const Spring& spring : leg.bush)
+    if (spring.turns)
+      turned = turned * Eigen::AngleAxisd(spring.axis.dot(torque) / spring.stiffness, spring.axis);
+    else
+      moved += spring.axis.dot(wrench.force) / spring.stiffness * spring.axis;
   Eigen::Isometry3d deflection = Eigen::Isometry3d::Identity();  // of the sole
   deflection.linear() = turned;
-  deflection.translation() = ankle + Vector3d(0, 0, wrench.force.z() / hrp2::kBushUp_n_m) - turned * ankle;
-  return sole_in_waist(side, q) * deflection;
+  deflection.translation() = ankle + moved - turned * ankle;
+  return sole_in_base(robot, side, q) * deflection;
 }
 
 Eigen::Isometry3d LegOdometry::X_BS(Side side, const JointVector& q) const {
-  return side == Side::left ? measured_sole_in_waist(side, q.segment<6>(hrp2::kLeftLeg), left_)
-                            : measured_sole_in_waist(side, q.segment<6>(hrp2::kRightLeg), right_);
+  return measured_sole_in_base(robot_, side, leg_angles(robot_.leg(side), q),
+                               side == Side::left ? left_ : right_);
 }
 
 void LegOdometry::add(const SensorReadings& readings) {

@@ -6,9 +6,9 @@
 namespace walking {
 
 /// Returns the sole in the waist's axes from a leg's six encoders (rad) and the deflection of the ankle's
-/// rubber bush, a spring without damping, under the wrench that the ground exerts on the foot.
-Eigen::Isometry3d measured_sole_in_waist(Side side, const Eigen::Matrix<double, 6, 1>& q,
-                                         const Wrench& wrench);
+/// bush, if it has one, under the wrench that the ground exerts on the foot.
+Eigen::Isometry3d measured_sole_in_base(const Robot& robot, Side side, const LegVector& q,
+                                        const Wrench& wrench);
 
 /// Follows the waist from one carrying sole to the next in the odometry's own world O, whose floor is z = 0;
 /// O drifts from the true world as soles slip, because the sole that carries more is assumed to be at rest.
@@ -19,7 +19,7 @@ Eigen::Isometry3d measured_sole_in_waist(Side side, const Eigen::Matrix<double, 
 class LegOdometry {
  public:
   /// X_OB: the waist at the first readings.
-  explicit LegOdometry(const Eigen::Isometry3d& X_OB) : X_OB_start_(X_OB) {}
+  LegOdometry(const Robot& robot, const Eigen::Isometry3d& X_OB) : robot_(robot), X_OB_start_(X_OB) {}
 
   /// Adds the readings of a tick, of each one: the sole with the greater load carries from here on.
   void add(const SensorReadings& readings);
@@ -35,6 +35,7 @@ class LegOdometry {
  private:
   Eigen::Isometry3d X_BS(Side side, const JointVector& q) const;
 
+  Robot robot_;
   Eigen::Isometry3d X_OB_start_, X_OS_ = Eigen::Isometry3d::Identity();  // X_OS_: of the sole that carries
   bool started_ = false;
   Side carrying_ = Side::left;

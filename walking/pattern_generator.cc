@@ -9,12 +9,13 @@
 namespace walking {
 namespace {
 
-/// Feet together under the half-sitting robot, with the waist above P's origin.
-const FootPose kStart{{hrp2::kAnkleX, 0}, 0};
+/// Feet together under the robot in the start posture, with the waist above P's origin.
+FootPose start_of(const Robot& robot) { return {{robot.sole_ahead, 0}, 0}; }
 
-/// The ZMP is under the center of mass of the half-sitting robot, 4 mm ahead of the ankle. (The
-/// original's default is the ankle itself; this way the walk starts and ends in half-sitting exactly.)
-const Eigen::Vector2d kZmpInFoot{hrp2::kComInWaist.x() - hrp2::kAnkleX, 0};
+/// The ZMP is under the center of mass of the robot in the start posture, some mm ahead of the ankle. (The
+/// default of the JRL pattern generator is the ankle itself; this way the walk starts and ends in the start
+/// posture exactly.)
+Eigen::Vector2d zmp_in_foot(const Robot& robot) { return {robot.com.x() - robot.sole_ahead, 0}; }
 
 /// First instant of a plan that the legs cannot follow.
 struct LegFault {
@@ -24,10 +25,13 @@ struct LegFault {
 };
 
 std::optional<LegFault> leg_fault(PatternGenerator plan) {
+  const Robot& robot = plan.robot();
+  JointVector q = robot.posture;
   for (std::size_t k = 0; k < plan.ticks(); ++k) {
     const Reference r = plan.next();
-    if (const auto obstacle = leg_obstacle(inverse_kinematics(r)))
-      return LegFault{r.command, r.t_s, *obstacle};
+    const BodySolution body = inverse_kinematics(robot, r, q);
+    q = body.q;
+    if (const auto obstacle = leg_obstacle(robot, body)) return LegFault{r.command, r.t_s, *obstacle};
   }
   return std::nullopt;
 }
@@ -60,25 +64,29 @@ std::optional<std::string> radius_cause(WalkOptions options, std::size_t command
 
 }  // namespace
 
-PatternGenerator::PatternGenerator(const WalkOptions& options, const WholeBody& model, Unchecked)
-    : options_(options),
-      timeline_(options, kStart, kZmpInFoot),
+PatternGenerator::PatternGenerator(const Robot& robot, const WalkOptions& options, const WholeBody& model,
+                                   Unchecked)
+    : robot_(robot),
+      options_(options),
+      timeline_(robot, options, start_of(robot), zmp_in_foot(robot)),
       cart_(options.com_height_m),
       gains_(preview_gains(cart_, static_cast<int>(std::lround(options.preview_s / kPeriod)))),
       window_(static_cast<int>(gains_.preview.size())),
-      control_(cart_, gains_, hrp2::kComInWaist.head<2>()) {
+      control_(cart_, gains_, robot.com.head<2>()) {
+  if (options.arm_motion == ArmMotion::swing && !(robot.arms[0] && robot.arms[1]))
+    throw std::invalid_argument("walk.arm_motion: swing: the robot has no arms that swing, expected still");
   for (; !window_.full(); ++pushed_) window_.push(smoothed_zmp(timeline_, pushed_));
-  if (options.second_preview && model) second_.emplace(model, cart_, gains_);
+  if (options.second_preview && model) second_.emplace(robot, model, cart_, gains_);
 }
 
-PatternGenerator::PatternGenerator(const WalkOptions& options, const WholeBody& model)
-    : PatternGenerator(options, model, Unchecked()) {
+PatternGenerator::PatternGenerator(const Robot& robot, const WalkOptions& options, const WholeBody& model)
+    : PatternGenerator(robot, options, model, Unchecked()) {
   const auto fault = leg_fault(*this);
   if (!fault) return;
   std::ostringstream text;
   text << "walk.commands[" << fault->command << "]: at " << fault->t_s << " s " << fault->obstacle;
   const auto fails = [&](const WalkOptions& other) {
-    return leg_fault(PatternGenerator(other, model, Unchecked())).has_value();
+    return leg_fault(PatternGenerator(robot, other, model, Unchecked())).has_value();
   };
   std::optional<std::string> cause;
   for (const auto& [key, number] : kNumbers) {
@@ -107,7 +115,7 @@ Reference PatternGenerator::first_stage() {
   const PreviewControl::State& x = control_.state();
   Reference reference;
   reference.t_s = static_cast<double>(tick_) * kPeriod;
-  reference.com << x.row(0).transpose(), hrp2::kWaistHeight + hrp2::kComInWaist.z();
+  reference.com << x.row(0).transpose(), robot_.com_height();
   reference.com_velocity << x.row(1).transpose(), 0;
   reference.com_acceleration << x.row(2).transpose(), 0;
   reference.zmp = control_.zmp();
@@ -121,7 +129,7 @@ Reference PatternGenerator::first_stage() {
   reference.X_PL = foot(Side::left, phase.support == Support::right);
   reference.X_PR = foot(Side::right, phase.support == Support::left);
   place_waist(phase, elapsed, reference);
-  if (options_.arm_motion == ArmMotion::swing) reference.arms = arm_swing(reference);
+  if (options_.arm_motion == ArmMotion::swing) reference.arms = arm_swing(robot_, reference);
   control_.advance(window_);
   window_.pop();
   window_.push(smoothed_zmp(timeline_, pushed_++));
@@ -134,7 +142,7 @@ Reference PatternGenerator::first_stage() {
 void PatternGenerator::place_waist(const Phase& phase, double elapsed, Reference& reference) const {
   const WaistYaw heading = waist_yaw(phase, elapsed);
   reference.X_PB = sole({{0, 0}, heading.yaw});
-  const Eigen::Vector3d offset = reference.X_PB.linear() * hrp2::kComInWaist;
+  const Eigen::Vector3d offset = reference.X_PB.linear() * robot_.com;
   reference.X_PB.translation() = reference.com - offset;
   reference.waist_yaw_rate = heading.rate;
   reference.waist_velocity = reference.com_velocity - heading.rate * Eigen::Vector3d::UnitZ().cross(offset);
@@ -149,11 +157,15 @@ void PatternGenerator::replan(std::size_t first, const std::vector<Footstep>& la
 bool PatternGenerator::can_follow(std::size_t first, const std::vector<Footstep>& landings) const {
   constexpr std::size_t kEvery = 4;  // ticks: angles are smooth
   PatternGenerator trial(*this);
+  JointVector q = robot_.posture;
   trial.replan(first, landings);
   const std::size_t end = trial.touch_down(std::min(first + 1, trial.steps() - 1));
   for (std::size_t tick = trial.walked_; tick < end; ++tick) {
     const Reference reference = trial.next();
-    if (tick % kEvery == 0 && leg_obstacle(inverse_kinematics(reference))) return false;
+    if (tick % kEvery != 0) continue;
+    const BodySolution body = inverse_kinematics(robot_, reference, q);
+    if (leg_obstacle(robot_, body)) return false;
+    q = body.q;
   }
   return true;
 }

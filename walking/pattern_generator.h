@@ -13,7 +13,9 @@ class PatternGenerator {
   /// Throws std::invalid_argument naming the option or command if the walk cannot be planned (a foot out of
   /// reach, a leg joint beyond its limit). Durations are rounded to whole ticks; without a model of the whole
   /// body the second preview stage is left out, and the plan is that of the cart-table.
-  explicit PatternGenerator(const WalkOptions& options, const WholeBody& model = {});
+  PatternGenerator(const Robot& robot, const WalkOptions& options, const WholeBody& model = {});
+
+  const Robot& robot() const { return robot_; }
 
   /// The number of 5 ms ticks of the walk, first and last standing included.
   std::size_t ticks() const { return timeline_.ticks(); }
@@ -41,7 +43,8 @@ class PatternGenerator {
 
  private:
   struct Unchecked {};
-  PatternGenerator(const WalkOptions& options, const WholeBody& model, Unchecked);  // legs are not checked
+  PatternGenerator(const Robot& robot, const WalkOptions& options, const WholeBody& model,
+                   Unchecked);  // legs are not checked
 
   /// The unsmoothed ZMP reference has been used up to and including this tick.
   std::ptrdiff_t used() const { return pushed_ - 2 + kSmoothingAdvance; }
@@ -49,6 +52,7 @@ class PatternGenerator {
   Reference first_stage();
   void place_waist(const Phase& phase, double elapsed, Reference& reference) const;
 
+  Robot robot_;
   WalkOptions options_;
   Timeline timeline_;
   CartTable cart_;

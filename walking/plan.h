@@ -5,11 +5,11 @@
 #include <array>
 #include <chrono>
 #include <numbers>
+#include <optional>
 #include <string_view>
 #include <variant>
 #include <vector>
 
-#include "walking/hrp2.h"
 #include "walking/robot.h"
 
 namespace walking {
@@ -62,8 +62,7 @@ struct SteeringOptions {
   }
 };
 
-inline constexpr std::chrono::milliseconds kTick{
-    5};  ///< control period of HRP-2 and of its pattern generator
+inline constexpr std::chrono::milliseconds kTick{5};                             ///< control period
 inline constexpr double kPeriod = std::chrono::duration<double>(kTick).count();  ///< the same, s
 inline constexpr double kGravity = 9.81;  ///< m/s², the value the published gains were computed with
 
@@ -181,14 +180,13 @@ using Command = std::variant<Stand, Straight, TangentArc, PerpendicularArc, Step
 enum class SwingPolynomial { quintic, cubic };
 inline constexpr std::array<std::string_view, 2> kSwingPolynomials{"quintic", "cubic"};
 
-/// Motion of the arms: keep half-sitting, or swing against the legs by a heuristic.
+/// Motion of the arms: keep the start posture, or swing against the legs by a heuristic.
 enum class ArmMotion { still, swing };
 inline constexpr std::array<std::string_view, 2> kArmMotions{"still", "swing"};
 
-/// Sagittal angles of an arm, rad; half-sitting by default.
+/// Sagittal angles of an arm about the y axis, rad.
 struct ArmAngles {
-  double shoulder_pitch = hrp2::kShoulderPitch_deg * std::numbers::pi / 180,
-         elbow = hrp2::kElbow_deg * std::numbers::pi / 180;
+  double shoulder_pitch = 0, elbow = 0;
 };
 struct Arms {
   ArmAngles right, left;
@@ -216,8 +214,8 @@ struct WalkOptions {
     number<&WalkOptions::preview_s>(key, 0.1, 10, "horizon of the preview control of the ZMP");
     number<&WalkOptions::com_height_m>(key, 0.3, 1.5, "height of the center of mass in the cart-table model");
     choice<&WalkOptions::swing>(key, kSwingPolynomials, "polynomial of the swing foot's trajectory");
-    choice<&WalkOptions::arm_motion>(key, kArmMotions,
-                                     "motion of the arms: still (half-sitting) or swing (against the legs)");
+    choice<&WalkOptions::arm_motion>(
+        key, kArmMotions, "motion of the arms: still (as at the start) or swing (against the legs)");
     value<&WalkOptions::second_preview>(
         key, "whether a second preview stage makes the ZMP of the whole body follow the reference");
     value<&WalkOptions::commands>(key,
@@ -233,12 +231,11 @@ enum class Support { both, left, right };
 struct Posture {
   Eigen::Isometry3d X_PB = Eigen::Isometry3d::Identity(), X_PL = Eigen::Isometry3d::Identity(),
                     X_PR = Eigen::Isometry3d::Identity();
-  Arms arms;
+  std::optional<Arms> arms;  ///< absent: as in the start posture
 };
 
 /// The plan at one instant (a multiple of 5 ms), in the world P: under the robot's waist at the start, x
-/// ahead, z up. In half-sitting the ankles are 9.5 mm ahead of the waist and the center of mass 13.7 mm ahead
-/// and 0.808 m above ground (com_height_m only sets the dynamics of the cart-table).
+/// ahead, z up. com_height_m only sets the dynamics of the cart-table.
 struct Reference : Posture {
   double t_s = 0;
   Eigen::Vector3d com = Eigen::Vector3d::Zero(), com_velocity = Eigen::Vector3d::Zero(),

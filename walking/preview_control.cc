@@ -95,19 +95,22 @@ void PreviewWindow::pop() {
   --filled_;
 }
 
-SecondPreview::SecondPreview(WholeBody model, const CartTable& cart, const PreviewGains& gains)
-    : model_(std::move(model)),
+SecondPreview::SecondPreview(const Robot& robot, WholeBody model, const CartTable& cart,
+                             const PreviewGains& gains)
+    : robot_(robot),
+      model_(std::move(model)),
       horizon_(static_cast<int>(gains.preview.size())),
       errors_(horizon_),
-      control_(cart, gains, Eigen::Vector2d::Zero()) {}
+      control_(cart, gains, Eigen::Vector2d::Zero()),
+      pose_{{}, robot.posture} {}
 
 void SecondPreview::push(const Reference& planned) {
-  const BodyPose pose = pose_of(planned);
+  const BodyPose pose = pose_of(robot_, planned, pose_.q);
   if (planned_.empty()) pose_ = pose;
   const BodyMomentum momentum = model_(motion_between(pose_, pose));
   if (!planned_.empty()) {
     // The constant error of standing (the model's center of mass differs from the plan's) is faded in over a
-    // preview, so that the walk starts in half-sitting.
+    // preview, so that the walk starts in the start posture.
     const Eigen::Vector2d error = planned_.back().zmp_reference - multibody_zmp(momentum_, momentum);
     const double share = quintic_blend(std::min(1.0, static_cast<double>(errors_pushed_++) / horizon_));
     errors_.push(share * error);

@@ -72,7 +72,7 @@ class PreviewControl {
 /// the ZMP error found there, a preview ahead, is the reference of a second preview control that corrects it.
 class SecondPreview {
  public:
-  SecondPreview(WholeBody model, const CartTable& cart, const PreviewGains& gains);
+  SecondPreview(const Robot& robot, WholeBody model, const CartTable& cart, const PreviewGains& gains);
 
   /// The first stage's plan, tick by tick.
   void push(const Reference& planned);
@@ -84,6 +84,7 @@ class SecondPreview {
   Reference pop();
 
  private:
+  Robot robot_;
   WholeBody model_;
   int horizon_;
   PreviewWindow errors_;

@@ -135,13 +135,13 @@ void check_leg(const Robot& robot, Side side) {
 
 }  // namespace
 
-LegVector leg_angles(const Leg& leg, const Eigen::VectorXd& q) {
+LegVector leg_angles(const Leg& leg, const JointVector& q) {
   LegVector angles;
   for (int i = 0; i < 6; ++i) angles[i] = q[leg.joints[static_cast<std::size_t>(i)]];
   return angles;
 }
 
-void set_leg_angles(const Leg& leg, const LegVector& angles, Eigen::VectorXd& q) {
+void set_leg_angles(const Leg& leg, const LegVector& angles, JointVector& q) {
   for (int i = 0; i < 6; ++i) q[leg.joints[static_cast<std::size_t>(i)]] = angles[i];
 }
 
@@ -149,7 +149,7 @@ Isometry3d sole_in_base(const Robot& robot, Side side, const LegVector& q) {
   return chain(robot, robot.leg(side), q).X_BS;
 }
 
-Matrix3d imu_in_base(const Robot& robot, const Eigen::VectorXd& q) {
+Matrix3d imu_in_base(const Robot& robot, const JointVector& q) {
   Matrix3d R = robot.R_link_imu;
   for (int joint = robot.chest; joint >= 0; joint = robot.joints[static_cast<std::size_t>(joint)].parent)
     R = (turn(robot.joints[static_cast<std::size_t>(joint)].axis, q[joint]) * R).eval();

@@ -13,6 +13,8 @@ namespace walking {
 
 enum class Side { right, left };
 
+/// A value for each joint, in the order of Robot::joints.
+using JointVector = Eigen::VectorXd;
 /// Of a leg's six joints, hip to ankle.
 using LegVector = Eigen::Matrix<double, 6, 1>;
 
@@ -66,7 +68,7 @@ struct Robot {
   std::string name;
   std::vector<Joint> joints = {};  ///< parents first
   std::array<Leg, 2> legs = {};    ///< by Side
-  Eigen::VectorXd posture = {};    ///< at the start, with both soles flat; what no plan moves keeps it, rad
+  JointVector posture = {};        ///< at the start, with both soles flat; what no plan moves keeps it, rad
   double mass = 0;                 ///< kg
   /// Center of mass in the base in that posture, m. Its y is zero: the plan is symmetric, so that left and
   /// right walks mirror each other, and leaves the real one to the stabilizer.
@@ -90,13 +92,13 @@ struct Robot {
 /// the joint if the robot cannot be walked by a plan for six joints a leg.
 void measure(Robot& robot);
 
-LegVector leg_angles(const Leg& leg, const Eigen::VectorXd& q);
-void set_leg_angles(const Leg& leg, const LegVector& angles, Eigen::VectorXd& q);
+LegVector leg_angles(const Leg& leg, const JointVector& q);
+void set_leg_angles(const Leg& leg, const LegVector& angles, JointVector& q);
 
 /// X_BS: the sole in the base.
 Eigen::Isometry3d sole_in_base(const Robot& robot, Side side, const LegVector& q);
 /// R_BG: the axes of the stabilizer's IMU in the base.
-Eigen::Matrix3d imu_in_base(const Robot& robot, const Eigen::VectorXd& q);
+Eigen::Matrix3d imu_in_base(const Robot& robot, const JointVector& q);
 
 struct LegSolution {
   LegVector q = LegVector::Zero();  ///< finite also if not reached

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "walking/kinematics.h"
-
 namespace walking {
 
 using Eigen::Vector2d, Eigen::Vector3d;
@@ -26,19 +24,14 @@ void Attitude::update(const Eigen::Vector3d& gyro, const Eigen::Vector3d& specif
 
 namespace {
 
-constexpr double kWeight = hrp2::kMass * kGravity;  // N
-constexpr double kContactForce = 30.0;              // N: a foot that is loaded less is in the air
-constexpr double kSoleMargin = 0.01;                // m, of the desired center of pressure from the edge
+constexpr double kContact = 0.054;    // of the weight: a foot that is loaded less is in the air
+constexpr double kSoleMargin = 0.01;  // m, of the desired center of pressure from the edge
 
 // Time constants of the decay of corrections, s: slower than a step while they act, faster than the swing
 // of a foot in the air, which has to land flat and at its planned height.
 constexpr double kAnkleLeak = 1.5, kAnkleLeakInAir = 0.1, kForceLeak = 1.5, kForceLeakInSwing = 0.08,
                  kTrunkLeak = 10;
 constexpr double kCompressionLag = 0.03;  // s, until a leg has given way under a new load
-
-/// Frequency of a pendulum as long as the height of the center of mass in half-sitting, 1/s.
-const double kOmega = std::sqrt(kGravity / hrp2::kComHeight);
-const Vector3d kAnkle(0, 0, hrp2::kAnkleHeight);  // in the axes of the sole
 
 Eigen::Matrix3d turned(const Vector2d& roll_pitch) {
   return (Eigen::AngleAxisd(roll_pitch.y(), Vector3d::UnitY()) *
@@ -54,25 +47,31 @@ T integrated(const T& value, const T& rate, double leak_s) {
   return value + kPeriod * (rate - value / leak_s);
 }
 
+}  // namespace
+
+Stabilizer::Stabilizer(const Robot& robot, const StabilizerOptions& options)
+    : robot_(robot),
+      options_(options),
+      weight_(robot.mass * kGravity),
+      omega_(std::sqrt(kGravity / robot.com_height())),
+      attitude_(Vector3d::UnitZ(), options.attitude) {}
+
 /// Measured share of the left foot in the load, 0 ... 1; the planned one while neither foot is in contact.
-double left_share(const Reference& reference, const SensorReadings& readings) {
+double Stabilizer::left_share(const Reference& reference, const SensorReadings& readings) const {
   const double left = std::max(0.0, readings.left.force.z()), right = std::max(0.0, readings.right.force.z());
-  if (left + right > kContactForce) return left / (left + right);
+  if (left + right > kContact * weight_) return left / (left + right);
   return reference.support == Support::left ? 1.0 : reference.support == Support::right ? 0.0 : 0.5;
 }
 
 /// Roll and pitch torque about a sole point for a center of pressure at `shift` (m in P), within the sole.
-Vector2d desired_ankle_torque(const Eigen::Isometry3d& X_PS, const Vector2d& shift, double load) {
-  const Vector2d least = hrp2::kSoleMin.array() + kSoleMargin, most = hrp2::kSoleMax.array() - kSoleMargin;
+Vector2d Stabilizer::desired_ankle_torque(Side side, const Eigen::Isometry3d& X_PS, const Vector2d& shift,
+                                          double load) const {
+  const Leg& leg = robot_.leg(side);
+  const Vector2d least = leg.sole_min.array() + kSoleMargin, most = leg.sole_max.array() - kSoleMargin;
   const Vector2d in_sole = (X_PS.linear().transpose() * Vector3d(shift.x(), shift.y(), 0)).head<2>();
   const Vector2d pressure = in_sole.cwiseMax(least).cwiseMin(most);
   return {pressure.y() * load, -pressure.x() * load};
 }
-
-}  // namespace
-
-Stabilizer::Stabilizer(const StabilizerOptions& options)
-    : options_(options), attitude_(Vector3d::UnitZ(), options.attitude) {}
 
 Posture Stabilizer::step(const Reference& reference, const SensorReadings& readings) {
   if (!options_.enabled) return reference;
@@ -90,7 +89,7 @@ Posture Stabilizer::step(const Reference& reference, const SensorReadings& readi
 
 void Stabilizer::estimate_tilt(const Reference& reference, const SensorReadings& readings) {
   if (!options_.attitude.enabled) return;
-  const Eigen::Matrix3d R_BG = chest_in_waist(readings.q);
+  const Eigen::Matrix3d R_BG = imu_in_base(robot_, readings.q);
   const Eigen::Matrix3d R_PB = reference.X_PB.linear() * turned(state_.tilt);
   attitude_.update(readings.gyro, readings.accelerometer,
                    (R_PB * R_BG).transpose() * reference.com_acceleration, kPeriod);
@@ -101,12 +100,15 @@ void Stabilizer::estimate_tilt(const Reference& reference, const SensorReadings&
 /// The center of mass by encoders and tilt over each planned sole, weighted with the measured loads.
 void Stabilizer::estimate_com(const Reference& reference, const SensorReadings& readings) {
   const Eigen::Matrix3d R_PB = reference.X_PB.linear() * turned(state_.tilt);
-  const auto error_over = [&](const Eigen::Isometry3d& X_PS, const Eigen::Isometry3d& X_BS) -> Vector2d {
-    const Vector3d com = X_PS * kAnkle + R_PB * (hrp2::kComInWaist - X_BS * kAnkle);
+  const auto error_over = [&](Side side, const Eigen::Isometry3d& X_PS) -> Vector2d {
+    const Leg& leg = robot_.leg(side);
+    const Vector3d ankle = leg.ankle(),
+                   p_BA = sole_in_base(robot_, side, leg_angles(leg, readings.q)) * ankle;
+    const Vector3d com = X_PS * ankle + R_PB * (robot_.com - p_BA);
     return (com - reference.com).head<2>();
   };
-  const Vector2d left = error_over(reference.X_PL, sole_in_waist(Side::left, readings.q.segment<6>(6)));
-  const Vector2d right = error_over(reference.X_PR, sole_in_waist(Side::right, readings.q.segment<6>(0)));
+  const Vector2d left = error_over(Side::left, reference.X_PL),
+                 right = error_over(Side::right, reference.X_PR);
   const double share = left_share(reference, readings);
   if (started_) {
     // Differences per foot: a change of the supporting foot must not count as a velocity.
@@ -124,8 +126,8 @@ void Stabilizer::track_com(const Reference& reference) {
   const StabilizerOptions::Tracking& o = options_.tracking;
   state_.zmp_desired = reference.zmp;
   if (!o.enabled) return;
-  const Vector2d capture_point_error = state_.com_error + state_.com_velocity_error / kOmega;
-  state_.zmp_desired += (1 + o.gain_per_s / kOmega) * capture_point_error;
+  const Vector2d capture_point_error = state_.com_error + state_.com_velocity_error / omega_;
+  state_.zmp_desired += (1 + o.gain_per_s / omega_) * capture_point_error;
 }
 
 Stabilizer::Loads Stabilizer::distribute_load(const Reference& reference) const {
@@ -137,7 +139,7 @@ Stabilizer::Loads Stabilizer::distribute_load(const Reference& reference) const 
                 ? std::clamp((state_.zmp_desired - right).dot(left - right) / (left - right).squaredNorm(),
                              0.0, 1.0)
                 : 0.5;
-  return {share * kWeight, (1 - share) * kWeight};
+  return {share * weight_, (1 - share) * weight_};
 }
 
 void Stabilizer::ankle_admittance(const Reference& reference, const SensorReadings& readings,
@@ -147,18 +149,19 @@ void Stabilizer::ankle_admittance(const Reference& reference, const SensorReadin
   const Vector2d left = reference.X_PL.translation().head<2>(),
                  right = reference.X_PR.translation().head<2>();
   // The part of the desired ZMP that the loads do not produce is the same shift of pressure in both soles.
-  const Vector2d shift = state_.zmp_desired - (loads.left * left + loads.right * right) / kWeight;
-  const auto update = [&](Vector2d& ankle, const Eigen::Isometry3d& X_PS, const Wrench& wrench, double load) {
-    const bool in_the_air = load == 0 && wrench.force.z() < kContactForce;
+  const Vector2d shift = state_.zmp_desired - (loads.left * left + loads.right * right) / weight_;
+  const auto update = [&](Side side, Vector2d& ankle, const Eigen::Isometry3d& X_PS, const Wrench& wrench,
+                          double load) {
+    const bool in_the_air = load == 0 && wrench.force.z() < kContact * weight_;
     // A foot that rolls to the left presses on its right edge: less torque about x.
     const Vector2d rate =
-        o.gain_rad_s_per_nm * (wrench.torque.head<2>() - desired_ankle_torque(X_PS, shift, load));
+        o.gain_rad_s_per_nm * (wrench.torque.head<2>() - desired_ankle_torque(side, X_PS, shift, load));
     ankle = clamped(integrated<Vector2d>(ankle, in_the_air ? Vector2d::Zero() : rate,
                                          in_the_air ? kAnkleLeakInAir : kAnkleLeak),
                     kLargestAnkle_rad);
   };
-  update(left_ankle_, reference.X_PL, readings.left, loads.left);
-  update(right_ankle_, reference.X_PR, readings.right, loads.right);
+  update(Side::left, left_ankle_, reference.X_PL, readings.left, loads.left);
+  update(Side::right, right_ankle_, reference.X_PR, readings.right, loads.right);
 }
 
 void Stabilizer::control_force_difference(const Reference& reference, const SensorReadings& readings,
@@ -189,7 +192,7 @@ Posture Stabilizer::corrected(const Reference& reference) const {
   Posture posture = reference;
   posture.X_PB.linear() = reference.X_PB.linear() * turned(trunk_);
   // The turn does not move the center of mass.
-  posture.X_PB.translation() += (reference.X_PB.linear() - posture.X_PB.linear()) * hrp2::kComInWaist;
+  posture.X_PB.translation() += (reference.X_PB.linear() - posture.X_PB.linear()) * robot_.com;
   posture.X_PL.linear() = reference.X_PL.linear() * turned(left_ankle_);
   posture.X_PR.linear() = reference.X_PR.linear() * turned(right_ankle_);
   posture.X_PL.translation().z() -= foot_difference_ / 2 + compression_[0];

@@ -56,7 +56,7 @@ struct SensorReadings {
   Eigen::Vector3d gyro = Eigen::Vector3d::Zero();           ///< rad/s, chest axes, mean over the last 5 ms
   Eigen::Vector3d accelerometer = Eigen::Vector3d::Zero();  ///< m/s², specific force, chest axes
   Wrench left, right;
-  JointVector q = JointVector::Zero();  ///< encoders, rad
+  JointVector q;  ///< encoders, rad
 };
 
 /// The scenario's keys stabilizer.*. Each block can be switched off.
@@ -175,7 +175,7 @@ struct StabilizerState {
 /// One step every kPeriod, from the first tick of the walk on.
 class Stabilizer {
  public:
-  explicit Stabilizer(const StabilizerOptions& options = {});
+  explicit Stabilizer(const Robot& robot, const StabilizerOptions& options = {});
 
   /// The posture of this tick: the plan corrected by the readings.
   Posture step(const Reference& reference, const SensorReadings& readings);
@@ -199,7 +199,13 @@ class Stabilizer {
   void control_trunk_attitude();
   Posture corrected(const Reference& reference) const;
 
+  Eigen::Vector2d desired_ankle_torque(Side side, const Eigen::Isometry3d& X_PS, const Eigen::Vector2d& shift,
+                                       double load) const;
+  double left_share(const Reference& reference, const SensorReadings& readings) const;
+
+  Robot robot_;
   StabilizerOptions options_;
+  double weight_, omega_;  // N; of a pendulum as high as the center of mass, 1/s
   Attitude attitude_;
   StabilizerState state_;
   bool started_ = false;

@@ -82,7 +82,7 @@ void Steering::correct(PatternGenerator& plan, double now_s) {
   const FootPose wanted = closes || !newest_ ? FootPose{} : limited(made.error, sigma_at(uncorrected));
   const FootPose& standing = plan.stance_before(step).of(other(desired_[step].side));
   const auto outside = [&](const FootPose& pose) {
-    return distance_outside(standing, {desired_[step].side, pose});
+    return distance_outside(plan.robot(), standing, {desired_[step].side, pose});
   };
   for (const double share : {1.0, 0.5, 0.25, 0.0}) {
     made.correction = {share * wanted.position, share * wanted.yaw};
@@ -101,7 +101,7 @@ void Steering::correct(PatternGenerator& plan, double now_s) {
 void Steering::stop(PatternGenerator& plan, double now_s) {
   const std::size_t step = plan.free_step();
   const Side side = desired_[step].side;
-  const double aside = side == Side::left ? hrp2::kFootSpacing : -hrp2::kFootSpacing;
+  const double aside = side == Side::left ? plan.robot().foot_spacing : -plan.robot().foot_spacing;
   plan.replan(step, {{side, plan.stance_before(step).of(other(side)) * FootPose{{0, aside}, 0}}});
   stopped_s_ = now_s;
 }

@@ -10,24 +10,24 @@ constexpr double kFinalStanding = 2.0;  // s: the center of mass comes to rest a
 
 int ticks_of(double seconds) { return static_cast<int>(std::lround(seconds / kPeriod)); }
 
-constexpr double kSegment = hrp2::kUpperArm;
-
-/// Distance of the hand below the shoulder in half-sitting, m: forearm and upper arm lean alike.
-double hand_below_shoulder() { return 2 * kSegment * std::cos(ArmAngles{}.shoulder_pitch); }
-
-/// Half of what the straight arm reaches ahead at that height, for a foot 0.2 m away.
-double gain() {
-  return 0.5 * std::sqrt(kSegment * kSegment - std::pow(hand_below_shoulder() - kSegment, 2)) / 0.2;
+/// An arm in the start posture, as angles about the y axis.
+ArmAngles arm_at_start(const Robot& robot, Side side) {
+  const Arm& arm = *robot.arms[static_cast<std::size_t>(side)];
+  const auto about_y = [&](int joint) {
+    return robot.posture[joint] * robot.joints[static_cast<std::size_t>(joint)].axis.y();
+  };
+  return {about_y(arm.shoulder), about_y(arm.elbow)};
 }
 
-double foot_ahead(const Eigen::Isometry3d& X_PB, const Eigen::Isometry3d& X_PS) {
-  return (X_PB.inverse() * X_PS).translation().x() - hrp2::kAnkleX;
+double foot_ahead(const Robot& robot, const Eigen::Isometry3d& X_PB, const Eigen::Isometry3d& X_PS) {
+  return (X_PB.inverse() * X_PS).translation().x() - robot.sole_ahead;
 }
 
 }  // namespace
 
-Timeline::Timeline(const WalkOptions& options, const FootPose& start, const Eigen::Vector2d& zmp_in_foot)
-    : zmp_in_foot_(zmp_in_foot), stance_(feet_together(start)), waist_yaw_(start.yaw) {
+Timeline::Timeline(const Robot& robot, const WalkOptions& options, const FootPose& start,
+                   const Eigen::Vector2d& zmp_in_foot)
+    : zmp_in_foot_(zmp_in_foot), stance_(feet_together(start, robot.foot_spacing)), waist_yaw_(start.yaw) {
   if (options.commands.empty()) throw std::invalid_argument("walk.commands: the list is empty");
   double_support_ticks_ = ticks_of(options.double_support_s);
   single_support_ticks_ = ticks_of(options.single_support_s);
@@ -36,19 +36,21 @@ Timeline::Timeline(const WalkOptions& options, const FootPose& start, const Eige
   const int first = ticks_of(options.preview_s) + kSmoothingTicks, last = ticks_of(kFinalStanding);
   const int n = static_cast<int>(options.commands.size());
   if (!std::holds_alternative<Stand>(options.commands.front())) stand(0, first);
-  for (int i = 0; i < n; ++i) carry_out(i, options, std::max(i == 0 ? first : 0, i + 1 == n ? last : 0));
+  for (int i = 0; i < n; ++i)
+    carry_out(robot, i, options, std::max(i == 0 ? first : 0, i + 1 == n ? last : 0));
   if (!std::holds_alternative<Stand>(options.commands.back())) stand(n - 1, last);
 }
 
-void Timeline::carry_out(int command, const WalkOptions& options, int least_standing) try {
+void Timeline::carry_out(const Robot& robot, int command, const WalkOptions& options,
+                         int least_standing) try {
   const Command& what = options.commands[command];
   if (static_cast<std::size_t>(command) == command_begins_.size()) command_begins_.push_back(ticks());
   if (std::holds_alternative<Repeat>(what)) {
-    repeat(command, options);
+    repeat(robot, command, options);
   } else if (const auto* standing = std::get_if<Stand>(&what)) {
     stand(command, std::max(ticks_of(standing->duration_s), least_standing));
   } else {
-    const auto steps = footsteps(what, center_of(stance_), options.step_length_m);
+    const auto steps = footsteps(robot, what, center_of(stance_), options.step_length_m);
     for (const Footstep& landing : steps) step(command, landing);
   }
   if (static_cast<double>(ticks()) * kPeriod > kLongestWalk_s) throw TooLong(command, "");
@@ -60,7 +62,7 @@ void Timeline::carry_out(int command, const WalkOptions& options, int least_stan
   throw std::invalid_argument("walk.commands[" + std::to_string(command) + "]." + e.what());
 }
 
-void Timeline::repeat(int command, const WalkOptions& options) {
+void Timeline::repeat(const Robot& robot, int command, const WalkOptions& options) {
   const Repeat& again = std::get<Repeat>(options.commands[command]);
   const int first = command - again.last;
   if (first < 0)
@@ -72,7 +74,7 @@ void Timeline::repeat(int command, const WalkOptions& options) {
                                   " commands, but one is a repeat itself");
   laps_.push_back({command_begins_[first], ticks()});
   for (int lap = 0; lap < again.times; ++lap) {
-    for (int i = first; i < command; ++i) carry_out(i, options, 0);
+    for (int i = first; i < command; ++i) carry_out(robot, i, options, 0);
     laps_.push_back({laps_.back().end, ticks()});
   }
 }
@@ -223,17 +225,23 @@ WaistYaw waist_yaw(const Phase& phase, double elapsed) {
           turn * (6 * elapsed * (1 - elapsed)) / (phase.ticks * kPeriod)};
 }
 
-ArmAngles arm_swing(double foot_ahead_m) {
-  const double x = -gain() * foot_ahead_m, z = hand_below_shoulder();
-  const double distance = std::min(std::hypot(x, z), 2 * kSegment);
-  const double elbow = std::acos(1 - distance * distance / (2 * kSegment * kSegment)) - std::numbers::pi;
-  const double at_shoulder = std::asin(kSegment * std::sin(std::numbers::pi + elbow) / distance);
+ArmAngles arm_swing(const Robot& robot, Side side, double foot_ahead_m) {
+  const double segment = robot.upper_arm;
+  const auto [shoulder, elbow_at_start] = arm_at_start(robot, side);
+  const double z = segment * (std::cos(shoulder) + std::cos(shoulder + elbow_at_start)),
+               x_at_start = -segment * (std::sin(shoulder) + std::sin(shoulder + elbow_at_start));
+  // Half of what the straight arm reaches ahead at that height, for a foot 0.2 m away.
+  const double gain = 0.5 * std::sqrt(segment * segment - std::pow(z - segment, 2)) / 0.2;
+  const double x = x_at_start - gain * foot_ahead_m;
+  const double distance = std::min(std::hypot(x, z), 2 * segment);
+  const double elbow = std::acos(1 - distance * distance / (2 * segment * segment)) - std::numbers::pi;
+  const double at_shoulder = std::asin(segment * std::sin(std::numbers::pi + elbow) / distance);
   return {at_shoulder - std::atan2(x, z), elbow};
 }
 
-Arms arm_swing(const Reference& reference) {
-  return {arm_swing(foot_ahead(reference.X_PB, reference.X_PR)),
-          arm_swing(foot_ahead(reference.X_PB, reference.X_PL))};
+Arms arm_swing(const Robot& robot, const Reference& reference) {
+  return {arm_swing(robot, Side::right, foot_ahead(robot, reference.X_PB, reference.X_PR)),
+          arm_swing(robot, Side::left, foot_ahead(robot, reference.X_PB, reference.X_PL))};
 }
 
 }  // namespace walking

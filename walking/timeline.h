@@ -27,7 +27,8 @@ class Timeline {
   /// Feet together around `start`, in P; `zmp_in_foot`: the place of the ZMP under a support sole, in its
   /// axes, m. Throws std::invalid_argument naming the option if the commands cannot be carried out, TooLong
   /// if they take more than kLongestWalk_s.
-  Timeline(const WalkOptions& options, const FootPose& start, const Eigen::Vector2d& zmp_in_foot);
+  Timeline(const Robot& robot, const WalkOptions& options, const FootPose& start,
+           const Eigen::Vector2d& zmp_in_foot);
 
   std::size_t ticks() const { return begins_.back(); }
   const std::vector<Phase>& phases() const { return phases_; }
@@ -65,8 +66,8 @@ class Timeline {
   Moment at(std::ptrdiff_t tick) const;
 
  private:
-  void carry_out(int command, const WalkOptions& options, int least_standing);
-  void repeat(int command, const WalkOptions& options);
+  void carry_out(const Robot& robot, int command, const WalkOptions& options, int least_standing);
+  void repeat(const Robot& robot, int command, const WalkOptions& options);
   void stand(int command, int ticks);
   void step(int command, const Footstep& step);
   void truncate(std::size_t phases);
@@ -121,12 +122,13 @@ struct WaistYaw {
 /// (Stasse et al. 2006, section II: the waist turns in yaw only, on a third-order polynomial).
 WaistYaw waist_yaw(const Phase& phase, double elapsed);
 
-/// Returns the arm for a foot on its side that is `foot_ahead_m` ahead of half-sitting: the hand goes the
-/// other way by 0.2267747 of that, at its height in half-sitting (Stasse et al. 2006, section II: "arm motion
-/// heuristic"; gain and geometry of the JRL pattern generator). Half-sitting for 0.
-ArmAngles arm_swing(double foot_ahead_m);
+/// Returns the arm for a foot on its side that is `foot_ahead_m` ahead of the start posture: the hand goes
+/// the other way by a share of that, at its height in the start posture (Stasse et al. 2006, section II: "arm
+/// motion heuristic"; gain and geometry of the JRL pattern generator). The start posture for 0. The robot has
+/// that arm, its forearm as long as the upper arm.
+ArmAngles arm_swing(const Robot& robot, Side side, double foot_ahead_m);
 
 /// Both arms for the feet of `reference`.
-Arms arm_swing(const Reference& reference);
+Arms arm_swing(const Robot& robot, const Reference& reference);
 
 }  // namespace walking

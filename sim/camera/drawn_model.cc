@@ -128,8 +128,11 @@ std::vector<float> body_poses(const mjModel& model, const mjData& data,
   return poses;
 }
 
-PosedRobot::PosedRobot(const std::string& robot, const std::string& room, const std::filesystem::path& models)
-    : model_(physics::load_model(robot, room, models)), data_(data_at_rest(*model_)) {
+PosedRobot::PosedRobot(const physics::RobotFile& robot, const std::string& room,
+                       const std::filesystem::path& models)
+    : model_(physics::load_model(robot, room, models)),
+      data_(data_at_rest(*model_)),
+      robot_(physics::read_robot(*model_, robot)) {
   std::map<std::pair<int, int>, DrawnPiece> pieces;  // by body and picture
   for (int geom = 0; geom < model_->ngeom; ++geom) {
     if (!is_drawn(*model_, geom)) continue;

@@ -27,9 +27,10 @@ std::vector<float> body_poses(const mjModel_& model, const mjData_& data,
 class PosedRobot {
  public:
   /// Throws std::runtime_error when a model does not load.
-  PosedRobot(const std::string& robot, const std::string& room, const std::filesystem::path& models);
+  PosedRobot(const physics::RobotFile& robot, const std::string& room, const std::filesystem::path& models);
 
   const mjModel_& model() const { return *model_; }
+  const walking::Robot& robot() const { return robot_; }
   /// Returns the names of the bodies that move.
   const std::vector<std::string>& bodies() const { return bodies_; }
   /// Returns the shapes to draw, including those of the robot's head.
@@ -42,6 +43,7 @@ class PosedRobot {
  private:
   physics::Model model_;
   physics::Data data_;
+  walking::Robot robot_;
   std::vector<std::string> bodies_;
   std::vector<DrawnPiece> pieces_;
   std::vector<int> textures_;

@@ -11,6 +11,7 @@
 #include "sim/live/setup.h"
 #include "sim/live/steering_pose_buffer.h"
 #include "sim/physics/walking_robot.h"
+#include "sim/scenario/robot.h"
 #include "sim/sensor_errors/random.h"
 #include "walking/leg_odometry.h"
 #include "walking/steering.h"
@@ -63,8 +64,9 @@ class SensingRobot {
         gyro_(scenario.seed, "felt gyro noise"),
         accelerometer_(scenario.seed, "felt accelerometer noise"),
         robot_(std::move(plan), scenario.stabilizer, scenario.world,
-               plant_variation(scenario.seed, scenario.world), models),
-        legs_(robot_.reference().X_PB),
+               plant_variation(scenario.seed, scenario.world, static_cast<int>(models.robot.joints.size())),
+               models),
+        legs_(models.robot, robot_.reference().X_PB),
         mounting_(live::mounting(scenario, robot_.reference(), models)),
         imus_(scenario.rig, places(scenario.rig, *models.on_floor), robot_.world()) {
     legs_.add(robot_.world().leg_readings());
@@ -145,7 +147,8 @@ class Navigation {
 /// The models of a run, with its sensors mounted, and its plan. Throws as run().
 struct Start {
   Start(const scenario::ReadScenario& read, const std::filesystem::path& folder)
-      : models(read.scenario.world.robot, read.scenario.world.room, folder), plan(clear_plan(read, models)) {
+      : models(scenario::read_robot(read.scenario), read.scenario.world.room, folder),
+        plan(clear_plan(read, models)) {
     mount_sensors(read, models);
     require_drawable(read, models);
   }
@@ -201,7 +204,7 @@ Run::Run(const scenario::ReadScenario& read, walking::PatternGenerator plan, con
     : read_(read),
       observer_(observer),
       robot_(read.scenario, std::move(plan), models),
-      setup_(recording_setup(read.scenario, robot_.mounting(), robot_->reference().X_PB)),
+      setup_(recording_setup(read.scenario, models.robot, robot_.mounting(), robot_->reference().X_PB)),
       tracking_(read.scenario.slam ? std::optional<tracking::Tracking>(
                                          std::in_place, read.scenario, setup_.calibration, setup_.X_WC_start,
                                          setup_.camera_rate_hz, setup_.rig, setup_.joints)
@@ -366,7 +369,7 @@ walking::PatternGenerator check(const scenario::ReadScenario& read, const std::f
   const Start start(read, models);
   SensingRobot robot(read.scenario, start.plan, start.models);
   const recording::RecordingSetup setup =
-      recording_setup(read.scenario, robot.mounting(), robot->reference().X_PB);
+      recording_setup(read.scenario, start.models.robot, robot.mounting(), robot->reference().X_PB);
   if (read.scenario.slam && read.scenario.estimator.source == estimators::Source::program)
     estimators::require_program(read.scenario.estimator);
   else if (read.scenario.slam)

@@ -53,7 +53,7 @@ std::vector<physics::FloorWave> floor(std::uint64_t seed, double sigma) {
 
 walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const physics::Models& models) {
   const scenario::Scenario& s = read.scenario;
-  walking::PatternGenerator plan(s.walk, physics::nominal_body(copy_of(models.on_floor)));
+  walking::PatternGenerator plan(models.robot, s.walk, physics::nominal_body(copy_of(models.on_floor)));
   if (result::is_allowed(s, scenario::Ending::collided)) return plan;
   const auto found = physics::first_collision(plan, copy_of(models.in_room));
   if (!found) return plan;
@@ -79,18 +79,18 @@ void require_drawable(const scenario::ReadScenario& read, const physics::Models&
   }
 }
 
-physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world) {
-  constexpr int kJoints = walking::kJoints, kLinks = kJoints + 1;
+physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world, int joints) {
+  const int links = joints + 1;
   const physics::WorldOptions::Variation& spread = world.variation;
   physics::PlantVariation drawn;
   drawn.floor_friction =
       std::max(0.01, world.floor_friction + normals(seed, "floor friction", spread.friction, 1)[0]);
-  drawn.joint_offset_rad = normals(seed, "joint zeros", spread.joint_offset_rad, kJoints);
-  drawn.mass_scale = scales(seed, "link masses", spread.mass_fraction, kLinks);
+  drawn.joint_offset_rad = normals(seed, "joint zeros", spread.joint_offset_rad, joints);
+  drawn.mass_scale = scales(seed, "link masses", spread.mass_fraction, links);
   // The name of a random stream is part of every recording: British spelling stays here.
-  drawn.com_offset_m = normals(seed, "centres of mass", spread.com_m, 3 * kLinks).reshaped(3, kLinks);
-  drawn.posture_rad = normals(seed, "posture at the start", spread.posture_rad, kJoints);
-  drawn.servo_scale = scales(seed, "servo gains", spread.servo_fraction, kJoints);
+  drawn.com_offset_m = normals(seed, "centres of mass", spread.com_m, 3 * links).reshaped(3, links);
+  drawn.posture_rad = normals(seed, "posture at the start", spread.posture_rad, joints);
+  drawn.servo_scale = scales(seed, "servo gains", spread.servo_fraction, joints);
   drawn.floor = floor(seed, spread.floor_height_m);
   return drawn;
 }
@@ -125,7 +125,7 @@ std::vector<physics::Place> places(const std::vector<rig::Item>& rig, const mjMo
 
 Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
                   const physics::Models& models) {
-  const walking::JointVector q = walking::inverse_kinematics(start).q;
+  const walking::JointVector q = walking::inverse_kinematics(models.robot, start, models.robot.posture).q;
   physics::WorldOptions empty = scenario.world;
   empty.room = physics::kPhysicalRoom;
   const physics::World nominal(empty, {}, q, start.X_PB, models);
@@ -136,14 +136,14 @@ Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& 
   return mounting;
 }
 
-recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, const Mounting& mounting,
-                                          const Eigen::Isometry3d& X_PB) {
+recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, const walking::Robot& robot,
+                                          const Mounting& mounting, const Eigen::Isometry3d& X_PB) {
   const camera::CameraOptions camera = scenario.camera.value_or(camera::CameraOptions{});
   recording::RecordingSetup setup;
   setup.calibration = {camera::camera_model(camera), mounting.X_CG};
   setup.X_WC_start = X_PB * mounting.X_BC;
   setup.camera_rate_hz = camera.rate_hz;
-  setup.joints = physics::joint_names();
+  for (const walking::Joint& joint : robot.joints) setup.joints.push_back(joint.name);
   setup.rig = rig::calibrated(scenario.rig, setup.calibration.camera, camera.rate_hz, camera.readout_s,
                               mounting.X_CL);
   return setup;

@@ -18,7 +18,7 @@ namespace sim::live {
 walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const physics::Models& models);
 
 /// Returns the variations, each from its own named stream, so a spread of 0 does not change the others.
-physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world);
+physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world, int joints);
 
 /// Throws ConfigError at world.room if the scenario has a camera and the models have something that it cannot
 /// draw.
@@ -40,7 +40,7 @@ Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& 
                   const physics::Models& models);
 
 /// Returns the setup of a recording. X_PB: the planned waist at the start.
-recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, const Mounting& mounting,
-                                          const Eigen::Isometry3d& X_PB);
+recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, const walking::Robot& robot,
+                                          const Mounting& mounting, const Eigen::Isometry3d& X_PB);
 
 }  // namespace sim::live

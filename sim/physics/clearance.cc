@@ -118,11 +118,14 @@ Collision RoomClearance::collision(int robot_geom, int room_geom, const Eigen::V
 
 std::optional<PlannedCollision> first_collision(walking::PatternGenerator plan, Model in_room) {
   RoomClearance room(std::move(in_room), kPlannedMargin_m);
+  walking::JointVector q = plan.robot().posture;
   double looked_at_s = 0, free_s = 0;  // free_s: for how long nothing can come near
   for (std::size_t tick = 0; tick < plan.ticks(); ++tick) {
     const walking::Reference reference = plan.next();
     if (tick != 0 && reference.t_s < looked_at_s + free_s) continue;
-    const Eigen::VectorXd positions = robot_positions(room.model(), walking::pose_of(reference));
+    const walking::BodyPose pose = walking::pose_of(plan.robot(), reference, q);
+    q = pose.q;
+    const Eigen::VectorXd positions = robot_positions(room.model(), pose);
     const Clearance clearance = room.at(positions.data());
     if (clearance.collision) return PlannedCollision{*clearance.collision, reference.t_s, reference.command};
     looked_at_s = reference.t_s;

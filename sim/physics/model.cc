@@ -5,9 +5,11 @@
 #include <mujoco/mujoco.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <stdexcept>
 
 namespace sim::physics {
@@ -15,16 +17,26 @@ namespace {
 
 std::array<char, 1000> last_warning{};
 
-// A main file that only exists in memory, "in" the models folder so that relative paths start there.
-std::unique_ptr<mjVFS, void (*)(mjVFS*)> main_file(const std::string& name, const std::string& text) {
+// Files that only exist in memory, "in" the models folder so that relative paths start there.
+std::unique_ptr<mjVFS, void (*)(mjVFS*)> in_memory(
+    const std::vector<std::pair<std::string, std::string>>& texts) {
   std::unique_ptr<mjVFS, void (*)(mjVFS*)> files(new mjVFS, [](mjVFS* vfs) {
     mj_deleteVFS(vfs);
     delete vfs;
   });
   mj_defaultVFS(files.get());
-  mj_makeEmptyFileVFS(files.get(), name.c_str(), static_cast<int>(text.size()));
-  std::memcpy(files->filedata[0], text.data(), text.size());
+  for (const auto& [name, text] : texts) {
+    const int i = files->nfile;
+    mj_makeEmptyFileVFS(files.get(), name.c_str(), static_cast<int>(text.size()));
+    std::memcpy(files->filedata[i], text.data(), text.size());
+  }
   return files;
+}
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  if (!in) throw std::runtime_error("no model " + file.string());
+  return {std::istreambuf_iterator(in), {}};
 }
 
 }  // namespace
@@ -32,7 +44,7 @@ std::unique_ptr<mjVFS, void (*)(mjVFS*)> main_file(const std::string& name, cons
 void Free::operator()(mjModel_* model) const { mj_deleteModel(model); }
 void Free::operator()(mjData_* data) const { mj_deleteData(data); }
 
-Model load_model(const std::string& robot, const std::string& room, const std::filesystem::path& models,
+Model load_model(const RobotFile& robot, const std::string& room, const std::filesystem::path& models,
                  Shapes shapes) {
   // MuJoCo's own handler waits for a key, and throwing through its C frames is not safe: the process ends.
   mju_user_error = [](const char* message) {
@@ -43,19 +55,21 @@ Model load_model(const std::string& robot, const std::string& room, const std::f
   mju_user_warning = [](const char* message) {
     std::snprintf(last_warning.data(), last_warning.size(), "%s", message);
   };
-  for (const std::string& part : {robot, room}) {
-    const std::filesystem::path file = models / (part + ".xml");
-    if (!std::filesystem::is_regular_file(file)) throw std::runtime_error("no model " + file.string());
-  }
-  const std::string name = (models / (robot + "_in_" + room + ".xml")).string();
+  const std::filesystem::path room_file = models / (room + ".xml"), robot_file = robot.folder / robot.model;
+  if (!std::filesystem::is_regular_file(room_file))
+    throw std::runtime_error("no model " + room_file.string());
+  const std::string name = robot.folder.filename().string(), main = (models / "robot_in_room.xml").string();
   const std::string discard = shapes == Shapes::colliding ? "<compiler discardvisual=\"true\"/>" : "";
-  const std::string text = "<mujoco model=\"" + robot + " in " + room + "\">" + discard + "<include file=\"" +
-                           robot + ".xml\"/><include file=\"" + room + ".xml\"/></mujoco>";
-  const auto files = main_file(name, text);
+  const auto files =
+      in_memory({{main, fmt::format("<mujoco model=\"{} in {}\">{}<include file=\"robot.xml\"/><include "
+                                    "file=\"{}.xml\"/></mujoco>",
+                                    name, room, discard, room)},
+                 {(models / "robot.xml").string(), text_of(robot_file)}});
   std::array<char, 1000> message{};
-  Model model(mj_loadXML(name.c_str(), files.get(), message.data(), static_cast<int>(message.size())));
+  Model model(mj_loadXML(main.c_str(), files.get(), message.data(), static_cast<int>(message.size())));
   if (!model)
-    throw std::runtime_error("models " + robot + ".xml and " + room + ".xml do not load: " + message.data());
+    throw std::runtime_error(fmt::format("models {} and {} do not load: {}", robot_file.string(),
+                                         room_file.string(), message.data()));
   return model;
 }
 
@@ -76,19 +90,41 @@ Eigen::Isometry3d camera_from_place() {
   return X;
 }
 
+/// The body on the base that carries the foot of a sole's site.
+int leg_root(const mjModel& model, const char* sole) {
+  int body = model.site_bodyid[part(model, mjOBJ_SITE, sole)];
+  while (model.body_parentid[body] != model.jnt_bodyid[0]) body = model.body_parentid[body];
+  return body;
+}
+
 // Throws if a joint of a leg is between the body and the waist.
 int upper_link(const mjModel& model, const std::string& link) {
+  const std::array legs{leg_root(model, "left_sole"), leg_root(model, "right_sole")};
   std::vector<std::string> links;
+  std::vector<bool> in_leg(static_cast<std::size_t>(model.nbody));  // parents come first
   for (int body = 1; body < model.nbody; ++body) {
-    const std::string name = mj_id2name(&model, mjOBJ_BODY, body);
-    if (model.body_weldid[body] != 0 && name.find("LEG") == name.npos) links.push_back(name);
-    if (name == link && !links.empty() && links.back() == link) return body;
+    const auto i = static_cast<std::size_t>(body),
+               parent = static_cast<std::size_t>(model.body_parentid[body]);
+    in_leg[i] = in_leg[parent] || std::ranges::find(legs, body) != legs.end();
+    if (model.body_weldid[body] == 0 || in_leg[i]) continue;
+    links.emplace_back(mj_id2name(&model, mjOBJ_BODY, body));
+    if (links.back() == link) return body;
   }
   throw std::invalid_argument(
       fmt::format("link '{}' is not an upper-body link, expected one of {}", link, fmt::join(links, ", ")));
 }
 
 }  // namespace
+
+std::vector<int> contacts(const mjModel& model, int foot) {
+  constexpr int kFloor = 1;  // both types of a geom that says nothing
+  std::vector<int> geoms;
+  for (int geom = 0; geom < model.ngeom; ++geom)
+    if (model.geom_bodyid[geom] == foot &&
+        ((model.geom_contype[geom] | model.geom_conaffinity[geom]) & kFloor))
+      geoms.push_back(geom);
+  return geoms;
+}
 
 int part(const mjModel& model, int type, const std::string& name) {
   const int id = mj_name2id(&model, type, name.c_str());
@@ -134,16 +170,17 @@ void mount_camera(mjModel& model, const rig::Mount& mount) {
 
 Model copy_of(const Model& model) { return Model(mj_copyModel(nullptr, model.get())); }
 
-Models::Models(const std::string& robot, const std::string& room, const std::filesystem::path& folder)
-    : on_floor(load_model(robot, kPhysicalRoom, folder, Shapes::colliding)),
-      in_room(load_model(robot, room, folder)) {}
+Models::Models(const RobotFile& file, const std::string& room, const std::filesystem::path& folder)
+    : on_floor(load_model(file, kPhysicalRoom, folder, Shapes::colliding)),
+      in_room(load_model(file, room, folder)),
+      robot(read_robot(*on_floor, file)) {}
 
 void Models::mount(const rig::Mount& camera, const rig::Mount& imu) {
   imu_is_moved = !imu.is_default();
   for (mjModel* model : {on_floor.get(), in_room.get()}) {
     if (!camera.is_default()) mount_camera(*model, camera);
     if (imu.is_default()) continue;
-    const int site = part(*model, mjOBJ_SITE, "chest_imu");
+    const int site = part(*model, mjOBJ_SITE, "imu");
     const Eigen::Isometry3d X_BG = turned_pose_in(model->site_pos + 3 * site, model->site_quat + 4 * site);
     const Place place = !imu.on_link() ? Place{model->site_bodyid[site], X_BG * rig::pose(imu)}
                                        : Place{upper_link(*model, imu.link), rig::pose(imu)};
@@ -158,15 +195,6 @@ std::optional<std::string> latest_warning() {
   std::string warning = last_warning.data();
   last_warning[0] = '\0';
   return warning;
-}
-
-std::vector<std::string> joint_names() {
-  std::vector<std::string> names;
-  const std::array<std::pair<const char*, int>, 6> groups{
-      {{"RLEG", 6}, {"LLEG", 6}, {"CHEST", 2}, {"HEAD", 2}, {"RARM", 7}, {"LARM", 7}}};
-  for (const auto& [group, count] : groups)
-    for (int i = 0; i < count; ++i) names.push_back(fmt::format("{}_JOINT{}", group, i));
-  return names;
 }
 
 }  // namespace sim::physics

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "sim/rig/rig.h"
+#include "sim/physics/robot.h"
 
 struct mjModel_;
 struct mjData_;
@@ -25,12 +25,12 @@ inline constexpr char kPhysicalRoom[] = "floor";
 /// Which of the models' shapes are kept: all that can be seen, or only what can be touched (faster to step).
 enum class Shapes { all, colliding };
 
-/// models/<robot>.xml and models/<room>.xml as one model; paths inside are relative to that folder. Throws
+/// The robot and models/<room>.xml as one model; paths inside the room are relative to that folder. Throws
 /// std::runtime_error with MuJoCo's message (file and line) if they do not load.
 ///
 /// From the first call on, an error inside MuJoCo prints one line on stderr and ends the process with code 3,
 /// and warnings are kept.
-Model load_model(const std::string& robot, const std::string& room, const std::filesystem::path& models,
+Model load_model(const RobotFile& robot, const std::string& room, const std::filesystem::path& models,
                  Shapes shapes = Shapes::all);
 
 /// The pose in MuJoCo's arrays of positions and of rotations by rows.
@@ -49,6 +49,8 @@ inline Eigen::Isometry3d turned_pose_in(const double* p, const double* q) {
 Eigen::Isometry3d geom_pose(const mjData_& data, int geom);
 /// Half the size of a geom along its own axes, at least the true one, m.
 Eigen::Vector3d half_extents(const mjModel_& model, int geom);
+/// The geoms of a foot that touch the floor.
+std::vector<int> contacts(const mjModel_& model, int foot);
 /// The index of a named part (mjtObj). Throws std::invalid_argument if the model has none.
 int part(const mjModel_& model, int type, const std::string& name);
 
@@ -57,13 +59,15 @@ Model copy_of(const Model& model);
 
 /// The models of a run: each file is opened once; users copy these.
 struct Models {
-  /// Throws std::runtime_error if a model does not load.
-  Models(const std::string& robot, const std::string& room, const std::filesystem::path& folder);
-  /// Moves head camera and chest IMU in both models. Throws std::invalid_argument as place_of().
+  /// Throws std::runtime_error if a model does not load, and as read_robot().
+  Models(const RobotFile& robot, const std::string& room, const std::filesystem::path& folder);
+  /// Moves head camera and chest IMU in both models, not in `robot`. Throws std::invalid_argument as
+  /// place_of().
   void mount(const rig::Mount& camera, const rig::Mount& imu);
 
   Model on_floor;  ///< the robot on kPhysicalRoom, with shapes that collide only: what is stepped
   Model in_room;   ///< robot and furnished room, all shapes
+  walking::Robot robot;
   bool imu_is_moved = false;
 };
 
@@ -83,8 +87,5 @@ void mount_camera(mjModel_& model, const rig::Mount& mount);
 
 /// Returns MuJoCo's last warning since the previous call, if there is one.
 std::optional<std::string> latest_warning();
-
-/// Names of the 30 joints, in the order of walking::JointVector.
-std::vector<std::string> joint_names();
 
 }  // namespace sim::physics

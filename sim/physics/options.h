@@ -1,16 +1,15 @@
 // Scenario keys of the simulated world, and what is drawn per seed. sim/scenario includes no other header.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "walking/hrp2.h"
-
 namespace sim::physics {
 
-/// Sliding friction between sole and floor: calibrated, see models/README.md.
+/// Sliding friction between sole and floor unless robot.yaml or the scenario says otherwise.
 inline constexpr double kFloorFriction = 0.15;
 
 /// A push against the waist: a constant horizontal force of a given duration.
@@ -101,11 +100,13 @@ struct WorldOptions {
   } variation;
 
   static void keys(auto&& key) {
-    value<&WorldOptions::robot>(key, "model of the robot, models/<robot>.xml");
+    value<&WorldOptions::robot>(
+        key, "robot: a folder below models/robots, or the path of one, relative to the scenario's file");
     value<&WorldOptions::room>(
         key, "model of the room, models/<room>.xml: what the head camera sees and the robot must not touch");
     value<&WorldOptions::seed>(key, "seed of the patterns painted on the room's surfaces");
-    number<&WorldOptions::floor_friction>(key, 0.01, 5, "sliding friction of sole on floor");
+    number<&WorldOptions::floor_friction>(key, 0.01, 5,
+                                          "sliding friction of sole on floor; the default is the robot's");
     value<&WorldOptions::floor_patches>(key, "rectangles of the floor with another friction");
     value<&WorldOptions::pushes>(key, "pushes against the waist");
     part<&WorldOptions::lights_off>(key);
@@ -120,18 +121,17 @@ struct FloorWave {
   double phase_rad = 0;
 };
 
-/// The differences between the plant and its nominal model, drawn from named streams.
+/// The differences between the plant and its nominal model, drawn from named streams. Vectors are empty where
+/// nothing differs.
 struct PlantVariation {
-  using Links = Eigen::Matrix<double, walking::kJoints + 1, 1>;  ///< the waist, then the link of each joint
   double floor_friction = kFloorFriction;
-  /// True angle minus what the encoder reads, and at the start minus the one asked for.
-  walking::JointVector joint_offset_rad = walking::JointVector::Zero(),
-                       posture_rad = walking::JointVector::Zero();
-  walking::JointVector servo_scale = walking::JointVector::Ones();  ///< of each servo's gain
-  Links mass_scale = Links::Ones();
-  Eigen::Matrix<double, 3, walking::kJoints + 1> com_offset_m =  ///< in the axes of the links
-      Eigen::Matrix<double, 3, walking::kJoints + 1>::Zero();
-  std::vector<FloorWave> floor;  ///< their sum is the floor's height
+  /// Of each joint: true angle minus what the encoder reads, and at the start minus the one asked for.
+  Eigen::VectorXd joint_offset_rad, posture_rad;
+  Eigen::VectorXd servo_scale;  ///< of each servo's gain
+  /// Of the base, then the link of each joint.
+  Eigen::VectorXd mass_scale;
+  Eigen::Matrix3Xd com_offset_m;  ///< in the axes of the links
+  std::vector<FloorWave> floor;   ///< their sum is the floor's height
 };
 
 }  // namespace sim::physics

@@ -25,8 +25,8 @@ WalkingRobot::WalkingRobot(walking::PatternGenerator plan, const walking::Stabil
                            const WorldOptions& options, const PlantVariation& draw, const Models& models,
                            const Eigen::Isometry3d& X_WP)
     : plan_(std::move(plan)),
-      stabilizer_(stabilizer),
-      q_(walking::inverse_kinematics(reference_).q),
+      stabilizer_(models.robot, stabilizer),
+      q_(walking::inverse_kinematics(models.robot, reference_, models.robot.posture).q),
       world_(without_pushes(options), draw, q_, X_WP * reference_.X_PB, models) {
   settle();
   world_.start_clock(options.pushes);
@@ -46,7 +46,7 @@ void WalkingRobot::settle() {
 
 void WalkingRobot::command(const walking::SensorReadings& readings) {
   const walking::Posture posture = stabilizer_.step(reference_, readings);
-  const walking::JointVector q = walking::inverse_kinematics(posture).q;
+  const walking::JointVector q = walking::inverse_kinematics(plan_.robot(), posture, q_).q;
   world_.command(q, (q - q_) / walking::kPeriod);
   q_ = q;
 }

@@ -12,7 +12,11 @@
 namespace sim::physics {
 namespace {
 
-constexpr std::array kSoleBodies{"LLEG_SOLE", "RLEG_SOLE"};
+constexpr std::array<std::string_view, 2> kFeet{"left", "right"};
+
+int sole_site(const mjModel& model, std::size_t foot) {
+  return part(model, mjOBJ_SITE, fmt::format("{}_sole", kFeet[foot]));
+}
 
 Eigen::Vector2d horizontal(const mjtNum* p) { return {p[0], p[1]}; }
 
@@ -33,7 +37,7 @@ Friction friction(const mjData& d, const mjContact& contact, double sign) {
 }
 
 constexpr std::chrono::milliseconds kStep{1};
-constexpr double kFallenHeight = 0.45;                // m, of the waist; half-sitting is 0.649
+constexpr double kFallen = 0.694;                     // of the waist's height at the start
 constexpr double kFallenTilt = std::numbers::pi / 4;  // of the waist's axis from the vertical
 
 Eigen::Vector3d vector(const mjtNum* numbers) { return Eigen::Vector3d(numbers[0], numbers[1], numbers[2]); }
@@ -42,13 +46,9 @@ Eigen::Vector3d vector(const mjtNum* numbers) { return Eigen::Vector3d(numbers[0
 
 Soles::Soles(mjModel& model, double friction, std::vector<FloorPatch> patches, std::vector<FloorWave> waves)
     : friction_(friction), patches_(std::move(patches)), waves_(std::move(waves)) {
-  for (int foot = 0; foot < 2; ++foot) {
-    const int body = mj_name2id(&model, mjOBJ_BODY, kSoleBodies[static_cast<std::size_t>(foot)]);
-    const int first = body < 0 ? 0 : model.body_geomadr[body];
-    for (int geom = first; body >= 0 && geom < first + model.body_geomnum[body]; ++geom)
-      if (model.geom_type[geom] == mjGEOM_SPHERE) pads_.push_back({geom, foot, model.geom_pos[3 * geom + 2]});
-  }
-  if (pads_.empty()) throw std::runtime_error("the robot has no pads under its soles");
+  for (std::size_t foot = 0; foot < 2; ++foot)
+    for (const int geom : contacts(model, model.site_bodyid[sole_site(model, foot)]))
+      pads_.push_back({geom, static_cast<int>(foot), model.geom_pos[3 * geom + 2]});
   for (const Pad& pad : pads_) model.geom_friction[3 * pad.geom] = friction_;
 }
 
@@ -63,8 +63,12 @@ void Soles::apply_floor(mjModel& model, const mjData& data) const {
 
 double Soles::lowest_pad(const mjModel& model, const mjData& data) const {
   double lowest = std::numeric_limits<double>::infinity();
-  for (const Pad& pad : pads_)
-    lowest = std::min(lowest, data.geom_xpos[3 * pad.geom + 2] - model.geom_size[3 * pad.geom]);
+  for (const Pad& pad : pads_) {
+    const Eigen::RowVector3d up = geom_pose(data, pad.geom).linear().row(2).cwiseAbs();
+    const bool sphere = model.geom_type[pad.geom] == mjGEOM_SPHERE;
+    const double half = sphere ? model.geom_size[3 * pad.geom] : up.dot(half_extents(model, pad.geom));
+    lowest = std::min(lowest, data.geom_xpos[3 * pad.geom + 2] - half);
+  }
   return lowest;
 }
 
@@ -138,15 +142,16 @@ ImuReading reading_between(const ImuState& from, const ImuState& to, const Eigen
 
 World::World(const WorldOptions& options, const PlantVariation& draw, const walking::JointVector& q,
              const Eigen::Isometry3d& X_WB, const Models& models)
-    : model_(copy_of(models.on_floor)),
+    : robot_(models.robot),
+      model_(copy_of(models.on_floor)),
       data_(mj_makeData(model_.get())),
       soles_(*model_, draw.floor_friction, options.floor_patches, draw.floor),
       pushes_(options.pushes) {
   if (options.room != kPhysicalRoom) room_.emplace(copy_of(models.in_room));
   find_ids();
   apply(draw);
-  place(q + draw.posture_rad, X_WB);
-  command(q, walking::JointVector::Zero());
+  place(draw.posture_rad.size() ? q + draw.posture_rad : q, X_WB);
+  command(q, walking::JointVector::Zero(q.size()));
   mj_forward(model_.get(), data_.get());
   last_read_ = last_recorded_ = imu_state();
   if (!models.imu_is_moved) return;
@@ -156,39 +161,41 @@ World::World(const WorldOptions& options, const PlantVariation& draw, const walk
 
 void World::find_ids() {
   const mjModel& m = *model_;
-  ids_.waist = part(m, mjOBJ_BODY, "BODY");
+  ids_.waist = m.jnt_bodyid[0];
   ids_.camera = part(m, mjOBJ_CAMERA, "head_camera");
-  ids_.imu = part(m, mjOBJ_SITE, "chest_imu");
+  ids_.imu = part(m, mjOBJ_SITE, "imu");
   for (std::size_t foot = 0; foot < 2; ++foot) {
-    const std::string leg = foot == 0 ? "LLEG_" : "RLEG_";
-    ids_.sole[foot] = part(m, mjOBJ_SITE, leg + "SOLE");
-    ids_.sole_geom[foot] = part(m, mjOBJ_GEOM, leg + "SOLE");
-    ids_.force[foot] = m.sensor_adr[part(m, mjOBJ_SENSOR, leg + "force")];
-    ids_.torque[foot] = m.sensor_adr[part(m, mjOBJ_SENSOR, leg + "torque")];
+    ids_.sole[foot] = sole_site(m, foot);
+    ids_.foot[foot] = m.site_bodyid[ids_.sole[foot]];
+    ids_.force[foot] = m.sensor_adr[part(m, mjOBJ_SENSOR, fmt::format("{}_force", kFeet[foot]))];
+    ids_.torque[foot] = m.sensor_adr[part(m, mjOBJ_SENSOR, fmt::format("{}_torque", kFeet[foot]))];
   }
-  for (const std::string& name : joint_names()) {
-    const int joint = part(m, mjOBJ_JOINT, name);
+  for (int servo = 0; servo < m.nu; ++servo) {
+    const int joint = m.actuator_trnid[2 * servo];
     ids_.position.push_back(m.jnt_qposadr[joint]);
     ids_.velocity.push_back(m.jnt_dofadr[joint]);
     ids_.body.push_back(m.jnt_bodyid[joint]);
-    ids_.actuator.push_back(part(m, mjOBJ_ACTUATOR, name));
   }
 }
 
 void World::apply(const PlantVariation& draw) {
   mjModel* m = model_.get();
   offset_ = draw.joint_offset_rad;
-  for (int joint = 0; joint < walking::kJoints; ++joint) {
-    const int servo = ids_.actuator[joint];
-    m->actuator_gainprm[mjNGAIN * servo] *= draw.servo_scale[joint];
-    m->actuator_biasprm[mjNBIAS * servo + 1] *= draw.servo_scale[joint];
+  if (offset_.size() == 0) offset_ = walking::JointVector::Zero(m->nu);
+  for (int servo = 0; servo < draw.servo_scale.size(); ++servo) {
+    m->actuator_gainprm[mjNGAIN * servo] *= draw.servo_scale[servo];
+    m->actuator_biasprm[mjNBIAS * servo + 1] *= draw.servo_scale[servo];
   }
-  for (int link = 0; link <= walking::kJoints; ++link) {
-    const int body = link == 0 ? ids_.waist : ids_.body[link - 1];
-    m->body_mass[body] *= draw.mass_scale[link];
-    Eigen::Map<Eigen::Vector3d>(m->body_inertia + 3 * body) *= draw.mass_scale[link];
-    Eigen::Map<Eigen::Vector3d>(m->body_ipos + 3 * body) += draw.com_offset_m.col(link);
-    m->body_sameframe[body] = 0;
+  const auto body_of = [this](Eigen::Index link) {
+    return link == 0 ? ids_.waist : ids_.body[static_cast<std::size_t>(link - 1)];
+  };
+  for (Eigen::Index link = 0; link < draw.mass_scale.size(); ++link) {
+    m->body_mass[body_of(link)] *= draw.mass_scale[link];
+    Eigen::Map<Eigen::Vector3d>(m->body_inertia + 3 * body_of(link)) *= draw.mass_scale[link];
+  }
+  for (Eigen::Index link = 0; link < draw.com_offset_m.cols(); ++link) {
+    Eigen::Map<Eigen::Vector3d>(m->body_ipos + 3 * body_of(link)) += draw.com_offset_m.col(link);
+    m->body_sameframe[body_of(link)] = 0;
   }
   mj_setConst(m, data_.get());
 }
@@ -198,7 +205,7 @@ void World::place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB) 
   const Eigen::Quaterniond turn(X_WB.linear());
   mjtNum* base = data_->qpos + model_->jnt_qposadr[model_->body_jntadr[ids_.waist]];
   Eigen::Map<Eigen::Matrix<double, 7, 1>>(base) << X_WB.translation(), turn.w(), turn.vec();
-  for (int joint = 0; joint < walking::kJoints; ++joint)
+  for (int joint = 0; joint < model_->nu; ++joint)
     data_->qpos[ids_.position[joint]] = q[joint] + offset_[joint];
   for (int pass = 0; pass < 2; ++pass) {  // the place of a pad determines its length
     mj_kinematics(model_.get(), data_.get());
@@ -210,10 +217,10 @@ void World::place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB) 
 void World::command(const walking::JointVector& q, const walking::JointVector& dq) {
   // MuJoCo's position servo is kp (ctrl − q), its damping acts on the whole joint velocity: the command
   // carries the wanted velocity's share of it.
-  for (int joint = 0; joint < walking::kJoints; ++joint) {
-    const double kp = model_->actuator_gainprm[mjNGAIN * ids_.actuator[joint]];
+  for (int joint = 0; joint < model_->nu; ++joint) {
+    const double kp = model_->actuator_gainprm[mjNGAIN * joint];
     const double kd = model_->dof_damping[ids_.velocity[joint]];
-    data_->ctrl[ids_.actuator[joint]] = q[joint] + offset_[joint] + kd / kp * dq[joint];
+    data_->ctrl[joint] = q[joint] + offset_[joint] + kd / kp * dq[joint];
   }
 }
 
@@ -275,12 +282,13 @@ Status World::check() const {
   // On a state that is not finite MuJoCo restarts the robot and its clock and continues.
   if (!(std::abs(lag) < 1e-6)) return {Condition::physics_failed, "the physics has restarted itself"};
   const auto between_feet = [this](const mjContact& contact) {
-    return std::minmax(contact.geom1, contact.geom2) == std::minmax(ids_.sole_geom[0], ids_.sole_geom[1]);
+    const int &one = model_->geom_bodyid[contact.geom1], &two = model_->geom_bodyid[contact.geom2];
+    return std::minmax(one, two) == std::minmax(ids_.foot[0], ids_.foot[1]);
   };
   if (std::any_of(data_->contact, data_->contact + data_->ncon, between_feet))
     return {Condition::collided, "one foot touched the other"};
   const Eigen::Isometry3d X = X_WB();
-  if (X.translation().z() < kFallenHeight || X.linear()(2, 2) < std::cos(kFallenTilt))
+  if (X.translation().z() < kFallen * robot_.base_height || X.linear()(2, 2) < std::cos(kFallenTilt))
     return {Condition::fell, fall_text(X)};
   return {};
 }
@@ -308,7 +316,7 @@ walking::Wrench World::wrench(std::size_t foot) const {
   // the weight of what hangs below the sensor, which the sensor is tared for.
   walking::Wrench wrench{-vector(data_->sensordata + ids_.force[foot]),
                          -vector(data_->sensordata + ids_.torque[foot])};
-  wrench.force.z() -= model_->body_mass[model_->site_bodyid[ids_.sole[foot]]] * model_->opt.gravity[2];
+  wrench.force.z() -= model_->body_mass[ids_.foot[foot]] * model_->opt.gravity[2];
   return wrench;
 }
 
@@ -316,7 +324,8 @@ walking::SensorReadings World::leg_readings() const {
   walking::SensorReadings readings;
   readings.left = wrench(0);
   readings.right = wrench(1);
-  for (int joint = 0; joint < walking::kJoints; ++joint)
+  readings.q.resize(model_->nu);
+  for (int joint = 0; joint < model_->nu; ++joint)
     readings.q[joint] = data_->qpos[ids_.position[joint]] - offset_[joint];
   return readings;
 }
@@ -338,12 +347,11 @@ walking::SensorReadings World::sensor_readings() {
 }
 
 Eigen::Matrix3d World::imu_in_chest(const walking::JointVector& encoders) const {
-  for (int joint = 0; joint < walking::kJoints; ++joint)
-    by_encoders_->qpos[ids_.position[joint]] = encoders[joint];
+  for (int joint = 0; joint < model_->nu; ++joint) by_encoders_->qpos[ids_.position[joint]] = encoders[joint];
   mj_kinematics(model_.get(), by_encoders_.get());
   const Eigen::Matrix3d R_WB = pose_in(by_encoders_->xpos, by_encoders_->xmat + 9 * ids_.waist).linear(),
                         R_WG = pose_in(by_encoders_->xpos, by_encoders_->site_xmat + 9 * ids_.imu).linear();
-  return (R_WB * walking::chest_in_waist(encoders)).transpose() * R_WG;
+  return (R_WB * walking::imu_in_base(robot_, encoders)).transpose() * R_WG;
 }
 
 ImuReading World::reading_since(ImuState& last) const {

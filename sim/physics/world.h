@@ -18,10 +18,10 @@ struct SoleContact {
   double creep_yaw = 0;                             ///< rad
 };
 
-/// The ten pads of a robot on its floor.
+/// The contacts of a robot's soles with its floor.
 class Soles {
  public:
-  /// Finds the pads: geoms of RLEG_SOLE and LLEG_SOLE that collide. Throws std::runtime_error without any.
+  /// Finds the pads: geoms of the feet that touch the floor.
   Soles(mjModel_& model, double friction, std::vector<FloorPatch> patches, std::vector<FloorWave> waves);
 
   /// Gives each pad the friction and the height of the floor below it: the floor of the simulator is a plane,
@@ -138,8 +138,8 @@ class World {
  private:
   struct Ids {
     int waist = 0, camera = 0, imu = 0;
-    std::array<int, 2> sole{}, sole_geom{}, force{}, torque{};  // left, right; the last two in sensordata
-    std::vector<int> position, velocity, actuator, body;        // of the 30 joints
+    std::array<int, 2> sole{}, foot{}, force{}, torque{};  // left, right; the last two in sensordata
+    std::vector<int> position, velocity, body;             // of the joints
   };
 
   void find_ids();
@@ -155,6 +155,7 @@ class World {
   walking::Wrench wrench(std::size_t foot) const;
   Eigen::Matrix3d imu_in_chest(const walking::JointVector& encoders) const;
 
+  walking::Robot robot_;
   Model model_;
   Data data_;
   Ids ids_;
@@ -162,7 +163,7 @@ class World {
   std::optional<RoomClearance> room_;      // absent if the room is a bare floor
   std::chrono::nanoseconds next_look_{0};  // nothing can touch the room before
   std::vector<Push> pushes_;
-  walking::JointVector offset_ = walking::JointVector::Zero();  // true angle minus the encoder's
+  walking::JointVector offset_;  // true angle minus the encoder's
   std::chrono::nanoseconds time_{0};
   Status status_;
   Data by_encoders_;                    // the pose of the robot as its encoders have it, for a moved IMU

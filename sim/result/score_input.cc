@@ -2,13 +2,10 @@
 
 #include "sim/result/result.h"
 #include "slam/camera.h"
-#include "walking/hrp2.h"
 #include "walking/timeline.h"
 
 namespace sim::result {
 namespace {
-
-constexpr double kNominalWeight_N = walking::hrp2::kMass * walking::kGravity;
 
 /// Without the poses of answers that say lost, and with each pose once. point: in C, the one to score.
 std::vector<files::TumRow> estimate(const tracking::Tracked& tracked,
@@ -98,28 +95,47 @@ score::TrueCamera true_camera(const slam::CameraIntrinsics& intrinsics) {
   return truth;
 }
 
+/// The weight of the robot: the median of what both feet carry, N.
+double weight(const std::vector<score::TrueFeet>& feet) {
+  std::vector<double> loads;
+  for (const score::TrueFeet& both : feet) loads.push_back(both.left.load_n + both.right.load_n);
+  const auto middle = loads.begin() + std::ssize(loads) / 2;
+  std::ranges::nth_element(loads, middle);
+  return *middle;
+}
+
 std::vector<score::FootRow> feet(const recording::Truth& truth) {
   if (truth.feet.empty() || truth.waist.empty()) return {};
-  return score::decompose_drift(truth.feet, kNominalWeight_N, score::ground_pose(truth.waist.back().X),
+  return score::decompose_drift(truth.feet, weight(truth.feet), score::ground_pose(truth.waist.back().X),
                                 score::ground_pose(truth.waist_plan.back().X));
 }
 
-/// Feet together below a waist at the origin.
-const walking::FootPose kFeet{{walking::hrp2::kAnkleX, 0}, 0};
+/// What the start of a plan shows of the robot: standing in its start posture, P under the waist.
+walking::Robot robot_at_start(const recording::Truth& truth) {
+  walking::Robot robot;
+  robot.base_height = truth.waist_plan.front().X.translation().z();
+  if (truth.feet.empty()) return robot;
+  const Eigen::Vector3d &left = truth.feet.front().left.plan, &right = truth.feet.front().right.plan;
+  robot.foot_spacing = left.y() - right.y();
+  robot.sole_ahead = (left.x() + right.x()) / 2;
+  return robot;
+}
 
-Eigen::Isometry3d waist_above(const walking::FootPose& feet) {
-  const walking::FootPose waist = feet * walking::inverse(kFeet);
+/// The waist above feet that are together.
+Eigen::Isometry3d waist_above(const walking::Robot& robot, const walking::FootPose& feet) {
+  const walking::FootPose waist = feet * walking::inverse({{robot.sole_ahead, 0}, 0});
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.linear() = Eigen::AngleAxisd(waist.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  X.translation() << waist.position, walking::hrp2::kWaistHeight;
+  X.translation() << waist.position, robot.base_height;
   return X;
 }
 
 /// The commanded path, laid into the world at the start.
 score::DesiredPath desired_path(const walking::WalkOptions& walk, const recording::Truth& truth) {
-  const walking::Timeline timeline(walk, kFeet, Eigen::Vector2d::Zero());
+  const walking::Robot robot = robot_at_start(truth);
+  const walking::Timeline timeline(robot, walk, {{robot.sole_ahead, 0}, 0}, Eigen::Vector2d::Zero());
   score::DesiredPath path;
-  path.end = waist_above(walking::center_of(timeline.phases().back().to));
+  path.end = waist_above(robot, walking::center_of(timeline.phases().back().to));
   for (const walking::Timeline::Lap& lap : timeline.laps())
     path.laps.emplace_back(static_cast<std::int64_t>(lap.begin) * walking::kTick,
                            static_cast<std::int64_t>(lap.end) * walking::kTick);
@@ -130,7 +146,7 @@ score::DesiredPath desired_path(const walking::WalkOptions& walk, const recordin
 }  // namespace
 
 score::Stamp plan_end(const walking::WalkOptions& walk) {
-  const walking::Timeline timeline(walk, {}, Eigen::Vector2d::Zero());
+  const walking::Timeline timeline({}, walk, {}, Eigen::Vector2d::Zero());
   return static_cast<std::int64_t>(timeline.ticks()) * walking::kTick;
 }
 

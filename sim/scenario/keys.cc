@@ -157,6 +157,8 @@ std::string recording_key(const Scenario& scenario, const std::string& models, c
   hash.add_part("recording 1");
   hash.add_part(program);
   hash.add_part(models);
+  if (const std::string& robot = scenario.world.robot; robot.find('/') != robot.npos)
+    hash.add_part(models_hash(robot));
   hash.add_part(fmt::format("seed {}", scenario.seed));
   for (const auto& key : scenario_keys()) {
     if (!shapes_recording(scenario, key.name) || !has_section(scenario, key.name)) continue;

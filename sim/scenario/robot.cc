@@ -157,6 +157,8 @@ RobotFile read_robot(const fs::path& folder) {
   return RobotReader(root).read(folder);
 }
 
+RobotFile read_robot(const Scenario& scenario) { return read_robot(robot_folder(scenario.world.robot)); }
+
 std::vector<std::pair<std::string, Yaml>> robot_defaults(const fs::path& folder) {
   std::vector<std::pair<std::string, Yaml>> all;
   std::error_code fault;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "sim/physics/robot_file.h"
+#include "sim/scenario/options.h"
 #include "sim/scenario/value.h"
 
 namespace sim::scenario {
@@ -15,6 +16,8 @@ std::filesystem::path robot_folder(const std::string& robot);
 
 /// Throws ConfigError at the first key that is unknown, wrong or missing.
 physics::RobotFile read_robot(const std::filesystem::path& folder);
+/// The robot of a scenario.
+physics::RobotFile read_robot(const Scenario& scenario);
 
 /// The keys of a scenario and their values in robot.yaml, which hold unless the scenario gives them: below
 /// walk and stabilizer, and world.floor_friction. Nothing if there is no such file.

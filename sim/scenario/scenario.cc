@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "sim/scenario/keys.h"
+#include "sim/scenario/robot.h"
 #include "walking/timeline.h"
 
 namespace sim::scenario {
@@ -16,7 +17,8 @@ namespace fs = std::filesystem;
 /// Throws ConfigError at the command that makes the walk too long.
 std::optional<walking::Timeline> planned(const ReadScenario& read) {
   try {
-    return walking::Timeline(read.scenario.walk, {}, Eigen::Vector2d::Zero());
+    // A robot of no size: steps that do not close the feet of the real one may be a step less.
+    return walking::Timeline({}, read.scenario.walk, {}, Eigen::Vector2d::Zero());
   } catch (const walking::TooLong& e) {
     const auto command = static_cast<std::size_t>(e.command);
     Yaml at = place_of(read, "");
@@ -276,6 +278,19 @@ class ScenarioReader {
     result.origin.erase("name");
   }
 
+  /// Reads what the robot says of keys that no file and no argument has given.
+  void read_robot_defaults() {
+    for (const auto& [path, value] : robot_defaults(robot_folder(result.scenario.world.robot))) {
+      if (result.origin.contains(path)) continue;
+      if (!shapes_recording(path) || path == "walk.commands")
+        fail(value, path,
+             "is no default that a robot can give" + (find_key(path) ? "" : "; " + unknown_key(path)));
+      read_value(value, path, value);
+      result.origin[path] = fmt::format("{}:{}", value.origin.file, value.origin.line);
+      result.places[path] = value.origin;
+    }
+  }
+
   /// "key=value" or "section={key: value}", the n-th of the command line (from 1).
   void read_override(const std::string& argument, int n) {
     const std::size_t equals = argument.find('=');
@@ -348,6 +363,7 @@ class ScenarioReader {
       Yaml placed = value;
       if (value.kind == Yaml::Kind::empty) placed.origin = at.origin;
       key->read(placed, result.scenario);
+      if (path == "world.robot") resolve(at, result.scenario.world.robot);
       if (path != "walk.commands") return;
       result.command_origins.clear();
       for (const Yaml& command : placed.items) result.command_origins.push_back(command.origin);
@@ -361,6 +377,12 @@ class ScenarioReader {
     } else {
       fail_unknown(at, path);
     }
+  }
+
+  /// A path is relative to the file that names it.
+  static void resolve(const Yaml& at, std::string& robot) {
+    if (robot.find('/') != robot.npos && at.origin.file != kArgument)
+      robot = (fs::path(at.origin.file).parent_path() / robot).lexically_normal().string();
   }
 
   // In a file `slam.gyro.enabled: true` starts the section as `slam:` would; an argument does not.
@@ -415,6 +437,7 @@ ReadScenario read_root(const Yaml& root, const Changes& changes) {
   for (const std::string& overlay : changes.with) reader.read_file(parse_yaml_file(overlay));
   int n = 0;
   for (const std::string& argument : changes.overrides) reader.read_override(argument, ++n);
+  reader.read_robot_defaults();
   leave_out(reader.result.scenario, changes.without);
   derive_latency(reader.result);
   check_whole(reader.result);

@@ -9,7 +9,6 @@
 #include "sim/view/session.h"
 #include "sim/view/site.h"
 #include "slam/vision/patch.h"
-#include "walking/hrp2.h"
 
 namespace sim::view {
 namespace {
@@ -17,8 +16,8 @@ namespace {
 using pages::kDeg, pages::kMm;
 
 constexpr double kLoaded_n = 60, kUnloaded_n = 20;
-void add_corners(const Eigen::Vector3d& place, std::vector<cv::Point2f>& corners) {
-  const Eigen::AlignedBox2d sole(walking::hrp2::kSoleMin, walking::hrp2::kSoleMax);
+void add_corners(const Eigen::AlignedBox2d& sole, const Eigen::Vector3d& place,
+                 std::vector<cv::Point2f>& corners) {
   for (int corner = 0; corner < 4; ++corner) {
     const Eigen::Vector2f p = (place.head<2>() + Eigen::Rotation2Dd(place.z()) *
                                                      sole.corner(Eigen::AlignedBox2d::CornerType(corner)))
@@ -89,7 +88,7 @@ void Series::follow_feet(Frame& frame, Row& row) {
     if (foot.load_n < kUnloaded_n) landed_[i].reset();
     foot.landed = landed_[i];
     if (landed_[i]) row[12 + i] = kMm * (foot.truth - *landed_[i]).head<2>().norm();
-    if (foot.load_n > kUnloaded_n) add_corners(foot.truth, corners);
+    if (sole_ && foot.load_n > kUnloaded_n) add_corners(*sole_, foot.truth, corners);
   }
   frame.support.clear();
   if (corners.empty()) return;

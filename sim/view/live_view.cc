@@ -154,6 +154,7 @@ LiveView::LiveView(const Access& access, ShownRun run, bool control)
         return site;
       }()),
       rig_{Readings(run.rig.size()), 0, {}},
+      series_(run.sole),
       server_(access, {[this](std::string_view path) { return site_.at(path, server_.access().token); },
                        {kOwnProtocol, "foxglove.websocket.v1", "foxglove.sdk.v1"},
                        [this](Client& client) { opened(client); },

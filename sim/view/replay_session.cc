@@ -37,7 +37,7 @@ class ReplaySession : public ViewSession {
     run.moments = faults_of(read.scenario);
     if (!frames_.empty()) run.duration_s = slam::seconds(frames_.back().t);
     if (robot)
-      run.model = robot->model;
+      run.model = robot->model, run.sole = robot->sole;
     else
       run.missing.emplace_back("Room and robot are not shown: this program was built without the simulator.");
     view_.emplace(request, run, request.control);

@@ -14,7 +14,6 @@
 #include "sim/recording/cache.h"
 #include "sim/recording/manifest.h"
 #include "sim/recording/recording_format.h"
-#include "walking/hrp2.h"
 
 // The page and the files that esbuild makes from web/.
 GAITSLAM_EMBED(gaitslam_view_page, GAITSLAM_VIEW_PAGE)
@@ -51,7 +50,6 @@ ordered_json to_json(const slam::CameraIntrinsics& camera) {
 }
 
 ordered_json to_json(const ShownRun& run) {
-  using walking::hrp2::kSoleMax, walking::hrp2::kSoleMin;
   ordered_json moments = ordered_json::array();
   for (const Moment& moment : run.moments)
     moments.push_back({{"t", moment.t_s}, {"kind", moment.kind}, {"text", moment.text}});
@@ -71,7 +69,6 @@ ordered_json to_json(const ShownRun& run) {
           {"metrics", metrics},
           {"pieces", run.pieces},
           {"duration", run.duration_s},
-          {"sole", {kSoleMin.x(), kSoleMin.y(), kSoleMax.x(), kSoleMax.y()}},
           {"missing", run.missing},
           {"has_model", run.model.has_value()},
           {"camera", run.camera ? to_json(*run.camera) : ordered_json(nullptr)},
@@ -190,7 +187,7 @@ std::vector<std::size_t> pieces_of(const std::vector<Frame>& frames) {
 
 /// Serves the frames of a result in pieces, and its values over time.
 void add_frames(Site& site, std::size_t run, const std::shared_ptr<Playback>& playback) {
-  Series series;
+  Series series(playback->run.sole);
   for (Frame& frame : playback->frames) series.add(frame);
   site.add(fmt::format("/series/{}", run), bytes_resource(series.bytes()));
   const std::vector<std::size_t> begins = pieces_of(playback->frames);
@@ -353,7 +350,7 @@ Playback read_playback(const fs::path& result, const MakeRobot& make_robot,
     if (const auto value = data.value(name)) playback.run.metrics.push_back({name, "", value});
   playback.run.duration_s = slam::seconds(playback.frames.back().t);
   playback.run.moments = moments_of(data, scenario, playback.run.duration_s);
-  if (robot) playback.run.model = robot->model;
+  if (robot) playback.run.model = robot->model, playback.run.sole = robot->sole;
   playback.run.missing =
       missing_of(playback, result, data.about.recording, !recording.empty(), robot.has_value());
   playback.data = std::move(data);

@@ -53,6 +53,7 @@ struct ShownRun {
   std::vector<Moment> moments = {};
   std::vector<std::string> missing = {};  ///< sentences: what is not shown, and why
   std::optional<Model> model = std::nullopt;
+  std::optional<Eigen::AlignedBox2d> sole = std::nullopt;  ///< outline about the sole point, m
   std::vector<rig::RigSensor> rig = {};
 };
 
@@ -111,6 +112,9 @@ class Series {
                                      "slip_left", "slip_right", "margin"};
   using Row = std::array<double, kNames.size()>;
 
+  /// sole: the outline of both; without it there is no support polygon.
+  explicit Series(const std::optional<Eigen::AlignedBox2d>& sole) : sole_(sole) {}
+
   /// Adds a frame and completes it: where each foot was set down, and the support polygon.
   void add(Frame& frame);
   const std::vector<Row>& rows() const { return rows_; }
@@ -121,6 +125,7 @@ class Series {
  private:
   void follow_feet(Frame& frame, Row& row);
 
+  std::optional<Eigen::AlignedBox2d> sole_;
   std::vector<Row> rows_;
   std::array<std::optional<Eigen::Vector3d>, 2> landed_;
 };
@@ -128,6 +133,7 @@ class Series {
 /// The robot of a scenario. poses: of its model's bodies, by the encoders and the waist's pose in W.
 struct RobotModel {
   Model model;
+  Eigen::AlignedBox2d sole;  ///< outline of the soles
   std::function<std::vector<float>(const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB)> poses;
 };
 

@@ -181,7 +181,7 @@ TEST_F(Cli, RunRejectsBadOptionsBeforeItSimulates) {
 #else
 TEST_F(Cli, RunWithoutASimulatorSaysSo) {
   expect_refused("run '" + kCircle + "'", "this build has no simulator (GAITSLAM_WORLD=OFF)");
-  EXPECT_THAT(ok("check '" + kCircle + "'"), Has("whether it is clear of its room was not checked"));
+  EXPECT_THAT(ok("check '" + kCircle + "'"), Has("whether the robot can walk it was not checked"));
 }
 #endif
 

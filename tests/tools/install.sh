@@ -6,7 +6,7 @@ place=$(mktemp -d "${TMPDIR:-/tmp}/gaitslam install XXXXXX")
 trap 'rm -rf "$place"' EXIT
 "$cmake" --install "$build" --prefix "$place/usr" >"$place/log"
 cd "$place"
-for file in bin/gaitslam include/gaitslam_estimator.h share/gaitslam/models/hrp2.xml share/gaitslam/scenarios/tangent_circle.yaml \
+for file in bin/gaitslam include/gaitslam_estimator.h share/gaitslam/models/robots/hrp2/robot.xml share/gaitslam/scenarios/tangent_circle.yaml \
   share/gaitslam/schemas/score.schema.json share/man/man1/gaitslam.1 share/bash-completion/completions/gaitslam \
   share/zsh/vendor-completions/_gaitslam share/doc/gaitslam/copyright share/doc/gaitslam/CITATION.cff \
   share/doc/gaitslam/estimators.md share/doc/gaitslam/exports.md; do

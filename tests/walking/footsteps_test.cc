@@ -26,7 +26,7 @@ void expect_relative(const FootPose& before, const FootPose& now, double dx, dou
 }
 
 void expect_ends_together_at(const std::vector<Footstep>& steps, const FootPose& center) {
-  const Stance end = feet_together(center);
+  const Stance end = feet_together(center, kRobot.foot_spacing);
   ASSERT_GE(steps.size(), 2u);
   for (const Footstep& step : {steps[steps.size() - 2], steps.back()}) {
     EXPECT_LT((step.pose.position - end.of(step.side).position).norm(), kExact);
@@ -36,7 +36,7 @@ void expect_ends_together_at(const std::vector<Footstep>& steps, const FootPose&
 }
 
 TEST(TangentArc, QuarterCircleIsTheReferenceStepStack) {
-  const auto steps = footsteps(TangentArc{0.75, 90 * kDegree}, {}, 0.15);
+  const auto steps = footsteps(kRobot, TangentArc{0.75, 90 * kDegree}, {}, 0.15);
   ASSERT_EQ(steps.size(), 9u);  // seven whole steps, the rest, the closing one
   expect_foot(steps[0], Side::right, .167876, -.078156, 11.4592);
   expect_foot(steps[1], Side::left, .255069, .146705, 22.9183);
@@ -48,7 +48,7 @@ TEST(TangentArc, QuarterCircleIsTheReferenceStepStack) {
 }
 
 TEST(PerpendicularArc, FullCircleIsTheReferenceStepStack) {
-  const auto steps = footsteps(PerpendicularArc{0.75, 360 * kDegree}, {}, 0.10);
+  const auto steps = footsteps(kRobot, PerpendicularArc{0.75, 360 * kDegree}, {}, 0.10);
   ASSERT_EQ(steps.size(), 96u);  // 97 entries of the stack; the first only names the first support
   expect_relative({{0, .095}, 0}, steps[0].pose, -.019286, -.288861, 7.639437);
   expect_relative(steps[0].pose, steps[1].pose, 0, .19, 0);
@@ -60,7 +60,7 @@ TEST(PerpendicularArc, FullCircleIsTheReferenceStepStack) {
 }
 
 TEST(Straight, DiagonalGivesTheLateralShareToTheFootOnThatSide) {
-  const auto steps = footsteps(Straight{1.0, -0.5}, {}, 0.15);
+  const auto steps = footsteps(kRobot, Straight{1.0, -0.5}, {}, 0.15);
   ASSERT_EQ(steps.size(), 9u);  // 1.118 m: seven whole steps, the rest, the closing one
   const double forward = 0.15 * 1.0 / std::hypot(1.0, 0.5), aside = -forward / 2;
   EXPECT_EQ(steps[0].side, Side::right);
@@ -76,11 +76,11 @@ TEST(Straight, DiagonalGivesTheLateralShareToTheFootOnThatSide) {
 TEST(Straight, FeetAreNeverCloserSidewaysThanTheirSpacingNorSetFurtherAsideThanTheRobotCanStand) {
   for (const Straight& way :
        {Straight{1.3, -0.7}, Straight{1.3, 0}, Straight{1.3, 0.13}, Straight{0, 2.5}, Straight{0.2, -1.3}}) {
-    Stance stance = feet_together({});
-    for (const Footstep& step : footsteps(way, {}, 0.4)) {
+    Stance stance = feet_together({}, kRobot.foot_spacing);
+    for (const Footstep& step : footsteps(kRobot, way, {}, 0.4)) {
       EXPECT_LE(std::abs(step.pose.position.y() - stance.of(step.side).position.y()), 0.14 + kExact);
       stance.of(step.side) = step.pose;
-      EXPECT_GE(stance.left.position.y() - stance.right.position.y(), hrp2::kFootSpacing - kExact);
+      EXPECT_GE(stance.left.position.y() - stance.right.position.y(), kRobot.foot_spacing - kExact);
     }
   }
 }
@@ -93,8 +93,8 @@ TEST(Footsteps, AreAsManyAsTheStepLengthAndTheArcsOwnKeySayWithARestUnlessTheyAr
         {Straight{0.45, 0}, 0.15, 4},  // 0.45 / 0.15 is just below 3 in binary
         {Straight{0.46, 0}, 0.15, 5},
         {Steps{{{0, 0.29, 0}, {0, -0.19, 0}}}, 0.15, 2},  // together already
-        {GoTo{-hrp2::kAnkleX, 0, 0}, 0.15, 0}})           // the present place
-    EXPECT_EQ(footsteps(command, {}, step_length_m).size(), count);
+        {GoTo{-kRobot.sole_ahead, 0, 0}, 0.15, 0}})       // the present place
+    EXPECT_EQ(footsteps(kRobot, command, {}, step_length_m).size(), count);
 }
 
 TEST(Footsteps, EveryCommandEndsWithFeetTogetherAtItsNominalPlaceWhereverItStarts) {
@@ -109,11 +109,11 @@ TEST(Footsteps, EveryCommandEndsWithFeetTogetherAtItsNominalPlaceWhereverItStart
       {TangentArc{0.75, -1.3}, {{0.75 * std::sin(1.3), -0.75 * (1 - std::cos(1.3))}, -1.3}},
       {PerpendicularArc{0.75, 1.3}, {{0.75 * (1 - std::cos(1.3)), -0.75 * std::sin(1.3)}, 1.3}}};
   for (const auto& [command, end] : cases)
-    expect_ends_together_at(footsteps(command, start, 0.15), start * end);
+    expect_ends_together_at(footsteps(kRobot, command, start, 0.15), start * end);
 }
 
 TEST(Steps, FrameIsTurnedBeforeTheFootIsSetDownInIt) {
-  const auto steps = footsteps(Steps{{{0.1, -0.2, 90 * kDegree}}}, {}, 0.15);
+  const auto steps = footsteps(kRobot, Steps{{{0.1, -0.2, 90 * kDegree}}}, {}, 0.15);
   ASSERT_EQ(steps.size(), 2u);
   expect_foot(steps[0], Side::right, 0.2, 0.195, 90);  // from the left foot at (0, 0.095): 0.1 along y
   expect_foot(steps[1], Side::left, 0.01, 0.195, 90);  // and the feet are brought together
@@ -125,30 +125,30 @@ TEST(Footsteps, WhatCannotBeWalkedIsRefusedAndAStepNamedByItsNumber) {
                                        {Steps{}, ""},
                                        {Steps{{{0, 0.19, 0}, {0, 0.19, 0}}}, "step 2"},
                                        {Steps{{{0, 0.19, 0}, {0, 0, 0}}}, "step 2"}})
-    EXPECT_THAT([&c = command] { footsteps(c, {}, 0.15); },
+    EXPECT_THAT([&c = command] { footsteps(kRobot, c, {}, 0.15); },
                 testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr(words)));
 }
 
 TEST(Turn, FeetGoRoundOnTheSpotAndEndTogether) {
   for (const double angle : {90.0, -45.0, 7.0, 200.0}) {
-    const auto steps = footsteps(Turn{angle * kDegree, 10 * kDegree}, {{1, 2}, 0.3}, 0.15);
+    const auto steps = footsteps(kRobot, Turn{angle * kDegree, 10 * kDegree}, {{1, 2}, 0.3}, 0.15);
     EXPECT_EQ(steps.size(), static_cast<std::size_t>(std::ceil(std::abs(angle) / 10)) + 1);
     EXPECT_EQ(steps.front().side, angle > 0 ? Side::left : Side::right);
     expect_ends_together_at(steps, {{1, 2}, 0.3 + angle * kDegree});
     for (const Footstep& step : steps)
-      EXPECT_NEAR((step.pose.position - Eigen::Vector2d(1, 2)).norm(), hrp2::kFootSpacing / 2, kExact);
+      EXPECT_NEAR((step.pose.position - Eigen::Vector2d(1, 2)).norm(), kRobot.foot_spacing / 2, kExact);
   }
 }
 
 /// Feet together below that waist.
 FootPose feet_below(double x, double y, double degrees) {
-  return FootPose{{x, y}, degrees * kDegree} * FootPose{{hrp2::kAnkleX, 0}, 0};
+  return FootPose{{x, y}, degrees * kDegree} * FootPose{{kRobot.sole_ahead, 0}, 0};
 }
 
 TEST(GoTo, EndsUnderTheWaistAtItsPlaceWhereverItBegins) {
   for (const FootPose& start :
-       {FootPose{{hrp2::kAnkleX, 0}, 0}, FootPose{{-1, 2}, 2.5}, FootPose{{0, 0}, 9}}) {
-    const auto steps = footsteps(GoTo{0.5, -0.8, 120 * kDegree}, start, 0.15);
+       {FootPose{{kRobot.sole_ahead, 0}, 0}, FootPose{{-1, 2}, 2.5}, FootPose{{0, 0}, 9}}) {
+    const auto steps = footsteps(kRobot, GoTo{0.5, -0.8, 120 * kDegree}, start, 0.15);
     FootPose goal = feet_below(0.5, -0.8, 120);
     goal.yaw = steps.back().pose.yaw;  // whole turns more or less
     EXPECT_NEAR(std::remainder(goal.yaw - 120 * kDegree, 2 * std::numbers::pi), 0, kExact);
@@ -157,9 +157,9 @@ TEST(GoTo, EndsUnderTheWaistAtItsPlaceWhereverItBegins) {
 }
 
 TEST(GoTo, TurnsFirstAndWalksAhead) {
-  const auto steps = footsteps(GoTo{0, 1, 0}, feet_below(0, 0, 0), 0.15);
+  const auto steps = footsteps(kRobot, GoTo{0, 1, 0}, feet_below(0, 0, 0), 0.15);
   // A turn on the spot by about 90 degrees, then straight toward the goal.
-  const Eigen::Vector2d begin(hrp2::kAnkleX, 0);
+  const Eigen::Vector2d begin(kRobot.sole_ahead, 0);
   std::size_t turning = 0;
   while ((steps[turning].pose.position - begin).norm() < 0.096) ++turning;
   EXPECT_EQ(turning, 9u + 1);

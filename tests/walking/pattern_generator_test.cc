@@ -56,15 +56,16 @@ TEST_P(WholeWalk, IsSmoothWithTheWaistUprightAtItsHeightAndTheCenterOfMassAtItsP
     const Reference& r = walk_[k];
     ASSERT_EQ(r.t_s, static_cast<double>(k) * kPeriod);
     ASSERT_EQ(r.X_PB.linear().col(2), Eigen::Vector3d::UnitZ());
-    ASSERT_NEAR(r.X_PB.translation().z(), hrp2::kWaistHeight, 1e-15);
-    ASSERT_LT((r.X_PB * hrp2::kComInWaist - r.com).norm(), 1e-14);
+    ASSERT_NEAR(r.X_PB.translation().z(), kRobot.base_height, 1e-15);
+    ASSERT_LT((r.X_PB * kRobot.com - r.com).norm(), 1e-14);
   }
 }
 
 TEST_P(WholeWalk, StartsInHalfSittingAndStandsStillUntilThePreviewSeesTheFirstStepAndAtItsEnd) {
   const Reference& start = walk_.front();
-  expect_pose(start.X_PB, {0, 0, hrp2::kWaistHeight}, 0, 1e-15);
-  EXPECT_LT((inverse_kinematics(start).q - hrp2::half_sitting()).cwiseAbs().maxCoeff(), 1e-12);
+  expect_pose(start.X_PB, {0, 0, kRobot.base_height}, 0, 1e-15);
+  EXPECT_LT((inverse_kinematics(kRobot, start, kRobot.posture).q - kRobot.posture).cwiseAbs().maxCoeff(),
+            1e-12);
   EXPECT_EQ(start.com_velocity.norm(), 0);
   for (const Reference& r : walk_) {
     if (r.t_s > 2.0 - 1.6 - 0.015) break;
@@ -88,14 +89,36 @@ TEST(PatternGenerator, WalksEndWhereTheirCommandsLead) {
   for (const auto& [options, x, y] :
        {std::tuple(tangent_circle(), 1.0, -0.5), {perpendicular_circle(), 0.0, 0.0}}) {
     const Reference end = planned(options).back();
-    expect_pose(end.X_PL, {hrp2::kAnkleX + x, y + 0.095, 0}, 0, 1e-12);
-    expect_pose(end.X_PR, {hrp2::kAnkleX + x, y - 0.095, 0}, 0, 1e-12);
-    expect_pose(end.X_PB, {x, y, hrp2::kWaistHeight}, 0, 3e-4);  // what is left of coming to rest
+    expect_pose(end.X_PL, {kRobot.sole_ahead + x, y + 0.095, 0}, 0, 1e-12);
+    expect_pose(end.X_PR, {kRobot.sole_ahead + x, y - 0.095, 0}, 0, 1e-12);
+    expect_pose(end.X_PB, {x, y, kRobot.base_height}, 0, 3e-4);  // what is left of coming to rest
   }
 }
 
+TEST(PatternGenerator, ARobotThatNoOneHasBuiltWalksByItsOwnDimensions) {
+  const Robot robot = made_up_robot();
+  WalkOptions options = walk_of({Straight{0.4, 0.1}, PerpendicularArc{0.75, 0.4}, TangentArc{0.75, -0.5}});
+  options.com_height_m = robot.com_height();
+  const auto walk = planned(PatternGenerator(robot, options));
+  expect_smooth(walk);
+  JointVector q = robot.posture;
+  for (const Reference& r : walk) {
+    ASSERT_LT((r.X_PB * robot.com - r.com).norm(), 1e-12);
+    const BodySolution body = inverse_kinematics(robot, r, q);
+    ASSERT_EQ(leg_obstacle(robot, body), std::nullopt) << r.t_s;
+    ASSERT_LT((body.q - q).cwiseAbs().maxCoeff(), 0.06) << r.t_s;  // 12 rad/s
+    for (const Side side : {Side::left, Side::right}) {
+      const Eigen::Isometry3d X_PS = r.X_PB * sole_in_base(robot, side, leg_angles(robot.leg(side), body.q));
+      ASSERT_LT((X_PS.matrix() - (side == Side::left ? r.X_PL : r.X_PR).matrix()).norm(), 1e-9) << r.t_s;
+    }
+    q = body.q;
+  }
+  const Reference& end = walk.back();
+  EXPECT_NEAR((end.X_PL.translation() - end.X_PR.translation()).norm(), robot.foot_spacing, 1e-12);
+}
+
 TEST(PatternGenerator, AfterTheLastTickTheRobotStands) {
-  PatternGenerator generator(walk_of({Straight{0.15, 0}}));
+  PatternGenerator generator(kRobot, walk_of({Straight{0.15, 0}}));
   Reference last;
   for (std::size_t k = 0; k < generator.ticks(); ++k) last = generator.next();
   for (int i = 0; i < 3; ++i) {
@@ -122,7 +145,7 @@ TEST(PatternGenerator, StepsBeyondTheLegsAreRefusedWithTheCommandTheLegAndAKeyTh
       {tight,
        R"(; the cause is walk\.commands\[1\]\.tangent_arc\.radius_m 0.2, with 0.75 the legs can follow)"}};
   for (const auto& [options, cause] : cases)
-    EXPECT_THAT([&o = options] { PatternGenerator generator(o); },
+    EXPECT_THAT([&o = options] { PatternGenerator generator(kRobot, o); },
                 testing::ThrowsMessage<std::invalid_argument>(testing::MatchesRegex(
                     R"(walk\.commands\[1\]: at [0-9.]+ s the (left|right) [^;]+)" + cause)));
 }
@@ -139,7 +162,7 @@ std::vector<Footstep> landings_from(const PatternGenerator& plan, std::size_t st
 
 /// The walk, with change(plan) called whenever a step can be changed for the last time.
 std::vector<Reference> changed_walk(const std::function<void(PatternGenerator&)>& change) {
-  PatternGenerator plan(diagonal_and_quarter());
+  PatternGenerator plan(kRobot, diagonal_and_quarter());
   std::vector<Reference> walk;
   while (walk.size() < plan.ticks()) {
     if (plan.is_due()) change(plan);
@@ -171,7 +194,7 @@ TEST(Replanning, TheSameLandingsGiveTheSameBits) {
     plan.replan(plan.free_step(), landings_from(plan, plan.free_step()));
     ++times;
   });
-  EXPECT_EQ(times, PatternGenerator(diagonal_and_quarter()).steps());  // each once
+  EXPECT_EQ(times, PatternGenerator(kRobot, diagonal_and_quarter()).steps());  // each once
   ASSERT_EQ(plain.size(), again.size());
   for (std::size_t k = 0; k < plain.size(); ++k) ASSERT_TRUE(same_bits(plain[k], again[k])) << k;
 }
@@ -226,7 +249,7 @@ TEST(Replanning, FeetLandWhereTheyWereLastPlanned) {
     move_by(plan, {{0.01, 0}, 0});
     landed.emplace_back(plan.touch_down(plan.free_step()), plan.landing(plan.free_step()));
   });
-  ASSERT_EQ(landed.size(), PatternGenerator(diagonal_and_quarter()).steps());
+  ASSERT_EQ(landed.size(), PatternGenerator(kRobot, diagonal_and_quarter()).steps());
   for (const auto& [tick, landing] : landed) {
     const Eigen::Isometry3d& X = landing.side == Side::left ? walk[tick].X_PL : walk[tick].X_PR;
     EXPECT_LT((X.translation().head<2>() - landing.pose.position).norm(), 1e-12) << tick;
@@ -235,7 +258,7 @@ TEST(Replanning, FeetLandWhereTheyWereLastPlanned) {
 
 TEST(Replanning, StepsAddedAfterTheLastOneAreWalkedFromStanding) {
   for (const std::size_t standing_ticks : {1, 100, 300}) {
-    PatternGenerator plan(diagonal_and_quarter());
+    PatternGenerator plan(kRobot, diagonal_and_quarter());
     std::vector<Reference> walk;
     std::size_t add_at = plan.touch_down(plan.steps() - 1) + standing_ticks;
     while (walk.size() < plan.ticks()) {
@@ -253,7 +276,7 @@ TEST(Replanning, StepsAddedAfterTheLastOneAreWalkedFromStanding) {
 }
 
 TEST(Replanning, AStepBeyondTheLegsIsFoundAndOneThatThePreviewHasUsedCannotBeChanged) {
-  PatternGenerator plan(diagonal_and_quarter());
+  PatternGenerator plan(kRobot, diagonal_and_quarter());
   while (!plan.is_due()) plan.next();
   const auto rest = landings_from(plan, 0);
   auto far = rest;
@@ -267,7 +290,8 @@ TEST(Replanning, AStepBeyondTheLegsIsFoundAndOneThatThePreviewHasUsedCannotBeCha
 
 TEST(FeasibleStep, NominalStepsAreInsideAndOthersAreNot) {
   const auto outside = [](double x, double y, double yaw) {
-    return distance_outside({{1, 2}, 0.5}, {Side::left, FootPose{{1, 2}, 0.5} * FootPose{{x, y}, yaw}});
+    return distance_outside(kRobot, {{1, 2}, 0.5},
+                            {Side::left, FootPose{{1, 2}, 0.5} * FootPose{{x, y}, yaw}});
   };
   for (const double x : {-0.15, 0.0, 0.15}) EXPECT_EQ(outside(x, 0.19, 0), 0);
   EXPECT_EQ(outside(0.1, 0.25, 0.2), 0);

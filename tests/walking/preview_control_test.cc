@@ -109,22 +109,22 @@ TEST(PreviewControl, HalfThePreviewUndershootsMore) {
 
 /// All mass at the plan's center of mass: the cart-table itself.
 BodyMomentum one_mass(const BodyMotion& motion) {
-  const Eigen::Vector3d offset = motion.pose.X_PB.linear() * hrp2::kComInWaist;
-  return {.mass = hrp2::kMass,
+  const Eigen::Vector3d offset = motion.pose.X_PB.linear() * kRobot.com;
+  return {.mass = kRobot.mass,
           .com = motion.pose.X_PB.translation() + offset,
-          .linear = hrp2::kMass * (motion.v + motion.w.cross(offset))};
+          .linear = kRobot.mass * (motion.v + motion.w.cross(offset))};
 }
 
 WalkOptions two_steps() {
   WalkOptions options = walk_of({Stand{2}, Straight{0.6, -0.1}, Stand{1}, TangentArc{0.75, 0.8}, Stand{2}});
-  options.com_height_m = hrp2::kWaistHeight + hrp2::kComInWaist.z();
+  options.com_height_m = kRobot.base_height + kRobot.com.z();
   return options;
 }
 
 std::vector<Reference> with_second_preview(const WholeBody& model) {
   WalkOptions options = two_steps();
   options.second_preview = true;
-  return planned(PatternGenerator(options, model));
+  return planned(PatternGenerator(kRobot, options, model));
 }
 
 TEST(MotionBetween, LeadsFromOnePoseToTheOther) {
@@ -134,7 +134,8 @@ TEST(MotionBetween, LeadsFromOnePoseToTheOther) {
   const Eigen::Vector3d turn(0.02, -0.01, 0.03);
   after.X_PB.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * before.X_PB.linear();
   after.X_PB.translation() << 1.01, 2, 2.98;
-  after.q.setConstant(0.1);
+  before.q.setZero(30);
+  after.q.setConstant(30, 0.1);
   const BodyMotion motion = motion_between(before, after, kPeriod);
   EXPECT_LT((motion.w * kPeriod - turn).norm(), 1e-14);
   EXPECT_LT((motion.v - Eigen::Vector3d(2, 0, -4)).norm(), 1e-12);
@@ -156,7 +157,8 @@ TEST(MultibodyZmp, OfOneMassIsTheCartTables) {
   for (std::size_t k = 2; k < walk.size(); ++k) {
     const Reference &a = walk[k - 2], &b = walk[k - 1], &c = walk[k];
     const auto momentum = [](const Reference& from, const Reference& to) {
-      return one_mass(motion_between(pose_of(from), pose_of(to)));
+      return one_mass(
+          motion_between(pose_of(kRobot, from, kRobot.posture), pose_of(kRobot, to, kRobot.posture)));
     };
     // Differences see the acceleration's mean over two ticks, the cart-table that at the tick.
     const Eigen::Vector3d mean = b.com_acceleration / 1.5 + (a.com_acceleration + c.com_acceleration) / 6;
@@ -176,7 +178,7 @@ TEST(SecondPreview, LeavesTheCartTableWithItsFeetAndHeadingAsItIs) {
     ASSERT_TRUE(a.X_PL.matrix() == b.X_PL.matrix());
     ASSERT_TRUE(a.X_PR.matrix() == b.X_PR.matrix());
     ASSERT_TRUE(a.X_PB.linear() == b.X_PB.linear());
-    ASSERT_LT((b.X_PB * hrp2::kComInWaist - b.com).norm(), 1e-14);
+    ASSERT_LT((b.X_PB * kRobot.com - b.com).norm(), 1e-14);
     ASSERT_LT((b.waist_velocity - a.waist_velocity - (b.com_velocity - a.com_velocity)).norm(), 1e-14);
   }
 }
@@ -187,7 +189,7 @@ TEST(SecondPreview, StartsInHalfSittingEvenIfTheModelsMassIsElsewhere) {
     momentum.com.y() += 0.00155;  // as that of the real robot
     return momentum;
   });
-  EXPECT_LT((walk.front().com.head<2>() - hrp2::kComInWaist.head<2>()).norm(), 1e-15);
+  EXPECT_LT((walk.front().com.head<2>() - kRobot.com.head<2>()).norm(), 1e-15);
   EXPECT_LT(walk[1].com_acceleration.norm(), 0.1);  // m/s²; 0.56 if the offset came in at once
   EXPECT_NEAR(walk.back().com.y() - planned(two_steps()).back().com.y(), -0.00155, 1e-4);
 }

@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector2d, Eigen::Vector3d;
 
-constexpr double kWeight = hrp2::kMass * kGravity;
+const double kWeight = kRobot.mass * kGravity;
 const Vector3d kUp = Vector3d::UnitZ(), kStill = Vector3d::Zero();
 
 double angle_between(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
@@ -70,8 +70,8 @@ Reference on_the_left_foot() {
 SensorReadings as_planned(const Reference& reference, double left) {
   SensorReadings readings;
   readings.accelerometer = Vector3d(0, 0, kGravity);
-  readings.q = inverse_kinematics(reference).q;
-  const double ahead = reference.zmp.x() - hrp2::kAnkleX;
+  readings.q = inverse_kinematics(kRobot, reference, kRobot.posture).q;
+  const double ahead = reference.zmp.x() - kRobot.sole_ahead;
   readings.left.force.z() = left * kWeight;
   readings.right.force.z() = (1 - left) * kWeight;
   readings.left.torque.y() = -ahead * readings.left.force.z();
@@ -120,13 +120,13 @@ TEST(Stabilizer, LeavesThePlanAloneWhenAllReadingsAreAsPlannedOrItIsSwitchedOff)
   StabilizerOptions options;
   options.leg_compliance.enabled = false;  // this one only acts on the planned load
   for (const auto& [reference, left] : {std::pair{standing(), 0.5}, std::pair{on_the_left_foot(), 1.0}}) {
-    Stabilizer stabilizer(options);
+    Stabilizer stabilizer(kRobot, options);
     const Posture posture = after(stabilizer, reference, as_planned(reference, left), 200);
     EXPECT_LT(distance(posture, reference), 1e-9);
     EXPECT_LT(stabilizer.state().com_error.norm(), 1e-12);
   }
   options.enabled = false;
-  Stabilizer off(options);
+  Stabilizer off(kRobot, options);
   EXPECT_EQ(distance(after(off, standing(), SensorReadings{}, 10), standing()), 0);
 }
 
@@ -134,18 +134,18 @@ TEST(Stabilizer, EstimatesATiltAndWhereItPutsTheCenterOfMassUnlessAttitudeIsOff)
   StabilizerOptions options = estimators_alone();
   for (const double pitch : {0.02, 0.0}) {
     options.attitude.enabled = pitch != 0;
-    Stabilizer stabilizer(options);
+    Stabilizer stabilizer(kRobot, options);
     stabilizer.step(standing(), turning(0, 0.02));
     EXPECT_NEAR(stabilizer.state().tilt.y(), pitch, 1e-5);  // the accelerometer pulls back 0.15/s · 5 ms
     // The whole body turns about the ankles.
-    const double height = standing().com.z() - hrp2::kAnkleHeight;
+    const double height = standing().com.z() - 0.105;
     EXPECT_NEAR(stabilizer.state().com_error.x(), pitch * height, 1e-4);  // second order of the tilt
     EXPECT_NEAR(stabilizer.state().com_error.y(), 0, 1e-9);
   }
 }
 
 TEST(Stabilizer, WantsTheZmpFurtherOutThanTheCenterOfMassIs) {
-  Stabilizer stabilizer(with(&StabilizerOptions::tracking));
+  Stabilizer stabilizer(kRobot, with(&StabilizerOptions::tracking));
   stabilizer.step(standing(), turning(0, 0.02));
   after(stabilizer, standing(), as_planned(standing(), 0.5), 100);
   const double error = stabilizer.state().com_error.x();
@@ -161,7 +161,7 @@ TEST(Stabilizer, FeetShareTheLoadByTheDesiredZmpUnlessDistributionIsOff) {
                                                      {false, to_the_left, 0.5},
                                                      {true, on_the_left_foot(), 1.0}}) {
     options.distribution.enabled = distributed;
-    Stabilizer stabilizer(options);
+    Stabilizer stabilizer(kRobot, options);
     const Posture posture = after(stabilizer, reference, as_planned(reference, 0.5), 400);
     const double longer_left = reference.X_PL.translation().z() - posture.X_PL.translation().z(),
                  longer_right = reference.X_PR.translation().z() - posture.X_PR.translation().z();
@@ -171,7 +171,7 @@ TEST(Stabilizer, FeetShareTheLoadByTheDesiredZmpUnlessDistributionIsOff) {
 }
 
 TEST(Stabilizer, SeesNoVelocityInAStepFromOneFootToTheOther) {
-  Stabilizer stabilizer(estimators_alone());
+  Stabilizer stabilizer(kRobot, estimators_alone());
   SensorReadings readings = as_planned(standing(), 1.0);
   readings.q[7] += 0.01;  // the left hip's encoder disagrees with the plan, the right one's does not
   after(stabilizer, standing(), readings, 100);
@@ -183,16 +183,16 @@ TEST(Stabilizer, SeesNoVelocityInAStepFromOneFootToTheOther) {
 }
 
 TEST(Stabilizer, TurnsTheWaistAgainstItsTiltAboutTheCenterOfMass) {
-  Stabilizer stabilizer(with(&StabilizerOptions::body_attitude));
+  Stabilizer stabilizer(kRobot, with(&StabilizerOptions::body_attitude));
   stabilizer.step(standing(), turning(0.02, 0));
   const Posture posture = after(stabilizer, standing(), as_planned(standing(), 0.5), 20);
   EXPECT_LT(roll_of(posture.X_PB), -1e-3);
-  EXPECT_LT((posture.X_PB * hrp2::kComInWaist - standing().com).norm(), 1e-12);
+  EXPECT_LT((posture.X_PB * kRobot.com - standing().com).norm(), 1e-12);
 }
 
 TEST(Stabilizer, TurnsTheAnklesWithTheMeasuredTorque) {
   const StabilizerOptions options = with(&StabilizerOptions::ankle_admittance);
-  Stabilizer stabilizer(options);
+  Stabilizer stabilizer(kRobot, options);
   const Reference reference = on_the_left_foot();
   SensorReadings readings = as_planned(reference, 1.0);
   readings.left.torque.x() += 5;
@@ -205,7 +205,7 @@ TEST(Stabilizer, TurnsTheAnklesWithTheMeasuredTorque) {
 }
 
 TEST(Stabilizer, LowersTheFootThatCarriesTooLittle) {
-  Stabilizer stabilizer(with(&StabilizerOptions::force_difference));
+  Stabilizer stabilizer(kRobot, with(&StabilizerOptions::force_difference));
   const Posture posture = after(stabilizer, standing(), as_planned(standing(), 0.3), 10);
   EXPECT_LT(posture.X_PL.translation().z(), -1e-6);
   EXPECT_DOUBLE_EQ(posture.X_PL.translation().z(), -posture.X_PR.translation().z());
@@ -213,7 +213,7 @@ TEST(Stabilizer, LowersTheFootThatCarriesTooLittle) {
 
 TEST(Stabilizer, KeepsItsCorrectionsWithinTheirLimitsWhateverTheReadings) {
   StabilizerOptions options;
-  Stabilizer stabilizer(options);
+  Stabilizer stabilizer(kRobot, options);
   SensorReadings readings = as_planned(standing(), 0.5);
   readings.left.torque << 1e6, -1e6, 1e6;
   readings.right.force.z() = -1e6;

@@ -25,7 +25,7 @@ FootPose none(double) { return {}; }
 struct SteeredWalk {
   SteeredWalk(const SteeringOptions& options, const Drift& drift, double known_until_s = 1e9,
               const Eigen::Matrix3d& covariance = Eigen::Matrix3d::Zero())
-      : plan(straight()), steering(options, plan) {
+      : plan(kRobot, straight()), steering(options, plan) {
     std::optional<PlaceEstimate> newest;
     for (std::size_t tick = 0; tick < plan.ticks(); ++tick) {
       const double t_s = static_cast<double>(tick) * kPeriod - 0.1;
@@ -57,10 +57,12 @@ void expect_within_limits(const SteeredWalk& steered, const SteeringOptions& opt
     EXPECT_LE(std::abs(c.correction.position.y()), options.largest_aside_m) << c.step;
     EXPECT_LE(std::abs(c.correction.yaw), options.largest_turn_rad) << c.step;
   }
-  for (const Reference& r : steered.walk) ASSERT_FALSE(leg_obstacle(inverse_kinematics(r))) << "at " << r.t_s;
+  for (const Reference& r : steered.walk)
+    ASSERT_FALSE(leg_obstacle(kRobot, inverse_kinematics(kRobot, r, kRobot.posture))) << "at " << r.t_s;
   for (std::size_t k = 0; k < steered.plan.steps(); ++k) {
     const Footstep landing = steered.plan.landing(k);
-    EXPECT_EQ(distance_outside(steered.plan.stance_before(k).of(other(landing.side)), landing), 0) << k;
+    EXPECT_EQ(distance_outside(kRobot, steered.plan.stance_before(k).of(other(landing.side)), landing), 0)
+        << k;
   }
 }
 
@@ -82,7 +84,7 @@ TEST(Steering, EndsWithinTheToleranceOfItsGoalAlthoughThePlanDrifts) {
   };
   const SteeringOptions options = eager();
   const SteeredWalk steered(options, drift);
-  const FootPose end = steered.end_in_world(drift), goal{{1.5 + hrp2::kAnkleX, 0}, 0};
+  const FootPose end = steered.end_in_world(drift), goal{{1.5 + kRobot.sole_ahead, 0}, 0};
   EXPECT_LT((end.position - goal.position).norm(), options.tolerance_m + 1e-9);
   EXPECT_LT(std::abs(end.yaw), options.tolerance_rad + 1e-9);
   expect_within_limits(steered, options);
@@ -146,7 +148,7 @@ TEST(Steering, AddsNoMoreStepsAtTheEndThanStated) {
     // An error that no step can correct: the drift undoes it.
     const SteeredWalk steered(options, [](double t) { return FootPose{{0.05 * t, 0}, 0}; });
     EXPECT_EQ(steered.plan.steps(),
-              PatternGenerator(straight()).steps() + static_cast<std::size_t>(most / 2 * 2));
+              PatternGenerator(kRobot, straight()).steps() + static_cast<std::size_t>(most / 2 * 2));
   }
 }
 

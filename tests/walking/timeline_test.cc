@@ -11,7 +11,7 @@ namespace walking {
 namespace {
 
 Timeline timeline_of(std::vector<Command> commands) {
-  return {walk_of(std::move(commands)), {}, Eigen::Vector2d::Zero()};
+  return {kRobot, walk_of(std::move(commands)), {}, Eigen::Vector2d::Zero()};
 }
 
 TEST(Timeline, AlternatesDoubleAndSingleSupportOfTheGivenTimes) {
@@ -76,7 +76,7 @@ TEST(ZmpReference, GoesLinearlyToTheFootInDoubleSupportAndEndsInTheMiddleOfTheFe
 }
 
 TEST(ZmpReference, LiesUnderTheChosenPointOfTheFoot) {
-  const Timeline timeline(walk_of({Stand{3}, Straight{0.15, 0}}), {{0, 0}, 90 * kDegree}, {0.004, 0});
+  const Timeline timeline(kRobot, walk_of({Stand{3}, Straight{0.15, 0}}), {{0, 0}, 90 * kDegree}, {0.004, 0});
   EXPECT_LT((zmp_reference(timeline, 0) - Eigen::Vector2d(0, 0.004)).norm(), 1e-15);
   EXPECT_LT((zmp_reference(timeline, 700) - Eigen::Vector2d(-0.095, 0.004)).norm(), 1e-15);
 }
@@ -155,7 +155,7 @@ TEST(WaistYaw, IsACubicWithItsOwnDerivativeAsRate) {
 
 TEST(ArmSwing, HandGoesAgainstTheFootAtItsHeight) {
   for (const double foot : {-0.3, -0.1, 0.0, 0.05, 0.15, 0.4}) {
-    const ArmAngles arm = arm_swing(foot);
+    const ArmAngles arm = arm_swing(kRobot, Side::right, foot);
     // Shoulder and elbow turn about y: positive pitch brings the hand back.
     const double x = -0.25 * std::sin(arm.shoulder_pitch) - 0.25 * std::sin(arm.shoulder_pitch + arm.elbow);
     const double z = -0.25 * std::cos(arm.shoulder_pitch) - 0.25 * std::cos(arm.shoulder_pitch + arm.elbow);
@@ -165,19 +165,19 @@ TEST(ArmSwing, HandGoesAgainstTheFootAtItsHeight) {
 }
 
 JointVector swinging(Reference reference) {
-  reference.arms = arm_swing(reference);
-  return inverse_kinematics(reference).q;
+  reference.arms = arm_swing(kRobot, reference);
+  return inverse_kinematics(kRobot, reference, kRobot.posture).q;
 }
 
 TEST(ArmSwing, EachArmFollowsTheFootOnItsSideInTheWaistsAxesByTheReferenceAnglesFromHalfSittingOn) {
-  EXPECT_LT((swinging(standing()) - hrp2::half_sitting()).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT((swinging(standing()) - kRobot.posture).cwiseAbs().maxCoeff(), 1e-12);
   Reference stride = standing();
   stride.X_PL.translation().x() += 0.15;
   stride.X_PR.translation().x() -= 0.15;
   const Eigen::Isometry3d X(Eigen::Translation3d(3, 1, 0) * Eigen::AngleAxisd(2, Eigen::Vector3d::UnitZ()));
   for (auto* pose : {&stride.X_PB, &stride.X_PL, &stride.X_PR}) *pose = X * *pose;
   const JointVector swung = swinging(stride);
-  JointVector difference = swung - inverse_kinematics(stride).q;
+  JointVector difference = swung - inverse_kinematics(kRobot, stride, kRobot.posture).q;
   for (const auto& [joint, degrees] :  // left and right shoulder, elbows
        {std::pair(23, 18.48963), {16, 10.43198}, {26, -28.92161}, {19, -28.92161}}) {
     EXPECT_NEAR(swung(joint) / kDegree, degrees, 5e-6);  // five decimals

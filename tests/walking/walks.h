@@ -8,9 +8,12 @@
 #include <numbers>
 #include <vector>
 
+#include "tests/walking/robots.h"
 #include "walking/pattern_generator.h"
 
 namespace walking {
+
+inline const Robot kRobot = hrp2_robot();  ///< of all tests that do not say otherwise
 
 inline constexpr double kDegree = std::numbers::pi / 180;
 
@@ -26,17 +29,17 @@ inline std::vector<Reference> planned(PatternGenerator generator) {
   return walk;
 }
 inline std::vector<Reference> planned(const WalkOptions& options) {
-  return planned(PatternGenerator(options));
+  return planned(PatternGenerator(kRobot, options));
 }
 
 /// The robot in half-sitting, feet together, the ZMP under the center of mass.
 inline Reference standing() {
   Reference reference;
-  reference.com = hrp2::kComInWaist + Eigen::Vector3d(0, 0, hrp2::kWaistHeight);
+  reference.com = kRobot.com + Eigen::Vector3d(0, 0, kRobot.base_height);
   reference.zmp = reference.zmp_reference = reference.com.head<2>();
-  reference.X_PB.translation().z() = hrp2::kWaistHeight;
-  reference.X_PL.translation() << hrp2::kAnkleX, hrp2::kFootSpacing / 2, 0;
-  reference.X_PR.translation() << hrp2::kAnkleX, -hrp2::kFootSpacing / 2, 0;
+  reference.X_PB.translation().z() = kRobot.base_height;
+  reference.X_PL.translation() << kRobot.sole_ahead, kRobot.foot_spacing / 2, 0;
+  reference.X_PR.translation() << kRobot.sole_ahead, -kRobot.foot_spacing / 2, 0;
   return reference;
 }
 

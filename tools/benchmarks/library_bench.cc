@@ -7,6 +7,7 @@
 #include "sim/live/setup.h"
 #include "sim/physics/walking_robot.h"
 #include "sim/result/result.h"
+#include "sim/scenario/robot.h"
 
 namespace {
 
@@ -17,7 +18,7 @@ constexpr std::chrono::seconds kWalk{10};
 /// Steps a copy of the robot's state once per tick, and draws it at 25 Hz.
 void bench(const scenario::ReadScenario& read, const std::string& models_folder) {
   const scenario::Scenario& s = read.scenario;
-  const physics::Models models(s.world.robot, s.world.room, models_folder);
+  const physics::Models models(scenario::read_robot(s), s.world.room, models_folder);
   physics::WalkingRobot robot(live::clear_plan(read, models), s.stabilizer, s.world, {}, models);
   camera::HeadCamera camera(physics::copy_of(models.in_room), s.camera.value(), s.world.seed);
   const mjModel& model = *robot.world().model();

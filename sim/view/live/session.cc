@@ -21,6 +21,7 @@
 #include "sim/physics/model.h"
 #include "sim/physics/nominal_body.h"
 #include "sim/recording/recording.h"
+#include "sim/scenario/robot.h"
 #include "sim/view/live_view.h"
 #include "sim/view/site.h"
 #include "walking/plan.h"
@@ -70,14 +71,25 @@ Model model_of(const std::shared_ptr<camera::PosedRobot>& robot, std::uint64_t s
   return model;
 }
 
+Eigen::AlignedBox2d sole_of(const walking::Robot& robot) {
+  const walking::Leg& leg = robot.leg(walking::Side::left);
+  return {leg.sole_min, leg.sole_max};
+}
+
+void require_joints(Eigen::Index count, const mjModel& model) {
+  if (count != model.nu)
+    throw std::runtime_error(fmt::format("the recording has {} joints, expected {}", count, model.nu));
+}
+
 std::shared_ptr<camera::PosedRobot> posed_robot(const scenario::Scenario& scenario, const fs::path& models) {
-  return std::make_shared<camera::PosedRobot>(scenario.world.robot, scenario.world.room, models);
+  return std::make_shared<camera::PosedRobot>(scenario::read_robot(scenario), scenario.world.room, models);
 }
 
 ShownRun shown_run(const scenario::Scenario& scenario, const std::shared_ptr<camera::PosedRobot>& robot) {
   ShownRun run{.label = fmt::format("{}, seed {}", scenario.name, scenario.seed)};
   run.moments = faults_of(scenario);
   run.model = model_of(robot, scenario.world.seed);
+  run.sole = sole_of(robot->robot());
   if (scenario.camera) {
     run.camera = camera::camera_model(*scenario.camera);
     const std::vector<Eigen::Isometry3d> places(scenario.rig.size(), Eigen::Isometry3d::Identity());
@@ -92,9 +104,7 @@ ShownRun shown_run(const scenario::Scenario& scenario, const std::shared_ptr<cam
 
 auto poses_of(const std::shared_ptr<camera::PosedRobot>& robot) {
   return [robot](const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB) {
-    if (q.size() != walking::kJoints)
-      throw std::runtime_error(
-          fmt::format("the recording has {} joints, expected {}", q.size(), walking::kJoints));
+    require_joints(q.size(), robot->model());
     return robot->poses({X_WB, q});
   };
 }
@@ -171,20 +181,20 @@ Eigen::Isometry3d looking(const Vector3d& from, const Vector3d& at) {
 class Drawing {
  public:
   Drawing(const scenario::Scenario& scenario, const fs::path& recording, const fs::path& models)
-      : model_(load_model(scenario.world.robot, scenario.world.room, models)),
+      : model_(load_model(scenario::read_robot(scenario), scenario.world.room, models)),
         data_(mj_makeData(model_.get())),
         scene_(*model_, {kView}, scenario.world.seed, Channels::rgb, Robot::whole),
         encoders_(recording, "encoders0") {
-    if (encoders_.names.size() != walking::kJoints)
-      throw files::FileError(
-          recording / "mav0/encoders0/data.csv",
-          fmt::format("has {} joints, expected {}", encoders_.names.size(), walking::kJoints));
+    if (std::ssize(encoders_.names) != model_->nu)
+      throw files::FileError(recording / "mav0/encoders0/data.csv",
+                             fmt::format("has {} joints, expected {}", encoders_.names.size(), model_->nu));
   }
 
   cv::Mat draw(slam::Stamp t, const Eigen::Isometry3d& X_WB) {
     encoders_.until(t);
-    walking::BodyPose pose{X_WB};
-    if (!encoders_.newest.empty()) pose.q = walking::JointVector(encoders_.newest.data());
+    walking::BodyPose pose{X_WB, walking::JointVector::Zero(model_->nu)};
+    if (!encoders_.newest.empty())
+      pose.q = Eigen::Map<const Eigen::VectorXd>(encoders_.newest.data(), model_->nu);
     const Eigen::VectorXd positions = robot_positions(*model_, pose);
     std::copy(positions.begin(), positions.end(), data_->qpos);
     mj_kinematics(model_.get(), data_.get());
@@ -208,7 +218,9 @@ class Drawing {
 
 std::shared_ptr<const exports::RobotDescription> robot_description(const scenario::Scenario& scenario,
                                                                    const fs::path& models) {
-  const std::shared_ptr model = load_model(scenario.world.robot, scenario.world.room, models);
+  const RobotFile file = scenario::read_robot(scenario);
+  const std::shared_ptr model = load_model(file, scenario.world.room, models);
+  const walking::Robot nominal = read_robot(*model, file);
   if (scenario.camera && !scenario.camera->is_default()) mount_camera(*model, *scenario.camera);
   const int camera = part(*model, mjOBJ_CAMERA, "head_camera"),
             root = model->body_rootid[model->cam_bodyid[camera]];
@@ -216,7 +228,9 @@ std::shared_ptr<const exports::RobotDescription> robot_description(const scenari
     return body == root ? std::string("waist") : mj_id2name(model.get(), mjOBJ_BODY, body);
   };
   exports::RobotDescription robot;
-  robot.urdf = camera::urdf(*model), robot.soles = {"LLEG_SOLE", "RLEG_SOLE"};
+  robot.urdf = camera::urdf(*model),
+  robot.soles = {name_of(model->site_bodyid[part(*model, mjOBJ_SITE, "left_sole")]),
+                 name_of(model->site_bodyid[part(*model, mjOBJ_SITE, "right_sole")])};
   std::vector<int> bodies;
   for (int body = root + 1; body < model->nbody; ++body)
     if (model->body_rootid[body] == root) bodies.push_back(body), robot.links.push_back(name_of(body));
@@ -228,10 +242,8 @@ std::shared_ptr<const exports::RobotDescription> robot_description(const scenari
     std::copy(positions.begin(), positions.end(), data->qpos);
     mj_kinematics(model.get(), data.get());
   };
-  robot.poses = [bodies, pose, take, root](const Eigen::VectorXd& q) {
-    if (q.size() != walking::kJoints)
-      throw std::runtime_error(
-          fmt::format("the recording has {} joints, expected {}", q.size(), walking::kJoints));
+  robot.poses = [bodies, pose, take, root, model](const Eigen::VectorXd& q) {
+    require_joints(q.size(), *model);
     take(q);
     const Eigen::Isometry3d X_BW = pose(root).inverse();
     std::vector<Eigen::Isometry3d> all;
@@ -239,8 +251,8 @@ std::shared_ptr<const exports::RobotDescription> robot_description(const scenari
     return all;
   };
   // The posture of the calibration, above the legs.
-  walking::JointVector q = walking::inverse_kinematics(walking::Posture()).q;
-  q.head<12>().setZero();
+  walking::JointVector q = nominal.posture;
+  for (const walking::Leg& leg : nominal.legs) walking::set_leg_angles(leg, walking::LegVector::Zero(), q);
   take(q);
   mj_camlight(model.get(), data.get());
   Eigen::Isometry3d X_WC = pose_in(data->cam_xpos + 3 * camera, data->cam_xmat + 9 * camera);
@@ -250,7 +262,7 @@ std::shared_ptr<const exports::RobotDescription> robot_description(const scenari
   };
   mount(rig::kHeadCamera, model->cam_bodyid[camera]);
   mount(rig::kChestImu, scenario.imu.on_link() ? place_of(*model, scenario.imu).body
-                                               : model->site_bodyid[part(*model, mjOBJ_SITE, "chest_imu")]);
+                                               : model->site_bodyid[part(*model, mjOBJ_SITE, "imu")]);
   const std::vector<Place> places = live::places(scenario.rig, *model);
   for (std::size_t i = 0; i < places.size(); ++i) mount(rig::name_of(scenario.rig[i]), places[i].body);
   return std::make_shared<exports::RobotDescription>(std::move(robot));
@@ -259,7 +271,7 @@ std::shared_ptr<const exports::RobotDescription> robot_description(const scenari
 MakeRobot robot_maker(const fs::path& models) {
   return [models](const scenario::Scenario& scenario) {
     const auto robot = posed_robot(scenario, models);
-    return RobotModel{model_of(robot, scenario.world.seed), poses_of(robot)};
+    return RobotModel{model_of(robot, scenario.world.seed), sole_of(robot->robot()), poses_of(robot)};
   };
 }
 

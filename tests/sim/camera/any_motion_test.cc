@@ -42,7 +42,7 @@ class Played {
   Played(double down_deg, double exposure_s)
       : down_rad_(down_deg * std::numbers::pi / 180),
         lead_(options(exposure_s).lead()),
-        camera_(physics::load_model("hrp2", "office", physics::models()), options(exposure_s)),
+        camera_(physics::load_model(physics::robot_file(), "office", physics::models()), options(exposure_s)),
         data_(mj_makeData(&camera_.model())) {
     mj_kinematics(&camera_.model(), data_.get());
     mj_camlight(&camera_.model(), data_.get());

@@ -212,7 +212,7 @@ TEST(Shutter, RowsOfAGrowingLightAreAsBrightAsTheirMomentsSay) {
 }
 
 TEST(RecentMotion, IsInterpolatedEvenlyAndTurnsTheShortWay) {
-  const physics::Model model = physics::load_model("hrp2", "floor", physics::models());
+  const physics::Model model = physics::load_model(physics::robot_file(), "floor", physics::models());
   const physics::Data data = data_at_rest(*model);
   RecentMotion motion(std::chrono::milliseconds(3));
   for (int ms = 0; ms < 10; ++ms) {
@@ -253,7 +253,7 @@ struct Compared {
 // meet another surface, on round surfaces, which are drawn with 20 sides, and on the robot's own arms.
 Compared compare(const std::string& room, const CameraOptions& options, const rig::Mount& mount,
                  Channels channels) {
-  Model model = load_model("hrp2", room, models());
+  Model model = load_model(robot_file(), room, models());
   const std::vector<score::Surface> surfaces = room_surfaces(*model);
   std::vector<bool> returns;
   for (int geom = 0; geom < model->ngeom; ++geom)
@@ -346,7 +346,7 @@ TEST(RightEye, AgreesWithTheLeftOneByTheEpipolarGeometry) {
 
 // Both cameras draw, so that neither has the state of the other.
 TEST(RightEye, WithTheTexturesOfTheLeftOneDrawsTheSamePicturesAsWithItsOwn) {
-  const Model model = load_model("hrp2", "office", models());
+  const Model model = load_model(robot_file(), "office", models());
   rig::Mount right;
   right.position_m = {0, -0.05, 0};
   HeadCamera left(copy_of(model), {}), own(copy_of(model), {}, 1, Channels::gray, right),
@@ -378,7 +378,7 @@ TEST(Shutter, ExposesEachChannelAsItsOwnPicture) {
 }
 
 TEST(Mount, TiltsTheHeadCameraOfTheModelDownwards) {
-  Model model = load_model("hrp2", "office", models());
+  Model model = load_model(robot_file(), "office", models());
   const RecentMotion motion = standing_at(*model, {0, 0, 0.65}, 0);
   const Vector3d before = pose_in_world(*model, motion, {}).linear().col(2);
   rig::Mount mount;

@@ -21,7 +21,7 @@ using std::chrono::milliseconds, std::chrono::nanoseconds;
 class LidarOfAWalk {
  public:
   explicit LidarOfAWalk(const std::string& room, rig::Lidar options = {})
-      : model_(load_model("hrp2", room, models())),
+      : model_(load_model(robot_file(), room, models())),
         data_(data_at_rest(*model_)),
         options_(options),
         place_(place_of(*model_, options_)),

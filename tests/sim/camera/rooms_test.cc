@@ -30,7 +30,7 @@ Vector3d half_box(const score::Surface& surface) {
   return surface.X_WS.linear().cwiseAbs() * half;
 }
 
-Model robot_in(const std::string& room) { return load_model("hrp2", room, models()); }
+Model robot_in(const std::string& room) { return load_model(robot_file(), room, models()); }
 
 // A furnished room: its middle and size, and how much is free about the circles walked, m.
 struct Room {
@@ -111,7 +111,7 @@ TEST(Office, OffersCornersAllOverTheImageAtEveryHeading) {
   for (int step = 0; step < 16; ++step) {
     const double yaw = step * 2 * CV_PI / 16;  // on the tangent circle, 0.75 m about (1, 0.25)
     Eigen::Map<Eigen::Matrix<double, 7, 1>>(plant->qpos) << 1 + 0.75 * std::sin(yaw),
-        0.25 - 0.75 * std::cos(yaw), walking::hrp2::kWaistHeight, std::cos(yaw / 2), 0, 0, std::sin(yaw / 2);
+        0.25 - 0.75 * std::cos(yaw), on_floor().robot.base_height, std::cos(yaw / 2), 0, 0, std::sin(yaw / 2);
     const cv::Mat1b image = camera.render(*plant);
     cv::Mat1f strength;
     cv::cornerMinEigenVal(image, strength, 11, 3);
@@ -159,7 +159,7 @@ class DrawnRobot : public testing::Test {
            Eigen::Isometry3d(Eigen::Quaterniond(x[6], x[3], x[4], x[5]).normalized());
   }
 
-  PosedRobot robot_{"hrp2", "office", models()};
+  PosedRobot robot_{robot_file(), "office", models()};
 };
 
 // The physics knows fewer shapes than the drawing, but the same bodies.
@@ -214,10 +214,10 @@ TEST_F(DrawnRobot, AsUrdfHasItsLinksWhereTheBodiesOfTheModelAre) {
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> angle(-1, 1);
   for (const double spread : {0.0, 1.0}) {
-    walking::JointVector q;
+    walking::JointVector q(30);
     std::ofstream angles(folder / "angles");
     const std::vector<std::string> joints = joint_names();
-    for (int joint = 0; joint < walking::kJoints; ++joint) {
+    for (int joint = 0; joint < q.size(); ++joint) {
       q[joint] = spread * angle(random);
       angles << joints[static_cast<std::size_t>(joint)] << ' ' << fmt::format("{}", q[joint]) << '\n';
     }

@@ -175,7 +175,7 @@ TEST(Scene, NearSurfacesHideFarOnesBacksAndTransparentThingsAreNotSeenAndMaskedP
 
 // Two roundings of colors against one of their brightness, and eight bits of a texel's fraction for each.
 TEST(Scene, GrayIsTheBrightnessOfTheColorsWithinTwoLevels) {
-  const Model model = load_model("hrp2", "office", models());
+  const Model model = load_model(robot_file(), "office", models());
   const Data data = data_at_rest(*model);
   Scene gray(*model, {kView}, 1, Channels::gray), colored(*model, {kView}, 1, Channels::rgb);
   for (const double yaw : {0.0, 1.5, 3.0, 4.5})

@@ -151,8 +151,7 @@ class CollisionTest : public tests::RunFolder {
   Outcome run_in_narrow_room(const std::string& name, const ReadScenario& scenario) const {
     const fs::path models = folder_ / "models";
     fs::create_directories(models);
-    for (const char* model : {"hrp2.xml", "floor.xml"})
-      fs::copy_file(kModels / model, models / model, fs::copy_options::overwrite_existing);
+    fs::copy_file(kModels / "floor.xml", models / "floor.xml", fs::copy_options::overwrite_existing);
     std::ofstream(models / "narrow.xml") << kNarrow;
     return sim::live::run(scenario, place(name, models), [](double) {});
   }
@@ -171,7 +170,7 @@ TEST_F(CollisionTest, AnArgumentIsNamedWhenItContainsTheCommands) {
       [&] {
         sim::live::clear_plan(
             read(kAhead, {"seed=2", "walk.commands=[{stand: {duration_s: 1}}, {straight: {forward_m: 5}}]"}),
-            {"hrp2", "office", kModels});
+            {sim::scenario::read_robot(sim::scenario::robot_folder("hrp2")), "office", kModels});
       },
       testing::ThrowsMessage<sim::scenario::ConfigError>(
           StartsWith("<argument>:2:42: walk.commands[1]: straight: at ")));

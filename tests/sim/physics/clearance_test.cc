@@ -15,11 +15,11 @@ using testing::StartsWith;
 class Stander {
  public:
   explicit Stander(const std::string& room, double margin_m = 0)
-      : room_(load_model("hrp2", room, models()), margin_m) {}
+      : room_(load_model(robot_file(), room, models()), margin_m) {}
 
   Clearance at(double x, double y) {
     walking::BodyPose pose{Eigen::Isometry3d::Identity(), half_sitting()};
-    pose.X_PB.translate(Eigen::Vector3d(x, y, walking::hrp2::kWaistHeight));
+    pose.X_PB.translate(Eigen::Vector3d(x, y, on_floor().robot.base_height));
     return room_.at(robot_positions(room_.model(), pose).data());
   }
 
@@ -96,8 +96,8 @@ TEST(RoomClearance, TheDistanceIsNeverMoreThanTheWayToTheFirstTouch) {
 }
 
 std::optional<PlannedCollision> collision(const std::vector<walking::Command>& commands, const char* room) {
-  return first_collision(walking::PatternGenerator(walking::walk_of(commands)),
-                         load_model("hrp2", room, models()));
+  return first_collision(walking::PatternGenerator(on_floor().robot, walking::walk_of(commands)),
+                         load_model(robot_file(), room, models()));
 }
 
 TEST(PlannedClearance, AWalkIntoTheLeftWallEndsThereAndNineMetersAheadAreFreeInTheHall) {

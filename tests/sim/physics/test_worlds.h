@@ -6,19 +6,28 @@
 #include <fstream>
 
 #include "sim/physics/walking_robot.h"
+#include "sim/scenario/robot.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::physics {
 
-using walking::hrp2::half_sitting;
-
 inline std::filesystem::path models() { return std::filesystem::path(GAITSLAM_SOURCE_DIR) / "models"; }
+
+inline RobotFile robot_file(const std::string& name = "hrp2") {
+  return scenario::read_robot(models() / "robots" / name);
+}
+/// HRP-2 on the bare floor.
+inline const Models& on_floor() {
+  static const Models models_on_floor(robot_file(), "floor", models());
+  return models_on_floor;
+}
+inline walking::JointVector half_sitting() { return on_floor().robot.posture; }
 
 inline World standing(const PlantVariation& draw = {},
                       const Eigen::Isometry3d& X_WB = Eigen::Isometry3d::Identity(),
                       WorldOptions options = {}, const char* room = "floor") {
   options.room = room;
-  return World(options, draw, half_sitting(), X_WB, {"hrp2", room, models()});
+  return World(options, draw, half_sitting(), X_WB, {robot_file(), room, models()});
 }
 
 inline void run(World& world, int milliseconds) {
@@ -35,8 +44,9 @@ struct Walked {
 inline Walked walk(const walking::WalkOptions& options, const walking::StabilizerOptions& stabilizer,
                    const WorldOptions& world = {}, const PlantVariation& draw = {},
                    const Eigen::Isometry3d& X_WP = Eigen::Isometry3d::Identity()) {
-  WalkingRobot robot(walking::PatternGenerator(options), stabilizer, world, draw,
-                     {"hrp2", world.room, models()}, X_WP);
+  const Models robot_in_room(robot_file(), world.room, models());
+  WalkingRobot robot(walking::PatternGenerator(robot_in_room.robot, options), stabilizer, world, draw,
+                     robot_in_room, X_WP);
   while (robot.walks()) robot.tick();
   return {robot.world().status(), X_WP.inverse() * robot.world().X_WB(), robot.reference().X_PB};
 }
@@ -46,7 +56,7 @@ inline Model small_model(const std::string& room, const std::string& robot = "<w
   const files::TemporaryFolder folder;
   std::ofstream(folder / "robot.xml") << "<mujoco>" << robot << "</mujoco>";
   std::ofstream(folder / "room.xml") << "<mujoco>" << room << "</mujoco>";
-  return load_model("robot", "room", folder.path());
+  return load_model({.folder = folder.path()}, "room", folder.path());
 }
 
 }  // namespace sim::physics

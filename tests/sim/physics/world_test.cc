@@ -75,7 +75,7 @@ TEST(World, BeginsWithTheSolesOnTheFloorWhereverTheWaistIs) {
   EXPECT_NEAR(world.X_WL().translation().z(), 0, 1e-9);
   EXPECT_NEAR(world.X_WR().translation().z(), 0, 1e-9);
   EXPECT_NEAR(world.X_WB().translation().x(), 50, 1e-12);
-  EXPECT_NEAR(world.X_WB().translation().z(), walking::hrp2::kWaistHeight, 1e-9);
+  EXPECT_NEAR(world.X_WB().translation().z(), on_floor().robot.base_height, 1e-9);
 }
 
 TEST(World, StandsStillForFiveSecondsOnItsServosAlone) {
@@ -83,7 +83,7 @@ TEST(World, StandsStillForFiveSecondsOnItsServosAlone) {
   run(world, 5000);
   EXPECT_EQ(world.status().condition, Condition::ok) << world.status().cause;
   EXPECT_EQ(world.time(), 5s);
-  const Eigen::Vector3d half_sitting(0, 0, walking::hrp2::kWaistHeight);
+  const Eigen::Vector3d half_sitting(0, 0, on_floor().robot.base_height);
   EXPECT_LT((world.X_WB().translation() - half_sitting).norm(), 0.005);  // servos and ankle bushes yield
 }
 
@@ -93,7 +93,7 @@ TEST(World, MeasuresItsWeightInTheFeetAndGravityInTheChestWhenStanding) {
   world.sensor_readings();
   run(world, 5);
   const walking::SensorReadings readings = world.sensor_readings();
-  const double weight = walking::hrp2::kMass * walking::kGravity;
+  const double weight = on_floor().robot.mass * walking::kGravity;
   // The sole plates hang below the sensors.
   EXPECT_NEAR(readings.left.force.z() + readings.right.force.z(), weight, 2.0);
   EXPECT_NEAR(readings.accelerometer.norm(), walking::kGravity, 0.02);
@@ -105,7 +105,7 @@ TEST(World, MeasuresItsWeightInTheFeetAndGravityInTheChestWhenStanding) {
 
 TEST(World, ReadsJointsThroughTheirOffsets) {
   PlantVariation draw;
-  draw.joint_offset_rad = Eigen::VectorXd::Constant(walking::kJoints, 0.002);
+  draw.joint_offset_rad = Eigen::VectorXd::Constant(30, 0.002);
   World world = standing(draw);
   EXPECT_LT((world.sensor_readings().q - half_sitting()).norm(), 1e-12);
   EXPECT_GT((world.X_WC().linear() - standing().X_WC().linear()).norm(), 1e-3);
@@ -129,7 +129,7 @@ TEST(World, SplitsTheRecordedReadingsWithoutGapsAndWithoutDisturbingTheStabilize
 void bend(World& world, std::initializer_list<std::pair<int, double>> joints) {
   walking::JointVector q = half_sitting();
   for (const auto& [joint, angle] : joints) q[joint] = angle;
-  world.command(q, walking::JointVector::Zero());
+  world.command(q, walking::JointVector::Zero(q.size()));
 }
 
 // While the chest turns and the head nods.
@@ -138,12 +138,12 @@ TEST(World, ReadingsOfAMovedImuAreInTheAxesOfTheChest) {
   turned.yaw_rad = M_PI_2, turned.tilt_rad = 0.4;
   on_head.link = "HEAD_LINK1", on_head.roll_rad = M_PI;
   for (const rig::Mount& mount : {turned, on_head}) {
-    Models moved("hrp2", "floor", models());
+    Models moved(robot_file(), "floor", models());
     moved.mount({}, mount);
     WorldOptions options;
     options.room = "floor";
     World plain = standing(), world(options, {}, half_sitting(), Eigen::Isometry3d::Identity(), moved);
-    for (World* each : {&plain, &world}) bend(*each, {{walking::hrp2::kChestYaw, 0.1}, {15, 0.2}});
+    for (World* each : {&plain, &world}) bend(*each, {{12, 0.1}, {15, 0.2}});
     for (int tick = 0; tick < 60; ++tick) {
       for (World* each : {&plain, &world}) run(*each, 5);
       const walking::SensorReadings expected = plain.sensor_readings(), found = world.sensor_readings();
@@ -194,7 +194,7 @@ TEST(World, AHandThatBrushesADeskIsACollision) {
   World world = in_office(3.9, 2.4);
   run(world, 200);
   ASSERT_EQ(world.status().condition, Condition::ok) << world.status().cause;
-  bend(world, {{walking::hrp2::kRightArm + 1, -0.6}});  // the shoulder rolls outwards
+  bend(world, {{17, -0.6}});  // the shoulder rolls outwards
   run(world, 1000);
   expect_ended(world, Condition::collided);
   EXPECT_THAT(world.status().cause, testing::MatchesRegex("RARM_LINK[3-6] touched desk_1 at .*"));
@@ -210,8 +210,8 @@ TEST(World, WhatStandsInAnObjectHasCollidedFromTheBeginning) {
 
 TEST(World, EndsAsFailedWhenThePhysicsIsGivenNumbersThatAreNotFinite) {
   World world = standing();
-  world.command(walking::JointVector::Constant(std::numeric_limits<double>::quiet_NaN()),
-                walking::JointVector::Zero());
+  world.command(walking::JointVector::Constant(30, std::numeric_limits<double>::quiet_NaN()),
+                walking::JointVector::Zero(30));
   run(world, 10);
   EXPECT_EQ(world.status().condition, Condition::physics_failed);
   EXPECT_FALSE(world.status().cause.empty());
@@ -221,13 +221,11 @@ TEST(World, EndsAsFailedWhenThePhysicsIsGivenNumbersThatAreNotFinite) {
 std::filesystem::path models_with_floor(const char* folder_name, const char* floor) {
   const auto folder = std::filesystem::path(testing::TempDir()) / folder_name;
   std::filesystem::create_directories(folder);
-  std::filesystem::copy_file(models() / "hrp2.xml", folder / "hrp2.xml",
-                             std::filesystem::copy_options::overwrite_existing);
   std::ofstream(folder / "floor.xml") << floor;
   return folder;
 }
 
-World standing_on_floor_of(const std::filesystem::path& folder, const std::string& robot = "hrp2") {
+World standing_on_floor_of(const std::filesystem::path& folder, const RobotFile& robot = robot_file()) {
   WorldOptions options;
   options.room = "floor";
   return World(options, {}, half_sitting(), Eigen::Isometry3d::Identity(), {robot, "floor", folder});
@@ -248,8 +246,10 @@ TEST(World, RefusesAModelThatDoesNotExistOrDoesNotLoadAndNamesIt) {
       models_with_floor("broken_models", "<mujoco><worldbody><geom shape='cube'/></worldbody></mujoco>");
   EXPECT_THAT([&] { standing_on_floor_of(folder); },
               testing::ThrowsMessage<std::runtime_error>(HasSubstr("shape")));
-  EXPECT_THAT([] { standing_on_floor_of(models(), "no_such_robot"); },
-              testing::ThrowsMessage<std::runtime_error>(HasSubstr("no_such_robot.xml")));
+  RobotFile gone = robot_file();
+  gone.model = "no_such_model.xml";
+  EXPECT_THAT([&] { standing_on_floor_of(models(), gone); },
+              testing::ThrowsMessage<std::runtime_error>(HasSubstr("no_such_model.xml")));
 }
 
 using walking::walk_of;
@@ -284,8 +284,9 @@ TEST(Walk, BeginsAtTimeZeroWithThePushesStillToCome) {
   WorldOptions options;
   options.pushes = {{.time_s = 0, .impulse_ns = 5, .direction_rad = 0, .duration_s = 0.1}};
   const auto moved = [](const WorldOptions& world) {
-    WalkingRobot robot(walking::PatternGenerator(walk_of({walking::Stand{1}})), {}, world, {},
-                       {"hrp2", world.room, models()});
+    const Models in_room(robot_file(), world.room, models());
+    WalkingRobot robot(walking::PatternGenerator(in_room.robot, walk_of({walking::Stand{1}})), {}, world, {},
+                       in_room);
     EXPECT_EQ(robot.world().time().count(), 0);
     const Eigen::Vector3d before = robot.world().com();
     for (int tick = 0; tick < 20; ++tick) robot.tick();
@@ -297,8 +298,9 @@ TEST(Walk, BeginsAtTimeZeroWithThePushesStillToCome) {
 
 // Errors of the loaded soles in the waist, mean of positions (m) and angles (rad).
 TEST(Walk, LegOdometryKnowsWhereTheSolesAreBecauseItKnowsTheBushes) {
-  WalkingRobot robot(walking::PatternGenerator(walk_of({walking::TangentArc{0.75, 0.6}})), {}, {}, {},
-                     {"hrp2", "office", models()});
+  const Models in_office(robot_file(), "office", models());
+  WalkingRobot robot(walking::PatternGenerator(in_office.robot, walk_of({walking::TangentArc{0.75, 0.6}})),
+                     {}, {}, {}, in_office);
   Eigen::Vector2d encoders = Eigen::Vector2d::Zero(), with_bushes = encoders;
   double count = 0;
   while (robot.walks()) {
@@ -314,9 +316,10 @@ TEST(Walk, LegOdometryKnowsWhereTheSolesAreBecauseItKnowsTheBushes) {
         return Eigen::Vector2d((X_BS.translation() - truth.translation()).norm(),
                                Eigen::AngleAxisd(X_BS.linear().transpose() * truth.linear()).angle());
       };
-      const auto q = readings.q.segment<6>(left ? walking::hrp2::kLeftLeg : walking::hrp2::kRightLeg);
-      encoders += error(walking::sole_in_waist(side, q));
-      with_bushes += error(walking::measured_sole_in_waist(side, q, wrench));
+      const walking::Robot& nominal = in_office.robot;
+      const walking::LegVector q = walking::leg_angles(nominal.leg(side), readings.q);
+      encoders += error(walking::sole_in_base(nominal, side, q));
+      with_bushes += error(walking::measured_sole_in_base(nominal, side, q, wrench));
       ++count;
     }
   }
@@ -360,7 +363,7 @@ TEST(Soles, CreepIsTheMotionOfAStandingFootBelowTheFrictionCone) {
   EXPECT_LT(moved.x(), 3e-4);  // a tenth of a millimeter a second
   // The push tilts the sole a little on its pads, which moves the point below the ankle too.
   EXPECT_NEAR(contact.creep.x(), moved.x(), 0.2 * moved.x());
-  EXPECT_NEAR(contact.load, walking::hrp2::kMass * walking::kGravity / 2, 15);  // both feet alike
+  EXPECT_NEAR(contact.load, on_floor().robot.mass * walking::kGravity / 2, 15);  // both feet alike
 }
 
 TEST(Soles, SlideWhereTheFloorIsSlippery) {

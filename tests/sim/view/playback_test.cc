@@ -252,9 +252,11 @@ constexpr std::size_t kSlip = 12, kMargin = 14;  // columns of Series
 static_assert(std::string_view(Series::kNames[kSlip]) == "slip_left" &&
               std::string_view(Series::kNames[kMargin]) == "margin");
 
+const Eigen::AlignedBox2d kSole(Eigen::Vector2d(-0.1, -0.069), Eigen::Vector2d(0.13, 0.069));
+
 // Two soles side by side, of 0.23 m by 0.138 m each, 0.2 m apart.
 TEST(Series, TheSupportPolygonIsTheConvexHullAndTheMarginIsToItsNearestEdge) {
-  Series series;
+  Series series(kSole);
   for (const double y : {0.0, 0.15}) {
     Frame frame{.zmp = Eigen::Vector2d(0, y)};
     frame.feet = {FootPlace{{.truth = {0, 0.1, 0}, .load_n = 100}},
@@ -268,7 +270,7 @@ TEST(Series, TheSupportPolygonIsTheConvexHullAndTheMarginIsToItsNearestEdge) {
 
 // The left foot is set down, slips by 3 mm, and is lifted; the right one never carries load.
 TEST(Series, SlipIsMeasuredFromWhereAFootWasSetDown) {
-  Series series;
+  Series series(kSole);
   std::optional<Eigen::Vector3d> landed;
   for (const auto& [load, x] : {std::pair{500.0, 1.0}, {400.0, 1.003}, {30.0, 1.003}, {5.0, 1.1}}) {
     Frame frame{.t = std::chrono::milliseconds(33 * series.rows().size())};

@@ -113,28 +113,25 @@ void print_view(const std::string& url) {
   (output() == Output::text ? std::cout : std::cerr) << "view at " << url << std::endl;
 }
 
-fs::path standard_models() {
-  std::error_code fault;
-  if (fs::is_directory(GAITSLAM_MODELS, fault)) return GAITSLAM_MODELS;
-  return fs::read_symlink("/proc/self/exe", fault).parent_path().parent_path() / "share/gaitslam/models";
-}
-
-// A robot has actuators; a room has none and is part of no other model.
+// A room is part of no other model.
 void require_models(const scenario::ReadScenario& read, const fs::path& models) {
   std::set<std::string> robots, rooms;
   std::string texts;
   std::error_code fault;
   for (const auto& entry : fs::directory_iterator(models, fault)) {
     if (entry.path().extension() != ".xml") continue;
-    const std::string text = files::read_text(entry.path());
-    (text.find("<actuator") == text.npos ? rooms : robots).insert(entry.path().stem());
-    texts += text;
+    rooms.insert(entry.path().stem());
+    texts += files::read_text(entry.path());
   }
   std::erase_if(rooms, [&](const std::string& name) {
     return texts.find(fmt::format("<include file=\"{}.xml\"", name)) != texts.npos;
   });
   if (texts.empty()) throw files::FileError(models, "has no models");
-  require_model(read, "world.robot", read.scenario.world.robot, robots);
+  const fs::path robot = scenario::robot_folder(read.scenario.world.robot);
+  for (const auto& entry : fs::directory_iterator(robot.parent_path(), fault))
+    if (fs::exists(entry.path() / "robot.yaml", fault)) robots.insert(entry.path().filename());
+  if (!robots.contains(robot.filename()))
+    require_model(read, "world.robot", read.scenario.world.robot, robots);
   require_model(read, "world.room", read.scenario.world.room, rooms);
 }
 

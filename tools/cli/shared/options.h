@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "sim/scenario/robot.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/trajectory.h"
 #include "sim/view/session.h"
@@ -12,6 +13,7 @@
 
 namespace cli {
 
+using scenario::standard_models;
 using view::Access;
 using view::ViewRequest;
 struct Backend;  // jobs/jobs.h
@@ -101,8 +103,6 @@ void add_view_place(CLI::App& command, Access& place);
 void add_view(CLI::App& command, ViewRequest& request);
 void print_view(const std::string& url);
 
-/// Returns the folder of the models: that of the source, or share/gaitslam/models of the installation.
-fs::path standard_models();
 /// Throws ConfigError "file:line: world.room: is 'kitchen', expected one of ..." for a missing robot or room.
 void require_models(const scenario::ReadScenario& read, const fs::path& models);
 

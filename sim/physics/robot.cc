@@ -1,0 +1,200 @@
+#include "sim/physics/robot.h"
+
+#include <fmt/format.h>
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "sim/physics/model.h"
+
+namespace sim::physics {
+namespace {
+
+using Eigen::Isometry3d, Eigen::Vector2d, Eigen::Vector3d;
+using walking::Leg, walking::Robot, walking::Side;
+
+constexpr std::array kSides{"right", "left"};  // as walking::Side
+
+class RobotReader {
+ public:
+  RobotReader(const mjModel& model, const RobotFile& file)
+      : m_(model), file_(file), data_(mj_makeData(&model)), base_(base()) {}
+
+  Robot read() {
+    robot_.name = file_.folder.filename();
+    pose_at({});
+    read_joints();
+    for (std::size_t side = 0; side < 2; ++side) {
+      robot_.legs[side].joints = indices(fmt::format("legs.{}", kSides[side]), file_.legs[side]);
+      if (const auto arm = indices(fmt::format("arms.{}", kSides[side]), file_.arms[side]); arm.size() == 2)
+        robot_.arms[side] = walking::Arm{arm[0], arm[1]};
+      if (!robot_.legs[side].joints.empty()) read_sole(side);
+    }
+    read_imu();
+    robot_.step = file_.step;
+    read_posture();
+    try {
+      walking::measure(robot_);
+    } catch (const std::invalid_argument& e) {
+      throw std::invalid_argument(fmt::format("{}: {}", (file_.folder / "robot.yaml").string(), e.what()));
+    }
+    return std::move(robot_);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& key, const std::string& message) const {
+    const auto place = file_.places.find(key);
+    throw std::invalid_argument(fmt::format(
+        "{}: {}: {}", place == file_.places.end() ? (file_.folder / "robot.yaml").string() : place->second,
+        key, message));
+  }
+  [[noreturn]] void fail_model(const std::string& message) const {
+    throw std::invalid_argument(fmt::format("{}: {}", (file_.folder / file_.model).string(), message));
+  }
+
+  int base() const {
+    const int body = mj_name2id(&m_, mjOBJ_BODY, file_.base.c_str());
+    if (body < 0) fail("base", fmt::format("the model has no body '{}'", file_.base));
+    const int joint = m_.body_jntadr[body];
+    if (joint != 0 || m_.jnt_type[joint] != mjJNT_FREE)
+      fail("base",
+           fmt::format("body '{}' has no free joint, expected one as the first of the model", file_.base));
+    return body;
+  }
+
+  /// Computes all poses with the base at the origin.
+  void pose_at(const Eigen::VectorXd& q) {
+    std::copy_n(m_.qpos0, m_.nq, data_->qpos);
+    Eigen::Map<Eigen::Matrix<double, 7, 1>>(data_->qpos) << 0, 0, 0, 1, 0, 0, 0;
+    for (int i = 0; i < m_.nu; ++i)
+      data_->qpos[m_.jnt_qposadr[m_.actuator_trnid[2 * i]]] = q.size() ? q[i] : 0;
+    mj_kinematics(&m_, data_.get());
+    mj_comPos(&m_, data_.get());
+  }
+
+  Vector3d anchor(int joint) const { return Vector3d(data_->xanchor + 3 * joint); }
+
+  /// The joint of the robot that moves this body; -1: it is part of the base.
+  int mover(int body) const {
+    for (; body != base_ && body != 0; body = m_.body_parentid[body])
+      for (int k = m_.body_jntnum[body]; k-- > 0;)
+        if (const auto found = std::ranges::find(joints_, m_.body_jntadr[body] + k); found != joints_.end())
+          return static_cast<int>(found - joints_.begin());
+    return -1;
+  }
+
+  void read_joints() {
+    for (int i = 0; i < m_.nu; ++i) {
+      const int joint = m_.actuator_trnid[2 * i];
+      const std::string name = mj_id2name(&m_, mjOBJ_JOINT, joint);
+      if (m_.actuator_trntype[i] != mjTRN_JOINT || m_.jnt_type[joint] != mjJNT_HINGE)
+        fail_model(fmt::format("joint {} has a servo and does not turn, expected a hinge", name));
+      if (i > 0 && joint <= joints_.back())
+        fail_model(fmt::format("the servo of {} is not in the order of the joints", name));
+      walking::Joint& made = robot_.joints.emplace_back();
+      made.name = name;
+      const int body = m_.jnt_bodyid[joint];
+      const bool on_same = !joints_.empty() && m_.jnt_bodyid[joints_.back()] == body;
+      made.parent = on_same ? i - 1 : mover(m_.body_parentid[body]);
+      made.offset = anchor(joint);
+      if (made.parent >= 0) made.offset -= anchor(joints_[static_cast<std::size_t>(made.parent)]);
+      made.axis = Vector3d(data_->xaxis + 3 * joint);
+      if (m_.jnt_limited[joint])
+        made.lowest = m_.jnt_range[2 * joint], made.highest = m_.jnt_range[2 * joint + 1];
+      if (m_.actuator_forcelimited[i]) made.effort = m_.actuator_forcerange[2 * i + 1];
+      joints_.push_back(joint);
+    }
+  }
+
+  int index(const std::string& key, const std::string& name) const {
+    const auto found = std::ranges::find(robot_.joints, name, &walking::Joint::name);
+    if (found == robot_.joints.end())
+      fail(key, fmt::format("the model has no joint '{}' with a servo", name));
+    return static_cast<int>(found - robot_.joints.begin());
+  }
+  std::vector<int> indices(const std::string& key, const std::vector<std::string>& names) const {
+    std::vector<int> all;
+    for (const std::string& name : names) all.push_back(index(key, name));
+    return all;
+  }
+
+  int site(const std::string& name) const {
+    const int found = mj_name2id(&m_, mjOBJ_SITE, name.c_str());
+    if (found < 0) fail_model(fmt::format("has no site '{}'", name));
+    return found;
+  }
+  Isometry3d site_pose(int site) const {
+    return pose_in(data_->site_xpos + 3 * site, data_->site_xmat + 9 * site);
+  }
+
+  void read_sole(std::size_t side) {
+    Leg& leg = robot_.legs[side];
+    const std::string key = fmt::format("feet.{}", kSides[side]);
+    const int sole = site(fmt::format("{}_sole", kSides[side])), foot = m_.site_bodyid[sole];
+    if (mover(foot) != leg.joints.back())
+      fail(key, fmt::format("body '{}' is not on the link of {}", file_.feet[side].body,
+                            robot_.joints[static_cast<std::size_t>(leg.joints.back())].name));
+    const Isometry3d X_WS = site_pose(sole);
+    leg.X_FS = X_WS;
+    leg.X_FS.pretranslate(-anchor(joints_[static_cast<std::size_t>(leg.joints.back())]));
+    leg.sole_min.setConstant(std::numeric_limits<double>::infinity());
+    leg.sole_max = -leg.sole_min;
+    for (const int geom : contacts(m_, foot)) extend(leg, X_WS.inverse(), geom);
+    if (!(leg.sole_min.array() < leg.sole_max.array()).all())
+      fail(key, fmt::format("body '{}' has no sole, expected geoms that touch the floor at several places",
+                            file_.feet[side].body));
+    for (int body = foot; mover(body) == leg.joints.back(); body = m_.body_parentid[body])
+      for (int k = m_.body_jntnum[body]; k-- > 0;) add_spring(leg, X_WS, m_.body_jntadr[body] + k);
+  }
+
+  /// A sphere touches the floor below its center.
+  void extend(Leg& leg, const Isometry3d& X_SW, int geom) const {
+    const Isometry3d X_SG = X_SW * geom_pose(*data_, geom);
+    Vector2d half = Vector2d::Zero();
+    if (m_.geom_type[geom] != mjGEOM_SPHERE)
+      half = (X_SG.linear().cwiseAbs() * half_extents(m_, geom)).head<2>();
+    leg.sole_min = leg.sole_min.cwiseMin(X_SG.translation().head<2>() - half);
+    leg.sole_max = leg.sole_max.cwiseMax(X_SG.translation().head<2>() + half);
+  }
+
+  /// Joints between ankle and sole without a servo are springs.
+  void add_spring(Leg& leg, const Isometry3d& X_WS, int joint) const {
+    if (std::ranges::find(joints_, joint) != joints_.end()) return;
+    if (!(m_.jnt_stiffness[joint] > 0) || m_.jnt_type[joint] == mjJNT_BALL)
+      fail_model(fmt::format("joint {} below the ankle has neither a servo nor a stiffness",
+                             mj_id2name(&m_, mjOBJ_JOINT, joint)));
+    leg.bush.insert(leg.bush.begin(), {m_.jnt_type[joint] == mjJNT_HINGE,
+                                       X_WS.linear().transpose() * Vector3d(data_->xaxis + 3 * joint),
+                                       m_.jnt_stiffness[joint]});
+  }
+
+  void read_imu() {
+    const int imu = site("imu");
+    robot_.chest = mover(m_.site_bodyid[imu]);
+    robot_.R_link_imu = site_pose(imu).linear();
+  }
+
+  void read_posture() {
+    robot_.posture = Eigen::VectorXd::Zero(m_.nu);
+    for (const auto& [joint, angle] : file_.posture_rad)
+      robot_.posture[index("posture_deg." + joint, joint)] = angle;
+    pose_at(robot_.posture);
+    robot_.mass = m_.body_subtreemass[base_];
+    robot_.com = Vector3d(data_->subtree_com + 3 * base_);
+    robot_.com.y() = 0;
+  }
+
+  const mjModel& m_;
+  const RobotFile& file_;
+  Data data_;
+  int base_;
+  std::vector<int> joints_;  // in the model
+  Robot robot_;
+};
+
+}  // namespace
+
+Robot read_robot(const mjModel& model, const RobotFile& file) { return RobotReader(model, file).read(); }
+
+}  // namespace sim::physics
