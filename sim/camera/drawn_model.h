@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <opencv2/core.hpp>
 
-#include "sim/physics/model.h"
+#include "sim/physics/robot.h"
 #include "walking/kinematics.h"
 
 namespace sim::camera {

@@ -170,24 +170,14 @@ void mount_camera(mjModel& model, const rig::Mount& mount) {
 
 Model copy_of(const Model& model) { return Model(mj_copyModel(nullptr, model.get())); }
 
-Models::Models(const RobotFile& file, const std::string& room, const std::filesystem::path& folder)
-    : on_floor(load_model(file, kPhysicalRoom, folder, Shapes::colliding)),
-      in_room(load_model(file, room, folder)),
-      robot(read_robot(*on_floor, file)) {}
-
-void Models::mount(const rig::Mount& camera, const rig::Mount& imu) {
-  imu_is_moved = !imu.is_default();
-  for (mjModel* model : {on_floor.get(), in_room.get()}) {
-    if (!camera.is_default()) mount_camera(*model, camera);
-    if (imu.is_default()) continue;
-    const int site = part(*model, mjOBJ_SITE, "imu");
-    const Eigen::Isometry3d X_BG = turned_pose_in(model->site_pos + 3 * site, model->site_quat + 4 * site);
-    const Place place = !imu.on_link() ? Place{model->site_bodyid[site], X_BG * rig::pose(imu)}
-                                       : Place{upper_link(*model, imu.link), rig::pose(imu)};
-    model->site_bodyid[site] = place.body;
-    model->site_sameframe[site] = 0;
-    set_pose(model->site_pos + 3 * site, model->site_quat + 4 * site, place.X_BL);
-  }
+void mount_imu(mjModel& model, const rig::Mount& mount) {
+  const int site = part(model, mjOBJ_SITE, "imu");
+  const Eigen::Isometry3d X_BG = turned_pose_in(model.site_pos + 3 * site, model.site_quat + 4 * site);
+  const Place place = mount.on_link() ? Place{upper_link(model, mount.link), rig::pose(mount)}
+                                      : Place{model.site_bodyid[site], X_BG * rig::pose(mount)};
+  model.site_bodyid[site] = place.body;
+  model.site_sameframe[site] = 0;
+  set_pose(model.site_pos + 3 * site, model.site_quat + 4 * site, place.X_BL);
 }
 
 std::optional<std::string> latest_warning() {

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "sim/physics/robot.h"
+#include "sim/physics/robot_file.h"
 
 struct mjModel_;
 struct mjData_;
@@ -57,20 +57,6 @@ int part(const mjModel_& model, int type, const std::string& name);
 /// An independent copy, which opens no file.
 Model copy_of(const Model& model);
 
-/// The models of a run: each file is opened once; users copy these.
-struct Models {
-  /// Throws std::runtime_error if a model does not load, and as read_robot().
-  Models(const RobotFile& robot, const std::string& room, const std::filesystem::path& folder);
-  /// Moves head camera and chest IMU in both models, not in `robot`. Throws std::invalid_argument as
-  /// place_of().
-  void mount(const rig::Mount& camera, const rig::Mount& imu);
-
-  Model on_floor;  ///< the robot on kPhysicalRoom, with shapes that collide only: what is stepped
-  Model in_room;   ///< robot and furnished room, all shapes
-  walking::Robot robot;
-  bool imu_is_moved = false;
-};
-
 /// A place on the robot: a body of the model, and axes forward, left, up of a sensor in that of the body.
 struct Place {
   int body = 0;
@@ -84,6 +70,9 @@ Place place_of(const mjModel_& model, const rig::Mount& mount);
 
 /// Moves the model's head camera to the place of the mount. Throws std::invalid_argument as place_of().
 void mount_camera(mjModel_& model, const rig::Mount& mount);
+
+/// Moves the model's IMU likewise.
+void mount_imu(mjModel_& model, const rig::Mount& mount);
 
 /// Returns MuJoCo's last warning since the previous call, if there is one.
 std::optional<std::string> latest_warning();

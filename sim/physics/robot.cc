@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "sim/physics/model.h"
-
 namespace sim::physics {
 namespace {
 
@@ -196,5 +194,18 @@ class RobotReader {
 }  // namespace
 
 Robot read_robot(const mjModel& model, const RobotFile& file) { return RobotReader(model, file).read(); }
+
+Models::Models(const RobotFile& file, const std::string& room, const std::filesystem::path& folder)
+    : on_floor(load_model(file, kPhysicalRoom, folder, Shapes::colliding)),
+      in_room(load_model(file, room, folder)),
+      robot(read_robot(*on_floor, file)) {}
+
+void Models::mount(const rig::Mount& camera, const rig::Mount& imu) {
+  imu_is_moved = !imu.is_default();
+  for (mjModel* model : {on_floor.get(), in_room.get()}) {
+    if (!camera.is_default()) mount_camera(*model, camera);
+    if (imu_is_moved) mount_imu(*model, imu);
+  }
+}
 
 }  // namespace sim::physics

@@ -6,6 +6,7 @@
 
 #include "sim/physics/clearance.h"
 #include "sim/physics/options.h"
+#include "sim/physics/robot.h"
 #include "walking/stabilizer.h"
 
 namespace sim::physics {

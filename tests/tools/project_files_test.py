@@ -45,10 +45,11 @@ RULES = {
     'sim/regression/': 'sim/regression/ sim/result/ sim/scenario/ sim/score/ sim/files/ fmt/ nlohmann/',
     'sim/pages/': 'sim/pages/ sim/rig/ sim/regression/ sim/replay/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ '
                   'sim/score/ sim/files/ slam/ Eigen/ fmt/ nlohmann/ opencv2/core opencv2/imgproc',
-    'sim/view/live/': 'sim/view/ sim/live/ sim/rig/ sim/physics/ sim/camera/ sim/export/ sim/recording/ sim/files/ walking/plan.h '
+    'sim/view/live/': 'sim/view/ sim/live/ sim/rig/ sim/physics/ sim/camera/ sim/export/ sim/recording/ sim/scenario/robot.h sim/files/ '
+                      'walking/plan.h '
                       'Eigen/ fmt/ nlohmann/ opencv2/ mujoco/',
     'sim/view/': 'sim/view/ sim/pages/ sim/rig/ sim/export/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/score/ '
-                 'sim/files/ slam/ walking/hrp2.h Eigen/ fmt/ nlohmann/ opencv2/ boost/asio/ boost/beast/ libdeflate.h',
+                 'sim/files/ slam/ Eigen/ fmt/ nlohmann/ opencv2/ boost/asio/ boost/beast/ libdeflate.h',
     'sim/trials/': 'sim/trials/ sim/replay/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/sensor_errors/random.h '
                    'sim/score/ sim/files/ slam/ Eigen/ fmt/ nlohmann/ opencv2/core boost/random/',
     'sim/live/': 'sim/live/ sim/physics/ sim/camera/ sim/rig/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ '

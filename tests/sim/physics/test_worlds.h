@@ -56,7 +56,9 @@ inline Model small_model(const std::string& room, const std::string& robot = "<w
   const files::TemporaryFolder folder;
   std::ofstream(folder / "robot.xml") << "<mujoco>" << robot << "</mujoco>";
   std::ofstream(folder / "room.xml") << "<mujoco>" << room << "</mujoco>";
-  return load_model({.folder = folder.path()}, "room", folder.path());
+  RobotFile file;
+  file.folder = folder.path();
+  return load_model(file, "room", folder.path());
 }
 
 }  // namespace sim::physics
