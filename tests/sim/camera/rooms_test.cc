@@ -216,10 +216,10 @@ TEST_F(DrawnRobot, AsUrdfHasItsLinksWhereTheBodiesOfTheModelAre) {
   for (const double spread : {0.0, 1.0}) {
     walking::JointVector q(30);
     std::ofstream angles(folder / "angles");
-    const std::vector<std::string> joints = joint_names();
     for (int joint = 0; joint < q.size(); ++joint) {
       q[joint] = spread * angle(random);
-      angles << joints[static_cast<std::size_t>(joint)] << ' ' << fmt::format("{}", q[joint]) << '\n';
+      angles << robot_.robot().joints[static_cast<std::size_t>(joint)].name << ' '
+             << fmt::format("{}", q[joint]) << '\n';
     }
     angles.close();
     const std::string command = fmt::format(
