@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "sim/live/setup.h"
+#include "sim/scenario/robot.h"
 #include "tests/sim/live/run_folder.h"
 
 namespace {

@@ -18,6 +18,8 @@
 namespace sim::view {
 namespace {
 
+const Eigen::AlignedBox2d kSole(Eigen::Vector2d(-0.1, -0.069), Eigen::Vector2d(0.13, 0.069));
+
 namespace fs = std::filesystem;
 using tests::Has, tests::Lacks;
 
@@ -87,8 +89,8 @@ TEST_F(PlaybackTest, WhatIsMissingIsNamedAndTheRecordingOfAnotherWalkIsNotTaken)
   ASSERT_EQ(none.size(), 1u);
   EXPECT_THAT(none[0], Has("built without the simulator"));
   const auto robot = [](const scenario::Scenario&) {
-    return RobotModel{{},
-                      [](const Eigen::VectorXd&, const Eigen::Isometry3d&) { return std::vector<float>(7); }};
+    return RobotModel{
+        {}, kSole, [](const Eigen::VectorXd&, const Eigen::Isometry3d&) { return std::vector<float>(7); }};
   };
   fs::rename(folder_ / "walk/recording", folder_ / "walk/moved");
   const Playback alone = read_playback(result_, robot);
@@ -251,8 +253,6 @@ TEST(ZeroMomentPoint, IsWhereTheForcesAct) {
 constexpr std::size_t kSlip = 12, kMargin = 14;  // columns of Series
 static_assert(std::string_view(Series::kNames[kSlip]) == "slip_left" &&
               std::string_view(Series::kNames[kMargin]) == "margin");
-
-const Eigen::AlignedBox2d kSole(Eigen::Vector2d(-0.1, -0.069), Eigen::Vector2d(0.13, 0.069));
 
 // Two soles side by side, of 0.23 m by 0.138 m each, 0.2 m apart.
 TEST(Series, TheSupportPolygonIsTheConvexHullAndTheMarginIsToItsNearestEdge) {
