@@ -358,35 +358,17 @@ int update(BaselineRequest& request) {
 }
 
 constexpr const char* kCompareExamples = R"(Examples:
-  gaitslam compare results/before results/after --gate rmse_m=10% --gate loop_landmarks=2
+  gaitslam compare results/before results/after
 Each argument is a result folder, a folder of seed-<n>, or a folder of scenarios with seed-<n>. Common seeds are
 paired and compared by the signed rank test. Scenarios with different names or walks need --across, because one may
 be harder than the other.
-The verdicts and exit codes are those of gaitslam regress.)";
+The verdicts and exit codes are those of gaitslam regress for a suite that names no gates.)";
 
 struct CompareRequest {
   fs::path before, after;
-  std::vector<std::string> gates;
   VerdictRequest verdicts;
   bool across = false;
 };
-
-/// "rmse_m=10%" or "rmse_m=0.002"
-Gate parse_gate(const std::string& text) {
-  const std::size_t equals = std::min(text.find('='), text.size());
-  Gate gate{text.substr(0, equals)};
-  if (!score::find_metric(gate.metric))
-    throw UsageError("--gate {}: {}", text, scenario::unknown_metric(gate.metric));
-  std::string_view number = std::string_view(text).substr(std::min(equals + 1, text.size()));
-  const bool percent = number.ends_with('%');
-  if (percent) number.remove_suffix(1);
-  const auto value = files::parse_finite(number);
-  if (!value || *value < 0)
-    throw UsageError("--gate {}: expected a tolerance, as in {}=10% or {}=0.002", text, gate.metric,
-                     gate.metric);
-  (percent ? gate.percent : gate.absolute) = *value;
-  return gate;
-}
 
 using Sets = std::vector<ResultSet>;
 
@@ -449,12 +431,7 @@ std::string estimators_of(const Sets& sets) {
 
 int compare(CompareRequest& request) {
   require_replaceable(request.verdicts);
-  if (request.gates.size() > regression::kMostGates)
-    throw UsageError("--gate: given {} times, expected at most {}", request.gates.size(),
-                     regression::kMostGates);
-  std::vector<Gate> gates;
-  for (const std::string& text : request.gates) gates.push_back(parse_gate(text));
-  if (gates.empty()) gates = regression::default_gates();
+  const std::vector<Gate>& gates = regression::default_gates();
   const auto before = read_sets(request.before), now = read_sets(request.after);
   if (!request.across) require_comparable(before, now, request);
   std::vector<ScenarioResults> baseline;
@@ -512,8 +489,6 @@ void add_compare(CLI::App& app, int& exit_code) {
       add_command(app, exit_code, "compare", "Compare two sets of results", kCompareExamples, compare);
   command.add_option("before", request.before, "the folder of results to compare with")->required();
   command.add_option("after", request.after, "the folder of results to judge")->required();
-  command.add_option("--gate", request.gates, "a metric and its tolerance, such as rmse_m=10%; repeatable")
-      ->allow_extra_args(false);
   command.add_flag("--across", request.across, "compare different scenarios, too");
   add_verdict_options(command, request.verdicts);
 }
