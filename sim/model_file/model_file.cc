@@ -586,15 +586,22 @@ void add_note(std::vector<Note>& notes, Fate fate, string_view what, const Eleme
 
 namespace {
 
-Reader reader_of(const fs::path& file, const Schema& schema, bool room) {
+/// read: the files.
+Element whole_file(const fs::path& file, std::vector<Note>& notes, std::set<fs::path>& read) {
   Element root = read_xml(file);
+  if (root.name == "robot") root = mjcf_of_urdf(root, notes);
+  std::error_code fault;
+  read.insert(fs::weakly_canonical(file, fault));
+  expand(root, file.parent_path(), read);
+  return root;
+}
+
+Reader reader_of(const fs::path& file, const Schema& schema, bool room) {
   std::vector<Note> notes;
-  if (root.name == "robot" && !room) root = mjcf_of_urdf(root, notes);
+  std::set<fs::path> read;
+  Element root = whole_file(file, notes, read);
   if (root.name != "mujoco")
     reject(root, "", fmt::format("is no model, expected mujoco{}", room ? "" : " (MJCF) or robot (URDF)"));
-  std::error_code fault;
-  std::set<fs::path> read{fs::weakly_canonical(file, fault)};
-  expand(root, file.parent_path(), read);
   return {std::move(root), schema, std::move(notes), room};
 }
 
@@ -606,6 +613,25 @@ ModelFile read_model(const fs::path& file, const Schema& schema, const Parts& pa
 
 ModelFile read_room(const fs::path& file, const Schema& schema) {
   return reader_of(file, schema, true).read_room();
+}
+
+std::vector<fs::path> files_of(const fs::path& file) {
+  std::vector<Note> notes;
+  std::set<fs::path> read;
+  const Element root = whole_file(file, notes, read);
+  std::set<std::string> folders{""}, names;
+  for (const Element& section : root.children) {
+    if (section.name == "compiler")
+      for (const char* folder : {"assetdir", "meshdir", "texturedir"}) folders.insert(section.get(folder));
+    if (section.name == "asset")
+      for (const Element& asset : section.children) names.insert(asset.get("file"));
+  }
+  std::error_code fault;
+  for (const std::string& folder : folders)
+    for (const std::string& name : names)
+      if (const fs::path path = file.parent_path() / folder / name; fs::is_regular_file(path, fault))
+        read.insert(path);
+  return {read.begin(), read.end()};
 }
 
 }  // namespace sim::model_file

@@ -63,6 +63,10 @@ ModelFile read_model(const std::filesystem::path& file, const Schema& schema, co
 /// named "floor". Names of assets stay. Throws FileError.
 ModelFile read_room(const std::filesystem::path& file, const Schema& schema);
 
+/// Returns a model's file, those that it includes, and those of its assets, as far as they exist. Throws
+/// FileError.
+std::vector<std::filesystem::path> files_of(const std::filesystem::path& file);
+
 /// Returns the MJCF tree of a URDF tree. Throws FileError.
 Element mjcf_of_urdf(const Element& robot, std::vector<Note>& notes);
 

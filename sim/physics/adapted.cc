@@ -220,20 +220,6 @@ const model_file::Schema& schema() {
   return known;
 }
 
-Model load_mjcf(const std::string& text, const std::string& from) {
-  const std::unique_ptr<mjVFS, void (*)(mjVFS*)> files(new mjVFS, [](mjVFS* vfs) {
-    mj_deleteVFS(vfs);
-    delete vfs;
-  });
-  mj_defaultVFS(files.get());
-  mj_makeEmptyFileVFS(files.get(), "robot.xml", int(text.size()));
-  std::copy(text.begin(), text.end(), static_cast<char*>(files->filedata[0]));
-  std::array<char, 1000> message{};
-  Model model(mj_loadXML("robot.xml", files.get(), message.data(), int(message.size())));
-  if (!model) throw std::runtime_error(fmt::format("{} does not load: {}", from, message.data()));
-  return model;
-}
-
 model_file::ModelFile adapt(const RobotFile& robot) { return Adapter(robot).adapt(); }
 
 }  // namespace sim::physics

@@ -2,18 +2,12 @@
 #pragma once
 
 #include "sim/model_file/model_file.h"
-#include "sim/physics/model.h"
 #include "sim/physics/robot_file.h"
 
 namespace sim::physics {
 
 /// What the library in use knows.
 const model_file::Schema& schema();
-
-/// Loads MJCF. Throws std::runtime_error "<from> does not load: " and the library's message. From the first
-/// call on, an error inside MuJoCo prints one line on stderr and ends the process with code 3, and warnings
-/// are kept.
-Model load_mjcf(const std::string& text, const std::string& from);
 
 /// Reads the model and puts the bench's parts where robot.yaml wants them, with the names that RobotFile
 /// lists. What touches what: the soles' contacts the floor and the other foot, the rest of a foot the other

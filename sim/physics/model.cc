@@ -9,43 +9,23 @@
 #include <array>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <stdexcept>
+
+#include "sim/physics/adapted.h"
 
 namespace sim::physics {
 namespace {
 
+constexpr double kMassError = 1e-6;  // of rounding
+
 std::array<char, 1000> last_warning{};
-
-// Files that only exist in memory, "in" the models folder so that relative paths start there.
-std::unique_ptr<mjVFS, void (*)(mjVFS*)> in_memory(
-    const std::vector<std::pair<std::string, std::string>>& texts) {
-  std::unique_ptr<mjVFS, void (*)(mjVFS*)> files(new mjVFS, [](mjVFS* vfs) {
-    mj_deleteVFS(vfs);
-    delete vfs;
-  });
-  mj_defaultVFS(files.get());
-  for (const auto& [name, text] : texts) {
-    const int i = files->nfile;
-    mj_makeEmptyFileVFS(files.get(), name.c_str(), static_cast<int>(text.size()));
-    std::memcpy(files->filedata[i], text.data(), text.size());
-  }
-  return files;
-}
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  if (!in) throw std::runtime_error("no model " + file.string());
-  return {std::istreambuf_iterator(in), {}};
-}
 
 }  // namespace
 
 void Free::operator()(mjModel_* model) const { mj_deleteModel(model); }
 void Free::operator()(mjData_* data) const { mj_deleteData(data); }
 
-Model load_model(const RobotFile& robot, const std::string& room, const std::filesystem::path& models,
-                 Shapes shapes) {
+Model load_mjcf(const std::string& text, const std::string& from) {
   // MuJoCo's own handler waits for a key, and throwing through its C frames is not safe: the process ends.
   mju_user_error = [](const char* message) {
     std::fprintf(stderr, "gaitslam: MuJoCo: %s\n", message);
@@ -55,21 +35,38 @@ Model load_model(const RobotFile& robot, const std::string& room, const std::fil
   mju_user_warning = [](const char* message) {
     std::snprintf(last_warning.data(), last_warning.size(), "%s", message);
   };
-  const std::filesystem::path room_file = models / (room + ".xml"), robot_file = robot.folder / robot.model;
-  if (!std::filesystem::is_regular_file(room_file))
-    throw std::runtime_error("no model " + room_file.string());
-  const std::string name = robot.folder.filename().string(), main = (models / "robot_in_room.xml").string();
-  const std::string discard = shapes == Shapes::colliding ? "<compiler discardvisual=\"true\"/>" : "";
-  const auto files =
-      in_memory({{main, fmt::format("<mujoco model=\"{} in {}\">{}<include file=\"robot.xml\"/><include "
-                                    "file=\"{}.xml\"/></mujoco>",
-                                    name, room, discard, room)},
-                 {(models / "robot.xml").string(), text_of(robot_file)}});
+  const std::unique_ptr<mjVFS, void (*)(mjVFS*)> files(new mjVFS, [](mjVFS* vfs) {
+    mj_deleteVFS(vfs);
+    delete vfs;
+  });
+  mj_defaultVFS(files.get());
+  mj_makeEmptyFileVFS(files.get(), "model.xml", static_cast<int>(text.size()));
+  std::memcpy(files->filedata[0], text.data(), text.size());
   std::array<char, 1000> message{};
-  Model model(mj_loadXML(main.c_str(), files.get(), message.data(), static_cast<int>(message.size())));
-  if (!model)
-    throw std::runtime_error(fmt::format("models {} and {} do not load: {}", robot_file.string(),
-                                         room_file.string(), message.data()));
+  Model model(mj_loadXML("model.xml", files.get(), message.data(), static_cast<int>(message.size())));
+  if (!model) throw std::runtime_error(fmt::format("{} does not load: {}", from, message.data()));
+  return model;
+}
+
+std::filesystem::path room_file(const std::string& room, const std::filesystem::path& models) {
+  return room.find('/') != room.npos ? std::filesystem::path(room) : models / (room + ".xml");
+}
+
+Model load_model(const RobotFile& robot, const std::string& room, const std::filesystem::path& models,
+                 Shapes shapes) {
+  const std::filesystem::path file = room_file(room, models);
+  const model_file::ModelFile mine = adapt(robot), around = read_room(file, schema());
+  model_file::Element whole = mine.root;
+  whole.children.clear();
+  if (shapes == Shapes::colliding) whole.add("compiler", {{"discardvisual", "true"}});
+  for (const model_file::ModelFile* part : {&mine, &around})
+    whole.children.insert(whole.children.end(), part->root.children.begin(), part->root.children.end());
+  Model model = load_mjcf(
+      to_xml(whole), fmt::format("the robot {} in {}", (robot.folder / robot.model).string(), file.string()));
+  const double loaded = model->body_subtreemass[0];
+  if (mine.mass_kg && std::abs(loaded - *mine.mass_kg) > kMassError * *mine.mass_kg)
+    throw std::runtime_error(fmt::format("{}: the links weigh {:.6g} kg, but the loaded robot {:.6g} kg",
+                                         (robot.folder / robot.model).string(), *mine.mass_kg, loaded));
   return model;
 }
 
@@ -142,6 +139,7 @@ Eigen::Vector3d half_extents(const mjModel& model, int geom) {
     case mjGEOM_PLANE:
       return {size.x() > 0 ? size.x() : kEndless, size.y() > 0 ? size.y() : kEndless, 0};
     case mjGEOM_BOX:
+    case mjGEOM_MESH:
     case mjGEOM_ELLIPSOID:
       return size;
     case mjGEOM_CAPSULE:

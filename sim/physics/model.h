@@ -25,11 +25,16 @@ inline constexpr char kPhysicalRoom[] = "floor";
 /// Which of the models' shapes are kept: all that can be seen, or only what can be touched (faster to step).
 enum class Shapes { all, colliding };
 
-/// The robot and models/<room>.xml as one model; paths inside the room are relative to that folder. Throws
-/// std::runtime_error with MuJoCo's message (file and line) if they do not load.
-///
-/// From the first call on, an error inside MuJoCo prints one line on stderr and ends the process with code 3,
-/// and warnings are kept.
+/// Loads MJCF. Throws std::runtime_error "<from> does not load: " and the library's message. From the first
+/// call on, an error inside MuJoCo prints one line on stderr and ends the process with code 3, and warnings
+/// are kept.
+Model load_mjcf(const std::string& text, const std::string& from);
+
+/// Returns the file of a room: models/<room>.xml, or a path if the name has a slash.
+std::filesystem::path room_file(const std::string& room, const std::filesystem::path& models);
+
+/// The robot in its room as one model. Throws std::runtime_error "file:line: ..." if a file cannot be taken
+/// or if the loaded robot does not weigh what its links do together.
 Model load_model(const RobotFile& robot, const std::string& room, const std::filesystem::path& models,
                  Shapes shapes = Shapes::all);
 

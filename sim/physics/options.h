@@ -51,10 +51,16 @@ struct FloorPatch {
   }
 };
 
+/// A name of the bench's own models, or a path: it has a slash.
+struct NameOrPath : std::string {
+  using std::string::string;
+  NameOrPath(const std::string& text) : std::string(text) {}
+  bool is_path() const { return find('/') != npos; }
+};
+
 /// The scenario's keys world.*. Of overlapping floor patches the last one counts.
 struct WorldOptions {
-  std::string robot = "hrp2";
-  std::string room = "office";
+  NameOrPath robot = "hrp2", room = "office";
   std::uint64_t seed = 1;
   double floor_friction = kFloorFriction;
   std::vector<FloorPatch> floor_patches;
@@ -102,8 +108,10 @@ struct WorldOptions {
   static void keys(auto&& key) {
     value<&WorldOptions::robot>(
         key, "robot: a folder below models/robots, or the path of one, relative to the scenario's file");
-    value<&WorldOptions::room>(
-        key, "model of the room, models/<room>.xml: what the head camera sees and the robot must not touch");
+    value<&WorldOptions::room>(key,
+                               "room, which the head camera sees and the robot must not touch: "
+                               "models/<room>.xml, or the path of an MJCF "
+                               "file, relative to the scenario's file");
     value<&WorldOptions::seed>(key, "seed of the patterns painted on the room's surfaces");
     number<&WorldOptions::floor_friction>(key, 0.01, 5,
                                           "sliding friction of sole on floor; the default is the robot's");

@@ -13,6 +13,7 @@ using Eigen::Isometry3d, Eigen::Vector2d, Eigen::Vector3d;
 using walking::Leg, walking::Robot, walking::Side;
 
 constexpr std::array kSides{"right", "left"};  // as walking::Side
+constexpr double kSoleDepth = 0.005;           // m, of a mesh above the sole's point
 
 class RobotReader {
  public:
@@ -149,11 +150,23 @@ class RobotReader {
   /// A sphere touches the floor below its center.
   void extend(Leg& leg, const Isometry3d& X_SW, int geom) const {
     const Isometry3d X_SG = X_SW * geom_pose(*data_, geom);
+    if (m_.geom_type[geom] == mjGEOM_MESH) return extend_by_mesh(leg, X_SG, m_.geom_dataid[geom]);
     Vector2d half = Vector2d::Zero();
     if (m_.geom_type[geom] != mjGEOM_SPHERE)
       half = (X_SG.linear().cwiseAbs() * half_extents(m_, geom)).head<2>();
     leg.sole_min = leg.sole_min.cwiseMin(X_SG.translation().head<2>() - half);
     leg.sole_max = leg.sole_max.cwiseMax(X_SG.translation().head<2>() + half);
+  }
+
+  /// Of a mesh only what is as low as the sole touches the floor.
+  void extend_by_mesh(Leg& leg, const Isometry3d& X_SG, int mesh) const {
+    for (int i = 0; i < m_.mesh_vertnum[mesh]; ++i) {
+      const float* const vertex = m_.mesh_vert + 3 * (m_.mesh_vertadr[mesh] + i);
+      const Vector3d p = X_SG * Vector3d(vertex[0], vertex[1], vertex[2]);
+      if (p.z() > kSoleDepth) continue;
+      leg.sole_min = leg.sole_min.cwiseMin(p.head<2>());
+      leg.sole_max = leg.sole_max.cwiseMax(p.head<2>());
+    }
   }
 
   /// Joints between ankle and sole without a servo are springs.

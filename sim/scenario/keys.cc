@@ -6,6 +6,8 @@
 #include <sstream>
 
 #include "sim/files/hash.h"
+#include "sim/model_file/model_file.h"
+#include "sim/scenario/robot.h"
 #include "sim/score/metrics.h"
 
 namespace sim::scenario {
@@ -157,8 +159,15 @@ std::string recording_key(const Scenario& scenario, const std::string& models, c
   hash.add_part("recording 1");
   hash.add_part(program);
   hash.add_part(models);
-  if (const std::string& robot = scenario.world.robot; robot.find('/') != robot.npos)
-    hash.add_part(models_hash(robot));
+  if (scenario.world.robot.is_path()) {
+    const physics::RobotFile robot = read_robot(scenario);
+    hash.add_part(files::read_text(robot.folder / "robot.yaml"));
+    for (const fs::path& file : model_file::files_of(robot.folder / robot.model))
+      hash.add_part(files::read_text(file));
+  }
+  if (scenario.world.room.is_path())
+    for (const fs::path& file : model_file::files_of(std::string(scenario.world.room)))
+      hash.add_part(files::read_text(file));
   hash.add_part(fmt::format("seed {}", scenario.seed));
   for (const auto& key : scenario_keys()) {
     if (!shapes_recording(scenario, key.name) || !has_section(scenario, key.name)) continue;

@@ -22,7 +22,7 @@ class RobotReader {
     require_map(root_, "", "the keys of a robot, as in base: pelvis");
     const auto no_key_of_the_robot = [](const Yaml&) {};
     files::read_map(
-        root_, {{"model", [this](const Yaml& node) { text("model", node, robot_.model); }},
+        root_, {{"model", [this](const Yaml& node) { model(node); }},
                 {"base", [this](const Yaml& node) { text("base", node, robot_.base); }},
                 {"head_camera", [this](const Yaml& node) { mount("head_camera", node, robot_.head_camera); }},
                 {"imu", [this](const Yaml& node) { mount("imu", node, robot_.imu); }},
@@ -57,6 +57,12 @@ class RobotReader {
   void text(const std::string& key, const Yaml& node, std::string& value) {
     note(key, node);
     scenario::read(node, key, {}, value);
+  }
+  void model(const Yaml& node) {
+    note("model", node);
+    if (node.kind != Yaml::Kind::scalar || node.text.empty())
+      fail(node, "model", "expected the path of an MJCF or URDF file");
+    robot_.model = node.text;
   }
   void texts(const std::string& key, const Yaml& node, std::vector<std::string>& value) {
     value = read_texts(node, key, "[left_hip, left_knee]");

@@ -364,6 +364,7 @@ class ScenarioReader {
       if (value.kind == Yaml::Kind::empty) placed.origin = at.origin;
       key->read(placed, result.scenario);
       if (path == "world.robot") resolve(at, result.scenario.world.robot);
+      if (path == "world.room") resolve(at, result.scenario.world.room);
       if (path != "walk.commands") return;
       result.command_origins.clear();
       for (const Yaml& command : placed.items) result.command_origins.push_back(command.origin);
@@ -379,10 +380,12 @@ class ScenarioReader {
     }
   }
 
-  /// A path is relative to the file that names it.
-  static void resolve(const Yaml& at, std::string& robot) {
-    if (robot.find('/') != robot.npos && at.origin.file != kArgument)
-      robot = (fs::path(at.origin.file).parent_path() / robot).lexically_normal().string();
+  /// A path is relative to the file that names it, or to the working folder.
+  static void resolve(const Yaml& at, physics::NameOrPath& place) {
+    if (!place.is_path()) return;
+    const fs::path folder = at.origin.file == kArgument ? fs::path() : fs::path(at.origin.file).parent_path();
+    const fs::path path = fs::absolute(folder / std::string(place)).lexically_normal();
+    place = (path.has_filename() ? path : path.parent_path()).string();
   }
 
   // In a file `slam.gyro.enabled: true` starts the section as `slam:` would; an argument does not.

@@ -164,6 +164,9 @@ std::string expected(const Domain& domain, const std::string&) {
   if (!domain.choices.empty()) return expected_choice(domain);
   return "a name of letters, digits, '_', '-' and '.'";
 }
+std::string expected(const Domain& domain, const physics::NameOrPath&) {
+  return expected(domain, std::string()) + ", or a path with a slash";
+}
 std::string expected(const Domain& domain, const std::vector<std::string>&) {
   return fmt::format("a list of {}", fmt::join(domain.choices, ", "));
 }
@@ -204,6 +207,12 @@ void read(const Yaml& node, std::string_view key, const Domain& domain, std::str
   const bool fine = is_word(node) && std::all_of(node.text.begin(), node.text.end(), allowed) &&
                     !node.text.starts_with('.') && node.text.size() <= 100;
   if (!fine) reject(node, key, expected(domain, value));
+  value = node.text;
+}
+void read(const Yaml& node, std::string_view key, const Domain& domain, physics::NameOrPath& value) {
+  if (!is_word(node) || node.text.find('/') == node.text.npos)
+    return read(node, key, domain, static_cast<std::string&>(value));
+  if (files::one_line(node.text) != node.text) reject(node, key, expected(domain, value));
   value = node.text;
 }
 void read(const Yaml& node, std::string_view key, const Domain& domain, std::vector<std::string>& value) {

@@ -7,6 +7,7 @@
 
 #include "sim/estimators/estimator_choice.h"
 #include "sim/files/yaml.h"
+#include "sim/physics/options.h"
 
 namespace sim::scenario {
 
@@ -28,6 +29,7 @@ std::string expected(const Domain& domain, const int&);
 std::string expected(const Domain& domain, const std::uint64_t&);
 std::string expected(const Domain& domain, const bool&);
 std::string expected(const Domain& domain, const std::string&);
+std::string expected(const Domain& domain, const physics::NameOrPath&);
 std::string expected(const Domain& domain, const std::vector<std::string>&);
 std::string expected(const Domain& domain, const Eigen::Vector3d&);
 std::string expected(const Domain& domain, const std::vector<Eigen::Vector3d>&);
@@ -38,6 +40,7 @@ void read(const Yaml& node, std::string_view key, const Domain& domain, int& val
 void read(const Yaml& node, std::string_view key, const Domain& domain, std::uint64_t& value);
 void read(const Yaml& node, std::string_view key, const Domain& domain, bool& value);
 void read(const Yaml& node, std::string_view key, const Domain& domain, std::string& value);
+void read(const Yaml& node, std::string_view key, const Domain& domain, physics::NameOrPath& value);
 void read(const Yaml& node, std::string_view key, const Domain& domain, std::vector<std::string>& value);
 void read(const Yaml& node, std::string_view key, const Domain& domain, Eigen::Vector3d& value);
 void read(const Yaml& node, std::string_view key, const Domain& domain, std::vector<Eigen::Vector3d>& value);

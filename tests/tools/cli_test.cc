@@ -122,20 +122,26 @@ TEST_F(Cli, AFullDiskHasAnExitCodeOfItsOwnAlsoInProcessesThatACommandStarts) {
 }
 
 TEST_F(Cli, CheckRejectsWhatARunRejectsAtItsStart) {
-  shell("cp -r '" GAITSLAM_SOURCE_DIR "/models' .").ends(0);
   const std::string light = "<light directional='true' pos='0 0 3' dir='0 0 -1'/>",
                     floor = "<geom name='floor' type='plane' size='9 9 1'/>";
   const auto room = [&](const std::string& name, const std::string& world) {
-    write("models/" + name + ".xml",
-          "<mujoco><asset><mesh name='m' vertex='0 0 0 1 0 0 0 1 0 0 0 1'/></asset>"
+    write("rooms/" + name + ".xml",
+          "<mujoco><asset><hfield name='h' nrow='2' ncol='2' size='1 1 1 1'/>"
+          "<texture type='2d' name='desk_1' builtin='checker' width='4' height='4' rgb2='1 1 1'/></asset>"
           "<worldbody>" +
               world + "</worldbody></mujoco>");
-    return "world: {room: " + name + "}\n";
+    return "world: {room: rooms/" + name + ".xml}\n";
   };
   const std::string stand = scenario_of("{stand: {duration_s: 0.2}}", "rate_hz: 10");
   for (const auto& [keys, complaint] : std::vector<std::pair<std::string, std::string>>{
-           {room("statue", light + floor + "<geom name='venus' type='mesh' mesh='m' pos='5 5 0'/>"),
-            "bad.yaml:4:9: world.room: the geom 'venus' is a mesh, which cannot be drawn, expected a plane"},
+           {room("hill", light + floor + "<geom name='hill' type='hfield' hfield='h' pos='5 5 0'/>"),
+            "bad.yaml:4:9: world.room: the geom 'hill' is a height field, which cannot be drawn, expected a "
+            "plane"},
+           {room("cart", light + floor + "<body><joint/><geom size='1'/></body>"),
+            "rooms/cart.xml:1: joint: is in a room, where nothing moves"},
+           {room("bare", light), "rooms/bare.xml:1: worldbody: has no plane named 'floor'"},
+           {room("painted", light + floor), "world.room: the texture 'desk_1' has a picture of its own"},
+           {"world: {room: ./none.xml}\n", "bad.yaml:4:9: world.room: there is no file"},
            {room("spot", "<light pos='0 0 3' dir='0 0 -1'/>" + floor),
             "bad.yaml:4:9: world.room: a lamp is not"},
            {room("endless", light + "<geom name='floor' type='plane' size='0 0 1'/>"),
@@ -147,8 +153,25 @@ TEST_F(Cli, CheckRejectsWhatARunRejectsAtItsStart) {
             "the program no_such_program cannot be started: No such file"}}) {
     write("bad.yaml", stand + keys);
     for (const std::string command : {"check", "run"})
-      EXPECT_THAT(gaitslam(command + " bad.yaml --models models").ends(2).err, Has(complaint)) << command;
+      EXPECT_THAT(gaitslam(command + " bad.yaml").ends(2).err, Has(complaint)) << command;
   }
+}
+
+TEST_F(Cli, ARobotIsCheckedByItsFolderOrItsModelAndItsFirstFileIsNeverOverwritten) {
+  const std::string hrp2 = GAITSLAM_SOURCE_DIR "/models/robots/hrp2";
+  EXPECT_THAT(ok("robot check '" + hrp2 + "'"),
+              Has("mass 56.868 kg, 30 joints with servos", "ok: the left leg reaches 100 %", "ok: stands 5 s",
+                  "ok: walks 8 steps in place"));
+  EXPECT_THAT(ok("robot init '" + hrp2 + "/robot.xml' --out mine"), Has("mine/robot.yaml: written"));
+  const std::string first = text_of("mine/robot.yaml");
+  EXPECT_THAT(first, Has("base: BODY", "# guess"));
+  EXPECT_THAT(gaitslam("robot init '" + hrp2 + "/robot.xml' --out mine").ends(2).err,
+              Has("mine/robot.yaml: exists already"));
+  EXPECT_EQ(text_of("mine/robot.yaml"), first);
+  write("leg.xml", "<mujoco><worldbody><body name='b'><geom size='1'/></body></worldbody></mujoco>");
+  EXPECT_THAT(gaitslam("robot check leg.xml").ends(2).err,
+              Has("leg.xml:1: body: 'b' is the base but has no free joint"));
+  EXPECT_THAT(gaitslam("robot check none.xml").ends(2).err, Has("none.xml: cannot be read"));
 }
 
 TEST_F(Cli, APlanThroughTheRoomIsRejectedByEachCommandThatWouldWalkIt) {

@@ -2,7 +2,7 @@
 # scores, pages, scenarios read and printed) may change, and recordings that were made before still serve.
 file(GLOB_RECURSE RECORDING_SOURCES RELATIVE ${SOURCE}
   ${SOURCE}/walking/*.cc ${SOURCE}/walking/*.h
-  ${SOURCE}/sim/physics/*.cc ${SOURCE}/sim/physics/*.h ${SOURCE}/sim/camera/*.cc ${SOURCE}/sim/camera/*.h
+  ${SOURCE}/sim/model_file/*.cc ${SOURCE}/sim/model_file/*.h ${SOURCE}/sim/physics/*.cc ${SOURCE}/sim/physics/*.h ${SOURCE}/sim/camera/*.cc ${SOURCE}/sim/camera/*.h
   ${SOURCE}/sim/room/*.cc ${SOURCE}/sim/room/*.h ${SOURCE}/sim/rig/*.cc ${SOURCE}/sim/rig/*.h)
 list(APPEND RECORDING_SOURCES
   sim/recording/recording.h sim/recording/recording_writer.cc sim/scenario/lists.cc sim/score/surfaces.cc sim/score/types.h)

@@ -53,12 +53,7 @@ inline Walked walk(const walking::WalkOptions& options, const walking::Stabilize
 
 /// A model of a robot (without any part) in a room of the given MJCF elements.
 inline Model small_model(const std::string& room, const std::string& robot = "<worldbody/>") {
-  const files::TemporaryFolder folder;
-  std::ofstream(folder / "robot.xml") << "<mujoco>" << robot << "</mujoco>";
-  std::ofstream(folder / "room.xml") << "<mujoco>" << room << "</mujoco>";
-  RobotFile file;
-  file.folder = folder.path();
-  return load_model(file, "room", folder.path());
+  return load_mjcf("<mujoco>" + robot + room + "</mujoco>", "the small model");
 }
 
 }  // namespace sim::physics

@@ -232,10 +232,11 @@ World standing_on_floor_of(const std::filesystem::path& folder, const RobotFile&
 }
 
 TEST(World, EndsAsFailedOnAWarningOfMuJoCo) {
-  World world = standing_on_floor_of(models_with_floor(
-      "few_contacts",
-      "<mujoco><size nconmax='4'/><worldbody><geom name='floor' type='plane' size='20 20 1' condim='3'/>"
-      "</worldbody></mujoco>"));  // ten pads touch the floor
+  Models models_on_floor(robot_file(), "floor", models());
+  models_on_floor.on_floor->nconmax = 4;  // ten pads touch the floor
+  WorldOptions options;
+  options.room = "floor";
+  World world(options, {}, half_sitting(), Eigen::Isometry3d::Identity(), models_on_floor);
   world.step();
   EXPECT_EQ(world.status().condition, Condition::physics_failed);
   EXPECT_THAT(world.status().cause, HasSubstr("contact"));

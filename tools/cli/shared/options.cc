@@ -132,7 +132,11 @@ void require_models(const scenario::ReadScenario& read, const fs::path& models) 
     if (fs::exists(entry.path() / "robot.yaml", fault)) robots.insert(entry.path().filename());
   if (!robots.contains(robot.filename()))
     require_model(read, "world.robot", read.scenario.world.robot, robots);
-  require_model(read, "world.room", read.scenario.world.room, rooms);
+  const physics::NameOrPath& room = read.scenario.world.room;
+  if (!room.is_path()) return require_model(read, "world.room", room, rooms);
+  if (!fs::is_regular_file(std::string(room), fault))
+    fail(scenario::place_of(read, "world.room"), "world.room",
+         fmt::format("there is no file {}", std::string(room)));
 }
 
 }  // namespace cli

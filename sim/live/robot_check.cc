@@ -1,0 +1,134 @@
+#include "sim/live/robot_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "sim/live/setup.h"
+#include "sim/physics/adapted.h"
+#include "sim/physics/nominal_body.h"
+#include "sim/physics/robot.h"
+#include "sim/physics/walking_robot.h"
+#include "sim/scenario/robot.h"
+
+namespace sim::live {
+namespace {
+
+using Print = std::function<void(const std::string&)>;
+
+constexpr double kDegree = 180 / std::numbers::pi;
+constexpr double kStand_s = 5;
+constexpr int kSteps = 8;
+constexpr double kLeastShare = 0.5;  // of the workspace: below, ordinary steps end at a limit
+
+const char* word(model_file::Fate fate) {
+  return fate == model_file::Fate::kept_aside ? "kept aside"
+         : fate == model_file::Fate::dropped  ? "dropped"
+                                              : "converted";
+}
+
+void print_model(const physics::RobotFile& file, const Print& print) {
+  for (const model_file::Note& note : adapt(file).notes)
+    print(fmt::format("  {}: {}{}, {}", word(note.fate), note.what,
+                      note.count > 1 ? fmt::format(" ({} times)", note.count) : "", note.first));
+}
+
+void print_robot(const walking::Robot& robot, const Print& print) {
+  const auto limited =
+      std::ranges::count_if(robot.joints, [](const auto& j) { return std::isfinite(j.effort); });
+  print(fmt::format("  mass {:.3f} kg, {} joints with servos, {} of them with an effort limit", robot.mass,
+                    robot.joints.size(), limited));
+  print(fmt::format(
+      "  in the start posture: base {:.4f} m above the ground, center of mass {:.4f} m; feet {:.4f} m apart",
+      robot.base_height, robot.com_height(), robot.foot_spacing));
+  for (const auto& [side, name] : {std::pair(walking::Side::left, "left"), {walking::Side::right, "right"}}) {
+    const walking::Leg& leg = robot.leg(side);
+    print(fmt::format(
+        "  {} sole: {:.3f} to {:.3f} m ahead of its point, {:.3f} to {:.3f} m to the left; ankle {:.3f} m "
+        "above",
+        name, leg.sole_min.x(), leg.sole_max.x(), leg.sole_min.y(), leg.sole_max.y(), leg.ankle().z()));
+    for (const int index : leg.joints) {
+      const walking::Joint& joint = robot.joints[std::size_t(index)];
+      print(fmt::format("    {}: {:.1f} to {:.1f} deg{}", joint.name, joint.lowest * kDegree,
+                        joint.highest * kDegree,
+                        std::isfinite(joint.effort) ? fmt::format(", {:g} N m", joint.effort) : ""));
+    }
+  }
+}
+
+/// Places of the sole about the one of the start posture: 0.15 of the base's height ahead and back, 0.1
+/// aside, and up.
+double reached_share(const walking::Robot& robot, walking::Side side) {
+  const walking::LegVector start = leg_angles(robot.leg(side), robot.posture);
+  const Eigen::Isometry3d X_BS = sole_in_base(robot, side, start);
+  const double outward = side == walking::Side::left ? 1 : -1;
+  int reached = 0, all = 0;
+  for (double x = -0.15; x <= 0.151; x += 0.05)
+    for (double y = -0.05; y <= 0.101; y += 0.05)
+      for (double z = 0; z <= 0.101; z += 0.05)
+        for (const double yaw : {-0.2, 0.0, 0.2}) {
+          Eigen::Isometry3d X = X_BS;
+          X.pretranslate(robot.base_height * Eigen::Vector3d(x, outward * y, z));
+          X.linear() = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) * X.linear();
+          const walking::LegSolution solution = leg_inverse_kinematics(robot, side, X, start);
+          reached += !leg_obstacle(robot, side, solution);
+          ++all;
+        }
+  return double(reached) / all;
+}
+
+/// Returns how a walk ends; empty if it is carried out.
+std::string walked(const scenario::ReadScenario& read, const physics::Models& models,
+                   std::vector<walking::Command> commands) {
+  walking::WalkOptions walk = read.scenario.walk;
+  walk.commands = std::move(commands);
+  walking::PatternGenerator plan(models.robot, walk, physics::nominal_body(copy_of(models.on_floor)));
+  physics::WorldOptions world = read.scenario.world;
+  world.variation = {0, 0, 0, 0, 0, 0, 0};
+  physics::WalkingRobot robot(std::move(plan), read.scenario.stabilizer, world,
+                              plant_variation(1, world, int(models.robot.joints.size())), models);
+  while (robot.walks()) robot.tick();
+  if (robot.is_ok()) return "";
+  const physics::Status& status = robot.world().status();
+  return status.condition == physics::Condition::fell ? "fell " + status.cause : status.cause;
+}
+
+}  // namespace
+
+bool check_robot(const std::filesystem::path& folder, const Print& print) {
+  const physics::RobotFile file = scenario::read_robot(folder);
+  print(fmt::format("{}: {}", folder.string(), (folder / file.model).string()));
+  print_model(file, print);
+  const physics::Models models(file, physics::kPhysicalRoom, scenario::standard_models());
+  print_robot(models.robot, print);
+  bool good = true;
+  const auto judge = [&](bool ok, const std::string& what, const std::string& change) {
+    print(fmt::format("  {}: {}{}", ok ? "ok" : "FAILED", what, ok ? "" : "; " + change));
+    good &= ok;
+  };
+  for (const auto& [side, name] : {std::pair(walking::Side::left, "left"), {walking::Side::right, "right"}}) {
+    const double share = reached_share(models.robot, side);
+    judge(share >= kLeastShare,
+          fmt::format("the {} leg reaches {:.0f} % of the workspace of steps", name, 100 * share),
+          "bend the knees more in posture_deg, and look at the ranges of the joints above");
+  }
+  const auto read = scenario::read_scenario_text(
+      fmt::format("world: {{robot: {}, room: floor}}\nwalk: {{commands: [{{stand: {{}}}}]}}\n",
+                  files::quote_if_needed((std::filesystem::absolute(folder) / "").string())),
+      "robot_check");
+  const std::string stood = walked(read, models, {walking::Stand{kStand_s}});
+  judge(stood.empty(), fmt::format("stands {:g} s{}", kStand_s, stood.empty() ? "" : ": " + stood),
+        "raise the gains in servos, and look at sole_m and at what touches the floor");
+  walking::Steps steps;
+  for (int i = 0; i < kSteps; ++i) steps.list.push_back({0, (i % 2 ? -1 : 1) * models.robot.foot_spacing, 0});
+  const std::string in_place = walked(read, models, {steps, walking::Stand{1}});
+  judge(in_place.empty(),
+        fmt::format("walks {} steps in place{}", kSteps, in_place.empty() ? "" : ": " + in_place),
+        "try a shorter walk.single_support_s, a lower walk.step_height_m or stiffer servos");
+  return good;
+}
+
+}  // namespace sim::live

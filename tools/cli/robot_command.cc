@@ -1,0 +1,89 @@
+#include <stdlib.h>
+
+#include <iostream>
+
+#include "sim/files/atomic_file.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/shared/live.h"
+#include "tools/cli/shared/options.h"
+
+namespace cli {
+namespace {
+
+constexpr const char* kRobotExamples = R"(Examples:
+  gaitslam robot init my_robot/robot.xml     # writes my_robot/robot.yaml: look at what it guesses
+  gaitslam robot check my_robot              # then: run scenarios/straight.yaml world.robot=./my_robot
+models/README.md has "Your own robot in an hour".)";
+constexpr const char* kCheckExamples = R"(Examples:
+  gaitslam robot check models/robots/hrp2
+  gaitslam robot check unitree/g1_29dof.xml  # a bare model: with what robot init would guess
+Exit codes: 0 the robot stands and walks in place; 1 it does not; 2 it cannot be read.)";
+
+struct RobotRequest {
+  fs::path robot;
+  std::optional<fs::path> out;
+};
+
+/// A folder in the temporary folder, removed at the end.
+class GuessedRobot {
+ public:
+  explicit GuessedRobot(const fs::path& model) {
+    std::string pattern = (fs::temp_directory_path() / "gaitslam-robot-XXXXXX").string();
+    if (!mkdtemp(pattern.data())) files::fail_by_errno(pattern, "cannot be made");
+    folder_ = pattern;
+    files::write_text(folder_ / "robot.yaml", first_robot_file(model, fs::absolute(model).string()));
+  }
+  ~GuessedRobot() {
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+  }
+  GuessedRobot(const GuessedRobot&) = delete;
+  GuessedRobot& operator=(const GuessedRobot&) = delete;
+  const fs::path& folder() const { return folder_; }
+
+ private:
+  fs::path folder_;
+};
+
+int check(RobotRequest& request) {
+  require_simulator();
+  const auto print = [](const std::string& line) { std::cout << line << std::endl; };
+  if (fs::is_directory(request.robot)) return check_robot(request.robot, print) ? 0 : 1;
+  const GuessedRobot guessed(request.robot);
+  print("no robot.yaml: checked with what gaitslam robot init would guess");
+  return check_robot(guessed.folder(), print) ? 0 : 1;
+}
+
+int init(RobotRequest& request) {
+  require_simulator();
+  const fs::path folder = request.out.value_or(request.robot.parent_path()), file = folder / "robot.yaml";
+  if (fs::exists(file)) throw files::FileError(file, "exists already and is not overwritten");
+  const std::string text =
+      first_robot_file(request.robot, fs::proximate(request.robot, folder.empty() ? "." : folder).string());
+  fs::create_directories(folder);
+  files::write_atomically(file, text);
+  std::cout << file.string() << ": written; look at each guess, then run gaitslam robot check "
+            << files::shell_word(folder.empty() ? "." : folder.string()) << '\n';
+  return 0;
+}
+
+}  // namespace
+
+void add_robot(CLI::App& app, int& exit_code) {
+  CLI::App& command =
+      *app.add_subcommand("robot", "Check a robot's model and file, or write a first file for a model");
+  command.require_subcommand(1);
+  command.footer(kRobotExamples);
+  auto [checker, check_request] =
+      add_command(command, exit_code, "check",
+                  "Print what is read of a robot, let it stand 5 s and walk in place", kCheckExamples, check);
+  checker.add_option("robot", check_request.robot, "folder with robot.yaml, or a model file, MJCF or URDF")
+      ->required();
+  auto [writer, init_request] =
+      add_command(command, exit_code, "init",
+                  "Write a first robot.yaml that guesses feet, legs, base, chest and head", "", init);
+  writer.add_option("model", init_request.robot, "model file, MJCF or URDF")->required();
+  writer.add_option("--out", init_request.out, "folder of robot.yaml (default: that of the model)");
+}
+
+}  // namespace cli
