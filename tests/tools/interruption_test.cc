@@ -88,7 +88,7 @@ TEST_F(Interruption, KilledSeedsGoOnByTheSameCommand) {
 }
 
 // The estimator appends to the file `ran`.
-TEST_F(Interruption, ResultsOfOtherProgramsOrModelsAreNotThoseOfTheInterruptedCommand) {
+TEST_F(Interruption, ResultsOfOtherProgramsAreNotThoseOfTheInterruptedCommand) {
   fs::copy(kSources + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
   const std::string run =
       "run walk.yaml 'estimator={program: [/usr/bin/python3, gyro.py]}' --seeds 1,2 --out h --force";
@@ -98,13 +98,6 @@ TEST_F(Interruption, ResultsOfOtherProgramsOrModelsAreNotThoseOfTheInterruptedCo
   fs::remove(folder_ / "ran");
   EXPECT_THAT(ok(run), Lacks("finished before"));
   EXPECT_EQ(text_of("ran"), "xx");
-
-  for (const char* models : {"m", "m2"}) fs::copy(kSources + "/models", folder_ / models);
-  shell("echo '<!-- other -->' >> m2/office.xml");
-  const std::string blind = kBlind + "--seeds 1..3 --out k ";
-  ended_when("[ -e k/seed-2 ]", "KILL", blind + "--models m");
-  EXPECT_EQ(gaitslam(blind + "--models m2").exit_code, 2);
-  EXPECT_THAT(ok(blind + "--models m2 --force"), Lacks("finished before"));
 }
 
 TEST_F(Interruption, AFolderWithNothingButLeftoversDoesNotBlock) {

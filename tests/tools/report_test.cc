@@ -235,12 +235,6 @@ TEST_F(ReproduceTest, FromTheCacheItGivesTheSameAndWalksEachWalkOnce) {
   EXPECT_THAT(differences(folder_ / "out", folder_ / "cached", "index.html"), IsEmpty());
   const std::string recordings = ok("cache list");
   EXPECT_EQ(std::count(recordings.begin(), recordings.end(), '\n'), 3) << "with camera, without, and the sum";
-
-  const auto walked = made("tangent_circle");
-  fs::copy(kSources + "/models", folder_ / "m");
-  shell("for f in m/*.xml; do echo '<!-- other -->' >> $f; done");
-  ASSERT_EQ(reproduce("--out out --models m").exit_code, 0);
-  EXPECT_NE(made("tangent_circle"), walked) << "walks in other models are made again";
 }
 
 TEST_F(ReproduceTest, WhatIsWrongIsSaidBeforeAnythingIsRun) {

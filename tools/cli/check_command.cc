@@ -17,7 +17,6 @@ Exit codes: 0 all scenarios are valid; 2 one is not.)";
 struct CheckRequest {
   std::vector<std::string> files;  ///< and changes
   scenario::Changes changes;
-  fs::path models = standard_models();
 };
 
 /// Reads the file and does all that a run does before the robot walks; prints the first error.
@@ -44,7 +43,7 @@ bool is_valid(const std::string& file, const scenario::Changes& changes, const f
 bool are_valid(const std::string& file, const CheckRequest& request) {
   std::vector<regression::SuiteEntry> entries;
   try {
-    if (!regression::is_suite(file)) return is_valid(file, request.changes, request.models);
+    if (!regression::is_suite(file)) return is_valid(file, request.changes, standard_models());
     entries = regression::read_suite(file).entries;
   } catch (const scenario::ConfigError& e) {
     std::cerr << files::sanitize(e.what()) << '\n';
@@ -56,7 +55,7 @@ bool are_valid(const std::string& file, const CheckRequest& request) {
     std::ranges::copy(request.changes.overrides, std::back_inserter(all.overrides));
     std::ranges::copy(request.changes.without, std::back_inserter(all.without));
     all.with = request.changes.with;
-    valid &= is_valid(entry.file.string(), all, request.models);
+    valid &= is_valid(entry.file.string(), all, standard_models());
   }
   return valid;
 }
@@ -92,7 +91,6 @@ void add_check(CLI::App& app, int& exit_code) {
       ->required();
   add_with(command, request.changes);
   add_without(command, request.changes);
-  add_models(command, request.models);
 }
 
 }  // namespace cli

@@ -29,7 +29,6 @@ struct ExportRequest : OutRequest {
   fs::path result;
   std::string format;
   bool undistort = false;
-  fs::path models = standard_models();
 };
 
 void require_recording(const fs::path& result) {
@@ -44,11 +43,12 @@ int export_result(ExportRequest& request) {
   const OutFolder out(request, request.result / "export" / request.format, {.replaces = true});
   require_separate(out.path(), request.result);
   ProgressLine progress(fmt::format("export of {}", request.result.string()));
-  exports::export_run({request.result, scenario.name, scenario.seed, scenario.errors, true, request.undistort,
-                       request.format == "mcap" ? view::robot_description(scenario, request.models) : nullptr,
-                       [&](double part) { progress.show(part); },
-                       [](const std::string& what) { std::cerr << "warning: " << what << '\n'; }},
-                      request.format, out.path(), files::Existing::replace);
+  exports::export_run(
+      {request.result, scenario.name, scenario.seed, scenario.errors, true, request.undistort,
+       request.format == "mcap" ? view::robot_description(scenario, standard_models()) : nullptr,
+       [&](double part) { progress.show(part); },
+       [](const std::string& what) { std::cerr << "warning: " << what << '\n'; }},
+      request.format, out.path(), files::Existing::replace);
   std::cout << fmt::format("exported to {0}; see {0}/README.md for its use\n", out.path().string());
   return 0;
 }
@@ -184,7 +184,6 @@ void add_export(CLI::App& app, int& exit_code) {
       ->required();
   add_out(command, request);
   command.add_flag("--undistort", request.undistort, "rectify the images, as tum always does");
-  add_models(command, request.models);
 }
 
 void add_video(CLI::App& app, int& exit_code) {

@@ -135,7 +135,6 @@ struct SuiteRequest : OutRequest {
   std::vector<std::string> overrides;
   std::optional<std::string> seeds, baseline;
   std::optional<fs::path> results;  ///< <scenario>/seed-<n> to judge instead of running
-  fs::path models = standard_models();
   Backend backend;
   bool cached = false;
 };
@@ -160,7 +159,6 @@ void add_suite_options(CLI::App& command, SuiteRequest& request) {
   command.add_option("--results", request.results, "judge DIR/<scenario>/seed-<n>, run nothing");
   add_cached(command, request.cached);
   add_out(command, request);
-  add_models(command, request.models);
 }
 
 /// The file of the baseline: --baseline, else <suite>.json in baselines/ beside the folder of the suite.
@@ -206,12 +204,12 @@ void run_jobs(const SuiteRequest& request, SuiteRun& run) {
       jobs.push_back(std::move(of_seed));
   }
   const OutFolder out(request, fs::path("results") / ("regress-" + run.name),
-                      resumable(jobs, request.models, request.cached));
+                      resumable(jobs, standard_models(), request.cached));
   Backend backend = request.backend;
   backend.seconds_each = request.cached ? 3 : 15;  // CPU time
   const auto ended = make_results(
       jobs, out,
-      {.models = request.models,
+      {.models = standard_models(),
        .title = fmt::format("suite {}, {} of {}", run.name, files::counted(run.scenarios.size(), "scenario"),
                             files::counted(run.seeds.size(), "seed")),
        .backend = backend,

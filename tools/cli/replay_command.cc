@@ -32,7 +32,6 @@ struct ReplayRequest : OutRequest {
   scenario::Changes changes;
   bool all_metrics = false;
   ViewRequest view;
-  fs::path models = standard_models();
   BatchMember batch;
 };
 
@@ -127,7 +126,7 @@ int replay_result(ReplayRequest& request) {
   if (external && request.view.view)
     throw UsageError(
         "--view: expected the result of a run; for an external recording, view the result of its replay");
-  const auto view = view_of_replay(request.view, read, request.result / "recording", request.models);
+  const auto view = view_of_replay(request.view, read, request.result / "recording", standard_models());
   const auto observer = view ? view->tracking_observer() : tracking::TrackingObserver{};
   result::Outcome outcome;
   {
@@ -157,7 +156,6 @@ void add_replay(CLI::App& app, int& exit_code) {
   add_out(command, request);
   add_all_metrics(command, request.all_metrics);
   add_output(command);
-  add_models(command, request.models);
   add_view(command, request.view);
   add_batch_member(command, request.batch);
 }

@@ -141,7 +141,6 @@ Prints a URL; #t=SECONDS after it opens that time. Ctrl-C ends the view. gaitsla
 
 struct RequestToView : Access {
   std::vector<std::string> results;
-  fs::path models = standard_models();
 };
 
 void require_results(const std::vector<std::string>& results) {
@@ -161,7 +160,7 @@ void require_results(const std::vector<std::string>& results) {
 
 int view_results(RequestToView& request) {
   require_results(request.results);
-  const view::MakeRobot make_robot = view::robot_maker(request.models);
+  const view::MakeRobot make_robot = view::robot_maker(standard_models());
   std::vector<view::Playback> results;
   for (const std::string& result : request.results)
     results.push_back(
@@ -210,7 +209,6 @@ void add_view_command(CLI::App& app, int& exit_code) {
   command.add_option("results", request.results, "one result folder, or up to four of one scenario")
       ->required();
   add_view_place(command, request);
-  add_models(command, request.models);
 }
 
 }  // namespace cli

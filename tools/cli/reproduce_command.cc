@@ -25,8 +25,7 @@ struct ReproduceRequest {
   std::optional<std::string> seeds;
   Backend backend;
   bool cached = false;
-  fs::path out = "results/paper", models = standard_models(),
-           scenarios = standard_models().parent_path() / "scenarios";
+  fs::path out = "results/paper", scenarios = standard_models().parent_path() / "scenarios";
 };
 
 /// The jobs of all experiments on all seeds.
@@ -49,7 +48,7 @@ bool run_jobs(std::vector<ResultJob> jobs, bool replay, const ReproduceRequest& 
               const OutFolder& out) {
   std::erase_if(jobs, [&](const ResultJob& job) { return job.recording.has_value() != replay; });
   make_results(jobs, out,
-               {.models = request.models,
+               {.models = standard_models(),
                 .title = replay ? "reproduce: replays" : "reproduce: walks",
                 .backend = request.backend,
                 .cached = request.cached,
@@ -96,7 +95,6 @@ void add_reproduce(CLI::App& app, int& exit_code) {
   add_backend_options(command, request.backend);
   add_cached(command, request.cached);
   command.add_option("--out", request.out, "folder for the page and all results")->capture_default_str();
-  add_models(command, request.models);
   command.add_option("--scenarios", request.scenarios, "folder of the scenarios of the experiments");
 }
 

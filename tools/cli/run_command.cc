@@ -34,7 +34,6 @@ struct RunRequest : OutRequest {
   std::string scenario;
   std::optional<std::string> seeds;
   scenario::Changes changes;
-  fs::path models = standard_models();
   std::optional<int> jobs;
   std::string backend = "local";
   bool cached = false, all_metrics = false;
@@ -60,12 +59,12 @@ result::Outcome run_cached(const scenario::ReadScenario& read, const result::Res
 
 int run_one(const scenario::ReadScenario& read, const RunRequest& request, const fs::path& root) {
   const fs::path folder = root / fmt::format("seed-{}", read.scenario.seed);
-  const auto view = view_of_run(request.view, read, request.models);
+  const auto view = view_of_run(request.view, read, standard_models());
   result::Outcome outcome;
   {
     ProgressLine progress(fmt::format("{} seed {}", read.scenario.name, read.scenario.seed));
     const result::ResultPlace place =
-        result_place(folder, scenario::models_hash(request.models), request.models);
+        result_place(folder, scenario::models_hash(standard_models()), standard_models());
     const auto show = [&](double part) { progress.show(part); };
     const int threads =
         request.jobs.value_or(request.batch.parent ? 1 : 2);  // a process of several has one core
@@ -96,14 +95,14 @@ int run_seeds(const scenario::ReadScenario& read, const RunRequest& request) {
       throw UsageError("--seeds and seed= are both given, expected one of them");
   const auto jobs = jobs_of_seeds({read, ""}, parse_seeds(*request.seeds));
   const fs::path root = request.out ? fs::path(*request.out) : standard_folder(read);
-  const std::vector<std::uint64_t> beside = finished_beside(jobs, root, request.models);
-  OutUse use = resumable(jobs, request.models, request.cached);
+  const std::vector<std::uint64_t> beside = finished_beside(jobs, root, standard_models());
+  OutUse use = resumable(jobs, standard_models(), request.cached);
   use.names = {"summary.json"};
   use.continues = only_beside(root, beside);
   const OutFolder out(request, root, use);
   const auto ended =
       make_results(jobs, out,
-                   {.models = request.models,
+                   {.models = standard_models(),
                     .title = fmt::format("{} seeds of {}", jobs.size(), read.scenario.name),
                     .backend = {.name = request.backend,
                                 .jobs = request.jobs.value_or(request.backend == "slurm" ? 0 : 1)},
@@ -131,14 +130,14 @@ int run(RunRequest& request) {
     throw UsageError("--backend {}: distributes several seeds, expected --seeds", request.backend);
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   join_batch(request.batch, &read);
-  require_models(read, request.models);
-  if (request.seeds) check_start(read, request.models);  // once, with the name of the given file
+  require_models(read, standard_models());
+  if (request.seeds) check_start(read, standard_models());  // once, with the name of the given file
   if (request.seeds) return run_seeds(read, request);
   const std::vector<ResultJob> jobs{{read, ""}};
   const fs::path root = request.out ? fs::path(*request.out) : standard_folder(read);
   const OutFolder out(request, root,
                       {.results = {jobs.front().result()},
-                       .continues = only_beside(root, finished_beside(jobs, root, request.models))});
+                       .continues = only_beside(root, finished_beside(jobs, root, standard_models()))});
   return run_one(read, request, out.path());
 }
 
@@ -156,7 +155,6 @@ struct RecordRequest {
   std::string scenario;
   std::optional<std::string> seeds;
   scenario::Changes changes;
-  fs::path models = standard_models();
   Backend backend;
   BatchMember batch;
 };
@@ -195,8 +193,8 @@ int record_seeds(const scenario::ReadScenario& read, const RecordRequest& reques
 int record(RecordRequest& request) {
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   join_batch(request.batch, &read);
-  const Recordings recordings(request.models);
-  if (request.seeds) check_start(read, request.models);  // once, with the file's name
+  const Recordings recordings(standard_models());
+  if (request.seeds) check_start(read, standard_models());  // once, with the file's name
   const OnInterrupt on_interrupt(fmt::format("finished recordings are kept in {}; to make the others",
                                              recordings.place().folder.string()));
   if (request.seeds) return record_seeds(read, request, recordings);
@@ -253,7 +251,6 @@ void add_run(CLI::App& app, int& exit_code) {
            "processes at a time with --seeds (default 1); else cores, 1 or 2 (default)");
   add_backend(command, request.backend);
   add_out(command, request);
-  add_models(command, request.models);
   add_cached(command, request.cached);
   add_all_metrics(command, request.all_metrics);
   add_output(command);
@@ -268,7 +265,6 @@ void add_record(CLI::App& app, int& exit_code) {
   add_scenario(command, request.scenario, request.changes)->required();
   add_seeds(command, request.seeds, "record several seeds, each in its own process");
   add_backend_options(command, request.backend);
-  add_models(command, request.models);
   add_batch_member(command, request.batch);
 }
 

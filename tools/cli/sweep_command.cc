@@ -23,13 +23,12 @@ namespace {
 
 struct TrialsRequest {
   fs::path jobs;
-  fs::path models = standard_models();
   BatchMember batch;
 };
 
 int run_listed(TrialsRequest& request) {
   join_batch(request.batch);
-  const Recordings recordings(request.models);
+  const Recordings recordings(standard_models());
   std::string loaded;  // successive trials mostly use the same recording
   std::shared_ptr<const trials::Recording> recording;
   const auto recording_of = [&](const fs::path& named, const scenario::ReadScenario& read) {
@@ -53,14 +52,14 @@ int run_listed(TrialsRequest& request) {
 
 /// Returns a function that runs trials in several processes, here or on a cluster, and logs their records, as
 /// run_jobs does. Tasks of the same recording should follow each other.
-trials::RunTasks in_processes(const fs::path& models, const std::string& title, const Backend& backend) {
+trials::RunTasks in_processes(const std::string& title, const Backend& backend) {
   return [=](const std::vector<trials::Task>& tasks, result::JobLog& log) {
     std::vector<Job> jobs;
     for (const trials::Task& task : tasks)
       if (!log.find(task.key))
         jobs.push_back({.key = task.key,
                         .seed = task.seed,
-                        .words = {"trials", "--models", fs::absolute(models).string()},
+                        .words = {"trials"},
                         .batched = true,
                         .scenario = task.scenario,
                         .folder = task.recording});
@@ -87,7 +86,6 @@ struct SweepRequest : OutRequest {
   scenario::Changes changes;
   std::optional<std::string> seeds;
   std::optional<int> samples;
-  fs::path models = standard_models();
   Backend backend;
   bool dry_run = false;
 };
@@ -202,7 +200,7 @@ int finish(const Sweep& sweep, const result::JobLog& log, const fs::path& out) {
 }
 
 int sweep(SweepRequest& request) {
-  const Recordings recordings(request.models);
+  const Recordings recordings(standard_models());
   const Sweep sweep = prepare(request, recordings);
   const fs::path standard = fs::path("results") / ("sweep-" + sweep.plan.name);
   const fs::path log_file = (request.out ? fs::path(*request.out) : standard) / "trials.jsonl";
@@ -235,7 +233,7 @@ int sweep(SweepRequest& request) {
     std::vector<scenario::ReadScenario> missing;
     for (const std::string& key : sweep.missing) missing.push_back(sweep.scenario_of.at(key));
     recordings.make(missing, backend);  // the trials of a failed recording report it
-    in_processes(request.models, "sweep " + sweep.plan.name, backend)(left, log);
+    in_processes("sweep " + sweep.plan.name, backend)(left, log);
   }
   log.sort();
   return finish(sweep, log, out);
@@ -253,7 +251,6 @@ mean change of their losses, so that there is no best.yaml; 2 wrong usage or con
 
 struct TuneRequest : OutRequest {
   std::string spec;
-  fs::path models = standard_models();
   Backend backend;
 };
 
@@ -294,13 +291,13 @@ int tune_by(TuneRequest& request) {
   const fs::path& out = folder.path();
   Backend backend = request.backend;
   backend.spool = out / "slurm";
-  const auto in_use = cached_recordings(spec, request.models, backend);
+  const auto in_use = cached_recordings(spec, standard_models(), backend);
   const auto steered = [](const trials::SpecRun& run) {
     return run.read.scenario.walk.steering.by == walking::SteeredBy::estimate;
   };
   const bool simulates =
       std::ranges::any_of(spec.training, steered) || std::ranges::any_of(spec.holdout, steered);
-  const trials::RunTasks run_trials = in_processes(request.models, "tune " + request.spec, backend);
+  const trials::RunTasks run_trials = in_processes("tune " + request.spec, backend);
   if (simulates) std::cout << "an estimate steers a walk: each setting is simulated\n" << std::flush;
   trials::TuningResult result;
   {
@@ -330,7 +327,6 @@ void add_sweep(CLI::App& app, int& exit_code) {
   add_without(command, request.changes);
   add_with(command, request.changes);
   add_out(command, request);
-  add_models(command, request.models);
   command.add_flag("--dry-run", request.dry_run, "print what would be tried and simulated, then stop");
 }
 
@@ -340,7 +336,6 @@ void add_tune(CLI::App& app, int& exit_code) {
                   kTuneExamples, tune_by);
   command.add_option("spec", request.spec, "the YAML file of the tuning")->required();
   add_backend_options(command, request.backend);
-  add_models(command, request.models);
   command.add_option("--out", request.out, "folder for the results");
 }
 
@@ -349,7 +344,6 @@ void add_trials(CLI::App& app, int& exit_code) {
   auto [command, request] = add_command(app, exit_code, "trials", "Run the trials of a file", "", run_listed);
   command.group("");
   command.add_option("jobs", request.jobs)->required();
-  add_models(command, request.models);
   add_batch_member(command, request.batch);
 }
 

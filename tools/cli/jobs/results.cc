@@ -52,7 +52,7 @@ Job process_of(const ResultJob& job, const fs::path& out, const ResultOptions& o
     words = {"replay",     job.recording->string(), "--out", process.folder.string(), "--scenario",
              kScenarioFile};
   else
-    words = {"run", kScenarioFile, "--out", (out / job.folder).string(), "--models", options.models.string()};
+    words = {"run", kScenarioFile, "--out", (out / job.folder).string()};
   if (options.cached && !job.recording) words.emplace_back("--cached");
   words.emplace_back("--force");
   return process;
@@ -171,7 +171,7 @@ std::vector<Recordings::Made> Recordings::make(const std::vector<scenario::ReadS
     if (found || !index_of.emplace(key(scenario), i).second) continue;
     missing.push_back({.key = key(scenario),
                        .seed = scenario.seed,
-                       .words = {"record", kScenarioFile, "--models", fs::absolute(models_).string()},
+                       .words = {"record", kScenarioFile},
                        .scenario = scenario::to_yaml(scenario),
                        .origin = scenarios[i].origin});
   }

@@ -60,9 +60,6 @@ inline void add_result(CLI::App& command, fs::path& result, const std::string& o
   command.add_option("result", result, "a result folder, such as results/tangent_circle/seed-1" + or_else)
       ->required();
 }
-inline void add_models(CLI::App& command, fs::path& models) {
-  command.add_option("--models", models, "folder of the models of the robot and the rooms");
-}
 /// Adds --seeds of `what`.
 inline void add_seeds(CLI::App& command, std::optional<std::string>& seeds, const std::string& what) {
   command.add_option("--seeds", seeds, what + ": 1..5 or 1,2,7");
