@@ -7,7 +7,6 @@
 
 #include "sim/files/hash.h"
 #include "sim/model_file/model_file.h"
-#include "sim/scenario/robot.h"
 #include "sim/score/metrics.h"
 
 namespace sim::scenario {
@@ -159,12 +158,7 @@ std::string recording_key(const Scenario& scenario, const std::string& models, c
   hash.add_part("recording 1");
   hash.add_part(program);
   hash.add_part(models);
-  if (scenario.world.robot.is_path()) {
-    const physics::RobotFile robot = read_robot(scenario);
-    hash.add_part(files::read_text(robot.folder / "robot.yaml"));
-    for (const fs::path& file : model_file::files_of(robot.folder / robot.model))
-      hash.add_part(files::read_text(file));
-  }
+  if (scenario.world.robot.is_path()) hash.add_part(models_hash(std::string(scenario.world.robot)));
   if (scenario.world.room.is_path())
     for (const fs::path& file : model_file::files_of(std::string(scenario.world.room)))
       hash.add_part(files::read_text(file));

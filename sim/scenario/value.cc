@@ -216,6 +216,7 @@ void read(const Yaml& node, std::string_view key, const Domain& domain, physics:
   value = node.text;
 }
 void read(const Yaml& node, std::string_view key, const Domain& domain, std::vector<std::string>& value) {
+  if (domain.choices.empty()) return void(value = files::read_texts(node, key, "[left_toe, left_heel]"));
   if (node.kind != Yaml::Kind::list || node.items.empty()) reject(node, key, expected(domain, value));
   std::vector<std::string> words;
   for (const Yaml& item : node.items) {
