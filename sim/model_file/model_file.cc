@@ -477,12 +477,11 @@ class Reader {
       const std::string* const geom = contact.find(attribute);
       if (!geom || geoms_.contains(*geom)) continue;
       model_.paired_with_floor.push_back(contact.get(other));
-      if (parts.contacts && !is_one_of(contact.get(other), *parts.contacts))
+      if (parts.contacts && parts.contacts->empty())
         reject(contact, attribute,
-               fmt::format(
-                   "is '{}', no geom of the robot: expected the other geom among the contacts of a foot in "
-                   "robot.yaml",
-                   *geom));
+               fmt::format("is '{}', no geom of the robot: expected the contacts of each foot in "
+                           "robot.yaml",
+                           *geom));
     }
     note(Fate::dropped, fmt::format("contact {}: the bench decides what touches what", contact.name),
          contact);
