@@ -51,14 +51,36 @@ Eigen::Isometry3d measured_sole_in_base(const Robot& robot, Side side, const Leg
   return sole_in_base(robot, side, q) * deflection;
 }
 
+Eigen::Isometry3d floor_under_sole(const Leg& leg, const Wrench& lagged) {
+  using Eigen::Vector3d;
+  Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
+  if (!(leg.pad_stiffness.minCoeff() > 0)) return X_SF;
+  Vector3d middle = Vector3d::Zero();
+  middle.head<2>() = (leg.sole_min + leg.sole_max) / 2;
+  const Vector3d torque = lagged.torque - middle.cross(lagged.force);
+  X_SF.linear() = (Eigen::AngleAxisd(torque.y() / leg.pad_stiffness.y(), Vector3d::UnitY()) *
+                   Eigen::AngleAxisd(torque.x() / leg.pad_stiffness.x(), Vector3d::UnitX()))
+                      .toRotationMatrix();
+  X_SF.translation() = middle - X_SF.linear() * middle;
+  return X_SF;
+}
+
 Eigen::Isometry3d LegOdometry::X_BS(Side side, const JointVector& q) const {
-  return measured_sole_in_base(robot_, side, leg_angles(robot_.leg(side), q),
-                               side == Side::left ? left_ : right_);
+  const auto& [now, lagged] = wrenches_[static_cast<std::size_t>(side)];
+  const Leg& leg = robot_.leg(side);
+  return measured_sole_in_base(robot_, side, leg_angles(leg, q), now) * floor_under_sole(leg, lagged);
 }
 
 void LegOdometry::add(const SensorReadings& readings) {
-  left_ = readings.left, right_ = readings.right;
-  const double left = left_.force.z(), right = right_.force.z();
+  for (const Side side : {Side::right, Side::left}) {
+    auto& [now, lagged] = wrenches_[static_cast<std::size_t>(side)];
+    now = side == Side::left ? readings.left : readings.right;
+    const double lag_s = robot_.leg(side).pad_lag_s;
+    const double part = started_ && lag_s > 0 ? 1 - std::exp(-kPeriod / lag_s) : 1;
+    lagged.force += part * (now.force - lagged.force);
+    lagged.torque += part * (now.torque - lagged.torque);
+  }
+  const double left = readings.left.force.z(), right = readings.right.force.z();
   if (!started_) {
     carrying_ = left > right ? Side::left : Side::right;
     X_OS_ = flat(X_OB_start_ * X_BS(carrying_, readings.q));

@@ -10,12 +10,17 @@ namespace walking {
 Eigen::Isometry3d measured_sole_in_base(const Robot& robot, Side side, const LegVector& q,
                                         const Wrench& wrench);
 
+/// X_SF: the floor in the axes of a sole that tilts on its pads, springs with damping, about its middle,
+/// under a wrench that lags behind that of the ground by leg.pad_lag_s. By first order this is how they give
+/// way.
+Eigen::Isometry3d floor_under_sole(const Leg& leg, const Wrench& lagged);
+
 /// Follows the waist from one carrying sole to the next in the odometry's own world O, whose floor is z = 0;
 /// O drifts from the true world as soles slip, because the sole that carries more is assumed to be at rest.
 ///
 /// When the load changes, the new sole is placed relative to the other one, so the waist never jumps and
-/// settles on the floor within tenths of a second. Tilt of a sole on its pads is not observed: that needs a
-/// gyro.
+/// settles on the floor within tenths of a second. Tilt of a sole on an uneven floor is not observed: that
+/// needs a gyro.
 class LegOdometry {
  public:
   /// X_OB: the waist at the first readings.
@@ -39,7 +44,10 @@ class LegOdometry {
   Eigen::Isometry3d X_OB_start_, X_OS_ = Eigen::Isometry3d::Identity();  // X_OS_: of the sole that carries
   bool started_ = false;
   Side carrying_ = Side::left;
-  Wrench left_, right_;
+  struct Wrenches {
+    Wrench now, lagged;  // lagged: as the pads follow them
+  };
+  std::array<Wrenches, 2> wrenches_;  // by Side
 };
 
 }  // namespace walking

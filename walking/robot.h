@@ -41,6 +41,9 @@ struct Leg {
   Eigen::Isometry3d X_FS = Eigen::Isometry3d::Identity();
   Eigen::Vector2d sole_min = Eigen::Vector2d::Zero(), sole_max = Eigen::Vector2d::Zero();  ///< outline, m
   std::vector<Spring> bush;  ///< of the ankle, from the ankle down; none: the sole is rigid
+  /// Of the tilt on the sole's pads about its axes x and y, N·m/rad, and how long it lags; 0: no tilt.
+  Eigen::Vector2d pad_stiffness = Eigen::Vector2d::Zero();
+  double pad_lag_s = 0;
 
   /// The last joint in the axes of the sole, m.
   Eigen::Vector3d ankle() const { return X_FS.inverse().translation(); }

@@ -137,6 +137,9 @@ class RobotReader {
     const Isometry3d X_WS = site_pose(sole);
     leg.X_FS = X_WS;
     leg.X_FS.pretranslate(-anchor(joints_[static_cast<std::size_t>(leg.joints.back())]));
+    const RobotFile::Foot& foot_keys = file_.feet[side];
+    leg.pad_stiffness << foot_keys.pad_roll_nm_rad, foot_keys.pad_pitch_nm_rad;
+    leg.pad_lag_s = foot_keys.pad_lag_s;
     leg.sole_min.setConstant(std::numeric_limits<double>::infinity());
     leg.sole_max = -leg.sole_min;
     for (const int geom : contacts(m_, foot)) extend(leg, X_WS.inverse(), geom);

@@ -27,6 +27,7 @@ struct RobotFile {
     double sole_roll_rad = 0, sole_pitch_rad = 0, sole_yaw_rad = 0;  ///< fixed axes, in this order
     std::vector<std::string> contacts;  ///< geoms that touch the floor; none: what the model lets collide
     bool force_sensor = true;
+    double pad_roll_nm_rad = 0, pad_pitch_nm_rad = 0, pad_lag_s = 0;
 
     static void keys(auto&& key) {
       value<&Foot::body>(key, "body whose underside is the sole");
@@ -36,6 +37,9 @@ struct RobotFile {
       degrees<&Foot::sole_yaw_rad>(key, -180, 180, "turn about the body's z axis, last");
       value<&Foot::contacts>(key, "geoms that touch the floor; without it what the model lets collide");
       value<&Foot::force_sensor>(key, "whether the ankle has a force sensor");
+      number<&Foot::pad_roll_nm_rad>(key, 0, 1e9, "stiffness of the pads against roll of the sole; 0: rigid");
+      number<&Foot::pad_pitch_nm_rad>(key, 0, 1e9, "stiffness of the pads against its pitch; 0: rigid");
+      number<&Foot::pad_lag_s>(key, 0, 1, "time constant of the pads: their damping by their stiffness");
     }
   };
   std::array<Foot, 2> feet;  ///< by Side

@@ -134,5 +134,34 @@ TEST(LegOdometry, TheAnkleGivesWayAsItsStiffnessSays) {
       << "a force through the ankle turns nothing";
 }
 
+TEST(LegOdometry, ASoleTiltsOnItsPadsAboutItsMiddleAfterTheirLag) {
+  Leg leg{.sole_min = {-0.1, -0.07}, .sole_max = {0.14, 0.07}, .pad_stiffness = {2000, 4000}};
+  const Vector3d force(0, 0, 500), middle(0.02, 0, 0);
+  const auto tilt = [&](const Vector3d& about_middle) {
+    return floor_under_sole(leg, {force, about_middle + middle.cross(force)});
+  };
+  EXPECT_LT((tilt({0, 0, 0}).matrix() - Isometry3d::Identity().matrix()).norm(), 1e-12);
+  EXPECT_LT(
+      (tilt({10, 0, 0}).linear() - Eigen::AngleAxisd(0.005, Vector3d::UnitX()).toRotationMatrix()).norm(),
+      1e-12);
+  EXPECT_LT((tilt({0, 10, 0}) * middle - middle).norm(), 1e-12);
+
+  Robot soft = kRobot;
+  soft.leg(Side::left).pad_stiffness << 2000, 4000;
+  soft.leg(Side::left).pad_lag_s = 0.03;
+  SensorReadings readings = readings_of(standing());
+  readings.left.force.z() = 500;
+  LegOdometry legs(soft, Isometry3d::Identity());
+  legs.add(readings);
+  const auto pitch = [&] { return legs.motion(readings.q).X_OB.linear()(0, 2); };
+  const double before = pitch();
+  readings.left.torque.y() += 8;
+  legs.add(readings);
+  const double bush = pitch() - before;
+  for (int tick = 0; tick < 60; ++tick) legs.add(readings);
+  EXPECT_LT(std::abs(bush), std::abs(pitch() - before));
+  EXPECT_GT(std::abs(bush), 0.5 * std::abs(pitch() - before)) << "the bush follows at once";
+}
+
 }  // namespace
 }  // namespace walking

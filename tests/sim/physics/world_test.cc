@@ -329,6 +329,27 @@ TEST(Walk, LegOdometryKnowsWhereTheSolesAreBecauseItKnowsTheBushes) {
   EXPECT_LT(with_bushes.y() / count, 2e-3);
 }
 
+TEST(Walk, LegOdometryKnowsTheTiltOfTheSolesOnTheirPads) {
+  const Models on_floor(robot_file(), "floor", models());
+  WalkingRobot robot(walking::PatternGenerator(on_floor.robot, walk_of({walking::TangentArc{0.75, 0.6}})), {},
+                     {}, {}, on_floor);
+  walking::Robot rigid = on_floor.robot;
+  for (walking::Leg& leg : rigid.legs) leg.pad_stiffness.setZero();
+  walking::LegOdometry with_pads(on_floor.robot, robot.world().X_WB()), without(rigid, robot.world().X_WB());
+  double tilt = 0, tilt_without = 0;  // sums of squares
+  while (robot.walks()) {
+    robot.tick();
+    const walking::SensorReadings readings = robot.world().leg_readings();
+    const auto add = [&](walking::LegOdometry& legs, double& sum) {
+      legs.add(readings);
+      const Eigen::Matrix3d R_OB = legs.motion(readings.q).X_OB.linear();
+      sum += (R_OB.row(2) - robot.world().X_WB().linear().row(2)).squaredNorm();
+    };
+    add(with_pads, tilt), add(without, tilt_without);
+  }
+  EXPECT_LT(tilt, 0.8 * tilt_without);
+}
+
 using Eigen::Vector2d, Eigen::Vector3d;
 
 Vector2d horizontal(const Eigen::Isometry3d& X) { return X.translation().head<2>(); }
