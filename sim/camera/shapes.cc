@@ -116,15 +116,18 @@ void add_capsule(GeomMesh& mesh, float radius, float half) {
 
 bool is_mesh(const mjModel& model, int geom) { return model.geom_type[geom] == mjGEOM_MESH; }
 
+// Flat faces: a vertex has the normal of its face.
 void add_mesh(GeomMesh& to, const mjModel& model, int mesh) {
-  for (int i = 0; i < model.mesh_vertnum[mesh]; ++i) {
-    const int vertex = 3 * (model.mesh_vertadr[mesh] + i);
-    to.vertices.push_back({Vector3f(model.mesh_vert + vertex), Vector3f(model.mesh_normal + vertex)});
-    if (const int first = model.mesh_texcoordadr[mesh]; first >= 0)
-      to.vertices.back().uv = Vector2f(model.mesh_texcoord + 2 * (first + i));
-  }
   const int* const faces = model.mesh_face + 3 * model.mesh_faceadr[mesh];
-  to.indices.assign(faces, faces + 3 * model.mesh_facenum[mesh]);
+  const int first = model.mesh_vertadr[mesh], texture = model.mesh_texcoordadr[mesh];
+  const auto corner = [&](int i) { return Vector3f(model.mesh_vert + 3 * (first + faces[i])); };
+  for (int i = 0; i < 3 * model.mesh_facenum[mesh]; ++i) {
+    const int a = i - i % 3;
+    const Vector3f normal = (corner(a + 1) - corner(a)).cross(corner(a + 2) - corner(a)).normalized();
+    to.vertices.push_back({corner(i), normal});
+    if (texture >= 0) to.vertices.back().uv = Vector2f(model.mesh_texcoord + 2 * (texture + faces[i]));
+    to.indices.push_back(std::uint32_t(i));
+  }
 }
 
 /// The faces of a mesh, but for those without an area.

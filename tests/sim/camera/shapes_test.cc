@@ -59,7 +59,7 @@ TEST(GeomMesh, EnclosesTheVolumeOfItsShapeWithTheNormalsOfItsTriangles) {
                 {"<geom type='sphere' size='0.3'/>", 4 * pi / 3 * 0.027, 0.9, 0.95},
                 {"<geom type='ellipsoid' size='0.1 0.2 0.3'/>", 4 * pi / 3 * 0.006, 0.9, 0.7},
                 {"<geom type='capsule' size='0.1 0.4'/>", pi * 0.01 * 0.8 + 4 * pi / 3 * 0.001, 0.95, 0.95},
-                {"<geom type='mesh' mesh='corner'/>", 1.0 / 6, 0.9999, 0.3}};
+                {"<geom type='mesh' mesh='corner'/>", 1.0 / 6, 0.9999, 0.999}};
   for (const auto& shape : shapes) {
     const GeomMesh mesh = mesh_of(shape.geom, kCorner);
     double volume = 0;  // by the divergence theorem; negative if triangles face inwards
