@@ -129,6 +129,10 @@ Reference PatternGenerator::first_stage() {
   reference.X_PL = foot(Side::left, phase.support == Support::right);
   reference.X_PR = foot(Side::right, phase.support == Support::left);
   place_waist(phase, elapsed, reference);
+  if (phase.support != Support::both) {
+    const Side side = phase.support == Support::left ? Side::right : Side::left;
+    reference.swing = {side, sole(phase.to.of(side)), elapsed, (phase.ticks - tick_of_phase) * kPeriod};
+  }
   if (options_.arm_motion == ArmMotion::swing) reference.arms = arm_swing(robot_, reference);
   control_.advance(window_);
   window_.pop();

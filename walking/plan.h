@@ -200,6 +200,7 @@ struct WalkOptions {
   double step_length_m = 0.15;
   double preview_s = 1.6;
   double com_height_m = 0.814;
+  double zmp_inwards_m = 0;
   SwingPolynomial swing = SwingPolynomial::quintic;
   ArmMotion arm_motion = ArmMotion::still;
   bool second_preview = false;
@@ -213,6 +214,8 @@ struct WalkOptions {
     number<&WalkOptions::step_length_m>(key, 0.01, 0.4, "longest advance of the body in one step");
     number<&WalkOptions::preview_s>(key, 0.1, 10, "horizon of the preview control of the ZMP");
     number<&WalkOptions::com_height_m>(key, 0.3, 1.5, "height of the center of mass in the cart-table model");
+    number<&WalkOptions::zmp_inwards_m>(key, -0.1, 0.1,
+                                        "shift of the ZMP under the stance foot toward the other foot");
     choice<&WalkOptions::swing>(key, kSwingPolynomials, "polynomial of the swing foot's trajectory");
     choice<&WalkOptions::arm_motion>(
         key, kArmMotions, "motion of the arms: still (as at the start) or swing (against the legs)");
@@ -246,6 +249,17 @@ struct Reference : Posture {
   double waist_yaw_rate = 0;                                   ///< rad/s
   Support support = Support::both;
   int command = 0;  ///< index into WalkOptions::commands of what is being carried out
+
+  /// The foot in the air; at its default while both stand.
+  struct Swing {
+    Side side = Side::left;
+    Eigen::Isometry3d X_PS = Eigen::Isometry3d::Identity();  ///< the sole when it has landed
+    double elapsed = 0;                                      ///< 0 ... 1
+    double left_s = 0;                                       ///< until touch-down
+  };
+  Swing swing;
+  /// Sum of the adjustments of landings since the start, which all positions include, m.
+  Eigen::Vector2d frame_shift = Eigen::Vector2d::Zero();
 };
 
 }  // namespace walking

@@ -24,8 +24,7 @@ void Attitude::update(const Eigen::Vector3d& gyro, const Eigen::Vector3d& specif
 
 namespace {
 
-constexpr double kContact = 0.054;    // of the weight: a foot that is loaded less is in the air
-constexpr double kSoleMargin = 0.01;  // m, of the desired center of pressure from the edge
+constexpr double kContact = 0.054;  // of the weight: a foot that is loaded less is in the air
 
 // Time constants of the decay of corrections, s: slower than a step while they act, faster than the swing
 // of a foot in the air, which has to land flat and at its planned height.
@@ -67,7 +66,8 @@ double Stabilizer::left_share(const Reference& reference, const SensorReadings& 
 Vector2d Stabilizer::desired_ankle_torque(Side side, const Eigen::Isometry3d& X_PS, const Vector2d& shift,
                                           double load) const {
   const Leg& leg = robot_.leg(side);
-  const Vector2d least = leg.sole_min.array() + kSoleMargin, most = leg.sole_max.array() - kSoleMargin;
+  const double margin = options_.sole_margin_m;
+  const Vector2d least = leg.sole_min.array() + margin, most = leg.sole_max.array() - margin;
   const Vector2d in_sole = (X_PS.linear().transpose() * Vector3d(shift.x(), shift.y(), 0)).head<2>();
   const Vector2d pressure = in_sole.cwiseMax(least).cwiseMin(most);
   return {pressure.y() * load, -pressure.x() * load};
@@ -105,7 +105,8 @@ void Stabilizer::estimate_com(const Reference& reference, const SensorReadings& 
     const Vector3d ankle = leg.ankle(),
                    p_BA = sole_in_base(robot_, side, leg_angles(leg, readings.q)) * ankle;
     const Vector3d com = X_PS * ankle + R_PB * (robot_.com - p_BA);
-    return (com - reference.com).head<2>();
+    // A shift of the plan's frame does not move the robot.
+    return (com - reference.com).head<2>() + reference.frame_shift;
   };
   const Vector2d left = error_over(Side::left, reference.X_PL),
                  right = error_over(Side::right, reference.X_PR);
@@ -118,7 +119,7 @@ void Stabilizer::estimate_com(const Reference& reference, const SensorReadings& 
   }
   left_error_ = left;
   right_error_ = right;
-  state_.com_error = share * left + (1 - share) * right;
+  state_.com_error = share * left + (1 - share) * right - reference.frame_shift;
 }
 
 /// Capture point ξ = c + ċ/ω obeys ξ̇ = ω(ξ − z): z = z_ref + (1 + k/ω) Δξ makes Δξ decay at the rate k.
@@ -158,7 +159,7 @@ void Stabilizer::ankle_admittance(const Reference& reference, const SensorReadin
         o.gain_rad_s_per_nm * (wrench.torque.head<2>() - desired_ankle_torque(side, X_PS, shift, load));
     ankle = clamped(integrated<Vector2d>(ankle, in_the_air ? Vector2d::Zero() : rate,
                                          in_the_air ? kAnkleLeakInAir : kAnkleLeak),
-                    kLargestAnkle_rad);
+                    o.largest_rad);
   };
   update(Side::left, left_ankle_, reference.X_PL, readings.left, loads.left);
   update(Side::right, right_ankle_, reference.X_PR, readings.right, loads.right);

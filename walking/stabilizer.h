@@ -98,11 +98,13 @@ struct StabilizerOptions {
   struct AnkleAdmittance {
     bool enabled = true;
     double gain_rad_s_per_nm = 0.08;
+    double largest_rad = 0.17;  // for faulty sensors
 
     static void keys(auto&& key) {
       value<&AnkleAdmittance::enabled>(key, "whether the ankles yield to the measured torque (admittance)");
       number<&AnkleAdmittance::gain_rad_s_per_nm>(
           key, 0, 1e6, "angular velocity of an ankle for each N·m of torque beyond the desired one");
+      degrees<&AnkleAdmittance::largest_rad>(key, 0, 45, "largest correction of an ankle");
     }
   } ankle_admittance;
 
@@ -144,6 +146,35 @@ struct StabilizerOptions {
     }
   } body_attitude;
 
+  /// Footholds move by the error of the capture point, and the plan after them.
+  struct LandingAdjustment {
+    bool enabled = false;
+    double growth_fraction = 0.6;
+    double dead_zone_m = 0.02;
+    double largest_m = 0.12;
+    double largest_inwards_m = 0.03;
+    double shift_s = 0.08;
+
+    static void keys(auto&& key) {
+      value<&LandingAdjustment::enabled>(key,
+                                         "whether footholds are moved by the error of the capture point");
+      number<&LandingAdjustment::growth_fraction>(
+          key, 0, 2,
+          "growth rate of the capture point error until touch-down, relative to that without control");
+      number<&LandingAdjustment::dead_zone_m>(key, 0, 1,
+                                              "part of the error at touch-down that moves no foothold");
+      number<&LandingAdjustment::largest_m>(key, 0, 1,
+                                            "largest shift of a foothold along and across the foot");
+      number<&LandingAdjustment::largest_inwards_m>(key, 0, 1,
+                                                    "largest shift of a foothold toward the stance foot");
+      number<&LandingAdjustment::shift_s>(key, kPeriod, 10,
+                                          "duration of the shift of the plan's frame after touch-down");
+    }
+  } landing_adjustment;
+
+  /// Distance of the desired center of pressure from the edge of a sole.
+  double sole_margin_m = 0.01;
+
   static void keys(auto&& key) {
     value<&StabilizerOptions::enabled>(key,
                                        "whether the plan is corrected by the robot's own sensor readings");
@@ -158,11 +189,14 @@ struct StabilizerOptions {
     part<&StabilizerOptions::force_difference>(key);
     part<&StabilizerOptions::leg_compliance>(key);
     part<&StabilizerOptions::body_attitude>(key);
+    part<&StabilizerOptions::landing_adjustment>(key);
+    number<&StabilizerOptions::sole_margin_m>(
+        key, 0, 0.1, "distance of the desired center of pressure from the edge of a sole");
   }
 };
 
-/// Largest corrections of an ankle, of the feet's difference in height, and of the waist: for faulty sensors.
-inline constexpr double kLargestAnkle_rad = 0.17, kLargestFootDifference_m = 0.025, kLargestTrunk_rad = 0.1;
+/// Largest corrections of the feet's difference in height, and of the waist: for faulty sensors.
+inline constexpr double kLargestFootDifference_m = 0.025, kLargestTrunk_rad = 0.1;
 
 /// Estimates and set points of the stabilizer, for logs and tests.
 struct StabilizerState {

@@ -27,7 +27,10 @@ double foot_ahead(const Robot& robot, const Eigen::Isometry3d& X_PB, const Eigen
 
 Timeline::Timeline(const Robot& robot, const WalkOptions& options, const FootPose& start,
                    const Eigen::Vector2d& zmp_in_foot)
-    : zmp_in_foot_(zmp_in_foot), stance_(feet_together(start, robot.foot_spacing)), waist_yaw_(start.yaw) {
+    : zmp_in_foot_(zmp_in_foot),
+      zmp_inwards_m_(options.zmp_inwards_m),
+      stance_(feet_together(start, robot.foot_spacing)),
+      waist_yaw_(start.yaw) {
   if (options.commands.empty()) throw std::invalid_argument("walk.commands: the list is empty");
   double_support_ticks_ = ticks_of(options.double_support_s);
   single_support_ticks_ = ticks_of(options.single_support_s);
@@ -117,7 +120,8 @@ void Timeline::stand(int command, int ticks) {
 void Timeline::step(int command, const Footstep& step) {
   const Side carrying = other(step.side);
   Phase shift = next_phase(command, Support::both, double_support_ticks_);
-  shift.zmp_to = zmp_under(stance_.of(carrying));
+  const double inwards = carrying == Side::left ? -zmp_inwards_m_ : zmp_inwards_m_;
+  shift.zmp_to = zmp_under(stance_.of(carrying) * FootPose{{0, inwards}, 0});
   shift.zmp_ramp_ticks = shift.ticks;
   append(std::move(shift));
   Phase swing =

@@ -76,6 +76,7 @@ class Timeline {
   Eigen::Vector2d zmp_under(const FootPose& foot) const;
 
   Eigen::Vector2d zmp_in_foot_;
+  double zmp_inwards_m_;
   Stance stance_;  // at the end of the phases so far
   double waist_yaw_ = 0;
   Eigen::Vector2d zmp_ = Eigen::Vector2d::Zero();

@@ -271,14 +271,18 @@ void Run::process_frames() {
 
 void Run::stamp_frame() {
   const physics::World& world = robot_->world();
-  const walking::Reference &from = robot_->reference(), &to = robot_->following();
+  const walking::Reference &from = robot_->reference(), to = robot_->following();
   read_imu();
   next_.t = world.time();
   next_.plan = planned_motion(from, to, time_s(), robot_.mounting().X_BC);
   const auto [X_OB, p_OS] = robot_.legs().motion(world.leg_readings().q);
   const Eigen::Isometry3d X_OC = X_OB * robot_.mounting().X_BC;
   next_.plan->legs = {X_OC, X_OC.inverse() * p_OS};
-  if (navigation_) navigation_->poses().add(next_.t, *next_.plan);
+  if (navigation_) {  // its plan has no adjusted landings
+    slam::PlannedMotion plan = *next_.plan;
+    plan.X_PC.translation().head<2>() -= from.frame_shift;
+    navigation_->poses().add(next_.t, plan);
+  }
   if (observer_.stamped)
     observer_.stamped(
         {next_.t, world, from, next_.plan->X_PC, last_tick_.feet, last_tick_.left, last_tick_.right});

@@ -25,6 +25,7 @@ WalkingRobot::WalkingRobot(walking::PatternGenerator plan, const walking::Stabil
                            const WorldOptions& options, const PlantVariation& draw, const Models& models,
                            const Eigen::Isometry3d& X_WP)
     : plan_(std::move(plan)),
+      adjustment_(models.robot, stabilizer.landing_adjustment),
       stabilizer_(models.robot, stabilizer),
       q_(walking::inverse_kinematics(models.robot, reference_, models.robot.posture).q),
       world_(without_pushes(options), draw, q_, X_WP * reference_.X_PB, models) {
@@ -45,7 +46,8 @@ void WalkingRobot::settle() {
 }
 
 void WalkingRobot::command(const walking::SensorReadings& readings) {
-  const walking::Posture posture = stabilizer_.step(reference_, readings);
+  adjusted_ = adjustment_.adjust(reference_, stabilizer_.state(), readings);
+  const walking::Posture posture = stabilizer_.step(adjusted_, readings);
   const walking::JointVector q = walking::inverse_kinematics(plan_.robot(), posture, q_).q;
   world_.command(q, (q - q_) / walking::kPeriod);
   q_ = q;
@@ -53,6 +55,7 @@ void WalkingRobot::command(const walking::SensorReadings& readings) {
 
 void WalkingRobot::advance() {
   reference_ = std::exchange(following_, plan_.next());
+  adjusted_ = adjustment_.shifted(reference_);
   ++tick_;
 }
 

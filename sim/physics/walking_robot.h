@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sim/physics/world.h"
+#include "walking/landing_adjustment.h"
 #include "walking/pattern_generator.h"
 #include "walking/stabilizer.h"
 
@@ -21,15 +22,16 @@ class WalkingRobot {
   /// The part of the plan that has been carried out, 0 ... 1.
   double progress() const { return static_cast<double>(tick_) / static_cast<double>(plan_.ticks()); }
 
-  /// Plan -> stabilizer -> inverse kinematics -> servos.
+  /// Plan -> landing adjustment -> stabilizer -> inverse kinematics -> servos.
   void command(const walking::SensorReadings& readings);
   /// Advances to the next tick of the plan.
   void advance();
   /// A whole tick.
   void tick();
 
-  const walking::Reference& reference() const { return reference_; }  ///< of this tick
-  const walking::Reference& following() const { return following_; }  ///< of the next one
+  /// The plan with its adjusted landings, of this tick and of the next one.
+  const walking::Reference& reference() const { return adjusted_; }
+  walking::Reference following() const { return adjustment_.shifted(following_); }
   walking::PatternGenerator& plan() { return plan_; }
   World& world() { return world_; }
   const World& world() const { return world_; }
@@ -40,6 +42,8 @@ class WalkingRobot {
 
   walking::PatternGenerator plan_;
   walking::Reference reference_ = plan_.next(), following_ = plan_.next();
+  walking::LandingAdjustment adjustment_;
+  walking::Reference adjusted_ = reference_;
   walking::Stabilizer stabilizer_;
   walking::JointVector q_;
   World world_;
