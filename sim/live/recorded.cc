@@ -78,7 +78,8 @@ recording::TrueMotion true_motion(const physics::World& world) {
 recording::TrueFeet true_feet(physics::World& world, const walking::Reference& plan) {
   const auto [left, right] = world.sole_contacts_since_last();
   return {world.time(), true_foot(world.X_WL(), plan.X_PL, plan.support != walking::Support::right, left),
-          true_foot(world.X_WR(), plan.X_PR, plan.support != walking::Support::left, right)};
+          true_foot(world.X_WR(), plan.X_PR, plan.support != walking::Support::left, right),
+          world.torque_limited_since_last()};
 }
 
 scenario::Ending ending(physics::Condition condition) {

@@ -214,7 +214,8 @@ Robot read_robot(const mjModel& model, const RobotFile& file) { return RobotRead
 Models::Models(const RobotFile& file, const std::string& room, const std::filesystem::path& folder)
     : on_floor(load_model(file, kPhysicalRoom, folder, Shapes::colliding)),
       in_room(load_model(file, room, folder)),
-      robot(read_robot(*on_floor, file)) {}
+      robot(read_robot(*on_floor, file)),
+      has_force_sensors(file.feet[0].force_sensor && file.feet[1].force_sensor) {}
 
 void Models::mount(const rig::Mount& camera, const rig::Mount& imu) {
   imu_is_moved = !imu.is_default();

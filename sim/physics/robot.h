@@ -21,6 +21,7 @@ struct Models {
   Model in_room;   ///< robot and furnished room, all shapes
   walking::Robot robot;
   bool imu_is_moved = false;
+  bool has_force_sensors = true;  ///< at both ankles
 };
 
 }  // namespace sim::physics

@@ -154,6 +154,7 @@ World::World(const WorldOptions& options, const PlantVariation& draw, const walk
   command(q, walking::JointVector::Zero(q.size()));
   mj_forward(model_.get(), data_.get());
   last_read_ = last_recorded_ = imu_state();
+  if (!models.has_force_sensors) leg_loads_.emplace(copy_of(models.on_floor), robot_);
   if (!models.imu_is_moved) return;
   by_encoders_.reset(mj_makeData(model_.get()));
   R_HG_ = imu_in_chest(leg_readings().q);
@@ -224,9 +225,37 @@ void World::command(const walking::JointVector& q, const walking::JointVector& d
   }
 }
 
+// The limit applies to the whole torque of a servo; MuJoCo adds the damping part separately.
+void World::limit_torques() {
+  bool limited = false;
+  for (int joint = 0; joint < model_->nu; ++joint) {
+    const double effort = robot_.joints[static_cast<std::size_t>(joint)].effort;
+    if (std::isinf(effort)) continue;
+    const double damping = damping_torque(joint);
+    const double force =
+        model_->actuator_gainprm[mjNGAIN * joint] * (data_->ctrl[joint] - data_->qpos[ids_.position[joint]]);
+    limited |= std::abs(force - damping) > effort;
+    mjtNum* const range = model_->actuator_forcerange + 2 * joint;
+    range[0] = damping - effort, range[1] = damping + effort;
+  }
+  at_limit_ = at_limit_ || limited;
+}
+
+std::optional<bool> World::torque_limited_since_last() {
+  if (std::ranges::all_of(robot_.joints, [](const walking::Joint& j) { return std::isinf(j.effort); }))
+    return std::nullopt;
+  return std::exchange(at_limit_, false);
+}
+
+double World::damping_torque(int joint) const {
+  const int dof = ids_.velocity[joint];
+  return model_->dof_damping[dof] * data_->qvel[dof];
+}
+
 const Status& World::step() {
   if (status_.condition != Condition::ok) return status_;
   push();
+  limit_torques();
   // Ankle forces take 3 % of a step; they are only computed at the end of a tick.
   int& disabled = model_->opt.disableflags;
   disabled =
@@ -257,6 +286,7 @@ void World::start_clock(std::vector<Push> pushes) {
   pushes_ = std::move(pushes);
   time_ = next_look_ = std::chrono::nanoseconds(0);
   data_->time = 0;
+  at_limit_ = false;
   last_read_ = last_recorded_ = imu_state();
   soles_.since_last();
 }
@@ -322,11 +352,19 @@ walking::Wrench World::wrench(std::size_t foot) const {
 
 walking::SensorReadings World::leg_readings() const {
   walking::SensorReadings readings;
-  readings.left = wrench(0);
-  readings.right = wrench(1);
   readings.q.resize(model_->nu);
   for (int joint = 0; joint < model_->nu; ++joint)
     readings.q[joint] = data_->qpos[ids_.position[joint]] - offset_[joint];
+  if (leg_loads_) {
+    walking::JointVector torque(model_->nu);
+    for (int joint = 0; joint < model_->nu; ++joint)
+      torque[joint] = data_->actuator_force[joint] - damping_torque(joint);
+    const auto [left, right] = leg_loads_->wrenches(readings.q, torque);
+    readings.left = left, readings.right = right;
+    return readings;
+  }
+  readings.left = wrench(0);
+  readings.right = wrench(1);
   return readings;
 }
 

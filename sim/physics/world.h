@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "sim/physics/clearance.h"
+#include "sim/physics/leg_loads.h"
 #include "sim/physics/options.h"
 #include "sim/physics/robot.h"
 #include "walking/stabilizer.h"
@@ -107,7 +108,8 @@ class World {
   /// Now is t = 0: readings and contacts are counted from here, and the pushes are due by this clock.
   void start_clock(std::vector<Push> pushes);
 
-  /// Encoders, and the wrenches on the soles at the end of the last tick; no IMU.
+  /// Encoders, and the wrenches on the soles at the end of the last tick, by force sensors or else by the
+  /// torques of the legs; no IMU.
   walking::SensorReadings leg_readings() const;
 
   /// Readings for the stabilizer, gyro and accelerometer as means since the last call (or the start). Those
@@ -119,6 +121,10 @@ class World {
 
   /// Load and creep of the left and the right sole since the last call (or the start).
   std::array<SoleContact, 2> sole_contacts_since_last() { return soles_.since_last(); }
+
+  /// Returns whether a joint's torque has been at its limit since the last call (or the start); nothing if
+  /// the robot has no limits.
+  std::optional<bool> torque_limited_since_last();
 
   /// True poses in W. Ground truth: only for the score, never for filter, stabilizer or plan.
   Eigen::Isometry3d X_WB() const;  ///< waist
@@ -147,6 +153,8 @@ class World {
   void apply(const PlantVariation& draw);
   void place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB);
   void push();
+  void limit_torques();
+  double damping_torque(int joint) const;
   std::string fall_text(const Eigen::Isometry3d& X_WB) const;
   Status check() const;
   void look_around();
@@ -167,6 +175,8 @@ class World {
   walking::JointVector offset_;  // true angle minus the encoder's
   std::chrono::nanoseconds time_{0};
   Status status_;
+  bool at_limit_ = false;
+  std::optional<LegLoads> leg_loads_;   // of a robot without force sensors
   Data by_encoders_;                    // the pose of the robot as its encoders have it, for a moved IMU
   Eigen::Matrix3d R_HG_;                // that IMU in the chest at the last call of sensor_readings()
   ImuState last_read_, last_recorded_;  // at the last call of sensor_readings() and imu_since_last()

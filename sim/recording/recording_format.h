@@ -137,6 +137,8 @@ inline const std::string kFootColumns =
     ",x [m],y [m],yaw [rad],plan_x [m],plan_y [m],plan_yaw [rad],planned_down,load [N]"
     ",creep_x [m],creep_y [m],creep_yaw [rad]";
 inline const Table kFeet{"truth/feet.csv", kStampColumn + kFootColumns + kFootColumns};
+/// The same for a robot with torque limits.
+inline const std::string kFeetAndTorqueHeader = kFeet.header + ",torque_limited";
 inline const std::string kCorrectionColumns =
     ",foot,desired_x [m],desired_y [m],desired_yaw [rad],expected_x [m],expected_y [m],expected_yaw [rad]"
     ",ahead [m],aside [m],turn [rad]";

@@ -24,10 +24,15 @@ std::vector<files::TimedPose> read_poses(const Manifest& manifest, const Table& 
   return poses;
 }
 
+bool read_flag(const files::CsvReader& row, std::size_t column) {
+  const std::int64_t flag = row.integer(column);
+  if (flag != 0 && flag != 1) row.fail(column, "expected 0 or 1");
+  return flag == 1;
+}
+
 TrueFoot read_foot(const files::CsvReader& row, std::size_t first) {
-  const std::int64_t down = row.integer(first + 6);
-  if (down != 0 && down != 1) row.fail(first + 6, "expected 0 or 1");
-  return {row.vector(first), row.vector(first + 3), down == 1, row.number(first + 7), row.vector(first + 8)};
+  return {row.vector(first), row.vector(first + 3), read_flag(row, first + 6), row.number(first + 7),
+          row.vector(first + 8)};
 }
 
 // Steps are decided at least a tick apart; the time is that of the decision.
@@ -244,8 +249,12 @@ Truth read_truth(const fs::path& folder) {
   truth.camera = read_poses(manifest, kTrueCamera);
   truth.waist = read_poses(manifest, kTrueWaist);
   truth.waist_plan = read_poses(manifest, kPlannedWaist);
-  for (StampedRows rows = rows_of(manifest, kFeet.file, {kFeet.header}); rows.stamp(); rows.advance())
+  for (StampedRows rows = rows_of(manifest, kFeet.file, {kFeet.header, kFeetAndTorqueHeader}); rows.stamp();
+       rows.advance()) {
     truth.feet.push_back({*rows.stamp(), read_foot(rows.row(), 1), read_foot(rows.row(), 12)});
+    constexpr std::size_t kLimited = 23;
+    if (rows.row().fields() > kLimited) truth.feet.back().torque_limited = read_flag(rows.row(), kLimited);
+  }
   truth.surfaces = read_surfaces(manifest);
   if (manifest.lists(kDesiredWaist.file)) truth.waist_desired = read_poses(manifest, kDesiredWaist);
   if (manifest.lists(kCorrectedSteps.file)) truth.corrected_steps = read_corrected_steps(manifest);

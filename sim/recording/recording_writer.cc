@@ -61,7 +61,7 @@ struct TruthRows {
       : camera(folder, kTrueCamera),
         waist(folder, kTrueWaist),
         planned_waist(folder, kPlannedWaist),
-        feet(folder, kFeet),
+        feet(folder, kFeet.file, ""),
         surfaces(folder, kSurfaces) {}
   Rows camera, waist, planned_waist, feet, surfaces;
   std::optional<Rows> desired_waist;
@@ -197,7 +197,10 @@ void RecordingWriter::add(const TrueFeet& feet) {
   for (const TrueFoot& foot : {feet.left, feet.right})
     fields += fmt::format(",{},{},{},{},{}", files::csv_fields(foot.truth), files::csv_fields(foot.plan),
                           foot.planned_down ? 1 : 0, foot.load_n, files::csv_fields(foot.creep));
-  files_->truth.feet.add(feet.t, fields);
+  Rows& rows = files_->truth.feet;
+  if (!rows.last) rows.file.write((feet.torque_limited ? kFeetAndTorqueHeader : kFeet.header) + "\n");
+  if (feet.torque_limited) fields += *feet.torque_limited ? ",1" : ",0";
+  rows.add(feet.t, fields);
 }
 
 void RecordingWriter::add(const score::Surface& surface) {
@@ -217,6 +220,7 @@ void RecordingWriter::add(const std::string& name, std::string_view text) { file
 
 void RecordingWriter::finish() {
   Files& f = *files_;
+  if (!f.truth.feet.last) f.truth.feet.file.write(kFeet.header + "\n");
   if (!f.with_legs) f.plan.file.write(kPlanHeader + "\n");
   f.write_whole(kBody, body_yaml(f.setup.rig));
   f.write_whole(sensor_file("cam0"), camera_yaml(f.setup.calibration, f.setup.camera_rate_hz));

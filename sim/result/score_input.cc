@@ -104,6 +104,12 @@ double weight(const std::vector<score::TrueFeet>& feet) {
   return *middle;
 }
 
+std::optional<double> torque_limited(const std::vector<score::TrueFeet>& feet) {
+  if (feet.empty() || !feet.front().torque_limited) return std::nullopt;
+  const auto limited = std::ranges::count(feet, std::optional(true), &score::TrueFeet::torque_limited);
+  return static_cast<double>(limited) / static_cast<double>(feet.size());
+}
+
 std::vector<score::FootRow> feet(const recording::Truth& truth) {
   if (truth.feet.empty() || truth.waist.empty()) return {};
   return score::decompose_drift(truth.feet, weight(truth.feet), score::ground_pose(truth.waist.back().X),
@@ -171,6 +177,7 @@ score::Run score_input(const RunRecord& record) {
   run.camera = true_camera(record.setup.calibration.camera);
   run.surfaces = record.truth.surfaces;
   run.feet = feet(record.truth);
+  run.torque_limited = torque_limited(record.truth.feet);
   const walking::WalkOptions& walk = record.scenario.scenario.walk;
   if (!record.truth.waist_plan.empty()) run.desired = desired_path(walk, record.truth);
   run.steered = walk.steering.by != walking::SteeredBy::plan;

@@ -134,6 +134,8 @@ struct Run {
   std::vector<StepCorrection> corrections;  ///< empty unless the walk was steered
   bool steered = false;
   std::vector<FootRow> feet;  ///< of decompose_drift(); empty without feet
+  /// Part of the ticks with a joint's torque at its limit; absent: the robot has no limits.
+  std::optional<double> torque_limited;
   /// X_WC while it tracked, the covariance as in pose_nees(); absent: the estimator was not run.
   std::optional<std::vector<files::TumRow>> estimate;
   Trajectory

@@ -40,6 +40,9 @@ struct TrueFoot {
 struct TrueFeet {
   std::chrono::nanoseconds t{0};
   TrueFoot left, right;
+  /// A joint's torque has been at its limit since the instant before; absent: the robot has no
+  /// limits.
+  std::optional<bool> torque_limited = {};
 };
 
 struct Hit {

@@ -248,6 +248,13 @@ MetricDefinitions completion_metrics() {
   return {{"path_length_m", "m",
            "Length of the true camera's path, from frame to frame, from the first planned motion on.",
            Needs::walk, of_true_path(path_length), smallest, kHeadline},
+          {"torque_limited_fraction", "1",
+           "Fraction of the walk's 5 ms ticks with a joint's torque at its limit.", Needs::walk,
+           [](C c) -> Value {
+             if (!c.run.torque_limited) return Absent{"the robot has no torque limits"};
+             return *c.run.torque_limited;
+           },
+           largest},
           {"track_completion", "1",
            "Fraction of the plan's duration up to the last estimate. An estimator that diverged gives none "
            "after that.",

@@ -379,6 +379,22 @@ TEST(Recording, TheWriterNeedsNoMoreMemoryForALongerRun) {
   EXPECT_LT(late, early + 50'000);
 }
 
+TEST(Recording, TorqueLimitsComeBackAndAreAbsentForARobotWithoutThem) {
+  const files::TemporaryFolder folder;
+  sensor_errors::Random random(1, "test");
+  const std::vector<std::vector<std::optional<bool>>> robots{{true, false, true}, {{}, {}, {}}};
+  for (std::size_t robot = 0; robot < robots.size(); ++robot) {
+    const fs::path made = folder / std::to_string(robot);
+    RecordingWriter writer(made, setup_of(random));
+    for (std::size_t i = 0; i < robots[robot].size(); ++i)
+      writer.add(TrueFeet{Stamp(static_cast<std::int64_t>(i)), {}, {}, robots[robot][i]});
+    writer.finish();
+    std::vector<std::optional<bool>> read;
+    for (const TrueFeet& feet : read_truth(made).feet) read.push_back(feet.torque_limited);
+    EXPECT_EQ(read, robots[robot]);
+  }
+}
+
 TEST(Recording, AFolderThatExistsIsNotWrittenAndAnUnfinishedOneNotRead) {
   const files::TemporaryFolder folder;
   sensor_errors::Random random(1, "test");
