@@ -1,0 +1,87 @@
+// The G1-like robot: as light as published, and walking without force sensors at its ankles.
+#include <functional>
+
+#include "sim/scenario/scenario.h"
+#include "tests/sim/physics/test_worlds.h"
+
+namespace sim::physics {
+namespace {
+
+const Models& g1() {
+  static const Models models_of_g1(robot_file("g1"), "floor", models());
+  return models_of_g1;
+}
+
+/// Six steps with a push of 35 N for 0.2 s on one foot; the options are the robot's own.
+Walked six_steps(const std::function<void(scenario::Scenario&)>& change = {}) {
+  scenario::Scenario scenario =
+      scenario::read_scenario(std::filesystem::path(GAITSLAM_SOURCE_DIR) / "scenarios/g1_tangent_circle.yaml")
+          .scenario;
+  const walking::Step left{0.05, 0.237, 0}, right{0.05, -0.237, 0};
+  scenario.walk.commands = {walking::Stand{1}, walking::Steps{{left, right, left, right, left, right}}};
+  scenario.world.pushes = {{.time_s = 2.2, .impulse_ns = 7, .direction_rad = 1.2, .duration_s = 0.2}};
+  if (change) change(scenario);
+  const Models& robot = g1();
+  WalkingRobot walking(walking::PatternGenerator(robot.robot, scenario.walk), scenario.stabilizer,
+                       scenario.world, {.floor_friction = scenario.world.floor_friction}, robot);
+  while (walking.walks()) walking.tick();
+  return {walking.world().status(), walking.world().X_WB(), walking.reference().X_PB};
+}
+
+TEST(G1, HasThePublishedMassAndTorqueLimits) {
+  const walking::Robot& robot = g1().robot;
+  EXPECT_NEAR(robot.mass, 33.341, 0.001);
+  ASSERT_EQ(robot.joints.size(), 29u);
+  const auto effort = [&](walking::Side side, std::size_t joint) {
+    return robot.joints[static_cast<std::size_t>(robot.leg(side).joints[joint])].effort;
+  };
+  for (const walking::Side side : {walking::Side::left, walking::Side::right})
+    for (std::size_t joint = 0; joint < 6; ++joint)
+      EXPECT_EQ(effort(side, joint), (std::array{88, 139, 88, 139, 50, 50})[joint]);
+  EXPECT_FALSE(g1().has_force_sensors);
+}
+
+TEST(G1, WalksThroughAPushAndOnlyWithStabilizerAndAdjustedLandings) {
+  const Walked walked = six_steps();
+  EXPECT_EQ(walked.status.condition, Condition::ok) << walked.status.cause;
+  EXPECT_LT((walked.X_PB.translation() - walked.planned.translation()).norm(), 0.03);
+  const std::vector<std::function<void(scenario::Scenario&)>> changes{
+      [](scenario::Scenario& s) { s.stabilizer.enabled = false; },
+      [](scenario::Scenario& s) { s.stabilizer.landing_adjustment.enabled = false; }};
+  for (const auto& change : changes) EXPECT_EQ(six_steps(change).status.condition, Condition::fell);
+}
+
+TEST(G1, FeelsItsWeightByTheTorquesOfItsLegs) {
+  World world({.room = "floor"}, {.floor_friction = 0.7}, g1().robot.posture,
+              Eigen::Isometry3d(Eigen::Translation3d(0, 0, g1().robot.base_height)), g1());
+  for (int k = 0; k < 300; ++k) world.step();
+  const walking::SensorReadings readings = world.leg_readings();
+  const double weight = g1().robot.mass * walking::kGravity;
+  // It sinks onto its pads and springs: within 5 % of rest.
+  EXPECT_NEAR(readings.left.force.z() + readings.right.force.z(), weight, 0.05 * weight);
+  EXPECT_NEAR(readings.left.force.z(), readings.right.force.z(), 0.1 * weight);
+}
+
+TEST(G1, ATorqueIsNeverBeyondItsLimitAndIsReportedThere) {
+  World world({.room = "floor"}, {.floor_friction = 0.7}, g1().robot.posture,
+              Eigen::Isometry3d(Eigen::Translation3d(0, 0, g1().robot.base_height)), g1());
+  world.step();
+  world.torque_limited_since_last();
+  world.step();
+  EXPECT_EQ(world.torque_limited_since_last(), std::optional(false));
+  walking::JointVector bent = g1().robot.posture;
+  const int knee = g1().robot.leg(walking::Side::left).joints[3];
+  bent[knee] += 1;  // 4000 N·m by the servo's stiffness
+  world.command(bent, walking::JointVector::Zero(bent.size()));
+  world.step();
+  EXPECT_EQ(world.torque_limited_since_last(), std::optional(true));
+  const mjModel& m = *world.model();
+  const int dof = m.jnt_dofadr[m.actuator_trnid[2 * knee]];
+  const double torque = world.data()->actuator_force[knee];
+  EXPECT_NEAR(torque, 139, 0.02 * 139 + m.dof_damping[dof] * std::abs(world.data()->qvel[dof]));
+  EXPECT_EQ(on_floor().robot.joints[0].effort, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(standing().torque_limited_since_last(), std::nullopt);  // HRP-2's limits are not published
+}
+
+}  // namespace
+}  // namespace sim::physics
