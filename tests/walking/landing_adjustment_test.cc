@@ -78,9 +78,10 @@ TEST_F(LandingAdjustmentTest, ThePlanFollowsTheFootholdWithoutAJump) {
              (planned.X_PL.translation() - planned.X_PR.translation()))
                 .norm(),
             1e-9);
-  // The foothold comes to its place within the 0.78 s of the swing, the frame within 0.08 s.
+  // The foothold comes to its place while the foot swings, the frame within 0.08 s.
   for (std::size_t k = 1; k < ticks_.size(); ++k) {
-    ASSERT_LT((landed(k) - landed(k - 1)).norm() / kPeriod, 0.6) << k;
+    ASSERT_LT((landed(k) - landed(k - 1)).norm() / kPeriod, 0.95)
+        << k;  // the limit of planned feet in walks.h
     ASSERT_LT((ticks_[k].frame_shift - ticks_[k - 1].frame_shift).norm() / kPeriod,
               1.51 * end().norm() / kOn.shift_s);
   }
