@@ -12,6 +12,19 @@ const Models& g1() {
   return models_of_g1;
 }
 
+PlantVariation on_friction(double friction) {
+  PlantVariation draw;
+  draw.floor_friction = friction;
+  return draw;
+}
+
+World standing_g1() {
+  WorldOptions options;
+  options.room = "floor";
+  return World(options, on_friction(0.7), g1().robot.posture,
+               Eigen::Isometry3d(Eigen::Translation3d(0, 0, g1().robot.base_height)), g1());
+}
+
 /// Six steps with a push of 35 N for 0.2 s on one foot; the options are the robot's own.
 Walked six_steps(const std::function<void(scenario::Scenario&)>& change = {}) {
   scenario::Scenario scenario =
@@ -23,7 +36,7 @@ Walked six_steps(const std::function<void(scenario::Scenario&)>& change = {}) {
   if (change) change(scenario);
   const Models& robot = g1();
   WalkingRobot walking(walking::PatternGenerator(robot.robot, scenario.walk), scenario.stabilizer,
-                       scenario.world, {.floor_friction = scenario.world.floor_friction}, robot);
+                       scenario.world, on_friction(scenario.world.floor_friction), robot);
   while (walking.walks()) walking.tick();
   return {walking.world().status(), walking.world().X_WB(), walking.reference().X_PB};
 }
@@ -52,8 +65,7 @@ TEST(G1, WalksThroughAPushAndOnlyWithStabilizerAndAdjustedLandings) {
 }
 
 TEST(G1, FeelsItsWeightByTheTorquesOfItsLegs) {
-  World world({.room = "floor"}, {.floor_friction = 0.7}, g1().robot.posture,
-              Eigen::Isometry3d(Eigen::Translation3d(0, 0, g1().robot.base_height)), g1());
+  World world = standing_g1();
   for (int k = 0; k < 300; ++k) world.step();
   const walking::SensorReadings readings = world.leg_readings();
   const double weight = g1().robot.mass * walking::kGravity;
@@ -63,8 +75,7 @@ TEST(G1, FeelsItsWeightByTheTorquesOfItsLegs) {
 }
 
 TEST(G1, ATorqueIsNeverBeyondItsLimitAndIsReportedThere) {
-  World world({.room = "floor"}, {.floor_friction = 0.7}, g1().robot.posture,
-              Eigen::Isometry3d(Eigen::Translation3d(0, 0, g1().robot.base_height)), g1());
+  World world = standing_g1();
   world.step();
   world.torque_limited_since_last();
   world.step();
