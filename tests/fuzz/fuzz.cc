@@ -276,7 +276,8 @@ constexpr const char* kRobots[]{
 void model(std::string_view text) {
   namespace models = sim::model_file;
   static const models::Schema schema(
-      "mujoco (!)   model \n   compiler (*)   angle autolimits \n   asset (*)   \n      mesh (*)   name file \n"
+      "mujoco (!)   model \n   compiler (*)   angle autolimits \n   asset (*)   \n      mesh (*)   name file "
+      "\n"
       "   (world)body (R)   name pos quat euler \n      inertial (?)   mass pos diaginertia fullinertia \n"
       "      freejoint (*)   name \n      joint (*)   name type range damping axis \n"
       "      geom (*)   name type fromto size pos quat mass contype conaffinity mesh \n");

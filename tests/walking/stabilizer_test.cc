@@ -221,7 +221,8 @@ TEST(Stabilizer, KeepsItsCorrectionsWithinTheirLimitsWhateverTheReadings) {
   const Posture posture = after(stabilizer, standing(), readings, 400);
   EXPECT_TRUE(posture.X_PB.matrix().allFinite() && posture.X_PL.matrix().allFinite() &&
               posture.X_PR.matrix().allFinite());
-  EXPECT_LE(std::abs(roll_of(posture.X_PL)), StabilizerOptions::AnkleAdmittance{}.largest_rad + 0.01);  // roll and pitch combined
+  EXPECT_LE(std::abs(roll_of(posture.X_PL)),
+            StabilizerOptions::AnkleAdmittance{}.largest_rad + 0.01);  // roll and pitch combined
   EXPECT_LE(std::abs(posture.X_PL.translation().z()),
             kLargestFootDifference_m / 2 + kWeight / options.leg_compliance.stiffness_n_m + 1e-12);
 }
