@@ -14,7 +14,7 @@ constexpr const char* kRobotExamples = R"(Examples:
   gaitslam robot init my_robot/robot.xml     # writes my_robot/robot.yaml: look at what it guesses
   gaitslam robot check my_robot              # then: run scenarios/straight.yaml world.robot=./my_robot
 models/README.md has "Your own robot in an hour".)";
-constexpr const char* kCheckExamples = R"(Examples:
+constexpr const char* kRobotCheckExamples = R"(Examples:
   gaitslam robot check models/robots/hrp2
   gaitslam robot check unitree/g1_29dof.xml  # a bare model: with what robot init would guess
 Exit codes: 0 the robot stands and walks in place; 1 it does not; 2 it cannot be read.)";
@@ -45,7 +45,7 @@ class GuessedRobot {
   fs::path folder_;
 };
 
-int check(RobotRequest& request) {
+int check_one(RobotRequest& request) {
   require_simulator();
   const auto print = [](const std::string& line) { std::cout << line << std::endl; };
   if (fs::is_directory(request.robot)) return check_robot(request.robot, print) ? 0 : 1;
@@ -54,7 +54,7 @@ int check(RobotRequest& request) {
   return check_robot(guessed.folder(), print) ? 0 : 1;
 }
 
-int init(RobotRequest& request) {
+int write_first(RobotRequest& request) {
   require_simulator();
   const fs::path folder = request.out.value_or(request.robot.parent_path()), file = folder / "robot.yaml";
   if (fs::exists(file)) throw files::FileError(file, "exists already and is not overwritten");
@@ -74,14 +74,14 @@ void add_robot(CLI::App& app, int& exit_code) {
       *app.add_subcommand("robot", "Check a robot's model and file, or write a first file for a model");
   command.require_subcommand(1);
   command.footer(kRobotExamples);
-  auto [checker, check_request] =
-      add_command(command, exit_code, "check",
-                  "Print what is read of a robot, let it stand 5 s and walk in place", kCheckExamples, check);
+  auto [checker, check_request] = add_command(
+      command, exit_code, "check", "Print what is read of a robot, let it stand 5 s and walk in place",
+      kRobotCheckExamples, check_one);
   checker.add_option("robot", check_request.robot, "folder with robot.yaml, or a model file, MJCF or URDF")
       ->required();
   auto [writer, init_request] =
       add_command(command, exit_code, "init",
-                  "Write a first robot.yaml that guesses feet, legs, base, chest and head", "", init);
+                  "Write a first robot.yaml that guesses feet, legs, base, chest and head", "", write_first);
   writer.add_option("model", init_request.robot, "model file, MJCF or URDF")->required();
   writer.add_option("--out", init_request.out, "folder of robot.yaml (default: that of the model)");
 }
