@@ -135,7 +135,10 @@ TEST(LegOdometry, TheAnkleGivesWayAsItsStiffnessSays) {
 }
 
 TEST(LegOdometry, ASoleTiltsOnItsPadsAboutItsMiddleAfterTheirLag) {
-  Leg leg{.sole_min = {-0.1, -0.07}, .sole_max = {0.14, 0.07}, .pad_stiffness = {2000, 4000}};
+  Leg leg;
+  leg.sole_min << -0.1, -0.07;
+  leg.sole_max << 0.14, 0.07;
+  leg.pad_stiffness << 2000, 4000;
   const Vector3d force(0, 0, 500), middle(0.02, 0, 0);
   const auto tilt = [&](const Vector3d& about_middle) {
     return floor_under_sole(leg, {force, about_middle + middle.cross(force)});

@@ -28,7 +28,8 @@ class LandingAdjustmentTest : public testing::Test {
     LandingAdjustment adjustment(kRobot, options);
     for (const Reference& planned : kPlan) {
       StabilizerState state;
-      SensorReadings readings{.q = kRobot.posture};
+      SensorReadings readings;
+      readings.q = kRobot.posture;
       const bool left_swings = planned.support == Support::right;
       if (left_swings) state.com_error = error;
       if (left_swings && planned.swing.elapsed >= loaded) readings.left.force.z() = load_n;
