@@ -63,7 +63,7 @@ Model load_model(const RobotFile& robot, const std::string& room, const std::fil
     whole.children.insert(whole.children.end(), part->root.children.begin(), part->root.children.end());
   Model model = load_mjcf(
       to_xml(whole), fmt::format("the robot {} in {}", (robot.folder / robot.model).string(), file.string()));
-  const double loaded = model->body_subtreemass[0];
+  const double loaded = model->body_subtreemass[model->jnt_bodyid[0]];  // without the room
   if (mine.mass_kg && std::abs(loaded - *mine.mass_kg) > kMassError * *mine.mass_kg)
     throw std::runtime_error(fmt::format("{}: the links weigh {:.6g} kg, but the loaded robot {:.6g} kg",
                                          (robot.folder / robot.model).string(), *mine.mass_kg, loaded));
