@@ -182,6 +182,8 @@ struct StabilizerOptions {
                                                  "white noise of the stabilizer's 200 Hz gyro readings");
     number<&StabilizerOptions::accelerometer_sigma_m_s2>(
         key, 0, 1e3, "white noise of the stabilizer's 200 Hz accelerometer readings");
+    number<&StabilizerOptions::sole_margin_m>(
+        key, 0, 0.1, "distance of the desired center of pressure from the edge of a sole");
     part<&StabilizerOptions::attitude>(key);
     part<&StabilizerOptions::tracking>(key);
     part<&StabilizerOptions::distribution>(key);
@@ -190,8 +192,6 @@ struct StabilizerOptions {
     part<&StabilizerOptions::leg_compliance>(key);
     part<&StabilizerOptions::body_attitude>(key);
     part<&StabilizerOptions::landing_adjustment>(key);
-    number<&StabilizerOptions::sole_margin_m>(
-        key, 0, 0.1, "distance of the desired center of pressure from the edge of a sole");
   }
 };
 

@@ -152,6 +152,14 @@ EstimatorChoice read_section(const Yaml& node, const std::string& key) {
   return choice;
 }
 
+bool is_name(const Yaml& node) {
+  const auto allowed = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-' || c == '.';
+  };
+  return is_word(node) && std::all_of(node.text.begin(), node.text.end(), allowed) &&
+         !node.text.starts_with('.') && node.text.size() <= 100;
+}
+
 }  // namespace
 
 std::string expected(const Domain& domain, const double&) { return "a number" + range(domain); }
@@ -201,18 +209,13 @@ void read(const Yaml& node, std::string_view key, const Domain& domain, std::str
     value = domain.choices[read_choice(node, key, domain)];
     return;
   }
-  const auto allowed = [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-' || c == '.';
-  };
-  const bool fine = is_word(node) && std::all_of(node.text.begin(), node.text.end(), allowed) &&
-                    !node.text.starts_with('.') && node.text.size() <= 100;
-  if (!fine) reject(node, key, expected(domain, value));
+  if (!is_name(node)) reject(node, key, expected(domain, value));
   value = node.text;
 }
 void read(const Yaml& node, std::string_view key, const Domain& domain, physics::NameOrPath& value) {
-  if (!is_word(node) || node.text.find('/') == node.text.npos)
-    return read(node, key, domain, static_cast<std::string&>(value));
-  if (files::one_line(node.text) != node.text) reject(node, key, expected(domain, value));
+  const bool is_path =
+      is_word(node) && node.text.find('/') != node.text.npos && files::one_line(node.text) == node.text;
+  if (!is_path && !is_name(node)) reject(node, key, expected(domain, value));
   value = node.text;
 }
 void read(const Yaml& node, std::string_view key, const Domain& domain, std::vector<std::string>& value) {

@@ -116,7 +116,7 @@ TEST_F(Regress, AChangedScenarioIsAnotherConfigurationUntilTheBaselineIsUpdated)
         "limits: {rmse_m: {at_most: 1}}\n");
   expect_refused("regress suites/ci.yaml --results old",
                  "walk has another configuration than the baseline baselines/ci.json: walk.step_height_m: "
-                 "not set -> 0.05; 'tools/gaitslam baseline update suites/ci.yaml --results old --reason "
+                 "0.07 -> 0.05; 'tools/gaitslam baseline update suites/ci.yaml --results old --reason "
                  "WHY' stores it");
   const std::string update = "baseline update suites/ci.yaml --reason 'lower steps' --results ",
                     before = text_of("baselines/ci.json");
@@ -124,7 +124,7 @@ TEST_F(Regress, AChangedScenarioIsAnotherConfigurationUntilTheBaselineIsUpdated)
   EXPECT_THAT(gaitslam(update + "bad").ends(1).err, Has("because a result misses a limit"));
   write_results("new", 2);
   EXPECT_THAT(ok(update + "new --dry-run"),
-              AllOf(Has("FAIL", "walk.step_height_m: not set -> 0.05"), Lacks("written")));
+              AllOf(Has("FAIL", "walk.step_height_m: 0.07 -> 0.05"), Lacks("written")));
   EXPECT_EQ(text_of("baselines/ci.json"), before);
   ok(update + "new");
   EXPECT_THAT(text_of("baselines/ci.json"), Has("the first", "lower steps"));

@@ -71,7 +71,8 @@ inline void expect_smooth_body(const Reference& a, const Reference& b, double mo
 }
 
 /// A foot moves only in the air, and its velocity does not jump. only: the support by this foot.
-inline void expect_smooth_foot(const Reference* tick, Eigen::Isometry3d Reference::*foot, Support only) {
+inline void expect_smooth_foot(const Reference* tick, Eigen::Isometry3d Reference::*foot, Support only,
+                               double most_acceleration) {
   const Eigen::Isometry3d &earlier = tick[-2].*foot, &before = tick[-1].*foot, &now = tick->*foot;
   if (tick->support == only || (tick->support == Support::both && tick[-1].support == Support::both)) {
     ASSERT_TRUE(now.matrix() == before.matrix());
@@ -80,20 +81,21 @@ inline void expect_smooth_foot(const Reference* tick, Eigen::Isometry3d Referenc
   ASSERT_LT(speed(before, now), 0.95);              // 0.8 m/s for a stride of 0.3 m
   ASSERT_LT(std::abs(turning(before, now)), 0.90);  // 1.5 · 0.4 rad / 0.70 s
   const Eigen::Vector3d change = now.translation() - 2 * before.translation() + earlier.translation();
-  ASSERT_LT(change.norm() / kPeriod, 0.025);  // velocity: 4.6 m/s² in 5 ms at most
+  ASSERT_LT(change.norm() / kPeriod, kPeriod * most_acceleration);
 }
 
-inline void expect_smooth(const std::vector<Reference>& walk) {
+inline void expect_smooth(const std::vector<Reference>& walk, double single_support_s = 0.78) {
   double widest = 0;
   for (const Reference& r : walk)
     widest = std::max(widest, (r.X_PL.translation() - r.X_PR.translation()).head<2>().norm());
   // The smoothing window's largest weight is a fifth of the way from foot to foot.
   const double zmp_step = 0.2 * widest, jerk = zmp_step * kGravity / 0.81 / kPeriod;
+  const double most_acceleration = 5 * std::pow(0.78 / single_support_s, 2);  // m/s², of a foot
   for (std::size_t k = 2; k < walk.size(); ++k) {
     const Reference &before = walk[k - 2], &now = walk[k - 1], &after = walk[k];
     expect_smooth_body(now, after, jerk, zmp_step);
-    expect_smooth_foot(&after, &Reference::X_PL, Support::left);
-    expect_smooth_foot(&after, &Reference::X_PR, Support::right);
+    expect_smooth_foot(&after, &Reference::X_PL, Support::left, most_acceleration);
+    expect_smooth_foot(&after, &Reference::X_PR, Support::right, most_acceleration);
     // Central differences of the waist's pose; the yaw's acceleration jumps at lift-off, by 2.2 rad/s².
     const Eigen::Vector3d velocity = (after.X_PB.translation() - before.X_PB.translation()) / (2 * kPeriod);
     EXPECT_LT((now.waist_velocity - velocity).norm(), kPeriod * kPeriod / 6 * jerk);

@@ -21,7 +21,7 @@ TEST_P(ShippedScenario, IsReadAndWrittenWholeAndItsWalkIsSmooth) {
   const Scenario scenario = read_scenario(GetParam()).scenario;
   const std::string whole = to_yaml(scenario);
   EXPECT_EQ(to_yaml(read_text(whole).scenario), whole);
-  walking::expect_smooth(walking::planned(scenario.walk));
+  walking::expect_smooth(walking::planned(scenario.walk), scenario.walk.single_support_s);
 }
 
 TEST(EstimatorTime, IsTheLatencyOfSteeringAndAGivenOneIsAddedToIt) {
