@@ -206,7 +206,7 @@ TEST(ModelFile, WhatTheBenchCannotTakeIsRejectedWithFileLineElementAndAttribute)
       {"<frame euler='1 2 x'/>", "robot.xml:3: frame euler: has 'x', expected a number"},
       {"<geom>", "robot.xml:3: is not XML"}};
   for (const auto& [content, error] : cases)
-    EXPECT_THAT(error_of([&] { read_base(folder, content); }), Has(error)) << content;
+    EXPECT_THAT(error_of([&, &content = content] { read_base(folder, content); }), Has(error)) << content;
   const std::pair<std::string, std::string> sections[]{
       {"<include file='none.xml'/>", "robot.xml:2: include file: there is no file"},
       {"<include file='robot.xml'/>", "is included twice"},
@@ -215,10 +215,10 @@ TEST(ModelFile, WhatTheBenchCannotTakeIsRejectedWithFileLineElementAndAttribute)
       {"<default><default/></default>", "robot.xml:2: default class: is missing"},
       {"<compiler coordinate='global'/>", "robot.xml:2: compiler coordinate: is global"}};
   for (const auto& [more, error] : sections)
-    EXPECT_THAT(error_of([&] { read_base(folder, "", more); }), Has(error)) << more;
+    EXPECT_THAT(error_of([&, &more = more] { read_base(folder, "", more); }), Has(error)) << more;
   for (const auto& [file, error] :
        {std::pair("leg.dae", "is 'leg.dae', expected a .stl or .obj file"), {"leg.stl", "there is no file"}})
-    EXPECT_THAT(error_of([&] {
+    EXPECT_THAT(error_of([&, &file = file] {
                   read_base(folder, "<geom mesh='leg' mass='0'/>",
                             std::string("<asset><mesh file='") + file + "'/></asset>");
                 }),
@@ -311,7 +311,7 @@ TEST(Urdf, ThatIsNoTreeOrNamesWhatIsNotThereIsRejected) {
       {mesh("package://other/leg.stl"),
        "mesh filename: the package 'other' with /leg.stl is not above this file"}};
   for (const auto& [content, error] : cases)
-    EXPECT_THAT(error_of([&] { read_urdf(folder, content); }), Has(error)) << content;
+    EXPECT_THAT(error_of([&, &content = content] { read_urdf(folder, content); }), Has(error)) << content;
 }
 
 }  // namespace
