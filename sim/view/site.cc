@@ -69,6 +69,9 @@ ordered_json to_json(const ShownRun& run) {
           {"metrics", metrics},
           {"pieces", run.pieces},
           {"duration", run.duration_s},
+          {"sole", run.sole ? ordered_json{run.sole->min().x(), run.sole->min().y(), run.sole->max().x(),
+                                           run.sole->max().y()}
+                            : ordered_json(nullptr)},
           {"missing", run.missing},
           {"has_model", run.model.has_value()},
           {"camera", run.camera ? to_json(*run.camera) : ordered_json(nullptr)},

@@ -35,7 +35,9 @@ export class Run {
   }
 
   addFootprints(t, foot, i) {
-    const {sole} = this.about, landed = foot.landed && String(foot.landed);
+    const {sole} = this.about;
+    if (!sole) return;
+    const landed = foot.landed && String(foot.landed);
     if (landed && landed !== this.last[i]) this.landed.push({t, corners: soleCorners(sole, foot.landed)});
     if (foot.planned_down && !this.plannedDown[i]) this.planned.push({t, corners: soleCorners(sole, foot.plan)});
     this.last[i] = landed;
