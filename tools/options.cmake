@@ -1,4 +1,4 @@
-# What every target of the project is compiled with: each links gaitslam_options, directly or by what it links.
+# The compiler options of all targets: each links gaitslam_options, directly or indirectly.
 add_library(gaitslam_options INTERFACE)
 target_include_directories(gaitslam_options INTERFACE ${PROJECT_SOURCE_DIR})
 
@@ -49,7 +49,7 @@ if(GAITSLAM_FUZZ)
   target_compile_options(gaitslam_options INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
-# For code whose compilation takes longer than its work: the optimizer would be a fifth to a half of it.
+# For code that runs faster than it compiles: the optimizer would take a fifth to a half of the compilation.
 add_library(gaitslam_quick_build INTERFACE)
 target_link_libraries(gaitslam_quick_build INTERFACE gaitslam_options)
 target_compile_options(gaitslam_quick_build INTERFACE

@@ -59,7 +59,7 @@ FootPose center_of(const Stance& stance);
 std::vector<Footstep> footsteps(const Robot& robot, const Command& command, const FootPose& start,
                                 double step_length_m);
 
-/// Returns how far a landing is outside the area in which steps are known to work, m; 0 inside. Seen from the
+/// Returns how far a landing is outside the area of steps that are known to work, m; 0 inside. Seen from the
 /// stance foot, its outer corners are the robot's reach aside, (±5/7, 3/4) and (±1, 1/2) of its reach ahead
 /// and aside (Herdt et al. 2010, as in jrl-walkgen), less a margin of 0.04 m; on the inside the soles stay
 /// 0.01 m apart.

@@ -15,8 +15,9 @@ Eigen::Isometry3d measured_sole_in_base(const Robot& robot, Side side, const Leg
 /// way.
 Eigen::Isometry3d floor_under_sole(const Leg& leg, const Wrench& lagged);
 
-/// Follows the waist from one carrying sole to the next in the odometry's own world O, whose floor is z = 0;
-/// O drifts from the true world as soles slip, because the sole that carries more is assumed to be at rest.
+/// Follows the waist from one carrying sole to the next in the odometry's own world O with its floor at z =
+/// 0; O drifts from the true world as soles slip, because the sole that carries more is assumed to be at
+/// rest.
 ///
 /// When the load changes, the new sole is placed relative to the other one, so the waist never jumps and
 /// settles on the floor within tenths of a second. Tilt of a sole on an uneven floor is not observed: that

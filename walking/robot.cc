@@ -18,7 +18,7 @@ constexpr int kMostSteps = 40;
 constexpr double kLargestStep_rad = 0.5;
 constexpr double kDamping = 0.01;  // of the squared error (m and rad)
 constexpr double kLeastDamping = 1e-12;
-constexpr double kLastStep = 1e-8;      // error (m and rad) whose square is beyond the last digits
+constexpr double kLastStep = 1e-8;      // error (m and rad) with a square beyond the last digits
 constexpr double kLeastFreedom = 1e-3;  // singular value of the leg's Jacobian, m/rad
 
 Matrix3d turn(const Vector3d& axis, double angle) {
@@ -109,16 +109,16 @@ std::string degrees(double angle) {
 
 void check_leg(const Robot& robot, Side side) {
   const Leg& leg = robot.leg(side);
-  const auto require = [&](bool holds, const std::string& complaint) {
-    if (!holds) throw std::invalid_argument("the " + name_of(side) + " leg " + complaint);
+  const auto require = [&](bool fulfilled, const std::string& complaint) {
+    if (!fulfilled) throw std::invalid_argument("the " + name_of(side) + " leg " + complaint);
   };
   require(leg.joints.size() == 6, "has " + std::to_string(leg.joints.size()) +
-                                      " joints, expected 6: other legs need a walker of their own");
+                                      " joints, expected 6: other legs need an external controller");
   int parent = -1;
   for (int i = 0; i < 6; ++i) {
     const Joint& joint = joint_of(robot, leg, i);
     require(joint.parent == parent,
-            "is no chain from base to foot: " + joint.name + " is not on the link of " +
+            "is not a chain from base to foot: " + joint.name + " is not on the link of " +
                 (parent < 0 ? "the base" : robot.joints[static_cast<std::size_t>(parent)].name));
     require(std::isfinite(joint.lowest) && std::isfinite(joint.highest),
             "has no range at " + joint.name + ", expected limits in the model");

@@ -15,13 +15,13 @@ enum class Side { right, left };
 
 /// A value for each joint, in the order of Robot::joints.
 using JointVector = Eigen::VectorXd;
-/// Of a leg's six joints, hip to ankle.
+/// Values for a leg's six joints, hip to ankle.
 using LegVector = Eigen::Matrix<double, 6, 1>;
 
 /// A joint that turns. With all joints at zero the axes of every link are those of the base.
 struct Joint {
   std::string name;
-  int parent = -1;                                   ///< joint whose link carries this one; -1: the base
+  int parent = -1;  ///< joint with the link that carries this one; -1: the base
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< from the parent joint, m, axes of its link
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();   ///< unit vector in the axes of the link
   double lowest = -std::numeric_limits<double>::infinity(), highest = -lowest;  ///< range, rad
@@ -41,7 +41,7 @@ struct Leg {
   Eigen::Isometry3d X_FS = Eigen::Isometry3d::Identity();
   Eigen::Vector2d sole_min = Eigen::Vector2d::Zero(), sole_max = Eigen::Vector2d::Zero();  ///< outline, m
   std::vector<Spring> bush;  ///< of the ankle, from the ankle down; none: the sole is rigid
-  /// Of the tilt on the sole's pads about its axes x and y, N·m/rad, and how long it lags; 0: no tilt.
+  /// Stiffness of the sole's pads against tilt about its axes x and y, N·m/rad, and its lag; 0: no tilt.
   Eigen::Vector2d pad_stiffness = Eigen::Vector2d::Zero();
   double pad_lag_s = 0;
 
@@ -54,8 +54,8 @@ struct Arm {
   int shoulder = 0, elbow = 0;
 };
 
-/// Limits of steps that are known to work; those of where a foot may be seen from the other one are corners
-/// of the area of Herdt et al. 2010.
+/// Limits of steps that are known to work. The reach is the corner of the area of Herdt et al. 2010 for one
+/// foot seen from the other.
 struct StepLimits {
   double aside_m = 0.14;
   double reach_ahead_m = 0.28, reach_aside_m = 0.4;
@@ -76,7 +76,7 @@ struct Robot {
   /// Center of mass in the base in that posture, m. Its y is zero: the plan is symmetric, so that left and
   /// right walks mirror each other, and leaves the real one to the stabilizer.
   Eigen::Vector3d com = Eigen::Vector3d::Zero();
-  int chest = -1;  ///< joint whose link has the IMU of the stabilizer; -1: the base has it
+  int chest = -1;  ///< joint with the link of the stabilizer's IMU; -1: the base has it
   /// Axes of that IMU (forward, left, up) in those of its link.
   Eigen::Matrix3d R_link_imu = Eigen::Matrix3d::Identity();
   std::array<std::optional<Arm>, 2> arms = {};  ///< by Side

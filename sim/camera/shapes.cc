@@ -259,8 +259,8 @@ void require_drawable(const mjModel& model) {
     const bool flat = std::equal(first + 3, first + bytes, first);
     if (name && !flat && room::is_painted(name))
       throw std::invalid_argument(
-          fmt::format("the texture '{}' has a picture of its own, but the bench paints textures of that "
-                      "name; expected another name",
+          fmt::format("the texture '{}' has a picture, but the bench paints textures of that name; "
+                      "expected another name",
                       name));
   }
 }

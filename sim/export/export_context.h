@@ -172,8 +172,8 @@ class ExportContext {
   void write_truth(const std::string& name, std::string_view bytes) const {
     if (run.with_truth) write(name, bytes);
   }
-  /// Writes README.md: the texts of these names, `more`, and the conventions of all exports. cameras: those
-  /// whose images are exported.
+  /// Writes README.md: the texts of these names, `more`, and the conventions of all exports. cameras: the
+  /// exported ones.
   void write_readme(std::initializer_list<std::string> names, const std::vector<int>& cameras,
                     const std::string& more = "") const;
 

@@ -1,4 +1,4 @@
-// What a robot's folder says, and whether the robot stands and walks: `gaitslam robot check`.
+// Checks a robot's folder and whether the robot stands and walks: `gaitslam robot check`.
 #pragma once
 
 #include <filesystem>

@@ -49,7 +49,7 @@ constexpr string_view kSections[]{"compiler", "default", "asset",   "worldbody",
 constexpr string_view kMassKeys[]{"boundmass",       "boundinertia",      "settotalmass",    "balanceinertia",
                                   "inertiafromgeom", "inertiagrouprange", "exactmeshinertia"};
 constexpr string_view kTurns[]{"quat", "axisangle", "euler", "xyaxes", "zaxis"};
-/// Lists whose first numbers may be given alone, the others being those of the defaults.
+/// Lists that may be shorter than the default: the remaining numbers are those of the default.
 constexpr string_view kLists[]{"friction", "solref", "solimp", "solreflimit", "solimplimit", "size", "gear"};
 /// Attributes that name an asset.
 constexpr string_view kAssetNames[]{"mesh", "material", "texture", "hfield"};
@@ -83,7 +83,7 @@ class Classes {
     const std::string own = element.get("class");
     const std::string name = !own.empty() ? own : childclass.empty() ? main_ : childclass;
     auto at = all_.find(name);
-    if (at == all_.end()) reject(element, "class", fmt::format("'{}' is no default class", name));
+    if (at == all_.end()) reject(element, "class", fmt::format("'{}' is not a default class", name));
     element.erase("class");
     for (; at != all_.end(); at = all_.find(at->second.first)) {
       const bool is_turned =
@@ -129,7 +129,7 @@ void expand(Element& element, const fs::path& main_folder, std::set<fs::path>& r
     fs::path file = main_folder / name;
     if (!fs::exists(file, fault)) file = child.file->parent_path() / name;
     if (name.empty() || !fs::is_regular_file(file, fault))
-      reject(child, "file", fmt::format("there is no file {}", file.string()));
+      reject(child, "file", fmt::format("{} does not exist", file.string()));
     if (!read.insert(fs::weakly_canonical(file, fault)).second)
       reject(child, "file", fmt::format("{} is included twice", file.string()));
     Element included = read_xml(file);
@@ -243,7 +243,7 @@ class Reader {
     if (angles_.degrees) note(Fate::converted, "degrees: to radians", compiler);
   }
 
-  // What is left applies to the room, too: only what shapes the robot's masses.
+  // Keeps the keys that shape the robot's masses; the others would apply to the room, too.
   void write_compiler() {
     Element& compiler = section("compiler");
     std::erase_if(compiler.attributes, [&](const auto& each) { return !is_one_of(each.first, kMassKeys); });
@@ -384,7 +384,8 @@ class Reader {
         continue;
       }
       turn_by_quaternion(child);
-      if (room_ && child.name.ends_with("joint")) reject(child, "", "is in a room, where nothing moves");
+      if (room_ && child.name.ends_with("joint"))
+        reject(child, "", "is in a room, expected shapes that do not move");
       if (child.name == "joint") clean_joint(child);
       for (const string_view attribute : kAssetNames)
         if (const std::string* const name = child.find(attribute)) child.set(attribute, prefix() + *name);
@@ -392,14 +393,15 @@ class Reader {
     }
   }
 
-  /// Euler angles and angles of axes follow conventions, of which a model has one for all of its parts.
+  /// Euler angles and angles of axes follow a convention, one for all parts of a model.
   void turn_by_quaternion(Element& element) const {
     if (!angles_.degrees && angles_.sequence == "xyz") return;
     if (element.find("euler") || element.find("axisangle")) set_place(element, place_of(element, angles_));
   }
 
   void clean_joint(Element& joint) {
-    if (joint.get("type") == "free") reject(joint, "type", "is free, expected that of the base alone");
+    if (joint.get("type") == "free")
+      reject(joint, "type", "is free, expected only the base to have a free joint");
     if (const auto range = numbers(joint, "actuatorfrcrange", 2, 2); !range.empty()) {
       model_.motors[joint.get("name")].effort = std::max(std::abs(range[0]), std::abs(range[1]));
       note(Fate::kept_aside, "effort limits (joint actuatorfrcrange)", joint);
@@ -487,7 +489,7 @@ class Reader {
          contact);
   }
 
-  /// Keeps the assets that the robot uses, under names of its own and with absolute paths.
+  /// Keeps the assets that the robot uses, with a prefix before their names and absolute paths.
   void clean_assets() {
     Element& assets = section("asset");
     std::set<std::string> used;
@@ -537,7 +539,7 @@ class Reader {
                          asset.name == "texture" ? ".png" : ".stl or .obj"));
     std::error_code fault;
     if (!fs::is_regular_file(file, fault))
-      reject(asset, "file", fmt::format("there is no file {}", file.string()));
+      reject(asset, "file", fmt::format("{} does not exist", file.string()));
     return file;
   }
 

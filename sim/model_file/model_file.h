@@ -25,7 +25,7 @@ class Schema {
   Known root_;
 };
 
-/// What became of parts of a file that the library or the bench does not take as they are.
+/// How parts of a file were treated that the library or the bench cannot use unchanged.
 enum class Fate { kept_aside, dropped, converted };
 struct Note {
   Fate fate;
@@ -33,14 +33,14 @@ struct Note {
   int count = 1;
 };
 
-/// What a file says of the motor of a joint, in N m, N m/rad and N m s/rad.
+/// The motor of a joint as the file describes it, in N m, N m/rad and N m s/rad.
 struct Motor {
   std::optional<double> effort, kp, kd;
 };
 
 struct ModelFile {
-  /// MJCF in radians, without defaults: `compiler`, `asset`, `worldbody` with the robot alone, `tendon`,
-  /// `equality`. Files are absolute paths, names of assets begin with "robot/": no room interferes.
+  /// MJCF in radians, without defaults: `compiler`, `asset`, `worldbody` with only the robot, `tendon`,
+  /// `equality`. Paths are absolute. Names of assets start with "robot/", so that no room interferes.
   Element root;
   std::vector<Note> notes;
   std::map<std::string, Motor> motors;         ///< by joint
@@ -48,10 +48,10 @@ struct ModelFile {
   std::vector<std::string> paired_with_floor;  ///< geoms
 };
 
-/// What robot.yaml names of a file.
+/// The parts of a model file that robot.yaml names.
 struct Parts {
   std::string base = {};  ///< body at the root; "": of the file's bodies the one with most joints
-  /// Geoms that touch the floor; nothing: whatever the file says does.
+  /// Geoms that touch the floor; absent: those that the file lets collide.
   std::optional<std::vector<std::string>> contacts = {};
 };
 
@@ -63,7 +63,7 @@ ModelFile read_model(const std::filesystem::path& file, const Schema& schema, co
 /// named "floor". Names of assets stay. Throws FileError.
 ModelFile read_room(const std::filesystem::path& file, const Schema& schema);
 
-/// Returns a model's file, those that it includes, and those of its assets, as far as they exist. Throws
+/// Returns a model's file, the existing files that it includes, and those of its assets. Throws
 /// FileError.
 std::vector<std::filesystem::path> files_of(const std::filesystem::path& file);
 

@@ -15,7 +15,7 @@ struct Angles {
 
 /// Returns the pose of a body, geom, site, camera or frame in its parent. Throws FileError.
 Eigen::Isometry3d place_of(const Element& element, const Angles& angles);
-/// Replaces whatever says where the element is.
+/// Replaces the element's pose, in whatever form the file gives it.
 void set_place(Element& element, const Eigen::Isometry3d& X);
 
 }  // namespace sim::model_file

@@ -96,7 +96,8 @@ class Urdf {
     const std::string parent = required(part(joint, "parent"), "link"),
                       child = required(part(joint, "child"), "link");
     for (const std::string& link : {parent, child})
-      if (!links_.contains(link)) reject(joint, "", fmt::format("joins '{}', which is no link", link));
+      if (!links_.contains(link))
+        reject(joint, "", fmt::format("joins '{}', expected the name of a link", link));
     const auto [above, is_new] = joint_above_.emplace(child, &joint);
     if (!is_new)
       reject(joint, "",

@@ -6,7 +6,7 @@
 
 namespace sim::physics {
 
-/// What the library in use knows.
+/// Returns the elements and attributes that MuJoCo's parser knows.
 const model_file::Schema& schema();
 
 /// Reads the model and puts the bench's parts where robot.yaml wants them, with the names that RobotFile

@@ -103,7 +103,7 @@ class Guess {
   const char* side(const Foot& foot) const { return place(foot.body).y() > 0 ? "left" : "right"; }
   double mass() const { return m_.body_subtreemass[base_]; }
 
-  // A spring is no joint that a servo turns.
+  // Joints with a spring have no servo.
   bool has_servo(int joint) const {
     return m_.jnt_type[joint] == mjJNT_HINGE && m_.jnt_stiffness[joint] == 0 && !joint_name(joint).empty();
   }
@@ -118,7 +118,7 @@ class Guess {
     while (body > above) body = m_.body_parentid[body];
     return body == above;
   }
-  // Whether the base's legs or its chest hang on the joint.
+  // Returns whether the joint carries a leg of the base or its chest.
   bool carries(int joint) const {
     const int body = m_.jnt_bodyid[joint];
     return is_below(chest_, body) || is_below(feet_[0].body, body);

@@ -114,7 +114,7 @@ int upper_link(const mjModel& model, const std::string& link) {
 }  // namespace
 
 std::vector<int> contacts(const mjModel& model, int foot) {
-  constexpr int kFloor = 1;  // both types of a geom that says nothing
+  constexpr int kFloor = 1;  // contype and conaffinity of a geom by default
   std::vector<int> geoms;
   for (int geom = 0; geom < model.ngeom; ++geom)
     if (model.geom_bodyid[geom] == foot &&

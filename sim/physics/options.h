@@ -9,7 +9,7 @@
 
 namespace sim::physics {
 
-/// Sliding friction between sole and floor unless robot.yaml or the scenario says otherwise.
+/// Sliding friction between sole and floor, by default.
 inline constexpr double kFloorFriction = 0.15;
 
 /// A push against the waist: a constant horizontal force of a given duration.
@@ -133,10 +133,10 @@ struct FloorWave {
 /// nothing differs.
 struct PlantVariation {
   double floor_friction = kFloorFriction;
-  /// Of each joint: true angle minus what the encoder reads, and at the start minus the one asked for.
+  /// For each joint, the true angle minus the encoder's reading, and at the start minus the commanded one.
   Eigen::VectorXd joint_offset_rad, posture_rad;
   Eigen::VectorXd servo_scale;  ///< of each servo's gain
-  /// Of the base, then the link of each joint.
+  /// Factors of the base, then the link of each joint.
   Eigen::VectorXd mass_scale;
   Eigen::Matrix3Xd com_offset_m;  ///< in the axes of the links
   std::vector<FloorWave> floor;   ///< their sum is the floor's height

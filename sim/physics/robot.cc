@@ -161,7 +161,7 @@ class RobotReader {
     leg.sole_max = leg.sole_max.cwiseMax(X_SG.translation().head<2>() + half);
   }
 
-  /// Of a mesh only what is as low as the sole touches the floor.
+  /// Vertices of a mesh count only if they are as low as the sole.
   void extend_by_mesh(Leg& leg, const Isometry3d& X_SG, int mesh) const {
     for (int i = 0; i < m_.mesh_vertnum[mesh]; ++i) {
       const float* const vertex = m_.mesh_vert + 3 * (m_.mesh_vertadr[mesh] + i);

@@ -1,5 +1,5 @@
-// What a robot's robot.yaml says: the parts of its model by name, and what no model says. The only header
-// beside options.h that sim/scenario includes, which reads it.
+// The contents of a robot's robot.yaml: the parts of its model by name, and what models do not contain.
+// sim/scenario reads it and includes no other header of this folder but options.h.
 #pragma once
 
 #include <filesystem>
@@ -30,7 +30,7 @@ struct RobotFile {
     double pad_roll_nm_rad = 0, pad_pitch_nm_rad = 0, pad_lag_s = 0;
 
     static void keys(auto&& key) {
-      value<&Foot::body>(key, "body whose underside is the sole");
+      value<&Foot::body>(key, "body with the sole as its underside");
       number<&Foot::sole_m>(key, -1, 1, "point of the sole below the ankle, in the axes of the body");
       degrees<&Foot::sole_roll_rad>(key, -180, 180, "turn of the sole's axes about the body's x axis, first");
       degrees<&Foot::sole_pitch_rad>(key, -180, 180, "turn about the body's y axis, second");
@@ -50,7 +50,7 @@ struct RobotFile {
   struct Servo {
     std::vector<std::string> joints;
     double kp_nm_rad = 0, kd_nms_rad = 0;
-    std::optional<double> armature_kg_m2, effort_nm;  ///< without: as the model says
+    std::optional<double> armature_kg_m2, effort_nm;  ///< absent: those of the model
   };
   std::vector<Servo> servos;
 

@@ -1,5 +1,5 @@
 // The log of finished jobs, of results and of trials: each is on the disk before the next starts, so that a
-// killed command resumes where it stopped.
+// killed command can be resumed.
 #pragma once
 
 #include <cstddef>

@@ -116,7 +116,7 @@ std::vector<score::FootRow> feet(const recording::Truth& truth) {
                                 score::ground_pose(truth.waist_plan.back().X));
 }
 
-/// What the start of a plan shows of the robot: standing in its start posture, P under the waist.
+/// Returns the robot's measures that the start of a plan shows: start posture, P under the waist.
 walking::Robot robot_at_start(const recording::Truth& truth) {
   walking::Robot robot;
   robot.base_height = truth.waist_plan.front().X.translation().z();

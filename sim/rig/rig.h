@@ -128,10 +128,10 @@ struct DepthCamera {
     number<&DepthCamera::baseline_m>(
         key, 0.001, 1,
         "baseline b of the stereo pair that measures: the error is z² disparity_sigma_px / (f b)");
-    number<&DepthCamera::stereo_width_px>(key, 0, 4096,
-                                          "width of the images that the pair matches, whose pixels the next "
-                                          "two keys count; 0: width of the depth "
-                                          "image");
+    number<&DepthCamera::stereo_width_px>(
+        key, 0, 4096,
+        "width of the images that the pair matches, which defines the pixels "
+        "of the next two keys; 0: width of the depth image");
     number<&DepthCamera::disparity_sigma_px>(key, 0, 10, "error of the disparity; 0: exact depth");
     number<&DepthCamera::window_px>(key, 1, 64,
                                     "matching window, which correlates errors of neighbors; 1: independent");

@@ -178,7 +178,7 @@ std::optional<RecordingDifference> first_difference(const Scenario& recorded, co
 std::optional<std::string> counterfactual(const Scenario& recorded, const Scenario& scenario) {
   if (recorded.walk.steering.by != walking::SteeredBy::estimate) return std::nullopt;
   if (recorded.estimator_time.model == TimeModel::measured)
-    return "the recorded walk was steered by answers whose measured times are not repeatable";
+    return "the recorded walk was steered with measured answer times, which are not repeatable";
   if (recorded.seed != scenario.seed)
     return fmt::format("the recorded walk was steered with seed {}, not {}", recorded.seed, scenario.seed);
   if (const auto other = first_difference(recorded, scenario, shapes_estimate))

@@ -61,12 +61,13 @@ struct Key {
   std::string print(const Owner& owner) const {
     return print_in(&owner);
   }
-  // The same for an owner whose type is not known.
+  // The same for an owner of unknown type.
   void read_in(void* owner, const Yaml& node) const;
   std::string print_in(const void* owner) const;
 };
 
-/// What a KeyCollector does for any options: templates of it would take a third of this room's compilation.
+/// The part of KeyCollector that does not depend on the options; as templates it would take a third of this
+/// folder's compilation.
 class KeyList : public walking::KeyVisitor {
  protected:
   KeyList(std::string prefix, std::vector<Key::Step> place, std::vector<Key>& keys)

@@ -141,9 +141,9 @@ void check_time(const ReadScenario& read) {
                       model));
   require(!fixed || read.origin.contains("estimator.time.frame_ms"), "model",
           "is fixed, expected estimator.time.frame_ms with it");
-  require(!none || time.queue == 0, "queue", "is 1, but estimator.time.model is none and no frame waits");
+  require(!none || time.queue == 0, "queue", "is 1, but with estimator.time.model none a frame never waits");
   require(!none || time.on_busy == OnBusy::drop, "on_busy",
-          "is wait, but estimator.time.model is none and no estimator is busy");
+          "is wait, but with estimator.time.model none an estimator is never busy");
   require(time.on_busy == OnBusy::drop || time.queue == 0, "queue",
           "is 1, but estimator.time.on_busy is wait, where every frame waits; expected 0, or on_busy: drop");
 }
@@ -192,8 +192,8 @@ void check_whole(const ReadScenario& read) {
     fail(at, "rig", "needs the section 'camera': its readings come with the frames of the head camera");
   if (scenario.slam && scenario.slam->vision.enabled && scenario.world.room == "floor")
     fail(at, "world.room",
-         "is floor, where the camera sees nothing to track; expected office or hall, or slam.vision.enabled: "
-         "false");
+         "is floor, an empty plane without anything to track; expected office or hall, or "
+         "slam.vision.enabled: false");
   using enum walking::SteeredBy;
   const walking::SteeredBy steered_by = scenario.walk.steering.by;
   if (steered_by == estimate && !scenario.slam)
@@ -284,7 +284,7 @@ class ScenarioReader {
       if (result.origin.contains(path)) continue;
       if (!shapes_recording(path) || path == "walk.commands")
         fail(value, path,
-             "is no default that a robot can give" + (find_key(path) ? "" : "; " + unknown_key(path)));
+             "is not a default that a robot can set" + (find_key(path) ? "" : "; " + unknown_key(path)));
       read_value(value, path, value);
       result.origin[path] = fmt::format("{}:{}", value.origin.file, value.origin.line);
       result.places[path] = value.origin;

@@ -158,7 +158,7 @@ MetricDefinition timeliness(const std::string& name, const std::string& unit, co
   return {name, unit, definition, Needs::walk, [of](C c) -> Value {
             if (!c.run.estimate) return Absent{"the estimator was not run"};
             if (!c.run.timeliness)
-              return Absent{"answers take no simulated time: estimator.time.model is none"};
+              return Absent{"answers take no simulated time with estimator.time.model: none"};
             if (c.run.timeliness->took_ms.empty()) return Absent{"the estimator gave no answer"};
             return of(*c.run.timeliness);
           }};

@@ -49,7 +49,7 @@ scenario::Yaml number_node(double value, const scenario::Origin& origin, bool sh
 std::vector<std::vector<double>> sobol_points(std::size_t n, std::size_t dimensions);
 
 /// CMA-ES, covariance matrix adaptation evolution strategy (Hansen 2016, "The CMA Evolution Strategy: A
-/// Tutorial"): minimizes a function on the unit cube by ask() and tell(). Written
+/// Tutorial"): minimizes a function on the unit cube in its ask-and-tell form. Written
 /// here because Debian's pagmo is built without AVX, so that its Eigen matrices are aligned differently.
 class CmaEs {
  public:

@@ -103,7 +103,7 @@ class Pace {
   Clock::time_point from_clock_ = Clock::now();
 };
 
-/// Serves one run, whose thread waits for a client only in pace(), if a client with control paused or slowed
+/// Serves one run. Its thread waits for a client only in pace(), if a client with control paused or slowed
 /// the run. Frames are made only for clients that have room for them, at most 40 a second.
 class LiveView {
  public:

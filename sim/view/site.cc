@@ -110,7 +110,7 @@ void add_recorded(std::vector<Frame>& frames, const recording::Truth& truth, con
 
 constexpr std::size_t kMostCandidates = 2000;  // folders that may have a recording
 
-/// Whether a result folder has the recording of this hash.
+/// Returns whether a result folder has the recording of this hash.
 bool has_recording(const fs::path& result, const std::string& hash) try {
   return fs::exists(result / "recording/manifest.csv") &&
          recording::Manifest(result / "recording").hash() == hash;

@@ -223,7 +223,7 @@ def check_tree(messages, sensors, expected):
 
 
 def mounting(folder, calibration):
-    """Of a walk of the robot: the tree has one root and reaches each sensor where the calibration has it."""
+    """Checks that the frame tree of a walk has one root and the calibrated pose of each sensor."""
     messages = json.loads((calibration.parent / "messages.json").read_text())
     sensors = json.loads(calibration.read_text())  # frame: pose in the head camera, by rows
     tree = Tree(messages["/tf_static"], messages["/tf"])

@@ -220,7 +220,7 @@ TEST(PlanHistory, LegOdometryReplacesThePlanIfItIsGivenAlongTheRobotsAxes) {
 }
 
 /// A robot that walks along y of the plan's world, a step of 0.1 m in each of eight frames, with plan and
-/// odometry, whose worlds are turned against each other. sways_m: sideways, to each side in turn.
+/// odometry in worlds that are turned against each other. sways_m: sideways, to each side in turn.
 std::vector<PlannedMotion> stepping(double scale, double sways_m = 0) {
   Eigen::Isometry3d X_PC = Eigen::Isometry3d::Identity();
   X_PC.linear() << 1, 0, 0, 0, 0, 1, 0, -1, 0;  // z of C is y of P

@@ -145,9 +145,9 @@ TEST(Robot, IsRejectedIfItsLegsDoNotFit) {
   static const auto the_knee = knee;
   for (const auto& [change, complaint] : std::initializer_list<Case>{
            {[](Robot& r) { r.legs[1].joints.pop_back(); },
-            "the left leg has 5 joints, expected 6: other legs need a walker"},
+            "the left leg has 5 joints, expected 6: other legs need an external controller"},
            {[](Robot& r) { std::swap(r.legs[1].joints[0], r.legs[1].joints[1]); },
-            "the left leg is no chain from base to foot"},
+            "the left leg is not a chain from base to foot"},
            {[](Robot& r) { the_knee(r).highest = INFINITY; }, "the left leg has no range at LLEG_JOINT3"},
            {[](Robot& r) { the_knee(r).lowest = 1; },
             "the left leg is beyond the range of LLEG_JOINT3 in the start posture"},

@@ -1,4 +1,4 @@
-// Robots of tests: one of HRP-2's dimensions, and one that no one has built.
+// Robots of tests: one of HRP-2's dimensions, and an invented one.
 #pragma once
 
 #include <numbers>
@@ -73,8 +73,8 @@ inline Robot hrp2_robot() {
   return robot;
 }
 
-/// A robot whose hip axes are oblique and do not meet, in the order pitch, roll, yaw, with other signs left
-/// and right, an ankle whose axes do not meet, and a waist joint among those of the legs.
+/// A robot with oblique hip axes that do not meet, in the order pitch, roll, yaw, with other signs left and
+/// right, ankle axes that do not meet, and a waist joint among those of the legs.
 inline Robot made_up_robot() {
   constexpr double kRad = std::numbers::pi / 180;
   Robot robot{.name = "made_up", .mass = 61.87, .com = {0.004, 0, 0.11}};

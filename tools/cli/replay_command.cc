@@ -102,7 +102,7 @@ int replay_result(ReplayRequest& request) {
   std::optional<recording::AslFolder> external;
   if (recording::is_asl_folder(request.result)) {
     if (request.scenario)
-      throw UsageError("--scenario: expected a result folder, whose scenario it replaces");
+      throw UsageError("--scenario: expected a result folder, as it replaces the scenario there");
     external.emplace(request.result);
   }
   scenario::ReadScenario read =
@@ -114,7 +114,7 @@ int replay_result(ReplayRequest& request) {
       throw UsageError("{}: shapes the recording, which a replay cannot change; run the scenario again", key);
   if (!external) keep_origin(read, request);
   join_batch(request.batch, &read);
-  if (!read.scenario.slam) throw UsageError("no slam section: there is no filter to run");
+  if (!read.scenario.slam) throw UsageError("no slam section, expected a scenario with a filter");
   const OutFolder out(request, request.result / "replay", {.replaces = true});
   require_separate(out.path(), request.result);
   replay::WalkEnd walk;

@@ -199,16 +199,16 @@ TEST(ModelFile, WhatTheBenchCannotTakeIsRejectedWithFileLineElementAndAttribute)
        "inertial fullinertia: has principal moments -1,"},
       {"<body><inertial diaginertia='1 1 1'/></body>", "inertial mass: is missing"},
       {"<body><joint type='free'/>%I</body>",
-       "robot.xml:3: joint type: is free, expected that of the base alone"},
+       "robot.xml:3: joint type: is free, expected only the base to have a free joint"},
       {"<frame><joint/></frame>", "robot.xml:3: joint: is in a frame, expected it in the body itself"},
-      {"<geom class='none'/>", "robot.xml:3: geom class: 'none' is no default class"},
+      {"<geom class='none'/>", "robot.xml:3: geom class: 'none' is not a default class"},
       {"<frame pos='1 2'/>", "robot.xml:3: frame pos: has 2 numbers, expected 3"},
       {"<frame euler='1 2 x'/>", "robot.xml:3: frame euler: has 'x', expected a number"},
       {"<geom>", "robot.xml:3: is not XML"}};
   for (const auto& [content, error] : cases)
     EXPECT_THAT(error_of([&, &content = content] { read_base(folder, content); }), Has(error)) << content;
   const std::pair<std::string, std::string> sections[]{
-      {"<include file='none.xml'/>", "robot.xml:2: include file: there is no file"},
+      {"<include file='none.xml'/>", "none.xml does not exist"},
       {"<include file='robot.xml'/>", "is included twice"},
       {"<extension/>", "robot.xml:2: extension: is not read, expected one of compiler"},
       {"<equality><connect body1='base'/></equality>", "robot.xml:2: connect: closes a chain of bodies"},
@@ -217,7 +217,7 @@ TEST(ModelFile, WhatTheBenchCannotTakeIsRejectedWithFileLineElementAndAttribute)
   for (const auto& [more, error] : sections)
     EXPECT_THAT(error_of([&, &more = more] { read_base(folder, "", more); }), Has(error)) << more;
   for (const auto& [file, error] :
-       {std::pair("leg.dae", "is 'leg.dae', expected a .stl or .obj file"), {"leg.stl", "there is no file"}})
+       {std::pair("leg.dae", "is 'leg.dae', expected a .stl or .obj file"), {"leg.stl", "does not exist"}})
     EXPECT_THAT(error_of([&, &file = file] {
                   read_base(folder, "<geom mesh='leg' mass='0'/>",
                             std::string("<asset><mesh file='") + file + "'/></asset>");
@@ -245,7 +245,7 @@ TEST(ModelFile, ARoomKeepsItsLightsAndNamesAndMayNotMove) {
               Has("<headlight active=\"1\"/>", "<light/>", "material name=\"wood\"", "material=\"wood\""));
   EXPECT_THAT(to_xml(kept.root), Lacks("camera", "option", "euler"));
   EXPECT_THAT(error_of([&] { room("<body><joint/></body>"); }),
-              Has("joint: is in a room, where nothing moves"));
+              Has("joint: is in a room, expected shapes that do not move"));
   EXPECT_THAT(error_of([&] {
                 files::write_text(folder / "room.xml", "<mujoco/>");
                 read_room(folder / "room.xml", schema());
@@ -297,7 +297,7 @@ TEST(Urdf, ThatIsNoTreeOrNamesWhatIsNotThereIsRejected) {
            joint("base", "a");
   };
   const std::pair<std::string, std::string> cases[]{
-      {joint("base", "none"), "robot.urdf:2: joint: joins 'none', which is no link"},
+      {joint("base", "none"), "robot.urdf:2: joint: joins 'none', expected the name of a link"},
       {"<link name='a'/>", "robot: has 2 root links"},
       {joint("base", "base"), "robot: has no root link: its joints are a closed loop"},
       {"<link name='a'/><link name='b'/>" + joint("a", "b") + joint("b", "a"),

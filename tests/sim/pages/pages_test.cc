@@ -346,7 +346,7 @@ TEST_F(LeaderboardTest, RowsThatLookAlikeDifferInSeedsAndKeys) {
     EXPECT_THAT(leaderboard_table(board()), Has(key));
     EXPECT_THAT(leaderboard_page(board()),
                 Has("<th>estimator</th><th>differs in</th>", "<td>filter</td><td>" + key))
-        << "before the numbers, where nothing is cut off";
+        << "before the numbers, never cut off";
   }
   std::filesystem::remove_all(folder_ / "b");
   EXPECT_THAT(leaderboard_table(board()), Lacks("changed"));

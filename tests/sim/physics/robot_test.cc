@@ -10,7 +10,7 @@
 namespace sim::physics {
 namespace {
 
-// The table of tests was written from published numbers, the model from files of others.
+// The table of the tests was written from published numbers, independently of the model.
 TEST(ReadRobot, HasTheJointsSolesAndBushesOfThePublishedRobot) {
   const walking::Robot read = on_floor().robot, expected = walking::hrp2_robot();
   ASSERT_EQ(read.joints.size(), expected.joints.size());
@@ -58,7 +58,7 @@ TEST(ReadRobot, NamesWhatDoesNotFitWithItsPlace) {
       {[](RobotFile& f, mjModel&) { f.legs[0].pop_back(); },
        ": feet.right: body 'RLEG_SOLE' is not on the link of RLEG_JOINT4"},
       {[](RobotFile& f, mjModel&) { f.legs[0].erase(f.legs[0].begin()); },
-       "the right leg has 5 joints, expected 6: other legs need a walker of their own"},
+       "the right leg has 5 joints, expected 6: other legs need an external controller"},
       {[](RobotFile& f, mjModel&) { f.posture_rad["NECK"] = 1; },
        "posture_deg.NECK: the model has no joint 'NECK'"},
       {[](RobotFile& f, mjModel&) { f.posture_rad.clear(); }, "leg cannot move its sole every way"},
@@ -83,7 +83,7 @@ void replace(std::string& text, const std::string& what, const std::string& with
   text.replace(at, what.size(), with);
 }
 
-// Nothing but the two files of the folder says that the robot is another one.
+// The robot differs only in the two files of its folder.
 TEST(ReadRobot, ARobotWithLongerShanksAndAHeavierChestWalksByItsFolder) {
   const files::TemporaryFolder folder;
   std::string model = files::read_text(models() / "robots/hrp2/robot.xml");

@@ -259,22 +259,22 @@ TEST_F(RecordedElsewhere, AClockThatLeapsBetweenRowsIsNamedWithItsLine) {
        {Rows{"cam0/data.csv", ",second.png", 0.05}, Rows{"imu0/data.csv", ",0,0,0,9.81,0,0", 0.02},
         Rows{"state_groundtruth_estimate0/data.csv", ",0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0", 0.05}}) {
     const std::string kept = files::read_text(folder_ / "mav0" / of.name);
-    const auto said_of = [&](double leap_s) {
+    const auto remarks_of = [&](double leap_s) {
       std::string rows = kept.substr(0, kept.find('\n') + 1);
       for (int i = 0; i < 9; ++i)
         rows +=
             fmt::format("{:.0f}{}\n", 1e9 * (1403636579.7 + of.step_s * i + (i > 5 ? leap_s : 0)), of.values);
       write(of.name, rows);
-      std::vector<std::string> said;
-      said.push_back(files::error_of([&] { said = AslFolder(folder_.path()).sensors().remarks; }));
-      return fmt::format("{}", fmt::join(said, "\n"));
+      std::vector<std::string> remarks;
+      remarks.push_back(files::error_of([&] { remarks = AslFolder(folder_.path()).sensors().remarks; }));
+      return fmt::format("{}", fmt::join(remarks, "\n"));
     };
-    EXPECT_THAT(said_of(2), HasSubstr(fmt::format("{}:8: its clock leaps by {:.6g} s from the row before",
-                                                  of.name, 2 + of.step_s)));
-    EXPECT_THAT(said_of(-0.2),
+    EXPECT_THAT(remarks_of(2), HasSubstr(fmt::format("{}:8: its clock leaps by {:.6g} s from the row before",
+                                                     of.name, 2 + of.step_s)));
+    EXPECT_THAT(remarks_of(-0.2),
                 HasSubstr(fmt::format("{}:8:1: the stamp is not after the one before: it is {:.2g} s earlier",
                                       of.name, 0.2 - of.step_s)));
-    EXPECT_THAT(said_of(0.05), Not(HasSubstr("leaps")));
+    EXPECT_THAT(remarks_of(0.05), Not(HasSubstr("leaps")));
     write(of.name, kept);
   }
 }

@@ -225,7 +225,7 @@ TEST_F(Navigation, CorrectionsAreCountedAndMeasured) {
 TEST_F(Navigation, TimelinessIsThatOfTheAnswers) {
   EXPECT_EQ(reason("dropped_frames"), "the estimator was not run");
   run.estimate.emplace();
-  EXPECT_EQ(reason("latency_p99_ms"), "answers take no simulated time: estimator.time.model is none");
+  EXPECT_EQ(reason("latency_p99_ms"), "answers take no simulated time with estimator.time.model: none");
   run.timeliness = {{60, 70, 80}, {60, 60, 60}, 40, 1};
   for (const auto& [name, expected] : {std::pair("dropped_frames", 1.0),
                                        {"dropped_frames_fraction", 0.25},

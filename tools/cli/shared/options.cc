@@ -88,9 +88,8 @@ void add_view_place(CLI::App& command, Access& place) {
   command.add_option("--port", place.port, "port of the view; 0: any free one")->capture_default_str();
   command.add_option("--address", place.address, "listening address; one that others reach needs a --token")
       ->capture_default_str();
-  command.add_option(
-      "--public", place.forwarded,
-      "HOST:PORT at which browsers on other machines reach the view, for example through ssh -L");
+  command.add_option("--public", place.forwarded,
+                     "HOST:PORT that browsers on other machines use, for example through ssh -L");
   command
       .add_option("--token", place.token,
                   "secret in the URL, at least 22 letters, digits, - or _ (default: a random one)")
@@ -136,7 +135,7 @@ void require_models(const scenario::ReadScenario& read, const fs::path& models) 
   if (!room.is_path()) return require_model(read, "world.room", room, rooms);
   if (!fs::is_regular_file(std::string(room), fault))
     fail(scenario::place_of(read, "world.room"), "world.room",
-         fmt::format("there is no file {}", std::string(room)));
+         fmt::format("{} does not exist", std::string(room)));
 }
 
 }  // namespace cli
