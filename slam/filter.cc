@@ -45,7 +45,7 @@ const FrameReport& Filter::step(const Observation& o) {
   if (now_) predict_and_update(o, planned);  // eq. (6), section IV
   const VisualResult visual =
       visual_.step({o.image, depth_image(o), o.t, interval, stands_still(o, planned, options_),
-                    o.plan.has_value(), frames_, kalman_, tracking_, report_});  // section III-A
+                    o.plan || o.legs, frames_, kalman_, tracking_, report_});  // section III-A
   monitor(o, interval, visual);
   if (was_lost) tracking_.remains_lost(interval);
   if (now_) interval_ = interval;

@@ -8,6 +8,7 @@ namespace slam {
 namespace {
 
 constexpr double kGate3 = 16.27;  // chi-square, 99.9 %, 3 rows
+constexpr double kGate2 = 13.82;  // chi-square, 99.9 %, 2 rows
 constexpr double kGate1 = 10.83;  // chi-square, 99.9 %, 1 row
 
 /// The inputs of the sensors in one frame.
@@ -45,15 +46,22 @@ OptionalMeasurement leg_velocity(const Inputs& in) {
 }
 
 OptionalMeasurement plan_velocity(const Inputs& in) {
-  if (!in.options.plan_velocity.enabled || !in.planned || in.planned->legs) return std::nullopt;
-  return measure_velocity(in.x, in.planned->plan, in.options.plan_velocity);
+  if (!in.options.plan_velocity.enabled || !in.planned || in.planned->legs || !in.planned->plan)
+    return std::nullopt;
+  return measure_velocity(in.x, *in.planned->plan, in.options.plan_velocity);
+}
+
+OptionalMeasurement commanded_velocity(const Inputs& in) {
+  if (!in.planned || !in.planned->command) return std::nullopt;
+  return measure_command(in.x, *in.planned->command, in.options.command);
 }
 
 OptionalMeasurement height(const Inputs& in) {
-  if (!in.options.height.enabled || !in.observation.plan) return std::nullopt;
-  const PlannedMotion& plan = *in.observation.plan;
-  const bool by_legs = in.options.leg_odometry.enabled && plan.legs;
-  return measure_height(in.x, (by_legs ? plan.legs->X_OC : plan.X_PC).translation().z(), in.options.height);
+  const std::optional<PlannedMotion>& plan = in.observation.plan;
+  const std::optional<LegMotion>& legs = in.observation.legs;
+  const bool by_legs = in.options.leg_odometry.enabled && legs;
+  if (!in.options.height.enabled || (!by_legs && !plan)) return std::nullopt;
+  return measure_height(in.x, (by_legs ? legs->X_OC : plan->X_PC).translation().z(), in.options.height);
 }
 
 /// A sensor's measurement, if there is one, its gate, its place in reports and its name in reasons.
@@ -69,6 +77,7 @@ constexpr std::array kSensors{
     Sensor{rest, kGate3, std::nullopt, "rest is beyond its gate"},
     Sensor{leg_velocity, kGate3, SensorIndex::plan_velocity, "leg odometry is beyond its gate"},
     Sensor{plan_velocity, kGate3, SensorIndex::plan_velocity, "planned velocity is beyond its gate"},
+    Sensor{commanded_velocity, kGate2, SensorIndex::plan_velocity, "commanded velocity is beyond its gate"},
     Sensor{height, kGate1, SensorIndex::height, "planned height is beyond its gate"}};
 
 bool agrees(const OptionalMeasurement& m, const Prediction& prediction, const State& state) {
@@ -84,7 +93,10 @@ bool agrees(const OptionalMeasurement& m, const Prediction& prediction, const St
 }  // namespace
 
 InternalMeasurements::InternalMeasurements(const Options& options, const Eigen::Isometry3d& X_CG)
-    : options_(options), leg_options_(with_leg_odometry(options)), X_CG_(X_CG) {}
+    : options_(options),
+      leg_options_(with_leg_odometry(options)),
+      command_options_(with_command(options)),
+      X_CG_(X_CG) {}
 
 /// Returns the gyro's rate if it is to drive the prediction and the motion model allows the change of rate.
 std::optional<MeanRate> InternalMeasurements::driving_rate(const Observation& o, Stamp previous,
@@ -102,7 +114,9 @@ Prediction InternalMeasurements::predict(const Observation& o, Stamp previous,
                                          FrameReport& report) {
   const double dt = seconds(o.t - previous);
   const RobotVector x = state.robot();
-  const Options& options = planned && planned->legs ? leg_options_ : options_;
+  const Options& options = planned && planned->legs      ? leg_options_
+                           : planned && planned->command ? command_options_
+                                                         : options_;
   if (options_.accelerometer.enabled && !o.accelerometer.empty())
     report.note(SensorIndex::accelerometer, SensorUse::readings);
   gyro_rate_ = driving_rate(o, previous, x);
@@ -133,6 +147,7 @@ bool InternalMeasurements::update(const Observation& o, Stamp previous,
   if (options_.gyro.enabled && !o.gyro.empty())
     report.note(SensorIndex::gyro, gyro_rate_ ? SensorUse::accepted : SensorUse::readings);
   const RobotVector x = kalman.state().robot();
+  static_assert(kSensors.size() == std::tuple_size_v<decltype(whitened_)>);
   for (const Sensor& sensor : kSensors) {
     auto m =
         sensor.measure({x, o, previous, planned, plan_.at_rest(), X_CG_, options_, gyro_rate_.has_value()});

@@ -11,9 +11,10 @@ namespace slam {
 class InternalMeasurements {
  public:
   InternalMeasurements(const Options& options, const Eigen::Isometry3d& X_CG);
-  /// Adds the plan of an observation; returns the motion since the previous one, dt_s ago.
+  /// Adds plan, leg odometry and command of an observation; returns the motion since the previous one, dt_s
+  /// ago.
   std::optional<PlannedInterval> advance_plan(const Observation& observation, double dt_s) {
-    return plan_.advance(observation.plan, dt_s, options_);
+    return plan_.advance(observation, dt_s, options_);
   }
   /// Predicts the robot's state at the observation. The accelerometer drives the prediction unless its
   /// readings are incomplete, or its increment is implausible for the motion model or contradicts the plan.
@@ -30,12 +31,12 @@ class InternalMeasurements {
   std::optional<MeanRate> driving_rate(const Observation& observation, Stamp previous,
                                        const RobotVector& x) const;
 
-  Options options_, leg_options_;  // leg_options_: with the noises of leg odometry
+  Options options_, leg_options_, command_options_;  // with the noises of leg odometry, of the command
   Eigen::Isometry3d X_CG_;
   PlanHistory plan_;
-  std::optional<MeanRate> gyro_rate_;                                         // drives the newest prediction
-  std::array<std::optional<Eigen::Vector3d>, kSensorNames.size()> whitened_;  // of the last frame, by sensor
-  InertialInterval earlier_, later_;  // of the last two frame intervals
+  std::optional<MeanRate> gyro_rate_;                       // drives the newest prediction
+  std::array<std::optional<Eigen::Vector3d>, 6> whitened_;  // of the last frame, by sensor
+  InertialInterval earlier_, later_;                        // of the last two frame intervals
 
   // Work space, kept so that a step in the steady state takes no heap memory.
   std::vector<Measurement> accepted_;

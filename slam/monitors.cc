@@ -37,8 +37,7 @@ constexpr double kRecovered = 0.5;   // of a loss remains, since the images then
 
 bool is_finite(const PlannedMotion& plan) {
   return plan.X_PC.matrix().allFinite() && plan.v_PC_C.allFinite() && plan.w_PC_C.allFinite() &&
-         plan.p_CF.allFinite() &&
-         (!plan.legs || (plan.legs->X_OC.matrix().allFinite() && plan.legs->p_CS.allFinite()));
+         plan.p_CF.allFinite();
 }
 
 double length_s(const InertialSample& reading) { return seconds(reading.end - reading.begin); }
@@ -58,6 +57,10 @@ std::optional<std::string> malformation(const Observation& o, const CameraIntrin
     for (const InertialSample& sample : *samples)
       if (!sample.value.allFinite() || sample.end < sample.begin) return "an inertial reading is not finite";
   if (o.plan && !is_finite(*o.plan)) return "its plan is not finite";
+  if (o.legs && !(o.legs->X_OC.matrix().allFinite() && o.legs->p_CS.allFinite()))
+    return "its leg odometry is not finite";
+  if (const auto& c = o.command; c && !Eigen::Vector3d(c->ahead_m_s, c->left_m_s, c->turn_rad_s).allFinite())
+    return "its command is not finite";
   return std::nullopt;
 }
 

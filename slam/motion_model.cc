@@ -129,6 +129,12 @@ RobotVector initial_mean(const Eigen::Isometry3d& X_WC) {
   return x;
 }
 
+Options with_command(Options options) {
+  options.plan_velocity.sigma_stride = options.command.sigma_stride;
+  options.plan_velocity.sigma_sway_m_s = options.command.sigma_sway_m_s;
+  return options;
+}
+
 Options with_leg_odometry(Options options) {
   if (!options.leg_odometry.enabled) return options;
   options.plan_velocity.sigma_stride = options.leg_odometry.sigma_stride;

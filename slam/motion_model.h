@@ -8,6 +8,8 @@ namespace slam {
 /// The mean of a robot at rest with its camera at X_WC; all other parameters are 0.
 RobotVector initial_mean(const Eigen::Isometry3d& X_WC);
 
+/// The options with the noises of the commanded velocity in place of those of the planned one.
+Options with_command(Options options);
 /// The options with the noises of leg odometry in place of those of the planned velocity, if it is enabled.
 Options with_leg_odometry(Options options);
 

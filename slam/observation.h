@@ -53,7 +53,12 @@ struct PlannedMotion {
   /// C.
   Eigen::Vector3d p_CF = Eigen::Vector3d::Zero();
   Support support = Support::both;
-  std::optional<LegMotion> legs = {};  ///< absent if the robot does not measure it
+};
+
+/// The velocity that the walk was commanded, of the base in its own heading.
+struct CommandedVelocity {
+  Stamp t{0};  ///< when it was commanded
+  double ahead_m_s = 0, left_m_s = 0, turn_rad_s = 0;
 };
 
 /// A point that a lidar measured, in the lidar's frame at the time of the point.
@@ -89,13 +94,15 @@ struct BodyReading {
 };
 
 /// One camera frame and all measurements since the previous one. A missing one is absent: an empty image, an
-/// empty vector, no plan.
+/// empty vector, no plan. Plan, leg odometry and command do not depend on each other.
 struct Observation {
   Stamp t{0};
   cv::Mat image;  ///< 8-bit gray (CV_8UC1) of the camera's size; empty if the frame is lost
   std::vector<InertialSample> gyro;           ///< readings since the previous frame, in order of time
   std::vector<InertialSample> accelerometer;  ///< readings since the previous frame, in order of time
   std::optional<PlannedMotion> plan;
+  std::optional<LegMotion> legs;
+  std::optional<CommandedVelocity> command;  ///< the newest
   std::vector<RigReading> rig;  ///< complete since the previous frame, each sensor's in order of time
   std::vector<BodyReading>
       body;  ///< stamped before this frame, not before the previous one; in order of time

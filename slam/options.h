@@ -177,6 +177,22 @@ struct Options {
     }
   } leg_odometry;
 
+  /// The commanded velocity, which a robot follows with a lag. It is used while neither plan nor leg odometry
+  /// is known, with these noises in place of those of plan_velocity; the commanded turn is not used.
+  struct Command {
+    bool enabled = true;
+    double lag_s = 0.3, sigma_m_s = 0.1, sigma_stride = 0.1, sigma_sway_m_s = 0.25;
+    static void keys(auto&& key) {
+      value<&Command::enabled>(
+          key, "whether the filter uses the commanded velocity without plan and leg odometry");
+      number<&Command::lag_s>(key, 1e-3, 1e3, "time constant with which the robot follows a command");
+      number<&Command::sigma_m_s>(key, 1e-9, 1e6, "standard deviation of the velocity of a frame");
+      number<&Command::sigma_stride>(
+          key, 0, 1e3, "standard deviation of the relative error of the commanded velocity, both ways");
+      number<&Command::sigma_sway_m_s>(key, 0, 1e3, "standard deviation of the sway velocity");
+    }
+  } command;
+
   struct Height {  ///< by leg odometry if that is used; its error lasts, since floor and pads are uneven
     bool enabled = true;
     double sigma_m = 0.00015, sigma_lasting_m = 0.0015, lasting_s = 3;
@@ -303,8 +319,8 @@ struct Options {
 
   static void keys(auto&& key) {
     part<&Options::start, &Options::motion, &Options::gyro, &Options::accelerometer, &Options::plan_velocity,
-         &Options::leg_odometry, &Options::height, &Options::vision, &Options::tracking, &Options::bounds,
-         &Options::depth, &Options::known_landmarks, &Options::consistency>(key);
+         &Options::leg_odometry, &Options::command, &Options::height, &Options::vision, &Options::tracking,
+         &Options::bounds, &Options::depth, &Options::known_landmarks, &Options::consistency>(key);
   }
 };
 

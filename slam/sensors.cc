@@ -8,7 +8,8 @@ namespace slam {
 namespace {
 
 constexpr double kLongestGap_s = 0.001;
-constexpr double kStanding = 1e-3;  // m/s and rad/s
+constexpr double kStanding = 1e-3;        // m/s and rad/s, of a plan
+constexpr double kStandingByLegs = 0.02;  // beyond the noise of encoders
 // Of plan and leg odometry after two steps: the robot sways, and lands earlier or later than planned.
 constexpr double kTwoStepsSigma_m = 0.005;
 
@@ -151,13 +152,13 @@ std::optional<VelocityIncrement> velocity_increment(const InertialInterval& earl
 /// Compares the planned motion over two steps with that by leg odometry: within a step, and as it starts to
 /// walk, the robot sways more than planned. Returns the evidence for the scale of the planned distances since
 /// the landing before last, at every second landing; standing or without leg odometry it starts anew.
-SystematicEvidence PlanHistory::compare_two_steps(const PlannedMotion& now, bool landed, bool standing) {
+SystematicEvidence PlanHistory::compare_two_steps(const Known& now, bool landed, bool standing) {
   if (!now.legs || standing) start_.reset();
   if (!now.legs || standing || !landed || (start_ && ++landings_ < 2)) return {};
   SystematicEvidence evidence;
   if (start_) {
     const Eigen::Vector2d by_legs = horizontal_motion(start_->legs->X_OC, now.legs->X_OC);
-    const Eigen::Vector2d too_far = horizontal_motion(start_->X_PC, now.X_PC) - by_legs;
+    const Eigen::Vector2d too_far = horizontal_motion(start_->plan->X_PC, now.plan->X_PC) - by_legs;
     const double weight = 1 / (kTwoStepsSigma_m * kTwoStepsSigma_m);
     evidence = {weight * by_legs.dot(too_far), weight * by_legs.squaredNorm()};
   }
@@ -166,27 +167,44 @@ SystematicEvidence PlanHistory::compare_two_steps(const PlannedMotion& now, bool
   return evidence;
 }
 
-std::optional<PlannedInterval> PlanHistory::advance(const std::optional<PlannedMotion>& plan, double dt_s,
+std::optional<PlannedInterval> PlanHistory::advance(const Observation& o, double dt_s,
                                                     const Options& options) {
-  const std::optional<PlannedMotion> before = std::exchange(previous_, plan);
+  const Known before = std::exchange(previous_, {o.plan, o.legs});
+  const std::optional<PlannedMotion>& plan = o.plan;
+  const std::optional<LegMotion>& legs = o.legs;
   if (!plan) start_.reset();
-  if (!before || !plan) return std::nullopt;
-  PlannedInterval interval{mean_velocity(before->X_PC, plan->X_PC, dt_s, (before->p_CF + plan->p_CF) / 2)};
-  PlannedVelocity& planned = interval.plan;
+  if (o.command)
+    followed_m_s_ += (1 - std::exp(-dt_s / options.command.lag_s)) *
+                     (Eigen::Vector2d(o.command->ahead_m_s, o.command->left_m_s) - followed_m_s_);
+  const bool along_plan = options.plan_velocity.axes == VelocityAxes::plan;
+  const bool by_legs = before.legs && legs && options.leg_odometry.enabled && !along_plan;
+  PlannedInterval interval;
+  if (before.plan && plan)
+    interval.plan = mean_velocity(before.plan->X_PC, plan->X_PC, dt_s, (before.plan->p_CF + plan->p_CF) / 2);
+  if (by_legs)
+    interval.legs = mean_velocity(before.legs->X_OC, legs->X_OC, dt_s, (before.legs->p_CS + legs->p_CS) / 2);
+  if (!interval.plan && !interval.legs) {
+    if (!o.command || !options.command.enabled) return std::nullopt;
+    interval.command = followed_m_s_;
+    return interval;
+  }
+  PlannedVelocity& known = interval.plan ? *interval.plan : *interval.legs;
   // Averaged over the time of two steps.
   const double keep = std::exp(-dt_s / options.plan_velocity.sway_period_s);
-  planned.steady_C = steady_C_ = planned.velocity + keep * (steady_C_ - planned.velocity);
-  planned.sigma_m_s = options.plan_velocity.sigma_m_s;
-  const bool along_plan = options.plan_velocity.axes == VelocityAxes::plan;
-  if (along_plan) planned.velocity = (plan->X_PC.translation() - before->X_PC.translation()) / dt_s;
-  interval.standing = planned.velocity.norm() < kStanding && planned.rate.norm() < kStanding;
+  steady_C_ = known.velocity + keep * (steady_C_ - known.velocity);
+  const double standing = interval.plan ? kStanding : kStandingByLegs;
+  interval.standing = known.velocity.norm() < standing && known.rate.norm() < standing;
   if (!interval.standing || moved_s_ > 0) moved_s_ += dt_s;
   interval.steady = moved_s_ > options.plan_velocity.sway_period_s;
-  const bool landed = plan->support != before->support && before->support != Support::both;
-  interval.plan_scale = compare_two_steps(*plan, landed, interval.standing);
-  if (!options.leg_odometry.enabled || along_plan || !before->legs || !plan->legs) return interval;
-  interval.legs =
-      mean_velocity(before->legs->X_OC, plan->legs->X_OC, dt_s, (before->legs->p_CS + plan->legs->p_CS) / 2);
+  if (interval.plan) {
+    const bool landed = plan->support != before.plan->support && before.plan->support != Support::both;
+    interval.plan_scale = compare_two_steps(previous_, landed, interval.standing);
+    interval.plan->steady_C = steady_C_;
+    interval.plan->sigma_m_s = options.plan_velocity.sigma_m_s;
+    if (along_plan)
+      interval.plan->velocity = (plan->X_PC.translation() - before.plan->X_PC.translation()) / dt_s;
+  }
+  if (!interval.legs) return interval;
   if (options.leg_odometry.sigma_position_m > 0) interval.legs->between_positions_s = dt_s;
   interval.legs->steady_C = steady_C_;
   interval.legs->sigma_m_s = options.leg_odometry.sigma_m_s;
@@ -233,6 +251,31 @@ Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planne
   }
   const double tilting = planned.sigma_pivot_m * (x.segment<3>(kRate) - planned.rate).norm();
   m.R.diagonal().setConstant(planned.sigma_m_s * planned.sigma_m_s + tilting * tilting);
+  return m;
+}
+
+Measurement measure_command(const RobotVector& x, const Eigen::Vector2d& commanded_m_s,
+                            const Options::Command& options) {
+  const Eigen::Vector4d q = x.segment<4>(kOrientation);
+  const Eigen::Vector3d v = x.segment<3>(kVelocity), axis(0, 0, 1), optical = rotation_matrix(q) * axis;
+  const double length = optical.head<2>().norm();
+  const Eigen::Vector2d ahead = optical.head<2>() / length, left(-ahead.y(), ahead.x());
+  const Eigen::Vector2d seen(ahead.dot(v.head<2>()), left.dot(v.head<2>()));
+  Eigen::Matrix2d J_stride;  // by its relative length, and its angle
+  J_stride << commanded_m_s.x(), -commanded_m_s.y(), commanded_m_s.y(), commanded_m_s.x();
+  Measurement m(2);
+  m.innovation.head<2>() = commanded_m_s - seen - J_stride * x.segment<2>(kStrideError) -
+                           Eigen::Vector2d(x(kSwayVelocity + 2), -x(kSwayVelocity));
+  // The heading turns by left / length times the motion of the optical axis.
+  const Eigen::RowVector4d turn = left.transpose() / length * rotated_jacobian(q, axis).topRows<2>();
+  m.H_robot.row(0).segment<4>(kOrientation) = seen.y() * turn;
+  m.H_robot.row(1).segment<4>(kOrientation) = -seen.x() * turn;
+  m.H_robot.row(0).segment<2>(kVelocity) = ahead.transpose();
+  m.H_robot.row(1).segment<2>(kVelocity) = left.transpose();
+  m.H_robot.block<2, 2>(0, kStrideError) = J_stride;
+  m.H_robot(0, kSwayVelocity + 2) = 1;
+  m.H_robot(1, kSwayVelocity) = -1;
+  m.R.diagonal().setConstant(options.sigma_m_s * options.sigma_m_s);
   return m;
 }
 

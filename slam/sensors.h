@@ -62,32 +62,39 @@ struct PlannedVelocity {
   double between_positions_s = 0;
 };
 
-/// The motion over one frame interval, planned and measured by leg odometry.
+/// The motion over one frame interval by what the robot knows of it, at least one of plan, legs and command.
 struct PlannedInterval {
-  PlannedVelocity plan;
-  bool standing = false;  ///< the plan does not move
+  std::optional<PlannedVelocity> plan;
+  bool standing = false;  ///< the plan does not move; without one leg odometry
   bool steady = false;    ///< it has moved for the time of two steps, so that the steady velocity is known
   std::optional<PlannedVelocity> legs = {};  ///< replaces the plan, if the filter is to use leg odometry
+  /// The commanded velocity as the base follows it, ahead and to the left, m/s; only without the other two.
+  std::optional<Eigen::Vector2d> command = {};
   SystematicEvidence plan_scale = {};  ///< from the comparison with leg odometry, at the end of two steps
 };
 
-/// Follows the plan from frame to frame.
+/// Follows plan, leg odometry and command from frame to frame.
 class PlanHistory {
  public:
-  /// The motion since the previous frame, dt_s ago. Nothing if this frame or the previous one has no plan.
-  std::optional<PlannedInterval> advance(const std::optional<PlannedMotion>& plan, double dt_s,
-                                         const Options& options);
+  /// The motion since the previous frame, dt_s ago. Nothing if neither plan nor leg odometry is known at both
+  /// frames, and no velocity is commanded.
+  std::optional<PlannedInterval> advance(const Observation& observation, double dt_s, const Options& options);
   /// True until the first planned motion that is not that of a standing robot.
-  bool at_rest() const { return previous_ && moved_s_ == 0; }
+  bool at_rest() const { return previous_.plan && moved_s_ == 0; }
 
  private:
-  SystematicEvidence compare_two_steps(const PlannedMotion& now, bool landed, bool standing);
+  struct Known {
+    std::optional<PlannedMotion> plan;
+    std::optional<LegMotion> legs;
+  };
+  SystematicEvidence compare_two_steps(const Known& now, bool landed, bool standing);
 
-  std::optional<PlannedMotion> previous_;
-  std::optional<PlannedMotion> start_;  // at a landing, of the two steps that are compared
-  int landings_ = 0;                    // since then
+  Known previous_;
+  std::optional<Known> start_;  // at a landing, of the two steps that are compared
+  int landings_ = 0;            // since then
   double moved_s_ = 0;
-  Eigen::Vector3d steady_C_ = Eigen::Vector3d::Zero();  // low-pass filtered planned velocity, m/s in C
+  Eigen::Vector3d steady_C_ = Eigen::Vector3d::Zero();      // low-pass filtered velocity, m/s in C
+  Eigen::Vector2d followed_m_s_ = Eigen::Vector2d::Zero();  // command as the base follows it
 };
 
 /// The measurement h = R(q)ᵀ v + e in the robot's axes, or h = v + R(q) e in the plan's (Stasse et al. 2006,
@@ -99,6 +106,11 @@ class PlanHistory {
 /// from step to step. scale: the systematic error of its source, kPlanScale or kLegScale.
 Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planned,
                              const Options::PlanVelocity& options, int scale = kPlanScale);
+
+/// The measurement h = D(q) v + e of the velocity along the heading of the optical axis and to its left, D,
+/// as commanded. The error e is that of the stride, relative to the command, and the swaying of the body.
+Measurement measure_command(const RobotVector& x, const Eigen::Vector2d& commanded_m_s,
+                            const Options::Command& options);
 
 /// The measurement h = r_z + kHeightError of the camera's height, m (Stasse et al. 2006, section IV-B).
 Measurement measure_height(const RobotVector& x, double height_m, const Options::Height& options);

@@ -23,7 +23,7 @@
 extern "C" {
 #endif
 
-#define GAITSLAM_ESTIMATOR_VERSION 3u /* of this interface */
+#define GAITSLAM_ESTIMATOR_VERSION 4u /* of this interface */
 
 /* ---- Structures */
 
@@ -137,28 +137,41 @@ typedef struct gaitslam_reading {
 
 enum { GAITSLAM_SUPPORT_BOTH = 0, GAITSLAM_SUPPORT_LEFT = 1, GAITSLAM_SUPPORT_RIGHT = 2 };
 
-/* Planned motion of the camera at the stamp of the image, and its motion by leg odometry. */
+/* Planned motion of the camera at the stamp of the image. */
 typedef struct gaitslam_plan {
   gaitslam_pose X_PC;
   double v_PC_C[3];   /* linear velocity of C in P, axes C, m/s */
   double w_PC_C[3];   /* angular velocity of C in P, axes C, rad/s */
   double p_CF[3];     /* planned sole of the support foot, or the middle of both soles, in C */
   uint32_t support;   /* one of GAITSLAM_SUPPORT_... */
-  uint32_t has_legs;  /* 1, or 0: X_OC and p_CS are zero */
-  gaitslam_pose X_OC; /* camera by leg odometry, from encoders and ankle forces. O equals W at the start and
-                         drifts from it as soles slip and tilt */
-  double p_CS[3];     /* the sole that carries the robot, in C */
-} gaitslam_plan;      /* 296 bytes */
+  uint32_t reserved;  /* 0 */
+} gaitslam_plan;      /* 176 bytes */
+
+/* The camera at the stamp of the image by leg odometry. */
+typedef struct gaitslam_legs {
+  gaitslam_pose X_OC; /* from encoders and loads. O equals W at the start and drifts from it as soles slip and
+                         tilt */
+  double p_CS[3];     /* the point of the soles that carries the robot, in C */
+} gaitslam_legs;      /* 120 bytes */
+
+/* The velocity that the base is commanded, in its own heading. */
+typedef struct gaitslam_command {
+  int64_t t_ns;                          /* when it was commanded */
+  double ahead_m_s, left_m_s, turn_rad_s;
+} gaitslam_command; /* 32 bytes */
 
 /* An image of camera 0 and the readings of IMU 0 since the previous one. Missing data has size or count 0. */
 typedef struct gaitslam_observation {
   int64_t t_ns;                 /* the scenario may lose, double or reorder stamps */
   uint32_t width_px, height_px; /* 0 0: the image is lost */
   uint32_t gyro_count, accelerometer_count;
-  uint32_t has_plan; /* 1, or 0: `plan` is all zero */
-  uint32_t reserved; /* 0 */
+  uint32_t has_plan, has_legs; /* each 1, or 0: `plan` or `legs` is all zero */
   gaitslam_plan plan;
-} gaitslam_observation; /* 328 bytes */
+  gaitslam_legs legs;
+  uint32_t has_command; /* 1, or 0: `command` is all zero */
+  uint32_t reserved;    /* 0 */
+  gaitslam_command command;
+} gaitslam_observation; /* 368 bytes */
 
 enum {
   GAITSLAM_PIXELS_GRAY8 = 0,  /* one byte */

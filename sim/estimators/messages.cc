@@ -147,10 +147,6 @@ gaitslam_plan plan_of(const slam::PlannedMotion& planned) {
   copy(planned.w_PC_C, plan.w_PC_C);
   copy(planned.p_CF, plan.p_CF);
   plan.support = word(planned.support);
-  if (!planned.legs) return plan;
-  plan.has_legs = 1;
-  plan.X_OC = pose_of(planned.legs->X_OC);
-  copy(planned.legs->p_CS, plan.p_CS);
   return plan;
 }
 
@@ -343,6 +339,15 @@ std::string observation_message(const slam::Observation& observation,
   words.accelerometer_count = word(accelerometer.size());
   words.has_plan = observation.plan ? 1 : 0;
   if (observation.plan) words.plan = plan_of(*observation.plan);
+  if (const auto& legs = observation.legs) {
+    words.has_legs = 1;
+    words.legs.X_OC = pose_of(legs->X_OC);
+    copy(legs->p_CS, words.legs.p_CS);
+  }
+  if (const auto& command = observation.command) {
+    words.has_command = 1;
+    words.command = {command->t.count(), command->ahead_m_s, command->left_m_s, command->turn_rad_s};
+  }
   std::string bytes = message(GAITSLAM_MESSAGE_OBSERVATION,
                               {bytes_of(words), bytes_of(gyro), bytes_of(accelerometer), bytes_of(image)});
   std::optional<gaitslam_image> head;

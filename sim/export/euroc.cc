@@ -78,8 +78,7 @@ WalkMotion write_mav0(const ExportContext& out, bool images_within_imu) {
   constexpr double kStanding_m_s = 0.02;
   WalkMotion motion;
   std::optional<std::pair<slam::Stamp, Eigen::Vector3d>> planned;
-  files::HashedFile plan = rows(out, sensor_rows("plan0"), "");
-  bool plan_begun = false;
+  std::array<std::optional<files::HashedFile>, 3> sources;  // in the order of motion_sources()
   const std::vector<int> eyes = out.all(rig::Kind::gray), imus = out.all(rig::Kind::imu);
   std::map<int, ImageWriter> images;  // by sensor
   for (std::size_t i = 0; i < eyes.size(); ++i)
@@ -100,19 +99,30 @@ WalkMotion write_mav0(const ExportContext& out, bool images_within_imu) {
         motion.turns_rad_s.push_back(reading.gyro.norm());
         for (auto& [sensor, writer] : images) writer.note_reading(reading.t);
       }
-    if (!frame->plan) continue;
-    const std::pair now(frame->t, Eigen::Vector3d(frame->plan->X_PC.translation()));
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+      const recording::MotionSource& source = recording::motion_sources()[i];
+      if (!source.in(frame->motion)) continue;
+      if (!sources[i]) sources[i].emplace(rows(out, sensor_rows(source.name), source.headers[0]));
+      sources[i]->write(
+          fmt::format("{},{}\n", recording::file_stamp(frame->t), source.fields(frame->motion)));
+    }
+    const auto& plan = frame->motion.plan;
+    const auto& legs = frame->motion.legs;
+    if (!plan && !legs) continue;
+    const std::pair now(frame->t, Eigen::Vector3d((plan ? plan->X_PC : legs->X_OC).translation()));
     if (planned && planned->first < now.first)
       if (const double speed =
               (now.second - planned->second).norm() / slam::seconds(now.first - planned->first);
           speed > kStanding_m_s)
         motion.speeds_m_s.push_back(speed);
     planned = now;
-    if (!std::exchange(plan_begun, true)) plan.write(recording::plan_header(*frame->plan) + "\n");
-    plan.write(fmt::format("{},{}\n", recording::file_stamp(frame->t), recording::plan_fields(*frame->plan)));
   }
-  if (!plan_begun) plan.write(kPlanHeader + "\n");
-  plan.close();
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    const recording::MotionSource& source = recording::motion_sources()[i];
+    if (sources[i] || i == 0)
+      out.write(sensor_file(source.name), recording::motion_source_yaml(source, out.setup));
+    if (sources[i]) sources[i]->close();
+  }
   std::vector<std::vector<std::int64_t>> times;
   for (std::size_t i = 0; i < eyes.size(); ++i) {
     const rig::RigSensor& eye = out.sensor(eyes[i]);
@@ -136,7 +146,6 @@ WalkMotion write_mav0(const ExportContext& out, bool images_within_imu) {
         recording::imu_yaml(imu.name + "; +g up at rest", out.X_GS(imus[i]), imu.rate_hz, noise_of(imu)));
   }
   out.write(kBody, recording::body_yaml());
-  out.write(sensor_file("plan0"), recording::plan_yaml(out.setup));
   out.write_truth(sensor_file(kMotion), recording::motion_yaml());
   if (out.run.with_truth) out.write(sensor_rows(kMotion), out.motion());
   return motion;

@@ -134,7 +134,10 @@ std::optional<ExportedFrame> Frames::next() {
     ++out_.passed_;
     return std::nullopt;
   }
-  ExportedFrame frame{observation->t, std::move(observation->plan), {}};
+  ExportedFrame frame{observation->t, {}, {}};
+  frame.motion.t = observation->t;
+  frame.motion.plan = observation->plan, frame.motion.legs = observation->legs;
+  frame.motion.command = observation->command;
   for (ExportedReading& reading : imu_.merge(*observation)) {
     reading.sensor = out_.chest();
     frame.readings.push_back(std::move(reading));

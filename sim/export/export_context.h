@@ -126,10 +126,10 @@ inline recording::ImuNoise noise_of(const rig::RigSensor& imu) {
 /// Returns the file of that name in texts/, which the program embeds.
 std::string text_of(std::string_view name);
 
-/// The readings of all sensors and the plan that the filter gets with a frame.
+/// The readings of all sensors that the filter gets with a frame.
 struct ExportedFrame {
   slam::Stamp t{0};
-  std::optional<slam::PlannedMotion> plan;
+  slam::Observation motion;               ///< only its plan, leg odometry and command
   std::vector<ExportedReading> readings;  ///< first those of the chest IMU, then the image of the head camera
 };
 

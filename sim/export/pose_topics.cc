@@ -110,7 +110,7 @@ void PoseTopics::write(const ExportedFrame& frame) {
   const slam::Stamp t = frame.t;
   if (!last_) write_start(t);
   last_ = t;
-  if (frame.plan) moving_.front().poses.push_back({{t, frame.plan->X_PC}, std::nullopt});
+  if (const auto& plan = frame.motion.plan) moving_.front().poses.push_back({{t, plan->X_PC}, std::nullopt});
   write_poses(t);
   if (for_viewers_) write_body(t);
   for (; !maps_.empty() && maps_.begin()->first <= t; maps_.erase(maps_.begin()))

@@ -75,7 +75,8 @@ void export_tum(const ExportContext& out) {
     out.write(name, recording::encode_png(image));
   };
   for (Frames frames(out); const auto frame = frames.next();) {
-    if (frame->plan) plan += files::tum_row(recording::kEpoch + frame->t, frame->plan->X_PC * X_CS);
+    if (const auto& planned = frame->motion.plan)
+      plan += files::tum_row(recording::kEpoch + frame->t, planned->X_PC * X_CS);
     for (const ExportedReading& reading : frame->readings)
       if (const auto& a = reading.accelerometer; reading.sensor == out.chest() && reading.has_acceleration)
         accelerations += fmt::format("{} {} {} {}\n", written_seconds(reading.t), a.x(), a.y(), a.z());

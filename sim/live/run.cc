@@ -277,7 +277,7 @@ void Run::stamp_frame() {
   next_.plan = planned_motion(from, to, time_s(), robot_.mounting().X_BC);
   const auto [X_OB, p_OS] = robot_.legs().motion(world.leg_readings().q);
   const Eigen::Isometry3d X_OC = X_OB * robot_.mounting().X_BC;
-  next_.plan->legs = {X_OC, X_OC.inverse() * p_OS};
+  next_.legs = {X_OC, X_OC.inverse() * p_OS};
   if (navigation_) {  // its plan has no adjusted landings
     slam::PlannedMotion plan = *next_.plan;
     plan.X_PC.translation().head<2>() -= from.frame_shift;

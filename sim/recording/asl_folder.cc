@@ -18,7 +18,7 @@ constexpr slam::Stamp kLongestGap{100'000'000};
 constexpr std::array kTruthFolders{"mav0/state_groundtruth_estimate0", "mav0/mocap0", "mav0/gt",
                                    "mav0/vicon0", "mav0/leica0"};
 
-constexpr std::size_t kCameraColumns = 2, kImuColumns = 4, kPlanColumns = 23;
+constexpr std::size_t kCameraColumns = 2, kImuColumns = 4;
 
 std::string span_text(slam::Stamp first, slam::Stamp last) {
   return fmt::format("from {:.3f} s to {:.3f} s", slam::seconds(first), slam::seconds(last));
@@ -194,8 +194,10 @@ struct ReadSensors : AslSensors {
       remarks.push_back(fmt::format(
           "{}: the acceleration is {:.3g} m/s^2 at first, expected about 9.81; a header may state its unit",
           imu->file.string(), a_G.norm()));
-    has_plan = fs::exists(folder / sensor_rows("plan0"));
-    if (has_plan)
+    has_motion = std::ranges::any_of(motion_sources(), [&](const MotionSource& source) {
+      return fs::exists(folder / sensor_rows(source.name));
+    });
+    if (has_motion)
       setup.X_WC_start = read_pose(yaml(folder / sensor_file("plan0")), "T_WC_start");
     else if (!a_G.isZero())  // it points up
       setup.X_WC_start.linear() = turn_upwards(setup.calibration.X_CG.linear() * a_G);
@@ -332,15 +334,20 @@ struct AslFolder::Files {
   explicit Files(const fs::path& folder_) : folder(folder_) {
     for (const slam::Stamp t : stamps) times.push_back(t - sensors.first_image);
     read_truth();
-    if (!sensors.has_plan) return;
-    const Stamps planned(folder / sensor_rows("plan0"), kPlanColumns);
+    for (std::size_t i = 0; i < sources.size(); ++i)
+      if (const fs::path file = folder / sensor_rows(motion_sources()[i].name); fs::exists(file))
+        open(file, static_cast<std::size_t>(std::ranges::count(motion_sources()[i].headers[0], ',')) + 1,
+             sources[i]);
+  }
+
+  void open(const fs::path& file, std::size_t columns, std::optional<StampedRows>& source) const {
+    const Stamps found(file, columns);
     const auto is_of_image = [&](slam::Stamp t) { return std::ranges::binary_search(stamps, t); };
-    if (!planned.all.empty() && std::ranges::none_of(planned.all, is_of_image))
-      throw files::FileError(planned.file,
+    if (!found.all.empty() && std::ranges::none_of(found.all, is_of_image))
+      throw files::FileError(file,
                              fmt::format("none of its stamps is that of an image: they are {}, the images {}",
-                                         planned.span(), sensors.camera->span()));
-    plan.emplace(files::CsvReader(planned.file, kPlanColumns), slam::Stamp{0}, planned.columns,
-                 *planned.unit);
+                                         found.span(), sensors.camera->span()));
+    source.emplace(files::CsvReader(file, columns), slam::Stamp{0}, found.columns, *found.unit);
   }
 
   void read_truth();
@@ -353,7 +360,7 @@ struct AslFolder::Files {
   std::vector<slam::Stamp> times;
   Truth truth;
   std::size_t next_image = 0, next_reading = 0;
-  std::optional<StampedRows> plan;
+  std::array<std::optional<StampedRows>, 3> sources;  // in the order of motion_sources()
 
   slam::Observation next() {
     const slam::Stamp start = sensors.first_image, t = stamps[next_image];
@@ -369,8 +376,11 @@ struct AslFolder::Files {
         o.accelerometer.push_back({begin - start, now.begin - start, *now.accelerometer});
       if (now.begin == now.end) ++next_reading;
     }
-    while (plan && plan->stamp() && *plan->stamp() < t) plan->advance();
-    if (plan && plan->stamp() == t) o.plan = read_plan_row(plan->row());
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+      auto& rows = sources[i];
+      while (rows && rows->stamp() && *rows->stamp() < t) rows->advance();
+      if (rows && rows->stamp() == t) motion_sources()[i].read(rows->row(), o);
+    }
     return o;
   }
 };

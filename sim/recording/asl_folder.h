@@ -14,7 +14,7 @@ struct AslSensors {
   RecordingSetup setup;
   ImuNoise noise;  ///< zero if not stated
   Eigen::Isometry3d X_BC = Eigen::Isometry3d::Identity();
-  bool has_plan = false;
+  bool has_motion = false;           ///< a plan, leg odometry or a command
   slam::Stamp first_image{0};        ///< by the camera's clock
   slam::Stamp imu_ahead{0};          ///< timeshift_cam_imu, subtracted from the stamps of the IMU
   std::vector<std::string> remarks;  ///< "FILE: keys that are not read: ...", for the user

@@ -31,6 +31,46 @@ Eigen::Vector3d reading(const files::CsvReader& row, const std::vector<files::Co
 
 using Joints = std::vector<std::string>;
 
+std::string plan_fields(const slam::Observation& o) {
+  const slam::PlannedMotion& plan = *o.plan;
+  return fmt::format("{},{},{},{},{}", files::csv_fields(plan.X_PC), files::csv_fields(plan.v_PC_C),
+                     files::csv_fields(plan.w_PC_C), kSupport.at(static_cast<std::size_t>(plan.support)),
+                     files::csv_fields(plan.p_CF));
+}
+
+std::string leg_fields(const slam::Observation& o) {
+  return fmt::format("{},{}", files::csv_fields(o.legs->X_OC), files::csv_fields(o.legs->p_CS));
+}
+
+std::string command_fields(const slam::Observation& o) {
+  const slam::CommandedVelocity& command = *o.command;
+  return fmt::format("{},{},{},{}", (o.t - command.t).count(), command.ahead_m_s, command.left_m_s,
+                     command.turn_rad_s);
+}
+
+void read_plan(const files::CsvReader& row, slam::Observation& o) {
+  slam::PlannedMotion& plan = o.plan.emplace();
+  plan.X_PC = row.pose(1);
+  plan.v_PC_C = row.vector(13);
+  plan.w_PC_C = row.vector(16);
+  const auto support = std::find(kSupport.begin(), kSupport.end(), row.text(19));
+  if (support == kSupport.end()) row.fail(19, "expected both, left or right");
+  plan.support = static_cast<slam::Support>(support - kSupport.begin());
+  plan.p_CF = row.vector(20);
+  constexpr std::size_t kLegs = 23;  // of recordings without legs0; external files may have other columns
+  if (row.titles().size() >= kLegs + 15 && row.titles()[kLegs].starts_with("p_OC_x"))
+    o.legs = slam::LegMotion{row.pose(kLegs), row.vector(kLegs + 12)};
+}
+
+void read_legs(const files::CsvReader& row, slam::Observation& o) {
+  o.legs = slam::LegMotion{row.pose(1), row.vector(13)};
+}
+
+void read_command(const files::CsvReader& row, slam::Observation& o) {
+  o.command =
+      slam::CommandedVelocity{o.t - slam::Stamp(row.integer(1)), row.number(2), row.number(3), row.number(4)};
+}
+
 }  // namespace
 
 void StampedRows::advance() {
@@ -42,39 +82,34 @@ void StampedRows::advance() {
   if (before && *stamp_ <= *before) csv_.fail(columns_.field, files::not_rising(*before, *stamp_));
 }
 
-const std::string& plan_header(const slam::PlannedMotion& plan) {
-  return plan.legs ? recording_format::kPlanAndLegsHeader : recording_format::kPlanHeader;
-}
-
-std::string plan_fields(const slam::PlannedMotion& plan) {
-  std::string fields =
-      fmt::format("{},{},{},{},{}", files::csv_fields(plan.X_PC), files::csv_fields(plan.v_PC_C),
-                  files::csv_fields(plan.w_PC_C), kSupport.at(static_cast<std::size_t>(plan.support)),
-                  files::csv_fields(plan.p_CF));
-  if (plan.legs)
-    fields += fmt::format(",{},{}", files::csv_fields(plan.legs->X_OC), files::csv_fields(plan.legs->p_CS));
-  return fields;
+const std::array<MotionSource, 3>& motion_sources() {
+  using namespace recording_format;
+  static const std::array<MotionSource, 3> all{
+      {{"plan0",
+        "walking plan: the camera's pose and velocities in the plan's own world",
+        {kPlanHeader, kPlanHeader + kLegColumns},
+        [](const slam::Observation& o) { return o.plan.has_value(); },
+        plan_fields,
+        read_plan},
+       {"legs0",
+        "leg odometry: the camera's pose in a world of its own, and the sole that carries the robot",
+        {kStampColumn + kLegColumns},
+        [](const slam::Observation& o) { return o.legs.has_value(); },
+        leg_fields,
+        read_legs},
+       {"command0",
+        "commanded velocity of the base in its heading, and how long ago it was commanded",
+        {kStampColumn + ",age [ns],v_x [m s^-1],v_y [m s^-1],w_z [rad s^-1]"},
+        [](const slam::Observation& o) { return o.command.has_value(); },
+        command_fields,
+        read_command}}};
+  return all;
 }
 
 std::string correction_fields(const score::StepCorrection& step) {
   return fmt::format(",{},{},{},{}", kSupport[step.left ? 1 : 2], files::csv_fields(step.desired),
                      files::csv_fields(step.expected),
                      files::csv_fields(Eigen::Vector3d(step.ahead, step.aside, step.turn)));
-}
-
-slam::PlannedMotion read_plan_row(const files::CsvReader& row) {
-  slam::PlannedMotion plan;
-  plan.X_PC = row.pose(1);
-  plan.v_PC_C = row.vector(13);
-  plan.w_PC_C = row.vector(16);
-  const auto support = std::find(kSupport.begin(), kSupport.end(), row.text(19));
-  if (support == kSupport.end()) row.fail(19, "expected both, left or right");
-  plan.support = static_cast<slam::Support>(support - kSupport.begin());
-  plan.p_CF = row.vector(20);
-  constexpr std::size_t kLegs = 23;  // field; external files may have other columns there
-  if (row.titles().size() >= kLegs + 15 && row.titles()[kLegs].starts_with("p_OC_x"))
-    plan.legs = slam::LegMotion{row.pose(kLegs), row.vector(kLegs + 12)};
-  return plan;
 }
 
 Eigen::Vector3d angular_rate(const files::CsvReader& row, const std::vector<files::Column>& columns) {

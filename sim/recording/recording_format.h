@@ -38,19 +38,23 @@ class StampedRows {
   std::optional<slam::Stamp> stamp_;
 };
 
-// A row of plan0/data.csv: the planned motion of the camera at a frame.
+/// What a robot knows of its motion at a frame, folder mav0/<name>. The folder has rows for the frames that
+/// have it, and no data.csv if none has.
+struct MotionSource {
+  std::string name, comment;         ///< comment: of sensor.yaml
+  std::vector<std::string> headers;  ///< of data.csv; the first one is written
+  bool (*in)(const slam::Observation& o);
+  std::string (*fields)(
+      const slam::Observation& o);  ///< of a row after its stamp; they read back bit for bit
+  /// Reads a row into the observation of its stamp. Throws FileError.
+  void (*read)(const files::CsvReader& row, slam::Observation& o);
+};
 
-/// Returns the header for plans like this one, with or without leg odometry; all plans of a file are alike.
-const std::string& plan_header(const slam::PlannedMotion& plan);
-
-/// Returns the fields of a row after its stamp; they read back bit for bit.
-std::string plan_fields(const slam::PlannedMotion& plan);
+/// Returns plan0, legs0 and command0. The sensor.yaml of plan0 exists without a plan, too: it has the start.
+const std::array<MotionSource, 3>& motion_sources();
 
 /// Returns the fields of a row of kCorrectionColumns, each after a comma.
 std::string correction_fields(const score::StepCorrection& step);
-
-/// Reads the plan of a row with either header. Throws FileError.
-slam::PlannedMotion read_plan_row(const files::CsvReader& row);
 
 /// Returns a reading in an IMU's row, by default fields 1 to 6. Throws FileError if no sensor can measure it.
 Eigen::Vector3d angular_rate(const files::CsvReader& row,
@@ -119,8 +123,7 @@ inline const std::string kPlanHeader = kStampColumn + "," + files::pose_columns(
                                        ",v_PC_C_x [m s^-1],v_PC_C_y [m s^-1],v_PC_C_z [m s^-1]"
                                        ",w_PC_C_x [rad s^-1],w_PC_C_y [rad s^-1],w_PC_C_z [rad s^-1]"
                                        ",support [],p_CF_x [m],p_CF_y [m],p_CF_z [m]";
-inline const std::string kPlanAndLegsHeader =
-    kPlanHeader + "," + files::pose_columns("OC") + ",p_CS_x [m],p_CS_y [m],p_CS_z [m]";
+inline const std::string kLegColumns = "," + files::pose_columns("OC") + ",p_CS_x [m],p_CS_y [m],p_CS_z [m]";
 inline const std::string kMotionHeader =
     "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z [], "
     "v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1], b_w_RS_S_y [rad s^-1], "

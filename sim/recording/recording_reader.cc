@@ -139,6 +139,12 @@ struct RecordingReader::Files {
     }
     read_camera_yaml(yaml(sensor_file("cam0")), setup);
     setup.X_WC_start = read_pose(yaml(sensor_file("plan0")), "T_WC_start");
+    for (std::size_t i = 0; i < sources.size(); ++i)
+      if (const MotionSource& source = motion_sources()[i]; manifest.lists(sensor_rows(source.name))) {
+        manifest.check(sensor_file(source.name));
+        sources[i].emplace(files::CsvReader(manifest.check(sensor_rows(source.name)), source.headers),
+                           kEpoch);
+      }
     const StatedImu chest = read_imu_yaml(yaml(sensor_file("imu0")));
     setup.imu_rate_hz = chest.rate_hz;
     imu.emplace(manifest, folder, "imu0", true, chest.begin);
@@ -162,11 +168,11 @@ struct RecordingReader::Files {
   RecordingSetup setup;
   rig::RigSensor head;
   StampedRows frames = rows_of(manifest, kFrames, {kStampColumn}),
-              camera = rows_of(manifest, sensor_rows("cam0"), {kCameraHeader}),
-              plan = rows_of(manifest, sensor_rows("plan0"), {kPlanHeader, kPlanAndLegsHeader});
+              camera = rows_of(manifest, sensor_rows("cam0"), {kCameraHeader});
   std::optional<SensorRows> imu;
-  std::deque<StampedRows> body;  // in the order of body_sensors()
-  std::deque<SensorRows> rig;    // in the order of setup.rig
+  std::deque<StampedRows> body;                       // in the order of body_sensors()
+  std::deque<SensorRows> rig;                         // in the order of setup.rig
+  std::array<std::optional<StampedRows>, 3> sources;  // in the order of motion_sources()
 
   YamlFile yaml(const std::string& name) const {
     return {folder / name, manifest.read(name, files::kMostOfYaml)};
@@ -189,8 +195,12 @@ struct RecordingReader::Files {
 
   /// Throws if a row of the frames' own files has a stamp before t: then it is not in frames.csv.
   void refuse_rows_before(slam::Stamp t) const {
-    for (const StampedRows* rows : {&camera, &plan})
-      if (rows->stamp() && *rows->stamp() < t) rows->row().fail(0, kNoFrame);
+    const auto refuse = [t](const StampedRows& rows) {
+      if (rows.stamp() && *rows.stamp() < t) rows.row().fail(0, kNoFrame);
+    };
+    refuse(camera);
+    for (const auto& rows : sources)
+      if (rows) refuse(*rows);
   }
 };
 
@@ -222,9 +232,10 @@ std::optional<slam::Observation> RecordingReader::next(const std::function<bool(
         read_rig_file(f.folder, f.manifest, f.head, std::string(f.camera.row().text(1))).image;
     f.camera.advance();
   }
-  if (f.plan.stamp() == observation.t) {
-    observation.plan = read_plan_row(f.plan.row());
-    f.plan.advance();
+  for (std::size_t i = 0; i < f.sources.size(); ++i) {
+    if (!f.sources[i] || f.sources[i]->stamp() != observation.t) continue;
+    motion_sources()[i].read(f.sources[i]->row(), observation);
+    f.sources[i]->advance();
   }
   for (std::size_t i = 0; i < f.rig.size(); ++i)
     f.rig[i].read_frame(observation.t, [&](slam::RigReading reading, std::string_view name) {

@@ -82,12 +82,11 @@ struct RecordingWriter::Files {
   RecordingSetup setup;
   ManifestWriter manifest{folder};
   Rows frames{folder, kFrames, kStampColumn}, camera{folder, sensor_rows("cam0"), kCameraHeader},
-      plan{folder, sensor_rows("plan0"), ""}, imu{folder, sensor_rows("imu0"), kImuHeader},
-      motion{folder, sensor_rows(kMotion), kMotionHeader};
+      imu{folder, sensor_rows("imu0"), kImuHeader}, motion{folder, sensor_rows(kMotion), kMotionHeader};
   TruthRows truth{folder};
-  std::vector<Rows> body;         // in the order of body_sensors()
-  std::vector<Rows> rig;          // in the order of setup.rig
-  std::optional<bool> with_legs;  // known from the first plan on
+  std::vector<Rows> body;                      // in the order of body_sensors()
+  std::vector<Rows> rig;                       // in the order of setup.rig
+  std::array<std::optional<Rows>, 3> sources;  // in the order of motion_sources()
 
   void write_whole(const std::string& name, std::string_view bytes) {
     files::HashedFile file = new_file(folder / name);
@@ -131,12 +130,13 @@ struct RecordingWriter::Files {
     }
   }
 
-  void add_plan(slam::Stamp t, const slam::PlannedMotion& planned) {
-    if (!with_legs) plan.file.write(plan_header(planned) + "\n");
-    require(with_legs.value_or(planned.legs.has_value()) == planned.legs.has_value(),
-            "leg odometry comes and goes");
-    with_legs = planned.legs.has_value();
-    plan.add(t, "," + plan_fields(planned));
+  void add_motion(const slam::Observation& ideal) {
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+      const MotionSource& source = motion_sources()[i];
+      if (!source.in(ideal)) continue;
+      if (!sources[i]) sources[i].emplace(folder, sensor_rows(source.name), source.headers[0]);
+      sources[i]->add(ideal.t, "," + source.fields(ideal));
+    }
   }
 
   void add_inertial(const slam::Observation& ideal, std::optional<slam::Stamp> before) {
@@ -164,7 +164,7 @@ void RecordingWriter::add(const slam::Observation& ideal, std::string_view png,
     head.t = ideal.t, head.image = ideal.image;
     f.camera.add(ideal.t, "," + f.write_reading(head_camera(f.setup), head, png));
   }
-  if (ideal.plan) f.add_plan(ideal.t, *ideal.plan);
+  f.add_motion(ideal);
   f.add_rig(ideal, rig_pngs, before);
 }
 
@@ -221,7 +221,6 @@ void RecordingWriter::add(const std::string& name, std::string_view text) { file
 void RecordingWriter::finish() {
   Files& f = *files_;
   if (!f.truth.feet.last) f.truth.feet.file.write(kFeet.header + "\n");
-  if (!f.with_legs) f.plan.file.write(kPlanHeader + "\n");
   f.write_whole(kBody, body_yaml(f.setup.rig));
   f.write_whole(sensor_file("cam0"), camera_yaml(f.setup.calibration, f.setup.camera_rate_hz));
   f.write_whole(sensor_file("imu0"),
@@ -232,13 +231,17 @@ void RecordingWriter::finish() {
   for (std::size_t i = 0; i < f.rig.size(); ++i)
     f.write_whole(sensor_file(f.setup.rig[i].name),
                   rig_sensor_yaml(f.setup.rig[i], f.setup.calibration, f.rig[i].begin));
-  f.write_whole(sensor_file("plan0"), plan_yaml(f.setup));
   f.write_whole(sensor_file(kMotion), motion_yaml());
   std::vector<Rows*> all{&f.frames, &f.camera, &f.imu};
+  for (std::size_t i = 0; i < f.sources.size(); ++i) {
+    if (f.sources[i]) all.push_back(&*f.sources[i]);
+    if (f.sources[i] || i == 0)
+      f.write_whole(sensor_file(motion_sources()[i].name), motion_source_yaml(motion_sources()[i], f.setup));
+  }
   for (std::vector<Rows>* sensors : {&f.body, &f.rig})
     for (Rows& rows : *sensors) all.push_back(&rows);
-  for (Rows* rows : {&f.plan, &f.motion, &f.truth.camera, &f.truth.waist, &f.truth.planned_waist,
-                     &f.truth.feet, &f.truth.surfaces})
+  for (Rows* rows :
+       {&f.motion, &f.truth.camera, &f.truth.waist, &f.truth.planned_waist, &f.truth.feet, &f.truth.surfaces})
     all.push_back(rows);
   if (f.truth.desired_waist) all.push_back(&*f.truth.desired_waist);
   for (Rows* rows : all) {

@@ -339,9 +339,10 @@ std::string body_sensor_yaml(const BodySensor& sensor, const RecordingSetup& set
          sensor.yaml(setup.joints);
 }
 
-std::string plan_yaml(const RecordingSetup& setup) {
-  return head("plan", "walking plan: the camera's pose and velocities in the plan's own world") +
-         fmt::format("rate_hz: {}\n", setup.camera_rate_hz) + matrix("T_WC_start", setup.X_WC_start);
+std::string motion_source_yaml(const MotionSource& source, const RecordingSetup& setup) {
+  return head(source.name.substr(0, source.name.size() - 1), source.comment) +
+         fmt::format("rate_hz: {}\n", setup.camera_rate_hz) +
+         (source.in == motion_sources()[0].in ? matrix("T_WC_start", setup.X_WC_start) : "");
 }
 
 std::string motion_yaml() {

@@ -21,7 +21,7 @@ std::string camera_yaml(const slam::Calibration& calibration, double rate_hz);
 std::string imu_yaml(const std::string& comment, const Eigen::Isometry3d& X_BS, double rate_hz,
                      const ImuNoise& noise, std::optional<slam::Stamp> begin = {});
 std::string body_sensor_yaml(const BodySensor& sensor, const RecordingSetup& setup);
-std::string plan_yaml(const RecordingSetup& setup);
+std::string motion_source_yaml(const MotionSource& source, const RecordingSetup& setup);
 std::string motion_yaml();
 /// Returns the file of the body, which lists the further sensors, if there are any.
 std::string body_yaml(const std::vector<rig::RigSensor>& rig = {});

@@ -42,7 +42,7 @@ std::vector<std::string> settings_of(const recording::AslSensors& sensors) {
   const double readings = std::sqrt(slam::kReadingPeriod_s);
   set("slam.gyro.sigma_rad_s", sensors.noise.gyro_density / readings);
   set("slam.accelerometer.sigma_m_s2", sensors.noise.accelerometer_density / readings);
-  if (sensors.has_plan) return settings;
+  if (sensors.has_motion) return settings;
   for (const char* sensor : {"accelerometer", "plan_velocity", "height"})
     settings.push_back(fmt::format("slam.{}.enabled=false", sensor));
   set("slam.gyro.sigma_bias_rad_s", 0.1);
@@ -51,8 +51,8 @@ std::vector<std::string> settings_of(const recording::AslSensors& sensors) {
 }
 
 // Images and angular rates do not determine the scale.
-std::optional<std::string> why_no_scale(const slam::Options& options, bool has_plan) {
-  if (options.accelerometer.enabled || (has_plan && options.plan_velocity.enabled)) return std::nullopt;
+std::optional<std::string> why_no_scale(const slam::Options& options, bool has_motion) {
+  if (options.accelerometer.enabled || (has_motion && options.plan_velocity.enabled)) return std::nullopt;
   return "camera and gyroscope do not determine the scale: see ate_sim3_rmse_m";
 }
 
@@ -263,7 +263,7 @@ result::Outcome replay_external(const scenario::ReadScenario& scenario, recordin
     begin_at_estimate(truth.camera, record.tracked->estimates());
   record.truth = std::move(truth);
   record.planned_camera = std::move(plan);
-  record.no_scale = why_no_scale(*scenario.scenario.slam, sensors.has_plan);
+  record.no_scale = why_no_scale(*scenario.scenario.slam, sensors.has_motion);
   const result::Outcome outcome =
       result::write_result(result.path(), record, place, timing, slam::seconds(last));
   result.commit();

@@ -172,8 +172,8 @@ std::vector<std::string_view> preset_names() {
 }
 
 std::optional<Problem> name_problem(const std::vector<std::string>& names) {
-  std::set<std::string> taken{kHeadCamera, kChestImu, "plan0",
-                              "encoders0", "forces0", "state_groundtruth_estimate0"};
+  std::set<std::string> taken{kHeadCamera, kChestImu,   "plan0",   "legs0",
+                              "command0",  "encoders0", "forces0", "state_groundtruth_estimate0"};
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (!is_folder_name(names[i]))
       return Problem{i, fmt::format("name '{}': expected 1 to 40 characters of a-z, 0-9 and _", names[i])};

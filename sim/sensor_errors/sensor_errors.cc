@@ -44,11 +44,17 @@ PlannedMotion interpolate(const PlannedMotion& a, const PlannedMotion& b, double
   plan.X_PC = interpolate(a.X_PC, b.X_PC, part);
   plan.v_PC_C = (1 - part) * a.v_PC_C + part * b.v_PC_C;
   plan.w_PC_C = (1 - part) * a.w_PC_C + part * b.w_PC_C;
-  plan.legs.reset();
-  if (a.legs && b.legs)
-    plan.legs = slam::LegMotion{interpolate(a.legs->X_OC, b.legs->X_OC, part),
-                                (1 - part) * a.legs->p_CS + part * b.legs->p_CS};
   return plan;
+}
+
+slam::LegMotion interpolate(const slam::LegMotion& a, const slam::LegMotion& b, double part) {
+  return {interpolate(a.X_OC, b.X_OC, part), (1 - part) * a.p_CS + part * b.p_CS};
+}
+
+template <class Motion>
+std::optional<Motion> interpolate(const std::optional<Motion>& a, const std::optional<Motion>& b,
+                                  double part) {
+  return a && b ? std::optional(interpolate(*a, *b, part)) : std::nullopt;
 }
 
 template <class Spike, class Silence>
@@ -238,7 +244,9 @@ std::vector<Observation> MotionClock::process(Observation observation) {
     body_.push_back(std::move(reading));
   }
   const Stamp known = observation.t + offset_;
-  plans_.push_back({known, std::exchange(observation.plan, {})});
+  if (observation.command) observation.command->t += offset_;
+  motions_.push_back({known, std::exchange(observation.plan, {}), std::exchange(observation.legs, {}),
+                      std::exchange(observation.command, {})});
   waiting_.push_back(std::move(observation));
   std::vector<Observation> complete;
   while (!waiting_.empty() && waiting_.front().t <= known) complete.push_back(assembled());
@@ -258,18 +266,24 @@ Observation MotionClock::assembled() {
   frame.accelerometer = taken_until(frame.t, accelerometer_);
   for (; !body_.empty() && body_.front().t < frame.t; body_.pop_front())
     frame.body.push_back(std::move(body_.front()));
-  frame.plan = plan_at(frame.t);
+  add_motion(frame);
   return frame;
 }
 
-// Frames come in order of time: earlier plans are not needed again.
-std::optional<PlannedMotion> MotionClock::plan_at(Stamp t) {
-  while (plans_.size() > 1 && plans_[1].t <= t) plans_.pop_front();
-  if (plans_.empty() || plans_[0].t > t) return std::nullopt;
-  if (plans_[0].t == t) return plans_[0].plan;
-  if (plans_.size() < 2 || !plans_[0].plan || !plans_[1].plan) return std::nullopt;
-  return interpolate(*plans_[0].plan, *plans_[1].plan,
-                     slam::seconds(t - plans_[0].t) / slam::seconds(plans_[1].t - plans_[0].t));
+// Frames come in order of time: earlier motions are not needed again.
+void MotionClock::add_motion(Observation& frame) {
+  while (motions_.size() > 1 && motions_[1].t <= frame.t) motions_.pop_front();
+  if (motions_.empty() || motions_[0].t > frame.t) return;
+  const StampedMotion& before = motions_[0];
+  frame.command = before.command;
+  if (before.t == frame.t) {
+    frame.plan = before.plan, frame.legs = before.legs;
+  } else if (motions_.size() > 1) {
+    const StampedMotion& after = motions_[1];
+    const double part = slam::seconds(frame.t - before.t) / slam::seconds(after.t - before.t);
+    frame.plan = interpolate(before.plan, after.plan, part);
+    frame.legs = interpolate(before.legs, after.legs, part);
+  }
 }
 
 cv::Mat1b beside_edges(const cv::Mat1w& depth_mm, int reach) {
@@ -351,7 +365,7 @@ std::vector<slam::Observation> SensorErrors::process(slam::Observation o) {
   accelerometer_.apply(o.accelerometer);
   rig_.apply(o.rig);
   o.image = delayed_image(received_image(o.image, o.t), o.t);
-  if (o.plan && o.plan->legs) disturb(*o.plan->legs, o.t);
+  if (o.legs) disturb(*o.legs, o.t);
   o.plan = plan_.apply(std::move(o.plan), o.t);
   if (lost("plan loss", o.t, options_.plan_loss_fraction)) o.plan.reset();
   std::vector<slam::Observation> arrived;

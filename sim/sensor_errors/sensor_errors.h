@@ -135,7 +135,7 @@ struct ErrorOptions {
   static void keys(auto&& key) {
     part<&ErrorOptions::gyro, &ErrorOptions::accelerometer, &ErrorOptions::image>(key);
     key.number("plan.loss_fraction", &ErrorOptions::plan_loss_fraction, 0, 1,
-               "fraction of the frames that lose their planned motion");
+               "fraction of the frames that lose their planned motion; leg odometry stays");
     part<&ErrorOptions::leg_odometry>(key);
     key.number("motion.time_offset_s", &ErrorOptions::motion_time_offset_s, -1, 1,
                "time offset of the motion computer's clock, which stamps readings and plan, ahead of the "
@@ -170,25 +170,27 @@ class MotionClock {
   explicit MotionClock(slam::Stamp offset) : offset_(offset) {}
 
   /// Adds an observation with true stamps and returns the complete ones: if the clock is behind, frames wait
-  /// for their motion. Readings across a frame are split; the plan is interpolated.
+  /// for their motion. Readings across a frame are split; plan and leg odometry are interpolated.
   std::vector<slam::Observation> process(slam::Observation observation);
 
   /// Returns the waiting frames with the motion known so far.
   std::vector<slam::Observation> flush();
 
  private:
-  struct StampedPlan {
+  struct StampedMotion {
     slam::Stamp t{0};
     std::optional<slam::PlannedMotion> plan;
+    std::optional<slam::LegMotion> legs;
+    std::optional<slam::CommandedVelocity> command;
   };
   slam::Observation assembled();
-  std::optional<slam::PlannedMotion> plan_at(slam::Stamp t);
+  void add_motion(slam::Observation& frame);
 
   slam::Stamp offset_;
   std::deque<slam::Observation> waiting_;
   std::deque<slam::InertialSample> gyro_, accelerometer_;
   std::deque<slam::BodyReading> body_;
-  std::deque<StampedPlan> plans_;
+  std::deque<StampedMotion> motions_;
 };
 
 /// Applies the errors of each further sensor to its readings, then shifts their stamps by the sensor's

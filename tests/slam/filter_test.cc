@@ -146,7 +146,9 @@ TEST(Filter, RejectsMalformedObservationsAndIsLeftBitIdentical) {
       {image, [](auto& o) { o.image = cv::Mat(240, 320, CV_8UC3, cv::Scalar(0)); }},
       {"an inertial reading is not finite", [](auto& o) { o.gyro[1].value.x() = kNan; }},
       {"an inertial reading is not finite", [](auto& o) { o.accelerometer[1].end = Stamp(-1); }},
-      {"its plan is not finite", [](auto& o) { o.plan->p_CF.x() = kNan; }}};
+      {"its plan is not finite", [](auto& o) { o.plan->p_CF.x() = kNan; }},
+      {"its leg odometry is not finite", [](auto& o) { o.legs.emplace().p_CS.x() = kNan; }},
+      {"its command is not finite", [](auto& o) { o.command.emplace().turn_rad_s = kNan; }}};
   for (const auto& [reason, spoil] : kinds) {
     EXPECT_EQ(step(filter, 40, 41, spoil).refused.text(), reason);
     EXPECT_EQ(fingerprint(filter), fingerprint(undisturbed)) << reason;

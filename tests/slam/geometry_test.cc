@@ -163,6 +163,7 @@ void expect_measurement(const char* name, const Measure& measure) {
 TEST(Jacobians, OfInternalMeasurementsAreTheDerivatives) {
   expect_measurement("rate", [](const auto& x) { return measure_rate(x, {kA, 0.02}); });
   expect_measurement("rest", [](const auto& x) { return measure_rate(x, {kA, 0.02}, false); });
+  expect_measurement("command", [](const auto& x) { return measure_command(x, {0.3, -0.1}, {}); });
   expect_measurement("height", [](const auto& x) { return measure_height(x, 1.5, {}); });
   PlannedVelocity planned{{0.2, -0.1, 0.05}, {0.1, 0.3, -0.2}, {0.1, 1.3, -0.2}, {0.15, 0.05, 0.2}};
   planned.between_positions_s = kFrame_s;

@@ -113,7 +113,7 @@ PlanByLegs plan_by_legs(double scale) {
   for (int k = 0; k < 150; ++k) {
     Observation o = walk.recording.observation(k);
     o.plan->support = k / 24 % 2 == 0 ? Support::left : Support::right;
-    o.plan->legs = LegMotion{o.plan->X_PC, o.plan->p_CF};
+    o.legs = LegMotion{o.plan->X_PC, o.plan->p_CF};
     o.plan->X_PC.translation().head<2>() *= scale;
     walk.step(o);
     const SystematicEvidence evidence = walk.kalman.release_evidence()[kPlanScale];

@@ -170,7 +170,7 @@ TEST(Plan, TheVelocityDependsOnTheScaleOfItsSource) {
 }
 
 /// The motion between two frames 0.1 s apart.
-PlannedInterval moved(const PlannedMotion& before, const PlannedMotion& now, const Options& options) {
+PlannedInterval moved(const Observation& before, const Observation& now, const Options& options) {
   PlanHistory history;
   EXPECT_FALSE(history.advance(before, 0, options));
   return history.advance(now, 0.1, options).value();
@@ -179,67 +179,91 @@ PlannedInterval moved(const PlannedMotion& before, const PlannedMotion& now, con
 TEST(PlanHistory, GivesTheMeanVelocityBetweenTwoFramesInARowThatHaveAPlan) {
   Options along_robot, along_plan;
   along_plan.plan_velocity.axes = VelocityAxes::plan;
-  PlannedMotion before, now;
-  before.X_PC = pose(0.4, {0, 0, 1}, {1, 2, 1.4});
-  now.X_PC = before.X_PC * pose(0.02, {1, 2, 3}, kZero);
-  now.X_PC.translation() += Eigen::Vector3d(0.03, -0.01, 0.005);
-  before.p_CF = {0, 1.4, 0};
-  now.p_CF = {0.02, 1.4, 0.04};
-  const PlannedVelocity world = moved(before, now, along_plan).plan,
-                        robot = moved(before, now, along_robot).plan;
+  Observation before, now;
+  PlannedMotion &from = before.plan.emplace(), &to = now.plan.emplace();
+  from.X_PC = pose(0.4, {0, 0, 1}, {1, 2, 1.4});
+  to.X_PC = from.X_PC * pose(0.02, {1, 2, 3}, kZero);
+  to.X_PC.translation() += Eigen::Vector3d(0.03, -0.01, 0.005);
+  from.p_CF = {0, 1.4, 0};
+  to.p_CF = {0.02, 1.4, 0.04};
+  const PlannedVelocity world = *moved(before, now, along_plan).plan,
+                        robot = *moved(before, now, along_robot).plan;
   EXPECT_LT((world.velocity - Eigen::Vector3d(0.3, -0.1, 0.05)).norm(), 1e-14);
-  EXPECT_LT((now.X_PC.linear() * robot.velocity - world.velocity).norm(), 1e-14);
+  EXPECT_LT((to.X_PC.linear() * robot.velocity - world.velocity).norm(), 1e-14);
   EXPECT_LT((robot.rate - 0.2 * Eigen::Vector3d(1, 2, 3).normalized()).norm(), 1e-13);
   EXPECT_LT((robot.p_CF - Eigen::Vector3d(0.01, 1.4, 0.02)).norm(), 1e-15);
   EXPECT_EQ(robot.sigma_m_s, along_robot.plan_velocity.sigma_m_s);
   EXPECT_FALSE(moved(before, now, along_robot).standing);
   EXPECT_TRUE(moved(before, before, along_robot).standing);
   PlanHistory history;
-  for (const auto& plan : {std::optional(now), {}, {now}}) EXPECT_FALSE(history.advance(plan, 0.1, {}));
+  for (const auto& one : {now, Observation(), now}) EXPECT_FALSE(history.advance(one, 0.1, {}));
 }
 
 TEST(PlanHistory, LegOdometryReplacesThePlanIfItIsGivenAlongTheRobotsAxes) {
   Options options, along_plan, disabled;
   along_plan.plan_velocity.axes = VelocityAxes::plan;
   disabled.leg_odometry.enabled = false;
-  PlannedMotion before, now, without_legs;
-  now.X_PC.translation().x() = 0.03;
+  Observation before, now, without_legs;
+  before.plan.emplace(), without_legs.plan.emplace();
+  now.plan.emplace().X_PC.translation().x() = 0.03;
   before.legs = LegMotion{Eigen::Isometry3d::Identity(), {0, 1.4, 0}};
   now.legs = LegMotion{pose(0.01, {0, 1, 0}, {0, 0, 0.02}), {0, 1.4, -0.04}};
   const PlannedInterval interval = moved(before, now, options);
-  EXPECT_NEAR(interval.plan.velocity.x(), 0.3, 1e-15);
+  EXPECT_NEAR(interval.plan->velocity.x(), 0.3, 1e-15);
   ASSERT_TRUE(interval.legs);
   const Eigen::Vector3d v_O(0, 0, 0.2);
   EXPECT_LT((interval.legs->velocity - now.legs->X_OC.linear().transpose() * v_O).norm(), 1e-15);
   EXPECT_LT((interval.legs->rate - Eigen::Vector3d(0, 0.1, 0)).norm(), 1e-12);
   EXPECT_EQ(interval.legs->p_CF, Eigen::Vector3d(0, 1.4, -0.02));
-  EXPECT_EQ(interval.legs->steady_C, interval.plan.steady_C);
+  EXPECT_EQ(interval.legs->steady_C, interval.plan->steady_C);
   EXPECT_FALSE(moved(before, now, along_plan).legs);
   EXPECT_FALSE(moved(before, now, disabled).legs);
   EXPECT_FALSE(moved(without_legs, now, options).legs);
+  before.plan.reset();
+  const PlannedInterval alone = moved(before, now, options);
+  EXPECT_FALSE(alone.plan);
+  EXPECT_EQ(alone.legs->velocity, interval.legs->velocity);
+  EXPECT_GT(alone.legs->steady_C.z(), 0);
+}
+
+TEST(PlanHistory, ACommandIsFollowedWithALagAndOnlyWithoutPlanAndLegOdometry) {
+  PlanHistory history;
+  Options options, disabled;
+  disabled.command.enabled = false;
+  Observation now;
+  now.command = CommandedVelocity{Stamp(0), 0.4, -0.2, 9};
+  EXPECT_LT((*history.advance(now, options.command.lag_s, options)->command -
+             (1 - std::exp(-1)) * Eigen::Vector2d(0.4, -0.2))
+                .norm(),
+            1e-15);
+  EXPECT_FALSE(history.advance(now, 0.1, disabled));
+  now.legs.emplace();
+  history.advance(now, 0.1, options);
+  EXPECT_FALSE(history.advance(now, 0.1, options)->command);
 }
 
 /// A robot that walks along y of the plan's world, a step of 0.1 m in each of eight frames, with plan and
 /// odometry in worlds that are turned against each other. sways_m: sideways, to each side in turn.
-std::vector<PlannedMotion> stepping(double scale, double sways_m = 0) {
+std::vector<Observation> stepping(double scale, double sways_m = 0) {
   Eigen::Isometry3d X_PC = Eigen::Isometry3d::Identity();
   X_PC.linear() << 1, 0, 0, 0, 0, 1, 0, -1, 0;  // z of C is y of P
   const Eigen::Isometry3d X_OP = pose(1.2, {0, 0, 1}, {3, 4, 0});
-  std::vector<PlannedMotion> frames;
+  std::vector<Observation> frames;
   for (int k = 0; k < 8; ++k) {
     X_PC.translation() << (k % 2 == 0 ? sways_m : -sways_m), 0.1 * k, 1.4;
-    const LegMotion legs{X_OP * X_PC, kZero};
+    frames.emplace_back().legs = LegMotion{X_OP * X_PC, kZero};
     X_PC.translation() << 0, 0.1 * scale * k, 1.4;
-    frames.push_back({X_PC, kZero, kZero, kZero, k % 2 == 0 ? Support::left : Support::right, legs});
+    frames.back().plan =
+        PlannedMotion{X_PC, kZero, kZero, kZero, k % 2 == 0 ? Support::left : Support::right};
   }
   return frames;
 }
 
 /// The evidence of each of the frames from 1 on.
-std::vector<SystematicEvidence> evidence(const std::vector<PlannedMotion>& frames) {
+std::vector<SystematicEvidence> evidence(const std::vector<Observation>& frames) {
   PlanHistory history;
   std::vector<SystematicEvidence> all;
-  for (const PlannedMotion& frame : frames)
+  for (const Observation& frame : frames)
     if (const auto interval = history.advance(frame, 0.8, {})) all.push_back(interval->plan_scale);
   return all;
 }
@@ -258,7 +282,7 @@ TEST(PlanHistory, EveryTwoStepsLegOdometryTellsTheScaleOfThePlan) {
 TEST(PlanHistory, TwoStepsStartAnewWhileThePlanStandsAndWithoutLegOdometry) {
   auto without_legs = stepping(1), standing = stepping(1);
   without_legs[2].legs.reset();
-  standing[2].X_PC = standing[1].X_PC;
+  standing[2].plan->X_PC = standing[1].plan->X_PC;
   for (const auto& all : {evidence(standing), evidence(without_legs)}) {
     for (const std::size_t k : {0U, 1U, 2U, 3U, 5U}) EXPECT_EQ(all[k].information, 0) << k;
     for (const std::size_t k : {4U, 6U}) EXPECT_GT(all[k].information, 0) << k;
@@ -269,34 +293,36 @@ TEST(PlanHistory, LegOdometryIsLessCertainWhileTheRobotTurnsOtherwiseThanItsLegs
   Options options;
   options.leg_odometry.sigma_m_s = 0.03, options.leg_odometry.sigma_pivot_m = 0.1;
   PlanHistory history;
-  PlannedMotion now;
-  now.legs.emplace();
+  Observation now;
+  now.plan.emplace(), now.legs.emplace();
   history.advance(now, 0, options);
   const PlannedInterval interval = *history.advance(now, 0.03, options);
   RobotVector x = generic_state();
   x.segment<3>(kRate) << 0, 0.4, 0;
   EXPECT_NEAR(measure_velocity(x, *interval.legs, {}).R(1, 1), 0.03 * 0.03 + 0.04 * 0.04, 1e-12);
-  EXPECT_NEAR(measure_velocity(x, interval.plan, {}).R(1, 1), 0.02 * 0.02, 1e-12) << "not the plan";
+  EXPECT_NEAR(measure_velocity(x, *interval.plan, {}).R(1, 1), 0.02 * 0.02, 1e-12) << "not the plan";
 }
 
 TEST(PlanHistory, TheSteadyVelocityIsKnownAfterTheTimeOfTwoSteps) {
   PlanHistory history;
-  PlannedMotion now;
+  Observation now;
+  now.plan.emplace();
   history.advance(now, 0, {});
   for (const auto& [dt_s, ahead_m, steady] :
        {std::tuple{1.5, 0.0, false}, {0.5, 0.01, false}, {1.0, 0.0, false}, {0.2, 0.01, true}}) {
-    now.X_PC.translation().x() += ahead_m;
+    now.plan->X_PC.translation().x() += ahead_m;
     EXPECT_EQ(history.advance(now, dt_s, {})->steady, steady) << dt_s;
   }
 }
 
 TEST(PlanHistory, ASwayingWalksSteadyVelocityIsItsMean) {
   PlanHistory history;
-  PlannedMotion now;
+  Observation now;
+  now.plan.emplace();
   Eigen::Vector3d steady_C = kZero;
   for (int k = 0; k < 400; ++k) {  // 8 s, swaying in 1.6 s by four times the mean velocity
-    now.X_PC.translation().x() += 0.02 * (0.05 + 0.2 * std::sin(6.2831853 * k / 80));
-    if (const auto interval = history.advance(now, 0.02, {})) steady_C = interval->plan.steady_C;
+    now.plan->X_PC.translation().x() += 0.02 * (0.05 + 0.2 * std::sin(6.2831853 * k / 80));
+    if (const auto interval = history.advance(now, 0.02, {})) steady_C = interval->plan->steady_C;
   }
   EXPECT_NEAR(steady_C.x(), 0.05, 0.2 / 6.28 + 0.001);  // a first-order mean leaves 1/2π of the swaying
   EXPECT_EQ(steady_C.z(), 0);

@@ -10,12 +10,12 @@ import sys
 
 import numpy as np
 
-VERSION = 3
+VERSION = 4
 START, READY, OBSERVATION, ANSWER, END = 1, 2, 3, 4, 5
 HEADER = struct.Struct('<4sIQ')
 OBSERVATION_HEAD = struct.Struct('<qIIIIII')  # before the plan: 32 bytes
 ANSWER_HEAD = struct.Struct('<qII')           # before the pose: 16 bytes
-POSE, PLAN, READING = 96, 296, 40             # bytes
+POSE, MOTION, READING = 96, 336, 40           # bytes; the motion is plan, leg odometry and command
 
 
 def pose(data, at):
@@ -44,7 +44,7 @@ class Estimator:
         if t_ns < self.t_ns:  # late
             return
         for i in range(gyro_count):
-            at = OBSERVATION_HEAD.size + PLAN + i * READING
+            at = OBSERVATION_HEAD.size + MOTION + i * READING
             begin, end = struct.unpack_from('<qq', data, at)
             turn_G = 1e-9 * (end - begin) * np.frombuffer(data, '<f8', 3, at + 16)
             self.R_WC = self.R_WC @ exponential(self.R_CG @ turn_G)

@@ -42,7 +42,7 @@ TEST(Messages, TheStartIsWhereTheReadmeSaysItIs) {
   EXPECT_EQ(at<std::uint64_t>(message, 8), message.size() - 16);
   const std::string payload = message.substr(16);
   const slam::CameraIntrinsics& camera = start.calibration.camera;
-  expect_words(payload, 0, {{0, 3}, {4, 2}, {8, 320}, {12, 240}});  // 4: equidistant
+  expect_words(payload, 0, {{0, 4}, {4, 2}, {8, 320}, {12, 240}});  // 4: equidistant
   expect_numbers(payload, 0, {{16, camera.fu_px}, {40, camera.v0_px}, {72, 0.4}});
   expect_numbers(payload, 80, {{72, 7}, {96 + 8, -std::sin(0.5)}});  // first row, second column
   EXPECT_EQ(payload[272], '\x88');                                   // least byte first
@@ -120,21 +120,21 @@ TEST(Messages, ReadingsOfTheRigAreWhereTheReadmeSaysTheyAre) {
   o.body = {{slam::Stamp(21), Eigen::VectorXd::Constant(1, 0.25), {}, {}},
             {slam::Stamp(22), Eigen::VectorXd::Constant(1, 0.5), {{1, 2, 3}, {4, 5, 6}}, {{7, 8, 9}, {}}}};
   const std::string payload = observation_message(o, rig_sensors()).substr(16);
-  constexpr std::size_t kCounts = 328 + 8, kImages = kCounts + 16, kSweeps = kImages + 3 * 40,
+  constexpr std::size_t kCounts = 368 + 8, kImages = kCounts + 16, kSweeps = kImages + 3 * 40,
                         kReadings = kSweeps + 24, kBody = kReadings + 72, kValues = kBody + 2 * 8,
                         kData = kValues + 2 * 13 * 8;
   expect_words(payload, kCounts, {{0, 3}, {4, 1}, {8, 1}, {12, 2}});
   EXPECT_EQ(at<std::int64_t>(payload, kBody + 8), 22);
   expect_numbers(payload, kValues, {{0, 0.25}, {13 * 8, 0.5}, {17 * 8, 4}, {22 * 8, 9}});
   for (const auto& [image, camera, pixels, width, row_bytes, t, at_byte] :
-       {std::array<std::uint64_t, 7>{0, 0, GAITSLAM_PIXELS_GRAY8, 3, 3, 33, 328},
+       {std::array<std::uint64_t, 7>{0, 0, GAITSLAM_PIXELS_GRAY8, 3, 3, 33, 368},
         {1, 2, GAITSLAM_PIXELS_RGB8, 3, 9, 2, kData},
         {2, 3, GAITSLAM_PIXELS_DEPTH16, 2, 4, 3, kData + 24}}) {
     const std::size_t words = kImages + image * 40;
     expect_words(payload, words, {{0, camera}, {4, pixels}, {8, width}});
     expect_longs(payload, words, {{16, row_bytes}, {24, t}, {32, at_byte}});
   }
-  EXPECT_EQ(payload.substr(328, 3), "\7\7\7");
+  EXPECT_EQ(payload.substr(368, 3), "\7\7\7");
   EXPECT_EQ(payload.substr(kData, 6), "\1\2\3\1\2\3");
   EXPECT_EQ(at<std::uint16_t>(payload, kData + 24 + 6), 1000);
   expect_words(payload, kSweeps, {{0, 0}, {4, 2}, {kReadings - kSweeps, 1}});
@@ -157,21 +157,23 @@ TEST(Messages, AnObservationIsWhereTheReadmeSaysItIs) {
   o.plan->v_PC_C << 0.1, 0.2, 0.3;
   o.plan->w_PC_C.y() = 0.7, o.plan->p_CF.x() = 0.8;
   o.plan->support = slam::Support::right;
-  o.plan->legs.emplace();
-  o.plan->legs->p_CS << 0.4, 0.5, 0.6;
+  o.legs.emplace().p_CS << 0.4, 0.5, 0.6;
+  o.command = slam::CommandedVelocity{slam::Stamp(77), 0.9, 0, 1.1};
   std::string payload = observation_message(o, {}).substr(16);
-  ASSERT_EQ(payload.size(), 328U + 3 * 40 + 320 * 240 + 16 + 40);  // counts, and the image's description
+  ASSERT_EQ(payload.size(), 368U + 3 * 40 + 320 * 240 + 16 + 40);  // counts, and the image's description
   payload.resize(payload.size() - 56);
   EXPECT_EQ(at<std::int64_t>(payload, 0), 123456789);
-  expect_words(payload, 0, {{8, 320}, {16, 2}, {20, 1}, {24, 1}, {32 + 168, 2}, {204, 1}});
+  expect_words(payload, 0, {{8, 320}, {16, 2}, {20, 1}, {24, 1}, {28, 1}, {32 + 168, 2}, {328, 1}});
   expect_numbers(payload, 32,
                  {{0, 1}, {96, 0.1}, {120 + 8, 0.7}, {144, 0.8}, {176, 1}});  // 0: of the identity
-  expect_numbers(payload, 304, {{16, 0.6}, {24 + 40 + 16, 4}, {24 + 80 + 32, 9.81}});
+  EXPECT_EQ(at<std::int64_t>(payload, 336), 77);
+  expect_numbers(payload, 304, {{16, 0.6}, {40, 0.9}, {56, 1.1}});
+  expect_numbers(payload, 368, {{40 + 16, 4}, {80 + 32, 9.81}});
   EXPECT_EQ(payload.back(), 99);
 }
 
 TEST(Messages, MissingDataTakesNoBytes) {
-  EXPECT_EQ(observation_message({}, {}).substr(16), std::string(328 + 16, '\0'));
+  EXPECT_EQ(observation_message({}, {}).substr(16), std::string(368 + 16, '\0'));
   EXPECT_EQ(end_message(), std::string("GSLM\5\0\0\0\0\0\0\0\0\0\0\0", 16));
 }
 

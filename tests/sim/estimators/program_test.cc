@@ -133,7 +133,7 @@ TEST(Program, OneThatCannotBeStartedOrRejectsItsStartIsWrongInput) {
                 testing::ThrowsMessage<std::invalid_argument>(HasSubstr(cause)));
   for (const auto& [behavior, cause] :
        {std::pair("cannot_start", "it cannot start: no vocabulary"),
-        {"wrong_version", "it speaks version 99 of gaitslam_estimator.h, expected 3"},
+        {"wrong_version", "it speaks version 99 of gaitslam_estimator.h, expected 4"},
         {"wrong_type", "its message is of type 77, expected 2"},
         {"prints", "its standard output is not a message: it starts with 'Loading"}})
     EXPECT_THAT(starting(misbehaving(behavior, "0", "")),

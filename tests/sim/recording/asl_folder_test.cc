@@ -61,7 +61,7 @@ TEST_F(RecordedElsewhere, SensorsAreReadAsEurocStatesThem) {
   EXPECT_NEAR(sensors.X_BC.translation().y(), -0.064676986768, 1e-12);
   EXPECT_LT((sensors.setup.calibration.X_CG * sensors.X_BC).matrix().diagonal().norm(), 2 + 1e-9);
   EXPECT_EQ(sensors.noise.gyro_density, 1.6968e-04);
-  EXPECT_FALSE(sensors.has_plan);
+  EXPECT_FALSE(sensors.has_motion);
   // Then the accelerometer's first readings define the vertical.
   const Eigen::Vector3d up =
       sensors.setup.X_WC_start.linear() * sensors.setup.calibration.X_CG.linear() * Eigen::Vector3d::UnitX();
@@ -69,7 +69,7 @@ TEST_F(RecordedElsewhere, SensorsAreReadAsEurocStatesThem) {
 }
 
 TEST_F(RecordedElsewhere, APlanMayHaveColumnsOfAnotherProgramsOwnAndThenHasNoLegOdometry) {
-  write("plan0/sensor.yaml", plan_yaml({}));
+  write("plan0/sensor.yaml", motion_source_yaml(motion_sources()[0], {}));
   const std::string pose = ",1,2,3,1,0,0,0,1,0,0,0,1", vectors = ",0,0,0,0,0,0,left,0,0,0";
   write("plan0/data.csv", recording_format::kPlanHeader + "\n33000000" + pose + vectors + "\n");
   EXPECT_THAT(complaint(), HasSubstr("plan0/data.csv: none of its stamps is that of an image"));
@@ -78,13 +78,13 @@ TEST_F(RecordedElsewhere, APlanMayHaveColumnsOfAnotherProgramsOwnAndThenHasNoLeg
   AslFolder own_column(folder_.path());
   const auto first = own_column.next();
   ASSERT_TRUE(first && first->plan);
-  EXPECT_FALSE(first->plan->legs);
-  write("plan0/data.csv",
-        recording_format::kPlanAndLegsHeader + "\n1403636579763555584" + pose + vectors + pose + ",7,8,9\n");
+  EXPECT_FALSE(first->legs);
+  write("plan0/data.csv", recording_format::kPlanHeader + recording_format::kLegColumns +
+                              "\n1403636579763555584" + pose + vectors + pose + ",7,8,9\n");
   AslFolder with_legs(folder_.path());
   const auto again = with_legs.next();
-  ASSERT_TRUE(again && again->plan && again->plan->legs);
-  EXPECT_EQ(again->plan->legs->p_CS, Eigen::Vector3d(7, 8, 9));
+  ASSERT_TRUE(again && again->plan && again->legs);
+  EXPECT_EQ(again->legs->p_CS, Eigen::Vector3d(7, 8, 9));
 }
 
 TEST_F(RecordedElsewhere, AReadingStandsForTheTimeUntilHalfwayToItsNeighborsAndIsSplitAtAFrame) {

@@ -286,8 +286,8 @@ TEST(SensorErrors, APictureThatIsLateComesWithALaterFrame) {
 Eigen::Vector3d position(SensorErrors& errors, int k) {
   slam::Observation o;
   o.t = slam::Stamp(k * 33'333'333LL);
-  o.plan.emplace().legs.emplace().X_OC.translation().x() = 5 + 0.01 * k;
-  return applied(errors, o).plan->legs->X_OC.translation();
+  o.legs.emplace().X_OC.translation().x() = 5 + 0.01 * k;
+  return applied(errors, o).legs->X_OC.translation();
 }
 
 SensorErrors leg_errors(double sigma_m, double scale_fraction, std::uint64_t seed) {
@@ -339,9 +339,9 @@ Observation observed(int k) {
   o.plan->X_PC.translation().x() = 30 * k;
   o.plan->X_PC.linear() = Eigen::AngleAxisd(0.03 * k, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   o.plan->v_PC_C.y() = 30 * k;
-  o.plan->legs.emplace();
-  o.plan->legs->X_OC.translation().y() = 30 * k;
-  o.plan->legs->p_CS.z() = 30 * k;
+  o.legs.emplace().X_OC.translation().y() = 30 * k;
+  o.legs->p_CS.z() = 30 * k;
+  o.command.emplace().t = o.t - Stamp(kMs);
   return o;
 }
 
@@ -381,16 +381,19 @@ TEST(MotionClock, ThatIsAheadOrBehindGivesEachFrameTheMotionOfAnotherTime) {
       }
       const double planned_ms = 30.0 * k - offset_ms;
       const slam::PlannedMotion& plan = *o.plan;
-      for (const double ms : {plan.X_PC.translation().x(), plan.v_PC_C.y(), plan.legs->X_OC.translation().y(),
-                              plan.legs->p_CS.z(), 1e3 * Eigen::AngleAxisd(plan.X_PC.linear()).angle()})
+      for (const double ms : {plan.X_PC.translation().x(), plan.v_PC_C.y(), o.legs->X_OC.translation().y(),
+                              o.legs->p_CS.z(), 1e3 * Eigen::AngleAxisd(plan.X_PC.linear()).angle()})
         EXPECT_NEAR(ms, planned_ms, 1e-6);
+      const double given_ms = 1e3 * slam::seconds(o.command->t) - offset_ms;  // one before the frame's motion
+      EXPECT_TRUE(given_ms <= planned_ms - 1 + 1e-6 && given_ms > planned_ms - 31) << given_ms;
     }
   }
 }
 
-TEST(MotionClock, GivesNoPlanWhereOneOfTheTwoThatSurroundItIsMissing) {
+TEST(MotionClock, GivesNoPlanWhereOneOfTheTwoThatSurroundItIsMissingButLegOdometry) {
   const auto all = through(Stamp(7 * kMs), 6, 3);
   EXPECT_TRUE(all[2].plan && !all[3].plan && !all[4].plan && all[5].plan);
+  EXPECT_TRUE(all[3].legs && all[4].legs && all[3].command);
 }
 
 }  // namespace
