@@ -385,10 +385,10 @@ std::string number_text(std::optional<double> value) {
 }
 
 std::string table_html(std::string_view name, const std::vector<TableCell>& titles,
-                       const std::vector<TableRow>& rows) {
+                       const std::vector<TableRow>& rows, bool sorts) {
   std::string html = fmt::format(
-      "<div class='scroll' tabindex='0' role='region' aria-label='{}'><table class='named-rows'><thead>",
-      escaped(name));
+      "<div class='scroll' tabindex='0' role='region' aria-label='{}'><table class='named-rows{}'><thead>",
+      escaped(name), sorts && rows.size() > 1 ? " sortable" : "");
   html += row_html({titles}, "th") + "</thead><tbody>\n";
   for (const TableRow& row : rows) html += row_html(row, "td");
   return html + "</tbody></table></div>\n";

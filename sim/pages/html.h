@@ -96,9 +96,9 @@ struct TableRow {
   std::vector<TableCell> cells;
   std::string id = "";
 };
-/// Returns a table that scrolls beside its fixed first column.
+/// Returns a table that scrolls beside its fixed first column. sorts: a click on a title orders its rows.
 std::string table_html(std::string_view name, const std::vector<TableCell>& titles,
-                       const std::vector<TableRow>& rows);
+                       const std::vector<TableRow>& rows, bool sorts = false);
 
 /// Returns a figure with caption, drawing and legend, followed by `below` (HTML).
 std::string figure_html(const Figure& figure, const std::string& below = "", double height = 300,

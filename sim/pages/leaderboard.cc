@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "sim/files/atomic_file.h"
-#include "sim/files/csv.h"
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/pages/pages.h"
@@ -37,7 +36,7 @@ std::string changed(const LeaderboardRow& row, const std::vector<LeaderboardRow>
           return other.scenario == row.scenario && other.estimator == row.estimator &&
                  found != other.settings.end() && found->second != value;
         }))
-      all.push_back(key + "=" + value);
+      all.push_back(key + "=" + in_one_line(value));
   return all.empty() ? "-" : fmt::format("{}", fmt::join(all, " "));
 }
 
@@ -121,6 +120,15 @@ std::vector<std::string> value_columns(const Leaderboard& board) {
   return columns;
 }
 
+/// The lines without columns that no row has a value in.
+std::vector<std::vector<std::string>> without_empty(const std::vector<std::vector<std::string>>& all) {
+  std::vector<std::vector<std::string>> lines(all.size());
+  for (std::size_t i = 0; i < all[0].size(); ++i)
+    if (std::any_of(all.begin() + 1, all.end(), [&](const auto& line) { return line[i] != "-"; }))
+      for (std::size_t k = 0; k < all.size(); ++k) lines[k].push_back(all[k][i]);
+  return lines;
+}
+
 /// The titles and the rows. exact: all digits and columns; else without columns that no row has a value in.
 /// The spread of each metric is exact, too; of those shown, only the first has one.
 std::vector<std::vector<std::string>> lines_of(const Leaderboard& board, bool exact) {
@@ -134,6 +142,7 @@ std::vector<std::vector<std::string>> lines_of(const Leaderboard& board, bool ex
   for (const std::string& column : columns) {
     all[0].push_back(column);
     if (has_spread(column)) all[0].insert(all[0].end(), {column + "_min", column + "_max"});
+    if (has_spread(column) && exact) all[0].insert(all[0].end(), {column + "_low_95", column + "_high_95"});
   }
   all[0].insert(all[0].end(), {"alignment", "seeds", "changed", "folder"});
   for (const LeaderboardRow& row : board.rows) {
@@ -145,20 +154,20 @@ std::vector<std::vector<std::string>> lines_of(const Leaderboard& board, bool ex
     for (const std::string& column : columns) {
       const auto values = row.values(column);
       line.push_back(values.empty() ? "-" : number(score::median(values)));
-      if (has_spread(column))
-        for (const double p : {0.0, 1.0})
-          line.push_back(values.size() < 2 ? "-" : number(score::quantile(values, p)));
+      if (!has_spread(column)) continue;
+      for (const double p : {0.0, 1.0})
+        line.push_back(values.size() < 2 ? "-" : number(score::quantile(values, p)));
+      if (!exact) continue;
+      const auto interval = score::median_interval(values);
+      line.push_back(interval ? number(interval->first) : "-");
+      line.push_back(interval ? number(interval->second) : "-");
     }
     std::string seeds;
     for (const auto& [seed, run] : row.runs) seeds += fmt::format("{}{}", seeds.empty() ? "" : " ", seed);
     line.insert(line.end(), {row.alignment == "none" ? "-" : row.alignment, seeds, changed(row, board.rows),
                              fs::proximate(row.folder).string()});
   }
-  std::vector<std::vector<std::string>> lines(all.size());
-  for (std::size_t i = 0; i < all[0].size(); ++i)
-    if (exact || std::any_of(all.begin() + 1, all.end(), [&](const auto& line) { return line[i] != "-"; }))
-      for (std::size_t k = 0; k < all.size(); ++k) lines[k].push_back(all[k][i]);
-  return lines;
+  return exact ? all : without_empty(all);
 }
 
 }  // namespace
@@ -222,42 +231,61 @@ std::string leaderboard_table(const Leaderboard& board) {
          "compared\n";
 }
 
-std::string leaderboard_csv(const Leaderboard& board) {
-  std::string text;
-  for (const std::vector<std::string>& line : lines_of(board, true)) {
-    std::vector<std::string> fields;
-    for (const std::string& cell : line) fields.push_back(cell == "-" ? "" : files::neutral_field(cell));
-    text += fmt::format("{}\n", fmt::join(fields, ","));
+namespace {
+
+constexpr const char* kRemark = "Medians over n seeds [95 % interval of the median, from 6 seeds on]";
+
+/// Titles and rows for readers, with units and intervals.
+std::vector<std::vector<std::string>> read_lines(const Leaderboard& board) {
+  std::vector<std::vector<std::string>> lines{
+      {"scenario", "estimator", "differs in", "rank", "n", "coverage", "completed"}};
+  const std::vector<std::string> columns = value_columns(board);
+  for (const std::string& column : columns) {
+    const auto metric = std::ranges::find_if(board.metrics, [&](const std::string& name) {
+      return column == name || column.starts_with(name + "_after_");
+    });
+    lines[0].push_back(metric == board.metrics.end() ? "CPU " + column.substr(7) + " [ms]"
+                                                     : column + metric_label(*metric).substr(metric->size()));
   }
-  return text;
+  for (const LeaderboardRow& row : board.rows) {
+    const std::string differs = changed(row, board.rows);
+    const auto completed =
+        std::ranges::count_if(row.runs, [](const auto& run) { return run.second.completed; });
+    auto& line = lines.emplace_back(std::vector{
+        row.scenario, row.estimator, differs == "-" ? fs::proximate(row.folder).string() : differs,
+        row.rank ? fmt::format("{}", *row.rank) : "-", fmt::format("{}", row.seeds.size()),
+        number_text(row.coverage()), fmt::format("{} of {}", completed, row.runs.size())});
+    for (const std::string& column : columns) {
+      const auto values = row.values(column);
+      line.push_back(values.empty() ? "-"
+                                    : median_text(score::median(values), score::median_interval(values)));
+    }
+  }
+  return without_empty(lines);
+}
+
+}  // namespace
+
+std::string leaderboard_file(const Leaderboard& board, TableFormat format) {
+  return written_table(format == TableFormat::csv ? lines_of(board, true) : read_lines(board), format,
+                       std::string(kRemark) + ".");
 }
 
 std::string leaderboard_page(const Leaderboard& board) {
-  // The keys that distinguish a row come first, and the scenario is the title of its table.
-  auto all = lines_of(board, false);
-  const std::vector<std::string> titles = all[0];
-  const auto place = [&](const char* title) { return std::ranges::find(titles, title) - titles.begin(); };
-  const auto changed = place("changed"), folder = place("folder");
-  for (std::vector<std::string>& line : all) {
-    const bool is_known = changed < std::ssize(line) && line[changed] != "-";
-    const std::string differs = line == titles ? "differs in" : line[is_known ? changed : folder];
-    if (changed < std::ssize(line)) line.erase(line.begin() + changed);
-    line.insert(line.begin() + 2, differs);
-    line.erase(line.begin());
-  }
+  const auto all = read_lines(board);
   std::vector<TableCell> heads;
-  for (const std::string& title : all[0]) heads.push_back(text_cell(title));
+  for (std::size_t k = 1; k < all[0].size(); ++k) heads.push_back(text_cell(all[0][k]));
   std::string html;
-  for (std::size_t i = 0; i < board.rows.size();) {
+  for (const auto& [scenario, seeds] : board.common) {
     std::vector<TableRow> lines;
-    const std::string& scenario = board.rows[i].scenario;
-    for (; i < board.rows.size() && board.rows[i].scenario == scenario; ++i) {
+    for (std::size_t i = 1; i < all.size(); ++i) {
+      if (all[i][0] != scenario) continue;
       TableRow& line = lines.emplace_back();
-      for (const std::string& cell : all[i + 1]) line.cells.push_back(text_cell(cell));
+      for (std::size_t k = 1; k < all[i].size(); ++k) line.cells.push_back(text_cell(all[i][k]));
     }
-    html += sections_html(
-        {{"scenario-" + scenario, scenario,
-          table_html(scenario, heads, lines) + "<p>" + escaped(ranking_text(scenario, board)) + ".</p>\n"}});
+    html += sections_html({{"scenario-" + scenario, scenario,
+                            table_html(scenario, heads, lines, true) + "<p>" +
+                                escaped(ranking_text(scenario, board)) + ".</p>\n"}});
   }
   for (const std::string& why : board.left_out) html += "<p class='bad'>Left out: " + escaped(why) + "</p>\n";
   html += "<h2>Metrics</h2>\n<dl>\n";
@@ -266,14 +294,13 @@ std::string leaderboard_page(const Leaderboard& board) {
                         escaped(score::find_metric(metric)->definition));
   return html_page(
       "Leaderboard",
-      "A row is the results of a folder with one scenario, estimator, settings and programs. Its medians, "
-      "and "
-      "the smallest and largest value (min, max), are over the seeds that the rows of a scenario have in "
-      "common; "
-      "a row without these seeds has no rank. The best row comes first: by coverage, then by the first "
-      "metric. "
-      "coverage: mean over the runs of the share of true poses with an estimate; a run that did not complete "
-      "counts 0.",
+      std::string("A row is the results of a folder with one scenario, estimator, settings and programs. ") +
+          kRemark +
+          "; the seeds are those that the rows of a scenario have in common, and a row without these has no "
+          "rank. The "
+          "best row comes first: by coverage, then by the first metric. coverage: mean over the runs of the "
+          "share of "
+          "true poses with an estimate; a run that did not complete counts 0.",
       html + "</dl>\n");
 }
 

@@ -11,6 +11,7 @@
 
 #include "sim/pages/html.h"
 #include "sim/pages/run_data.h"
+#include "sim/scenario/options.h"
 
 namespace sim::pages {
 
@@ -40,6 +41,57 @@ struct ShownMetric {
 };
 /// Returns the names of the metrics shown there, the most important first.
 std::vector<std::string> shown_metrics(bool ShownMetric::*where);
+
+/// Returns the time (s) of the largest error that a metric measures; nothing if the run has no errors.
+std::optional<double> worst_instant(const RunData& run, const std::string& metric);
+
+/// Returns the scores of a run and of its other seeds: results seed-<n> beside it with the same settings.
+std::vector<result::SeedScore> seeds_beside(const RunData& run);
+
+/// The changed keys and the metrics of two sets of runs, A and B, as text. metric: empty for a key.
+struct ChangeTable {
+  struct Row {
+    std::vector<std::string> cells;
+    std::string metric = {};
+    std::optional<std::uint64_t> worst_seed = {};  ///< which changed most for the worse
+    std::string remark = {};                       ///< on the verdict
+  };
+  std::vector<std::string> titles;
+  std::vector<Row> rows;
+};
+/// Compares a with b as gaitslam compare does: medians over the seeds in common, and p from 8 of them on.
+/// runs: A, B, and more of the same scenario, each with a column.
+ChangeTable changes(const std::vector<const RunData*>& runs, const std::vector<result::SeedScore>& a,
+                    const std::vector<result::SeedScore>& b);
+
+/// A metric of one scenario and setting over its seeds.
+struct MetricSummary {
+  std::string scenario, setting, metric;
+  std::string column;  ///< column_of()
+  std::vector<double> values = {};
+  std::optional<std::pair<double, double>> interval = {};  ///< of the median, 95 %; from 6 values on
+  double worst = 0;
+  std::size_t worst_run = 0;  ///< its index
+  std::optional<scenario::MetricLimit> limit = {};
+};
+/// Returns the metrics that runs show, by scenario and variants().
+std::vector<MetricSummary> summaries(const std::vector<RunData>& runs);
+/// Returns "≤ 0.05".
+std::string limit_text(const scenario::MetricLimit& limit);
+/// Returns "rmse_m [m]".
+std::string metric_label(const std::string& metric);
+/// Returns "0.02 [0.01, 0.03]".
+std::string median_text(double median, const std::optional<std::pair<double, double>>& interval);
+
+enum class TableFormat { csv, markdown, latex };
+/// Returns the format of a file by its ending .csv, .md or .tex. Throws std::invalid_argument.
+TableFormat table_format(const fs::path& file);
+/// Returns titles and rows as a file, LaTeX for the package booktabs. "-": absent. remark: below the rows;
+/// not in CSV.
+std::string written_table(const std::vector<std::vector<std::string>>& lines, TableFormat format,
+                          const std::string& remark);
+/// Returns summaries(): as CSV a line for each metric with all digits, else a row for each setting.
+std::string runs_table(const std::vector<RunData>& runs, TableFormat format);
 
 /// Returns "passed", "missed a limit", or an ending that is not allowed, by the limits of the run's scenario.
 std::string verdict_of(const RunData& run);
@@ -158,7 +210,7 @@ struct Leaderboard {
 Leaderboard leaderboard(const std::vector<fs::path>& folders, const std::vector<std::string>& metrics);
 
 std::string leaderboard_table(const Leaderboard& board);
-std::string leaderboard_csv(const Leaderboard& board);
+std::string leaderboard_file(const Leaderboard& board, TableFormat format);
 /// Returns a page that needs no other file.
 std::string leaderboard_page(const Leaderboard& board);
 

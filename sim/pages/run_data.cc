@@ -454,28 +454,51 @@ std::map<std::string, std::string> settings_of(const fs::path& result, const res
   return settings;
 }
 
+std::string in_one_line(const std::string& value) {
+  std::string line;
+  for (const char c : value) {
+    if (static_cast<unsigned char>(c) > ' ')
+      line += c;
+    else if (!line.empty() && line.back() != ' ' && line.back() != '[' && line.back() != '{')
+      line += ' ';
+  }
+  return line;
+}
+
+std::map<std::string, std::vector<std::string>> changed_keys(const std::vector<const RunData*>& runs) {
+  std::map<std::string, std::vector<std::string>> all;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    auto settings = runs[i]->settings;
+    settings["estimator"] = runs[i]->estimator;
+    for (const auto& [key, value] : settings) {
+      all.try_emplace(key, runs.size()).first->second[i] = in_one_line(value);
+    }
+  }
+  std::erase_if(all, [](const auto& of_key) {
+    std::set<std::string> values(of_key.second.begin(), of_key.second.end());
+    values.erase("");
+    return values.size() < 2;
+  });
+  return all;
+}
+
 std::vector<std::string> variants(const std::vector<const RunData*>& runs) {
-  std::map<std::pair<std::string, std::string>, std::set<std::string>> values;  // by scenario and key
-  const auto settings_of_keys = [](const RunData& run) {
-    auto settings = run.settings;
-    settings["estimator"] = run.estimator;
-    return settings;
-  };
-  for (const RunData* run : runs)
-    for (const auto& [key, value] : settings_of_keys(*run)) values[{run->scenario, key}].insert(value);
-  std::vector<std::string> all;
-  for (const RunData* run : runs) {
-    std::vector<std::string> words;
-    for (const auto& [key, value] : run->settings)
-      if (key != "estimator" && values[{run->scenario, key}].size() > 1) {
-        words.push_back(key + "=");
-        std::ranges::unique_copy(value, std::back_inserter(words.back()),
-                                 [](char a, char b) { return a <= ' ' && b <= ' '; });
-        std::ranges::replace(words.back(), '\n', ' ');
-      }
-    if (words.empty() || values[{run->scenario, "estimator"}].size() > 1)
-      words.insert(words.begin(), run->estimator);
-    all.push_back(fmt::format("{}", fmt::join(words, ", ")));
+  std::vector<std::string> all(runs.size());
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    if (!all[i].empty()) continue;
+    std::vector<std::size_t> places;
+    std::vector<const RunData*> of_scenario;
+    for (std::size_t k = i; k < runs.size(); ++k)
+      if (runs[k]->scenario == runs[i]->scenario) places.push_back(k), of_scenario.push_back(runs[k]);
+    auto changed = changed_keys(of_scenario);
+    const bool estimator_differs = changed.erase("estimator") > 0;
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      std::vector<std::string> words;
+      for (const auto& [key, values] : changed)
+        if (!values[k].empty()) words.push_back(key + "=" + values[k]);
+      if (words.empty() || estimator_differs) words.insert(words.begin(), of_scenario[k]->estimator);
+      all[places[k]] = fmt::format("{}", fmt::join(words, ", "));
+    }
   }
   return all;
 }

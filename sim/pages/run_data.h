@@ -160,6 +160,12 @@ struct RunData : result::SeedScore {
 /// estimator's files. No keys if the scenario is missing or of another version.
 std::map<std::string, std::string> settings_of(const fs::path& result, const result::About& about);
 
+/// Returns a value of a key without the indentation and the line ends of YAML.
+std::string in_one_line(const std::string& value);
+
+/// Returns the keys, and "estimator", that differ between runs of one scenario, with each run's value or "".
+std::map<std::string, std::vector<std::string>> changed_keys(const std::vector<const RunData*>& runs);
+
 /// Returns what distinguishes each run from the others of its scenario: the keys that differ, such as
 /// "slam.vision.sigma_px=3", after its estimator if that differs or no key does. Seeds do not count.
 std::vector<std::string> variants(const std::vector<const RunData*>& runs);

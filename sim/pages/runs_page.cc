@@ -16,6 +16,7 @@
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/metrics.h"
+#include "sim/score/statistics.h"
 
 namespace sim::pages {
 namespace {
@@ -140,11 +141,7 @@ class RunSections {
       const TableCell verdict = !passed   ? TableCell{"not judged"}
                                 : *passed ? TableCell{"passed", "good"}
                                           : TableCell{"MISSED", "bad"};
-      rows.push_back(
-          {{text_cell(limit.metric),
-            number_cell(value),
-            {(limit.bound == scenario::Bound::at_most ? "≤ " : "≥ ") + number_text(limit.value), "number"},
-            verdict}});
+      rows.push_back({{text_cell(limit.metric), number_cell(value), {limit_text(limit), "number"}, verdict}});
     }
     return table_html("limits", {{"limit on"}, {"value", "number"}, {"limit", "number"}, {"verdict"}}, rows);
   }
@@ -347,7 +344,113 @@ std::string table(const std::vector<RunData>& runs, const std::vector<std::strin
     for (const std::string& column : columns) row.cells.push_back(number_cell(of_run[column]));
     rows.push_back(row);
   }
-  return table_html("runs", titles, rows);
+  return table_html("runs", titles, rows, true);
+}
+
+/// A row for each setting of a scenario: medians with their interval and the worst run; best and worst are
+/// marked.
+std::string settings_html(const std::vector<RunData>& runs, const std::vector<bool>& in_full,
+                          const std::string& scenario) {
+  auto table = summaries(runs);
+  std::erase_if(table, [&](const MetricSummary& s) { return s.scenario != scenario; });
+  std::map<std::string, std::map<std::string, const MetricSummary*>> rows;  // by setting and column
+  std::vector<const MetricSummary*> columns;
+  std::map<std::string, std::vector<double>> losses;
+  const auto loss = [](const MetricSummary& s) {
+    return score::loss(score::median(s.values), score::direction_of(s.metric));
+  };
+  for (const MetricSummary& s : table) {
+    rows[s.setting][s.column] = &s;
+    losses[s.column].push_back(loss(s));
+    if (losses[s.column].size() == 1) columns.push_back(&s);
+  }
+  std::vector<TableCell> titles{{"setting"}};
+  for (const MetricSummary* s : columns)
+    titles.push_back(text_cell(s->column + metric_label(s->metric).substr(s->metric.size()) +
+                               (s->limit ? ", limit " + limit_text(*s->limit) : "")));
+  std::vector<TableRow> lines;
+  for (const auto& [setting, of_setting] : rows) {
+    TableRow& line = lines.emplace_back(TableRow{{text_cell(setting)}});
+    for (const MetricSummary* column : columns) {
+      const auto found = of_setting.find(column->column);
+      if (found == of_setting.end()) {
+        line.cells.push_back({"-"});
+        continue;
+      }
+      const MetricSummary& s = *found->second;
+      const auto& all = losses[s.column];
+      const double least = *std::ranges::min_element(all), most = *std::ranges::max_element(all);
+      const char* const mark = least == most      ? ""
+                               : loss(s) == least ? " <b class='good'>best</b>"
+                               : loss(s) == most  ? " <b class='bad'>worst</b>"
+                                                  : "";
+      const RunData& run = runs[s.worst_run];
+      const auto t = worst_instant(run, s.metric);
+      std::string worst = fmt::format("seed {}{}", run.seed, t ? fmt::format(", {:.2f} s", *t) : "");
+      if (in_full[s.worst_run])
+        worst = fmt::format("<a href='#run-{0}' data-run='run-{0}'>{1}</a>", s.worst_run, worst);
+      line.cells.push_back({fmt::format("{}{}<br><small>n = {}; worst {}: {}</small>",
+                                        median_text(score::median(s.values), s.interval), mark,
+                                        s.values.size(), number_text(s.worst), worst)});
+    }
+  }
+  return "<h3>Settings: median over seeds [95 % interval of the median, from 6 seeds on]</h3>" +
+         table_html("settings", titles, lines, true);
+}
+
+constexpr std::size_t kMostCompared = 4;  // variants with the first
+
+/// The seed that changed most for the worse in a row, and how to see both runs at its worst instant.
+std::string worst_html(const ChangeTable::Row& row, const std::vector<const RunData*>& a,
+                       const std::vector<const RunData*>& b) {
+  const auto of = [&](const auto& runs) {
+    return std::ranges::find_if(runs, [&](const RunData* run) { return run->seed == row.worst_seed; });
+  };
+  if (!row.worst_seed || of(a) == a.end() || of(b) == b.end()) return "-";
+  const auto t = worst_instant(**of(b), row.metric);
+  const std::string at = t ? fmt::format("{:.2f}", *t) : "";
+  return fmt::format("<details><summary>seed {}{}</summary><pre>{} {}{}</pre></details>", *row.worst_seed,
+                     t ? ", " + at + " s" : "", escaped(view_command(**of(a))),
+                     escaped(files::shell_word((*of(b))->folder.string())),
+                     t ? "\nand #t=" + at + " after its address" : "");
+}
+
+/// The changes of the other variants of a scenario against the first one.
+std::string changes_html(const std::vector<RunData>& runs, const std::vector<std::string>& names,
+                         const std::string& scenario) {
+  std::vector<std::string> order;
+  std::map<std::string, std::vector<const RunData*>> groups;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    if (runs[i].scenario != scenario) continue;
+    if (!groups.contains(names[i])) order.push_back(names[i]);
+    groups[names[i]].push_back(&runs[i]);
+  }
+  std::string html;
+  for (std::size_t k = 1; k < std::min(order.size(), 1 + kMostCompared); ++k) {
+    const auto &a = groups[order[0]], &b = groups[order[k]];
+    const auto scores = [](const auto& all) {
+      std::vector<result::SeedScore> seeds;
+      for (const RunData* run : all) seeds.push_back(*run);
+      return seeds;
+    };
+    const ChangeTable table = changes({a[0], b[0]}, scores(a), scores(b));
+    std::vector<TableCell> titles;
+    for (const std::string& title : table.titles) titles.push_back(text_cell(title));
+    titles.push_back({"worst for B"});
+    std::vector<TableRow> rows;
+    for (const ChangeTable::Row& row : table.rows) {
+      TableRow& line = rows.emplace_back();
+      for (const std::string& cell : row.cells) line.cells.push_back(text_cell(cell));
+      if (!row.remark.empty()) line.cells.back().html += " <small>" + escaped(row.remark) + "</small>";
+      line.cells.push_back({worst_html(row, a, b)});
+    }
+    html += fmt::format("<h3>A: {}<br>B: {}</h3>{}", escaped(order[0]), escaped(order[k]),
+                        table_html("changes", titles, rows, true));
+  }
+  if (order.size() > 1 + kMostCompared)
+    html += fmt::format("<p class='soft'>{} further variants are not compared with the first.</p>",
+                        order.size() - 1 - kMostCompared);
+  return html;
 }
 
 /// One run is visible at a time; web/pages.js changes which.
@@ -445,7 +548,8 @@ std::string runs_page(const std::vector<RunData>& runs) {
     for (const Figure& figure : figures) shown += figure_html(figure);
     scenarios.push_back(scenario);
     sections.push_back({fmt::format("scenario-{}", sections.size()), scenario + ": all runs",
-                        table(runs, labels, in_full, scenario) + figures_html(shown)});
+                        settings_html(runs, in_full, scenario) + changes_html(runs, names, scenario) +
+                            "<h3>Runs</h3>" + table(runs, labels, in_full, scenario) + figures_html(shown)});
   }
   const auto known = [](const std::string& text) { return text.empty() ? "?" : escaped(text); };
   const result::About& about = runs[0].about;

@@ -124,11 +124,6 @@ std::vector<std::string> metrics_of(const Sweep& sweep) {
   return shown;
 }
 
-std::string metric_label(const std::string& name) {
-  const score::MetricDefinition* const defined = score::find_metric(name);
-  return with_unit(name, defined ? defined->unit : "");
-}
-
 std::optional<double> value_of(const Trial& trial, const std::string& metric) {
   const auto found = trial.values.find(metric);
   return found == trial.values.end() ? std::nullopt : std::optional(found->second);

@@ -14,6 +14,7 @@
 #include "sim/recording/cache.h"
 #include "sim/recording/manifest.h"
 #include "sim/recording/recording_format.h"
+#include "sim/score/metrics.h"
 
 // The page and the files that esbuild makes from web/.
 GAITSLAM_EMBED(gaitslam_view_page, GAITSLAM_VIEW_PAGE)
@@ -58,15 +59,11 @@ ordered_json to_json(const ShownRun& run) {
     rig.push_back({{"name", sensor.name},
                    {"kind", rig::kKinds.at(static_cast<std::size_t>(sensor.kind))},
                    {"words", pages::words_of(sensor)}});
-  ordered_json metrics = ordered_json::object();
-  for (const result::SeedMetric& metric : run.metrics)
-    if (metric.value) metrics[metric.name] = *metric.value;
   return {{"label", run.label},
           {"scenario", run.scenario},
           {"seed", run.seed},
           {"variant", run.variant},
           {"recording", run.recording},
-          {"metrics", metrics},
           {"pieces", run.pieces},
           {"duration", run.duration_s},
           {"sole", run.sole ? ordered_json{run.sole->min().x(), run.sole->min().y(), run.sole->max().x(),
@@ -207,6 +204,30 @@ void add_frames(Site& site, std::size_t run, const std::shared_ptr<Playback>& pl
                 });
 }
 
+/// The table of what changes; t: when the worse of the first two runs is worst in a metric. Seeds are paired
+/// if both runs have the same.
+ordered_json changes_of(const std::vector<const pages::RunData*>& runs) {
+  const pages::RunData &a = *runs[0], &b = *runs[1];
+  std::vector<result::SeedScore> of_a{a}, of_b{b};
+  if (a.seed == b.seed) of_a = pages::seeds_beside(a), of_b = pages::seeds_beside(b);
+  of_b.front().seed = of_a.front().seed;
+  const pages::ChangeTable table = pages::changes(runs, of_a, of_b);
+  ordered_json rows = ordered_json::array();
+  for (const auto& row : table.rows) {
+    const auto loss = [&](const pages::RunData& run) {
+      const auto value = run.value(row.metric);
+      return value ? score::loss(*value, score::direction_of(row.metric)) : -INFINITY;
+    };
+    const auto t =
+        row.metric.empty() ? std::nullopt : pages::worst_instant(loss(a) > loss(b) ? a : b, row.metric);
+    rows.push_back({{"key", row.metric.empty()},
+                    {"cells", row.cells},
+                    {"remark", row.remark},
+                    {"t", t ? ordered_json(*t) : ordered_json(nullptr)}});
+  }
+  return {{"titles", table.titles}, {"rows", rows}};
+}
+
 Site site_of(std::vector<Playback> given) {
   std::vector<const pages::RunData*> data;
   for (const Playback& result : given) data.push_back(&result.data);
@@ -224,7 +245,11 @@ Site site_of(std::vector<Playback> given) {
     results.push_back(std::make_shared<Playback>(std::move(given[i])));
     runs.push_back(results[i]->run);
   }
-  Site site(runs, {{"mode", "playback"}, {"control", false}});
+  ordered_json about{{"mode", "playback"}, {"control", false}};
+  data.clear();
+  for (const auto& result : results) data.push_back(&result->data);
+  if (data.size() > 1) about["changes"] = changes_of(data);
+  Site site(runs, about);
   for (std::size_t i = 0; i < results.size(); ++i) {
     add_frames(site, i, results[i]);
     if (!results[i]->pictures) continue;
@@ -349,8 +374,6 @@ Playback read_playback(const fs::path& result, const MakeRobot& make_robot,
   playback.run.recording = data.about.recording;
   if (playback.run.recording.empty() && !recording.empty())
     playback.run.recording = recording::Manifest(recording).hash();
-  for (const std::string& name : pages::shown_metrics(&pages::ShownMetric::run))
-    if (const auto value = data.value(name)) playback.run.metrics.push_back({name, "", value});
   playback.run.duration_s = slam::seconds(playback.frames.back().t);
   playback.run.moments = moments_of(data, scenario, playback.run.duration_s);
   if (robot) playback.run.model = robot->model, playback.run.sole = robot->sole;

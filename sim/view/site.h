@@ -46,7 +46,6 @@ struct ShownRun {
   std::string label;                                        ///< "tangent_circle, seed 1"
   std::string scenario = {}, variant = {}, recording = {};  ///< of a finished run; recording: its hash
   std::uint64_t seed = 0;
-  std::vector<result::SeedMetric> metrics = {};
   std::size_t pieces = 0;  ///< of its frames, each of kPiece
   std::optional<slam::CameraIntrinsics> camera = std::nullopt;
   double duration_s = 0;  ///< 0: unknown

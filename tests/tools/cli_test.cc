@@ -95,12 +95,14 @@ TEST_F(Cli, WrongInputIsNamedByEachCommand) {
        {"replay result --port 8000", "--port requires --view"},
        {"run x.yaml --token abc", "--token requires --view"},
        {"score empty empty --all-pairs", "need -d or -u"},
-       {"leaderboard empty --csv none/t.csv",
-        "--csv none/t.csv: the folder none does not exist; create it first, or name another file"},
+       {"leaderboard empty --table none/t.csv",
+        "--table none/t.csv: the folder none does not exist; create it first, or name another file"},
+       {"report result", "--out: missing"},
+       {"report result --table t.xls", "--table t.xls: expected a name that ends in .csv, .md or .tex"},
        {"report result --out none/r.html", "--out none/r.html: the folder none does not exist"},
        {"leaderboard empty --metric rmse", "did you mean 'rmse_m'?"},
        {"report result --force --out pipe/score.json", "cannot be written: it is not a regular file"},
-       {"leaderboard empty --force --csv pipe/score.json", "cannot be written: it is not a regular file"},
+       {"leaderboard empty --force --html pipe/score.json", "cannot be written: it is not a regular file"},
        {"compare empty empty --json pipe/score.json", "cannot be written: it is not a regular file"}});
   EXPECT_THAT(shell("cat stand.yaml | " GAITSLAM_PROGRAM " check world.seed=3 /dev/stdin").out,
               Has(": valid, a walk of "));

@@ -117,14 +117,14 @@ async function useKeys(browser, url) {
   await browser.open(url, kReady);
   await browser.until(`document.documentElement?.dataset.model === 'true'`);
   const moved = {};
-  for (const [name, selector] of Object.entries({button: 'footer button', slider: 'footer input', scene: '.scene canvas', layer: '[data-layer=truth]', strip: '[data-figure=error_x] svg', moment: '.moment'})) {
+  for (const [name, selector] of Object.entries({button: '.controls button', legend: '.legend button', slider: 'footer input', scene: '.scene canvas', layer: '[data-layer=truth]', strip: '[data-figure=error_x] svg', moment: '.moment'})) {
     await click(browser, selector, 0.3);
     await browser.value('gaitslamPage.pause()');
     const before = await browser.value(`${kPane}.index`);
     await browser.press('ArrowRight', 39);
     moved[name] = await browser.value(`${kPane}.index`) - before;
   }
-  await click(browser, 'footer button');
+  await click(browser, '.controls button');
   await browser.press(' ', 32);
   return {moved, playing: await browser.value('gaitslamPage.playing'), said: browser.said};
 }
@@ -137,15 +137,33 @@ async function readValues(browser, url, count) {
     const read = (name) => [...document.querySelectorAll('[data-figure=' + name + '] .legend b')].map((b) => b.textContent);
     values.push({index: ${kPane}.index, t: gaitslamPage.t, x: read('error_x')[0], distance: read('distance')[0], landmarks: read('landmarks')[1]});
   } return values; })()`);
-  // After a zoom by dragging, the cursor is at the time in the legend.
-  const figure = '[data-figure=error_x] svg', [from, to] = [await placeOf(browser, figure, 0.4), await placeOf(browser, figure, 0.7)];
+  // After a drag the page shows the time below the mouse; after a zoom by the wheel, the cursor is at the time in the legend.
+  const figure = '[data-figure=distance] svg', [from, to] = [await placeOf(browser, figure, 0.4), await placeOf(browser, figure, 0.7)];
   const mouse = (type, place, more) => browser.send('Input.dispatchMouseEvent', {type, ...place, ...more});
   await mouse('mousePressed', from, {button: 'left', clickCount: 1});
   await mouse('mouseMoved', to, {button: 'left', buttons: 1});
+  const scrubbed = await browser.value('gaitslamPage.t / gaitslamPage.duration');
   await mouse('mouseReleased', to, {button: 'left', clickCount: 1});
+  await mouse('mouseWheel', to, {deltaX: 0, deltaY: -100});
   const zoomed = await browser.value(`gaitslamPage.figures.map((f) => ({cursor: f.x.value(+/M([-0-9.]+)/.exec(f.cursor.getAttribute('d'))[1]),
     legend: parseFloat(f.holder.querySelector('.at').textContent.split(':')[1]), range: f.range}))`);
-  return {at, zoomed, said: browser.said};
+  const line = `document.querySelector('[data-figure=error_x] path.line.estimate')`;
+  await click(browser, '[data-figure=error_x] .legend button');
+  const hidden = await browser.value(`getComputedStyle(${line}).display`);
+  // A landmark that is clicked in the image is marked in the scene, and the other way round.
+  const last = await browser.value(`(() => { const pane = ${kPane}; gaitslamPage.go(gaitslamPage.duration);
+    const [id, u, v] = pane.run.frames[pane.index].searches[0], {left, top, width} = pane.head.canvas.getBoundingClientRect(), scale = width / pane.head.width;
+    return {id, x: left + scale * u, y: top + scale * v}; })()`);
+  for (const type of ['mousePressed', 'mouseReleased']) await mouse(type, last, {button: 'left', clickCount: 1});
+  const picked = await browser.value(`({id: gaitslamPage.landmark?.id, text: gaitslamPage.picked.textContent, marked: gaitslamPage.scene.mark.visible, counts: ['found', 'missed', 'rejected'].map((how) =>
+    ${kPane}.run.frames.flatMap(({searches}) => searches ?? []).filter((search) => search[0] === ${last.id} && search[6] === how).length)})`);
+  await browser.value('gaitslamPage.pick(null)');
+  const again = await browser.value(`(() => { const {scene} = gaitslamPage, [, p] = scene.beliefs[0].landmarks.find(([id]) => id === ${last.id});
+    scrollTo(0, 0); gaitslamPage.setMode('head'); const {left, top, width, height} = scene.renderer.domElement.getBoundingClientRect(), at = scene.mark.position.clone().set(...p).project(scene.head);
+    return {x: left + (at.x + 1) / 2 * width, y: top + (1 - at.y) / 2 * height}; })()`);
+  for (const type of ['mousePressed', 'mouseReleased']) await mouse(type, again, {button: 'left', clickCount: 1});
+  picked.from_scene = await browser.value('({id: gaitslamPage.landmark?.id, marked: gaitslamPage.panes[0].picked})');
+  return {at, zoomed, scrubbed, hidden, picked, wanted: last.id, said: browser.said};
 }
 
 // Two runs or more on one page.
@@ -158,6 +176,12 @@ async function compare(browser, url) {
     lines: Object.fromEntries([...document.querySelectorAll('[data-figure]')].map((f) => [f.dataset.figure, f.querySelectorAll('.line').length])),
     title: document.querySelector('header b').textContent, bottom: document.querySelector('[data-figure=distance]').getBoundingClientRect().bottom <= innerHeight,
     visible: gaitslamPage.scene.beliefs.map(({path}) => path.object.visible), marks: gaitslamPage.marks, hash: location.hash})`);
+  const rows = () => browser.value(`[...document.querySelectorAll('.changes tbody tr')].map((row) => [...row.cells].map((cell) => cell.textContent))`);
+  const table = await rows();
+  await click(browser, '.changes th:last-child .sort');
+  const sorted = await rows();
+  await click(browser, '.changes tbody button');
+  const worst = await browser.value('gaitslamPage.t');
   await browser.value('gaitslamPage.go(0)');
   await browser.press(']', 221);
   const marked = await read();
@@ -167,7 +191,7 @@ async function compare(browser, url) {
   await browser.send('Page.reload');
   await browser.rest(500);
   await browser.until(`document.documentElement?.dataset.model === 'true'`);
-  return {marked, hidden, again: await read(), width_at_400: await browser.phoneWidth(), said: browser.said};
+  return {table, sorted, worst, marked, hidden, again: await read(), width_at_400: await browser.phoneWidth(), said: browser.said};
 }
 
 // Looks on until the run has ended.
@@ -269,7 +293,7 @@ async function print(browser) {
     return {
       background: getComputedStyle(document.body).backgroundColor,
       dark: all('body, figure, .card, pre, td, th').filter(dark).map(name),
-      controls: all('nav, .controls, input, select, button').map(name),
+      controls: all('nav, .controls, input, select, button:not(.sort)').map(name),
       cut: all('figure, figure canvas, figure svg, table, pre').filter((e) => box(e).right > innerWidth + 1 || box(e).left < -1).map(name),
       too_high: all('figure').filter((e) => box(e).height > innerHeight).map(name),
       closed: document.querySelectorAll('details:not([open])').length,

@@ -1,6 +1,7 @@
 // The view through the program: in a browser, live and of results, and through Foxglove's client.
 #include <array>
 #include <cmath>
+#include <set>
 
 #include "sim/files/text.h"
 #include "tests/tools/command_line.h"
@@ -109,7 +110,7 @@ TEST_F(ViewTest, TheKeyboardWorksAfterClicksAndAnArrowMovesOneFrame) {
   const json found = shown("lost", "keys");
   for (const auto& [control, frames] : found["moved"].items())
     EXPECT_EQ(frames, 1) << "after a click on " << control;
-  EXPECT_EQ(found["moved"].size(), 6u);
+  EXPECT_EQ(found["moved"].size(), 7u);
   EXPECT_EQ(found["playing"], false) << "space after a click on play pauses";
   EXPECT_THAT(found["said"], IsEmpty());
 }
@@ -151,6 +152,19 @@ TEST_F(ViewTest, ValuesAtTheCursorAreThoseOfTheFilesAndTheCursorIsAtItsTimeAfter
     EXPECT_EQ(figure["range"], found["zoomed"][0]["range"]) << "all figures are zoomed together";
     EXPECT_NEAR(figure["cursor"], figure["legend"], 1e-3);
   }
+  EXPECT_NEAR(found["scrubbed"], 0.72, 0.1) << "a drag goes to the time below the mouse";
+  EXPECT_GT(found["zoomed"][0]["range"][0], 0.0) << "the wheel zooms";
+  EXPECT_EQ(found["hidden"], "none") << "a name in a legend hides its line";
+  const json& picked = found["picked"];
+  EXPECT_EQ(picked["id"], found["wanted"]);
+  EXPECT_EQ(picked["from_scene"], (json{{"id", found["wanted"]}, {"marked", found["wanted"]}}));
+  EXPECT_EQ(picked["marked"], true);
+  std::string counts;
+  for (int i = 0; const char* const how : {" found", " missed", " rejected"})
+    counts += (i > 0 ? ", " : "") + picked["counts"][i].dump() + how, ++i;
+  EXPECT_THAT(
+      picked["text"].get<std::string>(),
+      AllOf(Has("landmark " + found["wanted"].dump() + ", ", " s old, σ "), testing::EndsWith(counts)));
   EXPECT_THAT(found["said"], IsEmpty());
 }
 
@@ -158,6 +172,12 @@ TEST_F(ViewTest, TwoRunsAreComparedInOneSceneAndWhereTheyPartIsMarked) {
   short_walks("one");
   ok("replay one/seed-1 'errors.faults=[{frames_lost: {from_s: 0.7, duration_s: 0.3}}]' --out lost");
   const json found = shown("one/seed-1 lost", "compare"), &marked = found["marked"];
+  EXPECT_EQ(found["table"][0][0], "errors.faults");
+  std::set<std::string> metrics;
+  for (const json& line : found["table"]) metrics.insert(line[0].get<std::string>());
+  EXPECT_TRUE(metrics.contains("rmse_m [m]")) << found["table"];
+  EXPECT_NE(found["table"], found["sorted"]) << "a click on a title orders the rows";
+  EXPECT_GT(found["worst"], 0.7) << "a click goes to the worst instant, which is after the fault";
   EXPECT_EQ(marked["scenes"], 1);
   EXPECT_THAT(marked["title"].get<std::string>(), Has("walk, seed 1"));
   EXPECT_THAT(marked["heads"][0].get<std::string>(),
@@ -185,6 +205,24 @@ TEST_F(ViewTest, TwoRunsAreComparedInOneSceneAndWhereTheyPartIsMarked) {
   EXPECT_EQ(found["again"]["hash"], found["hidden"]["hash"]);
   EXPECT_LE(found["width_at_400"], 400);
   EXPECT_THAT(found["said"], IsEmpty());
+}
+
+TEST_F(LongViewTest, WhereAFaultOfTheSecondRunAloneMovesItsEstimateIsMarkedWithinASecond) {
+  write("long.yaml", scenario_of("{stand: {duration_s: 0.3}}, {straight: {forward_m: 1.2}}", "rate_hz: 10"));
+  ASSERT_LE(gaitslam("run long.yaml --out one").exit_code, 1);
+  ASSERT_LE(
+      gaitslam("replay one/seed-1 'errors.faults=[{frames_lost: {from_s: 3, duration_s: 4}}, {plan_missing: "
+               "{from_s: 3, duration_s: 4}}]' --out lost")
+          .exit_code,
+      1);
+  bool marked = false;
+  for (const json& mark : shown("one/seed-1 lost", "compare")["marked"]["marks"])
+    if (mark["text"].get<std::string>().starts_with("errors differ by more than 3σ")) {
+      marked = true;
+      EXPECT_GE(mark["t"], 3);
+      EXPECT_LE(mark["t"], 4.05);
+    }
+  EXPECT_TRUE(marked);
 }
 
 TEST_F(ViewTest, InterruptedTheViewEndsCleanly) {

@@ -22,13 +22,15 @@ constexpr const char* kReportExamples = R"(Examples:
   gaitslam report results/regress-ci --out report.html  # a folder of results
   gaitslam report results/sweep-hall --out report.html  # a sweep, by its keys
   gaitslam report results/tangent_circle/seed-1 --plots svg --out figures   # pictures in a folder
+  gaitslam report results/before results/after --table table.tex   # medians by setting
 The page contains everything that it shows and needs no network.)";
 
 constexpr double kWidth = 720, kHeight = 300, kEqualHeight = 560;  // px of pictures
 
 struct ReportRequest : OutRequest {
   std::vector<std::string> results;
-  std::string plots;  ///< their format; empty: a page
+  std::string plots;                 ///< their format; empty: a page
+  std::optional<std::string> table;  ///< a file
 };
 
 std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
@@ -77,7 +79,28 @@ std::vector<pages::RunData> read_runs(const ReportRequest& request, ProgressLine
   return runs;
 }
 
+/// Returns whether a file of a table is to be written. Throws UsageError.
+bool has_table(const std::optional<std::string>& file, bool force) {
+  if (!file) return false;
+  try {
+    pages::table_format(*file);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError("--table {}", error.what());
+  }
+  require_new_file(*file, force, "--table");
+  return true;
+}
+
 int make_report(ReportRequest& request) {
+  if (!request.out && !request.table)
+    throw UsageError("--out: missing, expected the HTML file to write; or --table with a file");
+  if (has_table(request.table, request.force)) {
+    ProgressLine progress("report");
+    files::write_atomically(
+        *request.table, pages::runs_table(read_runs(request, progress), pages::table_format(*request.table)));
+  }
+  if (request.table) std::cout << "table in " << *request.table << '\n';
+  if (!request.out) return 0;
   if (!request.plots.empty()) {
     const OutFolder out(request, {}, {.replaces = true});
     {
@@ -104,7 +127,7 @@ int make_report(ReportRequest& request) {
 
 constexpr const char* kLeaderboardExamples = R"(Examples:
   gaitslam leaderboard results --metric ate_sim3_rmse_m --metric tracked_fraction
-  gaitslam leaderboard results --csv table.csv --html table.html
+  gaitslam leaderboard results --table table.csv --html table.html
 A row for each folder of results of one scenario, estimator, settings and programs, ranked over the
 seeds that the rows of a scenario have in common: by coverage (share of true poses with an estimate;
 0 of an incomplete run), then by the first metric. Errors after an alignment have columns of their
@@ -114,20 +137,22 @@ them. Results that repeat a seed of their row, or cannot be read, are left out w
 struct LeaderboardRequest {
   std::vector<fs::path> folders;
   std::vector<std::string> metrics;
-  std::optional<std::string> csv, html;
+  std::optional<std::string> table, html;
   bool force = false;
 };
 
 int show_leaderboard(LeaderboardRequest& request) {
-  for (const auto& [file, option] : {std::pair{request.csv, "--csv"}, {request.html, "--html"}})
-    if (file) require_new_file(*file, request.force, option);
+  if (request.html) require_new_file(*request.html, request.force, "--html");
+  has_table(request.table, request.force);
   for (const std::string& metric : request.metrics)
     if (!score::find_metric(metric))
       throw UsageError("--metric {}: {}", metric, scenario::unknown_metric(metric));
   const pages::Leaderboard board = pages::leaderboard(
       request.folders,
       request.metrics.empty() ? pages::shown_metrics(&pages::ShownMetric::leaderboard) : request.metrics);
-  if (request.csv) files::write_atomically(*request.csv, pages::leaderboard_csv(board));
+  if (request.table)
+    files::write_atomically(*request.table,
+                            pages::leaderboard_file(board, pages::table_format(*request.table)));
   if (request.html) files::write_atomically(*request.html, pages::leaderboard_page(board));
   std::cout << pages::leaderboard_table(board);
   for (const std::string& why : board.left_out) std::cerr << "warning: left out: " << why << '\n';
@@ -184,7 +209,9 @@ void add_report(CLI::App& app, int& exit_code) {
                   make_report);
   command.add_option("results", request.results, "result folders or folders of results; a sweep or a tuning")
       ->required();
-  command.add_option("--out", request.out, "the HTML file to write; with --plots a folder")->required();
+  command.add_option("--out", request.out, "the HTML file to write; with --plots a folder");
+  command.add_option("--table", request.table,
+                     "write medians by setting, with n and interval, to a file .csv, .md or .tex");
   command.add_option("--plots", request.plots, "write pictures instead of a page: svg")
       ->check(CLI::IsMember({"svg"}));
   command.add_flag("--force", request.force, "replace a file, or a folder of pictures made by gaitslam");
@@ -197,7 +224,7 @@ void add_leaderboard(CLI::App& app, int& exit_code) {
   command.add_option("folders", request.folders, "folders of results, at any depth")->required();
   command.add_option("--metric", request.metrics, "a metric to show; may be given several times")
       ->allow_extra_args(false);
-  command.add_option("--csv", request.csv, "write the table as CSV to a file");
+  command.add_option("--table", request.table, "write the table to a file .csv, .md or .tex");
   command.add_option("--html", request.html, "write the table as a page to a file");
   command.add_flag("--force", request.force, "replace existing files");
 }

@@ -10,3 +10,20 @@ export function element(tag, attributes = {}, ...children) {
 }
 
 export const color = (role) => getComputedStyle(document.documentElement).getPropertyValue('--' + role).trim();
+
+/// A click on a title orders the rows of a table by that column: numbers first, then texts; again: the other way round.
+export function sortable(table) {
+  const body = table.tBodies[0], titles = [...table.tHead.rows[0].cells];
+  const key = (row, column) => { const {dataset, textContent} = row.cells[column] ?? {}; return dataset?.value ?? textContent?.trim() ?? ''; };
+  const compare = (a, b) => { const [p, q] = [parseFloat(a), parseFloat(b)]; return Number.isNaN(p) - Number.isNaN(q) || p - q || a.localeCompare(b); };
+  titles.forEach((title, column) => {
+    const button = element('button', {type: 'button', class: 'sort', title: 'sort by this column'}, ...title.childNodes);
+    title.append(button);
+    button.addEventListener('click', () => {
+      const turn = title.ariaSort === 'ascending' ? -1 : 1;
+      for (const other of titles) other.removeAttribute('aria-sort');
+      title.setAttribute('aria-sort', turn > 0 ? 'ascending' : 'descending');
+      body.append(...[...body.rows].sort((a, b) => turn * compare(key(a, column), key(b, column))));
+    });
+  });
+}

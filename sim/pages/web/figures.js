@@ -130,6 +130,21 @@ function areaOf(x, low, high, at) {
   return d;
 }
 
+const hidden = new Set();  // parts of figures, also when they are drawn again
+
+/// A part of a legend: a click hides its path or shows it again.
+function hider(key, role, text, path) {
+  const button = element('button', {type: 'button', class: `role-${role}`, title: 'show or hide'}, text, element('b'));
+  const apply = () => { path.classList.toggle('off', hidden.has(key)); button.setAttribute('aria-pressed', !hidden.has(key)); };
+  button.addEventListener('click', ({detail}) => {
+    if (!hidden.delete(key)) hidden.add(key);
+    apply();
+    if (detail > 0) button.blur();  // a mouse must not leave the keys with it
+  });
+  apply();
+  return button;
+}
+
 /// A figure over time. lines: [{name, role, x, y, thin}]; bands: [{name, role, x, low, high}]; levels: values of y; marks: [{t, text}];
 /// zero: 0 is on the axis.
 export function drawn({name, title, lines, bands = [], levels = [], marks = [], zero = false, width = 400, height = 150}) {
@@ -152,31 +167,42 @@ export function drawn({name, title, lines, bands = [], levels = [], marks = [], 
   xs.append(...ticks(x.low, x.high).flatMap((v) => [svgElement('path', {class: 'grid', d: `M${x.at(v)} ${y.begin}V${y.end}`}), label(x.at(v), y.begin + 14, 'middle', v)]));
   const ys = ticks(y.low, y.high, 4).flatMap((v) => [svgElement('path', {class: 'grid', d: `M${x.begin} ${y.at(v)}H${x.end}`}), label(x.begin - 5, y.at(v) + 4, 'end', v)]);
   const level = (d, text) => { const node = svgElement('path', {class: 'level', d}), words = svgElement('title', {}); words.textContent = text; node.append(words); return node; };
-  data.append(...bands.map((band) => svgElement('path', {class: `fill envelope ${band.role}`, d: areaOf(band.x, band.low, band.high, at)})),
+  const paths = new Map([...bands.map((band) => [band, svgElement('path', {class: `fill envelope ${band.role}`, d: areaOf(band.x, band.low, band.high, at)})]),
+    ...lines.map((line) => [line, svgElement('path', {class: `line ${line.thin ? 'thin ' : ''}${line.role}`, d: pathOf(line.x, line.y, at)})])]);
+  data.append(...bands.map((band) => paths.get(band)),
     ...levels.map((v) => level(`M${x.begin} ${y.at(v)}H${x.end}`, v)), ...marks.map(({t, text}) => level(`M${x.at(t)} ${y.begin}V${y.end}`, text)),
-    ...lines.map((line) => svgElement('path', {class: `line ${line.thin ? 'thin ' : ''}${line.role}`, d: pathOf(line.x, line.y, at)})));
+    ...lines.map((line) => paths.get(line)));
   svg.append(xs, ...ys, data, svgElement('rect', {class: 'frame', ...place}));
   const named = [...lines, ...bands].filter((part) => part.name);
-  const legend = named.flatMap((part) => [element('span', {class: `role-${part.role}`}, `${part.name} `, element('b')), ' ']);
+  const legend = named.flatMap((part) => [hider(`${name}/${part.name}`, part.role, `${part.name} `, paths.get(part)), ' ']);
   const holder = element('figure', {'data-figure': name}, element('figcaption', {}, title), element('p', {class: 'legend'}, element('span', {class: 'at'}), ' ', legend));
   holder.querySelector('figcaption').after(svg);
   return new Figure(holder, named.map((part) => (part.y ? [part.x, part.y] : [part.x, part.low, part.high])));
 }
 
-/// Makes the figures follow the mouse: move shows values, drag zooms, double click shows all.
-/// chosen(figure, x): on a click. left(): it left. zoomed(): after a zoom.
-export function follow(figures, chosen, left, zoomed) {
+/// Makes the figures follow the mouse: move shows values, drag zooms, double click shows all. If it scrubs, a drag chooses, and the wheel
+/// zooms (outside of a footer with Ctrl). chosen(figure, x, goesOn): on a click, and in a drag. left(): it left. zoomed(): after a zoom.
+export function follow(figures, chosen, left, zoomed, scrubs = false) {
   const peers = (figure) => (figure.overTime ? figures.filter((other) => other.overTime) : [figure]);
   const zoom = (figure, low, high) => { peers(figure).forEach((peer) => peer.zoom(low, high)); zoomed?.(); };
   for (const figure of figures) {
     let from = null;
     figure.svg.addEventListener('pointerdown', (event) => { from = event.clientX; figure.from = figure.valueAt(event); });
-    figure.svg.addEventListener('pointermove', (event) => peers(figure).forEach((peer) => peer.show(figure.valueAt(event))));
+    figure.svg.addEventListener('pointermove', (event) => {
+      if (scrubs && from !== null) chosen?.(figure, figure.valueAt(event), true);
+      peers(figure).forEach((peer) => peer.show(figure.valueAt(event)));
+    });
+    figure.svg.addEventListener('wheel', (event) => {
+      if (!scrubs || !(event.ctrlKey || figure.holder.closest('footer'))) return;
+      event.preventDefault();
+      const at = figure.valueAt(event), factor = event.deltaY > 0 ? 1.25 : 0.8, {x: {low, high}, whole} = figure;
+      zoom(figure, Math.max(whole.low, at + factor * (low - at)), Math.min(whole.high, at + factor * (high - at)));
+    }, {passive: false});
     figure.svg.addEventListener('pointerleave', () => { from = null; peers(figure).forEach((peer) => peer.hide()); left?.(); });
     figure.svg.addEventListener('pointerup', (event) => {
       if (from === null) return;
       const [low, high] = [figure.from, figure.valueAt(event)].sort((a, b) => a - b);
-      if (Math.abs(event.clientX - from) < 5) chosen?.(figure, figure.valueAt(event));
+      if (scrubs || Math.abs(event.clientX - from) < 5) chosen?.(figure, figure.valueAt(event));
       else if (!figure.x.logarithmic) zoom(figure, low, high);
       from = null;
     });

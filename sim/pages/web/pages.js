@@ -1,4 +1,5 @@
 // Behavior of all pages: figures with a cursor, the run that is shown, and printing.
+import {sortable} from './dom.js';
 import {Figure, follow} from './figures.js';
 
 const all = (selector, within = document) => [...within.querySelectorAll(selector)];
@@ -34,6 +35,7 @@ function showRun(id) {
 follow(all('figure').filter((holder) => holder.querySelector('svg[data-x]')).map((holder) => new Figure(holder)), showInstant);
 document.getElementById('run')?.addEventListener('change', (event) => showRun(event.target.value));
 for (const link of all('[data-run]')) link.addEventListener('click', () => showRun(link.dataset.run));
+all('table.sortable').forEach(sortable);
 addEventListener('mapdrawn', count);
 // Paper gets everything opened.
 let opened = [];

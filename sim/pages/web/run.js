@@ -55,5 +55,18 @@ export class Run {
     return low;
   }
 
+  /// A landmark at a frame in words.
+  landmarkText(index, id) {
+    const counts = {found: 0, missed: 0, rejected: 0}, axes = this.mapAt(index).find(([own]) => own === id)?.[2];
+    let since = null;
+    for (const {t, map, searches} of this.frames.slice(0, index + 1)) {
+      for (const search of searches ?? []) if (search[0] === id) ++counts[search[6]];
+      if (since === null && map?.some(([own]) => own === id)) since = t;
+    }
+    const sigma = axes && Math.max(...[0, 1, 2].map((k) => Math.hypot(axes[k], axes[k + 3], axes[k + 6]))) / 3;
+    return [`landmark ${id}`, since === null ? 'not in the map yet' : `${(this.frames[index].t - since).toFixed(1)} s old`,
+      axes ? `σ ${+(1e3 * sigma).toPrecision(3)} mm in its longest axis` : 'not in the map', ...Object.entries(counts).map(([how, n]) => `${n} ${how}`)].join(', ');
+  }
+
   mapAt(index) { return this.frames[this.mapOf[index]]?.map ?? []; }
 }

@@ -5,6 +5,7 @@ import {color, element} from './dom.js';
 import {kOutcomes} from './run.js';
 
 const kAboveGround = 0.004, kEllipsoids = 0.22;
+const kPick_px = 12, kPicked_m = 0.05;
 const kLowest = 1.5;  // rad from the vertical: the camera stays above the floor
 
 /// A growing line; show() sets how many of its points are drawn.
@@ -103,6 +104,7 @@ class Belief {
     this.own.matrixAutoUpdate = false;
     this.points = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({size: 5, sizeAttenuation: false, vertexColors: THREE.VertexColors}));
     this.map = new THREE.Group();
+    this.landmarks = [];
     this.map.add(this.points);
     this.reserve(1024);
     this.near = [this.frustum, this.error, this.own];
@@ -144,6 +146,7 @@ class Belief {
 
   showMap(map, searches) {
     const outcomes = new Map(searches.map((search) => [search[0], search[6]])), matrix = new THREE.Matrix4(), paint = new THREE.Color();
+    this.landmarks = map;
     this.reserve(map.length);
     const {position, color: colors} = this.points.geometry.attributes;
     map.forEach(([id, p, axes], k) => {
@@ -188,7 +191,11 @@ export class Scene {
     this.controls.enableKeys = false;
     this.controls.maxPolarAngle = kLowest;
     this.controls.target.set(0, 0, 0.7);
-    this.controls.addEventListener('change', () => this.draw());
+    this.controls.addEventListener('change', () => {
+      this.controls.target.z = Math.max(0, this.controls.target.z);  // a pan does not lead below the floor
+      this.camera.position.z = Math.max(0.05, this.camera.position.z);
+      this.draw();
+    });
     this.element.addEventListener('keydown', (event) => this.steer(event));
     this.renderer.domElement.addEventListener('webglcontextlost', () => this.element.classList.add('lost'));
     this.renderer.domElement.addEventListener('webglcontextrestored', () => { this.element.classList.remove('lost'); this.draw(); });
@@ -211,6 +218,9 @@ export class Scene {
       ...this.beliefs.flatMap(({objects, map}) => [...objects, map]));
     this.support = this.add(new THREE.LineLoop(new THREE.BufferGeometry(), new THREE.LineBasicMaterial()), 'first');
     this.zmp = this.add(new THREE.Mesh(new THREE.SphereGeometry(0.012, 12, 8), new THREE.MeshBasicMaterial()), 'bad');
+    this.mark = this.add(new THREE.Mesh(kSphere, translucent('plan', 0.6)));
+    this.mark.scale.setScalar(kPicked_m);
+    this.mark.visible = false;
     this.layers = {truth: [this.paths.truth.object, this.frustum], plan: [this.paths.plan.object, this.planned.object],
       steps: [this.landed.object, this.support, this.zmp]};
     this.beliefs.forEach(({objects, map}, i) => Object.assign(this.layers, {[`estimate${i}`]: objects, [`map${i}`]: [map]}));
@@ -288,6 +298,26 @@ export class Scene {
     this.showZmp(frame);
     for (const name of this.hidden) for (const object of this.layers[name] ?? []) object.visible = false;
     this.moveView(frame);
+    this.draw();
+  }
+
+  /// The number of the run and the landmark that are drawn at a place of the page; null: none.
+  pick({clientX, clientY}) {
+    const {left, top, width, height} = this.renderer.domElement.getBoundingClientRect(), at = new THREE.Vector3();
+    let best = null, nearest = kPick_px;
+    this.beliefs.forEach(({landmarks}, run) => landmarks.forEach(([id, p]) => {
+      at.set(...p).project(this.mode === 'head' ? this.head : this.camera);
+      const far = Math.hypot(left + (at.x + 1) / 2 * width - clientX, top + (1 - at.y) / 2 * height - clientY);
+      if (!this.hidden.has(`map${run}`) && at.z < 1 && far < nearest) [best, nearest] = [{run, id}, far];
+    }));
+    return best;
+  }
+
+  /// Marks a landmark of a run; null: none.
+  showPicked(picked) {
+    const found = picked && this.beliefs[picked.run].landmarks.find(([id]) => id === picked.id);
+    this.mark.visible = Boolean(found);
+    if (found) this.mark.position.set(...found[1]);
     this.draw();
   }
 

@@ -84,10 +84,10 @@ export function partings([a, b]) {
   const found = [], rows = rowsOf(a.series, b.series);
   let since = null;
   for (let i = 0; i < rows.length; ++i) {
-    const differs = ['x', 'y', 'z'].some((axis) => Math.abs(b.series[axis][i] - a.series[axis][rows[i]]) > 3 * a.series[`sigma_${axis}`][rows[i]]);
+    const differs = ['x', 'y', 'z', 'heading'].some((axis) => Math.abs(b.series[axis][i] - a.series[axis][rows[i]]) > 3 * a.series[`sigma_${axis}`][rows[i]]);
     since = differs ? since ?? b.series.t[i] : null;
     if (since === null || b.series.t[i] - since < kLongest_s) continue;
-    found.push({t: since, kind: 'parting', text: `errors differ by more than 3σ of ${a.name} in an axis for ${kLongest_s} s`});
+    found.push({t: since, kind: 'parting', text: `errors differ by more than 3σ of ${a.name} in an axis or the heading for ${kLongest_s} s`});
     break;
   }
   if (!a.run.about.recording || a.run.about.recording !== b.run.about.recording) return found;

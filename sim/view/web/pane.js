@@ -11,7 +11,7 @@ export const searchLegend = () => element('p', {class: 'key'}, 'searched, 3σ: '
 export class Pane {
   /// name: a letter if there are several runs; difference: what distinguishes it from the others; role: its color.
   constructor(run, name, difference, role) {
-    Object.assign(this, {run, name, full: [name, difference].filter(Boolean).join(': '), role, index: -1});
+    Object.assign(this, {run, name, full: [name, difference].filter(Boolean).join(': '), role, index: -1, picked: null});
     this.images = new Stored(`/rig/${run.index}/${run.about.rig.length}`, picture, 400);
     this.live = new Map();
     this.head = new HeadView(run, name);
@@ -19,7 +19,7 @@ export class Pane {
     this.counts = element('p', {class: 'soft'});
     const notes = run.about.missing.map((note) => element('p', {class: 'note'}, note));
     this.element = element('section', {class: 'pane', 'aria-label': this.full || run.about.label},
-      name ? element('h2', {class: `role-${role}`}, this.full) : null, ...notes, this.head.canvas, this.state, this.counts);
+      name ? element('h2', {class: `role-${role}`, title: this.full}, this.full) : null, ...notes, this.head.canvas, this.state, this.counts);
   }
 
   /// An image that came with its frame.
@@ -36,6 +36,13 @@ export class Pane {
     this.showHead(index, frame);
   }
 
+  /// Marks a landmark in the image; null: none.
+  mark(id) {
+    this.picked = id;
+    const frame = this.run.frames[this.index];
+    if (frame && this.headIndex === this.index) this.head.show(frame, this.image, id);
+  }
+
   async showHead(index, frame) {
     let image = this.live.get(index) ?? null;
     if (!image && frame.stored_image) {
@@ -44,7 +51,8 @@ export class Pane {
       image = await stored;
       if (this.index !== index) return;  // another one is shown by now
     }
-    this.head.show(frame, image);
+    this.image = image;
+    this.head.show(frame, image, this.picked);
     this.headIndex = index;
   }
 

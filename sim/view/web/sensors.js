@@ -15,7 +15,7 @@ export class HeadView {
   }
 
   /// image: something a canvas can draw, or null.
-  show(frame, image) {
+  show(frame, image, picked = null) {
     const {context} = this;
     context.setTransform(kScale, 0, 0, kScale, 0, 0);
     if (image) {
@@ -30,6 +30,8 @@ export class HeadView {
     context.translate(0.5, 0.5);
     context.lineWidth = 1.2;
     for (const search of frame.searches ?? []) this.search(search);
+    const [, u, v] = (picked !== null && frame.searches?.find(([id]) => id === picked)) || [];
+    if (u !== undefined) this.ring(u, v);
     context.strokeStyle = kNew;
     for (const [u, v] of frame.new ?? []) this.square(u, v);
   }
@@ -44,6 +46,23 @@ export class HeadView {
     context.setLineDash([]);
     if (outcome === 'found') this.square(foundU, foundV);
     if (outcome === 'rejected') this.cross(foundU, foundV);
+  }
+
+  ring(u, v) {
+    const {context} = this;
+    for (const [style, width] of [['#000', 5], ['#fff', 2.5]]) {
+      Object.assign(context, {strokeStyle: style, lineWidth: width});
+      context.strokeRect(u - kPatch, v - kPatch, 2 * kPatch, 2 * kPatch);
+    }
+    context.lineWidth = 1.2;
+  }
+
+  /// The landmark that was searched for nearest to a place of the page; null: none.
+  pick({clientX, clientY}, {searches}) {
+    const {left, top, width} = this.canvas.getBoundingClientRect(), scale = this.width / width;
+    const far = ([, u, v]) => Math.hypot(u - scale * (clientX - left), v - scale * (clientY - top));
+    const nearest = [...(searches ?? [])].sort((a, b) => far(a) - far(b))[0];
+    return nearest && far(nearest) < 1.5 * kPatch ? nearest[0] : null;
   }
 
   square(u, v) { this.context.strokeRect(u - kPatch / 2, v - kPatch / 2, kPatch, kPatch); }

@@ -1,5 +1,5 @@
 // The page: one scene and one time line of all runs, the images of each, figures over time, and the keys.
-import {element} from '../../pages/web/dom.js';
+import {element, sortable} from '../../pages/web/dom.js';
 import {follow} from '../../pages/web/figures.js';
 import {Run} from '../../pages/web/run.js';
 import {Scene} from '../../pages/web/scene.js';
@@ -12,7 +12,7 @@ const {dataset} = document.documentElement;
 const kFast = 5;  // frames of a finished run for each that the browser draws
 
 const kRoles = ['estimate', 'second', 'third', 'first'];  // of the runs
-const kKeys = 'space: play and pause · arrows, . and ,: one frame, with shift a second · [ and ]: marks · home, end · f, 1, 4: speed · r, o, c: follow, stay, through the camera · in a figure: click goes there, drag zooms, double click shows all';
+const kKeys = 'space: play and pause · arrows, . and ,: one frame, with shift a second · [ and ]: marks · home, end · f, 1, 4: speed · r, o, c: follow, stay, through the camera · s: save the scene as PNG · in a figure: a click or a drag goes there, the wheel (above the time line with Ctrl) zooms, a double click shows all, a name in a legend hides its line';
 const kLetters = 'ABCD';  // and names, if there are several
 
 /// The seed and the variant that distinguish each run from the others.
@@ -33,6 +33,15 @@ class Page {
     }
     // A click in the scene must not leave the keys with it either.
     this.scene?.element.addEventListener('pointerup', () => document.activeElement.blur());
+    let from = null;
+    this.scene?.element.addEventListener('pointerdown', ({clientX, clientY}) => { from = [clientX, clientY]; }, true);
+    this.scene?.element.addEventListener('click', (event) => {
+      if (from && Math.hypot(event.clientX - from[0], event.clientY - from[1]) < 5) this.pick(this.scene.pick(event));  // else the view was turned
+    });
+    this.panes.forEach((pane, run) => pane.head.canvas.addEventListener('click', (event) => {
+      const id = pane.head.pick(event, pane.run.frames[pane.index] ?? {});
+      this.pick(id === null ? null : {run, id});
+    }));
     const [{run}] = this.panes;
     this.rig = run.about.rig.map((sensor, i) => new RigLayer(run, sensor, i, this.scene)).filter(({isShown}) => isShown);
     this.build();
@@ -51,11 +60,13 @@ class Page {
     this.button = button;
     this.play = button('', 'space', () => this.toggle());
     this.step = button('step', 'one frame: .', () => this.stepOn());
-    this.speeds = choice('f: full speed, 1, 4: a quarter', [[0, 'full speed'], [1, '1 ×'], [0.25, '0.25 ×']], (value) => this.setSpeed(+value), {'aria-label': 'speed'});
+    this.speeds = choice('f: full speed, 1, 4: a quarter', [[0, 'full speed'], [4, '4 ×'], [2, '2 ×'], [1, '1 ×'], [0.5, '0.5 ×'], [0.25, '0.25 ×']], (value) => this.setSpeed(+value), {'aria-label': 'speed'});
     this.views = choice('r, o, c', [['follow', 'follow the robot'], ['orbit', 'stay'], ['head', 'through the camera']], (value) => this.setMode(value), {'aria-label': 'view'});
     this.slider = element('input', {type: 'range', min: 0, max: 1, step: 0.001, value: 0, 'aria-label': 'time', oninput: () => this.go(+this.slider.value)});
     this.clock = element('output', {}, '0.00 s');
+    this.save = button('save picture', 's: the scene as PNG', () => this.savePicture());
     this.note = element('span', {class: 'soft', role: 'status'});
+    this.picked = element('p', {class: 'soft', role: 'status'}, 'A click on a landmark in the scene or in an image names it.');
     this.moments = element('nav', {'aria-label': 'moments'});
     this.strips = element('div', {class: 'strips'});
     this.timeLine = element('div', {class: 'timeline'});
@@ -63,12 +74,13 @@ class Page {
     document.body.append(
       element('header', {}, element('h1', {}, this.live ? 'GaitSLAM, live' : 'GaitSLAM, playback'), element('b', {}, this.title), this.note),
       element('main', {}, failure,
-        element('div', {class: 'views'},
-          element('figure', {class: 'space'}, this.scene?.element, this.legend()),
+        element('div', {class: `views${several ? ' several' : ''}`},
+          several ? this.table() : null,
+          element('figure', {class: 'space'}, this.scene?.element, this.legend(), this.picked),
           element('figure', {class: `head heads-${this.panes.length}`}, this.panes.map((pane) => pane.element), searchLegend())),
         element('div', {class: 'rig'}, this.rig.map((layer) => layer.element)),
-        several ? this.table() : null, this.strips),
-      element('footer', {}, this.timeLine, element('div', {class: 'controls'}, this.play, this.step, this.speeds, this.views, this.slider, this.clock), this.moments));
+        this.strips),
+      element('footer', {}, this.timeLine, element('div', {class: 'controls'}, this.play, this.step, this.speeds, this.views, this.slider, this.clock, this.save), this.moments));
     this.speeds.value = this.live ? 0 : 1;
     if (this.live) this.speeds.disabled = this.step.disabled = !this.about.control;
     if (this.live && !this.about.control) this.speeds.title = this.step.title = 'read-only: start the run with --control';
@@ -94,6 +106,28 @@ class Page {
         layer(`map${i}`, several ? role : 'first', several ? `● landmarks of ${name}` : '● landmarks, 3σ')]), ' camera’s own 3σ ten times as large');
   }
 
+  /// Names a landmark and marks it in scene and image; null: none.
+  pick(landmark) {
+    this.landmark = landmark;
+    this.panes.forEach((pane, run) => pane.mark(landmark?.run === run ? landmark.id : null));
+    this.sayLandmark();
+  }
+
+  sayLandmark() {
+    this.scene?.showPicked(this.landmark ?? null);
+    if (!this.landmark) return;
+    const {run, id} = this.landmark, {run: of, name, index} = this.panes[run];
+    this.picked.textContent = `${name ? `${name}: ` : ''}${of.landmarkText(index, id)}`;
+  }
+
+  savePicture() {
+    this.scene?.renderer.domElement.toBlob((blob) => {
+      const link = element('a', {href: URL.createObjectURL(blob), download: `gaitslam-${this.t.toFixed(2)}s.png`});
+      link.click();
+      URL.revokeObjectURL(link.href);
+    });
+  }
+
   setLayer(name, on) {
     if (!this.scene) return;
     this.scene.hidden[on ? 'delete' : 'add'](name);
@@ -102,22 +136,17 @@ class Page {
     this.writeHash();
   }
 
-  /// Metrics of the runs; a click goes to the worst instant of the run that it is of.
+  /// The differences between the runs, from the program; the first cell goes to the worst instant of its row.
   table() {
-    const names = [...new Set(this.about.runs.flatMap((run) => Object.keys(run.metrics)))], number = (v) => (v === undefined ? '–' : String(+v.toPrecision(4)));
-    const key = (name) => (/yaw|rotation|deg/.test(name) ? 'heading' : /nees/.test(name) ? 'nees' : 'distance');
-    const cell = (name, pane) => element('td', {}, this.button(number(pane.run.about.metrics[name]), `to its worst instant`, () => this.goToWorst(pane, key(name))));
-    const change = (name) => { const [a, b] = this.about.runs.map((run) => run.metrics[name]); return a === undefined || b === undefined ? '–' : `${b > a ? '+' : ''}${number(b - a)}${a ? ` (${number(100 * (b - a) / Math.abs(a))} %)` : ''}`; };
-    return element('details', {open: ''}, element('summary', {}, 'Metrics of each run'), element('div', {class: 'scroll'}, element('table', {},
-      element('tr', {}, element('th', {}, 'metric'), this.panes.map(({name, role}) => element('th', {class: `role-${role}`}, name)), element('th', {}, 'change from A to B')),
-      names.map((name) => element('tr', {}, element('th', {}, name), this.panes.map((pane) => cell(name, pane)), element('td', {}, change(name)))))));
-  }
-
-  goToWorst({series}, key) {
-    const column = series[key];
-    let worst = 0;
-    column.forEach((value, i) => { if (!(Math.abs(column[worst]) >= Math.abs(value)) && Number.isFinite(value)) worst = i; });
-    this.go(series.t[worst]);
+    const {titles, rows} = this.about.changes, role = (i) => (this.panes[i - 1] ? `role-${this.panes[i - 1].role}` : '');
+    const first = (text, t) => (t === null ? text : this.button(text, 'to its worst instant', () => this.go(t)));
+    const ofKey = ([key, ...values]) => [element('td', {}, key), element('td', {colspan: titles.length - 1},
+      this.panes.map(({name}, i) => element('div', {class: role(i + 1)}, `${name}: ${values[i]}`)))];
+    const table = element('table', {}, element('thead', {}, element('tr', {}, titles.map((title, i) => element('th', {class: role(i), scope: 'col'}, title)))),
+      element('tbody', {}, rows.map(({key, cells, remark, t}) => element('tr', {title: remark},
+        key ? ofKey(cells) : cells.map((text, i) => element('td', {class: role(i)}, i ? text : first(text, t)))))));
+    sortable(table);
+    return element('section', {class: 'changes scroll', tabindex: 0, 'aria-label': 'what differs between the runs'}, table);
   }
 
   listMoments() {
@@ -144,7 +173,7 @@ class Page {
     this.timeLine.replaceChildren(...(line ? [line.holder] : []));
     this.strips.replaceChildren(...strips.map(({holder}) => holder));
     document.body.style.paddingBottom = `${document.querySelector('footer').offsetHeight + 12}px`;
-    follow(this.figures, (_, t) => this.go(t), () => this.showCursor(), () => this.writeHash());
+    follow(this.figures, (_, t, goesOn) => this.go(t, goesOn), () => this.showCursor(), () => this.writeHash(), true);
     if (zoomed && !this.live) for (const figure of this.figures) figure.zoom(...zoomed);
     this.showCursor();
   }
@@ -160,6 +189,7 @@ class Page {
     const {index} = this.panes[0];
     this.scene?.show(Math.max(0, index));
     for (const layer of this.rig) layer.show(index);
+    if (this.landmark) this.sayLandmark();
     this.showCursor();
     this.slider.max = this.duration;
     this.slider.value = t;
@@ -168,13 +198,13 @@ class Page {
   }
 
   /// Goes to a chosen time.
-  go(t) {
+  go(t, goesOn = false) {
     if (!Number.isFinite(t)) return;
     this.atEnd = false;  // a look back is each viewer's own
     if (this.playing && !this.live) this.pause();
     if (this.live) this.sayPlay();
     this.show(Math.min(Math.max(t, 0), this.duration));
-    this.writeHash();
+    if (!goesOn) this.writeHash();
   }
 
   /// The address holds time, view, hidden layers and zoom.
@@ -270,7 +300,7 @@ class Page {
     const action = {' ': () => this.toggle(), '.': () => this.stepOn(), ',': () => this.stepBy(-1), ArrowRight: () => this.stepBy(event.shiftKey ? 30 : 1),
       ArrowLeft: () => this.stepBy(event.shiftKey ? -30 : -1), Home: () => this.go(0), End: () => (this.live ? this.resume() : this.go(this.duration)),
       f: () => this.speeds.disabled || this.setSpeed(0), 1: () => this.speeds.disabled || this.setSpeed(1), 4: () => this.speeds.disabled || this.setSpeed(0.25),
-      '?': () => { this.note.textContent = kKeys; }, '[': () => this.jump(-1), ']': () => this.jump(1), r: () => this.setMode('follow'), o: () => this.setMode('orbit'), c: () => this.setMode('head')}[event.key];
+      '?': () => { this.note.textContent = kKeys; }, '[': () => this.jump(-1), ']': () => this.jump(1), r: () => this.setMode('follow'), o: () => this.setMode('orbit'), c: () => this.setMode('head'), s: () => this.savePicture()}[event.key];
     if (!action) return;
     event.preventDefault();
     action();

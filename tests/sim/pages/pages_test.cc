@@ -314,9 +314,11 @@ TEST_F(LeaderboardTest, CoverageComesBeforeTheError) {
 TEST_F(LeaderboardTest, AlignedAndUnalignedErrorsHaveColumnsOfTheirOwn) {
   add("a/seed-1", "aligned", {{"rmse_m", 0.25}, {"poses_matched", 9}}, 1, "sim3");
   add("a/seed-2", "aligned", {{"rmse_m", 0.5}, {"poses_matched", 9}}, 2);
-  const std::string csv = leaderboard_csv(board());
-  EXPECT_THAT(csv, Has(",rank,coverage,runs,completed,rmse_m,rmse_m_min,rmse_m_max,rmse_m_after_sim3,",
-                       "walk,aligned,1,1,1,1,0.5,,,,,,,,,,2,", "walk,aligned,,1,1,1,,,,0.25,,,,,,sim3,1,"));
+  const std::string csv = leaderboard_file(board(), TableFormat::csv);
+  EXPECT_THAT(
+      csv, Has(",rank,coverage,runs,completed,rmse_m,rmse_m_min,rmse_m_max,rmse_m_low_95,rmse_m_high_95,rmse_"
+               "m_after_sim3,",
+               "walk,aligned,1,1,1,1,0.5,,,,,,,,,,,,,,2,", "walk,aligned,,1,1,1,,,,,,0.25,,,,,,,,sim3,1,"));
 }
 
 TEST_F(LeaderboardTest, ARowIsOfAllSeedsWithMeanMedianAndP99OfCpu) {
@@ -326,9 +328,9 @@ TEST_F(LeaderboardTest, ARowIsOfAllSeedsWithMeanMedianAndP99OfCpu) {
     write(result + "/timing.json",
           R"({"frame_cpu_ms_mean": 3, "frame_cpu_ms_median": 2, "frame_cpu_ms_p99": 7})");
   }
-  EXPECT_THAT(leaderboard_csv(board()),
+  EXPECT_THAT(leaderboard_file(board(), TableFormat::csv),
               AllOf(Has(",cpu_ms_mean,cpu_ms_median,cpu_ms_p99,alignment,seeds,"),
-                    testing::ContainsRegex("walk,filter,1,1,2,2,0.15[0-9]*,0.1,0.2,3,2,7,,1 2,")));
+                    testing::ContainsRegex("walk,filter,1,1,2,2,0.15[0-9]*,0.1,0.2,,,3,2,7,,1 2,")));
 }
 
 TEST_F(LeaderboardTest, RowsThatLookAlikeDifferInSeedsAndKeys) {
@@ -340,9 +342,9 @@ TEST_F(LeaderboardTest, RowsThatLookAlikeDifferInSeedsAndKeys) {
     }
   }
   add("c/seed-1", "filter", {{"rmse_m", 0.1}});  // without a scenario: it neither has keys nor differs
-  EXPECT_THAT(leaderboard_csv(board()), Has(",seeds,changed,folder\n"));
+  EXPECT_THAT(leaderboard_file(board(), TableFormat::csv), Has(",seeds,changed,folder\n"));
   for (const std::string key : {"walk.step_height_m=0.05", "walk.step_height_m=0.06"}) {
-    EXPECT_THAT(leaderboard_csv(board()), Has(",1 2," + key + ","));
+    EXPECT_THAT(leaderboard_file(board(), TableFormat::csv), Has(",1 2," + key + ","));
     EXPECT_THAT(leaderboard_table(board()), Has(key));
     EXPECT_THAT(leaderboard_page(board()),
                 Has("<th>estimator</th><th>differs in</th>", "<td>filter</td><td>" + key))
@@ -365,7 +367,7 @@ TEST_F(LeaderboardTest, RowsAreRankedOverTheSeedsInCommonWithTheirSpread) {
   EXPECT_EQ(board().rows.back().estimator, "elsewhere");
   EXPECT_FALSE(board().rows.back().rank);
   for (const char* few : {"c", "d"}) std::filesystem::remove_all(folder_ / few);
-  EXPECT_THAT(leaderboard_csv(board()), Has("walk,steady,1,1,3,3,0.2,0.1,0.3"));
+  EXPECT_THAT(leaderboard_file(board(), TableFormat::csv), Has("walk,steady,1,1,3,3,0.2,0.1,0.3"));
 }
 
 TEST_F(LeaderboardTest, SettingsAndProgramsAreNeverPooledAndASeedCountsOnce) {
@@ -401,11 +403,11 @@ TEST_F(LeaderboardTest, NamesAreNeutral) {
   add("a/seed-1", "=cmd|'/c calc'!A1", {{"rmse_m", 0.1}});
   add("b/seed-1", "evil\nrow\x1b[2J\xe2\x80\xae", {{"rmse_m", 0.1}}, 1, "x,\ny");
   for (const std::string& text :
-       {leaderboard_table(board()), leaderboard_csv(board()), leaderboard_page(board())}) {
+       {leaderboard_table(board()), leaderboard_file(board(), TableFormat::csv), leaderboard_page(board())}) {
     EXPECT_THAT(text.substr(0, text.find("<script>")), Lacks("\x1b"));
     EXPECT_THAT(text, Lacks("\xe2\x80\xae"));
   }
-  EXPECT_THAT(leaderboard_csv(board()), Has("walk,'=cmd|", "walk,evil?row?[2J?,"));
+  EXPECT_THAT(leaderboard_file(board(), TableFormat::csv), Has("walk,'=cmd|", "walk,evil?row?[2J?,"));
   EXPECT_THAT(leaderboard_table(board()), Has("evil?row?[2J?"));
 }
 
@@ -415,6 +417,57 @@ RunData run(std::uint64_t seed, const std::map<std::string, double>& metrics) {
   data.ending = sim::scenario::Ending::completed;
   for (const auto& [name, value] : metrics) data.metrics.push_back({name, "", value});
   return data;
+}
+
+/// The cells of a metric in a table of changes; a key's by its name.
+std::vector<std::string> cells_of(const ChangeTable& table, const std::string& first) {
+  for (const ChangeTable::Row& row : table.rows)
+    if (row.cells[0] == first) return row.cells;
+  return {};
+}
+
+TEST(Changes, AreTheKeysAndTheVerdictsOfCompareWithPFromEightSeedsOn) {
+  for (const std::uint64_t seeds : {1, 8}) {
+    std::vector<RunData> a, b;
+    for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+      a.push_back(run(
+          seed, {{"rmse_m", 0.01 + 0.0001 * double(seed)}, {"loop_landmarks", 20}, {"tracked_fraction", 1}}));
+      b.push_back(
+          run(seed,
+              {{"rmse_m", 0.03 + 0.0002 * double(seed)}, {"loop_landmarks", 20}, {"tracked_fraction", 0.9}}));
+      a.back().settings = {{"slam.k", "1"}, {"same", "x"}},
+      b.back().settings = {{"slam.k", "2"}, {"same", "x"}};
+    }
+    const ChangeTable table = changes({&a[0], &b[0]}, {a.begin(), a.end()}, {b.begin(), b.end()});
+    EXPECT_THAT(cells_of(table, "same"), IsEmpty());
+    EXPECT_EQ(cells_of(table, "slam.k")[2], "2");
+    const auto rmse = cells_of(table, "rmse_m [m]");
+    EXPECT_EQ(rmse.back(), "FAIL");
+    EXPECT_EQ(cells_of(table, "loop_landmarks").back(), "IDENTICAL");
+    EXPECT_EQ(cells_of(table, "tracked_fraction").back(), "-") << "compare has no tolerance for it";
+    const auto p = std::ranges::find(table.titles, "p") - table.titles.begin();
+    ASSERT_EQ(p < std::ssize(table.titles), seeds == 8);
+    if (seeds == 8) {
+      EXPECT_EQ(rmse[std::size_t(p)], "0.0469") << "2 / 2^8 times six gates";
+    }
+  }
+}
+
+TEST(Tables, FilesHaveUnitsCountsAndIntervalsAndEscapeWhatTheirFormatMeans) {
+  std::vector<RunData> runs;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    runs.push_back(run(seed, {{"rmse_m", 0.01 * double(seed)}}));
+    runs.back().scenario = "a_b|c", runs.back().estimator = "filter";
+  }
+  EXPECT_EQ(runs_table(runs, TableFormat::csv),
+            "scenario,setting,metric,unit,n,median,low_95,high_95,worst,worst_seed\n"
+            "a_b|c,filter,rmse_m,m,6,0.035,0.01,0.06,0.06,6\n");
+  EXPECT_THAT(runs_table(runs, TableFormat::latex),
+              Has("\\begin{tabular}{llrr}\n\\toprule\nscenario & setting & n & rmse\\_m [m] \\\\\n\\midrule\n"
+                  "a\\_b|c & filter & 6 & 0.035 [0.01, 0.06] \\\\\n\\bottomrule\n"));
+  EXPECT_THAT(runs_table(runs, TableFormat::markdown),
+              Has("|---|---|---:|---:|\n| a\\_b\\|c | filter | 6 | 0.035 [0.01, 0.06] |\n"));
+  EXPECT_THROW(table_format("table.xls"), std::invalid_argument);
 }
 
 const PaperRow& row(const std::vector<PaperRow>& rows, const std::string& what) {
@@ -454,6 +507,8 @@ TEST(PaperRows, ClosingWhereThePaperFailedDiffersForItsFilterAndIsBetterForOurs)
   EXPECT_THAT(row(paper_rows(runs), "The hall, the paper's filter").bench, Has("1 of 2 closed"));
   EXPECT_THAT(row(paper_rows(runs), "The hall, the paper's filter").bench,
               Has("Likely cause of the difference"));
+  runs["hall"].push_back(run(2, {{"loop_closed", 0}}));
+  EXPECT_EQ(row(paper_rows(runs), "The hall, this bench's filter").agreement, "differs");
   runs["tangent_circle"].push_back(run(2, {{"loop_closed", 0}}));
   EXPECT_EQ(row(paper_rows(runs), "Experiment 1, this bench's filter").agreement, "differs");
 }

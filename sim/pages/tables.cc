@@ -1,0 +1,267 @@
+// Tables over several runs: what changes between two sets of them, and metrics of each setting; tables as
+// files.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/files/csv.h"
+#include "sim/files/text.h"
+#include "sim/pages/pages.h"
+#include "sim/regression/verdict.h"
+#include "sim/result/score_file.h"
+#include "sim/scenario/keys.h"
+#include "sim/score/metrics.h"
+#include "sim/score/statistics.h"
+
+namespace sim::pages {
+namespace {
+
+using regression::MetricVerdict, regression::Verdict;
+using Seeds = std::vector<result::SeedScore>;
+
+std::string signed_text(double value) { return (value > 0 ? "+" : "") + number_text(value); }
+
+/// "+0.0004 (+7 %)"
+std::string change_text(const MetricVerdict& v) {
+  if (!v.change) return "-";
+  const bool has_share = v.baseline && *v.baseline != 0;
+  return signed_text(*v.change) +
+         (has_share ? fmt::format(" ({:+.3g} %)", 100 * *v.change / std::abs(*v.baseline)) : "");
+}
+
+std::string latex(std::string_view text) {
+  std::string out;
+  for (const char c : text)
+    out += c == '\\'                                                       ? "\\textbackslash{}"
+           : c == '~'                                                      ? "\\textasciitilde{}"
+           : c == '^'                                                      ? "\\textasciicircum{}"
+           : std::string_view("&%$#_{}").find(c) != std::string_view::npos ? std::string{'\\', c}
+                                                                           : std::string{c};
+  return out;
+}
+
+std::string markdown(std::string_view text) {
+  std::string out;
+  for (const char c : text)
+    out += c == '|' || c == '<' || c == '*' || c == '_' ? std::string{'\\', c} : std::string{c};
+  return out;
+}
+
+/// The gates of compare, then what runs show beside them, which has no tolerance and so no verdict.
+std::vector<std::pair<MetricVerdict, bool>> verdicts_of(const Seeds& a, const Seeds& b, bool navigates) {
+  const std::vector<regression::Gate>& gates = regression::default_gates();
+  std::vector<regression::Gate> others;
+  for (const std::string& name : shown_metrics(&ShownMetric::run))
+    if (std::ranges::find(gates, name, &regression::Gate::metric) == gates.end() &&
+        (navigates || !name.starts_with("navigation")))
+      others.push_back({name});
+  std::vector<std::pair<MetricVerdict, bool>> all;
+  for (const auto& [of, judged] : {std::pair{gates, true}, {others, false}})
+    for (const MetricVerdict& v : regression::compare({"", {}, a}, {"", {}, b}, of).metrics)
+      if (v.baseline || v.now) all.emplace_back(v, judged);
+  return all;
+}
+
+}  // namespace
+
+std::optional<double> worst_instant(const RunData& run, const std::string& metric) {
+  if (metric.starts_with("loop_")) return run.value("loop_time_s");
+  if (!run.errors || run.errors->t.empty()) return std::nullopt;
+  const Errors& e = *run.errors;
+  if (metric.starts_with("end_") || metric.starts_with("navigation_end_")) return e.t.back();
+  const auto has = [&](const char* word) { return metric.find(word) != metric.npos; };
+  const Column& column = has("yaw") || has("rotation") ? e.error[3]
+                         : has("nees_orientation")     ? e.nees_orientation
+                         : has("nees")                 ? e.nees_position
+                                                       : e.distance;
+  const bool counts_gaps = has("tracked");
+  std::optional<std::size_t> worst;
+  for (std::size_t i = 0; i < column.size(); ++i) {
+    if (counts_gaps && std::isnan(column[i])) return e.t[i];
+    if (std::isfinite(column[i]) && (!worst || std::abs(column[i]) > std::abs(column[*worst]))) worst = i;
+  }
+  return worst ? std::optional(e.t[*worst]) : std::nullopt;
+}
+
+Seeds seeds_beside(const RunData& run) {
+  fs::path above = fs::absolute(run.folder / "x").lexically_normal().parent_path(), inside;
+  while (above.has_relative_path() && !result::seed_of(above))
+    inside = above.filename() / inside, above = above.parent_path();
+  Seeds all{run};
+  if (!result::seed_of(above)) return all;
+  for (const std::uint64_t seed : result::seeds_in(above.parent_path())) try {
+      const fs::path other = above.parent_path() / fmt::format("seed-{}", seed) / inside;
+      if (seed == run.seed || !result::is_result(other)) continue;
+      const auto score = result::read_score(other / "score.json");
+      if (score.scenario == run.scenario && score.estimator == run.estimator &&
+          settings_of(other, result::read_about(other / "about.json")) == run.settings)
+        all.push_back(score);
+    } catch (const files::FileError&) {
+      // A broken neighbor is no part of the comparison.
+    }
+  return all;
+}
+
+ChangeTable changes(const std::vector<const RunData*>& runs, const Seeds& a, const Seeds& b) {
+  const auto verdicts = verdicts_of(a, b, runs.at(0)->waist_desired.has_value());
+  std::size_t most = 0;
+  bool has_band = false, has_p = false;
+  for (const auto& [v, judged] : verdicts)
+    most = std::max(most, v.n), has_band |= v.band.has_value(), has_p |= judged && v.p;
+  ChangeTable table;
+  table.titles = {"key or metric"};
+  for (std::size_t i = 0; i < runs.size(); ++i)
+    table.titles.push_back(std::string(1, static_cast<char>('A' + i)) +
+                           (most > 1 && i < 2 ? fmt::format(", {} seeds", most) : ""));
+  table.titles.emplace_back("change from A to B");
+  if (has_band) table.titles.emplace_back("95 % interval");
+  if (has_p) table.titles.emplace_back("p");
+  table.titles.emplace_back("verdict");
+  for (const auto& [key, values] : changed_keys(runs)) {
+    ChangeTable::Row& row = table.rows.emplace_back();
+    row.cells = {key};
+    row.cells.insert(row.cells.end(), values.begin(), values.end());
+    row.cells.resize(table.titles.size());
+  }
+  for (const auto& [v, judged] : verdicts) {
+    const std::string& name = v.gate.metric;
+    ChangeTable::Row& row = table.rows.emplace_back();
+    row.metric = name, row.worst_seed = v.worst_seed, row.remark = judged ? v.remark : "";
+    row.cells = {metric_label(name), number_text(v.baseline), number_text(v.now)};
+    for (std::size_t i = 2; i < runs.size(); ++i) row.cells.push_back(number_text(runs[i]->value(name)));
+    row.cells.push_back(change_text(v));
+    if (has_band)
+      row.cells.push_back(v.band ? signed_text(v.band->first) + " to " + signed_text(v.band->second) : "-");
+    if (has_p) row.cells.push_back(judged && v.p ? fmt::format("{:.3g}", *v.p) : "-");
+    row.cells.emplace_back(judged || v.verdict == Verdict::identical ? word(v.verdict) : "-");
+  }
+  return table;
+}
+
+std::string metric_label(const std::string& metric) {
+  const auto* const known = score::find_metric(metric);
+  return known && known->unit != "1" ? fmt::format("{} [{}]", metric, known->unit) : metric;
+}
+
+std::vector<MetricSummary> summaries(const std::vector<RunData>& runs) {
+  std::vector<const RunData*> all;
+  for (const RunData& run : runs) all.push_back(&run);
+  const std::vector<std::string> names = variants(all);
+  std::vector<MetricSummary> table;
+  std::map<std::tuple<std::string, std::string, std::string, std::string>, std::size_t> places;
+  for (std::size_t i = 0; i < runs.size(); ++i)
+    for (const std::string& metric : shown_metrics(&ShownMetric::run)) {
+      const auto value = runs[i].value(metric);
+      if (!value || (!runs[i].waist_desired && metric.starts_with("navigation"))) continue;
+      const auto [at, is_new] =
+          places.try_emplace({runs[i].scenario, names[i], metric, runs[i].alignment}, table.size());
+      if (is_new) table.push_back({runs[i].scenario, names[i], metric, column_of(metric, runs[i].alignment)});
+      MetricSummary& summary = table[at->second];
+      summary.values.push_back(*value);
+      const auto loss = [&](double v) { return score::loss(v, score::direction_of(metric)); };
+      if (is_new || loss(*value) > loss(summary.worst)) summary.worst = *value, summary.worst_run = i;
+      for (const result::JudgedLimit& judged : runs[i].limits)
+        if (judged.limit.metric == metric && !judged.limit.aggregate) summary.limit = judged.limit;
+    }
+  for (MetricSummary& summary : table) summary.interval = score::median_interval(summary.values);
+  return table;
+}
+
+std::string limit_text(const scenario::MetricLimit& limit) {
+  return (limit.bound == scenario::Bound::at_most ? "≤ " : "≥ ") + number_text(limit.value);
+}
+
+TableFormat table_format(const fs::path& file) {
+  for (const auto& [ending, format] :
+       {std::pair{".csv", TableFormat::csv}, {".md", TableFormat::markdown}, {".tex", TableFormat::latex}})
+    if (file.extension() == ending) return format;
+  throw std::invalid_argument(
+      fmt::format("{}: expected a name that ends in .csv, .md or .tex", file.string()));
+}
+
+std::string written_table(const std::vector<std::vector<std::string>>& lines, TableFormat format,
+                          const std::string& remark) {
+  if (format == TableFormat::csv) {
+    std::string text;
+    for (const auto& line : lines) {
+      std::vector<std::string> fields;
+      for (const std::string& cell : line) fields.push_back(cell == "-" ? "" : files::neutral_field(cell));
+      text += fmt::format("{}\n", fmt::join(fields, ","));
+    }
+    return text;
+  }
+  const bool tex = format == TableFormat::latex;
+  const auto row = [&](const std::vector<std::string>& line) {
+    std::vector<std::string> cells;
+    for (const std::string& cell : line)
+      cells.push_back(tex ? latex(files::one_line(cell)) : markdown(files::one_line(cell)));
+    return tex ? fmt::format("{} \\\\\n", fmt::join(cells, " & "))
+               : fmt::format("| {} |\n", fmt::join(cells, " | "));
+  };
+  const auto is_number = [&](std::size_t column) {
+    return lines.size() > 1 && std::all_of(lines.begin() + 1, lines.end(), [&](const auto& line) {
+             return line[column] == "-" ||
+                    files::parse_number<double>(line[column].substr(0, line[column].find(' ')));
+           });
+  };
+  std::string columns, dashes;
+  for (std::size_t i = 0; i < lines[0].size(); ++i)
+    columns += is_number(i) ? 'r' : 'l', dashes += is_number(i) ? "---:|" : "---|";
+  std::string text = tex ? "% needs \\usepackage{booktabs}\n\\begin{tabular}{" + columns + "}\n\\toprule\n" +
+                               row(lines[0]) + "\\midrule\n"
+                         : row(lines[0]) + "|" + dashes + "\n";
+  for (std::size_t i = 1; i < lines.size(); ++i) text += row(lines[i]);
+  return text + (tex ? "\\bottomrule\n\\end{tabular}\n% " + remark + "\n" : "\n" + remark + "\n");
+}
+
+std::string median_text(double median, const std::optional<std::pair<double, double>>& interval) {
+  return number_text(median) +
+         (interval ? fmt::format(" [{}, {}]", number_text(interval->first), number_text(interval->second))
+                   : "");
+}
+
+std::string runs_table(const std::vector<RunData>& runs, TableFormat format) {
+  std::vector<std::vector<std::string>> lines;
+  const auto table = summaries(runs);
+  if (format == TableFormat::csv) {
+    lines = {
+        {"scenario", "setting", "metric", "unit", "n", "median", "low_95", "high_95", "worst", "worst_seed"}};
+    const auto number = [](double v) { return fmt::format("{}", v); };
+    for (const MetricSummary& s : table) {
+      const auto* const known = score::find_metric(s.metric);
+      lines.push_back({s.scenario, s.setting, s.column, known ? known->unit : "",
+                       std::to_string(s.values.size()), number(score::median(s.values)),
+                       s.interval ? number(s.interval->first) : "-",
+                       s.interval ? number(s.interval->second) : "-", number(s.worst),
+                       std::to_string(runs[s.worst_run].seed)});
+    }
+    return written_table(lines, format, "");
+  }
+  std::vector<std::string> columns;
+  for (const MetricSummary& s : table)
+    if (std::ranges::find(columns, s.column) == columns.end()) columns.push_back(s.column);
+  lines = {{"scenario", "setting", "n"}};
+  std::map<std::string, std::string> titles;
+  for (const MetricSummary& s : table)
+    titles[s.column] = s.column + metric_label(s.metric).substr(s.metric.size());
+  for (const std::string& column : columns) lines[0].push_back(titles[column]);
+  std::map<std::pair<std::string, std::string>, std::size_t> places;
+  std::map<std::size_t, std::size_t> most;  // seeds, by line
+  for (const MetricSummary& s : table) {
+    const auto [at, is_new] = places.try_emplace({s.scenario, s.setting}, lines.size());
+    if (is_new) {
+      lines.push_back({s.scenario, s.setting});
+      lines.back().resize(lines[0].size(), "-");
+    }
+    most[at->second] = std::max(most[at->second], s.values.size());
+    lines[at->second][2] = fmt::format("{}", most[at->second]);
+    const auto column = std::ranges::find(columns, s.column) - columns.begin();
+    lines[at->second][static_cast<std::size_t>(3 + column)] =
+        median_text(score::median(s.values), s.interval);
+  }
+  return written_table(lines, format, "Medians over n seeds [95 % interval of the median, from 6 seeds on].");
+}
+
+}  // namespace sim::pages
