@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 #include <sstream>
 
@@ -385,6 +387,41 @@ std::string figures(const Tuning& t) {
   return figures_html(html);
 }
 
+constexpr std::size_t kBins = 8, kLeastInBin = 3;
+
+/// The places of the values in their order; those that are not finite come last.
+std::vector<double> ranks_of(const Column& values) {
+  std::vector<std::size_t> order(values.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) {
+    return std::isfinite(values[i]) ? values[i] : std::numeric_limits<double>::infinity();
+  });
+  std::vector<double> ranks(values.size());
+  for (std::size_t k = 0; k < order.size(); ++k) ranks[order[k]] = static_cast<double>(k);
+  return ranks;
+}
+
+/// The share of the variance of the losses' ranks that a parameter explains by itself, by its values in bins
+/// of equal counts: omega squared (Hays 1963), 0 on average without an influence. Absent with too few
+/// settings.
+std::optional<double> importance(const Tuning& t, const std::string& key) {
+  const std::vector<double> places = ranks_of(t.history.numbers(key)), losses = ranks_of(t.value);
+  const std::size_t n = losses.size(), bins = std::min(kBins, n / kLeastInBin);
+  if (bins < 2) return std::nullopt;
+  std::vector<std::vector<double>> of_bin(bins);
+  for (std::size_t i = 0; i < n; ++i)
+    of_bin[static_cast<std::size_t>(places[i]) * bins / n].push_back(losses[i]);
+  const double mean = score::mean(losses);
+  double between = 0, within = 0;
+  for (const std::vector<double>& bin : of_bin) {
+    const double middle = score::mean(bin);
+    between += static_cast<double>(bin.size()) * (middle - mean) * (middle - mean);
+    for (const double loss : bin) within += (loss - middle) * (loss - middle);
+  }
+  const double noise = within / static_cast<double>(n - bins);
+  return std::max(0.0, (between - static_cast<double>(bins - 1) * noise) / (between + within + noise));
+}
+
 std::string parameters_table(const Tuning& t) {
   std::vector<TableRow> rows;
   for (const Json& p : t.parameters) {
@@ -392,18 +429,41 @@ std::string parameters_table(const Tuning& t) {
     rows.push_back({{text_cell(label(p)),
                      {number("from") + " to " + number("to"), "number"},
                      {number("start"), "number"},
-                     {number("best"), "number"}}});
+                     {number("best"), "number"},
+                     number_cell(importance(t, p.at("key").text()))}});
   }
   return table_html("parameters",
-                    {{"parameter"}, {"searched", "number"}, {"before", "number"}, {"after", "number"}}, rows);
+                    {{"parameter"},
+                     {"searched", "number"},
+                     {"before", "number"},
+                     {"after", "number"},
+                     {"importance", "number"}},
+                    rows, true) +
+         "<p class='soft'>importance: the share of the variance of the losses' ranks that the parameter "
+         "explains by itself "
+         "(omega squared over eighths of its values, of all settings of this search, which are not evenly "
+         "spread; "
+         "interactions do not count).</p>\n";
 }
 
 /// The values of each run before and after, and their means. side: training or holdout.
 std::string runs_table(const Json& side) {
   std::vector<TableCell> titles{{"run"}};
   std::vector<TableRow> rows;
+  std::string gains;
   for (const Json& run : side.at("runs").items()) rows.push_back({{text_cell(run.text())}});
   rows.push_back({{{"mean"}}});
+  for (const auto& [name, values] : side.at("values").entries()) {
+    const std::vector<Json> before = values.at("start").items(), after = values.at("best").items();
+    std::vector<double> changes;
+    for (std::size_t i = 0; i < std::min(before.size(), after.size()); ++i)
+      if (const auto a = before[i].number_or_null(), b = after[i].number_or_null(); a && b)
+        changes.push_back(*b - *a);
+    if (const auto test = score::t_test(changes))
+      gains +=
+          fmt::format("<li>{}: {} [{}, {}], {}</li>", escaped(name), number_text(score::mean(changes)),
+                      number_text(test->low), number_text(test->high), files::counted(changes.size(), "run"));
+  }
   for (const auto& [name, values] : side.at("values").entries())
     for (const auto& [which, words] : {std::pair{"start", "before"}, std::pair{"best", "after"}}) {
       titles.push_back(text_cell(fmt::format("{} {}", name, words), "number"));
@@ -417,7 +477,10 @@ std::string runs_table(const Json& side) {
       rows.back().cells.push_back(
           number_cell(known.empty() ? std::nullopt : std::optional(score::mean(known))));
     }
-  return table_html("before and after", titles, rows);
+  return table_html("before and after", titles, rows) +
+         (gains.empty() ? ""
+                        : "<p>Mean change of a run, after minus before [95 % interval, t-test]:</p><ul>" +
+                              gains + "</ul>");
 }
 
 std::string sides(const Tuning& t) {

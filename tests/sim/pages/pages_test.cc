@@ -108,6 +108,25 @@ TEST_F(ReceivedTuning, EverySettingIsDrawnAlsoAboveTheFigure) {
   EXPECT_EQ(dots, 6u);
 }
 
+TEST_F(ReceivedTuning, TheParameterThatMattersIsImportantAndTheGainHasAnInterval) {
+  tuning_["objective"] = "loss";
+  for (const char* const key : {"matters", "idle"})
+    tuning_["parameters"].push_back(tuning_["parameters"][0]), tuning_["parameters"].back()["key"] = key;
+  tuning_["holdout"]["values"] = {{"rmse_m", {{"start", {1.0, 2.0}}, {"best", {0.5, 1.3}}}}};
+  std::string rows;
+  for (int i = 0; i < 48; ++i) rows += fmt::format("{},a,{},1,{},{}\n", i, i % 8, i % 8, i * 7 % 48);
+  std::ofstream(folder_ / "tune.json") << tuning_.dump();
+  std::ofstream(folder_ / "history.csv") << "#setting,origin,loss," << kPayload << ",matters,idle\n" << rows;
+  const std::string html = tune_page(folder_.path());
+  const auto importance = [&](const std::string& key) {
+    const std::size_t row = html.find("<tr><td>" + key), end = html.find("</td></tr>", row);
+    return std::stod(html.substr(html.rfind('>', end) + 1));
+  };
+  EXPECT_GT(importance("matters"), 0.9);
+  EXPECT_LT(importance("idle"), 0.2);
+  EXPECT_THAT(html, Has("rmse_m: -0.6 [-1.871, 0.6706], 2 runs"));
+}
+
 TEST_F(ReceivedTuning, WithoutAHoldOutIsAnError) {
   tuning_["holdout"]["runs"] = json::array();
   EXPECT_THAT(sim::files::error_of([&] { page(); }), Has("tune.json: holdout.runs: is empty"));
