@@ -9,6 +9,8 @@ namespace {
 
 constexpr double kOtherCarries = 1.1;  // ratio of the loads: feet that share the load do not take turns
 constexpr double kSettling_s = 0.1;    // time constant of a landed sole until it lies flat
+constexpr double kCarries = 0.1;       // of the load of both feet; torques tell less of a swinging leg's
+constexpr double kLeveling_s = 5;      // time constant by which the accelerometer corrects the tilt
 
 /// The sole's pose on the floor: its place and heading.
 Eigen::Isometry3d flat(const Eigen::Isometry3d& X) {
@@ -71,6 +73,55 @@ Eigen::Isometry3d LegOdometry::X_BS(Side side, const JointVector& q) const {
   return measured_sole_in_base(robot_, side, leg_angles(leg, q), now) * floor_under_sole(leg, lagged);
 }
 
+// The waist turns as the gyro says, and each point moves as the legs tell: together they stay where they are,
+// weighted by their loads. Heights add up from foot to foot.
+LegOdometry::Motion LegOdometry::turned(const JointVector& q, const Eigen::Vector3d& gyro,
+                                        double dt_s) const {
+  const Eigen::Vector3d turn = dt_s * (imu_in_base(robot_, last_.q) * gyro);
+  Motion now{X_OB_, Eigen::Vector3d::Zero()};
+  now.X_OB.linear() =
+      X_OB_.linear() * Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()).toRotationMatrix();
+  const double all = std::max(0.0, last_.left.force.z()) + std::max(0.0, last_.right.force.z());
+  Eigen::Vector3d moved = Eigen::Vector3d::Zero(), places = moved;
+  double weights = 0;
+  for (const Side side : {Side::right, Side::left}) {
+    const Wrench& wrench = side == Side::left ? last_.left : last_.right;
+    const double load = wrench.force.z(), weight = load - kCarries * all;
+    if (!(weight > 0)) continue;
+    const Leg& leg = robot_.leg(side);
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();
+    point.head<2>() = Eigen::Vector2d(-wrench.torque.y() / load, wrench.torque.x() / load)
+                          .cwiseMax(leg.sole_min)
+                          .cwiseMin(leg.sole_max);
+    const Eigen::Vector3d before = X_OB_.linear() * (X_BS(side, last_.q) * point);
+    const Eigen::Vector3d after = now.X_OB.linear() * (X_BS(side, q) * point);
+    moved += weight * (before - after);
+    places += weight * after;
+    weights += weight;
+  }
+  if (!(weights > 0)) return now;  // in the air
+  now.X_OB.translation() += moved / weights;
+  now.p_OS = now.X_OB.translation() + places / weights;
+  return now;
+}
+
+void LegOdometry::follow_points(const SensorReadings& readings) {
+  if (!started_) {
+    X_OB_ = X_OB_start_;
+    started_ = true;
+  } else {
+    X_OB_ = turned(readings.q, readings.gyro, kPeriod).X_OB;
+    const Eigen::Vector3d up =
+        X_OB_.linear() * (imu_in_base(robot_, readings.q) * readings.accelerometer).stableNormalized();
+    const Eigen::Vector3d level = kPeriod / kLeveling_s * up.cross(Eigen::Vector3d::UnitZ());
+    X_OB_.linear() =
+        Eigen::Quaterniond(Eigen::AngleAxisd(level.norm(), level.stableNormalized()) * X_OB_.linear())
+            .normalized()
+            .toRotationMatrix();
+  }
+  last_ = readings;
+}
+
 void LegOdometry::add(const SensorReadings& readings) {
   for (const Side side : {Side::right, Side::left}) {
     auto& [now, lagged] = wrenches_[static_cast<std::size_t>(side)];
@@ -80,6 +131,7 @@ void LegOdometry::add(const SensorReadings& readings) {
     lagged.force += part * (now.force - lagged.force);
     lagged.torque += part * (now.torque - lagged.torque);
   }
+  if (at_rest_ == AtRest::points) return follow_points(readings);
   const double left = readings.left.force.z(), right = readings.right.force.z();
   if (!started_) {
     carrying_ = left > right ? Side::left : Side::right;
@@ -97,7 +149,8 @@ void LegOdometry::add(const SensorReadings& readings) {
   carrying_ = other;
 }
 
-LegOdometry::Motion LegOdometry::motion(const JointVector& q) const {
+LegOdometry::Motion LegOdometry::motion(const JointVector& q, double dt_s) const {
+  if (at_rest_ == AtRest::points) return turned(q, last_.gyro, dt_s);
   return {X_OS_ * X_BS(carrying_, q).inverse(), X_OS_.translation()};
 }
 

@@ -15,6 +15,10 @@ Eigen::Isometry3d measured_sole_in_base(const Robot& robot, Side side, const Leg
 /// way.
 Eigen::Isometry3d floor_under_sole(const Leg& leg, const Wrench& lagged);
 
+/// What is assumed to be at rest: the whole sole that carries more and lies flat, as on a planned walk, or
+/// the point of each sole where the ground's force acts, as on walks that roll over their feet and on slopes.
+enum class AtRest { sole, points };
+
 /// Follows the waist from one carrying sole to the next in the odometry's own world O with its floor at z =
 /// 0; O drifts from the true world as soles slip, because the sole that carries more is assumed to be at
 /// rest.
@@ -25,7 +29,8 @@ Eigen::Isometry3d floor_under_sole(const Leg& leg, const Wrench& lagged);
 class LegOdometry {
  public:
   /// X_OB: the waist at the first readings.
-  LegOdometry(const Robot& robot, const Eigen::Isometry3d& X_OB) : robot_(robot), X_OB_start_(X_OB) {}
+  LegOdometry(const Robot& robot, const Eigen::Isometry3d& X_OB, AtRest at_rest = AtRest::sole)
+      : robot_(robot), X_OB_start_(X_OB), at_rest_(at_rest) {}
 
   /// Adds the readings of a tick, of each one: the sole with the greater load carries from here on.
   void add(const SensorReadings& readings);
@@ -35,14 +40,19 @@ class LegOdometry {
     Eigen::Isometry3d X_OB = Eigen::Isometry3d::Identity();
     Eigen::Vector3d p_OS = Eigen::Vector3d::Zero();
   };
-  /// By the encoders at some time after the last add(), with its wrenches.
-  Motion motion(const JointVector& q) const;
+  /// By the encoders at dt_s after the last add(), with its wrenches and, for points, its gyro.
+  Motion motion(const JointVector& q, double dt_s = 0) const;
 
  private:
   Eigen::Isometry3d X_BS(Side side, const JointVector& q) const;
+  void follow_points(const SensorReadings& readings);
+  Motion turned(const JointVector& q, const Eigen::Vector3d& gyro, double dt_s) const;
 
   Robot robot_;
   Eigen::Isometry3d X_OB_start_, X_OS_ = Eigen::Isometry3d::Identity();  // X_OS_: of the sole that carries
+  AtRest at_rest_;
+  Eigen::Isometry3d X_OB_ = Eigen::Isometry3d::Identity();  // of the last readings, for points
+  SensorReadings last_;                                     // likewise
   bool started_ = false;
   Side carrying_ = Side::left;
   struct Wrenches {

@@ -1,0 +1,62 @@
+#include "walking/leg_odometry.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/walking/robots.h"
+#include "walking/kinematics.h"
+
+namespace walking {
+namespace {
+
+/// A robot in its start posture, with these loads, N, `ahead_m` before the point of each sole below the
+/// ankle.
+SensorReadings loaded(const Robot& robot, double left_n, double right_n, double ahead_m) {
+  SensorReadings readings;
+  readings.q = robot.posture;
+  readings.accelerometer.z() = kGravity;
+  readings.left.force.z() = left_n, readings.right.force.z() = right_n;
+  readings.left.torque.y() = -ahead_m * left_n, readings.right.torque.y() = -ahead_m * right_n;
+  return readings;
+}
+
+TEST(LegOdometry, ARobotThatRollsOverItsToesTurnsAboutThemIfPointsAreAtRest) {
+  const Robot robot = made_up_robot();
+  const Leg& leg = robot.leg(Side::left);
+  Eigen::Isometry3d X_OB = Eigen::Isometry3d::Identity();
+  X_OB.translation().z() = robot.base_height;
+  LegOdometry points(robot, X_OB, AtRest::points), soles(robot, X_OB);
+  const double toe = leg.sole_max.x();
+  SensorReadings readings = loaded(robot, 300, 0, toe);
+  points.add(readings), soles.add(readings);
+  readings.gyro.y() = 0.5;
+  for (int k = 0; k < 20; ++k) {
+    readings.accelerometer.setZero();  // does not correct the tilt
+    points.add(readings), soles.add(readings);
+  }
+  const Eigen::Vector3d p_BT =
+      sole_in_base(robot, Side::left, leg_angles(leg, readings.q)) * Eigen::Vector3d(toe, 0, 0);
+  const Eigen::AngleAxisd turn(0.5 * 20 * kPeriod, Eigen::Vector3d::UnitY());
+  const LegOdometry::Motion rolled = points.motion(readings.q);
+  EXPECT_LT((rolled.X_OB * p_BT - X_OB * p_BT).norm(), 1e-9);
+  EXPECT_LT((rolled.X_OB.linear() - turn.toRotationMatrix()).norm(), 1e-9);
+  EXPECT_LT((rolled.p_OS - X_OB * p_BT).norm(), 1e-9);
+  EXPECT_LT((soles.motion(readings.q).X_OB.linear() - X_OB.linear()).norm(), 0.02);
+}
+
+TEST(LegOdometry, BothFeetCountByTheirLoadAndALightOneDoesNot) {
+  const Robot robot = made_up_robot();
+  const auto ahead = [&](double left_n, double right_n) {
+    LegOdometry legs(robot, Eigen::Isometry3d::Identity(), AtRest::points);
+    SensorReadings readings = loaded(robot, left_n, right_n, 0);
+    legs.add(readings);
+    readings.q[robot.leg(Side::left).joints[3]] += 0.002;  // the left sole alone moves in the waist's axes
+    legs.add(readings);
+    return legs.motion(readings.q).X_OB.translation().norm();
+  };
+  EXPECT_GT(ahead(300, 0), 1e-4);
+  EXPECT_NEAR(ahead(300, 300), ahead(300, 0) / 2, 1e-9);
+  EXPECT_EQ(ahead(20, 480), 0);
+}
+
+}  // namespace
+}  // namespace walking
