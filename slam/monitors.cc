@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <opencv2/imgproc.hpp>
 
 #include "slam/vision/patch.h"
 
@@ -38,6 +39,17 @@ constexpr double kRecovered = 0.5;   // of a loss remains, since the images then
 bool is_finite(const PlannedMotion& plan) {
   return plan.X_PC.matrix().allFinite() && plan.v_PC_C.allFinite() && plan.w_PC_C.allFinite() &&
          plan.p_CF.allFinite();
+}
+
+/// Returns whether any patch of the image has the contrast of a template.
+bool has_texture(const cv::Mat& image) {
+  const cv::Size patch(kPatchSide, kPatchSide);
+  cv::Mat mean, squares;
+  cv::boxFilter(image, mean, CV_32F, patch);
+  cv::sqrBoxFilter(image, squares, CV_32F, patch);
+  double largest = 0;
+  cv::minMaxLoc(squares - mean.mul(mean), nullptr, &largest);
+  return largest >= kFlatContrast * kFlatContrast;
 }
 
 double length_s(const InertialSample& reading) { return seconds(reading.end - reading.begin); }
@@ -82,7 +94,7 @@ std::optional<ImageDefect> ImageCheck::defect(const cv::Mat& image, bool stands_
   image.copyTo(previous_);
   cv::Scalar mean, contrast;
   cv::meanStdDev(image, mean, contrast);
-  if (contrast[0] < kFlatContrast) return ImageDefect{"the image is flat", true};
+  if (contrast[0] < kFlatContrast && !has_texture(image)) return ImageDefect{"the image is flat", true};
   if (!frozen) return std::nullopt;
   return ImageDefect{"the image is the last one again", !stands_still || noisy_ >= kNoisyImages};
 }

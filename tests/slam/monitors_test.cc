@@ -140,6 +140,13 @@ TEST(ImageCheck, FlatImagesBlindAndRepeatedOnesUnlessTheCameraIsKnownToStandStil
   }
 }
 
+TEST(ImageCheck, AnImageOfLittleContrastIsNotFlatIfAPatchOfItCanBeTracked) {
+  cv::Mat image(240, 320, CV_8UC1, cv::Scalar(120));
+  EXPECT_TRUE(ImageCheck().defect(image, false).value().blinds);
+  image(cv::Rect(100, 80, 4, 4)) = 200;  // the whole image has a standard deviation of 1.2
+  EXPECT_FALSE(ImageCheck().defect(image, false));
+}
+
 TEST(ImageCheck, ARepeatedImageOfACameraWithNoiseBlindsAlsoIfItStandsStill) {
   ImageCheck check;
   for (std::uint64_t k = 0; k < 6; ++k) EXPECT_FALSE(check.defect(random_blocks(320, 1, k), true));
