@@ -121,6 +121,8 @@ Lidar::Hit Lidar::cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& alo
     const double found =
         model_->geom_type[geom] == mjGEOM_MESH
             ? mj_rayMesh(model_.get(), data_.get(), geom, origin.data(), along.data())
+        : model_->geom_type[geom] == mjGEOM_HFIELD
+            ? mj_rayHfield(model_.get(), data_.get(), geom, origin.data(), along.data())
             : mju_rayGeom(data_->geom_xpos + 3 * geom, data_->geom_xmat + 9 * geom,
                           model_->geom_size + 3 * geom, origin.data(), along.data(), model_->geom_type[geom]);
     if (found >= 0 && found < first.distance) first = {geom, found};
@@ -140,7 +142,8 @@ double Lidar::intensity(int geom, const Eigen::Vector3d& point, const Eigen::Vec
     };
     gray *= picture(texel(uv.y(), picture.rows), texel(uv.x(), picture.cols)) / 255.0;
   }
-  if (model_->geom_type[geom] == mjGEOM_MESH) return gray;  // as if it faced the lidar
+  if (const int type = model_->geom_type[geom]; type == mjGEOM_MESH || type == mjGEOM_HFIELD)
+    return gray;  // as if it faced the lidar
   return gray * std::abs(along.dot(X_WG.linear() * normal_at(*model_, geom, p_G)));
 }
 

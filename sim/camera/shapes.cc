@@ -33,11 +33,10 @@ Kind kind_of(const mjModel& model, int geom) {
   const auto found = std::ranges::find(kKinds, type, &std::pair<int, Kind>::first);
   if (found == std::end(kKinds)) {
     const char* const name = mj_id2name(&model, mjOBJ_GEOM, geom);
-    throw std::invalid_argument(
-        fmt::format("the geom {} is a {}, which cannot be drawn, expected a plane, box, sphere, cylinder, "
-                    "ellipsoid, capsule or mesh",
-                    name && *name ? fmt::format("'{}'", name) : fmt::format("{} from 0", geom),
-                    type == mjGEOM_HFIELD ? "height field" : "shape of another kind"));
+    throw std::invalid_argument(fmt::format(
+        "the geom {} is a {}, which cannot be drawn, expected a plane, box, sphere, cylinder, "
+        "ellipsoid, capsule, mesh or height field",
+        name && *name ? fmt::format("'{}'", name) : fmt::format("{} from 0", geom), "shape of another kind"));
   }
   return found->second;
 }
@@ -115,6 +114,33 @@ void add_capsule(GeomMesh& mesh, float radius, float half) {
 }
 
 bool is_mesh(const mjModel& model, int geom) { return model.geom_type[geom] == mjGEOM_MESH; }
+bool has_triangles(const mjModel& model, int geom) {
+  return is_mesh(model, geom) || model.geom_type[geom] == mjGEOM_HFIELD;
+}
+
+// Two triangles for each cell, as MuJoCo's contacts and rays have them; a vertex has the normal of its face.
+void add_height_field(GeomMesh& mesh, const mjModel& model, int field) {
+  const int rows = model.hfield_nrow[field], columns = model.hfield_ncol[field];
+  const Vector3f size = Eigen::Map<const Eigen::Vector3d>(model.hfield_size + 4 * field).cast<float>();
+  const float* const data = model.hfield_data + model.hfield_adr[field];
+  const auto point = [&](int row, int column) {
+    return Vector3f(size.x() * (2 * float(column) / float(columns - 1) - 1),
+                    size.y() * (2 * float(row) / float(rows - 1) - 1),
+                    size.z() * data[row * columns + column]);
+  };
+  for (int row = 0; row + 1 < rows; ++row)
+    for (int column = 0; column + 1 < columns; ++column) {
+      const Vector3f a = point(row, column), b = point(row, column + 1), c = point(row + 1, column + 1),
+                     d = point(row + 1, column);
+      for (const std::array<Vector3f, 3>& face : {std::array{a, b, c}, std::array{a, c, d}}) {
+        const Vector3f normal = (face[1] - face[0]).cross(face[2] - face[0]).normalized();
+        for (const Vector3f& p : face) {
+          mesh.indices.push_back(std::uint32_t(mesh.vertices.size()));
+          mesh.vertices.push_back({p, normal});
+        }
+      }
+    }
+}
 
 // Flat faces: a vertex has the normal of its face.
 void add_mesh(GeomMesh& to, const mjModel& model, int mesh) {
@@ -178,7 +204,8 @@ GeomMesh geom_mesh(const mjModel& model, int geom) {
     add_mesh(mesh, model, model.geom_dataid[geom]);
     if (model.mesh_texcoordadr[model.geom_dataid[geom]] >= 0) return mesh;
   }
-  const Kind kind = is_mesh(model, geom) ? Kind::triangle : kind_of(model, geom);
+  if (model.geom_type[geom] == mjGEOM_HFIELD) add_height_field(mesh, model, model.geom_dataid[geom]);
+  const Kind kind = has_triangles(model, geom) ? Kind::triangle : kind_of(model, geom);
   if (kind == Kind::plane)
     add_quad(mesh, Vector3f::Zero(), size.x() * Vector3f::UnitX(), size.y() * Vector3f::UnitY());
   if (kind == Kind::box) add_box(mesh, size);
@@ -249,7 +276,7 @@ Vector3f Lamps::lit(const Paint& paint, const Vector3f& normal_W, float share) c
 
 void require_drawable(const mjModel& model) {
   for (int geom = 0; geom < model.ngeom; ++geom)
-    if (is_drawn(model, geom, Robot::whole) && !is_mesh(model, geom)) kind_of(model, geom);
+    if (is_drawn(model, geom, Robot::whole) && !has_triangles(model, geom)) kind_of(model, geom);
   room_surfaces(model);
   const Lamps lamps(model);
   for (int texture = 0; texture < model.ntex; ++texture) {
@@ -270,8 +297,8 @@ std::vector<score::Surface> room_surfaces(const mjModel& model) {
   std::vector<score::Surface> surfaces;
   for (int geom = 0; geom < model.ngeom; ++geom)
     if (!moves(model, geom) && model.geom_group[geom] == 0)
-      is_mesh(model, geom) ? add_triangles(surfaces, model, *data, geom)
-                           : surfaces.push_back(primitive(model, *data, geom));
+      has_triangles(model, geom) ? add_triangles(surfaces, model, *data, geom)
+                                 : surfaces.push_back(primitive(model, *data, geom));
   return surfaces;
 }
 

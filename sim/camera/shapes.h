@@ -27,8 +27,8 @@ struct GeomMesh {
 
 /// Returns the triangles of a geom. Planes only have a front; round shapes are 20-sided. A picture covers a
 /// shape's extent along x and y once or texrepeat times, upper left at (-x, +y): well mapped on planes and on
-/// two faces of a box; on meshes by their own coordinates if they have some. Throws std::invalid_argument for
-/// height fields.
+/// two faces of a box; on meshes by their own coordinates if they have some. A height field has its upper
+/// side only.
 GeomMesh geom_mesh(const mjModel& model, int geom);
 
 /// Returns the point of a geom's picture (GeomMesh::Vertex::uv) at a point of its surface in its own axes.
@@ -81,7 +81,7 @@ class Lamps {
 void require_drawable(const mjModel& model);
 
 /// Returns all surfaces of the model that are drawn and never move: the room without the robot. Throws
-/// std::invalid_argument for a height field or an infinite plane. Meshes become triangles.
+/// std::invalid_argument for an infinite plane. Meshes and height fields become triangles.
 std::vector<score::Surface> room_surfaces(const mjModel& model);
 
 }  // namespace sim::camera

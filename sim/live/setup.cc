@@ -54,15 +54,25 @@ std::vector<physics::FloorWave> floor(std::uint64_t seed, double sigma) {
 walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const physics::Models& models) {
   const scenario::Scenario& s = read.scenario;
   walking::PatternGenerator plan(models.robot, s.walk, physics::nominal_body(copy_of(models.on_floor)));
+  const auto place = [&](int number) -> std::pair<scenario::Yaml, std::string> {
+    const auto command = static_cast<std::size_t>(number);
+    const auto word = std::visit([](const auto& c) { return c.kName; }, s.walk.commands[command]);
+    scenario::Yaml at = scenario::place_of(read, "");
+    if (command < read.command_origins.size()) at.origin = read.command_origins[command];
+    return {at, fmt::format("walk.commands[{}]: {}", command, word)};
+  };
+  if (const auto step = physics::first_uneven_step(plan, models.on_floor))
+    fail(place(step->command).first, place(step->command).second,
+         fmt::format("at {:.2f} s the {} sole is planned onto {} at ({:.2f}, {:.2f}, {:.3f}) m of world.room "
+                     "{}; expected a floor at z = 0 under each footstep of the pattern generator",
+                     step->t_s, step->left ? "left" : "right",
+                     step->geom.empty() ? "a shape" : fmt::format("'{}'", step->geom), step->p_W.x(),
+                     step->p_W.y(), step->p_W.z(), s.world.room));
   if (result::is_allowed(s, scenario::Ending::collided)) return plan;
   const auto found = physics::first_collision(plan, copy_of(models.in_room));
   if (!found) return plan;
-  const auto command = static_cast<std::size_t>(found->command);
-  const auto word = std::visit([](const auto& c) { return c.kName; }, s.walk.commands[command]);
   const Eigen::Vector3d& p = found->p_W;
-  scenario::Yaml at = scenario::place_of(read, "");
-  if (command < read.command_origins.size()) at.origin = read.command_origins[command];
-  fail(at, fmt::format("walk.commands[{}]: {}", command, word),
+  fail(place(found->command).first, place(found->command).second,
        fmt::format(
            "at {:.2f} s the planned {} is within {} m of {}, at ({:.2f}, {:.2f}, {:.2f}) m in world.room "
            "{}; expected a walk clear of it, or limits.ending with collided",

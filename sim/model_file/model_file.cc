@@ -167,6 +167,7 @@ class Reader {
   }
 
   ModelFile read_room() {
+    mark_floors(section("worldbody"), "");
     Element& world = apply_all_classes();
     flatten(world);
     clean(world);
@@ -175,9 +176,11 @@ class Reader {
     ModelFile room = finished();
     const Element* const shapes = room.root.child("worldbody");
     if (!shapes || std::ranges::none_of(shapes->children, [](const Element& each) {
-          return each.name == "geom" && each.get("name") == "floor" && each.get("type") == "plane";
+          return each.name == "geom" &&
+                 (is_floor(each) || (each.get("name") == "floor" && each.get("type") == "plane"));
         }))
-      reject(at, "", "has no plane named 'floor', expected what the robot walks on");
+      reject(at, "",
+             "has no plane named 'floor' and no shape of class floor, expected what the robot walks on");
     return room;
   }
 
@@ -187,6 +190,16 @@ class Reader {
   }
   std::string prefix() const { return room_ ? "" : kPrefix; }
   void note(Fate fate, string_view what, const Element& where) { add_note(notes_, fate, what, where); }
+
+  /// Geoms of class floor get the bits of contacts by which is_floor() knows them.
+  static void mark_floors(Element& parent, const std::string& childclass) {
+    for (Element& child : parent.children) {
+      const std::string own = child.get(child.name == "geom" ? "class" : "childclass");
+      if (child.name == "body" || child.name == "frame") mark_floors(child, own.empty() ? childclass : own);
+      if (child.name != "geom" || (own.empty() ? childclass : own) != "floor") continue;
+      for (const char* bits : {"contype", "conaffinity"}) child.set(bits, std::to_string(kSteppedBits));
+    }
+  }
 
   Element& apply_all_classes() {
     classes_.add(section("default"), "");
@@ -611,6 +624,8 @@ Reader reader_of(const fs::path& file, const Schema& schema, bool room) {
 ModelFile read_model(const fs::path& file, const Schema& schema, const Parts& parts) {
   return reader_of(file, schema, false).read(parts);
 }
+
+bool is_floor(const Element& geom) { return geom.get("contype") == std::to_string(kSteppedBits); }
 
 ModelFile read_room(const fs::path& file, const Schema& schema) {
   return reader_of(file, schema, true).read_room();

@@ -63,6 +63,11 @@ ModelFile read_model(const std::filesystem::path& file, const Schema& schema, co
 /// named "floor". Names of assets stay. Throws FileError.
 ModelFile read_room(const std::filesystem::path& file, const Schema& schema);
 
+/// Bits of contacts of a room's geoms of class floor: that of soles, and one that only they have.
+inline constexpr int kSteppedBits = 9;
+/// Returns whether a geom of a room that was read is of class floor.
+bool is_floor(const Element& geom);
+
 /// Returns a model's file, the existing files that it includes, and those of its assets. Throws
 /// FileError.
 std::vector<std::filesystem::path> files_of(const std::filesystem::path& file);

@@ -16,7 +16,22 @@
 namespace sim::physics {
 namespace {
 
+using model_file::Element;
+
 constexpr double kMassError = 1e-6;  // of rounding
+
+/// Removes all but shapes of class floor. Returns whether a plane or height field is among the rest.
+bool keep_floors(Element& parent) {
+  bool wide = false;
+  std::erase_if(parent.children, [&](Element& child) {
+    if (child.name == "body") wide |= keep_floors(child);
+    const bool kept =
+        child.name == "body" ? !child.children.empty() : child.name == "geom" && model_file::is_floor(child);
+    wide |= kept && (child.get("type") == "plane" || child.get("type") == "hfield");
+    return !kept;
+  });
+  return wide;
+}
 
 std::array<char, 1000> last_warning{};
 
@@ -55,12 +70,20 @@ std::filesystem::path room_file(const std::string& room, const std::filesystem::
 Model load_model(const RobotFile& robot, const std::string& room, const std::filesystem::path& models,
                  Shapes shapes) {
   const std::filesystem::path file = room_file(room, models);
-  const model_file::ModelFile mine = adapt(robot), around = read_room(file, schema());
-  model_file::Element whole = mine.root;
+  const model_file::ModelFile mine = adapt(robot);
+  std::vector<model_file::ModelFile> parts{mine, read_room(file, schema())};
+  Element whole = mine.root;
   whole.children.clear();
-  if (shapes == Shapes::colliding) whole.add("compiler", {{"discardvisual", "true"}});
-  for (const model_file::ModelFile* part : {&mine, &around})
-    whole.children.insert(whole.children.end(), part->root.children.begin(), part->root.children.end());
+  if (shapes == Shapes::floor) {
+    whole.add("compiler", {{"discardvisual", "true"}});
+    Element& world = *std::ranges::find(parts[1].root.children, "worldbody", &Element::name);
+    const bool wide = keep_floors(world);
+    const bool none = world.children.empty();
+    if (!wide) parts.insert(parts.begin() + 1, read_room(room_file(kPhysicalRoom, models), schema()));
+    if (none) parts.pop_back();
+  }
+  for (const model_file::ModelFile& part : parts)
+    whole.children.insert(whole.children.end(), part.root.children.begin(), part.root.children.end());
   Model model = load_mjcf(
       to_xml(whole), fmt::format("the robot {} in {}", (robot.folder / robot.model).string(), file.string()));
   const double loaded = model->body_subtreemass[model->jnt_bodyid[0]];  // without the room

@@ -19,11 +19,13 @@ using Model = std::unique_ptr<mjModel_, Free>;
 using Data = std::unique_ptr<mjData_, Free>;
 
 /// The room of the physics, a bare floor: the shapes of a furnished one would cost time at each step. Whether
-/// the robot touches them is looked for apart (clearance.h).
+/// the robot touches them is looked for apart (clearance.h). A room's geoms of class floor are added, or
+/// replace it if a plane or height field is among them.
 inline constexpr char kPhysicalRoom[] = "floor";
 
-/// Which of the models' shapes are kept: all that can be seen, or only what can be touched (faster to step).
-enum class Shapes { all, colliding };
+/// Which of the models' shapes are kept: all that can be seen, or only the robot's that can touch something
+/// and the room's floor (faster to step).
+enum class Shapes { all, floor };
 
 /// Loads MJCF. Throws std::runtime_error "<from> does not load: " and the library's message. From the first
 /// call on, an error inside MuJoCo prints one line on stderr and ends the process with code 3, and warnings

@@ -212,7 +212,7 @@ class RobotReader {
 Robot read_robot(const mjModel& model, const RobotFile& file) { return RobotReader(model, file).read(); }
 
 Models::Models(const RobotFile& file, const std::string& room, const std::filesystem::path& folder)
-    : on_floor(load_model(file, kPhysicalRoom, folder, Shapes::colliding)),
+    : on_floor(load_model(file, room, folder, Shapes::floor)),
       in_room(load_model(file, room, folder)),
       robot(read_robot(*on_floor, file)),
       has_force_sensors(file.feet[0].force_sensor && file.feet[1].force_sensor) {}

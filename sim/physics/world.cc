@@ -45,7 +45,7 @@ Eigen::Vector3d vector(const mjtNum* numbers) { return Eigen::Vector3d(numbers[0
 }  // namespace
 
 Soles::Soles(mjModel& model, double friction, std::vector<FloorPatch> patches, std::vector<FloorWave> waves)
-    : friction_(friction), patches_(std::move(patches)), waves_(std::move(waves)) {
+    : floor_(model), friction_(friction), patches_(std::move(patches)), waves_(std::move(waves)) {
   for (std::size_t foot = 0; foot < 2; ++foot)
     for (const int geom : contacts(model, model.site_bodyid[sole_site(model, foot)]))
       pads_.push_back({geom, static_cast<int>(foot), model.geom_pos[3 * geom + 2]});
@@ -53,10 +53,11 @@ Soles::Soles(mjModel& model, double friction, std::vector<FloorPatch> patches, s
 }
 
 void Soles::apply_floor(mjModel& model, const mjData& data) const {
-  if (patches_.empty() && waves_.empty()) return;
+  if (patches_.empty() && waves_.empty() && floor_.is_plain()) return;
   for (const Pad& pad : pads_) {
     const Eigen::Vector2d place = horizontal(data.geom_xpos + 3 * pad.geom);
-    model.geom_friction[3 * pad.geom] = friction_at(place, friction_, patches_);
+    model.geom_friction[3 * pad.geom] =
+        friction_at(place, friction_, patches_) * floor_.friction(data, place);
     model.geom_pos[3 * pad.geom + 2] = pad.z - height_at(place, waves_);
   }
 }
@@ -67,7 +68,8 @@ double Soles::lowest_pad(const mjModel& model, const mjData& data) const {
     const Eigen::RowVector3d up = geom_pose(data, pad.geom).linear().row(2).cwiseAbs();
     const bool sphere = model.geom_type[pad.geom] == mjGEOM_SPHERE;
     const double half = sphere ? model.geom_size[3 * pad.geom] : up.dot(half_extents(model, pad.geom));
-    lowest = std::min(lowest, data.geom_xpos[3 * pad.geom + 2] - half);
+    const mjtNum* const p = data.geom_xpos + 3 * pad.geom;
+    lowest = std::min(lowest, p[2] - half - floor_.height(data, horizontal(p)));
   }
   return lowest;
 }
@@ -318,7 +320,10 @@ Status World::check() const {
   if (std::any_of(data_->contact, data_->contact + data_->ncon, between_feet))
     return {Condition::collided, "one foot touched the other"};
   const Eigen::Isometry3d X = X_WB();
-  if (X.translation().z() < kFallen * robot_.base_height || X.linear()(2, 2) < std::cos(kFallenTilt))
+  double below = 0;  // the floor under the feet
+  for (const int sole : ids_.sole)
+    below += soles_.floor().height(*data_, horizontal(data_->site_xpos + 3 * sole)) / 2;
+  if (X.translation().z() - below < kFallen * robot_.base_height || X.linear()(2, 2) < std::cos(kFallenTilt))
     return {Condition::fell, fall_text(X)};
   return {};
 }

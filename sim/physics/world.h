@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "sim/physics/clearance.h"
+#include "sim/physics/floor.h"
 #include "sim/physics/leg_loads.h"
 #include "sim/physics/options.h"
 #include "sim/physics/robot.h"
@@ -26,11 +27,13 @@ class Soles {
   /// Finds the pads: geoms of the feet that touch the floor.
   Soles(mjModel_& model, double friction, std::vector<FloorPatch> patches, std::vector<FloorWave> waves);
 
-  /// Gives each pad the friction and the height of the floor below it: the floor of the simulator is a plane,
-  /// a pad over a bump is longer by its height. The bumps' slopes (below 1 %) are neglected.
+  /// Gives each pad the friction and the unevenness of the floor below it: a pad over a bump is longer by its
+  /// height. The slopes of these bumps (below 1 %) are neglected.
   void apply_floor(mjModel_& model, const mjData_& data) const;
 
-  /// Height of the lowest pad above the plane, m.
+  const Floor& floor() const { return floor_; }
+
+  /// Height of the lowest pad above the floor, m.
   double lowest_pad(const mjModel_& model, const mjData_& data) const;
 
   /// Adds load and creep of this step; call it once the step's contact forces have been computed.
@@ -46,6 +49,7 @@ class Soles {
   };
   void add_contact_forces(const mjModel_& model, const mjData_& data, std::size_t foot);
 
+  Floor floor_;
   std::vector<Pad> pads_;
   double friction_;
   std::vector<FloorPatch> patches_;

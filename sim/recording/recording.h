@@ -32,7 +32,7 @@ struct TruePoses {
   slam::Stamp t{0};
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();  ///< camera
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();  ///< waist
-  Eigen::Isometry3d X_PB = Eigen::Isometry3d::Identity();  ///< waist as planned
+  std::optional<Eigen::Isometry3d> X_PB = {};              ///< waist as planned; absent without a plan
   std::optional<Eigen::Isometry3d> X_WB_desired = {};      ///< of the commanded path, in a steered walk
 };
 

@@ -178,7 +178,7 @@ void RecordingWriter::add(const BodyReading& reading) {
 void RecordingWriter::add(const TruePoses& poses) {
   files_->truth.camera.add(poses.t, "," + files::csv_fields(poses.X_WC));
   files_->truth.waist.add(poses.t, "," + files::csv_fields(poses.X_WB));
-  files_->truth.planned_waist.add(poses.t, "," + files::csv_fields(poses.X_PB));
+  if (poses.X_PB) files_->truth.planned_waist.add(poses.t, "," + files::csv_fields(*poses.X_PB));
   if (!poses.X_WB_desired) return;
   if (!files_->truth.desired_waist) files_->truth.desired_waist.emplace(files_->folder, kDesiredWaist);
   files_->truth.desired_waist->add(poses.t, "," + files::csv_fields(*poses.X_WB_desired));

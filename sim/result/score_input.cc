@@ -111,7 +111,7 @@ std::optional<double> torque_limited(const std::vector<score::TrueFeet>& feet) {
 }
 
 std::vector<score::FootRow> feet(const recording::Truth& truth) {
-  if (truth.feet.empty() || truth.waist.empty()) return {};
+  if (truth.feet.empty() || truth.waist.empty() || truth.waist_plan.empty()) return {};
   return score::decompose_drift(truth.feet, weight(truth.feet), score::ground_pose(truth.waist.back().X),
                                 score::ground_pose(truth.waist_plan.back().X));
 }

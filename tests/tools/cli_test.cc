@@ -128,7 +128,7 @@ TEST_F(Cli, CheckRejectsWhatARunRejectsAtItsStart) {
                     floor = "<geom name='floor' type='plane' size='9 9 1'/>";
   const auto room = [&](const std::string& name, const std::string& world) {
     write("rooms/" + name + ".xml",
-          "<mujoco><asset><hfield name='h' nrow='2' ncol='2' size='1 1 1 1'/>"
+          "<mujoco><default><default class='floor'/></default><asset>"
           "<texture type='2d' name='desk_1' builtin='checker' width='4' height='4' rgb2='1 1 1'/></asset>"
           "<worldbody>" +
               world + "</worldbody></mujoco>");
@@ -136,9 +136,8 @@ TEST_F(Cli, CheckRejectsWhatARunRejectsAtItsStart) {
   };
   const std::string stand = scenario_of("{stand: {duration_s: 0.2}}", "rate_hz: 10");
   for (const auto& [keys, complaint] : std::vector<std::pair<std::string, std::string>>{
-           {room("hill", light + floor + "<geom name='hill' type='hfield' hfield='h' pos='5 5 0'/>"),
-            "bad.yaml:4:9: world.room: the geom 'hill' is a height field, which cannot be drawn, expected a "
-            "plane"},
+           {room("hill", light + floor + "<geom name='hill' class='floor' type='box' size='1 1 .01'/>"),
+            "walk.commands[0]: stand: at 0.00 s the left sole is planned onto 'hill' at ("},
            {room("cart", light + floor + "<body><joint/><geom size='1'/></body>"),
             "rooms/cart.xml:1: joint: is in a room, expected shapes that do not move"},
            {room("bare", light), "rooms/bare.xml:1: worldbody: has no plane named 'floor'"},

@@ -94,10 +94,20 @@ TEST(GeomMesh, APictureCoversAPlaneOnceOrAsOftenAsItsMaterialRepeatsIt) {
   EXPECT_EQ(uv_at("often", 2, -0.5f) - uv_at("often", 2, 0.5f), Vector2f(0, 2));
 }
 
-TEST(GeomMesh, AHeightFieldIsRefused) {
-  EXPECT_THROW(
-      mesh_of("<geom type='hfield' hfield='h'/>", "<hfield name='h' nrow='2' ncol='2' size='1 1 1 1'/>"),
-      std::invalid_argument);
+TEST(RoomSurfaces, AHeightFieldIsWhereMuJoCosRaysMeetIt) {
+  const physics::Model model = physics::load_model(physics::robot_file(), "yard", physics::models());
+  const physics::Data data = data_at_rest(*model);
+  const int ground = physics::part(*model, mjOBJ_GEOM, "ground");
+  const std::vector<score::Surface> all = room_surfaces(*model);
+  double lowest = 1, highest = -1;
+  for (int k = 0; k < 200; ++k) {
+    const Eigen::Vector3d from(-1 + 0.021 * k, 1.5 * std::sin(k), 0.5), down(0, 0, -1);
+    const double distance = mj_rayHfield(model.get(), data.get(), ground, from.data(), down.data());
+    EXPECT_NEAR(score::first_hit(all, from, down).value(), distance, 1e-6) << k;
+    lowest = std::min(lowest, 0.5 - distance), highest = std::max(highest, 0.5 - distance);
+  }
+  EXPECT_GT(highest - lowest, 0.02);
+  EXPECT_GT(highest, 0);
 }
 
 const std::string kHeadlight =

@@ -400,6 +400,28 @@ TEST(Soles, SlideWhereTheFloorIsSlippery) {
   EXPECT_GT(wet.X_WL().translation().x() - 0.0095, 0.02);
 }
 
+// 0.3 m lower the waist of a standing robot is where it would have fallen on z = 0.
+TEST(World, StandsOnTheRoomsOwnFloorWithItsFrictionWhereverThatIs) {
+  const files::TemporaryFolder folder;
+  files::write_text(
+      folder / "low.xml",
+      "<mujoco><default><default class='floor'><geom friction='0.5 0.005 0.0001'/></default>"
+      "</default><worldbody><geom name='hall' type='plane' size='9 9 1' class='floor' "
+      "pos='0 0 -0.3'/><geom name='mat' class='floor' type='box' size='1 1 0.01' pos='2 0 -0.3'/>"
+      "</worldbody></mujoco>");
+  const std::string room = (folder / "low.xml").string();
+  World world = standing({}, Eigen::Isometry3d::Identity(), {}, room.c_str());
+  run(world, 500);
+  EXPECT_EQ(world.status().condition, Condition::ok) << world.status().cause;
+  EXPECT_NEAR(world.X_WL().translation().z(), -0.3, 0.01);
+  const int pad =
+      contacts(*world.model(), world.model()->site_bodyid[part(*world.model(), mjOBJ_SITE, "left_sole")])[0];
+  EXPECT_NEAR(world.model()->geom_friction[3 * pad], 0.5 * kFloorFriction, 1e-12);
+  const Floor floor(*world.model());
+  EXPECT_NEAR(floor.height(*world.data(), {2, 0}), -0.29, 1e-9);
+  EXPECT_EQ(floor.solids(), 1u);
+}
+
 TEST(Soles, StandOnTheFloorsHeight) {
   PlantVariation draw;
   draw.floor = {{0.004, Vector2d(0, 2), 0}};  // 4 mm cos(2 y): even in x

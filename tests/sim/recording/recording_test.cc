@@ -187,7 +187,7 @@ TEST(Recording, TruthComesBackBitForBit) {
     EXPECT_EQ(truth.camera.at(i).t, recorded.poses[i].t);
     EXPECT_EQ(truth.camera[i].X.matrix(), recorded.poses[i].X_WC.matrix());
     EXPECT_EQ(truth.waist.at(i).X.matrix(), recorded.poses[i].X_WB.matrix());
-    EXPECT_EQ(truth.waist_plan.at(i).X.matrix(), recorded.poses[i].X_PB.matrix());
+    EXPECT_EQ(truth.waist_plan.at(i).X.matrix(), recorded.poses[i].X_PB.value().matrix());
     EXPECT_EQ(truth.waist_desired.at(i).X.matrix(), recorded.poses[i].X_WB_desired->matrix());
   }
   ASSERT_EQ(truth.surfaces.size(), 1u);

@@ -1,8 +1,13 @@
+#include <fmt/format.h>
 #include <mujoco/mujoco.h>
+
+#include <iostream>
 
 #include "sim/live/robot_check.h"
 #include "sim/live/run.h"
 #include "sim/physics/first_robot_file.h"
+#include "sim/physics/floor.h"
+#include "sim/scenario/robot.h"
 #include "tools/cli/shared/live.h"
 
 namespace cli {
@@ -16,7 +21,17 @@ void require_simulator() {}
 
 std::optional<walking::PatternGenerator> check_start(const scenario::ReadScenario& read,
                                                      const fs::path& models) {
-  return live::check(read, models);
+  const auto plan = live::check(read, models);
+  const std::string& room = read.scenario.world.room;
+  const physics::Model on_floor =
+      physics::load_model(scenario::read_robot(read.scenario), room, models, physics::Shapes::floor);
+  if (const std::size_t solids = physics::Floor(*on_floor).solids(); solids > physics::kMostSolids)
+    std::cerr << fmt::format(
+        "warning: world.room: the robot steps on {} shapes of {}, which makes the physics slow; expected a "
+        "height "
+        "field instead of more than {}\n",
+        solids, room, physics::kMostSolids);
+  return plan;
 }
 
 bool check_robot(const fs::path& folder, const std::function<void(const std::string&)>& print) {

@@ -1,0 +1,92 @@
+#include "sim/physics/floor.h"
+
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+
+namespace sim::physics {
+namespace {
+
+constexpr double kAbove = 100;     // m: above every floor
+constexpr double kUneven = 0.001;  // m from z = 0
+constexpr int kPlaces = 5;         // of a sole, along each side
+
+}  // namespace
+
+Floor::Floor(const mjModel& on_floor) : model_(on_floor) {
+  for (int geom = 0; geom < model_.ngeom; ++geom)
+    if (model_.body_weldid[model_.geom_bodyid[geom]] == 0) geoms_.push_back(geom);
+  if (geoms_.size() != 1) return;
+  const int geom = geoms_[0];
+  const mjtNum* const q = model_.geom_quat + 4 * geom;
+  plain_ = model_.geom_type[geom] == mjGEOM_PLANE && model_.geom_bodyid[geom] == 0 &&
+           model_.geom_pos[3 * geom + 2] == 0 && q[1] == 0 && q[2] == 0 &&
+           model_.geom_friction[3 * geom] == 1;
+}
+
+std::optional<FloorPoint> Floor::at(const mjData& data, const Eigen::Vector2d& p_W) const {
+  const mjtNum from[3] = {p_W.x(), p_W.y(), kAbove}, down[3] = {0, 0, -1};
+  std::optional<FloorPoint> highest;
+  for (const int geom : geoms_) {
+    const int type = model_.geom_type[geom];
+    const double distance = type == mjGEOM_HFIELD ? mj_rayHfield(&model_, &data, geom, from, down)
+                            : type == mjGEOM_MESH
+                                ? mj_rayMesh(&model_, &data, geom, from, down)
+                                : mju_rayGeom(data.geom_xpos + 3 * geom, data.geom_xmat + 9 * geom,
+                                              model_.geom_size + 3 * geom, from, down, type);
+    if (distance >= 0 && (!highest || kAbove - distance > highest->z)) highest = {kAbove - distance, geom};
+  }
+  return highest;
+}
+
+double Floor::height(const mjData& data, const Eigen::Vector2d& p_W) const {
+  return plain_ ? 0 : at(data, p_W).value_or(FloorPoint{}).z;
+}
+
+double Floor::friction(const mjData& data, const Eigen::Vector2d& p_W) const {
+  const auto found = plain_ ? std::nullopt : at(data, p_W);
+  return found ? model_.geom_friction[3 * found->geom] : 1;
+}
+
+std::size_t Floor::solids() const {
+  return static_cast<std::size_t>(std::ranges::count_if(geoms_, [this](int geom) {
+    return model_.geom_type[geom] != mjGEOM_PLANE && model_.geom_type[geom] != mjGEOM_HFIELD;
+  }));
+}
+
+std::optional<UnevenStep> first_uneven_step(walking::PatternGenerator plan, const Model& on_floor) {
+  const Floor floor(*on_floor);
+  if (floor.is_plain()) return std::nullopt;
+  const Data data(mj_makeData(on_floor.get()));
+  mj_kinematics(on_floor.get(), data.get());
+  std::array<Eigen::Isometry3d, 2> stood{};
+  for (std::size_t tick = 0; tick < plan.ticks(); ++tick) {
+    const walking::Reference reference = plan.next();
+    for (const walking::Side side : {walking::Side::left, walking::Side::right}) {
+      const bool left = side == walking::Side::left;
+      const Eigen::Isometry3d& X = left ? reference.X_PL : reference.X_PR;
+      Eigen::Isometry3d& before = stood[left ? 0 : 1];
+      if (reference.support == (left ? walking::Support::right : walking::Support::left) ||
+          (tick > 0 && X.isApprox(before, 1e-9)))
+        continue;
+      before = X;
+      const walking::Leg& leg = plan.robot().leg(side);
+      for (int i = 0; i < kPlaces * kPlaces; ++i) {
+        const Eigen::Array2d part(i % kPlaces / (kPlaces - 1.0), i / kPlaces / (kPlaces - 1.0));
+        const Eigen::Vector2d in_sole = leg.sole_min.array() + part * (leg.sole_max - leg.sole_min).array();
+        const Eigen::Vector2d place = (X * Eigen::Vector3d(in_sole.x(), in_sole.y(), 0)).head<2>();
+        const auto found = floor.at(*data, place);
+        if (found && std::abs(found->z) <= kUneven) continue;
+        const char* const name = found ? mj_id2name(on_floor.get(), mjOBJ_GEOM, found->geom) : "";
+        return UnevenStep{reference.t_s,
+                          reference.command,
+                          left,
+                          name ? name : "",
+                          {place.x(), place.y(), found ? found->z : 0}};
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace sim::physics
