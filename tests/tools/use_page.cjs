@@ -1,6 +1,8 @@
 // Uses a page in headless Chromium and prints the findings as one JSON object.
 // Usage: node use_page.cjs live|playback|keys|values|compare|watch|picture URL PROFILE_FOLDER [SECONDS [PICTURE [WIDTH HEIGHT [light|dark]]]]
 //        node use_page.cjs report PAGE_OF_SEVERAL_RUNS.html PROFILE_FOLDER
+//        node use_page.cjs audit URL_OR_PAGE PROFILE_FOLDER FOLDER_OF_NODE_MODULES
+const fs = require('fs');
 const path = require('path');
 const {say} = require('./browser.cjs');
 
@@ -309,6 +311,20 @@ async function useReport(browser, page) {
   return {keyboard, map: await moveTime(browser), pointed: await point(browser), phone: await browser.phoneWidth(), print: await print(browser)};
 }
 
+// Serious findings of axe-core by day and by night, and the width on the narrowest phone. folder: contains node_modules.
+async function audit(browser, page, folder) {
+  const axe = fs.readFileSync(path.join(folder, 'node_modules/axe-core/axe.min.js'), 'utf8'), found = {findings: []};
+  for (const theme of ['light', 'dark']) {
+    await browser.open(page.startsWith('http') ? page : 'file://' + path.resolve(page), page.startsWith('http') ? kReady : `document.readyState === 'complete'`, {theme});
+    await browser.value(`${axe};0`);
+    found.findings.push(...await browser.value(`axe.run().then(({violations}) => violations.filter(({impact}) => ['serious', 'critical'].includes(impact))
+      .map(({id, nodes}) => '${theme}: ' + id + ': ' + nodes[0].html.slice(0, 200)))`, true));
+  }
+  await browser.send('Emulation.setDeviceMetricsOverride', {width: 360, height: 740, deviceScaleFactor: 1, mobile: false});
+  await browser.rest(500);
+  return {...found, width: await browser.value('document.documentElement.scrollWidth')};
+}
+
 const [what, url, profile, ...more] = process.argv.slice(2);
-const uses = {live: useLive, playback: usePlayback, keys: useKeys, values: readValues, compare, watch, picture, report: useReport};
+const uses = {live: useLive, playback: usePlayback, keys: useKeys, values: readValues, compare, watch, picture, report: useReport, audit};
 say(profile, (browser) => uses[what](browser, url, ...more));
