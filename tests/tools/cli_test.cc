@@ -147,7 +147,7 @@ TEST_F(Cli, CheckRejectsWhatARunRejectsAtItsStart) {
             "bad.yaml:4:9: world.room: a lamp is not"},
            {room("endless", light + "<geom name='floor' type='plane' size='0 0 1'/>"),
             "world.room: a room's planes"},
-           {"world: {room: attic}\n", "world.room: is 'attic', expected one of"},
+           {"world: {room: attic}\n", "world.room: is 'attic', expected one of floor, hall, office, office_ramp, yard"},
            {"estimator: {program: [./none]}\n",
             "the program ./none cannot be started: No such file or directory"},
            {"estimator: {program: [no_such_program]}\n",

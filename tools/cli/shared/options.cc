@@ -112,20 +112,17 @@ void print_view(const std::string& url) {
   (output() == Output::text ? std::cout : std::cerr) << "view at " << url << std::endl;
 }
 
-// A room is part of no other model.
+// A room has shapes; what rooms share has none.
 void require_models(const scenario::ReadScenario& read, const fs::path& models) {
   std::set<std::string> robots, rooms;
-  std::string texts;
   std::error_code fault;
   for (const auto& entry : fs::directory_iterator(models, fault)) {
     if (entry.path().extension() != ".xml") continue;
-    rooms.insert(entry.path().stem());
-    texts += files::read_text(entry.path());
+    const std::string text = files::read_text(entry.path());
+    if (text.find("<geom", std::min(text.size(), text.find("<worldbody"))) != text.npos)
+      rooms.insert(entry.path().stem());
   }
-  std::erase_if(rooms, [&](const std::string& name) {
-    return texts.find(fmt::format("<include file=\"{}.xml\"", name)) != texts.npos;
-  });
-  if (texts.empty()) throw files::FileError(models, "has no models");
+  if (rooms.empty()) throw files::FileError(models, "has no models");
   const fs::path robot = scenario::robot_folder(read.scenario.world.robot);
   for (const auto& entry : fs::directory_iterator(robot.parent_path(), fault))
     if (fs::exists(entry.path() / "robot.yaml", fault)) robots.insert(entry.path().filename());
