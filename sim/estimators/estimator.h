@@ -4,9 +4,9 @@
 #include <functional>
 #include <memory>
 #include <span>
-#include <stdexcept>
 
 #include "sim/estimators/estimator_choice.h"
+#include "sim/programs/child_program.h"
 #include "sim/rig/rig.h"
 #include "slam/frame_report.h"
 #include "slam/observation.h"
@@ -32,20 +32,11 @@ struct Answer {
 };
 
 /// The estimator crashed, missed a time limit or gave an invalid answer. what(): the cause.
-class EstimatorFailed : public std::runtime_error {
- public:
-  explicit EstimatorFailed(const std::string& cause, std::string its_log = "")
-      : std::runtime_error(cause), log(std::move(its_log)) {}
-
-  std::string log;  ///< what it wrote to its standard error
-};
+using EstimatorFailed = programs::ProgramFailed;
 
 /// Throws EstimatorFailed if a number is not finite or the pose is invalid. Its stamp must be `observed`,
 /// that of the observation, or lie between the last pose's and the newest observation's.
 void require_valid(const Answer& answer, slam::Stamp observed, slam::Stamp last, slam::Stamp newest);
-
-/// Returns external text as one line of printable ASCII characters.
-std::string printable(std::string_view text);
 
 /// Input of an estimator before the first observation.
 struct Start {
@@ -88,10 +79,6 @@ std::unique_ptr<Estimator> estimator_from(Step step);
 /// Names of the built-in estimators, which are values of the scenario's key `estimator`. To add one, write it
 /// in estimators.cc.
 std::span<const std::string_view> estimator_names();
-
-/// Returns the file, without folder and extension, that names a command: the program's, or that of the script
-/// that an interpreter or a wrapper such as `env` runs.
-std::string program_name(const std::vector<std::string>& words);
 
 /// Creates the chosen estimator. Throws std::invalid_argument if its program cannot be started or does not
 /// accept the start, EstimatorFailed if it crashes or misses its time limit.

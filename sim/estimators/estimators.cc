@@ -1,28 +1,17 @@
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdlib>
-#include <cstring>
-#include <iterator>
-#include <sstream>
+#include <array>
 
-#include "sim/estimators/child_program.h"
 #include "sim/estimators/messages.h"
-#include "sim/files/hash.h"
 #include "slam/filter.h"
 
 namespace sim::estimators {
 namespace {
 
-namespace fs = std::filesystem;
-
-constexpr double kMost_m = 1e9;             // beyond, squares of positions lose their accuracy
-constexpr double kRotation = 1e-6;          // bound on R^T R - I of numbers that were printed
-constexpr double kSymmetric = 1e-6;         // relative to the largest element
-constexpr double kExitWithin_s = 2;         // after END
-constexpr double kLastLinesWithin_s = 0.2;  // to write its last lines after it failed
+constexpr double kMost_m = 1e9;      // beyond, squares of positions lose their accuracy
+constexpr double kRotation = 1e-6;   // bound on R^T R - I of numbers that were printed
+constexpr double kSymmetric = 1e-6;  // relative to the largest element
 constexpr std::string_view kFilter = "filter", kOdometry = "odometry", kPlanAlone = "plan_alone";
 constexpr double kOdometryPivot_m = 0.25;  // best on the training walks
 constexpr std::array kNames{kFilter, kOdometry, kPlanAlone};
@@ -140,50 +129,20 @@ Step plan_alone(const Start& start) {
   };
 }
 
-/// The conversation with a program, from START to END. Failures contain the time and the program's last
-/// lines.
+/// The conversation with a program, from START to END.
 class ProgramEstimator : public CheckedEstimator {
  public:
   ProgramEstimator(const EstimatorChoice& choice, const Start& start)
-      : choice_(choice), rig_(start.rig), program_(choice.words) {
-    try {
-      const TimeLimit limit(choice_.start_within_s);
-      program_.send(start_message(choice_, start), limit);
-      read_ready(receive(GAITSLAM_MESSAGE_READY, limit));
-    } catch (const InvalidMessage& refusal) {
-      throw std::invalid_argument(
-          fmt::format("estimator: {}: {}{}", choice_.name, refusal.what(), last_lines()));
-    } catch (const EstimatorFailed& failure) {
-      throw failed("at its start", failure.what());
-    }
-  }
+      : rig_(start.rig),
+        program_(choice, "estimator", start_message(choice, start), read_ready, kMostBytes) {}
 
-  std::string finish() override {
-    try {
-      program_.send(end_message(), TimeLimit(kExitWithin_s));
-    } catch (const EstimatorFailed&) {
-      // It has already exited.
-    }
-    program_.end(TimeLimit(kExitWithin_s));
-    if (starts_message(program_.unread())) throw failed("at its end", kUnsolicited);
-    return program_.log();
-  }
+  std::string finish() override { return program_.finish(); }
 
  private:
-  static constexpr const char* kUnsolicited =
-      "it wrote more than one message to its standard output for each that it received";
-
   Answer ask(const slam::Observation& observation) override {
     const double before_ms = program_.cpu_ms();
     try {
-      if (const std::string early = program_.unread(); starts_message(early))
-        throw InvalidMessage(kUnsolicited);
-      else if (!early.empty())
-        throw InvalidMessage(fmt::format("its standard output has bytes that are not a message: '{}'",
-                                         printable(early.substr(0, sizeof(gaitslam_header)))));
-      const TimeLimit limit(choice_.answer_within_s);
-      program_.send(observation_message(observation, rig_), limit);
-      Answer answer = read_answer(receive(GAITSLAM_MESSAGE_ANSWER, limit));
+      Answer answer = read_answer(program_.ask(observation_message(observation, rig_)));
       answer.external_cpu_ms = std::max(0.0, program_.cpu_ms() - before_ms);
       return answer;
     } catch (const EstimatorFailed& failure) {
@@ -192,49 +151,12 @@ class ProgramEstimator : public CheckedEstimator {
   }
 
   EstimatorFailed failed(const std::string& when, const std::string& cause) override {
-    const std::string lines = last_lines();
-    return EstimatorFailed(fmt::format("the estimator {} failed {}: {}{}", choice_.name, when, cause, lines),
-                           program_.log());
+    return program_.failed(when, cause);
   }
 
-  /// Ends the program.
-  std::string last_lines() {
-    program_.end(TimeLimit(kLastLinesWithin_s));
-    const std::string lines = program_.last_lines();
-    return lines.empty() ? "" : "; its last lines: " + lines;
-  }
-
-  std::string receive(std::uint32_t type, const TimeLimit& limit) {
-    const std::size_t bytes = payload_bytes(program_.receive(kHeaderBytes, limit), type);
-    return program_.receive(bytes, limit);
-  }
-
-  EstimatorChoice choice_;
   std::vector<rig::RigSensor> rig_;
-  ChildProgram program_;
+  programs::Conversation program_;
 };
-
-std::optional<std::string> hash_of(const fs::path& file) {
-  std::error_code fault;
-  std::ifstream in(file, std::ios::binary);
-  if (!in || !fs::is_regular_file(file, fault)) return std::nullopt;
-  files::Hash hash;
-  for (std::array<char, 1 << 16> piece; in.read(piece.data(), piece.size()), in.gcount() > 0;)
-    hash.add({piece.data(), static_cast<std::size_t>(in.gcount())});
-  return hash.hex();
-}
-
-/// Searches a program without a slash in its name in PATH. Returns the word if it is not found.
-fs::path program_file(const std::string& word) {
-  const char* const path = std::getenv("PATH");
-  if (word.find('/') != word.npos || !path) return word;
-  std::istringstream folders(path);
-  for (std::string folder; std::getline(folders, folder, ':');)
-    if (const fs::path file = fs::path(folder.empty() ? "." : folder) / word;
-        ::access(file.c_str(), X_OK) == 0)
-      return file;
-  return word;
-}
 
 }  // namespace
 
@@ -260,15 +182,6 @@ void require_valid(const Answer& answer, slam::Stamp observed, slam::Stamp last,
   }
 }
 
-std::string printable(std::string_view text) {
-  std::string line;
-  for (const char c : text) {
-    const bool blank = c == '\n' || c == '\t' || c == '\r';
-    line += blank ? ' ' : c >= ' ' && c <= '~' ? c : '?';
-  }
-  return line;
-}
-
 std::unique_ptr<Estimator> estimator_from(Step step) {
   return std::make_unique<FunctionEstimator>(std::move(step));
 }
@@ -285,46 +198,6 @@ std::unique_ptr<Estimator> make_estimator(const EstimatorChoice& choice, const S
   throw std::invalid_argument(
       "estimator: was a command on an exported recording, which gaitslam evaluate runs; expected another "
       "estimator");
-}
-
-std::string program_name(const std::vector<std::string>& words) {
-  constexpr std::array kRunners{"python",  "pypy", "sh",      "bash",   "dash", "zsh",
-                                "perl",    "ruby", "node",    "julia",  "java", "lua",
-                                "Rscript", "env",  "timeout", "stdbuf", "nice", "taskset"};
-  std::string name;
-  for (const std::string& word : words) {
-    const bool is_argument = word.empty() || word[0] == '-' || word.find('=') != word.npos ||
-                             word.find_first_not_of("0123456789.") == word.npos;
-    if (word == "-c") break;  // code instead of a file
-    if (is_argument && !name.empty()) continue;
-    name = fs::path(word).stem().string();
-    const std::string program = name.substr(0, name.find_last_not_of("0123456789.") + 1);
-    if (std::ranges::find(kRunners, program) == kRunners.end()) break;
-  }
-  return name;
-}
-
-void require_program(const EstimatorChoice& choice) {
-  const fs::path file = program_file(choice.words.at(0));
-  if (::access(file.c_str(), X_OK) != 0)
-    throw std::invalid_argument(fmt::format("estimator: the program {} cannot be started: {}",
-                                            choice.words[0], std::strerror(errno)));
-}
-
-std::string estimator_files_identity(const EstimatorChoice& choice) {
-  std::string text;
-  for (std::size_t i = 0; const std::string& word : command_words(choice)) {
-    if (const auto hash = hash_of(i == 0 ? program_file(word) : fs::path(word)))
-      text += fmt::format(" {} {}", i, *hash);
-    ++i;
-  }
-  return text;
-}
-
-std::vector<std::string> command_words(const EstimatorChoice& choice) {
-  if (choice.source != Source::command) return choice.words;
-  std::istringstream words(choice.words.front());
-  return {std::istream_iterator<std::string>(words), {}};
 }
 
 }  // namespace sim::estimators

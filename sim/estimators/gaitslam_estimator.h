@@ -337,8 +337,9 @@ void gaitslam_estimator_destroy(void* estimator);
 
 /* ---- The program around these functions */
 
-#if defined(GAITSLAM_ESTIMATOR_MAIN) && !defined(GAITSLAM_ESTIMATOR_HAS_MAIN)
-#define GAITSLAM_ESTIMATOR_HAS_MAIN
+/* The framing of messages, for the programs of this file and of gaitslam_walker.h. */
+#if (defined(GAITSLAM_ESTIMATOR_MAIN) || defined(GAITSLAM_WALKER_MAIN)) && !defined(GAITSLAM_HAS_FRAMING)
+#define GAITSLAM_HAS_FRAMING
 
 #include <errno.h>
 #include <stdio.h>
@@ -389,6 +390,41 @@ static void gaitslam_copy(gaitslam_reader* from, void* to, size_t bytes) {
   memset(to, 0, bytes);
   if (from->fine) memcpy(to, next, bytes);
 }
+
+/* Answers START and all further messages of the standard input. What the program prints goes to the standard
+ * error. Returns its exit code. */
+static int gaitslam_serve(void* (*start)(gaitslam_reader*, int), int (*answer)(void*, gaitslam_reader*, int),
+                          void (*destroy)(void*)) {
+  const int out = dup(STDOUT_FILENO);
+  gaitslam_header header;
+  char* payload = NULL;
+  void* program = NULL;
+  int fine = out >= 0 && dup2(STDERR_FILENO, STDOUT_FILENO) >= 0;
+  setvbuf(stdout, NULL, _IOLBF, BUFSIZ); /* a crash loses no line that it printed */
+  while (fine && fread(&header, sizeof header, 1, stdin) == 1 && header.type != GAITSLAM_MESSAGE_END) {
+    const size_t bytes = (size_t)header.bytes;
+    gaitslam_reader from = {NULL, header.bytes, 0, 1};
+    free(payload);
+    payload = (char*)malloc(bytes ? bytes : 1);
+    fine = payload && memcmp(header.magic, "GSLM", 4) == 0 &&
+           (bytes == 0 || fread(payload, bytes, 1, stdin) == 1);
+    if (!fine) break;
+    from.payload = payload;
+    if (header.type == GAITSLAM_MESSAGE_START && !program)
+      fine = (program = start(&from, out)) != NULL;
+    else
+      fine = header.type == GAITSLAM_MESSAGE_OBSERVATION && program && answer(program, &from, out);
+  }
+  free(payload);
+  if (program) destroy(program);
+  if (out >= 0) close(out);
+  return fine ? 0 : 1;
+}
+
+#endif
+
+#if defined(GAITSLAM_ESTIMATOR_MAIN) && !defined(GAITSLAM_ESTIMATOR_HAS_MAIN)
+#define GAITSLAM_ESTIMATOR_HAS_MAIN
 
 static uint32_t gaitslam_body_values; /* of a body reading */
 
@@ -482,33 +518,8 @@ static void* gaitslam_answer_start(gaitslam_reader* from, int out) {
   return estimator;
 }
 
-/* Answers all messages of the standard input. What the estimator prints goes to the standard error. */
 int main(void) {
-  const int out = dup(STDOUT_FILENO);
-  gaitslam_header header;
-  char* payload = NULL;
-  void* estimator = NULL;
-  int fine = out >= 0 && dup2(STDERR_FILENO, STDOUT_FILENO) >= 0;
-  setvbuf(stdout, NULL, _IOLBF, BUFSIZ); /* a crash loses no line that it printed */
-  while (fine && fread(&header, sizeof header, 1, stdin) == 1 && header.type != GAITSLAM_MESSAGE_END) {
-    const size_t bytes = (size_t)header.bytes;
-    gaitslam_reader from = {NULL, header.bytes, 0, 1};
-    free(payload);
-    payload = (char*)malloc(bytes ? bytes : 1);
-    fine = payload && memcmp(header.magic, "GSLM", 4) == 0 &&
-           (bytes == 0 || fread(payload, bytes, 1, stdin) == 1);
-    if (!fine) break;
-    from.payload = payload;
-    if (header.type == GAITSLAM_MESSAGE_START && !estimator)
-      fine = (estimator = gaitslam_answer_start(&from, out)) != NULL;
-    else
-      fine = header.type == GAITSLAM_MESSAGE_OBSERVATION && estimator &&
-             gaitslam_answer_observation(estimator, &from, out);
-  }
-  free(payload);
-  if (estimator) gaitslam_estimator_destroy(estimator);
-  if (out >= 0) close(out);
-  return fine ? 0 : 1;
+  return gaitslam_serve(gaitslam_answer_start, gaitslam_answer_observation, gaitslam_estimator_destroy);
 }
 
 #endif

@@ -26,7 +26,12 @@ static_assert(GAITSLAM_SUPPORT_LEFT == static_cast<int>(slam::Support::left) &&
 static_assert(GAITSLAM_LOST == static_cast<int>(slam::Health::lost) &&
               GAITSLAM_DIVERGED == static_cast<int>(slam::Health::diverged));
 
-constexpr std::string_view kMagic = "GSLM";
+static_assert(sizeof(programs::Header) == sizeof(gaitslam_header) &&
+              offsetof(programs::Header, bytes) == offsetof(gaitslam_header, bytes) &&
+              static_cast<int>(programs::Message::end) == GAITSLAM_MESSAGE_END);
+
+using programs::bytes_of, programs::message, programs::pop, programs::flag, programs::InvalidMessage;
+using programs::kHeaderBytes, programs::Message;
 
 using RowMajor3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 using RowMajor6d = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
@@ -150,29 +155,8 @@ gaitslam_plan plan_of(const slam::PlannedMotion& planned) {
   return plan;
 }
 
-template <class Bytes>
-std::string_view bytes_of(const Bytes& structure) {
-  return {reinterpret_cast<const char*>(&structure), sizeof structure};
-}
-template <class Item>
-std::string_view bytes_of(const std::vector<Item>& items) {
-  return {reinterpret_cast<const char*>(items.data()), items.size() * sizeof(Item)};
-}
-
-std::string_view bytes_of(const cv::Mat& continuous) {
+std::string_view pixels_of(const cv::Mat& continuous) {
   return {reinterpret_cast<const char*>(continuous.data), continuous.total() * continuous.elemSize()};
-}
-
-std::string message(std::uint32_t type, std::initializer_list<std::string_view> parts) {
-  gaitslam_header header{};
-  std::ranges::copy(kMagic, header.magic);
-  header.type = type;
-  for (const std::string_view part : parts) header.bytes += part.size();
-  std::string bytes;
-  bytes.reserve(sizeof header + header.bytes);
-  bytes += bytes_of(header);
-  for (const std::string_view part : parts) bytes += part;
-  return bytes;
 }
 
 /// Appends 0 to 7 zero bytes up to a multiple of 8.
@@ -221,7 +205,7 @@ RigLists rig_lists(const std::vector<slam::RigReading>& readings, const std::vec
       lists.data += bytes_of(reading.points);
     } else if (!reading.image.empty()) {
       lists.images.push_back(image_of(number, reading.t, reading.image, lists.data.size()));
-      lists.data += bytes_of(reading.image.isContinuous() ? reading.image : reading.image.clone());
+      lists.data += pixels_of(reading.image.isContinuous() ? reading.image : reading.image.clone());
     }
     pad(lists.data);
   }
@@ -249,24 +233,6 @@ void append(std::string& message, RigLists lists, const std::optional<gaitslam_i
   std::memcpy(message.data() + offsetof(gaitslam_header, bytes), &payload, sizeof payload);
 }
 
-/// Removes a structure from the front of the bytes. Throws InvalidMessage if there are too few.
-template <class Structure>
-Structure pop(std::string_view& bytes, const char* of) {
-  if (bytes.size() < sizeof(Structure))
-    throw InvalidMessage(
-        fmt::format("its {} has {} bytes, expected at least {}", of, bytes.size(), sizeof(Structure)));
-  Structure structure;
-  std::memcpy(&structure, bytes.data(), sizeof structure);
-  bytes.remove_prefix(sizeof structure);
-  return structure;
-}
-
-/// Throws InvalidMessage unless the word is 0 or 1.
-bool flag(std::uint32_t word, const char* of) {
-  if (word > 1) throw InvalidMessage(fmt::format("its {} is {}, expected 0 or 1", of, word));
-  return word == 1;
-}
-
 std::vector<slam::MapPoint> pop_map(std::string_view& bytes, std::uint32_t landmarks) {
   std::vector<slam::MapPoint> map(landmarks);
   for (slam::MapPoint& point : map) {
@@ -282,14 +248,8 @@ std::vector<slam::MapPoint> pop_map(std::string_view& bytes, std::uint32_t landm
 
 }  // namespace
 
-std::string options_text(const EstimatorChoice& choice) {
-  std::string text;
-  for (const auto& [key, value] : choice.options) text += fmt::format("{}={}\n", key, value);
-  return text;
-}
-
 std::string start_message(const EstimatorChoice& choice, const Start& start) {
-  const std::string options = options_text(choice);
+  const std::string options = programs::options_text(choice);
   rig::RigSensor head{.name = "cam0", .rate_hz = start.camera_rate_hz, .camera = start.calibration.camera};
   head.readout_s = start.camera_readout_s;
   const gaitslam_lens lens = lens_of(head.camera);
@@ -322,9 +282,8 @@ std::string start_message(const EstimatorChoice& choice, const Start& start) {
   const gaitslam_sensor_counts counts{word(cameras.size()), word(imus.size()), word(lidars.size()),
                                       word(body.size())};
   const std::string zeros(8 - options.size() % 8, '\0');
-  return message(GAITSLAM_MESSAGE_START,
-                 {bytes_of(words), options, zeros, bytes_of(counts), bytes_of(cameras), bytes_of(imus),
-                  bytes_of(lidars), bytes_of(body)});
+  return message(Message::start, {bytes_of(words), options, zeros, bytes_of(counts), bytes_of(cameras),
+                                  bytes_of(imus), bytes_of(lidars), bytes_of(body)});
 }
 
 std::string observation_message(const slam::Observation& observation,
@@ -348,8 +307,8 @@ std::string observation_message(const slam::Observation& observation,
     words.has_command = 1;
     words.command = {command->t.count(), command->ahead_m_s, command->left_m_s, command->turn_rad_s};
   }
-  std::string bytes = message(GAITSLAM_MESSAGE_OBSERVATION,
-                              {bytes_of(words), bytes_of(gyro), bytes_of(accelerometer), bytes_of(image)});
+  std::string bytes =
+      message(Message::input, {bytes_of(words), bytes_of(gyro), bytes_of(accelerometer), pixels_of(image)});
   std::optional<gaitslam_image> head;
   if (!image.empty()) head = image_of(0, observation.t, image, bytes.size() - kHeaderBytes - image.total());
   RigLists lists = rig_lists(observation.rig, rig);
@@ -358,35 +317,10 @@ std::string observation_message(const slam::Observation& observation,
   return bytes;
 }
 
-std::string end_message() { return message(GAITSLAM_MESSAGE_END, {}); }
-
-bool starts_message(std::string_view bytes) { return bytes.starts_with(kMagic); }
-
-std::size_t payload_bytes(std::string_view header, std::uint32_t type) {
-  const bool is_message = starts_message(header);
-  const auto words = pop<gaitslam_header>(header, "header");
-  if (!is_message)
-    throw InvalidMessage(
-        fmt::format("its standard output is not a message: it starts with '{}'", printable(bytes_of(words))));
-  if (words.type != type)
-    throw InvalidMessage(fmt::format("its message is of type {}, expected {}", words.type, type));
-  constexpr std::uint64_t kMost = sizeof(gaitslam_answer) + GAITSLAM_MOST_TEXT_BYTES +
-                                  std::uint64_t{GAITSLAM_MOST_LANDMARKS} * sizeof(gaitslam_landmark);
-  if (words.bytes > kMost)
-    throw InvalidMessage(
-        fmt::format("its message announces {} bytes, expected at most {}", words.bytes, kMost));
-  return static_cast<std::size_t>(words.bytes);
-}
-
 void read_ready(std::string_view payload) {
-  const auto ready = pop<gaitslam_ready>(payload, "READY");
-  if (ready.version != GAITSLAM_ESTIMATOR_VERSION)
-    throw InvalidMessage(fmt::format("it speaks version {} of gaitslam_estimator.h, expected {}",
-                                     ready.version, GAITSLAM_ESTIMATOR_VERSION));
-  if (ready.error_bytes != payload.size() || ready.error_bytes > GAITSLAM_MOST_TEXT_BYTES)
-    throw InvalidMessage(fmt::format("its READY announces a text of {} bytes, and {} follow",
-                                     ready.error_bytes, payload.size()));
-  if (!payload.empty()) throw InvalidMessage("it cannot start: " + printable(payload));
+  programs::check_ready(payload, GAITSLAM_ESTIMATOR_VERSION, "gaitslam_estimator.h");
+  if (!payload.empty())
+    throw InvalidMessage(fmt::format("its READY announces no text, and {} bytes follow", payload.size()));
 }
 
 Answer read_answer(std::string_view payload) {
@@ -414,7 +348,7 @@ Answer read_answer(std::string_view payload) {
   const bool ready = words.status != GAITSLAM_NOT_READY;
   answer.report.health = ready ? static_cast<slam::Health>(words.status) : slam::Health::lost;
   if (!payload.empty())
-    answer.report.cause = printable(payload);
+    answer.report.cause = programs::printable(payload);
   else if (words.status != GAITSLAM_OK)
     answer.report.cause = ready ? "the estimator gave no cause" : "the estimator is not ready";
   return answer;

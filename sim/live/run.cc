@@ -58,16 +58,16 @@ class RigImus {
 /// and leg odometry.
 class SensingRobot {
  public:
-  SensingRobot(const scenario::Scenario& scenario, walking::PatternGenerator plan,
+  SensingRobot(const scenario::Scenario& scenario, std::unique_ptr<controllers::Controller> controller,
                const physics::Models& models)
       : options_(scenario.stabilizer),
         gyro_(scenario.seed, "felt gyro noise"),
         accelerometer_(scenario.seed, "felt accelerometer noise"),
-        robot_(std::move(plan), scenario.stabilizer, scenario.world,
+        robot_(std::move(controller), scenario.world,
                plant_variation(scenario.seed, scenario.world, static_cast<int>(models.robot.joints.size())),
                models),
         legs_(models.robot, robot_.reference().X_PB),
-        mounting_(live::mounting(scenario, robot_.reference(), models)),
+        mounting_(live::mounting(scenario, robot_.controller(), models)),
         imus_(scenario.rig, places(scenario.rig, *models.on_floor), robot_.world()) {
     legs_.add(robot_.world().leg_readings());
   }
@@ -105,29 +105,18 @@ class SensingRobot {
   RigImus imus_;
 };
 
-/// Steering with its inputs: the buffered pose estimates, and the path without corrections.
-class Navigation {
+/// The poses that steer, in the order in which they become known.
+class Steered {
  public:
-  /// robot: before its first tick. exposure: from a frame's stamp until its image is complete.
-  Navigation(const scenario::Scenario& scenario, physics::WalkingRobot& robot, slam::Stamp exposure)
-      : by_(scenario.walk.steering.by),
-        steering_(scenario.walk.steering, robot.plan()),
-        poses_(scenario.walk.steering, scenario.errors.faults, exposure),
-        path_(robot.plan()),
-        from_(robot.reference()),
-        to_(robot.following()) {}
+  /// exposure: from a frame's stamp until its image is complete.
+  Steered(const scenario::Scenario& scenario, slam::Stamp exposure)
+      : by_(scenario.walk.steering.by), poses_(scenario.walk.steering, scenario.errors.faults, exposure) {}
 
   bool by_truth() const { return by_ == walking::SteeredBy::truth; }
-  walking::Steering* operator->() { return &steering_; }
   SteeringPoseBuffer& poses() { return poses_; }
-  /// Advances the path to the next tick of the walk.
-  void advance() { from_ = std::exchange(to_, path_.next()); }
-  /// X_WB on the path, within the tick of that time.
-  Eigen::Isometry3d desired_waist(double t_s) const { return planned_waist(from_, to_, t_s); }
-
   /// Adds the answers of the estimator with the times when they take effect, if it steers.
   void add_answers(const std::vector<tracking::TrackedFrame>& answers) {
-    for (; !by_truth() && answers_ < answers.size(); ++answers_) {
+    for (; by_ == walking::SteeredBy::estimate && answers_ < answers.size(); ++answers_) {
       const auto& [pose, report, took, effect] = answers[answers_];
       if (pose)
         poses_.add(effect, {pose->t, pose->X_WC, pose->covariance.value_or(slam::Matrix6d::Zero())},
@@ -135,33 +124,83 @@ class Navigation {
     }
   }
 
- private:
+ protected:
   walking::SteeredBy by_;
-  walking::Steering steering_;
   SteeringPoseBuffer poses_;
+
+ private:
   std::size_t answers_ = 0;  // of the estimator, that were added
+};
+
+/// Steering of the plan with its inputs: the buffered pose estimates, and the path without corrections.
+class Navigation : public Steered {
+ public:
+  /// controller: before its first tick.
+  Navigation(const scenario::Scenario& scenario, controllers::PlanController& controller,
+             slam::Stamp exposure)
+      : Steered(scenario, exposure),
+        plan_(controller.plan()),
+        steering_(scenario.walk.steering, plan_),
+        path_(plan_),
+        from_(controller.reference()),
+        to_(controller.following()) {}
+
+  walking::Steering* operator->() { return &steering_; }
+  bool is_due(std::size_t tick) const { return steering_.is_due(plan_, tick); }
+  void decide(std::size_t tick, slam::Stamp until) { steering_.decide(plan_, tick, poses_.newest(until)); }
+  /// Advances the path to the next tick of the walk.
+  void advance() { from_ = std::exchange(to_, path_.next()); }
+  /// X_WB on the path, within the tick of that time.
+  Eigen::Isometry3d desired_waist(double t_s) const { return planned_waist(from_, to_, t_s); }
+
+ private:
+  walking::PatternGenerator& plan_;
+  walking::Steering steering_;
   walking::PatternGenerator path_;
   walking::Reference from_, to_;  // of the path
 };
 
-/// The models of a run, with its sensors mounted, and its plan. Throws as run().
+/// A commanded path, and the poses that correct how a program follows it.
+class PathSteering : public Steered {
+ public:
+  PathSteering(const scenario::Scenario& scenario, controllers::PathFollower& path_follower,
+               slam::Stamp exposure)
+      : Steered(scenario, exposure), follower_(path_follower) {}
+
+  bool is_used() const { return by_ != walking::SteeredBy::plan; }
+  const controllers::PathFollower& follower() const { return follower_; }
+  /// Passes the newest estimate up to that time.
+  void locate(slam::Stamp until) {
+    if (const auto place = poses_.newest(until)) follower_.locate(*place);
+  }
+
+ private:
+  controllers::PathFollower& follower_;
+};
+
+/// The models of a run, with its sensors mounted, and its plan, if the built-in controller walks. Throws as
+/// run().
 struct Start {
   Start(const scenario::ReadScenario& read, const std::filesystem::path& folder)
-      : models(scenario::read_robot(read.scenario), read.scenario.world.room, folder),
-        plan(clear_plan(read, models)) {
+      : models(scenario::read_robot(read.scenario), read.scenario.world.room, folder) {
+    if (read.scenario.controller.source == programs::Source::built_in) plan = clear_plan(read, models);
     mount_sensors(read, models);
     require_drawable(read, models);
   }
+  std::unique_ptr<controllers::Controller> controller(const scenario::Scenario& scenario) const {
+    if (plan) return std::make_unique<controllers::PlanController>(*plan, scenario.stabilizer);
+    return program_controller(scenario, models);
+  }
   physics::Models models;
-  walking::PatternGenerator plan;
+  std::optional<walking::PatternGenerator> plan;
 };
 
 /// One run. walk() and the functions it calls are in the order of a simulated tick.
 class Run {
  public:
   /// folder: of the recording.
-  Run(const scenario::ReadScenario& read, walking::PatternGenerator plan, const physics::Models& models,
-      const std::filesystem::path& folder, int threads, const RunObserver& observer);
+  Run(const scenario::ReadScenario& read, const Start& start, const std::filesystem::path& folder,
+      int threads, const RunObserver& observer);
 
   void walk(const result::Progress& progress);
   result::RunRecord record(const std::filesystem::path& folder);
@@ -176,6 +215,7 @@ class Run {
   void stamp_frame();
   void read_imu();
   void deliver_frame();
+  Steered* steered();
   void steer();
 
   const scenario::ReadScenario& read_;
@@ -187,7 +227,8 @@ class Run {
   FramePipeline frames_;
   recording::RecordingWriter writer_;
   SelfCheck check_;
-  std::optional<Navigation> navigation_;  // of a steered walk
+  std::optional<Navigation> navigation_;  // of a steered walk of the plan
+  std::optional<PathSteering> path_;      // of a program that follows the commanded path
   slam::Observation next_;                // readings of IMUs, encoders and forces since the last frame
   struct {
     walking::Wrench left, right;  // of the ground on the feet
@@ -199,24 +240,28 @@ class Run {
   } timing_;
 };
 
-Run::Run(const scenario::ReadScenario& read, walking::PatternGenerator plan, const physics::Models& models,
-         const std::filesystem::path& folder, int threads, const RunObserver& observer)
+Run::Run(const scenario::ReadScenario& read, const Start& start, const std::filesystem::path& folder,
+         int threads, const RunObserver& observer)
     : read_(read),
       observer_(observer),
-      robot_(read.scenario, std::move(plan), models),
-      setup_(recording_setup(read.scenario, models.robot, robot_.mounting(), robot_->reference().X_PB)),
+      robot_(read.scenario, start.controller(read.scenario), start.models),
+      setup_(recording_setup(read.scenario, start.models.robot, robot_.mounting(), robot_->reference().X_PB)),
       tracking_(read.scenario.slam ? std::optional<tracking::Tracking>(
                                          std::in_place, read.scenario, setup_.calibration, setup_.X_WC_start,
                                          setup_.camera_rate_hz, setup_.rig, setup_.joints)
                                    : std::nullopt),
-      frames_(read.scenario, models, threads > 1),
+      frames_(read.scenario, start.models, threads > 1),
       writer_(folder, setup_),
       check_{InertialCheck(true_motion(robot_->world())), {}} {
   for (const score::Surface& surface : frames_.surfaces()) writer_.add(surface);
   if (!frames_.surfaces().empty()) check_.view.emplace(setup_.calibration.camera, frames_.surfaces());
   if (observer_.begins) observer_.begins(setup_);
-  if (read.scenario.walk.steering.by != walking::SteeredBy::plan)
-    navigation_.emplace(read.scenario, robot_.robot(), frames_.lead());
+  auto* const plan = dynamic_cast<controllers::PlanController*>(&robot_->controller());
+  if (plan && read.scenario.walk.steering.by != walking::SteeredBy::plan)
+    navigation_.emplace(read.scenario, *plan, frames_.lead());
+  if (auto* const program = dynamic_cast<controllers::ProgramController*>(&robot_->controller());
+      program && program->follower())
+    path_.emplace(read.scenario, *program->follower(), frames_.lead());
 }
 
 void Run::walk(const result::Progress& progress) {
@@ -274,7 +319,8 @@ void Run::stamp_frame() {
   const walking::Reference &from = robot_->reference(), to = robot_->following();
   read_imu();
   next_.t = world.time();
-  next_.plan = planned_motion(from, to, time_s(), robot_.mounting().X_BC);
+  if (robot_->controller().has_plan())
+    next_.plan = planned_motion(from, to, time_s(), robot_.mounting().X_BC);
   const auto [X_OB, p_OS] = robot_.legs().motion(world.leg_readings().q);
   const Eigen::Isometry3d X_OC = X_OB * robot_.mounting().X_BC;
   next_.legs = {X_OC, X_OC.inverse() * p_OS};
@@ -283,12 +329,21 @@ void Run::stamp_frame() {
     plan.X_PC.translation().head<2>() -= from.frame_shift;
     navigation_->poses().add(next_.t, plan);
   }
+  if (path_) {
+    const auto [ahead, left, turn] = path_->follower().velocity();
+    next_.command = {next_.t, ahead, left, turn};
+    slam::PlannedMotion on_path;
+    on_path.X_PC = planned_waist(from, to, time_s()) * robot_.mounting().X_BC;
+    on_path.p_CF = robot_.mounting().X_BC.inverse().translation();
+    path_->poses().add(next_.t, on_path);
+  }
   if (observer_.stamped)
-    observer_.stamped(
-        {next_.t, world, from, next_.plan->X_PC, last_tick_.feet, last_tick_.left, last_tick_.right});
+    observer_.stamped({next_.t, world, from, planned_waist(from, to, time_s()) * robot_.mounting().X_BC,
+                       last_tick_.feet, last_tick_.left, last_tick_.right});
   frames_.push({std::exchange(next_, {}), world.X_WC()});
   recording::TruePoses poses{world.time(), world.X_WC(), world.X_WB(), planned_waist(from, to, time_s())};
   if (navigation_) poses.X_WB_desired = navigation_->desired_waist(time_s());
+  if (path_ && !robot_->controller().has_plan()) poses.X_WB_desired = poses.X_PB;
   writer_.add(poses);
 }
 
@@ -325,27 +380,33 @@ void Run::deliver_frame() {
   };
   tracking::process_observed(std::move(frame.observation), tracking_ ? &*tracking_ : nullptr,
                              observer_.tracking, track);
-  if (navigation_ && navigation_->by_truth())
-    navigation_->poses().add(t, {t, frame.X_WC, slam::Matrix6d::Zero()}, true);
-  if (navigation_ && tracking_) navigation_->add_answers(tracking_->answers());
+  if (Steered* const steered = this->steered()) {
+    if (steered->by_truth()) steered->poses().add(t, {t, frame.X_WC, slam::Matrix6d::Zero()}, true);
+    if (tracking_) steered->add_answers(tracking_->answers());
+  }
   timing_.all.frames.push_back(std::exchange(timing_.frame, {}));
 }
 
-// Decides a due footstep with exactly the frames that it may depend on, so that drawing images beside the
-// walk makes no difference.
+Steered* Run::steered() {
+  if (navigation_) return &*navigation_;
+  return path_ && path_->is_used() ? &*path_ : nullptr;
+}
+
+// Decides a due footstep, or corrects a commanded velocity, with exactly the frames that it may depend on, so
+// that drawing images beside the walk makes no difference.
 void Run::steer() {
   const auto tick = static_cast<std::size_t>(robot_->world().time() / walking::kTick);
-  if (!navigation_ || !robot_->is_ok() || !(*navigation_)->is_due(robot_->plan(), tick)) return;
-  SteeringPoseBuffer& poses = navigation_->poses();
-  const slam::Stamp until = poses.usable_until(robot_->world().time());
+  Steered* const steered = this->steered();
+  if (!steered || !robot_->is_ok() || (navigation_ && !navigation_->is_due(tick))) return;
+  const slam::Stamp until = steered->poses().usable_until(robot_->world().time());
   while (!frames_.empty() && frames_.next_stamp() <= until) deliver_frame();
   if (tracking_) {
     const result::StageClock clock(timing_.frame.filter_ms);
     tracking_->advance(until);
-    navigation_->add_answers(tracking_->answers());
+    steered->add_answers(tracking_->answers());
   }
   const result::StageClock clock(timing_.frame.plan_and_physics_ms);
-  (*navigation_)->decide(robot_->plan(), tick, poses.newest(until));
+  navigation_ ? navigation_->decide(tick, until) : path_->locate(until);
 }
 
 result::RunRecord Run::record(const std::filesystem::path& folder) {
@@ -360,6 +421,9 @@ result::RunRecord Run::record(const std::filesystem::path& folder) {
     ended = {scenario::Ending::stopped,
              fmt::format("steering had no estimate for {} s at t = {:.2f} s: the robot stopped on both feet",
                          read_.scenario.walk.steering.lost_s, *(*navigation_)->stopped_s())};
+  if (ended.ending == scenario::Ending::completed && path_ && path_->follower().stopped())
+    ended = {scenario::Ending::stopped, *path_->follower().stopped()};
+  if (const auto& failure = robot_->failure()) ended = {scenario::Ending::walker_failed, failure->what()};
   if (ended.ending != scenario::Ending::failed && complaint) ended = {scenario::Ending::failed, *complaint};
   result::RunRecord left{read_, ended, setup_, recording::read_truth(folder), std::nullopt, ""};
   if (tracking_) left.tracked = tracking_->finish();
@@ -369,13 +433,18 @@ result::RunRecord Run::record(const std::filesystem::path& folder) {
 
 }  // namespace
 
-walking::PatternGenerator check(const scenario::ReadScenario& read, const std::filesystem::path& models) {
+std::optional<walking::PatternGenerator> check(const scenario::ReadScenario& read,
+                                               const std::filesystem::path& models) {
   const Start start(read, models);
-  SensingRobot robot(read.scenario, start.plan, start.models);
+  if (!start.plan) {
+    programs::require_program(read.scenario.controller, "walk.controller");
+    return std::nullopt;
+  }
+  SensingRobot robot(read.scenario, start.controller(read.scenario), start.models);
   const recording::RecordingSetup setup =
       recording_setup(read.scenario, start.models.robot, robot.mounting(), robot->reference().X_PB);
   if (read.scenario.slam && read.scenario.estimator.source == estimators::Source::program)
-    estimators::require_program(read.scenario.estimator);
+    programs::require_program(read.scenario.estimator, "estimator");
   else if (read.scenario.slam)
     tracking::Tracking(read.scenario, setup.calibration, setup.X_WC_start, setup.camera_rate_hz, setup.rig,
                        setup.joints);
@@ -384,10 +453,10 @@ walking::PatternGenerator check(const scenario::ReadScenario& read, const std::f
 
 result::Outcome run(const scenario::ReadScenario& scenario, const result::ResultPlace& place,
                     const result::Progress& progress, int threads, const RunObserver& observer) {
-  Start start(scenario, place.models);
+  const Start start(scenario, place.models);
   files::AtomicFolder folder(place.folder, place.existing);
   const std::filesystem::path recording = folder.path() / "recording";
-  Run live(scenario, std::move(start.plan), start.models, recording, threads, observer);
+  Run live(scenario, start, recording, threads, observer);
   live.walk(progress);
   const result::Outcome outcome =
       result::write_result(folder.path(), live.record(recording), place, live.timing(), live.time_s());

@@ -39,8 +39,9 @@ struct RunObserver {
 result::Outcome run(const scenario::ReadScenario& scenario, const result::ResultPlace& place,
                     const result::Progress& progress, int threads = 1, const RunObserver& observer = {});
 
-/// Does what run() does before the robot walks, but starts no program and writes nothing. Returns the plan.
-/// Throws as run().
-walking::PatternGenerator check(const scenario::ReadScenario& scenario, const std::filesystem::path& models);
+/// Does what run() does before the robot walks, but starts no program and writes nothing. Returns the plan of
+/// the built-in controller. Throws as run().
+std::optional<walking::PatternGenerator> check(const scenario::ReadScenario& scenario,
+                                               const std::filesystem::path& models);
 
 }  // namespace sim::live

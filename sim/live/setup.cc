@@ -13,8 +13,8 @@
 #include "sim/physics/clearance.h"
 #include "sim/physics/nominal_body.h"
 #include "sim/result/limits.h"
+#include "sim/scenario/robot.h"
 #include "sim/sensor_errors/random.h"
-#include "walking/kinematics.h"
 
 namespace sim::live {
 namespace {
@@ -80,6 +80,29 @@ walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const p
            s.world.room));
 }
 
+std::unique_ptr<controllers::ProgramController> program_controller(const scenario::Scenario& scenario,
+                                                                   const physics::Models& models) {
+  scenario::Scenario walk;  // without world, errors and seed
+  walk.name = "walk";
+  walk.walk = scenario.walk;
+  walk.stabilizer = scenario.stabilizer;
+  walk.world.robot = scenario.world.robot;
+  const scenario::ControllerTime& time = scenario.controller_time;
+  controllers::ProgramStart start{scenario.controller,
+                                  models.robot,
+                                  physics::describe(models, scenario::read_robot(scenario)),
+                                  scenario::to_yaml(walk),
+                                  scenario.walk,
+                                  scenario.seed,
+                                  scenario.stabilizer.attitude,
+                                  {1e-3 * time.answer_ms, time.model == scenario::TimeModel::measured}};
+  try {
+    return std::make_unique<controllers::ProgramController>(std::move(start));
+  } catch (const programs::ProgramFailed& failure) {
+    throw std::invalid_argument(failure.what());
+  }
+}
+
 void require_drawable(const scenario::ReadScenario& read, const physics::Models& models) {
   if (!read.scenario.camera) return;
   try {
@@ -133,12 +156,11 @@ std::vector<physics::Place> places(const std::vector<rig::Item>& rig, const mjMo
   return all;
 }
 
-Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
+Mounting mounting(const scenario::Scenario& scenario, const controllers::Controller& start,
                   const physics::Models& models) {
-  const walking::JointVector q = walking::inverse_kinematics(models.robot, start, models.robot.posture).q;
   physics::WorldOptions empty = scenario.world;
   empty.room = physics::kPhysicalRoom;
-  const physics::World nominal(empty, {}, q, start.X_PB, models);
+  const physics::World nominal(empty, {}, start.start(), start.reference().X_PB, models);
   const Eigen::Isometry3d X_CW = nominal.X_WC().inverse();
   Mounting mounting{nominal.X_WB().inverse() * nominal.X_WC(), X_CW * nominal.X_WG(), {}};
   for (const physics::Place& place : places(scenario.rig, *models.on_floor))

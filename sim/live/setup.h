@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "sim/controllers/program_controller.h"
 #include "sim/physics/world.h"
 #include "sim/recording/recording.h"
 #include "sim/rig/rig.h"
@@ -16,6 +17,11 @@ namespace sim::live {
 /// walk command with a planned posture too close to a wall or furniture, unless the scenario allows a run to
 /// end as "collided".
 walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const physics::Models& models);
+
+/// Starts the program of walk.controller. Throws std::invalid_argument if it cannot be started or does not
+/// accept the start.
+std::unique_ptr<controllers::ProgramController> program_controller(const scenario::Scenario& scenario,
+                                                                   const physics::Models& models);
 
 /// Returns the variations, each from its own named stream, so a spread of 0 does not change the others.
 physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world, int joints);
@@ -31,12 +37,12 @@ void mount_sensors(const scenario::ReadScenario& read, physics::Models& models);
 /// Returns the places of a scenario's rig items on the robot; a depth camera's is the head camera's.
 std::vector<physics::Place> places(const std::vector<rig::Item>& rig, const mjModel_& model);
 
-/// The mounting of head camera and chest IMU on the robot in its planned posture, by the nominal model.
+/// The mounting of head camera and chest IMU on the robot in its start posture, by the nominal model.
 struct Mounting {
   Eigen::Isometry3d X_BC, X_CG;
   std::vector<Eigen::Isometry3d> X_CL;  ///< axes forward, left, up of the rig's items in the camera's frame
 };
-Mounting mounting(const scenario::Scenario& scenario, const walking::Reference& start,
+Mounting mounting(const scenario::Scenario& scenario, const controllers::Controller& start,
                   const physics::Models& models);
 
 /// Returns the setup of a recording. X_PB: the planned waist at the start.

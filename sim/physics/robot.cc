@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "sim/physics/adapted.h"
+
 namespace sim::physics {
 namespace {
 
@@ -216,6 +218,30 @@ Models::Models(const RobotFile& file, const std::string& room, const std::filesy
       in_room(load_model(file, room, folder)),
       robot(read_robot(*on_floor, file)),
       has_force_sensors(file.feet[0].force_sensor && file.feet[1].force_sensor) {}
+
+controllers::RobotDescription describe(const Models& models, const RobotFile& file) {
+  const mjModel& m = *models.on_floor;
+  const Robot& robot = models.robot;
+  controllers::RobotDescription description{.measures_wrenches = models.has_force_sensors,
+                                            .model = to_xml(adapt(file).root)};
+  const Data data(mj_makeData(&m));
+  std::copy_n(m.qpos0, m.nq, data->qpos);
+  Eigen::Map<Eigen::Matrix<double, 7, 1>>(data->qpos) << 0, 0, 0, 1, 0, 0, 0;
+  for (int i = 0; i < m.nu; ++i) {
+    const int joint = m.actuator_trnid[2 * i], dof = m.jnt_dofadr[joint];
+    data->qpos[m.jnt_qposadr[joint]] = robot.posture[i];
+    description.motors.push_back(
+        {.armature = m.dof_armature[dof], .kp = m.actuator_gainprm[mjNGAIN * i], .kd = m.dof_damping[dof]});
+  }
+  mj_kinematics(&m, data.get());
+  const int imu = part(m, mjOBJ_SITE, "imu");
+  description.X_BG.linear() = walking::imu_in_base(robot, robot.posture);
+  description.X_BG.translation() = Vector3d(data->site_xpos + 3 * imu);
+  for (const Side side : {Side::right, Side::left})
+    description.X_BS[static_cast<std::size_t>(side)] =
+        walking::sole_in_base(robot, side, walking::leg_angles(robot.leg(side), robot.posture));
+  return description;
+}
 
 void Models::mount(const rig::Mount& camera, const rig::Mount& imu) {
   imu_is_moved = !imu.is_default();

@@ -1,6 +1,7 @@
 // The models of a run, and its robot: read once from the compiled model and its file.
 #pragma once
 
+#include "sim/controllers/controller.h"
 #include "sim/physics/model.h"
 
 namespace sim::physics {
@@ -23,5 +24,8 @@ struct Models {
   bool imu_is_moved = false;
   bool has_force_sensors = true;  ///< at both ankles
 };
+
+/// Returns what an external controller receives of the robot. file: that of the models.
+controllers::RobotDescription describe(const Models& models, const RobotFile& file);
 
 }  // namespace sim::physics

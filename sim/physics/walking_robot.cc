@@ -3,8 +3,6 @@
 #include <cmath>
 #include <utility>
 
-#include "walking/kinematics.h"
-
 namespace sim::physics {
 namespace {
 
@@ -12,6 +10,7 @@ namespace {
 // read less than kRestRate, for kRest. A robot that keeps moving starts as it is.
 constexpr double kRestForce = 0.05;  // m/s²; standing robots stay within 0.01
 constexpr double kRestRate = 0.01;   // rad/s
+constexpr double kRaised = 0.03;     // m, of a base that is lowered
 constexpr std::chrono::milliseconds kRest{200}, kLongestSettling{3000};
 
 WorldOptions without_pushes(WorldOptions options) {
@@ -21,16 +20,30 @@ WorldOptions without_pushes(WorldOptions options) {
 
 }  // namespace
 
+WalkingRobot::WalkingRobot(std::unique_ptr<controllers::Controller> controller, const WorldOptions& options,
+                           const PlantVariation& draw, const Models& models, const Eigen::Isometry3d& X_WP)
+    : controller_(std::move(controller)),
+      world_(without_pushes(options), draw, controller_->start(), X_WP * controller_->reference().X_PB,
+             models) {
+  controller_->held_s() > 0 ? lower() : settle();
+  world_.start_clock(options.pushes);
+}
+
 WalkingRobot::WalkingRobot(walking::PatternGenerator plan, const walking::StabilizerOptions& stabilizer,
                            const WorldOptions& options, const PlantVariation& draw, const Models& models,
                            const Eigen::Isometry3d& X_WP)
-    : plan_(std::move(plan)),
-      adjustment_(models.robot, stabilizer.landing_adjustment),
-      stabilizer_(models.robot, stabilizer),
-      q_(walking::inverse_kinematics(models.robot, reference_, models.robot.posture).q),
-      world_(without_pushes(options), draw, q_, X_WP * reference_.X_PB, models) {
-  settle();
-  world_.start_clock(options.pushes);
+    : WalkingRobot(std::make_unique<controllers::PlanController>(std::move(plan), stabilizer), options, draw,
+                   models, X_WP) {}
+
+void WalkingRobot::lower() {
+  const std::chrono::duration<double> held(controller_->held_s());
+  const Eigen::Isometry3d X_WB = world_.X_WB();
+  while (is_ok() && world_.time() < 2 * held) {
+    const double left = 1 - world_.time() / held;
+    left > 0 ? world_.hold(Eigen::Translation3d(0, 0, left * kRaised) * X_WB) : world_.release();
+    command(world_.sensor_readings(), true);
+    step();
+  }
 }
 
 void WalkingRobot::settle() {
@@ -40,23 +53,17 @@ void WalkingRobot::settle() {
     const bool at_rest = std::abs(readings.accelerometer.norm() - walking::kGravity) < kRestForce &&
                          readings.gyro.norm() < kRestRate;
     rest = at_rest ? rest + walking::kTick : std::chrono::nanoseconds(0);
-    command(readings);
+    command(readings, true);
     step();
   }
 }
 
-void WalkingRobot::command(const walking::SensorReadings& readings) {
-  adjusted_ = adjustment_.adjust(reference_, stabilizer_.state(), readings);
-  const walking::Posture posture = stabilizer_.step(adjusted_, readings);
-  const walking::JointVector q = walking::inverse_kinematics(plan_.robot(), posture, q_).q;
-  world_.command(q, (q - q_) / walking::kPeriod);
-  q_ = q;
-}
-
-void WalkingRobot::advance() {
-  reference_ = std::exchange(following_, plan_.next());
-  adjusted_ = adjustment_.shifted(reference_);
-  ++tick_;
+void WalkingRobot::command(const walking::SensorReadings& readings, bool settles) {
+  try {
+    world_.command(controller_->command({readings, world_.velocities(), world_.torques()}, settles));
+  } catch (const programs::ProgramFailed& failure) {
+    failure_ = failure;
+  }
 }
 
 void WalkingRobot::step() {

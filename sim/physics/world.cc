@@ -153,7 +153,7 @@ World::World(const WorldOptions& options, const PlantVariation& draw, const walk
   find_ids();
   apply(draw);
   place(draw.posture_rad.size() ? q + draw.posture_rad : q, X_WB);
-  command(q, walking::JointVector::Zero(q.size()));
+  command({q, walking::JointVector::Zero(q.size())});
   mj_forward(model_.get(), data_.get());
   last_read_ = last_recorded_ = imu_state();
   if (!models.has_force_sensors) leg_loads_.emplace(copy_of(models.on_floor), robot_);
@@ -185,6 +185,7 @@ void World::apply(const PlantVariation& draw) {
   mjModel* m = model_.get();
   offset_ = draw.joint_offset_rad;
   if (offset_.size() == 0) offset_ = walking::JointVector::Zero(m->nu);
+  servo_scale_ = draw.servo_scale;
   for (int servo = 0; servo < draw.servo_scale.size(); ++servo) {
     m->actuator_gainprm[mjNGAIN * servo] *= draw.servo_scale[servo];
     m->actuator_biasprm[mjNBIAS * servo + 1] *= draw.servo_scale[servo];
@@ -217,23 +218,44 @@ void World::place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB) 
   base[2] -= soles_.lowest_pad(*model_, *data_);
 }
 
-void World::command(const walking::JointVector& q, const walking::JointVector& dq) {
-  // MuJoCo's position servo is kp (ctrl − q), its damping acts on the whole joint velocity: the command
-  // carries the wanted velocity's share of it.
+void World::command(const controllers::JointCommands& commands) {
+  const auto& [q, dq, gains] = commands;
   for (int joint = 0; joint < model_->nu; ++joint) {
-    const double kp = model_->actuator_gainprm[mjNGAIN * joint];
-    const double kd = model_->dof_damping[ids_.velocity[joint]];
-    data_->ctrl[joint] = q[joint] + offset_[joint] + kd / kp * dq[joint];
+    double &kp = model_->actuator_gainprm[mjNGAIN * joint], &kd = model_->dof_damping[ids_.velocity[joint]];
+    double& added = data_->qfrc_applied[ids_.velocity[joint]];
+    if (gains) {
+      kp = gains->kp[joint] * (servo_scale_.size() ? servo_scale_[joint] : 1);
+      model_->actuator_biasprm[mjNBIAS * joint + 1] = -kp;
+      kd = gains->kd[joint];  // MuJoCo integrates it implicitly
+      added = gains->torque[joint];
+    }
+    // MuJoCo's position servo is kp (ctrl − q), its damping acts on the whole joint velocity: the command
+    // carries the wanted velocity's share of it.
+    if (kp > 0)
+      data_->ctrl[joint] = q[joint] + offset_[joint] + kd / kp * dq[joint];
+    else
+      added += kd * dq[joint];
   }
 }
 
-// The limit applies to the whole torque of a servo; MuJoCo adds the damping part separately.
+double World::added_torque(int joint) const { return data_->qfrc_applied[ids_.velocity[joint]]; }
+
+// At rest, as if a hoist carried the robot.
+void World::place_held() {
+  const int joint = model_->body_jntadr[ids_.waist];
+  const Eigen::Quaterniond turn(held_->linear());
+  Eigen::Map<Eigen::Matrix<double, 7, 1>>(data_->qpos + model_->jnt_qposadr[joint]) << held_->translation(),
+      turn.w(), turn.vec();
+  Eigen::Map<Eigen::Matrix<double, 6, 1>>(data_->qvel + model_->jnt_dofadr[joint]).setZero();
+}
+
+// The limit applies to the whole torque of a servo; MuJoCo adds damping and added torque separately.
 void World::limit_torques() {
   bool limited = false;
   for (int joint = 0; joint < model_->nu; ++joint) {
     const double effort = robot_.joints[static_cast<std::size_t>(joint)].effort;
     if (std::isinf(effort)) continue;
-    const double damping = damping_torque(joint);
+    const double damping = damping_torque(joint) - added_torque(joint);
     const double force =
         model_->actuator_gainprm[mjNGAIN * joint] * (data_->ctrl[joint] - data_->qpos[ids_.position[joint]]);
     limited |= std::abs(force - damping) > effort;
@@ -264,6 +286,7 @@ const Status& World::step() {
       (time_ + kStep) % walking::kTick == kStep.zero() ? disabled & ~mjDSBL_SENSOR : disabled | mjDSBL_SENSOR;
   mj_step2(model_.get(), data_.get());
   soles_.add_contact_forces(*model_, *data_);
+  if (held_) place_held();
   soles_.apply_floor(*model_, *data_);
   mj_step1(model_.get(), data_.get());
   time_ += kStep;
@@ -355,16 +378,26 @@ walking::Wrench World::wrench(std::size_t foot) const {
   return wrench;
 }
 
+walking::JointVector World::velocities() const {
+  walking::JointVector dq(model_->nu);
+  for (int joint = 0; joint < model_->nu; ++joint) dq[joint] = data_->qvel[ids_.velocity[joint]];
+  return dq;
+}
+
+walking::JointVector World::torques() const {
+  walking::JointVector torque(model_->nu);
+  for (int joint = 0; joint < model_->nu; ++joint)
+    torque[joint] = data_->actuator_force[joint] - damping_torque(joint) + added_torque(joint);
+  return torque;
+}
+
 walking::SensorReadings World::leg_readings() const {
   walking::SensorReadings readings;
   readings.q.resize(model_->nu);
   for (int joint = 0; joint < model_->nu; ++joint)
     readings.q[joint] = data_->qpos[ids_.position[joint]] - offset_[joint];
   if (leg_loads_) {
-    walking::JointVector torque(model_->nu);
-    for (int joint = 0; joint < model_->nu; ++joint)
-      torque[joint] = data_->actuator_force[joint] - damping_torque(joint);
-    const auto [left, right] = leg_loads_->wrenches(readings.q, torque);
+    const auto [left, right] = leg_loads_->wrenches(readings.q, torques());
     readings.left = left, readings.right = right;
     return readings;
   }

@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 
+#include "sim/controllers/controller.h"
 #include "sim/physics/clearance.h"
 #include "sim/physics/floor.h"
 #include "sim/physics/leg_loads.h"
@@ -100,8 +101,12 @@ class World {
   World(const WorldOptions& options, const PlantVariation& draw, const walking::JointVector& q,
         const Eigen::Isometry3d& X_WB, const Models& models);
 
-  /// Sets the reference of the servos until the next command: joint angles (rad) and velocities (rad/s).
-  void command(const walking::JointVector& q, const walking::JointVector& dq);
+  /// Sets what the servos follow until the next command; gains, if there are some, also those after it.
+  void command(const controllers::JointCommands& commands);
+
+  /// Holds the waist at X_WB, at rest, while the joints move, until release().
+  void hold(const Eigen::Isometry3d& X_WB) { held_ = X_WB; }
+  void release() { held_.reset(); }
 
   /// Advances the physics by 1 ms. Positions and sensors then belong to the new time.
   const Status& step();
@@ -115,6 +120,10 @@ class World {
   /// Encoders, and the wrenches on the soles at the end of the last tick, by force sensors or else by the
   /// torques of the legs; no IMU.
   walking::SensorReadings leg_readings() const;
+
+  /// Velocities (rad/s) and torques (N·m) of the joints.
+  walking::JointVector velocities() const;
+  walking::JointVector torques() const;
 
   /// Readings for the stabilizer, gyro and accelerometer as means since the last call (or the start). Those
   /// of a moved IMU are turned into the axes of the chest by its mount and the encoders.
@@ -159,6 +168,8 @@ class World {
   void push();
   void limit_torques();
   double damping_torque(int joint) const;
+  double added_torque(int joint) const;
+  void place_held();
   std::string fall_text(const Eigen::Isometry3d& X_WB) const;
   Status check() const;
   void look_around();
@@ -177,6 +188,8 @@ class World {
   std::chrono::nanoseconds next_look_{0};  // nothing can touch the room before
   std::vector<Push> pushes_;
   walking::JointVector offset_;  // true angle minus the encoder's
+  Eigen::VectorXd servo_scale_;  // of each servo's gain; empty: 1
+  std::optional<Eigen::Isometry3d> held_;
   std::chrono::nanoseconds time_{0};
   Status status_;
   bool at_limit_ = false;

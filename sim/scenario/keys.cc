@@ -162,7 +162,7 @@ std::string recording_key(const Scenario& scenario, const std::string& models, c
   if (scenario.world.room.is_path())
     for (const fs::path& file : model_file::files_of(std::string(scenario.world.room)))
       hash.add_part(files::read_text(file));
-  hash.add_part(fmt::format("seed {}", scenario.seed));
+  hash.add_part(fmt::format("seed {}{}", scenario.seed, programs::files_identity(scenario.controller)));
   for (const auto& key : scenario_keys()) {
     if (!shapes_recording(scenario, key.name) || !has_section(scenario, key.name)) continue;
     hash.add_part(key.name);

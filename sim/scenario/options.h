@@ -13,8 +13,9 @@
 
 namespace sim::scenario {
 
-/// stopped: a steered walk had no estimate for too long. estimator_failed: the estimator crashed, missed a
-/// time limit or gave an invalid answer. sensor_unused: the filter did not use one of its sensors in any
+/// stopped: a steered walk had no estimate for too long, or a command took twice its time. estimator_failed,
+/// walker_failed: the estimator or the walking controller crashed, missed a time limit or gave an invalid
+/// answer. sensor_unused: the filter did not use one of its sensors in any
 /// frame. failed: the simulator broke, which no scenario can allow. crashed,
 /// not_started: the process of the run left no result.
 enum class Ending {
@@ -24,6 +25,7 @@ enum class Ending {
   diverged,
   stopped,
   estimator_failed,
+  walker_failed,
   sensor_unused,
   failed,
   crashed,
@@ -31,12 +33,12 @@ enum class Ending {
 };
 
 /// In the order of the enumerators.
-inline constexpr std::array<std::string_view, 10> kEndings{
-    "completed",        "fell",          "collided", "diverged", "stopped",
-    "estimator_failed", "sensor_unused", "failed",   "crashed",  "not started"};
+inline constexpr std::array<std::string_view, 11> kEndings{
+    "completed",     "fell",          "collided", "diverged", "stopped",    "estimator_failed",
+    "walker_failed", "sensor_unused", "failed",   "crashed",  "not started"};
 
 /// The names of the endings that a result can have.
-inline constexpr auto kResultEndings = std::span(kEndings).first<8>();
+inline constexpr auto kResultEndings = std::span(kEndings).first<9>();
 
 constexpr std::string_view name_of(Ending ending) { return kEndings[static_cast<std::size_t>(ending)]; }
 
@@ -106,18 +108,38 @@ struct EstimatorTime {
   }
 };
 
+/// The names of the built-in walking controllers: the pattern generator with its stabilizer.
+inline constexpr std::array<std::string_view, 1> kControllers{"plan"};
+
+/// The scenario's keys walk.controller.time.*: when an answer of the walking controller takes effect.
+struct ControllerTime {
+  TimeModel model = TimeModel::none;
+  double answer_ms = 0;
+
+  static void keys(auto&& key) {
+    choice<&ControllerTime::model>(
+        key, kTimeModels,
+        "simulated time that each answer of the program takes: none, fixed (answer_ms), or measured (its "
+        "wall time: such a run is not repeatable)");
+    number<&ControllerTime::answer_ms>(key, 0, 1000, "simulated time of each answer, with model: fixed");
+  }
+};
+
 /// Everything that shapes a run. Without camera it has no frames, without slam no filter.
 struct Scenario {
   std::string name;
   std::uint64_t seed = 1;
   walking::WalkOptions walk;
+  programs::Choice controller{.name = "plan"};
+  ControllerTime controller_time;
   walking::StabilizerOptions stabilizer;
   physics::WorldOptions world;
   std::optional<camera::CameraOptions> camera;
   rig::ImuOptions imu;
   std::vector<rig::Item> rig;  ///< further sensors
   sensor_errors::ErrorOptions errors;
-  estimators::EstimatorChoice estimator;  ///< the section slam is unused by all but the filter
+  estimators::EstimatorChoice estimator{.name =
+                                            "filter"};  ///< the section slam is unused by all but the filter
   EstimatorTime estimator_time;
   std::optional<slam::Options> slam;
   Limits limits;
@@ -125,7 +147,11 @@ struct Scenario {
   static void keys(auto&& key) {
     value<&Scenario::name>(key, "name of the results folder; without it, that of the scenario's file");
     value<&Scenario::seed>(key, "seed of every random stream of the run");
-    part<&Scenario::walk, &Scenario::stabilizer, &Scenario::world, &Scenario::camera, &Scenario::imu>(key);
+    part<&Scenario::walk>(key);
+    key.choice("walk.controller", &Scenario::controller, kControllers,
+               "what makes the robot walk: plan (pattern generator and stabilizer), or an external program");
+    key.part("walk.controller.time", &Scenario::controller_time);
+    part<&Scenario::stabilizer, &Scenario::world, &Scenario::camera, &Scenario::imu>(key);
     value<&Scenario::rig>(
         key,
         "further sensors, which the filter does not use: a preset (head_2006, d435i, d435i_848 "

@@ -333,7 +333,8 @@ class ScenarioReader {
 
   void read_entry(const Yaml& at, const std::string& path, const Yaml& value) {
     const bool limit = path.starts_with("limits.");
-    if (path == "estimator" && value.find("time")) return read_estimator(at, value);
+    if ((path == "estimator" || path == "walk.controller") && value.find("time"))
+      return read_timed(at, path, value);
     if (value.kind == Yaml::Kind::map && find_key(path) == nullptr && (limit || is_section(path))) {
       if (limit && value.keys.empty()) fail(at, path, "is empty, expected at_most or at_least");
       if (!limit) require_section(at, path);
@@ -349,12 +350,12 @@ class ScenarioReader {
     result.places[path] = at.origin;
   }
 
-  // {program: ..., time: {...}}: the time is a section beside the choice of the estimator.
-  void read_estimator(const Yaml& at, Yaml value) {
+  // {program: ..., time: {...}}: the time is a section beside the choice of the program.
+  void read_timed(const Yaml& at, const std::string& path, Yaml value) {
     const auto i = value.find("time") - value.items.data();
-    read_entry(value.keys[static_cast<std::size_t>(i)], "estimator.time", Yaml(*value.find("time")));
+    read_entry(value.keys[static_cast<std::size_t>(i)], path + ".time", Yaml(*value.find("time")));
     value.keys.erase(value.keys.begin() + i), value.items.erase(value.items.begin() + i);
-    if (!value.keys.empty()) read_entry(at, "estimator", value);
+    if (!value.keys.empty()) read_entry(at, path, value);
   }
 
   void read_value(const Yaml& at, const std::string& path, const Yaml& value) {

@@ -59,8 +59,7 @@ std::string range(const Domain& domain) {
 
 bool is_word(const Yaml& node) { return node.kind == Yaml::Kind::scalar && !node.text.empty(); }
 
-using estimators::EstimatorChoice;
-using estimators::Source;
+using programs::Choice, programs::Source;
 using std::string_view_literals::operator""sv;
 
 constexpr std::array kFields{"program"sv, "command"sv,        "name"sv,
@@ -68,10 +67,18 @@ constexpr std::array kFields{"program"sv, "command"sv,        "name"sv,
 constexpr Domain kLimit{0.001, 1e6};
 constexpr std::size_t kMostOptions = 1000;
 
-const Domain& named() {
-  static const Domain domain{0, 0, estimators::estimator_names()};
-  return domain;
-}
+/// What can be named: built-in controllers by the domain of walk.controller, otherwise estimators.
+struct Role {
+  explicit Role(const Domain& domain)
+      : noun(domain.choices.empty() ? "estimator" : "controller"),
+        names{0, 0, domain.choices.empty() ? estimators::estimator_names() : domain.choices},
+        example(domain.choices.empty() ? "./my_slam" : "./my_walk") {}
+  bool is_built_in(std::string_view name) const { return std::ranges::count(names.choices, name) > 0; }
+  bool may_be_command() const { return noun == "estimator"; }
+  std::string_view noun;
+  Domain names;
+  std::string_view example;
+};
 
 std::string word(const Yaml& node, const std::string& key) {
   if (node.kind != Yaml::Kind::scalar || node.text.empty() || node.text.find('\0') != node.text.npos)
@@ -79,18 +86,17 @@ std::string word(const Yaml& node, const std::string& key) {
   return node.text;
 }
 
-std::vector<std::string> words(const Yaml& node, const std::string& key) {
+std::vector<std::string> words(const Yaml& node, const std::string& key, const Role& role) {
   if (node.kind == Yaml::Kind::scalar) return {word(node, key)};
   if (node.kind != Yaml::Kind::list || node.items.empty())
-    fail(node, key, "expected the program and its arguments, as in [./my_slam, --stdio]");
+    fail(node, key, fmt::format("expected the program and its arguments, as in [{}, --stdio]", role.example));
   std::vector<std::string> all;
   for (const Yaml& item : node.items) all.push_back(word(item, key));
   return all;
 }
 
 /// Nested sections become dotted keys.
-void read_options(const Yaml& node, const std::string& key, const std::string& section,
-                  EstimatorChoice& choice) {
+void read_options(const Yaml& node, const std::string& key, const std::string& section, Choice& choice) {
   if (node.kind != Yaml::Kind::map) fail(node, key, "expected keys and values, as in {threads: 2}");
   for (std::size_t i = 0; i < node.keys.size(); ++i) {
     const std::string name = section + node.keys[i].text;
@@ -110,24 +116,22 @@ void read_options(const Yaml& node, const std::string& key, const std::string& s
   }
 }
 
-bool is_built_in(std::string_view name) { return std::ranges::count(named().choices, name) > 0; }
-
 /// Returns the name of the program's or command's file, or unlike a built-in name.
-std::string standard_name(const EstimatorChoice& choice) {
-  std::string name = estimators::program_name(command_words(choice));
+std::string standard_name(const Choice& choice, const Role& role) {
+  std::string name = programs::program_name(command_words(choice));
   for (char& c : name)
     if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '_' && c != '-') c = '_';
-  if (name.empty()) name = "estimator";
-  return is_built_in(name) ? name + "_external" : name.substr(0, 100);
+  if (name.empty()) name = role.noun;
+  return role.is_built_in(name) ? name + "_external" : name.substr(0, 100);
 }
 
-void read_field(const Yaml& at, const std::string& key, const Yaml& value, EstimatorChoice& choice) {
+void read_field(const Yaml& at, const std::string& key, const Yaml& value, const Role& role, Choice& choice) {
   const std::string& field = at.text;
   const std::string path = key + "." + field;
-  if (field == "program" || field == "command") {
+  if (field == "program" || (field == "command" && role.may_be_command())) {
     if (!choice.words.empty()) fail(at, path, "names a program and a command, expected one of them");
     choice.source = field == "program" ? Source::program : Source::command;
-    choice.words = field == "program" ? words(value, path) : std::vector{word(value, path)};
+    choice.words = field == "program" ? words(value, path, role) : std::vector{word(value, path)};
   } else if (field == "name") {
     read(value, path, {}, choice.name);
   } else if (field == "options") {
@@ -135,20 +139,24 @@ void read_field(const Yaml& at, const std::string& key, const Yaml& value, Estim
   } else if (field == "start_within_s" || field == "answer_within_s") {
     read(value, path, kLimit, field == "start_within_s" ? choice.start_within_s : choice.answer_within_s);
   } else {
-    fail(
-        at, path,
-        fmt::format("unknown, expected one of {}{}", fmt::join(kFields, ", "), did_you_mean(field, kFields)));
+    std::vector<std::string_view> known(kFields.begin(), kFields.end());
+    if (!role.may_be_command()) std::erase(known, "command");
+    fail(at, path,
+         fmt::format("unknown, expected one of {}{}", fmt::join(known, ", "), did_you_mean(field, known)));
   }
 }
 
-EstimatorChoice read_section(const Yaml& node, const std::string& key) {
-  EstimatorChoice choice;
+Choice read_section(const Yaml& node, const std::string& key, const Role& role) {
+  Choice choice;
   choice.name.clear();
-  for (std::size_t i = 0; i < node.keys.size(); ++i) read_field(node.keys[i], key, node.items[i], choice);
-  if (choice.words.empty()) fail(node, key, "expected a program, as in {program: [./my_slam, --stdio]}");
-  if (choice.name.empty()) choice.name = standard_name(choice);
-  if (is_built_in(choice.name))
-    fail(node, key + ".name", fmt::format("{} is a built-in estimator, expected another name", choice.name));
+  for (std::size_t i = 0; i < node.keys.size(); ++i)
+    read_field(node.keys[i], key, node.items[i], role, choice);
+  if (choice.words.empty())
+    fail(node, key, fmt::format("expected a program, as in {{program: [{}, --stdio]}}", role.example));
+  if (choice.name.empty()) choice.name = standard_name(choice, role);
+  if (role.is_built_in(choice.name))
+    fail(node, key + ".name",
+         fmt::format("{} is a built-in {}, expected another name", choice.name, role.noun));
   return choice;
 }
 
@@ -285,26 +293,28 @@ const ValueType kDegrees{[](const Domain& domain) { return expected(domain, 0.0)
                            return print(domain, to_degrees(*static_cast<const double*>(value)));
                          }};
 
-std::string expected(const Domain&, const EstimatorChoice&) {
-  return fmt::format("a built-in estimator ({}) or {{program: [FILE, ARGUMENT...], options: {{...}}}}",
-                     fmt::join(named().choices, ", "));
+std::string expected(const Domain& domain, const Choice&) {
+  const Role role(domain);
+  return fmt::format("a built-in {} ({}) or {{program: [FILE, ARGUMENT...], options: {{...}}}}", role.noun,
+                     fmt::join(role.names.choices, ", "));
 }
 
-void read(const Yaml& node, std::string_view key, const Domain&, EstimatorChoice& choice) {
+void read(const Yaml& node, std::string_view key, const Domain& domain, Choice& choice) {
+  const Role role(domain);
   if (node.kind == Yaml::Kind::map) {
-    choice = read_section(node, std::string(key));
+    choice = read_section(node, std::string(key), role);
     return;
   }
   if (node.kind == Yaml::Kind::scalar && node.text.find_first_of("/.") != node.text.npos)
     fail(node, key,
-         fmt::format("is '{0}', expected a built-in estimator ({1}) or {{program: {0}}}", node.text,
-                     fmt::join(named().choices, ", ")));
-  EstimatorChoice found;
-  found.name = named().choices[read_choice(node, key, named())];
+         fmt::format("is '{0}', expected a built-in {2} ({1}) or {{program: {0}}}", node.text,
+                     fmt::join(role.names.choices, ", "), role.noun));
+  Choice found;
+  found.name = role.names.choices[read_choice(node, key, role.names)];
   choice = found;
 }
 
-std::string print(const Domain&, const EstimatorChoice& choice) {
+std::string print(const Domain&, const Choice& choice) {
   if (choice.source == Source::built_in) return choice.name;
   std::vector<std::string> words, options;
   for (const std::string& word : choice.words) words.push_back(quote_if_needed(word));

@@ -55,10 +55,10 @@ std::string print(const Domain& domain, const std::vector<std::string>& value);
 std::string print(const Domain& domain, const Eigen::Vector3d& value);
 std::string print(const Domain& domain, const std::vector<Eigen::Vector3d>& value);
 
-/// A built-in estimator or an external one.
-std::string expected(const Domain& domain, const estimators::EstimatorChoice&);
-void read(const Yaml& node, std::string_view key, const Domain& domain, estimators::EstimatorChoice& choice);
-std::string print(const Domain& domain, const estimators::EstimatorChoice& choice);
+/// A built-in estimator or controller, or an external program.
+std::string expected(const Domain& domain, const programs::Choice&);
+void read(const Yaml& node, std::string_view key, const Domain& domain, programs::Choice& choice);
+std::string print(const Domain& domain, const programs::Choice& choice);
 
 /// Returns the index of a word among the domain's choices. Throws ConfigError.
 std::size_t read_choice(const Yaml& node, std::string_view key, const Domain& domain);

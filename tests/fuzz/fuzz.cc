@@ -74,12 +74,13 @@ Inputs one_of_each(const auto& files) {
 
 void answer(std::string_view text) {
   namespace estimators = sim::estimators;
-  if (text.size() < 1 + estimators::kHeaderBytes) return;
+  if (text.size() < 1 + programs::kHeaderBytes) return;
   read_or_reject<estimators::EstimatorFailed>([&] {
     const bool start = text[0] % 2 == 0;
-    const std::size_t bytes = estimators::payload_bytes(
-        text.substr(1, estimators::kHeaderBytes), start ? GAITSLAM_MESSAGE_READY : GAITSLAM_MESSAGE_ANSWER);
-    const std::string_view payload = text.substr(1 + estimators::kHeaderBytes);
+    const std::size_t bytes = programs::payload_bytes(
+        text.substr(1, programs::kHeaderBytes), start ? programs::Message::ready : programs::Message::answer,
+        estimators::kMostBytes);
+    const std::string_view payload = text.substr(1 + programs::kHeaderBytes);
     require(bytes < 20'000'000);
     if (start) {
       estimators::read_ready(payload);

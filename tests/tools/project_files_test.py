@@ -29,13 +29,15 @@ RULES = {
                       'fcntl.h unistd.h sys/',
     'sim/export/': 'sim/export/ sim/recording/ sim/rig/ sim/files/ sim/sensor_errors/ slam/camera.h slam/observation.h '
                    'slam/options.h Eigen/ opencv2/core fmt/ libdeflate.h',
-    'sim/physics/': 'sim/physics/ sim/model_file/ sim/files/ sim/rig/ walking/ Eigen/ fmt/ mujoco/ unistd.h',
+    'sim/physics/': 'sim/physics/ sim/controllers/controller.h sim/controllers/plan_controller.h sim/programs/child_program.h sim/model_file/ sim/files/ sim/rig/ walking/ Eigen/ fmt/ mujoco/ unistd.h',
     'sim/camera/': 'sim/camera/ sim/physics/ sim/rig/ sim/room/ sim/score/types.h slam/observation.h walking/ Eigen/ fmt/ '
                    'mujoco/ GL/ opencv2/core opencv2/imgproc dlfcn.h',
     'sim/room/': 'sim/room/ opencv2/core opencv2/imgproc',
-    'sim/estimators/': 'sim/estimators/ sim/rig/ sim/files/hash.h slam/ Eigen/ opencv2/core fmt/ errno.h fcntl.h poll.h signal.h '
-                       'stddef.h stdint.h stdio.h stdlib.h string.h time.h unistd.h sys/',
-    'sim/scenario/': 'sim/scenario/ sim/model_file/ sim/estimators/ sim/rig/ sim/files/ sim/sensor_errors/ sim/score/metrics.h '
+    'sim/programs/': 'sim/programs/ sim/files/hash.h fmt/ fcntl.h poll.h signal.h time.h unistd.h sys/',
+    'sim/controllers/': 'sim/controllers/ gaitslam_estimator.h sim/programs/ walking/ Eigen/ fmt/',
+    'sim/estimators/': 'sim/estimators/ sim/programs/ sim/rig/ slam/ Eigen/ opencv2/core fmt/ errno.h '
+                       'stddef.h stdint.h stdio.h stdlib.h string.h unistd.h',
+    'sim/scenario/': 'sim/scenario/ sim/model_file/ sim/programs/ sim/estimators/ sim/rig/ sim/files/ sim/sensor_errors/ sim/score/metrics.h '
                      'sim/physics/options.h sim/physics/robot_file.h sim/camera/options.h slam/observation.h slam/options.h walking/ Eigen/ fmt/',
     'sim/tracking/': 'sim/tracking/ sim/estimators/ sim/rig/ sim/scenario/ sim/sensor_errors/ slam/ Eigen/',
     'sim/result/': 'sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/score/ sim/files/ slam/ walking/ Eigen/ fmt/ '
@@ -52,7 +54,7 @@ RULES = {
                  'sim/files/ slam/ Eigen/ fmt/ nlohmann/ opencv2/ boost/asio/ boost/beast/ libdeflate.h',
     'sim/trials/': 'sim/trials/ sim/replay/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/sensor_errors/random.h '
                    'sim/score/ sim/files/ slam/ Eigen/ fmt/ nlohmann/ opencv2/core boost/random/',
-    'sim/live/': 'sim/live/ sim/model_file/ sim/physics/ sim/camera/ sim/rig/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ '
+    'sim/live/': 'sim/live/ sim/controllers/ sim/programs/ sim/model_file/ sim/physics/ sim/camera/ sim/rig/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ '
                  'sim/sensor_errors/random.h sim/sensor_errors/faults.h sim/score/ sim/files/ slam/ walking/ Eigen/ fmt/ nlohmann/ '
                  'opencv2/core opencv2/imgproc',
     'tools/cli/jobs/': 'tools/cli/ sim/trials/ sim/regression/ sim/result/ sim/recording/ sim/scenario/ sim/files/ CLI/ fmt/ '

@@ -29,6 +29,8 @@ bool is_valid(const std::string& file, const scenario::Changes& changes, const f
         "{}: valid{}\n", read.origin.contains("name") ? file + ", " + read.scenario.name : file,
         checked
             ? fmt::format(", a walk of {:.2f} s", static_cast<double>(checked->ticks()) * walking::kPeriod)
+        : read.scenario.controller.source == programs::Source::program
+            ? "; its walking controller was not started"
             : "; whether the robot can walk it was not checked: no simulator");
     return true;
   } catch (const scenario::ConfigError& e) {

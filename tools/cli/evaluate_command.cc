@@ -5,9 +5,9 @@
 #include <iostream>
 #include <variant>
 
-#include "sim/estimators/child_program.h"
 #include "sim/export/export.h"
 #include "sim/files/text.h"
+#include "sim/programs/child_program.h"
 #include "sim/replay/replay.h"
 #include "sim/result/limits.h"
 #include "sim/result/score_file.h"
@@ -68,11 +68,11 @@ replay::ExternalRun run_command(const EvaluateRequest& request, const scenario::
   std::string command = request.command;
   boost::replace_all(command, "{folder}", files::shell_word((scratch / "export").string()));
   boost::replace_all(command, "{trajectory}", files::shell_word(run.trajectory.string()));
-  estimators::ChildProgram program({"sh", "-c", "exec 1>&2\n" + command});
+  programs::ChildProgram program({"sh", "-c", "exec 1>&2\n" + command}, "evaluate");
   try {
-    program.run(estimators::TimeLimit(request.within_s));
+    program.run(programs::TimeLimit(request.within_s));
     if (!fs::exists(run.trajectory)) run.failed = "it ended without writing {trajectory}";
-  } catch (const estimators::EstimatorFailed& failure) {
+  } catch (const programs::ProgramFailed& failure) {
     run.failed = failure.what();
   }
   const std::string lines = program.last_lines();

@@ -1,7 +1,7 @@
 # Sets RECORDING_SOURCES_HASH: of all files below SOURCE that shape a recording, names and contents. What is not here (filter,
 # scores, pages, scenarios read and printed) may change, and recordings that were made before still serve.
 file(GLOB_RECURSE RECORDING_SOURCES RELATIVE ${SOURCE}
-  ${SOURCE}/walking/*.cc ${SOURCE}/walking/*.h
+  ${SOURCE}/walking/*.cc ${SOURCE}/walking/*.h ${SOURCE}/sim/controllers/*.cc ${SOURCE}/sim/controllers/*.h
   ${SOURCE}/sim/model_file/*.cc ${SOURCE}/sim/model_file/*.h ${SOURCE}/sim/physics/*.cc ${SOURCE}/sim/physics/*.h ${SOURCE}/sim/camera/*.cc ${SOURCE}/sim/camera/*.h
   ${SOURCE}/sim/room/*.cc ${SOURCE}/sim/room/*.h ${SOURCE}/sim/rig/*.cc ${SOURCE}/sim/rig/*.h)
 list(APPEND RECORDING_SOURCES

@@ -19,6 +19,17 @@ constexpr const char* kRobotCheckExamples = R"(Examples:
   gaitslam robot check unitree/g1_29dof.xml  # a bare model: with what robot init would guess
 Exit codes: 0 the robot stands and walks in place; 1 it does not; 2 it cannot be read.)";
 
+constexpr const char* kWalkerExamples = R"(Example:
+  gaitslam run scenarios/tangent_circle.yaml 'walk.controller={program: [tools/gaitslam, walker]}'
+sim/controllers/README.md describes its messages. Its option plan: false withholds the plan from the estimator.)";
+
+struct WalkerRequest {};
+
+int answer_messages(WalkerRequest&) {
+  require_simulator();
+  return run_plan_program();
+}
+
 struct RobotRequest {
   fs::path robot;
   std::optional<fs::path> out;
@@ -84,6 +95,12 @@ void add_robot(CLI::App& app, int& exit_code) {
                   "Write a first robot.yaml that guesses feet, legs, base, chest and head", "", write_first);
   writer.add_option("model", init_request.robot, "model file, MJCF or URDF")->required();
   writer.add_option("--out", init_request.out, "folder of robot.yaml (default: that of the model)");
+}
+
+void add_walker(CLI::App& app, int& exit_code) {
+  add_command(app, exit_code, "walker",
+              "The built-in walking controller as a program: answers messages of gaitslam_walker.h",
+              kWalkerExamples, answer_messages);
 }
 
 }  // namespace cli

@@ -174,7 +174,7 @@ TEST(Messages, AnObservationIsWhereTheReadmeSaysItIs) {
 
 TEST(Messages, MissingDataTakesNoBytes) {
   EXPECT_EQ(observation_message({}, {}).substr(16), std::string(368 + 16, '\0'));
-  EXPECT_EQ(end_message(), std::string("GSLM\5\0\0\0\0\0\0\0\0\0\0\0", 16));
+  EXPECT_EQ(programs::message(programs::Message::end, {}), std::string("GSLM\5\0\0\0\0\0\0\0\0\0\0\0", 16));
 }
 
 TEST(Messages, AnAnswerComesBackWithAllItsBits) {

@@ -83,7 +83,7 @@ TEST(G1, ATorqueIsNeverBeyondItsLimitAndIsReportedThere) {
   walking::JointVector bent = g1().robot.posture;
   const int knee = g1().robot.leg(walking::Side::left).joints[3];
   bent[knee] += 1;  // 4000 N·m by the servo's stiffness
-  world.command(bent, walking::JointVector::Zero(bent.size()));
+  world.command({bent, walking::JointVector::Zero(bent.size())});
   world.step();
   EXPECT_EQ(world.torque_limited_since_last(), std::optional(true));
   const mjModel& m = *world.model();

@@ -129,7 +129,7 @@ TEST(World, SplitsTheRecordedReadingsWithoutGapsAndWithoutDisturbingTheStabilize
 void bend(World& world, std::initializer_list<std::pair<int, double>> joints) {
   walking::JointVector q = half_sitting();
   for (const auto& [joint, angle] : joints) q[joint] = angle;
-  world.command(q, walking::JointVector::Zero(q.size()));
+  world.command({q, walking::JointVector::Zero(q.size())});
 }
 
 // While the chest turns and the head nods.
@@ -210,8 +210,8 @@ TEST(World, WhatStandsInAnObjectHasCollidedFromTheBeginning) {
 
 TEST(World, EndsAsFailedWhenThePhysicsIsGivenNumbersThatAreNotFinite) {
   World world = standing();
-  world.command(walking::JointVector::Constant(30, std::numeric_limits<double>::quiet_NaN()),
-                walking::JointVector::Zero(30));
+  world.command({walking::JointVector::Constant(30, std::numeric_limits<double>::quiet_NaN()),
+                 walking::JointVector::Zero(30)});
   run(world, 10);
   EXPECT_EQ(world.status().condition, Condition::physics_failed);
   EXPECT_FALSE(world.status().cause.empty());

@@ -141,7 +141,7 @@ std::string Recordings::key(const scenario::Scenario& scenario) const {
   std::string programs = program_;
   // The estimator and its inputs shape a walk that the estimate steers.
   if (scenario.walk.steering.by == walking::SteeredBy::estimate)
-    programs += program_identity() + estimators::estimator_files_identity(scenario.estimator);
+    programs += program_identity() + programs::files_identity(scenario.estimator);
   return scenario::recording_key(scenario, models_hash_, programs);
 }
 
@@ -240,7 +240,8 @@ std::vector<result::SeedScore> read_scores(const std::vector<ResultJob>& jobs,
 }
 
 std::string inputs_of(const scenario::Scenario& scenario) {
-  return scenario::to_yaml(scenario) + estimators::estimator_files_identity(scenario.estimator);
+  return scenario::to_yaml(scenario) + programs::files_identity(scenario.estimator) +
+         programs::files_identity(scenario.controller);
 }
 
 OutUse resumable(const std::vector<ResultJob>& jobs, const fs::path& models, bool cached) {

@@ -3,6 +3,7 @@
 
 #include <iostream>
 
+#include "sim/live/plan_program.h"
 #include "sim/live/robot_check.h"
 #include "sim/live/run.h"
 #include "sim/physics/first_robot_file.h"
@@ -37,6 +38,8 @@ std::optional<walking::PatternGenerator> check_start(const scenario::ReadScenari
 bool check_robot(const fs::path& folder, const std::function<void(const std::string&)>& print) {
   return live::check_robot(folder, print);
 }
+
+int run_plan_program() { return live::run_plan_program(); }
 
 std::string first_robot_file(const fs::path& model, const std::string& written) {
   return physics::first_robot_file(model, written);

@@ -1,4 +1,4 @@
-#include "sim/estimators/child_program.h"
+#include "sim/programs/child_program.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -13,15 +13,15 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <deque>
 #include <sstream>
 #include <thread>
+#include <utility>
 
-#include "sim/estimators/estimator.h"
-
-namespace sim::estimators {
+namespace sim::programs {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -151,12 +151,21 @@ bool read_whole(int file, Structure& structure) {
 
 }  // namespace
 
+std::string printable(std::string_view text) {
+  std::string line;
+  for (const char c : text) {
+    const bool blank = c == '\n' || c == '\t' || c == '\r';
+    line += blank ? ' ' : c >= ' ' && c <= '~' ? c : '?';
+  }
+  return line;
+}
+
 TimeLimit::TimeLimit(double within_s)
     : seconds(within_s),
       deadline(Clock::now() +
                std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(within_s))) {}
 
-ChildProgram::ChildProgram(const std::vector<std::string>& words) {
+ChildProgram::ChildProgram(const std::vector<std::string>& words, const std::string& role) {
   std::vector<char*> arguments;
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
@@ -169,7 +178,7 @@ ChildProgram::ChildProgram(const std::vector<std::string>& words) {
   supervisor_ = made ? ::fork() : -1;
   if (supervisor_ < 0)
     throw std::invalid_argument(
-        fmt::format("estimator: no process for the program: {}", std::strerror(errno)));
+        fmt::format("{}: no process for the program: {}", role, std::strerror(errno)));
   if (supervisor_ == 0)
     start(arguments.data(), {in.file[1], out.file[1], error.file[1]}, failure.file[1], alive.file[0],
           report.file[1]);
@@ -185,7 +194,7 @@ ChildProgram::ChildProgram(const std::vector<std::string>& words) {
   for (const int file : {in_, out_, error_, report_}) ::close(file);
   const bool has_arguments = words.size() == 1 && words[0].find(' ') != std::string::npos;
   throw std::invalid_argument(
-      fmt::format("estimator: the program {} cannot be started: {}{}", words[0], std::strerror(why),
+      fmt::format("{}: the program {} cannot be started: {}{}", role, words[0], std::strerror(why),
                   has_arguments ? "; its arguments are words of a list, as in [./my_slam, --stdio]" : ""));
 }
 
@@ -203,7 +212,7 @@ void ChildProgram::send(std::string_view bytes, const TimeLimit& limit) {
     else if (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)
       fail_ended();
     else if (!wait_for(in_, POLLOUT, limit))
-      throw EstimatorFailed(fmt::format("it did not read its input within {} s", limit.seconds));
+      throw ProgramFailed(fmt::format("it did not read its input within {} s", limit.seconds));
   }
 }
 
@@ -216,7 +225,7 @@ std::string ChildProgram::receive(std::size_t bytes, const TimeLimit& limit) {
     else if (got == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR))
       fail_ended(at == 0 ? "" : fmt::format(" after {} of {} bytes of a message", at, bytes));
     else if (!wait_for(out_, POLLIN, limit))
-      throw EstimatorFailed(
+      throw ProgramFailed(
           at == 0 ? fmt::format("no answer within {} s", limit.seconds)
                   : fmt::format("only {} of {} bytes of a message within {} s", at, bytes, limit.seconds));
   }
@@ -281,7 +290,7 @@ bool ChildProgram::wait_until_ended(const TimeLimit& limit) {
 void ChildProgram::fail_ended(const std::string& progress) {
   const bool ended = wait_until_ended(TimeLimit(kToEnd_s));
   kill();
-  throw EstimatorFailed((ended ? ended_text(status_) : "it closed its standard input or output") + progress);
+  throw ProgramFailed((ended ? ended_text(status_) : "it closed its standard input or output") + progress);
 }
 
 // Kills it and all processes that it started.
@@ -295,8 +304,8 @@ void ChildProgram::kill() {
 void ChildProgram::run(const TimeLimit& limit) {
   end(limit);
   if (WIFSIGNALED(status_) && WTERMSIG(status_) == SIGKILL && Clock::now() >= limit.deadline)
-    throw EstimatorFailed(fmt::format("it did not exit within {} s", limit.seconds));
-  if (!WIFEXITED(status_) || WEXITSTATUS(status_) != 0) throw EstimatorFailed(ended_text(status_));
+    throw ProgramFailed(fmt::format("it did not exit within {} s", limit.seconds));
+  if (!WIFEXITED(status_) || WEXITSTATUS(status_) != 0) throw ProgramFailed(ended_text(status_));
 }
 
 void ChildProgram::end(const TimeLimit& limit) {
@@ -331,4 +340,4 @@ double ChildProgram::cpu_ms() const {
   return 1e3 * static_cast<double>(used.tv_sec) + 1e-6 * static_cast<double>(used.tv_nsec);
 }
 
-}  // namespace sim::estimators
+}  // namespace sim::programs

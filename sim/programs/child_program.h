@@ -4,11 +4,24 @@
 #include <sys/types.h>
 
 #include <chrono>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
-namespace sim::estimators {
+namespace sim::programs {
+
+/// The program crashed, missed a time limit or gave an invalid answer. what(): the cause.
+class ProgramFailed : public std::runtime_error {
+ public:
+  explicit ProgramFailed(const std::string& cause, std::string its_log = "")
+      : std::runtime_error(cause), log(std::move(its_log)) {}
+
+  std::string log;  ///< what it wrote to its standard error
+};
+
+/// Returns external text as one line of printable ASCII characters.
+std::string printable(std::string_view text);
 
 /// A time limit that starts now.
 struct TimeLimit {
@@ -21,20 +34,20 @@ struct TimeLimit {
 /// setsid, are killed when it misses a time limit, at the end, or when this process ends, also by SIGKILL.
 class ChildProgram {
  public:
-  /// words: the program, searched in PATH, and its arguments. Throws std::invalid_argument if it cannot be
-  /// started.
-  explicit ChildProgram(const std::vector<std::string>& words);
+  /// words: the program, searched in PATH, and its arguments. role: of the program, in messages. Throws
+  /// std::invalid_argument if it cannot be started.
+  ChildProgram(const std::vector<std::string>& words, const std::string& role);
   ~ChildProgram();
   ChildProgram(const ChildProgram&) = delete;
   ChildProgram& operator=(const ChildProgram&) = delete;
-  /// Throw EstimatorFailed if the program ends, or at the time limit.
+  /// Throw ProgramFailed if the program ends, or at the time limit.
   void send(std::string_view bytes, const TimeLimit& limit);
   std::string receive(std::size_t bytes, const TimeLimit& limit);
   /// Returns and removes what it has written to its standard output by now, at most 4 KiB.
   std::string unread();
   /// Closes its standard input, waits for its exit and kills it at the time limit.
   void end(const TimeLimit& limit);
-  /// Runs a program without messages to its exit. Throws EstimatorFailed if its exit code is not 0, or at the
+  /// Runs a program without messages to its exit. Throws ProgramFailed if its exit code is not 0, or at the
   /// time limit.
   void run(const TimeLimit& limit);
   /// Returns its standard error, or the last MiB of it.
@@ -63,4 +76,4 @@ class ChildProgram {
   std::size_t log_lost_ = 0;  // bytes removed from the front of log_
 };
 
-}  // namespace sim::estimators
+}  // namespace sim::programs

@@ -1,0 +1,94 @@
+#include "sim/programs/choice.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <sstream>
+
+#include "sim/files/hash.h"
+
+namespace sim::programs {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::optional<std::string> hash_of(const fs::path& file) {
+  std::error_code fault;
+  std::ifstream in(file, std::ios::binary);
+  if (!in || !fs::is_regular_file(file, fault)) return std::nullopt;
+  files::Hash hash;
+  for (std::array<char, 1 << 16> piece; in.read(piece.data(), piece.size()), in.gcount() > 0;)
+    hash.add({piece.data(), static_cast<std::size_t>(in.gcount())});
+  return hash.hex();
+}
+
+/// Searches a program without a slash in its name in PATH. Returns the word if it is not found.
+fs::path program_file(const std::string& word) {
+  const char* const path = std::getenv("PATH");
+  if (word.find('/') != word.npos || !path) return word;
+  std::istringstream folders(path);
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (const fs::path file = fs::path(folder.empty() ? "." : folder) / word;
+        ::access(file.c_str(), X_OK) == 0)
+      return file;
+  return word;
+}
+
+}  // namespace
+
+std::string program_name(const std::vector<std::string>& words) {
+  constexpr std::array kRunners{"python",  "pypy", "sh",      "bash",   "dash", "zsh",
+                                "perl",    "ruby", "node",    "julia",  "java", "lua",
+                                "Rscript", "env",  "timeout", "stdbuf", "nice", "taskset"};
+  std::string name;
+  for (const std::string& word : words) {
+    const bool is_argument = word.empty() || word[0] == '-' || word.find('=') != word.npos ||
+                             word.find_first_not_of("0123456789.") == word.npos;
+    if (word == "-c") break;  // code instead of a file
+    if (is_argument && !name.empty()) continue;
+    name = fs::path(word).stem().string();
+    const std::string program = name.substr(0, name.find_last_not_of("0123456789.") + 1);
+    if (std::ranges::find(kRunners, program) == kRunners.end()) break;
+  }
+  return name;
+}
+
+void require_program(const Choice& choice, const std::string& role) {
+  const fs::path file = program_file(choice.words.at(0));
+  if (::access(file.c_str(), X_OK) != 0)
+    throw std::invalid_argument(
+        fmt::format("{}: the program {} cannot be started: {}", role, choice.words[0], std::strerror(errno)));
+}
+
+std::string files_identity(const Choice& choice) {
+  std::string text;
+  for (std::size_t i = 0; const std::string& word : command_words(choice)) {
+    if (const auto hash = hash_of(i == 0 ? program_file(word) : fs::path(word)))
+      text += fmt::format(" {} {}", i, *hash);
+    ++i;
+  }
+  return text;
+}
+
+std::vector<std::string> command_words(const Choice& choice) {
+  if (choice.source != Source::command) return choice.words;
+  std::istringstream words(choice.words.front());
+  return {std::istream_iterator<std::string>(words), {}};
+}
+
+std::string options_text(const Choice& choice) {
+  std::string text;
+  for (const auto& [key, value] : choice.options) text += fmt::format("{}={}\n", key, value);
+  return text;
+}
+
+}  // namespace sim::programs

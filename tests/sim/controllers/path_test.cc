@@ -1,0 +1,95 @@
+// The path of walk commands and its following.
+#include "sim/controllers/path.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+namespace sim::controllers {
+namespace {
+
+using std::numbers::pi;
+using walking::FootPose;
+
+constexpr Velocity kLargest{0.5, 0.2, 1};
+constexpr double kTick = 0.005;
+
+/// Ends of commands: by their geometry, apart from how the path is integrated.
+TEST(Path, EndsWhereItsCommandsLead) {
+  struct Case {
+    std::vector<walking::Command> commands;
+    FootPose end;
+  };
+  for (const auto& [commands, end] : std::vector<Case>{
+           {{walking::Straight{2, 0.5}}, {{2, 0.5}, 0}},
+           {{walking::TangentArc{1, pi / 2}}, {{1, 1}, pi / 2}},
+           {{walking::TangentArc{1, -pi / 2}}, {{1, -1}, -pi / 2}},
+           {{walking::PerpendicularArc{1, pi / 2}}, {{1, -1}, pi / 2}},
+           {{walking::Turn{pi}, walking::Straight{1, 0}}, {{-1, 0}, pi}},
+           {{walking::Stand{1}, walking::GoTo{1, 2, pi / 2}}, {{1, 2}, pi / 2}},
+           {{walking::Straight{1, 0}, walking::Turn{pi / 2}, walking::Repeat{2, 3}}, {{0, 0}, 2 * pi}}}) {
+    const Path path(commands, kLargest);
+    const FootPose reached = path.pose(path.duration_s());
+    EXPECT_LT((reached.position - end.position).norm(), 1e-9);
+    EXPECT_NEAR(reached.yaw, end.yaw, 1e-9);
+    for (double t = 0; t < path.duration_s(); t += 0.1) {
+      const Velocity v = path.piece(t).velocity;
+      EXPECT_LE(std::abs(v.ahead), kLargest.ahead);
+      EXPECT_LE(std::abs(v.left), kLargest.left);
+      EXPECT_LE(std::abs(v.turn), kLargest.turn);
+    }
+  }
+}
+
+/// A robot with the gains and biases of a learned gait: ahead, aside, turn.
+struct Walker {
+  FootPose at = {};
+  FootPose desired = {};
+
+  /// Follows to the end. locates: whether its place is known.
+  void follow(PathFollower& follower, bool locates) {
+    for (int tick = 0; tick < 100000 && !follower.ended() && !follower.stopped(); ++tick) {
+      const Velocity v = follower.velocity();
+      at = at * FootPose{Eigen::Vector2d(0.9 * v.ahead - 0.02, 0.9 * v.left + 0.01) * kTick,
+                         (0.9 * v.turn + 0.02) * kTick};
+      follower.advance(kTick);
+      desired = follower.desired();
+      if (locates) follower.locate({0, desired, at});
+    }
+  }
+  double off() const { return (at.position - desired.position).norm(); }
+};
+
+TEST(PathFollower, BringsARobotWithGainAndBiasToTheEnd) {
+  walking::SteeringOptions steering;
+  steering.tolerance_m = 0.05, steering.tolerance_rad = 0.1;
+  for (const double aside : {0.2, 0.0}) {  // a robot that does not walk sideways, too
+    const Velocity largest{0.5, aside, 1};
+    const std::vector<walking::Command> circle{walking::Straight{2, 0}, walking::TangentArc{1, pi / 2},
+                                               walking::Turn{pi / 2}};
+    for (const bool locates : {false, true}) {
+      PathFollower follower(Path(circle, largest), largest, steering);
+      Walker walker;
+      walker.follow(follower, locates);
+      EXPECT_TRUE(follower.ended()) << follower.stopped().value_or("");
+      if (locates)
+        EXPECT_LT(walker.off(), 0.05);
+      else
+        EXPECT_GT(walker.off(), 0.2) << "by dead reckoning of the command";
+    }
+  }
+}
+
+TEST(PathFollower, StopsACommandThatTakesTwiceItsTime) {
+  PathFollower follower(Path({walking::Straight{1, 0}}, kLargest), kLargest, {});
+  double t_s = 0;
+  for (; !follower.ended() && !follower.stopped(); t_s += kTick) {
+    follower.locate({0, follower.desired(), FootPose{}});  // it does not move
+    follower.advance(kTick);
+  }
+  EXPECT_NEAR(t_s, 2 * 2.5 + 2, 0.1);
+  EXPECT_NE(follower.stopped()->find("walk.commands[0] took more than 2 times its 2.5 s"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace sim::controllers

@@ -1,0 +1,123 @@
+// External walking controllers: what they receive, and what becomes of faulty ones.
+#include "sim/controllers/program_controller.h"
+
+#include <gmock/gmock.h>
+
+namespace sim::controllers {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+/// Two joints, of which a program knows all.
+walking::Robot robot() {
+  walking::Robot robot;
+  for (const char* name : {"left_knee", "right_knee"}) {
+    walking::Joint& joint = robot.joints.emplace_back();
+    joint.name = name, joint.lowest = -0.1, joint.highest = 2;
+  }
+  robot.posture = Eigen::Vector2d(0.5, 0.6);
+  return robot;
+}
+
+ProgramStart with_fault(const std::string& fault,
+                        std::vector<walking::Command> commands = {walking::Straight{}}) {
+  ProgramStart start{
+      {programs::Source::program, "faulty", {GAITSLAM_FAULTY_WALKER}, {{"fault", fault}}, 60, 0.3}, robot()};
+  start.description.motors.resize(2, {0, 0, 50, 1});
+  start.commands.commands = std::move(commands);
+  return start;
+}
+
+Readings readings() {
+  Readings at_rest;
+  at_rest.accelerometer.z() = walking::kGravity;
+  at_rest.q = robot().posture;
+  at_rest.dq = at_rest.torque = Eigen::Vector2d::Zero();
+  return at_rest;
+}
+
+/// The commands of the last of some ticks of the walk.
+JointCommands walk(ProgramController& controller, int ticks) {
+  JointCommands last;
+  for (int i = 0; i < ticks; ++i) last = controller.command(readings(), false), controller.advance();
+  return last;
+}
+
+TEST(ProgramController, AFaultyAnswerFailsWithTimeCauseAndLastLines) {
+  for (const auto& [fault, cause] : std::vector<std::pair<const char*, const char*>>{
+           {"exit", "it ended with exit code 5; its last lines: loading | the policy is broken"},
+           {"sleeps", "no answer within 0.3 s"},
+           {"half", "only 3 of 528 bytes of a message within 0.3 s"},
+           {"prints", "its standard output is not a message: it starts with 'step 3: all is w'"},
+           {"wrong_stamp", "has the stamp 20000001 ns, expected that of the sensors, 20000000 ns"},
+           {"nan", "its command of joint right_knee is not finite"},
+           {"hard", "its gains of joint right_knee are kp 1000000 and kd 2, expected 0 to 100000"},
+           {"negative", "its gains of joint left_knee are kp 100 and kd -1, expected"},
+           {"wrong_status", "its status is 7, expected 0 (ok)"},
+           {"finishes", "it finished, but only a controller with `plans` may"},
+           {"not_ready", "it is not ready, but the walk has started"},
+           {"too_few", "it commands 1 joints, expected the 2 of its READY"},
+           {"plan_comes", "its plan comes and goes"},
+           {"gives_up", "it gave up: the floor is lava"},
+           {"fails", "exit code 1; its last lines: no memory"}}) {
+    ProgramController controller(with_fault(fault));
+    walk(controller, 4);  // 100 Hz: every second tick
+    try {
+      walk(controller, 1);
+      ADD_FAILURE() << fault << ": passes";
+    } catch (const programs::ProgramFailed& failure) {
+      EXPECT_THAT(failure.what(), StartsWith("the walking controller faulty failed at t = 0.020 s: "))
+          << fault;
+      EXPECT_THAT(failure.what(), HasSubstr(cause));
+    }
+  }
+}
+
+TEST(ProgramController, WhatIsWrongAtItsStartIsWrongInput) {
+  for (const auto& [fault, cause] : std::vector<std::pair<const char*, const char*>>{
+           {"cannot_start", "it cannot start: no weights"},
+           {"other_version", "it speaks version 99 of gaitslam_walker.h, expected 1"},
+           {"unfit_rate", "its rate is 60 Hz, expected a divisor of 200 Hz"},
+           {"no_rate", "its rate is nan Hz"},
+           {"long_settling", "its settle time is 1000000000 s, expected 0 to 60"},
+           {"no_speeds", "its largest speeds are 0"},
+           {"nan_speed", "its largest vy is nan, expected a speed"},
+           {"wrong_flag", "its stands is 2, expected 0 or 1"},
+           {"no_joints", "it commands 0 joints, expected 1 to 2"},
+           {"misspelt", "it commands the joint 'left_kne', expected one of left_knee, right_knee"},
+           {"doubled", "it names the joint 'left_knee' twice"},
+           {"start_beyond", "the start angle of 'left_knee' is 9 rad, expected -0.1 to 2"}})
+    EXPECT_THAT([fault = fault] { ProgramController unused(with_fault(fault)); },
+                testing::ThrowsMessage<std::invalid_argument>(
+                    testing::AllOf(StartsWith("walking controller: faulty: "), HasSubstr(cause))));
+  EXPECT_THROW(ProgramController(with_fault("dies_at_start")), programs::ProgramFailed);
+  for (const walking::Command& impossible :
+       std::vector<walking::Command>{walking::Straight{0, 1}, walking::Steps{}})
+    EXPECT_THAT([&] { ProgramController unused(with_fault("none", {impossible})); },
+                testing::ThrowsMessage<std::invalid_argument>(StartsWith("walk.commands[0]")));
+}
+
+TEST(ProgramController, CommandsServosAtItsRateAndClipsAngles) {
+  ProgramController controller(with_fault("clips"));
+  const JointCommands commands = walk(controller, 1);
+  EXPECT_EQ(commands.q, Eigen::Vector2d(2, 0.6)) << "clipped to its range";
+  EXPECT_EQ(controller.clipped(), 1U);
+  EXPECT_EQ(commands.gains->kp, Eigen::Vector2d(100, 100));
+  walk(controller, 2);
+  EXPECT_EQ(controller.clipped(), 2U) << "asked at ticks 0 and 2";
+  EXPECT_EQ(controller.finish(), "");
+}
+
+TEST(ProgramController, AnAnswerTakesEffectAfterItsTime) {
+  ProgramStart start = with_fault("clips");
+  start.time.fixed_s = 0.012;
+  ProgramController controller(start);
+  for (const int clipped : {0, 0, 0, 1}) {  // after 12 ms: at the tick of 15 ms
+    walk(controller, 1);
+    EXPECT_EQ(controller.clipped(), static_cast<std::size_t>(clipped));
+  }
+}
+
+}  // namespace
+}  // namespace sim::controllers
