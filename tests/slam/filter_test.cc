@@ -248,7 +248,7 @@ TEST(Filter, WithoutImagesPlanAndSensorsTheUncertaintyGrowsFromFrameToFrameUntil
   double before = 0;
   for (int k = 0; k < 60; ++k) {
     Observation o = short_walk().observation(k);
-    if (k >= 30) o = {o.t, {}, {}, {}, {}, {}, {}};
+    if (k >= 30) o = {o.t, {}, {}, {}, {}, {}, {}, {}, {}};
     const Health health = filter.step(o).health;
     const Eigen::Matrix<double, 6, 1> variance = filter.estimate().covariance.diagonal();
     const bool certain =

@@ -233,8 +233,8 @@ TEST(Relocalization, AFilterWithACoveredViewContinuesAtItsPredictionButNotAfterA
     for (int k = 0; k < 75; ++k) {
       Observation o = walk().observation(k);
       if (k >= from && k < to)
-        o = covered ? Observation{o.t, cover(k), o.gyro, o.accelerometer, o.plan, {}, {}}
-                    : Observation{o.t, {}, {}, {}, {}, {}, {}};
+        o = covered ? Observation{o.t, cover(k), o.gyro, o.accelerometer, o.plan, {}, {}, {}, {}}
+                    : Observation{o.t, {}, {}, {}, {}, {}, {}, {}, {}};
       const FrameReport& report = filter.step(o);
       const bool is_lost = report.health == Health::lost;
       found = found || report.relocalized;
