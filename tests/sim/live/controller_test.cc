@@ -1,4 +1,7 @@
 // Walks by external controllers.
+
+#include <cstdlib>
+
 #include "sim/recording/recording.h"
 #include "tests/sim/live/run_folder.h"
 
@@ -31,12 +34,55 @@ TEST_F(ControllerTest, TheBuiltInOneAsAProgramGivesTheSameBytes) {
 }
 
 TEST_F(ControllerTest, AProgramThatFailsEndsTheWalkAsWalkerFailed) {
-  const auto outcome =
-      run("failed", read(kWalk, {fmt::format("walk.controller={{program: [\"{}\"], options: {{fault: exit}}}}",
-                                             GAITSLAM_FAULTY_WALKER)}));
+  const auto outcome = run(
+      "failed", read(kWalk, {fmt::format("walk.controller={{program: [\"{}\"], options: {{fault: exit}}}}",
+                                         GAITSLAM_FAULTY_WALKER)}));
   EXPECT_EQ(outcome.ending, Ending::walker_failed);
   EXPECT_EQ(outcome.exit_code, 3);
   EXPECT_THAT(outcome.cause, HasSubstr("its last lines: loading | the policy is broken"));
+}
+
+// A network of four hidden units: sway by the sine of the phase, and a lift of each leg in its half of it.
+constexpr const char* kMakeNetwork = R"(
+import numpy as np, sys
+joints = [f'{side}_{joint}_joint' for side in ('left', 'right')
+          for joint in ('hip_pitch', 'hip_roll', 'hip_yaw', 'knee', 'ankle_pitch', 'ankle_roll')]
+W0, b0, W1, b1 = np.zeros((4, 2)), np.array([0, 0, -3.5, -3.5]), np.zeros((12, 4)), np.zeros(12)
+W0[0], W0[2, 0], W0[3, 0] = (0.088, 0.048), 6, -6
+for side in (0, 1):
+    for joint, share in ((0, -0.5), (3, 1), (4, -0.5)):
+        W1[6 * side + joint, 2 + side] = b1[6 * side + joint] = 0.05 * share
+    W1[6 * side + 1, 0], W1[6 * side + 5, 0] = 0.3, -0.3
+np.savez(sys.argv[1], joints=joints, q0=np.radians([-21.55, 0, 0, 46.65, -25.1, 0] * 2), action_scale=1.0,
+         kp=[4000, 4000, 4000, 4000, 1000, 1000] * 2, kd=[60, 60, 60, 60, 15, 15] * 2, rate_hz=50.0,
+         settle_s=2.0, largest_speeds=[0.3, 0, 0.3], stands=True, phase_s=0.6, observations=['phase'],
+         observation_scales=[1.0], W0=W0, b0=b0, W1=W1, b1=b1)
+)";
+
+TEST_F(ControllerTest, ANetworkOfTheExampleStandsAndStepsInPlace) {
+  const std::string file = (folder_ / "network.npz").string(), make = (folder_ / "make.py").string();
+  sim::files::write_text(make, kMakeNetwork);
+  ASSERT_EQ(std::system(fmt::format("/usr/bin/python3 '{}' '{}'", make, file).c_str()), 0);
+  constexpr const char* kG1 =
+      "world: {robot: g1, room: floor}\nwalk: {commands: [{stand: {}}]}\nlimits: {}\n";
+  const std::string program = fmt::format(
+      "walk.controller={{program: [/usr/bin/python3, \"{}/tools/examples/network_walker.py\", \"{}\"]}}",
+      GAITSLAM_SOURCE_DIR, file);
+  for (const auto& [name, command, least, most] : {std::tuple("stands", "{stand: {duration_s: 2}}", 0, 0),
+                                                   {"steps", "{straight: {forward_m: 1}}", 5, 12}}) {
+    const auto outcome = run(name, read(kG1, {program, fmt::format("walk.commands=[{}]", command)}));
+    EXPECT_EQ(outcome.ending, Ending::completed) << outcome.cause;
+    int lifts = 0;  // of the left foot
+    bool was_up = false;
+    for (const sim::recording::TrueFeet& feet :
+         sim::recording::read_truth(folder_ / name / "recording").feet) {
+      const bool up = feet.left.load_n < 5;
+      lifts += up && !std::exchange(was_up, up);
+      was_up = up;
+    }
+    EXPECT_GE(lifts, least) << name;
+    EXPECT_LE(lifts, most) << name;
+  }
 }
 
 }  // namespace
