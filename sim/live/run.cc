@@ -105,7 +105,7 @@ class SensingRobot {
   RigImus imus_;
 };
 
-/// The poses that steer, in the order in which they become known.
+/// Poses that steer, added when they become known.
 class Steered {
  public:
   /// exposure: from a frame's stamp until its image is complete.

@@ -104,7 +104,7 @@ class World {
   /// Sets what the servos follow until the next command; gains, if there are some, also those after it.
   void command(const controllers::JointCommands& commands);
 
-  /// Holds the waist at X_WB, at rest, while the joints move, until release().
+  /// Fixes the waist at X_WB, at rest, while the joints move, until release().
   void hold(const Eigen::Isometry3d& X_WB) { held_ = X_WB; }
   void release() { held_.reset(); }
 

@@ -10,7 +10,7 @@ namespace sim::programs {
 /// Source of an answer. command: a program that ran on an exported recording (gaitslam evaluate).
 enum class Source { built_in, program, command };
 
-/// What was chosen.
+/// The choice.
 struct Choice {
   Source source = Source::built_in;
   std::string name = {};                ///< of something built-in; else its name in results

@@ -78,7 +78,7 @@ class Conversation {
   /// ProgramFailed if it crashes or misses its time limit.
   Conversation(const Choice& choice, std::string role, std::string_view start,
                const std::function<void(std::string_view)>& read_ready, std::size_t most_bytes);
-  /// Sends a message and returns the payload of its ANSWER. Throws ProgramFailed with the cause alone.
+  /// Sends a message and returns the payload of its ANSWER. Throws ProgramFailed with only the cause.
   std::string ask(std::string_view message);
   /// Ends the program. Returns what to throw. when: "at t = 1.000 s".
   ProgramFailed failed(const std::string& when, const std::string& cause);

@@ -67,7 +67,7 @@ constexpr std::array kFields{"program"sv, "command"sv,        "name"sv,
 constexpr Domain kLimit{0.001, 1e6};
 constexpr std::size_t kMostOptions = 1000;
 
-/// What can be named: built-in controllers by the domain of walk.controller, otherwise estimators.
+/// Names of built-in controllers (the domain of walk.controller) or estimators.
 struct Role {
   explicit Role(const Domain& domain)
       : noun(domain.choices.empty() ? "estimator" : "controller"),

@@ -9,7 +9,7 @@ namespace {
 using testing::HasSubstr;
 using testing::StartsWith;
 
-/// Two joints, of which a program knows all.
+/// A robot with two joints.
 walking::Robot robot() {
   walking::Robot robot;
   for (const char* name : {"left_knee", "right_knee"}) {
