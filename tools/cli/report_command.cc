@@ -38,8 +38,9 @@ std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
   for (const std::string& name : named) {
     if (!fs::is_directory(name)) throw UsageError("{}: no such result folder", name);
     if (pages::is_sweep(name) || pages::is_tuning(name))
-      throw UsageError("{}: is a sweep or a tuning with its own page: report it separately, without --plots",
-                       name);
+      throw UsageError(
+          "{}: is a sweep or a tuning with its own page: report it separately, without --plots or --table",
+          name);
     const std::vector<fs::path> found = result::find_results(name);
     if (found.empty())
       throw UsageError(
@@ -92,7 +93,7 @@ bool has_table(const std::optional<std::string>& file, bool force) {
 }
 
 int make_report(ReportRequest& request) {
-  if (!request.out && !request.table)
+  if (!request.out && (!request.table || !request.plots.empty()))
     throw UsageError("--out: missing, expected the HTML file to write; or --table with a file");
   if (has_table(request.table, request.force)) {
     ProgressLine progress("report");
