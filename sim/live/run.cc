@@ -66,7 +66,8 @@ class SensingRobot {
         robot_(std::move(controller), scenario.world,
                plant_variation(scenario.seed, scenario.world, static_cast<int>(models.robot.joints.size())),
                models),
-        legs_(models.robot, robot_.reference().X_PB),
+        legs_(models.robot, robot_.reference().X_PB,
+              robot_.controller().has_plan() ? walking::AtRest::sole : walking::AtRest::points),
         mounting_(live::mounting(scenario, robot_.controller(), models)),
         imus_(scenario.rig, places(scenario.rig, *models.on_floor), robot_.world()) {
     legs_.add(robot_.world().leg_readings());
@@ -83,10 +84,10 @@ class SensingRobot {
   /// Commands the servos of this tick. Returns the readings without noise.
   walking::SensorReadings command() {
     const walking::SensorReadings ideal = robot_.world().sensor_readings();
-    legs_.add(ideal);
     walking::SensorReadings noisy = ideal;
     noisy.gyro += normal(gyro_, options_.gyro_sigma_rad_s);
     noisy.accelerometer += normal(accelerometer_, options_.accelerometer_sigma_m_s2);
+    legs_.add(noisy);
     robot_.command(noisy);
     return ideal;
   }
@@ -321,7 +322,9 @@ void Run::stamp_frame() {
   next_.t = world.time();
   if (robot_->controller().has_plan())
     next_.plan = planned_motion(from, to, time_s(), robot_.mounting().X_BC);
-  const auto [X_OB, p_OS] = robot_.legs().motion(world.leg_readings().q);
+  const slam::Stamp now = world.time(), tick = slam::Stamp(walking::kTick);  // one ends at its last instant
+  const double into_s = now.count() > 0 ? slam::seconds((now - slam::Stamp(1)) % tick + slam::Stamp(1)) : 0;
+  const auto [X_OB, p_OS] = robot_.legs().motion(world.leg_readings().q, into_s);
   const Eigen::Isometry3d X_OC = X_OB * robot_.mounting().X_BC;
   next_.legs = {X_OC, X_OC.inverse() * p_OS};
   if (navigation_) {  // its plan has no adjusted landings
