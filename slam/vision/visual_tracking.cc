@@ -127,7 +127,9 @@ std::optional<std::string> VisualTracking::measure(const VisualInput& in) {
   if (failed) return "almost no landmark found";
   if (!vision.inliers.empty() || !in.report.lines.empty()) return std::nullopt;
   if (!vision.searched.empty()) return "no landmark found";
-  if (initialized.wanted > 0 && initialized.added == 0) return "the image has no corner for a landmark";
+  const bool dead_reckons = in.has_plan && map_.landmarks().empty();  // no map that the images could not fit
+  if (initialized.wanted > 0 && initialized.added == 0 && !dead_reckons)
+    return "the image has no corner for a landmark";
   return std::nullopt;
 }
 

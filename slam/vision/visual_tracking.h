@@ -15,8 +15,8 @@ struct VisualInput {
   DepthImage depth;
   Stamp t, interval;  ///< interval: since the previous accepted observation; 0 at the first
   bool stands_still;  ///< the camera is known to stand still
-  bool has_plan;
-  int frame;  ///< number of the estimates before
+  bool has_plan;      ///< or leg odometry
+  int frame;          ///< number of the estimates before
   Kalman& kalman;
   TrackingMonitor& tracking;
   FrameReport& report;  ///< has the height's innovation; the visual part is added

@@ -133,6 +133,25 @@ std::vector<double> fingerprint(const Filter& filter) {
   return bits;
 }
 
+TEST(Filter, WithoutCornersItContinuesByPlanOrLegOdometryUntilAnImageHasSome) {
+  Options options;
+  options.tracking.lost_after_s = 1;
+  for (const bool knows_motion : {true, false}) {
+    Filter filter = filter_at_start(options);
+    for (int k = 0; k < 45; ++k) {
+      Observation o = short_walk().observation(k);
+      for (int column = 0; column < o.image.cols; ++column)  // stripes that move
+        o.image.col(column).setTo((column + k) / 8 % 2 == 0 ? 60 : 180);
+      if (knows_motion && k % 2 == 0) o.legs = LegMotion{o.plan->X_PC, o.plan->p_CF};
+      if (!knows_motion) o.plan.reset();
+      filter.step(o);
+    }
+    const FrameReport& report = filter.step(short_walk().observation(45));
+    EXPECT_EQ(report.health, knows_motion ? Health::ok : Health::lost);
+    EXPECT_EQ(report.landmarks > 0, knows_motion);
+  }
+}
+
 TEST(Filter, RejectsMalformedObservationsAndIsLeftBitIdentical) {
   Filter filter = filter_at_start(Options{}), undisturbed = filter_at_start(Options{});
   for (Filter* f : {&filter, &undisturbed}) step(*f, 0, 40);
