@@ -8,7 +8,7 @@ namespace {
 namespace fs = std::filesystem;
 using physics::RobotFile;
 
-constexpr const char *kFile = "robot.yaml", *kWalk = "walk", *kStabilizer = "stabilizer",
+constexpr const char *kFile = "robot.yaml", *kWalk = "walk", *kStabilizer = "stabilizer", *kSlam = "slam",
                      *kFriction = "floor_friction";
 constexpr std::array kSides{"right", "left"};  // as walking::Side
 
@@ -37,7 +37,8 @@ class RobotReader {
                 {"step", [this](const Yaml& node) { table("step", node, robot_.step); }},
                 {kFriction, no_key_of_the_robot},
                 {kWalk, no_key_of_the_robot},
-                {kStabilizer, no_key_of_the_robot}});
+                {kStabilizer, no_key_of_the_robot},
+                {kSlam, no_key_of_the_robot}});
     for (const char* key : {"base", "head_camera", "imu", "legs", "feet", "servos"})
       if (!root_.find(key)) fail(root_, key, "missing, expected in the file of a robot");
     for (std::size_t side = 0; side < 2; ++side) {
@@ -170,7 +171,7 @@ std::vector<std::pair<std::string, Yaml>> robot_defaults(const fs::path& folder)
   std::error_code fault;
   if (!fs::is_regular_file(folder / kFile, fault)) return all;
   const Yaml root = parse_yaml_file(folder / kFile);
-  for (const char* section : {kWalk, kStabilizer})
+  for (const char* section : {kWalk, kStabilizer, kSlam})
     if (const Yaml* const node = root.find(section)) {
       require_map(*node, section, "keys of a scenario and their values");
       flatten(section, *node, all);

@@ -19,8 +19,8 @@ physics::RobotFile read_robot(const std::filesystem::path& folder);
 /// The robot of a scenario.
 physics::RobotFile read_robot(const Scenario& scenario);
 
-/// Returns the keys of a scenario that robot.yaml sets, with their values: those below walk and stabilizer,
-/// and world.floor_friction. A scenario may override them. Empty if the file does not exist.
+/// Returns the keys of a scenario that robot.yaml sets, with their values: those below walk, stabilizer and
+/// slam, and world.floor_friction. A scenario may override them. Empty if the file does not exist.
 std::vector<std::pair<std::string, Yaml>> robot_defaults(const std::filesystem::path& folder);
 
 }  // namespace sim::scenario

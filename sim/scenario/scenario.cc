@@ -281,8 +281,11 @@ class ScenarioReader {
   /// Reads what the robot says of keys that no file and no argument has given.
   void read_robot_defaults() {
     for (const auto& [path, value] : robot_defaults(robot_folder(result.scenario.world.robot))) {
-      if (result.origin.contains(path)) continue;
-      if (!shapes_recording(path) || path == "walk.commands")
+      const bool noise =
+          find_key(path) && (path.starts_with("slam.height.") || path.starts_with("slam.leg_odometry.") ||
+                             path.starts_with("slam.plan_velocity."));
+      if (result.origin.contains(path) || (noise && !result.scenario.slam)) continue;
+      if (!noise && (!shapes_recording(path) || path == "walk.commands"))
         fail(value, path,
              "is not a default that a robot can set" + (find_key(path) ? "" : "; " + unknown_key(path)));
       read_value(value, path, value);
