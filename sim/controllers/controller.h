@@ -57,6 +57,8 @@ class Controller {
   /// The plan at this tick and at the next one.
   virtual const walking::Reference& reference() const = 0;
   virtual walking::Reference following() const = 0;
+  /// Ends a program after the walk. Returns its log.
+  virtual std::string finish() { return {}; }
 };
 
 }  // namespace sim::controllers

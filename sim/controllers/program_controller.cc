@@ -163,6 +163,14 @@ void ProgramController::refer() {
   following_.X_PB = between(from, to, std::min((since + 1) / ticks, 1.0));
 }
 
+std::string ProgramController::finish() {
+  std::string log = program_.finish();
+  if (clipped_ > 0)
+    log += fmt::format("gaitslam: {} commanded angles were beyond the range of their joints and clipped\n",
+                       clipped_);
+  return log;
+}
+
 double ProgramController::progress() const {
   if (follower_) return follower_->progress();
   return ready_.words.duration_s > 0

@@ -44,10 +44,10 @@ class ProgramController : public Controller {
 
   /// What follows the path of the commands; absent if the program plans them itself.
   std::optional<PathFollower>& follower() { return follower_; }
-  /// Ends the program. Returns its log. Throws programs::ProgramFailed if it sent more answers than asked
-  /// for.
-  std::string finish() { return program_.finish(); }
-  /// Angles that were beyond the range of their joints and clipped.
+  /// Its log ends with the number of clipped angles, if there are any. Throws programs::ProgramFailed if it
+  /// sent more answers than asked for.
+  std::string finish() override;
+  /// Commanded angles that were beyond the range of their joints.
   std::size_t clipped() const { return clipped_; }
 
  private:

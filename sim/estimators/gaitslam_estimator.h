@@ -140,12 +140,12 @@ enum { GAITSLAM_SUPPORT_BOTH = 0, GAITSLAM_SUPPORT_LEFT = 1, GAITSLAM_SUPPORT_RI
 /* Planned motion of the camera at the stamp of the image. */
 typedef struct gaitslam_plan {
   gaitslam_pose X_PC;
-  double v_PC_C[3];   /* linear velocity of C in P, axes C, m/s */
-  double w_PC_C[3];   /* angular velocity of C in P, axes C, rad/s */
-  double p_CF[3];     /* planned sole of the support foot, or the middle of both soles, in C */
-  uint32_t support;   /* one of GAITSLAM_SUPPORT_... */
-  uint32_t reserved;  /* 0 */
-} gaitslam_plan;      /* 176 bytes */
+  double v_PC_C[3];  /* linear velocity of C in P, axes C, m/s */
+  double w_PC_C[3];  /* angular velocity of C in P, axes C, rad/s */
+  double p_CF[3];    /* planned sole of the support foot, or the middle of both soles, in C */
+  uint32_t support;  /* one of GAITSLAM_SUPPORT_... */
+  uint32_t reserved; /* 0 */
+} gaitslam_plan;     /* 176 bytes */
 
 /* The camera at the stamp of the image by leg odometry. */
 typedef struct gaitslam_legs {
@@ -156,7 +156,7 @@ typedef struct gaitslam_legs {
 
 /* The velocity that the base is commanded, in its own heading. */
 typedef struct gaitslam_command {
-  int64_t t_ns;                          /* when it was commanded */
+  int64_t t_ns; /* when it was commanded */
   double ahead_m_s, left_m_s, turn_rad_s;
 } gaitslam_command; /* 32 bytes */
 

@@ -344,9 +344,11 @@ void Run::stamp_frame() {
     observer_.stamped({next_.t, world, from, planned_waist(from, to, time_s()) * robot_.mounting().X_BC,
                        last_tick_.feet, last_tick_.left, last_tick_.right});
   frames_.push({std::exchange(next_, {}), world.X_WC()});
-  recording::TruePoses poses{world.time(), world.X_WC(), world.X_WB(), planned_waist(from, to, time_s())};
+  recording::TruePoses poses{world.time(), world.X_WC(), world.X_WB()};
+  const Eigen::Isometry3d followed = planned_waist(from, to, time_s());
+  if (robot_->controller().has_plan()) poses.X_PB = followed;
   if (navigation_) poses.X_WB_desired = navigation_->desired_waist(time_s());
-  if (path_ && !robot_->controller().has_plan()) poses.X_WB_desired = poses.X_PB;
+  if (path_ && !poses.X_PB) poses.X_WB_desired = followed;
   writer_.add(poses);
 }
 
@@ -426,6 +428,12 @@ result::RunRecord Run::record(const std::filesystem::path& folder) {
                          read_.scenario.walk.steering.lost_s, *(*navigation_)->stopped_s())};
   if (ended.ending == scenario::Ending::completed && path_ && path_->follower().stopped())
     ended = {scenario::Ending::stopped, *path_->follower().stopped()};
+  try {
+    const std::string log = robot_->failure() ? "" : robot_->controller().finish();
+    if (!log.empty()) files::write_text(folder.parent_path() / "controller.log", log);
+  } catch (const programs::ProgramFailed& failure) {
+    ended = {scenario::Ending::walker_failed, failure.what()};
+  }
   if (const auto& failure = robot_->failure()) ended = {scenario::Ending::walker_failed, failure->what()};
   if (ended.ending != scenario::Ending::failed && complaint) ended = {scenario::Ending::failed, *complaint};
   result::RunRecord left{read_, ended, setup_, recording::read_truth(folder), std::nullopt, ""};

@@ -222,8 +222,9 @@ Models::Models(const RobotFile& file, const std::string& room, const std::filesy
 controllers::RobotDescription describe(const Models& models, const RobotFile& file) {
   const mjModel& m = *models.on_floor;
   const Robot& robot = models.robot;
-  controllers::RobotDescription description{.measures_wrenches = models.has_force_sensors,
-                                            .model = to_xml(adapt(file).root)};
+  controllers::RobotDescription description;
+  description.measures_wrenches = models.has_force_sensors;
+  description.model = to_xml(adapt(file).root);
   const Data data(mj_makeData(&m));
   std::copy_n(m.qpos0, m.nq, data->qpos);
   Eigen::Map<Eigen::Matrix<double, 7, 1>>(data->qpos) << 0, 0, 0, 1, 0, 0, 0;

@@ -179,7 +179,10 @@ score::Run score_input(const RunRecord& record) {
   run.feet = feet(record.truth);
   run.torque_limited = torque_limited(record.truth.feet);
   const walking::WalkOptions& walk = record.scenario.scenario.walk;
-  if (!record.truth.waist_plan.empty()) run.desired = desired_path(walk, record.truth);
+  if (!record.truth.waist_plan.empty())
+    run.desired = desired_path(walk, record.truth);
+  else if (const auto& path = record.truth.waist_desired; !path.empty())
+    run.desired = {path, path.back().X, {}};
   run.steered = walk.steering.by != walking::SteeredBy::plan;
   run.corrections = record.truth.corrected_steps;
   if (!record.truth.waist_plan.empty()) run.plan_end = plan_end(walk);

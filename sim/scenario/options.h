@@ -98,7 +98,8 @@ struct EstimatorTime {
         key, kTimeModels,
         "simulated time that each answer takes: none, fixed (frame_ms), or measured (its wall time: such a "
         "run is not repeatable)");
-    number<&EstimatorTime::frame_ms>(key, 0, 1e6, "simulated time of each answer, with model: fixed");
+    number<&EstimatorTime::frame_ms>(
+        key, 0, 1e6, "simulated time from the sensors to the command of the servos, with model: fixed");
     number<&EstimatorTime::queue>(
         key, 0, 1, "number of frames that wait for a busy estimator; a newer frame replaces the waiting one");
     choice<&EstimatorTime::on_busy>(
@@ -121,7 +122,8 @@ struct ControllerTime {
         key, kTimeModels,
         "simulated time that each answer of the program takes: none, fixed (answer_ms), or measured (its "
         "wall time: such a run is not repeatable)");
-    number<&ControllerTime::answer_ms>(key, 0, 1000, "simulated time of each answer, with model: fixed");
+    number<&ControllerTime::answer_ms>(
+        key, 0, 1000, "simulated time from the sensors to the command of the servos, with model: fixed");
   }
 };
 
@@ -147,9 +149,9 @@ struct Scenario {
   static void keys(auto&& key) {
     value<&Scenario::name>(key, "name of the results folder; without it, that of the scenario's file");
     value<&Scenario::seed>(key, "seed of every random stream of the run");
-    part<&Scenario::walk>(key);
     key.choice("walk.controller", &Scenario::controller, kControllers,
                "what makes the robot walk: plan (pattern generator and stabilizer), or an external program");
+    part<&Scenario::walk>(key);
     key.part("walk.controller.time", &Scenario::controller_time);
     part<&Scenario::stabilizer, &Scenario::world, &Scenario::camera, &Scenario::imu>(key);
     value<&Scenario::rig>(

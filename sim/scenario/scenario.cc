@@ -126,25 +126,32 @@ void check_measured_depth(const ReadScenario& read) {
        "is measured_depth, expected a depth camera in the rig that is aligned with cam0, as in rig: d435i");
 }
 
-/// Throws ConfigError at a key of estimator.time that contradicts another one.
+/// Throws ConfigError at a key of estimator.time or walk.controller.time that contradicts another one.
 void check_time(const ReadScenario& read) {
-  const EstimatorTime& time = read.scenario.estimator_time;
-  const auto require = [&](bool holds, const char* name, const std::string& problem) {
-    if (holds) return;
-    const std::string key = std::string("estimator.time.") + name;
-    fail(place_of(read, key), key, problem);
+  const auto require = [&](bool valid, const std::string& key, const std::string& problem) {
+    if (!valid) fail(place_of(read, key), key, problem);
   };
-  const std::string_view model = kTimeModels[static_cast<std::size_t>(time.model)];
-  const bool none = time.model == TimeModel::none, fixed = time.model == TimeModel::fixed;
-  require(fixed || time.frame_ms == 0, "frame_ms",
-          fmt::format("is {}, but estimator.time.model is {}; expected 0, or model: fixed", time.frame_ms,
-                      model));
-  require(!fixed || read.origin.contains("estimator.time.frame_ms"), "model",
-          "is fixed, expected estimator.time.frame_ms with it");
-  require(!none || time.queue == 0, "queue", "is 1, but with estimator.time.model none a frame never waits");
-  require(!none || time.on_busy == OnBusy::drop, "on_busy",
+  const auto check_fixed = [&](const std::string& section, TimeModel model, const char* name, double ms) {
+    const std::string key = section + name;
+    require(model == TimeModel::fixed || ms == 0, key,
+            fmt::format("is {}, but {}model is {}; expected 0, or model: fixed", ms, section,
+                        kTimeModels[static_cast<std::size_t>(model)]));
+    require(model != TimeModel::fixed || read.origin.contains(key), section + "model",
+            fmt::format("is fixed, expected {} with it", key));
+  };
+  const ControllerTime& controller = read.scenario.controller_time;
+  check_fixed("walk.controller.time.", controller.model, "answer_ms", controller.answer_ms);
+  require(controller.model == TimeModel::none || read.scenario.controller.source == programs::Source::program,
+          "walk.controller.time.model", "needs an external program as walk.controller, expected none");
+  const EstimatorTime& time = read.scenario.estimator_time;
+  const std::string estimator = "estimator.time.";
+  check_fixed(estimator, time.model, "frame_ms", time.frame_ms);
+  const bool none = time.model == TimeModel::none;
+  require(!none || time.queue == 0, estimator + "queue",
+          "is 1, but with estimator.time.model none a frame never waits");
+  require(!none || time.on_busy == OnBusy::drop, estimator + "on_busy",
           "is wait, but with estimator.time.model none an estimator is never busy");
-  require(time.on_busy == OnBusy::drop || time.queue == 0, "queue",
+  require(time.on_busy == OnBusy::drop || time.queue == 0, estimator + "queue",
           "is 1, but estimator.time.on_busy is wait, where every frame waits; expected 0, or on_busy: drop");
 }
 

@@ -111,7 +111,8 @@ TEST_F(ReportTest, PagesHaveNoSeriousFindingsOfAxeAndFitANarrowPhone) {
   ok("replay a/seed-1 slam.vision.sigma_px=3 --out b");
   ok("report a b --out report.html");
   ok("leaderboard a b --html leaderboard.html");
-  ok("sweep walk.yaml slam.vision.sigma_px=1,3 slam.depth.first_sight=inverse_depth,particles --jobs 2 --out sweep");
+  ok("sweep walk.yaml slam.vision.sigma_px=1,3 slam.depth.first_sight=inverse_depth,particles --jobs 2 --out "
+     "sweep");
   ok("report sweep --out sweep.html");
   for (const std::string page : {"report.html", "leaderboard.html", "sweep.html", "$url"}) {
     const std::string use = "timeout 300 node " + kSources + "/tests/tools/use_page.cjs audit \"" + page +
