@@ -98,8 +98,7 @@ struct EstimatorTime {
         key, kTimeModels,
         "simulated time that each answer takes: none, fixed (frame_ms), or measured (its wall time: such a "
         "run is not repeatable)");
-    number<&EstimatorTime::frame_ms>(
-        key, 0, 1e6, "simulated time from the sensors to the command of the servos, with model: fixed");
+    number<&EstimatorTime::frame_ms>(key, 0, 1e6, "simulated time of each answer, with model: fixed");
     number<&EstimatorTime::queue>(
         key, 0, 1, "number of frames that wait for a busy estimator; a newer frame replaces the waiting one");
     choice<&EstimatorTime::on_busy>(
