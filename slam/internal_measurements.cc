@@ -56,12 +56,16 @@ OptionalMeasurement commanded_velocity(const Inputs& in) {
   return measure_command(in.x, *in.planned->command, in.options.command);
 }
 
+// Without a plan the height by leg odometry drifts from step to step: it only bounds the estimate.
+constexpr double kDriftingHeight_m = 0.1;
 OptionalMeasurement height(const Inputs& in) {
   const std::optional<PlannedMotion>& plan = in.observation.plan;
   const std::optional<LegMotion>& legs = in.observation.legs;
   const bool by_legs = in.options.leg_odometry.enabled && legs;
   if (!in.options.height.enabled || (!by_legs && !plan)) return std::nullopt;
-  return measure_height(in.x, (by_legs ? legs->X_OC : plan->X_PC).translation().z(), in.options.height);
+  Options::Height options = in.options.height;
+  if (!plan) options.sigma_m = std::max(options.sigma_m, kDriftingHeight_m);
+  return measure_height(in.x, (by_legs ? legs->X_OC : plan->X_PC).translation().z(), options);
 }
 
 /// A sensor's measurement, if there is one, its gate, its place in reports and its name in reasons.
