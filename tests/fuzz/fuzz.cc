@@ -74,6 +74,7 @@ Inputs one_of_each(const auto& files) {
 
 void answer(std::string_view text) {
   namespace estimators = sim::estimators;
+  namespace programs = sim::programs;
   if (text.size() < 1 + programs::kHeaderBytes) return;
   read_or_reject<estimators::EstimatorFailed>([&] {
     const bool start = text[0] % 2 == 0;
