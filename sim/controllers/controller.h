@@ -1,4 +1,4 @@
-// What makes the robot walk: readings of its own sensors in, commands of its servos out.
+// Walking controllers: readings of the robot's sensors in, commands of its servos out.
 #pragma once
 
 #include <string>
@@ -18,16 +18,16 @@ struct Gains {
   walking::JointVector kp, kd, torque;  ///< N·m/rad, N·m·s/rad, N·m
 };
 
-/// What the servos of all joints follow until the next command: torque + kp (q - q̂) + kd (dq - dq̂).
+/// The commands of all servos until the next ones: torque + kp (q - q̂) + kd (dq - dq̂).
 struct JointCommands {
   walking::JointVector q, dq;
   std::optional<Gains> gains = {};  ///< absent: those of the robot's own servos, without added torques
 };
 
-/// What an external controller receives of the robot beyond walking::Robot.
+/// Properties of the robot for an external controller, beyond walking::Robot.
 struct RobotDescription {
   struct Motor {
-    double armature = 0, damping = 0, kp = 0, kd = 0;  ///< kg m², N·m·s/rad; of its own servo
+    double armature = 0, damping = 0, kp = 0, kd = 0;  ///< kg m², N·m·s/rad; kp, kd: of the robot's servo
   };
   std::vector<Motor> motors;  ///< of the joints
   Eigen::Isometry3d X_BG = Eigen::Isometry3d::Identity();
@@ -43,7 +43,8 @@ class Controller {
   virtual ~Controller() = default;
   /// Joint angles at the start; the base is at reference().X_PB.
   virtual const walking::JointVector& start() const = 0;
-  /// How long the base is held and lowered, and then as long free, before the walk; 0: the robot stands.
+  /// Time for which the base is lowered, and again for which it is free, before the walk; 0: the robot
+  /// stands.
   virtual double held_s() const { return 0; }
   virtual JointCommands command(const Readings& readings, bool settles) = 0;
   virtual void advance() = 0;

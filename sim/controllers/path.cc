@@ -118,6 +118,7 @@ void PathFollower::locate(const walking::PlaceEstimate& place) {
   const double turned = std::remainder(place.estimated.yaw - place.planned.yaw, 2 * std::numbers::pi);
   error_ = {Eigen::Rotation2Dd(-desired().yaw - turned) * (place.planned.position - place.estimated.position),
             -turned};
+  estimate_s_ = place.t_s;
 }
 
 bool PathFollower::may_end() const {
@@ -128,6 +129,12 @@ bool PathFollower::may_end() const {
 
 void PathFollower::advance(double dt_s) {
   if (ended_ || stopped_) return;
+  now_s_ += dt_s;
+  if (steering_.by != walking::SteeredBy::plan && now_s_ - estimate_s_ > steering_.lost_s) {
+    stopped_ = fmt::format("steering had no estimate for {} s at t = {:.2f} s", steering_.lost_s, now_s_);
+    velocity_ = {};
+    return;
+  }
   const Path::Piece& here = path_.piece(t_s_);
   double end_s = here.start_s + here.duration_s, command_duration_s = here.duration_s;
   const bool lags =

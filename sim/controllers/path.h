@@ -6,7 +6,7 @@
 
 namespace sim::controllers {
 
-/// Of the base in its own heading, m/s and rad/s.
+/// Velocity of the base in its own heading, m/s and rad/s.
 struct Velocity {
   double ahead = 0, left = 0, turn = 0;
 };
@@ -51,7 +51,8 @@ class PathFollower {
   void advance(double dt_s);
 
   bool ended() const { return ended_; }
-  /// Why the walk stopped before its end: a command took too long.
+  /// The reason why the walk stopped before its end: a command took too long, or the estimate that steers is
+  /// missing for walk.steering.lost_s.
   const std::optional<std::string>& stopped() const { return stopped_; }
   Velocity velocity() const { return velocity_; }
   bool stands() const;
@@ -68,6 +69,7 @@ class PathFollower {
   Velocity largest_;
   walking::SteeringOptions steering_;
   double t_s_ = 0, command_s_ = 0;          // on the path; since the start of the command
+  double now_s_ = 0, estimate_s_ = 0;       // time, and that of the newest estimate
   std::optional<walking::FootPose> error_;  // of the desired place, seen from the estimated one
   Velocity sum_, velocity_;                 // sum_: integral of the error
   bool ended_ = false;

@@ -80,6 +80,20 @@ TEST(PathFollower, BringsARobotWithGainAndBiasToTheEnd) {
   }
 }
 
+TEST(PathFollower, StopsIfTheEstimateThatSteersIsMissing) {
+  walking::SteeringOptions steering;
+  steering.by = walking::SteeredBy::estimate, steering.lost_s = 2;
+  PathFollower follower(Path({walking::Straight{10, 0}}, kLargest), kLargest, steering);
+  double t_s = 0;
+  for (; !follower.ended() && !follower.stopped(); t_s += kTick) {
+    if (t_s < 1) follower.locate({t_s, follower.desired(), follower.desired()});
+    follower.advance(kTick);
+  }
+  EXPECT_NEAR(t_s, 3, 2 * kTick);
+  EXPECT_EQ(follower.stopped(), "steering had no estimate for 2 s at t = 3.00 s");
+  EXPECT_EQ(follower.velocity().ahead, 0);
+}
+
 TEST(PathFollower, StopsACommandThatTakesTwiceItsTime) {
   PathFollower follower(Path({walking::Straight{1, 0}}, kLargest), kLargest, {});
   double t_s = 0;
