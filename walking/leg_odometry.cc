@@ -9,8 +9,8 @@ namespace {
 
 constexpr double kOtherCarries = 1.1;  // ratio of the loads: feet that share the load do not take turns
 constexpr double kSettling_s = 0.1;    // time constant of a landed sole until it lies flat
-constexpr double kCarries = 0.1;       // of the load of both feet; torques tell less of a swinging leg's
-constexpr double kLeveling_s = 5;      // time constant by which the accelerometer corrects the tilt
+constexpr double kCarries = 0.1;  // of the load of both feet; torques give no smaller loads of a swinging leg
+constexpr double kLeveling_s = 5;  // time constant by which the accelerometer corrects the tilt
 
 /// The sole's pose on the floor: its place and heading.
 Eigen::Isometry3d flat(const Eigen::Isometry3d& X) {
@@ -73,8 +73,8 @@ Eigen::Isometry3d LegOdometry::X_BS(Side side, const JointVector& q) const {
   return measured_sole_in_base(robot_, side, leg_angles(leg, q), now) * floor_under_sole(leg, lagged);
 }
 
-// The waist turns as the gyro says, and each point moves as the legs tell: together they stay where they are,
-// weighted by their loads. Heights add up from foot to foot.
+// The gyro gives the turn of the waist, and the legs the motion of each point in it: their mean, weighted by
+// the loads, stays at rest. Heights add up from foot to foot.
 LegOdometry::Motion LegOdometry::turned(const JointVector& q, const Eigen::Vector3d& gyro,
                                         double dt_s) const {
   const Eigen::Vector3d turn = dt_s * (imu_in_base(robot_, last_.q) * gyro);

@@ -15,8 +15,8 @@ Eigen::Isometry3d measured_sole_in_base(const Robot& robot, Side side, const Leg
 /// way.
 Eigen::Isometry3d floor_under_sole(const Leg& leg, const Wrench& lagged);
 
-/// What is assumed to be at rest: the whole sole that carries more and lies flat, as on a planned walk, or
-/// the point of each sole where the ground's force acts, as on walks that roll over their feet and on slopes.
+/// The part assumed to be at rest: the whole sole that carries more and lies flat, as on a planned walk, or
+/// each sole's center of pressure, as on slopes and on walks that roll over their feet.
 enum class AtRest { sole, points };
 
 /// Follows the waist from one carrying sole to the next in the odometry's own world O with its floor at z =

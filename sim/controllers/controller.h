@@ -43,7 +43,7 @@ class Controller {
   virtual ~Controller() = default;
   /// Joint angles at the start; the base is at reference().X_PB.
   virtual const walking::JointVector& start() const = 0;
-  /// Time for which the base is lowered, and again for which it is free, before the walk; 0: the robot
+  /// Duration of lowering the base, and again of settling without support, before the walk; 0: the robot
   /// stands.
   virtual double held_s() const { return 0; }
   virtual JointCommands command(const Readings& readings, bool settles) = 0;

@@ -7,7 +7,7 @@
 
 namespace sim::controllers {
 
-/// What a program said in READY.
+/// The READY of a program.
 struct Ready {
   gaitslam_walk_ready words{};
   std::vector<int> joints;             ///< that it commands, in its order
@@ -30,8 +30,8 @@ std::string sensors_message(const gaitslam_walk_sensors& words, const Readings& 
 /// Most bytes of a READY or ANSWER of this robot.
 std::size_t most_bytes(const walking::Robot& robot);
 
-/// Read the payload of a message. Throw InvalidMessage if it is invalid or what it says cannot be; for READY
-/// also if the program cannot start.
+/// Read the payload of a message. Throw InvalidMessage if its format or a value is invalid; for READY also if
+/// the program cannot start.
 Ready read_ready(std::string_view payload, const walking::Robot& robot);
 Answer read_answer(std::string_view payload, const Ready& ready, std::chrono::nanoseconds t, bool settles);
 

@@ -57,7 +57,7 @@ class PathFollower {
   Velocity velocity() const { return velocity_; }
   bool stands() const;
   walking::FootPose desired() const { return path_.pose(t_s_); }
-  /// The path some time ahead, in the heading of the base as far as its place is known.
+  /// The path some time ahead, in the estimated heading of the base, if there is one.
   walking::FootPose ahead(double s) const;
   double progress() const;
 

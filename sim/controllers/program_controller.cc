@@ -127,7 +127,7 @@ void ProgramController::take_effect() {
   answered_ = answer.words.t_ns / nanoseconds(walking::kTick).count();
 }
 
-// Without a plan of its own: the commanded path, with the soles of the start posture.
+// Without a plan, the commanded path takes its place, with the soles of the start posture.
 void ProgramController::refer_to_path() {
   const auto place = [this](const walking::FootPose& on_path) {
     Eigen::Isometry3d X_PB = Eigen::Isometry3d::Identity();

@@ -42,7 +42,7 @@ class ProgramController : public Controller {
   const walking::Reference& reference() const override { return reference_; }
   walking::Reference following() const override { return following_; }
 
-  /// What follows the path of the commands; absent if the program plans them itself.
+  /// The follower of the commanded path; absent if the program plans the commands itself.
   std::optional<PathFollower>& follower() { return follower_; }
   /// Its log ends with the number of clipped angles, if there are any. Throws programs::ProgramFailed if it
   /// sent more answers than asked for.

@@ -191,7 +191,7 @@ class Reader {
   std::string prefix() const { return room_ ? "" : kPrefix; }
   void note(Fate fate, string_view what, const Element& where) { add_note(notes_, fate, what, where); }
 
-  /// Geoms of class floor get the bits of contacts by which is_floor() knows them.
+  /// Marks geoms of class floor by the contact bits that is_floor() reads.
   static void mark_floors(Element& parent, const std::string& childclass) {
     for (Element& child : parent.children) {
       const std::string own = child.get(child.name == "geom" ? "class" : "childclass");

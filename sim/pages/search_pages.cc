@@ -401,7 +401,7 @@ std::vector<double> ranks_of(const Column& values) {
   return ranks;
 }
 
-/// The share of the variance of the losses' ranks that a parameter explains by itself, by its values in bins
+/// The share of the variance of the losses' ranks that one parameter explains, by its values in bins
 /// of equal counts: omega squared (Hays 1963), 0 on average without an influence. Absent with too few
 /// settings.
 std::optional<double> importance(const Tuning& t, const std::string& key) {

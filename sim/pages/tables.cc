@@ -99,7 +99,7 @@ Seeds seeds_beside(const RunData& run) {
           settings_of(other, result::read_about(other / "about.json")) == run.settings)
         all.push_back(score);
     } catch (const files::FileError&) {
-      // A broken neighbor is no part of the comparison.
+      // A broken neighbor is not compared.
     }
   return all;
 }

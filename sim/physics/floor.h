@@ -38,7 +38,7 @@ class Floor {
 /// Many solid shapes make each step of the physics slow, as each is compared with each contact of the robot.
 inline constexpr std::size_t kMostSolids = 100;
 
-/// A footstep that is planned where the floor is not z = 0.
+/// A planned footstep on a place with a floor other than z = 0.
 struct UnevenStep {
   double t_s = 0;
   int command = 0;  ///< index into WalkOptions::commands

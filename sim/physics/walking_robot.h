@@ -13,7 +13,7 @@ namespace sim::physics {
 class WalkingRobot {
  public:
   /// Starts in the controller's start posture, P at X_WP: pads, bushes and servos yield before t = 0. The
-  /// base is held and lowered to the floor first if the controller asks for that.
+  /// base is lowered to the floor first if the controller requires it.
   WalkingRobot(std::unique_ptr<controllers::Controller> controller, const WorldOptions& options,
                const PlantVariation& draw, const Models& models,
                const Eigen::Isometry3d& X_WP = Eigen::Isometry3d::Identity());

@@ -67,7 +67,8 @@ Structure pop(std::string_view& bytes, const char* of) {
 bool flag(std::uint32_t word, const char* of);
 
 /// Removes version and length of the text from the front of a READY, and that text from its end. Throws
-/// InvalidMessage unless the version is that of the header file and there is no text why it cannot start.
+/// InvalidMessage if the version is not that of the header file, or the text gives a reason why it cannot
+/// start.
 void check_ready(std::string_view& payload, std::uint32_t version, const char* header_file);
 
 /// The conversation with a program. Failures contain the time and the program's last lines.

@@ -38,8 +38,8 @@ class StampedRows {
   std::optional<slam::Stamp> stamp_;
 };
 
-/// What a robot knows of its motion at a frame, folder mav0/<name>. The folder has rows for the frames that
-/// have it, and no data.csv if none has.
+/// The robot's own knowledge of its motion at a frame, folder mav0/<name>. The folder has rows for the frames
+/// that have it, and no data.csv if none has.
 struct MotionSource {
   std::string name, comment;         ///< comment: of sensor.yaml
   std::vector<std::string> headers;  ///< of data.csv; the first one is written

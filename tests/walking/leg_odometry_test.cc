@@ -49,7 +49,7 @@ TEST(LegOdometry, BothFeetCountByTheirLoadAndALightOneDoesNot) {
     LegOdometry legs(robot, Eigen::Isometry3d::Identity(), AtRest::points);
     SensorReadings readings = loaded(robot, left_n, right_n, 0);
     legs.add(readings);
-    readings.q[robot.leg(Side::left).joints[3]] += 0.002;  // the left sole alone moves in the waist's axes
+    readings.q[robot.leg(Side::left).joints[3]] += 0.002;  // only the left sole moves in the waist's axes
     legs.add(readings);
     return legs.motion(readings.q).X_OB.translation().norm();
   };

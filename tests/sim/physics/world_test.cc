@@ -400,7 +400,7 @@ TEST(Soles, SlideWhereTheFloorIsSlippery) {
   EXPECT_GT(wet.X_WL().translation().x() - 0.0095, 0.02);
 }
 
-// 0.3 m lower the waist of a standing robot is where it would have fallen on z = 0.
+// On a floor at -0.3 m the waist of a standing robot is as low as that of a fallen one on z = 0.
 TEST(World, StandsOnTheRoomsOwnFloorWithItsFrictionWhereverThatIs) {
   const files::TemporaryFolder folder;
   files::write_text(
