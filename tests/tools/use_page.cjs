@@ -189,6 +189,7 @@ async function compare(browser, url) {
   const marked = await read();
   await click(browser, '[data-layer=estimate1]');
   await browser.value('gaitslamPage.setMode("orbit")');
+  await browser.rest(500);
   const hidden = await read();
   await browser.send('Page.reload');
   await browser.rest(500);

@@ -131,11 +131,11 @@ std::vector<std::vector<double>> numbers_in(const std::string& text, char separa
 
 TEST_F(ViewTest, ValuesAtTheCursorAreThoseOfTheFilesAndTheCursorIsAtItsTimeAfterAZoom) {
   short_walks("one");
-  const json found = shown("one/seed-1", "values", "200");
+  const json found = shown("one/seed-1", "values", "250");
   const auto truth = numbers_in(text_of("one/seed-1/truth.tum"), ' '),
              estimate = numbers_in(text_of("one/seed-1/estimate.tum"), ' '),
              frames = numbers_in(text_of("one/seed-1/frames.csv"), ',');
-  ASSERT_EQ(found["at"].size(), 200u);
+  ASSERT_EQ(found["at"].size(), 250u);
   for (const json& at : found["at"]) {
     const std::size_t i = at["index"];
     ASSERT_EQ(truth[i][0], estimate[i][0]);

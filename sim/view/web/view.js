@@ -207,8 +207,13 @@ class Page {
     if (!goesOn) this.writeHash();
   }
 
-  /// The address holds time, view, hidden layers and zoom.
+  /// The address holds time, view, hidden layers and zoom. It is written at most four times a second: browsers ignore more.
   writeHash() {
+    this.hashTimer ??= setTimeout(() => this.writeHashNow(), 250);
+  }
+
+  writeHashNow() {
+    this.hashTimer = null;
     const {hidden} = this.scene ?? {hidden: new Set()}, [figure] = this.figures, values = {t: this.t.toFixed(2), view: this.mode === 'follow' ? '' : this.mode,
       hide: [...hidden].join(','), zoom: figure?.isZoomed ? figure.range.map((v) => v.toFixed(2)).join(',') : ''};
     history.replaceState(null, '', `#${Object.entries(values).filter(([, value]) => value).map(([name, value]) => `${name}=${value}`).join('&')}`);
