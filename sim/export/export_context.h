@@ -123,7 +123,7 @@ inline recording::ImuNoise noise_of(const rig::RigSensor& imu) {
           std::max(kLeastAccelerometerWalk, imu.accelerometer_bias_walk_m_s3)};
 }
 
-/// Returns the file of that name in texts/, which the program embeds.
+/// Returns the text below the line `@@ name` of a file in texts/; the program embeds these files.
 std::string text_of(std::string_view name);
 
 /// The readings of all sensors that the filter gets with a frame.

@@ -9,7 +9,7 @@ namespace sim::exports {
 namespace ros {
 namespace {
 
-// The type of that name in texts/ros2.msg: its definition followed by those of the types that it uses, each
+// The type of that name in the text ros2.msg: its definition followed by those of the types that it uses, each
 // once.
 MessageType type(const std::string& package, const std::string& name) {
   static const std::string all = text_of("ros2.msg");
