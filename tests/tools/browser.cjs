@@ -68,9 +68,24 @@ class Browser {
     await this.send('Input.dispatchKeyEvent', {type: 'keyUp', key, code: key, windowsVirtualKeyCode: code});
   }
 
+  mouse(type, place, more = {}) { return this.send('Input.dispatchMouseEvent', {type, ...place, ...more}); }
+
+  // clickCount 2: the second click of a double click.
+  async click(place, clickCount = 1) {
+    for (const type of ['mousePressed', 'mouseReleased']) await this.mouse(type, place, {button: 'left', clickCount});
+  }
+
+  async drag(from, to, at = () => null) {
+    await this.mouse('mousePressed', from, {button: 'left', clickCount: 1});
+    await this.mouse('mouseMoved', to, {button: 'left', buttons: 1});
+    const found = await at();
+    await this.mouse('mouseReleased', to, {button: 'left', clickCount: 1});
+    return found;
+  }
+
   // How wide the page is on a phone.
-  async phoneWidth() {
-    await this.send('Emulation.setDeviceMetricsOverride', {width: 400, height: 800, deviceScaleFactor: 1, mobile: false});
+  async phoneWidth(width = 400) {
+    await this.send('Emulation.setDeviceMetricsOverride', {width, height: 800, deviceScaleFactor: 1, mobile: false});
     await this.rest(500);
     return this.value('document.documentElement.scrollWidth');
   }

@@ -1,21 +1,24 @@
 // Uses a page in headless Chromium and prints the findings as one JSON object.
 // Usage: node use_page.cjs live|playback|keys|values|compare|watch|picture URL PROFILE_FOLDER [SECONDS [PICTURE [WIDTH HEIGHT [light|dark]]]]
 //        node use_page.cjs report PAGE_OF_SEVERAL_RUNS.html PROFILE_FOLDER
-//        node use_page.cjs audit URL_OR_PAGE PROFILE_FOLDER FOLDER_OF_NODE_MODULES
+//        node use_page.cjs audit "URL_OR_PAGE..." PROFILE_FOLDER FOLDER_OF_NODE_MODULES
 const fs = require('fs');
 const path = require('path');
 const {say} = require('./browser.cjs');
 
 const kReady = `document.documentElement?.dataset.ready === 'true'`;
 const kPane = 'gaitslamPage.panes[0]', kFrame = `${kPane}.run.frames[${kPane}.index]`;
+const openView = async (browser, url, more = '') => {
+  await browser.open(url, kReady);
+  await browser.until(`document.documentElement?.dataset.model === 'true'${more}`);
+};
 const look = (browser) => browser.value(`({t: gaitslamPage.t, frames: ${kPane}.run.frames.length, robot: ${kFrame}.bodies?.slice(0, 3),
   bodies: gaitslamPage.scene.bodies.filter((b) => b.visible).length, ellipsoids: gaitslamPage.scene.shownEllipsoids,
   space: gaitslamPage.scene.renderer.domElement.toDataURL(), head: ${kPane}.head.canvas.toDataURL(), state: ${kPane}.state.textContent})`);
 const short = ({space, head, ...rest}) => rest;
 
 async function useLive(browser, url) {
-  await browser.open(url, kReady);
-  await browser.until(`document.documentElement?.dataset.model === 'true' && !!${kFrame}`);
+  await openView(browser, url, ` && !!${kFrame}`);
   await browser.press('4', 52);  // slowly: what follows takes a busy machine some time, and the walk is short
   const first = await look(browser);
   await browser.until(`gaitslamPage.t > ${first.t} + 1 && gaitslamPage.scene.shownEllipsoids > 5`);
@@ -86,8 +89,7 @@ const agreement = async (seconds) => {
 };
 
 async function usePlayback(browser, url, seconds) {
-  await browser.open(url, kReady);
-  await browser.until(`document.documentElement?.dataset.model === 'true'`);
+  await openView(browser, url);
   const start = await look(browser);
   await browser.value(`(gaitslamPage.slider.value = ${seconds}, gaitslamPage.slider.dispatchEvent(new Event('input')))`);
   await browser.until(`${kPane}.headIndex === ${kPane}.index`);
@@ -100,7 +102,7 @@ async function usePlayback(browser, url, seconds) {
   const agree = await browser.value(`(${agreement})(${seconds})`, true);
   const moments = await browser.value(`[...document.querySelectorAll('.moment')].map((b) => b.textContent)`);
   await browser.press('c', 67);
-  const through = await browser.value(`gaitslamPage.mode`);
+  const through = await browser.value(`({mode: gaitslamPage.mode, note: gaitslamPage.note.textContent})`);
   return {there: short(there), scrubbed, linked, next, moments, agree, through, width_at_400: await browser.phoneWidth(),
     space_changed: start.space !== there.space, said: browser.said, panes: await browser.value('gaitslamPage.panes.length')};
 }
@@ -109,15 +111,11 @@ async function usePlayback(browser, url, seconds) {
 const placeOf = (browser, selector, part = 0.5) => browser.value(`(() => { const e = document.querySelector('${selector}'); e.scrollIntoView({block: 'center'});
   const {x, y, width, height} = e.getBoundingClientRect(); return {x: x + ${part} * width, y: y + height / 2}; })()`);
 
-async function click(browser, selector, part) {
-  const at = await placeOf(browser, selector, part);
-  for (const type of ['mousePressed', 'mouseReleased']) await browser.send('Input.dispatchMouseEvent', {type, ...at, button: 'left', clickCount: 1});
-}
+const click = async (browser, selector, part) => browser.click(await placeOf(browser, selector, part));
 
 // After a click on each control, how many frames an arrow key moves on.
 async function useKeys(browser, url) {
-  await browser.open(url, kReady);
-  await browser.until(`document.documentElement?.dataset.model === 'true'`);
+  await openView(browser, url);
   const moved = {};
   for (const [name, selector] of Object.entries({button: '.controls button', legend: '.legend button', slider: 'footer input', scene: '.scene canvas', layer: '[data-layer=truth]', strip: '[data-figure=error_x] svg', moment: '.moment'})) {
     await click(browser, selector, 0.3);
@@ -141,12 +139,8 @@ async function readValues(browser, url, count) {
   } return values; })()`);
   // After a drag the page shows the time below the mouse; after a zoom by the wheel, the cursor is at the time in the legend.
   const figure = '[data-figure=distance] svg', [from, to] = [await placeOf(browser, figure, 0.4), await placeOf(browser, figure, 0.7)];
-  const mouse = (type, place, more) => browser.send('Input.dispatchMouseEvent', {type, ...place, ...more});
-  await mouse('mousePressed', from, {button: 'left', clickCount: 1});
-  await mouse('mouseMoved', to, {button: 'left', buttons: 1});
-  const scrubbed = await browser.value('gaitslamPage.t / gaitslamPage.duration');
-  await mouse('mouseReleased', to, {button: 'left', clickCount: 1});
-  await mouse('mouseWheel', to, {deltaX: 0, deltaY: -100});
+  const scrubbed = await browser.drag(from, to, () => browser.value('gaitslamPage.t / gaitslamPage.duration'));
+  await browser.mouse('mouseWheel', to, {deltaX: 0, deltaY: -100});
   const zoomed = await browser.value(`gaitslamPage.figures.map((f) => ({cursor: f.x.value(+/M([-0-9.]+)/.exec(f.cursor.getAttribute('d'))[1]),
     legend: parseFloat(f.holder.querySelector('.at').textContent.split(':')[1]), range: f.range}))`);
   const line = `document.querySelector('[data-figure=error_x] path.line.estimate')`;
@@ -156,27 +150,27 @@ async function readValues(browser, url, count) {
   const last = await browser.value(`(() => { const pane = ${kPane}; gaitslamPage.go(gaitslamPage.duration);
     const [id, u, v] = pane.run.frames[pane.index].searches[0], {left, top, width} = pane.head.canvas.getBoundingClientRect(), scale = width / pane.head.width;
     return {id, x: left + scale * u, y: top + scale * v}; })()`);
-  for (const type of ['mousePressed', 'mouseReleased']) await mouse(type, last, {button: 'left', clickCount: 1});
+  await browser.click(last);
   const picked = await browser.value(`({id: gaitslamPage.landmark?.id, text: gaitslamPage.picked.textContent, marked: gaitslamPage.scene.mark.visible, counts: ['found', 'missed', 'rejected'].map((how) =>
     ${kPane}.run.frames.flatMap(({searches}) => searches ?? []).filter((search) => search[0] === ${last.id} && search[6] === how).length)})`);
   await browser.value('gaitslamPage.pick(null)');
   const again = await browser.value(`(() => { const {scene} = gaitslamPage, [, p] = scene.beliefs[0].landmarks.find(([id]) => id === ${last.id});
     scrollTo(0, 0); gaitslamPage.setMode('head'); const {left, top, width, height} = scene.renderer.domElement.getBoundingClientRect(), at = scene.mark.position.clone().set(...p).project(scene.head);
     return {x: left + (at.x + 1) / 2 * width, y: top + (1 - at.y) / 2 * height}; })()`);
-  for (const type of ['mousePressed', 'mouseReleased']) await mouse(type, again, {button: 'left', clickCount: 1});
+  await browser.click(again);
   picked.from_scene = await browser.value('({id: gaitslamPage.landmark?.id, marked: gaitslamPage.panes[0].picked})');
   return {at, zoomed, scrubbed, hidden, picked, wanted: last.id, said: browser.said};
 }
 
 // Two runs or more on one page.
 async function compare(browser, url) {
-  await browser.open(url, kReady);
-  await browser.until(`document.documentElement?.dataset.model === 'true'`);
+  await openView(browser, url);
   const read = () => browser.value(`({t: gaitslamPage.t, heads: [...document.querySelectorAll('.pane h2')].map((h) => h.textContent),
     shown: gaitslamPage.panes.map(({run, index}) => run.frames[index].t), scenes: document.querySelectorAll('.scene').length,
     ghosts: gaitslamPage.scene.beliefs.map(({frustum}) => frustum.position.toArray()), estimates: gaitslamPage.panes.map(({run, index}) => run.frames[index].estimate),
     lines: Object.fromEntries([...document.querySelectorAll('[data-figure]')].map((f) => [f.dataset.figure, f.querySelectorAll('.line').length])),
     title: document.querySelector('header b').textContent, bottom: document.querySelector('[data-figure=distance]').getBoundingClientRect().bottom <= innerHeight,
+    table: document.querySelector('.changes tr:nth-child(5)').getBoundingClientRect().bottom <= document.querySelector('footer').getBoundingClientRect().top,
     visible: gaitslamPage.scene.beliefs.map(({path}) => path.object.visible), marks: gaitslamPage.marks, hash: location.hash})`);
   const rows = () => browser.value(`[...document.querySelectorAll('.changes tbody tr')].map((row) => [...row.cells].map((cell) => cell.textContent))`);
   const table = await rows();
@@ -194,7 +188,8 @@ async function compare(browser, url) {
   await browser.send('Page.reload');
   await browser.rest(500);
   await browser.until(`document.documentElement?.dataset.model === 'true'`);
-  return {table, sorted, worst, marked, hidden, again: await read(), width_at_400: await browser.phoneWidth(), said: browser.said};
+  return {table, sorted, worst, marked, hidden, again: await read(), width_at_400: await browser.phoneWidth(), said: browser.said,
+    covered_at_400: await browser.value(`Math.max(...[...document.querySelectorAll('footer, .controls')].map((e) => (['fixed', 'sticky'].includes(getComputedStyle(e).position) ? e.offsetHeight : 0)))`)};
 }
 
 // Looks on until the run has ended.
@@ -261,21 +256,14 @@ async function point(browser) {
   const before = await see();
   const box = await browser.value(`(() => { const plot = document.querySelector('[data-figure=error_x] svg');
     plot.scrollIntoView({block: 'center'}); const {x, y, width, height} = plot.getBoundingClientRect(); return {x, y, width, height}; })()`);
-  const mouse = (type, part, more = {}) => browser.send('Input.dispatchMouseEvent', {type, x: box.x + part * box.width, y: box.y + 0.4 * box.height, ...more});
-  const button = (type, part, clickCount = 1) => mouse(type, part, {button: 'left', clickCount});
-  await mouse('mouseMoved', 0.6);
+  const at = (part) => ({x: box.x + part * box.width, y: box.y + 0.4 * box.height});
+  await browser.mouse('mouseMoved', at(0.6));
   const under = await see();
-  await button('mousePressed', 0.6);
-  await button('mouseReleased', 0.6);
+  await browser.click(at(0.6));
   const clicked = await see();
-  await button('mousePressed', 0.3);
-  await mouse('mouseMoved', 0.5, {button: 'left', buttons: 1});
-  await button('mouseReleased', 0.5);
+  await browser.drag(at(0.3), at(0.5));
   const zoomed = await see();
-  for (const count of [1, 2]) {
-    await button('mousePressed', 0.6, count);
-    await button('mouseReleased', 0.6, count);
-  }
+  for (const count of [1, 2]) await browser.click(at(0.6), count);
   return {before, under, clicked, zoomed, whole: await see()};
 }
 
@@ -312,18 +300,21 @@ async function useReport(browser, page) {
   return {keyboard, map: await moveTime(browser), pointed: await point(browser), phone: await browser.phoneWidth(), print: await print(browser)};
 }
 
-// Serious findings of axe-core by day and by night, and the width on the narrowest phone. folder: contains node_modules.
-async function audit(browser, page, folder) {
-  const axe = fs.readFileSync(path.join(folder, 'node_modules/axe-core/axe.min.js'), 'utf8'), found = {findings: []};
-  for (const theme of ['light', 'dark']) {
-    await browser.open(page.startsWith('http') ? page : 'file://' + path.resolve(page), page.startsWith('http') ? kReady : `document.readyState === 'complete'`, {theme});
+// Of each page the serious findings of axe-core by day and by night, and the width on the narrowest phone. folder: contains node_modules.
+async function audit(browser, pages, folder) {
+  const axe = fs.readFileSync(path.join(folder, 'node_modules/axe-core/axe.min.js'), 'utf8'), found = {};
+  for (const page of pages.split(' ')) {
+    await browser.open(...page.startsWith('http') ? [page, kReady] : ['file://' + path.resolve(page), `document.readyState === 'complete'`]);
     await browser.value(`${axe};0`);
-    found.findings.push(...await browser.value(`axe.run().then(({violations}) => violations.filter(({impact}) => ['serious', 'critical'].includes(impact))
-      .map(({id, nodes}) => '${theme}: ' + id + ': ' + nodes[0].html.slice(0, 200)))`, true));
+    found[page] = {findings: []};
+    for (const theme of ['light', 'dark']) {
+      await browser.send('Emulation.setEmulatedMedia', {features: [{name: 'prefers-color-scheme', value: theme}]});
+      found[page].findings.push(...await browser.value(`axe.run({resultTypes: ['violations']}).then(({violations}) => violations.filter(({impact}) => ['serious', 'critical'].includes(impact))
+        .map(({id, nodes}) => '${theme}: ' + id + ': ' + nodes[0].html.slice(0, 200)))`, true));
+    }
+    found[page].width = await browser.phoneWidth(360);
   }
-  await browser.send('Emulation.setDeviceMetricsOverride', {width: 360, height: 740, deviceScaleFactor: 1, mobile: false});
-  await browser.rest(500);
-  return {...found, width: await browser.value('document.documentElement.scrollWidth')};
+  return found;
 }
 
 const [what, url, profile, ...more] = process.argv.slice(2);

@@ -98,7 +98,8 @@ TEST_F(LongViewTest, APlaybackIsScrubbedToTheLoopClosure) {
   EXPECT_GT(found["agree"]["own"], found["agree"]["earlier"].get<double>() + 0.1);
   EXPECT_THAT(found["moments"].dump(), Has("loop closed"));
   EXPECT_GT(found["there"]["ellipsoids"], 20);
-  EXPECT_EQ(found["through"], "head");
+  EXPECT_EQ(found["through"]["mode"], "head");
+  EXPECT_THAT(found["through"]["note"].get<std::string>(), Has("without the distortion of the lens"));
   EXPECT_LE(found["width_at_400"], 400);
   EXPECT_TRUE(found["space_changed"]);
   EXPECT_THAT(found["said"], IsEmpty());
@@ -192,6 +193,9 @@ TEST_F(ViewTest, TwoRunsAreComparedInOneSceneAndWhereTheyPartIsMarked) {
   for (const auto& [figure, lines] : marked["lines"].items())
     EXPECT_GE(lines, figure == "distance" ? 3 : 2) << figure << ", with the difference";
   EXPECT_EQ(marked["bottom"], true) << "the errors are on the screen with the scene";
+  EXPECT_EQ(marked["table"], true) << "and so are five rows of the table";
+  EXPECT_GT(found["covered_at_400"], 20) << "the controls stay on a phone";
+  EXPECT_LT(found["covered_at_400"], 80) << "of 800 px";
   bool parts = false;
   for (const json& mark : marked["marks"])
     if (mark["text"] == "first difference of the estimates") {

@@ -80,7 +80,7 @@ class Page {
           element('figure', {class: `head heads-${this.panes.length}`}, this.panes.map((pane) => pane.element), searchLegend())),
         element('div', {class: 'rig'}, this.rig.map((layer) => layer.element)),
         this.strips),
-      element('footer', {}, this.timeLine, element('div', {class: 'controls'}, this.play, this.step, this.speeds, this.views, this.slider, this.clock, this.save), this.moments));
+      element('footer', {}, this.timeLine, element('div', {class: 'controls'}, this.play, this.slider, this.clock, this.step, this.speeds, this.views, this.save), this.moments));
     this.speeds.value = this.live ? 0 : 1;
     if (this.live) this.speeds.disabled = this.step.disabled = !this.about.control;
     if (this.live && !this.about.control) this.speeds.title = this.step.title = 'read-only: start the run with --control';
@@ -172,7 +172,6 @@ class Page {
     this.figures = [...(line ? [line] : []), ...strips];
     this.timeLine.replaceChildren(...(line ? [line.holder] : []));
     this.strips.replaceChildren(...strips.map(({holder}) => holder));
-    document.body.style.paddingBottom = `${document.querySelector('footer').offsetHeight + 12}px`;
     follow(this.figures, (_, t, goesOn) => this.go(t, goesOn), () => this.showCursor(), () => this.writeHash(), true);
     if (zoomed && !this.live) for (const figure of this.figures) figure.zoom(...zoomed);
     this.showCursor();
@@ -296,6 +295,7 @@ class Page {
   setMode(mode) {
     this.views.value = this.mode = mode;
     this.scene?.setMode(mode, Math.max(0, this.panes[0].index));
+    if (mode === 'head') this.note.textContent = 'The scene is drawn without the distortion of the lens, which the image beside it has.';
     if (dataset.ready) this.writeHash();
   }
 
