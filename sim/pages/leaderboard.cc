@@ -120,6 +120,10 @@ std::vector<std::string> value_columns(const Leaderboard& board) {
   return columns;
 }
 
+std::string completed_of(const LeaderboardRow& row) {
+  return fmt::format("{}", std::ranges::count_if(row.runs, [](const auto& r) { return r.second.completed; }));
+}
+
 /// The lines without columns that no row has a value in.
 std::vector<std::vector<std::string>> without_empty(const std::vector<std::vector<std::string>>& all) {
   std::vector<std::vector<std::string>> lines(all.size());
@@ -129,45 +133,78 @@ std::vector<std::vector<std::string>> without_empty(const std::vector<std::vecto
   return lines;
 }
 
-/// The titles and the rows. exact: all digits and columns; else without columns that no row has a value in.
-/// The spread of each metric is exact, too; of those shown, only the first has one.
-std::vector<std::vector<std::string>> lines_of(const Leaderboard& board, bool exact) {
-  const auto number = [&](double x) { return exact ? fmt::format("{}", x) : fmt::format("{:.4g}", x); };
+/// Titles and rows with all columns and digits.
+std::vector<std::vector<std::string>> exact_lines(const Leaderboard& board) {
   const std::vector<std::string> columns = value_columns(board);
-  const auto has_spread = [&](const std::string& column) {
-    return exact ? !column.starts_with("cpu_ms_") : column.starts_with(board.metrics.front());
-  };
-  std::vector<std::vector<std::string>> all{
+  const auto has_spread = [](const std::string& column) { return !column.starts_with("cpu_ms_"); };
+  std::vector<std::vector<std::string>> lines{
       {"scenario", "estimator", "rank", "coverage", "runs", "completed"}};
   for (const std::string& column : columns) {
-    all[0].push_back(column);
-    if (has_spread(column)) all[0].insert(all[0].end(), {column + "_min", column + "_max"});
-    if (has_spread(column) && exact) all[0].insert(all[0].end(), {column + "_low_95", column + "_high_95"});
+    lines[0].push_back(column);
+    if (!has_spread(column)) continue;
+    for (const char* of : {"_min", "_max", "_low_95", "_high_95"}) lines[0].push_back(column + of);
   }
-  all[0].insert(all[0].end(), {"alignment", "seeds", "changed", "folder"});
+  lines[0].insert(lines[0].end(), {"alignment", "seeds", "changed", "folder"});
   for (const LeaderboardRow& row : board.rows) {
-    const auto completed =
-        std::ranges::count_if(row.runs, [](const auto& run) { return run.second.completed; });
-    auto& line = all.emplace_back(std::vector{
-        row.scenario, row.estimator, row.rank ? fmt::format("{}", *row.rank) : "-", number(row.coverage()),
-        fmt::format("{}", row.runs.size()), fmt::format("{}", completed)});
+    auto& line = lines.emplace_back(std::vector{
+        row.scenario, row.estimator, row.rank ? fmt::format("{}", *row.rank) : "-",
+        fmt::format("{}", row.coverage()), fmt::format("{}", row.runs.size()), completed_of(row)});
     for (const std::string& column : columns) {
       const auto values = row.values(column);
-      line.push_back(values.empty() ? "-" : number(score::median(values)));
-      if (!has_spread(column)) continue;
-      for (const double p : {0.0, 1.0})
-        line.push_back(values.size() < 2 ? "-" : number(score::quantile(values, p)));
-      if (!exact) continue;
       const auto interval = score::median_interval(values);
-      line.push_back(interval ? number(interval->first) : "-");
-      line.push_back(interval ? number(interval->second) : "-");
+      const auto add = [&](bool known, const auto& value) {
+        line.push_back(known ? fmt::format("{}", value()) : "-");
+      };
+      add(!values.empty(), [&] { return score::median(values); });
+      if (!has_spread(column)) continue;
+      for (const double p : {0.0, 1.0}) add(values.size() > 1, [&] { return score::quantile(values, p); });
+      add(interval.has_value(), [&] { return interval->first; });
+      add(interval.has_value(), [&] { return interval->second; });
     }
     std::string seeds;
     for (const auto& [seed, run] : row.runs) seeds += fmt::format("{}{}", seeds.empty() ? "" : " ", seed);
     line.insert(line.end(), {row.alignment == "none" ? "-" : row.alignment, seeds, changed(row, board.rows),
                              fs::proximate(row.folder).string()});
   }
-  return exact ? all : without_empty(all);
+  return lines;
+}
+
+constexpr const char* kRemark = "Medians over n seeds [95 % interval of the median, from 6 seeds on]";
+
+/// The changed keys of a row, and its folder if there are none or another row has the same.
+std::string difference(const LeaderboardRow& row, const std::vector<LeaderboardRow>& rows) {
+  const std::string keys = changed(row, rows), folder = fs::proximate(row.folder).string();
+  const auto alike = std::ranges::count_if(rows, [&](const LeaderboardRow& other) {
+    return std::tie(other.scenario, other.estimator) == std::tie(row.scenario, row.estimator) &&
+           changed(other, rows) == keys;
+  });
+  return keys == "-" ? folder : alike > 1 ? keys + " in " + folder : keys;
+}
+
+/// Titles and rows for readers, with units and intervals, without columns that no row has a value in.
+std::vector<std::vector<std::string>> read_lines(const Leaderboard& board) {
+  std::vector<std::vector<std::string>> lines{
+      {"scenario", "estimator", "differs in", "rank", "n", "coverage", "completed"}};
+  const std::vector<std::string> columns = value_columns(board);
+  for (const std::string& column : columns) {
+    const auto metric = std::ranges::find_if(board.metrics, [&](const std::string& name) {
+      return column == name || column.starts_with(name + "_after_");
+    });
+    lines[0].push_back(metric == board.metrics.end() ? "CPU " + column.substr(7) + " [ms]"
+                                                     : column + metric_label(*metric).substr(metric->size()));
+  }
+  for (const LeaderboardRow& row : board.rows) {
+    auto& line = lines.emplace_back(std::vector{
+        row.scenario, row.estimator, difference(row, board.rows),
+        row.rank ? fmt::format("{}", *row.rank) : "-", fmt::format("{}", row.seeds.size()),
+        number_text(row.coverage()), fmt::format("{} of {}", completed_of(row), row.runs.size())});
+    for (const std::string& column : columns) {
+      const auto values = row.values(column);
+      line.push_back(values.empty() ? "-"
+                                    : median_text(score::median(values), score::median_interval(values)));
+    }
+  }
+  return without_empty(lines);
 }
 
 }  // namespace
@@ -223,51 +260,16 @@ std::string ranking_text(const std::string& scenario, const Leaderboard& board) 
 }
 
 std::string leaderboard_table(const Leaderboard& board) {
-  std::string text = files::text_table(lines_of(board, false), {.naming = 2, .text = 2, .last_text = true});
+  auto lines = read_lines(board);
+  for (auto& line : lines) std::rotate(line.begin() + 2, line.begin() + 3, line.end());  // what differs: last
+  std::string text = files::text_table(lines, {.naming = 2, .text = 2, .last_text = true});
   for (const auto& [scenario, seeds] : board.common)
     text += files::one_line(ranking_text(scenario, board)) + "\n";
-  return text +
-         "medians, smallest and largest values over these seeds; results of different scenarios are not "
-         "compared\n";
+  return text + kRemark + ".\nResults of different scenarios are not compared.\n";
 }
-
-namespace {
-
-constexpr const char* kRemark = "Medians over n seeds [95 % interval of the median, from 6 seeds on]";
-
-/// Titles and rows for readers, with units and intervals.
-std::vector<std::vector<std::string>> read_lines(const Leaderboard& board) {
-  std::vector<std::vector<std::string>> lines{
-      {"scenario", "estimator", "differs in", "rank", "n", "coverage", "completed"}};
-  const std::vector<std::string> columns = value_columns(board);
-  for (const std::string& column : columns) {
-    const auto metric = std::ranges::find_if(board.metrics, [&](const std::string& name) {
-      return column == name || column.starts_with(name + "_after_");
-    });
-    lines[0].push_back(metric == board.metrics.end() ? "CPU " + column.substr(7) + " [ms]"
-                                                     : column + metric_label(*metric).substr(metric->size()));
-  }
-  for (const LeaderboardRow& row : board.rows) {
-    const std::string differs = changed(row, board.rows);
-    const auto completed =
-        std::ranges::count_if(row.runs, [](const auto& run) { return run.second.completed; });
-    auto& line = lines.emplace_back(std::vector{
-        row.scenario, row.estimator, differs == "-" ? fs::proximate(row.folder).string() : differs,
-        row.rank ? fmt::format("{}", *row.rank) : "-", fmt::format("{}", row.seeds.size()),
-        number_text(row.coverage()), fmt::format("{} of {}", completed, row.runs.size())});
-    for (const std::string& column : columns) {
-      const auto values = row.values(column);
-      line.push_back(values.empty() ? "-"
-                                    : median_text(score::median(values), score::median_interval(values)));
-    }
-  }
-  return without_empty(lines);
-}
-
-}  // namespace
 
 std::string leaderboard_file(const Leaderboard& board, TableFormat format) {
-  return written_table(format == TableFormat::csv ? lines_of(board, true) : read_lines(board), format,
+  return written_table(format == TableFormat::csv ? exact_lines(board) : read_lines(board), format,
                        std::string(kRemark) + ".");
 }
 

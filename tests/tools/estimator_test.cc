@@ -325,7 +325,7 @@ TEST_F(ExternalEstimator, EstimatorsStandSideBySideAndScenariosApart) {
   ok("run walk.yaml --seeds 1,2 estimator=plan_alone --out tree/plan");
   ok("run other.yaml --out tree/hall");
   EXPECT_THAT(ok("leaderboard tree --metric rmse_m --metric nees_position_mean --table t.csv --html t.html"),
-              Has("results of different scenarios are not compared"));
+              Has("Results of different scenarios are not compared"));
   EXPECT_THAT(text_of("t.csv"),
               AllOf(Has("\nother,filter,1,1,1,1,"),
                     ContainsRegex("\nwalk,filter,[12],1,2,2,(.*\n)*walk,plan_alone,[12],1,2,2,|"

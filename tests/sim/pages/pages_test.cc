@@ -370,7 +370,7 @@ TEST_F(LeaderboardTest, RowsThatLookAlikeDifferInSeedsAndKeys) {
         << "before the numbers, never cut off";
   }
   std::filesystem::remove_all(folder_ / "b");
-  EXPECT_THAT(leaderboard_table(board()), Lacks("changed"));
+  EXPECT_THAT(leaderboard_table(board()), Lacks("step_height"));
 }
 
 TEST_F(LeaderboardTest, RowsAreRankedOverTheSeedsInCommonWithTheirSpread) {
