@@ -5,8 +5,8 @@
 #include <memory>
 #include <span>
 
-#include "sim/estimators/estimator_choice.h"
 #include "sim/programs/child_program.h"
+#include "sim/programs/choice.h"
 #include "sim/rig/rig.h"
 #include "slam/frame_report.h"
 #include "slam/observation.h"
@@ -82,6 +82,6 @@ std::span<const std::string_view> estimator_names();
 
 /// Creates the chosen estimator. Throws std::invalid_argument if its program cannot be started or does not
 /// accept the start, EstimatorFailed if it crashes or misses its time limit.
-std::unique_ptr<Estimator> make_estimator(const EstimatorChoice& choice, const Start& start);
+std::unique_ptr<Estimator> make_estimator(const programs::Choice& choice, const Start& start);
 
 }  // namespace sim::estimators

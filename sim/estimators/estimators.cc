@@ -132,7 +132,7 @@ Step plan_alone(const Start& start) {
 /// The conversation with a program, from START to END.
 class ProgramEstimator : public CheckedEstimator {
  public:
-  ProgramEstimator(const EstimatorChoice& choice, const Start& start)
+  ProgramEstimator(const programs::Choice& choice, const Start& start)
       : rig_(start.rig),
         program_(choice, "estimator", start_message(choice, start), read_ready, kMostBytes) {}
 
@@ -188,12 +188,12 @@ std::unique_ptr<Estimator> estimator_from(Step step) {
 
 std::span<const std::string_view> estimator_names() { return kNames; }
 
-std::unique_ptr<Estimator> make_estimator(const EstimatorChoice& choice, const Start& start) {
-  if (choice.source == Source::program) return std::make_unique<ProgramEstimator>(choice, start);
-  if (choice.source == Source::built_in && choice.name == kFilter)
+std::unique_ptr<Estimator> make_estimator(const programs::Choice& choice, const Start& start) {
+  if (choice.source == programs::Source::program) return std::make_unique<ProgramEstimator>(choice, start);
+  if (choice.source == programs::Source::built_in && choice.name == kFilter)
     return std::make_unique<FilterEstimator>(start);
-  if (choice.source == Source::built_in && choice.name == kOdometry) return odometry(start);
-  if (choice.source == Source::built_in && choice.name == kPlanAlone)
+  if (choice.source == programs::Source::built_in && choice.name == kOdometry) return odometry(start);
+  if (choice.source == programs::Source::built_in && choice.name == kPlanAlone)
     return estimator_from(plan_alone(start));
   throw std::invalid_argument(
       "estimator: was a command on an exported recording, which gaitslam evaluate runs; expected another "

@@ -248,7 +248,7 @@ std::vector<slam::MapPoint> pop_map(std::string_view& bytes, std::uint32_t landm
 
 }  // namespace
 
-std::string start_message(const EstimatorChoice& choice, const Start& start) {
+std::string start_message(const programs::Choice& choice, const Start& start) {
   const std::string options = programs::options_text(choice);
   rig::RigSensor head{.name = "cam0", .rate_hz = start.camera_rate_hz, .camera = start.calibration.camera};
   head.readout_s = start.camera_readout_s;

@@ -12,7 +12,7 @@ inline constexpr std::size_t kMostBytes = sizeof(gaitslam_answer) + GAITSLAM_MOS
                                           std::uint64_t{GAITSLAM_MOST_LANDMARKS} * sizeof(gaitslam_landmark);
 
 /// Return a whole message with its header. rig: the sensors of observation.rig.
-std::string start_message(const EstimatorChoice& choice, const Start& start);
+std::string start_message(const programs::Choice& choice, const Start& start);
 std::string observation_message(const slam::Observation& observation, const std::vector<rig::RigSensor>& rig);
 
 /// Reads the payload of READY. Throws InvalidMessage if it is invalid, states another version or that the

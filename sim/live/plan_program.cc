@@ -1,11 +1,10 @@
-#include "sim/live/plan_program.h"
-
 #include <cstdio>
 #include <memory>
 #include <sstream>
 
 #include "sim/controllers/messages.h"
 #include "sim/controllers/plan_controller.h"
+#include "sim/live/commands.h"
 #include "sim/physics/nominal_body.h"
 #include "sim/physics/robot.h"
 #include "sim/scenario/robot.h"

@@ -1,5 +1,3 @@
-#include "sim/live/robot_check.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/live/commands.h"
 #include "sim/live/setup.h"
 #include "sim/physics/adapted.h"
 #include "sim/physics/nominal_body.h"

@@ -454,7 +454,7 @@ std::optional<walking::PatternGenerator> check(const scenario::ReadScenario& rea
   SensingRobot robot(read.scenario, start.controller(read.scenario), start.models);
   const recording::RecordingSetup setup =
       recording_setup(read.scenario, start.models.robot, robot.mounting(), robot->reference().X_PB);
-  if (read.scenario.slam && read.scenario.estimator.source == estimators::Source::program)
+  if (read.scenario.slam && read.scenario.estimator.source == programs::Source::program)
     programs::require_program(read.scenario.estimator, "estimator");
   else if (read.scenario.slam)
     tracking::Tracking(read.scenario, setup.calibration, setup.X_WC_start, setup.camera_rate_hz, setup.rig,

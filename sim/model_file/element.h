@@ -1,6 +1,7 @@
 // An XML file as a tree of elements that know their file and line: MJCF with its includes, or URDF.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
 #include <memory>
 #include <optional>
@@ -49,5 +50,16 @@ std::string text_of(const auto& numbers) {
 Element read_xml(const std::filesystem::path& file);
 
 std::string to_xml(const Element& element);
+
+/// How a MJCF file writes angles; poses are written as quaternions.
+struct Angles {
+  bool degrees = true;
+  std::string sequence = "xyz";  ///< of euler angles; capitals: about fixed axes
+};
+
+/// Returns the pose of a body, geom, site, camera or frame in its parent. Throws FileError.
+Eigen::Isometry3d place_of(const Element& element, const Angles& angles);
+/// Replaces the element's pose, in whatever form the file gives it.
+void set_place(Element& element, const Eigen::Isometry3d& X);
 
 }  // namespace sim::model_file

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 
 #include "sim/model_file/model_file.h"
-#include "sim/model_file/place.h"
 
 namespace sim::model_file {
 namespace {

@@ -157,7 +157,7 @@ class RunSections {
 
   /// Not of a result with a program: who copies the command would start it.
   std::string command_to_run() const {
-    if (scenario_.estimator.source != estimators::Source::built_in)
+    if (scenario_.estimator.source != programs::Source::built_in)
       return "<p class='soft'>Its scenario.yaml names an external program as estimator; running it again "
              "starts that program.</p>";
     return "<pre>tools/gaitslam run " + escaped(files::shell_word((run_.folder / "scenario.yaml").string())) +

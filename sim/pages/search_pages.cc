@@ -278,7 +278,7 @@ std::string command_of(const Sweep& sweep, const Trial& trial, const fs::path& f
   }
   try {
     const auto read = scenario::read_scenario(file, changes);
-    if (read.scenario.estimator.source != estimators::Source::built_in)
+    if (read.scenario.estimator.source != programs::Source::built_in)
       return "its scenario names an external program as estimator";
   } catch (const std::exception&) {  // nor does the command run
   }

@@ -7,7 +7,7 @@
 #include "sim/controllers/controller.h"
 #include "sim/physics/clearance.h"
 #include "sim/physics/floor.h"
-#include "sim/physics/leg_loads.h"
+#include "sim/physics/nominal_body.h"
 #include "sim/physics/options.h"
 #include "sim/physics/robot.h"
 #include "walking/stabilizer.h"

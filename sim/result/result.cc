@@ -197,8 +197,8 @@ void Timing::write(const std::filesystem::path& folder, double simulated_s) cons
 }
 
 bool uses_filter(const scenario::Scenario& scenario) {
-  const estimators::EstimatorChoice& estimator = scenario.estimator;
-  return scenario.slam && estimator.source == estimators::Source::built_in &&
+  const programs::Choice& estimator = scenario.estimator;
+  return scenario.slam && estimator.source == programs::Source::built_in &&
          (estimator.name == "filter" || estimator.name == "odometry");
 }
 

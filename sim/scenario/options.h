@@ -4,8 +4,8 @@
 #include <span>
 
 #include "sim/camera/options.h"
-#include "sim/estimators/estimator_choice.h"
 #include "sim/physics/options.h"
+#include "sim/programs/choice.h"
 #include "sim/sensor_errors/sensor_errors.h"
 #include "slam/options.h"
 #include "walking/plan.h"
@@ -139,8 +139,7 @@ struct Scenario {
   rig::ImuOptions imu;
   std::vector<rig::Item> rig;  ///< further sensors
   sensor_errors::ErrorOptions errors;
-  estimators::EstimatorChoice estimator{.name =
-                                            "filter"};  ///< the section slam is unused by all but the filter
+  programs::Choice estimator{.name = "filter"};  ///< the section slam is unused by all but the filter
   EstimatorTime estimator_time;
   std::optional<slam::Options> slam;
   Limits limits;

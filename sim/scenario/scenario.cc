@@ -66,7 +66,7 @@ std::optional<std::string> unnoticed(const sensor_errors::Fault& fault, std::str
   if (!scenario.slam) return "changes nothing: this scenario has no section 'slam'";
   const bool of_arrival =
       kind == sensor_errors::FramesDoubled::kName || kind == sensor_errors::FramesReordered::kName;
-  if (of_arrival || scenario.estimator.source != estimators::Source::built_in) return std::nullopt;
+  if (of_arrival || scenario.estimator.source != programs::Source::built_in) return std::nullopt;
   const slam::Options& filter = *scenario.slam;
   const std::string& name = scenario.estimator.name;
   const bool plan_alone = name == "plan_alone";

@@ -5,9 +5,9 @@
 
 #include <Eigen/Core>
 
-#include "sim/estimators/estimator_choice.h"
 #include "sim/files/yaml.h"
 #include "sim/physics/options.h"
+#include "sim/programs/choice.h"
 
 namespace sim::scenario {
 

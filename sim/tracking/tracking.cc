@@ -9,7 +9,7 @@ namespace sim::tracking {
 namespace {
 
 constexpr slam::Stamp kMapEvery = std::chrono::seconds(1);
-const estimators::EstimatorChoice kOdometry{estimators::Source::built_in, "odometry", {}, {}};
+const programs::Choice kOdometry{programs::Source::built_in, "odometry", {}, {}};
 
 /// Returns the times of consecutive frames with a cause, each with its last one.
 template <class CauseOf>

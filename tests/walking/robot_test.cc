@@ -5,7 +5,6 @@
 #include <chrono>
 #include <random>
 
-#include "tests/walking/offset_leg.h"
 #include "tests/walking/robots.h"
 
 namespace walking {

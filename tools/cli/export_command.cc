@@ -134,7 +134,7 @@ int video(VideoRequest& request) {
   const fs::path file = file_of(request);
   const scenario::Scenario scenario = scenario::read_scenario(request.result / "scenario.yaml").scenario;
   if (!scenario.slam) throw UsageError("{}: no filter ran", request.result.string());
-  if (scenario.estimator.source != estimators::Source::built_in)
+  if (scenario.estimator.source != programs::Source::built_in)
     throw UsageError(
         "{}: is of the external estimator {}; gaitslam view shows it, a video runs built-in ones only",
         request.result.string(), scenario.estimator.name);

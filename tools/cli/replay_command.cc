@@ -38,8 +38,8 @@ struct ReplayRequest : OutRequest {
 /// Throws UsageError if the program to start is named only in the result, which may be untrusted.
 void require_asked_for(const scenario::ReadScenario& read, const scenario::Scenario& recorded,
                        const ReplayRequest& request) {
-  const estimators::EstimatorChoice& choice = read.scenario.estimator;
-  if (choice.source == estimators::Source::built_in || choice != recorded.estimator) return;
+  const programs::Choice& choice = read.scenario.estimator;
+  if (choice.source == programs::Source::built_in || choice != recorded.estimator) return;
   if (request.scenario) return;
   for (const std::string& change : request.changes.overrides)
     if (change.starts_with("estimator=")) return;

@@ -3,8 +3,9 @@
 #include <iostream>
 
 #include "sim/files/atomic_file.h"
+#include "sim/live/commands.h"
+#include "sim/physics/first_robot_file.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/shared/live.h"
 #include "tools/cli/shared/options.h"
 
 namespace cli {
@@ -25,10 +26,7 @@ sim/controllers/README.md describes its messages. Its option plan: false withhol
 
 struct WalkerRequest {};
 
-int answer_messages(WalkerRequest&) {
-  require_simulator();
-  return run_plan_program();
-}
+int answer_messages(WalkerRequest&) { return live::run_plan_program(); }
 
 struct RobotRequest {
   fs::path robot;
@@ -42,7 +40,7 @@ class GuessedRobot {
     std::string pattern = (fs::temp_directory_path() / "gaitslam-robot-XXXXXX").string();
     if (!mkdtemp(pattern.data())) files::fail_by_errno(pattern, "cannot be made");
     folder_ = pattern;
-    files::write_text(folder_ / "robot.yaml", first_robot_file(model, fs::absolute(model).string()));
+    files::write_text(folder_ / "robot.yaml", physics::first_robot_file(model, fs::absolute(model).string()));
   }
   ~GuessedRobot() {
     std::error_code ignored;
@@ -57,20 +55,18 @@ class GuessedRobot {
 };
 
 int check_one(RobotRequest& request) {
-  require_simulator();
   const auto print = [](const std::string& line) { std::cout << line << std::endl; };
-  if (fs::is_directory(request.robot)) return check_robot(request.robot, print) ? 0 : 1;
+  if (fs::is_directory(request.robot)) return live::check_robot(request.robot, print) ? 0 : 1;
   const GuessedRobot guessed(request.robot);
   print("no robot.yaml: checked with what gaitslam robot init would guess");
-  return check_robot(guessed.folder(), print) ? 0 : 1;
+  return live::check_robot(guessed.folder(), print) ? 0 : 1;
 }
 
 int write_first(RobotRequest& request) {
-  require_simulator();
   const fs::path folder = request.out.value_or(request.robot.parent_path()), file = folder / "robot.yaml";
   if (fs::exists(file)) throw files::FileError(file, "exists already and is not overwritten");
-  const std::string text =
-      first_robot_file(request.robot, fs::proximate(request.robot, folder.empty() ? "." : folder).string());
+  const std::string text = physics::first_robot_file(
+      request.robot, fs::proximate(request.robot, folder.empty() ? "." : folder).string());
   fs::create_directories(folder);
   files::write_atomically(file, text);
   std::cout << file.string() << ": written; look at each guess, then run gaitslam robot check "

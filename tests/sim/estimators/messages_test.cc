@@ -33,7 +33,7 @@ TEST(Messages, TheStartIsWhereTheReadmeSaysItIs) {
   start.calibration.X_CG.translation() << 7, 8, 9;
   start.X_WC.linear() = Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   start.seed = 0x1122334455667788;
-  EstimatorChoice choice;
+  programs::Choice choice;
   choice.options = {{"threads", "2"}, {"map.size", "big"}};
   const std::string message = start_message(choice, start), options = "threads=2\nmap.size=big\n";
   ASSERT_EQ(message.size(), 16 + 288 + 24 + 16 + 360 + 200);  // 24: the options and a zero byte
@@ -207,15 +207,15 @@ TEST(Messages, AnAnswerComesBackWithAllItsBits) {
   EXPECT_TRUE((*answer.map)[0].covariance.isZero());
 }
 
-EstimatorChoice choice_of(const std::string& value) {
+programs::Choice choice_of(const std::string& value) {
   constexpr const char* kText = "walk: {commands: [{stand: {duration_s: 1}}]}\n";
   return scenario::read_scenario_text(kText, "test.yaml", {{"estimator=" + value}, {}}).scenario.estimator;
 }
 
 TEST(EstimatorKey, NamesAProgramWithItsOptions) {
-  const EstimatorChoice choice = choice_of(
+  const programs::Choice choice = choice_of(
       "{program: [bin/my slam, --stdio], options: {a: {b: 1, c: yes}, d: 'e f'}, answer_within_s: 2.5}");
-  EXPECT_EQ(choice.source, Source::program);
+  EXPECT_EQ(choice.source, programs::Source::program);
   EXPECT_EQ(choice.name, "my_slam");
   EXPECT_EQ(choice.words, (std::vector<std::string>{"bin/my slam", "--stdio"}));
   EXPECT_EQ(options_text(choice), "a.b=1\na.c=yes\nd=e f\n");
@@ -229,7 +229,7 @@ TEST(EstimatorKey, NamesAProgramWithItsOptions) {
   EXPECT_EQ(choice_of("{command: 'bash -e run/vo.sh {folder} {trajectory}'}").name, "vo");
   EXPECT_EQ(choice_of("{program: [python3, -c, 'import slam']}").name, "python3");
   EXPECT_EQ(choice_of("{program: [./filter]}").name, "filter_external");
-  EXPECT_EQ(choice_of("filter").source, Source::built_in);
+  EXPECT_EQ(choice_of("filter").source, programs::Source::built_in);
 }
 
 }  // namespace

@@ -24,11 +24,6 @@ void require_simulator();
 std::optional<walking::PatternGenerator> check_start(const scenario::ReadScenario& read,
                                                      const fs::path& models);
 
-/// Those of sim/live and sim/physics. run_plan_program(): `gaitslam walker`. Call require_simulator() before.
-bool check_robot(const fs::path& folder, const std::function<void(const std::string&)>& print);
-int run_plan_program();
-std::string first_robot_file(const fs::path& model, const std::string& written);
-
 /// Returns MuJoCo's version, or "" without the simulator.
 std::string mujoco_version();
 

@@ -16,12 +16,6 @@ std::optional<walking::PatternGenerator> check_start(const scenario::ReadScenari
   return std::nullopt;
 }
 
-bool check_robot(const fs::path&, const std::function<void(const std::string&)>&) { return false; }
-
-int run_plan_program() { return 2; }
-
-std::string first_robot_file(const fs::path&, const std::string&) { return ""; }
-
 std::string mujoco_version() { return ""; }
 
 }  // namespace cli

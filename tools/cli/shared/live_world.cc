@@ -3,10 +3,7 @@
 
 #include <iostream>
 
-#include "sim/live/plan_program.h"
-#include "sim/live/robot_check.h"
 #include "sim/live/run.h"
-#include "sim/physics/first_robot_file.h"
 #include "sim/physics/floor.h"
 #include "sim/scenario/robot.h"
 #include "tools/cli/shared/live.h"
@@ -33,16 +30,6 @@ std::optional<walking::PatternGenerator> check_start(const scenario::ReadScenari
         "field instead of more than {}\n",
         solids, room, physics::kMostSolids);
   return plan;
-}
-
-bool check_robot(const fs::path& folder, const std::function<void(const std::string&)>& print) {
-  return live::check_robot(folder, print);
-}
-
-int run_plan_program() { return live::run_plan_program(); }
-
-std::string first_robot_file(const fs::path& model, const std::string& written) {
-  return physics::first_robot_file(model, written);
 }
 
 std::string mujoco_version() { return mj_versionString(); }

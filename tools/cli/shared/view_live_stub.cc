@@ -1,6 +1,7 @@
-// The view in a build without the simulator: only replays and results, without room and robot.
+// The program in a build without the simulator: no commands of robots, and a view without room and robot.
 #include "sim/view/session.h"
 #include "sim/view/site.h"
+#include "tools/cli/commands.h"
 #include "tools/cli/shared/live.h"
 
 namespace sim::view {
@@ -21,3 +22,6 @@ std::unique_ptr<ViewSession> view_of_run(const ViewRequest& request, const scena
 }
 
 }  // namespace sim::view
+
+void cli::add_robot(CLI::App&, int&) {}
+void cli::add_walker(CLI::App&, int&) {}

@@ -1,4 +1,4 @@
-// Checks a robot's folder and whether the robot stands and walks: `gaitslam robot check`.
+// What `gaitslam robot check` and `gaitslam walker` do.
 #pragma once
 
 #include <filesystem>
@@ -11,5 +11,9 @@ namespace sim::live {
 /// 5 s of standing and steps in place end. Returns whether all is well. Throws std::runtime_error or
 /// std::invalid_argument with one line for a robot that cannot be read.
 bool check_robot(const std::filesystem::path& folder, const std::function<void(const std::string&)>& print);
+
+/// Answers the messages of gaitslam_walker.h on standard input and output by pattern generator and
+/// stabilizer. Returns the exit code.
+int run_plan_program();
 
 }  // namespace sim::live
