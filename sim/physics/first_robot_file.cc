@@ -1,5 +1,3 @@
-#include "sim/physics/first_robot_file.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <mujoco/mujoco.h>

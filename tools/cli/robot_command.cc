@@ -4,7 +4,7 @@
 
 #include "sim/files/atomic_file.h"
 #include "sim/live/commands.h"
-#include "sim/physics/first_robot_file.h"
+#include "sim/physics/adapted.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/shared/options.h"
 

@@ -2,7 +2,6 @@
 
 #include <mujoco/mujoco.h>
 
-#include "sim/physics/first_robot_file.h"
 #include "sim/physics/model.h"
 #include "tests/sim/files/temporary_folder.h"
 
