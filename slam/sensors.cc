@@ -150,17 +150,20 @@ std::optional<VelocityIncrement> velocity_increment(const InertialInterval& earl
 }
 
 /// Compares the planned motion over two steps with that by leg odometry: within a step, and as it starts to
-/// walk, the robot sways more than planned. Returns the evidence for the scale of the planned distances since
-/// the landing before last, at every second landing; standing or without leg odometry it starts anew.
+/// walk, the robot sways more than planned. Two steps unlike those before tell as much less as a small delay
+/// changes them more. Returns the evidence for the scale of the planned distances since the landing before
+/// last, at every second landing; standing or without leg odometry it starts anew.
 SystematicEvidence PlanHistory::compare_two_steps(const Known& now, bool landed, bool standing) {
-  if (!now.legs || standing) start_.reset();
+  if (!now.legs || standing) start_.reset(), planned_m_.reset();
   if (!now.legs || standing || !landed || (start_ && ++landings_ < 2)) return {};
   SystematicEvidence evidence;
   if (start_) {
     const Eigen::Vector2d by_legs = horizontal_motion(start_->legs->X_OC, now.legs->X_OC);
-    const Eigen::Vector2d too_far = horizontal_motion(start_->plan->X_PC, now.plan->X_PC) - by_legs;
-    const double weight = 1 / (kTwoStepsSigma_m * kTwoStepsSigma_m);
-    evidence = {weight * by_legs.dot(too_far), weight * by_legs.squaredNorm()};
+    const Eigen::Vector2d planned = horizontal_motion(start_->plan->X_PC, now.plan->X_PC);
+    const double change_m = (planned - planned_m_.value_or(planned)).norm();
+    const double weight = 1 / (kTwoStepsSigma_m * kTwoStepsSigma_m + change_m * change_m);
+    evidence = {weight * by_legs.dot(planned - by_legs), weight * by_legs.squaredNorm()};
+    planned_m_ = planned;
   }
   start_ = now;
   landings_ = 0;
@@ -172,7 +175,7 @@ std::optional<PlannedInterval> PlanHistory::advance(const Observation& o, double
   const Known before = std::exchange(previous_, {o.plan, o.legs});
   const std::optional<PlannedMotion>& plan = o.plan;
   const std::optional<LegMotion>& legs = o.legs;
-  if (!plan) start_.reset();
+  if (!plan) start_.reset(), planned_m_.reset();
   if (o.command)
     followed_m_s_ += (1 - std::exp(-dt_s / options.command.lag_s)) *
                      (Eigen::Vector2d(o.command->ahead_m_s, o.command->left_m_s) - followed_m_s_);

@@ -90,8 +90,9 @@ class PlanHistory {
   SystematicEvidence compare_two_steps(const Known& now, bool landed, bool standing);
 
   Known previous_;
-  std::optional<Known> start_;  // at a landing, of the two steps that are compared
-  int landings_ = 0;            // since then
+  std::optional<Known> start_;                // at a landing, of the two steps that are compared
+  int landings_ = 0;                          // since then
+  std::optional<Eigen::Vector2d> planned_m_;  // motion of the two steps before
   double moved_s_ = 0;
   Eigen::Vector3d steady_C_ = Eigen::Vector3d::Zero();      // low-pass filtered velocity, m/s in C
   Eigen::Vector2d followed_m_s_ = Eigen::Vector2d::Zero();  // command as the base follows it

@@ -279,6 +279,18 @@ TEST(PlanHistory, EveryTwoStepsLegOdometryTellsTheScaleOfThePlan) {
   }
 }
 
+TEST(PlanHistory, TwoStepsUnlikeThoseBeforeTellLittleOfTheScale) {
+  std::vector<Observation> frames = stepping(1);
+  const Eigen::Isometry3d X_OP = frames[0].legs->X_OC * frames[0].plan->X_PC.inverse();
+  for (std::size_t k = 4; k < frames.size(); ++k) {
+    frames[k].plan->X_PC.translation().y() += 0.2 * static_cast<double>(k - 3);
+    frames[k].legs->X_OC = X_OP * frames[k].plan->X_PC;
+  }
+  const auto all = evidence(frames);
+  EXPECT_NEAR(all[4].information, 0.6 * 0.6 / (0.005 * 0.005 + 0.4 * 0.4), 1e-9);
+  EXPECT_NEAR(all[6].information, 0.6 * 0.6 / (0.005 * 0.005), 1e-6);
+}
+
 TEST(PlanHistory, TwoStepsStartAnewWhileThePlanStandsAndWithoutLegOdometry) {
   auto without_legs = stepping(1), standing = stepping(1);
   without_legs[2].legs.reset();
