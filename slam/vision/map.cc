@@ -16,11 +16,13 @@ Landmark landmark_seen_from(const Eigen::Isometry3d& X_WC, Stamp t) {
   return landmark;
 }
 
-constexpr std::size_t kRoom = 256;         // landmarks before the list takes memory anew
-constexpr int kProposals = 5;              // corners tried for each landmark wanted
-constexpr int kInitializedPerFrame = 3;    // landmarks, once the map is not empty
-constexpr Stamp kYoung{10'000'000'000};    // between a landmark's first and last view
-constexpr double kLeastViewChange = 0.02;  // motion over distance; swaying moves less, and comes back
+constexpr std::size_t kRoom = 256;          // landmarks before the list takes memory anew
+constexpr int kProposals = 5;               // corners tried for each landmark wanted
+constexpr int kInitializedPerFrame = 3;     // landmarks, once the map is not empty
+constexpr Stamp kYoung{10'000'000'000};     // between a landmark's first and last view
+constexpr Stamp kBadCorner{5'000'000'000};  // since a young landmark was deleted there
+constexpr double kSameDirection = 0.9976;   // cosine of 4 degrees
+constexpr double kLeastViewChange = 0.02;   // motion over distance; swaying moves less, and comes back
 
 bool is_line(const Landmark& landmark) { return std::holds_alternative<SemiInfiniteLine>(landmark.kind); }
 
@@ -78,6 +80,7 @@ std::optional<Landmark> initialize_known_landmark(const cv::Mat& image, Stamp t,
 Map::Map(const Options& options, const Camera& camera, std::uint64_t seed)
     : options_(options), camera_(camera), random_(seed) {
   landmarks_.reserve(kRoom);
+  pruned_.reserve(kRoom);
 }
 
 std::vector<MapPoint> Map::points(const State& state) const {
@@ -233,6 +236,16 @@ void Map::search_lines(const cv::Mat& image, Kalman& kalman, std::vector<int>& d
   }
 }
 
+/// Notes a deleted young landmark; false if another one lay in its direction as seen from r a short time ago.
+bool Map::is_bad_anew(const Pruned& pruned, const Eigen::Vector3d& r) {
+  std::erase_if(pruned_, [&](const Pruned& before) { return pruned.t - before.t > kBadCorner; });
+  const bool known = std::any_of(pruned_.begin(), pruned_.end(), [&](const Pruned& before) {
+    return (before.p_W - r).normalized().dot((pruned.p_W - r).normalized()) > kSameDirection;
+  });
+  pruned_.push_back(pruned);
+  return !known;
+}
+
 std::size_t Map::prune(Kalman& kalman, std::vector<int>& deleted) {
   std::size_t young = 0;
   for (std::size_t i = landmarks_.size(); i-- > 0;) {
@@ -241,7 +254,11 @@ std::size_t Map::prune(Kalman& kalman, std::vector<int>& deleted) {
     const bool unreliable = judged && 2 * landmark.successes < landmark.attempts;
     if (!unreliable && !surely_behind(kalman.state(), landmark)) continue;
     deleted.push_back(landmark.id);
-    if (landmark.last_visible - landmark.initialized < kYoung) ++young;
+    const State& state = kalman.state();
+    if (landmark.last_visible - landmark.initialized < kYoung &&
+        is_bad_anew({position(landmark.kind, landmark.parameters(state)), landmark.last_visible},
+                    state.position()))
+      ++young;
     erase(i, kalman);
   }
   return young;

@@ -65,6 +65,8 @@ class Map {
   /// every second time (Davison et al. 2007), or with a surely negative inverse depth. Their ids are appended
   /// to `deleted`.
   /// Returns how many of them were last in view within 10 s of their first sight: others may be hidden now.
+  /// Of those in one direction, none counts within 5 s of another: a bad corner may be chosen again and
+  /// again.
   std::size_t prune(Kalman& kalman, std::vector<int>& deleted);
 
  private:
@@ -75,9 +77,16 @@ class Map {
                   Kalman& kalman);
   void erase(std::size_t index, Kalman& kalman);
 
+  struct Pruned {
+    Eigen::Vector3d p_W;
+    Stamp t;
+  };
+  bool is_bad_anew(const Pruned& pruned, const Eigen::Vector3d& r);
+
   Options options_;
   Camera camera_;
   std::vector<Landmark> landmarks_;
+  std::vector<Pruned> pruned_;  // young ones, of late
   int next_id_ = 0;
   std::mt19937_64 random_;
   bool known_initialized_ = false;

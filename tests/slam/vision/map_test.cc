@@ -299,6 +299,19 @@ TEST(Map, CountsThoseThatItDeletesSoonAfterTheirFirstSight) {
   EXPECT_EQ(deleted.size(), 3u);
 }
 
+TEST(Map, CountsThoseThatItDeletesInOneDirectionOnlyOnceInFiveSeconds) {
+  for (const double back_m : {0.0, 1000.0}) {
+    Initialized b(3);
+    b.move({-back_m, 0, 0});  // from far away all are in one direction
+    for (std::size_t i = 3; const auto age : {1000ms, 4000ms, 9500ms}) {  // the last one is deleted first
+      --i;
+      b.map.record_visible(i, b.map.landmarks()[i].initialized + age);
+      for (int k = 0; k < 10; ++k) b.search(i, false);
+    }
+    EXPECT_EQ(b.map.prune(b.kalman, b.removed), back_m > 0 ? 2u : 3u);
+  }
+}
+
 TEST(Map, DeletingAndConvertingLeaveEveryOtherLandmarkItsOwnParameters) {
   Initialized b(5);
   for (const std::size_t i : {1u, 3u}) b.know_depth(i, 0.25);
