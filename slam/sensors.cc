@@ -150,7 +150,7 @@ std::optional<VelocityIncrement> velocity_increment(const InertialInterval& earl
 }
 
 /// Compares the planned motion over two steps with that by leg odometry: within a step, and as it starts to
-/// walk, the robot sways more than planned. Two steps unlike those before tell as much less as a small delay
+/// walk, the robot sways more than planned. Two steps unlike those before count less, since a small delay
 /// changes them more. Returns the evidence for the scale of the planned distances since the landing before
 /// last, at every second landing; standing or without leg odometry it starts anew.
 SystematicEvidence PlanHistory::compare_two_steps(const Known& now, bool landed, bool standing) {

@@ -65,8 +65,7 @@ class Map {
   /// every second time (Davison et al. 2007), or with a surely negative inverse depth. Their ids are appended
   /// to `deleted`.
   /// Returns how many of them were last in view within 10 s of their first sight: others may be hidden now.
-  /// Of those in one direction, none counts within 5 s of another: a bad corner may be chosen again and
-  /// again.
+  /// None counts within 5 s of another in its direction, since a bad corner may be chosen again and again.
   std::size_t prune(Kalman& kalman, std::vector<int>& deleted);
 
  private:
