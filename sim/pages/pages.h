@@ -149,9 +149,6 @@ inline const std::vector<PaperExperiment> kPaperExperiments{
 
 /// Runs by the name of their experiment.
 using PaperRuns = std::map<std::string, std::vector<RunData>>;
-/// Returns the runs of an experiment, which may be empty.
-const std::vector<RunData>& runs_of(const PaperRuns& all, const std::string& experiment);
-
 /// A row of the table: what is compared (with the section of the paper), and both results. agreement:
 /// "agrees", "better", "differs", or empty if it cannot be compared.
 struct PaperRow {

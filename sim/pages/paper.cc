@@ -11,6 +11,13 @@
 namespace sim::pages {
 namespace {
 
+/// The runs of an experiment, which may be empty.
+const std::vector<RunData>& runs_of(const PaperRuns& all, const std::string& experiment) {
+  static const std::vector<RunData> none;
+  const auto found = all.find(experiment);
+  return found == all.end() ? none : found->second;
+}
+
 std::vector<double> values(const std::vector<RunData>& runs, const std::string& metric, double factor = 1) {
   std::vector<double> all;
   for (const RunData& run : runs)
@@ -268,12 +275,6 @@ std::string head_views(const PaperRuns& runs) {
 }
 
 }  // namespace
-
-const std::vector<RunData>& runs_of(const PaperRuns& all, const std::string& experiment) {
-  static const std::vector<RunData> none;
-  const auto found = all.find(experiment);
-  return found == all.end() ? none : found->second;
-}
 
 std::vector<PaperRow> paper_rows(const PaperRuns& all) {
   std::vector<PaperRow> rows;

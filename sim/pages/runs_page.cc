@@ -331,10 +331,7 @@ std::string table(const std::vector<RunData>& runs, const std::vector<std::strin
     }
   }
   std::vector<TableCell> titles{{"run"}, {"verdict"}, {"ending"}};
-  for (std::string column : columns) {
-    std::replace(column.begin(), column.end(), '_', ' ');
-    titles.push_back(text_cell(column, "number"));
-  }
+  for (const std::string& column : columns) titles.push_back(text_cell(column, "number"));
   std::vector<TableRow> rows;
   for (auto& [i, of_run] : values) {
     const RunData& run = runs[i];

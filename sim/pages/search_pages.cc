@@ -463,11 +463,8 @@ std::string runs_table(const Json& side) {
       gains +=
           fmt::format("<li>{}: {} [{}, {}], {}</li>", escaped(name), number_text(score::mean(changes)),
                       number_text(test->low), number_text(test->high), files::counted(changes.size(), "run"));
-  }
-  for (const auto& [name, values] : side.at("values").entries())
-    for (const auto& [which, words] : {std::pair{"start", "before"}, std::pair{"best", "after"}}) {
+    for (const auto& [all, words] : {std::pair{before, "before"}, {after, "after"}}) {
       titles.push_back(text_cell(fmt::format("{} {}", name, words), "number"));
-      const std::vector<Json> all = values.at(which).items();
       std::vector<double> known;
       for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
         const auto value = i < all.size() ? all[i].number_or_null() : std::nullopt;
@@ -477,6 +474,7 @@ std::string runs_table(const Json& side) {
       rows.back().cells.push_back(
           number_cell(known.empty() ? std::nullopt : std::optional(score::mean(known))));
     }
+  }
   return table_html("before and after", titles, rows) +
          (gains.empty() ? ""
                         : "<p>Mean change of a run, after minus before [95 % interval, t-test]:</p><ul>" +

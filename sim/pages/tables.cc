@@ -31,21 +31,15 @@ std::string change_text(const MetricVerdict& v) {
          (has_share ? fmt::format(" ({:+.3g} %)", 100 * *v.change / std::abs(*v.baseline)) : "");
 }
 
-std::string latex(std::string_view text) {
+/// The text in LaTeX or Markdown, without commands.
+std::string literal(std::string_view text, bool tex) {
+  static const std::map<char, const char*> kWords{
+      {'\\', "\\textbackslash{}"}, {'~', "\\textasciitilde{}"}, {'^', "\\textasciicircum{}"}};
   std::string out;
-  for (const char c : text)
-    out += c == '\\'                                                       ? "\\textbackslash{}"
-           : c == '~'                                                      ? "\\textasciitilde{}"
-           : c == '^'                                                      ? "\\textasciicircum{}"
-           : std::string_view("&%$#_{}").find(c) != std::string_view::npos ? std::string{'\\', c}
-                                                                           : std::string{c};
-  return out;
-}
-
-std::string markdown(std::string_view text) {
-  std::string out;
-  for (const char c : text)
-    out += c == '|' || c == '<' || c == '*' || c == '_' ? std::string{'\\', c} : std::string{c};
+  for (const char c : text) {
+    if (std::string_view(tex ? "&%$#_{}" : "|<*_").find(c) != std::string_view::npos) out += '\\';
+    out += tex && kWords.contains(c) ? kWords.at(c) : std::string{c};
+  }
   return out;
 }
 
@@ -195,8 +189,7 @@ std::string written_table(const std::vector<std::vector<std::string>>& lines, Ta
   const bool tex = format == TableFormat::latex;
   const auto row = [&](const std::vector<std::string>& line) {
     std::vector<std::string> cells;
-    for (const std::string& cell : line)
-      cells.push_back(tex ? latex(files::one_line(cell)) : markdown(files::one_line(cell)));
+    for (const std::string& cell : line) cells.push_back(literal(files::one_line(cell), tex));
     return tex ? fmt::format("{} \\\\\n", fmt::join(cells, " & "))
                : fmt::format("| {} |\n", fmt::join(cells, " | "));
   };

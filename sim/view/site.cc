@@ -230,24 +230,23 @@ ordered_json changes_of(const std::vector<const pages::RunData*>& runs) {
 
 Site site_of(std::vector<Playback> given) {
   std::vector<const pages::RunData*> data;
-  for (const Playback& result : given) data.push_back(&result.data);
-  for (const pages::RunData* one : data)
-    if (one->scenario != data[0]->scenario)
+  std::vector<std::shared_ptr<Playback>> results;
+  for (Playback& one : given) {
+    results.push_back(std::make_shared<Playback>(std::move(one)));
+    data.push_back(&results.back()->data);
+    if (data.back()->scenario != data[0]->scenario)
       throw std::invalid_argument(
           fmt::format("view: the results are of {} and of {}, expected those of one scenario",
-                      data[0]->scenario, one->scenario));
+                      data[0]->scenario, data.back()->scenario));
+  }
   const std::vector<std::string> variants = pages::variants(data);
-  std::vector<std::shared_ptr<Playback>> results;
   std::vector<ShownRun> runs;
-  for (std::size_t i = 0; i < given.size(); ++i) {
-    given[i].run.variant = variants[i];
-    given[i].run.pieces = pieces_of(given[i].frames).size() - 1;
-    results.push_back(std::make_shared<Playback>(std::move(given[i])));
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    results[i]->run.variant = variants[i];
+    results[i]->run.pieces = pieces_of(results[i]->frames).size() - 1;
     runs.push_back(results[i]->run);
   }
   ordered_json about{{"mode", "playback"}, {"control", false}};
-  data.clear();
-  for (const auto& result : results) data.push_back(&result->data);
   if (data.size() > 1) about["changes"] = changes_of(data);
   Site site(runs, about);
   for (std::size_t i = 0; i < results.size(); ++i) {

@@ -194,8 +194,7 @@ async function compare(browser, url) {
 
 // Looks on until the run has ended.
 async function watch(browser, url) {
-  await browser.open(url, kReady);
-  await browser.until(`document.documentElement?.dataset.ended === 'true' && document.documentElement.dataset.model === 'true'`, 120000);
+  await openView(browser, url, ` && document.documentElement.dataset.ended === 'true'`);
   return {...short(await look(browser)), how: await browser.value('gaitslamPage.note.textContent'), said: browser.said};
 }
 
