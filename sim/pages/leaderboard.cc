@@ -171,7 +171,7 @@ std::vector<std::vector<std::string>> exact_lines(const Leaderboard& board) {
 
 constexpr const char* kRemark = "Medians over n seeds [95 % interval of the median, from 6 seeds on]";
 
-/// The changed keys of a row, and its folder if there are none or another row has the same.
+/// The changed keys of a row; its folder as well if the keys name no single row.
 std::string difference(const LeaderboardRow& row, const std::vector<LeaderboardRow>& rows) {
   const std::string keys = changed(row, rows), folder = fs::proximate(row.folder).string();
   const auto alike = std::ranges::count_if(rows, [&](const LeaderboardRow& other) {

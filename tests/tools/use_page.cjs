@@ -299,7 +299,7 @@ async function useReport(browser, page) {
   return {keyboard, map: await moveTime(browser), pointed: await point(browser), phone: await browser.phoneWidth(), print: await print(browser)};
 }
 
-// Of each page the serious findings of axe-core by day and by night, and the width on the narrowest phone. folder: contains node_modules.
+// By page: serious findings of axe-core by day and by night, and the width on the narrowest phone. folder: contains node_modules.
 async function audit(browser, pages, folder) {
   const axe = fs.readFileSync(path.join(folder, 'node_modules/axe-core/axe.min.js'), 'utf8'), found = {};
   for (const page of pages.split(' ')) {
