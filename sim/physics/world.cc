@@ -148,7 +148,8 @@ World::World(const WorldOptions& options, const PlantVariation& draw, const walk
       model_(copy_of(models.on_floor)),
       data_(mj_makeData(model_.get())),
       soles_(*model_, draw.floor_friction, options.floor_patches, draw.floor),
-      pushes_(options.pushes) {
+      pushes_(options.pushes),
+      floor_friction_(draw.floor_friction) {
   if (options.room != kPhysicalRoom) room_.emplace(copy_of(models.in_room));
   find_ids();
   apply(draw);
@@ -258,7 +259,9 @@ void World::limit_torques() {
     const double damping = damping_torque(joint) - added_torque(joint);
     const double force =
         model_->actuator_gainprm[mjNGAIN * joint] * (data_->ctrl[joint] - data_->qpos[ids_.position[joint]]);
-    limited |= std::abs(force - damping) > effort;
+    const double share = std::abs(force - damping) / effort;
+    limited |= share > 1;
+    if (share > largest_share_.value) largest_share_ = {std::min(share, 1.0), joint};
     mjtNum* const range = model_->actuator_forcerange + 2 * joint;
     range[0] = damping - effort, range[1] = damping + effort;
   }
@@ -312,6 +315,7 @@ void World::start_clock(std::vector<Push> pushes) {
   time_ = next_look_ = std::chrono::nanoseconds(0);
   data_->time = 0;
   at_limit_ = false;
+  largest_share_ = {0, 0};
   last_read_ = last_recorded_ = imu_state();
   soles_.since_last();
 }
@@ -366,6 +370,10 @@ std::string World::fall_text(const Eigen::Isometry3d& X_WB) const {
     if (now >= push.time_s && now < push.time_s + push.duration_s + kBlamed_s)
       text +=
           fmt::format(", {:.1f} s after the start of a push of {} N s", now - push.time_s, push.impulse_ns);
+  if (largest_share_.value > 0)
+    text += fmt::format(", at most {:.0f} % of a torque limit ({})", 1e2 * largest_share_.value,
+                        robot_.joints[static_cast<std::size_t>(largest_share_.joint)].name);
+  text += fmt::format(", floor friction {:.2f}", floor_friction_);
   return text;
 }
 

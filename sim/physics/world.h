@@ -187,12 +187,17 @@ class World {
   std::optional<RoomClearance> room_;      // absent if the room is a bare floor
   std::chrono::nanoseconds next_look_{0};  // nothing can touch the room before
   std::vector<Push> pushes_;
+  double floor_friction_;
   walking::JointVector offset_;  // true angle minus the encoder's
   Eigen::VectorXd servo_scale_;  // of each servo's gain; empty: 1
   std::optional<Eigen::Isometry3d> held_;
   std::chrono::nanoseconds time_{0};
   Status status_;
   bool at_limit_ = false;
+  struct {
+    double value = 0;
+    int joint = 0;
+  } largest_share_;  // of a joint's torque in its limit, since the start
   std::optional<LegLoads> leg_loads_;   // of a robot without force sensors
   Data by_encoders_;                    // the pose of the robot as its encoders have it, for a moved IMU
   Eigen::Matrix3d R_HG_;                // that IMU in the chest at the last call of sensor_readings()

@@ -181,7 +181,8 @@ TEST(World, SaysWhichWayThePushBeforeAFallPushed) {
   run(world, 4000);
   expect_ended(world, Condition::fell);
   EXPECT_THAT(world.status().cause,
-              testing::MatchesRegex("to the left at .* deg, [0-9.]+ s after the start of a push of 90 N s"));
+              testing::MatchesRegex("to the left at .* deg, [0-9.]+ s after the start of a push of 90 N s, "
+                                    "floor friction [0-9.]+"));
 }
 
 /// Standing in the office with the waist at (x, y), heading along x.
