@@ -305,10 +305,13 @@ void read(const Yaml& node, std::string_view key, const Domain& domain, Choice& 
     choice = read_section(node, std::string(key), role);
     return;
   }
-  if (node.kind == Yaml::Kind::scalar && node.text.find_first_of("/.") != node.text.npos)
+  if (node.kind == Yaml::Kind::scalar && !role.is_built_in(node.text)) {
+    const bool is_file = node.text.find_first_of("/.") != node.text.npos;
     fail(node, key,
-         fmt::format("is '{0}', expected a built-in {2} ({1}) or {{program: {0}}}", node.text,
-                     fmt::join(role.names.choices, ", "), role.noun));
+         fmt::format("is '{}', expected a built-in {} ({}) or {{program: {}}}{}", node.text, role.noun,
+                     fmt::join(role.names.choices, ", "), is_file ? node.text : "[FILE, ARGUMENT...]",
+                     did_you_mean(node.text, role.names.choices)));
+  }
   Choice found;
   found.name = role.names.choices[read_choice(node, key, role.names)];
   choice = found;
