@@ -16,10 +16,6 @@ constexpr double kContact = 0.15;     // of the weight, by then
 constexpr double kSettled_s = 0.02;   // before touch-down the foothold has come to its place
 constexpr double kNegligible = 1e-3;  // m, outside the area of steps
 
-FootPose on_floor(const Eigen::Isometry3d& X) {
-  return {X.translation().head<2>(), std::atan2(X(1, 0), X(0, 0))};
-}
-
 }  // namespace
 
 LandingAdjustment::LandingAdjustment(const Robot& robot, const StabilizerOptions::LandingAdjustment& options)

@@ -212,6 +212,10 @@ Eigen::Isometry3d sole(const FootPose& foot, double height_m) {
   return X;
 }
 
+FootPose on_floor(const Eigen::Isometry3d& X) {
+  return {X.translation().head<2>(), std::atan2(X(1, 0), X(0, 0))};
+}
+
 Eigen::Isometry3d swing_foot(const FootPose& from, const FootPose& to, double elapsed, double step_height_m,
                              SwingPolynomial polynomial) {
   constexpr double kMargin = 0.05;  // of single support, vertical at either end

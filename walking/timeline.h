@@ -113,6 +113,8 @@ Eigen::Isometry3d swing_foot(const FootPose& from, const FootPose& to, double el
 
 /// The sole of a foot at `height_m` above its place on the ground, in P.
 Eigen::Isometry3d sole(const FootPose& foot, double height_m = 0);
+/// Place and heading of a pose.
+FootPose on_floor(const Eigen::Isometry3d& X);
 
 struct WaistYaw {
   double yaw = 0;   ///< rad, never wrapped

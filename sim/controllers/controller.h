@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "walking/plan.h"
 #include "walking/stabilizer.h"
+#include "walking/steering.h"
 
 namespace sim::controllers {
 
@@ -36,6 +36,16 @@ struct RobotDescription {
   std::string model;                      ///< MJCF
 };
 
+/// Velocity of the base in its own heading, m/s and rad/s.
+struct Velocity {
+  double ahead = 0, left = 0, turn = 0;
+};
+
+/// Two ticks of a plan or path.
+struct Ticks {
+  walking::Reference now, next;
+};
+
 /// A walking controller. Per tick of 5 ms: command(), then, unless the robot settles before its walk,
 /// advance(). Failures of a program are programs::ProgramFailed.
 class Controller {
@@ -58,8 +68,33 @@ class Controller {
   /// The plan at this tick and at the next one.
   virtual const walking::Reference& reference() const = 0;
   virtual walking::Reference following() const = 0;
+
+  /// The path to walk, without corrections, at this tick and at the next one; absent if there is none apart
+  /// from the plan.
+  virtual std::optional<Ticks> path() const { return std::nullopt; }
+  /// The commanded velocity of a controller that takes one.
+  virtual std::optional<Velocity> velocity() const { return std::nullopt; }
+  /// Returns whether the newest estimate of the robot's place has to be passed to steer() at this tick.
+  virtual bool steers(std::size_t) const { return false; }
+  virtual void steer(std::size_t, const std::optional<walking::PlaceEstimate>&) {}
+  virtual std::optional<std::vector<walking::StepCorrection>> corrections() const { return std::nullopt; }
+  /// The reason why the walk stopped before the end of its commands.
+  virtual std::optional<std::string> stopped() const { return std::nullopt; }
   /// Ends a program after the walk. Returns its log.
   virtual std::string finish() { return {}; }
+  /// JSON text for the recording: number and hash of a program's answers; empty for a built-in controller.
+  virtual std::string answers() const { return {}; }
+  /// Wall time of each answer so far, ms.
+  const std::vector<double>& took_ms() const { return took_ms_; }
+
+ protected:
+  using Clock = std::chrono::steady_clock;
+  void took(Clock::duration time) {
+    took_ms_.push_back(std::chrono::duration<double, std::milli>(time).count());
+  }
+
+ private:
+  std::vector<double> took_ms_;
 };
 
 }  // namespace sim::controllers

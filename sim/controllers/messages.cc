@@ -9,8 +9,8 @@
 namespace sim::controllers {
 namespace {
 
-using programs::bytes_of, programs::flag, programs::InvalidMessage, programs::pop;
-using RowMajor3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+using programs::bytes_of, programs::copy, programs::flag, programs::InvalidMessage, programs::isometry_of,
+    programs::pop;
 
 constexpr double kRotation = 1e-6;  // bound on R^T R - I
 constexpr double kMostSettling_s = 60;
@@ -18,7 +18,7 @@ constexpr double kMostSettling_s = 60;
 gaitslam_part part_of(std::string_view name, const Eigen::Isometry3d& X_BK, bool measures_wrench) {
   gaitslam_part part{};
   name.copy(part.name, sizeof part.name - 1);
-  part.X_BK = pose_of(X_BK);
+  part.X_BK = programs::pose_of<gaitslam_pose>(X_BK);
   part.measures_wrench = measures_wrench;
   return part;
 }
@@ -71,22 +71,6 @@ void read_joints(std::string_view payload, const walking::Robot& robot, Ready& r
 }
 
 }  // namespace
-
-void copy(const Eigen::Vector3d& from, double* to) { std::copy_n(from.data(), 3, to); }
-
-gaitslam_pose pose_of(const Eigen::Isometry3d& X) {
-  gaitslam_pose pose{};
-  Eigen::Map<RowMajor3d>(pose.rotation) = X.linear();
-  copy(X.translation(), pose.translation_m);
-  return pose;
-}
-
-Eigen::Isometry3d isometry_of(const gaitslam_pose& pose) {
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  X.linear() = Eigen::Map<const RowMajor3d>(pose.rotation);
-  X.translation() = Eigen::Map<const Eigen::Vector3d>(pose.translation_m);
-  return X;
-}
 
 std::string start_message(const programs::Choice& choice, const walking::Robot& robot,
                           const RobotDescription& description, const std::string& walk, std::uint64_t seed) {

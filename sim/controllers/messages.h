@@ -4,6 +4,7 @@
 #include "sim/controllers/controller.h"
 #include "sim/controllers/gaitslam_walker.h"
 #include "sim/programs/conversation.h"
+#include "sim/programs/poses.h"
 
 namespace sim::controllers {
 
@@ -34,9 +35,5 @@ std::size_t most_bytes(const walking::Robot& robot);
 /// the program cannot start.
 Ready read_ready(std::string_view payload, const walking::Robot& robot);
 Answer read_answer(std::string_view payload, const Ready& ready, std::chrono::nanoseconds t, bool settles);
-
-void copy(const Eigen::Vector3d& from, double* to);
-gaitslam_pose pose_of(const Eigen::Isometry3d& X);
-Eigen::Isometry3d isometry_of(const gaitslam_pose& pose);
 
 }  // namespace sim::controllers

@@ -128,11 +128,10 @@ bool PathFollower::may_end() const {
 }
 
 void PathFollower::advance(double dt_s) {
-  if (ended_ || stopped_) return;
+  if (is_over()) return;
   now_s_ += dt_s;
   if (steering_.by != walking::SteeredBy::plan && now_s_ - estimate_s_ > steering_.lost_s) {
     stopped_ = fmt::format("steering had no estimate for {} s at t = {:.2f} s", steering_.lost_s, now_s_);
-    velocity_ = {};
     return;
   }
   const Path::Piece& here = path_.piece(t_s_);
@@ -141,7 +140,8 @@ void PathFollower::advance(double dt_s) {
       error_ && (error_->position.norm() > kWaitBeyond_m || std::abs(error_->yaw) > kWaitBeyond_rad);
   double next_s = lags ? t_s_ : t_s_ + dt_s;
   const bool is_at_end = next_s >= end_s - dt_s / 2;
-  if (is_at_end && !may_end()) next_s = std::min(next_s, std::nextafter(end_s, 0));
+  waits_for_end_ = is_at_end && !may_end();
+  if (waits_for_end_) next_s = std::min(next_s, std::nextafter(end_s, 0));
   command_s_ += dt_s;
   if (command_s_ > kOverdue * command_duration_s + kOverdue_s)
     stopped_ = fmt::format(
@@ -184,7 +184,7 @@ bool PathFollower::stands() const {
 }
 
 FootPose PathFollower::ahead(double s) const {
-  const FootPose seen = inverse(desired()) * path_.pose(t_s_ + s);
+  const FootPose seen = inverse(desired()) * path_.pose(waits_for_end_ ? t_s_ : t_s_ + s);
   return error_ ? *error_ * seen : seen;
 }
 

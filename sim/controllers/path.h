@@ -1,15 +1,9 @@
 // The walk commands as a path of the base in W, and how a controller that takes velocities follows it.
 #pragma once
 
-#include "walking/footsteps.h"
-#include "walking/steering.h"
+#include "sim/controllers/controller.h"
 
 namespace sim::controllers {
-
-/// Velocity of the base in its own heading, m/s and rad/s.
-struct Velocity {
-  double ahead = 0, left = 0, turn = 0;
-};
 
 /// Straights, arcs and turns at constant velocities. Feed-forward takes a fixed fraction of the largest
 /// speeds, so that feedback can add to it.
@@ -51,13 +45,15 @@ class PathFollower {
   void advance(double dt_s);
 
   bool ended() const { return ended_; }
+  bool is_over() const { return ended_ || stopped_; }
   /// The reason why the walk stopped before its end: a command took too long, or the estimate that steers is
   /// missing for walk.steering.lost_s.
   const std::optional<std::string>& stopped() const { return stopped_; }
-  Velocity velocity() const { return velocity_; }
+  Velocity velocity() const { return is_over() ? Velocity{} : velocity_; }
   bool stands() const;
   walking::FootPose desired() const { return path_.pose(t_s_); }
-  /// The path some time ahead, in the estimated heading of the base, if there is one.
+  /// The path some time ahead, in the estimated heading of the base, if there is one. It ends at the end of a
+  /// command that the robot has not come near.
   walking::FootPose ahead(double s) const;
   double progress() const;
 
@@ -72,7 +68,7 @@ class PathFollower {
   double now_s_ = 0, estimate_s_ = 0;       // time, and that of the newest estimate
   std::optional<walking::FootPose> error_;  // of the desired place, seen from the estimated one
   Velocity sum_, velocity_;                 // sum_: integral of the error
-  bool ended_ = false;
+  bool waits_for_end_ = false, ended_ = false;
   std::optional<std::string> stopped_;
 };
 

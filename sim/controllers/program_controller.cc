@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "walking/timeline.h"
+
 namespace sim::controllers {
 namespace {
 
+using programs::copy, programs::isometry_of;
 using std::chrono::nanoseconds;
 
 constexpr std::array kAhead_s{0.25, 0.5, 1.0, 2.0};
@@ -37,7 +40,7 @@ ProgramController::ProgramController(ProgramStart start)
           [this](std::string_view payload) { ready_ = read_ready(payload, start_.robot); },
           most_bytes(start_.robot)),
       attitude_(Eigen::Vector3d::UnitZ(), start_.attitude),
-      plan_(ready_.words.plan) {
+      answer_(ready_.words.plan) {
   const auto joints = static_cast<Eigen::Index>(start_.robot.joints.size());
   commands_ = {ready_.start, walking::JointVector::Zero(joints), Gains{}};
   commands_.gains->torque = walking::JointVector::Zero(joints);
@@ -54,7 +57,10 @@ ProgramController::ProgramController(ProgramStart start)
   } else {
     const Velocity largest{ready_.words.largest_vx_m_s, ready_.words.largest_vy_m_s,
                            ready_.words.largest_wz_rad_s};
-    follower_.emplace(Path(start_.commands.commands, largest), largest, start_.commands.steering);
+    walking::SteeringOptions steering = start_.commands.steering;
+    if (steering.by == walking::SteeredBy::plan)  // its own plan is no reason to go on
+      steering.tolerance_m = steering.tolerance_rad = std::numeric_limits<double>::infinity();
+    follower_.emplace(Path(start_.commands.commands, largest), largest, steering);
   }
   refer();
 }
@@ -72,8 +78,29 @@ JointCommands ProgramController::command(const Readings& readings, bool settles)
 
 void ProgramController::advance() {
   ++tick_;
-  if (follower_) follower_->advance(walking::kPeriod);
+  if (follower_) {
+    if (has_plan()) locate();
+    if (follower_->is_over()) stopping_s_ += walking::kPeriod;
+    follower_->advance(walking::kPeriod);
+  }
   refer();
+}
+
+void ProgramController::steer(std::size_t, const std::optional<walking::PlaceEstimate>& newest) {
+  if (!newest) return;
+  if (!has_plan()) return follower_->locate(*newest);
+  located_s_ = newest->t_s;
+  X_WP_.yaw = newest->estimated.yaw - newest->planned.yaw;
+  X_WP_.position =
+      newest->estimated.position - (walking::FootPose{{0, 0}, X_WP_.yaw} * newest->planned).position;
+}
+
+// By the newest drift of the plan, or without estimates as if the plan had none.
+void ProgramController::locate() {
+  const bool estimates = start_.commands.steering.by != walking::SteeredBy::plan;
+  if (estimates && !located_s_) return;
+  follower_->locate(
+      {located_s_.value_or(plan_.now.t_s), follower_->desired(), X_WP_ * walking::on_floor(plan_.now.X_PB)});
 }
 
 void ProgramController::ask(const Readings& readings, bool settles) {
@@ -82,7 +109,9 @@ void ProgramController::ask(const Readings& readings, bool settles) {
   words.command = settles ? GAITSLAM_WALK_SETTLE : GAITSLAM_WALK_GO;
   words.joint_count = static_cast<std::uint32_t>(start_.robot.joints.size());
   if (follower_ && !settles) {
-    words.command = follower_->stands() ? GAITSLAM_WALK_STAND : GAITSLAM_WALK_GO;
+    words.command = follower_->is_over()  ? GAITSLAM_WALK_STOP
+                    : follower_->stands() ? GAITSLAM_WALK_STAND
+                                          : GAITSLAM_WALK_GO;
     const Velocity v = follower_->velocity();
     words.vx_m_s = v.ahead, words.vy_m_s = v.left, words.wz_rad_s = v.turn;
     for (std::size_t i = 0; ready_.words.wants_path == 1 && i < GAITSLAM_PATH_POINTS; ++i) {
@@ -94,16 +123,19 @@ void ProgramController::ask(const Readings& readings, bool settles) {
   copy(readings.accelerometer, words.accelerometer_m_s2);
   copy(walking::imu_in_base(start_.robot, readings.q) * attitude_.up(), words.up_B);
   words.left = wrench_of(readings.left), words.right = wrench_of(readings.right);
-  const auto begun = std::chrono::steady_clock::now();
+  const Clock::time_point begun = Clock::now();
   try {
-    pending_ = read_answer(program_.ask(sensors_message(words, readings)), ready_, now(), settles);
+    const std::string bytes = program_.ask(sensors_message(words, readings));
+    answers_.add_part(bytes);
+    pending_ = read_answer(bytes, ready_, now(), settles);
   } catch (const programs::ProgramFailed& failure) {
     throw program_.failed(fmt::format("at t = {:.3f} s{}", std::chrono::duration<double>(now()).count(),
                                       settles ? " of settling" : ""),
                           failure.what());
   }
-  const nanoseconds took = std::chrono::steady_clock::now() - begun;
-  effect_ = now() + (start_.time.measured ? took
+  const nanoseconds time = Clock::now() - begun;
+  took(time);
+  effect_ = now() + (start_.time.measured ? time
                                           : std::chrono::duration_cast<nanoseconds>(
                                                 std::chrono::duration<double>(start_.time.fixed_s)));
 }
@@ -123,11 +155,11 @@ void ProgramController::take_effect() {
     commands_.gains->kp[joint] = given.kp_nm_rad, commands_.gains->kd[joint] = given.kd_nms_rad;
     commands_.gains->torque[joint] = given.torque_nm;
   }
-  plan_ = answer.words.plan;
+  answer_ = answer.words.plan;
   answered_ = answer.words.t_ns / nanoseconds(walking::kTick).count();
 }
 
-// Without a plan, the commanded path takes its place, with the soles of the start posture.
+// The commanded path, with the soles of the start posture.
 void ProgramController::refer_to_path() {
   const auto place = [this](const walking::FootPose& on_path) {
     Eigen::Isometry3d X_PB = Eigen::Isometry3d::Identity();
@@ -137,30 +169,40 @@ void ProgramController::refer_to_path() {
   };
   const walking::FootPose here = follower_ ? follower_->desired() : walking::FootPose{};
   const Velocity v = follower_ ? follower_->velocity() : Velocity{};
-  reference_.X_PB = place(here);
-  following_ = reference_;
-  following_.X_PB = place(here * walking::FootPose{Eigen::Vector2d(v.ahead, v.left) * walking::kPeriod,
+  path_.now.X_PB = place(here);
+  path_.next = path_.now;
+  path_.next.X_PB = place(here * walking::FootPose{Eigen::Vector2d(v.ahead, v.left) * walking::kPeriod,
                                                    v.turn * walking::kPeriod});
-  following_.t_s += walking::kPeriod;
-  reference_.X_PL = reference_.X_PB * start_.description.X_BS[std::size_t(walking::Side::left)];
-  reference_.X_PR = reference_.X_PB * start_.description.X_BS[std::size_t(walking::Side::right)];
+  path_.now.X_PL = path_.now.X_PB * start_.description.X_BS[std::size_t(walking::Side::left)];
+  path_.now.X_PR = path_.now.X_PB * start_.description.X_BS[std::size_t(walking::Side::right)];
 }
 
 // Between two answers the planned base moves from X_PB to X_PB_next.
-void ProgramController::refer() {
+void ProgramController::refer_to_plan() {
   const auto ticks = static_cast<double>(ready_.period / nanoseconds(walking::kTick));
   const auto since = static_cast<double>(tick_ - answered_);
-  const Eigen::Isometry3d from = isometry_of(plan_.X_PB), to = isometry_of(plan_.X_PB_next);
-  reference_.t_s = settling_ ? 0 : static_cast<double>(tick_) * walking::kPeriod;
-  if (!has_plan()) return refer_to_path();
-  reference_.X_PB = between(from, to, std::min(since / ticks, 1.0));
-  reference_.X_PL = isometry_of(plan_.X_PL), reference_.X_PR = isometry_of(plan_.X_PR);
-  reference_.waist_velocity = Eigen::Map<const Eigen::Vector3d>(plan_.v_PB_P);
-  reference_.waist_yaw_rate = plan_.yaw_rate_rad_s;
-  reference_.support = static_cast<walking::Support>(plan_.support);
-  following_ = reference_;
-  following_.t_s += walking::kPeriod;
-  following_.X_PB = between(from, to, std::min((since + 1) / ticks, 1.0));
+  const Eigen::Isometry3d from = isometry_of(answer_.X_PB), to = isometry_of(answer_.X_PB_next);
+  plan_.now.X_PB = between(from, to, std::min(since / ticks, 1.0));
+  plan_.now.X_PL = isometry_of(answer_.X_PL), plan_.now.X_PR = isometry_of(answer_.X_PR);
+  plan_.now.waist_velocity = Eigen::Map<const Eigen::Vector3d>(answer_.v_PB_P);
+  plan_.now.waist_yaw_rate = answer_.yaw_rate_rad_s;
+  plan_.now.support = static_cast<walking::Support>(answer_.support);
+  plan_.next = plan_.now;
+  plan_.next.X_PB = between(from, to, std::min((since + 1) / ticks, 1.0));
+}
+
+void ProgramController::refer() {
+  if (follower_ || !has_plan()) refer_to_path();
+  if (has_plan()) refer_to_plan();
+  for (Ticks* ticks : {&plan_, &path_}) {
+    ticks->now.t_s = settling_ ? 0 : static_cast<double>(tick_) * walking::kPeriod;
+    ticks->next.t_s = ticks->now.t_s + walking::kPeriod;
+  }
+}
+
+std::string ProgramController::answers() const {
+  return fmt::format("{{\n  \"answers\": {},\n  \"xxh3_128\": \"{}\"\n}}\n", took_ms().size(),
+                     answers_.hex());
 }
 
 std::string ProgramController::finish() {

@@ -3,6 +3,7 @@
 
 #include "sim/controllers/messages.h"
 #include "sim/controllers/path.h"
+#include "sim/files/hash.h"
 
 namespace sim::controllers {
 
@@ -24,6 +25,9 @@ struct ProgramStart {
   AnswerTime time = {};
 };
 
+/// Duration of GAITSLAM_WALK_STOP after the commands, as long as the built-in controller stands at its end.
+inline constexpr double kStopping_s = 2;
+
 class ProgramController : public Controller {
  public:
   /// Throws std::invalid_argument if the program cannot be started or its READY is invalid, and
@@ -34,19 +38,26 @@ class ProgramController : public Controller {
   double held_s() const override { return ready_.words.settle_s / 2; }
   JointCommands command(const Readings& readings, bool settles) override;
   void advance() override;
-  bool walks() const override {
-    return follower_ ? !follower_->ended() && !follower_->stopped() : !finished_;
-  }
+  bool walks() const override { return follower_ ? stopping_s_ < kStopping_s : !finished_; }
   double progress() const override;
   bool has_plan() const override { return ready_.words.has_plan == 1; }
-  const walking::Reference& reference() const override { return reference_; }
-  walking::Reference following() const override { return following_; }
-
-  /// The follower of the commanded path; absent if the program plans the commands itself.
-  std::optional<PathFollower>& follower() { return follower_; }
+  const walking::Reference& reference() const override { return has_plan() ? plan_.now : path_.now; }
+  walking::Reference following() const override { return has_plan() ? plan_.next : path_.next; }
+  std::optional<Ticks> path() const override { return follower_ ? std::optional(path_) : std::nullopt; }
+  std::optional<Velocity> velocity() const override {
+    return follower_ ? std::optional(follower_->velocity()) : std::nullopt;
+  }
+  bool steers(std::size_t) const override {
+    return follower_ && start_.commands.steering.by != walking::SteeredBy::plan;
+  }
+  void steer(std::size_t tick, const std::optional<walking::PlaceEstimate>& newest) override;
+  std::optional<std::string> stopped() const override {
+    return follower_ ? follower_->stopped() : std::nullopt;
+  }
   /// Its log ends with the number of clipped angles, if there are any. Throws programs::ProgramFailed if it
   /// sent more answers than asked for.
   std::string finish() override;
+  std::string answers() const override;
   /// Commanded angles that were beyond the range of their joints.
   std::size_t clipped() const { return clipped_; }
 
@@ -54,8 +65,10 @@ class ProgramController : public Controller {
   std::chrono::nanoseconds now() const { return walking::kTick * tick_; }
   void ask(const Readings& readings, bool settles);
   void take_effect();
+  void locate();
   void refer();
   void refer_to_path();
+  void refer_to_plan();
 
   ProgramStart start_;
   Ready ready_;
@@ -64,13 +77,17 @@ class ProgramController : public Controller {
   walking::Attitude attitude_;
   std::ptrdiff_t tick_ = 0;
   bool settling_ = true, finished_ = false;
+  double stopping_s_ = 0;  // since the end of the commanded path
   std::optional<Answer> pending_;
   std::chrono::nanoseconds effect_{0};  // of pending_
-  std::ptrdiff_t answered_ = 0;         // tick of the plan in reference_
-  gaitslam_walk_plan plan_{};
+  std::ptrdiff_t answered_ = 0;         // tick of the plan in answer_
+  gaitslam_walk_plan answer_{};
+  walking::FootPose X_WP_;           // the newest estimate of the plan's world
+  std::optional<double> located_s_;  // its time
   JointCommands commands_;
   std::size_t clipped_ = 0;
-  walking::Reference reference_, following_;
+  files::Hash answers_;
+  Ticks plan_, path_;
 };
 
 }  // namespace sim::controllers

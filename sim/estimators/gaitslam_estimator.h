@@ -401,15 +401,18 @@ static int gaitslam_serve(void* (*start)(gaitslam_reader*, int), int (*answer)(v
   void* program = NULL;
   int fine = out >= 0 && dup2(STDERR_FILENO, STDOUT_FILENO) >= 0;
   setvbuf(stdout, NULL, _IOLBF, BUFSIZ); /* a crash loses no line that it printed */
-  while (fine && fread(&header, sizeof header, 1, stdin) == 1 && header.type != GAITSLAM_MESSAGE_END) {
-    const size_t bytes = (size_t)header.bytes;
-    gaitslam_reader from = {NULL, header.bytes, 0, 1};
+  while (fine) {
+    gaitslam_reader from = {NULL, 0, 0, 1};
+    size_t bytes;
+    fine = fread(&header, sizeof header, 1, stdin) == 1 && memcmp(header.magic, "GSLM", 4) == 0;
+    if (!fine) fprintf(stderr, "the standard input ends without END, or is not the messages of gaitslam\n");
+    if (!fine || header.type == GAITSLAM_MESSAGE_END) break;
     free(payload);
+    bytes = (size_t)header.bytes;
     payload = (char*)malloc(bytes ? bytes : 1);
-    fine = payload && memcmp(header.magic, "GSLM", 4) == 0 &&
-           (bytes == 0 || fread(payload, bytes, 1, stdin) == 1);
+    fine = payload && (bytes == 0 || fread(payload, bytes, 1, stdin) == 1);
     if (!fine) break;
-    from.payload = payload;
+    from.payload = payload, from.bytes = header.bytes;
     if (header.type == GAITSLAM_MESSAGE_START && !program)
       fine = (program = start(&from, out)) != NULL;
     else

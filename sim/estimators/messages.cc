@@ -9,6 +9,8 @@
 #include <cstring>
 #include <iterator>
 
+#include "sim/programs/poses.h"
+
 namespace sim::estimators {
 namespace {
 
@@ -31,29 +33,13 @@ static_assert(sizeof(programs::Header) == sizeof(gaitslam_header) &&
               static_cast<int>(programs::Message::end) == GAITSLAM_MESSAGE_END);
 
 using programs::bytes_of, programs::message, programs::pop, programs::flag, programs::InvalidMessage;
-using programs::kHeaderBytes, programs::Message;
+using programs::copy, programs::isometry_of, programs::kHeaderBytes, programs::Message, programs::RowMajor3d;
 
-using RowMajor3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 using RowMajor6d = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
 
 std::uint32_t word(auto number) { return static_cast<std::uint32_t>(number); }
 
-void copy(const Eigen::Vector3d& from, double* to) { std::copy_n(from.data(), 3, to); }
-
-gaitslam_pose pose_of(const Eigen::Isometry3d& X) {
-  gaitslam_pose pose{};
-  const RowMajor3d R = X.linear();
-  std::copy_n(R.data(), 9, pose.rotation);
-  copy(X.translation(), pose.translation_m);
-  return pose;
-}
-
-Eigen::Isometry3d isometry_of(const gaitslam_pose& pose) {
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  X.linear() = Eigen::Map<const RowMajor3d>(pose.rotation);
-  X.translation() = Eigen::Map<const Eigen::Vector3d>(pose.translation_m);
-  return X;
-}
+gaitslam_pose pose_of(const Eigen::Isometry3d& X) { return programs::pose_of<gaitslam_pose>(X); }
 
 gaitslam_lens lens_of(const slam::CameraIntrinsics& camera) {
   gaitslam_lens lens{};

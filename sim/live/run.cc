@@ -14,7 +14,6 @@
 #include "sim/scenario/robot.h"
 #include "sim/sensor_errors/random.h"
 #include "walking/leg_odometry.h"
-#include "walking/steering.h"
 
 namespace sim::live {
 namespace {
@@ -107,76 +106,28 @@ class SensingRobot {
 };
 
 /// Poses that steer, added when they become known.
-class Steered {
+class SteeringPoses {
  public:
   /// exposure: from a frame's stamp until its image is complete.
-  Steered(const scenario::Scenario& scenario, slam::Stamp exposure)
-      : by_(scenario.walk.steering.by), poses_(scenario.walk.steering, scenario.errors.faults, exposure) {}
+  SteeringPoses(const scenario::Scenario& scenario, slam::Stamp exposure)
+      : by_(scenario.walk.steering.by), buffer_(scenario.walk.steering, scenario.errors.faults, exposure) {}
 
+  SteeringPoseBuffer* operator->() { return &buffer_; }
   bool by_truth() const { return by_ == walking::SteeredBy::truth; }
-  SteeringPoseBuffer& poses() { return poses_; }
   /// Adds the answers of the estimator with the times when they take effect, if it steers.
   void add_answers(const std::vector<tracking::TrackedFrame>& answers) {
     for (; by_ == walking::SteeredBy::estimate && answers_ < answers.size(); ++answers_) {
       const auto& [pose, report, took, effect] = answers[answers_];
       if (pose)
-        poses_.add(effect, {pose->t, pose->X_WC, pose->covariance.value_or(slam::Matrix6d::Zero())},
-                   report.health == slam::Health::ok);
+        buffer_.add(effect, {pose->t, pose->X_WC, pose->covariance.value_or(slam::Matrix6d::Zero())},
+                    report.health == slam::Health::ok);
     }
   }
 
- protected:
+ private:
   walking::SteeredBy by_;
-  SteeringPoseBuffer poses_;
-
- private:
+  SteeringPoseBuffer buffer_;
   std::size_t answers_ = 0;  // of the estimator, that were added
-};
-
-/// Steering of the plan with its inputs: the buffered pose estimates, and the path without corrections.
-class Navigation : public Steered {
- public:
-  /// controller: before its first tick.
-  Navigation(const scenario::Scenario& scenario, controllers::PlanController& controller,
-             slam::Stamp exposure)
-      : Steered(scenario, exposure),
-        plan_(controller.plan()),
-        steering_(scenario.walk.steering, plan_),
-        path_(plan_),
-        from_(controller.reference()),
-        to_(controller.following()) {}
-
-  walking::Steering* operator->() { return &steering_; }
-  bool is_due(std::size_t tick) const { return steering_.is_due(plan_, tick); }
-  void decide(std::size_t tick, slam::Stamp until) { steering_.decide(plan_, tick, poses_.newest(until)); }
-  /// Advances the path to the next tick of the walk.
-  void advance() { from_ = std::exchange(to_, path_.next()); }
-  /// X_WB on the path, within the tick of that time.
-  Eigen::Isometry3d desired_waist(double t_s) const { return planned_waist(from_, to_, t_s); }
-
- private:
-  walking::PatternGenerator& plan_;
-  walking::Steering steering_;
-  walking::PatternGenerator path_;
-  walking::Reference from_, to_;  // of the path
-};
-
-/// A commanded path, and the poses that correct how a program follows it.
-class PathSteering : public Steered {
- public:
-  PathSteering(const scenario::Scenario& scenario, controllers::PathFollower& path_follower,
-               slam::Stamp exposure)
-      : Steered(scenario, exposure), follower_(path_follower) {}
-
-  bool is_used() const { return by_ != walking::SteeredBy::plan; }
-  const controllers::PathFollower& follower() const { return follower_; }
-  /// Passes the newest estimate up to that time.
-  void locate(slam::Stamp until) {
-    if (const auto place = poses_.newest(until)) follower_.locate(*place);
-  }
-
- private:
-  controllers::PathFollower& follower_;
 };
 
 /// The models of a run, with its sensors mounted, and its plan, if the built-in controller walks. Throws as
@@ -189,7 +140,9 @@ struct Start {
     require_drawable(read, models);
   }
   std::unique_ptr<controllers::Controller> controller(const scenario::Scenario& scenario) const {
-    if (plan) return std::make_unique<controllers::PlanController>(*plan, scenario.stabilizer);
+    if (plan)
+      return std::make_unique<controllers::PlanController>(*plan, scenario.stabilizer,
+                                                           scenario.walk.steering);
     return program_controller(scenario, models);
   }
   physics::Models models;
@@ -216,7 +169,6 @@ class Run {
   void stamp_frame();
   void read_imu();
   void deliver_frame();
-  Steered* steered();
   void steer();
 
   const scenario::ReadScenario& read_;
@@ -228,9 +180,8 @@ class Run {
   FramePipeline frames_;
   recording::RecordingWriter writer_;
   SelfCheck check_;
-  std::optional<Navigation> navigation_;  // of a steered walk of the plan
-  std::optional<PathSteering> path_;      // of a program that follows the commanded path
-  slam::Observation next_;                // readings of IMUs, encoders and forces since the last frame
+  std::optional<SteeringPoses> steering_;  // of a steered walk
+  slam::Observation next_;                 // readings of IMUs, encoders and forces since the last frame
   struct {
     walking::Wrench left, right;  // of the ground on the feet
     recording::TrueFeet feet;     // at its end
@@ -257,12 +208,8 @@ Run::Run(const scenario::ReadScenario& read, const Start& start, const std::file
   for (const score::Surface& surface : frames_.surfaces()) writer_.add(surface);
   if (!frames_.surfaces().empty()) check_.view.emplace(setup_.calibration.camera, frames_.surfaces());
   if (observer_.begins) observer_.begins(setup_);
-  auto* const plan = dynamic_cast<controllers::PlanController*>(&robot_->controller());
-  if (plan && read.scenario.walk.steering.by != walking::SteeredBy::plan)
-    navigation_.emplace(read.scenario, *plan, frames_.lead());
-  if (auto* const program = dynamic_cast<controllers::ProgramController*>(&robot_->controller());
-      program && program->follower())
-    path_.emplace(read.scenario, *program->follower(), frames_.lead());
+  if (read.scenario.walk.steering.by != walking::SteeredBy::plan)
+    steering_.emplace(read.scenario, frames_.lead());
 }
 
 void Run::walk(const result::Progress& progress) {
@@ -280,7 +227,6 @@ void Run::walk(const result::Progress& progress) {
     writer_.add(last_tick_.feet);
     steer();
     robot_->advance();
-    if (navigation_) navigation_->advance();
     progress(robot_->progress());
     if (observer_.ticked) observer_.ticked(robot_->world().time());
   }
@@ -327,28 +273,23 @@ void Run::stamp_frame() {
   const auto [X_OB, p_OS] = robot_.legs().motion(world.leg_readings().q, into_s);
   const Eigen::Isometry3d X_OC = X_OB * robot_.mounting().X_BC;
   next_.legs = {X_OC, X_OC.inverse() * p_OS};
-  if (navigation_) {  // its plan has no adjusted landings
-    slam::PlannedMotion plan = *next_.plan;
-    plan.X_PC.translation().head<2>() -= from.frame_shift;
-    navigation_->poses().add(next_.t, plan);
-  }
-  if (path_) {
-    const auto [ahead, left, turn] = path_->follower().velocity();
-    next_.command = {next_.t, ahead, left, turn};
-    slam::PlannedMotion on_path;
-    on_path.X_PC = planned_waist(from, to, time_s()) * robot_.mounting().X_BC;
-    on_path.p_CF = robot_.mounting().X_BC.inverse().translation();
-    path_->poses().add(next_.t, on_path);
+  if (const auto v = robot_->controller().velocity()) next_.command = {next_.t, v->ahead, v->left, v->turn};
+  const Eigen::Isometry3d followed = planned_waist(from, to, time_s());
+  if (steering_) {  // by the plan without adjusted landings, or by the path that takes its place
+    slam::PlannedMotion motion = next_.plan.value_or(slam::PlannedMotion());
+    motion.X_PC = followed * robot_.mounting().X_BC;
+    motion.X_PC.translation().head<2>() -= from.frame_shift;
+    if (!next_.plan) motion.p_CF = robot_.mounting().X_BC.inverse().translation();
+    (*steering_)->add(next_.t, motion);
   }
   if (observer_.stamped)
-    observer_.stamped({next_.t, world, from, planned_waist(from, to, time_s()) * robot_.mounting().X_BC,
-                       last_tick_.feet, last_tick_.left, last_tick_.right});
+    observer_.stamped({next_.t, world, from, followed * robot_.mounting().X_BC, last_tick_.feet,
+                       last_tick_.left, last_tick_.right});
   frames_.push({std::exchange(next_, {}), world.X_WC()});
   recording::TruePoses poses{world.time(), world.X_WC(), world.X_WB()};
-  const Eigen::Isometry3d followed = planned_waist(from, to, time_s());
   if (robot_->controller().has_plan()) poses.X_PB = followed;
-  if (navigation_) poses.X_WB_desired = navigation_->desired_waist(time_s());
-  if (path_ && !poses.X_PB) poses.X_WB_desired = followed;
+  if (const auto path = robot_->controller().path())
+    poses.X_WB_desired = planned_waist(path->now, path->next, time_s());
   writer_.add(poses);
 }
 
@@ -385,49 +326,42 @@ void Run::deliver_frame() {
   };
   tracking::process_observed(std::move(frame.observation), tracking_ ? &*tracking_ : nullptr,
                              observer_.tracking, track);
-  if (Steered* const steered = this->steered()) {
-    if (steered->by_truth()) steered->poses().add(t, {t, frame.X_WC, slam::Matrix6d::Zero()}, true);
-    if (tracking_) steered->add_answers(tracking_->answers());
+  if (steering_) {
+    if (steering_->by_truth()) (*steering_)->add(t, {t, frame.X_WC, slam::Matrix6d::Zero()}, true);
+    if (tracking_) steering_->add_answers(tracking_->answers());
   }
   timing_.all.frames.push_back(std::exchange(timing_.frame, {}));
-}
-
-Steered* Run::steered() {
-  if (navigation_) return &*navigation_;
-  return path_ && path_->is_used() ? &*path_ : nullptr;
 }
 
 // Decides a due footstep, or corrects a commanded velocity, with exactly the frames that it may depend on, so
 // that drawing images beside the walk makes no difference.
 void Run::steer() {
   const auto tick = static_cast<std::size_t>(robot_->world().time() / walking::kTick);
-  Steered* const steered = this->steered();
-  if (!steered || !robot_->is_ok() || (navigation_ && !navigation_->is_due(tick))) return;
-  const slam::Stamp until = steered->poses().usable_until(robot_->world().time());
+  if (!steering_ || !robot_->is_ok() || !robot_->controller().steers(tick)) return;
+  const slam::Stamp until = (*steering_)->usable_until(robot_->world().time());
   while (!frames_.empty() && frames_.next_stamp() <= until) deliver_frame();
   if (tracking_) {
     const result::StageClock clock(timing_.frame.filter_ms);
     tracking_->advance(until);
-    steered->add_answers(tracking_->answers());
+    steering_->add_answers(tracking_->answers());
   }
   const result::StageClock clock(timing_.frame.plan_and_physics_ms);
-  navigation_ ? navigation_->decide(tick, until) : path_->locate(until);
+  robot_->controller().steer(tick, (*steering_)->newest(until));
 }
 
 result::RunRecord Run::record(const std::filesystem::path& folder) {
   frames_.close_cameras();
-  if (navigation_) writer_.add(recorded((*navigation_)->corrections()));
+  if (const auto corrections = robot_->controller().corrections()) writer_.add(recorded(*corrections));
   const std::optional<std::string> complaint = check_.complaint();
   writer_.add("self_check.json", check_.json());
+  if (const std::string answers = robot_->controller().answers(); !answers.empty())
+    writer_.add("controller.json", answers);
+  timing_.all.controller_ms = robot_->controller().took_ms();
   writer_.finish();
   const physics::Status& status = robot_->world().status();
   scenario::Ended ended{ending(status.condition), status.cause};
-  if (ended.ending == scenario::Ending::completed && navigation_ && (*navigation_)->stopped_s())
-    ended = {scenario::Ending::stopped,
-             fmt::format("steering had no estimate for {} s at t = {:.2f} s: the robot stopped on both feet",
-                         read_.scenario.walk.steering.lost_s, *(*navigation_)->stopped_s())};
-  if (ended.ending == scenario::Ending::completed && path_ && path_->follower().stopped())
-    ended = {scenario::Ending::stopped, *path_->follower().stopped()};
+  if (const auto cause = robot_->controller().stopped(); cause && ended.ending == scenario::Ending::completed)
+    ended = {scenario::Ending::stopped, *cause};
   try {
     const std::string log = robot_->failure() ? "" : robot_->controller().finish();
     if (!log.empty()) files::write_text(folder.parent_path() / "controller.log", log);

@@ -363,6 +363,9 @@ std::string score_table(const fs::path& result_folder, const TableStyle& style, 
   else
     text += fmt::format("  {} {:.3f} ms CPU per frame (mean)", scored.estimator,
                         timing.at("frame_cpu_ms_mean").number());
+  if (const auto median = timing.find("controller_ms_median"))
+    text += fmt::format(", walking controller {:.3f} ms per answer (median; p99 {:.3f})", median->number(),
+                        timing.at("controller_ms_p99").number());
   return text + fmt::format(", {:.2f} x real time\n", timing.at("realtime_factor").number());
 }
 

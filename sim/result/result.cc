@@ -184,6 +184,9 @@ void Timing::write(const std::filesystem::path& folder, double simulated_s) cons
   if (each_frame)
     for (const auto& [name, p] : {std::pair{"frame_cpu_ms_median", 0.5}, {"frame_cpu_ms_p99", 0.99}})
       json[name] = filter.empty() ? 0 : score::quantile(filter, p);
+  if (!controller_ms.empty())
+    for (const auto& [name, p] : {std::pair{"controller_ms_median", 0.5}, {"controller_ms_p99", 0.99}})
+      json[name] = score::quantile(controller_ms, p);
   json["realtime_factor"] = simulated_s / wall_s;
   json["simulated_s"] = simulated_s;
   json["wall_s"] = wall_s;

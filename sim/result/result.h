@@ -41,11 +41,13 @@ class StageClock {
 class Timing {
  public:
   std::vector<FrameTiming> frames;
-  bool each_frame = true;  ///< false: only the sum of filter_ms is measured, as of a command
+  std::vector<double> controller_ms;  ///< wall time of each answer of the walking controller
+  bool each_frame = true;             ///< false: only the sum of filter_ms is measured, as of a command
 
   /// Writes timing.csv (one row per frame) and timing.json: frame_cpu_ms_mean of the estimator's CPU time in
   /// frames with an answer, _median and _p99 if that of each frame is known, realtime_factor (simulated
-  /// seconds per wall second of the whole run) and the total of each stage. Throws FileError.
+  /// seconds per wall second of the whole run), the total of each stage, and controller_ms_median and _p99 of
+  /// a walk. Throws FileError.
   void write(const std::filesystem::path& folder, double simulated_s) const;
 
  private:

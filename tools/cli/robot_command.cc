@@ -22,7 +22,9 @@ Exit codes: 0 the robot stands and walks in place; 1 it does not; 2 it cannot be
 
 constexpr const char* kWalkerExamples = R"(Example:
   gaitslam run scenarios/tangent_circle.yaml 'walk.controller={program: [tools/gaitslam, walker]}'
-sim/controllers/README.md describes its messages. Its option plan: false withholds the plan from the estimator.)";
+  gaitslam run ramp.yaml world.room=office_ramp \
+      'walk.controller={program: [tools/gaitslam, walker], options: {slope: true}}'
+sim/controllers/README.md describes its messages and its options: plan, follow, slope.)";
 
 struct WalkerRequest {};
 

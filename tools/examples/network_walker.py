@@ -15,7 +15,7 @@ VERSION = 1
 START, READY, SENSORS, ANSWER, END = 1, 2, 3, 4, 5
 HEADER = struct.Struct('<4sIQ')
 START_HEAD = struct.Struct('<IIqdQQQQ')
-JOINT_BYTES, PLAN_BYTES, SETTLE, STAND = 144, 424, 0, 1
+JOINT_BYTES, PLAN_BYTES, GO = 144, 424, 2
 READY_HEAD = struct.Struct('<IIddddddIIIIII')
 ANSWER_HEAD = struct.Struct('<qIIII')
 
@@ -64,7 +64,7 @@ class Walker:
         t_ns, command, _ = struct.unpack_from('<qII', data)
         numbers = np.frombuffer(data, '<f8', offset=16)
         q, dq = (numbers[36 + k * self.count:][self.index] for k in (0, 1))
-        moves = command not in (SETTLE, STAND) or not self.policy['stands']
+        moves = command == GO or not self.policy['stands']
         phase = 2 * np.pi * 1e-9 * t_ns / self.policy['phase_s']
         known = {'command': numbers[0:3], 'gyro': numbers[15:18], 'up': numbers[21:24], 'q': q - self.policy['q0'], 'dq': dq,
                  'action': self.action, 'phase': moves * np.array([np.sin(phase), np.cos(phase)])}

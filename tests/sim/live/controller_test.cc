@@ -29,7 +29,9 @@ TEST_F(ControllerTest, TheBuiltInOneAsAProgramGivesTheSameBytes) {
   ASSERT_EQ(run("inside", read(kWalk)).exit_code, 0);
   ASSERT_EQ(run("program", read(kWalk, {program()})).exit_code, 0);
   const auto differ = tests::differences(folder_ / "inside", folder_ / "program");
-  EXPECT_THAT(differ, testing::IsSubsetOf({"about.json", "scenario.yaml", "score.json"}));  // they name it
+  EXPECT_THAT(differ, testing::IsSubsetOf({"about.json", "scenario.yaml", "score.json",  // they name it
+                                           "recording/controller.json", "recording/manifest.csv"}));
+  EXPECT_THAT(file("program", "recording/controller.json"), HasSubstr("\"answers\": "));
   EXPECT_FALSE(file("program", "estimate.tum").empty());
 }
 
@@ -42,7 +44,48 @@ TEST_F(ControllerTest, AProgramThatFailsEndsTheWalkAsWalkerFailed) {
   EXPECT_THAT(outcome.cause, HasSubstr("its last lines: loading | the policy is broken"));
 }
 
+TEST_F(ControllerTest, TheBuiltInOneFollowsAPathToItsEnd) {
+  for (const std::string by : {"plan", "truth"}) {
+    const auto outcome = run(by, read(R"(
+walk:
+  commands: [{straight: {forward_m: 0.3}}, {tangent_arc: {radius_m: 0.75, angle_deg: 30}}, {turn: {angle_deg: -20}}]
+  steering: {tolerance_m: 0.06, tolerance_deg: 5}
+camera: {width_px: 16, height_px: 12}
+limits: {}
+)",
+                                      {program(", options: {follow: true}"), "walk.steering.by=" + by}));
+    EXPECT_EQ(outcome.ending, Ending::completed) << by << ": " << outcome.cause;
+    const sim::recording::Truth truth = sim::recording::read_truth(folder_ / by / "recording");
+    const Eigen::Isometry3d& end = truth.waist_desired.back().X;
+    const Eigen::Isometry3d off = end.inverse() * truth.waist.back().X;
+    EXPECT_GT(end.translation().head<2>().norm(), 0.5);
+    EXPECT_LT(off.translation().head<2>().norm(), 0.05) << by;
+    EXPECT_GT(off.linear()(0, 0), std::cos(5 * M_PI / 180)) << by;
+  }
+}
+
+TEST_F(ControllerTest, ByTheSlopeOfItsSolesTheBuiltInOneWalksOntoARamp) {
+  constexpr const char* kRamp =
+      "world: {robot: g1, room: office_ramp}\nwalk: {commands: [{straight: {forward_m: 1.6}}]}\nlimits: {}\n";
+  const auto level = run("level", read(kRamp, {program()}));
+  EXPECT_EQ(level.ending, Ending::fell);
+  EXPECT_THAT(level.cause, testing::MatchesRegex(".* deg, at most .* % of a torque limit [(].*_joint[)], "
+                                                 "floor friction 0.70"));
+  const auto outcome = run("slope", read(kRamp, {program(", options: {slope: true}")}));
+  EXPECT_EQ(outcome.ending, Ending::completed) << outcome.cause;
+}
+
+TEST_F(ControllerTest, AProgramRejectsAnInputThatIsNotItsMessages) {
+  for (const char* input : {"", "hello", "five and twenty bytes are no header"}) {
+    const std::string command = fmt::format("printf '%s' '{}' | '{}' walker 2>'{}'", input, GAITSLAM_PROGRAM,
+                                            (folder_ / "said").string());
+    EXPECT_NE(std::system(command.c_str()), 0) << input;
+    EXPECT_THAT(sim::files::read_text(folder_ / "said"), HasSubstr("not the messages of gaitslam"));
+  }
+}
+
 // A network of four hidden units: sway by the sine of the phase, and a lift of each leg in its half of it.
+// The recurrent one turns a state of two units by itself instead.
 constexpr const char* kMakeNetwork = R"(
 import numpy as np, sys
 joints = [f'{side}_{joint}_joint' for side in ('left', 'right')
@@ -57,19 +100,27 @@ np.savez(sys.argv[1], joints=joints, q0=np.radians([-21.55, 0, 0, 46.65, -25.1, 
          kp=[4000, 4000, 4000, 4000, 1000, 1000] * 2, kd=[60, 60, 60, 60, 15, 15] * 2, rate_hz=50.0,
          settle_s=2.0, largest_speeds=[0.3, 0, 0.3], stands=True, phase_s=0.6, observations=['phase'],
          observation_scales=[1.0], W0=W0, b0=b0, W1=W1, b1=b1)
+turn, amplitude = 2 * np.pi * 0.02 / 0.64, 0.75
+state = 1.2 * np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+np.savez(sys.argv[2], **{**dict(np.load(sys.argv[1])), 'stands': False, 'observations': ['command'],
+                         'observation_scales': [0.0], 'W0': np.zeros((2, 3)), 'R0': state, 'b0': np.array([0.02, 0]),
+                         'W1': W0 / amplitude, 'b1': b0, 'W2': W1, 'b2': b1})
 )";
 
-TEST_F(ControllerTest, ANetworkOfTheExampleStandsAndStepsInPlace) {
-  const std::string file = (folder_ / "network.npz").string(), make = (folder_ / "make.py").string();
+TEST_F(ControllerTest, NetworksOfTheExampleStandAndStepInPlace) {
+  const std::string plain = (folder_ / "plain.npz").string(),
+                    recurrent = (folder_ / "recurrent.npz").string(), make = (folder_ / "make.py").string();
   sim::files::write_text(make, kMakeNetwork);
-  ASSERT_EQ(std::system(fmt::format("/usr/bin/python3 '{}' '{}'", make, file).c_str()), 0);
+  ASSERT_EQ(std::system(fmt::format("/usr/bin/python3 '{}' '{}' '{}'", make, plain, recurrent).c_str()), 0);
   constexpr const char* kG1 =
       "world: {robot: g1, room: floor}\nwalk: {commands: [{stand: {}}]}\nlimits: {}\n";
-  const std::string program = fmt::format(
-      "walk.controller={{program: [/usr/bin/python3, \"{}/tools/examples/network_walker.py\", \"{}\"]}}",
-      GAITSLAM_SOURCE_DIR, file);
-  for (const auto& [name, command, least, most] : {std::tuple("stands", "{stand: {duration_s: 2}}", 0, 0),
-                                                   {"steps", "{straight: {forward_m: 1}}", 5, 12}}) {
+  for (const auto& [name, network, command, least, most] :
+       {std::tuple("stands", &plain, "{stand: {duration_s: 2}}", 0, 0),
+        {"steps", &plain, "{straight: {forward_m: 1}}", 5, 12},
+        {"marches", &recurrent, "{straight: {forward_m: 1}}", 5, 12}}) {
+    const std::string program = fmt::format(
+        "walk.controller={{program: [/usr/bin/python3, \"{}/tools/examples/network_walker.py\", \"{}\"]}}",
+        GAITSLAM_SOURCE_DIR, *network);
     const auto outcome = run(name, read(kG1, {program, fmt::format("walk.commands=[{}]", command)}));
     EXPECT_EQ(outcome.ending, Ending::completed) << outcome.cause;
     int lifts = 0;  // of the left foot
