@@ -69,7 +69,7 @@ class Controller {
   virtual const walking::Reference& reference() const = 0;
   virtual walking::Reference following() const = 0;
 
-  /// The path to walk, without corrections, at this tick and at the next one; absent if there is none apart
+  /// The path to walk, without corrections, at this tick and at the next one; absent unless it differs
   /// from the plan.
   virtual std::optional<Ticks> path() const { return std::nullopt; }
   /// The commanded velocity of a controller that takes one.

@@ -58,7 +58,7 @@ ProgramController::ProgramController(ProgramStart start)
     const Velocity largest{ready_.words.largest_vx_m_s, ready_.words.largest_vy_m_s,
                            ready_.words.largest_wz_rad_s};
     walking::SteeringOptions steering = start_.commands.steering;
-    if (steering.by == walking::SteeredBy::plan)  // its own plan is no reason to go on
+    if (steering.by == walking::SteeredBy::plan)  // a command then ends by its time
       steering.tolerance_m = steering.tolerance_rad = std::numeric_limits<double>::infinity();
     follower_.emplace(Path(start_.commands.commands, largest), largest, steering);
   }

@@ -33,8 +33,8 @@ RULES = {
     'sim/camera/': 'sim/camera/ sim/physics/ sim/rig/ sim/room/ sim/score/types.h slam/observation.h walking/ Eigen/ fmt/ '
                    'mujoco/ GL/ opencv2/core opencv2/imgproc dlfcn.h',
     'sim/room/': 'sim/room/ opencv2/core opencv2/imgproc',
-    'sim/programs/': 'sim/programs/ sim/files/hash.h fmt/ fcntl.h poll.h signal.h time.h unistd.h sys/',
-    'sim/controllers/': 'sim/controllers/ gaitslam_estimator.h sim/programs/ walking/ Eigen/ fmt/',
+    'sim/programs/': 'sim/programs/ sim/files/hash.h Eigen/ fmt/ fcntl.h poll.h signal.h time.h unistd.h sys/',
+    'sim/controllers/': 'sim/controllers/ gaitslam_estimator.h sim/programs/ sim/files/hash.h walking/ Eigen/ fmt/',
     'sim/estimators/': 'sim/estimators/ sim/programs/ sim/rig/ slam/ Eigen/ opencv2/core fmt/ errno.h '
                        'stddef.h stdint.h stdio.h stdlib.h string.h unistd.h',
     'sim/scenario/': 'sim/scenario/ sim/model_file/ sim/programs/ sim/estimators/ sim/rig/ sim/files/ sim/sensor_errors/ sim/score/metrics.h '

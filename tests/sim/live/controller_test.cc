@@ -50,7 +50,7 @@ TEST_F(ControllerTest, TheBuiltInOneFollowsAPathToItsEnd) {
 walk:
   commands: [{straight: {forward_m: 0.3}}, {tangent_arc: {radius_m: 0.75, angle_deg: 30}}, {turn: {angle_deg: -20}}]
   steering: {tolerance_m: 0.06, tolerance_deg: 5}
-camera: {width_px: 16, height_px: 12}
+camera: {width_px: 32, height_px: 24}
 limits: {}
 )",
                                       {program(", options: {follow: true}"), "walk.steering.by=" + by}));
@@ -76,7 +76,7 @@ TEST_F(ControllerTest, ByTheSlopeOfItsSolesTheBuiltInOneWalksOntoARamp) {
 }
 
 TEST_F(ControllerTest, AProgramRejectsAnInputThatIsNotItsMessages) {
-  for (const char* input : {"", "hello", "five and twenty bytes are no header"}) {
+  for (const char* input : {"", "hello", "a line of more than sixteen bytes"}) {
     const std::string command = fmt::format("printf '%s' '{}' | '{}' walker 2>'{}'", input, GAITSLAM_PROGRAM,
                                             (folder_ / "said").string());
     EXPECT_NE(std::system(command.c_str()), 0) << input;
@@ -85,7 +85,7 @@ TEST_F(ControllerTest, AProgramRejectsAnInputThatIsNotItsMessages) {
 }
 
 // A network of four hidden units: sway by the sine of the phase, and a lift of each leg in its half of it.
-// The recurrent one turns a state of two units by itself instead.
+// The recurrent one rotates its state of two units without an input.
 constexpr const char* kMakeNetwork = R"(
 import numpy as np, sys
 joints = [f'{side}_{joint}_joint' for side in ('left', 'right')
