@@ -85,6 +85,7 @@ std::unique_ptr<controllers::ProgramController> program_controller(const scenari
   scenario::Scenario walk;  // without world, errors and seed
   walk.name = "walk";
   walk.walk = scenario.walk;
+  walk.walk.steering.by = walking::SteeredBy::plan;  // only the bench estimates
   walk.stabilizer = scenario.stabilizer;
   walk.world.robot = scenario.world.robot;
   const scenario::ControllerTime& time = scenario.controller_time;

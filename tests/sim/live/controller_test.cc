@@ -50,7 +50,7 @@ TEST_F(ControllerTest, TheBuiltInOneFollowsAPathToItsEnd) {
 walk:
   commands: [{straight: {forward_m: 0.3}}, {tangent_arc: {radius_m: 0.75, angle_deg: 30}}, {turn: {angle_deg: -20}}]
   steering: {tolerance_m: 0.06, tolerance_deg: 5}
-camera: {width_px: 32, height_px: 24}
+camera: {width_px: 32, height_px: 32}
 limits: {}
 )",
                                       {program(", options: {follow: true}"), "walk.steering.by=" + by}));
