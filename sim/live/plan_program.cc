@@ -98,7 +98,7 @@ class PathSteps {
   static constexpr double kTurn = walking::Turn{}.step_rad;
   static constexpr double kFarthest_s = 2, kNegligible_m = 1e-3;
 
-  /// The path at the middle of the step that follows the landing, as far as it is known.
+  /// Returns the path in the middle of the step after a landing, clamped to the known range.
   walking::FootPose ahead(const gaitslam_walk_sensors& sensors, double landing_s) const {
     const double s = landing_s + (options_.single_support_s + options_.double_support_s) / 2;
     const Eigen::Vector3d near(sensors.path[2]), far(sensors.path[3]);  // 1 and 2 s ahead
