@@ -15,11 +15,17 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Gains that carry walking robots of 33 and 57 kg, as shares of the mass (N m/rad, N m s/rad per kg).
+// Gains that carry walking robots of 33 and 57 kg, as shares of the mass (N m/rad, N m s/rad, kg m^2 per kg).
+// The armature is that of the geared motors of such robots; without any, stiff light links swing.
 struct Gains {
-  double kp, kd;
+  double kp, kd, armature;
 };
-constexpr Gains kLeg{120, 1.8}, kAnkle{30, 0.45}, kOther{12, 0.2};
+constexpr Gains kLeg{120, 1.8, 4e-4}, kAnkle{30, 0.45, 4e-4}, kOther{12, 0.2, 1e-4};
+constexpr const char* kWalk =
+    R"(# guess: shorter steps than those of robots with rubber bushes at their ankles
+walk: {single_support_s: 0.6, double_support_s: 0.15, step_height_m: 0.04}
+stabilizer: {ankle_admittance: {gain_rad_s_per_nm: 0.04}, landing_adjustment: {enabled: true}}
+)";
 constexpr double kBend_deg = 20;
 
 std::string lower(std::string text) {
@@ -71,9 +77,11 @@ class Guess {
         (carries(joint) ? legs : others).push_back(joint_name(joint));
     for (const auto& [joints, gains] : {std::pair(&legs, kLeg), {&ankles, kAnkle}, {&others, kOther}})
       if (!joints->empty())
-        text += fmt::format("  - {{joints: [{}],\n     kp_nm_rad: {:.0f}, kd_nms_rad: {:.1f}}}\n",
-                            fmt::join(*joints, ", "), gains.kp * mass(), gains.kd * mass());
-    return text + "floor_friction: 0.7  # guess: rubber on a clean floor\n";
+        text += fmt::format(
+            "  - {{joints: [{}],\n     kp_nm_rad: {:.0f}, kd_nms_rad: {:.1f}{}}}\n", fmt::join(*joints, ", "),
+            gains.kp * mass(), gains.kd * mass(),
+            has_armature() ? "" : fmt::format(", armature_kg_m2: {:.2g}", gains.armature * mass()));
+    return text + "floor_friction: 0.7  # guess: rubber on a clean floor\n" + kWalk;
   }
 
  private:
@@ -100,6 +108,8 @@ class Guess {
   Vector3d place(int body) const { return Vector3d(data_->xpos + 3 * body); }
   const char* side(const Foot& foot) const { return place(foot.body).y() > 0 ? "left" : "right"; }
   double mass() const { return m_.body_subtreemass[base_]; }
+
+  bool has_armature() const { return std::any_of(m_.dof_armature, m_.dof_armature + m_.nv, std::identity{}); }
 
   // Joints with a spring have no servo.
   bool has_servo(int joint) const {

@@ -2,6 +2,8 @@
 
 #include <mujoco/mujoco.h>
 
+#include <regex>
+
 #include "sim/physics/model.h"
 #include "tests/sim/files/temporary_folder.h"
 
@@ -131,8 +133,12 @@ TEST(FirstRobotFile, GuessesFeetLegsChestHeadAndMarksEachGuess) {
           "imu: {link: chest, position_m: [0, 0, 0.1]}  # guess: a site of the model",
           "  left: [left_yaw_joint, left_roll_joint, left_hip_joint, left_knee_joint, left_ankle_joint, "
           "left_foot_joint]\n",
-          "  right: {body: right_foot, sole_m: [0, 0, -0.07]}\n",
-          "left_hip_joint: -20, left_knee_joint: 40"));
+          "  right: {body: right_foot, sole_m: [0, 0, -0.07]}\n", "left_hip_joint: -20, left_knee_joint: 40",
+          ", armature_kg_m2: ", "walk: {single_support_s: 0.6"));
+  files::write_text(folder / "geared.xml",
+                    std::regex_replace(files::read_text(folder / "robot.xml"), std::regex("<joint "),
+                                       "<joint armature='0.01' "));
+  EXPECT_THAT(first_robot_file(folder / "geared.xml", "geared.xml"), Not(Has("armature")));
   files::write_text(folder / "robot.xml",
                     "<mujoco><worldbody><body name='b'><freejoint/><inertial pos='0 0 0' mass='1' "
                     "diaginertia='1 1 1'/></body></worldbody></mujoco>");
