@@ -111,8 +111,9 @@ TEST_F(ExternalEstimator, GyroAndPlanFollowTheWalkByTheCompileLinesOfTheReadmeAn
   shell("ln -s '" + kSources + "/sim' . && cp " + example + ".c mine.c && cp mine.c mine.cc").ends(0);
   for (const char* compiler : {"cc", "c++"}) {
     shell("eval \"$(sed -n 's|^    " + std::string(compiler) + " |" + compiler +
-          " |p' sim/estimators/README.md)\" && ./mine < /dev/null")
+          " |p' sim/estimators/README.md)\"")
         .ends(0);
+    EXPECT_THAT(shell("./mine < /dev/null").ends(1).err, Has("the standard input ends without END"));
     const auto compiled = poses("./mine");
     ASSERT_EQ(compiled.size(), python.size());
     for (std::size_t i = 0; i < python.size(); ++i)
