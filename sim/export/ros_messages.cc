@@ -9,8 +9,8 @@ namespace sim::exports {
 namespace ros {
 namespace {
 
-// The type of that name in the text ros2.msg: its definition followed by those of the types that it uses, each
-// once.
+// The type of that name in the text ros2.msg: its definition followed by those of the types that it uses,
+// each once.
 MessageType type(const std::string& package, const std::string& name) {
   static const std::string all = text_of("ros2.msg");
   const auto find = [](const std::string& title) -> std::string {

@@ -1,4 +1,4 @@
-// What `gaitslam robot check` and `gaitslam walker` do.
+// The commands `gaitslam robot check` and `gaitslam walker`.
 #pragma once
 
 #include <filesystem>

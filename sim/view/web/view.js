@@ -206,7 +206,7 @@ class Page {
     if (!goesOn) this.writeHash();
   }
 
-  /// The address holds time, view, hidden layers and zoom. It is written at most four times a second: browsers ignore more.
+  /// Writes time, view, hidden layers and zoom to the address, at most four times a second: browsers ignore more.
   writeHash() {
     this.hashTimer ??= setTimeout(() => this.writeHashNow(), 250);
   }
