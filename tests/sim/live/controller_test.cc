@@ -85,9 +85,10 @@ TEST_F(ControllerTest, AProgramRejectsAnInputThatIsNotItsMessages) {
 }
 
 // A network of four hidden units: sway by the sine of the phase, and a lift of each leg in its half of it.
-// The recurrent one rotates its state of two units without an input.
+// The recurrent one rotates its state of two units without an input. Expected outputs of LSTM and GRU:
+// torch 1.13.1.
 constexpr const char* kMakeNetwork = R"(
-import numpy as np, sys
+import numpy as np, subprocess, sys
 joints = [f'{side}_{joint}_joint' for side in ('left', 'right')
           for joint in ('hip_pitch', 'hip_roll', 'hip_yaw', 'knee', 'ankle_pitch', 'ankle_roll')]
 W0, b0, W1, b1 = np.zeros((4, 2)), np.array([0, 0, -3.5, -3.5]), np.zeros((12, 4)), np.zeros(12)
@@ -99,19 +100,47 @@ for side in (0, 1):
 np.savez(sys.argv[1], joints=joints, q0=np.radians([-21.55, 0, 0, 46.65, -25.1, 0] * 2), action_scale=1.0,
          kp=[4000, 4000, 4000, 4000, 1000, 1000] * 2, kd=[60, 60, 60, 60, 15, 15] * 2, rate_hz=50.0,
          settle_s=2.0, largest_speeds=[0.3, 0, 0.3], stands=True, phase_s=0.6, observations=['phase'],
-         observation_scales=[1.0], W0=W0, b0=b0, W1=W1, b1=b1)
+         observation_scales=[1.0], W0=W0, b0=b0, W1=W1, b1=b1, activation='tanh')
 turn, amplitude = 2 * np.pi * 0.02 / 0.64, 0.75
 state = 1.2 * np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
-np.savez(sys.argv[2], **{**dict(np.load(sys.argv[1])), 'stands': False, 'observations': ['command'],
-                         'observation_scales': [0.0], 'W0': np.zeros((2, 3)), 'R0': state, 'b0': np.array([0.02, 0]),
-                         'W1': W0 / amplitude, 'b1': b0, 'W2': W1, 'b2': b1})
+plain = dict(np.load(sys.argv[1]))
+gru = {'weight_ih_l0': np.zeros((6, 3)), 'weight_hh_l0': np.vstack([np.zeros((4, 2)), state]),
+       'bias_ih_l0': [40, 40, -40, -40, 0.02, 0], 'bias_hh_l0': np.zeros(6)}
+recurrent = {**plain, **gru, 'stands': False, 'observations': ['command'], 'observation_scales': [0.0], 'W0': W0 / amplitude}
+np.savez(sys.argv[2], **recurrent)
+
+sys.path.insert(0, sys.argv[3])
+import network_walker
+def weights(*shape):
+    return np.sin(1 + np.arange(np.prod(shape))).reshape(shape)
+for gates, activation, expected in ((4, 'elu', [-0.5320223790, -0.1518338052]), (3, 'elu', [-0.5964973203, -0.3505637169]),
+        (0, 'tanh', [-0.7615941560, 0.9640275801]), (0, 'relu', [0, 2]), (0, 'elu', [-0.6321205588, 2])):
+    rows, size = 2 * gates, 3 if gates else 2
+    cells = {'weight_ih_l0': weights(rows, 3), 'weight_hh_l0': weights(rows, 2),
+             'bias_ih_l0': weights(rows), 'bias_hh_l0': weights(rows) / 2} if gates else {}
+    network = network_walker.Network(network_walker.Arrays(
+        cells, W0=np.eye(2), b0=np.zeros(2), W1=np.eye(2), b1=np.zeros(2), activation=activation), size, 2)
+    outputs = [network(np.cos([t, t + 1, t + 2]) if gates else np.array([-1, 2])) for t in range(5)]
+    np.testing.assert_allclose(outputs[-1], expected, atol=1e-9)
+for name, value, message in (
+        ('kp', None, 'missing array'), ('R0', state, 'unknown array'), ('kd', [1, 2], 'has shape (2,), expected (12,)'),
+        ('q0', [np.nan] * 12, 'expected finite numbers'), ('joints', np.ones(12), 'expected text'),
+        ('weight_hh_l0', np.ones((7, 2)), 'has shape (7, 2), expected (8, 2) or (6, 2)'),
+        ('activation', 'gelu', 'unknown "gelu", expected any of tanh, relu, elu'),
+        ('observations', ['gravity'], 'unknown "gravity", expected any of command, gyro, up, q, dq, action, phase')):
+    np.savez('wrong.npz', **{key: array for key, array in {**recurrent, name: value}.items() if array is not None})
+    made = subprocess.run([sys.executable, network_walker.__file__, 'wrong.npz'], capture_output=True, text=True)
+    assert (made.returncode, made.stderr) == (2, f'wrong.npz: {name}: {message}\n'), made
 )";
 
-TEST_F(ControllerTest, NetworksOfTheExampleStandAndStepInPlace) {
+TEST_F(ControllerTest, NetworksOfTheExampleComputeLikePyTorchAndStandAndStepInPlace) {
   const std::string plain = (folder_ / "plain.npz").string(),
                     recurrent = (folder_ / "recurrent.npz").string(), make = (folder_ / "make.py").string();
   sim::files::write_text(make, kMakeNetwork);
-  ASSERT_EQ(std::system(fmt::format("/usr/bin/python3 '{}' '{}' '{}'", make, plain, recurrent).c_str()), 0);
+  ASSERT_EQ(std::system(fmt::format("cd '{}' && /usr/bin/python3 -B '{}' '{}' '{}' '{}/tools/examples'",
+                                    folder_.string(), make, plain, recurrent, GAITSLAM_SOURCE_DIR)
+                            .c_str()),
+            0);
   constexpr const char* kG1 =
       "world: {robot: g1, room: floor}\nwalk: {commands: [{stand: {}}]}\nlimits: {}\n";
   for (const auto& [name, network, command, least, most] :
