@@ -12,6 +12,7 @@ constexpr int kMostChecked = 600;             // parameters of it, because the c
 Filter::Filter(const Options& options, const Calibration& calibration, const Eigen::Isometry3d& X_WC_start,
                std::uint64_t seed)
     : options_(options),
+      X_WC_start_(X_WC_start),
       depth_(calibration.depth),
       kalman_(initial_state(X_WC_start, with_leg_odometry(options)),
               options.consistency.observability_constrained && options.known_landmarks.at_m.empty(),
@@ -42,7 +43,10 @@ const FrameReport& Filter::step(const Observation& o) {
   tracking_.accept();
   report_.begin(o.t);
   const auto planned = internal_.advance_plan(o, seconds(interval));
-  if (now_) predict_and_update(o, planned);  // eq. (6), section IV
+  if (now_)
+    predict_and_update(o, planned);  // eq. (6), section IV
+  else if (o.legs && !o.plan)
+    kalman_.reset_robot(initial_state(X_WC_start_, with_leg_odometry(with_unplanned_start(options_))));
   const VisualResult visual =
       visual_.step({o.image, depth_image(o), o.t, interval, stands_still(o, planned, options_),
                     o.plan || o.legs, frames_, kalman_, tracking_, report_});  // section III-A

@@ -38,6 +38,7 @@ class Filter {
   const FrameReport& complete_report();
 
   Options options_;
+  Eigen::Isometry3d X_WC_start_;
   std::optional<AlignedDepth> depth_;
   std::unique_ptr<Smoother> smoother_;
   Kalman kalman_;

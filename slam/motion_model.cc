@@ -143,6 +143,15 @@ Options with_leg_odometry(Options options) {
   return options;
 }
 
+Options with_unplanned_start(Options options) {
+  Options::Start& start = options.start;
+  start.sigma_position_m = std::max(start.sigma_position_m, 0.03);
+  start.sigma_orientation_rad = std::max(start.sigma_orientation_rad, 0.02);
+  start.sigma_velocity_m_s = std::max(start.sigma_velocity_m_s, 0.3);
+  start.sigma_rate_rad_s = std::max(start.sigma_rate_rad_s, 0.3);
+  return options;
+}
+
 RobotState initial_state(const Eigen::Isometry3d& X_WC, const Options& options) {
   RobotState initial{initial_mean(X_WC), RobotMatrix::Zero()};
   RobotMatrix& P = initial.P;

@@ -152,6 +152,18 @@ TEST(Filter, WithoutCornersItContinuesByPlanOrLegOdometryUntilAnImageHasSome) {
   }
 }
 
+TEST(Filter, ARobotWhoseControllerTellsNoPlanStartsSomewhereNearInMotion) {
+  for (const bool has_plan : {true, false}) {
+    Filter filter = filter_at_start({});
+    Observation o = short_walk().observation(0);
+    o.legs = LegMotion{o.plan->X_PC, o.plan->p_CF};
+    if (!has_plan) o.plan.reset();
+    filter.step(o);
+    const double sigma_m = std::sqrt(filter.estimate().covariance(3, 3));
+    EXPECT_NEAR(sigma_m, has_plan ? Options{}.start.sigma_position_m : 0.03, 1e-9);
+  }
+}
+
 TEST(Filter, RejectsMalformedObservationsAndIsLeftBitIdentical) {
   Filter filter = filter_at_start(Options{}), undisturbed = filter_at_start(Options{});
   for (Filter* f : {&filter, &undisturbed}) step(*f, 0, 40);
