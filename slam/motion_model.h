@@ -13,8 +13,7 @@ Options with_command(Options options);
 /// The options with the noises of leg odometry in place of those of the planned velocity, if it is enabled.
 Options with_leg_odometry(Options options);
 
-/// The options with the start of a robot whose controller tells no plan: in motion, where that controller
-/// settled.
+/// The options for a robot without a plan, which starts in motion and only near the nominal pose.
 Options with_unplanned_start(Options options);
 
 /// Mean and covariance of a robot at rest with its camera near X_WC. The covariance is diagonal but for the

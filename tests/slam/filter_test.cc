@@ -152,7 +152,7 @@ TEST(Filter, WithoutCornersItContinuesByPlanOrLegOdometryUntilAnImageHasSome) {
   }
 }
 
-TEST(Filter, ARobotWhoseControllerTellsNoPlanStartsSomewhereNearInMotion) {
+TEST(Filter, WithoutAPlanTheStartIsMoreUncertain) {
   for (const bool has_plan : {true, false}) {
     Filter filter = filter_at_start({});
     Observation o = short_walk().observation(0);
