@@ -197,7 +197,7 @@ class World {
   struct {
     double value = 0;
     int joint = 0;
-  } largest_share_;  // of a joint's torque in its limit, since the start
+  } largest_share_;                     // of a joint's torque in its limit, since the start
   std::optional<LegLoads> leg_loads_;   // of a robot without force sensors
   Data by_encoders_;                    // the pose of the robot as its encoders have it, for a moved IMU
   Eigen::Matrix3d R_HG_;                // that IMU in the chest at the last call of sensor_readings()
