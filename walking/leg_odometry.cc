@@ -10,7 +10,7 @@ namespace {
 constexpr double kOtherCarries = 1.1;  // ratio of the loads: feet that share the load do not take turns
 constexpr double kSettling_s = 0.1;    // time constant of a landed sole until it lies flat
 constexpr double kCarries = 0.1;  // of the load of both feet; torques give no smaller loads of a swinging leg
-constexpr double kLeveling_s = 5;  // time constant by which the accelerometer corrects the tilt
+constexpr double kLeveling_s = 5;  // time constant of the accelerometer's correction of the tilt
 
 /// The sole's pose on the floor: its place and heading.
 Eigen::Isometry3d flat(const Eigen::Isometry3d& X) {
