@@ -21,6 +21,7 @@ namespace sim::camera {
 namespace {
 
 constexpr int kWindowPx = 8;
+std::mutex used;  // while a thread uses OpenGL
 
 void require(bool works, const std::string& fault) {
   if (!works) throw std::runtime_error("off-screen OpenGL: " + fault);
@@ -108,10 +109,9 @@ void* gl_function(const char* name) {
 }
 
 Renderer::Renderer(const cv::Size& size_px, Channels channels, const Renderer* shares)
-    : window_(4 * kWindowPx * kWindowPx),
-      context_(GL(OSMesaCreateContextExt)(OSMESA_RGBA, 24, 8, 0, shares ? shares->context_ : nullptr)),
-      size_(size_px),
-      channels_(channels) {
+    : window_(4 * kWindowPx * kWindowPx), size_(size_px), channels_(channels) {
+  const std::lock_guard lock(used);
+  context_ = GL(OSMesaCreateContextExt)(OSMESA_RGBA, 24, 8, 0, shares ? shares->context_ : nullptr);
   require(context_, "OSMesa gives no context");
   make_current();
   make_frame();
@@ -123,9 +123,16 @@ Renderer::Renderer(const cv::Size& size_px, Channels channels, const Renderer* s
 }
 
 Renderer::~Renderer() {
+  const std::lock_guard lock(used);
   if (GL(OSMesaGetCurrentContext)() == context_)
     GL(OSMesaMakeCurrent)(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0);
   GL(OSMesaDestroyContext)(context_);
+}
+
+std::unique_lock<std::mutex> Renderer::use() {
+  std::unique_lock lock(used);
+  make_current();
+  return lock;
 }
 
 void Renderer::make_current() {

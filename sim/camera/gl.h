@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <mutex>
 #include <opencv2/core.hpp>
 #include <span>
 #include <vector>
@@ -42,7 +43,7 @@ struct Vertex {
 /// (LP_NUM_THREADS=0), so frames and their cost do not depend on the machine's load.
 class Renderer {
  public:
-  /// Makes the context current on this thread. It has the textures of `shares` too, if that is given. Throws
+  /// It has the textures of `shares` too, if that is given. Throws
   /// std::runtime_error without a usable OpenGL.
   Renderer(const cv::Size& size_px, Channels channels, const Renderer* shares = nullptr);
   /// Frees all that was made in the context, and textures with the last context that has them.
@@ -50,7 +51,10 @@ class Renderer {
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
-  void make_current();  ///< on this thread
+  /// Makes the context current on this thread, which alone uses OpenGL until the returned lock is released.
+  /// To be called before all functions below: Mesa 22 reads the scenes of all contexts of a process without a
+  /// lock when one of them maps a buffer (llvmpipe_flush_resource), and has crashed there.
+  [[nodiscard]] std::unique_lock<std::mutex> use();
   /// Sets the number of vertices.
   void reserve(std::size_t vertices);
   void set_vertices(std::size_t first, std::span<const Vertex> vertices);
@@ -69,10 +73,11 @@ class Renderer {
   void end_marks();
 
  private:
+  void make_current();
   void make_frame();
 
   std::vector<unsigned char> window_;  ///< OSMesa needs a window buffer; nothing is ever drawn in it
-  OSMesaContext context_;
+  OSMesaContext context_ = nullptr;
   cv::Size size_;
   Channels channels_;
   unsigned plain_ = 0, textured_ = 0;  ///< programs

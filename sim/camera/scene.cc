@@ -46,8 +46,9 @@ Scene::Scene(const mjModel& model, std::vector<Pinhole> views, std::uint64_t tex
       views_(std::move(views)),
       channels_(channels),
       renderer_(joint_size(views_), channels, shares ? &shares->renderer_ : nullptr),
-      textures_(shares ? shares->textures_ : load_textures(model, texture_seed, channels)),
       lamps_(model) {
+  const auto lock = renderer_.use();
+  textures_ = shares ? shares->textures_ : load_textures(model, texture_seed, channels);
   for (const bool moving : {false, true}) {
     if (moving) still_vertices_.count = vertices_.size();
     for (int geom = 0; geom < model.ngeom; ++geom)
@@ -139,7 +140,7 @@ void Scene::draw_view(std::size_t view, const Eigen::Isometry3f& X_VW, const std
 }
 
 cv::Mat Scene::draw(const mjData& data, const Eigen::Isometry3d& X_WC, float light) {
-  renderer_.make_current();
+  const auto lock = renderer_.use();
   for (Piece& piece : pieces_)
     if (piece.moves || still_vertices_.lit_by < 0) piece.X_WG = geom_pose(data, piece.geom).cast<float>();
   if (light != still_vertices_.lit_by) {
@@ -164,7 +165,7 @@ cv::Mat Scene::draw(const mjData& data, const Eigen::Isometry3d& X_WC, float lig
 }
 
 DepthPicture Scene::read_depth() {
-  renderer_.make_current();
+  const auto lock = renderer_.use();
   DepthPicture depth{renderer_.read_depth(), {}};
   renderer_.begin_marks();
   for (std::size_t view = 0; view < views_.size(); ++view) {

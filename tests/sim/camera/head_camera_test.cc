@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <future>
 #include <numbers>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
@@ -356,6 +357,15 @@ TEST(RightEye, WithTheTexturesOfTheLeftOneDrawsTheSamePicturesAsWithItsOwn) {
   EXPECT_EQ(cv::norm(shared.render(*plant), expected, cv::NORM_INF), 0);
   EXPECT_EQ(cv::norm(left.render(*plant), seen_left, cv::NORM_INF), 0);
   EXPECT_GT(cv::norm(seen_left, expected, cv::NORM_INF), 50);
+}
+
+TEST(Renderer, IsUsedByOneThreadAtATime) {
+  Renderer one({8, 8}, Channels::gray), other({8, 8}, Channels::gray);
+  auto held = one.use();
+  const auto beside = std::async(std::launch::async, [&] { const auto lock = other.use(); });
+  EXPECT_EQ(beside.wait_for(std::chrono::milliseconds(50)), std::future_status::timeout);
+  held.unlock();
+  beside.wait();
 }
 
 TEST(ColorCamera, GivesRedGreenAndBlueInThatOrder) {
