@@ -29,7 +29,6 @@ class PlanController : public Controller {
   }
   std::optional<std::vector<walking::StepCorrection>> corrections() const override;
   std::optional<std::string> stopped() const override;
-  walking::PatternGenerator& plan() { return plan_; }
   /// From now on the soles follow the slope that they measure.
   void adapt_to_slope() { slope_.emplace(plan_.robot()); }
   std::size_t ticks() const { return plan_.ticks(); }

@@ -22,9 +22,8 @@ namespace {
 
 /// The options of the program.
 struct Options {
-  bool plan = true;     ///< whether answers contain the plan
-  bool slope = false;   ///< whether the soles follow the slope that they measure
-  bool follow = false;  ///< whether it follows the commanded path instead of the commands of the walk text
+  bool plan = true;    ///< whether answers contain the plan
+  bool slope = false;  ///< whether the soles follow the slope that they measure
 };
 
 Options read_options(const char* text) {
@@ -33,13 +32,9 @@ Options read_options(const char* text) {
   for (std::string line; std::getline(lines, line);) {
     const std::size_t end = line.find('=');
     const std::string name = line.substr(0, end), value = line.substr(end + 1);
-    bool* const option = name == "plan"     ? &options.plan
-                         : name == "slope"  ? &options.slope
-                         : name == "follow" ? &options.follow
-                                            : nullptr;
+    bool* const option = name == "plan" ? &options.plan : name == "slope" ? &options.slope : nullptr;
     if (!option || (value != "true" && value != "false"))
-      throw std::invalid_argument("unknown option '" + line +
-                                  "', expected plan, slope or follow: true or false");
+      throw std::invalid_argument("unknown option '" + line + "', expected plan or slope: true or false");
     *option = value == "true";
   }
   return options;
@@ -49,91 +44,15 @@ walking::Wrench wrench_of(const gaitslam_wrench& from) {
   return {Eigen::Vector3d(from.force_n), Eigen::Vector3d(from.torque_nm)};
 }
 
-/// Footsteps along the commanded path, each planned when it is due, with one that closes the feet after it.
-class PathSteps {
- public:
-  explicit PathSteps(const walking::WalkOptions& options) : options_(options) {}
-
-  controllers::Velocity largest(const walking::Robot& robot) const {
-    const double period = options_.single_support_s + options_.double_support_s;
-    return {options_.step_length_m / period, robot.step.aside_m / 2 / period, kTurn / period};
-  }
-
-  void decide(walking::PatternGenerator& plan, const walking::Reference& now,
-              const gaitslam_walk_sensors& sensors) const {
-    const std::size_t step = plan.free_step();
-    const bool rests = step == plan.steps();
-    if (!rests && !plan.is_due()) return;
-    const double landing_s =
-        rests ? kFarthest_s : static_cast<double>(plan.touch_down(step)) * walking::kPeriod - now.t_s;
-    walking::FootPose goal = walking::on_floor(now.X_PB) * ahead(sensors, landing_s) *
-                             walking::FootPose{{plan.robot().sole_ahead, 0}, 0};
-    goal.position -= now.frame_shift;  // landings are planned without it
-    const walking::Stance stance = rests ? end_of(plan) : plan.stance_before(step);
-    const auto side = rests ? first_side(inverse(center_of(stance)) * goal) : plan.landing(step).side;
-    const double outwards = side == walking::Side::left ? 1 : -1;
-    const walking::FootPose standing = stance.of(other(side)),
-                            center = standing *
-                                     walking::FootPose{{0, outwards * plan.robot().foot_spacing / 2}, 0},
-                            way = inverse(center) * goal;
-    const double turn = std::remainder(way.yaw, 2 * std::numbers::pi);
-    if (way.position.norm() <= options_.steering.tolerance_m &&
-        std::abs(turn) <= options_.steering.tolerance_rad)
-      return;
-    const double aside = std::clamp(outwards * way.position.y(), 0.0, plan.robot().step.aside_m);
-    for (const double share : {1.0, 0.5, 0.25, 0.0}) {
-      const walking::FootPose moved{
-          {share * std::clamp(way.position.x(), -options_.step_length_m, options_.step_length_m),
-           share * outwards * aside},
-          share * std::clamp(turn, -kTurn, kTurn)};
-      const walking::Stance feet = walking::feet_together(center * moved, plan.robot().foot_spacing);
-      const std::vector<walking::Footstep> steps{{side, feet.of(side)}, {other(side), feet.of(other(side))}};
-      if (distance_outside(plan.robot(), standing, steps[0]) > kNegligible_m || !plan.can_follow(step, steps))
-        continue;
-      return plan.replan(step, steps);
-    }
-  }
-
- private:
-  static constexpr double kTurn = walking::Turn{}.step_rad;
-  static constexpr double kFarthest_s = 2, kNegligible_m = 1e-3;
-
-  /// Returns the path in the middle of the step after a landing, clamped to the known range.
-  walking::FootPose ahead(const gaitslam_walk_sensors& sensors, double landing_s) const {
-    const double s = landing_s + (options_.single_support_s + options_.double_support_s) / 2;
-    const Eigen::Vector3d near(sensors.path[2]), far(sensors.path[3]);  // 1 and 2 s ahead
-    const Eigen::Vector3d point = near + std::clamp(s - 1, 0.0, 1.0) * (far - near);
-    return {point.head<2>(), point.z()};
-  }
-  static walking::Stance end_of(const walking::PatternGenerator& plan) {
-    walking::Stance stance =
-        walking::feet_together({{plan.robot().sole_ahead, 0}, 0}, plan.robot().foot_spacing);
-    for (std::size_t i = 0; i < plan.steps(); ++i) stance.of(plan.landing(i).side) = plan.landing(i).pose;
-    return stance;
-  }
-  static walking::Side first_side(const walking::FootPose& way) {
-    const double left = way.position.y() + way.yaw;
-    return left > 0 ? walking::Side::left : walking::Side::right;
-  }
-
-  walking::WalkOptions options_;
-};
-
-walking::WalkOptions walk_of(walking::WalkOptions walk, const Options& options) {
-  if (options.follow) walk.commands = {walking::Stand{0}};
-  return walk;
-}
-
 class PlanProgram {
  public:
   explicit PlanProgram(const gaitslam_robot& start)
       : options_(read_options(start.options)),
         read_(scenario::read_scenario_text(start.walk, "walk")),
         models_(scenario::read_robot(read_.scenario), physics::kPhysicalRoom, scenario::standard_models()),
-        controller_(walking::PatternGenerator(models_.robot, walk_of(read_.scenario.walk, options_),
+        controller_(walking::PatternGenerator(models_.robot, read_.scenario.walk,
                                               physics::nominal_body(copy_of(models_.on_floor))),
-                    read_.scenario.stabilizer),
-        steps_(read_.scenario.walk) {
+                    read_.scenario.stabilizer) {
     if (options_.slope) controller_.adapt_to_slope();
     for (std::size_t i = 0; i < models_.robot.joints.size(); ++i) {
       gaitslam_commanded_joint& joint = commanded_.emplace_back();
@@ -146,12 +65,8 @@ class PlanProgram {
   const gaitslam_commanded_joint* describe(gaitslam_walk_ready& ready) const {
     ready.rate_hz = 1 / walking::kPeriod;
     ready.stands = 1;
-    ready.plans = !options_.follow;
-    ready.wants_path = options_.follow;
-    const controllers::Velocity largest = steps_.largest(models_.robot);
-    ready.largest_vx_m_s = largest.ahead, ready.largest_vy_m_s = largest.left;
-    ready.largest_wz_rad_s = largest.turn;
-    if (!options_.follow) ready.duration_s = static_cast<double>(controller_.ticks()) * walking::kPeriod;
+    ready.plans = 1;
+    ready.duration_s = static_cast<double>(controller_.ticks()) * walking::kPeriod;
     ready.has_plan = options_.plan;
     ready.plan = plan();
     ready.joint_count = static_cast<std::uint32_t>(commanded_.size());
@@ -162,7 +77,6 @@ class PlanProgram {
             gaitslam_joint_command* commands) {
     const bool settles = sensors.command == GAITSLAM_WALK_SETTLE;
     if (!settles && sensors.t_ns > 0) controller_.advance();
-    if (!settles && options_.follow) steps_.decide(controller_.plan(), controller_.reference(), sensors);
     controllers::Readings readings;
     readings.q = Eigen::Map<const Eigen::VectorXd>(q, static_cast<Eigen::Index>(commanded_.size()));
     readings.gyro = Eigen::Vector3d(sensors.gyro_rad_s);
@@ -173,7 +87,7 @@ class PlanProgram {
       const auto joint = static_cast<Eigen::Index>(i);
       commands[i] = {made.q[joint], made.dq[joint], gains_[i].first, gains_[i].second, 0};
     }
-    if (!settles && !options_.follow && controller_.is_last()) answer.status = GAITSLAM_WALKER_FINISHED;
+    if (!settles && controller_.is_last()) answer.status = GAITSLAM_WALKER_FINISHED;
     answer.has_plan = options_.plan;
     if (options_.plan) answer.plan = plan();
   }
@@ -194,7 +108,6 @@ class PlanProgram {
   scenario::ReadScenario read_;
   physics::Models models_;
   controllers::PlanController controller_;
-  PathSteps steps_;
   std::vector<gaitslam_commanded_joint> commanded_;
   std::vector<std::pair<double, double>> gains_;  // kp, kd of the robot's own servos
 };

@@ -71,11 +71,14 @@ void require_program(const Choice& choice, const std::string& role) {
 
 std::string files_identity(const Choice& choice) {
   std::string text;
+  const auto add = [&](const auto& place, const fs::path& file) {
+    if (const auto hash = hash_of(file)) text += fmt::format(" {} {}", place, *hash);
+  };
   for (std::size_t i = 0; const std::string& word : command_words(choice)) {
-    if (const auto hash = hash_of(i == 0 ? program_file(word) : fs::path(word)))
-      text += fmt::format(" {} {}", i, *hash);
+    add(i, i == 0 ? program_file(word) : fs::path(word));
     ++i;
   }
+  for (const auto& [name, value] : choice.options) add(name, value);
   return text;
 }
 

@@ -31,8 +31,8 @@ std::vector<std::string> command_words(const Choice& choice);
 /// that an interpreter or a wrapper such as `env` runs.
 std::string program_name(const std::vector<std::string>& words);
 
-/// Returns hashes of the files that the words name; the program is searched in PATH. Files that no word
-/// names, such as modules of a script, are not included.
+/// Returns hashes of the files that the words and the values of options name; the program is searched in PATH.
+/// Other files, such as modules of a script, are not included.
 std::string files_identity(const Choice& choice);
 
 /// Returns the options as lines "key=value".

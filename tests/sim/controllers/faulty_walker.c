@@ -17,6 +17,15 @@ static gaitslam_joint first;
 
 static int is(const char* name) { return strcmp(fault, name) == 0; }
 
+/* A plan of a robot that stands at the origin. */
+static gaitslam_walk_plan standing(void) {
+  const gaitslam_pose origin = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
+  gaitslam_walk_plan plan;
+  memset(&plan, 0, sizeof plan);
+  plan.X_PB = plan.X_PB_next = plan.X_PL = plan.X_PR = origin;
+  return plan;
+}
+
 void* gaitslam_walker_create(const gaitslam_walk_start* start, const gaitslam_robot* robot,
                              gaitslam_walk_ready* ready, const gaitslam_commanded_joint** commanded,
                              char* error, size_t error_bytes) {
@@ -34,6 +43,8 @@ void* gaitslam_walker_create(const gaitslam_walk_start* start, const gaitslam_ro
   ready->largest_vy_m_s = is("nan_speed") ? NAN : 0;
   ready->stands = is("wrong_flag") ? 2 : 1;
   ready->wants_path = 1;
+  ready->has_plan = is("stays");
+  ready->plan = standing();
   ready->joint_count = is("no_joints") ? 0 : 2;
   if (is("misspelt")) strcpy(joints[1].name, "left_kne");
   if (is("doubled")) memcpy(joints[1].name, joints[0].name, sizeof joints[1].name);
@@ -55,6 +66,8 @@ int gaitslam_walker_step(void* walker, const gaitslam_walk_sensors* sensors, con
     commands[i].q_rad = joints[i].start_rad;
     commands[i].kp_nm_rad = 100, commands[i].kd_nms_rad = 2;
   }
+  answer->has_plan = is("stays");
+  answer->plan = standing();
   if (sensors->vx_m_s > 0 && is("clips")) commands[0].q_rad = first.highest_rad + 1;
   if (++count < 3) return 0;
   if (is("exit")) fprintf(stderr, "loading\nthe policy is broken\n"), exit(5);

@@ -110,6 +110,14 @@ TEST(ProgramController, CommandsServosAtItsRateAndClipsAngles) {
   EXPECT_THAT(controller.finish(), StartsWith("gaitslam: 2 commanded angles were beyond the range"));
 }
 
+TEST(ProgramController, APlanOfItsOwnTellsWhereItIsOnThePath) {
+  ProgramController controller(with_fault("stays"));
+  int ticks = 0;
+  for (; !controller.stopped() && ticks < 10000; ++ticks) walk(controller, 1);
+  EXPECT_THAT(controller.stopped().value_or(""),
+              HasSubstr("took more than 2 times its 2.5 s: the base is 0.30"));
+}
+
 TEST(ProgramController, AnAnswerTakesEffectAfterItsTime) {
   ProgramStart start = with_fault("clips");
   start.time.fixed_s = 0.012;

@@ -44,26 +44,6 @@ TEST_F(ControllerTest, AProgramThatFailsEndsTheWalkAsWalkerFailed) {
   EXPECT_THAT(outcome.cause, HasSubstr("its last lines: loading | the policy is broken"));
 }
 
-TEST_F(ControllerTest, TheBuiltInOneFollowsAPathToItsEnd) {
-  for (const std::string by : {"plan", "truth"}) {
-    const auto outcome = run(by, read(R"(
-walk:
-  commands: [{straight: {forward_m: 0.3}}, {tangent_arc: {radius_m: 0.75, angle_deg: 30}}, {turn: {angle_deg: -20}}]
-  steering: {tolerance_m: 0.06, tolerance_deg: 5}
-camera: {width_px: 32, height_px: 32}
-limits: {}
-)",
-                                      {program(", options: {follow: true}"), "walk.steering.by=" + by}));
-    EXPECT_EQ(outcome.ending, Ending::completed) << by << ": " << outcome.cause;
-    const sim::recording::Truth truth = sim::recording::read_truth(folder_ / by / "recording");
-    const Eigen::Isometry3d& end = truth.waist_desired.back().X;
-    const Eigen::Isometry3d off = end.inverse() * truth.waist.back().X;
-    EXPECT_GT(end.translation().head<2>().norm(), 0.5);
-    EXPECT_LT(off.translation().head<2>().norm(), 0.05) << by;
-    EXPECT_GT(off.linear()(0, 0), std::cos(5 * M_PI / 180)) << by;
-  }
-}
-
 TEST_F(ControllerTest, ByTheSlopeOfItsSolesTheBuiltInOneWalksOntoARamp) {
   constexpr const char* kRamp =
       "world: {robot: g1, room: office_ramp}\nwalk: {commands: [{straight: {forward_m: 1.6}}]}\nlimits: {}\n";

@@ -235,6 +235,19 @@ TEST(RecordingKey, KnowsCameraProgramAndModelsAndNotWhetherThereIsAFilter) {
   EXPECT_NE(key_of(scenario), unchanged);
 }
 
+TEST(RecordingKey, KnowsTheFilesOfAControllerAndOfItsOptions) {
+  const files::TemporaryFolder folder;
+  const std::string weights = (folder / "weights.npz").string();
+  Scenario scenario = default_scenario();
+  scenario.controller.source = programs::Source::program;
+  scenario.controller.words = {"walker"};
+  scenario.controller.options = {{"weights", weights}};
+  files::write_text(weights, "1");
+  const std::string unchanged = key_of(scenario);
+  files::write_text(weights, "2");
+  EXPECT_NE(key_of(scenario), unchanged);
+}
+
 TEST(Counterfactual, IsAReplayWhoseEstimateWouldHaveSteeredAnotherWalk) {
   Scenario recorded = default_scenario(), tuned = recorded, seeded = recorded, limited = recorded;
   tuned.slam->gyro.sigma_rad_s *= 2;
