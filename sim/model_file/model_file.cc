@@ -113,6 +113,15 @@ class Classes {
   std::string main_;
 };
 
+/// The file of an asset, whose places the file's compiler may set.
+fs::path asset_file(const fs::path& model, const Element& compiler, const Element& asset) {
+  const fs::path given = asset.get("file"),
+                 name = compiler.get("strippath") == "true" ? given.filename() : given;
+  const std::string kind = asset.name == "texture" ? "texturedir" : "meshdir";
+  const std::string folder = compiler.get(compiler.find(kind) ? kind : "assetdir");
+  return fs::absolute(model.parent_path() / folder / name).lexically_normal();
+}
+
 /// Replaces each include by the content of its file. read: the files so far.
 void expand(Element& element, const fs::path& main_folder, std::set<fs::path>& read) {
   std::vector<Element> expanded;
@@ -533,12 +542,8 @@ class Reader {
   }
 
   fs::path file_of(const Element& asset) {
-    const Element& compiler = section("compiler");
     const fs::path given = asset.get("file"),
-                   name = compiler.get("strippath") == "true" ? given.filename() : given;
-    const std::string kind = asset.name == "texture" ? "texturedir" : "meshdir";
-    const std::string folder = compiler.get(compiler.find(kind) ? kind : "assetdir");
-    const fs::path file = fs::absolute(model_.root.file->parent_path() / folder / name).lexically_normal();
+                   file = asset_file(*model_.root.file, section("compiler"), asset);
     std::string ending = file.extension().string();
     std::ranges::transform(ending, ending.begin(),
                            [](char c) { return c >= 'A' && c <= 'Z' ? char(c | 0x20) : c; });
@@ -633,18 +638,17 @@ std::vector<fs::path> files_of(const fs::path& file) {
   std::vector<Note> notes;
   std::set<fs::path> read;
   const Element root = whole_file(file, notes, read);
-  std::set<std::string> folders{""}, names;
-  for (const Element& section : root.children) {
+  Element compiler;
+  for (const Element& section : root.children)
     if (section.name == "compiler")
-      for (const char* folder : {"assetdir", "meshdir", "texturedir"}) folders.insert(section.get(folder));
-    if (section.name == "asset")
-      for (const Element& asset : section.children) names.insert(asset.get("file"));
-  }
+      for (const auto& [name, value] : section.attributes) compiler.set(name, value);
   std::error_code fault;
-  for (const std::string& folder : folders)
-    for (const std::string& name : names)
-      if (const fs::path path = file.parent_path() / folder / name; fs::is_regular_file(path, fault))
-        read.insert(path);
+  for (const Element& section : root.children)
+    if (section.name == "asset")
+      for (const Element& asset : section.children)
+        if (const fs::path path = asset_file(file, compiler, asset);
+            asset.find("file") && fs::is_regular_file(path, fault))
+          read.insert(path);
   return {read.begin(), read.end()};
 }
 

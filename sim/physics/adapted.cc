@@ -93,7 +93,11 @@ class Adapter {
     body.children.reserve(body.children.size() + kAdded);  // pointers to bodies stay valid
     for (Element& child : body.children) {
       if (child.name == "body") collect(child);
-      if (child.name == "joint") joints_.push_back(&child), joint_places_[child.get("name")] = joints_.size();
+      if (child.name != "joint") continue;
+      joints_.push_back(&child);
+      if (const std::string name = child.get("name");
+          !joint_places_.emplace(name, joints_.size()).second && !name.empty())
+        reject(child, "name", fmt::format("'{}' is given twice, expected a name of its own", name));
     }
   }
 
@@ -143,7 +147,9 @@ class Adapter {
     }
     if (foot == robot_.feet.end()) return;
     const std::string key = fmt::format("feet.{}", kFootSides[std::size_t(foot - robot_.feet.begin())]);
-    if (soles.empty() || soles.size() < foot->contacts.size())
+    if (soles.empty() && foot->contacts.empty())
+      fail(key, fmt::format("body '{}' has no geom that collides, expected the sole", foot->body));
+    if (soles.size() < foot->contacts.size())
       fail(key,
            fmt::format("of the contacts {} body '{}' has {}, expected colliding geoms of it with these names",
                        fmt::join(foot->contacts, ", "), foot->body, soles.size()));
@@ -156,6 +162,9 @@ class Adapter {
         const auto place = joint_places_.find(name);
         if (place == joint_places_.end()) fail("servos", fmt::format("the model has no joint '{}'", name));
         Element& joint = *joints_[place->second - 1];
+        if (!joint.find("range") || joint.get("limited") == "false")
+          reject(joint, "range",
+                 fmt::format("of '{}' is missing, expected its least and greatest angle", name));
         joint.set("damping", text_of(std::array{servo.kd_nms_rad}));
         if (servo.armature_kg_m2) joint.set("armature", text_of(std::array{*servo.armature_kg_m2}));
         Element made{"position",

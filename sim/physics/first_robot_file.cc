@@ -40,7 +40,7 @@ std::string rounded(const Vector3d& v) {
 class Guess {
  public:
   explicit Guess(const std::filesystem::path& file)
-      : file_(read_model(file, schema())), model_(load_mjcf(to_xml(file_.root), file.string())), m_(*model_) {
+      : file_(read_model(file, schema())), model_(load_mjcf(file_.root, file.string())), m_(*model_) {
     data_.reset(mj_makeData(&m_));
     base_ = m_.jnt_bodyid[0];
     Eigen::Map<Eigen::Matrix<double, 7, 1>>(data_->qpos) << 0, 0, 0, 1, 0, 0, 0;

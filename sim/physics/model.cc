@@ -19,6 +19,7 @@ namespace {
 using model_file::Element;
 
 constexpr double kMassError = 1e-6;  // of rounding
+constexpr const char* kError = "Error: ";
 
 /// Removes all but shapes of class floor. Returns whether a plane or height field is among the rest.
 bool keep_floors(Element& parent) {
@@ -33,6 +34,27 @@ bool keep_floors(Element& parent) {
   return wide;
 }
 
+/// Returns the element that to_xml() writes at a line, which counts down to 0, or nullptr.
+const Element* written_at(const Element& element, int& line) {
+  if (--line == 0) return &element;
+  for (const Element& child : element.children)
+    if (const Element* const found = written_at(child, line)) return found;
+  line -= element.children.empty() ? 0 : 1;
+  return line == 0 ? &element : nullptr;
+}
+
+/// Throws the library's error, which ends with the line of the element as to_xml() writes it.
+[[noreturn]] void reject_as_library(const Element& root, const std::string& from, std::string message) {
+  const std::size_t end = message.find('\n'), at = message.rfind("line ");
+  int line = at == message.npos ? 0 : std::atoi(message.c_str() + message.find_first_of("0123456789", at));
+  const Element* const element = line > 0 ? written_at(root, line) : nullptr;
+  message.erase(std::min(end, message.size()));
+  if (const std::size_t error = message.find(kError); error != message.npos)
+    message.erase(0, error + std::strlen(kError));
+  if (element && element->line > 0) model_file::reject(*element, "", message);
+  throw std::runtime_error(fmt::format("{} does not load: {}", from, message));
+}
+
 std::array<char, 1000> last_warning{};
 
 }  // namespace
@@ -40,7 +62,7 @@ std::array<char, 1000> last_warning{};
 void Free::operator()(mjModel_* model) const { mj_deleteModel(model); }
 void Free::operator()(mjData_* data) const { mj_deleteData(data); }
 
-Model load_mjcf(const std::string& text, const std::string& from) {
+Model load_mjcf(const model_file::Element& root, const std::string& from) {
   // MuJoCo's own handler waits for a key, and throwing through its C frames is not safe: the process ends.
   mju_user_error = [](const char* message) {
     std::fprintf(stderr, "gaitslam: MuJoCo: %s\n", message);
@@ -54,12 +76,13 @@ Model load_mjcf(const std::string& text, const std::string& from) {
     mj_deleteVFS(vfs);
     delete vfs;
   });
+  const std::string text = to_xml(root);
   mj_defaultVFS(files.get());
   mj_makeEmptyFileVFS(files.get(), "model.xml", static_cast<int>(text.size()));
   std::memcpy(files->filedata[0], text.data(), text.size());
   std::array<char, 1000> message{};
   Model model(mj_loadXML("model.xml", files.get(), message.data(), static_cast<int>(message.size())));
-  if (!model) throw std::runtime_error(fmt::format("{} does not load: {}", from, message.data()));
+  if (!model) reject_as_library(root, from, message.data());
   return model;
 }
 
@@ -85,11 +108,12 @@ Model load_model(const RobotFile& robot, const std::string& room, const std::fil
   for (const model_file::ModelFile& part : parts)
     whole.children.insert(whole.children.end(), part.root.children.begin(), part.root.children.end());
   Model model = load_mjcf(
-      to_xml(whole), fmt::format("the robot {} in {}", (robot.folder / robot.model).string(), file.string()));
+      whole, fmt::format("the robot {} in {}", (robot.folder / robot.model).string(), file.string()));
   const double loaded = model->body_subtreemass[model->jnt_bodyid[0]];  // without the room
   if (mine.mass_kg && std::abs(loaded - *mine.mass_kg) > kMassError * *mine.mass_kg)
-    throw std::runtime_error(fmt::format("{}: the links weigh {:.6g} kg, but the loaded robot {:.6g} kg",
-                                         (robot.folder / robot.model).string(), *mine.mass_kg, loaded));
+    model_file::reject(*mine.root.child("compiler"), "",
+                       fmt::format("makes a robot of {:.6g} kg, expected the {:.6g} kg of its links", loaded,
+                                   *mine.mass_kg));
   return model;
 }
 

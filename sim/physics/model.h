@@ -9,6 +9,10 @@
 struct mjModel_;
 struct mjData_;
 
+namespace sim::model_file {
+struct Element;
+}
+
 namespace sim::physics {
 
 struct Free {
@@ -27,10 +31,10 @@ inline constexpr char kPhysicalRoom[] = "floor";
 /// and the room's floor (faster to step).
 enum class Shapes { all, floor };
 
-/// Loads MJCF. Throws std::runtime_error "<from> does not load: " and the library's message. From the first
-/// call on, an error inside MuJoCo prints one line on stderr and ends the process with code 3, and warnings
-/// are kept.
-Model load_mjcf(const std::string& text, const std::string& from);
+/// Loads MJCF. Throws FileError with the library's message at the file and line of the element that it means,
+/// or std::runtime_error "<from> does not load: " with the message. From the first call on, an error inside
+/// MuJoCo prints one line on stderr and ends the process with code 3, and warnings are kept.
+Model load_mjcf(const model_file::Element& root, const std::string& from);
 
 /// Returns the file of a room: models/<room>.xml, or a path if the name has a slash.
 std::filesystem::path room_file(const std::string& room, const std::filesystem::path& models);

@@ -4,6 +4,7 @@
 #include <mujoco/mujoco.h>
 
 #include <algorithm>
+#include <numbers>
 #include <stdexcept>
 
 #include "sim/physics/adapted.h"
@@ -38,7 +39,7 @@ class RobotReader {
     try {
       walking::measure(robot_);
     } catch (const std::invalid_argument& e) {
-      throw std::invalid_argument(fmt::format("{}: {}", (file_.folder / "robot.yaml").string(), e.what()));
+      fail("legs", e.what());
     }
     return std::move(robot_);
   }
@@ -193,8 +194,16 @@ class RobotReader {
 
   void read_posture() {
     robot_.posture = Eigen::VectorXd::Zero(m_.nu);
-    for (const auto& [joint, angle] : file_.posture_rad)
-      robot_.posture[index("posture_deg." + joint, joint)] = angle;
+    for (const auto& [name, angle] : file_.posture_rad) {
+      const std::string key = "posture_deg." + name;
+      const int i = index(key, name);
+      const walking::Joint& joint = robot_.joints[static_cast<std::size_t>(i)];
+      constexpr double kDegree = 180 / std::numbers::pi;
+      if (angle < joint.lowest || angle > joint.highest)
+        fail(key, fmt::format("is {:g}, expected {:.4g} to {:.4g}, the joint's range", angle * kDegree,
+                              joint.lowest * kDegree, joint.highest * kDegree));
+      robot_.posture[i] = angle;
+    }
     pose_at(robot_.posture);
     robot_.mass = m_.body_subtreemass[base_];
     robot_.com = Vector3d(data_->subtree_com + 3 * base_);

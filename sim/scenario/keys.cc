@@ -7,6 +7,7 @@
 
 #include "sim/files/hash.h"
 #include "sim/model_file/model_file.h"
+#include "sim/scenario/robot.h"
 #include "sim/score/metrics.h"
 
 namespace sim::scenario {
@@ -158,10 +159,14 @@ std::string recording_key(const Scenario& scenario, const std::string& models, c
   hash.add_part("recording 1");
   hash.add_part(program);
   hash.add_part(models);
-  if (scenario.world.robot.is_path()) hash.add_part(models_hash(std::string(scenario.world.robot)));
-  if (scenario.world.room.is_path())
-    for (const fs::path& file : model_file::files_of(std::string(scenario.world.room)))
-      hash.add_part(files::read_text(file));
+  const auto add_files = [&](const fs::path& model) {
+    for (const fs::path& file : model_file::files_of(model)) hash.add_part(files::read_text(file));
+  };
+  if (const fs::path folder = std::string(scenario.world.robot); scenario.world.robot.is_path()) {
+    hash.add_part(files::read_text(folder / "robot.yaml"));
+    add_files(folder / read_robot(folder).model);
+  }
+  if (scenario.world.room.is_path()) add_files(std::string(scenario.world.room));
   hash.add_part(fmt::format("seed {}{}", scenario.seed, programs::files_identity(scenario.controller)));
   for (const auto& key : scenario_keys()) {
     if (!shapes_recording(scenario, key.name) || !has_section(scenario, key.name)) continue;

@@ -90,6 +90,7 @@ class RobotReader {
   void sides(const std::string& key, const Yaml& node,
              void (RobotReader::*reader)(const std::string&, const Yaml&, Value&),
              std::array<Value, 2>& values) {
+    note(key, node);
     require_map(node, key, "a map with left and right");
     MapReaders readers;
     for (std::size_t side = 0; side < 2; ++side)

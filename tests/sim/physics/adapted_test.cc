@@ -17,7 +17,7 @@ using tests::Has;
 std::string model() {
   const auto link = [](const std::string& name, const std::string& pos, const std::string& axis,
                        const std::string& more) {
-    return "<body name='" + name + "' pos='" + pos +
+    return "\n<body name='" + name + "' pos='" + pos +
            "'><inertial pos='0 0 0' mass='1' diaginertia='.01 .01 .01'/>" + "<joint name='" + name +
            "_joint' axis='" + axis + "' range='-90 90' actuatorfrcrange='-50 50'/>" + more;
   };
@@ -62,7 +62,7 @@ RobotFile robot(const TemporaryFolder& folder) {
 
 std::string rejection(const RobotFile& file) {
   try {
-    adapt(file);
+    load_mjcf(adapt(file).root, "the robot");
   } catch (const std::exception& e) {
     return e.what();
   }
@@ -72,7 +72,7 @@ std::string rejection(const RobotFile& file) {
 TEST(Adapted, RobotHasTheBenchsServosPartsAndContacts) {
   const TemporaryFolder folder;
   const model_file::ModelFile adapted = adapt(robot(folder));
-  const Model loaded = load_mjcf(to_xml(adapted.root), "robot.xml");
+  const Model loaded = load_mjcf(adapted.root, "robot.xml");
   const mjModel& m = *loaded;
   EXPECT_EQ(m.nu, 12);
   EXPECT_EQ(m.njnt, 13) << "joints without a servo are rigid";
@@ -116,12 +116,41 @@ TEST(Adapted, RobotWithWhatItsModelDoesNotHaveIsRejectedAtThatKey) {
               Has("robot.yaml:7:1: imu: the model has no body 'torso', expected one of arm, chest"));
   file = good, file.feet[1].contacts = {"left_toe"};
   EXPECT_THAT(rejection(file), Has("feet.left: of the contacts left_toe body 'left_foot' has 0"));
+  file = good, file.feet[1].body = "left_ankle";
+  EXPECT_THAT(rejection(file),
+              Has("feet.left: body 'left_ankle' has no geom that collides, expected the sole"));
   file = good, file.servos[0].joints[0] = "knee";
   EXPECT_THAT(rejection(file), Has("servos: the model has no joint 'knee'"));
   file = good, file.servos[0].joints[0] = "left_yaw_joint";
   EXPECT_THAT(rejection(file), Has("servos: joint 'left_yaw_joint' has two servos"));
   file = good, file.base = "waist";
   EXPECT_THAT(rejection(file), Has("robot.xml:1: worldbody: has no body 'waist', the base"));
+}
+
+// Each part of the model is wrong once; what the library itself rejects has a place, too.
+TEST(Adapted, ModelThatIsWrongIsRejectedWithFileLineAndElement) {
+  const TemporaryFolder folder;
+  const RobotFile file = robot(folder);
+  const std::string good = model();
+  const auto error_with = [&](const std::string& from, const std::string& part, const std::string& instead) {
+    std::string text = good;
+    text.replace(text.find(part, text.find(from)), part.size(), instead);
+    files::write_text(folder / "robot.xml", text);
+    return rejection(file);
+  };
+  EXPECT_EQ(error_with("left_knee", "mass='1'", "mass='2'"), "");
+  const std::array<std::string, 4> cases[]{
+      {"left_knee", "mass='1'", "mass='0'", "robot.xml:5: body: 'left_knee' moves but has no mass"},
+      {"left_knee", " diaginertia='.01 .01 .01'", "", "robot.xml:5: body: mass and inertia of moving bodies"},
+      {"left_knee", "axis='0 1 0'", "axis='0 0 0'", "robot.xml:5: joint: axis too small"},
+      {"left_knee", "range='-90 90'", "range='9 -9'", "robot.xml:5: joint: range[0] should be smaller"},
+      {"left_knee", "range='-90 90'", "", "robot.xml:5: joint range: of 'left_knee_joint' is missing"},
+      {"left_knee", "range=", "limited='false' range=", "robot.xml:5: joint range: of 'left_knee_joint'"},
+      {"left_knee", "left_knee_joint", "left_hip_joint",
+       "robot.xml:5: joint name: 'left_hip_joint' is given"},
+      {"left_foot", "size='0.1 0.05 0.01'", "", "robot.xml:7: geom: sizes must be positive"}};
+  for (const auto& [from, part, instead, error] : cases)
+    EXPECT_THAT(error_with(from, part, instead), Has(error)) << part << instead;
 }
 
 TEST(FirstRobotFile, GuessesFeetLegsChestHeadAndMarksEachGuess) {

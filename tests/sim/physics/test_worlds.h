@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "sim/model_file/element.h"
 #include "sim/physics/walking_robot.h"
 #include "sim/scenario/robot.h"
 #include "tests/sim/files/temporary_folder.h"
@@ -53,7 +54,9 @@ inline Walked walk(const walking::WalkOptions& options, const walking::Stabilize
 
 /// A model of a robot (without any part) in a room of the given MJCF elements.
 inline Model small_model(const std::string& room, const std::string& robot = "<worldbody/>") {
-  return load_mjcf("<mujoco>" + robot + room + "</mujoco>", "the small model");
+  const files::TemporaryFolder folder;
+  files::write_text(folder / "model.xml", "<mujoco>" + robot + room + "</mujoco>");
+  return load_mjcf(model_file::read_xml(folder / "model.xml"), "the small model");
 }
 
 }  // namespace sim::physics

@@ -248,6 +248,34 @@ TEST(RecordingKey, KnowsTheFilesOfAControllerAndOfItsOptions) {
   EXPECT_NE(key_of(scenario), unchanged);
 }
 
+// Also those that are in other folders: of robot and room by path.
+TEST(RecordingKey, KnowsEachFileThatARobotOrRoomNames) {
+  const files::TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "bot");
+  std::filesystem::create_directories(folder / "parts");
+  const auto write = [&](const char* name, const std::string& text) { std::ofstream(folder / name) << text; };
+  write("bot/robot.yaml",
+        "model: ../body.xml\nbase: b\nhead_camera: {link: b}\nimu: {link: b}\nlegs: {left: [l], right: [r]}\n"
+        "feet: {left: {body: l}, right: {body: r}}\nservos: []\n");
+  write("body.xml", "<mujoco><include file='parts/assets.xml'/></mujoco>");
+  write("parts/assets.xml",
+        "<mujoco><compiler meshdir='parts' texturedir='.' strippath='true'/><asset>"
+        "<mesh file='elsewhere/leg.stl'/><texture file='skin.png'/></asset></mujoco>");
+  write("room.xml", "<mujoco><asset><hfield file='parts/hills.png'/></asset></mujoco>");
+  for (const char* file : {"parts/leg.stl", "skin.png", "parts/hills.png"}) write(file, "1");
+  Scenario scenario = default_scenario();
+  scenario.world.robot = (folder / "bot").string();
+  scenario.world.room = (folder / "room.xml").string();
+  std::string before = key_of(scenario);
+  EXPECT_EQ(key_of(scenario), before);
+  for (const char* file : {"bot/robot.yaml", "body.xml", "parts/assets.xml", "parts/leg.stl", "skin.png",
+                           "room.xml", "parts/hills.png"}) {
+    write(file, files::read_text(folder / file) + "\n");
+    EXPECT_NE(key_of(scenario), before) << file;
+    before = key_of(scenario);
+  }
+}
+
 TEST(Counterfactual, IsAReplayWhoseEstimateWouldHaveSteeredAnotherWalk) {
   Scenario recorded = default_scenario(), tuned = recorded, seeded = recorded, limited = recorded;
   tuned.slam->gyro.sigma_rad_s *= 2;
