@@ -9,8 +9,9 @@ namespace {
 
 constexpr double kOtherCarries = 1.1;  // ratio of the loads: feet that share the load do not take turns
 constexpr double kSettling_s = 0.1;    // time constant of a landed sole until it lies flat
-constexpr double kCarries = 0.1;  // of the load of both feet; torques give no smaller loads of a swinging leg
-constexpr double kLeveling_s = 5;  // time constant of the accelerometer's correction of the tilt
+constexpr double kCarries = 0.2;  // of the load of both feet; torques give no smaller loads of a swinging leg
+// Time constant of the accelerometer's correction of the tilt: many strides, since it feels the sway, too.
+constexpr double kLeveling_s = 20;
 
 /// The sole's pose on the floor: its place and heading.
 Eigen::Isometry3d flat(const Eigen::Isometry3d& X) {
@@ -21,9 +22,15 @@ Eigen::Isometry3d flat(const Eigen::Isometry3d& X) {
   return on_floor;
 }
 
+/// The part of the way to the floor that a landed sole settles in a tick.
+double settling() {
+  static const double part = 1 - std::exp(-kPeriod / kSettling_s);
+  return part;
+}
+
 /// A sole that has landed, a tick later.
 Eigen::Isometry3d settled(const Eigen::Isometry3d& X) {
-  static const double part = 1 - std::exp(-kPeriod / kSettling_s);
+  const double part = settling();
   const Eigen::Isometry3d end = flat(X);
   Eigen::Isometry3d now = Eigen::Isometry3d::Identity();
   const Eigen::Quaterniond q_OS =
@@ -110,7 +117,9 @@ void LegOdometry::follow_points(const SensorReadings& readings) {
     X_OB_ = X_OB_start_;
     started_ = true;
   } else {
-    X_OB_ = turned(readings.q, readings.gyro, kPeriod).X_OB;
+    const Motion now = turned(readings.q, readings.gyro, kPeriod);
+    X_OB_ = now.X_OB;
+    if (on_floor_) X_OB_.translation().z() -= settling() * now.p_OS.z();
     const Eigen::Vector3d up =
         X_OB_.linear() * (imu_in_base(robot_, readings.q) * readings.accelerometer).stableNormalized();
     const Eigen::Vector3d level = kPeriod / kLeveling_s * up.cross(Eigen::Vector3d::UnitZ());
@@ -131,7 +140,7 @@ void LegOdometry::add(const SensorReadings& readings) {
     lagged.force += part * (now.force - lagged.force);
     lagged.torque += part * (now.torque - lagged.torque);
   }
-  if (at_rest_ == AtRest::points) return follow_points(readings);
+  if (by_points_) return follow_points(readings);
   const double left = readings.left.force.z(), right = readings.right.force.z();
   if (!started_) {
     carrying_ = left > right ? Side::left : Side::right;
@@ -150,7 +159,7 @@ void LegOdometry::add(const SensorReadings& readings) {
 }
 
 LegOdometry::Motion LegOdometry::motion(const JointVector& q, double dt_s) const {
-  if (at_rest_ == AtRest::points) return turned(q, last_.gyro, dt_s);
+  if (by_points_) return turned(q, last_.gyro, dt_s);
   return {X_OS_ * X_BS(carrying_, q).inverse(), X_OS_.translation()};
 }
 

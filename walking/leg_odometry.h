@@ -16,7 +16,8 @@ Eigen::Isometry3d measured_sole_in_base(const Robot& robot, Side side, const Leg
 Eigen::Isometry3d floor_under_sole(const Leg& leg, const Wrench& lagged);
 
 /// The part assumed to be at rest: the whole sole that carries more and lies flat, as on a planned walk, or
-/// each sole's center of pressure, as on slopes and on walks that roll over their feet.
+/// each sole's center of pressure, as on slopes and on walks that roll over their feet. For a robot whose
+/// soles do not lie flat (Leg::lies_flat), `sole` means the centers of pressure, on a floor at z = 0.
 enum class AtRest { sole, points };
 
 /// Follows the waist from one carrying sole to the next in the odometry's own world O with its floor at z =
@@ -30,7 +31,11 @@ class LegOdometry {
  public:
   /// X_OB: the waist at the first readings.
   LegOdometry(const Robot& robot, const Eigen::Isometry3d& X_OB, AtRest at_rest = AtRest::sole)
-      : robot_(robot), X_OB_start_(X_OB), at_rest_(at_rest) {}
+      : robot_(robot),
+        X_OB_start_(X_OB),
+        by_points_(at_rest == AtRest::points || !robot.leg(Side::left).lies_flat ||
+                   !robot.leg(Side::right).lies_flat),
+        on_floor_(at_rest == AtRest::sole) {}
 
   /// Adds the readings of a tick, of each one: the sole with the greater load carries from here on.
   void add(const SensorReadings& readings);
@@ -50,7 +55,7 @@ class LegOdometry {
 
   Robot robot_;
   Eigen::Isometry3d X_OB_start_, X_OS_ = Eigen::Isometry3d::Identity();  // X_OS_: of the sole that carries
-  AtRest at_rest_;
+  bool by_points_, on_floor_;                               // on_floor_: points come down to z = 0
   Eigen::Isometry3d X_OB_ = Eigen::Isometry3d::Identity();  // of the last readings, for points
   SensorReadings last_;                                     // likewise
   bool started_ = false;

@@ -299,6 +299,9 @@ class ScenarioReader {
       result.origin[path] = fmt::format("{}:{}", value.origin.file, value.origin.line);
       result.places[path] = value.origin;
     }
+    const walking::WalkOptions& walk = result.scenario.walk;
+    if (result.scenario.slam && !result.origin.contains("slam.plan_velocity.sway_period_s"))
+      result.scenario.slam->plan_velocity.sway_period_s = 2 * (walk.single_support_s + walk.double_support_s);
   }
 
   /// "key=value" or "section={key: value}", the n-th of the command line (from 1).

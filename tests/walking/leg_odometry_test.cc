@@ -43,6 +43,22 @@ TEST(LegOdometry, ARobotThatRollsOverItsToesTurnsAboutThemIfPointsAreAtRest) {
   EXPECT_LT((soles.motion(readings.q).X_OB.linear() - X_OB.linear()).norm(), 0.02);
 }
 
+TEST(LegOdometry, SolesThatDoNotLieFlatTiltByTheGyroAndStayOnTheFloor) {
+  Robot robot = made_up_robot();
+  for (Leg& leg : robot.legs) leg.lies_flat = false;
+  Eigen::Isometry3d X_OB = Eigen::Isometry3d::Identity();
+  X_OB.translation().z() = robot.base_height + 0.01;
+  LegOdometry legs(robot, X_OB);
+  SensorReadings readings = loaded(robot, 300, 0, 0);
+  legs.add(readings);
+  readings.gyro.x() = 0.02, readings.accelerometer.setZero();
+  for (int k = 0; k < 200; ++k) legs.add(readings);
+  const Eigen::Isometry3d now = legs.motion(readings.q).X_OB;
+  EXPECT_NEAR(Eigen::AngleAxisd(now.linear()).angle(), 0.02, 1e-9);
+  EXPECT_NEAR(legs.motion(readings.q).p_OS.z(), 0, 1e-5);
+  EXPECT_NEAR(now.translation().y(), -0.02 * robot.base_height, 2e-3);
+}
+
 TEST(LegOdometry, BothFeetCountByTheirLoadAndALightOneDoesNot) {
   const Robot robot = made_up_robot();
   const auto ahead = [&](double left_n, double right_n) {

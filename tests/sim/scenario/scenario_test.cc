@@ -306,12 +306,19 @@ TEST_F(Overlay, GivesWayToTheNextOneAndToArguments) {
 
 TEST_F(Base, OfARobotGivesDefaultsOfItsWalkAndOfTheNoisesOfItsMotion) {
   const std::string robot = "world.robot: " + path("robot") + "\n";
-  file("robot/robot.yaml", "walk: {step_height_m: 0.05}\nslam: {height: {lasting_s: 7}}\n");
+  file(
+      "robot/robot.yaml",
+      "walk: {step_height_m: 0.05, single_support_s: 0.5, double_support_s: 0.1}\nslam: {height: {lasting_s: "
+      "7}}\n");
   const ReadScenario read = read_text(kAll + robot);
   EXPECT_EQ(read.scenario.walk.step_height_m, 0.05);
   EXPECT_EQ(read.scenario.slam->height.lasting_s, 7);
+  EXPECT_EQ(read.scenario.slam->plan_velocity.sway_period_s, 1.2) << "two steps";
   EXPECT_EQ(read.origin.at("slam.height.lasting_s"), path("robot/robot.yaml") + ":2");
   EXPECT_EQ(read_text(kAll + robot, {{"slam.height.lasting_s=2"}, {}}).scenario.slam->height.lasting_s, 2);
+  EXPECT_EQ(read_text(kAll + robot, {{"slam.plan_velocity.sway_period_s=2"}, {}})
+                .scenario.slam->plan_velocity.sway_period_s,
+            2);
   EXPECT_FALSE(read_text(kWalk + robot).scenario.slam);
   for (const std::string key : {"vision: {sigma_px: 1}", "gyro: {sigma_rad_s: 1}", "height: {lasting: 1}"}) {
     file("robot/robot.yaml", "slam: {" + key + "}\n");
