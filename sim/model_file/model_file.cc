@@ -162,8 +162,8 @@ class Reader {
     Element robot = the_robot(world, parts.base);
     flatten(robot);
     free_the_base(robot);
-    for (const Element& actuator : actuators_) keep_motor(actuator);
     clean(robot);
+    for (const Element& actuator : actuators_) keep_effort(actuator);
     require_mass(robot);
     if (!section("compiler").find("settotalmass")) model_.mass_kg = sum_;
     world.children.assign(1, std::move(robot));
@@ -360,30 +360,18 @@ class Reader {
   }
 
   // The torque limit: of the actuator's force, else of a motor's command, times the gear.
-  void keep_motor(const Element& actuator) {
+  void keep_effort(const Element& actuator) {
     const std::string joint = actuator.get("joint");
-    if (joint.empty()) return;
-    Motor& motor = model_.motors[joint];
     const auto gear = numbers(actuator, "gear", 1, 6);
-    const double ratio = gear.empty() ? 1 : std::abs(gear[0]);
-    const auto keep_effort = [&](const char* attribute, const char* limited) {
+    for (const auto& [attribute, limited] :
+         {std::pair("forcerange", "forcelimited"), {"ctrlrange", "ctrllimited"}}) {
       const auto range = numbers(actuator, attribute, 2, 2);
-      if (range.empty() || motor.effort || actuator.get(limited) == "false") return;
-      motor.effort = ratio * std::max(std::abs(range[0]), std::abs(range[1]));
-      note(Fate::kept_aside, fmt::format("effort limits ({} {})", actuator.name, attribute), actuator);
-    };
-    keep_effort("forcerange", "forcelimited");
-    if (actuator.name == "motor") keep_effort("ctrlrange", "ctrllimited");
-    const auto keep_gain = [&](std::optional<double>& gain, const char* attribute, std::size_t which,
-                               int sign) {
-      const auto values = numbers(actuator, attribute, 1, 10);
-      if (values.size() <= which) return;
-      gain = sign * values[which];
-      note(Fate::kept_aside, fmt::format("gains ({} {})", actuator.name, attribute), actuator);
-    };
-    if (actuator.name == "position") keep_gain(motor.kp, "kp", 0, 1), keep_gain(motor.kd, "kv", 0, 1);
-    if (actuator.name == "general")
-      keep_gain(motor.kp, "biasprm", 1, -1), keep_gain(motor.kd, "biasprm", 2, -1);
+      const bool is_torque = attribute[0] == 'f' || actuator.name == "motor";
+      if (joint.empty() || range.empty() || !is_torque || actuator.get(limited) == "false") continue;
+      const double most = std::max(std::abs(range[0]), std::abs(range[1]));
+      if (model_.efforts.emplace(joint, most * (gear.empty() ? 1 : std::abs(gear[0]))).second)
+        note(Fate::kept_aside, fmt::format("effort limits ({} {})", actuator.name, attribute), actuator);
+    }
   }
 
   void clean(Element& body) {
@@ -423,7 +411,7 @@ class Reader {
     if (joint.get("type") == "free")
       reject(joint, "type", "is free, expected only the base to have a free joint");
     if (const auto range = numbers(joint, "actuatorfrcrange", 2, 2); !range.empty()) {
-      model_.motors[joint.get("name")].effort = std::max(std::abs(range[0]), std::abs(range[1]));
+      model_.efforts[joint.get("name")] = std::max(std::abs(range[0]), std::abs(range[1]));
       note(Fate::kept_aside, "effort limits (joint actuatorfrcrange)", joint);
       joint.erase("actuatorfrcrange");
     }

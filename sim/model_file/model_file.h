@@ -33,17 +33,12 @@ struct Note {
   int count = 1;
 };
 
-/// The motor of a joint as the file describes it, in N m, N m/rad and N m s/rad.
-struct Motor {
-  std::optional<double> effort, kp, kd;
-};
-
 struct ModelFile {
   /// MJCF in radians, without defaults: `compiler`, `asset`, `worldbody` with only the robot, `tendon`,
   /// `equality`. Paths are absolute. Names of assets start with "robot/", so that no room interferes.
   Element root;
   std::vector<Note> notes;
-  std::map<std::string, Motor> motors;         ///< by joint
+  std::map<std::string, double> efforts;       ///< torque limits by joint, N m
   std::optional<double> mass_kg;               ///< sum of the links, if the file gives each of them
   std::vector<std::string> paired_with_floor;  ///< geoms
 };

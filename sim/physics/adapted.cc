@@ -172,7 +172,9 @@ class Adapter {
                      {},
                      joint.file,
                      joint.line};
-        const auto effort = servo.effort_nm ? servo.effort_nm : model_.motors[name].effort;
+        std::optional<double> effort = servo.effort_nm;
+        if (const auto known = model_.efforts.find(name); !effort && known != model_.efforts.end())
+          effort = known->second;
         if (effort) made.set("forcerange", text_of(std::array{-*effort, *effort}));
         if (!servos.emplace(place->second, std::move(made)).second)
           fail("servos", fmt::format("joint '{}' has two servos", name));

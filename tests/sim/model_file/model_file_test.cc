@@ -87,10 +87,7 @@ TEST(ModelFile, OnlyTheRobotSurvivesWithWhatItsMotorsCanDoKeptAside) {
   EXPECT_EQ(body_of(model).children.at(0).name, "freejoint");
   EXPECT_EQ(body_of(model).children.at(0).attributes.size(), 1u) << "the free base has no damping";
   EXPECT_EQ(body_of(model).children.at(2).child("joint")->get("damping"), "3");
-  EXPECT_EQ(model.motors.at("hip").effort, 88);
-  EXPECT_EQ(model.motors.at("hip").kp, 100);
-  EXPECT_EQ(model.motors.at("hip").kd, 2);
-  EXPECT_EQ(model.motors.at("ankle").effort, 90);
+  EXPECT_THAT(model.efforts, testing::UnorderedElementsAre(Pair("ankle", 90), Pair("hip", 88)));
   EXPECT_EQ(model.mass_kg, 6);
   EXPECT_THAT(notes_of(model, Fate::dropped), testing::Contains("joint actuatorfrclimited x2"));
   EXPECT_THAT(
@@ -276,7 +273,7 @@ TEST(Urdf, HasAFreeRootWithItsMassAndJointsWithTheirLimits) {
       <limit lower='-1' upper='2' effort='50' velocity='9'/></joint>)");
   EXPECT_EQ(body_of(model).children.at(0).name, "freejoint");
   EXPECT_EQ(model.mass_kg, 2);
-  EXPECT_EQ(model.motors.at("hip").effort, 50);
+  EXPECT_EQ(model.efforts.at("hip"), 50);
   const Element& leg = body_of(model).children.at(2);
   expect_place(leg, {0, 0, -1}, {1, 0, 0, 0});
   EXPECT_EQ(leg.child("joint")->get("range"), "-1 2");
