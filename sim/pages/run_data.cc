@@ -20,6 +20,7 @@
 #include "sim/recording/recording_format.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
+#include "sim/score/run.h"
 #include "sim/score/trajectory.h"
 
 namespace sim::pages {
@@ -165,6 +166,10 @@ void for_rows(std::vector<Frame>& frames, const std::vector<slam::Stamp>& stamps
 void add_reports(std::vector<Frame>& frames, const Table& table) {
   const auto &health = table.text("health"), &cause = table.text("cause"), &refused = table.text("refused");
   const Column landmarks = table.numbers("landmarks");
+  std::vector<std::tuple<std::string_view, Column, Column>> innovations;
+  for (const std::string_view sensor : score::kSensors)
+    if (const std::string name = fmt::format("nis_{}", sensor); table.has(name))
+      innovations.emplace_back(sensor, table.numbers(name), table.numbers(fmt::format("dof_{}", sensor)));
   for_rows(frames, table.stamps("timestamp"), [&](Frame& frame, std::size_t i) {
     slam::FrameReport& report = frame.report.emplace();
     report.t = frame.t;
@@ -174,6 +179,9 @@ void add_reports(std::vector<Frame>& frames, const Table& table) {
                                               : slam::Health::ok;
     if (!cause[i].empty()) report.cause = cause[i];
     if (!refused[i].empty()) report.refused.add(refused[i]);
+    for (const auto& [sensor, nis, dof] : innovations)
+      if (std::isfinite(nis[i]) && dof[i] > 0)
+        report.innovations.push_back({sensor, {nis[i], static_cast<int>(dof[i])}});
     if (table.has("suspect") && !table.text("suspect")[i].empty()) report.suspect = table.text("suspect")[i];
   });
 }
@@ -342,19 +350,43 @@ std::string shown(const slam::RigReading& reading, const rig::RigSensor& sensor)
     const double levels_per_m = 255 / (sensor.furthest_m - sensor.nearest_m);
     cv::Mat levels, colors;
     reading.image.convertTo(levels, CV_8U, 1e-3 * levels_per_m, -levels_per_m * sensor.nearest_m);
-    cv::applyColorMap(levels, colors, cv::COLORMAP_TURBO);
-    cv::cvtColor(colors, colors, cv::COLOR_BGR2RGB);
+    cv::cvtColor(levels, levels, cv::COLOR_GRAY2RGB);
+    cv::LUT(levels, palette(), colors);
     colors.setTo(0, reading.image == 0);
     return recording::encode_png(colors);
   }
-  if (rig::is_camera(sensor)) return recording::encode_png(reading.image);
+  return recording::encode_png(reading.image);
+}
+
+std::string sent(const slam::RigReading& reading, const rig::RigSensor& sensor) {
   std::string bytes;
+  if (sensor.kind == rig::Kind::depth) {
+    const std::array size{reading.image.cols, reading.image.rows};
+    bytes.assign(reinterpret_cast<const char*>(size.data()), sizeof size);
+    for (int row = 0; row < reading.image.rows; ++row)
+      bytes.append(reinterpret_cast<const char*>(reading.image.ptr(row)),
+                   reading.image.elemSize() * static_cast<std::size_t>(reading.image.cols));
+    return bytes;
+  }
+  if (rig::is_camera(sensor)) return shown(reading, sensor);
   const Eigen::Isometry3f X_CS = sensor.X_CS.cast<float>();
   for (const slam::LidarPoint& point : reading.points) {
     const Eigen::Vector3f p_C = X_CS * Eigen::Vector3f(point.x_m, point.y_m, point.z_m);
     bytes.append(reinterpret_cast<const char*>(p_C.data()), sizeof(p_C));
+    bytes.append(reinterpret_cast<const char*>(&point.intensity), sizeof(point.intensity));
   }
   return bytes;
+}
+
+const cv::Mat3b& palette() {
+  static const cv::Mat3b kColors = [] {
+    cv::Mat levels(1, 256, CV_8U), colors;
+    for (int i = 0; i < 256; ++i) levels.at<unsigned char>(i) = static_cast<unsigned char>(i);
+    cv::applyColorMap(levels, colors, cv::COLORMAP_TURBO);
+    cv::cvtColor(colors, colors, cv::COLOR_BGR2RGB);
+    return cv::Mat3b(colors);
+  }();
+  return kColors;
 }
 
 std::string words_of(const rig::RigSensor& sensor) {
@@ -387,9 +419,8 @@ std::vector<fs::path> image_files(const std::vector<Frame>& frames, const fs::pa
 Pictures::Pictures(const fs::path& recording)
     : folder_(recording), manifest_(recording), setup_(recording::RecordingReader(recording).setup()) {}
 
-std::string Pictures::shown(const rig::RigSensor& sensor, const fs::path& file) const {
-  const std::string name = file.filename().string();
-  return pages::shown(recording::read_rig_file(folder_, manifest_, sensor, name), sensor);
+slam::RigReading Pictures::read(const rig::RigSensor& sensor, const fs::path& file) const {
+  return recording::read_rig_file(folder_, manifest_, sensor, file.filename().string());
 }
 
 Table::Table(const fs::path& file) : file_(file) {

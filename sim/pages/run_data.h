@@ -63,12 +63,17 @@ nlohmann::ordered_json to_json(const Frame& frame);
 /// Returns a WebSocket message: length of the JSON (little-endian, four bytes), JSON, gray image by rows.
 std::string to_message(const Frame& frame);
 
-/// Returns a reading of the rig as a page shows it: of a camera a PNG, with depth in the color map turbo from
-/// nearest_m (blue) to furthest_m (red) and black where there is none; of a lidar its points in the frame of
-/// the head camera, x, y, z in m as float32; of an IMU nothing.
+/// Returns the image of a camera of the rig as PNG, with depth in the palette from nearest_m to furthest_m
+/// and black where there is none.
 std::string shown(const slam::RigReading& reading, const rig::RigSensor& sensor);
-/// Returns a description of the output of shown().
+/// Returns a reading of the rig for web/sensors.js: depth as width and height (uint32) and mm by rows
+/// (uint16; 0: none); of another camera shown(); of a lidar its points in the frame of the head camera, x, y,
+/// z (m) and intensity as float32; of an IMU nothing.
+std::string sent(const slam::RigReading& reading, const rig::RigSensor& sensor);
+/// Returns a description of the picture.
 std::string words_of(const rig::RigSensor& sensor);
+/// Returns 256 colors from blue over green to red (turbo).
+const cv::Mat3b& palette();
 
 /// Returns the image file of each frame, or an empty path; for a camera or a lidar of the rig, the file of
 /// the newest reading. Throws FileError if a file is outside of the recording.
@@ -80,9 +85,9 @@ class Pictures {
  public:
   /// Throws FileError if the recording is unfinished or was edited.
   explicit Pictures(const fs::path& recording);
-  /// Returns shown() of the file of a reading of the rig or of the head camera. Throws FileError unless the
-  /// file has the listed hash, and an image the camera's size.
-  std::string shown(const rig::RigSensor& sensor, const fs::path& file) const;
+  /// Returns the reading of the rig or of the head camera in a file. Throws FileError unless the file has the
+  /// listed hash, and an image the camera's size.
+  slam::RigReading read(const rig::RigSensor& sensor, const fs::path& file) const;
   const recording::RecordingSetup& setup() const { return setup_; }
 
  private:

@@ -216,8 +216,9 @@ class RunSections {
       const auto file = image_files(run_.frames, run_.recording, sensor.name)[middle];
       if (file.empty()) continue;
       const std::string name = escaped(sensor.name);
-      html += fmt::format("<figure>{}</svg><span class='soft'>{}, {}</span></figure>",
-                          image_svg(pictures.shown(sensor, file), name, t), name, words_of(sensor));
+      html +=
+          fmt::format("<figure>{}</svg><span class='soft'>{}, {}</span></figure>",
+                      image_svg(shown(pictures.read(sensor, file), sensor), name, t), name, words_of(sensor));
     }
     return html.empty()
                ? ""
@@ -506,7 +507,7 @@ std::vector<Picture> pictures(const RunData& run, int count) {
   for (int k = 0; k < count; ++k) {
     const std::size_t i = seen[static_cast<std::size_t>(k) * (seen.size() - 1) /
                                static_cast<std::size_t>(std::max(1, count - 1))];
-    all.push_back(picture_of(run.frames[i], pictures.shown(head, files[i]), run.frames[seen[0]]));
+    all.push_back(picture_of(run.frames[i], shown(pictures.read(head, files[i]), head), run.frames[seen[0]]));
   }
   return all;
 }

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "sim/score/run.h"
 #include "sim/view/session.h"
 #include "sim/view/site.h"
 #include "slam/vision/patch.h"
@@ -26,23 +27,21 @@ void add_corners(const Eigen::AlignedBox2d& sole, const Eigen::Vector3d& place,
   }
 }
 
-const cv::Scalar kUsed(80, 220, 60), kMissed(40, 210, 255), kNew(255, 150, 40), kPath(60, 60, 230),
-    kTruePath(150, 150, 150), kInk(60, 60, 60), kPaper(250, 250, 250), kDark(30, 30, 30);
-constexpr double kAround_m = 5;  // of room shown around the path
+const cv::Scalar kUsed(80, 220, 60), kMissed(40, 210, 255), kNew(255, 150, 40), kPaper(250, 250, 250),
+    kDark(30, 30, 30);
 
-// The ellipse of so many sigmas of a covariance of px.
-void draw_ellipse(cv::Mat3b& picture, const cv::Point2d& center, const Eigen::Matrix2d& P, double sigmas,
+// The 3-sigma ellipse of a covariance of px.
+void draw_ellipse(cv::Mat3b& picture, const cv::Point2d& center, const Eigen::Matrix2d& P,
                   const cv::Scalar& color) {
-  const Eigen::Vector3d shape = pages::ellipse(sigmas * sigmas / 9 * P);  // of three sigmas
+  const Eigen::Vector3d shape = pages::ellipse(P);
   if (!(shape.allFinite() && shape(0) < 1e4)) return;
   const cv::Size2d size(2 * shape(0), 2 * shape(1));
   cv::ellipse(picture, cv::RotatedRect(center, size, static_cast<float>(kDeg * shape(2))), color, 1,
               cv::LINE_AA);
 }
 
-void write(cv::Mat3b& picture, const std::string& text, const cv::Point& at, const cv::Scalar& color,
-           const cv::Scalar& around = kPaper) {
-  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.5, around, 3, cv::LINE_AA);
+void write(cv::Mat3b& picture, const std::string& text, const cv::Point& at, const cv::Scalar& color) {
+  cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.5, kDark, 3, cv::LINE_AA);
   cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.5, color, 1, cv::LINE_AA);
 }
 
@@ -75,6 +74,9 @@ void Series::add(Frame& frame) {
   if (frame.report) {
     row[10] = frame.report->landmarks;
     row[11] = static_cast<double>(std::ranges::count_if(frame.report->searched, &slam::Search::used));
+    for (std::size_t i = 0; i < score::kSensors.size(); ++i)
+      if (const auto nis = slam::nis_of(frame.report->innovations, score::kSensors[i]); nis && nis->dof > 0)
+        row[15 + i] = nis->value / nis->dof;
   }
   if (frame.feet) follow_feet(frame, row);
   rows_.push_back(row);
@@ -133,54 +135,17 @@ cv::Mat3b draw_view(const slam::Observation& seen, const slam::FrameReport& repo
     cv::rectangle(picture, at(pixel) - corner, at(pixel) + corner, color, 1, cv::LINE_AA);
   };
   for (const slam::Search& search : report.searched)
-    draw_ellipse(picture, at(search.pixel), scale * scale * search.S, 3, search.used ? kUsed : kMissed);
+    draw_ellipse(picture, at(search.pixel), scale * scale * search.S, search.used ? kUsed : kMissed);
   for (const slam::Sighting& match : report.matched) patch(match.pixel, kUsed);
   for (const slam::Sighting& first : report.initialized) patch(first.pixel, kNew);
   cv::Mat below = picture.rowRange(kPanelHeight - 48, kPanelHeight);
   below *= 0.3;
   write(picture, "squares: matched, blue: initialized; ellipses: searched, yellow: not found",
-        {8, kPanelHeight - 30}, kPaper, kDark);
+        {8, kPanelHeight - 30}, kPaper);
   write(picture,
         fmt::format("{:.2f} s   {} landmarks, {} searched for, {} matched", slam::seconds(report.t),
                     report.landmarks, report.searched.size(), report.accepted),
-        {8, kPanelHeight - 10}, kPaper, kDark);
-  return picture;
-}
-
-MapView::MapView(const std::vector<files::TimedPose>& truth)
-    : truth_(truth), center_(Eigen::Vector2d::Zero()) {
-  Eigen::AlignedBox2d box(Eigen::Vector2d::Zero());
-  for (const files::TimedPose& pose : truth) box.extend(pose.X.translation().head<2>());
-  center_ = box.center();
-  const Eigen::Vector2d size = box.sizes() + Eigen::Vector2d::Constant(2 * kAround_m);
-  px_per_m_ = std::min(kPanelWidth / size.x(), kPanelHeight / size.y());
-}
-
-cv::Point2d MapView::pixel(const Eigen::Vector3d& p_W) const {
-  const Eigen::Vector2d p = px_per_m_ * (p_W.head<2>() - center_);
-  return {kPanelWidth / 2.0 + p.x(), kPanelHeight / 2.0 - p.y()};
-}
-
-cv::Mat3b MapView::draw(const slam::Estimate& estimate, const std::vector<slam::MapPoint>& map) {
-  cv::Mat3b picture(kPanelHeight, kPanelWidth, cv::Vec3b(250, 250, 250));
-  const Eigen::Matrix2d flip = Eigen::Vector2d(px_per_m_, -px_per_m_).asDiagonal();
-  for (const slam::MapPoint& landmark : map) {
-    const cv::Point2d at = pixel(landmark.p_W);
-    draw_ellipse(picture, at, flip * landmark.covariance.topLeftCorner<2, 2>() * flip, 2, kNew);
-    cv::circle(picture, at, 2, kInk, cv::FILLED, cv::LINE_AA);
-  }
-  std::vector<cv::Point> truth;
-  for (const files::TimedPose& pose : truth_)
-    if (pose.t <= estimate.t) truth.push_back(pixel(pose.X.translation()));
-  walked_.push_back(pixel(estimate.X_WC.translation()));
-  cv::polylines(picture, truth, false, kTruePath, 3, cv::LINE_AA);
-  cv::polylines(picture, walked_, false, kPath, 1, cv::LINE_AA);
-  for (const double side : {-0.4, 0.4})  // the field of view
-    cv::line(picture, walked_.back(), pixel(estimate.X_WC * Eigen::Vector3d(side, 0, 0.4)), kPath, 1,
-             cv::LINE_AA);
-  cv::line(picture, {20, kPanelHeight - 34}, {20 + static_cast<int>(px_per_m_), kPanelHeight - 34}, kInk, 2);
-  write(picture, "1 m    gray: true path, red: the filter's; landmarks with 2 sigma", {8, kPanelHeight - 10},
-        kInk);
+        {8, kPanelHeight - 10}, kPaper);
   return picture;
 }
 

@@ -18,6 +18,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "sim/files/hash.h"
 #include "sim/files/text.h"
 
 namespace sim::view {
@@ -222,13 +223,18 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     if (websocket::is_upgrade(request)) return upgrade(request);
     const http::token_list encodings(request[http::field::accept_encoding]);
     takes_gzip_ = std::ranges::any_of(encodings, [](const auto& name) { return name == "gzip"; });
+    known_ = plain(request[http::field::if_none_match]);
     serve(path_of(plain(request.target())), request.keep_alive());
   }
 
   void serve(std::string_view path, bool keep) try {
     const auto resource = shared_->service.resource(path);
     if (!resource) return answer(404, "no such file", keep);
-    respond(200, resource->type, *resource->bytes, keep);
+    files::Hash hash;
+    hash.add(*resource->bytes);
+    const std::string etag = fmt::format("\"{}\"", hash.hex());
+    const bool is_known = etag == known_;
+    respond(is_known ? 304 : 200, resource->type, is_known ? "" : *resource->bytes, keep, etag);
   } catch (const std::exception& failure) {
     answer(500, failure.what(), false);
   }
@@ -247,14 +253,17 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     respond(status, "text/plain; charset=utf-8", std::string(why) + "\n", keep);
   }
 
-  void respond(unsigned status, const std::string& type, std::string body, bool keep) {
+  /// etag: of what a browser may keep, and asks for again by it.
+  void respond(unsigned status, const std::string& type, std::string body, bool keep,
+               const std::string& etag = "") {
     std::optional<std::string> smaller = takes_gzip_ ? compressed(body) : std::nullopt;
     const bool is_smaller = smaller && smaller->size() < body.size();
     if (is_smaller) body = std::move(*smaller);
     const auto response = std::make_shared<Response>(http::status(status), 11, std::move(body));
     response->set(http::field::content_type, type);
     if (is_smaller) response->set(http::field::content_encoding, "gzip");
-    response->set(http::field::cache_control, "no-store");
+    response->set(http::field::cache_control, etag.empty() ? "no-store" : "private, no-cache");
+    if (!etag.empty()) response->set(http::field::etag, etag);
     response->set("Content-Security-Policy", content_security_policy(shared_->access));
     response->set("X-Content-Type-Options", "nosniff");
     response->set("X-Frame-Options", "DENY");
@@ -276,6 +285,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   beast::tcp_stream stream_;
   beast::flat_buffer buffer_;
   bool takes_gzip_ = false;
+  std::string known_;  // hash of what the browser has
   std::optional<http::request_parser<http::empty_body>> parser_;
 };
 

@@ -58,7 +58,10 @@ ordered_json to_json(const ShownRun& run) {
   for (const rig::RigSensor& sensor : run.rig)
     rig.push_back({{"name", sensor.name},
                    {"kind", rig::kKinds.at(static_cast<std::size_t>(sensor.kind))},
-                   {"words", pages::words_of(sensor)}});
+                   {"words", pages::words_of(sensor)},
+                   {"range", {sensor.nearest_m, sensor.furthest_m}}});
+  const cv::Mat3b& palette = pages::palette();
+  const std::vector<unsigned char> colors(palette.ptr(), palette.ptr() + palette.total() * 3);
   return {{"label", run.label},
           {"scenario", run.scenario},
           {"seed", run.seed},
@@ -73,7 +76,8 @@ ordered_json to_json(const ShownRun& run) {
           {"has_model", run.model.has_value()},
           {"camera", run.camera ? to_json(*run.camera) : ordered_json(nullptr)},
           {"moments", moments},
-          {"rig", rig}};
+          {"rig", rig},
+          {"palette", run.rig.empty() ? ordered_json(nullptr) : ordered_json(colors)}};
 }
 
 // Adds feet, zero-moment point and, given a robot, its bodies. frames: in order of time.
@@ -260,7 +264,7 @@ Site site_of(std::vector<Playback> given) {
         site, sensors.size(), i,
         [sensors, files, pictures = results[i]->pictures](std::size_t sensor, std::size_t k) -> std::string {
           if (k >= files[sensor].size() || files[sensor][k].empty()) return "";
-          return pictures->shown(sensors[sensor], files[sensor][k]);
+          return pages::sent(pictures->read(sensors[sensor], files[sensor][k]), sensors[sensor]);
         });
   }
   return site;

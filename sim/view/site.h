@@ -103,12 +103,15 @@ std::optional<Eigen::Vector2d> zero_moment_point(const std::array<SoleForce, 2>&
 class Series {
  public:
   /// Time (s); errors and their standard deviations (mm, deg); NEES; landmarks in the map and found; how far
-  /// the standing soles moved (mm); distance of the zero-moment point inside the support polygon (mm).
-  static constexpr std::array kNames{"t",         "x",          "y",
-                                     "z",         "heading",    "sigma_x",
-                                     "sigma_y",   "sigma_z",    "sigma_heading",
-                                     "nees",      "landmarks",  "found",
-                                     "slip_left", "slip_right", "margin"};
+  /// the standing soles moved (mm); distance of the zero-moment point inside the support polygon (mm); NIS by
+  /// degrees of freedom, by score::kSensors.
+  static constexpr std::array kNames{"t",          "x",          "y",
+                                     "z",          "heading",    "sigma_x",
+                                     "sigma_y",    "sigma_z",    "sigma_heading",
+                                     "nees",       "landmarks",  "found",
+                                     "slip_left",  "slip_right", "margin",
+                                     "nis_vision", "nis_gyro",   "nis_plan_velocity",
+                                     "nis_height"};
   using Row = std::array<double, kNames.size()>;
 
   /// sole: the outline of both; without it there is no support polygon.

@@ -1,5 +1,5 @@
 // Uses a page in headless Chromium and prints the findings as one JSON object.
-// Usage: node use_page.cjs live|playback|keys|values|compare|watch|picture URL PROFILE_FOLDER [SECONDS [PICTURE [WIDTH HEIGHT [light|dark]]]]
+// Usage: node use_page.cjs live|playback|keys|values|compare|rig|watch|picture URL PROFILE_FOLDER [SECONDS [PICTURE [WIDTH HEIGHT [light|dark]]]]
 //        node use_page.cjs report PAGE_OF_SEVERAL_RUNS.html PROFILE_FOLDER
 //        node use_page.cjs audit "URL_OR_PAGE..." PROFILE_FOLDER FOLDER_OF_NODE_MODULES
 const fs = require('fs');
@@ -12,7 +12,7 @@ const openView = async (browser, url, more = '') => {
   await browser.open(url, kReady);
   await browser.until(`document.documentElement?.dataset.model === 'true'${more}`);
 };
-const look = (browser) => browser.value(`({t: gaitslamPage.t, frames: ${kPane}.run.frames.length, robot: ${kFrame}.bodies?.slice(0, 3),
+const look = (browser) => browser.value(`(gaitslamPage.scene.render(), {t: gaitslamPage.t, frames: ${kPane}.run.frames.length, robot: ${kFrame}.bodies?.slice(0, 3),
   bodies: gaitslamPage.scene.bodies.filter((b) => b.visible).length, ellipsoids: gaitslamPage.scene.shownEllipsoids,
   space: gaitslamPage.scene.renderer.domElement.toDataURL(), head: ${kPane}.head.canvas.toDataURL(), state: ${kPane}.state.textContent})`);
 const short = ({space, head, ...rest}) => rest;
@@ -80,6 +80,7 @@ const agreement = async (seconds) => {
   const space = page.scene.renderer.domElement, wide = space.height * 4 / 3;
   page.setLayer('map0', false);
   page.setLayer('estimate0', false);
+  page.scene.render();
   const seen = gray(space, (space.width - wide) / 2, wide, space.height);
   const found = {own: correlation(seen, await imageAt(seconds)), earlier: correlation(seen, await imageAt(Math.max(0, seconds - 5)))};
   page.setLayer('map0', true);
@@ -171,7 +172,7 @@ async function compare(browser, url) {
     lines: Object.fromEntries([...document.querySelectorAll('[data-figure]')].map((f) => [f.dataset.figure, f.querySelectorAll('.line').length])),
     title: document.querySelector('header b').textContent, bottom: document.querySelector('[data-figure=distance]').getBoundingClientRect().bottom <= innerHeight,
     table: document.querySelector('.changes tr:nth-child(5)').getBoundingClientRect().bottom <= document.querySelector('footer').getBoundingClientRect().top,
-    visible: gaitslamPage.scene.beliefs.map(({path}) => path.object.visible), marks: gaitslamPage.marks, hash: location.hash})`);
+    visible: gaitslamPage.scene.beliefs.map(({path}) => path.object.visible), columns: gaitslamPage.scene.columns, marks: gaitslamPage.marks, hash: location.hash})`);
   const rows = () => browser.value(`[...document.querySelectorAll('.changes tbody tr')].map((row) => [...row.cells].map((cell) => cell.textContent))`);
   const table = await rows();
   await click(browser, '.changes th:last-child .sort');
@@ -181,6 +182,23 @@ async function compare(browser, url) {
   await browser.value('gaitslamPage.go(0)');
   await browser.press(']', 221);
   const marked = await read();
+  // Both runs' searches are in one image, in their colors.
+  const image = await browser.value(`(() => { const {head} = gaitslamPage.panes[0], {data} = head.context.getImageData(0, 0, head.canvas.width, head.canvas.height);
+    const has = (role) => { const paint = document.createElement('canvas').getContext('2d'); paint.fillStyle = getComputedStyle(document.documentElement).getPropertyValue('--' + role);
+      paint.fillRect(0, 0, 1, 1); const [r, g, b] = paint.getImageData(0, 0, 1, 1).data; let count = 0;
+      for (let i = 0; i < data.length; i += 4) if (Math.abs(data[i] - r) + Math.abs(data[i + 1] - g) + Math.abs(data[i + 2] - b) < 40) ++count; return count; };
+    return {canvases: document.querySelectorAll('.head canvas').length, colors: gaitslamPage.panes.map(({role}) => has(role))}; })()`);
+  // A landmark that is picked in one run is marked in the other one, by its place.
+  const places = await browser.value(`(() => { const maps = gaitslamPage.panes.map(({run, index}) => run.mapAt(index)), [id] = maps[0][0];
+    gaitslamPage.pick({run: 0, id}); const at = maps.map((map, i) => map.find(([own]) => own === gaitslamPage.panes[i].picked)?.[1]);
+    return {apart: Math.hypot(...[0, 1, 2].map((k) => at[0][k] - at[1][k])), text: gaitslamPage.picked.textContent, said: gaitslamPage.inCommon.textContent}; })()`);
+  await click(browser, '[data-strip=nis_vision]');
+  const nis = await browser.value(`document.querySelectorAll('[data-figure=nis_vision] .line').length`);
+  await browser.press('v', 86);
+  const differs = await browser.value(`(() => { const {scene} = gaitslamPage, source = scene.renderer.domElement, canvas = document.createElement('canvas'); scene.render();
+    Object.assign(canvas, {width: source.width, height: source.height}); const context = canvas.getContext('2d', {willReadFrequently: true}); context.drawImage(source, 0, 0);
+    const half = Math.floor(canvas.width / 2), [a, b] = [0, half].map((x) => context.getImageData(x, 0, half, canvas.height).data); let count = 0;
+    for (let i = 0; i < a.length; i += 4) if (Math.abs(a[i] - b[i]) + Math.abs(a[i + 1] - b[i + 1]) + Math.abs(a[i + 2] - b[i + 2]) > 60) ++count; return count / (a.length / 4); })()`);
   await click(browser, '[data-layer=estimate1]');
   await browser.value('gaitslamPage.setMode("orbit")');
   await browser.rest(500);
@@ -188,8 +206,21 @@ async function compare(browser, url) {
   await browser.send('Page.reload');
   await browser.rest(500);
   await browser.until(`document.documentElement?.dataset.model === 'true'`);
-  return {table, sorted, worst, marked, hidden, again: await read(), width_at_400: await browser.phoneWidth(), said: browser.said,
+  return {table, sorted, worst, marked, image, places, nis, differs, hidden, again: await read(), width_at_400: await browser.phoneWidth(), said: browser.said,
     covered_at_400: await browser.value(`Math.max(...[...document.querySelectorAll('footer, .controls')].map((e) => (['fixed', 'sticky'].includes(getComputedStyle(e).position) ? e.offsetHeight : 0)))`)};
+}
+
+// The depth below the mouse, and the colors of a lidar's points by height and by intensity.
+async function useRig(browser, url) {
+  await openView(browser, url, ` && gaitslamPage.rig.every(({drawn}) => drawn)`);
+  await browser.mouse('mouseMoved', await placeOf(browser, '.depth > canvas', 0.3));
+  const depth = await browser.value(`(() => { const layer = gaitslamPage.rig.find(({isDepth}) => isDepth); return {at: layer.at, text: layer.value.textContent, bars: document.querySelectorAll('.bar').length,
+    painted: [...layer.canvas.getContext('2d').getImageData(...layer.at, 1, 1).data]}; })()`);
+  const sweep = () => browser.value(`(() => { const [{geometry, material}] = gaitslamPage.scene.sweeps.values(), points = Array.from(geometry.attributes.position.data.array), colors = geometry.attributes.color.array;
+    return {depthTest: material.depthTest, colors: new Set(Array.from({length: colors.length / 3}, (_, i) => colors.slice(3 * i, 3 * i + 3).join())).size, first: [...colors.slice(0, 3)], points: points.length / 4}; })()`);
+  const byHeight = await sweep();
+  await browser.value(`(() => { const choice = document.querySelector('.lidar select'); choice.value = 'intensity'; choice.dispatchEvent(new Event('change')); })()`);
+  return {depth, byHeight, byIntensity: await sweep(), said: browser.said};
 }
 
 // Looks on until the run has ended.
@@ -232,8 +263,8 @@ async function walkThrough(browser) {
 }
 
 async function moveTime(browser) {
-  const see = () => browser.value(`({t: document.querySelector('output').textContent,
-    picture: document.querySelector('.scene canvas').toDataURL()})`);
+  const see = () => browser.value(`new Promise((done) => requestAnimationFrame(() => done({t: document.querySelector('output').textContent,
+    picture: document.querySelector('.scene canvas').toDataURL()})))`, true);
   const last = await see();
   await browser.value(`document.querySelector('.controls input[type=range]').focus()`);
   for (let i = 0; i < 5; ++i) await browser.press('ArrowLeft', 37);
@@ -317,5 +348,5 @@ async function audit(browser, pages, folder) {
 }
 
 const [what, url, profile, ...more] = process.argv.slice(2);
-const uses = {live: useLive, playback: usePlayback, keys: useKeys, values: readValues, compare, watch, picture, report: useReport, audit};
+const uses = {live: useLive, playback: usePlayback, keys: useKeys, values: readValues, compare, rig: useRig, watch, picture, report: useReport, audit};
 say(profile, (browser) => uses[what](browser, url, ...more));

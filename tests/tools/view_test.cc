@@ -4,6 +4,7 @@
 #include <set>
 
 #include "sim/files/text.h"
+#include "sim/recording/image_file.h"
 #include "tests/tools/command_line.h"
 
 namespace tests {
@@ -204,6 +205,17 @@ TEST_F(ViewTest, TwoRunsAreComparedInOneSceneAndWhereTheyPartIsMarked) {
   EXPECT_GT(found["covered_at_400"], 20) << "the controls stay on a phone";
   EXPECT_LT(found["covered_at_400"], 80) << "of 800 px";
   EXPECT_NEAR(time_of_mark(found, "first difference of the estimates"), 0.7, 0.11) << marked["marks"];
+  EXPECT_EQ(found["image"]["canvases"], 1) << "the recording is the same";
+  for (const json& pixels : found["image"]["colors"]) EXPECT_GT(pixels, 20) << found["image"];
+  EXPECT_LT(found["places"]["apart"], 0.1);
+  EXPECT_THAT(found["places"]["text"].get<std::string>(),
+              ContainsRegex("A: landmark .* the same place: B: landmark "));
+  EXPECT_THAT(found["places"]["said"].get<std::string>(),
+              ContainsRegex("matched by place .*[0-9]+ in common"));
+  EXPECT_EQ(found["nis"], 2) << "a figure on demand has a line of each run";
+  EXPECT_EQ(found["hidden"]["columns"], 2) << "a key splits the scene";
+  EXPECT_GT(found["differs"], 0) << "each view has its own run";
+  EXPECT_LT(found["differs"], 0.1) << "and the same camera";
   EXPECT_EQ(found["hidden"]["visible"], (json{true, false}));
   EXPECT_EQ(found["again"]["visible"], found["hidden"]["visible"]) << "the address holds the layers";
   EXPECT_NEAR(found["again"]["t"], found["hidden"]["t"], 0.01);
@@ -220,6 +232,25 @@ TEST_F(LongViewTest, WhereAFaultOfTheSecondRunAloneMovesItsEstimateIsMarkedWithi
       "duration_s: 1, size_rad_s: 0.3}}]' --out lost");
   const json found = shown("one/seed-1 lost", "compare");
   EXPECT_NEAR(time_of_mark(found, "errors differ by more than 3σ"), 3.5, 0.55) << found["marked"]["marks"];
+}
+
+TEST_F(ViewTest, DepthHasAValueAndABarAndALidarTheColorsOfHeightOrIntensity) {
+  write("rig.yaml", scenario_of("{stand: {duration_s: 0.3}}", "rate_hz: 10") + "rig: d435i_mid360\n");
+  ok("run rig.yaml --out rig");
+  const json found = shown("rig/seed-1", "rig"), &depth = found["depth"];
+  std::set<fs::path> images;
+  for (const auto& file : fs::directory_iterator(folder_ / "rig/seed-1/recording/mav0/depth0/data"))
+    images.insert(file.path());
+  const auto image = sim::recording::decode_png(text_of(*images.begin()), CV_16UC1);
+  const int u = depth["at"][0], v = depth["at"][1], mm = image->at<std::uint16_t>(v, u);
+  EXPECT_GT(mm, 300);
+  EXPECT_EQ(depth["text"], fmt::format(" at {}, {}: {} m", u, v, mm / 1000.0)) << "as it was recorded";
+  EXPECT_NE(depth["painted"], (json{0, 0, 0, 255}));
+  EXPECT_EQ(depth["bars"], 2);
+  EXPECT_EQ(found["byHeight"]["depthTest"], true) << "walls hide points";
+  for (const char* const how : {"byHeight", "byIntensity"}) EXPECT_GT(found[how]["colors"], 10) << how;
+  EXPECT_NE(found["byHeight"]["colors"], found["byIntensity"]["colors"]);
+  EXPECT_THAT(found["said"], IsEmpty());
 }
 
 TEST_F(ViewTest, InterruptedTheViewEndsCleanly) {

@@ -56,10 +56,10 @@ int export_result(ExportRequest& request) {
 constexpr const char* kVideoExamples = R"(Examples:
   gaitslam video results/tangent_circle/seed-1 --out walk.webm
 The filter runs again on the recording. The video shows, from left to right, the image of the head camera with the
-search ellipses of the landmarks and the patches that were matched; the robot from outside, in a build with the
-simulator, with its true waist and its measured joint angles; and the map from above. The video is RESULT/video.mp4
-unless --out names a .mp4 or .webm file. Folders that other programs recorded (EuRoC/ASL) are not shown;
-gaitslam replay reads them.)";
+search ellipses of the landmarks and the patches that were matched; and the robot from outside, in a build with the
+simulator, with its true waist and its measured joint angles. gaitslam view shows the map. The video is
+RESULT/video.mp4 unless --out names a .mp4 or .webm file. Folders that other programs recorded (EuRoC/ASL) are not
+shown; gaitslam replay reads them.)";
 
 struct VideoRequest : OutRequest {
   fs::path result;
@@ -145,7 +145,6 @@ int video(VideoRequest& request) {
                               setup.joints);
   const view::RobotView robot_view =
       view::robot_from_outside(scenario, request.result / "recording", standard_models());
-  view::MapView map(truth.camera);
   Encoder encoder(file, input.setup().camera_rate_hz);
   const OnInterrupt on_interrupt("nothing was written; rerun the command");
   ProgressLine progress("video of " + request.result.string());
@@ -157,9 +156,6 @@ int video(VideoRequest& request) {
     const auto after = std::ranges::upper_bound(truth.waist, observation->t, {}, &files::TimedPose::t);
     if (robot_view && after != truth.waist.begin())
       panels.push_back(robot_view(observation->t, std::prev(after)->X));
-    const estimators::PoseEstimate& pose = *frame->estimate;
-    panels.push_back(
-        map.draw({pose.t, pose.X_WC, pose.covariance.value_or(slam::Matrix6d::Zero())}, tracking.map()));
     cv::Mat picture;
     cv::hconcat(panels, picture);
     encoder.add(picture);
@@ -188,7 +184,7 @@ void add_export(CLI::App& app, int& exit_code) {
 
 void add_video(CLI::App& app, int& exit_code) {
   auto [command, request] = add_command(
-      app, exit_code, "video", "Make a video of the camera images, the matched landmarks and the map",
+      app, exit_code, "video", "Make a video of the camera images with the matched landmarks, and the robot",
       kVideoExamples, video);
   add_result(command, request.result);
   command.add_option("--out", request.out, "the .mp4 or .webm file to write");

@@ -83,12 +83,17 @@ function readPictures(buffer) {
   return pictures;
 }
 
+const kBlank = new THREE.DataTexture(new Uint8Array([255, 255, 255]), 1, 1, THREE.RGBFormat);
+kBlank.needsUpdate = true;
+
 function meshOf(piece) {
   const geometry = new THREE.BufferGeometry();
   for (const name of ['position', 'normal', 'color']) geometry.setAttribute(name, new THREE.BufferAttribute(piece[`${name}s`], 3));
   if (piece.uv) geometry.setAttribute('uv', new THREE.BufferAttribute(piece.uv, 2));
   geometry.setIndex(new THREE.BufferAttribute(piece.index, 1));
-  return new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({vertexColors: THREE.VertexColors}));
+  const material = new THREE.MeshLambertMaterial({vertexColors: THREE.VertexColors, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 4});
+  if (piece.uv) material.map = kBlank;  // until its picture comes: another shader would have to be compiled
+  return new THREE.Mesh(geometry, material);  // behind points and lines that lie on it
 }
 
 /// The beliefs of a filter: its path, its camera with the 3-sigma ellipsoid ten times as large, a line to the truth, and its map.
@@ -111,6 +116,8 @@ class Belief {
     this.objects = [this.path.object, ...this.near, ...(this.truth ? [this.truth.object] : [])];
     for (const object of [...this.objects, this.points]) object.frustumCulled = false;
     if (this.truth) Object.assign(this.truth.object.material, {transparent: true, opacity: 0.5});
+    this.group = new THREE.Group();
+    this.group.add(...this.objects, this.map);
   }
 
   /// Room for that many landmarks.
@@ -132,7 +139,8 @@ class Belief {
       this.path.follow(frame.estimate);
       this.truth?.follow(frame.truth);
     }
-    const frame = this.run.frames[index], {estimate, truth, ellipsoid, searches} = frame ?? {};
+    this.frame = this.run.frames[index] ?? {};
+    const {estimate, truth, ellipsoid, searches} = this.frame;
     this.path.show(index + 1);
     this.truth?.show(index + 1);
     this.frustum.visible = Boolean(estimate);
@@ -184,6 +192,7 @@ export class Scene {
     this.camera = new THREE.PerspectiveCamera(50, 1, 0.05, 60);
     this.head = new THREE.PerspectiveCamera(73.7, 4 / 3, 0.05, 60);
     this.renderer = new THREE.WebGLRenderer({antialias: true, preserveDrawingBuffer: true});
+    this.renderer.debug.checkShaderErrors = false;  // which would wait for each of them
     this.element.append(this.renderer.domElement);
     this.camera.up.set(0, 0, 1);
     this.camera.position.set(-2.1, -2.5, 2.2);
@@ -215,7 +224,7 @@ export class Scene {
     this.landed = new GrowingLine('landed', true);
     this.planned = new GrowingLine('plan', true);
     this.scene.add(...[...Object.values(this.paths), this.landed, this.planned].map(({object}) => object), this.frustum,
-      ...this.beliefs.flatMap(({objects, map}) => [...objects, map]));
+      ...this.beliefs.map(({group}) => group));
     this.support = this.add(new THREE.LineLoop(new THREE.BufferGeometry(), new THREE.LineBasicMaterial()), 'first');
     this.zmp = this.add(new THREE.Mesh(new THREE.SphereGeometry(0.012, 12, 8), new THREE.MeshBasicMaterial()), 'bad');
     this.mark = this.add(new THREE.Mesh(kSphere, translucent('plan', 0.6)));
@@ -250,10 +259,7 @@ export class Scene {
 
   addPictures(buffer) {
     const textures = readPictures(buffer);
-    for (const {mesh, picture} of this.pictured) {
-      mesh.material.map = textures[picture];
-      mesh.material.needsUpdate = true;
-    }
+    for (const {mesh, picture} of this.pictured) mesh.material.map = textures[picture];
     this.draw();
   }
 
@@ -286,10 +292,7 @@ export class Scene {
     if (!frame) return;
     for (const path of Object.values(this.paths)) path.show(index + 1);
     for (const name of ['landed', 'planned']) this[name].show(8 * this.run[name].filter(({t}) => t <= frame.t).length);
-    this.bodies.forEach((body, i) => {
-      body.visible = Boolean(frame.bodies);
-      if (body.visible) place(body, frame.bodies.slice(7 * i, 7 * i + 7));
-    });
+    this.poseRobot(frame);
     for (const layer of Object.values(this.layers)) for (const object of layer) object.visible = true;
     this.frustum.visible = Boolean(frame.truth) && this.mode !== 'head';
     if (frame.truth) place(this.frustum, frame.truth);
@@ -301,13 +304,21 @@ export class Scene {
     this.draw();
   }
 
+  poseRobot({bodies}) {
+    this.bodies.forEach((body, i) => {
+      body.visible = Boolean(bodies);
+      if (bodies) place(body, bodies.slice(7 * i, 7 * i + 7));
+    });
+  }
+
   /// The number of the run and the landmark that are drawn at a place of the page; null: none.
   pick({clientX, clientY}) {
-    const {left, top, width, height} = this.renderer.domElement.getBoundingClientRect(), at = new THREE.Vector3();
+    const {left, top, width: whole, height} = this.renderer.domElement.getBoundingClientRect(), at = new THREE.Vector3(), width = whole / this.columns;
     let best = null, nearest = kPick_px;
     this.beliefs.forEach(({landmarks}, run) => landmarks.forEach(([id, p]) => {
       at.set(...p).project(this.mode === 'head' ? this.head : this.camera);
-      const far = Math.hypot(left + (at.x + 1) / 2 * width - clientX, top + (1 - at.y) / 2 * height - clientY);
+      const begin = left + (this.isSplit ? run * width : 0), px = (at.x + 1) / 2 * width;
+      const far = px < 0 || px > width ? Infinity : Math.hypot(begin + px - clientX, top + (1 - at.y) / 2 * height - clientY);
       if (!this.hidden.has(`map${run}`) && at.z < 1 && far < nearest) [best, nearest] = [{run, id}, far];
     }));
     return best;
@@ -331,18 +342,23 @@ export class Scene {
       this.support.geometry.setFromPoints(frame.support.map(([x, y]) => new THREE.Vector3(x, y, 2 * kAboveGround)));
   }
 
-  /// Points of a lidar in the axes of the camera, x, y, z one after another; null: none.
-  showSweep(name, points) {
+  /// Points of a lidar in the axes of the camera: x, y, z (m) and intensity one after another; null: none. colorOf(height in m, intensity):
+  /// red, green and blue from 0 to 1.
+  showSweep(name, points, colorOf) {
     let sweep = this.sweeps.get(name);
     if (!sweep) {
-      sweep = this.add(new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({size: 3, sizeAttenuation: false,
-        transparent: true, opacity: 0.8, depthTest: false})), 'second');  // drawn over the surfaces that they lie on
+      sweep = this.add(new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({size: 3, sizeAttenuation: false, vertexColors: THREE.VertexColors})));
       this.sweeps.set(name, sweep);
-      this.paint();
     }
     sweep.visible = Boolean(points);
-    if (points) sweep.geometry.setAttribute('position', new THREE.BufferAttribute(points, 3));
     if (this.pose) place(sweep, this.pose);
+    if (points) {
+      sweep.updateMatrix();
+      const {elements: m} = sweep.matrix, values = new THREE.InterleavedBuffer(points, 4), colors = new Float32Array(3 * values.count);
+      for (let i = 0; i < values.count; ++i) colors.set(colorOf(m[2] * points[4 * i] + m[6] * points[4 * i + 1] + m[10] * points[4 * i + 2] + m[14], points[4 * i + 3]), 3 * i);
+      sweep.geometry.setAttribute('position', new THREE.InterleavedBufferAttribute(values, 3, 0));
+      sweep.geometry.setAttribute('color', new THREE.BufferAttribute(colors, 3));
+    }
     this.draw();
   }
 
@@ -357,6 +373,10 @@ export class Scene {
       this.controls.target.copy(target);
       this.camera.lookAt(target);
     }
+    this.lookThrough(pose);
+  }
+
+  lookThrough(pose) {
     place(this.head, pose);
     this.head.quaternion.multiply(new THREE.Quaternion(1, 0, 0, 0));  // three.js looks along -z with y up
   }
@@ -375,6 +395,15 @@ export class Scene {
     this.resize();
     this.show(index);
   }
+
+  /// Side by side, each run has a view of its own, with the same camera.
+  setSplit(isSplit) {
+    this.isSplit = isSplit && this.beliefs.length > 1;
+    this.element.classList.toggle('split', this.isSplit);
+    this.resize();
+  }
+
+  get columns() { return this.isSplit ? this.beliefs.length : 1; }
 
   /// Arrows turn the view about its target, + and - zoom.
   steer(event) {
@@ -399,7 +428,7 @@ export class Scene {
     if (!width || !height) return;
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height);
-    this.camera.aspect = this.head.aspect = width / height;
+    this.camera.aspect = this.head.aspect = width / this.columns / height;
     const {camera} = this.run, half = Math.max(camera.height / 2 / camera.fv, camera.width / 2 / camera.fu / this.head.aspect);
     this.head.fov = 2 * Math.atan(half) * 180 / Math.PI;
     this.camera.updateProjectionMatrix();
@@ -407,5 +436,23 @@ export class Scene {
     this.draw();
   }
 
-  draw() { this.renderer.render(this.scene, this.mode === 'head' ? this.head : this.camera); }
+  /// Draws before the browser shows the page next, however often it is called until then.
+  draw() { this.drawing ??= requestAnimationFrame(() => this.render()); }
+
+  render() {
+    this.drawing = null;
+    const {columns, renderer} = this, {x, y: height} = renderer.getSize(new THREE.Vector2()), width = x / columns;
+    renderer.setScissorTest(columns > 1);
+    for (let column = 0; column < columns; ++column) {
+      this.beliefs.forEach(({group, frame}, run) => {
+        group.visible = columns === 1 || run === column;
+        if (columns === 1 || run !== column || !frame) return;
+        this.poseRobot(frame);
+        if (frame.truth ?? frame.estimate) this.lookThrough(frame.truth ?? frame.estimate);
+      });
+      renderer.setViewport(column * width, 0, width, height);
+      renderer.setScissor(column * width, 0, width, height);
+      renderer.render(this.scene, this.mode === 'head' ? this.head : this.camera);
+    }
+  }
 }

@@ -1,6 +1,8 @@
 // Values over time of the runs, the figures that show them, and the marks where two runs part.
 import {drawn} from '../../pages/web/figures.js';
 
+const kSensors = ['vision', 'gyro', 'plan_velocity', 'height'], kHalf_s = 0.5;
+
 /// Each value of the frames of a run as a column, in the order of time; NaN: unknown. The names are those of Series in site.cc.
 export class Series {
   constructor(names, columns) {
@@ -22,7 +24,21 @@ export class Series {
     this.derive();
   }
 
-  derive() { this.distance = this.x.map((_, i) => Math.hypot(this.x[i], this.y[i], this.z[i])); }
+  derive() {
+    this.distance = this.x.map((_, i) => Math.hypot(this.x[i], this.y[i], this.z[i]));
+    for (const name of kSensors) this[`mean_nis_${name}`] = this.smoothed(this[`nis_${name}`]);
+  }
+
+  /// The mean of the known values from half a second before to half a second after.
+  smoothed(values) {
+    let from = 0, to = 0, sum = 0, count = 0;
+    const add = (i, sign) => { if (Number.isFinite(values[i])) { sum += sign * values[i]; count += sign; } };
+    return Array.from(this.t, (t) => {
+      for (; to < values.length && this.t[to] <= t + kHalf_s; ++to) add(to, 1);
+      for (; this.t[from] < t - kHalf_s; ++from) add(from, -1);
+      return count ? sum / count : NaN;
+    });
+  }
 
   /// The row that is nearest to a time.
   at(t) {
@@ -45,16 +61,23 @@ const kFigures = [
   {name: 'error_z', title: 'Error in z, 3σ [mm]', parts: [['', 'z']], sigma: 'sigma_z'},
   {name: 'heading', title: 'Heading error, 3σ [deg]', parts: [['', 'heading']], sigma: 'sigma_heading'},
   {name: 'nees', title: 'NEES of the position (3 expected, 95 % below 7.8)', parts: [['', 'nees']], levels: [3, 7.81], zero: true},
+  ...kSensors.map((sensor) => ({name: `nis_${sensor}`, title: `NIS by degrees of freedom of ${sensor}, mean over 1 s (1 expected)`, parts: [['', `mean_nis_${sensor}`]], levels: [1],
+    zero: true, onDemand: true})),
   {name: 'landmarks', title: 'Landmarks', parts: [['found', 'found'], ['in the map', 'landmarks']], zero: true},
-  {name: 'slip', title: 'Slip of the standing soles [mm]', parts: [['left', 'slip_left'], ['right', 'slip_right']], zero: true},
-  {name: 'margin', title: 'ZMP: distance inside the support polygon [mm]', parts: [['', 'margin']], zero: true}];
+  {name: 'slip', title: 'Slip of the standing soles [mm]', parts: [['left', 'slip_left'], ['right', 'slip_right']], zero: true, onDemand: true},
+  {name: 'margin', title: 'ZMP: distance inside the support polygon [mm]', parts: [['', 'margin']], zero: true, onDemand: true}];
+/// The names of the figures that are drawn when they are asked for.
+export const kOnDemand = kFigures.filter(({onDemand}) => onDemand).map(({name}) => name);
 
 const isKnown = (column) => column.some(Number.isFinite);
 const full = (name, part) => [name, part].filter(Boolean).join(', ') || 'value';
 
-/// The figures that have a value. runs: {name, role, series}. marks: [{t, text}].
-export function figures(runs, marks) {
-  return kFigures.flatMap(({name, title, parts, sigma, levels, zero}) => {
+/// The names of the figures that have a value, in their order.
+export const known = (runs) => kFigures.filter(({parts}) => parts.some(([, key]) => runs.some(({series}) => isKnown(series[key])))).map(({name}) => name);
+
+/// The figures that have a value but those of some names. runs: {name, role, series}. marks: [{t, text}].
+export function figures(runs, marks, hidden) {
+  return kFigures.filter(({name}) => !hidden.has(name)).flatMap(({name, title, parts, sigma, levels, zero}) => {
     const lines = runs.flatMap(({name: run, role, series}) => parts.map(([part, key], i) =>
       ({name: full(run, part), role: i > 0 && runs.length === 1 ? 'plan' : role, thin: i > 0, x: series.t, y: series[key]}))).filter(({y}) => isKnown(y));
     const bands = sigma ? runs.filter(({series}) => isKnown(series[sigma])).map(({name: run, role, series}) =>
@@ -75,9 +98,17 @@ export function timeLine(runs, marks, width) {
     bands: [{role: b.role, x, low: zeros, high: distance.map((d) => (d > 0 ? d : 0))}, {role: a.role, x, low: distance.map((d) => (d < 0 ? d : 0)), high: zeros}]});
 }
 
-const kLongest_s = 1, kSame_m = 1e-6;
+const kLongest_s = 1, kSame_m = 1e-6, kSamePlace_m = 0.1;
 const outcomes = (frame) => new Map((frame.searches ?? []).map((search) => [search[0], search[6]]));
-const apart = (p, q) => p && q && Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]) > kSame_m;
+const between = (p, q) => Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+
+/// The landmarks of two maps that are each other's nearest within a decimeter: the number in b by that in a. Numbers of different runs
+/// mean nothing to each other.
+export function matched(a, b) {
+  const nearest = ([, p], others) => others.reduce((best, other) => (between(p, other[1]) < (best ? between(p, best[1]) : kSamePlace_m) ? other : best), null);
+  return new Map(a.flatMap((one) => { const other = nearest(one, b); return other && nearest(other, a)[0] === one[0] ? [[one[0], other[0]]] : []; }));
+}
+const apart = (p, q) => p && q && between(p, q) > kSame_m;
 
 /// The times at which the second run differs from the first: [{t, kind, text}]. Landmarks and estimates are compared if both used one recording.
 export function partings([a, b]) {
@@ -97,6 +128,10 @@ export function partings([a, b]) {
     if (pair) found.push({t: pair[1].t, kind: 'parting', text});
   };
   first('first difference of the estimates', ([p, q]) => apart(p.estimate, q.estimate));
-  first('first search with another outcome', ([p, q]) => { const of = outcomes(p); return [...outcomes(q)].some(([id, how]) => of.has(id) && of.get(id) !== how); });
+  const mapOf = ({run}, {t}) => run.mapAt(run.indexAt(t));
+  first('first search with another outcome', ([p, q]) => {
+    const [of, other] = [outcomes(p), outcomes(q)];
+    return [...matched(mapOf(a, p), mapOf(b, q))].some(([id, same]) => of.has(id) && other.has(same) && of.get(id) !== other.get(same));
+  });
   return found;
 }

@@ -5,13 +5,15 @@ import {HeadView, grayPicture} from './sensors.js';
 import {Stored, picture} from './source.js';
 
 const kSigns = {found: '◯▫', missed: '◌', rejected: '◯×'};
-export const searchLegend = () => element('p', {class: 'key'}, 'searched, 3σ: ',
-  ...Object.keys(kOutcomes).map((outcome) => element('b', {class: outcome}, `${kSigns[outcome]} ${outcome}`)), element('b', {class: 'new'}, '▫ new'));
+export const searchLegend = (isShared) => element('p', {class: 'key'}, `searched, 3σ${isShared ? ', in the color of the run' : ''}: `,
+  ...Object.keys(kOutcomes).map((outcome) => element('b', {class: isShared ? '' : outcome}, `${kSigns[outcome]} ${outcome}`)), element('b', {class: 'new'}, '▫ new'));
 
 export class Pane {
-  /// name: a letter if there are several runs; difference: what distinguishes it from the others; role: its color.
-  constructor(run, name, difference, role) {
-    Object.assign(this, {run, name, full: [name, difference].filter(Boolean).join(': '), role, index: -1, picked: null});
+  /// name: a letter if there are several runs; difference: what distinguishes it from the others; role: its color; first: the pane
+  /// whose image has the searches of this one, too.
+  constructor(run, name, difference, role, first = null) {
+    Object.assign(this, {run, name, full: [name, difference].filter(Boolean).join(': '), role, index: -1, picked: null, first, shared: [this]});
+    first?.shared.push(this);
     this.images = new Stored(`/rig/${run.index}/${run.about.rig.length}`, picture, 400);
     this.live = new Map();
     this.head = new HeadView(run, name);
@@ -19,7 +21,7 @@ export class Pane {
     this.counts = element('p', {class: 'soft'});
     const notes = run.about.missing.map((note) => element('p', {class: 'note'}, note));
     this.element = element('section', {class: 'pane', 'aria-label': this.full || run.about.label},
-      name ? element('h2', {class: `role-${role}`, title: this.full}, this.full) : null, ...notes, this.head.canvas, this.state, this.counts);
+      name ? element('h2', {class: `role-${role}`, title: this.full}, this.full) : null, ...notes, first ? null : this.head.canvas, this.state, this.counts);
   }
 
   /// An image that came with its frame.
@@ -33,14 +35,18 @@ export class Pane {
     if (!frame) return;
     this.index = index;
     this.say(frame);
-    this.showHead(index, frame);
+    if (!this.first) this.showHead(index, frame);
   }
 
   /// Marks a landmark in the image; null: none.
   mark(id) {
     this.picked = id;
-    const frame = this.run.frames[this.index];
-    if (frame && this.headIndex === this.index) this.head.show(frame, this.image, id);
+    const pane = this.first ?? this;
+    if (pane.headIndex === pane.index) pane.drawHead();
+  }
+
+  drawHead() {
+    this.head.show(this.image, this.shared.filter(({run, index}) => run.frames[index]).map(({run, index, role, picked}) => ({frame: run.frames[index], role, picked})));
   }
 
   async showHead(index, frame) {
@@ -52,8 +58,8 @@ export class Pane {
       if (this.index !== index) return;  // another one is shown by now
     }
     this.image = image;
-    this.head.show(frame, image, this.picked);
     this.headIndex = index;
+    this.drawHead();
   }
 
   say(frame) {

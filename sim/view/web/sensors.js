@@ -14,8 +14,8 @@ export class HeadView {
     this.context = this.canvas.getContext('2d');
   }
 
-  /// image: something a canvas can draw, or null.
-  show(frame, image, picked = null) {
+  /// image: something a canvas can draw, or null. runs: {frame, role, picked} of each; the searches of several have their colors.
+  show(image, runs) {
     const {context} = this;
     context.setTransform(kScale, 0, 0, kScale, 0, 0);
     if (image) {
@@ -29,16 +29,18 @@ export class HeadView {
     }
     context.translate(0.5, 0.5);
     context.lineWidth = 1.2;
-    for (const search of frame.searches ?? []) this.search(search);
-    const [, u, v] = (picked !== null && frame.searches?.find(([id]) => id === picked)) || [];
-    if (u !== undefined) this.ring(u, v);
-    context.strokeStyle = kNew;
-    for (const [u, v] of frame.new ?? []) this.square(u, v);
+    for (const {frame, role, picked} of runs) {
+      for (const search of frame.searches ?? []) this.search(search, runs.length > 1 ? color(role) : null);
+      const [, u, v] = (picked !== null && frame.searches?.find(([id]) => id === picked)) || [];
+      if (u !== undefined) this.ring(u, v);
+      context.strokeStyle = kNew;
+      for (const [u, v] of frame.new ?? []) this.square(u, v);
+    }
   }
 
-  search([, u, v, a, b, angle, outcome, foundU, foundV]) {
+  search([, u, v, a, b, angle, outcome, foundU, foundV], ownColor) {
     const {context} = this;
-    context.strokeStyle = kOutcomes[outcome];
+    context.strokeStyle = ownColor ?? kOutcomes[outcome];
     context.setLineDash(outcome === 'missed' ? [3, 3] : []);
     context.beginPath();
     context.ellipse(u, v, a, b, angle, 0, 2 * Math.PI);
@@ -57,12 +59,12 @@ export class HeadView {
     context.lineWidth = 1.2;
   }
 
-  /// The landmark that was searched for nearest to a place of the page; null: none.
+  /// The landmark that was searched for nearest to a place of the page, and how far it is (px): {id, far}; id: absent if none is near.
   pick({clientX, clientY}, {searches}) {
     const {left, top, width} = this.canvas.getBoundingClientRect(), scale = this.width / width;
     const far = ([, u, v]) => Math.hypot(u - scale * (clientX - left), v - scale * (clientY - top));
     const nearest = [...(searches ?? [])].sort((a, b) => far(a) - far(b))[0];
-    return nearest && far(nearest) < 1.5 * kPatch ? nearest[0] : null;
+    return nearest && far(nearest) < 1.5 * kPatch ? {id: nearest[0], far: far(nearest)} : {far: Infinity};
   }
 
   square(u, v) { this.context.strokeRect(u - kPatch / 2, v - kPatch / 2, kPatch, kPatch); }
@@ -87,15 +89,57 @@ export function grayPicture(bytes, width, height) {
 
 const points = async (blob) => new Float32Array(await blob.arrayBuffer());
 
+/// Depth: width and height (uint32), then mm by rows (uint16; 0: none).
+async function depths(blob) {
+  const buffer = await blob.arrayBuffer(), [width, height] = new Uint32Array(buffer, 0, 2);
+  return {width, height, mm: new Uint16Array(buffer, 8)};
+}
+
+const kColoring = {height: {low: 0, high: 2.5, unit: 'm'}, intensity: {low: 0, high: 1, unit: ''}};  // of lidars
+
 /// A further camera or lidar: what it measured at the shown frame, while its switch is on.
 export class RigLayer {
   constructor(run, sensor, number, scene) {
-    const isLidar = sensor.kind === 'lidar';
-    Object.assign(this, {run, name: sensor.name, scene: isLidar ? scene : null, isShown: sensor.kind !== 'imu' && (!isLidar || Boolean(scene))});
-    this.stored = new Stored(`/rig/${run.index}/${number}`, isLidar ? points : picture, 100);
+    const isLidar = sensor.kind === 'lidar', isDepth = sensor.kind === 'depth';
+    Object.assign(this, {run, isDepth, name: sensor.name, scene: isLidar ? scene : null, isShown: sensor.kind !== 'imu' && (!isLidar || Boolean(scene)),
+      palette: run.about.palette, scale: isDepth ? {low: sensor.range[0], high: sensor.range[1], unit: 'm'} : kColoring.height});
+    this.stored = new Stored(`/rig/${run.index}/${number}`, isLidar ? points : isDepth ? depths : picture, 100);
     this.canvas = isLidar ? null : element('canvas', {width: 0, height: 0, role: 'img', 'aria-label': `image of ${sensor.name}`});
     this.on = element('input', {type: 'checkbox', checked: '', onchange: () => this.show(this.index)});
-    this.element = element('figure', {class: sensor.kind}, element('label', {class: 'key'}, this.on, element('b', {}, sensor.name), sensor.words), this.canvas);
+    this.bar = element('span', {class: 'soft'});
+    this.value = element('span', {class: 'soft', role: 'status'});
+    const by = isLidar ? element('select', {'aria-label': `color of ${sensor.name}`, onchange: ({currentTarget}) => { this.color(kColoring[currentTarget.value]); currentTarget.blur(); }},
+      Object.keys(kColoring).map((name) => element('option', {value: name}, `by ${name}`))) : null;
+    this.element = element('figure', {class: sensor.kind}, element('label', {class: 'key'}, this.on, element('b', {}, sensor.name), sensor.words), by, this.canvas, this.bar, this.value);
+    if (isDepth || isLidar) this.color(this.scale);
+    if (isDepth) this.canvas.addEventListener('pointermove', (event) => { this.at = this.pixelAt(event); this.read(); });
+    if (isDepth) this.canvas.addEventListener('pointerleave', () => { this.at = null; this.read(); });
+  }
+
+  /// Colors values by a scale, and shows it as a bar.
+  color(scale) {
+    const bar = element('canvas', {width: 256, height: 1, class: 'bar'}), context = bar.getContext('2d'), text = (value) => `${value} ${scale.unit}`.trim();
+    this.scale = scale;
+    for (let i = 0; i < 256; ++i) {
+      context.fillStyle = `rgb(${this.palette.slice(3 * i, 3 * i + 3).join()})`;
+      context.fillRect(i, 0, 1, 1);
+    }
+    this.bar.replaceChildren(text(scale.low), bar, text(scale.high));
+    if (this.drawn) this.draw(this.drawn);
+  }
+
+  /// Where in the palette a value is.
+  level(value) { return 3 * Math.round(255 * Math.min(1, Math.max(0, (value - this.scale.low) / (this.scale.high - this.scale.low)))); }
+
+  pixelAt({clientX, clientY}) {
+    const {left, top, width, height} = this.canvas.getBoundingClientRect();
+    return [Math.floor((clientX - left) / width * this.canvas.width), Math.floor((clientY - top) / height * this.canvas.height)];
+  }
+
+  /// Names the depth below the mouse.
+  read() {
+    const {at, drawn} = this, mm = at && drawn ? drawn.mm[at[1] * drawn.width + at[0]] : undefined;
+    this.value.textContent = mm === undefined ? '' : ` at ${at.join(', ')}: ${mm ? `${mm / 1000} m` : 'none'}`;
   }
 
   /// While an element is fetched, frames may pass; then the newest is fetched.
@@ -113,10 +157,21 @@ export class RigLayer {
 
   draw(content) {
     this.drawn = content;
-    if (this.scene) return this.scene.showSweep(this.name, content);
+    if (this.scene) return this.scene.showSweep(this.name, content, (height, intensity) => {
+      const at = this.level(this.scale === kColoring.height ? height : intensity);
+      return [this.palette[at] / 255, this.palette[at + 1] / 255, this.palette[at + 2] / 255];
+    });
     this.canvas.hidden = !content;
     if (!content) return undefined;
     Object.assign(this.canvas, {width: content.width, height: content.height});
-    return this.canvas.getContext('2d').drawImage(content, 0, 0);
+    const context = this.canvas.getContext('2d');
+    if (!this.isDepth) return context.drawImage(content, 0, 0);
+    const pixels = context.createImageData(content.width, content.height);
+    content.mm.forEach((mm, i) => {
+      const at = this.level(mm / 1000);
+      pixels.data.set(mm ? [this.palette[at], this.palette[at + 1], this.palette[at + 2], 255] : [0, 0, 0, 255], 4 * i);
+    });
+    context.putImageData(pixels, 0, 0);
+    return this.read();
   }
 }

@@ -3,7 +3,7 @@ import {element, sortable} from '../../pages/web/dom.js';
 import {follow} from '../../pages/web/figures.js';
 import {Run} from '../../pages/web/run.js';
 import {Scene} from '../../pages/web/scene.js';
-import {Series, figures, partings, timeLine} from './compare.js';
+import {Series, figures, kOnDemand, known, matched, partings, timeLine} from './compare.js';
 import {Pane, searchLegend} from './pane.js';
 import {RigLayer} from './sensors.js';
 import {getBytes, getJson, listen} from './source.js';
@@ -12,7 +12,7 @@ const {dataset} = document.documentElement;
 const kFast = 5;  // frames of a finished run for each that the browser draws
 
 const kRoles = ['estimate', 'second', 'third', 'first'];  // of the runs
-const kKeys = 'space: play and pause · arrows, . and ,: one frame, with shift a second · [ and ]: marks · home, end · f, 1, 4: speed · r, o, c: follow, stay, through the camera · s: save the scene as PNG · in a figure: a click or a drag goes there, the wheel (above the time line with Ctrl) zooms, a double click shows all, a name in a legend hides its line';
+const kKeys = 'space: play and pause · arrows, . and ,: one frame, with shift a second · [ and ]: marks · home, end · f, 1, 4: speed · r, o, c: follow, stay, through the camera · v: a view of each run · s: save the scene as PNG · in a figure: a click or a drag goes there, the wheel (above the time line with Ctrl) zooms, a double click shows all, a name in a legend hides its line';
 const kLetters = 'ABCD';  // and names, if there are several
 
 /// The seed and the variant that distinguish each run from the others.
@@ -23,14 +23,16 @@ function differencesOf(runs) {
 
 class Page {
   constructor(about) {
-    Object.assign(this, {about, live: about.mode === 'live', t: 0, playing: about.mode === 'live', speed: 1, mode: 'follow', atEnd: true, figures: [], marks: []});
-    const differences = differencesOf(about.runs);
-    this.panes = about.runs.map((run, i) => new Pane(new Run(run, i), about.runs.length > 1 ? kLetters[i] : '', differences[i], kRoles[i]));
+    Object.assign(this, {about, live: about.mode === 'live', t: 0, playing: about.mode === 'live', speed: 1, mode: 'follow', atEnd: true, figures: [], marks: [], hiddenStrips: new Set(kOnDemand)});
+    const differences = differencesOf(about.runs), [{recording}] = about.runs, isOneWalk = recording && about.runs.every((run) => run.recording === recording);
+    this.panes = [];
+    about.runs.forEach((run, i) => this.panes.push(new Pane(new Run(run, i), about.runs.length > 1 ? kLetters[i] : '', differences[i], kRoles[i], isOneWalk ? this.panes[0] : null)));
     try {
       this.scene = new Scene(this.panes[0].run, 'follow', this.panes.slice(1));
     } catch (error) {
       this.failure = `Three dimensions cannot be drawn here: ${error.message}`;
     }
+    this.scene?.element.append(element('div', {class: 'names', 'aria-hidden': 'true'}, this.panes.map(({name, role}) => element('b', {class: `role-${role}`}, element('span', {}, name)))));
     // A click in the scene must not leave the keys with it either.
     this.scene?.element.addEventListener('pointerup', () => document.activeElement.blur());
     let from = null;
@@ -38,10 +40,12 @@ class Page {
     this.scene?.element.addEventListener('click', (event) => {
       if (from && Math.hypot(event.clientX - from[0], event.clientY - from[1]) < 5) this.pick(this.scene.pick(event));  // else the view was turned
     });
-    this.panes.forEach((pane, run) => pane.head.canvas.addEventListener('click', (event) => {
-      const id = pane.head.pick(event, pane.run.frames[pane.index] ?? {});
-      this.pick(id === null ? null : {run, id});
-    }));
+    for (const {head, shared} of this.panes) {
+      head.canvas.addEventListener('click', (event) => {
+        const found = shared.map(({run, index}) => ({run: run.index, ...head.pick(event, run.frames[index] ?? {})})).sort((a, b) => a.far - b.far)[0];
+        this.pick(found.id === undefined ? null : found);
+      });
+    }
     const [{run}] = this.panes;
     this.rig = run.about.rig.map((sensor, i) => new RigLayer(run, sensor, i, this.scene)).filter(({isShown}) => isShown);
     this.build();
@@ -57,6 +61,7 @@ class Page {
       onclick: (event) => { action(event.currentTarget); if (event.detail > 0) event.currentTarget.blur(); }}, text);
     const choice = (title, options, choose, more = {}) => element('select', {title, ...more, onchange: ({currentTarget}) => { choose(currentTarget.value); currentTarget.blur(); }},
       options.map(([value, text]) => element('option', {value}, text)));
+    const several = this.panes.length > 1;
     this.button = button;
     this.play = button('', 'space', () => this.toggle());
     this.step = button('step', 'one frame: .', () => this.stepOn());
@@ -69,18 +74,21 @@ class Page {
     this.picked = element('p', {class: 'soft', role: 'status'}, 'A click on a landmark in the scene or in an image names it.');
     this.moments = element('nav', {'aria-label': 'moments'});
     this.strips = element('div', {class: 'strips'});
+    this.stripNames = element('p', {class: 'key'});
+    this.inCommon = several ? element('p', {class: 'soft', role: 'status'}) : null;
+    this.split = several ? button('split', 'v: a view of each run, with one camera', () => this.setSplit(!this.scene?.isSplit)) : null;
     this.timeLine = element('div', {class: 'timeline'});
-    const failure = this.failure ? element('p', {class: 'note'}, this.failure) : null, several = this.panes.length > 1;
+    const failure = this.failure ? element('p', {class: 'note'}, this.failure) : null;
     document.body.append(
       element('header', {}, element('h1', {}, this.live ? 'GaitSLAM, live' : 'GaitSLAM, playback'), element('b', {}, this.title), this.note),
       element('main', {}, failure,
         element('div', {class: `views${several ? ' several' : ''}`},
           several ? this.table() : null,
-          element('figure', {class: 'space'}, this.scene?.element, this.legend(), this.picked),
-          element('figure', {class: `head heads-${this.panes.length}`}, this.panes.map((pane) => pane.element), searchLegend())),
+          element('figure', {class: 'space'}, this.scene?.element, this.legend(), this.picked, this.inCommon),
+          element('figure', {class: `head heads-${this.panes.length}`}, this.panes.map((pane) => pane.element), searchLegend(this.panes[0].shared.length > 1))),
         element('div', {class: 'rig'}, this.rig.map((layer) => layer.element)),
-        this.strips),
-      element('footer', {}, this.timeLine, element('div', {class: 'controls'}, this.play, this.slider, this.clock, this.step, this.speeds, this.views, this.save), this.moments));
+        this.stripNames, this.strips),
+      element('footer', {}, this.timeLine, element('div', {class: 'controls'}, this.play, this.slider, this.clock, this.step, this.speeds, this.views, this.split, this.save), this.moments));
     this.speeds.value = this.live ? 0 : 1;
     if (this.live) this.speeds.disabled = this.step.disabled = !this.about.control;
     if (this.live && !this.about.control) this.speeds.title = this.step.title = 'read-only: start the run with --control';
@@ -109,18 +117,34 @@ class Page {
   /// Names a landmark and marks it in scene and image; null: none.
   pick(landmark) {
     this.landmark = landmark;
-    this.panes.forEach((pane, run) => pane.mark(landmark?.run === run ? landmark.id : null));
     this.sayLandmark();
   }
 
   sayLandmark() {
+    const {run, id} = this.landmark ?? {}, map = ({run: of, index}) => of.mapAt(index), own = this.panes[run];
     this.scene?.showPicked(this.landmark ?? null);
-    if (!this.landmark) return;
-    const {run, id} = this.landmark, {run: of, name, index} = this.panes[run];
-    this.picked.textContent = `${name ? `${name}: ` : ''}${of.landmarkText(index, id)}`;
+    const texts = this.panes.map((pane, k) => {
+      const same = own && (k === run ? id : matched(map(own), map(pane)).get(id));
+      pane.mark(same ?? null);
+      return same === undefined ? '' : `${pane.name ? `${pane.name}: ` : ''}${pane.run.landmarkText(pane.index, same)}`;
+    });
+    if (own) this.picked.textContent = texts.filter(Boolean).join(' · the same place: ');
+  }
+
+  /// How many landmarks the first two runs have in common.
+  sayInCommon() {
+    const [a, b] = this.panes.map(({run, index}) => run.mapAt(index)), count = matched(a, b).size, [p, q] = this.panes;
+    this.inCommon.textContent = `Landmarks matched by place (nearest to each other, within 0.1 m): ${count} in common, ${a.length - count} of ${p.name} alone, ${b.length - count} of ${q.name} alone.`;
+  }
+
+  setSplit(isSplit) {
+    this.scene?.setSplit(isSplit);
+    this.split?.setAttribute('aria-pressed', Boolean(this.scene?.isSplit));
+    this.writeHash();
   }
 
   savePicture() {
+    this.scene?.render();
     this.scene?.renderer.domElement.toBlob((blob) => {
       const link = element('a', {href: URL.createObjectURL(blob), download: `gaitslam-${this.t.toFixed(2)}s.png`});
       link.click();
@@ -164,17 +188,25 @@ class Page {
   }
 
   /// Draws the figures over time anew.
-  drawFigures() {
-    const runs = this.panes.filter(({series}) => series), marks = this.listMoments(), zoomed = this.figures[0]?.range, focus = this.timeLine.matches(':hover') || this.strips.matches(':hover');
-    if (!runs.length || focus) return;  // a figure under the mouse stays
+  drawFigures(isAsked = false) {
+    const runs = this.panes.filter(({series}) => series), marks = this.listMoments(), names = known(runs), zoomed = this.figures[0]?.range, focus = this.timeLine.matches(':hover') || this.strips.matches(':hover');
+    if (!runs.length || (focus && !isAsked)) return;  // a figure under the mouse stays
+    this.stripNames.replaceChildren('Figures: ', ...names.map((name) => this.button(name.replaceAll('_', ' '), 'show or hide', () => this.toggleStrip(name),
+      {'data-strip': name, 'aria-pressed': String(!this.hiddenStrips.has(name)), class: 'layer'})));
     this.width = innerWidth;
-    const line = timeLine(runs, marks, Math.max(320, innerWidth - 28)), strips = figures(runs, marks);
+    const line = timeLine(runs, marks, Math.max(320, innerWidth - 28)), strips = figures(runs, marks, this.hiddenStrips);
     this.figures = [...(line ? [line] : []), ...strips];
     this.timeLine.replaceChildren(...(line ? [line.holder] : []));
     this.strips.replaceChildren(...strips.map(({holder}) => holder));
     follow(this.figures, (_, t, goesOn) => this.go(t, goesOn), () => this.showCursor(), () => this.writeHash(), true);
     if (zoomed && !this.live) for (const figure of this.figures) figure.zoom(...zoomed);
     this.showCursor();
+  }
+
+  toggleStrip(name) {
+    if (!this.hiddenStrips.delete(name)) this.hiddenStrips.add(name);
+    this.drawFigures(true);
+    this.writeHash();
   }
 
   showCursor() { for (const figure of this.figures) figure.show(this.t); }
@@ -189,6 +221,7 @@ class Page {
     this.scene?.show(Math.max(0, index));
     for (const layer of this.rig) layer.show(index);
     if (this.landmark) this.sayLandmark();
+    if (this.inCommon) this.sayInCommon();
     this.showCursor();
     this.slider.max = this.duration;
     this.slider.value = t;
@@ -214,7 +247,7 @@ class Page {
   writeHashNow() {
     this.hashTimer = null;
     const {hidden} = this.scene ?? {hidden: new Set()}, [figure] = this.figures, values = {t: this.t.toFixed(2), view: this.mode === 'follow' ? '' : this.mode,
-      hide: [...hidden].join(','), zoom: figure?.isZoomed ? figure.range.map((v) => v.toFixed(2)).join(',') : ''};
+      hide: [...hidden].join(','), strips: [...this.hiddenStrips].join(','), split: this.scene?.isSplit ? 'yes' : '', zoom: figure?.isZoomed ? figure.range.map((v) => v.toFixed(2)).join(',') : ''};
     history.replaceState(null, '', `#${Object.entries(values).filter(([, value]) => value).map(([name, value]) => `${name}=${value}`).join('&')}`);
   }
 
@@ -222,6 +255,9 @@ class Page {
     const values = new URLSearchParams(location.hash.slice(1)), t = parseFloat(values.get('t')), zoom = (values.get('zoom') ?? '').split(',').map(Number);
     const names = (values.get('hide') ?? '').split(',').filter((name) => this.scene?.layers[name]), view = values.get('view');
     for (const name of names) this.setLayer(name, false);
+    if (values.has('t')) this.hiddenStrips = new Set((values.get('strips') ?? '').split(','));
+    if (values.get('split')) this.setSplit(true);
+    this.drawFigures();
     if (['orbit', 'head'].includes(view)) this.setMode(view);
     if (zoom.length === 2 && zoom[0] < zoom[1]) for (const figure of this.figures) figure.zoom(...zoom);
     if (Number.isFinite(t)) this.go(t);
@@ -305,18 +341,18 @@ class Page {
     const action = {' ': () => this.toggle(), '.': () => this.stepOn(), ',': () => this.stepBy(-1), ArrowRight: () => this.stepBy(event.shiftKey ? 30 : 1),
       ArrowLeft: () => this.stepBy(event.shiftKey ? -30 : -1), Home: () => this.go(0), End: () => (this.live ? this.resume() : this.go(this.duration)),
       f: () => this.speeds.disabled || this.setSpeed(0), 1: () => this.speeds.disabled || this.setSpeed(1), 4: () => this.speeds.disabled || this.setSpeed(0.25),
-      '?': () => { this.note.textContent = kKeys; }, '[': () => this.jump(-1), ']': () => this.jump(1), r: () => this.setMode('follow'), o: () => this.setMode('orbit'), c: () => this.setMode('head'), s: () => this.savePicture()}[event.key];
+      '?': () => { this.note.textContent = kKeys; }, '[': () => this.jump(-1), ']': () => this.jump(1), r: () => this.setMode('follow'), o: () => this.setMode('orbit'), c: () => this.setMode('head'), s: () => this.savePicture(), v: () => this.setSplit(!this.scene?.isSplit)}[event.key];
     if (!action) return;
     event.preventDefault();
     action();
   }
 
   /// Frames come in pieces of some seconds, from the first on.
-  async playBack() {
-    await Promise.all(this.panes.map(async (pane) => { pane.series = Series.of(await getBytes(`/series/${pane.run.index}`)); }));
+  async playBack(begin) {
+    await Promise.all(this.panes.map(async (pane, i) => { pane.series = Series.of(await begin[i].series); }));
     for (let piece = 0; this.panes.some(({run}) => piece < run.about.pieces); ++piece) {
-      await Promise.all(this.panes.map(async ({run}) => {
-        if (piece < run.about.pieces) for (const frame of await getJson(`/frames/${run.index}/${piece}`)) run.append(frame);
+      await Promise.all(this.panes.map(async ({run}, i) => {
+        if (piece < run.about.pieces) for (const frame of await (piece === 0 ? begin[i].frames : getJson(`/frames/${i}/${piece}`))) run.append(frame);
       }));
       if (piece === 0) {
         this.drawFigures();
@@ -324,16 +360,14 @@ class Page {
       }
     }
     if (this.panes.length > 1) this.marks = partings(this.panes);
-    this.drawFigures();
     if (!this.goToHash() && this.t === 0) this.show(0);
     dataset.frames = this.panes[0].run.frames.length;
     dataset.ready = 'true';
   }
 
-  async loadModel() {
-    const {run} = this.panes[0];
-    if (!run.about.has_model || !this.scene) return;
-    this.scene.addModel(await getBytes('/model/0'));
+  async loadModel(model) {
+    if (!model || !this.scene) return;
+    this.scene.addModel(await model);
     this.show(this.t);
     let pictures = await getBytes('/pictures/0');
     while (pictures.byteLength === 0) {  // they are being painted
@@ -396,11 +430,15 @@ class Page {
 
 async function start() {
   try {
-    const page = new Page(await getJson('/about'));
+    const about = await getJson('/about'), {runs} = about;
+    // On their way while the page is built, which takes longer.
+    const model = runs[0].has_model ? getBytes('/model/0') : null;
+    const begin = about.mode === 'live' ? [] : runs.map((_, i) => ({series: getBytes(`/series/${i}`), frames: getJson(`/frames/${i}/0`)}));
+    const page = new Page(about);
     globalThis.gaitslamPage = page;
     if (page.live) page.followLive();
-    const played = page.live ? null : page.playBack();
-    await Promise.all([page.loadModel().finally(() => page.live && page.send({op: 'loaded'})), played]);
+    const played = page.live ? null : page.playBack(begin);
+    await Promise.all([page.loadModel(model).finally(() => page.live && page.send({op: 'loaded'})), played]);
     dataset.model = 'true';
   } catch (error) {
     document.body.append(element('p', {class: 'note'}, error.message));

@@ -264,20 +264,25 @@ TEST(ShownReading, CamerasAreAsTheyAreAndDepthIsBlueNearRedFarAndBlackWithout) {
   EXPECT_GT(near[2], near[0] + 50);
   EXPECT_GT(far[0], far[2] + 50);
   EXPECT_EQ(words_of(depth), "depth from 0.5 m (blue) to 4 m (red); black: none");
+  const std::string bytes = sent(image_of(cv::Mat(2, 3, CV_16UC1, cv::Scalar(3700))), depth);
+  ASSERT_EQ(bytes.size(), 8u + 12u);
+  EXPECT_EQ(reinterpret_cast<const std::uint32_t*>(bytes.data())[0], 3u) << "its width";
+  EXPECT_EQ(reinterpret_cast<const std::uint16_t*>(bytes.data())[9], 3700) << "mm of the last pixel";
 }
 
 TEST(ShownReading, PointsOfALidarAreInTheFrameOfTheHeadCameraAndAnImuHasNone) {
   rig::RigSensor lidar = sensor_of(rig::Kind::lidar);
   slam::RigReading sweep;
-  sweep.points = {{3, 2, 1}, {1, 0, 0}};
+  sweep.points = {{3, 2, 1, 0.5F}, {1, 0, 0}};
   lidar.X_CS = rig::camera_from_forward_left_up();
   lidar.X_CS.pretranslate(Eigen::Vector3d(0, -0.1, 0));
-  const std::string bytes = shown(sweep, lidar);
-  ASSERT_EQ(bytes.size(), 24u);
+  const std::string bytes = sent(sweep, lidar);
+  ASSERT_EQ(bytes.size(), 32u);
   const auto points = reinterpret_cast<const float*>(bytes.data());
   EXPECT_TRUE(Eigen::Map<const Eigen::Vector3f>(points).isApprox(Eigen::Vector3f(-2, -1.1, 3), 1e-6));
-  EXPECT_TRUE(Eigen::Map<const Eigen::Vector3f>(points + 3).isApprox(Eigen::Vector3f(0, -0.1, 1), 1e-6));
-  EXPECT_EQ(shown({}, sensor_of(rig::Kind::imu)), "");
+  EXPECT_EQ(points[3], 0.5F) << "its intensity";
+  EXPECT_TRUE(Eigen::Map<const Eigen::Vector3f>(points + 4).isApprox(Eigen::Vector3f(0, -0.1, 1), 1e-6));
+  EXPECT_EQ(sent({}, sensor_of(rig::Kind::imu)), "");
 }
 
 TEST(FrameMessage, JsonAndImageAreInOneMessage) {

@@ -124,7 +124,7 @@ TEST_F(PlaybackTest, PicturesAreOfTheCamerasSizeAndAsRecorded) {
   const auto complaint = [&] {
     return files::error_of([&] {
       const pages::Pictures pictures(recording);
-      pictures.shown(recording::head_camera(pictures.setup()), picture);
+      pictures.read(recording::head_camera(pictures.setup()), picture);
     });
   };
   EXPECT_EQ(complaint(), "");
@@ -173,10 +173,11 @@ TEST(PlaybackOfARig, EachFrameHasTheNewestReadingOfEachCameraAndLidar) {
   ASSERT_EQ(playback.rig.size(), 2u);
   EXPECT_TRUE(playback.rig[0][2].empty());
   EXPECT_EQ(playback.rig[1][4], playback.rig[1][3]);
-  const std::string png = playback.pictures->shown(playback.run.rig[0], playback.rig[0][7]);
-  EXPECT_EQ(recording::decode_png(png, CV_8UC1)->at<unsigned char>(5, 5), 7);
-  const std::string sweep = playback.pictures->shown(playback.run.rig[1], playback.rig[1][8]);
-  EXPECT_EQ(*reinterpret_cast<const float*>(sweep.data()), 6);
+  const auto read = [&](std::size_t sensor, std::size_t k) {
+    return playback.pictures->read(playback.run.rig[sensor], playback.rig[sensor][k]);
+  };
+  EXPECT_EQ(read(0, 7).image.at<unsigned char>(5, 5), 7);
+  EXPECT_EQ(read(1, 8).points[0].x_m, 6);
   fs::rename(folder / "walk/recording", result / "recording");
   const std::string report = pages::run_sections(pages::read_run(result), "", "");
   EXPECT_THAT(report, Has("aria-label='cam1 at", "cam1, gray"));

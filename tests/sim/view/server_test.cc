@@ -597,6 +597,18 @@ TEST_F(Security, EveryAnswerTellsBrowsersToBeStrict) {
   }
 }
 
+TEST_F(Security, WhatABrowserHasIsNotSentAgain) {
+  const std::string first = request("/" + query_, host_), mark = "ETag: ";
+  const std::string etag = first.substr(first.find(mark) + mark.size(), 34);
+  EXPECT_THAT(first, Has("Cache-Control: private, no-cache\r\n"));
+  const auto again = [&](const std::string& known) {
+    return request("/" + query_, host_ + "If-None-Match: " + known + "\r\n");
+  };
+  EXPECT_THAT(again(etag), AllOf(StartsWith("HTTP/1.1 304"), Lacks("secret")));
+  EXPECT_THAT(again("\"" + std::string(32, '0') + "\""), AllOf(StartsWith("HTTP/1.1 200"), Has("secret")));
+  EXPECT_THAT(request("/none" + query_, host_), Has("no-store"));
+}
+
 TEST_F(Security, OtherPathsSizesAndProtocolsAreRefused) {
   for (const std::string path : {"/../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "//etc/passwd",
                                  "/etc/passwd", "/view.js/../about", "/view.js/", "/.git/config"})
