@@ -14,7 +14,6 @@
 // The frame of each page, and the files that esbuild makes from web/.
 GAITSLAM_EMBED(gaitslam_page_frame, GAITSLAM_PAGE_FRAME)
 GAITSLAM_EMBED(gaitslam_page_script, GAITSLAM_BUNDLE "/pages.js")
-GAITSLAM_EMBED(gaitslam_map_script, GAITSLAM_BUNDLE "/map.js")
 GAITSLAM_EMBED(gaitslam_page_style, GAITSLAM_BUNDLE "/pages.css")
 
 namespace sim::pages {
@@ -60,13 +59,13 @@ std::string text(double x, double y, std::string_view words, const char* more = 
   return fmt::format("<text x='{:.1f}' y='{:.1f}' {}>{}</text>", x, y, more, escaped(words));
 }
 
-/// Title, in as many lines as it needs, and legend of a still picture.
+/// Title and legend of a still picture, in as many lines as they need.
 struct Header {
   std::string svg;
   double bottom = 12;  ///< px
 };
 
-Header header_of(const Figure& figure, double width) {
+Header header_of(const Figure& figure, double width, bool is_titled) {
   const auto most = static_cast<std::size_t>((width - kTitleLeft - kRight) / kCharacter);
   std::istringstream words(figure.title);
   std::vector<std::string> lines{""};
@@ -76,16 +75,19 @@ Header header_of(const Figure& figure, double width) {
   }
   Header header;
   double x = kTitleLeft, y = 0;
+  if (!is_titled) lines.clear();
   for (const std::string& line : lines) header.svg += text(kTitleLeft, y += kLine, line, "class='title'");
   for (const std::string& remark : figure.remarks)
-    header.svg += text(kTitleLeft, y += kLine, remark, "text-anchor='start'");
+    if (is_titled) header.svg += text(kTitleLeft, y += kLine, remark, "text-anchor='start'");
   y += kLine;
   for (const Line& line : figure.lines) {
     if (line.name.empty()) continue;
+    const double length = kCharacter * static_cast<double>(line.name.size()) + kLegendMark;
+    if (x > kTitleLeft && x + length > width) x = kTitleLeft, y += kLine;
     header.svg += fmt::format("<rect class='fill {}' x='{:.1f}' y='{:.0f}' width='12' height='8'/>",
                               role_name(line.role), x, y - 8) +
                   text(x + 16, y, line.name, "");
-    x += kCharacter * static_cast<double>(line.name.size()) + kLegendMark;
+    x += length;
   }
   header.bottom += y;
   return header;
@@ -228,14 +230,11 @@ std::string attributes(const Figure& figure, const Axes& axes) {
 constexpr double kEqualHeight = 480;  // px of a figure
 
 // Pictures are part of the page and figures have their own styles. Nothing else is loaded.
-std::string content_security_policy(const std::vector<std::string_view>& scripts) {
-  std::string allowed;
-  for (const std::string_view script : scripts)
-    allowed += fmt::format(" 'sha256-{}'", base64(files::sha256(script)));
+std::string content_security_policy(std::string_view script) {
   return fmt::format(
-      "default-src 'none'; script-src{}; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; "
-      "form-action 'none'",
-      allowed.empty() ? " 'none'" : allowed);
+      "default-src 'none'; script-src 'sha256-{}'; style-src 'unsafe-inline'; img-src data:; base-uri "
+      "'none'; form-action 'none'",
+      base64(files::sha256(script)));
 }
 
 std::string row_html(const TableRow& row, const char* tag) {
@@ -341,8 +340,9 @@ std::string figure_style() {
   return css;
 }
 
-std::string to_svg(const Figure& figure, double width, double height, bool in_page) {
-  const Header header = in_page ? Header{} : header_of(figure, width);
+std::string to_svg(const Figure& figure, double width, double height, Surroundings surroundings) {
+  const bool in_page = surroundings == Surroundings::page;
+  const Header header = in_page ? Header{} : header_of(figure, width, surroundings == Surroundings::titled);
   const Axes axes = axes_of(figure, width, height, header.bottom);
   std::string svg = fmt::format(
       "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0:.0f} {1:.0f}' width='{0:.0f}' "
@@ -400,7 +400,7 @@ std::string figure_html(const Figure& figure, const std::string& below, double h
     remarks += fmt::format("<p class='soft'>{}</p>", escaped(remark));
   return fmt::format("<figure data-figure='{}'{}><figcaption>{}</figcaption>{}{}{}{}</figure>\n",
                      escaped(figure.name), columns_html(figure), escaped(figure.title), remarks,
-                     to_svg(figure, width, figure.equal_axes ? kEqualHeight : height, true),
+                     to_svg(figure, width, figure.equal_axes ? kEqualHeight : height, Surroundings::page),
                      legend_html(figure), below);
 }
 
@@ -422,17 +422,14 @@ std::string sections_html(const std::vector<Section>& sections, bool with_links)
 }
 
 std::string_view page_script() { return gaitslam_page_script(); }
-std::string_view map_script() { return gaitslam_map_script(); }
 
-std::string html_page(std::string_view title, const std::string& subtitle, const std::string& body,
-                      const std::vector<std::string_view>& scripts) {
-  std::string with_scripts = body;
-  for (const std::string_view script : scripts)
-    with_scripts.append("<script>").append(script).append("</script>\n");
-  return fmt::format(fmt::runtime(gaitslam_page_frame()), fmt::arg("csp", content_security_policy(scripts)),
+std::string html_page(std::string_view title, const std::string& subtitle, const std::string& body) {
+  const std::string_view script = gaitslam_page_script();
+  const std::string with_script = body + fmt::format("<script>{}</script>\n", script);
+  return fmt::format(fmt::runtime(gaitslam_page_frame()), fmt::arg("csp", content_security_policy(script)),
                      fmt::arg("title", escaped(title)), fmt::arg("subtitle", subtitle),
                      fmt::arg("style", std::string(gaitslam_page_style()) + figure_style()),
-                     fmt::arg("body", with_scripts));
+                     fmt::arg("body", with_script));
 }
 
 }  // namespace sim::pages

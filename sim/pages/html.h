@@ -71,9 +71,12 @@ struct Axis {
 /// Returns the range of all finite values (positive ones if logarithmic) with a margin; 0 to 1 without any.
 Axis axis_of(const std::vector<const std::vector<double>*>& values, bool logarithmic);
 
-/// Returns an SVG document of this size (px) with title and legend. in_page: only the drawing, for a page
-/// with figure_style(), a caption and a legend; its axes are attributes, for the cursor of web/figures.js.
-std::string to_svg(const Figure& figure, double width, double height, bool in_page = false);
+/// What is drawn around a figure: title and legend; a legend; or nothing, for a page with figure_style(), a
+/// caption and a legend, which has its axes as attributes for the cursor of web/figures.js.
+enum class Surroundings { titled, untitled, page };
+/// Returns an SVG document of this size (px, 96 to the inch).
+std::string to_svg(const Figure& figure, double width, double height,
+                   Surroundings surroundings = Surroundings::titled);
 /// Returns the CSS of the drawings: plain colors, and those of the page if it defines them.
 std::string figure_style();
 
@@ -112,13 +115,8 @@ struct Section {
 /// Returns the sections that have content; with_links: preceded by links to them if there are several.
 std::string sections_html(const std::vector<Section>& sections, bool with_links = false);
 
-/// Returns the script of the pages: the behavior of tables and figures, or the map in three dimensions.
-std::string_view page_script();
-std::string_view map_script();
-
-/// Returns a page that is one file. subtitle, body: HTML. The Content-Security-Policy names the scripts by
-/// their hashes, so a browser runs no other script, loads nothing and sends nothing.
-std::string html_page(std::string_view title, const std::string& subtitle, const std::string& body,
-                      const std::vector<std::string_view>& scripts = {page_script()});
+/// Returns a page that is one file. subtitle, body: HTML. The Content-Security-Policy names the script by
+/// its hash, so a browser runs no other script, loads nothing and sends nothing.
+std::string html_page(std::string_view title, const std::string& subtitle, const std::string& body);
 
 }  // namespace sim::pages

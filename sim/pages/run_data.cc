@@ -345,19 +345,6 @@ std::string to_message(const Frame& frame) {
   return message;
 }
 
-std::string shown(const slam::RigReading& reading, const rig::RigSensor& sensor) {
-  if (sensor.kind == rig::Kind::depth) {
-    const double levels_per_m = 255 / (sensor.furthest_m - sensor.nearest_m);
-    cv::Mat levels, colors;
-    reading.image.convertTo(levels, CV_8U, 1e-3 * levels_per_m, -levels_per_m * sensor.nearest_m);
-    cv::cvtColor(levels, levels, cv::COLOR_GRAY2RGB);
-    cv::LUT(levels, palette(), colors);
-    colors.setTo(0, reading.image == 0);
-    return recording::encode_png(colors);
-  }
-  return recording::encode_png(reading.image);
-}
-
 std::string sent(const slam::RigReading& reading, const rig::RigSensor& sensor) {
   std::string bytes;
   if (sensor.kind == rig::Kind::depth) {
@@ -368,7 +355,7 @@ std::string sent(const slam::RigReading& reading, const rig::RigSensor& sensor) 
                    reading.image.elemSize() * static_cast<std::size_t>(reading.image.cols));
     return bytes;
   }
-  if (rig::is_camera(sensor)) return shown(reading, sensor);
+  if (rig::is_camera(sensor)) return recording::encode_png(reading.image);
   const Eigen::Isometry3f X_CS = sensor.X_CS.cast<float>();
   for (const slam::LidarPoint& point : reading.points) {
     const Eigen::Vector3f p_C = X_CS * Eigen::Vector3f(point.x_m, point.y_m, point.z_m);
@@ -387,14 +374,6 @@ const cv::Mat3b& palette() {
     return cv::Mat3b(colors);
   }();
   return kColors;
-}
-
-std::string words_of(const rig::RigSensor& sensor) {
-  if (sensor.kind == rig::Kind::depth)
-    return fmt::format("depth from {} m (blue) to {} m (red); black: none", sensor.nearest_m,
-                       sensor.furthest_m);
-  if (sensor.kind == rig::Kind::lidar) return "lidar, points in the room";
-  return std::string(rig::kKinds.at(std::size_t(sensor.kind)));
 }
 
 std::vector<fs::path> image_files(const std::vector<Frame>& frames, const fs::path& recording,

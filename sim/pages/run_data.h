@@ -57,21 +57,16 @@ std::optional<FrameError> error_of(const Frame& frame);
 /// Returns half axes (longer first) and angle (rad) of the 3-sigma ellipse of a covariance.
 Eigen::Vector3d ellipse(const Eigen::Matrix2d& covariance);
 
-/// Returns the JSON of a frame for web/run.js, which documents the keys. m, rad; null if not finite.
+/// Returns the JSON of a frame for sim/view/web/run.js, which documents the keys. m, rad; null if not finite.
 nlohmann::ordered_json to_json(const Frame& frame);
 
 /// Returns a WebSocket message: length of the JSON (little-endian, four bytes), JSON, gray image by rows.
 std::string to_message(const Frame& frame);
 
-/// Returns the image of a camera of the rig as PNG, with depth in the palette from nearest_m to furthest_m
-/// and black where there is none.
-std::string shown(const slam::RigReading& reading, const rig::RigSensor& sensor);
-/// Returns a reading of the rig for web/sensors.js: depth as width and height (uint32) and mm by rows
-/// (uint16; 0: none); of another camera shown(); of a lidar its points in the frame of the head camera, x, y,
-/// z (m) and intensity as float32; of an IMU nothing.
+/// Returns a reading of the rig for sim/view/web/sensors.js: depth as width and height (uint32) and mm by
+/// rows (uint16; 0: none); of another camera a PNG; of a lidar its points in the frame of the head camera, x,
+/// y, z (m) and intensity as float32; of an IMU nothing.
 std::string sent(const slam::RigReading& reading, const rig::RigSensor& sensor);
-/// Returns a description of the picture.
-std::string words_of(const rig::RigSensor& sensor);
 /// Returns 256 colors from blue over green to red (turbo).
 const cv::Mat3b& palette();
 

@@ -260,15 +260,38 @@ Figure errors_over_time(const std::string& alignment, const Runs& runs, const Gr
   return f;
 }
 
-/// A value of every run, as dots of each variant by seed.
-Figure by_seed(const char* name, const char* title, const char* unit, const Groups& variants,
-               std::optional<double> (*value)(const RunData&)) {
-  Figure f{name, title, "seed", unit};
+/// A value of every run as a dot above the number of its setting, with a box from quartile to quartile around
+/// the median and lines to the extremes.
+Figure boxes(const char* name, const char* title, const char* unit, const Groups& variants,
+             std::optional<double> (*value)(const RunData&)) {
+  Figure f{name, title, "setting", unit};
   f.logarithmic = f.whole_x = true;
+  double at = 0;
   for_each_variant(variants, [&](const std::string& variant, Role role, const Runs& its_runs) {
-    Line& dots = f.lines.emplace_back(Line{variant, role, {}, {}, true});
+    ++at;
+    Line dots{fmt::format("{:.0f}: {}", at, variant), role, {}, {}, true};
+    Column values;
     for (const RunData* run : its_runs)
-      if (const std::optional<double> y = value(*run)) dots.add(static_cast<double>(run->seed), *y);
+      if (const std::optional<double> y = value(*run)) dots.add(at, *y), values.push_back(*y);
+    f.lines.push_back(dots);
+    if (values.size() < 2) return;
+    const auto q = [&](double p) { return score::quantile(values, p); };
+    Line box{"", role};
+    for (const auto& [dx, y] : {std::pair{0.0, q(0)},
+                                {0.0, q(0.25)},
+                                {-0.2, q(0.25)},
+                                {-0.2, q(0.75)},
+                                {0.0, q(0.75)},
+                                {0.0, q(1)},
+                                {0.0, q(0.75)},
+                                {0.2, q(0.75)},
+                                {0.2, q(0.25)},
+                                {0.0, q(0.25)},
+                                {0.0, NAN},
+                                {-0.2, q(0.5)},
+                                {0.2, q(0.5)}})
+      box.add(at + dx, y);
+    f.lines.push_back(box);
   });
   return f;
 }
@@ -317,9 +340,9 @@ std::vector<Figure> scenario_figures(const std::string& scenario, const Runs& ru
       return value ? std::optional(kMm * *value) : std::nullopt;
     };
     figures.push_back(
-        by_seed("ate_by_seed", "ATE of every run after SE(3) alignment", "mm", by_variant, ate_mm));
-    figures.push_back(by_seed("cpu_by_seed", "CPU time of a frame of every run (median)", "ms", by_variant,
-                              [](const RunData& run) { return run.frame_cpu_ms_median; }));
+        boxes("ate_by_setting", "ATE of every run after SE(3) alignment", "mm", by_variant, ate_mm));
+    figures.push_back(boxes("cpu_by_setting", "CPU time of a frame of every run (median)", "ms", by_variant,
+                            [](const RunData& run) { return run.frame_cpu_ms_median; }));
   }
   for (Figure& f : figures) f.name += "_" + scenario, f.title = scenario + ": " + f.title;
   return figures;
@@ -331,6 +354,21 @@ Figure camera_from_above(const RunData& run) {
   Figure f = from_above("from_above", "Camera from above", run.plan, run.truth);
   add_path(f, kOdometryName, Role::third, run.odometry, true);
   add_path(f, "estimate", Role::estimate, run.estimate);
+  return f;
+}
+
+/// The landmarks of the last map around the paths of the camera.
+Figure map_from_above(const RunData& run) {
+  Figure f = camera_from_above(run);
+  f.name = "map", f.title = "Landmarks of the last map, from above";
+  Line dots{"landmarks", Role::first, {}, {}, true};
+  for (const Frame& frame : run.frames)
+    if (frame.map) {
+      dots.x.clear(), dots.y.clear();
+      for (const slam::MapPoint& point : *frame.map) dots.add(point.p_W.x(), point.p_W.y());
+    }
+  if (dots.x.empty()) return Figure{};
+  f.lines.push_back(dots);
   return f;
 }
 
@@ -372,6 +410,7 @@ std::vector<Figure> run_figures(const RunData& run) {
     if (run.filter_frames) add_filter(figures, run);
     if (run.value("loop_time_s")) figures.push_back(uncertainty(run, 5));
   }
+  if (const Figure map = map_from_above(run); !map.lines.empty()) figures.push_back(map);
   if (run.corrected_steps && run.corrected_steps->rows() > 0) add_corrections(figures, *run.corrected_steps);
   if (run.feet && run.feet->rows() > 0) add_slip(figures, *run.feet);
   if (run.answers && run.answers->rows() > 0) add_latency(figures, *run.answers);

@@ -22,7 +22,6 @@ namespace sim::pages {
 namespace {
 
 constexpr int kPictures = 8;
-constexpr int kEvery = 6;  // frames between the poses of the map's slider
 
 std::string view_command(const RunData& run) {
   return "tools/gaitslam view " + files::shell_word(run.folder.string());
@@ -40,18 +39,12 @@ std::string ellipse_svg(const slam::Search& search) {
   return svg;
 }
 
-/// Without its end.
-std::string image_svg(const std::string& png, const std::string& camera, double t) {
-  const cv::Size size = recording::image_header(png)->size;
-  return fmt::format(
-      "<svg class='picture' xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}' role='img' "
-      "aria-label='{2} at {3} s'><image width='{0}' height='{1}' href='data:image/png;base64,{4}'/>",
-      size.width, size.height, camera, t, base64(png));
-}
-
-Picture picture_of(const Frame& frame, const std::string& png, const Frame& first) {
+Picture picture_of(const Frame& frame, const cv::Mat& image, const Frame& first) {
   const double shown = std::round(10 * slam::seconds(frame.t - first.t)) / 10;
-  std::string svg = image_svg(png, "head camera", shown);
+  std::string svg = fmt::format(
+      "<svg class='picture' xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}' role='img' "
+      "aria-label='head camera at {2} s'><image width='{0}' height='{1}' href='data:image/png;base64,{3}'/>",
+      image.cols, image.rows, shown, base64(recording::encode_png(image)));
   if (frame.report)
     for (const slam::Search& search : frame.report->searched) svg += ellipse_svg(search);
   return {shown, svg + "</svg>"};
@@ -81,8 +74,7 @@ class RunSections {
                              {"loop", "Loop closure", closure_text() + figures({"closure", "matches"})}});
     all.insert(all.end(), {{"slip", "Slip of each step", figures({"slip", "landing"})},
                            {"pictures", "Images of the head camera", picture_strip(pictures_, prefix_)},
-                           {"rig", "Further cameras", rig_strip()},
-                           {"map", "Map", map()},
+                           {"map", "Map", figures({"map"})},
                            {"time", "Latency and dropped frames", figures({"latency"})},
                            {"cpu", "CPU time", cpu()},
                            {"metrics", "All metrics", metrics_table()},
@@ -202,50 +194,6 @@ class RunSections {
         "<p>ATE {} mm. The same sensors without images (estimator odometry, the thin line) have {} mm, "
         "{:.1f} times as much.</p>",
         number_text(kMm * *ate), number_text(kMm * *odometry), *odometry / *ate);
-  }
-
-  /// One image of each camera of the rig, at the middle of the walk.
-  std::string rig_strip() const {
-    if (run_.recording.empty() || run_.frames.empty()) return "";
-    const Pictures pictures(run_.recording);
-    const std::size_t middle = run_.frames.size() / 2;
-    const double t = std::round(100 * slam::seconds(run_.frames[middle].t)) / 100;
-    std::string html;
-    for (const rig::RigSensor& sensor : pictures.setup().rig) {
-      if (!rig::is_camera(sensor)) continue;
-      const auto file = image_files(run_.frames, run_.recording, sensor.name)[middle];
-      if (file.empty()) continue;
-      const std::string name = escaped(sensor.name);
-      html +=
-          fmt::format("<figure>{}</svg><span class='soft'>{}, {}</span></figure>",
-                      image_svg(shown(pictures.read(sensor, file), sensor), name, t), name, words_of(sensor));
-    }
-    return html.empty()
-               ? ""
-               : fmt::format(
-                     "<p class='soft'>The newest image of each at {} s.</p><div class='strip'>{}</div>", t,
-                     html);
-  }
-
-  /// The map in three dimensions, drawn by web/map.js from the frames of the run.
-  std::string map() const {
-    nlohmann::ordered_json frames = nlohmann::ordered_json::array();
-    bool any = false;
-    for (std::size_t i = 0; i < run_.frames.size(); ++i) {
-      Frame frame = run_.frames[i];
-      if (i % kEvery != 0 && i + 1 < run_.frames.size() && !frame.map) continue;
-      any = any || frame.map;
-      frame.report.reset();
-      frames.push_back(to_json(frame));
-    }
-    if (!any) return "";
-    return fmt::format(
-               "<figure><figcaption>Map: landmarks with 3-sigma ellipsoids; camera with its 3-sigma "
-               "ellipsoid ten times as large. Drag or arrow keys to turn, wheel or + and - to "
-               "zoom.</figcaption><div class='map' data-figure='map_3d' "
-               "data-frames='{}frames'></div></figure>",
-               prefix_) +
-           data_script(prefix_ + "frames", files::json_text(frames));
   }
 
   std::string metrics_table() const {
@@ -451,6 +399,29 @@ std::string changes_html(const std::vector<RunData>& runs, const std::vector<std
   return html;
 }
 
+/// The runs of a scenario over two of their metrics, drawn by web/pages.js; empty for fewer than two runs.
+std::string scatter_html(const std::vector<RunData>& runs, const std::vector<std::string>& names,
+                         const std::string& scenario) {
+  nlohmann::ordered_json settings = nlohmann::ordered_json::object(), metrics;
+  for (const std::string& name : shown_metrics(&ShownMetric::run)) metrics.push_back(metric_label(name));
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    if (runs[i].scenario != scenario) continue;
+    nlohmann::ordered_json values;
+    for (const std::string& name : shown_metrics(&ShownMetric::run)) {
+      const auto value = runs[i].value(name);
+      values.push_back(value ? nlohmann::ordered_json(*value) : nullptr);
+    }
+    settings[files::sanitize(names[i])].push_back(values);
+    ++count;
+  }
+  if (count < 2) return "";
+  const std::string id = "runs-" + scenario;
+  return fmt::format("<div class='scatter' data-runs='{}'></div>", escaped(id)) +
+         data_script(id,
+                     files::json_text(nlohmann::ordered_json{{"metrics", metrics}, {"settings", settings}}));
+}
+
 /// One run is visible at a time; web/pages.js changes which.
 std::string runs_in_detail(const std::vector<RunData>& runs, const std::vector<std::string>& labels,
                            const std::vector<bool>& in_full) {
@@ -507,7 +478,7 @@ std::vector<Picture> pictures(const RunData& run, int count) {
   for (int k = 0; k < count; ++k) {
     const std::size_t i = seen[static_cast<std::size_t>(k) * (seen.size() - 1) /
                                static_cast<std::size_t>(std::max(1, count - 1))];
-    all.push_back(picture_of(run.frames[i], shown(pictures.read(head, files[i]), head), run.frames[seen[0]]));
+    all.push_back(picture_of(run.frames[i], pictures.read(head, files[i]).image, run.frames[seen[0]]));
   }
   return all;
 }
@@ -547,7 +518,8 @@ std::string runs_page(const std::vector<RunData>& runs) {
     scenarios.push_back(scenario);
     sections.push_back({fmt::format("scenario-{}", sections.size()), scenario + ": all runs",
                         settings_html(runs, in_full, scenario) + changes_html(runs, names, scenario) +
-                            "<h3>Runs</h3>" + table(runs, labels, in_full, scenario) + figures_html(shown)});
+                            "<h3>Runs</h3>" + table(runs, labels, in_full, scenario) +
+                            figures_html(shown + scatter_html(runs, names, scenario))});
   }
   const auto known = [](const std::string& text) { return text.empty() ? "?" : escaped(text); };
   const result::About& about = runs[0].about;
@@ -556,8 +528,7 @@ std::string runs_page(const std::vector<RunData>& runs) {
           ? runs[0].label()
           : fmt::format("{}: {}", fmt::join(scenarios, ", "), files::counted(runs.size(), "run")),
       fmt::format("{} {}, revision {}", known(about.program), known(about.version), known(about.revision)),
-      (runs.size() == 1 ? "" : sections_html(sections, true)) + runs_in_detail(runs, labels, in_full),
-      {page_script(), map_script()});
+      (runs.size() == 1 ? "" : sections_html(sections, true)) + runs_in_detail(runs, labels, in_full));
 }
 
 }  // namespace sim::pages

@@ -58,7 +58,6 @@ ordered_json to_json(const ShownRun& run) {
   for (const rig::RigSensor& sensor : run.rig)
     rig.push_back({{"name", sensor.name},
                    {"kind", rig::kKinds.at(static_cast<std::size_t>(sensor.kind))},
-                   {"words", pages::words_of(sensor)},
                    {"range", {sensor.nearest_m, sensor.furthest_m}}});
   const cv::Mat3b& palette = pages::palette();
   const std::vector<unsigned char> colors(palette.ptr(), palette.ptr() + palette.total() * 3);

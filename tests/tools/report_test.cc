@@ -68,8 +68,8 @@ TEST_F(LongReportTest, ASweepHasAPageFromWhichItsWorstTrialCanBeRun) {
   expect_refused("report sweep sweep --out x.html", "sweep: is a sweep or a tuning");
 }
 
-// The tab key reaches every control in the order of the page, with a visible focus; arrows move
-// the time and turn the map; a page printed from a dark screen is light, complete and without controls.
+// The tab key reaches every control in the order of the page, with a visible focus; a page printed from a
+// dark screen is light, complete and without controls.
 TEST_F(ReportTest, AKeyboardAndAPrinterAreEnough) {
   short_walks("many", "1 2 3");
   ok("report many --out many.html");
@@ -81,9 +81,12 @@ TEST_F(ReportTest, AKeyboardAndAPrinterAreEnough) {
   EXPECT_EQ(found["keyboard"]["reached"], found["keyboard"]["expected"]);
   EXPECT_EQ(found["keyboard"]["unseen"], json::array());
 
-  EXPECT_LT(found["map"]["earlier_s"], found["map"]["last_s"]);
-  EXPECT_TRUE(found["map"]["moved"]);
-  EXPECT_TRUE(found["map"]["turned"]);
+  const auto& [before, after] = std::pair(found["scatter"]["before"], found["scatter"]["after"]);
+  EXPECT_THAT(before["title"].get<std::string>(), Has("rmse_m [m] over ate_se3_rmse_m [m]"));
+  EXPECT_THAT(after["title"].get<std::string>(), Has("end_position_error_m [m] over ate_se3_rmse_m [m]"));
+  EXPECT_NE(before["dots"], after["dots"]);
+  const std::string dots = before["dots"][0];
+  EXPECT_EQ(std::ranges::count(dots, 'M'), 3) << "a dot for each run";
 
   const auto& pointed = found["pointed"];
   EXPECT_THAT(pointed["before"]["legend"].get<std::string>(),
@@ -142,7 +145,14 @@ TEST_F(ReportTest, StillPicturesAppearTogetherAndHaveColors) {
   for (const char* color : {"#d55e00", "#0072b2", "#333"})  // of plan, estimate and truth
     EXPECT_THAT(text_of("figures/from_above.svg"), Has(color));
   EXPECT_EQ(gaitslam("report two/seed-1 --plots svg --out figures").exit_code, 2);
-  ok("report two/seed-1 --plots svg --out figures --force");
+  ok("report two/seed-1 --plots svg --width-mm 88 --no-titles --out figures --force");
+  const std::string narrow = text_of("figures/error_x.svg");
+  EXPECT_THAT(narrow, AllOf(Has("width='333'"), Lacks("class='title'")));  // px, 96 to the inch
+  EXPECT_EQ(gaitslam("report two/seed-1 --width-mm 88 --out x.html").exit_code, 2) << "of pictures alone";
+  expect_refused("report two/seed-1 --plots svg --width-mm 10 --out x", "--width-mm");
+  ok("report two/seed-1 --plots pdf --width-mm 88 --out pdf");
+  EXPECT_THAT(text_of("pdf/error_x.pdf"), StartsWith("%PDF-"));
+  EXPECT_FALSE(fs::exists(folder_ / "pdf/error_x.svg"));
 }
 
 // Text that closes an element, an attribute or a script, and a script that would mark the page.

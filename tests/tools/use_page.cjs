@@ -148,7 +148,7 @@ async function readValues(browser, url, count) {
   await click(browser, '[data-figure=error_x] .legend button');
   const hidden = await browser.value(`getComputedStyle(${line}).display`);
   // A landmark that is clicked in the image is marked in the scene, and the other way round.
-  const last = await browser.value(`(() => { const pane = ${kPane}; gaitslamPage.go(gaitslamPage.duration);
+  const last = await browser.value(`(() => { const pane = ${kPane}; scrollTo(0, 0); gaitslamPage.go(gaitslamPage.duration);
     const [id, u, v] = pane.run.frames[pane.index].searches[0], {left, top, width} = pane.head.canvas.getBoundingClientRect(), scale = width / pane.head.width;
     return {id, x: left + scale * u, y: top + scale * v}; })()`);
   await browser.click(last);
@@ -156,7 +156,7 @@ async function readValues(browser, url, count) {
     ${kPane}.run.frames.flatMap(({searches}) => searches ?? []).filter((search) => search[0] === ${last.id} && search[6] === how).length)})`);
   await browser.value('gaitslamPage.pick(null)');
   const again = await browser.value(`(() => { const {scene} = gaitslamPage, [, p] = scene.beliefs[0].landmarks.find(([id]) => id === ${last.id});
-    scrollTo(0, 0); gaitslamPage.setMode('head'); const {left, top, width, height} = scene.renderer.domElement.getBoundingClientRect(), at = scene.mark.position.clone().set(...p).project(scene.head);
+    gaitslamPage.setMode('head'); scene.render(); const {left, top, width, height} = scene.renderer.domElement.getBoundingClientRect(), at = scene.mark.position.clone().set(...p).project(scene.head);
     return {x: left + (at.x + 1) / 2 * width, y: top + (1 - at.y) / 2 * height}; })()`);
   await browser.click(again);
   picked.from_scene = await browser.value('({id: gaitslamPage.landmark?.id, marked: gaitslamPage.panes[0].picked})');
@@ -212,7 +212,9 @@ async function compare(browser, url) {
 
 // The depth below the mouse, and the colors of a lidar's points by height and by intensity.
 async function useRig(browser, url) {
-  await openView(browser, url, ` && gaitslamPage.rig.every(({drawn}) => drawn)`);
+  await openView(browser, url);
+  await browser.value('gaitslamPage.go(gaitslamPage.duration)');
+  await browser.until('gaitslamPage.rig.every(({drawn}) => drawn)');
   await browser.mouse('mouseMoved', await placeOf(browser, '.depth > canvas', 0.3));
   const depth = await browser.value(`(() => { const layer = gaitslamPage.rig.find(({isDepth}) => isDepth); return {at: layer.at, text: layer.value.textContent, bars: document.querySelectorAll('.bar').length,
     painted: [...layer.canvas.getContext('2d').getImageData(...layer.at, 1, 1).data]}; })()`);
@@ -262,18 +264,12 @@ async function walkThrough(browser) {
   return {expected, reached, unseen};
 }
 
-async function moveTime(browser) {
-  const see = () => browser.value(`new Promise((done) => requestAnimationFrame(() => done({t: document.querySelector('output').textContent,
-    picture: document.querySelector('.scene canvas').toDataURL()})))`, true);
-  const last = await see();
-  await browser.value(`document.querySelector('.controls input[type=range]').focus()`);
-  for (let i = 0; i < 5; ++i) await browser.press('ArrowLeft', 37);
-  const earlier = await see();
-  await browser.value(`document.querySelector('.scene').focus()`);
-  for (let i = 0; i < 5; ++i) await browser.press('ArrowLeft', 37);
-  const turned = await see();
-  return {last_s: parseFloat(last.t), earlier_s: parseFloat(earlier.t), moved: last.picture !== earlier.picture,
-    turned: earlier.picture !== turned.picture};
+// The dots of the runs over two metrics, before and after another one is chosen.
+async function scatter(browser) {
+  const see = () => browser.value(`({title: document.querySelector('.scatter figcaption').textContent, dots: [...document.querySelectorAll('.scatter .dots')].map((path) => path.getAttribute('d'))})`);
+  const before = await see();
+  await browser.value(`(() => { const choice = document.querySelector('.scatter select'); choice.selectedIndex = 2; choice.dispatchEvent(new Event('change')); })()`);
+  return {before, after: await see()};
 }
 
 // The legend of the first figure over time with and without a cursor, the instant of a click, and the start of the axes after a
@@ -327,7 +323,7 @@ async function useReport(browser, page) {
   await browser.open('file://' + path.resolve(page), kDrawn, {theme: 'dark'});
   await browser.send('Emulation.clearDeviceMetricsOverride');
   const keyboard = await walkThrough(browser);
-  return {keyboard, map: await moveTime(browser), pointed: await point(browser), phone: await browser.phoneWidth(), print: await print(browser)};
+  return {keyboard, scatter: await scatter(browser), pointed: await point(browser), phone: await browser.phoneWidth(), print: await print(browser)};
 }
 
 // By page: serious findings of axe-core by day and by night, and the width on the narrowest phone. folder: contains node_modules.

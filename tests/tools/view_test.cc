@@ -241,7 +241,7 @@ TEST_F(ViewTest, DepthHasAValueAndABarAndALidarTheColorsOfHeightOrIntensity) {
   std::set<fs::path> images;
   for (const auto& file : fs::directory_iterator(folder_ / "rig/seed-1/recording/mav0/depth0/data"))
     images.insert(file.path());
-  const auto image = sim::recording::decode_png(text_of(*images.begin()), CV_16UC1);
+  const auto image = sim::recording::decode_png(text_of(*images.rbegin()), CV_16UC1);
   const int u = depth["at"][0], v = depth["at"][1], mm = image->at<std::uint16_t>(v, u);
   EXPECT_GT(mm, 300);
   EXPECT_EQ(depth["text"], fmt::format(" at {}, {}: {} m", u, v, mm / 1000.0)) << "as it was recorded";

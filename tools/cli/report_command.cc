@@ -1,9 +1,11 @@
 #include <pthread.h>
 #include <signal.h>
 
+#include <cstdlib>
 #include <iostream>
 
 #include "sim/files/atomic_file.h"
+#include "sim/files/text.h"
 #include "sim/pages/pages.h"
 #include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"
@@ -21,15 +23,17 @@ constexpr const char* kReportExamples = R"(Examples:
   gaitslam report results/tangent_circle/seed-1 --out report.html
   gaitslam report results/regress-ci --out report.html  # a folder of results
   gaitslam report results/sweep-hall --out report.html  # a sweep, by its keys
-  gaitslam report results/tangent_circle/seed-1 --plots svg --out figures   # pictures in a folder
+  gaitslam report results/tangent_circle/seed-1 --plots pdf --width-mm 88 --no-titles --out figures
   gaitslam report results/before results/after --table table.tex   # medians by setting
 The page contains everything that it shows and needs no network.)";
 
-constexpr double kWidth = 720, kHeight = 300, kEqualHeight = 560;  // px of pictures
+constexpr double kPx_mm = 25.4 / 96, kHeight = 5 / 12.0, kEqualHeight = 7 / 9.0;  // by the width
 
 struct ReportRequest : OutRequest {
   std::vector<std::string> results;
-  std::string plots;                 ///< their format; empty: a page
+  std::string plots;               ///< their format; empty: a page
+  double width_mm = 720 * kPx_mm;  ///< of plots
+  bool no_titles = false;
   std::optional<std::string> table;  ///< a file
 };
 
@@ -52,21 +56,40 @@ std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
   return all;
 }
 
-void write_plots(const std::vector<pages::Figure>& figures, const fs::path& folder) {
-  for (const pages::Figure& figure : figures)
-    files::write_atomically(folder / (figure.name + ".svg"),
-                            to_svg(figure, kWidth, figure.equal_axes ? kEqualHeight : kHeight));
+/// By Debian's rsvg-convert. Throws std::runtime_error.
+void make_pdf(const fs::path& svg) {
+  const int status =
+      std::system(fmt::format("exec rsvg-convert --format=pdf --output={} {}",
+                              files::shell_word(fs::path(svg).replace_extension("pdf").string()),
+                              files::shell_word(svg.string()))
+                      .c_str());
+  if (status != 0)
+    throw std::runtime_error("rsvg-convert, in Debian's package librsvg2-bin, cannot be run or failed");
+  fs::remove(svg);
 }
 
-void make_plots(const std::vector<pages::RunData>& runs, const OutFolder& out) {
+void write_plots(const std::vector<pages::Figure>& figures, const ReportRequest& request,
+                 const fs::path& folder) {
+  const double width = request.width_mm / kPx_mm;
+  for (const pages::Figure& figure : figures) {
+    const fs::path svg = folder / (figure.name + ".svg");
+    files::write_atomically(
+        svg, to_svg(figure, width, width * (figure.equal_axes ? kEqualHeight : kHeight),
+                    request.no_titles ? pages::Surroundings::untitled : pages::Surroundings::titled));
+    if (request.plots == "pdf") make_pdf(svg);
+  }
+}
+
+void make_plots(const std::vector<pages::RunData>& runs, const ReportRequest& request, const OutFolder& out) {
   for (const pages::RunData& run : runs) require_separate(out.path(), run.folder);
   files::AtomicFolder folder(out.path(), files::Existing::replace);
   for (const pages::RunData& run : runs) {
     const fs::path own = runs.size() == 1 ? folder.path() : folder.path() / run.folder.filename();
     fs::create_directories(own);
-    write_plots(run_figures(run), own);
+    write_plots(run_figures(run), request, own);
   }
-  for (const auto& [scenario, figures] : comparison_figures(runs)) write_plots(figures, folder.path());
+  for (const auto& [scenario, figures] : comparison_figures(runs))
+    write_plots(figures, request, folder.path());
   folder.commit();
 }
 
@@ -106,7 +129,7 @@ int make_report(ReportRequest& request) {
     const OutFolder out(request, {}, {.replaces = true});
     {
       ProgressLine progress("report");
-      make_plots(read_runs(request, progress), out);
+      make_plots(read_runs(request, progress), request, out);
     }
     std::cout << "figures in " << *request.out << '\n';
     return 0;
@@ -213,8 +236,13 @@ void add_report(CLI::App& app, int& exit_code) {
   command.add_option("--out", request.out, "the HTML file to write; with --plots a folder");
   command.add_option("--table", request.table,
                      "write medians by setting, with n and interval, to a file .csv, .md or .tex");
-  command.add_option("--plots", request.plots, "write pictures instead of a page: svg")
-      ->check(CLI::IsMember({"svg"}));
+  auto* const plots =
+      command.add_option("--plots", request.plots, "write pictures instead of a page: svg, pdf")
+          ->check(CLI::IsMember({"svg", "pdf"}));
+  command.add_option("--width-mm", request.width_mm, "width of the pictures, 60 to 400; text keeps its size")
+      ->check(CLI::Range(60, 400))
+      ->needs(plots);
+  command.add_flag("--no-titles", request.no_titles, "pictures without titles, for captions")->needs(plots);
   command.add_flag("--force", request.force, "replace a file, or a folder of pictures made by gaitslam");
 }
 

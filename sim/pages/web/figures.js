@@ -118,6 +118,9 @@ function pathOf(x, y, at) {
   return d;
 }
 
+/// Strokes without length, whose round ends are dots.
+const dotsOf = (x, y, at) => x.map((v, i) => at(v, y[i])).filter((place) => place.every(Number.isFinite)).map(([px, py]) => `M${px.toFixed(2)} ${py.toFixed(2)}h0`).join('');
+
 /// The area between two lines, which ends at each gap.
 function areaOf(x, low, high, at) {
   let d = '';
@@ -145,9 +148,9 @@ function hider(key, role, text, path) {
   return button;
 }
 
-/// A figure over time. lines: [{name, role, x, y, thin}]; bands: [{name, role, x, low, high}]; levels: values of y; marks: [{t, text}];
+/// A figure, over time unless told otherwise. lines: [{name, role, x, y, thin, dots}]; bands: [{name, role, x, low, high}]; levels: values of y; marks: [{t, text}];
 /// zero: 0 is on the axis.
-export function drawn({name, title, lines, bands = [], levels = [], marks = [], zero = false, width = 400, height = 150}) {
+export function drawn({name, title, lines, bands = [], levels = [], marks = [], zero = false, overTime = true, width = 400, height = 150}) {
   const rangeOf = (columns, more = []) => {
     let [low, high] = [Math.min(...more), Math.max(...more)];
     for (const column of columns) for (const v of column) if (Number.isFinite(v)) { if (v < low) low = v; if (v > high) high = v; }
@@ -160,7 +163,7 @@ export function drawn({name, title, lines, bands = [], levels = [], marks = [], 
   const texts = [axisOf(rangeOf(from), kLeft, width - kRight), axisOf(rangeOf([...lines.map(({y}) => y), ...bands.flatMap(({low, high}) => [low, high])],
     [...levels, ...(zero ? [0] : [])]), height - kBottom, kTop)];
   const [x, y] = texts.map((text) => new Axis(text)), at = (a, b) => [x.at(a), y.at(b)];
-  const svg = svgElement('svg', {viewBox: `0 0 ${width} ${height}`, 'data-x': texts[0], 'data-y': texts[1], 'data-over-time': 'yes', role: 'img', 'aria-label': title});
+  const svg = svgElement('svg', {viewBox: `0 0 ${width} ${height}`, 'data-x': texts[0], 'data-y': texts[1], 'data-over-time': overTime ? 'yes' : 'no', role: 'img', 'aria-label': title});
   const data = svgElement('svg', {class: 'data', ...place, viewBox: Object.values(place).join(' '), preserveAspectRatio: 'none'});
   const label = (px, py, anchor, value) => { const node = svgElement('text', {x: px, y: py, 'text-anchor': anchor}); node.textContent = +value.toPrecision(6); return node; };
   const xs = svgElement('g', {class: 'ticks'});
@@ -168,7 +171,7 @@ export function drawn({name, title, lines, bands = [], levels = [], marks = [], 
   const ys = ticks(y.low, y.high, 4).flatMap((v) => [svgElement('path', {class: 'grid', d: `M${x.begin} ${y.at(v)}H${x.end}`}), label(x.begin - 5, y.at(v) + 4, 'end', v)]);
   const level = (d, text) => { const node = svgElement('path', {class: 'level', d}), words = svgElement('title', {}); words.textContent = text; node.append(words); return node; };
   const paths = new Map([...bands.map((band) => [band, svgElement('path', {class: `fill envelope ${band.role}`, d: areaOf(band.x, band.low, band.high, at)})]),
-    ...lines.map((line) => [line, svgElement('path', {class: `line ${line.thin ? 'thin ' : ''}${line.role}`, d: pathOf(line.x, line.y, at)})])]);
+    ...lines.map((line) => [line, svgElement('path', {class: `${line.dots ? 'dots' : line.thin ? 'line thin' : 'line'} ${line.role}`, d: (line.dots ? dotsOf : pathOf)(line.x, line.y, at)})])]);
   data.append(...bands.map((band) => paths.get(band)),
     ...levels.map((v) => level(`M${x.begin} ${y.at(v)}H${x.end}`, v)), ...marks.map(({t, text}) => level(`M${x.at(t)} ${y.begin}V${y.end}`, text)),
     ...lines.map((line) => paths.get(line)));

@@ -1,6 +1,6 @@
-// Behavior of all pages: figures with a cursor, the run that is shown, and printing.
-import {sortable} from './dom.js';
-import {Figure, follow} from './figures.js';
+// Behavior of all pages: figures with a cursor, runs over two metrics, the run that is shown, and printing.
+import {element, sortable} from './dom.js';
+import {Figure, drawn, follow} from './figures.js';
 
 const all = (selector, within = document) => [...within.querySelectorAll(selector)];
 
@@ -28,15 +28,32 @@ function showRun(id) {
   for (const run of all('.run')) run.hidden = run.id !== id;
   const chooser = document.getElementById('run');
   if (chooser) chooser.value = id;
-  dispatchEvent(new Event('drawmaps'));
   count();
 }
 
+const kRoles = ['estimate', 'first', 'second', 'third'];
+
+/// Draws runs over two metrics that are chosen, each setting in its color.
+function scatter(holder) {
+  const {metrics, settings} = JSON.parse(document.getElementById(holder.dataset.runs).textContent), known = metrics.map((_, i) => i)
+    .filter((i) => Object.values(settings).flat().some((values) => values[i] !== null));
+  const choice = (name, at) => element('select', {'aria-label': name, onchange: () => draw()}, known.map((i) => element('option', {value: i, selected: i === known[at] ? '' : null}, metrics[i])));
+  const across = choice('metric along x', 0), up = choice('metric along y', 1), place = element('div');
+  function draw() {
+    const lines = Object.entries(settings).map(([name, runs], k) => ({name, role: kRoles[k % kRoles.length], dots: true, x: runs.map((values) => values[across.value] ?? NaN), y: runs.map((values) => values[up.value] ?? NaN)}));
+    const figure = drawn({name: 'scatter', title: `${metrics[up.value]} over ${metrics[across.value]}: a dot for each run`, lines, overTime: false, width: 560, height: 300});
+    place.replaceChildren(figure.holder);
+    follow([figure]);
+  }
+  holder.append(element('p', {class: 'no-print'}, up, ' over ', across), place);
+  draw();
+}
+
 follow(all('figure').filter((holder) => holder.querySelector('svg[data-x]')).map((holder) => new Figure(holder)), showInstant);
+all('.scatter').forEach(scatter);
 document.getElementById('run')?.addEventListener('change', (event) => showRun(event.target.value));
 for (const link of all('[data-run]')) link.addEventListener('click', () => showRun(link.dataset.run));
 all('table.sortable').forEach(sortable);
-addEventListener('mapdrawn', count);
 // Paper gets everything opened.
 let opened = [];
 addEventListener('beforeprint', () => {

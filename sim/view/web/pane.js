@@ -1,6 +1,6 @@
 // One run beside the scene: its head image with searches, and its state in words.
 import {element} from '../../pages/web/dom.js';
-import {kOutcomes} from '../../pages/web/run.js';
+import {kOutcomes} from './run.js';
 import {HeadView, grayPicture} from './sensors.js';
 import {Stored, picture} from './source.js';
 

@@ -1,6 +1,6 @@
 // The image of the head camera with what the filter searched for in it, and further cameras and lidars of the robot.
 import {color, element} from '../../pages/web/dom.js';
-import {kOutcomes} from '../../pages/web/run.js';
+import {kOutcomes} from './run.js';
 import {Stored, picture} from './source.js';
 
 const kPatch = 11, kScale = 2;
@@ -110,7 +110,7 @@ export class RigLayer {
     this.value = element('span', {class: 'soft', role: 'status'});
     const by = isLidar ? element('select', {'aria-label': `color of ${sensor.name}`, onchange: ({currentTarget}) => { this.color(kColoring[currentTarget.value]); currentTarget.blur(); }},
       Object.keys(kColoring).map((name) => element('option', {value: name}, `by ${name}`))) : null;
-    this.element = element('figure', {class: sensor.kind}, element('label', {class: 'key'}, this.on, element('b', {}, sensor.name), sensor.words), by, this.canvas, this.bar, this.value);
+    this.element = element('figure', {class: sensor.kind}, element('label', {class: 'key'}, this.on, element('b', {}, sensor.name), isDepth ? 'depth; black: none' : sensor.kind), by, this.canvas, this.bar, this.value);
     if (isDepth || isLidar) this.color(this.scale);
     if (isDepth) this.canvas.addEventListener('pointermove', (event) => { this.at = this.pixelAt(event); this.read(); });
     if (isDepth) this.canvas.addEventListener('pointerleave', () => { this.at = null; this.read(); });

@@ -1,8 +1,8 @@
 // The page: one scene and one time line of all runs, the images of each, figures over time, and the keys.
 import {element, sortable} from '../../pages/web/dom.js';
 import {follow} from '../../pages/web/figures.js';
-import {Run} from '../../pages/web/run.js';
-import {Scene} from '../../pages/web/scene.js';
+import {Run} from './run.js';
+import {Scene} from './scene.js';
 import {Series, figures, kOnDemand, known, matched, partings, timeLine} from './compare.js';
 import {Pane, searchLegend} from './pane.js';
 import {RigLayer} from './sensors.js';

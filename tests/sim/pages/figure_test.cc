@@ -69,19 +69,24 @@ TEST(ComparisonFigures, GiveTheShareOfFramesWithTheMeanNeesInItsBand) {
   EXPECT_NEAR(nees.levels.at(1).at, 7.22, 0.005);
 }
 
-TEST(ComparisonFigures, SeveralSeedsOfEstimatorsAreDots) {
+TEST(ComparisonFigures, SeveralSeedsOfASettingAreDotsWithABox) {
   std::vector<RunData> runs;
   for (const char* estimator : {"filter", "plan"})
-    for (const std::uint64_t seed : {1, 2}) {
+    for (const std::uint64_t seed : {1, 2, 3}) {
       RunData& run = runs.emplace_back(run_of({1, 1, 1, 1}, {1, 1, 1, 1}));
       run.scenario = "hall", run.estimator = estimator, run.seed = seed;
       run.metrics = {{"ate_se3_rmse_m", "m", 0.001 * static_cast<double>(seed)}};
     }
-  const Figure ate = figure_named("ate_by_seed_hall", runs);
-  ASSERT_EQ(ate.lines.size(), 2u);
-  EXPECT_EQ(ate.lines[1].name, "plan");
-  EXPECT_THAT(ate.lines[0].x, ElementsAre(1, 2));
-  EXPECT_THAT(ate.lines[0].y, ElementsAre(DoubleNear(1, 1e-9), DoubleNear(2, 1e-9)));
+  const Figure ate = figure_named("ate_by_setting_hall", runs);
+  ASSERT_EQ(ate.lines.size(), 4u);
+  EXPECT_EQ(ate.lines[2].name, "2: plan");
+  EXPECT_THAT(ate.lines[2].x, ElementsAre(2, 2, 2));
+  EXPECT_THAT(ate.lines[2].y, ElementsAre(DoubleNear(1, 1e-9), DoubleNear(2, 1e-9), DoubleNear(3, 1e-9)));
+  const Line& box = ate.lines[3];
+  EXPECT_EQ(box.name, "") << "the legend has its dots";
+  EXPECT_NEAR(box.y.front(), 1, 1e-9);
+  EXPECT_NEAR(box.y[2], 1.5, 1e-9) << "the lower quartile";
+  EXPECT_NEAR(box.y.back(), 2, 1e-9) << "the median";
 }
 
 TEST(ComparisonFigures, RunsOfOneSeedWithOtherSettingsAreLinesOfTheirOwnWithoutABand) {
@@ -173,7 +178,7 @@ TEST(Svg, EqualAxesGiveAMeterTheSameLengthBothWays) {
 TEST(PageSvg, HasItsAxesAndTheNamesOfItsLines) {
   Figure figure = one_line({0, 10}, {1, 100});
   figure.x_label = "time [s]", figure.logarithmic = true;
-  const std::string svg = to_svg(figure, 400, 300, true);
+  const std::string svg = to_svg(figure, 400, 300, Surroundings::page);
   EXPECT_THAT(svg, AllOf(Has("data-name='truth'"), Lacks("<style"),
                          testing::ContainsRegex("data-x='-0.5 10.5 62 386 0' data-y='0.6[0-9]* 150 254 12 1' "
                                                 "data-over-time='yes'")));
@@ -246,31 +251,22 @@ rig::RigSensor sensor_of(rig::Kind kind) {
   return sensor;
 }
 
-TEST(ShownReading, CamerasAreAsTheyAreAndDepthIsBlueNearRedFarAndBlackWithout) {
+TEST(SentReading, CamerasAreAsTheyAreAndDepthHasItsValuesAndAPaletteFromBlueToRed) {
   using rig::Kind;
   const cv::Mat gray(2, 3, CV_8UC1, cv::Scalar(7)), color(2, 3, CV_8UC3, cv::Scalar(200, 100, 0));
   const auto same = [](const cv::Mat& a, const cv::Mat& b) { return cv::norm(a, b, cv::NORM_INF) == 0; };
-  EXPECT_TRUE(same(*recording::decode_png(shown(image_of(gray), sensor_of(Kind::gray)), CV_8UC1), gray));
-  EXPECT_TRUE(same(*recording::decode_png(shown(image_of(color), sensor_of(Kind::color)), CV_8UC3), color));
-  rig::RigSensor depth = sensor_of(Kind::depth);
-  depth.nearest_m = 0.5, depth.furthest_m = 4;
-  const auto at = [&](int mm) {
-    const std::string png = shown(image_of(cv::Mat(2, 2, CV_16UC1, cv::Scalar(mm))), depth);
-    return recording::decode_png(png, CV_8UC3)->at<cv::Vec3b>(0, 0);
-  };
-  const cv::Vec3b near = at(1000), far = at(3700);  // red, green, blue
-  EXPECT_EQ(at(0), cv::Vec3b(0, 0, 0));
-  EXPECT_NE(at(500), cv::Vec3b(0, 0, 0));
-  EXPECT_GT(near[2], near[0] + 50);
-  EXPECT_GT(far[0], far[2] + 50);
-  EXPECT_EQ(words_of(depth), "depth from 0.5 m (blue) to 4 m (red); black: none");
-  const std::string bytes = sent(image_of(cv::Mat(2, 3, CV_16UC1, cv::Scalar(3700))), depth);
+  EXPECT_TRUE(same(*recording::decode_png(sent(image_of(gray), sensor_of(Kind::gray)), CV_8UC1), gray));
+  EXPECT_TRUE(same(*recording::decode_png(sent(image_of(color), sensor_of(Kind::color)), CV_8UC3), color));
+  const std::string bytes = sent(image_of(cv::Mat(2, 3, CV_16UC1, cv::Scalar(3700))), sensor_of(Kind::depth));
   ASSERT_EQ(bytes.size(), 8u + 12u);
   EXPECT_EQ(reinterpret_cast<const std::uint32_t*>(bytes.data())[0], 3u) << "its width";
   EXPECT_EQ(reinterpret_cast<const std::uint16_t*>(bytes.data())[9], 3700) << "mm of the last pixel";
+  const cv::Vec3b near = palette()(0, 36), far = palette()(0, 233);  // red, green, blue
+  EXPECT_GT(near[2], near[0] + 50);
+  EXPECT_GT(far[0], far[2] + 50);
 }
 
-TEST(ShownReading, PointsOfALidarAreInTheFrameOfTheHeadCameraAndAnImuHasNone) {
+TEST(SentReading, PointsOfALidarAreInTheFrameOfTheHeadCameraAndAnImuHasNone) {
   rig::RigSensor lidar = sensor_of(rig::Kind::lidar);
   slam::RigReading sweep;
   sweep.points = {{3, 2, 1, 0.5F}, {1, 0, 0}};

@@ -178,9 +178,6 @@ TEST(PlaybackOfARig, EachFrameHasTheNewestReadingOfEachCameraAndLidar) {
   };
   EXPECT_EQ(read(0, 7).image.at<unsigned char>(5, 5), 7);
   EXPECT_EQ(read(1, 8).points[0].x_m, 6);
-  fs::rename(folder / "walk/recording", result / "recording");
-  const std::string report = pages::run_sections(pages::read_run(result), "", "");
-  EXPECT_THAT(report, Has("aria-label='cam1 at", "cam1, gray"));
 }
 
 TEST_F(PlaybackTest, ALineBreaksWhereThereIsNoEstimate) {
@@ -195,7 +192,6 @@ TEST_F(PlaybackTest, ALineBreaksWhereThereIsNoEstimate) {
   const auto gap = pages::read_run(result_);
   const std::string report = pages::run_sections(gap, "", "");
   EXPECT_THAT(report, Has("head camera at"));
-  EXPECT_THAT(report, Lacks("Further cameras")) << "without a rig";
   const auto breaks = [](const std::vector<double>& values) {
     return std::ranges::count_if(values, [](double value) { return std::isnan(value); });
   };

@@ -1,7 +1,7 @@
-// Room, robot, map and paths of a run in three dimensions, for reports and the view.
+// Room, robot, map and paths of a run in three dimensions, for the view.
 import * as THREE from 'three/build/three.module.js';
 import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
-import {color, element} from './dom.js';
+import {color, element} from '../../pages/web/dom.js';
 import {kOutcomes} from './run.js';
 
 const kAboveGround = 0.004, kEllipsoids = 0.22;
@@ -379,15 +379,6 @@ export class Scene {
   lookThrough(pose) {
     place(this.head, pose);
     this.head.quaternion.multiply(new THREE.Quaternion(1, 0, 0, 0));  // three.js looks along -z with y up
-  }
-
-  /// Looks at the whole true path from above and aside.
-  lookAtPath() {
-    const box = new THREE.Box3().setFromPoints(this.run.frames.filter(({truth}) => truth).map(({truth: [x, y]}) => new THREE.Vector3(x, y, 0.8)));
-    const center = box.getCenter(new THREE.Vector3()), far = Math.max(2, box.getSize(new THREE.Vector3()).length());
-    this.controls.target.copy(center);
-    this.camera.position.copy(center).add(new THREE.Vector3(-0.9, -1.1, 1.1).multiplyScalar(far));
-    this.controls.update();
   }
 
   setMode(mode, index) {
