@@ -71,8 +71,8 @@ struct Axis {
 /// Returns the range of all finite values (positive ones if logarithmic) with a margin; 0 to 1 without any.
 Axis axis_of(const std::vector<const std::vector<double>*>& values, bool logarithmic);
 
-/// What is drawn around a figure: title and legend; a legend; or nothing, for a page with figure_style(), a
-/// caption and a legend, which has its axes as attributes for the cursor of web/figures.js.
+/// Surroundings of a drawing. titled: title and legend; untitled: a legend; page: none, as the page has
+/// figure_style(), a caption and a legend, but axes as attributes for the cursor of web/figures.js.
 enum class Surroundings { titled, untitled, page };
 /// Returns an SVG document of this size (px, 96 to the inch).
 std::string to_svg(const Figure& figure, double width, double height,

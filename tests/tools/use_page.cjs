@@ -183,6 +183,8 @@ async function compare(browser, url) {
   await browser.press(']', 221);
   const marked = await read();
   // Both runs' searches are in one image, in their colors.
+  await browser.value('gaitslamPage.go(0.5)');
+  await browser.until(`${kPane}.headIndex === ${kPane}.index`);
   const image = await browser.value(`(() => { const {head} = gaitslamPage.panes[0], {data} = head.context.getImageData(0, 0, head.canvas.width, head.canvas.height);
     const has = (role) => { const paint = document.createElement('canvas').getContext('2d'); paint.fillStyle = getComputedStyle(document.documentElement).getPropertyValue('--' + role);
       paint.fillRect(0, 0, 1, 1); const [r, g, b] = paint.getImageData(0, 0, 1, 1).data; let count = 0;
@@ -310,7 +312,7 @@ async function print(browser) {
     return {
       background: getComputedStyle(document.body).backgroundColor,
       dark: all('body, figure, .card, pre, td, th').filter(dark).map(name),
-      controls: all('nav, .controls, input, select, button:not(.sort)').map(name),
+      controls: all('nav, .controls, input, select, button:not(.sort, .legend button)').map(name),
       cut: all('figure, figure canvas, figure svg, table, pre').filter((e) => box(e).right > innerWidth + 1 || box(e).left < -1).map(name),
       too_high: all('figure').filter((e) => box(e).height > innerHeight).map(name),
       closed: document.querySelectorAll('details:not([open])').length,

@@ -118,7 +118,7 @@ function pathOf(x, y, at) {
   return d;
 }
 
-/// Strokes without length, whose round ends are dots.
+/// A dot for each point: a stroke without length and with round ends.
 const dotsOf = (x, y, at) => x.map((v, i) => at(v, y[i])).filter((place) => place.every(Number.isFinite)).map(([px, py]) => `M${px.toFixed(2)} ${py.toFixed(2)}h0`).join('');
 
 /// The area between two lines, which ends at each gap.
@@ -148,7 +148,7 @@ function hider(key, role, text, path) {
   return button;
 }
 
-/// A figure, over time unless told otherwise. lines: [{name, role, x, y, thin, dots}]; bands: [{name, role, x, low, high}]; levels: values of y; marks: [{t, text}];
+/// A figure. overTime: x is the time. lines: [{name, role, x, y, thin, dots}]; bands: [{name, role, x, low, high}]; levels: values of y; marks: [{t, text}];
 /// zero: 0 is on the axis.
 export function drawn({name, title, lines, bands = [], levels = [], marks = [], zero = false, overTime = true, width = 400, height = 150}) {
   const rangeOf = (columns, more = []) => {

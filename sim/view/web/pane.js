@@ -10,7 +10,7 @@ export const searchLegend = (isShared) => element('p', {class: 'key'}, `searched
 
 export class Pane {
   /// name: a letter if there are several runs; difference: what distinguishes it from the others; role: its color; first: the pane
-  /// whose image has the searches of this one, too.
+  /// with the image of this run, which shows the searches of both.
   constructor(run, name, difference, role, first = null) {
     Object.assign(this, {run, name, full: [name, difference].filter(Boolean).join(': '), role, index: -1, picked: null, first, shared: [this]});
     first?.shared.push(this);

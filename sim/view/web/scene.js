@@ -387,7 +387,7 @@ export class Scene {
     this.show(index);
   }
 
-  /// Side by side, each run has a view of its own, with the same camera.
+  /// Shows one view per run, side by side with the same camera, or one of all runs.
   setSplit(isSplit) {
     this.isSplit = isSplit && this.beliefs.length > 1;
     this.element.classList.toggle('split', this.isSplit);

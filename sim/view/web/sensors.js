@@ -128,7 +128,7 @@ export class RigLayer {
     if (this.drawn) this.draw(this.drawn);
   }
 
-  /// Where in the palette a value is.
+  /// The index of the color of a value in the palette.
   level(value) { return 3 * Math.round(255 * Math.min(1, Math.max(0, (value - this.scale.low) / (this.scale.high - this.scale.low)))); }
 
   pixelAt({clientX, clientY}) {

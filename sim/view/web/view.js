@@ -85,7 +85,7 @@ class Page {
         element('div', {class: `views${several ? ' several' : ''}`},
           several ? this.table() : null,
           element('figure', {class: 'space'}, this.scene?.element, this.legend(), this.picked, this.inCommon),
-          element('figure', {class: `head heads-${this.panes.length}`}, this.panes.map((pane) => pane.element), searchLegend(this.panes[0].shared.length > 1))),
+          element('figure', {class: `head heads-${this.panes.filter(({first}) => !first).length}`}, this.panes.map((pane) => pane.element), searchLegend(this.panes[0].shared.length > 1))),
         element('div', {class: 'rig'}, this.rig.map((layer) => layer.element)),
         this.stripNames, this.strips),
       element('footer', {}, this.timeLine, element('div', {class: 'controls'}, this.play, this.slider, this.clock, this.step, this.speeds, this.views, this.split, this.save), this.moments));

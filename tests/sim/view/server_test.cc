@@ -319,7 +319,7 @@ TEST(LiveRig, APageFetchesTheNewestReadingsOfTheFramesItWasSent) {
   EXPECT_EQ(body("/rig/0/0/0"), recording::encode_png(red));
   EXPECT_EQ(body("/rig/0/0/1"), recording::encode_png(red));
   EXPECT_EQ(body("/rig/0/1/0"), "") << "before the first sweep";
-  EXPECT_EQ(body("/rig/0/1/1").size(), 12u);
+  EXPECT_EQ(body("/rig/0/1/1").size(), 16u);
   EXPECT_EQ(body("/rig/0/0/2"), "");
   for (int k = 5; k < 40; ++k) view.show(frame_at(k));
   EXPECT_NE(body("/rig/0/0/36"), "");
