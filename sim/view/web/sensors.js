@@ -28,8 +28,8 @@ export class HeadView {
       context.fillText('no image', 8, 20);
     }
     context.translate(0.5, 0.5);
-    context.lineWidth = 1.2;
-    for (const {frame, role, picked} of runs) {
+    for (const [i, {frame, role, picked}] of runs.entries()) {
+      context.lineWidth = 1.2 + 1.8 * (runs.length - 1 - i);  // the first ones can be seen behind the last one
       for (const search of frame.searches ?? []) this.search(search, runs.length > 1 ? color(role) : null);
       const [, u, v] = (picked !== null && frame.searches?.find(([id]) => id === picked)) || [];
       if (u !== undefined) this.ring(u, v);
@@ -56,7 +56,6 @@ export class HeadView {
       Object.assign(context, {strokeStyle: style, lineWidth: width});
       context.strokeRect(u - kPatch, v - kPatch, 2 * kPatch, 2 * kPatch);
     }
-    context.lineWidth = 1.2;
   }
 
   /// The landmark that was searched for nearest to a place of the page, and how far it is (px): {id, far}; id: absent if none is near.
