@@ -339,10 +339,12 @@ std::vector<Figure> scenario_figures(const std::string& scenario, const Runs& ru
       const auto value = run.value("ate_se3_rmse_m");
       return value ? std::optional(kMm * *value) : std::nullopt;
     };
-    figures.push_back(
-        boxes("ate_by_setting", "ATE of every run after SE(3) alignment", "mm", by_variant, ate_mm));
-    figures.push_back(boxes("cpu_by_setting", "CPU time of a frame of every run (median)", "ms", by_variant,
-                            [](const RunData& run) { return run.frame_cpu_ms_median; }));
+    figures.push_back(boxes("ate_by_setting",
+                            "ATE of every run after SE(3) alignment; boxes: quartiles and median", "mm",
+                            by_variant, ate_mm));
+    figures.push_back(boxes("cpu_by_setting",
+                            "CPU time of a frame of every run (median); boxes: quartiles and median", "ms",
+                            by_variant, [](const RunData& run) { return run.frame_cpu_ms_median; }));
   }
   for (Figure& f : figures) f.name += "_" + scenario, f.title = scenario + ": " + f.title;
   return figures;

@@ -67,14 +67,13 @@ class RunSections {
     std::vector<Section> all{{"verdict", title, verdict()},
                              {"paths", "Plan, truth and estimate",
                               (run_.truth_aligned ? aligned : "") +
-                                  figures({"from_above", "waist_from_above", "height", "correct"})}};
+                                  figures({"from_above", "waist_from_above", "height", "correct", "map"})}};
     if (run_.errors)
       all.insert(all.end(), {{"errors", "Errors with 3-sigma envelopes", images_text() + figures({"error_"})},
                              {"consistency", "Consistency", figures({"nees", "nis"})},
                              {"loop", "Loop closure", closure_text() + figures({"closure", "matches"})}});
     all.insert(all.end(), {{"slip", "Slip of each step", figures({"slip", "landing"})},
                            {"pictures", "Images of the head camera", picture_strip(pictures_, prefix_)},
-                           {"map", "Map", figures({"map"})},
                            {"time", "Latency and dropped frames", figures({"latency"})},
                            {"cpu", "CPU time", cpu()},
                            {"metrics", "All metrics", metrics_table()},
