@@ -241,6 +241,7 @@ void Run::command() {
   const walking::SensorReadings readings = robot_.command();
   next_.body.push_back(recorded(now, readings));
   writer_.add(next_.body.back());
+  writer_.add(now, robot_->world().torques());
   last_tick_.left = readings.left, last_tick_.right = readings.right;
 }
 

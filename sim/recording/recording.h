@@ -64,6 +64,8 @@ class RecordingWriter {
   void add(const TruePoses& poses);      ///< once per frame
   void add(const TrueMotion& motion);    ///< at any rate
   void add(const TrueFeet& feet);        ///< at any rate
+  /// Adds the torques of the servos, N·m, one for each joint; at any rate.
+  void add(slam::Stamp t, const Eigen::VectorXd& torques);
   void add(const score::Surface& surface);
 
   /// Adds all steps that a steered walk could correct; other walks have no such file.

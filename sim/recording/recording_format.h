@@ -146,6 +146,7 @@ inline const std::string kCorrectionColumns =
     ",foot,desired_x [m],desired_y [m],desired_yaw [rad],expected_x [m],expected_y [m],expected_yaw [rad]"
     ",ahead [m],aside [m],turn [rad]";
 inline const Table kCorrectedSteps{"truth/corrected_steps.csv", kStampColumn + kCorrectionColumns};
+inline const std::string kTorques = "truth/torques.csv";
 inline const Table kSurfaces{"truth/surfaces.csv",
                              "#kind," + files::pose_columns("WS") + ",size_1 [m],size_2 [m],size_3 [m]"};
 

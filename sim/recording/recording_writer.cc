@@ -55,7 +55,7 @@ struct Rows {
   std::optional<slam::Stamp> last, begin;  // begin: of the first reading of an IMU
 };
 
-/// The truth; desired_waist: only of a steered walk.
+/// The truth; desired_waist: only of a steered walk. torques: from the first ones on.
 struct TruthRows {
   explicit TruthRows(const fs::path& folder)
       : camera(folder, kTrueCamera),
@@ -64,7 +64,7 @@ struct TruthRows {
         feet(folder, kFeet.file, ""),
         surfaces(folder, kSurfaces) {}
   Rows camera, waist, planned_waist, feet, surfaces;
-  std::optional<Rows> desired_waist;
+  std::optional<Rows> desired_waist, torques;
 };
 
 }  // namespace
@@ -203,6 +203,18 @@ void RecordingWriter::add(const TrueFeet& feet) {
   rows.add(feet.t, fields);
 }
 
+void RecordingWriter::add(slam::Stamp t, const Eigen::VectorXd& torques) {
+  std::optional<Rows>& rows = files_->truth.torques;
+  if (!rows) {
+    std::string header = kStampColumn;
+    for (const std::string& joint : files_->setup.joints) header += "," + joint + " [N m]";
+    rows.emplace(files_->folder, kTorques, header);
+  }
+  std::string fields;
+  for (const double torque : torques) fields += fmt::format(",{:.4f}", torque);
+  rows->add(t, fields);
+}
+
 void RecordingWriter::add(const score::Surface& surface) {
   files_->truth.surfaces.file.write(fmt::format("{},{},{}\n", kSurfaceKinds.at(std::size_t(surface.kind)),
                                                 files::csv_fields(surface.X_WS),
@@ -243,7 +255,8 @@ void RecordingWriter::finish() {
   for (Rows* rows :
        {&f.motion, &f.truth.camera, &f.truth.waist, &f.truth.planned_waist, &f.truth.feet, &f.truth.surfaces})
     all.push_back(rows);
-  if (f.truth.desired_waist) all.push_back(&*f.truth.desired_waist);
+  for (std::optional<Rows>* rows : {&f.truth.desired_waist, &f.truth.torques})
+    if (*rows) all.push_back(&**rows);
   for (Rows* rows : all) {
     rows->file.close();
     f.manifest.add(rows->name, rows->file.hash());

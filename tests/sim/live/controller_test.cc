@@ -33,6 +33,10 @@ TEST_F(ControllerTest, TheBuiltInOneAsAProgramGivesTheSameBytes) {
                                            "recording/controller.json", "recording/manifest.csv"}));
   EXPECT_THAT(file("program", "recording/controller.json"), HasSubstr("\"answers\": "));
   EXPECT_FALSE(file("program", "estimate.tum").empty());
+  const std::string torques = file("program", "recording/truth/torques.csv");
+  EXPECT_EQ(std::ranges::count(torques, '\n'),
+            std::ranges::count(file("program", "recording/truth/feet.csv"), '\n'));
+  EXPECT_THAT(torques, HasSubstr(",LLEG_JOINT3 [N m],"));
 }
 
 TEST_F(ControllerTest, AProgramThatFailsEndsTheWalkAsWalkerFailed) {
