@@ -31,7 +31,7 @@ std::vector<std::string> command_words(const Choice& choice);
 /// that an interpreter or a wrapper such as `env` runs.
 std::string program_name(const std::vector<std::string>& words);
 
-/// Returns hashes of the files that the words and the values of options name; the program is searched in PATH.
+/// Returns hashes of the files that words and values of options name; the program is searched in PATH.
 /// Other files, such as modules of a script, are not included.
 std::string files_identity(const Choice& choice);
 

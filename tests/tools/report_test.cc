@@ -148,7 +148,8 @@ TEST_F(ReportTest, StillPicturesAppearTogetherAndHaveColors) {
   ok("report two/seed-1 --plots svg --width-mm 88 --no-titles --out figures --force");
   const std::string narrow = text_of("figures/error_x.svg");
   EXPECT_THAT(narrow, AllOf(Has("width='333'"), Lacks("class='title'")));  // px, 96 to the inch
-  EXPECT_EQ(gaitslam("report two/seed-1 --width-mm 88 --out x.html").exit_code, 2) << "only pictures have a width";
+  EXPECT_EQ(gaitslam("report two/seed-1 --width-mm 88 --out x.html").exit_code, 2)
+      << "only pictures have a width";
   expect_refused("report two/seed-1 --plots svg --width-mm 10 --out x", "--width-mm");
   ok("report two/seed-1 --plots pdf --width-mm 88 --out pdf");
   EXPECT_THAT(text_of("pdf/error_x.pdf"), StartsWith("%PDF-"));
