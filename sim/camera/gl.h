@@ -43,17 +43,17 @@ struct Vertex {
 /// (LP_NUM_THREADS=0), so frames and their cost do not depend on the machine's load.
 class Renderer {
  public:
-  /// It has the textures of `shares` too, if that is given. Throws
-  /// std::runtime_error without a usable OpenGL.
+  /// It has the textures of `shares` too, if that is given. Throws std::runtime_error without a usable
+  /// OpenGL.
   Renderer(const cv::Size& size_px, Channels channels, const Renderer* shares = nullptr);
   /// Frees all that was made in the context, and textures with the last context that has them.
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
-  /// Makes the context current on this thread, which alone uses OpenGL until the returned lock is released.
-  /// To be called before all functions below: Mesa 22 reads the scenes of all contexts of a process without a
-  /// lock when one of them maps a buffer (llvmpipe_flush_resource), and has crashed there.
+  /// Makes the context current on this thread. No other thread uses OpenGL until the returned lock is
+  /// released, because Mesa 22 crashes: a context that maps a buffer reads the scenes of all others without a
+  /// lock (llvmpipe_flush_resource). Must be called before all functions below.
   [[nodiscard]] std::unique_lock<std::mutex> use();
   /// Sets the number of vertices.
   void reserve(std::size_t vertices);
