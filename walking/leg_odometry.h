@@ -15,9 +15,9 @@ Eigen::Isometry3d measured_sole_in_base(const Robot& robot, Side side, const Leg
 /// way.
 Eigen::Isometry3d floor_under_sole(const Leg& leg, const Wrench& lagged);
 
-/// The part assumed to be at rest: the whole sole that carries more and lies flat, as on a planned walk, or
-/// each sole's center of pressure, as on slopes and on walks that roll over their feet. For a robot whose
-/// soles do not lie flat (Leg::lies_flat), `sole` means the centers of pressure, on a floor at z = 0.
+/// The part assumed to be at rest: the whole flat sole that carries more, as on a planned walk, or the center
+/// of pressure of each sole, as on slopes and on walks that roll over their feet. If the soles of a robot do
+/// not lie flat (Leg::lies_flat), `sole` means the centers of pressure, on a floor at z = 0.
 enum class AtRest { sole, points };
 
 /// Follows the waist from one carrying sole to the next in the odometry's own world O with its floor at z =

@@ -44,7 +44,7 @@ struct Leg {
   /// Stiffness of the sole's pads against tilt about its axes x and y, N·m/rad, and its lag; 0: no tilt.
   Eigen::Vector2d pad_stiffness = Eigen::Vector2d::Zero();
   double pad_lag_s = 0;
-  /// Whether the loaded sole lies flat on the floor; a narrow one tilts with the ankle.
+  /// True if the loaded sole lies flat on the floor. A narrow sole tilts with the ankle.
   bool lies_flat = true;
 
   /// The last joint in the axes of the sole, m.

@@ -113,7 +113,7 @@ class Classes {
   std::string main_;
 };
 
-/// The file of an asset, whose places the file's compiler may set.
+/// Returns the file of an asset. The model's `compiler` element may set its folder.
 fs::path asset_file(const fs::path& model, const Element& compiler, const Element& asset) {
   const fs::path given = asset.get("file"),
                  name = compiler.get("strippath") == "true" ? given.filename() : given;
