@@ -63,7 +63,7 @@ Eigen::Isometry3d measured_sole_in_base(const Robot& robot, Side side, const Leg
 Eigen::Isometry3d floor_under_sole(const Leg& leg, const Wrench& lagged) {
   using Eigen::Vector3d;
   Eigen::Isometry3d X_SF = Eigen::Isometry3d::Identity();
-  if (!(leg.pad_stiffness.minCoeff() > 0)) return X_SF;
+  if (!leg.has_pads()) return X_SF;
   Vector3d middle = Vector3d::Zero();
   middle.head<2>() = (leg.sole_min + leg.sole_max) / 2;
   const Vector3d torque = lagged.torque - middle.cross(lagged.force);
@@ -119,7 +119,7 @@ void LegOdometry::follow_points(const SensorReadings& readings) {
   } else {
     const Motion now = turned(readings.q, readings.gyro, kPeriod);
     X_OB_ = now.X_OB;
-    if (on_floor_) X_OB_.translation().z() -= settling() * now.p_OS.z();
+    if (floor_ == Floor::level) X_OB_.translation().z() -= settling() * now.p_OS.z();
     const Eigen::Vector3d up =
         X_OB_.linear() * (imu_in_base(robot_, readings.q) * readings.accelerometer).stableNormalized();
     const Eigen::Vector3d level = kPeriod / kLeveling_s * up.cross(Eigen::Vector3d::UnitZ());

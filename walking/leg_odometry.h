@@ -15,27 +15,24 @@ Eigen::Isometry3d measured_sole_in_base(const Robot& robot, Side side, const Leg
 /// way.
 Eigen::Isometry3d floor_under_sole(const Leg& leg, const Wrench& lagged);
 
-/// The part assumed to be at rest: the whole flat sole that carries more, as on a planned walk, or the center
-/// of pressure of each sole, as on slopes and on walks that roll over their feet. If the soles of a robot do
-/// not lie flat (Leg::lies_flat), `sole` means the centers of pressure, on a floor at z = 0.
-enum class AtRest { sole, points };
+/// What is known of the floor: it is the plane z = 0, as on a planned walk, or may be anything.
+enum class Floor { level, any };
 
-/// Follows the waist from one carrying sole to the next in the odometry's own world O with its floor at z =
-/// 0; O drifts from the true world as soles slip, because the sole that carries more is assumed to be at
-/// rest.
+/// Follows the waist in the odometry's own world O; O drifts from the true world as soles slip.
 ///
-/// When the load changes, the new sole is placed relative to the other one, so the waist never jumps and
-/// settles on the floor within tenths of a second. Tilt of a sole on an uneven floor is not observed: that
-/// needs a gyro.
+/// On a level floor the whole sole that carries more is at rest, if the stiffness of its pads tells how it
+/// tilts. When the load changes, the new sole is placed relative to the other one, so the waist never jumps
+/// and settles on the floor within tenths of a second. Otherwise the gyro measures how the waist turns, and
+/// the centers of pressure are at rest.
 class LegOdometry {
  public:
   /// X_OB: the waist at the first readings.
-  LegOdometry(const Robot& robot, const Eigen::Isometry3d& X_OB, AtRest at_rest = AtRest::sole)
+  LegOdometry(const Robot& robot, const Eigen::Isometry3d& X_OB, Floor floor = Floor::level)
       : robot_(robot),
         X_OB_start_(X_OB),
-        by_points_(at_rest == AtRest::points || !robot.leg(Side::left).lies_flat ||
-                   !robot.leg(Side::right).lies_flat),
-        on_floor_(at_rest == AtRest::sole) {}
+        floor_(floor),
+        by_points_(floor == Floor::any || !robot.leg(Side::left).has_pads() ||
+                   !robot.leg(Side::right).has_pads()) {}
 
   /// Adds the readings of a tick, of each one: the sole with the greater load carries from here on.
   void add(const SensorReadings& readings);
@@ -55,7 +52,8 @@ class LegOdometry {
 
   Robot robot_;
   Eigen::Isometry3d X_OB_start_, X_OS_ = Eigen::Isometry3d::Identity();  // X_OS_: of the sole that carries
-  bool by_points_, on_floor_;                               // on_floor_: points come down to z = 0
+  Floor floor_;
+  bool by_points_;                                          // centers of pressure are at rest
   Eigen::Isometry3d X_OB_ = Eigen::Isometry3d::Identity();  // of the last readings, for points
   SensorReadings last_;                                     // likewise
   bool started_ = false;

@@ -41,12 +41,11 @@ struct Leg {
   Eigen::Isometry3d X_FS = Eigen::Isometry3d::Identity();
   Eigen::Vector2d sole_min = Eigen::Vector2d::Zero(), sole_max = Eigen::Vector2d::Zero();  ///< outline, m
   std::vector<Spring> bush;  ///< of the ankle, from the ankle down; none: the sole is rigid
-  /// Stiffness of the sole's pads against tilt about its axes x and y, N·m/rad, and its lag; 0: no tilt.
+  /// Stiffness of the sole's pads against tilt about its axes x and y, N·m/rad, and its lag; 0: unknown.
   Eigen::Vector2d pad_stiffness = Eigen::Vector2d::Zero();
   double pad_lag_s = 0;
-  /// True if the loaded sole lies flat on the floor. A narrow sole tilts with the ankle.
-  bool lies_flat = true;
 
+  bool has_pads() const { return pad_stiffness.minCoeff() > 0; }
   /// The last joint in the axes of the sole, m.
   Eigen::Vector3d ankle() const { return X_FS.inverse().translation(); }
 };

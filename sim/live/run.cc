@@ -66,7 +66,7 @@ class SensingRobot {
                plant_variation(scenario.seed, scenario.world, static_cast<int>(models.robot.joints.size())),
                models),
         legs_(models.robot, robot_.reference().X_PB,
-              robot_.controller().has_plan() ? walking::AtRest::sole : walking::AtRest::points),
+              robot_.controller().has_plan() ? walking::Floor::level : walking::Floor::any),
         mounting_(live::mounting(scenario, robot_.controller(), models)),
         imus_(scenario.rig, places(scenario.rig, *models.on_floor), robot_.world()) {
     legs_.add(robot_.world().leg_readings());

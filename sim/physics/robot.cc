@@ -143,7 +143,6 @@ class RobotReader {
     const RobotFile::Foot& foot_keys = file_.feet[side];
     leg.pad_stiffness << foot_keys.pad_roll_nm_rad, foot_keys.pad_pitch_nm_rad;
     leg.pad_lag_s = foot_keys.pad_lag_s;
-    leg.lies_flat = foot_keys.lies_flat;
     leg.sole_min.setConstant(std::numeric_limits<double>::infinity());
     leg.sole_max = -leg.sole_min;
     for (const int geom : contacts(m_, foot)) extend(leg, X_WS.inverse(), geom);

@@ -28,7 +28,6 @@ struct RobotFile {
     std::vector<std::string> contacts;  ///< geoms that touch the floor; none: what the model lets collide
     bool force_sensor = true;
     double pad_roll_nm_rad = 0, pad_pitch_nm_rad = 0, pad_lag_s = 0;
-    bool lies_flat = true;
 
     static void keys(auto&& key) {
       value<&Foot::body>(key, "body with the sole as its underside");
@@ -38,10 +37,10 @@ struct RobotFile {
       degrees<&Foot::sole_yaw_rad>(key, -180, 180, "turn about the body's z axis, last");
       value<&Foot::contacts>(key, "geoms that touch the floor; without it what the model lets collide");
       value<&Foot::force_sensor>(key, "whether the ankle has a force sensor");
-      number<&Foot::pad_roll_nm_rad>(key, 0, 1e9, "stiffness of the pads against roll of the sole; 0: rigid");
-      number<&Foot::pad_pitch_nm_rad>(key, 0, 1e9, "stiffness of the pads against its pitch; 0: rigid");
+      number<&Foot::pad_roll_nm_rad>(key, 0, 1e9,
+                                     "stiffness of the pads against roll of the sole; 0: unknown");
+      number<&Foot::pad_pitch_nm_rad>(key, 0, 1e9, "stiffness of the pads against its pitch; 0: unknown");
       number<&Foot::pad_lag_s>(key, 0, 1, "time constant of the pads: their damping by their stiffness");
-      value<&Foot::lies_flat>(key, "whether the loaded sole lies flat; else the gyro measures its tilt");
     }
   };
   std::array<Foot, 2> feet;  ///< by Side

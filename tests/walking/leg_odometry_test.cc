@@ -19,12 +19,14 @@ SensorReadings loaded(const Robot& robot, double left_n, double right_n, double 
   return readings;
 }
 
-TEST(LegOdometry, ARobotThatRollsOverItsToesTurnsAboutThemIfPointsAreAtRest) {
+TEST(LegOdometry, ARobotThatRollsOverItsToesTurnsAboutThemUnlessItsSolesLieFlat) {
   const Robot robot = made_up_robot();
+  Robot with_pads = robot;
+  for (Leg& leg : with_pads.legs) leg.pad_stiffness << 1e9, 1e9;
   const Leg& leg = robot.leg(Side::left);
   Eigen::Isometry3d X_OB = Eigen::Isometry3d::Identity();
   X_OB.translation().z() = robot.base_height;
-  LegOdometry points(robot, X_OB, AtRest::points), soles(robot, X_OB);
+  LegOdometry points(robot, X_OB, Floor::any), soles(with_pads, X_OB);
   const double toe = leg.sole_max.x();
   SensorReadings readings = loaded(robot, 300, 0, toe);
   points.add(readings), soles.add(readings);
@@ -43,9 +45,8 @@ TEST(LegOdometry, ARobotThatRollsOverItsToesTurnsAboutThemIfPointsAreAtRest) {
   EXPECT_LT((soles.motion(readings.q).X_OB.linear() - X_OB.linear()).norm(), 0.02);
 }
 
-TEST(LegOdometry, SolesThatDoNotLieFlatTiltByTheGyroAndStayOnTheFloor) {
-  Robot robot = made_up_robot();
-  for (Leg& leg : robot.legs) leg.lies_flat = false;
+TEST(LegOdometry, SolesWithoutPadsTiltByTheGyroAndStayOnALevelFloor) {
+  const Robot robot = made_up_robot();
   Eigen::Isometry3d X_OB = Eigen::Isometry3d::Identity();
   X_OB.translation().z() = robot.base_height + 0.01;
   LegOdometry legs(robot, X_OB);
@@ -62,7 +63,7 @@ TEST(LegOdometry, SolesThatDoNotLieFlatTiltByTheGyroAndStayOnTheFloor) {
 TEST(LegOdometry, BothFeetCountByTheirLoadAndALightOneDoesNot) {
   const Robot robot = made_up_robot();
   const auto ahead = [&](double left_n, double right_n) {
-    LegOdometry legs(robot, Eigen::Isometry3d::Identity(), AtRest::points);
+    LegOdometry legs(robot, Eigen::Isometry3d::Identity(), Floor::any);
     SensorReadings readings = loaded(robot, left_n, right_n, 0);
     legs.add(readings);
     readings.q[robot.leg(Side::left).joints[3]] += 0.002;  // only the left sole moves in the waist's axes

@@ -46,6 +46,7 @@ inline Robot hrp2_robot() {
     Leg& made = robot.leg(side);
     made.X_FS.translation().z() = -0.105;
     made.sole_min << -0.100, -0.069, made.sole_max << 0.130, 0.069;
+    made.pad_stiffness << 1e9, 1e9;
     made.bush = {{false, z, 239018}, {true, z, 936}, {true, y, 502}, {true, x, 707}};
   }
   const int chest = add_joint(robot, "CHEST_JOINT0", -1, {0.032, 0, 0.3507}, z, -45, 45);
