@@ -117,9 +117,10 @@ void check_leg(const Robot& robot, Side side) {
   int parent = -1;
   for (int i = 0; i < 6; ++i) {
     const Joint& joint = joint_of(robot, leg, i);
-    require(joint.parent == parent,
-            "is not a chain from base to foot: " + joint.name + " is not on the link of " +
-                (parent < 0 ? "the base" : robot.joints[static_cast<std::size_t>(parent)].name));
+    require(joint.parent == parent, "is not a chain from base to foot: " + joint.name +
+                                        " is not on the link of " +
+                                        (parent < 0 ? "the base, expected no servo between them"
+                                                    : robot.joints[static_cast<std::size_t>(parent)].name));
     require(std::isfinite(joint.lowest) && std::isfinite(joint.highest),
             "has no range at " + joint.name + ", expected limits in the model");
     parent = leg.joints[static_cast<std::size_t>(i)];

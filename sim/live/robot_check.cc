@@ -41,8 +41,10 @@ void print_robot(const walking::Robot& robot, const Print& print) {
   print(fmt::format("  mass {:.3f} kg, {} joints with servos, {} of them with an effort limit", robot.mass,
                     robot.joints.size(), limited));
   print(fmt::format(
-      "  in the start posture: base {:.4f} m above the ground, center of mass {:.4f} m; feet {:.4f} m apart",
-      robot.base_height, robot.com_height(), robot.foot_spacing));
+      "  in the start posture: base {:.4f} m above the ground, center of mass {:.4f} m and {:.4f} m ahead of "
+      "the "
+      "soles' points; feet {:.4f} m apart",
+      robot.base_height, robot.com_height(), robot.com.x() - robot.sole_ahead, robot.foot_spacing));
   for (const auto& [side, name] : {std::pair(walking::Side::left, "left"), {walking::Side::right, "right"}}) {
     const walking::Leg& leg = robot.leg(side);
     print(fmt::format(

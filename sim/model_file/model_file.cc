@@ -396,7 +396,10 @@ class Reader {
         reject(child, "", "is in a room, expected shapes that do not move");
       if (child.name == "joint") clean_joint(child);
       for (const string_view attribute : kAssetNames)
-        if (const std::string* const name = child.find(attribute)) child.set(attribute, prefix() + *name);
+        if (const std::string name = child.get(attribute); !name.empty())
+          child.set(attribute, prefix() + name);
+        else
+          child.erase(attribute);
       if (child.name == "geom" && child.find("name")) geoms_.insert(child.get("name"));
     }
   }
@@ -430,7 +433,7 @@ class Reader {
     for (const Element& child : body.children) {
       if (child.name == "body") mass += require_mass(child);
       if (child.name.ends_with("joint")) moves = true;
-      if (child.name == "inertial") mass += mass_of(child);
+      if (child.name == "inertial") mass += mass_of(child, body.child("joint") || body.child("freejoint"));
       if (child.name == "geom" && !body.child("inertial")) mass += mass_by_geom(child, body);
     }
     if (moves && !(mass > 0))
@@ -438,7 +441,8 @@ class Reader {
     return moves ? 0 : mass;
   }
 
-  double mass_of(const Element& inertial) {
+  // A body that is fixed to another one may be a point: its moments are 0.
+  double mass_of(const Element& inertial, bool moves) {
     const auto mass = numbers(inertial, "mass", 1, 1);
     if (mass.empty() || mass[0] < 0) reject(inertial, "mass", "is missing or below 0, expected kg");
     std::vector<double> moments = numbers(inertial, "diaginertia", 3, 3);
@@ -451,7 +455,8 @@ class Reader {
     }
     std::ranges::sort(moments);
     const bool balanced = section("compiler").get("balanceinertia") == "true";
-    if (mass[0] > 0 && moments.size() == 3 &&
+    const bool is_point = !moves && std::ranges::all_of(moments, [](double moment) { return moment == 0; });
+    if (mass[0] > 0 && moments.size() == 3 && !is_point &&
         (moments[0] <= 0 || (!balanced && moments[0] + moments[1] < moments[2] * (1 - 1e-6))))
       reject(
           inertial, attribute,

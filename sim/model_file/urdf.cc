@@ -31,14 +31,13 @@ Eigen::Isometry3d origin_of(const Element& element) {
   return Eigen::Translation3d(vector(origin, "xyz")) * q;
 }
 
-/// A package's folder is the URDF's or above it, or beside one of these.
+/// A package's folder, whatever its name, is the URDF's or above it, or beside one of these.
 std::filesystem::path package_file(const Element& mesh, std::string_view rest) {
   const std::string package(rest.substr(0, rest.find('/'))), inside(rest.substr(package.size()));
   const std::filesystem::path urdf = std::filesystem::absolute(*mesh.file).lexically_normal();
   for (auto folder = urdf.parent_path(); folder.has_relative_path(); folder = folder.parent_path())
-    for (const std::filesystem::path& root :
-         {folder.filename() == package ? folder : std::filesystem::path(), folder / package})
-      if (!root.empty() && std::filesystem::exists(root.string() + inside)) return root.string() + inside;
+    for (const std::filesystem::path& root : {folder, folder / package})
+      if (std::filesystem::exists(root.string() + inside)) return root.string() + inside;
   reject(mesh, "filename", fmt::format("the package '{}' with {} is not above this file", package, inside));
 }
 
@@ -65,6 +64,7 @@ class Urdf {
              roots_.empty() ? "has no root link: its joints are a closed loop"
                             : fmt::format("has {} root links, as '{}' and '{}', expected one", roots_.size(),
                                           roots_[0]->get("name"), roots_[1]->get("name")));
+    drop_world();
   }
 
   Element mjcf() {
@@ -105,6 +105,15 @@ class Urdf {
     below_[parent].push_back(&joint);
   }
 
+  // A link without mass below which the robot floats stands for the world.
+  void drop_world() {
+    const auto& joints = below_[roots_[0]->get("name")];
+    if (joints.size() != 1 || joints[0]->get("type") != "floating" || roots_[0]->child("inertial")) return;
+    ++made_;
+    add_note(notes_, Fate::converted, "floating joint: the link below it is the free root", *joints[0]);
+    roots_[0] = links_.at(joints[0]->child("child")->get("link"));
+  }
+
   Element body(const Element& link, const Element* joint, int depth) {
     if (depth > kMostDeep) reject(link, "", fmt::format("has more than {} links above it", kMostDeep));
     ++made_;
@@ -128,10 +137,7 @@ class Urdf {
   void add_joint_to(Element& body, const Element& joint) {
     const std::string type = required(joint, "type");
     if (type == "fixed") return;
-    if (type == "floating") {
-      body.add("freejoint", {{"name", joint.get("name")}}).line = joint.line;
-      return;
-    }
+    if (type == "floating") reject(joint, "type", "is floating, expected only the whole robot to float");
     const bool slides = type == "prismatic";
     if (type != "revolute" && type != "continuous" && !slides)
       reject(joint, "type", fmt::format("is {}, expected revolute, continuous, prismatic or fixed", type));
@@ -171,11 +177,11 @@ class Urdf {
     Eigen::Matrix3d I;
     I << of("ixx"), of("ixy"), of("ixz"), of("ixy"), of("iyy"), of("iyz"), of("ixz"), of("iyz"), of("izz");
     I = (X.linear() * I * X.linear().transpose()).eval();
-    body.add("inertial",
-             {{"pos", text_of(X.translation())},
-              {"mass", mass.get("value")},
-              {"fullinertia", text_of(std::array{I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)})}})
-        .line = inertial.line;
+    Element& made = body.add("inertial", {{"pos", text_of(X.translation())}, {"mass", mass.get("value")}});
+    made.line = inertial.line;
+    I.isZero(0)
+        ? made.set("diaginertia", "0 0 0")
+        : made.set("fullinertia", text_of(std::array{I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)}));
     return true;
   }
 

@@ -39,11 +39,12 @@ class Adapter {
     }
     model_ = read_model(robot.folder / robot.model, schema(), {robot.base, contacts});
     base_ = &std::ranges::find(model_.root.children, "worldbody", &Element::name)->children.front();
-    collect(*base_);
+    collect(*base_, robot.feet.end());
   }
 
   model_file::ModelFile adapt() {
-    for (auto& [name, body] : bodies_) adapt_shapes(*body);
+    for (auto& [name, body] : bodies_) adapt_shapes(*body.first, body.second);
+    for (std::size_t side = 0; side < 2; ++side) require_sole(side);
     add_servos();
     for (std::size_t side = 0; side < 2; ++side) {
       const RobotFile::Foot& foot = robot_.feet[side];
@@ -83,16 +84,21 @@ class Adapter {
         key, message));
   }
 
-  // The bench's own names are free for its own parts.
-  void collect(Element& body) {
+  using Foot = std::array<RobotFile::Foot, 2>::const_iterator;
+
+  // The bench's own names are free for its own parts. foot: that which the body above is part of.
+  void collect(Element& body, Foot foot) {
+    if (const Foot own = std::ranges::find(robot_.feet, body.get("name"), &RobotFile::Foot::body);
+        own != robot_.feet.end() || body.child("joint"))
+      foot = own;
     std::erase_if(body.children, [](const Element& child) {
       const std::string name = child.name == "site" ? child.get("name") : "";
       return name == "imu" || name == "left_sole" || name == "right_sole";
     });
-    bodies_[body.get("name")] = &body;
+    bodies_[body.get("name")] = {&body, foot};
     body.children.reserve(body.children.size() + kAdded);  // pointers to bodies stay valid
     for (Element& child : body.children) {
-      if (child.name == "body") collect(child);
+      if (child.name == "body") collect(child, foot);
       if (child.name != "joint") continue;
       joints_.push_back(&child);
       if (const std::string name = child.get("name");
@@ -103,7 +109,7 @@ class Adapter {
 
   Element& body(const std::string& key, const std::string& name) {
     const auto found = bodies_.find(name);
-    if (found != bodies_.end()) return *found->second;
+    if (found != bodies_.end()) return *found->second.first;
     std::vector<std::string> names;
     for (const auto& [known, element] : bodies_) names.push_back(known);
     fail(key, fmt::format("the model has no body '{}', expected one of {}", name, fmt::join(names, ", ")));
@@ -116,8 +122,7 @@ class Adapter {
                     {"quat", text_of(std::array{q.w(), q.x(), q.y(), q.z()})}});
   }
 
-  void adapt_shapes(Element& body) {
-    const auto foot = std::ranges::find(robot_.feet, body.get("name"), &RobotFile::Foot::body);
+  void adapt_shapes(Element& body, Foot foot) {
     const bool is_head = body.get("name") == robot_.head_camera.link,
                has_mass = body.child("inertial") != nullptr;
     bool has_looks = false, has_others = false;
@@ -145,14 +150,18 @@ class Adapter {
         set_bits(geom, has_mass ? 0 : kMassBit, 0);
       }
     }
-    if (foot == robot_.feet.end()) return;
-    const std::string key = fmt::format("feet.{}", kFootSides[std::size_t(foot - robot_.feet.begin())]);
-    if (soles.empty() && foot->contacts.empty())
-      fail(key, fmt::format("body '{}' has no geom that collides, expected the sole", foot->body));
-    if (soles.size() < foot->contacts.size())
+    if (foot != robot_.feet.end()) soles_[std::size_t(foot - robot_.feet.begin())] += soles.size();
+  }
+
+  void require_sole(std::size_t side) const {
+    const RobotFile::Foot& foot = robot_.feet[side];
+    const std::string key = fmt::format("feet.{}", kFootSides[side]);
+    if (soles_[side] == 0 && foot.contacts.empty())
+      fail(key, fmt::format("body '{}' has no geom that collides, expected the sole", foot.body));
+    if (soles_[side] < foot.contacts.size())
       fail(key,
            fmt::format("of the contacts {} body '{}' has {}, expected colliding geoms of it with these names",
-                       fmt::join(foot->contacts, ", "), foot->body, soles.size()));
+                       fmt::join(foot.contacts, ", "), foot.body, soles_[side]));
   }
 
   void add_servos() {
@@ -214,7 +223,8 @@ class Adapter {
   const RobotFile& robot_;
   model_file::ModelFile model_;
   Element* base_ = nullptr;
-  std::map<std::string, Element*> bodies_;
+  std::map<std::string, std::pair<Element*, Foot>> bodies_;  // each with the foot that it is part of
+  std::array<std::size_t, 2> soles_{};                       // geoms, by side
   std::vector<Element*> joints_;                     // in the order of the file, which is the library's
   std::map<std::string, std::size_t> joint_places_;  // from 1
   std::set<std::string> moving_, rigid_;             // joints

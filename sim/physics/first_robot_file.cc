@@ -22,11 +22,12 @@ struct Gains {
 };
 constexpr Gains kLeg{120, 1.8, 4e-4}, kAnkle{30, 0.45, 4e-4}, kOther{12, 0.2, 1e-4};
 constexpr const char* kWalk =
-    R"(# guess: shorter steps than those of robots with rubber bushes at their ankles
-walk: {single_support_s: 0.6, double_support_s: 0.15, step_height_m: 0.04}
-stabilizer: {ankle_admittance: {gain_rad_s_per_nm: 0.04}, landing_adjustment: {enabled: true}}
+    R"(# guess: slower, lower steps than those of robots with rubber bushes at their ankles
+walk: {single_support_s: 0.6, double_support_s: 0.15, step_height_m: 0.03}
+stabilizer: {landing_adjustment: {enabled: true}}
 )";
-constexpr double kBend_deg = 20;
+constexpr double kDegree = 180 / std::numbers::pi, kBend_deg = 20, kLeastDamping = 1e-6;
+constexpr int kLevelingSteps = 20;
 
 std::string lower(std::string text) {
   std::ranges::transform(text, text.begin(),
@@ -63,18 +64,22 @@ class Guess {
       text += fmt::format("  {}: [{}]\n", side(foot), fmt::join(names(foot.joints), ", "));
     text += "feet:  # guess: the lowest links, the left one where y is positive\n";
     for (const Foot& foot : feet_) text += foot_line(foot);
-    text += "posture_deg:  # guess: bent knees\n  {" + posture() + "}\n";
+    text += "posture_deg:  # guess: bent knees, the center of mass above the middle of the soles\n  {" +
+            posture() + "}\n";
     text += fmt::format(
         "servos:  # guess: gains in proportion to the mass, {:.1f} kg; effort limits are the model's\n",
         mass());
-    std::vector<std::string> legs, ankles, others;
+    std::vector<std::string> legs, ankles, others, rigid;
     for (const Foot& foot : feet_)
       for (std::size_t i = 0; i < foot.joints.size(); ++i)
         (i + 2 < foot.joints.size() ? legs : ankles).push_back(joint_name(foot.joints[i]));
     for (int joint = 1; joint < m_.njnt; ++joint)
       if (has_servo(joint) && !std::ranges::count(legs, joint_name(joint)) &&
           !std::ranges::count(ankles, joint_name(joint)))
-        (carries(joint) ? legs : others).push_back(joint_name(joint));
+        (carries_both(joint) ? rigid : carries(joint) ? legs : others).push_back(joint_name(joint));
+    if (!rigid.empty())
+      text += fmt::format("  # guess: rigid, since the plan moves legs on the base: {}\n",
+                          fmt::join(rigid, ", "));
     for (const auto& [joints, gains] : {std::pair(&legs, kLeg), {&ankles, kAnkle}, {&others, kOther}})
       if (!joints->empty())
         text += fmt::format(
@@ -126,6 +131,10 @@ class Guess {
     while (body > above) body = m_.body_parentid[body];
     return body == above;
   }
+  bool carries_both(int joint) const {
+    return std::ranges::all_of(feet_,
+                               [&](const Foot& foot) { return is_below(foot.body, m_.jnt_bodyid[joint]); });
+  }
   // Returns whether the joint carries a leg of the base or its chest.
   bool carries(int joint) const {
     const int body = m_.jnt_bodyid[joint];
@@ -146,12 +155,14 @@ class Guess {
           "finds no two feet: the lowest ends of chains are {}, expected one on each side of the base",
           ends.size() < 2 ? "fewer than two" : name(ends[0]) + " and " + name(ends[1])));
     for (const int body : {ends[0], ends[1]}) {
-      std::vector<int> joints = joints_above(body);
-      if (joints.size() > 6) joints.erase(joints.begin(), joints.end() - 6);
       int sole = body;
       for (int below = body; below < m_.nbody; ++below)
-        if (is_below(below, body) && !soles(below).empty()) sole = below;
-      feet_.push_back({body, sole, joints});
+        if (is_below(below, body) && !soles(below).empty()) sole = m_.body_weldid[below];
+      feet_.push_back({body, sole, joints_above(body)});
+    }
+    for (Foot& foot : feet_) {
+      std::erase_if(foot.joints, [&](int joint) { return carries_both(joint); });
+      if (foot.joints.size() > 6) foot.joints.erase(foot.joints.begin(), foot.joints.end() - 6);
     }
     std::ranges::sort(feet_, {}, [&](const Foot& foot) { return place(foot.body).y(); });  // right, left
   }
@@ -159,7 +170,7 @@ class Guess {
   std::vector<int> soles(int body) const {
     std::vector<int> geoms;
     for (int geom = 0; geom < m_.ngeom; ++geom)
-      if (m_.geom_bodyid[geom] == body &&
+      if (m_.body_weldid[m_.geom_bodyid[geom]] == m_.body_weldid[body] &&
           ((m_.geom_contype[geom] | m_.geom_conaffinity[geom]) != 0 || is_paired(geom)))
         geoms.push_back(geom);
     return geoms;
@@ -193,7 +204,6 @@ class Guess {
     const Eigen::Matrix3d R = X.linear().transpose();  // Rz(yaw) Ry(pitch) Rx(roll)
     std::string text = fmt::format("  {}: {{body: {}, sole_m: {}", side(foot), name(foot.sole_body),
                                    rounded(X.inverse() * point));
-    constexpr double kDegree = 180 / std::numbers::pi;
     const double roll = std::atan2(R(2, 1), R(2, 2)), pitch = std::asin(std::clamp(-R(2, 0), -1.0, 1.0)),
                  yaw = std::atan2(R(1, 0), R(0, 0));
     for (const auto& [key, angle] : {std::pair("roll", roll), {"pitch", pitch}, {"yaw", yaw}})
@@ -244,19 +254,57 @@ class Guess {
     return pose_in(data_->xpos + 3 * body, data_->xmat + 9 * body).inverse() * front;
   }
 
+  // Bends the three joints that pitch most, then turns all of the leg until the sole lies flat again.
   std::string posture() const {
     std::vector<std::string> angles;
     for (const Foot& foot : feet_) {
-      std::vector<std::pair<int, double>> pitches;  // and the sign of its axis
-      for (const int joint : foot.joints)
-        if (const double y = data_->xaxis[3 * joint + 1]; std::abs(y) > 0.9)
-          pitches.emplace_back(joint, y > 0 ? 1 : -1);
-      if (pitches.size() != 3) continue;
-      const double bends[]{-kBend_deg, 2 * kBend_deg, -kBend_deg};
+      if (foot.joints.size() < 3) continue;
+      std::vector<int> pitches = foot.joints;
+      const auto pitch = [&](int joint) { return data_->xaxis[3 * joint + 1]; };
+      std::ranges::stable_sort(pitches, std::greater(), [&](int joint) { return std::abs(pitch(joint)); });
+      pitches.resize(3);
+      std::ranges::sort(pitches);
+      const Data bent(mj_copyData(nullptr, &m_, data_.get()));
       for (std::size_t i = 0; i < 3; ++i)
-        angles.push_back(fmt::format("{}: {:g}", joint_name(pitches[i].first), pitches[i].second * bends[i]));
+        bent->qpos[m_.jnt_qposadr[pitches[i]]] =
+            (pitch(pitches[i]) > 0 ? 1 : -1) * (i == 1 ? 2 : -1) * kBend_deg / kDegree;
+      level(foot, *bent);
+      for (const int joint : foot.joints)
+        if (const double angle = bent->qpos[m_.jnt_qposadr[joint]] * kDegree; std::abs(angle) > 0.01)
+          angles.push_back(fmt::format("{}: {:.4g}", joint_name(joint), angle));
     }
     return fmt::format("{}", fmt::join(angles, ", "));
+  }
+
+  // Damped Gauss-Newton steps to the foot's axes and y at zero angles, the middle of the sole below the
+  // center of mass.
+  void level(const Foot& foot, mjData& bent) const {
+    const Eigen::AlignedBox3d sole = box(soles(foot.sole_body));
+    const Vector3d above = place(foot.body) - (sole.isEmpty() ? place(foot.body) : sole.center().eval());
+    mj_kinematics(&m_, &bent);
+    const double height = bent.xpos[3 * foot.body + 2];
+    for (int step = 0; step < kLevelingSteps; ++step) {
+      mj_kinematics(&m_, &bent);
+      mj_comPos(&m_, &bent);
+      Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> moves(3, m_.nv), turns(3, m_.nv);
+      const mjtNum* const at = bent.xpos + 3 * foot.body;
+      mj_jac(&m_, &bent, moves.data(), turns.data(), at, foot.body);
+      const Eigen::AngleAxisd turn(pose_in(data_->xpos, data_->xmat + 9 * foot.body).linear() *
+                                   pose_in(data_->xpos, bent.xmat + 9 * foot.body).linear().transpose());
+      Eigen::MatrixXd J(6, foot.joints.size());
+      for (std::size_t i = 0; i < foot.joints.size(); ++i) {
+        const int dof = m_.jnt_dofadr[foot.joints[i]];
+        J.col(Eigen::Index(i)) << moves.col(dof), turns.col(dof);
+      }
+      Eigen::Matrix<double, 6, 1> error;
+      const Vector3d goal(bent.subtree_com[3 * base_] + above.x(), place(foot.body).y(), height);
+      error << goal - Vector3d(at), turn.angle() * turn.axis();
+      const Eigen::MatrixXd A =
+          J.transpose() * J + kLeastDamping * Eigen::MatrixXd::Identity(J.cols(), J.cols());
+      const Eigen::VectorXd change = A.llt().solve(J.transpose() * error);
+      for (std::size_t i = 0; i < foot.joints.size(); ++i)
+        bent.qpos[m_.jnt_qposadr[foot.joints[i]]] += change[Eigen::Index(i)];
+    }
   }
 
   model_file::ModelFile file_;

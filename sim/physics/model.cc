@@ -164,7 +164,7 @@ std::vector<int> contacts(const mjModel& model, int foot) {
   constexpr int kFloor = 1;  // contype and conaffinity of a geom by default
   std::vector<int> geoms;
   for (int geom = 0; geom < model.ngeom; ++geom)
-    if (model.geom_bodyid[geom] == foot &&
+    if (model.body_weldid[model.geom_bodyid[geom]] == model.body_weldid[foot] &&
         ((model.geom_contype[geom] | model.geom_conaffinity[geom]) & kFloor))
       geoms.push_back(geom);
   return geoms;

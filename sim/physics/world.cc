@@ -341,8 +341,11 @@ Status World::check() const {
   // On a state that is not finite MuJoCo restarts the robot and its clock and continues.
   if (!(std::abs(lag) < 1e-6)) return {Condition::physics_failed, "the physics has restarted itself"};
   const auto between_feet = [this](const mjContact& contact) {
-    const int &one = model_->geom_bodyid[contact.geom1], &two = model_->geom_bodyid[contact.geom2];
-    return std::minmax(one, two) == std::minmax(ids_.foot[0], ids_.foot[1]);
+    const auto is_of = [&](std::size_t foot, int geom) {
+      return model_->body_weldid[model_->geom_bodyid[geom]] == model_->body_weldid[ids_.foot[foot]];
+    };
+    return (is_of(0, contact.geom1) && is_of(1, contact.geom2)) ||
+           (is_of(1, contact.geom1) && is_of(0, contact.geom2));
   };
   if (std::any_of(data_->contact, data_->contact + data_->ncon, between_feet))
     return {Condition::collided, "one foot touched the other"};
@@ -382,7 +385,7 @@ walking::Wrench World::wrench(std::size_t foot) const {
   // the weight of what hangs below the sensor, which the sensor is tared for.
   walking::Wrench wrench{-vector(data_->sensordata + ids_.force[foot]),
                          -vector(data_->sensordata + ids_.torque[foot])};
-  wrench.force.z() -= model_->body_mass[ids_.foot[foot]] * model_->opt.gravity[2];
+  wrench.force.z() -= model_->body_subtreemass[ids_.foot[foot]] * model_->opt.gravity[2];
   return wrench;
 }
 

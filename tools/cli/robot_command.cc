@@ -61,7 +61,14 @@ int check_one(RobotRequest& request) {
   if (fs::is_directory(request.robot)) return live::check_robot(request.robot, print) ? 0 : 1;
   const GuessedRobot guessed(request.robot);
   print("no robot.yaml: checked with what gaitslam robot init would guess");
-  return live::check_robot(guessed.folder(), print) ? 0 : 1;
+  try {
+    return live::check_robot(guessed.folder(), print) ? 0 : 1;
+  } catch (const std::invalid_argument& e) {  // places in a file that does not stay
+    std::string text = e.what();
+    const std::string folder = guessed.folder().string() + "/";
+    if (const auto at = text.find(folder); at != text.npos) text.replace(at, folder.size(), "guessed ");
+    throw std::invalid_argument(text);
+  }
 }
 
 int write_first(RobotRequest& request) {

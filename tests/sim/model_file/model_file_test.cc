@@ -143,11 +143,12 @@ TEST(ModelFile, IncludesAndAssetsAreFoundFromTheFolderOfTheFile) {
   files::write_text(folder / "assets.xml", R"(<mujoco><compiler meshdir='parts'/><asset>
       <mesh file='leg.STL' content_type='model/stl'/><mesh name='unused' file='none.stl'/>
       <material name='skin' texture='cloth'/><texture name='cloth' builtin='flat'/></asset></mujoco>)");
-  const ModelFile model =
-      read_base(folder, "<geom mesh='leg' material='skin' mass='0'/>", "<include file='assets.xml'/>");
+  const ModelFile model = read_base(folder, "<geom mesh='leg' material='skin' mass='0'/><geom material=''/>",
+                                    "<include file='assets.xml'/>");
   const Element& geom = body_of(model).children.at(2);
   EXPECT_THAT(geom.attributes,
               ElementsAre(Pair("mesh", "robot/leg"), Pair("material", "robot/skin"), Pair("mass", "0")));
+  EXPECT_TRUE(body_of(model).children.at(3).attributes.empty());
   const std::vector<Element>& assets = model.root.child("asset")->children;
   ASSERT_EQ(assets.size(), 3u);
   EXPECT_EQ(assets[0].get("name"), "robot/leg");
@@ -190,6 +191,8 @@ TEST(ModelFile, WhatTheBenchCannotTakeIsRejectedWithFileLineElementAndAttribute)
       {"<body name='leg'><joint name='hip'/></body>", "robot.xml:3: body: 'leg' moves but has no mass"},
       {"<body name='leg'><joint/><geom mesh='m'/></body>",
        "robot.xml:3: geom mesh: would give 'leg' its inertia"},
+      {"<body><joint/><inertial mass='1' diaginertia='0 0 0'/></body>",
+       "inertial diaginertia: has principal moments 0, 0 and 0"},
       {"<body><inertial mass='1' diaginertia='1 1 3'/></body>",
        "inertial diaginertia: has principal moments 1, 1 and 3"},
       {"<body><inertial mass='1' fullinertia='1 1 1 2 0 0'/></body>",
@@ -268,18 +271,32 @@ TEST(Urdf, HasAFreeRootWithItsMassAndJointsWithTheirLimits) {
   const TemporaryFolder folder;
   const ModelFile model =
       read_urdf(folder, R"(<link name='leg'>%I<collision><geometry><box size='2 4 6'/></geometry></collision>
-      <visual><geometry><mesh filename='package://arm/meshes/leg.stl'/></geometry></visual></link>
+      <visual><geometry><mesh filename='package://arm/meshes/leg.stl'/></geometry></visual>
+      <visual><geometry><mesh filename='package://of_another_name/meshes/leg.stl'/></geometry></visual></link>
+      <link name='point'><inertial><mass value='1'/><inertia ixx='0' iyy='0' izz='0' ixy='0' ixz='0' iyz='0'/></inertial></link>
+      <joint name='fixed' type='fixed'><parent link='leg'/><child link='point'/></joint>
       <joint name='hip' type='revolute'><parent link='base'/><child link='leg'/><origin xyz='0 0 -1'/><axis xyz='0 1 0'/>
       <limit lower='-1' upper='2' effort='50' velocity='9'/></joint>)");
   EXPECT_EQ(body_of(model).children.at(0).name, "freejoint");
-  EXPECT_EQ(model.mass_kg, 2);
+  EXPECT_EQ(model.mass_kg, 3);
   EXPECT_EQ(model.efforts.at("hip"), 50);
   const Element& leg = body_of(model).children.at(2);
   expect_place(leg, {0, 0, -1}, {1, 0, 0, 0});
   EXPECT_EQ(leg.child("joint")->get("range"), "-1 2");
   EXPECT_THAT(numbers(*leg.child("inertial"), "fullinertia", 6, 6), Near({2, 1, 2.5, 0, 0, 0}));
   EXPECT_EQ(leg.child("geom")->get("size"), "1 2 3");
+  ASSERT_EQ(model.root.child("asset")->children.size(), 1u) << "both paths are of one file";
   EXPECT_EQ(model.root.child("asset")->child("mesh")->get("file"), (folder / "arm/meshes/leg.stl").string());
+}
+
+TEST(Urdf, TheLinkBelowAFloatingJointOfTheWorldIsTheFreeRoot) {
+  const TemporaryFolder folder;
+  const ModelFile model = read_urdf(folder,
+                                    "<link name='world'/><joint name='root' type='floating'>"
+                                    "<parent link='world'/><child link='base'/></joint>");
+  EXPECT_EQ(body_of(model).get("name"), "base");
+  EXPECT_EQ(body_of(model).children.at(0).name, "freejoint");
+  EXPECT_EQ(model.mass_kg, 1);
 }
 
 TEST(Urdf, ThatIsNoTreeOrNamesWhatIsNotThereIsRejected) {
@@ -302,6 +319,8 @@ TEST(Urdf, ThatIsNoTreeOrNamesWhatIsNotThereIsRejected) {
       {"<link name='a'/>" + joint("base", "a") + joint("a", "a"),
        "joint: 'a' hangs on 'j', too: a closed loop"},
       {"<link name='a'/>" + joint("base", "a", "planar"), "joint type: is planar, expected revolute"},
+      {"<link name='a'/>" + joint("base", "a", "floating"),
+       "joint type: is floating, expected only the whole robot to float"},
       {"<link name='a'>%I</link>" + joint("base", "a", "revolute"), "joint limit: is missing"},
       {"<link name='a'/>" + joint("base", "a", "continuous"), "body: 'a' moves but has no mass"},
       {mesh("leg.dae"), "mesh file: is 'leg.dae', expected a .stl or .obj file"},

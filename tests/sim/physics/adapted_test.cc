@@ -5,6 +5,8 @@
 #include <regex>
 
 #include "sim/physics/model.h"
+#include "sim/physics/robot.h"
+#include "sim/scenario/robot.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::physics {
@@ -13,8 +15,9 @@ namespace {
 using files::TemporaryFolder;
 using tests::Has;
 
-/// A robot of few links in the style of public models: degrees, newer attributes, meshless looks.
-std::string model() {
+/// A robot of few links in the style of public models: degrees, newer attributes, meshless looks. hips: of a
+/// link between base and legs.
+std::string model(const std::string& hips = "") {
   const auto link = [](const std::string& name, const std::string& pos, const std::string& axis,
                        const std::string& more) {
     return "\n<body name='" + name + "' pos='" + pos +
@@ -34,7 +37,7 @@ std::string model() {
   };
   return "<mujoco><worldbody><geom name='floor' type='plane' size='1 1 1'/><body name='pelvis' pos='0 0 1'>"
          "<joint type='free'/><inertial pos='0 0 0' mass='5' diaginertia='1 1 1'/>" +
-         leg("left", "0.1") + leg("right", "-0.1") +
+         hips + leg("left", "0.1") + leg("right", "-0.1") + (hips.empty() ? "" : "</body>") +
          link("chest", "0 0 0.3", "0 0 1",
               "<geom type='box' size='0.1 0.2 0.2'/><site name='imu' pos='0 0 0.1'/>") +
          link("head", "0 0 0.3", "0 0 1", "<geom type='sphere' size='0.1'/></body>") +
@@ -153,6 +156,40 @@ TEST(Adapted, ModelThatIsWrongIsRejectedWithFileLineAndElement) {
     EXPECT_THAT(error_with(from, part, instead), Has(error)) << part << instead;
 }
 
+TEST(Adapted, LinksThatAreFixedToAFootAreItsSoleToo) {
+  const TemporaryFolder folder;
+  const RobotFile file = robot(folder);
+  files::write_text(folder / "robot.xml",
+                    std::regex_replace(
+                        model(), std::regex("<geom name='(left|right)_box'[^>]*>"),
+                        "<body name='$1_toe'><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>$&</body>"));
+  const Model loaded = load_mjcf(adapt(file).root, "robot.xml");
+  EXPECT_EQ(contacts(*loaded, part(*loaded, mjOBJ_BODY, "left_foot")),
+            std::vector{part(*loaded, mjOBJ_GEOM, "left_box")});
+  EXPECT_THAT(first_robot_file(folder / "robot.xml", "robot.xml"),
+              Has("  left: {body: left_foot, sole_m: [0, 0, -0.07]}\n"));
+}
+
+TEST(FirstRobotFile, AJointThatCarriesBothLegsIsLeftRigid) {
+  const TemporaryFolder folder;
+  files::write_text(folder / "robot.xml",
+                    model("<body name='hips'><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>"
+                          "<joint name='waist' axis='0 0 1' range='-90 90'/>"));
+  const std::string guess = first_robot_file(folder / "robot.xml", "robot.xml");
+  EXPECT_THAT(guess, Has("  left: [left_yaw_joint, ", "moves legs on the base: waist\n"));
+  EXPECT_THAT(guess, tests::Lacks("[waist", ", waist"));
+}
+
+TEST(FirstRobotFile, ObliqueHipsAreTurnedUntilTheSolesAreLevel) {
+  const TemporaryFolder folder;
+  files::write_text(folder / "robot.xml", std::regex_replace(model(), std::regex("hip_joint' axis='0 1 0'"),
+                                                             "hip_joint' axis='0.4 0.9 0'"));
+  files::write_text(folder / "robot.yaml", first_robot_file(folder / "robot.xml", "robot.xml"));
+  const RobotFile file = scenario::read_robot(folder.path());
+  EXPECT_GT(file.posture_rad.size(), 6u);
+  EXPECT_NO_THROW(read_robot(*load_mjcf(adapt(file).root, "robot.xml"), file));
+}
+
 TEST(FirstRobotFile, GuessesFeetLegsChestHeadAndMarksEachGuess) {
   const TemporaryFolder folder;
   robot(folder);
@@ -162,7 +199,8 @@ TEST(FirstRobotFile, GuessesFeetLegsChestHeadAndMarksEachGuess) {
           "imu: {link: chest, position_m: [0, 0, 0.1]}  # guess: a site of the model",
           "  left: [left_yaw_joint, left_roll_joint, left_hip_joint, left_knee_joint, left_ankle_joint, "
           "left_foot_joint]\n",
-          "  right: {body: right_foot, sole_m: [0, 0, -0.07]}\n", "left_hip_joint: -20, left_knee_joint: 40",
+          "  right: {body: right_foot, sole_m: [0, 0, -0.07]}\n",
+          "left_hip_joint: -18.2, left_knee_joint: 39.86",
           ", armature_kg_m2: ", "walk: {single_support_s: 0.6"));
   files::write_text(folder / "geared.xml",
                     std::regex_replace(files::read_text(folder / "robot.xml"), std::regex("<joint "),

@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "tests/sim/physics/test_worlds.h"
-#include "tests/walking/walks.h"
+#include "tests/walking/robots.h"
 
 namespace sim::physics {
 namespace {
@@ -74,36 +74,6 @@ TEST(ReadRobot, NamesWhatDoesNotFitWithItsPlace) {
     EXPECT_THAT([&] { read_robot(*model, file); },
                 testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr(complaint)));
   }
-}
-
-/// Replaces a text that stands in a file.
-void replace(std::string& text, const std::string& what, const std::string& with) {
-  const std::size_t at = text.find(what);
-  ASSERT_NE(at, text.npos) << what;
-  text.replace(at, what.size(), with);
-}
-
-// The robot differs only in the two files of its folder.
-TEST(ReadRobot, ARobotWithLongerShanksAndAHeavierChestWalksByItsFolder) {
-  const files::TemporaryFolder folder;
-  std::string model = files::read_text(models() / "robots/hrp2/robot.xml");
-  for (const std::string leg : {"RLEG", "LLEG"})
-    replace(model, leg + "_LINK4\" pos=\"0 0 -0.3\"", leg + "_LINK4\" pos=\"0 0 -0.34\"");
-  replace(model, "mass=\"11.5246\"", "mass=\"14.5246\"");
-  std::ofstream(folder / "robot.xml") << model;
-  std::ofstream(folder / "robot.yaml") << files::read_text(models() / "robots/hrp2/robot.yaml");
-  const Models tall(scenario::read_robot(folder.path()), "floor", models());
-  const double knee = 24 * walking::kDegree;  // the shank leans by the angle of the ankle
-  EXPECT_NEAR(tall.robot.base_height, on_floor().robot.base_height + 0.04 * std::cos(knee), 1e-9);
-  EXPECT_NEAR(tall.robot.mass, on_floor().robot.mass + 3, 1e-9);
-  WorldOptions bare;
-  bare.room = "floor";
-  walking::WalkOptions walk = walking::walk_of({walking::Straight{0.3, 0}});
-  walk.com_height_m = tall.robot.com_height();
-  WalkingRobot robot(walking::PatternGenerator(tall.robot, walk), {}, bare, {}, tall);
-  while (robot.walks()) robot.tick();
-  EXPECT_TRUE(robot.is_ok()) << robot.world().status().cause;
-  EXPECT_LT((robot.world().X_WB().translation() - robot.reference().X_PB.translation()).norm(), 0.03);
 }
 
 }  // namespace
