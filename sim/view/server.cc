@@ -43,10 +43,12 @@ std::string_view path_of(std::string_view target) { return target.substr(0, targ
 
 /// Headers of every response: only the server's own scripts and styles, and no framing.
 std::string content_security_policy(const Access& access) {
+  std::string sockets = "ws://" + authority(access);
+  for (const std::string& place : access.forwarded) sockets += " ws://" + place;
   return fmt::format(
-      "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self' "
-      "ws://{}{}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
-      authority(access), access.forwarded.empty() ? "" : " ws://" + access.forwarded);
+      "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self' {}; "
+      "base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+      sockets);
 }
 
 /// Fast, as the browser is near. Compressed pictures stay as they are.
@@ -289,6 +291,20 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   std::optional<http::request_parser<http::empty_body>> parser_;
 };
 
+/// Returns whether a text is HOST:PORT as browsers send it.
+bool is_place(std::string_view text) {
+  const std::size_t colon = text.rfind(':');
+  if (colon == 0 || colon == text.npos) return false;
+  const auto port = files::parse_number<std::uint16_t>(text.substr(colon + 1));
+  return port && *port > 0 && std::ranges::all_of(text, [](unsigned char c) {
+           return std::isalnum(c) != 0 ||
+                  std::string_view(".-:[]").find(static_cast<char>(c)) != std::string_view::npos;
+         });
+}
+
+/// Browsers omit the usual port.
+std::string with_port(std::string_view host) { return std::string(host) + (is_place(host) ? "" : ":80"); }
+
 }  // namespace
 
 std::string new_token() {
@@ -312,16 +328,10 @@ Access checked(Access access) {
       access.token, [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_'; });
   if (access.token.size() < kLeastTokenLength || !plain)
     throw std::invalid_argument("--token: expected at least 22 letters, digits, - or _");
-  const std::string_view seen = access.forwarded;
-  const bool is_place = std::ranges::all_of(seen, [](unsigned char c) {
-    return std::isalnum(c) != 0 ||
-           std::string_view(".-:[]").find(static_cast<char>(c)) != std::string_view::npos;
-  });
-  if (const auto port = files::parse_number<std::uint16_t>(seen.substr(seen.rfind(':') + 1));
-      !seen.empty() &&
-      (!is_place || seen.find(':') == 0 || seen.find(':') == seen.npos || !port || *port == 0))
-    throw std::invalid_argument(
-        fmt::format("--public {}: expected HOST:PORT as in the browser, such as localhost:8020", seen));
+  for (const std::string& place : access.forwarded)
+    if (!is_place(place))
+      throw std::invalid_argument(
+          fmt::format("--public {}: expected HOST:PORT as in the browser, such as localhost:8020", place));
   return access;
 }
 
@@ -336,22 +346,22 @@ std::string authority(const Access& access) {
 }
 
 std::string url(const Access& access) {
-  return fmt::format("http://{}/?token={}", access.forwarded.empty() ? authority(access) : access.forwarded,
-                     access.token);
+  return fmt::format("http://{}/?token={}",
+                     access.forwarded.empty() ? authority(access) : access.forwarded.front(), access.token);
 }
 
 std::optional<Rejection> rejection(const RequestHead& request, const Access& access) {
-  const bool is_forwarded = !access.forwarded.empty() && request.host == access.forwarded;
-  const std::string host = is_forwarded ? access.forwarded : authority(access);
-  if (request.host != host)
+  const std::string host = with_port(request.host);
+  if (host != authority(access) && std::ranges::find(access.forwarded, host) == access.forwarded.end())
     return Rejection{
-        421, fmt::format("the Host is not this server's, {}: start the view with --public HOST:PORT to "
-                         "allow the one in the browser's address, such as that of ssh -L",
-                         host)};
-  const std::string_view origin = request.origin.value_or("");
+        421, fmt::format("the address in the browser is not this server's, {}: if you forward it, as by ssh "
+                         "-L, start the view with --public {} to allow it",
+                         authority(access), is_place(host) ? host : "HOST:PORT")};
+  const std::string_view origin = request.origin.value_or(""), scheme = "http://";
   // Pages have a web scheme or an opaque origin ("null"); apps have other schemes.
-  if ((origin.starts_with("http:") || origin.starts_with("https:") || origin == "null") &&
-      origin != "http://" + host)
+  if (origin.starts_with("https:") || origin == "null" ||
+      (origin.starts_with("http:") &&
+       (!origin.starts_with(scheme) || with_port(origin.substr(scheme.size())) != host)))
     return Rejection{403, "the Origin is not this server's"};
   constexpr std::string_view kName = "?token=";  // the first of the query
   const std::size_t query = request.target.find(kName);

@@ -18,16 +18,16 @@ namespace sim::view {
 
 /// Listening address and the secret that each request must carry.
 struct Access {
-  std::string address = "127.0.0.1";  ///< of this machine, numeric
-  std::uint16_t port = 0;             ///< 0: any free one, known once the server listens
-  std::string token = {};             ///< empty: 128 random bits
-  std::string forwarded = {};         ///< HOST:PORT that also reaches it, as by ssh -L; empty: none
+  std::string address = "127.0.0.1";        ///< of this machine, numeric
+  std::uint16_t port = 0;                   ///< 0: any free one, known once the server listens
+  std::string token = {};                   ///< empty: 128 random bits
+  std::vector<std::string> forwarded = {};  ///< each HOST:PORT that also reaches it, as by ssh -L
 };
 
 /// Returns the access with a token, generated if missing. Throws std::invalid_argument if the address is
 /// invalid, means all interfaces, or can be reached by others while no token is given, if a token is
-/// shorter than 22 characters or has characters other than letters, digits, - and _, or if `forwarded` is no
-/// HOST:PORT.
+/// shorter than 22 characters or has characters other than letters, digits, - and _, or if one of `forwarded`
+/// is not HOST:PORT.
 Access checked(Access access);
 
 /// Returns 128 bits of the system's random source in 32 hex digits. Throws std::runtime_error if it fails.
@@ -38,7 +38,7 @@ bool equal_in_constant_time(std::string_view a, std::string_view b);
 
 /// Returns address and port as in a URL; IPv6 in brackets.
 std::string authority(const Access& access);
-/// Returns the address for the browser.
+/// Returns the address for the browser: the first forwarded one, if there is one.
 std::string url(const Access& access);
 
 /// The checked part of a request.
@@ -53,8 +53,8 @@ struct Rejection {
   std::string why;
 };
 
-/// Returns the rejection by the first broken rule: Host is exactly the server's authority or
-/// Access::forwarded (against DNS rebinding); a page's Origin is the server's (apps send theirs or none); the
+/// Returns the rejection by the first broken rule: Host is exactly the server's authority or one of
+/// Access::forwarded (against DNS rebinding); a page's Origin has that host (apps send theirs or none); the
 /// query has the token; GET only.
 std::optional<Rejection> rejection(const RequestHead& request, const Access& access);
 

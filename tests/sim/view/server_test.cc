@@ -494,21 +494,24 @@ TEST(Rejection, OtherHostsOriginsTokensAndMethodsAreRefused) {
 }
 
 TEST(Rejection, AForwardedHostIsAllowedWithItsOriginAndTheRefusalNamesTheWay) {
-  const Access access{.port = 8000, .token = kToken, .forwarded = "localhost:9000"};
+  const Access access{.port = 8000, .token = kToken, .forwarded = {"localhost:9000", "bench.example:80"}};
   const auto status = [&](const char* host, const char* origin) {
     const auto rejected = rejection({"GET", "/?token=" + kToken, host, origin}, access);
     return rejected ? rejected->status : 0;
   };
   EXPECT_EQ(status("localhost:9000", "http://localhost:9000"), 0u);
   EXPECT_EQ(status("127.0.0.1:8000", "http://127.0.0.1:8000"), 0u);
+  EXPECT_EQ(status("bench.example", "http://bench.example"), 0u) << "browsers omit port 80";
   EXPECT_EQ(status("localhost:9000", "http://127.0.0.1:8000"), 403u);
   EXPECT_EQ(status("localhost:9001", "http://localhost:9001"), 421u);
   EXPECT_THAT(rejection({"GET", "/", "localhost:9001"}, access)->why,
-              Has("127.0.0.1:8000", "--public HOST:PORT"));
+              Has("127.0.0.1:8000", "--public localhost:9001 "));
+  EXPECT_THAT(rejection({"GET", "/", "a b:9001"}, access)->why, Has("--public HOST:PORT "));
   EXPECT_THAT(url(access), StartsWith("http://localhost:9000/?token="));
   for (const char* const wrong :
        {"localhost", ":9000", "localhost:0", "localhost:99999", "a b:9000", "a/b:9000"})
-    EXPECT_THROW(checked({.token = kToken, .forwarded = wrong}), std::invalid_argument) << wrong;
+    EXPECT_THROW(checked({.token = kToken, .forwarded = {"localhost:9000", wrong}}), std::invalid_argument)
+        << wrong;
 }
 
 Service service() {

@@ -88,8 +88,12 @@ void add_view_place(CLI::App& command, Access& place) {
   command.add_option("--port", place.port, "port of the view; 0: any free one")->capture_default_str();
   command.add_option("--address", place.address, "listening address; one that others reach needs a --token")
       ->capture_default_str();
-  command.add_option("--public", place.forwarded,
-                     "HOST:PORT that browsers on other machines use, for example through ssh -L");
+  command
+      .add_option(
+          "--public", place.forwarded,
+          "HOST:PORT in the address of browsers on other machines, for example through ssh -L; may be "
+          "given several times")
+      ->allow_extra_args(false);
   command
       .add_option("--token", place.token,
                   "secret in the URL, at least 22 letters, digits, - or _ (default: a random one)")
