@@ -252,6 +252,7 @@ Site site_of(std::vector<Playback> given) {
   ordered_json about{{"mode", "playback"}, {"control", false}};
   if (data.size() > 1) about["changes"] = changes_of(data);
   Site site(runs, about);
+  site.at("/picture/0/0", "");  // starts the painting, as the browser takes a while to ask for it
   for (std::size_t i = 0; i < results.size(); ++i) {
     add_frames(site, i, results[i]);
     if (!results[i]->pictures) continue;
@@ -307,23 +308,21 @@ Site::Site(const std::vector<ShownRun>& runs, ordered_json about) {
     about["runs"].push_back(to_json(runs[i]));
     if (!runs[i].model || i > 0) continue;  // one room and robot
     add(fmt::format("/model/{}", i), bytes_resource(runs[i].model->pieces));
-    add(fmt::format("/pictures/{}", i),
-        [paint = runs[i].model->pictures] { return bytes_resource(paint()); });
+    using Pictures = std::vector<std::string>;
+    add_list(fmt::format("/picture/{}", i),
+             [paint = runs[i].model->pictures,
+              painted = std::shared_future<Pictures>()](std::size_t k) mutable -> std::optional<Resource> {
+               if (!painted.valid()) painted = std::async(std::launch::async, paint).share();
+               if (painted.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+                 return bytes_resource("");
+               return k < painted.get().size() ? std::optional(resource("image/png", painted.get()[k]))
+                                               : std::nullopt;
+             });
   }
   add("/about", json_resource(files::json_text(about)));
 }
 
-void Site::add(const std::string& path, Resource resource) {
-  files_[path] = [resource] { return resource; };
-}
-
-void Site::add(const std::string& path, std::function<Resource()> make) {
-  files_[path] = [make = std::move(make), made = std::shared_future<Resource>()]() mutable {
-    if (!made.valid()) made = std::async(std::launch::async, make).share();
-    return made.wait_for(std::chrono::seconds(0)) == std::future_status::ready ? made.get()
-                                                                               : bytes_resource("");
-  };
-}
+void Site::add(const std::string& path, Resource resource) { files_[path] = std::move(resource); }
 
 void Site::add_list(const std::string& folder, std::function<std::optional<Resource>(std::size_t)> element) {
   lists_[folder] = std::move(element);
@@ -331,7 +330,7 @@ void Site::add_list(const std::string& folder, std::function<std::optional<Resou
 
 std::optional<Resource> Site::at(std::string_view path, std::string_view token) {
   if (path == "/") return resource("text/html; charset=utf-8", page_with(token));
-  if (const auto file = files_.find(path); file != files_.end()) return file->second();
+  if (const auto file = files_.find(path); file != files_.end()) return file->second;
   const std::size_t slash = path.rfind('/');
   if (slash == path.npos) return std::nullopt;
   const auto list = lists_.find(path.substr(0, slash));

@@ -32,8 +32,8 @@ namespace fs = std::filesystem;
 /// picture their places in it from the upper left (all float32), and the indices of its triangles (uint32).
 struct Model {
   std::string pieces;
-  /// Paints the pictures: width, height (uint32) and RGB rows of each. Called once, from any thread.
-  std::function<std::string()> pictures = [] { return ""; };
+  /// Paints the pictures; returns each as PNG. Called once, from any thread.
+  std::function<std::vector<std::string>()> pictures = [] { return std::vector<std::string>(); };
 };
 
 /// A time to jump to. kind: "closure", "fault", "lost", "suspect" or "end".
@@ -62,19 +62,18 @@ std::vector<Moment> faults_of(const scenario::Scenario& scenario);
 /// Paths are compared literally: no path from a client reaches the disk.
 class Site {
  public:
-  /// The page, its script and style; /about (about: further keys); /model/0 and /pictures/0 of the first run.
+  /// The page, its script and style; /about (about: further keys); of the first run /model/0 and
+  /// /picture/0/k, which are painted in another thread from the first request on and empty until then.
   Site(const std::vector<ShownRun>& runs, nlohmann::ordered_json about);
 
   void add(const std::string& path, Resource resource);
-  /// Adds a resource made in its own thread at the first request. Until then it is empty; the page retries.
-  void add(const std::string& path, std::function<Resource()> make);
   /// Adds a list as <folder>/<number>; `element` returns nullopt beyond its end.
   void add_list(const std::string& folder, std::function<std::optional<Resource>(std::size_t)> element);
 
   std::optional<Resource> at(std::string_view path, std::string_view token);
 
  private:
-  std::map<std::string, std::function<Resource()>, std::less<>> files_;
+  std::map<std::string, Resource, std::less<>> files_;
   std::map<std::string, std::function<std::optional<Resource>(std::size_t)>, std::less<>> lists_;
 };
 

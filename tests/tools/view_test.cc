@@ -101,6 +101,9 @@ TEST_F(LongViewTest, APlaybackIsScrubbedToTheLoopClosure) {
   EXPECT_GT(found["there"]["ellipsoids"], 20);
   EXPECT_EQ(found["through"]["mode"], "head");
   EXPECT_THAT(found["through"]["note"].get<std::string>(), Has("without the distortion of the lens"));
+  EXPECT_EQ(found["space"]["ellipsoids"], 3000);
+  EXPECT_GE(found["space"]["room"], 3000) << "no landmark is dropped";
+  EXPECT_GT(found["space"]["height"], 0.0) << "the view stays above the floor";
   EXPECT_LE(found["width_at_400"], 400);
   EXPECT_TRUE(found["space_changed"]);
   EXPECT_THAT(found["said"], IsEmpty());

@@ -20,6 +20,7 @@
 #include "sim/live/setup.h"
 #include "sim/physics/nominal_body.h"
 #include "sim/physics/robot.h"
+#include "sim/recording/image_file.h"
 #include "sim/recording/recording.h"
 #include "sim/scenario/robot.h"
 #include "sim/view/live_view.h"
@@ -59,14 +60,10 @@ Model model_of(const std::shared_ptr<camera::PosedRobot>& robot, std::uint64_t s
   put(model.pieces, std::array{static_cast<std::uint32_t>(head.size())});
   model.pieces += head + numbers;
   model.pictures = [robot, seed] {
-    std::string bytes;
-    for (const cv::Mat3b& picture : robot->pictures(seed, kLargestPicture_px)) {
-      put(bytes, std::array{picture.cols, picture.rows});
-      for (int row = 0; row < picture.rows; ++row)
-        bytes.append(reinterpret_cast<const char*>(picture.ptr(row)),
-                     3 * static_cast<std::size_t>(picture.cols));
-    }
-    return bytes;
+    std::vector<std::string> all;
+    for (const cv::Mat3b& picture : robot->pictures(seed, kLargestPicture_px))
+      all.push_back(recording::encode_png(picture));
+    return all;
   };
   return model;
 }

@@ -66,34 +66,18 @@ function readModel(buffer) {
     uv: piece.picture < 0 ? null : take(Float32Array, 2 * piece.vertices), index: take(Uint32Array, piece.indices)}));
 }
 
-function readPictures(buffer) {
-  const pictures = [], view = new DataView(buffer);
-  for (let at = 0; at < buffer.byteLength;) {
-    const width = view.getUint32(at, true), height = view.getUint32(at + 4, true);
-    const texture = new THREE.DataTexture(new Uint8Array(buffer, at + 8, 3 * width * height), width, height, THREE.RGBFormat);
-    texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
-    texture.magFilter = THREE.LinearFilter;
-    texture.minFilter = THREE.LinearMipMapLinearFilter;
-    texture.generateMipmaps = true;
-    texture.unpackAlignment = 1;
-    texture.needsUpdate = true;
-    pictures.push(texture);
-    at += 8 + 3 * width * height;
-  }
-  return pictures;
-}
-
 const kBlank = new THREE.DataTexture(new Uint8Array([255, 255, 255]), 1, 1, THREE.RGBFormat);
 kBlank.needsUpdate = true;
 
-function meshOf(piece) {
+/// The surface of pieces, which is behind points and lines that lie on it. kBlank, until its picture comes, has the same shader.
+const surface = (map) => new THREE.MeshLambertMaterial({map, vertexColors: THREE.VertexColors, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 4});
+
+function meshOf(piece, material) {
   const geometry = new THREE.BufferGeometry();
   for (const name of ['position', 'normal', 'color']) geometry.setAttribute(name, new THREE.BufferAttribute(piece[`${name}s`], 3));
   if (piece.uv) geometry.setAttribute('uv', new THREE.BufferAttribute(piece.uv, 2));
   geometry.setIndex(new THREE.BufferAttribute(piece.index, 1));
-  const material = new THREE.MeshLambertMaterial({vertexColors: THREE.VertexColors, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 4});
-  if (piece.uv) material.map = kBlank;  // until its picture comes: another shader would have to be compiled
-  return new THREE.Mesh(geometry, material);  // behind points and lines that lie on it
+  return new THREE.Mesh(geometry, material);
 }
 
 /// The beliefs of a filter: its path, its camera with the 3-sigma ellipsoid ten times as large, a line to the truth, and its map.
@@ -101,7 +85,7 @@ class Belief {
   constructor(run, role, mapRole, showsTruth) {
     Object.assign(this, {run, mapRole, read: 0, capacity: 0, count: 0});
     this.path = new GrowingLine(role);
-    this.truth = showsTruth ? new GrowingLine(role) : null;  // of a walk that is not the shown one
+    this.truth = showsTruth ? new GrowingLine(role) : null;  // of another walk
     this.frustum = frustum(role, run.camera);
     this.error = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial());
     this.error.userData.role = role;
@@ -183,7 +167,7 @@ export class Scene {
   /// run: its robot and its true path are shown; others: {run, role} of what is compared with it. mode: 'follow' the robot, 'orbit' about
   /// the path, or through the 'head' camera.
   constructor(run, mode = 'follow', others = []) {
-    Object.assign(this, {run, mode, read: 0, bodies: [], sweeps: new Map(), hidden: new Set()});
+    Object.assign(this, {run, mode, read: 0, bodies: [], surfaces: [], plain: surface(null), sweeps: new Map(), hidden: new Set()});
     this.beliefs = [new Belief(run, 'estimate', others.length ? 'estimate' : 'first', false),
       ...others.map((other) => new Belief(other.run, other.role, other.role, other.run.about.recording !== run.about.recording))];
     this.scene = new THREE.Scene();
@@ -191,7 +175,8 @@ export class Scene {
       'aria-label': 'room, robot and map in three dimensions; arrow keys turn the view, plus and minus zoom'});
     this.camera = new THREE.PerspectiveCamera(50, 1, 0.05, 60);
     this.head = new THREE.PerspectiveCamera(73.7, 4 / 3, 0.05, 60);
-    this.renderer = new THREE.WebGLRenderer({antialias: true, preserveDrawingBuffer: true});
+    this.renderer = new THREE.WebGLRenderer({antialias: true});
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.debug.checkShaderErrors = false;  // which would wait for each of them
     this.element.append(this.renderer.domElement);
     this.camera.up.set(0, 0, 1);
@@ -215,18 +200,21 @@ export class Scene {
   fill() {
     this.scene.add(new THREE.AmbientLight(0xffffff, 0.7));
     this.add(new THREE.DirectionalLight(0xffffff, 0.45)).position.set(-2, -3, 6);
-    this.grid = this.add(new THREE.GridHelper(12, 12));  // the floor until there is a room
-    this.grid.rotation.x = Math.PI / 2;
-    Object.assign(this.grid.material, {transparent: true, opacity: 0.35});
-    const {camera} = this.run;
+    const {camera, about: {has_model: hasRoom}} = this.run;
+    if (!hasRoom) {
+      const floor = this.add(new THREE.GridHelper(12, 12));
+      floor.rotation.x = Math.PI / 2;
+      Object.assign(floor.material, {transparent: true, opacity: 0.35});
+    }
     this.paths = {truth: new GrowingLine('truth'), plan: new GrowingLine('plan')};
     this.frustum = frustum('truth', camera);
     this.landed = new GrowingLine('landed', true);
     this.planned = new GrowingLine('plan', true);
-    this.scene.add(...[...Object.values(this.paths), this.landed, this.planned].map(({object}) => object), this.frustum,
-      ...this.beliefs.map(({group}) => group));
-    this.support = this.add(new THREE.LineLoop(new THREE.BufferGeometry(), new THREE.LineBasicMaterial()), 'first');
-    this.zmp = this.add(new THREE.Mesh(new THREE.SphereGeometry(0.012, 12, 8), new THREE.MeshBasicMaterial()), 'bad');
+    this.walk = new THREE.Group();  // of the first run and those of its recording
+    this.walk.add(...[...Object.values(this.paths), this.landed, this.planned].map(({object}) => object), this.frustum);
+    this.scene.add(this.walk, ...this.beliefs.map(({group}) => group));
+    this.support = this.add(new THREE.LineLoop(new THREE.BufferGeometry(), new THREE.LineBasicMaterial()), 'first', this.walk);
+    this.zmp = this.add(new THREE.Mesh(new THREE.SphereGeometry(0.012, 12, 8), new THREE.MeshBasicMaterial()), 'bad', this.walk);
     this.mark = this.add(new THREE.Mesh(kSphere, translucent('plan', 0.6)));
     this.mark.scale.setScalar(kPicked_m);
     this.mark.visible = false;
@@ -234,13 +222,18 @@ export class Scene {
       steps: [this.landed.object, this.support, this.zmp]};
     this.beliefs.forEach(({objects, map}, i) => Object.assign(this.layers, {[`estimate${i}`]: objects, [`map${i}`]: [map]}));
     this.paint();
+    // The graphics card compiles the shaders while the first frames are on their way.
+    const early = this.add(new THREE.Group());
+    early.visible = false;
+    early.add(...[this.plain, surface(kBlank)].map((material) => new THREE.Mesh(new THREE.BufferGeometry(), material)));
+    this.renderer.compile(this.scene, this.camera);
   }
 
   /// Adds an object that is always drawn, in the color of its role.
-  add(object, role) {
+  add(object, role = null, group = this.scene) {
     object.frustumCulled = false;
     if (role) object.userData.role = role;
-    this.scene.add(object);
+    group.add(object);
     return object;
   }
 
@@ -248,19 +241,18 @@ export class Scene {
     const pieces = readModel(buffer), count = Math.max(-1, ...pieces.map(({body}) => body)) + 1;
     this.bodies = Array.from({length: count}, () => new THREE.Group());
     this.bodies.forEach((body) => { body.visible = false; this.scene.add(body); });
-    this.pictured = [];
-    this.grid.visible = false;
     for (const piece of pieces) {
-      const mesh = meshOf(piece);
-      if (piece.picture >= 0) this.pictured.push({mesh, picture: piece.picture});
-      (this.bodies[piece.body] ?? this.scene).add(mesh);
+      if (piece.uv) this.surfaces[piece.picture] ??= surface(kBlank);
+      (this.bodies[piece.body] ?? this.scene).add(meshOf(piece, piece.uv ? this.surfaces[piece.picture] : this.plain));
     }
   }
 
-  addPictures(buffer) {
-    const textures = readPictures(buffer);
-    for (const {mesh, picture} of this.pictured) mesh.material.map = textures[picture];
-    this.draw();
+  /// Puts the picture of a number on its surfaces.
+  addPicture(number, image) {
+    const texture = new THREE.Texture(image);
+    texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
+    Object.assign(texture, {format: THREE.RGBFormat, flipY: false, needsUpdate: true});
+    this.surfaces[number].map = texture;
   }
 
   paint() {
@@ -347,7 +339,7 @@ export class Scene {
   showSweep(name, points, colorOf) {
     let sweep = this.sweeps.get(name);
     if (!sweep) {
-      sweep = this.add(new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({size: 3, sizeAttenuation: false, vertexColors: THREE.VertexColors})));
+      sweep = this.add(new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({size: 3, sizeAttenuation: false, vertexColors: THREE.VertexColors})), null, this.walk);
       this.sweeps.set(name, sweep);
     }
     sweep.visible = Boolean(points);
@@ -417,7 +409,6 @@ export class Scene {
   resize() {
     const width = this.element.clientWidth, height = this.element.clientHeight;
     if (!width || !height) return;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height);
     this.camera.aspect = this.head.aspect = width / this.columns / height;
     const {camera} = this.run, half = Math.max(camera.height / 2 / camera.fv, camera.width / 2 / camera.fu / this.head.aspect);
@@ -432,9 +423,11 @@ export class Scene {
 
   render() {
     this.drawing = null;
+    if (this.run.about.has_model && !this.bodies.length) return;  // the first picture would only wait for this one
     const {columns, renderer} = this, {x, y: height} = renderer.getSize(new THREE.Vector2()), width = x / columns;
     renderer.setScissorTest(columns > 1);
     for (let column = 0; column < columns; ++column) {
+      this.walk.visible = columns === 1 || !this.beliefs[column].truth;
       this.beliefs.forEach(({group, frame}, run) => {
         group.visible = columns === 1 || run === column;
         if (columns === 1 || run !== column || !frame) return;

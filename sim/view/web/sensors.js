@@ -11,7 +11,7 @@ export class HeadView {
     const {width, height} = run.camera;
     Object.assign(this, {width, height, shown: -1});
     this.canvas = element('canvas', {width: kScale * width, height: kScale * height, role: 'img', 'aria-label': `image of the head camera${name ? `, ${name}` : ''}`});
-    this.context = this.canvas.getContext('2d');
+    this.context = this.canvas.getContext('2d', {willReadFrequently: true});  // in memory: it does not wait for the scene to be drawn
   }
 
   /// image: something a canvas can draw, or null. runs: {frame, role, picked} of each; the searches of several have their colors.

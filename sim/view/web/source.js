@@ -10,6 +10,7 @@ async function get(path) {
 }
 export const getJson = async (path) => (await get(path)).json();
 export const getBytes = async (path) => (await get(path)).arrayBuffer();
+export const getBlob = async (path) => (await get(path)).blob();
 
 export const picture = (blob) => createImageBitmap(blob);
 
@@ -20,7 +21,7 @@ export class Stored {
   at(number) {
     let element = this.kept.get(number);
     if (!element) {
-      element = get(`${this.folder}/${number}`).then((response) => response.blob()).then((blob) => (blob.size > 0 ? this.read(blob) : null));
+      element = getBlob(`${this.folder}/${number}`).then((blob) => (blob.size > 0 ? this.read(blob) : null));
       this.kept.set(number, element);
       if (this.kept.size > this.most) this.kept.delete(this.kept.keys().next().value);
     }

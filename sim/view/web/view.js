@@ -6,7 +6,7 @@ import {Scene} from './scene.js';
 import {Series, figures, kOnDemand, known, matched, partings, timeLine} from './compare.js';
 import {Pane, searchLegend} from './pane.js';
 import {RigLayer} from './sensors.js';
-import {getBytes, getJson, listen} from './source.js';
+import {getBlob, getBytes, getJson, listen, picture} from './source.js';
 
 const {dataset} = document.documentElement;
 const kFast = 5;  // frames of a finished run for each that the browser draws
@@ -20,6 +20,9 @@ function differencesOf(runs) {
   const differ = (key) => new Set(runs.map((run) => run[key])).size > 1;
   return runs.map((run) => [differ('seed') && `seed ${run.seed}`, differ('variant') && run.variant].filter(Boolean).join(', '));
 }
+
+/// Waits until the browser has shown what was drawn.
+const drawnOnce = () => new Promise((resolve) => { requestAnimationFrame(() => setTimeout(resolve)); });
 
 class Page {
   constructor(about) {
@@ -347,20 +350,26 @@ class Page {
     action();
   }
 
-  /// Frames come in pieces of some seconds, from the first on.
+  /// Frames come in pieces of some seconds, from the first on; the time in the address is shown as soon as its frames are there.
   async playBack(begin) {
+    const wanted = parseFloat(new URLSearchParams(location.hash.slice(1)).get('t'));
+    let isThere = false;
     await Promise.all(this.panes.map(async (pane, i) => { pane.series = Series.of(await begin[i].series); }));
     for (let piece = 0; this.panes.some(({run}) => piece < run.about.pieces); ++piece) {
       await Promise.all(this.panes.map(async ({run}, i) => {
         if (piece < run.about.pieces) for (const frame of await (piece === 0 ? begin[i].frames : getJson(`/frames/${i}/${piece}`))) run.append(frame);
       }));
       if (piece === 0) {
-        this.drawFigures();
         this.show(0);
+        await drawnOnce();
+        this.drawFigures();
       }
+      if (!isThere && this.t === 0 && wanted <= this.duration) isThere = this.goToHash();
     }
     if (this.panes.length > 1) this.marks = partings(this.panes);
-    if (!this.goToHash() && this.t === 0) this.show(0);
+    if (!isThere && this.t === 0) this.goToHash();
+    this.drawFigures();
+    this.show(this.t);
     dataset.frames = this.panes[0].run.frames.length;
     dataset.ready = 'true';
   }
@@ -369,12 +378,15 @@ class Page {
     if (!model || !this.scene) return;
     this.scene.addModel(await model);
     this.show(this.t);
-    let pictures = await getBytes('/pictures/0');
-    while (pictures.byteLength === 0) {  // they are being painted
-      await new Promise((resolve) => setTimeout(resolve, 100));
-      pictures = await getBytes('/pictures/0');
-    }
-    this.scene.addPictures(pictures);
+    await Promise.all(Object.keys(this.scene.surfaces).map(async (number) => {
+      let painted = await getBlob(`/picture/0/${number}`);
+      while (painted.size === 0) {  // it is being painted
+        await new Promise((resolve) => setTimeout(resolve, 100));
+        painted = await getBlob(`/picture/0/${number}`);
+      }
+      this.scene.addPicture(number, await picture(painted));
+    }));
+    this.scene.draw();
   }
 
   followLive() {

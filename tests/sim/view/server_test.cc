@@ -352,18 +352,21 @@ TEST_F(Live, FoxgloveIsSpokenOnTheSamePort) {
   }
 }
 
-TEST(Site, WhatTakesLongIsEmptyUntilItIsMade) {
-  Site site({}, {});
+TEST(Site, PicturesOfTheRoomAreEmptyUntilTheyArePainted) {
   std::promise<void> go;
-  site.add("/pictures/0", [done = go.get_future().share()] {
-    done.wait();
-    return bytes_resource("painted");
-  });
-  EXPECT_EQ(*site.at("/pictures/0", "")->bytes, "");
+  Site site({{.label = "walk",
+              .model = Model{"",
+                             [done = go.get_future().share()] {
+                               done.wait();
+                               return std::vector<std::string>{"first", "painted"};
+                             }}}},
+            {});
+  const auto picture = [&] { return *site.at("/picture/0/1", "")->bytes; };
+  EXPECT_EQ(picture(), "");
   go.set_value();
-  for (int i = 0; i < 300 && site.at("/pictures/0", "")->bytes->empty(); ++i)
-    std::this_thread::sleep_for(10ms);
-  EXPECT_EQ(*site.at("/pictures/0", "")->bytes, "painted");
+  for (int i = 0; i < 300 && picture().empty(); ++i) std::this_thread::sleep_for(10ms);
+  EXPECT_EQ(picture(), "painted");
+  EXPECT_FALSE(site.at("/picture/0/2", ""));
 }
 
 TEST(Site, HasItsFilesAndNoOthers) {
