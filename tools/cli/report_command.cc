@@ -56,15 +56,16 @@ std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
   return all;
 }
 
-/// By Debian's rsvg-convert. Throws std::runtime_error.
+constexpr const char* kConverter = "rsvg-convert";  // of Debian's package librsvg2-bin
+
+/// Throws std::runtime_error.
 void make_pdf(const fs::path& svg) {
   const int status =
-      std::system(fmt::format("exec rsvg-convert --format=pdf --output={} {}",
+      std::system(fmt::format("exec {} --format=pdf --output={} {}", kConverter,
                               files::shell_word(fs::path(svg).replace_extension("pdf").string()),
                               files::shell_word(svg.string()))
                       .c_str());
-  if (status != 0)
-    throw std::runtime_error("rsvg-convert, in Debian's package librsvg2-bin, cannot be run or failed");
+  if (status != 0) throw std::runtime_error(fmt::format("{} failed to convert {}", kConverter, svg.string()));
   fs::remove(svg);
 }
 
@@ -125,6 +126,11 @@ int make_report(ReportRequest& request) {
   }
   if (request.table) std::cout << "table in " << *request.table << '\n';
   if (!request.out) return 0;
+  if (request.plots == "pdf" && std::system(fmt::format("command -v {} >/dev/null", kConverter).c_str()) != 0)
+    throw UsageError(
+        "--plots pdf: needs {}, expected Debian's package librsvg2-bin to be installed; or "
+        "--plots svg",
+        kConverter);
   if (!request.plots.empty()) {
     const OutFolder out(request, {}, {.replaces = true});
     {
