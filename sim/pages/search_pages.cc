@@ -169,27 +169,32 @@ Figure lines_figure(const Sweep& sweep, std::size_t k, const std::string& metric
   return f;
 }
 
+/// The value or, of a metric with an expected value, the factor from it.
+std::string loss_text(double loss, const score::Direction& direction) {
+  if (direction.worst != score::Worst::farthest_from_expected)
+    return number_text(direction.worst == score::Worst::smallest ? -loss : loss);
+  return fmt::format("a factor of {} from {}", number_text(std::exp(loss)), number_text(direction.expected));
+}
+
 /// A table of two keys, the first across; its cells open the rows of their settings.
 std::string heat_map(const Sweep& sweep, std::size_t a, std::size_t b, const std::string& metric) {
   const Key &across = sweep.keys[a], &down = sweep.keys[b];
   std::map<std::pair<std::string, std::string>, Trials> cells;
   for (const Trial& trial : sweep.trials) cells[{trial.settings[a], trial.settings[b]}].push_back(&trial);
-  const auto loss_of = [&](double value) { return score::loss(value, score::direction_of(metric)); };
-  // Colors are linear in the loss, over its range or, if that is larger, the usual spread of a setting's
-  // trials.
-  std::vector<std::pair<double, double>> known;  // loss and value
-  std::vector<double> spreads;
+  const score::Direction direction = score::direction_of(metric);
+  const auto loss_of = [&](double value) { return score::loss(value, direction); };
+  // Colors are linear in the loss.
+  std::vector<double> losses, spreads;
   for (const auto& [at, trials] : cells) {
     const auto [least, most] = range_of(trials, metric);
     if (std::isfinite(loss_of(most) - loss_of(least)))
       spreads.push_back(std::abs(loss_of(most) - loss_of(least)));
     if (const auto value = median_of(trials, metric); value && std::isfinite(loss_of(*value)))
-      known.emplace_back(loss_of(*value), *value);
+      losses.push_back(loss_of(*value));
   }
-  std::ranges::sort(known);
-  const double best = known.empty() ? 0 : known.front().first,
-               width = known.empty() ? 0 : std::max(known.back().first - best, score::median(spreads));
-  std::vector<TableCell> titles{text_cell(down.label() + " \\ " + across.label())};
+  const double best = losses.empty() ? 0 : std::ranges::min(losses),
+               width = losses.empty() ? 0 : std::max(std::ranges::max(losses) - best, score::median(spreads));
+  std::vector<TableCell> titles{{"down \\ across"}};
   for (const std::string& value : across.values) titles.push_back(text_cell(value, "number"));
   std::vector<TableRow> rows;
   for (const std::string& y : down.values) {
@@ -202,7 +207,7 @@ std::string heat_map(const Sweep& sweep, std::size_t a, std::size_t b, const std
       cell.html = fmt::format("<a href='#{}'>{}</a>", escaped(sweep.anchor(*found->second.front())),
                               number_text(median));
       if (const auto [least, most] = range_of(found->second, metric); least < most)
-        cell.html += fmt::format(" <small>{} to {}</small>", number_text(least), number_text(most));
+        cell.html += fmt::format("<br><small>{:.3g} to {:.3g}</small>", least, most);
       if (median && std::isfinite(loss_of(*median)))
         cell.style += fmt::format(" heat-{:.0f}",
                                   width > 0 ? 9 * (loss_of(*median) - best) / width : 0);  // web/pages.css
@@ -212,12 +217,11 @@ std::string heat_map(const Sweep& sweep, std::size_t a, std::size_t b, const std
   for (int step = 0; step < 10; ++step)
     scale += fmt::format("<span class='heat-{}'>&nbsp;&nbsp;</span>", step);
   return fmt::format(
-      "<figure><figcaption>{}: median over {}, and the range of the trials</figcaption>{}"
-      "<p class='soft'>{} is the best; the darkest color of {} is worse by {}</p></figure>",
-      escaped(metric_label(metric)), sweep.keys.size() > 2 ? "seeds and the other keys" : "seeds",
-      table_html(metric, titles, rows),
-      number_text(known.empty() ? std::nullopt : std::optional(known.front().second)), scale,
-      number_text(width));
+      "<figure><figcaption>{}</figcaption><p class='soft'>across: {}; down: {}</p>{}"
+      "<p class='soft'>{} {} {}</p></figure>",
+      escaped(metric_label(metric)), escaped(across.label()), escaped(down.label()),
+      table_html(metric, titles, rows), loss_text(best, direction), scale,
+      loss_text(best + width, direction));
 }
 
 /// Heat maps of pairs of keys and lines over one key, for each metric. Only the first of many keys have
@@ -232,8 +236,8 @@ std::string figures_of(const Sweep& sweep) {
                        kMostKeys, varied.size());
     varied.resize(kMostKeys);
   }
+  bool mapped = false;
   for (const std::string& metric : metrics_of(sweep)) {
-    bool mapped = false;
     for (const std::size_t a : varied)
       for (const std::size_t b : varied)
         if (a < b && sweep.keys[a].is_grid() && sweep.keys[b].is_grid())
@@ -242,6 +246,13 @@ std::string figures_of(const Sweep& sweep) {
     for (const std::size_t k : varied)
       if (!sweep.keys[k].numbers.empty()) figures += figure_html(lines_figure(sweep, k, metric));
   }
+  if (mapped)
+    html += fmt::format(
+        "<p class='soft'>In a heat map: the median over {}, and the range of the trials; a cell opens the "
+        "row "
+        "of its setting. The colors go from the best median to the worst one, or further if the usual range "
+        "of a setting's trials is larger.</p>\n",
+        sweep.keys.size() > 2 ? "seeds and the other keys" : "seeds");
   return html + figures_html(figures);
 }
 
@@ -516,8 +527,7 @@ std::string sweep_page(const fs::path& folder) {
   }
   return html_page(
       "Sweep " + folder.filename().string(),
-      fmt::format("{} of {}. A cell of a heat map opens the row of its setting in the table below.",
-                  files::counted(trials, "trial"), files::counted(all.size(), "scenario")),
+      fmt::format("{} of {}", files::counted(trials, "trial"), files::counted(all.size(), "scenario")),
       sections_html(sections, true));
 }
 

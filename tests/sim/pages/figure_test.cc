@@ -161,7 +161,7 @@ TEST(Svg, AStillPictureHasItsColorsItsTitleInLinesThatFitAndItsLegend) {
   EXPECT_THAT(
       svg, Has("y='18.0' class='title'>A title that is as long as those of</text>",
                "y='36.0' class='title'>some of the figures of a report</text>", "y='54.0' >truth</text>",
-               "<rect class='frame' x='62.0' y='66.0'", "{stroke:#0072b2;stroke:var(--estimate,#0072b2)}"));
+               "<rect class='frame' x='72.0' y='66.0'", "{stroke:#0072b2;stroke:var(--estimate,#0072b2)}"));
 }
 
 TEST(Svg, EqualAxesGiveAMeterTheSameLengthBothWays) {
@@ -180,7 +180,7 @@ TEST(PageSvg, HasItsAxesAndTheNamesOfItsLines) {
   figure.x_label = "time [s]", figure.logarithmic = true;
   const std::string svg = to_svg(figure, 400, 300, Surroundings::page);
   EXPECT_THAT(svg, AllOf(Has("data-name='truth'"), Lacks("<style"),
-                         testing::ContainsRegex("data-x='-0.5 10.5 62 386 0' data-y='0.6[0-9]* 150 254 12 1' "
+                         testing::ContainsRegex("data-x='-0.5 10.5 72 386 0' data-y='0.6[0-9]* 150 254 12 1' "
                                                 "data-over-time='yes'")));
 }
 
