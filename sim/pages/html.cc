@@ -20,7 +20,7 @@ namespace sim::pages {
 namespace {
 
 constexpr double kMargin = 0.05;  // of the range, on both sides
-constexpr double kLeft = 62, kRight = 14, kBottom = 46;
+constexpr double kLeft = 72, kRight = 14, kBottom = 46;
 constexpr double kLine = 18, kTitleLeft = 8, kCharacter = 7.6, kLegendMark = 26;  // px of title and legend
 
 /// The name of a role in style sheets.
@@ -227,7 +227,7 @@ std::string attributes(const Figure& figure, const Axes& axes) {
   return of("x", axes.x) + of("y", axes.y) + (figure.is_over_time() ? " data-over-time='yes'" : "");
 }
 
-constexpr double kEqualHeight = 480;  // px of a figure
+constexpr double kWidth = 560, kHeight = 300, kEqualHeight = 480;  // px of a figure
 
 // Pictures are part of the page and figures have their own styles. Nothing else is loaded.
 std::string content_security_policy(std::string_view script) {
@@ -394,14 +394,14 @@ std::string table_html(std::string_view name, const std::vector<TableCell>& titl
   return html + "</tbody></table></div>\n";
 }
 
-std::string figure_html(const Figure& figure, const std::string& below, double height, double width) {
+std::string figure_html(const Figure& figure) {
   std::string remarks;
   for (const std::string& remark : figure.remarks)
     remarks += fmt::format("<p class='soft'>{}</p>", escaped(remark));
-  return fmt::format("<figure data-figure='{}'{}><figcaption>{}</figcaption>{}{}{}{}</figure>\n",
+  return fmt::format("<figure data-figure='{}'{}><figcaption>{}</figcaption>{}{}{}</figure>\n",
                      escaped(figure.name), columns_html(figure), escaped(figure.title), remarks,
-                     to_svg(figure, width, figure.equal_axes ? kEqualHeight : height, Surroundings::page),
-                     legend_html(figure), below);
+                     to_svg(figure, kWidth, figure.equal_axes ? kEqualHeight : kHeight, Surroundings::page),
+                     legend_html(figure));
 }
 
 std::string figures_html(const std::string& figures) {
@@ -420,8 +420,6 @@ std::string sections_html(const std::vector<Section>& sections, bool with_links)
   }
   return (with_links && count > 1 ? links + "</nav>\n" : "") + html;
 }
-
-std::string_view page_script() { return gaitslam_page_script(); }
 
 std::string html_page(std::string_view title, const std::string& subtitle, const std::string& body) {
   const std::string_view script = gaitslam_page_script();

@@ -103,9 +103,8 @@ struct TableRow {
 std::string table_html(std::string_view name, const std::vector<TableCell>& titles,
                        const std::vector<TableRow>& rows, bool sorts = false);
 
-/// Returns a figure with caption, drawing and legend, followed by `below` (HTML).
-std::string figure_html(const Figure& figure, const std::string& below = "", double height = 300,
-                        double width = 560);
+/// Returns a figure with caption, drawing and legend.
+std::string figure_html(const Figure& figure);
 /// Returns the HTML of figures as a grid.
 std::string figures_html(const std::string& figures);
 /// A section of a page; html: its content.

@@ -104,8 +104,8 @@ struct Picture {
 };
 /// Returns the pictures, none without a recording of images.
 std::vector<Picture> pictures(const RunData& run, int count);
-/// Returns the HTML of these pictures with an explanation; empty without any. prefix: of the ids.
-std::string picture_strip(const std::vector<Picture>& pictures, const std::string& prefix);
+/// Returns the HTML of these pictures with an explanation; empty without any.
+std::string picture_strip(const std::vector<Picture>& pictures);
 
 /// Returns a run's sections as HTML with links to them. prefix: of the ids. title: of the first section.
 std::string run_sections(const RunData& run, const std::string& prefix, const std::string& title);

@@ -270,7 +270,7 @@ constexpr const char* kHowToRead =
 // Figures 3 (a, d) and 4: what the paper's filter searches for in its images.
 std::string head_views(const PaperRuns& runs) {
   const std::vector<RunData>& shown = runs_of(runs, "tangent_circle_paper");
-  const std::string strip = shown.empty() ? "" : picture_strip(pictures(shown.front(), kHeadViews), "");
+  const std::string strip = shown.empty() ? "" : picture_strip(pictures(shown.front(), kHeadViews));
   return strip.empty() ? "" : "<p class='soft'>Experiment 1, the paper's filter.</p>" + strip;
 }
 

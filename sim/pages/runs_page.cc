@@ -57,8 +57,7 @@ class RunSections {
       : run_(run),
         prefix_(std::move(prefix)),
         scenario_(scenario::read_scenario(run.folder / "scenario.yaml").scenario),
-        figures_(run_figures(run)),
-        pictures_(pictures(run, kPictures)) {}
+        figures_(run_figures(run)) {}
 
   std::string html(const std::string& title) {
     const std::string aligned =
@@ -72,16 +71,17 @@ class RunSections {
       all.insert(all.end(), {{"errors", "Errors with 3-sigma envelopes", images_text() + figures({"error_"})},
                              {"consistency", "Consistency", figures({"nees", "nis"})},
                              {"loop", "Loop closure", closure_text() + figures({"closure", "matches"})}});
-    all.insert(all.end(), {{"slip", "Slip of each step", figures({"slip", "landing"})},
-                           {"pictures", "Images of the head camera", picture_strip(pictures_, prefix_)},
-                           {"time", "Latency and dropped frames", figures({"latency"})},
-                           {"cpu", "CPU time", cpu()},
-                           {"metrics", "All metrics", metrics_table()},
-                           {"configuration", "Configuration", configuration()},
-                           {"again", "View it and run it again",
-                            fmt::format("<p class='soft'>The view plays the run in a browser; #t=SECONDS "
-                                        "after its address opens that time.</p><pre>{}</pre>{}",
-                                        escaped(view_command(run_)), command_to_run())}});
+    all.insert(all.end(),
+               {{"slip", "Slip of each step", figures({"slip", "landing"})},
+                {"pictures", "Images of the head camera", picture_strip(pictures(run_, kPictures))},
+                {"time", "Latency and dropped frames", figures({"latency"})},
+                {"cpu", "CPU time", cpu()},
+                {"metrics", "All metrics", metrics_table()},
+                {"configuration", "Configuration", configuration()},
+                {"again", "View it and run it again",
+                 fmt::format("<p class='soft'>The view plays the run in a browser; #t=SECONDS "
+                             "after its address opens that time.</p><pre>{}</pre>{}",
+                             escaped(view_command(run_)), command_to_run())}});
     for (Section& section : all) section.id = prefix_ + section.id;
     return sections_html(all, true);
   }
@@ -142,7 +142,7 @@ class RunSections {
     std::string html;
     for (const Figure& figure : figures_)
       if (std::ranges::any_of(prefixes, [&](auto p) { return figure.name.starts_with(p); }))
-        html += figure_html(figure, figure.is_over_time() ? instant(figure) : "");
+        html += figure_html(figure);
     return html.empty() ? "" : figures_html(html);
   }
 
@@ -153,23 +153,6 @@ class RunSections {
              "starts that program.</p>";
     return "<pre>tools/gaitslam run " + escaped(files::shell_word((run_.folder / "scenario.yaml").string())) +
            " --out DIR</pre>";
-  }
-
-  /// Names a time of a figure, at first its middle, how to see it in the view, and the nearest image; a click
-  /// in the figure changes it (web/pages.js).
-  std::string instant(const Figure& figure) const {
-    const std::vector<double>& t = figure.lines.front().x;
-    if (t.empty()) return "";
-    const double middle = t[t.size() / 2];
-    std::string html = fmt::format(
-        "<p class='soft instant no-print'>at <span>{0:.2f}</span> s: <code>{1}</code> and "
-        "<code>#t=<span>{0:.2f}</span></code> after its address",
-        middle, escaped(view_command(run_)));
-    if (pictures_.empty()) return html + "</p>";
-    const auto nearest =
-        std::ranges::min_element(pictures_, {}, [&](const Picture& p) { return std::abs(p.t - middle); });
-    return html + fmt::format("; <a href='#{}picture-{}'>image at {} s</a></p>", prefix_,
-                              nearest - pictures_.begin(), nearest->t);
   }
 
   std::string closure_text() const {
@@ -233,7 +216,6 @@ class RunSections {
   std::string prefix_;
   scenario::Scenario scenario_;
   std::vector<Figure> figures_;
-  std::vector<Picture> pictures_;
 };
 
 constexpr std::size_t kInFull = 12;  // runs
@@ -482,15 +464,13 @@ std::vector<Picture> pictures(const RunData& run, int count) {
   return all;
 }
 
-std::string picture_strip(const std::vector<Picture>& pictures, const std::string& prefix) {
+std::string picture_strip(const std::vector<Picture>& pictures) {
   if (pictures.empty()) return "";
   std::string html =
       "<p class='soft'>Ellipses are the search regions of landmarks (3 sigma): green with the matched 11 x "
       "11 patch if the match was used, yellow otherwise.</p><div class='strip'>";
-  for (std::size_t i = 0; i < pictures.size(); ++i)
-    html +=
-        fmt::format("<figure id='{0}picture-{1}' data-t='{2}'>{3}<span class='soft'>{2} s</span></figure>",
-                    prefix, i, pictures[i].t, pictures[i].svg);
+  for (const Picture& picture : pictures)
+    html += fmt::format("<figure>{}<span class='soft'>{} s</span></figure>", picture.svg, picture.t);
   return html + "</div>";
 }
 

@@ -4,19 +4,6 @@ import {Figure, drawn, follow} from './figures.js';
 
 const all = (selector, within = document) => [...within.querySelectorAll(selector)];
 
-/// Shows a time of a run below a figure, with the nearest image.
-function showInstant(figure, t) {
-  const instant = figure.holder.querySelector('.instant');
-  if (!instant) return;
-  const link = instant.querySelector('a');
-  all('span', instant).forEach((time) => { time.textContent = t.toFixed(2); });
-  if (!link) return;
-  const images = all('[data-t]', figure.holder.closest('.run'));
-  const nearest = images.reduce((a, b) => (Math.abs(b.dataset.t - t) < Math.abs(a.dataset.t - t) ? b : a));
-  link.setAttribute('href', `#${nearest.id}`);
-  link.textContent = `image at ${nearest.dataset.t} s`;
-}
-
 /// Counts the visible figures and those that are drawn, for tests of the page.
 function count() {
   const figures = all('[data-figure]').filter((figure) => !figure.closest('[hidden]')), {dataset} = document.documentElement;
@@ -49,7 +36,7 @@ function scatter(holder) {
   draw();
 }
 
-follow(all('figure').filter((holder) => holder.querySelector('svg[data-x]')).map((holder) => new Figure(holder)), showInstant);
+follow(all('figure').filter((holder) => holder.querySelector('svg[data-x]')).map((holder) => new Figure(holder)));
 all('.scatter').forEach(scatter);
 document.getElementById('run')?.addEventListener('change', (event) => showRun(event.target.value));
 for (const link of all('[data-run]')) link.addEventListener('click', () => showRun(link.dataset.run));
