@@ -279,6 +279,11 @@ void read_frames(RunData& run) {
         fmt::format("{} of its poses are those of estimates, expected at least {:.0f} as in "
                     "score.json: it or estimate_cov.txt was cut",
                     paired, *scored));
+  const auto plan = files::read_tum(run.folder / "plan.tum");
+  if (!plan.empty() && !frame_at(frames, plan.back().t))
+    throw files::FileError(run.folder / "truth.tum",
+                           fmt::format("has no pose at {:.3f} s, the last of plan.tum: one of them was cut",
+                                       slam::seconds(plan.back().t)));
   run.truth = path_of(frames, &Frame::truth), run.plan = path_of(frames, &Frame::plan);
   if (run.filter_frames) add_reports(frames, *run.filter_frames);
   if (frames.empty()) return;

@@ -209,6 +209,10 @@ TEST_F(PlaybackTest, ACutFileIsNoticedAndTimesAreNotNeeded) {
         << file;
     files::write_text(result_ / file, whole);
   }
+  const std::string plan = files::read_text(result_ / "plan.tum");
+  files::write_text(result_ / "plan.tum", plan + "1000 0 0 0 0 0 0 1\n");
+  EXPECT_THAT(files::error_of([&] { pages::read_run(result_); }), Has("truth.tum", "the last of plan.tum"));
+  files::write_text(result_ / "plan.tum", plan);
   fs::remove(result_ / "timing.json");
   EXPECT_EQ(files::error_of([&] { pages::read_run(result_); }), "");
 }
