@@ -282,6 +282,15 @@ TEST_F(ViewTest, WhatCannotBeShownIsRefused) {
   expect_refused("view one/seed-1", "truth.tum");
 }
 
+TEST_F(LongViewTest, TheScriptOfTheFrontPageMakesItsPictures) {
+  fs::create_directory(folder_ / "pictures");
+  shell("GAITSLAM='" GAITSLAM_PROGRAM "' '" + kSources +
+        "/tools/figures/front_page.py' --pictures pictures work")
+      .ends(0);
+  for (const char* const name : {"walk", "view_live", "view_playback"})
+    EXPECT_GT(fs::file_size(folder_ / "pictures" / (std::string(name) + ".webp")), 20'000u) << name;
+}
+
 TEST_F(ViewTest, FoxglovesClientHearsTheRun) {
   if (!std::getenv("CI") &&
       !fs::exists(GAITSLAM_SOURCE_DIR "/build/interop/node_modules/@foxglove/ws-protocol"))

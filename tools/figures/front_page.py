@@ -4,6 +4,7 @@
     tools/figures/front_page.py [WORK_FOLDER]           walks ten seeds of each scenario (about 8 minutes on two idle cores; rerun
                                                         the command to resume), writes front_page.json, the pictures (chromium,
                                                         node and ffmpeg) and README.md
+    tools/figures/front_page.py --pictures OUT [WORK_FOLDER] writes only the pictures, to the folder OUT
     tools/figures/front_page.py --check [WORK_FOLDER]   measures two seeds of each column again; exit code 1 if README.md differs
                                                         from front_page.json, or a value from its measurement by more than the
                                                         tolerance (seconds if $GAITSLAM_CACHE has the walks)
@@ -149,15 +150,15 @@ def first_run(work):
     return f"```\n$ tools/gaitslam {' '.join(command)}\n{shortened(text)}\n```\n"
 
 
-def picture(work):
+def animation(work, out):
     video = work / "walk.mp4"
     gaitslam("video", work / "first/seed-1", "--out", video, "--force")
     subprocess.run(["ffmpeg", "-loglevel", "error", "-i", str(video), "-vf", "setpts=PTS/4,fps=8,scale=960:-1:flags=lanczos",
                     "-c:v", "libwebp_anim", "-quality", "45", "-compression_level", "6", "-loop", "0", "-y",
-                    str(ROOT / "tools/figures/walk.webp")], check=True)
+                    out / "walk.webp"], check=True)
 
 
-def view_picture(work, seconds, theme, name, *arguments):
+def view_picture(work, out, seconds, theme, name, *arguments):
     """The page that a command prints the address of, at a time (s) of the walk."""
     program = os.environ.get("GAITSLAM", ROOT / "tools/gaitslam")
     with subprocess.Popen([program, *map(str, arguments)], cwd=ROOT, stdout=subprocess.PIPE, text=True) as shown:
@@ -165,25 +166,34 @@ def view_picture(work, seconds, theme, name, *arguments):
         picture = work / f"{name}.png"
         subprocess.run(["node", ROOT / "tests/tools/use_page.cjs", "picture", url, work / "profile", str(seconds), picture, "1200", "860",
                         theme], check=True, stdout=subprocess.DEVNULL)
-        subprocess.run(["ffmpeg", "-loglevel", "error", "-y", "-i", picture, "-quality", "80", ROOT / f"tools/figures/{name}.webp"],
-                       check=True)
+        subprocess.run(["ffmpeg", "-loglevel", "error", "-y", "-i", picture, "-quality", "80", out / f"{name}.webp"], check=True)
         if arguments[0] == "view":
             shown.send_signal(signal.SIGINT)
         shown.stdout.read()
 
 
+def pictures(work, out):
+    """Needs the walk of first_run()."""
+    animation(work, out)
+    gaitslam("replay", work / "first/seed-1", "slam.vision.sigma_px=3", "--out", work / "other", "--force", "-q")
+    view_picture(work, out, 24, "dark", "view_live", "run", "scenarios/tangent_circle.yaml", "--view", "--wait", "--out",
+                 work / "view", "--force")
+    view_picture(work, out, 32.6, "light", "view_playback", "view", work / "first/seed-1", work / "other")
+
+
 def main():
     arguments = sys.argv[1:]
-    checks = arguments[:1] == ["--check"]
-    work = pathlib.Path((arguments[checks:] or [ROOT / "results/front_page"])[0]).resolve()
+    mode = arguments.pop(0) if arguments and arguments[0].startswith("--") else ""
+    out = pathlib.Path(arguments.pop(0)).resolve() if mode == "--pictures" else ROOT / "tools/figures"
+    work = pathlib.Path((arguments or [ROOT / "results/front_page"])[0]).resolve()
     os.environ.setdefault("GAITSLAM_CACHE", str(work / "cache"))
-    if checks:
+    if mode == "--check":
         return check(work)
-    stored = {"revision": revision(), "machine": machine(), "columns": measured(work, SEEDS), "first_run": first_run(work)}
-    picture(work)
-    view_picture(work, 24, "dark", "view_live", "run", "scenarios/tangent_circle.yaml", "--view", "--wait", "--out", work / "view",
-                 "--force")
-    view_picture(work, 32.6, "light", "view_playback", "view", work / "first/seed-1")
+    first = first_run(work)
+    pictures(work, out)
+    if mode == "--pictures":
+        return None
+    stored = {"revision": revision(), "machine": machine(), "columns": measured(work, SEEDS), "first_run": first}
     STORED.write_text(json.dumps(stored, indent=1) + "\n")
     readme = ROOT / "README.md"
     readme.write_text(with_blocks(readme.read_text(), stored))
