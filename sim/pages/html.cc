@@ -213,8 +213,9 @@ std::string lines_svg(const Figure& figure, const Axes& axes) {
                        axes.y.end);
   add(figure.lines);
   svg += fmt::format("</svg><rect class='frame' {}/>", place);
+  double y = axes.y.end;  // names of moments that are near to each other are below each other
   for (const Mark& moment : figure.moments)
-    svg += text(axes.x.at(moment.at) + 4, axes.y.end + 14, moment.name, "class='moment'");
+    svg += text(axes.x.at(moment.at) + 4, y += 14, moment.name, "class='moment'");
   return svg;
 }
 

@@ -457,39 +457,40 @@ std::string parameters_table(const Tuning& t) {
          "interactions do not count).</p>\n";
 }
 
-/// The values of each run before and after, and their means. side: training or holdout.
+std::optional<double> mean_of(std::vector<std::optional<double>> values) {
+  std::erase(values, std::nullopt);
+  std::vector<double> known;
+  for (const auto& value : values) known.push_back(*value);
+  return known.empty() ? std::nullopt : std::optional(score::mean(known));
+}
+
+/// A row for each metric: its means before and after, the mean change of a run, and its values in each run.
+/// side: training or holdout.
 std::string runs_table(const Json& side) {
-  std::vector<TableCell> titles{{"run"}};
+  std::vector<TableCell> titles{{"metric"},
+                                {"mean before", "number"},
+                                {"mean after", "number"},
+                                {"mean change of a run [95 % interval, t-test]", "number"}};
+  for (const Json& run : side.at("runs").items()) titles.push_back(text_cell(run.text(), "number"));
   std::vector<TableRow> rows;
-  std::string gains;
-  for (const Json& run : side.at("runs").items()) rows.push_back({{text_cell(run.text())}});
-  rows.push_back({{{"mean"}}});
   for (const auto& [name, values] : side.at("values").entries()) {
-    const std::vector<Json> before = values.at("start").items(), after = values.at("best").items();
+    std::vector<std::optional<double>> before, after;
+    for (const Json& value : values.at("start").items()) before.push_back(value.number_or_null());
+    for (const Json& value : values.at("best").items()) after.push_back(value.number_or_null());
+    before.resize(titles.size() - 4), after.resize(titles.size() - 4);
+    TableRow row{
+        {text_cell(metric_label(name)), number_cell(mean_of(before)), number_cell(mean_of(after)), {}}};
     std::vector<double> changes;
-    for (std::size_t i = 0; i < std::min(before.size(), after.size()); ++i)
-      if (const auto a = before[i].number_or_null(), b = after[i].number_or_null(); a && b)
-        changes.push_back(*b - *a);
-    if (const auto test = score::t_test(changes))
-      gains +=
-          fmt::format("<li>{}: {} [{}, {}], {}</li>", escaped(name), number_text(score::mean(changes)),
-                      number_text(test->low), number_text(test->high), files::counted(changes.size(), "run"));
-    for (const auto& [all, words] : {std::pair{before, "before"}, {after, "after"}}) {
-      titles.push_back(text_cell(fmt::format("{} {}", name, words), "number"));
-      std::vector<double> known;
-      for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
-        const auto value = i < all.size() ? all[i].number_or_null() : std::nullopt;
-        rows[i].cells.push_back(number_cell(value));
-        if (value) known.push_back(*value);
-      }
-      rows.back().cells.push_back(
-          number_cell(known.empty() ? std::nullopt : std::optional(score::mean(known))));
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      row.cells.push_back({number_text(before[i]) + " → " + number_text(after[i]), "number"});
+      if (before[i] && after[i]) changes.push_back(*after[i] - *before[i]);
     }
+    const auto test = score::t_test(changes);
+    row.cells[3] = {test ? median_text(score::mean(changes), std::pair(test->low, test->high)) : "-",
+                    "number"};
+    rows.push_back(std::move(row));
   }
-  return table_html("before and after", titles, rows) +
-         (gains.empty() ? ""
-                        : "<p>Mean change of a run, after minus before [95 % interval, t-test]:</p><ul>" +
-                              gains + "</ul>");
+  return table_html("before and after", titles, rows);
 }
 
 std::string sides(const Tuning& t) {

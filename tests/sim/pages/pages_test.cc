@@ -85,7 +85,9 @@ class ReceivedTuning : public testing::Test {
 };
 
 TEST_F(ReceivedTuning, NamesAreShownAsTheyAreAndRunsBeforeAndAfterWithTheirMeans) {
-  EXPECT_THAT(page(), Has("<tr><td>mean</td><td class='number'>1.5</td><td class='number'>1</td>"));
+  EXPECT_THAT(page(), Has("<td>nees_position_mean</td><td class='number'>1.5</td><td "
+                          "class='number'>1</td><td class='number'>-</td>"
+                          "<td class='number'>1 → 1</td><td class='number'>2 → -</td></tr>"));
   tuning_["objective"] = std::string(kPayload) + "2";
   for (const char* side : {"training", "holdout"})
     tuning_[side]["values"][std::string(kPayload) + "2"] = tuning_[side]["values"][kPayload];
@@ -124,7 +126,8 @@ TEST_F(ReceivedTuning, TheParameterThatMattersIsImportantAndTheGainHasAnInterval
   };
   EXPECT_GT(importance("matters"), 0.9);
   EXPECT_LT(importance("idle"), 0.2);
-  EXPECT_THAT(html, Has("rmse_m: -0.6 [-1.871, 0.6706], 2 runs"));
+  EXPECT_THAT(html, Has("<td>rmse_m [m]</td><td class='number'>1.5</td><td class='number'>0.9</td>"
+                        "<td class='number'>-0.6 [-1.871, 0.6706]</td><td class='number'>1 → 0.5</td>"));
 }
 
 TEST_F(ReceivedTuning, WithoutAHoldOutIsAnError) {
