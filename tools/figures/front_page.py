@@ -153,8 +153,8 @@ def first_run(work):
 def animation(work, out):
     video = work / "walk.mp4"
     gaitslam("video", work / "first/seed-1", "--out", video, "--force")
-    subprocess.run(["ffmpeg", "-loglevel", "error", "-i", str(video), "-vf", "setpts=PTS/4,fps=8,scale=960:-1:flags=lanczos",
-                    "-c:v", "libwebp_anim", "-quality", "45", "-compression_level", "6", "-loop", "0", "-y",
+    subprocess.run(["ffmpeg", "-loglevel", "error", "-i", str(video), "-vf", "setpts=PTS/4,fps=6,scale=800:-1:flags=lanczos",
+                    "-c:v", "libwebp_anim", "-quality", "35", "-compression_level", "4", "-loop", "0", "-y",
                     out / "walk.webp"], check=True)
 
 
