@@ -20,11 +20,11 @@ using Eigen::Vector3d;
 struct Gains {
   double kp, kd, armature;
 };
-constexpr Gains kLeg{120, 1.8, 4e-4}, kAnkle{30, 0.45, 4e-4}, kOther{12, 0.2, 1e-4};
+constexpr Gains kLeg{120, 1.8, 4e-4}, kAnkle{40, 0.6, 4e-4}, kOther{12, 0.2, 1e-4};
 constexpr const char* kWalk =
     R"(# guess: slower, lower steps than those of robots with rubber bushes at their ankles
 walk: {single_support_s: 0.6, double_support_s: 0.15, step_height_m: 0.03}
-stabilizer: {landing_adjustment: {enabled: true}}
+stabilizer: {ankle_admittance: {gain_rad_s_per_nm: 0.06}, landing_adjustment: {enabled: true}}
 )";
 constexpr double kDegree = 180 / std::numbers::pi, kBend_deg = 20, kLeastDamping = 1e-6;
 constexpr int kLevelingSteps = 20;
@@ -254,25 +254,26 @@ class Guess {
     return pose_in(data_->xpos + 3 * body, data_->xmat + 9 * body).inverse() * front;
   }
 
-  // Bends the three joints that pitch most, then turns all of the leg until the sole lies flat again.
+  // Bends the three joints that pitch most, then turns all of the legs until the soles lie flat again.
   std::string posture() const {
-    std::vector<std::string> angles;
+    const Data bent(mj_copyData(nullptr, &m_, data_.get()));
+    const auto pitch = [&](int joint) { return data_->xaxis[3 * joint + 1]; };
     for (const Foot& foot : feet_) {
-      if (foot.joints.size() < 3) continue;
       std::vector<int> pitches = foot.joints;
-      const auto pitch = [&](int joint) { return data_->xaxis[3 * joint + 1]; };
       std::ranges::stable_sort(pitches, std::greater(), [&](int joint) { return std::abs(pitch(joint)); });
-      pitches.resize(3);
+      pitches.resize(std::min<std::size_t>(pitches.size(), 3));
       std::ranges::sort(pitches);
-      const Data bent(mj_copyData(nullptr, &m_, data_.get()));
-      for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t i = 0; i < pitches.size(); ++i)
         bent->qpos[m_.jnt_qposadr[pitches[i]]] =
             (pitch(pitches[i]) > 0 ? 1 : -1) * (i == 1 ? 2 : -1) * kBend_deg / kDegree;
-      level(foot, *bent);
+    }
+    for (int round = 0; round < 2; ++round)  // each leg moves the center of mass
+      for (const Foot& foot : feet_) level(foot, *bent);
+    std::vector<std::string> angles;
+    for (const Foot& foot : feet_)
       for (const int joint : foot.joints)
         if (const double angle = bent->qpos[m_.jnt_qposadr[joint]] * kDegree; std::abs(angle) > 0.01)
           angles.push_back(fmt::format("{}: {:.4g}", joint_name(joint), angle));
-    }
     return fmt::format("{}", fmt::join(angles, ", "));
   }
 
