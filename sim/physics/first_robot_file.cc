@@ -26,7 +26,7 @@ constexpr const char* kWalk =
 walk: {single_support_s: 0.6, double_support_s: 0.15, step_height_m: 0.03}
 stabilizer: {ankle_admittance: {gain_rad_s_per_nm: 0.06}, landing_adjustment: {enabled: true}}
 )";
-constexpr double kDegree = 180 / std::numbers::pi, kBend_deg = 20, kLeastDamping = 1e-6;
+constexpr double kDegrees = 180 / std::numbers::pi, kBend_deg = 20, kLeastDamping = 1e-6;
 constexpr int kLevelingSteps = 20;
 
 std::string lower(std::string text) {
@@ -207,7 +207,7 @@ class Guess {
     const double roll = std::atan2(R(2, 1), R(2, 2)), pitch = std::asin(std::clamp(-R(2, 0), -1.0, 1.0)),
                  yaw = std::atan2(R(1, 0), R(0, 0));
     for (const auto& [key, angle] : {std::pair("roll", roll), {"pitch", pitch}, {"yaw", yaw}})
-      if (std::abs(angle) > 1e-4) text += fmt::format(", sole_{}_deg: {:.6g}", key, angle * kDegree);
+      if (std::abs(angle) > 1e-4) text += fmt::format(", sole_{}_deg: {:.6g}", key, angle * kDegrees);
     std::vector<std::string> paired;
     for (const int geom : soles(foot.sole_body))
       if (is_paired(geom)) paired.push_back(name_of(mjOBJ_GEOM, geom));
@@ -265,14 +265,14 @@ class Guess {
       std::ranges::sort(pitches);
       for (std::size_t i = 0; i < pitches.size(); ++i)
         bent->qpos[m_.jnt_qposadr[pitches[i]]] =
-            (pitch(pitches[i]) > 0 ? 1 : -1) * (i == 1 ? 2 : -1) * kBend_deg / kDegree;
+            (pitch(pitches[i]) > 0 ? 1 : -1) * (i == 1 ? 2 : -1) * kBend_deg / kDegrees;
     }
     for (int round = 0; round < 2; ++round)  // each leg moves the center of mass
       for (const Foot& foot : feet_) level(foot, *bent);
     std::vector<std::string> angles;
     for (const Foot& foot : feet_)
       for (const int joint : foot.joints)
-        if (const double angle = bent->qpos[m_.jnt_qposadr[joint]] * kDegree; std::abs(angle) > 0.01)
+        if (const double angle = bent->qpos[m_.jnt_qposadr[joint]] * kDegrees; std::abs(angle) > 0.01)
           angles.push_back(fmt::format("{}: {:.4g}", joint_name(joint), angle));
     return fmt::format("{}", fmt::join(angles, ", "));
   }
