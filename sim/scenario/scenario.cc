@@ -312,8 +312,13 @@ class ScenarioReader {
     if (equals == std::string::npos || equals == 0)
       fail(at, "", fmt::format("'{}': expected key=value", argument));
     const Yaml value = parse_yaml(argument.substr(equals + 1), {kArgument, n, static_cast<int>(equals) + 2});
-    given_.clear();  // a later argument replaces an earlier one
-    read_entry(at, argument.substr(0, equals), value);
+    read_setting({argument.substr(0, equals), at, value});
+  }
+
+  /// A later setting replaces an earlier one.
+  void read_setting(const Setting& setting) {
+    given_.clear();
+    read_entry(setting.at, setting.key, setting.value);
   }
 
  private:
@@ -454,6 +459,7 @@ ReadScenario read_root(const Yaml& root, const Changes& changes) {
   for (const std::string& overlay : changes.with) reader.read_file(parse_yaml_file(overlay));
   int n = 0;
   for (const std::string& argument : changes.overrides) reader.read_override(argument, ++n);
+  for (const Setting& setting : changes.settings) reader.read_setting(setting);
   reader.read_robot_defaults();
   leave_out(reader.result.scenario, changes.without);
   derive_latency(reader.result);

@@ -20,12 +20,19 @@ struct ReadScenario {
 /// Returns a node at the place of a key, for fail(); at the scenario's start if the file did not set the key.
 Yaml place_of(const ReadScenario& read, std::string_view key);
 
+/// A key given a value.
+struct Setting {
+  std::string key;
+  Yaml at, value;  ///< the nodes of the key and of its value
+};
+
 /// Changes to a scenario file: overlays in the order typed, which replace keys (as the best.yaml of a tuning
-/// does), then overrides "key=value", then sections to remove.
+/// does), then overrides "key=value", then settings, then sections to remove.
 struct Changes {
   std::vector<std::string> overrides;
   std::vector<std::string> without;  ///< of "camera", "slam"
   std::vector<std::string> with{};   ///< YAML files
+  std::vector<Setting> settings{};
 };
 
 /// Reads a scenario strictly; its keys replace those of the files that its key `base` names, relative to the

@@ -157,19 +157,21 @@ void label_estimators(SweepPlan& plan) {
   for (Configuration& one : plan.configurations) one.labels[k] = one.read.scenario.estimator.name;
 }
 
-/// Throws ConfigError if two of the scenarios have the same name.
-std::vector<scenario::ReadScenario> read_scenarios(const SweepSpec& spec, const scenario::Changes& changes) {
+/// Throws ConfigError if two of the scenarios have the same name, or one lacks the section of a key.
+void check_scenarios(const SweepSpec& spec, const scenario::Changes& changes) {
   std::map<std::string, fs::path> files;
-  std::vector<scenario::ReadScenario> scenarios;
   for (const fs::path& file : spec.scenarios) {
-    scenarios.push_back(scenario::read_scenario(file, changes));
-    const std::string& name = scenarios.back().scenario.name;
+    const scenario::Scenario scenario = scenario::read_scenario(file, changes).scenario;
+    const std::string& name = scenario.name;
+    for (const Axis& axis : spec.axes)
+      for (const Setting& setting : axis.front())
+        if (!scenario::has_section(scenario, setting.key))
+          fail(setting.at, setting.key, fmt::format("{} has no such section", name));
     if (const auto [same, is_new] = files.emplace(name, file); !is_new)
       throw scenario::ConfigError(
           fmt::format("{}: has the same name as {}, '{}'; a sweep needs different names", file.string(),
                       same->second.string(), name));
   }
-  return scenarios;
 }
 
 constexpr std::size_t kMostRows = 40;
@@ -237,17 +239,13 @@ SweepPlan plan_sweep(const SweepSpec& spec, const std::vector<std::uint64_t>& se
   for (const Axis& axis : spec.axes)
     for (const Setting& setting : axis.front()) plan.keys.push_back(setting.key);
   const std::size_t n = combinations(spec, seeds.size());
-  for (const scenario::ReadScenario& scenario : read_scenarios(spec, changes))
+  check_scenarios(spec, changes);
+  for (const fs::path& file : spec.scenarios)
     for (std::size_t i = 0; i < n; ++i) {
-      Configuration configuration{scenario, {}, {}};
+      scenario::Changes all = changes;
       for (const Point* point : points_of(spec, i))
-        for (const auto& [key, at, value] : *point) {
-          scenario::ReadScenario& read = configuration.read;
-          if (!scenario::has_section(read.scenario, key))
-            fail(at, key, fmt::format("{} has no such section", read.scenario.name));
-          scenario::find_key(key)->read(value, read.scenario);
-          read.origin[key] = fmt::format("{}:{}", value.origin.file, value.origin.line);
-        }
+        all.settings.insert(all.settings.end(), point->begin(), point->end());
+      Configuration configuration{scenario::read_scenario(file, all), {}, {}};
       for (const std::string& key : plan.keys)
         configuration.values.push_back(
             on_one_line(scenario::find_key(key)->print(configuration.read.scenario)));

@@ -12,11 +12,7 @@ namespace sim::trials {
 
 using result::JobLog, result::JobRecord;
 
-/// A key given a value.
-struct Setting {
-  std::string key;
-  scenario::Yaml at, value;  ///< the nodes of the key and of its value
-};
+using scenario::Setting;
 /// Settings that are made together.
 using Point = std::vector<Setting>;
 /// Points that are alternatives to each other.

@@ -174,6 +174,17 @@ samples: 4
       ElementsAre(ElementsAre("[{stand: {duration_s: 1}}]"), ElementsAre("[{stand: {duration_s: 2}}]")));
 }
 
+TEST_F(Sweep, AValueChangesTheDefaultsThatFollowFromIt) {
+  const SweepPlan all = plan("walk.yaml", {"world.robot=hrp2,g1", "walk.single_support_s=0.5,0.9"});
+  ASSERT_EQ(all.configurations.size(), 4u);
+  for (const Configuration& one : all.configurations) {
+    const scenario::Scenario& scenario = one.read.scenario;
+    EXPECT_EQ(scenario.walk.com_height_m, scenario.world.robot == "g1" ? 0.654 : 0.814);
+    EXPECT_NEAR(scenario.slam->plan_velocity.sway_period_s,
+                2 * (scenario.walk.single_support_s + scenario.walk.double_support_s), 1e-12);
+  }
+}
+
 TEST_F(Sweep, WhatIsWrongOnTheCommandLineIsNamedWithItsPlace) {
   EXPECT_EQ(complaint("walk.yaml", {"slam.vision.sigma=1,2"}),
             "<argument>:1:1: slam.vision.sigma: unknown key; did you mean 'slam.vision.sigma_px'?");
