@@ -392,20 +392,23 @@ static void gaitslam_copy(gaitslam_reader* from, void* to, size_t bytes) {
 }
 
 /* Answers START and all further messages of the standard input. What the program prints goes to the standard
- * error. Returns its exit code. */
+ * error. Returns its exit code: 0, 1 after a failure, 2 if the input is not these messages. */
 static int gaitslam_serve(void* (*start)(gaitslam_reader*, int), int (*answer)(void*, gaitslam_reader*, int),
                           void (*destroy)(void*)) {
   const int out = dup(STDOUT_FILENO);
   gaitslam_header header;
   char* payload = NULL;
   void* program = NULL;
-  int fine = out >= 0 && dup2(STDERR_FILENO, STDOUT_FILENO) >= 0;
+  int code = 1, fine = out >= 0 && dup2(STDERR_FILENO, STDOUT_FILENO) >= 0;
   setvbuf(stdout, NULL, _IOLBF, BUFSIZ); /* a crash loses no line that it printed */
   while (fine) {
     gaitslam_reader from = {NULL, 0, 0, 1};
     size_t bytes;
     fine = fread(&header, sizeof header, 1, stdin) == 1 && memcmp(header.magic, "GSLM", 4) == 0;
-    if (!fine) fprintf(stderr, "the standard input ends without END, or is not the messages of gaitslam\n");
+    if (!fine) {
+      fprintf(stderr, "the standard input ends without END, or is not the messages of gaitslam\n");
+      code = 2;
+    }
     if (!fine || header.type == GAITSLAM_MESSAGE_END) break;
     free(payload);
     bytes = (size_t)header.bytes;
@@ -421,7 +424,7 @@ static int gaitslam_serve(void* (*start)(gaitslam_reader*, int), int (*answer)(v
   free(payload);
   if (program) destroy(program);
   if (out >= 0) close(out);
-  return fine ? 0 : 1;
+  return fine ? 0 : code;
 }
 
 #endif

@@ -8,7 +8,7 @@
 namespace {
 
 using sim::scenario::Ending;
-using testing::HasSubstr;
+using testing::AllOf, testing::HasSubstr, testing::Not;
 using testing::IsEmpty;
 
 constexpr const char* kWalk = R"(
@@ -63,7 +63,7 @@ TEST_F(ControllerTest, AProgramRejectsAnInputThatIsNotItsMessages) {
   for (const char* input : {"", "hello", "a line of more than sixteen bytes"}) {
     const std::string command = fmt::format("printf '%s' '{}' | '{}' walker 2>'{}'", input, GAITSLAM_PROGRAM,
                                             (folder_ / "said").string());
-    EXPECT_NE(std::system(command.c_str()), 0) << input;
+    EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2) << input;
     EXPECT_THAT(sim::files::read_text(folder_ / "said"), HasSubstr("not the messages of gaitslam"));
   }
 }
@@ -146,6 +146,7 @@ TEST_F(ControllerTest, NetworksOfTheExampleComputeLikePyTorchAndStandAndStepInPl
     }
     EXPECT_GE(lifts, least) << name;
     EXPECT_LE(lifts, most) << name;
+    EXPECT_THAT(file(name, "feet.csv"), AllOf(HasSubstr(",left,support,"), Not(HasSubstr("put_down"))));
   }
 }
 
