@@ -110,10 +110,24 @@ std::optional<double> torque_limited(const std::vector<score::TrueFeet>& feet) {
   return static_cast<double>(limited) / static_cast<double>(feet.size());
 }
 
+/// Without a plan the feet are compared with the places where they touched the ground: only their slip
+/// remains.
 std::vector<score::FootRow> feet(const recording::Truth& truth) {
-  if (truth.feet.empty() || truth.waist.empty() || truth.waist_plan.empty()) return {};
-  return score::decompose_drift(truth.feet, weight(truth.feet), score::ground_pose(truth.waist.back().X),
-                                score::ground_pose(truth.waist_plan.back().X));
+  if (truth.feet.empty() || truth.waist.empty()) return {};
+  const Eigen::Vector3d end = score::ground_pose(truth.waist.back().X);
+  if (!truth.waist_plan.empty())
+    return score::decompose_drift(truth.feet, weight(truth.feet), end,
+                                  score::ground_pose(truth.waist_plan.back().X));
+  std::vector<score::TrueFeet> samples = truth.feet;
+  for (score::TrueFeet& both : samples)
+    for (score::TrueFoot* foot : {&both.left, &both.right})
+      foot->plan = foot->truth, foot->planned_down = true;
+  std::vector<score::FootRow> rows = score::decompose_drift(samples, weight(samples), end, end);
+  using enum score::FootPhase;
+  std::erase_if(rows, [](const score::FootRow& row) {
+    return row.phase == start || row.phase == put_down || row.phase == body;
+  });
+  return rows;
 }
 
 /// Returns the robot's measures that the start of a plan shows: start posture, P under the waist.
