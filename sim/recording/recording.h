@@ -110,6 +110,7 @@ struct Truth {
   /// The point in C of the positions in `camera`; absent if `camera` has poses.
   std::optional<Eigen::Vector3d> positions_of = {};
   std::vector<TrueFeet> feet;
+  std::vector<score::TrueForce> forces;
   std::vector<score::Surface> surfaces;
   std::vector<files::TimedPose> waist_desired;         ///< commanded X_WB; empty unless the walk was steered
   std::vector<score::StepCorrection> corrected_steps;  ///< likewise

@@ -266,6 +266,8 @@ Truth read_truth(const fs::path& folder) {
     constexpr std::size_t kLimited = 23;
     if (rows.row().fields() > kLimited) truth.feet.back().torque_limited = read_flag(rows.row(), kLimited);
   }
+  for (StampedRows rows = rows_of(manifest, sensor_rows("imu0"), {kImuHeader}); rows.stamp(); rows.advance())
+    truth.forces.push_back({*rows.stamp(), acceleration(rows.row())});
   truth.surfaces = read_surfaces(manifest);
   if (manifest.lists(kDesiredWaist.file)) truth.waist_desired = read_poses(manifest, kDesiredWaist);
   if (manifest.lists(kCorrectedSteps.file)) truth.corrected_steps = read_corrected_steps(manifest);

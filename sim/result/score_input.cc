@@ -191,6 +191,7 @@ score::Run score_input(const RunRecord& record) {
   run.camera = true_camera(record.setup.calibration.camera);
   run.surfaces = record.truth.surfaces;
   run.feet = feet(record.truth);
+  run.forces = record.truth.forces;
   run.torque_limited = torque_limited(record.truth.feet);
   const walking::WalkOptions& walk = record.scenario.scenario.walk;
   if (!record.truth.waist_plan.empty())

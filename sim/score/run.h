@@ -133,7 +133,8 @@ struct Run {
   std::optional<DesiredPath> desired;       ///< absent without a planned walk
   std::vector<StepCorrection> corrections;  ///< empty unless the walk was steered
   bool steered = false;
-  std::vector<FootRow> feet;  ///< of decompose_drift(); empty without feet
+  std::vector<FootRow> feet;      ///< of decompose_drift(); empty without feet
+  std::vector<TrueForce> forces;  ///< at equal distances; empty if they are not known
   /// Part of the ticks with a joint's torque at its limit; absent: the robot has no limits.
   std::optional<double> torque_limited;
   /// X_WC while it tracked, the covariance as in pose_nees(); absent: the estimator was not run.

@@ -45,6 +45,13 @@ struct TrueFeet {
   std::optional<bool> torque_limited = {};
 };
 
+/// The reading of the IMU in the body without errors: the specific force in its axes, mean since the instant
+/// before.
+struct TrueForce {
+  std::chrono::nanoseconds t{0};
+  Eigen::Vector3d f = Eigen::Vector3d::Zero();  ///< m/s²
+};
+
 struct Hit {
   std::size_t surface = 0;  ///< its index
   double distance = 0;      ///< m

@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <unsupported/Eigen/FFT>
 
 #include "sim/score/metrics.h"
 #include "sim/score/run.h"
@@ -74,6 +77,33 @@ MetricDefinition plan_drift(const std::string& name, const std::string& unit, co
   };
   const std::string text = "True minus planned waist " + definition;
   return {"plan_drift_" + name, unit, text, Needs::walk, compute, largest_magnitude, kHeadline, Note::at_end};
+}
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+// By Parseval's theorem, of the axes together.
+Value vibration_in_band(C c, double from_hz, double below_hz) {
+  std::vector<Eigen::Vector3d> f;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const TrueForce& force : c.run.forces)
+    if (c.start && force.t >= *c.start) f.push_back(force.f), mean += force.f;
+  if (f.size() < 2) return Absent{"the run has no readings of an ideal IMU"};
+  mean /= static_cast<double>(f.size());
+  const double period_s = 1e-9 * static_cast<double>((c.run.forces[1].t - c.run.forces[0].t).count());
+  const std::size_t n = std::bit_ceil(f.size());
+  Eigen::FFT<double> fft;
+  double squares = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    Numbers values(n, 0);
+    for (std::size_t i = 0; i < f.size(); ++i) values[i] = f[i][axis] - mean[axis];
+    std::vector<std::complex<double>> spectrum;
+    fft.fwd(spectrum, values);
+    for (std::size_t i = 0; i < n; ++i) {
+      const double hz = static_cast<double>(std::min(i, n - i)) / (static_cast<double>(n) * period_s);
+      if (hz >= from_hz && hz < below_hz) squares += std::norm(spectrum[i]);
+    }
+  }
+  return std::sqrt(squares / static_cast<double>(n * f.size()));
 }
 
 // 1 also if the plan ends before another frame.
@@ -244,6 +274,9 @@ MetricDefinitions walk_metrics() {
 }
 
 MetricDefinitions completion_metrics() {
+  const std::string vibration =
+      "Root mean square of the IMU's specific force without sensor errors, from the first planned motion "
+      "on, ";
   const std::string time = "Fraction of the time from the first observation to the last while the estimator ";
   return {{"path_length_m", "m",
            "Length of the true camera's path, from frame to frame, from the first planned motion on.",
@@ -255,6 +288,12 @@ MetricDefinitions completion_metrics() {
              return *c.run.torque_limited;
            },
            largest},
+          {"vibration_below_2hz_m_s2", "m/s2", vibration + "less its mean, at frequencies below 2 Hz.",
+           Needs::walk, [](C c) { return vibration_in_band(c, 0, 2); }},
+          {"vibration_2_to_8hz_m_s2", "m/s2", vibration + "at frequencies from 2 Hz to below 8 Hz.",
+           Needs::walk, [](C c) { return vibration_in_band(c, 2, 8); }},
+          {"vibration_from_8hz_m_s2", "m/s2", vibration + "at frequencies of 8 Hz and more.", Needs::walk,
+           [](C c) { return vibration_in_band(c, 8, kInfinite); }},
           {"track_completion", "1",
            "Fraction of the plan's duration up to the last estimate. An estimator that diverged gives none "
            "after that.",

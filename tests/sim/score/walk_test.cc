@@ -373,5 +373,18 @@ TEST(LandmarkAccuracy, IsTheDistanceToTheSurfacePointFirstSeen) {
   EXPECT_TRUE(landmark_errors(run).empty());  // no surface, no truth
 }
 
+TEST(Vibration, IsDividedByFrequency) {
+  score::Run run;
+  run.truth_camera = {{Stamp(0), upright(0, 0, 1)}};
+  for (int i = 0; i < 2000; ++i) {  // 10 s: 3 m/s² at 1 Hz ahead, 1 m/s² at 20 Hz upward, and gravity
+    const double angle = 2 * pi * 0.005 * i;
+    run.forces.push_back({i * 5ms, {3 * std::sin(angle), 0, 9.81 + std::cos(20 * angle)}});
+  }
+  const Metrics metrics = evaluate(run);
+  EXPECT_NEAR(metrics.at("vibration_below_2hz_m_s2").value.value(), 3 / std::sqrt(2), 0.02);
+  EXPECT_NEAR(metrics.at("vibration_2_to_8hz_m_s2").value.value(), 0, 0.15);
+  EXPECT_NEAR(metrics.at("vibration_from_8hz_m_s2").value.value(), 1 / std::sqrt(2), 0.02);
+}
+
 }  // namespace
 }  // namespace sim::score
