@@ -429,6 +429,7 @@ std::string runs_in_detail(const std::vector<RunData>& runs, const std::vector<s
 constexpr ShownMetric kShownMetrics[]{{"ate_se3_rmse_m", true, true, true},
                                       {"ate_sim3_rmse_m", false, true, false},
                                       {"rmse_m", true, true, true},
+                                      {"rpe_1m_m", false, false, true},
                                       {"end_position_error_m", true, true, true},
                                       {"end_yaw_error_deg", true, false, false},
                                       {"tracked_fraction", true, true, false},
@@ -436,7 +437,10 @@ constexpr ShownMetric kShownMetrics[]{{"ate_se3_rmse_m", true, true, true},
                                       {"loop_landmarks", true, false, true},
                                       {"navigation_rmse_m", true, false, false},
                                       {"navigation_end_position_error_m", true, false, false},
-                                      {"navigation_end_yaw_error_deg", true, false, false}};
+                                      {"navigation_end_yaw_error_deg", true, false, false},
+                                      {"vibration_below_2hz_m_s2", false, false, true},
+                                      {"vibration_2_to_8hz_m_s2", false, false, true},
+                                      {"vibration_from_8hz_m_s2", false, false, true}};
 
 }  // namespace
 

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -117,10 +118,14 @@ std::vector<Sweep> read_sweep(const fs::path& folder) {
   return all;
 }
 
-/// The shown metrics that the sweep has; the first one determines the worst seeds.
+/// The shown metrics that the sweep has, those of the walk only if a key changes it; the first one determines
+/// the worst seeds.
 std::vector<std::string> metrics_of(const Sweep& sweep) {
   std::vector<std::string> shown = shown_metrics(&ShownMetric::sweep);
+  const bool walks_differ =
+      std::ranges::any_of(sweep.keys, [](const Key& key) { return scenario::shapes_recording(key.name); });
   std::erase_if(shown, [&](const std::string& metric) {
+    if (!walks_differ && score::find_metric(metric)->needs == score::Needs::walk) return true;
     return std::ranges::none_of(sweep.trials, [&](const Trial& t) { return t.values.contains(metric); });
   });
   return shown;
@@ -131,10 +136,15 @@ std::optional<double> value_of(const Trial& trial, const std::string& metric) {
   return found == trial.values.end() ? std::nullopt : std::optional(found->second);
 }
 
-std::optional<double> median_of(const Trials& trials, const std::string& metric) {
+std::vector<double> values_of(const Trials& trials, const std::string& metric) {
   std::vector<double> values;
   for (const Trial* trial : trials)
     if (const auto value = value_of(*trial, metric)) values.push_back(*value);
+  return values;
+}
+
+std::optional<double> median_of(const Trials& trials, const std::string& metric) {
+  const std::vector<double> values = values_of(trials, metric);
   return values.empty() ? std::nullopt : std::optional(score::median(values));
 }
 
@@ -147,25 +157,61 @@ std::pair<double, double> range_of(const Trials& trials, const std::string& metr
   return range;
 }
 
-/// Values of a numeric key.
+/// The values of the keys that are words, such as estimators.
+std::string words_of(const Sweep& sweep, const Trial& trial) {
+  std::vector<std::string> words;
+  for (std::size_t k = 0; k < sweep.keys.size(); ++k)
+    if (sweep.keys[k].numbers.empty() && sweep.keys[k].values.size() > 1) words.push_back(trial.settings[k]);
+  return fmt::format("{}", fmt::join(words, ", "));
+}
+
+/// Medians over a numeric key: a line with its interval for each combination of words, or, if there is one or
+/// more than there are colors, a single line with the trials.
 Figure lines_figure(const Sweep& sweep, std::size_t k, const std::string& metric) {
+  using enum Role;
+  static constexpr std::array kRoles{estimate, first, second, third, plan, truth};
   const Key& key = sweep.keys[k];
   Figure f{fmt::format("{}_{}_{}", sweep.scenario, metric, key.name),
            fmt::format("{} over {}", metric, key.name), key.label(), metric_label(metric)};
   f.logarithmic_x = key.numbers.front() > 0 && key.numbers.back() > 8 * key.numbers.front();
   f.whole_y = metric == "loop_landmarks";
-  std::vector<Trials> trials(key.numbers.size());
-  Line dots{"a trial", Role::truth, {}, {}, true}, median{"median", Role::estimate};
-  for (const Trial& trial : sweep.trials) {
-    const std::size_t i = key.place.at(trial.settings[k]);
-    trials[i].push_back(&trial);
-    const auto value = value_of(trial, metric);
-    if (value && sweep.trials.size() <= kMostDots) dots.add(key.numbers[i], *value);
+  std::vector<std::pair<std::string, std::vector<Trials>>> groups;  // by value of the key
+  const auto add = [&](const std::string& name, const Trial& trial) {
+    auto found = std::ranges::find(groups, name, [](const auto& group) { return group.first; });
+    if (found == groups.end())
+      found = groups.insert(groups.end(), {name, std::vector<Trials>(key.numbers.size())});
+    found->second[key.place.at(trial.settings[k])].push_back(&trial);
+  };
+  for (const Trial& trial : sweep.trials) add(words_of(sweep, trial), trial);
+  const bool by_words = groups.size() > 1 && groups.size() <= kRoles.size() && key.is_grid();
+  if (!by_words) {
+    groups.clear();
+    for (const Trial& trial : sweep.trials) add("median", trial);
   }
-  for (std::size_t i = 0; i < trials.size(); ++i)
-    if (const auto value = median_of(trials[i], metric)) median.add(key.numbers[i], *value);
-  f.lines = {dots};
-  if (key.is_grid() || dots.x.empty()) f.lines.push_back(median);
+  Line dots{"a trial", truth, {}, {}, true};
+  if (!by_words && sweep.trials.size() <= kMostDots)
+    for (const Trial& trial : sweep.trials)
+      if (const auto value = value_of(trial, metric))
+        dots.add(key.numbers[key.place.at(trial.settings[k])], *value);
+  if (!by_words) f.lines = {dots};
+  if (!key.is_grid() && !dots.x.empty()) return f;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    Line median{groups[g].first, kRoles[g]};
+    Envelope interval{"", kRoles[g]};
+    for (std::size_t i = 0; i < key.numbers.size(); ++i) {
+      const std::vector<double> values = values_of(groups[g].second[i], metric);
+      if (values.empty()) continue;
+      median.add(key.numbers[i], score::median(values));
+      const auto within = by_words ? score::median_interval(values) : std::nullopt;
+      interval.x.push_back(key.numbers[i]);
+      interval.low.push_back(within ? within->first : NAN),
+          interval.high.push_back(within ? within->second : NAN);
+    }
+    f.lines.push_back(median);
+    if (std::ranges::none_of(interval.low, [](double low) { return std::isnan(low); }))
+      f.envelopes.push_back(interval);
+  }
+  if (!f.envelopes.empty()) f.remarks.emplace_back("areas: 95 % intervals of the medians");
   return f;
 }
 

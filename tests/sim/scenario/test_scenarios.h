@@ -46,9 +46,10 @@ inline std::filesystem::path scenario_folder() {
   return std::filesystem::path(GAITSLAM_SOURCE_DIR) / "scenarios";
 }
 
-/// Files in scenarios/suites and scenarios/tuning are not scenarios, those in scenarios/bases are parts.
+/// Files in scenarios/suites, scenarios/studies and scenarios/tuning are not scenarios, those in
+/// scenarios/bases are parts.
 inline std::vector<std::filesystem::path> scenario_files() {
-  const std::set<std::string> others{"suites", "tuning", "bases"};
+  const std::set<std::string> others{"suites", "studies", "tuning", "bases"};
   std::vector<std::filesystem::path> files;
   for (const std::filesystem::path& file : std::filesystem::recursive_directory_iterator(scenario_folder()))
     if (file.extension() == ".yaml" && !others.contains(file.parent_path().filename())) files.push_back(file);

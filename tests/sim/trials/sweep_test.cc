@@ -185,6 +185,13 @@ TEST_F(Sweep, AValueChangesTheDefaultsThatFollowFromIt) {
   }
 }
 
+TEST_F(Sweep, OfTheStudyWalksTwoRobotsForEachEstimator) {
+  const SweepSpec spec = read_sweep(GAITSLAM_SOURCE_DIR "/scenarios/studies/step_length.yaml", {});
+  const SweepPlan study = plan_sweep(spec, spec.seeds, {});
+  EXPECT_EQ(study.trials(), 2u * 3 * 2 * 3 * 10);
+  EXPECT_THAT(study.configurations.back().labels, ElementsAre("g1", "0.18", "0.9", "visual_odometry"));
+}
+
 TEST_F(Sweep, WhatIsWrongOnTheCommandLineIsNamedWithItsPlace) {
   EXPECT_EQ(complaint("walk.yaml", {"slam.vision.sigma=1,2"}),
             "<argument>:1:1: slam.vision.sigma: unknown key; did you mean 'slam.vision.sigma_px'?");
