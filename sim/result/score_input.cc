@@ -110,8 +110,7 @@ std::optional<double> torque_limited(const std::vector<score::TrueFeet>& feet) {
   return static_cast<double>(limited) / static_cast<double>(feet.size());
 }
 
-/// Without a plan the feet are compared with the places where they touched the ground: only their slip
-/// remains.
+/// Without a plan only the slip of the feet is known: each is compared with its place at touch-down.
 std::vector<score::FootRow> feet(const recording::Truth& truth) {
   if (truth.feet.empty() || truth.waist.empty()) return {};
   const Eigen::Vector3d end = score::ground_pose(truth.waist.back().X);
