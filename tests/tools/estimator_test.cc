@@ -113,7 +113,7 @@ TEST_F(ExternalEstimator, GyroAndPlanFollowTheWalkByTheCompileLinesOfTheReadmeAn
     shell("eval \"$(sed -n 's|^    " + std::string(compiler) + " |" + compiler +
           " |p' sim/estimators/README.md)\"")
         .ends(0);
-    EXPECT_THAT(shell("./mine < /dev/null").ends(1).err, Has("the standard input ends without END"));
+    EXPECT_THAT(shell("./mine < /dev/null").ends(2).err, Has("the standard input ends without END"));
     const auto compiled = poses("./mine");
     ASSERT_EQ(compiled.size(), python.size());
     for (std::size_t i = 0; i < python.size(); ++i)

@@ -20,7 +20,7 @@ RULES = {
     'slam/': 'slam/ Eigen/ opencv2/core opencv2/imgproc',
     'sim/files/': 'sim/files/ Eigen/ fmt/ nlohmann/ yaml-cpp/ sha2.h xxhash.h fcntl.h signal.h unistd.h sys/',
     'sim/model_file/': 'sim/model_file/ sim/files/ Eigen/ fmt/ tinyxml2.h',
-    'sim/score/': 'sim/score/ sim/files/ Eigen/ boost/math/ fmt/',
+    'sim/score/': 'sim/score/ sim/files/ Eigen/ unsupported/Eigen/FFT boost/math/ fmt/',
     'sim/trajectory_score/': 'sim/trajectory_score/ sim/score/ sim/files/ Eigen/ fmt/ nlohmann/',
     'sim/rig/': 'sim/rig/ slam/camera.h slam/options.h Eigen/ fmt/',
     'sim/sensor_errors/': 'sim/sensor_errors/ sim/rig/ slam/observation.h walking/keys.h Eigen/ opencv2/core opencv2/imgproc fmt/',

@@ -269,8 +269,9 @@ TEST_F(Evaluate, WithoutAScaleLengthsHaveNoValueAndTheRestHas) {
 
 // A filter with a NEES or NIS far below its expectation is as inconsistent as one far above it.
 TEST(MetricDefinitions, HaveTheUnitOfTheirNameAndTheDirectionOfTheirText) {
-  const std::vector<std::pair<std::string, std::string>> units{{"_m", "m"},   {"_deg", "deg"},   {"_s", "s"},
-                                                               {"_ms", "ms"}, {"_percent", "%"}, {"", "1"}};
+  const std::vector<std::pair<std::string, std::string>> units{
+      {"_m_s2", "m/s2"}, {"_m", "m"},       {"_deg", "deg"}, {"_s", "s"},
+      {"_ms", "ms"},     {"_percent", "%"}, {"", "1"}};
   std::set<std::string_view> names;
   for (const MetricDefinition& d : metric_definitions()) {
     EXPECT_TRUE(names.insert(d.name).second) << d.name;
