@@ -15,15 +15,15 @@ Eigen::Isometry3d measured_sole_in_base(const Robot& robot, Side side, const Leg
 /// way.
 Eigen::Isometry3d floor_under_sole(const Leg& leg, const Wrench& lagged);
 
-/// What is known of the floor: it is the plane z = 0, as on a planned walk, or may be anything.
+/// level: the floor is the plane z = 0, as on a planned walk. any: its height and slope are unknown.
 enum class Floor { level, any };
 
 /// Follows the waist in the odometry's own world O; O drifts from the true world as soles slip.
 ///
-/// On a level floor the whole sole that carries more is at rest, if the stiffness of its pads tells how it
-/// tilts. When the load changes, the new sole is placed relative to the other one, so the waist never jumps
-/// and settles on the floor within tenths of a second. Otherwise the gyro measures how the waist turns, and
-/// the centers of pressure are at rest.
+/// On a level floor, and if the stiffness of the pads is known, the whole sole that carries more is at rest.
+/// When the load changes, the new sole is placed relative to the other one, so the waist never jumps and
+/// settles on the floor within tenths of a second. Otherwise the gyro measures how the waist turns, and the
+/// centers of pressure are at rest.
 class LegOdometry {
  public:
   /// X_OB: the waist at the first readings.

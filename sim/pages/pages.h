@@ -115,9 +115,9 @@ std::string runs_page(const std::vector<RunData>& runs);
 
 /// Returns whether the folder contains the scores of a sweep.
 bool is_sweep(const fs::path& folder);
-/// Returns the page of a sweep: medians over one swept key as a line with all trials as dots, over two keys
-/// as a heat map, further keys pooled by their median; and the worst seed of each setting, by scenario.
-/// Throws FileError.
+/// Returns the page of a sweep: medians over one numeric key as lines, with the trials as dots or a line for
+/// each combination of words, over two keys as a heat map, further keys pooled by their median; and the worst
+/// seed of each setting, by scenario. Throws FileError.
 std::string sweep_page(const fs::path& folder);
 
 /// Returns whether the folder contains a tuning.
