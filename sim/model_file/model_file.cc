@@ -165,7 +165,8 @@ class Reader {
     clean(robot);
     for (const Element& actuator : actuators_) keep_effort(actuator);
     require_mass(robot);
-    if (!section("compiler").find("settotalmass")) model_.mass_kg = sum_;
+    model_.mass_kg = sum_;
+    scale_mass(section("compiler"));
     world.children.assign(1, std::move(robot));
     for (const Element& each : section("equality").children) require_tree(each);
     for (const Element& each : section("contact").children) drop_contact(each, parts);
@@ -261,6 +262,15 @@ class Reader {
     if (compiler.get("coordinate") == "global")
       reject(compiler, "coordinate", "is global, expected places in the parent's axes");
     if (angles_.degrees) note(Fate::converted, "degrees: to radians", compiler);
+  }
+
+  /// The library scales all masses to a total that the file sets.
+  void scale_mass(const Element& compiler) {
+    const std::vector<double> total_kg = numbers(compiler, "settotalmass", 1, 1);
+    if (total_kg.empty() || total_kg[0] <= 0) return;  // nothing or -1: as they are
+    const std::string sum = sum_ ? fmt::format(" of {:.4g} kg", *sum_) : "";
+    note(Fate::converted, fmt::format("settotalmass: masses{} scaled to {} kg", sum, total_kg[0]), compiler);
+    model_.mass_kg = total_kg[0];
   }
 
   // Keeps the keys that shape the robot's masses; the others would apply to the room, too.

@@ -16,7 +16,7 @@ using tests::Has, tests::Lacks;
 const Schema& schema() {
   static const Schema known(R"(mujoco (!)                    model 
    compiler (*)               angle eulerseq meshdir autolimits 
-                              balanceinertia 
+                              balanceinertia settotalmass 
    default (R)                class 
    asset (*)                  
       mesh (*)                name file scale vertex 
@@ -93,6 +93,15 @@ TEST(ModelFile, OnlyTheRobotSurvivesWithWhatItsMotorsCanDoKeptAside) {
   EXPECT_THAT(
       notes_of(model, Fate::converted),
       ElementsAre("joint of type free: a freejoint, without damping x1", "body gravcomp 0: left out x1"));
+}
+
+TEST(ModelFile, ATotalMassScalesTheMassesUnlessItIsNegative) {
+  const TemporaryFolder folder;
+  const ModelFile scaled = read_base(folder, "", "<compiler settotalmass='5'/>");
+  EXPECT_EQ(scaled.mass_kg, 5);
+  EXPECT_THAT(notes_of(scaled, Fate::converted),
+              ElementsAre("settotalmass: masses of 2 kg scaled to 5 kg x1"));
+  EXPECT_EQ(read_base(folder, "", "<compiler settotalmass='-1'/>").mass_kg, 2);
 }
 
 TEST(ModelFile, DefaultsOfAClassAndThoseAboveItAreWrittenOut) {
