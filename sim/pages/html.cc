@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <regex>
 #include <sstream>
 
 #include "sim/files/hash.h"
@@ -23,7 +24,6 @@ constexpr double kMargin = 0.05;  // of the range, on both sides
 constexpr double kLeft = 72, kRight = 14, kBottom = 46;
 constexpr double kLine = 18, kTitleLeft = 8, kCharacter = 7.6, kLegendMark = 26;  // px of title and legend
 
-/// The name of a role in style sheets.
 const char* role_name(Role role) {
   constexpr const char* kNames[] = {"truth", "plan", "estimate", "first", "second", "third"};
   return kNames[static_cast<int>(role)];
@@ -166,18 +166,13 @@ std::string dots(const Axes& axes, const std::vector<double>& x, const std::vect
 
 std::string draw(const Axes& axes, const Envelope& e) {
   std::string d;
-  std::vector<double> x, low, high;
-  for (std::size_t i = 0; i <= e.x.size(); ++i) {
-    if (i < e.x.size() && std::isfinite(e.low[i] + e.high[i])) {
-      x.push_back(e.x[i]), low.push_back(e.low[i]), high.push_back(e.high[i]);
-      continue;
-    }
-    if (x.empty()) continue;  // an area ends at each gap
-    const std::vector<double> back(x.rbegin(), x.rend());
-    x.insert(x.end(), back.begin(), back.end());
-    high.insert(high.end(), low.rbegin(), low.rend());
-    d += path(axes, x, high) + "Z";
-    x.clear(), low.clear(), high.clear();
+  for (std::size_t i = 0, begin = 0; i <= e.x.size(); ++i) {
+    if (i < e.x.size() && std::isfinite(e.low[i] + e.high[i])) continue;
+    std::vector<double> x(e.x.begin() + begin, e.x.begin() + i),
+        y(e.high.begin() + begin, e.high.begin() + i);
+    for (std::size_t k = i; k-- > begin;) x.push_back(e.x[k]), y.push_back(e.low[k]);
+    if (!x.empty()) d += path(axes, x, y) + "Z";
+    begin = i + 1;  // an area ends at each gap
   }
   return d.empty() ? ""
                    : fmt::format("<path class='fill envelope {}' data-name='{}' d='{}'/>", role_name(e.role),
@@ -229,14 +224,6 @@ std::string attributes(const Figure& figure, const Axes& axes) {
 }
 
 constexpr double kWidth = 560, kHeight = 300, kEqualHeight = 480;  // px of a figure
-
-// Pictures are part of the page and figures have their own styles. Nothing else is loaded.
-std::string content_security_policy(std::string_view script) {
-  return fmt::format(
-      "default-src 'none'; script-src 'sha256-{}'; style-src 'unsafe-inline'; img-src data:; base-uri "
-      "'none'; form-action 'none'",
-      base64(files::sha256(script)));
-}
 
 std::string row_html(const TableRow& row, const char* tag) {
   std::string html = row.id.empty() ? "<tr>" : fmt::format("<tr id='{}'>", escaped(row.id));
@@ -390,7 +377,10 @@ std::string table_html(std::string_view name, const std::vector<TableCell>& titl
   std::string html = fmt::format(
       "<div class='scroll' tabindex='0' role='region' aria-label='{}'><table class='named-rows{}'><thead>",
       escaped(name), sorts && rows.size() > 1 ? " sortable" : "");
-  html += row_html({titles}, "th") + "</thead><tbody>\n";
+  TableRow head{titles};
+  for (TableCell& title : head.cells)  // names may break at their parts
+    title.html = std::regex_replace(title.html, std::regex("[._]"), "$&<wbr>");
+  html += row_html(head, "th") + "</thead><tbody>\n";
   for (const TableRow& row : rows) html += row_html(row, "td");
   return html + "</tbody></table></div>\n";
 }
@@ -424,11 +414,10 @@ std::string sections_html(const std::vector<Section>& sections, bool with_links)
 
 std::string html_page(std::string_view title, const std::string& subtitle, const std::string& body) {
   const std::string_view script = gaitslam_page_script();
-  const std::string with_script = body + fmt::format("<script>{}</script>\n", script);
-  return fmt::format(fmt::runtime(gaitslam_page_frame()), fmt::arg("csp", content_security_policy(script)),
+  return fmt::format(fmt::runtime(gaitslam_page_frame()), fmt::arg("hash", base64(files::sha256(script))),
                      fmt::arg("title", escaped(title)), fmt::arg("subtitle", subtitle),
                      fmt::arg("style", std::string(gaitslam_page_style()) + figure_style()),
-                     fmt::arg("body", with_script));
+                     fmt::arg("body", body), fmt::arg("script", script));
 }
 
 }  // namespace sim::pages

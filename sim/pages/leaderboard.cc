@@ -5,6 +5,8 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
+#include <ranges>
+#include <set>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -27,16 +29,18 @@ using RowKey =
     std::tuple<std::string, std::string, fs::path, std::string, std::map<std::string, std::string>>;
 using Rows = std::map<RowKey, LeaderboardRow>;
 
+bool are_alike(const LeaderboardRow& a, const LeaderboardRow& b) {
+  return a.scenario == b.scenario && a.estimator == b.estimator;
+}
+
 /// The settings that differ between the rows of its scenario and estimator.
 std::string changed(const LeaderboardRow& row, const std::vector<LeaderboardRow>& rows) {
-  std::vector<std::string> all;
-  for (const auto& [key, value] : row.settings)
-    if (std::ranges::any_of(rows, [&, key = key, value = value](const LeaderboardRow& other) {
-          const auto found = other.settings.find(key);
-          return other.scenario == row.scenario && other.estimator == row.estimator &&
-                 found != other.settings.end() && found->second != value;
-        }))
-      all.push_back(key + "=" + in_one_line(value));
+  std::set<std::string> all;
+  for (const LeaderboardRow& other : rows)
+    for (const auto& [key, value] : row.settings)
+      if (const auto found = other.settings.find(key);
+          are_alike(row, other) && found != other.settings.end() && found->second != value)
+        all.insert(key + "=" + in_one_line(value));
   return all.empty() ? "-" : fmt::format("{}", fmt::join(all, " "));
 }
 
@@ -53,14 +57,8 @@ void add_result(const fs::path& result, const std::vector<std::string>& metrics,
   const result::SeedScore score = result::read_score(result / "score.json");
   const fs::path file = result / "about.json", timing = result / "timing.json";
   const result::About about = fs::exists(file) ? result::read_about(file) : result::About();
-  LeaderboardRow row{score.scenario,
-                     score.estimator,
-                     alignment_of(about),
-                     folder_of(result),
-                     settings_of(result, about),
-                     {},
-                     {},
-                     {}};
+  const LeaderboardRow row{score.scenario, score.estimator, alignment_of(about), folder_of(result),
+                           settings_of(result, about)};
   LeaderboardRun run{score.ending == scenario::Ending::completed, 0, {}, result};
   // Results of earlier versions lack true_poses.
   if (run.completed) run.coverage = score.coverage().value_or(score.value("poses_matched") ? 1 : 0);
@@ -81,9 +79,9 @@ void add_result(const fs::path& result, const std::vector<std::string>& metrics,
 /// Orders the rows of a scenario: small is good. An aligned error is never compared with an unaligned one.
 std::tuple<bool, double, std::string, double> badness(const LeaderboardRow& row, const std::string& metric) {
   const std::string column = column_of(metric, row.alignment);
-  const auto value = row.median(column);
+  const auto values = row.values(column);
   return {!row.rank, -std::round(100 * row.coverage()), column == metric ? "" : column,
-          value ? score::loss(*value, score::direction_of(metric)) : INFINITY};
+          values.empty() ? INFINITY : score::loss(score::median(values), score::direction_of(metric))};
 }
 
 /// Sets the seeds of a scenario's rows and their ranks; the fullest row counts first. Returns the seeds in
@@ -161,10 +159,9 @@ std::vector<std::vector<std::string>> exact_lines(const Leaderboard& board) {
       add(interval.has_value(), [&] { return interval->first; });
       add(interval.has_value(), [&] { return interval->second; });
     }
-    std::string seeds;
-    for (const auto& [seed, run] : row.runs) seeds += fmt::format("{}{}", seeds.empty() ? "" : " ", seed);
-    line.insert(line.end(), {row.alignment == "none" ? "-" : row.alignment, seeds, changed(row, board.rows),
-                             fs::proximate(row.folder).string()});
+    line.insert(line.end(), {row.alignment == "none" ? "-" : row.alignment,
+                             fmt::format("{}", fmt::join(std::views::keys(row.runs), " ")),
+                             changed(row, board.rows), fs::proximate(row.folder).string()});
   }
   return lines;
 }
@@ -175,8 +172,7 @@ constexpr const char* kRemark = "Medians over n seeds [95 % interval of the medi
 std::string difference(const LeaderboardRow& row, const std::vector<LeaderboardRow>& rows) {
   const std::string keys = changed(row, rows), folder = fs::proximate(row.folder).string();
   const auto alike = std::ranges::count_if(rows, [&](const LeaderboardRow& other) {
-    return std::tie(other.scenario, other.estimator) == std::tie(row.scenario, row.estimator) &&
-           changed(other, rows) == keys;
+    return are_alike(row, other) && changed(other, rows) == keys;
   });
   return keys == "-" ? folder : alike > 1 ? keys + " in " + folder : keys;
 }
@@ -217,11 +213,6 @@ std::vector<double> LeaderboardRow::values(const std::string& column) const {
   return all;
 }
 
-std::optional<double> LeaderboardRow::median(const std::string& column) const {
-  const auto all = values(column);
-  return all.empty() ? std::nullopt : std::optional(score::median(all));
-}
-
 double LeaderboardRow::coverage() const {
   double sum = 0;
   for (const std::uint64_t seed : seeds) sum += runs.at(seed).coverage;
@@ -231,7 +222,7 @@ double LeaderboardRow::coverage() const {
 Leaderboard leaderboard(const std::vector<fs::path>& folders, const std::vector<std::string>& metrics) {
   Rows all;
   std::set<fs::path> counted;  // a folder may be below several of those given
-  Leaderboard board{metrics, {}, {}, {}};
+  Leaderboard board{metrics};
   for (const fs::path& folder : folders) {
     if (!fs::is_directory(folder)) throw files::FileError(folder, "is not a folder");
     const std::vector<fs::path> found = result::find_results(folder, result::Nested::include);
@@ -299,10 +290,8 @@ std::string leaderboard_page(const Leaderboard& board) {
       std::string("A row is the results of a folder with one scenario, estimator, settings and programs. ") +
           kRemark +
           "; the seeds are those that the rows of a scenario have in common, and a row without these has no "
-          "rank. The "
-          "best row comes first: by coverage, then by the first metric. coverage: mean over the runs of the "
-          "share of "
-          "true poses with an estimate; a run that did not complete counts 0.",
+          "rank. The best row comes first: by coverage, then by the first metric. coverage: mean over the "
+          "runs of the share of true poses with an estimate; a run that did not complete counts 0.",
       html + "</dl>\n");
 }
 

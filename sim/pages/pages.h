@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -93,19 +92,10 @@ std::string written_table(const std::vector<std::vector<std::string>>& lines, Ta
 /// Returns summaries(): as CSV a line for each metric with all digits, else a row for each setting.
 std::string runs_table(const std::vector<RunData>& runs, TableFormat format);
 
-/// Returns "passed", "missed a limit", or an ending that is not allowed, by the limits of the run's scenario.
-std::string verdict_of(const RunData& run);
-
-/// Frames with images, evenly spaced over the walk, as SVG: the image with the 3-sigma ellipses that were
-/// searched (class "used" if the match entered the update, else "missed") and the 11 x 11 patches found.
-struct Picture {
-  double t = 0;  ///< s
-  std::string svg;
-};
-/// Returns the pictures, none without a recording of images.
-std::vector<Picture> pictures(const RunData& run, int count);
-/// Returns the HTML of these pictures with an explanation; empty without any.
-std::string picture_strip(const std::vector<Picture>& pictures);
+/// Returns the HTML of frames with images, evenly spaced over the walk: the image with the 3-sigma ellipses
+/// that were searched (class "used" if the match entered the update, else "missed") and the 11 x 11 patches
+/// found. Empty without a recording of images. count: at least two.
+std::string picture_strip(const RunData& run, std::size_t count);
 
 /// Returns a run's sections as HTML with links to them. prefix: of the ids. title: of the first section.
 std::string run_sections(const RunData& run, const std::string& prefix, const std::string& title);
@@ -180,24 +170,21 @@ struct LeaderboardRow {
   std::string scenario, estimator;
   std::string alignment;  ///< of the estimate with the truth before it was scored; or "none"
   fs::path folder;        ///< of the results; of replays in it, with seed-* for each seed
-  std::map<std::string, std::string>
-      settings;  ///< each key but seed, revision, and hash of the estimator's files
-  std::map<std::uint64_t, LeaderboardRun> runs;  ///< by seed
-  std::vector<std::uint64_t> seeds;              ///< that its numbers are of: those in common, or all
-  std::optional<std::size_t> rank;               ///< from 1 in its scenario; absent without common seeds
+  std::map<std::string, std::string> settings;        ///< settings_of()
+  std::map<std::uint64_t, LeaderboardRun> runs = {};  ///< by seed
+  std::vector<std::uint64_t> seeds = {};              ///< that its numbers are of: those in common, or all
+  std::optional<std::size_t> rank = {};               ///< from 1 in its scenario; absent without common seeds
 
   /// Returns the values of the runs with these seeds that have one.
   std::vector<double> values(const std::string& column) const;
-  std::optional<double> median(const std::string& column) const;
   double coverage() const;  ///< mean over the runs with these seeds
 };
 
 struct Leaderboard {
   std::vector<std::string> metrics;  ///< the first one orders
-  std::vector<LeaderboardRow> rows;
-  std::map<std::string, std::vector<std::uint64_t>>
-      common;                         ///< by scenario: the seeds that ranked rows share
-  std::vector<std::string> left_out;  ///< results that cannot be read, or repeat a seed of their row
+  std::vector<LeaderboardRow> rows = {};
+  std::map<std::string, std::vector<std::uint64_t>> common = {};  ///< by scenario: seeds of all ranked rows
+  std::vector<std::string> left_out = {};  ///< results that cannot be read, or repeat a seed of their row
 };
 
 /// Returns all results below the folders, each once, without recordings and replaced results. Ranks the rows

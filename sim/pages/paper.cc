@@ -1,6 +1,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 
@@ -11,7 +12,6 @@
 namespace sim::pages {
 namespace {
 
-/// The runs of an experiment, which may be empty.
 const std::vector<RunData>& runs_of(const PaperRuns& all, const std::string& experiment) {
   static const std::vector<RunData> none;
   const auto found = all.find(experiment);
@@ -45,35 +45,32 @@ std::string agreement(const std::vector<double>& ours, double paper, Kind kind, 
   return kind == Kind::error && size < paper ? "better" : "differs";
 }
 
-/// One axis of a drift, in mm or degrees.
-struct Drift {
-  const char *experiment, *walk, *axis;
-  double paper;
-  const char* paper_text;
+/// The drifts of a walk in X and Y (mm) and yaw (degrees).
+struct Drifts {
+  const char *experiment, *name;
+  std::array<double, 3> paper;
+  std::array<const char*, 3> paper_text;
 };
-constexpr Drift kDrifts[]{
-    {"tangent_quadrant", "Tangent quadrant", "X", 4, "4 mm (sd 1.6)"},
-    {"tangent_quadrant", "Tangent quadrant", "Y", 23, "23 mm (sd 3.4)"},
-    {"tangent_quadrant", "Tangent quadrant", "yaw", 0, "almost none"},
-    {"perpendicular_circle_trial1", "Facing the center, first trial", "X", 240, "240 mm"},
-    {"perpendicular_circle_trial1", "Facing the center, first trial", "Y", 600, "600 mm"},
-    {"perpendicular_circle_trial1", "Facing the center, first trial", "yaw", 20, "20°"},
-    {"perpendicular_circle", "Facing the center, second trial", "X", 160, "160 mm"},
-    {"perpendicular_circle", "Facing the center, second trial", "Y", 40, "40 mm"},
-    {"perpendicular_circle", "Facing the center, second trial", "yaw", 15, "15°"}};
+constexpr Drifts kDrifts[]{
+    {"tangent_quadrant", "Tangent quadrant", {4, 23, 0}, {"4 mm (sd 1.6)", "23 mm (sd 3.4)", "almost none"}},
+    {"perpendicular_circle_trial1",
+     "Facing the center, first trial",
+     {240, 600, 20},
+     {"240 mm", "600 mm", "20°"}},
+    {"perpendicular_circle", "Facing the center, second trial", {160, 40, 15}, {"160 mm", "40 mm", "15°"}}};
+constexpr std::array kDriftAxes{std::pair{"X", "plan_drift_x_m"}, std::pair{"Y", "plan_drift_y_m"},
+                                std::pair{"yaw", "plan_drift_yaw_deg"}};
 
 /// The paper gives magnitudes without signs; negligible is what is below the scatter of its walks.
-PaperRow drift_row(const Drift& drift, const std::vector<RunData>& runs) {
-  PaperRow row{fmt::format("{}: drift in {} (II-B)", drift.walk, drift.axis), drift.paper_text};
-  const std::string axis = drift.axis;
-  const bool turning = axis == "yaw";
-  const auto drifts = turning       ? values(runs, "plan_drift_yaw_deg")
-                      : axis == "X" ? values(runs, "plan_drift_x_m", kMm)
-                                    : values(runs, "plan_drift_y_m", kMm);
+PaperRow drift_row(const Drifts& walk, std::size_t axis, const std::vector<RunData>& runs) {
+  PaperRow row{fmt::format("{}: drift in {} (II-B)", walk.name, kDriftAxes[axis].first),
+               walk.paper_text[axis]};
+  const bool turning = axis == 2;
+  const auto drifts = values(runs, kDriftAxes[axis].second, turning ? 1 : kMm);
   if (drifts.empty()) return row;
   row.bench = fmt::format("{:.1f}{}", score::median(drifts), turning ? "°" : " mm");
   if (drifts.size() > 1) row.bench += fmt::format(" (sd {:.1f})", score::standard_deviation(drifts));
-  row.agreement = agreement(drifts, drift.paper, Kind::value, turning ? 1 : 10);
+  row.agreement = agreement(drifts, walk.paper[axis], Kind::value, turning ? 1 : 10);
   return row;
 }
 
@@ -92,8 +89,7 @@ constexpr Closure kClosures[]{
     {"perpendicular_circle_paper", "Experiment 2, the paper's filter (V-B)", "closed, by 3 landmarks",
      Expected::closes,
      "the estimate is 0.2 m and 4 degrees wrong after the turn, in some seeds beyond its search regions; the "
-     "paper "
-     "closed it by the least number of landmarks, too"},
+     "paper closed it by the least number of landmarks, too"},
     {"perpendicular_circle", "Experiment 2, this bench's filter", "closed, by 3 landmarks", Expected::closes},
     {"vision_gyro_known_landmarks", "Experiment 1, vision and gyro, known landmarks (V-A.1)",
      "closed; quality of the trajectory insufficient", Expected::closes},
@@ -163,7 +159,7 @@ PaperRow time_row(const std::vector<RunData>& runs, const std::string& filter) {
   return row;
 }
 
-constexpr int kHeadViews = 4;
+constexpr std::size_t kHeadViews = 4;
 
 Figure depths(const RunData& run) {
   const auto file = run.folder / "depths.csv";
@@ -218,7 +214,6 @@ double relative_sigma(const Hypotheses& h) {
   return std::sqrt(std::max(0.0, square - mean * mean)) / mean;
 }
 
-/// Figures 1, 3, 4, 6, 7 and 8 of the paper, each from the first seed that shows it.
 std::string figures(const PaperRuns& all) {
   std::string html;
   for (const PaperFigure& figure : kFigures) {
@@ -258,19 +253,16 @@ constexpr const char* kHowToRead =
     "<p class='soft'>The paper's filter has the measurements of the paper, Davison's depth particles and raw "
     "patches (scenarios/*_paper.yaml). This bench's filter is the default one. Drift is the true minus the "
     "planned pose of the waist at the end, with its standard deviation (sd) over seeds. One rule applies to "
-    "every row, on "
-    "the median over seeds: a number agrees within a factor of two of the paper's, in magnitude, or if both "
-    "are "
-    "negligible (drifts below 10 mm or 1°), or within the paper's bound; a smaller error is better. An "
-    "outcome agrees if "
-    "every seed ends as in the paper. A loop is closed when three landmarks are "
-    "recognized after the camera has been elsewhere. ATE is the root mean square "
-    "position error after SE(3) alignment.</p>\n";
+    "every row, on the median over seeds: a number agrees within a factor of two of the paper's, in "
+    "magnitude, or if both are negligible (drifts below 10 mm or 1°), or within the paper's bound; a smaller "
+    "error is better. An outcome agrees if every seed ends as in the paper. A loop is closed when three "
+    "landmarks are recognized after the camera has been elsewhere. ATE is the root mean square position "
+    "error after SE(3) alignment.</p>\n";
 
 // Figures 3 (a, d) and 4: what the paper's filter searches for in its images.
 std::string head_views(const PaperRuns& runs) {
   const std::vector<RunData>& shown = runs_of(runs, "tangent_circle_paper");
-  const std::string strip = shown.empty() ? "" : picture_strip(pictures(shown.front(), kHeadViews));
+  const std::string strip = shown.empty() ? "" : picture_strip(shown.front(), kHeadViews);
   return strip.empty() ? "" : "<p class='soft'>Experiment 1, the paper's filter.</p>" + strip;
 }
 
@@ -278,7 +270,9 @@ std::string head_views(const PaperRuns& runs) {
 
 std::vector<PaperRow> paper_rows(const PaperRuns& all) {
   std::vector<PaperRow> rows;
-  for (const Drift& drift : kDrifts) rows.push_back(drift_row(drift, runs_of(all, drift.experiment)));
+  for (const Drifts& walk : kDrifts)
+    for (std::size_t axis = 0; axis < kDriftAxes.size(); ++axis)
+      rows.push_back(drift_row(walk, axis, runs_of(all, walk.experiment)));
   for (const Closure& closure : kClosures)
     rows.push_back(closure_row(closure, runs_of(all, closure.experiment)));
   const std::string papers = "the paper's filter", benchs = "this bench's filter";

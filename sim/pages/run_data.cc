@@ -51,7 +51,6 @@ ordered_json ellipsoid(const Eigen::Matrix3d& P) {
   return list(axes.reshaped<Eigen::RowMajor>());
 }
 
-/// The state of the filter as a sentence.
 std::string state_in_words(const slam::FrameReport& report) {
   constexpr std::array kHealth{"tracking", "lost", "diverged"};
   std::string words = kHealth[static_cast<std::size_t>(report.health)];
@@ -85,10 +84,7 @@ void add_report(ordered_json& to, const slam::FrameReport& report) {
 }
 
 ordered_json to_json(const FootPlace& foot) {
-  ordered_json all{{"truth", list(foot.truth)},
-                   {"plan", list(foot.plan)},
-                   {"planned_down", foot.planned_down},
-                   {"load", std::round(foot.load_n)}};
+  ordered_json all{{"plan", list(foot.plan)}, {"planned_down", foot.planned_down}};
   if (foot.landed) all["landed"] = list(*foot.landed);
   return all;
 }
@@ -97,10 +93,9 @@ using files::Json;
 using files::TumRow;
 
 void add(Path& path, slam::Stamp t, const std::optional<Eigen::Isometry3d>& X) {
+  const Eigen::Vector3d p = X ? Eigen::Vector3d(X->translation()) : Eigen::Vector3d::Constant(NAN);
   path.t.push_back(slam::seconds(t));
-  path.x.push_back(X ? X->translation().x() : NAN);
-  path.y.push_back(X ? X->translation().y() : NAN);
-  path.z.push_back(X ? X->translation().z() : NAN);
+  path.x.push_back(p.x()), path.y.push_back(p.y()), path.z.push_back(p.z());
 }
 
 Path read_path(const fs::path& file) {
@@ -338,12 +333,14 @@ ordered_json to_json(const Frame& frame) {
   return all;
 }
 
+std::string with_length(std::string json) {
+  json.append(3 - (json.size() + 3) % 4, ' ');
+  const auto length = static_cast<std::uint32_t>(json.size());
+  return std::string(reinterpret_cast<const char*>(&length), sizeof length) + json;
+}
+
 std::string to_message(const Frame& frame) {
-  const std::string head = files::json_text(to_json(frame));
-  std::string message;
-  message.reserve(4 + head.size() + frame.image.total());
-  for (int byte = 0; byte < 4; ++byte) message += static_cast<char>(head.size() >> 8 * byte & 0xff);
-  message += head;
+  std::string message = with_length(files::json_text(to_json(frame)));
   for (int row = 0; row < frame.image.rows; ++row)
     message.append(reinterpret_cast<const char*>(frame.image.ptr(row)),
                    static_cast<std::size_t>(frame.image.cols));

@@ -60,7 +60,10 @@ Eigen::Vector3d ellipse(const Eigen::Matrix2d& covariance);
 /// Returns the JSON of a frame for sim/view/web/run.js, which documents the keys. m, rad; null if not finite.
 nlohmann::ordered_json to_json(const Frame& frame);
 
-/// Returns a WebSocket message: length of the JSON (little-endian, four bytes), JSON, gray image by rows.
+/// Returns the length of a JSON text (little-endian, four bytes) and the text, with blanks up to a multiple
+/// of four bytes.
+std::string with_length(std::string json);
+/// Returns a WebSocket message: with_length() of the JSON, gray image by rows.
 std::string to_message(const Frame& frame);
 
 /// Returns a reading of the rig for sim/view/web/sensors.js: depth as width and height (uint32) and mm by

@@ -161,7 +161,6 @@ void add_path(Figure& f, const std::string& name, Role role, const std::optional
 
 using Runs = std::vector<const RunData*>;
 using OverTime = std::map<double, Column>;  // by time, a value of each run
-
 using Groups = std::vector<std::pair<std::string, Runs>>;
 
 /// The runs by their names, in the order of their first appearances.
@@ -195,7 +194,7 @@ std::size_t seeds_of(const Runs& runs) {
   return seeds.size();
 }
 
-/// The values of a column at the times of another. Without a value the line breaks.
+/// Adds a column by its times; the line breaks at values that are not finite.
 void add_values(OverTime& at, const Column& t, const Column& values, double factor) {
   for (std::size_t i = 0; i < t.size(); ++i) {
     Column& all = at[t[i]];
@@ -276,22 +275,11 @@ Figure boxes(const char* name, const char* title, const char* unit, const Groups
     f.lines.push_back(dots);
     if (values.size() < 2) return;
     const auto q = [&](double p) { return score::quantile(values, p); };
-    Line box{"", role};
-    for (const auto& [dx, y] : {std::pair{0.0, q(0)},
-                                {0.0, q(0.25)},
-                                {-0.2, q(0.25)},
-                                {-0.2, q(0.75)},
-                                {0.0, q(0.75)},
-                                {0.0, q(1)},
-                                {0.0, q(0.75)},
-                                {0.2, q(0.75)},
-                                {0.2, q(0.25)},
-                                {0.0, q(0.25)},
-                                {0.0, NAN},
-                                {-0.2, q(0.5)},
-                                {0.2, q(0.5)}})
-      box.add(at + dx, y);
-    f.lines.push_back(box);
+    const double left = at - 0.2, right = at + 0.2, low = q(0.25), high = q(0.75);
+    f.lines.push_back({"",
+                       role,
+                       {at, at, left, left, at, at, at, right, right, at, at, left, right},
+                       {q(0), low, low, high, high, q(1), high, high, low, low, NAN, q(0.5), q(0.5)}});
   });
   return f;
 }
@@ -359,7 +347,6 @@ Figure camera_from_above(const RunData& run) {
   return f;
 }
 
-/// The landmarks of the last map around the paths of the camera.
 Figure map_from_above(const RunData& run) {
   Figure f = camera_from_above(run);
   f.name = "map", f.title = "Landmarks of the last map, from above";

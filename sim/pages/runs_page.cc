@@ -21,7 +21,7 @@
 namespace sim::pages {
 namespace {
 
-constexpr int kPictures = 8;
+constexpr std::size_t kPictures = 8;
 
 std::string view_command(const RunData& run) {
   return "tools/gaitslam view " + files::shell_word(run.folder.string());
@@ -39,27 +39,30 @@ std::string ellipse_svg(const slam::Search& search) {
   return svg;
 }
 
-Picture picture_of(const Frame& frame, const cv::Mat& image, const Frame& first) {
+std::string picture_html(const Frame& frame, const cv::Mat& image, const Frame& first) {
   const double shown = std::round(10 * slam::seconds(frame.t - first.t)) / 10;
-  std::string svg = fmt::format(
-      "<svg class='picture' xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}' role='img' "
+  std::string html = fmt::format(
+      "<figure><svg class='picture' xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}' role='img' "
       "aria-label='head camera at {2} s'><image width='{0}' height='{1}' href='data:image/png;base64,{3}'/>",
       image.cols, image.rows, shown, base64(recording::encode_png(image)));
   if (frame.report)
-    for (const slam::Search& search : frame.report->searched) svg += ellipse_svg(search);
-  return {shown, svg + "</svg>"};
+    for (const slam::Search& search : frame.report->searched) html += ellipse_svg(search);
+  return html + fmt::format("</svg><span class='soft'>{} s</span></figure>", shown);
+}
+
+/// "passed", "missed a limit", or an ending that is not allowed.
+std::string verdict_of(const RunData& run) {
+  const scenario::Scenario scenario = scenario::read_scenario(run.folder / "scenario.yaml").scenario;
+  if (!result::is_allowed(scenario, run.ending)) return std::string(name_of(run.ending));
+  return result::exit_code(scenario, run.ending, run.limits) == 0 ? "passed" : "missed a limit";
 }
 
 /// The sections of one run. Their ids start with the same prefix.
 class RunSections {
  public:
-  RunSections(const RunData& run, std::string prefix)
-      : run_(run),
-        prefix_(std::move(prefix)),
-        scenario_(scenario::read_scenario(run.folder / "scenario.yaml").scenario),
-        figures_(run_figures(run)) {}
+  explicit RunSections(const RunData& run) : run_(run) {}
 
-  std::string html(const std::string& title) {
+  std::string html(const std::string& prefix, const std::string& title) const {
     const std::string aligned =
         "<p>The truth has only positions, in its own frame: it is drawn after alignment with the estimate "
         "(SE(3)).</p>";
@@ -73,16 +76,16 @@ class RunSections {
                              {"loop", "Loop closure", closure_text() + figures({"closure", "matches"})}});
     all.insert(all.end(),
                {{"slip", "Slip of each step", figures({"slip", "landing"})},
-                {"pictures", "Images of the head camera", picture_strip(pictures(run_, kPictures))},
+                {"pictures", "Images of the head camera", picture_strip(run_, kPictures)},
                 {"time", "Latency and dropped frames", figures({"latency"})},
                 {"cpu", "CPU time", cpu()},
                 {"metrics", "All metrics", metrics_table()},
                 {"configuration", "Configuration", configuration()},
                 {"again", "View it and run it again",
-                 fmt::format("<p class='soft'>The view plays the run in a browser; #t=SECONDS "
-                             "after its address opens that time.</p><pre>{}</pre>{}",
+                 fmt::format("<p class='soft'>The view plays the run in a browser; #t=SECONDS after its "
+                             "address opens that time.</p><pre>{}</pre>{}",
                              escaped(view_command(run_)), command_to_run())}});
-    for (Section& section : all) section.id = prefix_ + section.id;
+    for (Section& section : all) section.id = prefix + section.id;
     return sections_html(all, true);
   }
 
@@ -137,7 +140,6 @@ class RunSections {
     return table_html("limits", {{"limit on"}, {"value", "number"}, {"limit", "number"}, {"verdict"}}, rows);
   }
 
-  /// The figures with one of these prefixes.
   std::string figures(std::initializer_list<std::string_view> prefixes) const {
     std::string html;
     for (const Figure& figure : figures_)
@@ -159,8 +161,8 @@ class RunSections {
     const auto value = [&](const char* name) { return number_text(run_.value(name)); };
     if (run_.value("loop_time_s"))
       return fmt::format(
-          "<p>The loop was closed at {} s by {} landmarks in all. The position error was {} m "
-          "before and {} m one second after.</p>",
+          "<p>The loop was closed at {} s by {} landmarks in all. The position error was {} m before and {} "
+          "m one second after.</p>",
           value("loop_time_s"), value("loop_landmarks"), value("loop_error_before_m"),
           value("loop_error_after_m"));
     std::string why = "too few landmarks were recognized";
@@ -213,9 +215,8 @@ class RunSections {
   }
 
   const RunData& run_;
-  std::string prefix_;
-  scenario::Scenario scenario_;
-  std::vector<Figure> figures_;
+  scenario::Scenario scenario_ = scenario::read_scenario(run_.folder / "scenario.yaml").scenario;
+  std::vector<Figure> figures_ = run_figures(run_);
 };
 
 constexpr std::size_t kInFull = 12;  // runs
@@ -247,7 +248,6 @@ std::vector<bool> runs_in_full(const std::vector<RunData>& runs, const std::vect
   return in_full;
 }
 
-/// The runs of a scenario with their shown metrics, and links to those in full.
 std::string table(const std::vector<RunData>& runs, const std::vector<std::string>& labels,
                   const std::vector<bool>& in_full, const std::string& scenario) {
   std::vector<std::string> columns;
@@ -274,8 +274,6 @@ std::string table(const std::vector<RunData>& runs, const std::vector<std::strin
   return table_html("runs", titles, rows, true);
 }
 
-/// A row for each setting of a scenario: medians with their interval and the worst run; best and worst are
-/// marked.
 std::string settings_html(const std::vector<RunData>& runs, const std::vector<bool>& in_full,
                           const std::string& scenario) {
   auto table = summaries(runs);
@@ -342,7 +340,6 @@ std::string worst_html(const ChangeTable::Row& row, const std::vector<const RunD
                      t ? "\nand #t=" + at + " after its address" : "");
 }
 
-/// The changes of the other variants of a scenario against the first one.
 std::string changes_html(const std::vector<RunData>& runs, const std::vector<std::string>& names,
                          const std::string& scenario) {
   std::vector<std::string> order;
@@ -420,8 +417,7 @@ std::string runs_in_detail(const std::vector<RunData>& runs, const std::vector<s
   if (const auto left = std::ranges::count(in_full, false); left > 0)
     head += fmt::format(
         "<p class='soft'>The worst run of each scenario and variant is shown in full; {} more: "
-        "tools/gaitslam report "
-        "FOLDER.</p>",
+        "tools/gaitslam report FOLDER.</p>",
         left);
   return head + html;
 }
@@ -451,41 +447,26 @@ std::vector<std::string> shown_metrics(bool ShownMetric::*where) {
   return names;
 }
 
-std::vector<Picture> pictures(const RunData& run, int count) {
-  std::vector<Picture> all;
+std::string picture_strip(const RunData& run, std::size_t count) {
   const std::vector<fs::path> files = image_files(run.frames, run.recording);
   std::vector<std::size_t> seen;
   for (std::size_t i = 0; i < files.size(); ++i)
     if (!files[i].empty()) seen.push_back(i);
-  if (seen.empty()) return all;
-  const Pictures pictures(run.recording);
-  const rig::RigSensor head = recording::head_camera(pictures.setup());
-  for (int k = 0; k < count; ++k) {
-    const std::size_t i = seen[static_cast<std::size_t>(k) * (seen.size() - 1) /
-                               static_cast<std::size_t>(std::max(1, count - 1))];
-    all.push_back(picture_of(run.frames[i], pictures.read(head, files[i]).image, run.frames[seen[0]]));
-  }
-  return all;
-}
-
-std::string picture_strip(const std::vector<Picture>& pictures) {
-  if (pictures.empty()) return "";
+  if (seen.empty()) return "";
   std::string html =
       "<p class='soft'>Ellipses are the search regions of landmarks (3 sigma): green with the matched 11 x "
       "11 patch if the match was used, yellow otherwise.</p><div class='strip'>";
-  for (const Picture& picture : pictures)
-    html += fmt::format("<figure>{}<span class='soft'>{} s</span></figure>", picture.svg, picture.t);
+  const Pictures pictures(run.recording);
+  const rig::RigSensor head = recording::head_camera(pictures.setup());
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t i = seen[k * (seen.size() - 1) / (count - 1)];
+    html += picture_html(run.frames[i], pictures.read(head, files[i]).image, run.frames[seen[0]]);
+  }
   return html + "</div>";
 }
 
-std::string verdict_of(const RunData& run) {
-  const scenario::Scenario scenario = scenario::read_scenario(run.folder / "scenario.yaml").scenario;
-  if (!result::is_allowed(scenario, run.ending)) return std::string(name_of(run.ending));
-  return result::exit_code(scenario, run.ending, run.limits) == 0 ? "passed" : "missed a limit";
-}
-
 std::string run_sections(const RunData& run, const std::string& prefix, const std::string& title) {
-  return RunSections(run, prefix).html(title);
+  return RunSections(run).html(prefix, title);
 }
 
 std::string runs_page(const std::vector<RunData>& runs) {

@@ -40,6 +40,12 @@ struct Trial {
   std::uint64_t seed = 0;
   std::string ending, cause;
   std::map<std::string, double> values;
+
+  /// NaN without a value.
+  double value(const std::string& metric) const {
+    const auto found = values.find(metric);
+    return found == values.end() ? NAN : found->second;
+  }
 };
 using Trials = std::vector<const Trial*>;
 
@@ -100,7 +106,6 @@ Key key_of(const std::string& name, std::size_t k, const std::vector<Trial>& tri
   return key;
 }
 
-/// By scenario, in the order of the file.
 std::vector<Sweep> read_sweep(const fs::path& folder) {
   const fs::path file = folder / "scores.jsonl";
   std::istringstream text(files::read_text(file));
@@ -131,31 +136,23 @@ std::vector<std::string> metrics_of(const Sweep& sweep) {
   return shown;
 }
 
-std::optional<double> value_of(const Trial& trial, const std::string& metric) {
-  const auto found = trial.values.find(metric);
-  return found == trial.values.end() ? std::nullopt : std::optional(found->second);
-}
-
 std::vector<double> values_of(const Trials& trials, const std::string& metric) {
   std::vector<double> values;
   for (const Trial* trial : trials)
-    if (const auto value = value_of(*trial, metric)) values.push_back(*value);
+    if (const double value = trial->value(metric); !std::isnan(value)) values.push_back(value);
   return values;
 }
 
-std::optional<double> median_of(const Trials& trials, const std::string& metric) {
-  const std::vector<double> values = values_of(trials, metric);
-  return values.empty() ? std::nullopt : std::optional(score::median(values));
-}
-
-/// The smallest and the largest value; NaN without any.
-std::pair<double, double> range_of(const Trials& trials, const std::string& metric) {
-  std::pair<double, double> range{NAN, NAN};
-  for (const Trial* trial : trials)
-    if (const auto value = value_of(*trial, metric))
-      range = {std::fmin(range.first, *value), std::fmax(range.second, *value)};
-  return range;
-}
+/// The median, the smallest and the largest value; NaN without any.
+struct Spread {
+  Spread(const Trials& trials, const std::string& metric) {
+    const std::vector<double> values = values_of(trials, metric);
+    if (values.empty()) return;
+    median = score::median(values);
+    least = std::ranges::min(values), most = std::ranges::max(values);
+  }
+  double median = NAN, least = NAN, most = NAN;
+};
 
 /// The values of the keys that are words, such as estimators.
 std::string words_of(const Sweep& sweep, const Trial& trial) {
@@ -175,31 +172,30 @@ Figure lines_figure(const Sweep& sweep, std::size_t k, const std::string& metric
            fmt::format("{} over {}", metric, key.name), key.label(), metric_label(metric)};
   f.logarithmic_x = key.numbers.front() > 0 && key.numbers.back() > 8 * key.numbers.front();
   f.whole_y = metric == "loop_landmarks";
-  std::vector<std::pair<std::string, std::vector<Trials>>> groups;  // by value of the key
-  const auto add = [&](const std::string& name, const Trial& trial) {
-    auto found = std::ranges::find(groups, name, [](const auto& group) { return group.first; });
-    if (found == groups.end())
-      found = groups.insert(groups.end(), {name, std::vector<Trials>(key.numbers.size())});
-    found->second[key.place.at(trial.settings[k])].push_back(&trial);
-  };
-  for (const Trial& trial : sweep.trials) add(words_of(sweep, trial), trial);
-  const bool by_words = groups.size() > 1 && groups.size() <= kRoles.size() && key.is_grid();
-  if (!by_words) {
-    groups.clear();
-    for (const Trial& trial : sweep.trials) add("median", trial);
+  std::vector<std::string> words;
+  for (const Trial& trial : sweep.trials)
+    if (const std::string of = words_of(sweep, trial); std::ranges::find(words, of) == words.end())
+      words.push_back(of);
+  const bool by_words = words.size() > 1 && words.size() <= kRoles.size() && key.is_grid();
+  if (!by_words) words = {"median"};
+  std::map<std::string, std::vector<Trials>> groups;  // by words and value of the key
+  for (const Trial& trial : sweep.trials) {
+    auto& group = groups[by_words ? words_of(sweep, trial) : words[0]];
+    group.resize(key.numbers.size());
+    group[key.place.at(trial.settings[k])].push_back(&trial);
   }
   Line dots{"a trial", truth, {}, {}, true};
   if (!by_words && sweep.trials.size() <= kMostDots)
     for (const Trial& trial : sweep.trials)
-      if (const auto value = value_of(trial, metric))
-        dots.add(key.numbers[key.place.at(trial.settings[k])], *value);
+      if (const double value = trial.value(metric); !std::isnan(value))
+        dots.add(key.numbers[key.place.at(trial.settings[k])], value);
   if (!by_words) f.lines = {dots};
   if (!key.is_grid() && !dots.x.empty()) return f;
-  for (std::size_t g = 0; g < groups.size(); ++g) {
-    Line median{groups[g].first, kRoles[g]};
+  for (std::size_t g = 0; g < words.size(); ++g) {
+    Line median{words[g], kRoles[g]};
     Envelope interval{"", kRoles[g]};
     for (std::size_t i = 0; i < key.numbers.size(); ++i) {
-      const std::vector<double> values = values_of(groups[g].second[i], metric);
+      const std::vector<double> values = values_of(groups[words[g]][i], metric);
       if (values.empty()) continue;
       median.add(key.numbers[i], score::median(values));
       const auto within = by_words ? score::median_interval(values) : std::nullopt;
@@ -232,11 +228,10 @@ std::string heat_map(const Sweep& sweep, std::size_t a, std::size_t b, const std
   // Colors are linear in the loss.
   std::vector<double> losses, spreads;
   for (const auto& [at, trials] : cells) {
-    const auto [least, most] = range_of(trials, metric);
-    if (std::isfinite(loss_of(most) - loss_of(least)))
-      spreads.push_back(std::abs(loss_of(most) - loss_of(least)));
-    if (const auto value = median_of(trials, metric); value && std::isfinite(loss_of(*value)))
-      losses.push_back(loss_of(*value));
+    const Spread of(trials, metric);
+    if (const double spread = std::abs(loss_of(of.most) - loss_of(of.least)); std::isfinite(spread))
+      spreads.push_back(spread);
+    if (const double loss = loss_of(of.median); std::isfinite(loss)) losses.push_back(loss);
   }
   const double best = losses.empty() ? 0 : std::ranges::min(losses),
                width = losses.empty() ? 0 : std::max(std::ranges::max(losses) - best, score::median(spreads));
@@ -249,22 +244,21 @@ std::string heat_map(const Sweep& sweep, std::size_t a, std::size_t b, const std
       const auto found = cells.find({x, y});
       TableCell& cell = row.cells.emplace_back(TableCell{"-", "number"});
       if (found == cells.end()) continue;
-      const std::optional<double> median = median_of(found->second, metric);
+      const Spread of(found->second, metric);
       cell.html = fmt::format("<a href='#{}'>{}</a>", escaped(sweep.anchor(*found->second.front())),
-                              number_text(median));
-      if (const auto [least, most] = range_of(found->second, metric); least < most)
-        cell.html += fmt::format("<br><small>{:.3g} to {:.3g}</small>", least, most);
-      if (median && std::isfinite(loss_of(*median)))
-        cell.style += fmt::format(" heat-{:.0f}",
-                                  width > 0 ? 9 * (loss_of(*median) - best) / width : 0);  // web/pages.css
+                              number_text(of.median));
+      if (of.least < of.most)
+        cell.html += fmt::format("<br><small>{:.3g} to {:.3g}</small>", of.least, of.most);
+      if (const double loss = loss_of(of.median); std::isfinite(loss))
+        cell.style += fmt::format(" heat-{:.0f}", width > 0 ? 9 * (loss - best) / width : 0);  // pages.css
     }
   }
   std::string scale;
   for (int step = 0; step < 10; ++step)
     scale += fmt::format("<span class='heat-{}'>&nbsp;&nbsp;</span>", step);
   return fmt::format(
-      "<figure><figcaption>{}</figcaption><p class='soft'>across: {}; down: {}</p>{}"
-      "<p class='soft'>{} {} {}</p></figure>",
+      "<figure><figcaption>{}</figcaption><p class='soft'>across: {}; down: {}</p>{}<p class='soft'>{} {} "
+      "{}</p></figure>",
       escaped(metric_label(metric)), escaped(across.label()), escaped(down.label()),
       table_html(metric, titles, rows), loss_text(best, direction), scale,
       loss_text(best + width, direction));
@@ -295,14 +289,12 @@ std::string figures_of(const Sweep& sweep) {
   if (mapped)
     html += fmt::format(
         "<p class='soft'>In a heat map: the median over {}, and the range of the trials; a cell opens the "
-        "row "
-        "of its setting. The colors go from the best median to the worst one, or further if the usual range "
-        "of a setting's trials is larger.</p>\n",
+        "row of its setting. The colors go from the best median to the worst one, or further if the usual "
+        "range of a setting's trials is larger.</p>\n",
         sweep.keys.size() > 2 ? "seeds and the other keys" : "seeds");
   return html + figures_html(figures);
 }
 
-/// The trials of each setting, in the order of the file.
 std::vector<Trials> by_setting(const Sweep& sweep) {
   std::vector<Trials> groups;
   std::map<std::vector<std::string>, std::size_t> group_of;
@@ -317,9 +309,9 @@ std::vector<Trials> by_setting(const Sweep& sweep) {
 /// The trial that did not complete, else the one with the worst value of the metric.
 const Trial& worst_of(const Trials& trials, const std::string& metric) {
   const auto badness = [&](const Trial* trial) {
-    const auto value = value_of(*trial, metric);
+    const double value = trial->value(metric);
     return std::pair(trial->ending != "completed",
-                     value ? score::loss(*value, score::direction_of(metric)) : INFINITY);
+                     std::isnan(value) ? INFINITY : score::loss(value, score::direction_of(metric)));
   };
   return **std::ranges::max_element(trials, {}, badness);
 }
@@ -342,7 +334,6 @@ std::string command_of(const Sweep& sweep, const Trial& trial, const fs::path& f
   return fmt::format("{} seed={}", command, trial.seed);
 }
 
-/// Medians of the trials of each setting, their worst seed, and the command that runs that one.
 std::string settings_table(const Sweep& sweep, const fs::path& folder) {
   const std::vector<std::string> metrics = metrics_of(sweep);
   const std::string first = metrics.empty() ? "" : metrics.front();
@@ -357,16 +348,16 @@ std::string settings_table(const Sweep& sweep, const fs::path& folder) {
     const auto completed = std::ranges::count(trials, std::string("completed"), &Trial::ending);
     row.cells.push_back({fmt::format("{} of {}", completed, trials.size()), "number"});
     const Trial& worst = worst_of(trials, first);
-    const auto value = worst.ending == "completed" ? value_of(worst, first) : std::nullopt;
-    row.cells.push_back({fmt::format("<details><summary>seed {}: {}</summary>{}<pre>{}</pre></details>",
-                                     worst.seed, value ? number_text(value) : escaped(worst.ending),
-                                     escaped(worst.cause), escaped(command_of(sweep, worst, folder)))});
-    for (const std::string& metric : metrics) row.cells.push_back(number_cell(median_of(trials, metric)));
+    const double value = worst.ending == "completed" ? worst.value(first) : NAN;
+    row.cells.push_back(
+        {fmt::format("<details><summary>seed {}: {}</summary>{}<pre>{}</pre></details>", worst.seed,
+                     std::isnan(value) ? escaped(worst.ending) : number_text(value), escaped(worst.cause),
+                     escaped(command_of(sweep, worst, folder)))});
+    for (const std::string& metric : metrics) row.cells.push_back(number_cell(Spread(trials, metric).median));
   }
   return table_html("settings", titles, rows);
 }
 
-/// tune.json and history.csv as read.
 struct Tuning {
   Json json;
   Table history;
@@ -390,31 +381,30 @@ double largest_shown(const Tuning& t) {
   return std::max(middle, std::min(start, least + 10 * (middle - least))) + 0.5 * (middle - least);
 }
 
-/// The dots at the upper edge of the figure: settings with an unknown loss, or one above the figure.
-Line above_of(const Tuning& t, double most) {
-  const auto count = std::ranges::count_if(t.value, [&](double value) { return !(value <= most); });
-  return {fmt::format("{} of {} above {:.4g}, or failed", count, t.value.size(), most),
-          Role::second,
-          {},
-          {},
-          true};
+/// A dot for each setting; those with an unknown loss, or one above the figure, are at its upper edge.
+std::vector<Line> setting_dots(const Tuning& t, const Column& at, double most) {
+  Line tried{"setting", Role::truth, {}, {}, true}, above{"", Role::second, {}, {}, true};
+  for (std::size_t i = 0; i < t.value.size(); ++i)
+    (t.value[i] <= most ? tried : above).add(at[i], std::fmin(t.value[i], most));
+  if (above.x.empty()) return {tried};
+  above.name = fmt::format("{} of {} above {:.4g}, or failed", above.x.size(), t.value.size(), most);
+  return {tried, above};
 }
 
 Figure history_figure(const Tuning& t, double most) {
   Figure f{"history", "The search: the loss of each setting, and the least so far", "setting", t.objective};
   f.whole_x = true;
-  Line tried{"setting", Role::truth, {}, {}, true}, above = above_of(t, most),
-                                                    best{"best so far", Role::estimate};
+  Line best{"best so far", Role::estimate};
+  Column numbers(t.value.size());
+  std::iota(numbers.begin(), numbers.end(), 0);
   double least = INFINITY;
   for (std::size_t i = 0; i < t.value.size(); ++i) {
-    const auto at = static_cast<double>(i);
-    best.add(at, least <= most ? least : NAN);  // a step
+    best.add(numbers[i], least <= most ? least : NAN);  // a step
     least = std::fmin(least, t.value[i]);
-    best.add(at, least <= most ? least : NAN);
-    (t.value[i] <= most ? tried : above).add(at, std::fmin(t.value[i], most));
+    best.add(numbers[i], least <= most ? least : NAN);
   }
-  f.lines = {tried, best};
-  if (!above.x.empty()) f.lines.push_back(above);
+  f.lines = setting_dots(t, numbers, most);
+  f.lines.push_back(best);
   return f;
 }
 
@@ -422,16 +412,11 @@ std::string label(const Json& p) { return with_unit(p.at("key").text(), p.at("un
 
 Figure slice_figure(const Tuning& t, const Json& p, double most) {
   const std::string key = p.at("key").text();
-  const Column at = t.history.numbers(key);
   Figure f{"slice_" + key, "Losses over " + key, label(p), t.objective};
   f.logarithmic_x = p.at("scale").text() == "log";
-  Line dots{"setting", Role::truth, {}, {}, true}, above = above_of(t, most);
-  for (std::size_t i = 0; i < t.value.size(); ++i)
-    (t.value[i] <= most ? dots : above).add(at[i], std::fmin(t.value[i], most));
-  f.lines.push_back(dots);
-  if (!above.x.empty()) f.lines.push_back(above);
-  if (dots.x.empty()) return f;
-  const auto [low, high] = std::ranges::minmax_element(dots.x);
+  f.lines = setting_dots(t, t.history.numbers(key), most);
+  if (f.lines[0].x.empty()) return f;
+  const auto [low, high] = std::ranges::minmax_element(f.lines[0].x);
   for (const char* which : {"start", "best"})
     if (const double x = p.at(which).number(); x >= *low && x <= *high) f.moments.push_back({which, x});
   return f;
@@ -497,10 +482,8 @@ std::string parameters_table(const Tuning& t) {
                      {"importance", "number"}},
                     rows, true) +
          "<p class='soft'>importance: the share of the variance of the losses' ranks that the parameter "
-         "explains by itself "
-         "(omega squared over eighths of its values, of all settings of this search, which are not evenly "
-         "spread; "
-         "interactions do not count).</p>\n";
+         "explains by itself (omega squared over eighths of its values, of all settings of this search, "
+         "which are not evenly spread; interactions do not count).</p>\n";
 }
 
 std::optional<double> mean_of(std::vector<std::optional<double>> values) {

@@ -8,7 +8,7 @@ const all = (selector, within = document) => [...within.querySelectorAll(selecto
 function count() {
   const figures = all('[data-figure]').filter((figure) => !figure.closest('[hidden]')), {dataset} = document.documentElement;
   dataset.figures = figures.length;
-  dataset.drawn = figures.filter((figure) => figure.querySelector('svg, canvas, .undrawn')).length;
+  dataset.drawn = figures.filter((figure) => figure.querySelector('svg')).length;
 }
 
 function showRun(id) {
@@ -20,7 +20,6 @@ function showRun(id) {
 
 const kRoles = ['estimate', 'first', 'second', 'third'];
 
-/// Draws runs over two metrics that are chosen, each setting in its color.
 function scatter(holder) {
   const {metrics, settings} = JSON.parse(document.getElementById(holder.dataset.runs).textContent), known = metrics.map((_, i) => i)
     .filter((i) => Object.values(settings).flat().some((values) => values[i] !== null));

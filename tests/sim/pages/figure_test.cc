@@ -245,19 +245,13 @@ slam::RigReading image_of(const cv::Mat& image) {
   return reading;
 }
 
-rig::RigSensor sensor_of(rig::Kind kind) {
-  rig::RigSensor sensor;
-  sensor.kind = kind;
-  return sensor;
-}
-
 TEST(SentReading, CamerasAreAsTheyAreAndDepthHasItsValuesAndAPaletteFromBlueToRed) {
   using rig::Kind;
   const cv::Mat gray(2, 3, CV_8UC1, cv::Scalar(7)), color(2, 3, CV_8UC3, cv::Scalar(200, 100, 0));
   const auto same = [](const cv::Mat& a, const cv::Mat& b) { return cv::norm(a, b, cv::NORM_INF) == 0; };
-  EXPECT_TRUE(same(*recording::decode_png(sent(image_of(gray), sensor_of(Kind::gray)), CV_8UC1), gray));
-  EXPECT_TRUE(same(*recording::decode_png(sent(image_of(color), sensor_of(Kind::color)), CV_8UC3), color));
-  const std::string bytes = sent(image_of(cv::Mat(2, 3, CV_16UC1, cv::Scalar(3700))), sensor_of(Kind::depth));
+  EXPECT_TRUE(same(*recording::decode_png(sent(image_of(gray), {"", Kind::gray}), CV_8UC1), gray));
+  EXPECT_TRUE(same(*recording::decode_png(sent(image_of(color), {"", Kind::color}), CV_8UC3), color));
+  const std::string bytes = sent(image_of(cv::Mat(2, 3, CV_16UC1, cv::Scalar(3700))), {"", Kind::depth});
   ASSERT_EQ(bytes.size(), 8u + 12u);
   EXPECT_EQ(reinterpret_cast<const std::uint32_t*>(bytes.data())[0], 3u) << "its width";
   EXPECT_EQ(reinterpret_cast<const std::uint16_t*>(bytes.data())[9], 3700) << "mm of the last pixel";
@@ -267,7 +261,7 @@ TEST(SentReading, CamerasAreAsTheyAreAndDepthHasItsValuesAndAPaletteFromBlueToRe
 }
 
 TEST(SentReading, PointsOfALidarAreInTheFrameOfTheHeadCameraAndAnImuHasNone) {
-  rig::RigSensor lidar = sensor_of(rig::Kind::lidar);
+  rig::RigSensor lidar{"", rig::Kind::lidar};
   slam::RigReading sweep;
   sweep.points = {{3, 2, 1, 0.5F}, {1, 0, 0}};
   lidar.X_CS = rig::camera_from_forward_left_up();
@@ -278,7 +272,7 @@ TEST(SentReading, PointsOfALidarAreInTheFrameOfTheHeadCameraAndAnImuHasNone) {
   EXPECT_TRUE(Eigen::Map<const Eigen::Vector3f>(points).isApprox(Eigen::Vector3f(-2, -1.1, 3), 1e-6));
   EXPECT_EQ(points[3], 0.5F) << "its intensity";
   EXPECT_TRUE(Eigen::Map<const Eigen::Vector3f>(points + 4).isApprox(Eigen::Vector3f(0, -0.1, 1), 1e-6));
-  EXPECT_EQ(sent({}, sensor_of(rig::Kind::imu)), "");
+  EXPECT_EQ(sent({}, {"", rig::Kind::imu}), "");
 }
 
 TEST(FrameMessage, JsonAndImageAreInOneMessage) {

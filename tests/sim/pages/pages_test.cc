@@ -16,8 +16,8 @@
 namespace sim::pages {
 namespace {
 
-using nlohmann::json, testing::AllOf, tests::Has, tests::Lacks, testing::ElementsAre, testing::IsEmpty,
-    testing::SizeIs;
+using namespace testing;
+using nlohmann::json, tests::Has, tests::Lacks;
 
 constexpr const char* kPayload = R"(</title></script><img src=x onerror='a()'>"<!--&)";
 constexpr const char* kShown =
@@ -52,7 +52,6 @@ TEST(Html, Base64GivesTheTestVectorsOfRfc4648) {
     EXPECT_EQ(base64(bytes), text);
 }
 
-/// Without the scripts of the page, which are the same for all.
 std::string without_scripts(const std::string& page) { return page.substr(0, page.find("<script>")); }
 
 void expect_harmless(const std::string& page) {
@@ -74,14 +73,15 @@ class ReceivedTuning : public testing::Test {
     tuning_["parameters"] = json::array({parameter});
     tuning_["training"] = tuning_["holdout"] = side;
   }
-  std::string page() const {
+  /// history: its columns after the origin, and its rows.
+  std::string page(const std::string& history = kPayload + std::string(",") + kPayload +
+                                                "2\n0,a,1.5,3\n1,a,1.2,2\n") const {
     std::ofstream(folder_ / "tune.json") << tuning_.dump();
-    std::ofstream(folder_ / "history.csv")
-        << "#setting,origin," << kPayload << "," << kPayload << "2\n0,a,1.5,3\n1,a,1.2,2\n";
+    std::ofstream(folder_ / "history.csv") << "#setting,origin," << history;
     return tune_page(folder_.path());
   }
   json tuning_;
-  const sim::files::TemporaryFolder folder_;
+  const files::TemporaryFolder folder_;
 };
 
 TEST_F(ReceivedTuning, NamesAreShownAsTheyAreAndRunsBeforeAndAfterWithTheirMeans) {
@@ -96,12 +96,10 @@ TEST_F(ReceivedTuning, NamesAreShownAsTheyAreAndRunsBeforeAndAfterWithTheirMeans
 
 TEST_F(ReceivedTuning, EverySettingIsDrawnAlsoAboveTheFigure) {
   tuning_["objective"] = "loss";
-  std::string rows;
+  std::string rows = fmt::format("loss,{}\n", kPayload);
   for (const char* const loss : {"1.5", "1.2", "1.1", "900", "1.3", "nan"})
-    rows += fmt::format("{},a,{},1\n", std::ranges::count(rows, '\n'), loss);
-  std::ofstream(folder_ / "tune.json") << tuning_.dump();
-  std::ofstream(folder_ / "history.csv") << "#setting,origin,loss," << kPayload << "\n" << rows;
-  const std::string html = tune_page(folder_.path());
+    rows += fmt::format("0,a,{},1\n", loss);
+  const std::string html = page(rows);
   EXPECT_THAT(html, Has("2 of 6 above"));
   const std::size_t history = html.find("data-figure='history'");
   const std::string figure = html.substr(history, html.find("</figure>", history) - history);
@@ -115,11 +113,9 @@ TEST_F(ReceivedTuning, TheParameterThatMattersIsImportantAndTheGainHasAnInterval
   for (const char* const key : {"matters", "idle"})
     tuning_["parameters"].push_back(tuning_["parameters"][0]), tuning_["parameters"].back()["key"] = key;
   tuning_["holdout"]["values"] = {{"rmse_m", {{"start", {1.0, 2.0}}, {"best", {0.5, 1.3}}}}};
-  std::string rows;
-  for (int i = 0; i < 48; ++i) rows += fmt::format("{},a,{},1,{},{}\n", i, i % 8, i % 8, i * 7 % 48);
-  std::ofstream(folder_ / "tune.json") << tuning_.dump();
-  std::ofstream(folder_ / "history.csv") << "#setting,origin,loss," << kPayload << ",matters,idle\n" << rows;
-  const std::string html = tune_page(folder_.path());
+  std::string history = fmt::format("loss,{},matters,idle\n", kPayload);
+  for (int i = 0; i < 48; ++i) history += fmt::format("{},a,{},1,{},{}\n", i, i % 8, i % 8, i * 7 % 48);
+  const std::string html = page(history);
   const auto importance = [&](const std::string& key) {
     const std::size_t row = html.find("<tr><td>" + key), end = html.find("</td></tr>", row);
     return std::stod(html.substr(html.rfind('>', end) + 1));
@@ -132,7 +128,7 @@ TEST_F(ReceivedTuning, TheParameterThatMattersIsImportantAndTheGainHasAnInterval
 
 TEST_F(ReceivedTuning, WithoutAHoldOutIsAnError) {
   tuning_["holdout"]["runs"] = json::array();
-  EXPECT_THAT(sim::files::error_of([&] { page(); }), Has("tune.json: holdout.runs: is empty"));
+  EXPECT_THAT(files::error_of([&] { page(); }), Has("tune.json: holdout.runs: is empty"));
 }
 
 TEST(PaperPage, TheRevisionIsShownAsItIs) { expect_harmless(paper_page({}, kPayload)); }
@@ -146,36 +142,35 @@ TEST(Figure, NamesAreShownAsTheyAre) {
 }
 
 TEST(Table, ColumnsAreFoundByTheirNamesWithoutUnit) {
-  const sim::files::TemporaryFolder folder;
+  const files::TemporaryFolder folder;
   const auto file = folder / "table.csv";
-  sim::files::write_text(file, "#timestamp [ns],b [m],kind\n1500000000,2.5,point\n2000000000,,line\n");
+  files::write_text(file, "#timestamp [ns],b [m],kind\n1500000000,2.5,point\n2000000000,,line\n");
   const Table t(file);
   EXPECT_EQ(t.rows(), 2u);
-  EXPECT_THAT(t.seconds("timestamp"), testing::ElementsAre(1.5, 2));
+  EXPECT_THAT(t.seconds("timestamp"), ElementsAre(1.5, 2));
   EXPECT_EQ(t.numbers("b")[0], 2.5);
   EXPECT_TRUE(std::isnan(t.numbers("b")[1])) << "an empty field is not zero";
-  EXPECT_THAT(t.text("kind"), testing::ElementsAre("point", "line"));
-  EXPECT_THROW(t.text("a"), sim::files::FileError);
-  sim::files::write_text(file, "");
-  EXPECT_THROW(Table{file}, sim::files::FileError);
+  EXPECT_THAT(t.text("kind"), ElementsAre("point", "line"));
+  EXPECT_THROW(t.text("a"), files::FileError);
+  files::write_text(file, "");
+  EXPECT_THROW(Table{file}, files::FileError);
 }
 
 class SweepPage : public testing::Test {
  protected:
   void add(const std::string& scenario, const json& settings, int seed, const json& values,
            const std::string& ending = "completed") {
-    const json line{{"trial", 0},   {"scenario", scenario}, {"settings", settings}, {"key", "k"},
-                    {"seed", seed}, {"ending", ending},     {"cause", ""},          {"values", values}};
+    const json line{{"scenario", scenario}, {"settings", settings}, {"seed", seed},
+                    {"ending", ending},     {"cause", ""},          {"values", values}};
     lines_ += line.dump() + "\n";
   }
   std::string page() const {
-    sim::files::write_text(folder_ / "scores.jsonl", lines_);
-    sim::files::write_text(folder_ / "trials.jsonl", "");
-    EXPECT_TRUE(sim::pages::is_sweep(folder_.path()));
-    const std::string page = sweep_page(folder_.path());
-    return page.substr(0, page.find("<script>"));
+    files::write_text(folder_ / "scores.jsonl", lines_);
+    files::write_text(folder_ / "trials.jsonl", "");
+    EXPECT_TRUE(is_sweep(folder_.path()));
+    return without_scripts(sweep_page(folder_.path()));
   }
-  const sim::files::TemporaryFolder folder_;
+  const files::TemporaryFolder folder_;
   std::string lines_;
 };
 
@@ -200,8 +195,8 @@ TEST_F(SweepPage, WhatASweepNamesIsOneWordEachOfACommandThatIsCopied) {
 
 TEST_F(SweepPage, NoCommandIsShownThatWouldStartAProgram) {
   std::filesystem::create_directory(folder_ / "scenarios");
-  sim::files::write_text(folder_ / "scenarios/hall.yaml",
-                         "walk.commands: [{stand: {duration_s: 1}}]\ncamera: {}\nslam: {}\n");
+  files::write_text(folder_ / "scenarios/hall.yaml",
+                    "walk.commands: [{stand: {duration_s: 1}}]\ncamera: {}\nslam: {}\n");
   add("hall", {{"estimator", "{program: [sh, evil.sh]}"}}, 1, {{"rmse_m", 1}});
   add("hall", {{"estimator", "plan_alone"}}, 1, {{"rmse_m", 1}});
   const std::string html = page();
@@ -252,7 +247,7 @@ TEST_F(SweepPage, OfManyKeysHasFiguresOfTheFirstOnesAndOfManyTrialsTheMedianAlon
     for (int a = 1; a <= 4; ++a) add("hall", {{"slam.a", a}}, seed, {{"rmse_m", 1}});
   html = page();
   EXPECT_THAT(html, Has("501 of 501</td>")) << "of a setting";
-  EXPECT_THAT(html, AllOf(Has("data-name='median' d='M"), Not(testing::ContainsRegex("M[0-9.]+ [0-9.]+h0"))));
+  EXPECT_THAT(html, AllOf(Has("data-name='median' d='M"), Not(ContainsRegex("M[0-9.]+ [0-9.]+h0"))));
 }
 
 TEST_F(SweepPage, ScenariosAreNotPooledAndATrialThatFailedIsTheWorst) {
@@ -277,7 +272,7 @@ TEST_F(SweepPage, BrokenScoresAreNamed) {
                                          {"{}\n", "scores.jsonl: scenario"},
                                          {"{\n", "scores.jsonl"}}) {
     lines_ = lines;
-    EXPECT_THAT(sim::files::error_of([&] { page(); }), Has(complaint));
+    EXPECT_THAT(files::error_of([&] { page(); }), Has(complaint));
   }
 }
 
@@ -299,7 +294,7 @@ class LeaderboardTest : public testing::Test {
   void write(const std::string& name, const std::string& text) {
     const auto file = folder_.path() / name;
     std::filesystem::create_directories(file.parent_path());
-    sim::files::write_text(file, text);
+    files::write_text(file, text);
   }
   Leaderboard board() const { return leaderboard({folder_.path()}, {"rmse_m"}); }
   std::vector<std::string> order() const {
@@ -307,7 +302,7 @@ class LeaderboardTest : public testing::Test {
     for (const LeaderboardRow& row : board().rows) names.push_back(row.estimator);
     return names;
   }
-  const sim::files::TemporaryFolder folder_;
+  const files::TemporaryFolder folder_;
 };
 
 TEST_F(LeaderboardTest, ATruthOfPositionsIsDrawnAlignedWithTheEstimate) {
@@ -352,7 +347,7 @@ TEST_F(LeaderboardTest, ARowIsOfAllSeedsWithMeanMedianAndP99OfCpu) {
   }
   EXPECT_THAT(leaderboard_file(board(), TableFormat::csv),
               AllOf(Has(",cpu_ms_mean,cpu_ms_median,cpu_ms_p99,alignment,seeds,"),
-                    testing::ContainsRegex("walk,filter,1,1,2,2,0.15[0-9]*,0.1,0.2,,,3,2,7,,1 2,")));
+                    ContainsRegex("walk,filter,1,1,2,2,0.15[0-9]*,0.1,0.2,,,3,2,7,,1 2,")));
 }
 
 TEST_F(LeaderboardTest, RowsThatLookAlikeDifferInSeedsAndKeys) {
@@ -418,7 +413,7 @@ TEST_F(LeaderboardTest, OneBrokenResultDoesNotEndIt) {
   EXPECT_EQ(board().left_out.size(), 2u);
   EXPECT_THAT(leaderboard_page(board()), Has("Left out: "));
   std::filesystem::remove_all(folder_ / "a");
-  EXPECT_THROW(board(), sim::files::FileError);
+  EXPECT_THROW(board(), files::FileError);
 }
 
 TEST_F(LeaderboardTest, NamesAreNeutral) {
@@ -426,7 +421,7 @@ TEST_F(LeaderboardTest, NamesAreNeutral) {
   add("b/seed-1", "evil\nrow\x1b[2J\xe2\x80\xae", {{"rmse_m", 0.1}}, 1, "x,\ny");
   for (const std::string& text :
        {leaderboard_table(board()), leaderboard_file(board(), TableFormat::csv), leaderboard_page(board())}) {
-    EXPECT_THAT(text.substr(0, text.find("<script>")), Lacks("\x1b"));
+    EXPECT_THAT(without_scripts(text), Lacks("\x1b"));
     EXPECT_THAT(text, Lacks("\xe2\x80\xae"));
   }
   EXPECT_THAT(leaderboard_file(board(), TableFormat::csv), Has("walk,'=cmd|", "walk,evil?row?[2J?,"));
@@ -436,7 +431,7 @@ TEST_F(LeaderboardTest, NamesAreNeutral) {
 RunData run(std::uint64_t seed, const std::map<std::string, double>& metrics) {
   RunData data;
   data.seed = seed;
-  data.ending = sim::scenario::Ending::completed;
+  data.ending = scenario::Ending::completed;
   for (const auto& [name, value] : metrics) data.metrics.push_back({name, "", value});
   return data;
 }
@@ -558,8 +553,8 @@ TEST(PaperRows, OneRunHasNoSpreadTimesAreNotComparedAndThePageCountsTheRows) {
 
 /// Figure 3 of the depths.csv with these rows.
 Figure depths(const std::string& rows) {
-  const sim::files::TemporaryFolder folder;
-  sim::files::write_text(folder / "depths.csv", "#timestamp [ns],landmark,depth [m],probability\n" + rows);
+  const files::TemporaryFolder folder;
+  files::write_text(folder / "depths.csv", "#timestamp [ns],landmark,depth [m],probability\n" + rows);
   return depths_figure(folder / "depths.csv");
 }
 
@@ -570,9 +565,9 @@ TEST(Depths, TheFigureIsOfTheLandmarkThatTookMostImagesToBecomeKnown) {
       "0,3,1,0.5\n0,3,9,0.5\n1,3,5,0.5\n1,3,9,0.5\n2,3,6,0.9\n2,3,7,0.1\n3,3,6,1\n");
   ASSERT_THAT(f.lines, SizeIs(4));
   EXPECT_EQ(f.lines[0].name, "after 1 image");
-  EXPECT_THAT(f.lines[0].x, testing::ElementsAre(1, 9));
+  EXPECT_THAT(f.lines[0].x, ElementsAre(1, 9));
   EXPECT_EQ(f.lines[3].name, "after 4 images");
-  EXPECT_THAT(f.lines[3].y, testing::ElementsAre(1));
+  EXPECT_THAT(f.lines[3].y, ElementsAre(1));
   EXPECT_THAT(depths("0,1,2,0.5\n0,1,8,0.5\n").lines, IsEmpty()) << "no depth became known";
 }
 
