@@ -17,28 +17,8 @@ namespace {
 using pages::kDeg, pages::kMm;
 
 constexpr double kLoaded_n = 60, kUnloaded_n = 20;
-void add_corners(const Eigen::AlignedBox2d& sole, const Eigen::Vector3d& place,
-                 std::vector<cv::Point2f>& corners) {
-  for (int corner = 0; corner < 4; ++corner) {
-    const Eigen::Vector2f p = (place.head<2>() + Eigen::Rotation2Dd(place.z()) *
-                                                     sole.corner(Eigen::AlignedBox2d::CornerType(corner)))
-                                  .cast<float>();
-    corners.emplace_back(p.x(), p.y());
-  }
-}
-
 const cv::Scalar kUsed(80, 220, 60), kMissed(40, 210, 255), kNew(255, 150, 40), kPaper(250, 250, 250),
     kDark(30, 30, 30);
-
-// The 3-sigma ellipse of a covariance of px.
-void draw_ellipse(cv::Mat3b& picture, const cv::Point2d& center, const Eigen::Matrix2d& P,
-                  const cv::Scalar& color) {
-  const Eigen::Vector3d shape = pages::ellipse(P);
-  if (!(shape.allFinite() && shape(0) < 1e4)) return;
-  const cv::Size2d size(2 * shape(0), 2 * shape(1));
-  cv::ellipse(picture, cv::RotatedRect(center, size, static_cast<float>(kDeg * shape(2))), color, 1,
-              cv::LINE_AA);
-}
 
 void write(cv::Mat3b& picture, const std::string& text, const cv::Point& at, const cv::Scalar& color) {
   cv::putText(picture, text, at, cv::FONT_HERSHEY_SIMPLEX, 0.5, kDark, 3, cv::LINE_AA);
@@ -90,7 +70,11 @@ void Series::follow_feet(Frame& frame, Row& row) {
     if (foot.load_n < kUnloaded_n) landed_[i].reset();
     foot.landed = landed_[i];
     if (landed_[i]) row[12 + i] = kMm * (foot.truth - *landed_[i]).head<2>().norm();
-    if (sole_ && foot.load_n > kUnloaded_n) add_corners(*sole_, foot.truth, corners);
+    for (int k = 0; sole_ && foot.load_n > kUnloaded_n && k < 4; ++k) {
+      const Eigen::Vector2d corner = sole_->corner(Eigen::AlignedBox2d::CornerType(k)),
+                            p = foot.truth.head<2>() + Eigen::Rotation2Dd(foot.truth.z()) * corner;
+      corners.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()));
+    }
   }
   frame.support.clear();
   if (corners.empty()) return;
@@ -101,11 +85,7 @@ void Series::follow_feet(Frame& frame, Row& row) {
 }
 
 std::string Series::bytes() const {
-  std::string names = nlohmann::json(kNames).dump();
-  names.append(3 - (names.size() + 3) % 4, ' ');
-  const auto length = static_cast<std::uint32_t>(names.size());
-  std::string bytes(reinterpret_cast<const char*>(&length), sizeof length);
-  bytes += names;
+  std::string bytes = pages::with_length(nlohmann::json(kNames).dump());
   for (std::size_t column = 0; column < kNames.size(); ++column)
     for (const Row& row : rows_) {
       const auto value = static_cast<float>(row[column]);
@@ -134,8 +114,13 @@ cv::Mat3b draw_view(const slam::Observation& seen, const slam::FrameReport& repo
     const cv::Point2d corner(half, half);
     cv::rectangle(picture, at(pixel) - corner, at(pixel) + corner, color, 1, cv::LINE_AA);
   };
-  for (const slam::Search& search : report.searched)
-    draw_ellipse(picture, at(search.pixel), scale * scale * search.S, search.used ? kUsed : kMissed);
+  for (const slam::Search& search : report.searched) {
+    const Eigen::Vector3d shape = pages::ellipse(scale * scale * search.S);
+    if (!(shape.allFinite() && shape(0) < 1e4)) continue;
+    const cv::Size2d size(2 * shape(0), 2 * shape(1));
+    const cv::RotatedRect ellipse(at(search.pixel), size, static_cast<float>(kDeg * shape(2)));
+    cv::ellipse(picture, ellipse, search.used ? kUsed : kMissed, 1, cv::LINE_AA);
+  }
   for (const slam::Sighting& match : report.matched) patch(match.pixel, kUsed);
   for (const slam::Sighting& first : report.initialized) patch(first.pixel, kNew);
   cv::Mat below = picture.rowRange(kPanelHeight - 48, kPanelHeight);

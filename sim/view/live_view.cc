@@ -95,9 +95,7 @@ const Json& short_list(const Json& list) {
   return list;
 }
 
-// The Foxglove WebSocket protocol: the channels, with the messages of an exported run.mcap.
-
-/// serverInfo and advertise.
+/// Starts the Foxglove WebSocket protocol, with the messages of an exported run.mcap.
 void greet(Client& client) {
   client.send(json_message({{"op", "serverInfo"},
                             {"name", "gaitslam"},
@@ -131,7 +129,6 @@ void process(Client& client, std::string_view said) {
   }
 }
 
-/// Sends the messages of a frame that the client subscribed to.
 void send_subscribed(Client& client, const Frame& frame, const std::vector<exports::ExportedReading>& imu,
                      const Setup& setup) {
   for (const auto& [subscription, channel] : client.subscriptions) {

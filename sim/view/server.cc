@@ -404,7 +404,6 @@ struct Server::Implementation {
     });
   }
 
-  /// Messages that wait, and pages that are loading.
   std::pair<std::size_t, std::size_t> unfinished() const {
     std::size_t messages = 0, pages = 0;
     for (const auto& socket : shared->sockets)

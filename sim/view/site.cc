@@ -6,6 +6,7 @@
 #include <chrono>
 #include <future>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "sim/export/export.h"
 #include "sim/files/json.h"
@@ -30,17 +31,7 @@ Resource resource(std::string type, std::string_view bytes) {
   return {std::move(type), std::make_shared<const std::string>(bytes)};
 }
 
-Resource json_resource(std::string text) { return resource("application/json", text); }
-
-// The page names its script and its style with the token; the script reads it from the page's own address.
-std::string page_with(std::string_view token) {
-  constexpr std::string_view kPlace = "TOKEN";
-  std::string page(gaitslam_view_page());
-  for (std::size_t at = 0; (at = page.find(kPlace, at)) != page.npos; at += token.size())
-    page.replace(at, kPlace.size(), token);
-  return page;
-}
-
+constexpr const char* kJson = "application/json";
 constexpr std::string_view kIcon =
     "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'><circle cx='8' cy='8' r='6' "
     "fill='#0069b0'/></svg>";
@@ -110,7 +101,6 @@ void add_recorded(std::vector<Frame>& frames, const recording::Truth& truth, con
 
 constexpr std::size_t kMostCandidates = 2000;  // folders that may have a recording
 
-/// Returns whether a result folder has the recording of this hash.
 bool has_recording(const fs::path& result, const std::string& hash) try {
   return fs::exists(result / "recording/manifest.csv") &&
          recording::Manifest(result / "recording").hash() == hash;
@@ -166,12 +156,11 @@ std::vector<std::string> missing_of(const Playback& playback, const fs::path& re
     missing.emplace_back("Room and robot are not shown: this program was built without the simulator.");
   if (!recording)
     missing.push_back(
-        hash.empty()
-            ? "Head images, feet and joint angles are not shown: this result names no recording."
-            : fmt::format("Head images, feet and joint angles are not shown: recording {} is not in "
-                          "{}, nor in the results beside it, nor in the cache of recordings. View the "
-                          "result together with that of the walk.",
-                          hash.substr(0, 12), (result / "recording").string()));
+        hash.empty() ? "Head images, feet and joint angles are not shown: this result names no recording."
+                     : fmt::format("Head images, feet and joint angles are not shown: recording {} is not in "
+                                   "{}, nor in the results beside it, nor in the cache of recordings. View "
+                                   "the result together with that of the walk.",
+                                   hash.substr(0, 12), (result / "recording").string()));
   else if (simulator && none([](const Frame& frame) { return !frame.bodies.empty(); }))
     missing.emplace_back("The robot is not shown: the recording has no joint angles.");
   if (none([](const Frame& frame) { return frame.estimate.has_value(); }))
@@ -188,11 +177,12 @@ std::vector<std::size_t> pieces_of(const std::vector<Frame>& frames) {
   return begins;
 }
 
-/// Serves the frames of a result in pieces, and its values over time.
 void add_frames(Site& site, std::size_t run, const std::shared_ptr<Playback>& playback) {
   Series series(playback->run.sole);
   for (Frame& frame : playback->frames) series.add(frame);
   site.add(fmt::format("/series/{}", run), bytes_resource(series.bytes()));
+  site.preload(fmt::format("/series/{}", run));
+  site.preload(fmt::format("/frames/{}/0", run));
   const std::vector<std::size_t> begins = pieces_of(playback->frames);
   site.add_list(fmt::format("/frames/{}", run),
                 [playback, begins](std::size_t piece) -> std::optional<Resource> {
@@ -203,7 +193,7 @@ void add_frames(Site& site, std::size_t run, const std::shared_ptr<Playback>& pl
                     if (!playback->images[i].empty()) frames.back()["stored_image"] = true;
                     if (!playback->rig.empty()) frames.back()["rig"] = i;
                   }
-                  return json_resource(files::json_text(frames));
+                  return resource(kJson, files::json_text(frames));
                 });
 }
 
@@ -298,18 +288,20 @@ void add_rig(Site& site, std::size_t sensors, std::size_t run,
                   [=](std::size_t number) { return bytes_resource(reading(sensor, number)); });
 }
 
-Site::Site(const std::vector<ShownRun>& runs, ordered_json about) {
+Site::Site(const std::vector<ShownRun>& runs, ordered_json about) : page_(gaitslam_view_page()) {
   add("/view.js", resource("text/javascript; charset=utf-8", gaitslam_view_script()));
   add("/view.css",
       resource("text/css; charset=utf-8", std::string(gaitslam_view_style()) + pages::figure_style()));
   add("/icon.svg", resource("image/svg+xml", kIcon));
   about["runs"] = ordered_json::array();
+  preload("/about");
   for (std::size_t i = 0; i < runs.size(); ++i) {
     about["runs"].push_back(to_json(runs[i]));
     if (!runs[i].model || i > 0) continue;  // one room and robot
-    add(fmt::format("/model/{}", i), bytes_resource(runs[i].model->pieces));
+    add("/model/0", bytes_resource(runs[i].model->pieces));
+    preload("/model/0");
     using Pictures = std::vector<std::string>;
-    add_list(fmt::format("/picture/{}", i),
+    add_list("/picture/0",
              [paint = runs[i].model->pictures,
               painted = std::shared_future<Pictures>()](std::size_t k) mutable -> std::optional<Resource> {
                if (!painted.valid()) painted = std::async(std::launch::async, paint).share();
@@ -319,17 +311,25 @@ Site::Site(const std::vector<ShownRun>& runs, ordered_json about) {
                                                : std::nullopt;
              });
   }
-  add("/about", json_resource(files::json_text(about)));
+  add("/about", resource(kJson, files::json_text(about)));
 }
 
 void Site::add(const std::string& path, Resource resource) { files_[path] = std::move(resource); }
+
+void Site::preload(const std::string& path) {
+  page_.insert(
+      page_.find("</head>"),
+      fmt::format("<link rel=\"preload\" as=\"fetch\" crossorigin href=\"{}?token=TOKEN\">\n", path));
+}
 
 void Site::add_list(const std::string& folder, std::function<std::optional<Resource>(std::size_t)> element) {
   lists_[folder] = std::move(element);
 }
 
 std::optional<Resource> Site::at(std::string_view path, std::string_view token) {
-  if (path == "/") return resource("text/html; charset=utf-8", page_with(token));
+  if (path == "/")  // it names its files with the token
+    return resource("text/html; charset=utf-8",
+                    std::regex_replace(page_, std::regex("TOKEN"), std::string(token)));
   if (const auto file = files_.find(path); file != files_.end()) return file->second;
   const std::size_t slash = path.rfind('/');
   if (slash == path.npos) return std::nullopt;

@@ -25,11 +25,11 @@ namespace sim::view {
 
 namespace fs = std::filesystem;
 
-/// Robot and room. pieces: triangles of one body and picture: the length of a JSON list (little-endian, four
-/// bytes); {body, picture, vertices, indices} of each (body: index of the pose in Frame::bodies, -1: the
-/// room; picture: index in the pictures, -1: plain color); blanks up to a multiple of four bytes; then for
-/// each piece, in the axes of its body, positions (m), normals and RGB (0 to 1) of its vertices, with a
-/// picture their places in it from the upper left (all float32), and the indices of its triangles (uint32).
+/// Robot and room. pieces: triangles of one body and picture: with_length() of {body, picture, vertices,
+/// indices} of each (body: index of the pose in Frame::bodies, -1: the room; picture: index in the pictures,
+/// -1: plain color); then for each piece, in the axes of its body, positions (m), normals and RGB (0 to 1) of
+/// its vertices, with a picture their places in it from the upper left (all float32), and the indices of its
+/// triangles (uint32).
 struct Model {
   std::string pieces;
   /// Paints the pictures; returns each as PNG. Called once, from any thread.
@@ -67,12 +67,15 @@ class Site {
   Site(const std::vector<ShownRun>& runs, nlohmann::ordered_json about);
 
   void add(const std::string& path, Resource resource);
+  /// Makes browsers fetch this path before the script of the page, which needs it first, has run.
+  void preload(const std::string& path);
   /// Adds a list as <folder>/<number>; `element` returns nullopt beyond its end.
   void add_list(const std::string& folder, std::function<std::optional<Resource>(std::size_t)> element);
 
   std::optional<Resource> at(std::string_view path, std::string_view token);
 
  private:
+  std::string page_;
   std::map<std::string, Resource, std::less<>> files_;
   std::map<std::string, std::function<std::optional<Resource>(std::size_t)>, std::less<>> lists_;
 };
@@ -119,8 +122,7 @@ class Series {
   /// Adds a frame and completes it: where each foot was set down, and the support polygon.
   void add(Frame& frame);
   const std::vector<Row>& rows() const { return rows_; }
-  /// Returns the length of a JSON list (little-endian, four bytes), the list of names, with blanks up to a
-  /// multiple of four bytes, and the columns as float32.
+  /// Returns with_length() of the list of names, and the columns as float32.
   std::string bytes() const;
 
  private:

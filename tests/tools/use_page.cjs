@@ -13,7 +13,7 @@ const openView = async (browser, url, more = '') => {
   await browser.until(`document.documentElement?.dataset.model === 'true'${more}`);
 };
 const look = (browser) => browser.value(`(gaitslamPage.scene.render(), {t: gaitslamPage.t, frames: ${kPane}.run.frames.length, robot: ${kFrame}.bodies?.slice(0, 3),
-  bodies: gaitslamPage.scene.bodies.filter((b) => b.visible).length, ellipsoids: gaitslamPage.scene.shownEllipsoids,
+  bodies: gaitslamPage.scene.bodies.filter((b) => b.visible).length, ellipsoids: gaitslamPage.scene.beliefs[0].ellipsoids.count,
   space: gaitslamPage.scene.renderer.domElement.toDataURL(), head: ${kPane}.head.canvas.toDataURL(), state: ${kPane}.state.textContent})`);
 const short = ({space, head, ...rest}) => rest;
 
@@ -21,7 +21,7 @@ async function useLive(browser, url) {
   await openView(browser, url, ` && !!${kFrame}`);
   await browser.press('4', 52);  // slowly: what follows takes a busy machine some time, and the walk is short
   const first = await look(browser);
-  await browser.until(`gaitslamPage.t > ${first.t} + 1 && gaitslamPage.scene.shownEllipsoids > 5`);
+  await browser.until(`gaitslamPage.t > ${first.t} + 1 && gaitslamPage.scene.beliefs[0].ellipsoids.count > 5`);
   const later = await look(browser);
   // A look back does not hold the run; a page that is opened anew gets the past.
   await browser.value('gaitslamPage.go(0)');
@@ -31,7 +31,7 @@ async function useLive(browser, url) {
   await browser.send('Page.reload');
   await browser.rest(300);
   await browser.until(`document.documentElement?.dataset.model === 'true' && ${kPane}.series?.t.length > 0`);
-  const past = await browser.value(`({frame: ${kPane}.run.frames[0].t, value: ${kPane}.series.t[0], steps: ${kPane}.run.landed.length, seen: ${kPane}.run.frames.length})`);
+  const past = await browser.value(`({frame: ${kPane}.run.frames[0].t, value: ${kPane}.series.t[0], steps: ${kPane}.run.landed.length})`);
   await browser.press('4', 52);  // again: without a viewer the run went on at full speed
   await browser.rest(2000);
   await browser.press(' ', 32);
@@ -115,7 +115,7 @@ async function usePlayback(browser, url, seconds) {
   await browser.value('gaitslamPage.scene.renderer.forceContextRestore()');
   await browser.until(`!${isLost}`);
   return {there: short(there), scrubbed, linked, next, moments, agree, through, space, width_at_400: await browser.phoneWidth(),
-    space_changed: start.space !== there.space, said, panes: await browser.value('gaitslamPage.panes.length')};
+    space_changed: start.space !== there.space, said};
 }
 
 // The middle of an element, or a part of its width.
@@ -173,7 +173,6 @@ async function readValues(browser, url, count) {
   return {at, zoomed, scrubbed, hidden, picked, wanted: last.id, said: browser.said};
 }
 
-// Two runs or more on one page.
 async function compare(browser, url) {
   await openView(browser, url);
   const read = () => browser.value(`({t: gaitslamPage.t, heads: [...document.querySelectorAll('.pane h2')].map((h) => h.textContent),
@@ -230,8 +229,8 @@ async function useRig(browser, url) {
   await browser.mouse('mouseMoved', await placeOf(browser, '.depth > canvas', 0.3));
   const depth = await browser.value(`(() => { const layer = gaitslamPage.rig.find(({isDepth}) => isDepth); return {at: layer.at, text: layer.value.textContent, bars: document.querySelectorAll('.bar').length,
     painted: [...layer.canvas.getContext('2d').getImageData(...layer.at, 1, 1).data]}; })()`);
-  const sweep = () => browser.value(`(() => { const [{geometry, material}] = gaitslamPage.scene.sweeps.values(), points = Array.from(geometry.attributes.position.data.array), colors = geometry.attributes.color.array;
-    return {depthTest: material.depthTest, colors: new Set(Array.from({length: colors.length / 3}, (_, i) => colors.slice(3 * i, 3 * i + 3).join())).size, first: [...colors.slice(0, 3)], points: points.length / 4}; })()`);
+  const sweep = () => browser.value(`(() => { const [{geometry, material}] = gaitslamPage.scene.sweeps.values(), colors = geometry.attributes.color.array;
+    return {depthTest: material.depthTest, colors: new Set(Array.from({length: colors.length / 3}, (_, i) => colors.slice(3 * i, 3 * i + 3).join())).size}; })()`);
   const byHeight = await sweep();
   await browser.value(`(() => { const choice = document.querySelector('.lidar select'); choice.value = 'intensity'; choice.dispatchEvent(new Event('change')); })()`);
   return {depth, byHeight, byIntensity: await sweep(), said: browser.said};
@@ -287,19 +286,14 @@ async function scatter(browser) {
 // The legend of the first figure over time with and without a cursor, and the start of the axes after a
 // zoom by dragging and a reset by double click.
 async function point(browser) {
-  const see = () => browser.value(`(() => { const at = (name) => document.querySelector('[data-figure=' + name + ']');
-    const start = (name) => at(name).querySelector('svg.data').viewBox.baseVal.x, holder = at('error_x');
-    return {legend: holder.querySelector('.legend').textContent,
-      first: start('error_x'), other: start('error_yaw')}; })()`);
-  const before = await see();
-  const box = await browser.value(`(() => { const plot = document.querySelector('[data-figure=error_x] svg');
-    plot.scrollIntoView({block: 'center'}); const {x, y, width, height} = plot.getBoundingClientRect(); return {x, y, width, height}; })()`);
-  const at = (part) => ({x: box.x + part * box.width, y: box.y + 0.4 * box.height});
-  await browser.mouse('mouseMoved', at(0.6));
+  const see = () => browser.value(`(() => { const start = (name) => document.querySelector('[data-figure=' + name + '] svg.data').viewBox.baseVal.x;
+    return {legend: document.querySelector('[data-figure=error_x] .legend').textContent, first: start('error_x'), other: start('error_yaw')}; })()`);
+  const before = await see(), at = (part) => placeOf(browser, '[data-figure=error_x] svg', part);
+  await browser.mouse('mouseMoved', await at(0.6));
   const under = await see();
-  await browser.drag(at(0.3), at(0.5));
+  await browser.drag(await at(0.3), await at(0.5));
   const zoomed = await see();
-  for (const count of [1, 2]) await browser.click(at(0.6), count);
+  for (const count of [1, 2]) await browser.click(await at(0.6), count);
   return {before, under, zoomed, whole: await see()};
 }
 

@@ -4,11 +4,14 @@
 import {element} from './dom.js';
 
 const kSvg = 'http://www.w3.org/2000/svg', kNear_px = 8;
-const svgElement = (tag, attributes) => {
+const svgElement = (tag, attributes = {}, text = '') => {
   const node = document.createElementNS(kSvg, tag);
   for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, value);
+  node.append(text);
   return node;
 };
+/// A line of the grid with its value: d: its path; place: of the text.
+const gridLine = (value, d, place) => [svgElement('path', {class: 'grid', d}), svgElement('text', place, String(+value.toPrecision(6)))];
 const short = (value) => String(+value.toPrecision(4));
 
 class Axis {
@@ -94,11 +97,8 @@ export class Figure {
     Object.assign(this.x, {low, high});
     this.data.setAttribute('viewBox', `${from} ${y} ${this.whole.at(high) - from} ${height}`);
     this.svg.classList.toggle('zoomed', this.isZoomed);
-    this.svg.querySelector('.ticks').replaceChildren(...ticks(low, high).flatMap((v) => {
-      const text = svgElement('text', {x: this.x.at(v), y: this.y.begin + 16, 'text-anchor': 'middle'});
-      text.textContent = +v.toPrecision(6);
-      return [svgElement('path', {class: 'grid', d: `M${this.x.at(v)} ${this.y.begin}V${this.y.end}`}), text];
-    }));
+    this.svg.querySelector('.ticks').replaceChildren(...ticks(low, high).flatMap((v) =>
+      gridLine(v, `M${this.x.at(v)} ${this.y.begin}V${this.y.end}`, {x: this.x.at(v), y: this.y.begin + 16, 'text-anchor': 'middle'})));
     if (this.shown !== null) this.show(this.shown);
   }
 }
@@ -165,26 +165,25 @@ export function drawn({name, title, lines, bands = [], levels = [], marks = [], 
   const [x, y] = texts.map((text) => new Axis(text)), at = (a, b) => [x.at(a), y.at(b)];
   const svg = svgElement('svg', {viewBox: `0 0 ${width} ${height}`, 'data-x': texts[0], 'data-y': texts[1], 'data-over-time': overTime ? 'yes' : 'no', role: 'img', 'aria-label': title});
   const data = svgElement('svg', {class: 'data', ...place, viewBox: Object.values(place).join(' '), preserveAspectRatio: 'none'});
-  const label = (px, py, anchor, value) => { const node = svgElement('text', {x: px, y: py, 'text-anchor': anchor}); node.textContent = +value.toPrecision(6); return node; };
-  const xs = svgElement('g', {class: 'ticks'});
-  xs.append(...ticks(x.low, x.high).flatMap((v) => [svgElement('path', {class: 'grid', d: `M${x.at(v)} ${y.begin}V${y.end}`}), label(x.at(v), y.begin + 14, 'middle', v)]));
-  const ys = ticks(y.low, y.high, 4).flatMap((v) => [svgElement('path', {class: 'grid', d: `M${x.begin} ${y.at(v)}H${x.end}`}), label(x.begin - 5, y.at(v) + 4, 'end', v)]);
-  const level = (d, text) => { const node = svgElement('path', {class: 'level', d}), words = svgElement('title', {}); words.textContent = text; node.append(words); return node; };
+  const ys = ticks(y.low, y.high, 4).flatMap((v) => gridLine(v, `M${x.begin} ${y.at(v)}H${x.end}`, {x: x.begin - 5, y: y.at(v) + 4, 'text-anchor': 'end'}));
+  const level = (d, text) => svgElement('path', {class: 'level', d}, svgElement('title', {}, String(text)));
   const paths = new Map([...bands.map((band) => [band, svgElement('path', {class: `fill envelope ${band.role}`, d: areaOf(band.x, band.low, band.high, at)})]),
     ...lines.map((line) => [line, svgElement('path', {class: `${line.dots ? 'dots' : line.thin ? 'line thin' : 'line'} ${line.role}`, d: (line.dots ? dotsOf : pathOf)(line.x, line.y, at)})])]);
   data.append(...bands.map((band) => paths.get(band)),
     ...levels.map((v) => level(`M${x.begin} ${y.at(v)}H${x.end}`, v)), ...marks.map(({t, text}) => level(`M${x.at(t)} ${y.begin}V${y.end}`, text)),
     ...lines.map((line) => paths.get(line)));
-  svg.append(xs, ...ys, data, svgElement('rect', {class: 'frame', ...place}));
+  svg.append(svgElement('g', {class: 'ticks'}), ...ys, data, svgElement('rect', {class: 'frame', ...place}));
   const named = [...lines, ...bands].filter((part) => part.name);
   const legend = named.flatMap((part) => [hider(`${name}/${part.name}`, part.role, `${part.name} `, paths.get(part)), ' ']);
   const holder = element('figure', {'data-figure': name}, element('figcaption', {}, title), element('p', {class: 'legend'}, element('span', {class: 'at'}), ' ', legend));
   holder.querySelector('figcaption').after(svg);
-  return new Figure(holder, named.map((part) => (part.y ? [part.x, part.y] : [part.x, part.low, part.high])));
+  const figure = new Figure(holder, named.map((part) => (part.y ? [part.x, part.y] : [part.x, part.low, part.high])));
+  figure.zoom(x.low, x.high);
+  return figure;
 }
 
 /// Makes the figures follow the mouse: move shows values, drag zooms, double click shows all. If it scrubs, a drag chooses, and the wheel
-/// zooms (outside of a footer with Ctrl). chosen(figure, x, goesOn): on a click, and in a drag. left(): it left. zoomed(): after a zoom.
+/// zooms (outside of a footer with Ctrl). chosen(x, goesOn): on a click, and in a drag. left(): it left. zoomed(): after a zoom.
 export function follow(figures, chosen, left, zoomed, scrubs = false) {
   const peers = (figure) => (figure.overTime ? figures.filter((other) => other.overTime) : [figure]);
   const zoom = (figure, low, high) => { peers(figure).forEach((peer) => peer.zoom(low, high)); zoomed?.(); };
@@ -192,7 +191,7 @@ export function follow(figures, chosen, left, zoomed, scrubs = false) {
     let from = null;
     figure.svg.addEventListener('pointerdown', (event) => { from = event.clientX; figure.from = figure.valueAt(event); });
     figure.svg.addEventListener('pointermove', (event) => {
-      if (scrubs && from !== null) chosen?.(figure, figure.valueAt(event), true);
+      if (scrubs && from !== null) chosen?.(figure.valueAt(event), true);
       peers(figure).forEach((peer) => peer.show(figure.valueAt(event)));
     });
     figure.svg.addEventListener('wheel', (event) => {
@@ -205,7 +204,7 @@ export function follow(figures, chosen, left, zoomed, scrubs = false) {
     figure.svg.addEventListener('pointerup', (event) => {
       if (from === null) return;
       const [low, high] = [figure.from, figure.valueAt(event)].sort((a, b) => a - b);
-      if (scrubs || Math.abs(event.clientX - from) < 5) chosen?.(figure, figure.valueAt(event));
+      if (scrubs || Math.abs(event.clientX - from) < 5) chosen?.(figure.valueAt(event));
       else if (!figure.x.logarithmic) zoom(figure, low, high);
       from = null;
     });

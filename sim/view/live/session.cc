@@ -54,11 +54,7 @@ Model model_of(const std::shared_ptr<camera::PosedRobot>& robot, std::uint64_t s
       put(numbers, *part);
     put(numbers, piece.indices);
   }
-  std::string head = files::json_text(list);
-  head.append((4 - head.size() % 4) % 4, ' ');
-  Model model;
-  put(model.pieces, std::array{static_cast<std::uint32_t>(head.size())});
-  model.pieces += head + numbers;
+  Model model{pages::with_length(files::json_text(list)) + numbers};
   model.pictures = [robot, seed] {
     std::vector<std::string> all;
     for (const cv::Mat3b& picture : robot->pictures(seed, kLargestPicture_px))
@@ -97,13 +93,6 @@ ShownRun shown_run(const scenario::Scenario& scenario, const std::shared_ptr<cam
   }
   if (!scenario.slam) run.missing.emplace_back("No estimate: the scenario has no filter.");
   return run;
-}
-
-auto poses_of(const std::shared_ptr<camera::PosedRobot>& robot) {
-  return [robot](const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB) {
-    require_joints(q.size(), robot->model());
-    return robot->poses({X_WB, q});
-  };
 }
 
 /// Frames wait from their stamp until their image is drawn and the filter has used it.
@@ -268,7 +257,11 @@ std::shared_ptr<const exports::RobotDescription> robot_description(const scenari
 MakeRobot robot_maker(const fs::path& models) {
   return [models](const scenario::Scenario& scenario) {
     const auto robot = posed_robot(scenario, models);
-    return RobotModel{model_of(robot, scenario.world.seed), sole_of(robot->robot()), poses_of(robot)};
+    return RobotModel{model_of(robot, scenario.world.seed), sole_of(robot->robot()),
+                      [robot](const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB) {
+                        require_joints(q.size(), robot->model());
+                        return robot->poses({X_WB, q});
+                      }};
   };
 }
 

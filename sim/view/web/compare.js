@@ -1,5 +1,7 @@
 // Values over time of the runs, the figures that show them, and the marks where two runs part.
 import {drawn} from '../../pages/web/figures.js';
+import {lastUpTo} from './run.js';
+import {withLength} from './source.js';
 
 const kSensors = ['vision', 'gyro', 'plan_velocity', 'height'], kHalf_s = 0.5;
 
@@ -11,14 +13,12 @@ export class Series {
     this.derive();
   }
 
-  /// From the program: length of a JSON list of names, that list, and the columns as float32.
+  /// From the program: the names, and the columns as float32.
   static of(buffer) {
-    const length = new DataView(buffer).getUint32(0, true), names = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
-    const rows = (buffer.byteLength - 4 - length) / 4 / names.length;
-    return new Series(names, names.map((_, i) => new Float32Array(buffer, 4 + length + 4 * rows * i, rows)));
+    const [names, begin] = withLength(buffer), rows = (buffer.byteLength - begin) / 4 / names.length;
+    return new Series(names, names.map((_, i) => new Float32Array(buffer, begin + 4 * rows * i, rows)));
   }
 
-  /// Adds rows of a live run from a row on.
   add(from, rows) {
     rows.forEach((row, i) => row.forEach((value, k) => { this[this.names[k]][from + i] = value ?? NaN; }));
     this.derive();
@@ -42,17 +42,11 @@ export class Series {
 
   /// The row that is nearest to a time.
   at(t) {
-    let low = 0, high = this.t.length;
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (this.t[middle] < t) low = middle + 1;
-      else high = middle;
-    }
-    return low > 0 && (low === this.t.length || t - this.t[low - 1] < this.t[low] - t) ? low - 1 : low;
+    const row = Math.max(0, lastUpTo(t, this.t.length, (i) => this.t[i]));
+    return this.t[row + 1] - t <= t - this.t[row] ? row + 1 : row;
   }
 }
 
-/// The rows of the first run at the times of the second.
 const rowsOf = (a, b) => Array.from(b.t, (t) => a.at(t));
 
 const kFigures = [

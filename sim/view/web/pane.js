@@ -24,7 +24,6 @@ export class Pane {
       name ? element('h2', {class: `role-${role}`, title: this.full}, this.full) : null, ...notes, first ? null : this.head.canvas, this.state, this.counts);
   }
 
-  /// An image that came with its frame.
   keep(index, bytes, [width, height]) {
     this.live.set(index, grayPicture(bytes, width, height));
     if (this.live.size > 400) this.live.delete(this.live.keys().next().value);

@@ -4,8 +4,7 @@
 // after another; ellipsoid: rows of the matrix that maps the unit sphere to the 3-sigma ellipsoid of the estimated position;
 // landmarks: how many; health (0 ok, 1 lost, 2 diverged) and state in words; searches: [landmark, u, v, half axes of the ellipse, its
 // angle, outcome, u and v of the match]; new: pixels of new landmarks; map: [landmark, position, ellipsoid] if it changed; feet (left,
-// right): truth and plan [x, y, heading], planned_down, load (N), landed [x, y, heading] while it carries load; support: corners of
-// the support polygon; zmp; rig: number for fetching the readings of the rig. m, rad, px.
+// right): plan [x, y, heading], planned_down, landed [x, y, heading] while it carries load; support: corners of the support polygon; zmp; rig: number for fetching the readings of the rig. m, rad, px.
 
 /// Outcomes of a search differ in color and in shape: an ellipse with a square, a dashed one, one with a cross.
 export const kOutcomes = {found: '#3ddc63', missed: '#ffd228', rejected: '#ff5cc8'};
@@ -14,6 +13,17 @@ export const kOutcomes = {found: '#3ddc63', missed: '#ffd228', rejected: '#ff5cc
 export function soleCorners(sole, [x, y, heading]) {
   const [x0, y0, x1, y1] = sole, c = Math.cos(heading), s = Math.sin(heading);
   return [[x0, y0], [x1, y0], [x1, y1], [x0, y1]].map(([a, b]) => [x + c * a - s * b, y + s * a + c * b]);
+}
+
+/// The last element of an ascending list that is at most a value, or -1.
+export function lastUpTo(value, count, at) {
+  let low = -1, high = count;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (at(middle) <= value) low = middle;
+    else high = middle;
+  }
+  return low;
 }
 
 export class Run {
@@ -45,15 +55,7 @@ export class Run {
   }
 
   /// The last frame at or before a time, or -1.
-  indexAt(t) {
-    let low = -1, high = this.frames.length;
-    while (high - low > 1) {
-      const middle = (low + high) >> 1;
-      if (this.frames[middle].t <= t + 1e-6) low = middle;
-      else high = middle;
-    }
-    return low;
-  }
+  indexAt(t) { return lastUpTo(t + 1e-6, this.frames.length, (i) => this.frames[i].t); }
 
   /// A landmark at a frame in words.
   landmarkText(index, id) {

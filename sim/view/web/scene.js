@@ -3,17 +3,25 @@ import * as THREE from 'three/build/three.module.js';
 import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
 import {color, element} from '../../pages/web/dom.js';
 import {kOutcomes} from './run.js';
+import {withLength} from './source.js';
 
 const kAboveGround = 0.004, kEllipsoids = 0.22;
 const kPick_px = 12, kPicked_m = 0.05;
 const kLowest = 1.5;  // rad from the vertical: the camera stays above the floor
 
+/// An object that is always drawn, in the color of its role.
+function roled(object, role) {
+  object.frustumCulled = false;
+  object.userData.role = role;
+  return object;
+}
+
+const lineOf = (role, Kind = THREE.Line, geometry = new THREE.BufferGeometry()) => roled(new Kind(geometry, new THREE.LineBasicMaterial()), role);
+
 /// A growing line; show() sets how many of its points are drawn.
 class GrowingLine {
-  constructor(role, segments) {
-    this.object = new (segments ? THREE.LineSegments : THREE.Line)(new THREE.BufferGeometry(), new THREE.LineBasicMaterial());
-    this.object.frustumCulled = false;
-    this.object.userData.role = role;
+  constructor(role, Kind) {
+    this.object = lineOf(role, Kind);
     this.points = new Float32Array(3 * 1024);
     this.length = 0;
     this.attach();
@@ -44,10 +52,7 @@ function frustum(role, camera) {
   const far = 0.3, {width, height, fu, fv, u0, v0} = camera;
   const corners = [[0, 0], [width, 0], [width, height], [0, height]].map(([u, v]) => [far * (u - u0) / fu, far * (v - v0) / fv, far]);
   const points = corners.flatMap((corner, i) => [[0, 0, 0], corner, corner, corners[(i + 1) % 4]]);
-  const object = new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(points.map((p) => new THREE.Vector3(...p))),
-    new THREE.LineBasicMaterial());
-  object.userData.role = role;
-  return object;
+  return lineOf(role, THREE.LineSegments, new THREE.BufferGeometry().setFromPoints(points.map((p) => new THREE.Vector3(...p))));
 }
 
 function translucent(role, opacity) {
@@ -56,39 +61,20 @@ function translucent(role, opacity) {
   return material;
 }
 
-/// Pieces in the format of sim/view/model.h.
-function readModel(buffer) {
-  const length = new DataView(buffer).getUint32(0, true);
-  let at = 4 + length;
-  const take = (Kind, count) => { const part = new Kind(buffer, at, count); at += 4 * count; return part; };
-  return JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length))).map((piece) => ({...piece,
-    positions: take(Float32Array, 3 * piece.vertices), normals: take(Float32Array, 3 * piece.vertices), colors: take(Float32Array, 3 * piece.vertices),
-    uv: piece.picture < 0 ? null : take(Float32Array, 2 * piece.vertices), index: take(Uint32Array, piece.indices)}));
-}
-
 const kBlank = new THREE.DataTexture(new Uint8Array([255, 255, 255]), 1, 1, THREE.RGBFormat);
 kBlank.needsUpdate = true;
 
 /// The surface of pieces, which is behind points and lines that lie on it. kBlank, until its picture comes, has the same shader.
 const surface = (map) => new THREE.MeshLambertMaterial({map, vertexColors: THREE.VertexColors, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 4});
 
-function meshOf(piece, material) {
-  const geometry = new THREE.BufferGeometry();
-  for (const name of ['position', 'normal', 'color']) geometry.setAttribute(name, new THREE.BufferAttribute(piece[`${name}s`], 3));
-  if (piece.uv) geometry.setAttribute('uv', new THREE.BufferAttribute(piece.uv, 2));
-  geometry.setIndex(new THREE.BufferAttribute(piece.index, 1));
-  return new THREE.Mesh(geometry, material);
-}
-
 /// The beliefs of a filter: its path, its camera with the 3-sigma ellipsoid ten times as large, a line to the truth, and its map.
 class Belief {
   constructor(run, role, mapRole, showsTruth) {
-    Object.assign(this, {run, mapRole, read: 0, capacity: 0, count: 0});
+    Object.assign(this, {run, mapRole, read: 0});
     this.path = new GrowingLine(role);
     this.truth = showsTruth ? new GrowingLine(role) : null;  // of another walk
     this.frustum = frustum(role, run.camera);
-    this.error = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial());
-    this.error.userData.role = role;
+    this.error = lineOf(role);
     this.own = new THREE.Mesh(kSphere, translucent(role, 0.5));
     this.own.matrixAutoUpdate = false;
     this.points = new THREE.Points(new THREE.BufferGeometry(), new THREE.PointsMaterial({size: 5, sizeAttenuation: false, vertexColors: THREE.VertexColors}));
@@ -98,7 +84,7 @@ class Belief {
     this.reserve(1024);
     this.near = [this.frustum, this.error, this.own];
     this.objects = [this.path.object, ...this.near, ...(this.truth ? [this.truth.object] : [])];
-    for (const object of [...this.objects, this.points]) object.frustumCulled = false;
+    this.own.frustumCulled = this.points.frustumCulled = false;
     if (this.truth) Object.assign(this.truth.object.material, {transparent: true, opacity: 0.5});
     this.group = new THREE.Group();
     this.group.add(...this.objects, this.map);
@@ -106,15 +92,15 @@ class Belief {
 
   /// Room for that many landmarks.
   reserve(count) {
-    if (count <= this.capacity) return;
-    while (this.capacity < count) this.capacity = 2 * this.capacity || count;
-    if (this.ellipsoids) this.map.remove(this.ellipsoids);
-    this.ellipsoids = new THREE.InstancedMesh(kSphere, translucent(this.mapRole, kEllipsoids), this.capacity);
+    if (count <= this.ellipsoids?.instanceMatrix.count) return;
+    const capacity = 2 ** Math.ceil(Math.log2(count));
+    this.map.remove(this.ellipsoids);
+    this.ellipsoids = new THREE.InstancedMesh(kSphere, translucent(this.mapRole, kEllipsoids), capacity);
     this.ellipsoids.material.color.set(color(this.mapRole));
     this.ellipsoids.frustumCulled = false;
     this.map.add(this.ellipsoids);
     for (const name of ['position', 'color'])
-      this.points.geometry.setAttribute(name, new THREE.BufferAttribute(new Float32Array(3 * this.capacity), 3));
+      this.points.geometry.setAttribute(name, new THREE.BufferAttribute(new Float32Array(3 * capacity), 3));
   }
 
   show(index) {
@@ -137,18 +123,18 @@ class Belief {
   }
 
   showMap(map, searches) {
-    const outcomes = new Map(searches.map((search) => [search[0], search[6]])), matrix = new THREE.Matrix4(), paint = new THREE.Color();
+    const outcomes = new Map(searches.map((search) => [search[0], search[6]])), matrix = new THREE.Matrix4(), paint = new THREE.Color(), own = color(this.mapRole);
     this.landmarks = map;
     this.reserve(map.length);
     const {position, color: colors} = this.points.geometry.attributes;
     map.forEach(([id, p, axes], k) => {
       setEllipsoid(matrix, p, axes);
       this.ellipsoids.setMatrixAt(k, matrix);
-      paint.set(kOutcomes[outcomes.get(id)] ?? color(this.mapRole));
+      paint.set(kOutcomes[outcomes.get(id)] ?? own);
       position.setXYZ(k, ...p);
       colors.setXYZ(k, paint.r, paint.g, paint.b);
     });
-    this.count = this.ellipsoids.count = map.length;
+    this.ellipsoids.count = map.length;
     this.ellipsoids.instanceMatrix.needsUpdate = position.needsUpdate = colors.needsUpdate = true;
     this.points.geometry.setDrawRange(0, map.length);
   }
@@ -164,10 +150,9 @@ function place(object, [x, y, z, ...quaternion]) {
 }
 
 export class Scene {
-  /// run: its robot and its true path are shown; others: {run, role} of what is compared with it. mode: 'follow' the robot, 'orbit' about
-  /// the path, or through the 'head' camera.
-  constructor(run, mode = 'follow', others = []) {
-    Object.assign(this, {run, mode, read: 0, bodies: [], surfaces: [], plain: surface(null), sweeps: new Map(), hidden: new Set()});
+  /// run: its robot and its true path are shown; others: {run, role} of what is compared with it.
+  constructor(run, others) {
+    Object.assign(this, {run, mode: 'follow', read: 0, bodies: [], surfaces: [], plain: surface(null), sweeps: new Map(), hidden: new Set()});
     this.beliefs = [new Belief(run, 'estimate', others.length ? 'estimate' : 'first', false),
       ...others.map((other) => new Belief(other.run, other.role, other.role, other.run.about.recording !== run.about.recording))];
     this.scene = new THREE.Scene();
@@ -208,12 +193,13 @@ export class Scene {
     }
     this.paths = {truth: new GrowingLine('truth'), plan: new GrowingLine('plan')};
     this.frustum = frustum('truth', camera);
-    this.landed = new GrowingLine('landed', true);
-    this.planned = new GrowingLine('plan', true);
+    this.landed = new GrowingLine('landed', THREE.LineSegments);
+    this.planned = new GrowingLine('plan', THREE.LineSegments);
     this.walk = new THREE.Group();  // of the first run and those of its recording
     this.walk.add(...[...Object.values(this.paths), this.landed, this.planned].map(({object}) => object), this.frustum);
     this.scene.add(this.walk, ...this.beliefs.map(({group}) => group));
-    this.support = this.add(new THREE.LineLoop(new THREE.BufferGeometry(), new THREE.LineBasicMaterial()), 'first', this.walk);
+    this.support = lineOf('first', THREE.LineLoop);
+    this.walk.add(this.support);
     this.zmp = this.add(new THREE.Mesh(new THREE.SphereGeometry(0.012, 12, 8), new THREE.MeshBasicMaterial()), 'bad', this.walk);
     this.mark = this.add(new THREE.Mesh(kSphere, translucent('plan', 0.6)));
     this.mark.scale.setScalar(kPicked_m);
@@ -222,32 +208,41 @@ export class Scene {
       steps: [this.landed.object, this.support, this.zmp]};
     this.beliefs.forEach(({objects, map}, i) => Object.assign(this.layers, {[`estimate${i}`]: objects, [`map${i}`]: [map]}));
     this.paint();
-    // The graphics card compiles the shaders while the first frames are on their way.
+  }
+
+  /// The graphics card compiles the shaders while the first frames are on their way. A change of size would wait for it.
+  compile() {
+    this.isCompiled = true;
     const early = this.add(new THREE.Group());
     early.visible = false;
     early.add(...[this.plain, surface(kBlank)].map((material) => new THREE.Mesh(new THREE.BufferGeometry(), material)));
     this.renderer.compile(this.scene, this.camera);
   }
 
-  /// Adds an object that is always drawn, in the color of its role.
   add(object, role = null, group = this.scene) {
-    object.frustumCulled = false;
-    if (role) object.userData.role = role;
-    group.add(object);
+    group.add(roled(object, role));
     return object;
   }
 
+  /// buffer: pieces in the format of Model in sim/view/site.h.
   addModel(buffer) {
-    const pieces = readModel(buffer), count = Math.max(-1, ...pieces.map(({body}) => body)) + 1;
-    this.bodies = Array.from({length: count}, () => new THREE.Group());
+    let [pieces, at] = withLength(buffer);
+    const take = (Kind, count, size) => {
+      const values = new Kind(buffer, at, count * size);
+      at += values.byteLength;
+      return new THREE.BufferAttribute(values, size);
+    };
+    this.bodies = Array.from({length: Math.max(-1, ...pieces.map(({body}) => body)) + 1}, () => new THREE.Group());
     this.bodies.forEach((body) => { body.visible = false; this.scene.add(body); });
-    for (const piece of pieces) {
-      if (piece.uv) this.surfaces[piece.picture] ??= surface(kBlank);
-      (this.bodies[piece.body] ?? this.scene).add(meshOf(piece, piece.uv ? this.surfaces[piece.picture] : this.plain));
+    for (const {body, picture, vertices, indices} of pieces) {
+      const geometry = new THREE.BufferGeometry(), material = picture < 0 ? this.plain : (this.surfaces[picture] ??= surface(kBlank));
+      for (const name of ['position', 'normal', 'color']) geometry.setAttribute(name, take(Float32Array, vertices, 3));
+      if (picture >= 0) geometry.setAttribute('uv', take(Float32Array, vertices, 2));
+      geometry.setIndex(take(Uint32Array, indices, 1));
+      (this.bodies[body] ?? this.scene).add(new THREE.Mesh(geometry, material));
     }
   }
 
-  /// Puts the picture of a number on its surfaces.
   addPicture(number, image) {
     const texture = new THREE.Texture(image);
     texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
@@ -264,7 +259,6 @@ export class Scene {
     this.draw();
   }
 
-  /// Adds the frames since the last call to paths and footsteps.
   readFrames() {
     for (; this.read < this.run.frames.length; ++this.read) {
       const frame = this.run.frames[this.read];
@@ -324,8 +318,6 @@ export class Scene {
     this.draw();
   }
 
-  get shownEllipsoids() { return this.beliefs[0].count; }
-
   showZmp(frame) {
     this.zmp.visible = Boolean(frame.zmp);
     if (frame.zmp) this.zmp.position.set(frame.zmp[0], frame.zmp[1], kAboveGround);
@@ -373,6 +365,7 @@ export class Scene {
     this.head.quaternion.multiply(new THREE.Quaternion(1, 0, 0, 0));  // three.js looks along -z with y up
   }
 
+  /// mode: 'follow' the robot, 'orbit' about the path, or through the 'head' camera.
   setMode(mode, index) {
     this.mode = mode;
     this.resize();
@@ -410,6 +403,7 @@ export class Scene {
     const width = this.element.clientWidth, height = this.element.clientHeight;
     if (!width || !height) return;
     this.renderer.setSize(width, height);
+    if (!this.isCompiled) this.compile();
     this.camera.aspect = this.head.aspect = width / this.columns / height;
     const {camera} = this.run, half = Math.max(camera.height / 2 / camera.fv, camera.width / 2 / camera.fu / this.head.aspect);
     this.head.fov = 2 * Math.atan(half) * 180 / Math.PI;

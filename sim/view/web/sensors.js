@@ -77,7 +77,6 @@ export class HeadView {
   }
 }
 
-/// A picture of gray bytes.
 export function grayPicture(bytes, width, height) {
   const pixels = new ImageData(width, height), words = new Uint32Array(pixels.data.buffer);
   for (let i = 0; i < words.length; ++i) words[i] = 0xff000000 | bytes[i] * 0x010101;
@@ -115,7 +114,6 @@ export class RigLayer {
     if (isDepth) this.canvas.addEventListener('pointerleave', () => { this.at = null; this.read(); });
   }
 
-  /// Colors values by a scale, and shows it as a bar.
   color(scale) {
     const bar = element('canvas', {width: 256, height: 1, class: 'bar'}), context = bar.getContext('2d'), text = (value) => `${value} ${scale.unit}`.trim();
     this.scale = scale;
@@ -135,7 +133,6 @@ export class RigLayer {
     return [Math.floor((clientX - left) / width * this.canvas.width), Math.floor((clientY - top) / height * this.canvas.height)];
   }
 
-  /// Names the depth below the mouse.
   read() {
     const {at, drawn} = this, mm = at && drawn ? drawn.mm[at[1] * drawn.width + at[0]] : undefined;
     this.value.textContent = mm === undefined ? '' : ` at ${at.join(', ')}: ${mm ? `${mm / 1000} m` : 'none'}`;

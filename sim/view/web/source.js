@@ -12,6 +12,12 @@ export const getJson = async (path) => (await get(path)).json();
 export const getBytes = async (path) => (await get(path)).arrayBuffer();
 export const getBlob = async (path) => (await get(path)).blob();
 
+/// The JSON at the begin of a buffer from the program, after its length, and the place where it ends.
+export function withLength(buffer) {
+  const length = new DataView(buffer).getUint32(0, true);
+  return [JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length))), 4 + length];
+}
+
 export const picture = (blob) => createImageBitmap(blob);
 
 /// The elements of a list of the server by their numbers; keeps the last few. read: makes an element of its bytes.
@@ -35,8 +41,8 @@ export function listen({frame, message: received, closed}) {
   socket.binaryType = 'arraybuffer';
   socket.onmessage = ({data}) => {
     if (typeof data === 'string') return received(JSON.parse(data));
-    const length = new DataView(data).getUint32(0, true);
-    frame(JSON.parse(new TextDecoder().decode(new Uint8Array(data, 4, length))), new Uint8Array(data, 4 + length));
+    const [content, end] = withLength(data);
+    frame(content, new Uint8Array(data, end));
   };
   socket.onclose = closed;
   const opened = new Promise((resolve) => { socket.onopen = resolve; });

@@ -31,7 +31,7 @@ class Page {
     this.panes = [];
     about.runs.forEach((run, i) => this.panes.push(new Pane(new Run(run, i), about.runs.length > 1 ? kLetters[i] : '', differences[i], kRoles[i], isOneWalk ? this.panes[0] : null)));
     try {
-      this.scene = new Scene(this.panes[0].run, 'follow', this.panes.slice(1));
+      this.scene = new Scene(this.panes[0].run, this.panes.slice(1));
     } catch (error) {
       this.failure = `Three dimensions cannot be drawn here: ${error.message}`;
     }
@@ -100,14 +100,12 @@ class Page {
     this.listMoments();
   }
 
-  /// The text of what is common to all runs.
   get title() {
     const [{label, scenario, seed}] = this.about.runs;
     if (this.panes.length === 1) return label;
     return this.about.runs.every((run) => run.seed === seed) ? `${scenario}, seed ${seed}` : scenario;
   }
 
-  /// Names the layers of the scene and switches them.
   legend() {
     const layer = (name, role, text) => this.button(text, 'show or hide', (pressed) => this.setLayer(name, pressed.getAttribute('aria-pressed') !== 'true'),
       {'data-layer': name, 'aria-pressed': 'true', class: `layer role-${role}`});
@@ -134,7 +132,6 @@ class Page {
     if (own) this.picked.textContent = texts.filter(Boolean).join(' · the same place: ');
   }
 
-  /// How many landmarks the first two runs have in common.
   sayInCommon() {
     const [a, b] = this.panes.map(({run, index}) => run.mapAt(index)), count = matched(a, b).size, [p, q] = this.panes;
     this.inCommon.textContent = `Landmarks matched by place (nearest to each other, within 0.1 m): ${count} in common, ${a.length - count} of ${p.name} alone, ${b.length - count} of ${q.name} alone.`;
@@ -190,7 +187,6 @@ class Page {
     if (next !== undefined) this.go(next);
   }
 
-  /// Draws the figures over time anew.
   drawFigures(isAsked = false) {
     const runs = this.panes.filter(({series}) => series), marks = this.listMoments(), names = known(runs), zoomed = this.figures[0]?.range, focus = this.timeLine.matches(':hover') || this.strips.matches(':hover');
     if (!runs.length || (focus && !isAsked)) return;  // a figure under the mouse stays
@@ -201,7 +197,7 @@ class Page {
     this.figures = [...(line ? [line] : []), ...strips];
     this.timeLine.replaceChildren(...(line ? [line.holder] : []));
     this.strips.replaceChildren(...strips.map(({holder}) => holder));
-    follow(this.figures, (_, t, goesOn) => this.go(t, goesOn), () => this.showCursor(), () => this.writeHash(), true);
+    follow(this.figures, (t, goesOn) => this.go(t, goesOn), () => this.showCursor(), () => this.writeHash(), true);
     if (zoomed && !this.live) for (const figure of this.figures) figure.zoom(...zoomed);
     this.showCursor();
   }
@@ -216,7 +212,6 @@ class Page {
 
   get duration() { return Math.max(...this.panes.map((pane) => pane.run.duration)); }
 
-  /// Shows the frames of a time in all panes.
   show(t) {
     this.t = t;
     for (const pane of this.panes) pane.show(Math.max(0, pane.run.indexAt(t)));
@@ -229,10 +224,8 @@ class Page {
     this.slider.max = this.duration;
     this.slider.value = t;
     this.clock.textContent = `${t.toFixed(2)} s`;
-    dataset.t = t;
   }
 
-  /// Goes to a chosen time.
   go(t, goesOn = false) {
     if (!Number.isFinite(t)) return;
     this.atEnd = false;  // a look back is each viewer's own
@@ -258,9 +251,11 @@ class Page {
     const values = new URLSearchParams(location.hash.slice(1)), t = parseFloat(values.get('t')), zoom = (values.get('zoom') ?? '').split(',').map(Number);
     const names = (values.get('hide') ?? '').split(',').filter((name) => this.scene?.layers[name]), view = values.get('view');
     for (const name of names) this.setLayer(name, false);
-    if (values.has('t')) this.hiddenStrips = new Set((values.get('strips') ?? '').split(','));
     if (values.get('split')) this.setSplit(true);
-    this.drawFigures();
+    if (values.has('t')) {
+      this.hiddenStrips = new Set((values.get('strips') ?? '').split(','));
+      this.drawFigures();
+    }
     if (['orbit', 'head'].includes(view)) this.setMode(view);
     if (zoom.length === 2 && zoom[0] < zoom[1]) for (const figure of this.figures) figure.zoom(...zoom);
     if (Number.isFinite(t)) this.go(t);
@@ -299,7 +294,6 @@ class Page {
     dataset.playing = this.playing;
   }
 
-  /// Plays a finished run.
   tick(now) {
     if (!this.playing) return;
     const {run} = this.panes[0], passed = (now - (this.playSince ?? now)) / 1000;
@@ -366,11 +360,12 @@ class Page {
       }
       if (!isThere && this.t === 0 && wanted <= this.duration) isThere = this.goToHash();
     }
-    if (this.panes.length > 1) this.marks = partings(this.panes);
+    if (this.panes.length > 1) {
+      this.marks = partings(this.panes);
+      this.drawFigures();
+    }
     if (!isThere && this.t === 0) this.goToHash();
-    this.drawFigures();
     this.show(this.t);
-    dataset.frames = this.panes[0].run.frames.length;
     dataset.ready = 'true';
   }
 
@@ -378,6 +373,7 @@ class Page {
     if (!model || !this.scene) return;
     this.scene.addModel(await model);
     this.show(this.t);
+    await drawnOnce();  // the first picture does not wait for those of the room
     await Promise.all(Object.keys(this.scene.surfaces).map(async (number) => {
       let painted = await getBlob(`/picture/0/${number}`);
       while (painted.size === 0) {  // it is being painted
@@ -396,7 +392,6 @@ class Page {
       frame: (frame, image) => {
         if (!pane.run.append(frame)) return;
         if (frame.image) pane.keep(pane.run.frames.length - 1, image, frame.image);
-        dataset.frames = pane.run.frames.length;
         dataset.ready = 'true';
         if (!this.atEnd || drawing) return;
         drawing = true;
@@ -406,13 +401,8 @@ class Page {
         });
       },
       message: (message) => this.receive(message),
-      closed: () => this.closed(),
+      closed: () => { if (!this.ended) this.note.textContent = 'The connection is closed: the run or its program has ended.'; },
     });
-  }
-
-  closed() {
-    dataset.closed = 'true';
-    if (!this.ended) this.note.textContent = 'The connection is closed: the run or its program has ended.';
   }
 
   receive({op, paused, speed, how, shown, all, why, names, from, rows, frames}) {
