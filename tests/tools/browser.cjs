@@ -83,7 +83,6 @@ class Browser {
     return found;
   }
 
-  // How wide the page is on a phone.
   async phoneWidth(width = 400) {
     await this.send('Emulation.setDeviceMetricsOverride', {width, height: 800, deviceScaleFactor: 1, mobile: false});
     await this.rest(500);

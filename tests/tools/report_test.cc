@@ -103,33 +103,6 @@ TEST_F(ReportTest, AKeyboardAndAPrinterAreEnough) {
     EXPECT_EQ(found["print"][wrong], json::array()) << wrong;
 }
 
-TEST_F(ReportTest, PagesHaveNoSeriousFindingsOfAxeAndFitANarrowPhone) {
-  const std::string modules = kSources + "/build/interop";
-  if (!std::getenv("CI") && !fs::exists(modules + "/node_modules/axe-core"))
-    GTEST_SKIP() << "tools/test.sh could not install axe-core from npm";
-  short_walks("a", "1 2");
-  ok("replay a/seed-1 slam.vision.sigma_px=3 --out b");
-  ok("report a b --out report.html");
-  ok("leaderboard a b --html leaderboard.html");
-  ok("sweep walk.yaml slam.vision.sigma_px=1,3 slam.depth.first_sight=inverse_depth,particles --jobs 2 --out "
-     "sweep");
-  ok("report sweep --out sweep.html");
-  const auto found = json::parse(
-      shell("'" GAITSLAM_PROGRAM
-            "' view a/seed-1 b >url & for i in $(seq 100); do grep -q token url && break; sleep 0.1; done; "
-            "url=$(sed -n 's/^view at //p' url); timeout 300 node " +
-            kSources +
-            "/tests/tools/use_page.cjs audit \"report.html leaderboard.html sweep.html $url\" profile " +
-            modules + "; kill -INT $!")
-          .ends(0)
-          .out);
-  EXPECT_EQ(found.size(), 4u);
-  for (const auto& [page, of_page] : found.items()) {
-    EXPECT_EQ(of_page["findings"], json::array()) << page;
-    EXPECT_LE(of_page["width"], 360) << page;
-  }
-}
-
 TEST_F(ReportTest, ABrokenPageIsNoticed) {
   write("broken.html", "<html data-figures=\"1\"><script>throw new Error('planted')</script></html>");
   EXPECT_THAT(opened("broken.html").err, Has("CONSOLE"));

@@ -19,7 +19,6 @@ class ViewTest : public CommandLine {
                  "url=$(sed -n 's/^view at //p' url); " +
                  user + " || exit 9; " + end);
   }
-  /// The findings in a browser.
   json browsed(const std::string& command, const std::string& how, const std::string& more = "",
                const std::string& end = "wait $!") const {
     const std::string use =
@@ -289,6 +288,29 @@ TEST_F(LongViewTest, TheScriptOfTheFrontPageMakesItsPictures) {
       .ends(0);
   for (const char* const name : {"walk", "view_live", "view_playback"})
     EXPECT_GT(fs::file_size(folder_ / "pictures" / (std::string(name) + ".webp")), 20'000u) << name;
+}
+
+TEST_F(ViewTest, PagesHaveNoSeriousFindingsOfAxeAndFitANarrowPhone) {
+  const std::string modules = kSources + "/build/interop";
+  if (!std::getenv("CI") && !fs::exists(modules + "/node_modules/axe-core"))
+    GTEST_SKIP() << "tools/test.sh could not install axe-core from npm";
+  short_walks("a", "1 2");
+  ok("replay a/seed-1 slam.vision.sigma_px=3 --out b");
+  ok("report a b --out report.html");
+  ok("leaderboard a b --html leaderboard.html");
+  ok("sweep walk.yaml slam.vision.sigma_px=1,3 slam.depth.first_sight=inverse_depth,particles --jobs 2 --out "
+     "sweep");
+  ok("report sweep --out sweep.html");
+  const std::string use = "timeout 300 node " + kSources +
+                          "/tests/tools/use_page.cjs audit \"report.html leaderboard.html sweep.html $url\" "
+                          "profile " +
+                          modules;
+  const json found = json::parse(viewed("view a/seed-1 b", use, "kill -INT $!; wait $!").ends(0).out);
+  EXPECT_EQ(found.size(), 4u);
+  for (const auto& [page, of_page] : found.items()) {
+    EXPECT_EQ(of_page["findings"], json::array()) << page;
+    EXPECT_LE(of_page["width"], 360) << page;
+  }
 }
 
 TEST_F(ViewTest, FoxglovesClientHearsTheRun) {

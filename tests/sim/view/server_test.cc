@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <future>
+#include <list>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -32,7 +33,7 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 using testing::StartsWith, tests::Has, tests::Lacks, testing::AllOf;
 
-const std::string kToken = "0123456789abcdef0123456789abcdef";
+const std::string kToken = "0123456789abcdef0123456789abcdef", kOwn = "gaitslam.view.v1";
 
 class RawClient {
  public:
@@ -70,7 +71,6 @@ class RawClient {
     return take(std::min(bytes, received_.size()));
   }
 
-  /// Head and body of a response.
   std::string response() {
     std::string head = until("\r\n\r\n");
     const std::size_t at = head.find("Content-Length: ");
@@ -107,35 +107,43 @@ std::string client_frame(unsigned char first, std::string_view payload) {
 }
 std::string text_frame(std::string_view payload) { return client_frame(0x81, payload); }
 
-/// The payload of the next frame of the server; nothing where none comes.
-std::optional<std::string> next_payload(RawClient& client, int ms = 5000) {
-  const std::string head = client.exactly(2, ms);
-  if (head.size() < 2) return std::nullopt;
-  std::size_t size = static_cast<unsigned char>(head[1]) & 0x7f;
-  const int more = size == 126 ? 2 : size == 127 ? 8 : 0;
-  if (more > 0) {
-    size = 0;
-    for (const char byte : client.exactly(std::size_t(more), ms))
-      size = size << 8 | static_cast<unsigned char>(byte);
-  }
-  return client.exactly(size, ms);
-}
-
-/// A request that becomes a WebSocket.
 std::string upgrade(const std::string& target, const std::string& headers,
-                    const std::string& protocol = "gaitslam.view.v1") {
+                    const std::string& protocol = kOwn) {
   return "GET " + target + " HTTP/1.1\r\n" + headers +
          "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
          "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: " +
          protocol + "\r\n\r\n";
 }
 
-/// Opens a client's WebSocket; returns the head of the answer.
-std::string open_socket(RawClient& client, const Access& access,
-                        const std::string& protocol = "gaitslam.view.v1") {
-  client.send(upgrade("/socket?token=" + access.token, "Host: " + authority(access) + "\r\n", protocol));
-  return client.until("\r\n\r\n");
-}
+class SocketClient : public RawClient {
+ public:
+  explicit SocketClient(const Access& access, const std::string& protocol = kOwn, int receive_buffer = 0)
+      : RawClient(access.port, "127.0.0.1", receive_buffer) {
+    send(upgrade("/socket?token=" + access.token, "Host: " + authority(access) + "\r\n", protocol));
+    EXPECT_THAT(until("\r\n\r\n"), StartsWith("HTTP/1.1 101"));
+  }
+
+  void say(std::string_view text) { send(text_frame(text)); }
+  void say_loaded() { say(R"({"op":"loaded"})"); }
+
+  /// The payload of the next frame of the server; nothing if none comes.
+  std::optional<std::string> next(int ms = 5000) {
+    const std::string head = exactly(2, ms);
+    if (head.size() < 2) return std::nullopt;
+    std::size_t size = static_cast<unsigned char>(head[1]) & 0x7f;
+    const std::size_t more = size == 126 ? 2 : size == 127 ? 8 : 0;
+    if (more > 0) size = 0;
+    for (const char byte : exactly(more, ms)) size = size << 8 | static_cast<unsigned char>(byte);
+    return exactly(size, ms);
+  }
+  /// The next message that is not about the past; empty if none comes.
+  std::string next_message() {
+    for (;;)
+      if (auto payload = next(); !payload || (!payload->starts_with("{\"op\":\"series\"") &&
+                                              !payload->starts_with("{\"op\":\"past\"")))
+        return payload.value_or("");
+  }
+};
 
 /// Returns whether a run at that time continues within 200 ms; else resumes it.
 bool goes_on(Pace& pace, slam::Stamp t) {
@@ -175,16 +183,6 @@ TEST(Pace, SpeedIsThatOfSimulatedTimeAndFullUnlessItIsSet) {
   EXPECT_LT(Clock::now() - begin, 3s);
 }
 
-/// The next message that is not about the past.
-std::optional<std::string> next_message(RawClient& client) {
-  for (;;)
-    if (auto payload = next_payload(client); !payload || (!payload->starts_with("{\"op\":\"series\"") &&
-                                                          !payload->starts_with("{\"op\":\"past\"")))
-      return payload;
-}
-
-void say_loaded(RawClient& client) { client.send(text_frame(R"({"op":"loaded"})")); }
-
 Frame frame_at(int k) { return {.t = k * 33ms, .image = cv::Mat(240, 320, CV_8UC1, cv::Scalar(k % 256))}; }
 
 /// Shows frames until their only viewer, which does not read, has room for no more of them.
@@ -212,28 +210,26 @@ class Live : public testing::Test {
 
 TEST_F(Live, AViewerIsSentTheFramesThatAreShownAtMostFortyASecond) {
   EXPECT_FALSE(view_.wants({})) << "without a viewer";
-  RawClient client(view_.access().port);
-  open_socket(client, view_.access());
+  SocketClient client(view_.access());
   ASSERT_TRUE(has_a_viewer(view_));
-  EXPECT_EQ(next_message(client), R"({"op":"pace","paused":false,"speed":0.0})");
+  EXPECT_EQ(client.next_message(), R"({"op":"pace","paused":false,"speed":0.0})");
   EXPECT_TRUE(view_.wants({}));
   view_.show(frame_at(3));
   EXPECT_FALSE(view_.wants({}));
-  EXPECT_THAT(next_message(client).value_or(""), Has("{\"t\":0.099,\"image\":[320,240]}"));
+  EXPECT_THAT(client.next_message(), Has("{\"t\":0.099,\"image\":[320,240]}"));
   std::this_thread::sleep_for(30ms);
   EXPECT_TRUE(view_.wants({}));
-  say_loaded(client);
+  client.say_loaded();
   view_.end("The run has ended.");
-  EXPECT_EQ(next_message(client), R"({"op":"ended","how":"The run has ended.","shown":2,"all":4})");
+  EXPECT_EQ(client.next_message(), R"({"op":"ended","how":"The run has ended.","shown":2,"all":4})");
 }
 
 TEST_F(Live, CommandsAreRefusedWithoutControlAndMalformedOnesSurvived) {
-  RawClient client(view_.access().port);
-  open_socket(client, view_.access());
-  next_payload(client);  // the pace
+  SocketClient client(view_.access());
+  client.next();  // the pace
   const auto answer = [&](const char* message) {
-    client.send(text_frame(message));
-    return next_payload(client).value_or("");
+    client.say(message);
+    return client.next().value_or("");
   };
   for (const char* const op :
        {R"({"op":"pause"})", R"({"op":"step"})", R"({"op":"speed","factor":0.25})", R"({"op":"resume"})"})
@@ -244,22 +240,20 @@ TEST_F(Live, CommandsAreRefusedWithoutControlAndMalformedOnesSurvived) {
 
 // Its queue and the kernel's buffers fill; then no more frames are made for it, and the run does not wait.
 TEST_F(Live, AStalledViewerCostsNothingAndOneThatReadsIsServedBesideIt) {
-  RawClient stalled(view_.access().port, "127.0.0.1", 4096);
-  open_socket(stalled, view_.access());
-  say_loaded(stalled);
+  SocketClient stalled(view_.access(), kOwn, 4096);
+  stalled.say_loaded();
   ASSERT_TRUE(has_a_viewer(view_));
   const auto begin = Clock::now();
   ASSERT_TRUE(fills_its_viewer(view_)) << "whoever waited for it would wait for ever";
   EXPECT_FALSE(view_.wants({}));
-  RawClient reading(view_.access().port);
-  open_socket(reading, view_.access());
-  say_loaded(reading);
+  SocketClient reading(view_.access());
+  reading.say_loaded();
   ASSERT_TRUE(has_a_viewer(view_));
-  next_message(reading);  // the pace
-  next_message(reading);  // the last frame
+  reading.next_message();  // the pace
+  reading.next_message();  // the last frame
   ASSERT_TRUE(view_.wants({}));
   view_.show(frame_at(2000));
-  EXPECT_THAT(next_message(reading).value_or(""), Has("\"t\":66.0"));
+  EXPECT_THAT(reading.next_message(), Has("\"t\":66.0"));
   view_.end("done");  // gives up waiting for the stalled one
   EXPECT_LT(Clock::now() - begin, 90s);
 }
@@ -267,8 +261,7 @@ TEST_F(Live, AStalledViewerCostsNothingAndOneThatReadsIsServedBesideIt) {
 // On a busy machine a browser may fetch for longer than the limit for messages and draw for a second.
 TEST_F(Live, AViewerThatIsSlowForASecondIsToldHowTheRunEnded) {
   auto view = std::make_unique<LiveView>(Access{.token = kToken}, ShownRun{.label = "a walk"}, false);
-  RawClient slow(view->access().port, "127.0.0.1", 4096);
-  open_socket(slow, view->access());
+  SocketClient slow(view->access(), kOwn, 4096);
   ASSERT_TRUE(has_a_viewer(*view));
   ASSERT_TRUE(fills_its_viewer(*view));
   std::thread program([&] {
@@ -276,13 +269,11 @@ TEST_F(Live, AViewerThatIsSlowForASecondIsToldHowTheRunEnded) {
     view.reset();
   });
   std::this_thread::sleep_for(3100ms);
-  say_loaded(slow);
+  slow.say_loaded();
   std::this_thread::sleep_for(1s);
   std::string last;
-  for (auto payload = next_message(slow); payload && !payload->empty(); payload = next_message(slow)) {
-    last = *payload;
-    if (last.find("ended") != last.npos) break;
-  }
+  do last = slow.next_message();
+  while (!last.empty() && last.find("ended") == last.npos);
   EXPECT_EQ(last, R"({"op":"ended","how":"done","shown":0,"all":0})");
   program.join();
 }
@@ -293,10 +284,10 @@ TEST(LiveRig, APageFetchesTheNewestReadingsOfTheFramesItWasSent) {
   setup.rig = {{.name = "rgb0", .kind = rig::Kind::color}, {.name = "lidar0", .kind = rig::Kind::lidar}};
   LiveView view({.token = kToken}, {.label = "a walk", .rig = setup.rig}, false);
   view.begin(setup);
-  RawClient client(view.access().port), fetching(view.access().port);
-  open_socket(client, view.access());
+  SocketClient client(view.access());
+  RawClient fetching(view.access().port);
   ASSERT_TRUE(has_a_viewer(view));
-  next_message(client);  // the pace
+  client.next_message();  // the pace
   const cv::Mat red(2, 3, CV_8UC3, cv::Scalar(255, 0, 0));
   slam::Observation with_image, with_sweep;
   with_image.rig.emplace_back().image = red;
@@ -304,11 +295,11 @@ TEST(LiveRig, APageFetchesTheNewestReadingsOfTheFramesItWasSent) {
   with_sweep.rig[0].points = {{1, 2, 3}};
   view.wants(with_image);
   view.show(frame_at(3));
-  EXPECT_THAT(next_message(client).value_or(""), Has("\"rig\":0}"));
+  EXPECT_THAT(client.next_message(), Has("\"rig\":0}"));
   std::this_thread::sleep_for(30ms);
   view.wants(with_sweep);
   view.show(frame_at(4));
-  EXPECT_THAT(next_message(client).value_or(""), Has("\"rig\":1}"));
+  EXPECT_THAT(client.next_message(), Has("\"rig\":1}"));
   const auto body = [&](const std::string& path) {
     fetching.send("GET " + path + "?token=" + kToken + " HTTP/1.1\r\nHost: " + authority(view.access()) +
                   "\r\n\r\n");
@@ -329,26 +320,25 @@ TEST(LiveRig, APageFetchesTheNewestReadingsOfTheFramesItWasSent) {
 TEST_F(Live, FoxgloveIsSpokenOnTheSamePort) {
   view_.begin({});
   for (const std::string protocol : {"foxglove.websocket.v1", "foxglove.sdk.v1"}) {
-    RawClient client(view_.access().port);
-    open_socket(client, view_.access(), protocol);
-    EXPECT_THAT(next_payload(client).value_or(""), StartsWith(R"({"op":"serverInfo","name":"gaitslam")"));
-    const std::string advertised = next_payload(client).value_or("");
+    SocketClient client(view_.access(), protocol);
+    EXPECT_THAT(client.next().value_or(""), StartsWith(R"({"op":"serverInfo","name":"gaitslam")"));
+    const std::string advertised = client.next().value_or("");
     for (const char* const topic : {"/camera/image/compressed", "/camera/camera_info", "/imu",
                                     "/ground_truth/pose", "/plan/pose", "/slam/pose"})
       EXPECT_THAT(advertised, Has(fmt::format("\"topic\":\"{}\"", topic)));
-    client.send(text_frame(R"({"op":"subscribe","subscriptions":[{"id":77,"channelId":4}]})"));
-    client.send(text_frame(R"({"op":"subscribe","subscriptions":[{"id":78,"channelId":99}]})"));
-    EXPECT_THAT(next_payload(client).value_or(""), Has("unknown channel 99"));
+    client.say(R"({"op":"subscribe","subscriptions":[{"id":77,"channelId":4}]})");
+    client.say(R"({"op":"subscribe","subscriptions":[{"id":78,"channelId":99}]})");
+    EXPECT_THAT(client.next().value_or(""), Has("unknown channel 99"));
     Frame frame = frame_at(1);
     frame.truth = Eigen::Isometry3d::Identity();
     view_.show(frame);
-    const std::string message = next_payload(client).value_or("");
+    const std::string message = client.next().value_or("");
     EXPECT_EQ(message.substr(0, 5), std::string("\1\x4d\0\0\0", 5));
-    client.send(text_frame(R"({"op":"unsubscribe","subscriptionIds":[77]})"));
-    client.send(text_frame("{"));
-    EXPECT_THAT(next_payload(client).value_or(""), Has("\"status\""));
+    client.say(R"({"op":"unsubscribe","subscriptionIds":[77]})");
+    client.say("{");
+    EXPECT_THAT(client.next().value_or(""), Has("\"status\""));
     view_.show(frame);
-    EXPECT_EQ(next_payload(client, 200), std::nullopt);
+    EXPECT_EQ(client.next(200), std::nullopt);
   }
 }
 
@@ -532,41 +522,25 @@ Service service() {
 
 class Security : public testing::Test {
  protected:
+  std::string answer(const std::string& request) const {
+    RawClient client(port_);
+    client.send(request);
+    return client.response();
+  }
   std::string request(const std::string& target, const std::string& headers,
                       const std::string& method = "GET") const {
-    RawClient client(port_);
-    client.send(fmt::format("{} {} HTTP/1.1\r\n{}\r\n", method, target, headers));
-    return client.response();
-  }
-  std::string upgraded(const std::string& target, const std::string& headers,
-                       const std::string& protocol = "gaitslam.view.v1") const {
-    RawClient client(port_);
-    client.send(upgrade(target, headers, protocol));
-    return client.response();
-  }
-  /// A WebSocket that is open.
-  std::unique_ptr<RawClient> opened() const {
-    auto client = std::make_unique<RawClient>(port_);
-    EXPECT_THAT(open_socket(*client, server_.access()), StartsWith("HTTP/1.1 101"));
-    return client;
+    return answer(fmt::format("{} {} HTTP/1.1\r\n{}\r\n", method, target, headers));
   }
   void expect_alive() const {
     EXPECT_THAT(request("/" + query_, host_), StartsWith("HTTP/1.1 200"));
-    const auto client = opened();
-    client->send(text_frame("hello"));
-    EXPECT_EQ(next_payload(*client), "heard hello");
+    SocketClient client(server_.access());
+    client.say("hello");
+    EXPECT_EQ(client.next(), "heard hello");
   }
 
-  static Limits limits() {
-    Limits limits;
-    limits.clients = 6;
-    limits.header_bytes = 2000;
-    limits.message_bytes = 1000;
-    limits.request = std::chrono::milliseconds(300);
-    return limits;
-  }
-
-  Server server_{{.token = kToken}, service(), limits()};
+  Server server_{{.token = kToken},
+                 service(),
+                 {.clients = 6, .header_bytes = 2000, .message_bytes = 1000, .request = 300ms}};
   std::uint16_t port_ = server_.access().port;
   std::string host_ = fmt::format("Host: 127.0.0.1:{}\r\n", port_), query_ = "?token=" + kToken;
 };
@@ -584,10 +558,10 @@ TEST_F(Security, RejectedRequestsAndUpgradesGetNothing) {
         std::tuple{"/" + query_, host_ + "Origin: https://evil.example\r\n", "403"}}) {
     const auto refused = AllOf(StartsWith(fmt::format("HTTP/1.1 {}", status)), Lacks("secret"));
     EXPECT_THAT(request(target, headers), refused) << headers;
-    EXPECT_THAT(upgraded(target, headers), refused) << headers;
+    EXPECT_THAT(answer(upgrade(target, headers)), refused) << headers;
   }
   EXPECT_THAT(request("/" + query_, host_, "POST"), StartsWith("HTTP/1.1 405"));
-  EXPECT_THAT(upgraded("/" + query_, host_ + "Origin: app://lichtblick\r\n", "foxglove.websocket.v1"),
+  EXPECT_THAT(answer(upgrade("/" + query_, host_ + "Origin: app://lichtblick\r\n", "foxglove.websocket.v1")),
               StartsWith("HTTP/1.1 101"));
 }
 
@@ -622,13 +596,13 @@ TEST_F(Security, OtherPathsSizesAndProtocolsAreRefused) {
   EXPECT_THAT(request("/" + query_, host_ + "X-Long: " + std::string(3000, 'x') + "\r\n"),
               StartsWith("HTTP/1.1 431"));
   EXPECT_THAT(request("/" + query_, host_ + "Content-Length: 100000000\r\n"), StartsWith("HTTP/1.1 413"));
-  EXPECT_THAT(upgraded("/socket" + query_, host_, "chat"), StartsWith("HTTP/1.1 400"));
+  EXPECT_THAT(answer(upgrade("/socket" + query_, host_, "chat")), StartsWith("HTTP/1.1 400"));
   expect_alive();
 }
 
 TEST_F(Security, NoMoreClientsThanAllowedAreHeard) {
-  std::vector<std::unique_ptr<RawClient>> clients;
-  for (int i = 0; i < 6; ++i) clients.push_back(opened());
+  std::list<SocketClient> clients;
+  for (int i = 0; i < 6; ++i) clients.emplace_back(server_.access());
   RawClient more(port_);
   more.send(fmt::format("GET /{} HTTP/1.1\r\n{}\r\n", query_, host_));
   EXPECT_EQ(more.response(), "");
@@ -642,12 +616,12 @@ TEST_F(Security, GarbageAndASlowRequestEndTheirConnectionsAlone) {
   const std::string unmasked("\x81\x02hi", 4), huge("\x81\xff\x7f\xff\xff\xff\xff\xff\xff\xff\0\0\0\0", 14);
   for (const std::string& frame : {unmasked, huge, client_frame(0x83, "hi"), client_frame(0x81, "\xff\xfe"),
                                    text_frame(std::string(1100, 'x'))}) {  // the last one is too long
-    const auto client = opened();
-    client->send(text_frame(std::string(900, 'x')));
-    EXPECT_TRUE(next_payload(*client).has_value());
-    client->send(frame);
-    EXPECT_TRUE(client->is_closed_within(3000));
-    EXPECT_THAT(client->until("heard"), Lacks("heard"));
+    SocketClient client(server_.access());
+    client.say(std::string(900, 'x'));
+    EXPECT_TRUE(client.next().has_value());
+    client.send(frame);
+    EXPECT_TRUE(client.is_closed_within(3000));
+    EXPECT_THAT(client.until("heard"), Lacks("heard"));
   }
   for (const std::string& bytes : {std::string("\x16\x03\x01\x02\0\x01", 6), std::string("GET\r\n\r\n"),
                                    std::string("GET / HTTP/1.1\r\nHost: ")}) {  // the last one is slow
