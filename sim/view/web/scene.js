@@ -241,7 +241,10 @@ export class Scene {
       geometry.setIndex(take(Uint32Array, indices, 1));
       (this.bodies[body] ?? this.scene).add(new THREE.Mesh(geometry, material));
     }
+    this.resize();
   }
+
+  get isWaiting() { return this.run.about.has_model && !this.bodies.length; }
 
   addPicture(number, image) {
     const texture = new THREE.Texture(image);
@@ -401,7 +404,8 @@ export class Scene {
 
   resize() {
     const width = this.element.clientWidth, height = this.element.clientHeight;
-    if (!width || !height) return;
+    // The first change of size waits for the graphics card, which gets ready while the model is read.
+    if (!width || !height || this.isWaiting) return;
     this.renderer.setSize(width, height);
     if (!this.isCompiled) this.compile();
     this.camera.aspect = this.head.aspect = width / this.columns / height;
@@ -417,7 +421,7 @@ export class Scene {
 
   render() {
     this.drawing = null;
-    if (this.run.about.has_model && !this.bodies.length) return;  // the first picture would only wait for this one
+    if (this.isWaiting) return;
     const {columns, renderer} = this, {x, y: height} = renderer.getSize(new THREE.Vector2()), width = x / columns;
     renderer.setScissorTest(columns > 1);
     for (let column = 0; column < columns; ++column) {
