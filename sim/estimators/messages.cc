@@ -2,11 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
 #include <iterator>
 
 #include "sim/programs/poses.h"

@@ -102,7 +102,7 @@ WalkMotion write_mav0(const ExportContext& out, bool images_within_imu) {
     for (std::size_t i = 0; i < sources.size(); ++i) {
       const recording::MotionSource& source = recording::motion_sources()[i];
       if (!source.in(frame->motion)) continue;
-      if (!sources[i]) sources[i].emplace(rows(out, sensor_rows(source.name), source.headers[0]));
+      if (!sources[i]) sources[i].emplace(rows(out, sensor_rows(source.name), source.header));
       sources[i]->write(
           fmt::format("{},{}\n", recording::file_stamp(frame->t), source.fields(frame->motion)));
     }

@@ -34,7 +34,7 @@ struct RobotDescription {
 
 /// A recorded run. result: its folder, with recording/ and, if a filter was run, estimate_cov.txt.
 struct ExportedRun {
-  std::filesystem::path result;
+  fs::path result;
   std::string name;  ///< of the scenario
   std::uint64_t seed = 1;
   sensor_errors::ErrorOptions errors;
@@ -50,7 +50,7 @@ struct ExportedRun {
 /// file. Throws FileError.
 class RecordedRows {
  public:
-  RecordedRows(const std::filesystem::path& recording, const std::string& sensor);
+  RecordedRows(const fs::path& recording, const std::string& sensor);
 
   /// Calls each(stamp, values) for the rows until then that no earlier call has had.
   void until(
@@ -69,7 +69,7 @@ std::vector<std::string> export_formats();
 
 /// Writes the folder, completely or not at all. Memory does not grow with the run's length. Throws
 /// std::out_of_range for an unknown format, FileError if a file cannot be read or written.
-void export_run(const ExportedRun& run, const std::string& format, const std::filesystem::path& folder,
+void export_run(const ExportedRun& run, const std::string& format, const fs::path& folder,
                 files::Existing existing);
 
 }  // namespace sim::exports

@@ -1,16 +1,7 @@
 #include "sim/export/export_context.h"
 
-#include <fmt/format.h>
-
-#include <stdexcept>
-
-#include "sim/files/text.h"
-#include "sim/recording/manifest.h"
-
 namespace sim::exports {
 namespace {
-
-namespace fs = std::filesystem;
 
 struct Format {
   const char* name;
@@ -68,7 +59,7 @@ std::vector<std::string> export_formats() {
   return names;
 }
 
-void export_run(const ExportedRun& run, const std::string& format, const std::filesystem::path& folder,
+void export_run(const ExportedRun& run, const std::string& format, const fs::path& folder,
                 files::Existing existing) {
   const auto found = std::ranges::find_if(kFormats, [&](const Format& f) { return f.name == format; });
   if (found == std::end(kFormats)) throw std::out_of_range("no export format " + format);
@@ -186,11 +177,11 @@ void ExportContext::write_readme(std::initializer_list<std::string> names, const
     if (sensor.time_offset_s != 0)
       offsets += fmt::format("The stamps of `{}` are {} s ahead of those of the head camera.\n", sensor.name,
                              sensor.time_offset_s);
-  write("README.md", fmt::format(fmt::runtime(text_of("readme.md")), run.name, run.seed, texts + more,
-                                 recording::kEpoch.count() / 1'000'000'000, setup.imu_rate_hz,
-                                 noise.gyro_density, noise.accelerometer_density, noise.gyro_walk,
-                                 noise.accelerometer_walk, kLeastGyroWalk, kLeastAccelerometerWalk,
-                                 run.errors.motion_time_offset_s, offsets, cameras_text(cameras)));
+  write("README.md",
+        filled_text("readme.md", run.name, run.seed, texts + more, recording::kEpoch.count() / 1'000'000'000,
+                    setup.imu_rate_hz, noise.gyro_density, noise.accelerometer_density, noise.gyro_walk,
+                    noise.accelerometer_walk, kLeastGyroWalk, kLeastAccelerometerWalk,
+                    run.errors.motion_time_offset_s, offsets, cameras_text(cameras)));
 }
 
 int image_of_depth(const ExportContext& out, int depth) {

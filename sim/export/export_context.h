@@ -2,6 +2,8 @@
 // know it, the way files are written, and the functions that write one format each.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "sim/export/export.h"
@@ -125,6 +127,11 @@ inline recording::ImuNoise noise_of(const rig::RigSensor& imu) {
 
 /// Returns the text below the line `@@ name` of a file in texts/; the program embeds these files.
 std::string text_of(std::string_view name);
+/// Returns text_of() as a format with its values.
+template <typename... T>
+std::string filled_text(std::string_view name, const T&... values) {
+  return fmt::format(fmt::runtime(text_of(name)), values...);
+}
 
 /// The readings of all sensors that the filter gets with a frame.
 struct ExportedFrame {
@@ -138,10 +145,10 @@ class ExportContext {
  public:
   /// undistort: export images of a pinhole; otherwise the recorded ones, of a camera with the equidistant
   /// lens. passes: how often Frames will be read to their end.
-  ExportContext(const ExportedRun& run, const std::filesystem::path& folder, bool undistort, int passes = 1);
+  ExportContext(const ExportedRun& run, const fs::path& folder, bool undistort, int passes = 1);
 
   const ExportedRun& run;
-  const std::filesystem::path folder;
+  const fs::path folder;
   const recording::RecordingSetup setup;  ///< as recorded
   /// The sensors as exported, with their errors: those of the rig, then head camera and chest IMU.
   std::vector<rig::RigSensor> sensors;
@@ -165,7 +172,7 @@ class ExportContext {
   std::vector<files::TumRow> estimate() const;
 
   /// Creates the folders of a file to be written and returns its path.
-  std::filesystem::path new_file(const std::string& name) const;
+  fs::path new_file(const std::string& name) const;
   /// Writes a whole file.
   void write(const std::string& name, std::string_view bytes) const;
   /// write() of true poses; does nothing in an export without truth.

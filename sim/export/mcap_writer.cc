@@ -54,7 +54,7 @@ std::string record(Op op, std::string_view fields) {
 
 }  // namespace
 
-McapWriter::McapWriter(const std::filesystem::path& file) : out_(file) {
+McapWriter::McapWriter(const fs::path& file) : out_(file) {
   put(kMagic);
   put(record(Op::header, Fields{}.text("ros2").text("gaitslam").bytes));
 }

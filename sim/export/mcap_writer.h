@@ -22,7 +22,7 @@ struct MessageType {
 /// A file of ROS 2 messages in CDR. Memory: one chunk and the indexes. Throws FileError.
 class McapWriter {
  public:
-  explicit McapWriter(const std::filesystem::path& file);
+  explicit McapWriter(const fs::path& file);
 
   /// Adds a channel before the first message; returns its number. qos: publisher's profiles in YAML or empty.
   std::uint16_t add_channel(const std::string& topic, const MessageType& type, const std::string& qos);

@@ -25,9 +25,9 @@ std::string camera_chain(const ExportContext& out) {
         i == 0
             ? ""
             : fmt::format("  T_cn_cnm1:\n{}\n", rows_text(eye.X_CS.inverse() * out.sensor(eyes[i - 1]).X_CS));
-    text += fmt::format(fmt::runtime(text_of("openvins_camera.yaml")), i, rows_text(out.X_GS(eyes[i])),
-                        from_previous, fmt::join(others, ", "), real(k[0]), real(k[1]), real(k[2]),
-                        real(k[3]), lens ? "equidistant" : "radtan", real(camera.fu_px), real(camera.fv_px),
+    text += filled_text("openvins_camera.yaml", i, rows_text(out.X_GS(eyes[i])), from_previous,
+                        fmt::join(others, ", "), real(k[0]), real(k[1]), real(k[2]), real(k[3]),
+                        lens ? "equidistant" : "radtan", real(camera.fu_px), real(camera.fv_px),
                         real(camera.u0_px), real(camera.v0_px), camera.width_px, camera.height_px,
                         real(out.sensor(out.chest()).time_offset_s - eye.time_offset_s));
   }
@@ -39,11 +39,10 @@ std::string imu_chain(const ExportContext& out) {
   std::string text = "%YAML:1.0\n\n";
   for (int number = 0; const int i : out.all(rig::Kind::imu)) {
     const recording::ImuNoise noise = noise_of(out.sensor(i));
-    text +=
-        fmt::format(fmt::runtime(text_of("openvins_imu.yaml")), number++, rows_text(out.X_GS(i).inverse()),
-                    real(noise.accelerometer_density), real(noise.accelerometer_walk),
-                    real(noise.gyro_density), real(noise.gyro_walk), real(out.sensor(i).rate_hz),
-                    real(out.sensor(out.chest()).time_offset_s - out.sensor(i).time_offset_s));
+    text += filled_text("openvins_imu.yaml", number++, rows_text(out.X_GS(i).inverse()),
+                        real(noise.accelerometer_density), real(noise.accelerometer_walk),
+                        real(noise.gyro_density), real(noise.gyro_walk), real(out.sensor(i).rate_hz),
+                        real(out.sensor(out.chest()).time_offset_s - out.sensor(i).time_offset_s));
   }
   return text;
 }
@@ -100,8 +99,8 @@ void export_openvins(const ExportContext& out) {
   if (out.run.with_truth) out.write("groundtruth.csv", out.motion());
   out.write_truth("groundtruth.tum", tum_text(out.truth().camera));
   out.write_readme({}, out.all(rig::Kind::gray),
-                   fmt::format(fmt::runtime(text_of("openvins.md")), percentile(motion.speeds_m_s, 0.5),
-                               tracked.every, tracked.frequency_hz, features));
+                   filled_text("openvins.md", percentile(motion.speeds_m_s, 0.5), tracked.every,
+                               tracked.frequency_hz, features));
 }
 
 }  // namespace sim::exports

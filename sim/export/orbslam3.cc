@@ -31,17 +31,15 @@ std::string stereo_section(const slam::CameraIntrinsics& left, const rig::RigSen
         "Camera1.overlappingBegin: 0\nCamera1.overlappingEnd: {}\n"
         "Camera2.overlappingBegin: 0\nCamera2.overlappingEnd: {}\n",
         left.width_px - 1, right.camera.width_px - 1);
-  return fmt::format(fmt::runtime(text_of("orbslam3_right.yaml")), intrinsics("Camera2", right.camera),
-                     overlaps, matrix_text(right.X_CS, "", "", ", "),
-                     close_baselines(left.fu_px, kCornerSigma_px));
+  return filled_text("orbslam3_right.yaml", intrinsics("Camera2", right.camera), overlaps,
+                     matrix_text(right.X_CS, "", "", ", "), close_baselines(left.fu_px, kCornerSigma_px));
 }
 
 std::string imu_section(const ExportContext& out) {
   const recording::ImuNoise noise = noise_of(out.sensor(out.chest()));
-  return fmt::format(fmt::runtime(text_of("orbslam3_imu.yaml")),
-                     matrix_text(out.X_GS(out.head()), "", "", ", "), real(noise.gyro_density),
-                     real(noise.accelerometer_density), real(noise.gyro_walk), real(noise.accelerometer_walk),
-                     real(out.setup.imu_rate_hz));
+  return filled_text("orbslam3_imu.yaml", matrix_text(out.X_GS(out.head()), "", "", ", "),
+                     real(noise.gyro_density), real(noise.accelerometer_density), real(noise.gyro_walk),
+                     real(noise.accelerometer_walk), real(out.setup.imu_rate_hz));
 }
 
 }  // namespace
@@ -60,9 +58,9 @@ bool has_stereo(const ExportContext& out) {
 // OpenCV reads color images as BGR; gray ones have no order.
 std::string orbslam3_settings(const ExportContext& out, int camera, std::optional<int> depth, bool inertial) {
   const slam::CameraIntrinsics& lens = out.sensor(camera).camera;
-  std::string text = fmt::format(
-      fmt::runtime(text_of("orbslam3_head.yaml")), equidistant_lens(lens) ? "KannalaBrandt8" : "PinHole",
-      intrinsics("Camera1", lens), lens.width_px, lens.height_px, out.sensor(camera).rate_hz);
+  std::string text =
+      filled_text("orbslam3_head.yaml", equidistant_lens(lens) ? "KannalaBrandt8" : "PinHole",
+                  intrinsics("Camera1", lens), lens.width_px, lens.height_px, out.sensor(camera).rate_hz);
   if (depth) {
     const rig::RigSensor& measured = out.sensor(*depth);
     const double close = close_baselines(measured.camera.fu_px, measured.disparity_sigma_px);

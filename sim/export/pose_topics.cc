@@ -1,5 +1,4 @@
 #include "sim/export/ros_bag.h"
-#include "sim/files/csv.h"
 
 namespace sim::exports {
 namespace {
@@ -84,7 +83,6 @@ void PoseTopics::add_fixed_frames(const ExportContext& out) {
 }
 
 void PoseTopics::add_viewer_topics(const ExportContext& out) {
-  namespace fs = std::filesystem;
   const fs::path maps = out.run.result / "map_over_time.csv";
   if (out.run.with_truth && fs::exists(maps))  // once a second, each landmark a row: stamp, id, position
     for (files::CsvReader rows(maps, 5); rows.next();) {

@@ -1,12 +1,8 @@
 #include "sim/export/ros_bag.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "sim/files/csv.h"
 #include "sim/recording/image_file.h"
-#include "sim/recording/manifest.h"
-#include "sim/recording/recording_format.h"
 
 namespace sim::exports {
 namespace {
@@ -48,13 +44,12 @@ std::string Bag::finish() {
   mcap_.finish();
   std::string topics;
   for (std::uint16_t channel = 1; const auto& [name, type, qos] : topics_)
-    topics +=
-        fmt::format(fmt::runtime(text_of("bag_topic.yaml")), name, type, qos, mcap_.messages(channel++));
-  return fmt::format(fmt::runtime(text_of("bag_metadata.yaml")), mcap_.end_ns() - mcap_.begin_ns(),
-                     mcap_.begin_ns(), mcap_.messages(), topics);
+    topics += filled_text("bag_topic.yaml", name, type, qos, mcap_.messages(channel++));
+  return filled_text("bag_metadata.yaml", mcap_.end_ns() - mcap_.begin_ns(), mcap_.begin_ns(),
+                     mcap_.messages(), topics);
 }
 
-RecordedRows::RecordedRows(const std::filesystem::path& recording, const std::string& sensor) {
+RecordedRows::RecordedRows(const fs::path& recording, const std::string& sensor) {
   const recording::Manifest manifest(recording);
   const std::string file = recording::recording_format::sensor_rows(sensor);
   if (!manifest.lists(file)) return;
@@ -92,7 +87,7 @@ void export_mcap(const ExportContext& out) {
       const Eigen::Isometry3d X =
           out.sensor(imu).X_CS.inverse() * out.sensor(lidar).X_CS;  // points of the lidar to the IMU
       const Eigen::Matrix3d R_by_rows = X.linear().transpose();
-      extrinsics += fmt::format(fmt::runtime(text_of("mcap_extrinsics.md")), out.sensor(lidar).name,
+      extrinsics += filled_text("mcap_extrinsics.md", out.sensor(lidar).name,
                                 imu == out.chest() ? "/imu" : "/rig/" + out.sensor(imu).name + "/imu",
                                 fmt::join(X.translation(), ", "), fmt::join(R_by_rows.reshaped(), ", "));
     }

@@ -14,7 +14,7 @@ using Topic = std::optional<std::uint16_t>;  ///< of messages that the bag has
 /// run.mcap, and the content of metadata.yaml.
 class Bag {
  public:
-  explicit Bag(const std::filesystem::path& mcap_file) : mcap_(mcap_file) {}
+  explicit Bag(const fs::path& mcap_file) : mcap_(mcap_file) {}
   /// To be called before the first message. latched: late subscribers get its last message (transient_local).
   Topic add_topic(const std::string& name, const MessageType& type, bool latched = false);
   /// cdr: a message with the stamp t; nothing is written without a topic.

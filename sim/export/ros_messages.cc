@@ -1,9 +1,6 @@
 #include "sim/export/ros_messages.h"
 
 #include <set>
-#include <utility>
-
-#include "sim/recording/recording.h"
 
 namespace sim::exports {
 namespace ros {

@@ -113,8 +113,8 @@ void export_tum(const ExportContext& out) {
   out.write("settings.yaml", orbslam3_settings(out, cameras.rgb, cameras.depth, false));
   std::string of_depth;
   if (cameras.depth)
-    of_depth = fmt::format(
-        fmt::runtime(text_of("tum_depth.md")), out.sensor(*cameras.depth).name,
+    of_depth = filled_text(
+        "tum_depth.md", out.sensor(*cameras.depth).name,
         cameras.registration ? "registered to the images of `rgb/`" : "measured at the pixels of `rgb/`",
         100 * measured / std::max<double>(1, static_cast<double>(with_depth.size())));
   out.write_readme({"tum.md"}, {cameras.rgb}, of_depth);

@@ -7,13 +7,11 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdio>
 
 namespace sim::files {
 namespace {
 
-namespace fs = std::filesystem;
 using How = FileLock::How;
 
 constexpr int kAttempts = 150;
@@ -292,15 +290,14 @@ void require_replaceable(const fs::path& folder) {
   if (fs::is_symlink(status)) throw FileError(folder, "is a symbolic link, expected a folder or a new name");
   if (!fs::is_directory(status)) throw FileError(folder, "is a file, expected a folder or a new name");
   if (has_marker(folder) || fs::is_empty(folder)) return;
-  throw FileError(folder, fmt::format("was not made by gaitslam, which would replace it: {}", kWhatToDo));
+  throw FileError(folder, "was not made by gaitslam, which would replace it: {}", kWhatToDo);
 }
 
 void claim_outputs(const fs::path& folder, const std::vector<std::string>& names) {
   if (has_marker(folder)) return;
   for (const std::string& name : names)
     if (is_there(folder / name))
-      throw FileError(folder / name,
-                      fmt::format("was not made by gaitslam, which would replace it: {}", kWhatToDo));
+      throw FileError(folder / name, "was not made by gaitslam, which would replace it: {}", kWhatToDo);
   fs::create_directories(folder);
   write_atomically(folder / kMarker, kMarkerText);
 }

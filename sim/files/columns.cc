@@ -192,7 +192,7 @@ std::optional<double> median_step(const std::vector<double>& stamps) {
   return *middle;
 }
 
-const TimeUnit& unit_of_stamps(const std::filesystem::path& file, const std::vector<double>& stamps,
+const TimeUnit& unit_of_stamps(const fs::path& file, const std::vector<double>& stamps,
                                const TimeUnit* stated, double expected_step_s) {
   const std::optional<double> step = median_step(stamps);
   const double last = stamps.empty() ? 0 : stamps.back();
@@ -202,8 +202,8 @@ const TimeUnit& unit_of_stamps(const std::filesystem::path& file, const std::vec
   };
   if (stated) {
     if (!steps_within(*stated, 1e-6, 1e5) || std::abs(last) * static_cast<double>(stated->ns) > kLongest)
-      throw FileError(file, fmt::format("the header states {}, but the stamps, {} apart up to {}, are not",
-                                        stated->name, step.value_or(0), last));
+      throw FileError(file, "the header states {}, but the stamps, {} apart up to {}, are not", stated->name,
+                      step.value_or(0), last);
     return *stated;
   }
   for (const TimeUnit& unit : kTimeUnits)
@@ -298,17 +298,13 @@ Header::Title Header::parse(std::string_view text) {
   return title;
 }
 
-Header::Header(std::filesystem::path file, std::size_t line, const std::vector<std::string>& titles)
+Header::Header(fs::path file, std::size_t line, const std::vector<std::string>& titles)
     : file_(std::move(file)), line_(line) {
   for (const std::string& title : titles) titles_.push_back(parse(title));
 }
 
-Header::Header(std::filesystem::path file, std::size_t line, std::string_view text)
+Header::Header(fs::path file, std::size_t line, std::string_view text)
     : Header(std::move(file), line, split_titles(text)) {}
-
-void Header::fail(std::size_t field, const std::string& why) const {
-  throw FileError(file_, line_, fmt::format("column {}, \"{}\": {}", field + 1, titles_[field].text, why));
-}
 
 bool Header::names(Quantity quantity) const {
   return std::ranges::any_of(titles_, [&](const Title& t) { return t.quantity == quantity; });
@@ -332,10 +328,11 @@ bool Header::fit(std::size_t columns, bool commas) {
            titles_.front().quantity != Quantity::time)
     return false;
   else if (starts_with_pose)
-    throw FileError(file_, line_,
-                    fmt::format("the header names {} columns and no stamp, the rows have {}: expected a name "
-                                "for each, or for each but a stamp in front",
-                                titles_.size(), columns));
+    throw FileError(
+        file_, line_,
+        "the header names {} columns and no stamp, the rows have {}: expected a name for each, or "
+        "for each but a stamp in front",
+        titles_.size(), columns);
   return true;
 }
 
@@ -353,7 +350,7 @@ double Header::factor(std::size_t field, Quantity quantity) const {
   if (found) return *found;
   std::string all;
   for (const auto& [names, value] : kUnits.at(quantity)) all += (all.empty() ? "" : " ") + std::string(names);
-  fail(field, fmt::format("unknown unit \"{}\", expected one of {}", unit, all));
+  fail(field, "unknown unit \"{}\", expected one of {}", unit, all);
 }
 
 std::vector<Column> Header::columns(Quantity quantity, std::string_view axes, std::size_t first) const {
@@ -368,14 +365,14 @@ std::vector<Column> Header::columns(Quantity quantity, std::string_view axes, st
       if (titles_[field].axis == axes[i] && fits(field, quantity, axes[i], named)) fitting.push_back(field);
     if (fitting.size() == 1) by_name.push_back(fitting[0]);
     if (fitting.size() > 1 && named && quantity == Quantity::position)
-      fail(fitting[1], fmt::format("names the position along {} as column {} does, expected it once", axes[i],
-                                   fitting[0] + 1));
+      fail(fitting[1], "names the position along {} as column {} does, expected it once", axes[i],
+           fitting[0] + 1);
   }
   const std::vector<std::size_t>& found = in_order.size() == axes.size() ? in_order : by_name;
   if (found.size() < axes.size())
     fail(std::min(first + in_order.size(), titles_.size() - 1),
-         fmt::format("expected {} along {} here, or columns that name it once each",
-                     kWords.at(static_cast<std::size_t>(quantity)), axes[in_order.size()]));
+         "expected {} along {} here, or columns that name it once each",
+         kWords.at(static_cast<std::size_t>(quantity)), axes[in_order.size()]);
   std::vector<Column> columns;
   for (const std::size_t field : found) columns.push_back({field, factor(field, quantity)});
   return columns;
@@ -392,8 +389,7 @@ std::optional<CovarianceColumns> Header::covariance_columns(bool twenty) const {
            "unknown name of a covariance, expected one such as Pr11, Pt12, cov_xy, cov_roll_yaw or "
            "pose.covariance[0]");
     const auto unit = kCovarianceUnits.find(title.unit.empty() ? "m2" : title.unit);
-    if (unit == kCovarianceUnits.end())
-      fail(field, fmt::format("unknown unit \"{}\", expected m^2 or rad^2", title.unit));
+    if (unit == kCovarianceUnits.end()) fail(field, "unknown unit \"{}\", expected m^2 or rad^2", title.unit);
     const auto [row, column] = *title.element;
     if (times[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)]++ > 0)
       fail(field, "is repeated");
@@ -415,10 +411,8 @@ std::optional<CovarianceColumns> Header::covariance_columns(bool twenty) const {
   for (std::size_t row = 0; row < 6; ++row)
     for (std::size_t column = row; column < 6; ++column)
       if (!has(row, column) && (crossed || row / 3 == column / 3))
-        throw FileError(
-            file_, line_,
-            fmt::format("the covariance is incomplete: no column is P{}{}{}{}", row < 3 ? "r" : "t",
-                        row / 3 == column / 3 ? "" : "t", row % 3 + 1, column % 3 + 1));
+        throw FileError(file_, line_, "the covariance is incomplete: no column is P{}{}{}{}",
+                        row < 3 ? "r" : "t", row / 3 == column / 3 ? "" : "t", row % 3 + 1, column % 3 + 1);
   return found;
 }
 

@@ -3,7 +3,7 @@
 
 #include <chrono>
 
-#include "sim/files/text.h"
+#include "sim/files/csv.h"
 
 namespace sim::files {
 
@@ -26,7 +26,7 @@ std::optional<double> median_step(const std::vector<double>& stamps);
 /// Returns the unit of a file's stamps, decided from all of them: the stated unit; else the unit that makes
 /// them dates from 2001 to 2286; else seconds if they are less than 10 apart; else the unit that brings them
 /// nearest to the expected step. Throws FileError, of this file, if they cannot have the stated unit.
-const TimeUnit& unit_of_stamps(const std::filesystem::path& file, const std::vector<double>& stamps,
+const TimeUnit& unit_of_stamps(const fs::path& file, const std::vector<double>& stamps,
                                const TimeUnit* stated, double expected_step_s = 0.05);
 
 enum class Quantity { time, position, orientation, angular_rate, acceleration, other };
@@ -45,20 +45,20 @@ struct StampColumns {
   std::optional<std::size_t> rest = {};
   const TimeUnit* rest_unit = nullptr;
 
-  /// Returns the stamp of a row (CsvReader or the like) in units, rounded to a double.
-  double number(const auto& row, const TimeUnit& of) const {
-    return static_cast<double>(row.number(field)) +
+  /// Returns the stamp of a row in units, rounded to a double.
+  double number(const Row& row, const TimeUnit& of) const {
+    return row.number(field) +
            (rest ? row.number(*rest) * static_cast<double>(rest_unit->ns) / static_cast<double>(of.ns) : 0);
   }
   /// Returns the stamp of a row, or nothing if parse_stamp() does. Throws FileError for a rest that is not
   /// one.
-  std::optional<std::chrono::nanoseconds> read(const auto& row, const TimeUnit& of) const {
+  std::optional<std::chrono::nanoseconds> read(const Row& row, const TimeUnit& of) const {
     const auto t = parse_stamp(row.text(field), of);
     if (!t || !rest) return t;
     const auto part = parse_number<std::int64_t>(row.text(*rest));
     if (!part || *part < 0 || *part >= of.ns / rest_unit->ns || t->count() % of.ns != 0)
-      row.fail(*rest, std::string("expected whole ") + of.name + " and their rest in whole " +
-                          rest_unit->name + " in two columns, as the header names them");
+      row.fail(*rest, "expected whole {} and their rest in whole {} in two columns, as the header names them",
+               of.name, rest_unit->name);
     return *t + std::chrono::nanoseconds(*part * rest_unit->ns);
   }
 };
@@ -83,9 +83,9 @@ std::string not_rising(std::chrono::nanoseconds before, std::chrono::nanoseconds
 class Header {
  public:
   /// line: its number in the file, for errors.
-  Header(std::filesystem::path file, std::size_t line, const std::vector<std::string>& titles);
+  Header(fs::path file, std::size_t line, const std::vector<std::string>& titles);
   /// Splits a line at semicolons or commas, or at blanks outside of brackets if it has neither.
-  Header(std::filesystem::path file, std::size_t line, std::string_view text);
+  Header(fs::path file, std::size_t line, std::string_view text);
 
   std::size_t size() const { return titles_.size(); }
   /// Returns whether these may be titles of poses: three or more with an axis.
@@ -125,9 +125,13 @@ class Header {
   bool fits(std::size_t field, Quantity quantity, char axis, bool named) const;
   double factor(std::size_t field, Quantity quantity) const;
   const TimeUnit* time_unit(std::size_t field) const;
-  [[noreturn]] void fail(std::size_t field, const std::string& why) const;
+  template <typename... T>
+  [[noreturn]] void fail(std::size_t field, fmt::format_string<T...> why, T&&... values) const {
+    throw FileError(file_, line_, "column {}, \"{}\": {}", field + 1, titles_[field].text,
+                    fmt::format(why, std::forward<T>(values)...));
+  }
 
-  std::filesystem::path file_;
+  fs::path file_;
   std::size_t line_;
   std::vector<Title> titles_;
 };

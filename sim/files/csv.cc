@@ -8,8 +8,6 @@
 namespace sim::files {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr std::pair<std::string_view, const char*> kFormats[] = {{"\x1f\x8b", "compressed (gzip)"},
                                                                  {"\x28\xb5\x2f\xfd", "compressed (zstd)"},
                                                                  {"\xfd"
@@ -29,7 +27,7 @@ enum class Encoding { utf8, utf16_little, utf16_big };
 // By the zeros beside ASCII characters. Throws FileError if the file is not text.
 Encoding encoding_of(const fs::path& file, std::string_view start) {
   for (const auto& [magic, name] : kFormats)
-    if (start.starts_with(magic)) throw FileError(file, fmt::format("is {}, expected plain text", name));
+    if (start.starts_with(magic)) throw FileError(file, "is {}, expected plain text", name);
   start = start.substr(0, 64);
   std::array<std::size_t, 2> zeros{};
   for (std::size_t i = 0; i < start.size(); ++i) zeros[i % 2] += start[i] == '\0';
@@ -59,31 +57,29 @@ void require_utf8(const fs::path& file, std::string_view start) {
   if (encoding_of(file, start) != Encoding::utf8) throw FileError(file, "is UTF-16, expected UTF-8");
 }
 
-CsvReader::CsvReader(const std::filesystem::path& file, Writer writer)
-    : file_(file), input_(file, kMostOfRows), strict_(writer == Writer::own) {
+CsvReader::CsvReader(const fs::path& file, Writer writer)
+    : Row(std::make_shared<const fs::path>(file), 0),
+      input_(file, kMostOfRows),
+      strict_(writer == Writer::own) {
   piece_ = input_.next();
-  if (!strict_) require_utf8(file_, piece_);
-  if (!read_line()) throw FileError(file_, "is empty");
+  if (!strict_) require_utf8(file, piece_);
+  if (!read_line()) throw FileError(file, "is empty");
   if (!strict_ && line_.starts_with("\xef\xbb\xbf")) line_.erase(0, 3);  // UTF-8's byte order mark
   split();
   titles_.assign(fields_.begin(), fields_.end());
   fields_.clear();
 }
 
-CsvReader::CsvReader(const std::filesystem::path& file, const std::vector<std::string>& headers)
+CsvReader::CsvReader(const fs::path& file, const std::vector<std::string>& headers)
     : CsvReader(file, Writer::own) {
   if (std::ranges::find(headers, line_) == headers.end())
-    throw FileError(file_, 1,
-                    fmt::format("expected the header \"{}\", found \"{}\"", headers.front(), line_));
+    fail("expected the header \"{}\", found \"{}\"", headers.front(), line_);
 }
 
-CsvReader::CsvReader(const std::filesystem::path& file, std::size_t least_fields)
-    : CsvReader(file, Writer::other) {
-  if (parse_number<double>(titles_[0])) throw FileError(file_, 1, "expected a header that names the columns");
+CsvReader::CsvReader(const fs::path& file, std::size_t least_fields) : CsvReader(file, Writer::other) {
+  if (parse_number<double>(titles_[0])) fail("expected a header that names the columns");
   if (titles_.size() < least_fields)
-    throw FileError(file_, 1,
-                    fmt::format("expected a header of at least {} columns between commas, found {}",
-                                least_fields, titles_.size()));
+    fail("expected a header of at least {} columns between commas, found {}", least_fields, titles_.size());
 }
 
 bool CsvReader::read_line() {
@@ -94,16 +90,14 @@ bool CsvReader::read_line() {
     const std::size_t end = std::min(piece_.find('\n'), piece_.size());
     ends = end < piece_.size();
     line_ += piece_.substr(0, end);
-    if (line_.size() > kLongestRow)
-      throw FileError(file_, line_number_, fmt::format("has more than {} characters", kLongestRow));
+    if (line_.size() > kLongestRow) fail("has more than {} characters", kLongestRow);
     piece_.remove_prefix(end + ends);
     read_ += end + ends;
     if (!ends) continue;
     if (line_.ends_with('\r')) line_.pop_back();
     return true;
   }
-  if (!line_.empty() && strict_)
-    throw FileError(file_, line_number_, "the last line is cut off: it does not end with a line feed");
+  if (!line_.empty() && strict_) fail("the last line is cut off: it does not end with a line feed");
   return !line_.empty();
 }
 
@@ -114,6 +108,7 @@ double CsvReader::part() const {
 
 void CsvReader::split() {
   fields_.clear();
+  begin_ = line_.data();
   for (std::size_t begin = 0;; ++begin) {
     if (begin < line_.size() && line_[begin] == '"') {
       begin = split_quoted(begin);
@@ -134,13 +129,13 @@ void CsvReader::split() {
 std::size_t CsvReader::split_quoted(std::size_t begin) {
   std::size_t from = begin + 1, to = from;
   for (;; ++from, ++to) {
-    if (from == line_.size()) throw FileError(file_, line_number_, "a quoted field does not end");
+    if (from == line_.size()) fail("a quoted field does not end");
     if (line_[from] == '"' && (++from == line_.size() || line_[from] != '"')) break;
     line_[to] = line_[from];
   }
   fields_.push_back(std::string_view(line_).substr(begin + 1, to - begin - 1));
   if (from < line_.size() && line_[from] != ',')
-    throw FileError(file_, line_number_, from + 1, "expected a comma after the quoted field");
+    throw FileError(*file_, line_number_, from + 1, "expected a comma after the quoted field");
   return from;
 }
 
@@ -149,34 +144,27 @@ bool CsvReader::next() {
     if (!read_line()) return false;
   while (!strict_ && line_.empty());
   split();
-  if (fields_.size() != titles_.size())
-    throw FileError(file_, line_number_,
-                    fmt::format("expected {} fields, found {}", titles_.size(), fields_.size()));
+  if (fields_.size() != titles_.size()) fail("expected {} fields, found {}", titles_.size(), fields_.size());
   return true;
 }
 
-void CsvReader::fail(std::size_t field, const std::string& why) const {
-  throw FileError(file_, line_number_, static_cast<std::size_t>(fields_.at(field).data() - line_.data()) + 1,
-                  why);
-}
-
-std::int64_t CsvReader::integer(std::size_t field) const {
+std::int64_t Row::integer(std::size_t field) const {
   const auto value = parse_number<std::int64_t>(text(field));
-  if (!value) fail(field, fmt::format("expected an integer, found \"{}\"", text(field)));
+  if (!value) fail(field, "expected an integer, found \"{}\"", text(field));
   return *value;
 }
 
-double CsvReader::number(std::size_t field) const {
+double Row::number(std::size_t field) const {
   const auto value = parse_finite(text(field));
-  if (!value) fail(field, fmt::format("expected a finite number, found \"{}\"", text(field)));
+  if (!value) fail(field, "expected a finite number, found \"{}\"", text(field));
   return *value;
 }
 
-Eigen::Vector3d CsvReader::vector(std::size_t first) const {
+Eigen::Vector3d Row::vector(std::size_t first) const {
   return {number(first), number(first + 1), number(first + 2)};
 }
 
-Eigen::Isometry3d CsvReader::pose(std::size_t first) const {
+Eigen::Isometry3d Row::pose(std::size_t first) const {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.translation() = vector(first);
   for (int row = 0; row < 3; ++row)

@@ -10,55 +10,74 @@ namespace sim::files {
 /// Returns external text as UTF-8 with line feeds and without byte order mark: converts UTF-16 (characters
 /// that are not ASCII become '?') and lines that end with CR. Throws FileError naming what it is if it is not
 /// text.
-std::string plain_text(const std::filesystem::path& file, std::string bytes);
+std::string plain_text(const fs::path& file, std::string bytes);
 
 /// Throws FileError, naming the encoding, if a file that starts with these bytes is not UTF-8 text.
-void require_utf8(const std::filesystem::path& file, std::string_view start);
+void require_utf8(const fs::path& file, std::string_view start);
 
-/// Reads a file line by line; the first is its header, and each must have as many fields, quoted as in RFC
-/// 4180 but ended on their line. All members throw FileError.
-class CsvReader {
+/// The fields of a line of a file. All members throw FileError.
+class Row {
  public:
-  /// A file that the program wrote: the first line must be one of `headers`, and each line ends with a line
-  /// feed (a last line without one was cut off).
-  CsvReader(const std::filesystem::path& file, const std::vector<std::string>& headers);
-
-  /// An external file; any header. Ignores blanks around fields, empty lines, a missing last line feed.
-  explicit CsvReader(const std::filesystem::path& file) : CsvReader(file, Writer::other) {}
-
-  /// An external file with a header of at least so many columns. The first title must not be a number.
-  CsvReader(const std::filesystem::path& file, std::size_t least_fields);
-
-  const std::vector<std::string>& titles() const { return titles_; }  ///< of the header's columns
-  std::size_t fields() const { return fields_.size(); }               ///< of the row
-  std::size_t line() const { return line_number_; }                   ///< of the row
-  bool next();          ///< reads the next row; false at the end of the file
-  double part() const;  ///< of the file's bytes that were read, 0 to 1
-
+  std::size_t fields() const { return fields_.size(); }
+  std::size_t line() const { return line_number_; }
   std::string_view text(std::size_t field) const { return fields_.at(field); }
   std::int64_t integer(std::size_t field) const;    ///< the whole field, decimal
   double number(std::size_t field) const;           ///< the whole field, finite
   Eigen::Vector3d vector(std::size_t first) const;  ///< three fields
   Eigen::Isometry3d pose(std::size_t first) const;  ///< twelve fields: position, then rotation by rows
-  [[noreturn]] void fail(std::size_t field,
-                         const std::string& why) const;  ///< FileError at a field of this row
+
+  /// Throws FileError at a field. why: a format with its values.
+  template <typename... T>
+  [[noreturn]] void fail(std::size_t field, fmt::format_string<T...> why, T&&... values) const {
+    throw FileError(*file_, line_number_, static_cast<std::size_t>(fields_.at(field).data() - begin_) + 1,
+                    fmt::format(why, std::forward<T>(values)...));
+  }
+  /// Throws FileError at the line.
+  template <typename... T>
+  [[noreturn]] void fail(fmt::format_string<T...> why, T&&... values) const {
+    throw FileError(*file_, line_number_, fmt::format(why, std::forward<T>(values)...));
+  }
+
+ protected:
+  Row(std::shared_ptr<const fs::path> file, std::size_t line) : file_(std::move(file)), line_number_(line) {}
+
+  std::shared_ptr<const fs::path> file_;
+  std::size_t line_number_;
+  const char* begin_ = nullptr;  // of the line
+  std::vector<std::string_view> fields_;
+};
+
+/// Reads a file line by line; the first is its header, and each must have as many fields, quoted as in RFC
+/// 4180 but ended on their line. All members throw FileError.
+class CsvReader : public Row {
+ public:
+  /// A file that the program wrote: the first line must be one of `headers`, and each line ends with a line
+  /// feed (a last line without one was cut off).
+  CsvReader(const fs::path& file, const std::vector<std::string>& headers);
+
+  /// An external file; any header. Ignores blanks around fields, empty lines, a missing last line feed.
+  explicit CsvReader(const fs::path& file) : CsvReader(file, Writer::other) {}
+
+  /// An external file with a header of at least so many columns. The first title must not be a number.
+  CsvReader(const fs::path& file, std::size_t least_fields);
+
+  const std::vector<std::string>& titles() const { return titles_; }  ///< of the header's columns
+  bool next();          ///< reads the next row; false at the end of the file
+  double part() const;  ///< of the file's bytes that were read, 0 to 1
 
  private:
   enum class Writer { own, other };
-  CsvReader(const std::filesystem::path& file, Writer writer);
+  CsvReader(const fs::path& file, Writer writer);
   bool read_line();
   void split();
   std::size_t split_quoted(std::size_t begin);  // returns the end of the field
 
-  std::filesystem::path file_;
   InputFile input_;
   std::string_view piece_;  // what is left of the piece at hand
   bool strict_;
   std::uintmax_t read_ = 0;  // bytes
-  std::size_t line_number_ = 0;
   std::vector<std::string> titles_;
   std::string line_;
-  std::vector<std::string_view> fields_;
 };
 
 /// Returns the text as a field, quoted as in RFC 4180 if needed; line breaks become blanks.

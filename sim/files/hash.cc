@@ -7,8 +7,6 @@
 namespace sim::files {
 namespace {
 
-namespace fs = std::filesystem;
-
 XXH3_state_t* xxh(void* state) { return static_cast<XXH3_state_t*>(state); }
 
 }  // namespace

@@ -24,13 +24,13 @@ class Hash {
 /// A file hashed during writing. All members throw FileError.
 class HashedFile {
  public:
-  explicit HashedFile(const std::filesystem::path& file);
+  explicit HashedFile(const fs::path& file);
   void write(std::string_view bytes);
   void close();
   const Hash& hash() const { return hash_; }
 
  private:
-  std::filesystem::path file_;
+  fs::path file_;
   std::ofstream out_;
   Hash hash_;
 };

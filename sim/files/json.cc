@@ -20,11 +20,11 @@ std::string key_below(const std::string& key, std::string_view name) {
 }  // namespace
 
 struct Json::Document {
-  std::filesystem::path file;
+  fs::path file;
   ordered_json root;
 };
 
-Json::Json(const std::filesystem::path& file, std::string_view text) {
+Json::Json(const fs::path& file, std::string_view text) {
   bool too_deep = false;
   const auto limit_depth = [&](int depth, ordered_json::parse_event_t, ordered_json&) {
     too_deep = too_deep || depth > kDeepest;
@@ -33,7 +33,7 @@ Json::Json(const std::filesystem::path& file, std::string_view text) {
   auto document = std::make_shared<Document>();
   document->file = file;
   document->root = ordered_json::parse(text, limit_depth, false);
-  if (too_deep) throw FileError(file, fmt::format("is nested deeper than {} levels", kDeepest));
+  if (too_deep) throw FileError(file, "is nested deeper than {} levels", kDeepest);
   if (!document->root.is_object()) throw FileError(file, "expected a JSON object");
   value_ = &document->root;
   document_ = std::move(document);
@@ -103,7 +103,7 @@ std::vector<std::pair<std::string, Json>> Json::entries() const {
   return all;
 }
 
-Json read_json(const std::filesystem::path& file) {
+Json read_json(const fs::path& file) {
   const std::string text = read_text(file, kMostOfJson);
   require_utf8(file, text);
   return {file, text};

@@ -12,7 +12,7 @@ namespace sim::files {
 class Json {
  public:
   /// The object in this text. file: its name in errors.
-  Json(const std::filesystem::path& file, std::string_view text);
+  Json(const fs::path& file, std::string_view text);
 
   /// Returns the value of a key of this object.
   Json at(std::string_view key) const;
@@ -42,7 +42,7 @@ class Json {
 };
 
 /// Returns the JSON object in a file. Throws FileError.
-Json read_json(const std::filesystem::path& file);
+Json read_json(const fs::path& file);
 
 /// Returns the JSON as text. Bytes that are not UTF-8 become replacement characters.
 std::string json_text(const nlohmann::ordered_json& json, int indent = -1);

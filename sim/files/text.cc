@@ -14,8 +14,6 @@
 namespace sim::files {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr std::size_t kPiece = 1 << 16;  // bytes
 
 [[noreturn]] void fail_reading(const fs::path& file, int fault = errno) {
@@ -178,7 +176,7 @@ InputFile::InputFile(const fs::path& file, std::uintmax_t most)
     ::fcntl(fd, F_SETFL, 0);  // waits for its bytes
   else
     throw FileError(file, kNotRegular);
-  if (size_ > most) throw FileError(file, fmt::format("has {} bytes, expected at most {}", size_, most));
+  if (size_ > most) throw FileError(file, "has {} bytes, expected at most {}", size_, most);
 }
 
 std::string_view InputFile::next() {
@@ -187,7 +185,7 @@ std::string_view InputFile::next() {
   while (n < 0 && errno == EINTR);
   if (n < 0) fail_reading(file_);
   const auto bytes = static_cast<std::size_t>(n);
-  if ((read_ += bytes) > most_) throw FileError(file_, fmt::format("has more than {} bytes", most_));
+  if ((read_ += bytes) > most_) throw FileError(file_, "has more than {} bytes", most_);
   return {piece_.get(), bytes};
 }
 
@@ -248,6 +246,13 @@ std::string text_table(const std::vector<std::vector<std::string>>& rows, const 
     table.push_back(*column);
   }
   return text + drawn(table);
+}
+
+std::optional<std::string> titled_lines(std::string_view text, std::string_view title) {
+  const std::string begin = fmt::format("@@ {}\n", title);
+  const std::size_t at = text.find(begin);
+  if (at == text.npos) return std::nullopt;
+  return std::string(text.substr(at + begin.size(), text.find("@@ ", at + 3) - at - begin.size()));
 }
 
 std::vector<std::string> lines_of(std::string_view text) {

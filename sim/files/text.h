@@ -2,6 +2,8 @@
 // writers, and text and tables for a terminal.
 #pragma once
 
+#include <fmt/core.h>
+
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -23,6 +25,10 @@
   extern "C" const char name##_end[] __attribute__((visibility("hidden")));                 \
   static std::string_view name() { return {name##_begin, name##_end}; }
 
+namespace sim {
+namespace fs = std::filesystem;
+}
+
 namespace sim::files {
 
 /// Returns the text with a '?' for each control character (except line feed and tab), each character that
@@ -39,11 +45,19 @@ std::string shell_word(const std::string& text);
 /// "file: why", "file:line: why" or "file:line:column: why", with lines and columns from 1.
 class FileError : public std::runtime_error {
  public:
-  FileError(const std::filesystem::path& file, const std::string& why)
+  FileError(const fs::path& file, const std::string& why)
       : std::runtime_error(sanitize(file.string() + ": " + why)) {}
-  FileError(const std::filesystem::path& file, std::size_t line, const std::string& why)
+  /// why: a format with its values.
+  template <typename First, typename... T>
+  FileError(const fs::path& file, fmt::format_string<First, T...> why, First&& first, T&&... rest)
+      : FileError(file, fmt::format(why, std::forward<First>(first), std::forward<T>(rest)...)) {}
+  FileError(const fs::path& file, std::size_t line, const std::string& why)
       : FileError(file.string() + ":" + std::to_string(line), why) {}
-  FileError(const std::filesystem::path& file, std::size_t line, std::size_t column, const std::string& why)
+  template <typename First, typename... T>
+  FileError(const fs::path& file, std::size_t line, fmt::format_string<First, T...> why, First&& first,
+            T&&... rest)
+      : FileError(file, line, fmt::format(why, std::forward<First>(first), std::forward<T>(rest)...)) {}
+  FileError(const fs::path& file, std::size_t line, std::size_t column, const std::string& why)
       : FileError(file.string() + ":" + std::to_string(line) + ":" + std::to_string(column), why) {}
 
  protected:
@@ -61,8 +75,7 @@ class DeviceError : public FileError {
 bool is_of_device(int fault);
 
 /// Throws FileError "file: what: reason" for an error number, or DeviceError if is_of_device().
-[[noreturn]] void fail_by_errno(const std::filesystem::path& file, const std::string& what,
-                                int fault = errno);
+[[noreturn]] void fail_by_errno(const fs::path& file, const std::string& what, int fault = errno);
 
 /// An open file of the operating system, closed at the end of its life. Below zero: none.
 class Descriptor {
@@ -93,7 +106,7 @@ inline constexpr std::uintmax_t kMostOfRows = std::uintmax_t{16} << 30;
 class InputFile {
  public:
   /// Throws if the file has more than `most` bytes, before reading it if its size is known.
-  InputFile(const std::filesystem::path& file, std::uintmax_t most);
+  InputFile(const fs::path& file, std::uintmax_t most);
 
   std::uintmax_t size() const { return size_; }  ///< bytes; 0 of a pipe
   /// Returns the next bytes, none at the end of the file; they live until the next call.
@@ -102,18 +115,18 @@ class InputFile {
   std::string last(std::size_t bytes) const;
 
  private:
-  std::filesystem::path file_;
+  fs::path file_;
   Descriptor in_;
   std::uintmax_t most_, size_ = 0, read_ = 0;
   std::unique_ptr<char[]> piece_;
 };
 
 /// Returns all bytes of a file. Throws FileError, as InputFile does.
-std::string read_text(const std::filesystem::path& file, std::uintmax_t most = kMostOfText);
+std::string read_text(const fs::path& file, std::uintmax_t most = kMostOfText);
 
 /// Writes exactly these bytes. Throws FileError "cannot be written: " and the reason. A killed process leaves
 /// a part of the file; write_atomically does not.
-void write_text(const std::filesystem::path& file, std::string_view text);
+void write_text(const fs::path& file, std::string_view text);
 
 /// Returns the decimal number that is the whole text; nothing if it is not one or does not fit the type.
 template <typename Number>
@@ -138,9 +151,13 @@ inline std::string counted(std::size_t n, std::string_view what) {
 /// Returns the lines of a text without their line feeds.
 std::vector<std::string> lines_of(std::string_view text);
 
+/// Returns the lines of a text between "@@ title" and the next line that starts with "@@ "; nothing without
+/// that title.
+std::optional<std::string> titled_lines(std::string_view text, std::string_view title);
+
 /// Returns folder/name. Throws FileError if the name is empty, absolute or has "..", or if a link on the way
 /// leaves the folder: lists in external files must not open anything else.
-std::filesystem::path contained_path(const std::filesystem::path& folder, std::string_view name);
+fs::path contained_path(const fs::path& folder, std::string_view name);
 
 inline constexpr std::size_t kTerminalWidth = 100;
 

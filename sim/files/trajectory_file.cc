@@ -10,16 +10,16 @@
 namespace sim::files {
 namespace {
 
-namespace fs = std::filesystem;
 using std::chrono::nanoseconds;
 
 constexpr std::string_view kBlank = " \t\r";
 
 // One line; its fields end at the separator, ' ' for blanks and tabs. Errors name file, line and column.
-class Line {
+class Line : public Row {
  public:
-  Line(const fs::path& file, std::size_t number, std::string_view text, char separator)
-      : file_(&file), number_(number), text_(text), separator_(separator) {
+  Line(std::shared_ptr<const fs::path> file, std::size_t number, std::string_view text, char separator)
+      : Row(std::move(file), number), separator_(separator) {
+    begin_ = text.data();
     if (text.find_first_not_of(kBlank) == text.npos) return;
     for (std::size_t at = 0; at <= text.size();) {
       if (separator == ' ' && (at = text.find_first_not_of(kBlank, at)) == text.npos) break;
@@ -32,24 +32,16 @@ class Line {
     }
   }
 
-  std::size_t size() const { return fields_.size(); }
-  std::size_t line() const { return number_; }
   bool is_comment() const { return fields_.empty() || fields_[0].starts_with('#'); }
   bool has_commas() const { return separator_ == ','; }
   char separator() const { return separator_; }
   void drop_last() { fields_.pop_back(); }
-  std::string_view text(std::size_t field) const { return fields_.at(field); }
 
   // Returns whether a field exists and is empty or NaN.
   bool is_absent(const Column& column) const {
-    if (column.field >= size()) return false;
+    if (column.field >= fields()) return false;
     const auto value = parse_number<double>(text(column.field));
     return text(column.field).empty() || (value && std::isnan(*value));
-  }
-  double number(std::size_t field) const {
-    const auto value = parse_finite(text(field));
-    if (!value) fail(field, fmt::format("expected a finite number, found \"{}\"", text(field)));
-    return *value;
   }
   nanoseconds stamp(const StampColumns& columns, const TimeUnit& unit) const {
     number(columns.field);
@@ -64,18 +56,8 @@ class Line {
     return value;
   }
 
-  [[noreturn]] void fail(std::size_t field, const std::string& why) const {
-    const auto column = static_cast<std::size_t>(text(field).data() - text_.data()) + 1;
-    throw FileError(*file_, number_, column, why);
-  }
-  [[noreturn]] void fail(const std::string& why) const { throw FileError(*file_, number_, why); }
-
  private:
-  const fs::path* file_;
-  std::size_t number_;
-  std::string_view text_;
   char separator_;
-  std::vector<std::string_view> fields_;
 };
 
 // Returns what separates the fields of a line: ';' or ',' if it has them, else ' ' for blanks. Commas within
@@ -83,17 +65,16 @@ class Line {
 char separator_of(std::string_view line) {
   if (line.find(';') != line.npos) return ';';
   if (line.find(',') == line.npos) return ' ';
-  const fs::path none;
-  const Line pieces(none, 0, line, ' ');
+  const Line pieces(nullptr, 0, line, ' ');
   const auto may_be_decimal = [&](std::size_t field) {
     const std::string_view piece = pieces.text(field);
     const std::size_t comma = piece.find(',');
     return comma == piece.npos ||
            (comma > 0 && comma + 1 < piece.size() && piece.find(',', comma + 1) == piece.npos);
   };
-  for (std::size_t field = 0; field < pieces.size(); ++field)
+  for (std::size_t field = 0; field < pieces.fields(); ++field)
     if (!may_be_decimal(field)) return ',';
-  return pieces.size() >= 4 ? ' ' : ',';
+  return pieces.fields() >= 4 ? ' ' : ',';
 }
 
 // Makes the numbers of a line of data plain, character by character so that columns in errors stay: decimal
@@ -111,6 +92,7 @@ void make_plain(char* begin, char* end, char separator) {
 // or not, that has titles of columns.
 struct Lines {
   explicit Lines(const fs::path& file_) : file(file_), text(plain_text(file, read_text(file))) {
+    const auto shared = std::make_shared<const fs::path>(file);
     std::size_t number = 0;
     std::optional<char> separator;  // as in the first line of data
     for (std::size_t begin = 0, end; begin < text.size(); begin = end + 1) {
@@ -121,8 +103,8 @@ struct Lines {
       const char here = separator.value_or(separator_of(line_text));
       ++number;
       if (is_data) make_plain(text.data() + begin, text.data() + end, here);
-      Line line(file, number, line_text, here);
-      if (lines.empty() && line.size() >= 3 && !parse_number<double>(line.text(0)))
+      Line line(shared, number, line_text, here);
+      if (lines.empty() && line.fields() >= 3 && !parse_number<double>(line.text(0)))
         if (Header titles(file, number, line_text); titles.are_titles()) {
           header.emplace(std::move(titles));
           continue;
@@ -132,11 +114,11 @@ struct Lines {
       lines.push_back(std::move(line));
     }
     const auto ends_empty = [](const Line& line) {
-      return line.separator() != ' ' && line.text(line.size() - 1).empty();
+      return line.separator() != ' ' && line.text(line.fields() - 1).empty();
     };
     if (std::ranges::all_of(lines, ends_empty))  // each ends with a separator
       for (Line& line : lines) line.drop_last();
-    if (header && !lines.empty() && !header->fit(lines.front().size(), lines.front().separator() != ' '))
+    if (header && !lines.empty() && !header->fit(lines.front().fields(), lines.front().separator() != ' '))
       header.reset();
   }
   Lines(const Lines&) = delete;
@@ -185,10 +167,10 @@ struct PoseColumns {
 
   /// As the header names them, else in the order of EuRoC (with commas) or TUM.
   explicit PoseColumns(const Lines& text) {
-    const std::size_t n = text.lines.front().size();
+    const std::size_t n = text.lines.front().fields();
     const bool commas = text.lines.front().has_commas();
     const auto& header = text.header;
-    const bool twenty = std::ranges::count(text.lines, 20u, &Line::size) > 0;
+    const bool twenty = std::ranges::count(text.lines, 20u, &Line::fields) > 0;
     if (header && (!twenty || header->size() > 8))
       covariance = header->covariance_columns(twenty);
     else if (twenty && !commas)
@@ -245,7 +227,7 @@ struct PoseColumns {
 
   bool has_covariance(const Line& line) const {
     return covariance && std::ranges::any_of(covariance->elements, [&](const auto& element) {
-             return element.of.field < line.size() && !line.text(element.of.field).empty();
+             return element.of.field < line.fields() && !line.text(element.of.field).empty();
            });
   }
 
@@ -267,7 +249,7 @@ struct PoseColumns {
 };
 
 Eigen::Isometry3d kitti_pose(const Line& line) {
-  if (line.size() != 12) line.fail(fmt::format("expected 12 numbers, found {}", line.size()));
+  if (line.fields() != 12) line.fail("expected 12 numbers, found {}", line.fields());
   Eigen::Matrix3d R;
   for (int i = 0; i < 9; ++i) R(i / 3, i % 3) = line.number(static_cast<std::size_t>(i / 3 * 4 + i % 3));
   if (!(R.transpose() * R).isIdentity(1e-2) || R.determinant() < 0)
@@ -289,7 +271,7 @@ void settle_stamps(TrajectoryFile& read, const std::vector<Line>& lines) {
     warn(read, "its last pose has the stamp of the one before and is left out");
   }
   for (std::size_t i = 1; i < rows.size(); ++i)
-    if (rows[i].t <= rows[i - 1].t) lines[i].fail(0, not_rising(rows[i - 1].t, rows[i].t));
+    if (rows[i].t <= rows[i - 1].t) lines[i].fail(0, "{}", not_rising(rows[i - 1].t, rows[i].t));
 }
 
 // Throws FileError if the stamps are not in the unit that the header states.
@@ -317,7 +299,7 @@ bool lacks_orientations(const std::vector<Line>& lines, const std::vector<Column
 }
 
 TrajectoryFile read_poses(Lines& text, const TimeUnit* stated) {
-  const std::size_t fields = text.lines.front().size();
+  const std::size_t fields = text.lines.front().fields();
   const bool commas = text.lines.front().has_commas();
   PoseColumns columns(text);
   const auto may_have = [&](std::size_t n) {  // only some poses may have a covariance
@@ -325,11 +307,10 @@ TrajectoryFile read_poses(Lines& text, const TimeUnit* stated) {
   };
   if (stated && !columns.stamp.rest) columns.stamp.unit = stated;
   for (const Line& line : text.lines) {
-    const std::size_t n = line.size();
-    if (!may_have(n))
-      line.fail(fmt::format("expected {} numbers, found {}", std::max(fields, columns.all()), n));
+    const std::size_t n = line.fields();
+    if (!may_have(n)) line.fail("expected {} numbers, found {}", std::max(fields, columns.all()), n);
     if (const std::size_t least = n == 8 ? columns.least() : columns.all(); n < least)
-      line.fail(fmt::format("expected at least {} numbers, found {}", least, n));
+      line.fail("expected at least {} numbers, found {}", least, n);
   }
   TrajectoryFile read;
   if (const std::size_t lost = drop_absent(text.lines, columns.position))
@@ -368,11 +349,12 @@ TrajectoryFile read_poses_or_explain(Lines& text, const TimeUnit* stated) try {
   return read_poses(text, stated);
 } catch (const FileError& error) {
   if (text.lines.empty() || !text.lines.front().has_commas() || text.text.find('.') != text.text.npos ||
-      (text.header && text.header->size() == text.lines.front().size()))
+      (text.header && text.header->size() == text.lines.front().fields()))
     throw;
-  throw FileError(text.file, fmt::format("has commas and no decimal point: if the commas are decimal, other "
-                                         "characters must separate its columns; else {}",
-                                         error.what()));
+  throw FileError(text.file,
+                  "has commas and no decimal point: if the commas are decimal, other "
+                  "characters must separate its columns; else {}",
+                  error.what());
 }
 
 TrajectoryFile read_kitti(const Lines& text) {
@@ -383,7 +365,7 @@ TrajectoryFile read_kitti(const Lines& text) {
   if (!fs::exists(file)) return read;
   const Lines times(file);
   if (times.lines.size() != read.rows.size())
-    throw FileError(file, fmt::format("has {} times for {} poses", times.lines.size(), read.rows.size()));
+    throw FileError(file, "has {} times for {} poses", times.lines.size(), read.rows.size());
   const TimeUnit& unit = unit_of(times, {});
   for (std::size_t i = 0; i < read.rows.size(); ++i) read.rows[i].t = times.lines[i].stamp({}, unit);
   settle_stamps(read, times.lines);
@@ -407,8 +389,8 @@ std::string tum_row(nanoseconds t, const Eigen::Isometry3d& X, const Matrix6d& c
 std::vector<TumRow> read_tum(const fs::path& file) {
   Lines text(file);
   if (text.lines.empty()) return {};
-  if (const std::size_t n = text.lines.front().size(); n != 4 && n != 8 && n != 20)
-    text.lines.front().fail(fmt::format("expected 8 or 20 numbers, found {}", n));
+  if (const std::size_t n = text.lines.front().fields(); n != 4 && n != 8 && n != 20)
+    text.lines.front().fail("expected 8 or 20 numbers, found {}", n);
   return read_poses(text, &kSeconds).rows;
 }
 
@@ -416,14 +398,13 @@ TrajectoryFile read_trajectory(const fs::path& file) {
   Lines text(file);
   if (text.lines.empty()) throw FileError(file, "has no pose in it");
   const Line& first = text.lines.front();
-  const std::size_t n = first.size();
+  const std::size_t n = first.fields();
   const bool named = text.names_position(), commas = first.has_commas();
   if (n == 12 && !commas && !text.names_orientation()) return read_kitti(text);
-  if (commas && n < 8 && n != 4 && !named)
-    first.fail(fmt::format("expected at least 8 numbers, found {}", n));
+  if (commas && n < 8 && n != 4 && !named) first.fail("expected at least 8 numbers, found {}", n);
   if (n == 4 || n == 8 || n == 20 || named || commas) return read_poses_or_explain(text, nullptr);
-  first.fail(fmt::format("has {}, expected 8 or 20 (TUM), 12 (KITTI), or a csv (EuRoC) with commas",
-                         counted(n, "number")));
+  first.fail("has {}, expected 8 or 20 (TUM), 12 (KITTI), or a csv (EuRoC) with commas",
+             counted(n, "number"));
 }
 
 }  // namespace sim::files

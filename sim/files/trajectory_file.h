@@ -37,7 +37,7 @@ extern const char* const kTumCovarianceHeader;
 std::string tum_row(std::chrono::nanoseconds t, const Eigen::Isometry3d& X, const Matrix6d& covariance);
 
 /// Reads a TUM file as read_trajectory() does; a file without poses is empty. Throws FileError.
-std::vector<TumRow> read_tum(const std::filesystem::path& file);
+std::vector<TumRow> read_tum(const fs::path& file);
 
 struct TrajectoryFile {
   std::string format;  ///< "TUM", "TUM with covariance", "KITTI", "EuRoC csv"
@@ -51,6 +51,6 @@ struct TrajectoryFile {
 /// first) or KITTI (12 numbers; stamps from times.txt beside it, else frame numbers), unless a header names
 /// the columns. Throws FileError, also if stamps do not rise; a last pose that repeats the stamp before is
 /// dropped.
-TrajectoryFile read_trajectory(const std::filesystem::path& file);
+TrajectoryFile read_trajectory(const fs::path& file);
 
 }  // namespace sim::files

@@ -82,11 +82,9 @@ class TreeBuilder : public YAML::EventHandler {
   }
   static Yaml checked_key(const Yaml& parent, Yaml key) {
     if (key.kind != Yaml::Kind::scalar || key.text.empty()) fail(key, "", "a key must be plain text");
-    if (parent.keys.size() == kMostKeys)
-      fail(key, "", fmt::format("more than {} keys, expected fewer", kMostKeys));
+    if (parent.keys.size() == kMostKeys) fail(key, "", "more than {} keys, expected fewer", kMostKeys);
     for (const Yaml& other : parent.keys)
-      if (other.text == key.text)
-        fail(key, key.text, fmt::format("given twice, first in line {}", other.origin.line));
+      if (other.text == key.text) fail(key, key.text, "given twice, first in line {}", other.origin.line);
     return key;
   }
 
@@ -159,7 +157,7 @@ Yaml parse_yaml(std::string_view text, const Origin& origin, YamlWriter writer) 
     if (parser.HandleNextDocument(builder)) fail(builder.root, "", "a second document; expected one");
     return root;
   } catch (const YAML::DeepRecursion& e) {
-    fail(builder.at(e.mark), "", fmt::format("has {} levels or more, expected fewer", e.depth()));
+    fail(builder.at(e.mark), "", "has {} levels or more, expected fewer", e.depth());
   } catch (const YAML::Exception& e) {
     fail(builder.at(e.mark), "", "bad YAML: " + e.msg);
   }
@@ -192,9 +190,9 @@ std::string did_you_mean(std::string_view typed, std::span<const std::string_vie
   return best.empty() ? "" : fmt::format("; did you mean '{}'?", best);
 }
 
-std::string yaml_text(const std::filesystem::path& file) {
+std::string yaml_text(const fs::path& file) {
   std::error_code fault;
-  if (std::filesystem::is_directory(file, fault))
+  if (fs::is_directory(file, fault))
     throw ConfigError(fmt::format("{}: is a folder, expected a YAML file", file.string()));
   try {
     return read_text(file, kMostOfYaml);
@@ -203,12 +201,10 @@ std::string yaml_text(const std::filesystem::path& file) {
   }
 }
 
-Yaml parse_yaml_file(const std::filesystem::path& file) {
-  return parse_yaml(yaml_text(file), {file.string()});
-}
+Yaml parse_yaml_file(const fs::path& file) { return parse_yaml(yaml_text(file), {file.string()}); }
 
 void require_map(const Yaml& node, std::string_view key, std::string_view example) {
-  if (node.kind != Yaml::Kind::map) fail(node, key, fmt::format("expected {}", example));
+  if (node.kind != Yaml::Kind::map) fail(node, key, "expected {}", example);
 }
 
 void read_map(const Yaml& map, const MapReaders& readers) {
@@ -225,16 +221,16 @@ void read_map(const Yaml& map, const MapReaders& readers) {
 }
 
 std::vector<std::string> read_texts(const Yaml& node, std::string_view key, std::string_view example) {
-  if (node.kind != Yaml::Kind::list) fail(node, key, fmt::format("expected a list, as in {}", example));
+  if (node.kind != Yaml::Kind::list) fail(node, key, "expected a list, as in {}", example);
   std::vector<std::string> all;
   for (const Yaml& item : node.items) {
-    if (item.kind != Yaml::Kind::scalar) fail(item, key, fmt::format("expected text, as in {}", example));
+    if (item.kind != Yaml::Kind::scalar) fail(item, key, "expected text, as in {}", example);
     all.push_back(item.text);
   }
   return all;
 }
 
-std::filesystem::path read_path(const Yaml& node, std::string_view key, const std::filesystem::path& folder) {
+fs::path read_path(const Yaml& node, std::string_view key, const fs::path& folder) {
   if (node.kind != Yaml::Kind::scalar) fail(node, key, "expected the path of a file or folder");
   return (folder / node.text).lexically_normal();
 }

@@ -38,6 +38,12 @@ struct Yaml {
 
 /// Throws ConfigError at the node's position. key may be empty (an error of the whole file).
 [[noreturn]] void fail(const Yaml& node, std::string_view key, std::string_view message);
+/// message: a format with its values.
+template <typename First, typename... T>
+[[noreturn]] void fail(const Yaml& node, std::string_view key, fmt::format_string<First, T...> message,
+                       First&& first, T&&... rest) {
+  fail(node, key, fmt::format(message, std::forward<First>(first), std::forward<T>(rest)...));
+}
 
 /// The programs that write a file. Third-party files may have a byte order mark, OpenCV's directive
 /// %YAML:1.0, and tags and anchors, which are ignored.
@@ -59,10 +65,10 @@ inline std::string did_you_mean(std::string_view typed, const std::vector<std::s
 using MapReaders = std::vector<std::pair<std::string_view, std::function<void(const Yaml& value)>>>;
 
 /// Returns the text of a YAML file. Throws ConfigError if it cannot be read or is larger than 1 MiB.
-std::string yaml_text(const std::filesystem::path& file);
+std::string yaml_text(const fs::path& file);
 
 /// Parses a whole YAML file. Throws ConfigError if it cannot be read or is not YAML.
-Yaml parse_yaml_file(const std::filesystem::path& file);
+Yaml parse_yaml_file(const fs::path& file);
 
 /// Throws ConfigError at the node unless it is a map; `example` is in the message.
 void require_map(const Yaml& node, std::string_view key, std::string_view example);
@@ -74,7 +80,7 @@ void read_map(const Yaml& map, const MapReaders& readers);
 std::vector<std::string> read_texts(const Yaml& node, std::string_view key, std::string_view example);
 
 /// Returns the path of a file, relative to `folder`. Throws ConfigError if the node is not a scalar.
-std::filesystem::path read_path(const Yaml& node, std::string_view key, const std::filesystem::path& folder);
+fs::path read_path(const Yaml& node, std::string_view key, const fs::path& folder);
 
 /// Returns seeds in the order of the text: 1..5, or 1,2,7, or both. Throws std::invalid_argument if the text
 /// is something else, names a seed twice, or names more than 100000 seeds.

@@ -19,8 +19,6 @@
 namespace sim::programs {
 namespace {
 
-namespace fs = std::filesystem;
-
 std::optional<std::string> hash_of(const fs::path& file) {
   std::error_code fault;
   std::ifstream in(file, std::ios::binary);

@@ -3,14 +3,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-
 #include "sim/recording/image_file.h"
 
 namespace sim::recording {
 namespace {
 
-namespace fs = std::filesystem;
 using namespace recording_format;
 
 /// Between true poses that are interpolated, and between readings that join.
@@ -228,14 +225,13 @@ std::vector<fs::path> images_of(const fs::path& folder, const Stamps& list, cons
   for (files::CsvReader rows(list.file, kCameraColumns); rows.next();) {
     const std::size_t field = list.next_field();
     all.push_back(files::contained_path(folder / sensor_data("cam0"), rows.text(field)));
-    if (!fs::is_regular_file(all.back())) rows.fail(field, "no such image: " + all.back().string());
+    if (!fs::is_regular_file(all.back())) rows.fail(field, "no such image: {}", all.back().string());
     const ImageHeader header = check_image(all.back(), size);
     if (all.size() == 1) first = header;
     if (header.channels != first.channels || header.bits != first.bits)
-      rows.fail(field,
-                fmt::format("{} has {} of {} bits, expected {} of {} as the first image", all.back().string(),
-                            files::counted(std::size_t(header.channels), "channel"), header.bits,
-                            first.channels, first.bits));
+      rows.fail(field, "{} has {} of {} bits, expected {} of {} as the first image", all.back().string(),
+                files::counted(std::size_t(header.channels), "channel"), header.bits, first.channels,
+                first.bits);
   }
   return all;
 }
@@ -270,9 +266,9 @@ void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& 
   if (!same_unit && found->correlation > kSure)  // else noise of the truth lowers the gain
     throw files::FileError(
         imu,
-        fmt::format("its speeds of rotation are {:.3g} times those of {}: expected rad/s, or a header with "
-                    "their unit, as in w_RS_S_x [deg s^-1]",
-                    found->gain, file.string()));
+        "its speeds of rotation are {:.3g} times those of {}: expected rad/s, or a header with "
+        "their unit, as in w_RS_S_x [deg s^-1]",
+        found->gain, file.string());
   const double late_s = -found->late_s;  // of the truth
   const std::string late = fmt::format("{:.2f} s {} {}", std::abs(late_s),
                                        late_s > 0 ? "later than" : "earlier than", imu.string());
@@ -280,10 +276,10 @@ void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& 
   if (found->axes || found->mirrored)
     throw files::FileError(
         imu,
-        fmt::format("its gyro turns {} those of {}{}; expected the same, right-handed axes: a column has the "
-                    "wrong sign or place, or T_BS of one of both is wrong",
-                    found->axes ? fmt::format("about x, y, z as {} of", axes_text(*found->axes)) : "",
-                    file.string(), is_late ? ", which is " + late : ""));
+        "its gyro turns {} those of {}{}; expected the same, right-handed axes: a column has the "
+        "wrong sign or place, or T_BS of one of both is wrong",
+        found->axes ? fmt::format("about x, y, z as {} of", axes_text(*found->axes)) : "", file.string(),
+        is_late ? ", which is " + late : "");
   if (found->turned_rad)
     sensors.remarks.push_back(
         fmt::format("{}: its axes are turned by {:.0f} deg from those of {}: T_BS is wrong or missing in the "
@@ -292,10 +288,10 @@ void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& 
                     file.string(), 180 / M_PI * *found->turned_rad, imu.string()));
   if (std::abs(late_s) >= kMostOffset_s)
     throw files::FileError(
-        file, fmt::format(
-                  "its stamps are {}: shifted by that, the speeds of rotation correlate by {:.2f}, as "
-                  "stamped by {:.2f}; expected one clock (timeshift_cam_imu of the camera corrects an IMU's)",
-                  late, found->correlation, found->as_stamped));
+        file,
+        "its stamps are {}: shifted by that, the speeds of rotation correlate by {:.2f}, as "
+        "stamped by {:.2f}; expected one clock (timeshift_cam_imu of the camera corrects an IMU's)",
+        late, found->correlation, found->as_stamped);
   if (!is_late) return;
   sensors.remarks.push_back(
       fmt::format("{}: the truth is {}: errors of orientation and the NEES include it if the images have the "
@@ -319,13 +315,11 @@ std::vector<files::TimedPose> interpolated(const fs::path& file, const files::Tr
   if (!poses.empty()) return poses;
   const slam::Stamp first = truth.rows.front().t, last = truth.rows.back().t;
   if (last < times.front() || first > times.back())
-    throw files::FileError(
-        file, fmt::format("none of its poses is near the time of an image: they are {}, the images {}",
-                          span_text(first, last), span_text(times.front(), times.back())));
+    throw files::FileError(file, "none of its poses is near the time of an image: they are {}, the images {}",
+                           span_text(first, last), span_text(times.front(), times.back()));
   throw files::FileError(
-      file,
-      fmt::format("its poses are more than {} s apart around each image, too far to interpolate between them",
-                  slam::seconds(kLongestGap)));
+      file, "its poses are more than {} s apart around each image, too far to interpolate between them",
+      slam::seconds(kLongestGap));
 }
 
 }  // namespace
@@ -336,7 +330,7 @@ struct AslFolder::Files {
     read_truth();
     for (std::size_t i = 0; i < sources.size(); ++i)
       if (const fs::path file = folder / sensor_rows(motion_sources()[i].name); fs::exists(file))
-        open(file, static_cast<std::size_t>(std::ranges::count(motion_sources()[i].headers[0], ',')) + 1,
+        open(file, static_cast<std::size_t>(std::ranges::count(motion_sources()[i].header, ',')) + 1,
              sources[i]);
   }
 
@@ -344,9 +338,8 @@ struct AslFolder::Files {
     const Stamps found(file, columns);
     const auto is_of_image = [&](slam::Stamp t) { return std::ranges::binary_search(stamps, t); };
     if (!found.all.empty() && std::ranges::none_of(found.all, is_of_image))
-      throw files::FileError(file,
-                             fmt::format("none of its stamps is that of an image: they are {}, the images {}",
-                                         found.span(), sensors.camera->span()));
+      throw files::FileError(file, "none of its stamps is that of an image: they are {}, the images {}",
+                             found.span(), sensors.camera->span());
     source.emplace(files::CsvReader(file, columns), slam::Stamp{0}, found.columns, *found.unit);
   }
 

@@ -25,10 +25,10 @@ struct AslSensors {
 /// missing or malformed data.
 class AslFolder {
  public:
-  explicit AslFolder(const std::filesystem::path& folder);
+  explicit AslFolder(const fs::path& folder);
   ~AslFolder();
 
-  const std::filesystem::path& folder() const;
+  const fs::path& folder() const;
   const AslSensors& sensors() const;
   /// Returns the times of all images, from the first one on.
   const std::vector<slam::Stamp>& times() const;
@@ -48,7 +48,7 @@ class AslFolder {
 };
 
 /// Returns whether a folder has this layout.
-bool is_asl_folder(const std::filesystem::path& folder);
+bool is_asl_folder(const fs::path& folder);
 
 /// A reading of a gyro.
 struct TimedRotation {

@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
@@ -18,7 +17,6 @@
 namespace sim::recording {
 namespace {
 
-namespace fs = std::filesystem;
 using files::FileError;
 using files::FileLock;
 using nlohmann::ordered_json;
@@ -67,8 +65,7 @@ bool is_untouched(const fs::path& folder) {
 
 void require_writable(const fs::path& folder, const char* but) {
   if (::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) != 0 && errno != ENOENT)
-    throw FileError(folder,
-                    fmt::format("{}{}; GAITSLAM_CACHE names another folder", but, std::strerror(errno)));
+    throw FileError(folder, "{}{}; GAITSLAM_CACHE names another folder", but, std::strerror(errno));
 }
 
 }  // namespace

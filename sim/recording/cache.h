@@ -9,7 +9,7 @@ namespace sim::recording {
 
 /// The folder of the cache and the size that it is kept to.
 struct CachePlace {
-  std::filesystem::path folder;
+  fs::path folder;
   std::uintmax_t most_bytes = 20'000'000'000;
 };
 
@@ -20,7 +20,7 @@ CachePlace cache_place();
 /// A recording in use: no process removes it while this object lives.
 struct CachedRecording {
   /// A result folder of the walk without a filter: recording/, about.json, scenario.yaml.
-  std::filesystem::path folder;
+  fs::path folder;
   bool made = false;  ///< by the call that returned it
   files::FileLock lock;
 };
@@ -35,7 +35,7 @@ class Cache {
     std::uint64_t seed = 0;
   };
   /// Makes a complete result folder at a path that does not exist yet.
-  using Make = std::function<void(const std::filesystem::path&)>;
+  using Make = std::function<void(const fs::path&)>;
   /// Receives a description of each damaged file.
   using Say = std::function<void(const std::string&)>;
 
@@ -68,7 +68,7 @@ class Cache {
   const CachePlace& place() const { return place_; }
 
  private:
-  std::filesystem::path lock_file(const std::string& key) const;
+  fs::path lock_file(const std::string& key) const;
   bool is_whole(const std::string& key, const Say& say) const;
   void make_entry(const std::string& key, const Label& label, const Make& make) const;
   Entry read_entry(const std::string& key) const;

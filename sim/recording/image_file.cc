@@ -10,8 +10,6 @@
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 
-#include "sim/files/text.h"
-
 namespace sim::recording {
 namespace {
 
@@ -97,14 +95,14 @@ std::optional<ImageHeader> jpeg_header(std::string_view bytes) {
   return std::nullopt;
 }
 
-[[noreturn]] void fail_size(const std::filesystem::path& file, const cv::Size& found, const cv::Size& size) {
-  throw files::FileError(file, fmt::format("is an image of {}x{}, the camera's sensor.yaml has {}x{}",
-                                           found.width, found.height, size.width, size.height));
+[[noreturn]] void fail_size(const fs::path& file, const cv::Size& found, const cv::Size& size) {
+  throw files::FileError(file, "is an image of {}x{}, the camera's sensor.yaml has {}x{}", found.width,
+                         found.height, size.width, size.height);
 }
 
 // cv::imdecode, loaded for the first image that is not a gray PNG: OpenCV's codecs come with 120 libraries,
 // which would cost each process 70 ms at its start.
-auto opencv_decoder(const std::filesystem::path& file) {
+auto opencv_decoder(const fs::path& file) {
   constexpr char kImdecode[] = "_ZN2cv8imdecodeERKNS_11_InputArrayEi";
   static void* const library = dlopen(GAITSLAM_IMGCODECS, RTLD_NOW | RTLD_LOCAL);
   static void* const function = library ? dlsym(library, kImdecode) : nullptr;
@@ -127,14 +125,14 @@ std::optional<ImageHeader> image_header(std::string_view bytes) {
   return std::nullopt;
 }
 
-void require_image_size(const std::filesystem::path& file, std::string_view bytes, const cv::Size& size) {
+void require_image_size(const fs::path& file, std::string_view bytes, const cv::Size& size) {
   const auto header = image_header(bytes);
   if (!header || bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
     throw files::FileError(file, "cannot be read as an image: expected PNG or JPEG");
   if (header->size != size) fail_size(file, header->size, size);
 }
 
-ImageHeader check_image(const std::filesystem::path& file, const cv::Size& size) {
+ImageHeader check_image(const fs::path& file, const cv::Size& size) {
   files::InputFile in(file, files::kMostOfImage);
   std::string begin;
   for (std::string_view piece; !image_header(begin) && !(piece = in.next()).empty();) {
@@ -147,7 +145,7 @@ ImageHeader check_image(const std::filesystem::path& file, const cv::Size& size)
   return *image_header(begin);
 }
 
-cv::Mat decode_image(const std::filesystem::path& file, std::string_view bytes, const cv::Size& size) {
+cv::Mat decode_image(const fs::path& file, std::string_view bytes, const cv::Size& size) {
   require_image_size(file, bytes, size);
   if (auto gray = decode_png(bytes, CV_8UC1)) return *gray;  // twice as fast as OpenCV
   // OpenCV fills what is missing of a JPEG with gray. Its marker of the end is not part of pixels.

@@ -2,11 +2,9 @@
 // decoding most of a replay from the disk), and a decoder of external ones of the camera's size.
 #pragma once
 
-#include <filesystem>
 #include <opencv2/core.hpp>
-#include <optional>
-#include <string>
-#include <string_view>
+
+#include "sim/files/text.h"
 
 namespace sim::recording {
 
@@ -22,15 +20,15 @@ std::optional<ImageHeader> image_header(std::string_view bytes);
 
 /// Throws files::FileError unless these bytes are a PNG or JPEG with this size in its header; decodes
 /// nothing.
-void require_image_size(const std::filesystem::path& file, std::string_view bytes, const cv::Size& size);
+void require_image_size(const fs::path& file, std::string_view bytes, const cv::Size& size);
 
 /// Returns the header of a file after require_image_size(); a file that does not end as an image does is
 /// decoded, as it may be cut off. Throws FileError.
-ImageHeader check_image(const std::filesystem::path& file, const cv::Size& size);
+ImageHeader check_image(const fs::path& file, const cv::Size& size);
 
 /// Returns the gray pixels of an image of this size as they are stored: an orientation in its metadata (EXIF)
 /// does not turn them. Throws FileError; checks the size first.
-cv::Mat decode_image(const std::filesystem::path& file, std::string_view bytes, const cv::Size& size);
+cv::Mat decode_image(const fs::path& file, std::string_view bytes, const cv::Size& size);
 
 /// Returns an image as PNG: 8-bit gray (CV_8UC1), RGB in this order (CV_8UC3), or 16-bit gray (CV_16UC1). All
 /// rows have the filter "up", the fastest to reverse.

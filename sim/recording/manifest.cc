@@ -7,8 +7,6 @@
 namespace sim::recording {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr const char* kHeader = "#xxh3_128,bytes,path";
 constexpr const char* kName = "manifest.csv";
 constexpr const char* kUnfinished = "manifest.unfinished";

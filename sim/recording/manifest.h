@@ -12,13 +12,13 @@ namespace sim::recording {
 /// name in finish(): a folder without one is an unfinished recording.
 class ManifestWriter {
  public:
-  explicit ManifestWriter(const std::filesystem::path& folder);
+  explicit ManifestWriter(const fs::path& folder);
   void add(const std::string& path,
            const files::Hash& hash);  ///< path relative to the folder, with forward slashes
   void finish();
 
  private:
-  std::filesystem::path folder_;
+  fs::path folder_;
   files::HashedFile out_;
 };
 
@@ -26,14 +26,14 @@ class ManifestWriter {
 class Manifest {
  public:
   /// Throws FileError if the manifest is missing, invalid, or lists a path (or link) outside the folder.
-  explicit Manifest(const std::filesystem::path& folder);
+  explicit Manifest(const fs::path& folder);
 
   /// Throws FileError for the first listed file that is missing or has another size; reads none.
   void check_sizes() const;
   /// Checks every listed file as check() does.
   void check_all() const;
   /// Returns the full path of a listed file, read in pieces to check its hash. Throws FileError.
-  std::filesystem::path check(const std::string& path) const;
+  fs::path check(const std::string& path) const;
   /// Returns the content of a listed file of at most so many bytes. Throws FileError if it was changed.
   std::string read(const std::string& path, std::uintmax_t most = files::kMostOfText) const;
   bool lists(const std::string& path) const { return entries_.contains(path); }
@@ -49,7 +49,7 @@ class Manifest {
   void read_pieces(const std::string& path, std::uintmax_t most,
                    const std::function<void(std::string_view)>& take) const;
 
-  std::filesystem::path folder_;
+  fs::path folder_;
   std::map<std::string, Entry> entries_;
   std::string hash_;
 };

@@ -53,7 +53,7 @@ using slam::BodyReading;
 class RecordingWriter {
  public:
   /// `folder` is made; it must not exist.
-  RecordingWriter(const std::filesystem::path& folder, const RecordingSetup& setup);
+  RecordingWriter(const fs::path& folder, const RecordingSetup& setup);
   ~RecordingWriter();
 
   /// png: the observation's image as encode_png() gives it, if that has been called already; rig_pngs:
@@ -86,7 +86,7 @@ class RecordingWriter {
 /// column of missing, truncated, edited or malformed data.
 class RecordingReader {
  public:
-  explicit RecordingReader(const std::filesystem::path& folder);
+  explicit RecordingReader(const fs::path& folder);
   ~RecordingReader();
   RecordingReader(RecordingReader&&) noexcept;
 
@@ -117,14 +117,13 @@ struct Truth {
 };
 
 /// Reads the truth of a recording, after the filter has finished. Throws FileError as RecordingReader does.
-Truth read_truth(const std::filesystem::path& folder);
+Truth read_truth(const fs::path& folder);
 
 /// The observations that a live run or a replay gives the filter, bit for bit. Throws as RecordingReader and
 /// SensorErrors do.
 class FilterInput {
  public:
-  FilterInput(const std::filesystem::path& recording, const sensor_errors::ErrorOptions& errors,
-              std::uint64_t seed)
+  FilterInput(const fs::path& recording, const sensor_errors::ErrorOptions& errors, std::uint64_t seed)
       : reader_(recording), errors_(errors, seed, reader_.setup().rig) {}
 
   const RecordingSetup& setup() const { return reader_.setup(); }

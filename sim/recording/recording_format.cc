@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <type_traits>
@@ -22,8 +21,8 @@ Eigen::Vector3d reading(const files::CsvReader& row, const std::vector<files::Co
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double value = columns[axis].factor * row.number(columns[axis].field);
     if (std::abs(value) > kLargestReading)
-      row.fail(columns[axis].field, fmt::format("{0}: {1} {2}, expected from -{3:.0f} to {3:.0f} {2}", sensor,
-                                                value, unit, kLargestReading));
+      row.fail(columns[axis].field, "{0}: {1} {2}, expected from -{3:.0f} to {3:.0f} {2}", sensor, value,
+               unit, kLargestReading);
     values[static_cast<Eigen::Index>(axis)] = value;
   }
   return values;
@@ -57,9 +56,6 @@ void read_plan(const files::CsvReader& row, slam::Observation& o) {
   if (support == kSupport.end()) row.fail(19, "expected both, left or right");
   plan.support = static_cast<slam::Support>(support - kSupport.begin());
   plan.p_CF = row.vector(20);
-  constexpr std::size_t kLegs = 23;  // of recordings without legs0; external files may have other columns
-  if (row.titles().size() >= kLegs + 15 && row.titles()[kLegs].starts_with("p_OC_x"))
-    o.legs = slam::LegMotion{row.pose(kLegs), row.vector(kLegs + 12)};
 }
 
 void read_legs(const files::CsvReader& row, slam::Observation& o) {
@@ -79,30 +75,19 @@ void StampedRows::advance() {
   const auto t = columns_.read(csv_, unit_);
   if (!t || t->count() < 0) csv_.fail(columns_.field, "expected a stamp from 0 to 9000000000000000000 ns");
   stamp_ = *t - epoch_;
-  if (before && *stamp_ <= *before) csv_.fail(columns_.field, files::not_rising(*before, *stamp_));
+  if (before && *stamp_ <= *before) csv_.fail(columns_.field, "{}", files::not_rising(*before, *stamp_));
 }
 
 const std::array<MotionSource, 3>& motion_sources() {
   using namespace recording_format;
   static const std::array<MotionSource, 3> all{
-      {{"plan0",
-        "walking plan: the camera's pose and velocities in the plan's own world",
-        {kPlanHeader, kPlanHeader + kLegColumns},
-        [](const slam::Observation& o) { return o.plan.has_value(); },
-        plan_fields,
-        read_plan},
-       {"legs0",
-        "leg odometry: the camera's pose in a world of its own, and the sole that carries the robot",
-        {kStampColumn + kLegColumns},
-        [](const slam::Observation& o) { return o.legs.has_value(); },
-        leg_fields,
-        read_legs},
-       {"command0",
-        "commanded velocity of the base in its heading, and how long ago it was commanded",
-        {kStampColumn + ",age [ns],v_x [m s^-1],v_y [m s^-1],w_z [rad s^-1]"},
-        [](const slam::Observation& o) { return o.command.has_value(); },
-        command_fields,
-        read_command}}};
+      {{"plan0", "walking plan: the camera's pose and velocities in the plan's own world", kPlanHeader,
+        [](const slam::Observation& o) { return o.plan.has_value(); }, plan_fields, read_plan},
+       {"legs0", "leg odometry: the camera's pose in a world of its own, and the sole that carries the robot",
+        kLegHeader, [](const slam::Observation& o) { return o.legs.has_value(); }, leg_fields, read_legs},
+       {"command0", "commanded velocity of the base in its heading, and how long ago it was commanded",
+        kStampColumn + ",age [ns],v_x [m s^-1],v_y [m s^-1],w_z [rad s^-1]",
+        [](const slam::Observation& o) { return o.command.has_value(); }, command_fields, read_command}}};
   return all;
 }
 
@@ -148,16 +133,15 @@ std::string lidar_bytes(const std::vector<slam::LidarPoint>& points) {
   return {reinterpret_cast<const char*>(points.data()), points.size() * sizeof(slam::LidarPoint)};
 }
 
-std::vector<slam::LidarPoint> read_lidar(const std::filesystem::path& file, std::string_view bytes) {
+std::vector<slam::LidarPoint> read_lidar(const fs::path& file, std::string_view bytes) {
   std::vector<slam::LidarPoint> points(bytes.size() / sizeof(slam::LidarPoint));
   if (bytes.size() % sizeof(slam::LidarPoint) != 0)
-    throw files::FileError(
-        file, fmt::format("has {} bytes, expected a multiple of {}", bytes.size(), sizeof(slam::LidarPoint)));
+    throw files::FileError(file, "has {} bytes, expected a multiple of {}", bytes.size(),
+                           sizeof(slam::LidarPoint));
   if (!points.empty()) std::memcpy(points.data(), bytes.data(), bytes.size());
   for (std::size_t i = 0; i < points.size(); ++i)
     for (const float value : {points[i].x_m, points[i].y_m, points[i].z_m, points[i].intensity})
-      if (!std::isfinite(value))
-        throw files::FileError(file, fmt::format("point {} from 0: expected finite numbers", i));
+      if (!std::isfinite(value)) throw files::FileError(file, "point {} from 0: expected finite numbers", i);
   return points;
 }
 

@@ -41,8 +41,8 @@ class StampedRows {
 /// The robot's own knowledge of its motion at a frame, folder mav0/<name>. The folder has rows for the frames
 /// that have it, and no data.csv if none has.
 struct MotionSource {
-  std::string name, comment;         ///< comment: of sensor.yaml
-  std::vector<std::string> headers;  ///< of data.csv; the first one is written
+  std::string name, comment;  ///< comment: of sensor.yaml
+  std::string header;         ///< of data.csv
   bool (*in)(const slam::Observation& o);
   std::string (*fields)(
       const slam::Observation& o);  ///< of a row after its stamp; they read back bit for bit
@@ -78,12 +78,12 @@ rig::RigSensor head_camera(const RecordingSetup& setup);
 /// the time since the sweep's stamp (ns) as int32.
 std::string lidar_bytes(const std::vector<slam::LidarPoint>& points);
 /// Returns the points of lidar_bytes(). Throws FileError if a record is incomplete or a number not finite.
-std::vector<slam::LidarPoint> read_lidar(const std::filesystem::path& file, std::string_view bytes);
+std::vector<slam::LidarPoint> read_lidar(const fs::path& file, std::string_view bytes);
 
 /// Reads the image or the points of a camera's or lidar's reading from the file of that name. Throws
 /// FileError unless it matches the folder's manifest, and an image the sensor's size.
-slam::RigReading read_rig_file(const std::filesystem::path& folder, const Manifest& manifest,
-                               const rig::RigSensor& sensor, const std::string& name);
+slam::RigReading read_rig_file(const fs::path& folder, const Manifest& manifest, const rig::RigSensor& sensor,
+                               const std::string& name);
 
 /// A sensor of the body, folder mav0/<name>.
 struct BodySensor {
@@ -123,7 +123,8 @@ inline const std::string kPlanHeader = kStampColumn + "," + files::pose_columns(
                                        ",v_PC_C_x [m s^-1],v_PC_C_y [m s^-1],v_PC_C_z [m s^-1]"
                                        ",w_PC_C_x [rad s^-1],w_PC_C_y [rad s^-1],w_PC_C_z [rad s^-1]"
                                        ",support [],p_CF_x [m],p_CF_y [m],p_CF_z [m]";
-inline const std::string kLegColumns = "," + files::pose_columns("OC") + ",p_CS_x [m],p_CS_y [m],p_CS_z [m]";
+inline const std::string kLegHeader =
+    kStampColumn + "," + files::pose_columns("OC") + ",p_CS_x [m],p_CS_y [m],p_CS_z [m]";
 inline const std::string kMotionHeader =
     "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z [], "
     "v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1], b_w_RS_S_y [rad s^-1], "

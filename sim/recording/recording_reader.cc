@@ -9,7 +9,6 @@
 namespace sim::recording {
 namespace {
 
-namespace fs = std::filesystem;
 using namespace recording_format;
 
 StampedRows rows_of(const Manifest& manifest, const std::string& name,
@@ -119,8 +118,7 @@ slam::RigReading read_rig_file(const fs::path& folder, const Manifest& manifest,
   require_image_size(folder / path, bytes, {sensor.camera.width_px, sensor.camera.height_px});
   const RigFormat& format = format_of(sensor.kind);
   const auto image = decode_png(bytes, format.image_type);
-  if (!image)
-    throw files::FileError(folder / path, fmt::format("is not {} as recordings have", format.image_name));
+  if (!image) throw files::FileError(folder / path, "is not {} as recordings have", format.image_name);
   reading.image = *image;
   return reading;
 }
@@ -142,7 +140,7 @@ struct RecordingReader::Files {
     for (std::size_t i = 0; i < sources.size(); ++i)
       if (const MotionSource& source = motion_sources()[i]; manifest.lists(sensor_rows(source.name))) {
         manifest.check(sensor_file(source.name));
-        sources[i].emplace(files::CsvReader(manifest.check(sensor_rows(source.name)), source.headers),
+        sources[i].emplace(files::CsvReader(manifest.check(sensor_rows(source.name)), {source.header}),
                            kEpoch);
       }
     const StatedImu chest = read_imu_yaml(yaml(sensor_file("imu0")));
@@ -158,9 +156,8 @@ struct RecordingReader::Files {
       if (const int with = rig::partner(setup.rig, sensor);
           sensor.kind == rig::Kind::depth && sensor.aligned_with != head.name &&
           (with < 0 || setup.rig[static_cast<std::size_t>(with)].kind > rig::Kind::color))
-        throw files::FileError(
-            folder / sensor_file(sensor.name),
-            fmt::format("aligned_with: the rig has no gray or color camera {}", sensor.aligned_with));
+        throw files::FileError(folder / sensor_file(sensor.name),
+                               "aligned_with: the rig has no gray or color camera {}", sensor.aligned_with);
   }
 
   fs::path folder;
@@ -185,8 +182,8 @@ struct RecordingReader::Files {
       reading.t = *body[0].stamp();
       for (std::size_t i = 0; i < body.size(); ++i) {
         if (body[i].stamp() != reading.t)
-          throw files::FileError(folder / sensor_rows(body_sensors()[i].name),
-                                 fmt::format("has no row of the stamp {}", file_stamp(reading.t)));
+          throw files::FileError(folder / sensor_rows(body_sensors()[i].name), "has no row of the stamp {}",
+                                 file_stamp(reading.t));
         body_sensors()[i].read(body[i].row(), reading);
         body[i].advance();
       }

@@ -9,7 +9,6 @@
 namespace sim::recording {
 namespace {
 
-namespace fs = std::filesystem;
 using namespace recording_format;
 
 void require(bool holds, const std::string& what) {
@@ -134,7 +133,7 @@ struct RecordingWriter::Files {
     for (std::size_t i = 0; i < sources.size(); ++i) {
       const MotionSource& source = motion_sources()[i];
       if (!source.in(ideal)) continue;
-      if (!sources[i]) sources[i].emplace(folder, sensor_rows(source.name), source.headers[0]);
+      if (!sources[i]) sources[i].emplace(folder, sensor_rows(source.name), source.header);
       sources[i]->add(ideal.t, "," + source.fields(ideal));
     }
   }

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <cctype>
 #include <set>
 #include <type_traits>
@@ -14,7 +13,7 @@
 namespace sim::recording {
 namespace {
 
-using files::Yaml;
+using files::fail, files::Yaml;
 
 // OpenCV's reader requires this directive on the first line.
 constexpr const char* kDirective = "%YAML:1.0";
@@ -56,9 +55,8 @@ class SensorFile {
     for (const char* rate : {"rate_hz", "update_rate"})
       if (const Yaml* const stated = root_.find(rate))
         if (const auto hz = files::parse_finite(stated->text); !hz || *hz < kLeastRate || *hz > kLargestRate)
-          fail(*stated, rate,
-               fmt::format("expected a number of Hz from {} to {:.0f}, found \"{}\"", kLeastRate,
-                           kLargestRate, stated->text));
+          fail(*stated, rate, "expected a number of Hz from {} to {:.0f}, found \"{}\"", kLeastRate,
+               kLargestRate, stated->text);
   }
 
   const Yaml* find(const std::string& key) const {
@@ -74,8 +72,7 @@ class SensorFile {
   std::string either(const char* key, const char* other) const {
     const Yaml *const first = find(key), *const second = find(other);
     if (first && second && (first->is_list() ? numbers(key) != numbers(other) : number(key) != number(other)))
-      fail(*second, other,
-           fmt::format("contradicts {} in line {}, expected one of both", key, first->origin.line));
+      fail(*second, other, "contradicts {} in line {}, expected one of both", key, first->origin.line);
     return second && !first ? other : key;
   }
 
@@ -132,19 +129,15 @@ class SensorFile {
     const Eigen::Isometry3d own = pose(key);
     if (!agree(own, X))
       fail(*other, inverse,
-           fmt::format(
-               "is not the inverse of {} in line {}: the rotations differ by {:.2g} deg, the positions "
-               "by {:.2g} m; expected two that agree, or one",
-               key, stated->origin.line,
-               180 / M_PI * Eigen::AngleAxisd(own.linear().transpose() * X.linear()).angle(),
-               (own.translation() - X.translation()).norm()));
+           "is not the inverse of {} in line {}: the rotations differ by {:.2g} deg, the positions "
+           "by {:.2g} m; expected two that agree, or one",
+           key, stated->origin.line,
+           180 / M_PI * Eigen::AngleAxisd(own.linear().transpose() * X.linear()).angle(),
+           (own.translation() - X.translation()).norm());
     return own;
   }
 
-  [[noreturn]] void fail(const std::string& why) const { throw files::FileError(name_, why); }
-  [[noreturn]] static void fail(const Yaml& node, std::string_view key, const std::string& why) {
-    files::fail(node, key, why);
-  }
+  const fs::path& name() const { return name_; }
 
  private:
   static double number(const Yaml& node, const std::string& key) {
@@ -161,7 +154,7 @@ class SensorFile {
     return values;
   }
 
-  std::filesystem::path name_;
+  fs::path name_;
   Yaml root_;
   mutable std::set<std::string> asked_;
 };
@@ -204,10 +197,10 @@ LensKind read_lens_kind(const SensorFile& file) {
       std::string expected = node == model ? "pinhole" : "";
       for (const auto& [name, of] : kLensNames)
         expected += fmt::format("{}{}", expected.empty() ? "" : ", ", name);
-      file.fail(*node, key, fmt::format("found \"{}\", expected {}", node->text, expected));
+      fail(*node, key, "found \"{}\", expected {}", node->text, expected);
     }
     if (kind && *kind != *named)
-      file.fail(*node, key, fmt::format("\"{}\" contradicts camera_model: {}", node->text, model->text));
+      fail(*node, key, "\"{}\" contradicts camera_model: {}", node->text, model->text);
     kind = named;
   }
   if (!kind) file.at("distortion_model");
@@ -223,14 +216,13 @@ slam::Lens read_lens(const SensorFile& file) {
   if (kind != LensKind::none || (file.find(key) && file.at(key).kind != Yaml::Kind::empty))
     k = file.numbers(key);
   const std::size_t count = kind == LensKind::none ? 0 : 4;
-  if (k.size() < count || k.size() > 5)
-    file.fail(file.at(key), key, "expected 4 numbers, or a fifth that is 0");
+  if (k.size() < count || k.size() > 5) fail(file.at(key), key, "expected 4 numbers, or a fifth that is 0");
   for (std::size_t i = count; i < k.size(); ++i)
     if (k[i] != 0)
-      file.fail(file.at(key).items[i], key,
-                count == 0 ? fmt::format("found {}, expected 0 without a distortion_model", k[i])
-                           : fmt::format("coefficient 5 is {}, expected 0: lenses of 4 coefficients are read",
-                                         k[i]));
+      fail(file.at(key).items[i], key,
+           count == 0
+               ? fmt::format("found {}, expected 0 without a distortion_model", k[i])
+               : fmt::format("coefficient 5 is {}, expected 0: lenses of 4 coefficients are read", k[i]));
   if (kind == LensKind::none) return slam::RadialTangential{};
   if (kind == LensKind::equidistant) return slam::Equidistant{k[0], k[1], k[2], k[3]};
   return slam::RadialTangential{k[0], k[1], k[2], k[3]};
@@ -249,14 +241,14 @@ slam::CameraIntrinsics read_intrinsics(const SensorFile& file) {
   const auto resolution = file.numbers("resolution", 2), values = file.numbers("intrinsics", 4);
   for (const double side : resolution)
     if (side < kLeastSide || side > kLargestSide || side != std::floor(side))
-      file.fail(file.at("resolution"), "resolution",
-                fmt::format("expected whole numbers from {} to {}", kLeastSide, kLargestSide));
+      fail(file.at("resolution"), "resolution", "expected whole numbers from {} to {}", kLeastSide,
+           kLargestSide);
   const slam::CameraIntrinsics camera{int(resolution[0]), int(resolution[1]), values[0], values[1],
                                       values[2],          values[3],          lens};
   try {
     slam::Camera{camera};
   } catch (const std::invalid_argument& error) {  // the filter rejects it
-    file.fail(error.what());
+    throw files::FileError(file.name(), error.what());
   }
   return camera;
 }
@@ -270,7 +262,7 @@ std::optional<slam::Stamp> read_first_interval(const SensorFile& file) {
   const Yaml* const begin = file.find(kKey);
   if (!begin) return std::nullopt;
   const auto ns = files::parse_number<std::int64_t>(begin->text);
-  if (!ns || *ns < 0) file.fail(*begin, kKey, "expected an integer from 0");
+  if (!ns || *ns < 0) fail(*begin, kKey, "expected an integer from 0");
   return slam::Stamp(*ns) - kEpoch;
 }
 
@@ -376,7 +368,7 @@ std::vector<std::string> read_body_yaml(const YamlFile& text) {
   if (!file.find("rig")) return {};
   const std::vector<std::string> names = file.names("rig");
   if (const auto found = rig::name_problem(names))
-    file.fail(file.at("rig").items[found->item], "rig", found->what);
+    fail(file.at("rig").items[found->item], "rig", found->what);
   return names;
 }
 
@@ -388,8 +380,7 @@ std::pair<rig::RigSensor, std::optional<slam::Stamp>> read_rig_sensor_yaml(const
   sensor.name = name;
   const Yaml& kind = file.at("kind");
   const auto found = std::ranges::find(rig::kKinds, kind.text);
-  if (found == rig::kKinds.end())
-    file.fail(kind, "kind", fmt::format("expected one of {}", fmt::join(rig::kKinds, ", ")));
+  if (found == rig::kKinds.end()) fail(kind, "kind", "expected one of {}", fmt::join(rig::kKinds, ", "));
   sensor.kind = static_cast<rig::Kind>(found - rig::kKinds.begin());
   sensor.X_CS = file.pose("T_CS");
   if (rig::is_camera(sensor)) sensor.camera = read_intrinsics(file);
@@ -399,14 +390,12 @@ std::pair<rig::RigSensor, std::optional<slam::Stamp>> read_rig_sensor_yaml(const
     const Yaml& node = file.at(key);
     const auto stated = files::parse_number<Number>(node.text);
     if (!stated || !(*stated >= lowest && *stated <= highest))
-      file.fail(node, key,
-                fmt::format("expected {} from {} to {}",
-                            std::is_integral_v<Number> ? "a whole number" : "a number", lowest, highest));
+      fail(node, key, "expected {} from {} to {}", std::is_integral_v<Number> ? "a whole number" : "a number",
+           lowest, highest);
     value = *stated;
   });
   if (sensor.nearest_m > sensor.furthest_m)
-    file.fail(file.at("nearest_m"), "nearest_m",
-              fmt::format("{} is above furthest_m {}", sensor.nearest_m, sensor.furthest_m));
+    fail(file.at("nearest_m"), "nearest_m", "{} is above furthest_m {}", sensor.nearest_m, sensor.furthest_m);
   if (sensor.kind == rig::Kind::imu) begin = read_first_interval(file);
   return read;
 }
@@ -423,7 +412,7 @@ StatedCamera read_camera_yaml(const YamlFile& text, RecordingSetup& setup) {
   constexpr const char* kShift = "timeshift_cam_imu";
   if (file.find(kShift)) stated.timeshift_s = file.number(kShift);
   if (std::abs(stated.timeshift_s) > 10)
-    file.fail(file.at(kShift), kShift, "expected a number of seconds from -10 to 10");
+    fail(file.at(kShift), kShift, "expected a number of seconds from -10 to 10");
   stated.unread = file.others();
   return stated;
 }
@@ -439,7 +428,7 @@ StatedImu read_imu_yaml(const YamlFile& text) {
   each_density(imu.noise, [&](const char* key, double& stated) {
     if (file.find(key)) stated = file.number(key);
     if (stated != 0 && !(stated >= 1e-9 && stated <= 1e3))
-      file.fail(file.at(key), key, "expected 0 or a number from 1e-9 to 1000");
+      fail(file.at(key), key, "expected 0 or a number from 1e-9 to 1000");
   });
   imu.begin = read_first_interval(file);
   imu.unread = file.others();
@@ -452,13 +441,12 @@ Eigen::Isometry3d read_pose(const YamlFile& text, const std::string& key, const 
   return file.pose(key);
 }
 
-void require_same_mounting(const std::filesystem::path& camera_file, const StatedCamera& camera,
-                           const std::filesystem::path& imu_file, const StatedImu& imu) {
+void require_same_mounting(const fs::path& camera_file, const StatedCamera& camera, const fs::path& imu_file,
+                           const StatedImu& imu) {
   if (camera.X_SB && camera.X_SI && !agree(*camera.X_SI, *camera.X_SB * imu.X_BS))
-    throw files::FileError(
-        camera_file,
-        fmt::format("T_cam_imu contradicts T_BS here and in {}, expected poses that agree, or one",
-                    imu_file.string()));
+    throw files::FileError(camera_file,
+                           "T_cam_imu contradicts T_BS here and in {}, expected poses that agree, or one",
+                           imu_file.string());
 }
 
 }  // namespace sim::recording

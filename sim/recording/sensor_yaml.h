@@ -32,7 +32,7 @@ std::string rig_sensor_yaml(const rig::RigSensor& sensor, const slam::Calibratio
 /// The name of a file and its text; the readers throw FileError, also if two keys contradict each other.
 /// Matrices are maps with 16 numbers in `data`, lists of 16 numbers, or four rows; four digits suffice.
 struct YamlFile {
-  std::filesystem::path name;
+  fs::path name;
   std::string text;
 };
 
@@ -59,8 +59,8 @@ StatedImu read_imu_yaml(const YamlFile& file);
 /// Reads the pose of a key, or of the key of its inverse.
 Eigen::Isometry3d read_pose(const YamlFile& file, const std::string& key, const std::string& inverse = {});
 /// Throws FileError if the camera's two poses contradict each other with the mounting of the IMU.
-void require_same_mounting(const std::filesystem::path& camera_file, const StatedCamera& camera,
-                           const std::filesystem::path& imu_file, const StatedImu& imu);
+void require_same_mounting(const fs::path& camera_file, const StatedCamera& camera, const fs::path& imu_file,
+                           const StatedImu& imu);
 /// Reads the names of the joints, or of the further sensors.
 std::vector<std::string> read_joints(const YamlFile& file);
 std::vector<std::string> read_body_yaml(const YamlFile& file);

@@ -82,20 +82,9 @@ std::string repro(const ScenarioVerdict& scenario, std::optional<std::uint64_t> 
 enum class Count { passed, skipped, undecided, failed, run_failed };
 
 Count count_of(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::identical:
-    case Verdict::same:
-    case Verdict::better:
-      return Count::passed;
-    case Verdict::added:
-      return Count::skipped;
-    case Verdict::undecided:
-      return Count::undecided;
-    case Verdict::fail:
-    case Verdict::missing:
-      return Count::failed;
-  }
-  return Count::failed;
+  using enum Count;
+  constexpr Count kCounts[]{passed, passed, passed, failed, undecided, skipped, failed};
+  return kCounts[static_cast<std::size_t>(verdict)];
 }
 
 Count count_of(LimitState state) {

@@ -1,16 +1,11 @@
 #include "sim/regression/suite.h"
 
-#include <algorithm>
-#include <array>
 #include <cstdio>
 #include <set>
 
 #include "sim/files/atomic_file.h"
-#include "sim/files/json.h"
-#include "sim/files/text.h"
 #include "sim/result/limits.h"
 #include "sim/scenario/keys.h"
-#include "sim/scenario/value.h"
 #include "sim/score/metrics.h"
 
 namespace sim::regression {
@@ -42,7 +37,7 @@ std::vector<Gate> read_gates(const Yaml& node) {
   std::vector<Gate> gates;
   for (std::size_t i = 0; i < node.keys.size(); ++i) gates.push_back(read_gate(node.keys[i], node.items[i]));
   if (gates.empty() || gates.size() > kMostGates)
-    fail(node, "gate", fmt::format("has {} metrics, expected 1 to {}", gates.size(), kMostGates));
+    fail(node, "gate", "has {} metrics, expected 1 to {}", gates.size(), kMostGates);
   return gates;
 }
 
@@ -50,13 +45,12 @@ std::vector<std::string> read_without(const Yaml& node) {
   std::vector<std::string> sections = read_texts(node, "without", "[slam]");
   for (std::size_t i = 0; i < sections.size(); ++i)
     if (std::ranges::find(kSections, sections[i]) == kSections.end())
-      fail(node.items[i], "without",
-           fmt::format("'{}', expected camera or slam{}", sections[i],
-                       scenario::did_you_mean(sections[i], kSections)));
+      fail(node.items[i], "without", "'{}', expected camera or slam{}", sections[i],
+           scenario::did_you_mean(sections[i], kSections));
   return sections;
 }
 
-SuiteEntry read_entry(const Yaml& node, const std::filesystem::path& folder) {
+SuiteEntry read_entry(const Yaml& node, const fs::path& folder) {
   require_map(node, "scenarios", "an entry, as in {scenario: ../tangent_circle.yaml}");
   SuiteEntry entry{{}, {}, default_gates()};
   read_map(node, {{"scenario", [&](const Yaml& value) { entry.file = read_path(value, "scenario", folder); }},
@@ -69,7 +63,7 @@ SuiteEntry read_entry(const Yaml& node, const std::filesystem::path& folder) {
                   {"expect",
                    [&](const Yaml& value) {
                      if (value.text != "limits_missed")
-                       fail(value, "expect", fmt::format("'{}', expected limits_missed", value.text));
+                       fail(value, "expect", "'{}', expected limits_missed", value.text);
                      entry.expects_missed = true;
                    }},
                   {"gate", [&](const Yaml& value) { entry.gates = read_gates(value); }}});
@@ -91,8 +85,6 @@ std::string name_of(const SuiteEntry& entry) {
   }
 }
 
-namespace fs = std::filesystem;
-
 ResultSet read_set(const fs::path& folder, const std::vector<fs::path>& results) {
   const scenario::ReadScenario read = scenario::read_scenario(results.front() / "scenario.yaml");
   ResultSet set{{read.scenario.name, config_of(read), {}}, read.scenario, folder};
@@ -100,7 +92,7 @@ ResultSet read_set(const fs::path& folder, const std::vector<fs::path>& results)
   auto& seeds = set.results.seeds;
   std::ranges::sort(seeds, {}, &result::SeedScore::seed);
   const auto twice = std::ranges::adjacent_find(seeds, {}, &result::SeedScore::seed);
-  if (twice != seeds.end()) throw files::FileError(folder, fmt::format("has seed {} twice", twice->seed));
+  if (twice != seeds.end()) throw files::FileError(folder, "has seed {} twice", twice->seed);
   return set;
 }
 
@@ -161,8 +153,8 @@ ScenarioResults scenario_from(const std::string& name, const files::Json& json) 
 
 }  // namespace
 
-bool is_suite(const std::filesystem::path& file) {
-  if (!std::filesystem::is_regular_file(file)) return false;  // a pipe is read once
+bool is_suite(const fs::path& file) {
+  if (!fs::is_regular_file(file)) return false;  // a pipe is read once
   const Yaml root = scenario::parse_yaml_file(file);
   return std::ranges::any_of(root.keys, [](const Yaml& key) { return key.text == "scenarios"; });
 }
@@ -174,7 +166,7 @@ const std::vector<Gate>& default_gates() {
   return gates;
 }
 
-Suite read_suite(const std::filesystem::path& file) {
+Suite read_suite(const fs::path& file) {
   const Yaml root = scenario::parse_yaml_file(file);
   require_map(root, "", "a suite: {seeds: 1..3, scenarios: [{scenario: FILE}]}");
   Suite suite{file.stem().string(), "", {}};
@@ -235,7 +227,7 @@ const ScenarioResults* Baseline::find(const std::string& scenario) const {
 Baseline read_baseline(const fs::path& file) {
   const files::Json json = files::read_json(file);
   if (const std::uint64_t format = json.at("format_version").whole(); format != kFormat)
-    throw files::FileError(file, fmt::format("has format {}, expected {}", format, kFormat));
+    throw files::FileError(file, "has format {}, expected {}", format, kFormat);
   Baseline baseline;
   for (const files::Json& change : json.at("history").items())
     baseline.history.push_back(

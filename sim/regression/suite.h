@@ -25,7 +25,7 @@ const std::vector<Gate>& default_gates();
 
 /// One scenario of a suite. changes: key=value, as on the command line.
 struct SuiteEntry {
-  std::filesystem::path file;
+  fs::path file;
   scenario::Changes changes;
   std::vector<Gate> gates;
   bool expects_missed = false;        ///< `expect: limits_missed`: every seed is to miss a limit
@@ -39,11 +39,11 @@ struct Suite {
 };
 
 /// Returns whether a YAML file is a suite: it has the key `scenarios`. Throws ConfigError.
-bool is_suite(const std::filesystem::path& file);
+bool is_suite(const fs::path& file);
 
 /// Reads a suite strictly; scenario files are relative to the suite's folder. Throws ConfigError at the first
 /// error (also without a scenario, or if two have the same name).
-Suite read_suite(const std::filesystem::path& file);
+Suite read_suite(const fs::path& file);
 
 /// The results of one scenario. config: the configuration of its runs, see config_of().
 struct ScenarioResults {
@@ -63,12 +63,12 @@ std::map<std::string, std::string> config_of(const scenario::ReadScenario& read)
 struct ResultSet {
   ScenarioResults results;
   scenario::Scenario scenario;
-  std::filesystem::path folder;  ///< contains the seeds' folders
+  fs::path folder;  ///< contains the seeds' folders
 };
 
 /// Reads the results in a folder at any depth, or the folder itself: a set for each folder that contains
 /// some. Throws FileError without a result, or if a set has two of the same seed.
-std::vector<ResultSet> read_result_sets(const std::filesystem::path& folder);
+std::vector<ResultSet> read_result_sets(const fs::path& folder);
 
 /// One change of a baseline: its reason, the revision of the program, and the processor.
 struct BaselineChange {
@@ -86,10 +86,10 @@ struct Baseline {
 };
 
 /// Reads a baseline. Throws FileError if the file is missing or not a baseline.
-Baseline read_baseline(const std::filesystem::path& file);
+Baseline read_baseline(const fs::path& file);
 
 /// Writes a baseline completely or not at all: one line per metric with the values of its seeds, in decimals
 /// that read back to the same bits. Throws FileError.
-void write_baseline(const std::filesystem::path& file, const Baseline& baseline);
+void write_baseline(const fs::path& file, const Baseline& baseline);
 
 }  // namespace sim::regression

@@ -1,13 +1,7 @@
 #include "sim/regression/verdict.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <array>
-#include <limits>
-
-#include "sim/files/text.h"
 #include "sim/result/limits.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"

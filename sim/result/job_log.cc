@@ -8,12 +8,10 @@
 
 #include "sim/files/hash.h"
 #include "sim/files/json.h"
-#include "sim/files/text.h"
 
 namespace sim::result {
 namespace {
 
-namespace fs = std::filesystem;
 using files::FileError;
 
 constexpr int kTriesOfTheLock = 20;
@@ -44,15 +42,13 @@ Parsed parse(const fs::path& file, std::string_view text, std::string_view purpo
     const std::string_view line = rest.substr(0, end);
     rest.remove_prefix(end + 1);
     if (line_number == 1) {
-      if (line != purpose)
-        throw FileError(file, fmt::format("is another log: {}, expected {}", line, purpose));
+      if (line != purpose) throw FileError(file, "is another log: {}, expected {}", line, purpose);
     } else if (auto record = from_line(line)) {
       parsed.records.emplace(record->key, std::move(*record));
     } else if (rest.empty()) {
       return parsed;  // torn by a power failure: the file has its length but not its content
     } else {
-      throw FileError(file, fmt::format("line {} is not a record; the log was changed after it was written",
-                                        line_number));
+      throw FileError(file, "line {} is not a record; the log was changed after it was written", line_number);
     }
     parsed.whole_bytes = text.size() - rest.size();
   }

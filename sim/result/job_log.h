@@ -42,7 +42,7 @@ class JobLog {
   /// Opens or creates the log and removes a torn last line. `purpose`, the first line, identifies the jobs
   /// and the program. Throws FileError if the log has another purpose or a damaged line, if another process
   /// writes it, or if it cannot be written.
-  JobLog(const std::filesystem::path& file, std::string_view purpose);
+  JobLog(const fs::path& file, std::string_view purpose);
   JobLog(const JobLog&) = delete;
   JobLog& operator=(const JobLog&) = delete;
 
@@ -60,7 +60,7 @@ class JobLog {
  private:
   void append(std::string_view line) const;
 
-  std::filesystem::path file_;
+  fs::path file_;
   std::string purpose_;
   files::FileLock lock_;
   int fd_;
@@ -70,6 +70,6 @@ class JobLog {
 
 /// Returns the records of a log that no process writes any more, without a torn last line. Throws FileError
 /// as JobLog does.
-std::map<std::string, JobRecord> read_job_log(const std::filesystem::path& file, std::string_view purpose);
+std::map<std::string, JobRecord> read_job_log(const fs::path& file, std::string_view purpose);
 
 }  // namespace sim::result

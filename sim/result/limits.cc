@@ -1,13 +1,8 @@
 #include "sim/result/limits.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-
 #include "sim/files/atomic_file.h"
-#include "sim/files/json.h"
-#include "sim/files/text.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
 #include "sim/score/run.h"
@@ -16,7 +11,6 @@ namespace sim::result {
 namespace {
 
 using nlohmann::ordered_json;
-namespace fs = std::filesystem;
 
 score::Direction direction_of(const std::string& metric, const scenario::Scenario& scenario) {
   const score::Direction own = score::direction_of(metric);

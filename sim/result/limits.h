@@ -82,12 +82,12 @@ int exit_code(const Summary& summary);
 
 nlohmann::ordered_json to_json(const Summary& summary);
 /// Writes summary.json completely or not at all. Throws FileError.
-void write_summary(const std::filesystem::path& file, const Summary& summary);
+void write_summary(const fs::path& file, const Summary& summary);
 
 /// Makes the summary.json beside a new result seed-<n> that of all seeds, if there is one and no other
 /// process writes it. If these seeds are of different provenance, sets it aside and returns the folder with
 /// it.
-std::optional<std::filesystem::path> renew_summary(const std::filesystem::path& result);
+std::optional<fs::path> renew_summary(const fs::path& result);
 
 /// Returns a table for the terminal: seeds, headline metrics and those with limits (or all), and limits.
 std::string summary_table(const Summary& summary, const TableStyle& style = {});
@@ -95,7 +95,6 @@ std::string summary_table(const Summary& summary, const TableStyle& style = {});
 /// Returns a table of the headline metrics and those with limits, or all, from a result folder, with a reason
 /// that several metrics share once below them. It has the cause of an ending other than completed, unless
 /// `failed`: then the caller prints it.
-std::string score_table(const std::filesystem::path& result_folder, const TableStyle& style = {},
-                        bool failed = false);
+std::string score_table(const fs::path& result_folder, const TableStyle& style = {}, bool failed = false);
 
 }  // namespace sim::result

@@ -1,25 +1,17 @@
 #include "sim/result/result.h"
 
-#include <fmt/format.h>
 #include <time.h>
-
-#include <algorithm>
-#include <array>
 
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
-#include "sim/files/text.h"
-#include "sim/files/trajectory_file.h"
 #include "sim/recording/recording_format.h"
 #include "sim/result/limits.h"
 #include "sim/result/score_file.h"
 #include "sim/score/metrics.h"
-#include "sim/score/statistics.h"
 
 namespace sim::result {
 namespace {
 
-namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 double clock_ms(clockid_t clock) {
@@ -162,7 +154,7 @@ void write_about(const fs::path& file, const RunRecord& record, const ResultPlac
 
 double thread_cpu_ms() { return clock_ms(CLOCK_THREAD_CPUTIME_ID); }
 
-void Timing::write(const std::filesystem::path& folder, double simulated_s) const {
+void Timing::write(const fs::path& folder, double simulated_s) const {
   std::string csv =
       "#timestamp [ns],plan_and_physics [ms],render [ms],encode [ms],record [ms],filter [ms],landmarks\n";
   for (const FrameTiming& f : frames)

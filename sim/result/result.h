@@ -48,7 +48,7 @@ class Timing {
   /// frames with an answer, _median and _p99 if that of each frame is known, realtime_factor (simulated
   /// seconds per wall second of the whole run), the total of each stage, and controller_ms_median and _p99 of
   /// a walk. Throws FileError.
-  void write(const std::filesystem::path& folder, double simulated_s) const;
+  void write(const fs::path& folder, double simulated_s) const;
 
  private:
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
@@ -87,9 +87,9 @@ using Progress = std::function<void(double)>;
 
 /// The folder of a result, and the versions that it states.
 struct ResultPlace {
-  std::filesystem::path folder;
+  fs::path folder;
   files::Existing existing = files::Existing::reject;
-  std::filesystem::path models;                  ///< for a live run
+  fs::path models;                               ///< for a live run
   std::string version, revision;                 ///< of the program
   std::map<std::string, std::string> libraries;  ///< name and version
   std::string models_hash{};                     ///< of the models of the walk; empty: unknown
@@ -101,14 +101,14 @@ struct Outcome : scenario::Ended {
 };
 
 /// Scores the run and writes all files of the result but recording/ into `folder`. Throws FileError.
-Outcome write_result(const std::filesystem::path& folder, const RunRecord& record, const ResultPlace& place,
+Outcome write_result(const fs::path& folder, const RunRecord& record, const ResultPlace& place,
                      const Timing& timing, double simulated_s);
 
 /// Writes the files of the estimate, the tracked frames and the map (README.md describes them). Throws
 /// FileError.
-void write_tracked(const std::filesystem::path& folder, const tracking::Tracked& tracked);
+void write_tracked(const fs::path& folder, const tracking::Tracked& tracked);
 /// Writes when each frame was answered; the fields of a dropped frame are empty.
-void write_answers(const std::filesystem::path& file, const tracking::Tracked& tracked, slam::Stamp exposure);
+void write_answers(const fs::path& file, const tracking::Tracked& tracked, slam::Stamp exposure);
 
 /// Returns the end of a plan.
 score::Stamp plan_end(const walking::WalkOptions& walk);

@@ -1,20 +1,15 @@
 #include "sim/result/score_file.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <tuple>
 
 #include "sim/files/atomic_file.h"
 #include "sim/files/hash.h"
-#include "sim/files/text.h"
 #include "sim/scenario/keys.h"
 
 namespace sim::result {
 namespace {
-
-namespace fs = std::filesystem;
 
 scenario::Ending read_ending(const files::Json& json) {
   if (const auto ending = scenario::ending_named(json.text())) return *ending;
@@ -141,9 +136,9 @@ SeedScore without_score(std::uint64_t seed, int exit_code) {
   return {seed, exit_code == 2 ? scenario::Ending::not_started : scenario::Ending::crashed, exit_code, {}};
 }
 
-About read_about(const std::filesystem::path& file) { return about_of(files::read_json(file)); }
+About read_about(const fs::path& file) { return about_of(files::read_json(file)); }
 
-About read_about_of_walk(const std::filesystem::path& file) {
+About read_about_of_walk(const fs::path& file) {
   const files::Json json = files::read_json(file);
   json.at("walk_ending").text();
   return about_of(json);

@@ -62,11 +62,11 @@ struct SeedScore {
 };
 
 /// Reads a score.json. Throws FileError, also if a value has another type.
-SeedScore read_score(const std::filesystem::path& file);
+SeedScore read_score(const fs::path& file);
 
 /// Reads the score of a result folder with cause, recording, wall time, and the last lines of the estimator's
 /// log, sanitized. Throws FileError.
-SeedScore read_result(const std::filesystem::path& folder);
+SeedScore read_result(const fs::path& folder);
 
 /// Returns the score of a run without score.json by its process's exit code: not started (2) or crashed.
 SeedScore without_score(std::uint64_t seed, int exit_code);
@@ -87,16 +87,16 @@ struct About {
 };
 
 /// Reads an about.json. Throws FileError "file: key: ..." if it cannot be read or a value has another type.
-About read_about(const std::filesystem::path& file);
+About read_about(const fs::path& file);
 
 /// Reads the about.json of a result to be replayed. Throws FileError also if the walk's ending is missing.
-About read_about_of_walk(const std::filesystem::path& file);
+About read_about_of_walk(const fs::path& file);
 
 /// Returns whether the folder is a result: it has a score.json.
-bool is_result(const std::filesystem::path& folder);
+bool is_result(const fs::path& folder);
 
 /// Returns the seed in the name of a result, seed-<n> as the program writes it (not seed-07).
-std::optional<std::uint64_t> seed_of(const std::filesystem::path& result);
+std::optional<std::uint64_t> seed_of(const fs::path& result);
 
 /// Treatment of results inside results, such as replays.
 enum class Nested { skip, include };
@@ -104,11 +104,10 @@ enum class Nested { skip, include };
 /// Returns the results in a folder at any depth, or the folder itself, in the order of names and seeds. Skips
 /// recordings, exports, hidden folders, symbolic links, and earlier-<n>, which replaced results were moved
 /// to.
-std::vector<std::filesystem::path> find_results(const std::filesystem::path& folder,
-                                                Nested nested = Nested::skip);
+std::vector<fs::path> find_results(const fs::path& folder, Nested nested = Nested::skip);
 
 /// Returns the seeds of the results seed-<n> in a folder, in order.
-std::vector<std::uint64_t> seeds_in(const std::filesystem::path& folder);
+std::vector<std::uint64_t> seeds_in(const fs::path& folder);
 
 /// All inputs of a result besides its seed and the recording of a replay.
 struct Provenance {
@@ -120,6 +119,6 @@ struct Provenance {
 };
 Provenance provenance_of(scenario::Scenario scenario, const std::string& revision, const std::string& models);
 /// Throws FileError, ConfigError if the result is incomplete.
-Provenance provenance_of(const std::filesystem::path& result);
+Provenance provenance_of(const fs::path& result);
 
 }  // namespace sim::result

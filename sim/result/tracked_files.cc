@@ -11,8 +11,6 @@
 namespace sim::result {
 namespace {
 
-namespace fs = std::filesystem;
-
 // A pose without covariance has eight columns in both files.
 void write_estimate(const fs::path& folder, const tracking::Tracked& tracked) {
   std::string poses, smoothed, with_covariance = files::kTumCovarianceHeader;

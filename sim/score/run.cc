@@ -1,7 +1,6 @@
 #include "sim/score/run.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace sim::score {
 namespace {

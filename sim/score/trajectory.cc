@@ -6,8 +6,6 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <string_view>
 
 namespace sim::score {
 namespace {

@@ -1,6 +1,5 @@
 #include "sim/sensor_errors/sensor_errors.h"
 
-#include <algorithm>
 #include <opencv2/imgproc.hpp>
 
 #include "sim/sensor_errors/random.h"

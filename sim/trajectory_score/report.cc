@@ -4,19 +4,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <nlohmann/json.hpp>
-#include <numbers>
-#include <stdexcept>
-#include <string_view>
-#include <utility>
-
-#include "sim/files/trajectory_file.h"
 
 namespace sim::trajectory_score {
 namespace {
 
-namespace fs = std::filesystem;
 using files::TimedPose, score::PosePair, score::Stamp, score::Trajectory;
 using nlohmann::ordered_json, score::Absent, score::Alignment, score::OrAbsent, score::Similarity,
     score::Spans;
@@ -47,7 +39,7 @@ struct NamedFile {
   }
   template <class... Arguments>
   [[noreturn]] void fail(fmt::format_string<Arguments...> text, Arguments&&... arguments) const {
-    throw files::FileError(path, fmt::format(text, std::forward<Arguments>(arguments)...));
+    throw files::FileError(path, text, std::forward<Arguments>(arguments)...);
   }
 };
 

@@ -33,7 +33,7 @@ struct Options {
 };
 
 /// Returns the file of truth or estimate in a result folder; `path` itself if it is a file. Throws FileError.
-std::filesystem::path trajectory_in(const std::filesystem::path& path, bool truth);
+fs::path trajectory_in(const fs::path& path, bool truth);
 
 /// Returns the report on two files, paired and aligned, as sim/result/schemas/trajectory.schema.json
 /// describes it: the requested errors first, their statistics named as in evo (std: of n, not n − 1). Throws
@@ -41,8 +41,7 @@ std::filesystem::path trajectory_in(const std::filesystem::path& path, bool trut
 /// stamps and another number of poses than the other, or if its positions do not move; std::invalid_argument
 /// with the reason in one line if too few poses have a partner, if the alignment is not determined, or if no
 /// span is as long as requested.
-nlohmann::ordered_json score_files(const std::filesystem::path& truth, const std::filesystem::path& estimate,
-                                   const Options& options);
+nlohmann::ordered_json score_files(const fs::path& truth, const fs::path& estimate, const Options& options);
 
 /// Returns the report for the terminal.
 std::string table(const nlohmann::ordered_json& report);

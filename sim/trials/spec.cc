@@ -9,7 +9,6 @@
 namespace sim::trials {
 namespace {
 
-namespace fs = std::filesystem;
 using scenario::fail;
 using scenario::Yaml;
 using std::string_view_literals::operator""sv;
@@ -21,7 +20,7 @@ void require_tunable(const Yaml& at, const std::string& key) {
     fail(at, key, "shapes the recording, which tuning does not change");
   const auto* const known = scenario::find_key(key);
   if (known && !known->expected.starts_with("a number"))
-    fail(at, key, fmt::format("is {}, expected a key that is a number", known->expected));
+    fail(at, key, "is {}, expected a key that is a number", known->expected);
 }
 
 std::vector<Range> read_parameters(const Yaml& node) {
@@ -72,17 +71,15 @@ Entry read_entry(const Yaml& node, const std::string& key, const fs::path& folde
 
 SpecRun run_of_result(const Yaml& node, const Entry& entry, const fs::path& folder) {
   if (!fs::exists(folder / "recording" / "manifest.csv"))
-    fail(*entry.recordings, "recordings",
-         fmt::format("{} has no finished recording{}", folder.string(),
-                     entry.seeds.empty() ? "; choose seeds of a folder of seeds, as in seeds: 1..5" : ""));
+    fail(*entry.recordings, "recordings", "{} has no finished recording{}", folder.string(),
+         entry.seeds.empty() ? "; choose seeds of a folder of seeds, as in seeds: 1..5" : "");
   const fs::path own = folder / "scenario.yaml", whole = fs::absolute(folder / "x").lexically_normal();
   const scenario::Scenario recorded = scenario::read_scenario(own).scenario;
   SpecRun run{(whole.parent_path().parent_path().filename() / whole.parent_path().filename()).string(),
               entry.read(entry.scenario.empty() ? own.string() : entry.scenario, recorded.seed),
               recorded.seed, folder};
   if (const auto other = scenario::first_difference(recorded, run.read.scenario))
-    fail(node, other->key,
-         fmt::format("is {} in the recordings and {} in the scenario", other->recorded, other->now));
+    fail(node, other->key, "is {} in the recordings and {} in the scenario", other->recorded, other->now);
   return run;
 }
 
@@ -115,9 +112,9 @@ void require_unseen(const Yaml& node, const std::vector<SpecRun>& holdout,
             !scenario::first_difference(seen.read.scenario, unseen.read.scenario) &&
             !scenario::first_difference(unseen.read.scenario, seen.read.scenario))
           fail(node, "holdout",
-               fmt::format("seed {} of {} is also in the training, expected walks that the search does not "
-                           "see",
-                           seed, unseen.read.scenario.name));
+               "seed {} of {} is also in the training, expected walks that the search does not "
+               "see",
+               seed, unseen.read.scenario.name);
 }
 
 /// Reads training or hold-out. `seen`: the training that a hold-out must not repeat.
@@ -144,7 +141,7 @@ void complete_starts(const Yaml& root, Spec& spec) {
       fail(root, p.key, "the recorded scenario has no such section");
     p.start = std::stod(scenario::find_key(p.key)->print(scenario));
     if (p.start < p.low || p.start > p.high)
-      fail(root, p.key, fmt::format("starts at {}, outside {} to {}", p.start, p.low, p.high));
+      fail(root, p.key, "starts at {}, outside {} to {}", p.start, p.low, p.high);
   }
 }
 
@@ -177,7 +174,7 @@ Spec read_spec(const fs::path& file) {
          "missing, expected recordings that the search does not see, which show whether tuning helps");
   spec.holdout = read_side(*holdout, "holdout", file.parent_path(), spec.training);
   if (spec.trials <= spec.population)
-    fail(root, "trials", fmt::format("{} are too few for a population of {}", spec.trials, spec.population));
+    fail(root, "trials", "{} are too few for a population of {}", spec.trials, spec.population);
   complete_starts(root, spec);
   return spec;
 }

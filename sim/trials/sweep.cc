@@ -2,16 +2,12 @@
 
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <array>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
-#include "sim/files/text.h"
 #include "sim/scenario/keys.h"
-#include "sim/scenario/value.h"
 #include "sim/score/metrics.h"
 #include "sim/score/statistics.h"
 #include "sim/trials/trial.h"
@@ -20,7 +16,6 @@
 namespace sim::trials {
 namespace {
 
-namespace fs = std::filesystem;
 using scenario::fail;
 using scenario::Yaml;
 
@@ -59,7 +54,7 @@ Tried read_argument(const std::string& argument, int n) {
   key.text = argument.substr(0, equals);
   key.origin = {"<argument>", n, 1};
   if (equals == argument.npos)
-    fail(key, "", fmt::format("'{}': expected KEY=VALUE,VALUE; quote values with spaces", argument));
+    fail(key, "", "'{}': expected KEY=VALUE,VALUE; quote values with spaces", argument);
   const scenario::Origin origin{"<argument>", n, static_cast<int>(equals) + 1};  // the bracket is at the '='
   const Yaml values = scenario::parse_yaml("[" + argument.substr(equals + 1) + "]", origin);
   const auto* const known = scenario::find_key(key.text);
@@ -166,7 +161,7 @@ void check_scenarios(const SweepSpec& spec, const scenario::Changes& changes) {
     for (const Axis& axis : spec.axes)
       for (const Setting& setting : axis.front())
         if (!scenario::has_section(scenario, setting.key))
-          fail(setting.at, setting.key, fmt::format("{} has no such section", name));
+          fail(setting.at, setting.key, "{} has no such section", name);
     if (const auto [same, is_new] = files.emplace(name, file); !is_new)
       throw scenario::ConfigError(
           fmt::format("{}: has the same name as {}, '{}'; a sweep needs different names", file.string(),

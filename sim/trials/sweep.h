@@ -20,7 +20,7 @@ using Axis = std::vector<Point>;
 
 struct SweepSpec {
   std::string name;  ///< the file's stem
-  std::vector<std::filesystem::path> scenarios;
+  std::vector<fs::path> scenarios;
   std::vector<std::uint64_t> seeds;  ///< empty: not given
   std::vector<Axis> axes;
 };
@@ -31,7 +31,7 @@ inline constexpr std::size_t kMostTrials = 100'000;
 /// Reads a file of a sweep (scenario or scenarios, seeds, parameters, samples) or of a scenario, and
 /// arguments such as KEY=VALUE,VALUE; ranges without points share `samples` Sobol samples, or 16. Throws
 /// ConfigError at the first fault, except for values that their key does not accept.
-SweepSpec read_sweep(const std::filesystem::path& file, const std::vector<std::string>& arguments,
+SweepSpec read_sweep(const fs::path& file, const std::vector<std::string>& arguments,
                      std::optional<int> samples = std::nullopt);
 
 /// One scenario with one combination of values.

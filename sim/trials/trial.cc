@@ -1,16 +1,11 @@
 #include "sim/trials/trial.h"
 
 #include <Eigen/Cholesky>
-#include <cmath>
-#include <numbers>
 
-#include "sim/files/atomic_file.h"
 #include "sim/result/score_file.h"
 
 namespace sim::trials {
 namespace {
-
-namespace fs = std::filesystem;
 
 // The fraction of the recording until the filter diverged or the estimator failed.
 double lasted_fraction(const Recording& recording, const tracking::Tracked& tracked) {

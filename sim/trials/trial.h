@@ -27,7 +27,7 @@ struct Recording {
 };
 
 /// Reads a result folder's recording, images decoded. Throws FileError as replay does.
-Recording load(const std::filesystem::path& result_folder);
+Recording load(const fs::path& result_folder);
 
 /// Returns −ln N(error; 0, covariance) of a pose, see score::pose_nees; nullopt unless the covariance is
 /// positive definite.
@@ -56,8 +56,8 @@ JobRecord run_trial(const Recording& recording, const scenario::ReadScenario& sc
 struct Task {
   std::string key;  ///< in the log
   std::uint64_t seed = 0;
-  std::string scenario;               ///< all of it as YAML, with its seed
-  std::filesystem::path recording{};  ///< a result folder; empty: the recording is in the cache
+  std::string scenario;  ///< all of it as YAML, with its seed
+  fs::path recording{};  ///< a result folder; empty: the recording is in the cache
 };
 
 /// Runs tasks and adds their records to the log.

@@ -1,23 +1,15 @@
 #include "sim/trials/tuning.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <array>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "sim/files/atomic_file.h"
 #include "sim/files/json.h"
-#include "sim/files/text.h"
 #include "sim/recording/manifest.h"
 #include "sim/scenario/keys.h"
-#include "sim/score/statistics.h"
 
 namespace sim::trials {
 namespace {
 
-namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 using Point = std::vector<double>;  ///< a setting, in the unit cube (see Range)
 using Records = std::vector<const JobRecord*>;

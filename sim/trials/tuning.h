@@ -13,7 +13,7 @@ struct SpecRun {
   std::string name;             ///< "tangent_circle/seed-1"
   scenario::ReadScenario read;  ///< with the seed of the recording, unless the entry sets another
   std::uint64_t recorded_seed = 0;
-  std::filesystem::path folder{};  ///< the result folder; empty: it is in the cache
+  fs::path folder{};  ///< the result folder; empty: it is in the cache
 };
 
 /// The loss that a tuning minimizes: see Trial, or the metric.
@@ -33,7 +33,7 @@ struct Spec {
 
 /// Reads a spec; its paths are relative to its folder. Throws ConfigError ("file:line:column: key: ...") at
 /// the first fault, among them a hold-out with a walk of the training.
-Spec read_spec(const std::filesystem::path& file);
+Spec read_spec(const fs::path& file);
 
 using result::JobLog, result::JobRecord;
 
@@ -56,7 +56,7 @@ struct TuningResult {
 
 /// Tunes a spec with the folder of every run, and writes to `out`: trials.jsonl (the log of that program,
 /// to resume from), history.csv, tune.json and, if accepted, best.yaml. Throws FileError.
-TuningResult tune(const Spec& spec, const std::filesystem::path& out, const RunTasks& run_tasks,
+TuningResult tune(const Spec& spec, const fs::path& out, const RunTasks& run_tasks,
                   const std::string& program, const ShowProgress& show);
 
 /// Returns the first line of the log.

@@ -1,14 +1,10 @@
 #include "sim/trials/values.h"
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
-#include <array>
 #include <boost/random/sobol.hpp>
-#include <cmath>
 #include <numeric>
 
 #include "sim/scenario/keys.h"
-#include "sim/scenario/value.h"
 
 namespace sim::trials {
 namespace {
@@ -25,7 +21,7 @@ void require_number(const Yaml& at, const std::string& name) {
   const auto* const key = scenario::find_key(name);
   if (!key) fail(at, name, scenario::unknown_key(name));
   if (!key->expected.starts_with("a number") && !key->expected.starts_with("a whole number"))
-    fail(at, name, fmt::format("is {}, expected a key that is a number", key->expected));
+    fail(at, name, "is {}, expected a key that is a number", key->expected);
 }
 
 // A number that the key itself accepts.
@@ -40,11 +36,11 @@ double read_bound(const Yaml& node, const std::string& key) {
 void require_rising(const Yaml& node, const Range& range) {
   if (std::isnan(range.low) || std::isnan(range.high)) fail(node, range.key, "expected both from and to");
   if (!(range.low < range.high))
-    fail(node, range.key, fmt::format("from {} to {}: expected a rising range", range.low, range.high));
+    fail(node, range.key, "from {} to {}: expected a rising range", range.low, range.high);
   if (range.logarithmic && range.low <= 0)
     fail(node, range.key, "a logarithmic range must start above 0; scale: linear allows 0 and below");
   if (range.start < range.low || range.start > range.high)
-    fail(node, range.key, fmt::format("start {} is outside {} to {}", range.start, range.low, range.high));
+    fail(node, range.key, "start {} is outside {} to {}", range.start, range.low, range.high);
 }
 
 // Reflects into [0, 1] at both ends.
