@@ -2,9 +2,6 @@
 // fits the terminal, and without a terminal a line appears at intervals.
 #include "tools/cli/jobs/progress.h"
 
-#include <cstdio>
-#include <thread>
-
 #include "tests/sim/files/temporary_folder.h"
 
 namespace {

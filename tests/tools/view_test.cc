@@ -1,6 +1,5 @@
 // The view through the program: in a browser, live and of results, and through Foxglove's client.
 #include <array>
-#include <cmath>
 #include <set>
 
 #include "sim/files/text.h"

@@ -5,7 +5,6 @@
 #include <sys/un.h>
 
 #include <cstring>
-#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "sim/files/csv.h"
@@ -16,7 +15,6 @@
 namespace sim::files {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::ElementsAre, testing::HasSubstr, testing::StartsWith;
 
 TEST(Text, IsReadAsItWasWrittenByteForByte) {
@@ -190,7 +188,7 @@ TEST(ContainedPath, NamesAndLinksThatLeadOutAreRejected) {
 
 class CsvTest : public testing::Test {
  protected:
-  std::filesystem::path file(const std::string& text) const {
+  fs::path file(const std::string& text) const {
     write_text(folder_ / "rows.csv", text);
     return folder_ / "rows.csv";
   }

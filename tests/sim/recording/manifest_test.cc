@@ -38,10 +38,10 @@ TEST(Manifest, ReadsOnlyWhatItLists) {
 
 TEST(Manifest, FilesOutsideTheFolderAreRejected) {
   const files::TemporaryFolder folder;
-  const std::filesystem::path recording = folder / "recording";
-  std::filesystem::create_directories(recording);
+  const fs::path recording = folder / "recording";
+  fs::create_directories(recording);
   files::write_text(folder / "outside.txt", "content");
-  std::filesystem::create_symlink(folder / "outside.txt", recording / "link.txt");
+  fs::create_symlink(folder / "outside.txt", recording / "link.txt");
   files::Hash hash;
   hash.add("content");
   for (const std::string& path :

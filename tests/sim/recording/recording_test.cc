@@ -1,6 +1,5 @@
 #include "sim/recording/recording.h"
 
-#include <fmt/format.h>
 #include <malloc.h>
 #include <sys/stat.h>
 
@@ -13,7 +12,6 @@
 namespace sim::recording {
 namespace {
 
-namespace fs = std::filesystem;
 using slam::Stamp;
 using testing::HasSubstr;
 using testing::ThrowsMessage;

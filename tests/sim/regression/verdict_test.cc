@@ -1,10 +1,6 @@
 #include "sim/regression/verdict.h"
 
-#include <gmock/gmock.h>
-
 #include <nlohmann/json.hpp>
-
-#include "sim/files/text.h"
 
 namespace sim::regression {
 namespace {

@@ -3,7 +3,6 @@
 #include <limits>
 #include <thread>
 
-#include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::result {
