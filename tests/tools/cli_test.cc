@@ -1,5 +1,6 @@
 // The command line, without simulations.
 #include <regex>
+#include <sstream>
 #include <tuple>
 
 #include "sim/files/text.h"
@@ -68,7 +69,41 @@ TEST_F(Cli, WrongInputIsNamedByEachCommand) {
   write("old/about.json", R"({"revision": "0a1b2c"})");
   shell("mkdir pipe && mkfifo pipe/scenario.yaml pipe/score.json");
   const std::string config = "config '" + kCircle + "' ";
-  expect_refusals("commands");
+  expect_refused(
+      {{"", "A subcommand is required"},
+       {"rnu x.yaml", "unknown command 'rnu', expected one of run, record, "},
+       {"rnu x.yaml", "; did you mean 'run'?"},
+       {"check", "scenarios is required"},
+       {"config", "config: expected a scenario's YAML file, or --keys"},
+       {"run '" + kCircle + "' --sedes 1..3", "--sedes; did you mean '--seeds'?"},
+       {"report x --ouf=y", "; did you mean '--out'?"},
+       {config + "--frobnicate", " --frobnicate (gaitslam --help)\n"},
+       {"check kitchen.yaml", "kitchen.yaml:3: world.room: is 'kitchen', expected one of "},
+       {"check near.yaml", "; did you mean 'office'?"},
+       {"check stand.yaml world.room=kitchen", "world.room: is 'kitchen'"},
+       {"check world.seed=3", "check: names no scenario, expected a YAML file"},
+       {"check far.yaml", "walk.commands[0]: at"},
+       {"check control.yaml", "a?K?z"},
+       {"replay no-such-folder", "no-such-folder: no such result folder"},
+       {"replay empty", "empty: expected a result folder (with scenario.yaml and recording/)"},
+       {"replay old", "slam.plan_orientation: unknown key"},
+       {"replay old", "; revision 0a1b2c of gaitslam wrote this result, this is "},
+       {"replay result walk.step_length_m=0.1", "walk.step_length_m: shapes the recording"},
+       {"check pipe/scenario.yaml", "is not a regular file, expected one"},
+       {"view pipe", "is not a regular file, expected one"},
+       {"run x.yaml --control", "--control requires --view"},
+       {"replay result --port 8000", "--port requires --view"},
+       {"run x.yaml --token abc", "--token requires --view"},
+       {"score empty empty --all-pairs", "need -d or -u"},
+       {"leaderboard empty --table none/t.csv",
+        "--table none/t.csv: the folder none does not exist; create it first, or name another file"},
+       {"report result", "--out: missing"},
+       {"report result --table t.xls", "--table t.xls: expected a name that ends in .csv, .md or .tex"},
+       {"report result --out none/r.html", "--out none/r.html: the folder none does not exist"},
+       {"leaderboard empty --metric rmse", "did you mean 'rmse_m'?"},
+       {"report result --force --out pipe/score.json", "cannot be written: it is not a regular file"},
+       {"leaderboard empty --force --html pipe/score.json", "cannot be written: it is not a regular file"},
+       {"compare empty empty --json pipe/score.json", "cannot be written: it is not a regular file"}});
   EXPECT_THAT(shell("cat stand.yaml | " GAITSLAM_PROGRAM " check world.seed=3 /dev/stdin").out,
               Has(": valid, a walk of "));
 }
@@ -158,7 +193,15 @@ TEST_F(Cli, APlanThroughTheRoomIsRejectedByEachCommandThatWouldWalkIt) {
 TEST_F(Cli, RunRejectsBadOptionsBeforeItSimulates) {
   const std::string run = "run '" + kCircle + "' ";
   write("old/kept", "");
-  expect_refusals("runs");
+  expect_refused(
+      {{"run", "scenario is required"},
+       {run + "--seeds 5..1", "--seeds 5..1: '5..1' goes backwards, expected for example 1..5 or 1,2,7"},
+       {run + "--seeds 1..2 seed=3", "--seeds and seed= are both given, expected one of them"},
+       {run + "--seeds 1..2 --jobs 0", "--jobs"},
+       {run + "--out /dev/null/x", "/dev/null/x: cannot be written: /dev/null: Not a directory"},
+       {run + "--out ''", "--out: is empty"},
+       {run + "--out '" + kCircle + "'", "is a file, expected a folder for results"},
+       {run + "--out old", "old: exists already; --force replaces what the command writes there"}});
 }
 #else
 TEST_F(Cli, RunWithoutASimulatorSaysSo) {

@@ -1,13 +1,19 @@
 // Runs the built program through a shell, in a temporary folder of the test.
 #pragma once
 
+#include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <iterator>
+#include <sstream>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/result/result_folder.h"
@@ -62,7 +68,6 @@ class CommandLine : public testing::Test {
     fs::create_directories(folder_);
     write("walk.yaml", kShortWalk);
     ::setenv("GAITSLAM_CACHE", (folder_ / "the cache").c_str(), 1);
-    ::setenv("SOURCES", GAITSLAM_SOURCE_DIR, 1);
   }
   ~CommandLine() override {
     fs::remove_all(folder_);
@@ -137,10 +142,6 @@ class CommandLine : public testing::Test {
     EXPECT_EQ(entries(), before) << arguments;
   }
 
-  /// The same of the commands of refused.txt below that title, with the sources in $SOURCES.
-  void expect_refusals(const std::string& title) const {
-    for (const auto& [words, command] : cases("tools/refused.txt", title)) expect_refused(command, words);
-  }
   void expect_refused(const std::vector<std::pair<std::string, std::string>>& complaints) const {
     for (const auto& [arguments, complaint] : complaints) expect_refused(arguments, complaint);
   }

@@ -1,6 +1,8 @@
 // External estimators as a user runs them: in the loop, on recordings, and on exports.
+#include <fmt/format.h>
 
 #include <set>
+#include <sstream>
 #include <tuple>
 
 #include "sim/files/csv.h"
@@ -343,7 +345,11 @@ TEST_F(ExternalEstimator, EstimatorsStandSideBySideAndScenariosApart) {
 
 TEST_F(ExternalEstimator, WhatEvaluateCannotDoIsRefused) {
   const std::string tum = "evaluate r/seed-1 --format tum --out e ";
-  expect_refusals("evaluations");
+  expect_refused(
+      {{tum + "--command true", "expected {trajectory} in it"},
+       {"evaluate r/seed-1 --format tmu --command '{trajectory}' --out e", "did you mean 'tum'?"},
+       {"evaluate r --format tum --command '{trajectory}' --out e", "expected the folder of a run"},
+       {tum + "--pose head --command '{trajectory}'", "expected camera or imu"}});
 }
 
 }  // namespace

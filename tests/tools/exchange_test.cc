@@ -75,7 +75,14 @@ TEST_F(Exchange, AFolderWithoutTruthIsNotScoredAndOneWithoutAPlanUpToScale) {
 
 TEST_F(Exchange, WhatCannotBeReplayedOrExportedIsOneLine) {
   write("e/mav0/imu0/data.csv", "#timestamp [ns],x,y,z\n12,0,0,0\n11,0,0,0\n");
-  expect_refusals("exchanges");
+  expect_refused(
+      {{"replay e --out back",
+        "gaitslam: e/mav0/imu0/data.csv:3:1: the stamp is not after the one before: it is 1e-09 s earlier\n"},
+       {"replay e/mav0 --out back", "or one in the EuRoC/ASL layout (with mav0/)"},
+       {"export r/seed-1 --format rosbag",
+        "--format: expected one of euroc, tum, mcap, orbslam3, openvins, not 'rosbag'\n"},
+       {"export r --format mcap", "r: has no recording/: expected the folder of a run\n"},
+       {"export r/seed-1 --format mcap --out e", "e: exists already; --force replaces"}});
 }
 
 TEST_F(Exchange, ReadingsOrImagesThatNeverCountFailTheReplay) {

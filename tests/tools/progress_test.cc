@@ -2,6 +2,9 @@
 // fits the terminal, and without a terminal a line appears at intervals.
 #include "tools/cli/jobs/progress.h"
 
+#include <cstdio>
+#include <thread>
+
 #include "tests/sim/files/temporary_folder.h"
 
 namespace {

@@ -1,4 +1,5 @@
 // The regression gate through the program, on made-up results: nothing here simulates.
+#include <fmt/format.h>
 
 #include "tests/tools/command_line.h"
 
@@ -78,7 +79,23 @@ TEST_F(Regress, WhatCannotBeComparedIsRefusedInOneLine) {
   write_results("damaged", 1);
   write("damaged/walk/seed-1/score.json", "{");
   write_results("others", 1, 3, "", 100);
-  expect_refusals("regressions");
+  expect_refused(
+      {{"regress none.yaml", "none.yaml: cannot be read"},
+       {"regress suites/ci.yaml --results none", "the result of seed 1 is missing"},
+       {"regress suites/ci.yaml --results old --seeds 1..4",
+        "has no seed 4 of walk; 'tools/gaitslam baseline update suites/ci.yaml --seeds 1..4 --results old "
+        "--reason WHY'"},
+       {"regress suites/ci.yaml --results old --baseline 'no file.json'",
+        "no file.json: does not exist; 'tools/gaitslam baseline update suites/ci.yaml --baseline 'no "
+        "file.json'"},
+       {"regress suites/ci.yaml --results old seed=3", "seed=3: a suite has its own names and seeds"},
+       {"regress suites/ci.yaml --results old slam.vision.sigma_px=3", "was made with another configuration"},
+       {"regress suites/empty.yaml", "the suite is empty"},
+       {"baseline update suites/ci.yaml --results old --reason ' '", "--reason: is empty"},
+       {"compare old none", "none: not a folder of results"},
+       {"compare old empty", "empty: contains no result, expected seed-<n>/score.json"},
+       {"compare old others", "have no seed in common"},
+       {"compare old damaged", "seed-1/score.json"}});
 }
 
 TEST_F(Regress, TwoFoldersOfOneScenarioInATreeAreRefusedByName) {
@@ -130,7 +147,11 @@ TEST_F(Regress, CompareRefusesDifferentScenariosUnlessAskedTo) {
   write_results("dark", 2, 3, "--without camera,slam");
   write_results("named", 2, 3, "name=other");
   write_results("tuned", 2, 3, "slam.vision.sigma_px=3");
-  expect_refusals("comparisons");
+  expect_refused({{"compare a longer", "a/walk and longer/walk: walk.commands differs"},
+                  {"compare a dark", "camera."},
+                  {"compare dark a", "camera."},
+                  {"compare a/walk/seed-1 longer/walk/seed-1", "--across compares different scenarios"},
+                  {"compare a named", "a/walk is of the scenario walk, named/walk of other; --across"}});
   EXPECT_EQ(gaitslam("compare a tuned").exit_code, 1) << "a change of the filter is what is compared";
   for (const char* other : {"longer", "named"}) {
     EXPECT_THAT(gaitslam(std::string("compare --across a ") + other).ends(1).out,

@@ -1,5 +1,6 @@
 // The view through the program: in a browser, live and of results, and through Foxglove's client.
 #include <array>
+#include <cmath>
 #include <set>
 
 #include "sim/files/text.h"

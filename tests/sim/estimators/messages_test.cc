@@ -1,5 +1,10 @@
 #include "sim/estimators/messages.h"
 
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+
 #include "sim/scenario/scenario.h"
 
 namespace sim::estimators {

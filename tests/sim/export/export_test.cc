@@ -5,13 +5,18 @@
 #include <sys/wait.h>
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <opencv2/core/persistence.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <sstream>
 
 #include "sim/export/export_text.h"
+#include "sim/files/csv.h"
+#include "sim/files/text.h"
+#include "sim/recording/recording.h"
 #include "sim/sensor_errors/random.h"
 #include "sim/trajectory_score/report.h"
 #include "slam/camera.h"
@@ -21,6 +26,7 @@
 namespace sim::exports {
 namespace {
 
+namespace fs = std::filesystem;
 using nlohmann::json, slam::Stamp, testing::HasSubstr, testing::ThrowsMessage;
 using tests::expect_same, tests::random_image, tests::random_pose, tests::random_vector;
 

@@ -5,11 +5,14 @@
 #include <sys/stat.h>
 #include <sys/wait.h>
 
+#include <functional>
+
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::files {
 namespace {
 
+namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 std::vector<std::string> names(const fs::path& folder) {

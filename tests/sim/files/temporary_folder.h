@@ -1,6 +1,7 @@
 // A temporary folder of a test; the error of a call; the permissions of a user; matchers of several texts.
 #pragma once
 
+#include <gmock/gmock.h>
 #include <unistd.h>
 
 #include "sim/files/text.h"
@@ -21,20 +22,20 @@ class TemporaryFolder {
  public:
   TemporaryFolder() {
     const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
-    path_ = fs::temp_directory_path() / (std::string("gaitslam-") + test->test_suite_name() + "-" +
-                                         test->name() + "-" + std::to_string(getpid()));
-    fs::remove_all(path_);
-    fs::create_directories(path_);
+    path_ = std::filesystem::temp_directory_path() / (std::string("gaitslam-") + test->test_suite_name() +
+                                                      "-" + test->name() + "-" + std::to_string(getpid()));
+    std::filesystem::remove_all(path_);
+    std::filesystem::create_directories(path_);
   }
-  ~TemporaryFolder() { fs::remove_all(path_); }
+  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
-  const fs::path& path() const { return path_; }
-  fs::path operator/(const std::string& name) const { return path_ / name; }
+  const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
 
  private:
-  fs::path path_;
+  std::filesystem::path path_;
 };
 
 /// Root has all permissions: continues as another user while this object lives.
@@ -59,26 +60,6 @@ inline std::string replaced(std::string text, std::string_view from, std::string
   for (std::size_t at = 0; (at = text.find(from, at)) != text.npos; at += to.size())
     text.replace(at, from.size(), to);
   return text;
-}
-
-/// An input that is wrong, and a part of the error that it causes.
-struct Case {
-  std::string words, text;
-};
-
-/// The cases of a file below tests/, or of its part below "@@ title": each starts with "# expect: words", its
-/// text is on the lines up to the next.
-inline std::vector<Case> cases(const std::string& file, const std::string& title = "") {
-  constexpr std::string_view kMarker = "# expect: ";
-  const std::string whole = sim::files::read_text(GAITSLAM_SOURCE_DIR "/tests/" + file);
-  std::vector<Case> all;
-  for (const std::string& line :
-       sim::files::lines_of(title.empty() ? whole : sim::files::titled_lines(whole, title).value()))
-    if (line.starts_with(kMarker))
-      all.push_back({line.substr(kMarker.size()), ""});
-    else
-      all.at(all.size() - 1).text += line + "\n";
-  return all;
 }
 
 /// Match texts that contain all of several parts, or none of them.

@@ -5,6 +5,7 @@
 #include <sys/un.h>
 
 #include <cstring>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "sim/files/csv.h"
@@ -15,6 +16,7 @@
 namespace sim::files {
 namespace {
 
+namespace fs = std::filesystem;
 using testing::ElementsAre, testing::HasSubstr, testing::StartsWith;
 
 TEST(Text, IsReadAsItWasWrittenByteForByte) {
@@ -188,7 +190,7 @@ TEST(ContainedPath, NamesAndLinksThatLeadOutAreRejected) {
 
 class CsvTest : public testing::Test {
  protected:
-  fs::path file(const std::string& text) const {
+  std::filesystem::path file(const std::string& text) const {
     write_text(folder_ / "rows.csv", text);
     return folder_ / "rows.csv";
   }

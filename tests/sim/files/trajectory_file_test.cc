@@ -1,5 +1,7 @@
 #include "sim/files/trajectory_file.h"
 
+#include <fmt/format.h>
+
 #include "sim/files/columns.h"
 #include "tests/sim/files/temporary_folder.h"
 
@@ -42,6 +44,11 @@ TEST_F(TrajectoryFileTest, AStampInTwoColumnsIsReadAsTheHeaderNamesThemElseRejec
   }
   EXPECT_EQ(read("# sec nanosec tx ty tz qx qy qz qw\n5 250000000 1 2 3 0 0 0 1\n").rows[0].t,
             nanoseconds(5'250'000'000));
+  expect_rejected("secs,nsecs,x,y,z\n5,1000000000,1,2,3\n",
+                  ":2:3: expected whole seconds and their rest in whole nanoseconds in two columns");
+  expect_rejected("secs,nsecs,x,y,z\n5.5,1,1,2,3\n", ":2:5: expected whole seconds and their rest");
+  expect_rejected("5,10,1,2,1,0,0,0\n5,20,1,2,1,0,0,0\n",
+                  ":2:1: the stamp is not after the one before; is its rest");
 }
 
 TEST_F(TrajectoryFileTest, EachPoseMayBeWithoutTheCovarianceThatOthersHave) {
@@ -118,7 +125,23 @@ TEST_F(TrajectoryFileTest, RotationsAboutFixedAxesAreTurnedIntoTheBody) {
   EXPECT_TRUE(P.diagonal().isApprox(expected, 1e-12)) << P.diagonal();
 }
 
-TEST_F(TrajectoryFileTest, ACovarianceOfAnotherQuantityOrWithoutNamesIsNotRead) {
+TEST_F(TrajectoryFileTest, ACovarianceThatIsNotNamedAsAWholeIsRejected) {
+  const std::string rotation = " Pr11 Pr12 Pr13 Pr22 Pr23 Pr33";
+  for (const auto& [names, why] : std::vector<std::pair<std::string, std::string>>{
+           {" Pt11 Pt12 Pt13 Pt22 Pt23 Pt99", ":1: column 14, \"Pt99\": unknown name"},
+           {" c1 c2 c3 c4 c5 c6", ":1: column 9, \"c1\": unknown name"},
+           {" P11 P12 P13 P22 P23 P33", ":1: column 9, \"P11\": unknown name"},
+           {" Pt11 Pt12 Pt13 Pt22 Pt23 Pt23", ":1: column 14, \"Pt23\": is repeated"},
+           {" Pt11 Pt12 Pt13 Pt22 Pt23 Pt32", ":1: the covariance is incomplete: no column is Pt33"},
+           {" Pt11 Pt12 Pt13 Pt22 Pt23 Pt33[h]", ":1: column 14, \"Pt33[h]\": unknown unit"}})
+    expect_rejected(kPose + names + rotation + "\n1 0 0 0 0 0 0 1 1 2 3 4 5 6 1 2 3 4 5 6\n", why);
+  expect_rejected(
+      kPose + (" Pt11 Pt12 Pt13 Pt22 Pt23 Pt33" + rotation) + "\n1 0 0 0 0 0 0 1 1 2 3 4 5 6 1 2 3 4 5\n",
+      ":2: expected at least 20 numbers, found 19");
+  expect_rejected("t,x,y,z,qx,qy,qz,qw,cov_xx\n1,0,0,0,0,0,0,1,1\n", ":1: the covariance is incomplete");
+  expect_rejected(
+      "t,x,y,z,qx,qy,qz,qw,c1,c2,c3,c4,c5,c6,c7,c8,c9,ca,cb,cc\n1,0,0,0,0,0,0,1,1,2,3,4,5,6,1,2,3,4,5,6\n",
+      ":1: column 9, \"c1\": unknown name, expected one of a covariance");
   const std::string other = "t,tx,ty,tz,qx,qy,qz,qw,twist.covariance0,vx,Pr\n1,0,0,0,0,0,0,1,2,3,4\n";
   EXPECT_FALSE(read(other).rows[0].covariance) << "not of the pose";
   std::string unnamed = "1 0 0 0 1 0 0 0 1 2 3 4 5 6 1 2 3 4 5 6\n";
@@ -189,12 +212,39 @@ TEST_F(TrajectoryFileTest, EurocHasTheQuaternionsRealPartFirst) {
 }
 
 TEST_F(TrajectoryFileTest, AHeaderThatNamesItsColumnsIsObeyed) {
-  for (const auto& [words, text] : tests::cases("sim/files/trajectories.txt", "headers")) {
+  for (const std::string text :
+       {"#timestamp,tx,ty,tz,qx,qy,qz,qw\n5.0,1,2,3,0.6,0,0,0.8\n5.1,1,2,3,0.6,0,0,0.8\n",
+        "timestamp,qw,qx,qy,qz,px,py,pz\n5.0,0.8,0.6,0,0,1,2,3\n5.1,0.8,0.6,0,0,1,2,3\n",
+        "# timestamp tx ty tz qw qx qy qz\n5.0 1 2 3 0.8 0.6 0 0\n5.1 1 2 3 0.8 0.6 0 0\n",
+        "\xef\xbb\xbf# time [s] x [mm] y [mm] z [mm] q_x q_y q_z q_w\n5.0 1000 2000 3000 0.6 0 0 0.8\n"
+        "5.1 1000 2000 3000 0.6 0 0 0.8\n",
+        "time,pose.position.x,pose.position.y,pose.position.z,pose.orientation.x,pose.orientation.y,"
+        "pose.orientation.z,pose.orientation.w\n5.0,1,2,3,0.6,0,0,0.8\n5.1,1,2,3,0.6,0,0,0.8\n",
+        "t x_mm y_mm z_mm qw qx qy qz\n5.0 1000 2000 3000 0.8 0.6 0 0\n5.1 1000 2000 3000 0.8 0.6 0 0\n",
+        "t_ms,px_cm,py_cm,pz_cm,qw,qx,qy,qz\n5000,100,200,300,0.8,0.6,0,0\n5100,100,200,300,0.8,0.6,0,0\n",
+        "# x y z qw qx qy qz\n5.0 1 2 3 0.8 0.6 0 0\n5.1 1 2 3 0.8 0.6 0 0\n",
+        "# format: t x y z qw qx qy qz\n5.0 1 2 3 0.8 0.6 0 0\n5.1 1 2 3 0.8 0.6 0 0\n",
+        "tx,ty,tz,qx,qy,qz,qw,time_ms\n1,2,3,0.6,0,0,0.8,5000\n1,2,3,0.6,0,0,0.8,5100\n"}) {
     const TrajectoryFile file = read(text);
     EXPECT_EQ(file.rows[1].t, std::chrono::milliseconds(5100)) << text;
     EXPECT_LT((file.rows[1].X.translation() - Eigen::Vector3d(1, 2, 3)).norm(), 1e-12) << text;
     EXPECT_NEAR(Eigen::Quaterniond(file.rows[1].X.linear()).x(), 0.6, 1e-12) << text;
   }
+  expect_rejected("#timestamp,tx,ty,tz,roll,pitch,yaw,qw\n5.0,1,2,3,0,0,0,1\n",
+                  ":1: column 5, \"roll\": expected the orientation along w here");
+  expect_rejected("#timestamp,vx,vy,vz,qw,qx,qy,qz\n5.0,1,2,3,1,0,0,0\n", ":1: column 2, \"vx\": expected");
+  expect_rejected("# x y z\n5.0 1 2 3 0.8 0.6 0 0\n",
+                  ":1: the header names 3 columns and no stamp, the rows have 8: expected ");
+  expect_rejected(
+      "t,/a/position/x,/a/position/y,/a/position/z,/b/position/x,/b/position/y,/b/position/"
+      "z\n5,1,2,3,4,5,6\n",
+      ":1: column 5, \"/b/position/x\": names the position along x as column 2 does");
+  expect_rejected("t,x,y,z,qx,qy,qz,qw,var_x\n1,0,0,0,0,0,0,1,1\n", ":1: column 9, \"var_x\": unknown name");
+  expect_rejected("t,lat,lon,alt,qw,qx,qy,qz\n5.0,1,2,3,1,0,0,0\n", ":1: column 2, \"lat\": expected");
+  expect_rejected("#t [h],tx,ty,tz,qw,qx,qy,qz\n5.0,1,2,3,1,0,0,0\n",
+                  ":1: column 1, \"t [h]\": unknown unit");
+  expect_rejected("#t [ns],tx,ty,tz,qw,qx,qy,qz\n5.0,1,2,3,1,0,0,0\n5.1,1,2,3,1,0,0,0\n",
+                  ": the header states nanoseconds, but the stamps, ");
 }
 
 TEST_F(TrajectoryFileTest, AHeaderIsToldFromOtherComments) {
@@ -208,7 +258,10 @@ TEST_F(TrajectoryFileTest, AHeaderIsToldFromOtherComments) {
 }
 
 TEST_F(TrajectoryFileTest, PositionsMayComeWithoutOrientations) {
-  for (const auto& [words, text] : tests::cases("sim/files/trajectories.txt", "positions")) {
+  for (const char* text :
+       {"# t x y z\n5.0 1 2 3\n5.1 1 2 3\n", "x y z\n5.0 1 2 3\n5.1 1 2 3\n",
+        "t,x,y,z\n5.0,1,2,3\n5.1,1,2,3\n", "5.0,1,2,3\n5.1,1,2,3\n", "5.0 1 2 3\n5.1 1 2 3\n",
+        "#timestamp [s], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m]\n5.0,1,2,3\n5.1,1,2,3\n"}) {
     const TrajectoryFile file = read(text);
     EXPECT_FALSE(file.has_orientation) << text;
     EXPECT_EQ(file.rows[1].X.translation(), Eigen::Vector3d(1, 2, 3)) << text;
@@ -266,11 +319,29 @@ TEST_F(TrajectoryFileTest, ARepeatedLastStampIsDroppedWithAWarningAndNoOther) {
   EXPECT_EQ(read(two).warning, std::nullopt);
   EXPECT_EQ(
       read("1000000000,0,0,0,1,0,0,0\n1000000033,0,0,0,1,0,0,0\n1000000033,0,0,0,1,0,0,0\n").rows.size(), 2u);
+  expect_rejected(two + "2 0 0 0 0 0 0 1\n3 0 0 0 0 0 0 1\n", ":3:1: the stamp is not after the one before");
+  expect_rejected(two + "1.5 0 0 0 0 0 0 1\n", ":3:1: the stamp is not after the one before");
 }
 
 TEST_F(TrajectoryFileTest, ErrorsNamePlaceAndReason) {
-  for (const auto& [words, text] : tests::cases("sim/files/trajectories.txt", "rejected"))
-    expect_rejected(text, words);
+  for (const auto& [text, why] : std::vector<std::pair<std::string, std::string>>{
+           {"", ": has no pose in it"},
+           {"# nothing\n\n", ": has no pose in it"},
+           {"1 2 3\n", ":1: has 3 numbers, expected 8 or 20 (TUM), 12 (KITTI), or a csv (EuRoC)"},
+           {"0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0\n", ":2: expected 8 numbers, found 7"},
+           {"2 0 0 4 0 1 0 5 0 0 1 6\n", ":1:1: the first three columns are not a rotation"},
+           {"1,2,3\n", ":1: expected at least 8 numbers, found 3"},
+           {"#t,px,py,pz,qx,qy,qz,qw\n22000\n", ":2: expected at least 8 numbers, found 1"},
+           {"# c\n0 0 0 x 0 0 0 1\n", ":2:7: expected a finite number, found \"x\""},
+           {"0 0 0 nan 0 0 0 1\n", ":1:7: expected a finite number"},
+           {"0 0 0 0 0 0 0 1\n1 1 1e308 1 0 0 0 1\n", ":2:5: a position of more than 1e9 m"},
+           {"0,1,2,3,1,0,0,0\n1,-1e200,2,3,1,0,0,0\n", ":2:3: a position of more than 1e9 m"},
+           {"1 0 0 0 0 1 0 0 0 0 1 1e12\n", ":1:23: a position of more than 1e9 m"},
+           {"0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 0\n", ":2:9: the quaternion is not of length 1"},
+           {"1 nan nan nan 0 0 0 1\n", ": has no pose in it: each position is missing or NaN"},
+           {"1,5,0,25,1,25,2,5,0,5,0,5,0,5,0,5\n1,6,0,25,1,25,2,5,0,5,0,5,0,5,0,5\n",
+            ": has commas and no decimal point: if the commas are decimal, other characters must separate"}})
+    expect_rejected(text, why);
   EXPECT_THROW(read_trajectory(folder_ / "none.txt"), FileError);
 }
 

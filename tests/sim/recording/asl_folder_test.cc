@@ -1,5 +1,6 @@
 #include "sim/recording/asl_folder.h"
 
+#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <numbers>
@@ -11,6 +12,7 @@
 namespace sim::recording {
 namespace {
 
+namespace fs = std::filesystem;
 using slam::Stamp;
 using testing::ContainsRegex;
 using testing::HasSubstr;
@@ -66,7 +68,7 @@ TEST_F(RecordedElsewhere, SensorsAreReadAsEurocStatesThem) {
   EXPECT_LT((up - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
 }
 
-TEST_F(RecordedElsewhere, APlanMayHaveColumnsOfAnotherProgramsOwn) {
+TEST_F(RecordedElsewhere, APlanMayHaveColumnsOfAnotherProgramsOwnAndThenHasNoLegOdometry) {
   write("plan0/sensor.yaml", motion_source_yaml(motion_sources()[0], {}));
   const std::string pose = ",1,2,3,1,0,0,0,1,0,0,0,1", vectors = ",0,0,0,0,0,0,left,0,0,0";
   write("plan0/data.csv", recording_format::kPlanHeader + "\n33000000" + pose + vectors + "\n");
@@ -75,7 +77,14 @@ TEST_F(RecordedElsewhere, APlanMayHaveColumnsOfAnotherProgramsOwn) {
         recording_format::kPlanHeader + ",battery [V]\n1403636579763555584" + pose + vectors + ",48\n");
   AslFolder own_column(folder_.path());
   const auto first = own_column.next();
-  EXPECT_TRUE(first && first->plan && !first->legs);
+  ASSERT_TRUE(first && first->plan);
+  EXPECT_FALSE(first->legs);
+  write("plan0/data.csv", recording_format::kPlanHeader + recording_format::kLegColumns +
+                              "\n1403636579763555584" + pose + vectors + pose + ",7,8,9\n");
+  AslFolder with_legs(folder_.path());
+  const auto again = with_legs.next();
+  ASSERT_TRUE(again && again->plan && again->legs);
+  EXPECT_EQ(again->legs->p_CS, Eigen::Vector3d(7, 8, 9));
 }
 
 TEST_F(RecordedElsewhere, AReadingStandsForTheTimeUntilHalfwayToItsNeighborsAndIsSplitAtAFrame) {
@@ -298,18 +307,36 @@ TEST_F(RecordedElsewhere, ABadImageIsFoundBeforeTheFirstFrame) {
 
 TEST_F(RecordedElsewhere, LensesAreReadByTheNamesOfOtherPrograms) {
   const std::string kept = files::read_text(folder_ / "mav0/cam0/sensor.yaml");
-  const auto lens = [&](const std::string& keys) {
-    write("cam0/sensor.yaml",
-          kept.substr(0, kept.find("camera_model")) + "intrinsics: [45, 45, 36, 24]\n" + keys);
+  const auto lens = [&](const std::string& model, const std::string& coefficients) {
+    write("cam0/sensor.yaml", kept.substr(0, kept.find("camera_model")) + "intrinsics: [45, 45, 36, 24]\n" +
+                                  model + "\ndistortion_coefficients: " + coefficients + "\n");
     return AslFolder(folder_.path()).sensors().setup.calibration.camera.lens;
   };
-  for (const auto& [expected, keys] : tests::cases("sim/recording/lenses.txt", "read")) {
-    const slam::Lens found = lens(keys);
-    EXPECT_EQ(fmt::format("{} {}", found.index(), fmt::join(rig::coefficients(found), " ")), expected)
-        << keys;
-  }
-  for (const auto& [words, keys] : tests::cases("sim/recording/lenses.txt", "rejected"))
-    EXPECT_THAT(files::error_of([&, bad = keys] { lens(bad); }), HasSubstr(words)) << keys;
+  const auto words = [](const slam::Lens& found) {
+    return fmt::format("{} {}", found.index(), fmt::join(rig::coefficients(found), " "));
+  };
+  for (const auto& [model, coefficients, expected] : std::vector<std::array<const char*, 3>>{
+           {"distortion_model: none", "[]", "1 0 0 0 0"},
+           {"camera_model: pinhole\ndistortion_model: None", "[0, 0, 0, 0, 0]", "1 0 0 0 0"},
+           {"distortion_model: plumb_bob", "[0.1, 0.02, 3e-3, 4e-3, 0]", "1 0.1 0.02 0.003 0.004"},
+           {"distortion_model: pinhole-radtan", "[0.1, 0.02, 3e-3, 4e-3]", "1 0.1 0.02 0.003 0.004"},
+           {"distortion_model: kannala_brandt", "[0.1, 0.02, 0.03, 0.04, 0.0]", "2 0.1 0.02 0.03 0.04"},
+           {"camera_model: pinhole\ndistortion_model: pinhole-equi", "[0.1, 0.02, 0, 0]", "2 0.1 0.02 0 0"},
+           {"camera_model: KANNALA_BRANDT", "[0.1, 0.02, 0, 0]", "2 0.1 0.02 0 0"},
+           {"camera_model: fisheye\ndistortion_model: equidistant", "[0.1, 0, 0, 0]", "2 0.1 0 0 0"}})
+    EXPECT_EQ(words(lens(model, coefficients)), expected) << model;
+  for (const auto& bad : std::vector<std::array<const char*, 3>>{
+           {"distortion_model: fov", "[0.9]",
+            "distortion_model: found \"fov\", expected one-parameter-radial, "},
+           {"distortion_model: rational_polynomial", "[0, 0, 0, 0, 0, 0, 0, 0]",
+            "found \"rational_polynomial\""},
+           {"camera_model: omni\ndistortion_model: radtan", "[0, 0, 0, 0]", "camera_model: found \"omni\""},
+           {"camera_model: ds\ndistortion_model: none", "[]", "camera_model: found \"ds\""},
+           {"distortion_model: plumb_bob", "[0, 0, 0, 0, 0.1]", "coefficient 5 is 0.1, expected 0"},
+           {"distortion_model: none", "[0.1, 0, 0, 0]", "found 0.1, expected 0"},
+           {"camera_model: fisheye\ndistortion_model: radtan", "[0, 0, 0, 0]",
+            "contradicts camera_model: fisheye"}})
+    EXPECT_THAT(files::error_of([&] { lens(bad[0], bad[1]); }), HasSubstr(bad[2])) << bad[0];
 }
 
 TEST_F(RecordedElsewhere, KeysThatContradictEachOtherAreRejected) {

@@ -38,10 +38,10 @@ TEST(Manifest, ReadsOnlyWhatItLists) {
 
 TEST(Manifest, FilesOutsideTheFolderAreRejected) {
   const files::TemporaryFolder folder;
-  const fs::path recording = folder / "recording";
-  fs::create_directories(recording);
+  const std::filesystem::path recording = folder / "recording";
+  std::filesystem::create_directories(recording);
   files::write_text(folder / "outside.txt", "content");
-  fs::create_symlink(folder / "outside.txt", recording / "link.txt");
+  std::filesystem::create_symlink(folder / "outside.txt", recording / "link.txt");
   files::Hash hash;
   hash.add("content");
   for (const std::string& path :

@@ -1,5 +1,6 @@
 #include "sim/recording/recording.h"
 
+#include <fmt/format.h>
 #include <malloc.h>
 #include <sys/stat.h>
 
@@ -12,6 +13,7 @@
 namespace sim::recording {
 namespace {
 
+namespace fs = std::filesystem;
 using slam::Stamp;
 using testing::HasSubstr;
 using testing::ThrowsMessage;

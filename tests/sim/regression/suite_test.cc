@@ -1,5 +1,9 @@
 #include "sim/regression/suite.h"
 
+#include <fmt/format.h>
+
+#include <fstream>
+
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::regression {
@@ -10,7 +14,7 @@ using testing::ElementsAre, testing::HasSubstr, testing::IsEmpty;
 class SuiteTest : public testing::Test {
  protected:
   SuiteTest() {
-    fs::create_directories(folder_ / "suites");
+    std::filesystem::create_directories(folder_ / "suites");
     std::ofstream(folder_ / "walk.yaml") << "walk: {commands: [{stand: {duration_s: 1}}]}\n";
   }
   Suite read(const std::string& text) const {
@@ -47,8 +51,37 @@ scenarios:
 }
 
 TEST_F(SuiteTest, WhatIsWrongIsRefusedWithItsPlace) {
-  for (const auto& [words, text] : tests::cases("sim/regression/bad_suites.txt"))
-    EXPECT_THAT(files::error_of([&, suite = text] { read(suite); }), tests::Has(".yaml", words)) << text;
+  const std::string one = "seeds: 1\nscenarios: [{scenario: ../walk.yaml, ", gate = one + "gate: ";
+  for (const auto& [text, why] : std::vector<std::pair<std::string, std::string>>{
+           {"seeds: 1..3\nscenarios: []\n", "the suite is empty"},
+           {"seeds: 1..3\n", "the suite is empty"},
+           {"scenarios: [{scenario: ../walk.yaml}]\n", "seeds: missing"},
+           {"seeds: 1\nscenarios: [{scenario: ../none.yaml}]\n", "none.yaml: cannot be read"},
+           {"seeds: 1\nscenarios: [{set: [a=b]}]\n", "scenario: missing"},
+           {"seeds: 1\nscenarios: [{scenraio: x}]\n",
+            "ci.yaml:2:14: scenraio: unknown key; did you mean 'scenario'?"},
+           {"seed: 1\n", "did you mean 'seeds'?"},
+           {"[]\n", "expected a suite"},
+           {"seeds: 1\nscenarios: [{scenario: ../walk.yaml}, {scenario: ../walk.yaml}]\n",
+            "two scenarios are called 'walk'"},
+           {one + "expect: passed}]\n", "expect: 'passed', expected limits_missed"},
+           {one + "set: [walk.step=1]}]\n", "ci.yaml:2:44: set: walk.step: unknown key"},
+           {one + "set: [name=a, seed=x]}]\n", "ci.yaml:2:57: set: seed: "},
+           {one + "set: [name]}]\n", "ci.yaml:2:44: set: 'name': expected key=value"},
+           {one + "set: [[name=a]]}]\n", "ci.yaml:2:44: set: expected text, as in [seed=1]"},
+           {one + "set: name=a}]\n", "ci.yaml:2:43: set: expected a list, as in [seed=1]"},
+           {one + "without: [slma]}]\n",
+            "ci.yaml:2:48: without: 'slma', expected camera or slam; did you mean 'slam'?"},
+           {one + "without: slam}]\n", "ci.yaml:2:47: without: expected a list, as in [slam]"},
+           {gate + "{rsme_m: {percent: 1}}}]\n", "unknown metric 'rsme_m'; did you mean 'rmse_m'?"},
+           {gate + "{rmse_m: 10}}]\n", "expected a tolerance"},
+           {gate + "{rmse_m: {percent: -1}}}]\n", "gate.rmse_m.percent"},
+           {gate + "{rmse_m: {precent: 1}}}]\n", "did you mean 'percent'?"},
+           {gate + "{}}]\n", "has 0 metrics, expected 1 to 6"},
+           {gate + "{rmse_m: {}, rpe_1m_m: {}, rpe_1m_deg: {}, end_yaw_error_deg: {}, ate_se3_rmse_m: {}, "
+                   "ate_yaw_rmse_m: {}, ate_sim3_rmse_m: {}}}]\n",
+            "has 7 metrics, expected 1 to 6"}})
+    EXPECT_THAT(files::error_of([&, suite = text] { read(suite); }), tests::Has(".yaml", why)) << text;
 }
 
 TEST_F(SuiteTest, AConfigurationIsWhatFileAndChangesSetNotWhatJudgesIt) {

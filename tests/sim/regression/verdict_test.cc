@@ -1,6 +1,10 @@
 #include "sim/regression/verdict.h"
 
+#include <gmock/gmock.h>
+
 #include <nlohmann/json.hpp>
+
+#include "sim/files/text.h"
 
 namespace sim::regression {
 namespace {

@@ -3,6 +3,7 @@
 #include <limits>
 #include <thread>
 
+#include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::result {

@@ -1,6 +1,7 @@
 // Helpers for tests of result folders.
 #pragma once
 
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "sim/files/text.h"

@@ -1,5 +1,7 @@
 #include "sim/score/metrics.h"
 
+#include <gmock/gmock.h>
+
 #include <set>
 
 #include "tests/sim/score/score_fixtures.h"

@@ -2,6 +2,10 @@
 // cameras.
 #pragma once
 
+#include <gtest/gtest.h>
+
+#include <cmath>
+
 #include "sim/score/metrics.h"
 #include "sim/score/run.h"
 

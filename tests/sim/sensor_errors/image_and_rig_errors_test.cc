@@ -1,4 +1,5 @@
 // Errors of images and of the further sensors, and their random numbers.
+#include <gtest/gtest.h>
 
 #include <set>
 

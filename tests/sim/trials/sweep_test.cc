@@ -1,6 +1,8 @@
 // Values to try and plans of sweeps, right ones and wrong ones.
 #include "sim/trials/sweep.h"
 
+#include <fstream>
+
 #include "sim/trials/values.h"
 #include "tests/sim/files/temporary_folder.h"
 
@@ -46,8 +48,17 @@ TEST(Values, OfAGridHaveEvenDistancesOrFactors) {
 }
 
 TEST(Values, ErrorsNameThePlace) {
-  for (const auto& [words, text] : tests::cases("sim/trials/bad_inputs.txt", "values"))
-    EXPECT_THAT(error_of(text), HasSubstr(words)) << text;
+  for (const auto& [text, error] : std::vector<std::pair<std::string, std::string>>{
+           {"{from: 1, too: 2}", "spec.yaml:1:33: too: unknown key; did you mean 'to'?"},
+           {"{from: 1}", "expected both from and to"},
+           {"{from: 2, to: 1}", "expected a rising range"},
+           {"{from: 1, to: abc}", "spec.yaml:1:37: slam.vision.sigma_px: "},
+           {"{from: -1, to: 1}", "spec.yaml:1:30: slam.vision.sigma_px: "},
+           {"{from: 1, to: 2, points: 1}", "points: is '1', expected a whole number"},
+           {"{from: 1, to: 2, start: 3}", "start 3 is outside 1 to 2"},
+           {"{from: 1, to: 2, also: [slam.visio.sigma_px]}", "did you mean"},
+           {"[]", "has no values"}})
+    EXPECT_THAT(error_of(text), HasSubstr(error)) << text;
   EXPECT_THAT(error_of("{from: 0, to: 1}", "slam.depth.linearity"), HasSubstr("must start above 0"));
   EXPECT_THAT(error_of("{from: 1, to: 2}", "slam.gyro.enabled"),
               HasSubstr("expected a key that is a number"));
@@ -199,8 +210,18 @@ TEST_F(Sweep, WhatIsWrongOnTheCommandLineIsNamedWithItsPlace) {
 }
 
 TEST_F(Sweep, WhatIsWrongInAFileIsNamedWithItsPlace) {
-  for (const auto& [words, text] : tests::cases("sim/trials/bad_inputs.txt", "sweeps"))
-    EXPECT_THAT(complaint_of_file(text), HasSubstr(words)) << text;
+  for (const auto& [text, what] : std::vector<std::pair<std::string, std::string>>{
+           {"scenario: walk.yaml\nsede: 1\n", "spec.yaml:2:1: sede: unknown key; did you mean 'seeds'?"},
+           {"scenario: walk.yaml\nparameters:\n  slam.vision.sigma_px: [1, -2]\n",
+            "spec.yaml:3:29: slam.vision.sigma_px: is '-2', expected a number"},
+           {"parameters: {slam.vision.sigma_px: [1]}\n", "spec.yaml:1:1: scenario: missing"},
+           {"scenarios: []\n", "spec.yaml:1:12: scenarios: expected a list"},
+           {"scenario: walk.yaml\nsamples: 1000000\n",
+            "spec.yaml:2:10: samples: is '1000000', expected a whole number from 1 to 100000"},
+           {"scenario: walk.yaml\nsamples: 4\n", "samples: no parameter is a range without points"},
+           {"scenario: walk.yaml\nseeds: [1, 2]\n", "spec.yaml:2:8: seeds: expected seeds"},
+           {"scenarios: [walk.yaml, walk.yaml]\n", "a sweep needs different names"}})
+    EXPECT_THAT(complaint_of_file(text), HasSubstr(what)) << text;
 }
 
 TEST_F(Sweep, MoreTrialsThanAnyoneWaitsForAreRejectedAtTheKeyThatAsksForThem) {

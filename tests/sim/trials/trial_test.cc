@@ -2,6 +2,10 @@
 // replays from the disk.
 #include "sim/trials/trial.h"
 
+#include <numbers>
+#include <random>
+
+#include "sim/files/text.h"
 #include "sim/replay/replay.h"
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/result/result_folder.h"
@@ -95,10 +99,10 @@ constexpr int kFrames = 40;
 class Trials : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = fs::temp_directory_path() / ("gaitslam trials " + std::to_string(getpid()));
+    folder_ = std::filesystem::temp_directory_path() / ("gaitslam trials " + std::to_string(getpid()));
     tests::write_result(folder_, tests::short_walk(kFrames));
   }
-  static void TearDownTestSuite() { fs::remove_all(folder_); }
+  static void TearDownTestSuite() { std::filesystem::remove_all(folder_); }
 
   static scenario::ReadScenario scenario(const std::vector<std::string>& overrides) {
     return scenario::read_scenario(folder_ / "scenario.yaml", {overrides, {}});
@@ -110,7 +114,7 @@ class Trials : public testing::Test {
     return tests::json_of(folder_ / "replay" / "score.json");
   }
 
-  static inline fs::path folder_;
+  static inline std::filesystem::path folder_;
 };
 
 void expect_same(const JobRecord& trial, const nlohmann::json& score) {

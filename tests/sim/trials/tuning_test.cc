@@ -9,6 +9,7 @@
 namespace sim::trials {
 namespace {
 
+namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 template <typename F>
@@ -184,8 +185,8 @@ class SpecFile : public testing::Test {
  protected:
   SpecFile() {
     for (int seed = 1; seed <= 3; ++seed) {
-      const fs::path result = folder_ / ("walks/seed-" + std::to_string(seed));
-      fs::create_directories(result / "recording");
+      const std::filesystem::path result = folder_ / ("walks/seed-" + std::to_string(seed));
+      std::filesystem::create_directories(result / "recording");
       std::ofstream(result / "recording" / "manifest.csv") << '\n';
       std::ofstream(result / "scenario.yaml")
           << "seed: " << seed
@@ -202,6 +203,8 @@ class SpecFile : public testing::Test {
     return what.substr(std::min(what.find("spec.yaml"), what.size()));
   }
 
+  static constexpr const char* kSides =
+      "training: [{recordings: walks, seeds: 1..2}]\nholdout: [{recordings: walks/seed-3}]\n";
   files::TemporaryFolder folder_;
 };
 
@@ -223,8 +226,34 @@ TEST_F(SpecFile, SaysWhatIsTunedOnWhatAndByWhat) {
 }
 
 TEST_F(SpecFile, IsRefusedWithItsPlaceWhereItIsWrong) {
-  for (const auto& [words, text] : tests::cases("sim/trials/bad_inputs.txt", "tunings"))
-    EXPECT_THAT(complaint(text), HasSubstr(words)) << text;
+  const std::string range = "{from: 0.001, to: 0.1}",
+                    gyro = "parameters: {slam.gyro.sigma_rad_s: " + range + "}\n";
+  const std::vector<std::pair<std::string, std::string>> wrong{
+      {"parameters: {slam.gyro.sigma_rads: " + range + "}\n",
+       "spec.yaml:1:14: slam.gyro.sigma_rads: unknown key; did you mean"},
+      {"parameters: {walk.step_length_m: " + range + "}\n",
+       "spec.yaml:1:14: walk.step_length_m: shapes the recording"},
+      {"parameters: {slam.gyro.enabled: " + range + "}\n",
+       "spec.yaml:1:14: slam.gyro.enabled: is true or false"},
+      {"parameters: {slam.gyro.sigma_rad_s: {from: 0.1, to: 1}}\n" + std::string(kSides),
+       "starts at 0.02, outside"},
+      {gyro, "training: missing"},
+      {gyro + "training: [{recordings: walks, seeds: 1}]\n", "holdout: missing"},
+      {gyro + "training: [{recordings: walks}]\n", "spec.yaml:2:25: recordings: "},
+      {gyro + "training: [{recordings: walks, seeds: 1..9}]\n", "has no finished recording"},
+      {gyro + "training: [{recordings: walks, seeds: 3..1}]\n", "spec.yaml:2:39: seeds: "},
+      {gyro + "training: []\n", "spec.yaml:2:11: training: expected a list"},
+      {gyro + "training: [{recordings: walks, seeds: 1..3}]\nholdout: [{recordings: walks/seed-3}]\n",
+       "spec.yaml:3:11: holdout: seed 3 of scenario is also in the training"},
+      {gyro +
+           "training: [{recordings: walks/seed-2}]\nholdout: [{recordings: walks/seed-2, set: [seed=9]}]\n",
+       "spec.yaml:3:11: holdout: seed 2 of scenario is also in the training"},
+      {gyro + kSides + "objective: nll\n", "spec.yaml:4:12: objective: "},
+      {gyro + kSides + "trials: 10\n", "too few for a population of 10"},
+      {gyro + kSides + "trails: 20\n", "spec.yaml:4:1: trails: unknown key; did you mean 'trials'?"},
+      {"- a\n", "expected a tuning"},
+  };
+  for (const auto& [text, complaint_] : wrong) EXPECT_THAT(complaint(text), HasSubstr(complaint_)) << text;
 }
 
 TEST_F(SpecFile, MayTakeAllButTheWalkFromAnotherScenario) {
