@@ -10,6 +10,10 @@
 namespace cli {
 namespace {
 
+constexpr const char* kCheckExamples = R"(Examples:
+  gaitslam check scenarios/hall.yaml scenarios/tangent_circle.yaml world.seed=7
+Exit codes: 0 all scenarios are valid; 2 one is not.)";
+
 struct CheckRequest {
   std::vector<std::string> files;  ///< and changes
   scenario::Changes changes;
@@ -78,7 +82,10 @@ int check(CheckRequest& request) {
 }  // namespace
 
 void add_check(CLI::App& app, int& exit_code) {
-  auto [command, request] = add_command(app, exit_code, "check", check);
+  auto [command, request] = add_command(app, exit_code, "check",
+                                        "Check scenarios: do all that a run does before the robot walks, "
+                                        "except starting a program",
+                                        kCheckExamples, check);
   command
       .add_option("scenarios", request.files,
                   "YAML files of scenarios or suites, and keys with new values for all of them")

@@ -1,8 +1,6 @@
 // The subcommands of gaitslam: each adds itself to the program's command line and sets its exit code.
 #pragma once
 
-#include <string>
-#include <utility>
 #include <vector>
 
 namespace CLI {
@@ -19,9 +17,5 @@ AddCommand add_run, add_record, add_replay, add_evaluate, add_export, add_view_c
 
 /// All subcommands: of the runner, which is built first (runner.cc), or of the whole program.
 std::vector<AddCommand*> commands();
-
-/// Returns the description of a command and the end of its help, by help.txt. command: as typed after
-/// gaitslam; "gaitslam" for the program.
-std::pair<std::string, std::string> help_of(const std::string& command);
 
 }  // namespace cli

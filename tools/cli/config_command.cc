@@ -9,6 +9,10 @@
 namespace cli {
 namespace {
 
+constexpr const char* kConfigExamples = R"(Examples:
+  gaitslam config scenarios/tangent_circle.yaml slam.gyro.sigma_rad_s=0.02
+  gaitslam config --keys)";
+
 struct ConfigRequest {
   std::string scenario;
   scenario::Changes changes;
@@ -79,7 +83,9 @@ int config(ConfigRequest& request) {
 }  // namespace
 
 void add_config(CLI::App& app, int& exit_code) {
-  auto [command, request] = add_command(app, exit_code, "config", config);
+  auto [command, request] =
+      add_command(app, exit_code, "config", "Print the value and origin of every key of a scenario",
+                  kConfigExamples, config);
   add_scenario(command, request.scenario, request.changes);
   command.add_flag("--keys", request.keys, "list all keys with range, default and meaning");
   command.add_flag("--yaml", request.yaml, "print the whole scenario as YAML");

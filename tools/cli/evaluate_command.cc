@@ -22,6 +22,17 @@
 namespace cli {
 namespace {
 
+constexpr const char* kEvaluateExamples = R"(Examples:
+  gaitslam evaluate results/tangent_circle/seed-1 --format euroc --command './run_my_slam.sh {folder} {trajectory}'
+  gaitslam evaluate results/*/seed-* --format orbslam3 --pose imu --align se3 --name orbslam3 --command '...'
+For each recording: exports what the filter received, without any truth, to {folder}, runs the command, reads the
+{trajectory} that it has written (TUM, EuRoC csv or KITTI with times.txt beside it; a header that names its columns
+decides), and leaves a result in results/NAME/SCENARIO/seed-N, or below --out. Limits are those of the recorded scenario,
+or given here, as in limits.ate_se3_rmse_m.at_most=0.1. Rerun the command to resume after an interruption.
+The exit codes are those of gaitslam run; a command that fails, takes too long or writes no trajectory ends as
+estimator_failed, 3. The highest of several recordings counts. Folders that other programs recorded (EuRoC/ASL) are not evaluated;
+gaitslam replay reads them.)";
+
 struct EvaluateRequest : OutRequest {
   std::vector<std::string> results, limits;  ///< limits: key=value
   std::string command, format;
@@ -190,7 +201,9 @@ int evaluate(EvaluateRequest& request) {
 }  // namespace
 
 void add_evaluate(CLI::App& app, int& exit_code) {
-  auto [command, request] = add_command(app, exit_code, "evaluate", evaluate);
+  auto [command, request] =
+      add_command(app, exit_code, "evaluate", "Run another SLAM program on exported recordings and score it",
+                  kEvaluateExamples, evaluate);
   command.add_option("results", request.results, "folders of runs, and limits as key=value")->required();
   command.add_option("--command", request.command, "shell command with {folder} and {trajectory}")
       ->required();

@@ -18,6 +18,13 @@
 namespace cli {
 namespace {
 
+constexpr const char* kExportExamples = R"(Examples:
+  gaitslam export results/tangent_circle/seed-1 --format euroc --out DIR
+  gaitslam export results/tangent_circle/seed-1 --format orbslam3 --undistort
+The export contains the input of the filter, sensor errors included. Its folder, RESULT/export/FORMAT by default, has
+a README.md with the command line of the target program. Folders that other programs recorded (EuRoC/ASL) are not exported;
+gaitslam replay reads them.)";
+
 struct ExportRequest : OutRequest {
   fs::path result;
   std::string format;
@@ -45,6 +52,14 @@ int export_result(ExportRequest& request) {
   std::cout << fmt::format("exported to {0}; see {0}/README.md for its use\n", out.path().string());
   return 0;
 }
+
+constexpr const char* kVideoExamples = R"(Examples:
+  gaitslam video results/tangent_circle/seed-1 --out walk.webm
+The filter runs again on the recording. The video shows, from left to right, the image of the head camera with the
+search ellipses of the landmarks and the patches that were matched; and the robot from outside, in a build with the
+simulator, with its true waist and its measured joint angles. gaitslam view shows the map. The video is
+RESULT/video.mp4 unless --out names a .mp4 or .webm file. Folders that other programs recorded (EuRoC/ASL) are not
+shown; gaitslam replay reads them.)";
 
 struct VideoRequest : OutRequest {
   fs::path result;
@@ -155,7 +170,9 @@ int video(VideoRequest& request) {
 }  // namespace
 
 void add_export(CLI::App& app, int& exit_code) {
-  auto [command, request] = add_command(app, exit_code, "export", export_result);
+  auto [command, request] =
+      add_command(app, exit_code, "export", "Write a run in the format of another SLAM program or viewer",
+                  kExportExamples, export_result);
   add_result(command, request.result);
   command
       .add_option("--format", request.format,
@@ -166,7 +183,9 @@ void add_export(CLI::App& app, int& exit_code) {
 }
 
 void add_video(CLI::App& app, int& exit_code) {
-  auto [command, request] = add_command(app, exit_code, "video", video);
+  auto [command, request] = add_command(
+      app, exit_code, "video", "Make a video of the camera images with the matched landmarks, and the robot",
+      kVideoExamples, video);
   add_result(command, request.result);
   command.add_option("--out", request.out, "the .mp4 or .webm file to write");
   command.add_flag("--force", request.force, "replace an existing file");

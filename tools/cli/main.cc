@@ -1,6 +1,7 @@
 #include <fmt/ranges.h>
 #include <malloc.h>
 
+#include <CLI/CLI.hpp>
 #include <Eigen/Core>
 #include <csignal>
 #include <iostream>
@@ -8,13 +9,29 @@
 #include <opencv2/core/utility.hpp>
 #include <system_error>
 
+#include "sim/files/text.h"
+#include "sim/scenario/scenario.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/shared/options.h"
+#include "tools/cli/shared/terminal.h"
 #include "tools/cli/shared/version.h"
 
 namespace {
 
 using sim::scenario::did_you_mean;
+
+constexpr const char* kDescription =
+    "GaitSLAM simulates a humanoid robot that walks by preview control, estimates the motion of its head\n"
+    "camera with a SLAM filter, and scores the walk and the estimate against ground truth.";
+
+constexpr const char* kProgramExamples = R"(
+Examples:
+  gaitslam run scenarios/tangent_circle.yaml
+  gaitslam replay results/tangent_circle/seed-1 slam.vision.sigma_px=1.5
+  gaitslam report results/tangent_circle/seed-1 --out report.html
+  gaitslam check scenarios/*.yaml
+  gaitslam COMMAND --help
+Exit codes: 0 passed; 1 ran and missed a limit; 2 wrong usage or configuration; 3 the run failed; 74 the disk is full or
+a device failed.)";
 
 /// Help of at most 100 columns: prose is filled, options keep their column, commands continue after a "\\".
 struct Formatter : CLI::Formatter {
@@ -77,13 +94,12 @@ std::string suggested_option(const CLI::App& app) {
 
 int run_program(int argc, char** argv) {
   cli::remember_command(argc, argv);
-  const auto [description, examples] = cli::help_of("gaitslam");
-  CLI::App app(description, "gaitslam");
+  CLI::App app(kDescription, "gaitslam");
   int exit_code = 0;
   app.formatter(std::make_shared<Formatter>());
   app.set_version_flag("--version", cli::version_text());
   app.require_subcommand(1);
-  app.footer("\n" + examples);
+  app.footer(kProgramExamples);
   for (cli::AddCommand* const add : cli::commands()) add(app, exit_code);
   check_command_name(app, argc, argv);
   try {

@@ -112,6 +112,23 @@ void report_verdicts(const Comparison& comparison, const VerdictRequest& request
     if (files[i]) files::write_atomically(*files[i], kFormats[i].text(comparison));
 }
 
+constexpr const char* kRegressExamples = R"(Examples:
+  gaitslam regress scenarios/suites/ci.yaml --baseline main.json --seeds 1..10 --junit junit.xml
+  gaitslam regress scenarios/suites/ci.yaml slam.vision.sigma_px=2 --cached
+Verdicts: IDENTICAL, the same bits on every seed; SAME, the median change is within the tolerance; BETTER or FAIL, it is
+beyond the tolerance and significant; UNDECIDED, it is beyond the tolerance, but possibly by chance: add seeds; NEW or
+MISSING (a failure), only one of the sides has it. Significance is decided by the signed rank test paired by seed, with
+Holm's correction over the gates of a scenario, at 5 %. With fewer than 8 seeds there is no test: BETTER or FAIL if no
+seed is beyond the tolerance in the other direction. NEES and NIS are judged by their means over the seeds.
+Exit codes: 0 as good as the baseline; 1 worse, undecided (unless --allow-undecided), or a limit missed; 2 wrong usage,
+configuration or baseline; 3 a run ended in a way that its scenario does not allow.)";
+
+constexpr const char* kBaselineExamples = R"(Examples:
+  gaitslam baseline update scenarios/suites/ci.yaml --reason "the stabilizer damps the ankles" --jobs 2
+  gaitslam baseline update scenarios/suites/ci.yaml --results results/regress-ci --reason "as in the last regress"
+Shows what changes, then writes the file. Results that miss a limit of their scenario are not written.
+Exit codes: 0 written; 1 a limit is missed; 2 wrong usage or configuration; 3 a run failed.)";
+
 /// The options of all commands on suites.
 struct SuiteRequest : OutRequest {
   fs::path suite = "scenarios/suites/ci.yaml";
@@ -338,6 +355,13 @@ int update(BaselineRequest& request) {
   return 0;
 }
 
+constexpr const char* kCompareExamples = R"(Examples:
+  gaitslam compare results/before results/after
+Each argument is a result folder, a folder of seed-<n>, or a folder of scenarios with seed-<n>. Common seeds are
+paired and compared by the signed rank test. Scenarios with different names or walks need --across, because one may
+be harder than the other.
+The verdicts and exit codes are those of gaitslam regress for a suite that names no gates.)";
+
 struct CompareRequest {
   fs::path before, after;
   VerdictRequest verdicts;
@@ -436,7 +460,8 @@ int compare(CompareRequest& request) {
 }  // namespace
 
 void add_regress(CLI::App& app, int& exit_code) {
-  auto [command, request] = add_command(app, exit_code, "regress", regress);
+  auto [command, request] = add_command(
+      app, exit_code, "regress", "Run a suite and compare it with its baseline", kRegressExamples, regress);
   command.add_option("suite", request.suite, "the suite's YAML file")->required();
   add_overrides(command, request.overrides, "in all scenarios");
   add_suite_options(command, request);
@@ -445,7 +470,12 @@ void add_regress(CLI::App& app, int& exit_code) {
 }
 
 void add_baseline(CLI::App& app, int& exit_code) {
-  auto [command, request] = add_command(add_group(app, "baseline"), exit_code, "update", update);
+  CLI::App& baseline = *app.add_subcommand("baseline", "Manage the results that a suite is compared with");
+  baseline.require_subcommand(1);
+  baseline.footer(kBaselineExamples);
+  auto [command, request] =
+      add_command(baseline, exit_code, "update", "Run a suite and store its scores as the baseline",
+                  kBaselineExamples, update);
   command.add_option("suite", request.suite, "the suite's YAML file")->capture_default_str();
   command.add_option("--reason", request.reason, "why, stored in the baseline")->required();
   add_suite_options(command, request);
@@ -453,7 +483,8 @@ void add_baseline(CLI::App& app, int& exit_code) {
 }
 
 void add_compare(CLI::App& app, int& exit_code) {
-  auto [command, request] = add_command(app, exit_code, "compare", compare);
+  auto [command, request] =
+      add_command(app, exit_code, "compare", "Compare two sets of results", kCompareExamples, compare);
   command.add_option("before", request.before, "the folder of results to compare with")->required();
   command.add_option("after", request.after, "the folder of results to judge")->required();
   command.add_flag("--across", request.across, "compare different scenarios, too");

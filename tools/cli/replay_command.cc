@@ -16,6 +16,16 @@
 namespace cli {
 namespace {
 
+constexpr const char* kReplayExamples = R"(Examples:
+  gaitslam replay results/tangent_circle/seed-1 slam.gyro.sigma_rad_s=0.02 --out DIR
+  gaitslam replay results/tangent_circle/seed-1 seed=2        # the same walk, other noise
+  gaitslam replay MH_01_easy --out DIR                        # an external EuRoC/ASL folder
+  gaitslam replay theirs/seed-1 --scenario theirs/seed-1/scenario.yaml  # starts its program
+The clock of an external IMU is compared with that of the truth by their speeds of rotation, up to 10 s; without
+orientations in the truth nothing shows that it is off the images.
+The results go to RESULT/replay or to DIR. An earlier replay there moves to earlier-<n>; a folder that gaitslam did not
+create is rejected. The exit codes are those of gaitslam run.)";
+
 struct ReplayRequest : OutRequest {
   fs::path result;
   std::optional<std::string> scenario;
@@ -136,7 +146,9 @@ int replay_result(ReplayRequest& request) {
 }  // namespace
 
 void add_replay(CLI::App& app, int& exit_code) {
-  auto [command, request] = add_command(app, exit_code, "replay", replay_result);
+  auto [command, request] =
+      add_command(app, exit_code, "replay", "Run the filter again on the recording of a run", kReplayExamples,
+                  replay_result);
   add_result(command, request.result, ", or a folder in the EuRoC/ASL layout");
   add_overrides(command, request.changes.overrides, "(errors.*, slam.*, limits.* and seed)");
   add_with(command, request.changes);

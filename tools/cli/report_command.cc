@@ -19,6 +19,14 @@
 namespace cli {
 namespace {
 
+constexpr const char* kReportExamples = R"(Examples:
+  gaitslam report results/tangent_circle/seed-1 --out report.html
+  gaitslam report results/regress-ci --out report.html  # a folder of results
+  gaitslam report results/sweep-hall --out report.html  # a sweep, by its keys
+  gaitslam report results/tangent_circle/seed-1 --plots pdf --width-mm 88 --no-titles --out figures
+  gaitslam report results/before results/after --table table.tex   # medians by setting
+The page contains everything that it shows and needs no network.)";
+
 constexpr double kPx_mm = 25.4 / 96, kHeight = 5 / 12.0, kEqualHeight = 7 / 9.0;  // by the width
 
 struct ReportRequest : OutRequest {
@@ -147,6 +155,15 @@ int make_report(ReportRequest& request) {
   return 0;
 }
 
+constexpr const char* kLeaderboardExamples = R"(Examples:
+  gaitslam leaderboard results --metric ate_sim3_rmse_m --metric tracked_fraction
+  gaitslam leaderboard results --table table.csv --html table.html
+A row for each folder of results of one scenario, estimator, settings and programs, ranked over the
+seeds that the rows of a scenario have in common: by coverage (share of true poses with an estimate;
+0 of an incomplete run), then by the first metric. Errors after an alignment have columns of their
+own, such as rmse_m_after_sim3. Keys are listed if rows of the same scenario and estimator differ in
+them. Results that repeat a seed of their row, or cannot be read, are left out with a warning.)";
+
 struct LeaderboardRequest {
   std::vector<fs::path> folders;
   std::vector<std::string> metrics;
@@ -171,6 +188,11 @@ int show_leaderboard(LeaderboardRequest& request) {
   for (const std::string& why : board.left_out) std::cerr << "warning: left out: " << why << '\n';
   return 0;
 }
+
+constexpr const char* kViewExamples = R"(Examples:
+  gaitslam view results/tangent_circle/seed-1 results/tangent_circle/seed-1/replay   # compared in one scene
+  gaitslam view results/tangent_circle/seed-1/replay --port 8020
+Prints a URL; #t=SECONDS after it opens that time. Ctrl-C ends the view. gaitslam run --view shows a walk live.)";
 
 struct RequestToView : Access {
   std::vector<std::string> results;
@@ -212,7 +234,9 @@ int view_results(RequestToView& request) {
 }  // namespace
 
 void add_report(CLI::App& app, int& exit_code) {
-  auto [command, request] = add_command(app, exit_code, "report", make_report);
+  auto [command, request] =
+      add_command(app, exit_code, "report", "Write an HTML page, or pictures, about results", kReportExamples,
+                  make_report);
   command.add_option("results", request.results, "result folders or folders of results; a sweep or a tuning")
       ->required();
   command.add_option("--out", request.out, "the HTML file to write; with --plots a folder");
@@ -229,7 +253,9 @@ void add_report(CLI::App& app, int& exit_code) {
 }
 
 void add_leaderboard(CLI::App& app, int& exit_code) {
-  auto [command, request] = add_command(app, exit_code, "leaderboard", show_leaderboard);
+  auto [command, request] =
+      add_command(app, exit_code, "leaderboard", "Put the estimators in a tree of results into one table",
+                  kLeaderboardExamples, show_leaderboard);
   command.add_option("folders", request.folders, "folders of results, at any depth")->required();
   command.add_option("--metric", request.metrics, "a metric to show; may be given several times")
       ->allow_extra_args(false);
@@ -239,7 +265,9 @@ void add_leaderboard(CLI::App& app, int& exit_code) {
 }
 
 void add_view_command(CLI::App& app, int& exit_code) {
-  auto [command, request] = add_command(app, exit_code, "view", view_results);
+  auto [command, request] = add_command(
+      app, exit_code, "view", "Show finished results in the browser: robot, images, map and errors over time",
+      kViewExamples, view_results);
   command.add_option("results", request.results, "one result folder, or up to four of one scenario")
       ->required();
   add_view_place(command, request);

@@ -16,6 +16,11 @@
 namespace cli {
 namespace {
 
+constexpr const char* kReproduceExamples = R"(Examples:
+  gaitslam reproduce --jobs 2                      # ten seeds; the page is results/paper/index.html
+  gaitslam reproduce --seeds 1..3 --out DIR
+Every result is kept in the folder. Rerun the command to resume after an interruption.)";
+
 struct ReproduceRequest {
   std::optional<std::string> seeds;
   Backend backend;
@@ -83,7 +88,9 @@ int reproduce(ReproduceRequest& request) {
 }  // namespace
 
 void add_reproduce(CLI::App& app, int& exit_code) {
-  auto [command, request] = add_command(app, exit_code, "reproduce", reproduce);
+  auto [command, request] = add_command(app, exit_code, "reproduce",
+                                        "Run the experiments of the paper and compare numbers and figures",
+                                        kReproduceExamples, reproduce);
   add_seeds(command, request.seeds, "seeds (default 1..10)");
   add_backend_options(command, request.backend);
   add_cached(command, request.cached);

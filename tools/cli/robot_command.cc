@@ -11,6 +11,21 @@
 namespace cli {
 namespace {
 
+constexpr const char* kRobotExamples = R"(Examples:
+  gaitslam robot init my_robot/robot.xml     # writes my_robot/robot.yaml: look at what it guesses
+  gaitslam robot check my_robot              # then: run scenarios/straight.yaml world.robot=./my_robot
+models/README.md has "Your own robot in an hour".)";
+constexpr const char* kRobotCheckExamples = R"(Examples:
+  gaitslam robot check models/robots/hrp2
+  gaitslam robot check unitree/g1_29dof.xml  # a bare model: with what robot init would guess
+Exit codes: 0 the robot stands and walks in place; 1 it does not; 2 it cannot be read.)";
+
+constexpr const char* kWalkerExamples = R"(Example:
+  gaitslam run scenarios/tangent_circle.yaml 'walk.controller={program: [tools/gaitslam, walker]}'
+  gaitslam run ramp.yaml world.room=office_ramp \
+      'walk.controller={program: [tools/gaitslam, walker], options: {slope: true}}'
+sim/controllers/README.md describes its messages and its options: plan, follow, slope.)";
+
 struct WalkerRequest {};
 
 int answer_messages(WalkerRequest&) { return live::run_plan_program(); }
@@ -71,15 +86,26 @@ int write_first(RobotRequest& request) {
 }  // namespace
 
 void add_robot(CLI::App& app, int& exit_code) {
-  CLI::App& command = add_group(app, "robot");
-  auto [checker, check_request] = add_command(command, exit_code, "check", check_one);
+  CLI::App& command =
+      *app.add_subcommand("robot", "Check a robot's model and file, or write a first file for a model");
+  command.require_subcommand(1);
+  command.footer(kRobotExamples);
+  auto [checker, check_request] = add_command(
+      command, exit_code, "check", "Print what is read of a robot, let it stand 5 s and walk in place",
+      kRobotCheckExamples, check_one);
   checker.add_option("robot", check_request.robot, "folder with robot.yaml, or a model file, MJCF or URDF")
       ->required();
-  auto [writer, init_request] = add_command(command, exit_code, "init", write_first);
+  auto [writer, init_request] =
+      add_command(command, exit_code, "init",
+                  "Write a first robot.yaml that guesses feet, legs, base, chest and head", "", write_first);
   writer.add_option("model", init_request.robot, "model file, MJCF or URDF")->required();
   writer.add_option("--out", init_request.out, "folder of robot.yaml (default: that of the model)");
 }
 
-void add_walker(CLI::App& app, int& exit_code) { add_command(app, exit_code, "walker", answer_messages); }
+void add_walker(CLI::App& app, int& exit_code) {
+  add_command(app, exit_code, "walker",
+              "The built-in walking controller as a program: answers messages of gaitslam_walker.h",
+              kWalkerExamples, answer_messages);
+}
 
 }  // namespace cli

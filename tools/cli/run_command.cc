@@ -20,6 +20,16 @@
 namespace cli {
 namespace {
 
+constexpr const char* kRunExamples = R"(Examples:
+  gaitslam run scenarios/tangent_circle.yaml seed=7 slam.gyro.sigma_rad_s=0.02 --out DIR
+  gaitslam run scenarios/tangent_circle.yaml --seeds 1..5 --jobs 2 --without camera,slam
+  gaitslam run scenarios/tangent_circle.yaml --view --control
+Results go to results/<scenario>/seed-<n> or DIR/seed-<n>. An earlier result there moves to earlier-<n> when the new one
+is complete; nothing is removed. With --seeds, seeds are added to those of the same settings and program, and results of
+others move to earlier-<n>. After an interruption, rerun the command to resume.
+Exit codes: 0 passed; 1 missed a limit; 2 wrong usage or configuration; 3 fell, collided, diverged or crashed. The highest
+of several seeds counts.)";
+
 struct RunRequest : OutRequest {
   std::string scenario;
   std::optional<std::string> seeds;
@@ -133,6 +143,14 @@ int run(RunRequest& request) {
 
 using recording::Cache;
 
+constexpr const char* kRecordExamples = R"(Examples:
+  gaitslam record scenarios/tangent_circle.yaml --seeds 1..20 --jobs 2
+Recordings are kept in $GAITSLAM_CACHE, else $XDG_CACHE_HOME/gaitslam, else ~/.cache/gaitslam. When the cache
+exceeds $GAITSLAM_CACHE_GB (20) GB, the least recently used recordings are removed. A recording is identified by the
+keys walk.*, stabilizer.*, world.* and camera.*, the seed, the models, and the sources of walk, world and recording;
+sensor errors and filter may differ.
+Exit codes: 0 all recordings are there; 2 wrong usage or configuration; 3 the simulation of a walk failed.)";
+
 struct RecordRequest {
   std::string scenario;
   std::optional<std::string> seeds;
@@ -185,6 +203,11 @@ int record(RecordRequest& request) {
   return report_walk(read.scenario.seed, recording.folder, recording.made);
 }
 
+constexpr const char* kCacheExamples = R"(Examples:
+  gaitslam cache list
+  gaitslam cache clean            # removes all recordings that are not in use
+  gaitslam cache clean --to 5     # removes the least recently used until 5 GB are left)";
+
 constexpr double kGigabyte = 1e9, kMegabyte = 1e6;
 
 struct CleanRequest {
@@ -220,7 +243,8 @@ int clean(CleanRequest& request) {
 }  // namespace
 
 void add_run(CLI::App& app, int& exit_code) {
-  auto [command, request] = add_command(app, exit_code, "run", run);
+  auto [command, request] = add_command(
+      app, exit_code, "run", "Simulate a walk, run the filter on it and score both", kRunExamples, run);
   add_scenario(command, request.scenario, request.changes)->required();
   add_seeds(command, request.seeds, "run several seeds, each in its own process");
   add_jobs(command, request.jobs,
@@ -235,7 +259,9 @@ void add_run(CLI::App& app, int& exit_code) {
 }
 
 void add_record(CLI::App& app, int& exit_code) {
-  auto [command, request] = add_command(app, exit_code, "record", record);
+  auto [command, request] = add_command(app, exit_code, "record",
+                                        "Simulate a walk and keep the readings of ideal sensors for replays",
+                                        kRecordExamples, record);
   add_scenario(command, request.scenario, request.changes)->required();
   add_seeds(command, request.seeds, "record several seeds, each in its own process");
   add_backend_options(command, request.backend);
@@ -243,16 +269,20 @@ void add_record(CLI::App& app, int& exit_code) {
 }
 
 void add_cache(CLI::App& app, int& exit_code) {
-  CLI::App& command = add_group(app, "cache");
-  add_command(command, exit_code, "list", list);
-  auto [cleaner, request] = add_command(command, exit_code, "clean", clean);
+  CLI::App& command = *app.add_subcommand("cache", "List or remove the recordings that are kept for replays");
+  command.require_subcommand(1);
+  command.footer(kCacheExamples);
+  add_command(command, exit_code, "list", "List the recordings, the least recently used first", "", list);
+  auto [cleaner, request] =
+      add_command(command, exit_code, "clean", "Remove recordings that are not in use", "", clean);
   cleaner.add_option("--to", request.gigabytes, "remove until at most this many GB are left")
       ->check(CLI::Range(0.0, 1e9));
 }
 
 /// The hidden command of an array element.
 void add_element(CLI::App& app, int& exit_code) {
-  auto [command, request] = add_command(app, exit_code, "element", run_element);
+  auto [command, request] =
+      add_command(app, exit_code, "element", "Run the jobs of an array element", "", run_element);
   command.group("");
   command.add_option("folder", request.folder)->required();
   command.add_option("each", request.each)->required();

@@ -9,6 +9,16 @@
 namespace cli {
 namespace {
 
+constexpr const char* kScoreExamples = R"(Examples:
+  gaitslam score results/tangent_circle/seed-1
+  gaitslam score truth.tum estimate.txt --align se3
+  gaitslam score truth.tum estimate.tum -d 1 -u m --all-pairs --json
+Reads TUM (8 columns, or 20 with covariance), KITTI (with times.txt) and EuRoC csv files and result folders. A header
+that names its columns decides, also those of a covariance: Pr11, Pt12, cov_xy, pose.covariance[0]. Terms and numbers are those of evo_ape and, with -d or -u, of evo_rpe. NEES is
+computed without alignment, over the poses with a covariance. The score.json of a result starts at the first planned
+motion, this score at the first pose.
+Exit codes: 0 scored; 2 nothing can be compared (the reason is printed).)";
+
 constexpr const char* kRelations = "trans_part, angle_deg, angle_rad, rot_part, full or point_distance";
 constexpr const char* kUnits = "f (frames), m, s, d (degrees) or r (radians)";
 
@@ -85,7 +95,8 @@ int print(ScoreRequest& request) {
 }  // namespace
 
 void add_score(CLI::App& app, int& exit_code) {
-  auto [command, r] = add_command(app, exit_code, "score", print);
+  auto [command, r] = add_command(app, exit_code, "score", "Score an estimated trajectory against a true one",
+                                  kScoreExamples, print);
   command.add_option("truth", r.truth, "the true trajectory, or a result folder")->required();
   command.add_option("estimate", r.estimate, "the estimated trajectory, or a result folder");
   command.add_option("--align", r.align, "none, origin, yaw, se3, sim3 or scale; all unless given");

@@ -68,6 +68,18 @@ trials::RunTasks in_processes(const std::string& title, const Backend& backend) 
   };
 }
 
+constexpr const char* kSweepExamples = R"help(Examples:
+  gaitslam sweep scenarios/tangent_circle.yaml slam.vision.sigma_px=1,1.5,2 --seeds 1..5 --jobs 2
+  gaitslam sweep scenarios/hall.yaml 'slam.gyro.sigma_rad_s={from: 0.003, to: 0.03, points: 5}' world.seed=1,2,3
+  gaitslam sweep scenarios/hall.yaml 'slam.vision.sigma_px={from: 0.5, to: 5}' --samples 32
+  gaitslam sweep sweep.yaml --jobs 2 --out DIR  # {scenarios: [...], seeds: 1..5, parameters: {KEY: VALUES}}
+Every combination is tried on every scenario and seed. A range with points is a grid of even factors (scale: linear:
+of even distances); ranges without points are sampled together (Sobol). `also` gives further keys the same value.
+The filter runs on recordings from the cache; missing ones are simulated first. The results are scores.csv and
+scores.jsonl, and scenarios/, from which any trial can be run; gaitslam report draws them. Rerun the command to resume
+after an interruption. To search for the best setting use gaitslam tune.
+Exit codes: 0 all were tried; 2 wrong usage or configuration; 3 some crashed or could not be started.)help";
+
 struct SweepRequest : OutRequest {
   std::string file;
   std::vector<std::string> arguments;
@@ -227,6 +239,16 @@ int sweep(SweepRequest& request) {
   return finish(sweep, log, out);
 }
 
+constexpr const char* kTuneExamples = R"(Examples:
+  gaitslam tune scenarios/tuning/circles.yaml --jobs 2
+  gaitslam run scenarios/tangent_circle.yaml --with results/tune-circles/best.yaml
+The results go to results/tune-<spec>, or to DIR: trials.jsonl (each finished trial), history.csv, tune.json,
+report.html and best.yaml. Rerun the command to resume after an interruption, with the same result. Missing recordings
+of the cache are made first. If its estimate steers a walk, each setting is simulated. To look at a grid or at samples
+use gaitslam sweep.
+Exit codes: 0 tuned; 1 not shown to be better than the start on the hold-out recordings, by the 95 % interval of the
+mean change of their losses, so that there is no best.yaml; 2 wrong usage or configuration.)";
+
 struct TuneRequest : OutRequest {
   std::string spec;
   Backend backend;
@@ -293,7 +315,8 @@ int tune_by(TuneRequest& request) {
 }  // namespace
 
 void add_sweep(CLI::App& app, int& exit_code) {
-  auto [command, request] = add_command(app, exit_code, "sweep", sweep);
+  auto [command, request] = add_command(
+      app, exit_code, "sweep", "Try many values of a scenario's keys and score them", kSweepExamples, sweep);
   command.add_option("file", request.file, "the YAML file of a sweep or of a scenario")->required();
   command.add_option("values", request.arguments, "values to try (gaitslam config --keys)")
       ->option_text("key=a,b,c ... key={from: a, to: b} ...");
@@ -308,7 +331,9 @@ void add_sweep(CLI::App& app, int& exit_code) {
 }
 
 void add_tune(CLI::App& app, int& exit_code) {
-  auto [command, request] = add_command(app, exit_code, "tune", tune_by);
+  auto [command, request] =
+      add_command(app, exit_code, "tune", "Search for the filter parameters that fit recordings best",
+                  kTuneExamples, tune_by);
   command.add_option("spec", request.spec, "the YAML file of the tuning")->required();
   add_backend_options(command, request.backend);
   command.add_option("--out", request.out, "folder for the results");
@@ -316,7 +341,7 @@ void add_tune(CLI::App& app, int& exit_code) {
 
 /// The hidden command that runs the trials of a file.
 void add_trials(CLI::App& app, int& exit_code) {
-  auto [command, request] = add_command(app, exit_code, "trials", run_listed);
+  auto [command, request] = add_command(app, exit_code, "trials", "Run the trials of a file", "", run_listed);
   command.group("");
   command.add_option("jobs", request.jobs)->required();
   add_batch_member(command, request.batch);

@@ -230,7 +230,7 @@ void note_try(result::JobLog& log, std::size_t records) {
     const std::string key = fmt::format("try {} after {} records", n, records);
     if (!log.find(key)) return log.add({key, 0, "started", "", {}});
   }
-  throw files::FileError("array element", "was ended {} times during the same job", kTries);
+  throw files::FileError("array element", fmt::format("was ended {} times during the same job", kTries));
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 #include <set>
 
 #include "sim/files/json.h"
-#include "tools/cli/commands.h"
 #include "tools/cli/jobs/jobs.h"
 
 namespace cli {
@@ -25,15 +24,6 @@ void require_model(const scenario::ReadScenario& read, const std::string& key, c
 }
 
 }  // namespace
-
-CLI::App& add_subcommand(CLI::App& app, const std::string& name) {
-  const std::string group = app.get_parent() ? app.get_name() : "";
-  const auto [description, own] = help_of(group.empty() ? name : group + " " + name);
-  const std::string end = own.empty() && !group.empty() ? help_of(group).second : own;
-  CLI::App* const command = app.add_subcommand(name, description);
-  command->footer(end + "Exit code of each command: 74 the disk is full or a device failed.");
-  return *command;
-}
 
 void add_quiet(CLI::App& command) {
   command.add_flag_callback(
@@ -145,7 +135,8 @@ void require_models(const scenario::ReadScenario& read, const fs::path& models) 
   const physics::NameOrPath& room = read.scenario.world.room;
   if (!room.is_path()) return require_model(read, "world.room", room, rooms);
   if (!fs::is_regular_file(std::string(room), fault))
-    fail(scenario::place_of(read, "world.room"), "world.room", "{} does not exist", std::string(room));
+    fail(scenario::place_of(read, "world.room"), "world.room",
+         fmt::format("{} does not exist", std::string(room)));
 }
 
 }  // namespace cli

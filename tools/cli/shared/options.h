@@ -18,21 +18,17 @@ using view::Access;
 using view::ViewRequest;
 struct Backend;  // jobs/jobs.h
 
-/// Adds a subcommand with its help. One of a group, such as robot init, has the end of its group's help
-/// unless it has its own.
-CLI::App& add_subcommand(CLI::App& app, const std::string& name);
-/// Adds a group of subcommands, of which one must be given.
-inline CLI::App& add_group(CLI::App& app, const std::string& name) {
-  return *add_subcommand(app, name).require_subcommand(1);
-}
-/// Adds a subcommand and returns it with its request, handled by `run`.
+/// Adds a subcommand and returns it with its request, handled by `run`. examples: the end of its help.
 template <typename Request>
 std::pair<CLI::App&, Request&> add_command(CLI::App& app, int& exit_code, const char* name,
+                                           const char* description, const char* examples,
                                            int (*run)(Request&)) {
   auto request = std::make_shared<Request>();
-  CLI::App& command = add_subcommand(app, name);
-  command.callback([request, run, &exit_code] { exit_code = run(*request); });
-  return {command, *request};
+  CLI::App* command = app.add_subcommand(name, description);
+  command->footer(std::string(examples) +
+                  "\nExit code of each command: 74 the disk is full or a device failed.");
+  command->callback([request, run, &exit_code] { exit_code = run(*request); });
+  return {*command, *request};
 }
 
 /// Adds the option --quiet, or --quiet and --json as flags.

@@ -1,12 +1,15 @@
 #include "tools/cli/shared/out_folder.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstring>
 #include <iostream>
 
 #include "sim/files/json.h"
+#include "sim/files/text.h"
 #include "sim/result/limits.h"
 #include "sim/result/score_file.h"
 
