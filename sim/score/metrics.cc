@@ -4,11 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "sim/score/run.h"
-
-GAITSLAM_EMBED(gaitslam_metrics, GAITSLAM_METRICS)
 
 namespace sim::score {
 namespace {
@@ -108,20 +105,30 @@ Metric compute(const MetricDefinition& definition, const ScoreContext& context) 
   return {number, definition.unit, "", note_of(definition, context)};
 }
 
-// Formulas of the estimate.
+// Metrics of the estimate.
 
+using enum Worst;
 using C = const ScoreContext&;
 using Numbers = std::vector<double>;
-using Pairs = std::vector<PosePair>;
 
-Value ate(const Pairs& pairs, Alignment alignment) {
+Value ate(const std::vector<PosePair>& pairs, Alignment alignment) {
   return value_of(align(pairs, alignment), [&](const Similarity& S) -> Value {
     return root_mean_square(position_errors(transformed(S, pairs)));
   });
 }
 
-auto ate_by(Alignment alignment) {
-  return [alignment](C c) { return ate(c.pairs, alignment); };
+MetricDefinition ate_metric(const std::string& name, const std::string& alignment, Needs needs, Alignment how,
+                            bool headline = false, Note note = Note::coverage) {
+  return {"ate_" + name + "_rmse_m",
+          "m",
+          "Absolute trajectory error: root mean square distance between estimated and true camera positions, "
+          "the estimate aligned by " +
+              alignment + ". Frames count from the first planned motion on.",
+          needs,
+          [how](C c) { return ate(c.pairs, how); },
+          largest,
+          headline,
+          note};
 }
 
 Value odometry_ate(C c) {
@@ -129,15 +136,19 @@ Value odometry_ate(C c) {
   return ate(pair_by_stamp(c.truth_camera, c.run.odometry), Alignment::se3);
 }
 
-// of(pairs of the true poses with the smoothed ones)
-auto of_smoothed(Value (*of)(const Pairs&)) {
-  return [of](C c) -> Value {
-    if (c.run.smoothed.empty())
-      return Absent{
-          "nothing was smoothed: only the built-in filter does, with images and with space "
-          "for its temporary file"};
-    return of(pair_by_stamp(c.truth_camera, c.run.smoothed));
-  };
+// of(pairs of the true poses with the smoothed ones), with the definition of the metric of the estimate.
+MetricDefinition smoothed_metric(const std::string& name, const std::string& unit,
+                                 Value (*of)(const std::vector<PosePair>&)) {
+  return {
+      "smoothed_" + name, unit,
+      "Value of " + name + " for the smoothed estimate: each pose given the observations of the whole run.",
+      Needs::scale, [of](C c) -> Value {
+        if (c.run.smoothed.empty())
+          return Absent{
+              "nothing was smoothed: only the built-in filter does, with images and with space "
+              "for its temporary file"};
+        return of(pair_by_stamp(c.truth_camera, c.run.smoothed));
+      }};
 }
 
 Value scale_error(C c) {
@@ -154,48 +165,86 @@ Value drift_percent(C c) {
 }
 
 // The root mean square over 1 m of the true path of error(difference of the two motions).
-auto rpe(double (*error)(const Eigen::Isometry3d&)) {
-  return [error](C c) -> Value {
-    Numbers errors;
-    for (const Span& span : spans(c.pairs, {Spans::Unit::meters, 1, true, 0.1, true}))
-      errors.push_back(error(relative_difference(c.pairs, span)));
-    if (errors.empty()) return Absent{"the true path has no such spans"};
-    return root_mean_square(errors);
-  };
+MetricDefinition rpe_metric(const std::string& unit, const std::string& kind, Needs needs,
+                            double (*error)(const Eigen::Isometry3d&)) {
+  return {"rpe_1m_" + unit,
+          unit,
+          "Relative pose error: root mean square " + kind +
+              " error of the motion over 1 m of the true path, from each frame to the one nearest to that "
+              "distance, within 10 %.",
+          needs,
+          [error](C c) -> Value {
+            Numbers errors;
+            for (const Span& span : spans(c.pairs, {Spans::Unit::meters, 1, true, 0.1, true}))
+              errors.push_back(error(relative_difference(c.pairs, span)));
+            if (errors.empty()) return Absent{"the true path has no such spans"};
+            return root_mean_square(errors);
+          },
+          largest,
+          kHeadline,
+          Note::coverage};
 }
 
-auto mean_nees(double PoseNees::*part) {
-  return [part](C c) {
-    return value_of(c.nees, [part](const std::vector<PoseNees>& all) -> Value {
-      Numbers squares;
-      for (const PoseNees& nees : all) squares.push_back(nees.*part);
-      return mean(squares);
-    });
-  };
+MetricDefinition nees_metric(const std::string& name, double PoseNees::*part, Needs needs) {
+  return {
+      "nees_" + name + "_mean",
+      "1",
+      "Mean of the normalized estimation error squared (NEES) of the camera's " + name +
+          ", from the first planned motion on; 3 is expected of the mean over ten seeds and more: that of "
+          "one "
+          "run of a consistent filter is 1.0 to 5.8. Without alignment, or by the first pose if the estimate "
+          "was fitted to the truth.",
+      needs,
+      [part](C c) {
+        return value_of(c.nees, [part](const std::vector<PoseNees>& all) -> Value {
+          Numbers squares;
+          for (const PoseNees& nees : all) squares.push_back(nees.*part);
+          return mean(squares);
+        });
+      },
+      Direction::away_from(3),
+      kHeadline};
 }
 
-Value nis(C c, std::size_t sensor) {
-  int frames = 0;
-  double squares = 0, dof = 0;
-  for (const StampedInnovation& innovation : c.run.innovations[sensor]) {
-    if (innovation.t < *c.start || innovation.dof <= 0) continue;
-    ++frames;
-    squares += innovation.square;
-    dof += innovation.dof;
-  }
-  if (frames < 2) return Absent{"the sensor was used in fewer than two frames"};
-  return squares / dof;
+MetricDefinition nis_metric(std::size_t sensor) {
+  const std::string name(kSensors[sensor]);
+  return {"nis_" + name + "_mean",
+          "1",
+          "Mean normalized innovation squared (NIS) of the sensor " + name +
+              " by its degrees of freedom, from the first planned motion on; 1 is expected.",
+          Needs::estimate,
+          [sensor](C c) -> Value {
+            int frames = 0;
+            double squares = 0, dof = 0;
+            for (const StampedInnovation& innovation : c.run.innovations[sensor]) {
+              if (innovation.t < *c.start || innovation.dof <= 0) continue;
+              ++frames;
+              squares += innovation.square;
+              dof += innovation.dof;
+            }
+            if (frames < 2) return Absent{"the sensor was used in fewer than two frames"};
+            return squares / dof;
+          },
+          Direction::away_from(1)};
 }
 
-// Bar-Shalom et al. 2001, eq. 5.4.2-8 with lag 1
-Value lag1(C c, std::size_t sensor) {
-  double products = 0, squares = 0;
-  for (const StampedInnovation& innovation : c.run.innovations[sensor]) {
-    if (innovation.t < *c.start) continue;
-    products += innovation.lagged, squares += innovation.lagged_square;
-  }
-  if (squares <= 0) return Absent{"no innovations of consecutive frames were reported"};
-  return products / squares;
+MetricDefinition lag1_metric(std::size_t sensor) {
+  const std::string name(kSensors[sensor]);
+  return {"innovation_lag1_" + name,
+          "1",
+          "Correlation of the normalized innovations of the sensor " + name +
+              " from frame to frame, from the first planned motion on; 0 if they are white.",
+          Needs::estimate,
+          [sensor](C c) -> Value {  // Bar-Shalom et al. 2001, eq. 5.4.2-8 with lag 1
+            double products = 0, squares = 0;
+            for (const StampedInnovation& innovation : c.run.innovations[sensor]) {
+              if (innovation.t < *c.start) continue;
+              products += innovation.lagged, squares += innovation.lagged_square;
+            }
+            if (squares <= 0) return Absent{"no innovations of consecutive frames were reported"};
+            return products / squares;
+          },
+          largest_magnitude};
 }
 
 // The fraction of the answers from the first planned motion on with readings of a sensor, or, of those with
@@ -219,101 +268,110 @@ Value found_fraction(C c) {
   return searched > 0 ? Value(found / searched) : Value(Absent{"the estimator searched for no landmark"});
 }
 
+void add_use(MetricDefinitions& all, std::size_t sensor) {
+  const std::string name(kUsedSensors[sensor]);
+  all.push_back(
+      {"readings_" + name + "_fraction", "1",
+       "Fraction of the frames with readings of the sensor " + name + ", from the first planned motion on.",
+       Needs::estimate, [sensor](C c) { return fraction_in_use(c, sensor, false); }, smallest});
+  all.push_back(
+      {"accepted_" + name + "_fraction", "1",
+       "Fraction of the frames with readings of the sensor " + name + " that passed its gate and were used.",
+       Needs::estimate, [sensor](C c) { return fraction_in_use(c, sensor, true); }, smallest});
+}
+
 Value landmark_rmse(C c) {
   const Numbers distances = landmark_errors(c.run);
   if (distances.empty()) return Absent{"the final map has no landmark with a known surface point"};
   return root_mean_square(distances);
 }
 
-Formulas estimate_formulas() {
-  Formulas all{
-      {"ate_se3_rmse_m", ate_by(Alignment::se3)},
-      {"rmse_m", ate_by(Alignment::none)},
-      {"ate_yaw_rmse_m", ate_by(Alignment::yaw_position)},
-      {"ate_sim3_rmse_m", ate_by(Alignment::sim3)},
-      {"scale_error_percent", scale_error},
-      {"odometry_ate_se3_rmse_m", odometry_ate},
-      {"smoothed_ate_se3_rmse_m", of_smoothed([](const Pairs& pairs) { return ate(pairs, Alignment::se3); })},
-      {"smoothed_rmse_m", of_smoothed([](const Pairs& pairs) { return ate(pairs, Alignment::none); })},
-      {"smoothed_rotation_rmse_deg", of_smoothed([](const Pairs& pairs) -> Value {
-         return root_mean_square(orientation_errors(pairs)) / kDegree;
-       })},
-      {"poses_matched", [](C c) { return static_cast<double>(c.pairs.size()); }},
-      {"true_poses",
+// Errors of all frames, relative errors, errors at the last frame.
+MetricDefinitions estimate_metrics() {
+  return {
+      ate_metric("se3", "the rotation and translation of least squares (SE(3))", Needs::scale, Alignment::se3,
+                 kHeadline),
+      {"rmse_m", "m",
+       "Root mean square distance between estimated and true camera positions, without alignment: both are "
+       "in W, the plan's world at t = 0. Frames count from the first planned motion on, when the planned "
+       "waist is more than 1 mm from its start.",
+       Needs::scale, [](C c) { return ate(c.pairs, Alignment::none); }, largest, kHeadline, Note::coverage},
+      ate_metric("yaw", "the rotation about the vertical and the translation of least squares", Needs::scale,
+                 Alignment::yaw_position),
+      ate_metric("sim3", "the rotation, translation and scale of least squares (Sim(3))", Needs::estimate,
+                 Alignment::sim3, false, Note::scale),
+      {"scale_error_percent", "%",
+       "Excess length of the estimated path, by the scale of the alignment of ate_sim3_rmse_m.", Needs::scale,
+       scale_error, largest_magnitude, kHeadline},
+      {"odometry_ate_se3_rmse_m", "m",
+       "ate_se3_rmse_m of the same sensors without images (estimator: odometry), which runs beside any other "
+       "estimator: what images add.",
+       Needs::walk, odometry_ate},
+      smoothed_metric("ate_se3_rmse_m", "m",
+                      [](const std::vector<PosePair>& pairs) { return ate(pairs, Alignment::se3); }),
+      smoothed_metric("rmse_m", "m",
+                      [](const std::vector<PosePair>& pairs) { return ate(pairs, Alignment::none); }),
+      smoothed_metric("rotation_rmse_deg", "deg",
+                      [](const std::vector<PosePair>& pairs) -> Value {
+                        return root_mean_square(orientation_errors(pairs)) / kDegree;
+                      }),
+      {"poses_matched", "1",
+       "Number of estimated poses that have the stamp of a true one, within 0.1 ms, from the first planned "
+       "motion on: the errors are taken over these.",
+       Needs::estimate, [](C c) { return static_cast<double>(c.pairs.size()); }, smallest},
+      {"true_poses", "1",
+       "Number of true poses from the first planned motion on. poses_matched of them have an estimate.",
+       Needs::walk,
        [](C c) -> Value {
          if (c.truth_camera.empty()) return Absent{"the plan never moves"};
          return static_cast<double>(c.truth_camera.size());
-       }},
-      {"rotation_rmse_deg", [](C c) { return root_mean_square(orientation_errors(c.pairs)) / kDegree; }},
-      {"rpe_1m_m", rpe([](const Eigen::Isometry3d& E) { return E.translation().norm(); })},
-      {"rpe_1m_deg",
-       rpe([](const Eigen::Isometry3d& E) { return rotation_vector(E.linear()).norm() / kDegree; })},
-      {"end_position_error_m", end_distance},
-      {"drift_percent", drift_percent},
-      {"end_yaw_error_deg", [](C c) { return std::abs(yaw_error(c.pairs.back())) / kDegree; }},
-      {"poses_with_covariance",
+       },
+       smallest},
+      {"rotation_rmse_deg", "deg",
+       "Root mean square angle between estimated and true camera orientations, without alignment, from the "
+       "first planned motion on.",
+       Needs::estimate, [](C c) { return root_mean_square(orientation_errors(c.pairs)) / kDegree; }, largest,
+       false, Note::coverage},
+      rpe_metric("m", "translation", Needs::scale,
+                 [](const Eigen::Isometry3d& E) { return E.translation().norm(); }),
+      rpe_metric("deg", "rotation", Needs::estimate,
+                 [](const Eigen::Isometry3d& E) { return rotation_vector(E.linear()).norm() / kDegree; }),
+      {"end_position_error_m", "m",
+       "Distance between estimated and true camera positions at the last frame with an estimate, without "
+       "alignment.",
+       Needs::scale, end_distance, largest, kHeadline, Note::at_end},
+      {"drift_percent", "%", "end_position_error_m in percent of path_length_m.", Needs::scale, drift_percent,
+       largest, kHeadline, Note::at_end},
+      {"end_yaw_error_deg", "deg",
+       "Magnitude of the rotation about the vertical from the estimated to the true camera orientation at "
+       "the last frame with an estimate, without alignment.",
+       Needs::estimate, [](C c) { return std::abs(yaw_error(c.pairs.back())) / kDegree; }, largest, kHeadline,
+       Note::at_end}};
+}
+
+// NEES, NIS and use of each sensor, landmarks of the map.
+MetricDefinitions consistency_metrics() {
+  MetricDefinitions all{
+      {"poses_with_covariance", "1",
+       "Number of matched poses with a covariance: the NEES is taken over these.", Needs::estimate,
        [](C c) {
          return value_of(c.nees, [](const std::vector<PoseNees>& nees) -> Value {
            return static_cast<double>(nees.size());
          });
-       }},
-      {"nees_position_mean", mean_nees(&PoseNees::position)},
-      {"nees_orientation_mean", mean_nees(&PoseNees::orientation)},
-      {"found_landmarks_fraction", found_fraction},
-      {"landmark_rmse_m", landmark_rmse}};
-  for (std::size_t i = 0; i < kUsedSensors.size(); ++i) {
-    const auto add = [&](const char* name, const auto& of) {
-      all[fmt::format(fmt::runtime(name), kUsedSensors[i])] = of;
-    };
-    if (i < kSensors.size()) add("nis_{}_mean", [i](C c) { return nis(c, i); });
-    if (i < kSensors.size()) add("innovation_lag1_{}", [i](C c) { return lag1(c, i); });
-    add("readings_{}_fraction", [i](C c) { return fraction_in_use(c, i, false); });
-    add("accepted_{}_fraction", [i](C c) { return fraction_in_use(c, i, true); });
-  }
-  return all;
-}
-
-// The value of an enumeration, by the names of its values.
-template <typename T>
-T named(std::initializer_list<std::string_view> names, const std::string& word) {
-  const auto* const found = std::ranges::find(names, word);
-  if (found == names.end()) throw std::logic_error("metrics.txt: unknown word " + word);
-  return static_cast<T>(found - names.begin());
-}
-
-void read_block(const std::string& block, MetricDefinitions& all) {
-  for (const std::string& line : files::lines_of(block)) {
-    if (line.starts_with('#')) continue;
-    if (line.starts_with(' ')) {
-      std::string& text = all.back().definition;
-      text += line.substr(text.empty() ? 2 : 1);
-      continue;
-    }
-    MetricDefinition& d = all.emplace_back();
-    std::string needs, worst, headline, note;
-    std::istringstream(line) >> d.name >> d.unit >> needs >> worst >> headline >> note;
-    d.needs = named<Needs>({"walk", "estimate", "scale"}, needs);
-    const auto expected = files::parse_number<double>(worst);
-    d.direction = expected ? Direction::away_from(*expected)
-                           : named<Worst>({"largest", "smallest", "magnitude"}, worst);
-    d.headline = headline == "headline";
-    d.note = named<Note>({"-", "at_end", "coverage", "scale"}, note);
-  }
-}
-
-// The table of metrics.txt, with blocks for sensors that may not have all its metrics.
-MetricDefinitions read_table() {
-  MetricDefinitions all;
-  for (std::string_view rest = gaitslam_metrics(); !rest.empty();) {
-    const std::string_view block = rest.substr(0, rest.find("\n\n"));
-    rest.remove_prefix(std::min(block.size() + 2, rest.size()));
-    for (const std::string_view sensor : kUsedSensors) {
-      read_block(fmt::format(fmt::runtime(block), fmt::arg("sensor", sensor),
-                             fmt::arg("landmarks", kLandmarksOfLoop)),
-                 all);
-      if (block.find("{sensor}") == block.npos) break;
-    }
-  }
+       },
+       smallest},
+      nees_metric("position", &PoseNees::position, Needs::scale),
+      nees_metric("orientation", &PoseNees::orientation, Needs::estimate)};
+  for (std::size_t sensor = 0; sensor < kSensors.size(); ++sensor) all.push_back(nis_metric(sensor));
+  for (std::size_t sensor = 0; sensor < kSensors.size(); ++sensor) all.push_back(lag1_metric(sensor));
+  for (std::size_t sensor = 0; sensor < kUsedSensors.size(); ++sensor) add_use(all, sensor);
+  all.push_back({"found_landmarks_fraction", "1",
+                 "Fraction of the searches for a landmark that found it, from the first planned motion on.",
+                 Needs::estimate, found_fraction, smallest});
+  all.push_back({"landmark_rmse_m", "m",
+                 "Root mean square distance of the final map's landmarks from the first surface point on the "
+                 "ray through their first pixel, from the true camera.",
+                 Needs::scale, landmark_rmse});
   return all;
 }
 
@@ -334,13 +392,10 @@ ScoreContext::ScoreContext(const Run& run_) : run(run_), start(first_motion(run_
 
 const MetricDefinitions& metric_definitions() {
   static const MetricDefinitions definitions = [] {
-    Formulas formulas = estimate_formulas();
-    formulas.merge(walk_formulas());
-    MetricDefinitions all = read_table();
-    for (MetricDefinition& d : all)
-      if (auto formula = formulas.extract(d.name)) d.compute = std::move(formula.mapped());
-    if (!formulas.empty()) throw std::logic_error("metrics.txt lacks " + formulas.begin()->first);
-    std::erase_if(all, [](const MetricDefinition& d) { return !d.compute; });
+    MetricDefinitions all;
+    for (const auto group : {estimate_metrics, walk_metrics, loop_metrics, consistency_metrics,
+                             completion_metrics, timeliness_metrics})
+      for (MetricDefinition& definition : group()) all.push_back(std::move(definition));
     return all;
   }();
   return definitions;

@@ -28,17 +28,16 @@ using Value = OrAbsent<double>;
 /// Without its input a metric is not computed and has no value.
 enum class Needs { walk, estimate, scale };
 
+inline constexpr bool kHeadline = true;
+
 /// The content of a note beside the value. at_end: its time, if before the end of the walk · coverage: the
 /// fraction of the true poses, if not all · scale: also that of the alignment, and why it is not credible.
 enum class Note { none, at_end, coverage, scale };
 
-using Formula = std::function<Value(const ScoreContext&)>;
-
-/// An entry of metrics.txt.
 struct MetricDefinition {
   std::string name, unit, definition;  ///< definition: for --help and reports
   Needs needs = Needs::walk;
-  Formula compute;
+  std::function<Value(const ScoreContext&)> compute;
   Direction direction{};  ///< of getting worse
   bool headline = false;  ///< shown in the short table as well
   Note note = Note::none;
@@ -56,9 +55,10 @@ Direction direction_of(std::string_view name);
 Metrics evaluate(const Run& run);
 Metrics evaluate(const ScoreContext& context);
 
-/// By the names of metrics.
-using Formulas = std::map<std::string, Formula>;
-/// Returns those of the walk and of the estimator's time; those of the estimate are in metrics.cc.
-Formulas walk_formulas();
+// Groups of metric_definitions(); the other groups are in metrics.cc.
+MetricDefinitions walk_metrics();        ///< heights, drift from the plan, navigation and step corrections
+MetricDefinitions loop_metrics();        ///< whether and when the loop was closed, and the errors around it
+MetricDefinitions completion_metrics();  ///< path length, and the fraction of plan and time that was tracked
+MetricDefinitions timeliness_metrics();  ///< dropped frames, latency and share of the budget
 
 }  // namespace sim::score

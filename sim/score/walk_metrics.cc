@@ -13,6 +13,7 @@
 namespace sim::score {
 namespace {
 
+using enum Worst;
 using C = const ScoreContext&;
 using Numbers = std::vector<double>;
 using Loop = std::vector<LoopLandmark>;
@@ -67,12 +68,15 @@ Value plan_rmse(C c) {
   return root_mean_square(position_errors(pairs));
 }
 
-auto plan_drift(int part, double per_unit = 1) {
-  return [part, per_unit](C c) -> Value {
+MetricDefinition plan_drift(const std::string& name, const std::string& unit, const std::string& definition,
+                            int part, double per_unit = 1) {
+  const auto compute = [part, per_unit](C c) -> Value {
     const std::vector<PosePair> pairs = pair_by_stamp(c.run.truth_waist, c.run.plan_waist);
     if (pairs.empty()) return Absent{"no planned waist pose has the stamp of a true one"};
     return drift(pairs.back().X_true, pairs.back().X_estimate, c.run.plan_waist.front().X)[part] / per_unit;
   };
+  const std::string text = "True minus planned waist " + definition;
+  return {"plan_drift_" + name, unit, text, Needs::walk, compute, largest_magnitude, kHeadline, Note::at_end};
 }
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
@@ -179,13 +183,15 @@ double is_corrected(const StepCorrection& s) { return s.ahead != 0 || s.aside !=
 double sum_of(const Numbers& all) { return std::accumulate(all.begin(), all.end(), 0.0); }
 double greatest_of(const Numbers& all) { return *std::ranges::max_element(all); }
 
-auto of_time(double (*of)(const Timeliness&)) {
-  return [of](C c) -> Value {
-    if (!c.run.estimate) return Absent{"the estimator was not run"};
-    if (!c.run.timeliness) return Absent{"answers take no simulated time with estimator.time.model: none"};
-    if (c.run.timeliness->took_ms.empty()) return Absent{"the estimator gave no answer"};
-    return of(*c.run.timeliness);
-  };
+MetricDefinition timeliness(const std::string& name, const std::string& unit, const std::string& definition,
+                            double (*of)(const Timeliness&)) {
+  return {name, unit, definition, Needs::walk, [of](C c) -> Value {
+            if (!c.run.estimate) return Absent{"the estimator was not run"};
+            if (!c.run.timeliness)
+              return Absent{"answers take no simulated time with estimator.time.model: none"};
+            if (c.run.timeliness->took_ms.empty()) return Absent{"the estimator gave no answer"};
+            return of(*c.run.timeliness);
+          }};
 }
 
 double fraction_dropped(const Timeliness& t) {
@@ -195,57 +201,127 @@ double fraction_dropped(const Timeliness& t) {
 
 }  // namespace
 
-Formulas walk_formulas() {
-  using T = const Timeliness&;
-  return {{"height_range_m", [](C c) { return height_range(c.estimate); }},
-          {"true_height_range_m", of_true_path(height_range)},
-          {"plan_rmse_m", plan_rmse},
-          {"plan_drift_x_m", plan_drift(0)},
-          {"plan_drift_y_m", plan_drift(1)},
-          {"plan_drift_yaw_deg", plan_drift(2, kDegree)},
-          {"navigation_rmse_m", of_path(navigation_rmse)},
-          {"navigation_end_position_error_m", of_path([](C c, const DesiredPath& path) -> Value {
-             return ground_distance(c.run.truth_waist.back().X, path.end);
-           })},
-          {"navigation_end_yaw_error_deg", of_path([](C c, const DesiredPath& path) -> Value {
-             const Eigen::Matrix3d turn = path.end.linear().transpose() * c.run.truth_waist.back().X.linear();
-             return std::abs(yaw(turn)) / kDegree;
-           })},
-          {"navigation_first_lap_end_error_m",
-           of_path([](C c, const DesiredPath& path) { return lap_end(c, path, true); })},
-          {"navigation_last_lap_end_error_m",
-           of_path([](C c, const DesiredPath& path) { return lap_end(c, path, false); })},
-          {"steps_corrected", of_corrections(is_corrected, sum_of)},
-          {"correction_largest_m", of_corrections(length, greatest_of)},
-          {"correction_largest_deg", of_corrections(turn_deg, greatest_of)},
-          {"loop_landmarks", landmark_count},
-          {"loop_closed",
-           [](C c) {
-             return value_of(landmark_count(c), [](double count) -> Value {
-               return count >= static_cast<double>(kLandmarksOfLoop) ? 1.0 : 0.0;
-             });
-           }},
-          {"loop_time_s", of_closure(&Closure::time_s)},
-          {"loop_error_before_m", of_closure(&Closure::error_before)},
-          {"loop_error_after_m", of_closure(&Closure::error_after)},
-          {"path_length_m", of_true_path(path_length)},
-          {"torque_limited_fraction",
+MetricDefinitions loop_metrics() {
+  const std::string position_error = "Error of the camera's position, without alignment, ";
+  return {
+      {"loop_landmarks", "1",
+       "Number of landmarks that were found again after the camera had been elsewhere: they were out of "
+       "the field of view for at least 5 s in one stretch, at a moment of it with all that the last image "
+       "before shows, and later matched within 3 px of the true projection of their surface point. "
+       "Defined for walks that return to a landmark.",
+       Needs::estimate, landmark_count, smallest, kHeadline},
+      {"loop_closed", "1", fmt::format("1 if loop_landmarks is at least {}, else 0.", kLandmarksOfLoop),
+       Needs::estimate,
+       [](C c) {
+         return value_of(landmark_count(c), [](double count) -> Value {
+           return count >= static_cast<double>(kLandmarksOfLoop) ? 1.0 : 0.0;
+         });
+       },
+       smallest, kHeadline},
+      {"loop_time_s", "s",
+       "Time when the loop is closed: the first match of the first landmark of loop_landmarks, if it is "
+       "closed.",
+       Needs::estimate, of_closure(&Closure::time_s), largest, kHeadline},
+      {"loop_error_before_m", "m", position_error + "in the frame before loop_time_s.", Needs::scale,
+       of_closure(&Closure::error_before), largest, kHeadline},
+      {"loop_error_after_m", "m",
+       position_error + "1 s after loop_time_s, or at the last frame if that is earlier.", Needs::scale,
+       of_closure(&Closure::error_after), largest, kHeadline}};
+}
+
+MetricDefinitions walk_metrics() {
+  const std::string distance = "Distance on the ground of the true waist ";
+  return {
+      {"height_range_m", "m",
+       "Greatest minus least estimated camera height from the first planned motion on.", Needs::scale,
+       [](C c) { return height_range(c.estimate); }, largest, kHeadline},
+      {"true_height_range_m", "m",
+       "Greatest minus least true camera height from the first planned motion on.", Needs::walk,
+       of_true_path(height_range), largest, kHeadline},
+      {"plan_rmse_m", "m", "Value of rmse_m for the planned camera pose instead of the estimate.",
+       Needs::walk, plan_rmse, largest, kHeadline},
+      plan_drift("x_m", "m", "position at the last frame, forward in axes of the planned start.", 0),
+      plan_drift("y_m", "m", "position at the last frame, to the left in axes of the planned start.", 1),
+      plan_drift("yaw_deg", "deg", "yaw at the last frame, left positive.", 2, kDegree),
+      {"navigation_rmse_m", "m",
+       "Root mean square distance on the ground of the true waist from its place on the commanded path "
+       "at that time, from the first planned motion on.",
+       Needs::walk, of_path(navigation_rmse), largest, kHeadline},
+      {"navigation_end_position_error_m", "m",
+       distance + "at the last frame from the end of the commanded path.", Needs::walk,
+       of_path([](C c, const DesiredPath& path) -> Value {
+         return ground_distance(c.run.truth_waist.back().X, path.end);
+       }),
+       largest, kHeadline, Note::at_end},
+      {"navigation_end_yaw_error_deg", "deg",
+       "Angle between the true heading of the waist at the last frame and that at the end of the "
+       "commanded path.",
+       Needs::walk, of_path([](C c, const DesiredPath& path) -> Value {
+         const Eigen::Matrix3d turn = path.end.linear().transpose() * c.run.truth_waist.back().X.linear();
+         return std::abs(yaw(turn)) / kDegree;
+       }),
+       largest, kHeadline, Note::at_end},
+      {"navigation_first_lap_end_error_m", "m", distance + "from the commanded path when the first lap ends.",
+       Needs::walk, of_path([](C c, const DesiredPath& path) { return lap_end(c, path, true); })},
+      {"navigation_last_lap_end_error_m", "m", distance + "from the commanded path when the last lap ends.",
+       Needs::walk, of_path([](C c, const DesiredPath& path) { return lap_end(c, path, false); })},
+      {"steps_corrected", "1", "Number of footsteps that steering corrected.", Needs::walk,
+       of_corrections(is_corrected, sum_of)},
+      {"correction_largest_m", "m", "Largest correction of a footstep by steering.", Needs::walk,
+       of_corrections(length, greatest_of)},
+      {"correction_largest_deg", "deg", "Largest turn of a footstep by steering.", Needs::walk,
+       of_corrections(turn_deg, greatest_of)}};
+}
+
+MetricDefinitions completion_metrics() {
+  const std::string vibration =
+      "Root mean square of the IMU's specific force without sensor errors, from the first planned motion "
+      "on, ";
+  const std::string time = "Fraction of the time from the first observation to the last while the estimator ";
+  return {{"path_length_m", "m",
+           "Length of the true camera's path, from frame to frame, from the first planned motion on.",
+           Needs::walk, of_true_path(path_length), smallest, kHeadline},
+          {"torque_limited_fraction", "1",
+           "Fraction of the walk's 5 ms ticks with a joint's torque at its limit.", Needs::walk,
            [](C c) -> Value {
              if (!c.run.torque_limited) return Absent{"the robot has no torque limits"};
              return *c.run.torque_limited;
-           }},
-          {"vibration_below_2hz_m_s2", [](C c) { return vibration_in_band(c, 0, 2); }},
-          {"vibration_2_to_8hz_m_s2", [](C c) { return vibration_in_band(c, 2, 8); }},
-          {"vibration_from_8hz_m_s2", [](C c) { return vibration_in_band(c, 8, kInfinite); }},
-          {"track_completion", track_completion},
-          {"tracked_fraction", fraction_of_time(&TimedHealth::tracks)},
-          {"fault_flag_fraction", fraction_of_time(&TimedHealth::fault_flag)},
-          {"dropped_frames", of_time([](T t) { return static_cast<double>(t.dropped); })},
-          {"dropped_frames_fraction", of_time(fraction_dropped)},
-          {"latency_median_ms", of_time([](T t) { return median(t.latency_ms); })},
-          {"latency_p99_ms", of_time([](T t) { return quantile(t.latency_ms, 0.99); })},
-          {"budget_fraction_mean", of_time([](T t) { return mean(t.took_ms) / t.period_ms; })},
-          {"budget_fraction_p99", of_time([](T t) { return quantile(t.took_ms, 0.99) / t.period_ms; })}};
+           },
+           largest},
+          {"vibration_below_2hz_m_s2", "m/s2", vibration + "less its mean, at frequencies below 2 Hz.",
+           Needs::walk, [](C c) { return vibration_in_band(c, 0, 2); }},
+          {"vibration_2_to_8hz_m_s2", "m/s2", vibration + "at frequencies from 2 Hz to below 8 Hz.",
+           Needs::walk, [](C c) { return vibration_in_band(c, 2, 8); }},
+          {"vibration_from_8hz_m_s2", "m/s2", vibration + "at frequencies of 8 Hz and more.", Needs::walk,
+           [](C c) { return vibration_in_band(c, 8, kInfinite); }},
+          {"track_completion", "1",
+           "Fraction of the plan's duration up to the last estimate. An estimator that diverged gives none "
+           "after that.",
+           Needs::walk, track_completion, smallest, kHeadline},
+          {"tracked_fraction", "1",
+           time + "tracked: it answered, neither lost nor diverged. Dropped frames count as not tracked.",
+           Needs::walk, fraction_of_time(&TimedHealth::tracks), smallest, kHeadline},
+          {"fault_flag_fraction", "1", time + "reported that one sensor contradicts the others.", Needs::walk,
+           fraction_of_time(&TimedHealth::fault_flag), largest, kHeadline}};
+}
+
+MetricDefinitions timeliness_metrics() {
+  using T = const Timeliness&;
+  const std::string latency =
+                        " of the simulated time from the stamp of a frame until its answer takes effect.",
+                    budget = " of the simulated time of an answer, as a fraction of the time between frames.";
+  return {
+      timeliness("dropped_frames", "1", "Number of frames that were dropped because the estimator was busy.",
+                 [](T t) { return static_cast<double>(t.dropped); }),
+      timeliness("dropped_frames_fraction", "1", "Fraction of the frames that were dropped.",
+                 fraction_dropped),
+      timeliness("latency_median_ms", "ms", "Median" + latency, [](T t) { return median(t.latency_ms); }),
+      timeliness("latency_p99_ms", "ms", "99th percentile" + latency,
+                 [](T t) { return quantile(t.latency_ms, 0.99); }),
+      timeliness("budget_fraction_mean", "1", "Mean" + budget,
+                 [](T t) { return mean(t.took_ms) / t.period_ms; }),
+      timeliness("budget_fraction_p99", "1", "99th percentile" + budget,
+                 [](T t) { return quantile(t.took_ms, 0.99) / t.period_ms; })};
 }
 
 }  // namespace sim::score
