@@ -5,7 +5,6 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
-#include <ranges>
 #include <set>
 #include <span>
 #include <tuple>
@@ -159,9 +158,10 @@ std::vector<std::vector<std::string>> exact_lines(const Leaderboard& board) {
       add(interval.has_value(), [&] { return interval->first; });
       add(interval.has_value(), [&] { return interval->second; });
     }
-    line.insert(line.end(), {row.alignment == "none" ? "-" : row.alignment,
-                             fmt::format("{}", fmt::join(std::views::keys(row.runs), " ")),
-                             changed(row, board.rows), fs::proximate(row.folder).string()});
+    std::string seeds;
+    for (const auto& [seed, run] : row.runs) seeds += fmt::format("{}{}", seeds.empty() ? "" : " ", seed);
+    line.insert(line.end(), {row.alignment == "none" ? "-" : row.alignment, seeds, changed(row, board.rows),
+                             fs::proximate(row.folder).string()});
   }
   return lines;
 }
