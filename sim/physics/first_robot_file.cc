@@ -23,7 +23,7 @@ struct Gains {
 constexpr Gains kLeg{120, 1.8, 4e-4}, kAnkle{40, 0.6, 4e-4}, kOther{12, 0.2, 1e-4};
 constexpr const char* kWalk =
     R"(# guess: slower, lower steps than those of robots with rubber bushes at their ankles
-walk: {single_support_s: 0.6, double_support_s: 0.15, step_height_m: 0.03}
+walk: {single_support_s: 0.6, double_support_s: 0.15, step_height_m: 0.02}
 stabilizer: {ankle_admittance: {gain_rad_s_per_nm: 0.06}, landing_adjustment: {enabled: true}}
 )";
 constexpr double kDegrees = 180 / std::numbers::pi, kBend_deg = 20, kLeastDamping = 1e-6;

@@ -112,8 +112,9 @@ const Scenario& default_scenario() {
 }
 
 bool has_section(const Scenario& scenario, std::string_view key) {
-  if (key == "camera" || key.starts_with("camera.")) return scenario.camera.has_value();
-  if (key == "slam" || key.starts_with("slam.")) return scenario.slam.has_value();
+  const std::string_view section = key.substr(0, key.find('.'));
+  if (section == "camera") return scenario.camera.has_value();
+  if (section == "slam" || section == "estimator") return scenario.slam.has_value();
   return true;
 }
 

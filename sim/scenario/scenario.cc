@@ -190,10 +190,10 @@ void check_whole(const ReadScenario& read) {
   const Yaml at = place_of(read, "");
   if (scenario.walk.commands.empty())
     fail(at, "walk.commands", "missing, expected a list of commands, as in [{stand: {duration_s: 1}}]");
+  check_time(read);
   if (scenario.slam && !scenario.camera)
     fail(at, "slam",
          "needs the section 'camera': the filter works at its frames (--without camera,slam drops both)");
-  check_time(read);
   check_measured_depth(read);
   if (!scenario.rig.empty() && !scenario.camera)
     fail(at, "rig", "needs the section 'camera': its readings come with the frames of the head camera");
@@ -407,9 +407,10 @@ class ScenarioReader {
     place = (path.has_filename() ? path : path.parent_path()).string();
   }
 
-  // In a file `slam.gyro.enabled: true` starts the section as `slam:` would; an argument does not.
+  // In a file `slam.gyro.enabled: true` or `estimator` starts the section as `slam:` would; an argument does
+  // not.
   void require_section(const Yaml& at, const std::string& path) {
-    const std::string section = path.substr(0, path.find('.'));
+    const std::string first = path.substr(0, path.find('.')), section = first == "estimator" ? "slam" : first;
     Scenario& scenario = result.scenario;
     if (at.origin.file != kArgument && section == "camera" && !scenario.camera) scenario.camera.emplace();
     if (at.origin.file != kArgument && section == "slam" && !scenario.slam) scenario.slam.emplace();

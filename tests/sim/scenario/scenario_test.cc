@@ -91,6 +91,15 @@ TEST(Scenario, OmittedSectionsStayOmittedWhenWrittenAndReadAgain) {
   EXPECT_NE(complaint(kAll, {{}, {"camera"}}), "");
 }
 
+TEST(Scenario, AnEstimatorStartsTheSectionSlamInAFileAndNeedsItAsAnArgument) {
+  const std::string text = kWalk + "camera: {}\n";
+  EXPECT_TRUE(read_text(text + "estimator: odometry\n").scenario.slam);
+  EXPECT_EQ(complaint(text, {{"estimator=odometry"}, {}}),
+            "<argument>:1:1: estimator: this scenario has no section 'slam'");
+  const Scenario without = read_text(text + "estimator: odometry\n", {{}, {"slam"}}).scenario;
+  EXPECT_FALSE(read_text(to_yaml(without)).scenario.slam);
+}
+
 TEST(Scenario, DegreesOfAFileComeBackExactly) {
   for (int i = 1; i <= 20000; ++i) {
     const double radians = to_radians(i * 0.037);
