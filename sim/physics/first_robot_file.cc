@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 #include <stdexcept>
 
 #include "sim/physics/adapted.h"
@@ -80,12 +81,16 @@ class Guess {
     if (!rigid.empty())
       text += fmt::format("  # guess: rigid, since the plan moves legs on the base: {}\n",
                           fmt::join(rigid, ", "));
-    for (const auto& [joints, gains] : {std::pair(&legs, kLeg), {&ankles, kAnkle}, {&others, kOther}})
-      if (!joints->empty())
-        text += fmt::format(
-            "  - {{joints: [{}],\n     kp_nm_rad: {:.0f}, kd_nms_rad: {:.1f}{}}}\n", fmt::join(*joints, ", "),
-            gains.kp * mass(), gains.kd * mass(),
-            has_armature() ? "" : fmt::format(", armature_kg_m2: {:.2g}", gains.armature * mass()));
+    for (const auto& [joints, gains] : {std::pair(&legs, kLeg), {&ankles, kAnkle}, {&others, kOther}}) {
+      const auto bare = std::stable_partition(joints->begin(), joints->end(),
+                                              [&](const std::string& joint) { return has_armature(joint); });
+      for (const std::span some : {std::span(joints->begin(), bare), std::span(bare, joints->end())})
+        if (!some.empty())
+          text += fmt::format(
+              "  - {{joints: [{}],\n     kp_nm_rad: {:.0f}, kd_nms_rad: {:.1f}{}}}\n", fmt::join(some, ", "),
+              gains.kp * mass(), gains.kd * mass(),
+              has_armature(some[0]) ? "" : fmt::format(", armature_kg_m2: {:.2g}", gains.armature * mass()));
+    }
     return text + "floor_friction: 0.7  # guess: rubber on a clean floor\n" + kWalk;
   }
 
@@ -114,7 +119,9 @@ class Guess {
   const char* side(const Foot& foot) const { return place(foot.body).y() > 0 ? "left" : "right"; }
   double mass() const { return m_.body_subtreemass[base_]; }
 
-  bool has_armature() const { return std::any_of(m_.dof_armature, m_.dof_armature + m_.nv, std::identity{}); }
+  bool has_armature(const std::string& joint) const {
+    return m_.dof_armature[m_.jnt_dofadr[mj_name2id(&m_, mjOBJ_JOINT, joint.c_str())]] > 0;
+  }
 
   // Joints with a spring have no servo.
   bool has_servo(int joint) const {

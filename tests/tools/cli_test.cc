@@ -170,6 +170,8 @@ TEST_F(Cli, ARobotIsCheckedByItsFolderOrItsModelAndItsFirstFileIsNeverOverwritte
   EXPECT_THAT(gaitslam("robot init '" + hrp2 + "/robot.xml' --out mine").ends(2).err,
               Has("mine/robot.yaml: exists already"));
   EXPECT_EQ(text_of("mine/robot.yaml"), first);
+  write("robot.xml", text_of(hrp2 + "/robot.xml"));
+  EXPECT_THAT(ok("robot init robot.xml"), Has("./robot.yaml: written", "robot check ."));
   write("leg.xml", "<mujoco><worldbody><body name='b'><geom size='1'/></body></worldbody></mujoco>");
   EXPECT_THAT(gaitslam("robot check leg.xml").ends(2).err,
               Has("leg.xml:1: body: 'b' is the base but has no free joint"));

@@ -24,7 +24,7 @@ constexpr const char* kWalkerExamples = R"(Example:
   gaitslam run scenarios/tangent_circle.yaml 'walk.controller={program: [tools/gaitslam, walker]}'
   gaitslam run ramp.yaml world.room=office_ramp \
       'walk.controller={program: [tools/gaitslam, walker], options: {slope: true}}'
-sim/controllers/README.md describes its messages and its options: plan, follow, slope.)";
+sim/controllers/README.md describes its messages and its options, plan and slope.)";
 
 struct WalkerRequest {};
 
@@ -72,14 +72,16 @@ int check_one(RobotRequest& request) {
 }
 
 int write_first(RobotRequest& request) {
-  const fs::path folder = request.out.value_or(request.robot.parent_path()), file = folder / "robot.yaml";
+  fs::path folder = request.out.value_or(request.robot.parent_path());
+  if (folder.empty()) folder = ".";
+  const fs::path file = folder / "robot.yaml";
   if (fs::exists(file)) throw files::FileError(file, "exists already and is not overwritten");
-  const std::string text = physics::first_robot_file(
-      request.robot, fs::proximate(request.robot, folder.empty() ? "." : folder).string());
+  const std::string text =
+      physics::first_robot_file(request.robot, fs::proximate(request.robot, folder).string());
   fs::create_directories(folder);
   files::write_atomically(file, text);
   std::cout << file.string() << ": written; look at each guess, then run gaitslam robot check "
-            << files::shell_word(folder.empty() ? "." : folder.string()) << '\n';
+            << files::shell_word(folder.string()) << '\n';
   return 0;
 }
 

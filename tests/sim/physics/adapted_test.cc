@@ -205,6 +205,13 @@ TEST(FirstRobotFile, GuessesFeetLegsChestHeadAndMarksEachGuess) {
                     std::regex_replace(files::read_text(folder / "robot.xml"), std::regex("<joint "),
                                        "<joint armature='0.01' "));
   EXPECT_THAT(first_robot_file(folder / "geared.xml", "geared.xml"), Not(Has("armature")));
+  files::write_text(folder / "partly.xml",  // as some public models are
+                    std::regex_replace(files::read_text(folder / "geared.xml"),
+                                       std::regex("armature='0.01' (name='\\w+_ankle_)"), "$1"));
+  EXPECT_THAT(first_robot_file(folder / "partly.xml", "partly.xml"),
+              Has("joints: [right_foot_joint, left_foot_joint],\n     kp_nm_rad: 800, kd_nms_rad: 12.0}\n",
+                  "joints: [right_ankle_joint, left_ankle_joint],\n     kp_nm_rad: 800, kd_nms_rad: 12.0, "
+                  "armature_kg_m2: 0.008}\n"));
   files::write_text(folder / "robot.xml",
                     "<mujoco><worldbody><body name='b'><freejoint/><inertial pos='0 0 0' mass='1' "
                     "diaginertia='1 1 1'/></body></worldbody></mujoco>");
