@@ -4,7 +4,9 @@
 #include <array>
 #include <cstddef>
 #include <deque>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "sim/recording/recording.h"
 #include "sim/score/types.h"
@@ -14,18 +16,26 @@
 namespace sim::live {
 
 /// Integrates gyro and accelerometer by the trapezoidal rule, which is not the inverse of the formula of the
-/// readings. An integration of 30 s starts at the truth every 10 s; all restart after a reading of more than
-/// 50 m/s², because its mean does not show how a blow was distributed.
+/// readings, at each reading and at each second one. The difference of both is the error of the step length,
+/// which grows with the vibration of the robot. An integration of 30 s starts at the truth every 10 s; all
+/// restart after a reading of more than 50 m/s², because its mean does not show how a blow was distributed.
 struct InertialCheck {
-  explicit InertialCheck(const recording::TrueMotion& start) : integrations{start} {}
+  explicit InertialCheck(const recording::TrueMotion& start) : integrations{{start, start}} {}
 
   /// Adds one reading of each sensor and the true motion at its end.
   void add(const slam::InertialSample& gyro, const slam::InertialSample& accelerometer,
            const recording::TrueMotion& end);
 
-  std::deque<recording::TrueMotion> integrations;  ///< t: start of each
-  slam::Stamp longest{0};                          ///< duration of the longest integration
-  double worst_position_m = 0, worst_yaw_deg = 0;
+  struct Integration {
+    recording::TrueMotion fine, coarse;  ///< t: of the start
+  };
+  struct Error {
+    double worst = 0, by_step = 0;
+  };
+  std::deque<Integration> integrations;
+  std::optional<std::pair<Eigen::Vector3d, Eigen::Vector3d>> half;  ///< first readings of a pair
+  slam::Stamp longest{0};                                           ///< duration of the longest integration
+  Error position_m, yaw_deg;
 };
 
 /// Finds corners of an image 0.4 s later, once a second: after half a step the head sways the other way,
@@ -60,7 +70,7 @@ class ViewCheck {
   std::array<std::size_t, 200> distances_{};  // how many, by twentieths of a pixel
 };
 
-/// Largest errors of the ideal sensors of a run.
+/// Largest errors of the ideal sensors of a run, beyond those of the step length.
 inline constexpr double kInertialPosition_m = 0.01, kInertialYaw_deg = 0.01, kView_px = 0.3;
 
 /// Given the readings of the ideal sensors and their true poses.
