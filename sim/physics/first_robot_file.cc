@@ -22,10 +22,11 @@ struct Gains {
   double kp, kd, armature;
 };
 constexpr Gains kLeg{120, 1.8, 4e-4}, kAnkle{40, 0.6, 4e-4}, kOther{12, 0.2, 1e-4};
+// Ankles of heavier robots, with larger torques, give way more slowly: tried on robots of 32 to 67 kg.
 constexpr const char* kWalk =
     R"(# guess: slower, lower steps than those of robots with rubber bushes at their ankles
-walk: {single_support_s: 0.6, double_support_s: 0.15, step_height_m: 0.02}
-stabilizer: {ankle_admittance: {gain_rad_s_per_nm: 0.06}, landing_adjustment: {enabled: true}}
+walk: {{single_support_s: 0.6, double_support_s: 0.15, step_height_m: 0.02}}
+stabilizer: {{ankle_admittance: {{gain_rad_s_per_nm: {:.2g}}}, landing_adjustment: {{enabled: true}}}}
 )";
 constexpr double kDegrees = 180 / std::numbers::pi, kBend_deg = 20, kLeastDamping = 1e-6;
 constexpr int kLevelingSteps = 20;
@@ -91,7 +92,8 @@ class Guess {
               gains.kp * mass(), gains.kd * mass(),
               has_armature(some[0]) ? "" : fmt::format(", armature_kg_m2: {:.2g}", gains.armature * mass()));
     }
-    return text + "floor_friction: 0.7  # guess: rubber on a clean floor\n" + kWalk;
+    return text + "floor_friction: 0.7  # guess: rubber on a clean floor\n" +
+           fmt::format(kWalk, 0.23 / std::sqrt(mass()));
   }
 
  private:
