@@ -26,13 +26,23 @@ std::optional<std::string> environment(const char* name) {
   return value && *value ? std::optional<std::string>(value) : std::nullopt;
 }
 
+/// Calls f for everything below a folder. Returns false if it could not be read to the end, as when another
+/// process removes it meanwhile.
+template <typename F>
+bool for_each_below(const fs::path& folder, F&& f) {
+  std::error_code gone;
+  for (fs::recursive_directory_iterator at(folder, gone), end; !gone && at != end; at.increment(gone)) f(*at);
+  return !gone;
+}
+
 // Leaves out timing.*, which differ between two recordings of the same walk.
 std::uintmax_t size_of(const fs::path& folder) {
   std::uintmax_t bytes = 0;
   std::error_code gone;
-  for (const auto& entry : fs::recursive_directory_iterator(folder, gone))
+  for_each_below(folder, [&](const fs::directory_entry& entry) {
     if (entry.is_regular_file(gone) && !entry.path().filename().string().starts_with("timing."))
       bytes += entry.file_size(gone);
+  });
   return bytes;
 }
 
@@ -59,8 +69,10 @@ bool is_untouched(const fs::path& folder) {
     return std::pair(status.st_ctim.tv_sec, status.st_ctim.tv_nsec);
   };
   const auto made = changed(folder / files::kMarker);
-  return std::ranges::all_of(fs::recursive_directory_iterator(folder),
-                             [&](const auto& entry) { return changed(entry.path()) <= made; });
+  bool same = true;
+  const bool whole = for_each_below(
+      folder, [&](const fs::directory_entry& entry) { same = same && changed(entry.path()) <= made; });
+  return whole && same;
 }
 
 void require_writable(const fs::path& folder, const char* but) {
@@ -173,11 +185,14 @@ Cache::Entry Cache::read_entry(const std::string& key) const {
 std::vector<Cache::Entry> Cache::list() const {
   std::vector<Entry> entries;
   std::error_code none;
-  for (const auto& folder : fs::directory_iterator(place_.folder, none))
-    if (const std::string key = folder.path().filename();
-        key.size() == 32 && key.find_first_not_of("0123456789abcdef") == key.npos &&
-        files::has_marker(folder.path()))
-      entries.push_back(read_entry(key));
+  for (const auto& folder : fs::directory_iterator(place_.folder, none)) try {
+      if (const std::string key = folder.path().filename();
+          key.size() == 32 && key.find_first_not_of("0123456789abcdef") == key.npos &&
+          files::has_marker(folder.path()))
+        entries.push_back(read_entry(key));
+    } catch (const FileError&) {
+      if (fs::exists(folder.path())) throw;  // else another process has removed it
+    }
   std::ranges::sort(entries, {}, [](const Entry& entry) { return std::tie(entry.last_used_ns, entry.key); });
   return entries;
 }

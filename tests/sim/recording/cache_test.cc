@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 
 #include <cstdlib>
+#include <future>
 
 #include "sim/recording/manifest.h"
 #include "tests/sim/files/temporary_folder.h"
@@ -146,6 +147,23 @@ TEST_F(CacheTest, TheLeastRecentlyUsedGoesFirst) {
   EXPECT_GT(two[1].bytes, kFrameBytes);
   use('c');
   EXPECT_TRUE(has('a') && !has('b') && has('c'));
+}
+
+TEST_F(CacheTest, SeveralCleanItAtATime) {
+  const Cache roomy{{folder_ / "cache", 1'000'000'000}};
+  for (int round = 0; round < 3; ++round) {
+    for (char letter = 'a'; letter <= 'p'; ++letter) {
+      const std::string name = key(letter <= 'f' ? letter : static_cast<char>('0' + letter - 'g'));
+      roomy.get(name, {"walk", 7}, make_result, say());
+    }
+    std::vector<std::future<Cache::Cleaned>> cleanings;
+    for (int i = 0; i < 4; ++i)
+      cleanings.push_back(std::async(std::launch::async, [&] { return roomy.clean(0); }));
+    std::size_t removed = 0;
+    for (auto& cleaning : cleanings) EXPECT_NO_THROW(removed += std::size_t(cleaning.get().removed));
+    EXPECT_EQ(removed, 16u);
+    EXPECT_THAT(roomy.list(), IsEmpty());
+  }
 }
 
 TEST_F(CacheTest, OneInUseIsNeverRemoved) {
