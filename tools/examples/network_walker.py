@@ -133,10 +133,13 @@ def main():
     # Only messages go to the standard output; prints go to the standard error.
     out = os.fdopen(os.dup(1), 'wb')
     os.dup2(2, 1)
+    if len(sys.argv) != 2:
+        print(f'usage: {sys.argv[0]} POLICY.npz', file=sys.stderr)
+        sys.exit(2)
     try:
-        walker = Walker(Arrays(np.load(*sys.argv[1:])))
+        walker = Walker(Arrays(np.load(sys.argv[1])))
     except Exception as error:  # numpy raises many kinds
-        print(f'{sys.argv[-1]}: {" ".join(str(error).split())}', file=sys.stderr)
+        print(f'{sys.argv[1]}: {" ".join(str(error).split())}', file=sys.stderr)
         sys.exit(2)
     while True:
         head = sys.stdin.buffer.read(HEADER.size)

@@ -115,6 +115,8 @@ for name, value, message in (
     np.savez('wrong.npz', **{key: array for key, array in {**recurrent, name: value}.items() if array is not None})
     made = subprocess.run([sys.executable, network_walker.__file__, 'wrong.npz'], capture_output=True, text=True)
     assert (made.returncode, made.stderr) == (2, f'wrong.npz: {name}: {message}\n'), made
+made = subprocess.run([sys.executable, network_walker.__file__], capture_output=True, text=True)
+assert (made.returncode, made.stderr) == (2, f'usage: {network_walker.__file__} POLICY.npz\n'), made
 )";
 
 TEST_F(ControllerTest, NetworksOfTheExampleComputeLikePyTorchAndStandAndStepInPlace) {
