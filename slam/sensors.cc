@@ -150,9 +150,9 @@ std::optional<VelocityIncrement> velocity_increment(const InertialInterval& earl
 }
 
 /// Compares the planned motion over two steps with that by leg odometry: within a step, and as it starts to
-/// walk, the robot sways more than planned. Two steps unlike those before count less, since a small delay
-/// changes them more. Returns the evidence for the scale of the planned distances since the landing before
-/// last, at every second landing; standing or without leg odometry it starts anew.
+/// walk, the robot sways more than planned. Two steps unlike those before, or the first after standing, count
+/// less, since a small delay changes them more. Returns the evidence for the scale of the planned distances
+/// since the landing before last, at every second landing; standing or without leg odometry it starts anew.
 SystematicEvidence PlanHistory::compare_two_steps(const Known& now, bool landed, bool standing) {
   if (!now.legs || standing) start_.reset(), planned_m_.reset();
   if (!now.legs || standing || !landed || (start_ && ++landings_ < 2)) return {};
@@ -160,7 +160,7 @@ SystematicEvidence PlanHistory::compare_two_steps(const Known& now, bool landed,
   if (start_) {
     const Eigen::Vector2d by_legs = horizontal_motion(start_->legs->X_OC, now.legs->X_OC);
     const Eigen::Vector2d planned = horizontal_motion(start_->plan->X_PC, now.plan->X_PC);
-    const double change_m = (planned - planned_m_.value_or(planned)).norm();
+    const double change_m = (planned - planned_m_.value_or(Eigen::Vector2d::Zero())).norm();
     const double weight = 1 / (kTwoStepsSigma_m * kTwoStepsSigma_m + change_m * change_m);
     evidence = {weight * by_legs.dot(planned - by_legs), weight * by_legs.squaredNorm()};
     planned_m_ = planned;

@@ -103,14 +103,14 @@ TEST(InternalMeasurements, ReportForEachSensorWhetherItHadReadingsAndWhetherThey
   EXPECT_TRUE(walk.report.innovations.empty());
 }
 
-/// The scale of a plan by a walk of 5 s with leg odometry, a step every 0.8 s, and the speed at its end.
+/// The scale of a plan by a walk of 7 s with leg odometry, a step every 0.8 s, and the speed at its end.
 struct PlanByLegs {
   double error, sigma, speed_m_s;
 };
 PlanByLegs plan_by_legs(double scale) {
   Walking walk({}, 0);
   SystematicEvidence sum;
-  for (int k = 0; k < 150; ++k) {
+  for (int k = 0; k < 210; ++k) {
     Observation o = walk.recording.observation(k);
     o.plan->support = k / 24 % 2 == 0 ? Support::left : Support::right;
     o.legs = LegMotion{o.plan->X_PC, o.plan->p_CF};
