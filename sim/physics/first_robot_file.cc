@@ -22,7 +22,7 @@ struct Gains {
   double kp, kd, armature;
 };
 constexpr Gains kLeg{120, 1.8, 4e-4}, kAnkle{40, 0.6, 4e-4}, kOther{12, 0.2, 1e-4};
-// Ankles of heavier robots, with larger torques, give way more slowly: tried on robots of 32 to 67 kg.
+// The ankle admittance falls with the mass, since torques grow with it: tried on robots of 32 to 67 kg.
 constexpr const char* kWalk =
     R"(# guess: slower, lower steps than those of robots with rubber bushes at their ankles
 walk: {{single_support_s: 0.6, double_support_s: 0.15, step_height_m: 0.02}}
