@@ -208,7 +208,7 @@ TEST(Messages, AnAnswerComesBackWithAllItsBits) {
 }
 
 programs::Choice choice_of(const std::string& value) {
-  constexpr const char* kText = "walk: {commands: [{stand: {duration_s: 1}}]}\n";
+  constexpr const char* kText = "walk: {commands: [{stand: {duration_s: 1}}]}\ncamera: {}\nslam: {}\n";
   return scenario::read_scenario_text(kText, "test.yaml", {{"estimator=" + value}, {}}).scenario.estimator;
 }
 

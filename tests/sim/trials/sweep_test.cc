@@ -189,7 +189,8 @@ TEST_F(Sweep, OfTheStudyWalksTwoRobotsForEachEstimator) {
   const SweepSpec spec = read_sweep(GAITSLAM_SOURCE_DIR "/scenarios/studies/step_length.yaml", {});
   const SweepPlan study = plan_sweep(spec, spec.seeds, {});
   EXPECT_EQ(study.trials(), 2u * 3 * 2 * 3 * 10);
-  EXPECT_THAT(study.configurations.back().labels, ElementsAre("g1", "0.18", "0.9", "visual_odometry"));
+  EXPECT_THAT(study.configurations.back().labels, ElementsAre("g1", "0.18", "0.7", "visual_odometry"));
+  for (const Configuration& one : study.configurations) EXPECT_TRUE(one.read.scenario.slam);  // which estimates
 }
 
 TEST_F(Sweep, WhatIsWrongOnTheCommandLineIsNamedWithItsPlace) {
