@@ -161,8 +161,7 @@ std::optional<std::string> SelfCheck::complaint() const {
     if (!(error.worst <= own + error.by_step))
       return fmt::format(
           "self-check: the ideal gyro and accelerometer, integrated over {:.1f} s, leave the true {} by "
-          "{:.4f} "
-          "{}, more than {:.4g} {}",
+          "{:.4f} {}, more than {:.4g} {}",
           slam::seconds(inertial.longest), what, error.worst, unit, own + error.by_step, unit);
   const std::optional<double> distance = view ? view->median_px() : std::nullopt;
   if (distance && !(*distance <= kView_px))
