@@ -190,7 +190,7 @@ TEST_F(Sweep, OfTheStudyWalksTwoRobotsForEachEstimator) {
   const SweepPlan study = plan_sweep(spec, spec.seeds, {});
   EXPECT_EQ(study.trials(), 2u * 3 * 2 * 3 * 10);
   EXPECT_THAT(study.configurations.back().labels, ElementsAre("g1", "0.18", "0.7", "visual_odometry"));
-  for (const Configuration& one : study.configurations) EXPECT_TRUE(one.read.scenario.slam);  // which estimates
+  for (const Configuration& one : study.configurations) EXPECT_TRUE(one.read.scenario.slam);
 }
 
 TEST_F(Sweep, WhatIsWrongOnTheCommandLineIsNamedWithItsPlace) {
