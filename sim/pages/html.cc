@@ -372,20 +372,24 @@ std::string number_text(std::optional<double> value) {
   return value && std::isfinite(*value) ? fmt::format("{:.4g}", *value) : "-";
 }
 
-std::string table_html(std::string_view name, const std::vector<TableCell>& titles,
+std::string table_html(std::string_view name, const std::vector<std::string>& titles,
                        const std::vector<TableRow>& rows, bool sorts) {
   std::string html = fmt::format(
       "<div class='scroll' tabindex='0' role='region' aria-label='{}'><table class='named-rows{}'><thead>",
       escaped(name), sorts && rows.size() > 1 ? " sortable" : "");
-  TableRow head{titles};
-  for (TableCell& title : head.cells)  // names may break at their parts
-    title.html = std::regex_replace(title.html, std::regex("[._]"), "$&<wbr>");
+  TableRow head;
+  for (std::size_t i = 0; i < titles.size(); ++i) {
+    const bool of_numbers = !rows.empty() && rows[0].cells[i].style.starts_with("number");
+    TableCell& title = head.cells.emplace_back(text_cell(titles[i], of_numbers ? "number" : ""));
+    title.html = std::regex_replace(title.html, std::regex("[._]"), "$&<wbr>");  // names may break there
+  }
   html += row_html(head, "th") + "</thead><tbody>\n";
   for (const TableRow& row : rows) html += row_html(row, "td");
   return html + "</tbody></table></div>\n";
 }
 
 std::string figure_html(const Figure& figure) {
+  if (figure.lines.empty()) return "";
   std::string remarks;
   for (const std::string& remark : figure.remarks)
     remarks += fmt::format("<p class='soft'>{}</p>", escaped(remark));
@@ -396,7 +400,7 @@ std::string figure_html(const Figure& figure) {
 }
 
 std::string figures_html(const std::string& figures) {
-  return "<div class='figures'>" + figures + "</div>\n";
+  return figures.empty() ? "" : "<div class='figures'>" + figures + "</div>\n";
 }
 
 std::string sections_html(const std::vector<Section>& sections, bool with_links) {

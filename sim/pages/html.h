@@ -32,6 +32,8 @@ struct Envelope {
   std::string name;
   Role role = Role::first;
   std::vector<double> x{}, low{}, high{};
+
+  void add(double at, double from, double to) { x.push_back(at), low.push_back(from), high.push_back(to); }
 };
 
 /// A line across the figure at a value of an axis, such as the edge of a band or the loop closure.
@@ -99,13 +101,14 @@ struct TableRow {
   std::vector<TableCell> cells;
   std::string id = "";
 };
-/// Returns a table that scrolls beside its fixed first column. sorts: a click on a title orders its rows.
-std::string table_html(std::string_view name, const std::vector<TableCell>& titles,
+/// Returns a table that scrolls beside its fixed first column; titles stand above their cells as these do.
+/// sorts: a click on a title orders its rows.
+std::string table_html(std::string_view name, const std::vector<std::string>& titles,
                        const std::vector<TableRow>& rows, bool sorts = false);
 
-/// Returns a figure with caption, drawing and legend.
+/// Returns a figure with caption, drawing and legend; empty without lines.
 std::string figure_html(const Figure& figure);
-/// Returns the HTML of figures as a grid.
+/// Returns the HTML of figures as a grid; empty without any.
 std::string figures_html(const std::string& figures);
 /// A section of a page; html: its content.
 struct Section {

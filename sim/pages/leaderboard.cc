@@ -2,7 +2,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <iterator>
 #include <set>
@@ -14,7 +13,6 @@
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/pages/pages.h"
-#include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/metrics.h"
@@ -63,16 +61,15 @@ void add_result(const fs::path& result, const std::vector<std::string>& metrics,
   if (run.completed) run.coverage = score.coverage().value_or(score.value("poses_matched") ? 1 : 0);
   for (const std::string& name : metrics)
     if (const auto value = score.value(name)) run.values[column_of(name, row.alignment)] = *value;
-  for (const char* const of : {"mean", "median", "p99"})
-    if (const auto cpu = fs::exists(timing)
-                             ? files::read_json(timing).find(fmt::format("frame_cpu_ms_{}", of))
-                             : std::nullopt)
-      run.values[fmt::format("cpu_ms_{}", of)] = cpu->number();
+  if (fs::exists(timing))
+    for (const char* const of : {"cpu_ms_mean", "cpu_ms_median", "cpu_ms_p99"})
+      if (const auto cpu = files::read_json(timing).find(std::string("frame_") + of))
+        run.values[of] = cpu->number();
   auto& runs = all.try_emplace({row.scenario, row.estimator, row.folder, row.alignment, row.settings}, row)
                    .first->second.runs;
   if (const auto [first, is_new] = runs.emplace(score.seed, run); !is_new)
-    throw files::FileError(result, fmt::format("repeats seed {} of {}, with the same settings and programs",
-                                               score.seed, first->second.folder.string()));
+    throw files::FileError(result, "repeats seed {} of {}, with the same settings and programs", score.seed,
+                           first->second.folder.string());
 }
 
 /// Orders the rows of a scenario: small is good. An aligned error is never compared with an unaligned one.
@@ -149,14 +146,13 @@ std::vector<std::vector<std::string>> exact_lines(const Leaderboard& board) {
     for (const std::string& column : columns) {
       const auto values = row.values(column);
       const auto interval = score::median_interval(values);
-      const auto add = [&](bool known, const auto& value) {
-        line.push_back(known ? fmt::format("{}", value()) : "-");
-      };
-      add(!values.empty(), [&] { return score::median(values); });
+      const auto text = [](const auto& value) { return fmt::format("{}", value); };
+      line.push_back(values.empty() ? "-" : text(score::median(values)));
       if (!has_spread(column)) continue;
-      for (const double p : {0.0, 1.0}) add(values.size() > 1, [&] { return score::quantile(values, p); });
-      add(interval.has_value(), [&] { return interval->first; });
-      add(interval.has_value(), [&] { return interval->second; });
+      for (const double p : {0.0, 1.0})
+        line.push_back(values.size() > 1 ? text(score::quantile(values, p)) : "-");
+      line.push_back(interval ? text(interval->first) : "-");
+      line.push_back(interval ? text(interval->second) : "-");
     }
     std::string seeds;
     for (const auto& [seed, run] : row.runs) seeds += fmt::format("{}{}", seeds.empty() ? "" : " ", seed);
@@ -187,7 +183,7 @@ std::vector<std::vector<std::string>> read_lines(const Leaderboard& board) {
       return column == name || column.starts_with(name + "_after_");
     });
     lines[0].push_back(metric == board.metrics.end() ? "CPU " + column.substr(7) + " [ms]"
-                                                     : column + metric_label(*metric).substr(metric->size()));
+                                                     : metric_label(*metric, column));
   }
   for (const LeaderboardRow& row : board.rows) {
     auto& line = lines.emplace_back(std::vector{
@@ -266,8 +262,7 @@ std::string leaderboard_file(const Leaderboard& board, TableFormat format) {
 
 std::string leaderboard_page(const Leaderboard& board) {
   const auto all = read_lines(board);
-  std::vector<TableCell> heads;
-  for (std::size_t k = 1; k < all[0].size(); ++k) heads.push_back(text_cell(all[0][k]));
+  const std::vector<std::string> titles(all[0].begin() + 1, all[0].end());
   std::string html;
   for (const auto& [scenario, seeds] : board.common) {
     std::vector<TableRow> lines;
@@ -277,7 +272,7 @@ std::string leaderboard_page(const Leaderboard& board) {
       for (std::size_t k = 1; k < all[i].size(); ++k) line.cells.push_back(text_cell(all[i][k]));
     }
     html += sections_html({{"scenario-" + scenario, scenario,
-                            table_html(scenario, heads, lines, true) + "<p>" +
+                            table_html(scenario, titles, lines, true) + "<p>" +
                                 escaped(ranking_text(scenario, board)) + ".</p>\n"}});
   }
   for (const std::string& why : board.left_out) html += "<p class='bad'>Left out: " + escaped(why) + "</p>\n";

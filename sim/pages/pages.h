@@ -1,12 +1,7 @@
 // The pages: each is one HTML file that needs no other file and no network. And the figures of runs.
 #pragma once
 
-#include <cmath>
 #include <cstdint>
-#include <map>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "sim/pages/html.h"
 #include "sim/pages/run_data.h"
@@ -77,8 +72,10 @@ struct MetricSummary {
 std::vector<MetricSummary> summaries(const std::vector<RunData>& runs);
 /// Returns "≤ 0.05".
 std::string limit_text(const scenario::MetricLimit& limit);
-/// Returns "rmse_m [m]".
-std::string metric_label(const std::string& metric);
+/// Returns "slam.vision.sigma_px [px]"; the name alone without a unit.
+std::string with_unit(const std::string& name, std::string_view unit);
+/// Returns "rmse_m [m]"; column: its name in a table, as by column_of().
+std::string metric_label(const std::string& metric, const std::string& column = "");
 /// Returns "0.02 [0.01, 0.03]".
 std::string median_text(double median, const std::optional<std::pair<double, double>>& interval);
 

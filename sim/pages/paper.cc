@@ -1,8 +1,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <iterator>
 
 #include "sim/files/text.h"
@@ -36,8 +34,9 @@ std::string range_text(const std::vector<double>& values, const std::string& uni
 enum class Kind { value, error, bound };
 
 /// The one rule for all numbers, on the median over seeds: within a factor of two of the paper's, both
-/// negligible, or within the paper's bound agrees; a smaller error is better.
+/// negligible, or within the paper's bound agrees; a smaller error is better. Empty without a number of ours.
 std::string agreement(const std::vector<double>& ours, double paper, Kind kind, double negligible = 0) {
+  if (ours.empty()) return "";
   const double size = std::abs(score::median(ours));
   const bool both_small = paper <= negligible && size <= negligible,
              near = size > paper / 2 && size < paper * 2;
@@ -139,14 +138,13 @@ PaperRow end_row(const std::vector<RunData>& runs, const std::string& filter, st
   }
   return range_row(fmt::format("Experiment 2, {}: error of the estimate at the end in {} (V-B)", filter,
                                axis == 0 ? "X" : "Y"),
-                   fmt::format("{:.0f} mm", paper_mm), ends, " mm",
-                   ends.empty() ? "" : agreement(ends, paper_mm, Kind::error));
+                   fmt::format("{:.0f} mm", paper_mm), ends, " mm", agreement(ends, paper_mm, Kind::error));
 }
 
 PaperRow height_row(const std::vector<RunData>& runs, const std::string& filter) {
   const auto range = values(runs, "height_range_m", kMm);
   return range_row("Experiment 1, " + filter + ": range of the estimated height (V-A)", "within 40 mm", range,
-                   " mm", range.empty() ? "" : agreement(range, 40, Kind::bound));
+                   " mm", agreement(range, 40, Kind::bound));
 }
 
 PaperRow time_row(const std::vector<RunData>& runs, const std::string& filter) {
@@ -218,8 +216,8 @@ std::string figures(const PaperRuns& all) {
   std::string html;
   for (const PaperFigure& figure : kFigures) {
     const RunData* const run = run_of(figure, all);
-    Figure drawn = run ? figure.draw(*run) : Figure{};
-    if (drawn.lines.empty()) continue;
+    if (!run) continue;
+    Figure drawn = figure.draw(*run);
     drawn.name = figure.name;
     drawn.title = fmt::format("{} (seed {})", figure.title, run->seed);
     html += figure_html(drawn);
@@ -234,7 +232,7 @@ std::string table(const std::vector<PaperRow>& rows) {
                       text_cell(row.agreement, row.agreement == "differs" ? "bad"
                                                : row.agreement.empty()    ? "soft"
                                                                           : "good")}});
-  return table_html("paper and bench", {{"experiment"}, {"paper"}, {"this bench"}, {"agreement"}}, cells);
+  return table_html("paper and bench", {"experiment", "paper", "this bench", "agreement"}, cells);
 }
 
 std::string summary(const PaperRuns& runs, const std::vector<PaperRow>& rows) {

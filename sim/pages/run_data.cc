@@ -5,9 +5,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
@@ -16,12 +13,10 @@
 #include "sim/files/json.h"
 #include "sim/files/text.h"
 #include "sim/recording/image_file.h"
-#include "sim/recording/recording.h"
 #include "sim/recording/recording_format.h"
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
 #include "sim/score/run.h"
-#include "sim/score/trajectory.h"
 
 namespace sim::pages {
 namespace {
@@ -240,8 +235,9 @@ void align_positions(std::vector<Frame>& frames) {
 
 void read_frames(RunData& run) {
   std::vector<Frame>& frames = run.frames;
-  for (const TumRow& row : files::read_tum(run.folder / "truth.tum"))
-    frames.push_back({.t = row.t, .truth = row.X});
+  const std::vector<TumRow> truth = files::read_tum(run.folder / "truth.tum");
+  frames.reserve(truth.size());
+  for (const TumRow& row : truth) frames.push_back({.t = row.t, .truth = row.X});
   const auto for_poses = [&](const char* file, const auto& add) {
     for (const TumRow& row : files::read_tum(run.folder / file))
       if (Frame* const frame = frame_at(frames, row.t)) add(*frame, row);
@@ -271,14 +267,14 @@ void read_frames(RunData& run) {
   if (const auto scored = run.value("poses_matched"); scored && static_cast<double>(paired) < *scored)
     throw files::FileError(
         run.folder / "truth.tum",
-        fmt::format("{} of its poses are those of estimates, expected at least {:.0f} as in "
-                    "score.json: it or estimate_cov.txt was cut",
-                    paired, *scored));
+        "{} of its poses are those of estimates, expected at least {:.0f} as in score.json: "
+        "it or estimate_cov.txt was cut",
+        paired, *scored);
   const auto plan = files::read_tum(run.folder / "plan.tum");
   if (!plan.empty() && !frame_at(frames, plan.back().t))
     throw files::FileError(run.folder / "truth.tum",
-                           fmt::format("has no pose at {:.3f} s, the last of plan.tum: one of them was cut",
-                                       slam::seconds(plan.back().t)));
+                           "has no pose at {:.3f} s, the last of plan.tum: one of them was cut",
+                           slam::seconds(plan.back().t));
   run.truth = path_of(frames, &Frame::truth), run.plan = path_of(frames, &Frame::plan);
   if (run.filter_frames) add_reports(frames, *run.filter_frames);
   if (frames.empty()) return;
@@ -410,7 +406,7 @@ Table::Table(const fs::path& file) : file_(file) {
   for (std::string title : csv.titles()) {
     if (title.starts_with('#')) title.erase(0, 1);
     const auto [column, is_new] = columns_.try_emplace(title.substr(0, title.find(" [")));
-    if (!is_new) throw files::FileError(file_, 1, fmt::format("has the column '{}' twice", column->first));
+    if (!is_new) throw files::FileError(file_, 1, "has the column '{}' twice", column->first);
     columns.push_back(&column->second);
   }
   for (; csv.next(); ++rows_)
@@ -419,7 +415,7 @@ Table::Table(const fs::path& file) : file_(file) {
 
 const std::vector<std::string>& Table::text(std::string_view column) const {
   const auto found = columns_.find(column);
-  if (found == columns_.end()) throw files::FileError(file_, fmt::format("no column '{}'", column));
+  if (found == columns_.end()) throw files::FileError(file_, "no column '{}'", column);
   return found->second;
 }
 
@@ -440,7 +436,7 @@ std::vector<slam::Stamp> Table::stamps(std::string_view column) const {
   std::vector<slam::Stamp> all;
   for (const std::string& field : text(column)) {
     const auto ns = files::parse_number<std::int64_t>(field);
-    if (!ns) throw files::FileError(file_, fmt::format("'{}' is not a time stamp", field));
+    if (!ns) throw files::FileError(file_, "'{}' is not a time stamp", field);
     all.emplace_back(*ns);
   }
   return all;
@@ -536,7 +532,7 @@ RunData read_run(const fs::path& folder) {
   if (fs::exists(folder / "recording/manifest.csv")) {
     run.recording = folder / "recording";
     recording::RecordingReader checked(run.recording);
-    recording::read_truth(run.recording);
+    run.recorded = recording::read_truth(run.recording);
   }
   static_cast<result::SeedScore&>(run) = result::read_score(folder / "score.json");
   run.about = result::read_about(folder / "about.json");

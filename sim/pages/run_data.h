@@ -141,6 +141,7 @@ struct RunData : result::SeedScore {
   std::string alignment = "none";  ///< of the estimate with the truth before it was scored
   fs::path folder;
   fs::path recording;                           ///< its own, if it is finished; else empty
+  std::optional<recording::Truth> recorded;     ///< the truth of that recording
   std::map<std::string, std::string> settings;  ///< settings_of()
   result::About about;
   std::optional<double> frame_cpu_ms_mean, frame_cpu_ms_median, frame_cpu_ms_p99;  ///< a batch command: mean

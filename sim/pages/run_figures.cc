@@ -2,9 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <map>
 #include <set>
 
 #include "sim/files/text.h"
@@ -29,35 +26,36 @@ bool any_finite(const Column& values) {
 
 void add_errors(std::vector<Figure>& figures, const RunData& run) {
   const Errors& e = *run.errors;
-  Figure distance{"error_distance", "Position error", kTime, "distance from the truth [mm]"};
+  Figure& distance =
+      figures.emplace_back(Figure{"error_distance", "Position error", kTime, "distance from the truth [mm]"});
   distance.logarithmic = true;
   distance.lines = {{"estimate", Role::estimate, e.t, scaled(e.distance, kMm)}};
   if (run.odometry)
     distance.lines.push_back(
         {kOdometryName, Role::third, run.odometry->t, scaled(run.odometry_error, kMm), false, true});
-  figures.push_back(distance);
-  constexpr std::array kAxes{"x", "y", "z", "yaw"};
-  for (std::size_t i = 0; i < kAxes.size(); ++i) {
-    const bool turning = i == 3;
-    const double factor = turning ? kDeg : kMm;
-    Figure f{std::string("error_") + kAxes[i],
-             turning ? "Heading error" : std::string("Position error in ") + kAxes[i], kTime,
-             turning ? "estimate minus truth [deg]" : "estimate minus truth [mm]"};
-    const Column three = scaled(e.sigma[i], 3 * factor);
+  for (const auto& [i, name, title, unit, factor] :
+       {std::tuple(0, "error_x", "Position error in x", "mm", kMm),
+        {1, "error_y", "Position error in y", "mm", kMm},
+        {2, "error_z", "Position error in z", "mm", kMm},
+        {3, "error_yaw", "Heading error", "deg", kDeg}}) {
+    Figure& f = figures.emplace_back(Figure{name,
+                                            title,
+                                            kTime,
+                                            fmt::format("estimate minus truth [{}]", unit),
+                                            {{"error", Role::estimate, e.t, scaled(e.error.at(i), factor)}}});
+    const Column three = scaled(e.sigma.at(i), 3 * factor);
     if (any_finite(three)) f.envelopes = {{"3 sigma", Role::estimate, e.t, scaled(three, -1), three}};
-    f.lines = {{"error", Role::estimate, e.t, scaled(e.error[i], factor)}};
     f.levels = {{"none", 0}};
-    figures.push_back(f);
   }
   if (!any_finite(e.nees_position)) return;
-  Figure nees{"nees", "Normalized error squared (3 expected; 95 % of a run's frames between the lines)",
-              kTime, "NEES"};
+  Figure& nees = figures.emplace_back(
+      Figure{"nees", "Normalized error squared (3 expected; 95 % of a run's frames between the lines)", kTime,
+             "NEES"});
   nees.logarithmic = true;
   nees.lines = {{"position", Role::first, e.t, e.nees_position},
                 {"orientation", Role::second, e.t, e.nees_orientation}};
   nees.levels = {{"2.5 %", score::chi_square_quantile(0.025, 3)},
                  {"97.5 %", score::chi_square_quantile(0.975, 3)}};
-  figures.push_back(nees);
 }
 
 // NIS by degrees of freedom, as the moving mean over a second.
@@ -96,12 +94,15 @@ void add_filter(std::vector<Figure>& figures, const RunData& run) {
   const score::Band band = score::mean_band(3, 2 * kHalfSecond + 1);  // of a sensor with three rows
   nis.envelopes = {{"95 %", Role::truth, t, Column(t.size(), band.low / 3), Column(t.size(), band.high / 3)}};
   nis.levels = {{"expected", 1}};
-  Figure matches{"matches", "Landmarks in the map, searched for and accepted", kTime, "count"};
-  matches.whole_y = true;
-  matches.lines = {{"in the map", Role::truth, t, frames.numbers("landmarks")},
-                   {"measured", Role::first, t, frames.numbers("measured")},
-                   {"accepted", Role::estimate, t, frames.numbers("accepted")}};
-  figures.insert(figures.end(), {nis, matches});
+  figures.push_back(nis);
+  figures.push_back({"matches",
+                     "Landmarks in the map, searched for and accepted",
+                     kTime,
+                     "count",
+                     {{"in the map", Role::truth, t, frames.numbers("landmarks")},
+                      {"measured", Role::first, t, frames.numbers("measured")},
+                      {"accepted", Role::estimate, t, frames.numbers("accepted")}}});
+  figures.back().whole_y = true;
 }
 
 /// A dot at the start of each row of feet.csv in a phase: how far the foot moved or how much it turned.
@@ -120,20 +121,24 @@ Line feet_moved(const Table& feet, const std::string& phase, const std::string& 
 void add_slip(std::vector<Figure>& figures, const Table& feet) {
   for (const bool turning : {false, true}) {
     const char* const moved = turning ? "angle that a sole turned" : "distance that a sole moved";
-    Figure& f = figures.emplace_back(Figure{turning ? "slip_turn" : "slip",
-                                            fmt::format("Slip of each step: {} on the ground", moved), kTime,
-                                            turning ? "deg" : "mm"});
-    f.lines = {feet_moved(feet, "landing", "landing", Role::first, turning),
-               feet_moved(feet, "support", "carrying the robot", Role::estimate, turning),
-               feet_moved(feet, "lift_off", "lifting off", Role::second, turning)};
+    figures.push_back({turning ? "slip_turn" : "slip",
+                       fmt::format("Slip of each step: {} on the ground", moved),
+                       kTime,
+                       turning ? "deg" : "mm",
+                       {feet_moved(feet, "landing", "landing", Role::first, turning),
+                        feet_moved(feet, "support", "carrying the robot", Role::estimate, turning),
+                        feet_moved(feet, "lift_off", "lifting off", Role::second, turning)}});
   }
 }
 
 void add_corrections(std::vector<Figure>& figures, const Table& steps) {
   const Column t = steps.seconds("time");
-  figures.push_back({"corrections", "Corrections of footsteps", kTime, "moved [mm]"});
-  figures.back().lines = {{"ahead", Role::first, t, scaled(steps.numbers("ahead"), kMm), true},
-                          {"aside", Role::second, t, scaled(steps.numbers("aside"), kMm), true}};
+  figures.push_back({"corrections",
+                     "Corrections of footsteps",
+                     kTime,
+                     "moved [mm]",
+                     {{"ahead", Role::first, t, scaled(steps.numbers("ahead"), kMm), true},
+                      {"aside", Role::second, t, scaled(steps.numbers("aside"), kMm), true}}});
 }
 
 void add_latency(std::vector<Figure>& figures, const Table& answers) {
@@ -143,14 +148,17 @@ void add_latency(std::vector<Figure>& figures, const Table& answers) {
     const bool is_dropped = std::isnan(effect[i]);
     (is_dropped ? dropped : answered).add(t[i], is_dropped ? 0 : 1e3 * (effect[i] - t[i]));
   }
-  figures.push_back({"latency", "Latency of each answer, and dropped frames (at 0)", kTime, "ms"});
-  figures.back().lines = {answered, dropped};
+  figures.push_back(
+      {"latency", "Latency of each answer, and dropped frames (at 0)", kTime, "ms", {answered, dropped}});
 }
 
 Figure from_above(const char* name, const char* title, const Path& plan, const Path& truth) {
-  Figure f{name, title, "x [m]", "y [m]"};
+  Figure f{name,
+           title,
+           "x [m]",
+           "y [m]",
+           {{"plan", Role::plan, plan.x, plan.y}, {"truth", Role::truth, truth.x, truth.y}}};
   f.equal_axes = true;
-  f.lines = {{"plan", Role::plan, plan.x, plan.y}, {"truth", Role::truth, truth.x, truth.y}};
   return f;
 }
 
@@ -180,11 +188,10 @@ Groups grouped(const Runs& runs, std::string RunData::*member) {
   return grouped(runs, names);
 }
 
-/// Calls add(variant, role, its runs) for each variant; the fifth has the color of the first again.
-void for_each_variant(const Groups& variants, const auto& add) {
+/// The color of a variant; the fifth has that of the first again.
+Role role_of(std::size_t variant) {
   constexpr std::array kRoles{Role::estimate, Role::first, Role::second, Role::third};
-  for (std::size_t i = 0; i < variants.size(); ++i)
-    add(variants[i].first, kRoles[i % kRoles.size()], variants[i].second);
+  return kRoles[variant % kRoles.size()];
 }
 
 /// Runs of one seed have the same walk and noise, so that their errors depend on each other.
@@ -225,12 +232,11 @@ Figure paths(const Runs& runs, const Groups& variants) {
   Figure f = from_above("paths", "camera from above", first.plan, first.truth);
   if (seeds_of(runs) > 1) f.title += ", first seed";
   if (!have_odometry_run(runs)) add_path(f, kOdometryName, Role::third, first.odometry, true);
-  for_each_variant(variants, [&](const std::string& variant, Role role, const Runs& its_runs) {
-    const RunData& run = *its_runs.front();
-    const std::string name =
-        run.alignment == "none" ? variant : fmt::format("{} ({})", variant, run.alignment);
-    add_path(f, name, role, run.estimate);
-  });
+  for (std::size_t i = 0; i < variants.size(); ++i) {
+    const RunData& run = *variants[i].second.front();
+    const std::string alignment = run.alignment == "none" ? "" : fmt::format(" ({})", run.alignment);
+    add_path(f, variants[i].first + alignment, role_of(i), run.estimate);
+  }
   return f;
 }
 
@@ -241,16 +247,16 @@ Figure errors_over_time(const std::string& alignment, const Runs& runs, const Gr
   if (alignment != "none")
     f.name += "_after_" + alignment, f.title += ", after its " + alignment + " alignment";
   f.logarithmic = true;
-  for_each_variant(variants, [&](const std::string& variant, Role role, const Runs& its_runs) {
+  for (std::size_t i = 0; i < variants.size(); ++i) {
+    const auto& [variant, its_runs] = variants[i];
     const OverTime at = over_time(its_runs, &Errors::distance, kMm);
-    const auto quantile = [&](double q) {
-      return pooled(variant, role, at, [q](const Column& v) { return score::quantile(v, q); });
+    const auto quantile = [&, &name = variant](double q) {
+      return pooled(name, role_of(i), at, [q](const Column& v) { return score::quantile(v, q); });
     };
     const Line median = f.lines.emplace_back(quantile(0.5));
-    if (its_runs.size() > 1)
-      f.envelopes = {{"minimum to maximum", role, median.x, quantile(0).y, quantile(1).y}};
-  });
-  if (f.lines.size() > 1) f.envelopes.clear();
+    if (its_runs.size() > 1 && variants.size() == 1)
+      f.envelopes = {{"minimum to maximum", median.role, median.x, quantile(0).y, quantile(1).y}};
+  }
   OverTime blind;
   for (const RunData* run : runs)
     if (run->odometry) add_values(blind, run->odometry->t, run->odometry_error, kMm);
@@ -265,22 +271,20 @@ Figure boxes(const char* name, const char* title, const char* unit, const Groups
              std::optional<double> (*value)(const RunData&)) {
   Figure f{name, title, "setting", unit};
   f.logarithmic = f.whole_x = true;
-  double at = 0;
-  for_each_variant(variants, [&](const std::string& variant, Role role, const Runs& its_runs) {
-    ++at;
-    Line dots{fmt::format("{:.0f}: {}", at, variant), role, {}, {}, true};
-    Column values;
-    for (const RunData* run : its_runs)
-      if (const std::optional<double> y = value(*run)) dots.add(at, *y), values.push_back(*y);
+  for (std::size_t i = 0; i < variants.size(); ++i) {
+    const double at = static_cast<double>(i + 1);
+    Line dots{fmt::format("{}: {}", i + 1, variants[i].first), role_of(i), {}, {}, true};
+    for (const RunData* run : variants[i].second)
+      if (const std::optional<double> y = value(*run)) dots.add(at, *y);
     f.lines.push_back(dots);
-    if (values.size() < 2) return;
-    const auto q = [&](double p) { return score::quantile(values, p); };
+    if (dots.y.size() < 2) continue;
+    const auto q = [&](double p) { return score::quantile(dots.y, p); };
     const double left = at - 0.2, right = at + 0.2, low = q(0.25), high = q(0.75);
     f.lines.push_back({"",
-                       role,
+                       dots.role,
                        {at, at, left, left, at, at, at, right, right, at, at, left, right},
                        {q(0), low, low, high, high, q(1), high, high, low, low, NAN, q(0.5), q(0.5)}});
-  });
+  }
   return f;
 }
 
@@ -350,14 +354,11 @@ Figure camera_from_above(const RunData& run) {
 Figure map_from_above(const RunData& run) {
   Figure f = camera_from_above(run);
   f.name = "map", f.title = "Landmarks of the last map, from above";
-  Line dots{"landmarks", Role::first, {}, {}, true};
-  for (const Frame& frame : run.frames)
-    if (frame.map) {
-      dots.x.clear(), dots.y.clear();
-      for (const slam::MapPoint& point : *frame.map) dots.add(point.p_W.x(), point.p_W.y());
-    }
-  if (dots.x.empty()) return Figure{};
-  f.lines.push_back(dots);
+  const auto last = std::find_if(run.frames.rbegin(), run.frames.rend(),
+                                 [](const Frame& frame) { return frame.map.has_value(); });
+  if (last == run.frames.rend() || last->map->empty()) return Figure{};
+  Line& dots = f.lines.emplace_back(Line{"landmarks", Role::first, {}, {}, true});
+  for (const slam::MapPoint& point : *last->map) dots.add(point.p_W.x(), point.p_W.y());
   return f;
 }
 
@@ -370,8 +371,11 @@ Figure waist_from_above(const RunData& run) {
 }
 
 Figure camera_height(const RunData& run) {
-  Figure f{"height", "Camera height", kTime, "z [m]"};
-  f.lines = {{"plan", Role::plan, run.plan.t, run.plan.z}, {"truth", Role::truth, run.truth.t, run.truth.z}};
+  Figure f{"height",
+           "Camera height",
+           kTime,
+           "z [m]",
+           {{"plan", Role::plan, run.plan.t, run.plan.z}, {"truth", Role::truth, run.truth.t, run.truth.z}}};
   if (run.estimate) f.lines.push_back({"estimate", Role::estimate, run.estimate->t, run.estimate->z});
   return f;
 }
@@ -400,15 +404,17 @@ std::vector<Figure> run_figures(const RunData& run) {
     if (run.value("loop_time_s")) figures.push_back(uncertainty(run, 5));
   }
   if (const Figure map = map_from_above(run); !map.lines.empty()) figures.push_back(map);
-  if (run.corrected_steps && run.corrected_steps->rows() > 0) add_corrections(figures, *run.corrected_steps);
-  if (run.feet && run.feet->rows() > 0) add_slip(figures, *run.feet);
-  if (run.answers && run.answers->rows() > 0) add_latency(figures, *run.answers);
-  if (run.frame_times && run.errors) {
-    const Table& times = *run.frame_times;
-    figures.push_back({"cpu", fmt::format("CPU time per frame, {}", run.estimator), kTime, "ms"});
-    figures.back().lines = {
-        {run.estimator, Role::estimate, times.seconds("timestamp"), times.numbers("filter")}};
-  }
+  for (const auto& [table, add] : {std::pair{&run.corrected_steps, &add_corrections},
+                                   {&run.feet, &add_slip},
+                                   {&run.answers, &add_latency}})
+    if (*table && (*table)->rows() > 0) add(figures, **table);
+  if (run.frame_times && run.errors)
+    figures.push_back({"cpu",
+                       fmt::format("CPU time per frame, {}", run.estimator),
+                       kTime,
+                       "ms",
+                       {{run.estimator, Role::estimate, run.frame_times->seconds("timestamp"),
+                         run.frame_times->numbers("filter")}}});
   return figures;
 }
 

@@ -3,8 +3,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "sim/files/json.h"
@@ -66,25 +64,26 @@ class RunSections {
     const std::string aligned =
         "<p>The truth has only positions, in its own frame: it is drawn after alignment with the estimate "
         "(SE(3)).</p>";
-    std::vector<Section> all{{"verdict", title, verdict()},
-                             {"paths", "Plan, truth and estimate",
-                              (run_.truth_aligned ? aligned : "") +
-                                  figures({"from_above", "waist_from_above", "height", "correct", "map"})}};
-    if (run_.errors)
-      all.insert(all.end(), {{"errors", "Errors with 3-sigma envelopes", images_text() + figures({"error_"})},
-                             {"consistency", "Consistency", figures({"nees", "nis"})},
-                             {"loop", "Loop closure", closure_text() + figures({"closure", "matches"})}});
-    all.insert(all.end(),
-               {{"slip", "Slip of each step", figures({"slip", "landing"})},
-                {"pictures", "Images of the head camera", picture_strip(run_, kPictures)},
-                {"time", "Latency and dropped frames", figures({"latency"})},
-                {"cpu", "CPU time", cpu()},
-                {"metrics", "All metrics", metrics_table()},
-                {"configuration", "Configuration", configuration()},
-                {"again", "View it and run it again",
-                 fmt::format("<p class='soft'>The view plays the run in a browser; #t=SECONDS after its "
-                             "address opens that time.</p><pre>{}</pre>{}",
-                             escaped(view_command(run_)), command_to_run())}});
+    const bool has = run_.errors.has_value();
+    std::vector<Section> all{
+        {"verdict", title, verdict()},
+        {"paths", "Plan, truth and estimate",
+         (run_.truth_aligned ? aligned : "") +
+             figures({"from_above", "waist_from_above", "height", "correct", "map"})},
+        {"errors", "Errors with 3-sigma envelopes", has ? images_text() + figures({"error_"}) : ""},
+        {"consistency", "Consistency", figures({"nees", "nis"})},
+        {"loop", "Loop closure", has ? closure_text() + figures({"closure", "matches"}) : ""},
+        {"slip", "Slip of each step", figures({"slip"})},
+        {"pictures", "Images of the head camera", picture_strip(run_, kPictures)},
+        {"time", "Latency and dropped frames", figures({"latency"})},
+        {"cpu", "CPU time", cpu()},
+        {"metrics", "All metrics", metrics_table()},
+        {"configuration", "Configuration", configuration()},
+        {"again", "View it and run it again",
+         fmt::format(
+             "<p class='soft'>The view plays the run in a browser; #t=SECONDS after its address opens "
+             "that time.</p><pre>{}</pre>{}",
+             escaped(view_command(run_)), command_to_run())}};
     for (Section& section : all) section.id = prefix + section.id;
     return sections_html(all, true);
   }
@@ -92,7 +91,7 @@ class RunSections {
  private:
   std::string cpu() const {
     const std::string drawn = figures({"cpu"});
-    if (drawn.empty() && !run_.estimate) return "";
+    if (!run_.estimate) return "";
     return fmt::format("<p>CPU of the estimator per frame: mean {} ms, median {} ms, p99 {} ms.</p>",
                        number_text(run_.frame_cpu_ms_mean), number_text(run_.frame_cpu_ms_median),
                        number_text(run_.frame_cpu_ms_p99)) +
@@ -132,12 +131,11 @@ class RunSections {
     if (run_.limits.empty()) return "<p class='soft'>The scenario sets no limits.</p>";
     std::vector<TableRow> rows;
     for (const auto& [limit, value, passed, reason] : run_.limits) {
-      const TableCell verdict = !passed   ? TableCell{"not judged"}
-                                : *passed ? TableCell{"passed", "good"}
-                                          : TableCell{"MISSED", "bad"};
+      TableCell verdict{"not judged"};
+      if (passed) verdict = *passed ? TableCell{"passed", "good"} : TableCell{"MISSED", "bad"};
       rows.push_back({{text_cell(limit.metric), number_cell(value), {limit_text(limit), "number"}, verdict}});
     }
-    return table_html("limits", {{"limit on"}, {"value", "number"}, {"limit", "number"}, {"verdict"}}, rows);
+    return table_html("limits", {"limit on", "value", "limit", "verdict"}, rows);
   }
 
   std::string figures(std::initializer_list<std::string_view> prefixes) const {
@@ -145,7 +143,7 @@ class RunSections {
     for (const Figure& figure : figures_)
       if (std::ranges::any_of(prefixes, [&](auto p) { return figure.name.starts_with(p); }))
         html += figure_html(figure);
-    return html.empty() ? "" : figures_html(html);
+    return figures_html(html);
   }
 
   /// Not of a result with a program: who copies the command would start it.
@@ -193,8 +191,7 @@ class RunSections {
                        text_cell(metric.unit == "1" ? "" : metric.unit),
                        text_cell(known ? known->definition : "", "soft")}});
     }
-    std::string html =
-        table_html("metrics", {{"metric"}, {"value", "number"}, {"unit"}, {"definition"}}, rows);
+    std::string html = table_html("metrics", {"metric", "value", "unit", "definition"}, rows);
     for (const auto& [reason, names] : undefined)
       html += fmt::format("<p class='soft'>Not defined here ({}): {}</p>", escaped(reason),
                           escaped(fmt::format("{}", fmt::join(names, ", "))));
@@ -211,7 +208,7 @@ class RunSections {
                        text_cell(set_by == run_.about.set_by.end() ? "default" : set_by->second, "soft")}});
     }
     return fmt::format("<details><summary>{} keys and the origin of each</summary>{}</details>", rows.size(),
-                       table_html("configuration", {{"key"}, {"value"}, {"unit"}, {"from"}}, rows));
+                       table_html("configuration", {"key", "value", "unit", "from"}, rows));
   }
 
   const RunData& run_;
@@ -221,102 +218,100 @@ class RunSections {
 
 constexpr std::size_t kInFull = 12;  // runs
 
-/// The label of each run on a page: with its variant if another run has the same label without, with its
-/// folder if another has both.
-std::vector<std::string> labels_of(const std::vector<RunData>& runs,
-                                   const std::vector<std::string>& variants) {
-  std::map<std::string, int> count;
-  const auto whole = [&](std::size_t i) { return runs[i].label() + ", " + variants[i]; };
-  for (std::size_t i = 0; i < runs.size(); ++i) ++count[runs[i].label()], ++count[whole(i)];
-  std::vector<std::string> labels;
-  for (std::size_t i = 0; i < runs.size(); ++i)
-    labels.push_back((count[runs[i].label()] > 1 ? whole(i) : runs[i].label()) +
-                     (count[whole(i)] > 1 ? ", " + runs[i].folder.string() : ""));
-  return labels;
-}
-
-/// The runs that a page shows in full: of many, the worst one of each scenario and variant.
-std::vector<bool> runs_in_full(const std::vector<RunData>& runs, const std::vector<std::string>& variants) {
-  std::vector<bool> in_full(runs.size(), runs.size() <= kInFull);
-  std::map<std::pair<std::string, std::string>, std::size_t> worst;
-  const auto ate = [&](std::size_t i) { return runs[i].value("ate_se3_rmse_m").value_or(INFINITY); };
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    std::size_t& so_far = worst.emplace(std::pair{runs[i].scenario, variants[i]}, i).first->second;
-    if (ate(i) > ate(so_far)) so_far = i;
-  }
-  for (const auto& [group, i] : worst) in_full[i] = true;
-  return in_full;
-}
-
-std::string table(const std::vector<RunData>& runs, const std::vector<std::string>& labels,
-                  const std::vector<bool>& in_full, const std::string& scenario) {
-  std::vector<std::string> columns;
-  std::map<std::size_t, std::map<std::string, std::optional<double>>> values;  // by run and column
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    if (runs[i].scenario != scenario) continue;
-    for (const std::string& metric : shown_metrics(&ShownMetric::run)) {
-      const std::string column = column_of(metric, runs[i].alignment);
-      const auto value = values[i][column] = runs[i].value(metric);
-      if (value && std::ranges::find(columns, column) == columns.end()) columns.push_back(column);
+/// The runs of a page and what tells them apart.
+struct PageRuns {
+  explicit PageRuns(const std::vector<RunData>& runs)
+      : all(runs), in_full(runs.size(), runs.size() <= kInFull) {
+    std::vector<const RunData*> each;
+    for (const RunData& run : runs) each.push_back(&run);
+    names = variants(each);
+    std::map<std::string, int> count;
+    const auto whole = [&](std::size_t i) { return runs[i].label() + ", " + names[i]; };
+    for (std::size_t i = 0; i < runs.size(); ++i) ++count[runs[i].label()], ++count[whole(i)];
+    std::map<std::pair<std::string, std::string>, std::size_t> worst;
+    const auto ate = [&](std::size_t i) { return runs[i].value("ate_se3_rmse_m").value_or(INFINITY); };
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      labels.push_back((count[runs[i].label()] > 1 ? whole(i) : runs[i].label()) +
+                       (count[whole(i)] > 1 ? ", " + runs[i].folder.string() : ""));
+      std::size_t& so_far = worst.emplace(std::pair{runs[i].scenario, names[i]}, i).first->second;
+      if (ate(i) > ate(so_far)) so_far = i;
     }
+    for (const auto& [group, i] : worst) in_full[i] = true;
   }
-  std::vector<TableCell> titles{{"run"}, {"verdict"}, {"ending"}};
-  for (const std::string& column : columns) titles.push_back(text_cell(column, "number"));
+
+  std::vector<std::size_t> of(const std::string& scenario) const {
+    std::vector<std::size_t> numbers;
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (all[i].scenario == scenario) numbers.push_back(i);
+    return numbers;
+  }
+  /// Returns a link to a run if the page shows it in full, else the text.
+  std::string link(std::size_t i, const std::string& text) const {
+    return in_full[i] ? fmt::format("<a href='#run-{0}' data-run='run-{0}'>{1}</a>", i, escaped(text))
+                      : escaped(text);
+  }
+
+  const std::vector<RunData>& all;
+  std::vector<std::string> names;   ///< the variant of each
+  std::vector<std::string> labels;  ///< with the variant if another run has the same without, with the folder
+                                    ///< if another has both
+  std::vector<bool> in_full;        ///< shown in full: of many the worst of each scenario and variant
+};
+
+std::string table(const PageRuns& runs, const std::string& scenario) {
+  std::vector<std::string> titles{"run", "verdict", "ending"};
+  std::map<std::size_t, std::map<std::string, std::optional<double>>> values;  // by run and column
+  for (const std::size_t i : runs.of(scenario))
+    for (const std::string& metric : shown_metrics(&ShownMetric::run)) {
+      const std::string column = column_of(metric, runs.all[i].alignment);
+      const auto value = values[i][column] = runs.all[i].value(metric);
+      if (value && std::ranges::find(titles, column) == titles.end()) titles.push_back(column);
+    }
   std::vector<TableRow> rows;
   for (auto& [i, of_run] : values) {
-    const RunData& run = runs[i];
-    std::string link = escaped(labels[i]);
-    if (in_full[i]) link = fmt::format("<a href='#run-{0}' data-run='run-{0}'>{1}</a>", i, link);
-    TableRow row{{{link}, text_cell(verdict_of(run)), text_cell(name_of(run.ending))}};
-    for (const std::string& column : columns) row.cells.push_back(number_cell(of_run[column]));
-    rows.push_back(row);
+    const RunData& run = runs.all[i];
+    TableRow& row = rows.emplace_back(TableRow{
+        {{runs.link(i, runs.labels[i])}, text_cell(verdict_of(run)), text_cell(name_of(run.ending))}});
+    for (std::size_t k = 3; k < titles.size(); ++k) row.cells.push_back(number_cell(of_run[titles[k]]));
   }
   return table_html("runs", titles, rows, true);
 }
 
-std::string settings_html(const std::vector<RunData>& runs, const std::vector<bool>& in_full,
-                          const std::string& scenario) {
-  auto table = summaries(runs);
-  std::erase_if(table, [&](const MetricSummary& s) { return s.scenario != scenario; });
+std::string settings_html(const PageRuns& runs, const std::string& scenario) {
+  const auto table = summaries(runs.all);
   std::map<std::string, std::map<std::string, const MetricSummary*>> rows;  // by setting and column
-  std::vector<const MetricSummary*> columns;
+  std::vector<std::string> columns, titles{"setting"};
   std::map<std::string, std::vector<double>> losses;
   const auto loss = [](const MetricSummary& s) {
     return score::loss(score::median(s.values), score::direction_of(s.metric));
   };
   for (const MetricSummary& s : table) {
+    if (s.scenario != scenario) continue;
     rows[s.setting][s.column] = &s;
     losses[s.column].push_back(loss(s));
-    if (losses[s.column].size() == 1) columns.push_back(&s);
+    if (losses[s.column].size() > 1) continue;
+    columns.push_back(s.column);
+    titles.push_back(metric_label(s.metric, s.column) + (s.limit ? ", limit " + limit_text(*s.limit) : ""));
   }
-  std::vector<TableCell> titles{{"setting"}};
-  for (const MetricSummary* s : columns)
-    titles.push_back(text_cell(s->column + metric_label(s->metric).substr(s->metric.size()) +
-                               (s->limit ? ", limit " + limit_text(*s->limit) : "")));
   std::vector<TableRow> lines;
   for (const auto& [setting, of_setting] : rows) {
     TableRow& line = lines.emplace_back(TableRow{{text_cell(setting)}});
-    for (const MetricSummary* column : columns) {
-      const auto found = of_setting.find(column->column);
-      if (found == of_setting.end()) {
-        line.cells.push_back({"-"});
-        continue;
-      }
+    for (const std::string& column : columns) {
+      const auto found = of_setting.find(column);
+      TableCell& cell = line.cells.emplace_back(TableCell{"-"});
+      if (found == of_setting.end()) continue;
       const MetricSummary& s = *found->second;
-      const auto& all = losses[s.column];
-      const double least = *std::ranges::min_element(all), most = *std::ranges::max_element(all);
+      const auto [least, most] = std::ranges::minmax(losses[column]);
       const char* const mark = least == most      ? ""
                                : loss(s) == least ? " <b class='good'>best</b>"
                                : loss(s) == most  ? " <b class='bad'>worst</b>"
                                                   : "";
-      const RunData& run = runs[s.worst_run];
+      const RunData& run = runs.all[s.worst_run];
       const auto t = worst_instant(run, s.metric);
-      std::string worst = fmt::format("seed {}{}", run.seed, t ? fmt::format(", {:.2f} s", *t) : "");
-      if (in_full[s.worst_run])
-        worst = fmt::format("<a href='#run-{0}' data-run='run-{0}'>{1}</a>", s.worst_run, worst);
-      line.cells.push_back({fmt::format("{}{}<br><small>n = {}; worst {}: {}</small>",
-                                        median_text(score::median(s.values), s.interval), mark,
-                                        s.values.size(), number_text(s.worst), worst)});
+      const std::string worst = fmt::format("seed {}{}", run.seed, t ? fmt::format(", {:.2f} s", *t) : "");
+      cell.html = fmt::format("{}{}<br><small>n = {}; worst {}: {}</small>",
+                              median_text(score::median(s.values), s.interval), mark, s.values.size(),
+                              number_text(s.worst), runs.link(s.worst_run, worst));
     }
   }
   return "<h3>Settings: median over seeds [95 % interval of the median, from 6 seeds on]</h3>" +
@@ -340,27 +335,20 @@ std::string worst_html(const ChangeTable::Row& row, const std::vector<const RunD
                      t ? "\nand #t=" + at + " after its address" : "");
 }
 
-std::string changes_html(const std::vector<RunData>& runs, const std::vector<std::string>& names,
-                         const std::string& scenario) {
+std::string changes_html(const PageRuns& runs, const std::string& scenario) {
   std::vector<std::string> order;
   std::map<std::string, std::vector<const RunData*>> groups;
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    if (runs[i].scenario != scenario) continue;
-    if (!groups.contains(names[i])) order.push_back(names[i]);
-    groups[names[i]].push_back(&runs[i]);
+  std::map<std::string, std::vector<result::SeedScore>> scores;
+  for (const std::size_t i : runs.of(scenario)) {
+    const std::string& name = runs.names[i];
+    if (!groups.contains(name)) order.push_back(name);
+    groups[name].push_back(&runs.all[i]), scores[name].push_back(runs.all[i]);
   }
   std::string html;
   for (std::size_t k = 1; k < std::min(order.size(), 1 + kMostCompared); ++k) {
     const auto &a = groups[order[0]], &b = groups[order[k]];
-    const auto scores = [](const auto& all) {
-      std::vector<result::SeedScore> seeds;
-      for (const RunData* run : all) seeds.push_back(*run);
-      return seeds;
-    };
-    const ChangeTable table = changes({a[0], b[0]}, scores(a), scores(b));
-    std::vector<TableCell> titles;
-    for (const std::string& title : table.titles) titles.push_back(text_cell(title));
-    titles.push_back({"worst for B"});
+    ChangeTable table = changes({a[0], b[0]}, scores[order[0]], scores[order[k]]);
+    table.titles.emplace_back("worst for B");
     std::vector<TableRow> rows;
     for (const ChangeTable::Row& row : table.rows) {
       TableRow& line = rows.emplace_back();
@@ -369,7 +357,7 @@ std::string changes_html(const std::vector<RunData>& runs, const std::vector<std
       line.cells.push_back({worst_html(row, a, b)});
     }
     html += fmt::format("<h3>A: {}<br>B: {}</h3>{}", escaped(order[0]), escaped(order[k]),
-                        table_html("changes", titles, rows, true));
+                        table_html("changes", table.titles, rows, true));
   }
   if (order.size() > 1 + kMostCompared)
     html += fmt::format("<p class='soft'>{} further variants are not compared with the first.</p>",
@@ -378,22 +366,19 @@ std::string changes_html(const std::vector<RunData>& runs, const std::vector<std
 }
 
 /// The runs of a scenario over two of their metrics, drawn by web/pages.js; empty for fewer than two runs.
-std::string scatter_html(const std::vector<RunData>& runs, const std::vector<std::string>& names,
-                         const std::string& scenario) {
+std::string scatter_html(const PageRuns& runs, const std::string& scenario) {
+  const std::vector<std::size_t> of_scenario = runs.of(scenario);
+  if (of_scenario.size() < 2) return "";
   nlohmann::ordered_json settings = nlohmann::ordered_json::object(), metrics;
   for (const std::string& name : shown_metrics(&ShownMetric::run)) metrics.push_back(metric_label(name));
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    if (runs[i].scenario != scenario) continue;
+  for (const std::size_t i : of_scenario) {
     nlohmann::ordered_json values;
     for (const std::string& name : shown_metrics(&ShownMetric::run)) {
-      const auto value = runs[i].value(name);
+      const auto value = runs.all[i].value(name);
       values.push_back(value ? nlohmann::ordered_json(*value) : nullptr);
     }
-    settings[files::sanitize(names[i])].push_back(values);
-    ++count;
+    settings[files::sanitize(runs.names[i])].push_back(values);
   }
-  if (count < 2) return "";
   const std::string id = "runs-" + scenario;
   return fmt::format("<div class='scatter' data-runs='{}'></div>", escaped(id)) +
          data_script(id,
@@ -401,20 +386,20 @@ std::string scatter_html(const std::vector<RunData>& runs, const std::vector<std
 }
 
 /// One run is visible at a time; web/pages.js changes which.
-std::string runs_in_detail(const std::vector<RunData>& runs, const std::vector<std::string>& labels,
-                           const std::vector<bool>& in_full) {
+std::string runs_in_detail(const PageRuns& runs) {
   std::string options, html;
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    if (!in_full[i]) continue;
+  const bool several = runs.all.size() > 1;
+  for (std::size_t i = 0; i < runs.all.size(); ++i) {
+    if (!runs.in_full[i]) continue;
     const std::string id = fmt::format("run-{}", i);
-    options += fmt::format("<option value='{}'>{}</option>", id, escaped(labels[i]));
+    options += fmt::format("<option value='{}'>{}</option>", id, escaped(runs.labels[i]));
     html += fmt::format("<div class='run' id='{}'{}>", id, html.empty() ? "" : " hidden") +
-            run_sections(runs[i], id + "-", runs.size() > 1 ? labels[i] : "Verdict") + "</div>\n";
+            run_sections(runs.all[i], id + "-", several ? runs.labels[i] : "Verdict") + "</div>\n";
   }
-  if (runs.size() == 1) return html;
+  if (!several) return html;
   std::string head = "<p class='no-print'>Shown below: <select id='run' aria-label='run shown below'>" +
                      options + "</select></p>";
-  if (const auto left = std::ranges::count(in_full, false); left > 0)
+  if (const auto left = std::ranges::count(runs.in_full, false); left > 0)
     head += fmt::format(
         "<p class='soft'>The worst run of each scenario and variant is shown in full; {} more: "
         "tools/gaitslam report FOLDER.</p>",
@@ -469,30 +454,26 @@ std::string run_sections(const RunData& run, const std::string& prefix, const st
   return RunSections(run).html(prefix, title);
 }
 
-std::string runs_page(const std::vector<RunData>& runs) {
-  std::vector<const RunData*> all;
-  for (const RunData& run : runs) all.push_back(&run);
-  const std::vector<std::string> names = variants(all), labels = labels_of(runs, names);
-  const std::vector<bool> in_full = runs_in_full(runs, names);
+std::string runs_page(const std::vector<RunData>& all) {
+  const PageRuns runs(all);
   std::vector<std::string> scenarios;
   std::vector<Section> sections;
-  for (const auto& [scenario, figures] : comparison_figures(runs)) {
+  for (const auto& [scenario, figures] : comparison_figures(all)) {
     std::string shown;
     for (const Figure& figure : figures) shown += figure_html(figure);
     scenarios.push_back(scenario);
     sections.push_back({fmt::format("scenario-{}", sections.size()), scenario + ": all runs",
-                        settings_html(runs, in_full, scenario) + changes_html(runs, names, scenario) +
-                            "<h3>Runs</h3>" + table(runs, labels, in_full, scenario) +
-                            figures_html(shown + scatter_html(runs, names, scenario))});
+                        settings_html(runs, scenario) + changes_html(runs, scenario) + "<h3>Runs</h3>" +
+                            table(runs, scenario) + figures_html(shown + scatter_html(runs, scenario))});
   }
   const auto known = [](const std::string& text) { return text.empty() ? "?" : escaped(text); };
-  const result::About& about = runs[0].about;
+  const result::About& about = all[0].about;
+  const bool several = all.size() > 1;
   return html_page(
-      runs.size() == 1
-          ? runs[0].label()
-          : fmt::format("{}: {}", fmt::join(scenarios, ", "), files::counted(runs.size(), "run")),
+      several ? fmt::format("{}: {}", fmt::join(scenarios, ", "), files::counted(all.size(), "run"))
+              : all[0].label(),
       fmt::format("{} {}, revision {}", known(about.program), known(about.version), known(about.revision)),
-      (runs.size() == 1 ? "" : sections_html(sections, true)) + runs_in_detail(runs, labels, in_full));
+      (several ? sections_html(sections, true) : "") + runs_in_detail(runs));
 }
 
 }  // namespace sim::pages

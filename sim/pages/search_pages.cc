@@ -2,13 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <limits>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
-#include <optional>
 #include <sstream>
 
 #include "sim/files/json.h"
@@ -27,11 +23,6 @@ using files::Json;
 constexpr std::size_t kMostKeys = 6;     // with figures: 15 heat maps of each metric
 constexpr std::size_t kMostDots = 2000;  // of more trials only the medians are drawn
 constexpr std::size_t kMostOfGrid = 20;  // values of a key; others have one for each sample
-
-/// "slam.vision.sigma_px [px]"
-std::string with_unit(const std::string& name, std::string_view unit) {
-  return unit.empty() || unit == "1" ? name : fmt::format("{} [{}]", name, unit);
-}
 
 /// One line of scores.jsonl.
 struct Trial {
@@ -146,10 +137,8 @@ std::vector<double> values_of(const Trials& trials, const std::string& metric) {
 /// The median, the smallest and the largest value; NaN without any.
 struct Spread {
   Spread(const Trials& trials, const std::string& metric) {
-    const std::vector<double> values = values_of(trials, metric);
-    if (values.empty()) return;
-    median = score::median(values);
-    least = std::ranges::min(values), most = std::ranges::max(values);
+    if (const std::vector<double> values = values_of(trials, metric); !values.empty())
+      median = score::median(values), least = std::ranges::min(values), most = std::ranges::max(values);
   }
   double median = NAN, least = NAN, most = NAN;
 };
@@ -172,40 +161,34 @@ Figure lines_figure(const Sweep& sweep, std::size_t k, const std::string& metric
            fmt::format("{} over {}", metric, key.name), key.label(), metric_label(metric)};
   f.logarithmic_x = key.numbers.front() > 0 && key.numbers.back() > 8 * key.numbers.front();
   f.whole_y = metric == "loop_landmarks";
+  const auto at = [&](const Trial& trial) { return key.numbers[key.place.at(trial.settings[k])]; };
   std::vector<std::string> words;
   for (const Trial& trial : sweep.trials)
     if (const std::string of = words_of(sweep, trial); std::ranges::find(words, of) == words.end())
       words.push_back(of);
   const bool by_words = words.size() > 1 && words.size() <= kRoles.size() && key.is_grid();
   if (!by_words) words = {"median"};
-  std::map<std::string, std::vector<Trials>> groups;  // by words and value of the key
-  for (const Trial& trial : sweep.trials) {
-    auto& group = groups[by_words ? words_of(sweep, trial) : words[0]];
-    group.resize(key.numbers.size());
-    group[key.place.at(trial.settings[k])].push_back(&trial);
-  }
+  std::map<std::string, std::map<double, Trials>> groups;  // by words and value of the key
+  for (const Trial& trial : sweep.trials)
+    groups[by_words ? words_of(sweep, trial) : words[0]][at(trial)].push_back(&trial);
   Line dots{"a trial", truth, {}, {}, true};
   if (!by_words && sweep.trials.size() <= kMostDots)
     for (const Trial& trial : sweep.trials)
-      if (const double value = trial.value(metric); !std::isnan(value))
-        dots.add(key.numbers[key.place.at(trial.settings[k])], value);
+      if (const double value = trial.value(metric); !std::isnan(value)) dots.add(at(trial), value);
   if (!by_words) f.lines = {dots};
   if (!key.is_grid() && !dots.x.empty()) return f;
   for (std::size_t g = 0; g < words.size(); ++g) {
     Line median{words[g], kRoles[g]};
     Envelope interval{"", kRoles[g]};
-    for (std::size_t i = 0; i < key.numbers.size(); ++i) {
-      const std::vector<double> values = values_of(groups[words[g]][i], metric);
+    for (const auto& [x, trials] : groups[words[g]]) {
+      const std::vector<double> values = values_of(trials, metric);
       if (values.empty()) continue;
-      median.add(key.numbers[i], score::median(values));
+      median.add(x, score::median(values));
       const auto within = by_words ? score::median_interval(values) : std::nullopt;
-      interval.x.push_back(key.numbers[i]);
-      interval.low.push_back(within ? within->first : NAN),
-          interval.high.push_back(within ? within->second : NAN);
+      if (within) interval.add(x, within->first, within->second);
     }
+    if (interval.x.size() == median.x.size()) f.envelopes.push_back(interval);
     f.lines.push_back(median);
-    if (std::ranges::none_of(interval.low, [](double low) { return std::isnan(low); }))
-      f.envelopes.push_back(interval);
   }
   if (!f.envelopes.empty()) f.remarks.emplace_back("areas: 95 % intervals of the medians");
   return f;
@@ -235,8 +218,8 @@ std::string heat_map(const Sweep& sweep, std::size_t a, std::size_t b, const std
   }
   const double best = losses.empty() ? 0 : std::ranges::min(losses),
                width = losses.empty() ? 0 : std::max(std::ranges::max(losses) - best, score::median(spreads));
-  std::vector<TableCell> titles{{"down \\ across"}};
-  for (const std::string& value : across.values) titles.push_back(text_cell(value, "number"));
+  std::vector<std::string> titles{"down \\ across"};
+  titles.insert(titles.end(), across.values.begin(), across.values.end());
   std::vector<TableRow> rows;
   for (const std::string& y : down.values) {
     TableRow& row = rows.emplace_back(TableRow{{text_cell(y)}});
@@ -267,10 +250,10 @@ std::string heat_map(const Sweep& sweep, std::size_t a, std::size_t b, const std
 /// Heat maps of pairs of keys and lines over one key, for each metric. Only the first of many keys have
 /// figures, so that the page of a large sweep can still be opened.
 std::string figures_of(const Sweep& sweep) {
+  std::string html, figures;
   std::vector<std::size_t> varied;
   for (std::size_t k = 0; k < sweep.keys.size(); ++k)
     if (sweep.keys[k].values.size() > 1) varied.push_back(k);
-  std::string html, figures;
   if (varied.size() > kMostKeys) {
     html = fmt::format("<p>Figures are drawn of the first {} of {} keys with several values.</p>\n",
                        kMostKeys, varied.size());
@@ -299,9 +282,9 @@ std::vector<Trials> by_setting(const Sweep& sweep) {
   std::vector<Trials> groups;
   std::map<std::vector<std::string>, std::size_t> group_of;
   for (const Trial& trial : sweep.trials) {
-    const auto [group, is_new] = group_of.emplace(trial.settings, groups.size());
-    if (is_new) groups.emplace_back();
-    groups[group->second].push_back(&trial);
+    const std::size_t group = group_of.emplace(trial.settings, group_of.size()).first->second;
+    groups.resize(group_of.size());
+    groups[group].push_back(&trial);
   }
   return groups;
 }
@@ -337,10 +320,10 @@ std::string command_of(const Sweep& sweep, const Trial& trial, const fs::path& f
 std::string settings_table(const Sweep& sweep, const fs::path& folder) {
   const std::vector<std::string> metrics = metrics_of(sweep);
   const std::string first = metrics.empty() ? "" : metrics.front();
-  std::vector<TableCell> titles;
-  for (const Key& key : sweep.keys) titles.push_back(text_cell(key.label()));
-  titles.insert(titles.end(), {{"completed", "number"}, {"worst seed"}});
-  for (const std::string& metric : metrics) titles.push_back(text_cell(metric_label(metric), "number"));
+  std::vector<std::string> titles;
+  for (const Key& key : sweep.keys) titles.push_back(key.label());
+  titles.insert(titles.end(), {"completed", "worst seed"});
+  for (const std::string& metric : metrics) titles.push_back(metric_label(metric));
   std::vector<TableRow> rows;
   for (const Trials& trials : by_setting(sweep)) {
     TableRow& row = rows.emplace_back(TableRow{{}, sweep.anchor(*trials.front())});
@@ -377,7 +360,7 @@ double largest_shown(const Tuning& t) {
   std::vector<double> known = t.value;
   std::erase_if(known, [](double value) { return !std::isfinite(value); });
   if (known.empty()) return NAN;
-  const double least = score::quantile(known, 0), middle = score::median(known), start = t.value.front();
+  const double least = std::ranges::min(known), middle = score::median(known), start = t.value.front();
   return std::max(middle, std::min(start, least + 10 * (middle - least))) + 0.5 * (middle - least);
 }
 
@@ -392,19 +375,18 @@ std::vector<Line> setting_dots(const Tuning& t, const Column& at, double most) {
 }
 
 Figure history_figure(const Tuning& t, double most) {
-  Figure f{"history", "The search: the loss of each setting, and the least so far", "setting", t.objective};
-  f.whole_x = true;
-  Line best{"best so far", Role::estimate};
   Column numbers(t.value.size());
   std::iota(numbers.begin(), numbers.end(), 0);
+  Figure f{"history", "The search: the loss of each setting, and the least so far", "setting", t.objective,
+           setting_dots(t, numbers, most)};
+  f.whole_x = true;
+  Line& best = f.lines.emplace_back(Line{"best so far", Role::estimate});
   double least = INFINITY;
   for (std::size_t i = 0; i < t.value.size(); ++i) {
     best.add(numbers[i], least <= most ? least : NAN);  // a step
     least = std::fmin(least, t.value[i]);
     best.add(numbers[i], least <= most ? least : NAN);
   }
-  f.lines = setting_dots(t, numbers, most);
-  f.lines.push_back(best);
   return f;
 }
 
@@ -412,9 +394,9 @@ std::string label(const Json& p) { return with_unit(p.at("key").text(), p.at("un
 
 Figure slice_figure(const Tuning& t, const Json& p, double most) {
   const std::string key = p.at("key").text();
-  Figure f{"slice_" + key, "Losses over " + key, label(p), t.objective};
+  Figure f{"slice_" + key, "Losses over " + key, label(p), t.objective,
+           setting_dots(t, t.history.numbers(key), most)};
   f.logarithmic_x = p.at("scale").text() == "log";
-  f.lines = setting_dots(t, t.history.numbers(key), most);
   if (f.lines[0].x.empty()) return f;
   const auto [low, high] = std::ranges::minmax_element(f.lines[0].x);
   for (const char* which : {"start", "best"})
@@ -474,41 +456,36 @@ std::string parameters_table(const Tuning& t) {
                      {number("best"), "number"},
                      number_cell(importance(t, p.at("key").text()))}});
   }
-  return table_html("parameters",
-                    {{"parameter"},
-                     {"searched", "number"},
-                     {"before", "number"},
-                     {"after", "number"},
-                     {"importance", "number"}},
-                    rows, true) +
+  return table_html("parameters", {"parameter", "searched", "before", "after", "importance"}, rows, true) +
          "<p class='soft'>importance: the share of the variance of the losses' ranks that the parameter "
          "explains by itself (omega squared over eighths of its values, of all settings of this search, "
          "which are not evenly spread; interactions do not count).</p>\n";
 }
 
-std::optional<double> mean_of(std::vector<std::optional<double>> values) {
-  std::erase(values, std::nullopt);
+std::optional<double> mean_of(const std::vector<std::optional<double>>& values) {
   std::vector<double> known;
-  for (const auto& value : values) known.push_back(*value);
+  for (const auto& value : values)
+    if (value) known.push_back(*value);
   return known.empty() ? std::nullopt : std::optional(score::mean(known));
 }
 
 /// A row for each metric: its means before and after, the mean change of a run, and its values in each run.
 /// side: training or holdout.
 std::string runs_table(const Json& side) {
-  std::vector<TableCell> titles{{"metric"},
-                                {"mean before", "number"},
-                                {"mean after", "number"},
-                                {"mean change of a run [95 % interval, t-test]", "number"}};
-  for (const Json& run : side.at("runs").items()) titles.push_back(text_cell(run.text(), "number"));
+  std::vector<std::string> titles{"metric", "mean before", "mean after",
+                                  "mean change of a run [95 % interval, t-test]"};
+  for (const Json& run : side.at("runs").items()) titles.push_back(run.text());
   std::vector<TableRow> rows;
   for (const auto& [name, values] : side.at("values").entries()) {
-    std::vector<std::optional<double>> before, after;
-    for (const Json& value : values.at("start").items()) before.push_back(value.number_or_null());
-    for (const Json& value : values.at("best").items()) after.push_back(value.number_or_null());
-    before.resize(titles.size() - 4), after.resize(titles.size() - 4);
-    TableRow row{
-        {text_cell(metric_label(name)), number_cell(mean_of(before)), number_cell(mean_of(after)), {}}};
+    const auto numbers = [&, &of_metric = values](const char* which) {
+      std::vector<std::optional<double>> all;
+      for (const Json& value : of_metric.at(which).items()) all.push_back(value.number_or_null());
+      all.resize(titles.size() - 4);
+      return all;
+    };
+    const auto before = numbers("start"), after = numbers("best");
+    TableRow& row = rows.emplace_back(TableRow{
+        {text_cell(metric_label(name)), number_cell(mean_of(before)), number_cell(mean_of(after)), {}}});
     std::vector<double> changes;
     for (std::size_t i = 0; i < before.size(); ++i) {
       row.cells.push_back({number_text(before[i]) + " → " + number_text(after[i]), "number"});
@@ -517,7 +494,6 @@ std::string runs_table(const Json& side) {
     const auto test = score::t_test(changes);
     row.cells[3] = {test ? median_text(score::mean(changes), std::pair(test->low, test->high)) : "-",
                     "number"};
-    rows.push_back(std::move(row));
   }
   return table_html("before and after", titles, rows);
 }

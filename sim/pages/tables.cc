@@ -4,13 +4,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "sim/files/csv.h"
 #include "sim/files/text.h"
 #include "sim/pages/pages.h"
 #include "sim/regression/verdict.h"
-#include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
 #include "sim/score/statistics.h"
@@ -134,9 +132,13 @@ ChangeTable changes(const std::vector<const RunData*>& runs, const Seeds& a, con
   return table;
 }
 
-std::string metric_label(const std::string& metric) {
+std::string with_unit(const std::string& name, std::string_view unit) {
+  return unit.empty() || unit == "1" ? name : fmt::format("{} [{}]", name, unit);
+}
+
+std::string metric_label(const std::string& metric, const std::string& column) {
   const auto* const known = score::find_metric(metric);
-  return known && known->unit != "1" ? fmt::format("{} [{}]", metric, known->unit) : metric;
+  return with_unit(column.empty() ? metric : column, known ? known->unit : "");
 }
 
 std::vector<MetricSummary> summaries(const std::vector<RunData>& runs) {
@@ -232,27 +234,21 @@ std::string runs_table(const std::vector<RunData>& runs, TableFormat format) {
     }
     return written_table(lines, format, "");
   }
-  std::vector<std::string> columns;
-  for (const MetricSummary& s : table)
-    if (std::ranges::find(columns, s.column) == columns.end()) columns.push_back(s.column);
   lines = {{"scenario", "setting", "n"}};
-  std::map<std::string, std::string> titles;
+  std::map<std::string, std::size_t> columns;                               // by their titles
+  std::map<std::pair<std::string, std::string>, std::size_t> places, most;  // line and seeds of a setting
   for (const MetricSummary& s : table)
-    titles[s.column] = s.column + metric_label(s.metric).substr(s.metric.size());
-  for (const std::string& column : columns) lines[0].push_back(titles[column]);
-  std::map<std::pair<std::string, std::string>, std::size_t> places;
-  std::map<std::size_t, std::size_t> most;  // seeds, by line
+    if (const std::string title = metric_label(s.metric, s.column);
+        columns.try_emplace(title, lines[0].size()).second)
+      lines[0].push_back(title);
   for (const MetricSummary& s : table) {
-    const auto [at, is_new] = places.try_emplace({s.scenario, s.setting}, lines.size());
-    if (is_new) {
-      lines.push_back({s.scenario, s.setting});
-      lines.back().resize(lines[0].size(), "-");
-    }
-    most[at->second] = std::max(most[at->second], s.values.size());
-    lines[at->second][2] = fmt::format("{}", most[at->second]);
-    const auto column = std::ranges::find(columns, s.column) - columns.begin();
-    lines[at->second][static_cast<std::size_t>(3 + column)] =
-        median_text(score::median(s.values), s.interval);
+    const std::pair setting{s.scenario, s.setting};
+    const std::size_t place = places.try_emplace(setting, lines.size()).first->second;
+    lines.resize(1 + places.size(), std::vector<std::string>(lines[0].size(), "-"));
+    std::vector<std::string>& line = lines[place];
+    std::size_t& n = most[setting] = std::max(most[setting], s.values.size());
+    line[0] = s.scenario, line[1] = s.setting, line[2] = fmt::format("{}", n);
+    line[columns.at(metric_label(s.metric, s.column))] = median_text(score::median(s.values), s.interval);
   }
   return written_table(lines, format, "Medians over n seeds [95 % interval of the median, from 6 seeds on].");
 }

@@ -1,8 +1,6 @@
 // Tables, pages and the rows that they show.
 #include "sim/pages/pages.h"
 
-#include <gmock/gmock.h>
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -10,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/files/hash.h"
-#include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::pages {
