@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <thread>
-#include <utility>
 
 #include "sim/files/json.h"
 #include "sim/recording/image_file.h"
@@ -80,7 +78,7 @@ void send_one(Client& client, std::uint32_t subscription, slam::Stamp t, const s
   std::string bytes(1, '\1');
   bytes.append(reinterpret_cast<const char*>(&subscription), sizeof subscription);
   bytes.append(reinterpret_cast<const char*>(&stamp), sizeof stamp);
-  client.send({std::make_shared<const std::string>(bytes + payload), false, true});
+  client.send({std::make_shared<const std::string>(bytes + payload)});
 }
 
 std::uint32_t number_of(const Json& value) {
@@ -210,7 +208,7 @@ void LiveView::show(Frame frame) {
   if (!rig_.newest.empty()) frame.rig = rig_.numbers++;
   Message message;
   if (server_.with_room("gaitslam") > 0)
-    message = {std::make_shared<const std::string>(to_message(frame)), false, true};
+    message.bytes = std::make_shared<const std::string>(to_message(frame));
   const bool others = server_.with_room("foxglove") > 0;
   server_.for_each([this, message, frame = others ? std::make_shared<const Frame>(frame) : nullptr,
                     imu = std::exchange(imu_, {}), number = frame.rig,
@@ -284,7 +282,7 @@ void LiveView::opened(Client& client) {
       if (!past_.empty())
         client.send({std::make_shared<const std::string>(
                          fmt::format("{{\"op\":\"past\",\"frames\":[{}]}}", fmt::join(past_, ","))),
-                     true, false});
+                     false});
     }
     if (last_.bytes) client.send(last_);
   } else if (begun_) {

@@ -2,22 +2,11 @@
 // protocol.
 #pragma once
 
-#include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <condition_variable>
-#include <cstdint>
-#include <deque>
-#include <memory>
 #include <mutex>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 #include "sim/export/ros_messages.h"
-#include "sim/recording/recording.h"
 #include "sim/tracking/tracking.h"
 #include "sim/view/server.h"
 #include "sim/view/site.h"

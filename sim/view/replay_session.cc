@@ -1,9 +1,6 @@
 // The view of a replay: the filter live, with the recorded walk.
 #include <fmt/format.h>
 
-#include <optional>
-
-#include "sim/recording/recording.h"
 #include "sim/view/live_view.h"
 #include "sim/view/session.h"
 #include "sim/view/site.h"
@@ -36,10 +33,7 @@ class ReplaySession : public ViewSession {
     run.rig = setup.rig;
     run.moments = faults_of(read.scenario);
     if (!frames_.empty()) run.duration_s = slam::seconds(frames_.back().t);
-    if (robot)
-      run.model = robot->model, run.sole = robot->sole;
-    else
-      run.missing.emplace_back("Room and robot are not shown: this program was built without the simulator.");
+    add_robot(run, robot);
     view_.emplace(request, run, request.control);
     request.opened(url(view_->access()));
     view_->begin(setup);

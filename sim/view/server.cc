@@ -3,14 +3,12 @@
 #include <fmt/format.h>
 #include <libdeflate.h>
 
-#include <algorithm>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 #include <cctype>
-#include <functional>
 #include <future>
 #include <list>
 #include <numeric>
@@ -144,7 +142,7 @@ class SocketClient : public Client, public std::enable_shared_from_this<SocketCl
     const std::optional<Message> next = queue_.pop();
     if (!next) return;
     writing_ = true;
-    socket_.text(next->text);
+    socket_.text(!next->is_frame);
     socket_.async_write(net::buffer(*next->bytes),
                         [self = shared_from_this(), bytes = next->bytes](Error error, std::size_t) {
                           self->writing_ = false;

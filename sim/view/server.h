@@ -61,8 +61,7 @@ std::optional<Rejection> rejection(const RequestHead& request, const Access& acc
 /// One WebSocket message, shared by its receivers.
 struct Message {
   std::shared_ptr<const std::string> bytes;
-  bool text = false;
-  bool is_frame = true;  ///< may be dropped for a newer one
+  bool is_frame = true;  ///< binary, and may be dropped for a newer one; else text
 };
 
 /// Bounded queue, so that a client that does not read costs nothing: at most `most_frames` frames (drops the

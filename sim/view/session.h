@@ -3,11 +3,7 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
-#include <memory>
 #include <opencv2/core.hpp>
-#include <string>
-#include <vector>
 
 #include "sim/scenario/scenario.h"
 #include "sim/tracking/tracking.h"

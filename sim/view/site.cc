@@ -1,6 +1,7 @@
 #include "sim/view/site.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <chrono>
@@ -32,6 +33,7 @@ Resource resource(std::string type, std::string_view bytes) {
 }
 
 constexpr const char* kJson = "application/json";
+constexpr int kPaintingNice = 5;  // the first picture of a page, which is without them, comes before
 constexpr std::string_view kIcon =
     "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'><circle cx='8' cy='8' r='6' "
     "fill='#0069b0'/></svg>";
@@ -148,31 +150,28 @@ std::vector<Moment> moments_of(const pages::RunData& data, const scenario::Scena
   return all;
 }
 
-std::vector<std::string> missing_of(const Playback& playback, const fs::path& result, const std::string& hash,
-                                    bool recording, bool simulator) {
+void add_missing(Playback& playback, const fs::path& result, const std::string& hash) {
   const auto none = [&](const auto& has) { return std::ranges::none_of(playback.frames, has); };
-  std::vector<std::string> missing;
-  if (!simulator)
-    missing.emplace_back("Room and robot are not shown: this program was built without the simulator.");
-  if (!recording)
+  std::vector<std::string>& missing = playback.run.missing;
+  if (!playback.pictures)
     missing.push_back(
         hash.empty() ? "Head images, feet and joint angles are not shown: this result names no recording."
                      : fmt::format("Head images, feet and joint angles are not shown: recording {} is not in "
                                    "{}, nor in the results beside it, nor in the cache of recordings. View "
                                    "the result together with that of the walk.",
                                    hash.substr(0, 12), (result / "recording").string()));
-  else if (simulator && none([](const Frame& frame) { return !frame.bodies.empty(); }))
+  else if (playback.run.model && none([](const Frame& frame) { return !frame.bodies.empty(); }))
     missing.emplace_back("The robot is not shown: the recording has no joint angles.");
   if (none([](const Frame& frame) { return frame.estimate.has_value(); }))
     missing.emplace_back("No estimate: the run had no filter, or its filter wrote none.");
-  return missing;
 }
 
-/// The number of the first frame of each piece of kPiece, and that of all frames.
+/// The number of the first frame of each piece, and that of all frames.
 std::vector<std::size_t> pieces_of(const std::vector<Frame>& frames) {
-  std::vector<std::size_t> begins;
+  std::vector<std::size_t> begins{0};
   for (std::size_t i = 0; i < frames.size(); ++i)
-    if (begins.empty() || frames[i].t >= frames[begins.back()].t + kPiece) begins.push_back(i);
+    if (frames[i].t >= frames[begins.back()].t + (begins.size() == 1 ? kFirstPiece : kPiece))
+      begins.push_back(i);
   begins.push_back(frames.size());
   return begins;
 }
@@ -262,6 +261,13 @@ Site site_of(std::vector<Playback> given) {
 
 }  // namespace
 
+void add_robot(ShownRun& run, const std::optional<RobotModel>& robot) {
+  if (robot)
+    run.model = robot->model, run.sole = robot->sole;
+  else
+    run.missing.emplace_back("Room and robot are not shown: this program was built without the simulator.");
+}
+
 std::vector<Moment> faults_of(const scenario::Scenario& scenario) {
   std::vector<Moment> moments;
   for (const sensor_errors::Fault& fault : scenario.errors.faults)
@@ -276,7 +282,7 @@ std::vector<Moment> faults_of(const scenario::Scenario& scenario) {
 }
 
 Message json_message(const ordered_json& content) {
-  return {std::make_shared<const std::string>(files::json_text(content)), true, false};
+  return {std::make_shared<const std::string>(files::json_text(content)), false};
 }
 
 Resource bytes_resource(std::string bytes) { return resource("application/octet-stream", bytes); }
@@ -304,7 +310,11 @@ Site::Site(const std::vector<ShownRun>& runs, ordered_json about) : page_(gaitsl
     add_list("/picture/0",
              [paint = runs[i].model->pictures,
               painted = std::shared_future<Pictures>()](std::size_t k) mutable -> std::optional<Resource> {
-               if (!painted.valid()) painted = std::async(std::launch::async, paint).share();
+               if (!painted.valid())
+                 painted = std::async(std::launch::async, [paint] {
+                             setpriority(PRIO_PROCESS, 0, kPaintingNice);  // of this thread
+                             return paint();
+                           }).share();
                if (painted.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
                  return bytes_resource("");
                return k < painted.get().size() ? std::optional(resource("image/png", painted.get()[k]))
@@ -358,8 +368,10 @@ Playback read_playback(const fs::path& result, const MakeRobot& make_robot,
   const fs::path recording = recording_of(result, data.about.recording, given);
   std::optional<RobotModel> robot;
   if (make_robot) robot = make_robot(scenario);
+  add_robot(playback.run, robot);
   if (!recording.empty()) {
-    add_recorded(playback.frames, recording::read_truth(recording), recording, robot ? &*robot : nullptr);
+    if (!data.recorded) data.recorded = recording::read_truth(recording);
+    add_recorded(playback.frames, *data.recorded, recording, robot ? &*robot : nullptr);
     playback.pictures = std::make_shared<const pages::Pictures>(recording);
     playback.run.camera = playback.pictures->setup().calibration.camera;
     playback.run.rig = playback.pictures->setup().rig;
@@ -377,9 +389,7 @@ Playback read_playback(const fs::path& result, const MakeRobot& make_robot,
     playback.run.recording = recording::Manifest(recording).hash();
   playback.run.duration_s = slam::seconds(playback.frames.back().t);
   playback.run.moments = moments_of(data, scenario, playback.run.duration_s);
-  if (robot) playback.run.model = robot->model, playback.run.sole = robot->sole;
-  playback.run.missing =
-      missing_of(playback, result, data.about.recording, !recording.empty(), robot.has_value());
+  add_missing(playback, result, data.about.recording);
   playback.data = std::move(data);
   return playback;
 }

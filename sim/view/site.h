@@ -3,16 +3,9 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <map>
-#include <memory>
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "sim/pages/html.h"
 #include "sim/pages/run_data.h"
@@ -46,7 +39,7 @@ struct ShownRun {
   std::string label;                                        ///< "tangent_circle, seed 1"
   std::string scenario = {}, variant = {}, recording = {};  ///< of a finished run; recording: its hash
   std::uint64_t seed = 0;
-  std::size_t pieces = 0;  ///< of its frames, each of kPiece
+  std::size_t pieces = 0;  ///< of its frames
   std::optional<slam::CameraIntrinsics> camera = std::nullopt;
   double duration_s = 0;  ///< 0: unknown
   std::vector<Moment> moments = {};
@@ -55,6 +48,9 @@ struct ShownRun {
   std::optional<Eigen::AlignedBox2d> sole = std::nullopt;  ///< outline about the sole point, m
   std::vector<rig::RigSensor> rig = {};
 };
+
+/// Adds a robot in its room or, without the simulator, the sentence that they are missing.
+void add_robot(ShownRun& run, const std::optional<struct RobotModel>& robot);
 
 /// Returns the faults that a scenario injects.
 std::vector<Moment> faults_of(const scenario::Scenario& scenario);
@@ -165,8 +161,9 @@ struct Playback {
 Playback read_playback(const fs::path& result, const MakeRobot& make_robot,
                        const std::vector<fs::path>& given = {});
 
-inline constexpr std::size_t kMostRuns = 4;                      ///< on a page
-inline constexpr slam::Stamp kPiece = std::chrono::seconds(10);  ///< of frames in one resource
+inline constexpr std::size_t kMostRuns = 4;  ///< on a page
+/// Durations of the frames in one resource; a page shows its first picture after the first one.
+inline constexpr slam::Stamp kFirstPiece = std::chrono::seconds(1), kPiece = std::chrono::seconds(10);
 
 /// Serves one result, or several of one scenario.
 class PlaybackView {

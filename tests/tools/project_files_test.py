@@ -51,7 +51,7 @@ RULES = {
                       'walking/plan.h '
                       'Eigen/ fmt/ nlohmann/ opencv2/ mujoco/',
     'sim/view/': 'sim/view/ sim/pages/ sim/rig/ sim/export/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/score/ '
-                 'sim/files/ slam/ Eigen/ fmt/ nlohmann/ opencv2/ boost/asio/ boost/beast/ libdeflate.h',
+                 'sim/files/ slam/ Eigen/ fmt/ nlohmann/ opencv2/ boost/asio/ boost/beast/ libdeflate.h sys/resource.h',
     'sim/trials/': 'sim/trials/ sim/replay/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/sensor_errors/random.h '
                    'sim/score/ sim/files/ slam/ Eigen/ fmt/ nlohmann/ opencv2/core boost/random/',
     'sim/live/': 'sim/live/ sim/controllers/ sim/programs/ sim/model_file/ sim/physics/ sim/camera/ sim/rig/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ '
@@ -176,11 +176,11 @@ class RecordingSources(unittest.TestCase):
             self.assertTrue(self.is_shaped_by(file), file)
         for file in ('README.md', 'slam/filter.cc', 'sim/regression/verdict.cc', 'sim/sensor_errors/image_errors.cc'):
             self.assertFalse(self.is_shaped_by(file), file)
-        (self.copy / 'sim/live/recorded.cc').unlink()
+        (self.copy / 'sim/live/setup.cc').unlink()
         self.assertEqual('', self.hash(), 'a missing source is an error of the build')
 
     def test_are_all_that_the_run_and_the_writer_include_but_what_is_named_here(self):
-        units = ('live/run', 'live/self_check', 'live/frame_pipeline', 'live/steering_pose_buffer', 'live/recorded', 'live/setup')
+        units = ('live/run', 'live/self_check', 'live/frame_pipeline', 'live/steering_pose_buffer', 'live/setup')
         files = [f'sim/{unit}.{end}' for unit in units for end in ('h', 'cc')] + ['sim/recording/recording_writer.cc']
         files.remove('sim/live/self_check.cc')  # it reads the recording back
         included = {name for file in files for name in includes((ROOT / file).read_text()) if re.match(r'sim/.*\.h$', name)}

@@ -6,7 +6,6 @@
 #include <mujoco/mujoco.h>
 
 #include <Eigen/Geometry>
-#include <array>
 #include <deque>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
@@ -15,7 +14,6 @@
 #include "sim/camera/scene.h"
 #include "sim/export/export.h"
 #include "sim/files/json.h"
-#include "sim/live/recorded.h"
 #include "sim/live/run.h"
 #include "sim/live/setup.h"
 #include "sim/physics/nominal_body.h"
@@ -172,8 +170,8 @@ class Drawing {
         scene_(*model_, {kView}, scenario.world.seed, Channels::rgb, Robot::whole),
         encoders_(recording, "encoders0") {
     if (std::ssize(encoders_.names) != model_->nu)
-      throw files::FileError(recording / "mav0/encoders0/data.csv",
-                             fmt::format("has {} joints, expected {}", encoders_.names.size(), model_->nu));
+      throw files::FileError(recording / "mav0/encoders0/data.csv", "has {} joints, expected {}",
+                             encoders_.names.size(), model_->nu);
   }
 
   cv::Mat draw(slam::Stamp t, const Eigen::Isometry3d& X_WB) {
@@ -181,8 +179,7 @@ class Drawing {
     walking::BodyPose pose{X_WB, walking::JointVector::Zero(model_->nu)};
     if (!encoders_.newest.empty())
       pose.q = Eigen::Map<const Eigen::VectorXd>(encoders_.newest.data(), model_->nu);
-    const Eigen::VectorXd positions = robot_positions(*model_, pose);
-    std::copy(positions.begin(), positions.end(), data_->qpos);
+    Eigen::Map<Eigen::VectorXd>(data_->qpos, model_->nq) = robot_positions(*model_, pose);
     mj_kinematics(model_.get(), data_.get());
     mj_camlight(model_.get(), data_.get());
     const Vector3d waist = X_WB.translation();
@@ -224,8 +221,8 @@ std::shared_ptr<const exports::RobotDescription> robot_description(const scenari
   const std::shared_ptr data = std::shared_ptr<mjData>(mj_makeData(model.get()), mj_deleteData);
   const auto pose = [data](int body) { return pose_in(data->xpos + 3 * body, data->xmat + 9 * body); };
   const auto take = [model, data](const walking::JointVector& q) {
-    const Eigen::VectorXd positions = robot_positions(*model, {Eigen::Isometry3d::Identity(), q});
-    std::copy(positions.begin(), positions.end(), data->qpos);
+    Eigen::Map<Eigen::VectorXd>(data->qpos, model->nq) =
+        robot_positions(*model, {Eigen::Isometry3d::Identity(), q});
     mj_kinematics(model.get(), data.get());
   };
   robot.poses = [bodies, pose, take, root, model](const Eigen::VectorXd& q) {

@@ -16,7 +16,8 @@ function roled(object, role) {
   return object;
 }
 
-const lineOf = (role, Kind = THREE.Line, geometry = new THREE.BufferGeometry()) => roled(new Kind(geometry, new THREE.LineBasicMaterial()), role);
+/// The material is that of plain meshes, as each further shader delays the first picture.
+const lineOf = (role, Kind = THREE.Line, geometry = new THREE.BufferGeometry()) => roled(new Kind(geometry, new THREE.MeshBasicMaterial()), role);
 
 /// A growing line; show() sets how many of its points are drawn.
 class GrowingLine {
@@ -64,8 +65,8 @@ function translucent(role, opacity) {
 const kBlank = new THREE.DataTexture(new Uint8Array([255, 255, 255]), 1, 1, THREE.RGBFormat);
 kBlank.needsUpdate = true;
 
-/// The surface of pieces, which is behind points and lines that lie on it. kBlank, until its picture comes, has the same shader.
-const surface = (map) => new THREE.MeshLambertMaterial({map, vertexColors: THREE.VertexColors, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 4});
+/// The surface of pieces, which is behind points and lines that lie on it, all with one shader: blank without a picture and until it comes.
+const surface = () => new THREE.MeshLambertMaterial({map: kBlank, vertexColors: THREE.VertexColors, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 4});
 
 /// The beliefs of a filter: its path, its camera with the 3-sigma ellipsoid ten times as large, a line to the truth, and its map.
 class Belief {
@@ -152,7 +153,7 @@ function place(object, [x, y, z, ...quaternion]) {
 export class Scene {
   /// run: its robot and its true path are shown; others: {run, role} of what is compared with it.
   constructor(run, others) {
-    Object.assign(this, {run, mode: 'follow', read: 0, bodies: [], surfaces: [], plain: surface(null), sweeps: new Map(), hidden: new Set()});
+    Object.assign(this, {run, mode: 'follow', read: 0, bodies: [], surfaces: [], plain: surface(), sweeps: new Map(), hidden: new Set()});
     this.beliefs = [new Belief(run, 'estimate', others.length ? 'estimate' : 'first', false),
       ...others.map((other) => new Belief(other.run, other.role, other.role, other.run.about.recording !== run.about.recording))];
     this.scene = new THREE.Scene();
@@ -210,15 +211,6 @@ export class Scene {
     this.paint();
   }
 
-  /// The graphics card compiles the shaders while the first frames are on their way. A change of size would wait for it.
-  compile() {
-    this.isCompiled = true;
-    const early = this.add(new THREE.Group());
-    early.visible = false;
-    early.add(...[this.plain, surface(kBlank)].map((material) => new THREE.Mesh(new THREE.BufferGeometry(), material)));
-    this.renderer.compile(this.scene, this.camera);
-  }
-
   add(object, role = null, group = this.scene) {
     group.add(roled(object, role));
     return object;
@@ -235,7 +227,7 @@ export class Scene {
     this.bodies = Array.from({length: Math.max(-1, ...pieces.map(({body}) => body)) + 1}, () => new THREE.Group());
     this.bodies.forEach((body) => { body.visible = false; this.scene.add(body); });
     for (const {body, picture, vertices, indices} of pieces) {
-      const geometry = new THREE.BufferGeometry(), material = picture < 0 ? this.plain : (this.surfaces[picture] ??= surface(kBlank));
+      const geometry = new THREE.BufferGeometry(), material = picture < 0 ? this.plain : (this.surfaces[picture] ??= surface());
       for (const name of ['position', 'normal', 'color']) geometry.setAttribute(name, take(Float32Array, vertices, 3));
       if (picture >= 0) geometry.setAttribute('uv', take(Float32Array, vertices, 2));
       geometry.setIndex(take(Uint32Array, indices, 1));
@@ -407,7 +399,8 @@ export class Scene {
     // The first change of size waits for the graphics card, which gets ready while the model is read.
     if (!width || !height || this.isWaiting) return;
     this.renderer.setSize(width, height);
-    if (!this.isCompiled) this.compile();
+    if (!this.isCompiled) this.renderer.compile(this.scene, this.camera);  // all shaders at once; a change of size would wait for it
+    this.isCompiled = true;
     this.camera.aspect = this.head.aspect = width / this.columns / height;
     const {camera} = this.run, half = Math.max(camera.height / 2 / camera.fv, camera.width / 2 / camera.fu / this.head.aspect);
     this.head.fov = 2 * Math.atan(half) * 180 / Math.PI;

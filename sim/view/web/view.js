@@ -344,18 +344,22 @@ class Page {
     action();
   }
 
-  /// Frames come in pieces of some seconds, from the first on; the time in the address is shown as soon as its frames are there.
-  async playBack(begin) {
+  /// Frames come in pieces of some seconds, from the first on; the time in the address is shown as soon as its frames are there. The first
+  /// picture is drawn once, when all of it is there, as each drawing of the scene delays the next one.
+  async playBack(begin, model) {
+    const images = this.panes.filter(({first, run}) => !first && run.about.camera).map((pane) => pane.images.at(0).catch(() => null));
     const wanted = parseFloat(new URLSearchParams(location.hash.slice(1)).get('t'));
-    let isThere = false;
-    await Promise.all(this.panes.map(async (pane, i) => { pane.series = Series.of(await begin[i].series); }));
+    let isThere = false, pictures = null;
     for (let piece = 0; this.panes.some(({run}) => piece < run.about.pieces); ++piece) {
       await Promise.all(this.panes.map(async ({run}, i) => {
         if (piece < run.about.pieces) for (const frame of await (piece === 0 ? begin[i].frames : getJson(`/frames/${i}/${piece}`))) run.append(frame);
       }));
       if (piece === 0) {
-        this.show(0);
+        await Promise.all(images);
+        this.addModel(await model);
         await drawnOnce();
+        pictures = this.loadPictures();
+        await Promise.all(this.panes.map(async (pane, i) => { pane.series = Series.of(await begin[i].series); }));
         this.drawFigures();
       }
       if (!isThere && this.t === 0 && wanted <= this.duration) isThere = this.goToHash();
@@ -367,13 +371,17 @@ class Page {
     if (!isThere && this.t === 0) this.goToHash();
     this.show(this.t);
     dataset.ready = 'true';
+    await pictures;
   }
 
-  async loadModel(model) {
-    if (!model || !this.scene) return;
-    this.scene.addModel(await model);
+  addModel(model) {
+    if (model) this.scene?.addModel(model);
     this.show(this.t);
-    await drawnOnce();  // the first picture does not wait for those of the room
+  }
+
+  /// The pictures of the room, which the first picture of the scene does not wait for.
+  async loadPictures() {
+    if (!this.scene) return;
     await Promise.all(Object.keys(this.scene.surfaces).map(async (number) => {
       let painted = await getBlob(`/picture/0/${number}`);
       while (painted.size === 0) {  // it is being painted
@@ -438,9 +446,18 @@ async function start() {
     const begin = about.mode === 'live' ? [] : runs.map((_, i) => ({series: getBytes(`/series/${i}`), frames: getJson(`/frames/${i}/0`)}));
     const page = new Page(about);
     globalThis.gaitslamPage = page;
-    if (page.live) page.followLive();
-    const played = page.live ? null : page.playBack(begin);
-    await Promise.all([page.loadModel(model).finally(() => page.live && page.send({op: 'loaded'})), played]);
+    if (page.live) {
+      page.followLive();
+      try {
+        page.addModel(await model);
+        await drawnOnce();
+        await page.loadPictures();
+      } finally {
+        page.send({op: 'loaded'});
+      }
+    } else {
+      await page.playBack(begin, model);
+    }
     dataset.model = 'true';
   } catch (error) {
     document.body.append(element('p', {class: 'note'}, error.message));

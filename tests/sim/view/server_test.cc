@@ -4,21 +4,14 @@
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
-#include <gmock/gmock.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
-#include <algorithm>
-#include <cstdint>
 #include <future>
 #include <list>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <set>
-#include <string>
-#include <string_view>
 #include <thread>
 
 #include "sim/recording/image_file.h"
@@ -404,7 +397,7 @@ TEST(ClientMessage, WhatIsNoMessageIsMalformed) {
 TEST(MessageQueue, DropsTheOldestFrameButNothingElseAndHasRoomWhileHalfOfItIsFree) {
   MessageQueue queue(3, 2);
   const auto push = [&](const char* text, bool is_frame) {
-    return queue.push({std::make_shared<const std::string>(text), !is_frame, is_frame});
+    return queue.push({std::make_shared<const std::string>(text), is_frame});
   };
   EXPECT_TRUE(push("a", false));
   for (const char* const text : {"1", "2", "3", "4"}) {
@@ -515,7 +508,7 @@ Service service() {
   };
   service.protocols = {"gaitslam.view.v1", "foxglove.websocket.v1"};
   service.received = [](Client& client, std::string_view text) {
-    client.send({std::make_shared<const std::string>("heard " + std::string(text)), true, false});
+    client.send({std::make_shared<const std::string>("heard " + std::string(text)), false});
   };
   return service;
 }
