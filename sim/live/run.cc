@@ -1,12 +1,10 @@
 #include "sim/live/run.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "sim/live/frame_pipeline.h"
-#include "sim/live/recorded.h"
 #include "sim/live/self_check.h"
 #include "sim/live/setup.h"
 #include "sim/live/steering_pose_buffer.h"
@@ -17,6 +15,91 @@
 
 namespace sim::live {
 namespace {
+
+slam::Support support(walking::Support s) {
+  if (s == walking::Support::both) return slam::Support::both;
+  return s == walking::Support::left ? slam::Support::left : slam::Support::right;
+}
+
+Eigen::Vector3d support_sole(const walking::Reference& reference) {
+  const Eigen::Vector3d left = reference.X_PL.translation(), right = reference.X_PR.translation();
+  if (reference.support == walking::Support::both) return (left + right) / 2;
+  return reference.support == walking::Support::left ? left : right;
+}
+
+Eigen::Vector3d on_ground(const Eigen::Isometry3d& X) {
+  return {X.translation().x(), X.translation().y(), std::atan2(X.linear()(1, 0), X.linear()(0, 0))};
+}
+
+Eigen::Vector3d planar(const walking::FootPose& pose) {
+  return {pose.position.x(), pose.position.y(), pose.yaw};
+}
+
+recording::TrueFoot true_foot(const Eigen::Isometry3d& X_WS, const Eigen::Isometry3d& X_PS, bool planned_down,
+                              const physics::SoleContact& contact) {
+  return {on_ground(X_WS), on_ground(X_PS), planned_down, contact.load,
+          Eigen::Vector3d(contact.creep.x(), contact.creep.y(), contact.creep_yaw)};
+}
+
+/// The waist pose X_PB at time t (s), from.t_s <= t <= to.t_s: position and yaw linear between the two
+/// references (one control period apart; as the plan accelerates by at most a few m/s², the error is below 20
+/// µm).
+Eigen::Isometry3d planned_waist(const walking::Reference& from, const walking::Reference& to, double t_s) {
+  const double part = (t_s - from.t_s) / walking::kPeriod;
+  Eigen::Isometry3d X_PB;
+  X_PB.linear() =
+      Eigen::Quaterniond(from.X_PB.linear()).slerp(part, Eigen::Quaterniond(to.X_PB.linear())).matrix();
+  X_PB.translation() = (1 - part) * from.X_PB.translation() + part * to.X_PB.translation();
+  X_PB.makeAffine();
+  return X_PB;
+}
+
+/// The planned motion of a camera fixed to the waist at X_BC. Velocities: those of the tick before t.
+slam::PlannedMotion planned_motion(const walking::Reference& from, const walking::Reference& to, double t_s,
+                                   const Eigen::Isometry3d& X_BC) {
+  slam::PlannedMotion motion;
+  motion.X_PC = planned_waist(from, to, t_s) * X_BC;
+  const Eigen::Matrix3d R_CP = motion.X_PC.linear().transpose();
+  const Eigen::Vector3d w_PB_P = from.waist_yaw_rate * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d p_BC_P = from.X_PB.linear() * X_BC.translation();
+  motion.v_PC_C = R_CP * (from.waist_velocity + w_PB_P.cross(p_BC_P));
+  motion.w_PC_C = R_CP * w_PB_P;
+  motion.support = support(from.support);
+  motion.p_CF = motion.X_PC.inverse() * support_sole(from);
+  return motion;
+}
+
+std::vector<score::StepCorrection> recorded(const std::vector<walking::StepCorrection>& corrections) {
+  std::vector<score::StepCorrection> steps;
+  for (const walking::StepCorrection& c : corrections)
+    steps.push_back({std::chrono::nanoseconds(std::llround(1e9 * c.decided_s)), c.correction.position.x(),
+                     c.correction.position.y(), c.correction.yaw, c.desired.side == walking::Side::left,
+                     planar(c.desired.pose), planar(c.expected)});
+  return steps;
+}
+
+slam::BodyReading recorded(std::chrono::nanoseconds t, const walking::SensorReadings& readings) {
+  const auto wrench = [](const walking::Wrench& w) { return slam::BodyReading::Wrench{w.force, w.torque}; };
+  return {t, readings.q, wrench(readings.left), wrench(readings.right)};
+}
+
+recording::TrueMotion true_motion(const physics::World& world) {
+  return {world.time(), world.X_WG(), world.v_WG()};
+}
+
+/// Both feet, true and as planned. Load and creep are those since the last call.
+recording::TrueFeet true_feet(physics::World& world, const walking::Reference& plan) {
+  const auto [left, right] = world.sole_contacts_since_last();
+  return {world.time(), true_foot(world.X_WL(), plan.X_PL, plan.support != walking::Support::right, left),
+          true_foot(world.X_WR(), plan.X_PR, plan.support != walking::Support::left, right),
+          world.torque_limited_since_last()};
+}
+
+scenario::Ending ending(physics::Condition condition) {
+  using enum scenario::Ending;
+  constexpr std::array kEndings{completed, fell, collided, failed};  // in the order of the conditions
+  return kEndings[static_cast<std::size_t>(condition)];
+}
 
 /// The further IMUs of the rig, each read at its own period.
 class RigImus {
@@ -72,7 +155,6 @@ class SensingRobot {
     legs_.add(robot_.world().leg_readings());
   }
 
-  physics::WalkingRobot& robot() { return robot_; }
   physics::WalkingRobot* operator->() { return &robot_; }
   const physics::WalkingRobot* operator->() const { return &robot_; }
   const walking::LegOdometry& legs() const { return legs_; }
@@ -103,31 +185,6 @@ class SensingRobot {
   walking::LegOdometry legs_;
   Mounting mounting_;
   RigImus imus_;
-};
-
-/// Poses that steer, added when they become known.
-class SteeringPoses {
- public:
-  /// exposure: from a frame's stamp until its image is complete.
-  SteeringPoses(const scenario::Scenario& scenario, slam::Stamp exposure)
-      : by_(scenario.walk.steering.by), buffer_(scenario.walk.steering, scenario.errors.faults, exposure) {}
-
-  SteeringPoseBuffer* operator->() { return &buffer_; }
-  bool by_truth() const { return by_ == walking::SteeredBy::truth; }
-  /// Adds the answers of the estimator with the times when they take effect, if it steers.
-  void add_answers(const std::vector<tracking::TrackedFrame>& answers) {
-    for (; by_ == walking::SteeredBy::estimate && answers_ < answers.size(); ++answers_) {
-      const auto& [pose, report, took, effect] = answers[answers_];
-      if (pose)
-        buffer_.add(effect, {pose->t, pose->X_WC, pose->covariance.value_or(slam::Matrix6d::Zero())},
-                    report.health == slam::Health::ok);
-    }
-  }
-
- private:
-  walking::SteeredBy by_;
-  SteeringPoseBuffer buffer_;
-  std::size_t answers_ = 0;  // of the estimator, that were added
 };
 
 /// The models of a run, with its sensors mounted, and its plan, if the built-in controller walks. Throws as
@@ -170,6 +227,7 @@ class Run {
   void read_imu();
   void deliver_frame();
   void steer();
+  void add_steering_poses();
 
   const scenario::ReadScenario& read_;
   const RunObserver& observer_;
@@ -180,8 +238,9 @@ class Run {
   FramePipeline frames_;
   recording::RecordingWriter writer_;
   SelfCheck check_;
-  std::optional<SteeringPoses> steering_;  // of a steered walk
-  slam::Observation next_;                 // readings of IMUs, encoders and forces since the last frame
+  std::optional<SteeringPoseBuffer> steering_;  // of a steered walk
+  std::size_t steering_answers_ = 0;            // of the estimator, that were added to it
+  slam::Observation next_;                      // readings of IMUs, encoders and forces since the last frame
   struct {
     walking::Wrench left, right;  // of the ground on the feet
     recording::TrueFeet feet;     // at its end
@@ -209,7 +268,7 @@ Run::Run(const scenario::ReadScenario& read, const Start& start, const std::file
   if (!frames_.surfaces().empty()) check_.view.emplace(setup_.calibration.camera, frames_.surfaces());
   if (observer_.begins) observer_.begins(setup_);
   if (read.scenario.walk.steering.by != walking::SteeredBy::plan)
-    steering_.emplace(read.scenario, frames_.lead());
+    steering_.emplace(read.scenario.walk.steering, read.scenario.errors.faults, frames_.lead());
 }
 
 void Run::walk(const result::Progress& progress) {
@@ -281,7 +340,7 @@ void Run::stamp_frame() {
     motion.X_PC = followed * robot_.mounting().X_BC;
     motion.X_PC.translation().head<2>() -= from.frame_shift;
     if (!next_.plan) motion.p_CF = robot_.mounting().X_BC.inverse().translation();
-    (*steering_)->add(next_.t, motion);
+    steering_->add(next_.t, motion);
   }
   if (observer_.stamped)
     observer_.stamped({next_.t, world, from, followed * robot_.mounting().X_BC, last_tick_.feet,
@@ -327,10 +386,9 @@ void Run::deliver_frame() {
   };
   tracking::process_observed(std::move(frame.observation), tracking_ ? &*tracking_ : nullptr,
                              observer_.tracking, track);
-  if (steering_) {
-    if (steering_->by_truth()) (*steering_)->add(t, {t, frame.X_WC, slam::Matrix6d::Zero()}, true);
-    if (tracking_) steering_->add_answers(tracking_->answers());
-  }
+  if (read_.scenario.walk.steering.by == walking::SteeredBy::truth)
+    steering_->add(t, {t, frame.X_WC, slam::Matrix6d::Zero()}, true);
+  add_steering_poses();
   timing_.all.frames.push_back(std::exchange(timing_.frame, {}));
 }
 
@@ -339,15 +397,27 @@ void Run::deliver_frame() {
 void Run::steer() {
   const auto tick = static_cast<std::size_t>(robot_->world().time() / walking::kTick);
   if (!steering_ || !robot_->is_ok() || !robot_->controller().steers(tick)) return;
-  const slam::Stamp until = (*steering_)->usable_until(robot_->world().time());
+  const slam::Stamp until = steering_->usable_until(robot_->world().time());
   while (!frames_.empty() && frames_.next_stamp() <= until) deliver_frame();
   if (tracking_) {
     const result::StageClock clock(timing_.frame.filter_ms);
     tracking_->advance(until);
-    steering_->add_answers(tracking_->answers());
+    add_steering_poses();
   }
   const result::StageClock clock(timing_.frame.plan_and_physics_ms);
-  robot_->controller().steer(tick, (*steering_)->newest(until));
+  robot_->controller().steer(tick, steering_->newest(until));
+}
+
+// The estimator's answers with the times when they take effect, if they steer.
+void Run::add_steering_poses() {
+  if (!tracking_ || read_.scenario.walk.steering.by != walking::SteeredBy::estimate) return;
+  const std::vector<tracking::TrackedFrame>& answers = tracking_->answers();
+  for (; steering_answers_ < answers.size(); ++steering_answers_) {
+    const auto& [pose, report, took, effect] = answers[steering_answers_];
+    if (pose)
+      steering_->add(effect, {pose->t, pose->X_WC, pose->covariance.value_or(slam::Matrix6d::Zero())},
+                     report.health == slam::Health::ok);
+  }
 }
 
 result::RunRecord Run::record(const std::filesystem::path& folder) {

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 #include <tuple>
-#include <utility>
 
 #include "sim/files/json.h"
 #include "sim/score/trajectory.h"

@@ -2,10 +2,8 @@
 
 #include <fstream>
 
-#include "sim/recording/recording.h"
 #include "slam/observation.h"
 #include "tests/sim/live/run_folder.h"
-#include "walking/plan.h"
 
 namespace {
 

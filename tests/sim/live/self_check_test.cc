@@ -8,7 +8,6 @@
 
 #include "sim/live/run.h"
 #include "tests/sim/result/result_folder.h"
-#include "walking/plan.h"
 
 namespace {
 

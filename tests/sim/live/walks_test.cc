@@ -1,6 +1,6 @@
 // Whole walks of the shipped scenarios, without camera and filter.
 
-#include "sim/live/run.h"
+#include "tests/sim/live/run_folder.h"
 #include "tests/sim/scenario/test_scenarios.h"
 
 namespace sim::live {
@@ -33,20 +33,18 @@ std::vector<fs::path> distinct_walks() {
   return files;
 }
 
-class LongWalks : public testing::TestWithParam<fs::path> {};
+class LongWalks : public tests::RunFolder, public testing::WithParamInterface<fs::path> {};
 INSTANTIATE_TEST_SUITE_P(, LongWalks, testing::ValuesIn(distinct_walks()), scenario::test_name);
 
 // A warning of MuJoCo (a buffer too small, a bad state) ends a walk as "failed". A scenario that asks its
 // filter to give up ("diverged") completes here without it.
 TEST_P(LongWalks, CompleteAndRaiseNoWarning) {
-  const files::TemporaryFolder out;
-  const scenario::ReadScenario read = without_filter(GetParam());
-  const fs::path models = fs::path(GAITSLAM_SOURCE_DIR) / "models";
-  const result::ResultPlace place{out / "walk", files::Existing::reject, models, "1", "test", {}};
-  const result::Outcome outcome = run(read, place, [](double) {});
-  const bool stops = read.scenario.limits.ending == std::vector<std::string>{"stopped"};
+  const scenario::ReadScenario walk = without_filter(GetParam());
+  const result::Outcome outcome = run("walk", walk);
+  const std::vector<std::string>& allowed = walk.scenario.limits.ending;
+  const bool stops = allowed == std::vector<std::string>{"stopped"};
   EXPECT_EQ(outcome.ending, stops ? scenario::Ending::stopped : scenario::Ending::completed) << outcome.cause;
-  if (const auto& allowed = read.scenario.limits.ending; std::ranges::count(allowed, "completed") > 0) {
+  if (std::ranges::count(allowed, "completed") > 0) {
     EXPECT_EQ(outcome.exit_code, 0);
   }
 }
