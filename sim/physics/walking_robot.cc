@@ -25,6 +25,7 @@ WalkingRobot::WalkingRobot(std::unique_ptr<controllers::Controller> controller, 
     : controller_(std::move(controller)),
       world_(without_pushes(options), draw, controller_->start(), X_WP * controller_->reference().X_PB,
              models) {
+  if (!controller_->has_plan()) world_.let_feet_touch();
   controller_->held_s() > 0 ? lower() : settle();
   world_.start_clock(options.pushes);
 }

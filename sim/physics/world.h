@@ -108,6 +108,9 @@ class World {
   void hold(const Eigen::Isometry3d& X_WB) { held_ = X_WB; }
   void release() { held_.reset(); }
 
+  /// From now on a touch of the feet is a contact like any other and does not end the walk.
+  void let_feet_touch() { feet_may_touch_ = true; }
+
   /// Advances the physics by 1 ms. Positions and sensors then belong to the new time.
   const Status& step();
 
@@ -193,7 +196,7 @@ class World {
   std::optional<Eigen::Isometry3d> held_;
   std::chrono::nanoseconds time_{0};
   Status status_;
-  bool at_limit_ = false;
+  bool at_limit_ = false, feet_may_touch_ = false;
   struct {
     double value = 0;
     int joint = 0;

@@ -174,6 +174,17 @@ TEST(World, SaysThatTheRobotFellWhenItsLegsGiveWayAndThatFeetTouchedWhenOneIsMov
   expect_ended(crossing, Condition::collided);
 }
 
+TEST(World, FeetMayTouchIfTheyAreLet) {
+  World touching = standing(), brushing = standing();
+  brushing.let_feet_touch();
+  for (World* world : {&touching, &brushing}) {
+    bend(*world, {{1, 0.25}, {7, -0.25}});
+    run(*world, 500);
+  }
+  expect_ended(touching, Condition::collided);
+  EXPECT_EQ(brushing.status().condition, Condition::ok) << brushing.status().cause;
+}
+
 TEST(World, SaysWhichWayThePushBeforeAFallPushed) {
   World world = standing();
   world.start_clock(
