@@ -161,9 +161,13 @@ void ProgramController::take_effect() {
 
 // The commanded path, with the soles of the start posture.
 void ProgramController::refer_to_path() {
-  const auto place = [this](const walking::FootPose& on_path) {
+  const auto sole = [this](walking::Side side) {
+    return sole_in_base(start_.robot, side, leg_angles(start_.robot.leg(side), ready_.start));
+  };
+  const Eigen::Isometry3d X_BL = sole(walking::Side::left), X_BR = sole(walking::Side::right);
+  const auto place = [&](const walking::FootPose& on_path) {
     Eigen::Isometry3d X_PB = Eigen::Isometry3d::Identity();
-    X_PB.translation() << on_path.position, start_.robot.base_height;
+    X_PB.translation() << on_path.position, -(X_BL.translation() + X_BR.translation()).z() / 2;
     X_PB.linear() = Eigen::AngleAxisd(on_path.yaw, Eigen::Vector3d::UnitZ()).matrix();
     return X_PB;
   };
@@ -173,8 +177,8 @@ void ProgramController::refer_to_path() {
   path_.next = path_.now;
   path_.next.X_PB = place(here * walking::FootPose{Eigen::Vector2d(v.ahead, v.left) * walking::kPeriod,
                                                    v.turn * walking::kPeriod});
-  path_.now.X_PL = path_.now.X_PB * start_.description.X_BS[std::size_t(walking::Side::left)];
-  path_.now.X_PR = path_.now.X_PB * start_.description.X_BS[std::size_t(walking::Side::right)];
+  path_.now.X_PL = path_.now.X_PB * X_BL;
+  path_.now.X_PR = path_.now.X_PB * X_BR;
 }
 
 // Between two answers the planned base moves from X_PB to X_PB_next.

@@ -145,11 +145,11 @@ class SensingRobot {
       : options_(scenario.stabilizer),
         gyro_(scenario.seed, "felt gyro noise"),
         accelerometer_(scenario.seed, "felt accelerometer noise"),
+        legs_(models.robot, controller->reference().X_PB,
+              controller->has_plan() ? walking::Floor::level : walking::Floor::any),
         robot_(std::move(controller), scenario.world,
                plant_variation(scenario.seed, scenario.world, static_cast<int>(models.robot.joints.size())),
-               models),
-        legs_(models.robot, robot_.reference().X_PB,
-              robot_.controller().has_plan() ? walking::Floor::level : walking::Floor::any),
+               models, Eigen::Isometry3d::Identity(), &legs_),
         mounting_(live::mounting(scenario, robot_.controller(), models)),
         imus_(scenario.rig, places(scenario.rig, *models.on_floor), robot_.world()) {
     legs_.add(robot_.world().leg_readings());
@@ -159,6 +159,11 @@ class SensingRobot {
   const physics::WalkingRobot* operator->() const { return &robot_; }
   const walking::LegOdometry& legs() const { return legs_; }
   const Mounting& mounting() const { return mounting_; }
+  /// The base at t = 0 as the robot knows it: by its plan, or by its legs since it was released.
+  Eigen::Isometry3d start() const {
+    if (robot_.controller().has_plan()) return robot_.reference().X_PB;
+    return legs_.motion(robot_.world().leg_readings().q).X_OB;
+  }
   /// To be called at each millisecond: appends the readings of the rig's IMUs that end now.
   void read_imus(std::vector<slam::RigReading>& readings) { imus_.read(robot_.world(), readings); }
 
@@ -181,8 +186,8 @@ class SensingRobot {
 
   const walking::StabilizerOptions& options_;
   sensor_errors::Random gyro_, accelerometer_;
-  physics::WalkingRobot robot_;
   walking::LegOdometry legs_;
+  physics::WalkingRobot robot_;
   Mounting mounting_;
   RigImus imus_;
 };
@@ -256,7 +261,7 @@ Run::Run(const scenario::ReadScenario& read, const Start& start, const std::file
     : read_(read),
       observer_(observer),
       robot_(read.scenario, start.controller(read.scenario), start.models),
-      setup_(recording_setup(read.scenario, start.models.robot, robot_.mounting(), robot_->reference().X_PB)),
+      setup_(recording_setup(read.scenario, start.models.robot, robot_.mounting(), robot_.start())),
       tracking_(read.scenario.slam ? std::optional<tracking::Tracking>(
                                          std::in_place, read.scenario, setup_.calibration, setup_.X_WC_start,
                                          setup_.camera_rate_hz, setup_.rig, setup_.joints)

@@ -21,12 +21,13 @@ WorldOptions without_pushes(WorldOptions options) {
 }  // namespace
 
 WalkingRobot::WalkingRobot(std::unique_ptr<controllers::Controller> controller, const WorldOptions& options,
-                           const PlantVariation& draw, const Models& models, const Eigen::Isometry3d& X_WP)
+                           const PlantVariation& draw, const Models& models, const Eigen::Isometry3d& X_WP,
+                           walking::LegOdometry* legs)
     : controller_(std::move(controller)),
       world_(without_pushes(options), draw, controller_->start(), X_WP * controller_->reference().X_PB,
              models) {
   if (!controller_->has_plan()) world_.let_feet_touch();
-  controller_->held_s() > 0 ? lower() : settle();
+  controller_->held_s() > 0 ? lower(controller_->has_plan() ? nullptr : legs) : settle();
   world_.start_clock(options.pushes);
 }
 
@@ -36,15 +37,21 @@ WalkingRobot::WalkingRobot(walking::PatternGenerator plan, const walking::Stabil
     : WalkingRobot(std::make_unique<controllers::PlanController>(std::move(plan), stabilizer), options, draw,
                    models, X_WP) {}
 
-void WalkingRobot::lower() {
+void WalkingRobot::lower(walking::LegOdometry* legs) {
   const std::chrono::duration<double> held(controller_->held_s());
   const Eigen::Isometry3d X_WB = world_.X_WB();
+  const auto readings = [&] {
+    const walking::SensorReadings now = world_.sensor_readings();
+    if (legs && world_.time() >= held) legs->add(now);
+    return now;
+  };
   while (is_ok() && world_.time() < 2 * held) {
     const double left = 1 - world_.time() / held;
     left > 0 ? world_.hold(Eigen::Translation3d(0, 0, left * kRaised) * X_WB) : world_.release();
-    command(world_.sensor_readings(), true);
+    command(readings(), true);
     step();
   }
+  readings();
 }
 
 void WalkingRobot::settle() {

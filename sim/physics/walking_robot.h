@@ -6,6 +6,7 @@
 #include "sim/controllers/plan_controller.h"
 #include "sim/physics/world.h"
 #include "sim/programs/child_program.h"
+#include "walking/leg_odometry.h"
 
 namespace sim::physics {
 
@@ -13,10 +14,12 @@ namespace sim::physics {
 class WalkingRobot {
  public:
   /// Starts in the controller's start posture, P at X_WP: pads, bushes and servos yield before t = 0. The
-  /// base is lowered to the floor first if the controller requires it.
+  /// base is lowered to the floor first if the controller requires it; legs, if there are any, follow it from
+  /// its release on if it has no plan.
   WalkingRobot(std::unique_ptr<controllers::Controller> controller, const WorldOptions& options,
                const PlantVariation& draw, const Models& models,
-               const Eigen::Isometry3d& X_WP = Eigen::Isometry3d::Identity());
+               const Eigen::Isometry3d& X_WP = Eigen::Isometry3d::Identity(),
+               walking::LegOdometry* legs = nullptr);
   /// The same with the built-in controller.
   WalkingRobot(walking::PatternGenerator plan, const walking::StabilizerOptions& stabilizer,
                const WorldOptions& options, const PlantVariation& draw, const Models& models,
@@ -47,7 +50,7 @@ class WalkingRobot {
  private:
   void command(const walking::SensorReadings& readings, bool settles);
   void step();
-  void lower();
+  void lower(walking::LegOdometry* legs);
   void settle();
 
   std::unique_ptr<controllers::Controller> controller_;

@@ -21,7 +21,7 @@ constexpr std::int64_t file_stamp(slam::Stamp t) { return (kEpoch + t).count(); 
 /// The sensors: what the filter knows before the first observation, and what other readers need.
 struct RecordingSetup {
   slam::Calibration calibration;
-  Eigen::Isometry3d X_WC_start = Eigen::Isometry3d::Identity();  ///< planned camera pose at t = 0
+  Eigen::Isometry3d X_WC_start = Eigen::Isometry3d::Identity();  ///< camera at t = 0 by plan or legs
   double camera_rate_hz = 30, imu_rate_hz = 200;                 ///< imu: of encoders and forces too
   std::vector<rig::RigSensor> rig;  ///< further sensors; RigReading::sensor counts in this list
   std::vector<std::string> joints;  ///< names, in the order of the encoders

@@ -16,6 +16,7 @@ walking::Robot robot() {
     walking::Joint& joint = robot.joints.emplace_back();
     joint.name = name, joint.lowest = -0.1, joint.highest = 2;
   }
+  for (walking::Leg& leg : robot.legs) leg.joints = {0, 0, 0, 0, 0, 1};
   robot.posture = Eigen::Vector2d(0.5, 0.6);
   return robot;
 }

@@ -138,10 +138,12 @@ TEST_F(ControllerTest, NetworksOfTheExampleComputeLikePyTorchAndStandAndStepInPl
         GAITSLAM_SOURCE_DIR, *network);
     const auto outcome = run(name, read(kG1, {program, fmt::format("walk.commands=[{}]", command)}));
     EXPECT_EQ(outcome.ending, Ending::completed) << outcome.cause;
+    const sim::recording::Truth truth = sim::recording::read_truth(folder_ / name / "recording");
+    const auto start = sim::recording::RecordingReader(folder_ / name / "recording").setup().X_WC_start;
+    EXPECT_LT((start.translation() - truth.camera.front().X.translation()).norm(), 0.01) << name;
     int lifts = 0;  // of the left foot
     bool was_up = false;
-    for (const sim::recording::TrueFeet& feet :
-         sim::recording::read_truth(folder_ / name / "recording").feet) {
+    for (const sim::recording::TrueFeet& feet : truth.feet) {
       const bool up = feet.left.load_n < 5;
       lifts += up && !std::exchange(was_up, up);
       was_up = up;
