@@ -81,6 +81,21 @@ std::string joined(const std::vector<std::string>& words, std::size_t from = 0) 
   return all;
 }
 
+// Separates the axis of qx, gyrox_dps, est_qx and, as frame and axis of p_G, of p_G_Ix from its word.
+void split_axis(std::vector<std::string>& words) {
+  if (std::ranges::any_of(words, is_axis)) return;
+  for (std::size_t i = words.size(); i-- > 0;) {
+    const std::string name = words[i].substr(0, words[i].size() - 1), axis = words[i].substr(name.size());
+    const bool is_frame = i > 0 && name.size() == 1 && quantity_named(words[0]);
+    if (!is_axis(axis) || !(is_frame || quantity_named(name)) ||
+        (i + 1 < words.size() && !is_unit(joined(words, i + 1))))
+      continue;
+    words[i] = name;
+    words.insert(words.begin() + static_cast<std::ptrdiff_t>(i) + 1, axis);
+    return;
+  }
+}
+
 // The name in all words, else in the first (p_RS_R is p), else in the last (/odom/pose/position is position).
 std::optional<Quantity> quantity_of(const std::vector<std::string>& words, bool is_path) {
   std::optional<Quantity> found = quantity_named(joined(words));
@@ -223,8 +238,10 @@ std::string not_rising(std::chrono::nanoseconds before, std::chrono::nanoseconds
   std::string why = "the stamp is not after the one before";
   if (stamp < before)
     why += fmt::format(": it is {:.6g} s earlier", 1e-9 * static_cast<double>((before - stamp).count()));
-  if (stamp == before && stamp.count() % kSeconds.ns == 0)
-    why += "; is its rest in another column? expected a header that names both, as in secs,nsecs";
+  if (stamp == before)
+    why +=
+        "; is its rest missing or in another column? expected all digits, or a header that names both, as "
+        "in secs,nsecs";
   return why;
 }
 
@@ -267,22 +284,16 @@ Header::Title Header::parse(std::string_view text) {
   std::vector<std::string> words = words_of(text);
   if (words.empty()) return title;
   if (read_covariance(words, title)) return title;
+  split_axis(words);
   const auto axis = std::find_if(words.rbegin(), words.rend(), is_axis);
-  if (axis != words.rend() && (words.size() == 1 || axis != std::prev(words.rend()))) {
+  if (axis != words.rend() &&
+      (axis != std::prev(words.rend()) || words.size() == 1 || is_unit(joined(words, 1)))) {
     title.axis = (*axis)[0];
     for (auto word = axis.base(); word != words.end(); ++word) title.unit += *word;  // gyro_x_deg_s
     words.erase(std::prev(axis.base()), words.end());
     if (!words.empty()) title.quantity = quantity_of(words, title.text.starts_with('/'));
+    title.stem = joined(words);
     return title;
-  }
-  const std::string rest = joined(words, 1);
-  if ((rest.empty() || is_unit(rest)) && is_axis(words[0].substr(words[0].size() - 1))) {
-    title.quantity = quantity_named(words[0].substr(0, words[0].size() - 1));
-    if (title.quantity || words[0].size() == 1) {  // tx, qw, gyrox_dps, x_mm
-      title.axis = words[0].back();
-      if (title.unit.empty()) title.unit = rest;
-      return title;
-    }
   }
   if (words[0] == "t" || quantity_named(words[0]) == Quantity::time) {
     title.quantity = Quantity::time;
@@ -359,12 +370,17 @@ std::vector<Column> Header::columns(Quantity quantity, std::string_view axes, st
   const bool named = names(quantity);
   std::vector<std::size_t> in_order, by_name;
   for (std::size_t i = 0; i < axes.size(); ++i) {
-    if (in_order.size() == i && fits(first + i, quantity, axes[i], named)) in_order.push_back(first + i);
     std::vector<std::size_t> fitting;
     for (std::size_t field = 0; field < titles_.size(); ++field)
       if (titles_[field].axis == axes[i] && fits(field, quantity, axes[i], named)) fitting.push_back(field);
+    const auto is_bare = [&](std::size_t field) { return titles_[field].stem.empty(); };
+    const bool bare = !named && std::ranges::any_of(fitting, is_bare);  // "x" comes before "goal_x"
+    if (bare) std::erase_if(fitting, [&](std::size_t field) { return !is_bare(field); });
+    if (in_order.size() == i && fits(first + i, quantity, axes[i], named) &&
+        (titles_[first + i].axis == 0 || std::ranges::count(fitting, first + i) > 0))
+      in_order.push_back(first + i);
     if (fitting.size() == 1) by_name.push_back(fitting[0]);
-    if (fitting.size() > 1 && named && quantity == Quantity::position)
+    if (fitting.size() > 1 && !bare && quantity == Quantity::position)
       fail(fitting[1], "names the position along {} as column {} does, expected it once", axes[i],
            fitting[0] + 1);
   }

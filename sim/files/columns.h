@@ -114,7 +114,7 @@ class Header {
     std::string text, unit;
     std::optional<Quantity> quantity;  // absent: not a known name
     char axis = 0;                     // x, y, z, w, or 0
-    std::string stem = {};             // of a time: its words without the unit
+    std::string stem = {};             // its words without unit and axis
     bool of_covariance = false;
     std::optional<std::pair<int, int>> element = {};  // of the covariance; absent: an unknown name
     bool fixed_axes = false;

@@ -65,6 +65,9 @@ CsvReader::CsvReader(const fs::path& file, Writer writer)
   if (!strict_) require_utf8(file, piece_);
   if (!read_line()) throw FileError(file, "is empty");
   if (!strict_ && line_.starts_with("\xef\xbb\xbf")) line_.erase(0, 3);  // UTF-8's byte order mark
+  if (line_.find('\r') != line_.npos) fail("its lines end with CR, expected line feeds");
+  if (!strict_ && line_.find(',') == line_.npos && line_.find_first_of(";\t") != line_.npos)
+    separator_ = line_[line_.find_first_of(";\t")];
   split();
   titles_.assign(fields_.begin(), fields_.end());
   fields_.clear();
@@ -79,7 +82,8 @@ CsvReader::CsvReader(const fs::path& file, const std::vector<std::string>& heade
 CsvReader::CsvReader(const fs::path& file, std::size_t least_fields) : CsvReader(file, Writer::other) {
   if (parse_number<double>(titles_[0])) fail("expected a header that names the columns");
   if (titles_.size() < least_fields)
-    fail("expected a header of at least {} columns between commas, found {}", least_fields, titles_.size());
+    fail("expected a header of at least {} columns between commas, semicolons or tabs, found {}",
+         least_fields, titles_.size());
 }
 
 bool CsvReader::read_line() {
@@ -113,7 +117,7 @@ void CsvReader::split() {
     if (begin < line_.size() && line_[begin] == '"') {
       begin = split_quoted(begin);
     } else {
-      const std::size_t end = std::min(line_.find(',', begin), line_.size());
+      const std::size_t end = std::min(line_.find(separator_, begin), line_.size());
       std::string_view field = std::string_view(line_).substr(begin, end - begin);
       if (!strict_) {  // blanks around it
         field.remove_prefix(std::min(field.find_first_not_of(" \t"), field.size()));
@@ -134,7 +138,7 @@ std::size_t CsvReader::split_quoted(std::size_t begin) {
     line_[to] = line_[from];
   }
   fields_.push_back(std::string_view(line_).substr(begin + 1, to - begin - 1));
-  if (from < line_.size() && line_[from] != ',')
+  if (from < line_.size() && line_[from] != separator_)
     throw FileError(*file_, line_number_, from + 1, "expected a comma after the quoted field");
   return from;
 }

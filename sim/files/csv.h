@@ -75,6 +75,7 @@ class CsvReader : public Row {
   InputFile input_;
   std::string_view piece_;  // what is left of the piece at hand
   bool strict_;
+  char separator_ = ',';     // ';' or a tab if the header has these and no comma
   std::uintmax_t read_ = 0;  // bytes
   std::vector<std::string> titles_;
   std::string line_;

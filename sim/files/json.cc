@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "sim/files/csv.h"
@@ -32,7 +33,15 @@ Json::Json(const fs::path& file, std::string_view text) {
   };
   auto document = std::make_shared<Document>();
   document->file = file;
-  document->root = ordered_json::parse(text, limit_depth, false);
+  try {
+    document->root = ordered_json::parse(text, limit_depth);
+  } catch (const ordered_json::parse_error& error) {
+    const std::string_view before = text.substr(0, std::max<std::size_t>(error.byte, 1) - 1);
+    throw FileError(file, 1 + static_cast<std::size_t>(std::ranges::count(before, '\n')),
+                    before.size() - (before.rfind('\n') + 1) + 1, "is not JSON, or cut off here");
+  } catch (const ordered_json::out_of_range&) {
+    throw FileError(file, "has a number beyond 1e308");
+  }
   if (too_deep) throw FileError(file, "is nested deeper than {} levels", kDeepest);
   if (!document->root.is_object()) throw FileError(file, "expected a JSON object");
   value_ = &document->root;

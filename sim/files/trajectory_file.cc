@@ -399,6 +399,7 @@ TrajectoryFile read_trajectory(const fs::path& file) {
   if (text.lines.empty()) throw FileError(file, "has no pose in it");
   const Line& first = text.lines.front();
   const std::size_t n = first.fields();
+  if (!text.header) first.number(0);
   const bool named = text.names_position(), commas = first.has_commas();
   if (n == 12 && !commas && !text.names_orientation()) return read_kitti(text);
   if (commas && n < 8 && n != 4 && !named) first.fail("expected at least 8 numbers, found {}", n);

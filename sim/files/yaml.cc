@@ -214,7 +214,9 @@ void read_map(const Yaml& map, const MapReaders& readers) {
     if (reader == readers.end()) {
       std::vector<std::string_view> names;
       for (const auto& [name, read] : readers) names.push_back(name);
-      fail(key, key.text, "unknown key" + did_you_mean(key.text, names));
+      const std::string hint = did_you_mean(key.text, names);
+      fail(key, key.text, "unknown key{}",
+           hint.empty() ? fmt::format(", expected one of {}", fmt::join(names, ", ")) : hint);
     }
     reader->second(map.items[i]);
   }

@@ -224,7 +224,11 @@ TEST_F(TrajectoryFileTest, AHeaderThatNamesItsColumnsIsObeyed) {
         "t_ms,px_cm,py_cm,pz_cm,qw,qx,qy,qz\n5000,100,200,300,0.8,0.6,0,0\n5100,100,200,300,0.8,0.6,0,0\n",
         "# x y z qw qx qy qz\n5.0 1 2 3 0.8 0.6 0 0\n5.1 1 2 3 0.8 0.6 0 0\n",
         "# format: t x y z qw qx qy qz\n5.0 1 2 3 0.8 0.6 0 0\n5.1 1 2 3 0.8 0.6 0 0\n",
-        "tx,ty,tz,qx,qy,qz,qw,time_ms\n1,2,3,0.6,0,0,0.8,5000\n1,2,3,0.6,0,0,0.8,5100\n"}) {
+        "tx,ty,tz,qx,qy,qz,qw,time_ms\n1,2,3,0.6,0,0,0.8,5000\n1,2,3,0.6,0,0,0.8,5100\n",
+        "t [ns], vertex index, p_G_Ix [m], p_G_Iy [m], p_G_Iz [m], q_G_Iw, q_G_Ix, q_G_Iy, q_G_Iz\n"
+        "5000000000,7,1,2,3,0.8,0.6,0,0\n5100000000,8,1,2,3,0.8,0.6,0,0\n",
+        "t,goal_x,goal_y,goal_z,x,y,z,odom_qx,odom_qy,odom_qz,odom_qw\n5,9,9,9,1,2,3,0.6,0,0,0.8\n"
+        "5.1,9,9,9,1,2,3,0.6,0,0,0.8\n"}) {
     const TrajectoryFile file = read(text);
     EXPECT_EQ(file.rows[1].t, std::chrono::milliseconds(5100)) << text;
     EXPECT_LT((file.rows[1].X.translation() - Eigen::Vector3d(1, 2, 3)).norm(), 1e-12) << text;
@@ -232,6 +236,9 @@ TEST_F(TrajectoryFileTest, AHeaderThatNamesItsColumnsIsObeyed) {
   }
   expect_rejected("#timestamp,tx,ty,tz,roll,pitch,yaw,qw\n5.0,1,2,3,0,0,0,1\n",
                   ":1: column 5, \"roll\": expected the orientation along w here");
+  expect_rejected("t,gt_x,gt_y,gt_z,est_x,est_y,est_z\n5,1,2,3,1,2,3\n",
+                  ":1: column 5, \"est_x\": names the position along x as column 2 does, expected it once");
+  expect_rejected("Saved by my slam\n5 1 2 3 0 0 0 1\n", ":1:1: expected a finite number, found \"Saved\"");
   expect_rejected("#timestamp,vx,vy,vz,qw,qx,qy,qz\n5.0,1,2,3,1,0,0,0\n", ":1: column 2, \"vx\": expected");
   expect_rejected("# x y z\n5.0 1 2 3 0.8 0.6 0 0\n",
                   ":1: the header names 3 columns and no stamp, the rows have 8: expected ");

@@ -61,6 +61,8 @@ TEST_F(SuiteTest, WhatIsWrongIsRefusedWithItsPlace) {
            {"seeds: 1\nscenarios: [{scenraio: x}]\n",
             "ci.yaml:2:14: scenraio: unknown key; did you mean 'scenario'?"},
            {"seed: 1\n", "did you mean 'seeds'?"},
+           {one + "gate: {rmse_m: {relative: 1}}}]\n",
+            ": relative: unknown key, expected one of percent, absolute"},
            {"[]\n", "expected a suite"},
            {"seeds: 1\nscenarios: [{scenario: ../walk.yaml}, {scenario: ../walk.yaml}]\n",
             "two scenarios are called 'walk'"},
@@ -125,7 +127,7 @@ TEST(Baseline, ReadsBackWhatWasWrittenToTheBit) {
   write_baseline(file, read);
   EXPECT_EQ(files::read_text(file), text);
   for (const auto& [wrong, why] :
-       {std::pair{text.substr(0, text.size() / 2), "ci.json: expected a JSON object"},
+       {std::pair{text.substr(0, text.size() / 2), ": is not JSON, or cut off here"},
         {std::string("{}"), "ci.json: format_version: is missing"}}) {
     files::write_text(file, wrong);
     EXPECT_THAT(files::error_of([&] { read_baseline(file); }), HasSubstr(why));

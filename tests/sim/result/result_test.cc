@@ -261,7 +261,7 @@ TEST_F(ScoreFile, AnotherTypeIsNamedWithItsKey) {
            {"\"at_most\": 0.5", "\"at_most\": {}", "limits[0].at_most: expected a number, found object"},
            {"\"at_most\": 0.5", "\"a\": 1", "limits[0].at_least: is missing"},
            {"true", "1", "limits[0].passed: expected true or false, found number"},
-           {"[{", "{\"a\": [{", "score.json: expected a JSON object"},
+           {"[{", "{\"a\": [{", ": is not JSON, or cut off here"},
            {limits, "\"tracking\": 5, \"limits\"", "tracking: expected an object"},
            {limits, tracking + R"("lost": {"a": {}})" + more, "tracking.lost: expected a list"},
            {limits, tracking + R"("lost": [1])" + more, "tracking.lost[0]: expected an object"},
