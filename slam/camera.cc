@@ -126,8 +126,11 @@ Camera::Camera(const CameraIntrinsics& intrinsics)
       focal_(intrinsics.fu_px, intrinsics.fv_px),
       center_(intrinsics.u0_px, intrinsics.v0_px),
       widest_(std::numeric_limits<double>::infinity()) {
-  if (!(focal_.minCoeff() > 0) || intrinsics.width_px < 32 || intrinsics.height_px < 32)
-    throw std::invalid_argument("camera: focal lengths must be positive and the image at least 32 px a side");
+  if (intrinsics.width_px < 32 || intrinsics.height_px < 32 ||
+      !(16 * focal_.minCoeff() > intrinsics.width_px))
+    throw std::invalid_argument(
+        "camera: focal lengths, in px, must be more than 1/16 of the width, and the image at least 32 px a "
+        "side");
   if (const auto* radial = std::get_if<OneParameterRadial>(&intrinsics.lens)) {
     if (!(radial->k1_px2 >= 0)) throw std::invalid_argument("camera: k1_px2 must not be negative");
     return;

@@ -12,6 +12,8 @@ using namespace recording_format;
 
 /// Between true poses that are interpolated, and between readings that join.
 constexpr slam::Stamp kLongestGap{100'000'000};
+/// A truth that starts so late after an image, as by rounded stamps, starts with it.
+constexpr slam::Stamp kSameTime{100'000};
 constexpr std::array kTruthFolders{"mav0/state_groundtruth_estimate0", "mav0/mocap0", "mav0/gt",
                                    "mav0/vicon0", "mav0/leica0"};
 
@@ -194,10 +196,13 @@ struct ReadSensors : AslSensors {
     has_motion = std::ranges::any_of(motion_sources(), [&](const MotionSource& source) {
       return fs::exists(folder / sensor_rows(source.name));
     });
-    if (has_motion)
-      setup.X_WC_start = read_pose(yaml(folder / sensor_file("plan0")), "T_WC_start");
+    if (const fs::path plan = folder / sensor_file("plan0"); fs::exists(plan))
+      setup.X_WC_start = read_pose(yaml(plan), "T_WC_start");
     else if (!a_G.isZero())  // it points up
       setup.X_WC_start.linear() = turn_upwards(setup.calibration.X_CG.linear() * a_G);
+    else
+      remarks.push_back(imu->file.string() +
+                        ": no accelerations: the vertical is not known, and yaw is about the optical axis");
   }
 
   void require_one_clock() const {
@@ -307,8 +312,8 @@ std::vector<files::TimedPose> interpolated(const fs::path& file, const files::Tr
   auto t = times.begin();
   for (std::size_t i = 0; i < truth.rows.size(); ++i)
     for (const files::TimedPose& now = truth.rows[i]; t != times.end() && *t <= now.t; ++t) {
-      if (*t == now.t)
-        poses.push_back(now);
+      if (now.t - *t <= (i == 0 ? kSameTime : slam::Stamp(0)))
+        poses.push_back({*t, now.X});
       else if (i > 0 && now.t - truth.rows[i - 1].t <= kLongestGap)
         poses.push_back({*t, interpolate(truth.rows[i - 1], now, *t)});
     }

@@ -78,6 +78,8 @@ TEST_F(RecordedElsewhere, APlanMayHaveColumnsOfAnotherProgramsOwn) {
   AslFolder own_column(folder_.path());
   const auto first = own_column.next();
   EXPECT_TRUE(first && first->plan && !first->legs);
+  fs::remove(folder_ / "mav0/plan0/sensor.yaml");  // then the accelerometer defines the start
+  EXPECT_EQ(complaint(), "");
 }
 
 TEST_F(RecordedElsewhere, AReadingStandsForTheTimeUntilHalfwayToItsNeighborsAndIsSplitAtAFrame) {
@@ -110,6 +112,10 @@ TEST_F(RecordedElsewhere, TruthIsInterpolatedAtTheFramesAndAlignedWithTheStart) 
   EXPECT_EQ(truth[1].t, Stamp{49999872});
   // from (2, 0, 0) halfway between the first two to (3, 4, 0), four fifths between the others
   EXPECT_NEAR((truth[1].X.translation() - truth[0].X.translation()).norm(), std::hypot(1, 4), 1e-4);
+  const std::string pose = ",1,0,0,1,0,0,0\n";  // stamped 0.044 ms after the first image, by rounding
+  write("state_groundtruth_estimate0/data.csv",
+        "t,x,y,z,qw,qx,qy,qz\n1403636579763600000" + pose + "1403636579813555456" + pose);
+  EXPECT_EQ(AslFolder(folder_.path()).truth().camera.at(0).t, Stamp{0});
   fs::remove_all(folder_ / "mav0/state_groundtruth_estimate0");
   const AslFolder without(folder_.path());
   EXPECT_TRUE(without.truth().camera.empty());
@@ -194,7 +200,7 @@ TEST_F(RecordedElsewhere, ColumnsAndStampsAreReadByTheirNamesAndUnits) {
 
 TEST_F(RecordedElsewhere, StampsInTwoColumnsAreReadByTheirNames) {
   write("cam0/data.csv",
-        "sec,nanosec,filename\n1403636579,763555584,second.png\n1403636579,813555456,second.png\n");
+        "sec;nanosec;filename\n1403636579;763555584;second.png\n1403636579;813555456;second.png\n");
   write("imu0/data.csv",
         "header.stamp.secs,header.stamp.nsecs,angular_velocity.x,angular_velocity.y,angular_velocity.z\n"
         "1403636579,758555392,1,0,0\n1403636579,778555392,2,0,0\n");
