@@ -75,6 +75,9 @@ class Classes {
       if (child.name == "default") add(child, name);
   }
 
+  /// A class that a file may name without declaring it.
+  void declare(const std::string& name) { all_.emplace(name, all_.at(main_)); }
+
   /// Writes the attributes of the element's class, and of those above it, into the element. kind: the name of
   /// its elements among the defaults.
   void apply(Element& element, string_view kind, const std::string& childclass = "") const {
@@ -211,6 +214,7 @@ class Reader {
 
   Element& apply_all_classes() {
     classes_.add(section("default"), "");
+    if (room_) classes_.declare("floor");
     Element& world = section("worldbody");
     apply_classes(world, "");
     for (Element& each : actuators_) classes_.apply(each, each.name);

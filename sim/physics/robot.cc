@@ -143,35 +143,36 @@ class RobotReader {
     const RobotFile::Foot& foot_keys = file_.feet[side];
     leg.pad_stiffness << foot_keys.pad_roll_nm_rad, foot_keys.pad_pitch_nm_rad;
     leg.pad_lag_s = foot_keys.pad_lag_s;
-    leg.sole_min.setConstant(std::numeric_limits<double>::infinity());
-    leg.sole_max = -leg.sole_min;
-    for (const int geom : contacts(m_, foot)) extend(leg, X_WS.inverse(), geom);
+    Eigen::AlignedBox3d shape;
+    for (const int geom : contacts(m_, foot)) extend(shape, X_WS.inverse(), geom);
+    leg.sole_min = shape.min().head<2>(), leg.sole_max = shape.max().head<2>();
     if (!(leg.sole_min.array() < leg.sole_max.array()).all())
       fail(key, fmt::format("body '{}' has no sole, expected geoms that touch the floor at several places",
                             file_.feet[side].body));
+    if (!(std::abs(shape.min().z()) <= kSoleDepth))
+      fail(key,
+           fmt::format("what touches the floor ends {:.4g} m {} the point sole_m, expected it at the ground",
+                       std::abs(shape.min().z()), shape.min().z() > 0 ? "above" : "below"));
     for (int body = foot; mover(body) == leg.joints.back(); body = m_.body_parentid[body])
       for (int k = m_.body_jntnum[body]; k-- > 0;) add_spring(leg, X_WS, m_.body_jntadr[body] + k);
   }
 
   /// A sphere touches the floor below its center.
-  void extend(Leg& leg, const Isometry3d& X_SW, int geom) const {
+  void extend(Eigen::AlignedBox3d& sole, const Isometry3d& X_SW, int geom) const {
     const Isometry3d X_SG = X_SW * geom_pose(*data_, geom);
-    if (m_.geom_type[geom] == mjGEOM_MESH) return extend_by_mesh(leg, X_SG, m_.geom_dataid[geom]);
-    Vector2d half = Vector2d::Zero();
-    if (m_.geom_type[geom] != mjGEOM_SPHERE)
-      half = (X_SG.linear().cwiseAbs() * half_extents(m_, geom)).head<2>();
-    leg.sole_min = leg.sole_min.cwiseMin(X_SG.translation().head<2>() - half);
-    leg.sole_max = leg.sole_max.cwiseMax(X_SG.translation().head<2>() + half);
+    if (m_.geom_type[geom] == mjGEOM_MESH) return extend_by_mesh(sole, X_SG, m_.geom_dataid[geom]);
+    const bool round = m_.geom_type[geom] == mjGEOM_SPHERE;
+    const Vector3d half = round ? Vector3d(0, 0, m_.geom_size[3 * geom])
+                                : Vector3d(X_SG.linear().cwiseAbs() * half_extents(m_, geom));
+    sole.extend(X_SG.translation() - half).extend(X_SG.translation() + half);
   }
 
   /// Vertices of a mesh count only if they are as low as the sole.
-  void extend_by_mesh(Leg& leg, const Isometry3d& X_SG, int mesh) const {
+  void extend_by_mesh(Eigen::AlignedBox3d& sole, const Isometry3d& X_SG, int mesh) const {
     for (int i = 0; i < m_.mesh_vertnum[mesh]; ++i) {
       const float* const vertex = m_.mesh_vert + 3 * (m_.mesh_vertadr[mesh] + i);
       const Vector3d p = X_SG * Vector3d(vertex[0], vertex[1], vertex[2]);
-      if (p.z() > kSoleDepth) continue;
-      leg.sole_min = leg.sole_min.cwiseMin(p.head<2>());
-      leg.sole_max = leg.sole_max.cwiseMax(p.head<2>());
+      if (p.z() <= kSoleDepth) sole.extend(p);
     }
   }
 

@@ -253,6 +253,9 @@ TEST(ModelFile, ARoomKeepsItsLightsAndNamesAndMayNotMove) {
   EXPECT_THAT(to_xml(kept.root),
               Has("<headlight active=\"1\"/>", "<light/>", "material name=\"wood\"", "material=\"wood\""));
   EXPECT_THAT(to_xml(kept.root), Lacks("camera", "option", "euler"));
+  // The class floor needs no declaration; its geoms have the file's defaults and the bits of floors.
+  EXPECT_THAT(to_xml(room("<geom class='floor' type='box' size='1 1 1'/>").root),
+              Has("<geom type=\"box\" size=\"1 1 1\" contype=\"9\" conaffinity=\"9\" material=\"wood\"/>"));
   EXPECT_THAT(error_of([&] { room("<body><joint/></body>"); }),
               Has("joint: is in a room, expected shapes that do not move"));
   EXPECT_THAT(error_of([&] {

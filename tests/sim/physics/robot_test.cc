@@ -63,6 +63,11 @@ TEST(ReadRobot, NamesWhatDoesNotFitWithItsPlace) {
        "posture_deg.NECK: the model has no joint 'NECK'"},
       {[](RobotFile& f, mjModel&) { f.posture_rad.clear(); }, "leg cannot move its sole every way"},
       {[](RobotFile&, mjModel& m) { m.jnt_limited[1] = 0; }, "the right leg has no range at RLEG_JOINT0"},
+      {[](RobotFile&, mjModel& m) {
+         const int sole = mj_name2id(&m, mjOBJ_SITE, "right_sole");
+         m.site_sameframe[sole] = 0, m.site_pos[3 * sole + 2] -= 0.02;
+       },
+       " m above the point sole_m, expected it at the ground"},
       {[](RobotFile&, mjModel& m) { std::fill_n(m.geom_contype, m.ngeom, 0); },
        ": feet.right: body 'RLEG_SOLE' has no sole, expected geoms that touch the floor at several places"},
       {[](RobotFile&, mjModel& m) { m.jnt_stiffness[mj_name2id(&m, mjOBJ_JOINT, "RLEG_BUSH_YAW")] = 0; },
