@@ -41,7 +41,9 @@ double yaw_between_deg(const recording::TrueMotion& a, const recording::TrueMoti
 
 constexpr slam::Stamp kBetweenPairs = 1s, kApart = 400ms;
 constexpr int kHalfPatch = 6, kSearch = 6, kMargin = kHalfPatch + kSearch + 2;
-constexpr double kSame = 0.95;  // least correlation of a patch with its place in the later image
+constexpr double kSame = 0.95;      // least correlation of a patch with its place in the later image
+constexpr double kDistinct = 0.25;  // least ratio of its decreases in two directions, kRing px away
+constexpr int kRing = 3;
 constexpr std::size_t kFewest = 30;
 
 cv::Rect around(cv::Point center, int half) {
@@ -54,9 +56,13 @@ double top(double before, double at, double after) {
   return bend < 0 ? 0.5 * (before - after) / bend : 0;
 }
 
-// Place of the patch in pixels from the middle of the window; nothing unless the correlation is high and its
-// peak inside.
-std::optional<Eigen::Vector2d> find(const cv::Mat& window, const cv::Mat& patch) {
+struct Found {
+  Eigen::Vector2d place;  // px from the middle of the window
+  bool distinct;          // the correlation decreases in each direction, unlike along an edge
+};
+
+// Finds the patch; nothing unless the correlation is high and its peak inside.
+std::optional<Found> find(const cv::Mat& window, const cv::Mat& patch) {
   cv::Mat scores;
   cv::matchTemplate(window, patch, scores, cv::TM_CCOEFF_NORMED);
   double best = 0;
@@ -64,8 +70,15 @@ std::optional<Eigen::Vector2d> find(const cv::Mat& window, const cv::Mat& patch)
   cv::minMaxLoc(scores, nullptr, &best, nullptr, &at);
   if (best < kSame || at.x < 1 || at.y < 1 || at.x >= scores.cols - 1 || at.y >= scores.rows - 1) return {};
   const auto score = [&](int u, int v) { return static_cast<double>(scores.at<float>(at.y + v, at.x + u)); };
-  return Eigen::Vector2d(at.x + top(score(-1, 0), best, score(1, 0)) - (scores.cols - 1) / 2,
-                         at.y + top(score(0, -1), best, score(0, 1)) - (scores.rows - 1) / 2);
+  double least = 1, most = 0;  // decrease
+  for (int u = -kRing; u <= kRing; ++u)
+    for (int v = -kRing; v <= kRing; ++v)
+      if (std::max(std::abs(u), std::abs(v)) == kRing &&
+          cv::Rect({}, scores.size()).contains(at + cv::Point(u, v)))
+        least = std::min(least, best - score(u, v)), most = std::max(most, best - score(u, v));
+  return Found{{at.x + top(score(-1, 0), best, score(1, 0)) - (scores.cols - 1) / 2,
+                at.y + top(score(0, -1), best, score(0, 1)) - (scores.rows - 1) / 2},
+               least >= kDistinct * most};
 }
 
 }  // namespace
@@ -139,18 +152,24 @@ void ViewCheck::find_corners(const cv::Mat& image, const Eigen::Isometry3d& X_WC
     const auto found =
         find(image(around(near, kHalfPatch + kSearch)), first_(around(corner.pixel, kHalfPatch)));
     if (!found) continue;
-    const double distance = (Eigen::Vector2d(near.x, near.y) + *found - *pixel).norm();
-    ++distances_[std::min(distances_.size() - 1, static_cast<std::size_t>(20 * distance))];
-    ++points_;
+    const double distance = (Eigen::Vector2d(near.x, near.y) + found->place - *pixel).norm();
+    for (Distances* const each : {&all_, &distinct_})
+      if (each == &all_ || found->distinct)
+        ++each->counts[std::min(each->counts.size() - 1, static_cast<std::size_t>(20 * distance))],
+            ++each->points;
   }
   first_.release();
 }
 
-std::optional<double> ViewCheck::median_px() const {
-  if (points_ < kFewest) return std::nullopt;
+std::optional<double> ViewCheck::Distances::median_px() const {
+  if (points < kFewest) return std::nullopt;
   std::size_t below = 0, bin = 0;
-  while (2 * (below + distances_[bin]) < points_) below += distances_[bin++];
+  while (2 * (below + counts[bin]) < points) below += counts[bin++];
   return (static_cast<double>(bin) + 0.5) / 20;
+}
+
+const ViewCheck::Distances& ViewCheck::judged() const {
+  return all_.median_px().value_or(0) > kView_px ? distinct_ : all_;
 }
 
 std::optional<std::string> SelfCheck::complaint() const {

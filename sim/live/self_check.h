@@ -47,18 +47,25 @@ class ViewCheck {
   /// An image and the true pose at its stamp.
   void add(const cv::Mat& image, slam::Stamp t, const Eigen::Isometry3d& X_WC);
 
-  std::size_t points() const { return points_; }
+  std::size_t points() const { return judged().points; }
   /// Median distance (px) of found points from their projections; nullopt for fewer than
   /// 30 points, as when the lights are off.
-  std::optional<double> median_px() const;
+  std::optional<double> median_px() const { return judged().median_px(); }
 
  private:
+  struct Distances {
+    std::array<std::size_t, 200> counts{};  // by twentieths of a pixel
+    std::size_t points = 0;
+    std::optional<double> median_px() const;
+  };
   struct Corner {
     cv::Point pixel;
     Eigen::Vector3d p_W;
   };
   void extract_corners(const cv::Mat& image, const Eigen::Isometry3d& X_WC);
   void find_corners(const cv::Mat& image, const Eigen::Isometry3d& X_WC);
+  /// All points, or only the distinct ones if all are too far off: those along edges may be anywhere.
+  const Distances& judged() const;
   std::optional<Eigen::Vector2d> expected(const Eigen::Vector3d& p_W, const Eigen::Isometry3d& X_WC) const;
 
   slam::Camera camera_;
@@ -66,8 +73,7 @@ class ViewCheck {
   std::optional<slam::Stamp> first_t_;
   cv::Mat first_;
   std::vector<Corner> corners_;
-  std::size_t points_ = 0;
-  std::array<std::size_t, 200> distances_{};  // how many, by twentieths of a pixel
+  Distances all_, distinct_;
 };
 
 /// Largest errors of the ideal sensors of a run, beyond those of the step length.

@@ -13,6 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace sim;
+using namespace std::chrono_literals;
 
 constexpr const char* kWalk = R"(
 walk: {commands: [{stand: {duration_s: 0.5}}, {tangent_arc: {radius_m: 0.75, angle_deg: 60}}]}
@@ -108,6 +109,25 @@ TEST_F(SelfCheckTest, NamesReadingsThatLagByOneSampleAndImagesThatLagByOneFrame)
   check.inertial = turning(1);
   EXPECT_THAT(check.complaint().value_or(""),
               testing::HasSubstr("integrated over 2.0 s, leave the true heading by 0.3438 deg, more than"));
+}
+
+// A room without texture has only edges: here a camera moves along one, by 3 px, and sees no change.
+TEST(ViewCheck, DoesNotMeasurePointsAlongAnEdge) {
+  for (const double slope : {0.0, 0.05, 0.4, 1.0}) {
+    slam::CameraIntrinsics intrinsics;
+    cv::Mat image(intrinsics.height_px, intrinsics.width_px, CV_8UC1, cv::Scalar(40));
+    for (int u = 0; u < image.cols; ++u)
+      image.col(u).rowRange(std::min(image.rows, static_cast<int>(60 + slope * u)), image.rows).setTo(200);
+    score::Surface wall;
+    wall.X_WS.translation().z() = 2, wall.size = {9, 9, 0.1};
+    live::ViewCheck check(intrinsics, {wall});
+    for (int k = 0; k < 8; ++k) {
+      Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
+      X_WC.translation() = 3 * 1.9 / intrinsics.fu_px * k * Eigen::Vector3d(1, slope, 0).normalized();
+      check.add(image, 500ms * k, X_WC);
+    }
+    EXPECT_EQ(check.median_px(), std::nullopt) << slope << ": " << check.points();
+  }
 }
 
 TEST_F(SelfCheckTest, AllowsForTheStepLengthOfAVibratingRobotAndStillNamesALag) {
