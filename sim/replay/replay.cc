@@ -180,10 +180,14 @@ void read_run(const ExternalRun& run, const Frames& frames, result::RunRecord& r
   if (file.stamps == "frame numbers")
     throw estimators::EstimatorFailed(
         "its trajectory has frame numbers for stamps: write times.txt beside it");
+  if (file.warning) run.warn("its trajectory: " + *file.warning);
   Poses poses = poses_at_frames(file, frames, run.body, record.setup.calibration);
-  if (poses.empty())
+  const bool whole = std::ranges::all_of(
+      file.rows, [](const files::TumRow& row) { return row.t % std::chrono::seconds(1) == slam::Stamp(0); });
+  if (poses.empty() || (whole && poses.size() < file.rows.size()))
     throw estimators::EstimatorFailed(
-        fmt::format("none of its {} poses has the stamp of a frame", file.rows.size()));
+        fmt::format("{} of its {} poses have the stamp of a frame within 2 ms{}", poses.size(),
+                    file.rows.size(), whole ? ": its stamps are whole numbers, as frame numbers are" : ""));
   record.scaled_by = place_in_world(poses, record.truth.camera, run.alignment);
   auto pose = poses.begin();
   for (const slam::Stamp t : frames.stamps) {

@@ -55,6 +55,7 @@ struct ExternalRun {
   double cpu_ms = 0;                                    ///< of the whole run
   bool keep = false;                                    ///< the trajectory as trajectory.txt in the result
   std::optional<std::string> failed = {};               ///< why the trajectory is missing
+  std::function<void(const std::string&)> warn = [](const std::string&) {};
 };
 
 /// Writes a complete result folder from poses within 2 ms of frames with stamps from 0 s on (as in the

@@ -42,16 +42,20 @@ void add_reports(score::Run& run, const tracking::Tracked& tracked, bool with_us
   for (auto& [id, history] : histories) run.landmarks.push_back(std::move(history));
 }
 
-/// In order of time, without late observations. by_landmarks: the estimator tracks from its first landmark
-/// on.
+/// In order of time, without late observations; an answer without a new pose does not track. by_landmarks:
+/// the estimator tracks from its first landmark on.
 std::vector<score::TimedHealth> health(const tracking::Tracked& tracked, bool by_landmarks) {
   std::vector<score::TimedHealth> all;
   bool tracks = !by_landmarks;
+  slam::Stamp newest = slam::Stamp::min();  // of the poses
   for (const tracking::TrackedFrame& frame : tracked.frames) {
     const slam::FrameReport& report = frame.report;
     tracks = tracks || report.landmarks > 0;
+    const bool moved = frame.estimate && frame.estimate->t > newest;
+    if (moved) newest = frame.estimate->t;
     if (all.empty() || report.t > all.back().t)
-      all.push_back({report.t, tracks && report.health == slam::Health::ok, report.suspect.has_value()});
+      all.push_back(
+          {report.t, tracks && moved && report.health == slam::Health::ok, report.suspect.has_value()});
   }
   for (const auto* const unanswered : {&tracked.untracked, &tracked.dropped})
     for (const slam::Stamp t : *unanswered) all.push_back({t, false, false});

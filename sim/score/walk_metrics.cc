@@ -299,7 +299,8 @@ MetricDefinitions completion_metrics() {
            "after that.",
            Needs::walk, track_completion, smallest, kHeadline},
           {"tracked_fraction", "1",
-           time + "tracked: it answered, neither lost nor diverged. Dropped frames count as not tracked.",
+           time + "tracked: it answered with a new pose, neither lost nor diverged. Dropped frames count as "
+                  "not tracked.",
            Needs::walk, fraction_of_time(&TimedHealth::tracks), smallest, kHeadline},
           {"fault_flag_fraction", "1", time + "reported that one sensor contradicts the others.", Needs::walk,
            fraction_of_time(&TimedHealth::fault_flag), largest, kHeadline}};

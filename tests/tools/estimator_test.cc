@@ -45,6 +45,10 @@ TEST_F(ExternalEstimator, KilledAtAnyMomentItLeavesAWholeResult) {
     EXPECT_LT(metrics["tracked_fraction"]["value"], message / 40.0 + 0.01);
     EXPECT_EQ(names("out"), whole) << message;
   }
+  replay(fmt::format("{{program: ['{}', openvins]}}", GAITSLAM_MISBEHAVING)).ends(0);
+  // Of 53 frames, four have no pose: it is not ready twice, lost once, and repeats a pose once.
+  const auto tracked = json_in("out/score.json")["metrics"]["tracked_fraction"]["value"].get<double>();
+  EXPECT_NEAR(tracked, 1 - 3 / 52.0, 0.002);
   replay(fmt::format("{{program: ['{}', gives_cause, 9], name: mine}}", GAITSLAM_MISBEHAVING)).ends(3);
   EXPECT_EQ(text_of("out/estimator.log"), "first\nthe map is broken\n");
   EXPECT_EQ(json_in("out/score.json")["estimator"], "mine");
@@ -266,6 +270,10 @@ TEST_F(ExternalEstimator, EvaluateReadsCovariancesTakesLimitsAndStatesTheCoverag
   write("late.sh", "echo no trajectory > $1\n");
   EXPECT_EQ(gaitslam(evaluate).exit_code, 3);
   EXPECT_EQ(text_of("e/walk/seed-1/trajectory.txt"), "no trajectory\n") << "kept, though it was rejected";
+  write("late.sh", "grep -v '#' r/seed-1/truth.tum | tr ' ' , > $1\n");
+  EXPECT_THAT(gaitslam(evaluate).err, Has("warning: its trajectory: no header names the quaternion"));
+  write("late.sh", "grep -v '#' r/seed-1/truth.tum | awk '{$1 = NR - 1} 1' > $1\n");
+  EXPECT_THAT(gaitslam(evaluate).ends(3).err, Has("its stamps are whole numbers, as frame numbers are"));
 }
 
 TEST_F(ExternalEstimator, AnInterruptedEvaluationGoesOnWithTheRecordingsThatAreLeft) {

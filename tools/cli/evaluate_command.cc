@@ -107,10 +107,12 @@ int evaluate_one(const ResultJob& job, const fs::path& result_folder, const Eval
     ProgressLine progress(fmt::format("{} on {}", s.estimator.name, folder.string()));
     const TemporaryFolder scratch;
     exports::ExportedRun exported{folder, s.name, s.seed, s.errors, false, request.undistort};
-    exported.warn = [](const std::string& what) { std::cerr << "warning: " << what << '\n'; };
+    const auto warn = [](const std::string& what) { std::cerr << "warning: " << what << '\n'; };
+    exported.warn = warn;
     exports::export_run(exported, request.format, scratch / "export", files::Existing::reject);
     const result::Timing timing;
-    const replay::ExternalRun run = run_command(request, s, scratch);
+    replay::ExternalRun run = run_command(request, s, scratch);
+    run.warn = warn;
     const replay::WalkEnd walk = replay::read_walk_end(folder);
     outcome = replay::score_external(job.read, folder / "recording", walk, run,
                                      result_place(result_folder, walk.models_hash), timing);
