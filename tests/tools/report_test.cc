@@ -188,11 +188,12 @@ TEST_F(ReportTest, WhatIsNoResultIsNamed) {
   expect_refused({{"report nowhere --out x.html", "nowhere: no such result folder"},
                   {"report empty --out x.html", "expected a result folder"},
                   {"report two --plots gif --out x", "gif"},
+                  {"report two --out x.pdf", "--out x.pdf: expected a name that ends in .html"},
                   {"report two", "--out"}});
   for (const auto& [file, text, complaint] :
        {std::array{"frames.csv", "a,b\n1\n", ":2: expected 2 fields, found 1"},
         {"frames.csv", "a,a\n1,1\n", ":1: has the column 'a' twice"},
-        {"score.json", "{", ": expected a JSON object"}}) {
+        {"score.json", "{", ":1:2: is not JSON, or cut off here"}}) {
     write(std::string("two/seed-1/") + file, text);
     expect_refused("report two --out x.html", std::string(file) + complaint);
   }

@@ -141,6 +141,8 @@ int make_report(ReportRequest& request) {
     return 0;
   }
   require_new_file(*request.out, request.force);
+  if (const fs::path kind = fs::path(*request.out).extension(); kind != ".html" && kind != ".htm")
+    throw UsageError("--out {}: expected a name that ends in .html; --plots writes pictures", *request.out);
   const OnInterrupt on_interrupt("nothing was written; rerun the command");
   {
     ProgressLine progress("report");
