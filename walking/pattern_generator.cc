@@ -73,6 +73,10 @@ PatternGenerator::PatternGenerator(const Robot& robot, const WalkOptions& option
       gains_(preview_gains(cart_, static_cast<int>(std::lround(options.preview_s / kPeriod)))),
       window_(static_cast<int>(gains_.preview.size())),
       control_(cart_, gains_, robot.com.head<2>()) {
+  for (const Leg& leg : robot.legs)
+    if (leg.joints.size() != 6)
+      throw std::invalid_argument("walk.controller: the built-in controller needs legs of 6 joints, found " +
+                                  std::to_string(leg.joints.size()) + "; expected {program: [...]}");
   if (options.arm_motion == ArmMotion::swing && !(robot.arms[0] && robot.arms[1]))
     throw std::invalid_argument("walk.arm_motion: swing: the robot has no arms that swing, expected still");
   for (; !window_.full(); ++pushed_) window_.push(smoothed_zmp(timeline_, pushed_));

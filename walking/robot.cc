@@ -31,6 +31,8 @@ Matrix3d turn(const Vector3d& axis, double angle) {
   return R;
 }
 
+int joints_of(const Leg& leg) { return static_cast<int>(leg.joints.size()); }
+
 /// The sole in the base, and how it moves with each joint: velocity, then angular velocity.
 struct Chain {
   Isometry3d X_BS;
@@ -42,7 +44,8 @@ Chain chain(const Robot& robot, const Leg& leg, const LegVector& q) {
   Matrix3d R = Matrix3d::Identity();
   Vector3d p = Vector3d::Zero();
   Eigen::Matrix<double, 3, 6> points;
-  for (int i = 0; i < 6; ++i) {
+  result.J.setZero();
+  for (int i = 0; i < joints_of(leg); ++i) {
     const Joint& joint = robot.joints[static_cast<std::size_t>(leg.joints[static_cast<std::size_t>(i)])];
     p += R * joint.offset;
     points.col(i) = p;
@@ -52,7 +55,7 @@ Chain chain(const Robot& robot, const Leg& leg, const LegVector& q) {
   result.X_BS = Isometry3d::Identity();
   result.X_BS.translation() = p + R * leg.X_FS.translation();
   result.X_BS.linear() = R * leg.X_FS.linear();
-  for (int i = 0; i < 6; ++i)
+  for (int i = 0; i < joints_of(leg); ++i)
     result.J.block<3, 1>(0, i) =
         Vector3d(result.J.block<3, 1>(3, i)).cross(result.X_BS.translation() - points.col(i));
   return result;
@@ -94,7 +97,7 @@ const Joint& joint_of(const Robot& robot, const Leg& leg, int i) {
 
 /// Index of the first joint of a leg beyond its range, if there is one.
 std::optional<int> beyond_range(const Robot& robot, const Leg& leg, const LegVector& q) {
-  for (int i = 0; i < 6; ++i)
+  for (int i = 0; i < joints_of(leg); ++i)
     if (const Joint& joint = joint_of(robot, leg, i); q[i] < joint.lowest || q[i] > joint.highest) return i;
   return std::nullopt;
 }
@@ -112,10 +115,10 @@ void check_leg(const Robot& robot, Side side) {
   const auto require = [&](bool fulfilled, const std::string& complaint) {
     if (!fulfilled) throw std::invalid_argument("the " + name_of(side) + " leg " + complaint);
   };
-  require(leg.joints.size() == 6, "has " + std::to_string(leg.joints.size()) +
-                                      " joints, expected 6: other legs need an external controller");
+  const int joints = joints_of(leg);
+  require(joints >= 1 && joints <= 6, "has " + std::to_string(joints) + " joints, expected 1 to 6");
   int parent = -1;
-  for (int i = 0; i < 6; ++i) {
+  for (int i = 0; i < joints; ++i) {
     const Joint& joint = joint_of(robot, leg, i);
     require(joint.parent == parent, "is not a chain from base to foot: " + joint.name +
                                         " is not on the link of " +
@@ -129,7 +132,7 @@ void check_leg(const Robot& robot, Side side) {
   if (const auto i = beyond_range(robot, leg, q))
     require(false, "is beyond the range of " + joint_of(robot, leg, *i).name + " in the start posture");
   const Eigen::JacobiSVD<Jacobian> svd(chain(robot, leg, q).J);
-  require(svd.singularValues()[5] > kLeastFreedom,
+  require(joints < 6 || svd.singularValues()[5] > kLeastFreedom,
           "cannot move its sole every way in the start posture, expected a bent knee and axes of every "
           "direction");
 }
@@ -137,13 +140,13 @@ void check_leg(const Robot& robot, Side side) {
 }  // namespace
 
 LegVector leg_angles(const Leg& leg, const JointVector& q) {
-  LegVector angles;
-  for (int i = 0; i < 6; ++i) angles[i] = q[leg.joints[static_cast<std::size_t>(i)]];
+  LegVector angles = LegVector::Zero();
+  for (int i = 0; i < joints_of(leg); ++i) angles[i] = q[leg.joints[static_cast<std::size_t>(i)]];
   return angles;
 }
 
 void set_leg_angles(const Leg& leg, const LegVector& angles, JointVector& q) {
-  for (int i = 0; i < 6; ++i) q[leg.joints[static_cast<std::size_t>(i)]] = angles[i];
+  for (int i = 0; i < joints_of(leg); ++i) q[leg.joints[static_cast<std::size_t>(i)]] = angles[i];
 }
 
 Isometry3d sole_in_base(const Robot& robot, Side side, const LegVector& q) {

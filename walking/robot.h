@@ -15,7 +15,7 @@ enum class Side { right, left };
 
 /// A value for each joint, in the order of Robot::joints.
 using JointVector = Eigen::VectorXd;
-/// Values for a leg's six joints, hip to ankle.
+/// Values for a leg's joints, hip to ankle; 0 beyond its last one.
 using LegVector = Eigen::Matrix<double, 6, 1>;
 
 /// A joint that turns. With all joints at zero the axes of every link are those of the base.
@@ -36,7 +36,7 @@ struct Spring {
 };
 
 struct Leg {
-  std::vector<int> joints;  ///< hip to ankle, each on the link of the one before
+  std::vector<int> joints;  ///< hip to ankle, at most 6, each on the link of the one before
   /// Sole in the link of the last joint: its point on the ground below the ankle, x ahead and z up.
   Eigen::Isometry3d X_FS = Eigen::Isometry3d::Identity();
   Eigen::Vector2d sole_min = Eigen::Vector2d::Zero(), sole_max = Eigen::Vector2d::Zero();  ///< outline, m
@@ -93,7 +93,7 @@ struct Robot {
 };
 
 /// Sets what follows from the start posture. Throws std::invalid_argument with one line that names the leg or
-/// the joint if the robot cannot be walked by a plan for six joints a leg.
+/// the joint if its legs cannot stand side by side. A plan needs six joints a leg.
 void measure(Robot& robot);
 
 LegVector leg_angles(const Leg& leg, const JointVector& q);

@@ -109,6 +109,11 @@ bool check_robot(const std::filesystem::path& folder, const Print& print) {
     print(fmt::format("  {}: {}{}", ok ? "ok" : "FAILED", what, ok ? "" : "; " + change));
     good &= ok;
   };
+  if (const std::size_t joints = models.robot.legs[0].joints.size(); joints != 6) {
+    judge(false, fmt::format("legs of {} joints: the built-in controller needs 6", joints),
+          "let a program walk it (walk.controller)");
+    return false;
+  }
   for (const auto& [side, name] : {std::pair(walking::Side::left, "left"), {walking::Side::right, "right"}}) {
     const double share = reached_share(models.robot, side);
     judge(share >= kLeastShare,

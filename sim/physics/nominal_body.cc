@@ -66,15 +66,20 @@ std::array<walking::Wrench, 2> LegLoads::wrenches(const walking::JointVector& q,
     const int site = soles_[foot];
     RowMajor3X forward(3, m.nv), turning(3, m.nv);
     mj_jac(&m, &d, forward.data(), turning.data(), d.site_xpos + 3 * site, m.site_bodyid[site]);
-    Eigen::Matrix<double, 6, 6> J;
-    Eigen::Matrix<double, 6, 1> missing;
-    for (int i = 0; i < 6; ++i) {
+    Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Zero();
+    Eigen::Matrix<double, 6, 1> missing = Eigen::Matrix<double, 6, 1>::Zero();
+    const auto joints = static_cast<int>(legs_[foot].joints.size());
+    for (int i = 0; i < joints; ++i) {
       const int joint = legs_[foot].joints[static_cast<std::size_t>(i)];
       const int dof = m.jnt_dofadr[m.actuator_trnid[2 * joint]];
       J.col(i) << forward.col(dof), turning.col(dof);
       missing[i] = gravity[dof] - torque[joint];
     }
-    const Eigen::Matrix<double, 6, 1> wrench = J.transpose().partialPivLu().solve(missing);
+    Eigen::Matrix<double, 6, 1> wrench;
+    if (joints == 6)
+      wrench = J.transpose().partialPivLu().solve(missing);
+    else  // the smallest one
+      wrench = J.transpose().completeOrthogonalDecomposition().solve(missing);
     const Eigen::Matrix3d R = pose_in(d.site_xpos + 3 * site, d.site_xmat + 9 * site).linear();
     wrenches[foot] = {R.transpose() * wrench.head<3>(), R.transpose() * wrench.tail<3>()};
   }

@@ -22,8 +22,8 @@ class LegLoads {
   LegLoads(Model on_floor, const walking::Robot& robot);
 
   /// Returns the wrench of the ground on the left and on the right foot: J^T f + tau = g(q) of the six joints
-  /// of a leg. The waist counts as upright, and the links' inertia is neglected: while a leg swings that is
-  /// some tens of N.
+  /// of a leg, or the smallest such wrench if the leg has fewer. The waist counts as upright, and the links'
+  /// inertia is neglected: while a leg swings that is some tens of N.
   std::array<walking::Wrench, 2> wrenches(const walking::JointVector& q,
                                           const walking::JointVector& torque) const;
 

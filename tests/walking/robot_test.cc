@@ -6,6 +6,7 @@
 #include <random>
 
 #include "tests/walking/robots.h"
+#include "walking/pattern_generator.h"
 
 namespace walking {
 namespace {
@@ -133,6 +134,28 @@ TEST(LegKinematics, AFootThatWasOutOfReachIsReachedAgain) {
   }
 }
 
+TEST(Robot, MayHaveLegsOfFiveJointsThatNoPlanWalks) {
+  const Robot six = hrp2_robot();
+  Robot five = six;
+  for (Leg& leg : five.legs) {
+    const Joint& roll = five.joints[static_cast<std::size_t>(leg.joints.back())];
+    leg.X_FS = Eigen::Translation3d(roll.offset) *
+               Eigen::AngleAxisd(five.posture[leg.joints.back()], roll.axis) * leg.X_FS;
+    leg.joints.pop_back();
+  }
+  five.base_height = 0;
+  measure(five);
+  EXPECT_NEAR(five.base_height, six.base_height, 1e-12);
+  EXPECT_NEAR(five.foot_spacing, six.foot_spacing, 1e-12);
+  JointVector q = five.posture;
+  set_leg_angles(five.leg(Side::left), LegVector::Constant(0.1), q);
+  EXPECT_EQ((q.array() == 0.1).count(), 5);
+  EXPECT_EQ(leg_angles(five.leg(Side::left), q)[5], 0);
+  EXPECT_THAT([&] { PatternGenerator(five, {.commands = {Stand{1}}}); },
+              testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr(
+                  "walk.controller: the built-in controller needs legs of 6 joints, found 5")));
+}
+
 TEST(Robot, IsRejectedIfItsLegsDoNotFit) {
   struct Case {
     void (*change)(Robot&);
@@ -143,8 +166,7 @@ TEST(Robot, IsRejectedIfItsLegsDoNotFit) {
   };
   static const auto the_knee = knee;
   for (const auto& [change, complaint] : std::initializer_list<Case>{
-           {[](Robot& r) { r.legs[1].joints.pop_back(); },
-            "the left leg has 5 joints, expected 6: other legs need an external controller"},
+           {[](Robot& r) { r.legs[1].joints.push_back(0); }, "the left leg has 7 joints, expected 1 to 6"},
            {[](Robot& r) { std::swap(r.legs[1].joints[0], r.legs[1].joints[1]); },
             "the left leg is not a chain from base to foot"},
            {[](Robot& r) { the_knee(r).highest = INFINITY; }, "the left leg has no range at LLEG_JOINT3"},

@@ -58,7 +58,7 @@ TEST(ReadRobot, NamesWhatDoesNotFitWithItsPlace) {
       {[](RobotFile& f, mjModel&) { f.legs[0].pop_back(); },
        ": feet.right: body 'RLEG_SOLE' is not on the link of RLEG_JOINT4"},
       {[](RobotFile& f, mjModel&) { f.legs[0].erase(f.legs[0].begin()); },
-       "the right leg has 5 joints, expected 6: other legs need an external controller"},
+       "the right leg is not a chain from base to foot: RLEG_JOINT1 is not on the link of "},
       {[](RobotFile& f, mjModel&) { f.posture_rad["NECK"] = 1; },
        "posture_deg.NECK: the model has no joint 'NECK'"},
       {[](RobotFile& f, mjModel&) { f.posture_rad.clear(); }, "leg cannot move its sole every way"},
