@@ -46,7 +46,7 @@ TEST_F(ExternalEstimator, KilledAtAnyMomentItLeavesAWholeResult) {
     EXPECT_EQ(names("out"), whole) << message;
   }
   replay(fmt::format("{{program: ['{}', openvins]}}", GAITSLAM_MISBEHAVING)).ends(0);
-  // Of 53 frames, four have no pose: it is not ready twice, lost once, and repeats a pose once.
+  // Four of 53 frames have no new pose: two are not ready, one is lost, and one repeats a pose.
   const auto tracked = json_in("out/score.json")["metrics"]["tracked_fraction"]["value"].get<double>();
   EXPECT_NEAR(tracked, 1 - 3 / 52.0, 0.002);
   replay(fmt::format("{{program: ['{}', gives_cause, 9], name: mine}}", GAITSLAM_MISBEHAVING)).ends(3);
