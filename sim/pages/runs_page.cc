@@ -218,7 +218,7 @@ class RunSections {
 
 constexpr std::size_t kInFull = 12;  // runs
 
-/// The runs of a page and what tells them apart.
+/// The runs of a page and how they differ.
 struct PageRuns {
   explicit PageRuns(const std::vector<RunData>& runs)
       : all(runs), in_full(runs.size(), runs.size() <= kInFull) {
