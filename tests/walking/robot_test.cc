@@ -151,7 +151,9 @@ TEST(Robot, MayHaveLegsOfFiveJointsThatNoPlanWalks) {
   set_leg_angles(five.leg(Side::left), LegVector::Constant(0.1), q);
   EXPECT_EQ((q.array() == 0.1).count(), 5);
   EXPECT_EQ(leg_angles(five.leg(Side::left), q)[5], 0);
-  EXPECT_THAT([&] { PatternGenerator(five, {.commands = {Stand{1}}}); },
+  WalkOptions options;
+  options.commands = {Stand{1}};
+  EXPECT_THAT([&] { PatternGenerator(five, options); },
               testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr(
                   "walk.controller: the built-in controller needs legs of 6 joints, found 5")));
 }
