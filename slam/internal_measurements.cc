@@ -10,6 +10,9 @@ namespace {
 constexpr double kGate3 = 16.27;  // chi-square, 99.9 %, 3 rows
 constexpr double kGate2 = 13.82;  // chi-square, 99.9 %, 2 rows
 constexpr double kGate1 = 10.83;  // chi-square, 99.9 %, 1 row
+// Between successive readings of the gyro: five times that of a robot that stumbles, a tenth of that of a
+// spike.
+constexpr double kMostAngularAcceleration_rad_s2 = 600;
 
 /// The inputs of the sensors in one frame.
 struct Inputs {
@@ -94,6 +97,17 @@ bool agrees(const OptionalMeasurement& m, const Prediction& prediction, const St
   return S.llt().matrixL().solve(m->innovation).squaredNorm() < kGate3;
 }
 
+/// Returns whether the readings adjoin `last` and each other without a jump: they show a motion, however
+/// fast.
+bool adjoin(InertialSample last, const std::vector<InertialSample>& readings) {
+  for (const InertialSample& next : readings) {
+    const double jump = kMostAngularAcceleration_rad_s2 * seconds(next.end - last.begin) / 2;
+    if (next.begin != last.end || (next.value - last.value).norm() > jump) return false;
+    last = next;
+  }
+  return !readings.empty();
+}
+
 }  // namespace
 
 InternalMeasurements::InternalMeasurements(const Options& options, const Eigen::Isometry3d& X_CG)
@@ -102,7 +116,8 @@ InternalMeasurements::InternalMeasurements(const Options& options, const Eigen::
       command_options_(with_command(options)),
       X_CG_(X_CG) {}
 
-/// Returns the gyro's rate if it is to drive the prediction and the motion model allows the change of rate.
+/// Returns the gyro's rate if it is to drive the prediction and either the motion model allows the change of
+/// rate or the readings adjoin those that drove the last prediction.
 std::optional<MeanRate> InternalMeasurements::driving_rate(const Observation& o, Stamp previous,
                                                            const RobotVector& x) const {
   if (!options_.gyro.enabled || !options_.gyro.drives_motion) return std::nullopt;
@@ -110,7 +125,8 @@ std::optional<MeanRate> InternalMeasurements::driving_rate(const Observation& o,
   if (!rate) return std::nullopt;
   const Eigen::Vector3d change = rate->w_C - x.segment<3>(kGyroBias) - x.segment<3>(kRate);
   const double sigma = options_.motion.sigma_angular_acceleration_rad_s2 * seconds(o.t - previous);
-  return change.squaredNorm() < kGate3 * sigma * sigma ? rate : std::nullopt;
+  const bool continues = driving_ && adjoin(*driving_, o.gyro);
+  return continues || change.squaredNorm() < kGate3 * sigma * sigma ? rate : std::nullopt;
 }
 
 Prediction InternalMeasurements::predict(const Observation& o, Stamp previous,
@@ -124,6 +140,7 @@ Prediction InternalMeasurements::predict(const Observation& o, Stamp previous,
   if (options_.accelerometer.enabled && !o.accelerometer.empty())
     report.note(SensorIndex::accelerometer, SensorUse::readings);
   gyro_rate_ = driving_rate(o, previous, x);
+  driving_ = gyro_rate_ ? std::optional(o.gyro.back()) : std::nullopt;
   std::swap(earlier_, later_);
   later_.from = previous, later_.to = o.t;
   later_.gyro = o.gyro, later_.accelerometer = o.accelerometer;

@@ -35,6 +35,7 @@ class InternalMeasurements {
   Eigen::Isometry3d X_CG_;
   PlanHistory plan_;
   std::optional<MeanRate> gyro_rate_;                       // drives the newest prediction
+  std::optional<InertialSample> driving_;                   // its last reading
   std::array<std::optional<Eigen::Vector3d>, 6> whitened_;  // of the last frame, by sensor
   InertialInterval earlier_, later_;                        // of the last two frame intervals
 
