@@ -46,7 +46,7 @@ const FrameReport& Filter::step(const Observation& o) {
   if (now_)
     predict_and_update(o, planned);  // eq. (6), section IV
   else if (o.legs && !o.plan)
-    kalman_.reset_robot(initial_state(X_WC_start_, with_leg_odometry(with_unplanned_start(options_))));
+    kalman_.reset_robot(initial_state(X_WC_start_, with_leg_odometry(without_plan(options_))));
   const VisualResult visual =
       visual_.step({o.image, depth_image(o), o.t, interval, stands_still(o, planned, options_),
                     o.plan || o.legs, frames_, kalman_, tracking_, report_});  // section III-A

@@ -1,6 +1,7 @@
 #include "slam/internal_measurements.h"
 
 #include <Eigen/Cholesky>
+#include <utility>
 
 #include "slam/eigen_kernels.h"
 
@@ -10,9 +11,12 @@ namespace {
 constexpr double kGate3 = 16.27;  // chi-square, 99.9 %, 3 rows
 constexpr double kGate2 = 13.82;  // chi-square, 99.9 %, 2 rows
 constexpr double kGate1 = 10.83;  // chi-square, 99.9 %, 1 row
-// Between successive readings of the gyro: five times that of a robot that stumbles, a tenth of that of a
-// spike.
-constexpr double kMostAngularAcceleration_rad_s2 = 600;
+// Between successive readings: twice that of a robot that stumbles, half that of a spike of 5 ms.
+constexpr double kMostAngularAcceleration_rad_s2 = 1000, kMostJerk_m_s3 = 20000;
+
+// Legs that stumble do so for some time: leg odometry beyond its gate counts less from then on.
+constexpr double kLegDoubt_s = 0.5;
+constexpr double kStumbled_m = 0.1;  // standard deviation of their height then
 
 /// The inputs of the sensors in one frame.
 struct Inputs {
@@ -24,6 +28,7 @@ struct Inputs {
   const Eigen::Isometry3d& X_CG;
   const Options& options;
   bool gyro_drives;  // the prediction, and is then not a measurement
+  double leg_doubt;  // factor of the variance of leg odometry
 };
 
 using OptionalMeasurement = std::optional<Measurement>;
@@ -44,6 +49,7 @@ OptionalMeasurement rest(const Inputs& in) {
 OptionalMeasurement leg_velocity(const Inputs& in) {
   if (!in.options.plan_velocity.enabled || !in.planned || !in.planned->legs) return std::nullopt;
   Measurement m = measure_velocity(in.x, *in.planned->legs, in.options.plan_velocity, kLegScale);
+  m.R *= in.leg_doubt;
   if (!in.planned->steady) m.sensitivity.setZero();
   return m;
 }
@@ -59,16 +65,12 @@ OptionalMeasurement commanded_velocity(const Inputs& in) {
   return measure_command(in.x, *in.planned->command, in.options.command);
 }
 
-// Without a plan the height by leg odometry drifts from step to step: it only bounds the estimate.
-constexpr double kDriftingHeight_m = 0.1;
 OptionalMeasurement height(const Inputs& in) {
   const std::optional<PlannedMotion>& plan = in.observation.plan;
   const std::optional<LegMotion>& legs = in.observation.legs;
   const bool by_legs = in.options.leg_odometry.enabled && legs;
   if (!in.options.height.enabled || (!by_legs && !plan)) return std::nullopt;
-  Options::Height options = in.options.height;
-  if (!plan) options.sigma_m = std::max(options.sigma_m, kDriftingHeight_m);
-  return measure_height(in.x, (by_legs ? legs->X_OC : plan->X_PC).translation().z(), options);
+  return measure_height(in.x, (by_legs ? legs->X_OC : plan->X_PC).translation().z(), in.options.height);
 }
 
 /// A sensor's measurement, if there is one, its gate, its place in reports and its name in reasons.
@@ -99,10 +101,12 @@ bool agrees(const OptionalMeasurement& m, const Prediction& prediction, const St
 
 /// Returns whether the readings adjoin `last` and each other without a jump: they show a motion, however
 /// fast.
-bool adjoin(InertialSample last, const std::vector<InertialSample>& readings) {
+bool adjoin(std::optional<InertialSample> last, const std::vector<InertialSample>& readings,
+            double most_per_s) {
   for (const InertialSample& next : readings) {
-    const double jump = kMostAngularAcceleration_rad_s2 * seconds(next.end - last.begin) / 2;
-    if (next.begin != last.end || (next.value - last.value).norm() > jump) return false;
+    if (!last || next.begin != last->end ||
+        (next.value - last->value).norm() > most_per_s * seconds(next.end - last->begin) / 2)
+      return false;
     last = next;
   }
   return !readings.empty();
@@ -113,6 +117,7 @@ bool adjoin(InertialSample last, const std::vector<InertialSample>& readings) {
 InternalMeasurements::InternalMeasurements(const Options& options, const Eigen::Isometry3d& X_CG)
     : options_(options),
       leg_options_(with_leg_odometry(options)),
+      unplanned_options_(with_leg_odometry(without_plan(options))),
       command_options_(with_command(options)),
       X_CG_(X_CG) {}
 
@@ -125,7 +130,7 @@ std::optional<MeanRate> InternalMeasurements::driving_rate(const Observation& o,
   if (!rate) return std::nullopt;
   const Eigen::Vector3d change = rate->w_C - x.segment<3>(kGyroBias) - x.segment<3>(kRate);
   const double sigma = options_.motion.sigma_angular_acceleration_rad_s2 * seconds(o.t - previous);
-  const bool continues = driving_ && adjoin(*driving_, o.gyro);
+  const bool continues = adjoin(last_rate_, o.gyro, kMostAngularAcceleration_rad_s2);
   return continues || change.squaredNorm() < kGate3 * sigma * sigma ? rate : std::nullopt;
 }
 
@@ -134,44 +139,55 @@ Prediction InternalMeasurements::predict(const Observation& o, Stamp previous,
                                          FrameReport& report) {
   const double dt = seconds(o.t - previous);
   const RobotVector x = state.robot();
-  const Options& options = planned && planned->legs      ? leg_options_
+  const Options& options = planned && planned->legs      ? (o.plan ? leg_options_ : unplanned_options_)
                            : planned && planned->command ? command_options_
                                                          : options_;
   if (options_.accelerometer.enabled && !o.accelerometer.empty())
     report.note(SensorIndex::accelerometer, SensorUse::readings);
   gyro_rate_ = driving_rate(o, previous, x);
-  driving_ = gyro_rate_ ? std::optional(o.gyro.back()) : std::nullopt;
+  last_rate_ = gyro_rate_ ? std::optional(o.gyro.back()) : std::nullopt;
+  const std::optional<InertialSample> last_force = std::exchange(last_force_, std::nullopt);
   std::swap(earlier_, later_);
   later_.from = previous, later_.to = o.t;
   later_.gyro = o.gyro, later_.accelerometer = o.accelerometer;
   const auto increment = velocity_increment(earlier_, later_, X_CG_, x.segment<3>(kGyroBias), options_);
+  const auto predicted = [&](const std::optional<VelocityIncrement>& by) {
+    Prediction prediction = predict_motion(x, dt, by, options, gyro_rate_);
+    if (stumbled_) prediction.Q(kHeightError, kHeightError) += kStumbled_m * kStumbled_m;
+    return prediction;
+  };
   if (increment && options_.accelerometer.enabled) {
-    const Prediction prediction = predict_motion(x, dt, increment, options, gyro_rate_);
+    const Prediction prediction = predicted(increment);
     const Eigen::Vector3d V = prediction.x.segment<3>(kVelocity) - x.segment<3>(kVelocity);
     const double sigma = options.motion.sigma_acceleration_m_s2 * dt;
-    const Inputs in{prediction.x, o, previous, planned, plan_.at_rest(), X_CG_, options_, true};
-    const auto velocity = planned && planned->legs ? leg_velocity(in) : plan_velocity(in);
-    if (V.squaredNorm() < kGate3 * sigma * sigma && agrees(velocity, prediction, state)) {
+    const Inputs in{prediction.x, o, previous, planned, plan_.at_rest(), X_CG_, options_, true, leg_doubt_};
+    const auto velocity = !o.plan                    ? std::nullopt
+                          : planned && planned->legs ? leg_velocity(in)
+                                                     : plan_velocity(in);
+    const bool continues = adjoin(last_force, o.accelerometer, kMostJerk_m_s3);
+    if ((continues || V.squaredNorm() < kGate3 * sigma * sigma) && agrees(velocity, prediction, state)) {
+      last_force_ = o.accelerometer.back();
       report.note(SensorIndex::accelerometer, SensorUse::accepted);
       return prediction;
     }
     report.refused.add("accelerometer is beyond its gate");
   }
-  return predict_motion(x, dt, std::nullopt, options, gyro_rate_);
+  return predicted(std::nullopt);
 }
 
 bool InternalMeasurements::update(const Observation& o, Stamp previous,
                                   const std::optional<PlannedInterval>& planned, Kalman& kalman,
                                   FrameReport& report) {
   accepted_.clear();
+  leg_doubt_ = 1 + (leg_doubt_ - 1) * std::exp(-seconds(o.t - previous) / kLegDoubt_s);
   if (options_.gyro.enabled && o.gyro.empty()) report.refused.add("the gyro is silent");
   if (options_.gyro.enabled && !o.gyro.empty())
     report.note(SensorIndex::gyro, gyro_rate_ ? SensorUse::accepted : SensorUse::readings);
   const RobotVector x = kalman.state().robot();
   static_assert(kSensors.size() == std::tuple_size_v<decltype(whitened_)>);
   for (const Sensor& sensor : kSensors) {
-    auto m =
-        sensor.measure({x, o, previous, planned, plan_.at_rest(), X_CG_, options_, gyro_rate_.has_value()});
+    auto m = sensor.measure(
+        {x, o, previous, planned, plan_.at_rest(), X_CG_, options_, gyro_rate_.has_value(), leg_doubt_});
     std::optional<Eigen::Vector3d>& whitened = whitened_[static_cast<std::size_t>(&sensor - kSensors.data())];
     if (!m) {
       whitened.reset();
@@ -180,6 +196,8 @@ bool InternalMeasurements::update(const Observation& o, Stamp previous,
     kalman.constrain(*m);
     const Nis nis = normalized_innovation_squared(kalman.state(), *m, &whitened);
     const bool accepted = nis.value < sensor.gate;
+    if (sensor.measure == leg_velocity && !accepted) leg_doubt_ *= nis.value / sensor.gate;
+    if (sensor.measure == height) stumbled_ = !accepted && !o.plan;
     if (sensor.index) {
       report.innovations.push_back({kSensorNames[static_cast<std::size_t>(*sensor.index)], nis});
       report.note(*sensor.index, accepted ? SensorUse::accepted : SensorUse::readings);

@@ -31,11 +31,14 @@ class InternalMeasurements {
   std::optional<MeanRate> driving_rate(const Observation& observation, Stamp previous,
                                        const RobotVector& x) const;
 
-  Options options_, leg_options_, command_options_;  // with the noises of leg odometry, of the command
+  // With the noises of leg odometry, of leg odometry without a plan, of the command.
+  Options options_, leg_options_, unplanned_options_, command_options_;
   Eigen::Isometry3d X_CG_;
   PlanHistory plan_;
   std::optional<MeanRate> gyro_rate_;                       // drives the newest prediction
-  std::optional<InertialSample> driving_;                   // its last reading
+  std::optional<InertialSample> last_rate_, last_force_;    // that drove it
+  double leg_doubt_ = 1;                                    // factor of the variance of leg odometry
+  bool stumbled_ = false;                                   // their height was beyond its gate
   std::array<std::optional<Eigen::Vector3d>, 6> whitened_;  // of the last frame, by sensor
   InertialInterval earlier_, later_;                        // of the last two frame intervals
 

@@ -170,16 +170,20 @@ void GyroNoiseTest::add(const std::vector<InertialSample>& readings) {
       const Eigen::Vector3d second = reading.value - 2 * last_.value + before_.value;
       const double median = 0.6745 * sigma;  // of the absolute value of a normal variable
       beyond_ += static_cast<double>((second.array().abs() > kScatter * median).count());
+      white_ +=
+          static_cast<double>((second.array().abs() > (reading.value - last_.value).array().abs()).count());
       count_ += 3;
       const double keep = count_ > kMemory ? kMemory / count_ : 1;
-      count_ *= keep, beyond_ *= keep;
+      count_ *= keep, beyond_ *= keep, white_ *= keep;
     }
     before_ = last_;
     last_ = reading;
   }
 }
 
-bool GyroNoiseTest::scatters() const { return count_ >= kFewest && beyond_ > 0.5 * count_; }
+bool GyroNoiseTest::scatters() const {
+  return count_ >= kFewest && beyond_ > 0.5 * count_ && white_ > 0.5 * count_;
+}
 
 void ImageTest::add(double dt_s, std::size_t searched, std::size_t accepted, std::size_t unreliable) {
   const double keep = std::exp(-dt_s / kImageMemory_s);

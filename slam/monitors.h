@@ -98,19 +98,21 @@ class TrackingMonitor {
 };
 
 /// Compares the scatter of successive gyro readings with the assumed noise. Second differences of readings 5
-/// ms apart are almost independent of the motion, and their median is independent of impacts.
+/// ms apart are almost independent of a walk, and their median is independent of impacts. Of a robot that
+/// shakes they are large, too, but smaller than the first differences.
 class GyroNoiseTest {
  public:
   explicit GyroNoiseTest(const Options::Gyro& options) : options_(options) {}
 
   void add(const std::vector<InertialSample>& readings);
-  /// True if the median of the last seconds' second differences is more than 1.5 times that of the noise.
+  /// True if the median of the last seconds' second differences is more than 1.5 times that of the noise, and
+  /// most of them are larger than the first differences.
   bool scatters() const;
 
  private:
   Options::Gyro options_;
   InertialSample last_, before_;
-  double count_ = 0, beyond_ = 0;  // of second differences, older ones weighing less
+  double count_ = 0, beyond_ = 0, white_ = 0;  // of second differences, older ones weighing less
 };
 
 /// Compares the number of landmarks found again with that predicted. Images of another place or another

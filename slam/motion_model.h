@@ -13,8 +13,9 @@ Options with_command(Options options);
 /// The options with the noises of leg odometry in place of those of the planned velocity, if it is enabled.
 Options with_leg_odometry(Options options);
 
-/// The options for a robot without a plan, which starts in motion and only near the nominal pose.
-Options with_unplanned_start(Options options);
+/// The options for a robot without a plan, which starts in motion and only near the nominal pose, and whose
+/// height by leg odometry drifts from step to step.
+Options without_plan(Options options);
 
 /// Mean and covariance of a robot at rest with its camera near X_WC. The covariance is diagonal but for the
 /// orientation: the quaternion varies only by small rotations.

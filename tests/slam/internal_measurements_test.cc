@@ -103,6 +103,55 @@ TEST(InternalMeasurements, ReportForEachSensorWhetherItHadReadingsAndWhetherThey
   EXPECT_TRUE(walk.report.innovations.empty());
 }
 
+/// The next frames of a walk without a plan; gyro and accelerometer change evenly, far beyond the motion
+/// model.
+void stumble(Walking& walk, int frames, double per_s_rad_s = 60, double per_s_m_s2 = 600) {
+  const Stamp begin = *walk.now;
+  for (int k = 60; k < 60 + frames; ++k) {
+    Observation o = walk.recording.observation(k);
+    o.plan.reset();
+    for (InertialSample& reading : o.gyro) reading.value.x() += per_s_rad_s * seconds(reading.end - begin);
+    for (InertialSample& reading : o.accelerometer)
+      reading.value.y() += per_s_m_s2 * seconds(reading.end - begin);
+    walk.step(o);
+  }
+}
+
+TEST(InternalMeasurements, AFastMotionIsNotTakenForAFault) {
+  Walking walk;
+  stumble(walk, 5);
+  EXPECT_FALSE(walk.report.refused) << walk.report.refused.text();
+  EXPECT_EQ(walk.predicted.F(kRate, kRate), 0);
+  EXPECT_GT(walk.kalman.state().robot().segment<3>(kRate).norm(), 7);
+  Walking jumps;
+  jumps.step(jumps.next());
+  Observation o = jumps.recording.observation(61);
+  o.plan.reset();
+  for (InertialSample& reading : o.gyro) reading.value.x() += 7;
+  for (InertialSample& reading : o.accelerometer) reading.value.y() -= 150;
+  jumps.step(o);
+  EXPECT_EQ(jumps.report.refused.text(), "accelerometer is beyond its gate; gyro is beyond its gate");
+}
+
+TEST(InternalMeasurements, LegsThatStumbleCountLessForATimeAndTheirHeightStartsAnew) {
+  Walking walk;
+  const auto step = [&](int k, double stumbled_m) {
+    Observation o = walk.recording.observation(k);
+    o.legs = LegMotion{o.plan->X_PC, o.plan->p_CF};
+    o.plan.reset();
+    o.legs->X_OC.translation() += Eigen::Vector3d(stumbled_m, 0, stumbled_m > 0 ? 0.2 : 0);
+    walk.step(o);
+    return std::pair{nis_of(walk.report.innovations, "plan_velocity"),
+                     nis_of(walk.report.innovations, "height")};
+  };
+  step(60, 0);
+  const double first = step(61, 0.3).first->value;
+  EXPECT_EQ(walk.report.refused.text(), "leg odometry is beyond its gate; planned height is beyond its gate");
+  const auto [velocity, height] = step(62, 0.6);
+  EXPECT_LT(velocity->value, 0.1 * first);
+  EXPECT_LT(height->value, 10.83);
+}
+
 /// The scale of a plan by a walk of 7 s with leg odometry, a step every 0.8 s, and the speed at its end.
 struct PlanByLegs {
   double error, sigma, speed_m_s;

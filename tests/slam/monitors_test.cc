@@ -246,6 +246,19 @@ TEST(GyroNoiseTest, FindsTwiceTheNoiseWithinThreeSecondsWithoutFalsePositives) {
   }
 }
 
+TEST(GyroNoiseTest, ARobotThatShakesIsNotNoise) {
+  const Options::Gyro options;
+  GyroNoiseTest shaking(options), noisy(options);
+  for (auto [test, sigma] : {std::pair{&shaking, options.sigma_rad_s}, {&noisy, 5 * options.sigma_rad_s}}) {
+    std::vector<InertialSample> readings = noisy_readings(sigma, 10, 1);
+    for (InertialSample& reading : readings)  // 20 Hz
+      reading.value.array() += 0.15 * std::sin(2 * 3.14159 * 20 * seconds(reading.end));
+    test->add(readings);
+  }
+  EXPECT_FALSE(shaking.scatters());
+  EXPECT_TRUE(noisy.scatters());
+}
+
 TEST(GyroNoiseTest, ReadingsThatAFrameSplitsAreNotCompared) {
   GyroNoiseTest monitor{Options::Gyro{}};
   std::vector<InertialSample> split = noisy_readings(1, 60, 1);
