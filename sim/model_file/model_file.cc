@@ -122,7 +122,11 @@ fs::path asset_file(const fs::path& model, const Element& compiler, const Elemen
                  name = compiler.get("strippath") == "true" ? given.filename() : given;
   const std::string kind = asset.name == "texture" ? "texturedir" : "meshdir";
   const std::string folder = compiler.get(compiler.find(kind) ? kind : "assetdir");
-  return fs::absolute(model.parent_path() / folder / name).lexically_normal();
+  std::error_code fault;
+  fs::path file = model.parent_path() / folder / name;
+  if (!fs::exists(file, fault) && asset.file)
+    file = asset.file->parent_path() / folder / name;  // of an include
+  return fs::absolute(file).lexically_normal();
 }
 
 /// Replaces each include by the content of its file. read: the files so far.

@@ -33,12 +33,15 @@ Eigen::Isometry3d origin_of(const Element& element) {
 
 /// A package's folder, whatever its name, is the URDF's or above it, or beside one of these.
 std::filesystem::path package_file(const Element& mesh, std::string_view rest) {
+  rest.remove_prefix(std::min(rest.size(), rest.find_first_not_of('/')));  // package:///
   const std::string package(rest.substr(0, rest.find('/'))), inside(rest.substr(package.size()));
   const std::filesystem::path urdf = std::filesystem::absolute(*mesh.file).lexically_normal();
   for (auto folder = urdf.parent_path(); folder.has_relative_path(); folder = folder.parent_path())
     for (const std::filesystem::path& root : {folder, folder / package})
       if (std::filesystem::exists(root.string() + inside)) return root.string() + inside;
-  reject(mesh, "filename", fmt::format("the package '{}' with {} is not above this file", package, inside));
+  reject(
+      mesh, "filename",
+      fmt::format("no folder above this file, or beside one, has {} of the package '{}'", inside, package));
 }
 
 class Urdf {

@@ -28,6 +28,9 @@ void set_bits(Element& geom, unsigned type, unsigned affinity) {
   geom.set("conaffinity", std::to_string(affinity));
 }
 bool can_touch(const Element& geom) { return (bits_of(geom, "contype") | bits_of(geom, "conaffinity")) != 0; }
+bool touches_floor(const Element& geom) {
+  return ((bits_of(geom, "contype") | bits_of(geom, "conaffinity")) & kFloorBit) != 0;
+}
 
 class Adapter {
  public:
@@ -99,6 +102,7 @@ class Adapter {
     body.children.reserve(body.children.size() + kAdded);  // pointers to bodies stay valid
     for (Element& child : body.children) {
       if (child.name == "body") collect(child, foot);
+      if (child.name == "geom" && foot != robot_.feet.end()) feet_touch_floor_ |= touches_floor(child);
       if (child.name != "joint") continue;
       joints_.push_back(&child);
       if (const std::string name = child.get("name");
@@ -129,12 +133,12 @@ class Adapter {
     std::vector<Element*> soles;
     for (Element& geom : body.children) {
       if (geom.name != "geom") continue;
+      if (foot != robot_.feet.end() && is_sole(geom, *foot)) {
+        soles.push_back(&geom);
+        continue;
+      }
       has_looks |= !can_touch(geom);
-      if (foot == robot_.feet.end() || !can_touch(geom)) continue;
-      const bool is_sole = foot->contacts.empty()
-                               ? ((bits_of(geom, "contype") | bits_of(geom, "conaffinity")) & kFloorBit)
-                               : std::ranges::count(foot->contacts, geom.get("name")) > 0;
-      is_sole ? soles.push_back(&geom) : void(has_others = true);
+      has_others |= can_touch(geom);
     }
     for (Element& geom : body.children) {
       if (geom.name != "geom") continue;
@@ -151,6 +155,13 @@ class Adapter {
       }
     }
     if (foot != robot_.feet.end()) soles_[std::size_t(foot - robot_.feet.begin())] += soles.size();
+  }
+
+  // Contacts may be named that only a pair with the floor lets touch. Without names: what touches the floor,
+  // or all that touches anything, if the model's floor has other bits.
+  bool is_sole(const Element& geom, const RobotFile::Foot& foot) const {
+    if (!foot.contacts.empty()) return std::ranges::count(foot.contacts, geom.get("name")) > 0;
+    return can_touch(geom) && (touches_floor(geom) || !feet_touch_floor_);
   }
 
   void require_sole(std::size_t side) const {
@@ -224,7 +235,8 @@ class Adapter {
   model_file::ModelFile model_;
   Element* base_ = nullptr;
   std::map<std::string, std::pair<Element*, Foot>> bodies_;  // each with the foot that it is part of
-  std::array<std::size_t, 2> soles_{};                       // geoms, by side
+  bool feet_touch_floor_ = false;
+  std::array<std::size_t, 2> soles_{};               // geoms, by side
   std::vector<Element*> joints_;                     // in the order of the file, which is the library's
   std::map<std::string, std::size_t> joint_places_;  // from 1
   std::set<std::string> moving_, rigid_;             // joints

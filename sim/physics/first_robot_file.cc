@@ -22,7 +22,11 @@ struct Gains {
   double kp, kd, armature;
 };
 constexpr Gains kLeg{120, 1.8, 4e-4}, kAnkle{40, 0.6, 4e-4}, kOther{12, 0.2, 1e-4};
-// The ankle admittance falls with the mass, since torques grow with it: tried on robots of 32 to 67 kg.
+// The ankle admittance times mass and height of the center of mass, since torques grow with both: tried on
+// robots of 18 to 95 kg; those of small robots are limited by a height of 0.45 m.
+constexpr double kAdmittance = 1.2, kLeastHeight_m = 0.45;
+// Of the ankle's torque limit, which standing on one foot needs.
+constexpr double kAnkleShare = 0.65;
 constexpr const char* kWalk =
     R"(# guess: slower, lower steps than those of robots with rubber bushes at their ankles
 walk: {{single_support_s: 0.6, double_support_s: 0.15, step_height_m: 0.02}}
@@ -30,6 +34,7 @@ stabilizer: {{ankle_admittance: {{gain_rad_s_per_nm: {:.2g}}}, landing_adjustmen
 )";
 constexpr double kDegrees = 180 / std::numbers::pi, kBend_deg = 20, kLeastDamping = 1e-6;
 constexpr int kLevelingSteps = 20;
+constexpr double kLevel = 0.02;  // m and rad
 
 std::string lower(std::string text) {
   std::ranges::transform(text, text.begin(),
@@ -50,6 +55,7 @@ class Guess {
     mj_kinematics(&m_, data_.get());
     find_feet();
     find_upper_body();
+    bend();
   }
 
   std::string yaml(const std::string& model) const {
@@ -57,7 +63,7 @@ class Guess {
         "# Guessed from the tree of {0}: look at each line that is marked as a guess, then run\n"
         "# gaitslam robot check. models/README.md explains each key.\n"
         "model: {0}\nbase: {1}\n"
-        "head_camera: {{link: {2}, position_m: {3}}}  # guess: in front of the highest link\n"
+        "head_camera: {{link: {2}, position_m: {3}}}  # guess: in front of the head, or of the chest\n"
         "imu: {{link: {4}, position_m: {5}}}  # guess: {6}\nlegs:  # guess: the last joints above each "
         "foot\n",
         model, name(base_), name(head_), rounded(front_of(head_)), name(imu_body_), rounded(imu_),
@@ -66,22 +72,30 @@ class Guess {
       text += fmt::format("  {}: [{}]\n", side(foot), fmt::join(names(foot.joints), ", "));
     text += "feet:  # guess: the lowest links, the left one where y is positive\n";
     for (const Foot& foot : feet_) text += foot_line(foot);
-    text += "posture_deg:  # guess: bent knees, the center of mass above the middle of the soles\n  {" +
-            posture() + "}\n";
+    text +=
+        "posture_deg:  # guess: bent knees, the center of mass above the middle of the soles, or nearer to "
+        "ankles that are weak\n  {" +
+        posture() + "}\n";
     text += fmt::format(
         "servos:  # guess: gains in proportion to the mass, {:.1f} kg; effort limits are the model's\n",
         mass());
-    std::vector<std::string> legs, ankles, others, rigid;
+    std::vector<std::string> legs, ankles, others, rigid, endless;
     for (const Foot& foot : feet_)
       for (std::size_t i = 0; i < foot.joints.size(); ++i)
         (i + 2 < foot.joints.size() ? legs : ankles).push_back(joint_name(foot.joints[i]));
     for (int joint = 1; joint < m_.njnt; ++joint)
       if (has_servo(joint) && !std::ranges::count(legs, joint_name(joint)) &&
           !std::ranges::count(ankles, joint_name(joint)))
-        (carries_both(joint) ? rigid : carries(joint) ? legs : others).push_back(joint_name(joint));
+        (carries_both(joint) ? rigid
+         : !has_range(joint) ? endless
+         : carries(joint)    ? legs
+                             : others)
+            .push_back(joint_name(joint));
     if (!rigid.empty())
       text += fmt::format("  # guess: rigid, since the plan moves legs on the base: {}\n",
                           fmt::join(rigid, ", "));
+    if (!endless.empty())
+      text += fmt::format("  # guess: rigid, since the model gives no range: {}\n", fmt::join(endless, ", "));
     for (const auto& [joints, gains] : {std::pair(&legs, kLeg), {&ankles, kAnkle}, {&others, kOther}}) {
       const auto bare = std::stable_partition(joints->begin(), joints->end(),
                                               [&](const std::string& joint) { return has_armature(joint); });
@@ -93,7 +107,7 @@ class Guess {
               has_armature(some[0]) ? "" : fmt::format(", armature_kg_m2: {:.2g}", gains.armature * mass()));
     }
     return text + "floor_friction: 0.7  # guess: rubber on a clean floor\n" +
-           fmt::format(kWalk, 0.23 / std::sqrt(mass()));
+           fmt::format(kWalk, kAdmittance / (mass() * std::max(kLeastHeight_m, height_m_)));
   }
 
  private:
@@ -124,6 +138,8 @@ class Guess {
   bool has_armature(const std::string& joint) const {
     return m_.dof_armature[m_.jnt_dofadr[mj_name2id(&m_, mjOBJ_JOINT, joint.c_str())]] > 0;
   }
+
+  bool has_range(int joint) const { return m_.jnt_range[2 * joint] < m_.jnt_range[2 * joint + 1]; }
 
   // Joints with a spring have no servo.
   bool has_servo(int joint) const {
@@ -213,8 +229,10 @@ class Guess {
     const Eigen::Matrix3d R = X.linear().transpose();  // Rz(yaw) Ry(pitch) Rx(roll)
     std::string text = fmt::format("  {}: {{body: {}, sole_m: {}", side(foot), name(foot.sole_body),
                                    rounded(X.inverse() * point));
-    const double roll = std::atan2(R(2, 1), R(2, 2)), pitch = std::asin(std::clamp(-R(2, 0), -1.0, 1.0)),
-                 yaw = std::atan2(R(1, 0), R(0, 0));
+    const bool upright = std::abs(R(2, 0)) > 1 - 1e-9;  // only the sum of roll and yaw is known
+    const double roll = upright ? std::atan2(-R(1, 2), R(1, 1)) : std::atan2(R(2, 1), R(2, 2)),
+                 pitch = std::asin(std::clamp(-R(2, 0), -1.0, 1.0)),
+                 yaw = upright ? 0 : std::atan2(R(1, 0), R(0, 0));
     for (const auto& [key, angle] : {std::pair("roll", roll), {"pitch", pitch}, {"yaw", yaw}})
       if (std::abs(angle) > 1e-4) text += fmt::format(", sole_{}_deg: {:.6g}", key, angle * kDegrees);
     std::vector<std::string> paired;
@@ -224,7 +242,15 @@ class Guess {
     return text + "}\n";
   }
 
-  // The chest carries two chains or more beside the legs; the head is named so, else it is the chest.
+  // Returns whether a body with a shape, or one of its joints, is named so.
+  bool is_called(int body, const char* word) const {
+    bool called = lower(name(body)).find(word) != std::string::npos;
+    for (int k = 0; k < m_.body_jntnum[body]; ++k)
+      called |= lower(joint_name(m_.body_jntadr[body] + k)).find(word) != std::string::npos;
+    return called && m_.body_geomnum[body] > 0;
+  }
+
+  // The chest carries two chains or more beside the legs; the head or neck is named so, else it is the chest.
   void find_upper_body() {
     chest_ = base_;
     for (int body = base_ + 1; body < m_.nbody; ++body) {
@@ -243,8 +269,9 @@ class Guess {
         chest_ = body;
     }
     head_ = imu_body_ = chest_;
-    for (int body = base_; body < m_.nbody; ++body)
-      if (lower(name(body)).find("head") != std::string::npos) head_ = body;
+    for (const char* const word : {"neck", "head"})
+      for (int body = base_; body < m_.nbody; ++body)
+        if (is_called(body, word)) head_ = body;
     for (int site = 0; site < m_.nsite; ++site) {
       if (lower(name_of(mjOBJ_SITE, site)).find("imu") == std::string::npos) continue;
       imu_body_ = m_.site_bodyid[site], imu_ = Vector3d(m_.site_pos + 3 * site), imu_is_site_ = true;
@@ -264,35 +291,65 @@ class Guess {
   }
 
   // Bends the three joints that pitch most, then turns all of the legs until the soles lie flat again.
-  std::string posture() const {
-    const Data bent(mj_copyData(nullptr, &m_, data_.get()));
+  void bend() {
+    bent_.reset(mj_copyData(nullptr, &m_, data_.get()));
     const auto pitch = [&](int joint) { return data_->xaxis[3 * joint + 1]; };
     for (const Foot& foot : feet_) {
+      for (const int joint : foot.joints)
+        if (!has_range(joint))
+          throw std::runtime_error(
+              fmt::format("finds no range of the leg's joint '{}', expected its least and greatest angle",
+                          joint_name(joint)));
       std::vector<int> pitches = foot.joints;
       std::ranges::stable_sort(pitches, std::greater(), [&](int joint) { return std::abs(pitch(joint)); });
       pitches.resize(std::min<std::size_t>(pitches.size(), 3));
       std::ranges::sort(pitches);
       for (std::size_t i = 0; i < pitches.size(); ++i)
-        bent->qpos[m_.jnt_qposadr[pitches[i]]] =
+        bent_->qpos[m_.jnt_qposadr[pitches[i]]] =
             (pitch(pitches[i]) > 0 ? 1 : -1) * (i == 1 ? 2 : -1) * kBend_deg / kDegrees;
     }
     for (int round = 0; round < 2; ++round)  // each leg moves the center of mass
-      for (const Foot& foot : feet_) level(foot, *bent);
+      for (const Foot& foot : feet_) level(foot, *bent_);
+    for (const Foot& foot : feet_)
+      for (const int joint : foot.joints)
+        if (!is_level_ || !(std::abs(bent_->qpos[m_.jnt_qposadr[joint]]) < std::numbers::pi))
+          throw std::runtime_error(fmt::format("finds no posture with flat soles on bent knees: are {} legs?",
+                                               fmt::join(names(foot.joints), ", ")));
+  }
+
+  std::string posture() const {
     std::vector<std::string> angles;
     for (const Foot& foot : feet_)
       for (const int joint : foot.joints)
-        if (const double angle = bent->qpos[m_.jnt_qposadr[joint]] * kDegrees; std::abs(angle) > 0.01)
+        if (const double angle = bent_->qpos[m_.jnt_qposadr[joint]] * kDegrees; std::abs(angle) > 0.01)
           angles.push_back(fmt::format("{}: {:.4g}", joint_name(joint), angle));
     return fmt::format("{}", fmt::join(angles, ", "));
   }
 
+  // How far behind its middle the sole carries the center of mass, so that the ankle's torque can hold it.
+  double behind_middle(const Foot& foot, const Eigen::AlignedBox3d& sole) const {
+    double behind = 0;
+    for (const int joint : foot.joints)
+      if (const auto effort = file_.efforts.find(joint_name(joint));
+          effort != file_.efforts.end() && std::abs(data_->xaxis[3 * joint + 1]) > 0.7 &&
+          joint >= foot.joints[foot.joints.size() - std::min<std::size_t>(2, foot.joints.size())])
+        behind = sole.center().x() - data_->xanchor[3 * joint] -
+                 kAnkleShare * effort->second / (mass() * -m_.opt.gravity[2]);
+    return std::max(0.0, behind);
+  }
+
   // Damped Gauss-Newton steps to the foot's axes and y at zero angles, the middle of the sole below the
-  // center of mass.
-  void level(const Foot& foot, mjData& bent) const {
+  // center of mass, or in front of it.
+  void level(const Foot& foot, mjData& bent) {
     const Eigen::AlignedBox3d sole = box(soles(foot.sole_body));
-    const Vector3d above = place(foot.body) - (sole.isEmpty() ? place(foot.body) : sole.center().eval());
+    Vector3d above = Vector3d::Zero();
+    if (!sole.isEmpty()) {
+      above = place(foot.body) - sole.center();
+      above.x() += behind_middle(foot, sole);
+    }
     mj_kinematics(&m_, &bent);
     const double height = bent.xpos[3 * foot.body + 2];
+    Eigen::Matrix<double, 6, 1> error;
     for (int step = 0; step < kLevelingSteps; ++step) {
       mj_kinematics(&m_, &bent);
       mj_comPos(&m_, &bent);
@@ -306,7 +363,6 @@ class Guess {
         const int dof = m_.jnt_dofadr[foot.joints[i]];
         J.col(Eigen::Index(i)) << moves.col(dof), turns.col(dof);
       }
-      Eigen::Matrix<double, 6, 1> error;
       const Vector3d goal(bent.subtree_com[3 * base_] + above.x(), place(foot.body).y(), height);
       error << goal - Vector3d(at), turn.angle() * turn.axis();
       const Eigen::MatrixXd A =
@@ -315,12 +371,17 @@ class Guess {
       for (std::size_t i = 0; i < foot.joints.size(); ++i)
         bent.qpos[m_.jnt_qposadr[foot.joints[i]]] += change[Eigen::Index(i)];
     }
+    is_level_ = error.norm() < kLevel;
+    const double bottom = sole.isEmpty() ? place(foot.body).z() : sole.min().z();
+    height_m_ = bent.subtree_com[3 * base_ + 2] - (height + bottom - place(foot.body).z());
   }
 
   model_file::ModelFile file_;
   Model model_;
   const mjModel& m_;
-  Data data_;
+  Data data_, bent_;
+  bool is_level_ = false;  // bent
+  double height_m_ = 0;    // of the center of mass above the soles, bent
   int base_ = 0, chest_ = 0, head_ = 0, imu_body_ = 0;
   bool imu_is_site_ = false;
   Vector3d imu_ = Vector3d::Zero();

@@ -337,7 +337,7 @@ TEST(Urdf, ThatIsNoTreeOrNamesWhatIsNotThereIsRejected) {
       {"<link name='a'/>" + joint("base", "a", "continuous"), "body: 'a' moves but has no mass"},
       {mesh("leg.dae"), "mesh file: is 'leg.dae', expected a .stl or .obj file"},
       {mesh("package://other/leg.stl"),
-       "mesh filename: the package 'other' with /leg.stl is not above this file"}};
+       "mesh filename: no folder above this file, or beside one, has /leg.stl of the package 'other'"}};
   for (const auto& [content, error] : cases)
     EXPECT_THAT(error_of([&, &content = content] { read_urdf(folder, content); }), Has(error)) << content;
 }

@@ -170,6 +170,63 @@ TEST(Adapted, LinksThatAreFixedToAFootAreItsSoleToo) {
               Has("  left: {body: left_foot, sole_m: [0, 0, -0.07]}\n"));
 }
 
+TEST(Adapted, SolesThatOnlyAPairOrAFloorWithOtherBitsTouchesAreSoles) {
+  const TemporaryFolder folder;
+  RobotFile file = robot(folder);
+  for (const char* bits : {"0", "2"}) {
+    files::write_text(folder / "robot.xml",
+                      std::regex_replace(model(), std::regex("_box' "),
+                                         fmt::format("$&contype='{0}' conaffinity='{0}' ", bits)));
+    file.feet[0].contacts = {"right_box"}, file.feet[1].contacts = {"left_box"};
+    if (*bits == '2') file.feet[0].contacts = file.feet[1].contacts = {};
+    const Model loaded = load_mjcf(adapt(file).root, "robot.xml");
+    EXPECT_EQ(contacts(*loaded, part(*loaded, mjOBJ_BODY, "left_foot")),
+              std::vector{part(*loaded, mjOBJ_GEOM, "left_box")})
+        << bits;
+  }
+}
+
+/// The guess for the model with one of its texts replaced.
+std::string guess_with(const TemporaryFolder& folder, const char* text, const char* other) {
+  files::write_text(folder / "robot.xml", std::regex_replace(model(), std::regex(text), other));
+  return first_robot_file(folder / "robot.xml", "robot.xml");
+}
+
+TEST(FirstRobotFile, WeakAnklesStandBehindTheMiddleOfTheirSoles) {
+  const TemporaryFolder folder;
+  const auto knees = [&](const char* ankle) {
+    const std::string guess =
+        guess_with(folder, "(_ankle_joint' axis='0 1 0' range='-90 90' actuatorfrcrange=)'-50 50'", ankle);
+    return guess.substr(guess.find("posture_deg"), guess.find("servos") - guess.find("posture_deg"));
+  };
+  EXPECT_EQ(knees("$1'-50 50'"), knees("$1'-80 80'"));
+  EXPECT_NE(knees("$1'-50 50'"), knees("$1'-1 1'"));
+}
+
+TEST(FirstRobotFile, AnUpsideDownFootIsTurnedBack) {
+  const TemporaryFolder folder;
+  files::write_text(folder / "robot.yaml",
+                    guess_with(folder,
+                               "(_foot' pos='0 0 0')(>[^>]*>[^>]*)axis='1 0 0'([^>]*>"
+                               "<geom name='[a-z]+_box' type='box' )size='0.1 0.05 0.01' pos='0.02 0 -0.06'",
+                               "$1 quat='0 0.7071068 0 0.7071068'$2axis='0 0 1'$3size='0.01 0.05 0.1' "
+                               "pos='-0.06 0 0.02'"));
+  const RobotFile file = scenario::read_robot(folder.path());
+  EXPECT_NEAR(std::abs(file.feet[0].sole_pitch_rad), std::numbers::pi / 2, 1e-5);
+  EXPECT_NO_THROW(read_robot(*load_mjcf(adapt(file).root, "robot.xml"), file));
+}
+
+TEST(FirstRobotFile, JointsWithoutARangeAreRigidButNotInALegAndLegsMustBend) {
+  const TemporaryFolder folder;
+  EXPECT_THAT(guess_with(folder, "(arm_joint' axis='0 1 0') range='-90 90'", "$1"),
+              Has("since the model gives no range: arm_joint\n"));
+  EXPECT_THAT(
+      [&] { guess_with(folder, "(knee_joint' axis='0 1 0') range='-90 90'", "$1"); },
+      testing::ThrowsMessage<std::runtime_error>(Has("no range of the leg's joint 'right_knee_joint'")));
+  EXPECT_THAT([&] { guess_with(folder, "axis='[01] [01] 0'", "axis='0 0 1'"); },
+              testing::ThrowsMessage<std::runtime_error>(Has("finds no posture with flat soles")));
+}
+
 TEST(FirstRobotFile, AJointThatCarriesBothLegsIsLeftRigid) {
   const TemporaryFolder folder;
   files::write_text(folder / "robot.xml",
