@@ -106,7 +106,7 @@ std::string name_of(Side side) { return side == Side::left ? "left" : "right"; }
 
 std::string degrees(double angle) {
   std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.1f", angle * kDegrees);
+  std::snprintf(text.data(), text.size(), "%.5g", angle * kDegrees);
   return text.data();
 }
 

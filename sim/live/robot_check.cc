@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/files/text.h"
 #include "sim/live/commands.h"
 #include "sim/live/setup.h"
 #include "sim/physics/adapted.h"
@@ -80,9 +81,9 @@ double reached_share(const walking::Robot& robot, walking::Side side) {
   return double(reached) / all;
 }
 
-/// Returns how a walk ends; empty if it is carried out.
+/// Returns how a walk ends, or why it cannot be planned; empty if it is carried out.
 std::string walked(const scenario::ReadScenario& read, const physics::Models& models,
-                   std::vector<walking::Command> commands) {
+                   std::vector<walking::Command> commands) try {
   walking::WalkOptions walk = read.scenario.walk;
   walk.commands = std::move(commands);
   walking::PatternGenerator plan(models.robot, walk, physics::nominal_body(copy_of(models.on_floor)));
@@ -94,6 +95,8 @@ std::string walked(const scenario::ReadScenario& read, const physics::Models& mo
   if (robot.is_ok()) return "";
   const physics::Status& status = robot.world().status();
   return status.condition == physics::Condition::fell ? "fell " + status.cause : status.cause;
+} catch (const std::invalid_argument& e) {
+  return e.what();
 }
 
 }  // namespace
@@ -110,7 +113,7 @@ bool check_robot(const std::filesystem::path& folder, const Print& print) {
     good &= ok;
   };
   if (const std::size_t joints = models.robot.legs[0].joints.size(); joints != 6) {
-    judge(false, fmt::format("legs of {} joints: the built-in controller needs 6", joints),
+    judge(false, fmt::format("legs of {}: the built-in controller needs 6", files::counted(joints, "joint")),
           "let a program walk it (walk.controller)");
     return false;
   }
@@ -132,7 +135,8 @@ bool check_robot(const std::filesystem::path& folder, const Print& print) {
   const std::string in_place = walked(read, models, {steps, walking::Stand{1}});
   judge(in_place.empty(),
         fmt::format("walks {} steps in place{}", kSteps, in_place.empty() ? "" : ": " + in_place),
-        "try a shorter walk.single_support_s, a lower walk.step_height_m or stiffer servos");
+        "try walk.zmp_inwards_m: 0.03, walk.single_support_s: 0.4, a lower walk.step_height_m or stiffer "
+        "servos");
   return good;
 }
 

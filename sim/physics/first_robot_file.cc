@@ -8,6 +8,7 @@
 #include <span>
 #include <stdexcept>
 
+#include "sim/files/text.h"
 #include "sim/physics/adapted.h"
 #include "sim/physics/model.h"
 
@@ -24,7 +25,7 @@ struct Gains {
 constexpr Gains kLeg{120, 1.8, 4e-4}, kAnkle{40, 0.6, 4e-4}, kOther{12, 0.2, 1e-4};
 // The ankle admittance times mass and height of the center of mass, since torques grow with both: tried on
 // robots of 18 to 95 kg; those of small robots are limited by a height of 0.45 m.
-constexpr double kAdmittance = 1.2, kLeastHeight_m = 0.45;
+constexpr double kAdmittance = 1.0, kLeastHeight_m = 0.45;
 // Of the ankle's torque limit, which standing on one foot needs.
 constexpr double kAnkleShare = 0.65;
 constexpr const char* kWalk =
@@ -48,7 +49,10 @@ std::string rounded(const Vector3d& v) {
 class Guess {
  public:
   explicit Guess(const std::filesystem::path& file)
-      : file_(read_model(file, schema())), model_(load_mjcf(file_.root, file.string())), m_(*model_) {
+      : path_(file),
+        file_(read_model(file, schema())),
+        model_(load_mjcf(file_.root, file.string())),
+        m_(*model_) {
     data_.reset(mj_makeData(&m_));
     base_ = m_.jnt_bodyid[0];
     Eigen::Map<Eigen::Matrix<double, 7, 1>>(data_->qpos) << 0, 0, 0, 1, 0, 0, 0;
@@ -176,9 +180,9 @@ class Guess {
     }
     std::ranges::sort(ends, {}, [&](int body) { return place(body).z(); });
     if (ends.size() < 2 || place(ends[0]).y() * place(ends[1]).y() >= 0)
-      throw std::runtime_error(fmt::format(
-          "finds no two feet: the lowest ends of chains are {}, expected one on each side of the base",
-          ends.size() < 2 ? "fewer than two" : name(ends[0]) + " and " + name(ends[1])));
+      throw files::FileError(
+          path_, "has no two feet: the lowest ends of chains are {}, expected one on each side of the base",
+          ends.size() < 2 ? "fewer than two" : name(ends[0]) + " and " + name(ends[1]));
     for (const int body : {ends[0], ends[1]}) {
       int sole = body;
       for (int below = body; below < m_.nbody; ++below)
@@ -297,9 +301,9 @@ class Guess {
     for (const Foot& foot : feet_) {
       for (const int joint : foot.joints)
         if (!has_range(joint))
-          throw std::runtime_error(
-              fmt::format("finds no range of the leg's joint '{}', expected its least and greatest angle",
-                          joint_name(joint)));
+          throw files::FileError(path_,
+                                 "the leg's joint '{}' has no range, expected its least and greatest angle",
+                                 joint_name(joint));
       std::vector<int> pitches = foot.joints;
       std::ranges::stable_sort(pitches, std::greater(), [&](int joint) { return std::abs(pitch(joint)); });
       pitches.resize(std::min<std::size_t>(pitches.size(), 3));
@@ -313,8 +317,8 @@ class Guess {
     for (const Foot& foot : feet_)
       for (const int joint : foot.joints)
         if (!is_level_ || !(std::abs(bent_->qpos[m_.jnt_qposadr[joint]]) < std::numbers::pi))
-          throw std::runtime_error(fmt::format("finds no posture with flat soles on bent knees: are {} legs?",
-                                               fmt::join(names(foot.joints), ", ")));
+          throw files::FileError(path_, "has no posture with flat soles on bent knees: are {} legs?",
+                                 fmt::join(names(foot.joints), ", "));
   }
 
   std::string posture() const {
@@ -376,6 +380,7 @@ class Guess {
     height_m_ = bent.subtree_com[3 * base_ + 2] - (height + bottom - place(foot.body).z());
   }
 
+  std::filesystem::path path_;
   model_file::ModelFile file_;
   Model model_;
   const mjModel& m_;

@@ -175,7 +175,7 @@ TEST(Robot, IsRejectedIfItsLegsDoNotFit) {
            {[](Robot& r) { the_knee(r).lowest = 1; },
             "the left leg is beyond the range of LLEG_JOINT3 in the start posture"},
            {[](Robot& r) { r.posture.setZero(); }, "leg cannot move its sole every way in the start posture"},
-           {[](Robot& r) { r.posture[9] += 0.1; }, "the left sole is turned by 5.7 degrees"},
+           {[](Robot& r) { r.posture[9] += 0.1; }, "the left sole is turned by 5.7"},
            {[](Robot& r) { r.legs[1].X_FS.translation().x() += 0.01; }, "the soles are not side by side"}}) {
     Robot robot = hrp2_robot();
     change(robot);

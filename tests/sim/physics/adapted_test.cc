@@ -220,11 +220,11 @@ TEST(FirstRobotFile, JointsWithoutARangeAreRigidButNotInALegAndLegsMustBend) {
   const TemporaryFolder folder;
   EXPECT_THAT(guess_with(folder, "(arm_joint' axis='0 1 0') range='-90 90'", "$1"),
               Has("since the model gives no range: arm_joint\n"));
-  EXPECT_THAT(
-      [&] { guess_with(folder, "(knee_joint' axis='0 1 0') range='-90 90'", "$1"); },
-      testing::ThrowsMessage<std::runtime_error>(Has("no range of the leg's joint 'right_knee_joint'")));
+  EXPECT_THAT([&] { guess_with(folder, "(knee_joint' axis='0 1 0') range='-90 90'", "$1"); },
+              testing::ThrowsMessage<std::runtime_error>(
+                  Has("robot.xml: the leg's joint 'right_knee_joint' has no range")));
   EXPECT_THAT([&] { guess_with(folder, "axis='[01] [01] 0'", "axis='0 0 1'"); },
-              testing::ThrowsMessage<std::runtime_error>(Has("finds no posture with flat soles")));
+              testing::ThrowsMessage<std::runtime_error>(Has("robot.xml: has no posture with flat soles")));
 }
 
 TEST(FirstRobotFile, AJointThatCarriesBothLegsIsLeftRigid) {
@@ -273,7 +273,7 @@ TEST(FirstRobotFile, GuessesFeetLegsChestHeadAndMarksEachGuess) {
                     "<mujoco><worldbody><body name='b'><freejoint/><inertial pos='0 0 0' mass='1' "
                     "diaginertia='1 1 1'/></body></worldbody></mujoco>");
   EXPECT_THAT([&] { first_robot_file(folder / "robot.xml", "robot.xml"); },
-              testing::ThrowsMessage<std::runtime_error>(Has("finds no two feet")));
+              testing::ThrowsMessage<std::runtime_error>(Has("robot.xml: has no two feet")));
 }
 
 }  // namespace
