@@ -13,8 +13,8 @@ Options with_command(Options options);
 /// The options with the noises of leg odometry in place of those of the planned velocity, if it is enabled.
 Options with_leg_odometry(Options options);
 
-/// The options for a robot without a plan, which starts in motion and only near the nominal pose, and whose
-/// height by leg odometry drifts from step to step.
+/// The options without a plan: the robot starts in motion and only near the nominal pose, and its height by
+/// leg odometry drifts from step to step.
 Options without_plan(Options options);
 
 /// Mean and covariance of a robot at rest with its camera near X_WC. The covariance is diagonal but for the

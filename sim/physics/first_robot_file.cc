@@ -26,7 +26,7 @@ constexpr Gains kLeg{120, 1.8, 4e-4}, kAnkle{40, 0.6, 4e-4}, kOther{12, 0.2, 1e-
 // The ankle admittance times mass and height of the center of mass, since torques grow with both: tried on
 // robots of 18 to 95 kg; those of small robots are limited by a height of 0.45 m.
 constexpr double kAdmittance = 1.0, kLeastHeight_m = 0.45;
-// Of the ankle's torque limit, which standing on one foot needs.
+// The share of the ankle's torque limit that standing on one foot may need.
 constexpr double kAnkleShare = 0.65;
 constexpr const char* kWalk =
     R"(# guess: slower, lower steps than those of robots with rubber bushes at their ankles
@@ -330,7 +330,7 @@ class Guess {
     return fmt::format("{}", fmt::join(angles, ", "));
   }
 
-  // How far behind its middle the sole carries the center of mass, so that the ankle's torque can hold it.
+  // How far the center of mass must be behind the middle of the sole for the ankle's torque.
   double behind_middle(const Foot& foot, const Eigen::AlignedBox3d& sole) const {
     double behind = 0;
     for (const int joint : foot.joints)
