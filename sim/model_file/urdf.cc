@@ -182,7 +182,7 @@ class Urdf {
     I = (X.linear() * I * X.linear().transpose()).eval();
     Element& made = body.add("inertial", {{"pos", text_of(X.translation())}, {"mass", mass.get("value")}});
     made.line = inertial.line;
-    I.isZero(0)
+    I.isZero(1e-12)  // rounding errors of a point
         ? made.set("diaginertia", "0 0 0")
         : made.set("fullinertia", text_of(std::array{I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)}));
     return true;

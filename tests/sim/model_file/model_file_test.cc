@@ -285,7 +285,7 @@ TEST(Urdf, HasAFreeRootWithItsMassAndJointsWithTheirLimits) {
       read_urdf(folder, R"(<link name='leg'>%I<collision><geometry><box size='2 4 6'/></geometry></collision>
       <visual><geometry><mesh filename='package://arm/meshes/leg.stl'/></geometry></visual>
       <visual><geometry><mesh filename='package://of_another_name/meshes/leg.stl'/></geometry></visual></link>
-      <link name='point'><inertial><mass value='1'/><inertia ixx='0' iyy='0' izz='0' ixy='0' ixz='0' iyz='0'/></inertial></link>
+      <link name='point'><inertial><mass value='1'/><inertia ixx='0' iyy='0' izz='1.6e-15' ixy='0' ixz='0' iyz='0'/></inertial></link>
       <joint name='fixed' type='fixed'><parent link='leg'/><child link='point'/></joint>
       <joint name='hip' type='revolute'><parent link='base'/><child link='leg'/><origin xyz='0 0 -1'/><axis xyz='0 1 0'/>
       <limit lower='-1' upper='2' effort='50' velocity='9'/></joint>)");
