@@ -179,6 +179,7 @@ bool InternalMeasurements::update(const Observation& o, Stamp previous,
                                   const std::optional<PlannedInterval>& planned, Kalman& kalman,
                                   FrameReport& report) {
   accepted_.clear();
+  stumbled_ = false;
   leg_doubt_ = 1 + (leg_doubt_ - 1) * std::exp(-seconds(o.t - previous) / kLegDoubt_s);
   if (options_.gyro.enabled && o.gyro.empty()) report.refused.add("the gyro is silent");
   if (options_.gyro.enabled && !o.gyro.empty())
