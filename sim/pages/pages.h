@@ -72,7 +72,7 @@ struct MetricSummary {
 std::vector<MetricSummary> summaries(const std::vector<RunData>& runs);
 /// Returns "≤ 0.05".
 std::string limit_text(const scenario::MetricLimit& limit);
-/// Returns "slam.vision.sigma_px [px]", or only the name if there is no unit.
+/// Returns "slam.vision.sigma_px [px]", or the name if the unit is empty or 1.
 std::string with_unit(const std::string& name, std::string_view unit);
 /// Returns "rmse_m [m]"; column: its name in a table, as by column_of().
 std::string metric_label(const std::string& metric, const std::string& column = "");
