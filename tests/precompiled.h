@@ -1,4 +1,4 @@
-// The headers that most tests include; CMake compiles them once for all test programs.
+// The headers that most tests include, compiled once for all test programs. No test includes them again.
 #pragma once
 
 #include <fmt/format.h>
@@ -6,18 +6,28 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <future>
+#include <limits>
 #include <map>
 #include <memory>
+#include <numbers>
 #include <numeric>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <random>
+#include <set>
 #include <sstream>
+#include <stdexcept>
 #include <string>
+#include <thread>
+#include <tuple>
 #include <variant>
 #include <vector>

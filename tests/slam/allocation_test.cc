@@ -1,8 +1,5 @@
 // A step in the steady state takes no memory from the heap, as counted in malloc.
-#include <gtest/gtest.h>
-
 #include <cerrno>
-#include <cstdlib>
 
 #include "slam/filter.h"
 #include "tests/slam/synthetic_room.h"

@@ -1,13 +1,5 @@
 #include "slam/filter.h"
 
-#include <gtest/gtest.h>
-
-#include <functional>
-#include <limits>
-#include <map>
-#include <set>
-#include <tuple>
-
 #include "tests/slam/synthetic_room.h"
 
 namespace slam {

@@ -1,8 +1,3 @@
-#include <gtest/gtest.h>
-
-#include <limits>
-#include <stdexcept>
-
 #include "slam/motion_model.h"
 #include "slam/vision/landmark.h"
 #include "tests/slam/test_scenes.h"

@@ -1,9 +1,5 @@
 #include "slam/internal_measurements.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "tests/slam/synthetic_room.h"
 
 namespace slam {

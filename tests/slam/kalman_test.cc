@@ -1,10 +1,6 @@
 #include "slam/kalman.h"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Cholesky>
-#include <functional>
-#include <limits>
 
 #include "tests/slam/test_scenes.h"
 

@@ -1,10 +1,5 @@
 #include "slam/monitors.h"
 
-#include <gmock/gmock.h>
-
-#include <functional>
-#include <tuple>
-
 #include "tests/slam/test_scenes.h"
 
 namespace slam {

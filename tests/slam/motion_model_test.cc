@@ -1,9 +1,6 @@
 #include "slam/motion_model.h"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Cholesky>
-#include <numeric>
 
 #include "slam/vision/visual_tracking.h"
 #include "tests/slam/test_scenes.h"

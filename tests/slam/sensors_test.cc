@@ -1,7 +1,5 @@
 #include "slam/sensors.h"
 
-#include <gtest/gtest.h>
-
 #include "tests/slam/test_scenes.h"
 
 namespace slam {

@@ -1,9 +1,7 @@
 #include "slam/smoother.h"
 
-#include <gtest/gtest.h>
 #include <sys/resource.h>
 
-#include <array>
 #include <csignal>
 
 #include "tests/slam/test_scenes.h"

@@ -1,8 +1,6 @@
 // Shared by tests: images of known content, camera poses, and random states, covariances and measurements.
 #pragma once
 
-#include <cmath>
-
 #include "slam/kalman.h"
 #include "slam/vision/patch.h"
 #include "tests/slam/synthetic_room.h"

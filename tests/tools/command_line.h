@@ -1,19 +1,10 @@
 // Runs the built program through a shell, in a temporary folder of the test.
 #pragma once
 
-#include <gtest/gtest.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
-#include <algorithm>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <iterator>
-#include <sstream>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/result/result_folder.h"

@@ -1,10 +1,4 @@
 // External estimators as a user runs them: in the loop, on recordings, and on exports.
-#include <fmt/format.h>
-
-#include <set>
-#include <sstream>
-#include <tuple>
-
 #include "sim/files/csv.h"
 #include "sim/files/trajectory_file.h"
 #include "tests/tools/command_line.h"

@@ -3,7 +3,6 @@
 #include "tools/cli/jobs/progress.h"
 
 #include <cstdio>
-#include <thread>
 
 #include "tests/sim/files/temporary_folder.h"
 

@@ -1,6 +1,4 @@
 // The regression gate through the program, on made-up results: nothing here simulates.
-#include <fmt/format.h>
-
 #include "tests/tools/command_line.h"
 
 namespace tests {

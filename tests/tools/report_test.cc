@@ -1,6 +1,4 @@
 // Reports made by the program and opened in a browser, and the paper's experiments by one command.
-#include <array>
-
 #include "tests/tools/command_line.h"
 
 namespace tests {

@@ -1,7 +1,4 @@
 // Sweeps: announced trials, scores of replays, and the same bytes for any number of jobs and after kills.
-#include <set>
-#include <sstream>
-
 #include "tests/tools/command_line.h"
 
 namespace tests {

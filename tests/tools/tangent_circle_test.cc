@@ -1,7 +1,4 @@
 // The paper's first experiment through the program. .ci/run shares its walks with the regression.
-#include <cmath>
-#include <cstdlib>
-
 #include "tests/tools/command_line.h"
 
 namespace tests {

@@ -1,9 +1,4 @@
 // The view through the program: in a browser, live and of results, and through Foxglove's client.
-#include <array>
-#include <cmath>
-#include <set>
-
-#include "sim/files/text.h"
 #include "sim/recording/image_file.h"
 #include "tests/tools/command_line.h"
 

@@ -1,7 +1,5 @@
 #include "walking/footsteps.h"
 
-#include <gmock/gmock.h>
-
 #include "tests/walking/walks.h"
 
 namespace walking {

@@ -1,7 +1,5 @@
 #include "walking/kinematics.h"
 
-#include <gmock/gmock.h>
-
 #include "tests/walking/walks.h"
 #include "walking/leg_odometry.h"
 

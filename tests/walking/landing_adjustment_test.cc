@@ -1,7 +1,5 @@
 #include "walking/landing_adjustment.h"
 
-#include <gtest/gtest.h>
-
 #include "tests/walking/robots.h"
 #include "walking/pattern_generator.h"
 

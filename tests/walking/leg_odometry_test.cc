@@ -1,7 +1,5 @@
 #include "walking/leg_odometry.h"
 
-#include <gtest/gtest.h>
-
 #include "tests/walking/robots.h"
 #include "walking/kinematics.h"
 

@@ -1,9 +1,5 @@
 #include "walking/pattern_generator.h"
 
-#include <gmock/gmock.h>
-
-#include <functional>
-
 #include "tests/walking/walks.h"
 #include "walking/kinematics.h"
 

@@ -1,9 +1,5 @@
 #include "walking/preview_control.h"
 
-#include <gtest/gtest.h>
-
-#include <map>
-
 #include "tests/walking/walks.h"
 #include "walking/kinematics.h"
 #include "walking/timeline.h"

@@ -1,10 +1,5 @@
 #include "walking/robot.h"
 
-#include <gmock/gmock.h>
-
-#include <chrono>
-#include <random>
-
 #include "tests/walking/robots.h"
 #include "walking/pattern_generator.h"
 

@@ -1,10 +1,6 @@
 // Robots of tests: one of HRP-2's dimensions, and an invented one.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-
 #include "walking/robot.h"
 
 namespace walking {

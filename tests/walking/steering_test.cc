@@ -1,7 +1,5 @@
 #include "walking/steering.h"
 
-#include <functional>
-
 #include "tests/walking/walks.h"
 #include "walking/kinematics.h"
 

@@ -1,9 +1,5 @@
 #include "walking/timeline.h"
 
-#include <gmock/gmock.h>
-
-#include <map>
-
 #include "tests/walking/walks.h"
 #include "walking/kinematics.h"
 

@@ -1,13 +1,6 @@
 // Planned walks of tests, each continuous in ZMP, center of mass, waist, feet and their velocities.
 #pragma once
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <numbers>
-#include <vector>
-
 #include "tests/walking/robots.h"
 #include "walking/pattern_generator.h"
 

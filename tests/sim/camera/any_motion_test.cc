@@ -1,10 +1,5 @@
 // The filter on motions of heads that no robot of the bench makes, played through the renderer without
 // physics.
-#include <gtest/gtest.h>
-
-#include <numbers>
-#include <random>
-
 #include "sim/camera/head_camera.h"
 #include "sim/score/trajectory.h"
 #include "slam/filter.h"

@@ -1,12 +1,5 @@
 #include "sim/camera/head_camera.h"
 
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <future>
-#include <numbers>
-#include <numeric>
 #include <opencv2/imgproc.hpp>
 
 #include "sim/camera/lens.h"

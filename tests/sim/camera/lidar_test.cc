@@ -1,11 +1,5 @@
 #include "sim/camera/lidar.h"
 
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cmath>
-#include <map>
-
 #include "sim/camera/shapes.h"
 #include "sim/score/types.h"
 #include "tests/sim/camera/test_cameras.h"

@@ -1,18 +1,11 @@
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <bit>
-#include <cstdlib>
 #include <opencv2/imgproc.hpp>
-#include <random>
-#include <set>
 
 #include "sim/camera/drawn_model.h"
 #include "sim/camera/head_camera.h"
 #include "sim/camera/shapes.h"
 #include "sim/room/paint.h"
 #include "sim/score/types.h"
-#include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/physics/test_worlds.h"
 
 namespace sim::camera {

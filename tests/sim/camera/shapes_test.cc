@@ -1,11 +1,6 @@
 #include "sim/camera/shapes.h"
 
-#include <algorithm>
-#include <cmath>
-#include <numbers>
 #include <opencv2/imgproc.hpp>
-#include <stdexcept>
-#include <string>
 
 #include "sim/camera/scene.h"
 #include "tests/sim/physics/test_worlds.h"

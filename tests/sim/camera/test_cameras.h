@@ -1,8 +1,6 @@
 // Cameras and places on the robot as tests of the renderer know them, without the renderer's lens.
 #pragma once
 
-#include <string>
-
 #include "sim/camera/head_camera.h"
 #include "slam/camera.h"
 #include "tests/sim/physics/test_worlds.h"

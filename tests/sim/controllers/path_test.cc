@@ -1,10 +1,6 @@
 // The path of walk commands and its following.
 #include "sim/controllers/path.h"
 
-#include <gtest/gtest.h>
-
-#include <numbers>
-
 namespace sim::controllers {
 namespace {
 

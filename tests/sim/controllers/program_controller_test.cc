@@ -1,8 +1,6 @@
 // External walking controllers: what they receive, and what becomes of faulty ones.
 #include "sim/controllers/program_controller.h"
 
-#include <gmock/gmock.h>
-
 namespace sim::controllers {
 namespace {
 

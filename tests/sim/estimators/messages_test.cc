@@ -1,8 +1,5 @@
 #include "sim/estimators/messages.h"
 
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
 #include <cstring>
 
 #include "sim/scenario/scenario.h"

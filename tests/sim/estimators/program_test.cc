@@ -1,9 +1,4 @@
 // External programs give answers, or failures with a clear cause.
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-
-#include <chrono>
-
 #include "sim/tracking/tracking.h"
 
 namespace sim::estimators {

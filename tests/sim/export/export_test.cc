@@ -5,22 +5,15 @@
 #include <sys/wait.h>
 #include <yaml-cpp/yaml.h>
 
-#include <algorithm>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <opencv2/core/persistence.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <sstream>
 
 #include "sim/export/export_text.h"
 #include "sim/files/csv.h"
-#include "sim/files/text.h"
 #include "sim/recording/recording.h"
-#include "sim/sensor_errors/random.h"
 #include "sim/trajectory_score/report.h"
 #include "slam/camera.h"
-#include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/recording/random_readings.h"
 
 namespace sim::exports {

@@ -5,8 +5,6 @@
 #include <sys/stat.h>
 #include <sys/wait.h>
 
-#include <functional>
-
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::files {

@@ -1,7 +1,6 @@
 // A temporary folder of a test; the error of a call; the permissions of a user; matchers of several texts.
 #pragma once
 
-#include <gmock/gmock.h>
 #include <unistd.h>
 
 #include "sim/files/text.h"

@@ -5,7 +5,6 @@
 #include <sys/un.h>
 
 #include <cstring>
-#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "sim/files/csv.h"

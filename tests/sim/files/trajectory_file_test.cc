@@ -1,7 +1,5 @@
 #include "sim/files/trajectory_file.h"
 
-#include <fmt/format.h>
-
 #include "sim/files/columns.h"
 #include "tests/sim/files/temporary_folder.h"
 

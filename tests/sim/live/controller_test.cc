@@ -1,7 +1,4 @@
 // Walks by external controllers.
-
-#include <cstdlib>
-
 #include "sim/recording/recording.h"
 #include "tests/sim/live/run_folder.h"
 

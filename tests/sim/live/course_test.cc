@@ -1,8 +1,5 @@
 // Runs that do not end where their plan does: steered by the truth or by the estimate, or stopped by walls
 // and furniture.
-#include <cmath>
-#include <fstream>
-
 #include "sim/live/setup.h"
 #include "sim/scenario/robot.h"
 #include "tests/sim/live/run_folder.h"

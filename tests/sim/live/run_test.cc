@@ -1,7 +1,5 @@
 #include "sim/live/run.h"
 
-#include <fstream>
-
 #include "slam/observation.h"
 #include "tests/sim/live/run_folder.h"
 

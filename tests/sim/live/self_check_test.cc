@@ -1,11 +1,6 @@
 // The self check on a short real walk: it passes what is right and detects a lag of one sample or one frame.
 #include "sim/live/self_check.h"
 
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-
-#include <numbers>
-
 #include "sim/live/run.h"
 #include "tests/sim/result/result_folder.h"
 

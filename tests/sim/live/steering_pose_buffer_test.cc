@@ -1,10 +1,6 @@
 #include "sim/live/steering_pose_buffer.h"
 
-#include <gtest/gtest.h>
-
 #include <atomic>
-#include <numbers>
-#include <stdexcept>
 
 #include "sim/live/frame_pipeline.h"
 

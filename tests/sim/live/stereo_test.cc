@@ -1,7 +1,3 @@
-#include <fmt/format.h>
-
-#include <cstdlib>
-#include <nlohmann/json.hpp>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>

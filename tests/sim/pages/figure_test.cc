@@ -1,7 +1,3 @@
-
-#include <algorithm>
-#include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "sim/pages/pages.h"

@@ -1,10 +1,6 @@
 // Tables, pages and the rows that they show.
 #include "sim/pages/pages.h"
 
-#include <algorithm>
-#include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "sim/files/hash.h"

@@ -1,6 +1,4 @@
 // The G1-like robot: as light as published, and walking without force sensors at its ankles.
-#include <functional>
-
 #include "sim/scenario/scenario.h"
 #include "tests/sim/physics/test_worlds.h"
 

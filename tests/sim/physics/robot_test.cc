@@ -1,9 +1,5 @@
 #include "sim/physics/robot.h"
 
-#include <gmock/gmock.h>
-
-#include <functional>
-
 #include "tests/sim/physics/test_worlds.h"
 #include "tests/walking/robots.h"
 

@@ -3,8 +3,6 @@
 
 #include <mujoco/mujoco.h>
 
-#include <fstream>
-
 #include "sim/model_file/element.h"
 #include "sim/physics/walking_robot.h"
 #include "sim/scenario/robot.h"

@@ -1,5 +1,3 @@
-#include <gmock/gmock.h>
-
 #include "tests/sim/physics/test_worlds.h"
 #include "tests/walking/walks.h"
 #include "walking/kinematics.h"

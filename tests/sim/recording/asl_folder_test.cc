@@ -1,12 +1,9 @@
 #include "sim/recording/asl_folder.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <numbers>
 #include <opencv2/imgcodecs.hpp>
 
-#include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/recording/random_readings.h"
 
 namespace sim::recording {

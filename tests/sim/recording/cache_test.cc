@@ -3,9 +3,6 @@
 #include <signal.h>
 #include <sys/wait.h>
 
-#include <cstdlib>
-#include <future>
-
 #include "sim/recording/manifest.h"
 #include "tests/sim/files/temporary_folder.h"
 

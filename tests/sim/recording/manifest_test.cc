@@ -5,7 +5,6 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "sim/recording/image_file.h"
-#include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/recording/random_readings.h"
 
 namespace sim::recording {

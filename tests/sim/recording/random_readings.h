@@ -2,8 +2,6 @@
 // of observations. Cases of files that are wrong.
 #pragma once
 
-#include <fstream>
-
 #include "sim/rig/rig.h"
 #include "sim/sensor_errors/random.h"
 #include "slam/observation.h"

@@ -1,13 +1,11 @@
 #include "sim/recording/recording.h"
 
-#include <fmt/format.h>
 #include <malloc.h>
 #include <sys/stat.h>
 
 #include <opencv2/imgcodecs.hpp>
 
 #include "sim/recording/sensor_yaml.h"
-#include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/recording/random_readings.h"
 
 namespace sim::recording {

@@ -1,9 +1,5 @@
 #include "sim/result/job_log.h"
 
-#include <limits>
-#include <thread>
-
-#include "sim/files/text.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::result {

@@ -1,7 +1,6 @@
 // Helpers for tests of result folders.
 #pragma once
 
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "sim/files/text.h"

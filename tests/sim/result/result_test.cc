@@ -2,7 +2,6 @@
 #include "sim/result/result.h"
 
 #include "sim/files/csv.h"
-#include "sim/files/text.h"
 #include "sim/result/limits.h"
 #include "sim/result/score_file.h"
 #include "tests/sim/files/temporary_folder.h"

@@ -1,7 +1,5 @@
 #include "sim/scenario/keys.h"
 
-#include <fstream>
-#include <set>
 #include <typeinfo>
 
 #include "tests/sim/scenario/test_scenarios.h"

@@ -1,8 +1,6 @@
 #include "sim/scenario/scenario.h"
 
 #include <bit>
-#include <fstream>
-#include <limits>
 
 #include "tests/sim/scenario/test_scenarios.h"
 #include "tests/walking/walks.h"

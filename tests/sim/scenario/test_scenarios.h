@@ -2,10 +2,6 @@
 // keys.
 #pragma once
 
-#include <algorithm>
-#include <set>
-#include <sstream>
-
 #include "sim/scenario/keys.h"
 #include "sim/scenario/scenario.h"
 #include "tests/sim/files/temporary_folder.h"

@@ -1,9 +1,5 @@
 #include "sim/score/metrics.h"
 
-#include <gmock/gmock.h>
-
-#include <set>
-
 #include "tests/sim/score/score_fixtures.h"
 
 namespace sim::score {

@@ -2,10 +2,6 @@
 // cameras.
 #pragma once
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "sim/score/metrics.h"
 #include "sim/score/run.h"
 

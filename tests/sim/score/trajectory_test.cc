@@ -1,8 +1,6 @@
 // Pairing, alignment, spans, statistics and consistency.
 #include "sim/score/trajectory.h"
 
-#include <gmock/gmock.h>
-
 #include "sim/score/statistics.h"
 #include "tests/sim/score/score_fixtures.h"
 

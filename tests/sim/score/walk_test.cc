@@ -1,6 +1,4 @@
 // The drift of the walk by its feet, navigation, and landmarks against the true room.
-
-#include "sim/score/run.h"
 #include "sim/score/types.h"
 #include "tests/sim/score/score_fixtures.h"
 

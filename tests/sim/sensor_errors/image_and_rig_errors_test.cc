@@ -1,8 +1,4 @@
 // Errors of images and of the further sensors, and their random numbers.
-#include <gtest/gtest.h>
-
-#include <set>
-
 #include "sim/sensor_errors/random.h"
 #include "sim/sensor_errors/sensor_errors.h"
 

@@ -1,7 +1,5 @@
 #include "sim/tracking/tracking.h"
 
-#include <gtest/gtest.h>
-
 namespace sim::tracking {
 namespace {
 

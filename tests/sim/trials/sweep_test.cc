@@ -1,8 +1,6 @@
 // Values to try and plans of sweeps, right ones and wrong ones.
 #include "sim/trials/sweep.h"
 
-#include <fstream>
-
 #include "sim/trials/values.h"
 #include "tests/sim/files/temporary_folder.h"
 

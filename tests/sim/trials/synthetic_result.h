@@ -1,11 +1,6 @@
 // A result folder with the recording of a walk in the synthetic room: what trials need, without a simulator.
 #pragma once
 
-#include <filesystem>
-#include <fstream>
-#include <string>
-#include <vector>
-
 #include "sim/recording/recording.h"
 #include "tests/slam/synthetic_room.h"
 

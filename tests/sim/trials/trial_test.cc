@@ -2,10 +2,6 @@
 // replays from the disk.
 #include "sim/trials/trial.h"
 
-#include <numbers>
-#include <random>
-
-#include "sim/files/text.h"
 #include "sim/replay/replay.h"
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/result/result_folder.h"

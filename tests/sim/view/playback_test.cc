@@ -1,10 +1,4 @@
 // Finished results as the page plays them, from a walk in the synthetic room, and their figures over time.
-
-#include <algorithm>
-#include <cmath>
-#include <opencv2/core.hpp>
-#include <sstream>
-
 #include "sim/pages/pages.h"
 #include "sim/recording/image_file.h"
 #include "sim/recording/recording_format.h"

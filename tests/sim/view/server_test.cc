@@ -3,16 +3,12 @@
 #include "sim/view/server.h"
 
 #include <arpa/inet.h>
-#include <fmt/format.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
 
-#include <future>
 #include <list>
 #include <nlohmann/json.hpp>
-#include <set>
-#include <thread>
 
 #include "sim/recording/image_file.h"
 #include "sim/view/live_view.h"

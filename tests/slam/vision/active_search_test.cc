@@ -1,8 +1,5 @@
 #include "slam/vision/active_search.h"
 
-#include <gtest/gtest.h>
-
-#include <numbers>
 #include <opencv2/imgproc.hpp>
 
 #include "tests/slam/test_scenes.h"

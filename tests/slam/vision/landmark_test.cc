@@ -1,12 +1,8 @@
 #include "slam/vision/landmark.h"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/LU>
-#include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "slam/vision/patch.h"
 #include "tests/slam/test_scenes.h"
 
 namespace slam {

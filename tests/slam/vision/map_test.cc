@@ -1,7 +1,5 @@
 #include "slam/vision/map.h"
 
-#include <gtest/gtest.h>
-
 #include "slam/vision/active_search.h"
 #include "tests/slam/test_scenes.h"
 

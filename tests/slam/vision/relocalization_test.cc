@@ -1,10 +1,5 @@
 #include "slam/vision/relocalization.h"
 
-#include <gtest/gtest.h>
-
-#include <set>
-#include <tuple>
-
 #include "slam/filter.h"
 #include "slam/vision/active_search.h"
 #include "slam/vision/map.h"

@@ -1,10 +1,5 @@
 #include "slam/vision/vision.h"
 
-#include <gtest/gtest.h>
-
-#include <set>
-#include <tuple>
-
 #include "slam/vision/map.h"
 #include "tests/slam/test_scenes.h"
 
