@@ -7,11 +7,12 @@
 
 namespace sim::files {
 
-/// The text of the FileError that a call throws; empty if it throws none.
+/// The text of the Error that a call throws; empty if it throws none.
+template <class Error = FileError>
 std::string error_of(const auto& call) {
   try {
     call();
-  } catch (const FileError& error) {
+  } catch (const Error& error) {
     return error.what();
   }
   return "";

@@ -2,18 +2,13 @@
 
 #include <fmt/ranges.h>
 
-#include <opencv2/imgcodecs.hpp>
-
 #include "tests/sim/recording/random_readings.h"
 
 namespace sim::recording {
 namespace {
 
 namespace fs = std::filesystem;
-using slam::Stamp;
-using testing::ContainsRegex;
-using testing::HasSubstr;
-using testing::Not;
+using slam::Stamp, testing::Contains, testing::ContainsRegex, testing::HasSubstr, testing::Not;
 
 // As EuRoC's own files: CR LF, no line feed after the last line, stamps of the year 2014.
 class RecordedElsewhere : public testing::Test {
@@ -43,6 +38,10 @@ class RecordedElsewhere : public testing::Test {
       AslFolder reader(folder_.path());
       while (reader.next()) continue;
     });
+  }
+  /// Returns that of opening it, before the first frame.
+  std::string rejection() const {
+    return files::error_of([&] { AslFolder reader(folder_.path()); });
   }
 
   files::TemporaryFolder folder_;
@@ -116,7 +115,7 @@ TEST_F(RecordedElsewhere, TruthIsInterpolatedAtTheFramesAndAlignedWithTheStart) 
   fs::remove_all(folder_ / "mav0/state_groundtruth_estimate0");
   const AslFolder without(folder_.path());
   EXPECT_TRUE(without.truth().camera.empty());
-  EXPECT_THAT(without.sensors().remarks, testing::Contains(HasSubstr(": no truth: ")));
+  EXPECT_THAT(without.sensors().remarks, Contains(HasSubstr(": no truth: ")));
 }
 
 TEST_F(RecordedElsewhere, TruthOfPositionsIsThatOfItsPointInItsOwnWorld) {
@@ -152,12 +151,10 @@ TEST_F(RecordedElsewhere, WhatIsWrongInAFileIsSaidWithItsPlace) {
 }
 
 TEST_F(RecordedElsewhere, AnImuOrATruthOfAnotherClockIsNamedBeforeTheFirstFrame) {
-  const auto reading = [&] { AslFolder reader(folder_.path()); };
   write("imu0/data.csv", "#timestamp [ns],x,y,z\n11900000000,1,0,0\n11920000000,2,0,0\n");
-  EXPECT_THAT(
-      files::error_of(reading),
-      HasSubstr("imu0/data.csv: none of its readings is between the images: they are from 11.900 s to "
-                "11.920 s, the images from 1403636579.764 s to 1403636579.814 s"));
+  EXPECT_THAT(rejection(),
+              HasSubstr("imu0/data.csv: none of its readings is between the images: they are from 11.900 s "
+                        "to 11.920 s, the images from 1403636579.764 s to 1403636579.814 s"));
   write("imu0/data.csv", "#timestamp [ns],x,y,z\n1403636579758555392,1,0,0\n1403636579778555392,2,0,0\n");
   EXPECT_EQ(complaint(), "");
   const std::string header = "#timestamp,x,y,z,w,x,y,z\n";
@@ -227,16 +224,16 @@ TEST_F(RecordedElsewhere, AGyroOfAnotherClockUnitOrAxesThanTheTruthIsNamedBefore
     write("state_groundtruth_estimate0/data.csv", truth);
     return files::error_of([&] { remarks = AslFolder(folder_.path()).sensors().remarks; });
   };
-  const auto of_truth = testing::Contains(HasSubstr("the truth is"));
+  const auto of_truth = Contains(HasSubstr("the truth is"));
   EXPECT_EQ(rotating(0, 1), "");
   EXPECT_THAT(remarks, Not(of_truth));
   EXPECT_EQ(rotating(0.05, 1.5), "");
-  EXPECT_THAT(remarks, testing::Contains(HasSubstr("data.csv: the truth is 0.05 s earlier than ")));
-  EXPECT_THAT(remarks, testing::Contains(HasSubstr("state timeshift_cam_imu: 0.0")));
+  EXPECT_THAT(remarks, Contains(HasSubstr("data.csv: the truth is 0.05 s earlier than ")));
+  EXPECT_THAT(remarks, Contains(HasSubstr("state timeshift_cam_imu: 0.0")));
   EXPECT_EQ(rotating(-0.03, 1), "");
-  EXPECT_THAT(remarks, testing::Contains(HasSubstr("data.csv: the truth is 0.03 s later than ")));
+  EXPECT_THAT(remarks, Contains(HasSubstr("data.csv: the truth is 0.03 s later than ")));
   EXPECT_EQ(rotating(0, 1e-9), "");
-  EXPECT_THAT(remarks, testing::Contains(HasSubstr("axes of its gyro are not checked: it turns too little")));
+  EXPECT_THAT(remarks, Contains(HasSubstr("axes of its gyro are not checked: it turns too little")));
   EXPECT_THAT(rotating(0.5, 1), HasSubstr("data.csv: its stamps are 0.50 s earlier than "));
   EXPECT_THAT(rotating(-1.5, 1), HasSubstr("data.csv: its stamps are 1.50 s later than "));
   EXPECT_THAT(rotating(0, 57.3), HasSubstr("imu0/data.csv: its speeds of rotation are 5"));
@@ -280,25 +277,21 @@ TEST_F(RecordedElsewhere, ABadImageIsFoundBeforeTheFirstFrame) {
   const std::string png = files::read_text(file);
   const auto complaint_of = [&](const std::string& bytes) {
     files::write_text(file, bytes);
-    return files::error_of([&] { AslFolder reader(folder_.path()); });
-  };
-  const auto encoded = [](const char* ending, const cv::Mat& image) {
-    std::vector<unsigned char> bytes;
-    cv::imencode(ending, image, bytes);
-    return std::string(bytes.begin(), bytes.end());
+    return rejection();
   };
   EXPECT_EQ(complaint_of(png), "");
   EXPECT_EQ(complaint_of(png + "a trailer"), "");
   EXPECT_THAT(complaint_of(""), HasSubstr("second.png: cannot be read as an image: expected PNG or JPEG"));
   EXPECT_THAT(complaint_of(png.substr(0, png.size() - 20)),
               HasSubstr("second.png: cannot be read as an image"));
-  const std::string jpeg = encoded(".jpg", cv::Mat(48, 64, CV_8UC1, cv::Scalar(77)));
+  const std::string jpeg = tests::encoded(".jpg", cv::Mat(48, 64, CV_8UC1, cv::Scalar(77)));
   EXPECT_EQ(complaint_of(jpeg), "");
   EXPECT_THAT(complaint_of(jpeg.substr(0, jpeg.size() - 2)), HasSubstr("second.png: is cut off"));
   EXPECT_THAT(
-      complaint_of(encoded(".png", cv::Mat(48, 64, CV_8UC3))),
+      complaint_of(tests::encoded(".png", cv::Mat(48, 64, CV_8UC3))),
       HasSubstr("cam0/data.csv:3:22: " + file.string() + " has 3 channels of 8 bits, expected 1 of 8"));
-  EXPECT_THAT(complaint_of(encoded(".png", cv::Mat(48, 64, CV_16UC1))), HasSubstr("1 channel of 16 bits"));
+  EXPECT_THAT(complaint_of(tests::encoded(".png", cv::Mat(48, 64, CV_16UC1))),
+              HasSubstr("1 channel of 16 bits"));
 }
 
 TEST_F(RecordedElsewhere, LensesAreReadByTheNamesOfOtherPrograms) {
@@ -342,7 +335,7 @@ TEST_F(RecordedElsewhere, KeysThatContradictEachOtherAreRejected) {
                         "- [0.0041, 0.0257, 0.9997, -0.0081]\n- [0, 0, 0, 1]\n";
   const auto said = [&](const std::string& more) {
     write("cam0/sensor.yaml", kept + "\n" + more);
-    return files::error_of([&] { AslFolder reader(folder_.path()); });
+    return rejection();
   };
   EXPECT_EQ(said(inverse), "") << "four digits suffice";
   const auto renamed = [](std::string text) { return text.replace(text.find("T_SB"), 4, "T_cam_imu"); };
@@ -374,7 +367,7 @@ TEST_F(RecordedElsewhere, TheKeysAndLayoutsOfKalibrAreRead) {
     EXPECT_TRUE(reader.sensors().X_BC.isApprox(X_BC, 1e-12));
     EXPECT_EQ(reader.sensors().imu_ahead, Stamp{10'000'000});
     EXPECT_THAT(reader.sensors().remarks,
-                testing::Contains(HasSubstr("cam0/sensor.yaml: keys that are not read: exposure_ms")));
+                Contains(HasSubstr("cam0/sensor.yaml: keys that are not read: exposure_ms")));
   }
   AslFolder shifted(folder_.path());
   EXPECT_EQ(shifted.next()->gyro.at(0).begin, Stamp{-20000192}) << "10 ms earlier";

@@ -10,9 +10,7 @@ namespace sim::recording {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
+using testing::HasSubstr, testing::IsEmpty;
 
 constexpr std::size_t kFrameBytes = 100'000;
 

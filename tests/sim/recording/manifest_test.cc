@@ -2,15 +2,13 @@
 
 #include <libdeflate.h>
 
-#include <opencv2/imgcodecs.hpp>
-
 #include "sim/recording/image_file.h"
 #include "tests/sim/recording/random_readings.h"
 
 namespace sim::recording {
 namespace {
 
-using testing::HasSubstr, tests::expect_same;
+using testing::HasSubstr, tests::encoded, tests::expect_same;
 
 TEST(Manifest, HashIsXxh3Of128Bits) {
   // As published with the algorithm: the empty input, seed 0; and as `printf gaitslam | xxh128sum` prints.
@@ -62,15 +60,11 @@ TEST(HashedFile, AFullDiskIsAnError) {
               HasSubstr("/dev/full: cannot be written: No space left on device"));
 }
 
-std::string encoded(const std::string& ending) {
-  std::vector<unsigned char> bytes;
-  cv::imencode(ending, cv::Mat(35, 48, CV_8UC1, cv::Scalar(99)), bytes);
-  return {bytes.begin(), bytes.end()};
-}
+const cv::Mat kGray(35, 48, CV_8UC1, cv::Scalar(99));
 
 // A PNG with this size in its header and 48 x 35 pixels.
 std::string png_of_size(std::uint32_t width, std::uint32_t height) {
-  std::string png = encoded(".png");
+  std::string png = encoded(".png", kGray);
   for (int i = 0; i < 4; ++i) {
     png[static_cast<std::size_t>(16 + i)] = static_cast<char>(width >> (24 - 8 * i));
     png[static_cast<std::size_t>(20 + i)] = static_cast<char>(height >> (24 - 8 * i));
@@ -80,8 +74,8 @@ std::string png_of_size(std::uint32_t width, std::uint32_t height) {
 
 TEST(DecodeImage, KindsThatOtherProgramsWriteAreDecoded) {
   for (const char* ending : {".png", ".jpg"}) {
-    EXPECT_EQ(image_header(encoded(ending)).value().size, cv::Size(48, 35)) << ending;
-    const cv::Mat image = decode_image("a", encoded(ending), {48, 35});
+    EXPECT_EQ(image_header(encoded(ending, kGray)).value().size, cv::Size(48, 35)) << ending;
+    const cv::Mat image = decode_image("a", encoded(ending, kGray), {48, 35});
     EXPECT_EQ(image.size(), cv::Size(48, 35)) << ending;
     EXPECT_EQ(image.at<unsigned char>(7, 9), 99) << ending;
   }
@@ -93,9 +87,7 @@ TEST(DecodeImage, PixelsAreReadAsStoredWhateverTheirOrientation) {
   cv::Mat image(35, 48, CV_8UC1, cv::Scalar(20));
   image(cv::Rect(0, 0, 16, 16)) = 220;
   for (const bool png : {true, false}) {
-    std::vector<unsigned char> coded;
-    cv::imencode(png ? ".png" : ".jpg", image, coded);
-    std::string bytes(coded.begin(), coded.end());
+    std::string bytes = encoded(png ? ".png" : ".jpg", image);
     if (png) {
       std::string chunk = "eXIf" + exif;
       const std::uint32_t crc = libdeflate_crc32(0, chunk.data(), chunk.size());
@@ -125,8 +117,9 @@ TEST(DecodeImage, AnotherSizeIsRejectedByTheHeader) {
 }
 
 TEST(DecodeImage, OtherBytesAreRejected) {
-  for (const std::string& bytes : {std::string("no image"), encoded(".png").substr(0, 60),
-                                   encoded(".jpg").substr(0, 20), encoded(".bmp"), encoded(".pgm")})
+  for (const std::string& bytes :
+       {std::string("no image"), encoded(".png", kGray).substr(0, 60), encoded(".jpg", kGray).substr(0, 20),
+        encoded(".bmp", kGray), encoded(".pgm", kGray)})
     EXPECT_THROW(decode_image("a", bytes, {48, 35}), files::FileError);
 }
 
@@ -155,12 +148,8 @@ TEST(GrayPng, RefusesOtherPicturesAndDamagedOnes) {
   sensor_errors::Random random(1, "picture");
   const cv::Mat image = tests::random_image({32, 20}, random);
   for (const cv::Mat& other :
-       {image, cv::Mat(4, 4, CV_16UC1, cv::Scalar(7)), cv::Mat(4, 4, CV_8UC3, cv::Scalar(7))}) {
-    std::vector<unsigned char> bytes;
-    cv::imencode(".png", other, bytes);
-    if (const auto decoded = decode_png({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, CV_8UC1))
-      expect_same(*decoded, other);
-  }
+       {image, cv::Mat(4, 4, CV_16UC1, cv::Scalar(7)), cv::Mat(4, 4, CV_8UC3, cv::Scalar(7))})
+    if (const auto decoded = decode_png(encoded(".png", other), CV_8UC1)) expect_same(*decoded, other);
   const std::string whole = encode_png(image);
   for (std::size_t n = 0; n < whole.size(); n += 7)
     EXPECT_FALSE(decode_png(whole.substr(0, n), CV_8UC1)) << n;

@@ -2,6 +2,8 @@
 // of observations. Cases of files that are wrong.
 #pragma once
 
+#include <opencv2/imgcodecs.hpp>
+
 #include "sim/rig/rig.h"
 #include "sim/sensor_errors/random.h"
 #include "slam/observation.h"
@@ -26,6 +28,13 @@ inline cv::Mat random_image(cv::Size size, sim::sensor_errors::Random& random, i
     for (int i = 0; i < size.width * static_cast<int>(pixels.elemSize()); ++i)
       pixels.ptr(row)[i] = random.bits() & 255;
   return pixels;
+}
+
+/// An image as OpenCV encodes it.
+inline std::string encoded(const std::string& ending, const cv::Mat& image) {
+  std::vector<unsigned char> bytes;
+  cv::imencode(ending, image, bytes);
+  return {bytes.begin(), bytes.end()};
 }
 
 /// Observations as a run gives them: a frame each 33 ms, readings every 5 ms, split at frames; some without
