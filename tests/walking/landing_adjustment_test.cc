@@ -1,7 +1,6 @@
 #include "walking/landing_adjustment.h"
 
-#include "tests/walking/robots.h"
-#include "walking/pattern_generator.h"
+#include "tests/walking/walks.h"
 
 namespace walking {
 namespace {
@@ -11,15 +10,6 @@ using Options = StabilizerOptions::LandingAdjustment;
 
 class LandingAdjustmentTest : public testing::Test {
  protected:
-  static std::vector<Reference> steps_in_place() {
-    WalkOptions options;
-    options.commands = {Steps{{{0, 0.19, 0}, {0, -0.19, 0}}}};
-    PatternGenerator plan(kRobot, options);
-    std::vector<Reference> ticks;
-    while (ticks.size() < plan.ticks()) ticks.push_back(plan.next());
-    return ticks;
-  }
-
   /// Plays the plan while the center of mass is off by `error` in the swing of the left foot, and the foot in
   /// the air carries `load_n` from `loaded` of its swing on.
   void walk(const Vector2d& error, const Options& options, double load_n = 0, double loaded = 2) {
@@ -40,8 +30,8 @@ class LandingAdjustmentTest : public testing::Test {
   }
   Vector2d end() const { return landed(ticks_.size() - 1); }
 
-  static inline const Robot kRobot = hrp2_robot();
-  static inline const std::vector<Reference> kPlan = steps_in_place();
+  static inline const std::vector<Reference> kPlan =
+      walking::planned(walk_of({Steps{{{0, 0.19, 0}, {0, -0.19, 0}}}}));
   std::vector<Reference> ticks_;
 };
 
@@ -88,14 +78,12 @@ TEST_F(LandingAdjustmentTest, ThePlanFollowsTheFootholdWithoutAJump) {
 
 TEST_F(LandingAdjustmentTest, KeepsToItsLimitsAndToTheAreaOfSteps) {
   const double spacing = kRobot.foot_spacing;
-  struct Case {
-    Vector2d error, least, most;
-  };
   // Inwards the soles, 0.138 m wide at a spacing of 0.19 m, stay 0.01 m apart or more.
-  for (const auto& [error, least, most] : {Case{{0.5, 0}, {0.1199, -1e-9}, {0.1201, 1e-9}},
-                                           {{-0.5, 0}, {-0.1201, -1e-9}, {-0.1199, 1e-9}},
-                                           {{0, -0.5}, {-1e-9, -kOn.largest_inwards_m - 1e-9}, {1e-9, -0.02}},
-                                           {{0, 0.5}, {-1e-9, 0.05}, {1e-9, 0.36 - spacing + 1e-9}}}) {
+  for (const auto& [error, least, most] : std::vector<std::tuple<Vector2d, Vector2d, Vector2d>>{
+           {{0.5, 0}, {0.1199, -1e-9}, {0.1201, 1e-9}},
+           {{-0.5, 0}, {-0.1201, -1e-9}, {-0.1199, 1e-9}},
+           {{0, -0.5}, {-1e-9, -kOn.largest_inwards_m - 1e-9}, {1e-9, -0.02}},
+           {{0, 0.5}, {-1e-9, 0.05}, {1e-9, 0.36 - spacing + 1e-9}}}) {
     ticks_.clear();
     walk(error, {.enabled = true, .growth_fraction = 0});
     EXPECT_TRUE((end().array() >= least.array()).all() && (end().array() <= most.array()).all())
