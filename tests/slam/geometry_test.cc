@@ -95,8 +95,7 @@ TEST(Rotation, ExponentialLogarithmAndMatrixAgreeWithEigen) {
   }
 }
 
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
+using Eigen::MatrixXd, Eigen::VectorXd;
 
 constexpr double kFrame_s = 1.0 / 30;
 const Eigen::Vector4d kQ(0.9, 0.1, -0.2, 0.3);  // not quite unit: the derivatives are valid off the sphere
@@ -106,7 +105,7 @@ const Eigen::Vector2d kNone(0, 0);
 
 /// Expects that J is the derivative of f at x. tolerance: rounding 1e-16 / step 1e-6 of values up to 10.
 template <typename Function>
-void expect_derivative(const char* name, const VectorXd& x, const Function& f, const MatrixXd& J,
+void expect_derivative(const char* name, const VectorXd& x, const MatrixXd& J, const Function& f,
                        double tolerance = 1e-7) {
   const MatrixXd numeric = numerical_jacobian(f, x);
   ASSERT_EQ(J.size(), numeric.size()) << name;
@@ -116,22 +115,20 @@ void expect_derivative(const char* name, const VectorXd& x, const Function& f, c
 TEST(Jacobians, OfRotationsAreTheDerivatives) {
   for (const double scale : {1.0, 1e-2, 1e-7, 0.0}) {
     const Eigen::Vector3d theta = scale * Eigen::Vector3d(0.3, -0.7, 1.1);
-    expect_derivative("exponential", theta, quaternion_exp, quaternion_exp_jacobian(theta));
+    expect_derivative("exponential", theta, quaternion_exp_jacobian(theta), quaternion_exp);
   }
-  const auto back = [](const auto& q) -> VectorXd { return rotation_matrix(q).transpose() * kA; };
   const Eigen::Vector4d b(0.2, 0.7, -0.1, 0.6);
-  const auto small = [](const auto& t) { return quaternion_product(kQ, quaternion_exp(t)); };
-  expect_derivative(
-      "R(q) a", kQ, [](const auto& q) -> VectorXd { return rotation_matrix(q) * kA; },
-      rotated_jacobian(kQ, kA));
-  expect_derivative("transposed R(q) a", kQ, back, rotated_back_jacobian(kQ, kA));
-  expect_derivative(
-      "a x b by b", b, [](const auto& x) { return quaternion_product(kQ, x); }, left_matrix(kQ));
-  expect_derivative(
-      "a x b by a", kQ, [b](const auto& x) { return quaternion_product(x, b); }, right_matrix(b));
-  expect_derivative(
-      "q / |q|", kQ, [](const auto& q) { return q.normalized(); }, normalized_jacobian(kQ));
-  expect_derivative("small rotation", Eigen::Vector3d::Zero(), small, small_rotation_jacobian(kQ));
+  expect_derivative("R(q) a", kQ, rotated_jacobian(kQ, kA),
+                    [](const auto& q) -> VectorXd { return rotation_matrix(q) * kA; });
+  expect_derivative("transposed R(q) a", kQ, rotated_back_jacobian(kQ, kA),
+                    [](const auto& q) -> VectorXd { return rotation_matrix(q).transpose() * kA; });
+  expect_derivative("a x b by b", b, left_matrix(kQ),
+                    [](const auto& x) { return quaternion_product(kQ, x); });
+  expect_derivative("a x b by a", kQ, right_matrix(b),
+                    [b](const auto& x) { return quaternion_product(x, b); });
+  expect_derivative("q / |q|", kQ, normalized_jacobian(kQ), [](const auto& q) { return q.normalized(); });
+  expect_derivative("small rotation", Eigen::Vector3d::Zero(), small_rotation_jacobian(kQ),
+                    [](const auto& t) { return quaternion_product(kQ, quaternion_exp(t)); });
 }
 
 TEST(Jacobians, OfTheMotionModelAreTheDerivatives) {
@@ -144,15 +141,14 @@ TEST(Jacobians, OfTheMotionModelAreTheDerivatives) {
         const auto predict = [&](const auto& at) {
           return predict_motion(at, kFrame_s, increment, {}, rate);
         };
-        expect_derivative(
-            "motion", x, [&](const auto& at) { return predict(at).x; }, predict(x).F);
+        expect_derivative("motion", x, predict(x).F, [&](const auto& at) { return predict(at).x; });
       }
 }
 
 template <typename Measure>
 void expect_measurement(const char* name, const Measure& measure) {
-  const auto h = [&](const auto& x) -> VectorXd { return -measure(x).innovation; };
-  expect_derivative(name, kState, h, measure(kState).H_robot);
+  expect_derivative(name, kState, measure(kState).H_robot,
+                    [&](const auto& x) -> VectorXd { return -measure(x).innovation; });
 }
 
 TEST(Jacobians, OfInternalMeasurementsAreTheDerivatives) {
@@ -182,11 +178,10 @@ TEST(Jacobians, OfCamerasAreTheDerivatives) {
         const Ray ray = camera.unproject(pixel).value();
         const Eigen::Vector3d h = 2.5 * ray.h;
         const Matrix23d J = camera.project(h)->J;
-        expect_derivative(
-            "pixel", h, [&](const auto& at) { return camera.project(at)->pixel; }, J, 1e-6 * J.norm());
-        // px: rounding of pixels, 1e-13/1e-6, with room
-        expect_derivative(
-            "ray", pixel, [&](const auto& at) { return camera.unproject(at)->h; }, ray.J, 1e-6);
+        const auto project = [&](const auto& at) { return camera.project(at)->pixel; };
+        const auto unproject = [&](const auto& at) { return camera.unproject(at)->h; };
+        expect_derivative("pixel", h, J, project, 1e-6 * J.norm());
+        expect_derivative("ray", pixel, ray.J, unproject, 1e-6);  // px: rounding, 1e-13/1e-6, with room
       }
 }
 
@@ -199,22 +194,17 @@ TEST(Jacobians, OfLandmarksAreTheDerivatives) {
        std::vector<LandmarkKind>{Point{}, InverseDepth{}, SemiInfiniteLine{{{2, 0.5}, {4, 0.5}}}}) {
     const Parameters y = std::holds_alternative<Point>(kind) ? point : other;
     const Direction d = direction(kind, y, from, kQ);
-    expect_derivative(
-        "h by r", from, [&](const auto& r) { return direction(kind, y, r, kQ).h_C; }, d.J_r);
-    expect_derivative(
-        "h by q", kQ, [&](const auto& q) { return direction(kind, y, from, q).h_C; }, d.J_q);
-    expect_derivative(
-        "h by y", y, [&](const auto& at) { return direction(kind, at, from, kQ).h_C; }, d.J_y);
-    expect_derivative(
-        "p by y", y, [&](const auto& at) { return position(kind, at); }, position_jacobian(kind, y));
+    expect_derivative("h by r", from, d.J_r, [&](const auto& r) { return direction(kind, y, r, kQ).h_C; });
+    expect_derivative("h by q", kQ, d.J_q, [&](const auto& q) { return direction(kind, y, from, q).h_C; });
+    expect_derivative("h by y", y, d.J_y, [&](const auto& at) { return direction(kind, at, from, kQ).h_C; });
+    expect_derivative("p by y", y, position_jacobian(kind, y),
+                      [&](const auto& at) { return position(kind, at); });
   }
   const Ray ray = Camera(CameraIntrinsics{}).unproject({50, 200}).value();
   const auto by_depth = [&](const auto& x) { return initialize_inverse_depth(x, ray, 1, kNone, {}); };
   const auto line = [&](const auto& x) { return initialize_line(x, ray, 1); };
-  expect_derivative(
-      "new", kState, [&](const auto& x) { return by_depth(x).y; }, by_depth(kState).J_robot);
-  expect_derivative(
-      "new line", kState, [&](const auto& x) { return line(x).y; }, line(kState).J_robot);
+  expect_derivative("new", kState, by_depth(kState).J_robot, [&](const auto& x) { return by_depth(x).y; });
+  expect_derivative("new line", kState, line(kState).J_robot, [&](const auto& x) { return line(x).y; });
 }
 
 /// The covariance of a landmark's parameters by the noise of its pixel is J Jᵀ.

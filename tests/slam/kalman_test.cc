@@ -7,8 +7,7 @@
 namespace slam {
 namespace {
 
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
+using Eigen::MatrixXd, Eigen::VectorXd;
 
 void expect_close(const MatrixXd& actual, const MatrixXd& expected, double relative = 1e-13) {
   ASSERT_EQ(actual.rows(), expected.rows());

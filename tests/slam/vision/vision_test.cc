@@ -153,8 +153,7 @@ StackedMeasurement matches(int good, int bad) {
 
 TEST(Consensus, KeepsTheMatchesThatOneMotionExplainsAndDropsTheRest) {
   Consensus consensus;
-  const auto kept = consensus.largest(matches(8, 5), 9.21);
-  EXPECT_EQ(kept, (std::vector<std::size_t>{0, 1, 2, 3, 4, 5, 6, 7}));
+  EXPECT_EQ(consensus.largest(matches(8, 5), 9.21), (std::vector<std::size_t>{0, 1, 2, 3, 4, 5, 6, 7}));
 }
 
 struct ErrorScene {
