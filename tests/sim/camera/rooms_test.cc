@@ -117,28 +117,6 @@ TEST(Office, OffersCornersAllOverTheImageAtEveryHeading) {
   }
 }
 
-// The score's own ray caster, independent of MuJoCo, on the result of room_surfaces.
-TEST(RoomSurfaces, RaysMeetThemWhereMuJoCosDo) {
-  for (const Room& room_of : {kOffice, kHall}) {
-    const Model model = robot_in(room_of.name);
-    const Data data(mj_makeData(model.get()));
-    mj_forward(model.get(), data.get());
-    const std::vector<score::Surface> surfaces = room_surfaces(*model);
-    cv::RNG random(5);
-    constexpr mjtByte room[mjNGROUP] = {1, 0, 0, 0, 0, 0};
-    for (int i = 0; i < 3000; ++i) {
-      const Vector3d from{random.uniform(0.0, 1.8), random.uniform(-0.6, 1.1), random.uniform(1.2, 1.5)};
-      Vector3d along{random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-0.7, 0.7)};
-      along.normalize();
-      int geom;
-      const double expected = mj_ray(model.get(), data.get(), from.data(), along.data(), room, 1, -1, &geom);
-      const std::optional<double> found = score::first_hit(surfaces, from, along);
-      ASSERT_TRUE(found.has_value());
-      ASSERT_NEAR(*found, expected, 1e-6) << geom;  // rounding of some meters, grazing included
-    }
-  }
-}
-
 const Eigen::Isometry3d kSomewhere =
     Eigen::Translation3d(1, 2, 0.65) * Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ());
 
@@ -200,7 +178,6 @@ TEST_F(DrawnRobot, HasPicturesOfTheSeedWithSidesThatArePowersOfTwo) {
       EXPECT_TRUE(side <= 64 && std::has_single_bit(unsigned(side))) << side;
 }
 
-// An independent reader of the format and the simulator agree on the place of every link.
 TEST_F(DrawnRobot, AsUrdfHasItsLinksWhereTheBodiesOfTheModelAre) {
   const files::TemporaryFolder folder;
   std::ofstream(folder / "robot.urdf") << urdf(robot_.model());

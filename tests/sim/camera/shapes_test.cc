@@ -36,8 +36,8 @@ TEST(Drawable, ATextureWithAPictureOfItsOwnMayNotHaveANameThatIsPaintedOver) {
   };
   EXPECT_NO_THROW(require("books_7", "flat"));
   EXPECT_NO_THROW(require("my_books", "checker"));
-  EXPECT_THAT([&] { require("books_7", "checker"); }, testing::ThrowsMessage<std::invalid_argument>(
-                                                          tests::Has("the texture 'books_7' has a picture")));
+  EXPECT_THAT(files::error_of<std::invalid_argument>([&] { require("books_7", "checker"); }),
+              tests::Has("the texture 'books_7' has a picture"));
 }
 
 // Round shapes are 20-sided prisms and less: a circle has 20/(2 pi) sin(2 pi/20) = 0.984 of its area; a

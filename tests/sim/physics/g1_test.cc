@@ -17,10 +17,8 @@ PlantVariation on_friction(double friction) {
 }
 
 World standing_g1() {
-  WorldOptions options;
-  options.room = "floor";
-  return World(options, on_friction(0.7), g1().robot.posture,
-               Eigen::Isometry3d(Eigen::Translation3d(0, 0, g1().robot.base_height)), g1());
+  return standing(g1(), on_friction(0.7),
+                  Eigen::Isometry3d(Eigen::Translation3d(0, 0, g1().robot.base_height)));
 }
 
 /// Six steps with a push of 35 N for 0.2 s on one foot; the options are the robot's own.
@@ -61,7 +59,6 @@ TEST(G1, WalksThroughAPushAndOnlyWithStabilizerAndAdjustedLandings) {
   for (const auto& change : changes) EXPECT_EQ(six_steps(change).status.condition, Condition::fell);
 }
 
-// The robot differs only in the files of its folder.
 TEST(G1, WithLongerShanksAndAHeavierTorsoWalksByItsFolder) {
   const files::TemporaryFolder folder;
   std::string model = files::read_text(models() / "robots/g1/robot.xml");

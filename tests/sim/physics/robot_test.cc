@@ -72,8 +72,8 @@ TEST(ReadRobot, NamesWhatDoesNotFitWithItsPlace) {
     RobotFile file = robot_file();
     const Model model = copy_of(on_floor().on_floor);
     change(file, *model);
-    EXPECT_THAT([&] { read_robot(*model, file); },
-                testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr(complaint)));
+    EXPECT_THAT(files::error_of<std::invalid_argument>([&] { read_robot(*model, file); }),
+                testing::HasSubstr(complaint));
   }
 }
 

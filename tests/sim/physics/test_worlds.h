@@ -22,6 +22,13 @@ inline const Models& on_floor() {
 }
 inline walking::JointVector half_sitting() { return on_floor().robot.posture; }
 
+/// A robot at its posture on the bare floor.
+inline World standing(const Models& on_floor, const PlantVariation& draw = {},
+                      const Eigen::Isometry3d& X_WB = Eigen::Isometry3d::Identity()) {
+  WorldOptions options;
+  options.room = "floor";
+  return World(options, draw, on_floor.robot.posture, X_WB, on_floor);
+}
 inline World standing(const PlantVariation& draw = {},
                       const Eigen::Isometry3d& X_WB = Eigen::Isometry3d::Identity(),
                       WorldOptions options = {}, const char* room = "floor") {
