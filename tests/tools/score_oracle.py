@@ -278,6 +278,7 @@ FILES = {  # each as if its path were x = t, y = sin t
     "first.tum": curve(lambda i, t, y: tum_line(t, t, 0) if i < 60 else ""),
     "stands.tum": curve(lambda i, t, y: tum_line(t, 1e-4 * y, 1e-4 * math.cos(i))),
     "noisy.tum": curve(lambda i, t, y: tum_line(t, 0.1 * math.sin(i * i), 0.1 * math.cos(7 * i))),
+    "positions.csv": "#timestamp [s],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m]\n" + curve(lambda i, t, y: f"{t:.9f},{t},{y},1\n"),
     "named.csv": "t,tx,ty,tz,qx,qy,qz,qw," + ",".join(f"P{b}{e}" for b in "tr" for e in (11, 12, 13, 22, 23, 33)) + "\n"
     + curve(lambda i, t, y: f"{t:.9f},{t},{y + 0.2 * (i % 2)},1,0,0,0,1,.01,0,0,.01,0,.01,1,0,0,1,0,1\n"),
     "sure.tum": curve(lambda i, t, y: f"{t:.9f} {2 * t} 0 1 0 0 0 1 1 0 0 1 0 1 1e-307 0 0 1e-307 0 1e-307\n"),
@@ -302,6 +303,7 @@ REFUSED = [
     ("truth.tum later.tum", "2 of 300 estimated poses have a true one, over 0.033 s: the truth is from 0.000 to 9.967 s"),
     *((files, "still.tum: all 300 matched poses coincide") for files in ("truth.tum still.tum", "still.tum truth.tum")),
     ("truth.tum still.tum --align sim3", "coincide"),
+    ("positions.csv truth.tum -r angle_deg", "it needs orientations"),
     *((files, "all without times: they cannot be paired by their row")
       for files in ("poses.txt half.txt", "poses.txt fewer.txt --align none", "half.txt poses.txt --align se3")),
     ("gap.tum truth.tum --align none --max-gap 5", "--interpolate"),
@@ -313,6 +315,7 @@ ACCEPTED = [
     ("truth.tum late.tum --t-offset -1000000000", ""),
     ("truth.tum still.tum -r angle_deg", ""),  # a camera may turn on the spot
     ("truth.tum short.tum", ""),
+    ("positions.csv truth.tum", "300 100.0 %" + 5 * "         0" + "\nAPE origin [m]                    a file has positions only\n"),
     ("truth.tum named.csv", "NEES none, position [1]             300 100.0 %         -         2         2"),
     ("stands.tum noisy.tum", "warning   sim3: the scale "),
     ("stands.tum noisy.tum --align sim3", "warning   sim3: the scale "),

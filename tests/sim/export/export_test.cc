@@ -12,7 +12,6 @@
 #include "sim/export/export_text.h"
 #include "sim/files/csv.h"
 #include "sim/recording/recording.h"
-#include "sim/trajectory_score/report.h"
 #include "slam/camera.h"
 #include "tests/sim/recording/random_readings.h"
 
@@ -20,7 +19,7 @@ namespace sim::exports {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json, slam::Stamp, testing::HasSubstr, testing::ThrowsMessage;
+using nlohmann::json, slam::Stamp, testing::HasSubstr;
 using tests::expect_same, tests::random_image, tests::random_pose, tests::random_vector;
 
 /// The default camera at a fifth of its size.
@@ -258,22 +257,6 @@ TEST_F(Exported, EachFormatIsReadBackByNumpyAndTheMcapProjectsReader) {
   }
 }
 
-TEST_F(Exported, ATruthOfPositionsAloneScoresPositionsOnly) {
-  const fs::path poses = made("tum") / "groundtruth.txt", positions = folder_ / "positions.csv";
-  std::string text = "#timestamp [s],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m]\n";
-  for (const files::TumRow& row : files::read_tum(poses))
-    text += fmt::format("{}.{:09},{}\n", row.t.count() / 1'000'000'000, row.t.count() % 1'000'000'000,
-                        files::csv_fields(Eigen::Vector3d(row.X.translation())));
-  files::write_text(positions, text);
-  trajectory_score::Options options;
-  const auto report = trajectory_score::score_files(positions, poses, options);
-  EXPECT_LT(report["errors"][0]["max"], 1e-9);
-  EXPECT_THAT(report.dump(), HasSubstr("a file has positions only"));
-  options.relation = trajectory_score::Relation::angle_deg;
-  EXPECT_THAT([&] { trajectory_score::score_files(positions, poses, options); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("it needs orientations")));
-}
-
 TEST_F(Exported, WithoutTruthNoFileHasIt) {
   run_.with_truth = false;
   for (const std::string& format : export_formats())
@@ -374,19 +357,16 @@ TEST_F(Exported, StampsRiseInEveryFileHoweverFramesArrive) {
   EXPECT_TRUE(fs::exists(made("mcap") / "run.mcap"));
 }
 
-TEST(LensConversion, TheEquidistantModelFitsTheOneParameterLensWhereBothFocalLengthsAreTheSame) {
-  const rig::FittedCamera fitted =
-      rig::fit_equidistant({320, 240, 197, 197, 157, 127, slam::OneParameterRadial{7.37e-6}});
-  EXPECT_LT(fitted.rms_px, 0.002);
-  EXPECT_LT(fitted.largest_px, 0.02);
-}
-
 // The head camera's focal lengths differ by 1 %. Its lens bends by the distance in px, the equidistant one by
 // the angle: along u and v they part, most at the corners.
-TEST(LensConversion, TheHeadCamerasLensIsFittedAsWellAsItsUnequalFocalLengthsAllow) {
-  const rig::FittedCamera fitted = rig::fit_equidistant(slam::CameraIntrinsics{});
-  EXPECT_NEAR(fitted.rms_px, 0.066, 0.001);
-  EXPECT_NEAR(fitted.largest_px, 0.193, 0.002);
+TEST(LensConversion, TheEquidistantModelFitsTheOneParameterLensAsWellAsUnequalFocalLengthsAllow) {
+  const rig::FittedCamera equal = rig::fit_equidistant(
+                              {320, 240, 197, 197, 157, 127, slam::OneParameterRadial{7.37e-6}}),
+                          head = rig::fit_equidistant(slam::CameraIntrinsics{});
+  EXPECT_LT(equal.rms_px, 0.002);
+  EXPECT_LT(equal.largest_px, 0.02);
+  EXPECT_NEAR(head.rms_px, 0.066, 0.001);
+  EXPECT_NEAR(head.largest_px, 0.193, 0.002);
 }
 
 struct RigExport : Exported {
@@ -425,23 +405,19 @@ TEST_F(RigThatLooksBack, DepthIsPairedWithTheHeadCameraWhoseFocalLengthIsStatedA
 
 // The eye is made a second color camera.
 TEST_F(RigExport, DepthBelongsToTheColorCameraThatItIsAlignedWithOrThatSeesMostOfIt) {
-  const struct {
-    const char* aligned_with;
-    bool first_looks_back, second_looks_back;
-    const char* expected;
-  } cases[]{{"right_eye", true, true, "right_eye"},
-            {"rgb0", false, true, "rgb0"},
-            {"cam0", true, false, "rgb0"},
-            {"cam0", false, true, "right_eye"},
-            {"cam0", true, true, "cam0"}};
-  for (const auto& one : cases) {
+  for (const auto& [aligned_with, first_looks_back, second_looks_back, expected] :
+       {std::tuple("right_eye", true, true, "right_eye"),
+        {"rgb0", false, true, "rgb0"},
+        {"cam0", true, false, "rgb0"},
+        {"cam0", false, true, "right_eye"},
+        {"cam0", true, true, "cam0"}}) {
     ExportContext out(run_, folder_ / "none", true);
     out.sensors[kEye].kind = rig::Kind::color;
-    out.sensors[kEye].X_CS = one.first_looks_back ? kBackwards : Eigen::Isometry3d::Identity();
-    out.sensors[kColor].X_CS = one.second_looks_back ? kBackwards : Eigen::Isometry3d::Identity();
-    out.sensors[kDepth].aligned_with = one.aligned_with;
+    out.sensors[kEye].X_CS = first_looks_back ? kBackwards : Eigen::Isometry3d::Identity();
+    out.sensors[kColor].X_CS = second_looks_back ? kBackwards : Eigen::Isometry3d::Identity();
+    out.sensors[kDepth].aligned_with = aligned_with;
     out.sensors[kDepth].X_CS = out.sensor(rig::partner(out.sensors, out.sensor(kDepth))).X_CS;
-    EXPECT_EQ(out.sensor(image_of_depth(out, kDepth)).name, one.expected) << one.aligned_with;
+    EXPECT_EQ(out.sensor(image_of_depth(out, kDepth)).name, expected) << aligned_with;
   }
 }
 
@@ -574,11 +550,9 @@ TEST(Undistortion, ColorIsInterpolatedByChannelAndDepthTakenFromTheNearestPixel)
 // The images per window of 0.15 m by the speed, as long as no corner moves by more than 32 px.
 TEST(TrackedImages, AreFewForASlowWalkAndMoreForFastTurns) {
   const slam::CameraIntrinsics camera{320, 240, 200, 200, 160, 120, slam::RadialTangential{}};
-  const struct {
-    double rate_hz, speed_m_s, turn_rad_s;
-    int every;
-  } cases[]{{30, 0.15, 0.1, 3}, {30, 0.075, 0.1, 6}, {60, 0.15, 0.1, 6},
-            {30, 1, 0.1, 1},    {30, 0.075, 1.2, 4}, {30, 0, 0, 1}};
+  const std::vector<std::tuple<double, double, double, int>> cases{{30, 0.15, 0.1, 3},  {30, 0.075, 0.1, 6},
+                                                                   {60, 0.15, 0.1, 6},  {30, 1, 0.1, 1},
+                                                                   {30, 0.075, 1.2, 4}, {30, 0, 0, 1}};
   for (const auto& [rate_hz, speed, turn, every] : cases) {
     WalkMotion motion{std::vector(9, speed), std::vector(9, turn)};
     if (speed == 0) motion = {};  // stands, without a gyro
