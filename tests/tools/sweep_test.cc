@@ -8,8 +8,7 @@ class SweepTest : public CommandLine {
  protected:
   std::vector<json> lines(const std::string& file) const {
     std::vector<json> all;
-    std::istringstream text(text_of(file));
-    for (std::string line; std::getline(text, line);) all.push_back(json::parse(line));
+    for (const std::string& line : sim::files::lines_of(text_of(file))) all.push_back(json::parse(line));
     return all;
   }
 };
@@ -29,7 +28,8 @@ TEST_F(SweepTest, SaysWhatItWouldTryAndSimulate) {
 
 TEST_F(SweepTest, ScoresAreThoseOfRunsBitForBitForAnyNumberOfJobs) {
   const std::string sweep =
-      "sweep walk.yaml slam.vision.sigma_px=1,3 errors.gyro.sigma_rad_s=0.01,0.05 --seeds 2 --out ";
+      "sweep walk.yaml slam.vision.sigma_px=1,3 errors.gyro.sigma_rad_s=0.01,0.05 "
+      "errors.image.loss_fraction=0.1 --seeds 2 --out ";
   ok(sweep + "sweep");
   ok(sweep + "two --jobs 2");
   for (const std::string file : {"/scores.csv", "/scores.jsonl", "/trials.jsonl"}) {
@@ -37,11 +37,13 @@ TEST_F(SweepTest, ScoresAreThoseOfRunsBitForBitForAnyNumberOfJobs) {
     EXPECT_EQ(text_of("sweep" + file), text_of("two" + file)) << file;
   }
   EXPECT_THAT(text_of("sweep/scores.csv"),
-              StartsWith("trial,scenario,seed,slam.vision.sigma_px,errors.gyro.sigma_rad_s,ending,cause,"));
+              StartsWith("trial,scenario,seed,slam.vision.sigma_px,errors.gyro.sigma_rad_s,"
+                         "errors.image.loss_fraction,ending,cause,"));
   const std::vector<json> scores = lines("sweep/scores.jsonl");
   ASSERT_EQ(scores.size(), 4u);
   EXPECT_NE(scores[0]["values"]["rmse_m"], scores[3]["values"]["rmse_m"]);
-  ok("run walk.yaml seed=2 slam.vision.sigma_px=3 errors.gyro.sigma_rad_s=0.05 --out run");
+  ok("run walk.yaml seed=2 slam.vision.sigma_px=3 errors.gyro.sigma_rad_s=0.05 "
+     "errors.image.loss_fraction=0.1 --out run");
   const json run = json_in("run/seed-2/score.json");
   EXPECT_EQ(scores[3]["ending"], run["ending"]);
   const json& values = scores[3]["values"];
@@ -119,9 +121,8 @@ TEST_F(LongSweepTest, ATuningSimulatesAWalkThatItsEstimateSteersWithEachSetting)
   const Ran ran = gaitslam("tune spec.yaml --jobs 2 --out tuned");
   ASSERT_LE(ran.exit_code, 1) << ran.err;  // 1: worse on the hold-out
   EXPECT_THAT(ran.out, Has("each setting is simulated"));
-  std::istringstream log(text_of("tuned/trials.jsonl"));
   std::set<double> tried;
-  for (std::string line; std::getline(log, line);)
+  for (const std::string& line : sim::files::lines_of(text_of("tuned/trials.jsonl")))
     if (line.starts_with('{') && json::parse(line)["seed"] == 1)
       tried.insert(json::parse(line)["values"]["navigation_rmse_m"].get<double>());
   EXPECT_GT(tried.size(), 1U) << "the setting has no influence on this walk";

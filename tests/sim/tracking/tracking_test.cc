@@ -1,11 +1,12 @@
 #include "sim/tracking/tracking.h"
 
+#include "tests/sim/scenario/test_scenarios.h"
+
 namespace sim::tracking {
 namespace {
 
 scenario::Scenario scenario(const std::vector<std::string>& overrides) {
-  constexpr const char* kText = "walk: {commands: [{stand: {duration_s: 1}}]}\ncamera: {}\nslam: {}\n";
-  return scenario::read_scenario_text(kText, "test.yaml", {overrides, {}}).scenario;
+  return scenario::read_text(scenario::kAll, {overrides, {}}).scenario;
 }
 
 slam::Observation observation(int millisecond, double x_m) {
@@ -191,21 +192,6 @@ TEST(Tracking, LossesAndSuspicionsHaveTheirTimesAndLastCauses) {
   ASSERT_TRUE(tracked.failure());  // it is lost at the end
   EXPECT_EQ(tracked.failure()->ending, scenario::Ending::diverged);
   EXPECT_EQ(tracked.failure()->cause, "dark, 5; the map was not found again before the end");
-}
-
-TEST(Tracking, AFilterThatNeverSeesIsLostAfterTwoSecondsAndDivergesAfterTenMore) {
-  std::vector<slam::Observation> dark;
-  for (int k = 0; k < 150; ++k) dark.push_back(observation(100 * k, 0));
-  const Tracked tracked = track("filter", dark);
-  const auto losses = tracked.losses();
-  ASSERT_EQ(losses.size(), 1U);
-  EXPECT_EQ(losses[0].from, std::chrono::milliseconds(2100));
-  EXPECT_FALSE(losses[0].to);
-  ASSERT_TRUE(tracked.failure());
-  EXPECT_EQ(tracked.failure()->ending, scenario::Ending::diverged);
-  EXPECT_EQ(tracked.failure()->cause, "tracking lost: no image arrives; the map was not found again");
-  EXPECT_EQ(tracked.frames.back().report.t, std::chrono::milliseconds(12200));
-  EXPECT_EQ(tracked.untracked.size(), 150U - 123U);
 }
 
 }  // namespace

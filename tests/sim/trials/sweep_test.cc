@@ -7,9 +7,7 @@
 namespace sim::trials {
 namespace {
 
-using testing::ElementsAre;
-using testing::EndsWith;
-using testing::HasSubstr;
+using testing::ElementsAre, testing::EndsWith, testing::HasSubstr;
 
 /// The values of slam.vision.sigma_px in YAML.
 Values values(const std::string& text, const std::string& key = "slam.vision.sigma_px") {

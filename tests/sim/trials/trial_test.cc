@@ -1,10 +1,7 @@
-// The likelihoods of poses and innovations against values computed by hand, trials from memory against
-// replays from the disk.
+// The likelihoods of poses and innovations against values computed by hand, and a trial that fails.
 #include "sim/trials/trial.h"
 
-#include "sim/replay/replay.h"
 #include "tests/sim/files/temporary_folder.h"
-#include "tests/sim/result/result_folder.h"
 #include "tests/sim/trials/synthetic_result.h"
 
 namespace sim::trials {
@@ -89,54 +86,15 @@ TEST(InnovationNll, HasNoValueWithoutInnovationsOrWhereACovarianceIsNotPositiveD
   EXPECT_FALSE(innovation_nll(tracked, 1));
 }
 
-constexpr int kFrames = 40;
-
-// One result folder for all tests of this program.
-class Trials : public testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    folder_ = std::filesystem::temp_directory_path() / ("gaitslam trials " + std::to_string(getpid()));
-    tests::write_result(folder_, tests::short_walk(kFrames));
-  }
-  static void TearDownTestSuite() { std::filesystem::remove_all(folder_); }
-
-  static scenario::ReadScenario scenario(const std::vector<std::string>& overrides) {
-    return scenario::read_scenario(folder_ / "scenario.yaml", {overrides, {}});
-  }
-  // score.json of a replay from the disk.
-  static nlohmann::json replayed(const scenario::ReadScenario& scenario) {
-    const result::ResultPlace place{folder_ / "replay", files::Existing::replace, {}, "1", "test", {}};
-    replay::replay(scenario, folder_ / "recording", {{scenario::Ending::completed}}, place, [](double) {});
-    return tests::json_of(folder_ / "replay" / "score.json");
-  }
-
-  static inline std::filesystem::path folder_;
-};
-
-void expect_same(const JobRecord& trial, const nlohmann::json& score) {
-  EXPECT_EQ(trial.ending, score["ending"].get<std::string>());
-  for (const auto& [name, metric] : score["metrics"].items()) {
-    const auto value = trial.value(name);
-    EXPECT_EQ(value ? nlohmann::json(*value) : nlohmann::json(), metric["value"]) << name;
-  }
-}
-
-TEST_F(Trials, HaveTheMetricsOfAReplayBitForBit) {
-  const Recording ideal = load(folder_);
-  EXPECT_EQ(ideal.observations.size(), static_cast<std::size_t>(kFrames));
-  for (const std::string change : {"slam.vision.sigma_px=0.7", "seed=5", "errors.image.loss_fraction=0.3"}) {
-    const scenario::ReadScenario changed = scenario({change});
-    const nlohmann::json score = replayed(changed);
-    ASSERT_TRUE(score["metrics"]["rmse_m"]["value"].is_number()) << score.dump(1);
-    expect_same(run_trial(ideal, changed), score);
-  }
-}
-
-TEST_F(Trials, OfAFilterThatFailsHaveNoLikelihoodButTellHowLongItLasted) {
-  // No landmark is ever found again at a correlation of 1.
-  const auto failing = scenario(
-      {"slam.vision.minimum_correlation=1", "slam.tracking.lost_after_s=0.3", "slam.tracking.give_up_s=0.3"});
-  const JobRecord trial = run_trial(load(folder_), failing);
+// No landmark is ever found again at a correlation of 1.
+TEST(Trial, OfAFilterThatFailsHasNoLikelihoodButTellsHowLongItLasted) {
+  const files::TemporaryFolder folder;
+  tests::write_result(folder.path(), tests::short_walk(40));
+  const auto failing = scenario::read_scenario(
+      folder / "scenario.yaml",
+      {{"slam.vision.minimum_correlation=1", "slam.tracking.lost_after_s=0.3", "slam.tracking.give_up_s=0.3"},
+       {}});
+  const JobRecord trial = run_trial(load(folder.path()), failing);
   EXPECT_EQ(trial.ending, "diverged");
   EXPECT_FALSE(trial.value("pose_nll"));
   EXPECT_FALSE(trial.value("innovation_nll"));
