@@ -12,11 +12,7 @@ constexpr double kTick = 0.005;
 
 /// Ends of commands: by their geometry, apart from how the path is integrated.
 TEST(Path, EndsWhereItsCommandsLead) {
-  struct Case {
-    std::vector<walking::Command> commands;
-    FootPose end;
-  };
-  for (const auto& [commands, end] : std::vector<Case>{
+  for (const auto& [commands, end] : std::vector<std::pair<std::vector<walking::Command>, FootPose>>{
            {{walking::Straight{2, 0.5}}, {{2, 0.5}, 0}},
            {{walking::TangentArc{1, pi / 2}}, {{1, 1}, pi / 2}},
            {{walking::TangentArc{1, -pi / 2}}, {{1, -1}, -pi / 2}},

@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "sim/scenario/scenario.h"
+#include "tests/sim/scenario/test_scenarios.h"
 
 namespace sim::estimators {
 namespace {
@@ -205,8 +205,7 @@ TEST(Messages, AnAnswerComesBackWithAllItsBits) {
 }
 
 programs::Choice choice_of(const std::string& value) {
-  constexpr const char* kText = "walk: {commands: [{stand: {duration_s: 1}}]}\ncamera: {}\nslam: {}\n";
-  return scenario::read_scenario_text(kText, "test.yaml", {{"estimator=" + value}, {}}).scenario.estimator;
+  return scenario::read_text(scenario::kAll, {{"estimator=" + value}, {}}).scenario.estimator;
 }
 
 TEST(EstimatorKey, NamesAProgramWithItsOptions) {

@@ -1,19 +1,16 @@
 // External programs give answers, or failures with a clear cause.
 #include "sim/tracking/tracking.h"
+#include "tests/sim/scenario/test_scenarios.h"
 
 namespace sim::estimators {
 namespace {
 
-using testing::HasSubstr;
-using testing::StartsWith;
-using tracking::Tracked;
-using tracking::Tracking;
+using testing::HasSubstr, testing::StartsWith, tracking::Tracked, tracking::Tracking;
 
 constexpr int kObservations = 6;
 
 scenario::Scenario scenario_with(const std::string& estimator) {
-  constexpr const char* kText = "walk: {commands: [{stand: {duration_s: 1}}]}\ncamera: {}\nslam: {}\n";
-  return scenario::read_scenario_text(kText, "test.yaml", {{"estimator=" + estimator}, {}}).scenario;
+  return scenario::read_text(scenario::kAll, {{"estimator=" + estimator}, {}}).scenario;
 }
 
 std::string misbehaving(const std::string& behavior, const std::string& message, const std::string& limits) {
@@ -115,25 +112,24 @@ TEST(Program, AnExtraAnswerNeverPassesHoweverLateItIs) {
 }
 
 TEST(Program, OneThatCannotBeStartedOrRejectsItsStartIsWrongInput) {
-  const auto starting = [](const std::string& estimator) {
-    return
-        [scenario = scenario_with(estimator)] { Tracking(scenario, {}, Eigen::Isometry3d::Identity(), 30); };
+  const auto rejection = [](const std::string& estimator) {
+    const scenario::Scenario scenario = scenario_with(estimator);
+    return files::error_of<std::invalid_argument>(
+        [&] { Tracking(scenario, {}, Eigen::Isometry3d::Identity(), 30); });
   };
   for (const auto& [program, cause] :
        {std::pair("/nowhere/my_slam", "the program /nowhere/my_slam cannot be started"),
         {"no-such-program-anywhere", "cannot be started"},
         {"/tmp", "cannot be started"},
         {"./my_slam --stdio", "words of a list, as in [./my_slam, --stdio]"}})
-    EXPECT_THAT(starting(fmt::format("{{program: '{}'}}", program)),
-                testing::ThrowsMessage<std::invalid_argument>(HasSubstr(cause)));
+    EXPECT_THAT(rejection(fmt::format("{{program: '{}'}}", program)), HasSubstr(cause));
   for (const auto& [behavior, cause] :
        {std::pair("cannot_start", "it cannot start: no vocabulary"),
         {"wrong_version", "it speaks version 99 of gaitslam_estimator.h, expected 4"},
         {"wrong_type", "its message is of type 77, expected 2"},
         {"prints", "its standard output is not a message: it starts with 'Loading"}})
-    EXPECT_THAT(starting(misbehaving(behavior, "0", "")),
-                testing::ThrowsMessage<std::invalid_argument>(
-                    HasSubstr(std::string("estimator: misbehaving_program: ") + cause)));
+    EXPECT_THAT(rejection(misbehaving(behavior, "0", "")),
+                HasSubstr(std::string("estimator: misbehaving_program: ") + cause));
 }
 
 TEST(Program, AnAnswerWithTheStampOfALateObservationIsAcceptedAndAddsNoPose) {

@@ -6,7 +6,6 @@ namespace {
 
 using sim::scenario::Ending;
 using testing::AllOf, testing::HasSubstr, testing::Not;
-using testing::IsEmpty;
 
 constexpr const char* kWalk = R"(
 walk: {commands: [{stand: {duration_s: 0.2}}, {tangent_arc: {radius_m: 0.75, angle_deg: 5}}]}

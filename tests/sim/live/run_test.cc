@@ -13,10 +13,7 @@ using testing::IsEmpty;
 // A few steps of the real walk in the real office: long enough for every part of a run. Motion blur, rolling
 // shutter and half a second in the dark; each frame is drawn from three pictures.
 constexpr const char* kShortWalk = R"(
-walk:
-  commands:
-    - stand: {duration_s: 0.5}
-    - tangent_arc: {radius_m: 0.75, angle_deg: 10}
+walk: {commands: [{stand: {duration_s: 0.5}}, {tangent_arc: {radius_m: 0.75, angle_deg: 10}}]}
 camera: {width_px: 160, height_px: 120, exposure_s: 0.01, readout_s: 0.02, subframes: 3}
 world.lights_off: {from_s: 1, duration_s: 0.5}
 slam: {}

@@ -19,6 +19,9 @@ sim::result::ResultPlace place(const fs::path& folder) {
   return {folder, files::Existing::reject, fs::path(GAITSLAM_SOURCE_DIR) / "models", "1", "", {}};
 }
 
+const fs::path kFolder = fs::temp_directory_path() / ("gaitslam self check " + std::to_string(getpid())),
+               kRecording = kFolder / "result/recording";
+
 class SelfCheckTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -26,17 +29,12 @@ class SelfCheckTest : public testing::Test {
     live::run(scenario::read_scenario_text(kWalk, "walk.yaml"), place(kFolder / "result"), [](double) {});
   }
   static void TearDownTestSuite() { fs::remove_all(kFolder); }
-
-  static inline const fs::path kFolder =
-      fs::temp_directory_path() / ("gaitslam self check " + std::to_string(getpid()));
-  static inline const fs::path kRecording = kFolder / "result/recording";
-
-  static live::ViewCheck view(std::size_t lag);
 };
+
+std::chrono::milliseconds at(int i) { return std::chrono::milliseconds(5 * i); }
 
 // The readings of a body that turns to and fro, against its truth `lag` readings earlier.
 live::InertialCheck turning(int lag) {
-  const auto at = [](int i) { return std::chrono::milliseconds(5 * i); };
   const auto yaw = [](int i) { return 0.3 * std::sin(0.02 * std::max(0, i)); };
   live::InertialCheck check(recording::TrueMotion{});
   for (int i = 0; i < 400; ++i) {
@@ -50,7 +48,6 @@ live::InertialCheck turning(int lag) {
 // The readings of a body that shakes and pitches at 30 Hz by 10 m/s² and 0.5 rad/s; those of the gyro lag.
 live::InertialCheck shaking(int lag) {
   constexpr double kRate = 2 * std::numbers::pi * 30;
-  const auto at = [](int i) { return std::chrono::milliseconds(5 * i); };
   const auto pitch = [](double t) { return 0.5 / kRate * std::sin(kRate * t); };
   const auto motion = [&](double t) {
     recording::TrueMotion m;
@@ -76,7 +73,7 @@ live::InertialCheck shaking(int lag) {
 }
 
 // The recorded pictures with the true poses of `lag` frames earlier.
-live::ViewCheck SelfCheckTest::view(std::size_t lag) {
+live::ViewCheck view(std::size_t lag) {
   const recording::Truth truth = recording::read_truth(kRecording);
   recording::RecordingReader reader(kRecording);
   live::ViewCheck check(reader.setup().calibration.camera, truth.surfaces);
@@ -149,7 +146,6 @@ TEST_F(SelfCheckTest, AWalkThatAViolentPushEndsFellAndDidNotFail) {
 }
 
 TEST_F(SelfCheckTest, ReadingsAreCheckedAgainAfterABlow) {
-  const auto at = [](int i) { return std::chrono::milliseconds(5 * i); };
   live::InertialCheck check(
       recording::TrueMotion{at(0), Eigen::Isometry3d::Identity(), Eigen::Vector3d::Zero()});
   const auto add = [&](int i, const Eigen::Vector3d& force) {  // while it truly stands still

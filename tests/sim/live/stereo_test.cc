@@ -11,9 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct StereoExport : tests::RunFolder {
-  const fs::path root_ = GAITSLAM_SOURCE_DIR;
-};
+using StereoExport = tests::RunFolder;
 
 // The second eye is turned, so that the pictures must be rectified.
 constexpr const char* kStand = R"(
@@ -80,19 +78,15 @@ rig: [gray: {}, lidar: {link: CHEST_LINK0, position_m: [-0.2, 0, 0.3], tilt_deg:
 )";
 
 TEST_F(StereoExport, TheTreeOfFramesOfTheRobotReachesEachSensorWhereItIsMounted) {
-  if (!fs::exists(root_ / "build/interop/node_modules/.installed") && !std::getenv("CI"))
+  const fs::path root = GAITSLAM_SOURCE_DIR;
+  if (!fs::exists(root / "build/interop/node_modules/.installed") && !std::getenv("CI"))
     GTEST_SKIP() << "tools/test.sh could not install the reader from npm";
   const auto scenario = read(kMounts);
   run("run", scenario);
   const auto e = folder_ / "e";
-  sim::exports::export_run({folder_ / "run",
-                            "mounts",
-                            1,
-                            {},
-                            true,
-                            false,
-                            sim::view::robot_description(scenario.scenario, kModels)},
-                           "mcap", e, sim::files::Existing::reject);
+  sim::exports::ExportedRun mounts{folder_ / "run", "mounts", 1, {}};
+  mounts.robot = sim::view::robot_description(scenario.scenario, kModels);
+  sim::exports::export_run(mounts, "mcap", e, sim::files::Existing::reject);
   const auto setup = sim::recording::RecordingReader(folder_ / "run/recording").setup();
   nlohmann::json sensors;
   const auto add = [&](const std::string& frame, const Eigen::Matrix4d& X) {
@@ -103,11 +97,11 @@ TEST_F(StereoExport, TheTreeOfFramesOfTheRobotReachesEachSensorWhereItIsMounted)
   for (const sim::rig::RigSensor& sensor : setup.rig)
     add(sim::exports::frame_of(sensor), sensor.X_CS.matrix());
   sim::files::write_text(e / "sensors.json", sensors.dump());
-  const std::string tests = (root_ / "tests/interop").string(), mcap = (e / "run.mcap").string();
+  const std::string tests = (root / "tests/interop").string(), mcap = (e / "run.mcap").string();
   const std::string command = fmt::format(
       "node '{0}/dump_mcap.cjs' '{1}/build/interop' '{2}' > '{3}/messages.json' && "
       "/usr/bin/python3 '{0}/read_exports.py' mounting '{3}' '{3}/sensors.json'",
-      tests, root_.string(), mcap, e.string());
+      tests, root.string(), mcap, e.string());
   EXPECT_EQ(std::system(command.c_str()), 0);
 }
 

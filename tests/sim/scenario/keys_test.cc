@@ -7,9 +7,7 @@
 namespace sim::scenario {
 namespace {
 
-using testing::HasSubstr;
-using testing::Optional;
-using testing::StartsWith;
+using testing::ElementsAre, testing::HasSubstr, testing::Optional, testing::StartsWith;
 
 TEST(Keys, ReadWhatTheyPrintAndTouchNothingElse) {
   for (const auto& key : scenario_keys()) {
@@ -180,8 +178,6 @@ TEST(BadKeys, ATypoGetsTheNameOfTheKey) {
   }
 }
 
-using testing::ElementsAre;
-
 TEST(Seeds, KeepTheOrderInWhichTheyAreWritten) {
   EXPECT_THAT(parse_seeds("7"), ElementsAre(7));
   EXPECT_THAT(parse_seeds("9,1..3,5"), ElementsAre(9, 1, 2, 3, 5));
@@ -196,8 +192,8 @@ TEST(Seeds, FaultsAreNamed) {
                                       {"3..1", "'3..1' goes backwards"},
                                       {"1..3,2", "a seed is given twice"},
                                       {"1..100001", "more than 100000 seeds"}})
-    EXPECT_THAT([seeds = text] { parse_seeds(seeds); },
-                testing::ThrowsMessage<std::invalid_argument>(testing::StartsWith(problem)));
+    EXPECT_THAT(files::error_of<std::invalid_argument>([seeds = text] { parse_seeds(seeds); }),
+                StartsWith(problem));
 }
 
 using walking::SteeredBy;
