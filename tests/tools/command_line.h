@@ -32,9 +32,8 @@ struct Ran {
   }
   /// Standard error without the progress lines that appear every 30 s, as on a slow machine.
   std::string complaints() const {
-    std::istringstream lines(err);
     std::string others;
-    for (std::string line; std::getline(lines, line);)
+    for (const std::string& line : sim::files::lines_of(err))
       if (!line.starts_with("gaitslam: ") || line.find(" left", line.find(" %,")) == line.npos)
         others += line + "\n";
     return others;

@@ -166,11 +166,9 @@ TEST_F(LongExternalEstimator, TheExampleFindsItsWayByStereoOrDepth) {
   EXPECT_EQ(json_in("e/line/seed-1/about.json")["alignment"], "se3") << "depth has a scale";
 }
 
-/// Writes its process id, starts another process in a new session, waits and never answers.
-constexpr const char* kStarter = "#!/bin/sh\nsetsid sleep 1000 &\necho $! > theirs\necho $$ > its\nwait\n";
-
+// It starts another process in a new session, waits and never answers.
 TEST_F(ExternalEstimator, InterruptedItLeavesNoProcessAndNoHalfResult) {
-  write("starter.sh", kStarter);
+  write("starter.sh", "#!/bin/sh\nsetsid sleep 1000 &\necho $! > theirs\necho $$ > its\nwait\n");
   for (const char* signal : {"INT", "TERM", "KILL"})
     for (const std::string command :
          {"replay r/seed-1 --out h 'estimator={program: [sh, starter.sh]}'",

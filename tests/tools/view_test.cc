@@ -1,4 +1,6 @@
 // The view through the program: in a browser, live and of results, and through Foxglove's client.
+#include "sim/files/csv.h"
+#include "sim/files/trajectory_file.h"
 #include "sim/recording/image_file.h"
 #include "tests/tools/command_line.h"
 
@@ -114,38 +116,24 @@ TEST_F(ViewTest, TheKeyboardWorksAfterClicksAndAnArrowMovesOneFrame) {
   EXPECT_THAT(found["said"], IsEmpty());
 }
 
-/// The numbers of a file's rows without titles.
-std::vector<std::vector<double>> numbers_in(const std::string& text, char separator) {
-  std::vector<std::vector<double>> rows;
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with('#')) continue;
-    std::istringstream fields(line);
-    rows.emplace_back();
-    for (std::string field; std::getline(fields, field, separator);)
-      rows.back().push_back(std::atof(field.c_str()));
-  }
-  return rows;
-}
-
 TEST_F(ViewTest, ValuesAtTheCursorAreThoseOfTheFilesAndTheCursorIsAtItsTimeAfterAZoom) {
   short_walks("one");
   const json found = shown("one/seed-1", "values", "250");
-  const auto truth = numbers_in(text_of("one/seed-1/truth.tum"), ' '),
-             estimate = numbers_in(text_of("one/seed-1/estimate.tum"), ' '),
-             frames = numbers_in(text_of("one/seed-1/frames.csv"), ',');
+  const auto truth = sim::files::read_tum(folder_ / "one/seed-1/truth.tum"),
+             estimate = sim::files::read_tum(folder_ / "one/seed-1/estimate.tum");
+  std::vector<double> landmarks;
+  for (sim::files::CsvReader rows(folder_ / "one/seed-1/frames.csv"); rows.next();)
+    landmarks.push_back(rows.number(1));
   ASSERT_EQ(found["at"].size(), 250u);
   for (const json& at : found["at"]) {
     const std::size_t i = at["index"];
-    ASSERT_EQ(truth[i][0], estimate[i][0]);
-    std::array<double, 3> error{};
-    for (int axis = 0; axis < 3; ++axis) error[axis] = 1e3 * (estimate[i][axis + 1] - truth[i][axis + 1]);
-    for (const auto& [name, value] :
-         {std::pair{"x", error[0]}, {"distance", std::hypot(error[0], error[1], error[2])}})
+    ASSERT_EQ(truth[i].t, estimate[i].t);
+    const Eigen::Vector3d error = 1e3 * (estimate[i].X.translation() - truth[i].X.translation());
+    for (const auto& [name, value] : {std::pair{"x", error.x()}, {"distance", error.norm()}})
       EXPECT_NEAR(std::stod(at[name].get<std::string>()), value,
                   0.501 * std::pow(10, std::floor(std::log10(std::abs(value))) - 3))
           << name << " at " << at["t"];
-    EXPECT_EQ(std::stod(at["landmarks"].get<std::string>()), frames[i][1]) << at["t"];
+    EXPECT_EQ(std::stod(at["landmarks"].get<std::string>()), landmarks[i]) << at["t"];
   }
   for (const json& figure : found["zoomed"]) {
     EXPECT_EQ(figure["range"], found["zoomed"][0]["range"]) << "all figures are zoomed together";

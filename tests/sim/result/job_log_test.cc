@@ -5,8 +5,6 @@
 namespace sim::result {
 namespace {
 
-using testing::HasSubstr;
-
 JobRecord record(int i) {
   return {"key-" + std::to_string(i), static_cast<std::uint64_t>(i), "completed", "", {{"rmse_m", 0.1 * i}}};
 }
@@ -57,7 +55,7 @@ TEST(JobLog, ADamagedLineAnotherPurposeAndAnotherWriterAreErrors) {
   const files::TemporaryFolder folder;
   const auto file = folder / "trials.jsonl";
   const auto expect_error = [&](const char* purpose, const char* why) {
-    EXPECT_THAT(files::error_of([&] { JobLog(file, purpose); }), HasSubstr(why));
+    EXPECT_THAT(files::error_of([&] { JobLog(file, purpose); }), testing::HasSubstr(why));
   };
   {
     JobLog log(file, "a sweep");

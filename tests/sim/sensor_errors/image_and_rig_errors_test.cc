@@ -34,7 +34,6 @@ cv::Mat1w depth(double z_m) {
   return cv::Mat1w(240, 320, static_cast<unsigned short>(std::lround(1e3 * z_m)));
 }
 
-// Nothing but the shift of the stamps.
 TEST(RigErrors, NoneLeaveTheReadingsAsTheyAreButForTheirClock) {
   for (const Kind kind : {Kind::gray, Kind::color, Kind::depth, Kind::lidar, Kind::imu}) {
     rig::RigSensor ideal = sensor("a", kind);

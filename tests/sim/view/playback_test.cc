@@ -1,4 +1,7 @@
 // Finished results as the page plays them, from a walk in the synthetic room, and their figures over time.
+#include <fmt/ranges.h>
+
+#include "sim/files/csv.h"
 #include "sim/pages/pages.h"
 #include "sim/recording/image_file.h"
 #include "sim/recording/recording_format.h"
@@ -13,7 +16,7 @@ namespace {
 const Eigen::AlignedBox2d kSole(Eigen::Vector2d(-0.1, -0.069), Eigen::Vector2d(0.13, 0.069));
 
 namespace fs = std::filesystem;
-using tests::Has, tests::Lacks;
+using tests::Has;
 
 constexpr int kFrames = 40;
 
@@ -47,9 +50,8 @@ TEST_F(PlaybackTest, EveryFrameHasItsPartsAndFaultsAreMoments) {
     EXPECT_TRUE(fs::is_regular_file(playback.images[i])) << i;
   }
   EXPECT_TRUE(playback.frames.front().map.has_value());
-  std::istringstream file(files::read_text(result_ / "searches.csv"));
   std::size_t rows = 0, searches = 0;
-  for (std::string line; std::getline(file, line);) rows += line.starts_with("#") ? 0 : 1;
+  for (files::CsvReader file(result_ / "searches.csv"); file.next();) ++rows;
   for (const Frame& frame : playback.frames) searches += frame.report->searched.size();
   EXPECT_EQ(searches, rows);
   EXPECT_GT(rows, 50u);
@@ -174,16 +176,12 @@ TEST(PlaybackOfARig, EachFrameHasTheNewestReadingOfEachCameraAndLidar) {
 
 TEST_F(PlaybackTest, ALineBreaksWhereThereIsNoEstimate) {
   const auto whole = pages::read_run(result_);
-  std::istringstream text(files::read_text(result_ / "estimate_cov.txt"));
-  std::string kept;
-  int row = 0;
-  for (std::string line; std::getline(text, line); ++row)
-    if (row < 10 || row >= 20) kept += line + "\n";
-  files::write_text(result_ / "estimate_cov.txt", kept);
+  auto lines = files::lines_of(files::read_text(result_ / "estimate_cov.txt"));
+  lines.erase(lines.begin() + 10, lines.begin() + 20);
+  files::write_text(result_ / "estimate_cov.txt", fmt::format("{}\n", fmt::join(lines, "\n")));
   fs::rename(folder_ / "walk/recording", result_ / "recording");
   const auto gap = pages::read_run(result_);
-  const std::string report = pages::run_sections(gap, "", "");
-  EXPECT_THAT(report, Has("head camera at"));
+  EXPECT_THAT(pages::run_sections(gap, "", ""), Has("head camera at"));
   const auto breaks = [](const std::vector<double>& values) {
     return std::ranges::count_if(values, [](double value) { return std::isnan(value); });
   };

@@ -321,8 +321,7 @@ TEST_F(Live, FoxgloveIsSpokenOnTheSamePort) {
     Frame frame = frame_at(1);
     frame.truth = Eigen::Isometry3d::Identity();
     view_.show(frame);
-    const std::string message = client.next().value_or("");
-    EXPECT_EQ(message.substr(0, 5), std::string("\1\x4d\0\0\0", 5));
+    EXPECT_EQ(client.next().value_or("").substr(0, 5), std::string("\1\x4d\0\0\0", 5));
     client.say(R"({"op":"unsubscribe","subscriptionIds":[77]})");
     client.say("{");
     EXPECT_THAT(client.next().value_or(""), Has("\"status\""));
