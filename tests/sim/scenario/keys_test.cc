@@ -229,21 +229,8 @@ TEST(RecordingKey, KnowsCameraProgramAndModelsAndNotWhetherThereIsAFilter) {
   EXPECT_NE(key_of(scenario), unchanged);
 }
 
-TEST(RecordingKey, KnowsTheFilesOfAControllerAndOfItsOptions) {
-  const files::TemporaryFolder folder;
-  const std::string weights = (folder / "weights.npz").string();
-  Scenario scenario = default_scenario();
-  scenario.controller.source = programs::Source::program;
-  scenario.controller.words = {"walker"};
-  scenario.controller.options = {{"weights", weights}};
-  files::write_text(weights, "1");
-  const std::string unchanged = key_of(scenario);
-  files::write_text(weights, "2");
-  EXPECT_NE(key_of(scenario), unchanged);
-}
-
 // Also those that are in other folders: of robot and room by path.
-TEST(RecordingKey, KnowsEachFileThatARobotOrRoomNames) {
+TEST(RecordingKey, KnowsEachFileThatARobotARoomOrAControllerNames) {
   const files::TemporaryFolder folder;
   std::filesystem::create_directories(folder / "bot");
   std::filesystem::create_directories(folder / "parts");
@@ -256,14 +243,17 @@ TEST(RecordingKey, KnowsEachFileThatARobotOrRoomNames) {
         "<mujoco><compiler meshdir='parts' texturedir='.' strippath='true'/><asset>"
         "<mesh file='elsewhere/leg.stl'/><texture file='skin.png'/></asset></mujoco>");
   write("room.xml", "<mujoco><asset><hfield file='parts/hills.png'/></asset></mujoco>");
-  for (const char* file : {"parts/leg.stl", "skin.png", "parts/hills.png"}) write(file, "1");
+  for (const char* file : {"parts/leg.stl", "skin.png", "parts/hills.png", "weights.npz"}) write(file, "1");
   Scenario scenario = default_scenario();
   scenario.world.robot = (folder / "bot").string();
   scenario.world.room = (folder / "room.xml").string();
+  scenario.controller.source = programs::Source::program;
+  scenario.controller.words = {"walker"};
+  scenario.controller.options = {{"weights", (folder / "weights.npz").string()}};
   std::string before = key_of(scenario);
   EXPECT_EQ(key_of(scenario), before);
   for (const char* file : {"bot/robot.yaml", "body.xml", "parts/assets.xml", "parts/leg.stl", "skin.png",
-                           "room.xml", "parts/hills.png"}) {
+                           "room.xml", "parts/hills.png", "weights.npz"}) {
     write(file, files::read_text(folder / file) + "\n");
     EXPECT_NE(key_of(scenario), before) << file;
     before = key_of(scenario);

@@ -5,8 +5,9 @@
 namespace sim::sensor_errors {
 namespace {
 
-using rig::Kind;
-using slam::Stamp;
+using rig::Kind, slam::Stamp;
+
+constexpr int kTypes[]{CV_8UC1, CV_8UC3, CV_16UC1};  // of gray, color and depth images
 
 rig::RigSensor sensor(const std::string& name, Kind kind) {
   rig::RigSensor s;
@@ -38,9 +39,8 @@ TEST(RigErrors, NoneLeaveTheReadingsAsTheyAreButForTheirClock) {
   for (const Kind kind : {Kind::gray, Kind::color, Kind::depth, Kind::lidar, Kind::imu}) {
     rig::RigSensor ideal = sensor("a", kind);
     ideal.time_offset_s = -0.004;
-    const int types[]{CV_8UC1, CV_8UC3, CV_16UC1};
     slam::RigReading given = reading();
-    if (rig::is_camera(ideal)) given.image = cv::Mat(240, 320, types[int(kind)], cv::Scalar(700, 90, 80));
+    if (rig::is_camera(ideal)) given.image = cv::Mat(240, 320, kTypes[int(kind)], cv::Scalar(700, 90, 80));
     given.points = {{1, 2, 3, 0.5f, 7}};
     given.gyro = {1, 2, 3}, given.accelerometer = {4, 5, 6};
     const slam::RigReading found = applied(ideal, given);
@@ -225,10 +225,9 @@ TEST(RigErrors, AFurtherSensorChangesNoNumberOfAnotherNorDoesTheOrderOfReadings)
   }
   std::vector<slam::RigReading> all;
   for (int i = 0; i < 5; ++i) {
-    const int types[]{CV_8UC1, CV_8UC3, CV_16UC1};
     slam::RigReading& r = all.emplace_back(reading());
     r.sensor = i;
-    if (i < 3) r.image = cv::Mat(24, 32, types[i], cv::Scalar(i < 2 ? 90 : 2000, 90, 90));
+    if (i < 3) r.image = cv::Mat(24, 32, kTypes[i], cv::Scalar(i < 2 ? 90 : 2000, 90, 90));
     r.points = {{1, 2, 3, 0.5f, 7}};
   }
   std::vector<slam::RigReading> together(all.rbegin(), all.rend());

@@ -203,6 +203,7 @@ class SpecFile : public testing::Test {
     return what.substr(std::min(what.find("spec.yaml"), what.size()));
   }
 
+  static inline const std::string kGyro = "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.1}}\n";
   static constexpr const char* kSides =
       "training: [{recordings: walks, seeds: 1..2}]\nholdout: [{recordings: walks/seed-3}]\n";
   files::TemporaryFolder folder_;
@@ -226,8 +227,7 @@ TEST_F(SpecFile, SaysWhatIsTunedOnWhatAndByWhat) {
 }
 
 TEST_F(SpecFile, IsRefusedWithItsPlaceWhereItIsWrong) {
-  const std::string range = "{from: 0.001, to: 0.1}",
-                    gyro = "parameters: {slam.gyro.sigma_rad_s: " + range + "}\n";
+  const std::string range = "{from: 0.001, to: 0.1}";
   const std::vector<std::pair<std::string, std::string>> wrong{
       {"parameters: {slam.gyro.sigma_rads: " + range + "}\n",
        "spec.yaml:1:14: slam.gyro.sigma_rads: unknown key; did you mean"},
@@ -237,42 +237,40 @@ TEST_F(SpecFile, IsRefusedWithItsPlaceWhereItIsWrong) {
        "spec.yaml:1:14: slam.gyro.enabled: is true or false"},
       {"parameters: {slam.gyro.sigma_rad_s: {from: 0.1, to: 1}}\n" + std::string(kSides),
        "starts at 0.02, outside"},
-      {gyro, "training: missing"},
-      {gyro + "training: [{recordings: walks, seeds: 1}]\n", "holdout: missing"},
-      {gyro + "training: [{recordings: walks}]\n", "spec.yaml:2:25: recordings: "},
-      {gyro + "training: [{recordings: walks, seeds: 1..9}]\n", "has no finished recording"},
-      {gyro + "training: [{recordings: walks, seeds: 3..1}]\n", "spec.yaml:2:39: seeds: "},
-      {gyro + "training: []\n", "spec.yaml:2:11: training: expected a list"},
-      {gyro + "training: [{recordings: walks, seeds: 1..3}]\nholdout: [{recordings: walks/seed-3}]\n",
+      {kGyro, "training: missing"},
+      {kGyro + "training: [{recordings: walks, seeds: 1}]\n", "holdout: missing"},
+      {kGyro + "training: [{recordings: walks}]\n", "spec.yaml:2:25: recordings: "},
+      {kGyro + "training: [{recordings: walks, seeds: 1..9}]\n", "has no finished recording"},
+      {kGyro + "training: [{recordings: walks, seeds: 3..1}]\n", "spec.yaml:2:39: seeds: "},
+      {kGyro + "training: []\n", "spec.yaml:2:11: training: expected a list"},
+      {kGyro + "training: [{recordings: walks, seeds: 1..3}]\nholdout: [{recordings: walks/seed-3}]\n",
        "spec.yaml:3:11: holdout: seed 3 of scenario is also in the training"},
-      {gyro +
+      {kGyro +
            "training: [{recordings: walks/seed-2}]\nholdout: [{recordings: walks/seed-2, set: [seed=9]}]\n",
        "spec.yaml:3:11: holdout: seed 2 of scenario is also in the training"},
-      {gyro + kSides + "objective: nll\n", "spec.yaml:4:12: objective: "},
-      {gyro + kSides + "trials: 10\n", "too few for a population of 10"},
-      {gyro + kSides + "trails: 20\n", "spec.yaml:4:1: trails: unknown key; did you mean 'trials'?"},
+      {kGyro + kSides + "objective: nll\n", "spec.yaml:4:12: objective: "},
+      {kGyro + kSides + "trials: 10\n", "too few for a population of 10"},
+      {kGyro + kSides + "trails: 20\n", "spec.yaml:4:1: trails: unknown key; did you mean 'trials'?"},
       {"- a\n", "expected a tuning"},
   };
   for (const auto& [text, complaint_] : wrong) EXPECT_THAT(complaint(text), HasSubstr(complaint_)) << text;
 }
 
 TEST_F(SpecFile, MayTakeAllButTheWalkFromAnotherScenario) {
-  const std::string gyro = "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.1}}\n",
-                    sides =
-                        "training: [{recordings: walks/seed-1, scenario: new.yaml}]\nholdout: [{recordings: "
-                        "walks/seed-3}]\n";
+  const std::string spec = kGyro +
+                           "training: [{recordings: walks/seed-1, scenario: new.yaml}]\n"
+                           "holdout: [{recordings: walks/seed-3}]\n";
   std::ofstream(folder_ / "new.yaml")
       << "walk: {commands: [stand: {duration_s: 1}]}\ncamera: {}\nslam: {gyro.sigma_rad_s: 0.05}\n";
-  EXPECT_EQ(read(gyro + sides).parameters[0].start, 0.05);
+  EXPECT_EQ(read(spec).parameters[0].start, 0.05);
   std::ofstream(folder_ / "new.yaml") << "walk: {commands: [stand: {duration_s: 2}]}\ncamera: {}\nslam: {}\n";
-  EXPECT_THAT(complaint(gyro + sides), HasSubstr("spec.yaml:2:12: walk.commands: is "));
+  EXPECT_THAT(complaint(spec), HasSubstr("spec.yaml:2:12: walk.commands: is "));
 }
 
 TEST_F(SpecFile, MayNameScenariosWhoseRecordingsTheCacheHas) {
-  const std::string gyro = "parameters: {slam.gyro.sigma_rad_s: {from: 0.001, to: 0.1}}\n";
   std::ofstream(folder_ / "walk.yaml")
       << "seed: 7\nwalk: {commands: [stand: {duration_s: 1}]}\ncamera: {}\nslam: {gyro.sigma_rad_s: 0.05}\n";
-  const Spec spec = read(gyro +
+  const Spec spec = read(kGyro +
                          "training: [{scenario: walk.yaml, seeds: 2..4, set: [slam.height.sigma_m=0.1]}]\n"
                          "holdout: [{scenario: walk.yaml}]\n");
   ASSERT_EQ(spec.training.size(), 3U);
@@ -282,9 +280,9 @@ TEST_F(SpecFile, MayNameScenariosWhoseRecordingsTheCacheHas) {
   EXPECT_EQ(spec.training[1].read.scenario.slam->height.sigma_m, 0.1);
   EXPECT_EQ(spec.holdout[0].recorded_seed, 7U);
   EXPECT_EQ(spec.parameters[0].start, 0.05);
-  EXPECT_THAT(complaint(gyro + "training: [{seeds: 1..2}]\n"),
+  EXPECT_THAT(complaint(kGyro + "training: [{seeds: 1..2}]\n"),
               HasSubstr("spec.yaml:2:12: training: expected a scenario"));
-  EXPECT_THROW(read(gyro + "training: [{scenario: none.yaml}]\n"), scenario::ConfigError);
+  EXPECT_THROW(read(kGyro + "training: [{scenario: none.yaml}]\n"), scenario::ConfigError);
 }
 
 }  // namespace
