@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <span>
 #include <stdexcept>
@@ -36,6 +37,10 @@ stabilizer: {{ankle_admittance: {{gain_rad_s_per_nm: {:.2g}}}, landing_adjustmen
 constexpr double kDegrees = 180 / std::numbers::pi, kBend_deg = 20, kLeastDamping = 1e-6;
 constexpr int kLevelingSteps = 20;
 constexpr double kLevel = 0.02;  // m and rad
+// A face of a foot is its sole if it points down within 30 degrees. Faces are the same if their normals agree
+// within one degree, and what is this near to the floor touches it.
+const double kDown = std::cos(std::numbers::pi / 6), kSameFace = std::numbers::pi / 180;
+constexpr double kTouch = 0.001;  // m
 
 std::string lower(std::string text) {
   std::ranges::transform(text, text.begin(),
@@ -117,7 +122,8 @@ class Guess {
  private:
   struct Foot {
     int body, sole_body;
-    std::vector<int> joints;  // hip to ankle
+    std::vector<int> joints;                                   // hip to ankle
+    Eigen::Isometry3d X_laid = Eigen::Isometry3d::Identity();  // moves it from zero angles: the sole is flat
   };
 
   std::string name_of(mjtObj kind, int id) const {
@@ -188,6 +194,7 @@ class Guess {
       for (int below = body; below < m_.nbody; ++below)
         if (is_below(below, body) && !soles(below).empty()) sole = m_.body_weldid[below];
       feet_.push_back({body, sole, joints_above(body)});
+      feet_.back().X_laid = laid(feet_.back());
     }
     for (Foot& foot : feet_) {
       std::erase_if(foot.joints, [&](int joint) { return carries_both(joint); });
@@ -205,31 +212,72 @@ class Guess {
     return geoms;
   }
 
-  /// A box around geoms in the axes of W, which are those of the base.
-  Eigen::AlignedBox3d box(const std::vector<int>& geoms) const {
-    Eigen::AlignedBox3d all;
+  // The corners of shapes, moved by X.
+  std::vector<Vector3d> all_corners(const std::vector<int>& geoms, const Eigen::Isometry3d& X) const {
+    std::vector<Vector3d> all;
+    for (const int geom : geoms) std::ranges::copy(corners(m_, *data_, geom, X), std::back_inserter(all));
+    return all;
+  }
+
+  // The area of the rectangle around the corners that touch the floor, m^2.
+  static double touching_area(const std::vector<Vector3d>& corners) {
+    const double floor = std::ranges::min(corners, {}, [](const Vector3d& p) { return p.z(); }).z();
+    Eigen::AlignedBox2d touching;
+    for (const Vector3d& p : corners)
+      if (p.z() < floor + kTouch) touching.extend(p.head<2>());
+    return touching.volume();
+  }
+
+  // Turns the foot about its body's origin until its largest face lies flat, if twice the area touches then.
+  Eigen::Isometry3d laid(const Foot& foot) const {
+    const std::vector<int> geoms = soles(foot.sole_body);
+    std::map<std::pair<long, long>, Vector3d> faces;  // areas times normals, by direction
+    const auto add = [&](const Vector3d& face) {
+      const Vector3d normal = face.normalized();
+      if (-normal.z() > kDown)
+        faces
+            .try_emplace({std::lround(normal.x() / kSameFace), std::lround(normal.y() / kSameFace)},
+                         Vector3d::Zero())
+            .first->second += face;
+    };
+    const Eigen::Isometry3d as_is = Eigen::Isometry3d::Identity();
     for (const int geom : geoms) {
-      const Eigen::Isometry3d X = geom_pose(*data_, geom);
-      if (m_.geom_type[geom] == mjGEOM_MESH) {
-        const int mesh = m_.geom_dataid[geom];
-        for (int i = 0; i < m_.mesh_vertnum[mesh]; ++i)
-          all.extend(X * Eigen::Map<const Eigen::Vector3f>(m_.mesh_vert + 3 * (m_.mesh_vertadr[mesh] + i))
-                             .cast<double>());
-        continue;
-      }
-      const bool round = m_.geom_type[geom] == mjGEOM_SPHERE;
-      const Vector3d half = round ? Vector3d::Constant(m_.geom_size[3 * geom]).eval()
-                                  : (X.linear().cwiseAbs() * half_extents(m_, geom)).eval();
-      all.extend(X.translation() - half).extend(X.translation() + half);
+      const std::vector<Vector3d> points = corners(m_, *data_, geom, as_is);
+      if (const int mesh = m_.geom_dataid[geom]; m_.geom_type[geom] == mjGEOM_MESH)
+        for (int face = m_.mesh_faceadr[mesh]; face < m_.mesh_faceadr[mesh] + m_.mesh_facenum[mesh]; ++face) {
+          const auto point = [&](int k) { return points[std::size_t(m_.mesh_face[3 * face + k])]; };
+          add((point(1) - point(0)).cross(point(2) - point(0)) / 2);
+        }
+      if (m_.geom_type[geom] == mjGEOM_BOX)
+        for (const int first : {1, 2, 4})  // the neighbors of a corner are those that differ in one bit
+          for (const int sign : {-1, 1}) {
+            const int second = first == 4 ? 1 : 2 * first;
+            add(sign * (points[first] - points[0]).cross(points[second] - points[0]));
+          }
     }
+    if (faces.empty()) return as_is;
+    const auto largest =
+        std::ranges::max_element(faces, {}, [](const auto& face) { return face.second.norm(); });
+    const Eigen::Isometry3d turned = Eigen::Translation3d(place(foot.body)) *
+                                     Eigen::Quaterniond::FromTwoVectors(largest->second, -Vector3d::UnitZ()) *
+                                     Eigen::Translation3d(-place(foot.body));
+    return touching_area(all_corners(geoms, turned)) > 2 * touching_area(all_corners(geoms, as_is)) ? turned
+                                                                                                    : as_is;
+  }
+
+  // A box around geoms moved by X, in the axes of W, which are those of the base.
+  Eigen::AlignedBox3d box(const std::vector<int>& geoms, const Eigen::Isometry3d& X) const {
+    Eigen::AlignedBox3d all;
+    for (const Vector3d& p : all_corners(geoms, X)) all.extend(p);
     return all;
   }
 
   std::string foot_line(const Foot& foot) const {
-    const Eigen::AlignedBox3d sole = box(soles(foot.sole_body));
-    Vector3d point(data_->xanchor + 3 * foot.joints.back());
+    const Eigen::AlignedBox3d sole = box(soles(foot.sole_body), foot.X_laid);
+    Vector3d point = foot.X_laid * Vector3d(data_->xanchor + 3 * foot.joints.back());
     if (!sole.isEmpty()) point.z() = sole.min().z();
-    const Eigen::Isometry3d X = pose_in(data_->xpos + 3 * foot.sole_body, data_->xmat + 9 * foot.sole_body);
+    const Eigen::Isometry3d X =
+        foot.X_laid * pose_in(data_->xpos + 3 * foot.sole_body, data_->xmat + 9 * foot.sole_body);
     const Eigen::Matrix3d R = X.linear().transpose();  // Rz(yaw) Ry(pitch) Rx(roll)
     std::string text = fmt::format("  {}: {{body: {}, sole_m: {}", side(foot), name(foot.sole_body),
                                    rounded(X.inverse() * point));
@@ -287,7 +335,7 @@ class Guess {
     std::vector<int> geoms;
     for (int geom = 0; geom < m_.ngeom; ++geom)
       if (m_.geom_bodyid[geom] == body) geoms.push_back(geom);
-    const Eigen::AlignedBox3d around = box(geoms);
+    const Eigen::AlignedBox3d around = box(geoms, Eigen::Isometry3d::Identity());
     if (around.isEmpty()) return Vector3d::Zero();
     const Vector3d front(around.max().x(), around.center().y(),
                          0.2 * around.center().z() + 0.8 * around.max().z());
@@ -342,10 +390,10 @@ class Guess {
     return std::max(0.0, behind);
   }
 
-  // Damped Gauss-Newton steps to the foot's axes and y at zero angles, the middle of the sole below the
+  // Damped Gauss-Newton steps to the laid foot's axes and y at zero angles, the middle of the sole below the
   // center of mass, or in front of it.
   void level(const Foot& foot, mjData& bent) {
-    const Eigen::AlignedBox3d sole = box(soles(foot.sole_body));
+    const Eigen::AlignedBox3d sole = box(soles(foot.sole_body), foot.X_laid);
     Vector3d above = Vector3d::Zero();
     if (!sole.isEmpty()) {
       above = place(foot.body) - sole.center();
@@ -360,7 +408,8 @@ class Guess {
       Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> moves(3, m_.nv), turns(3, m_.nv);
       const mjtNum* const at = bent.xpos + 3 * foot.body;
       mj_jac(&m_, &bent, moves.data(), turns.data(), at, foot.body);
-      const Eigen::AngleAxisd turn(pose_in(data_->xpos, data_->xmat + 9 * foot.body).linear() *
+      const Eigen::AngleAxisd turn(foot.X_laid.linear() *
+                                   pose_in(data_->xpos, data_->xmat + 9 * foot.body).linear() *
                                    pose_in(data_->xpos, bent.xmat + 9 * foot.body).linear().transpose());
       Eigen::MatrixXd J(6, foot.joints.size());
       for (std::size_t i = 0; i < foot.joints.size(); ++i) {

@@ -198,6 +198,25 @@ Eigen::Vector3d half_extents(const mjModel& model, int geom) {
   }
 }
 
+std::vector<Eigen::Vector3d> corners(const mjModel& model, const mjData& data, int geom,
+                                     const Eigen::Isometry3d& X) {
+  Eigen::Isometry3d X_geom = X * geom_pose(data, geom);
+  std::vector<Eigen::Vector3d> all;
+  if (const int mesh = model.geom_dataid[geom]; model.geom_type[geom] == mjGEOM_MESH) {
+    for (int i = 0; i < model.mesh_vertnum[mesh]; ++i)
+      all.push_back(X_geom *
+                    Eigen::Map<const Eigen::Vector3f>(model.mesh_vert + 3 * (model.mesh_vertadr[mesh] + i))
+                        .cast<double>());
+    return all;
+  }
+  if (model.geom_type[geom] == mjGEOM_SPHERE) X_geom.linear().setIdentity();
+  const Eigen::Vector3d half = half_extents(model, geom);
+  for (const double z : {-half.z(), half.z()})
+    for (const double y : {-half.y(), half.y()})
+      for (const double x : {-half.x(), half.x()}) all.push_back(X_geom * Eigen::Vector3d(x, y, z));
+  return all;
+}
+
 Place place_of(const mjModel& model, const rig::Mount& mount) {
   if (mount.on_link()) return {upper_link(model, mount.link), rig::pose(mount)};
   const int camera = part(model, mjOBJ_CAMERA, "head_camera");

@@ -60,6 +60,10 @@ inline Eigen::Isometry3d turned_pose_in(const double* p, const double* q) {
 Eigen::Isometry3d geom_pose(const mjData_& data, int geom);
 /// Half the size of a geom along its own axes, at least the true one, m.
 Eigen::Vector3d half_extents(const mjModel_& model, int geom);
+/// The vertices of a mesh, or the corners of a box around another shape, moved from W by X: bits 0 to 2 of a
+/// corner's index select the side along x, y, z. The box around a sphere has the axes of the result.
+std::vector<Eigen::Vector3d> corners(const mjModel_& model, const mjData_& data, int geom,
+                                     const Eigen::Isometry3d& X);
 /// The geoms of a foot that touch the floor.
 std::vector<int> contacts(const mjModel_& model, int foot);
 /// The index of a named part (mjtObj). Throws std::invalid_argument if the model has none.

@@ -157,22 +157,13 @@ class RobotReader {
       for (int k = m_.body_jntnum[body]; k-- > 0;) add_spring(leg, X_WS, m_.body_jntadr[body] + k);
   }
 
-  /// A sphere touches the floor below its center.
+  /// A sphere touches the floor below its center; vertices of a mesh count only if they are as low as the
+  /// sole.
   void extend(Eigen::AlignedBox3d& sole, const Isometry3d& X_SW, int geom) const {
-    const Isometry3d X_SG = X_SW * geom_pose(*data_, geom);
-    if (m_.geom_type[geom] == mjGEOM_MESH) return extend_by_mesh(sole, X_SG, m_.geom_dataid[geom]);
-    const bool round = m_.geom_type[geom] == mjGEOM_SPHERE;
-    const Vector3d half = round ? Vector3d(0, 0, m_.geom_size[3 * geom])
-                                : Vector3d(X_SG.linear().cwiseAbs() * half_extents(m_, geom));
-    sole.extend(X_SG.translation() - half).extend(X_SG.translation() + half);
-  }
-
-  /// Vertices of a mesh count only if they are as low as the sole.
-  void extend_by_mesh(Eigen::AlignedBox3d& sole, const Isometry3d& X_SG, int mesh) const {
-    for (int i = 0; i < m_.mesh_vertnum[mesh]; ++i) {
-      const float* const vertex = m_.mesh_vert + 3 * (m_.mesh_vertadr[mesh] + i);
-      const Vector3d p = X_SG * Vector3d(vertex[0], vertex[1], vertex[2]);
-      if (p.z() <= kSoleDepth) sole.extend(p);
+    for (Vector3d p : corners(m_, *data_, geom, X_SW)) {
+      if (m_.geom_type[geom] == mjGEOM_SPHERE)
+        p.head<2>() = (X_SW * geom_pose(*data_, geom)).translation().head<2>();
+      if (m_.geom_type[geom] != mjGEOM_MESH || p.z() <= kSoleDepth) sole.extend(p);
     }
   }
 

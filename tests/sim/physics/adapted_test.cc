@@ -216,6 +216,22 @@ TEST(FirstRobotFile, AnUpsideDownFootIsTurnedBack) {
   EXPECT_NO_THROW(read_robot(*load_mjcf(adapt(file).root, "robot.xml"), file));
 }
 
+TEST(FirstRobotFile, ASoleThatIsTiltedAtZeroAnglesIsLaidFlat) {
+  const TemporaryFolder folder;
+  for (const char* shape : {"type='box' size='0.1 0.05 0.01'", "type='mesh' mesh='sole'"}) {
+    std::string tilted = std::regex_replace(model(), std::regex("type='box' size='0.1 0.05 0.01' pos='0.02"),
+                                            fmt::format("{} euler='0 20 0' pos='0.02", shape));
+    tilted.insert(tilted.find("<worldbody>"),
+                  "<asset><mesh name='sole' vertex='-.1 -.05 -.01  .1 -.05 -.01  -.1 .05 -.01  .1 .05 -.01  "
+                  "-.1 -.05 .01  .1 -.05 .01  -.1 .05 .01  .1 .05 .01'/></asset>");
+    files::write_text(folder / "robot.xml", tilted);
+    files::write_text(folder / "robot.yaml", first_robot_file(folder / "robot.xml", "robot.xml"));
+    const RobotFile file = scenario::read_robot(folder.path());
+    EXPECT_NEAR(file.feet[0].sole_pitch_rad, 20 * std::numbers::pi / 180, 1e-6) << shape;
+    EXPECT_NO_THROW(read_robot(*load_mjcf(adapt(file).root, "robot.xml"), file)) << shape;
+  }
+}
+
 TEST(FirstRobotFile, JointsWithoutARangeAreRigidButNotInALegAndLegsMustBend) {
   const TemporaryFolder folder;
   EXPECT_THAT(guess_with(folder, "(arm_joint' axis='0 1 0') range='-90 90'", "$1"),
