@@ -152,6 +152,12 @@ void add_latency(std::vector<Figure>& figures, const Table& answers) {
       {"latency", "Latency of each answer, and dropped frames (at 0)", kTime, "ms", {answered, dropped}});
 }
 
+/// Without the lines of what a run does not have, such as a plan.
+Figure with_points(Figure f) {
+  std::erase_if(f.lines, [](const Line& line) { return line.x.empty(); });
+  return f;
+}
+
 Figure from_above(const char* name, const char* title, const Path& plan, const Path& truth) {
   Figure f{name,
            title,
@@ -159,7 +165,7 @@ Figure from_above(const char* name, const char* title, const Path& plan, const P
            "y [m]",
            {{"plan", Role::plan, plan.x, plan.y}, {"truth", Role::truth, truth.x, truth.y}}};
   f.equal_axes = true;
-  return f;
+  return with_points(std::move(f));
 }
 
 void add_path(Figure& f, const std::string& name, Role role, const std::optional<Path>& path,
@@ -377,7 +383,7 @@ Figure camera_height(const RunData& run) {
            "z [m]",
            {{"plan", Role::plan, run.plan.t, run.plan.z}, {"truth", Role::truth, run.truth.t, run.truth.z}}};
   if (run.estimate) f.lines.push_back({"estimate", Role::estimate, run.estimate->t, run.estimate->z});
-  return f;
+  return with_points(std::move(f));
 }
 
 Figure uncertainty(const RunData& run, double around_s) {

@@ -19,19 +19,24 @@ namespace {
 using Eigen::Vector3d;
 
 // Gains that carry walking robots of 33 and 57 kg, as shares of the mass (N m/rad, N m s/rad, kg m^2 per kg).
-// The armature is that of the geared motors of such robots; without any, stiff light links swing.
+// The armature is that of the geared motors of such robots; without any, stiff light links swing. With three
+// times the damping, ankles on the floor chatter: MuJoCo computes contact forces without the implicit damping
+// of its step.
 struct Gains {
   double kp, kd, armature;
 };
-constexpr Gains kLeg{120, 1.8, 4e-4}, kAnkle{40, 0.6, 4e-4}, kOther{12, 0.2, 1e-4};
+constexpr Gains kLeg{120, 1.8, 4e-4}, kAnkle{40, 0.2, 4e-4}, kOther{12, 0.2, 1e-4};
 // The ankle admittance times mass and height of the center of mass, since torques grow with both: tried on
 // robots of 18 to 95 kg; those of small robots are limited by a height of 0.45 m.
 constexpr double kAdmittance = 1.0, kLeastHeight_m = 0.45;
 // The share of the ankle's torque limit that standing on one foot may need.
 constexpr double kAnkleShare = 0.65;
+// Hips are weak if their roll joints hold less than this much of the weight of the robot at half the distance
+// of its feet, which standing on one foot takes. A zero moment point nearer to the middle then helps.
+constexpr double kWeakHips = 1.3;
 constexpr const char* kWalk =
     R"(# guess: slower, lower steps than those of robots with rubber bushes at their ankles
-walk: {{single_support_s: 0.6, double_support_s: 0.15, step_height_m: 0.02}}
+walk: {{{}single_support_s: 0.6, double_support_s: 0.15, step_height_m: 0.02}}
 stabilizer: {{ankle_admittance: {{gain_rad_s_per_nm: {:.2g}}}, landing_adjustment: {{enabled: true}}}}
 )";
 constexpr double kDegrees = 180 / std::numbers::pi, kBend_deg = 20, kLeastDamping = 1e-6;
@@ -116,7 +121,8 @@ class Guess {
               has_armature(some[0]) ? "" : fmt::format(", armature_kg_m2: {:.2g}", gains.armature * mass()));
     }
     return text + "floor_friction: 0.7  # guess: rubber on a clean floor\n" +
-           fmt::format(kWalk, kAdmittance / (mass() * std::max(kLeastHeight_m, height_m_)));
+           fmt::format(kWalk, has_weak_hips() ? "zmp_inwards_m: 0.03, " : "",
+                       kAdmittance / (mass() * std::max(kLeastHeight_m, height_m_)));
   }
 
  private:
@@ -144,6 +150,7 @@ class Guess {
   Vector3d place(int body) const { return Vector3d(data_->xpos + 3 * body); }
   const char* side(const Foot& foot) const { return place(foot.body).y() > 0 ? "left" : "right"; }
   double mass() const { return m_.body_subtreemass[base_]; }
+  double weight() const { return mass() * -m_.opt.gravity[2]; }  // N
 
   bool has_armature(const std::string& joint) const {
     return m_.dof_armature[m_.jnt_dofadr[mj_name2id(&m_, mjOBJ_JOINT, joint.c_str())]] > 0;
@@ -378,6 +385,16 @@ class Guess {
     return fmt::format("{}", fmt::join(angles, ", "));
   }
 
+  bool has_weak_hips() const {
+    return std::ranges::any_of(feet_, [&](const Foot& foot) {
+      return std::ranges::any_of(foot.joints.begin(), foot.joints.end() - 2, [&](int joint) {
+        const auto effort = file_.efforts.find(joint_name(joint));
+        return effort != file_.efforts.end() && std::abs(data_->xaxis[3 * joint]) > 0.7 &&
+               effort->second < kWeakHips * weight() * std::abs(place(foot.body).y());
+      });
+    });
+  }
+
   // How far the center of mass must be behind the middle of the sole for the ankle's torque.
   double behind_middle(const Foot& foot, const Eigen::AlignedBox3d& sole) const {
     double behind = 0;
@@ -385,8 +402,7 @@ class Guess {
       if (const auto effort = file_.efforts.find(joint_name(joint));
           effort != file_.efforts.end() && std::abs(data_->xaxis[3 * joint + 1]) > 0.7 &&
           joint >= foot.joints[foot.joints.size() - std::min<std::size_t>(2, foot.joints.size())])
-        behind = sole.center().x() - data_->xanchor[3 * joint] -
-                 kAnkleShare * effort->second / (mass() * -m_.opt.gravity[2]);
+        behind = sole.center().x() - data_->xanchor[3 * joint] - kAnkleShare * effort->second / weight();
     return std::max(0.0, behind);
   }
 

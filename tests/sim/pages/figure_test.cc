@@ -101,6 +101,7 @@ TEST(ComparisonFigures, RunsOfOneSeedWithOtherSettingsAreLinesOfTheirOwnWithoutA
 TEST(Figures, CompareTheEstimateWithAThinLineWithoutImages) {
   RunData run = run_of({1, 1, 1, 1}, {1, 1, 1, 1});
   run.odometry = {{1, 6, 7, 8}, {0, 1, 2, 3}, {0, 0, 0, 0}, {0, 0, 0, 0}};
+  run.truth = *run.odometry;
   run.odometry_error = {0, 0.01, 0.02, 0.04};
   RunData other = run;
   other.seed = 2, other.odometry_error = {0, 0.03, 0.04, 0.08};
@@ -109,7 +110,8 @@ TEST(Figures, CompareTheEstimateWithAThinLineWithoutImages) {
   };
   for (const Figure& figure : run_figures(run)) {
     if (figure.name == "from_above") {
-      EXPECT_TRUE(figure.lines.at(2).thin);
+      EXPECT_EQ(figure.lines.at(0).name, "truth") << "the run has no plan";
+      EXPECT_TRUE(figure.lines.at(1).thin);
     }
     if (figure.name != "error_distance") continue;
     EXPECT_THAT(figure.lines.at(1).y, in_mm(10, 20, 40));

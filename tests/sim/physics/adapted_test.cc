@@ -203,6 +203,15 @@ TEST(FirstRobotFile, WeakAnklesStandBehindTheMiddleOfTheirSoles) {
   EXPECT_NE(knees("$1'-50 50'"), knees("$1'-1 1'"));
 }
 
+TEST(FirstRobotFile, WeakHipsStepNearerToTheMiddle) {
+  const TemporaryFolder folder;
+  const auto with_hips_of = [&](const char* effort) {  // 20 kg * 9.81 m/s^2 * 0.1 m = 20 N m
+    return guess_with(folder, "(_roll_joint' axis='1 0 0' range='-90 90' actuatorfrcrange=)'-50 50'", effort);
+  };
+  EXPECT_THAT(with_hips_of("$1'-50 50'"), tests::Lacks("zmp_inwards_m"));
+  EXPECT_THAT(with_hips_of("$1'-20 20'"), Has("walk: {zmp_inwards_m: 0.03, "));
+}
+
 TEST(FirstRobotFile, AnUpsideDownFootIsTurnedBack) {
   const TemporaryFolder folder;
   files::write_text(folder / "robot.yaml",
@@ -282,8 +291,8 @@ TEST(FirstRobotFile, GuessesFeetLegsChestHeadAndMarksEachGuess) {
                     std::regex_replace(files::read_text(folder / "geared.xml"),
                                        std::regex("armature='0.01' (name='\\w+_ankle_)"), "$1"));
   EXPECT_THAT(first_robot_file(folder / "partly.xml", "partly.xml"),
-              Has("joints: [right_foot_joint, left_foot_joint],\n     kp_nm_rad: 800, kd_nms_rad: 12.0}\n",
-                  "joints: [right_ankle_joint, left_ankle_joint],\n     kp_nm_rad: 800, kd_nms_rad: 12.0, "
+              Has("joints: [right_foot_joint, left_foot_joint],\n     kp_nm_rad: 800, kd_nms_rad: 4.0}\n",
+                  "joints: [right_ankle_joint, left_ankle_joint],\n     kp_nm_rad: 800, kd_nms_rad: 4.0, "
                   "armature_kg_m2: 0.008}\n"));
   files::write_text(folder / "robot.xml",
                     "<mujoco><worldbody><body name='b'><freejoint/><inertial pos='0 0 0' mass='1' "
