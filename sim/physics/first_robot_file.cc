@@ -32,11 +32,12 @@ constexpr double kAdmittance = 1.0, kLeastHeight_m = 0.45;
 // The share of the ankle's torque limit that standing on one foot may need.
 constexpr double kAnkleShare = 0.65;
 // Hips are weak if their roll joints hold less than this much of the weight of the robot at half the distance
-// of its feet, which standing on one foot takes. A zero moment point nearer to the middle then helps.
+// of its feet, which standing on one foot takes. A zero moment point nearer to the middle and
+// faster steps then help.
 constexpr double kWeakHips = 1.3;
 constexpr const char* kWalk =
     R"(# guess: slower, lower steps than those of robots with rubber bushes at their ankles
-walk: {{{}single_support_s: 0.6, double_support_s: 0.15, step_height_m: 0.02}}
+walk: {{{}, double_support_s: 0.15, step_height_m: 0.02}}
 stabilizer: {{ankle_admittance: {{gain_rad_s_per_nm: {:.2g}}}, landing_adjustment: {{enabled: true}}}}
 )";
 constexpr double kDegrees = 180 / std::numbers::pi, kBend_deg = 20, kLeastDamping = 1e-6;
@@ -121,8 +122,10 @@ class Guess {
               has_armature(some[0]) ? "" : fmt::format(", armature_kg_m2: {:.2g}", gains.armature * mass()));
     }
     return text + "floor_friction: 0.7  # guess: rubber on a clean floor\n" +
-           fmt::format(kWalk, has_weak_hips() ? "zmp_inwards_m: 0.03, " : "",
-                       kAdmittance / (mass() * std::max(kLeastHeight_m, height_m_)));
+           fmt::format(
+               kWalk,
+               has_weak_hips() ? "zmp_inwards_m: 0.03, single_support_s: 0.5" : "single_support_s: 0.6",
+               kAdmittance / (mass() * std::max(kLeastHeight_m, height_m_)));
   }
 
  private:

@@ -203,13 +203,13 @@ TEST(FirstRobotFile, WeakAnklesStandBehindTheMiddleOfTheirSoles) {
   EXPECT_NE(knees("$1'-50 50'"), knees("$1'-1 1'"));
 }
 
-TEST(FirstRobotFile, WeakHipsStepNearerToTheMiddle) {
+TEST(FirstRobotFile, WeakHipsStepFasterAndNearerToTheMiddle) {
   const TemporaryFolder folder;
   const auto with_hips_of = [&](const char* effort) {  // 20 kg * 9.81 m/s^2 * 0.1 m = 20 N m
     return guess_with(folder, "(_roll_joint' axis='1 0 0' range='-90 90' actuatorfrcrange=)'-50 50'", effort);
   };
-  EXPECT_THAT(with_hips_of("$1'-50 50'"), tests::Lacks("zmp_inwards_m"));
-  EXPECT_THAT(with_hips_of("$1'-20 20'"), Has("walk: {zmp_inwards_m: 0.03, "));
+  EXPECT_THAT(with_hips_of("$1'-50 50'"), Has("walk: {single_support_s: 0.6, "));
+  EXPECT_THAT(with_hips_of("$1'-20 20'"), Has("walk: {zmp_inwards_m: 0.03, single_support_s: 0.5, "));
 }
 
 TEST(FirstRobotFile, AnUpsideDownFootIsTurnedBack) {
