@@ -31,9 +31,9 @@ constexpr Gains kLeg{120, 1.8, 4e-4}, kAnkle{40, 0.2, 4e-4}, kOther{12, 0.2, 1e-
 constexpr double kAdmittance = 1.0, kLeastHeight_m = 0.45;
 // The share of the ankle's torque limit that standing on one foot may need.
 constexpr double kAnkleShare = 0.65;
-// Hips are weak if their roll joints hold less than this much of the weight of the robot at half the distance
-// of its feet, which standing on one foot takes. A zero moment point nearer to the middle and
-// faster steps then help.
+// Hips count as weak if the torque limit of their roll joints is below this multiple of what standing on one
+// foot takes: the weight times half the distance of the feet. Faster steps with the zero moment point nearer
+// to the middle then help.
 constexpr double kWeakHips = 1.3;
 constexpr const char* kWalk =
     R"(# guess: slower, lower steps than those of robots with rubber bushes at their ankles
@@ -390,11 +390,12 @@ class Guess {
 
   bool has_weak_hips() const {
     return std::ranges::any_of(feet_, [&](const Foot& foot) {
-      return std::ranges::any_of(foot.joints.begin(), foot.joints.end() - 2, [&](int joint) {
-        const auto effort = file_.efforts.find(joint_name(joint));
-        return effort != file_.efforts.end() && std::abs(data_->xaxis[3 * joint]) > 0.7 &&
-               effort->second < kWeakHips * weight() * std::abs(place(foot.body).y());
-      });
+      const auto roll = std::ranges::find_if(
+          foot.joints, [&](int joint) { return std::abs(data_->xaxis[3 * joint]) > 0.7; });
+      if (roll == foot.joints.end()) return false;
+      const auto effort = file_.efforts.find(joint_name(*roll));
+      return effort != file_.efforts.end() &&
+             effort->second < kWeakHips * weight() * std::abs(place(foot.body).y());
     });
   }
 
