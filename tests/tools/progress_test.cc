@@ -1,10 +1,14 @@
 // Progress lines: the time left does not grow on a steady job, the line
 // fits the terminal, and without a terminal a line appears at intervals.
+// Temporary folders of processes that start at once.
 #include "tools/cli/jobs/progress.h"
+
+#include <sys/wait.h>
 
 #include <cstdio>
 
 #include "tests/sim/files/temporary_folder.h"
+#include "tools/cli/jobs/jobs.h"
 
 namespace {
 
@@ -81,6 +85,29 @@ TEST_F(Progress, OfBriefQuietInnerOrChildWorkIsNotShown) {
   EXPECT_DOUBLE_EQ(cli::part_in(folder_ / "part"), 0.5) << "it never runs backwards";
   const cli::ProgressLine outer("outer", {.silent = true});
   EXPECT_EQ(shown({.redraws = true, .first = 0ms}), "");
+}
+
+TEST(TemporaryFolders, OfProcessesThatStartAtOnceAreNotTakenForAbandoned) {
+  const sim::files::TemporaryFolder all;
+  setenv("TMPDIR", all.path().c_str(), 1);
+  std::vector<pid_t> children(8);
+  for (pid_t& child : children)
+    if ((child = fork()) == 0) {
+      int failed = 0;
+      try {
+        for (int i = 0; i < 200; ++i) cli::TemporaryFolder();
+      } catch (const std::exception& e) {
+        failed = 1, std::cerr << e.what() << '\n';
+      }
+      _exit(failed);
+    }
+  for (const pid_t child : children) {
+    int status = -1;
+    waitpid(child, &status, 0);
+    EXPECT_EQ(status, 0);
+  }
+  unsetenv("TMPDIR");
+  EXPECT_TRUE(std::filesystem::is_empty(all.path()));
 }
 
 }  // namespace

@@ -240,10 +240,12 @@ TemporaryFolder::TemporaryFolder() {
     throw UsageError("TMPDIR: {}: expected a folder for temporary files", all.string());
   for (const auto& entry : fs::directory_iterator(all, fault))
     if (is_abandoned(entry.path())) fs::remove_all(entry.path(), fault);
-  std::string pattern = (all / kTemporary).string();
-  if (mkdtemp(pattern.data()) == nullptr) files::fail_by_errno(pattern, "cannot be made");
-  path_ = pattern;
-  lock_ = FileLock::acquire(path_ / kLock, FileLock::How::exclusive);
+  // It is locked before it gets its name: otherwise, other processes would remove it as abandoned.
+  std::string unnamed = (all / fmt::format(".{}", kTemporary)).string();
+  if (mkdtemp(unnamed.data()) == nullptr) files::fail_by_errno(unnamed, "cannot be made");
+  lock_ = FileLock::acquire(fs::path(unnamed) / kLock, FileLock::How::exclusive);
+  path_ = all / fs::path(unnamed).filename().string().substr(1);
+  fs::rename(unnamed, path_);
 }
 
 TemporaryFolder::~TemporaryFolder() {
