@@ -150,12 +150,15 @@ typedef struct gaitslam_joint_command {
  *
  * Headers and types as in gaitslam_estimator.h; SENSORS has the type of OBSERVATION:
  *
- *     START    gaitslam_walk_start, the joints, 3 gaitslam_part (imu, left, right foot), and three texts,
- * each with a zero byte after it: options (lines "key=value"), walk (commands, plan and robot as YAML of a
- * scenario), model (the robot as MJCF) READY    gaitslam_walk_ready, the commanded joints, text. With a text
- * the others may be left out SENSORS  gaitslam_walk_sensors, then q, dq and torque of all joints (double)
+ *     START    gaitslam_walk_start, the joints, 3 gaitslam_part (imu, left, right foot), and three texts with
+ *              a zero byte after each: options (lines "key=value"), walk (YAML), model (the robot as MJCF)
+ *     READY    gaitslam_walk_ready, the commanded joints, text. With a text the others may be left out
+ *     SENSORS  gaitslam_walk_sensors, then q, dq and torque of all joints (double)
  *     ANSWER   gaitslam_walk_answer, the commands of the joints in the order of READY, cause
- *     END      nothing; the program exits */
+ *     END      nothing; the program exits
+ *
+ * The walk text is a scenario with the robot, the commands, and the keys of the built-in controller in walk
+ * and stabilizer. Its other keys have their defaults. */
 enum { GAITSLAM_MESSAGE_SENSORS = GAITSLAM_MESSAGE_OBSERVATION };
 
 /* ---- Functions */

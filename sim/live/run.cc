@@ -281,6 +281,7 @@ void Run::walk(const result::Progress& progress) {
   process_frames();
   while (robot_->walks()) {
     command();
+    if (robot_->failure()) break;
     for (const slam::Stamp end = robot_->world().time() + walking::kTick;
          robot_->is_ok() && robot_->world().time() < end;) {
       step_until(std::min(end, frames_.next_event()));
@@ -438,13 +439,15 @@ result::RunRecord Run::record(const std::filesystem::path& folder) {
   scenario::Ended ended{ending(status.condition), status.cause};
   if (const auto cause = robot_->controller().stopped(); cause && ended.ending == scenario::Ending::completed)
     ended = {scenario::Ending::stopped, *cause};
+  std::string log;
   try {
-    const std::string log = robot_->failure() ? "" : robot_->controller().finish();
-    if (!log.empty()) files::write_text(folder.parent_path() / "controller.log", log);
+    if (const auto& failure = robot_->failure()) throw *failure;
+    log = robot_->controller().finish();
   } catch (const programs::ProgramFailed& failure) {
     ended = {scenario::Ending::walker_failed, failure.what()};
+    log = failure.log;
   }
-  if (const auto& failure = robot_->failure()) ended = {scenario::Ending::walker_failed, failure->what()};
+  if (!log.empty()) files::write_text(folder.parent_path() / "controller.log", log);
   if (ended.ending != scenario::Ending::failed && complaint) ended = {scenario::Ending::failed, *complaint};
   result::RunRecord left{read_, ended, setup_, recording::read_truth(folder), std::nullopt, ""};
   if (tracking_) left.tracked = tracking_->finish();

@@ -61,19 +61,24 @@ auto of_true_path(double (*of)(const Trajectory&)) {
   };
 }
 
+Value of_plan(const Trajectory& truth, const Trajectory& plan, auto of_pairs) {
+  if (plan.empty()) return Absent{"the walk has no plan"};
+  const std::vector<PosePair> pairs = pair_by_stamp(truth, plan);
+  if (pairs.empty()) return Absent{"no planned pose from the first motion on has the stamp of a true one"};
+  return of_pairs(pairs);
+}
+
 Value plan_rmse(C c) {
-  const std::vector<PosePair> pairs = pair_by_stamp(c.truth_camera, c.run.plan_camera);
-  if (pairs.empty())
-    return Absent{"no planned camera pose from the first motion on has the stamp of a true one"};
-  return root_mean_square(position_errors(pairs));
+  return of_plan(c.truth_camera, c.run.plan_camera,
+                 [](const auto& pairs) { return root_mean_square(position_errors(pairs)); });
 }
 
 MetricDefinition plan_drift(const std::string& name, const std::string& unit, const std::string& definition,
                             int part, double per_unit = 1) {
-  const auto compute = [part, per_unit](C c) -> Value {
-    const std::vector<PosePair> pairs = pair_by_stamp(c.run.truth_waist, c.run.plan_waist);
-    if (pairs.empty()) return Absent{"no planned waist pose has the stamp of a true one"};
-    return drift(pairs.back().X_true, pairs.back().X_estimate, c.run.plan_waist.front().X)[part] / per_unit;
+  const auto compute = [part, per_unit](C c) {
+    return of_plan(c.run.truth_waist, c.run.plan_waist, [&](const auto& pairs) {
+      return drift(pairs.back().X_true, pairs.back().X_estimate, c.run.plan_waist.front().X)[part] / per_unit;
+    });
   };
   const std::string text = "True minus planned waist " + definition;
   return {"plan_drift_" + name, unit, text, Needs::walk, compute, largest_magnitude, kHeadline, Note::at_end};

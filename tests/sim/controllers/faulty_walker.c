@@ -1,5 +1,5 @@
-/* A walking controller that holds the start posture until it misbehaves at its third sensors; the option
- * "fault" names how. */
+/* A walking controller that holds the start posture until it misbehaves at its third sensors, or as many
+ * later as the option "after" has; the option "fault" names how. */
 #include <math.h>
 #include <unistd.h>
 
@@ -11,7 +11,7 @@ static int keep(int file) { return kept = dup(file); }
 #include "sim/controllers/gaitslam_walker.h"
 
 static char fault[64];
-static int count = 0;
+static int count = 0, after = 0;
 static gaitslam_commanded_joint joints[2];
 static gaitslam_joint first;
 
@@ -31,7 +31,7 @@ void* gaitslam_walker_create(const gaitslam_walk_start* start, const gaitslam_ro
                              char* error, size_t error_bytes) {
   int i;
   (void)start;
-  sscanf(robot->options, "fault=%63s", fault);
+  sscanf(robot->options, "fault=%63s after=%d", fault, &after);
   first = robot->joints[0];
   for (i = 0; i < 2; ++i) {
     memcpy(joints[i].name, robot->joints[i].name, sizeof joints[i].name);
@@ -69,7 +69,7 @@ int gaitslam_walker_step(void* walker, const gaitslam_walk_sensors* sensors, con
   answer->has_plan = is("stays");
   answer->plan = standing();
   if (sensors->vx_m_s > 0 && is("clips")) commands[0].q_rad = first.highest_rad + 1;
-  if (++count < 3) return 0;
+  if (++count < 3 + after) return 0;
   if (is("exit")) fprintf(stderr, "loading\nthe policy is broken\n"), exit(5);
   if (is("sleeps")) sleep(60);
   if (is("half") && write(kept, "GSLM\4\0\0\0\x10\2\0\0\0\0\0\0abc", 19) == 19) sleep(60);

@@ -36,12 +36,16 @@ TEST_F(ControllerTest, TheBuiltInOneAsAProgramGivesTheSameBytes) {
 }
 
 TEST_F(ControllerTest, AProgramThatFailsEndsTheWalkAsWalkerFailed) {
-  const auto outcome = run(
-      "failed", read(kWalk, {fmt::format("walk.controller={{program: [\"{}\"], options: {{fault: exit}}}}",
-                                         GAITSLAM_FAULTY_WALKER)}));
-  EXPECT_EQ(outcome.ending, Ending::walker_failed);
-  EXPECT_EQ(outcome.exit_code, 3);
-  EXPECT_THAT(outcome.cause, HasSubstr("its last lines: loading | the policy is broken"));
+  for (const auto& [name, after] : {std::pair("settling", 0), {"walking", 20}}) {
+    const auto outcome = run(
+        name,
+        read(kWalk, {fmt::format("walk.controller={{program: [\"{}\"], options: {{fault: exit, after: {}}}}}",
+                                 GAITSLAM_FAULTY_WALKER, after)}));
+    EXPECT_EQ(outcome.ending, Ending::walker_failed);
+    EXPECT_EQ(outcome.exit_code, 3);
+    EXPECT_THAT(outcome.cause, HasSubstr("its last lines: loading | the policy is broken")) << name;
+    EXPECT_EQ(file(name, "controller.log"), "loading\nthe policy is broken\n");
+  }
 }
 
 TEST_F(ControllerTest, ByTheSlopeOfItsSolesTheBuiltInOneWalksOntoARamp) {
@@ -146,6 +150,7 @@ TEST_F(ControllerTest, NetworksOfTheExampleComputeLikePyTorchAndStandAndStepInPl
     }
     EXPECT_GE(lifts, least) << name;
     EXPECT_LE(lifts, most) << name;
+    EXPECT_THAT(file(name, "score.json"), HasSubstr("the walk has no plan"));
     EXPECT_THAT(file(name, "feet.csv"), AllOf(HasSubstr(",left,support,"), Not(HasSubstr("put_down"))));
   }
 }
