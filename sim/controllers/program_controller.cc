@@ -69,8 +69,9 @@ JointCommands ProgramController::command(const Readings& readings, bool settles)
   if (std::exchange(settling_, settles) && !settles) tick_ = 0, answered_ = 0, pending_.reset();
   // The axes of the readings are those of the IMU.
   attitude_.update(readings.gyro, readings.accelerometer, Eigen::Vector3d::Zero(), walking::kPeriod);
+  take_effect();
   if (now() % ready_.period == nanoseconds(0) && !pending_) ask(readings, settles);
-  if (pending_ && effect_ <= now()) take_effect();
+  take_effect();
   refer();
   if (settles) ++tick_;
   return commands_;
@@ -141,6 +142,7 @@ void ProgramController::ask(const Readings& readings, bool settles) {
 }
 
 void ProgramController::take_effect() {
+  if (!pending_ || effect_ > now()) return;
   const Answer answer = std::move(*pending_);
   pending_.reset();
   if (answer.words.status == GAITSLAM_WALKER_NOT_READY) return;

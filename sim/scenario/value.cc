@@ -62,8 +62,8 @@ bool is_word(const Yaml& node) { return node.kind == Yaml::Kind::scalar && !node
 using programs::Choice, programs::Source;
 using std::string_view_literals::operator""sv;
 
-constexpr std::array kFields{"program"sv, "command"sv,        "name"sv,
-                             "options"sv, "start_within_s"sv, "answer_within_s"sv};
+constexpr std::array kFields{"program"sv,        "command"sv,         "name"sv, "options"sv,
+                             "start_within_s"sv, "answer_within_s"sv, "time"sv};
 constexpr Domain kLimit{0.001, 1e6};
 constexpr std::size_t kMostOptions = 1000;
 

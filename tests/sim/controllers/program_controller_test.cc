@@ -115,12 +115,15 @@ TEST(ProgramController, APlanOfItsOwnTellsWhereItIsOnThePath) {
 }
 
 TEST(ProgramController, AnAnswerTakesEffectAfterItsTime) {
-  ProgramStart start = with_fault("clips");
-  start.time.fixed_s = 0.012;
-  ProgramController controller(start);
-  for (const int clipped : {0, 0, 0, 1}) {  // after 12 ms: at the tick of 15 ms
-    walk(controller, 1);
-    EXPECT_EQ(controller.clipped(), static_cast<std::size_t>(clipped));
+  for (const auto& [time_s, effects] : {std::pair{0.012, std::vector{0, 0, 0, 1}},  // at the tick of 15 ms
+                                        {0.01, {0, 0, 1, 1, 2, 2}}}) {  // before the next sensors, not busy
+    ProgramStart start = with_fault("clips");
+    start.time.fixed_s = time_s;
+    ProgramController controller(start);
+    for (const int clipped : effects) {
+      walk(controller, 1);
+      EXPECT_EQ(controller.clipped(), static_cast<std::size_t>(clipped)) << time_s;
+    }
   }
 }
 
