@@ -261,8 +261,8 @@ std::string legend_html(const Figure& figure) {
   const auto add = [&](const auto& named) {
     for (const auto& one : named)
       if (!one.name.empty())
-        items += fmt::format("<span class='role-{}' data-name='{}'>{} <b></b></span> ", role_name(one.role),
-                             escaped(one.name), escaped(one.name));
+        items +=
+            fmt::format("<span class='role-{}'>{} <b></b></span> ", role_name(one.role), escaped(one.name));
   };
   add(figure.lines), add(figure.envelopes);
   return items.empty() ? "" : "<p class='legend'><span class='at'></span> " + items + "</p>";

@@ -1,5 +1,5 @@
 // The builder of all HTML pages: escaping, tables, figures, and the frame of a page that is one file; and the
-// one plot engine of pages, pictures and the view: a figure as data, drawn as SVG.
+// plot engine of pages and pictures: a figure as data, drawn as SVG.
 #pragma once
 
 #include <optional>

@@ -452,8 +452,10 @@ std::map<std::string, std::string> settings_of(const fs::path& result, const res
   try {
     const scenario::Scenario read = scenario::read_scenario(result / "scenario.yaml").scenario;
     for (const auto& key : scenario::scenario_keys())
-      if (key.name != "seed")
-        settings[std::string(key.name)] = scenario::has_section(read, key.name) ? key.print(read) : "none";
+      if (key.name != "seed" && scenario::has_section(read, key.name))
+        settings[std::string(key.name)] = key.print(read);
+    for (const char* const section : {"camera", "slam"})
+      settings[section] = scenario::has_section(read, section) ? "given" : "none";
   } catch (const std::exception&) {
     settings.clear();
   }

@@ -24,9 +24,10 @@ std::string signed_text(double value) { return (value > 0 ? "+" : "") + number_t
 /// "+0.0004 (+7 %)"
 std::string change_text(const MetricVerdict& v) {
   if (!v.change) return "-";
-  const bool has_share = v.baseline && *v.baseline != 0;
-  return signed_text(*v.change) +
-         (has_share ? fmt::format(" ({:+.3g} %)", 100 * *v.change / std::abs(*v.baseline)) : "");
+  if (!v.baseline || *v.baseline == 0) return signed_text(*v.change);
+  const double percent = 100 * *v.change / std::abs(*v.baseline);
+  return signed_text(*v.change) + (std::abs(percent) < 999.5 ? fmt::format(" ({:+.3g} %)", percent)
+                                                             : fmt::format(" ({:+.0f} %)", percent));
 }
 
 /// The text in LaTeX or Markdown, without commands.

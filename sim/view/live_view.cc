@@ -177,7 +177,7 @@ void LiveView::wait_for_viewer() const {
 }
 
 bool LiveView::wants(const slam::Observation& observation) {
-  ++frames_.all;
+  ++frames_;
   const bool others = server_.with_room("foxglove") > 0;
   // Merged without a listener, too: a frame may split a reading, and its second part belongs to the first.
   if (merger_)  // set by begin()
@@ -189,7 +189,6 @@ bool LiveView::wants(const slam::Observation& observation) {
       rig_.newest.at(static_cast<std::size_t>(reading.sensor)) =
           std::make_shared<const slam::RigReading>(reading);
   due_ = others || (pages && steady_clock::now() - last_shown_.frame >= kLeastInterval);
-  frames_.shown += due_ ? 1 : 0;
   return due_;
 }
 
@@ -257,8 +256,7 @@ void LiveView::pace(slam::Stamp t) {
 
 void LiveView::end(const std::string& how) {
   send_series(true);
-  send_to_pages(
-      json_message({{"op", "ended"}, {"how", how}, {"shown", frames_.shown}, {"all", frames_.all}}));
+  send_to_pages(json_message({{"op", "ended"}, {"how", how}, {"frames", frames_}}));
   server_.flush(kForMessages, kForPages);
 }
 

@@ -147,9 +147,7 @@ class LiveView {
   struct {
     std::chrono::steady_clock::time_point frame{}, map{}, series{};
   } last_shown_;
-  struct {
-    std::size_t shown = 0, all = 0;
-  } frames_;
+  std::size_t frames_ = 0;
   bool due_ = true;  // a frame of this observation is sent
   Series series_;
   std::mutex past_mutex_;

@@ -50,7 +50,7 @@ async function useLive(browser, url) {
   await browser.press('Home', 36);
   await browser.press('ArrowRight', 39);
   const after = await browser.value(`${kPane}.index`);
-  return {back, past, after, first: short(first), later: short(later), space_changed: first.space !== later.space, head_changed: first.head !== later.head,
+  return {back, past, after, received: await browser.value(`${kPane}.run.frames.length`), first: short(first), later: short(later), space_changed: first.space !== later.space, head_changed: first.head !== later.head,
     paused_frames: still - paused, stepped_frames: stepped - still, how: await browser.value('gaitslamPage.note.textContent'), said: browser.said};
 }
 
@@ -203,6 +203,8 @@ async function compare(browser, url) {
   const places = await browser.value(`(() => { const maps = gaitslamPage.panes.map(({run, index}) => run.mapAt(index)), [id] = maps[0][0];
     gaitslamPage.pick({run: 0, id}); const at = maps.map((map, i) => map.find(([own]) => own === gaitslamPage.panes[i].picked)?.[1]);
     return {apart: Math.hypot(...[0, 1, 2].map((k) => at[0][k] - at[1][k])), text: gaitslamPage.picked.textContent, said: gaitslamPage.inCommon.textContent}; })()`);
+  const beyond = await browser.value(`(() => { const [pane] = gaitslamPage.panes, {run, series} = pane; pane.show(run.frames.length - 1, 1e3);
+    return {value: series.x[series.at(1e3)] ?? null, state: pane.state.textContent}; })()`);
   await click(browser, '[data-strip=nis_vision]');
   const nis = await browser.value(`document.querySelectorAll('[data-figure=nis_vision] .line').length`);
   await browser.press('v', 86);
@@ -217,7 +219,7 @@ async function compare(browser, url) {
   await browser.send('Page.reload');
   await browser.rest(500);
   await browser.until(`document.documentElement?.dataset.model === 'true'`);
-  return {table, sorted, worst, marked, image, places, nis, differs, hidden, again: await read(), width_at_400: await browser.phoneWidth(), said: browser.said,
+  return {table, sorted, worst, marked, image, places, beyond, nis, differs, hidden, again: await read(), width_at_400: await browser.phoneWidth(), said: browser.said,
     covered_at_400: await browser.value(`Math.max(...[...document.querySelectorAll('footer, .controls')].map((e) => (['fixed', 'sticky'].includes(getComputedStyle(e).position) ? e.offsetHeight : 0)))`)};
 }
 

@@ -47,7 +47,8 @@ TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeys) {
   EXPECT_GE(found["stepped_frames"], 1);
   EXPECT_LE(found["stepped_frames"], 2);
   EXPECT_THAT(found["how"].get<std::string>(),
-              Has("The run has ended: completed. tools/gaitslam view live/seed-1"));
+              Has("The run has ended: completed. tools/gaitslam view live/seed-1",
+                  " received " + found["received"].dump() + " of "));
   EXPECT_THAT(found["said"], IsEmpty()) << "the browser's console is not empty";
 }
 
@@ -179,6 +180,8 @@ TEST_F(ViewTest, TwoRunsAreComparedInOneSceneAndWhereTheyPartIsMarked) {
   EXPECT_THAT(marked["heads"][1].get<std::string>(),
               AllOf(StartsWith("B: errors.faults="), Has("frames_lost")));
   EXPECT_NEAR(marked["t"], 0.7, 0.11) << "a key goes to the first mark";
+  EXPECT_EQ(found["beyond"]["value"], nullptr) << "a run that ended has no values while a longer one goes on";
+  EXPECT_THAT(found["beyond"]["state"].get<std::string>(), StartsWith("The run ended at "));
   EXPECT_EQ(marked["shown"][0], marked["shown"][1]) << "both images at one instant";
   for (int run = 0; run < 2; ++run)
     for (int axis = 0; axis < 3; ++axis)

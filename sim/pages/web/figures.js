@@ -165,7 +165,7 @@ export function drawn({name, title, lines, bands = [], levels = [], marks = [], 
   const [x, y] = texts.map((text) => new Axis(text)), at = (a, b) => [x.at(a), y.at(b)];
   const svg = svgElement('svg', {viewBox: `0 0 ${width} ${height}`, 'data-x': texts[0], 'data-y': texts[1], 'data-over-time': overTime ? 'yes' : 'no', role: 'img', 'aria-label': title});
   const data = svgElement('svg', {class: 'data', ...place, viewBox: Object.values(place).join(' '), preserveAspectRatio: 'none'});
-  const ys = ticks(y.low, y.high, 4).flatMap((v) => gridLine(v, `M${x.begin} ${y.at(v)}H${x.end}`, {x: x.begin - 5, y: y.at(v) + 4, 'text-anchor': 'end'}));
+  const ys = ticks(y.low, y.high, 6).flatMap((v) => gridLine(v, `M${x.begin} ${y.at(v)}H${x.end}`, {x: x.begin - 5, y: y.at(v) + 4, 'text-anchor': 'end'}));
   const level = (d, text) => svgElement('path', {class: 'level', d}, svgElement('title', {}, String(text)));
   const paths = new Map([...bands.map((band) => [band, svgElement('path', {class: `fill envelope ${band.role}`, d: areaOf(band.x, band.low, band.high, at)})]),
     ...lines.map((line) => [line, svgElement('path', {class: `${line.dots ? 'dots' : line.thin ? 'line thin' : 'line'} ${line.role}`, d: (line.dots ? dotsOf : pathOf)(line.x, line.y, at)})])]);

@@ -40,10 +40,10 @@ export class Series {
     });
   }
 
-  /// The row that is nearest to a time.
+  /// The row that is nearest to a time; after the last one a number without a row.
   at(t) {
     const row = Math.max(0, lastUpTo(t, this.t.length, (i) => this.t[i]));
-    return this.t[row + 1] - t <= t - this.t[row] ? row + 1 : row;
+    return t > this.t[row] && !(this.t[row + 1] - t > t - this.t[row]) ? row + 1 : row;
   }
 }
 

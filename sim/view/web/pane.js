@@ -4,6 +4,7 @@ import {kOutcomes} from './run.js';
 import {HeadView, grayPicture} from './sensors.js';
 import {Stored, picture} from './source.js';
 
+const kEnded_s = 0.1;
 const kSigns = {found: '◯▫', missed: '◌', rejected: '◯×'};
 export const searchLegend = (isShared) => element('p', {class: 'key'}, `searched, 3σ${isShared ? ', in the color of the run' : ''}: `,
   ...Object.keys(kOutcomes).map((outcome) => element('b', {class: isShared ? '' : outcome}, `${kSigns[outcome]} ${outcome}`)), element('b', {class: 'new'}, '▫ new'));
@@ -29,11 +30,11 @@ export class Pane {
     if (this.live.size > 400) this.live.delete(this.live.keys().next().value);
   }
 
-  show(index) {
+  show(index, t) {
     const frame = this.run.frames[index];
     if (!frame) return;
     this.index = index;
-    this.say(frame);
+    this.say(frame, frame === this.run.frames.at(-1) && t > frame.t + kEnded_s);
     if (!this.first) this.showHead(index, frame);
   }
 
@@ -61,8 +62,9 @@ export class Pane {
     this.drawHead();
   }
 
-  say(frame) {
-    this.state.textContent = frame.state ? `Filter: ${frame.state}` : 'There is no filter.';
+  /// hasEnded: the run, while a longer one goes on.
+  say(frame, hasEnded) {
+    this.state.textContent = hasEnded ? `The run ended at ${frame.t.toFixed(2)} s.` : frame.state ? `Filter: ${frame.state}` : 'There is no filter.';
     this.state.className = `state health-${frame.health ?? 0}`;
     const of = (outcome) => (frame.searches ?? []).filter((search) => search[6] === outcome).length;
     this.counts.textContent = frame.state

@@ -9,7 +9,7 @@ const kNew = '#5aa9ff';
 export class HeadView {
   constructor(run, name) {
     const {width, height} = run.camera;
-    Object.assign(this, {width, height, shown: -1});
+    Object.assign(this, {width, height});
     this.canvas = element('canvas', {width: kScale * width, height: kScale * height, role: 'img', 'aria-label': `image of the head camera${name ? `, ${name}` : ''}`});
     this.context = this.canvas.getContext('2d', {willReadFrequently: true});  // in memory: it does not wait for the scene to be drawn
   }
@@ -104,7 +104,7 @@ export class RigLayer {
     this.stored = new Stored(`/rig/${run.index}/${number}`, isLidar ? points : isDepth ? depths : picture, 100);
     this.canvas = isLidar ? null : element('canvas', {width: 0, height: 0, role: 'img', 'aria-label': `image of ${sensor.name}`});
     this.on = element('input', {type: 'checkbox', checked: '', onchange: () => this.show(this.index)});
-    this.bar = element('span', {class: 'soft'});
+    this.bar = element('p', {class: 'soft'});
     this.value = element('span', {class: 'soft', role: 'status'});
     const by = isLidar ? element('select', {'aria-label': `color of ${sensor.name}`, onchange: ({currentTarget}) => { this.color(kColoring[currentTarget.value]); currentTarget.blur(); }},
       Object.keys(kColoring).map((name) => element('option', {value: name}, `by ${name}`))) : null;

@@ -12,7 +12,7 @@ const {dataset} = document.documentElement;
 const kFast = 5;  // frames of a finished run for each that the browser draws
 
 const kRoles = ['estimate', 'second', 'third', 'first'];  // of the runs
-const kKeys = 'space: play and pause · arrows, . and ,: one frame, with shift a second · [ and ]: marks · home, end · f, 1, 4: speed · r, o, c: follow, stay, through the camera · v: a view of each run · s: save the scene as PNG · in a figure: a click or a drag goes there, the wheel (above the time line with Ctrl) zooms, a double click shows all, a name in a legend hides its line';
+const kKeys = 'space: play and pause · arrows, . and ,: one frame, with shift a second · [ and ]: marks · home, end · f, 1, 4: speed · r, o, c: follow, stay, through the camera · v: a view of each run · s: save the scene as PNG · in a figure: a click or a drag goes there, the wheel zooms (above the time line: Ctrl and the wheel), a double click shows all, a name in a legend hides its line';
 const kLetters = 'ABCD';  // and names, if there are several
 
 /// The seed and the variant that distinguish each run from the others.
@@ -214,7 +214,7 @@ class Page {
 
   show(t) {
     this.t = t;
-    for (const pane of this.panes) pane.show(Math.max(0, pane.run.indexAt(t)));
+    for (const pane of this.panes) pane.show(Math.max(0, pane.run.indexAt(t)), t);
     const {index} = this.panes[0];
     this.scene?.show(Math.max(0, index));
     for (const layer of this.rig) layer.show(index);
@@ -413,9 +413,10 @@ class Page {
     });
   }
 
-  receive({op, paused, speed, how, shown, all, why, names, from, rows, frames}) {
+  receive({op, paused, speed, how, why, names, from, rows, frames}) {
+    const [{run}] = this.panes;
     if (op === 'past') {
-      for (const frame of frames) this.panes[0].run.append(frame);
+      for (const frame of frames) run.append(frame);
     } else if (op === 'series') {
       this.panes[0].series ??= new Series(names);
       this.panes[0].series.add(from, rows);
@@ -427,7 +428,7 @@ class Page {
     } else if (op === 'ended') {
       this.ended = true;
       dataset.ended = 'true';
-      this.note.textContent = shown < all ? `${how} ${shown} of ${all} frames were shown.` : how;
+      this.note.textContent = run.frames.length < frames ? `${how} This page received ${run.frames.length} of ${frames} frames.` : how;
       this.live = this.playing = this.speeds.disabled = this.step.disabled = false;  // what came can be played
       this.setSpeed(1);
       this.drawFigures();

@@ -210,7 +210,7 @@ TEST_F(Live, AViewerIsSentTheFramesThatAreShownAtMostFortyASecond) {
   EXPECT_TRUE(view_.wants({}));
   client.say_loaded();
   view_.end("The run has ended.");
-  EXPECT_EQ(client.next_message(), R"({"op":"ended","how":"The run has ended.","shown":2,"all":4})");
+  EXPECT_EQ(client.next_message(), R"({"op":"ended","how":"The run has ended.","frames":4})");
 }
 
 TEST_F(Live, CommandsAreRefusedWithoutControlAndMalformedOnesSurvived) {
@@ -263,7 +263,7 @@ TEST_F(Live, AViewerThatIsSlowForASecondIsToldHowTheRunEnded) {
   std::string last;
   do last = slow.next_message();
   while (!last.empty() && last.find("ended") == last.npos);
-  EXPECT_EQ(last, R"({"op":"ended","how":"done","shown":0,"all":0})");
+  EXPECT_EQ(last, R"({"op":"ended","how":"done","frames":0})");
   program.join();
 }
 
