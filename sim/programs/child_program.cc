@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <deque>
 #include <sstream>
@@ -151,6 +152,17 @@ bool read_whole(int file, Structure& structure) {
 
 }  // namespace
 
+std::filesystem::path program_file(const std::string& word) {
+  const char* const path = std::getenv("PATH");
+  if (word.find('/') != word.npos) return absolute(std::filesystem::path(word)).lexically_normal();
+  std::istringstream folders(path ? path : "");
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (const auto file = std::filesystem::path(folder.empty() ? "." : folder) / word;
+        ::access(file.c_str(), X_OK) == 0)
+      return file;
+  return word;
+}
+
 std::string printable(std::string_view text) {
   std::string line;
   for (const char c : text) {
@@ -193,9 +205,9 @@ ChildProgram::ChildProgram(const std::vector<std::string>& words, const std::str
   kill();
   for (const int file : {in_, out_, error_, report_}) ::close(file);
   const bool has_arguments = words.size() == 1 && words[0].find(' ') != std::string::npos;
-  throw std::invalid_argument(
-      fmt::format("{}: the program {} cannot be started: {}{}", role, words[0], std::strerror(why),
-                  has_arguments ? "; its arguments are words of a list, as in [./my_slam, --stdio]" : ""));
+  throw std::invalid_argument(fmt::format(
+      "{}: the program {} cannot be started: {}{}", role, program_file(words[0]).string(), std::strerror(why),
+      has_arguments ? "; its arguments are words of a list, as in [./my_slam, --stdio]" : ""));
 }
 
 ChildProgram::~ChildProgram() {

@@ -4,6 +4,7 @@
 #include <sys/types.h>
 
 #include <chrono>
+#include <filesystem>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -19,6 +20,10 @@ class ProgramFailed : public std::runtime_error {
 
   std::string log;  ///< what it wrote to its standard error
 };
+
+/// Returns the absolute path of a program with a slash in its name, or that in PATH of another. Returns the
+/// word if PATH does not have it.
+std::filesystem::path program_file(const std::string& word);
 
 /// Returns external text as one line of printable ASCII characters.
 std::string printable(std::string_view text);

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -15,6 +14,7 @@
 #include <sstream>
 
 #include "sim/files/hash.h"
+#include "sim/programs/child_program.h"
 
 namespace sim::programs {
 namespace {
@@ -27,18 +27,6 @@ std::optional<std::string> hash_of(const fs::path& file) {
   for (std::array<char, 1 << 16> piece; in.read(piece.data(), piece.size()), in.gcount() > 0;)
     hash.add({piece.data(), static_cast<std::size_t>(in.gcount())});
   return hash.hex();
-}
-
-/// Searches a program without a slash in its name in PATH. Returns the word if it is not found.
-fs::path program_file(const std::string& word) {
-  const char* const path = std::getenv("PATH");
-  if (word.find('/') != word.npos || !path) return word;
-  std::istringstream folders(path);
-  for (std::string folder; std::getline(folders, folder, ':');)
-    if (const fs::path file = fs::path(folder.empty() ? "." : folder) / word;
-        ::access(file.c_str(), X_OK) == 0)
-      return file;
-  return word;
 }
 
 }  // namespace
@@ -62,9 +50,10 @@ std::string program_name(const std::vector<std::string>& words) {
 
 void require_program(const Choice& choice, const std::string& role) {
   const fs::path file = program_file(choice.words.at(0));
-  if (::access(file.c_str(), X_OK) != 0)
+  const int why = ::access(file.c_str(), X_OK) != 0 ? errno : fs::is_directory(file) ? EISDIR : 0;
+  if (why != 0)
     throw std::invalid_argument(
-        fmt::format("{}: the program {} cannot be started: {}", role, choice.words[0], std::strerror(errno)));
+        fmt::format("{}: the program {} cannot be started: {}", role, file.string(), std::strerror(why)));
 }
 
 std::string files_identity(const Choice& choice) {

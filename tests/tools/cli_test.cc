@@ -149,8 +149,8 @@ TEST_F(Cli, CheckRejectsWhatARunRejectsAtItsStart) {
             "world.room: a room's planes"},
            {"world: {room: attic}\n",
             "world.room: is 'attic', expected one of floor, hall, office, office_ramp, yard"},
-           {"estimator: {program: [./none]}\n",
-            "the program ./none cannot be started: No such file or directory"},
+           {"estimator: {program: [./none]}\n", "/none cannot be started: No such file or directory"},
+           {"estimator: {program: [/tmp]}\n", "the program /tmp cannot be started: "},
            {"estimator: {program: [no_such_program]}\n",
             "the program no_such_program cannot be started: No such file"}}) {
     write("bad.yaml", stand + keys);
