@@ -183,8 +183,6 @@ score::Surface primitive(const mjModel& model, const mjData& data, int geom) {
   Eigen::Vector3d size = Eigen::Map<const Eigen::Vector3d>(model.geom_size + 3 * geom);
   if (kind == Kind::sphere) size.setConstant(size.x());
   if (kind == Kind::plane || kind == Kind::cylinder || kind == Kind::capsule) size.z() = 0;
-  if (kind == Kind::plane && (size.x() <= 0 || size.y() <= 0))
-    throw std::invalid_argument("a room's planes need a size");
   return {kind, geom_pose(data, geom), size};
 }
 
@@ -259,8 +257,6 @@ Lamps::Lamps(const mjModel& model) : ambient_(Vector3f::Zero()) {
   if (model.vis.headlight.active) ambient_ = rgb(model.vis.headlight.ambient);
   for (int light = 0; light < model.nlight; ++light) {
     if (!model.light_active[light]) continue;
-    if (!model.light_directional[light] || model.body_weldid[model.light_bodyid[light]] != 0)
-      throw std::invalid_argument("a lamp is not directional or not fixed to the room: it cannot be drawn");
     ambient_ += rgb(model.light_ambient + 3 * light);
     lamps_.push_back({-Eigen::Map<const Eigen::Vector3d>(data->light_xdir + 3 * light).cast<float>(),
                       rgb(model.light_diffuse + 3 * light)});

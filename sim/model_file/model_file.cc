@@ -185,18 +185,13 @@ class Reader {
     mark_floors(section("worldbody"), "");
     Element& world = apply_all_classes();
     flatten(world);
+    const bool has_floor = check_room(world);
     clean(world);
     for (const char* unused : {"contact", "tendon", "equality"}) section(unused).children.clear();
-    const Element at{"worldbody", {}, {}, world.file, world.line};
-    ModelFile room = finished();
-    const Element* const shapes = room.root.child("worldbody");
-    if (!shapes || std::ranges::none_of(shapes->children, [](const Element& each) {
-          return each.name == "geom" &&
-                 (is_floor(each) || (each.get("name") == "floor" && each.get("type") == "plane"));
-        }))
-      reject(at, "",
+    if (!has_floor)
+      reject(Element{"worldbody", {}, {}, world.file, world.line}, "",
              "has no plane named 'floor' and no shape of class floor, expected what the robot walks on");
-    return room;
+    return finished();
   }
 
  private:
@@ -205,6 +200,22 @@ class Reader {
   }
   std::string prefix() const { return room_ ? "" : kPrefix; }
   void note(Fate fate, string_view what, const Element& where) { add_note(notes_, fate, what, where); }
+
+  /// Rejects lights and planes that cannot be drawn. Returns whether there is a floor.
+  static bool check_room(Element& parent) {
+    bool has_floor = false;
+    for (Element& child : parent.children) {
+      const bool is_plane = child.name == "geom" && child.get("type") == "plane";
+      if (child.get("type") == "directional") child.erase("type"), child.set("directional", "true");
+      if (child.name == "light" && child.get("active") != "false" && child.get("directional") != "true")
+        reject(child, "directional", "is false, expected true: brightness must not depend on the place");
+      const std::vector<double> size = is_plane ? numbers(child, "size", 1, 3) : std::vector<double>{};
+      if (size.size() > 1 && std::min(size[0], size[1]) <= 0)
+        reject(child, "size", fmt::format("is '{}', expected half lengths above 0", child.get("size")));
+      has_floor |= check_room(child) || is_floor(child) || (is_plane && child.get("name") == "floor");
+    }
+    return has_floor;
+  }
 
   /// Marks geoms of class floor by the contact bits that is_floor() reads.
   static void mark_floors(Element& parent, const std::string& childclass) {

@@ -50,13 +50,14 @@ RoomClearance::RoomClearance(Model in_room, double margin_m) : model_(std::move(
   mj_kinematics(&m, data_.get());
   for (int geom = 0; geom < m.ngeom; ++geom) {
     const bool is_floor = m.geom_contype[geom] == model_file::kSteppedBits;
+    const bool is_solid = (m.geom_contype[geom] | m.geom_conaffinity[geom]) != 0;
     m.geom_contype[geom] = m.geom_conaffinity[geom] = 0;
     m.geom_condim[geom] = 1;
     m.geom_margin[geom] = 0;
     if (is_robot(geom)) {
       m.geom_conaffinity[geom] = 1;
       robot_.push_back(geom);
-    } else if (m.geom_group[geom] == kSolidGroup && !is_floor) {
+    } else if (m.geom_group[geom] == kSolidGroup && is_solid && !is_floor) {
       const Eigen::AlignedBox3d box = box_around(m, *data_, geom);
       if (box.max().z() < kFloor) continue;
       if (m.geom_type[geom] == mjGEOM_PLANE) make_sheet(m, geom);

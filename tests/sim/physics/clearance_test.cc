@@ -93,6 +93,17 @@ TEST(RoomClearance, TheDistanceIsNeverMoreThanTheWayToTheFirstTouch) {
   for (double x = 0; x < touched_x; x += 0.05) EXPECT_LE(robot.at(x, 0).distance_m, touched_x - x) << x;
 }
 
+TEST(RoomClearance, ShapesWithoutContactsAreNotSolid) {
+  const TemporaryFolder folder;
+  for (const char* bits : {"", "contype='0' conaffinity='0'"}) {
+    files::write_text(folder / "room.xml",
+                      fmt::format("<mujoco><worldbody><body><geom name='floor' type='plane' size='5 5 1'/>"
+                                  "<geom name='sky' type='box' size='4 4 4' {}/></body></worldbody></mujoco>",
+                                  bits));
+    EXPECT_EQ(Stander((folder / "room.xml").string()).object(0, 0), *bits ? "" : "sky");
+  }
+}
+
 std::optional<PlannedCollision> collision(const std::vector<walking::Command>& commands, const char* room) {
   return first_collision(walking::PatternGenerator(on_floor().robot, walking::walk_of(commands)),
                          load_model(robot_file(), room, models()));
