@@ -245,13 +245,13 @@ TEST(ModelFile, ARoomKeepsItsLightsAndNamesAndMayNotMove) {
                       "<mujoco><option timestep='1'/><visual><headlight active='1'/></visual>"
                       "<compiler angle='degree'/><asset><material name='wood'/></asset><default><geom "
                       "material='wood'/></default>"
-                      "<worldbody><geom name='floor' type='plane'/>" +
+                      "<worldbody><body><geom name='floor' type='plane'/></body>" +
                           world + "</worldbody></mujoco>");
     return read_room(folder / "room.xml", schema());
   };
-  const ModelFile kept = room("<light/><camera/><body euler='0 0 180'><geom/></body>");
-  EXPECT_THAT(to_xml(kept.root),
-              Has("<headlight active=\"1\"/>", "<light/>", "material name=\"wood\"", "material=\"wood\""));
+  const ModelFile kept = room("<light type='directional'/><camera/><body euler='0 0 180'><geom/></body>");
+  EXPECT_THAT(to_xml(kept.root), Has("<headlight active=\"1\"/>", "<light directional=\"true\"/>",
+                                     "material name=\"wood\"", "material=\"wood\""));
   EXPECT_THAT(to_xml(kept.root), Lacks("camera", "option", "euler"));
   // The class floor needs no declaration; its geoms have the file's defaults and the bits of floors.
   EXPECT_THAT(to_xml(room("<geom class='floor' type='box' size='1 1 1'/>").root),
