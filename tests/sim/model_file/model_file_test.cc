@@ -30,7 +30,7 @@ const Schema& schema() {
                               mesh material mass density rgba 
                               friction contype conaffinity 
       site (*)                name pos quat 
-      light (*)               dir 
+      light (*)               dir         directional 
    visual (*)                 
       headlight (?)           active 
    equality (*)               
