@@ -62,7 +62,7 @@ export class Pane {
     this.drawHead();
   }
 
-  /// hasEnded: the run, while a longer one goes on.
+  /// hasEnded: this run has ended, a longer one has not.
   say(frame, hasEnded) {
     this.state.textContent = hasEnded ? `The run ended at ${frame.t.toFixed(2)} s.` : frame.state ? `Filter: ${frame.state}` : 'There is no filter.';
     this.state.className = `state health-${frame.health ?? 0}`;
