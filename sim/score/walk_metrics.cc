@@ -116,7 +116,7 @@ Value track_completion(C c) {
   if (!c.run.estimate) return Absent{"the estimator was not run"};
   if (c.run.estimate->empty()) return Absent{"the estimator gave no estimate"};
   const Stamp end = c.run.plan_end.value_or(Stamp(0)), last = c.run.estimate->back().t;
-  if (end.count() <= 0) return Absent{"the duration of the plan is not known"};
+  if (end.count() <= 0) return Absent{"the walk has no plan"};
   const Trajectory& frames = c.run.truth_camera;
   const Stamp interval = frames.size() > 1 ? frames[1].t - frames[0].t : Stamp(0);
   return last + interval > end ? 1.0 : static_cast<double>(last.count()) / static_cast<double>(end.count());

@@ -89,7 +89,7 @@ export function timeLine(runs, marks, width) {
   const [a, b] = runs, distance = rowsOf(a.series, b.series).map((row, i) => b.series.distance[i] - a.series.distance[row]), zeros = distance.map(() => 0), x = b.series.t;
   return drawn({...spec, title: `Distance of each estimate from the truth, and filled: ${b.name} minus ${a.name} [mm]`,
     lines: [...lines, {name: 'difference', role: 'truth', thin: true, x, y: distance}],
-    bands: [{role: b.role, x, low: zeros, high: distance.map((d) => (d > 0 ? d : 0))}, {role: a.role, x, low: distance.map((d) => (d < 0 ? d : 0)), high: zeros}]});
+    bands: [{role: b.role, x, low: zeros, high: distance.map((d) => Math.max(d, 0))}, {role: a.role, x, low: distance.map((d) => Math.min(d, 0)), high: zeros}]});
 }
 
 const kLongest_s = 1, kSame_m = 1e-6, kSamePlace_m = 0.1;
