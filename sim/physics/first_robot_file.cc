@@ -42,7 +42,7 @@ stabilizer: {{ankle_admittance: {{gain_rad_s_per_nm: {:.2g}}}, landing_adjustmen
 # guess: leg odometry of a robot that nobody has measured
 slam:
   height: {{sigma_m: 0.001}}
-  leg_odometry: {{sigma_position_m: 0.003, sigma_m_s: 0.003, sigma_stride: 0.02, sigma_sway_m_s: 0.01, sigma_sway_scale: 0.06}}
+  leg_odometry: {{sigma_position_m: 0.003, sigma_m_s: 0.003, sigma_stride: 0.006, sigma_sway_m_s: 0.01, sigma_sway_scale: 0.06}}
 )";
 constexpr double kDegrees = 180 / std::numbers::pi, kBend_deg = 20, kLeastDamping = 1e-6;
 constexpr int kLevelingSteps = 20;
