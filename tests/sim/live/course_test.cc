@@ -123,7 +123,7 @@ constexpr const char* kStanding = "walk: {commands: [{stand: {duration_s: 4}}]}\
 // A cupboard 0.4 m ahead of the start.
 constexpr const char* kNarrow =
     "<mujoco><worldbody><geom name='floor' type='plane' size='20 20 1' condim='3'/>"
-    "<body name='cupboard' pos='0.9 0 1'><geom type='box' size='0.5 1 1' contype='0' conaffinity='0'/></body>"
+    "<body name='cupboard' pos='0.9 0 1'><geom type='box' size='0.5 1 1'/></body>"
     "</worldbody></mujoco>";
 
 class CollisionTest : public tests::RunFolder {
