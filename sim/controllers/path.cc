@@ -11,8 +11,9 @@ namespace {
 
 using walking::FootPose;
 
-constexpr double kFeedForward = 0.8;                 // fraction of the largest speeds
-constexpr double kGain_s = 1.0, kIntegral_s2 = 0.1;  // of errors of place and heading
+constexpr double kFeedForward = 0.8;                        // fraction of the largest speeds
+constexpr double kGain_s = 1.0, kIntegral_s2 = 0.1;         // of errors of place and heading
+constexpr double kFaster_m_s2 = 0.5, kFaster_rad_s2 = 1.0;  // how fast the speeds of a steered walk change
 constexpr double kTurnToPath = 2.0;  // rad/s for each m aside, of robots that do not walk sideways
 constexpr double kWaitBeyond_m = 0.3, kWaitBeyond_rad = 0.5;  // the path waits for the robot
 constexpr double kMostIntegral = 1.0;                         // m s and rad s
@@ -154,14 +155,22 @@ void PathFollower::advance(double dt_s) {
   if (&now != &here) command_s_ = 0;
   const bool waits = t_s_ >= now.start_s + now.duration_s - dt_s || lags;
   velocity_ = waits && error_ ? Velocity{} : now.velocity;
-  if (!error_ || stands()) return;
+  if (!error_) return;
+  // A learned walk can fall if its command leaps, as where an arc to the side turns back.
+  const auto toward = [dt_s](double wanted, double from, double most) {
+    return std::clamp(wanted, from - most * dt_s, from + most * dt_s);
+  };
+  steady_ = {toward(velocity_.ahead, steady_.ahead, kFaster_m_s2),
+             toward(velocity_.left, steady_.left, kFaster_m_s2),
+             toward(velocity_.turn, steady_.turn, kFaster_rad_s2)};
+  if (stands()) return;
   // Seen from the robot.
   const Eigen::Vector2d ahead =
-      Eigen::Rotation2Dd(error_->yaw) * Eigen::Vector2d(velocity_.ahead, velocity_.left);
+      Eigen::Rotation2Dd(error_->yaw) * Eigen::Vector2d(steady_.ahead, steady_.left);
   const auto& [place, yaw] = *error_;
   Velocity wanted{ahead.x() + kGain_s * place.x() + kIntegral_s2 * sum_.ahead,
                   ahead.y() + kGain_s * place.y() + kIntegral_s2 * sum_.left,
-                  velocity_.turn + kGain_s * yaw + kIntegral_s2 * sum_.turn};
+                  steady_.turn + kGain_s * yaw + kIntegral_s2 * sum_.turn};
   if (largest_.left == 0) wanted.turn += std::copysign(kTurnToPath, velocity_.ahead) * place.y();
   velocity_ = limited(wanted);
   const auto sum = [dt_s](double& value, double error, bool is_limited) {

@@ -67,7 +67,7 @@ class PathFollower {
   double t_s_ = 0, command_s_ = 0;          // on the path; since the start of the command
   double now_s_ = 0, estimate_s_ = 0;       // time, and that of the newest estimate
   std::optional<walking::FootPose> error_;  // of the desired place, seen from the estimated one
-  Velocity sum_, velocity_;                 // sum_: integral of the error
+  Velocity steady_, sum_, velocity_;        // steady_: along the path; sum_: integral of the error
   bool waits_for_end_ = false, ended_ = false;
   std::optional<std::string> stopped_;
 };

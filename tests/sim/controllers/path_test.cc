@@ -72,6 +72,20 @@ TEST(PathFollower, BringsARobotWithGainAndBiasToTheEnd) {
   }
 }
 
+TEST(PathFollower, ASteeredCommandDoesNotLeapWhereAnArcTurnsBack) {
+  PathFollower follower(
+      Path({walking::PerpendicularArc{1, 0.7}, walking::PerpendicularArc{1, -0.7}}, kLargest), kLargest, {});
+  double most_m_s = 0;
+  for (Velocity last; !follower.is_over(); last = follower.velocity()) {
+    follower.locate({0, follower.desired(), follower.desired()});
+    follower.advance(kTick);
+    if (follower.is_over()) break;
+    most_m_s = std::max(most_m_s, std::abs(follower.velocity().left));
+    EXPECT_LE(std::abs(follower.velocity().left - last.left), 0.5 * kTick + 1e-9);
+  }
+  EXPECT_GT(most_m_s, 0.1);
+}
+
 TEST(PathFollower, StopsIfTheEstimateThatSteersIsMissing) {
   walking::SteeringOptions steering;
   steering.by = walking::SteeredBy::estimate, steering.lost_s = 2;
