@@ -112,7 +112,7 @@ FootPose Path::pose(double t_s) const {
 
 PathFollower::PathFollower(Path path, const Velocity& largest, const walking::SteeringOptions& steering)
     : path_(std::move(path)), largest_(largest), steering_(steering) {
-  velocity_ = path_.piece(0).velocity;
+  velocity_ = steady_ = path_.piece(0).velocity;
 }
 
 void PathFollower::locate(const walking::PlaceEstimate& place) {
@@ -155,8 +155,11 @@ void PathFollower::advance(double dt_s) {
   if (&now != &here) command_s_ = 0;
   const bool waits = t_s_ >= now.start_s + now.duration_s - dt_s || lags;
   velocity_ = waits && error_ ? Velocity{} : now.velocity;
-  if (!error_) return;
-  // A learned walk can fall if its command leaps, as where an arc to the side turns back.
+  if (!error_) {
+    steady_ = velocity_;
+    return;
+  }
+  // A learned walk can fall if its command leaps, for example from an arc to the right to one to the left.
   const auto toward = [dt_s](double wanted, double from, double most) {
     return std::clamp(wanted, from - most * dt_s, from + most * dt_s);
   };

@@ -76,7 +76,7 @@ TEST(PathFollower, ASteeredCommandDoesNotLeapWhereAnArcTurnsBack) {
   PathFollower follower(
       Path({walking::PerpendicularArc{1, 0.7}, walking::PerpendicularArc{1, -0.7}}, kLargest), kLargest, {});
   double most_m_s = 0;
-  for (Velocity last; !follower.is_over(); last = follower.velocity()) {
+  for (Velocity last = follower.velocity(); !follower.is_over(); last = follower.velocity()) {
     follower.locate({0, follower.desired(), follower.desired()});
     follower.advance(kTick);
     if (follower.is_over()) break;
