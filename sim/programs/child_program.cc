@@ -165,7 +165,12 @@ std::filesystem::path program_file(const std::string& word) {
 
 std::string printable(std::string_view text) {
   std::string line;
-  for (const char c : text) {
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (text.substr(i, 2) == "\x1B[") {
+      i = std::min(text.find_first_not_of("0123456789:;<=>? !\"#$%&'()*+,-./", i + 2), text.size());
+      continue;
+    }
     const bool blank = c == '\n' || c == '\t' || c == '\r';
     line += blank ? ' ' : c >= ' ' && c <= '~' ? c : '?';
   }
@@ -221,7 +226,7 @@ void ChildProgram::send(std::string_view bytes, const TimeLimit& limit) {
     const ssize_t sent = ::send(in_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
     if (sent >= 0)
       bytes.remove_prefix(static_cast<std::size_t>(sent));
-    else if (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)
+    else if (ended_ || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR))
       fail_ended();
     else if (!wait_for(in_, POLLOUT, limit))
       throw ProgramFailed(fmt::format("it did not read its input within {} s", limit.seconds));
@@ -234,7 +239,7 @@ std::string ChildProgram::receive(std::size_t bytes, const TimeLimit& limit) {
     const ssize_t got = ::read(out_, received.data() + at, bytes - at);
     if (got > 0)
       at += static_cast<std::size_t>(got);
-    else if (got == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR))
+    else if (got == 0 || ended_ || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR))
       fail_ended(at == 0 ? "" : fmt::format(" after {} of {} bytes of a message", at, bytes));
     else if (!wait_for(out_, POLLIN, limit))
       throw ProgramFailed(
@@ -250,7 +255,8 @@ std::string ChildProgram::unread() {
   return bytes;
 }
 
-// Reads its standard error meanwhile, so that the program does not block on it. Kills it at the time limit.
+// Reads its standard error meanwhile, so that the program does not block on it, and looks whether it has
+// ended: processes that it started may keep its output open. Kills it at the time limit.
 bool ChildProgram::wait_for(int file, short events, const TimeLimit& limit) {
   const auto left = std::chrono::ceil<std::chrono::milliseconds>(limit.deadline - Clock::now());
   if (left.count() <= 0) {
@@ -258,9 +264,10 @@ bool ChildProgram::wait_for(int file, short events, const TimeLimit& limit) {
     read_log();
     return false;
   }
-  std::array<pollfd, 2> files{pollfd{file, events, 0}, pollfd{error_, POLLIN, 0}};
+  std::array files{pollfd{file, events, 0}, pollfd{error_, POLLIN, 0}, pollfd{report_, POLLIN, 0}};
   ::poll(files.data(), files.size(), static_cast<int>(std::min<long long>(left.count(), 1000)));
   if (files[1].revents != 0) read_log();
+  has_ended();
   return true;
 }
 
@@ -334,7 +341,8 @@ std::string ChildProgram::log() const {
          log_.substr(log_.size() - kept);
 }
 
-std::string ChildProgram::last_lines() const {
+std::string ChildProgram::last_lines() {
+  read_log();
   std::istringstream in(log_);
   std::deque<std::string> lines;
   for (std::string line; std::getline(in, line);) {

@@ -25,7 +25,7 @@ class ProgramFailed : public std::runtime_error {
 /// word if PATH does not have it.
 std::filesystem::path program_file(const std::string& word);
 
-/// Returns external text as one line of printable ASCII characters.
+/// Returns external text as one line of printable ASCII characters, without colors of a terminal.
 std::string printable(std::string_view text);
 
 /// A time limit that starts now.
@@ -57,8 +57,8 @@ class ChildProgram {
   void run(const TimeLimit& limit);
   /// Returns its standard error, or the last MiB of it.
   std::string log() const;
-  /// Returns the last lines of the log for a message; empty without any.
-  std::string last_lines() const;
+  /// Returns the last lines of the log so far for a message; empty without any.
+  std::string last_lines();
   /// Returns its CPU time (ms), after its exit with that of its children.
   double cpu_ms() const;
 

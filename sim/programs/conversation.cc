@@ -106,10 +106,10 @@ std::string Conversation::finish() {
   return program_.log();
 }
 
-// Ends the program.
+// Ends the program. What it writes because its input ends does not count.
 std::string Conversation::last_lines() {
-  program_.end(TimeLimit(kLastLinesWithin_s));
   const std::string lines = program_.last_lines();
+  program_.end(TimeLimit(kLastLinesWithin_s));
   return lines.empty() ? "" : "; its last lines: " + lines;
 }
 

@@ -45,6 +45,13 @@ static void misbehave(void) {
   if (is("hang")) pause();
   if (is("sleeps")) usleep(50000);
   if (is("grandchild") && fork() >= 0) pause();
+  if (is("leaves_child") && fork() > 0) exit(5);
+  if (is("leaves_child")) pause();
+  if (is("colored")) fprintf(stderr, "\033[1;31merror\033[m: no map\n"), exit(1);
+  if (is("no_input")) {
+    give("junk junk junk j", 16), fflush(stdout);
+    if (read(0, &i, 1) == 0) fprintf(stderr, "no input\n"), exit(1);
+  }
   if (is("gives_cause")) fprintf(stderr, "first\nthe map is broken\n"), exit(1);
   if (is("prints")) printf("Loading the vocabulary, please wait ...\n"), fflush(stdout), pause();
   if (is("closes_output")) fclose(stdout), close(1), pause();

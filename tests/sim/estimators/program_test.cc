@@ -57,6 +57,9 @@ TEST(Program, AFailureNamesTheEstimatorAndItsCause) {
            {"end", 3, "ended with exit code 0"},
            {"cut_off", 3, "ended with exit code 0 after 100 of 408 bytes of a message"},
            {"gives_cause", 3, "its last lines: first | the map is broken"},
+           {"colored", 3, "exit code 1; its last lines: error: no map"},
+           {"leaves_child", 3, "ended with exit code 5"},
+           {"no_input", 3, "it starts with 'junk junk junk j'"},
            {"closes_output", 3, "closed its standard input or output"},
            {"hang", 3, "at t = 0.066 s: no answer within 0.3 s", 2, ", answer_within_s: 0.3"},
            {"grandchild", 3, "no answer within 0.3 s", 2, ", answer_within_s: 0.3"},
@@ -97,6 +100,7 @@ TEST(Program, AFailureNamesTheEstimatorAndItsCause) {
     ASSERT_TRUE(tracked.failed) << behavior << message;
     EXPECT_THAT(*tracked.failed, StartsWith("the estimator misbehaving_program failed at "));
     EXPECT_THAT(*tracked.failed, HasSubstr(cause)) << behavior;
+    EXPECT_EQ(tracked.failed->find("no input"), std::string::npos) << "written at the end of its input";
     EXPECT_EQ(tracked.failed->find("within") != std::string::npos, *more == ',' && !is_made_by_header);
     EXPECT_EQ(tracked.failure()->ending, scenario::Ending::estimator_failed) << behavior;
     EXPECT_EQ(tracked.frames.size(), answers) << behavior << message;
