@@ -1,8 +1,5 @@
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-
 #include "sim/estimators/messages.h"
 #include "slam/filter.h"
 
@@ -119,13 +116,14 @@ std::unique_ptr<Estimator> odometry(Start start) {
   return std::make_unique<FilterEstimator>(start);
 }
 
-Step plan_alone(const Start& start) {
-  PoseEstimate planned;
-  planned.X_WC = start.X_WC;
-  return [planned](const slam::Observation& observation) mutable -> Answer {
-    planned.t = observation.t;
-    if (observation.plan) planned.X_WC = observation.plan->X_PC;
-    return {planned, {}};
+/// Lost before the first plan.
+Step plan_alone() {
+  return [planned = std::optional<PoseEstimate>()](const slam::Observation& observation) mutable {
+    if (observation.plan) planned.emplace().X_WC = observation.plan->X_PC;
+    if (planned) planned->t = observation.t;
+    Answer answer{planned, {}};
+    if (!planned) answer.report.health = slam::Health::lost, answer.report.cause = "the walk has no plan";
+    return answer;
   };
 }
 
@@ -194,7 +192,7 @@ std::unique_ptr<Estimator> make_estimator(const programs::Choice& choice, const 
     return std::make_unique<FilterEstimator>(start);
   if (choice.source == programs::Source::built_in && choice.name == kOdometry) return odometry(start);
   if (choice.source == programs::Source::built_in && choice.name == kPlanAlone)
-    return estimator_from(plan_alone(start));
+    return estimator_from(plan_alone());
   throw std::invalid_argument(
       "estimator: was a command on an exported recording, which gaitslam evaluate runs; expected another "
       "estimator");

@@ -12,6 +12,7 @@ typedef struct estimator {
   gaitslam_pose X_CG, X_WC;
   double v_W[3]; /* planned velocity at the previous observation, along the estimated axes */
   int64_t t_ns;
+  int has_plan; /* since an observation had one */
 } estimator;
 
 /* to = R v */
@@ -82,7 +83,9 @@ int gaitslam_estimator_observe(void* of, const gaitslam_observation* observation
     if (observation->has_plan)
       add_plan(self, &observation->plan, 1e-9 * (double)(observation->t_ns - self->t_ns));
     self->t_ns = observation->t_ns;
+    self->has_plan |= observation->has_plan;
   }
+  answer->status = self->has_plan ? GAITSLAM_OK : GAITSLAM_NOT_READY;
   answer->t_ns = self->t_ns;
   answer->X_WC = self->X_WC;
   return 0;

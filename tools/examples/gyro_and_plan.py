@@ -37,7 +37,7 @@ class Estimator:
     def __init__(self, start):
         self.R_CG, _ = pose(start, 80)
         self.R_WC, self.p_W = pose(start, 80 + POSE)
-        self.v_W, self.t_ns = np.zeros(3), 0
+        self.v_W, self.t_ns, self.has_plan = np.zeros(3), 0, False
 
     def process(self, data):
         t_ns, _, _, gyro_count, _, has_plan, _ = OBSERVATION_HEAD.unpack_from(data)
@@ -51,11 +51,11 @@ class Estimator:
         if has_plan:
             v_W = self.R_WC @ np.frombuffer(data, '<f8', 3, OBSERVATION_HEAD.size + POSE)
             self.p_W = self.p_W + (self.v_W + v_W) / 2 * 1e-9 * (t_ns - self.t_ns)
-            self.v_W = v_W
+            self.v_W, self.has_plan = v_W, True
         self.t_ns = t_ns
 
     def answer(self):
-        head = ANSWER_HEAD.pack(self.t_ns, 0, 0)  # status ok, no covariance
+        head = ANSWER_HEAD.pack(self.t_ns, 0 if self.has_plan else 3, 0)  # ok or not ready, no covariance
         numbers = np.concatenate([self.R_WC.ravel(), self.p_W, np.zeros(36)])
         return head + numbers.astype('<f8').tobytes() + struct.pack('<II', 0, 0)
 

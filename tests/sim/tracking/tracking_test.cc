@@ -34,6 +34,17 @@ TEST(Tracking, AnotherEstimatorReplacesTheFilter) {
   EXPECT_FALSE(tracked.failure());
 }
 
+TEST(Tracking, EstimatorsThatNeedAPlanAreLostBeforeTheFirstOne) {
+  slam::Observation first = observation(0, 0);
+  first.plan.reset();
+  for (const char* const estimator : {"plan_alone", "{program: [/usr/bin/python3, '" GAITSLAM_SOURCE_DIR
+                                                    "/tools/examples/gyro_and_plan.py']}"}) {
+    const Tracked tracked = track(estimator, {first, observation(33, 0.5)});
+    EXPECT_EQ(tracked.estimates().size(), 1U) << estimator;
+    EXPECT_EQ(tracked.losses().size(), 1U) << estimator;
+  }
+}
+
 TEST(Tracking, OdometryWithoutImagesRunsBesideEveryOtherEstimator) {
   const std::vector<slam::Observation> walk{observation(0, 0), observation(33, 0.01), observation(67, 0.02)};
   const Tracked alone = track("odometry", walk);
