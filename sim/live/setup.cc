@@ -82,8 +82,7 @@ walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const p
 
 std::unique_ptr<controllers::ProgramController> program_controller(const scenario::Scenario& scenario,
                                                                    const physics::Models& models) {
-  scenario::Scenario walk;  // without world, errors and seed
-  walk.name = "walk";
+  scenario::Scenario walk;
   walk.walk = scenario.walk;
   walk.walk.steering.by = walking::SteeredBy::plan;  // only the bench estimates
   walk.stabilizer = scenario.stabilizer;
@@ -92,7 +91,7 @@ std::unique_ptr<controllers::ProgramController> program_controller(const scenari
   controllers::ProgramStart start{scenario.controller,
                                   models.robot,
                                   physics::describe(models, scenario::read_robot(scenario)),
-                                  scenario::to_yaml(walk),
+                                  scenario::to_yaml(walk, {"walk.", "stabilizer.", "world.robot"}),
                                   scenario.walk,
                                   scenario.seed,
                                   scenario.stabilizer.attitude,

@@ -486,11 +486,13 @@ ReadScenario read_scenario_text(std::string_view text, const std::string& file_n
   return read_root(parse_yaml(text, {file_name}), changes);
 }
 
-std::string to_yaml(const Scenario& scenario) {
+std::string to_yaml(const Scenario& scenario, std::initializer_list<std::string_view> starts) {
   std::string text, before;
   for (const Key& key : scenario_keys()) {
     const std::string& name = key.name;
-    if (!has_section(scenario, name)) continue;
+    if (!has_section(scenario, name) ||
+        std::ranges::none_of(starts, [&](std::string_view start) { return name.starts_with(start); }))
+      continue;
     std::size_t begin = 0, indent = 0;  // "a: \n  b: value" for "a.b", with sections that are not open yet
     for (std::size_t dot = 0; (dot = name.find('.', dot + 1)) != name.npos;) {
       if (find_key(name.substr(0, dot))) continue;  // "estimator.time:", as `estimator` has a value

@@ -42,7 +42,8 @@ ReadScenario read_scenario(const std::filesystem::path& file, const Changes& cha
 /// The same from text. file: its name in messages; its stem names the scenario.
 ReadScenario read_scenario_text(std::string_view text, const std::string& file, const Changes& changes = {});
 
-/// The whole scenario as YAML, without a base; reading it again gives the same scenario bit for bit.
-std::string to_yaml(const Scenario& scenario);
+/// The whole scenario as YAML, without a base; reading it again gives the same scenario bit for bit. starts:
+/// only keys that start with one of these.
+std::string to_yaml(const Scenario& scenario, std::initializer_list<std::string_view> starts = {""});
 
 }  // namespace sim::scenario

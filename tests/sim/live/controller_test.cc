@@ -48,6 +48,17 @@ TEST_F(ControllerTest, AProgramThatFailsEndsTheWalkAsWalkerFailed) {
   }
 }
 
+TEST_F(ControllerTest, AProgramReceivesTheWalkWithoutTheWorld) {
+  const std::string start = (folder_ / "start").string();
+  EXPECT_THROW(
+      run("start",
+          read(kWalk, {fmt::format("walk.controller={{program: [sed, '-n', '/<mujoco/q; w {}']}}", start)})),
+      std::invalid_argument);
+  EXPECT_THAT(sim::files::read_text(start),
+              AllOf(HasSubstr("tangent_arc: {radius_m: 0.75"), HasSubstr("robot: hrp2"),
+                    Not(HasSubstr("floor_friction"))));
+}
+
 TEST_F(ControllerTest, ByTheSlopeOfItsSolesTheBuiltInOneWalksOntoARamp) {
   constexpr const char* kRamp =
       "world: {robot: g1, room: office_ramp}\nwalk: {commands: [{straight: {forward_m: 1.6}}]}\nlimits: {}\n";
