@@ -8,8 +8,6 @@
 #include "sim/files/csv.h"
 #include "sim/files/json.h"
 #include "sim/scenario/keys.h"
-#include "sim/score/metrics.h"
-#include "sim/score/statistics.h"
 #include "sim/trials/trial.h"
 #include "sim/trials/values.h"
 
@@ -139,17 +137,15 @@ std::vector<const Point*> points_of(const SweepSpec& spec, std::size_t combinati
   return points;
 }
 
-/// Shortens the labels of the key estimator to names, if different values have different names.
-void label_estimators(SweepPlan& plan) {
+/// Shortens the labels of estimators or controllers to names, if different values have different names.
+void label_programs(SweepPlan& plan, const std::string& key, programs::Choice scenario::Scenario::*choice) {
   std::map<std::string, std::set<std::string>> values_of;
-  const auto k = static_cast<std::size_t>(std::ranges::find(plan.keys, "estimator") - plan.keys.begin());
-  for (Configuration& one : plan.configurations) {
-    one.labels = one.values;
-    if (k < plan.keys.size()) values_of[one.read.scenario.estimator.name].insert(one.values[k]);
-  }
+  const auto k = static_cast<std::size_t>(std::ranges::find(plan.keys, key) - plan.keys.begin());
   if (k == plan.keys.size()) return;
+  for (const Configuration& one : plan.configurations)
+    values_of[(one.read.scenario.*choice).name].insert(one.values[k]);
   if (std::ranges::any_of(values_of, [](const auto& name) { return name.second.size() > 1; })) return;
-  for (Configuration& one : plan.configurations) one.labels[k] = one.read.scenario.estimator.name;
+  for (Configuration& one : plan.configurations) one.labels[k] = (one.read.scenario.*choice).name;
 }
 
 /// Throws ConfigError if two of the scenarios have the same name, or one lacks the section of a key.
@@ -244,9 +240,11 @@ SweepPlan plan_sweep(const SweepSpec& spec, const std::vector<std::uint64_t>& se
       for (const std::string& key : plan.keys)
         configuration.values.push_back(
             on_one_line(scenario::find_key(key)->print(configuration.read.scenario)));
+      configuration.labels = configuration.values;
       plan.configurations.push_back(std::move(configuration));
     }
-  label_estimators(plan);
+  label_programs(plan, "estimator", &scenario::Scenario::estimator);
+  label_programs(plan, "walk.controller", &scenario::Scenario::controller);
   return plan;
 }
 

@@ -38,7 +38,7 @@ SweepSpec read_sweep(const fs::path& file, const std::vector<std::string>& argum
 struct Configuration {
   scenario::ReadScenario read;
   std::vector<std::string> values;  ///< of the keys of the plan, as YAML on one line
-  std::vector<std::string> labels;  ///< the same to show: an estimator by its name
+  std::vector<std::string> labels;  ///< the same to show: an estimator or a controller by its name
 };
 
 /// Trial i is configuration i / seeds.size() with seed i % seeds.size().

@@ -128,15 +128,17 @@ TEST_F(Sweep, BracketsOnTheCommandLineAreAListOfValuesUnlessTheValueIsAList) {
       testing::SizeIs(1));
 }
 
-TEST_F(Sweep, EstimatorsAreLabeledByNamesIfTheseDiffer) {
+TEST_F(Sweep, EstimatorsAndControllersAreLabeledByNamesIfTheseDiffer) {
   const auto labels = [&](const std::string& programs) {
     std::vector<std::string> all;
-    for (const Configuration& one : plan("walk.yaml", {"estimator=" + programs}).configurations)
+    for (const Configuration& one : plan("walk.yaml", {programs}).configurations)
       all.push_back(one.labels[0]);
     return all;
   };
-  EXPECT_THAT(labels("filter,{program: [./a, b]},{program: ./a, name: c}"), ElementsAre("filter", "a", "c"));
-  EXPECT_THAT(labels("{program: [./a, b]},{program: [./a, c]}")[0], HasSubstr("[\"./a\", b]"));
+  for (const std::string key : {"estimator=filter", "walk.controller=plan"})
+    EXPECT_THAT(labels(key + ",{program: [./a, b]},{program: ./a, name: c}"),
+                ElementsAre(key.substr(key.find('=') + 1), "a", "c"));
+  EXPECT_THAT(labels("estimator={program: [./a, b]},{program: [./a, c]}")[0], HasSubstr("[\"./a\", b]"));
 }
 
 TEST_F(Sweep, RangesWithoutPointsAreSampledTogether) {
