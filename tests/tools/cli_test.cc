@@ -3,7 +3,6 @@
 #include <sstream>
 #include <tuple>
 
-#include "sim/files/text.h"
 #include "tests/tools/command_line.h"
 
 namespace tests {
@@ -54,6 +53,11 @@ TEST_F(Cli, TheLauncherBuildsTheRunnerForItsCommandsAndTheWholeProgramForTheRest
     EXPECT_EQ(shell("tools/gaitslam " + name).out, in_runner ? "runner\n" : "whole\n") << name;
     EXPECT_EQ(shell("tools/gaitslam " + name + " --view").out, "whole\n");
   }
+  EXPECT_EQ(shell("tools/gaitslam run x 'walk.controller={program: [tools/gaitslam, walker]}'").out,
+            "whole\n");
+  write("sim/x", "edited");
+  EXPECT_THAT(shell("tools/gaitslam walker").ends(2).err,
+              Has("run this first: tools/gaitslam walker --help"));
 }
 
 TEST_F(Cli, WrongInputIsNamedByEachCommand) {
