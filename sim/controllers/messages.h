@@ -4,7 +4,6 @@
 #include "sim/controllers/controller.h"
 #include "sim/controllers/gaitslam_walker.h"
 #include "sim/programs/conversation.h"
-#include "sim/programs/poses.h"
 
 namespace sim::controllers {
 

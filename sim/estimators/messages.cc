@@ -7,8 +7,6 @@
 #include <cstddef>
 #include <iterator>
 
-#include "sim/programs/poses.h"
-
 namespace sim::estimators {
 namespace {
 

@@ -5,7 +5,7 @@
 
 #include "sim/controllers/messages.h"
 #include "sim/controllers/plan_controller.h"
-#include "sim/live/commands.h"
+#include "sim/live/run.h"
 #include "sim/physics/nominal_body.h"
 #include "sim/physics/robot.h"
 #include "sim/scenario/robot.h"

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "sim/files/text.h"
-#include "sim/live/commands.h"
+#include "sim/live/run.h"
 #include "sim/live/setup.h"
 #include "sim/physics/adapted.h"
 #include "sim/physics/nominal_body.h"

@@ -1,6 +1,8 @@
-// Messages to and from a child program: their framing, and the conversation from START to END.
+// Messages to and from a child program: their framing, their poses, and the conversation from START to END.
 #pragma once
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <functional>
@@ -38,6 +40,26 @@ std::string_view bytes_of(const Bytes& structure) {
 template <class Item>
 std::string_view bytes_of(const std::vector<Item>& items) {
   return {reinterpret_cast<const char*>(items.data()), items.size() * sizeof(Item)};
+}
+
+using RowMajor3d = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+inline void copy(const Eigen::Vector3d& from, double* to) { std::copy_n(from.data(), 3, to); }
+
+/// Pose: a structure of rotation[9], by rows, and translation_m[3].
+template <class Pose>
+Pose pose_of(const Eigen::Isometry3d& X) {
+  Pose pose{};
+  Eigen::Map<RowMajor3d>(pose.rotation) = X.linear();
+  copy(X.translation(), pose.translation_m);
+  return pose;
+}
+
+Eigen::Isometry3d isometry_of(const auto& pose) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() = Eigen::Map<const RowMajor3d>(pose.rotation);
+  X.translation() = Eigen::Map<const Eigen::Vector3d>(pose.translation_m);
+  return X;
 }
 
 /// Returns a whole message with its header.

@@ -3,7 +3,7 @@
 #include <iostream>
 
 #include "sim/files/atomic_file.h"
-#include "sim/live/commands.h"
+#include "sim/live/run.h"
 #include "sim/physics/adapted.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/shared/options.h"
