@@ -1,6 +1,7 @@
 """Reads exported folders with numpy, Python's own csv and ffmpeg, and compares them with the expected contents.
 The messages of a bag are in EXPECTED/messages.json, from dump_mcap.cjs.
-python3 read_exports.py FORMAT FOLDER EXPECTED"""
+python3 read_exports.py FORMAT FOLDER EXPECTED
+python3 read_exports.py urdf FILE ANGLES"""
 
 import csv
 import json
@@ -8,6 +9,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import xml.etree.ElementTree
 
 import numpy as np
 
@@ -375,6 +377,45 @@ def tum_rig(folder, expected, images):
     assert np.abs(np.array(truth[-1][1:4], float) - p - R @ expected.pose("X_rgb0")[:3, 3]).max() < 1e-12
 
 
+def about(axis, angle):
+    """The rotation about an axis, by Rodrigues' formula."""
+    x, y, z = axis
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
+
+
+def urdf(file, angles):
+    """Prints the name of each link and its pose in the root, [R p] by rows. Each line of angles has a joint's name and angle (rad).
+    Fails if the links are not a tree or a joint has no angle."""
+    robot = xml.etree.ElementTree.parse(file).getroot()
+    angles = {name: float(angle) for name, angle in (line.split() for line in angles.read_text().splitlines())}
+    names = [link.get("name") for link in robot.iter("link")]
+    assert len(set(names)) == len(names), "two links of one name"
+    above = {}
+    for joint in robot.iter("joint"):
+        origin, child = joint.find("origin"), joint.find("child").get("link")
+        roll, pitch, yaw = map(float, origin.get("rpy").split())
+        X = np.eye(4)
+        X[:3, :3] = about((0, 0, 1), yaw) @ about((0, 1, 0), pitch) @ about((1, 0, 0), roll)
+        X[:3, 3] = [float(a) for a in origin.get("xyz").split()]
+        if joint.get("type") == "revolute":
+            axis = [float(a) for a in joint.find("axis").get("xyz").split()]
+            X[:3, :3] = X[:3, :3] @ about(axis, angles.pop(joint.get("name")))
+        assert child not in above, "two joints above " + child
+        above[child] = (joint.find("parent").get("link"), X)
+    assert not angles, f"no joints {list(angles)}"
+    assert [name for name in names if name not in above] == ["waist"], "expected one root, waist"
+
+    def pose_in_root(name):
+        if name not in above:
+            return np.eye(4)
+        parent, X = above[name]
+        return pose_in_root(parent) @ X
+
+    for name in names:
+        print(name, *pose_in_root(name)[:3].flatten())
+
+
 if __name__ == "__main__":
     format, folder, what = sys.argv[1:]
-    globals()[format](pathlib.Path(folder), pathlib.Path(what) if format == "mounting" else Expected(what))
+    globals()[format](pathlib.Path(folder), pathlib.Path(what) if format in ("mounting", "urdf") else Expected(what))

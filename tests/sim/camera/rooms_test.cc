@@ -3,9 +3,7 @@
 
 #include "sim/camera/drawn_model.h"
 #include "sim/camera/head_camera.h"
-#include "sim/camera/shapes.h"
 #include "sim/room/paint.h"
-#include "sim/score/types.h"
 #include "tests/sim/physics/test_worlds.h"
 
 namespace sim::camera {
@@ -193,7 +191,7 @@ TEST_F(DrawnRobot, AsUrdfHasItsLinksWhereTheBodiesOfTheModelAre) {
     }
     angles.close();
     const std::string command = fmt::format(
-        "/usr/bin/python3 '{}/tests/interop/read_urdf.py' '{}' '{}' > '{}'", GAITSLAM_SOURCE_DIR,
+        "/usr/bin/python3 '{}/tests/interop/read_exports.py' urdf '{}' '{}' > '{}'", GAITSLAM_SOURCE_DIR,
         (folder / "robot.urdf").string(), (folder / "angles").string(), (folder / "read").string());
     ASSERT_EQ(std::system(command.c_str()), 0);
     const std::vector<float> expected = robot_.poses({Eigen::Isometry3d::Identity(), q});

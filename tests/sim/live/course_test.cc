@@ -3,6 +3,7 @@
 #include "sim/live/setup.h"
 #include "sim/scenario/robot.h"
 #include "tests/sim/live/run_folder.h"
+#include "tests/sim/scenario/test_scenarios.h"
 
 namespace {
 
@@ -180,6 +181,49 @@ TEST_F(CollisionTest, AWalkThatTouchesNothingHasTheSameBitsInEveryRoom) {
   for (const char* room : {"office", "hall"})
     EXPECT_THAT(tests::differences(folder_ / "floor/recording", folder_ / room / "recording", "manifest.csv"),
                 IsEmpty());
+}
+
+// Whole walks of the shipped scenarios, without camera and filter.
+
+// Without an estimate, the truth steers.
+ReadScenario without_filter(const fs::path& file) {
+  const auto by = sim::scenario::read_scenario(file).scenario.walk.steering.by;
+  std::vector<std::string> overrides;
+  if (by == walking::SteeredBy::estimate) overrides.emplace_back("walk.steering.by=truth");
+  return sim::scenario::read_scenario(file, {overrides, {"camera", "slam"}});
+}
+
+// One scenario per walk: those that differ only in filter, camera, sensor errors or limits walk alike.
+std::vector<fs::path> distinct_walks() {
+  std::set<std::string> seen;
+  std::vector<fs::path> files;
+  for (const fs::path& file : sim::scenario::scenario_files()) {
+    const auto read = without_filter(file).scenario;
+    sim::scenario::Scenario walk;
+    walk.seed = read.seed;
+    walk.walk = read.walk;
+    walk.stabilizer = read.stabilizer;
+    walk.world = read.world;
+    walk.limits.ending = read.limits.ending;
+    if (seen.insert(sim::scenario::to_yaml(walk)).second) files.push_back(file);
+  }
+  return files;
+}
+
+class LongWalks : public tests::RunFolder, public testing::WithParamInterface<fs::path> {};
+INSTANTIATE_TEST_SUITE_P(, LongWalks, testing::ValuesIn(distinct_walks()), sim::scenario::test_name);
+
+// A warning of MuJoCo (a buffer too small, a bad state) ends a walk as "failed". A scenario that asks its
+// filter to give up ("diverged") completes here without it.
+TEST_P(LongWalks, CompleteAndRaiseNoWarning) {
+  const ReadScenario walk = without_filter(GetParam());
+  const Outcome outcome = run("walk", walk);
+  const std::vector<std::string>& allowed = walk.scenario.limits.ending;
+  const bool stops = allowed == std::vector<std::string>{"stopped"};
+  EXPECT_EQ(outcome.ending, stops ? Ending::stopped : Ending::completed) << outcome.cause;
+  if (std::ranges::count(allowed, "completed") > 0) {
+    EXPECT_EQ(outcome.exit_code, 0);
+  }
 }
 
 }  // namespace
