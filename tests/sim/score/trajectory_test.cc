@@ -1,7 +1,6 @@
 // Pairing, alignment, spans, statistics and consistency.
 #include "sim/score/trajectory.h"
 
-#include "sim/score/statistics.h"
 #include "tests/sim/score/score_fixtures.h"
 
 namespace sim::score {
@@ -139,24 +138,6 @@ TEST(Alignment, DegenerateCasesHaveAReason) {
     EXPECT_THAT(reason(pairs, yaw_position), HasSubstr("do not spread"));
   EXPECT_NEAR(ate(line, yaw_position), 0, 1e-12);  // a line is enough for a turn about z
   EXPECT_NEAR(ate({line[3]}, origin), 0, 1e-12);
-}
-
-TEST(Alignment, AScaleIsDoubtedIfTheEstimateDoesNotFollowTheTruthOrIsFarFromIt) {
-  const auto doubt = [](double true_m, double estimate_m, double noise_m) {
-    std::vector<PosePair> pairs = curve_pairs();
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      pairs[i].X_true.translation() *= true_m;
-      pairs[i].X_estimate.translation() *= estimate_m;
-      for (int axis = 0; axis < 3; ++axis)
-        pairs[i].X_estimate.translation()[axis] +=
-            noise_m * std::sin(1e3 * static_cast<double>((axis + 2) * i * i));
-    }
-    return doubt_of_scale(aligned(pairs, Alignment::sim3), pairs).value_or("");
-  };
-  EXPECT_EQ(doubt(1, 1, 0.1), "");
-  EXPECT_EQ(doubt(1, 0.6, 0), "");
-  EXPECT_THAT(doubt(1, 0.1, 0), HasSubstr("the scale 10 is far from 1"));
-  EXPECT_THAT(doubt(2e-4, 2e-4, 0.1), HasSubstr("is meaningless")) << "a robot that stands";
 }
 
 // Other spans are compared by tests/tools/score_oracle.py.
