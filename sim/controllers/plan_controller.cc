@@ -4,8 +4,6 @@
 
 #include <utility>
 
-#include "walking/kinematics.h"
-
 namespace sim::controllers {
 
 PlanController::PlanController(walking::PatternGenerator plan, const walking::StabilizerOptions& stabilizer,

@@ -2,11 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-
-#include "walking/timeline.h"
-
 namespace sim::controllers {
 namespace {
 

@@ -1,11 +1,7 @@
 // The EuRoC/ASL layout.
-#include <deque>
 #include <iterator>
-#include <map>
-#include <utility>
 
 #include "sim/export/export_text.h"
-#include "sim/files/hash.h"
 #include "sim/recording/image_file.h"
 
 namespace sim::exports {

@@ -12,7 +12,6 @@
 
 #include "sim/files/atomic_file.h"
 #include "sim/recording/recording_format.h"
-#include "sim/sensor_errors/sensor_errors.h"
 
 namespace sim::exports {
 

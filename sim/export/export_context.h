@@ -7,13 +7,8 @@
 #include <cmath>
 
 #include "sim/export/export.h"
-#include "sim/files/trajectory_file.h"
-#include "sim/recording/recording.h"
 #include "sim/recording/sensor_yaml.h"
-#include "sim/rig/rig.h"
 #include "slam/camera.h"
-#include "slam/observation.h"
-#include "slam/options.h"
 
 namespace sim::exports {
 

@@ -5,7 +5,6 @@
 #include <fmt/ranges.h>
 
 #include "sim/export/export_context.h"
-#include "sim/recording/recording_format.h"
 
 namespace sim::exports {
 

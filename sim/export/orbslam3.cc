@@ -4,7 +4,6 @@
 namespace sim::exports {
 namespace {
 
-// The keys of one camera: Camera1 or Camera2.
 std::string intrinsics(const std::string& name, const slam::CameraIntrinsics& camera) {
   std::string text =
       fmt::format("{0}.fx: {1}\n{0}.fy: {2}\n{0}.cx: {3}\n{0}.cy: {4}\n", name, real(camera.fu_px),

@@ -3,8 +3,6 @@
 
 #include <memory>
 
-#include "sim/export/export_context.h"
-#include "sim/export/mcap_writer.h"
 #include "sim/export/ros_messages.h"
 
 namespace sim::exports {

@@ -5,8 +5,6 @@
 
 #include "sim/export/export_context.h"
 #include "sim/export/mcap_writer.h"
-#include "sim/files/trajectory_file.h"
-#include "slam/options.h"
 
 namespace sim::exports {
 

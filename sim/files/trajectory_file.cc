@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "sim/files/columns.h"
-#include "sim/files/csv.h"
 
 namespace sim::files {
 namespace {

@@ -1,8 +1,5 @@
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <array>
 #include <limits>
 
 #include "sim/recording/asl_folder.h"

@@ -1,9 +1,6 @@
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "sim/recording/image_file.h"
-#include "sim/recording/recording.h"
 #include "sim/recording/sensor_yaml.h"
 
 namespace sim::recording {

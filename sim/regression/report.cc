@@ -1,9 +1,3 @@
-#include <fmt/format.h>
-
-#include <algorithm>
-
-#include "sim/files/json.h"
-#include "sim/files/text.h"
 #include "sim/regression/verdict.h"
 #include "sim/result/limits.h"
 #include "sim/score/metrics.h"

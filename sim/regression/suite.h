@@ -3,7 +3,6 @@
 #pragma once
 
 #include "sim/result/score_file.h"
-#include "sim/scenario/scenario.h"
 
 namespace sim::regression {
 

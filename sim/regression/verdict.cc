@@ -5,7 +5,6 @@
 #include "sim/result/limits.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
-#include "sim/score/statistics.h"
 
 namespace sim::regression {
 namespace {

@@ -2,11 +2,8 @@
 
 #include <time.h>
 
-#include "sim/files/csv.h"
-#include "sim/files/json.h"
 #include "sim/recording/recording_format.h"
 #include "sim/result/limits.h"
-#include "sim/result/score_file.h"
 #include "sim/score/metrics.h"
 
 namespace sim::result {

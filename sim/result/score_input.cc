@@ -1,5 +1,3 @@
-#include <algorithm>
-
 #include "sim/result/result.h"
 #include "slam/camera.h"
 #include "walking/timeline.h"

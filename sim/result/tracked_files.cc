@@ -1,11 +1,4 @@
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <array>
-
 #include "sim/files/csv.h"
-#include "sim/files/text.h"
-#include "sim/files/trajectory_file.h"
 #include "sim/result/result.h"
 
 namespace sim::result {

@@ -1,9 +1,4 @@
-
-#include <array>
-#include <cmath>
-
 #include "sim/scenario/keys.h"
-#include "sim/scenario/value.h"
 #include "sim/trials/tuning.h"
 
 namespace sim::trials {

@@ -4,14 +4,9 @@
 
 #include <memory>
 
-#include "sim/recording/recording.h"
 #include "sim/result/job_log.h"
 #include "sim/result/result.h"
-#include "sim/scenario/options.h"
-#include "sim/scenario/scenario.h"
 #include "sim/score/metrics.h"
-#include "sim/score/run.h"
-#include "sim/tracking/tracking.h"
 
 namespace sim::trials {
 

@@ -1,8 +1,6 @@
 // A whole tuning: search, the test on hold-out recordings, and the files of the result.
 #pragma once
 
-#include "sim/result/job_log.h"
-#include "sim/scenario/scenario.h"
 #include "sim/trials/trial.h"
 #include "sim/trials/values.h"
 

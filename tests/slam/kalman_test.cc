@@ -91,7 +91,6 @@ TEST(Kalman, EveryChangeOfTheStateIsThatOfDenseMatrices) {
   }
 }
 
-/// Updates with the measurements stacked.
 bool update(Kalman& kalman, const std::vector<Measurement>& measurements) {
   StackedMeasurement stacked;
   stack(kalman.state(), measurements, stacked);

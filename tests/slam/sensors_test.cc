@@ -257,7 +257,6 @@ std::vector<Observation> stepping(double scale, double sways_m = 0) {
   return frames;
 }
 
-/// The evidence of each of the frames from 1 on.
 std::vector<SystematicEvidence> evidence(const std::vector<Observation>& frames) {
   PlanHistory history;
   std::vector<SystematicEvidence> all;

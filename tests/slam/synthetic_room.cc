@@ -1,6 +1,5 @@
 #include "tests/slam/synthetic_room.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <opencv2/imgproc.hpp>

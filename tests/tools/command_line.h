@@ -4,7 +4,6 @@
 #include <sys/wait.h>
 
 #include <iterator>
-#include <utility>
 
 #include "tests/sim/files/temporary_folder.h"
 #include "tests/sim/result/result_folder.h"

@@ -5,8 +5,6 @@
 
 #include <sys/wait.h>
 
-#include <cstdio>
-
 #include "tests/sim/files/temporary_folder.h"
 #include "tools/cli/jobs/jobs.h"
 

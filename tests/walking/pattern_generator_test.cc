@@ -1,7 +1,6 @@
 #include "walking/pattern_generator.h"
 
 #include "tests/walking/walks.h"
-#include "walking/kinematics.h"
 
 namespace walking {
 namespace {

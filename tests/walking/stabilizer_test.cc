@@ -1,7 +1,6 @@
 #include "walking/stabilizer.h"
 
 #include "tests/walking/walks.h"
-#include "walking/kinematics.h"
 
 namespace walking {
 namespace {

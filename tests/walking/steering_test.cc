@@ -1,7 +1,6 @@
 #include "walking/steering.h"
 
 #include "tests/walking/walks.h"
-#include "walking/kinematics.h"
 
 namespace walking {
 namespace {

@@ -1,11 +1,9 @@
 #include <iostream>
 
-#include "sim/files/text.h"
 #include "sim/regression/suite.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/shared/live.h"
 #include "tools/cli/shared/options.h"
-#include "walking/pattern_generator.h"
 
 namespace cli {
 namespace {

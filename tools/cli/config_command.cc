@@ -1,6 +1,5 @@
 #include <iostream>
 
-#include "sim/files/text.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
 #include "tools/cli/commands.h"

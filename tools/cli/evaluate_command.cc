@@ -1,22 +1,14 @@
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <boost/algorithm/string/replace.hpp>
 #include <iostream>
-#include <variant>
 
 #include "sim/export/export.h"
-#include "sim/files/text.h"
-#include "sim/programs/child_program.h"
 #include "sim/replay/replay.h"
 #include "sim/result/limits.h"
-#include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/results.h"
 #include "tools/cli/shared/options.h"
-#include "tools/cli/shared/out_folder.h"
 #include "tools/cli/shared/version.h"
 
 namespace cli {

@@ -2,17 +2,13 @@
 #include <malloc.h>
 
 #include <CLI/CLI.hpp>
-#include <Eigen/Core>
 #include <csignal>
 #include <iostream>
 #include <new>
 #include <opencv2/core/utility.hpp>
 #include <system_error>
 
-#include "sim/files/text.h"
-#include "sim/scenario/scenario.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/shared/terminal.h"
 #include "tools/cli/shared/version.h"
 
 namespace {

@@ -1,27 +1,18 @@
 // The commands that judge results: regress and baseline by a suite, compare two sets.
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <array>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
 #include <set>
 
-#include "sim/files/atomic_file.h"
-#include "sim/files/text.h"
-#include "sim/regression/suite.h"
 #include "sim/regression/verdict.h"
-#include "sim/result/result.h"
-#include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/results.h"
 #include "tools/cli/shared/live.h"
 #include "tools/cli/shared/options.h"
-#include "tools/cli/shared/out_folder.h"
 #include "tools/cli/shared/version.h"
 
 namespace cli {
@@ -221,7 +212,6 @@ void run_jobs(const SuiteRequest& request, SuiteRun& run) {
   out.finished();
 }
 
-/// Runs the suite, or reads its results.
 void run_suite(const SuiteRequest& request, SuiteRun& run) {
   if (!request.results) {
     require_simulator();

@@ -1,9 +1,5 @@
-#include <fmt/format.h>
-
 #include <iostream>
 
-#include "sim/files/atomic_file.h"
-#include "sim/files/text.h"
 #include "sim/replay/replay.h"
 #include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"

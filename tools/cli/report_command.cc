@@ -4,10 +4,7 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "sim/files/atomic_file.h"
-#include "sim/files/text.h"
 #include "sim/pages/pages.h"
-#include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"
 #include "sim/score/metrics.h"
 #include "sim/view/site.h"

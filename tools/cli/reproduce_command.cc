@@ -1,16 +1,10 @@
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <iostream>
 
-#include "sim/files/atomic_file.h"
 #include "sim/pages/pages.h"
-#include "sim/result/score_file.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/results.h"
 #include "tools/cli/shared/live.h"
 #include "tools/cli/shared/options.h"
-#include "tools/cli/shared/out_folder.h"
 #include "tools/cli/shared/version.h"
 
 namespace cli {

@@ -1,20 +1,15 @@
 #include <fmt/chrono.h>
-#include <fmt/format.h>
 
-#include <algorithm>
 #include <iostream>
 
-#include "sim/files/text.h"
 #include "sim/replay/replay.h"
 #include "sim/result/limits.h"
-#include "sim/result/score_file.h"
 #include "sim/scenario/keys.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/results.h"
 #include "tools/cli/shared/live.h"
 #include "tools/cli/shared/options.h"
-#include "tools/cli/shared/out_folder.h"
 #include "tools/cli/shared/version.h"
 
 namespace cli {

@@ -1,21 +1,14 @@
 // The commands that try many settings: a sweep of values, and the search for the best.
-#include <fmt/format.h>
 
-#include <algorithm>
 #include <iostream>
 
-#include "sim/files/atomic_file.h"
-#include "sim/files/hash.h"
-#include "sim/files/text.h"
 #include "sim/pages/pages.h"
 #include "sim/trials/sweep.h"
-#include "sim/trials/trial.h"
 #include "sim/trials/tuning.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/jobs/results.h"
 #include "tools/cli/shared/options.h"
-#include "tools/cli/shared/out_folder.h"
 #include "tools/cli/shared/version.h"
 
 namespace cli {

@@ -2,8 +2,6 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "sim/camera/lens.h"
-#include "sim/rig/rig.h"
 #include "tests/sim/camera/test_cameras.h"
 
 namespace sim::camera {

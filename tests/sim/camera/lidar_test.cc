@@ -1,7 +1,5 @@
 #include "sim/camera/lidar.h"
 
-#include "sim/camera/shapes.h"
-#include "sim/score/types.h"
 #include "tests/sim/camera/test_cameras.h"
 
 namespace sim::camera {

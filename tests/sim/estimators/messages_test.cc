@@ -1,7 +1,5 @@
 #include "sim/estimators/messages.h"
 
-#include <cstring>
-
 #include "tests/sim/scenario/test_scenarios.h"
 
 namespace sim::estimators {

@@ -7,12 +7,8 @@
 
 #include <nlohmann/json.hpp>
 #include <opencv2/core/persistence.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "sim/export/export_text.h"
-#include "sim/files/csv.h"
-#include "sim/recording/recording.h"
-#include "slam/camera.h"
 #include "tests/sim/recording/random_readings.h"
 
 namespace sim::exports {

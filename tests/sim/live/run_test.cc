@@ -1,6 +1,5 @@
 #include "sim/live/run.h"
 
-#include "slam/observation.h"
 #include "tests/sim/live/run_folder.h"
 
 namespace {

@@ -2,7 +2,6 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "sim/export/export.h"
 #include "sim/export/ros_bag.h"
 #include "sim/view/session.h"
 #include "tests/sim/live/run_folder.h"

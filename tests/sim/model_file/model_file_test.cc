@@ -1,6 +1,5 @@
 #include "sim/model_file/model_file.h"
 
-#include <cmath>
 #include <numbers>
 
 #include "tests/sim/files/temporary_folder.h"

@@ -4,7 +4,6 @@
 
 #include <regex>
 
-#include "sim/physics/model.h"
 #include "sim/physics/robot.h"
 #include "sim/scenario/robot.h"
 #include "tests/sim/files/temporary_folder.h"

@@ -1,6 +1,5 @@
 #include "sim/physics/clearance.h"
 
-#include "sim/physics/nominal_body.h"
 #include "tests/sim/physics/test_worlds.h"
 #include "tests/walking/walks.h"
 

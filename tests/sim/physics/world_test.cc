@@ -1,7 +1,5 @@
 #include "tests/sim/physics/test_worlds.h"
 #include "tests/walking/walks.h"
-#include "walking/kinematics.h"
-#include "walking/leg_odometry.h"
 
 namespace sim::physics {
 namespace {

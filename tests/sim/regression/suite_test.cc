@@ -1,7 +1,5 @@
 #include "sim/regression/suite.h"
 
-#include <fmt/format.h>
-
 #include <fstream>
 
 #include "tests/sim/files/temporary_folder.h"

@@ -4,8 +4,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "sim/files/text.h"
-
 namespace sim::regression {
 namespace {
 

@@ -3,7 +3,6 @@
 
 #include "sim/files/csv.h"
 #include "sim/result/limits.h"
-#include "sim/result/score_file.h"
 #include "tests/sim/files/temporary_folder.h"
 
 namespace sim::result {
@@ -29,7 +28,6 @@ SeedScore seed(std::uint64_t number, std::optional<double> ate, std::optional<do
           {{kAte, "m", ate}, {"loop_closed", "", closed}, {"drift", "m", -1.0}}};
 }
 
-/// A seed for each value of a metric.
 std::vector<SeedScore> seeds_of(const std::string& metric, const std::vector<double>& values) {
   std::vector<SeedScore> seeds;
   for (const double value : values)

@@ -1,8 +1,6 @@
 #include "slam/vision/relocalization.h"
 
 #include "slam/filter.h"
-#include "slam/vision/active_search.h"
-#include "slam/vision/map.h"
 #include "tests/slam/test_scenes.h"
 
 namespace slam {

@@ -7,7 +7,6 @@
 #include <functional>
 #include <vector>
 
-#include "sim/files/atomic_file.h"
 #include "sim/result/job_log.h"
 #include "tools/cli/shared/terminal.h"
 

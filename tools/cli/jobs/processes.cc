@@ -1,5 +1,4 @@
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <signal.h>
 #include <spawn.h>
 #include <sys/prctl.h>
@@ -17,7 +16,6 @@
 #include <system_error>
 
 #include "sim/files/json.h"
-#include "sim/files/text.h"
 #include "tools/cli/jobs/jobs.h"
 #include "tools/cli/jobs/progress.h"
 

@@ -1,14 +1,10 @@
 #include "tools/cli/jobs/results.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <iostream>
 
-#include "sim/files/atomic_file.h"
 #include "sim/files/hash.h"
-#include "sim/files/text.h"
 #include "sim/scenario/keys.h"
 #include "tools/cli/jobs/progress.h"
 #include "tools/cli/shared/live.h"

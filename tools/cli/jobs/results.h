@@ -4,7 +4,6 @@
 
 #include "sim/recording/cache.h"
 #include "sim/result/score_file.h"
-#include "sim/scenario/scenario.h"
 #include "tools/cli/jobs/jobs.h"
 #include "tools/cli/shared/out_folder.h"
 

@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <unistd.h>
 
@@ -8,7 +7,6 @@
 #include <numeric>
 #include <set>
 
-#include "sim/files/text.h"
 #include "tools/cli/jobs/jobs.h"
 #include "tools/cli/jobs/progress.h"
 
@@ -186,7 +184,6 @@ class Array {
   }
 
  private:
-  /// Files of the elements.
   std::vector<fs::path> element_files(const char* extension) const {
     std::vector<fs::path> all;
     std::error_code fault;

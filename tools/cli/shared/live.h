@@ -2,7 +2,6 @@
 #pragma once
 
 #include "sim/result/result.h"
-#include "sim/scenario/scenario.h"
 #include "tools/cli/shared/terminal.h"
 #include "walking/pattern_generator.h"
 

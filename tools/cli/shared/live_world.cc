@@ -1,10 +1,8 @@
-#include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
 #include <iostream>
 
 #include "sim/live/run.h"
-#include "sim/physics/floor.h"
 #include "sim/scenario/robot.h"
 #include "tools/cli/shared/live.h"
 

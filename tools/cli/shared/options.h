@@ -6,7 +6,6 @@
 #include <CLI/CLI.hpp>
 
 #include "sim/scenario/robot.h"
-#include "sim/scenario/scenario.h"
 #include "sim/score/trajectory.h"
 #include "sim/view/session.h"
 #include "tools/cli/shared/terminal.h"

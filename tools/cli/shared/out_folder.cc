@@ -1,17 +1,12 @@
 #include "tools/cli/shared/out_folder.h"
 
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstring>
 #include <iostream>
 
-#include "sim/files/json.h"
-#include "sim/files/text.h"
 #include "sim/result/limits.h"
-#include "sim/result/score_file.h"
 
 namespace cli {
 namespace {
@@ -19,7 +14,6 @@ namespace {
 /// The log of a resumable command while it runs; a record's key is the path of a finished result.
 constexpr const char* kUnfinished = ".unfinished";
 
-/// True if the folder is the other path or above it.
 bool contains(const fs::path& folder, const fs::path& path) {
   const fs::path above = fs::weakly_canonical(folder), below = fs::weakly_canonical(path);
   return std::mismatch(above.begin(), above.end(), below.begin(), below.end()).first == above.end();

@@ -3,7 +3,6 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "sim/files/atomic_file.h"
 #include "sim/result/job_log.h"
 #include "sim/result/result.h"
 #include "tools/cli/shared/terminal.h"

@@ -1,6 +1,5 @@
 #include "tools/cli/shared/version.h"
 
-#include <Eigen/Core>
 #include <opencv2/core/utility.hpp>
 
 #include "sim/files/hash.h"
