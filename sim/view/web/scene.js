@@ -161,13 +161,9 @@ export class Scene {
       'aria-label': 'room, robot and map in three dimensions; arrow keys turn the view, plus and minus zoom'});
     this.camera = new THREE.PerspectiveCamera(50, 1, 0.05, 60);
     this.head = new THREE.PerspectiveCamera(73.7, 4 / 3, 0.05, 60);
-    this.renderer = new THREE.WebGLRenderer({antialias: true});
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    this.renderer.debug.checkShaderErrors = false;  // which would wait for each of them
-    this.element.append(this.renderer.domElement);
     this.camera.up.set(0, 0, 1);
     this.camera.position.set(-2.1, -2.5, 2.2);
-    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.controls = new OrbitControls(this.camera, this.element);
     this.controls.enableKeys = false;
     this.controls.maxPolarAngle = kLowest;
     this.controls.target.set(0, 0, 0.7);
@@ -177,9 +173,22 @@ export class Scene {
       this.draw();
     });
     this.element.addEventListener('keydown', (event) => this.steer(event));
+    this.fill();
+    try {
+      this.open();
+    } catch (error) {
+      this.element.append(element('p', {class: 'note'}, `Three dimensions cannot be drawn here: ${error.message}`));
+    }
+  }
+
+  /// Throws without WebGL; then nothing is drawn.
+  open() {
+    this.renderer = new THREE.WebGLRenderer({antialias: true});
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.debug.checkShaderErrors = false;  // which would wait for each of them
+    this.element.prepend(this.renderer.domElement);
     this.renderer.domElement.addEventListener('webglcontextlost', () => this.element.classList.add('lost'));
     this.renderer.domElement.addEventListener('webglcontextrestored', () => { this.element.classList.remove('lost'); this.draw(); });
-    this.fill();
     new ResizeObserver(() => this.resize()).observe(this.element);
   }
 
@@ -236,7 +245,7 @@ export class Scene {
     this.resize();
   }
 
-  get isWaiting() { return this.run.about.has_model && !this.bodies.length; }
+  get isWaiting() { return !this.renderer || (this.run.about.has_model && !this.bodies.length); }
 
   addPicture(number, image) {
     const texture = new THREE.Texture(image);
@@ -294,7 +303,7 @@ export class Scene {
 
   /// The number of the run and the landmark that are drawn at a place of the page; null: none.
   pick({clientX, clientY}) {
-    const {left, top, width: whole, height} = this.renderer.domElement.getBoundingClientRect(), at = new THREE.Vector3(), width = whole / this.columns;
+    const {left, top, width: whole, height} = this.element.getBoundingClientRect(), at = new THREE.Vector3(), width = whole / this.columns;
     let best = null, nearest = kPick_px;
     this.beliefs.forEach(({landmarks}, run) => landmarks.forEach(([id, p]) => {
       at.set(...p).project(this.mode === 'head' ? this.head : this.camera);
@@ -401,11 +410,12 @@ export class Scene {
     this.renderer.setSize(width, height);
     if (!this.isCompiled) this.renderer.compile(this.scene, this.camera);  // all shaders at once; a change of size would wait for it
     this.isCompiled = true;
-    this.camera.aspect = this.head.aspect = width / this.columns / height;
-    const {camera} = this.run, half = Math.max(camera.height / 2 / camera.fv, camera.width / 2 / camera.fu / this.head.aspect);
+    const {camera} = this.run, column = width / this.columns, aspect = column / height, half = Math.max(camera.height / 2 / camera.fv, camera.width / 2 / camera.fu / aspect);
+    this.camera.aspect = aspect;
     this.head.fov = 2 * Math.atan(half) * 180 / Math.PI;
+    const scale = height / 2 / half / camera.fv;  // pixels of the page for one of the image, whose center is not on the axis of the lens
+    this.head.setViewOffset(column, height, scale * ((camera.width - 1) / 2 - camera.u0), scale * ((camera.height - 1) / 2 - camera.v0), column, height);
     this.camera.updateProjectionMatrix();
-    this.head.updateProjectionMatrix();
     this.draw();
   }
 

@@ -99,7 +99,7 @@ const kColoring = {height: {low: 0, high: 2.5, unit: 'm'}, intensity: {low: 0, h
 export class RigLayer {
   constructor(run, sensor, number, scene) {
     const isLidar = sensor.kind === 'lidar', isDepth = sensor.kind === 'depth';
-    Object.assign(this, {run, isDepth, name: sensor.name, scene: isLidar ? scene : null, isShown: sensor.kind !== 'imu' && (!isLidar || Boolean(scene)),
+    Object.assign(this, {run, isDepth, name: sensor.name, scene: isLidar ? scene : null,
       palette: run.about.palette, scale: isDepth ? {low: sensor.range[0], high: sensor.range[1], unit: 'm'} : kColoring.height});
     this.stored = new Stored(`/rig/${run.index}/${number}`, isLidar ? points : isDepth ? depths : picture, 100);
     this.canvas = isLidar ? null : element('canvas', {width: 0, height: 0, role: 'img', 'aria-label': `image of ${sensor.name}`});

@@ -30,17 +30,13 @@ class Page {
     const differences = differencesOf(about.runs), [{recording}] = about.runs, isOneWalk = recording && about.runs.every((run) => run.recording === recording);
     this.panes = [];
     about.runs.forEach((run, i) => this.panes.push(new Pane(new Run(run, i), about.runs.length > 1 ? kLetters[i] : '', differences[i], kRoles[i], isOneWalk ? this.panes[0] : null)));
-    try {
-      this.scene = new Scene(this.panes[0].run, this.panes.slice(1));
-    } catch (error) {
-      this.failure = `Three dimensions cannot be drawn here: ${error.message}`;
-    }
-    this.scene?.element.append(element('div', {class: 'names', 'aria-hidden': 'true'}, this.panes.map(({name, role}) => element('b', {class: `role-${role}`}, element('span', {}, name)))));
+    this.scene = new Scene(this.panes[0].run, this.panes.slice(1));
+    this.scene.element.append(element('div', {class: 'names', 'aria-hidden': 'true'}, this.panes.map(({name, role}) => element('b', {class: `role-${role}`}, element('span', {}, name)))));
     // A click in the scene must not leave the keys with it either.
-    this.scene?.element.addEventListener('pointerup', () => document.activeElement.blur());
+    this.scene.element.addEventListener('pointerup', () => document.activeElement.blur());
     let from = null;
-    this.scene?.element.addEventListener('pointerdown', ({clientX, clientY}) => { from = [clientX, clientY]; }, true);
-    this.scene?.element.addEventListener('click', (event) => {
+    this.scene.element.addEventListener('pointerdown', ({clientX, clientY}) => { from = [clientX, clientY]; }, true);
+    this.scene.element.addEventListener('click', (event) => {
       if (from && Math.hypot(event.clientX - from[0], event.clientY - from[1]) < 5) this.pick(this.scene.pick(event));  // else the view was turned
     });
     for (const {head, shared} of this.panes) {
@@ -50,11 +46,11 @@ class Page {
       });
     }
     const [{run}] = this.panes;
-    this.rig = run.about.rig.map((sensor, i) => new RigLayer(run, sensor, i, this.scene)).filter(({isShown}) => isShown);
+    this.rig = run.about.rig.flatMap((sensor, i) => (sensor.kind === 'imu' ? [] : [new RigLayer(run, sensor, i, this.scene)]));
     this.build();
     addEventListener('keydown', (event) => this.key(event));
     addEventListener('hashchange', () => this.goToHash());
-    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { this.scene?.paint(); this.show(this.t); });
+    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => { this.scene.paint(); this.show(this.t); });
     new ResizeObserver(() => this.figures.length && this.width !== innerWidth && this.drawFigures()).observe(document.body);
   }
 
@@ -79,15 +75,14 @@ class Page {
     this.strips = element('div', {class: 'strips'});
     this.stripNames = element('p', {class: 'key'});
     this.inCommon = several ? element('p', {class: 'soft', role: 'status'}) : null;
-    this.split = several ? button('split', 'v: a view of each run, with one camera', () => this.setSplit(!this.scene?.isSplit)) : null;
+    this.split = several ? button('split', 'v: a view of each run, with one camera', () => this.setSplit(!this.scene.isSplit)) : null;
     this.timeLine = element('div', {class: 'timeline'});
-    const failure = this.failure ? element('p', {class: 'note'}, this.failure) : null;
     document.body.append(
       element('header', {}, element('h1', {}, this.live ? 'GaitSLAM, live' : 'GaitSLAM, playback'), element('b', {}, this.title), this.note),
-      element('main', {}, failure,
+      element('main', {},
         element('div', {class: `views${several ? ' several' : ''}`},
           several ? this.table() : null,
-          element('figure', {class: 'space'}, this.scene?.element, this.legend(), this.picked, this.inCommon),
+          element('figure', {class: 'space'}, this.scene.element, this.legend(), this.picked, this.inCommon),
           element('figure', {class: `head heads-${this.panes.filter(({first}) => !first).length}`}, this.panes.map((pane) => pane.element), searchLegend(this.panes[0].shared.length > 1))),
         element('div', {class: 'rig'}, this.rig.map((layer) => layer.element)),
         this.stripNames, this.strips),
@@ -123,7 +118,7 @@ class Page {
 
   sayLandmark() {
     const {run, id} = this.landmark ?? {}, map = ({run: of, index}) => of.mapAt(index), own = this.panes[run];
-    this.scene?.showPicked(this.landmark ?? null);
+    this.scene.showPicked(this.landmark ?? null);
     const texts = this.panes.map((pane, k) => {
       const same = own && (k === run ? id : matched(map(own), map(pane)).get(id));
       pane.mark(same ?? null);
@@ -138,14 +133,14 @@ class Page {
   }
 
   setSplit(isSplit) {
-    this.scene?.setSplit(isSplit);
-    this.split?.setAttribute('aria-pressed', Boolean(this.scene?.isSplit));
+    this.scene.setSplit(isSplit);
+    this.split?.setAttribute('aria-pressed', Boolean(this.scene.isSplit));
     this.writeHash();
   }
 
   savePicture() {
-    this.scene?.render();
-    this.scene?.renderer.domElement.toBlob((blob) => {
+    this.scene.render();
+    this.scene.renderer?.domElement.toBlob((blob) => {
       const link = element('a', {href: URL.createObjectURL(blob), download: `gaitslam-${this.t.toFixed(2)}s.png`});
       link.click();
       URL.revokeObjectURL(link.href);
@@ -153,7 +148,6 @@ class Page {
   }
 
   setLayer(name, on) {
-    if (!this.scene) return;
     this.scene.hidden[on ? 'delete' : 'add'](name);
     document.querySelector(`[data-layer=${name}]`)?.setAttribute('aria-pressed', on);
     this.show(this.t);
@@ -174,10 +168,16 @@ class Page {
   }
 
   listMoments() {
-    const all = [...this.marks, ...this.panes.flatMap((pane) => pane.run.about.moments.map((moment) => ({...moment, text: `${pane.name ? `${pane.name}: ` : ''}${moment.text}`})))]
-      .sort((a, b) => a.t - b.t);
+    const ofRuns = new Map();  // what several runs have at one time is one mark, without names if all have it
+    for (const {name, run} of this.panes) {
+      for (const moment of run.about.moments) {
+        const key = `${moment.t.toFixed(1)} ${moment.text}`, names = [...ofRuns.get(key)?.names ?? [], name].filter(Boolean);
+        ofRuns.set(key, {...moment, names, text: [0, this.panes.length].includes(names.length) ? moment.text : `${names.join(', ')}: ${moment.text}`});
+      }
+    }
+    const all = [...this.marks, ...ofRuns.values()].sort((a, b) => a.t - b.t), say = ({t, text}) => `${t.toFixed(1)} s ${text}`;
     this.jumps = all.map(({t}) => t);
-    this.moments.replaceChildren(...all.map(({t, kind, text}) => this.button(`${t.toFixed(1)} s ${text}`, '[ and ]: previous and next', () => this.go(t), {class: `moment ${kind}`})));
+    this.moments.replaceChildren(...all.map((mark) => this.button(say(mark), `${say(mark)} ([ and ]: previous and next)`, () => this.go(mark.t), {class: `moment ${mark.kind}`})));
     return all;
   }
 
@@ -216,7 +216,7 @@ class Page {
     this.t = t;
     for (const pane of this.panes) pane.show(Math.max(0, pane.run.indexAt(t)), t);
     const {index} = this.panes[0];
-    this.scene?.show(Math.max(0, index));
+    this.scene.show(Math.max(0, index));
     for (const layer of this.rig) layer.show(index);
     if (this.landmark) this.sayLandmark();
     if (this.inCommon) this.sayInCommon();
@@ -242,14 +242,14 @@ class Page {
 
   writeHashNow() {
     this.hashTimer = null;
-    const {hidden} = this.scene ?? {hidden: new Set()}, [figure] = this.figures, values = {t: this.t.toFixed(2), view: this.mode === 'follow' ? '' : this.mode,
-      hide: [...hidden].join(','), strips: [...this.hiddenStrips].join(','), split: this.scene?.isSplit ? 'yes' : '', zoom: figure?.isZoomed ? figure.range.map((v) => v.toFixed(2)).join(',') : ''};
+    const {hidden} = this.scene, [figure] = this.figures, values = {t: this.t.toFixed(2), view: this.mode === 'follow' ? '' : this.mode,
+      hide: [...hidden].join(','), strips: [...this.hiddenStrips].join(','), split: this.scene.isSplit ? 'yes' : '', zoom: figure?.isZoomed ? figure.range.map((v) => v.toFixed(2)).join(',') : ''};
     history.replaceState(null, '', `#${Object.entries(values).filter(([, value]) => value).map(([name, value]) => `${name}=${value}`).join('&')}`);
   }
 
   goToHash() {
     const values = new URLSearchParams(location.hash.slice(1)), t = parseFloat(values.get('t')), zoom = (values.get('zoom') ?? '').split(',').map(Number);
-    const names = (values.get('hide') ?? '').split(',').filter((name) => this.scene?.layers[name]), view = values.get('view');
+    const names = (values.get('hide') ?? '').split(',').filter((name) => this.scene.layers[name]), view = values.get('view');
     for (const name of names) this.setLayer(name, false);
     if (values.get('split')) this.setSplit(true);
     if (values.has('t')) {
@@ -327,7 +327,7 @@ class Page {
 
   setMode(mode) {
     this.views.value = this.mode = mode;
-    this.scene?.setMode(mode, Math.max(0, this.panes[0].index));
+    this.scene.setMode(mode, Math.max(0, this.panes[0].index));
     if (mode === 'head') this.note.textContent = 'The scene is drawn without the distortion of the lens, which the image beside it has.';
     if (dataset.ready) this.writeHash();
   }
@@ -338,14 +338,14 @@ class Page {
     const action = {' ': () => this.toggle(), '.': () => this.stepOn(), ',': () => this.stepBy(-1), ArrowRight: () => this.stepBy(event.shiftKey ? 30 : 1),
       ArrowLeft: () => this.stepBy(event.shiftKey ? -30 : -1), Home: () => this.go(0), End: () => (this.live ? this.resume() : this.go(this.duration)),
       f: () => this.speeds.disabled || this.setSpeed(0), 1: () => this.speeds.disabled || this.setSpeed(1), 4: () => this.speeds.disabled || this.setSpeed(0.25),
-      '?': () => { this.note.textContent = kKeys; }, '[': () => this.jump(-1), ']': () => this.jump(1), r: () => this.setMode('follow'), o: () => this.setMode('orbit'), c: () => this.setMode('head'), s: () => this.savePicture(), v: () => this.setSplit(!this.scene?.isSplit)}[event.key];
+      '?': () => { this.note.textContent = kKeys; }, '[': () => this.jump(-1), ']': () => this.jump(1), r: () => this.setMode('follow'), o: () => this.setMode('orbit'), c: () => this.setMode('head'), s: () => this.savePicture(), v: () => this.setSplit(!this.scene.isSplit)}[event.key];
     if (!action) return;
     event.preventDefault();
     action();
   }
 
   /// Frames come in pieces of some seconds, from the first on; the time in the address is shown as soon as its frames are there. The first
-  /// picture is drawn once, when all of it is there, as each drawing of the scene delays the next one.
+  /// picture is drawn once, when all of it is there, as each drawing of the scene or of a figure delays the next one.
   async playBack(begin, model) {
     const images = this.panes.filter(({first, run}) => !first && run.about.camera).map((pane) => pane.images.at(0).catch(() => null));
     const wanted = parseFloat(new URLSearchParams(location.hash.slice(1)).get('t'));
@@ -375,13 +375,12 @@ class Page {
   }
 
   addModel(model) {
-    if (model) this.scene?.addModel(model);
+    if (model) this.scene.addModel(model);
     this.show(this.t);
   }
 
   /// The pictures of the room, which the first picture of the scene does not wait for.
   async loadPictures() {
-    if (!this.scene) return;
     await Promise.all(Object.keys(this.scene.surfaces).map(async (number) => {
       let painted = await getBlob(`/picture/0/${number}`);
       while (painted.size === 0) {  // it is being painted
