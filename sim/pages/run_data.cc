@@ -270,11 +270,12 @@ void read_frames(RunData& run) {
         "{} of its poses are those of estimates, expected at least {:.0f} as in score.json: "
         "it or estimate_cov.txt was cut",
         paired, *scored);
-  const auto plan = files::read_tum(run.folder / "plan.tum");
-  if (!plan.empty() && !frame_at(frames, plan.back().t))
-    throw files::FileError(run.folder / "truth.tum",
-                           "has no pose at {:.3f} s, the last of plan.tum: one of them was cut",
-                           slam::seconds(plan.back().t));
+  for (const auto& [planned, walked] :
+       {std::pair{"plan.tum", "truth.tum"}, {"waist_plan.tum", "waist_truth.tum"}}) {
+    const auto plan = files::read_tum(run.folder / planned), walk = files::read_tum(run.folder / walked);
+    if (!plan.empty() && (walk.empty() || walk.back().t != plan.back().t))
+      throw files::FileError(run.folder / walked, "does not end with {}: one of them was cut", planned);
+  }
   run.truth = path_of(frames, &Frame::truth), run.plan = path_of(frames, &Frame::plan);
   if (run.filter_frames) add_reports(frames, *run.filter_frames);
   if (frames.empty()) return;
