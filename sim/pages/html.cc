@@ -225,6 +225,12 @@ std::string attributes(const Figure& figure, const Axes& axes) {
 
 constexpr double kWidth = 560, kHeight = 300, kEqualHeight = 480;  // px of a figure
 
+/// HTML whose names may break after a dot or an underscore.
+std::string breakable(const std::string& html) {
+  static const std::regex kPlaces("[._](?![^<]*>)(?=[a-z])");
+  return std::regex_replace(html, kPlaces, "$&<wbr>");
+}
+
 std::string row_html(const TableRow& row, const char* tag) {
   std::string html = row.id.empty() ? "<tr>" : fmt::format("<tr id='{}'>", escaped(row.id));
   for (const TableCell& cell : row.cells)
@@ -318,7 +324,9 @@ std::string figure_style() {
       color("fill", "panel", "#fff") + "}.grid{stroke-width:1;" + color("stroke", "edge", "#ddd") +
       "}.frame{fill:none;stroke:#999}.line{fill:none;stroke-width:1.6}.thin{stroke-width:1}.envelope{opacity:"
       ".2}.dots{fill:none;stroke-width:4.4;stroke-linecap:round}.line,.dots,.level{vector-effect:non-scaling-"
-      "stroke}.level{stroke:#777;stroke-dasharray:5 4;fill:none}.title{font-weight:600;font-size:13px}";
+      "stroke}.level{stroke:#777;stroke-dasharray:5 "
+      "4;fill:none}.title{font-weight:600;font-size:13px}.moment{paint-order:stroke;stroke-width:4;" +
+      color("stroke", "panel", "#fff") + "}";
   constexpr std::array kColors{"#333", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00"};
   for (std::size_t i = 0; i < kColors.size(); ++i) {
     const std::string name = role_name(static_cast<Role>(i));
@@ -358,13 +366,6 @@ std::string base64(std::string_view bytes) {
   return text;
 }
 
-// Without "<", neither "</script>" nor "<!--" can end the element or start a comment in it.
-std::string data_script(std::string_view id, std::string_view json) {
-  std::string text = fmt::format("<script type=\"application/json\" id=\"{}\">", escaped(id));
-  for (const char c : json) text += c == '<' ? "\\u003c" : std::string(1, c);
-  return text + "</script>\n";
-}
-
 TableCell text_cell(std::string_view text, const std::string& style) { return {escaped(text), style}; }
 TableCell code_cell(std::string_view text) { return {"<code>" + escaped(text) + "</code>"}; }
 TableCell number_cell(std::optional<double> value) { return {number_text(value), "number"}; }
@@ -381,10 +382,13 @@ std::string table_html(std::string_view name, const std::vector<std::string>& ti
   for (std::size_t i = 0; i < titles.size(); ++i) {
     const bool of_numbers = !rows.empty() && rows[0].cells[i].style.starts_with("number");
     TableCell& title = head.cells.emplace_back(text_cell(titles[i], of_numbers ? "number" : ""));
-    title.html = std::regex_replace(title.html, std::regex("[._]"), "$&<wbr>");  // names may break there
+    title.html = breakable(title.html);
   }
   html += row_html(head, "th") + "</thead><tbody>\n";
-  for (const TableRow& row : rows) html += row_html(row, "td");
+  for (TableRow row : rows) {
+    row.cells[0].html = breakable(row.cells[0].html);
+    html += row_html(row, "td");
+  }
   return html + "</tbody></table></div>\n";
 }
 

@@ -84,8 +84,6 @@ std::string figure_style();
 
 /// Returns the bytes in Base64 (RFC 4648).
 std::string base64(std::string_view bytes);
-/// Returns a script element with JSON as data under that id; browsers never run it, whatever it contains.
-std::string data_script(std::string_view id, std::string_view json);
 
 /// A cell of a table: HTML with its style class.
 struct TableCell {

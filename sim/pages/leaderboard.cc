@@ -164,13 +164,13 @@ std::vector<std::vector<std::string>> exact_lines(const Leaderboard& board) {
 
 constexpr const char* kRemark = "Medians over n seeds [95 % interval of the median, from 6 seeds on]";
 
-/// The changed keys of a row; its folder as well if the keys name no single row.
+/// The changed keys of a row, and its folder if they name no single row.
 std::string difference(const LeaderboardRow& row, const std::vector<LeaderboardRow>& rows) {
   const std::string keys = changed(row, rows), folder = fs::proximate(row.folder).string();
   const auto alike = std::ranges::count_if(rows, [&](const LeaderboardRow& other) {
     return are_alike(row, other) && changed(other, rows) == keys;
   });
-  return keys == "-" ? folder : alike > 1 ? keys + " in " + folder : keys;
+  return alike < 2 ? keys : keys == "-" ? folder : keys + " in " + folder;
 }
 
 /// Titles and rows for readers, with units and intervals, without columns that no row has a value in.
@@ -248,8 +248,10 @@ std::string ranking_text(const std::string& scenario, const Leaderboard& board) 
 
 std::string leaderboard_table(const Leaderboard& board) {
   auto lines = read_lines(board);
-  for (auto& line : lines) std::rotate(line.begin() + 2, line.begin() + 3, line.end());  // what differs: last
-  std::string text = files::text_table(lines, {.naming = 2, .text = 2, .last_text = true});
+  const bool differs = lines[0][2] == "differs in";
+  for (auto& line : lines)
+    if (differs) std::rotate(line.begin() + 2, line.begin() + 3, line.end());  // to the end
+  std::string text = files::text_table(lines, {.naming = 2, .text = 2, .last_text = differs});
   for (const auto& [scenario, seeds] : board.common)
     text += files::one_line(ranking_text(scenario, board)) + "\n";
   return text + kRemark + ".\nResults of different scenarios are not compared.\n";

@@ -35,6 +35,8 @@ struct ShownMetric {
 };
 /// Returns the names of the metrics shown there, the most important first.
 std::vector<std::string> shown_metrics(bool ShownMetric::*where);
+/// Returns the metrics shown of a run, without those of its navigation if nothing steered it.
+std::vector<std::string> shown_metrics(const RunData& run);
 
 /// Returns the time (s) of the largest error that a metric measures; nothing if the run has no errors.
 std::optional<double> worst_instant(const RunData& run, const std::string& metric);

@@ -90,12 +90,11 @@ class RunSections {
 
  private:
   std::string cpu() const {
-    const std::string drawn = figures({"cpu"});
     if (!run_.estimate) return "";
     return fmt::format("<p>CPU of the estimator per frame: mean {} ms, median {} ms, p99 {} ms.</p>",
                        number_text(run_.frame_cpu_ms_mean), number_text(run_.frame_cpu_ms_median),
                        number_text(run_.frame_cpu_ms_p99)) +
-           drawn;
+           figures({"cpu"});
   }
 
   std::string verdict() const {
@@ -115,9 +114,9 @@ class RunSections {
 
   std::string cards() const {
     std::string html = "<div class='cards'>";
-    for (const std::string& name : shown_metrics(&ShownMetric::run)) {
+    for (const std::string& name : shown_metrics(run_)) {
       const auto value = run_.value(name);
-      if (!value || (!run_.waist_desired && name.starts_with("navigation"))) continue;
+      if (!value) continue;
       const bool length = name.ends_with("_m");
       html += fmt::format("<div class='card'><b>{}{}</b><span class='soft'>{}{}</span></div>",
                           number_text(length ? kMm * *value : *value), length ? " mm" : "",
@@ -262,7 +261,7 @@ std::string table(const PageRuns& runs, const std::string& scenario) {
   std::vector<std::string> titles{"run", "verdict", "ending"};
   std::map<std::size_t, std::map<std::string, std::optional<double>>> values;  // by run and column
   for (const std::size_t i : runs.of(scenario))
-    for (const std::string& metric : shown_metrics(&ShownMetric::run)) {
+    for (const std::string& metric : shown_metrics(runs.all[i])) {
       const std::string column = column_of(metric, runs.all[i].alignment);
       const auto value = values[i][column] = runs.all[i].value(metric);
       if (value && std::ranges::find(titles, column) == titles.end()) titles.push_back(column);
@@ -309,9 +308,10 @@ std::string settings_html(const PageRuns& runs, const std::string& scenario) {
       const RunData& run = runs.all[s.worst_run];
       const auto t = worst_instant(run, s.metric);
       const std::string worst = fmt::format("seed {}{}", run.seed, t ? fmt::format(", {:.2f} s", *t) : "");
-      cell.html = fmt::format("{}{}<br><small>n = {}; worst {}: {}</small>",
-                              median_text(score::median(s.values), s.interval), mark, s.values.size(),
-                              number_text(s.worst), runs.link(s.worst_run, worst));
+      cell.html =
+          fmt::format("{}{}<br><small>n = {}{}: {}</small>", median_text(score::median(s.values), s.interval),
+                      mark, s.values.size(), s.values.size() > 1 ? "; worst " + number_text(s.worst) : "",
+                      runs.link(s.worst_run, worst));
     }
   }
   return "<h3>Settings: median over seeds [95 % interval of the median, from 6 seeds on]</h3>" +
@@ -379,10 +379,8 @@ std::string scatter_html(const PageRuns& runs, const std::string& scenario) {
     }
     settings[files::sanitize(runs.names[i])].push_back(values);
   }
-  const std::string id = "runs-" + scenario;
-  return fmt::format("<div class='scatter' data-runs='{}'></div>", escaped(id)) +
-         data_script(id,
-                     files::json_text(nlohmann::ordered_json{{"metrics", metrics}, {"settings", settings}}));
+  const nlohmann::ordered_json all{{"metrics", metrics}, {"settings", settings}};
+  return fmt::format("<div class='scatter' data-runs='{}'></div>", escaped(files::json_text(all)));
 }
 
 /// One run is visible at a time; web/pages.js changes which.
@@ -429,6 +427,13 @@ std::vector<std::string> shown_metrics(bool ShownMetric::*where) {
   std::vector<std::string> names;
   for (const ShownMetric& metric : kShownMetrics)
     if (metric.*where) names.emplace_back(metric.name);
+  return names;
+}
+
+std::vector<std::string> shown_metrics(const RunData& run) {
+  std::vector<std::string> names = shown_metrics(&ShownMetric::run);
+  if (!run.waist_desired)
+    std::erase_if(names, [](const auto& name) { return name.starts_with("navigation"); });
   return names;
 }
 

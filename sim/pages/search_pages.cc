@@ -458,8 +458,8 @@ std::string parameters_table(const Tuning& t) {
   }
   return table_html("parameters", {"parameter", "searched", "before", "after", "importance"}, rows, true) +
          "<p class='soft'>importance: the share of the variance of the losses' ranks that the parameter "
-         "explains by itself (omega squared over eighths of its values, of all settings of this search, "
-         "which are not evenly spread; interactions do not count).</p>\n";
+         "explains by itself (omega squared over up to eight groups of its values, of all settings of this "
+         "search, which are not evenly spread; interactions do not count).</p>\n";
 }
 
 std::optional<double> mean_of(const std::vector<std::optional<double>>& values) {
@@ -484,6 +484,7 @@ std::string runs_table(const Json& side) {
       return all;
     };
     const auto before = numbers("start"), after = numbers("best");
+    if (!mean_of(before) && !mean_of(after)) continue;
     TableRow& row = rows.emplace_back(TableRow{
         {text_cell(metric_label(name)), number_cell(mean_of(before)), number_cell(mean_of(after)), {}}});
     std::vector<double> changes;

@@ -24,7 +24,7 @@ std::string signed_text(double value) { return (value > 0 ? "+" : "") + number_t
 /// "+0.0004 (+7 %)"
 std::string change_text(const MetricVerdict& v) {
   if (!v.change) return "-";
-  if (!v.baseline || *v.baseline == 0) return signed_text(*v.change);
+  if (!v.baseline || *v.baseline == 0 || *v.change == 0) return signed_text(*v.change);
   const double percent = 100 * *v.change / std::abs(*v.baseline);
   return signed_text(*v.change) + (std::abs(percent) < 999.5 ? fmt::format(" ({:+.3g} %)", percent)
                                                              : fmt::format(" ({:+.0f} %)", percent));
@@ -43,13 +43,11 @@ std::string literal(std::string_view text, bool tex) {
 }
 
 /// The gates of compare, then what runs show beside them, which has no tolerance and so no verdict.
-std::vector<std::pair<MetricVerdict, bool>> verdicts_of(const Seeds& a, const Seeds& b, bool navigates) {
+std::vector<std::pair<MetricVerdict, bool>> verdicts_of(const Seeds& a, const Seeds& b, const RunData& run) {
   const std::vector<regression::Gate>& gates = regression::default_gates();
   std::vector<regression::Gate> others;
-  for (const std::string& name : shown_metrics(&ShownMetric::run))
-    if (std::ranges::find(gates, name, &regression::Gate::metric) == gates.end() &&
-        (navigates || !name.starts_with("navigation")))
-      others.push_back({name});
+  for (const std::string& name : shown_metrics(run))
+    if (std::ranges::find(gates, name, &regression::Gate::metric) == gates.end()) others.push_back({name});
   std::vector<std::pair<MetricVerdict, bool>> all;
   for (const auto& [of, judged] : {std::pair{gates, true}, {others, false}})
     for (const MetricVerdict& v : regression::compare({"", {}, a}, {"", {}, b}, of).metrics)
@@ -98,7 +96,7 @@ Seeds seeds_beside(const RunData& run) {
 }
 
 ChangeTable changes(const std::vector<const RunData*>& runs, const Seeds& a, const Seeds& b) {
-  const auto verdicts = verdicts_of(a, b, runs.at(0)->waist_desired.has_value());
+  const auto verdicts = verdicts_of(a, b, *runs.at(0));
   std::size_t most = 0;
   bool has_band = false, has_p = false;
   for (const auto& [v, judged] : verdicts)
@@ -149,9 +147,9 @@ std::vector<MetricSummary> summaries(const std::vector<RunData>& runs) {
   std::vector<MetricSummary> table;
   std::map<std::tuple<std::string, std::string, std::string, std::string>, std::size_t> places;
   for (std::size_t i = 0; i < runs.size(); ++i)
-    for (const std::string& metric : shown_metrics(&ShownMetric::run)) {
+    for (const std::string& metric : shown_metrics(runs[i])) {
       const auto value = runs[i].value(metric);
-      if (!value || (!runs[i].waist_desired && metric.starts_with("navigation"))) continue;
+      if (!value) continue;
       const auto [at, is_new] =
           places.try_emplace({runs[i].scenario, names[i], metric, runs[i].alignment}, table.size());
       if (is_new) table.push_back({runs[i].scenario, names[i], metric, column_of(metric, runs[i].alignment)});

@@ -21,7 +21,7 @@ function showRun(id) {
 const kRoles = ['estimate', 'first', 'second', 'third'];
 
 function scatter(holder) {
-  const {metrics, settings} = JSON.parse(document.getElementById(holder.dataset.runs).textContent), known = metrics.map((_, i) => i)
+  const {metrics, settings} = JSON.parse(holder.dataset.runs), known = metrics.map((_, i) => i)
     .filter((i) => Object.values(settings).flat().some((values) => values[i] !== null));
   const choice = (name, at) => element('select', {'aria-label': name, onchange: () => draw()}, known.map((i) => element('option', {value: i, selected: i === known[at] ? '' : null}, metrics[i])));
   const across = choice('metric along x', 0), up = choice('metric along y', 1), place = element('div');

@@ -21,13 +21,6 @@ TEST(Html, TextIsShownAsItIsInElementsAndAttributes) {
   EXPECT_EQ(escaped("ATE of 5 mm, 3 \xcf\x83"), "ATE of 5 mm, 3 \xcf\x83");
 }
 
-TEST(Html, DataCannotEndItsScriptElement) {
-  const std::string html = data_script("data", json{{"name", kPayload}}.dump());
-  const std::string inside = html.substr(html.find('>') + 1, html.rfind("</script>") - html.find('>') - 1);
-  EXPECT_THAT(inside, Lacks("<"));
-  EXPECT_EQ(json::parse(inside)["name"], kPayload);
-}
-
 TEST(Html, ThePolicyAllowsTheScriptByItsHashAndNothingElse) {
   // The example of the specification of Content Security Policies, level 3, section 8.3.
   EXPECT_EQ(base64(files::sha256("alert('Hello, world.');")), "qznLcsROx4GACP2dm0UCKCzCG+HiZ1guq6ZZDob/Tng=");
@@ -77,7 +70,7 @@ class ReceivedTuning : public testing::Test {
 };
 
 TEST_F(ReceivedTuning, NamesAreShownAsTheyAreAndRunsBeforeAndAfterWithTheirMeans) {
-  EXPECT_THAT(page(), Has("<td>nees_position_mean</td><td class='number'>1.5</td><td "
+  EXPECT_THAT(page(), Has("<td>nees_<wbr>position_<wbr>mean</td><td class='number'>1.5</td><td "
                           "class='number'>1</td><td class='number'>-</td>"
                           "<td class='number'>1 → 1</td><td class='number'>2 → -</td></tr>"));
   tuning_["objective"] = std::string(kPayload) + "2";
@@ -114,7 +107,7 @@ TEST_F(ReceivedTuning, TheParameterThatMattersIsImportantAndTheGainHasAnInterval
   };
   EXPECT_GT(importance("matters"), 0.9);
   EXPECT_LT(importance("idle"), 0.2);
-  EXPECT_THAT(html, Has("<td>rmse_m [m]</td><td class='number'>1.5</td><td class='number'>0.9</td>"
+  EXPECT_THAT(html, Has("<td>rmse_<wbr>m [m]</td><td class='number'>1.5</td><td class='number'>0.9</td>"
                         "<td class='number'>-0.6 [-1.871, 0.6706]</td><td class='number'>1 → 0.5</td>"));
 }
 
@@ -362,6 +355,9 @@ TEST_F(LeaderboardTest, RowsThatLookAlikeDifferInSeedsAndKeys) {
         "walk: {commands: [{stand: {duration_s: 1}}], step_height_m: 0.05}\ncamera: {}\nslam: {}\n");
   EXPECT_THAT(leaderboard_file(board(), TableFormat::csv), Has(",1,camera=given slam=given,"))
       << "a section that others lack is one difference";
+  for (const char* const other : {"c", "d"}) std::filesystem::remove_all(folder_ / other);
+  for (const std::string& text : {leaderboard_table(board()), leaderboard_page(board())})
+    EXPECT_THAT(text, Lacks("differs in")) << "a single row";
 }
 
 TEST_F(LeaderboardTest, RowsAreRankedOverTheSeedsInCommonWithTheirSpread) {
