@@ -161,10 +161,9 @@ class SensingRobot {
   const Mounting& mounting() const { return mounting_; }
   /// The camera at t = 0 as the robot knows it: by its plan, or by its legs since it was released.
   Eigen::Isometry3d start() const {
-    const Eigen::Isometry3d X_PB = robot_.controller().has_plan()
-                                       ? robot_.reference().X_PB
-                                       : legs_.motion(robot_.world().leg_readings().q).X_OB;
-    return X_PB * robot_.world().mounts_by_encoders().X_BC;
+    if (robot_.controller().has_plan()) return robot_.reference().X_PB * mounting_.X_BC;
+    const physics::World& world = robot_.world();
+    return legs_.motion(world.leg_readings().q).X_OB * world.mounts_by_encoders().X_BC;
   }
   /// To be called at each millisecond: appends the readings of the rig's IMUs that end now.
   void read_imus(std::vector<slam::RigReading>& readings) { imus_.read(robot_.world(), readings); }
