@@ -225,7 +225,7 @@ std::string attributes(const Figure& figure, const Axes& axes) {
 
 constexpr double kWidth = 560, kHeight = 300, kEqualHeight = 480;  // px of a figure
 
-/// HTML whose names may break after a dot or an underscore.
+/// Lets names in HTML break after a dot or an underscore.
 std::string breakable(const std::string& html) {
   static const std::regex kPlaces("[._](?![^<]*>)(?=[a-z])");
   return std::regex_replace(html, kPlaces, "$&<wbr>");

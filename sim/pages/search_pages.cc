@@ -458,8 +458,8 @@ std::string parameters_table(const Tuning& t) {
   }
   return table_html("parameters", {"parameter", "searched", "before", "after", "importance"}, rows, true) +
          "<p class='soft'>importance: the share of the variance of the losses' ranks that the parameter "
-         "explains by itself (omega squared over up to eight groups of its values, of all settings of this "
-         "search, which are not evenly spread; interactions do not count).</p>\n";
+         "explains without interactions (omega squared over up to eight groups of its values, from all "
+         "settings of this search; they are not evenly spread).</p>\n";
 }
 
 std::optional<double> mean_of(const std::vector<std::optional<double>>& values) {

@@ -413,7 +413,7 @@ export class Scene {
     const {camera} = this.run, column = width / this.columns, aspect = column / height, half = Math.max(camera.height / 2 / camera.fv, camera.width / 2 / camera.fu / aspect);
     this.camera.aspect = aspect;
     this.head.fov = 2 * Math.atan(half) * 180 / Math.PI;
-    const scale = height / 2 / half / camera.fv;  // pixels of the page for one of the image, whose center is not on the axis of the lens
+    const scale = height / 2 / half / camera.fv;  // page pixels per image pixel; the optical axis is off the image center
     this.head.setViewOffset(column, height, scale * ((camera.width - 1) / 2 - camera.u0), scale * ((camera.height - 1) / 2 - camera.v0), column, height);
     this.camera.updateProjectionMatrix();
     this.draw();
