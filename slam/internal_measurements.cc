@@ -22,10 +22,9 @@ constexpr double kStumbled_m = 0.1;  // standard deviation of their height then
 struct Inputs {
   const RobotVector& x;
   const Observation& observation;
-  Stamp previous;
+  const InertialInterval& inertial;
   const std::optional<PlannedInterval>& planned;
   bool at_rest;  // the plan has not moved yet
-  const Eigen::Isometry3d& X_CG;
   const Options& options;
   bool gyro_drives;  // the prediction, and is then not a measurement
   double leg_doubt;  // factor of the variance of leg odometry
@@ -35,8 +34,7 @@ using OptionalMeasurement = std::optional<Measurement>;
 
 OptionalMeasurement gyro(const Inputs& in) {
   if (!in.options.gyro.enabled || in.gyro_drives) return std::nullopt;
-  const auto rate =
-      mean_rate(in.observation.gyro, in.previous, in.observation.t, in.X_CG.linear(), in.options);
+  const auto rate = mean_rate(in.inertial, in.options);
   return rate ? OptionalMeasurement(measure_rate(in.x, *rate)) : std::nullopt;
 }
 
@@ -123,14 +121,13 @@ InternalMeasurements::InternalMeasurements(const Options& options, const Eigen::
 
 /// Returns the gyro's rate if it is to drive the prediction and either the motion model allows the change of
 /// rate or the readings adjoin those that drove the last prediction.
-std::optional<MeanRate> InternalMeasurements::driving_rate(const Observation& o, Stamp previous,
-                                                           const RobotVector& x) const {
+std::optional<MeanRate> InternalMeasurements::driving_rate(const RobotVector& x) const {
   if (!options_.gyro.enabled || !options_.gyro.drives_motion) return std::nullopt;
-  const auto rate = mean_rate(o.gyro, previous, o.t, X_CG_.linear(), options_);
+  const auto rate = mean_rate(later_, options_);
   if (!rate) return std::nullopt;
   const Eigen::Vector3d change = rate->w_C - x.segment<3>(kGyroBias) - x.segment<3>(kRate);
-  const double sigma = options_.motion.sigma_angular_acceleration_rad_s2 * seconds(o.t - previous);
-  const bool continues = adjoin(last_rate_, o.gyro, kMostAngularAcceleration_rad_s2);
+  const double sigma = options_.motion.sigma_angular_acceleration_rad_s2 * seconds(later_.to - later_.from);
+  const bool continues = adjoin(last_rate_, later_.gyro, kMostAngularAcceleration_rad_s2);
   return continues || change.squaredNorm() < kGate3 * sigma * sigma ? rate : std::nullopt;
 }
 
@@ -144,13 +141,17 @@ Prediction InternalMeasurements::predict(const Observation& o, Stamp previous,
                                                          : options_;
   if (options_.accelerometer.enabled && !o.accelerometer.empty())
     report.note(SensorIndex::accelerometer, SensorUse::readings);
-  gyro_rate_ = driving_rate(o, previous, x);
-  last_rate_ = gyro_rate_ ? std::optional(o.gyro.back()) : std::nullopt;
   const std::optional<InertialSample> last_force = std::exchange(last_force_, std::nullopt);
   std::swap(earlier_, later_);
   later_.from = previous, later_.to = o.t;
   later_.gyro = o.gyro, later_.accelerometer = o.accelerometer;
-  const auto increment = velocity_increment(earlier_, later_, X_CG_, x.segment<3>(kGyroBias), options_);
+  later_.X_CG_to = X_CG_by_encoders_.value_or(X_CG_);
+  if (options_.leg_odometry.enabled && o.legs && o.legs->X_CG) later_.X_CG_to = *o.legs->X_CG;
+  later_.X_CG_from = X_CG_by_encoders_.value_or(later_.X_CG_to);
+  if (options_.leg_odometry.enabled && o.legs) X_CG_by_encoders_ = later_.X_CG_to;
+  gyro_rate_ = driving_rate(x);
+  last_rate_ = gyro_rate_ ? std::optional(o.gyro.back()) : std::nullopt;
+  const auto increment = velocity_increment(earlier_, later_, x.segment<3>(kGyroBias), options_);
   const auto predicted = [&](const std::optional<VelocityIncrement>& by) {
     Prediction prediction = predict_motion(x, dt, by, options, gyro_rate_);
     if (stumbled_) prediction.Q(kHeightError, kHeightError) += kStumbled_m * kStumbled_m;
@@ -160,7 +161,7 @@ Prediction InternalMeasurements::predict(const Observation& o, Stamp previous,
     const Prediction prediction = predicted(increment);
     const Eigen::Vector3d V = prediction.x.segment<3>(kVelocity) - x.segment<3>(kVelocity);
     const double sigma = options.motion.sigma_acceleration_m_s2 * dt;
-    const Inputs in{prediction.x, o, previous, planned, plan_.at_rest(), X_CG_, options_, true, leg_doubt_};
+    const Inputs in{prediction.x, o, later_, planned, plan_.at_rest(), options_, true, leg_doubt_};
     const auto velocity = !o.plan                    ? std::nullopt
                           : planned && planned->legs ? leg_velocity(in)
                                                      : plan_velocity(in);
@@ -188,7 +189,7 @@ bool InternalMeasurements::update(const Observation& o, Stamp previous,
   static_assert(kSensors.size() == std::tuple_size_v<decltype(whitened_)>);
   for (const Sensor& sensor : kSensors) {
     auto m = sensor.measure(
-        {x, o, previous, planned, plan_.at_rest(), X_CG_, options_, gyro_rate_.has_value(), leg_doubt_});
+        {x, o, later_, planned, plan_.at_rest(), options_, gyro_rate_.has_value(), leg_doubt_});
     std::optional<Eigen::Vector3d>& whitened = whitened_[static_cast<std::size_t>(&sensor - kSensors.data())];
     if (!m) {
       whitened.reset();

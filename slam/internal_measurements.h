@@ -28,12 +28,12 @@ class InternalMeasurements {
               Kalman& kalman, FrameReport& report);
 
  private:
-  std::optional<MeanRate> driving_rate(const Observation& observation, Stamp previous,
-                                       const RobotVector& x) const;
+  std::optional<MeanRate> driving_rate(const RobotVector& x) const;
 
   // With the noises of leg odometry, of leg odometry without a plan, of the command.
   Options options_, leg_options_, unplanned_options_, command_options_;
-  Eigen::Isometry3d X_CG_;
+  Eigen::Isometry3d X_CG_;                             // as calibrated
+  std::optional<Eigen::Isometry3d> X_CG_by_encoders_;  // the newest
   PlanHistory plan_;
   std::optional<MeanRate> gyro_rate_;                       // drives the newest prediction
   std::optional<InertialSample> last_rate_, last_force_;    // that drove it

@@ -40,6 +40,7 @@ enum class Support { both, left, right };
 struct LegMotion {
   Eigen::Isometry3d X_OC = Eigen::Isometry3d::Identity();
   Eigen::Vector3d p_CS = Eigen::Vector3d::Zero();  ///< the loaded sole, m in C
+  std::optional<Eigen::Isometry3d> X_CG = {};      ///< chest IMU by the encoders; nothing: as calibrated
 };
 
 /// The camera's motion at the time of the frame as the pattern generator plans it, in the plan's own world P,

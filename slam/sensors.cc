@@ -88,11 +88,11 @@ PlannedVelocity mean_velocity(const Eigen::Isometry3d& before, const Eigen::Isom
 
 }  // namespace
 
-std::optional<MeanRate> mean_rate(const std::vector<InertialSample>& gyro, Stamp from, Stamp to,
-                                  const Eigen::Matrix3d& R_CG, const Options& options) {
+std::optional<MeanRate> mean_rate(const InertialInterval& interval, const Options& options) {
+  const auto& [from, to, gyro, accelerometer, X_CG_from, X_CG_to] = interval;
   if (options.gyro.readings == GyroReadings::last) {  // as in the paper, the last one before the frame
     if (gyro.empty() || gyro.back().end <= from || gyro.back().end > to) return std::nullopt;
-    return MeanRate{R_CG * gyro.back().value, options.gyro.sigma_rad_s};
+    return MeanRate{X_CG_to.linear() * gyro.back().value, options.gyro.sigma_rad_s};
   }
   const double dt = seconds(to - from);
   Eigen::Vector4d rotation(1, 0, 0, 0);
@@ -107,7 +107,10 @@ std::optional<MeanRate> mean_rate(const std::vector<InertialSample>& gyro, Stamp
   const double gap = std::max(0.0, dt - covered);
   const double sigma_gap = options.motion.sigma_angular_acceleration_rad_s2 * gap * gap / dt;
   const double sigma_readings = options.gyro.sigma_rad_s * std::sqrt(kReadingPeriod_s / covered);
-  return MeanRate{R_CG * quaternion_log(rotation) / covered, std::hypot(sigma_readings, sigma_gap)};
+  const Eigen::AngleAxisd turn(X_CG_from.linear() *
+                               rotation_matrix(quaternion_exp(quaternion_log(rotation) * dt / covered)) *
+                               X_CG_to.linear().transpose());
+  return MeanRate{turn.angle() / dt * turn.axis(), std::hypot(sigma_readings, sigma_gap)};
 }
 
 Measurement measure_rate(const RobotVector& x, const MeanRate& rate, bool by_gyro) {
@@ -123,22 +126,25 @@ Measurement measure_rate(const RobotVector& x, const MeanRate& rate, bool by_gyr
 
 std::optional<VelocityIncrement> velocity_increment(const InertialInterval& earlier,
                                                     const InertialInterval& later,
-                                                    const Eigen::Isometry3d& X_CG,
                                                     const Eigen::Vector3d& gyro_bias_C,
                                                     const Options& options) {
   for (const InertialInterval* i : {&earlier, &later})
     if (i->to <= i->from || !covered(i->accelerometer, i->from, i->to) || !covered(i->gyro, i->from, i->to))
       return std::nullopt;
   if (earlier.to != later.from) return std::nullopt;
-  const Eigen::Matrix3d R_CG = X_CG.linear();
+  const Eigen::Matrix3d R_CG = later.X_CG_from.linear();
   const Eigen::Vector3d bias_G = R_CG.transpose() * gyro_bias_C;
   const WeightedIntegral before = integrate(earlier, bias_G, true), after = integrate(later, bias_G, false);
   const Eigen::Matrix3d back = rotation_matrix(before.rotation).transpose(),
                         ahead = rotation_matrix(after.rotation);
 
   const double d0 = seconds(earlier.to - earlier.from), d1 = seconds(later.to - later.from);
-  const Eigen::Vector3d lever_G = R_CG.transpose() * X_CG.translation();
-  const Eigen::Vector3d swing_G = (ahead * lever_G - lever_G) / d1 - (lever_G - back * lever_G) / d0;
+  const auto lever = [](const Eigen::Isometry3d& X_CG) -> Eigen::Vector3d {
+    return X_CG.linear().transpose() * X_CG.translation();
+  };
+  const Eigen::Vector3d lever_G = lever(later.X_CG_from),
+                        swing_G = (ahead * lever(later.X_CG_to) - lever_G) / d1 -
+                                  (lever_G - back * lever(earlier.X_CG_from)) / d0;
   VelocityIncrement increment;
   increment.increment_C = R_CG * (back * before.force_G + after.force_G - swing_G);
   increment.duration_s = (d0 + d1) / 2;

@@ -13,12 +13,19 @@ struct MeanRate {
   double sigma_rad_s;
 };
 
-/// Log(Π Exp(w_i dt_i))/Δt over the readings inside (from, to], expressed in C. The standard deviation is
-/// that of one reading, reduced by averaging; for the part of the interval without readings it grows by the
-/// change of rate that the motion model allows. Nothing if less than half the interval is covered. With
+/// Gyro and accelerometer readings of one frame interval (from, to], and where the IMU was in the camera's
+/// frame at both ends.
+struct InertialInterval {
+  Stamp from{0}, to{0};
+  std::vector<InertialSample> gyro, accelerometer;
+  Eigen::Isometry3d X_CG_from = Eigen::Isometry3d::Identity(), X_CG_to = X_CG_from;
+};
+
+/// Log(R_CG,from Π Exp(w_i dt_i) R_GC,to)/Δt over the gyro readings. The standard deviation is that of one
+/// reading, reduced by averaging; for the part of the interval without readings it grows by the change of
+/// rate that the motion model allows. Nothing if less than half the interval is covered. With
 /// GyroReadings::last the result is the last reading.
-std::optional<MeanRate> mean_rate(const std::vector<InertialSample>& gyro, Stamp from, Stamp to,
-                                  const Eigen::Matrix3d& R_CG, const Options& options);
+std::optional<MeanRate> mean_rate(const InertialInterval& interval, const Options& options);
 
 /// The measurement h = ω + bias of the camera's rate (Stasse et al. 2006, section IV-C; Davison et al.
 /// 2007); h = ω if it is not by the gyro.
@@ -32,19 +39,12 @@ struct VelocityIncrement {
   double sigma_m_s;  ///< per axis
 };
 
-/// Gyro and accelerometer readings of one frame interval (from, to].
-struct InertialInterval {
-  Stamp from{0}, to{0};
-  std::vector<InertialSample> gyro, accelerometer;
-};
-
 /// Integration by parts gives v̄⁺ − v̄ = ∫(t₊ − t) a dt/Δ₊ over the later interval + ∫(t − t₋) a dt/Δ over the
 /// earlier one. Here a is the acceleration of the chest, rotated by the gyro into the axes of the camera at
 /// the frame between the intervals; the motion of the chest relative to the camera is subtracted.
 /// gyro_bias_C: rad/s in C. Nothing if readings are missing or the intervals do not adjoin.
 std::optional<VelocityIncrement> velocity_increment(const InertialInterval& earlier,
                                                     const InertialInterval& later,
-                                                    const Eigen::Isometry3d& X_CG,
                                                     const Eigen::Vector3d& gyro_bias_C,
                                                     const Options& options);
 

@@ -84,10 +84,11 @@ Eigen::Isometry3d LegOdometry::X_BS(Side side, const JointVector& q) const {
 // the loads, stays at rest. Heights add up from foot to foot.
 LegOdometry::Motion LegOdometry::turned(const JointVector& q, const Eigen::Vector3d& gyro,
                                         double dt_s) const {
-  const Eigen::Vector3d turn = dt_s * (imu_in_base(robot_, last_.q) * gyro);
+  const Eigen::Vector3d turn_G = dt_s * gyro;
   Motion now{X_OB_, Eigen::Vector3d::Zero()};
-  now.X_OB.linear() =
-      X_OB_.linear() * Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()).toRotationMatrix();
+  now.X_OB.linear() = X_OB_.linear() * imu_in_base(robot_, last_.q) *
+                      Eigen::AngleAxisd(turn_G.norm(), turn_G.stableNormalized()).toRotationMatrix() *
+                      imu_in_base(robot_, q).transpose();
   const double all = std::max(0.0, last_.left.force.z()) + std::max(0.0, last_.right.force.z());
   Eigen::Vector3d moved = Eigen::Vector3d::Zero(), places = moved;
   double weights = 0;

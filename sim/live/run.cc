@@ -159,10 +159,11 @@ class SensingRobot {
   const physics::WalkingRobot* operator->() const { return &robot_; }
   const walking::LegOdometry& legs() const { return legs_; }
   const Mounting& mounting() const { return mounting_; }
-  /// The base at t = 0 as the robot knows it: by its plan, or by its legs since it was released.
+  /// The camera at t = 0 as the robot knows it: by its plan, or by its legs since it was released.
   Eigen::Isometry3d start() const {
-    if (robot_.controller().has_plan()) return robot_.reference().X_PB;
-    return legs_.motion(robot_.world().leg_readings().q).X_OB;
+    if (robot_.controller().has_plan()) return robot_.reference().X_PB * mounting_.X_BC;
+    const physics::World& world = robot_.world();
+    return legs_.motion(world.leg_readings().q).X_OB * world.mounts_by_encoders().X_BC;
   }
   /// To be called at each millisecond: appends the readings of the rig's IMUs that end now.
   void read_imus(std::vector<slam::RigReading>& readings) { imus_.read(robot_.world(), readings); }
@@ -337,8 +338,9 @@ void Run::stamp_frame() {
   const slam::Stamp now = world.time(), tick = slam::Stamp(walking::kTick);  // one ends at its last instant
   const double into_s = now.count() > 0 ? slam::seconds((now - slam::Stamp(1)) % tick + slam::Stamp(1)) : 0;
   const auto [X_OB, p_OS] = robot_.legs().motion(world.leg_readings().q, into_s);
-  const Eigen::Isometry3d X_OC = X_OB * robot_.mounting().X_BC;
-  next_.legs = {X_OC, X_OC.inverse() * p_OS};
+  const auto [X_BC, X_CG] = world.mounts_by_encoders();
+  const Eigen::Isometry3d X_OC = X_OB * X_BC;
+  next_.legs = {X_OC, X_OC.inverse() * p_OS, X_CG};
   if (const auto v = robot_->controller().velocity()) next_.command = {next_.t, v->ahead, v->left, v->turn};
   const Eigen::Isometry3d followed = planned_waist(from, to, time_s());
   if (steering_) {  // by the plan without adjusted landings, or by the path that takes its place
@@ -466,7 +468,7 @@ std::optional<walking::PatternGenerator> check(const scenario::ReadScenario& rea
   }
   SensingRobot robot(read.scenario, start.controller(read.scenario), start.models);
   const recording::RecordingSetup setup =
-      recording_setup(read.scenario, start.models.robot, robot.mounting(), robot->reference().X_PB);
+      recording_setup(read.scenario, start.models.robot, robot.mounting(), robot.start());
   if (read.scenario.slam && read.scenario.estimator.source == programs::Source::program)
     programs::require_program(read.scenario.estimator, "estimator");
   else if (read.scenario.slam)

@@ -169,11 +169,11 @@ Mounting mounting(const scenario::Scenario& scenario, const controllers::Control
 }
 
 recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, const walking::Robot& robot,
-                                          const Mounting& mounting, const Eigen::Isometry3d& X_PB) {
+                                          const Mounting& mounting, const Eigen::Isometry3d& X_WC_start) {
   const camera::CameraOptions camera = scenario.camera.value_or(camera::CameraOptions{});
   recording::RecordingSetup setup;
   setup.calibration = {camera::camera_model(camera), mounting.X_CG};
-  setup.X_WC_start = X_PB * mounting.X_BC;
+  setup.X_WC_start = X_WC_start;
   setup.camera_rate_hz = camera.rate_hz;
   for (const walking::Joint& joint : robot.joints) setup.joints.push_back(joint.name);
   setup.rig = rig::calibrated(scenario.rig, setup.calibration.camera, camera.rate_hz, camera.readout_s,

@@ -45,8 +45,8 @@ struct Mounting {
 Mounting mounting(const scenario::Scenario& scenario, const controllers::Controller& start,
                   const physics::Models& models);
 
-/// Returns the setup of a recording. X_PB: the waist at the start, as the robot knows it.
+/// Returns the setup of a recording. X_WC_start: as the robot knows it.
 recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, const walking::Robot& robot,
-                                          const Mounting& mounting, const Eigen::Isometry3d& X_PB);
+                                          const Mounting& mounting, const Eigen::Isometry3d& X_WC_start);
 
 }  // namespace sim::live

@@ -158,9 +158,8 @@ World::World(const WorldOptions& options, const PlantVariation& draw, const walk
   mj_forward(model_.get(), data_.get());
   last_read_ = last_recorded_ = imu_state();
   if (!models.has_force_sensors) leg_loads_.emplace(copy_of(models.on_floor), robot_);
-  if (!models.imu_is_moved) return;
   by_encoders_.reset(mj_makeData(model_.get()));
-  R_HG_ = imu_in_chest(leg_readings().q);
+  if (models.imu_is_moved) R_HG_ = imu_in_chest(leg_readings().q);
 }
 
 void World::find_ids() {
@@ -422,22 +421,37 @@ walking::SensorReadings World::sensor_readings() {
   walking::SensorReadings readings = leg_readings();
   readings.gyro = reading.gyro;
   readings.accelerometer = reading.specific_force;
-  if (!by_encoders_) return readings;
+  if (!R_HG_) return readings;
   const double dt = std::chrono::duration<double>(reading.end - reading.begin).count();
-  const Eigen::Matrix3d before = std::exchange(R_HG_, imu_in_chest(readings.q));
+  const Eigen::Matrix3d before = *std::exchange(R_HG_, imu_in_chest(readings.q));
   const Eigen::Vector3d turn_G = readings.gyro * dt;
   const Eigen::AngleAxisd turn_H(before * Eigen::AngleAxisd(turn_G.norm(), turn_G.stableNormalized()) *
-                                 R_HG_.transpose());
+                                 R_HG_->transpose());
   readings.gyro = dt > 0 ? Eigen::Vector3d(turn_H.axis() * (turn_H.angle() / dt)) : Eigen::Vector3d::Zero();
-  readings.accelerometer = R_HG_ * readings.accelerometer;
+  readings.accelerometer = *R_HG_ * readings.accelerometer;
   return readings;
 }
 
-Eigen::Matrix3d World::imu_in_chest(const walking::JointVector& encoders) const {
+/// The robot as its encoders have it, with its waist anywhere.
+const mjData& World::pose_by_encoders(const walking::JointVector& encoders) const {
   for (int joint = 0; joint < model_->nu; ++joint) by_encoders_->qpos[ids_.position[joint]] = encoders[joint];
   mj_kinematics(model_.get(), by_encoders_.get());
-  const Eigen::Matrix3d R_WB = pose_in(by_encoders_->xpos, by_encoders_->xmat + 9 * ids_.waist).linear(),
-                        R_WG = pose_in(by_encoders_->xpos, by_encoders_->site_xmat + 9 * ids_.imu).linear();
+  mj_camlight(model_.get(), by_encoders_.get());
+  return *by_encoders_;
+}
+
+World::Mounts World::mounts_by_encoders() const {
+  const mjData& data = pose_by_encoders(leg_readings().q);
+  const Eigen::Isometry3d X_WB = pose_in(data.xpos + 3 * ids_.waist, data.xmat + 9 * ids_.waist),
+                          X_WG = pose_in(data.site_xpos + 3 * ids_.imu, data.site_xmat + 9 * ids_.imu),
+                          X_WC = camera_in_world(data);
+  return {X_WB.inverse() * X_WC, X_WC.inverse() * X_WG};
+}
+
+Eigen::Matrix3d World::imu_in_chest(const walking::JointVector& encoders) const {
+  const mjData& data = pose_by_encoders(encoders);
+  const Eigen::Matrix3d R_WB = pose_in(data.xpos, data.xmat + 9 * ids_.waist).linear(),
+                        R_WG = pose_in(data.xpos, data.site_xmat + 9 * ids_.imu).linear();
   return (R_WB * walking::imu_in_base(robot_, encoders)).transpose() * R_WG;
 }
 
@@ -470,9 +484,9 @@ Eigen::Isometry3d World::X_WB() const {
   return pose_in(data_->xpos + 3 * ids_.waist, data_->xmat + 9 * ids_.waist);
 }
 
-Eigen::Isometry3d World::X_WC() const {
+Eigen::Isometry3d World::camera_in_world(const mjData& data) const {
   // MuJoCo's camera looks along -z with y up.
-  Eigen::Isometry3d X = pose_in(data_->cam_xpos + 3 * ids_.camera, data_->cam_xmat + 9 * ids_.camera);
+  Eigen::Isometry3d X = pose_in(data.cam_xpos + 3 * ids_.camera, data.cam_xmat + 9 * ids_.camera);
   X.linear().col(1) *= -1;
   X.linear().col(2) *= -1;
   return X;

@@ -124,6 +124,12 @@ class World {
   /// torques of the legs; no IMU.
   walking::SensorReadings leg_readings() const;
 
+  /// Where head camera (optical axes: x right, y down, z ahead) and chest IMU are by the encoders.
+  struct Mounts {
+    Eigen::Isometry3d X_BC, X_CG;
+  };
+  Mounts mounts_by_encoders() const;
+
   /// Velocities (rad/s) and torques (N·m) of the joints.
   walking::JointVector velocities() const;
   walking::JointVector torques() const;
@@ -143,16 +149,16 @@ class World {
   std::optional<bool> torque_limited_since_last();
 
   /// True poses in W. Ground truth: only for the score, never for filter, stabilizer or plan.
-  Eigen::Isometry3d X_WB() const;  ///< waist
-  Eigen::Isometry3d X_WC() const;  ///< head camera, optical axes: x right, y down, z ahead
-  Eigen::Isometry3d X_WG() const { return X_WS(ids_.imu); }      ///< chest IMU
-  Eigen::Vector3d v_WG() const { return imu_state().v_WG; }      ///< velocity of the chest IMU, m/s in W
-  Eigen::Isometry3d X_WL() const { return X_WS(ids_.sole[0]); }  ///< left sole, below the ankle
-  Eigen::Isometry3d X_WR() const { return X_WS(ids_.sole[1]); }  ///< right sole
-  Eigen::Isometry3d X_W(const Place& place) const;               ///< axes forward, left, up of a sensor
-  ImuState imu_state(const Place& place) const;                  ///< of a further IMU
-  Eigen::Vector3d gravity() const;                               ///< m/s² in W
-  Eigen::Vector3d com() const;                                   ///< center of mass of the whole robot
+  Eigen::Isometry3d X_WB() const;                                     ///< waist
+  Eigen::Isometry3d X_WC() const { return camera_in_world(*data_); }  ///< head camera, optical axes
+  Eigen::Isometry3d X_WG() const { return X_WS(ids_.imu); }           ///< chest IMU
+  Eigen::Vector3d v_WG() const { return imu_state().v_WG; }           ///< velocity of the chest IMU, m/s in W
+  Eigen::Isometry3d X_WL() const { return X_WS(ids_.sole[0]); }       ///< left sole, below the ankle
+  Eigen::Isometry3d X_WR() const { return X_WS(ids_.sole[1]); }       ///< right sole
+  Eigen::Isometry3d X_W(const Place& place) const;                    ///< axes forward, left, up of a sensor
+  ImuState imu_state(const Place& place) const;                       ///< of a further IMU
+  Eigen::Vector3d gravity() const;                                    ///< m/s² in W
+  Eigen::Vector3d com() const;                                        ///< center of mass of the whole robot
 
   /// For the renderer.
   const mjModel_* model() const { return model_.get(); }
@@ -180,7 +186,9 @@ class World {
   ImuReading reading_since(ImuState& last) const;  // and sets it
   Eigen::Isometry3d X_WS(int site) const;
   walking::Wrench wrench(std::size_t foot) const;
+  const mjData_& pose_by_encoders(const walking::JointVector& encoders) const;
   Eigen::Matrix3d imu_in_chest(const walking::JointVector& encoders) const;
+  Eigen::Isometry3d camera_in_world(const mjData_& data) const;
 
   walking::Robot robot_;
   Model model_;
@@ -200,11 +208,11 @@ class World {
   struct {
     double value = 0;
     int joint = 0;
-  } largest_share_;                     // of a joint's torque in its limit, since the start
-  std::optional<LegLoads> leg_loads_;   // of a robot without force sensors
-  Data by_encoders_;                    // the pose of the robot as its encoders have it, for a moved IMU
-  Eigen::Matrix3d R_HG_;                // that IMU in the chest at the last call of sensor_readings()
-  ImuState last_read_, last_recorded_;  // at the last call of sensor_readings() and imu_since_last()
+  } largest_share_;                      // of a joint's torque in its limit, since the start
+  std::optional<LegLoads> leg_loads_;    // of a robot without force sensors
+  Data by_encoders_;                     // work space of pose_by_encoders()
+  std::optional<Eigen::Matrix3d> R_HG_;  // a moved IMU in the chest at the last call of sensor_readings()
+  ImuState last_read_, last_recorded_;   // at the last call of sensor_readings() and imu_since_last()
 };
 
 }  // namespace sim::physics

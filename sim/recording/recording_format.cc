@@ -38,7 +38,8 @@ std::string plan_fields(const slam::Observation& o) {
 }
 
 std::string leg_fields(const slam::Observation& o) {
-  return fmt::format("{},{}", files::csv_fields(o.legs->X_OC), files::csv_fields(o.legs->p_CS));
+  return fmt::format("{},{},{}", files::csv_fields(o.legs->X_OC), files::csv_fields(o.legs->p_CS),
+                     files::csv_fields(o.legs->X_CG.value()));
 }
 
 std::string command_fields(const slam::Observation& o) {
@@ -59,7 +60,7 @@ void read_plan(const files::CsvReader& row, slam::Observation& o) {
 }
 
 void read_legs(const files::CsvReader& row, slam::Observation& o) {
-  o.legs = slam::LegMotion{row.pose(1), row.vector(13)};
+  o.legs = slam::LegMotion{row.pose(1), row.vector(13), row.pose(16)};
 }
 
 void read_command(const files::CsvReader& row, slam::Observation& o) {

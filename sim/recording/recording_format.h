@@ -123,8 +123,8 @@ inline const std::string kPlanHeader = kStampColumn + "," + files::pose_columns(
                                        ",v_PC_C_x [m s^-1],v_PC_C_y [m s^-1],v_PC_C_z [m s^-1]"
                                        ",w_PC_C_x [rad s^-1],w_PC_C_y [rad s^-1],w_PC_C_z [rad s^-1]"
                                        ",support [],p_CF_x [m],p_CF_y [m],p_CF_z [m]";
-inline const std::string kLegHeader =
-    kStampColumn + "," + files::pose_columns("OC") + ",p_CS_x [m],p_CS_y [m],p_CS_z [m]";
+inline const std::string kLegHeader = kStampColumn + "," + files::pose_columns("OC") +
+                                      ",p_CS_x [m],p_CS_y [m],p_CS_z [m]," + files::pose_columns("CG");
 inline const std::string kMotionHeader =
     "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z [], "
     "v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1], b_w_RS_S_y [rad s^-1], "

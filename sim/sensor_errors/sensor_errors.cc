@@ -47,7 +47,8 @@ PlannedMotion interpolate(const PlannedMotion& a, const PlannedMotion& b, double
 }
 
 slam::LegMotion interpolate(const slam::LegMotion& a, const slam::LegMotion& b, double part) {
-  return {interpolate(a.X_OC, b.X_OC, part), (1 - part) * a.p_CS + part * b.p_CS};
+  return {interpolate(a.X_OC, b.X_OC, part), (1 - part) * a.p_CS + part * b.p_CS,
+          a.X_CG && b.X_CG ? std::optional(interpolate(*a.X_CG, *b.X_CG, part)) : std::nullopt};
 }
 
 template <class Motion>

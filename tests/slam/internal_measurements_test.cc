@@ -69,6 +69,28 @@ TEST(InternalMeasurements, AGyroThatDrivesTheMotionIsNoMeasurementUnlessItsRateI
   EXPECT_EQ(walk.predicted.F(kRate, kRate), 1);
 }
 
+/// The rate about the camera's y axis at a frame if encoders read these angles between camera and IMU there
+/// and at the frame before, the first one that has them.
+double rate_of_head(double before_rad, double now_rad, bool by_encoders = true) {
+  Options options;
+  options.leg_odometry.enabled = by_encoders;
+  Walking walk(options);
+  for (const auto& [k, angle] : {std::pair(60, before_rad), std::pair(61, now_rad)}) {
+    Observation o = walk.recording.observation(k);
+    const Eigen::AngleAxisd turn(angle, Eigen::Vector3d::UnitY());
+    o.legs = LegMotion{o.plan->X_PC, o.plan->p_CF, turn * synthetic::calibration().X_CG};
+    walk.step(o);
+  }
+  return walk.predicted.x(kRate + 1);
+}
+
+TEST(InternalMeasurements, TheHeadTurnsByTheGyroInTheBodyAndByTheEncodersOfItsNeck) {
+  const double still = rate_of_head(0.02, 0.02);
+  EXPECT_NEAR(rate_of_head(0, 0), still, 1e-3);
+  EXPECT_NEAR(rate_of_head(0.02, 0.025), still - 0.005 / seconds(synthetic::Walk{}.stamp(1)), 1e-3);
+  EXPECT_EQ(rate_of_head(0.02, 0.025, false), rate_of_head(0, 0, false));
+}
+
 TEST(InternalMeasurements, InnovationsAreMultipliedWithThoseOfTheLastFrame) {
   Walking walk;
   const Nis first = *nis_of(walk.report.innovations, "height");

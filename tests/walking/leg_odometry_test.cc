@@ -58,6 +58,19 @@ TEST(LegOdometry, SolesWithoutPadsTiltByTheGyroAndStayOnALevelFloor) {
   EXPECT_NEAR(now.translation().y(), -0.02 * robot.base_height, 2e-3);
 }
 
+TEST(LegOdometry, AChestThatTurnsOnItsWaistDoesNotTurnTheWaist) {
+  const Robot robot = made_up_robot();
+  LegOdometry legs(robot, Eigen::Isometry3d::Identity(), Floor::any);
+  SensorReadings readings = loaded(robot, 250, 250, 0);
+  legs.add(readings);
+  for (int k = 0; k < 20; ++k) {
+    readings.gyro.z() = 0.4;
+    readings.q[robot.chest] += 0.4 * kPeriod;
+    legs.add(readings);
+  }
+  EXPECT_LT((legs.motion(readings.q).X_OB.matrix() - Eigen::Matrix4d::Identity()).norm(), 1e-12);
+}
+
 TEST(LegOdometry, BothFeetCountByTheirLoadAndALightOneDoesNot) {
   const Robot robot = made_up_robot();
   const auto ahead = [&](double left_n, double right_n) {

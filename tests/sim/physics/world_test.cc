@@ -109,6 +109,16 @@ void bend(World& world, std::initializer_list<std::pair<int, double>> joints) {
   world.command({q, walking::JointVector::Zero(q.size())});
 }
 
+TEST(World, EncodersTellWhereCameraAndImuAreWhileChestAndHeadMove) {
+  World world = standing();
+  bend(world, {{12, 0.1}, {15, 0.2}});
+  run(world, 200);
+  const World::Mounts mounts = world.mounts_by_encoders();
+  EXPECT_TRUE((world.X_WB() * mounts.X_BC).isApprox(world.X_WC(), 1e-12));
+  EXPECT_TRUE((world.X_WC() * mounts.X_CG).isApprox(world.X_WG(), 1e-12));
+  EXPECT_FALSE(mounts.X_BC.isApprox(standing().mounts_by_encoders().X_BC, 0.01));
+}
+
 // While the chest turns and the head nods.
 TEST(World, ReadingsOfAMovedImuAreInTheAxesOfTheChest) {
   rig::Mount turned, on_head;

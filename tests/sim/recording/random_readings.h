@@ -56,7 +56,9 @@ inline std::vector<slam::Observation> observations(sim::sensor_errors::Random& r
     if (k % 7 == 4) continue;
     o.plan = slam::PlannedMotion{random_pose(random), random_vector(random), random_vector(random),
                                  random_vector(random), static_cast<slam::Support>(random.bits() % 3)};
-    if (legs) o.legs = slam::LegMotion{random_pose(random), random_vector(random)};
+    if (legs)
+      o.legs = slam::LegMotion{random_pose(random), random_vector(random),
+                               Eigen::Isometry3d(Eigen::Translation3d(0.1 * k, 0, 0))};
     if (legs && k % 3 == 1) o.command = slam::CommandedVelocity{o.t - slam::Stamp(k), 0.1 * k, 0.2, 0.3};
   }
   return all;
@@ -135,7 +137,8 @@ inline std::vector<double> numbers_of(const slam::Observation& o) {
     for (const auto& v : {o.plan->v_PC_C, o.plan->w_PC_C, o.plan->p_CF}) append(all, v);
     all.push_back(static_cast<double>(o.plan->support));
   }
-  if (o.legs) append(all, o.legs->X_OC.matrix()), append(all, o.legs->p_CS);
+  if (o.legs)
+    append(all, o.legs->X_OC.matrix()), append(all, o.legs->p_CS), append(all, o.legs->X_CG->matrix());
   if (const auto& c = o.command) all.insert(all.end(), {ns(c->t), c->ahead_m_s, c->left_m_s, c->turn_rad_s});
   return all;
 }

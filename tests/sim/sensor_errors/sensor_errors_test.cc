@@ -341,6 +341,7 @@ Observation observed(int k) {
   o.plan->v_PC_C.y() = 30 * k;
   o.legs.emplace().X_OC.translation().y() = 30 * k;
   o.legs->p_CS.z() = 30 * k;
+  o.legs->X_CG.emplace(Eigen::Translation3d(30.0 * k, 0, 0));
   o.command.emplace().t = o.t - Stamp(kMs);
   return o;
 }
@@ -381,8 +382,9 @@ TEST(MotionClock, ThatIsAheadOrBehindGivesEachFrameTheMotionOfAnotherTime) {
       }
       const double planned_ms = 30.0 * k - offset_ms;
       const slam::PlannedMotion& plan = *o.plan;
-      for (const double ms : {plan.X_PC.translation().x(), plan.v_PC_C.y(), o.legs->X_OC.translation().y(),
-                              o.legs->p_CS.z(), 1e3 * Eigen::AngleAxisd(plan.X_PC.linear()).angle()})
+      for (const double ms :
+           {plan.X_PC.translation().x(), plan.v_PC_C.y(), o.legs->X_OC.translation().y(), o.legs->p_CS.z(),
+            o.legs->X_CG->translation().x(), 1e3 * Eigen::AngleAxisd(plan.X_PC.linear()).angle()})
         EXPECT_NEAR(ms, planned_ms, 1e-6);
       const double given_ms = 1e3 * slam::seconds(o.command->t) - offset_ms;  // one before the frame's motion
       EXPECT_TRUE(given_ms <= planned_ms - 1 + 1e-6 && given_ms > planned_ms - 31) << given_ms;
