@@ -189,11 +189,12 @@ def main():
     os.environ.setdefault("GAITSLAM_CACHE", str(work / "cache"))
     if mode == "--check":
         return check(work)
+    before = revision()  # the pictures that are written below change the tree
     first = first_run(work)
     pictures(work, out)
     if mode == "--pictures":
         return None
-    stored = {"revision": revision(), "machine": machine(), "columns": measured(work, SEEDS), "first_run": first}
+    stored = {"revision": before, "machine": machine(), "columns": measured(work, SEEDS), "first_run": first}
     STORED.write_text(json.dumps(stored, indent=1) + "\n")
     readme = ROOT / "README.md"
     readme.write_text(with_blocks(readme.read_text(), stored))
