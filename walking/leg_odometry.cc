@@ -28,6 +28,9 @@ double settling() {
   return part;
 }
 
+/// The part of the way to its new rest that a spring with damping moves in a tick.
+double yields(double lag_s) { return lag_s > 0 ? 1 - std::exp(-kPeriod / lag_s) : 1; }
+
 /// A sole that has landed, a tick later.
 Eigen::Isometry3d settled(const Eigen::Isometry3d& X) {
   const double part = settling();
@@ -42,18 +45,28 @@ Eigen::Isometry3d settled(const Eigen::Isometry3d& X) {
 
 }  // namespace
 
+std::vector<double> deflections(const Leg& leg, const Wrench& wrench) {
+  const Eigen::Vector3d torque = wrench.torque - leg.ankle().cross(wrench.force);  // about the ankle
+  std::vector<double> bush;
+  for (const Spring& spring : leg.bush)
+    bush.push_back(spring.axis.dot(spring.turns ? torque : wrench.force) / spring.stiffness);
+  return bush;
+}
+
 Eigen::Isometry3d measured_sole_in_base(const Robot& robot, Side side, const LegVector& q,
-                                        const Wrench& wrench) {
+                                        const std::vector<double>& bush) {
   using Eigen::Vector3d;
   const Leg& leg = robot.leg(side);
-  const Vector3d ankle = leg.ankle(), torque = wrench.torque - ankle.cross(wrench.force);  // about the ankle
+  const Vector3d ankle = leg.ankle();
   Eigen::Matrix3d turned = Eigen::Matrix3d::Identity();
   Vector3d moved = Vector3d::Zero();
-  for (const Spring& spring : leg.bush)
+  for (std::size_t i = 0; i < bush.size(); ++i) {
+    const Spring& spring = leg.bush[i];
     if (spring.turns)
-      turned = turned * Eigen::AngleAxisd(spring.axis.dot(torque) / spring.stiffness, spring.axis);
+      turned = turned * Eigen::AngleAxisd(bush[i], spring.axis);
     else
-      moved += spring.axis.dot(wrench.force) / spring.stiffness * spring.axis;
+      moved += bush[i] * spring.axis;
+  }
   Eigen::Isometry3d deflection = Eigen::Isometry3d::Identity();  // of the sole
   deflection.linear() = turned;
   deflection.translation() = ankle + moved - turned * ankle;
@@ -75,9 +88,10 @@ Eigen::Isometry3d floor_under_sole(const Leg& leg, const Wrench& lagged) {
 }
 
 Eigen::Isometry3d LegOdometry::X_BS(Side side, const JointVector& q) const {
-  const auto& [now, lagged] = wrenches_[static_cast<std::size_t>(side)];
+  const Foot& foot = feet_[static_cast<std::size_t>(side)];
   const Leg& leg = robot_.leg(side);
-  return measured_sole_in_base(robot_, side, leg_angles(leg, q), now) * floor_under_sole(leg, lagged);
+  return measured_sole_in_base(robot_, side, leg_angles(leg, q), foot.bush) *
+         floor_under_sole(leg, foot.pads);
 }
 
 // The gyro gives the turn of the waist, and the legs the motion of each point in it: their mean, weighted by
@@ -134,12 +148,15 @@ void LegOdometry::follow_points(const SensorReadings& readings) {
 
 void LegOdometry::add(const SensorReadings& readings) {
   for (const Side side : {Side::right, Side::left}) {
-    auto& [now, lagged] = wrenches_[static_cast<std::size_t>(side)];
-    now = side == Side::left ? readings.left : readings.right;
-    const double lag_s = robot_.leg(side).pad_lag_s;
-    const double part = started_ && lag_s > 0 ? 1 - std::exp(-kPeriod / lag_s) : 1;
-    lagged.force += part * (now.force - lagged.force);
-    lagged.torque += part * (now.torque - lagged.torque);
+    const Leg& leg = robot_.leg(side);
+    const Wrench& wrench = side == Side::left ? readings.left : readings.right;
+    const std::vector<double> rest = deflections(leg, wrench);
+    Foot& foot = feet_[static_cast<std::size_t>(side)];
+    if (!started_) foot = {rest, wrench};
+    for (std::size_t i = 0; i < rest.size(); ++i)
+      foot.bush[i] += yields(leg.bush[i].lag_s) * (rest[i] - foot.bush[i]);
+    foot.pads.force += yields(leg.pad_lag_s) * (wrench.force - foot.pads.force);
+    foot.pads.torque += yields(leg.pad_lag_s) * (wrench.torque - foot.pads.torque);
   }
   if (by_points_) return follow_points(readings);
   const double left = readings.left.force.z(), right = readings.right.force.z();

@@ -5,10 +5,13 @@
 
 namespace walking {
 
-/// Returns the sole in the waist's axes from a leg's six encoders (rad) and the deflection of the ankle's
-/// bush, if it has one, under the wrench that the ground exerts on the foot.
+/// Returns the deflection (m or rad) of each spring of the ankle's bush under a constant wrench that the
+/// ground exerts on the foot.
+std::vector<double> deflections(const Leg& leg, const Wrench& wrench);
+
+/// Returns the sole in the waist's axes from a leg's six encoders (rad) and the deflections of its bush.
 Eigen::Isometry3d measured_sole_in_base(const Robot& robot, Side side, const LegVector& q,
-                                        const Wrench& wrench);
+                                        const std::vector<double>& bush);
 
 /// X_SF: the floor in the axes of a sole that tilts on its pads, springs with damping, about its middle,
 /// under a wrench that lags behind that of the ground by leg.pad_lag_s. By first order this is how they give
@@ -58,10 +61,11 @@ class LegOdometry {
   SensorReadings last_;                                     // likewise
   bool started_ = false;
   Side carrying_ = Side::left;
-  struct Wrenches {
-    Wrench now, lagged;  // lagged: as the pads follow them
+  struct Foot {
+    std::vector<double> bush;  // deflections
+    Wrench pads;               // the wrench as they follow it
   };
-  std::array<Wrenches, 2> wrenches_;  // by Side
+  std::array<Foot, 2> feet_;  // by Side
 };
 
 }  // namespace walking

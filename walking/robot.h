@@ -28,11 +28,12 @@ struct Joint {
   double effort = std::numeric_limits<double>::infinity();                      ///< largest torque, N·m
 };
 
-/// A spring without damping between ankle and sole.
+/// A spring with damping between ankle and sole.
 struct Spring {
   bool turns = false;                               ///< about the axis, in N·m/rad, or along it, in N/m
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< in the axes of the sole
   double stiffness = 0;
+  double lag_s = 0;  ///< its damping divided by its stiffness
 };
 
 struct Leg {

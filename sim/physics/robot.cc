@@ -173,9 +173,10 @@ class RobotReader {
     if (!(m_.jnt_stiffness[joint] > 0) || m_.jnt_type[joint] == mjJNT_BALL)
       fail_model(fmt::format("joint {} below the ankle has neither a servo nor a stiffness",
                              mj_id2name(&m_, mjOBJ_JOINT, joint)));
-    leg.bush.insert(leg.bush.begin(), {m_.jnt_type[joint] == mjJNT_HINGE,
-                                       X_WS.linear().transpose() * Vector3d(data_->xaxis + 3 * joint),
-                                       m_.jnt_stiffness[joint]});
+    leg.bush.insert(
+        leg.bush.begin(),
+        {m_.jnt_type[joint] == mjJNT_HINGE, X_WS.linear().transpose() * Vector3d(data_->xaxis + 3 * joint),
+         m_.jnt_stiffness[joint], m_.dof_damping[m_.jnt_dofadr[joint]] / m_.jnt_stiffness[joint]});
   }
 
   void read_imu() {

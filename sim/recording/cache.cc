@@ -127,7 +127,7 @@ void Cache::make_entry(const std::string& key, const Label& label, const Make& m
   files::AtomicFolder folder(place_.folder / key, files::Existing::replace);
   const fs::path result = folder.path() / "result";
   make(result);
-  const ordered_json entry{{"format_version", 4},
+  const ordered_json entry{{"format_version", 5},
                            {"recording", Manifest(result / "recording").hash()},
                            {"files_xxh3_128", hash_of_files_in(result)},
                            {"scenario", label.scenario},

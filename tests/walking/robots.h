@@ -43,7 +43,10 @@ inline Robot hrp2_robot() {
     made.X_FS.translation().z() = -0.105;
     made.sole_min << -0.100, -0.069, made.sole_max << 0.130, 0.069;
     made.pad_stiffness << 1e9, 1e9;
-    made.bush = {{false, z, 239018}, {true, z, 936}, {true, y, 502}, {true, x, 707}};
+    made.bush = {{false, z, 239018, 500. / 239018},
+                 {true, z, 936, 5. / 936},
+                 {true, y, 502, 5. / 502},
+                 {true, x, 707, 5. / 707}};
   }
   const int chest = add_joint(robot, "CHEST_JOINT0", -1, {0.032, 0, 0.3507}, z, -45, 45);
   robot.chest = add_joint(robot, "CHEST_JOINT1", chest, o, y, -5, 60);

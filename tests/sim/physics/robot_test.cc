@@ -29,6 +29,7 @@ TEST(ReadRobot, HasTheJointsSolesAndBushesOfThePublishedRobot) {
     for (std::size_t i = 0; i < a.bush.size(); ++i) {
       EXPECT_EQ(a.bush[i].turns, b.bush[i].turns);
       EXPECT_EQ(a.bush[i].stiffness, b.bush[i].stiffness);
+      EXPECT_NEAR(a.bush[i].lag_s, b.bush[i].lag_s, 1e-12);
       EXPECT_LT((a.bush[i].axis - b.bush[i].axis).norm(), 1e-12);
     }
   }
