@@ -31,12 +31,11 @@ class Exchange : public CommandLine {
 };
 
 // The export gives readings of 5 ms, the run has some split at frames; the lens is fitted to 0.2 px. The
-// error of a single pose, the last, differs by up to its standard deviation of 8 mm.
+// replay starts at the true pose, the run where the plan has it, 5 mm away: only aligned errors compare.
 TEST_F(Exchange, ARunComesBackFromItsEurocExportWithNearlyTheSameScores) {
   ok("replay e --out back");
-  for (const auto& [name, tolerance_m] :
-       {std::pair{"rmse_m", 0.005}, {"ate_se3_rmse_m", 0.005}, {"end_position_error_m", 0.008}})
-    EXPECT_NEAR(value("back", name), value("r/seed-1", name), tolerance_m) << name;
+  for (const char* name : {"ate_se3_rmse_m", "ate_yaw_rmse_m"})
+    EXPECT_NEAR(value("back", name), value("r/seed-1", name), 1e-3) << name;
 }
 
 TEST_F(Exchange, ATruthThatBeginsLateOrHasPositionsOnlyGivesNearlyTheSameErrors) {
