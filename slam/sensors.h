@@ -13,7 +13,7 @@ struct MeanRate {
   double sigma_rad_s;
 };
 
-/// Gyro and accelerometer readings of one frame interval (from, to], and where the IMU was in the camera's
+/// Gyro and accelerometer readings of one frame interval (from, to], and the pose of the IMU in the camera's
 /// frame at both ends.
 struct InertialInterval {
   Stamp from{0}, to{0};

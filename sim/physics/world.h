@@ -124,7 +124,7 @@ class World {
   /// torques of the legs; no IMU.
   walking::SensorReadings leg_readings() const;
 
-  /// Where head camera (optical axes: x right, y down, z ahead) and chest IMU are by the encoders.
+  /// Poses of the head camera (optical axes: x right, y down, z ahead) and the chest IMU, from the encoders.
   struct Mounts {
     Eigen::Isometry3d X_BC, X_CG;
   };

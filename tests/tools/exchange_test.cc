@@ -31,7 +31,7 @@ class Exchange : public CommandLine {
 };
 
 // The export gives readings of 5 ms, the run has some split at frames; the lens is fitted to 0.2 px. The
-// replay starts at the true pose, the run where the plan has it, 5 mm away: only aligned errors compare.
+// replay starts at the true pose and the run at the planned one, 5 mm away, so only aligned errors compare.
 TEST_F(Exchange, ARunComesBackFromItsEurocExportWithNearlyTheSameScores) {
   ok("replay e --out back");
   for (const char* name : {"ate_se3_rmse_m", "ate_yaw_rmse_m"})
