@@ -162,7 +162,8 @@ std::vector<std::vector<std::string>> exact_lines(const Leaderboard& board) {
   return lines;
 }
 
-constexpr const char* kRemark = "Medians over n seeds [95 % interval of the median, from 6 seeds on]";
+constexpr const char* kRemark =
+    "Medians over n seeds [95 % interval of the median; below 6 seeds, least and greatest value]";
 
 /// The changed keys of a row, and its folder if they name no single row.
 std::string difference(const LeaderboardRow& row, const std::vector<LeaderboardRow>& rows) {
@@ -192,8 +193,9 @@ std::vector<std::vector<std::string>> read_lines(const Leaderboard& board) {
         number_text(row.coverage()), fmt::format("{} of {}", completed_of(row), row.runs.size())});
     for (const std::string& column : columns) {
       const auto values = row.values(column);
-      line.push_back(values.empty() ? "-"
-                                    : median_text(score::median(values), score::median_interval(values)));
+      auto spread = score::median_interval(values);
+      if (!spread && values.size() > 1) spread = {std::ranges::min(values), std::ranges::max(values)};
+      line.push_back(values.empty() ? "-" : median_text(score::median(values), spread));
     }
   }
   return without_empty(lines);

@@ -374,6 +374,7 @@ TEST_F(LeaderboardTest, RowsAreRankedOverTheSeedsInCommonWithTheirSpread) {
   EXPECT_FALSE(board().rows.back().rank);
   for (const char* few : {"c", "d"}) std::filesystem::remove_all(folder_ / few);
   EXPECT_THAT(leaderboard_file(board(), TableFormat::csv), Has("walk,steady,1,1,3,3,0.2,0.1,0.3"));
+  EXPECT_THAT(leaderboard_table(board()), Has("0.2 [0.1, 0.3]"));
 }
 
 TEST_F(LeaderboardTest, SettingsAndProgramsAreNeverPooledAndASeedCountsOnce) {
