@@ -240,8 +240,8 @@ std::string not_rising(std::chrono::nanoseconds before, std::chrono::nanoseconds
     why += fmt::format(": it is {:.6g} s earlier", 1e-9 * static_cast<double>((before - stamp).count()));
   if (stamp == before)
     why +=
-        "; is its rest missing or in another column? expected all digits, or a header that names both, as "
-        "in secs,nsecs";
+        ": it is the same; if its rest is missing or in another column, expected all digits, or a header "
+        "that names both, as in secs,nsecs";
   return why;
 }
 

@@ -317,7 +317,7 @@ TrajectoryFile read_poses(Lines& text, const TimeUnit* stated) {
   if (text.lines.empty()) throw FileError(text.file, "has no pose in it: each position is missing or NaN");
   if (lacks_orientations(text.lines, columns.orientation)) {
     columns.orientation.clear();
-    warn(read, "all its quaternions are 0: only its positions are read");
+    warn(read, "all its quaternions are 0 or absent: only its positions are read");
   }
   const TimeUnit& unit = unit_of(text, columns.stamp);
   read.format = commas ? "EuRoC csv" : "TUM";

@@ -12,6 +12,9 @@ using namespace recording_format;
 
 /// Between true poses that are interpolated, and between readings that join.
 constexpr slam::Stamp kLongestGap{100'000'000};
+/// Offsets and leaps of clocks that are remarked upon, and offsets that are rejected.
+constexpr slam::Stamp kLeastOffset{15'000'000};
+constexpr double kMostOffset_s = 0.1;
 /// A truth that starts so late after an image, as by rounded stamps, starts with it.
 constexpr slam::Stamp kSameTime{100'000};
 constexpr std::array kTruthFolders{"mav0/state_groundtruth_estimate0", "mav0/mocap0", "mav0/gt",
@@ -27,13 +30,12 @@ std::string span_text(slam::Stamp first, slam::Stamp last) {
 /// that are missing.
 void add_leap(std::vector<std::string>& remarks, const fs::path& file, const std::vector<slam::Stamp>& stamps,
               const std::vector<std::size_t>& lines) {
-  constexpr int kMostSteps = 5;
   std::vector<slam::Stamp> steps;
   for (std::size_t i = 1; i < stamps.size(); ++i) steps.push_back(stamps[i] - stamps[i - 1]);
   if (steps.size() < 2) return;
   std::vector<slam::Stamp> sorted = steps;
   std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2));
-  const slam::Stamp usual = sorted[sorted.size() / 2], most = std::max(kMostSteps * usual, kLongestGap);
+  const slam::Stamp usual = sorted[sorted.size() / 2], most = usual + std::max(2 * usual, kLeastOffset);
   const auto leap = std::ranges::max_element(steps);
   if (*leap <= most) return;
   const auto leaps = std::ranges::count_if(steps, [&](slam::Stamp step) { return step > most; });
@@ -143,6 +145,12 @@ Eigen::Vector3d first_acceleration(const std::vector<Reading>& readings) {
   return sum / std::max(1.0, static_cast<double>(count));
 }
 
+Eigen::Isometry3d first_pose(const fs::path& motion) {
+  files::CsvReader rows(motion, 13);
+  if (!rows.next()) throw files::FileError(motion, "has no rows");
+  return rows.pose(1);
+}
+
 YamlFile yaml(const fs::path& file) { return {file, files::read_text(file, files::kMostOfYaml)}; }
 
 // A sensor.yaml, or the calibration file of kalibr that stands for it.
@@ -196,8 +204,11 @@ struct ReadSensors : AslSensors {
     has_motion = std::ranges::any_of(motion_sources(), [&](const MotionSource& source) {
       return fs::exists(folder / sensor_rows(source.name));
     });
-    if (const fs::path plan = folder / sensor_file("plan0"); fs::exists(plan))
+    const fs::path plan = folder / sensor_file("plan0"), legs = folder / sensor_rows("legs0");
+    if (fs::exists(plan))
       setup.X_WC_start = read_pose(yaml(plan), "T_WC_start");
+    else if (fs::exists(legs))
+      setup.X_WC_start = first_pose(legs);
     else if (!a_G.isZero())  // it points up
       setup.X_WC_start.linear() = turn_upwards(setup.calibration.X_CG.linear() * a_G);
     else
@@ -248,14 +259,12 @@ Eigen::Isometry3d interpolate(const files::TimedPose& a, const files::TimedPose&
   return Eigen::Translation3d(p) * qa.slerp(part, qb);
 }
 
-constexpr double kLeastOffset_s = 0.015, kMostOffset_s = 0.1;  // remarked upon, and rejected
-
 // Compares the gyro with the truth. Throws FileError if they have different clocks, units or axes, and adds a
 // remark on what may be.
 void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& truth,
                              const Eigen::Matrix3d& R_GT, const std::vector<Reading>& readings,
                              const fs::path& imu, AslSensors& sensors) {
-  constexpr double kMostGain = 2, kSure = 0.9;
+  constexpr double kMostGain = 2, kUsualGain = 0.2, kSure = 0.9;
   if (!truth.has_orientation) return;
   std::vector<TimedRotation> gyro;
   for (const Reading& reading : readings) gyro.push_back({reading.t, reading.gyro});
@@ -274,10 +283,14 @@ void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& 
         "its speeds of rotation are {:.3g} times those of {}: expected rad/s, or a header with "
         "their unit, as in w_RS_S_x [deg s^-1]",
         found->gain, file.string());
+  if (std::abs(found->gain - 1) > kUsualGain && found->correlation > kSure)
+    sensors.remarks.push_back(
+        fmt::format("{}: its speeds of rotation are {:.3g} times those of {}: its scale is wrong",
+                    imu.string(), found->gain, file.string()));
   const double late_s = -found->late_s;  // of the truth
   const std::string late = fmt::format("{:.2f} s {} {}", std::abs(late_s),
                                        late_s > 0 ? "later than" : "earlier than", imu.string());
-  const bool is_late = std::abs(late_s) >= kLeastOffset_s;
+  const bool is_late = std::abs(late_s) >= slam::seconds(kLeastOffset);
   if (found->axes || found->mirrored)
     throw files::FileError(
         imu,
@@ -295,8 +308,9 @@ void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& 
     throw files::FileError(
         file,
         "its stamps are {}: shifted by that, the speeds of rotation correlate by {:.2f}, as "
-        "stamped by {:.2f}; expected one clock (timeshift_cam_imu of the camera corrects an IMU's)",
-        late, found->correlation, found->as_stamped);
+        "stamped by {:.2f}; expected one clock (timeshift_cam_imu of the camera corrects an IMU's){}{}",
+        late, found->correlation, found->as_stamped, sensors.remarks.empty() ? "" : "; ",
+        fmt::join(sensors.remarks, "; "));
   if (!is_late) return;
   sensors.remarks.push_back(
       fmt::format("{}: the truth is {}: errors of orientation and the NEES include it if the images have the "

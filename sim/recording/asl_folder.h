@@ -8,8 +8,9 @@
 
 namespace sim::recording {
 
-/// The sensors of an external recording. Without a plan the world of setup.X_WC_start has its origin at the
-/// first camera; its z axis is up according to the first accelerometer readings, if any.
+/// The sensors of an external recording. Without plan0, setup.X_WC_start is the first pose of legs0; without
+/// both, its world has its origin at the first camera; its z axis is up according to the first accelerometer
+/// readings, if any.
 struct AslSensors {
   RecordingSetup setup;
   ImuNoise noise;  ///< zero if not stated

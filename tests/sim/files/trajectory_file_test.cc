@@ -46,7 +46,7 @@ TEST_F(TrajectoryFileTest, AStampInTwoColumnsIsReadAsTheHeaderNamesThemElseRejec
                   ":2:3: expected whole seconds and their rest in whole nanoseconds in two columns");
   expect_rejected("secs,nsecs,x,y,z\n5.5,1,1,2,3\n", ":2:5: expected whole seconds and their rest");
   expect_rejected("5,10,1,2,1,0,0,0\n5,20,1,2,1,0,0,0\n",
-                  ":2:1: the stamp is not after the one before; is its rest");
+                  ":2:1: the stamp is not after the one before: it is the same; if its rest");
 }
 
 TEST_F(TrajectoryFileTest, EachPoseMayBeWithoutTheCovarianceThatOthersHave) {

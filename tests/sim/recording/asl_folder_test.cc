@@ -78,6 +78,16 @@ TEST_F(RecordedElsewhere, APlanMayHaveColumnsOfAnotherProgramsOwn) {
   EXPECT_EQ(complaint(), "");
 }
 
+TEST_F(RecordedElsewhere, LegOdometryHasTheStartIfThereIsNoPlan) {
+  const std::string pose = ",1,2,3,0,-1,0,1,0,0,0,0,1", zeros = ",0,0,0,0,0,0,0,0,0,0,0,0,0,0,0";
+  write("legs0/data.csv", recording_format::kLegHeader + "\n1403636579763555584" + pose + zeros + "\n");
+  const AslFolder reader(folder_.path());
+  const Eigen::Isometry3d start = reader.sensors().setup.X_WC_start;
+  EXPECT_EQ(start.translation(), Eigen::Vector3d(1, 2, 3)) << "heights are those of legs0";
+  EXPECT_EQ(start.linear().col(0), Eigen::Vector3d::UnitY());
+  EXPECT_TRUE(reader.truth().camera[0].X.isApprox(start, 1e-12));
+}
+
 TEST_F(RecordedElsewhere, AReadingStandsForTheTimeUntilHalfwayToItsNeighborsAndIsSplitAtAFrame) {
   AslFolder reader(folder_.path());
   const auto first = reader.next(), second = reader.next();
@@ -203,20 +213,20 @@ TEST_F(RecordedElsewhere, StampsInTwoColumnsAreReadByTheirNames) {
   EXPECT_EQ(reader.next().value().gyro.at(0).begin, Stamp{-15000192});
   edit("imu0/data.csv", "header.stamp.secs,header.stamp.nsecs", "a,b");
   EXPECT_THAT(complaint(),
-              HasSubstr("imu0/data.csv:3:1: the stamp is not after the one before; is its rest"));
+              HasSubstr("imu0/data.csv:3:1: the stamp is not after the one before: it is the same; if its"));
 }
 
 TEST_F(RecordedElsewhere, AGyroOfAnotherClockUnitOrAxesThanTheTruthIsNamedBeforeTheFirstFrame) {
   const std::string camera = "#timestamp [ns],filename\n";
   write("cam0/data.csv", camera + "10000000000,second.png\n10050000000,second.png\n");
   std::vector<std::string> remarks;
-  const auto rotating = [&](double late_s, double factor) {
+  const auto rotating = [&](double late_s, double factor, int from = 0) {
     std::string imu = "#timestamp [ns],w_x,w_y,w_z\n", truth = "#timestamp [ns],x,y,z,q_w,q_x,q_y,q_z\n";
     double angle = 0;
     for (int i = 0; i < 400; ++i) {  // at 50 Hz
       const auto rate = [](double t) { return 0.3 * std::sin(t * t); };
       const double t = 8 + 0.02 * i;
-      imu += fmt::format("{:.0f},{},0,0\n", 1e9 * (t + late_s), factor * rate(t));
+      imu += fmt::format("{:.0f},{},0,0\n", 1e9 * (t + (i < from ? 0 : late_s)), factor * rate(t));
       truth += fmt::format("{:.0f},0,0,0,{},{},0,0\n", 1e9 * t, std::cos(angle / 2), std::sin(angle / 2));
       angle += 0.02 * rate(t + 0.01);
     }
@@ -236,6 +246,9 @@ TEST_F(RecordedElsewhere, AGyroOfAnotherClockUnitOrAxesThanTheTruthIsNamedBefore
   EXPECT_THAT(remarks, Contains(HasSubstr("axes of its gyro are not checked: it turns too little")));
   EXPECT_THAT(rotating(0.5, 1), HasSubstr("data.csv: its stamps are 0.50 s earlier than "));
   EXPECT_THAT(rotating(-1.5, 1), HasSubstr("data.csv: its stamps are 1.50 s later than "));
+  EXPECT_THAT(rotating(0.5, 1, 20), HasSubstr("imu0/data.csv:22: its clock leaps by 0.52 s"));
+  EXPECT_EQ(rotating(0, 1.3), "");
+  EXPECT_THAT(remarks, Contains(HasSubstr("its scale is wrong")));
   EXPECT_THAT(rotating(0, 57.3), HasSubstr("imu0/data.csv: its speeds of rotation are 5"));
   EXPECT_THAT(rotating(0, -1),
               HasSubstr("imu0/data.csv: its gyro turns about x, y, z as -x, y, z of those of "));
@@ -267,7 +280,8 @@ TEST_F(RecordedElsewhere, AClockThatLeapsBetweenRowsIsNamedWithItsLine) {
     EXPECT_THAT(remarks_of(-0.2),
                 HasSubstr(fmt::format("{}:8:1: the stamp is not after the one before: it is {:.2g} s earlier",
                                       of.name, 0.2 - of.step_s)));
-    EXPECT_THAT(remarks_of(0.05), Not(HasSubstr("leaps")));
+    EXPECT_THAT(remarks_of(2.5 * of.step_s), HasSubstr(":8: its clock leaps"));
+    EXPECT_THAT(remarks_of(1.5 * of.step_s), Not(HasSubstr("leaps")));
     write(of.name, kept);
   }
 }
