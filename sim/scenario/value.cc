@@ -272,7 +272,8 @@ std::string print(const Domain& domain, const std::vector<Eigen::Vector3d>& valu
 double to_radians(double degrees) { return degrees / 180 * std::numbers::pi; }
 
 double to_degrees(double radians) {
-  const double near = radians / std::numbers::pi * 180;
+  const double near = radians / std::numbers::pi * 180, typed = std::stod(fmt::format("{:.15g}", near));
+  if (to_radians(typed) == radians) return typed;
   double below = near, above = near;
   for (int i = 0; i < 4; ++i) {
     if (to_radians(below) == radians) return below;

@@ -85,6 +85,7 @@ TEST_F(Cli, WrongInputIsNamedByEachCommand) {
        {"check kitchen.yaml", "kitchen.yaml:3: world.room: is 'kitchen', expected one of "},
        {"check near.yaml", "; did you mean 'office'?"},
        {"check stand.yaml world.room=kitchen", "world.room: is 'kitchen'"},
+       {"check stand.yaml world.robot=./none", "/none has no robot.yaml; 'gaitslam robot init' writes one"},
        {"check world.seed=3", "check: names no scenario, expected a YAML file"},
        {"check far.yaml", "walk.commands[0]: at"},
        {"check control.yaml", "a?K?z"},

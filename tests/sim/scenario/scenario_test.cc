@@ -105,6 +105,7 @@ TEST(Scenario, DegreesOfAFileComeBackExactly) {
               std::bit_cast<std::uint64_t>(radians));
   }
   EXPECT_EQ(to_degrees(std::numbers::pi / 2), 90);
+  EXPECT_EQ(to_degrees(to_radians(52)), 52) << "as it was typed";
 }
 
 const std::string kLongWalk = "walk: {commands: [{stand: {duration_s: 100}}]}\ncamera: {}\n";

@@ -127,11 +127,16 @@ void require_models(const scenario::ReadScenario& read, const fs::path& models) 
       rooms.insert(entry.path().stem());
   }
   if (rooms.empty()) throw files::FileError(models, "has no models");
-  const fs::path robot = scenario::robot_folder(read.scenario.world.robot);
-  for (const auto& entry : fs::directory_iterator(robot.parent_path(), fault))
-    if (fs::exists(entry.path() / "robot.yaml", fault)) robots.insert(entry.path().filename());
-  if (!robots.contains(robot.filename()))
-    require_model(read, "world.robot", read.scenario.world.robot, robots);
+  const physics::NameOrPath& robot = read.scenario.world.robot;
+  const fs::path folder = scenario::robot_folder(robot);
+  if (!fs::exists(folder / "robot.yaml", fault)) {
+    if (robot.is_path())
+      fail(scenario::place_of(read, "world.robot"), "world.robot",
+           fmt::format("{} has no robot.yaml; 'gaitslam robot init' writes one", std::string(robot)));
+    for (const auto& entry : fs::directory_iterator(folder.parent_path(), fault))
+      robots.insert(entry.path().filename());
+    require_model(read, "world.robot", robot, robots);
+  }
   const physics::NameOrPath& room = read.scenario.world.room;
   if (!room.is_path()) return require_model(read, "world.room", room, rooms);
   if (!fs::is_regular_file(std::string(room), fault))
