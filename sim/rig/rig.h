@@ -145,7 +145,7 @@ struct Lidar : Sensor {
   static constexpr const char* kName = "lidar";
   double rate_hz = 10;
   int points_per_s = 200000;
-  double lowest_rad = -0.12217304763960307, highest_rad = 0.9075712110370514;  // -7, 52 deg
+  double lowest_rad = -0.12217304763960307, highest_rad = 0.9075712110370513;  // -7, 52 deg
   double nearest_m = 0.1, furthest_m = 40;
   double range_sigma_m = 0.02, angle_sigma_rad = 0.0026179938779914941;  // 0.15 deg
 
