@@ -223,11 +223,11 @@ void World::command(const controllers::JointCommands& commands) {
   for (int joint = 0; joint < model_->nu; ++joint) {
     double &kp = model_->actuator_gainprm[mjNGAIN * joint], &kd = model_->dof_damping[ids_.velocity[joint]];
     double& added = data_->qfrc_applied[ids_.velocity[joint]];
+    added = gains ? gains->torque[joint] : 0;
     if (gains) {
       kp = gains->kp[joint] * (servo_scale_.size() ? servo_scale_[joint] : 1);
       model_->actuator_biasprm[mjNBIAS * joint + 1] = -kp;
       kd = gains->kd[joint];  // MuJoCo integrates it implicitly
-      added = gains->torque[joint];
     }
     // MuJoCo's position servo is kp (ctrl − q), its damping acts on the whole joint velocity: the command
     // carries the wanted velocity's share of it.

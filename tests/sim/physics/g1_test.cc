@@ -88,6 +88,15 @@ TEST(G1, FeelsItsWeightByTheTorquesOfItsLegs) {
   EXPECT_NEAR(readings.left.force.z(), readings.right.force.z(), 0.1 * weight);
 }
 
+TEST(G1, ServosWithoutStiffnessOnlyDampAtEachCommandAnew) {
+  RobotFile file = robot_file("g1");
+  for (RobotFile::Servo& servo : file.servos) servo.kp_nm_rad = 0, servo.kd_nms_rad = 2;
+  World world = standing(Models(file, "floor", models()));
+  const walking::JointVector& q = g1().robot.posture;
+  for (int k = 0; k < 2; ++k) world.command({q, walking::JointVector::Constant(q.size(), 0.5)});
+  EXPECT_EQ(world.data()->qfrc_applied[6], 1) << "of the joint after the base";
+}
+
 TEST(G1, ATorqueIsNeverBeyondItsLimitAndIsReportedThere) {
   World world = standing_g1();
   world.step();
