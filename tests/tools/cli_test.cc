@@ -181,6 +181,7 @@ TEST_F(Cli, ARobotIsCheckedByItsFolderOrItsModelAndItsFirstFileIsNeverOverwritte
   EXPECT_THAT(gaitslam("robot check leg.xml").ends(2).err,
               Has("leg.xml:1: body: 'b' is the base but has no free joint"));
   EXPECT_THAT(gaitslam("robot check none.xml").ends(2).err, Has("none.xml: cannot be read"));
+  EXPECT_EQ(shell("mkdir tmp; TMPDIR=tmp " GAITSLAM_PROGRAM " robot check leg.xml; ls tmp").out, "");
 }
 
 TEST_F(Cli, APlanThroughTheRoomIsRejectedByEachCommandThatWouldWalkIt) {

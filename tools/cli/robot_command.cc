@@ -13,7 +13,8 @@ namespace {
 
 constexpr const char* kRobotExamples = R"(Examples:
   gaitslam robot init my_robot/robot.xml     # writes my_robot/robot.yaml: look at what it guesses
-  gaitslam robot check my_robot              # then: run scenarios/straight.yaml world.robot=./my_robot
+  gaitslam robot check my_robot
+  gaitslam run scenarios/g1_tangent_circle.yaml world.robot=./my_robot walk.step_height_m=0.03
 models/README.md has "Your own robot in an hour".)";
 constexpr const char* kRobotCheckExamples = R"(Examples:
   gaitslam robot check models/robots/hrp2
@@ -39,10 +40,11 @@ struct RobotRequest {
 class GuessedRobot {
  public:
   explicit GuessedRobot(const fs::path& model) {
+    const std::string text = physics::first_robot_file(model, fs::absolute(model).string());
     std::string pattern = (fs::temp_directory_path() / "gaitslam-robot-XXXXXX").string();
     if (!mkdtemp(pattern.data())) files::fail_by_errno(pattern, "cannot be made");
     folder_ = pattern;
-    files::write_text(folder_ / "robot.yaml", physics::first_robot_file(model, fs::absolute(model).string()));
+    files::write_text(folder_ / "robot.yaml", text);
   }
   ~GuessedRobot() {
     std::error_code ignored;
