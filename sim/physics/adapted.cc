@@ -164,9 +164,10 @@ class Adapter {
     return can_touch(geom) && (touches_floor(geom) || !feet_touch_floor_);
   }
 
-  void require_sole(std::size_t side) const {
+  void require_sole(std::size_t side) {
     const RobotFile::Foot& foot = robot_.feet[side];
     const std::string key = fmt::format("feet.{}", kFootSides[side]);
+    body(key, foot.body);
     if (soles_[side] == 0 && foot.contacts.empty())
       fail(key, fmt::format("body '{}' has no geom that collides, expected the sole", foot.body));
     if (soles_[side] < foot.contacts.size())
@@ -182,6 +183,8 @@ class Adapter {
         const auto place = joint_places_.find(name);
         if (place == joint_places_.end()) fail("servos", fmt::format("the model has no joint '{}'", name));
         Element& joint = *joints_[place->second - 1];
+        if (const std::string type = joint.get("type"); !type.empty() && type != "hinge")
+          reject(joint, "type", fmt::format("of '{}' is {}, expected a hinge for a servo", name, type));
         if (!joint.find("range") || joint.get("limited") == "false")
           reject(joint, "range",
                  fmt::format("of '{}' is missing, expected its least and greatest angle", name));

@@ -90,8 +90,6 @@ class RobotReader {
     for (int i = 0; i < m_.nu; ++i) {
       const int joint = m_.actuator_trnid[2 * i];
       const std::string name = mj_id2name(&m_, mjOBJ_JOINT, joint);
-      if (m_.actuator_trntype[i] != mjTRN_JOINT || m_.jnt_type[joint] != mjJNT_HINGE)
-        fail_model(fmt::format("joint {} has a servo and does not turn, expected a hinge", name));
       if (i > 0 && joint <= joints_.back())
         fail_model(fmt::format("the servo of {} is not in the order of the joints", name));
       walking::Joint& made = robot_.joints.emplace_back();

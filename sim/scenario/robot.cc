@@ -122,15 +122,15 @@ class RobotReader {
     for (const Yaml& item : node.items) {
       RobotFile::Servo& servo = robot_.servos.emplace_back();
       require_map(item, "servos", "a servo, as in {joints: [knee], kp_nm_rad: 500, kd_nms_rad: 5}");
-      const auto number = [](const char* key, auto& value) {
-        return [key, &value](const Yaml& at) { scenario::read(at, key, {0, 1e6}, value.emplace()); };
+      const auto number = [](const char* key, auto& value, double least = 0) {
+        return [=, &value](const Yaml& at) { scenario::read(at, key, {least, 1e6}, value.emplace()); };
       };
       std::optional<double> kp, kd;
       files::read_map(item, {{"joints", [&](const Yaml& at) { texts("joints", at, servo.joints); }},
                              {"kp_nm_rad", number("kp_nm_rad", kp)},
                              {"kd_nms_rad", number("kd_nms_rad", kd)},
                              {"armature_kg_m2", number("armature_kg_m2", servo.armature_kg_m2)},
-                             {"effort_nm", number("effort_nm", servo.effort_nm)}});
+                             {"effort_nm", number("effort_nm", servo.effort_nm, 0.001)}});
       if (servo.joints.empty() || !kp || !kd)
         fail(item, "servos", "expected joints, kp_nm_rad and kd_nms_rad");
       servo.kp_nm_rad = *kp, servo.kd_nms_rad = *kd;

@@ -121,10 +121,15 @@ TEST(Adapted, RobotWithWhatItsModelDoesNotHaveIsRejectedAtThatKey) {
   file = good, file.feet[1].body = "left_ankle";
   EXPECT_THAT(rejection(file),
               Has("feet.left: body 'left_ankle' has no geom that collides, expected the sole"));
+  file = good, file.feet[1].body = "left_toe";
+  EXPECT_THAT(rejection(file), Has("feet.left: the model has no body 'left_toe', expected one of arm"));
   file = good, file.servos[0].joints[0] = "knee";
   EXPECT_THAT(rejection(file), Has("servos: the model has no joint 'knee'"));
   file = good, file.servos[0].joints[0] = "left_yaw_joint";
   EXPECT_THAT(rejection(file), Has("servos: joint 'left_yaw_joint' has two servos"));
+  files::write_text(folder / "robot.yaml", "servos: [{joints: [knee], effort_nm: 0}]\n");
+  EXPECT_THAT([&] { scenario::read_robot(folder.path()); },
+              testing::ThrowsMessage<std::exception>(Has("robot.yaml:1:", "effort_nm: is '0', expected")));
   file = good, file.base = "waist";
   EXPECT_THAT(rejection(file), Has("robot.xml:1: worldbody: has no body 'waist', the base"));
 }
@@ -147,6 +152,8 @@ TEST(Adapted, ModelThatIsWrongIsRejectedWithFileLineAndElement) {
       {"left_knee", "axis='0 1 0'", "axis='0 0 0'", "robot.xml:5: joint: axis too small"},
       {"left_knee", "range='-90 90'", "range='9 -9'", "robot.xml:5: joint: range[0] should be smaller"},
       {"left_knee", "range='-90 90'", "", "robot.xml:5: joint range: of 'left_knee_joint' is missing"},
+      {"left_knee",
+       "range=", "type='slide' range=", "robot.xml:5: joint type: of 'left_knee_joint' is slide"},
       {"left_knee", "range=", "limited='false' range=", "robot.xml:5: joint range: of 'left_knee_joint'"},
       {"left_knee", "left_knee_joint", "left_hip_joint",
        "robot.xml:5: joint name: 'left_hip_joint' is given"},
