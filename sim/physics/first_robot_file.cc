@@ -37,7 +37,7 @@ constexpr double kAnkleShare = 0.65;
 constexpr double kWeakHips = 1.3;
 constexpr const char* kWalk =
     R"(# guess: slower, lower steps than those of robots with rubber bushes at their ankles
-walk: {{{}, double_support_s: 0.15, step_height_m: 0.02}}
+walk: {{{}, double_support_s: 0.15, step_height_m: 0.03, com_height_m: {:.3g}}}
 stabilizer: {{ankle_admittance: {{gain_rad_s_per_nm: {:.2g}}}, landing_adjustment: {{enabled: true}}}}
 # guess: leg odometry of a robot that nobody has measured
 slam:
@@ -129,7 +129,7 @@ class Guess {
            fmt::format(
                kWalk,
                has_weak_hips() ? "zmp_inwards_m: 0.03, single_support_s: 0.5" : "single_support_s: 0.6",
-               kAdmittance / (mass() * std::max(kLeastHeight_m, height_m_)));
+               height_m_, kAdmittance / (mass() * std::max(kLeastHeight_m, height_m_)));
   }
 
  private:
@@ -165,9 +165,11 @@ class Guess {
 
   bool has_range(int joint) const { return m_.jnt_range[2 * joint] < m_.jnt_range[2 * joint + 1]; }
 
-  // Joints with a spring have no servo.
+  // Joints with a spring have no servo, unless an actuator of the model moves them.
   bool has_servo(int joint) const {
-    return m_.jnt_type[joint] == mjJNT_HINGE && m_.jnt_stiffness[joint] == 0 && !joint_name(joint).empty();
+    const std::string name = joint_name(joint);
+    return m_.jnt_type[joint] == mjJNT_HINGE && !name.empty() &&
+           (m_.jnt_stiffness[joint] == 0 || file_.efforts.contains(name));
   }
   std::vector<int> joints_above(int body) const {
     std::vector<int> joints;
