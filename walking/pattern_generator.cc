@@ -69,7 +69,7 @@ PatternGenerator::PatternGenerator(const Robot& robot, const WalkOptions& option
     : robot_(robot),
       options_(options),
       timeline_(robot, options, start_of(robot), zmp_in_foot(robot)),
-      cart_(options.com_height_m),
+      cart_(options.com_height_m > 0 ? options.com_height_m : robot.com_height()),
       gains_(preview_gains(cart_, static_cast<int>(std::lround(options.preview_s / kPeriod)))),
       window_(static_cast<int>(gains_.preview.size())),
       control_(cart_, gains_, robot.com.head<2>()) {
@@ -93,9 +93,11 @@ PatternGenerator::PatternGenerator(const Robot& robot, const WalkOptions& option
     return leg_fault(PatternGenerator(robot, other, model, Unchecked())).has_value();
   };
   std::optional<std::string> cause;
+  WalkOptions usual;
+  usual.com_height_m = robot.com_height();
   for (const auto& [key, number] : kNumbers) {
     WalkOptions changed = options;
-    changed.*number = WalkOptions{}.*number;
+    changed.*number = usual.*number;
     const bool differs = changed.*number != options.*number;
     if (!cause && differs && !fails(changed)) cause = cause_text(key, options.*number, changed.*number);
   }

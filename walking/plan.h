@@ -199,7 +199,7 @@ struct WalkOptions {
   double step_height_m = 0.07;
   double step_length_m = 0.15;
   double preview_s = 1.6;
-  double com_height_m = 0.814;
+  double com_height_m = 0;  ///< 0: the robot's own
   double zmp_inwards_m = 0;
   SwingPolynomial swing = SwingPolynomial::quintic;
   ArmMotion arm_motion = ArmMotion::still;
@@ -213,7 +213,8 @@ struct WalkOptions {
     number<&WalkOptions::step_height_m>(key, 0.005, 0.2, "height of the swing foot's path");
     number<&WalkOptions::step_length_m>(key, 0.01, 0.4, "longest advance of the body in one step");
     number<&WalkOptions::preview_s>(key, 0.1, 10, "horizon of the preview control of the ZMP");
-    number<&WalkOptions::com_height_m>(key, 0.1, 1.5, "height of the center of mass in the cart-table model");
+    number<&WalkOptions::com_height_m>(
+        key, 0, 1.5, "height of the center of mass in the cart-table model; 0: the robot's own");
     number<&WalkOptions::zmp_inwards_m>(key, -0.1, 0.1,
                                         "shift of the ZMP under the stance foot toward the other foot");
     choice<&WalkOptions::swing>(key, kSwingPolynomials, "polynomial of the swing foot's trajectory");

@@ -37,7 +37,7 @@ constexpr double kAnkleShare = 0.65;
 constexpr double kWeakHips = 1.3;
 constexpr const char* kWalk =
     R"(# guess: slower, lower steps than those of robots with rubber bushes at their ankles
-walk: {{{}, double_support_s: 0.15, step_height_m: 0.03, com_height_m: {:.3g}}}
+walk: {{{}, double_support_s: 0.15, step_height_m: 0.03}}
 stabilizer: {{ankle_admittance: {{gain_rad_s_per_nm: {:.2g}}}, landing_adjustment: {{enabled: true}}}}
 # guess: leg odometry of a robot that nobody has measured
 slam:
@@ -129,7 +129,7 @@ class Guess {
            fmt::format(
                kWalk,
                has_weak_hips() ? "zmp_inwards_m: 0.03, single_support_s: 0.5" : "single_support_s: 0.6",
-               height_m_, kAdmittance / (mass() * std::max(kLeastHeight_m, height_m_)));
+               kAdmittance / (mass() * std::max(kLeastHeight_m, height_m_)));
   }
 
  private:
