@@ -29,6 +29,8 @@ constexpr Gains kLeg{120, 1.8, 4e-4}, kAnkle{40, 0.2, 4e-4}, kOther{12, 0.2, 1e-
 // The ankle admittance times mass and height of the center of mass, since torques grow with both: tried on
 // robots of 18 to 95 kg; those of small robots are limited by a height of 0.45 m.
 constexpr double kAdmittance = 1.0, kLeastHeight_m = 0.45;
+// Steps ahead as a share of the height of the center of mass.
+constexpr double kStepShare = 0.22, kLongestStep_m = 0.12;
 // The share of the ankle's torque limit that standing on one foot may need.
 constexpr double kAnkleShare = 0.65;
 // Hips count as weak if the torque limit of their roll joints is below this multiple of what standing on one
@@ -36,8 +38,8 @@ constexpr double kAnkleShare = 0.65;
 // to the middle then help.
 constexpr double kWeakHips = 1.3;
 constexpr const char* kWalk =
-    R"(# guess: slower, lower steps than those of robots with rubber bushes at their ankles
-walk: {{{}, double_support_s: 0.15, step_height_m: 0.03}}
+    R"(# guess: slower, lower, shorter steps than those of robots with rubber bushes at their ankles
+walk: {{{}, double_support_s: 0.15, step_height_m: 0.03, step_length_m: {:.2g}}}
 stabilizer: {{ankle_admittance: {{gain_rad_s_per_nm: {:.2g}}}, landing_adjustment: {{enabled: true}}}}
 # guess: leg odometry of a robot that nobody has measured
 slam:
@@ -129,6 +131,7 @@ class Guess {
            fmt::format(
                kWalk,
                has_weak_hips() ? "zmp_inwards_m: 0.03, single_support_s: 0.5" : "single_support_s: 0.6",
+               std::min(kLongestStep_m, kStepShare * height_m_),
                kAdmittance / (mass() * std::max(kLeastHeight_m, height_m_)));
   }
 

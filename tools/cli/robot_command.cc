@@ -14,7 +14,7 @@ namespace {
 constexpr const char* kRobotExamples = R"(Examples:
   gaitslam robot init my_robot/robot.xml     # writes my_robot/robot.yaml: look at what it guesses
   gaitslam robot check my_robot
-  gaitslam run scenarios/g1_tangent_circle.yaml world.robot=./my_robot walk.step_height_m=0.03
+  gaitslam run scenarios/tangent_circle.yaml world.robot=./my_robot
 models/README.md has "Your own robot in an hour".)";
 constexpr const char* kRobotCheckExamples = R"(Examples:
   gaitslam robot check models/robots/hrp2

@@ -288,7 +288,7 @@ TEST(FirstRobotFile, GuessesFeetLegsChestHeadAndMarksEachGuess) {
           "  left: [left_yaw_joint, left_roll_joint, left_hip_joint, left_knee_joint, left_ankle_joint, "
           "left_foot_joint]\n",
           "  right: {body: right_foot, sole_m: [0, 0, -0.07]}\n", "left_hip_joint: -", "left_knee_joint: 39.",
-          ", armature_kg_m2: ", "walk: {single_support_s: 0.6"));
+          ", armature_kg_m2: ", "walk: {single_support_s: 0.6", "step_length_m: 0.12}"));
   files::write_text(folder / "springs.xml",
                     std::regex_replace(files::read_text(folder / "robot.xml"), std::regex("_knee_joint' "),
                                        "$&stiffness='2' "));

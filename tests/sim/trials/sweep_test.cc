@@ -177,7 +177,7 @@ TEST_F(Sweep, AValueChangesTheDefaultsThatFollowFromIt) {
   ASSERT_EQ(all.configurations.size(), 4u);
   for (const Configuration& one : all.configurations) {
     const scenario::Scenario& scenario = one.read.scenario;
-    EXPECT_EQ(scenario.walk.com_height_m, scenario.world.robot == "g1" ? 0.654 : 0.814);
+    EXPECT_EQ(scenario.walk.com_height_m, scenario.world.robot == "g1" ? 0 : 0.814);
     EXPECT_NEAR(scenario.slam->plan_velocity.sway_period_s,
                 2 * (scenario.walk.single_support_s + scenario.walk.double_support_s), 1e-12);
   }
