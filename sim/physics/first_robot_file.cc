@@ -29,7 +29,7 @@ constexpr Gains kLeg{120, 1.8, 4e-4}, kAnkle{40, 0.2, 4e-4}, kOther{12, 0.2, 1e-
 // The ankle admittance times mass and height of the center of mass, since torques grow with both: tried on
 // robots of 18 to 95 kg; those of small robots are limited by a height of 0.45 m.
 constexpr double kAdmittance = 1.0, kLeastHeight_m = 0.45;
-// Steps ahead as a share of the height of the center of mass.
+// The longest step ahead: a share of the height of the center of mass, within a limit.
 constexpr double kStepShare = 0.22, kLongestStep_m = 0.12;
 // The share of the ankle's torque limit that standing on one foot may need.
 constexpr double kAnkleShare = 0.65;

@@ -12,7 +12,7 @@ using namespace recording_format;
 
 /// Between true poses that are interpolated, and between readings that join.
 constexpr slam::Stamp kLongestGap{100'000'000};
-/// Offsets and leaps of clocks that are remarked upon, and offsets that are rejected.
+/// From these on, an offset or a leap of a clock is remarked upon, and an offset is rejected.
 constexpr slam::Stamp kLeastOffset{15'000'000};
 constexpr double kMostOffset_s = 0.1;
 /// A truth that starts so late after an image, as by rounded stamps, starts with it.
