@@ -9,17 +9,18 @@ namespace {
 
 constexpr double kWidest = 1.5;  // rad; a ray (x, y, 1) cannot reach π/2
 constexpr double kNarrowest_rad = 0.1;
-constexpr double kLeastForward = 1e-6;  // of h.z()/|h|; points in or behind the image plane are not projected
+constexpr double kLeastForward = 1e-6;  // least h.z()/|h|; excludes points in or behind the image plane
 constexpr int kUndistortIterations = 50;
-constexpr double kConverged = 1e-13;  // of rays and angles, which are of order 1
+constexpr double kConverged = 1e-13;  // step size for rays and angles, which are of order 1
 
-/// An image point in px from the principal point, and its derivative by that from which it was computed.
+/// An image point in px relative to the principal point, and its Jacobian with respect to the point from
+/// which it was computed.
 struct Distorted {
   Eigen::Vector2d point;
   Eigen::Matrix2d J;
 };
 
-// Brown's and the equidistant model map n = (x/z, y/z) to g(n), here with ∂g/∂n.
+// Brown's model and the equidistant model map n = (x/z, y/z) to g(n); these functions also give ∂g/∂n.
 
 Distorted distort_normalized(const RadialTangential& k, const Eigen::Vector2d& n) {
   const double a = n.x(), b = n.y(), r2 = n.squaredNorm();
@@ -86,7 +87,8 @@ Distorted distort(const Model& k, const Eigen::Vector2d& focal, const Eigen::Vec
           focal.asDiagonal() * distorted.J * focal.cwiseInverse().asDiagonal()};
 }
 
-/// The inverse of distort. Nothing without a ray; beyond the valid field of view it is meaningless.
+/// The inverse of distort. Returns nothing if no ray maps to d. The result is meaningless beyond the valid
+/// field of view.
 template <typename Model>
 std::optional<Distorted> undistort(const Model& k, const Eigen::Vector2d& focal, const Eigen::Vector2d& d) {
   const auto n = undistort_normalized(k, d.cwiseQuotient(focal));
@@ -95,7 +97,7 @@ std::optional<Distorted> undistort(const Model& k, const Eigen::Vector2d& focal,
   return Distorted{u_c, distort(k, focal, u_c).J.inverse()};
 }
 
-// u_d = u_c/√(1 + 2K₁|u_c|²), in px as K₁ refers to px.
+// u_d = u_c/√(1 + 2K₁|u_c|²), in px because K₁ refers to px.
 Distorted distort(const OneParameterRadial& k, const Eigen::Vector2d&, const Eigen::Vector2d& u) {
   const double f = 1 + 2 * k.k1_px2 * u.squaredNorm();
   const double root = std::sqrt(f);
@@ -111,7 +113,7 @@ std::optional<Distorted> undistort(const OneParameterRadial& k, const Eigen::Vec
                    Eigen::Matrix2d::Identity() / root + 2 * k.k1_px2 / (g * root) * d * d.transpose()};
 }
 
-/// The growth of the image's radius with the angle from the axis, but for a positive factor.
+/// The derivative of the image radius with respect to the angle from the axis, up to a positive factor.
 double radial_slope(const OneParameterRadial&, double) { return 1; }
 double radial_slope(const RadialTangential& k, double angle) {
   const double r2 = std::tan(angle) * std::tan(angle);
@@ -129,8 +131,8 @@ Camera::Camera(const CameraIntrinsics& intrinsics)
   if (intrinsics.width_px < 32 || intrinsics.height_px < 32 ||
       !(16 * focal_.minCoeff() > intrinsics.width_px))
     throw std::invalid_argument(
-        "camera: focal lengths, in px, must be more than 1/16 of the width, and the image at least 32 px a "
-        "side");
+        "camera: the focal lengths in px must exceed 1/16 of the width, and the image must be at least 32 px "
+        "on each side");
   if (const auto* radial = std::get_if<OneParameterRadial>(&intrinsics.lens)) {
     if (!(radial->k1_px2 >= 0)) throw std::invalid_argument("camera: k1_px2 must not be negative");
     return;
@@ -139,11 +141,11 @@ Camera::Camera(const CameraIntrinsics& intrinsics)
   const auto slope = [&](double angle) {
     return std::visit([&](const auto& k) { return radial_slope(k, angle); }, intrinsics.lens);
   };
-  double angle = 0;  // beyond the largest valid one the polynomials of the models fold back
+  double angle = 0;  // beyond the largest valid angle, the models' polynomials fold back
   while (angle < kWidest && slope(angle + kStep) > 0) angle += kStep;
   widest_ = std::tan(angle);
   if (!(widest_ > std::tan(kNarrowest_rad)))
-    throw std::invalid_argument("camera: its distortion coefficients make no lens");
+    throw std::invalid_argument("camera: the distortion coefficients do not describe a lens");
 }
 
 std::optional<Projection> Camera::project(const Eigen::Vector3d& h) const {

@@ -27,12 +27,13 @@ struct Ray {
 class Camera {
  public:
   /// Throws std::invalid_argument if a focal length is not positive, the image is smaller than 32 px, k1_px2
-  /// is negative, a coefficient is not finite, or the lens is usable to less than 0.1 rad from its axis.
+  /// is negative, a coefficient is not finite, or the lens model is valid for less than 0.1 rad from its
+  /// axis.
   explicit Camera(const CameraIntrinsics& intrinsics);
-  /// Projects h, of any positive length. Nothing if it does not point forward or lies outside the valid field
-  /// of view of the lens model.
+  /// Projects h, which may have any positive length. Returns nothing if h does not point forward or lies
+  /// outside the valid field of view of the lens model.
   std::optional<Projection> project(const Eigen::Vector3d& h) const;
-  /// The exact inverse of project. Nothing outside the image circle of the lens.
+  /// The exact inverse of project. Returns nothing outside the image circle of the lens.
   std::optional<Ray> unproject(const Eigen::Vector2d& pixel) const;
   /// The displacement of a pixel by the lens, relative to a pinhole camera, px.
   Eigen::Vector2d displacement(const Eigen::Vector3d& h, const Eigen::Vector2d& pixel) const {

@@ -1,4 +1,5 @@
-// The kernel of Eigen's products of large matrices: compiled once, in measurement.cc, as it takes seconds.
+// The kernel of Eigen's products of large matrices. It takes seconds to compile, so it is compiled only once,
+// in measurement.cc.
 #pragma once
 
 #include <Eigen/Core>

@@ -4,8 +4,8 @@ namespace slam {
 namespace {
 
 constexpr double kLongestStep_s = 10;         // a later time indicates a broken clock
-constexpr int kFramesBetweenFullChecks = 30;  // of the whole covariance
-constexpr int kMostChecked = 600;             // parameters of it, because the cost grows with their cube
+constexpr int kFramesBetweenFullChecks = 30;  // a full check covers the whole covariance
+constexpr int kMostChecked = 600;             // parameters in a full check; its cost grows with their cube
 
 }  // namespace
 
@@ -71,13 +71,13 @@ std::optional<std::vector<SmoothedPose>> Filter::smoothed() {
 /// Returns why the observation cannot be used at all.
 std::optional<std::string> Filter::objection(const Observation& o) const {
   if (tracking_.health() == Health::diverged) return "the filter has stopped: " + *tracking_.cause();
-  if (now_ && o.t <= *now_) return "its time is not after the last one's";
-  if (now_ && seconds(o.t - *now_) > kLongestStep_s) return "its time is more than 10 s after the last one's";
+  if (now_ && o.t <= *now_) return "the observation is not later than the last one";
+  if (now_ && seconds(o.t - *now_) > kLongestStep_s) return "the observation is over 10 s after the last one";
   const CameraIntrinsics& camera = visual_.intrinsics();
   const cv::Mat depth_mm = depth_image(o).mm;
   if (!depth_mm.empty() &&
       (depth_mm.type() != CV_16UC1 || depth_mm.size() != cv::Size(camera.width_px, camera.height_px)))
-    return "its depth image is not 16-bit of the camera's size";
+    return "the depth image is not a 16-bit image of the camera's size";
   return malformation(o, camera);
 }
 
@@ -105,7 +105,7 @@ void Filter::predict_and_update(const Observation& o, const std::optional<Planne
     tracking_.diverge("the internal innovation covariance is not positive definite");
 }
 
-/// Tests the sensors against their models, by the evidence of this frame's innovations.
+/// Tests the sensors against their models, using the evidence in this frame's innovations.
 void Filter::monitor(const Observation& o, Stamp interval, const VisualResult& visual) {
   report_.evidence = kalman_.release_evidence();
   const double dt = seconds(interval);
@@ -123,7 +123,7 @@ void Filter::update_estimate(Stamp t) {
   const State& state = kalman_.state();
   if (!kalman_.is_valid(++frames_ % kFramesBetweenFullChecks == 0 ? std::min(state.size, kMostChecked)
                                                                   : kRobot))
-    tracking_.diverge("the state is not finite or its covariance not positive definite");
+    tracking_.diverge("the state is not finite or its covariance is not positive definite");
   estimate_ = pose_estimate(state, t);
 }
 

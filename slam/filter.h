@@ -11,7 +11,7 @@ namespace slam {
 class Filter {
  public:
   /// Starts with the camera at X_WC_start and the initial covariance of the options. Throws
-  /// std::invalid_argument if the calibration is not that of a camera.
+  /// std::invalid_argument if the calibration does not describe a valid camera.
   Filter(const Options& options, const Calibration& calibration, const Eigen::Isometry3d& X_WC_start,
          std::uint64_t seed);
   /// Processes one observation: prediction, internal measurements, active search, update and map management.
@@ -21,8 +21,8 @@ class Filter {
 
   /// Records all further steps in a temporary file, so that smoothed() can return their poses.
   void record();
-  /// Returns the poses of the recorded steps, each given all observations; nothing without them, or if the
-  /// temporary file failed. To be called once, after the last step.
+  /// Returns the poses of the recorded steps, each given all observations. Returns nothing if no step was
+  /// recorded or the temporary file failed. Call it once, after the last step.
   std::optional<std::vector<SmoothedPose>> smoothed();
 
   const Estimate& estimate() const { return estimate_; }
@@ -46,7 +46,7 @@ class Filter {
   VisualTracking visual_;
   TrackingMonitor tracking_;
   SensorMonitor sensors_;
-  std::optional<Stamp> now_;                        // of the last accepted observation
+  std::optional<Stamp> now_;                        // time of the last accepted observation
   Stamp interval_ = std::chrono::milliseconds(33);  // between the last two accepted observations
   int frames_ = 0;                                  // estimates made
   FrameReport report_;

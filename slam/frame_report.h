@@ -11,7 +11,7 @@
 
 namespace slam {
 
-/// The estimated pose of the camera. The covariance is that of the error in the order (orientation,
+/// The estimated pose of the camera. The covariance refers to the error, in the order (orientation,
 /// position): Log(R_WC_estimateᵀ R_WC_true) in rad, axes C, and p_true − p_estimate in m, axes W.
 struct Estimate {
   Stamp t{0};
@@ -26,8 +26,8 @@ struct Sighting {
 };
 
 /// The normalized innovation squared (NIS) of one sensor in one frame, its degrees of freedom, and ln |S| of
-/// the innovation covariance S. lagged: the product of the whitened innovation L⁻¹ν, S = LLᵀ, with that of
-/// the same quantity in the last frame, and lagged_square its square; both 0 if there is none.
+/// the innovation covariance S = LLᵀ. lagged is the dot product of the whitened innovation L⁻¹ν and that of
+/// the last frame; lagged_square is the square of the former. Both are 0 if the last frame has none.
 struct Nis {
   double value = 0;
   int dof = 0;
@@ -35,8 +35,8 @@ struct Nis {
   double lagged = 0, lagged_square = 0;
 };
 
-/// The innovation of one sensor in one frame: "gyro" unless it drives the motion model, "plan_velocity" and
-/// "height" (also from leg odometry), and "vision", of the matches that entered the update.
+/// The innovation of one sensor in one frame: "gyro" (unless it drives the motion model), "plan_velocity" and
+/// "height" (which may also come from leg odometry), or "vision" (the matches that entered the update).
 struct SensorInnovation {
   std::string_view sensor;
   Nis nis;
@@ -58,7 +58,7 @@ enum class SensorIndex { vision, gyro, plan_velocity, height, accelerometer };
 enum class SensorUse { none, readings, accepted };
 using SensorUses = std::array<SensorUse, kSensorNames.size()>;
 
-/// By systematic error (kPlanScale, kLensDistortion, kLegScale).
+/// The evidence for each systematic error (kPlanScale, kLensDistortion, kLegScale).
 using Evidence = std::array<SystematicEvidence, kSystematicErrors>;
 
 /// The search for one landmark.
@@ -85,10 +85,10 @@ struct DepthHypotheses {
 /// diverged: it failed and accepts no further observations.
 enum class Health { ok, lost, diverged };
 
-/// Room in lists of landmarks, so that a step in the steady state takes no heap memory.
+/// Capacity reserved in lists of landmarks, so that a step in the steady state takes no heap memory.
 inline constexpr int kLandmarksInView = 64;
 
-/// Reasons in words. Their memory is reused, so that a reason in the steady state takes none from the heap.
+/// Reasons in words. Their memory is reused, so that adding one in the steady state takes no heap memory.
 class Reasons {
  public:
   explicit operator bool() const { return !text_.empty(); }
@@ -108,7 +108,7 @@ struct FrameReport {
   int predicted = 0;                          ///< predicted to be visible
   int measured = 0;                           ///< searched for and found by correlation
   int accepted = 0;                           ///< passed the gates and entered the update
-  std::vector<SensorInnovation> innovations;  ///< of the sensors that gave a measurement
+  std::vector<SensorInnovation> innovations;  ///< one for each sensor that gave a measurement
   SensorUses use{};                           ///< by SensorIndex
   std::vector<Sighting> initialized;          ///< landmarks initialized in this frame, at their first pixels
   std::vector<Sighting> matched;              ///< accepted matches of this frame

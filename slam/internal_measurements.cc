@@ -11,14 +11,15 @@ namespace {
 constexpr double kGate3 = 16.27;  // chi-square, 99.9 %, 3 rows
 constexpr double kGate2 = 13.82;  // chi-square, 99.9 %, 2 rows
 constexpr double kGate1 = 10.83;  // chi-square, 99.9 %, 1 row
-// Between successive readings: twice that of a robot that stumbles, half that of a spike of 5 ms.
+// Bounds between successive readings: twice what a stumbling robot reaches, and half of what a 5 ms spike
+// reaches.
 constexpr double kMostAngularAcceleration_rad_s2 = 1000, kMostJerk_m_s3 = 20000;
 
-// Legs that stumble do so for some time: leg odometry beyond its gate counts less from then on.
+// A stumble lasts for some time, so leg odometry that was beyond its gate counts less for a while.
 constexpr double kLegDoubt_s = 0.5;
-constexpr double kStumbled_m = 0.1;  // standard deviation of their height then
+constexpr double kStumbled_m = 0.1;  // standard deviation of the legs' height during a stumble
 
-/// The inputs of the sensors in one frame.
+/// The inputs from which the sensors' measurements of one frame are computed.
 struct Inputs {
   const RobotVector& x;
   const Observation& observation;
@@ -26,8 +27,8 @@ struct Inputs {
   const std::optional<PlannedInterval>& planned;
   bool at_rest;  // the plan has not moved yet
   const Options& options;
-  bool gyro_drives;  // the prediction, and is then not a measurement
-  double leg_doubt;  // factor of the variance of leg odometry
+  bool gyro_drives;  // the gyro drives the prediction and is not a measurement
+  double leg_doubt;  // factor on the variance of leg odometry
 };
 
 using OptionalMeasurement = std::optional<Measurement>;
@@ -71,7 +72,8 @@ OptionalMeasurement height(const Inputs& in) {
   return measure_height(in.x, (by_legs ? legs->X_OC : plan->X_PC).translation().z(), in.options.height);
 }
 
-/// A sensor's measurement, if there is one, its gate, its place in reports and its name in reasons.
+/// A sensor: its measurement, if there is one, its gate, its index in reports, and the reason for a
+/// rejection.
 struct Sensor {
   OptionalMeasurement (*measure)(const Inputs&);
   double gate;
@@ -81,7 +83,7 @@ struct Sensor {
 
 constexpr std::array kSensors{
     Sensor{gyro, kGate3, SensorIndex::gyro, "gyro is beyond its gate"},
-    Sensor{rest, kGate3, std::nullopt, "rest is beyond its gate"},
+    Sensor{rest, kGate3, std::nullopt, "the rate at rest is beyond its gate"},
     Sensor{leg_velocity, kGate3, SensorIndex::plan_velocity, "leg odometry is beyond its gate"},
     Sensor{plan_velocity, kGate3, SensorIndex::plan_velocity, "planned velocity is beyond its gate"},
     Sensor{commanded_velocity, kGate2, SensorIndex::plan_velocity, "commanded velocity is beyond its gate"},
@@ -97,8 +99,8 @@ bool agrees(const OptionalMeasurement& m, const Prediction& prediction, const St
   return S.llt().matrixL().solve(m->innovation).squaredNorm() < kGate3;
 }
 
-/// Returns whether the readings adjoin `last` and each other without a jump: they show a motion, however
-/// fast.
+/// Returns whether the readings follow `last` and each other without a gap or a jump. If so, they show a real
+/// motion, however fast.
 bool adjoin(std::optional<InertialSample> last, const std::vector<InertialSample>& readings,
             double most_per_s) {
   for (const InertialSample& next : readings) {

@@ -1,5 +1,5 @@
-// The internal measurements of one frame interval (Stasse et al. 2006, section IV): gyro and walking plan,
-// and beyond the paper the accelerometer and leg odometry, each gated.
+// The internal measurements of one frame interval (Stasse et al. 2006, section IV): the gyro and the walking
+// plan, and, beyond the paper, the accelerometer and leg odometry. Each is gated.
 #pragma once
 
 #include "slam/kalman.h"
@@ -7,38 +7,39 @@
 
 namespace slam {
 
-/// Its part of a FrameReport: the innovations and the use of its sensors, and what was rejected.
+/// Predicts and updates the state with the internal sensors. In a FrameReport it fills in their innovations,
+/// their use, and what was rejected.
 class InternalMeasurements {
  public:
   InternalMeasurements(const Options& options, const Eigen::Isometry3d& X_CG);
-  /// Adds plan, leg odometry and command of an observation; returns the motion since the previous one, dt_s
-  /// ago.
+  /// Adds the plan, leg odometry and command of an observation. Returns the motion since the previous
+  /// observation, dt_s ago.
   std::optional<PlannedInterval> advance_plan(const Observation& observation, double dt_s) {
     return plan_.advance(observation, dt_s, options_);
   }
   /// Predicts the robot's state at the observation. The accelerometer drives the prediction unless its
   /// readings are incomplete, or its increment is implausible for the motion model or contradicts the plan.
-  /// previous: the time of `state`, that of the previous observation.
+  /// previous: the time of `state`, which is that of the previous observation.
   Prediction predict(const Observation& observation, Stamp previous,
                      const std::optional<PlannedInterval>& planned, const State& state, FrameReport& report);
-  /// Updates the predicted state with gyro, velocity and height at once, each only if the options enable it
-  /// and it passes its gate. A plan that leg odometry replaces is compared with it. Returns false if S is not
-  /// positive definite.
+  /// Updates the predicted state with gyro, velocity and height together. Each is used only if the options
+  /// enable it and it passes its gate. A plan that leg odometry replaces is only compared with leg odometry.
+  /// Returns false if S is not positive definite.
   bool update(const Observation& observation, Stamp previous, const std::optional<PlannedInterval>& planned,
               Kalman& kalman, FrameReport& report);
 
  private:
   std::optional<MeanRate> driving_rate(const RobotVector& x) const;
 
-  // With the noises of leg odometry, of leg odometry without a plan, of the command.
+  // As given, and with the noises of leg odometry, of leg odometry without a plan, and of the command.
   Options options_, leg_options_, unplanned_options_, command_options_;
   Eigen::Isometry3d X_CG_;                             // as calibrated
   std::optional<Eigen::Isometry3d> X_CG_by_encoders_;  // the newest
   PlanHistory plan_;
   std::optional<MeanRate> gyro_rate_;                       // drives the newest prediction
-  std::optional<InertialSample> last_rate_, last_force_;    // that drove it
-  double leg_doubt_ = 1;                                    // factor of the variance of leg odometry
-  bool stumbled_ = false;                                   // their height was beyond its gate
+  std::optional<InertialSample> last_rate_, last_force_;    // the last readings that drove it
+  double leg_doubt_ = 1;                                    // factor on the variance of leg odometry
+  bool stumbled_ = false;                                   // the legs' height was beyond its gate
   std::array<std::optional<Eigen::Vector3d>, 6> whitened_;  // of the last frame, by sensor
   InertialInterval earlier_, later_;                        // of the last two frame intervals
 

@@ -9,9 +9,9 @@ namespace slam {
 namespace {
 
 constexpr int kSpareParameters = 96;
-constexpr int kPanel = 12;  // columns solved one by one; those before them count together
+constexpr int kPanel = 12;  // columns solved one by one; all earlier ones are subtracted in one product
 
-/// W ← WL⁻ᵀ. Eigen's solver is several times slower on so many rows and so few columns.
+/// W ← WL⁻ᵀ. Eigen's solver is several times slower for many rows and few columns.
 template <class Lower>
 void solve_transposed(const Lower& L, Eigen::Ref<Eigen::MatrixXd> W) {
   for (Eigen::Index begin = 0; begin < W.cols(); begin += kPanel) {
@@ -110,7 +110,7 @@ bool Kalman::update(const StackedMeasurement& stacked) {
   return true;
 }
 
-/// The state's derivative with respect to the systematic errors is updated as the state is.
+/// The state's derivative with respect to the systematic errors is updated like the state itself.
 void Kalman::update_sensitivity(const StackedMeasurement& stacked) {
   if (stacked.rows > sensitivity_.rows())
     sensitivity_.resize(stacked.storage_sensitivity.rows(), kSystematicErrors);

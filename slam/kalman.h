@@ -27,7 +27,7 @@ class Kalman {
   const State& state() const { return state_; }
   /// Records all further changes of the state for a smoother, which must outlive them.
   void record(Smoother& smoother) { smoother_ = &smoother; }
-  /// x ← f and P ← FPFᵀ + Q for the robot's part; its correlations with the landmarks follow.
+  /// x ← f and P ← FPFᵀ + Q for the robot's part; its correlations with the landmarks change accordingly.
   void predict(const RobotVector& f, const RobotMatrix& F, const RobotMatrix& Q);
   /// Removes from H the part that observes the heading of the whole world, which is unobservable
   /// (Hesch et al. 2013: H' = H − HN(NᵀN)⁻¹Nᵀ). Does nothing when the constraint is switched off.
@@ -40,21 +40,23 @@ class Kalman {
     SystematicEvidence& sum = evidence_[static_cast<std::size_t>(error)];
     sum.score += evidence.score, sum.information += evidence.information;
   }
-  /// The evidence of systematic errors, added and from updates, since the last call.
+  /// Returns the evidence of systematic errors since the last call, both added and from updates.
   Evidence release_evidence() { return std::exchange(evidence_, {}); }
   /// Adds a landmark at the end of the state; returns the first index of its parameters.
   int append(const LandmarkInitialization& landmark);
-  /// Adds a point known with standard deviation sigma_m, uncorrelated with all; returns its first index.
+  /// Adds a point known with standard deviation sigma_m, uncorrelated with the rest of the state; returns its
+  /// first index.
   int append_point(const Eigen::Vector3d& p_W, double sigma_m);
-  /// Replaces `count` parameters from `at` on by no more of them, y = g(parameters), J = ∂g/∂parameters.
+  /// Replaces the `count` parameters starting at `at` with at most as many new ones: y = g(parameters), J =
+  /// ∂g/∂parameters.
   void replace(int at, int count, const Eigen::Ref<const Eigen::VectorXd>& y,
                const Eigen::Ref<const Eigen::MatrixXd>& J);
   /// Removes `count` parameters from the state.
   void erase(int at, int count);
-  /// Predicts the match bias, two parameters from `at` on: e ← decay e, plus noise of this variance. With
-  /// decay 0 it becomes independent of all other parameters.
+  /// Predicts the match bias e, the two parameters starting at `at`: e ← decay·e plus noise of this variance.
+  /// With decay 0, e becomes independent of all other parameters.
   void predict_match_bias(int at, double decay, double variance);
-  /// Adds Q to the covariance of the three parameters from `at` on.
+  /// Adds Q to the covariance of the three parameters starting at `at`.
   void inflate(int at, const Eigen::Matrix3d& Q);
   /// Replaces the robot's mean and covariance and makes it independent of all landmarks.
   void reset_robot(const RobotState& robot);

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kSpareRows = 32;
 
-/// Adds to PHᵀ the columns of P times H of the landmark. Only the lower triangle of P is read.
+/// Adds the landmark's columns of P, times its H, to PHᵀ. Only the lower triangle of P is read.
 void add_landmark_part(const State& state, const Measurement& m, Eigen::Ref<Eigen::MatrixXd> PHt) {
   const auto& P = state.storage_P;
   const int at = m.landmark_at, count = static_cast<int>(m.H_landmark.cols());
@@ -42,7 +42,7 @@ void add_landmark_part(const State& state, const Measurement& m, Eigen::Ref<Eige
       PHt.col(row).tail(below) += m.H_landmark(row, k) * P.col(at + k).segment(at + count, below);
 }
 
-/// Adds to PHᵀ the columns of P that belong to the match bias.
+/// Adds the match bias's columns of P, times its gain, to PHᵀ.
 void add_bias_part(const State& state, const Measurement& m, Eigen::Ref<Eigen::MatrixXd> PHt) {
   if (m.bias_at < 0) return;
   const auto& P = state.storage_P;

@@ -10,7 +10,7 @@ namespace slam {
 
 /// A linearized measurement of at most 3 rows: the innovation z − h(x), the Jacobian ∂h/∂x with respect to
 /// the robot and to at most one landmark, and the noise covariance R. sensitivity is the derivative of the
-/// innovation with respect to the systematic errors at a given state.
+/// innovation with respect to the systematic errors, with the state held fixed.
 struct Measurement {
   template <int Rows, int Columns>
   using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Rows, Columns>;
@@ -36,28 +36,31 @@ struct Measurement {
 /// S = H P Hᵀ + R.
 Measurement::Small<3, 3> innovation_covariance(const State& state, const Measurement& measurement);
 
-/// νᵀS⁻¹ν and ln |S|. If S is not positive definite, the first is infinite and the second meaningless.
-/// whitened: the innovation of the last frame, which is replaced by this one.
+/// νᵀS⁻¹ν and ln |S|. If S is not positive definite, the former is infinite and the latter meaningless.
+/// whitened: the whitened innovation of the last frame, which is replaced with that of this frame.
 Nis normalized_innovation_squared(const State& state, const Measurement& measurement,
                                   std::optional<Eigen::Vector3d>* whitened = nullptr);
 
-/// C = A B and C = A Bᵀ, for more than a few rows; C is neither A nor B. Compiled once: every expression with
-/// a product instantiates Eigen's anew, a second of compilation each.
+/// C = A B and C = A Bᵀ, for matrices of more than a few rows; C must be neither A nor B. They are compiled
+/// once, because each expression with a product instantiates Eigen's code anew, which takes a second to
+/// compile.
 void multiply(const Eigen::Ref<const Eigen::MatrixXd>& A, const Eigen::Ref<const Eigen::MatrixXd>& B,
               Eigen::Ref<Eigen::MatrixXd> C);
 void multiply_transposed(const Eigen::Ref<const Eigen::MatrixXd>& A,
                          const Eigen::Ref<const Eigen::MatrixXd>& B, Eigen::Ref<Eigen::MatrixXd> C);
-/// Replaces the lower triangle of A by its Cholesky factor. False if A is not positive definite.
+/// Replaces the lower triangle of A with its Cholesky factor. Returns false if A is not positive definite.
 bool factorize(Eigen::Ref<Eigen::MatrixXd> A);
 
-/// Enlarges a work space to at least that many rows and columns, with room to spare so that it seldom grows.
-/// Its previous contents are lost when it grows.
+/// Enlarges a work space to at least the given numbers of rows and columns, with room to spare so that it
+/// seldom grows. When it grows, its contents are lost.
 void reserve_workspace(Eigen::MatrixXd& storage, int rows, int columns);
 
-/// Stacked measurements: innovation ν, its derivative with respect to the systematic errors, also through the
-/// state, H, PHᵀ and S = HPHᵀ + R. The storage is larger than needed, so that it seldom grows.
+/// Stacked measurements: the innovation ν, its derivative with respect to the systematic errors (including
+/// their effect through the state), H, PHᵀ and S = HPHᵀ + R. The storage is larger than needed, so that it
+/// seldom grows.
 struct StackedMeasurement {
-  /// A part of H that is not of the robot: the derivative of a measurement by the parameters from `at` on.
+  /// A part of H outside the robot's columns: the derivative of a measurement with respect to the parameters
+  /// starting at `at`.
   struct Block {
     std::size_t measurement = 0;
     int at = 0;
@@ -88,10 +91,11 @@ struct StackedMeasurement {
 /// Fills `stacked` from the measurements and the covariance of the state.
 void stack(const State& state, const std::vector<Measurement>& measurements, StackedMeasurement& stacked);
 
-/// Multiplies the noise standard deviation of each of the measurements, which were stacked, in S by `ratio`.
+/// Multiplies the noise standard deviation of each measurement in S by `ratio`. `measurements` are those that
+/// were stacked.
 void scale_noise(StackedMeasurement& stacked, const std::vector<Measurement>& measurements, double ratio);
 
-/// Fills `selected` with the measurements of the given indices, which rise.
+/// Fills `selected` with the measurements at the given indices, which must be in ascending order.
 void select(const StackedMeasurement& stacked, const std::vector<std::size_t>& indices,
             StackedMeasurement& selected);
 /// The same, but only the innovation and S.
@@ -101,7 +105,8 @@ void select_innovation(const StackedMeasurement& stacked, const std::vector<std:
 /// The Cholesky factor L of S = LLᵀ and the whitened innovation L⁻¹ν of stacked measurements.
 class Whitening {
  public:
-  /// False if S is not positive definite or the innovation is not finite; the results are then meaningless.
+  /// Returns false if S is not positive definite or the innovation is not finite. The results are then
+  /// meaningless.
   bool compute(const StackedMeasurement& stacked);
   /// The lower triangle is L; the rest is undefined.
   auto L() const { return storage_L_.topLeftCorner(rows_, rows_); }

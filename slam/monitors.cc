@@ -17,13 +17,13 @@ constexpr double kLeastFound = 0.2;        // fraction of the landmarks searched
 constexpr double kLeastCoverage = 0.4;     // fraction of the image
 constexpr std::size_t kLeastSearched = 5;  // landmarks
 constexpr double kVisionBound = 3;         // mean NIS per degree of freedom, where 1 is expected
-constexpr double kLegFactor = 1.5;         // of plan_bound: the errors of leg odometry last over many frames
+constexpr double kLegFactor = 1.5;         // times plan_bound, since leg odometry's errors last many frames
 constexpr double kHeightBound = 10;        // mean NIS, where 1 is expected
 constexpr const char* kNotFoundAgain = "; the map was not found again";
 
 constexpr double kEvidenceMemory_s = 30;
 constexpr double kOrdinary = 0.02;  // relative systematic error
-constexpr double kScatter = 1.5;    // of the gyro, relative to what is assumed
+constexpr double kScatter = 1.5;    // of the gyro, relative to the assumed noise
 constexpr double kMemory = 1200;    // second differences: 2 s of three axes
 constexpr double kFewest = 600;     // second differences
 
@@ -32,9 +32,9 @@ constexpr double kFewestSearches = 60;
 constexpr double kLeastFoundAgain = 0.6;  // of the landmarks searched for
 constexpr double kMostUnreliable = 4;     // landmarks within the memory
 constexpr double kLossMemory_s = 20;
-constexpr double kLossLasts_s = 2;   // as bad as another loss
+constexpr double kLossLasts_s = 2;   // a loss that lasts this long is as bad as another one
 constexpr double kMostLosses = 1.5;  // within the memory
-constexpr double kRecovered = 0.5;   // of a loss remains, since the images then fit the map
+constexpr double kRecovered = 0.5;   // part of a loss that still counts, since the images now fit the map
 
 bool is_finite(const PlannedMotion& plan) {
   return plan.X_PC.matrix().allFinite() && plan.v_PC_C.allFinite() && plan.w_PC_C.allFinite() &&
@@ -64,15 +64,15 @@ bool follows(const InertialSample& next, const InertialSample& reading) {
 std::optional<std::string> malformation(const Observation& o, const CameraIntrinsics& camera) {
   if (!o.image.empty() &&
       (o.image.type() != CV_8UC1 || o.image.cols != camera.width_px || o.image.rows != camera.height_px))
-    return "its image is not 8-bit gray of the camera's size";
+    return "the image is not an 8-bit gray image of the camera's size";
   for (const auto* samples : {&o.gyro, &o.accelerometer})
     for (const InertialSample& sample : *samples)
       if (!sample.value.allFinite() || sample.end < sample.begin) return "an inertial reading is not finite";
-  if (o.plan && !is_finite(*o.plan)) return "its plan is not finite";
+  if (o.plan && !is_finite(*o.plan)) return "the plan is not finite";
   if (o.legs && !(o.legs->X_OC.matrix().allFinite() && o.legs->p_CS.allFinite()))
-    return "its leg odometry is not finite";
+    return "the leg odometry is not finite";
   if (const auto& c = o.command; c && !Eigen::Vector3d(c->ahead_m_s, c->left_m_s, c->turn_rad_s).allFinite())
-    return "its command is not finite";
+    return "the command is not finite";
   return std::nullopt;
 }
 
@@ -88,7 +88,7 @@ std::optional<ImageDefect> ImageCheck::defect(const cv::Mat& image, bool stands_
   const bool frozen =
       !previous_.empty() && std::equal(image.begin<uchar>(), image.end<uchar>(), previous_.begin<uchar>());
   if (stands_still && !frozen && !previous_.empty() && noisy_ < kNoisyImages) {
-    const int differing = cv::countNonZero(image != previous_);  // all over two images at rest: noise
+    const int differing = cv::countNonZero(image != previous_);  // all over, at rest: noise
     noisy_ = 2 * differing > image.rows * image.cols ? noisy_ + 1 : 0;
   }
   image.copyTo(previous_);
@@ -96,7 +96,7 @@ std::optional<ImageDefect> ImageCheck::defect(const cv::Mat& image, bool stands_
   cv::meanStdDev(image, mean, contrast);
   if (contrast[0] < kFlatContrast && !has_texture(image)) return ImageDefect{"the image is flat", true};
   if (!frozen) return std::nullopt;
-  return ImageDefect{"the image is the last one again", !stands_still || noisy_ >= kNoisyImages};
+  return ImageDefect{"the image is identical to the previous one", !stands_still || noisy_ >= kNoisyImages};
 }
 
 bool matching_failed(const TrackingStatistics& s) {
@@ -118,7 +118,7 @@ void TrackingMonitor::judge(const TrackingStatistics& s) {
   failing_s_ = std::max(0.0, failing_s_ + (in_doubt_ ? s.dt_s : -s.dt_s));
   const bool vision = vision_.exceeds(s.vision_nis, kVisionBound);
   const bool height = height_.exceeds(s.height_nis, kHeightBound);
-  if (failing_s_ > options_.lost_after_s) return lose("almost no landmark found");
+  if (failing_s_ > options_.lost_after_s) return lose("almost no landmarks were found");
   if (vision) return lose("matches are further from their predicted pixels than the covariance allows");
   if (height) return lose("the height is further from the planned one than the covariance allows");
 }
@@ -135,7 +135,7 @@ void TrackingMonitor::blind(Stamp interval, const std::string& why, bool knows_p
   if (health_ != Health::ok || (seconds(blind_) <= options_.lost_after_s && knows_pose)) return;
   lose(why, true);
   const std::chrono::duration<double> allowed(options_.lost_after_s);
-  lost_ = std::min(Stamp(0), blind_ - std::chrono::duration_cast<Stamp>(allowed));  // gives up no sooner
+  lost_ = std::min(Stamp(0), blind_ - std::chrono::duration_cast<Stamp>(allowed));  // not to give up early
 }
 
 void TrackingMonitor::refuse(Stamp interval, const std::string& why) {

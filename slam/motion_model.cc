@@ -8,7 +8,7 @@ namespace slam {
 namespace {
 
 const Eigen::Vector3d kGravity_W(0, 0, -kGravity);  // m/s²
-constexpr double kStrideTime_s = 30;  // correlation time of the errors of stride and sway, over many steps
+constexpr double kStrideTime_s = 30;  // correlation time of stride and sway errors, which last many steps
 constexpr double kSwayTime_s = 1;     // correlation time of the amplitude and phase of the sway
 constexpr double kSwayUp = 0.15, kSwayAhead = 0.6;  // relative to the lateral sway
 
@@ -31,7 +31,8 @@ RobotMatrix impulse_covariance(const Matrix43d& dq_dw, double dt, double sigma_V
 }
 
 /// Unplanned swaying is a damped oscillation of the displacement d from the planned position, driven by
-/// noise: u⁺ = e^(−dt/τ) u − ω² dt d, d⁺ = d + dt u⁺. The standard deviation of u is σ, that of d about σ/ω.
+/// noise: u⁺ = e^(−dt/τ) u − ω² dt d, d⁺ = d + dt u⁺. The standard deviation of u is σ; that of d is about
+/// σ/ω.
 void add_swaying(double dt, const Options::PlanVelocity& options, Prediction& prediction) {
   const double decay = std::exp(-dt / kSwayTime_s);
   const double spring = square(2 * std::numbers::pi / options.sway_period_s) * dt;
@@ -60,7 +61,7 @@ void add_sensor_errors(double dt, const Options& options, Prediction& prediction
   decays(kStrideError, 2, options.plan_velocity.sigma_stride, kStrideTime_s);
   decays(kSwayScale, 2, options.plan_velocity.sigma_sway_scale, kStrideTime_s);
   decays(kHeightError, 1, options.height.sigma_lasting_m, options.height.lasting_s);
-  // Errors of positions are independent from frame to frame.
+  // Position errors are independent from frame to frame.
   prediction.x.segment<3>(kPreviousLegError) = prediction.x.segment<3>(kLegError);
   prediction.x.segment<3>(kLegError).setZero();
   prediction.F.block<6, 6>(kLegError, kLegError).setZero();

@@ -10,7 +10,7 @@
 
 namespace slam {
 
-/// Time since the start of the run by the clock of the simulation or the robot.
+/// Time since the start of the run, by the clock of the simulation or the robot.
 using Stamp = std::chrono::nanoseconds;
 
 /// A stamp, or the difference of two, in s.
@@ -19,11 +19,11 @@ inline double seconds(Stamp t) { return std::chrono::duration<double>(t).count()
 /// Gravity in the filter, m/s².
 inline constexpr double kGravity = 9.81;
 
-/// Standard deviations of gyro and accelerometer refer to readings of this period, s.
+/// The standard deviations of the gyro and accelerometer options refer to readings of this period, s.
 inline constexpr double kReadingPeriod_s = 0.005;
 
-/// One inertial reading: the mean over (begin, end], so that successive readings adjoin and a gap is visible.
-/// A 200 Hz reading is split by a camera frame inside it. Axes: G, the chest IMU.
+/// One inertial reading: the mean over (begin, end]. Successive readings adjoin, so that a gap is visible. A
+/// camera frame splits the 200 Hz reading in which it falls. Axes: G, the chest IMU.
 struct InertialSample {
   Stamp begin{0};
   Stamp end{0};
@@ -34,13 +34,13 @@ struct InertialSample {
 /// Which feet are on the ground according to the walking plan.
 enum class Support { both, left, right };
 
-/// The camera pose by leg odometry at the time of a frame, from the joints' encoders and the loaded sole,
-/// which is assumed to be stationary. O is the odometry's world: W at the start, it drifts as the soles slip
-/// and tilt.
+/// The camera pose from leg odometry at the time of a frame, computed from the joint encoders and the loaded
+/// sole, which is assumed to be stationary. O is the odometry's world. It equals W at the start and drifts as
+/// the soles slip and tilt.
 struct LegMotion {
   Eigen::Isometry3d X_OC = Eigen::Isometry3d::Identity();
   Eigen::Vector3d p_CS = Eigen::Vector3d::Zero();  ///< the loaded sole, m in C
-  std::optional<Eigen::Isometry3d> X_CG = {};      ///< chest IMU by the encoders; nothing: as calibrated
+  std::optional<Eigen::Isometry3d> X_CG = {};      ///< chest IMU from the encoders; nothing: as calibrated
 };
 
 /// The camera's motion at the time of the frame as the pattern generator plans it, in the plan's own world P,
@@ -56,7 +56,7 @@ struct PlannedMotion {
   Support support = Support::both;
 };
 
-/// The velocity that the walk was commanded, of the base in its own heading.
+/// The commanded velocity of the base, in its own heading.
 struct CommandedVelocity {
   Stamp t{0};  ///< when it was commanded
   double ahead_m_s = 0, left_m_s = 0, turn_rad_s = 0;
@@ -69,8 +69,8 @@ struct LidarPoint {
   std::int32_t offset_ns = 0;  ///< time since the stamp of the sweep
 };
 
-/// A reading of one further sensor of the rig: an image, a sweep or an inertial reading. The filter uses none
-/// but an aligned depth image (Calibration::depth).
+/// A reading of one further sensor of the rig: an image, a sweep or an inertial reading. The filter uses only
+/// an aligned depth image (Calibration::depth).
 struct RigReading {
   int sensor = 0;  ///< index in the list of the rig's sensors
   Stamp t{0};  ///< of an image: middle of its exposure; of a sweep: its start; of an IMU: end of the interval
@@ -83,7 +83,7 @@ struct RigReading {
 };
 
 /// Readings of the joints' encoders and of the force sensors of both feet at one instant. The filter ignores
-/// them: it gets leg odometry.
+/// them and uses leg odometry instead.
 struct BodyReading {
   struct Wrench {
     Eigen::Vector3d force = Eigen::Vector3d::Zero(),  ///< N
@@ -91,11 +91,11 @@ struct BodyReading {
   };
   Stamp t{0};
   Eigen::VectorXd q;   ///< rad, one for each joint
-  Wrench left, right;  ///< of the ground on each foot, axes of the sole
+  Wrench left, right;  ///< exerted by the ground on each foot, axes of the sole
 };
 
-/// One camera frame and all measurements since the previous one. A missing one is absent: an empty image, an
-/// empty vector, no plan. Plan, leg odometry and command do not depend on each other.
+/// One camera frame and all measurements since the previous one. A missing measurement is an empty image, an
+/// empty vector or no plan. Plan, leg odometry and command do not depend on each other.
 struct Observation {
   Stamp t{0};
   cv::Mat image;  ///< 8-bit gray (CV_8UC1) of the camera's size; empty if the frame is lost
@@ -104,9 +104,8 @@ struct Observation {
   std::optional<PlannedMotion> plan;
   std::optional<LegMotion> legs;
   std::optional<CommandedVelocity> command;  ///< the newest
-  std::vector<RigReading> rig;  ///< complete since the previous frame, each sensor's in order of time
-  std::vector<BodyReading>
-      body;  ///< stamped before this frame, not before the previous one; in order of time
+  std::vector<RigReading> rig;    ///< completed since the previous frame, in order of time for each sensor
+  std::vector<BodyReading> body;  ///< at or after the previous frame, before this one; in order of time
 };
 
 }  // namespace slam

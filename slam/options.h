@@ -1,4 +1,4 @@
-// Options of the filter with defaults, ranges and meanings: the scenario's keys below slam.
+// Options of the filter with their defaults, ranges and meanings: the keys under slam in a scenario.
 // `keys` passes each of them to a visitor: number<&Gyro::sigma_rad_s>(visitor, lowest, highest, meaning),
 // which the visitor's namespace declares.
 #pragma once
@@ -25,8 +25,8 @@ struct RadialTangential {
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0;
 };
 
-/// Kannala & Brandt 2006: the image's radius is f (θ + k1 θ³ + k2 θ⁵ + k3 θ⁷ + k4 θ⁹), θ from the axis
-/// (OpenCV's fisheye; Kalibr's "equidistant").
+/// Kannala & Brandt 2006: the image radius is f (θ + k1 θ³ + k2 θ⁵ + k3 θ⁷ + k4 θ⁹), θ being the angle from
+/// the axis (OpenCV's fisheye; Kalibr's "equidistant").
 struct Equidistant {
   double k1 = 0, k2 = 0, k3 = 0, k4 = 0;
 };
@@ -40,30 +40,30 @@ struct CameraIntrinsics {
   Lens lens = OneParameterRadial{7.37e-6};
 };
 
-/// A depth camera with the pixels and stamps of the head camera. It measures disparities, so that the error
-/// of the inverse depth 1/z, z along the optical axis, is the same at all depths.
+/// A depth camera with the pixels and stamps of the head camera. It measures disparities, so the error of the
+/// inverse depth 1/z (z along the optical axis) is the same at all depths.
 struct AlignedDepth {
   int sensor = 0;  ///< RigReading::sensor
   double sigma_inverse_1_m = 0;
 };
 
-/// The mounting of the sensors, known to the filter as on the real robot.
+/// The mounting of the sensors, which the filter knows as on a real robot.
 struct Calibration {
   CameraIntrinsics camera;
   Eigen::Isometry3d X_CG = Eigen::Isometry3d::Identity();  ///< chest IMU in the camera's frame
   std::optional<AlignedDepth> depth = {};
 };
 
-/// The axes along which the planned velocity is measured: the robot's, or those of the plan's world.
+/// The axes along which the planned velocity is measured: the robot's or those of the plan's world.
 enum class VelocityAxes { robot, plan };
 inline constexpr std::array<std::string_view, 2> kVelocityAxes{"robot", "plan"};
 
-/// The gyro readings of a frame interval that are used: all, or the last one, as in the paper.
+/// Which gyro readings of a frame interval are used: all, or only the last one, as in the paper.
 enum class GyroReadings { all, last };
 inline constexpr std::array<std::string_view, 2> kGyroReadings{"all", "last"};
 
 /// The parameters of a new landmark: inverse depth, or the paper's semi-infinite line with depth particles.
-/// measured_depth: inverse depth, which starts with the reading of the depth camera if the pixel has one.
+/// measured_depth: inverse depth, starting from the depth camera's reading if the pixel has one.
 enum class FirstSight { inverse_depth, particles, measured_depth };
 inline constexpr std::array<std::string_view, 3> kFirstSights{"inverse_depth", "particles", "measured_depth"};
 
@@ -73,12 +73,12 @@ struct Options {
     double sigma_velocity_m_s = 0.05, sigma_rate_rad_s = 0.05;
     double sigma_rest_rad_s = 0.01;
     static void keys(auto&& key) {
-      number<&Start::sigma_position_m>(key, 1e-9, 1e6, "standard deviation of the first position");
-      number<&Start::sigma_orientation_rad>(key, 1e-9, 1e6, "standard deviation of the first orientation");
-      number<&Start::sigma_velocity_m_s>(key, 1e-9, 1e6, "standard deviation of the first velocity");
-      number<&Start::sigma_rate_rad_s>(key, 1e-9, 1e6, "standard deviation of the first angular velocity");
+      number<&Start::sigma_position_m>(key, 1e-9, 1e6, "standard deviation of the initial position");
+      number<&Start::sigma_orientation_rad>(key, 1e-9, 1e6, "standard deviation of the initial orientation");
+      number<&Start::sigma_velocity_m_s>(key, 1e-9, 1e6, "standard deviation of the initial velocity");
+      number<&Start::sigma_rate_rad_s>(key, 1e-9, 1e6, "standard deviation of the initial angular velocity");
       number<&Start::sigma_rest_rad_s>(
-          key, 0, 1e6, "standard deviation of the rate at rest, for the gyro's bias; 0: not used");
+          key, 0, 1e6, "standard deviation of the rate at rest, which reveals the gyro's bias; 0: unused");
     }
   } start;
 
@@ -101,7 +101,7 @@ struct Options {
     double sigma_head_rad_s = 0.003;
     static void keys(auto&& key) {
       value<&Gyro::enabled>(key, "whether the filter uses the gyro");
-      choice<&Gyro::readings>(key, kGyroReadings, "readings of a frame interval that the filter uses");
+      choice<&Gyro::readings>(key, kGyroReadings, "which readings of a frame interval the filter uses");
       number<&Gyro::sigma_rad_s>(key, 1e-9, 1e6, "assumed standard deviation of a 200 Hz reading");
       number<&Gyro::sigma_bias_rad_s>(key, 0, 1e3, "standard deviation of its bias at the start; 0: no bias");
       number<&Gyro::sigma_bias_walk_rad_s2>(key, 0, 1e3,
@@ -110,11 +110,11 @@ struct Options {
           key,
           "whether the readings drive the motion model; otherwise they are measurements, as in the paper");
       number<&Gyro::sigma_head_rad_s>(
-          key, 0, 1e3, "standard deviation of the head's rate relative to the chest, if they drive it");
+          key, 0, 1e3, "standard deviation of the head's rate relative to the chest, if drives_motion");
     }
   } gyro;
 
-  struct Accelerometer {  ///< the bias also covers a mounting error of 1.5 mrad, which looks alike
+  struct Accelerometer {  ///< the bias also covers a mounting error of 1.5 mrad, which looks the same
     bool enabled = true;
     double sigma_m_s2 = 0.05;
     double sigma_bias_m_s2 = 0.015, sigma_bias_walk_m_s3 = 0.01;
@@ -141,72 +141,74 @@ struct Options {
     static void keys(auto&& key) {
       value<&PlanVelocity::enabled>(key, "whether the filter uses the planned velocity");
       choice<&PlanVelocity::axes>(key, kVelocityAxes, "axes of the planned velocity");
-      value<&PlanVelocity::pivots_on_foot>(key, "whether unplanned rotation is about the support foot");
+      value<&PlanVelocity::pivots_on_foot>(
+          key, "whether unplanned rotation is assumed to be about the support foot");
       number<&PlanVelocity::sigma_m_s>(key, 1e-9, 1e6,
                                        "standard deviation of the planned velocity of a frame");
       number<&PlanVelocity::sigma_stride>(
-          key, 0, 1e3, "standard deviation of a stride's relative error, both ways; 0: none");
+          key, 0, 1e3, "standard deviation of a stride's relative error in both directions; 0: none");
       number<&PlanVelocity::sigma_sway_m_s>(key, 0, 1e3, "standard deviation of the unplanned sway velocity");
       number<&PlanVelocity::sigma_sway_scale>(
           key, 0, 1e3, "standard deviation of the relative error of the planned sway, ahead and to the side");
-      number<&PlanVelocity::sway_period_s>(key, 1e-3, 1e6, "period of the sway: the time of two steps");
+      number<&PlanVelocity::sway_period_s>(key, 1e-3, 1e6, "period of the sway: the duration of two steps");
     }
   } plan_velocity;
 
-  /// Leg odometry, if the robot measures it, replaces the planned velocity along the robot's axes. These
-  /// noises then replace those of plan_velocity: most of the unplanned swaying and stride error is measured.
-  /// A sole that tilts on its pads turns about a point that is known to some centimeters.
+  /// Leg odometry, if there is any, replaces the planned velocity along the robot's axes. These noises then
+  /// replace those of plan_velocity: leg odometry measures most of the unplanned swaying and of the stride
+  /// error. A sole that tilts on its pads turns about a point that is known only to within centimeters.
   struct LegOdometry {
     bool enabled = true;
     double sigma_position_m = 0.0001, sigma_m_s = 0.001, sigma_stride = 0.003, sigma_sway_m_s = 0.003;
     double sigma_sway_scale = 0.015, sigma_pivot_m = 0.15;
     static void keys(auto&& key) {
-      value<&LegOdometry::enabled>(key, "whether leg odometry, if given, replaces the planned velocity");
+      value<&LegOdometry::enabled>(key,
+                                   "whether leg odometry, if there is any, replaces the planned velocity");
       number<&LegOdometry::sigma_position_m>(
-          key, 0, 1e6, "standard deviation of the position of a frame; a velocity has those of two frames");
+          key, 0, 1e6, "standard deviation of a frame's position; a velocity has the errors of two frames");
       number<&LegOdometry::sigma_m_s>(
-          key, 1e-9, 1e6, "standard deviation of the velocity of a frame beyond that of the positions");
-      number<&LegOdometry::sigma_stride>(key, 0, 1e3,
-                                         "standard deviation of a stride's relative error, both ways");
+          key, 1e-9, 1e6, "standard deviation of a frame's velocity in addition to the positions' errors");
+      number<&LegOdometry::sigma_stride>(
+          key, 0, 1e3, "standard deviation of a stride's relative error in both directions");
       number<&LegOdometry::sigma_sway_m_s>(key, 0, 1e3,
                                            "standard deviation of the sway velocity that it misses");
       number<&LegOdometry::sigma_sway_scale>(
           key, 0, 1e3, "standard deviation of the relative error of the sway, ahead and to the side");
       number<&LegOdometry::sigma_pivot_m>(
-          key, 0, 1e3, "standard deviation of the point about which the robot tilts beyond leg odometry");
+          key, 0, 1e3, "standard deviation of the pivot of any tilting that leg odometry does not measure");
     }
   } leg_odometry;
 
-  /// The commanded velocity, which a robot follows with a lag. It is used while neither plan nor leg odometry
-  /// is known, with these noises in place of those of plan_velocity; the commanded turn is not used.
+  /// The commanded velocity, which a robot follows with a lag. It is used while there is neither a plan nor
+  /// leg odometry, with these noises in place of those of plan_velocity; the commanded turn is not used.
   struct Command {
     bool enabled = true;
     double lag_s = 0.3, sigma_m_s = 0.1, sigma_stride = 0.1, sigma_sway_m_s = 0.25;
     static void keys(auto&& key) {
       value<&Command::enabled>(
-          key, "whether the filter uses the commanded velocity without plan and leg odometry");
+          key, "whether the filter uses the commanded velocity when there is no plan or leg odometry");
       number<&Command::lag_s>(key, 1e-3, 1e3, "time constant with which the robot follows a command");
       number<&Command::sigma_m_s>(key, 1e-9, 1e6, "standard deviation of the velocity of a frame");
       number<&Command::sigma_stride>(
-          key, 0, 1e3, "standard deviation of the relative error of the commanded velocity, both ways");
+          key, 0, 1e3, "standard deviation of the commanded velocity's relative error in both directions");
       number<&Command::sigma_sway_m_s>(key, 0, 1e3, "standard deviation of the sway velocity");
     }
   } command;
 
-  struct Height {  ///< by leg odometry if that is used; its error lasts, since floor and pads are uneven
+  struct Height {  ///< from leg odometry if used; its error lasts, since floor and pads are uneven
     bool enabled = true;
     double sigma_m = 0.00015, sigma_lasting_m = 0.0015, lasting_s = 3;
     static void keys(auto&& key) {
-      value<&Height::enabled>(key, "whether the filter uses the height by leg odometry, or the planned one");
+      value<&Height::enabled>(key, "whether the filter uses the height from leg odometry or the plan");
       number<&Height::sigma_m>(key, 1e-9, 1e6, "standard deviation of the height in a frame");
       number<&Height::sigma_lasting_m>(key, 0, 1e6, "standard deviation of its lasting error; 0: none");
       number<&Height::lasting_s>(key, 1e-3, 1e6, "correlation time of its lasting error");
     }
   } height;
 
-  /// Image noise grows linearly from the center to twice that at the corner. Matches are searched for and
-  /// gated with at least gate_sigma_px. The template of the first sight defines the landmark, so that
-  /// sigma_first_px covers only what later matches share.
+  /// Image noise doubles linearly from the center to the corner. Searches and gates use at least
+  /// gate_sigma_px. The template from the first sighting defines the landmark, so sigma_first_px covers only
+  /// the error that all later matches share.
   struct Vision {
     bool enabled = true;
     double sigma_px = 0.055, sigma_first_px = 0.12;
@@ -216,25 +218,25 @@ struct Options {
     int visible_landmarks = 18, measured_landmarks = 12;
     double minimum_correlation = 0.9;
     double corner_threshold = 20000;  ///< of the 11x11 gradient moments, gray levels squared
-    /// The standard deviation of a correct match for searches and gates.
+    /// The standard deviation of a correct match that searches and gates use.
     double search_sigma_px() const { return std::max(sigma_px, gate_sigma_px); }
     bool warped_patches = true, estimate_normals = true, sub_pixel = true, consensus = true;
     static void keys(auto&& key) {
       value<&Vision::enabled>(key, "whether the filter uses the camera");
-      number<&Vision::sigma_px>(key, 0.01, 100,
-                                "standard deviation of a match at the image's center; double at the corner");
+      number<&Vision::sigma_px>(
+          key, 0.01, 100, "standard deviation of a match at the image center; twice that at the corner");
       number<&Vision::sigma_first_px>(key, 0.001, 100, "standard deviation of a landmark's first pixel");
-      number<&Vision::viewpoint_sigma_px>(key, 0, 100,
-                                          "shift of a patch's center after a motion as long as its distance");
+      number<&Vision::viewpoint_sigma_px>(
+          key, 0, 100, "shift of a patch's center after the camera has moved by the patch's distance");
       number<&Vision::match_bias_sigma_px>(key, 0, 100,
                                            "standard deviation of a match's lasting bias; 0: none");
       number<&Vision::match_bias_s>(key, 1e-3, 1e6, "correlation time of a match's bias");
       number<&Vision::gate_sigma_px>(key, 0.01, 100, "standard deviation of a correct match, for gating");
       number<&Vision::visible_landmarks>(key, 1, 1000, "number of landmarks to keep in view");
       number<&Vision::measured_landmarks>(key, 1, 1000, "number of landmarks to measure in a frame");
-      number<&Vision::minimum_correlation>(key, -1, 1, "least normalized correlation of a match");
+      number<&Vision::minimum_correlation>(key, -1, 1, "minimum normalized correlation of a match");
       number<&Vision::corner_threshold>(key, 0, 1e9,
-                                        "least smaller eigenvalue of the gradient moments of a corner");
+                                        "minimum of the smaller eigenvalue of a corner's gradient moments");
       value<&Vision::warped_patches>(key, "whether templates are warped to the predicted view");
       value<&Vision::estimate_normals>(key, "whether surface normals are estimated");
       value<&Vision::sub_pixel>(key, "whether matches are refined to sub-pixel accuracy");
@@ -247,9 +249,8 @@ struct Options {
     double plan_bound = 4, lens_bound = 6;
     static void keys(auto&& key) {
       number<&Tracking::lost_after_s>(key, 1e-3, 1e6,
-                                      "time without an image or a landmark found, until tracking is lost");
-      number<&Tracking::give_up_s>(key, 1e-3, 1e6,
-                                   "time that tracking may be lost, until the filter has diverged");
+                                      "time without an image or a match after which tracking is lost");
+      number<&Tracking::give_up_s>(key, 1e-3, 1e6, "time after which a filter that lost track has diverged");
       number<&Tracking::plan_bound>(key, 1e-3, 1e9,
                                     "standard deviations beyond 2 % at which the plan's scale is suspect");
       number<&Tracking::lens_bound>(
@@ -260,8 +261,8 @@ struct Options {
   struct Bounds {  ///< on the cost of a frame, whatever the other options request
     int landmarks = 300, measured = 100;
     static void keys(auto&& key) {
-      number<&Bounds::landmarks>(key, 1, 1000, "greatest number of landmarks in the map");
-      number<&Bounds::measured>(key, 1, 1000, "greatest number of landmarks measured in a frame");
+      number<&Bounds::landmarks>(key, 1, 1000, "maximum number of landmarks in the map");
+      number<&Bounds::measured>(key, 1, 1000, "maximum number of landmarks measured in a frame");
     }
   } bounds;
 
@@ -283,24 +284,25 @@ struct Options {
         number<&Particles::converged>(key, 0.001, 1,
                                       "relative error of the depth below which a ray becomes a point");
         number<&Particles::fewest>(key, 1, 10000, "number of particles below which a ray is discarded");
-        number<&Particles::attempts>(key, 1, 100000, "greatest number of frames that a ray is kept");
-        number<&Particles::at_once>(key, 1, 1000, "greatest number of rays in the map at a time");
+        number<&Particles::attempts>(key, 1, 100000, "maximum number of frames for which a ray is kept");
+        number<&Particles::at_once>(key, 1, 1000, "maximum number of rays in the map at a time");
         number<&Particles::minimum_speed_m_s>(key, 0, 1e3, "camera speed below which no ray is initialized");
       }
     } particles;
     static void keys(auto&& key) {
       choice<&Depth::first_sight>(
           key, kFirstSights,
-          "a new landmark: by inverse depth, a ray with depth particles, or by the inverse of "
-          "the depth that a camera of the rig, aligned with cam0, measured");
+          "how a new landmark starts: with inverse depth, as a ray with depth particles, or with the "
+          "inverse of the depth measured by a camera of the rig that is aligned with cam0");
       number<&Depth::inverse_1_m>(key, 1e-6, 100, "inverse depth of a new landmark");
       number<&Depth::sigma_inverse_1_m>(key, 1e-6, 100, "standard deviation of that inverse depth");
-      number<&Depth::linearity>(key, 0, 10, "linearity index below which it becomes a point; 0: never");
+      number<&Depth::linearity>(key, 0, 10,
+                                "linearity index below which a new landmark becomes a point; 0: never");
       part<&Depth::particles>(key);
     }
   } depth;
 
-  struct KnownLandmarks {  ///< corners searched for in the first image, and points of the map from then on
+  struct KnownLandmarks {  ///< corners searched for in the first image; they stay in the map as points
     std::vector<Eigen::Vector3d> at_m;  ///< in W
     double sigma_m = 0.005;
     static void keys(auto&& key) {

@@ -78,7 +78,7 @@ Eigen::Matrix3d rotation_matrix(const Eigen::Vector4d& q) {
 Matrix34d rotated_jacobian(const Eigen::Vector4d& q, const Eigen::Vector3d& a) {
   const double w = q(0);
   const Eigen::Vector3d v = q.tail<3>();
-  Matrix34d J;  // of (w² − v·v) a + 2 (v·a) v + 2 w v × a
+  Matrix34d J;  // Jacobian of (w² − v·v) a + 2 (v·a) v + 2 w v × a
   J.col(0) = 2 * (w * a + v.cross(a));
   J.rightCols<3>() = 2 * (-a * v.transpose() + v * a.transpose() + v.dot(a) * Eigen::Matrix3d::Identity() -
                           w * cross_matrix(a));

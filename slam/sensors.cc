@@ -8,9 +8,10 @@ namespace slam {
 namespace {
 
 constexpr double kLongestGap_s = 0.001;
-constexpr double kStanding = 1e-3;        // m/s and rad/s, of a plan
-constexpr double kStandingByLegs = 0.02;  // beyond the noise of encoders
-// Of plan and leg odometry after two steps: the robot sways, and lands earlier or later than planned.
+constexpr double kStanding = 1e-3;        // m/s and rad/s, for a plan
+constexpr double kStandingByLegs = 0.02;  // for leg odometry, above the encoders' noise
+// Difference between plan and leg odometry after two steps: the robot sways, and lands earlier or later than
+// planned.
 constexpr double kTwoStepsSigma_m = 0.005;
 
 bool covered(const std::vector<InertialSample>& samples, Stamp from, Stamp to) {
@@ -20,8 +21,8 @@ bool covered(const std::vector<InertialSample>& samples, Stamp from, Stamp to) {
   return sum > seconds(to - from) - kLongestGap_s;
 }
 
-/// ∫ weight · specific force dt over an interval, in the axes of the chest at its start, and the rotation of
-/// the chest over it. The weight rises from 0 to 1 or falls from 1 to 0.
+/// ∫ weight · specific force dt over an interval, in the axes of the chest at the interval's start, and the
+/// rotation of the chest over the interval. The weight rises from 0 to 1 or falls from 1 to 0.
 struct WeightedIntegral {
   Eigen::Vector3d force_G = Eigen::Vector3d::Zero();
   Eigen::Vector4d rotation{1, 0, 0, 0};
@@ -57,8 +58,8 @@ WeightedIntegral integrate(const InertialInterval& interval, const Eigen::Vector
   return sum;
 }
 
-/// Adds the horizontal motion of the camera by unplanned rotation about the support foot:
-/// R(q)ᵀ D R(q) (p_CF × (ω − ω_plan)).
+/// Adds the horizontal motion of the camera due to unplanned rotation about the support foot: R(q)ᵀ D R(q)
+/// (p_CF × (ω − ω_plan)).
 void add_pivoting(const RobotVector& x, const PlannedVelocity& planned, Measurement& m) {
   const Eigen::Vector4d q = x.segment<4>(kOrientation);
   const Eigen::Matrix3d R_WC = rotation_matrix(q);
@@ -71,7 +72,8 @@ void add_pivoting(const RobotVector& x, const PlannedVelocity& planned, Measurem
   m.H_robot.middleCols(kRate, 3) = -R_WC.transpose() * horizontal * R_WC * cross_matrix(planned.p_CF);
 }
 
-/// The horizontal motion of the camera between two poses, along its heading at the first and to its left.
+/// The horizontal motion of the camera between two poses, along its heading at the first pose and to the left
+/// of it.
 Eigen::Vector2d horizontal_motion(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to) {
   const Eigen::Vector2d ahead = from.linear().col(2).head<2>().normalized();
   const Eigen::Vector2d motion = (to.translation() - from.translation()).head<2>();
@@ -90,7 +92,7 @@ PlannedVelocity mean_velocity(const Eigen::Isometry3d& before, const Eigen::Isom
 
 std::optional<MeanRate> mean_rate(const InertialInterval& interval, const Options& options) {
   const auto& [from, to, gyro, accelerometer, X_CG_from, X_CG_to] = interval;
-  if (options.gyro.readings == GyroReadings::last) {  // as in the paper, the last one before the frame
+  if (options.gyro.readings == GyroReadings::last) {  // as in the paper: only the last one before the frame
     if (gyro.empty() || gyro.back().end <= from || gyro.back().end > to) return std::nullopt;
     return MeanRate{X_CG_to.linear() * gyro.back().value, options.gyro.sigma_rad_s};
   }
@@ -155,10 +157,11 @@ std::optional<VelocityIncrement> velocity_increment(const InertialInterval& earl
   return increment;
 }
 
-/// Compares the planned motion over two steps with that by leg odometry: within a step, and as it starts to
-/// walk, the robot sways more than planned. Two steps unlike those before, or the first after standing, count
-/// less, since a small delay changes them more. Returns the evidence for the scale of the planned distances
-/// since the landing before last, at every second landing; standing or without leg odometry it starts anew.
+/// Compares the planned motion over two steps with that from leg odometry. Two steps are compared because the
+/// robot sways more than planned within a step and as it starts to walk. Two steps that differ from the two
+/// before, or the first two after standing, count less, since a small delay changes them more. At every
+/// second landing, returns the evidence for the scale of the planned distances since the landing before last.
+/// Starts anew when the robot stands or leg odometry is missing.
 SystematicEvidence PlanHistory::compare_two_steps(const Known& now, bool landed, bool standing) {
   if (!now.legs || standing) start_.reset(), planned_m_.reset();
   if (!now.legs || standing || !landed || (start_ && ++landings_ < 2)) return {};
@@ -198,7 +201,7 @@ std::optional<PlannedInterval> PlanHistory::advance(const Observation& o, double
     return interval;
   }
   PlannedVelocity& known = interval.plan ? *interval.plan : *interval.legs;
-  // Averaged over the time of two steps.
+  // Averaged over the duration of two steps.
   const double keep = std::exp(-dt_s / options.plan_velocity.sway_period_s);
   steady_C_ = known.velocity + keep * (steady_C_ - known.velocity);
   const double standing = interval.plan ? kStanding : kStandingByLegs;
@@ -226,9 +229,9 @@ Measurement measure_velocity(const RobotVector& x, const PlannedVelocity& planne
   const Eigen::Vector4d q = x.segment<4>(kOrientation);
   const Eigen::Matrix3d R_WC = rotation_matrix(q);
   const Eigen::Vector3d v = x.segment<3>(kVelocity), steady = planned.steady_C;
-  Eigen::Matrix<double, 3, 2> J_stride;  // by its relative length, and its angle about minus y of C
+  Eigen::Matrix<double, 3, 2> J_stride;  // with respect to its relative length and its angle about −y of C
   J_stride << steady.x(), -steady.z(), 0, 0, steady.z(), steady.x();
-  Eigen::Matrix<double, 3, 2> J_sway = Eigen::Matrix<double, 3, 2>::Zero();  // by kSwayScale
+  Eigen::Matrix<double, 3, 2> J_sway = Eigen::Matrix<double, 3, 2>::Zero();  // with respect to kSwayScale
   J_sway(0, 0) = planned.velocity.x() - steady.x();
   J_sway(2, 1) = planned.velocity.z() - steady.z();
   const Eigen::Vector3d error =
@@ -270,12 +273,12 @@ Measurement measure_command(const RobotVector& x, const Eigen::Vector2d& command
   const double length = optical.head<2>().norm();
   const Eigen::Vector2d ahead = optical.head<2>() / length, left(-ahead.y(), ahead.x());
   const Eigen::Vector2d seen(ahead.dot(v.head<2>()), left.dot(v.head<2>()));
-  Eigen::Matrix2d J_stride;  // by its relative length, and its angle
+  Eigen::Matrix2d J_stride;  // with respect to its relative length and its angle
   J_stride << commanded_m_s.x(), -commanded_m_s.y(), commanded_m_s.y(), commanded_m_s.x();
   Measurement m(2);
   m.innovation.head<2>() = commanded_m_s - seen - J_stride * x.segment<2>(kStrideError) -
                            Eigen::Vector2d(x(kSwayVelocity + 2), -x(kSwayVelocity));
-  // The heading turns by left / length times the motion of the optical axis.
+  // The heading turns by left / length times the change of the optical axis.
   const Eigen::RowVector4d turn = left.transpose() / length * rotated_jacobian(q, axis).topRows<2>();
   m.H_robot.row(0).segment<4>(kOrientation) = seen.y() * turn;
   m.H_robot.row(1).segment<4>(kOrientation) = -seen.x() * turn;

@@ -1,4 +1,4 @@
-// Fixed-interval smoothing: the poses of a run, each given the observations of the whole run.
+// Fixed-interval smoothing: the poses of a run, each estimated from the observations of the whole run.
 #pragma once
 
 #include <cstdio>
@@ -20,23 +20,25 @@ struct SmoothedPose {
 /// in the form of Bryson & Frazier (Bierman 1977, "Factorization Methods for Discrete Sequential Estimation",
 /// X.5): x_smoothed = x + Pλ after each step, λ = 0 after the last one, and back through each change,
 ///     e⁺ = Je + noise:  λ ← Jᵀλ         update:  λ ← λ + HᵀL⁻ᵀ(L⁻¹ν − Wᵀλ), W = PHᵀL⁻ᵀ, S = LLᵀ.
-/// λ has all landmarks and biases, so that this is the exact smoother of the filter's linearized models. It
+/// λ includes all landmarks and biases, so this is the exact smoother of the filter's linearized models. It
 /// inverts no covariance, and only poses stay in memory.
 class Smoother {
  public:
   Smoother();
 
   // The changes that Kalman makes to the state, in their order.
-  /// J.cols() parameters from `at` on became J.rows() others with the derivative J; those behind moved.
+  /// The J.cols() parameters starting at `at` became J.rows() others, with Jacobian J; those after them
+  /// moved.
   void change(int at, const Eigen::Ref<const Eigen::MatrixXd>& J);
-  /// J.rows() parameters were added at `at`, the end; J: their derivative by the first J.cols() ones.
+  /// J.rows() parameters were added at the end, `at`. J: their derivative with respect to the first J.cols()
+  /// ones.
   void append(int at, const Eigen::Ref<const Eigen::MatrixXd>& J);
   void update(const StackedMeasurement& stacked, const Whitening& whitening,
               const Eigen::Ref<const Eigen::MatrixXd>& W);
   /// Ends a step: the pose of `state` will be smoothed.
   void end_step(Stamp t, const State& state);
 
-  /// Returns the smoothed poses of all steps, in order; nothing if the temporary file failed. To be called
+  /// Returns the smoothed poses of all steps, in order, or nothing if the temporary file failed. Call it only
   /// once.
   std::optional<std::vector<SmoothedPose>> smoothed();
 
@@ -44,7 +46,7 @@ class Smoother {
   struct Pose {
     Stamp t{0};
     Eigen::Matrix<double, 7, 1> x;   // position and orientation
-    std::size_t at = 0, values = 0;  // of its step, in the file
+    std::size_t at = 0, values = 0;  // of its step's values, in the file
   };
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }

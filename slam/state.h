@@ -7,7 +7,7 @@
 
 namespace slam {
 
-// The first index of each part of the robot's state; the landmarks' parameters follow from kRobot on.
+// The first index of each part of the robot's state; the landmarks' parameters start at kRobot.
 inline constexpr int kPosition = 0;            ///< r = p_WC, m
 inline constexpr int kOrientation = 3;         ///< q_WC as (w, x, y, z)
 inline constexpr int kVelocity = 7;            ///< mean velocity over the last frame interval, m/s in W
@@ -20,14 +20,14 @@ inline constexpr int kAccelerometerBias = 19;  ///< m/s², axes C
 inline constexpr int kSwayVelocity = 22;  ///< velocity of unplanned swaying, planned minus true, m/s in C
 inline constexpr int kSwayPosition = 25;  ///< displacement by unplanned swaying, m in C
 inline constexpr int kStrideError = 28;   ///< relative error of the strides' length, and their angle, rad
-inline constexpr int kLegError = 30;  ///< error of the position by leg odometry, measured minus true, m in C
-inline constexpr int kPreviousLegError = 33;  ///< and in the previous frame
+inline constexpr int kLegError = 30;      ///< error of leg odometry's position, measured minus true, m in C
+inline constexpr int kPreviousLegError = 33;  ///< the same in the previous frame
 inline constexpr int kRobot = 36;
 
 // Systematic errors that the innovations reveal (monitors.h), all relative.
 inline constexpr int kPlanScale = 0;       ///< of the planned distances
 inline constexpr int kLensDistortion = 1;  ///< of the lens distortion in the calibration
-inline constexpr int kLegScale = 2;        ///< of the distances by leg odometry
+inline constexpr int kLegScale = 2;        ///< of the distances from leg odometry
 inline constexpr int kSystematicErrors = 3;
 
 using RobotVector = Eigen::Matrix<double, kRobot, 1>;
@@ -35,15 +35,15 @@ using RobotMatrix = Eigen::Matrix<double, kRobot, kRobot>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-/// The parameters of one landmark, and their derivatives, of a size that needs no heap memory.
+/// The parameters of one landmark and their derivatives, of bounded size, so that they need no heap memory.
 using Parameters = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
 using ParameterJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
 
-/// The derivative of values with respect to the systematic errors, a row for each value.
+/// The derivative of values with respect to the systematic errors, one row for each value.
 using Sensitivity = Eigen::Matrix<double, Eigen::Dynamic, kSystematicErrors>;
 
 /// Evidence of a systematic error δ in innovations ν: with u = ∂ν/∂δ, the sums of uᵀS⁻¹ν and of uᵀS⁻¹u. The
-/// first has mean δ times the second, and the second as its variance.
+/// mean of the first is δ times the second, and its variance is the second.
 struct SystematicEvidence {
   double score = 0, information = 0;
 };
@@ -57,7 +57,8 @@ struct RobotState {
 /// Mean and covariance of robot and landmarks. The storage is larger than needed, so that it seldom grows:
 /// the first `size` rows and columns are in use. Only the lower triangle of the covariance is kept; the rest
 /// is undefined. null_yaw is the change of the state when the whole world turns about the vertical, which no
-/// measurement can observe. sensitivity is the derivative of the mean by the systematic errors, in columns.
+/// measurement can observe. sensitivity is the derivative of the mean with respect to the systematic errors,
+/// one column for each.
 struct State {
   int size = kRobot;
   Eigen::VectorXd storage_x = Eigen::VectorXd::Zero(kRobot), storage_null = Eigen::VectorXd::Zero(kRobot);
@@ -67,7 +68,7 @@ struct State {
   auto x() const { return storage_x.head(size); }
   /// The whole symmetric covariance.
   Eigen::MatrixXd P() const { return storage_P.topLeftCorner(size, size).selfadjointView<Eigen::Lower>(); }
-  /// The symmetric covariance of the Count parameters from index `at` on.
+  /// The symmetric covariance of the Count parameters starting at index `at`.
   template <int Count>
   Eigen::Matrix<double, Count, Count> marginal(int at) const {
     return storage_P.block<Count, Count>(at, at).template selfadjointView<Eigen::Lower>();

@@ -1,10 +1,10 @@
 #!/bin/sh
 # Runs the fuzz targets of tests/fuzz with clang's libFuzzer, on all processors, and prints a table:
 #   tools/fuzz.sh [--fast] [--seconds S | --runs N] [--seed N] [--slow S] [TARGET...]
-# Each target runs for S seconds (default 3600) or N inputs. Findings are crashes, inputs that take more than 1 s (--slow: another
-# limit) and more than 1 GB of memory; their inputs are kept in build/fuzz/found. Inputs that reach new code are kept in
-# build/fuzz/corpus. --seed fixes the random numbers. --fast leaves the address sanitizer out and draws from the corpus uniformly;
-# --runs 0 then runs all of build/fuzz/corpus once under the sanitizers. Exit code 1: a finding.
+# Each target runs for S seconds (default 3600) or N inputs. Findings are crashes, inputs that take more than 1 s (--slow sets
+# another limit), and inputs that need more than 1 GB of memory; they are kept in build/fuzz/found. Inputs that reach new code are
+# kept in build/fuzz/corpus. --seed fixes the random numbers. --fast omits the address sanitizer and samples the corpus uniformly;
+# afterwards, --runs 0 runs all of build/fuzz/corpus once under the sanitizers. Exit code 1: there was a finding.
 set -eu
 root=$(dirname "$(dirname "$(readlink -f "$0")")")
 limit=-max_total_time=3600 seed=0 slow=1 preset=fuzz entropic=1
@@ -15,7 +15,7 @@ while :; do
     --runs) limit=-runs=$2 ;;
     --seed) seed=$2 ;;
     --slow) slow=$2 ;;
-    -*) echo "fuzz: $1 is not known; expected --fast, --seconds S, --runs N, --seed N, --slow S or targets" >&2 && exit 2 ;;
+    -*) echo "fuzz: $1: unknown option; expected --fast, --seconds S, --runs N, --seed N, --slow S or targets" >&2 && exit 2 ;;
     *) break ;;
   esac
   shift 2
@@ -27,7 +27,7 @@ program=$root/build/$preset/tests/fuzz/fuzz
 known=$("$program")
 targets=${*:-$known}
 for target in $targets; do
-  echo "$known" | grep -qx "$target" || { echo "fuzz: no target $target, expected" $known >&2; exit 2; }
+  echo "$known" | grep -qx "$target" || { echo "fuzz: $target: unknown target, expected one of" $known >&2; exit 2; }
 done
 folder=$root/build/fuzz
 mkdir -p "$folder/found" "$folder/log"
@@ -37,9 +37,9 @@ trap 'rm -rf "$memory"' EXIT
 trap 'exit 2' INT TERM
 export TMPDIR="$memory" folder root limit seed slow program entropic
 export ASAN_OPTIONS=quarantine_size_mb=16:detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1
-export GLIBC_TUNABLES=glibc.malloc.trim_threshold=67108864  # memory that an input frees is kept for the next one
+export GLIBC_TUNABLES=glibc.malloc.trim_threshold=67108864  # memory freed by one input is kept for the next one
 
-# One target; its log has libFuzzer's figures. 72 is libFuzzer's word for SIGINT and SIGTERM.
+# Runs one target; its log contains libFuzzer's statistics. libFuzzer exits with 72 on SIGINT and SIGTERM.
 cat >"$memory/one" <<'ONE'
 mkdir -p "$folder/corpus/$1" "$folder/found/$1"
 status=0 more=
@@ -58,7 +58,7 @@ for target in $targets; do
   log=$folder/log/$target
   result='nothing found'
   if grep -q '^ended with 72$' "$log"; then
-    result='nothing found until it was interrupted'
+    result='nothing found before it was interrupted'
   elif grep -q '^ended with' "$log"; then
     findings=$((findings + 1))
     result=$(sed -n 's/^SUMMARY: //p' "$log" | tail -n 1)

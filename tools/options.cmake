@@ -3,25 +3,25 @@ add_library(gaitslam_options INTERFACE)
 target_include_directories(gaitslam_options INTERFACE ${PROJECT_SOURCE_DIR})
 
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  # -Wsubobject-linkage takes the anonymous namespaces of a unity file's sources for a header's. The others are false alarms
+  # In a unity build, -Wsubobject-linkage mistakes the sources' anonymous namespaces for a header's. The others are false alarms
   # about std::string in GCC 12 (GCC bugs 105329 and 105651) that depend on the length of a literal, such as the checkout's
-  # path; the address sanitizer covers them.
+  # path; the address sanitizer covers what they would find.
   foreach(false_alarm subobject-linkage array-bounds restrict stringop-overflow stringop-overread)
     target_compile_options(gaitslam_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-${false_alarm}>)
   endforeach()
 endif()
 
-# One instruction set and no implicit fused multiply-add: the same bits on every such machine.
+# One instruction set and no implicit fused multiply-add, so that every such machine computes the same bits.
 if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64")
   target_compile_options(gaitslam_options INTERFACE -march=x86-64-v3)
 endif()
 target_compile_options(gaitslam_options INTERFACE -ffp-contract=off -Wall -Wextra -Wpedantic -Wshadow
   $<$<BOOL:${GAITSLAM_WERROR}>:-Werror>)
-# Eigen's products keep their work space up to this size on the stack, so that a step of the filter touches no heap.
+# Eigen's products keep workspaces of up to this size on the stack, so that a filter step does not touch the heap.
 target_compile_definitions(gaitslam_options INTERFACE EIGEN_STACK_ALLOCATION_LIMIT=1048576)
 
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  # A tenth of a compilation would be spent on collecting garbage below half a gigabyte.
+  # With a smaller heap, a tenth of the compile time would be spent on garbage collection.
   target_compile_options(gaitslam_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:--param=ggc-min-heapsize=524288>)
   find_program(GAITSLAM_GOLD ld.gold)  # links in a quarter of the time
   if(GAITSLAM_GOLD)
@@ -30,8 +30,8 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
 endif()
 
 if(GAITSLAM_SANITIZE)
-  # Only the undefined behavior that the address sanitizer does not see: checking every pointer would triple the time that
-  # Eigen's templates take to compile.
+  # Only the undefined behavior that the address sanitizer does not detect: checking every pointer would triple the compile time
+  # of Eigen's templates.
   set(undefined signed-integer-overflow,float-cast-overflow,shift,integer-divide-by-zero,bounds,enum,bool,return,unreachable)
   set(checks_address address,${undefined})
   set(checks_undefined ${undefined})
@@ -49,7 +49,7 @@ if(GAITSLAM_FUZZ)
   target_compile_options(gaitslam_options INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
-# For code that runs faster than it compiles: the optimizer would take a fifth to a half of the compilation.
+# For code whose compile time matters more than its speed: the optimizer would take a fifth to a half of the compile time.
 add_library(gaitslam_quick_build INTERFACE)
 target_link_libraries(gaitslam_quick_build INTERFACE gaitslam_options)
 target_compile_options(gaitslam_quick_build INTERFACE

@@ -1,1 +1,1 @@
-// The source that CMake needs to compile precompiled headers.
+// An empty source, which CMake needs to compile precompiled headers.

@@ -1,9 +1,9 @@
-# Sourced by tools/gaitslam, tools/test.sh and .ci/run: installs missing packages and builds. $root is the project folder.
+# Sourced by tools/gaitslam, tools/test.sh and .ci/run. Installs missing packages and builds; $root is the project folder.
 # All output goes to stderr.
 
 say() { echo "gaitslam: $*" >&2; }
 
-# missing_packages LIST...: prints the packages of these lists that are not installed.
+# missing_packages LIST...: prints the packages in these lists that are not installed.
 missing_packages() {
   command -v dpkg-query >/dev/null || return 0  # not Debian: CMake reports what is missing
   packages=$(sed 's/#.*//' "$@")
@@ -22,7 +22,7 @@ install_packages() {
     say "installing $missing"
     export DEBIAN_FRONTEND=noninteractive
     apt-get update -qq >&2 && apt-get install -y -qq --no-install-recommends $missing >&2 && return 0
-    say "packages could not be installed; once they can be (the network is there), run this:"
+    say "packages could not be installed; once the network is available, run this:"
     say "  apt-get update && apt-get install -y --no-install-recommends $missing"
   else
     say "packages are missing; run this once:"
@@ -31,8 +31,8 @@ install_packages() {
   exit 2
 }
 
-# Installs the npm packages that tests read exported files with into build/interop, at the versions of the lock file. If that
-# fails, these tests are skipped, or with $CI set the script fails.
+# Installs the npm packages that tests use to read exported files into build/interop, at the versions in the lock file. If this
+# fails, these tests are skipped; with $CI set, the script fails instead.
 install_interop() {
   source=$root/tests/interop folder=$root/build/interop
   cmp -s "$source/package-lock.json" "$folder/node_modules/.installed" && return 0
@@ -40,8 +40,8 @@ install_interop() {
   cp "$source/package.json" "$source/package-lock.json" "$folder"
   (cd "$folder" && npm ci --no-audit --no-fund --ignore-scripts >install.log 2>&1) || {
     cat "$folder/install.log" >&2
-    [ -z "${CI:-}" ] || { say "npm's packages could not be installed; once the network is there, run this again"; exit 2; }
-    say "npm's packages could not be installed: the tests that need them are skipped"
+    [ -z "${CI:-}" ] || { say "npm packages could not be installed; once the network is available, run this again"; exit 2; }
+    say "npm packages could not be installed: the tests that need them are skipped"
     return 0
   }
   cp "$source/package-lock.json" "$folder/node_modules/.installed"
@@ -54,7 +54,7 @@ build() {
   exec 9>"$folder/.lock"
   flock 9  # one build at a time per folder
   if [ ! -f "$folder/build.ninja" ]; then
-    say "building in build/$1 (the first time takes some minutes)"
+    say "building in build/$1 (the first build takes a few minutes)"
     if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER=ccache; fi
     (cd "$root" && cmake --preset "$1" >"$folder/configure.log" 2>&1) || {
       cat "$folder/configure.log" >&2

@@ -1,11 +1,11 @@
 #!/bin/sh
-# A local Slurm cluster of three nodes, for tests and first tries:
+# A local Slurm cluster with three nodes, for tests and first experiments:
 #   tools/slurm_local.sh start [DIR]     starts it and prints the settings: eval "$(tools/slurm_local.sh start)"
 #   tools/slurm_local.sh stop [DIR]      stops it
 #   tools/slurm_local.sh lose DIR NODE   simulates a power failure: kills all processes of the node
 # DIR (default: $TMPDIR/gaitslam-slurm-UID) contains configuration, keys, logs and process ids; /etc is not touched. munge, slurmctld
-# and the slurmd listen on 127.0.0.1 only. Needs Debian's slurm-wlm and munge, and root. $GAITSLAM_SLURM_PORT: first of
-# five ports (default 26817).
+# and the slurmd daemons listen only on 127.0.0.1. Needs Debian's slurm-wlm and munge, and root. $GAITSLAM_SLURM_PORT is the first
+# of five ports (default 26817).
 set -eu
 
 command=${1:-} dir=${2:-${TMPDIR:-/tmp}/gaitslam-slurm-$(id -u)}
@@ -48,7 +48,7 @@ END
   echo CgroupPlugin=cgroup/v1 >"$dir/cgroup.conf"
 }
 
-# start_daemon NAME COMMAND...: in the background, its id in run/NAME.pid.
+# start_daemon NAME COMMAND...: starts it in the background and writes its id to run/NAME.pid.
 start_daemon() {
   name=$1
   shift
@@ -64,7 +64,7 @@ await() {  # await WHAT COMMAND...
     sleep 0.2
   done
   stop
-  fail "$what did not come up in 30 s; see $dir/log"
+  fail "$what did not start within 30 s; see $dir/log"
 }
 
 three_idle() { [ "$(sinfo -h -N -t idle -o %N | wc -l)" = 3 ]; }
@@ -73,7 +73,7 @@ start() {
   for program in munged slurmctld slurmd sbatch; do
     command -v "$program" >/dev/null || fail "$program is not installed (apt-get install slurm-wlm munge)"
   done
-  [ "$(id -u)" = 0 ] || fail "needs root: munge and Slurm's nodes run as the user who starts them"
+  [ "$(id -u)" = 0 ] || fail "needs root, because munge and Slurm's nodes run as the user who starts them"
   if alive slurmctld; then settings; return; fi
   umask 022
   for folder in . munge run log state spool.n1 spool.n2 spool.n3; do mkdir -p "$dir/$folder"; done
@@ -105,7 +105,7 @@ stop() {
   rm -f "$dir"/run/*.pid
 }
 
-# Processes of the node's jobs and their parent steps.
+# Prints the processes of the node's jobs and their parent steps.
 processes_of() {
   for process in $(grep -lzsx "SLURMD_NODENAME=$1" /proc/[0-9]*/environ | cut -d/ -f3); do
     echo "$process"

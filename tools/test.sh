@@ -1,6 +1,6 @@
 #!/bin/sh
 # Builds and runs the tests: tools/test.sh [--long] [PRESET [ctest options]].
-# PRESET is release (default), ci, dev, asan, tsan or no-world. --long adds the tests of more than about 10 s each.
+# PRESET is release (default), ci, dev, asan, tsan or no-world. --long adds the tests that take more than about 10 s each.
 set -eu
 labels="-LE long"
 if [ "${1:-}" = --long ]; then

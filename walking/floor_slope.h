@@ -1,20 +1,20 @@
-// Walking on a slope by a plan for a level floor: the robot's own sensors give the slope.
+// Walking on a slope with a plan for a level floor: the robot's own sensors measure the slope.
 #pragma once
 
 #include "walking/stabilizer.h"
 
 namespace walking {
 
-/// Estimates the slope by the tilt of the loaded soles (encoders of the legs, vertical of the IMU), and puts
-/// the soles of a posture on a plane of that slope under the waist.
+/// Estimates the slope from the tilt of the loaded soles (leg encoders and the IMU's vertical), and places
+/// the soles of a posture on a plane with that slope under the waist.
 class FloorSlope {
  public:
   explicit FloorSlope(const Robot& robot) : robot_(robot) {}
 
-  /// Once every kPeriod. tilt: roll and pitch of the waist, rad.
+  /// Call once every kPeriod. tilt: roll and pitch of the waist, rad.
   void update(const Reference& reference, const Eigen::Vector2d& tilt, const SensorReadings& readings);
   Posture adapted(Posture posture) const;
-  /// Height for each m along x and y of P.
+  /// Rise in height per m along x and y of P.
   const Eigen::Vector2d& gradient() const { return gradient_; }
 
  private:

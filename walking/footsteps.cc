@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kNegligible = 1e-9;  // of a step: a rest shorter than this is rounding, not a step
+constexpr double kNegligible = 1e-9;  // of a step; a remainder shorter than this is a rounding error
 
 Vector2d rotated(double yaw, const Vector2d& v) { return Eigen::Rotation2Dd(yaw) * v; }
 
@@ -17,9 +17,9 @@ Footstep footstep_at(const Robot& robot, const FootPose& center, Side side) {
   return {side, feet_together(center, robot.foot_spacing).of(side)};
 }
 
-/// Distances along the way after each step: whole steps, then the rest.
+/// Distances along the path after each step: whole steps, then the remainder.
 std::vector<double> progress(double distance, double step) {
-  constexpr double kShortestStep_s = 0.1;  // the least walk.single_support_s
+  constexpr double kShortestStep_s = 0.1;  // lower bound of walk.single_support_s
   if (distance / step > kLongestWalk_s / kShortestStep_s) throw TooLong(0, "too many steps");
   const int whole = static_cast<int>(std::floor(distance / step + kNegligible));
   std::vector<double> s;
@@ -35,10 +35,11 @@ void require(bool holds, const std::string& complaint) {
 
 std::vector<Footstep> steps_of(const Robot&, const auto&, double) {
   return {};
-}  // stand, repeat; for go_to see steps_to()
+}  // stand and repeat; for go_to, see steps_to()
 
-/// The foot on the side of travel goes first and takes the lateral share of two steps; the other closes to
-/// the foot spacing, so that the feet never cross or come closer. Steps that lead far aside are shorter.
+/// The foot on the side of travel goes first and covers the lateral distance of two steps; the other then
+/// closes to the foot spacing, so the feet never cross or come closer. Steps that lead far to the side are
+/// shorter.
 std::vector<Footstep> steps_of(const Robot& robot, const Straight& straight, double step) {
   const double distance = std::hypot(straight.forward_m, straight.left_m);
   require(distance > 0, "straight: forward_m and left_m are both zero; use stand");
@@ -84,14 +85,15 @@ std::vector<Footstep> steps_of(const Robot& robot, const TangentArc& arc, double
                    arc.angle_rad > 0 ? Side::right : Side::left);
 }
 
-/// Each foot is one step ahead of the other; that on the side of the turn goes first: toes never meet.
+/// Each foot is one step ahead of the other. The foot on the side of the turn goes first, so that the toes
+/// never meet.
 std::vector<Footstep> steps_of(const Robot& robot, const Turn& turn, double) {
   check(turn);
   return alternate(robot, 0, turn.angle_rad, turn.step_rad, turn.angle_rad > 0 ? Side::left : Side::right);
 }
 
 /// Facing the center, radius_m ahead: the foot on the side of travel goes to its place in the turned stance,
-/// the other closes. Turning left, the robot moves to its right.
+/// then the other closes. When turning left, the robot moves to its right.
 std::vector<Footstep> steps_of(const Robot& robot, const PerpendicularArc& arc, double step) {
   check(arc);
   const double turn = std::copysign(1.0, arc.angle_rad);
@@ -120,7 +122,7 @@ std::vector<Footstep> steps_of(const Robot& robot, const Steps& steps, double) {
     const Side side = step.left_m > 0 ? Side::left : Side::right;
     require(step.left_m != 0 && (landings.empty() || landings.back().side != side),
             "steps: left_m of step " + std::to_string(landings.size() + 1) +
-                " must be more than 0 for the left foot, less for the right; the feet take turns");
+                " is zero or on the wrong side, expected > 0 for left feet and < 0 for right ones in turn");
     stance.of(side) = landing(stance.of(other(side)), step);
     landings.push_back({side, stance.of(side)});
   }
@@ -182,7 +184,8 @@ Corners corners(const Leg& leg, const FootPose& foot) {
   return all;
 }
 
-/// Two convex soles are at least as far apart as along the best of their edges' normals; < 0: they overlap.
+/// A lower bound of the gap: the largest separation of the two convex soles along their edges' normals. If it
+/// is negative, they overlap.
 double gap_between_soles(const Robot& robot, const FootPose& standing, const Footstep& landing) {
   const Corners one = corners(robot.leg(other(landing.side)), standing),
                 two = corners(robot.leg(landing.side), landing.pose);

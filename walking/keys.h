@@ -1,5 +1,5 @@
 // Keys of options: `number<&Gyro::sigma_rad_s>(key, lowest, highest, "what it means")` in a struct's function
-// `keys` names the key after the member and passes it to a visitor.
+// `keys` names a key after the member and passes it to a visitor.
 #pragma once
 
 #include <string>
@@ -22,7 +22,8 @@ constexpr std::string_view member_name() {
 }
 
 /// Base of the visitors of `keys`, so that argument-dependent lookup finds the functions below. A visitor
-/// has the same functions with name and member in front: `number("sigma_rad_s", &Gyro::sigma_rad_s, ...)`.
+/// implements the same functions with the name and member as the first arguments: `number("sigma_rad_s",
+/// &Gyro::sigma_rad_s, ...)`.
 struct KeyVisitor {};
 
 /// A number, or a list of numbers, within a range.
@@ -42,7 +43,7 @@ template <auto Member>
 void choice(auto& visitor, const auto& words, const char* doc) {
   visitor.choice(member_name<Member>(), Member, words, doc);
 }
-/// A switch, a whole number without sign, a name or a list of items.
+/// A switch, an unsigned integer, a name or a list of items.
 template <auto Member>
 void value(auto& visitor, const char* doc) {
   visitor.value(member_name<Member>(), Member, doc);

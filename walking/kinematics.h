@@ -1,4 +1,4 @@
-// All joints for a posture, and the motion of the whole body.
+// Inverse kinematics of the whole robot for a posture, and the motion of the whole body.
 #pragma once
 
 #include <functional>
@@ -9,15 +9,17 @@
 
 namespace walking {
 
-/// All joints for a posture; those that neither legs nor swinging arms have are as in the start posture.
+/// The angles of all joints for a posture. Joints that belong to neither legs nor swinging arms stay as in
+/// the start posture.
 struct BodySolution {
   JointVector q;
   bool left_reached = true, right_reached = true;
 };
-/// start: of the legs, the angles a moment before.
+/// start: the leg angles a moment before.
 BodySolution inverse_kinematics(const Robot& robot, const Posture& posture, const JointVector& start);
 
-/// Why the legs cannot take this posture ("the left foot is out of the leg's reach"); nothing if they can.
+/// Why the legs cannot take this posture (such as "the left foot is out of the leg's reach"); nothing if they
+/// can.
 std::optional<std::string> leg_obstacle(const Robot& robot, const BodySolution& body);
 
 /// The pose of every link.
@@ -26,32 +28,34 @@ struct BodyPose {
   JointVector q = {};
 };
 
-/// A pose and its rates. v: of the waist's origin, m/s; w: of the waist, rad/s; both in P.
+/// A pose and its rates. v: velocity of the waist's origin, m/s; w: angular velocity of the waist, rad/s;
+/// both in P.
 struct BodyMotion {
   BodyPose pose;
   Eigen::Vector3d v = Eigen::Vector3d::Zero(), w = Eigen::Vector3d::Zero();
   JointVector dq = {};
 };
 
-/// Mass (kg), and in P center of mass (m), momentum (kg m/s), angular momentum about that center (kg m²/s).
+/// Mass (kg) and, in P, center of mass (m), momentum (kg m/s) and angular momentum about the center of mass
+/// (kg m²/s).
 struct BodyMomentum {
   double mass = 0;
   Eigen::Vector3d com = Eigen::Vector3d::Zero(), linear = Eigen::Vector3d::Zero(),
                   angular = Eigen::Vector3d::Zero();
 };
 
-/// A model of the robot: the plan's nominal one, never the (varied, disturbed) one that walks.
+/// A model of the robot: the nominal one of the plan, never the varied or disturbed one that walks.
 using WholeBody = std::function<BodyMomentum(const BodyMotion&)>;
 
-/// The plan's own pose, by inverse kinematics.
+/// The pose that the plan itself describes, by inverse kinematics.
 BodyPose pose_of(const Robot& robot, const Reference& reference, const JointVector& start);
 
-/// The motion half-way between two poses `period` apart that leads from one to the other at constant rates.
+/// The motion halfway between two poses that are `period` apart and joined at constant rates.
 BodyMotion motion_between(const BodyPose& before, const BodyPose& after, double period = kPeriod);
 
 /// The point of the ground (z = 0) about which gravity and inertia of the whole body have no horizontal
-/// moment, at the instant in the middle of two momenta `period` apart: p_x = (m g c_x - dL_y/dt) / (m g +
-/// dP_z/dt), p_y = (m g c_y + dL_x/dt) / (m g + dP_z/dt), L about P's origin.
+/// moment, at the instant midway between two momenta that are `period` apart: p_x = (m g c_x - dL_y/dt) / (m
+/// g + dP_z/dt), p_y = (m g c_y + dL_x/dt) / (m g + dP_z/dt), L about P's origin.
 Eigen::Vector2d multibody_zmp(const BodyMomentum& before, const BodyMomentum& after, double period = kPeriod);
 
 }  // namespace walking

@@ -11,9 +11,9 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kEarly = 0.6;        // of the swing: a foot that is loaded later has touched down
-constexpr double kContact = 0.15;     // of the weight, by then
-constexpr double kSettled_s = 0.02;   // before touch-down the foothold has come to its place
+constexpr double kEarly = 0.6;        // of the swing; a foot that is loaded after that has touched down
+constexpr double kContact = 0.15;     // of the weight; a foot with more load is in contact
+constexpr double kSettled_s = 0.02;   // before touch-down; by then the foothold is in its place
 constexpr double kNegligible = 1e-3;  // m, outside the area of steps
 
 }  // namespace
@@ -48,7 +48,7 @@ Reference LandingAdjustment::adjust(const Reference& planned, const StabilizerSt
   return shifted(planned);
 }
 
-/// The shift of the landing from that of the frame, in P.
+/// The desired shift of the landing relative to that of the frame, in P.
 Vector2d LandingAdjustment::wanted(const Reference& planned, const StabilizerState& state) const {
   const Reference::Swing& swing = planned.swing;
   const Eigen::Rotation2Dd heading(on_floor(swing.X_PS).yaw);
@@ -61,7 +61,7 @@ Vector2d LandingAdjustment::wanted(const Reference& planned, const StabilizerSta
   return heading * shift;
 }
 
-/// Toward the wanted place as fast as the time that is left requires.
+/// Moves the foothold toward the desired place, as fast as needed to arrive in the remaining time.
 void LandingAdjustment::move_foothold(const Reference& planned, const StabilizerState& state,
                                       const SensorReadings& readings) {
   const Reference::Swing& swing = planned.swing;
@@ -85,7 +85,7 @@ bool LandingAdjustment::allows(const Reference& planned, const Vector2d& shift, 
     landing.position += by;
     return distance_outside(robot_, standing, {swing.side, landing});
   };
-  // A landing that is outside already is not moved farther out.
+  // A landing that is already outside is not moved farther out.
   return outside(shift) <= std::max(kNegligible, outside(to_)) &&
          !leg_obstacle(robot_, inverse_kinematics(robot_, shifted(planned), q));
 }

@@ -1,21 +1,22 @@
-// Moves the foothold of the swinging foot by the error of the capture point, and the plan's frame with it.
+// Moves the foothold of the swinging foot, and the plan's frame with it, by the error of the capture point.
 #pragma once
 
 #include "walking/stabilizer.h"
 
 namespace walking {
 
-/// The capture point diverges from the ZMP as exp(omega t) (Englsberger et al. 2011). The error predicted for
-/// touch-down moves the foothold; after touch-down the plan continues in a frame shifted by as much.
+/// The capture point diverges from the ZMP as exp(omega t) (Englsberger et al. 2011). The foothold moves by
+/// the error predicted for touch-down; after touch-down, the plan continues in a frame shifted by the same
+/// amount.
 ///
-/// A landing stays in the area of distance_outside() and within the reach of the leg, and no longer moves
-/// once the foot has touched down early.
+/// A landing stays in the area of distance_outside() and within the reach of the leg, and stops moving if the
+/// foot touches down early.
 class LandingAdjustment {
  public:
   LandingAdjustment(const Robot& robot, const StabilizerOptions::LandingAdjustment& options);
 
-  /// Returns the reference of this tick with frame and feet shifted; one call for each tick of the plan.
-  /// state: of the stabilizer at the tick before.
+  /// Returns the reference of this tick with the frame and feet shifted. Call it once for each tick of the
+  /// plan. state: that of the stabilizer at the previous tick.
   Reference adjust(const Reference& planned, const StabilizerState& state, const SensorReadings& readings);
 
   /// Returns a reference with the shifts of the last tick.
@@ -31,12 +32,12 @@ class LandingAdjustment {
   Robot robot_;
   StabilizerOptions::LandingAdjustment options_;
   double omega_;  // 1/s
-  // Shifts in P, m: of the plan's frame, with its start and end while it moves, and of both feet.
+  // Shifts in P, m: of the plan's frame (with the start and end of its motion) and of both feet.
   Eigen::Vector2d frame_ = Eigen::Vector2d::Zero(), from_ = frame_, to_ = frame_, left_ = frame_,
                   right_ = frame_;
-  double progress_ = 1;            // of the frame's motion, 0 ... 1
+  double progress_ = 1;            // of the frame's motion, from 0 to 1
   std::optional<Side> swung_;      // the foot in the air at the last tick
-  bool has_touched_down_ = false;  // before its time
+  bool has_touched_down_ = false;  // earlier than planned
 };
 
 }  // namespace walking

@@ -7,13 +7,14 @@
 namespace walking {
 namespace {
 
-constexpr double kOtherCarries = 1.1;  // ratio of the loads: feet that share the load do not take turns
+constexpr double kOtherCarries = 1.1;  // ratio of the loads; feet that share the load do not alternate
 constexpr double kSettling_s = 0.1;    // time constant of a landed sole until it lies flat
-constexpr double kCarries = 0.2;  // of the load of both feet; torques give no smaller loads of a swinging leg
-// Time constant of the accelerometer's correction of the tilt: many strides, since it feels the sway, too.
+constexpr double kCarries = 0.2;  // of the total load; joint torques may show this much for a swinging leg
+// Time constant with which the accelerometer corrects the tilt. It spans many strides, since the
+// accelerometer also feels the sway.
 constexpr double kLeveling_s = 20;
 
-/// The sole's pose on the floor: its place and heading.
+/// The sole's place and heading on the floor, as a pose.
 Eigen::Isometry3d flat(const Eigen::Isometry3d& X) {
   Eigen::Isometry3d on_floor = Eigen::Isometry3d::Identity();
   on_floor.linear() =
@@ -22,16 +23,16 @@ Eigen::Isometry3d flat(const Eigen::Isometry3d& X) {
   return on_floor;
 }
 
-/// The part of the way to the floor that a landed sole settles in a tick.
+/// How much of its remaining way to the floor a landed sole settles in one tick, as a fraction.
 double settling() {
   static const double part = 1 - std::exp(-kPeriod / kSettling_s);
   return part;
 }
 
-/// The part of the way to its new rest that a spring with damping moves in a tick.
+/// How much of its way to the new rest position a damped spring moves in one tick, as a fraction.
 double yields(double lag_s) { return lag_s > 0 ? 1 - std::exp(-kPeriod / lag_s) : 1; }
 
-/// A sole that has landed, a tick later.
+/// The pose of a landed sole one tick later.
 Eigen::Isometry3d settled(const Eigen::Isometry3d& X) {
   const double part = settling();
   const Eigen::Isometry3d end = flat(X);
@@ -94,8 +95,8 @@ Eigen::Isometry3d LegOdometry::X_BS(Side side, const JointVector& q) const {
          floor_under_sole(leg, foot.pads);
 }
 
-// The gyro gives the turn of the waist, and the legs the motion of each point in it: their mean, weighted by
-// the loads, stays at rest. Heights add up from foot to foot.
+// The gyro measures the turn of the waist, and the legs measure how each point of contact moves in it. The
+// mean of these points, weighted by the loads, stays at rest. Heights add up from foot to foot.
 LegOdometry::Motion LegOdometry::turned(const JointVector& q, const Eigen::Vector3d& gyro,
                                         double dt_s) const {
   const Eigen::Vector3d turn_G = dt_s * gyro;
@@ -121,7 +122,7 @@ LegOdometry::Motion LegOdometry::turned(const JointVector& q, const Eigen::Vecto
     places += weight * after;
     weights += weight;
   }
-  if (!(weights > 0)) return now;  // in the air
+  if (!(weights > 0)) return now;  // both feet in the air
   now.X_OB.translation() += moved / weights;
   now.p_OS = now.X_OB.translation() + places / weights;
   return now;

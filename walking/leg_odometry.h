@@ -5,31 +5,32 @@
 
 namespace walking {
 
-/// Returns the deflection (m or rad) of each spring of the ankle's bush under a constant wrench that the
-/// ground exerts on the foot.
+/// Returns the deflection (m or rad) of each spring of the ankle's bush under a constant wrench from the
+/// ground on the foot.
 std::vector<double> deflections(const Leg& leg, const Wrench& wrench);
 
-/// Returns the sole in the waist's axes from a leg's six encoders (rad) and the deflections of its bush.
+/// Returns the pose of the sole in the waist's axes from a leg's six encoders (rad) and the deflections of
+/// its bush.
 Eigen::Isometry3d measured_sole_in_base(const Robot& robot, Side side, const LegVector& q,
                                         const std::vector<double>& bush);
 
-/// X_SF: the floor in the axes of a sole that tilts on its pads, springs with damping, about its middle,
-/// under a wrench that lags behind that of the ground by leg.pad_lag_s. By first order this is how they give
-/// way.
+/// X_SF: the floor in the axes of a sole that tilts about its middle on its pads, which act as springs with
+/// damping. lagged: the wrench from the ground, low-pass filtered with leg.pad_lag_s, which to first order is
+/// how the pads yield.
 Eigen::Isometry3d floor_under_sole(const Leg& leg, const Wrench& lagged);
 
 /// level: the floor is the plane z = 0, as on a planned walk. any: its height and slope are unknown.
 enum class Floor { level, any };
 
-/// Follows the waist in the odometry's own world O; O drifts from the true world as soles slip.
+/// Tracks the waist in the odometry's own world O, which drifts from the true world as soles slip.
 ///
-/// On a level floor, and if the stiffness of the pads is known, the whole sole that carries more is at rest.
-/// When the load changes, the new sole is placed relative to the other one, so the waist never jumps and
-/// settles on the floor within tenths of a second. Otherwise the gyro measures how the waist turns, and the
-/// centers of pressure are at rest.
+/// On a level floor, and if the stiffness of the pads is known, the whole sole that carries more load is
+/// assumed to be at rest. When the load shifts, the new sole is placed relative to the other one, so the
+/// waist never jumps and settles on the floor within tenths of a second. Otherwise the gyro measures how the
+/// waist turns, and the centers of pressure are assumed to be at rest.
 class LegOdometry {
  public:
-  /// X_OB: the waist at the first readings.
+  /// X_OB: the pose of the waist at the first readings.
   LegOdometry(const Robot& robot, const Eigen::Isometry3d& X_OB, Floor floor = Floor::level)
       : robot_(robot),
         X_OB_start_(X_OB),
@@ -37,15 +38,17 @@ class LegOdometry {
         by_points_(floor == Floor::any || !robot.leg(Side::left).has_pads() ||
                    !robot.leg(Side::right).has_pads()) {}
 
-  /// Adds the readings of a tick, of each one: the sole with the greater load carries from here on.
+  /// Adds the readings of a tick; to be called at every tick. The sole with the greater load carries the
+  /// robot from then on.
   void add(const SensorReadings& readings);
 
-  /// The waist, and the sole that carries the robot.
+  /// The pose of the waist, and the position of the sole that carries the robot.
   struct Motion {
     Eigen::Isometry3d X_OB = Eigen::Isometry3d::Identity();
     Eigen::Vector3d p_OS = Eigen::Vector3d::Zero();
   };
-  /// By the encoders at dt_s after the last add(), with its wrenches and, for points, its gyro.
+  /// The motion according to the encoders dt_s after the last add(), with its wrenches and, for points, its
+  /// gyro.
   Motion motion(const JointVector& q, double dt_s = 0) const;
 
  private:
@@ -54,16 +57,16 @@ class LegOdometry {
   Motion turned(const JointVector& q, const Eigen::Vector3d& gyro, double dt_s) const;
 
   Robot robot_;
-  Eigen::Isometry3d X_OB_start_, X_OS_ = Eigen::Isometry3d::Identity();  // X_OS_: of the sole that carries
+  Eigen::Isometry3d X_OB_start_, X_OS_ = Eigen::Isometry3d::Identity();  // X_OS_: the sole that carries
   Floor floor_;
-  bool by_points_;                                          // centers of pressure are at rest
-  Eigen::Isometry3d X_OB_ = Eigen::Isometry3d::Identity();  // of the last readings, for points
+  bool by_points_;                                          // assumes centers of pressure at rest
+  Eigen::Isometry3d X_OB_ = Eigen::Isometry3d::Identity();  // at the last readings, for points
   SensorReadings last_;                                     // likewise
   bool started_ = false;
   Side carrying_ = Side::left;
   struct Foot {
     std::vector<double> bush;  // deflections
-    Wrench pads;               // the wrench as they follow it
+    Wrench pads;               // the wrench that the pads have followed
   };
   std::array<Foot, 2> feet_;  // by Side
 };

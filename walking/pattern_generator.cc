@@ -9,15 +9,15 @@
 namespace walking {
 namespace {
 
-/// Feet together under the robot in the start posture, with the waist above P's origin.
+/// The feet together under the robot in its start posture, with the waist above P's origin.
 FootPose start_of(const Robot& robot) { return {{robot.sole_ahead, 0}, 0}; }
 
-/// The ZMP is under the center of mass of the robot in the start posture, some mm ahead of the ankle. (The
-/// default of the JRL pattern generator is the ankle itself; this way the walk starts and ends in the start
-/// posture exactly.)
+/// The ZMP is under the center of mass of the robot in the start posture, a few mm ahead of the ankle, so
+/// that the walk starts and ends exactly in the start posture. (The JRL pattern generator uses the ankle
+/// itself by default.)
 Eigen::Vector2d zmp_in_foot(const Robot& robot) { return {robot.com.x() - robot.sole_ahead, 0}; }
 
-/// First instant of a plan that the legs cannot follow.
+/// The first instant at which the legs cannot follow a plan.
 struct LegFault {
   int command = 0;
   double t_s = 0;
@@ -44,14 +44,14 @@ constexpr std::array<std::pair<const char*, double WalkOptions::*>, 6> kNumbers{
      {"preview_s", &WalkOptions::preview_s},
      {"com_height_m", &WalkOptions::com_height_m}}};
 
-/// Returns "; the cause is ..., with ... the legs can follow".
+/// Returns "; the cause is ...; with ..., the legs can follow".
 std::string cause_text(const std::string& key, double now, double instead) {
   std::ostringstream text;
-  text << "; the cause is walk." << key << " " << now << ", with " << instead << " the legs can follow";
+  text << "; the cause is walk." << key << " " << now << "; with " << instead << ", the legs can follow";
   return text.str();
 }
 
-/// Returns the cause if the walk is feasible with the default radius of the arc at that index.
+/// If the default radius of the arc at that index makes the walk feasible, returns that as the cause.
 template <class Arc>
 std::optional<std::string> radius_cause(WalkOptions options, std::size_t command, const auto& fails) {
   auto* const arc = std::get_if<Arc>(&options.commands[command]);
@@ -107,14 +107,15 @@ PatternGenerator::PatternGenerator(const Robot& robot, const WalkOptions& option
   throw std::invalid_argument(text.str() + cause.value_or(""));
 }
 
-/// Returns whether a step may still be changed so many ticks later: it has not lifted off, and the preview
-/// that was used ends before it carries the robot.
+/// Returns whether a step may still be changed ticks_later from now: it has not lifted off, and the part of
+/// the preview that was used ends before the foot carries the robot.
 bool PatternGenerator::is_free(std::size_t step, std::ptrdiff_t ticks_later) const {
   return static_cast<std::ptrdiff_t>(timeline_.lift_off(step)) >= tick_ + ticks_later &&
          static_cast<std::ptrdiff_t>(timeline_.touch_down(step)) > used() + ticks_later;
 }
 
-/// The cart-table follows the ZMP reference; waist and feet follow from it and from the footsteps.
+/// The cart-table follows the ZMP reference; the waist and feet follow from the cart-table and from the
+/// footsteps.
 Reference PatternGenerator::first_stage() {
   const auto [phase, tick_of_phase] = timeline_.at(tick_);
   const double elapsed = static_cast<double>(tick_of_phase) / phase.ticks;
@@ -148,7 +149,7 @@ Reference PatternGenerator::first_stage() {
   return reference;
 }
 
-/// The center of mass keeps its place in the waist, which turns in yaw only and stays at its height.
+/// The center of mass keeps its place relative to the waist, which turns in yaw only and stays at its height.
 void PatternGenerator::place_waist(const Phase& phase, double elapsed, Reference& reference) const {
   const WaistYaw heading = waist_yaw(phase, elapsed);
   reference.X_PB = sole({{0, 0}, heading.yaw});
@@ -160,12 +161,12 @@ void PatternGenerator::place_waist(const Phase& phase, double elapsed, Reference
 
 void PatternGenerator::replan(std::size_t first, const std::vector<Footstep>& landings) {
   if (first < free_step() || first > steps() || (landings.empty() && first != steps()))
-    throw std::logic_error("a step that can no longer be changed was planned anew");
+    throw std::logic_error("cannot replan a step that is no longer free");
   timeline_.replan(first, landings, static_cast<std::size_t>(used() + 1));
 }
 
 bool PatternGenerator::can_follow(std::size_t first, const std::vector<Footstep>& landings) const {
-  constexpr std::size_t kEvery = 4;  // ticks: angles are smooth
+  constexpr std::size_t kEvery = 4;  // checks only every 4th tick, since the angles are smooth
   PatternGenerator trial(*this);
   JointVector q = robot_.posture;
   trial.replan(first, landings);

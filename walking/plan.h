@@ -14,7 +14,8 @@
 
 namespace walking {
 
-/// Source of the pose that corrects the footsteps: none (plan), the truth (the limit), or the estimate.
+/// Source of the pose that corrects the footsteps: none (plan), the true pose (the best case), or the
+/// estimate.
 enum class SteeredBy { plan, truth, estimate };
 inline constexpr std::array<std::string_view, 3> kSteeredBy{"plan", "truth", "estimate"};
 
@@ -37,39 +38,39 @@ struct SteeringOptions {
 
   static void keys(auto&& key) {
     choice<&SteeringOptions::by>(
-        key, kSteeredBy, "source of the pose that corrects the footsteps: plan (none), truth or estimate");
+        key, kSteeredBy, "what corrects the footsteps: plan (nothing), truth (the true pose) or estimate");
     number<&SteeringOptions::latency_s>(
         key, 0, 10,
-        "age of the newest estimate that may correct a footstep; with estimator.time added to that, and 0 "
-        "unless given");
-    number<&SteeringOptions::gain>(key, 0, 1, "part of an error that one footstep corrects");
+        "age of the newest estimate that may correct a footstep; estimator.time, if set, is added to it "
+        "and makes the default 0");
+    number<&SteeringOptions::gain>(key, 0, 1, "fraction of an error that one footstep corrects");
     number<&SteeringOptions::dead_band_sigma>(
-        key, 0, 100, "part of an error that is not corrected, in standard deviations of the estimate");
+        key, 0, 100, "error that is left uncorrected, in standard deviations of the estimate");
     number<&SteeringOptions::largest_ahead_m>(key, 0, 0.1, "largest correction of a footstep along the foot");
     number<&SteeringOptions::largest_aside_m>(key, 0, 0.1,
                                               "largest correction of a footstep across the foot");
     degrees<&SteeringOptions::largest_turn_rad>(key, 0, 10, "largest correction of a footstep's heading");
     choice<&SteeringOptions::on_lost>(
         key, kOnLost,
-        "what happens when the estimate stays lost: go_on (by the plan) or stop (on both feet)");
-    number<&SteeringOptions::lost_s>(key, 0, 1e6, "time without an estimate until it counts as lost");
+        "what happens when the estimate stays lost: go_on (with the plan) or stop (on both feet)");
+    number<&SteeringOptions::lost_s>(key, 0, 1e6, "time without an estimate after which it counts as lost");
     number<&SteeringOptions::tolerance_m>(
         key, 0, 10, "distance from the end of the path within which no steps are added");
     degrees<&SteeringOptions::tolerance_rad>(
         key, 0, 180, "heading error at the end of the path within which no steps are added");
-    number<&SteeringOptions::final_steps>(key, 0, 1000,
-                                          "most steps added at the end of the path to reach the tolerance");
+    number<&SteeringOptions::final_steps>(
+        key, 0, 1000, "maximum number of steps added at the end of the path to reach the tolerance");
   }
 };
 
 inline constexpr std::chrono::milliseconds kTick{5};                             ///< control period
 inline constexpr double kPeriod = std::chrono::duration<double>(kTick).count();  ///< the same, s
-inline constexpr double kGravity = 9.81;  ///< m/s², the value the published gains were computed with
+inline constexpr double kGravity = 9.81;  ///< m/s², the value used for the published gains
 
 // Options have a function `keys` that passes name, range and meaning of each value to a visitor (keys.h), the
 // one source for reading with its checks, printing and help. kName: the name of a command in a scenario file.
 
-/// The longest walk, s: two commands of an hour each.
+/// The longest walk, s: two one-hour commands.
 inline constexpr int kLongestWalk_s = 7200;
 
 /// Stand still on both feet.
@@ -90,13 +91,13 @@ struct Straight {
     number<&Straight::left_m>(key, -1000, 1000, "distance to the left; negative: to the right");
   }
 };
-/// Walk along a circle, facing along it; angle > 0 turns left (center on the left).
+/// Walk along a circle, facing in the direction of travel; angle > 0 turns left (center on the left).
 struct TangentArc {
   static constexpr const char* kName = "tangent_arc";
   double radius_m = 0.75;
   double angle_rad = std::numbers::pi / 2;
 
-  /// The inner foot walks a circle, too: the radius is more than the spacing of the feet.
+  /// The inner foot walks a circle, too, so the radius is larger than the spacing of the feet.
   static void keys(auto&& key) {
     number<&TangentArc::radius_m>(key, 0.2, 1000, "radius of the circle");
     degrees<&TangentArc::angle_rad>(key, -36000, 36000,
@@ -116,10 +117,11 @@ struct PerpendicularArc {
                                           "angle to walk along the circle; positive: the robot turns left");
     number<&PerpendicularArc::step_m>(
         key, 0.01, 0.4,
-        "longest advance in one step, if walk.step_length_m is longer; at 0.15 the robot may fall");
+        "longest advance in one step if walk.step_length_m is longer; at 0.15 the robot may fall");
   }
 };
-/// A landing seen from the foot that stands: that frame is first turned, then the foot set down in it.
+/// A landing seen from the standing foot: its frame is turned first, then the foot is set down in the turned
+/// frame.
 struct Step {
   double forward_m = 0.0;
   double left_m = 0.0;  ///< never zero
@@ -134,7 +136,7 @@ struct Step {
                              "turn of the standing foot's frame before the landing is placed in it");
   }
 };
-/// Walk step by step; feet that the last step leaves apart are brought together.
+/// Walk step by step. If the last step leaves the feet apart, they are brought together.
 struct Steps {
   static constexpr const char* kName = "steps";
   std::vector<Step> list;
@@ -164,15 +166,15 @@ struct GoTo {
                                 "heading at the end, relative to the initial heading; positive: to the left");
   }
 };
-/// Carry out the last commands again; each time is a lap, the time before the repetition the first one.
+/// Carry out the last commands again. Each time is a lap, and so is the time before the repetition.
 struct Repeat {
   static constexpr const char* kName = "repeat";
   int last = 1;
   int times = 1;
 
   static void keys(auto&& key) {
-    number<&Repeat::last>(key, 1, 1000, "how many of the commands before this one are repeated");
-    number<&Repeat::times>(key, 1, 1000, "how often they are carried out again");
+    number<&Repeat::last>(key, 1, 1000, "how many of the preceding commands are repeated");
+    number<&Repeat::times>(key, 1, 1000, "how many more times they are carried out");
   }
 };
 using Command = std::variant<Stand, Straight, TangentArc, PerpendicularArc, Steps, Turn, GoTo, Repeat>;
@@ -180,7 +182,7 @@ using Command = std::variant<Stand, Straight, TangentArc, PerpendicularArc, Step
 enum class SwingPolynomial { quintic, cubic };
 inline constexpr std::array<std::string_view, 2> kSwingPolynomials{"quintic", "cubic"};
 
-/// Motion of the arms: keep the start posture, or swing against the legs by a heuristic.
+/// Motion of the arms: keep the start posture, or swing opposite to the legs (a heuristic).
 enum class ArmMotion { still, swing };
 inline constexpr std::array<std::string_view, 2> kArmMotions{"still", "swing"};
 
@@ -219,18 +221,18 @@ struct WalkOptions {
                                         "shift of the ZMP under the stance foot toward the other foot");
     choice<&WalkOptions::swing>(key, kSwingPolynomials, "polynomial of the swing foot's trajectory");
     choice<&WalkOptions::arm_motion>(
-        key, kArmMotions, "motion of the arms: still (as at the start) or swing (against the legs)");
+        key, kArmMotions, "motion of the arms: still (as at the start) or swing (opposite to the legs)");
     value<&WalkOptions::second_preview>(
         key, "whether a second preview stage makes the ZMP of the whole body follow the reference");
     value<&WalkOptions::commands>(key,
-                                  "walk commands, carried out in this order, in at most 7200 s altogether");
+                                  "walk commands, carried out in this order, in at most 7200 s in total");
     part<&WalkOptions::steering>(key);
   }
 };
 
 enum class Support { both, left, right };
 
-/// Waist, soles (their points below the ankles) and arms in P: what inverse kinematics turns into joint
+/// Waist, soles (their points below the ankles) and arms in P, which inverse kinematics turns into joint
 /// angles.
 struct Posture {
   Eigen::Isometry3d X_PB = Eigen::Isometry3d::Identity(), X_PL = Eigen::Isometry3d::Identity(),
@@ -249,17 +251,17 @@ struct Reference : Posture {
   Eigen::Vector3d waist_velocity = Eigen::Vector3d::Zero();    ///< of the waist's origin, m/s in P
   double waist_yaw_rate = 0;                                   ///< rad/s
   Support support = Support::both;
-  int command = 0;  ///< index into WalkOptions::commands of what is being carried out
+  int command = 0;  ///< index in WalkOptions::commands of the current command
 
-  /// The foot in the air; at its default while both stand.
+  /// The foot in the air; the default while both feet stand.
   struct Swing {
     Side side = Side::left;
-    Eigen::Isometry3d X_PS = Eigen::Isometry3d::Identity();  ///< the sole when it has landed
-    double elapsed = 0;                                      ///< 0 ... 1
-    double left_s = 0;                                       ///< until touch-down
+    Eigen::Isometry3d X_PS = Eigen::Isometry3d::Identity();  ///< the sole after landing
+    double elapsed = 0;                                      ///< from 0 to 1
+    double left_s = 0;                                       ///< time until touch-down
   };
   Swing swing;
-  /// Sum of the adjustments of landings since the start, which all positions include, m.
+  /// Sum of all landing adjustments since the start, m. All positions include it.
   Eigen::Vector2d frame_shift = Eigen::Vector2d::Zero();
 };
 

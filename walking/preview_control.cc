@@ -16,7 +16,7 @@ CartTable::CartTable(double com_height, double period, double gravity) {
 
 namespace {
 
-/// State [e; dx], input du: the cart-table in increments with its ZMP error in front.
+/// State [e; dx], input du: the cart-table in increments, preceded by its ZMP error e.
 struct ErrorSystem {
   explicit ErrorSystem(const CartTable& cart) {
     F << cart.C * cart.A, cart.A;
@@ -30,7 +30,7 @@ struct ErrorSystem {
 
 /// The stabilizing solution P of the discrete algebraic Riccati equation.
 Eigen::Matrix4d riccati(const ErrorSystem& system, const Eigen::Matrix4d& Q, double R) {
-  constexpr int kMost = 1000000;  // the slowest pole is slow for a high center of mass and a short period
+  constexpr int kMost = 1000000;        // a high center of mass and a short period make the slowest pole slow
   constexpr double kConverged = 1e-15;  // relative change; one iteration reduces the error by about 3 %
   Eigen::Matrix4d P = Q;
   for (int i = 0; i < kMost; ++i) {
@@ -71,8 +71,8 @@ PreviewGains preview_gains(const CartTable& cart, int horizon) {
 PreviewControl::PreviewControl(const CartTable& cart, PreviewGains gains, const Eigen::Vector2d& position)
     : cart_(cart), gains_(std::move(gains)) {
   x_.row(0) = position;
-  // A finite preview adds up to less than the position gain; the sum of errors that standing here leaves
-  // behind makes up for it, so that the walk is the same wherever it starts.
+  // A finite preview adds up to less than the position gain. The error sum that standing here would have
+  // accumulated makes up for it, so that the walk is the same wherever it starts.
   error_sum_ = -(gains_.state(0) + gains_.preview.sum()) / gains_.integral * position;
 }
 
@@ -109,7 +109,7 @@ void SecondPreview::push(const Reference& planned) {
   if (planned_.empty()) pose_ = pose;
   const BodyMomentum momentum = model_(motion_between(pose_, pose));
   if (!planned_.empty()) {
-    // The constant error of standing (the model's center of mass differs from the plan's) is faded in over a
+    // The constant error of standing (the model's center of mass differs from the plan's) fades in over a
     // preview, so that the walk starts in the start posture.
     const Eigen::Vector2d error = planned_.back().zmp_reference - multibody_zmp(momentum_, momentum);
     const double share = quintic_blend(std::min(1.0, static_cast<double>(errors_pushed_++) / horizon_));
@@ -120,7 +120,7 @@ void SecondPreview::push(const Reference& planned) {
   planned_.push_back(planned);
 }
 
-/// The waist and the center of mass in it are moved by the state.
+/// The state shifts the waist, and the center of mass with it.
 Reference SecondPreview::pop() {
   Reference reference = planned_.front();
   const auto horizontal = [&](int row) {

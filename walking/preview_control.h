@@ -1,5 +1,6 @@
-// The cart-table model, and preview control: the jerk that makes its ZMP follow a reference known in advance.
-// The second stage shifts the planned center of mass so that the ZMP of the whole body follows, too.
+// The cart-table model, and preview control, which finds the jerk that makes its ZMP follow a reference known
+// in advance. The second stage shifts the planned center of mass so that the ZMP of the whole body follows,
+// too.
 #pragma once
 
 #include <deque>
@@ -26,9 +27,9 @@ struct PreviewGains {
   Eigen::VectorXd preview;   ///< G_p(1) ... G_p(horizon), element 0 is j = 1
 };
 
-/// Optimal gains for a horizon of so many ticks (at least 1), by plain iteration of the Riccati equation of
-/// the error-and-increments system (Katayama et al. 1985; Kajita et al. 2003). The cost weighs the squared
-/// ZMP error with 1 and the squared change of the jerk with 1e-6.
+/// Optimal gains for a horizon in ticks (at least 1), found by plain iteration of the Riccati equation of the
+/// error-and-increments system (Katayama et al. 1985; Kajita et al. 2003). The cost weighs the squared ZMP
+/// error with 1 and the squared change of the jerk with 1e-6.
 PreviewGains preview_gains(const CartTable& cart, int horizon);
 
 /// The reference of this tick and of the next `horizon` ticks.
@@ -36,11 +37,11 @@ class PreviewWindow {
  public:
   explicit PreviewWindow(int horizon) : values_(horizon + 1, 2) {}
 
-  void push(const Eigen::Vector2d& latest);  ///< not full before
-  void pop();                                ///< drops the earliest
+  void push(const Eigen::Vector2d& latest);  ///< must not be full
+  void pop();                                ///< drops the earliest value
   bool full() const { return filled_ == values_.rows(); }
   Eigen::Vector2d now() const { return values_.row(0); }
-  auto ahead() const { return values_.bottomRows(values_.rows() - 1); }  ///< row j: in j + 1 ticks
+  auto ahead() const { return values_.bottomRows(values_.rows() - 1); }  ///< row j: j + 1 ticks ahead
 
  private:
   Eigen::MatrixX2d values_;
@@ -52,13 +53,14 @@ class PreviewControl {
  public:
   using State = Eigen::Matrix<double, 3, 2>;  ///< rows: position, velocity, acceleration
 
-  /// Starts at rest at `position`, having stood there for long.
+  /// Starts at rest at `position`, as if it had stood there for a long time.
   PreviewControl(const CartTable& cart, PreviewGains gains, const Eigen::Vector2d& position);
 
   const State& state() const { return x_; }
   Eigen::Vector2d zmp() const { return (cart_.C * x_).transpose(); }
 
-  /// One tick. The window is full, as long as the gains' preview, and starts with this tick's reference.
+  /// Advances one tick. The window must be full, be as long as the gains' preview, and start with this tick's
+  /// reference.
   void advance(const PreviewWindow& reference);
 
  private:
@@ -68,19 +70,20 @@ class PreviewControl {
   Eigen::RowVector2d error_sum_ = Eigen::RowVector2d::Zero();
 };
 
-/// The "dynamic filter" of Kajita et al. 2003: the cart-table's plan is played through a model of all links;
-/// the ZMP error found there, a preview ahead, is the reference of a second preview control that corrects it.
+/// The "dynamic filter" of Kajita et al. 2003: the cart-table's plan is played through a model of all links.
+/// The ZMP error found there, one preview ahead, is the reference of a second preview control, which corrects
+/// it.
 class SecondPreview {
  public:
   SecondPreview(const Robot& robot, WholeBody model, const CartTable& cart, const PreviewGains& gains);
 
-  /// The first stage's plan, tick by tick.
+  /// Adds the first stage's plan, tick by tick.
   void push(const Reference& planned);
 
   /// Returns whether enough ticks have been pushed to correct the next one: preview + 2.
   bool ready() const { return errors_.full(); }
 
-  /// The next tick's reference, corrected.
+  /// Returns the next tick's reference, corrected.
   Reference pop();
 
  private:
@@ -89,8 +92,8 @@ class SecondPreview {
   int horizon_;
   PreviewWindow errors_;
   PreviewControl control_;
-  std::deque<Reference> planned_;  // pushed and not popped
-  BodyPose pose_;                  // of the last pushed
+  std::deque<Reference> planned_;  // pushed but not popped
+  BodyPose pose_;                  // of the last reference pushed
   BodyMomentum momentum_;          // half a tick before it
   int errors_pushed_ = 0;
 };

@@ -18,7 +18,7 @@ constexpr int kMostSteps = 40;
 constexpr double kLargestStep_rad = 0.5;
 constexpr double kDamping = 0.01;  // of the squared error (m and rad)
 constexpr double kLeastDamping = 1e-12;
-constexpr double kLastStep = 1e-8;      // error (m and rad) with a square beyond the last digits
+constexpr double kLastStep = 1e-8;      // error (m and rad) whose square is below double precision
 constexpr double kLeastFreedom = 1e-3;  // singular value of the leg's Jacobian, m/rad
 
 Matrix3d turn(const Vector3d& axis, double angle) {
@@ -33,7 +33,7 @@ Matrix3d turn(const Vector3d& axis, double angle) {
 
 int joints_of(const Leg& leg) { return static_cast<int>(leg.joints.size()); }
 
-/// The sole in the base, and how it moves with each joint: velocity, then angular velocity.
+/// The sole in the base, and its Jacobian: for each joint, the velocity and then the angular velocity.
 struct Chain {
   Isometry3d X_BS;
   Jacobian J;
@@ -61,12 +61,12 @@ Chain chain(const Robot& robot, const Leg& leg, const LegVector& q) {
   return result;
 }
 
-/// The way from a pose to another and the turn, in the axes of the base.
+/// The translation and rotation from one pose to another, in the axes of the base.
 LegVector way(const Isometry3d& from, const Isometry3d& to) {
   const Matrix3d R = to.linear() * from.linear().transpose();
-  const Vector3d sine(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1));  // twice
+  const Vector3d sine(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1));  // times two
   const double square = sine.squaredNorm(), twice = std::sqrt(square);
-  constexpr double kSmall = 1e-3;  // below, the next term of the series is less than 1e-13
+  constexpr double kSmall = 1e-3;  // below this, the next term of the series is less than 1e-13
   const double half = twice < kSmall ? 0.5 + square / 48 : std::atan2(twice, R.trace() - 1) / twice;
   LegVector e;
   e << to.translation() - from.translation(), half * sine;
@@ -95,7 +95,7 @@ const Joint& joint_of(const Robot& robot, const Leg& leg, int i) {
   return robot.joints[static_cast<std::size_t>(leg.joints[static_cast<std::size_t>(i)])];
 }
 
-/// Index of the first joint of a leg beyond its range, if there is one.
+/// Index of the first joint of a leg that is beyond its range, if there is one.
 std::optional<int> beyond_range(const Robot& robot, const Leg& leg, const LegVector& q) {
   for (int i = 0; i < joints_of(leg); ++i)
     if (const Joint& joint = joint_of(robot, leg, i); q[i] < joint.lowest || q[i] > joint.highest) return i;
@@ -133,8 +133,8 @@ void check_leg(const Robot& robot, Side side) {
     require(false, "is beyond the range of " + joint_of(robot, leg, *i).name + " in the start posture");
   const Eigen::JacobiSVD<Jacobian> svd(chain(robot, leg, q).J);
   require(joints < 6 || svd.singularValues()[5] > kLeastFreedom,
-          "cannot move its sole every way in the start posture, expected a bent knee and axes of every "
-          "direction");
+          "cannot move its sole in every direction in the start posture, expected a bent knee and joint axes "
+          "in every direction");
 }
 
 }  // namespace
@@ -182,19 +182,19 @@ std::optional<std::string> leg_obstacle(const Robot& robot, Side side, const Leg
 void measure(Robot& robot) {
   for (const Side side : {Side::right, Side::left}) check_leg(robot, side);
   std::array<Isometry3d, 2> soles;                     // by Side
-  constexpr double kLevel = 0.002, kFlat_rad = 0.005;  // of files with three digits
+  constexpr double kLevel = 0.002, kFlat_rad = 0.005;  // tolerances for files with three digits
   for (const Side side : {Side::right, Side::left}) {
     Isometry3d& X = soles[static_cast<std::size_t>(side)];
     X = sole_in_base(robot, side, leg_angles(robot.leg(side), robot.posture));
     if (const double angle = Eigen::AngleAxisd(X.linear()).angle(); angle > kFlat_rad)
       throw std::invalid_argument("the " + name_of(side) + " sole is turned by " + degrees(angle) +
-                                  " degrees in the start posture, expected it flat and straight ahead");
+                                  " degrees in the start posture, expected it flat and pointing ahead");
   }
   const auto& [right, left] = soles;
   const Vector3d apart = left.translation() - right.translation();
   if (std::abs(apart.x()) > kLevel || std::abs(apart.z()) > kLevel || apart.y() <= 0)
     throw std::invalid_argument(
-        "the soles are not side by side in the start posture, expected the left one straight to the left");
+        "the soles are not side by side in the start posture, expected the left one directly to the left");
   robot.base_height = -(left.translation().z() + right.translation().z()) / 2;
   robot.sole_ahead = (left.translation().x() + right.translation().x()) / 2;
   robot.foot_spacing = apart.y();

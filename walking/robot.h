@@ -1,5 +1,5 @@
-// A robot as plan and stabilizer know it: read once from its model and its file, then never changed. The
-// kinematics of its legs.
+// A robot as the plan and stabilizer know it: read once from its model and its file, then never changed. Also
+// the kinematics of its legs.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -15,13 +15,13 @@ enum class Side { right, left };
 
 /// A value for each joint, in the order of Robot::joints.
 using JointVector = Eigen::VectorXd;
-/// Values for a leg's joints, hip to ankle; 0 beyond its last one.
+/// Values for a leg's joints from hip to ankle; 0 for entries past its last joint.
 using LegVector = Eigen::Matrix<double, 6, 1>;
 
-/// A joint that turns. With all joints at zero the axes of every link are those of the base.
+/// A joint that turns. With all joints at zero, the axes of every link are those of the base.
 struct Joint {
   std::string name;
-  int parent = -1;  ///< joint with the link that carries this one; -1: the base
+  int parent = -1;                                   ///< the joint whose link carries this one; -1: the base
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< from the parent joint, m, axes of its link
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();   ///< unit vector in the axes of the link
   double lowest = -std::numeric_limits<double>::infinity(), highest = -lowest;  ///< range, rad
@@ -30,42 +30,43 @@ struct Joint {
 
 /// A spring with damping between ankle and sole.
 struct Spring {
-  bool turns = false;                               ///< about the axis, in N·m/rad, or along it, in N/m
+  bool turns = false;                               ///< true: about the axis, N·m/rad; false: along it, N/m
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< in the axes of the sole
   double stiffness = 0;
   double lag_s = 0;  ///< its damping divided by its stiffness
 };
 
 struct Leg {
-  std::vector<int> joints;  ///< hip to ankle, at most 6, each on the link of the one before
+  std::vector<int> joints;  ///< hip to ankle, at most 6, each on the link of the previous one
   /// Sole in the link of the last joint: its point on the ground below the ankle, x ahead and z up.
   Eigen::Isometry3d X_FS = Eigen::Isometry3d::Identity();
   Eigen::Vector2d sole_min = Eigen::Vector2d::Zero(), sole_max = Eigen::Vector2d::Zero();  ///< outline, m
-  std::vector<Spring> bush;  ///< of the ankle, from the ankle down; none: the sole is rigid
+  std::vector<Spring> bush;  ///< of the ankle, from the ankle down; empty: the sole is rigid
   /// Stiffness of the sole's pads against tilt about its axes x and y, N·m/rad, and its lag; 0: unknown.
   Eigen::Vector2d pad_stiffness = Eigen::Vector2d::Zero();
   double pad_lag_s = 0;
 
   bool has_pads() const { return pad_stiffness.minCoeff() > 0; }
-  /// The last joint in the axes of the sole, m.
+  /// The position of the last joint in the axes of the sole, m.
   Eigen::Vector3d ankle() const { return X_FS.inverse().translation(); }
 };
 
-/// The arm's joints that swing: both turn about the base's y axis, either way, and at zero the arm hangs.
+/// The joints of the arm that swing. Both turn about the base's y axis, in either direction, and at zero the
+/// arm hangs down.
 struct Arm {
   int shoulder = 0, elbow = 0;
 };
 
-/// Limits of steps that are known to work. The reach is the corner of the area of Herdt et al. 2010 for one
-/// foot seen from the other.
+/// Limits of steps that are known to work. The reach is the corner of the area that Herdt et al. 2010 give
+/// for one foot as seen from the other.
 struct StepLimits {
   double aside_m = 0.14;
   double reach_ahead_m = 0.28, reach_aside_m = 0.4;
 
   static void keys(auto&& key) {
-    number<&StepLimits::aside_m>(key, 0.01, 1, "most that one foot is set aside in a step");
-    number<&StepLimits::reach_ahead_m>(key, 0.01, 1, "farthest place of a foot ahead of the other one");
-    number<&StepLimits::reach_aside_m>(key, 0.01, 1, "farthest place of a foot beside the other one");
+    number<&StepLimits::aside_m>(key, 0.01, 1, "farthest that one foot moves to the side in a step");
+    number<&StepLimits::reach_ahead_m>(key, 0.01, 1, "farthest that a foot lands ahead of the other one");
+    number<&StepLimits::reach_aside_m>(key, 0.01, 1, "farthest that a foot lands beside the other one");
   }
 };
 
@@ -73,19 +74,19 @@ struct Robot {
   std::string name;
   std::vector<Joint> joints = {};  ///< parents first
   std::array<Leg, 2> legs = {};    ///< by Side
-  JointVector posture = {};        ///< at the start, with both soles flat; what no plan moves keeps it, rad
+  JointVector posture = {};        ///< at the start, both soles flat; joints that no plan moves keep it, rad
   double mass = 0;                 ///< kg
-  /// Center of mass in the base in that posture, m. Its y is zero: the plan is symmetric, so that left and
-  /// right walks mirror each other, and leaves the real one to the stabilizer.
+  /// Center of mass in the base in that posture, m. Its y is set to zero, so that the plan is symmetric and
+  /// left and right walks mirror each other. The stabilizer handles the real offset.
   Eigen::Vector3d com = Eigen::Vector3d::Zero();
-  int chest = -1;  ///< joint with the link of the stabilizer's IMU; -1: the base has it
+  int chest = -1;  ///< joint whose link carries the stabilizer's IMU; -1: the base
   /// Axes of that IMU (forward, left, up) in those of its link.
   Eigen::Matrix3d R_link_imu = Eigen::Matrix3d::Identity();
   std::array<std::optional<Arm>, 2> arms = {};  ///< by Side
   StepLimits step = {};
 
-  /// In the start posture, by measure(): the base above the ground, the sole points ahead of it and from each
-  /// other, the upper arm from shoulder to elbow, m.
+  /// Set by measure() from the start posture, m: the height of the base above the ground, the distance of the
+  /// sole points ahead of it and from each other, and the length of the upper arm from shoulder to elbow.
   double base_height = 0, sole_ahead = 0, foot_spacing = 0, upper_arm = 0;
 
   const Leg& leg(Side side) const { return legs[static_cast<std::size_t>(side)]; }
@@ -93,26 +94,27 @@ struct Robot {
   double com_height() const { return base_height + com.z(); }
 };
 
-/// Sets what follows from the start posture. Throws std::invalid_argument with one line that names the leg or
-/// the joint if its legs cannot stand side by side. A plan needs six joints a leg.
+/// Sets what follows from the start posture. If the legs cannot stand side by side, throws
+/// std::invalid_argument with one line that names the leg or the joint. A plan needs six joints per leg.
 void measure(Robot& robot);
 
 LegVector leg_angles(const Leg& leg, const JointVector& q);
 void set_leg_angles(const Leg& leg, const LegVector& angles, JointVector& q);
 
-/// X_BS: the sole in the base.
+/// X_BS: the pose of the sole in the base.
 Eigen::Isometry3d sole_in_base(const Robot& robot, Side side, const LegVector& q);
 /// R_BG: the axes of the stabilizer's IMU in the base.
 Eigen::Matrix3d imu_in_base(const Robot& robot, const JointVector& q);
 
 struct LegSolution {
-  LegVector q = LegVector::Zero();  ///< finite also if not reached
-  bool reached = false;             ///< the sole is in its place; joints may be beyond their range
+  LegVector q = LegVector::Zero();  ///< finite even if not reached
+  bool reached = false;             ///< the sole is in place; joints may be beyond their range
 };
 
-/// Inverse kinematics by damped Gauss-Newton steps (Levenberg-Marquardt; damping by the squared error, so
-/// that the end is quadratic) from `start`, the last tick's angles; if that ends elsewhere or beyond a range,
-/// once more from the start posture. The number of steps is bounded: the same input gives the same bits.
+/// Inverse kinematics by damped Gauss-Newton steps (Levenberg-Marquardt; damped by the squared error, so that
+/// the final convergence is quadratic). It starts from `start`, the last tick's angles. If that does not
+/// reach the pose or exceeds a range, it tries once more from the start posture. The number of steps is
+/// bounded, and the same input gives the same bits.
 LegSolution leg_inverse_kinematics(const Robot& robot, Side side, const Eigen::Isometry3d& X_BS,
                                    const LegVector& start);
 

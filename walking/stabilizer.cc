@@ -13,8 +13,9 @@ Attitude::Attitude(const Eigen::Vector3d& up, const AttitudeOptions& options)
 void Attitude::update(const Eigen::Vector3d& gyro, const Eigen::Vector3d& specific_force,
                       const Eigen::Vector3d& motion, double dt) {
   const Eigen::Vector3d measured_up = specific_force - motion;
-  // The turn that would bring the tracked vertical to the measured one (Mahony et al. 2008, eq. (32)), also
-  // from readings at landings: their impulses and the motion they end average to zero only together.
+  // The turn that would bring the tracked vertical to the measured one (Mahony et al. 2008, eq. (32)).
+  // Readings at landings count, too: their impulses and the motion that these stop average to zero only
+  // together.
   const Vector3d correction = up_.cross(measured_up) / kGravity;
   bias_ += options_.bias_gain_per_s2 * dt * correction;
   const Eigen::Vector3d turn = (gyro - bias_ - options_.accelerometer_gain_per_s * correction) * dt;
@@ -24,13 +25,14 @@ void Attitude::update(const Eigen::Vector3d& gyro, const Eigen::Vector3d& specif
 
 namespace {
 
-constexpr double kContact = 0.054;  // of the weight: a foot that is loaded less is in the air
+constexpr double kContact = 0.054;  // of the weight; a foot with less load is in the air
 
-// Time constants of the decay of corrections, s: slower than a step while they act, faster than the swing
+// Time constants with which corrections decay, s: slower than a step while the corrections act, but faster
+// than the swing of a foot in the air, which has to land flat and at its planned height.
 // of a foot in the air, which has to land flat and at its planned height.
 constexpr double kAnkleLeak = 1.5, kAnkleLeakInAir = 0.1, kForceLeak = 1.5, kForceLeakInSwing = 0.08,
                  kTrunkLeak = 10;
-constexpr double kCompressionLag = 0.03;  // s, until a leg has given way under a new load
+constexpr double kCompressionLag = 0.03;  // s, time constant with which a leg yields to a new load
 
 Eigen::Matrix3d turned(const Vector2d& roll_pitch) {
   return (Eigen::AngleAxisd(roll_pitch.y(), Vector3d::UnitY()) *
@@ -55,14 +57,16 @@ Stabilizer::Stabilizer(const Robot& robot, const StabilizerOptions& options)
       omega_(std::sqrt(kGravity / robot.com_height())),
       attitude_(Vector3d::UnitZ(), options.attitude) {}
 
-/// Measured share of the left foot in the load, 0 ... 1; the planned one while neither foot is in contact.
+/// The measured share of the load on the left foot, 0 to 1; the planned share while neither foot is in
+/// contact.
 double Stabilizer::left_share(const Reference& reference, const SensorReadings& readings) const {
   const double left = std::max(0.0, readings.left.force.z()), right = std::max(0.0, readings.right.force.z());
   if (left + right > kContact * weight_) return left / (left + right);
   return reference.support == Support::left ? 1.0 : reference.support == Support::right ? 0.0 : 0.5;
 }
 
-/// Roll and pitch torque about a sole point for a center of pressure at `shift` (m in P), within the sole.
+/// The roll and pitch torque about a sole point that puts the center of pressure at `shift` (m in P), limited
+/// to the sole.
 Vector2d Stabilizer::desired_ankle_torque(Side side, const Eigen::Isometry3d& X_PS, const Vector2d& shift,
                                           double load) const {
   const Leg& leg = robot_.leg(side);
@@ -97,7 +101,8 @@ void Stabilizer::estimate_tilt(const Reference& reference, const SensorReadings&
   state_.tilt << std::atan2(up.y(), up.z()), std::atan2(-up.x(), std::hypot(up.y(), up.z()));
 }
 
-/// The center of mass by encoders and tilt over each planned sole, weighted with the measured loads.
+/// The error of the center of mass, by encoders and tilt over each planned sole, weighted with the measured
+/// loads.
 void Stabilizer::estimate_com(const Reference& reference, const SensorReadings& readings) {
   const Eigen::Matrix3d R_PB = reference.X_PB.linear() * turned(state_.tilt);
   const auto error_over = [&](Side side, const Eigen::Isometry3d& X_PS) -> Vector2d {
@@ -105,14 +110,14 @@ void Stabilizer::estimate_com(const Reference& reference, const SensorReadings& 
     const Vector3d ankle = leg.ankle(),
                    p_BA = sole_in_base(robot_, side, leg_angles(leg, readings.q)) * ankle;
     const Vector3d com = X_PS * ankle + R_PB * (robot_.com - p_BA);
-    // A shift of the plan's frame does not move the robot.
+    // Shifting the plan's frame does not move the robot.
     return (com - reference.com).head<2>() + reference.frame_shift;
   };
   const Vector2d left = error_over(Side::left, reference.X_PL),
                  right = error_over(Side::right, reference.X_PR);
   const double share = left_share(reference, readings);
   if (started_) {
-    // Differences per foot: a change of the supporting foot must not count as a velocity.
+    // Differences are taken per foot, because a change of the supporting foot must not count as a velocity.
     const Vector2d rate = (share * (left - left_error_) + (1 - share) * (right - right_error_)) / kPeriod;
     const double keep = std::exp(-2 * std::numbers::pi * options_.tracking.velocity_cutoff_hz * kPeriod);
     state_.com_velocity_error = keep * state_.com_velocity_error + (1 - keep) * rate;
@@ -122,7 +127,7 @@ void Stabilizer::estimate_com(const Reference& reference, const SensorReadings& 
   state_.com_error = share * left + (1 - share) * right - reference.frame_shift;
 }
 
-/// Capture point ξ = c + ċ/ω obeys ξ̇ = ω(ξ − z): z = z_ref + (1 + k/ω) Δξ makes Δξ decay at the rate k.
+/// The capture point ξ = c + ċ/ω obeys ξ̇ = ω(ξ − z): z = z_ref + (1 + k/ω) Δξ makes Δξ decay at the rate k.
 void Stabilizer::track_com(const Reference& reference) {
   const StabilizerOptions::Tracking& o = options_.tracking;
   state_.zmp_desired = reference.zmp;
@@ -149,12 +154,13 @@ void Stabilizer::ankle_admittance(const Reference& reference, const SensorReadin
   if (!o.enabled) return;
   const Vector2d left = reference.X_PL.translation().head<2>(),
                  right = reference.X_PR.translation().head<2>();
-  // The part of the desired ZMP that the loads do not produce is the same shift of pressure in both soles.
+  // The part of the desired ZMP that the loads do not produce becomes the same shift of pressure in both
+  // soles.
   const Vector2d shift = state_.zmp_desired - (loads.left * left + loads.right * right) / weight_;
   const auto update = [&](Side side, Vector2d& ankle, const Eigen::Isometry3d& X_PS, const Wrench& wrench,
                           double load) {
     const bool in_the_air = load == 0 && wrench.force.z() < kContact * weight_;
-    // A foot that rolls to the left presses on its right edge: less torque about x.
+    // A foot that rolls to the left presses on its right edge, which means less torque about x.
     const Vector2d rate =
         o.gain_rad_s_per_nm * (wrench.torque.head<2>() - desired_ankle_torque(side, X_PS, shift, load));
     ankle = clamped(integrated<Vector2d>(ankle, in_the_air ? Vector2d::Zero() : rate,
@@ -192,7 +198,7 @@ void Stabilizer::control_trunk_attitude() {
 Posture Stabilizer::corrected(const Reference& reference) const {
   Posture posture = reference;
   posture.X_PB.linear() = reference.X_PB.linear() * turned(trunk_);
-  // The turn does not move the center of mass.
+  // The turn must not move the center of mass.
   posture.X_PB.translation() += (reference.X_PB.linear() - posture.X_PB.linear()) * robot_.com;
   posture.X_PL.linear() = reference.X_PL.linear() * turned(left_ankle_);
   posture.X_PR.linear() = reference.X_PR.linear() * turned(right_ankle_);

@@ -1,11 +1,11 @@
-// Corrects the planned posture by readings of IMU, ankle force sensors and encoders, never by a true pose.
+// Corrects the planned posture using readings of IMU, ankle force sensors and encoders, never the true pose.
 #pragma once
 
 #include "walking/plan.h"
 
 namespace walking {
 
-/// Gains of the attitude filter.
+/// Options of the attitude filter.
 struct AttitudeOptions {
   bool enabled = true;
   double accelerometer_gain_per_s = 0.15;
@@ -14,10 +14,10 @@ struct AttitudeOptions {
   static void keys(auto&& key) {
     value<&AttitudeOptions::enabled>(
         key,
-        "whether the tilt of the waist is estimated from gyro and accelerometer; otherwise it counts "
-        "as upright");
+        "whether the tilt of the waist is estimated from gyro and accelerometer; otherwise the waist "
+        "is taken to be upright");
     number<&AttitudeOptions::accelerometer_gain_per_s>(
-        key, 0, 1e6, "rate of correction of the estimated vertical toward the accelerometer's");
+        key, 0, 1e6, "rate at which the estimated vertical is corrected toward the accelerometer's");
     number<&AttitudeOptions::bias_gain_per_s2>(key, 0, 1e6,
                                                "gain of the attitude filter's estimate of the gyro bias");
   }
@@ -26,18 +26,18 @@ struct AttitudeOptions {
 /// Tracks the vertical in the axes of the IMU. The heading is not observable.
 class Attitude {
  public:
-  /// up: the initial vertical in the IMU's axes (need not be unit).
+  /// up: the initial vertical in the IMU's axes, of any length.
   explicit Attitude(const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(),
                     const AttitudeOptions& options = {});
 
-  /// One interval: mean angular velocity (rad/s) and specific force (m/s²), both in IMU axes, over dt (s).
-  /// motion: the acceleration that the robot is known to carry out itself, same axes (m/s²); it is taken off
-  /// the specific force, what is left being gravity's.
+  /// Adds an interval of dt (s) with its mean angular velocity (rad/s) and specific force (m/s²), both in IMU
+  /// axes. motion: the planned acceleration of the robot (m/s²), in the same axes. It is subtracted from the
+  /// specific force, so that gravity remains.
   void update(const Eigen::Vector3d& gyro, const Eigen::Vector3d& specific_force,
               const Eigen::Vector3d& motion, double dt);
 
   const Eigen::Vector3d& up() const { return up_; }  ///< unit vector, IMU axes
-  /// Bias of the gyro, rad/s; its vertical part is not observable.
+  /// The bias of the gyro, rad/s. Its vertical component is not observable.
   const Eigen::Vector3d& bias() const { return bias_; }
 
  private:
@@ -46,7 +46,8 @@ class Attitude {
   Eigen::Vector3d bias_ = Eigen::Vector3d::Zero();
 };
 
-/// Force (N) and torque (N·m about the sole point) of the ground on a foot, in the axes of the sole.
+/// The force (N) and torque (N·m about the sole point) that the ground exerts on a foot, in the axes of the
+/// sole.
 struct Wrench {
   Eigen::Vector3d force = Eigen::Vector3d::Zero(), torque = Eigen::Vector3d::Zero();
 };
@@ -59,16 +60,17 @@ struct SensorReadings {
   JointVector q;  ///< encoders, rad
 };
 
-/// The scenario's keys stabilizer.*. Each block can be switched off.
+/// The scenario's keys under stabilizer. Each block can be switched off.
 struct StabilizerOptions {
   bool enabled = true;
 
-  /// White noise of the stabilizer's 200 Hz readings, apart from errors.*: one walk serves all of those.
+  /// White noise of the stabilizer's 200 Hz readings. It is separate from errors.*, so that one walk serves
+  /// all sensor errors.
   double gyro_sigma_rad_s = 0.01, accelerometer_sigma_m_s2 = 0.05;
 
   AttitudeOptions attitude;
 
-  /// The error of the capture point is driven back by the ZMP (Caron et al. 2019, section III).
+  /// The ZMP drives the error of the capture point back to zero (Caron et al. 2019, section III).
   struct Tracking {
     bool enabled = true;
     double gain_per_s = 3.0;
@@ -83,7 +85,8 @@ struct StabilizerOptions {
     }
   } tracking;
 
-  /// While both feet stand they share the load as the desired ZMP divides the way between them (Kajita et al.
+  /// While both feet stand, they share the load in the ratio in which the desired ZMP divides the line
+  /// between them (Kajita et al. 2010, section III-C). If switched off, each carries half.
   /// 2010, section III-C); if switched off, each carries half.
   struct Distribution {
     bool enabled = true;
@@ -94,21 +97,21 @@ struct StabilizerOptions {
     }
   } distribution;
 
-  /// Ankles yield to the measured torque beyond the desired one (Kajita et al. 2010, eqs. (14)-(17)).
+  /// The ankles yield to measured torque in excess of the desired one (Kajita et al. 2010, eqs. (14)-(17)).
   struct AnkleAdmittance {
     bool enabled = true;
     double gain_rad_s_per_nm = 0.08;
-    double largest_rad = 0.17;  // for faulty sensors
+    double largest_rad = 0.17;  // limit in case of faulty sensors
 
     static void keys(auto&& key) {
       value<&AnkleAdmittance::enabled>(key, "whether the ankles yield to the measured torque (admittance)");
       number<&AnkleAdmittance::gain_rad_s_per_nm>(
-          key, 0, 1e6, "angular velocity of an ankle for each N·m of torque beyond the desired one");
+          key, 0, 1e6, "angular velocity of an ankle per N·m of torque in excess of the desired one");
       degrees<&AnkleAdmittance::largest_rad>(key, 0, 45, "largest correction of an ankle");
     }
   } ankle_admittance;
 
-  /// The foot that carries too little is lowered, the other one raised (Kajita et al. 2010, eq. (18)).
+  /// The foot that carries too little is lowered, and the other one is raised (Kajita et al. 2010, eq. (18)).
   struct ForceDifference {
     bool enabled = true;
     double gain_m_s_per_n = 1e-5;
@@ -117,11 +120,12 @@ struct StabilizerOptions {
       value<&ForceDifference::enabled>(
           key, "whether the foot that carries too little is lowered and the other one raised");
       number<&ForceDifference::gain_m_s_per_n>(key, 0, 1e6,
-                                               "velocity of a foot for each N of missing vertical force");
+                                               "velocity of a foot per N of missing vertical force");
     }
   } force_difference;
 
-  /// A leg is made longer by what its planned load compresses it, so that the other foot lands when it
+  /// A leg is lengthened by as much as its planned load compresses it, so that the other foot lands on time.
+  /// The stiffness is that of servos and ankle bush together.
   /// should. The stiffness is that of servos and ankle bush together.
   struct LegCompliance {
     bool enabled = true;
@@ -146,7 +150,7 @@ struct StabilizerOptions {
     }
   } body_attitude;
 
-  /// Footholds move by the error of the capture point, and the plan after them.
+  /// Footholds move by the error of the capture point, and the plan's frame follows.
   struct LandingAdjustment {
     bool enabled = false;
     double growth_fraction = 0.6;
@@ -159,10 +163,9 @@ struct StabilizerOptions {
       value<&LandingAdjustment::enabled>(key,
                                          "whether footholds are moved by the error of the capture point");
       number<&LandingAdjustment::growth_fraction>(
-          key, 0, 2,
-          "growth rate of the capture point error until touch-down, relative to that without control");
+          key, 0, 2, "growth rate of the capture point error until touch-down, relative to no control");
       number<&LandingAdjustment::dead_zone_m>(key, 0, 1,
-                                              "part of the error at touch-down that moves no foothold");
+                                              "error at touch-down that is left without a correction");
       number<&LandingAdjustment::largest_m>(key, 0, 1,
                                             "largest shift of a foothold along and across the foot");
       number<&LandingAdjustment::largest_inwards_m>(key, 0, 1,
@@ -172,7 +175,7 @@ struct StabilizerOptions {
     }
   } landing_adjustment;
 
-  /// Distance of the desired center of pressure from the edge of a sole.
+  /// Minimum distance of the desired center of pressure from the edge of a sole.
   double sole_margin_m = 0.01;
 
   static void keys(auto&& key) {
@@ -183,7 +186,7 @@ struct StabilizerOptions {
     number<&StabilizerOptions::accelerometer_sigma_m_s2>(
         key, 0, 1e3, "white noise of the stabilizer's 200 Hz accelerometer readings");
     number<&StabilizerOptions::sole_margin_m>(
-        key, 0, 0.1, "distance of the desired center of pressure from the edge of a sole");
+        key, 0, 0.1, "minimum distance of the desired center of pressure from the edge of a sole");
     part<&StabilizerOptions::attitude>(key);
     part<&StabilizerOptions::tracking>(key);
     part<&StabilizerOptions::distribution>(key);
@@ -195,7 +198,8 @@ struct StabilizerOptions {
   }
 };
 
-/// Largest corrections of the feet's difference in height, and of the waist: for faulty sensors.
+/// Limits in case of faulty sensors: of the difference in height between the feet, and of the correction of
+/// the waist.
 inline constexpr double kLargestFootDifference_m = 0.025, kLargestTrunk_rad = 0.1;
 
 /// Estimates and set points of the stabilizer, for logs and tests.
@@ -206,18 +210,18 @@ struct StabilizerState {
   Eigen::Vector2d zmp_desired = Eigen::Vector2d::Zero();  ///< m in P
 };
 
-/// One step every kPeriod, from the first tick of the walk on.
+/// Call step() once every kPeriod, starting with the first tick of the walk.
 class Stabilizer {
  public:
   explicit Stabilizer(const Robot& robot, const StabilizerOptions& options = {});
 
-  /// The posture of this tick: the plan corrected by the readings.
+  /// Returns the posture of this tick: the plan, corrected using the readings.
   Posture step(const Reference& reference, const SensorReadings& readings);
 
   const StabilizerState& state() const { return state_; }
 
  private:
-  /// Vertical forces that the feet are to carry, N.
+  /// Vertical forces that the feet should carry, N.
   struct Loads {
     double left = 0, right = 0;
   };
@@ -239,16 +243,16 @@ class Stabilizer {
 
   Robot robot_;
   StabilizerOptions options_;
-  double weight_, omega_;  // N; of a pendulum as high as the center of mass, 1/s
+  double weight_, omega_;  // N; 1/s, for a pendulum as high as the center of mass
   Attitude attitude_;
   StabilizerState state_;
   bool started_ = false;
   Eigen::Vector2d left_error_ = Eigen::Vector2d::Zero(),
-                  right_error_ = Eigen::Vector2d::Zero();  // of the CoM over each sole
+                  right_error_ = Eigen::Vector2d::Zero();  // of the center of mass over each sole
   Eigen::Vector2d left_ankle_ = Eigen::Vector2d::Zero(),
                   right_ankle_ = Eigen::Vector2d::Zero();  // roll, pitch, rad
   Eigen::Vector2d compression_ = Eigen::Vector2d::Zero();  // of left and right leg, m
-  double foot_difference_ = 0;                             // left foot lowered against the right one, m
+  double foot_difference_ = 0;                             // left foot lower than the right one by this, m
   Eigen::Vector2d trunk_ = Eigen::Vector2d::Zero();        // roll, pitch of the waist, rad
 };
 

@@ -6,7 +6,7 @@
 namespace walking {
 namespace {
 
-/// From the last landing to the decision whether the end of the path is reached.
+/// Ticks from the last landing to the decision whether the end of the path has been reached.
 constexpr std::size_t kSettlingTicks = 160;
 
 }  // namespace
@@ -32,7 +32,7 @@ void Steering::decide(PatternGenerator& plan, std::size_t tick, const std::optio
     correct(plan, now_s);
 }
 
-/// X_WP maps the planned sole to the estimated one; its heading is never wrapped.
+/// X_WP maps the planned sole to the estimated one; its yaw is never wrapped.
 void Steering::add(const PlaceEstimate& newest) {
   const double turn = newest.estimated.yaw - newest.planned.yaw - X_WP_.yaw;
   X_WP_.yaw += std::remainder(turn, 2 * std::numbers::pi);
@@ -45,7 +45,8 @@ FootPose Steering::error_of(const FootPose& desired) const {
   return inverse(X_PW_plan_ * desired) * (inverse(X_WP_) * desired);
 }
 
-/// Standard deviations of the estimate at a landing in P, along its axes, by the lever from the known sole.
+/// Standard deviations of the estimate at a landing in P, along the axes of the landing. They grow with the
+/// lever from the sole at which the place was estimated.
 Eigen::Vector3d Steering::sigma_at(const FootPose& landing) const {
   if (!newest_) return Eigen::Vector3d::Zero();
   const Eigen::Vector2d lever = (X_WP_ * landing).position - newest_->estimated.position;
@@ -56,7 +57,7 @@ Eigen::Vector3d Steering::sigma_at(const FootPose& landing) const {
   return Eigen::Vector3d(variance.x(), variance.y(), newest_->covariance(2, 2)).cwiseMax(0).cwiseSqrt();
 }
 
-/// Each part without its dead band, times the gain, within the limit.
+/// Each part minus its dead band, times the gain, within its limit.
 FootPose Steering::limited(const FootPose& error, const Eigen::Vector3d& sigma) const {
   const auto part = [&](double wanted, double sd, double largest) {
     const double beyond = std::max(0.0, std::abs(wanted) - options_.dead_band_sigma * sd);
@@ -67,7 +68,7 @@ FootPose Steering::limited(const FootPose& error, const Eigen::Vector3d& sigma) 
           part(error.yaw, sigma.z(), options_.largest_turn_rad)};
 }
 
-/// The landings from `step` on, with the corrections so far.
+/// The landings starting with `step`, with the corrections so far.
 std::vector<Footstep> Steering::planned_from(std::size_t step) const {
   std::vector<Footstep> landings(desired_.begin() + static_cast<std::ptrdiff_t>(step), desired_.end());
   for (Footstep& landing : landings) landing.pose = X_PW_plan_ * landing.pose;
@@ -89,7 +90,7 @@ void Steering::correct(PatternGenerator& plan, double now_s) {
     const FootPose landing = uncorrected * made.correction;
     X_PW_plan_ = share == 0 ? before : landing * inverse(desired);
     if (share == 0) break;
-    // A step that is outside already is not moved farther out.
+    // A step that is already outside is not moved farther out.
     if (outside(landing) > outside(uncorrected)) continue;
     if (plan.can_follow(step, planned_from(step))) break;
   }
@@ -97,7 +98,7 @@ void Steering::correct(PatternGenerator& plan, double now_s) {
   corrections_.push_back(made);
 }
 
-/// The due step brings the feet together; its support is already planned.
+/// The step that is due brings the feet together; its support is already planned.
 void Steering::stop(PatternGenerator& plan, double now_s) {
   const std::size_t step = plan.free_step();
   const Side side = desired_[step].side;

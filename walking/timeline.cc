@@ -10,7 +10,7 @@ constexpr double kFinalStanding = 2.0;  // s: the center of mass comes to rest a
 
 int ticks_of(double seconds) { return static_cast<int>(std::lround(seconds / kPeriod)); }
 
-/// An arm in the start posture, as angles about the y axis.
+/// The angles of an arm about the y axis in the start posture.
 ArmAngles arm_at_start(const Robot& robot, Side side) {
   const Arm& arm = *robot.arms[static_cast<std::size_t>(side)];
   const auto about_y = [&](int joint) {
@@ -57,7 +57,7 @@ void Timeline::carry_out(const Robot& robot, int command, const WalkOptions& opt
     for (const Footstep& landing : steps) step(command, landing);
   }
   if (static_cast<double>(ticks()) * kPeriod > kLongestWalk_s) throw TooLong(command, "");
-} catch (const TooLong&) {  // of a repeat, too
+} catch (const TooLong&) {  // may come from within a repeat
   const auto word = std::visit([](const auto& c) { return c.kName; }, options.commands[command]);
   throw TooLong(command, "walk.commands[" + std::to_string(command) + "]: " + word +
                              ": makes the walk longer than " + std::to_string(kLongestWalk_s) + " s");
@@ -74,7 +74,7 @@ void Timeline::repeat(const Robot& robot, int command, const WalkOptions& option
   for (int i = first; i < command; ++i)
     if (std::holds_alternative<Repeat>(options.commands[i]))
       throw std::invalid_argument("repeat.last: " + std::to_string(again.last) +
-                                  " commands, but one is a repeat itself");
+                                  " commands, but one of them is itself a repeat");
   laps_.push_back({command_begins_[first], ticks()});
   for (int lap = 0; lap < again.times; ++lap) {
     for (int i = first; i < command; ++i) carry_out(robot, i, options, 0);
@@ -95,7 +95,7 @@ void Timeline::append(Phase phase) {
   phases_.push_back(std::move(phase));
 }
 
-/// Returns a phase of so many ticks that continues the walk.
+/// Returns a phase of `ticks` that continues the walk.
 Phase Timeline::next_phase(int command, Support support, int ticks) const {
   return {.command = command,
           .support = support,
@@ -116,7 +116,7 @@ void Timeline::stand(int command, int ticks) {
   append(std::move(phase));
 }
 
-/// Double support, while the ZMP moves to the foot that stays, then single support on it.
+/// A double support in which the ZMP moves to the foot that stays, then a single support on that foot.
 void Timeline::step(int command, const Footstep& step) {
   const Side carrying = other(step.side);
   Phase shift = next_phase(command, Support::both, double_support_ticks_);
@@ -138,7 +138,7 @@ Footstep Timeline::landing(std::size_t step) const {
   return {side, swing.to.of(side)};
 }
 
-/// Keeps the first so many phases.
+/// Keeps only the first `phases` phases.
 void Timeline::truncate(std::size_t phases) {
   const Phase& next = phases_[phases];
   stance_ = next.from;
@@ -157,7 +157,7 @@ void Timeline::replan(std::size_t first, const std::vector<Footstep>& landings, 
   truncate(kept);
   auto landing = landings.begin();
   for (std::size_t i = 0; i + 1 < replaced.size() && landing != landings.end(); ++i) {
-    // A step is two phases; the first is replanned with the second.
+    // A step has two phases; the first is replanned together with the second.
     const bool shifts = replaced[i].support == Support::both && replaced[i + 1].support != Support::both;
     if (replaced[i].support != Support::both)
       step(replaced[i].command, *landing++);
@@ -185,7 +185,7 @@ std::array<double, kSmoothingTicks + 1> smoothing_weights() {
   std::array<double, kSmoothingTicks + 1> w{};
   for (int i = 1; i < kSmoothingTicks; ++i) {
     const double s = std::sin(std::numbers::pi * i / kSmoothingTicks);
-    w[i] = s * s / (kSmoothingTicks / 2.0);  // the squares sum to half the width
+    w[i] = s * s / (kSmoothingTicks / 2.0);  // the squares add up to half the width
   }
   return w;
 }
@@ -218,7 +218,7 @@ FootPose on_floor(const Eigen::Isometry3d& X) {
 
 Eigen::Isometry3d swing_foot(const FootPose& from, const FootPose& to, double elapsed, double step_height_m,
                              SwingPolynomial polynomial) {
-  constexpr double kMargin = 0.05;  // of single support, vertical at either end
+  constexpr double kMargin = 0.05;  // of single support, with vertical motion at either end
   const double s = std::clamp((elapsed - kMargin) / (1 - 2 * kMargin), 0.0, 1.0);
   const double along = polynomial == SwingPolynomial::quintic ? quintic_blend(s) : cubic_blend(s);
   const double up = elapsed * (1 - elapsed);
@@ -238,7 +238,7 @@ ArmAngles arm_swing(const Robot& robot, Side side, double foot_ahead_m) {
   const auto [shoulder, elbow_at_start] = arm_at_start(robot, side);
   const double z = segment * (std::cos(shoulder) + std::cos(shoulder + elbow_at_start)),
                x_at_start = -segment * (std::sin(shoulder) + std::sin(shoulder + elbow_at_start));
-  // Half of what the straight arm reaches ahead at that height, for a foot 0.2 m away.
+  // Half of what the straight arm reaches ahead at that height, per 0.2 m by which the foot is away.
   const double gain = 0.5 * std::sqrt(segment * segment - std::pow(z - segment, 2)) / 0.2;
   const double x = x_at_start - gain * foot_ahead_m;
   const double distance = std::min(std::hypot(x, z), 2 * segment);

@@ -1,32 +1,34 @@
-// The walk in time: support phases of whole ticks with feet, waist yaw and ZMP at their ends, the ZMP
-// reference at every tick, and the motions of a step: swing foot, heading of the waist and swing of the arms.
+// The walk in time: support phases of whole ticks with feet, waist yaw and ZMP at both ends, the ZMP
+// reference at every tick, and the motions of a step: the swing foot, the heading of the waist and the swing
+// of the arms.
 #pragma once
 
 #include "walking/footsteps.h"
 
 namespace walking {
 
-/// The window that smooths the ZMP reference, 50 ms. A walk first stands as long as it and the preview.
+/// The window that smooths the ZMP reference, 50 ms. A walk starts by standing for this window plus the
+/// preview.
 inline constexpr int kSmoothingTicks = 10;
 
-/// A part of the walk with the same support.
+/// A part of the walk during which the support does not change.
 struct Phase {
-  int command = 0;  ///< index into WalkOptions::commands
+  int command = 0;  ///< index in WalkOptions::commands
   Support support = Support::both;
   int ticks = 0;    ///< of kPeriod
   Stance from, to;  ///< the feet; only the swinging one differs
   double waist_yaw_from = 0, waist_yaw_to = 0;
   Eigen::Vector2d zmp_from = Eigen::Vector2d::Zero(), zmp_to = Eigen::Vector2d::Zero();
-  int zmp_ramp_ticks = 1;  ///< ZMP goes from zmp_from to zmp_to in this many ticks, then stays
+  int zmp_ramp_ticks = 1;  ///< the ZMP goes from zmp_from to zmp_to in this many ticks, then stays
   int zmp_ramp_start = 0;  ///< 1: the first sample of the phase has already moved
 };
 
-/// The whole walk as phases, in order, with the standing that the preview needs at both ends.
+/// The whole walk as a sequence of phases, including the standing that the preview needs at both ends.
 class Timeline {
  public:
-  /// Feet together around `start`, in P; `zmp_in_foot`: the place of the ZMP under a support sole, in its
-  /// axes, m. Throws std::invalid_argument naming the option if the commands cannot be carried out, TooLong
-  /// if they take more than kLongestWalk_s.
+  /// Starts with the feet together around `start`, in P. zmp_in_foot: the place of the ZMP under a support
+  /// sole, in the axes of the sole, m. Throws std::invalid_argument that names the option if the commands
+  /// cannot be carried out, and TooLong if they take more than kLongestWalk_s.
   Timeline(const Robot& robot, const WalkOptions& options, const FootPose& start,
            const Eigen::Vector2d& zmp_in_foot);
 
@@ -42,10 +44,11 @@ class Timeline {
   /// The first tick of the standing that ends the walk.
   std::size_t final_standing() const { return begins_[phases_.size() - 1]; }
 
-  /// Replaces the landings of all steps from `first` on, at least one unless first = steps(); the standing
-  /// between them is kept.
+  /// Replaces the landings of all steps starting with `first`; there must be at least one unless first =
+  /// steps(). The standing between steps is kept.
   ///
-  /// The walk ends after the last landing given. Additional landings are inserted before its final standing,
+  /// The walk ends after the last landing in `landings`. Additional landings are inserted before the final
+  /// standing, which is interrupted at tick `free` if first = steps().
   /// which is interrupted at tick `free` if first = steps().
   void replan(std::size_t first, const std::vector<Footstep>& landings, std::size_t free);
 
@@ -62,7 +65,7 @@ class Timeline {
     const Phase& phase;
     int tick;  ///< within the phase
   };
-  /// Returns the phase of a tick; ticks outside the walk are clamped.
+  /// Returns the phase of a tick. Ticks outside the walk are clamped to it.
   Moment at(std::ptrdiff_t tick) const;
 
  private:
@@ -82,7 +85,7 @@ class Timeline {
   Eigen::Vector2d zmp_ = Eigen::Vector2d::Zero();
   int double_support_ticks_ = 1, single_support_ticks_ = 1, stop_ramp_ticks_ = 1;
   std::vector<Phase> phases_;
-  std::vector<std::size_t> begins_{0};       // first tick of each phase, then the number of all
+  std::vector<std::size_t> begins_{0};       // first tick of each phase, then the total number
   std::vector<std::size_t> swings_;          // the phase of each step's single support
   std::vector<std::size_t> command_begins_;  // the first tick of each command
   std::vector<Lap> laps_;
@@ -93,27 +96,28 @@ inline constexpr int kSmoothingAdvance = 2;  ///< ticks the window looks ahead
 /// w_i proportional to sin²(pi i / 10), sum 1: the smoothing of Kajita's and the JRL's pattern generators.
 std::array<double, kSmoothingTicks + 1> smoothing_weights();
 
-/// The ZMP reference at any tick, also beyond the walk, m in P: linear in double, constant in single support.
+/// The ZMP reference at any tick, even outside the walk, m in P: linear in double support, constant in single
+/// support.
 Eigen::Vector2d zmp_reference(const Timeline& timeline, std::ptrdiff_t tick);
 
 /// sum_j w_j zmp_reference(tick - j + kSmoothingAdvance).
 Eigen::Vector2d smoothed_zmp(const Timeline& timeline, std::ptrdiff_t tick);
 
-/// 3s² - 2s³ for s in [0, 1]: velocity zero at both ends, acceleration not.
+/// 3s² - 2s³ for s in [0, 1]: the velocity is zero at both ends, the acceleration is not.
 constexpr double cubic_blend(double s) { return s * s * (3 - 2 * s); }
 
-/// 10s³ - 15s⁴ + 6s⁵ for s in [0, 1]: velocity and acceleration zero at both ends.
+/// 10s³ - 15s⁴ + 6s⁵ for s in [0, 1]: velocity and acceleration are zero at both ends.
 constexpr double quintic_blend(double s) { return s * s * s * (10 + s * (6 * s - 15)); }
 
 /// Returns the swinging sole at `elapsed` (0 ... 1) of single support, in P; the heading follows a cubic
-/// (Stasse et al. 2006, section II, and the JRL pattern generator). Horizontally it moves during the middle
-/// 90 % (vertical take-off and landing), along `polynomial`; height is 16 h s² (1-s)².
+/// (Stasse et al. 2006, section II, and the JRL pattern generator). It moves horizontally only in the middle
+/// 90 % (so that take-off and landing are vertical), following `polynomial`; the height is 16 h s² (1-s)².
 Eigen::Isometry3d swing_foot(const FootPose& from, const FootPose& to, double elapsed, double step_height_m,
                              SwingPolynomial polynomial);
 
-/// The sole of a foot at `height_m` above its place on the ground, in P.
+/// The pose of the sole of a foot `height_m` above its place on the ground, in P.
 Eigen::Isometry3d sole(const FootPose& foot, double height_m = 0);
-/// Place and heading of a pose.
+/// The place and heading of a pose.
 FootPose on_floor(const Eigen::Isometry3d& X);
 
 struct WaistYaw {
@@ -121,14 +125,15 @@ struct WaistYaw {
   double rate = 0;  ///< rad/s
 };
 
-/// Cubic from the heading at the start of the phase to that at its end, `elapsed` in 0 ... 1 of the phase
-/// (Stasse et al. 2006, section II: the waist turns in yaw only, on a third-order polynomial).
+/// A cubic from the heading at the start of the phase to that at its end, with `elapsed` from 0 to 1 (Stasse
+/// et al. 2006, section II: the waist turns in yaw only, on a third-order polynomial).
 WaistYaw waist_yaw(const Phase& phase, double elapsed);
 
-/// Returns the arm for a foot on its side that is `foot_ahead_m` ahead of the start posture: the hand goes
-/// the other way by a share of that, at its height in the start posture (Stasse et al. 2006, section II: "arm
-/// motion heuristic"; gain and geometry of the JRL pattern generator). The start posture for 0. The robot has
-/// that arm, its forearm as long as the upper arm.
+/// Returns the angles of the arm on the side of a foot that is `foot_ahead_m` farther ahead than in the start
+/// posture. The hand moves the opposite way by a fraction of that distance, at its height in the start
+/// posture (Stasse et al. 2006, section II: "arm motion heuristic"; gain and geometry from the JRL pattern
+/// generator). For 0, the arm is in the start posture. The robot must have that arm, with a forearm as long
+/// as the upper arm.
 ArmAngles arm_swing(const Robot& robot, Side side, double foot_ahead_m);
 
 /// Both arms for the feet of `reference`.

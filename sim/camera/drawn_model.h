@@ -1,4 +1,5 @@
-// Robot and room as viewers draw them: triangles by body, colors, pictures, poses; the robot as URDF.
+// The robot and the room for viewers: triangles for each body, colors, pictures and poses; and the robot as
+// URDF.
 #pragma once
 
 #include <cstdint>
@@ -9,24 +10,25 @@
 
 namespace sim::camera {
 
-/// Triangles that share a body and a picture. Vertices are in the axes of their body, those of the room in W.
+/// Triangles that share a body and a picture. Vertices are in the frame of their body, or in W for the room.
 struct DrawnPiece {
   int body = -1;                                  ///< index in PosedRobot::bodies(); -1: the room
   int picture = -1;                               ///< index in PosedRobot::pictures(); -1: plain color
-  std::vector<float> positions, normals, colors;  ///< three of each vertex: m; of unit length; RGB, 0-1
-  std::vector<float> uv;  ///< two of each vertex; (0, 0) is the picture's upper left; empty without a picture
-  std::vector<std::uint32_t> indices;  ///< three of each triangle, counter-clockwise from outside
+  std::vector<float> positions, normals, colors;  ///< three per vertex: in m; of unit length; RGB, 0-1
+  std::vector<float> uv;  ///< two per vertex; (0, 0) is the picture's upper left; empty without a picture
+  std::vector<std::uint32_t> indices;  ///< three per triangle, counter-clockwise seen from outside
 };
 
-/// Returns position (m, W) and quaternion (x, y, z, w) of each named body, seven numbers. data: positions
-/// computed. Throws std::invalid_argument if the model does not have a body.
+/// Returns seven numbers for each named body: its position (m, in W) and its quaternion (x, y, z, w). The
+/// positions in `data` must have been computed. Throws std::invalid_argument if the model lacks one of the
+/// bodies.
 std::vector<float> body_poses(const mjModel_& model, const mjData_& data,
                               const std::vector<std::string>& bodies);
 
-/// A robot in its room that is posed by hand: what a recording's encoders and true waist say.
+/// A robot in its room, in poses set by the caller: those that a recording's encoders and true waist give.
 class PosedRobot {
  public:
-  /// Throws std::runtime_error when a model does not load.
+  /// Throws std::runtime_error if a model does not load.
   PosedRobot(const physics::RobotFile& robot, const std::string& room, const std::filesystem::path& models);
 
   const mjModel_& model() const { return *model_; }
@@ -51,8 +53,8 @@ class PosedRobot {
 
 /// Returns the robot in the Unified Robot Description Format, for viewers of ROS messages: the body with a
 /// free joint as the link "waist", the bodies below it, their hinges with axes and limits (m, rad), and the
-/// drawn shapes. The ankles' bushes are at rest. URDF has no capsules and ellipsoids: they become cylinders
-/// with two spheres, and spheres of the same volume.
+/// drawn shapes. The ankles' bushes are at rest. URDF has no capsules or ellipsoids: capsules become
+/// cylinders with two spheres, ellipsoids become spheres of the same volume.
 std::string urdf(const mjModel_& model);
 
 }  // namespace sim::camera

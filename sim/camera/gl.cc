@@ -8,11 +8,11 @@
 
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer)
-/// Mesa itself keeps a few hundred bytes of each context that was destroyed. A silent command stays silent.
+/// Mesa itself leaks a few hundred bytes for each destroyed context. Silent commands stay silent.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libOSMesa"; }
 extern "C" const char* __lsan_default_options() { return "print_suppressions=0"; }
-/// The size of a library's thread-local memory, which the sanitizer of LLVM 14 expects in front of it, is not
-/// there with glibc 2.36: the leak check would read at random addresses.
+/// LLVM 14's sanitizer expects the size of a library's thread-local memory in front of that memory. glibc
+/// 2.36 does not put it there, so the leak check would read from random addresses.
 extern "C" const char* __asan_default_options() { return "intercept_tls_get_addr=0"; }
 #endif
 #endif
@@ -21,13 +21,13 @@ namespace sim::camera {
 namespace {
 
 constexpr int kWindowPx = 8;
-std::mutex used;  // while a thread uses OpenGL
+std::mutex used;  // locked while a thread uses OpenGL
 
 void require(bool works, const std::string& fault) {
   if (!works) throw std::runtime_error("off-screen OpenGL: " + fault);
 }
 
-// One core draws. Mip levels are chosen approximately: faster, and corners are found as well.
+// Draws on one core. Mip levels are approximate: that is faster, and corners are found just as well.
 void* open_library() {
   setenv("LP_NUM_THREADS", "0", 1);
   setenv("GALLIVM_PERF", "rho_approx", 1);
@@ -112,14 +112,14 @@ Renderer::Renderer(const cv::Size& size_px, Channels channels, const Renderer* s
     : window_(4 * kWindowPx * kWindowPx), size_(size_px), channels_(channels) {
   const std::lock_guard lock(used);
   context_ = GL(OSMesaCreateContextExt)(OSMESA_RGBA, 24, 8, 0, shares ? shares->context_ : nullptr);
-  require(context_, "OSMesa gives no context");
+  require(context_, "OSMesa cannot create a context");
   make_current();
   make_frame();
   plain_ = program(channels, false), textured_ = program(channels, true);
   GL(glEnable)(GL_DEPTH_TEST);
   GL(glDepthFunc)(GL_LESS);
   GL(glEnable)(GL_CULL_FACE);
-  GL(glFrontFace)(GL_CW);  // OpenGL's rows count upwards
+  GL(glFrontFace)(GL_CW);  // OpenGL counts rows upwards
 }
 
 Renderer::~Renderer() {
@@ -218,7 +218,7 @@ cv::Mat1f Renderer::read_depth() const {
   return depth;
 }
 
-// Rounding may differ between programs: marks are drawn a little in front of the surface.
+// Rounding may differ between shader programs, so marks are drawn slightly in front of the surface.
 void Renderer::begin_marks() {
   GL(glDisableVertexAttribArray)(kLight);
   GL(glVertexAttrib3f)(kLight, 1, 1, 1);

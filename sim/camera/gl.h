@@ -34,19 +34,18 @@ enum class Channels { gray = 1, rgb = 3 };
 struct Vertex {
   Eigen::Vector3f p;
   Eigen::Vector2f uv;
-  Eigen::Vector3f light;  ///< 0-1; multiplied with the texture
+  Eigen::Vector3f light;  ///< 0-1; multiplied by the texture
 };
 
-/// An OSMesa context with a picture, its depth, and triangles of one buffer of vertices. The nearer surface
-/// hides the farther one. Rows count downwards in what is drawn: the front of a triangle is the side that
-/// shows its corners counter-clockwise in a picture with its first row on top. One core draws
-/// (LP_NUM_THREADS=0), so frames and their cost do not depend on the machine's load.
+/// An OSMesa context with a picture, its depth, and triangles from one vertex buffer. The nearer surface
+/// hides the farther one. Rows are counted downwards: a triangle's front is the side from which its corners
+/// appear counter-clockwise in a picture whose first row is on top. One core draws (LP_NUM_THREADS=0), so
+/// frames and their cost do not depend on the machine's load.
 class Renderer {
  public:
-  /// It has the textures of `shares` too, if that is given. Throws std::runtime_error without a usable
-  /// OpenGL.
+  /// Uses the textures of `shares` too, if given. Throws std::runtime_error if OpenGL is not usable.
   Renderer(const cv::Size& size_px, Channels channels, const Renderer* shares = nullptr);
-  /// Frees all that was made in the context, and textures with the last context that has them.
+  /// Frees everything created in the context; textures are freed with the last context that shares them.
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
@@ -58,7 +57,7 @@ class Renderer {
   /// Sets the number of vertices.
   void reserve(std::size_t vertices);
   void set_vertices(std::size_t first, std::span<const Vertex> vertices);
-  /// Makes the picture black, and infinitely far.
+  /// Clears the picture to black and its depth to infinity.
   void clear();
   /// Sets the viewport of the next triangles, and the transformation of their points to clip coordinates.
   void set_view(const cv::Rect& viewport, const Eigen::Matrix4f& clip_from_points);
@@ -68,7 +67,8 @@ class Renderer {
   cv::Mat read() const;
   /// Returns the depth buffer: 0 at the near plane, 1 at the far plane and for pixels without a surface.
   cv::Mat1f read_depth() const;
-  /// Clears the picture to black. What is visible of the triangles drawn until end_marks() becomes white.
+  /// Clears the picture to black. Whatever is visible of the triangles drawn before end_marks() becomes
+  /// white.
   void begin_marks();
   void end_marks();
 
@@ -80,7 +80,7 @@ class Renderer {
   OSMesaContext context_ = nullptr;
   cv::Size size_;
   Channels channels_;
-  unsigned plain_ = 0, textured_ = 0;  ///< programs
+  unsigned plain_ = 0, textured_ = 0;  ///< shader programs
 };
 
 }  // namespace sim::camera

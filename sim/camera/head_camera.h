@@ -12,30 +12,30 @@
 
 namespace sim::camera {
 
-/// The exposure of each row of a frame. Row v of H of a frame stamped t is exposed from
-/// t + readout ((v + 1/2) / H - 1/2) - exposure/2 on for the exposure: the stamp is the middle of the middle
-/// row's exposure. Pictures are drawn at evenly spaced moments, light between two of them being interpolated.
+/// The exposure of each row of a frame. In a frame of H rows stamped t, the exposure of row v starts at t +
+/// readout ((v + 1/2) / H - 1/2) - exposure/2: the stamp is the middle of the middle row's exposure. Pictures
+/// are drawn at evenly spaced moments, and the light between two of them is interpolated.
 class Shutter {
  public:
   explicit Shutter(const CameraOptions& options);
-  /// Returns the times to draw pictures at, s from the stamp; only 0 for a shutter that takes no time.
+  /// Returns when to draw pictures, in s from the stamp; only 0 for a shutter that takes no time.
   const std::vector<double>& moments() const { return moments_; }
   /// Returns the frame composed of one picture for each moment.
   cv::Mat expose(const std::vector<cv::Mat>& pictures) const;
 
  private:
   std::vector<double> moments_;
-  cv::Mat1f shares_;  ///< of each moment's picture (rows) in each image row (columns)
+  cv::Mat1f shares_;  ///< share of each moment's picture (row) in each image row (column)
 };
 
-/// The robot's positions of the last moments, a millisecond apart or less.
+/// The robot's recent positions, at most a millisecond apart.
 class RecentMotion {
  public:
   explicit RecentMotion(std::chrono::nanoseconds kept) : kept_(kept) {}
 
-  /// Adds positions at a later moment than all before.
+  /// Adds positions. Their time must be later than all previous ones.
   void add(std::chrono::nanoseconds t, const mjModel& model, const mjData& data);
-  /// Returns positions at a time (s), interpolated or the nearest kept ones. Needs at least one.
+  /// Returns the positions at a time (s), interpolated or the nearest ones kept. Needs at least one.
   Eigen::VectorXd at(double t_s, const mjModel& model) const;
 
  private:
@@ -47,20 +47,20 @@ class RecentMotion {
   std::deque<Pose> poses_;
 };
 
-/// The drawing of a frame: a picture for each of Shutter::moments(), without lens, and the depth
-/// at the stamp if that was asked for.
+/// A frame as drawn: a picture without the lens for each of Shutter::moments(), and the depth at the stamp if
+/// requested.
 struct Exposure {
   std::vector<cv::Mat> pictures;
   std::optional<DepthPicture> depth;
 };
 
-/// Renders what the camera "head_camera" of a model sees. The same positions give the same bytes. The model,
-/// of the robot in its furnished room, is the camera's own: the physics knows only the floor, as each visible
-/// geom would slow its steps. Owns the OpenGL context of the thread that made it; draw from that one only.
+/// Renders the view of a model's camera "head_camera". The same positions give the same bytes. The camera has
+/// its own model, the robot in its furnished room: the physics has only the floor, because every visible geom
+/// would slow its steps. Owns the OpenGL context of the thread that created it; draw only from that thread.
 class HeadCamera {
  public:
-  /// channels: RGB for a color camera. mount: a further camera of the rig, placed as by
-  /// physics::place_of(). shares: a camera in the same room with the same channels, for its textures. Throws
+  /// channels: RGB for a color camera. mount: for a further camera of the rig, as physics::place_of() places
+  /// it. shares: a camera in the same room with the same channels, whose textures are shared. Throws
   /// std::runtime_error without OpenGL, std::invalid_argument if the model has no head_camera.
   HeadCamera(physics::Model robot_in_room, const CameraOptions& options, std::uint64_t texture_seed = 1,
              Channels channels = Channels::gray, const rig::Mount& mount = {},
@@ -69,8 +69,8 @@ class HeadCamera {
   const mjModel& model() const { return *model_; }
   /// Returns the gray frame (CV_8UC1, height x width of the options) at the joint positions of `plant`.
   cv::Mat render(const mjData& plant) { return image({{picture(plant.qpos, 1)}, {}}); }
-  /// Draws the frame stamped t of a robot with this `motion` from t - lead() of the options to t + lead(),
-  /// with the room's lamps on or off.
+  /// Draws the frame stamped t, with the room's lamps on or off. `motion` must cover the time from t - lead()
+  /// of the options to t + lead().
   Exposure expose(const RecentMotion& motion, std::chrono::nanoseconds t,
                   const physics::WorldOptions::LightsOff& lights_off, bool with_depth = false);
   /// Returns the frame through lens and shutter. May be called on any thread, as may depth_mm().
@@ -88,7 +88,7 @@ class HeadCamera {
   LensWarp lens_;
   Scene scene_;
   Shutter shutter_;
-  int id_;  ///< of the camera in the model
+  int id_;  ///< the camera's id in the model
 };
 
 }  // namespace sim::camera

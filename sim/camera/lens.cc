@@ -10,8 +10,8 @@
 namespace sim::camera {
 namespace {
 
-constexpr int kMargin = 3;           // px of the source around a sample: bilinear, after smoothing
-constexpr double kSmoothing = 0.55;  // px of the source: standard deviation that removes the stairs of edges
+constexpr int kMargin = 3;           // source px around a sample: bilinear, after smoothing
+constexpr double kSmoothing = 0.55;  // source px: standard deviation that removes jagged edges
 
 // Columns of the image that a view covers.
 cv::Range columns_of(const slam::CameraIntrinsics& camera, int view) {
@@ -26,8 +26,8 @@ Eigen::Vector2d turned_direction(const slam::CameraIntrinsics& camera, double ya
   return {(std::cos(yaw) * d.x() - std::sin(yaw)) / z, d.y() / z};
 }
 
-// The least distance between the directions of two neighboring pixels of the columns: the smaller singular
-// value of the direction's derivative, at pixels some degrees apart.
+// The smallest distance between the directions of neighboring pixels in the columns: the smaller singular
+// value of the direction's derivative, evaluated at pixels a few degrees apart.
 double finest_step(const slam::CameraIntrinsics& camera, double yaw, const cv::Range& columns) {
   const int stride = std::max(1, camera.width_px / 64);
   double least = 1e9;
@@ -41,7 +41,7 @@ double finest_step(const slam::CameraIntrinsics& camera, double yaw, const cv::R
   return least;
 }
 
-// Directions seen along the border of the columns; the others lie between: the lens is monotonic.
+// The directions seen along the border of the columns. All others lie between them: the lens is monotonic.
 Eigen::AlignedBox2d seen_directions(const slam::CameraIntrinsics& camera, double yaw,
                                     const cv::Range& columns) {
   Eigen::AlignedBox2d seen;
@@ -53,7 +53,7 @@ Eigen::AlignedBox2d seen_directions(const slam::CameraIntrinsics& camera, double
   return seen;
 }
 
-// Looks toward the middle of what the columns see.
+// A pinhole that looks toward the middle of what the columns see.
 Pinhole covering(const slam::CameraIntrinsics& camera, const cv::Range& columns) {
   const auto yaw_of = [&](int u) { return std::atan(direction(camera, {double(u), camera.v0_px}).x()); };
   Pinhole view{};

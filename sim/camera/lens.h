@@ -1,4 +1,4 @@
-// The lens of the simulated head camera: from the renderer's pinhole picture to that of a real lens.
+// The lens of the simulated head camera: turns the renderer's pinhole picture into that of a real lens.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,8 +31,8 @@ struct Pinhole {
   std::vector<cv::Rect> unsampled{};  ///< parts of this one that no pixel of the image samples
 };
 
-/// Pixels of the pinhole pictures per pixel of the image, at least, in any direction. They are smoothed
-/// before they are sampled, as a lens would, so that finer detail does not alias.
+/// The least number of pinhole-picture pixels per image pixel, in any direction. The pictures are smoothed
+/// before they are sampled, as a lens would do, so that finer detail does not alias.
 inline constexpr double kSourceDensity = 1.2;
 
 /// Warps the renderer's pinhole pictures through the camera's lens. A wide lens that compresses the outer
@@ -41,7 +41,7 @@ inline constexpr double kSourceDensity = 1.2;
 class LensWarp {
  public:
   explicit LensWarp(const slam::CameraIntrinsics& camera);
-  /// Returns the pinhole of the whole image, or those of its left and its right half.
+  /// Returns the pinhole of the whole image, or those of its left and right halves.
   const std::vector<Pinhole>& views() const { return views_; }
   /// Returns where pixel (u, v) samples the picture of the views side by side (pixel centers are whole).
   Eigen::Vector2d source_pixel(int u, int v) const;

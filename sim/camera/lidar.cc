@@ -102,7 +102,7 @@ Eigen::Isometry3d Lidar::pose(const RecentMotion& motion, double t_s) {
   return physics::pose_in(data_->xpos + 3 * place_.body, data_->xmat + 9 * place_.body) * place_.X_BL;
 }
 
-// The boxes around the shapes decide which of them are looked at.
+// Only shapes whose bounding box the ray enters are tested.
 Lidar::Hit Lidar::cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& along) {
   const Eigen::Array3f o = origin.cast<float>();
   const Eigen::Array3f slow = along.cwiseAbs().cwiseMax(1e-9).cast<float>().array().inverse();

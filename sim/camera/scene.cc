@@ -10,7 +10,7 @@ namespace {
 
 constexpr float kNear = 0.05f, kFar = 40.0f;
 
-// Normals, pointing inside, of the planes through the camera's center along the view's sides.
+// Inward normals of the planes through the camera's center and the view's sides.
 std::array<Eigen::Vector3f, 4> view_sides(const Pinhole& view) {
   const float l = float(view.left), t = float(view.top);
   const float r = l + float(view.width_px / view.focal_px), b = t + float(view.height_px / view.focal_px);
@@ -18,7 +18,8 @@ std::array<Eigen::Vector3f, 4> view_sides(const Pinhole& view) {
           Eigen::Vector3f(0, 1, -t).normalized(), Eigen::Vector3f(0, -1, b).normalized()};
 }
 
-// OpenGL's clip coordinates of a point of the view: the picture's left and top at -1, z from near to far.
+// Maps a point of the view to OpenGL's clip coordinates: the picture's left and top to -1, z from near to
+// far.
 Eigen::Matrix4f clip_from_view(const Pinhole& view) {
   const double x = 2 * view.focal_px / view.width_px, y = 2 * view.focal_px / view.height_px;
   Eigen::Matrix4f clip;
@@ -75,7 +76,7 @@ void Scene::add_piece(int geom, unsigned texture) {
   pieces_.push_back(std::move(piece));
 }
 
-// Nothing is nearer than these rectangles in clip coordinates: what they cover costs no drawing.
+// Puts rectangles on the near plane, in clip coordinates: what they hide costs no drawing.
 void Scene::add_masks() {
   for (const Pinhole& view : views_) {
     std::vector<std::uint32_t> mask;
@@ -93,7 +94,7 @@ void Scene::add_masks() {
   }
 }
 
-// Brightness has OpenCV's weights, as in its conversion of pictures.
+// Brightness uses OpenCV's weights, as its conversion of pictures does.
 void Scene::light_piece(const Piece& piece, float light) {
   Paint paint = piece.paint;
   const bool ceiling = model_.geom_type[piece.geom] == mjGEOM_PLANE && piece.X_WG.linear()(2, 2) < -0.9f;
@@ -106,7 +107,7 @@ void Scene::light_piece(const Piece& piece, float light) {
   }
 }
 
-// From near to far, so that hidden surfaces cost no texturing.
+// Sorted from near to far, so that hidden surfaces cost no texturing.
 std::vector<Scene::Seen> Scene::seen_by(const Pinhole& view, const Eigen::Isometry3f& X_VW) const {
   const auto sides = view_sides(view);
   std::vector<Seen> seen;
@@ -124,7 +125,7 @@ std::vector<Scene::Seen> Scene::seen_by(const Pinhole& view, const Eigen::Isomet
   return seen;
 }
 
-// Plain surfaces in one call; most near surfaces are plain, and hidden ones cost little.
+// Draws plain surfaces in one call: most near surfaces are plain, and hidden ones cost little.
 void Scene::draw_view(std::size_t view, const Eigen::Isometry3f& X_VW, const std::vector<Seen>& seen) {
   const Pinhole& pinhole = views_[view];
   const cv::Rect viewport(pinhole.first_column, 0, pinhole.width_px, pinhole.height_px);

@@ -1,5 +1,5 @@
-// Pictures of a MuJoCo model from any pose: the room, the robot in it, drawn off-screen; and the pictures on
-// its surfaces, which the model file only names, so that physics loads fast (textures.cc).
+// Draws a MuJoCo model, the room with the robot in it, off-screen from any pose. Also the pictures on its
+// surfaces (textures.cc), which the model file only names, so that physics loads fast.
 #pragma once
 
 #include "sim/camera/gl.h"
@@ -11,24 +11,25 @@ namespace sim::camera {
 /// The depth of a picture, as a depth camera measures it.
 struct DepthPicture {
   cv::Mat1f buffer;  ///< 0 at the near plane, 1 at the far plane and for pixels without a surface
-  cv::Mat marks;     ///< of surfaces that return no light to depth cameras: not 0
+  cv::Mat marks;     ///< not 0 on surfaces that return no light to depth cameras
 
   /// Returns 1/z (1/m), z along the axis of each view; 0: nothing, or a surface that returns no light.
   cv::Mat1f inverse_depth() const;
 };
 
-/// Draws a model's geoms of groups 0 and 1, and of group 2 (the head) when asked for, with its textures
-/// painted from a seed. What is not fully transparent is drawn solid. Owns an OpenGL context of its thread.
-/// Lighting does not depend on the camera: it is computed once for all that never moves.
+/// Draws the geoms of a model's groups 0 and 1, and of group 2 (the head) on request, with textures painted
+/// from a seed. Anything not fully transparent is drawn solid. Owns an OpenGL context of its thread. Lighting
+/// does not depend on the camera: it is computed once for everything that never moves.
 class Scene {
  public:
-  /// Pictures are as `views` say, side by side in one. shares: a scene of the same model, seed and channels,
-  /// for its textures; it may draw on another thread. Throws std::runtime_error without OpenGL,
+  /// A picture shows all `views` side by side. shares: a scene with the same model, seed and channels, whose
+  /// textures are shared; it may draw on another thread. Throws std::runtime_error without OpenGL,
   /// std::invalid_argument for a model that cannot be drawn.
   Scene(const mjModel& model, std::vector<Pinhole> views, std::uint64_t texture_seed, Channels channels,
         Robot robot = Robot::without_head, const Scene* shares = nullptr);
-  /// Returns the views of `data` (positions computed) from X_WC (x right, y down, z ahead), CV_8UC1 or RGB.
-  /// `light`: share of the room's light that is on; emitters stay as bright, except the lamps' ceiling.
+  /// Returns the views from X_WC (x right, y down, z ahead), CV_8UC1 or RGB. The positions in `data` must
+  /// have been computed. `light`: fraction of the room's light that is on; emitters keep their brightness,
+  /// except the lamps' ceiling.
   cv::Mat draw(const mjData& data, const Eigen::Isometry3d& X_WC, float light = 1);
   /// Returns the depth of the last draw().
   DepthPicture read_depth();
@@ -41,7 +42,7 @@ class Scene {
     Paint paint;
     GeomMesh mesh;  // its indices count from the buffer's first vertex
     std::size_t first_vertex;
-    Eigen::Vector3f half = Eigen::Vector3f::Zero();  // of a box around the geom, about its center
+    Eigen::Vector3f half = Eigen::Vector3f::Zero();  // half sizes of a box around the geom
     Eigen::Isometry3f X_WG = Eigen::Isometry3f::Identity();
   };
   struct Seen {
@@ -58,10 +59,10 @@ class Scene {
   const mjModel& model_;
   std::vector<Pinhole> views_;
   Channels channels_;
-  std::vector<Piece> pieces_;  // those that never move first
+  std::vector<Piece> pieces_;  // pieces that never move come first
   std::vector<Vertex> vertices_;
-  std::vector<std::vector<std::uint32_t>> masks_;  // of each view: what its image does not sample
-  std::vector<std::vector<Seen>> seen_;            // of the last picture, by views
+  std::vector<std::vector<std::uint32_t>> masks_;  // for each view: what its image does not sample
+  std::vector<std::vector<Seen>> seen_;            // in the last picture, by view
   std::vector<Eigen::Isometry3f> X_VW_;            // likewise
   struct {
     std::size_t count = 0;  // at the buffer's beginning
@@ -72,8 +73,8 @@ class Scene {
   Lamps lamps_;
 };
 
-/// Returns the RGB picture of a 2d texture, painted from a seed if paint_texture knows its name. It includes
-/// soft shadows of the furniture on a floor or a wall. `data`: positions computed.
+/// Returns the RGB picture of a 2d texture, painted from a seed if paint_texture knows its name. On a floor
+/// or a wall it includes soft shadows of the furniture. The positions in `data` must have been computed.
 cv::Mat3b texture_picture(const mjModel& model, const mjData& data, int texture, std::uint64_t seed);
 
 /// Loads the model's 2d textures with mipmaps in the current OpenGL context. Returns their names in it.

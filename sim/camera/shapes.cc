@@ -58,12 +58,12 @@ void add_box(GeomMesh& mesh, const Vector3f& half) {
     }
 }
 
-// A circle about z, and the normal of the surface along it: its parts along the radius and along z.
+// A circle about z and the surface normal along it: its radial component and its z component.
 struct Ring {
   float radius, z, normal_r, normal_z;
 };
 
-// The surface of revolution through two rings or more, from the lowest up.
+// The surface of revolution through two or more rings, from the lowest up.
 void add_revolution(GeomMesh& mesh, const std::vector<Ring>& rings) {
   const auto first = std::uint32_t(mesh.vertices.size());
   for (const Ring& ring : rings)
@@ -118,7 +118,7 @@ bool has_triangles(const mjModel& model, int geom) {
   return is_mesh(model, geom) || model.geom_type[geom] == mjGEOM_HFIELD;
 }
 
-// Two triangles for each cell, as MuJoCo's contacts and rays have them; a vertex has the normal of its face.
+// Two triangles per cell, as in MuJoCo's contacts and rays. A vertex has the normal of its face.
 void add_height_field(GeomMesh& mesh, const mjModel& model, int field) {
   const int rows = model.hfield_nrow[field], columns = model.hfield_ncol[field];
   const Vector3f size = Eigen::Map<const Eigen::Vector3d>(model.hfield_size + 4 * field).cast<float>();
@@ -156,7 +156,7 @@ void add_mesh(GeomMesh& to, const mjModel& model, int mesh) {
   }
 }
 
-/// The faces of a mesh, but for those without an area.
+/// Appends the faces of a mesh, except those without area.
 void add_triangles(std::vector<score::Surface>& to, const mjModel& model, const mjData& data, int geom) {
   const GeomMesh mesh = geom_mesh(model, geom);
   for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {

@@ -10,7 +10,8 @@
 
 namespace sim::camera {
 
-/// Returns the model's state at its reference positions; places of shapes, cameras and lights are computed.
+/// Returns the model's state at its reference positions, with the poses of shapes, cameras and lights
+/// computed.
 physics::Data data_at_rest(const mjModel& model);
 
 using physics::geom_pose;
@@ -25,14 +26,14 @@ struct GeomMesh {
   std::vector<std::uint32_t> indices;  ///< three for each triangle
 };
 
-/// Returns the triangles of a geom. Planes only have a front; round shapes are 20-sided. A picture covers a
-/// shape's extent along x and y once or texrepeat times, upper left at (-x, +y): well mapped on planes and on
-/// two faces of a box; on meshes by their own coordinates if they have some. A height field has its upper
-/// side only.
+/// Returns the triangles of a geom. Planes have only a front, height fields only an upper side; round shapes
+/// are 20-sided. A picture covers a shape's extent along x and y once or texrepeat times, with its upper left
+/// at (-x, +y). It looks right on planes and on two faces of a box. Meshes use their own texture coordinates
+/// if they have any.
 GeomMesh geom_mesh(const mjModel& model, int geom);
 
-/// Returns the point of a geom's picture (GeomMesh::Vertex::uv) at a point of its surface in its own axes.
-/// The geom must have a material.
+/// Returns the point of a geom's picture (GeomMesh::Vertex::uv) at a point of its surface, which is in the
+/// geom's axes. The geom must have a material.
 Eigen::Vector2f picture_point(const mjModel& model, int geom, const Eigen::Vector3f& p);
 
 /// Parts of a robot to draw: the head camera does not see the head around it.
@@ -66,7 +67,8 @@ class Lamps {
  public:
   /// Throws std::invalid_argument for a lamp that is not directional or that moves.
   explicit Lamps(const mjModel& model);
-  /// Returns the RGB, 0-1, of a surface of that normal in W. `share` of the lamps' light is on.
+  /// Returns the RGB (0-1) of a surface with this normal in W. `share`: fraction of the lamps' light that is
+  /// on.
   Eigen::Vector3f lit(const Paint& paint, const Eigen::Vector3f& normal_W, float share) const;
 
  private:
@@ -77,7 +79,7 @@ class Lamps {
   Eigen::Vector3f ambient_;
 };
 
-/// Throws std::invalid_argument, with the name of the geom, if the model has something that cannot be drawn.
+/// Throws std::invalid_argument that names the geom if the model contains something that cannot be drawn.
 void require_drawable(const mjModel& model);
 
 /// Returns all surfaces of the model that are drawn and never move: the room without the robot. Throws

@@ -11,9 +11,9 @@ namespace {
 
 constexpr double kLarge = 3;       // m: half of a wall or floor
 constexpr double kCell = 0.02;     // m, of the shadow's grid
-constexpr double kReach = 0.8;     // m, beyond which nothing shades
-constexpr double kFlush = 0.002;   // m: a plane this near another is part of it
-constexpr double kDarkest = 0.55;  // share of the light that contact takes
+constexpr double kReach = 0.8;     // m, farther shapes cast no shadow
+constexpr double kFlush = 0.002;   // m: a plane this close to another is part of it
+constexpr double kDarkest = 0.55;  // fraction of the light lost at contact
 
 struct Neighbor {
   Eigen::Vector2d center, half;  // m, in the plane's frame
@@ -33,7 +33,7 @@ Neighbor neighbor(const mjModel& model, const mjData& data, int plane, int geom)
   return {p_PG.head<2>(), half.head<2>(), p_PG.z() - half.z()};
 }
 
-// Light left at a distance outside (positive) or inside an edge softened over `softness`.
+// Fraction of the light left at a distance outside (positive) or inside an edge softened over `softness`.
 double inside(double distance, double softness) {
   const double t = std::clamp(0.5 - distance / (2 * softness), 0.0, 1.0);
   return t * t * (3 - 2 * t);
@@ -57,8 +57,8 @@ void shade(cv::Mat1f& light, const Eigen::Vector2d& half_plane, const Neighbor& 
     }
 }
 
-// Darkens the picture on a plane of the room under and beside whatever of the room stands close to its front.
-// The picture shows the plane from its front, upper left at (-x, +y) of its frame.
+// Darkens the picture of a plane of the room under and beside everything in the room close to its front. The
+// picture shows the plane from its front, with its upper left at (-x, +y) of the plane's frame.
 void bake_shadows(cv::Mat3b picture, const mjModel& model, const mjData& data, int plane) {
   const Eigen::Vector2d half(model.geom_size[3 * plane], model.geom_size[3 * plane + 1]);
   cv::Mat1f light(int(2 * half.y() / kCell), int(2 * half.x() / kCell), 1.0f);
@@ -73,7 +73,7 @@ void bake_shadows(cv::Mat3b picture, const mjModel& model, const mjData& data, i
   room::multiply(picture, light);
 }
 
-// The large planes of the room: floor and walls. A picture that is repeated over its plane takes none.
+// The large planes of the room: floor and walls. Pictures that repeat over their plane take no shadows.
 bool takes_shadows(const mjModel& model, int geom) {
   const mjtNum* size = model.geom_size + 3 * geom;
   const int material = model.geom_matid[geom];

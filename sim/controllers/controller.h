@@ -13,7 +13,7 @@ struct Readings : walking::SensorReadings {
   walking::JointVector dq, torque;  ///< rad/s, N·m
 };
 
-/// Gains and added torques of servos that are not the robot's own.
+/// Gains and added torques for servos, instead of the robot's own.
 struct Gains {
   walking::JointVector kp, kd, torque;  ///< N·m/rad, N·m·s/rad, N·m
 };
@@ -21,15 +21,15 @@ struct Gains {
 /// The commands of all servos until the next ones: torque + kp (q - q̂) + kd (dq - dq̂).
 struct JointCommands {
   walking::JointVector q, dq;
-  std::optional<Gains> gains = {};  ///< absent: those of the robot's own servos, without added torques
+  std::optional<Gains> gains = {};  ///< absent: the robot's own servo gains, without added torques
 };
 
 /// Properties of the robot for an external controller, beyond walking::Robot.
 struct RobotDescription {
   struct Motor {
-    double armature = 0, damping = 0, kp = 0, kd = 0;  ///< kg m², N·m·s/rad; kp, kd: of the robot's servo
+    double armature = 0, damping = 0, kp = 0, kd = 0;  ///< kg m², N·m·s/rad; kp, kd: the servo's
   };
-  std::vector<Motor> motors;  ///< of the joints
+  std::vector<Motor> motors;  ///< one per joint
   Eigen::Isometry3d X_BG = Eigen::Isometry3d::Identity();
   std::array<Eigen::Isometry3d, 2> X_BS;  ///< by walking::Side
   bool measures_wrenches = true;          ///< otherwise they are computed from torques
@@ -41,25 +41,24 @@ struct Velocity {
   double ahead = 0, left = 0, turn = 0;
 };
 
-/// Two ticks of a plan or path.
+/// Two consecutive ticks of a plan or path.
 struct Ticks {
   walking::Reference now, next;
 };
 
-/// A walking controller. Per tick of 5 ms: command(), then, unless the robot settles before its walk,
-/// advance(). Failures of a program are programs::ProgramFailed.
+/// A walking controller. At each tick of 5 ms command() is called, and then advance(), unless the robot is
+/// still settling before its walk. If a program fails, programs::ProgramFailed is thrown.
 class Controller {
  public:
   virtual ~Controller() = default;
   /// Joint angles at the start; the base is at reference().X_PB.
   virtual const walking::JointVector& start() const = 0;
-  /// Duration of lowering the base, and again of settling without support, before the walk; 0: the robot
-  /// stands.
+  /// How long the base is lowered, and then as long again for settling without support, before the walk. 0:
+  /// the robot stands.
   virtual double held_s() const { return 0; }
   virtual JointCommands command(const Readings& readings, bool settles) = 0;
   virtual void advance() = 0;
-  /// Returns whether the walk continues after the ticks so far, and how much of it has been carried out, 0 to
-  /// 1.
+  /// Returns whether the walk continues after the ticks so far. progress(): how much of it is done, 0 to 1.
   virtual bool walks() const = 0;
   virtual double progress() const = 0;
   /// Returns whether reference() and following() are the controller's own plan. Otherwise they are the path
@@ -74,11 +73,11 @@ class Controller {
   virtual std::optional<Ticks> path() const { return std::nullopt; }
   /// The commanded velocity of a controller that takes one.
   virtual std::optional<Velocity> velocity() const { return std::nullopt; }
-  /// Returns whether the newest estimate of the robot's place has to be passed to steer() at this tick.
+  /// Returns whether steer() must get the newest estimate of the robot's place at this tick.
   virtual bool steers(std::size_t) const { return false; }
   virtual void steer(std::size_t, const std::optional<walking::PlaceEstimate>&) {}
   virtual std::optional<std::vector<walking::StepCorrection>> corrections() const { return std::nullopt; }
-  /// The reason why the walk stopped before the end of its commands.
+  /// Why the walk stopped before the end of its commands.
   virtual std::optional<std::string> stopped() const { return std::nullopt; }
   /// Ends a program after the walk. Returns its log.
   virtual std::string finish() { return {}; }

@@ -2,9 +2,9 @@
  * standard input and output. C99; it needs gaitslam_estimator.h beside it, for the framing of messages, and
  * no other file of GaitSLAM.
  *
- * A controller receives the robot, the start and its options once, then the robot's sensors at its own rate,
- * and answers each with what the servos follow until the next answer. It never receives a true pose or
- * velocity.
+ * A controller receives the robot, the start and its options once. Then it receives the robot's sensors at
+ * its own rate and answers each message with what the servos follow until the next answer. It never receives
+ * a true pose or velocity.
  *
  * All numbers are little-endian. The structures have no padding. Lengths are in m, angles in rad, torques in
  * N m, times in ns. Frames: B the base (x forward, y left, z up), G its inertial sensor (the same axes at the
@@ -23,7 +23,7 @@
 extern "C" {
 #endif
 
-#define GAITSLAM_WALKER_VERSION 1u /* of this interface */
+#define GAITSLAM_WALKER_VERSION 1u /* version of this interface */
 
 /* ---- Structures */
 
@@ -33,7 +33,7 @@ typedef struct gaitslam_walk_start {
   uint32_t joint_count;
   int64_t tick_ns; /* shortest period of SENSORS: 5 ms */
   double gravity_m_s2;
-  uint64_t seed;          /* of the run, for reproducible random numbers */
+  uint64_t seed;          /* the run's seed, for reproducible random numbers */
   uint64_t options_bytes; /* lengths of the texts */
   uint64_t walk_bytes;
   uint64_t model_bytes;
@@ -47,14 +47,14 @@ typedef struct gaitslam_joint {
   double effort_nm, speed_rad_s;
   double armature_kg_m2, damping_nms_rad; /* damping: passive */
   double start_rad;                       /* angle in the robot's start posture */
-  double kp_nm_rad, kd_nms_rad;           /* of the robot's own servo */
+  double kp_nm_rad, kd_nms_rad;           /* gains of the robot's own servo */
 } gaitslam_joint;                         /* 144 bytes */
 
-/* The inertial sensor, or a foot with the sole's point below the ankle. */
+/* The inertial sensor, or a foot: the sole's point below the ankle. */
 typedef struct gaitslam_part {
   char name[GAITSLAM_NAME_BYTES]; /* imu, left, right */
   gaitslam_pose X_BK;             /* in the base, in the start posture */
-  uint32_t measures_wrench;       /* of a foot: 1, or 0: its wrench is computed from the torques of the leg */
+  uint32_t measures_wrench;       /* of a foot: 1; 0: its wrench is computed from the leg's torques */
   uint32_t reserved;              /* 0 */
 } gaitslam_part;                  /* 152 bytes */
 
@@ -72,21 +72,21 @@ typedef struct gaitslam_walk_plan {
 typedef struct gaitslam_walk_ready {
   uint32_t version;     /* GAITSLAM_WALKER_VERSION of the program */
   uint32_t error_bytes; /* length of the text that ends the message: why it cannot start; 0 if it can */
-  double rate_hz;       /* of SENSORS: its period must be a multiple of tick_ns */
+  double rate_hz;       /* rate of SENSORS: its period must be a multiple of tick_ns */
   double settle_s; /* time before the walk: the base is held and lowered to the floor during its first half.
                       0: the robot stands from the beginning and settles until it is at rest */
-  double largest_vx_m_s, largest_vy_m_s, largest_wz_rad_s; /* speeds that it follows, of either sign */
-  double duration_s;                                       /* with plans: of its walk, or 0 if unknown */
+  double largest_vx_m_s, largest_vy_m_s, largest_wz_rad_s; /* top speeds in both directions */
+  double duration_s;                                       /* with plans: of the walk; 0: unknown */
   uint32_t stands;      /* 1: it stands still on command. 0: it marches in place */
   uint32_t plans;       /* 1: it carries out the commands of the walk text by itself and finishes */
   uint32_t wants_path;  /* 1: SENSORS contain the path ahead */
-  uint32_t has_plan;    /* 1: `plan` is that at the start, which gives the pose of the base there */
-  uint32_t joint_count; /* of gaitslam_commanded_joint that follow */
+  uint32_t has_plan;    /* 1: `plan` is the plan at the start, with the base's pose there */
+  uint32_t joint_count; /* number of gaitslam_commanded_joint that follow */
   uint32_t reserved;    /* 0 */
   gaitslam_walk_plan plan;
 } gaitslam_walk_ready; /* 504 bytes */
 
-/* A joint that it commands. The others keep the start posture by the robot's own servos. */
+/* A joint that the controller commands. The robot's own servos keep the others in the start posture. */
 typedef struct gaitslam_commanded_joint {
   char name[GAITSLAM_NAME_BYTES];
   double start_rad;         /* its angle at the start */
@@ -101,21 +101,21 @@ enum {
 
 #define GAITSLAM_PATH_POINTS 4u /* 0.25, 0.5, 1 and 2 s ahead */
 
-/* Force and torque of the ground on a foot, axes of the sole, about its point below the ankle. */
+/* Force and torque of the ground on a foot, in the sole's axes, about its point below the ankle. */
 typedef struct gaitslam_wrench {
   double force_n[3], torque_nm[3];
 } gaitslam_wrench; /* 48 bytes */
 
-/* Readings of the robot's own sensors. Means over the last tick; the noise of the robot is in them. */
+/* Readings of the robot's own sensors: means over the last tick, with the robot's noise. */
 typedef struct gaitslam_walk_sensors {
   int64_t t_ns;
   uint32_t command; /* one of GAITSLAM_WALK_... */
   uint32_t joint_count;
   double vx_m_s, vy_m_s, wz_rad_s;      /* commanded, in the heading of the base */
-  double path[GAITSLAM_PATH_POINTS][3]; /* x, y, yaw in the heading of the base, as far as it is known */
+  double path[GAITSLAM_PATH_POINTS][3]; /* x, y, yaw in the heading of the base, as far as known */
   double gyro_rad_s[3];                 /* axes G */
   double accelerometer_m_s2[3];         /* specific force, axes G */
-  double up_B[3];                       /* estimated vertical in axes of the base: tilt without heading */
+  double up_B[3];                       /* estimated vertical in the base's axes: tilt without heading */
   gaitslam_wrench left, right;
 } gaitslam_walk_sensors; /* 304 bytes */
 
@@ -128,16 +128,16 @@ enum {
 
 /* Answer to SENSORS. */
 typedef struct gaitslam_walk_answer {
-  int64_t t_ns;         /* of SENSORS */
+  int64_t t_ns;         /* t_ns of SENSORS */
   uint32_t status;      /* one of GAITSLAM_WALKER_... */
   uint32_t has_plan;    /* 1, or 0: `plan` is unused */
-  uint32_t joint_count; /* that of READY; 0 with NOT_READY and GAVE_UP */
+  uint32_t joint_count; /* as in READY; 0 with NOT_READY and GAVE_UP */
   uint32_t cause_bytes; /* length of the text after the joints */
   gaitslam_walk_plan plan;
 } gaitslam_walk_answer; /* 448 bytes */
 
 /* What a servo follows until the next answer: torque_nm + kp (q_rad - q) + kd (dq_rad_s - dq), at each step
- * of the physics and within the joint's effort. An angle beyond the joint's range is clipped. */
+ * of the physics and within the joint's effort limit. Angles beyond the joint's range are clipped. */
 typedef struct gaitslam_joint_command {
   double q_rad, dq_rad_s, kp_nm_rad, kd_nms_rad, torque_nm;
 } gaitslam_joint_command; /* 40 bytes */
@@ -152,13 +152,13 @@ typedef struct gaitslam_joint_command {
  *
  *     START    gaitslam_walk_start, the joints, 3 gaitslam_part (imu, left, right foot), and three texts with
  *              a zero byte after each: options (lines "key=value"), walk (YAML), model (the robot as MJCF)
- *     READY    gaitslam_walk_ready, the commanded joints, text. With a text the others may be left out
+ *     READY    gaitslam_walk_ready, the commanded joints, text. If there is a text, the rest may be left out
  *     SENSORS  gaitslam_walk_sensors, then q, dq and torque of all joints (double)
  *     ANSWER   gaitslam_walk_answer, the commands of the joints in the order of READY, cause
  *     END      nothing; the program exits
  *
- * The walk text is a scenario with the robot, the commands, and the keys of the built-in controller in walk
- * and stabilizer. Its other keys have their defaults. */
+ * The walk text is a scenario with the robot, the commands, and the built-in controller's keys in walk and
+ * stabilizer. All other keys have their defaults. */
 enum { GAITSLAM_MESSAGE_SENSORS = GAITSLAM_MESSAGE_OBSERVATION };
 
 /* ---- Functions */
@@ -171,15 +171,15 @@ typedef struct gaitslam_robot {
 } gaitslam_robot;
 
 /* Creates a controller. Pointers are valid during the call. Fills in *ready, which starts with the version
- * set, 0 and poses of zeros, and *commanded: ready->joint_count joints, which must live as long as the
- * controller. Returns NULL if it cannot, with the reason in error[0 .. error_bytes - 1]. */
+ * set, zeros and zero poses, and *commanded: ready->joint_count joints, which must live as long as the
+ * controller. Returns NULL on failure, with the reason in error[0 .. error_bytes - 1]. */
 void* gaitslam_walker_create(const gaitslam_walk_start* start, const gaitslam_robot* robot,
                              gaitslam_walk_ready* ready, const gaitslam_commanded_joint** commanded,
                              char* error, size_t error_bytes);
 
-/* Answers the sensors; q, dq, torque: of all joints of START. *answer starts with t_ns and joint_count set
- * and zeros, commands[0 .. joint_count - 1] with zeros. *cause: zero-terminated text of the controller.
- * Returns 0, or another number if it failed, with the reason in *cause. */
+/* Answers the sensors; q, dq, torque: of all joints in START. *answer starts with t_ns and joint_count set
+ * and zeros elsewhere, commands[0 .. joint_count - 1] with zeros. *cause: zero-terminated text, owned by the
+ * controller. Returns 0 on success; otherwise the reason is in *cause. */
 int gaitslam_walker_step(void* walker, const gaitslam_walk_sensors* sensors, const double* q,
                          const double* dq, const double* torque, gaitslam_walk_answer* answer,
                          gaitslam_joint_command* commands, const char** cause);

@@ -45,7 +45,7 @@ void require_plan(const gaitslam_walk_plan& plan) {
       fmt::format("the support of its plan is {}, expected 0 (both), 1 (left) or 2 (right)", plan.support));
 }
 
-/// Reads the joints that it commands.
+/// Reads the joints that the program commands.
 void read_joints(std::string_view payload, const walking::Robot& robot, Ready& ready) {
   std::vector<std::string> names;
   for (const walking::Joint& joint : robot.joints) names.push_back(joint.name);
@@ -129,7 +129,7 @@ Ready read_ready(std::string_view payload, const walking::Robot& robot) {
   const double ticks = 1 / (words.rate_hz * walking::kPeriod);
   require(
       words.rate_hz > 0 && ticks >= 1 && std::abs(ticks - std::round(ticks)) < 1e-9 * ticks && ticks < 201,
-      fmt::format("its rate is {} Hz, expected a divisor of {} Hz from 1 Hz on, as in 200, 100, 50",
+      fmt::format("its rate is {} Hz, expected a divisor of {} Hz of at least 1 Hz, such as 200, 100 or 50",
                   words.rate_hz, 1 / walking::kPeriod));
   ready.period = walking::kTick * std::lround(ticks);
   require(words.settle_s >= 0 && words.settle_s <= kMostSettling_s,
@@ -137,11 +137,11 @@ Ready read_ready(std::string_view payload, const walking::Robot& robot) {
   require_speed(words.largest_vx_m_s, "largest vx");
   require_speed(words.largest_vy_m_s, "largest vy");
   require_speed(words.largest_wz_rad_s, "largest wz");
-  require(words.duration_s >= 0 && std::isfinite(words.duration_s), "its duration is not a time");
+  require(words.duration_s >= 0 && std::isfinite(words.duration_s), "its duration is negative or not finite");
   flag(words.stands, "stands"), flag(words.wants_path, "wants_path");
   const bool plans = flag(words.plans, "plans");
   require(plans || words.largest_vx_m_s + words.largest_wz_rad_s > 0,
-          "its largest speeds are 0, expected some or `plans`");
+          "its largest speeds are 0, expected positive speeds or `plans`");
   if (flag(words.has_plan, "has_plan")) require_plan(words.plan);
   require(words.joint_count > 0 && words.joint_count <= robot.joints.size(),
           fmt::format("it commands {} joints, expected 1 to {}", words.joint_count, robot.joints.size()));
@@ -160,7 +160,7 @@ Answer read_answer(std::string_view payload, const Ready& ready, std::chrono::na
       fmt::format("its ANSWER announces {} joints and a cause of {} bytes (at most {}), and {} bytes follow",
                   words.joint_count, words.cause_bytes, GAITSLAM_MOST_TEXT_BYTES, payload.size()));
   require(words.t_ns == t.count(),
-          fmt::format("its answer has the stamp {} ns, expected that of the sensors, {} ns", words.t_ns,
+          fmt::format("its answer has the stamp {} ns, expected the sensors' stamp, {} ns", words.t_ns,
                       t.count()));
   require(words.status <= GAITSLAM_WALKER_FINISHED,
           fmt::format("its status is {}, expected 0 (ok), 1 (not ready), 2 (gave up) or 3 (finished)",
@@ -173,10 +173,10 @@ Answer read_answer(std::string_view payload, const Ready& ready, std::chrono::na
   require(words.status != GAITSLAM_WALKER_FINISHED || ready.words.plans,
           "it finished, but only a controller with `plans` may");
   require(waits || words.joint_count == ready.joints.size(),
-          fmt::format("it commands {} joints, expected the {} of its READY", words.joint_count,
+          fmt::format("it commands {} joints, expected {} as in its READY", words.joint_count,
                       ready.joints.size()));
   require(waits || flag(words.has_plan, "has_plan") == (ready.words.has_plan == 1),
-          "its plan comes and goes, expected has_plan as in its READY");
+          "its has_plan changes, expected the value in its READY");
   if (words.has_plan == 1) require_plan(words.plan);
   for (std::uint32_t i = 0; i < words.joint_count; ++i) {
     const auto& joint = answer.joints.emplace_back(pop<gaitslam_joint_command>(payload, "ANSWER"));

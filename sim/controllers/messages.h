@@ -7,31 +7,31 @@
 
 namespace sim::controllers {
 
-/// The READY of a program.
+/// A program's READY.
 struct Ready {
   gaitslam_walk_ready words{};
-  std::vector<int> joints;             ///< that it commands, in its order
-  std::vector<std::string> names;      ///< of these
+  std::vector<int> joints;             ///< joints that it commands, in its order
+  std::vector<std::string> names;      ///< their names
   walking::JointVector start;          ///< angles of all joints
-  std::chrono::nanoseconds period{0};  ///< of SENSORS
+  std::chrono::nanoseconds period{0};  ///< period of SENSORS
 };
 
-/// An answer of a program.
+/// A program's answer.
 struct Answer {
   gaitslam_walk_answer words{};
   std::vector<gaitslam_joint_command> joints;
 };
 
-/// Return a whole message with its header. walk: text of START.
+/// Return a whole message with its header. walk: the walk text of START.
 std::string start_message(const programs::Choice& choice, const walking::Robot& robot,
                           const RobotDescription& description, const std::string& walk, std::uint64_t seed);
 std::string sensors_message(const gaitslam_walk_sensors& words, const Readings& readings);
 
-/// Most bytes of a READY or ANSWER of this robot.
+/// The most bytes that a READY or ANSWER has for this robot.
 std::size_t most_bytes(const walking::Robot& robot);
 
-/// Read the payload of a message. Throw InvalidMessage if its format or a value is invalid; for READY also if
-/// the program cannot start.
+/// Read a message's payload. Throw InvalidMessage if its format or a value is invalid. read_ready() also
+/// throws it if the program says that it cannot start.
 Ready read_ready(std::string_view payload, const walking::Robot& robot);
 Answer read_answer(std::string_view payload, const Ready& ready, std::chrono::nanoseconds t, bool settles);
 

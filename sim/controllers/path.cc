@@ -11,12 +11,12 @@ namespace {
 using walking::FootPose;
 
 constexpr double kFeedForward = 0.8;                        // fraction of the largest speeds
-constexpr double kGain_s = 1.0, kIntegral_s2 = 0.1;         // of errors of place and heading
+constexpr double kGain_s = 1.0, kIntegral_s2 = 0.1;         // gains for errors of place and heading
 constexpr double kFaster_m_s2 = 0.5, kFaster_rad_s2 = 1.0;  // how fast the speeds of a steered walk change
-constexpr double kTurnToPath = 2.0;  // rad/s for each m aside, of robots that do not walk sideways
-constexpr double kWaitBeyond_m = 0.3, kWaitBeyond_rad = 0.5;  // the path waits for the robot
+constexpr double kTurnToPath = 2.0;  // rad/s per m aside, for robots that do not walk sideways
+constexpr double kWaitBeyond_m = 0.3, kWaitBeyond_rad = 0.5;  // errors at which the path waits
 constexpr double kMostIntegral = 1.0;                         // m s and rad s
-constexpr double kOverdue = 2, kOverdue_s = 2;                // times its duration, and more
+constexpr double kOverdue = 2, kOverdue_s = 2;                // limit: 2 x the command's duration + 2 s
 
 /// The place after a constant velocity for some time.
 FootPose moved(const Velocity& v, double t_s) {
@@ -26,7 +26,7 @@ FootPose moved(const Velocity& v, double t_s) {
   return {{v.ahead * along - v.left * aside, v.ahead * aside + v.left * along}, angle};
 }
 
-/// How many times faster than allowed this is.
+/// By what factor this exceeds the largest speeds.
 double excess(const Velocity& v, const Velocity& largest) {
   const auto over = [](double speed, double limit) { return speed == 0 ? 0 : std::abs(speed) / limit; };
   return std::max({over(v.ahead, largest.ahead), over(v.left, largest.left), over(v.turn, largest.turn)});
@@ -55,10 +55,10 @@ void Path::add(std::size_t command, const Velocity& direction, double length) {
   if (length <= 0) return;
   const double faster = excess(direction, largest_);
   if (std::isinf(faster))
-    throw std::invalid_argument(fmt::format(
-        "walk.commands[{}] needs a motion that the walking controller does not offer: its largest "
-        "speeds are {} m/s ahead, {} m/s aside and {} rad/s",
-        command, largest_.ahead, largest_.left, largest_.turn));
+    throw std::invalid_argument(
+        fmt::format("walk.commands[{}] needs a motion that the walking controller cannot do: its largest "
+                    "speeds are {} m/s ahead, {} m/s aside and {} rad/s",
+                    command, largest_.ahead, largest_.left, largest_.turn));
   const double scale = kFeedForward / faster;
   const Velocity v{scale * direction.ahead, scale * direction.left, scale * direction.turn};
   pieces_.push_back({command, end_, v, length / scale, duration_s()});
@@ -82,8 +82,7 @@ void Path::add(std::size_t command, const walking::Command& what) {
     go(command, *goal);
   } else {
     throw std::invalid_argument(fmt::format(
-        "walk.commands[{}]: steps are for the built-in walking controller, expected another command",
-        command));
+        "walk.commands[{}]: steps need the built-in walking controller, expected another command", command));
   }
 }
 
@@ -158,7 +157,7 @@ void PathFollower::advance(double dt_s) {
     steady_ = velocity_;
     return;
   }
-  // A learned walk can fall if its command leaps, for example from an arc to the right to one to the left.
+  // A learned walk can fall if its command jumps, for example from a right arc to a left one.
   const auto toward = [dt_s](double wanted, double from, double most) {
     return std::clamp(wanted, from - most * dt_s, from + most * dt_s);
   };
@@ -166,7 +165,7 @@ void PathFollower::advance(double dt_s) {
              toward(velocity_.left, steady_.left, kFaster_m_s2),
              toward(velocity_.turn, steady_.turn, kFaster_rad_s2)};
   if (stands()) return;
-  // Seen from the robot.
+  // In the robot's axes.
   const Eigen::Vector2d ahead =
       Eigen::Rotation2Dd(error_->yaw) * Eigen::Vector2d(steady_.ahead, steady_.left);
   const auto& [place, yaw] = *error_;

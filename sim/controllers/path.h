@@ -1,15 +1,16 @@
-// The walk commands as a path of the base in W, and how a controller that takes velocities follows it.
+// The walk commands as a path of the base in W, and how a velocity-controlled walker follows it.
 #pragma once
 
 #include "sim/controllers/controller.h"
 
 namespace sim::controllers {
 
-/// Straights, arcs and turns at constant velocities. Feed-forward takes a fixed fraction of the largest
+/// Straight lines, arcs and turns at constant velocities. Feed-forward uses a fixed fraction of the largest
 /// speeds, so that feedback can add to it.
 class Path {
  public:
-  /// Throws std::invalid_argument for a command that is not a path (steps) or that needs a speed of 0.
+  /// Throws std::invalid_argument for a command that is not a path (steps) or that needs a direction whose
+  /// largest speed is 0.
   Path(const std::vector<walking::Command>& commands, const Velocity& largest);
 
   struct Piece {
@@ -21,7 +22,7 @@ class Path {
   double duration_s() const {
     return pieces_.empty() ? 0 : pieces_.back().start_s + pieces_.back().duration_s;
   }
-  /// The piece of that time, the last one after the end; there is one.
+  /// Returns the piece at that time, or the last one after the end. There must be one.
   const Piece& piece(double t_s) const;
   walking::FootPose pose(double t_s) const;
 
@@ -35,25 +36,26 @@ class Path {
   walking::FootPose end_;
 };
 
-/// Follows a path: feed-forward, and feedback of an estimated place, if there is one.
+/// Follows a path: feed-forward, plus feedback from an estimated place if there is one.
 class PathFollower {
  public:
   PathFollower(Path path, const Velocity& largest, const walking::SteeringOptions& steering);
 
-  /// Desired and estimated place of the base at a time; only the difference of their headings counts.
+  /// Sets the desired and the estimated place of the base at a time; only the difference of their headings
+  /// counts.
   void locate(const walking::PlaceEstimate& place);
   void advance(double dt_s);
 
   bool ended() const { return ended_; }
   bool is_over() const { return ended_ || stopped_; }
-  /// The reason why the walk stopped before its end: a command took too long, or the estimate that steers is
-  /// missing for walk.steering.lost_s.
+  /// Why the walk stopped before its end: a command took too long, or the steering estimate was missing for
+  /// walk.steering.lost_s.
   const std::optional<std::string>& stopped() const { return stopped_; }
   Velocity velocity() const { return is_over() ? Velocity{} : velocity_; }
   bool stands() const;
   walking::FootPose desired() const { return path_.pose(t_s_); }
-  /// The path some time ahead, in the estimated heading of the base, if there is one. It ends at the end of a
-  /// command that the robot has not come near.
+  /// The path some time ahead, in the base's heading, estimated if possible. It ends at the end of the
+  /// current command while the robot is not near that end.
   walking::FootPose ahead(double s) const;
   double progress() const;
 
@@ -64,9 +66,9 @@ class PathFollower {
   Path path_;
   Velocity largest_;
   walking::SteeringOptions steering_;
-  double t_s_ = 0, command_s_ = 0;          // on the path; since the start of the command
-  double now_s_ = 0, estimate_s_ = 0;       // time, and that of the newest estimate
-  std::optional<walking::FootPose> error_;  // of the desired place, seen from the estimated one
+  double t_s_ = 0, command_s_ = 0;          // time on the path; time since the start of the command
+  double now_s_ = 0, estimate_s_ = 0;       // time now; time of the newest estimate
+  std::optional<walking::FootPose> error_;  // desired place, seen from the estimated one
   Velocity steady_, sum_, velocity_;        // steady_: along the path; sum_: integral of the error
   bool waits_for_end_ = false, ended_ = false;
   std::optional<std::string> stopped_;

@@ -53,7 +53,7 @@ ProgramController::ProgramController(ProgramStart start)
     const Velocity largest{ready_.words.largest_vx_m_s, ready_.words.largest_vy_m_s,
                            ready_.words.largest_wz_rad_s};
     walking::SteeringOptions steering = start_.commands.steering;
-    if (steering.by == walking::SteeredBy::plan)  // a command then ends by its time
+    if (steering.by == walking::SteeredBy::plan)  // a command then ends after its duration
       steering.tolerance_m = steering.tolerance_rad = std::numeric_limits<double>::infinity();
     follower_.emplace(Path(start_.commands.commands, largest), largest, steering);
   }
@@ -62,7 +62,7 @@ ProgramController::ProgramController(ProgramStart start)
 
 JointCommands ProgramController::command(const Readings& readings, bool settles) {
   if (std::exchange(settling_, settles) && !settles) tick_ = 0, answered_ = 0, pending_.reset();
-  // The axes of the readings are those of the IMU.
+  // The readings have the IMU's axes.
   attitude_.update(readings.gyro, readings.accelerometer, Eigen::Vector3d::Zero(), walking::kPeriod);
   take_effect();
   if (now() % ready_.period == nanoseconds(0) && !pending_) ask(readings, settles);
@@ -91,7 +91,7 @@ void ProgramController::steer(std::size_t, const std::optional<walking::PlaceEst
       newest->estimated.position - (walking::FootPose{{0, 0}, X_WP_.yaw} * newest->planned).position;
 }
 
-// By the newest drift of the plan, or without estimates as if the plan had none.
+// Places the robot by the newest drift of the plan; without estimates, as if the plan did not drift.
 void ProgramController::locate() {
   const bool estimates = start_.commands.steering.by != walking::SteeredBy::plan;
   if (estimates && !located_s_) return;
@@ -156,7 +156,7 @@ void ProgramController::take_effect() {
   answered_ = answer.words.t_ns / nanoseconds(walking::kTick).count();
 }
 
-// The commanded path, with the soles of the start posture.
+// Sets path_ from the commanded path, with the soles as in the start posture.
 void ProgramController::refer_to_path() {
   const auto sole = [this](walking::Side side) {
     return sole_in_base(start_.robot, side, leg_angles(start_.robot.leg(side), ready_.start));

@@ -13,19 +13,20 @@ struct AnswerTime {
   bool measured = false;
 };
 
-/// Input of a program before its first sensors.
+/// What a program needs before its first sensors.
 struct ProgramStart {
   programs::Choice choice;
   walking::Robot robot;
   RobotDescription description;
-  std::string walk;               ///< text of START
+  std::string walk;               ///< the walk text of START
   walking::WalkOptions commands;  ///< and steering
   std::uint64_t seed = 1;
   walking::AttitudeOptions attitude = {};
   AnswerTime time = {};
 };
 
-/// Duration of GAITSLAM_WALK_STOP after the commands, as long as the built-in controller stands at its end.
+/// How long GAITSLAM_WALK_STOP lasts after the commands: as long as the built-in controller stands at its
+/// end.
 inline constexpr double kStopping_s = 2;
 
 class ProgramController : public Controller {
@@ -54,11 +55,11 @@ class ProgramController : public Controller {
   std::optional<std::string> stopped() const override {
     return follower_ ? follower_->stopped() : std::nullopt;
   }
-  /// Its log ends with the number of clipped angles, if there are any. Throws programs::ProgramFailed if it
-  /// sent more answers than asked for.
+  /// Returns the log, which ends with the number of clipped angles, if any. Throws programs::ProgramFailed if
+  /// the program sent more answers than it was asked for.
   std::string finish() override;
   std::string answers() const override;
-  /// Commanded angles that were beyond the range of their joints.
+  /// Number of commanded angles that were out of their joints' ranges.
   std::size_t clipped() const { return clipped_; }
 
  private:
@@ -79,8 +80,8 @@ class ProgramController : public Controller {
   bool settling_ = true, finished_ = false;
   double stopping_s_ = 0;  // since the end of the commanded path
   std::optional<Answer> pending_;
-  std::chrono::nanoseconds effect_{0};  // of pending_
-  std::ptrdiff_t answered_ = 0;         // tick of the plan in answer_
+  std::chrono::nanoseconds effect_{0};  // when pending_ takes effect
+  std::ptrdiff_t answered_ = 0;         // tick of answer_'s plan
   gaitslam_walk_plan answer_{};
   walking::FootPose X_WP_;           // the newest estimate of the plan's world
   std::optional<double> located_s_;  // its time

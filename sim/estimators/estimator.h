@@ -15,7 +15,7 @@
 
 namespace sim::estimators {
 
-/// The estimated pose of the camera. covariance: as slam::Estimate defines it; absent if the estimator gives
+/// The estimated pose of the camera. covariance: as defined by slam::Estimate; absent if the estimator gives
 /// none.
 struct PoseEstimate {
   slam::Stamp t{0};
@@ -28,28 +28,28 @@ struct Answer {
   std::optional<PoseEstimate> estimate;  ///< absent if the estimator is not ready, or lost without a pose
   slam::FrameReport report;  ///< of an external estimator: stamp, health, cause and number of landmarks
   std::optional<std::vector<slam::MapPoint>> map = std::nullopt;  ///< the whole map, if the answer has one
-  double external_cpu_ms = 0;  ///< CPU time that the answer took in another process
+  double external_cpu_ms = 0;  ///< CPU time of the answer in another process
 };
 
 /// The estimator crashed, missed a time limit or gave an invalid answer. what(): the cause.
 using EstimatorFailed = programs::ProgramFailed;
 
-/// Throws EstimatorFailed if a number is not finite or the pose is invalid. Its stamp must be `observed`,
-/// that of the observation, or lie between the last pose's and the newest observation's.
+/// Throws EstimatorFailed if a number is not finite or the pose is invalid. The pose's stamp must be
+/// `observed`, the observation's own, or lie between the last pose's stamp and the newest observation's.
 void require_valid(const Answer& answer, slam::Stamp observed, slam::Stamp last, slam::Stamp newest);
 
 /// Input of an estimator before the first observation.
 struct Start {
   slam::Calibration calibration;
-  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();  ///< of the camera at t = 0, as planned
-  std::uint64_t seed = 1;                                  ///< of the run
-  slam::Options options = {};                              ///< of the filter
+  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();  ///< the planned camera pose at t = 0
+  std::uint64_t seed = 1;                                  ///< the run's seed
+  slam::Options options = {};                              ///< the filter's options
   double camera_rate_hz = 30, camera_readout_s = 0;
   rig::RigSensor chest_imu = {
       .name = "imu0", .kind = rig::Kind::imu, .rate_hz = 200};  ///< at calibration.X_CG
   std::vector<rig::RigSensor> rig = {};                         ///< further sensors of the observations
-  std::vector<std::string> joints = {};  ///< with encoders; empty: neither encoders nor force sensors
-  double body_rate_hz = 200;             ///< of encoders and force sensors
+  std::vector<std::string> joints = {};  ///< joints with encoders; empty: no encoders or force sensors
+  double body_rate_hz = 200;             ///< rate of encoders and force sensors
 };
 
 /// A running estimator. Exceptions from it are failures of the estimator.
@@ -58,25 +58,25 @@ class Estimator {
   virtual ~Estimator() = default;
   /// Answers an observation; called in the order of arrival.
   virtual Answer step(const slam::Observation& observation) = 0;
-  /// Returns whether it uses the readings of a sensor of the rig (its RigReading::sensor).
+  /// Returns whether it uses the readings of a sensor of the rig (RigReading::sensor).
   virtual bool uses(int) const { return true; }
   /// Returns the current map.
   virtual std::vector<slam::MapPoint> map() const = 0;
-  /// Returns the poses of all answers, each given all observations; nothing if it does not smooth. To be
-  /// called once, after the last answer.
+  /// Returns the poses of all answers, each estimated from all observations; nothing if the estimator does
+  /// not smooth. Call this once, after the last answer.
   virtual std::vector<PoseEstimate> smoothed() { return {}; }
-  /// Ends it and returns what it wrote to its standard error. Throws EstimatorFailed if it has sent more
-  /// answers than it was asked for.
+  /// Ends the estimator and returns what it wrote to standard error. Throws EstimatorFailed if it has sent
+  /// more answers than it was asked for.
   virtual std::string finish() { return {}; }
 };
 
 using Step = std::function<Answer(const slam::Observation&)>;
 
-/// Returns an estimator that is a function. Its answers are checked (require_valid()); its map is the latest
-/// one in an answer.
+/// Returns an estimator that calls a function. Its answers are checked (require_valid()); its map is the
+/// latest one in an answer.
 std::unique_ptr<Estimator> estimator_from(Step step);
 
-/// Names of the built-in estimators, which are values of the scenario's key `estimator`. To add one, write it
+/// Names of the built-in estimators, which are values of the scenario's key `estimator`. New ones are added
 /// in estimators.cc.
 std::span<const std::string_view> estimator_names();
 

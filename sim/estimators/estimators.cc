@@ -6,8 +6,8 @@
 namespace sim::estimators {
 namespace {
 
-constexpr double kMost_m = 1e9;      // beyond, squares of positions lose their accuracy
-constexpr double kRotation = 1e-6;   // bound on R^T R - I of numbers that were printed
+constexpr double kMost_m = 1e9;      // larger positions lose accuracy when squared
+constexpr double kRotation = 1e-6;   // bound on R^T R - I; allows for printed numbers
 constexpr double kSymmetric = 1e-6;  // relative to the largest element
 constexpr std::string_view kFilter = "filter", kOdometry = "odometry", kPlanAlone = "plan_alone";
 constexpr double kOdometryPivot_m = 0.25;  // best on the training walks
@@ -21,7 +21,7 @@ void require_covariance(const Matrix& P, std::string_view of) {
     throw EstimatorFailed(fmt::format("the covariance of {} is not symmetric", of));
 }
 
-/// The calibration, with the depth camera that is aligned with the head camera if the filter uses it.
+/// The calibration. It includes the depth camera aligned with the head camera if the filter uses that.
 slam::Calibration with_depth(const Start& start) {
   slam::Calibration calibration = start.calibration;
   if (start.options.depth.first_sight != slam::FirstSight::measured_depth) return calibration;
@@ -64,8 +64,8 @@ std::string at(const slam::Observation& observation) {
   return fmt::format("at t = {:.3f} s", slam::seconds(observation.t));
 }
 
-/// Checks the answers of an estimator and keeps the latest map that an answer contains. A pose older than the
-/// last one, as of a late observation, is left out.
+/// Checks an estimator's answers and keeps the latest map among them. Poses older than the last one, such as
+/// those for a late observation, are left out.
 class CheckedEstimator : public Estimator {
  public:
   Answer step(const slam::Observation& observation) final {
@@ -87,12 +87,12 @@ class CheckedEstimator : public Estimator {
 
  private:
   virtual Answer ask(const slam::Observation& observation) = 0;
-  /// Returns what to throw for an invalid answer. when: "at t = 1.000 s".
+  /// Returns the exception for an invalid answer. when: "at t = 1.000 s".
   virtual EstimatorFailed failed(const std::string& when, const std::string& cause) {
     return EstimatorFailed(fmt::format("{}: {}", when, cause));
   }
 
-  slam::Stamp newest_{0}, last_{0};  // of the observations; of the last answer's pose
+  slam::Stamp newest_{0}, last_{0};  // stamps of the newest observation; of the last answer's pose
   std::vector<slam::MapPoint> map_;
 };
 
@@ -106,8 +106,8 @@ class FunctionEstimator : public CheckedEstimator {
   Step step_;
 };
 
-/// The filter without its images: gyro, accelerometer and leg odometry, with their covariance. Without images
-/// an error of the point about which the robot tilts would be taken for a bias of the gyro.
+/// The filter without its images: gyro, accelerometer and leg odometry, with their covariance. Without
+/// images, an error in the point about which the robot tilts would look like a gyro bias.
 std::unique_ptr<Estimator> odometry(Start start) {
   double& pivot_m = start.options.leg_odometry.sigma_pivot_m;
   pivot_m = std::max(pivot_m, kOdometryPivot_m);
@@ -116,7 +116,7 @@ std::unique_ptr<Estimator> odometry(Start start) {
   return std::make_unique<FilterEstimator>(start);
 }
 
-/// Lost before the first plan.
+/// Lost until the first plan arrives.
 Step plan_alone() {
   return [planned = std::optional<PoseEstimate>()](const slam::Observation& observation) mutable {
     if (observation.plan) planned.emplace().X_WC = observation.plan->X_PC;
@@ -163,7 +163,7 @@ void require_valid(const Answer& answer, slam::Stamp observed, slam::Stamp last,
     const auto& [t, X, covariance] = *answer.estimate;
     if (t != observed && (t < last || t > newest))
       throw EstimatorFailed(fmt::format(
-          "its pose has the stamp {} ns, expected that of the observation, {} ns, or of the last pose, {} ns",
+          "its pose has the stamp {} ns, expected the observation's, {} ns, or the last pose's, {} ns",
           t.count(), observed.count(), last.count()));
     if (!X.matrix().allFinite()) throw EstimatorFailed("its pose is not finite");
     if (const Eigen::Matrix3d R = X.linear();

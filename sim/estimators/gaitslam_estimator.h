@@ -6,9 +6,9 @@
  *
  * All numbers are little-endian. The structures have no padding, so their bytes in memory are their bytes in
  * a message. Lengths are in m, angles in rad, times in ns since the start of the run. Frames: W world (z up,
- * under the start), P world of the walking plan (equals W at the start, drifts from it), C the head's gray
- * camera (x right, y down, z forward), G inertial sensor in the chest, K any other sensor: a camera has the
- * axes of C, a lidar or IMU x forward, y left, z up. X_WC maps points of C to W.
+ * under the start), P world of the walking plan (starts at W and drifts from it), C the head's gray camera
+ * (x right, y down, z forward), G inertial sensor in the chest, K any other sensor: a camera has the axes of
+ * C, a lidar or IMU has x forward, y left, z up. X_WC maps points of C to W.
  *
  * In C or C++, define the three functions under "Functions"; this file supplies main():
  *     cc -DGAITSLAM_ESTIMATOR_MAIN -o mine mine.c -lm
@@ -23,7 +23,7 @@
 extern "C" {
 #endif
 
-#define GAITSLAM_ESTIMATOR_VERSION 4u /* of this interface */
+#define GAITSLAM_ESTIMATOR_VERSION 4u /* version of this interface */
 
 /* ---- Structures */
 
@@ -41,8 +41,7 @@ enum {
   GAITSLAM_LENS_EQUIDISTANT = 2        /* OpenCV's fisheye; parameters: k1 k2 k3 k4 */
 };
 
-/* Known before the first observation. Lens and size are those of the head's gray camera, as in gaitslam_lens.
- */
+/* Known before the first observation. Lens and size are the head's gray camera's, as in gaitslam_lens. */
 typedef struct gaitslam_start {
   uint32_t version; /* GAITSLAM_ESTIMATOR_VERSION */
   uint32_t lens;    /* one of GAITSLAM_LENS_... */
@@ -50,7 +49,7 @@ typedef struct gaitslam_start {
   double focal_px[2], center_px[2], lens_parameters[4];
   gaitslam_pose X_CG;     /* inertial sensor in the camera's frame */
   gaitslam_pose X_WC;     /* camera at t = 0, as planned */
-  uint64_t seed;          /* of the run, for reproducible random numbers */
+  uint64_t seed;          /* the run's seed, for reproducible random numbers */
   uint64_t options_bytes; /* length of the options */
 } gaitslam_start;         /* 288 bytes */
 
@@ -69,25 +68,25 @@ enum {
   GAITSLAM_CAMERA_DEPTH = 2  /* GAITSLAM_PIXELS_DEPTH16 */
 };
 
-#define GAITSLAM_NAME_BYTES 48u /* of a sensor's name: zero-terminated, the rest is 0 */
+#define GAITSLAM_NAME_BYTES 48u /* size of a sensor's name: zero-terminated and padded with 0 */
 
 /* A camera. Number 0 is the head's gray camera, whose frame is C. */
 typedef struct gaitslam_camera {
   char name[GAITSLAM_NAME_BYTES];
   uint32_t kind;         /* one of GAITSLAM_CAMERA_... */
-  uint32_t aligned_with; /* of depth: the camera with the same pixels and stamps; else its own number */
+  uint32_t aligned_with; /* for depth: the camera with the same pixels and stamps; else its own number */
   uint32_t width_px, height_px;
   gaitslam_lens lens;
-  gaitslam_lens equidistant; /* the equidistant lens nearest to it, for programs that do not know its model */
-  double equidistant_rms_px, equidistant_largest_px; /* distance of their pixels over the whole image */
+  gaitslam_lens equidistant; /* the closest equidistant lens, for programs that do not know its lens model */
+  double equidistant_rms_px, equidistant_largest_px; /* difference of the two in px over the whole image */
   gaitslam_pose X_CK;
   double rate_hz;
   double readout_s;     /* from the middle of the first row's exposure to the last row's; 0: global shutter */
-  double time_offset_s; /* how far its stamps are ahead of those of camera 0 */
-  double nearest_m, furthest_m; /* of depth; else 0 */
+  double time_offset_s; /* how far its stamps are ahead of camera 0's */
+  double nearest_m, furthest_m; /* for depth; else 0 */
 } gaitslam_camera;              /* 360 bytes */
 
-/* An inertial sensor. Number 0 is the chest's, with gyro and accelerometer readings of its own. */
+/* An inertial sensor. Number 0 is in the chest, with separate gyro and accelerometer readings. */
 typedef struct gaitslam_imu {
   char name[GAITSLAM_NAME_BYTES];
   gaitslam_pose X_CK;
@@ -95,7 +94,7 @@ typedef struct gaitslam_imu {
   double gyro_density, accelerometer_density; /* white noise, rad/s/sqrt(Hz) and m/s^2/sqrt(Hz) */
   double gyro_walk, accelerometer_walk; /* of the bias, rad/s^2/sqrt(Hz) and m/s^3/sqrt(Hz); 0: constant */
   double gravity_m_s2;
-  double time_offset_s; /* how far its stamps are ahead of those of camera 0 */
+  double time_offset_s; /* how far its stamps are ahead of camera 0's */
 } gaitslam_imu;         /* 200 bytes */
 
 /* A lidar. */
@@ -103,7 +102,7 @@ typedef struct gaitslam_lidar {
   char name[GAITSLAM_NAME_BYTES];
   gaitslam_pose X_CK;
   double rate_hz;       /* sweeps per second */
-  double time_offset_s; /* how far its stamps are ahead of those of camera 0 */
+  double time_offset_s; /* how far its stamps are ahead of camera 0's */
   double nearest_m, furthest_m;
   double lowest_rad, highest_rad; /* elevation of its rays */
 } gaitslam_lidar;                 /* 192 bytes */
@@ -114,7 +113,7 @@ enum {
                                forward, y left, z up), about the point of the sole below the ankle */
 };
 
-/* An encoder or a force sensor. All of them are read at once. */
+/* An encoder or a force sensor. All are read at the same time. */
 typedef struct gaitslam_body_sensor {
   char name[GAITSLAM_NAME_BYTES]; /* of the joint, or of the foot: left, right */
   uint32_t kind;                  /* GAITSLAM_ENCODER or _FORCE_SENSOR */
@@ -147,14 +146,14 @@ typedef struct gaitslam_plan {
   uint32_t reserved; /* 0 */
 } gaitslam_plan;     /* 176 bytes */
 
-/* The camera at the stamp of the image by leg odometry. */
+/* The camera's pose at the stamp of the image, from leg odometry. */
 typedef struct gaitslam_legs {
   gaitslam_pose X_OC; /* from encoders and loads. O equals W at the start and drifts from it as soles slip and
                          tilt */
   double p_CS[3];     /* the point of the soles that carries the robot, in C */
 } gaitslam_legs;      /* 120 bytes */
 
-/* The velocity that the base is commanded, in its own heading. */
+/* The commanded velocity of the base, in its own heading. */
 typedef struct gaitslam_command {
   int64_t t_ns; /* when it was commanded */
   double ahead_m_s, left_m_s, turn_rad_s;
@@ -162,7 +161,7 @@ typedef struct gaitslam_command {
 
 /* An image of camera 0 and the readings of IMU 0 since the previous one. Missing data has size or count 0. */
 typedef struct gaitslam_observation {
-  int64_t t_ns;                 /* the scenario may lose, double or reorder stamps */
+  int64_t t_ns;                 /* the scenario may drop, duplicate or reorder stamps */
   uint32_t width_px, height_px; /* 0 0: the image is lost */
   uint32_t gyro_count, accelerometer_count;
   uint32_t has_plan, has_legs; /* each 1, or 0: `plan` or `legs` is all zero */
@@ -179,14 +178,14 @@ enum {
   GAITSLAM_PIXELS_DEPTH16 = 2 /* uint16_t: depth along the optical axis, mm; 0: none */
 };
 
-/* An image. Its rows adjoin. */
+/* An image. Its rows are contiguous. */
 typedef struct gaitslam_image {
   uint32_t camera;
   uint32_t pixels; /* one of GAITSLAM_PIXELS_... */
   uint32_t width_px, height_px;
   uint64_t row_bytes;
   int64_t t_ns;     /* middle of the exposure of its middle row */
-  uint64_t at_byte; /* of the first pixel in the data; a multiple of 8 */
+  uint64_t at_byte; /* offset of the first pixel in the data; a multiple of 8 */
 } gaitslam_image;   /* 40 bytes */
 
 /* A sweep of a lidar. */
@@ -194,7 +193,7 @@ typedef struct gaitslam_sweep {
   uint32_t lidar;
   uint32_t point_count;
   int64_t t_ns;     /* its start */
-  uint64_t at_byte; /* of the first gaitslam_point in the data; a multiple of 8 */
+  uint64_t at_byte; /* offset of the first gaitslam_point in the data; a multiple of 8 */
 } gaitslam_sweep;   /* 24 bytes */
 
 /* A point of a sweep in the lidar's frame at the time of the point. */
@@ -217,26 +216,26 @@ typedef struct gaitslam_imu_reading {
  * sensor's in order of time. */
 typedef struct gaitslam_rig_counts {
   uint32_t images, sweeps, imu_readings;
-  uint32_t body_readings; /* of all encoders and force sensors; stamped before the image of camera 0 */
+  uint32_t body_readings; /* of all encoders and force sensors, from before the image of camera 0 */
 } gaitslam_rig_counts;    /* 16 bytes */
 
 enum {
-  GAITSLAM_OK = 0,       /* it tracks */
-  GAITSLAM_LOST = 1,     /* it is lost and may recover */
-  GAITSLAM_DIVERGED = 2, /* it has given up and receives no more observations */
-  GAITSLAM_NOT_READY = 3 /* it has not initialized yet */
+  GAITSLAM_OK = 0,       /* tracking */
+  GAITSLAM_LOST = 1,     /* lost, may recover */
+  GAITSLAM_DIVERGED = 2, /* gave up; receives no more observations */
+  GAITSLAM_NOT_READY = 3 /* not initialized yet */
 };
 
 /* The estimate after an observation. _LOST and _NOT_READY have no pose: t_ns, X_WC and covariance are
- * ignored. A pose that is older than the last one, as of a late observation, is not recorded. */
+ * ignored. A pose older than the last one, such as the pose of a late observation, is not recorded. */
 typedef struct gaitslam_answer {
-  int64_t t_ns;    /* stamp of the pose: the observation's, or that of the last pose if there is no new one */
+  int64_t t_ns;    /* the pose's stamp: the observation's, or the last pose's if there is no new pose */
   uint32_t status; /* GAITSLAM_OK, _LOST, _DIVERGED or _NOT_READY */
   uint32_t has_covariance; /* 1, or 0: `covariance` is zero */
   gaitslam_pose X_WC;
   double covariance[36];   /* of (Log(R_estimate^T R_true) in axes C, rad; p_true - p_estimate in axes W, m),
                               row by row */
-  uint32_t landmark_count; /* landmarks that follow: the whole map, or 0 to keep the previous one */
+  uint32_t landmark_count; /* landmarks that follow: the whole map; 0: the map is unchanged */
   uint32_t cause_bytes;    /* length of the text after the landmarks: why the status is not ok */
 } gaitslam_answer;         /* 408 bytes */
 
@@ -273,7 +272,7 @@ typedef struct gaitslam_landmark {
 typedef struct gaitslam_header {
   char magic[4];   /* "GSLM" */
   uint32_t type;   /* one of GAITSLAM_MESSAGE_... */
-  uint64_t bytes;  /* of what follows */
+  uint64_t bytes;  /* number of bytes that follow */
 } gaitslam_header; /* 16 bytes */
 
 enum {
@@ -312,15 +311,15 @@ typedef struct gaitslam_rig {
 } gaitslam_rig;
 
 /* Creates an estimator. Pointers are valid during the call. options: zero-terminated text, one line
- * "key=value" each. Returns NULL if it cannot, with the reason in error[0 .. error_bytes - 1]. */
+ * "key=value" each. Returns NULL on failure, with the reason in error[0 .. error_bytes - 1]. */
 void* gaitslam_estimator_create(const gaitslam_start* start, const gaitslam_sensors* sensors,
                                 const char* options, char* error, size_t error_bytes);
 
-/* Processes an observation and fills in *answer, which starts with t_ns set, X_WC the identity and zeros.
- * image: that of camera 0, width_px * height_px bytes, row by row; NULL if it is lost. *landmarks:
- * answer->landmark_count of them; *cause: zero-terminated text. Both start as NULL, belong to the estimator
- * and must live until the next call. Returns 0, or another number if the estimator failed, with the reason in
- * *cause. */
+/* Processes an observation and fills in *answer, which starts with t_ns set, X_WC the identity and zeros
+ * elsewhere. image: the image of camera 0, width_px * height_px bytes, row by row; NULL if it is lost.
+ * *landmarks: answer->landmark_count of them; *cause: zero-terminated text. Both start as NULL, belong to the
+ * estimator and must live until the next call. Returns 0, or another number if the estimator failed, with the
+ * reason in *cause. */
 int gaitslam_estimator_observe(void* estimator, const gaitslam_observation* observation,
                                const gaitslam_reading* gyro, const gaitslam_reading* accelerometer,
                                const uint8_t* image, const gaitslam_rig* rig, gaitslam_answer* answer,
@@ -366,14 +365,14 @@ static int gaitslam_begin(int out, uint32_t type, const void* part, size_t bytes
   return gaitslam_write(out, &header, sizeof header) && gaitslam_write(out, part, bytes);
 }
 
-/* A payload that is read from `at` on; not fine once it was too short. */
+/* Reads a payload from `at`; not fine once the payload was too short. */
 typedef struct gaitslam_reader {
   const char* payload;
   uint64_t bytes, at;
   int fine;
 } gaitslam_reader;
 
-/* Returns `count` items, which are there if the reader is still fine. */
+/* Returns `count` items. They are valid only if the reader is still fine. */
 static const void* gaitslam_take(gaitslam_reader* from, uint64_t count, uint64_t item_bytes) {
   const char* const items = from->payload + from->at;
   const uint64_t left = from->at < from->bytes ? from->bytes - from->at : 0;
@@ -384,15 +383,15 @@ static const void* gaitslam_take(gaitslam_reader* from, uint64_t count, uint64_t
 }
 #define GAITSLAM_TAKE(type, count) ((const type*)gaitslam_take(from, count, sizeof(type)))
 
-/* Copies the next bytes; zeros if they are not there. */
+/* Copies the next bytes, or zeros if they are missing. */
 static void gaitslam_copy(gaitslam_reader* from, void* to, size_t bytes) {
   const void* const next = gaitslam_take(from, 1, bytes);
   memset(to, 0, bytes);
   if (from->fine) memcpy(to, next, bytes);
 }
 
-/* Answers START and all further messages of the standard input. What the program prints goes to the standard
- * error. Returns its exit code: 0, 1 after a failure, 2 if the input is not these messages. */
+/* Answers START and all further messages on standard input. What the program prints goes to standard error.
+ * Returns its exit code: 0, 1 after a failure, 2 if the input is not these messages. */
 static int gaitslam_serve(void* (*start)(gaitslam_reader*, int), int (*answer)(void*, gaitslam_reader*, int),
                           void (*destroy)(void*)) {
   const int out = dup(STDOUT_FILENO);
@@ -400,7 +399,7 @@ static int gaitslam_serve(void* (*start)(gaitslam_reader*, int), int (*answer)(v
   char* payload = NULL;
   void* program = NULL;
   int code = 1, fine = out >= 0 && dup2(STDERR_FILENO, STDOUT_FILENO) >= 0;
-  setvbuf(stdout, NULL, _IOLBF, BUFSIZ); /* a crash loses no line that it printed */
+  setvbuf(stdout, NULL, _IOLBF, BUFSIZ); /* no printed line is lost in a crash */
   while (fine) {
     gaitslam_reader from = {NULL, 0, 0, 1};
     size_t bytes;
@@ -432,7 +431,7 @@ static int gaitslam_serve(void* (*start)(gaitslam_reader*, int), int (*answer)(v
 #if defined(GAITSLAM_ESTIMATOR_MAIN) && !defined(GAITSLAM_ESTIMATOR_HAS_MAIN)
 #define GAITSLAM_ESTIMATOR_HAS_MAIN
 
-static uint32_t gaitslam_body_values; /* of a body reading */
+static uint32_t gaitslam_body_values; /* values per body reading */
 
 /* Reads the lists after the image of camera 0. */
 static void gaitslam_read_rig(gaitslam_reader* from, gaitslam_rig* rig) {

@@ -103,7 +103,7 @@ std::vector<gaitslam_body_sensor> body_sensors_of(const Start& start) {
   return sensors;
 }
 
-/// The list of START that contains a sensor: cameras, IMUs or lidars.
+/// The list of START that a sensor is in: cameras, IMUs or lidars.
 rig::Kind list_of(const rig::RigSensor& sensor) {
   return rig::is_camera(sensor) ? rig::Kind::gray : sensor.kind;
 }
@@ -144,7 +144,7 @@ std::string_view pixels_of(const cv::Mat& continuous) {
 /// Appends 0 to 7 zero bytes up to a multiple of 8.
 void pad(std::string& bytes) { bytes.resize((bytes.size() + 7) / 8 * 8); }
 
-/// The lists of OBSERVATION after the image of camera 0. at_byte of all but that image counts from `data`.
+/// The lists of OBSERVATION after the image of camera 0. at_byte counts from `data`, except for that image.
 struct RigLists {
   std::vector<gaitslam_image> images;
   std::vector<gaitslam_sweep> sweeps;

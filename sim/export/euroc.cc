@@ -19,8 +19,8 @@ std::string folder_of(const char* kind, std::size_t number) {
   return fmt::format("mav0/{}{}/", kind, number);
 }
 
-/// Images of a camera and their stamps. Some programs read beyond their arrays if an image lacks readings on
-/// either side: images_within_imu skips such images.
+/// Images of a camera and their stamps. Some programs read beyond their arrays if there is no IMU reading
+/// before and after an image; images_within_imu skips such images.
 class ImageWriter {
  public:
   ImageWriter(const ExportContext& out, bool images_within_imu, const std::string& folder)
@@ -61,7 +61,7 @@ class ImageWriter {
   files::HashedFile camera_;
   std::vector<std::int64_t> times_;
   std::optional<slam::Stamp> first_reading_;
-  std::deque<std::pair<slam::Stamp, cv::Mat>> waiting_;  // for a later reading
+  std::deque<std::pair<slam::Stamp, cv::Mat>> waiting_;  // waiting for a later reading
 };
 
 std::string lines(const std::vector<std::int64_t>& stamps) {
@@ -132,7 +132,7 @@ WalkMotion write_mav0(const ExportContext& out, bool images_within_imu) {
     std::ranges::set_intersection(times[0], times[1], std::back_inserter(both));
     out.write("times_stereo.txt", lines(both));
     if (both.empty())
-      out.run.warn("cam0 and cam1 have no image of the same stamp: times_stereo.txt is empty");
+      out.run.warn("cam0 and cam1 have no images with the same stamp: times_stereo.txt is empty");
   }
   for (std::size_t i = 0; i < imus.size(); ++i) {
     const rig::RigSensor& imu = out.sensor(imus[i]);

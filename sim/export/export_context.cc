@@ -7,7 +7,7 @@ struct Format {
   const char* name;
   void (*write)(const ExportContext&);
   bool knows_lenses = true;  ///< else the images are always undistorted
-  int passes = 1;            ///< how often the recording is read
+  int passes = 1;            ///< how many times the recording is read
 };
 
 constexpr Format kFormats[]{{"euroc", export_euroc},
@@ -32,7 +32,7 @@ bool is_pinhole(const slam::CameraIntrinsics& camera) {
   return lens && lens->k1_px2 == 0;
 }
 
-/// Depths that one surface may have at both sides of a pixel.
+/// Whether two depths can belong to one surface at both sides of a pixel.
 bool is_same_surface(int a_mm, int b_mm) {
   return a_mm > 0 && b_mm > 0 && std::abs(a_mm - b_mm) < 0.05 * std::min(a_mm, b_mm);
 }

@@ -1,5 +1,5 @@
-// The parts that all exporters share: the run's sensors and their readings, its lens for programs that do not
-// know it, the way files are written, and the functions that write one format each.
+// What all exporters share: the run's sensors and their readings, its lens for programs that do not know it,
+// the writing of files, and a function for each format.
 #pragma once
 
 #include <fmt/format.h>
@@ -12,9 +12,9 @@
 
 namespace sim::exports {
 
-/// A reading in its exported form: the image of the exported camera; one of an IMU is the mean of an
-/// interval, stamped in its middle. It differs from the value at that instant by terms of second order in the
-/// length of the interval.
+/// A reading in its exported form. An image is as the exported camera takes it. An IMU reading is the mean of
+/// an interval, stamped in its middle; it differs from the value at that instant only in second order of the
+/// interval's length.
 struct ExportedReading : slam::RigReading {
   bool has_acceleration = true;
 };
@@ -54,7 +54,8 @@ class ImuMerger {
   Eigen::Vector3d gyro_ = Eigen::Vector3d::Zero(), accelerometer_ = Eigen::Vector3d::Zero();  // ∫ dt
 };
 
-/// The coefficients of an exported camera's equidistant lens; nothing for a pinhole without distortion.
+/// Returns the coefficients of an exported camera's equidistant lens, or nothing for a pinhole without
+/// distortion.
 inline std::optional<std::array<double, 4>> equidistant_lens(const slam::CameraIntrinsics& camera) {
   const auto* k = std::get_if<slam::Equidistant>(&camera.lens);
   return k ? std::optional(std::array{k->k1, k->k2, k->k3, k->k4}) : std::nullopt;
@@ -64,34 +65,36 @@ inline std::optional<std::array<double, 4>> equidistant_lens(const slam::CameraI
 class Undistortion {
  public:
   /// The pinhole (radial-tangential without distortion) has square pixels and the given camera's size and
-  /// principal point. Its focal length is the least whole number that keeps all its pixels inside.
+  /// principal point. Its focal length is the smallest whole number that keeps all its pixels inside the
+  /// image.
   explicit Undistortion(const slam::CameraIntrinsics& camera);
   const slam::CameraIntrinsics& pinhole() const { return pinhole_; }
-  /// Returns the pinhole's image by bilinear interpolation, of 16 bits by the nearest pixel. `image` has the
-  /// given camera's size.
+  /// Returns the pinhole's image, by bilinear interpolation or, for 16 bits, from the nearest pixel. `image`
+  /// has the given camera's size.
   cv::Mat operator()(const cv::Mat& image) const;
 
  private:
   slam::CameraIntrinsics pinhole_;
-  std::vector<Eigen::Vector2d> from_;  // the place of each pixel in the given image, row by row
+  std::vector<Eigen::Vector2d> from_;  // where each pixel is in the given image, row by row
 };
 
 /// The exported form of a camera and its images.
 struct ExportedCamera {
-  /// undistort: as a pinhole, otherwise with the equidistant lens. One without distortion stays as it is.
+  /// undistort: as a pinhole, otherwise with the equidistant lens. A camera without distortion stays as it
+  /// is.
   ExportedCamera(const slam::CameraIntrinsics& recorded, bool undistort);
   rig::FittedCamera fitted;
   std::optional<Undistortion> undistortion;
 };
 
-/// Renders the depth images (mm, 0: none) of one camera as another one would have them.
+/// Renders the depth images (mm, 0: none) of one camera as seen by another.
 class DepthRegistration {
  public:
   /// X_to_from: from one camera to the other.
   DepthRegistration(const slam::CameraIntrinsics& from, const slam::CameraIntrinsics& to,
                     const Eigen::Isometry3d& X_to_from);
-  /// Each pixel covers the projection of its square, and the nearest surface counts. Gaps of one pixel inside
-  /// a surface are filled.
+  /// Each pixel covers the projection of its square; the nearest surface wins. Gaps of one pixel within a
+  /// surface are filled.
   cv::Mat1w operator()(const cv::Mat1w& depth_mm) const;
 
  private:
@@ -104,7 +107,7 @@ class DepthRegistration {
   std::vector<std::optional<Square>> squares_;  // of the given camera, row by row
 };
 
-/// Returns which part of the camera's image the other one also sees at a distance (m).
+/// Returns the fraction of the camera's image that the other one also sees at a distance (m).
 double overlap(const rig::RigSensor& camera, const rig::RigSensor& other, double distance_m);
 
 inline constexpr double kLeastGyroWalk = 1e-6;  // rad/s²/√Hz, m/s³/√Hz: programs divide by these
@@ -132,45 +135,45 @@ std::string filled_text(std::string_view name, const T&... values) {
 struct ExportedFrame {
   slam::Stamp t{0};
   slam::Observation motion;               ///< only its plan, leg odometry and command
-  std::vector<ExportedReading> readings;  ///< first those of the chest IMU, then the image of the head camera
+  std::vector<ExportedReading> readings;  ///< the chest IMU's first, then the head camera's image
 };
 
-/// A run that is being exported into `folder`. Throws FileError.
+/// A run while it is exported into `folder`. Throws FileError.
 class ExportContext {
  public:
-  /// undistort: export images of a pinhole; otherwise the recorded ones, of a camera with the equidistant
-  /// lens. passes: how often Frames will be read to their end.
+  /// undistort: exports pinhole images; otherwise the recorded images, of a camera with the equidistant lens.
+  /// passes: how often Frames will be read to the end.
   ExportContext(const ExportedRun& run, const fs::path& folder, bool undistort, int passes = 1);
 
   const ExportedRun& run;
   const fs::path folder;
   const recording::RecordingSetup setup;  ///< as recorded
-  /// The sensors as exported, with their errors: those of the rig, then head camera and chest IMU.
+  /// The sensors as exported, with their errors: the rig's, then the head camera and the chest IMU.
   std::vector<rig::RigSensor> sensors;
 
   const rig::RigSensor& sensor(int index) const { return sensors.at(static_cast<std::size_t>(index)); }
   int head() const { return static_cast<int>(setup.rig.size()); }
   int chest() const { return head() + 1; }
-  /// Returns the indices of a kind, starting with the head camera or the chest IMU. Folders and topics of
-  /// some formats count them: cam0, cam1; imu0, imu1.
+  /// Returns the indices of the sensors of a kind, starting with the head camera or the chest IMU. Some
+  /// formats number folders and topics in this order: cam0, cam1; imu0, imu1.
   std::vector<int> all(rig::Kind kind) const;
-  /// Returns the pose of the sensor in the body frame, which is that of the chest IMU.
+  /// Returns the pose of the sensor in the body frame, which is the chest IMU's.
   Eigen::Isometry3d X_GS(int index) const;
 
-  /// Returns the truth, empty in an export without truth.
+  /// Returns the truth. It is empty in an export without truth.
   recording::Truth truth() const {
     return run.with_truth ? recording::read_truth(run.result / "recording") : recording::Truth();
   }
   /// Returns the true motion of the chest IMU in EuRoC's columns.
   std::string motion() const;
-  /// Returns the filter's X_WC; empty without a filter and in an export without truth.
+  /// Returns the filter's X_WC. It is empty without a filter and in an export without truth.
   std::vector<files::TumRow> estimate() const;
 
-  /// Creates the folders of a file to be written and returns its path.
+  /// Creates the folders for a file to be written and returns the file's path.
   fs::path new_file(const std::string& name) const;
   /// Writes a whole file.
   void write(const std::string& name, std::string_view bytes) const;
-  /// write() of true poses; does nothing in an export without truth.
+  /// Writes true poses as write() does; does nothing in an export without truth.
   void write_truth(const std::string& name, std::string_view bytes) const {
     if (run.with_truth) write(name, bytes);
   }
@@ -205,19 +208,18 @@ class Frames {
   ImuMerger imu_;
 };
 
-/// Returns the camera with the images that belong to depth images: the color camera that it is
-/// aligned with, else the color camera that sees most of the same, else the gray camera that it is aligned
-/// with.
+/// Returns the camera whose images go with the depth images: the color camera aligned with `depth`, else the
+/// color camera with the largest common view, else the gray camera aligned with it.
 int image_of_depth(const ExportContext& out, int depth);
 
-/// Writes a ROS 2 bag, run.mcap and metadata.yaml, into a folder with a trailing slash, or "". for_viewers:
-/// all sensors, images as PNG, frames, paths, map, joints and feet; else raw images of the gray cameras and
-/// readings of the IMUs.
+/// Writes a ROS 2 bag, run.mcap and metadata.yaml, into a folder (with a trailing slash, or ""). for_viewers:
+/// all sensors, images as PNG, frames, paths, map, joints and feet; otherwise only raw images of the gray
+/// cameras and readings of the IMUs.
 void write_ros_bag(const ExportContext& out, const std::string& folder, bool for_viewers);
 
 void export_euroc(const ExportContext& out);     ///< the EuRoC/ASL layout
-void export_orbslam3(const ExportContext& out);  ///< the same with the settings of ORB-SLAM3
-void export_openvins(const ExportContext& out);  ///< a bag and the EuRoC/ASL layout with OpenVINS's settings
+void export_orbslam3(const ExportContext& out);  ///< the same with settings for ORB-SLAM3
+void export_openvins(const ExportContext& out);  ///< a bag and the EuRoC/ASL layout, with OpenVINS settings
 void export_mcap(const ExportContext& out);      ///< a bag for viewers
 void export_tum(const ExportContext& out);       ///< the TUM RGB-D layout, with undistorted images
 

@@ -1,4 +1,4 @@
-// Numbers, poses and calibrations in the notations of the exported files.
+// Numbers, poses and calibrations as the exported files write them.
 #pragma once
 
 #include <fmt/format.h>
@@ -30,7 +30,7 @@ inline std::string matrix_text(const Eigen::Isometry3d& X, std::string_view befo
   return text;
 }
 
-/// "t tx ty tz qx qy qz qw" with the stamps of the exports.
+/// Returns "t tx ty tz qx qy qz qw" with the stamps of the exports.
 inline std::string tum_text(const std::vector<files::TimedPose>& poses) {
   std::string text;
   for (const files::TimedPose& pose : poses) text += files::tum_row(recording::kEpoch + pose.t, pose.X);
@@ -39,33 +39,35 @@ inline std::string tum_text(const std::vector<files::TimedPose>& poses) {
 
 /// The motion of a recorded walk, as the program under test can know it.
 struct WalkMotion {
-  std::vector<double> speeds_m_s;   ///< planned, of the moving camera, from frame to frame
+  std::vector<double> speeds_m_s;   ///< planned speeds of the moving camera, from frame to frame
   std::vector<double> turns_rad_s;  ///< rates of the chest gyro
 };
 
-/// Returns the value at this fraction, 0 to 1, of the sorted values; 0 without values.
+/// Returns the value at this fraction (0 to 1) of the sorted values, or 0 if there are none.
 double percentile(std::vector<double> values, double fraction);
 
 /// The images that OpenVINS tracks.
 struct TrackedImages {
-  int every;            ///< one of so many
-  double frequency_hz;  ///< for OpenVINS, which drops images earlier than its period after the last one
+  int every;            ///< one image in so many
+  double frequency_hz;  ///< for OpenVINS, which drops images less than a period after the last one
 };
-/// OpenVINS's window of 11 images should span a walk of 0.15 m. Between two images the faster tenth of the
-/// turns should move no corner by more than a tenth of the image's width, as optical flow follows only small
+/// OpenVINS's window of 11 images should span 0.15 m of the walk. Between two images, 90 % of the turns
+/// should move corners by at most a tenth of the image's width, because optical flow follows only small
 /// steps.
 TrackedImages tracked_images(const slam::CameraIntrinsics& camera, double rate_hz, const WalkMotion& motion);
 
-/// Writes mav0/ in the EuRoC/ASL layout, times.txt, and for two gray eyes times_stereo.txt: the stamps that
-/// both have. images_within_imu: without the images before the first reading and after the last one.
+/// Writes mav0/ in the EuRoC/ASL layout, times.txt, and, for two gray cameras, times_stereo.txt with the
+/// stamps that both have. images_within_imu: leaves out images before the first IMU reading and after the
+/// last one.
 WalkMotion write_mav0(const ExportContext& out, bool images_within_imu = false);
 
 /// Returns whether the second gray camera sees enough of what the head camera sees to be its stereo partner.
-/// Warns if there is one that does not.
+/// Warns if there is one that does not see enough.
 bool has_stereo(const ExportContext& out);
 
-/// Returns settings of ORB-SLAM3 (v1.0) for images of a camera; of the head camera with IMU and, if there is
-/// a stereo pair, stereo. depth: a depth camera registered to it, for settings without IMU.
+/// Returns settings of ORB-SLAM3 (v1.0) for a camera's images. Those for the head camera include the IMU and,
+/// if there is a stereo pair, stereo. depth: a depth camera registered to the camera, for settings without
+/// IMU.
 std::string orbslam3_settings(const ExportContext& out, int camera, std::optional<int> depth, bool inertial);
 
 }  // namespace sim::exports

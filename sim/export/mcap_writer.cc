@@ -24,7 +24,7 @@ enum class Op : std::uint8_t {
   data_end = 0x0f
 };
 
-// The fields of a record, little-endian; texts and maps follow their length.
+// The fields of a record, little-endian. Texts and maps are preceded by their length.
 struct Fields {
   std::string bytes;
 
@@ -114,7 +114,7 @@ void McapWriter::close_chunk() {
 
 void McapWriter::finish() {
   close_chunk();
-  put(record(Op::data_end, Fields{}.number(0u).bytes));  // without a checksum: the chunks have theirs
+  put(record(Op::data_end, Fields{}.number(0u).bytes));  // no checksum: each chunk has its own
   const std::uint64_t summary = at_;
   for (const auto* records : {&schemas_, &channels_})
     for (const std::string& one : *records) put(one);

@@ -1,5 +1,4 @@
-// MCAP files (mcap.dev, version 0 of the format): chunked, indexed, with a checksum of each chunk, not
-// compressed.
+// MCAP files (mcap.dev, format version 0): chunked, indexed, uncompressed, with a checksum for each chunk.
 #pragma once
 
 #include <cstdint>
@@ -14,12 +13,13 @@
 
 namespace sim::exports {
 
-/// The type of a channel's messages: the name of its schema and the definition in ROS 2's interface language.
+/// The type of a channel's messages: the name of its schema, and its definition in ROS 2's interface
+/// language.
 struct MessageType {
   std::string name, definition;
 };
 
-/// A file of ROS 2 messages in CDR. Memory: one chunk and the indexes. Throws FileError.
+/// A file of ROS 2 messages in CDR. Keeps one chunk and the indexes in memory. Throws FileError.
 class McapWriter {
  public:
   explicit McapWriter(const fs::path& file);
@@ -47,8 +47,8 @@ class McapWriter {
 
   files::HashedFile out_;
   std::uint64_t at_ = 0;
-  std::vector<std::string> schemas_, channels_;  // their records
-  std::vector<std::uint64_t> counts_;            // of each channel
+  std::vector<std::string> schemas_, channels_;  // records
+  std::vector<std::uint64_t> counts_;            // messages per channel
   std::vector<Chunk> chunks_;
   std::string chunk_;
   std::map<std::uint16_t, Moments> moments_;

@@ -1,4 +1,4 @@
-// A bag and the EuRoC/ASL layout with the settings and calibrations of OpenVINS.
+// A bag and the EuRoC/ASL layout, with settings and calibrations for OpenVINS.
 #include <numeric>
 
 #include "sim/export/export_text.h"
@@ -8,8 +8,8 @@ namespace {
 
 std::string rows_text(const Eigen::Isometry3d& X) { return matrix_text(X, "    - [", "]", "\n"); }
 
-// T_imu_cam maps from the camera to the IMU, T_cn_cnm1 from the previous camera. timeshift_cam_imu: stamps of
-// the IMU minus those of the camera; its clock may be ahead of the head camera's.
+// T_imu_cam maps from the camera to the IMU, T_cn_cnm1 from the previous camera. timeshift_cam_imu: the IMU's
+// stamps minus the camera's; the camera's clock may be ahead of the head camera's.
 std::string camera_chain(const ExportContext& out) {
   const std::vector<int> eyes = out.all(rig::Kind::gray);
   std::string text = "%YAML:1.0\n\n";
@@ -34,7 +34,7 @@ std::string camera_chain(const ExportContext& out) {
   return text;
 }
 
-// T_i_b maps from the chest IMU to this one. time_offset: stamps of the chest IMU minus those of this one.
+// T_i_b maps from the chest IMU to this one. time_offset: the chest IMU's stamps minus this IMU's.
 std::string imu_chain(const ExportContext& out) {
   std::string text = "%YAML:1.0\n\n";
   for (int number = 0; const int i : out.all(rig::Kind::imu)) {
@@ -47,14 +47,15 @@ std::string imu_chain(const ExportContext& out) {
   return text;
 }
 
-// OpenVINS starts once it tracks three quarters of these corners: as many as a small image always has.
+// OpenVINS starts once it tracks three quarters of this many corners, so this must be a number that even a
+// small image always has.
 int initial_features(const slam::CameraIntrinsics& camera) {
   constexpr double kPixels = 320 * 240, kFewest = 25, kMost = 50;
   return static_cast<int>(std::clamp(kFewest * camera.width_px * camera.height_px / kPixels, kFewest, kMost));
 }
 
-// OpenVINS picks images at least window/(poses + 1) apart for its start, at most 6, and never starts if the
-// window has fewer of them.
+// For its start, OpenVINS picks `poses` images (at most 6) that are at least window/(poses + 1) apart. It
+// never starts if the window has fewer of them.
 int initial_poses(double period_s) {
   constexpr double kWindow_s = 2;  // init_window_time
   int poses = 6;

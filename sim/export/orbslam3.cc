@@ -1,4 +1,4 @@
-// The EuRoC/ASL layout with settings of ORB-SLAM3, which the TUM RGB-D layout has, too.
+// The EuRoC/ASL layout with settings for ORB-SLAM3. The TUM RGB-D layout uses them too.
 #include "sim/export/export_text.h"
 
 namespace sim::exports {
@@ -14,8 +14,8 @@ std::string intrinsics(const std::string& name, const slam::CameraIntrinsics& ca
   return text;
 }
 
-// Points count as close up to the depth z that an error of the disparity changes by a tenth:
-// z/b = f / (10 sigma). A matched corner of the gray eyes has an error of a quarter of a pixel.
+// Points count as close up to the depth z at which a disparity error changes it by a tenth: z/b = f / (10
+// sigma). A matched corner of the two gray cameras has an error of a quarter of a pixel.
 constexpr double kCloseError = 0.1, kCornerSigma_px = 0.25;
 
 double close_baselines(double focal_px, double disparity_sigma_px) {
@@ -54,7 +54,7 @@ bool has_stereo(const ExportContext& out) {
   return part >= kLeastOverlap;
 }
 
-// OpenCV reads color images as BGR; gray ones have no order.
+// OpenCV reads color images as BGR. For gray images the order does not matter.
 std::string orbslam3_settings(const ExportContext& out, int camera, std::optional<int> depth, bool inertial) {
   const slam::CameraIntrinsics& lens = out.sensor(camera).camera;
   std::string text =

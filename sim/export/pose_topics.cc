@@ -63,7 +63,8 @@ void PoseTopics::add_true_frames(const recording::Truth& truth) {
   add_true("right_foot", rows_of(truth.feet, &recording::TrueFeet::right));
 }
 
-// Mounts are calibration: from the links to their sensors, or without the robot from the head camera.
+// Mounts are calibration: transforms to the sensors from their links, or from the head camera if there is no
+// robot.
 void PoseTopics::add_fixed_frames(const ExportContext& out) {
   topics_.tf_static = bag_.add_topic("/tf_static", ros::kTransforms, true);
   const bool has_links = topics_.tf && topics_.joints && !robot_->mountings.empty();
@@ -84,7 +85,7 @@ void PoseTopics::add_fixed_frames(const ExportContext& out) {
 
 void PoseTopics::add_viewer_topics(const ExportContext& out) {
   const fs::path maps = out.run.result / "map_over_time.csv";
-  if (out.run.with_truth && fs::exists(maps))  // once a second, each landmark a row: stamp, id, position
+  if (out.run.with_truth && fs::exists(maps))  // once a second, a row per landmark: stamp, id, position
     for (files::CsvReader rows(maps, 5); rows.next();) {
       const Eigen::Vector3f p = rows.vector(2).cast<float>();
       maps_[slam::Stamp(rows.integer(0))].push_back(
@@ -144,7 +145,7 @@ void PoseTopics::write_poses(slam::Stamp t) {
   if (!true_frames.empty()) bag_.add(topics_.true_tf, t, ros::transforms(true_frames));
 }
 
-// Readings at their full rate, the links at the last one until each frame.
+// Readings at their full rate; the links as at the last reading before each frame.
 void PoseTopics::write_body(slam::Stamp t) {
   std::optional<std::pair<slam::Stamp, std::vector<double>>> last;
   joints_->until(t, [&](slam::Stamp at, const std::vector<double>& q) {

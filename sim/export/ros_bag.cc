@@ -7,8 +7,8 @@
 namespace sim::exports {
 namespace {
 
-// The distance of a camera to the right of the head camera; 0 unless both look in the same direction, side by
-// side, so that their images are rectified.
+// How far a camera is to the right of the head camera. 0 unless both look in the same direction side by side,
+// so that their images are rectified.
 double right_of_head(const rig::RigSensor& camera) {
   const Eigen::Vector3d p = camera.X_CS.translation();
   const bool parallel = camera.X_CS.linear().isIdentity(1e-9) && std::hypot(p.y(), p.z()) < 1e-9;
@@ -85,7 +85,7 @@ void export_mcap(const ExportContext& out) {
   for (const int lidar : out.all(rig::Kind::lidar))
     for (const int imu : out.all(rig::Kind::imu)) {
       const Eigen::Isometry3d X =
-          out.sensor(imu).X_CS.inverse() * out.sensor(lidar).X_CS;  // points of the lidar to the IMU
+          out.sensor(imu).X_CS.inverse() * out.sensor(lidar).X_CS;  // maps the lidar's points to the IMU
       const Eigen::Matrix3d R_by_rows = X.linear().transpose();
       extrinsics += filled_text("mcap_extrinsics.md", out.sensor(lidar).name,
                                 imu == out.chest() ? "/imu" : "/rig/" + out.sensor(imu).name + "/imu",
@@ -115,7 +115,7 @@ SensorTopics::SensorTopics(const ExportContext& out, Bag& bag, bool for_viewers)
                                : i == out.chest() ? ""
                                                   : "/rig/" + out.sensor(i).name;
       Topics& topics = topics_[static_cast<std::size_t>(i)];
-      topics.as_png = for_viewers && kind != Kind::depth;  // readers of compressed depth disagree on it
+      topics.as_png = for_viewers && kind != Kind::depth;  // readers disagree about compressed depth
       if (kind == Kind::lidar)
         topics.readings = bag.add_topic(name + "/points", ros::kPointCloud);
       else if (kind == Kind::imu)

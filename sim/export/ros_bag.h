@@ -1,4 +1,4 @@
-// A ROS 2 bag in parts: the file, the topics of the sensors, and those of poses, frames and the robot.
+// A ROS 2 bag in parts: the file, the topics of the sensors, and the topics of poses, frames and the robot.
 #pragma once
 
 #include <memory>
@@ -7,15 +7,16 @@
 
 namespace sim::exports {
 
-using Topic = std::optional<std::uint16_t>;  ///< of messages that the bag has
+using Topic = std::optional<std::uint16_t>;  ///< absent: the bag has no such messages
 
 /// run.mcap, and the content of metadata.yaml.
 class Bag {
  public:
   explicit Bag(const fs::path& mcap_file) : mcap_(mcap_file) {}
-  /// To be called before the first message. latched: late subscribers get its last message (transient_local).
+  /// Must be called before the first message. latched: late subscribers get the topic's last message
+  /// (transient_local).
   Topic add_topic(const std::string& name, const MessageType& type, bool latched = false);
-  /// cdr: a message with the stamp t; nothing is written without a topic.
+  /// cdr: a message stamped t. Without a topic, nothing is written.
   void add(Topic topic, slam::Stamp t, const std::string& cdr);
   /// Closes the file. Returns the text of metadata.yaml.
   std::string finish();
@@ -25,12 +26,12 @@ class Bag {
   std::vector<std::array<std::string, 3>> topics_;  // name, type, profile
 };
 
-/// Returns the frame of a sensor: optical axes (x right, y down, z forward) of a camera, else x forward, y
-/// left, z up. Depth has that of the camera that it is aligned with.
+/// Returns the frame of a sensor. Cameras have optical axes (x right, y down, z forward), other sensors x
+/// forward, y left, z up. A depth camera has the frame of the camera it is aligned with.
 std::string frame_of(const rig::RigSensor& sensor);
 
-/// Writes the readings of the sensors into a bag: for viewers all, under the names of the sensors; else those
-/// of gray cameras and IMUs, counted. The bag must outlive it.
+/// Writes the sensors' readings into a bag. For viewers: all sensors under their own names. Otherwise: gray
+/// cameras and IMUs, numbered. The bag must outlive this object.
 class SensorTopics {
  public:
   SensorTopics(const ExportContext& out, Bag& bag, bool for_viewers);
@@ -39,7 +40,7 @@ class SensorTopics {
  private:
   struct Topics {
     Topic readings, info, registered, registered_info;
-    int registered_to = 0;  ///< the camera with the pixels of registered depth
+    int registered_to = 0;  ///< the camera whose pixels the registered depth has
     std::optional<DepthRegistration> registration = {};
     bool as_png = false;
   };
@@ -51,11 +52,11 @@ class SensorTopics {
 };
 
 /// Writes poses into a bag, frame by frame; for viewers also frames, paths, map, joints and feet. An export
-/// without truth has neither true poses nor those of the filter. The bag must outlive it.
+/// without truth contains neither the true poses nor the filter's. The bag must outlive this object.
 class PoseTopics {
  public:
   PoseTopics(const ExportContext& out, Bag& bag, bool for_viewers);
-  /// Writes the messages up to the stamp of a frame; stamps rise.
+  /// Writes the messages up to a frame's stamp. Stamps must increase.
   void write(const ExportedFrame& frame);
   /// Writes the whole paths at the stamp of the last frame.
   void finish() {
@@ -63,13 +64,13 @@ class PoseTopics {
   }
 
  private:
-  /// Poses in the world until now, and those to come.
+  /// Poses in the world so far, and those to come.
   struct Moving {
     std::vector<files::TumRow> poses;
     Topic each = {}, path = {};
     bool with_covariance = false;
     std::string true_frame = {};  ///< in /ground_truth/tf
-    std::size_t passed = 0;       ///< of the poses
+    std::size_t passed = 0;       ///< number of poses passed
   };
 
   void add(const std::string& prefix, const MessageType& type, std::vector<files::TumRow> poses,
@@ -85,7 +86,7 @@ class PoseTopics {
   Bag& bag_;
   const bool for_viewers_;
   std::vector<ros::Transform> fixed_, true_fixed_;
-  std::vector<Moving> moving_;  // the plan first
+  std::vector<Moving> moving_;  // the plan comes first
   std::map<slam::Stamp, std::vector<ros::CloudPoint>> maps_;
   std::optional<RecordedRows> joints_, forces_;
   std::shared_ptr<const RobotDescription> robot_;

@@ -6,8 +6,8 @@ namespace sim::exports {
 namespace ros {
 namespace {
 
-// The type of that name in the text ros2.msg: its definition followed by those of the types that it uses,
-// each once.
+// The type of this name from the text ros2.msg: its definition, followed by the definitions of the types it
+// uses, each once.
 MessageType type(const std::string& package, const std::string& name) {
   static const std::string all = text_of("ros2.msg");
   const auto find = [](const std::string& title) -> std::string {
@@ -31,7 +31,7 @@ class Cdr {
   template <typename Number>
   Cdr& number(Number x) {
     bytes_.resize(4 + (bytes_.size() - 4 + sizeof(Number) - 1) / sizeof(Number) * sizeof(Number));
-    bytes_.append(reinterpret_cast<const char*>(&x), sizeof x);  // of this little-endian machine
+    bytes_.append(reinterpret_cast<const char*>(&x), sizeof x);  // this machine is little-endian
     return *this;
   }
   Cdr& text(const std::string& t) {
@@ -72,7 +72,7 @@ struct CloudField {
 };
 constexpr std::uint8_t kUint8 = 2, kUint32 = 6, kFloat32 = 7;
 
-// Each field starts at a multiple of four bytes: a point in memory is its record.
+// Each field starts at a multiple of four bytes, so a point in memory is already a record.
 template <class Point>
 std::string cloud(slam::Stamp t, const std::string& frame, const std::vector<CloudField>& fields,
                   const std::vector<Point>& points) {

@@ -13,7 +13,7 @@ namespace ros {
 /// Frames of the head camera (axes: x right, y down, z forward) and of the chest IMU.
 inline constexpr const char *kCameraFrame = "cam0_optical_frame", *kImuFrame = "imu";
 
-/// Topics of bags and of the live view: what they are of, and what they contain.
+/// Topics of bags and of the live view: prefixes for whose they are, suffixes for what they contain.
 inline const std::string kHeadTopics = "/camera", kTrueTopics = "/ground_truth", kPlanTopics = "/plan",
                          kSlamTopics = "/slam", kImageTopic = "/image/compressed",
                          kInfoTopic = "/camera_info", kImuTopic = "/imu", kPoseTopic = "/pose";
@@ -21,20 +21,20 @@ inline const std::string kHeadTopics = "/camera", kTrueTopics = "/ground_truth",
 extern const MessageType kCompressedImage, kImage, kImu, kCameraInfo, kPoseStamped,
     kPoseWithCovarianceStamped, kTransforms, kPath, kPointCloud, kJointState, kWrench, kString;
 
-/// Returns the message as bytes, as do all functions below; its stamps are recording::kEpoch later than t.
+/// Returns the message as bytes, as do all functions below. Its stamps are t plus recording::kEpoch.
 std::string compressed_image(slam::Stamp t, const std::string& frame, std::string_view png);
 /// Returns the sensor_msgs/Image of 8-bit gray (mono8), RGB (rgb8) or depth in mm (16UC1).
 std::string image(slam::Stamp t, const std::string& frame, const cv::Mat& image);
-/// Returns the sensor_msgs/Imu of a reading without orientation; variances are those of one reading.
+/// Returns the sensor_msgs/Imu of a reading, without orientation. The variances are those of one reading.
 std::string imu(const ExportedReading& reading, const std::string& frame, double gyro_variance,
                 double accelerometer_variance);
-/// Returns the sensor_msgs/CameraInfo. It states the equidistant lens; any other counts as no distortion.
-/// right_m: distance of the camera to the right of the other one of a stereo pair; P[3] is -fu right_m.
+/// Returns the sensor_msgs/CameraInfo. It states an equidistant lens; any other lens counts as no distortion.
+/// right_m: how far the camera is to the right of the other one of a stereo pair; P[3] is -fu right_m.
 std::string camera_info(slam::Stamp t, const std::string& frame, const slam::CameraIntrinsics& camera,
                         double right_m = 0);
 std::string pose_stamped(slam::Stamp t, const std::string& frame, const Eigen::Isometry3d& X);
-/// Returns the message with the position first and the rotation about the world's axes. P: of (orientation in
-/// the camera's axes, position in the world's), as in slam::Estimate.
+/// Returns the message, with the position first and the rotation about the world's axes. P: covariance of
+/// (orientation in the camera's axes, position in the world's), as in slam::Estimate.
 std::string pose_with_covariance_stamped(slam::Stamp t, const std::string& frame, const Eigen::Isometry3d& X,
                                          const files::Matrix6d& P);
 
@@ -59,7 +59,8 @@ std::string point_cloud(slam::Stamp t, const std::string& frame, const std::vect
 /// Rings of a lidar: rows of equal height in elevation, the lowest is 0.
 inline constexpr int kRings = 64;
 /// Returns a cloud with the fields x, y, z, intensity (float32), t (uint32, ns since the stamp) and ring
-/// (uint8), as programs read from Ouster's lidars. lowest_rad, highest_rad: the elevations of the lidar.
+/// (uint8), as expected by programs for Ouster's lidars. lowest_rad, highest_rad: the lidar's range of
+/// elevations.
 std::string point_cloud(slam::Stamp t, const std::string& frame, const std::vector<slam::LidarPoint>& points,
                         double lowest_rad, double highest_rad);
 /// Returns a joint state with positions (rad) only.

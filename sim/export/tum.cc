@@ -6,7 +6,7 @@
 namespace sim::exports {
 namespace {
 
-// Three lines before the first row: readers skip that many.
+// Three lines before the first row, because readers skip that many.
 std::string header(const char* what, const ExportContext& out, const char* columns) {
   return fmt::format("# {}\n# file: {}, seed {}\n# {}\n", what, out.run.name, out.run.seed, columns);
 }
@@ -29,8 +29,8 @@ std::string associations(const std::vector<slam::Stamp>& images, const std::vect
   return text;
 }
 
-// A depth camera with the camera of its images: the first with a color camera, else the first one. Without
-// depth the first color camera, else the head camera.
+// A depth camera and the camera of its images: the first pair with a color camera, else the first pair.
+// Without depth: the first color camera, else the head camera.
 struct Rgbd {
   explicit Rgbd(const ExportContext& out) : rgb(out.head()) {
     const auto is_color = [&](int camera) { return out.sensor(camera).kind == rig::Kind::color; };
@@ -66,7 +66,7 @@ void export_tum(const ExportContext& out) {
               accelerations = header("accelerometer data, chest IMU", out, "timestamp ax ay az"),
               plan = header("planned camera poses", out, poses);
   std::vector<slam::Stamp> with_image, with_depth;
-  double measured = 0;  // parts of images
+  double measured = 0;  // fractions of images with depth
   const auto add = [&](const char* folder, slam::Stamp t, const cv::Mat& image, std::string& list,
                        std::vector<slam::Stamp>& stamps) {
     const std::string name = fmt::format("{}/{}.png", folder, written_seconds(t));
@@ -94,10 +94,9 @@ void export_tum(const ExportContext& out) {
     const std::string pairs = associations(with_image, with_depth, out.sensor(*cameras.depth).rate_hz);
     out.write("associations.txt", pairs);
     if (measured == 0)
-      out.run.warn(
-          "depth/ has no depth at any pixel: nothing is in the range and the view of the depth camera");
+      out.run.warn("depth/ has no depth at any pixel: nothing is within the depth camera's range and view");
     if (pairs.empty())
-      out.run.warn("associations.txt is empty: no image and depth image are of the same time");
+      out.run.warn("associations.txt is empty: no image and depth image were taken at the same time");
   }
   out.write("accelerometer.txt", accelerations);
   out.write("plan.txt", plan);

@@ -17,7 +17,7 @@ using How = FileLock::How;
 constexpr int kAttempts = 150;
 constexpr useconds_t kPauseUs = 20'000;  // 3 s in all: enough for a killed process to end
 
-// False, with errno, if it cannot be locked.
+// Returns false and sets errno if the file cannot be locked.
 bool lock_open(int fd, int operation) {
   while (::flock(fd, operation) != 0)
     if (errno != EINTR) return false;
@@ -33,7 +33,7 @@ int open_to_lock(const fs::path& file, int make) {
   return read_only;
 }
 
-// Replaces the content of a file that was opened and not written yet.
+// Replaces the content of a file that has been opened but not yet written.
 void write_whole(int fd, const fs::path& file, std::string_view bytes) {
   if (::ftruncate(fd, 0) != 0) fail_by_errno(file, "cannot be written");
   write_all(fd, file, bytes);
@@ -47,12 +47,12 @@ fs::path partial_of(const fs::path& target) {
   return parent_of(target) / fmt::format(".{}.partial", target.filename().string());
 }
 
-// Forces a folder, or its whole file system, to the disk.
+// Flushes a folder, or its whole file system, to disk.
 void sync_folder(const fs::path& folder, bool whole_file_system = false) {
   const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (opened.fd < 0) fail_by_errno(folder, "cannot be opened");
   if ((whole_file_system ? ::syncfs(opened.fd) : ::fsync(opened.fd)) != 0)
-    fail_by_errno(folder, "cannot be forced to the disk");
+    fail_by_errno(folder, "cannot be flushed to disk");
 }
 
 void rename_file(const fs::path& from, const fs::path& to) {
@@ -74,22 +74,22 @@ constexpr std::string_view kMarkerStart = "# Made by gaitslam",
                                "it is replaced.\n";
 constexpr const char* kWhatToDo = "move it away, or name another folder";
 
-// The first folder earlier-<n> in the folder that has none of these names; made if it is missing.
+// The first folder earlier-<n> in the folder that contains none of these names. It is created if missing.
 fs::path earlier_without(const fs::path& folder, const std::vector<std::string>& names) {
   for (int n = 1;; ++n) {
     const fs::path earlier = folder / fmt::format("earlier-{}", n);
-    if (::mkdir(earlier.c_str(), 0777) != 0 && errno != EEXIST) fail_by_errno(earlier, "cannot be made");
+    if (::mkdir(earlier.c_str(), 0777) != 0 && errno != EEXIST) fail_by_errno(earlier, "cannot be created");
     if (is_real_folder(earlier) &&
         std::ranges::none_of(names, [&](const std::string& name) { return is_there(earlier / name); }))
       return earlier;
   }
 }
 
-// Renames the folder to its target; one that is there moves to earlier-<n>, exchanged in one step if the file
-// system can. The old marker is locked, so that no process takes it for a leftover.
+// Renames the folder to its target. An existing target moves to earlier-<n>, in one step if the file system
+// can exchange them. The old marker is locked so that no process takes it for a leftover.
 void put_in_place(const fs::path& partial, const fs::path& target) {
   if (::rename(partial.c_str(), target.c_str()) == 0) return sync_folder(parent_of(target));
-  if (errno != ENOTEMPTY && errno != EEXIST) fail_by_errno(target, "cannot be made");
+  if (errno != ENOTEMPTY && errno != EEXIST) fail_by_errno(target, "cannot be created");
   const auto old = FileLock::acquire(target / kMarker, How::try_existing);
   const std::string name = target.filename();
   const fs::path earlier = earlier_without(parent_of(target), {name});
@@ -103,13 +103,13 @@ void put_in_place(const fs::path& partial, const fs::path& target) {
   sync_folder(parent_of(target));
 }
 
-// The name that a partial folder or file is made for.
+// The final name of a partial folder or file.
 fs::path target_of(const fs::path& partial) {
   const std::string name = partial.filename();
   return partial.parent_path() / name.substr(1, name.rfind(".partial") - 1);
 }
 
-// Gives a complete folder that a killed process left its name, or moves it aside if that is taken.
+// Gives a complete folder that a killed process left behind its name, or sets it aside if the name is taken.
 void recover(const fs::path& partial) {
   const fs::path target = target_of(partial);
   rename_file(partial, is_there(target)
@@ -117,7 +117,7 @@ void recover(const fs::path& partial) {
                            : target);
 }
 
-// Removes what is in the folder except its marker; does not follow links.
+// Removes everything in the folder except its marker. Does not follow links.
 void empty_but_marker(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (entry.path() == folder / kMarker) continue;
@@ -127,17 +127,18 @@ void empty_but_marker(const fs::path& folder) {
   }
 }
 
-// Makes and locks the folder; empties it if a killed process left it.
+// Creates and locks the folder. Empties it if a killed process left it behind.
 FileLock begin_partial(const fs::path& partial, const fs::path& target) {
   for (int attempt = 0; attempt <= kAttempts; ++attempt, ::usleep(kPauseUs)) {
     std::error_code error;
     fs::create_directories(parent_of(target), error);
-    if (error) fail_by_errno(parent_of(target), "cannot be made", error.value());
+    if (error) fail_by_errno(parent_of(target), "cannot be created", error.value());
     fs::create_directory(partial, error);
-    if (error) fail_by_errno(target, "cannot be made", error.value());
-    if (!is_real_folder(partial)) throw FileError(target, "cannot be made: " + partial.string() + " exists");
+    if (error) fail_by_errno(target, "cannot be created", error.value());
+    if (!is_real_folder(partial))
+      throw FileError(target, "cannot be created: " + partial.string() + " exists");
     if (!is_there(partial / kMarker) && !fs::is_empty(partial))
-      throw FileError(partial, "was not made by gaitslam, which needs this name: move it away");
+      throw FileError(partial, "was not created by gaitslam, which needs this name: move it away");
     try {
       if (auto lock = FileLock::acquire(partial / kMarker, How::try_exclusive)) {
         if (has_marker(partial)) {
@@ -149,7 +150,7 @@ FileLock begin_partial(const fs::path& partial, const fs::path& target) {
         return std::move(*lock);
       }
     } catch (const FileError&) {
-      if (is_there(partial)) throw;  // else another process has removed it as a leftover
+      if (is_there(partial)) throw;  // otherwise another process removed it as a leftover
     }
   }
   throw FileError(target, "is being written by another process: wait for it, or name another folder");
@@ -169,17 +170,18 @@ void remove_partial(const fs::path& partial) {
 
 fs::path checked_target(fs::path target, Existing existing) {
   if (!target.has_filename()) target = target.parent_path();  // without a trailing slash
-  if (existing == Existing::reject && is_there(target)) throw FileError(target, "exists already");
+  if (existing == Existing::reject && is_there(target)) throw FileError(target, "already exists");
   require_replaceable(target);
   return target;
 }
 
-// Locks a partial folder that a killed process left. Returns nothing for other paths and folders in use.
+// Locks a partial folder that a killed process left behind. Returns nothing for other paths and folders in
+// use.
 std::optional<FileLock> lock_leftover(const fs::path& path) {
   if (!is_partial(path) || !is_real_folder(path) || !is_real_file(path / kMarker)) return std::nullopt;
   try {
     return FileLock::acquire(path / kMarker, How::try_existing);
-  } catch (const FileError&) {  // of another user
+  } catch (const FileError&) {  // another user's
     return std::nullopt;
   }
 }
@@ -201,7 +203,7 @@ std::optional<FileLock> FileLock::acquire(const fs::path& file, How how) {
     }, named{};
     if (::fstat(lock.fd(), &locked) == 0 && ::lstat(file.c_str(), &named) == 0 &&
         locked.st_dev == named.st_dev && locked.st_ino == named.st_ino)
-      return lock;  // else it was renamed or removed before the lock
+      return lock;  // otherwise it was renamed or removed before it was locked
   }
 }
 
@@ -236,9 +238,9 @@ void write_atomically(const fs::path& file, std::string_view bytes) {
   const auto lock = FileLock::acquire(temporary, How::exclusive);
   try {
     write_whole(lock->fd(), temporary, bytes);
-    if (::fsync(lock->fd()) != 0) fail_by_errno(temporary, "cannot be forced to the disk");
+    if (::fsync(lock->fd()) != 0) fail_by_errno(temporary, "cannot be flushed to disk");
     if (replaces && ::fchmod(lock->fd(), replaced.st_mode & ACCESSPERMS) != 0)
-      fail_by_errno(file, "cannot be given its permissions");
+      fail_by_errno(file, "cannot set its permissions");
     rename_file(temporary, file);
   } catch (...) {
     ::unlink(temporary.c_str());
@@ -254,7 +256,7 @@ bool is_partial(const fs::path& path) {
 
 void remove_leftovers(const fs::path& folder) {
   std::error_code none;
-  std::vector<fs::path> entries;  // recovery adds some
+  std::vector<fs::path> entries;  // recovery adds entries to the folder
   for (const auto& entry : fs::directory_iterator(folder, none)) entries.push_back(entry.path());
   for (const fs::path& entry : entries)
     if (const auto lock = lock_leftover(entry)) has_marker(entry) ? recover(entry) : remove_partial(entry);
@@ -271,10 +273,10 @@ AtomicFolder::~AtomicFolder() {
 }
 
 void AtomicFolder::commit() {
-  if (existing_ == Existing::reject && is_there(target_)) throw FileError(target_, "exists already");
-  sync_folder(path_, true);  // before the marker: with it the folder counts as complete
+  if (existing_ == Existing::reject && is_there(target_)) throw FileError(target_, "already exists");
+  sync_folder(path_, true);  // before the marker is written: it makes the folder count as complete
   write_whole(lock_.fd(), path_ / kMarker, kMarkerText);
-  if (::fsync(lock_.fd()) != 0) fail_by_errno(path_ / kMarker, "cannot be forced to the disk");
+  if (::fsync(lock_.fd()) != 0) fail_by_errno(path_ / kMarker, "cannot be flushed to disk");
   committed_ = true;  // a complete folder is kept if it cannot be renamed
   put_in_place(path_, target_);
 }
@@ -290,14 +292,14 @@ void require_replaceable(const fs::path& folder) {
   if (fs::is_symlink(status)) throw FileError(folder, "is a symbolic link, expected a folder or a new name");
   if (!fs::is_directory(status)) throw FileError(folder, "is a file, expected a folder or a new name");
   if (has_marker(folder) || fs::is_empty(folder)) return;
-  throw FileError(folder, "was not made by gaitslam, which would replace it: {}", kWhatToDo);
+  throw FileError(folder, "was not created by gaitslam, which would replace it: {}", kWhatToDo);
 }
 
 void claim_outputs(const fs::path& folder, const std::vector<std::string>& names) {
   if (has_marker(folder)) return;
   for (const std::string& name : names)
     if (is_there(folder / name))
-      throw FileError(folder / name, "was not made by gaitslam, which would replace it: {}", kWhatToDo);
+      throw FileError(folder / name, "was not created by gaitslam, which would replace it: {}", kWhatToDo);
   fs::create_directories(folder);
   write_atomically(folder / kMarker, kMarkerText);
 }

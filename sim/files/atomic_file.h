@@ -5,18 +5,19 @@
 
 namespace sim::files {
 
-/// A locked file (flock). The end of its life or of the process releases it; children do not inherit it.
+/// A locked file (flock). The lock is released when this object or the process ends; child processes do not
+/// inherit it.
 class FileLock {
  public:
-  /// shared, exclusive: make the file if it is missing and wait for the lock. try_exclusive does not wait;
-  /// try_existing does not make the file either.
+  /// shared, exclusive: create the file if it is missing, and wait for the lock. try_exclusive does not wait;
+  /// try_existing does not create the file either.
   enum class How { shared, exclusive, try_exclusive, try_existing };
 
-  /// Locks the file that has this name now, also one that this process cannot write, but not through a
-  /// symbolic link. Returns nothing if `how` gives up; throws FileError.
+  /// Locks the file that has this name now, even one that this process cannot write, but not through a
+  /// symbolic link. Returns nothing if `how` gives up. Throws FileError.
   static std::optional<FileLock> acquire(const fs::path& file, How how);
-  /// Locks a folder without a file in it; nothing if another process has the lock. Succeeds if the file
-  /// system cannot lock folders; throws FileError.
+  /// Locks a folder itself, not a file in it. Returns nothing if another process holds the lock. Succeeds if
+  /// the file system cannot lock folders. Throws FileError.
   static std::optional<FileLock> acquire_folder(const fs::path& folder);
 
   int fd() const { return file_.fd; }
@@ -32,21 +33,22 @@ void write_all(int fd, const fs::path& file, std::string_view bytes);
 /// Throws a FileError if this name, or the target of a link of this name, exists and is not a regular file.
 void require_regular(const fs::path& file);
 
-/// Writes `bytes` to a temporary sibling (.<file>.partial), forces it to the disk and renames it to `file`;
-/// keeps an existing file's permissions. Throws FileError, as require_regular() does; `file` is then
+/// Writes `bytes` to a temporary sibling (.<file>.partial), flushes it to disk and renames it to `file`.
+/// Keeps an existing file's permissions. Throws FileError, as require_regular() does; `file` is then
 /// unchanged.
 void write_atomically(const fs::path& file, std::string_view bytes);
 
-/// Returns whether a path is the name of a temporary sibling made here (".X.partial").
+/// Returns whether a path is the name of a temporary sibling created here (".X.partial").
 bool is_partial(const fs::path& path);
 
-// The marker of a folder that the program made. What such a folder, or a file of the program in it, is
-// replaced with moves it aside: nothing that a user added is ever removed.
+// The marker of a folder that the program created. When such a folder, or a file of the program in it, is
+// replaced, the old one is moved aside: nothing that a user added is ever removed.
 
-/// The marker, a text file. It is empty until the folder is complete.
+/// The marker, a text file. It stays empty until the folder is complete.
 inline constexpr const char* kMarker = ".gaitslam";
 
-/// Returns whether the folder is complete and was made by the program. Symbolic links are neither folders nor
+/// Returns whether the folder is complete and was created by the program. Symbolic links count as neither
+/// folders
 /// markers.
 bool has_marker(const fs::path& folder);
 
@@ -54,27 +56,28 @@ bool has_marker(const fs::path& folder);
 /// rejected.
 void require_replaceable(const fs::path& folder);
 
-/// Makes the folder if it is missing, and its marker. Throws a FileError if it has no marker and one of these
-/// names is in it; then nothing is changed.
+/// Creates the folder if it is missing, and its marker. Throws FileError if it has no marker and contains one
+/// of these names; then nothing is changed.
 void claim_outputs(const fs::path& folder, const std::vector<std::string>& names);
 
-/// Moves those of these names that exist in the folder into its first folder earlier-<n> that has none of
-/// them. Returns that folder, or nothing if none of them exists; throws FileError.
+/// Moves those of these names that exist in the folder to its first folder earlier-<n> that contains none of
+/// them. Returns that folder, or nothing if none of the names exists. Throws FileError.
 std::optional<fs::path> set_aside(const fs::path& folder, const std::vector<std::string>& names);
 
-/// Writes a file of a marked folder as write_atomically() does, after setting aside one with other content.
+/// Writes a file in a marked folder as write_atomically() does, after setting aside a file with other
+/// content.
 void write_output(const fs::path& file, std::string_view bytes);
 
-/// Treatment of an existing folder of the same name. replace: it moves to earlier-<n> beside it.
+/// What happens to an existing folder of the same name. replace: it moves to earlier-<n> beside it.
 enum class Existing { reject, replace };
 
-/// A folder that is filled as a hidden sibling, .<target>.partial, gets its name and its marker by commit(),
-/// and is removed without it. The marker is locked while this object lives, so that a second process is
-/// rejected and a leftover is recognized.
+/// A folder that is filled as a hidden sibling, .<target>.partial. commit() gives it its name and its marker;
+/// without commit() it is removed. The marker is locked while this object lives, so that a second process is
+/// rejected and leftovers are recognized.
 class AtomicFolder {
  public:
-  /// Makes the temporary folder and the parents it needs. Throws FileError if that fails, if another process
-  /// makes the same target, or if `target` exists and is to be rejected or cannot be replaced.
+  /// Creates the temporary folder and the parents it needs. Throws FileError if that fails, if another
+  /// process is creating the same target, or if `target` exists and is to be rejected or cannot be replaced.
   explicit AtomicFolder(fs::path target, Existing existing = Existing::reject);
   ~AtomicFolder();
   AtomicFolder(const AtomicFolder&) = delete;
@@ -82,7 +85,7 @@ class AtomicFolder {
 
   const fs::path& path() const { return path_; }  ///< where to write
 
-  /// Forces everything to the disk and renames the folder to `target` in one step. Throws FileError.
+  /// Flushes everything to disk and renames the folder to `target` in one step. Throws FileError.
   void commit();
 
  private:
@@ -92,8 +95,8 @@ class AtomicFolder {
   bool committed_ = false;
 };
 
-/// Removes the partial folders in `folder` that killed processes left, except those of other users. A
-/// complete one gets its name, or moves to earlier-<n> if that is taken.
+/// Removes partial folders in `folder` that killed processes left behind, except other users'. A complete one
+/// gets its name, or moves to earlier-<n> if that is taken.
 void remove_leftovers(const fs::path& folder);
 
 }  // namespace sim::files

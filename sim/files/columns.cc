@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kLongest = 9e18;  // ns
 
-// Names between blanks.
+// Names, each between spaces.
 const std::map<Quantity, std::string> kNames{
     {Quantity::time,
      " time timestamp timestamps stamp times ts epoch sec secs seconds msec usec nsec nsecs nanosec nanosecs "
@@ -32,7 +32,7 @@ std::optional<Quantity> quantity_named(const std::string& name) {
   return std::nullopt;
 }
 
-// Units without blanks, '^', '*', '_' and braces, in lower case. Lengths are in m, rates in rad/s.
+// Units in lower case, without spaces, '^', '*', '_' and braces. Lengths are in m, rates in rad/s.
 const std::map<Quantity, std::vector<std::pair<std::string_view, double>>> kUnits{
     {Quantity::time,
      {{"s sec secs seconds", 1e9},
@@ -67,7 +67,7 @@ std::vector<std::string> words_of(std::string_view name) {
     else if (!words.back().empty())
       words.emplace_back();
   if (words.back().empty()) words.pop_back();
-  // Messages that were printed have these in front: field.pose.position.x
+  // Printed messages have these in front: field.pose.position.x
   static const std::set<std::string> kInFront{"field", "pose", "msg", "imu", "header"};
   while (words.size() > 1 && kInFront.contains(words[0])) words.erase(words.begin());
   return words;
@@ -81,7 +81,8 @@ std::string joined(const std::vector<std::string>& words, std::size_t from = 0) 
   return all;
 }
 
-// Separates the axis of qx, gyrox_dps, est_qx and, as frame and axis of p_G, of p_G_Ix from its word.
+// Separates the axis from the rest of the name in qx, gyrox_dps and est_qx, and frame and axis in p_G and
+// p_G_Ix.
 void split_axis(std::vector<std::string>& words) {
   if (std::ranges::any_of(words, is_axis)) return;
   for (std::size_t i = words.size(); i-- > 0;) {
@@ -96,7 +97,8 @@ void split_axis(std::vector<std::string>& words) {
   }
 }
 
-// The name in all words, else in the first (p_RS_R is p), else in the last (/odom/pose/position is position).
+// Looks the name up as all words, else as the first (p_RS_R is p), else as the last (/odom/pose/position is
+// position).
 std::optional<Quantity> quantity_of(const std::vector<std::string>& words, bool is_path) {
   std::optional<Quantity> found = quantity_named(joined(words));
   if (!found && !is_path) found = quantity_named(words.front());
@@ -106,13 +108,14 @@ std::optional<Quantity> quantity_of(const std::vector<std::string>& words, bool 
 }
 
 struct CovarianceName {
-  int row, column;  // in the order orientation, position
+  int row, column;  // order: orientation, position
   bool fixed_axes = false;
 };
 const std::map<std::string, int> kBlocks{{"orientation", 0}, {"rotation", 0}, {"rot", 0},
                                          {"position", 3},    {"pos", 3},      {"translation", 3}};
 
-// The elements of a covariance: pr11, ptr12, covxy, covrollyaw, and by index cov7, positioncov3 as in ROS.
+// The elements of a covariance: pr11, ptr12, covxy, covrollyaw; or, as in ROS, with an index: cov7,
+// positioncov3.
 const std::map<std::string, CovarianceName>& covariance_names() {
   static const auto names = [] {
     static constexpr std::array<std::array<const char*, 3>, 6> kAxes{{{"rx", "rx", "roll"},
@@ -177,7 +180,7 @@ std::vector<std::string> split_titles(std::string_view text) {
       titles.emplace_back();
   }
   if (commas) return titles;
-  for (std::size_t i = 1; i < titles.size();)  // a unit after a blank
+  for (std::size_t i = 1; i < titles.size();)  // a unit after a space
     if (titles[i].starts_with('[') || titles[i].starts_with('('))
       titles[i - 1] += titles[i], titles.erase(titles.begin() + static_cast<std::ptrdiff_t>(i));
     else
@@ -190,7 +193,7 @@ std::vector<std::string> split_titles(std::string_view text) {
 std::optional<std::chrono::nanoseconds> parse_stamp(std::string_view text, const TimeUnit& unit) {
   const auto whole = parse_number<std::int64_t>(text);
   const auto value = whole ? std::optional(static_cast<long double>(*whole))
-                           : parse_number<long double>(text);  // x86's 64 bits of mantissa keep each ns
+                           : parse_number<long double>(text);  // x86's 64-bit mantissa keeps every ns
   if (!value) return std::nullopt;
   const long double ns = *value * static_cast<long double>(unit.ns);
   if (!(std::abs(ns) <= kLongest)) return std::nullopt;
@@ -235,13 +238,13 @@ const TimeUnit& unit_of_stamps(const fs::path& file, const std::vector<double>& 
 }
 
 std::string not_rising(std::chrono::nanoseconds before, std::chrono::nanoseconds stamp) {
-  std::string why = "the stamp is not after the one before";
+  std::string why = "the stamp is not after the previous one";
   if (stamp < before)
     why += fmt::format(": it is {:.6g} s earlier", 1e-9 * static_cast<double>((before - stamp).count()));
   if (stamp == before)
     why +=
-        ": it is the same; if its rest is missing or in another column, expected all digits, or a header "
-        "that names both, as in secs,nsecs";
+        ": it is the same; if its last digits are missing or in another column, expected all digits, or a "
+        "header that names both columns, such as secs,nsecs";
   return why;
 }
 
@@ -253,7 +256,7 @@ bool Header::read_covariance(const std::vector<std::string>& words, Title& title
   if (!covariance_names().contains(name) && !indexed && !variance && !names("cov")) return false;
   title.quantity = Quantity::other;
   title.of_covariance = std::ranges::none_of(std::array{"twist", "vel", "acc", "gyro", "bias"}, names);
-  if (names("cov")) {  // the block, if stated, then what follows "cov"
+  if (names("cov")) {  // the block, if any, then what follows "cov"
     name.clear();
     std::string after;
     for (const std::string& word : words)
@@ -305,7 +308,7 @@ Header::Title Header::parse(std::string_view text) {
     return title;
   }
   title.quantity = quantity_of(words, title.text.starts_with('/'));
-  if (title.quantity && *title.quantity != Quantity::time) title.quantity = Quantity::other;  // without axis
+  if (title.quantity && *title.quantity != Quantity::time) title.quantity = Quantity::other;  // no axis
   return title;
 }
 
@@ -341,7 +344,7 @@ bool Header::fit(std::size_t columns, bool commas) {
   else if (starts_with_pose)
     throw FileError(
         file_, line_,
-        "the header names {} columns and no stamp, the rows have {}: expected a name for each, or "
+        "the header names {} columns and no stamp, the rows have {}: expected a name for each column, or "
         "for each but a stamp in front",
         titles_.size(), columns);
   return true;
@@ -374,20 +377,20 @@ std::vector<Column> Header::columns(Quantity quantity, std::string_view axes, st
     for (std::size_t field = 0; field < titles_.size(); ++field)
       if (titles_[field].axis == axes[i] && fits(field, quantity, axes[i], named)) fitting.push_back(field);
     const auto is_bare = [&](std::size_t field) { return titles_[field].stem.empty(); };
-    const bool bare = !named && std::ranges::any_of(fitting, is_bare);  // "x" comes before "goal_x"
+    const bool bare = !named && std::ranges::any_of(fitting, is_bare);  // "x" is preferred to "goal_x"
     if (bare) std::erase_if(fitting, [&](std::size_t field) { return !is_bare(field); });
     if (in_order.size() == i && fits(first + i, quantity, axes[i], named) &&
         (titles_[first + i].axis == 0 || std::ranges::count(fitting, first + i) > 0))
       in_order.push_back(first + i);
     if (fitting.size() == 1) by_name.push_back(fitting[0]);
     if (fitting.size() > 1 && !bare && quantity == Quantity::position)
-      fail(fitting[1], "names the position along {} as column {} does, expected it once", axes[i],
+      fail(fitting[1], "names the position along {} again, after column {}, expected it once", axes[i],
            fitting[0] + 1);
   }
   const std::vector<std::size_t>& found = in_order.size() == axes.size() ? in_order : by_name;
   if (found.size() < axes.size())
     fail(std::min(first + in_order.size(), titles_.size() - 1),
-         "expected {} along {} here, or columns that name it once each",
+         "expected {} along {} here, or columns that name each axis once",
          kWords.at(static_cast<std::size_t>(quantity)), axes[in_order.size()]);
   std::vector<Column> columns;
   for (const std::size_t field : found) columns.push_back({field, factor(field, quantity)});
@@ -402,7 +405,7 @@ std::optional<CovarianceColumns> Header::covariance_columns(bool twenty) const {
     if (!title.of_covariance) continue;
     if (!title.element)
       fail(field,
-           "unknown name of a covariance, expected one such as Pr11, Pt12, cov_xy, cov_roll_yaw or "
+           "unknown covariance name, expected for example Pr11, Pt12, cov_xy, cov_roll_yaw or "
            "pose.covariance[0]");
     const auto unit = kCovarianceUnits.find(title.unit.empty() ? "m2" : title.unit);
     if (unit == kCovarianceUnits.end()) fail(field, "unknown unit \"{}\", expected m^2 or rad^2", title.unit);
@@ -417,7 +420,7 @@ std::optional<CovarianceColumns> Header::covariance_columns(bool twenty) const {
   if (twenty && (!found.elements.empty() || std::ranges::count_if(titles_, is_unknown) >= 12) &&
       unknown != titles_.end())
     fail(static_cast<std::size_t>(unknown - titles_.begin()),
-         "unknown name, expected one of a covariance, such as Pr11 or Pt12");
+         "unknown name, expected a covariance such as Pr11 or Pt12");
   if (found.elements.empty()) return std::nullopt;
   const auto has = [&](std::size_t row, std::size_t column) {
     return times[row][column] + times[column][row] > 0;

@@ -24,7 +24,7 @@ constexpr std::pair<std::string_view, const char*> kFormats[] = {{"\x1f\x8b", "c
                                                                  {"SQLite format 3", "an SQLite database"}};
 
 enum class Encoding { utf8, utf16_little, utf16_big };
-// By the zeros beside ASCII characters. Throws FileError if the file is not text.
+// Decides by the zeros beside ASCII characters. Throws FileError if the file is not text.
 Encoding encoding_of(const fs::path& file, std::string_view start) {
   for (const auto& [magic, name] : kFormats)
     if (start.starts_with(magic)) throw FileError(file, "is {}, expected plain text", name);
@@ -65,7 +65,7 @@ CsvReader::CsvReader(const fs::path& file, Writer writer)
   if (!strict_) require_utf8(file, piece_);
   if (!read_line()) throw FileError(file, "is empty");
   if (!strict_ && line_.starts_with("\xef\xbb\xbf")) line_.erase(0, 3);  // UTF-8's byte order mark
-  if (line_.find('\r') != line_.npos) fail("its lines end with CR, expected line feeds");
+  if (line_.find('\r') != line_.npos) fail("lines end with CR, expected line feeds");
   if (!strict_ && line_.find(',') == line_.npos && line_.find_first_of(";\t") != line_.npos)
     separator_ = line_[line_.find_first_of(";\t")];
   split();
@@ -82,7 +82,7 @@ CsvReader::CsvReader(const fs::path& file, const std::vector<std::string>& heade
 CsvReader::CsvReader(const fs::path& file, std::size_t least_fields) : CsvReader(file, Writer::other) {
   if (parse_number<double>(titles_[0])) fail("expected a header that names the columns");
   if (titles_.size() < least_fields)
-    fail("expected a header of at least {} columns between commas, semicolons or tabs, found {}",
+    fail("expected a header of at least {} columns separated by commas, semicolons or tabs, found {}",
          least_fields, titles_.size());
 }
 
@@ -119,7 +119,7 @@ void CsvReader::split() {
     } else {
       const std::size_t end = std::min(line_.find(separator_, begin), line_.size());
       std::string_view field = std::string_view(line_).substr(begin, end - begin);
-      if (!strict_) {  // blanks around it
+      if (!strict_) {  // strips whitespace around it
         field.remove_prefix(std::min(field.find_first_not_of(" \t"), field.size()));
         field = field.substr(0, field.find_last_not_of(" \t") + 1);
       }
@@ -133,7 +133,7 @@ void CsvReader::split() {
 std::size_t CsvReader::split_quoted(std::size_t begin) {
   std::size_t from = begin + 1, to = from;
   for (;; ++from, ++to) {
-    if (from == line_.size()) fail("a quoted field does not end");
+    if (from == line_.size()) fail("a quoted field is not closed");
     if (line_[from] == '"' && (++from == line_.size() || line_[from] != '"')) break;
     line_[to] = line_[from];
   }
@@ -175,7 +175,7 @@ Eigen::Isometry3d Row::pose(std::size_t first) const {
     X.linear().row(row) = vector(first + 3 + 3 * static_cast<std::size_t>(row)).transpose();
   const Eigen::Matrix3d residual = X.linear() * X.linear().transpose() - Eigen::Matrix3d::Identity();
   if (residual.norm() > 1e-9 || X.linear().determinant() < 0)
-    fail(first + 3, "these nine numbers are not a rotation");
+    fail(first + 3, "these nine numbers are not a rotation matrix");
   return X;
 }
 

@@ -7,9 +7,9 @@
 
 namespace sim::files {
 
-/// Returns external text as UTF-8 with line feeds and without byte order mark: converts UTF-16 (characters
-/// that are not ASCII become '?') and lines that end with CR. Throws FileError naming what it is if it is not
-/// text.
+/// Returns external text as UTF-8 with line feeds and without a byte order mark. Converts UTF-16 (non-ASCII
+/// characters become '?') and lines that end with CR. If the file is not text, throws FileError that says
+/// what it is.
 std::string plain_text(const fs::path& file, std::string bytes);
 
 /// Throws FileError, naming the encoding, if a file that starts with these bytes is not UTF-8 text.
@@ -26,7 +26,7 @@ class Row {
   Eigen::Vector3d vector(std::size_t first) const;  ///< three fields
   Eigen::Isometry3d pose(std::size_t first) const;  ///< twelve fields: position, then rotation by rows
 
-  /// Throws FileError at a field. why: a format with its values.
+  /// Throws FileError at a field. why: a format string and its arguments.
   template <typename... T>
   [[noreturn]] void fail(std::size_t field, fmt::format_string<T...> why, T&&... values) const {
     throw FileError(*file_, line_number_, static_cast<std::size_t>(fields_.at(field).data() - begin_) + 1,
@@ -43,27 +43,28 @@ class Row {
 
   std::shared_ptr<const fs::path> file_;
   std::size_t line_number_;
-  const char* begin_ = nullptr;  // of the line
+  const char* begin_ = nullptr;  // start of the line
   std::vector<std::string_view> fields_;
 };
 
-/// Reads a file line by line; the first is its header, and each must have as many fields, quoted as in RFC
-/// 4180 but ended on their line. All members throw FileError.
+/// Reads a file line by line. The first line is the header; every other line must have as many fields, quoted
+/// as in RFC 4180 but without line breaks. All members throw FileError.
 class CsvReader : public Row {
  public:
-  /// A file that the program wrote: the first line must be one of `headers`, and each line ends with a line
+  /// A file written by the program: the first line must be one of `headers`, and each line ends with a line
   /// feed (a last line without one was cut off).
   CsvReader(const fs::path& file, const std::vector<std::string>& headers);
 
-  /// An external file; any header. Ignores blanks around fields, empty lines, a missing last line feed.
+  /// An external file with any header. Ignores whitespace around fields, empty lines, and a missing final
+  /// line feed.
   explicit CsvReader(const fs::path& file) : CsvReader(file, Writer::other) {}
 
-  /// An external file with a header of at least so many columns. The first title must not be a number.
+  /// An external file whose header has at least this many columns. The first title must not be a number.
   CsvReader(const fs::path& file, std::size_t least_fields);
 
-  const std::vector<std::string>& titles() const { return titles_; }  ///< of the header's columns
+  const std::vector<std::string>& titles() const { return titles_; }  ///< titles of the header's columns
   bool next();          ///< reads the next row; false at the end of the file
-  double part() const;  ///< of the file's bytes that were read, 0 to 1
+  double part() const;  ///< fraction of the file's bytes read so far, 0 to 1
 
  private:
   enum class Writer { own, other };
@@ -73,7 +74,7 @@ class CsvReader : public Row {
   std::size_t split_quoted(std::size_t begin);  // returns the end of the field
 
   InputFile input_;
-  std::string_view piece_;  // what is left of the piece at hand
+  std::string_view piece_;  // rest of the current piece
   bool strict_;
   char separator_ = ',';     // ';' or a tab if the header has these and no comma
   std::uintmax_t read_ = 0;  // bytes
@@ -81,10 +82,10 @@ class CsvReader : public Row {
   std::string line_;
 };
 
-/// Returns the text as a field, quoted as in RFC 4180 if needed; line breaks become blanks.
+/// Returns the text as a field, quoted as in RFC 4180 if needed. Line breaks become spaces.
 std::string csv_field(std::string_view text);
 /// Returns csv_field() of an untrusted name, made safe for terminals and spreadsheets. Control characters
-/// become '?', and a formula gets a leading apostrophe; numbers stay.
+/// become '?', and formulas get a leading apostrophe; numbers stay unchanged.
 std::string neutral_field(const std::string& text);
 /// Returns the fewest digits that round-trip, separated by commas.
 std::string csv_fields(const Eigen::Vector3d& v);

@@ -31,7 +31,7 @@ std::string Hash::hex() const {
 }
 
 HashedFile::HashedFile(const fs::path& file) : file_(file), out_(file, std::ios::binary) {
-  if (!out_) fail_by_errno(file_, "cannot be made");
+  if (!out_) fail_by_errno(file_, "cannot be created");
 }
 
 void HashedFile::write(std::string_view bytes) {

@@ -1,4 +1,4 @@
-// XXH3 hashes of bytes and of files during writing; SHA-256.
+// XXH3 hashes of bytes and of files while they are written; SHA-256.
 #pragma once
 
 #include <fstream>
@@ -21,7 +21,7 @@ class Hash {
   std::uint64_t bytes_ = 0;
 };
 
-/// A file hashed during writing. All members throw FileError.
+/// A file that is hashed while it is written. All members throw FileError.
 class HashedFile {
  public:
   explicit HashedFile(const fs::path& file);
@@ -35,7 +35,7 @@ class HashedFile {
   Hash hash_;
 };
 
-/// Returns the SHA-256 (FIPS 180-4), 32 bytes, which identifies the scripts of pages.
+/// Returns the SHA-256 (FIPS 180-4), 32 bytes, which identifies the pages' scripts.
 std::string sha256(std::string_view bytes);
 
 }  // namespace sim::files

@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr int kDeepest = 64;  // levels: what is nested deeper would exhaust the stack when it is written
+constexpr int kDeepest = 64;  // levels: deeper nesting would exhaust the stack when written
 
 std::string key_below(const std::string& key, std::string_view name) {
   return fmt::format("{}{}{}", key, key.empty() ? "" : ".", name);

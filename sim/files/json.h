@@ -7,7 +7,7 @@
 
 namespace sim::files {
 
-/// A value of a JSON document, kept alive, and its key there ("metrics.rmse_m.value", "limits[0].passed").
+/// A value in a JSON document, kept alive, and its key there ("metrics.rmse_m.value", "limits[0].passed").
 /// All members throw FileError "file: key: expected ..., found ...".
 class Json {
  public:
@@ -19,14 +19,14 @@ class Json {
   /// Returns the value of a key, or nothing if the key is missing or its value is null.
   std::optional<Json> find(std::string_view key) const;
 
-  std::string text() const;  ///< without what a terminal obeys (sanitize)
+  std::string text() const;  ///< without terminal control characters (sanitize)
   double number() const;
   std::uint64_t whole() const;  ///< a number without fraction and sign
   bool flag() const;            ///< true or false
   std::optional<double> number_or_null() const;
 
-  std::vector<Json> items() const;                            ///< of a list
-  std::vector<std::pair<std::string, Json>> entries() const;  ///< of an object, in the order of the file
+  std::vector<Json> items() const;                            ///< items of a list
+  std::vector<std::pair<std::string, Json>> entries() const;  ///< entries of an object, in the file's order
 
   const nlohmann::ordered_json& value() const { return *value_; }
   [[noreturn]] void fail(const std::string& why) const;

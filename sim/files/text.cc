@@ -24,7 +24,8 @@ bool is_between(std::string_view character, std::string_view first, std::string_
   return character.size() == first.size() && character >= first && character <= last;
 }
 
-// The bytes of the first character; 0 if it is not UTF-8, as overlong forms and surrogates (RFC 3629).
+// The number of bytes of the first character; 0 if it is not UTF-8, including overlong forms and surrogates
+// (RFC 3629).
 std::size_t bytes_of_first(std::string_view text) {
   const auto first = static_cast<unsigned char>(text[0]);
   const int bytes = first < 0x80 ? 1 : first >= 0xC2 && first < 0xF5 ? std::countl_one(first) : 0;
@@ -103,7 +104,7 @@ std::string drawn(const Columns& columns) {
                            : fmt::format("{:>{}}", cell_of(column), column.width()));
     text += line.erase(line.find_last_not_of(' ') + 1) + "\n";
   };
-  for (std::size_t row = 0; row < head; ++row)  // titles stand on the first row of cells
+  for (std::size_t row = 0; row < head; ++row)  // titles are aligned with the first row of cells
     add_line([&](const TableColumn& column) {
       const std::size_t above = head - column.title.size();
       return row < above ? "" : column.title[row - above];
@@ -173,7 +174,7 @@ InputFile::InputFile(const fs::path& file, std::uintmax_t most)
   if (S_ISREG(found.st_mode))
     size_ = static_cast<std::uintmax_t>(found.st_size);
   else if (file == "/dev/stdin" || file.parent_path() == "/dev/fd" || file.parent_path() == "/proc/self/fd")
-    ::fcntl(fd, F_SETFL, 0);  // waits for its bytes
+    ::fcntl(fd, F_SETFL, 0);  // reads wait for bytes
   else
     throw FileError(file, kNotRegular);
   if (size_ > most) throw FileError(file, "has {} bytes, expected at most {}", size_, most);
@@ -211,7 +212,7 @@ void write_text(const fs::path& file, std::string_view text) {
 }
 
 fs::path contained_path(const fs::path& folder, std::string_view name) {
-  constexpr const char* kLeadsOut = "leads out of the folder";
+  constexpr const char* kLeadsOut = "leads outside the folder";
   const fs::path below = name, file = folder / below;
   if (name.empty() || !below.is_relative() || std::find(below.begin(), below.end(), "..") != below.end() ||
       name.find('\0') != name.npos)

@@ -1,5 +1,5 @@
-// Text files as a whole or piece by piece, names of files within a folder, the exception of all readers and
-// writers, and text and tables for a terminal.
+// Whole text files and pieces of them, names of files within a folder, the exception that all readers and
+// writers throw, and text and tables for a terminal.
 #pragma once
 
 #include <fmt/core.h>
@@ -31,11 +31,11 @@ namespace fs = std::filesystem;
 
 namespace sim::files {
 
-/// Returns the text with a '?' for each control character (except line feed and tab), each character that
-/// changes the direction of writing or that XML forbids, and each byte that is not UTF-8.
+/// Returns the text with '?' in place of each control character (except line feed and tab), each character
+/// that changes the writing direction or is forbidden in XML, and each byte that is not UTF-8.
 std::string sanitize(const std::string& text);
 
-/// Returns the sanitized text with a '?' also for line feeds and tabs.
+/// Returns the sanitized text with '?' also in place of line feeds and tabs.
 std::string one_line(const std::string& text);
 
 /// Returns the text as one word of a POSIX shell command, quoted if needed.
@@ -47,7 +47,7 @@ class FileError : public std::runtime_error {
  public:
   FileError(const fs::path& file, const std::string& why)
       : std::runtime_error(sanitize(file.string() + ": " + why)) {}
-  /// why: a format with its values.
+  /// why: a format string and its arguments.
   template <typename First, typename... T>
   FileError(const fs::path& file, fmt::format_string<First, T...> why, First&& first, T&&... rest)
       : FileError(file, fmt::format(why, std::forward<First>(first), std::forward<T>(rest)...)) {}
@@ -71,13 +71,14 @@ class DeviceError : public FileError {
   explicit DeviceError(const std::string& text) : FileError(text) {}
 };
 
-/// Returns whether an error number of the operating system is that of a full disk or a failed device.
+/// Returns whether an operating system error means a full disk or a failed device.
 bool is_of_device(int fault);
 
-/// Throws FileError "file: what: reason" for an error number, or DeviceError if is_of_device().
+/// Throws FileError "file: what: reason" for an error number, or DeviceError if is_of_device() is true for
+/// it.
 [[noreturn]] void fail_by_errno(const fs::path& file, const std::string& what, int fault = errno);
 
-/// An open file of the operating system, closed at the end of its life. Below zero: none.
+/// An open file of the operating system, closed at the end of its life. Negative: none.
 class Descriptor {
  public:
   explicit Descriptor(int opened) : fd(opened) {}
@@ -94,9 +95,10 @@ class Descriptor {
 inline constexpr const char* kNotRegular =
     "is not a regular file, expected one: pipes, devices and sockets are not read";
 
-// Largest sizes in bytes: more than a person or an hour of walk at the highest rates writes.
+// Largest sizes in bytes: more than anything written by a person or by an hour of walking at the highest
+// rates.
 inline constexpr std::uintmax_t kMostOfYaml = 1 << 20, kMostOfJson = 64 << 20, kMostOfImage = 256 << 20;
-/// Files that are read into memory as a whole, such as trajectories and logs.
+/// Files that are read into memory whole, such as trajectories and logs.
 inline constexpr std::uintmax_t kMostOfText = std::uintmax_t{2} << 30;
 /// Files that are read row by row.
 inline constexpr std::uintmax_t kMostOfRows = std::uintmax_t{16} << 30;
@@ -108,10 +110,10 @@ class InputFile {
   /// Throws if the file has more than `most` bytes, before reading it if its size is known.
   InputFile(const fs::path& file, std::uintmax_t most);
 
-  std::uintmax_t size() const { return size_; }  ///< bytes; 0 of a pipe
-  /// Returns the next bytes, none at the end of the file; they live until the next call.
+  std::uintmax_t size() const { return size_; }  ///< bytes; 0 for a pipe
+  /// Returns the next bytes, none at the end of the file. They are valid until the next call.
   std::string_view next();
-  /// Returns the last bytes of a file, at most `bytes`; none of a pipe. next() is not affected.
+  /// Returns the last bytes of a file, at most `bytes` of them, or none for a pipe. Does not affect next().
   std::string last(std::size_t bytes) const;
 
  private:
@@ -125,10 +127,10 @@ class InputFile {
 std::string read_text(const fs::path& file, std::uintmax_t most = kMostOfText);
 
 /// Writes exactly these bytes. Throws FileError "cannot be written: " and the reason. A killed process leaves
-/// a part of the file; write_atomically does not.
+/// an incomplete file; with write_atomically it does not.
 void write_text(const fs::path& file, std::string_view text);
 
-/// Returns the decimal number that is the whole text; nothing if it is not one or does not fit the type.
+/// Returns the number if the whole text is decimal and fits the type; otherwise nothing.
 template <typename Number>
 std::optional<Number> parse_number(std::string_view text) {
   Number value{};
@@ -151,27 +153,27 @@ inline std::string counted(std::size_t n, std::string_view what) {
 /// Returns the lines of a text without their line feeds.
 std::vector<std::string> lines_of(std::string_view text);
 
-/// Returns the lines of a text between "@@ title" and the next line that starts with "@@ "; nothing without
-/// that title.
+/// Returns the lines of a text between "@@ title" and the next line that starts with "@@ ", or nothing if
+/// there is no such title.
 std::optional<std::string> titled_lines(std::string_view text, std::string_view title);
 
-/// Returns folder/name. Throws FileError if the name is empty, absolute or has "..", or if a link on the way
-/// leaves the folder: lists in external files must not open anything else.
+/// Returns folder/name. Throws FileError if the name is empty, absolute or contains "..", or if a link on the
+/// way leaves the folder: lists in external files must not open anything outside it.
 fs::path contained_path(const fs::path& folder, std::string_view name);
 
 inline constexpr std::size_t kTerminalWidth = 100;
 
-/// naming: the first columns, which say what a row is of. text: so many of the first columns, and with
-/// last_text the last one, are aligned to the left, the others to the right.
+/// naming: how many of the first columns say what a row is about. text: how many of the first columns are
+/// left-aligned, with last_text also the last one; all others are right-aligned.
 struct TableShape {
   std::size_t naming = 1, text = 1;
   bool last_text = false;
   std::size_t width = kTerminalWidth;
 };
 
-/// Returns rows of cells, all of the same length, as a table; the first row has the titles. An empty line
-/// separates rows with different first cells. If the table is too wide, long titles are broken after '_' and
-/// '.', then remaining columns follow in further tables with the same naming columns.
+/// Returns rows of cells, all of the same length, as a table; the first row contains the titles. Rows with
+/// different first cells are separated by an empty line. If the table is too wide, long titles are broken
+/// after '_' and '.', then the remaining columns follow in more tables with the same naming columns.
 std::string text_table(const std::vector<std::vector<std::string>>& rows, const TableShape& shape);
 
 }  // namespace sim::files

@@ -13,7 +13,8 @@ using std::chrono::nanoseconds;
 
 constexpr std::string_view kBlank = " \t\r";
 
-// One line; its fields end at the separator, ' ' for blanks and tabs. Errors name file, line and column.
+// One line. Its fields end at the separator; ' ' stands for spaces and tabs. Errors name file, line and
+// column.
 class Line : public Row {
  public:
   Line(std::shared_ptr<const fs::path> file, std::size_t number, std::string_view text, char separator)
@@ -59,8 +60,8 @@ class Line : public Row {
   char separator_;
 };
 
-// Returns what separates the fields of a line: ';' or ',' if it has them, else ' ' for blanks. Commas within
-// four and more numbers between blanks are decimal.
+// Returns what separates the fields of a line: ';' or ',' if it contains them, else ' ' for whitespace.
+// Commas within at least four numbers separated by whitespace are decimal commas.
 char separator_of(std::string_view line) {
   if (line.find(';') != line.npos) return ';';
   if (line.find(',') == line.npos) return ' ';
@@ -76,8 +77,8 @@ char separator_of(std::string_view line) {
   return pieces.fields() >= 4 ? ' ' : ',';
 }
 
-// Makes the numbers of a line of data plain, character by character so that columns in errors stay: decimal
-// commas become points, quotes become blanks.
+// Normalizes the numbers in a line of data, character by character so that columns in errors stay correct:
+// decimal commas become points, quotes become spaces.
 void make_plain(char* begin, char* end, char separator) {
   bool quoted = false;
   for (char* c = begin; c != end; ++c)
@@ -87,8 +88,8 @@ void make_plain(char* begin, char* end, char separator) {
       *c = '.';
 }
 
-// The lines of a file that are neither blank nor comments. header: the last line before the poses, a comment
-// or not, that has titles of columns.
+// The lines of a file that are neither blank nor comments. header: the last line of column titles before the
+// poses, whether it is a comment or not.
 struct Lines {
   explicit Lines(const fs::path& file_) : file(file_), text(plain_text(file, read_text(file))) {
     const auto shared = std::make_shared<const fs::path>(file);
@@ -115,7 +116,7 @@ struct Lines {
     const auto ends_empty = [](const Line& line) {
       return line.separator() != ' ' && line.text(line.fields() - 1).empty();
     };
-    if (std::ranges::all_of(lines, ends_empty))  // each ends with a separator
+    if (std::ranges::all_of(lines, ends_empty))  // every line ends with a separator
       for (Line& line : lines) line.drop_last();
     if (header && !lines.empty() && !header->fit(lines.front().fields(), lines.front().separator() != ' '))
       header.reset();
@@ -151,20 +152,20 @@ std::string tum_pose(nanoseconds t, const Eigen::Isometry3d& X) {
   return fmt::format("{} {} {} {} {} {} {} {}", seconds(t), p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
 }
 
-// Calls `each` with row and column of the upper triangles of the orientation's block, then the position's.
+// Calls `each` with row and column for the upper triangle of the orientation's block, then of the position's.
 void for_each_covariance(const auto& each) {
   for (const int first : {0, 3})
     for (int row = first; row < first + 3; ++row)
       for (int column = row; column < first + 3; ++column) each(row, column);
 }
 
-// The columns of a pose; orientation: w, x, y, z, or none.
+// The columns of a pose. orientation: w, x, y, z, or empty.
 struct PoseColumns {
   StampColumns stamp;
   std::vector<Column> position{{1}, {2}, {3}}, orientation{{7}, {4}, {5}, {6}};
   std::optional<CovarianceColumns> covariance = {};
 
-  /// As the header names them, else in the order of EuRoC (with commas) or TUM.
+  /// As named in the header, else in the order of EuRoC (with commas) or TUM.
   explicit PoseColumns(const Lines& text) {
     const std::size_t n = text.lines.front().fields();
     const bool commas = text.lines.front().has_commas();
@@ -181,7 +182,7 @@ struct PoseColumns {
     position = header->columns(Quantity::position, "xyz", 1);
     if (covariance && position[0].factor != 1 &&
         std::ranges::any_of(covariance->elements, [](const auto& e) { return !e.has_unit; }))
-      throw FileError(text.file, "its header states a unit of the positions, and none of the covariance");
+      throw FileError(text.file, "its header states a unit for the positions but none for the covariance");
     if (orientation.empty()) return;
     orientation = header->columns(Quantity::orientation, commas ? "wxyz" : "xyzw", 4);
     if (!commas) std::rotate(orientation.begin(), orientation.end() - 1, orientation.end());
@@ -196,7 +197,7 @@ struct PoseColumns {
     return columns;
   }
 
-  /// The number of fields that a line needs, and that with a covariance.
+  /// The number of fields that a line needs without a covariance; all(): with one.
   std::size_t least() const {
     std::size_t last = std::max(stamp.field, stamp.rest.value_or(0));
     for (const auto* columns : {&position, &orientation})
@@ -216,7 +217,7 @@ struct PoseColumns {
       const Eigen::Quaterniond q(line.number(c[0].field), line.number(c[1].field), line.number(c[2].field),
                                  line.number(c[3].field));
       if (std::abs(q.norm() - 1) > 1e-2)
-        line.fail(std::min(c[0].field, c[1].field), "the quaternion is not of length 1");
+        line.fail(std::min(c[0].field, c[1].field), "the quaternion does not have length 1");
       X.linear() = q.normalized().toRotationMatrix();
     }
     for (int axis = 0; axis < 3; ++axis)
@@ -230,7 +231,7 @@ struct PoseColumns {
            });
   }
 
-  /// The covariance of a pose, its rotations about the axes of the body.
+  /// The covariance of a pose, with rotations about the body's axes.
   Matrix6d covariance_of(const Line& line, const Eigen::Isometry3d& X) const {
     Matrix6d P = Matrix6d::Zero(), given = Matrix6d::Zero();
     for (const auto& [row, column, of, has_unit] : covariance->elements) {
@@ -262,18 +263,18 @@ void warn(TrajectoryFile& read, const std::string& what) {
   read.warning = read.warning ? *read.warning + "; " + what : what;
 }
 
-// Drops a last pose that repeats the stamp before. Throws FileError if stamps do not rise otherwise.
+// Drops a last pose that repeats the previous stamp. Throws FileError if stamps otherwise do not increase.
 void settle_stamps(TrajectoryFile& read, const std::vector<Line>& lines) {
   std::vector<TumRow>& rows = read.rows;
   if (rows.size() > 2 && rows.back().t == rows[rows.size() - 2].t) {
     rows.pop_back();
-    warn(read, "its last pose has the stamp of the one before and is left out");
+    warn(read, "its last pose repeats the previous stamp and is left out");
   }
   for (std::size_t i = 1; i < rows.size(); ++i)
     if (rows[i].t <= rows[i - 1].t) lines[i].fail(0, "{}", not_rising(rows[i - 1].t, rows[i].t));
 }
 
-// Throws FileError if the stamps are not in the unit that the header states.
+// Throws FileError if the stamps cannot be in the unit that the header states.
 const TimeUnit& unit_of(const Lines& text, const StampColumns& columns) {
   std::vector<double> stamps;
   for (const Line& line : text.lines)
@@ -281,7 +282,7 @@ const TimeUnit& unit_of(const Lines& text, const StampColumns& columns) {
   return unit_of_stamps(text.file, stamps, columns.unit);
 }
 
-// Leaves out lines without a position, such as programs write while they are lost. Returns their number.
+// Drops lines without a position, which some programs write while they are lost. Returns how many.
 std::size_t drop_absent(std::vector<Line>& lines, const std::vector<Column>& position) {
   return std::erase_if(lines, [&](const Line& line) {
     return std::ranges::all_of(position, [&](const Column& column) { return line.is_absent(column); });
@@ -314,7 +315,7 @@ TrajectoryFile read_poses(Lines& text, const TimeUnit* stated) {
   TrajectoryFile read;
   if (const std::size_t lost = drop_absent(text.lines, columns.position))
     warn(read, fmt::format("{} without a position left out", counted(lost, "line")));
-  if (text.lines.empty()) throw FileError(text.file, "has no pose in it: each position is missing or NaN");
+  if (text.lines.empty()) throw FileError(text.file, "contains no pose: every position is missing or NaN");
   if (lacks_orientations(text.lines, columns.orientation)) {
     columns.orientation.clear();
     warn(read, "all its quaternions are 0 or absent: only its positions are read");
@@ -343,7 +344,7 @@ TrajectoryFile read_poses(Lines& text, const TimeUnit* stated) {
   return read;
 }
 
-// Explains an error in a file with commas and without any decimal point.
+// Explains an error in a file that has commas but no decimal point.
 TrajectoryFile read_poses_or_explain(Lines& text, const TimeUnit* stated) try {
   return read_poses(text, stated);
 } catch (const FileError& error) {
@@ -395,7 +396,7 @@ std::vector<TumRow> read_tum(const fs::path& file) {
 
 TrajectoryFile read_trajectory(const fs::path& file) {
   Lines text(file);
-  if (text.lines.empty()) throw FileError(file, "has no pose in it");
+  if (text.lines.empty()) throw FileError(file, "contains no pose");
   const Line& first = text.lines.front();
   const std::size_t n = first.fields();
   if (!text.header) first.number(0);

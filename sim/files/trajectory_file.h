@@ -1,4 +1,5 @@
-// Trajectories as text, one pose a line: TUM, its 20-column form with covariance, and detected other formats.
+// Trajectories as text, one pose per line: TUM, its 20-column form with covariance, and other detected
+// formats.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -16,41 +17,41 @@ struct TimedPose {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
 };
 
-/// A line of a TUM file. The quaternion is normalized. covariance: of the error (orientation, position) as
-/// slam::Estimate defines it; the file has no blocks between the two, they are zero.
+/// A line of a TUM file. The quaternion is normalized. covariance: of the error (orientation, position), as
+/// defined by slam::Estimate; the file has no blocks between the two, so they are zero.
 struct TumRow : TimedPose {
   std::optional<Matrix6d> covariance;
-  std::size_t line = 0;  ///< of the file that it was read from
+  std::size_t line = 0;  ///< line number in the file it was read from
 };
 
-/// Returns "t tx ty tz qx qy qz qw" and a line feed: t in s with nine decimals (exact to the nanosecond),
-/// position in m, the quaternion with qw >= 0; other numbers with the fewest digits that round-trip.
+/// Returns "t tx ty tz qx qy qz qw" and a line feed: t in s with nine decimals (exact to the nanosecond), the
+/// position in m, and the quaternion with qw >= 0; other numbers have the fewest digits that round-trip.
 std::string tum_row(std::chrono::nanoseconds t, const Eigen::Isometry3d& X);
 
 /// The first line of a file of the 20-column form.
 extern const char* const kTumCovarianceHeader;
 
-/// Returns tum_row with the upper triangles of the orientation block (rad²), then of the position block (m²),
-/// of `covariance` (order orientation, position). Evaluation programs for this form define the orientation's
-/// error as −Log(R_CW_true R_CW_estimateᵀ), equal to the project's own Log(R_WC_estimateᵀ R_WC_true), and the
-/// position's in W.
+/// Returns tum_row with the upper triangles of the orientation block (rad²) and then of the position block
+/// (m²) of `covariance` (order: orientation, position). Evaluation programs for this form define the
+/// orientation's error as −Log(R_CW_true R_CW_estimateᵀ), which equals the project's own Log(R_WC_estimateᵀ
+/// R_WC_true), and the position's error in W.
 std::string tum_row(std::chrono::nanoseconds t, const Eigen::Isometry3d& X, const Matrix6d& covariance);
 
-/// Reads a TUM file as read_trajectory() does; a file without poses is empty. Throws FileError.
+/// Reads a TUM file as read_trajectory() does, but accepts a file without poses. Throws FileError.
 std::vector<TumRow> read_tum(const fs::path& file);
 
 struct TrajectoryFile {
   std::string format;  ///< "TUM", "TUM with covariance", "KITTI", "EuRoC csv"
   std::string stamps;  ///< "seconds", "milliseconds", "microseconds", "nanoseconds", "frame numbers"
   std::vector<TumRow> rows;
-  std::optional<std::string> warning = {};  ///< what was left out, if anything, and why
+  std::optional<std::string> warning = {};  ///< what was left out and why, if anything
   bool has_orientation = true;              ///< else all rotations are the identity
 };
 
 /// Reads a trajectory: TUM (quaternion x first; 20 numbers with covariance), EuRoC (commas; quaternion w
 /// first) or KITTI (12 numbers; stamps from times.txt beside it, else frame numbers), unless a header names
-/// the columns. Throws FileError, also if stamps do not rise; a last pose that repeats the stamp before is
-/// dropped.
+/// the columns. A last pose that repeats the previous stamp is dropped. Throws FileError, including if other
+/// stamps do not increase.
 TrajectoryFile read_trajectory(const fs::path& file);
 
 }  // namespace sim::files

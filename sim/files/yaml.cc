@@ -14,9 +14,10 @@
 namespace sim::files {
 namespace {
 
-constexpr std::size_t kMostKeys = 1000;  // of one map: each is compared with all before it
+constexpr std::size_t kMostKeys = 1000;  // in one map: each is compared with all previous ones
 
-/// Builds the tree from the parser's events, which unlike YAML::Node have aliases, tags and all positions.
+/// Builds the tree from the parser's events, which, unlike YAML::Node, report aliases, tags and all
+/// positions.
 class TreeBuilder : public YAML::EventHandler {
  public:
   TreeBuilder(const Origin& origin, YamlWriter writer) : origin_(origin), writer_(writer) {}
@@ -84,7 +85,7 @@ class TreeBuilder : public YAML::EventHandler {
     if (key.kind != Yaml::Kind::scalar || key.text.empty()) fail(key, "", "a key must be plain text");
     if (parent.keys.size() == kMostKeys) fail(key, "", "more than {} keys, expected fewer", kMostKeys);
     for (const Yaml& other : parent.keys)
-      if (other.text == key.text) fail(key, key.text, "given twice, first in line {}", other.origin.line);
+      if (other.text == key.text) fail(key, key.text, "given twice, first on line {}", other.origin.line);
     return key;
   }
 
@@ -157,7 +158,7 @@ Yaml parse_yaml(std::string_view text, const Origin& origin, YamlWriter writer) 
     if (parser.HandleNextDocument(builder)) fail(builder.root, "", "a second document; expected one");
     return root;
   } catch (const YAML::DeepRecursion& e) {
-    fail(builder.at(e.mark), "", "has {} levels or more, expected fewer", e.depth());
+    fail(builder.at(e.mark), "", "has {} or more levels, expected fewer", e.depth());
   } catch (const YAML::Exception& e) {
     fail(builder.at(e.mark), "", "bad YAML: " + e.msg);
   }

@@ -17,9 +17,9 @@ using std::chrono::nanoseconds;
 
 namespace {
 
-constexpr std::size_t kInFlight = 4;  // frames that are drawn or wait beside the walk
+constexpr std::size_t kInFlight = 4;  // frames being drawn or waiting while the walk goes on
 
-// The camera item, as a head camera that is placed and made elsewhere.
+// Camera options for the item: those of a head camera with another mount and type.
 camera::CameraOptions options_of(const rig::GrayEye& eye, camera::CameraOptions head) {
   static_cast<rig::Mount&>(head) = eye;
   head.position_m += rig::pose(eye).linear() * Eigen::Vector3d(0, -eye.baseline_m, 0);
@@ -33,7 +33,7 @@ camera::CameraOptions options_of(const rig::ColorCamera& color) {
   return options;
 }
 
-// With the camera that it is aligned with, or by RigImus.
+// Read with the camera it is aligned with, or by RigImus.
 bool is_read_elsewhere(const rig::Item& item) {
   return std::holds_alternative<rig::DepthCamera>(item) || std::holds_alternative<rig::Imu>(item);
 }
@@ -50,7 +50,7 @@ std::optional<std::size_t> depth_of(const std::vector<rig::Item>& rig, const std
 // Made, used and destroyed by its worker.
 class FramePipeline::Sensor {
  public:
-  // index: in the rig; the head camera, which the models have already, has none. A second eye uses the
+  // index: in the rig; none for the head camera, which the models already contain. A second eye shares the
   // textures of `head_camera`.
   Sensor(const scenario::Scenario& scenario, const physics::Models& models, SensorIndex index, bool beside,
          const Sensor* head_camera)
@@ -111,7 +111,7 @@ class FramePipeline::Sensor {
     });
   }
 
-  // Draws; lens, shutter and encoding are left to the other worker.
+  // Draws; the encoding worker applies lens and shutter and encodes.
   Encoded image(nanoseconds t, const camera::RecentMotion& motion) {
     double draw_ms = 0;
     camera::Exposure exposure;
@@ -146,14 +146,14 @@ class FramePipeline::Sensor {
     return encoder_.do_next([frames = std::move(frames)]() mutable { return std::move(frames); });
   }
 
-  SensorIndex index_, depth_;  // of this sensor and of the depth camera aligned with it
+  SensorIndex index_, depth_;  // index of this sensor; of the depth camera aligned with it
   physics::WorldOptions::LightsOff lights_off_;
   double rate_hz_ = 30;
   nanoseconds lead_{0};
   int next_ = 0;
   std::unique_ptr<camera::HeadCamera> camera_;
   std::unique_ptr<camera::Lidar> lidar_;
-  OrderedWorker encoder_, worker_;  // last: their functions use the members above, the worker's the encoder
+  OrderedWorker encoder_, worker_;  // last: they use the members above, and worker_ uses encoder_
 };
 
 FramePipeline::FramePipeline(const scenario::Scenario& scenario, const physics::Models& models, bool beside)
@@ -162,7 +162,7 @@ FramePipeline::FramePipeline(const scenario::Scenario& scenario, const physics::
       motion_(nanoseconds(0)),
       in_flight_(beside && scenario.camera ? kInFlight : 0) {
   if (!scenario.camera) return;
-  nanoseconds reach{0};  // how long before now positions are needed
+  nanoseconds reach{0};  // how far back positions are needed
   const nanoseconds frame = lead_ + milliseconds(std::llround(std::ceil(1e3 / options_.rate_hz)));
   const auto add = [&](SensorIndex index) {
     sensors_.push_back(std::make_unique<Sensor>(scenario, models, index, beside,

@@ -1,5 +1,5 @@
-// Frames from their stamps until their images are drawn, with the readings of cameras and lidars: what each
-// sees of the walk, at its own rate.
+// Frames from their stamps until their images are drawn, with the readings of cameras and lidars, each of
+// which sees the walk at its own rate.
 #pragma once
 
 #include <condition_variable>
@@ -64,21 +64,22 @@ struct Frame {
   slam::Observation observation;
   Eigen::Isometry3d X_WC;
   std::string png = {};                    ///< the image, encoded for the recording
-  double render_ms = 0, encode_ms = 0;     ///< CPU time that drawing and encoding its images took
-  std::vector<std::string> rig_pngs = {};  ///< of the readings of the rig; empty without image
+  double render_ms = 0, encode_ms = 0;     ///< CPU time for drawing and encoding its images
+  std::vector<std::string> rig_pngs = {};  ///< images of the rig's readings; empty if a reading has none
 };
 
-/// Image k of a camera is stamped at the millisecond of the physics nearest to k / rate and complete when its
-/// shutter has closed; a lidar's sweep k is stamped at its start and complete at its end. Drawing beside the
-/// walk, with threads of each sensor to draw and to encode, gives the same bits in the same order.
+/// Image k of a camera is stamped at the physics millisecond nearest to k / rate and is complete when its
+/// shutter has closed. Sweep k of a lidar is stamped at its start and is complete at its end. Drawing in
+/// parallel with the walk, with a drawing and an encoding thread for each sensor, gives the same bits in the
+/// same order.
 class FramePipeline {
  public:
-  /// beside: images are drawn on separate threads, a few frames behind the walk.
+  /// beside: draws images on separate threads, a few frames behind the walk.
   FramePipeline(const scenario::Scenario& scenario, const physics::Models& models, bool beside);
   ~FramePipeline();
   /// Returns the surfaces that the camera can see.
   const std::vector<score::Surface>& surfaces() const { return surfaces_; }
-  /// Adds the positions for drawing later images. Must be called at each millisecond.
+  /// Adds the positions from which later images are drawn. Must be called every millisecond.
   void add_positions(const physics::World& world) {
     if (!sensors_.empty()) motion_.add(world.time(), *world.model(), *world.data());
   }
@@ -87,16 +88,16 @@ class FramePipeline {
   /// Returns the time of the next event: a frame to stamp or an image to draw.
   std::chrono::nanoseconds next_event() const;
   void push(Frame frame) { frames_.push_back(std::move(frame)), ++next_; }
-  /// Draws the images with shutters closed at this time; all remaining ones at the end of the walk.
+  /// Draws the images whose shutters have closed by this time; at the end of the walk, all remaining ones.
   void draw_complete(std::chrono::nanoseconds t = std::chrono::nanoseconds::max());
   /// Returns whether the oldest frame must be popped because enough images are in flight.
   bool is_full() const { return drawn_.size() > in_flight_; }
   bool empty() const { return drawn_.empty(); }
   /// Returns the stamp of the frame that pop() returns next; there must be one.
   std::chrono::nanoseconds next_stamp() const { return drawn_.front().frame.observation.t; }
-  /// Returns the time from a frame's stamp until its shutter has closed.
+  /// Returns the time from a frame's stamp until its shutter closes.
   std::chrono::nanoseconds lead() const { return lead_; }
-  /// Returns the oldest frame with its image, once drawn. Throws what drawing it has thrown.
+  /// Waits for the oldest frame's images and returns the frame. Rethrows errors from drawing it.
   Frame pop();
   /// Frees the room's textures, which take more memory than truth and estimates of a long walk.
   void close_cameras();
@@ -110,7 +111,7 @@ class FramePipeline {
     std::string png = {};                 // the image, encoded for the recording
     double render_ms = 0, encode_ms = 0;  // CPU time
   };
-  using Encoded = std::future<std::vector<Reading>>;  // the readings of a sensor at a time
+  using Encoded = std::future<std::vector<Reading>>;  // a sensor's readings at one time
   struct Drawn {
     Frame frame;
     std::vector<std::future<Encoded>> readings;
@@ -121,8 +122,8 @@ class FramePipeline {
   std::vector<score::Surface> surfaces_;
   std::vector<std::unique_ptr<Sensor>> sensors_;  // the head camera first; none without a camera
   camera::RecentMotion motion_;
-  std::deque<Frame> frames_;  // their shutters are open
-  std::deque<Drawn> drawn_;   // or being drawn
+  std::deque<Frame> frames_;  // frames whose shutters are open
+  std::deque<Drawn> drawn_;   // drawn or being drawn
   std::size_t in_flight_;
   int next_ = 0;
 };

@@ -19,7 +19,7 @@
 namespace sim::live {
 namespace {
 
-/// The options of the program.
+/// The program's options.
 struct Options {
   bool plan = true;    ///< whether answers contain the plan
   bool slope = false;  ///< whether the soles follow the slope that they measure
@@ -108,7 +108,7 @@ class PlanProgram {
   physics::Models models_;
   controllers::PlanController controller_;
   std::vector<gaitslam_commanded_joint> commanded_;
-  std::vector<std::pair<double, double>> gains_;  // kp, kd of the robot's own servos
+  std::vector<std::pair<double, double>> gains_;  // kp and kd of the robot's own servos
 };
 
 }  // namespace

@@ -21,7 +21,7 @@ using Print = std::function<void(const std::string&)>;
 constexpr double kDegree = 180 / std::numbers::pi;
 constexpr double kStand_s = 5;
 constexpr int kSteps = 8;
-constexpr double kLeastShare = 0.5;  // of the workspace: below, ordinary steps end at a limit
+constexpr double kLeastShare = 0.5;  // fraction of the workspace; with less, ordinary steps hit a joint limit
 
 const char* word(model_file::Fate fate) {
   return fate == model_file::Fate::kept_aside ? "kept aside"
@@ -60,8 +60,8 @@ void print_robot(const walking::Robot& robot, const Print& print) {
   }
 }
 
-/// Places of the sole about the one of the start posture: 0.15 of the base's height ahead and back, 0.1
-/// aside, and up.
+/// Places of the sole around its place in the start posture: 0.15 of the base's height ahead and back, 0.1 to
+/// the side, and up.
 double reached_share(const walking::Robot& robot, walking::Side side) {
   const walking::LegVector start = leg_angles(robot.leg(side), robot.posture);
   const Eigen::Isometry3d X_BS = sole_in_base(robot, side, start);
@@ -81,7 +81,7 @@ double reached_share(const walking::Robot& robot, walking::Side side) {
   return double(reached) / all;
 }
 
-/// Returns how a walk ends, or why it cannot be planned; empty if it is carried out.
+/// Returns how a walk ended, or why it cannot be planned; empty if it was carried out.
 std::string walked(const scenario::ReadScenario& read, const physics::Models& models,
                    std::vector<walking::Command> commands) try {
   walking::WalkOptions walk = read.scenario.walk;
@@ -120,8 +120,8 @@ bool check_robot(const std::filesystem::path& folder, const Print& print) {
   for (const auto& [side, name] : {std::pair(walking::Side::left, "left"), {walking::Side::right, "right"}}) {
     const double share = reached_share(models.robot, side);
     judge(share >= kLeastShare,
-          fmt::format("the {} leg reaches {:.0f} % of the workspace of steps", name, 100 * share),
-          "bend the knees more in posture_deg, and look at the ranges of the joints above");
+          fmt::format("the {} leg reaches {:.0f} % of the step workspace", name, 100 * share),
+          "bend the knees more in posture_deg, and check the joint ranges above");
   }
   const auto read = scenario::read_scenario_text(
       fmt::format("world: {{robot: {}, room: floor}}\nwalk: {{commands: [{{stand: {{}}}}]}}\n",
@@ -129,7 +129,7 @@ bool check_robot(const std::filesystem::path& folder, const Print& print) {
       "robot_check");
   const std::string stood = walked(read, models, {walking::Stand{kStand_s}});
   judge(stood.empty(), fmt::format("stands {:g} s{}", kStand_s, stood.empty() ? "" : ": " + stood),
-        "raise the gains in servos, and look at sole_m and at what touches the floor");
+        "raise the gains in servos, and check sole_m and what touches the floor");
   walking::Steps steps;
   for (int i = 0; i < kSteps; ++i) steps.list.push_back({0, (i % 2 ? -1 : 1) * models.robot.foot_spacing, 0});
   const std::string in_place = walked(read, models, {steps, walking::Stand{1}});

@@ -41,9 +41,9 @@ recording::TrueFoot true_foot(const Eigen::Isometry3d& X_WS, const Eigen::Isomet
           Eigen::Vector3d(contact.creep.x(), contact.creep.y(), contact.creep_yaw)};
 }
 
-/// The waist pose X_PB at time t (s), from.t_s <= t <= to.t_s: position and yaw linear between the two
-/// references (one control period apart; as the plan accelerates by at most a few m/s², the error is below 20
-/// µm).
+/// The waist pose X_PB at time t (s), from.t_s <= t <= to.t_s. Position and yaw are linear between the two
+/// references, which are one control period apart. The plan accelerates by at most a few m/s², so the error
+/// is below 20 µm.
 Eigen::Isometry3d planned_waist(const walking::Reference& from, const walking::Reference& to, double t_s) {
   const double part = (t_s - from.t_s) / walking::kPeriod;
   Eigen::Isometry3d X_PB;
@@ -54,7 +54,7 @@ Eigen::Isometry3d planned_waist(const walking::Reference& from, const walking::R
   return X_PB;
 }
 
-/// The planned motion of a camera fixed to the waist at X_BC. Velocities: those of the tick before t.
+/// The planned motion of a camera fixed to the waist at X_BC. Its velocities are those of the tick before t.
 slam::PlannedMotion planned_motion(const walking::Reference& from, const walking::Reference& to, double t_s,
                                    const Eigen::Isometry3d& X_BC) {
   slam::PlannedMotion motion;
@@ -87,7 +87,7 @@ recording::TrueMotion true_motion(const physics::World& world) {
   return {world.time(), world.X_WG(), world.v_WG()};
 }
 
-/// Both feet, true and as planned. Load and creep are those since the last call.
+/// Returns both feet, true and planned, with load and creep since the last call.
 recording::TrueFeet true_feet(physics::World& world, const walking::Reference& plan) {
   const auto [left, right] = world.sole_contacts_since_last();
   return {world.time(), true_foot(world.X_WL(), plan.X_PL, plan.support != walking::Support::right, left),
@@ -101,7 +101,7 @@ scenario::Ending ending(physics::Condition condition) {
   return kEndings[static_cast<std::size_t>(condition)];
 }
 
-/// The further IMUs of the rig, each read at its own period.
+/// The rig's further IMUs, each read at its own period.
 class RigImus {
  public:
   RigImus(const std::vector<rig::Item>& rig, const std::vector<physics::Place>& places,
@@ -112,7 +112,7 @@ class RigImus {
                          std::chrono::milliseconds(std::llround(1e3 / imu->rate_hz)),
                          world.imu_state(places[i])});
   }
-  /// Appends the readings that end now. Must be called at each millisecond.
+  /// Appends the readings that end now. Must be called every millisecond.
   void read(const physics::World& world, std::vector<slam::RigReading>& readings) {
     for (auto& [sensor, place, period, last] : imus_) {
       if (world.time() < last.t + period) continue;
@@ -136,8 +136,8 @@ class RigImus {
   std::vector<Imu> imus_;
 };
 
-/// The walking robot, its own sensors and what it computes from them: readings with noise for the stabilizer,
-/// and leg odometry.
+/// The walking robot, its own sensors, and what it computes from them: noisy readings for the stabilizer, and
+/// leg odometry.
 class SensingRobot {
  public:
   SensingRobot(const scenario::Scenario& scenario, std::unique_ptr<controllers::Controller> controller,
@@ -165,10 +165,10 @@ class SensingRobot {
     const physics::World& world = robot_.world();
     return legs_.motion(world.leg_readings().q).X_OB * world.mounts_by_encoders().X_BC;
   }
-  /// To be called at each millisecond: appends the readings of the rig's IMUs that end now.
+  /// Appends the readings of the rig's IMUs that end now. Must be called every millisecond.
   void read_imus(std::vector<slam::RigReading>& readings) { imus_.read(robot_.world(), readings); }
 
-  /// Commands the servos of this tick. Returns the readings without noise.
+  /// Commands the servos for this tick. Returns the readings without noise.
   walking::SensorReadings command() {
     const walking::SensorReadings ideal = robot_.world().sensor_readings();
     walking::SensorReadings noisy = ideal;
@@ -193,8 +193,8 @@ class SensingRobot {
   RigImus imus_;
 };
 
-/// The models of a run, with its sensors mounted, and its plan, if the built-in controller walks. Throws as
-/// run().
+/// The models of a run, with its sensors mounted, and its plan if the built-in controller walks. Throws as
+/// run() does.
 struct Start {
   Start(const scenario::ReadScenario& read, const std::filesystem::path& folder)
       : models(scenario::read_robot(read.scenario), read.scenario.world.room, folder) {
@@ -222,7 +222,7 @@ class Run {
   void walk(const result::Progress& progress);
   result::RunRecord record(const std::filesystem::path& folder);
   const result::Timing& timing() const { return timing_.all; }
-  /// A quotient by 1e9 would differ in the last bit from what recordings contain.
+  /// Dividing by 1e9 would differ in the last bit from the times in recordings.
   double time_s() const { return 1e-9 * static_cast<double>(robot_->world().time().count()); }
 
  private:
@@ -244,16 +244,16 @@ class Run {
   FramePipeline frames_;
   recording::RecordingWriter writer_;
   SelfCheck check_;
-  std::optional<SteeringPoseBuffer> steering_;  // of a steered walk
-  std::size_t steering_answers_ = 0;            // of the estimator, that were added to it
+  std::optional<SteeringPoseBuffer> steering_;  // only for a steered walk
+  std::size_t steering_answers_ = 0;            // number of the estimator's answers added to it
   slam::Observation next_;                      // readings of IMUs, encoders and forces since the last frame
   struct {
-    walking::Wrench left, right;  // of the ground on the feet
-    recording::TrueFeet feet;     // at its end
+    walking::Wrench left, right;  // ground on feet
+    recording::TrueFeet feet;     // at the end of the tick
   } last_tick_;
   struct {
     result::Timing all;
-    result::FrameTiming frame;  // of the next frame
+    result::FrameTiming frame;  // timing of the next frame
   } timing_;
 };
 
@@ -300,7 +300,7 @@ void Run::walk(const result::Progress& progress) {
   while (!frames_.empty()) deliver_frame();
 }
 
-// Every 5 ms.
+// Called every 5 ms.
 void Run::command() {
   const result::StageClock clock(timing_.frame.plan_and_physics_ms);
   const slam::Stamp now = robot_->world().time();
@@ -311,7 +311,7 @@ void Run::command() {
   last_tick_.left = readings.left, last_tick_.right = readings.right;
 }
 
-// In steps of a millisecond.
+// Steps by a millisecond at a time.
 void Run::step_until(slam::Stamp end) {
   const result::StageClock clock(timing_.frame.plan_and_physics_ms);
   do {
@@ -335,7 +335,7 @@ void Run::stamp_frame() {
   next_.t = world.time();
   if (robot_->controller().has_plan())
     next_.plan = planned_motion(from, to, time_s(), robot_.mounting().X_BC);
-  const slam::Stamp now = world.time(), tick = slam::Stamp(walking::kTick);  // one ends at its last instant
+  const slam::Stamp now = world.time(), tick = slam::Stamp(walking::kTick);  // a tick includes its end
   const double into_s = now.count() > 0 ? slam::seconds((now - slam::Stamp(1)) % tick + slam::Stamp(1)) : 0;
   const auto [X_OB, p_OS] = robot_.legs().motion(world.leg_readings().q, into_s);
   const auto [X_BC, X_CG] = world.mounts_by_encoders();
@@ -343,7 +343,7 @@ void Run::stamp_frame() {
   next_.legs = {X_OC, X_OC.inverse() * p_OS, X_CG};
   if (const auto v = robot_->controller().velocity()) next_.command = {next_.t, v->ahead, v->left, v->turn};
   const Eigen::Isometry3d followed = planned_waist(from, to, time_s());
-  if (steering_) {  // by the plan without adjusted landings, or by the path that takes its place
+  if (steering_) {  // from the plan without adjusted landings, or from the path if there is no plan
     slam::PlannedMotion motion = next_.plan.value_or(slam::PlannedMotion());
     motion.X_PC = followed * robot_.mounting().X_BC;
     motion.X_PC.translation().head<2>() -= from.frame_shift;
@@ -361,7 +361,7 @@ void Run::stamp_frame() {
   writer_.add(poses);
 }
 
-// At the end of each tick, and at each frame's stamp within it.
+// Called at the end of each tick and at each frame's stamp within it.
 void Run::read_imu() {
   const physics::ImuReading reading = robot_->world().imu_since_last();
   if (reading.begin == reading.end) return;
@@ -372,7 +372,7 @@ void Run::read_imu() {
   check_.inertial.add(next_.gyro.back(), next_.accelerometer.back(), motion);
 }
 
-// To the recording and, when the scenario has one, to the filter.
+// Delivers a frame to the recording and, if the scenario has one, to the filter.
 void Run::deliver_frame() {
   Frame frame = frames_.pop();
   const slam::Stamp t = frame.observation.t;
@@ -400,8 +400,8 @@ void Run::deliver_frame() {
   timing_.all.frames.push_back(std::exchange(timing_.frame, {}));
 }
 
-// Decides a due footstep, or corrects a commanded velocity, with exactly the frames that it may depend on, so
-// that drawing images beside the walk makes no difference.
+// Decides a due footstep or corrects a commanded velocity. Uses exactly the frames that the decision may
+// depend on, so that drawing images in parallel makes no difference.
 void Run::steer() {
   const auto tick = static_cast<std::size_t>(robot_->world().time() / walking::kTick);
   if (!steering_ || !robot_->is_ok() || !robot_->controller().steers(tick)) return;
@@ -416,7 +416,7 @@ void Run::steer() {
   robot_->controller().steer(tick, steering_->newest(until));
 }
 
-// The estimator's answers with the times when they take effect, if they steer.
+// If estimates steer the walk, adds the estimator's answers with the times when they take effect.
 void Run::add_steering_poses() {
   if (!tracking_ || read_.scenario.walk.steering.by != walking::SteeredBy::estimate) return;
   const std::vector<tracking::TrackedFrame>& answers = tracking_->answers();

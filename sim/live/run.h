@@ -1,5 +1,5 @@
-// The live loop: plan, stabilizer, physics, camera, recording and filter, one simulated millisecond after
-// another.
+// The live loop: plan, stabilizer, physics, camera, recording and filter, one simulated millisecond at a
+// time.
 #pragma once
 
 #include "sim/physics/world.h"
@@ -12,45 +12,45 @@
 
 namespace sim::live {
 
-/// Robot and plan when a frame is stamped.
+/// The robot and its plan when a frame is stamped.
 struct StampedState {
   slam::Stamp t{0};
   const physics::World& world;
   const walking::Reference& plan;
   Eigen::Isometry3d X_PC;               ///< planned camera
-  const recording::TrueFeet& feet;      ///< of the last tick
-  const walking::Wrench &left, &right;  ///< of the ground on the feet, at this tick
+  const recording::TrueFeet& feet;      ///< at the last tick
+  const walking::Wrench &left, &right;  ///< ground on feet, at this tick
 };
 
 /// Callbacks of an observer; unused ones are empty.
 struct RunObserver {
   std::function<void(const recording::RecordingSetup&)> begins = {};
-  /// At the end of each tick of 5 ms; the walk continues when it returns.
+  /// At the end of each tick of 5 ms. The walk continues when this returns.
   std::function<void(slam::Stamp)> ticked = {};
   std::function<void(const StampedState&)> stamped = {};
   tracking::TrackingObserver tracking = {};  ///< some frames later, with the image
 };
 
-/// Walks the scenario and leaves a complete result folder, whatever the ending.
-/// place: where models lie and results go. threads: 2 draws images beside the walk; the result is the same,
-/// and so it is with any observer. Throws std::invalid_argument or std::runtime_error when the scenario
-/// cannot be started (a walk that cannot be planned, a model that does not load, a folder that cannot be
-/// written) and ConfigError when the planned walk is not clear of its room; then no folder is left behind.
+/// Walks the scenario and leaves a complete result folder, however the walk ends. place: where models are and
+/// where results go. threads: 2 draws images in parallel with the walk; the result is the same, with or
+/// without an observer. Throws std::invalid_argument or std::runtime_error if the scenario cannot be started
+/// (a walk that cannot be planned, a model that does not load, a folder that cannot be written), and
+/// ConfigError if the planned walk comes too close to its room. Then no folder is left behind.
 result::Outcome run(const scenario::ReadScenario& scenario, const result::ResultPlace& place,
                     const result::Progress& progress, int threads = 1, const RunObserver& observer = {});
 
-/// Does what run() does before the robot walks, but starts no program and writes nothing. Returns the plan of
-/// the built-in controller. Throws as run().
+/// Does what run() does before the robot walks, but starts no program and writes nothing. Returns the
+/// built-in controller's plan. Throws as run() does.
 std::optional<walking::PatternGenerator> check(const scenario::ReadScenario& scenario,
                                                const std::filesystem::path& models);
 
-/// Prints line by line what was read, the share of a leg's workspace that inverse kinematics reaches, and how
-/// 5 s of standing and steps in place end. Returns whether all is well. Throws std::runtime_error or
-/// std::invalid_argument with one line for a robot that cannot be read.
+/// Prints line by line what was read, how much of a leg's workspace inverse kinematics reaches, and how 5 s
+/// of standing and steps in place end. Returns whether all is well. For a robot that cannot be read, throws
+/// std::runtime_error or std::invalid_argument with a one-line message.
 bool check_robot(const std::filesystem::path& folder, const std::function<void(const std::string&)>& print);
 
-/// Answers the messages of gaitslam_walker.h on standard input and output by pattern generator and
-/// stabilizer. Returns the exit code.
+/// Answers the messages of gaitslam_walker.h on standard input and output, using the pattern generator and
+/// the stabilizer. Returns the exit code.
 int run_plan_program();
 
 }  // namespace sim::live

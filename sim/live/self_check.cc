@@ -50,7 +50,7 @@ cv::Rect around(cv::Point center, int half) {
   return {center.x - half, center.y - half, 2 * half + 1, 2 * half + 1};
 }
 
-// Position of the vertex, in (-1, 1), of the parabola through three values at -1, 0 and 1.
+// Returns where in (-1, 1) the parabola through three values at -1, 0 and 1 has its vertex.
 double top(double before, double at, double after) {
   const double bend = before - 2 * at + after;
   return bend < 0 ? 0.5 * (before - after) / bend : 0;
@@ -61,7 +61,7 @@ struct Found {
   bool distinct;          // the correlation decreases in each direction, unlike along an edge
 };
 
-// Finds the patch; nothing unless the correlation is high and its peak inside.
+// Finds the patch. Returns nothing unless the correlation is high and its peak inside the window.
 std::optional<Found> find(const cv::Mat& window, const cv::Mat& patch) {
   cv::Mat scores;
   cv::matchTemplate(window, patch, scores, cv::TM_CCOEFF_NORMED);
@@ -178,14 +178,14 @@ std::optional<std::string> SelfCheck::complaint() const {
         {"heading", inertial.yaw_deg, kInertialYaw_deg, "deg"}})
     if (!(error.worst <= own + error.by_step))
       return fmt::format(
-          "self-check: the ideal gyro and accelerometer, integrated over {:.1f} s, leave the true {} by "
-          "{:.4f} {}, more than {:.4g} {}",
+          "self-check: the ideal gyro and accelerometer, integrated over {:.1f} s, deviate from the true {} "
+          "by {:.4f} {}, more than {:.4g} {}",
           slam::seconds(inertial.longest), what, error.worst, unit, own + error.by_step, unit);
   const std::optional<double> distance = view ? view->median_px() : std::nullopt;
   if (distance && !(*distance <= kView_px))
     return fmt::format(
-        "self-check: points of the room are {:.2f} px from their projection by the true pose, more than {} "
-        "px",
+        "self-check: points of the room are {:.2f} px from their projections with the true pose, more than "
+        "{} px",
         *distance, kView_px);
   return std::nullopt;
 }

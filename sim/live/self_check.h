@@ -1,4 +1,4 @@
-// The self check of a run: a run is not scored if its ideal sensors disagree with its truth.
+// The self-check of a run. A run whose ideal sensors disagree with its truth is not scored.
 #pragma once
 
 #include <array>
@@ -15,10 +15,11 @@
 
 namespace sim::live {
 
-/// Integrates gyro and accelerometer by the trapezoidal rule, which is not the inverse of the formula of the
-/// readings, at each reading and at each second one. The difference of both is the error of the step length,
-/// which grows with the vibration of the robot. An integration of 30 s starts at the truth every 10 s; all
-/// restart after a reading of more than 50 m/s², because its mean does not show how a blow was distributed.
+/// Integrates gyro and accelerometer twice with the trapezoidal rule (which is not the inverse of the formula
+/// of the readings): at each reading, and at every second reading. The difference between the two shows the
+/// error due to the step length, which grows with the robot's vibration. An integration of 30 s starts at the
+/// truth every 10 s. All of them restart after a reading of more than 50 m/s², because its mean does not show
+/// how a blow was distributed.
 struct InertialCheck {
   explicit InertialCheck(const recording::TrueMotion& start) : integrations{{start, start}} {}
 
@@ -27,7 +28,7 @@ struct InertialCheck {
            const recording::TrueMotion& end);
 
   struct Integration {
-    recording::TrueMotion fine, coarse;  ///< t: of the start
+    recording::TrueMotion fine, coarse;  ///< t: at the start
   };
   struct Error {
     double worst = 0, by_step = 0;
@@ -38,9 +39,9 @@ struct InertialCheck {
   Error position_m, yaw_deg;
 };
 
-/// Finds corners of an image 0.4 s later, once a second: after half a step the head sways the other way,
-/// which shows an image that lags. Uses the filter's camera model, which shares nothing with the renderer's
-/// lens.
+/// Once a second, finds the corners of an image again 0.4 s later: after half a step the head sways the other
+/// way, which reveals images that lag. Uses the filter's camera model, which shares nothing with the
+/// renderer's lens.
 class ViewCheck {
  public:
   ViewCheck(const slam::CameraIntrinsics& intrinsics, std::vector<score::Surface> surfaces);
@@ -48,13 +49,13 @@ class ViewCheck {
   void add(const cv::Mat& image, slam::Stamp t, const Eigen::Isometry3d& X_WC);
 
   std::size_t points() const { return judged().points; }
-  /// Median distance (px) of found points from their projections; nullopt for fewer than
-  /// 30 points, as when the lights are off.
+  /// Returns the median distance (px) of found points from their projections, or nothing for fewer than 30
+  /// points, such as with the lights off.
   std::optional<double> median_px() const { return judged().median_px(); }
 
  private:
   struct Distances {
-    std::array<std::size_t, 200> counts{};  // by twentieths of a pixel
+    std::array<std::size_t, 200> counts{};  // in bins of a twentieth of a pixel
     std::size_t points = 0;
     std::optional<double> median_px() const;
   };
@@ -64,7 +65,8 @@ class ViewCheck {
   };
   void extract_corners(const cv::Mat& image, const Eigen::Isometry3d& X_WC);
   void find_corners(const cv::Mat& image, const Eigen::Isometry3d& X_WC);
-  /// All points, or only the distinct ones if all are too far off: those along edges may be anywhere.
+  /// Returns all points, or only the distinct ones if all are too far off: points along edges may be found
+  /// anywhere.
   const Distances& judged() const;
   std::optional<Eigen::Vector2d> expected(const Eigen::Vector3d& p_W, const Eigen::Isometry3d& X_WC) const;
 
@@ -76,10 +78,10 @@ class ViewCheck {
   Distances all_, distinct_;
 };
 
-/// Largest errors of the ideal sensors of a run, beyond those of the step length.
+/// Largest errors of a run's ideal sensors, beyond those due to the step length.
 inline constexpr double kInertialPosition_m = 0.01, kInertialYaw_deg = 0.01, kView_px = 0.3;
 
-/// Given the readings of the ideal sensors and their true poses.
+/// Checks a run; needs the readings of the ideal sensors and their true poses.
 struct SelfCheck {
   InertialCheck inertial;
   std::optional<ViewCheck> view;  ///< absent without a camera

@@ -34,7 +34,7 @@ Eigen::VectorXd scales(std::uint64_t seed, std::string_view stream, double sigma
   return (normals(seed, stream, sigma, count).array() + 1).max(0.1);
 }
 
-/// Waves of every direction and length, of the same size each.
+/// Returns waves in every direction and of every length, all of the same size.
 std::vector<physics::FloorWave> floor(std::uint64_t seed, double sigma) {
   std::vector<physics::FloorWave> waves;
   if (sigma == 0) return waves;
@@ -75,7 +75,7 @@ walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const p
   fail(place(found->command).first, place(found->command).second,
        fmt::format(
            "at {:.2f} s the planned {} is within {} m of {}, at ({:.2f}, {:.2f}, {:.2f}) m in world.room "
-           "{}; expected a walk clear of it, or limits.ending with collided",
+           "{}; expected a walk that keeps clear, or limits.ending with collided",
            found->t_s, found->link, physics::kPlannedMargin_m, found->object, p.x(), p.y(), p.z(),
            s.world.room));
 }
@@ -120,7 +120,7 @@ physics::PlantVariation plant_variation(std::uint64_t seed, const physics::World
       std::max(0.01, world.floor_friction + normals(seed, "floor friction", spread.friction, 1)[0]);
   drawn.joint_offset_rad = normals(seed, "joint zeros", spread.joint_offset_rad, joints);
   drawn.mass_scale = scales(seed, "link masses", spread.mass_fraction, links);
-  // The name of a random stream is part of every recording: British spelling stays here.
+  // The names of random streams are part of every recording, so this one keeps its British spelling.
   drawn.com_offset_m = normals(seed, "centres of mass", spread.com_m, 3 * links).reshaped(3, links);
   drawn.posture_rad = normals(seed, "posture at the start", spread.posture_rad, joints);
   drawn.servo_scale = scales(seed, "servo gains", spread.servo_fraction, joints);

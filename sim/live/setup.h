@@ -1,4 +1,4 @@
-// A run before its first tick: a checked plan, the robot of its seed, and the sensors on it.
+// A run before its first tick: a checked plan, the robot for its seed, and its sensors.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +13,9 @@
 
 namespace sim::live {
 
-/// Returns the plan of the walk. Throws std::invalid_argument if it cannot be planned, and ConfigError at a
-/// walk command with a planned posture too close to a wall or furniture, unless the scenario allows a run to
-/// end as "collided".
+/// Returns the plan of the walk. Throws std::invalid_argument if it cannot be planned. Throws ConfigError at
+/// a walk command if its planned posture is too close to a wall or furniture, unless the scenario allows a
+/// run to end as "collided".
 walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const physics::Models& models);
 
 /// Starts the program of walk.controller. Throws std::invalid_argument if it cannot be started or does not
@@ -23,29 +23,30 @@ walking::PatternGenerator clear_plan(const scenario::ReadScenario& read, const p
 std::unique_ptr<controllers::ProgramController> program_controller(const scenario::Scenario& scenario,
                                                                    const physics::Models& models);
 
-/// Returns the variations, each from its own named stream, so a spread of 0 does not change the others.
+/// Returns the variations. Each is drawn from its own named stream, so a spread of 0 does not change the
+/// others.
 physics::PlantVariation plant_variation(std::uint64_t seed, const physics::WorldOptions& world, int joints);
 
 /// Throws ConfigError at world.room if the scenario has a camera and the models have something that it cannot
 /// draw.
 void require_drawable(const scenario::ReadScenario& read, const physics::Models& models);
 
-/// Moves head camera and chest IMU of the models to the scenario's mounts. Throws ConfigError if a link does
-/// not exist, also of the rig.
+/// Moves the head camera and chest IMU of the models to the scenario's mounts. Throws ConfigError if one of
+/// their links, or of the rig's, does not exist.
 void mount_sensors(const scenario::ReadScenario& read, physics::Models& models);
 
-/// Returns the places of a scenario's rig items on the robot; a depth camera's is the head camera's.
+/// Returns where a scenario's rig items are on the robot; a depth camera is where the head camera is.
 std::vector<physics::Place> places(const std::vector<rig::Item>& rig, const mjModel_& model);
 
-/// The mounting of head camera and chest IMU on the robot in its start posture, by the nominal model.
+/// Where head camera and chest IMU are on the robot in its start posture, in the nominal model.
 struct Mounting {
   Eigen::Isometry3d X_BC, X_CG;
-  std::vector<Eigen::Isometry3d> X_CL;  ///< axes forward, left, up of the rig's items in the camera's frame
+  std::vector<Eigen::Isometry3d> X_CL;  ///< the rig's items (axes: forward, left, up) in the camera's frame
 };
 Mounting mounting(const scenario::Scenario& scenario, const controllers::Controller& start,
                   const physics::Models& models);
 
-/// Returns the setup of a recording. X_WC_start: as the robot knows it.
+/// Returns the setup of a recording. X_WC_start: as known to the robot.
 recording::RecordingSetup recording_setup(const scenario::Scenario& scenario, const walking::Robot& robot,
                                           const Mounting& mounting, const Eigen::Isometry3d& X_WC_start);
 

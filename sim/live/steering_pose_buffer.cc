@@ -7,17 +7,17 @@
 namespace sim::live {
 namespace {
 
-/// Angle of the rotation about z that is nearest to R.
+/// Returns the angle of the rotation about z that is closest to R.
 double heading(const Eigen::Matrix3d& R) { return std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1)); }
 
-/// Covariance of the sole's place (axes W) and heading: the error of the camera's attitude, Log(R_estimateᵀ
-/// R_true) in axes C, moves the sole by R_WC (error x p_CF).
+/// Returns the covariance of the sole's place (axes W) and heading. An error of the camera's attitude,
+/// Log(R_estimateᵀ R_true) in axes C, moves the sole by R_WC (error x p_CF).
 Eigen::Matrix3d covariance_of_sole(const slam::Estimate& estimate, const Eigen::Vector3d& p_CF) {
   const Eigen::Matrix3d& R_WC = estimate.X_WC.linear();
   const Eigen::Vector3d p_CF_W = R_WC * p_CF;
   Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
   for (int axis = 0; axis < 3; ++axis) {
-    const Eigen::Vector3d turn = R_WC.col(axis);  // in W, of an error about this axis of C
+    const Eigen::Vector3d turn = R_WC.col(axis);  // in W, for an error about this axis of C
     J.col(axis) << turn.cross(p_CF_W).head<2>(), turn.z();
   }
   J(0, 3) = J(1, 4) = 1;

@@ -1,4 +1,4 @@
-// Input of steering: the newest estimate of the robot's place that is old enough.
+// What steering uses: the newest estimate of the robot's place that is old enough.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,24 +10,25 @@
 
 namespace sim::live {
 
-/// The support sole that was planned at the estimate's stamp, as the estimated camera sees it: camera and
-/// planned sole are taken as one rigid body, so that a body that tilts about its foot does not move the foot.
+/// Returns the support sole planned at the estimate's stamp, as seen from the estimated camera. Camera and
+/// planned sole are treated as one rigid body, so that a body that tilts about its foot does not move the
+/// foot.
 walking::PlaceEstimate place_estimate(const slam::Estimate& estimate, const slam::PlannedMotion& planned);
 
-/// Buffers estimates until they are old enough for steering. Faults of the estimate (errors.faults:
-/// estimate_...) are applied on the way.
+/// Buffers estimates until they are old enough for steering. Also applies faults of the estimate
+/// (errors.faults: estimate_...).
 class SteeringPoseBuffer {
  public:
   SteeringPoseBuffer(const walking::SteeringOptions& options, const std::vector<sensor_errors::Fault>& faults,
                      slam::Stamp exposure);
-  /// The motion that was really planned at a frame's stamp.
+  /// Adds the motion that was actually planned at a frame's stamp.
   void add(slam::Stamp t, const slam::PlannedMotion& planned) { planned_.push_back({t, planned}); }
-  /// The estimate after the frame of that stamp. tracks: neither lost nor diverged.
+  /// Adds the estimate for the frame with that stamp. tracks: neither lost nor diverged.
   void add(slam::Stamp frame, slam::Estimate estimate, bool tracks);
-  /// Stamp of the last frame with an estimate that may be used now: as old as the latency, its image
-  /// complete.
+  /// Returns the stamp of the last frame whose estimate may be used now: as old as the latency, with its
+  /// image complete.
   slam::Stamp usable_until(slam::Stamp now) const { return now - delay_; }
-  /// The newest estimate of a frame up to that stamp; nothing before the first.
+  /// Returns the newest estimate of a frame up to that stamp, or nothing before the first.
   std::optional<walking::PlaceEstimate> newest(slam::Stamp until);
 
  private:

@@ -10,7 +10,7 @@
 namespace sim::model_file {
 namespace {
 
-constexpr std::uintmax_t kMostOfModel = 16 << 20;  // bytes; public models have less than one
+constexpr std::uintmax_t kMostOfModel = 16 << 20;  // bytes; public models are below 1 MiB
 
 Element copied(const tinyxml2::XMLElement& from, const std::shared_ptr<const std::filesystem::path>& file) {
   Element element{.name = from.Name(), .file = file, .line = from.GetLineNum()};

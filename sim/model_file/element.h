@@ -19,23 +19,23 @@ struct Element {
 
   /// Returns an attribute's value, or nullptr.
   const std::string* find(std::string_view attribute) const;
-  std::string get(std::string_view attribute) const;  ///< "" if it is absent
+  std::string get(std::string_view attribute) const;  ///< "" if absent
   void set(std::string_view attribute, std::string value);
   void erase(std::string_view attribute);
   /// Returns the first child of that name, or nullptr.
   const Element* child(std::string_view name) const;
-  /// Adds a child that is at the same line.
+  /// Adds a child, with this element's line.
   Element& add(std::string_view name, std::vector<std::pair<std::string, std::string>> attributes = {});
 };
 
 /// Throws FileError "file:line: element attribute: message"; the attribute may be empty.
 [[noreturn]] void reject(const Element& element, std::string_view attribute, std::string_view message);
 
-/// Returns the finite numbers of an attribute, none if it is absent. Throws FileError, also unless there are
-/// `least` to `most` of them.
+/// Returns the finite numbers of an attribute, or none if it is absent. Throws FileError, also if there are
+/// not `least` to `most` of them.
 std::vector<double> numbers(const Element& element, std::string_view attribute, std::size_t least,
                             std::size_t most);
-/// Returns numbers as an attribute's value that reads back as the same numbers.
+/// Returns the numbers as an attribute value that reads back as the same numbers.
 std::string text_of(const auto& numbers) {
   std::string text;
   for (const double number : numbers) {
@@ -51,15 +51,15 @@ Element read_xml(const std::filesystem::path& file);
 
 std::string to_xml(const Element& element);
 
-/// How a MJCF file writes angles; poses are written as quaternions.
+/// How an MJCF file writes angles. Poses are written as quaternions here.
 struct Angles {
   bool degrees = true;
-  std::string sequence = "xyz";  ///< of euler angles; capitals: about fixed axes
+  std::string sequence = "xyz";  ///< order of euler angles; capitals: about fixed axes
 };
 
 /// Returns the pose of a body, geom, site, camera or frame in its parent. Throws FileError.
 Eigen::Isometry3d place_of(const Element& element, const Angles& angles);
-/// Replaces the element's pose, in whatever form the file gives it.
+/// Replaces the element's pose, whatever form the file gives it in.
 void set_place(Element& element, const Eigen::Isometry3d& X);
 
 }  // namespace sim::model_file

@@ -16,7 +16,7 @@ using std::string_view;
 
 constexpr const char* kPrefix = "robot/";
 
-/// Attributes of newer libraries that the bench can do without.
+/// Attributes of newer library versions that the bench can do without.
 constexpr std::pair<string_view, string_view> kDropped[]{{"joint", "actuatorfrclimited"},
                                                          {"joint", "actuatorgravcomp"},
                                                          {"freejoint", "align"},
@@ -32,7 +32,7 @@ constexpr std::pair<string_view, string_view> kDropped[]{{"joint", "actuatorfrcl
                                                          {"hfield", "content_type"},
                                                          {"body", "sleep"},
                                                          {"pair", "solreffriction"}};
-/// Sections that do not survive, with what takes their place.
+/// Sections that are dropped, with what replaces them.
 constexpr std::pair<string_view, string_view> kReplaced[]{{"option", "the bench's options of the physics"},
                                                           {"size", ""},
                                                           {"visual", "the room's light"},
@@ -43,11 +43,11 @@ constexpr std::pair<string_view, string_view> kReplaced[]{{"option", "the bench'
                                                           {"actuator", "the bench's servos"}};
 constexpr string_view kSections[]{"compiler", "default", "asset",   "worldbody",
                                   "contact",  "tendon",  "equality"};
-/// Keys of `compiler` that shape the masses; the others are applied here or do not matter.
+/// Keys of `compiler` that affect masses. All others are applied here or do not matter.
 constexpr string_view kMassKeys[]{"boundmass",       "boundinertia",      "settotalmass",    "balanceinertia",
                                   "inertiafromgeom", "inertiagrouprange", "exactmeshinertia"};
 constexpr string_view kTurns[]{"quat", "axisangle", "euler", "xyaxes", "zaxis"};
-/// Lists that may be shorter than the default: the remaining numbers are those of the default.
+/// Lists that may be shorter than the default, which then supplies the remaining numbers.
 constexpr string_view kLists[]{"friction", "solref", "solimp", "solreflimit", "solimplimit", "size", "gear"};
 /// Attributes that name an asset.
 constexpr string_view kAssetNames[]{"mesh", "material", "texture", "hfield"};
@@ -78,8 +78,8 @@ class Classes {
   /// A class that a file may name without declaring it.
   void declare(const std::string& name) { all_.emplace(name, all_.at(main_)); }
 
-  /// Writes the attributes of the element's class, and of those above it, into the element. kind: the name of
-  /// its elements among the defaults.
+  /// Copies the attributes of the element's class, and of the classes above it, into the element. kind: what
+  /// its elements are called among the defaults.
   void apply(Element& element, string_view kind, const std::string& childclass = "") const {
     const std::string own = element.get("class");
     const std::string name = !own.empty() ? own : childclass.empty() ? main_ : childclass;
@@ -112,11 +112,11 @@ class Classes {
     return given + standard.substr(from);
   }
 
-  std::map<std::string, std::pair<std::string, const Element*>> all_;  // each with its parent
+  std::map<std::string, std::pair<std::string, const Element*>> all_;  // each class with its parent
   std::string main_;
 };
 
-/// Returns the file of an asset. The model's `compiler` element may set its folder.
+/// Returns the file of an asset, whose folder the model's `compiler` element may set.
 fs::path asset_file(const fs::path& model, const Element& compiler, const Element& asset) {
   const fs::path given = asset.get("file"),
                  name = compiler.get("strippath") == "true" ? given.filename() : given;
@@ -125,7 +125,7 @@ fs::path asset_file(const fs::path& model, const Element& compiler, const Elemen
   std::error_code fault;
   fs::path file = model.parent_path() / folder / name;
   if (!fs::exists(file, fault) && asset.file)
-    file = asset.file->parent_path() / folder / name;  // of an include
+    file = asset.file->parent_path() / folder / name;  // of an included file
   return fs::absolute(file).lexically_normal();
 }
 
@@ -190,7 +190,7 @@ class Reader {
     for (const char* unused : {"contact", "tendon", "equality"}) section(unused).children.clear();
     if (!has_floor)
       reject(Element{"worldbody", {}, {}, world.file, world.line}, "",
-             "has no plane named 'floor' and no shape of class floor, expected what the robot walks on");
+             "has no plane named 'floor' and no shape of class floor, expected a floor to walk on");
     return finished();
   }
 
@@ -208,10 +208,10 @@ class Reader {
       const bool is_plane = child.name == "geom" && child.get("type") == "plane";
       if (child.get("type") == "directional") child.erase("type"), child.set("directional", "true");
       if (child.name == "light" && child.get("active") != "false" && child.get("directional") != "true")
-        reject(child, "directional", "is false, expected true: brightness must not depend on the place");
+        reject(child, "directional", "is false, expected true: brightness must not depend on position");
       const std::vector<double> size = is_plane ? numbers(child, "size", 1, 3) : std::vector<double>{};
       if (size.size() > 1 && std::min(size[0], size[1]) <= 0)
-        reject(child, "size", fmt::format("is '{}', expected half lengths above 0", child.get("size")));
+        reject(child, "size", fmt::format("is '{}', expected positive half lengths", child.get("size")));
       has_floor |= check_room(child) || is_floor(child) || (is_plane && child.get("name") == "floor");
     }
     return has_floor;
@@ -279,20 +279,20 @@ class Reader {
     if (angles_.sequence.size() != 3 || sequence.find_first_not_of("xyzXYZ") != sequence.npos)
       reject(compiler, "eulerseq", fmt::format("is '{}', expected three of x, y, z, X, Y and Z", sequence));
     if (compiler.get("coordinate") == "global")
-      reject(compiler, "coordinate", "is global, expected places in the parent's axes");
+      reject(compiler, "coordinate", "is global, expected poses in the parent's frame");
     if (angles_.degrees) note(Fate::converted, "degrees: to radians", compiler);
   }
 
-  /// The library scales all masses to a total that the file sets.
+  /// If the file sets a total mass, the library scales all masses to it.
   void scale_mass(const Element& compiler) {
     const std::vector<double> total_kg = numbers(compiler, "settotalmass", 1, 1);
-    if (total_kg.empty() || total_kg[0] <= 0) return;  // nothing or -1: as they are
+    if (total_kg.empty() || total_kg[0] <= 0) return;  // none or -1: no scaling
     const std::string sum = sum_ ? fmt::format(" of {:.4g} kg", *sum_) : "";
     note(Fate::converted, fmt::format("settotalmass: masses{} scaled to {} kg", sum, total_kg[0]), compiler);
     model_.mass_kg = total_kg[0];
   }
 
-  // Keeps the keys that shape the robot's masses; the others would apply to the room, too.
+  // Keeps only the keys that affect the robot's masses; the others would also apply to the room.
   void write_compiler() {
     Element& compiler = section("compiler");
     std::erase_if(compiler.attributes, [&](const auto& each) { return !is_one_of(each.first, kMassKeys); });
@@ -313,7 +313,7 @@ class Reader {
     }
   }
 
-  /// Replaces frames, also of the bodies below, by what is in them, with composed poses.
+  /// Replaces frames, including those in bodies below, by their contents with composed poses.
   void flatten(Element& parent) {
     std::vector<Element> flat;
     for (Element& child : parent.children) {
@@ -322,11 +322,11 @@ class Reader {
         flat.push_back(std::move(child));
         continue;
       }
-      note(Fate::converted, "frame: its content is placed in the body", child);
+      note(Fate::converted, "frame: its contents are moved into the body", child);
       const Eigen::Isometry3d X = place_of(child, angles_);
       for (Element& each : child.children) {
         if (each.name.ends_with("joint") || each.name == "inertial")
-          reject(each, "", "is in a frame, expected it in the body itself");
+          reject(each, "", "is in a frame, expected it directly in the body");
         if (const auto ends = numbers(each, "fromto", 6, 6); !ends.empty())
           each.set("fromto", text_of((X * Eigen::Vector3d(ends.data())).eval()) + " " +
                                  text_of((X * Eigen::Vector3d(ends.data() + 3)).eval()));
@@ -388,7 +388,7 @@ class Reader {
     robot.children.insert(robot.children.begin(), std::move(free));
   }
 
-  // The torque limit: of the actuator's force, else of a motor's command, times the gear.
+  // The torque limit: the actuator's force range, or else a motor's command range, times the gear.
   void keep_effort(const Element& actuator) {
     const std::string joint = actuator.get("joint");
     const auto gear = numbers(actuator, "gear", 1, 6);
@@ -405,7 +405,7 @@ class Reader {
 
   void clean(Element& body) {
     if (const auto gravcomp = numbers(body, "gravcomp", 1, 1); !gravcomp.empty()) {
-      if (gravcomp[0] != 0) reject(body, "gravcomp", "is not 0, expected gravity to act on all of a robot");
+      if (gravcomp[0] != 0) reject(body, "gravcomp", "is not 0, expected gravity to act on the whole robot");
       note(Fate::converted, "body gravcomp 0: left out", body);
       body.erase("gravcomp");
     }
@@ -433,15 +433,15 @@ class Reader {
     }
   }
 
-  /// Euler angles and angles of axes follow a convention, one for all parts of a model.
+  /// Converts Euler angles and axis angles to quaternions: their convention is the same for all parts of a
+  /// model.
   void turn_by_quaternion(Element& element) const {
     if (!angles_.degrees && angles_.sequence == "xyz") return;
     if (element.find("euler") || element.find("axisangle")) set_place(element, place_of(element, angles_));
   }
 
   void clean_joint(Element& joint) {
-    if (joint.get("type") == "free")
-      reject(joint, "type", "is free, expected only the base to have a free joint");
+    if (joint.get("type") == "free") reject(joint, "type", "is free, expected a free joint only on the base");
     if (const auto range = numbers(joint, "actuatorfrcrange", 2, 2); !range.empty()) {
       model_.efforts[joint.get("name")] = std::max(std::abs(range[0]), std::abs(range[1]));
       note(Fate::kept_aside, "effort limits (joint actuatorfrcrange)", joint);
@@ -455,7 +455,7 @@ class Reader {
       }
   }
 
-  /// Returns the mass of the body and of what is fixed to it; 0 if it moves.
+  /// Returns the mass of the body and of everything fixed to it, or 0 if it moves.
   double require_mass(const Element& body) {
     double mass = 0;
     bool moves = false;
@@ -470,10 +470,10 @@ class Reader {
     return moves ? 0 : mass;
   }
 
-  // A body that is fixed to another one may be a point: its moments are 0.
+  // A body fixed to another one may be a point, with moments of 0.
   double mass_of(const Element& inertial, bool moves) {
     const auto mass = numbers(inertial, "mass", 1, 1);
-    if (mass.empty() || mass[0] < 0) reject(inertial, "mass", "is missing or below 0, expected kg");
+    if (mass.empty() || mass[0] < 0) reject(inertial, "mass", "is missing or negative, expected kg");
     std::vector<double> moments = numbers(inertial, "diaginertia", 3, 3);
     const char* attribute = "diaginertia";
     if (const auto full = numbers(inertial, "fullinertia", 6, 6); !full.empty()) {
@@ -489,33 +489,32 @@ class Reader {
         (moments[0] <= 0 || (!balanced && moments[0] + moments[1] < moments[2] * (1 - 1e-6))))
       reject(
           inertial, attribute,
-          fmt::format("has principal moments {:.3g}, {:.3g} and {:.3g}, expected positive ones, the largest "
-                      "at most the sum of the others, as all bodies have",
+          fmt::format("has principal moments {:.3g}, {:.3g} and {:.3g}, expected positive moments, with the "
+                      "largest at most the sum of the others",
                       moments[0], moments[1], moments[2]));
     if (sum_) *sum_ += mass[0];
     return mass[0];
   }
 
-  // Not 0 for a geom with mass: how much, the library computes.
+  // Returns a nonzero value for a geom with mass. The actual mass is computed by the library.
   double mass_by_geom(const Element& geom, const Element& body) {
     const auto mass = numbers(geom, "mass", 1, 1), density = numbers(geom, "density", 1, 1);
     if (mass.empty() ? !density.empty() && density[0] == 0 : mass[0] == 0) return 0;
     if (geom.find("mesh"))
       reject(geom, "mesh",
-             fmt::format(
-                 "would give '{}' its inertia, which libraries compute differently: expected an inertial of "
-                 "the body, or density 0",
-                 body.get("name")));
+             fmt::format("would define the inertia of '{}', which libraries compute differently: expected an "
+                         "inertial in the body, or density 0",
+                         body.get("name")));
     sum_.reset();
     return 1;
   }
 
   void require_tree(const Element& equality) const {
     if (equality.get("active") == "false" || equality.name == "joint" || equality.name == "tendon") return;
-    reject(equality, "", "closes a chain of bodies, expected a robot that is a tree");
+    reject(equality, "", "closes a loop of bodies, expected a robot that is a tree");
   }
 
-  // The bench decides what touches what: a sole and the floor, the two feet, the robot and its room.
+  // The bench decides what touches what: soles and floor, the two feet, the robot and its room.
   void drop_contact(const Element& contact, const Parts& parts) {
     for (const auto& [attribute, other] : {std::pair("geom1", "geom2"), {"geom2", "geom1"}}) {
       const std::string* const geom = contact.find(attribute);
@@ -523,7 +522,7 @@ class Reader {
       model_.paired_with_floor.push_back(contact.get(other));
       if (parts.contacts && parts.contacts->empty())
         reject(contact, attribute,
-               fmt::format("is '{}', no geom of the robot: expected the contacts of each foot in "
+               fmt::format("is '{}', which is not a geom of the robot: expected the contacts of each foot in "
                            "robot.yaml",
                            *geom));
     }
@@ -531,7 +530,7 @@ class Reader {
          contact);
   }
 
-  /// Keeps the assets that the robot uses, with a prefix before their names and absolute paths.
+  /// Keeps the assets that the robot uses, with prefixed names and absolute paths.
   void clean_assets() {
     Element& assets = section("asset");
     std::set<std::string> used;
@@ -581,7 +580,7 @@ class Reader {
     return file;
   }
 
-  /// Drops what only newer libraries know and the bench can do without; rejects all else that is not known.
+  /// Drops what only newer library versions know and the bench can do without. Rejects anything else unknown.
   void check(Element& element, const Schema::Known& known) {
     std::erase_if(element.attributes, [&](const auto& attribute) {
       if (known.attributes.contains(attribute.first)) return false;
@@ -608,8 +607,8 @@ class Reader {
   Angles angles_;
   Classes classes_;
   std::vector<Element> actuators_;
-  std::set<std::string> geoms_;    // of the robot, with a name
-  std::optional<double> sum_ = 0;  // of all masses; nothing if the library computes some
+  std::set<std::string> geoms_;    // named geoms of the robot
+  std::optional<double> sum_ = 0;  // sum of all masses; nothing if the library computes some of them
 };
 
 }  // namespace
@@ -625,7 +624,7 @@ void add_note(std::vector<Note>& notes, Fate fate, string_view what, const Eleme
 
 namespace {
 
-/// read: the files.
+/// read: receives the files.
 Element whole_file(const fs::path& file, std::vector<Note>& notes, std::set<fs::path>& read) {
   Element root = read_xml(file);
   if (root.name == "robot") root = mjcf_of_urdf(root, notes);
@@ -640,7 +639,7 @@ Reader reader_of(const fs::path& file, const Schema& schema, bool room) {
   std::set<fs::path> read;
   Element root = whole_file(file, notes, read);
   if (root.name != "mujoco")
-    reject(root, "", fmt::format("is no model, expected mujoco{}", room ? "" : " (MJCF) or robot (URDF)"));
+    reject(root, "", fmt::format("is not a model, expected mujoco{}", room ? "" : " (MJCF) or robot (URDF)"));
   return {std::move(root), schema, std::move(notes), room};
 }
 
@@ -674,8 +673,8 @@ std::vector<fs::path> files_of(const fs::path& file) {
   return {read.begin(), read.end()};
 }
 
-// An element's line is indented by three more than its parent's, "name (type)" and attributes, which the
-// following lines continue.
+// An element's line is indented by three more than its parent's and has "name (type)" and attributes, which
+// may continue on the following lines.
 Schema::Schema(std::string_view printed) {
   std::vector<Known*> open{&root_};
   for (const std::string& line : files::lines_of(printed)) {

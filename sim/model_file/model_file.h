@@ -1,4 +1,4 @@
-// Reads a robot's public model file, MJCF or URDF, into MJCF that the library in use loads beside any room.
+// Reads a robot's public model file, MJCF or URDF, into MJCF that the library in use can load with any room.
 #pragma once
 
 #include <map>
@@ -8,10 +8,10 @@
 
 namespace sim::model_file {
 
-/// The elements and attributes that the library knows, from the schema that it prints itself.
+/// The elements and attributes that the library knows, from the schema that it prints.
 class Schema {
  public:
-  /// printed: by mj_printSchema, as text.
+  /// printed: the output of mj_printSchema as text.
   explicit Schema(std::string_view printed);
 
   struct Known {
@@ -25,28 +25,29 @@ class Schema {
   Known root_;
 };
 
-/// How parts of a file were treated that the library or the bench cannot use unchanged.
+/// What happened to parts of a file that the library or the bench cannot use unchanged.
 enum class Fate { kept_aside, dropped, converted };
 struct Note {
   Fate fate;
-  std::string what, first;  ///< first: "file:line" of the first one
+  std::string what, first;  ///< first: "file:line" of the first occurrence
   int count = 1;
 };
 
 struct ModelFile {
-  /// MJCF in radians, without defaults: `compiler`, `asset`, `worldbody` with only the robot, `tendon`,
-  /// `equality`. Paths are absolute. Names of assets start with "robot/", so that no room interferes.
+  /// MJCF in radians, without defaults: `compiler`, `asset`, `worldbody` with only the robot, `tendon` and
+  /// `equality`. Paths are absolute. Names of assets start with "robot/", so that they cannot clash with a
+  /// room's.
   Element root;
   std::vector<Note> notes;
   std::map<std::string, double> efforts;       ///< torque limits by joint, N m
-  std::optional<double> mass_kg;               ///< sum of the links, if the file gives each of them
+  std::optional<double> mass_kg;               ///< sum of the links' masses, if the file gives them all
   std::vector<std::string> paired_with_floor;  ///< geoms
 };
 
 /// The parts of a model file that robot.yaml names.
 struct Parts {
-  std::string base = {};  ///< body at the root; "": of the file's bodies the one with most joints
-  /// Geoms that touch the floor; absent: those that the file lets collide.
+  std::string base = {};  ///< root body; "": the body in the file with the most joints
+  /// Geoms that touch the floor; absent: those that may collide according to the file.
   std::optional<std::vector<std::string>> contacts = {};
 };
 
@@ -54,23 +55,23 @@ struct Parts {
 /// ...".
 ModelFile read_model(const std::filesystem::path& file, const Schema& schema, const Parts& parts = {});
 
-/// Reads the MJCF of a room in the same way: shapes, lights and `visual`, nothing that moves, with a plane
-/// named "floor". Names of assets stay. Throws FileError.
+/// Reads the MJCF of a room in the same way: shapes, lights and `visual`, nothing that moves, and a plane
+/// named "floor". Asset names stay unchanged. Throws FileError.
 ModelFile read_room(const std::filesystem::path& file, const Schema& schema);
 
-/// Bits of contacts of a room's geoms of class floor: that of soles, and one that only they have.
+/// Contact bits of a room's geoms of class floor: the soles' bit, and a bit that only these geoms have.
 inline constexpr int kSteppedBits = 9;
-/// Returns whether a geom of a room that was read is of class floor.
+/// Returns whether a geom of a room read by read_room() is of class floor.
 bool is_floor(const Element& geom);
 
-/// Returns a model's file, the existing files that it includes, and those of its assets. Throws
+/// Returns a model's file, the existing files that it includes, and the files of its assets. Throws
 /// FileError.
 std::vector<std::filesystem::path> files_of(const std::filesystem::path& file);
 
 /// Returns the MJCF tree of a URDF tree. Throws FileError.
 Element mjcf_of_urdf(const Element& robot, std::vector<Note>& notes);
 
-/// Adds to the note of that fate and text, or makes one.
+/// Counts another case in the note with that fate and text, or adds such a note.
 void add_note(std::vector<Note>& notes, Fate fate, std::string_view what, const Element& where);
 
 }  // namespace sim::model_file

@@ -31,7 +31,7 @@ Eigen::Isometry3d origin_of(const Element& element) {
   return Eigen::Translation3d(vector(origin, "xyz")) * q;
 }
 
-/// A package's folder, whatever its name, is the URDF's or above it, or beside one of these.
+/// A package's folder, whatever its name, is the URDF's folder, one above it, or one beside any of these.
 std::filesystem::path package_file(const Element& mesh, std::string_view rest) {
   rest.remove_prefix(std::min(rest.size(), rest.find_first_not_of('/')));  // package:///
   const std::string package(rest.substr(0, rest.find('/'))), inside(rest.substr(package.size()));
@@ -65,8 +65,8 @@ class Urdf {
     if (roots_.size() != 1)
       reject(robot, "",
              roots_.empty() ? "has no root link: its joints are a closed loop"
-                            : fmt::format("has {} root links, as '{}' and '{}', expected one", roots_.size(),
-                                          roots_[0]->get("name"), roots_[1]->get("name")));
+                            : fmt::format("has {} root links, such as '{}' and '{}', expected one",
+                                          roots_.size(), roots_[0]->get("name"), roots_[1]->get("name")));
     drop_world();
   }
 
@@ -79,7 +79,7 @@ class Urdf {
     Element base = body(*roots_[0], nullptr, 0);
     if (made_ < links_.size())
       reject(robot_, "",
-             fmt::format("has {} that hang on each other: a closed loop, expected a tree",
+             fmt::format("has {} in a closed loop, expected a tree",
                          files::counted(links_.size() - made_, "link")));
     base.children.insert(base.children.begin(), {"freejoint", {}, {}, base.file, base.line});
     add_note(notes_, Fate::converted, "the root link is free to move, not welded to the world", *roots_[0]);
@@ -103,12 +103,12 @@ class Urdf {
     const auto [above, is_new] = joint_above_.emplace(child, &joint);
     if (!is_new)
       reject(joint, "",
-             fmt::format("'{}' hangs on '{}', too: a closed loop, expected a tree", child,
+             fmt::format("'{}' also hangs on '{}': a closed loop, expected a tree", child,
                          above->second->get("name")));
     below_[parent].push_back(&joint);
   }
 
-  // A link without mass below which the robot floats stands for the world.
+  // A link without mass that has the robot floating below it stands for the world.
   void drop_world() {
     const auto& joints = below_[roots_[0]->get("name")];
     if (joints.size() != 1 || joints[0]->get("type") != "floating" || roots_[0]->child("inertial")) return;
@@ -124,7 +124,7 @@ class Urdf {
     if (joint) set_place(body, origin_of(*joint));
     if (joint) add_joint_to(body, *joint);
     const Element* const inertial = link.child("inertial");
-    if (!inertial || !add_inertial(body, *inertial))  // a frame
+    if (!inertial || !add_inertial(body, *inertial))  // just a frame
       body.add("inertial", {{"pos", "0 0 0"}, {"mass", "0"}, {"diaginertia", "0 0 0"}});
     for (const Element& each : link.children) {
       if (each.name == "visual" || each.name == "collision")
@@ -182,7 +182,7 @@ class Urdf {
     I = (X.linear() * I * X.linear().transpose()).eval();
     Element& made = body.add("inertial", {{"pos", text_of(X.translation())}, {"mass", mass.get("value")}});
     made.line = inertial.line;
-    I.isZero(1e-12)  // rounding errors of a point
+    I.isZero(1e-12)  // a point, up to rounding errors
         ? made.set("diaginertia", "0 0 0")
         : made.set("fullinertia", text_of(std::array{I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)}));
     return true;
@@ -226,7 +226,7 @@ class Urdf {
     if (file.starts_with(kPackage)) file = package_file(mesh, std::string_view(file).substr(kPackage.size()));
     if (file.starts_with(kFile)) file.erase(0, kFile.size());
     const std::filesystem::path folder = mesh.file->parent_path();
-    // As MuJoCo reads a URDF with a meshdir: names without their folders.
+    // As in MuJoCo, a meshdir in a URDF replaces the folders of the names.
     if (!meshdir_.empty() && !std::filesystem::exists(folder / file))
       file = (std::filesystem::path(meshdir_) / std::filesystem::path(file).filename()).string();
     const auto [known, is_new] =
@@ -248,7 +248,7 @@ class Urdf {
   std::vector<const Element*> roots_;
   std::string meshdir_;
   Element* assets_ = nullptr;
-  std::size_t made_ = 0;  // bodies
+  std::size_t made_ = 0;  // number of bodies
 };
 
 }  // namespace

@@ -12,7 +12,7 @@
 #include "sim/files/hash.h"
 #include "sim/files/text.h"
 
-// The frame of each page, and the files that esbuild makes from web/.
+// The frame of each page, and the files that esbuild generates from web/.
 GAITSLAM_EMBED(gaitslam_page_frame, GAITSLAM_PAGE_FRAME)
 GAITSLAM_EMBED(gaitslam_page_script, GAITSLAM_BUNDLE "/pages.js")
 GAITSLAM_EMBED(gaitslam_page_style, GAITSLAM_BUNDLE "/pages.css")
@@ -20,7 +20,7 @@ GAITSLAM_EMBED(gaitslam_page_style, GAITSLAM_BUNDLE "/pages.css")
 namespace sim::pages {
 namespace {
 
-constexpr double kMargin = 0.05;  // of the range, on both sides
+constexpr double kMargin = 0.05;  // fraction of the range, on both sides
 constexpr double kLeft = 72, kRight = 14, kBottom = 46;
 constexpr double kLine = 18, kTitleLeft = 8, kCharacter = 7.6, kLegendMark = 26;  // px of title and legend
 
@@ -29,7 +29,7 @@ const char* role_name(Role role) {
   return kNames[static_cast<int>(role)];
 }
 
-/// The 1, 2 or 5 times a power of ten that is nearest above `rough`.
+/// Returns the smallest 1, 2 or 5 times a power of ten that is not below `rough`.
 double round_step(double rough) {
   const double power = std::pow(10, std::floor(std::log10(rough)));
   for (const double factor : {1.0, 2.0, 5.0})
@@ -37,7 +37,7 @@ double round_step(double rough) {
   return 10 * power;
 }
 
-/// Powers of ten; over fewer than two decades 2 and 5 times them too.
+/// Returns powers of ten and, over fewer than two decades, also 2 and 5 times these.
 std::vector<double> decades(double low, double high) {
   std::vector<double> ticks;
   for (double exponent = std::floor(std::log10(low)); exponent <= std::floor(std::log10(high)); ++exponent)
@@ -50,7 +50,7 @@ std::vector<double> decades(double low, double high) {
 
 std::string tick_text(double value) { return fmt::format("{:.6g}", std::abs(value) < 1e-12 ? 0 : value); }
 
-/// A color twice: plain, for programs that do not know CSS variables, then as the page defines it.
+/// Returns a color twice: plain, for programs without support for CSS variables, then as the page defines it.
 std::string color(const std::string& property, const std::string& variable, const std::string& plain) {
   return fmt::format("{0}:{2};{0}:var(--{1},{2})", property, variable, plain);
 }
@@ -59,7 +59,7 @@ std::string text(double x, double y, std::string_view words, const char* more = 
   return fmt::format("<text x='{:.1f}' y='{:.1f}' {}>{}</text>", x, y, more, escaped(words));
 }
 
-/// Title and legend of a still picture, in as many lines as they need.
+/// Title and legend of a static picture, on as many lines as they need.
 struct Header {
   std::string svg;
   double bottom = 12;  ///< px
@@ -97,7 +97,7 @@ struct Axes {
   Axis x, y;
 };
 
-// A meter is as long in x as in y: widens the narrower axis about its middle.
+// Gives both axes the same scale by widening the range of one of them about its middle.
 void make_equal(Axes& axes) {
   const double x_scale = std::abs(axes.x.end - axes.x.begin) / (axes.x.high - axes.x.low);
   const double y_scale = std::abs(axes.y.end - axes.y.begin) / (axes.y.high - axes.y.low);
@@ -137,7 +137,7 @@ std::string grid(const Axes& axes) {
   return svg;
 }
 
-/// Points of a path, without those that are nearer than half a pixel to the one before.
+/// Returns a path through the points, without those less than half a pixel from the previous one.
 std::string path(const Axes& axes, const std::vector<double>& x, const std::vector<double>& y) {
   std::string d;
   double last_x = -1e9, last_y = -1e9;
@@ -155,7 +155,7 @@ std::string path(const Axes& axes, const std::vector<double>& x, const std::vect
   return d;
 }
 
-// Strokes without length: their round ends are the dots.
+// Draws dots as strokes of zero length with round ends.
 std::string dots(const Axes& axes, const std::vector<double>& x, const std::vector<double>& y) {
   std::string d;
   for (std::size_t i = 0; i < x.size(); ++i)
@@ -172,7 +172,7 @@ std::string draw(const Axes& axes, const Envelope& e) {
         y(e.high.begin() + begin, e.high.begin() + i);
     for (std::size_t k = i; k-- > begin;) x.push_back(e.x[k]), y.push_back(e.low[k]);
     if (!x.empty()) d += path(axes, x, y) + "Z";
-    begin = i + 1;  // an area ends at each gap
+    begin = i + 1;  // the area is interrupted at each gap
   }
   return d.empty() ? ""
                    : fmt::format("<path class='fill envelope {}' data-name='{}' d='{}'/>", role_name(e.role),
@@ -191,7 +191,7 @@ std::string draw(const Axes& axes, const Line& line) {
 std::string lines_svg(const Figure& figure, const Axes& axes) {
   const std::string place = fmt::format("x='{:.1f}' y='{:.1f}' width='{:.1f}' height='{:.1f}'", axes.x.begin,
                                         axes.y.end, axes.x.end - axes.x.begin, axes.y.begin - axes.y.end);
-  // An inner document clips the lines; web/figures.js zooms by its viewBox.
+  // An inner document clips the lines; web/figures.js zooms with its viewBox.
   std::string svg =
       grid(axes) +
       fmt::format("<svg class='data' {} viewBox='{:.1f} {:.1f} {:.1f} {:.1f}' preserveAspectRatio='none'>",
@@ -208,13 +208,13 @@ std::string lines_svg(const Figure& figure, const Axes& axes) {
                        axes.y.end);
   add(figure.lines);
   svg += fmt::format("</svg><rect class='frame' {}/>", place);
-  double y = axes.y.end;  // names of moments that are near to each other are below each other
+  double y = axes.y.end;  // names are stacked, so that those of neighboring moments do not overlap
   for (const Mark& moment : figure.moments)
     svg += text(axes.x.at(moment.at) + 4, y += 14, moment.name, "class='moment'");
   return svg;
 }
 
-// The axes, for web/figures.js.
+// Returns the axes as attributes for web/figures.js.
 std::string attributes(const Figure& figure, const Axes& axes) {
   if (figure.equal_axes) return "";
   const auto of = [](const char* name, const Axis& a) {
@@ -225,7 +225,7 @@ std::string attributes(const Figure& figure, const Axes& axes) {
 
 constexpr double kWidth = 560, kHeight = 300, kEqualHeight = 480;  // px of a figure
 
-/// Lets names in HTML break after a dot or an underscore.
+/// Allows line breaks after dots and underscores in the names within HTML.
 std::string breakable(const std::string& html) {
   static const std::regex kPlaces("[._](?![^<]*>)(?=[a-z])");
   return std::regex_replace(html, kPlaces, "$&<wbr>");
@@ -239,7 +239,8 @@ std::string row_html(const TableRow& row, const char* tag) {
   return html + "</tr>\n";
 }
 
-/// The curves of the legend as columns for web/figures.js: float32 in Base64, and the columns of each part.
+/// Returns the curves of the legend as columns for web/figures.js: float32 in Base64, and each part's
+/// columns.
 std::string columns_html(const Figure& figure) {
   std::map<std::string, std::size_t> numbers;  // by their bytes
   std::string columns, parts;

@@ -30,7 +30,7 @@ bool are_alike(const LeaderboardRow& a, const LeaderboardRow& b) {
   return a.scenario == b.scenario && a.estimator == b.estimator;
 }
 
-/// The settings that differ between the rows of its scenario and estimator.
+/// Returns the row's settings that differ between rows with the same scenario and estimator.
 std::string changed(const LeaderboardRow& row, const std::vector<LeaderboardRow>& rows) {
   std::set<std::string> all;
   for (const LeaderboardRow& other : rows)
@@ -41,7 +41,8 @@ std::string changed(const LeaderboardRow& row, const std::vector<LeaderboardRow>
   return all.empty() ? "-" : fmt::format("{}", fmt::join(all, " "));
 }
 
-/// The folder of a row: of results seed-<n> the one that contains them; of replays in these, with seed-*.
+/// Returns a row's folder: the one that contains results seed-<n>; for replays inside these, a path with
+/// seed-*.
 fs::path folder_of(const fs::path& result) {
   const fs::path whole = fs::absolute(result / "x").lexically_normal().parent_path();
   fs::path folder;
@@ -49,7 +50,7 @@ fs::path folder_of(const fs::path& result) {
   return folder == whole || folder.filename() == "seed-*" ? folder.parent_path() : folder;
 }
 
-/// Reads a whole result before anything is added. Throws FileError, also if its row has the seed already.
+/// Reads a whole result before adding anything. Throws FileError, also if its row already has the seed.
 void add_result(const fs::path& result, const std::vector<std::string>& metrics, Rows& all) {
   const result::SeedScore score = result::read_score(result / "score.json");
   const fs::path file = result / "about.json", timing = result / "timing.json";
@@ -72,7 +73,8 @@ void add_result(const fs::path& result, const std::vector<std::string>& metrics,
                            first->second.folder.string());
 }
 
-/// Orders the rows of a scenario: small is good. An aligned error is never compared with an unaligned one.
+/// Sort key for the rows of a scenario: smaller is better. Never compares an aligned error with an unaligned
+/// one.
 std::tuple<bool, double, std::string, double> badness(const LeaderboardRow& row, const std::string& metric) {
   const std::string column = column_of(metric, row.alignment);
   const auto values = row.values(column);
@@ -80,8 +82,8 @@ std::tuple<bool, double, std::string, double> badness(const LeaderboardRow& row,
           values.empty() ? INFINITY : score::loss(score::median(values), score::direction_of(metric))};
 }
 
-/// Sets the seeds of a scenario's rows and their ranks; the fullest row counts first. Returns the seeds in
-/// common.
+/// Sets the seeds and ranks of a scenario's rows, starting with the row with the most seeds. Returns the
+/// common seeds.
 std::vector<std::uint64_t> rank(std::span<LeaderboardRow> rows, const std::string& metric) {
   std::ranges::stable_sort(rows, std::greater(), [](const LeaderboardRow& row) { return row.runs.size(); });
   for (LeaderboardRow& row : rows)
@@ -102,7 +104,7 @@ std::vector<std::uint64_t> rank(std::span<LeaderboardRow> rows, const std::strin
   return common;
 }
 
-/// The metrics, each as its columns by alignment, and the CPU times, if a row has them.
+/// Returns the columns: one for each metric and alignment, then the CPU times.
 std::vector<std::string> value_columns(const Leaderboard& board) {
   std::vector<std::string> columns;
   for (const std::string& metric : board.metrics) {
@@ -118,7 +120,7 @@ std::string completed_of(const LeaderboardRow& row) {
   return fmt::format("{}", std::ranges::count_if(row.runs, [](const auto& r) { return r.second.completed; }));
 }
 
-/// The lines without columns that no row has a value in.
+/// Returns the lines without the columns that have no value in any row.
 std::vector<std::vector<std::string>> without_empty(const std::vector<std::vector<std::string>>& all) {
   std::vector<std::vector<std::string>> lines(all.size());
   for (std::size_t i = 0; i < all[0].size(); ++i)
@@ -127,7 +129,7 @@ std::vector<std::vector<std::string>> without_empty(const std::vector<std::vecto
   return lines;
 }
 
-/// Titles and rows with all columns and digits.
+/// Returns titles and rows with all columns and digits.
 std::vector<std::vector<std::string>> exact_lines(const Leaderboard& board) {
   const std::vector<std::string> columns = value_columns(board);
   const auto has_spread = [](const std::string& column) { return !column.starts_with("cpu_ms_"); };
@@ -163,9 +165,9 @@ std::vector<std::vector<std::string>> exact_lines(const Leaderboard& board) {
 }
 
 constexpr const char* kRemark =
-    "Medians over n seeds [95 % interval of the median; below 6 seeds, least and greatest value]";
+    "Medians over n seeds [95 % interval of the median; with fewer than 6 seeds, minimum and maximum]";
 
-/// The changed keys of a row, and its folder if they name no single row.
+/// Returns the changed keys of a row, and also its folder if the keys do not identify a single row.
 std::string difference(const LeaderboardRow& row, const std::vector<LeaderboardRow>& rows) {
   const std::string keys = changed(row, rows), folder = fs::proximate(row.folder).string();
   const auto alike = std::ranges::count_if(rows, [&](const LeaderboardRow& other) {
@@ -174,7 +176,7 @@ std::string difference(const LeaderboardRow& row, const std::vector<LeaderboardR
   return alike < 2 ? keys : keys == "-" ? folder : keys + " in " + folder;
 }
 
-/// Titles and rows for readers, with units and intervals, without columns that no row has a value in.
+/// Returns titles and rows for readers, with units and intervals, without columns that have no value.
 std::vector<std::vector<std::string>> read_lines(const Leaderboard& board) {
   std::vector<std::vector<std::string>> lines{
       {"scenario", "estimator", "differs in", "rank", "n", "coverage", "completed"}};
@@ -219,7 +221,7 @@ double LeaderboardRow::coverage() const {
 
 Leaderboard leaderboard(const std::vector<fs::path>& folders, const std::vector<std::string>& metrics) {
   Rows all;
-  std::set<fs::path> counted;  // a folder may be below several of those given
+  std::set<fs::path> counted;  // a result may be below several of the given folders
   Leaderboard board{metrics};
   for (const fs::path& folder : folders) {
     if (!fs::is_directory(folder)) throw files::FileError(folder, "is not a folder");
@@ -232,7 +234,7 @@ Leaderboard leaderboard(const std::vector<fs::path>& folders, const std::vector<
       }
   }
   if (all.empty())
-    throw files::FileError(folders.front(), "no result can be read: " + board.left_out.front());
+    throw files::FileError(folders.front(), "has no readable result: " + board.left_out.front());
   for (auto& [key, row] : all) board.rows.push_back(std::move(row));  // by scenario
   for (auto begin = board.rows.begin(), end = begin; begin != board.rows.end(); begin = end) {
     const std::string scenario = begin->scenario;
@@ -242,9 +244,9 @@ Leaderboard leaderboard(const std::vector<fs::path>& folders, const std::vector<
   return board;
 }
 
-/// "walk is ranked over the seeds that its rows have in common: 1 2 3"
+/// Returns "walk is ranked over the seeds that all its rows have: 1 2 3".
 std::string ranking_text(const std::string& scenario, const Leaderboard& board) {
-  return fmt::format("{} is ranked over the seeds that its rows have in common: {}", scenario,
+  return fmt::format("{} is ranked over the seeds that all its rows have: {}", scenario,
                      fmt::join(board.common.at(scenario), " "));
 }
 
@@ -279,18 +281,18 @@ std::string leaderboard_page(const Leaderboard& board) {
                             table_html(scenario, titles, lines, true) + "<p>" +
                                 escaped(ranking_text(scenario, board)) + ".</p>\n"}});
   }
-  for (const std::string& why : board.left_out) html += "<p class='bad'>Left out: " + escaped(why) + "</p>\n";
+  for (const std::string& why : board.left_out) html += "<p class='bad'>Skipped: " + escaped(why) + "</p>\n";
   html += "<h2>Metrics</h2>\n<dl>\n";
   for (const std::string& metric : board.metrics)
     html += fmt::format("<dt><code>{}</code></dt><dd>{}</dd>\n", escaped(metric),
                         escaped(score::find_metric(metric)->definition));
   return html_page(
       "Leaderboard",
-      std::string("A row is the results of a folder with one scenario, estimator, settings and programs. ") +
+      std::string("A row contains a folder's results of one scenario, estimator, settings and programs. ") +
           kRemark +
-          "; the seeds are those that the rows of a scenario have in common, and a row without these has no "
-          "rank. The best row comes first: by coverage, then by the first metric. coverage: mean over the "
-          "runs of the share of true poses with an estimate; a run that did not complete counts 0.",
+          "; the seeds are those that all rows of a scenario have, and a row without these has no "
+          "rank. The best row comes first: by coverage, then by the first metric. Coverage is the fraction "
+          "of true poses with an estimate, averaged over the runs; a run that did not complete counts as 0.",
       html + "</dl>\n");
 }
 

@@ -30,11 +30,13 @@ std::string range_text(const std::vector<double>& values, const std::string& uni
                      score::quantile(values, 0), score::quantile(values, 1));
 }
 
-/// A value of the paper: of a walk, which is repeated; an error, where less is better; or a bound.
+/// What a number of the paper is: a value of a walk to be repeated; an error, where less is better; or a
+/// bound.
 enum class Kind { value, error, bound };
 
-/// The one rule for all numbers, on the median over seeds: within a factor of two of the paper's, both
-/// negligible, or within the paper's bound agrees; a smaller error is better. Empty without a number of ours.
+/// Applies one rule to all numbers, on the median over seeds. It "agrees" if it is within a factor of two of
+/// the paper's, if both are negligible, or if it is within the paper's bound; a smaller error is "better".
+/// Returns "" without a number of ours.
 std::string agreement(const std::vector<double>& ours, double paper, Kind kind, double negligible = 0) {
   if (ours.empty()) return "";
   const double size = std::abs(score::median(ours));
@@ -44,7 +46,7 @@ std::string agreement(const std::vector<double>& ours, double paper, Kind kind, 
   return kind == Kind::error && size < paper ? "better" : "differs";
 }
 
-/// The drifts of a walk in X and Y (mm) and yaw (degrees).
+/// A walk's drift in X and Y (mm) and yaw (degrees).
 struct Drifts {
   const char *experiment, *name;
   std::array<double, 3> paper;
@@ -60,7 +62,7 @@ constexpr Drifts kDrifts[]{
 constexpr std::array kDriftAxes{std::pair{"X", "plan_drift_x_m"}, std::pair{"Y", "plan_drift_y_m"},
                                 std::pair{"yaw", "plan_drift_yaw_deg"}};
 
-/// The paper gives magnitudes without signs; negligible is what is below the scatter of its walks.
+/// The paper gives magnitudes without signs; drifts below the scatter of its walks are negligible.
 PaperRow drift_row(const Drifts& walk, std::size_t axis, const std::vector<RunData>& runs) {
   PaperRow row{fmt::format("{}: drift in {} (II-B)", walk.name, kDriftAxes[axis].first),
                walk.paper_text[axis]};
@@ -78,26 +80,26 @@ enum class Expected { closes, fails, fails_in_2006 };
 struct Closure {
   const char *experiment, *what, *paper;
   Expected expected;
-  const char* cause = nullptr;  ///< why it probably differs, if it does
+  const char* cause = nullptr;  ///< the likely cause if it differs
 };
 constexpr Closure kClosures[]{
     {"tangent_circle_paper", "Experiment 1, the paper's filter (V-A.2)",
      "10 of 10 closed, about 10 landmarks", Expected::closes},
-    {"tangent_circle", "Experiment 1, this bench's filter", "10 of 10 closed, about 10 landmarks",
+    {"tangent_circle", "Experiment 1, GaitSLAM's filter", "10 of 10 closed, about 10 landmarks",
      Expected::closes},
     {"perpendicular_circle_paper", "Experiment 2, the paper's filter (V-B)", "closed, by 3 landmarks",
      Expected::closes,
-     "the estimate is 0.2 m and 4 degrees wrong after the turn, in some seeds beyond its search regions; the "
-     "paper closed it by the least number of landmarks, too"},
-    {"perpendicular_circle", "Experiment 2, this bench's filter", "closed, by 3 landmarks", Expected::closes},
+     "the estimate is off by 0.2 m and 4 degrees after the turn, which for some seeds is beyond its search "
+     "regions; the paper also closed it with only the minimum number of landmarks"},
+    {"perpendicular_circle", "Experiment 2, GaitSLAM's filter", "closed, by 3 landmarks", Expected::closes},
     {"vision_gyro_known_landmarks", "Experiment 1, vision and gyro, known landmarks (V-A.1)",
      "closed; quality of the trajectory insufficient", Expected::closes},
     {"vision_only", "Experiment 1, vision only (V-A)", "did not close", Expected::fails},
     {"hall_paper", "The hall, the paper's filter (V)", "fails: landmarks at 10 to 12 m", Expected::fails,
-     "the map is as wrong here, its landmarks by meters and the path by 100 mm, but on a circle of 0.75 m "
-     "they only need the right directions, which gyro and plan predict, and rendered images are sharp and "
-     "evenly lit"},
-    {"hall", "The hall, this bench's filter", "fails", Expected::fails_in_2006}};
+     "the map is equally wrong here (landmarks by meters, the path by 100 mm), but on a circle of 0.75 m "
+     "only the directions to landmarks must be right; gyro and plan predict these, and rendered images are "
+     "sharp and evenly lit"},
+    {"hall", "The hall, GaitSLAM's filter", "fails", Expected::fails_in_2006}};
 
 PaperRow closure_row(const Closure& closure, const std::vector<RunData>& runs) {
   PaperRow row{closure.what, closure.paper};
@@ -109,7 +111,7 @@ PaperRow closure_row(const Closure& closure, const std::vector<RunData>& runs) {
                           diverged > 0 ? fmt::format(", {} diverged", diverged) : "",
                           range_text(values(runs, "loop_landmarks"), ""),
                           range_text(values(runs, "ate_se3_rmse_m", kMm), " mm"));
-  // The rule for outcomes: every seed ends as in the paper.
+  // An outcome agrees if every seed ends as in the paper.
   const bool always = closed == static_cast<std::ptrdiff_t>(runs.size()),
              closes = closure.expected == Expected::closes;
   row.agreement = (closes ? always : closed == 0) ? "agrees" : "differs";
@@ -119,7 +121,7 @@ PaperRow closure_row(const Closure& closure, const std::vector<RunData>& runs) {
   return row;
 }
 
-/// The row of a result that is given by the range of its values; not run without any.
+/// Returns a row whose result is the range of the values; "not run" if there are none.
 PaperRow range_row(const std::string& what, const std::string& paper, const std::vector<double>& values,
                    const std::string& unit, const std::string& agreement) {
   if (values.empty()) return {what, paper};
@@ -153,7 +155,7 @@ PaperRow time_row(const std::vector<RunData>& runs, const std::string& filter) {
     if (run.frame_cpu_ms_median) ms.push_back(*run.frame_cpu_ms_median);
   PaperRow row = range_row("CPU time of a frame, " + filter + " (V)",
                            "30 ms, sometimes 40 ms (two Pentium M, 1.8 GHz)", ms, " ms", "");
-  if (!ms.empty()) row.bench += ", on another computer: not comparable";
+  if (!ms.empty()) row.bench += ", on a different computer: not comparable";
   return row;
 }
 
@@ -164,7 +166,8 @@ Figure depths(const RunData& run) {
   return fs::exists(file) ? depths_figure(file) : Figure{};
 }
 
-/// A figure of the paper, drawn from the first run of an experiment, or from the first that closed its loop.
+/// A figure of the paper, drawn from the first run of an experiment, or from the first run that closed its
+/// loop.
 struct PaperFigure {
   const char *name, *title, *experiment;
   Figure (*draw)(const RunData& run);
@@ -172,9 +175,9 @@ struct PaperFigure {
 };
 
 constexpr PaperFigure kFigures[]{
-    {"figure_1", "Figure 1: waist, planned and walked, a tangent quadrant", "tangent_quadrant",
+    {"figure_1", "Figure 1: waist, planned and actual, a tangent quadrant", "tangent_quadrant",
      waist_from_above},
-    {"figure_1_circle", "Figure 1: waist, planned and walked, facing the center, first trial",
+    {"figure_1_circle", "Figure 1: waist, planned and actual, facing the center, first trial",
      "perpendicular_circle_trial1", waist_from_above},
     {"figure_3", "Figure 3: depth hypotheses of a new landmark collapse to a peak", "tangent_circle_paper",
      depths, true},
@@ -182,10 +185,10 @@ constexpr PaperFigure kFigures[]{
      "vision_gyro_known_landmarks", [](const RunData& run) { return uncertainty(run); }, true},
     {"figure_6_paper", "Figure 6: plan and SLAM, experiment 1, the paper's filter", "tangent_circle_paper",
      camera_from_above, true},
-    {"figure_6", "Figure 6: the same walk, this bench's filter", "tangent_circle", camera_from_above},
+    {"figure_6", "Figure 6: the same walk, GaitSLAM's filter", "tangent_circle", camera_from_above},
     {"figure_7_paper", "Figure 7: plan and SLAM, experiment 2, the paper's filter",
      "perpendicular_circle_paper", camera_from_above, true},
-    {"figure_7", "Figure 7: experiment 2, this bench's filter", "perpendicular_circle", camera_from_above},
+    {"figure_7", "Figure 7: experiment 2, GaitSLAM's filter", "perpendicular_circle", camera_from_above},
     {"figure_8", "Figure 8: height of the camera in experiment 1, the paper's filter", "tangent_circle_paper",
      camera_height, true}};
 
@@ -232,7 +235,7 @@ std::string table(const std::vector<PaperRow>& rows) {
                       text_cell(row.agreement, row.agreement == "differs" ? "bad"
                                                : row.agreement.empty()    ? "soft"
                                                                           : "good")}});
-  return table_html("paper and bench", {"experiment", "paper", "this bench", "agreement"}, cells);
+  return table_html("paper and GaitSLAM", {"experiment", "paper", "GaitSLAM", "agreement"}, cells);
 }
 
 std::string summary(const PaperRuns& runs, const std::vector<PaperRow>& rows) {
@@ -248,12 +251,13 @@ std::string summary(const PaperRuns& runs, const std::vector<PaperRow>& rows) {
 }
 
 constexpr const char* kHowToRead =
-    "<p class='soft'>The paper's filter has the measurements of the paper, Davison's depth particles and raw "
-    "patches (scenarios/*_paper.yaml). This bench's filter is the default one. Drift is the true minus the "
+    "<p class='soft'>The paper's filter uses the paper's measurements, Davison's depth particles and raw "
+    "patches (scenarios/*_paper.yaml). GaitSLAM's filter is the default one. Drift is the true minus the "
     "planned pose of the waist at the end, with its standard deviation (sd) over seeds. One rule applies to "
-    "every row, on the median over seeds: a number agrees within a factor of two of the paper's, in "
-    "magnitude, or if both are negligible (drifts below 10 mm or 1°), or within the paper's bound; a smaller "
-    "error is better. An outcome agrees if every seed ends as in the paper. A loop is closed when three "
+    "every row, on the median over seeds: a number agrees if its magnitude is within a factor of two of the "
+    "paper's, if both are negligible (drifts below 10 mm or 1°), or if it is within the paper's "
+    "bound; a smaller error is better. An outcome agrees if every seed ends as in the paper. A loop is "
+    "closed when three "
     "landmarks are recognized after the camera has been elsewhere. ATE is the root mean square position "
     "error after SE(3) alignment.</p>\n";
 
@@ -273,7 +277,7 @@ std::vector<PaperRow> paper_rows(const PaperRuns& all) {
       rows.push_back(drift_row(walk, axis, runs_of(all, walk.experiment)));
   for (const Closure& closure : kClosures)
     rows.push_back(closure_row(closure, runs_of(all, closure.experiment)));
-  const std::string papers = "the paper's filter", benchs = "this bench's filter";
+  const std::string papers = "the paper's filter", benchs = "GaitSLAM's filter";
   for (const auto& [suffix, filter] : {std::pair{"_paper", papers}, std::pair{"", benchs}}) {
     const std::vector<RunData>&first = runs_of(all, std::string("tangent_circle") + suffix),
           &second = runs_of(all, std::string("perpendicular_circle") + suffix);
@@ -317,7 +321,7 @@ std::string paper_page(const PaperRuns& runs, const std::string& revision) {
       "Information, IROS 2006. GaitSLAM, revision " +
           escaped(revision),
       summary(runs, rows) +
-          sections_html({{"rows", "Paper and bench", table(rows) + kHowToRead},
+          sections_html({{"rows", "The paper and GaitSLAM", table(rows) + kHowToRead},
                          {"figures", "The figures of the paper reproduced", figures(runs)},
                          {"images", "Figures 3 and 4: patches and search ellipses", head_views(runs)}}));
 }

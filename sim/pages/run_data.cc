@@ -22,10 +22,10 @@ namespace sim::pages {
 namespace {
 
 using nlohmann::ordered_json;
-constexpr double kSigmas = 3;     // of every ellipse and ellipsoid
-constexpr double kLongest_m = 4;  // half axis as drawn: the depth of a new landmark has no end
+constexpr double kSigmas = 3;     // for every ellipse and ellipsoid
+constexpr double kLongest_m = 4;  // longest half axis drawn: a new landmark's depth is unbounded
 
-/// Numbers as a list, to 0.01 mm or 0.00001 rad.
+/// Returns numbers as a list, rounded to 0.01 mm or 0.00001 rad.
 ordered_json list(const auto& numbers) {
   ordered_json all = ordered_json::array();
   for (const double x : numbers) all.push_back(std::round(1e5 * x) / 1e5);
@@ -38,7 +38,7 @@ ordered_json pose(const Eigen::Isometry3d& X) {
   return list(std::array{p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w()});
 }
 
-/// Rows of the matrix that maps the unit sphere to the ellipsoid of kSigmas.
+/// Returns the rows of the matrix that maps the unit sphere to the kSigmas ellipsoid.
 ordered_json ellipsoid(const Eigen::Matrix3d& P) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(P);
   const Eigen::Vector3d half = (kSigmas * solver.eigenvalues().cwiseMax(0).cwiseSqrt()).cwiseMin(kLongest_m);
@@ -99,7 +99,7 @@ Path read_path(const fs::path& file) {
   return path;
 }
 
-/// True for a frame between two estimates less than a quarter of a second apart: it was dropped, no gap.
+/// True for a frame between two estimates less than 0.25 s apart: such a frame was dropped and is not a gap.
 bool is_dropped(const std::vector<Frame>& frames, std::size_t i) {
   std::size_t before = i, after = i;
   while (before > 0 && !frames[before].estimate) --before;
@@ -108,7 +108,7 @@ bool is_dropped(const std::vector<Frame>& frames, std::size_t i) {
          frames[after].t - frames[before].t < std::chrono::milliseconds(250);
 }
 
-/// A pose of all frames, seen from the camera at X.
+/// Returns the path of a pose of all frames, shifted by X in its own axes.
 Path path_of(const std::vector<Frame>& frames, std::optional<Eigen::Isometry3d> Frame::*pose,
              const Eigen::Isometry3d& X = Eigen::Isometry3d::Identity()) {
   Path path;
@@ -120,7 +120,7 @@ Path path_of(const std::vector<Frame>& frames, std::optional<Eigen::Isometry3d> 
   return path;
 }
 
-// fitted: to the truth, which leaves no NEES.
+// fitted: the estimate was fitted to the truth, so there is no NEES.
 Errors errors_of(const std::vector<Frame>& frames, bool fitted) {
   Errors errors;
   for (std::size_t index = 0; index < frames.size(); ++index) {
@@ -140,14 +140,14 @@ Errors errors_of(const std::vector<Frame>& frames, bool fitted) {
   return errors;
 }
 
-/// Returns the frame of a stamp, which other programs round, or null.
+/// Returns the frame with a stamp (which other programs round), or null.
 Frame* frame_at(std::vector<Frame>& frames, slam::Stamp t) {
   constexpr slam::Stamp kSame = std::chrono::microseconds(100);
   const auto found = std::ranges::lower_bound(frames, t - kSame, {}, &Frame::t);
   return found != frames.end() && found->t <= t + kSame ? &*found : nullptr;
 }
 
-/// Calls add(frame, row) for each row of a table that has a frame.
+/// Calls add(frame, row) for each row of a table whose stamp has a frame.
 void for_rows(std::vector<Frame>& frames, const std::vector<slam::Stamp>& stamps, const auto& add) {
   for (std::size_t i = 0; i < stamps.size(); ++i)
     if (Frame* const frame = frame_at(frames, stamps[i])) add(*frame, i);
@@ -200,7 +200,8 @@ void add_new_landmarks(std::vector<Frame>& frames, const Table& table) {
   });
 }
 
-/// Rows of map_over_time.csv by their stamps, or of map.csv, which has none, in the last frame.
+/// Adds rows of map_over_time.csv to the frames with their stamps, or rows of map.csv, which has no stamps,
+/// to the last frame.
 void add_maps(std::vector<Frame>& frames, const Table& table) {
   constexpr std::array kColumns{"p_W_x", "p_W_y", "p_W_z", "P_xx", "P_xy", "P_xz", "P_yy", "P_yz", "P_zz"};
   const bool over_time = table.has("timestamp");
@@ -220,7 +221,8 @@ void add_maps(std::vector<Frame>& frames, const Table& table) {
   });
 }
 
-/// Aligns a truth of positions only, in its own frame, with the estimate; removes it if that is impossible.
+/// Aligns a positions-only truth, which is in its own frame, with the estimate; removes it if that is
+/// impossible.
 void align_positions(std::vector<Frame>& frames) {
   std::vector<score::PosePair> pairs;
   for (const Frame& frame : frames)
@@ -265,16 +267,15 @@ void read_frames(RunData& run) {
   const auto paired = std::ranges::count_if(
       frames, [](const Frame& frame) { return frame.truth.has_value() && frame.estimate.has_value(); });
   if (const auto scored = run.value("poses_matched"); scored && static_cast<double>(paired) < *scored)
-    throw files::FileError(
-        run.folder / "truth.tum",
-        "{} of its poses are those of estimates, expected at least {:.0f} as in score.json: "
-        "it or estimate_cov.txt was cut",
-        paired, *scored);
+    throw files::FileError(run.folder / "truth.tum",
+                           "has only {} poses with an estimate, expected at least {:.0f} as in score.json: "
+                           "it or estimate_cov.txt was truncated",
+                           paired, *scored);
   for (const auto& [planned, walked] :
        {std::pair{"plan.tum", "truth.tum"}, {"waist_plan.tum", "waist_truth.tum"}}) {
     const auto plan = files::read_tum(run.folder / planned), walk = files::read_tum(run.folder / walked);
     if (!plan.empty() && (walk.empty() || walk.back().t != plan.back().t))
-      throw files::FileError(run.folder / walked, "does not end with {}: one of them was cut", planned);
+      throw files::FileError(run.folder / walked, "does not end like {}: one of them was truncated", planned);
   }
   run.truth = path_of(frames, &Frame::truth), run.plan = path_of(frames, &Frame::plan);
   if (run.filter_frames) add_reports(frames, *run.filter_frames);
@@ -381,7 +382,7 @@ std::vector<fs::path> image_files(const std::vector<Frame>& frames, const fs::pa
   const fs::path folder = recording / "mav0" / sensor;
   if (recording.empty() || !fs::exists(folder / "data.csv")) return images;
   files::CsvReader list(folder / "data.csv");
-  const bool of_rig = list.titles().size() == 3;  // the last one: the frame that has the reading
+  const bool of_rig = list.titles().size() == 3;  // the third column: the reading's frame
   std::size_t row = 0;
   while (list.next()) {
     const slam::Stamp t = slam::Stamp(list.integer(of_rig ? 2 : 0)) - recording::kEpoch;
@@ -407,7 +408,7 @@ Table::Table(const fs::path& file) : file_(file) {
   for (std::string title : csv.titles()) {
     if (title.starts_with('#')) title.erase(0, 1);
     const auto [column, is_new] = columns_.try_emplace(title.substr(0, title.find(" [")));
-    if (!is_new) throw files::FileError(file_, 1, "has the column '{}' twice", column->first);
+    if (!is_new) throw files::FileError(file_, 1, "has a duplicate column '{}'", column->first);
     columns.push_back(&column->second);
   }
   for (; csv.next(); ++rows_)
@@ -416,7 +417,7 @@ Table::Table(const fs::path& file) : file_(file) {
 
 const std::vector<std::string>& Table::text(std::string_view column) const {
   const auto found = columns_.find(column);
-  if (found == columns_.end()) throw files::FileError(file_, "no column '{}'", column);
+  if (found == columns_.end()) throw files::FileError(file_, "has no column '{}'", column);
   return found->second;
 }
 
@@ -541,7 +542,7 @@ RunData read_run(const fs::path& folder) {
   run.about = result::read_about(folder / "about.json");
   run.alignment = alignment_of(run.about);
   run.settings = settings_of(folder, run.about);
-  const fs::path timing_file = folder / "timing.json";  // no part of the result
+  const fs::path timing_file = folder / "timing.json";  // not part of the result
   const auto timing = fs::exists(timing_file) ? std::optional(files::read_json(timing_file)) : std::nullopt;
   for (const auto& [key, member] : {std::pair{"frame_cpu_ms_mean", &RunData::frame_cpu_ms_mean},
                                     {"frame_cpu_ms_median", &RunData::frame_cpu_ms_median},
@@ -558,7 +559,7 @@ RunData read_run(const fs::path& folder) {
   run.waist_plan = read_path(folder / "waist_plan.tum");
   if (fs::exists(folder / "waist_desired.tum")) {
     run.waist_desired = read_path(folder / "waist_desired.tum");
-    // The estimated waist, assuming the planned distance of the camera at the start.
+    // The estimated waist, assuming the planned pose of the camera relative to the waist at the start.
     const auto waist = files::read_tum(folder / "waist_plan.tum");
     if (run.estimate && !waist.empty() && run.frames.front().plan)
       run.waist_estimate =

@@ -1,5 +1,5 @@
-// A result folder as pages and the view read it, with errors and normalized errors computed by sim/score, and
-// one frame of it as they show it: the image, the matches of the filter, and the poses.
+// A result folder as read by pages and the view, with errors and normalized errors computed by sim/score; and
+// a frame of it as they show it: the image, the filter's matches, and the poses.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -29,22 +29,22 @@ namespace fs = std::filesystem;
 
 /// A foot on the ground.
 struct FootPlace : recording::TrueFoot {
-  std::optional<Eigen::Vector3d> landed{};  ///< place of its last landing; absent in the air
+  std::optional<Eigen::Vector3d> landed{};  ///< where it last landed; absent while in the air
 };
 
 /// Unknown parts are absent or empty.
 struct Frame {
   slam::Stamp t{0};
   cv::Mat image = {};              ///< 8-bit gray
-  std::vector<float> bodies = {};  ///< of the robot: position, quaternion (x, y, z, w) each
+  std::vector<float> bodies = {};  ///< poses of the robot's bodies: position, quaternion (x, y, z, w)
   std::optional<Eigen::Isometry3d> truth = {}, plan = {}, estimate = {};  ///< X_WC; plan: X_PC
   std::optional<files::Matrix6d> covariance = {};     ///< of the estimate, as in slam::Estimate
   std::optional<std::array<FootPlace, 2>> feet = {};  ///< left, right
   std::optional<Eigen::Vector2d> zmp = {};            ///< m on the ground
   std::vector<cv::Point2f> support = {};              ///< corners of the support polygon, in W
   std::optional<slam::FrameReport> report = {};
-  std::optional<std::vector<slam::MapPoint>> map = {};  ///< absent if it is the one before
-  std::optional<std::size_t> rig = {};  ///< the page asks for the rig's readings by this number
+  std::optional<std::vector<slam::MapPoint>> map = {};  ///< absent if unchanged
+  std::optional<std::size_t> rig = {};  ///< number with which the page requests the rig's readings
 };
 
 /// Estimate minus truth: x, y, z (m, axes of W), heading (rad); standard deviations; NEES. NaN if unknown.
@@ -52,39 +52,39 @@ struct FrameError {
   Eigen::Vector4d error = Eigen::Vector4d::Constant(NAN), sigma = error;
   score::PoseNees nees{NAN, NAN};
 };
-/// Returns the error, or nothing without truth or estimate.
+/// Returns the error, or nullopt without truth or estimate.
 std::optional<FrameError> error_of(const Frame& frame);
-/// Returns half axes (longer first) and angle (rad) of the 3-sigma ellipse of a covariance.
+/// Returns the half axes (longer first) and the angle (rad) of a covariance's 3-sigma ellipse.
 Eigen::Vector3d ellipse(const Eigen::Matrix2d& covariance);
 
-/// Returns the JSON of a frame for sim/view/web/run.js, which documents the keys. m, rad; null if not finite.
+/// Returns a frame as JSON for sim/view/web/run.js, which documents the keys. m, rad; null if not finite.
 nlohmann::ordered_json to_json(const Frame& frame);
 
-/// Returns the length of a JSON text (little-endian, four bytes) and the text, with blanks up to a multiple
-/// of four bytes.
+/// Returns the length of a JSON text (little-endian, four bytes) and the text, padded with blanks to a
+/// multiple of four bytes.
 std::string with_length(std::string json);
-/// Returns a WebSocket message: with_length() of the JSON, gray image by rows.
+/// Returns a WebSocket message: with_length() of the JSON, then the gray image row by row.
 std::string to_message(const Frame& frame);
 
-/// Returns a reading of the rig for sim/view/web/sensors.js: depth as width and height (uint32) and mm by
-/// rows (uint16; 0: none); of another camera a PNG; of a lidar its points in the frame of the head camera, x,
-/// y, z (m) and intensity as float32; of an IMU nothing.
+/// Returns a rig reading for sim/view/web/sensors.js. Depth: width and height (uint32), then mm row by row
+/// (uint16; 0: none). Other cameras: a PNG. Lidar: points in the head camera's frame, x, y, z (m) and
+/// intensity as float32. IMU: nothing.
 std::string sent(const slam::RigReading& reading, const rig::RigSensor& sensor);
-/// Returns 256 colors from blue over green to red (turbo).
+/// Returns 256 colors from blue through green to red (turbo).
 const cv::Mat3b& palette();
 
-/// Returns the image file of each frame, or an empty path; for a camera or a lidar of the rig, the file of
-/// the newest reading. Throws FileError if a file is outside of the recording.
+/// Returns the image file of each frame, or an empty path; for a rig camera or lidar, the file of the newest
+/// reading. Throws FileError if a file is outside the recording.
 std::vector<fs::path> image_files(const std::vector<Frame>& frames, const fs::path& recording,
                                   const std::string& sensor = "cam0");
 
-/// The pictures of a recording, which may be a stranger's: a browser gets them only as they were recorded.
+/// The pictures of a recording, which may be untrusted: a browser gets them only as they were recorded.
 class Pictures {
  public:
   /// Throws FileError if the recording is unfinished or was edited.
   explicit Pictures(const fs::path& recording);
-  /// Returns the reading of the rig or of the head camera in a file. Throws FileError unless the file has the
-  /// listed hash, and an image the camera's size.
+  /// Returns the reading of a rig sensor or the head camera from a file. Throws FileError unless the file has
+  /// the hash in the manifest and an image has the camera's size.
   slam::RigReading read(const rig::RigSensor& sensor, const fs::path& file) const;
   const recording::RecordingSetup& setup() const { return setup_; }
 
@@ -99,11 +99,11 @@ inline constexpr double kMm = 1e3, kDeg = 180 / std::numbers::pi;
 
 using Column = std::vector<double>;
 
-/// A comma-separated file by the names of its columns; further columns do not matter. Titles lose their unit
-/// ("p_W_x [m]" is p_W_x) and the first one its '#'.
+/// A comma-separated file, accessed by column name; extra columns are ignored. Units are removed from the
+/// names ("p_W_x [m]" becomes p_W_x), and so is a '#' at the start of the first one.
 class Table {
  public:
-  /// Throws FileError if the file cannot be read, or has two columns of one name or a row of other length.
+  /// Throws FileError if the file cannot be read, or if it has duplicate columns or a row of another length.
   explicit Table(const fs::path& file);
 
   std::size_t rows() const { return rows_; }
@@ -112,7 +112,7 @@ class Table {
   const std::vector<std::string>& text(std::string_view column) const;
   /// Returns a column as numbers; NaN if a field is not a number.
   Column numbers(std::string_view column) const;
-  /// Returns a column of nanoseconds in seconds.
+  /// Returns a column of nanoseconds, converted to seconds.
   Column seconds(std::string_view column) const;
   /// Returns a column of time stamps. Throws FileError if a field is not one.
   std::vector<slam::Stamp> stamps(std::string_view column) const;
@@ -136,51 +136,52 @@ struct Errors {
   Column nees_position, nees_orientation;
 };
 
-/// A result folder. Parts that the run did not leave (no filter, no camera) are absent.
+/// A result folder. Parts that the run did not write (no filter, no camera) are absent.
 struct RunData : result::SeedScore {
-  std::string alignment = "none";  ///< of the estimate with the truth before it was scored
+  std::string alignment = "none";  ///< how the estimate was aligned with the truth before it was scored
   fs::path folder;
-  fs::path recording;                           ///< its own, if it is finished; else empty
-  std::optional<recording::Truth> recorded;     ///< the truth of that recording
+  fs::path recording;                           ///< the result's own recording if finished, else empty
+  std::optional<recording::Truth> recorded;     ///< the truth in that recording
   std::map<std::string, std::string> settings;  ///< settings_of()
   result::About about;
-  std::optional<double> frame_cpu_ms_mean, frame_cpu_ms_median, frame_cpu_ms_p99;  ///< a batch command: mean
+  std::optional<double> frame_cpu_ms_mean, frame_cpu_ms_median, frame_cpu_ms_p99;  ///< batch: mean
   Path truth, plan, waist_truth, waist_plan;
-  bool truth_aligned = false;  ///< of positions only: drawn as an SE(3) alignment puts it onto the estimate
+  bool truth_aligned = false;  ///< positions only: drawn after SE(3) alignment with the estimate
   std::optional<Path> estimate;
-  std::optional<Path> waist_estimate;  ///< of a steered walk, like waist_desired and corrected_steps
+  std::optional<Path> waist_estimate;  ///< only for a steered walk, like waist_desired and corrected_steps
   std::optional<Path> waist_desired;
   std::optional<Errors> errors;
-  std::optional<Path> odometry;  ///< by the same sensors without images
+  std::optional<Path> odometry;  ///< from the same sensors without images
   Column odometry_error;         ///< its distance from the truth, m
   std::optional<Table> filter_frames, feet, frame_times, corrected_steps, answers;
   std::vector<Frame> frames;  ///< truth, plan, estimate, report and map, without images
 
-  /// Returns "tangent_circle, seed 1" with the estimator, unless it is the filter, and its alignment.
+  /// Returns "tangent_circle, seed 1", with the estimator unless it is the filter, and with its alignment.
   std::string label() const;
 };
 
-/// Returns each key of a result's scenario but the seed, "revision", and "program", the hash of an external
-/// estimator's files. No keys if the scenario is missing or of another version.
+/// Returns all keys of a result's scenario except the seed, plus "revision" and "program" (the hash of an
+/// external estimator's files). Contains no scenario keys if the scenario is missing or from another version.
 std::map<std::string, std::string> settings_of(const fs::path& result, const result::About& about);
 
-/// Returns a value of a key without the indentation and the line ends of YAML.
+/// Returns a key's value without YAML's indentation and line breaks.
 std::string in_one_line(const std::string& value);
 
-/// Returns the keys, and "estimator", that differ between runs of one scenario, with each run's value or "".
+/// Returns the keys (including "estimator") that differ between runs of a scenario, with each run's value or
+/// "".
 std::map<std::string, std::vector<std::string>> changed_keys(const std::vector<const RunData*>& runs);
 
-/// Returns what distinguishes each run from the others of its scenario: the keys that differ, such as
-/// "slam.vision.sigma_px=3", after its estimator if that differs or no key does. Seeds do not count.
+/// Returns what distinguishes each run from the others of its scenario, ignoring seeds: the keys that differ,
+/// such as "slam.vision.sigma_px=3", preceded by the estimator if it differs or if no key does.
 std::vector<std::string> variants(const std::vector<const RunData*>& runs);
 
-/// Returns the alignment of a result's estimate with the truth before it was scored; "none" without one.
+/// Returns how a result's estimate was aligned with the truth before it was scored, or "none".
 std::string alignment_of(const result::About& about);
 /// Returns a metric's column in tables over several results: "rmse_m_after_sim3" if alignment affects it.
 std::string column_of(const std::string& metric, const std::string& alignment);
 
-/// Reads a result. Throws FileError if it is not a result, a file is missing or broken, or its recording was
-/// edited.
+/// Reads a result. Throws FileError if it is not a result, if a file is missing or broken, or if its
+/// recording was edited.
 RunData read_run(const fs::path& result_folder);
 
 }  // namespace sim::pages

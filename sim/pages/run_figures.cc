@@ -45,12 +45,11 @@ void add_errors(std::vector<Figure>& figures, const RunData& run) {
                                             {{"error", Role::estimate, e.t, scaled(e.error.at(i), factor)}}});
     const Column three = scaled(e.sigma.at(i), 3 * factor);
     if (any_finite(three)) f.envelopes = {{"3 sigma", Role::estimate, e.t, scaled(three, -1), three}};
-    f.levels = {{"none", 0}};
+    f.levels = {{"zero", 0}};
   }
   if (!any_finite(e.nees_position)) return;
-  Figure& nees = figures.emplace_back(
-      Figure{"nees", "Normalized error squared (3 expected; 95 % of a run's frames between the lines)", kTime,
-             "NEES"});
+  Figure& nees = figures.emplace_back(Figure{
+      "nees", "Normalized error squared (3 expected; 95 % of the frames between the lines)", kTime, "NEES"});
   nees.logarithmic = true;
   nees.lines = {{"position", Role::first, e.t, e.nees_position},
                 {"orientation", Role::second, e.t, e.nees_orientation}};
@@ -58,7 +57,7 @@ void add_errors(std::vector<Figure>& figures, const RunData& run) {
                  {"97.5 %", score::chi_square_quantile(0.975, 3)}};
 }
 
-// NIS by degrees of freedom, as the moving mean over a second.
+// Returns the NIS divided by the degrees of freedom, as a moving mean over one second.
 Column smoothed_nis(const Table& frames, const std::string& sensor) {
   const Column nis = frames.numbers("nis_" + sensor), dof = frames.numbers("dof_" + sensor);
   Column out;
@@ -77,8 +76,8 @@ void add_filter(std::vector<Figure>& figures, const RunData& run) {
   const Table& frames = *run.filter_frames;
   const Column t = frames.seconds("timestamp");
   Figure nis{"nis",
-             "Normalized innovation squared by degrees of freedom, mean over 1 s (1 expected; gray: 95 % "
-             "with three rows)",
+             "Normalized innovation squared per degree of freedom, mean over 1 s (1 expected; gray: 95 % "
+             "for three degrees of freedom)",
              kTime, "NIS / dof"};
   nis.logarithmic = true;
   constexpr std::array kRoles{Role::estimate, Role::first, Role::plan, Role::second};
@@ -86,12 +85,12 @@ void add_filter(std::vector<Figure>& figures, const RunData& run) {
   for (std::size_t i = 0; i < kRoles.size(); ++i) {
     const std::string sensor(score::kSensors[i]);
     if (!frames.has("nis_" + sensor)) continue;
-    const std::string name = sensor == "plan_velocity" ? "velocity by legs or plan" : sensor;
+    const std::string name = sensor == "plan_velocity" ? "velocity from legs or plan" : sensor;
     nis.lines.push_back({name, kRoles[i], t, smoothed_nis(frames, sensor)});
     if (const auto mean = run.value("nis_" + sensor + "_mean"))
       nis.remarks.push_back(fmt::format("{} {:.2g}: {}", name, *mean, score::nis_verdict(*mean)));
   }
-  const score::Band band = score::mean_band(3, 2 * kHalfSecond + 1);  // of a sensor with three rows
+  const score::Band band = score::mean_band(3, 2 * kHalfSecond + 1);  // for three degrees of freedom
   nis.envelopes = {{"95 %", Role::truth, t, Column(t.size(), band.low / 3), Column(t.size(), band.high / 3)}};
   nis.levels = {{"expected", 1}};
   figures.push_back(nis);
@@ -105,7 +104,7 @@ void add_filter(std::vector<Figure>& figures, const RunData& run) {
   figures.back().whole_y = true;
 }
 
-/// A dot at the start of each row of feet.csv in a phase: how far the foot moved or how much it turned.
+/// Returns a dot for each row of feet.csv in a phase, at its start: how far the foot moved or turned.
 Line feet_moved(const Table& feet, const std::string& phase, const std::string& name, Role role,
                 bool turning) {
   const Column t = feet.seconds("begin"), x = feet.numbers("moved_x"), y = feet.numbers("moved_y"),
@@ -120,13 +119,13 @@ Line feet_moved(const Table& feet, const std::string& phase, const std::string& 
 
 void add_slip(std::vector<Figure>& figures, const Table& feet) {
   for (const bool turning : {false, true}) {
-    const char* const moved = turning ? "angle that a sole turned" : "distance that a sole moved";
+    const char* const moved = turning ? "rotation of a sole" : "distance that a sole moved";
     figures.push_back({turning ? "slip_turn" : "slip",
                        fmt::format("Slip of each step: {} on the ground", moved),
                        kTime,
                        turning ? "deg" : "mm",
                        {feet_moved(feet, "landing", "landing", Role::first, turning),
-                        feet_moved(feet, "support", "carrying the robot", Role::estimate, turning),
+                        feet_moved(feet, "support", "in support", Role::estimate, turning),
                         feet_moved(feet, "lift_off", "lifting off", Role::second, turning)}});
   }
 }
@@ -136,9 +135,9 @@ void add_corrections(std::vector<Figure>& figures, const Table& steps) {
   figures.push_back({"corrections",
                      "Corrections of footsteps",
                      kTime,
-                     "moved [mm]",
+                     "correction [mm]",
                      {{"ahead", Role::first, t, scaled(steps.numbers("ahead"), kMm), true},
-                      {"aside", Role::second, t, scaled(steps.numbers("aside"), kMm), true}}});
+                      {"to the side", Role::second, t, scaled(steps.numbers("aside"), kMm), true}}});
 }
 
 void add_latency(std::vector<Figure>& figures, const Table& answers) {
@@ -152,7 +151,7 @@ void add_latency(std::vector<Figure>& figures, const Table& answers) {
       {"latency", "Latency of each answer, and dropped frames (at 0)", kTime, "ms", {answered, dropped}});
 }
 
-/// Without the lines of what a run does not have, such as a plan.
+/// Removes the lines of what a run does not have, such as a plan.
 Figure with_points(Figure f) {
   std::erase_if(f.lines, [](const Line& line) { return line.x.empty(); });
   return f;
@@ -174,10 +173,10 @@ void add_path(Figure& f, const std::string& name, Role role, const std::optional
 }
 
 using Runs = std::vector<const RunData*>;
-using OverTime = std::map<double, Column>;  // by time, a value of each run
+using OverTime = std::map<double, Column>;  // by time: a value from each run
 using Groups = std::vector<std::pair<std::string, Runs>>;
 
-/// The runs by their names, in the order of their first appearances.
+/// Groups the runs by name, in the order of first appearance.
 Groups grouped(const Runs& runs, const std::vector<std::string>& names) {
   Groups groups;
   for (std::size_t i = 0; i < runs.size(); ++i) {
@@ -194,20 +193,20 @@ Groups grouped(const Runs& runs, std::string RunData::*member) {
   return grouped(runs, names);
 }
 
-/// The color of a variant; the fifth has that of the first again.
+/// Returns the color of a variant; the fifth variant has the color of the first.
 Role role_of(std::size_t variant) {
   constexpr std::array kRoles{Role::estimate, Role::first, Role::second, Role::third};
   return kRoles[variant % kRoles.size()];
 }
 
-/// Runs of one seed have the same walk and noise, so that their errors depend on each other.
+/// Counts seeds instead of runs: runs with the same seed share walk and noise, so their errors are dependent.
 std::size_t seeds_of(const Runs& runs) {
   std::set<std::uint64_t> seeds;
   for (const RunData* run : runs) seeds.insert(run->seed);
   return seeds.size();
 }
 
-/// Adds a column by its times; the line breaks at values that are not finite.
+/// Adds a column's values at their times; lines have gaps at non-finite values.
 void add_values(OverTime& at, const Column& t, const Column& values, double factor) {
   for (std::size_t i = 0; i < t.size(); ++i) {
     Column& all = at[t[i]];
@@ -228,7 +227,7 @@ Line pooled(const std::string& name, Role role, const OverTime& at, const auto& 
   return line;
 }
 
-/// Such a run has its own line.
+/// True if one of the runs is of the estimator odometry, which then has its own line.
 bool have_odometry_run(const Runs& runs) {
   return std::ranges::any_of(runs, [](const RunData* run) { return run->estimator == "odometry"; });
 }
@@ -246,12 +245,12 @@ Figure paths(const Runs& runs, const Groups& variants) {
   return f;
 }
 
-/// The figure of the runs with one alignment: the median, and of one variant the whole range.
+/// Returns the figure for runs with the same alignment: the medians and, if there is one variant, the whole
+/// range.
 Figure errors_over_time(const std::string& alignment, const Runs& runs, const Groups& variants) {
   Figure f{"error_over_time", "position error", "time [s]", "mm"};
   if (seeds_of(runs) > 1) f.title += ", median over seeds";
-  if (alignment != "none")
-    f.name += "_after_" + alignment, f.title += ", after its " + alignment + " alignment";
+  if (alignment != "none") f.name += "_after_" + alignment, f.title += ", after " + alignment + " alignment";
   f.logarithmic = true;
   for (std::size_t i = 0; i < variants.size(); ++i) {
     const auto& [variant, its_runs] = variants[i];
@@ -271,8 +270,8 @@ Figure errors_over_time(const std::string& alignment, const Runs& runs, const Gr
   return f;
 }
 
-/// A value of every run as a dot above the number of its setting, with a box from quartile to quartile around
-/// the median and lines to the extremes.
+/// Draws a value of every run as a dot above the number of its setting, with a box plot: quartiles, median
+/// and extremes.
 Figure boxes(const char* name, const char* title, const char* unit, const Groups& variants,
              std::optional<double> (*value)(const RunData&)) {
   Figure f{name, title, "setting", unit};
@@ -303,7 +302,7 @@ std::string share_text(const OverTime& nees) {
                : "none";
 }
 
-/// The NEES over the seeds of one variant; empty if fewer than two have a NEES.
+/// Returns the NEES over the seeds of one variant; nullopt if fewer than two have a NEES.
 std::optional<Figure> nees_over_seeds(const Runs& runs) {
   const OverTime position = over_time(runs, &Errors::nees_position),
                  orientation = over_time(runs, &Errors::nees_orientation);
@@ -311,8 +310,8 @@ std::optional<Figure> nees_over_seeds(const Runs& runs) {
   for (const auto& [t, values] : position) most = std::max(most, values.size());
   if (most < 2) return std::nullopt;
   Figure f{"nees_over_seeds",
-           fmt::format("normalized error squared, mean of {} (3 expected). Frames after {:.0f} s in the 95 % "
-                       "band: position {}, orientation {}",
+           fmt::format("normalized error squared, mean of {} (3 expected). Frames after {:.0f} s within the "
+                       "95 % band: position {}, orientation {}",
                        files::counted(most, "run"), score::kSettled_s, share_text(position),
                        share_text(orientation)),
            "time [s]", "mean NEES"};
@@ -338,10 +337,10 @@ std::vector<Figure> scenario_figures(const std::string& scenario, const Runs& ru
       return value ? std::optional(kMm * *value) : std::nullopt;
     };
     figures.push_back(boxes("ate_by_setting",
-                            "ATE of every run after SE(3) alignment; boxes: quartiles and median", "mm",
+                            "ATE after SE(3) alignment of every run; boxes: quartiles and median", "mm",
                             by_variant, ate_mm));
     figures.push_back(boxes("cpu_by_setting",
-                            "CPU time of a frame of every run (median); boxes: quartiles and median", "ms",
+                            "Median CPU time per frame of every run; boxes: quartiles and median", "ms",
                             by_variant, [](const RunData& run) { return run.frame_cpu_ms_median; }));
   }
   for (Figure& f : figures) f.name += "_" + scenario, f.title = scenario + ": " + f.title;
@@ -359,7 +358,7 @@ Figure camera_from_above(const RunData& run) {
 
 Figure map_from_above(const RunData& run) {
   Figure f = camera_from_above(run);
-  f.name = "map", f.title = "Landmarks of the last map, from above";
+  f.name = "map", f.title = "Landmarks in the last map, from above";
   const auto last = std::find_if(run.frames.rbegin(), run.frames.rend(),
                                  [](const Frame& frame) { return frame.map.has_value(); });
   if (last == run.frames.rend() || last->map->empty()) return Figure{};
@@ -370,7 +369,7 @@ Figure map_from_above(const RunData& run) {
 
 Figure waist_from_above(const RunData& run) {
   Figure f =
-      from_above("waist_from_above", "Waist from above: planned and walked", run.waist_plan, run.waist_truth);
+      from_above("waist_from_above", "Waist from above: planned and actual", run.waist_plan, run.waist_truth);
   add_path(f, "desired", Role::first, run.waist_desired);
   add_path(f, "estimate", Role::estimate, run.waist_estimate);
   return f;

@@ -1,4 +1,4 @@
-// The page of one run or of several: the sections of a run, and the tables over runs.
+// The page about one or several runs: the sections of a run, and the tables of runs.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -48,7 +48,7 @@ std::string picture_html(const Frame& frame, const cv::Mat& image, const Frame& 
   return html + fmt::format("</svg><span class='soft'>{} s</span></figure>", shown);
 }
 
-/// "passed", "missed a limit", or an ending that is not allowed.
+/// Returns "passed", "missed a limit", or the ending if it is not allowed.
 std::string verdict_of(const RunData& run) {
   const scenario::Scenario scenario = scenario::read_scenario(run.folder / "scenario.yaml").scenario;
   if (!result::is_allowed(scenario, run.ending)) return std::string(name_of(run.ending));
@@ -62,8 +62,8 @@ class RunSections {
 
   std::string html(const std::string& prefix, const std::string& title) const {
     const std::string aligned =
-        "<p>The truth has only positions, in its own frame: it is drawn after alignment with the estimate "
-        "(SE(3)).</p>";
+        "<p>The truth contains only positions, in its own frame. It is drawn after SE(3) alignment with the "
+        "estimate.</p>";
     const bool has = run_.errors.has_value();
     std::vector<Section> all{
         {"verdict", title, verdict()},
@@ -81,8 +81,8 @@ class RunSections {
         {"configuration", "Configuration", configuration()},
         {"again", "View it and run it again",
          fmt::format(
-             "<p class='soft'>The view plays the run in a browser; #t=SECONDS after its address opens "
-             "that time.</p><pre>{}</pre>{}",
+             "<p class='soft'>The view plays the run in a browser; append #t=SECONDS to its URL to open it "
+             "at that time.</p><pre>{}</pre>{}",
              escaped(view_command(run_)), command_to_run())}};
     for (Section& section : all) section.id = prefix + section.id;
     return sections_html(all, true);
@@ -91,7 +91,7 @@ class RunSections {
  private:
   std::string cpu() const {
     if (!run_.estimate) return "";
-    return fmt::format("<p>CPU of the estimator per frame: mean {} ms, median {} ms, p99 {} ms.</p>",
+    return fmt::format("<p>CPU time of the estimator per frame: mean {} ms, median {} ms, p99 {} ms.</p>",
                        number_text(run_.frame_cpu_ms_mean), number_text(run_.frame_cpu_ms_median),
                        number_text(run_.frame_cpu_ms_p99)) +
            figures({"cpu"});
@@ -145,11 +145,11 @@ class RunSections {
     return figures_html(html);
   }
 
-  /// Not of a result with a program: who copies the command would start it.
+  /// Returns no command for a result with an external program, because copying it would start that program.
   std::string command_to_run() const {
     if (scenario_.estimator.source != programs::Source::built_in)
       return "<p class='soft'>Its scenario.yaml names an external program as estimator; running it again "
-             "starts that program.</p>";
+             "would start that program.</p>";
     return "<pre>tools/gaitslam run " + escaped(files::shell_word((run_.folder / "scenario.yaml").string())) +
            " --out DIR</pre>";
   }
@@ -158,8 +158,8 @@ class RunSections {
     const auto value = [&](const char* name) { return number_text(run_.value(name)); };
     if (run_.value("loop_time_s"))
       return fmt::format(
-          "<p>The loop was closed at {} s by {} landmarks in all. The position error was {} m before and {} "
-          "m one second after.</p>",
+          "<p>The loop was closed at {} s by {} landmarks in total. The position error was {} m before the "
+          "closure and {} m one second after it.</p>",
           value("loop_time_s"), value("loop_landmarks"), value("loop_error_before_m"),
           value("loop_error_after_m"));
     std::string why = "too few landmarks were recognized";
@@ -172,8 +172,8 @@ class RunSections {
     const auto ate = run_.value("ate_se3_rmse_m"), odometry = run_.value("odometry_ate_se3_rmse_m");
     if (!ate || !odometry) return "";
     return fmt::format(
-        "<p>ATE {} mm. The same sensors without images (estimator odometry, the thin line) have {} mm, "
-        "{:.1f} times as much.</p>",
+        "<p>The ATE is {} mm. Without images, the same sensors (estimator odometry, the thin line) have {} "
+        "mm, {:.1f} times as much.</p>",
         number_text(kMm * *ate), number_text(kMm * *odometry), *odometry / *ate);
   }
 
@@ -206,7 +206,7 @@ class RunSections {
                        text_cell(scenario::unit_of(key.name).value_or("")),
                        text_cell(set_by == run_.about.set_by.end() ? "default" : set_by->second, "soft")}});
     }
-    return fmt::format("<details><summary>{} keys and the origin of each</summary>{}</details>", rows.size(),
+    return fmt::format("<details><summary>{} keys and where each was set</summary>{}</details>", rows.size(),
                        table_html("configuration", {"key", "value", "unit", "from"}, rows));
   }
 
@@ -252,9 +252,9 @@ struct PageRuns {
 
   const std::vector<RunData>& all;
   std::vector<std::string> names;   ///< the variant of each
-  std::vector<std::string> labels;  ///< with the variant if another run has the same without, with the folder
-                                    ///< if another has both
-  std::vector<bool> in_full;        ///< shown in full: of many the worst of each scenario and variant
+  std::vector<std::string> labels;  ///< unique: with the variant if needed, and the folder if that is not
+                                    ///< enough
+  std::vector<bool> in_full;        ///< shown in full: all, or the worst of each scenario and variant
 };
 
 std::string table(const PageRuns& runs, const std::string& scenario) {
@@ -314,13 +314,13 @@ std::string settings_html(const PageRuns& runs, const std::string& scenario) {
                       runs.link(s.worst_run, worst));
     }
   }
-  return "<h3>Settings: median over seeds [95 % interval of the median, from 6 seeds on]</h3>" +
+  return "<h3>Settings: median over seeds [95 % interval of the median, with at least 6 seeds]</h3>" +
          table_html("settings", titles, lines, true);
 }
 
-constexpr std::size_t kMostCompared = 4;  // variants with the first
+constexpr std::size_t kMostCompared = 4;  // variants that are compared with the first
 
-/// The seed that changed most for the worse in a row, and how to see both runs at its worst instant.
+/// Returns the seed that got worse by the most in a row, and how to view both runs at its worst instant.
 std::string worst_html(const ChangeTable::Row& row, const std::vector<const RunData*>& a,
                        const std::vector<const RunData*>& b) {
   const auto of = [&](const auto& runs) {
@@ -360,12 +360,13 @@ std::string changes_html(const PageRuns& runs, const std::string& scenario) {
                         table_html("changes", table.titles, rows, true));
   }
   if (order.size() > 1 + kMostCompared)
-    html += fmt::format("<p class='soft'>{} further variants are not compared with the first.</p>",
+    html += fmt::format("<p class='soft'>{} more variants are not compared with the first.</p>",
                         order.size() - 1 - kMostCompared);
   return html;
 }
 
-/// The runs of a scenario over two of their metrics, drawn by web/pages.js; empty for fewer than two runs.
+/// Returns a scatter plot of a scenario's runs over two metrics, drawn by web/pages.js; empty for fewer than
+/// two runs.
 std::string scatter_html(const PageRuns& runs, const std::string& scenario) {
   const std::vector<std::size_t> of_scenario = runs.of(scenario);
   if (of_scenario.size() < 2) return "";
@@ -383,7 +384,7 @@ std::string scatter_html(const PageRuns& runs, const std::string& scenario) {
   return fmt::format("<div class='scatter' data-runs='{}'></div>", escaped(files::json_text(all)));
 }
 
-/// One run is visible at a time; web/pages.js changes which.
+/// Returns all runs in detail. One is visible at a time; web/pages.js selects which.
 std::string runs_in_detail(const PageRuns& runs) {
   std::string options, html;
   const bool several = runs.all.size() > 1;
@@ -399,8 +400,8 @@ std::string runs_in_detail(const PageRuns& runs) {
                      options + "</select></p>";
   if (const auto left = std::ranges::count(runs.in_full, false); left > 0)
     head += fmt::format(
-        "<p class='soft'>The worst run of each scenario and variant is shown in full; {} more: "
-        "tools/gaitslam report FOLDER.</p>",
+        "<p class='soft'>Only the worst run of each scenario and variant is shown in full; for the other {}, "
+        "use tools/gaitslam report FOLDER.</p>",
         left);
   return head + html;
 }
@@ -444,8 +445,8 @@ std::string picture_strip(const RunData& run, std::size_t count) {
     if (!files[i].empty()) seen.push_back(i);
   if (seen.empty()) return "";
   std::string html =
-      "<p class='soft'>Ellipses are the search regions of landmarks (3 sigma): green with the matched 11 x "
-      "11 patch if the match was used, yellow otherwise.</p><div class='strip'>";
+      "<p class='soft'>Ellipses are the search regions of landmarks (3 sigma): green, with the matched 11 x "
+      "11 patch, if the match was used; yellow otherwise.</p><div class='strip'>";
   const Pictures pictures(run.recording);
   const rig::RigSensor head = recording::head_camera(pictures.setup());
   for (std::size_t k = 0; k < count; ++k) {

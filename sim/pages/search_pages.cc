@@ -1,4 +1,4 @@
-// The pages of searches: the trials of a sweep, read from scores.jsonl, and a tuning.
+// The pages about searches: the trials of a sweep, read from scores.jsonl, and a tuning.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,19 +20,19 @@ namespace {
 
 using files::Json;
 
-constexpr std::size_t kMostKeys = 6;     // with figures: 15 heat maps of each metric
-constexpr std::size_t kMostDots = 2000;  // of more trials only the medians are drawn
-constexpr std::size_t kMostOfGrid = 20;  // values of a key; others have one for each sample
+constexpr std::size_t kMostKeys = 6;     // that have figures: 15 heat maps per metric
+constexpr std::size_t kMostDots = 2000;  // if there are more trials, only the medians are drawn
+constexpr std::size_t kMostOfGrid = 20;  // values of a grid key; sampled keys have one for each sample
 
 /// One line of scores.jsonl.
 struct Trial {
   std::string scenario;
-  std::vector<std::string> typed, settings;  ///< the value of each key, as it is typed and as it is shown
+  std::vector<std::string> typed, settings;  ///< the value of each key, as typed and as shown
   std::uint64_t seed = 0;
   std::string ending, cause;
   std::map<std::string, double> values;
 
-  /// NaN without a value.
+  /// Returns the value, or NaN if there is none.
   double value(const std::string& metric) const {
     const auto found = values.find(metric);
     return found == values.end() ? NAN : found->second;
@@ -40,7 +40,8 @@ struct Trial {
 };
 using Trials = std::vector<const Trial*>;
 
-/// A swept key. values: numbers ascend, others are as they came. numbers: the values, if all are numbers.
+/// A swept key. values: numbers in ascending order, others in the given order. numbers: set if all are
+/// numbers.
 struct Key {
   std::string name;
   std::vector<std::string> values;
@@ -57,7 +58,7 @@ struct Sweep {
   std::vector<Trial> trials;
   std::vector<Key> keys;
 
-  /// The id in the page of the row of a setting.
+  /// Returns the id of a setting's row in the page.
   std::string anchor(const Trial& trial) const {
     std::string name = "setting-" + scenario;
     for (std::size_t k = 0; k < keys.size(); ++k)
@@ -78,7 +79,7 @@ Trial trial_of(const Json& line, std::vector<std::string>& keys) {
     trial.settings.push_back(label ? label->text() : trial.typed.back());
   }
   if (keys.empty()) keys = names;
-  if (keys != names) line.at("settings").fail("has other keys than the lines before");
+  if (keys != names) line.at("settings").fail("has different keys than the previous lines");
   for (const auto& [name, value] : line.at("values").entries())
     if (value.value().is_number()) trial.values[name] = value.number();
   return trial;
@@ -114,8 +115,8 @@ std::vector<Sweep> read_sweep(const fs::path& folder) {
   return all;
 }
 
-/// The shown metrics that the sweep has, those of the walk only if a key changes it; the first one determines
-/// the worst seeds.
+/// Returns the shown metrics that the sweep has, and walk metrics only if a key changes the walk. The first
+/// one determines the worst seeds.
 std::vector<std::string> metrics_of(const Sweep& sweep) {
   std::vector<std::string> shown = shown_metrics(&ShownMetric::sweep);
   const bool walks_differ =
@@ -134,7 +135,7 @@ std::vector<double> values_of(const Trials& trials, const std::string& metric) {
   return values;
 }
 
-/// The median, the smallest and the largest value; NaN without any.
+/// The median, the smallest and the largest value; NaN if there are none.
 struct Spread {
   Spread(const Trials& trials, const std::string& metric) {
     if (const std::vector<double> values = values_of(trials, metric); !values.empty())
@@ -143,7 +144,7 @@ struct Spread {
   double median = NAN, least = NAN, most = NAN;
 };
 
-/// The values of the keys that are words, such as estimators.
+/// Returns the values of the non-numeric keys, such as estimators.
 std::string words_of(const Sweep& sweep, const Trial& trial) {
   std::vector<std::string> words;
   for (std::size_t k = 0; k < sweep.keys.size(); ++k)
@@ -151,8 +152,8 @@ std::string words_of(const Sweep& sweep, const Trial& trial) {
   return fmt::format("{}", fmt::join(words, ", "));
 }
 
-/// Medians over a numeric key: a line with its interval for each combination of words, or, if there is one or
-/// more than there are colors, a single line with the trials.
+/// Draws medians over a numeric key: a line with its interval for each combination of non-numeric values or,
+/// if there is only one or there are more than colors, a single line with the trials as dots.
 Figure lines_figure(const Sweep& sweep, std::size_t k, const std::string& metric) {
   using enum Role;
   static constexpr std::array kRoles{estimate, first, second, third, plan, truth};
@@ -194,14 +195,14 @@ Figure lines_figure(const Sweep& sweep, std::size_t k, const std::string& metric
   return f;
 }
 
-/// The value or, of a metric with an expected value, the factor from it.
+/// Returns the value or, for a metric with an expected value, the factor by which it differs from that.
 std::string loss_text(double loss, const score::Direction& direction) {
   if (direction.worst != score::Worst::farthest_from_expected)
     return number_text(direction.worst == score::Worst::smallest ? -loss : loss);
   return fmt::format("a factor of {} from {}", number_text(std::exp(loss)), number_text(direction.expected));
 }
 
-/// A table of two keys, the first across; its cells open the rows of their settings.
+/// Returns a table of two keys, the first one across; its cells link to the rows of their settings.
 std::string heat_map(const Sweep& sweep, std::size_t a, std::size_t b, const std::string& metric) {
   const Key &across = sweep.keys[a], &down = sweep.keys[b];
   std::map<std::pair<std::string, std::string>, Trials> cells;
@@ -247,15 +248,15 @@ std::string heat_map(const Sweep& sweep, std::size_t a, std::size_t b, const std
       loss_text(best + width, direction));
 }
 
-/// Heat maps of pairs of keys and lines over one key, for each metric. Only the first of many keys have
-/// figures, so that the page of a large sweep can still be opened.
+/// Returns heat maps of pairs of keys and lines over single keys, for each metric. If there are many keys,
+/// only the first ones have figures, so that a browser can still open the page.
 std::string figures_of(const Sweep& sweep) {
   std::string html, figures;
   std::vector<std::size_t> varied;
   for (std::size_t k = 0; k < sweep.keys.size(); ++k)
     if (sweep.keys[k].values.size() > 1) varied.push_back(k);
   if (varied.size() > kMostKeys) {
-    html = fmt::format("<p>Figures are drawn of the first {} of {} keys with several values.</p>\n",
+    html = fmt::format("<p>There are figures for the first {} of {} keys with several values.</p>\n",
                        kMostKeys, varied.size());
     varied.resize(kMostKeys);
   }
@@ -271,9 +272,9 @@ std::string figures_of(const Sweep& sweep) {
   }
   if (mapped)
     html += fmt::format(
-        "<p class='soft'>In a heat map: the median over {}, and the range of the trials; a cell opens the "
-        "row of its setting. The colors go from the best median to the worst one, or further if the usual "
-        "range of a setting's trials is larger.</p>\n",
+        "<p class='soft'>A heat map shows the median over {} and the range of the trials; click a cell to go "
+        "to the row of its setting. Colors range from the best median to the worst, or further if the "
+        "typical range of a setting's trials is larger.</p>\n",
         sweep.keys.size() > 2 ? "seeds and the other keys" : "seeds");
   return html + figures_html(figures);
 }
@@ -289,7 +290,7 @@ std::vector<Trials> by_setting(const Sweep& sweep) {
   return groups;
 }
 
-/// The trial that did not complete, else the one with the worst value of the metric.
+/// Returns a trial that did not complete, if any, else the one with the worst value of the metric.
 const Trial& worst_of(const Trials& trials, const std::string& metric) {
   const auto badness = [&](const Trial* trial) {
     const double value = trial->value(metric);
@@ -299,7 +300,7 @@ const Trial& worst_of(const Trials& trials, const std::string& metric) {
   return **std::ranges::max_element(trials, {}, badness);
 }
 
-/// The command of a trial, unless it would start a program that the sweep names.
+/// Returns the command that runs a trial, unless it would start a program named in the sweep.
 std::string command_of(const Sweep& sweep, const Trial& trial, const fs::path& folder) {
   const fs::path file = folder / "scenarios" / (trial.scenario + ".yaml");
   std::string command = "tools/gaitslam run " + files::shell_word(file.string());
@@ -346,7 +347,7 @@ struct Tuning {
   Table history;
   std::string objective = json.at("objective").text();
   std::vector<Json> parameters = json.at("parameters").items();
-  Column value = history.numbers(objective);  ///< the loss of each setting
+  Column value = history.numbers(objective);  ///< loss of each setting
 };
 
 Tuning read_tuning(const fs::path& folder) {
@@ -355,7 +356,7 @@ Tuning read_tuning(const fs::path& folder) {
   return tuning;
 }
 
-/// The largest loss that figures show, so that outliers do not compress the scale.
+/// Returns the largest loss shown in figures, so that outliers do not compress the scale.
 double largest_shown(const Tuning& t) {
   std::vector<double> known = t.value;
   std::erase_if(known, [](double value) { return !std::isfinite(value); });
@@ -364,7 +365,7 @@ double largest_shown(const Tuning& t) {
   return std::max(middle, std::min(start, least + 10 * (middle - least))) + 0.5 * (middle - least);
 }
 
-/// A dot for each setting; those with an unknown loss, or one above the figure, are at its upper edge.
+/// Returns a dot for each setting; those whose loss is unknown or off the scale are at the upper edge.
 std::vector<Line> setting_dots(const Tuning& t, const Column& at, double most) {
   Line tried{"setting", Role::truth, {}, {}, true}, above{"", Role::second, {}, {}, true};
   for (std::size_t i = 0; i < t.value.size(); ++i)
@@ -377,7 +378,7 @@ std::vector<Line> setting_dots(const Tuning& t, const Column& at, double most) {
 Figure history_figure(const Tuning& t, double most) {
   Column numbers(t.value.size());
   std::iota(numbers.begin(), numbers.end(), 0);
-  Figure f{"history", "The search: the loss of each setting, and the least so far", "setting", t.objective,
+  Figure f{"history", "The search: the loss of each setting, and the lowest so far", "setting", t.objective,
            setting_dots(t, numbers, most)};
   f.whole_x = true;
   Line& best = f.lines.emplace_back(Line{"best so far", Role::estimate});
@@ -413,7 +414,7 @@ std::string figures(const Tuning& t) {
 
 constexpr std::size_t kBins = 8, kLeastInBin = 3;
 
-/// The places of the values in their order; those that are not finite come last.
+/// Returns the rank of each value; non-finite values come last.
 std::vector<double> ranks_of(const Column& values) {
   std::vector<std::size_t> order(values.size());
   std::iota(order.begin(), order.end(), 0);
@@ -425,8 +426,8 @@ std::vector<double> ranks_of(const Column& values) {
   return ranks;
 }
 
-/// The share of the variance of the losses' ranks that one parameter explains, by its values in bins
-/// of equal counts: omega squared (Hays 1963), 0 on average without an influence. Absent with too few
+/// Returns the fraction of the variance of the losses' ranks that one parameter explains, with its values in
+/// bins of equal counts: omega squared (Hays 1963), which averages 0 without influence. nullopt with too few
 /// settings.
 std::optional<double> importance(const Tuning& t, const std::string& key) {
   const std::vector<double> places = ranks_of(t.history.numbers(key)), losses = ranks_of(t.value);
@@ -457,9 +458,9 @@ std::string parameters_table(const Tuning& t) {
                      number_cell(importance(t, p.at("key").text()))}});
   }
   return table_html("parameters", {"parameter", "searched", "before", "after", "importance"}, rows, true) +
-         "<p class='soft'>importance: the share of the variance of the losses' ranks that the parameter "
+         "<p class='soft'>importance: the fraction of the variance of the losses' ranks that the parameter "
          "explains without interactions (omega squared over up to eight groups of its values, from all "
-         "settings of this search; they are not evenly spread).</p>\n";
+         "settings of this search, which are not evenly spread).</p>\n";
 }
 
 std::optional<double> mean_of(const std::vector<std::optional<double>>& values) {
@@ -469,11 +470,11 @@ std::optional<double> mean_of(const std::vector<std::optional<double>>& values) 
   return known.empty() ? std::nullopt : std::optional(score::mean(known));
 }
 
-/// A row for each metric: its means before and after, the mean change of a run, and its values in each run.
-/// side: training or holdout.
+/// Returns a row for each metric: its means before and after, the mean change per run, and its values in each
+/// run. side: training or holdout.
 std::string runs_table(const Json& side) {
   std::vector<std::string> titles{"metric", "mean before", "mean after",
-                                  "mean change of a run [95 % interval, t-test]"};
+                                  "mean change per run [95 % interval, t-test]"};
   for (const Json& run : side.at("runs").items()) titles.push_back(run.text());
   std::vector<TableRow> rows;
   for (const auto& [name, values] : side.at("values").entries()) {
@@ -509,7 +510,7 @@ std::string sides(const Tuning& t) {
   if (runs > 1) {
     const score::Band band = score::mean_band(3, runs);
     html +=
-        fmt::format(" The mean of {} independent runs lies between {:.2f} and {:.2f} with 95 % confidence.",
+        fmt::format(" The mean of {} independent runs lies between {:.2f} and {:.2f} with 95 % probability.",
                     runs, band.low, band.high);
   }
   return html + "</p>\n";
@@ -529,7 +530,7 @@ std::string sweep_page(const fs::path& folder) {
     trials += sweep.trials.size();
     sections.push_back({"scenario-" + sweep.scenario, sweep.scenario,
                         figures_of(sweep) +
-                            "<h3>Settings, and the worst seed of each with the command that runs it</h3>\n" +
+                            "<h3>Settings, and the worst seed of each with the command to run it</h3>\n" +
                             settings_table(sweep, folder)});
   }
   return html_page(

@@ -1,4 +1,4 @@
-// Tables over several runs: what changes between two sets of them, and metrics of each setting; tables as
+// Tables of several runs: what changes between two sets of runs, the metrics of each setting, and table
 // files.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -30,7 +30,7 @@ std::string change_text(const MetricVerdict& v) {
                                                              : fmt::format(" ({:+.0f} %)", percent));
 }
 
-/// The text in LaTeX or Markdown, without commands.
+/// Escapes a text for LaTeX or Markdown.
 std::string literal(std::string_view text, bool tex) {
   static const std::map<char, const char*> kWords{
       {'\\', "\\textbackslash{}"}, {'~', "\\textasciitilde{}"}, {'^', "\\textasciicircum{}"}};
@@ -42,7 +42,7 @@ std::string literal(std::string_view text, bool tex) {
   return out;
 }
 
-/// The gates of compare, then what runs show beside them, which has no tolerance and so no verdict.
+/// Returns the gates of compare, then the other shown metrics, which have no tolerance and thus no verdict.
 std::vector<std::pair<MetricVerdict, bool>> verdicts_of(const Seeds& a, const Seeds& b, const RunData& run) {
   const std::vector<regression::Gate>& gates = regression::default_gates();
   std::vector<regression::Gate> others;
@@ -172,8 +172,7 @@ TableFormat table_format(const fs::path& file) {
   for (const auto& [ending, format] :
        {std::pair{".csv", TableFormat::csv}, {".md", TableFormat::markdown}, {".tex", TableFormat::latex}})
     if (file.extension() == ending) return format;
-  throw std::invalid_argument(
-      fmt::format("{}: expected a name that ends in .csv, .md or .tex", file.string()));
+  throw std::invalid_argument(fmt::format("{}: expected a name ending in .csv, .md or .tex", file.string()));
 }
 
 std::string written_table(const std::vector<std::vector<std::string>>& lines, TableFormat format,
@@ -234,7 +233,7 @@ std::string runs_table(const std::vector<RunData>& runs, TableFormat format) {
     return written_table(lines, format, "");
   }
   lines = {{"scenario", "setting", "n"}};
-  std::map<std::string, std::size_t> columns;                               // by their titles
+  std::map<std::string, std::size_t> columns;                               // by title
   std::map<std::pair<std::string, std::string>, std::size_t> places, most;  // line and seeds of a setting
   for (const MetricSummary& s : table)
     if (const std::string title = metric_label(s.metric, s.column);
@@ -249,7 +248,7 @@ std::string runs_table(const std::vector<RunData>& runs, TableFormat format) {
     line[0] = s.scenario, line[1] = s.setting, line[2] = fmt::format("{}", n);
     line[columns.at(metric_label(s.metric, s.column))] = median_text(score::median(s.values), s.interval);
   }
-  return written_table(lines, format, "Medians over n seeds [95 % interval of the median, from 6 seeds on].");
+  return written_table(lines, format, "Medians over n seeds [95 % interval of the median, if n >= 6].");
 }
 
 }  // namespace sim::pages

@@ -14,10 +14,10 @@ namespace {
 using model_file::Element, model_file::Fate, model_file::text_of;
 
 constexpr std::array kFootSides{"right", "left"};  // as walking::Side
-// Bits of contacts: with the floor, with the other foot, and of shapes that only give their body its mass.
+// Contact bits: with the floor, with the other foot, and for shapes that only give their body its mass.
 constexpr unsigned kFloorBit = 1, kFeetBit = 2, kMassBit = 4;
-constexpr std::size_t kAdded = 4;  // most parts on one body: sites and camera
-constexpr int kHidden = 3;         // the first group of shapes that are not drawn
+constexpr std::size_t kAdded = 4;  // most parts added to one body: sites and camera
+constexpr int kHidden = 3;         // first group that is not drawn
 
 unsigned bits_of(const Element& geom, const char* attribute) {
   const auto value = numbers(geom, attribute, 1, 1);
@@ -89,7 +89,7 @@ class Adapter {
 
   using Foot = std::array<RobotFile::Foot, 2>::const_iterator;
 
-  // The bench's own names are free for its own parts. foot: that which the body above is part of.
+  // Frees the bench's own names for its own parts. foot: the foot that the body above is part of.
   void collect(Element& body, Foot foot) {
     if (const Foot own = std::ranges::find(robot_.feet, body.get("name"), &RobotFile::Foot::body);
         own != robot_.feet.end() || body.child("joint"))
@@ -107,7 +107,7 @@ class Adapter {
       joints_.push_back(&child);
       if (const std::string name = child.get("name");
           !joint_places_.emplace(name, joints_.size()).second && !name.empty())
-        reject(child, "name", fmt::format("'{}' is given twice, expected a name of its own", name));
+        reject(child, "name", fmt::format("'{}' is given twice, expected a unique name", name));
     }
   }
 
@@ -147,7 +147,7 @@ class Adapter {
       geom.set("group", hidden ? "3" : is_head ? "2" : "1");
       if (std::ranges::count(soles, &geom) > 0) {
         has_others ? set_bits(geom, kFloorBit, 0) : set_bits(geom, kFloorBit | kFeetBit, kFeetBit);
-        geom.set("priority", "1");  // of friction
+        geom.set("priority", "1");  // this geom's friction counts
       } else if (foot != robot_.feet.end() && can_touch(geom)) {
         set_bits(geom, kFeetBit, kFeetBit);
       } else {
@@ -157,8 +157,8 @@ class Adapter {
     if (foot != robot_.feet.end()) soles_[std::size_t(foot - robot_.feet.begin())] += soles.size();
   }
 
-  // Contacts may be named that only a pair with the floor lets touch. Without names: what touches the floor,
-  // or all that touches anything, if the model's floor has other bits.
+  // `contacts` may name geoms that touch the floor only through a contact pair. Without names: the geoms that
+  // touch the floor, or all that touch anything if the model's floor has other bits.
   bool is_sole(const Element& geom, const RobotFile::Foot& foot) const {
     if (!foot.contacts.empty()) return std::ranges::count(foot.contacts, geom.get("name")) > 0;
     return can_touch(geom) && (touches_floor(geom) || !feet_touch_floor_);
@@ -169,15 +169,15 @@ class Adapter {
     const std::string key = fmt::format("feet.{}", kFootSides[side]);
     body(key, foot.body);
     if (soles_[side] == 0 && foot.contacts.empty())
-      fail(key, fmt::format("body '{}' has no geom that collides, expected the sole", foot.body));
+      fail(key, fmt::format("body '{}' has no colliding geom, expected the sole", foot.body));
     if (soles_[side] < foot.contacts.size())
       fail(key,
-           fmt::format("of the contacts {} body '{}' has {}, expected colliding geoms of it with these names",
+           fmt::format("of the contacts {} body '{}' has {}, expected colliding geoms with these names in it",
                        fmt::join(foot.contacts, ", "), foot.body, soles_[side]));
   }
 
   void add_servos() {
-    std::map<std::size_t, Element> servos;  // by place among the joints
+    std::map<std::size_t, Element> servos;  // by position among the joints
     for (const RobotFile::Servo& servo : robot_.servos)
       for (const std::string& name : servo.joints) {
         const auto place = joint_places_.find(name);
@@ -186,8 +186,7 @@ class Adapter {
         if (const std::string type = joint.get("type"); !type.empty() && type != "hinge")
           reject(joint, "type", fmt::format("of '{}' is {}, expected a hinge for a servo", name, type));
         if (!joint.find("range") || joint.get("limited") == "false")
-          reject(joint, "range",
-                 fmt::format("of '{}' is missing, expected its least and greatest angle", name));
+          reject(joint, "range", fmt::format("'{}' has none, expected its smallest and largest angle", name));
         joint.set("damping", text_of(std::array{servo.kd_nms_rad}));
         if (servo.armature_kg_m2) joint.set("armature", text_of(std::array{*servo.armature_kg_m2}));
         Element made{"position",
@@ -209,7 +208,7 @@ class Adapter {
     }
   }
 
-  // Moves elements: pointers to bodies are invalid afterwards.
+  // Moves elements, so pointers to bodies become invalid.
   void make_rigid(Element& body) {
     std::erase_if(body.children, [&](const Element& child) {
       if (child.name != "joint" || moving_.contains(child.get("name"))) return false;
@@ -239,8 +238,8 @@ class Adapter {
   Element* base_ = nullptr;
   std::map<std::string, std::pair<Element*, Foot>> bodies_;  // each with the foot that it is part of
   bool feet_touch_floor_ = false;
-  std::array<std::size_t, 2> soles_{};               // geoms, by side
-  std::vector<Element*> joints_;                     // in the order of the file, which is the library's
+  std::array<std::size_t, 2> soles_{};               // number of geoms, by side
+  std::vector<Element*> joints_;                     // in the order of the file, which the library keeps
   std::map<std::string, std::size_t> joint_places_;  // from 1
   std::set<std::string> moving_, rigid_;             // joints
 };

@@ -1,4 +1,4 @@
-// A robot's model file as the bench loads it: with the servos, sites, camera and sensors of its robot.yaml.
+// A robot's model file as the bench loads it: with the servos, sites, camera and sensors from robot.yaml.
 #pragma once
 
 #include "sim/model_file/model_file.h"
@@ -9,17 +9,17 @@ namespace sim::physics {
 /// Returns the elements and attributes that MuJoCo's parser knows.
 const model_file::Schema& schema();
 
-/// Reads the model and puts the bench's parts where robot.yaml wants them, with the names that RobotFile
-/// lists. What touches what: the soles' contacts the floor and the other foot, the rest of a foot the other
-/// foot, all else nothing. Shapes are drawn in group 1, those of the head camera's link in 2, those that only
-/// collide not at all (3). Joints without servo and stiffness are rigid. Throws std::runtime_error
-/// "file:line: ..." for the model, std::invalid_argument "file:line:column: key: ..." for what robot.yaml
-/// names.
+/// Reads the model and adds the bench's parts where robot.yaml wants them, with the names listed at
+/// RobotFile. The soles' contacts touch the floor and the other foot, the rest of a foot touches the other
+/// foot, and everything else touches nothing. Shapes are drawn in group 1, those of the head camera's link in
+/// group 2; shapes that only collide are not drawn (group 3). Joints without servo and stiffness are rigid.
+/// Throws std::runtime_error "file:line: ..." for errors in the model and std::invalid_argument
+/// "file:line:column: key: ..." for names in robot.yaml.
 model_file::ModelFile adapt(const RobotFile& robot);
 
-/// Returns a first robot.yaml for a model that has none, each guess marked by a comment. Feet are the two
-/// lowest ends of chains, the left one where y > 0; the sole's point is below the last joint. Throws
-/// std::runtime_error if the model does not load or has no two feet.
+/// Returns a first robot.yaml for a model that has none, with each guess marked by a comment. Feet are the
+/// two lowest ends of chains, the left one where y > 0; the sole's point is below the last joint. Throws
+/// std::runtime_error if the model does not load or does not have two feet.
 std::string first_robot_file(const std::filesystem::path& model, const std::string& written);
 
 }  // namespace sim::physics

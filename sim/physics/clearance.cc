@@ -13,7 +13,7 @@ namespace sim::physics {
 namespace {
 
 constexpr int kSolidGroup = 0;
-constexpr double kFloor = 0.01;  // m: what is lower belongs to the floor, as a rug or a threshold does
+constexpr double kFloor = 0.01;  // m: anything lower is part of the floor, such as a rug or a threshold
 constexpr double kSheet = 0.02;  // m, thickness of a plane; the furniture behind a picture is thicker
 constexpr int kContacts = 1000;
 
@@ -23,7 +23,7 @@ Eigen::AlignedBox3d box_around(const mjModel& model, const mjData& data, int geo
   return {X_WG.translation() - half, X_WG.translation() + half};
 }
 
-// A plane of MuJoCo fills the half-space behind it; here it is as large as it is drawn.
+// MuJoCo's planes fill the half-space behind them; this one becomes as large as it is drawn.
 void make_sheet(mjModel& model, int geom) {
   const Eigen::Vector3d half = half_extents(model, geom) + Eigen::Vector3d(0, 0, kSheet / 2);
   const mjtNum behind[3] = {0, 0, -kSheet / 2};
@@ -79,7 +79,7 @@ Eigen::AlignedBox3d RoomClearance::robot_box() const {
   return box;
 }
 
-// Enables only the solids within range. Returns a lower bound of the others' distance.
+// Enables only the solids within range. Returns a lower bound on the distance to the others.
 double RoomClearance::select_near(const Eigen::AlignedBox3d& robot) {
   double others = std::numeric_limits<double>::infinity();
   for (const Solid& solid : solids_) {
@@ -92,7 +92,7 @@ double RoomClearance::select_near(const Eigen::AlignedBox3d& robot) {
 }
 
 // MuJoCo is exact about contacts within the margin, but its distances are off by centimeters for ellipsoids
-// and cylinders: they only select the shape that is named.
+// and cylinders. They only decide which shape is named.
 Clearance RoomClearance::at(const double* positions) {
   std::copy_n(positions, model_->nq, data_->qpos);
   mj_kinematics(model_.get(), data_.get());

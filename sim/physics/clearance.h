@@ -6,14 +6,14 @@
 
 namespace sim::physics {
 
-/// No part of the robot moves faster, m/s: a fall from a man's height reaches half of it. While the
-/// room is d away, nothing can touch it within d / kFastest_m_s.
+/// No part of the robot moves faster than this (m/s); a fall from a man's height reaches half of it. If the
+/// distance to the room is d, nothing can touch the room within d / kFastest_m_s.
 inline constexpr double kFastest_m_s = 10;
 
-/// A link of the robot that touches an object of the room, or is nearer to it than it may be.
+/// A link of the robot that touches an object in the room or is closer to it than allowed.
 struct Collision {
   std::string link;     ///< a body of the robot
-  std::string object;   ///< the shape's name in the room's model; without one its body's, or its material's
+  std::string object;   ///< the name of the shape in the room's model, or else of its body or its material
   Eigen::Vector3d p_W;  ///< where, m
 };
 
@@ -22,14 +22,14 @@ struct Clearance {
   std::optional<Collision> collision;
 };
 
-/// The room is solid as it is drawn: all of its shapes that are higher than the floor, planes as thin sheets.
-/// The robot is all that is drawn of it, and its soles.
+/// The room is solid as it is drawn: all of its shapes above the floor, with planes as thin sheets. The robot
+/// is everything that is drawn of it, and its soles.
 class RoomClearance {
  public:
-  /// margin_m: what is nearer than that is a collision; 0: what touches.
+  /// margin_m: anything closer than this is a collision; 0: only touching is.
   explicit RoomClearance(Model in_room, double margin_m = 0);
 
-  /// positions: all of the robot's model (qpos).
+  /// positions: all positions (qpos) of the robot's model.
   Clearance at(const double* positions);
 
   const mjModel_& model() const { return *model_; }
@@ -37,7 +37,7 @@ class RoomClearance {
  private:
   struct Solid {
     int geom = 0;
-    Eigen::AlignedBox3d box;  // around it, in W
+    Eigen::AlignedBox3d box;  // around the shape, in W
   };
 
   Eigen::AlignedBox3d robot_box() const;
@@ -52,8 +52,8 @@ class RoomClearance {
   std::vector<Solid> solids_;
 };
 
-/// How far a planned robot keeps from the room, m: for the sway about its plan. A long walk drifts farther; a
-/// run that thereby touches something ends as "collided".
+/// How far a planned robot keeps from the room, in m, to allow for sway about its plan. A long walk drifts
+/// farther; a run that touches something because of that ends as "collided".
 inline constexpr double kPlannedMargin_m = 0.05;
 
 struct PlannedCollision : Collision {
@@ -61,7 +61,7 @@ struct PlannedCollision : Collision {
   int command = 0;  ///< index into WalkOptions::commands
 };
 
-/// The first time when the planned posture is nearer than kPlannedMargin_m to the room. P is W.
+/// Returns the first time at which the planned posture is closer than kPlannedMargin_m to the room. P is W.
 std::optional<PlannedCollision> first_collision(walking::PatternGenerator plan, Model in_room);
 
 }  // namespace sim::physics

@@ -18,24 +18,24 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Gains that carry walking robots of 33 and 57 kg, as shares of the mass (N m/rad, N m s/rad, kg m^2 per kg).
-// The armature is that of the geared motors of such robots; without any, stiff light links swing. With three
-// times the damping, ankles on the floor chatter: MuJoCo computes contact forces without the implicit damping
-// of its step.
+// Gains that work for walking robots of 33 and 57 kg, per kg of mass (N m/rad, N m s/rad and kg m^2 per kg).
+// The armature is typical of geared motors in such robots; without any, stiff light links swing. With three
+// times the damping, ankles chatter on the floor, because MuJoCo computes contact forces without the implicit
+// damping of its step.
 struct Gains {
   double kp, kd, armature;
 };
 constexpr Gains kLeg{120, 1.8, 4e-4}, kAnkle{40, 0.2, 4e-4}, kOther{12, 0.2, 1e-4};
-// The ankle admittance times mass and height of the center of mass, since torques grow with both: tried on
-// robots of 18 to 95 kg; those of small robots are limited by a height of 0.45 m.
+// The ankle admittance times mass and height of the center of mass, because torques grow with both. Tried on
+// robots of 18 to 95 kg. For small robots the height is taken as at least 0.45 m.
 constexpr double kAdmittance = 1.0, kLeastHeight_m = 0.45;
-// The longest step ahead: a share of the height of the center of mass, within a limit.
+// The longest step ahead: a fraction of the height of the center of mass, up to a limit.
 constexpr double kStepShare = 0.22, kLongestStep_m = 0.12;
 // The share of the ankle's torque limit that standing on one foot may need.
 constexpr double kAnkleShare = 0.65;
-// Hips count as weak if the torque limit of their roll joints is below this multiple of what standing on one
-// foot takes: the weight times half the distance of the feet. Faster steps with the zero moment point nearer
-// to the middle then help.
+// Hips count as weak if the torque limit of their roll joints is below this multiple of the torque for
+// standing on one foot, which is the weight times half the distance between the feet. Faster steps with the
+// zero moment point closer to the middle then help.
 constexpr double kWeakHips = 1.3;
 constexpr const char* kWalk =
     R"(# guess: slower, lower, shorter steps than those of robots with rubber bushes at their ankles
@@ -50,7 +50,7 @@ constexpr double kDegrees = 180 / std::numbers::pi, kBend_deg = 20, kLeastDampin
 constexpr int kLevelingSteps = 20;
 constexpr double kLevel = 0.02;  // m and rad
 // A face of a foot is its sole if it points down within 30 degrees. Faces are the same if their normals agree
-// within one degree, and what is this near to the floor touches it.
+// within one degree. Anything this close to the floor touches it.
 const double kDown = std::cos(std::numbers::pi / 6), kSameFace = std::numbers::pi / 180;
 constexpr double kTouch = 0.001;  // m
 
@@ -139,7 +139,7 @@ class Guess {
   struct Foot {
     int body, sole_body;
     std::vector<int> joints;                                   // hip to ankle
-    Eigen::Isometry3d X_laid = Eigen::Isometry3d::Identity();  // moves it from zero angles: the sole is flat
+    Eigen::Isometry3d X_laid = Eigen::Isometry3d::Identity();  // flattens the sole at zero angles
   };
 
   std::string name_of(mjtObj kind, int id) const {
@@ -189,7 +189,7 @@ class Guess {
     return std::ranges::all_of(feet_,
                                [&](const Foot& foot) { return is_below(foot.body, m_.jnt_bodyid[joint]); });
   }
-  // Returns whether the joint carries a leg of the base or its chest.
+  // Returns whether the joint carries one of the base's legs or its chest.
   bool carries(int joint) const {
     const int body = m_.jnt_bodyid[joint];
     return is_below(chest_, body) || is_below(feet_[0].body, body);
@@ -206,7 +206,7 @@ class Guess {
     std::ranges::sort(ends, {}, [&](int body) { return place(body).z(); });
     if (ends.size() < 2 || place(ends[0]).y() * place(ends[1]).y() >= 0)
       throw files::FileError(
-          path_, "has no two feet: the lowest ends of chains are {}, expected one on each side of the base",
+          path_, "lacks two feet: the lowest ends of chains are {}, expected one on each side of the base",
           ends.size() < 2 ? "fewer than two" : name(ends[0]) + " and " + name(ends[1]));
     for (const int body : {ends[0], ends[1]}) {
       int sole = body;
@@ -247,7 +247,8 @@ class Guess {
     return touching.volume();
   }
 
-  // Turns the foot about its body's origin until its largest face lies flat, if twice the area touches then.
+  // Turns the foot about its body's origin until its largest face lies flat, if that doubles the area that
+  // touches.
   Eigen::Isometry3d laid(const Foot& foot) const {
     const std::vector<int> geoms = soles(foot.sole_body);
     std::map<std::pair<long, long>, Vector3d> faces;  // areas times normals, by direction
@@ -268,7 +269,7 @@ class Guess {
           add((point(1) - point(0)).cross(point(2) - point(0)) / 2);
         }
       if (m_.geom_type[geom] == mjGEOM_BOX)
-        for (const int first : {1, 2, 4})  // the neighbors of a corner are those that differ in one bit
+        for (const int first : {1, 2, 4})  // neighboring corners differ in one bit
           for (const int sign : {-1, 1}) {
             const int second = first == 4 ? 1 : 2 * first;
             add(sign * (points[first] - points[0]).cross(points[second] - points[0]));
@@ -284,7 +285,7 @@ class Guess {
                                                                                                     : as_is;
   }
 
-  // A box around geoms moved by X, in the axes of W, which are those of the base.
+  // A box around geoms moved by X, in the axes of W, which are also the base's.
   Eigen::AlignedBox3d box(const std::vector<int>& geoms, const Eigen::Isometry3d& X) const {
     Eigen::AlignedBox3d all;
     for (const Vector3d& p : all_corners(geoms, X)) all.extend(p);
@@ -313,7 +314,7 @@ class Guess {
     return text + "}\n";
   }
 
-  // Returns whether a body with a shape, or one of its joints, is named so.
+  // Returns whether a body with a shape, or one of its joints, has this word in its name.
   bool is_called(int body, const char* word) const {
     bool called = lower(name(body)).find(word) != std::string::npos;
     for (int k = 0; k < m_.body_jntnum[body]; ++k)
@@ -321,7 +322,8 @@ class Guess {
     return called && m_.body_geomnum[body] > 0;
   }
 
-  // The chest carries two chains or more beside the legs; the head or neck is named so, else it is the chest.
+  // The chest carries two or more chains besides the legs. A head or neck is recognized by its name; else the
+  // chest serves.
   void find_upper_body() {
     chest_ = base_;
     for (int body = base_ + 1; body < m_.nbody; ++body) {
@@ -361,7 +363,7 @@ class Guess {
     return pose_in(data_->xpos + 3 * body, data_->xmat + 9 * body).inverse() * front;
   }
 
-  // Bends the three joints that pitch most, then turns all of the legs until the soles lie flat again.
+  // Bends the three joints that pitch the most, then turns the whole legs until the soles lie flat again.
   void bend() {
     bent_.reset(mj_copyData(nullptr, &m_, data_.get()));
     const auto pitch = [&](int joint) { return data_->xaxis[3 * joint + 1]; };
@@ -369,7 +371,7 @@ class Guess {
       for (const int joint : foot.joints)
         if (!has_range(joint))
           throw files::FileError(path_,
-                                 "the leg's joint '{}' has no range, expected its least and greatest angle",
+                                 "the leg's joint '{}' has no range, expected its smallest and largest angle",
                                  joint_name(joint));
       std::vector<int> pitches = foot.joints;
       std::ranges::stable_sort(pitches, std::greater(), [&](int joint) { return std::abs(pitch(joint)); });
@@ -384,7 +386,7 @@ class Guess {
     for (const Foot& foot : feet_)
       for (const int joint : foot.joints)
         if (!is_level_ || !(std::abs(bent_->qpos[m_.jnt_qposadr[joint]]) < std::numbers::pi))
-          throw files::FileError(path_, "has no posture with flat soles on bent knees: are {} legs?",
+          throw files::FileError(path_, "has no posture with flat soles and bent knees: are {} really legs?",
                                  fmt::join(names(foot.joints), ", "));
   }
 
@@ -408,7 +410,8 @@ class Guess {
     });
   }
 
-  // How far the center of mass must be behind the middle of the sole for the ankle's torque.
+  // Returns how far the center of mass must be behind the middle of the sole because of the ankle's torque
+  // limit.
   double behind_middle(const Foot& foot, const Eigen::AlignedBox3d& sole) const {
     double behind = 0;
     for (const int joint : foot.joints)
@@ -419,8 +422,8 @@ class Guess {
     return std::max(0.0, behind);
   }
 
-  // Damped Gauss-Newton steps to the laid foot's axes and y at zero angles, the middle of the sole below the
-  // center of mass, or in front of it.
+  // Takes damped Gauss-Newton steps until the foot has the axes and y that it has when laid at zero angles,
+  // and the middle of the sole is below the center of mass or ahead of it.
   void level(const Foot& foot, mjData& bent) {
     const Eigen::AlignedBox3d sole = box(soles(foot.sole_body), foot.X_laid);
     Vector3d above = Vector3d::Zero();
@@ -464,7 +467,7 @@ class Guess {
   const mjModel& m_;
   Data data_, bent_;
   bool is_level_ = false;  // bent
-  double height_m_ = 0;    // of the center of mass above the soles, bent
+  double height_m_ = 0;    // height of the center of mass above the soles, once bent
   int base_ = 0, chest_ = 0, head_ = 0, imu_body_ = 0;
   bool imu_is_site_ = false;
   Vector3d imu_ = Vector3d::Zero();

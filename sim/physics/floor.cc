@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kAbove = 100;     // m: above every floor
 constexpr double kUneven = 0.001;  // m from z = 0
-constexpr int kPlaces = 5;         // of a sole, along each side
+constexpr int kPlaces = 5;         // places on a sole, along each side
 
 }  // namespace
 

@@ -13,20 +13,21 @@ struct FloorPoint {
 };
 
 /// All shapes of a model that do not move: planes, boxes, height fields and other primitives. The model must
-/// outlive it.
+/// outlive this object.
 class Floor {
  public:
   explicit Floor(const mjModel_& on_floor);
 
   /// Returns whether the floor is the plane z = 0 with the robot's own friction.
   bool is_plain() const { return plain_; }
-  /// Returns the highest point of the floor at a place; nothing beside it. data: positions computed.
+  /// Returns the highest point of the floor at a place, or nothing off the floor. Positions in `data` must
+  /// have been computed.
   std::optional<FloorPoint> at(const mjData_& data, const Eigen::Vector2d& p_W) const;
   /// Returns at().z, or 0 beside the floor.
   double height(const mjData_& data, const Eigen::Vector2d& p_W) const;
   /// Returns the sliding friction of the floor at a place, relative to the robot's.
   double friction(const mjData_& data, const Eigen::Vector2d& p_W) const;
-  /// Returns how many of its shapes are neither plane nor height field.
+  /// Returns how many shapes are neither planes nor height fields.
   std::size_t solids() const;
 
  private:
@@ -35,10 +36,10 @@ class Floor {
   bool plain_ = false;
 };
 
-/// Many solid shapes make each step of the physics slow, as each is compared with each contact of the robot.
+/// Many solid shapes make each physics step slow, because each is compared with each contact of the robot.
 inline constexpr std::size_t kMostSolids = 100;
 
-/// A planned footstep on a place with a floor other than z = 0.
+/// A planned footstep onto a place where the floor is not z = 0.
 struct UnevenStep {
   double t_s = 0;
   int command = 0;  ///< index into WalkOptions::commands
@@ -47,7 +48,7 @@ struct UnevenStep {
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  ///< on the floor
 };
 
-/// Returns the first footstep of the plan on such a place. P is W.
+/// Returns the plan's first footstep onto such a place. P is W.
 std::optional<UnevenStep> first_uneven_step(walking::PatternGenerator plan, const Model& on_floor);
 
 }  // namespace sim::physics

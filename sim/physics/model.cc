@@ -18,10 +18,10 @@ namespace {
 
 using model_file::Element;
 
-constexpr double kMassError = 1e-6;  // of rounding
+constexpr double kMassError = 1e-6;  // due to rounding
 constexpr const char* kError = "Error: ";
 
-/// Removes all but shapes of class floor. Returns whether a plane or height field is among the rest.
+/// Removes everything but shapes of class floor. Returns whether a plane or a height field is left.
 bool keep_floors(Element& parent) {
   bool wide = false;
   std::erase_if(parent.children, [&](Element& child) {
@@ -34,7 +34,7 @@ bool keep_floors(Element& parent) {
   return wide;
 }
 
-/// Returns the element that to_xml() writes at a line, which counts down to 0, or nullptr.
+/// Returns the element that to_xml() writes on a line, or nullptr. `line` counts down to 0.
 const Element* written_at(const Element& element, int& line) {
   if (--line == 0) return &element;
   for (const Element& child : element.children)
@@ -43,7 +43,7 @@ const Element* written_at(const Element& element, int& line) {
   return line == 0 ? &element : nullptr;
 }
 
-/// Throws the library's error, which ends with the line of the element as to_xml() writes it.
+/// Throws the library's error. The message ends with the line on which to_xml() writes the element.
 [[noreturn]] void reject_as_library(const Element& root, const std::string& from, std::string message) {
   const std::size_t end = message.find('\n'), at = message.rfind("line ");
   int line = at == message.npos ? 0 : std::atoi(message.c_str() + message.find_first_of("0123456789", at));
@@ -63,7 +63,7 @@ void Free::operator()(mjModel_* model) const { mj_deleteModel(model); }
 void Free::operator()(mjData_* data) const { mj_deleteData(data); }
 
 Model load_mjcf(const model_file::Element& root, const std::string& from) {
-  // MuJoCo's own handler waits for a key, and throwing through its C frames is not safe: the process ends.
+  // MuJoCo's own handler waits for a key. Throwing through its C frames is not safe, so the process ends.
   mju_user_error = [](const char* message) {
     std::fprintf(stderr, "gaitslam: MuJoCo: %s\n", message);
     std::fflush(nullptr);
@@ -109,17 +109,17 @@ Model load_model(const RobotFile& robot, const std::string& room, const std::fil
     whole.children.insert(whole.children.end(), part.root.children.begin(), part.root.children.end());
   Model model = load_mjcf(
       whole, fmt::format("the robot {} in {}", (robot.folder / robot.model).string(), file.string()));
-  const double loaded = model->body_subtreemass[model->jnt_bodyid[0]];  // without the room
+  const double loaded = model->body_subtreemass[model->jnt_bodyid[0]];  // the robot without the room
   if (mine.mass_kg && std::abs(loaded - *mine.mass_kg) > kMassError * *mine.mass_kg)
-    model_file::reject(*mine.root.child("compiler"), "",
-                       fmt::format("makes a robot of {:.6g} kg, expected the {:.6g} kg of its links", loaded,
-                                   *mine.mass_kg));
+    model_file::reject(
+        *mine.root.child("compiler"), "",
+        fmt::format("loads as a robot of {:.6g} kg, expected its links' {:.6g} kg", loaded, *mine.mass_kg));
   return model;
 }
 
 namespace {
 
-constexpr double kEndless = 1e6;  // m, half the size of a plane that has none
+constexpr double kEndless = 1e6;  // m, half the size of a plane without a size
 
 void set_pose(mjtNum* position, mjtNum* quaternion, const Eigen::Isometry3d& X) {
   const Eigen::Quaterniond q(X.linear());
@@ -127,21 +127,21 @@ void set_pose(mjtNum* position, mjtNum* quaternion, const Eigen::Isometry3d& X) 
   Eigen::Map<Eigen::Vector4d>(quaternion, 4) << q.w(), q.vec();
 }
 
-// The axes forward, left, up in those of a camera of MuJoCo: x right, y up, looking along -z.
+// The axes forward, left, up in a MuJoCo camera's axes: x right, y up, looking along -z.
 Eigen::Isometry3d camera_from_place() {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.linear() << 0, -1, 0, 0, 0, 1, -1, 0, 0;
   return X;
 }
 
-/// The body on the base that carries the foot of a sole's site.
+/// Returns the body on the base whose leg carries the foot with a sole's site.
 int leg_root(const mjModel& model, const char* sole) {
   int body = model.site_bodyid[part(model, mjOBJ_SITE, sole)];
   while (model.body_parentid[body] != model.jnt_bodyid[0]) body = model.body_parentid[body];
   return body;
 }
 
-// Throws if a joint of a leg is between the body and the waist.
+// Throws if there is a leg joint between the body and the waist.
 int upper_link(const mjModel& model, const std::string& link) {
   const std::array legs{leg_root(model, "left_sole"), leg_root(model, "right_sole")};
   std::vector<std::string> links;

@@ -1,4 +1,4 @@
-// Loads robot and room into one MuJoCo model, and keeps MuJoCo's warnings from being lost.
+// Loads robot and room into one MuJoCo model and catches MuJoCo's warnings.
 #pragma once
 
 #include <filesystem>
@@ -22,29 +22,29 @@ struct Free {
 using Model = std::unique_ptr<mjModel_, Free>;
 using Data = std::unique_ptr<mjData_, Free>;
 
-/// The room of the physics, a bare floor: the shapes of a furnished one would cost time at each step. Whether
-/// the robot touches them is looked for apart (clearance.h). A room's geoms of class floor are added, or
-/// replace it if a plane or height field is among them.
+/// The physics' room, a bare floor: the shapes of a furnished room would slow down each step. Whether the
+/// robot touches those is checked separately (clearance.h). A room's geoms of class floor are added to the
+/// bare floor, or replace it if they include a plane or a height field.
 inline constexpr char kPhysicalRoom[] = "floor";
 
-/// Which of the models' shapes are kept: all that can be seen, or only the robot's that can touch something
-/// and the room's floor (faster to step).
+/// Which shapes are kept: all visible ones, or only the room's floor and those of the robot's shapes that can
+/// touch something (faster to step).
 enum class Shapes { all, floor };
 
-/// Loads MJCF. Throws FileError with the library's message at the file and line of the element that it means,
-/// or std::runtime_error "<from> does not load: " with the message. From the first call on, an error inside
+/// Loads MJCF. Throws FileError with the library's message and the file and line of the element it is about,
+/// or std::runtime_error "<from> does not load: " with the message. After the first call, an error inside
 /// MuJoCo prints one line on stderr and ends the process with code 3, and warnings are kept.
 Model load_mjcf(const model_file::Element& root, const std::string& from);
 
 /// Returns the file of a room: models/<room>.xml, or a path if the name has a slash.
 std::filesystem::path room_file(const std::string& room, const std::filesystem::path& models);
 
-/// The robot in its room as one model. Throws std::runtime_error "file:line: ..." if a file cannot be taken
-/// or if the loaded robot does not weigh what its links do together.
+/// Returns the robot in its room as one model. Throws std::runtime_error "file:line: ..." if a file is
+/// rejected or if the loaded robot does not weigh as much as its links together.
 Model load_model(const RobotFile& robot, const std::string& room, const std::filesystem::path& models,
                  Shapes shapes = Shapes::all);
 
-/// The pose in MuJoCo's arrays of positions and of rotations by rows.
+/// Returns the pose from MuJoCo's arrays of positions and of row-major rotations.
 inline Eigen::Isometry3d pose_in(const double* p, const double* R) {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.translation() = Eigen::Map<const Eigen::Vector3d>(p);
@@ -56,40 +56,40 @@ inline Eigen::Isometry3d turned_pose_in(const double* p, const double* q) {
   return Eigen::Translation3d(p[0], p[1], p[2]) * Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
 }
 
-/// X_WG of a geom; positions must be computed.
+/// Returns X_WG of a geom. Positions must have been computed.
 Eigen::Isometry3d geom_pose(const mjData_& data, int geom);
-/// Half the size of a geom along its own axes, at least the true one, m.
+/// Returns half the size of a geom along its own axes (m), or slightly more.
 Eigen::Vector3d half_extents(const mjModel_& model, int geom);
-/// The vertices of a mesh, or the corners of a box around another shape, moved from W by X: bits 0 to 2 of a
-/// corner's index select the side along x, y, z. The box around a sphere has the axes of the result.
+/// Returns the vertices of a mesh, or the corners of a box around another shape, moved from W by X. Bits 0 to
+/// 2 of a corner's index select the side along x, y, z. The box around a sphere has the axes of the result.
 std::vector<Eigen::Vector3d> corners(const mjModel_& model, const mjData_& data, int geom,
                                      const Eigen::Isometry3d& X);
 /// The geoms of a foot that touch the floor.
 std::vector<int> contacts(const mjModel_& model, int foot);
-/// The index of a named part (mjtObj). Throws std::invalid_argument if the model has none.
+/// Returns the index of a named part (mjtObj). Throws std::invalid_argument if the model has no such part.
 int part(const mjModel_& model, int type, const std::string& name);
 
-/// An independent copy, which opens no file.
+/// Returns an independent copy. Opens no file.
 Model copy_of(const Model& model);
 
-/// A place on the robot: a body of the model, and axes forward, left, up of a sensor in that of the body.
+/// A place on the robot: a body of the model, and a sensor's axes (forward, left, up) in the body's frame.
 struct Place {
   int body = 0;
   Eigen::Isometry3d X_BL = Eigen::Isometry3d::Identity();
 };
 
-/// Returns the pose of a mount, relative to the model's head camera if it has no link. Throws
-/// std::invalid_argument if the robot has no such link or if it is part of a leg, which moves relative to the
-/// head.
+/// Returns the pose of a mount. Without a link it is relative to the model's head camera. Throws
+/// std::invalid_argument if the robot has no such link, or if the link is part of a leg, which moves relative
+/// to the head.
 Place place_of(const mjModel_& model, const rig::Mount& mount);
 
 /// Moves the model's head camera to the place of the mount. Throws std::invalid_argument as place_of().
 void mount_camera(mjModel_& model, const rig::Mount& mount);
 
-/// Moves the model's IMU likewise.
+/// Moves the model's IMU in the same way.
 void mount_imu(mjModel_& model, const rig::Mount& mount);
 
-/// Returns MuJoCo's last warning since the previous call, if there is one.
+/// Returns MuJoCo's last warning since the previous call, if any.
 std::optional<std::string> latest_warning();
 
 }  // namespace sim::physics

@@ -12,7 +12,7 @@ using RowMajor3X = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
 walking::BodyMomentum momentum(const mjModel& model, mjData& data, const walking::BodyMotion& motion) {
   Eigen::Map<Eigen::VectorXd>(data.qpos, model.nq) = robot_positions(model, motion.pose);
   const Eigen::Quaterniond turn(motion.pose.X_PB.linear());
-  // The velocity of a free joint: linear in the world, angular in the body.
+  // A free joint's velocity: linear in the world, angular in the body.
   Eigen::Map<Eigen::Matrix<double, 6, 1>>(data.qvel) << motion.v, turn.conjugate() * motion.w;
   for (int joint = 0; joint < model.nu; ++joint)
     data.qvel[model.jnt_dofadr[model.actuator_trnid[2 * joint]]] = motion.dq[joint];
@@ -78,7 +78,7 @@ std::array<walking::Wrench, 2> LegLoads::wrenches(const walking::JointVector& q,
     Eigen::Matrix<double, 6, 1> wrench;
     if (joints == 6)
       wrench = J.transpose().partialPivLu().solve(missing);
-    else  // the smallest one
+    else  // the smallest wrench
       wrench = J.transpose().completeOrthogonalDecomposition().solve(missing);
     const Eigen::Matrix3d R = pose_in(d.site_xpos + 3 * site, d.site_xmat + 9 * site).linear();
     wrenches[foot] = {R.transpose() * wrench.head<3>(), R.transpose() * wrench.tail<3>()};

@@ -1,5 +1,5 @@
-// The plan's own model of the whole robot: momentum by multibody dynamics, of the model as it is. A pose of
-// the robot as the positions of its model.
+// The plan's own model of the whole robot: its momentum by multibody dynamics, for the nominal model. Also
+// converts a pose of the robot to positions of its model.
 #pragma once
 
 #include "sim/physics/model.h"
@@ -8,22 +8,22 @@
 
 namespace sim::physics {
 
-/// The robot as the plan knows it: without the variations and disturbances of a run, the ankles' bushes at
-/// rest. Copies share one state, so threads must not share them.
+/// The robot as the plan knows it: without the variations and disturbances of a run, and with the ankles'
+/// bushes at rest. Copies share one state, so threads must not share copies.
 walking::WholeBody nominal_body(Model on_floor);
 
 /// All positions (qpos) of the model with its robot in this pose and the ankles' bushes at rest.
 Eigen::VectorXd robot_positions(const mjModel_& model, const walking::BodyPose& pose);
 
-/// The load of each sole by the torques of its leg, for robots without force sensors at the ankles: computed
-/// with the robot's nominal model, which no seed varies.
+/// Estimates the load on each sole from the torques of its leg, for robots without force sensors at the
+/// ankles. Uses the robot's nominal model, which does not vary with the seed.
 class LegLoads {
  public:
   LegLoads(Model on_floor, const walking::Robot& robot);
 
-  /// Returns the wrench of the ground on the left and on the right foot: J^T f + tau = g(q) of the six joints
-  /// of a leg, or the smallest such wrench if the leg has fewer. The waist counts as upright, and the links'
-  /// inertia is neglected: while a leg swings that is some tens of N.
+  /// Returns the wrench of the ground on the left and the right foot: J^T f + tau = g(q) for the six joints
+  /// of a leg, or the smallest such wrench if the leg has fewer. The waist is taken as upright, and the
+  /// links' inertia is neglected; for a swinging leg that is a few tens of N.
   std::array<walking::Wrench, 2> wrenches(const walking::JointVector& q,
                                           const walking::JointVector& torque) const;
 

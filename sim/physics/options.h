@@ -1,4 +1,5 @@
-// Scenario keys of the simulated world, and what is drawn per seed. sim/scenario includes no other header.
+// Scenario keys of the simulated world, and what is drawn for each seed. The only header of sim/physics that
+// sim/scenario includes.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,10 +10,10 @@
 
 namespace sim::physics {
 
-/// Sliding friction between sole and floor, by default.
+/// Default sliding friction between sole and floor.
 inline constexpr double kFloorFriction = 0.15;
 
-/// A push against the waist: a constant horizontal force of a given duration.
+/// A push against the waist: a constant horizontal force for some time.
 struct Push {
   static constexpr const char* kName = "push";
   double time_s = 0;
@@ -24,26 +25,26 @@ struct Push {
     number<&Push::time_s>(key, 0, 1e6, "start of the push");
     number<&Push::impulse_ns>(key, -1e4, 1e4, "impulse of the constant horizontal force on the waist");
     degrees<&Push::direction_rad>(
-        key, -36000, 36000, "direction of the force, by the waist's heading: 0 is ahead, 90 to the left");
+        key, -36000, 36000, "direction of the force from the waist's heading: 0 is ahead, 90 to the left");
     number<&Push::duration_s>(key, 0.001, 100, "duration of the force");
   }
 };
 
-/// A rectangle of the floor, in W, with another friction.
+/// A rectangle of the floor, in W, with different friction.
 struct FloorPatch {
   static constexpr const char* kName = "patch";
   double x_min_m = 0, x_max_m = 0, y_min_m = 0, y_max_m = 0;
   double friction = kFloorFriction;
 
   static void keys(auto&& key) {
-    number<&FloorPatch::x_min_m>(key, -1e4, 1e4, "least x of the rectangle in the world");
-    number<&FloorPatch::x_max_m>(key, -1e4, 1e4, "greatest x of the rectangle in the world");
-    number<&FloorPatch::y_min_m>(key, -1e4, 1e4, "least y of the rectangle in the world");
-    number<&FloorPatch::y_max_m>(key, -1e4, 1e4, "greatest y of the rectangle in the world");
+    number<&FloorPatch::x_min_m>(key, -1e4, 1e4, "smallest x of the rectangle in the world");
+    number<&FloorPatch::x_max_m>(key, -1e4, 1e4, "largest x of the rectangle in the world");
+    number<&FloorPatch::y_min_m>(key, -1e4, 1e4, "smallest y of the rectangle in the world");
+    number<&FloorPatch::y_max_m>(key, -1e4, 1e4, "largest y of the rectangle in the world");
     number<&FloorPatch::friction>(key, 0.01, 5, "sliding friction of sole on floor in the rectangle");
   }
 
-  /// Returns a problem that involves several keys, if there is one.
+  /// Returns a problem that involves several keys, if any.
   std::optional<std::string> problem() const {
     if (x_min_m >= x_max_m) return "is empty, expected x_min_m below x_max_m";
     if (y_min_m >= y_max_m) return "is empty, expected y_min_m below y_max_m";
@@ -51,14 +52,14 @@ struct FloorPatch {
   }
 };
 
-/// A name of the bench's own models, or a path: it has a slash.
+/// The name of one of the bench's own models, or a path, which contains a slash.
 struct NameOrPath : std::string {
   using std::string::string;
   NameOrPath(const std::string& text) : std::string(text) {}
   bool is_path() const { return find('/') != npos; }
 };
 
-/// The scenario's keys world.*. Of overlapping floor patches the last one counts.
+/// The scenario's keys world.*. Where floor patches overlap, the last one counts.
 struct WorldOptions {
   NameOrPath robot = "hrp2", room = "office";
   std::uint64_t seed = 1;
@@ -75,8 +76,8 @@ struct WorldOptions {
       number<&LightsOff::duration_s>(key, 0, 1e6, "duration of the darkness; 0: the lamps stay on");
       number<&LightsOff::left_fraction>(
           key, 0, 1,
-          "part of their light that surfaces still get while the lamps are off; windows and screens "
-          "shine on");
+          "fraction of their light that surfaces still get while the lamps are off; windows and screens "
+          "keep shining");
     }
   } lights_off;
 
@@ -115,7 +116,7 @@ struct WorldOptions {
     value<&WorldOptions::seed>(key, "seed of the patterns painted on the room's surfaces");
     number<&WorldOptions::floor_friction>(key, 0.01, 5,
                                           "sliding friction of sole on floor; the default is the robot's");
-    value<&WorldOptions::floor_patches>(key, "rectangles of the floor with another friction");
+    value<&WorldOptions::floor_patches>(key, "rectangles of the floor with different friction");
     value<&WorldOptions::pushes>(key, "pushes against the waist");
     part<&WorldOptions::lights_off>(key);
     part<&WorldOptions::variation>(key);
@@ -129,16 +130,16 @@ struct FloorWave {
   double phase_rad = 0;
 };
 
-/// The differences between the plant and its nominal model, drawn from named streams. Vectors are empty where
+/// The differences between the plant and its nominal model, drawn from named streams. A vector is empty if
 /// nothing differs.
 struct PlantVariation {
   double floor_friction = kFloorFriction;
-  /// For each joint, the true angle minus the encoder's reading, and at the start minus the commanded one.
+  /// For each joint: the true angle minus the encoder's reading, and the start angle minus the commanded one.
   Eigen::VectorXd joint_offset_rad, posture_rad;
-  Eigen::VectorXd servo_scale;  ///< of each servo's gain
-  /// Factors of the base, then the link of each joint.
+  Eigen::VectorXd servo_scale;  ///< factor of each servo's gain
+  /// Mass factors of the base and then of each joint's link.
   Eigen::VectorXd mass_scale;
-  Eigen::Matrix3Xd com_offset_m;  ///< in the axes of the links
+  Eigen::Matrix3Xd com_offset_m;  ///< in the links' axes
   std::vector<FloorWave> floor;   ///< their sum is the floor's height
 };
 

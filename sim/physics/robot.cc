@@ -16,7 +16,7 @@ using Eigen::Isometry3d, Eigen::Vector2d, Eigen::Vector3d;
 using walking::Leg, walking::Robot, walking::Side;
 
 constexpr std::array kSides{"right", "left"};  // as walking::Side
-constexpr double kSoleDepth = 0.005;           // m, of a mesh above the sole's point
+constexpr double kSoleDepth = 0.005;           // m above the sole's point, for meshes
 
 class RobotReader {
  public:
@@ -60,8 +60,7 @@ class RobotReader {
     if (body < 0) fail("base", fmt::format("the model has no body '{}'", file_.base));
     const int joint = m_.body_jntadr[body];
     if (joint != 0 || m_.jnt_type[joint] != mjJNT_FREE)
-      fail("base",
-           fmt::format("body '{}' has no free joint, expected one as the first of the model", file_.base));
+      fail("base", fmt::format("body '{}' has no free joint, expected the model's first joint", file_.base));
     return body;
   }
 
@@ -77,7 +76,7 @@ class RobotReader {
 
   Vector3d anchor(int joint) const { return Vector3d(data_->xanchor + 3 * joint); }
 
-  /// The joint of the robot that moves this body; -1: it is part of the base.
+  /// Returns the joint of the robot that moves this body, or -1 if it is part of the base.
   int mover(int body) const {
     for (; body != base_ && body != 0; body = m_.body_parentid[body])
       for (int k = m_.body_jntnum[body]; k-- > 0;)
@@ -91,7 +90,7 @@ class RobotReader {
       const int joint = m_.actuator_trnid[2 * i];
       const std::string name = mj_id2name(&m_, mjOBJ_JOINT, joint);
       if (i > 0 && joint <= joints_.back())
-        fail_model(fmt::format("the servo of {} is not in the order of the joints", name));
+        fail_model(fmt::format("the servo of {} is out of the joints' order", name));
       walking::Joint& made = robot_.joints.emplace_back();
       made.name = name;
       const int body = m_.jnt_bodyid[joint];
@@ -149,7 +148,7 @@ class RobotReader {
                             file_.feet[side].body));
     if (!(std::abs(shape.min().z()) <= kSoleDepth))
       fail(key,
-           fmt::format("what touches the floor ends {:.4g} m {} the point sole_m, expected it at the ground",
+           fmt::format("the contacts end {:.4g} m {} the point sole_m, expected this point on the ground",
                        std::abs(shape.min().z()), shape.min().z() > 0 ? "above" : "below"));
     for (int body = foot; mover(body) == leg.joints.back(); body = m_.body_parentid[body])
       for (int k = m_.body_jntnum[body]; k-- > 0;) add_spring(leg, X_WS, m_.body_jntadr[body] + k);
@@ -165,7 +164,7 @@ class RobotReader {
     }
   }
 
-  /// Joints between ankle and sole without a servo are springs.
+  /// Joints between ankle and sole that have no servo are springs.
   void add_spring(Leg& leg, const Isometry3d& X_WS, int joint) const {
     if (std::ranges::find(joints_, joint) != joints_.end()) return;
     if (!(m_.jnt_stiffness[joint] > 0) || m_.jnt_type[joint] == mjJNT_BALL)
@@ -205,7 +204,7 @@ class RobotReader {
   const RobotFile& file_;
   Data data_;
   int base_;
-  std::vector<int> joints_;  // in the model
+  std::vector<int> joints_;  // indices in the model
   Robot robot_;
 };
 

@@ -6,11 +6,11 @@
 namespace sim::physics {
 namespace {
 
-// At rest: gravity and the chest's specific force have differed by less than kRestForce, and its gyro has
-// read less than kRestRate, for kRest. A robot that keeps moving starts as it is.
+// At rest: for kRest, gravity and the chest's specific force have differed by less than kRestForce, and its
+// gyro has read less than kRestRate. A robot that keeps moving starts as it is.
 constexpr double kRestForce = 0.05;  // m/s²; standing robots stay within 0.01
 constexpr double kRestRate = 0.01;   // rad/s
-constexpr double kRaised = 0.03;     // m, of a base that is lowered
+constexpr double kRaised = 0.03;     // m, start height of a base that is lowered
 constexpr std::chrono::milliseconds kRest{200}, kLongestSettling{3000};
 
 WorldOptions without_pushes(WorldOptions options) {

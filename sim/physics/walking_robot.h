@@ -1,4 +1,4 @@
-// A robot that walks: its controller and the physics, tick by tick.
+// A walking robot: its controller and the physics, tick by tick.
 #pragma once
 
 #include <memory>
@@ -10,17 +10,17 @@
 
 namespace sim::physics {
 
-/// Per tick of 5 ms: command(), the steps of world() until the tick has passed, advance().
+/// For each tick of 5 ms: command(), steps of world() until the tick is over, advance().
 class WalkingRobot {
  public:
-  /// Starts in the controller's start posture, P at X_WP: pads, bushes and servos yield before t = 0. The
-  /// base is lowered to the floor first if the controller requires it; legs, if there are any, follow it from
-  /// its release on if it has no plan.
+  /// Starts in the controller's start posture, with P at X_WP; pads, bushes and servos yield before t = 0. If
+  /// the controller requires it, the base is first lowered to the floor. If there are legs and the controller
+  /// has no plan, they follow the base from its release on.
   WalkingRobot(std::unique_ptr<controllers::Controller> controller, const WorldOptions& options,
                const PlantVariation& draw, const Models& models,
                const Eigen::Isometry3d& X_WP = Eigen::Isometry3d::Identity(),
                walking::LegOdometry* legs = nullptr);
-  /// The same with the built-in controller.
+  /// Does the same with the built-in controller.
   WalkingRobot(walking::PatternGenerator plan, const walking::StabilizerOptions& stabilizer,
                const WorldOptions& options, const PlantVariation& draw, const Models& models,
                const Eigen::Isometry3d& X_WP = Eigen::Isometry3d::Identity());
@@ -29,14 +29,14 @@ class WalkingRobot {
   bool walks() const { return controller_->walks() && is_ok(); }
   bool is_ok() const { return !failure_ && world_.status().condition == Condition::ok; }
   double progress() const { return controller_->progress(); }
-  /// The failure of an external controller.
+  /// Returns the failure of an external controller, if any.
   const std::optional<programs::ProgramFailed>& failure() const { return failure_; }
 
-  /// Controller -> servos.
+  /// From controller to servos.
   void command(const walking::SensorReadings& readings) { command(readings, false); }
   /// Advances to the next tick of the walk.
   void advance() { controller_->advance(); }
-  /// A whole tick.
+  /// Runs a whole tick.
   void tick();
 
   /// The plan with its adjusted landings, or the commanded path, at this tick and at the next one.

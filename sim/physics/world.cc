@@ -20,8 +20,8 @@ int sole_site(const mjModel& model, std::size_t foot) {
 
 Eigen::Vector2d horizontal(const mjtNum* p) { return {p[0], p[1]}; }
 
-// Friction force on a pad in W, and the velocity that MuJoCo's friction constraint has in steady state
-// against it: with no acceleration the constraint's law, a + B v = -R f, leaves v = -R f / B.
+// The friction force on a pad in W, and the steady-state velocity of MuJoCo's friction constraint against it:
+// without acceleration, the constraint's law a + B v = -R f gives v = -R f / B.
 struct Friction {
   Eigen::Vector2d place, creep_velocity;
 };
@@ -37,8 +37,8 @@ Friction friction(const mjData& d, const mjContact& contact, double sign) {
 }
 
 constexpr std::chrono::milliseconds kStep{1};
-constexpr double kFallen = 0.694;                     // of the waist's height at the start
-constexpr double kFallenTilt = std::numbers::pi / 4;  // of the waist's axis from the vertical
+constexpr double kFallen = 0.694;                     // fraction of the waist's start height
+constexpr double kFallenTilt = std::numbers::pi / 4;  // angle of the waist's axis from the vertical
 
 Eigen::Vector3d vector(const mjtNum* numbers) { return Eigen::Vector3d(numbers[0], numbers[1], numbers[2]); }
 
@@ -92,7 +92,7 @@ void Soles::add_contact_forces(const mjModel& model, const mjData& data, std::si
     pads[n++] = friction(data, *c, pad->geom == c->geom2 ? 1 : -1);
   }
   if (n == 0) return;
-  // The rigid motion nearest to the motion of the pads.
+  // The rigid motion closest to the pads' motion.
   const double dt = model.opt.timestep, count = static_cast<double>(n);
   Eigen::Vector2d center = Eigen::Vector2d::Zero(), mean = Eigen::Vector2d::Zero();
   for (std::size_t i = 0; i < n; ++i) {
@@ -136,7 +136,7 @@ ImuReading reading_between(const ImuState& from, const ImuState& to, const Eigen
   if (dt <= 0) return reading;
   const Eigen::AngleAxisd turn(Eigen::Quaterniond(from.R_WG.transpose() * to.R_WG).normalized());
   reading.gyro = turn.axis() * (turn.angle() / dt);
-  // In the middle of the interval.
+  // Rotation in the middle of the interval.
   const Eigen::Matrix3d R_WG = from.R_WG * Eigen::AngleAxisd(turn.angle() / 2, turn.axis());
   reading.specific_force = R_WG.transpose() * ((to.v_WG - from.v_WG) / dt - gravity);
   return reading;
@@ -211,7 +211,7 @@ void World::place(const walking::JointVector& q, const Eigen::Isometry3d& X_WB) 
   Eigen::Map<Eigen::Matrix<double, 7, 1>>(base) << X_WB.translation(), turn.w(), turn.vec();
   for (int joint = 0; joint < model_->nu; ++joint)
     data_->qpos[ids_.position[joint]] = q[joint] + offset_[joint];
-  for (int pass = 0; pass < 2; ++pass) {  // the place of a pad determines its length
+  for (int pass = 0; pass < 2; ++pass) {  // a pad's place determines its length
     mj_kinematics(model_.get(), data_.get());
     soles_.apply_floor(*model_, *data_);
   }
@@ -229,8 +229,8 @@ void World::command(const controllers::JointCommands& commands) {
       model_->actuator_biasprm[mjNBIAS * joint + 1] = -kp;
       kd = gains->kd[joint];  // MuJoCo integrates it implicitly
     }
-    // MuJoCo's position servo is kp (ctrl − q), its damping acts on the whole joint velocity: the command
-    // carries the wanted velocity's share of it.
+    // MuJoCo's position servo is kp (ctrl − q), and its damping acts on the whole joint velocity, so the
+    // command includes the term for the desired velocity.
     if (kp > 0)
       data_->ctrl[joint] = q[joint] + offset_[joint] + kd / kp * dq[joint];
     else
@@ -240,7 +240,7 @@ void World::command(const controllers::JointCommands& commands) {
 
 double World::added_torque(int joint) const { return data_->qfrc_applied[ids_.velocity[joint]]; }
 
-// At rest, as if a hoist carried the robot.
+// At rest, as if hanging from a hoist.
 void World::place_held() {
   const int joint = model_->body_jntadr[ids_.waist];
   const Eigen::Quaterniond turn(held_->linear());
@@ -249,7 +249,7 @@ void World::place_held() {
   Eigen::Map<Eigen::Matrix<double, 6, 1>>(data_->qvel + model_->jnt_dofadr[joint]).setZero();
 }
 
-// The limit applies to the whole torque of a servo; MuJoCo adds damping and added torque separately.
+// The limit applies to a servo's whole torque. MuJoCo adds damping and added torque separately.
 void World::limit_torques() {
   bool limited = false;
   for (int joint = 0; joint < model_->nu; ++joint) {
@@ -282,7 +282,7 @@ const Status& World::step() {
   if (status_.condition != Condition::ok) return status_;
   push();
   limit_torques();
-  // Ankle forces take 3 % of a step; they are only computed at the end of a tick.
+  // Ankle forces take 3 % of a step, so they are only computed at the end of a tick.
   int& disabled = model_->opt.disableflags;
   disabled =
       (time_ + kStep) % walking::kTick == kStep.zero() ? disabled & ~mjDSBL_SENSOR : disabled | mjDSBL_SENSOR;
@@ -297,7 +297,7 @@ const Status& World::step() {
   return status_;
 }
 
-// Distant shapes cannot be touched soon: most steps need no check.
+// Distant shapes cannot be touched soon, so most steps need no check.
 void World::look_around() {
   const Clearance clearance = room_->at(data_->qpos);
   next_look_ = time_ + std::chrono::nanoseconds(
@@ -337,8 +337,8 @@ Status World::check() const {
   const auto raised = [](const mjWarningStat& w) { return w.number > 0; };
   if (std::any_of(data_->warning, data_->warning + mjNWARNING, raised))
     return {Condition::physics_failed, "a warning of MuJoCo"};
-  // On a state that is not finite MuJoCo restarts the robot and its clock and continues.
-  if (!(std::abs(lag) < 1e-6)) return {Condition::physics_failed, "the physics has restarted itself"};
+  // If a state is not finite, MuJoCo resets the robot and its clock and continues.
+  if (!(std::abs(lag) < 1e-6)) return {Condition::physics_failed, "the physics has reset itself"};
   const auto between_feet = [this](const mjContact& contact) {
     const auto is_of = [&](std::size_t foot, int geom) {
       return model_->body_weldid[model_->geom_bodyid[geom]] == model_->body_weldid[ids_.foot[foot]];
@@ -349,7 +349,7 @@ Status World::check() const {
   if (!feet_may_touch_ && std::any_of(data_->contact, data_->contact + data_->ncon, between_feet))
     return {Condition::collided, "one foot touched the other"};
   const Eigen::Isometry3d X = X_WB();
-  double below = 0;  // the floor under the feet
+  double below = 0;  // floor height under the feet
   for (const int sole : ids_.sole)
     below += soles_.floor().height(*data_, horizontal(data_->site_xpos + 3 * sole)) / 2;
   if (X.translation().z() - below < kFallen * robot_.base_height || X.linear()(2, 2) < std::cos(kFallenTilt))
@@ -357,7 +357,7 @@ Status World::check() const {
   return {};
 }
 
-// "to the left at 3.20 s: ..., 0.4 s after the start of a push of 40 N s", as seen from the robot.
+// "to the left at 3.20 s: ..., 0.4 s after the start of a push of 40 N s", as seen by the robot.
 std::string World::fall_text(const Eigen::Isometry3d& X_WB) const {
   constexpr std::array<const char*, 4> kWays{"forward", "to the left", "backward", "to the right"};
   const Eigen::Vector3d up = X_WB.linear().col(2), ahead = X_WB.linear().col(0);
@@ -380,8 +380,8 @@ std::string World::fall_text(const Eigen::Isometry3d& X_WB) const {
 }
 
 walking::Wrench World::wrench(std::size_t foot) const {
-  // MuJoCo gives what the leg exerts on the sole: at rest the ground exerts the opposite on the foot, but for
-  // the weight of what hangs below the sensor, which the sensor is tared for.
+  // MuJoCo gives what the leg exerts on the sole. At rest the ground exerts the opposite on the foot, except
+  // for the weight of what hangs below the sensor; the sensor is tared for that.
   walking::Wrench wrench{-vector(data_->sensordata + ids_.force[foot]),
                          -vector(data_->sensordata + ids_.torque[foot])};
   wrench.force.z() -= model_->body_subtreemass[ids_.foot[foot]] * model_->opt.gravity[2];
@@ -432,7 +432,7 @@ walking::SensorReadings World::sensor_readings() {
   return readings;
 }
 
-/// The robot as its encoders have it, with its waist anywhere.
+/// Poses the robot according to its encoders, with its waist anywhere.
 const mjData& World::pose_by_encoders(const walking::JointVector& encoders) const {
   for (int joint = 0; joint < model_->nu; ++joint) by_encoders_->qpos[ids_.position[joint]] = encoders[joint];
   mj_kinematics(model_.get(), by_encoders_.get());

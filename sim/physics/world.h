@@ -14,11 +14,11 @@
 
 namespace sim::physics {
 
-/// Load and creep of one foot over an interval. Creep is the motion below the friction cone that MuJoCo's
-/// softened friction allows and a real sole would not show; sliding beyond the cone is not part of it.
+/// Load and creep of one foot over an interval. Creep is motion within the friction cone: MuJoCo's softened
+/// friction allows it, a real sole would not show it. Sliding beyond the cone is not included.
 struct SoleContact {
   double load = 0;                                  ///< N, mean vertical force
-  Eigen::Vector2d creep = Eigen::Vector2d::Zero();  ///< m in W, of the mean of the pads in contact
+  Eigen::Vector2d creep = Eigen::Vector2d::Zero();  ///< m in W, mean of the pads in contact
   double creep_yaw = 0;                             ///< rad
 };
 
@@ -28,25 +28,25 @@ class Soles {
   /// Finds the pads: geoms of the feet that touch the floor.
   Soles(mjModel_& model, double friction, std::vector<FloorPatch> patches, std::vector<FloorWave> waves);
 
-  /// Gives each pad the friction and the unevenness of the floor below it: a pad over a bump is longer by its
-  /// height. The slopes of these bumps (below 1 %) are neglected.
+  /// Gives each pad the friction and unevenness of the floor below it: on a bump a pad is longer by the
+  /// bump's height. The slopes of these bumps (below 1 %) are neglected.
   void apply_floor(mjModel_& model, const mjData_& data) const;
 
   const Floor& floor() const { return floor_; }
 
-  /// Height of the lowest pad above the floor, m.
+  /// Returns the height of the lowest pad above the floor, m.
   double lowest_pad(const mjModel_& model, const mjData_& data) const;
 
-  /// Adds load and creep of this step; call it once the step's contact forces have been computed.
+  /// Adds load and creep of this step. Call it after the step's contact forces have been computed.
   void add_contact_forces(const mjModel_& model, const mjData_& data);
 
-  /// Since the last call: of the left sole, then of the right one.
+  /// Returns load and creep since the last call: left sole, right sole.
   std::array<SoleContact, 2> since_last();
 
  private:
   struct Pad {
     int geom = 0, foot = 0;  // foot: 0 left, 1 right
-    double z = 0;            // in the sole, on an even floor
+    double z = 0;            // in the sole's frame, on an even floor
   };
   void add_contact_forces(const mjModel_& model, const mjData_& data, std::size_t foot);
 
@@ -72,56 +72,56 @@ struct ImuState {
   Eigen::Vector3d v_WG = Eigen::Vector3d::Zero();  ///< m/s in W
 };
 
-/// Means over (begin, end], in the axes G at half of the turn.
+/// Means over (begin, end], in the axes that G has after half of the turn.
 struct ImuReading {
   std::chrono::nanoseconds begin{0}, end{0};
   Eigen::Vector3d gyro = Eigen::Vector3d::Zero();            ///< rad/s
   Eigen::Vector3d specific_force = Eigen::Vector3d::Zero();  ///< m/s², +g up at rest
 };
 
-/// The reading that integrates exactly from one state to the next, like an IMU with internal sculling
+/// Returns the reading that integrates exactly from one state to the next, like an IMU with internal sculling
 /// compensation: gyro = Log(R_0ᵀ R_1)/dt, specific force = R_½ᵀ ((v_1 − v_0)/dt − g), R_½ = R_0 Exp(½
-/// Log(R_0ᵀ R_1)). Empty interval: the reading is zero. gravity: m/s² in W.
+/// Log(R_0ᵀ R_1)). For an empty interval it is zero. gravity: m/s² in W.
 ImuReading reading_between(const ImuState& from, const ImuState& to, const Eigen::Vector3d& gravity);
 
-/// Condition of the robot. All but `ok` are final; `collided`: a foot touched the other one, or the robot
-/// touched something of the room other than its floor.
+/// Condition of the robot. All but `ok` are final. `collided`: one foot touched the other, or the robot
+/// touched something in the room other than its floor.
 enum class Condition { ok, fell, collided, physics_failed };
 struct Status {
   Condition condition = Condition::ok;
-  std::string cause;  ///< of a condition other than ok
+  std::string cause;  ///< of any condition but ok
 };
 
-/// One robot in one room; only contact, gravity and the servos act on it, and touching the room ends the
-/// walk. World W: x ahead and z up, under the robot's waist at the start of the plan.
+/// One robot in one room. Only contact, gravity and the servos act on it; if it touches the room, the walk
+/// ends. World W: x ahead and z up, under the robot's waist at the start of the plan.
 class World {
  public:
-  /// The robot stands at the joint angles that its encoders read as q, with its waist at X_WB, moved
-  /// vertically until the lower pad of a sole touches the floor (z = 0 but for its unevenness).
+  /// The robot stands at the joint angles that its encoders read as q. Its waist is at X_WB, moved vertically
+  /// until the lower pad of a sole touches the floor (z = 0 except for unevenness).
   World(const WorldOptions& options, const PlantVariation& draw, const walking::JointVector& q,
         const Eigen::Isometry3d& X_WB, const Models& models);
 
-  /// Sets what the servos follow until the next command; gains, if there are some, also those after it.
+  /// Sets what the servos follow until the next command. Gains, if given, stay in effect after that.
   void command(const controllers::JointCommands& commands);
 
-  /// Fixes the waist at X_WB, at rest, while the joints move, until release().
+  /// Fixes the waist at X_WB, at rest, until release(), while the joints move.
   void hold(const Eigen::Isometry3d& X_WB) { held_ = X_WB; }
   void release() { held_.reset(); }
 
-  /// From now on a touch of the feet is a contact like any other and does not end the walk.
+  /// From now on, contact between the feet is like any other contact and does not end the walk.
   void let_feet_touch() { feet_may_touch_ = true; }
 
-  /// Advances the physics by 1 ms. Positions and sensors then belong to the new time.
+  /// Advances the physics by 1 ms. Afterwards positions and sensors are those of the new time.
   const Status& step();
 
   const Status& status() const { return status_; }
   std::chrono::nanoseconds time() const { return time_; }
 
-  /// Now is t = 0: readings and contacts are counted from here, and the pushes are due by this clock.
+  /// Makes now t = 0: readings and contacts are counted from here, and the pushes follow this clock.
   void start_clock(std::vector<Push> pushes);
 
-  /// Encoders, and the wrenches on the soles at the end of the last tick, by force sensors or else by the
-  /// torques of the legs; no IMU.
+  /// Returns the encoders' readings and the wrenches on the soles at the end of the last tick, from force
+  /// sensors or else from the legs' torques; no IMU.
   walking::SensorReadings leg_readings() const;
 
   /// Poses of the head camera (optical axes: x right, y down, z ahead) and the chest IMU, from the encoders.
@@ -134,8 +134,8 @@ class World {
   walking::JointVector velocities() const;
   walking::JointVector torques() const;
 
-  /// Readings for the stabilizer, gyro and accelerometer as means since the last call (or the start). Those
-  /// of a moved IMU are turned into the axes of the chest by its mount and the encoders.
+  /// Returns readings for the stabilizer, with gyro and accelerometer as means since the last call (or the
+  /// start). Readings of a moved IMU are turned into the chest's axes by its mount and the encoders.
   walking::SensorReadings sensor_readings();
 
   /// Gyro and accelerometer as means since the last call of imu_since_last() (or the start).
@@ -144,11 +144,11 @@ class World {
   /// Load and creep of the left and the right sole since the last call (or the start).
   std::array<SoleContact, 2> sole_contacts_since_last() { return soles_.since_last(); }
 
-  /// Returns whether a joint's torque has been at its limit since the last call (or the start); nothing if
+  /// Returns whether a joint's torque has been at its limit since the last call (or the start), or nothing if
   /// the robot has no limits.
   std::optional<bool> torque_limited_since_last();
 
-  /// True poses in W. Ground truth: only for the score, never for filter, stabilizer or plan.
+  /// True poses in W. This is ground truth: only for the score, never for the filter, stabilizer or plan.
   Eigen::Isometry3d X_WB() const;                                     ///< waist
   Eigen::Isometry3d X_WC() const { return camera_in_world(*data_); }  ///< head camera, optical axes
   Eigen::Isometry3d X_WG() const { return X_WS(ids_.imu); }           ///< chest IMU
@@ -156,11 +156,11 @@ class World {
   Eigen::Isometry3d X_WL() const { return X_WS(ids_.sole[0]); }       ///< left sole, below the ankle
   Eigen::Isometry3d X_WR() const { return X_WS(ids_.sole[1]); }       ///< right sole
   Eigen::Isometry3d X_W(const Place& place) const;                    ///< axes forward, left, up of a sensor
-  ImuState imu_state(const Place& place) const;                       ///< of a further IMU
+  ImuState imu_state(const Place& place) const;                       ///< state of a further IMU
   Eigen::Vector3d gravity() const;                                    ///< m/s² in W
   Eigen::Vector3d com() const;                                        ///< center of mass of the whole robot
 
-  /// For the renderer.
+  /// For the renderer only.
   const mjModel_* model() const { return model_.get(); }
   const mjData_* data() const { return data_.get(); }
 
@@ -168,7 +168,7 @@ class World {
   struct Ids {
     int waist = 0, camera = 0, imu = 0;
     std::array<int, 2> sole{}, foot{}, force{}, torque{};  // left, right; the last two in sensordata
-    std::vector<int> position, velocity, body;             // of the joints
+    std::vector<int> position, velocity, body;             // by joint
   };
 
   void find_ids();
@@ -183,7 +183,7 @@ class World {
   Status check() const;
   void look_around();
   ImuState imu_state() const;
-  ImuReading reading_since(ImuState& last) const;  // and sets it
+  ImuReading reading_since(ImuState& last) const;  // and updates `last`
   Eigen::Isometry3d X_WS(int site) const;
   walking::Wrench wrench(std::size_t foot) const;
   const mjData_& pose_by_encoders(const walking::JointVector& encoders) const;
@@ -196,11 +196,11 @@ class World {
   Ids ids_;
   Soles soles_;
   std::optional<RoomClearance> room_;      // absent if the room is a bare floor
-  std::chrono::nanoseconds next_look_{0};  // nothing can touch the room before
+  std::chrono::nanoseconds next_look_{0};  // nothing can touch the room before this time
   std::vector<Push> pushes_;
   double floor_friction_;
   walking::JointVector offset_;  // true angle minus the encoder's
-  Eigen::VectorXd servo_scale_;  // of each servo's gain; empty: 1
+  Eigen::VectorXd servo_scale_;  // factor of each servo's gain; empty: 1
   std::optional<Eigen::Isometry3d> held_;
   std::chrono::nanoseconds time_{0};
   Status status_;
@@ -208,10 +208,10 @@ class World {
   struct {
     double value = 0;
     int joint = 0;
-  } largest_share_;                      // of a joint's torque in its limit, since the start
-  std::optional<LegLoads> leg_loads_;    // of a robot without force sensors
+  } largest_share_;                      // largest torque relative to its limit since the start
+  std::optional<LegLoads> leg_loads_;    // for robots without force sensors
   Data by_encoders_;                     // work space of pose_by_encoders()
-  std::optional<Eigen::Matrix3d> R_HG_;  // a moved IMU in the chest at the last call of sensor_readings()
+  std::optional<Eigen::Matrix3d> R_HG_;  // a moved IMU in the chest's frame at the last sensor_readings()
   ImuState last_read_, last_recorded_;   // at the last call of sensor_readings() and imu_since_last()
 };
 

@@ -29,7 +29,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kMostLog = 1 << 20;  // bytes of the log
 constexpr std::size_t kLastLines = 5, kLongestLine = 200;
-constexpr int kBuffer = 1 << 20;  // an observation fits, so that sending does not wait
+constexpr int kBuffer = 1 << 20;  // large enough for an observation, so that sending does not wait
 constexpr double kToEnd_s = 1;
 
 /// A pipe or socket pair that child programs do not inherit.
@@ -42,7 +42,7 @@ struct Ends {
   int release(std::size_t end) { return std::exchange(file[end], -1); }
 };
 
-// After fork, only async-signal-safe calls.
+// After fork, only async-signal-safe calls are allowed.
 [[noreturn]] void become(char* const* words, const std::array<int, 3>& standard, int report, pid_t parent) {
   ::setpgid(0, 0);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -59,7 +59,7 @@ struct Ends {
   ::_exit(127);
 }
 
-/// The supervisor's report at the end of the program.
+/// The supervisor's report when the program ends.
 struct Ended {
   int status;
   rusage used;
@@ -70,7 +70,7 @@ void kill_descendants() {
   for (pid_t reaped = 0; reaped >= 0 || errno == EINTR; reaped = ::waitpid(-1, nullptr, WNOHANG)) {
     std::array<char, 4096> text;
     const int file = ::open("/proc/thread-self/children", O_RDONLY | O_CLOEXEC);
-    if (file < 0) return;  // a kernel without this file
+    if (file < 0) return;  // the kernel does not have this file
     const ssize_t bytes = ::read(file, text.data(), text.size());
     ::close(file);
     pid_t child = 0;
@@ -89,8 +89,8 @@ void kill_descendants() {
 
 extern "C" void wake(int) {}
 
-// Reports the program's end; at the parent's end, kills it and all processes that it started, also those that
-// called setsid. After fork, only async-signal-safe calls.
+// Reports the program's end. When the parent ends, kills the program and all processes that it started,
+// including those that called setsid. After fork, only async-signal-safe calls are allowed.
 [[noreturn]] void supervise(pid_t program, int alive, int report) {
   ::dup2(alive, 0);
   ::dup2(report, 1);
@@ -116,7 +116,7 @@ extern "C" void wake(int) {}
   ::_exit(0);
 }
 
-// Starts the program as a child of a process that becomes the parent of all that it starts.
+// Starts the program as a child of a process that becomes the parent of everything the program starts.
 [[noreturn]] void start(char* const* words, const std::array<int, 3>& standard, int failure, int alive,
                         int report) {
   sigset_t all;
@@ -142,7 +142,7 @@ std::string ended_text(int status) {
   return fmt::format("it ended with exit code {}", WEXITSTATUS(status));
 }
 
-/// Reads all of a structure. Returns false at the end of the file, or if there is nothing to read yet.
+/// Reads a whole structure. Returns false at the end of the file or if there is nothing to read yet.
 template <class Structure>
 bool read_whole(int file, Structure& structure) {
   ssize_t got = 0;
@@ -195,7 +195,7 @@ ChildProgram::ChildProgram(const std::vector<std::string>& words, const std::str
   supervisor_ = made ? ::fork() : -1;
   if (supervisor_ < 0)
     throw std::invalid_argument(
-        fmt::format("{}: no process for the program: {}", role, std::strerror(errno)));
+        fmt::format("{}: no process could be created for the program: {}", role, std::strerror(errno)));
   if (supervisor_ == 0)
     start(arguments.data(), {in.file[1], out.file[1], error.file[1]}, failure.file[1], alive.file[0],
           report.file[1]);
@@ -255,7 +255,7 @@ std::string ChildProgram::unread() {
   return bytes;
 }
 
-// Reads its standard error meanwhile, so that the program does not block on it, and looks whether it has
+// Meanwhile reads the program's standard error, so that it does not block on that, and checks whether it has
 // ended: processes that it started may keep its output open. Kills it at the time limit.
 bool ChildProgram::wait_for(int file, short events, const TimeLimit& limit) {
   const auto left = std::chrono::ceil<std::chrono::milliseconds>(limit.deadline - Clock::now());
@@ -312,7 +312,7 @@ void ChildProgram::fail_ended(const std::string& progress) {
   throw ProgramFailed((ended ? ended_text(status_) : "it closed its standard input or output") + progress);
 }
 
-// Kills it and all processes that it started.
+// Kills the program and all processes that it started.
 void ChildProgram::kill() {
   if (alive_ < 0) return;
   ::close(std::exchange(alive_, -1));

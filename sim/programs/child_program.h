@@ -1,4 +1,4 @@
-// A child process with messages over its standard input and output, within time limits.
+// A child process that exchanges messages over its standard input and output, within time limits.
 #pragma once
 
 #include <sys/types.h>
@@ -18,14 +18,14 @@ class ProgramFailed : public std::runtime_error {
   explicit ProgramFailed(const std::string& cause, std::string its_log = "")
       : std::runtime_error(cause), log(std::move(its_log)) {}
 
-  std::string log;  ///< what it wrote to its standard error
+  std::string log;  ///< what the program wrote to standard error
 };
 
-/// Returns the absolute path of a program with a slash in its name, or that in PATH of another. Returns the
-/// word if PATH does not have it.
+/// Returns the absolute path of a program: of its own path if its name contains a slash, otherwise as found
+/// in PATH. Returns the word itself if it is not in PATH.
 std::filesystem::path program_file(const std::string& word);
 
-/// Returns external text as one line of printable ASCII characters, without colors of a terminal.
+/// Returns external text as one line of printable ASCII characters, without terminal colors.
 std::string printable(std::string_view text);
 
 /// A time limit that starts now.
@@ -35,31 +35,32 @@ struct TimeLimit {
   std::chrono::steady_clock::time_point deadline;
 };
 
-/// A program below a supervising process. It and all processes that it started, also those that called
-/// setsid, are killed when it misses a time limit, at the end, or when this process ends, also by SIGKILL.
+/// A program under a supervising process. The program and all processes that it started, including those that
+/// called setsid, are killed when it misses a time limit, at the end, or when this process ends, even by
+/// SIGKILL.
 class ChildProgram {
  public:
-  /// words: the program, searched in PATH, and its arguments. role: of the program, in messages. Throws
+  /// words: the program, looked up in PATH, and its arguments. role: what messages call it. Throws
   /// std::invalid_argument if it cannot be started.
   ChildProgram(const std::vector<std::string>& words, const std::string& role);
   ~ChildProgram();
   ChildProgram(const ChildProgram&) = delete;
   ChildProgram& operator=(const ChildProgram&) = delete;
-  /// Throw ProgramFailed if the program ends, or at the time limit.
+  /// Throw ProgramFailed if the program ends or misses the time limit.
   void send(std::string_view bytes, const TimeLimit& limit);
   std::string receive(std::size_t bytes, const TimeLimit& limit);
-  /// Returns and removes what it has written to its standard output by now, at most 4 KiB.
+  /// Returns and removes what the program has written to its standard output so far, at most 4 KiB.
   std::string unread();
-  /// Closes its standard input, waits for its exit and kills it at the time limit.
+  /// Closes the program's standard input, waits for it to exit and kills it at the time limit.
   void end(const TimeLimit& limit);
-  /// Runs a program without messages to its exit. Throws ProgramFailed if its exit code is not 0, or at the
-  /// time limit.
+  /// Runs a program without messages until it exits. Throws ProgramFailed if its exit code is not 0 or it
+  /// misses the time limit.
   void run(const TimeLimit& limit);
-  /// Returns its standard error, or the last MiB of it.
+  /// Returns what the program wrote to standard error, or the last MiB of it.
   std::string log() const;
-  /// Returns the last lines of the log so far for a message; empty without any.
+  /// Returns the last lines of the log so far, for a message; empty if there are none.
   std::string last_lines();
-  /// Returns its CPU time (ms), after its exit with that of its children.
+  /// Returns the program's CPU time (ms); after its exit this includes its children's.
   double cpu_ms() const;
 
  private:

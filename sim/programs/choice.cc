@@ -35,7 +35,7 @@ std::string program_name(const std::vector<std::string>& words) {
   for (const std::string& word : words) {
     const bool is_argument = word.empty() || word[0] == '-' || word.find('=') != word.npos ||
                              word.find_first_not_of("0123456789.") == word.npos;
-    if (word == "-c") break;  // code instead of a file
+    if (word == "-c") break;  // code follows instead of a file
     if (is_argument && !name.empty()) continue;
     name = fs::path(word).stem().string();
     const std::string program = name.substr(0, name.find_last_not_of("0123456789.") + 1);

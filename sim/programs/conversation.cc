@@ -7,8 +7,8 @@
 namespace sim::programs {
 namespace {
 
-constexpr double kExitWithin_s = 2;         // after END
-constexpr double kLastLinesWithin_s = 0.2;  // to write its last lines after it failed
+constexpr double kExitWithin_s = 2;         // time to exit after END
+constexpr double kLastLinesWithin_s = 0.2;  // time to write last lines after a failure
 constexpr const char* kUnsolicited =
     "it wrote more than one message to its standard output for each that it received";
 
@@ -106,7 +106,7 @@ std::string Conversation::finish() {
   return program_.log();
 }
 
-// Ends the program. What it writes because its input ends does not count.
+// Ends the program. What it writes because its input ended is ignored.
 std::string Conversation::last_lines() {
   const std::string lines = program_.last_lines();
   program_.end(TimeLimit(kLastLinesWithin_s));

@@ -1,4 +1,4 @@
-// Messages to and from a child program: their framing, their poses, and the conversation from START to END.
+// Messages to and from a child program: their framing, poses in them, and the conversation from START to END.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -17,17 +17,17 @@ namespace sim::programs {
 struct Header {
   char magic[4] = {'G', 'S', 'L', 'M'};
   std::uint32_t type = 0;
-  std::uint64_t bytes = 0;  ///< of what follows
+  std::uint64_t bytes = 0;  ///< number of bytes that follow
 };
 inline constexpr std::size_t kHeaderBytes = sizeof(Header);
 
-/// The types of messages. input: what the program answers, OBSERVATION or SENSORS.
+/// The types of messages. input: OBSERVATION or SENSORS, which the program answers.
 enum class Message : std::uint32_t { start = 1, ready, input, answer, end };
 
-/// Most bytes of a text in a message.
+/// Most bytes that a text in a message may have.
 inline constexpr std::size_t kMostTextBytes = 4096;
 
-/// A message is not one that the interface allows.
+/// A message that the interface does not allow.
 class InvalidMessage : public ProgramFailed {
  public:
   using ProgramFailed::ProgramFailed;
@@ -68,14 +68,14 @@ std::string message(Message type, std::initializer_list<std::string_view> parts)
 /// Returns whether the bytes start with a header.
 bool starts_message(std::string_view bytes);
 
-/// Returns the number of bytes after a header. Throws InvalidMessage if it is not a header of that type, or
-/// more than `most` follow.
+/// Returns the number of bytes that follow a header. Throws InvalidMessage if it is not a header of that
+/// type, or if more than `most` bytes follow.
 std::size_t payload_bytes(std::string_view header, Message type, std::size_t most);
 
 /// Throws InvalidMessage: "its READY has 4 bytes, expected at least 8".
 [[noreturn]] void fail_short(const char* of, std::size_t bytes, std::size_t expected);
 
-/// Removes a structure from the front of the bytes. Throws InvalidMessage if there are too few.
+/// Removes a structure from the front of the bytes. Throws InvalidMessage if there are not enough bytes.
 template <class Structure>
 Structure pop(std::string_view& bytes, const char* of) {
   if (bytes.size() < sizeof(Structure)) fail_short(of, bytes.size(), sizeof(Structure));
@@ -85,12 +85,11 @@ Structure pop(std::string_view& bytes, const char* of) {
   return structure;
 }
 
-/// Throws InvalidMessage unless the word is 0 or 1.
+/// Returns the word as a flag. Throws InvalidMessage unless it is 0 or 1.
 bool flag(std::uint32_t word, const char* of);
 
-/// Removes version and length of the text from the front of a READY, and that text from its end. Throws
-/// InvalidMessage if the version is not that of the header file, or the text gives a reason why it cannot
-/// start.
+/// Removes the version and the text's length from the front of a READY, and the text from its end. Throws
+/// InvalidMessage if the version is not the header file's, or if the text says why the program cannot start.
 void check_ready(std::string_view& payload, std::uint32_t version, const char* header_file);
 
 /// The conversation with a program. Failures contain the time and the program's last lines.
@@ -98,14 +97,15 @@ class Conversation {
  public:
   /// Sends START and reads the payload of READY. role: "estimator"; most_bytes: of an answer. Throws
   /// std::invalid_argument if the program cannot be started or read_ready throws InvalidMessage, and
-  /// ProgramFailed if it crashes or misses its time limit.
+  /// ProgramFailed if the program crashes or misses its time limit.
   Conversation(const Choice& choice, std::string role, std::string_view start,
                const std::function<void(std::string_view)>& read_ready, std::size_t most_bytes);
   /// Sends a message and returns the payload of its ANSWER. Throws ProgramFailed with only the cause.
   std::string ask(std::string_view message);
-  /// Ends the program. Returns what to throw. when: "at t = 1.000 s".
+  /// Ends the program. Returns the exception to throw. when: "at t = 1.000 s".
   ProgramFailed failed(const std::string& when, const std::string& cause);
-  /// Sends END and returns the log. Throws ProgramFailed if it has sent more answers than it was asked for.
+  /// Sends END and returns the log. Throws ProgramFailed if the program has sent more answers than it was
+  /// asked for.
   std::string finish();
   double cpu_ms() const { return program_.cpu_ms(); }
 

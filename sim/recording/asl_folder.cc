@@ -10,12 +10,12 @@ namespace {
 
 using namespace recording_format;
 
-/// Between true poses that are interpolated, and between readings that join.
+/// Largest gap between true poses that are interpolated, and between adjoining readings.
 constexpr slam::Stamp kLongestGap{100'000'000};
-/// From these on, an offset or a leap of a clock is remarked upon, and an offset is rejected.
+/// From kLeastOffset, an offset or leap of a clock gets a remark; from kMostOffset_s, an offset is rejected.
 constexpr slam::Stamp kLeastOffset{15'000'000};
 constexpr double kMostOffset_s = 0.1;
-/// A truth that starts so late after an image, as by rounded stamps, starts with it.
+/// A truth that starts this much after an image, because stamps were rounded, starts with it.
 constexpr slam::Stamp kSameTime{100'000};
 constexpr std::array kTruthFolders{"mav0/state_groundtruth_estimate0", "mav0/mocap0", "mav0/gt",
                                    "mav0/vicon0", "mav0/leica0"};
@@ -26,8 +26,8 @@ std::string span_text(slam::Stamp first, slam::Stamp last) {
   return fmt::format("from {:.3f} s to {:.3f} s", slam::seconds(first), slam::seconds(last));
 }
 
-/// Adds a remark on the largest step between stamps if it is out of proportion: a clock that was set, or rows
-/// that are missing.
+/// Adds a remark about the largest step between stamps if it is out of proportion, because a clock was set or
+/// rows are missing.
 void add_leap(std::vector<std::string>& remarks, const fs::path& file, const std::vector<slam::Stamp>& stamps,
               const std::vector<std::size_t>& lines) {
   std::vector<slam::Stamp> steps;
@@ -40,16 +40,16 @@ void add_leap(std::vector<std::string>& remarks, const fs::path& file, const std
   if (*leap <= most) return;
   const auto leaps = std::ranges::count_if(steps, [&](slam::Stamp step) { return step > most; });
   remarks.push_back(fmt::format(
-      "{}:{}: its clock leaps by {:.6g} s from the row before, or rows are missing; they come every {:.4g} "
-      "s{}",
+      "{}:{}: its clock leaps by {:.6g} s from the previous row, or rows are missing; they come every "
+      "{:.4g} s{}",
       file.string(), lines[static_cast<std::size_t>(leap - steps.begin()) + 1], slam::seconds(*leap),
       slam::seconds(usual), leaps > 1 ? fmt::format("; the largest of {} such steps", leaps) : ""));
 }
 
 /// All stamps of a file, in the unit that fits them, and its rows.
 struct Stamps {
-  /// rate_hz: as a sensor.yaml states it; slack: how many times as high as that of the rows it may be, since
-  /// cameras skip frames.
+  /// rate_hz: as stated in a sensor.yaml. slack: how many times the rate of the rows it may be, since cameras
+  /// skip frames.
   Stamps(fs::path file_, std::size_t least_columns_, std::optional<double> rate_hz = {}, double slack = 1)
       : file(std::move(file_)),
         least_columns(least_columns_),
@@ -77,7 +77,7 @@ struct Stamps {
   StampedRows rows() const {
     return StampedRows(files::CsvReader(file, least_columns), slam::Stamp{0}, columns, *unit);
   }
-  /// The first column that is not part of the stamp.
+  /// Returns the first column after those of the stamp.
   std::size_t next_field() const {
     std::size_t field = 0;
     while (field == columns.field || field == columns.rest) ++field;
@@ -101,12 +101,12 @@ struct Reading {
   std::optional<Eigen::Vector3d> accelerometer;
 };
 
-/// The readings of an IMU with a clock that is ahead. Each applies until halfway to its neighbors.
+/// Returns the readings of an IMU whose clock is ahead. Each reading applies up to halfway to its neighbors.
 std::vector<Reading> readings_of(const Stamps& imu, slam::Stamp ahead) {
   using files::Quantity;
   const files::Header& header = imu.header;
   const auto gyro = header.columns(Quantity::angular_rate, "xyz", 1);
-  std::vector<files::Column> accelerometer;  // none if the header names the gyro but not it
+  std::vector<files::Column> accelerometer;  // none if the header names only the gyro
   if (header.names(Quantity::acceleration) || (header.size() >= 7 && !header.names(Quantity::angular_rate)))
     accelerometer = header.columns(Quantity::acceleration, "xyz", 4);
   std::vector<Reading> all;
@@ -114,7 +114,7 @@ std::vector<Reading> readings_of(const Stamps& imu, slam::Stamp ahead) {
     all.push_back({*rows.stamp() - ahead, {}, {}, angular_rate(rows.row(), gyro), std::nullopt});
     if (!accelerometer.empty()) all.back().accelerometer = acceleration(rows.row(), accelerometer);
   }
-  slam::Stamp half{2'500'000};  // of the gap ahead of the last reading
+  slam::Stamp half{2'500'000};  // half the gap before the last reading
   for (std::size_t i = 0; i < all.size(); ++i) {
     Reading& now = all[i];
     if (i + 1 < all.size()) half = std::min(all[i + 1].t - now.t, kLongestGap) / 2;
@@ -125,8 +125,9 @@ std::vector<Reading> readings_of(const Stamps& imu, slam::Stamp ahead) {
   return all;
 }
 
-/// The shortest turn of a direction to the vertical. Eigen's FromTwoVectors, the same but for a direction
-/// straight down, takes eight seconds to compile for its singular value decomposition.
+/// Returns the shortest rotation that turns a direction to the vertical. Eigen's FromTwoVectors gives the
+/// same except for a direction straight down, but its singular value decomposition takes eight seconds to
+/// compile.
 Eigen::Matrix3d turn_upwards(const Eigen::Vector3d& direction) {
   const Eigen::Vector3d from = direction.normalized(), up = Eigen::Vector3d::UnitZ();
   if (from.z() < -1 + 1e-12) return Eigen::Vector3d(1, -1, -1).asDiagonal();
@@ -153,7 +154,7 @@ Eigen::Isometry3d first_pose(const fs::path& motion) {
 
 YamlFile yaml(const fs::path& file) { return {file, files::read_text(file, files::kMostOfYaml)}; }
 
-// A sensor.yaml, or the calibration file of kalibr that stands for it.
+// Returns the path of a sensor.yaml, or of the kalibr calibration file that replaces it.
 fs::path calibration_file(const fs::path& folder, const std::string& own, const char* kalibr) {
   if (!fs::exists(folder / own))
     for (const char* place : {".", "dso", "mav0"})
@@ -176,8 +177,7 @@ struct ReadSensors : AslSensors {
     require_same_mounting(camera_file, stated, imu_file, mounted);
     for (const auto& [file, unread] : {std::pair(camera_file, stated.unread), {imu_file, mounted.unread}})
       if (!unread.empty())
-        remarks.push_back(
-            fmt::format("{}: keys that are not read: {}", file.string(), fmt::join(unread, ", ")));
+        remarks.push_back(fmt::format("{}: ignored keys: {}", file.string(), fmt::join(unread, ", ")));
     setup.imu_rate_hz = mounted.rate_hz;
     noise = mounted.noise;
     const Eigen::Isometry3d X_SC = setup.calibration.X_CG.inverse();
@@ -192,14 +192,14 @@ struct ReadSensors : AslSensors {
     require_one_clock();
     if (!imu->header.names(files::Quantity::angular_rate))
       remarks.push_back(imu->file.string() +
-                        ": no column is named as an angular rate; columns 2 to 4 are taken for it, in rad/s");
+                        ": no column has the name of an angular rate; columns 2 to 4 are used, in rad/s");
     for (const Stamps* const rows : {&*camera, &*imu})
       std::ranges::copy(rows->remarks, std::back_inserter(remarks));
     readings = readings_of(*imu, imu_ahead);
     const Eigen::Vector3d a_G = first_acceleration(readings);
     if (!a_G.isZero() && std::abs(a_G.norm() - slam::kGravity) > slam::kGravity / 3)
       remarks.push_back(fmt::format(
-          "{}: the acceleration is {:.3g} m/s^2 at first, expected about 9.81; a header may state its unit",
+          "{}: the acceleration is {:.3g} m/s^2 at first, expected about 9.81; a header can state its unit",
           imu->file.string(), a_G.norm()));
     has_motion = std::ranges::any_of(motion_sources(), [&](const MotionSource& source) {
       return fs::exists(folder / sensor_rows(source.name));
@@ -213,11 +213,11 @@ struct ReadSensors : AslSensors {
       setup.X_WC_start.linear() = turn_upwards(setup.calibration.X_CG.linear() * a_G);
     else
       remarks.push_back(imu->file.string() +
-                        ": no accelerations: the vertical is not known, and yaw is about the optical axis");
+                        ": no accelerations: the vertical is unknown, and yaw is about the optical axis");
   }
 
   void require_one_clock() const {
-    constexpr slam::Stamp kBefore = std::chrono::seconds(1);  // of a single image
+    constexpr slam::Stamp kBefore = std::chrono::seconds(1);  // for a single image
     const slam::Stamp from = camera->all.size() > 1 ? first_image : first_image - kBefore;
     for (const slam::Stamp t : imu->all)
       if (t - imu_ahead >= from && t - imu_ahead <= camera->all.back()) return;
@@ -234,7 +234,7 @@ struct ReadSensors : AslSensors {
   Eigen::Isometry3d X_BG;  // the IMU on the body
 };
 
-// The files of the list. Each must exist, have the camera's size, and samples like the first.
+// Returns the files in the list. Each must exist, have the camera's size, and have samples like the first.
 std::vector<fs::path> images_of(const fs::path& folder, const Stamps& list, const cv::Size& size) {
   std::vector<fs::path> all;
   ImageHeader first;
@@ -245,7 +245,7 @@ std::vector<fs::path> images_of(const fs::path& folder, const Stamps& list, cons
     const ImageHeader header = check_image(all.back(), size);
     if (all.size() == 1) first = header;
     if (header.channels != first.channels || header.bits != first.bits)
-      rows.fail(field, "{} has {} of {} bits, expected {} of {} as the first image", all.back().string(),
+      rows.fail(field, "{} has {} of {} bits, expected {} of {} as in the first image", all.back().string(),
                 files::counted(std::size_t(header.channels), "channel"), header.bits, first.channels,
                 first.bits);
   }
@@ -259,8 +259,8 @@ Eigen::Isometry3d interpolate(const files::TimedPose& a, const files::TimedPose&
   return Eigen::Translation3d(p) * qa.slerp(part, qb);
 }
 
-// Compares the gyro with the truth. Throws FileError if they have different clocks, units or axes, and adds a
-// remark on what may be.
+// Compares the gyro with the truth. Throws FileError if their clocks, units or axes differ, and adds remarks
+// about what may be wrong.
 void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& truth,
                              const Eigen::Matrix3d& R_GT, const std::vector<Reading>& readings,
                              const fs::path& imu, AslSensors& sensors) {
@@ -271,7 +271,7 @@ void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& 
   const auto found = compare_gyro(gyro, truth.rows, R_GT);
   if (!found) {
     sensors.remarks.push_back(
-        fmt::format("{}: clock and axes of its gyro are not checked: it turns too little, or "
+        fmt::format("{}: the clock and axes of its gyro cannot be checked: it turns too little, or "
                     "unlike {}",
                     imu.string(), file.string()));
     return;
@@ -280,13 +280,13 @@ void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& 
   if (!same_unit && found->correlation > kSure)  // else noise of the truth lowers the gain
     throw files::FileError(
         imu,
-        "its speeds of rotation are {:.3g} times those of {}: expected rad/s, or a header with "
-        "their unit, as in w_RS_S_x [deg s^-1]",
+        "its rotation speeds are {:.3g} times those of {}: expected rad/s, or a header with "
+        "their unit, such as w_RS_S_x [deg s^-1]",
         found->gain, file.string());
   if (std::abs(found->gain - 1) > kUsualGain && found->correlation > kSure)
     sensors.remarks.push_back(
-        fmt::format("{}: its speeds of rotation are {:.3g} times those of {}: its scale is wrong",
-                    imu.string(), found->gain, file.string()));
+        fmt::format("{}: its rotation speeds are {:.3g} times those of {}: its scale is wrong", imu.string(),
+                    found->gain, file.string()));
   const double late_s = -found->late_s;  // of the truth
   const std::string late = fmt::format("{:.2f} s {} {}", std::abs(late_s),
                                        late_s > 0 ? "later than" : "earlier than", imu.string());
@@ -295,27 +295,26 @@ void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& 
     throw files::FileError(
         imu,
         "its gyro turns {} those of {}{}; expected the same, right-handed axes: a column has the "
-        "wrong sign or place, or T_BS of one of both is wrong",
+        "wrong sign or place, or one of the two T_BS is wrong",
         found->axes ? fmt::format("about x, y, z as {} of", axes_text(*found->axes)) : "", file.string(),
         is_late ? ", which is " + late : "");
   if (found->turned_rad)
     sensors.remarks.push_back(
         fmt::format("{}: its axes are turned by {:.0f} deg from those of {}: T_BS is wrong or missing in the "
-                    "sensor.yaml of "
-                    "one of both, and the errors of orientation include it",
+                    "sensor.yaml of one of the two, and the errors of orientation include it",
                     file.string(), 180 / M_PI * *found->turned_rad, imu.string()));
   if (std::abs(late_s) >= kMostOffset_s)
     throw files::FileError(
         file,
-        "its stamps are {}: shifted by that, the speeds of rotation correlate by {:.2f}, as "
+        "its stamps are {}: shifted by that, the rotation speeds correlate by {:.2f}, as "
         "stamped by {:.2f}; expected one clock (timeshift_cam_imu of the camera corrects an IMU's){}{}",
         late, found->correlation, found->as_stamped, sensors.remarks.empty() ? "" : "; ",
         fmt::join(sensors.remarks, "; "));
   if (!is_late) return;
   sensors.remarks.push_back(
       fmt::format("{}: the truth is {}: errors of orientation and the NEES include it if the images have the "
-                  "IMU's clock; if "
-                  "they have that of the truth, state timeshift_cam_imu: {:.3f} in the camera's file",
+                  "IMU's clock; if they have the truth's clock, state timeshift_cam_imu: {:.3f} in the "
+                  "camera's file",
                   file.string(), late, slam::seconds(sensors.imu_ahead) - late_s));
 }
 
@@ -357,7 +356,7 @@ struct AslFolder::Files {
     const Stamps found(file, columns);
     const auto is_of_image = [&](slam::Stamp t) { return std::ranges::binary_search(stamps, t); };
     if (!found.all.empty() && std::ranges::none_of(found.all, is_of_image))
-      throw files::FileError(file, "none of its stamps is that of an image: they are {}, the images {}",
+      throw files::FileError(file, "none of its stamps matches an image: they are {}, the images {}",
                              found.span(), sensors.camera->span());
     source.emplace(files::CsvReader(file, columns), slam::Stamp{0}, found.columns, *found.unit);
   }
@@ -400,7 +399,7 @@ struct AslFolder::Files {
 void AslFolder::Files::read_truth() {
   const auto found = truth_folder(folder);
   if (!found) {
-    sensors.remarks.push_back(fmt::format("{}: no truth: data.csv is in none of {}", folder.string(),
+    sensors.remarks.push_back(fmt::format("{}: no truth: none of {} contains a data.csv", folder.string(),
                                           fmt::join(kTruthFolders, ", ")));
     return;
   }

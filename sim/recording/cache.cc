@@ -26,8 +26,8 @@ std::optional<std::string> environment(const char* name) {
   return value && *value ? std::optional<std::string>(value) : std::nullopt;
 }
 
-/// Calls f for everything below a folder. Returns false if it could not be read to the end, as when another
-/// process removes it meanwhile.
+/// Calls f for everything below a folder. Returns false if it could not be read completely, for example
+/// because another process is removing it.
 template <typename F>
 bool for_each_below(const fs::path& folder, F&& f) {
   std::error_code gone;
@@ -61,7 +61,7 @@ std::string hash_of_files_in(const fs::path& result) {
   return hash.hex();
 }
 
-// True if nothing in a folder that was made as a whole changed since it got its marker.
+// Returns true if nothing in a folder that was created whole has changed since it got its marker.
 bool is_untouched(const fs::path& folder) {
   const auto changed = [](const fs::path& path) {
     struct stat status {};
@@ -77,7 +77,7 @@ bool is_untouched(const fs::path& folder) {
 
 void require_writable(const fs::path& folder, const char* but) {
   if (::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) != 0 && errno != ENOENT)
-    throw FileError(folder, "{}{}; GAITSLAM_CACHE names another folder", but, std::strerror(errno));
+    throw FileError(folder, "{}{}; set GAITSLAM_CACHE to another folder", but, std::strerror(errno));
 }
 
 }  // namespace
@@ -92,7 +92,7 @@ CachePlace cache_place() {
     place.folder = fs::path(*home) / ".cache/gaitslam";
   else
     throw std::invalid_argument(
-        "no folder for recordings: GAITSLAM_CACHE, XDG_CACHE_HOME and HOME are not set");
+        "no folder for recordings: none of GAITSLAM_CACHE, XDG_CACHE_HOME and HOME is set");
   place.folder = fs::absolute(place.folder);
   if (const auto text = environment("GAITSLAM_CACHE_GB")) {
     const auto gigabytes = files::parse_finite(*text);
@@ -151,7 +151,7 @@ CachedRecording Cache::get(const std::string& key, const Label& label, const Mak
   const Say nothing = [](const std::string&) {};
   std::error_code fault;
   fs::create_directories(place_.folder, fault);
-  if (fault) files::fail_by_errno(place_.folder, "cannot be made", fault.value());
+  if (fault) files::fail_by_errno(place_.folder, "cannot be created", fault.value());
   bool made = false;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     if (auto found = find(key, made ? say : nothing)) {
@@ -159,13 +159,13 @@ CachedRecording Cache::get(const std::string& key, const Label& label, const Mak
       if (made) clean(place_.most_bytes);
       return std::move(*found);
     }
-    require_writable(place_.folder, "does not have this recording whole, and it cannot be made there: ");
+    require_writable(place_.folder, "lacks an intact copy of this recording, and cannot store one: ");
     const std::optional<FileLock> alone = FileLock::acquire(lock_file(key), FileLock::How::exclusive);
-    if (is_whole(key, say)) continue;  // made by another in the meantime
+    if (is_whole(key, say)) continue;  // recorded by another process in the meantime
     make_entry(key, label, make);
     made = true;
   }
-  throw FileError(place_.folder / key, "was made, but then removed or damaged by another process");
+  throw FileError(place_.folder / key, "was recorded, but then removed or damaged by another process");
 }
 
 Cache::Entry Cache::read_entry(const std::string& key) const {
@@ -200,15 +200,15 @@ std::vector<Cache::Entry> Cache::list() const {
 bool Cache::remove_if_unused(const std::string& key) const {
   const auto alone = FileLock::acquire(lock_file(key), FileLock::How::try_exclusive);
   if (!alone) return false;
-  // Renamed before it is removed, so that no entry is ever incomplete; the next process removes the leftover
-  // if this one is killed. The lock file goes too: a lock on a removed file is void.
+  // It is renamed before it is removed, so that no entry is ever incomplete. If this process is killed, the
+  // next one removes the leftover. The lock file is removed too: a lock on a removed file is void.
   const fs::path aside = place_.folder / fmt::format(".{}.partial", key);
   std::error_code ignored;
   {
     const auto marker = FileLock::acquire(place_.folder / key / files::kMarker, FileLock::How::try_existing);
     if (!marker) return false;
     fs::rename(place_.folder / key, aside, ignored);
-    if (ignored || ::ftruncate(marker->fd(), 0) != 0) return false;  // with its text it would be recovered
+    if (ignored || ::ftruncate(marker->fd(), 0) != 0) return false;  // else the entry would be recovered
   }
   files::remove_leftovers(place_.folder);
   fs::remove(lock_file(key), ignored);

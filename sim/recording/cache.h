@@ -1,4 +1,4 @@
-// The cache of recordings: each walk is recorded once and serves every run, sweep and tuning.
+// The cache of recordings: each walk is recorded once and then used by every run, sweep and tuning.
 #pragma once
 
 #include <functional>
@@ -7,34 +7,34 @@
 
 namespace sim::recording {
 
-/// The folder of the cache and the size that it is kept to.
+/// The folder of the cache and the size to which it is limited.
 struct CachePlace {
   fs::path folder;
   std::uintmax_t most_bytes = 20'000'000'000;
 };
 
-/// Returns the folder $GAITSLAM_CACHE, else $XDG_CACHE_HOME/gaitslam, else $HOME/.cache/gaitslam, and the
-/// size $GAITSLAM_CACHE_GB. Throws std::invalid_argument if the size is not a number or no folder is set.
+/// Returns the folder ($GAITSLAM_CACHE, else $XDG_CACHE_HOME/gaitslam, else $HOME/.cache/gaitslam) and the
+/// size ($GAITSLAM_CACHE_GB). Throws std::invalid_argument if the size is not a number or no folder is set.
 CachePlace cache_place();
 
 /// A recording in use: no process removes it while this object lives.
 struct CachedRecording {
   /// A result folder of the walk without a filter: recording/, about.json, scenario.yaml.
   fs::path folder;
-  bool made = false;  ///< by the call that returned it
+  bool made = false;  ///< recorded by the call that returned it
   files::FileLock lock;
 };
 
 /// Keeps each recording in a folder <key>/ that appears whole or not at all. Processes may share a cache,
-/// also those that may only read it.
+/// even if some of them can only read it.
 class Cache {
  public:
-  /// The description of an entry.
+  /// What describes an entry.
   struct Label {
     std::string scenario;
     std::uint64_t seed = 0;
   };
-  /// Makes a complete result folder at a path that does not exist yet.
+  /// Creates a complete result folder at a path that does not exist yet.
   using Make = std::function<void(const fs::path&)>;
   /// Receives a description of each damaged file.
   using Say = std::function<void(const std::string&)>;
@@ -44,8 +44,9 @@ class Cache {
   /// Returns the recording of that key after checking every byte, or nullopt if it is missing or damaged.
   std::optional<CachedRecording> find(const std::string& key, const Say& say) const;
 
-  /// Returns the recording of that key, made if missing or damaged, while other processes wait, and removes
-  /// the least recently used ones beyond the cache's size. Throws FileError and as `make` does.
+  /// Returns the recording with that key. If it is missing or damaged it is recorded while other processes
+  /// wait, and the least recently used recordings beyond the cache's size are removed. Throws FileError, and
+  /// whatever `make` throws.
   CachedRecording get(const std::string& key, const Label& label, const Make& make, const Say& say) const;
 
   struct Entry : Label {
@@ -54,15 +55,15 @@ class Cache {
     std::int64_t last_used_ns = 0;  ///< since 1970
     bool in_use = false;
   };
-  /// Returns the entries, which are folders with the program's marker, the least recently used first.
+  /// Returns the entries (folders with the program's marker), least recently used first.
   std::vector<Entry> list() const;
 
   struct Cleaned {
-    std::size_t removed = 0, kept = 0;  ///< kept: in use, or with files that the program did not make
-    std::uintmax_t bytes = 0;           ///< removed
+    std::size_t removed = 0, kept = 0;  ///< kept: in use, or with files not from the program
+    std::uintmax_t bytes = 0;           ///< bytes removed
   };
-  /// Removes the least recently used entries until the others take at most that much. Keeps entries in use
-  /// and those with files that the program did not make.
+  /// Removes the least recently used entries until the others take at most this many bytes. Keeps entries in
+  /// use and entries with files that the program did not create.
   Cleaned clean(std::uintmax_t most_bytes) const;
 
   const CachePlace& place() const { return place_; }

@@ -38,14 +38,14 @@ Turns turns(const std::vector<files::TumRow>& poses, slam::Stamp begin, std::siz
 struct Correlation {
   double r = 0, gain = 0;
   int pairs = 0;
-  /// Log-likelihood of the linear relation, relative to none; of as many speeds as windows.
+  /// Log-likelihood of the linear relation, relative to none, with as many speeds as windows.
   double evidence(double of_r) const {
     return 0.5 * pairs / kWindow * -std::log1p(-std::pow(std::clamp(of_r, 0.0, 1 - 1e-12), 2));
   }
 };
 
-/// Calls f(turn of the truth, turn of the gyro) at an offset, after subtraction of the mean turns, which
-/// removes a bias. Returns the number of pairs; calls nothing if they are too few.
+/// Calls f(turn of the truth, turn of the gyro) for an offset. The mean turns are subtracted, which removes a
+/// bias. Returns the number of pairs; if there are too few, f is not called.
 int each_pair(const Turns& truth, const Turns& gyro, int lag, const auto& f) {
   const auto size = static_cast<int>(truth.size());
   const auto each = [&](const auto& take) {
@@ -63,7 +63,7 @@ int each_pair(const Turns& truth, const Turns& gyro, int lag, const auto& f) {
   return pairs;
 }
 
-/// Correlates the angles turned.
+/// Correlates the angles of the turns.
 Correlation correlation(const Turns& truth, const Turns& gyro, int lag) {
   Correlation c;
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
@@ -82,18 +82,18 @@ Correlation correlation(const Turns& truth, const Turns& gyro, int lag) {
   return c;
 }
 
-/// Second moments of the turns about the axes of both.
+/// Second moments of the turns about the axes of truth and gyro.
 struct Moments {
   int pairs = 0;
-  Eigen::Matrix3d truth = Eigen::Matrix3d::Zero(), gyro = truth, both = truth;  // both: rows of the gyro
+  Eigen::Matrix3d truth = Eigen::Matrix3d::Zero(), gyro = truth, both = truth;  // both: rows are the gyro's
 
-  double variance(const Eigen::Matrix3d& M) const {  // that M, from truth to gyro, leaves, of all axes
+  double variance(const Eigen::Matrix3d& M) const {  // left over by M (truth to gyro), of all axes
     return (gyro.trace() + (M * truth * M.transpose()).trace() - 2 * (both * M.transpose()).trace()) / pairs;
   }
   double explained(const Eigen::Matrix3d& M) const { return 1 - variance(M) * pairs / gyro.trace(); }
-  /// Log-likelihood of a variance left of one axis. Axes that hardly turn do not count.
+  /// Log-likelihood for the variance left on one axis. Axes that hardly turn do not count.
   double likelihood(double variance) const {
-    constexpr double kLeast = 1e-3;  // of the variance of all axes
+    constexpr double kLeast = 1e-3;  // fraction of the variance of all axes
     return -0.5 * pairs / kWindow * std::log(std::max(variance, kLeast * gyro.trace() / pairs));
   }
 };
@@ -116,7 +116,7 @@ Eigen::Matrix3d matrix(const std::array<FollowedAxis, 3>& axes) {
   return M;
 }
 
-/// The likeliest of the 48 assignments with signs; each changed axis must be decisive.
+/// Returns the most likely of the 48 signed assignments. Each axis that changes must be decisive.
 std::array<FollowedAxis, 3> likeliest_axes(const Moments& m) {
   std::array<FollowedAxis, 3> best = kOwnAxes;
   double most = -std::numeric_limits<double>::infinity();
@@ -138,8 +138,8 @@ std::array<FollowedAxis, 3> likeliest_axes(const Moments& m) {
   return best;
 }
 
-/// The rotation with the largest trace of its transpose times M, by Horn's matrix (1987). Repeated squaring
-/// leaves its leading eigenvector, and compiles faster than a decomposition.
+/// Returns the rotation R with the largest trace of R^T M, using Horn's matrix (1987). Repeated squaring
+/// yields its leading eigenvector and compiles faster than a decomposition.
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M) {
   Eigen::Matrix4d N;
   const Eigen::Vector3d off(M(2, 1) - M(1, 2), M(0, 2) - M(2, 0), M(1, 0) - M(0, 1));
@@ -199,7 +199,7 @@ std::optional<GyroComparison> compare_gyro(const std::vector<TimedRotation>& gyr
   const bool decisive = evidence(best->r) - evidence(as_stamped) >= kDecisive;
   const auto lag = decisive ? static_cast<int>(best - all.begin()) - kMostLag : 0;
   GyroComparison comparison{0, best->r, as_stamped, best->gain};
-  if (decisive) {  // between the steps: the vertex of a parabola
+  if (decisive) {  // between the steps, at the vertex of a parabola
     double between = 0;
     if (best != all.begin() && std::next(best) != all.end()) {
       const double before = std::prev(best)->r, after = std::next(best)->r,

@@ -18,20 +18,21 @@ using Byte = unsigned char;
 
 constexpr std::string_view kJpeg = "\xff\xd8", kJpegEnd = "\xff\xd9";
 constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
-/// Bytes of a header after width and height: bits, color type, deflate, adaptive filtering, not interlaced.
-/// Empty for types of images that are not encoded.
+/// The bytes of a header after width and height: bits, color type, deflate, adaptive filtering, not
+/// interlaced. Empty for image types that are not encoded.
 std::string_view png_format(int type) {
   if (type == CV_8UC1) return "\x08\0\0\0\0"sv;
   if (type == CV_8UC3) return "\x08\x02\0\0\0"sv;
   return type == CV_16UC1 ? "\x10\0\0\0\0"sv : "";
 }
-/// Samples of two bytes change between the machine's order and that of PNG, the most significant byte first.
+/// Two-byte samples are swapped between the machine's byte order and PNG's, which has the most significant
+/// byte first.
 constexpr int swapped(int type) {
   return CV_MAT_DEPTH(type) == CV_16U && std::endian::native == std::endian::little ? 1 : 0;
 }
-/// The last chunk, with its length and its checksum.
+/// The last chunk, with its length and checksum.
 constexpr std::string_view kEnd("\0\0\0\0IEND\xae\x42\x60\x82", 12);
-/// The filter of each row (ISO/IEC 15948, section 9): its difference from the one above.
+/// The filter of each row (ISO/IEC 15948, section 9): its difference from the row above.
 constexpr Byte kUp = 2;
 constexpr std::size_t kLargest = 1 << 14;  // width and height, pixels
 
@@ -74,7 +75,7 @@ int image_number(std::string_view bytes, std::size_t at, std::size_t count) {
   return static_cast<int>(std::min<std::size_t>(big_endian(bytes.substr(at, count)), 1u << 30));
 }
 
-/// Segments of a marker and a length, up to the start of a frame (ITU-T T.81, B.2.2).
+/// Reads segments, each a marker and a length, until the start of a frame (ITU-T T.81, B.2.2).
 std::optional<ImageHeader> jpeg_header(std::string_view bytes) {
   std::size_t at = 2;
   while (at + 10 <= bytes.size()) {
@@ -100,8 +101,8 @@ std::optional<ImageHeader> jpeg_header(std::string_view bytes) {
                          found.height, size.width, size.height);
 }
 
-// cv::imdecode, loaded for the first image that is not a gray PNG: OpenCV's codecs come with 120 libraries,
-// which would cost each process 70 ms at its start.
+// Returns cv::imdecode, loaded for the first image that is not a gray PNG. OpenCV's codecs bring 120
+// libraries, which would cost each process 70 ms at startup.
 auto opencv_decoder(const fs::path& file) {
   constexpr char kImdecode[] = "_ZN2cv8imdecodeERKNS_11_InputArrayEi";
   static void* const library = dlopen(GAITSLAM_IMGCODECS, RTLD_NOW | RTLD_LOCAL);
@@ -113,7 +114,7 @@ auto opencv_decoder(const fs::path& file) {
 }  // namespace
 
 std::optional<ImageHeader> image_header(std::string_view bytes) {
-  constexpr std::array kPngChannels{1, 0, 3, 3, 2, 0, 4};  // by color type; a palette has colors of 8 bits
+  constexpr std::array kPngChannels{1, 0, 3, 3, 2, 0, 4};  // by color type; palettes have 8-bit colors
   if (bytes.size() >= 26 && bytes.starts_with(kSignature) && bytes.substr(12, 4) == "IHDR") {
     const auto color = static_cast<std::size_t>(image_number(bytes, 25, 1));
     return ImageHeader{{image_number(bytes, 16, 4), image_number(bytes, 20, 4)},
@@ -148,15 +149,15 @@ ImageHeader check_image(const fs::path& file, const cv::Size& size) {
 cv::Mat decode_image(const fs::path& file, std::string_view bytes, const cv::Size& size) {
   require_image_size(file, bytes, size);
   if (auto gray = decode_png(bytes, CV_8UC1)) return *gray;  // twice as fast as OpenCV
-  // OpenCV fills what is missing of a JPEG with gray. Its marker of the end is not part of pixels.
+  // OpenCV fills the missing part of a JPEG with gray. Pixel data cannot contain the end marker.
   if (bytes.starts_with(kJpeg) && bytes.find(kJpegEnd, image_header(bytes)->bytes) == bytes.npos)
-    throw files::FileError(file, "is cut off: it has no end of an image");
+    throw files::FileError(file, "is cut off: the image has no end");
   const auto imdecode = opencv_decoder(file);
   const cv::Mat row(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
   cv::Mat image;
   try {
     image = imdecode(row, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception&) {  // leaves it empty, as most faults of its bytes do
+  } catch (const cv::Exception&) {  // leaves `image` empty, as most faults in the bytes do
   }
   if (image.empty()) throw files::FileError(file, "cannot be read as an image");
   if (image.size() != size) fail_size(file, image.size(), size);
@@ -174,7 +175,7 @@ std::string encode_png(const cv::Mat& image) {
 }
 
 std::optional<cv::Mat> decode_png(std::string_view png, int type) {
-  constexpr std::size_t kPixels = 41;  // after the header and the start of the pixels' chunk
+  constexpr std::size_t kPixels = 41;  // after the header and the start of the pixel chunk
   if (png.size() < kPixels + 4 + kEnd.size() || !png.starts_with(kSignature) || png.substr(12, 4) != "IHDR" ||
       png.substr(24, 5) != png_format(type) || png.substr(37, 4) != "IDAT" || !png.ends_with(kEnd) ||
       kPixels + big_endian(png.substr(33)) + 4 + kEnd.size() != png.size())

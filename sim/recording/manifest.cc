@@ -12,7 +12,7 @@ constexpr const char* kName = "manifest.csv";
 constexpr const char* kUnfinished = "manifest.unfinished";
 
 std::string wrong_size(std::uint64_t expected, std::uint64_t found) {
-  return fmt::format("{}: {} bytes were recorded, {} are there", found < expected ? "truncated" : "edited",
+  return fmt::format("{}: {} bytes were recorded, {} found", found < expected ? "truncated" : "edited",
                      expected, found);
 }
 
@@ -34,12 +34,11 @@ void ManifestWriter::finish() {
 Manifest::Manifest(const fs::path& folder) : folder_(folder) {
   if (!fs::is_directory(folder)) throw files::FileError(folder, "no such folder");
   const fs::path file = folder / kName;
-  if (!fs::exists(file))
-    throw files::FileError(file, "is missing: not a recording, or one that was never finished");
+  if (!fs::exists(file)) throw files::FileError(file, "is missing: not a recording, or an unfinished one");
   files::CsvReader rows(file, {kHeader});
   while (rows.next()) {
     if (rows.text(0).size() != 32) rows.fail(0, "expected a hash of 32 hexadecimal digits");
-    if (rows.integer(1) < 0) rows.fail(1, "a size below zero");
+    if (rows.integer(1) < 0) rows.fail(1, "a negative size");
     files::contained_path(folder, rows.text(2));
     const Entry entry{static_cast<std::uint64_t>(rows.integer(1)), std::string(rows.text(0))};
     if (!entries_.emplace(rows.text(2), entry).second) rows.fail(2, "this file is listed twice");

@@ -1,4 +1,4 @@
-// List of a recording's files with sizes and hashes, to find missing, truncated and edited files.
+// The list of a recording's files with sizes and hashes, used to find missing, truncated and edited files.
 #pragma once
 
 #include <functional>
@@ -8,8 +8,8 @@
 
 namespace sim::recording {
 
-/// Writes `manifest.csv` into a folder, in memory that does not grow with the number of files. It gets that
-/// name in finish(): a folder without one is an unfinished recording.
+/// Writes `manifest.csv` into a folder. Memory use does not grow with the number of files. The file gets this
+/// name only in finish(): a folder without it is an unfinished recording.
 class ManifestWriter {
  public:
   explicit ManifestWriter(const fs::path& folder);
@@ -28,13 +28,13 @@ class Manifest {
   /// Throws FileError if the manifest is missing, invalid, or lists a path (or link) outside the folder.
   explicit Manifest(const fs::path& folder);
 
-  /// Throws FileError for the first listed file that is missing or has another size; reads none.
+  /// Throws FileError for the first listed file that is missing or has another size. Reads no file.
   void check_sizes() const;
   /// Checks every listed file as check() does.
   void check_all() const;
   /// Returns the full path of a listed file, read in pieces to check its hash. Throws FileError.
   fs::path check(const std::string& path) const;
-  /// Returns the content of a listed file of at most so many bytes. Throws FileError if it was changed.
+  /// Returns the content of a listed file of at most `most` bytes. Throws FileError if it was changed.
   std::string read(const std::string& path, std::uintmax_t most = files::kMostOfText) const;
   bool lists(const std::string& path) const { return entries_.contains(path); }
   /// Returns the hash of the manifest, and so of the whole recording.
@@ -45,7 +45,7 @@ class Manifest {
     std::uint64_t bytes = 0;
     std::string hash;
   };
-  /// Calls `take` with the pieces of a listed file. Throws FileError if they are not the recorded ones.
+  /// Calls `take` with the pieces of a listed file. Throws FileError if they are not what was recorded.
   void read_pieces(const std::string& path, std::uintmax_t most,
                    const std::function<void(std::string_view)>& take) const;
 

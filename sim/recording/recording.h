@@ -1,6 +1,6 @@
-// The readings of ideal sensors on one run, kept in a folder of the EuRoC/ASL layout (README.md) and read
-// back bit for bit. Stamps in files are kEpoch later than slam::Stamp, because readers of this layout expect
-// 19 digits; positions are in m, angles in rad.
+// The readings of ideal sensors in one run, stored in a folder of the EuRoC/ASL layout (README.md) and read
+// back bit for bit. Stamps in files are slam::Stamp plus kEpoch, because readers of this layout expect 19
+// digits. Positions are in m, angles in rad.
 #pragma once
 
 #include <functional>
@@ -21,9 +21,9 @@ constexpr std::int64_t file_stamp(slam::Stamp t) { return (kEpoch + t).count(); 
 /// The sensors: what the filter knows before the first observation, and what other readers need.
 struct RecordingSetup {
   slam::Calibration calibration;
-  Eigen::Isometry3d X_WC_start = Eigen::Isometry3d::Identity();  ///< camera at t = 0 by plan or legs
-  double camera_rate_hz = 30, imu_rate_hz = 200;                 ///< imu: of encoders and forces too
-  std::vector<rig::RigSensor> rig;  ///< further sensors; RigReading::sensor counts in this list
+  Eigen::Isometry3d X_WC_start = Eigen::Isometry3d::Identity();  ///< camera at t = 0, from plan or legs
+  double camera_rate_hz = 30, imu_rate_hz = 200;                 ///< imu: also encoders and forces
+  std::vector<rig::RigSensor> rig;  ///< further sensors; RigReading::sensor is an index in this list
   std::vector<std::string> joints;  ///< names, in the order of the encoders
 };
 
@@ -47,34 +47,35 @@ struct TrueMotion {
 
 using slam::BodyReading;
 
-/// Writes a recording during a run; memory does not grow with its length. Throws FileError if a file cannot
-/// be written, std::logic_error for readings that ideal sensors cannot give (inertial readings that do not
-/// chain, gyro and accelerometer of different number, stamps that do not rise, a joint too many).
+/// Writes a recording during a run. Memory use does not grow with its length. Throws FileError if a file
+/// cannot be written, and std::logic_error for readings that ideal sensors cannot give: inertial readings
+/// with gaps, different numbers of gyro and accelerometer readings, stamps that do not increase, or a joint
+/// too many.
 class RecordingWriter {
  public:
-  /// `folder` is made; it must not exist.
+  /// `folder` is created; it must not exist yet.
   RecordingWriter(const fs::path& folder, const RecordingSetup& setup);
   ~RecordingWriter();
 
-  /// png: the observation's image as encode_png() gives it, if that has been called already; rig_pngs:
-  /// likewise of each reading of the rig, empty for one without image.
+  /// png: the observation's image from encode_png(), if that has already been called. rig_pngs: the same for
+  /// each reading of the rig, empty for a reading without an image.
   void add(const slam::Observation& ideal, std::string_view png = {},
            const std::vector<std::string>& rig_pngs = {});
-  void add(const BodyReading& reading);  ///< at any rate; those of an observation are not written
+  void add(const BodyReading& reading);  ///< at any rate; body readings of an observation are not written
   void add(const TruePoses& poses);      ///< once per frame
   void add(const TrueMotion& motion);    ///< at any rate
   void add(const TrueFeet& feet);        ///< at any rate
-  /// Adds the torques of the servos, N·m, one for each joint; at any rate.
+  /// Adds the torques of the servos (N·m), one per joint; at any rate.
   void add(slam::Stamp t, const Eigen::VectorXd& torques);
   void add(const score::Surface& surface);
 
-  /// Adds all steps that a steered walk could correct; other walks have no such file.
+  /// Adds all steps that a steered walk was able to correct. Other walks have no such file.
   void add(const std::vector<score::StepCorrection>& steps);
 
-  /// Adds a further small file, listed in the manifest.
+  /// Adds another small file, which the manifest lists.
   void add(const std::string& name, std::string_view text);
 
-  /// Closes all files and writes the manifest. Readers reject folders without one as unfinished.
+  /// Closes all files and writes the manifest. Readers reject folders without a manifest as unfinished.
   void finish();
 
  private:
@@ -82,8 +83,8 @@ class RecordingWriter {
   std::unique_ptr<Files> files_;
 };
 
-/// Reads a recording's observations one after another, never its truth. Throws FileError with file, line and
-/// column of missing, truncated, edited or malformed data.
+/// Reads a recording's observations one after another, never its truth. For missing, truncated, edited or
+/// malformed data, throws FileError with file, line and column.
 class RecordingReader {
  public:
   explicit RecordingReader(const fs::path& folder);
@@ -92,11 +93,11 @@ class RecordingReader {
 
   const RecordingSetup& setup() const;
   /// Returns the next observation, or nothing after the last. Images and points of rig sensors are checked
-  /// against the manifest, but left out if `wants` is false for the sensor (RigReading::sensor).
+  /// against the manifest. They are left out if `wants` is false for the sensor (RigReading::sensor).
   std::optional<slam::Observation> next(const std::function<bool(int)>& wants = {});
   /// Returns the progress of next(), 0 to 1.
   double part() const;
-  /// Returns one hash for the whole recording.
+  /// Returns a single hash for the whole recording.
   const std::string& hash() const;
 
  private:
@@ -107,20 +108,20 @@ class RecordingReader {
 /// Ground truth of a run, for the score.
 struct Truth {
   std::vector<files::TimedPose> camera, waist, waist_plan;  ///< X_WC, X_WB, X_PB at the frames
-  /// The point in C of the positions in `camera`; absent if `camera` has poses.
+  /// The point in C whose positions are in `camera`; absent if `camera` has poses.
   std::optional<Eigen::Vector3d> positions_of = {};
   std::vector<TrueFeet> feet;
   std::vector<score::TrueForce> forces;
   std::vector<score::Surface> surfaces;
   std::vector<files::TimedPose> waist_desired;         ///< commanded X_WB; empty unless the walk was steered
-  std::vector<score::StepCorrection> corrected_steps;  ///< likewise
+  std::vector<score::StepCorrection> corrected_steps;  ///< empty unless the walk was steered
 };
 
 /// Reads the truth of a recording, after the filter has finished. Throws FileError as RecordingReader does.
 Truth read_truth(const fs::path& folder);
 
-/// The observations that a live run or a replay gives the filter, bit for bit. Throws as RecordingReader and
-/// SensorErrors do.
+/// Reads the observations that a live run or a replay gives the filter, bit for bit. Throws whatever
+/// RecordingReader and SensorErrors throw.
 class FilterInput {
  public:
   FilterInput(const fs::path& recording, const sensor_errors::ErrorOptions& errors, std::uint64_t seed)
@@ -129,7 +130,7 @@ class FilterInput {
   const RecordingSetup& setup() const { return reader_.setup(); }
   /// Returns the next observation in the order of arrival, or nothing after the last.
   std::optional<slam::Observation> next();
-  /// Returns next() without observations that the filter rejects because their stamps do not rise.
+  /// Returns next(), skipping observations that the filter rejects because their stamps do not increase.
   std::optional<slam::Observation> next_in_order();
   /// Returns the progress of reading, 0 to 1.
   double part() const { return reader_.part(); }

@@ -13,7 +13,7 @@ using recording_format::kSupport;
 
 namespace {
 
-constexpr double kLargestReading = 1e7;  // rad/s, m/s^2: ten times the largest spike that a scenario may have
+constexpr double kLargestReading = 1e7;  // rad/s, m/s^2: ten times the largest spike allowed in a scenario
 
 Eigen::Vector3d reading(const files::CsvReader& row, const std::vector<files::Column>& columns,
                         const char* sensor, const char* unit) {

@@ -1,4 +1,4 @@
-// The format of a recording's files, for its writer and its readers: names, column titles and rows.
+// The format of a recording's files, shared by its writer and its readers: names, column titles and rows.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,11 +11,11 @@
 
 namespace sim::recording {
 
-/// The rows of a file, one after another, with stamps from 0 to 9e18 ns that rise from row to row. All
+/// The rows of a file, one after another, with stamps from 0 to 9e18 ns that increase from row to row. All
 /// members throw FileError.
 class StampedRows {
  public:
-  /// epoch: offset of the stamps in the file from those that stamp() returns. columns, unit: of the stamps.
+  /// epoch: the file's stamps minus those that stamp() returns. columns, unit: of the stamps.
   explicit StampedRows(files::CsvReader csv, slam::Stamp epoch = slam::Stamp{0},
                        const files::StampColumns& columns = {},
                        const files::TimeUnit& unit = files::kNanoseconds)
@@ -38,19 +38,19 @@ class StampedRows {
   std::optional<slam::Stamp> stamp_;
 };
 
-/// The robot's own knowledge of its motion at a frame, folder mav0/<name>. The folder has rows for the frames
-/// that have it, and no data.csv if none has.
+/// What the robot itself knows about its motion at a frame, in the folder mav0/<name>. The folder has rows
+/// for the frames that have this motion, and no data.csv if there are none.
 struct MotionSource {
-  std::string name, comment;  ///< comment: of sensor.yaml
-  std::string header;         ///< of data.csv
+  std::string name, comment;  ///< comment: for sensor.yaml
+  std::string header;         ///< header of data.csv
   bool (*in)(const slam::Observation& o);
   std::string (*fields)(
-      const slam::Observation& o);  ///< of a row after its stamp; they read back bit for bit
+      const slam::Observation& o);  ///< fields of a row after its stamp; they read back bit for bit
   /// Reads a row into the observation of its stamp. Throws FileError.
   void (*read)(const files::CsvReader& row, slam::Observation& o);
 };
 
-/// Returns plan0, legs0 and command0. The sensor.yaml of plan0 exists without a plan, too: it has the start.
+/// Returns plan0, legs0 and command0. plan0 has a sensor.yaml even without a plan: it contains the start.
 const std::array<MotionSource, 3>& motion_sources();
 
 /// Returns the fields of a row of kCorrectionColumns, each after a comma.
@@ -62,11 +62,11 @@ Eigen::Vector3d angular_rate(const files::CsvReader& row,
 Eigen::Vector3d acceleration(const files::CsvReader& row,
                              const std::vector<files::Column>& columns = {{4}, {5}, {6}});  ///< m/s²
 
-/// How the readings of a kind of further sensor are recorded.
+/// How the readings of one kind of rig sensor are recorded.
 struct RigFormat {
-  std::string_view type, comment;  ///< of sensor.yaml
-  std::string_view ending;         ///< of a reading's file in data/; none: the rows have the readings
-  int image_type = -1;             ///< of OpenCV
+  std::string_view type, comment;  ///< for sensor.yaml
+  std::string_view ending;         ///< of a reading's file in data/; empty: the rows have the readings
+  int image_type = -1;             ///< OpenCV type
   std::string_view image_name = {};
 };
 const RigFormat& format_of(rig::Kind kind);
@@ -74,28 +74,28 @@ const RigFormat& format_of(rig::Kind kind);
 /// Returns the head camera as a sensor of the rig.
 rig::RigSensor head_camera(const RecordingSetup& setup);
 
-/// Returns the points of a sweep as records of 20 bytes, little-endian: x, y, z (m) and intensity as float32,
-/// the time since the sweep's stamp (ns) as int32.
+/// Returns the points of a sweep as little-endian records of 20 bytes: x, y, z (m) and intensity as float32,
+/// and the time since the sweep's stamp (ns) as int32.
 std::string lidar_bytes(const std::vector<slam::LidarPoint>& points);
 /// Returns the points of lidar_bytes(). Throws FileError if a record is incomplete or a number not finite.
 std::vector<slam::LidarPoint> read_lidar(const fs::path& file, std::string_view bytes);
 
-/// Reads the image or the points of a camera's or lidar's reading from the file of that name. Throws
-/// FileError unless it matches the folder's manifest, and an image the sensor's size.
+/// Reads the image or the points of a camera's or lidar's reading from the file with that name. Throws
+/// FileError unless the file matches the folder's manifest and an image has the sensor's size.
 slam::RigReading read_rig_file(const fs::path& folder, const Manifest& manifest, const rig::RigSensor& sensor,
                                const std::string& name);
 
-/// A sensor of the body, folder mav0/<name>.
+/// A sensor of the robot's body, in the folder mav0/<name>.
 struct BodySensor {
   std::string name;
-  std::string type, comment;                                       ///< of sensor.yaml
-  std::string (*yaml)(const std::vector<std::string>& joints);     ///< further lines of sensor.yaml
+  std::string type, comment;                                       ///< for sensor.yaml
+  std::string (*yaml)(const std::vector<std::string>& joints);     ///< more lines of sensor.yaml
   std::string (*columns)(const std::vector<std::string>& joints);  ///< titles of data.csv, each after a comma
   std::string (*values)(const BodyReading& reading);               ///< fields of a row, each after a comma
-  void (*read)(const files::CsvReader& row, BodyReading& reading);  ///< sets them
+  void (*read)(const files::CsvReader& row, BodyReading& reading);  ///< sets these values
 };
 
-/// Returns all of them, in the order of the manifest.
+/// Returns all body sensors, in the order of the manifest.
 const std::vector<BodySensor>& body_sensors();
 
 }  // namespace sim::recording
@@ -103,11 +103,11 @@ const std::vector<BodySensor>& body_sensors();
 namespace sim::recording::recording_format {
 
 inline const std::string kBody = "mav0/body.yaml";
-/// The sensor that is the true motion of the chest IMU.
+/// The name of the sensor whose readings are the true motion of the chest IMU.
 inline const std::string kMotion = "state_groundtruth_estimate0";
 inline const std::string kFrames = "frames.csv";
 
-/// Returns the name of a file of a sensor: of cam0, imu0, plan0, the body or the rig.
+/// Returns the name of a sensor's file, for cam0, imu0, plan0, the body or the rig.
 inline std::string sensor_file(const std::string& sensor) { return "mav0/" + sensor + "/sensor.yaml"; }
 inline std::string sensor_rows(const std::string& sensor) { return "mav0/" + sensor + "/data.csv"; }
 inline std::string sensor_data(const std::string& sensor) { return "mav0/" + sensor + "/data/"; }
@@ -129,7 +129,7 @@ inline const std::string kMotionHeader =
     "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z [], "
     "v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1], b_w_RS_S_y [rad s^-1], "
     "b_w_RS_S_z [rad s^-1], b_a_RS_S_x [m s^-2], b_a_RS_S_y [m s^-2], b_a_RS_S_z [m s^-2]";
-/// A file of the truth and the titles of its columns.
+/// A truth file and the titles of its columns.
 struct Table {
   std::string file, header;
 };
@@ -151,10 +151,10 @@ inline const std::string kTorques = "truth/torques.csv";
 inline const Table kSurfaces{"truth/surfaces.csv",
                              "#kind," + files::pose_columns("WS") + ",size_1 [m],size_2 [m],size_3 [m]"};
 
-/// slam::Support in words, in the order of its values.
+/// The words for slam::Support, in the order of its values.
 inline const std::array<std::string, 3> kSupport{"both", "left", "right"};
 
-/// score::Surface::Kind in words, in the order of its values.
+/// The words for score::Surface::Kind, in the order of its values.
 inline const std::array<std::string, 7> kSurfaceKinds{"plane",     "box",     "sphere",  "cylinder",
                                                       "ellipsoid", "capsule", "triangle"};
 

@@ -31,7 +31,7 @@ TrueFoot read_foot(const files::CsvReader& row, std::size_t first) {
           row.vector(first + 8)};
 }
 
-// Steps are decided at least a tick apart; the time is that of the decision.
+// Steps are decided at least a tick apart; their time is that of the decision.
 std::vector<score::StepCorrection> read_corrected_steps(const Manifest& manifest) {
   std::vector<score::StepCorrection> steps;
   StampedRows rows = rows_of(manifest, kCorrectedSteps.file, {kCorrectedSteps.header});
@@ -58,10 +58,10 @@ std::vector<score::Surface> read_surfaces(const Manifest& manifest) {
 
 constexpr const char* kNoFrame = "no frame of frames.csv has this stamp";
 
-// The rows of a sensor, which may have its readings in files.
+// The rows of a sensor, whose readings may be in files.
 class SensorRows {
  public:
-  /// begin: of an IMU, start of the first interval; known only if there are readings.
+  /// begin: for an IMU, the start of the first interval; known only if there are readings.
   SensorRows(const Manifest& manifest, const fs::path& folder, const std::string& sensor, bool is_imu,
              std::optional<slam::Stamp> begin)
       : rows_(rows_of(manifest, sensor_rows(sensor), {is_imu ? kImuHeader : kRigHeader})),
@@ -71,12 +71,13 @@ class SensorRows {
       throw files::FileError(folder / sensor_file(sensor), "has no key first_interval_begins_ns");
   }
 
-  /// Calls take(reading, name of its file) for the readings of the frame at t. Throws for earlier frames.
+  /// Calls take(reading, name of its file) for the readings of the frame at t. Throws if a row has an earlier
+  /// frame.
   void read_frame(slam::Stamp t, auto&& take) {
     for (; rows_.stamp() && (is_imu_ ? *rows_.stamp() <= t : frame() == t); rows_.advance()) {
       slam::RigReading reading;
       reading.t = *rows_.stamp();
-      if (is_imu_) {  // successive readings adjoin
+      if (is_imu_) {  // readings are contiguous
         reading.begin = std::exchange(end_, reading.t);
         if (end_ <= reading.begin) rows_.row().fail(0, "the interval ends before its start");
         reading.gyro = angular_rate(rows_.row()), reading.accelerometer = acceleration(rows_.row());
@@ -86,7 +87,7 @@ class SensorRows {
     if (!is_imu_ && rows_.stamp() && frame() < t) rows_.row().fail(2, kNoFrame);
   }
 
-  /// At the end: throws if rows are left.
+  /// Throws if rows are left at the end.
   void refuse_rest() const {
     if (rows_.stamp()) rows_.row().fail(is_imu_ ? 0 : 2, kNoFrame);
   }
@@ -99,7 +100,7 @@ class SensorRows {
   }
   StampedRows rows_;
   bool is_imu_;
-  slam::Stamp end_;  // of the last reading
+  slam::Stamp end_;  // end of the last reading
 };
 
 }  // namespace
@@ -124,7 +125,7 @@ struct RecordingReader::Files {
   explicit Files(const fs::path& folder_) : folder(folder_) {
     manifest.check_sizes();
     for (const std::string& name : {sensor_file(kMotion), sensor_rows(kMotion)})
-      manifest.check(name);  // for others
+      manifest.check(name);  // for other readers
     setup.joints = read_joints(yaml(sensor_file(body_sensors()[0].name)));
     for (const BodySensor& sensor : body_sensors()) {
       manifest.check(sensor_file(sensor.name));
@@ -172,7 +173,7 @@ struct RecordingReader::Files {
     return {folder / name, manifest.read(name, files::kMostOfYaml)};
   }
 
-  // The rows of all sensors of the body have the same stamps.
+  // The rows of all body sensors have the same stamps.
   void add_body(slam::Observation& observation) {
     while (body[0].stamp() && *body[0].stamp() < observation.t) {
       BodyReading& reading = observation.body.emplace_back();
@@ -187,7 +188,7 @@ struct RecordingReader::Files {
     }
   }
 
-  /// Throws if a row of the frames' own files has a stamp before t: then it is not in frames.csv.
+  /// Throws if a row in the frames' own files has a stamp before t, because then it is not in frames.csv.
   void refuse_rows_before(slam::Stamp t) const {
     const auto refuse = [t](const StampedRows& rows) {
       if (rows.stamp() && *rows.stamp() < t) rows.row().fail(0, kNoFrame);

@@ -18,8 +18,8 @@ void require(bool holds, const std::string& what) {
 fs::path made_folder(const fs::path& folder) {
   std::error_code error;
   if (fs::create_directories(folder, error)) return folder;
-  if (error) files::fail_by_errno(folder, "cannot be made", error.value());
-  throw files::FileError(folder, "exists already");
+  if (error) files::fail_by_errno(folder, "cannot be created", error.value());
+  throw files::FileError(folder, "already exists");
 }
 
 files::HashedFile new_file(const fs::path& file) {
@@ -34,27 +34,28 @@ struct Rows {
     if (!header.empty()) file.write(header + "\n");
   }
   Rows(const fs::path& folder, const Table& table) : Rows(folder, table.file, table.header) {}
-  /// A row of that stamp; `fields` has a comma before each.
+  /// Adds a row with that stamp. Each of the `fields` is preceded by a comma.
   void add(slam::Stamp t, const std::string& fields) {
-    require(!last || t > *last, "the stamps of " + name + " do not rise");
+    require(!last || t > *last, "the stamps of " + name + " do not increase");
     file.write(fmt::format("{}{}\n", file_stamp(t), fields));
     last = t;
   }
-  /// A reading of an IMU, which adjoins the one before. (after, until]: the time of its observation.
+  /// Adds a reading of an IMU, which starts where the previous one ended. (after, until]: the time of its
+  /// observation.
   void add_inertial(slam::Stamp from, slam::Stamp to, const Eigen::Vector3d& gyro,
                     const Eigen::Vector3d& accelerometer, std::optional<slam::Stamp> after,
                     slam::Stamp until) {
     if (!begin) begin = from;
-    require(from == last.value_or(from) && to > from, "inertial readings do not chain");
-    require(to <= until && (!after || to > *after), "an inertial reading is not of its frame");
+    require(from == last.value_or(from) && to > from, "inertial readings are not contiguous");
+    require(to <= until && (!after || to > *after), "an inertial reading is not within its frame's time");
     add(to, "," + files::csv_fields(gyro) + "," + files::csv_fields(accelerometer));
   }
   std::string name;
   files::HashedFile file;
-  std::optional<slam::Stamp> last, begin;  // begin: of the first reading of an IMU
+  std::optional<slam::Stamp> last, begin;  // begin: of an IMU's first reading
 };
 
-/// The truth; desired_waist: only of a steered walk. torques: from the first ones on.
+/// The truth. desired_waist: only for a steered walk. torques: only once there are some.
 struct TruthRows {
   explicit TruthRows(const fs::path& folder)
       : camera(folder, kTrueCamera),
@@ -94,7 +95,7 @@ struct RecordingWriter::Files {
     manifest.add(name, file.hash());
   }
 
-  /// Writes the image or the points of a reading. Returns the name of their file.
+  /// Writes the image or the points of a reading. Returns the file's name.
   std::string write_reading(const rig::RigSensor& sensor, const slam::RigReading& reading,
                             std::string_view png) {
     const RigFormat& format = format_of(sensor.kind);
@@ -117,7 +118,7 @@ struct RecordingWriter::Files {
       const auto index = static_cast<std::size_t>(reading.sensor);
       require(index < rig.size(), fmt::format("the rig has no sensor {}", reading.sensor));
       require(i == 0 || ideal.rig[i - 1].sensor <= reading.sensor,
-              "the readings of the rig are not in the order of its sensors");
+              "the rig's readings are not in the order of its sensors");
       const rig::RigSensor& sensor = setup.rig[index];
       if (sensor.kind == rig::Kind::imu) {
         rig[index].add_inertial(reading.begin, reading.t, reading.gyro, reading.accelerometer, before,
@@ -139,7 +140,7 @@ struct RecordingWriter::Files {
   }
 
   void add_inertial(const slam::Observation& ideal, std::optional<slam::Stamp> before) {
-    require(ideal.accelerometer.size() == ideal.gyro.size(), "gyro and accelerometer differ in number");
+    require(ideal.accelerometer.size() == ideal.gyro.size(), "gyro and accelerometer counts differ");
     for (std::size_t i = 0; i < ideal.gyro.size(); ++i) {
       const slam::InertialSample& gyro = ideal.gyro[i];
       imu.add_inertial(gyro.begin, gyro.end, gyro.value, ideal.accelerometer[i].value, before, ideal.t);

@@ -18,7 +18,7 @@ using files::fail, files::Yaml;
 // OpenCV's reader requires this directive on the first line.
 constexpr const char* kDirective = "%YAML:1.0";
 constexpr double kLeastRate = 1e-3, kLargestRate = 1e6;  // Hz
-constexpr int kLeastSide = 32, kLargestSide = 8192;      // px of a camera: its images fit into memory
+constexpr int kLeastSide = 32, kLargestSide = 8192;      // px of a camera, so that its images fit into memory
 /// In the order of slam::Lens.
 constexpr std::array<std::string_view, 3> kLenses{"one-parameter-radial", "radial-tangential", "equidistant"};
 
@@ -35,8 +35,8 @@ std::string head(const std::string& type, const std::string& comment) {
   return fmt::format("{}\nsensor_type: {}\ncomment: \"{}\"\n", kDirective, type, comment);
 }
 
-// Half a unit of the fourth digit in each number moves the residual of a rotation by up to 3e-4, and that of
-// two such poses by up to 3e-4 and 3.3e-4 m + 1.5e-4 of their translation.
+// Half a unit of the fourth digit in each number moves the residual of a rotation by up to 3e-4, and the
+// residual of two such poses by up to 3e-4 and 3.3e-4 m + 1.5e-4 of their translation.
 constexpr double kFewDigits = 3.1e-4;
 bool agree(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.matrix() - b.matrix()).norm() <= 5e-4 * (1 + a.translation().norm());
@@ -47,7 +47,7 @@ class SensorFile {
  public:
   explicit SensorFile(const YamlFile& file)
       : name_(file.name), root_(parse_yaml(file.text, {file.name.string()}, files::YamlWriter::other)) {
-    for (const char* chain : {"cam0", "imu0"})  // of kalibr, which knows several sensors
+    for (const char* chain : {"cam0", "imu0"})  // kalibr files have several sensors
       if (const Yaml* const first = root_.find(chain); first && first->is_map()) {
         root_ = Yaml(*first);
         break;
@@ -68,15 +68,15 @@ class SensorFile {
     throw files::FileError(name_, "has no key " + key);
   }
 
-  /// The one of two names of a key that is given; as numbers, both must be the same.
+  /// Returns which of two names of a key is used; if both are, their numbers must be the same.
   std::string either(const char* key, const char* other) const {
     const Yaml *const first = find(key), *const second = find(other);
     if (first && second && (first->is_list() ? numbers(key) != numbers(other) : number(key) != number(other)))
-      fail(*second, other, "contradicts {} in line {}, expected one of both", key, first->origin.line);
+      fail(*second, other, "contradicts {} on line {}, expected only one of them", key, first->origin.line);
     return second && !first ? other : key;
   }
 
-  /// The keys that were neither asked for nor are known to say nothing more.
+  /// Returns the keys that nobody asked for, except those known to be irrelevant.
   std::vector<std::string> others() const {
     static const std::set<std::string> kKnown{"sensor_type", "comment", "rostopic", "cam_overlaps"};
     std::vector<std::string> keys;
@@ -102,7 +102,8 @@ class SensorFile {
     return names;
   }
 
-  /// From 16 numbers in `data`, a list of them, or four rows. A rotation of few digits is made orthonormal.
+  /// Reads 16 numbers in `data`, a list of them, or four rows. A rotation with few digits is made
+  /// orthonormal.
   Eigen::Isometry3d pose(const std::string& key) const {
     const Yaml &node = at(key), *const data = node.is_map() ? node.find("data") : &node;
     if (!data || !data->is_list()) fail(node, key, "expected a matrix");
@@ -120,7 +121,8 @@ class SensorFile {
     return X;
   }
 
-  /// The pose of a key, or the inverse of its inverse's; absent without either. Both must agree.
+  /// Returns the pose of a key, or the inverse of the pose of `inverse`; nothing if both are missing. If both
+  /// are there, they must agree.
   std::optional<Eigen::Isometry3d> pose(const std::string& key, const std::string& inverse) const {
     const Yaml *const stated = find(key), *const other = find(inverse);
     if (!other) return stated ? std::optional(pose(key)) : std::nullopt;
@@ -129,7 +131,7 @@ class SensorFile {
     const Eigen::Isometry3d own = pose(key);
     if (!agree(own, X))
       fail(*other, inverse,
-           "is not the inverse of {} in line {}: the rotations differ by {:.2g} deg, the positions "
+           "is not the inverse of {} on line {}: the rotations differ by {:.2g} deg, the positions "
            "by {:.2g} m; expected two that agree, or one",
            key, stated->origin.line,
            180 / M_PI * Eigen::AngleAxisd(own.linear().transpose() * X.linear()).angle(),
@@ -159,7 +161,8 @@ class SensorFile {
   mutable std::set<std::string> asked_;
 };
 
-/// The names of distortion models, each with the kind of lens; those without coefficients have none.
+/// The names of distortion models, each with the kind of its lens; a name may stand for a lens without
+/// coefficients.
 enum class LensKind { one_parameter_radial, radial_tangential, equidistant, none };
 constexpr std::pair<std::string_view, LensKind> kLensNames[]{{kLenses[0], LensKind::one_parameter_radial},
                                                              {kLenses[1], LensKind::radial_tangential},
@@ -186,7 +189,7 @@ std::optional<LensKind> lens_named(std::string_view name) {
   return std::nullopt;
 }
 
-// By camera_model (a pinhole, or a name of its lens) and distortion_model.
+// Decides by camera_model (a pinhole, or the name of a lens) and distortion_model.
 LensKind read_lens_kind(const SensorFile& file) {
   const Yaml *const model = file.find("camera_model"), *const distortion = file.find("distortion_model");
   std::optional<LensKind> kind;
@@ -207,7 +210,7 @@ LensKind read_lens_kind(const SensorFile& file) {
   return *kind;
 }
 
-// A fifth coefficient of 0 is read, like any number of zeros without distortion.
+// A fifth coefficient is accepted if it is 0; so is any number of zeros without distortion.
 slam::Lens read_lens(const SensorFile& file) {
   const LensKind kind = read_lens_kind(file);
   const std::string key = file.either("distortion_coefficients", "distortion_coeffs");
@@ -216,13 +219,12 @@ slam::Lens read_lens(const SensorFile& file) {
   if (kind != LensKind::none || (file.find(key) && file.at(key).kind != Yaml::Kind::empty))
     k = file.numbers(key);
   const std::size_t count = kind == LensKind::none ? 0 : 4;
-  if (k.size() < count || k.size() > 5) fail(file.at(key), key, "expected 4 numbers, or a fifth that is 0");
+  if (k.size() < count || k.size() > 5) fail(file.at(key), key, "expected 4 numbers, or a 0 after them");
   for (std::size_t i = count; i < k.size(); ++i)
     if (k[i] != 0)
       fail(file.at(key).items[i], key,
-           count == 0
-               ? fmt::format("found {}, expected 0 without a distortion_model", k[i])
-               : fmt::format("coefficient 5 is {}, expected 0: lenses of 4 coefficients are read", k[i]));
+           count == 0 ? fmt::format("found {}, expected 0 without a distortion_model", k[i])
+                      : fmt::format("coefficient 5 is {}, expected 0: only 4 coefficients are read", k[i]));
   if (kind == LensKind::none) return slam::RadialTangential{};
   if (kind == LensKind::equidistant) return slam::Equidistant{k[0], k[1], k[2], k[3]};
   return slam::RadialTangential{k[0], k[1], k[2], k[3]};
@@ -247,7 +249,7 @@ slam::CameraIntrinsics read_intrinsics(const SensorFile& file) {
                                       values[2],          values[3],          lens};
   try {
     slam::Camera{camera};
-  } catch (const std::invalid_argument& error) {  // the filter rejects it
+  } catch (const std::invalid_argument& error) {  // the filter rejects the camera
     throw files::FileError(file.name(), error.what());
   }
   return camera;
@@ -266,7 +268,7 @@ std::optional<slam::Stamp> read_first_interval(const SensorFile& file) {
   return slam::Stamp(*ns) - kEpoch;
 }
 
-// Calls take(key, number) for the numbers of an IMU's noise.
+// Calls take(key, number) for each noise number of an IMU.
 void each_density(auto& noise, auto&& take) {
   take("gyroscope_noise_density", noise.gyro_density);
   take("gyroscope_random_walk", noise.gyro_walk);
@@ -274,10 +276,9 @@ void each_density(auto& noise, auto&& take) {
   take("accelerometer_random_walk", noise.accelerometer_walk);
 }
 
-constexpr double kLargest = 1e6;  // of a sensor's numbers; rates have their own limits
+constexpr double kLargest = 1e6;  // for a sensor's numbers; rates have their own limits
 
-// Calls take(key, number, lowest = 0, highest = kLargest) for the numbers that a further sensor of its kind
-// has.
+// Calls take(key, number, lowest = 0, highest = kLargest) for each number that this kind of rig sensor has.
 void each_number(auto& sensor, auto&& take) {
   using rig::Kind;
   take("rate_hz", sensor.rate_hz);

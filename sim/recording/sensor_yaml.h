@@ -1,11 +1,11 @@
-// The sensor.yaml files of a recording: mounting of the sensors and intrinsics of the cameras.
+// The sensor.yaml files of a recording: where sensors are mounted, and intrinsics of the cameras.
 #pragma once
 
 #include "sim/recording/recording_format.h"
 
 namespace sim::recording {
 
-/// White noise per root hertz and random walk of the bias, as calibration files state them.
+/// White noise per root hertz and random walk of the bias, as stated in calibration files.
 struct ImuNoise {
   double gyro_density = 0;           ///< rad/s/√Hz
   double gyro_walk = 0;              ///< rad/s²/√Hz
@@ -13,7 +13,7 @@ struct ImuNoise {
   double accelerometer_walk = 0;     ///< m/s³/√Hz
 };
 
-/// Returns the file of cam0: body frame = chest IMU G, so T_BS = X_GC; the filter uses T_SB = X_CG.
+/// Returns the file of cam0. The body frame is the chest IMU G, so T_BS = X_GC; the filter uses T_SB = X_CG.
 /// distortion_model: one-parameter-radial (u_d = u_0 + u_c / sqrt(1 + 2 k1 |u_c|²), u_c = (fu x/z, fv y/z),
 /// Swaminathan & Nayar 1999), radial-tangential or equidistant.
 std::string camera_yaml(const slam::Calibration& calibration, double rate_hz);
@@ -23,14 +23,15 @@ std::string imu_yaml(const std::string& comment, const Eigen::Isometry3d& X_BS, 
 std::string body_sensor_yaml(const BodySensor& sensor, const RecordingSetup& setup);
 std::string motion_source_yaml(const MotionSource& source, const RecordingSetup& setup);
 std::string motion_yaml();
-/// Returns the file of the body, which lists the further sensors, if there are any.
+/// Returns the body's file, which lists the further sensors, if any.
 std::string body_yaml(const std::vector<rig::RigSensor>& rig = {});
-/// Returns the file of a further sensor: all of RigSensor. begin: of an IMU, start of the first interval.
+/// Returns the file of a further sensor with everything in RigSensor. begin: for an IMU, start of the first
+/// interval.
 std::string rig_sensor_yaml(const rig::RigSensor& sensor, const slam::Calibration& calibration,
                             std::optional<slam::Stamp> begin = {});
 
-/// The name of a file and its text; the readers throw FileError, also if two keys contradict each other.
-/// Matrices are maps with 16 numbers in `data`, lists of 16 numbers, or four rows; four digits suffice.
+/// A file's name and text. Its readers throw FileError, also if two keys contradict each other. Matrices are
+/// maps with 16 numbers in `data`, lists of 16 numbers, or four rows; four digits suffice.
 struct YamlFile {
   fs::path name;
   std::string text;
@@ -38,27 +39,27 @@ struct YamlFile {
 
 /// Values of a camera's file besides the calibration.
 struct StatedCamera {
-  std::optional<double> rate_hz;          ///< absent only in files of kalibr
-  double timeshift_s = 0;                 ///< timeshift_cam_imu: stamps of the IMU minus those of the camera
-  std::optional<Eigen::Isometry3d> X_SB;  ///< the body in the camera (T_SB, T_BS)
-  std::optional<Eigen::Isometry3d> X_SI;  ///< the IMU in the camera (T_cam_imu, T_imu_cam)
-  std::vector<std::string> unread;        ///< keys
+  std::optional<double> rate_hz;          ///< absent only in kalibr files
+  double timeshift_s = 0;                 ///< timeshift_cam_imu: the IMU's stamps minus the camera's
+  std::optional<Eigen::Isometry3d> X_SB;  ///< the body in the camera's frame (T_SB, T_BS)
+  std::optional<Eigen::Isometry3d> X_SI;  ///< the IMU in the camera's frame (T_cam_imu, T_imu_cam)
+  std::vector<std::string> unread;        ///< ignored keys
 };
-/// Reads a sensor.yaml, or the cam0 of a camchain of kalibr. X_CG of the calibration is X_SB, else X_SI.
+/// Reads a sensor.yaml, or cam0 of a kalibr camchain. The calibration's X_CG is X_SB, else X_SI.
 StatedCamera read_camera_yaml(const YamlFile& file, RecordingSetup& setup);
-/// An IMU: its mounting on the body and its stated noise, zero if not stated.
+/// An IMU: its mounting on the body and its stated noise (zero if not stated).
 struct StatedImu {
   Eigen::Isometry3d X_BS = Eigen::Isometry3d::Identity();
   ImuNoise noise;
   double rate_hz = 0;
   std::optional<slam::Stamp> begin;  ///< start of the first interval
-  std::vector<std::string> unread;   ///< keys
+  std::vector<std::string> unread;   ///< ignored keys
 };
-/// Reads a sensor.yaml, or the IMU's file of kalibr, which has update_rate and no T_BS.
+/// Reads a sensor.yaml, or kalibr's IMU file, which has update_rate and no T_BS.
 StatedImu read_imu_yaml(const YamlFile& file);
-/// Reads the pose of a key, or of the key of its inverse.
+/// Reads the pose of a key or of its inverse's key.
 Eigen::Isometry3d read_pose(const YamlFile& file, const std::string& key, const std::string& inverse = {});
-/// Throws FileError if the camera's two poses contradict each other with the mounting of the IMU.
+/// Throws FileError if the camera's two poses do not agree with the mounting of the IMU.
 void require_same_mounting(const fs::path& camera_file, const StatedCamera& camera, const fs::path& imu_file,
                            const StatedImu& imu);
 /// Reads the names of the joints, or of the further sensors.

@@ -9,7 +9,7 @@ using nlohmann::ordered_json;
 
 std::string number(const std::optional<double>& value) { return value ? fmt::format("{:.4g}", *value) : "-"; }
 
-// A change, or an end of its confidence interval, in percent of the baseline.
+// Returns a change, or an end of its confidence interval, as a percentage of the baseline.
 std::string percent(double change, double baseline) {
   const double part = 100 * change / std::abs(baseline);
   return std::abs(part) < 9.95 ? fmt::format("{:+.1f}", part) : fmt::format("{:+.0f}", part);
@@ -21,7 +21,7 @@ std::string band_text(const MetricVerdict& metric) {
                      percent(metric.band->second, *metric.baseline));
 }
 
-// " m", or nothing for a count or a ratio.
+// Returns " m", or nothing for a count or a ratio.
 std::string unit_of(const std::string& metric) {
   const score::MetricDefinition* defined = score::find_metric(metric);
   return defined && defined->unit != "1" ? " " + defined->unit : "";
@@ -36,7 +36,7 @@ std::string tolerance_text(const Gate& gate) {
   return gate.percent == 0 ? absolute : percents + " or " + absolute;
 }
 
-// "+27 %"; the change itself if the baseline is 0; "-" without a change.
+// "+27 %"; the change itself if the baseline is 0; "-" if there is no change.
 std::string change_text(const MetricVerdict& metric) {
   if (!metric.change) return "-";
   if (*metric.change == 0) return "0 %";
@@ -72,7 +72,7 @@ std::string repro(const ScenarioVerdict& scenario, std::optional<std::uint64_t> 
   return seed && scenario.repro ? scenario.repro(*seed) : "";
 }
 
-// How a row counts, for the exit code and in each format.
+// How a row counts in the exit code and in each format.
 enum class Count { passed, skipped, undecided, failed, run_failed };
 
 Count count_of(Verdict verdict) {
@@ -92,7 +92,7 @@ bool passes(Count count, bool allow_undecided) {
 
 Paint paint_of(Count count) { return count < Count::undecided ? Paint::good : Paint::bad; }
 
-// worst: the seeds that failing rows of a scenario name, in the order of the rows.
+// worst: the seeds named in failing rows of a scenario, in the order of the rows.
 std::string worst_seed(std::uint64_t seed, std::vector<std::uint64_t>& worst) {
   if (std::ranges::find(worst, seed) == worst.end()) worst.push_back(seed);
   return fmt::format("worst seed {}", seed);
@@ -155,7 +155,7 @@ std::string xml(std::string_view text) {
       text, {{'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}, {'\n', "&#10;"}, {'\t', "&#9;"}});
 }
 
-// The comparison without what a terminal obeys or XML forbids: names, reasons and commands may be anything.
+// Removes what terminals obey or XML forbids from a comparison: names, reasons and commands may be anything.
 Comparison sanitized(Comparison comparison) {
   const auto clean = [](std::string& text) { text = files::sanitize(text); };
   clean(comparison.title);
@@ -173,7 +173,7 @@ Comparison sanitized(Comparison comparison) {
   return comparison;
 }
 
-// Text of a Markdown table: no character of it is markup.
+// Returns text for a Markdown table in which no character is markup.
 std::string cell(std::string_view text) {
   return replaced(text, {{'\\', "\\\\"},
                          {'|', "\\|"},
@@ -187,7 +187,8 @@ std::string cell(std::string_view text) {
                          {'\t', " "}});
 }
 
-// The same as code. Only the separator of cells can be escaped there, and only after no other backslash.
+// Returns the same as code. There, only the cell separator can be escaped, and only if no backslash precedes
+// it.
 std::string code(std::string_view text) {
   std::string out = replaced(text, {{'`', "'"}, {'\n', " "}, {'\t', " "}});
   for (std::size_t at = 0; (at = out.find('|', at)) != out.npos;) {
@@ -198,7 +199,7 @@ std::string code(std::string_view text) {
   return "`" + out + "`";
 }
 
-// A row of either kind. details: the command that repeats the run, last lines of failed ones.
+// A row of either kind. details: the command that repeats the run, and the last lines of failed runs.
 struct Line {
   std::string name, message, details, verdict;
   Count count = Count::failed;

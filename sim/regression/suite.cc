@@ -71,7 +71,7 @@ SuiteEntry read_entry(const Yaml& node, const fs::path& folder) {
   return entry;
 }
 
-// An error in `set`, "<argument>:n:column: why", is reported at its place in the suite.
+// Moves an error in `set`, "<argument>:n:column: why", to its place in the suite.
 std::string name_of(const SuiteEntry& entry) {
   try {
     return scenario::read_scenario(entry.file, entry.changes).scenario.name;
@@ -105,7 +105,7 @@ ordered_json of_seeds(const std::vector<result::SeedScore>& seeds, const auto& p
   return all;
 }
 
-// "key": value, a line each.
+// Returns "key": value, one per line.
 std::string lines(const ordered_json& object) {
   std::string text;
   for (const auto& [key, value] : object.items())
@@ -116,7 +116,7 @@ std::string lines(const ordered_json& object) {
 
 std::string print(const ScenarioResults& scenario) {
   const auto& seeds = scenario.seeds;
-  ordered_json metrics = ordered_json::object();  // in the order of the first seed that has them
+  ordered_json metrics = ordered_json::object();  // in the order of the first seed that has each
   for (const result::SeedScore& seed : seeds)
     for (const result::SeedMetric& metric : seed.metrics)
       if (!metrics.contains(metric.name))
@@ -154,7 +154,7 @@ ScenarioResults scenario_from(const std::string& name, const files::Json& json) 
 }  // namespace
 
 bool is_suite(const fs::path& file) {
-  if (!fs::is_regular_file(file)) return false;  // a pipe is read once
+  if (!fs::is_regular_file(file)) return false;  // a pipe can be read only once
   const Yaml root = scenario::parse_yaml_file(file);
   return std::ranges::any_of(root.keys, [](const Yaml& key) { return key.text == "scenarios"; });
 }

@@ -17,13 +17,13 @@ std::string ending_text(const result::SeedScore& seed) {
                      seed.cause.empty() ? "" : ": ", seed.cause);
 }
 
-// A metric's values on the seeds that both sides have.
+// A metric's values for the seeds that both sides have.
 struct Values {
   std::vector<std::uint64_t> seeds;
   std::vector<double> baseline, now;
-  std::vector<double> changes, worse_by;  // by how much each seed and its loss increased
-  std::vector<double> lost;               // values of the baseline that have gone
-  std::size_t won = 0;                    // values that only the results have
+  std::vector<double> changes, worse_by;  // by how much each value and its loss increased
+  std::vector<double> lost;               // the baseline's values that are now missing
+  std::size_t won = 0;                    // number of values that only the results have
   std::string why_lost;                   // how the first run without its value ended
   bool identical = true;
 };
@@ -52,8 +52,9 @@ Values values_of(const ScenarioResults& baseline, const ScenarioResults& now, co
   return values;
 }
 
-// The p-value of the change of a mean's distance from the expected value, by t-tests of the jackknife's
-// pseudo-values (Tukey 1958). |a| > |b| is a + b > 0 and a - b > 0: both are tested, as |b| has a kink at 0.
+// The p-value of the change of a mean's distance from the expected value, by t-tests on jackknife
+// pseudo-values (Tukey 1958). |a| > |b| means a + b > 0 and a - b > 0. Both are tested, because |b| has a
+// kink at 0.
 double p_of_means(const Values& values, double expected) {
   using Seed = std::optional<std::size_t>;
   const auto log_ratio = [&](std::vector<double> of, Seed without) {
@@ -76,8 +77,9 @@ double p_of_means(const Values& values, double expected) {
   return p;
 }
 
-// The p-value before Holm; absent with too few seeds. A single run of a consistent filter has a mean NEES
-// from 1.0 to 5.8 where 3 is expected: the mean over seeds is tested, not each run.
+// The p-value before Holm's adjustment; absent if there are too few seeds. With a consistent filter, the mean
+// NEES of a single run is between 1.0 and 5.8 where 3 is expected, so the mean over seeds is tested, not each
+// run.
 std::optional<double> p_of(const Gate& gate, const Values& values) {
   if (values.identical || !values.lost.empty()) return std::nullopt;
   if (tolerated_factor(gate)) {
@@ -88,13 +90,14 @@ std::optional<double> p_of(const Gate& gate, const Values& values) {
   return score::wilcoxon_signed_rank(values.worse_by);
 }
 
-// By how much the loss may grow.
+// How much the loss may grow.
 double tolerance(const Gate& gate, double baseline) {
   if (const auto factor = tolerated_factor(gate)) return std::log(*factor);
   return std::max(gate.absolute, gate.percent / 100 * std::abs(baseline));
 }
 
-// Fills in the numbers and the verdict on a change on v.n > 0 seeds. p: after Holm; absent without a test.
+// Fills in the numbers and the verdict for a change on v.n > 0 seeds. p: after Holm's adjustment; absent
+// without a test.
 void judge_change(MetricVerdict& v, const Values& values, const std::optional<double>& p) {
   const score::Direction direction = score::direction_of(v.gate.metric);
   const bool of_means = tolerated_factor(v.gate).has_value();
@@ -141,7 +144,7 @@ MetricVerdict judge(const Gate& gate, const Values& values, const std::optional<
   } else if (v.n == 0) {
     v.verdict = Verdict::added;
   } else if (values.won > 0) {
-    v.remark = fmt::format("{} got a value that had none before", files::counted(values.won, "seed"));
+    v.remark = fmt::format("{} got a value for the first time", files::counted(values.won, "seed"));
   }
   return v;
 }
@@ -204,7 +207,8 @@ LimitVerdict endings(const scenario::Scenario& scenario, const std::vector<resul
   return verdict;
 }
 
-// The verdict on a limit, with the seed that has the worst value; a missing value is worse than any.
+// Returns the verdict on a limit, with the seed that has the worst value. A missing value is worse than any
+// other.
 LimitVerdict verdict_on(const scenario::MetricLimit& limit, const std::string& observed, LimitState state,
                         const std::vector<result::SeedScore>& seeds) {
   const auto loss = [&](const result::SeedScore& seed) {
@@ -221,7 +225,7 @@ LimitVerdict verdict_on(const scenario::MetricLimit& limit, const std::string& o
 
 LimitState met_if(bool met) { return met ? LimitState::met : LimitState::missed; }
 
-// The verdict on a limit of a metric with an expected value, by its mean. Each seed has a value.
+// Returns the verdict on a limit for a metric with an expected value, from its mean. Each seed has a value.
 LimitVerdict verdict_on_mean(scenario::MetricLimit limit, const std::vector<result::SeedScore>& seeds) {
   limit.aggregate = "mean";
   const std::vector<double> values = result::values_of(limit.metric, seeds);
@@ -322,8 +326,8 @@ std::vector<LimitVerdict> judge_limits(const scenario::Scenario& scenario,
     all.push_back(missed_by_all(scenario, seeds));
     return all;
   }
-  // Too many runs of a consistent filter exceed a limit on NEES or NIS: their mean is judged, from two seeds
-  // on.
+  // Too many runs of a consistent filter exceed a limit on NEES or NIS, so with two or more seeds their mean
+  // is judged.
   const auto judges_mean = [&](const scenario::MetricLimit& limit) {
     return score::direction_of(limit.metric).worst == score::Worst::farthest_from_expected &&
            limit.aggregate.value_or("mean") == "mean" && seeds.size() > 1 &&

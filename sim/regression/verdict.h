@@ -1,5 +1,5 @@
-// Results of a scenario compared with a baseline: a verdict on each gated metric and each limit; verdicts as
-// a table for the terminal, and as JUnit XML, Markdown, JSON and GitHub annotations.
+// Compares a scenario's results with a baseline: a verdict on each gated metric and each limit. Verdicts are
+// given as a table for the terminal and as JUnit XML, Markdown, JSON and GitHub annotations.
 #pragma once
 
 #include <functional>
@@ -11,12 +11,12 @@
 
 namespace sim::regression {
 
-/// Returns the largest growth or shrinkage factor of the ratio of a metric to its expected value
-/// (score::Direction): 1 + the larger of `percent` and of `absolute` in percent of the expected value;
-/// nullopt for other metrics.
+/// Returns the largest factor by which the ratio of a metric to its expected value (score::Direction) may
+/// grow or shrink: 1 + the larger of `percent` and `absolute` in percent of the expected value. Returns
+/// nothing for other metrics.
 std::optional<double> tolerated_factor(const Gate& gate);
 
-inline constexpr std::size_t kSeedsForTest = 8;  ///< of the signed rank test
+inline constexpr std::size_t kSeedsForTest = 8;  ///< needed for the signed rank test
 
 /// identical: the same bits on every seed · same: changed by at most the tolerance · better, fail: changed by
 /// more than the tolerance, and significantly · undecided: changed by more than the tolerance, but possibly
@@ -25,18 +25,18 @@ enum class Verdict { identical, same, better, fail, undecided, added, missing };
 /// Returns "IDENTICAL", ..., "NEW", "MISSING".
 std::string_view word(Verdict verdict);
 
-/// One metric of one scenario: the baseline compared with the results now.
+/// One metric of one scenario: the baseline compared with the current results.
 struct MetricVerdict {
   Gate gate{};
   std::size_t n = 0;                        ///< seeds compared
-  std::optional<double> baseline{}, now{};  ///< medians over them; means of a metric with an expected value
-  std::optional<double> change{};           ///< the median, or mean, of the seeds' changes
-  /// Confidence interval of at least 95 % of that change.
+  std::optional<double> baseline{}, now{};  ///< medians over them, or means if a value is expected
+  std::optional<double> change{};           ///< median or mean of the seeds' changes
+  /// Confidence interval of at least 95 % for that change.
   std::optional<std::pair<double, double>> band{};
-  std::optional<double> p{};  ///< after Holm; absent without a test
+  std::optional<double> p{};  ///< after Holm's adjustment; absent without a test
   Verdict verdict = Verdict::missing;
   std::string remark{};                       ///< the reason in words; may be empty
-  std::optional<std::uint64_t> worst_seed{};  ///< the seed that changed most for the worse
+  std::optional<std::uint64_t> worst_seed{};  ///< the seed that got worse the most
 };
 
 /// undecided: the mean over seeds violates the limit, but its 95 % confidence interval does not.
@@ -47,41 +47,40 @@ std::string word(LimitState state);
 /// A limit of the scenario on each seed, or on a value over all seeds.
 struct LimitVerdict {
   std::string what;      ///< "ate_se3_rmse_m <= 0.1", "loop_closed.mean >= 1", "ending completed"
-  std::string observed;  ///< "9/10": seeds that meet it; or the value over seeds
+  std::string observed;  ///< "9/10": seeds that meet the limit; or the value over seeds
   LimitState state = LimitState::missed;
-  std::optional<std::uint64_t> worst_seed{};  ///< unless it is met
-  std::vector<std::string>
-      failures{};  ///< of each run that failed: "seed 4 fell: CAUSE", then its last lines
+  std::optional<std::uint64_t> worst_seed{};  ///< absent if the limit is met
+  std::vector<std::string> failures{};  ///< for each failed run: "seed 4 fell: CAUSE", then its last lines
 };
 
 struct ScenarioVerdict {
   std::string name;
   std::size_t n_baseline = 0, n_now = 0;  ///< seeds compared, the same number if both sides have any
-  std::size_t other_recordings = 0;       ///< of the pairs, how many recordings differ
-  std::vector<std::string> other_config;  ///< "key: baseline's -> now's"
+  std::size_t other_recordings = 0;       ///< number of pairs with different recordings
+  std::vector<std::string> other_config;  ///< "key: baseline value -> current value"
   std::vector<MetricVerdict> metrics;
   std::vector<LimitVerdict> limits;
   /// The mean fraction of true poses with an estimate, of the baseline and now; absent if unknown.
   std::optional<std::pair<double, double>> coverage{};
-  double wall_s = 0;   ///< of the runs now; 0 if unknown
-  std::string file{};  ///< of the scenario
+  double wall_s = 0;   ///< of the current runs; 0 if unknown
+  std::string file{};  ///< the scenario's file
   /// Returns the command that repeats the run of a seed; may be empty.
   std::function<std::string(std::uint64_t seed)> repro{};
 };
 
-/// Returns "key: baseline's -> now's" for each key that differs.
+/// Returns "key: baseline value -> current value" for each key that differs.
 std::vector<std::string> config_differences(const std::map<std::string, std::string>& baseline,
                                             const std::map<std::string, std::string>& now);
 
-/// Returns verdicts on each gate by the metric's loss (score::loss) on the seeds in common, without limits.
-/// Without any, every gate is added, or missing if nothing was run.
+/// Returns a verdict on each gate by the metric's loss (score::loss) on the common seeds, without limits. If
+/// there are no common seeds, every gate is added, or missing if nothing was run.
 ScenarioVerdict compare(const ScenarioResults& baseline, const ScenarioResults& now,
                         const std::vector<Gate>& gates);
 
-/// Returns verdicts on the allowed endings, the limits on each seed (on the mean for a metric with an
-/// expected value), and those over seeds; leaves out a limit without a value on any seed if the scenario has
-/// no filter. expects_missed: every seed must miss a limit on single seeds instead, as for an estimator too
-/// simple for the scenario.
+/// Returns verdicts on the allowed endings, on the limits for each seed (for a metric with an expected value:
+/// on the mean), and on those over seeds. Leaves out a limit that has no value on any seed if the scenario
+/// has no filter. expects_missed: instead, every seed must miss a limit on single seeds, as for an estimator
+/// too simple for the scenario.
 std::vector<LimitVerdict> judge_limits(const scenario::Scenario& scenario,
                                        const std::vector<result::SeedScore>& seeds,
                                        bool expects_missed = false);
@@ -92,11 +91,11 @@ struct Comparison {
   bool allow_undecided = false;  ///< undecided rows pass
 };
 
-/// Returns 0 if all rows passed, 1 if a metric or limit failed or is undecided and that is not allowed, 3 if
-/// a scenario does not allow a run's ending.
+/// Returns 0 if all rows passed, 1 if a metric or limit failed (or is undecided and that is not allowed), and
+/// 3 if a run ended in a way that its scenario does not allow.
 int exit_code(const Comparison& comparison);
 
-/// Returns a table of 80 columns, with the command that repeats a run once for all its rows. colors: color
+/// Returns a table of 80 columns. The command that repeats a run appears once for all its rows. colors: color
 /// the verdicts for a terminal.
 std::string verdict_table(const Comparison& comparison, bool colors);
 /// Returns JUnit XML with a testcase for each row: an error for failed runs, a failure for other rows that do
@@ -105,8 +104,8 @@ std::string verdict_table(const Comparison& comparison, bool colors);
 std::string junit(const Comparison& comparison);
 /// Returns Markdown tables for a pull request.
 std::string markdown(const Comparison& comparison);
-/// Returns a line `::error file=...,title=...::...` for each row that does not pass, `::warning` if it is
-/// undecided and that is allowed.
+/// Returns a line `::error file=...,title=...::...` for each row that does not pass, or `::warning` if the
+/// row is undecided and that is allowed.
 std::string github_annotations(const Comparison& comparison);
 /// Returns all verdicts with their numbers as JSON.
 std::string verdicts_json(const Comparison& comparison);

@@ -11,7 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kLongest_s = 3600;  // of the command stand
+constexpr double kLongest_s = 3600;  // longest duration of a stand command
 
 // No noise beyond that of the sensors. The walk is required, but unused: its length bounds faults.
 std::string text_of(double duration_s) {
@@ -33,7 +33,7 @@ std::string name_of(const fs::path& folder) {
   return name.empty() ? "recording" : name;
 }
 
-// The IMU noise that the folder states.
+// The IMU noise stated in the folder.
 std::vector<std::string> settings_of(const recording::AslSensors& sensors) {
   std::vector<std::string> settings;
   const auto set = [&](const char* key, double value) {
@@ -56,7 +56,7 @@ std::optional<std::string> why_no_scale(const slam::Options& options, bool has_m
   return "camera and gyroscope do not determine the scale: see ate_sim3_rmse_m";
 }
 
-// The first image defines W. A truth that starts later is placed at the estimate of that time.
+// The first image defines W. A truth that starts later is moved so that its first pose is the estimate then.
 void begin_at_estimate(std::vector<files::TimedPose>& truth,
                        const std::vector<estimators::PoseEstimate>& estimates) {
   for (const files::TimedPose& first : truth) {
@@ -68,7 +68,7 @@ void begin_at_estimate(std::vector<files::TimedPose>& truth,
   }
 }
 
-// Processes all observations that next() returns. Returns the stamp of the last one.
+// Processes all observations returned by next(). Returns the stamp of the last one.
 template <class Reader>
 slam::Stamp track(const Reader& reader, const std::function<std::optional<slam::Observation>()>& next,
                   std::optional<tracking::Tracking>& tracking, result::Timing& timing,
@@ -97,7 +97,7 @@ slam::Stamp track(const Reader& reader, const std::function<std::optional<slam::
 constexpr slam::Stamp kSameFrame =
     std::chrono::milliseconds(2);  // external stamps are rounded, some to 1e-3 s
 
-/// The frames of the recording: their stamps, and that of the first image.
+/// The frames of the recording: their stamps, and the stamp of the first image.
 struct Frames {
   std::vector<slam::Stamp> stamps;
   slam::Stamp first_image{0};
@@ -115,7 +115,7 @@ Frames frames_of(recording::RecordingReader& reader) {
 
 using Poses = std::vector<estimators::PoseEstimate>;
 
-/// The covariance of the camera's pose from that of the body's, see slam::Estimate.
+/// Returns the covariance of the camera's pose from the body's; see slam::Estimate.
 slam::Matrix6d moved_covariance(const slam::Matrix6d& P, const Eigen::Isometry3d& X_WBody,
                                 const Eigen::Isometry3d& X_BodyC) {
   const Eigen::Vector3d arm = X_BodyC.translation();
@@ -127,10 +127,10 @@ slam::Matrix6d moved_covariance(const slam::Matrix6d& P, const Eigen::Isometry3d
   return J * P * J.transpose();
 }
 
-/// The poses of the camera at the stamps of the frames, in the program's own world.
+/// Returns the camera's poses at the stamps of the frames, in the program's own world.
 Poses poses_at_frames(const files::TrajectoryFile& file, const Frames& frames, PosedBody body,
                       const slam::Calibration& calibration) {
-  slam::Stamp shift{0};  // from stamps of the file to those of the run
+  slam::Stamp shift{0};  // from the file's stamps to the run's
   if (file.format == "KITTI")
     shift = frames.first_image;
   else if (file.rows.front().t > recording::kEpoch / 2)
@@ -153,8 +153,8 @@ Poses poses_at_frames(const files::TrajectoryFile& file, const Frames& frames, P
   return poses;
 }
 
-/// Moves the poses into W and returns the factor of the scale. Throws estimators::EstimatorFailed if they
-/// cannot be aligned with the truth.
+/// Moves the poses into W and returns the scale factor. Throws estimators::EstimatorFailed if they cannot be
+/// aligned with the truth.
 double place_in_world(Poses& poses, const std::vector<files::TimedPose>& truth, score::Alignment alignment) {
   score::Trajectory unaligned;
   for (const estimators::PoseEstimate& pose : poses) unaligned.push_back({pose.t, pose.X_WC});
@@ -186,8 +186,8 @@ void read_run(const ExternalRun& run, const Frames& frames, result::RunRecord& r
       file.rows, [](const files::TumRow& row) { return row.t % std::chrono::seconds(1) == slam::Stamp(0); });
   if (poses.empty() || (whole && poses.size() < file.rows.size()))
     throw estimators::EstimatorFailed(
-        fmt::format("{} of its {} poses have the stamp of a frame within 2 ms{}", poses.size(),
-                    file.rows.size(), whole ? ": its stamps are whole numbers, as frame numbers are" : ""));
+        fmt::format("{} of its {} poses are within 2 ms of a frame's stamp{}", poses.size(), file.rows.size(),
+                    whole ? ": its stamps are whole numbers, like frame numbers" : ""));
   record.scaled_by = place_in_world(poses, record.truth.camera, run.alignment);
   auto pose = poses.begin();
   for (const slam::Stamp t : frames.stamps) {

@@ -13,15 +13,15 @@ namespace sim::replay {
 /// How a recorded walk ended.
 struct WalkEnd {
   scenario::Ended ended;
-  /// Why the replayed estimator would have steered another walk, if it would.
+  /// Why the replayed estimator would have steered the robot on another walk, if so.
   std::optional<std::string> counterfactual = {};
-  std::string models_hash = {};  ///< of the models of the simulated walk; empty if unknown
+  std::string models_hash = {};  ///< hash of the simulated walk's models; empty if unknown
 };
 
 /// Reads the about.json of a result folder. Throws FileError.
 WalkEnd read_walk_end(const std::filesystem::path& result_folder);
 
-/// Selects whether a replay copies the recording into its result.
+/// Whether a replay copies the recording into its result.
 enum class Recorded { left_out, copied };
 
 /// Replays `recording` and writes a complete result folder: the same bytes as a run of the scenario, except
@@ -32,9 +32,9 @@ result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesy
                        const result::Progress& progress, Recorded recorded = Recorded::left_out,
                        const tracking::TrackingObserver& observer = {});
 
-/// Returns the scenario of a replay of an external recording, with the noise that the folder states, no
-/// further sensor errors, and `changes` last. Without a walking plan the initial standard deviation of the
-/// gyro's bias is 0.1 rad/s, and accelerometer, plan velocity and height are unused.
+/// Returns the scenario for a replay of an external recording, with the noise stated in the folder, no
+/// further sensor errors, and `changes` applied last. Without a walking plan, the initial standard deviation
+/// of the gyro's bias is 0.1 rad/s, and accelerometer, plan velocity and height are not used.
 scenario::ReadScenario external_scenario(const recording::AslFolder& folder,
                                          const scenario::Changes& changes);
 
@@ -43,24 +43,24 @@ scenario::ReadScenario external_scenario(const recording::AslFolder& folder,
 result::Outcome replay_external(const scenario::ReadScenario& scenario, recording::AslFolder& folder,
                                 const result::ResultPlace& place, const result::Progress& progress);
 
-/// The body of a trajectory.
+/// Which body a trajectory describes.
 enum class PosedBody { camera, imu };
 
-/// Output of an external program on the export of a recording.
+/// The output of an external program for the export of a recording.
 struct ExternalRun {
-  std::filesystem::path trajectory;  ///< in any format of files::read_trajectory
+  std::filesystem::path trajectory;  ///< in any format that files::read_trajectory reads
   PosedBody body = PosedBody::camera;
   score::Alignment alignment = score::Alignment::none;  ///< of its world with W, by the truth
-  std::string log = {};                                 ///< what it printed
-  double cpu_ms = 0;                                    ///< of the whole run
-  bool keep = false;                                    ///< the trajectory as trajectory.txt in the result
+  std::string log = {};                                 ///< what the program printed
+  double cpu_ms = 0;                                    ///< CPU time of the whole run
+  bool keep = false;                                    ///< keep it in the result as trajectory.txt
   std::optional<std::string> failed = {};               ///< why the trajectory is missing
   std::function<void(const std::string&)> warn = [](const std::string&) {};
 };
 
-/// Writes a complete result folder from poses within 2 ms of frames with stamps from 0 s on (as in the
-/// run), at 1e9 s (as in its exports) or, in KITTI format, at the first image. An unusable trajectory is a
-/// failure of the program; throws FileError as replay().
+/// Writes a complete result folder from the poses within 2 ms of frames. Their stamps start at 0 s (as in the
+/// run), at 1e9 s (as in its exports) or, in KITTI format, at the first image. An unusable trajectory counts
+/// as a failure of the program. Throws FileError as replay() does.
 result::Outcome score_external(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
                                const WalkEnd& walk, const ExternalRun& run, const result::ResultPlace& place,
                                result::Timing timing);

@@ -27,7 +27,7 @@ files::FileLock lock_for_writing(const fs::path& file) {
   throw FileError(file, "is being written by another process");
 }
 
-/// The records of a log, and how many bytes of its text are whole lines.
+/// The records of a log, and the length in bytes of its complete lines.
 struct Parsed {
   std::map<std::string, JobRecord> records;
   std::size_t whole_bytes = 0;
@@ -98,7 +98,7 @@ JobLog::JobLog(const fs::path& file, std::string_view purpose)
 
 void JobLog::append(std::string_view line) const {
   files::write_all(fd_, file_, std::string(line) + "\n");
-  if (::fsync(fd_) != 0) files::fail_by_errno(file_, "cannot be synced to the disk");
+  if (::fsync(fd_) != 0) files::fail_by_errno(file_, "cannot be flushed to disk");
 }
 
 const JobRecord* JobLog::find(const std::string& key) const {

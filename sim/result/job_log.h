@@ -1,5 +1,5 @@
-// The log of finished jobs, of results and of trials: each is on the disk before the next starts, so that a
-// killed command can be resumed.
+// The log of finished jobs, used for results and trials. Each job is on disk before the next one starts, so
+// that a killed command can be resumed.
 #pragma once
 
 #include <cstddef>
@@ -15,46 +15,47 @@
 
 namespace sim::result {
 
-/// The result of one job. Values are finite and written so that the same bits are read back.
+/// The result of one job. Values are finite and written so that they read back to the same bits.
 struct JobRecord {
-  std::string key;  ///< of a trial: job_key() of all that it depends on; of a result: its path
+  std::string key;  ///< for a trial: job_key() of all its inputs; for a result: its path
   std::uint64_t seed = 0;
-  std::string ending;                    ///< of a result folder, or "crashed", "not started"
-  std::string cause;                     ///< of a failure, as a sentence
+  std::string ending;                    ///< ending of a result folder, or "crashed" or "not started"
+  std::string cause;                     ///< cause of a failure, as a sentence
   std::map<std::string, double> values;  ///< metrics and objective terms that have a value
   bool operator==(const JobRecord&) const = default;
 
-  /// Returns the value of that name, or nullopt if it has none.
+  /// Returns the value with that name, or nothing if there is none.
   std::optional<double> value(std::string_view name) const;
 };
 
 /// Returns a record as one line of JSON, without a line feed.
 std::string to_line(const JobRecord& record);
-/// Returns the record in a line, or nullopt if it is not one.
+/// Returns the record in a line, or nothing if the line is not one.
 std::optional<JobRecord> from_line(std::string_view line);
 
-/// Returns a hash (32 hex digits) of the parts that a job depends on; it differs if their borders differ.
+/// Returns a hash (32 hex digits) of the parts that a job depends on. It also depends on where parts begin
+/// and end.
 std::string job_key(std::initializer_list<std::string_view> parts);
 
-/// An append-only file of records, one process at a time. Safe to use from several threads.
+/// An append-only file of records, written by one process at a time. Safe to use from several threads.
 class JobLog {
  public:
   /// Opens or creates the log and removes a torn last line. `purpose`, the first line, identifies the jobs
   /// and the program. Throws FileError if the log has another purpose or a damaged line, if another process
-  /// writes it, or if it cannot be written.
+  /// is writing it, or if it cannot be written.
   JobLog(const fs::path& file, std::string_view purpose);
   JobLog(const JobLog&) = delete;
   JobLog& operator=(const JobLog&) = delete;
 
-  /// Returns the record of that key, valid as long as the log, or nullptr.
+  /// Returns the record with that key, valid as long as the log exists, or nullptr.
   const JobRecord* find(const std::string& key) const;
   std::size_t size() const;
 
-  /// Appends a record and syncs it to the disk; does nothing if the key has a record. Throws FileError.
+  /// Appends a record and flushes it to disk. Does nothing if the key already has a record. Throws FileError.
   void add(const JobRecord& record);
 
-  /// Rewrites the file in the order of keys, so that it does not depend on the order of the jobs; the last
-  /// call. Throws FileError; then the file is unchanged.
+  /// Rewrites the file in the order of keys, so that it does not depend on the order of the jobs. Must be the
+  /// last call. Throws FileError; the file is then unchanged.
   void sort();
 
  private:
@@ -68,8 +69,8 @@ class JobLog {
   std::map<std::string, JobRecord> records_;
 };
 
-/// Returns the records of a log that no process writes any more, without a torn last line. Throws FileError
-/// as JobLog does.
+/// Returns the records of a log that no process is writing any more, without a torn last line. Throws
+/// FileError as JobLog does.
 std::map<std::string, JobRecord> read_job_log(const fs::path& file, std::string_view purpose);
 
 }  // namespace sim::result

@@ -20,8 +20,8 @@ score::Direction direction_of(const std::string& metric, const scenario::Scenari
   return own;
 }
 
-// A limit on a value over seeds; absent if a seed has no value. The worst is the one nearest to missing this
-// limit.
+// Judges a limit on a value over seeds. The value is absent if a seed has none. The worst seed is the one
+// closest to missing this limit.
 JudgedLimit judge_over_seeds(const scenario::Scenario& scenario, const scenario::MetricLimit& limit,
                              const std::vector<SeedScore>& seeds) {
   const std::vector<double> values = values_of(limit.metric, seeds);
@@ -29,7 +29,7 @@ JudgedLimit judge_over_seeds(const scenario::Scenario& scenario, const scenario:
   if (values.empty() || without > 0) {
     JudgedLimit judged = judge(scenario, limit, std::nullopt);
     if (!values.empty()) judged.passed = false;
-    if (judged.missed()) judged.reason = fmt::format("no value of {} of {} seeds", without, seeds.size());
+    if (judged.missed()) judged.reason = fmt::format("no value for {} of {} seeds", without, seeds.size());
     return judged;
   }
   const score::Summary over_seeds = score::summarize(values, worst_side(limit));
@@ -61,7 +61,7 @@ std::string ranges(std::vector<std::uint64_t> seeds) {
   return text;
 }
 
-// A line for all seeds with the same ending, the passed ones first.
+// Returns a line for each group of seeds with the same ending, passed seeds first.
 std::string endings(const Summary& summary, const TableStyle& style) {
   std::map<std::pair<int, scenario::Ending>, std::vector<std::uint64_t>> alike;
   for (const SeedScore& seed : summary.seeds) alike[{seed.exit_code, seed.ending}].push_back(seed.seed);
@@ -87,7 +87,7 @@ std::string metrics(const Summary& summary, const TableStyle& style) {
     (m.limited || (defined && defined->headline) ? head : others) += row(m);
   }
   if (style.all_metrics) return head + (others.empty() ? "" : "\n") + others;
-  return head + (others.empty() ? "" : "--all-metrics shows all metrics, as summary.json has them\n");
+  return head + (others.empty() ? "" : "--all-metrics shows all metrics in summary.json\n");
 }
 
 // A run's table.
@@ -99,7 +99,7 @@ std::string shown(std::optional<double> value, int decimals = 4) {
                                  : fmt::format("{:.{}f}", *value, decimals);
 }
 
-// Returns the decimals that distinguish a value from its limits.
+// Returns how many decimals distinguish a value from its limits.
 int decimals_of(const SeedScore& scored, const SeedMetric& metric) {
   int decimals = 4;
   for (const JudgedLimit& judged : scored.limits)
@@ -130,7 +130,7 @@ std::string tracking_faults(const SeedScore& scored) {
   return text;
 }
 
-// A line for each metric that is shown. A reason that several of them share stands once, below them.
+// Returns a line for each metric shown. A reason shared by several of them appears once, below them.
 std::string metric_lines(const SeedScore& scored, const TableStyle& style) {
   const bool no_scale = scored.value("ate_sim3_rmse_m") && !scored.value("ate_se3_rmse_m");
   std::vector<SeedMetric> shown_metrics;
@@ -176,7 +176,7 @@ std::string coverage(const SeedScore& scored) {
                      tracked ? fmt::format(", tracked {:.4g} % of the time", 100 * *tracked) : "");
 }
 
-// "  readings used: vision 98.3 %, gyro 100 % (in 96.7 % of the frames)", without sensors that had none.
+// "  readings used: vision 98.3 %, gyro 100 % (in 96.7 % of the frames)"; only sensors with readings.
 std::string sensor_use(const SeedScore& scored) {
   std::string text;
   for (const std::string_view sensor : score::kUsedSensors) {
@@ -314,7 +314,7 @@ std::optional<fs::path> renew_summary(const fs::path& result) {
       const fs::path folder = root / ("seed-" + std::to_string(seed));
       if (provenance_of(folder) != own) return files::set_aside(root, {"summary.json"});
       scores.push_back(read_result(folder));
-    } catch (const std::exception&) {  // incomplete
+    } catch (const std::exception&) {  // incomplete result
       return files::set_aside(root, {"summary.json"});
     }
   write_summary(file, summarize(scenario::read_scenario(result / "scenario.yaml").scenario, scores));
@@ -348,7 +348,7 @@ std::string score_table(const fs::path& result_folder, const TableStyle& style, 
         "  {}; {}\n",
         about.alignment.empty() || about.alignment == "none"
             ? "errors without alignment except ate_se3"
-            : fmt::format("errors after its {} alignment with the truth, NEES after that of the first pose",
+            : fmt::format("errors after {} alignment with the truth, NEES after aligning the first pose",
                           about.alignment),
         style.all_metrics ? "report explains each metric" : "score.json has all metrics");
   if (const auto median = timing.find("frame_cpu_ms_median"))

@@ -1,5 +1,5 @@
 // The limits of a scenario, judged on one run and over seeds; the statistics of each metric over seeds; and
-// the tables of both on the terminal.
+// tables of both for the terminal.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -16,7 +16,7 @@ nlohmann::ordered_json or_null(const std::optional<T>& value) {
   return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
 }
 
-/// colors: escape sequences of a terminal. all_metrics: not only headline metrics and those with limits.
+/// colors: terminal escape sequences. all_metrics: not only headline metrics and metrics with limits.
 struct TableStyle {
   bool colors = false;
   bool all_metrics = false;
@@ -31,13 +31,14 @@ inline std::string painted(const std::string& text, Paint paint, bool colors) {
   return (paint == Paint::bad ? "\033[31m" : "\033[32m") + text + "\033[0m";
 }
 
-/// Returns the values of a metric on the seeds that have one.
+/// Returns a metric's values for the seeds that have one.
 std::vector<double> values_of(const std::string& metric, const std::vector<SeedScore>& seeds);
 
 JudgedLimit judge(const scenario::Scenario& scenario, const scenario::MetricLimit& limit,
                   std::optional<double> value);
 
-/// Returns the judged limits on single runs (without an aggregate). value_of: of a metric by its name.
+/// Judges the limits on single runs (those without an aggregate). value_of: the value of a metric by its
+/// name.
 std::vector<JudgedLimit> judge_run(const scenario::Scenario& scenario,
                                    const std::function<std::optional<double>(const std::string&)>& value_of);
 
@@ -49,32 +50,32 @@ bool is_allowed(const scenario::Scenario& scenario, scenario::Ending ending);
 int exit_code(const scenario::Scenario& scenario, scenario::Ending ending,
               const std::vector<JudgedLimit>& limits);
 
-/// Returns the worst of several values: the one nearest to missing the limit.
+/// Returns which of several values is the worst: the one closest to missing the limit.
 score::Worst worst_side(const scenario::MetricLimit& limit);
 
-/// Returns "ok", "MISSED" or "not judged", for tables; in green or red, if colors are wanted.
+/// Returns "ok", "MISSED" or "not judged" for tables, in green or red if colors are wanted.
 std::string verdict_text(std::optional<bool> passed, bool colors);
 
 /// Returns {"metric": "ate_se3_rmse_m.median", "at_most": 0.1, "value": 0.2, "passed": false}.
 nlohmann::ordered_json to_json(const JudgedLimit& judged);
 
-/// One metric over the seeds that have a value. The worst value is the one nearest to missing the metric's
-/// limit; without a limit, and for a metric with an expected value, it is the worst by the metric's
-/// definition.
+/// One metric over the seeds that have a value. The worst value is the one closest to missing the metric's
+/// limit. Without a limit, and for a metric with an expected value, the metric's definition says which value
+/// is the worst.
 struct MetricSummary {
   std::string name, unit;
   score::Summary over_seeds;
-  bool limited = false;  ///< it or an aggregate of it has a limit
+  bool limited = false;  ///< the metric or an aggregate of it has a limit
 };
 
 struct Summary {
   std::string scenario;
   std::vector<SeedScore> seeds;
   std::vector<MetricSummary> metrics;
-  std::vector<JudgedLimit> limits;  ///< those on aggregates
+  std::vector<JudgedLimit> limits;  ///< limits on aggregates
 };
 
-/// Returns the summary, which depends only on the seeds' scores, in the given order.
+/// Returns the summary. It depends only on the seeds' scores, in the given order.
 Summary summarize(const scenario::Scenario& scenario, const std::vector<SeedScore>& seeds);
 
 /// Returns the largest of the seeds' exit codes, and at least 1 if a limit over seeds is missed.
@@ -84,17 +85,17 @@ nlohmann::ordered_json to_json(const Summary& summary);
 /// Writes summary.json completely or not at all. Throws FileError.
 void write_summary(const fs::path& file, const Summary& summary);
 
-/// Makes the summary.json beside a new result seed-<n> that of all seeds, if there is one and no other
-/// process writes it. If these seeds are of different provenance, sets it aside and returns the folder with
-/// it.
+/// Updates the summary.json beside a new result seed-<n>, if there is one and no other process is writing it,
+/// so that it covers all seeds. If these seeds have different provenance, sets it aside and returns the
+/// folder that now contains it.
 std::optional<fs::path> renew_summary(const fs::path& result);
 
-/// Returns a table for the terminal: seeds, headline metrics and those with limits (or all), and limits.
+/// Returns a table for the terminal: seeds, headline metrics and metrics with limits (or all), and limits.
 std::string summary_table(const Summary& summary, const TableStyle& style = {});
 
-/// Returns a table of the headline metrics and those with limits, or all, from a result folder, with a reason
-/// that several metrics share once below them. It has the cause of an ending other than completed, unless
-/// `failed`: then the caller prints it.
+/// Returns a table of the headline metrics and the metrics with limits, or of all, from a result folder. A
+/// reason shared by several metrics appears once, below them. The table includes the cause of any ending but
+/// completed, unless `failed` says that the caller prints it.
 std::string score_table(const fs::path& result_folder, const TableStyle& style = {}, bool failed = false);
 
 }  // namespace sim::result

@@ -17,9 +17,9 @@ double clock_ms(clockid_t clock) {
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
-constexpr std::size_t kFewFrames = 10;  // fewer do not show that a sensor is unused
+constexpr std::size_t kFewFrames = 10;  // fewer frames do not show that a sensor is unused
 
-// The first enabled sensor of the filter that was used in no frame.
+// Finds the first enabled sensor of the filter that was not used in any frame.
 std::optional<scenario::Ended> unused_sensor(const RunRecord& record) {
   const scenario::Scenario& scenario = record.scenario.scenario;
   const auto& frames = record.tracked->frames;
@@ -56,7 +56,7 @@ void write_tum(const fs::path& file, const std::vector<files::TimedPose>& poses,
   files::write_text(file, text);
 }
 
-/// A steered walk's desired path, and the corrections of its steps.
+/// Writes a steered walk's desired path and the corrections of its steps.
 void write_steering(const fs::path& folder, const RunRecord& record, const score::DesiredPath& desired) {
   write_tum(folder / "waist_desired.tum", desired.waist);
   std::string steps = "#time [ns]" + recording::recording_format::kCorrectionColumns + "\n";

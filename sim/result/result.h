@@ -19,12 +19,12 @@ double thread_cpu_ms();
 /// The CPU time of a frame by stage.
 struct FrameTiming {
   slam::Stamp t{0};
-  double plan_and_physics_ms = 0, render_ms = 0, encode_ms = 0, record_ms = 0, filter_ms = 0;  ///< CPU
+  double plan_and_physics_ms = 0, render_ms = 0, encode_ms = 0, record_ms = 0, filter_ms = 0;  ///< CPU time
   int landmarks = 0;     ///< in the filter's map after the frame
-  bool answered = true;  ///< false: the frame was dropped, or the estimator has failed
+  bool answered = true;  ///< false: the frame was dropped or the estimator had failed
 };
 
-/// Adds the CPU time of this thread during its lifetime to a stage.
+/// Adds the CPU time that this thread uses during the object's lifetime to a stage.
 class StageClock {
  public:
   explicit StageClock(double& stage_ms) : stage_ms_(stage_ms), begin_ms_(thread_cpu_ms()) {}
@@ -37,17 +37,17 @@ class StageClock {
   double begin_ms_;
 };
 
-/// All timings of a run; the wall clock starts with it.
+/// All timings of a run. The wall clock starts with this object.
 class Timing {
  public:
   std::vector<FrameTiming> frames;
-  std::vector<double> controller_ms;  ///< wall time of each answer of the walking controller
-  bool each_frame = true;             ///< false: only the sum of filter_ms is measured, as of a command
+  std::vector<double> controller_ms;  ///< wall time of each of the walking controller's answers
+  bool each_frame = true;             ///< false: only the sum of filter_ms is known, as for a command
 
-  /// Writes timing.csv (one row per frame) and timing.json: frame_cpu_ms_mean of the estimator's CPU time in
-  /// frames with an answer, _median and _p99 if that of each frame is known, realtime_factor (simulated
-  /// seconds per wall second of the whole run), the total of each stage, and controller_ms_median and _p99 of
-  /// a walk. Throws FileError.
+  /// Writes timing.csv (one row per frame) and timing.json: frame_cpu_ms_mean (the estimator's CPU time in
+  /// frames with an answer); frame_cpu_ms_median and _p99 if the time of each frame is known; realtime_factor
+  /// (simulated seconds per wall second of the whole run); the total of each stage; and, for a walk,
+  /// controller_ms_median and _p99. Throws FileError.
   void write(const fs::path& folder, double simulated_s) const;
 
  private:
@@ -65,34 +65,34 @@ struct RunRecord {
   std::vector<files::TimedPose> planned_camera = {};  ///< X_PC, without a planned waist
   std::optional<std::string> counterfactual =
       {};  ///< why the replayed estimator would have steered another walk
-  std::optional<score::Alignment> alignment = {};  ///< of an external trajectory with the truth
-  double scaled_by = 1;                            ///< by that alignment
-  std::optional<std::string> no_scale = {};        ///< the reason, if the estimate's scale is unknown
+  std::optional<score::Alignment> alignment = {};  ///< alignment of an external trajectory with the truth
+  double scaled_by = 1;                            ///< scale factor of that alignment
+  std::optional<std::string> no_scale = {};        ///< why the estimate's scale is unknown, if so
 };
 
 /// Returns the time from a frame's stamp until its image is complete.
 inline slam::Stamp exposure(const scenario::Scenario& scenario) {
   return scenario.camera ? slam::Stamp(scenario.camera->lead()) : slam::Stamp(0);
 }
-/// Returns whether the estimator is the built-in filter, with or without images.
+/// Returns whether the estimator is the built-in filter (with or without images).
 bool uses_filter(const scenario::Scenario& scenario);
-/// Returns whether it is the filter with images, which tracks from its first landmark on.
+/// Returns whether it is the filter with images, which tracks once it has its first landmark.
 bool uses_images(const scenario::Scenario& scenario);
 
-/// Returns the ending of the walk, or of the estimate on a completed walk.
+/// Returns the ending of the walk or, if the walk was completed, of the estimate.
 scenario::Ended ending_of(const RunRecord& record);
 
-/// Called as simulated time advances, with the completed fraction (0 to 1).
+/// Called as simulated time advances, with the fraction completed so far (0 to 1).
 using Progress = std::function<void(double)>;
 
-/// The folder of a result, and the versions that it states.
+/// The folder of a result, and the versions that the result states.
 struct ResultPlace {
   fs::path folder;
   files::Existing existing = files::Existing::reject;
   fs::path models;                               ///< for a live run
-  std::string version, revision;                 ///< of the program
+  std::string version, revision;                 ///< version and revision of the program
   std::map<std::string, std::string> libraries;  ///< name and version
-  std::string models_hash{};                     ///< of the models of the walk; empty: unknown
+  std::string models_hash{};                     ///< hash of the walk's models; empty: unknown
 };
 
 /// The ending of a run and its exit code, see limits.h.
@@ -100,24 +100,24 @@ struct Outcome : scenario::Ended {
   int exit_code = 0;
 };
 
-/// Scores the run and writes all files of the result but recording/ into `folder`. Throws FileError.
+/// Scores the run and writes all result files except recording/ into `folder`. Throws FileError.
 Outcome write_result(const fs::path& folder, const RunRecord& record, const ResultPlace& place,
                      const Timing& timing, double simulated_s);
 
-/// Writes the files of the estimate, the tracked frames and the map (README.md describes them). Throws
+/// Writes the files of the estimate, the tracked frames and the map, as described in README.md. Throws
 /// FileError.
 void write_tracked(const fs::path& folder, const tracking::Tracked& tracked);
-/// Writes when each frame was answered; the fields of a dropped frame are empty.
+/// Writes when each frame was answered. For a dropped frame the fields are empty.
 void write_answers(const fs::path& file, const tracking::Tracked& tracked, slam::Stamp exposure);
 
-/// Returns the end of a plan.
+/// Returns the end of a planned walk.
 score::Stamp plan_end(const walking::WalkOptions& walk);
 
 /// Returns X_PC at the frames, from the planned waist and the camera in the planned posture.
 std::vector<files::TimedPose> planned_camera(const RunRecord& record);
 
-/// Returns the input of the score. The filter's camera model also projects true points: a test shows that the
-/// renderer's lens agrees with it.
+/// Returns the input of the score. The filter's camera model is also used to project true points; a test
+/// shows that the renderer's lens agrees with it.
 score::Run score_input(const RunRecord& record);
 
 }  // namespace sim::result

@@ -1,4 +1,4 @@
-// score.json and about.json, as read from a result.
+// score.json and about.json, as read from a result folder.
 #pragma once
 
 #include <cstdint>
@@ -16,12 +16,12 @@ namespace sim::result {
 struct SeedMetric {
   std::string name, unit;
   std::optional<double> value;
-  std::string reason{};               ///< as that of score::Metric
-  std::optional<std::string> note{};  ///< likewise
+  std::string reason{};               ///< as in score::Metric
+  std::optional<std::string> note{};  ///< as in score::Metric
 };
 
-/// A limit on a metric or on an aggregate of it over seeds. Without a value the limit is missed; without a
-/// filter in the scenario it is not judged, and `passed` is absent too. reason: why a value over seeds is
+/// A limit on a metric or on an aggregate of it over seeds. If there is no value, the limit is missed. If the
+/// scenario has no filter, it is not judged, and `passed` is absent too. reason: why a value over seeds is
 /// absent.
 struct JudgedLimit {
   scenario::MetricLimit limit;
@@ -44,16 +44,16 @@ struct SeedScore {
   std::uint64_t seed = 0;
   scenario::Ending ending =
       scenario::Ending::not_started;  ///< not_started or crashed if its process left no score
-  int exit_code = 3;                  ///< of the run
+  int exit_code = 3;                  ///< exit code of the run
   std::vector<SeedMetric> metrics;
-  std::string recording{};   ///< its hash; empty if unknown
-  std::string cause{};       ///< of the ending; empty if unknown
-  std::string last_lines{};  ///< of the estimator's log
-  double wall_s = 0;         ///< of the run; 0 if unknown
+  std::string recording{};   ///< hash of the recording; empty if unknown
+  std::string cause{};       ///< cause of the ending; empty if unknown
+  std::string last_lines{};  ///< last lines of the estimator's log
+  double wall_s = 0;         ///< duration of the run; 0 if unknown
   std::string scenario{}, estimator = "filter";
   std::vector<JudgedLimit> limits{};
   std::vector<ScoredFault> faults{};
-  std::optional<bool> repeatable{};  ///< of answers that take simulated time
+  std::optional<bool> repeatable{};  ///< only if answers take simulated time
 
   /// Returns the value of a metric, or nothing if it has none or is not in the score.
   std::optional<double> value(const std::string& metric) const;
@@ -68,7 +68,8 @@ SeedScore read_score(const fs::path& file);
 /// log, sanitized. Throws FileError.
 SeedScore read_result(const fs::path& folder);
 
-/// Returns the score of a run without score.json by its process's exit code: not started (2) or crashed.
+/// Returns the score of a run without score.json, from the exit code of its process: not started (2) or
+/// crashed.
 SeedScore without_score(std::uint64_t seed, int exit_code);
 
 /// about.json. Missing entries are empty or absent.
@@ -76,12 +77,12 @@ struct About {
   std::string program, version, revision;
   std::string scenario, estimator;
   std::uint64_t seed = 0;
-  std::string cause;  ///< of the run's ending
+  std::string cause;  ///< cause of the run's ending
   std::optional<scenario::Ended> walk;
   std::optional<std::string> counterfactual;  ///< of a replay: why its estimator would steer another walk
-  std::string alignment;                      ///< of an external trajectory with the truth
-  std::string recording;                      ///< the hash of its manifest
-  std::string models;                         ///< the hash of the models of the walk
+  std::string alignment;                      ///< alignment of an external trajectory with the truth
+  std::string recording;                      ///< hash of the recording's manifest
+  std::string models;                         ///< hash of the walk's models
   std::string estimator_files;                ///< the hash of an external estimator's files
   std::map<std::string, std::string, std::less<>> set_by;  ///< the origin of each key
 };
@@ -89,36 +90,37 @@ struct About {
 /// Reads an about.json. Throws FileError "file: key: ..." if it cannot be read or a value has another type.
 About read_about(const fs::path& file);
 
-/// Reads the about.json of a result to be replayed. Throws FileError also if the walk's ending is missing.
+/// Reads the about.json of a result that will be replayed. Throws FileError, also if the walk's ending is
+/// missing.
 About read_about_of_walk(const fs::path& file);
 
-/// Returns whether the folder is a result: it has a score.json.
+/// Returns whether the folder is a result, that is, contains a score.json.
 bool is_result(const fs::path& folder);
 
-/// Returns the seed in the name of a result, seed-<n> as the program writes it (not seed-07).
+/// Returns the seed in the name of a result, seed-<n> as written by the program (not seed-07).
 std::optional<std::uint64_t> seed_of(const fs::path& result);
 
-/// Treatment of results inside results, such as replays.
+/// What happens to results inside results, such as replays.
 enum class Nested { skip, include };
 
-/// Returns the results in a folder at any depth, or the folder itself, in the order of names and seeds. Skips
-/// recordings, exports, hidden folders, symbolic links, and earlier-<n>, which replaced results were moved
-/// to.
+/// Returns the results in a folder at any depth, or in the folder itself, in the order of names and seeds.
+/// Skips recordings, exports, hidden folders, symbolic links, and earlier-<n>, to which replaced results are
+/// moved.
 std::vector<fs::path> find_results(const fs::path& folder, Nested nested = Nested::skip);
 
 /// Returns the seeds of the results seed-<n> in a folder, in order.
 std::vector<std::uint64_t> seeds_in(const fs::path& folder);
 
-/// All inputs of a result besides its seed and the recording of a replay.
+/// All inputs of a result besides its seed and, for a replay, the recording.
 struct Provenance {
   std::string scenario;         ///< its YAML with seed 0
-  std::string revision;         ///< of the program
-  std::string models;           ///< their hash
-  std::string estimator_files;  ///< their hash; empty of a built-in estimator
+  std::string revision;         ///< revision of the program
+  std::string models;           ///< hash of the models
+  std::string estimator_files;  ///< hash of these; empty for a built-in estimator
   bool operator==(const Provenance&) const = default;
 };
 Provenance provenance_of(scenario::Scenario scenario, const std::string& revision, const std::string& models);
-/// Throws FileError, ConfigError if the result is incomplete.
+/// Throws FileError or ConfigError if the result is incomplete.
 Provenance provenance_of(const fs::path& result);
 
 }  // namespace sim::result

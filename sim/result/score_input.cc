@@ -5,7 +5,8 @@
 namespace sim::result {
 namespace {
 
-/// Without the poses of answers that say lost, and with each pose once. point: in C, the one to score.
+/// Returns the poses without those of answers that say lost, and each pose once. point: in C, the one to
+/// score.
 std::vector<files::TumRow> estimate(const tracking::Tracked& tracked,
                                     const std::optional<Eigen::Vector3d>& point) {
   std::vector<files::TumRow> poses;
@@ -18,7 +19,7 @@ std::vector<files::TumRow> estimate(const tracking::Tracked& tracked,
   return poses;
 }
 
-/// Adds landmarks and sensors from the reports of the frames; with_use: also which sensors were used.
+/// Adds landmarks and sensors from the frames' reports. with_use: also which sensors were used.
 void add_reports(score::Run& run, const tracking::Tracked& tracked, bool with_use) {
   static_assert(score::kUsedSensors == slam::kSensorNames);
   std::map<int, score::LandmarkHistory> histories;
@@ -40,12 +41,12 @@ void add_reports(score::Run& run, const tracking::Tracked& tracked, bool with_us
   for (auto& [id, history] : histories) run.landmarks.push_back(std::move(history));
 }
 
-/// In order of time, without late observations; an answer without a new pose does not track. by_landmarks:
-/// the estimator tracks from its first landmark on.
+/// Returns the health in order of time, without late observations. An answer without a new pose does not
+/// track. by_landmarks: the estimator tracks once it has its first landmark.
 std::vector<score::TimedHealth> health(const tracking::Tracked& tracked, bool by_landmarks) {
   std::vector<score::TimedHealth> all;
   bool tracks = !by_landmarks;
-  slam::Stamp newest = slam::Stamp::min();  // of the poses
+  slam::Stamp newest = slam::Stamp::min();  // newest stamp of the poses
   for (const tracking::TrackedFrame& frame : tracked.frames) {
     const slam::FrameReport& report = frame.report;
     tracks = tracks || report.landmarks > 0;
@@ -87,7 +88,7 @@ score::TrueCamera true_camera(const slam::CameraIntrinsics& intrinsics) {
     return camera.unproject(pixel).value().h.normalized();
   };
   score::TrueCamera truth{project, bearing, {}};
-  constexpr int kCells = 4;  // of the grid, along each side
+  constexpr int kCells = 4;  // grid cells along each side
   for (int i = 0; i < (kCells + 1) * (kCells + 1); ++i) {
     const Eigen::Vector2d part(i % (kCells + 1), i / (kCells + 1)),
         last(intrinsics.width_px - 1, intrinsics.height_px - 1);
@@ -97,7 +98,7 @@ score::TrueCamera true_camera(const slam::CameraIntrinsics& intrinsics) {
   return truth;
 }
 
-/// The weight of the robot: the median of what both feet carry, N.
+/// Returns the robot's weight: the median of what both feet carry together, N.
 double weight(const std::vector<score::TrueFeet>& feet) {
   std::vector<double> loads;
   for (const score::TrueFeet& both : feet) loads.push_back(both.left.load_n + both.right.load_n);
@@ -112,7 +113,7 @@ std::optional<double> torque_limited(const std::vector<score::TrueFeet>& feet) {
   return static_cast<double>(limited) / static_cast<double>(feet.size());
 }
 
-/// Without a plan only the slip of the feet is known: each is compared with its place at touch-down.
+/// Without a plan, only the slip of the feet is known: each foot is compared with its place at touch-down.
 std::vector<score::FootRow> feet(const recording::Truth& truth) {
   if (truth.feet.empty() || truth.waist.empty()) return {};
   const Eigen::Vector3d end = score::ground_pose(truth.waist.back().X);
@@ -131,7 +132,7 @@ std::vector<score::FootRow> feet(const recording::Truth& truth) {
   return rows;
 }
 
-/// Returns the robot's measures that the start of a plan shows: start posture, P under the waist.
+/// Returns the robot's measures as shown by the start of a plan: start posture, P under the waist.
 walking::Robot robot_at_start(const recording::Truth& truth) {
   walking::Robot robot;
   robot.base_height = truth.waist_plan.front().X.translation().z();
@@ -142,7 +143,7 @@ walking::Robot robot_at_start(const recording::Truth& truth) {
   return robot;
 }
 
-/// The waist above feet that are together.
+/// Returns the waist above feet that stand together.
 Eigen::Isometry3d waist_above(const walking::Robot& robot, const walking::FootPose& feet) {
   const walking::FootPose waist = feet * walking::inverse({{robot.sole_ahead, 0}, 0});
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
@@ -151,7 +152,7 @@ Eigen::Isometry3d waist_above(const walking::Robot& robot, const walking::FootPo
   return X;
 }
 
-/// The commanded path, laid into the world at the start.
+/// Returns the commanded path, placed in the world at the start.
 score::DesiredPath desired_path(const walking::WalkOptions& walk, const recording::Truth& truth) {
   const walking::Robot robot = robot_at_start(truth);
   const walking::Timeline timeline(robot, walk, {{robot.sole_ahead, 0}, 0}, Eigen::Vector2d::Zero());

@@ -39,7 +39,7 @@ std::string frame_row(const slam::FrameReport& r) {
                             files::csv_field(r.refused.text()), files::csv_field(r.suspect.value_or("")));
 }
 
-/// ",u,v" of a match, or two empty fields.
+/// Returns ",u,v" for a match, or two empty fields.
 std::string fields_if(bool holds, const std::optional<Eigen::Vector2d>& match) {
   return holds && match ? fmt::format(",{:.3f},{:.3f}", match->x(), match->y()) : ",,";
 }

@@ -49,9 +49,9 @@ bool has_images(const Item& item) {
   return std::holds_alternative<GrayEye>(item) || std::holds_alternative<ColorCamera>(item);
 }
 
-// Intel RealSense D435i: the color imager 15 mm beside the left infrared one (the head camera), with a
-// rolling shutter; the IMU is a BMI055. Depth is matched at 848 x 480 and decimated to the head camera's
-// size.
+// Intel RealSense D435i. The color imager, with a rolling shutter, is 15 mm beside the left infrared imager,
+// which is the head camera. The IMU is a BMI055. Depth is matched at 848 x 480 and decimated to the head
+// camera's size.
 std::vector<Item> d435i() {
   ColorCamera color;
   color.position_m = {0, 0.015, 0};
@@ -67,7 +67,7 @@ std::vector<Item> d435i() {
   return {GrayEye(), color, depth, imu};
 }
 
-// The same with the color imager at 848 x 480; the other cameras have the size of the head camera.
+// The same with a color imager of 848 x 480. The other cameras keep the head camera's size.
 std::vector<Item> d435i_848() {
   std::vector<Item> items = d435i();
   auto& color = std::get<ColorCamera>(items[1]);
@@ -94,9 +94,9 @@ constexpr Preset kPresets[]{{"head_2006", [] { return std::vector<Item>(); }},
                             {"d435i_mid360", d435i_mid360}};
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;  // fu, fv, k1 to k4
-constexpr int kGrid = 40;                      // pixels a side for comparing the two cameras
+constexpr int kGrid = 40;                      // pixels per side for comparing the two cameras
 
-// A pixel and the line of sight (x, y, 1) of the given camera there.
+// A pixel, and the given camera's line of sight (x, y, 1) there.
 struct Sightline {
   Eigen::Vector2d pixel, n;
 };
@@ -197,7 +197,7 @@ std::optional<Problem> problem(const std::vector<Item>& items) {
       return Problem{i, fmt::format("aligned_with '{}' is not a camera, expected one of {}",
                                     depth->aligned_with, fmt::join(cameras, ", "))};
     if (!with_depth.insert(depth->aligned_with).second)
-      return Problem{i, fmt::format("camera '{}' has another depth camera already", depth->aligned_with)};
+      return Problem{i, fmt::format("camera '{}' already has another depth camera", depth->aligned_with)};
   }
   return std::nullopt;
 }
@@ -235,7 +235,7 @@ std::vector<RigSensor> calibrated(const std::vector<Item>& items, const slam::Ca
     RigSensor s;
     s.name = name_of(items[i]), s.kind = static_cast<Kind>(items[i].index());
     if (s.kind != Kind::depth) s.X_CS = X_CL[i];
-    if (is_camera(s)) s.camera = head, s.rate_hz = head_rate_hz;  // unless it has its own
+    if (is_camera(s)) s.camera = head, s.rate_hz = head_rate_hz;  // unless the sensor has its own
     if (const auto* eye = std::get_if<GrayEye>(&items[i]))
       s.X_CS = s.X_CS * Eigen::Translation3d(0, -eye->baseline_m, 0) * X_LS, s.readout_s = head_readout_s;
     if (const auto* color = std::get_if<ColorCamera>(&items[i]))
@@ -244,7 +244,7 @@ std::vector<RigSensor> calibrated(const std::vector<Item>& items, const slam::Ca
     std::visit([&s](const auto& item) { copy_values(item, s); }, items[i]);
     sensors.push_back(s);
   }
-  for (std::size_t i = 0; i < items.size(); ++i) {  // once all cameras are known
+  for (std::size_t i = 0; i < items.size(); ++i) {  // now that all cameras are known
     const auto* depth = std::get_if<DepthCamera>(&items[i]);
     if (!depth) continue;
     RigSensor& s = sensors[i];

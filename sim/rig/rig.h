@@ -1,5 +1,5 @@
-// The rig: the scenario's list of further sensors beside head camera and chest IMU, the mounting of all
-// sensors, and the calibrated sensors, as recordings, estimators, exports and pages know them.
+// The rig: the scenario's list of further sensors besides head camera and chest IMU, the mounting of all
+// sensors, and the calibrated sensors as used by recordings, estimators, exports and pages.
 #pragma once
 
 #include <string>
@@ -11,11 +11,11 @@ namespace sim::rig {
 /// Names of the sensors that every recording has.
 inline constexpr const char *kHeadCamera = "cam0", *kChestImu = "imu0";
 
-/// A mount without a link is relative to the place that the model gives the sensor.
+/// A mount without a link is relative to where the model has the sensor.
 inline constexpr const char* kModel = "model";
 
-/// The mounting of a sensor on a link of the robot's model. Axes of the link and of the mounted sensor: x
-/// forward, y left, z up; a camera looks along x.
+/// How a sensor is mounted on a link of the robot's model. The axes of the link and of the mounted sensor are
+/// x forward, y left, z up; a camera looks along x.
 struct Mount {
   std::string link = kModel;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
@@ -24,8 +24,8 @@ struct Mount {
   static void keys(auto&& key) {
     value<&Mount::link>(
         key,
-        "link of the robot that carries the sensor; model: position and angles are relative to "
-        "the place that the model gives it, those of the rig's sensors to the head camera");
+        "link of the robot that carries the sensor; model: position and angles are relative to the sensor's "
+        "place in the model, those of the rig's sensors to the head camera");
     number<&Mount::position_m>(key, -10, 10, "position on the link: forward, left, up");
     degrees<&Mount::yaw_rad>(key, -180, 180,
                              "turn about the vertical axis, positive to the left, applied first");
@@ -39,13 +39,13 @@ struct Mount {
   bool operator==(const Mount&) const = default;
 };
 
-/// Pose of the sensor's axes (forward, left, up) in those of its link.
+/// Returns the pose of the sensor's axes (forward, left, up) in the link's axes.
 Eigen::Isometry3d pose(const Mount& mount);
 
-/// The scenario's keys imu.*: the mounting of the chest IMU.
+/// The scenario's keys imu.*: how the chest IMU is mounted.
 struct ImuOptions : Mount {};
 
-/// Each sensor has a name, which is its folder in a recording, and a clock.
+/// Each sensor has a name, which is also the name of its folder in a recording, and a clock.
 struct Sensor : Mount {
   std::string name;
   double time_offset_s = 0;
@@ -78,7 +78,7 @@ struct Imager {
   }
 };
 
-/// A second gray eye: lens, size, rate and shutter of the head camera.
+/// A second gray camera with the lens, size, rate and shutter of the head camera.
 struct GrayEye : Sensor {
   static constexpr const char* kName = "gray";
   double baseline_m = 0.05, read_sigma_gray = 1, shot_sigma_gray = 1;
@@ -86,7 +86,7 @@ struct GrayEye : Sensor {
   GrayEye() { name = "cam1"; }
   static void keys(auto&& key) {
     Sensor::keys(key);
-    number<&GrayEye::baseline_m>(key, -1, 1, "distance to the right of the head camera, besides position_m");
+    number<&GrayEye::baseline_m>(key, -1, 1, "distance to the right of the head camera, plus position_m");
     number<&GrayEye::read_sigma_gray>(key, 0, 100, "noise of a black pixel, in gray levels of 255");
     number<&GrayEye::shot_sigma_gray>(key, 0, 50, "photon noise of a white pixel, in gray levels of 255");
   }
@@ -112,7 +112,7 @@ struct ColorCamera : Sensor, Imager {
   }
 };
 
-/// Depth at the pixels, the stamps and from the place of another camera.
+/// Depth at the pixels and stamps of another camera, seen from that camera's place.
 struct DepthCamera {
   static constexpr const char* kName = "depth";
   std::string name = "depth0", aligned_with = kHeadCamera;
@@ -126,21 +126,20 @@ struct DepthCamera {
     number<&DepthCamera::nearest_m>(key, 0.05, 60, "nearer surfaces give no depth");
     number<&DepthCamera::furthest_m>(key, 0.05, 60, "surfaces further away give no depth");
     number<&DepthCamera::baseline_m>(
-        key, 0.001, 1,
-        "baseline b of the stereo pair that measures: the error is z² disparity_sigma_px / (f b)");
+        key, 0.001, 1, "baseline b of the measuring stereo pair: the error is z² disparity_sigma_px / (f b)");
     number<&DepthCamera::stereo_width_px>(
         key, 0, 4096,
         "width of the images that the pair matches, which defines the pixels "
         "of the next two keys; 0: width of the depth image");
     number<&DepthCamera::disparity_sigma_px>(key, 0, 10, "error of the disparity; 0: exact depth");
     number<&DepthCamera::window_px>(key, 1, 64,
-                                    "matching window, which correlates errors of neighbors; 1: independent");
+                                    "matching window, which correlates neighbors' errors; 1: independent");
     number<&DepthCamera::edge_px>(key, 0, 20, "pixels beside an occlusion edge that give no depth");
   }
   std::optional<std::string> problem() const;
 };
 
-/// A spinning lidar with a pattern that does not repeat.
+/// A spinning lidar whose pattern does not repeat.
 struct Lidar : Sensor {
   static constexpr const char* kName = "lidar";
   double rate_hz = 10;
@@ -174,7 +173,7 @@ struct Imu : Sensor {
   Imu() { name = "imu1"; }
   static void keys(auto&& key) {
     Sensor::keys(key);
-    number<&Imu::rate_hz>(key, 1, 1000, "readings per second, each the mean since the one before");
+    number<&Imu::rate_hz>(key, 1, 1000, "readings per second, each the mean since the previous one");
     number<&Imu::gyro_sigma_rad_s>(key, 0, 1e3, "white noise of a gyro reading");
     number<&Imu::accelerometer_sigma_m_s2>(key, 0, 1e3, "white noise of an accelerometer reading");
     number<&Imu::gyro_bias_sigma_rad_s>(key, 0, 1e3,
@@ -190,52 +189,51 @@ using Item = std::variant<GrayEye, ColorCamera, DepthCamera, Lidar, Imu>;
 
 const std::string& name_of(const Item& item);
 
-/// The rig of that name: head_2006 (the paper's: no further sensors), d435i, d435i_mid360. Nothing for
-/// others.
+/// Returns the rig with that name: head_2006 (the paper's: no further sensors), d435i, d435i_mid360. Returns
+/// nothing for other names.
 std::optional<std::vector<Item>> preset(std::string_view name);
 std::vector<std::string_view> preset_names();
 
-/// An invalid item and the reason: a name that is taken or not a folder name, or a depth camera without its
-/// partner.
+/// An invalid item and the reason: its name is taken or not a folder name, or a depth camera has no partner.
 struct Problem {
   std::size_t item;
   std::string what;
 };
 std::optional<Problem> problem(const std::vector<Item>& items);
-/// Returns the first of these names of further sensors that is taken or not a folder name, and why.
+/// Returns the first of these sensor names that is taken or not a folder name, and why.
 std::optional<Problem> name_problem(const std::vector<std::string>& names);
 
 enum class Kind { gray, color, depth, lidar, imu };
-/// The kinds in words, in the order of their values.
+/// The words for the kinds, in the order of their values.
 inline constexpr std::array<std::string_view, 5> kKinds{"gray", "color", "depth", "lidar", "imu"};
 
 /// A further sensor of a recording.
 struct RigSensor {
-  std::string name;  ///< of its folder
+  std::string name;  ///< name of the sensor and of its folder
   Kind kind = Kind::gray;
   double rate_hz = 30;
-  double time_offset_s = 0;  ///< of its stamps, ahead of the head camera's clock, after sensor errors
-  /// The sensor in the frame of the head camera C. Axes of a camera: x right, y down, z forward; of lidar and
-  /// IMU: x forward, y left, z up.
+  double time_offset_s = 0;  ///< how far its stamps are ahead of the head camera's clock, after sensor errors
+  /// The sensor in the frame of the head camera C. A camera's axes are x right, y down, z forward; a lidar's
+  /// and an IMU's are x forward, y left, z up.
   Eigen::Isometry3d X_CS = Eigen::Isometry3d::Identity();
-  slam::CameraIntrinsics camera = {};      ///< of gray, color and depth
-  std::string aligned_with = {};           ///< of depth: the camera with the same pixels and stamps
-  double nearest_m = 0, furthest_m = 0;    ///< of depth and lidar
-  double readout_s = 0;                    ///< of gray and color: from the first row to the last
-  double lowest_rad = 0, highest_rad = 0;  ///< of a lidar
+  slam::CameraIntrinsics camera = {};      ///< for gray, color and depth
+  std::string aligned_with = {};           ///< for depth: the camera with the same pixels and stamps
+  double nearest_m = 0, furthest_m = 0;    ///< for depth and lidar
+  double readout_s = 0;                    ///< for gray and color: from the first row to the last
+  double lowest_rad = 0, highest_rad = 0;  ///< for a lidar
 
   // Errors on the way to the estimator (sim/sensor_errors); recorded readings are ideal.
-  double read_sigma_gray = 0, shot_sigma_gray = 0;            ///< of gray and color
-  double baseline_m = 0, disparity_sigma_px = 0;              ///< of depth, in pixels of the camera
-  double window_px = 1;                                       ///< of depth: the matching window
-  int edge_px = 0;                                            ///< of depth
-  double range_sigma_m = 0, angle_sigma_rad = 0;              ///< of a lidar
-  double gyro_sigma_rad_s = 0, accelerometer_sigma_m_s2 = 0;  ///< of an IMU, of one reading
+  double read_sigma_gray = 0, shot_sigma_gray = 0;            ///< for gray and color
+  double baseline_m = 0, disparity_sigma_px = 0;              ///< for depth, in the camera's pixels
+  double window_px = 1;                                       ///< for depth: the matching window
+  int edge_px = 0;                                            ///< for depth
+  double range_sigma_m = 0, angle_sigma_rad = 0;              ///< for a lidar
+  double gyro_sigma_rad_s = 0, accelerometer_sigma_m_s2 = 0;  ///< for one reading of an IMU
   double gyro_bias_sigma_rad_s = 0, accelerometer_bias_sigma_m_s2 = 0;
-  double gyro_bias_walk_rad_s2 = 0, accelerometer_bias_walk_m_s3 = 0;  ///< of the chest IMU
+  double gyro_bias_walk_rad_s2 = 0, accelerometer_bias_walk_m_s3 = 0;  ///< for the chest IMU
 };
 
-/// Standard deviation of the inverse depth 1/z that a depth camera measures, 1/m.
+/// Returns the standard deviation of the inverse depth 1/z measured by a depth camera, 1/m.
 inline double inverse_depth_sigma(const RigSensor& depth) {
   return depth.disparity_sigma_px / (depth.camera.fu_px * depth.baseline_m);
 }
@@ -243,19 +241,19 @@ inline double inverse_depth_sigma(const RigSensor& depth) {
 /// Returns whether the sensor has images.
 inline bool is_camera(const RigSensor& sensor) { return sensor.kind <= Kind::depth; }
 
-/// The axes forward, left, up in those of a camera (right, down, forward).
+/// Returns the axes forward, left, up in a camera's axes (right, down, forward).
 Eigen::Isometry3d camera_from_forward_left_up();
 
-/// The calibrated sensors of a scenario's list. head: intrinsics of the head camera; head_rate_hz,
-/// head_readout_s: its rate and shutter. X_CL: the axes forward, left, up of each item's mount in the head
-/// camera's frame, in the order of the items; unused for depth. Throws std::invalid_argument if
-/// problem(items) finds one.
+/// Returns the calibrated sensors of a scenario's list. head: intrinsics of the head camera; head_rate_hz,
+/// head_readout_s: its rate and shutter. X_CL: each item's mount (axes: forward, left, up) in the head
+/// camera's frame, in the order of the items; not used for depth. Throws std::invalid_argument if
+/// problem(items) finds a problem.
 std::vector<RigSensor> calibrated(const std::vector<Item>& items, const slam::CameraIntrinsics& head,
                                   double head_rate_hz, double head_readout_s,
                                   const std::vector<Eigen::Isometry3d>& X_CL);
 
-/// The pinhole focal length of a field of view, and a radial lens on it: f = (w/2) / tan(fov/2), the center
-/// in the middle.
+/// Returns a lens with the pinhole focal length for a field of view, f = (w/2) / tan(fov/2), radial
+/// distortion, and its center in the middle.
 slam::CameraIntrinsics lens(int width_px, int height_px, double fov_rad, double distortion);
 
 /// The coefficients of a lens, in the order of its members.
@@ -264,14 +262,14 @@ std::vector<double> coefficients(const slam::Lens& lens);
 /// Returns the index of the camera that a depth camera is aligned with, or -1 for the head camera.
 int partner(const std::vector<RigSensor>& rig, const RigSensor& depth);
 
-/// A camera that approximates another one; the distance of their pixels over the whole image.
+/// A camera that approximates another one, and the differences of their pixels over the whole image.
 struct FittedCamera {
   slam::CameraIntrinsics camera;
   double rms_px = 0, largest_px = 0;
 };
 
-/// The equidistant camera nearest to the given one: least squares in the two focal lengths and four
-/// coefficients over a grid of pixels that includes the borders. The principal point is kept.
+/// Returns the equidistant camera closest to the given one: a least-squares fit of the two focal lengths and
+/// four coefficients over a grid of pixels that includes the borders. The principal point is kept.
 FittedCamera fit_equidistant(const slam::CameraIntrinsics& camera);
 
 }  // namespace sim::rig

@@ -11,7 +11,7 @@ namespace sim::room {
 constexpr int kSubpixelBits = 4;
 
 void multiply(cv::Mat3b image, const cv::Mat1f& factor) {
-  cv::Mat1w fixed;  // 8 bits after the point
+  cv::Mat1w fixed;  // 8 fractional bits
   factor.convertTo(fixed, CV_16U, 256);
   if (fixed.size() != image.size()) cv::resize(fixed, fixed, image.size(), 0, 0, cv::INTER_LINEAR);
   for (int row = 0; row < image.rows; ++row) {
@@ -88,7 +88,7 @@ void Canvas::polygon(const std::vector<cv::Point2d>& corners, const Color& color
 
 void Canvas::text(const std::string& words, cv::Point2d at, double height, double thickness,
                   const Color& color) {
-  constexpr double kCapital = 21;  // texels of a capital of this font at scale 1
+  constexpr double kCapital = 21;  // height of a capital letter of this font at scale 1
   cv::putText(image_, words, {int(at.x / texel_m_), int(at.y / texel_m_)}, cv::FONT_HERSHEY_DUPLEX,
               height / texel_m_ / kCapital, color, thick(thickness), cv::LINE_AA);
 }
@@ -130,7 +130,7 @@ void Canvas::light(const Box& box, double softness, double factor) {
 
 namespace {
 
-// A kind and a number, as in books_3.
+// Names are a kind and a number, such as books_3.
 std::size_t kind_ends(std::string_view name) { return name.find_last_not_of("_0123456789") + 1; }
 
 Painter painter_of(std::string_view name) {

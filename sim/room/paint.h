@@ -11,12 +11,13 @@ namespace sim::room {
 
 using Color = cv::Scalar;  ///< red, green, blue, 0-255
 
-/// Returns the random stream of one named texture of one seed; painting other textures never shifts it.
+/// Returns the random stream of one named texture for one seed. Painting other textures never shifts it.
 cv::RNG paint_stream(std::uint64_t seed, std::string_view name);
 
-/// Returns the color with its brightness multiplied.
+/// Returns the color with its brightness multiplied by a factor.
 inline Color shade(const Color& color, double factor) { return color * factor; }
-/// Returns the color with its brightness multiplied by a random factor of at most `spread` from 1.
+/// Returns the color with its brightness multiplied by a random factor that differs from 1 by at most
+/// `spread`.
 inline Color random_shade(const Color& color, cv::RNG& random, double spread) {
   return shade(color, 1 + random.uniform(-spread, spread));
 }
@@ -45,7 +46,7 @@ class Canvas {
   void line(cv::Point2d a, cv::Point2d b, double thickness, const Color& color);
   void disc(cv::Point2d center, double radius, const Color& color);
   void polygon(const std::vector<cv::Point2d>& corners, const Color& color);
-  /// Draws text with capitals `height` tall; `at` is the left end of its baseline.
+  /// Draws text with capital letters of height `height`; `at` is the left end of its baseline.
   void text(const std::string& words, cv::Point2d at, double height, double thickness, const Color& color);
   /// Fills the box with a color gradient from `top` down to `bottom`.
   void gradient(const Box& box, const Color& top, const Color& bottom);
@@ -63,16 +64,17 @@ class Canvas {
   cv::Mat3b image_;
 };
 
-/// Returns the RGB picture of a texture, first row on top, determined by name and seed; empty for an unknown
-/// name. Names are a kind and a number ("books_3"): a kind has one painter, a number its own choices.
+/// Returns the RGB picture of a texture, first row on top, which depends only on name and seed; empty for an
+/// unknown name. Names are a kind and a number ("books_3"): each kind has one painter, each number makes its
+/// own choices.
 cv::Mat3b paint_texture(std::string_view name, std::uint64_t seed);
 /// Returns whether there is a painter for a texture of that name.
 bool is_painted(std::string_view name);
 
-/// Sides of the office and the hall, m.
+/// Side lengths of the office and the hall, m.
 inline constexpr double kLong = 11, kShort = 7, kHigh = 3, kHallLong = 25, kHallAcross = 18;
 
-/// Paints from its own random stream. number: of the texture ("books_3": 3).
+/// Paints from its own random stream. number: from the texture's name ("books_3": 3).
 using Painter = Canvas (*)(cv::RNG& random, int number);
 using Painters = std::map<std::string_view, Painter>;
 

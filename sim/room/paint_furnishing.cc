@@ -50,7 +50,7 @@ void paint_binder(Canvas& shelf, const Box& spine, cv::RNG& random) {
   shelf.disc({spine.x + spine.width / 2, spine.y + spine.height - 0.05}, 0.014, {30, 30, 30});
 }
 
-// Books and binders from one end to the other, here and there a gap with a leaning or lying one.
+// Paints books and binders from one end to the other, with an occasional gap with a leaning or lying one.
 void paint_row(Canvas& shelf, double floor, double room, cv::RNG& random) {
   for (double x = 0.03; x < shelf.width() - 0.09;) {
     const int kind = random.uniform(0, 12);

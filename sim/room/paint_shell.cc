@@ -1,4 +1,4 @@
-// Floors, ceilings, walls and what is part of them.
+// Floors, ceilings and walls, with everything that is part of them.
 #include <cmath>
 
 #include "sim/room/paint.h"
@@ -27,7 +27,7 @@ void scuff(Canvas& floor, cv::RNG& random) {
              random_shade({148, 149, 144}, random, 0.06));
 }
 
-// Tape marks at the robot's start (0, 0 of the world) and the corners of its ground.
+// Paints tape marks at the robot's start (0, 0 in the world) and at the corners of its ground.
 void mark_start(Canvas& floor, cv::Point2d start) {
   const Color tape(206, 196, 120);
   floor.fill({start.x - 0.2, start.y - 0.02, 0.4, 0.04}, tape);
@@ -139,7 +139,7 @@ Canvas paint_hall_ceiling(cv::RNG& random, int) {
   return module;
 }
 
-// Skirting, sockets, scuffs and the darkening toward ceiling and floor that every wall has.
+// Paints the skirting, sockets and scuffs of every wall, and its darkening toward ceiling and floor.
 Canvas plain_wall(double width, const Color& color, cv::RNG& random) {
   Canvas wall(width, kHigh, 0.005, color);
   const double w = wall.width(), h = wall.height();

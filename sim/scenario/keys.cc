@@ -34,7 +34,8 @@ std::vector<fs::path> files_below(const fs::path& folder) {
   return files;
 }
 
-/// The first key that counts and has another value in `scenario` than in the recorded one.
+/// Returns the first key for which `counts` is true and whose value in `scenario` differs from the recorded
+/// one.
 std::optional<RecordingDifference> first_difference(const Scenario& recorded, const Scenario& scenario,
                                                     bool (*counts)(std::string_view)) {
   for (const auto& key : scenario_keys()) {
@@ -50,7 +51,7 @@ constexpr std::array kAggregates{"median"sv, "mean"sv, "worst"sv};
 constexpr std::array kBounds{"at_most"sv, "at_least"sv};
 constexpr Domain kAnyNumber{std::numeric_limits<double>::lowest(), std::numeric_limits<double>::max()};
 
-/// Returns the index of name among the choices, or throws a ConfigError that lists them.
+/// Returns the index of a name among the choices. Throws a ConfigError that lists them if it is not there.
 std::size_t choose(const Yaml& at, const std::string& key, std::string_view name,
                    std::span<const std::string_view> choices) {
   const auto found = std::find(choices.begin(), choices.end(), name);
@@ -137,7 +138,7 @@ bool shapes_recording(const Scenario& scenario, std::string_view key) {
 }
 
 std::optional<std::string> unit_of(std::string_view key) {
-  std::istringstream endings(  // each with its unit
+  std::istringstream endings(  // each name ending with its unit
       "_per_s2 1/s² _per_s 1/s _n_m N/m _m_s_per_n m/(N·s) _rad_s_per_nm rad/(N·m·s) _1_m 1/m _gray gray "
       "_rad_s2 rad/s² _rad_s rad/s _m_s2 m/s² _m_s3 m/s³ _m_s m/s _px2 px⁻² _px px _rad rad _deg deg _hz Hz "
       "_ms ms _ns N·s _s s _m m _kg kg _n N");

@@ -1,4 +1,4 @@
-// The table of keys for reading, overrides, help, printing, sweeps and tuning.
+// The table of keys, used for reading, overrides, help, printing, sweeps and tuning.
 #pragma once
 
 #include <concepts>
@@ -10,9 +10,9 @@
 
 namespace sim::scenario {
 
-// The lists of a scenario, of items such as `- stand: {duration_s: 1}`, each of one kind of a closed set. A
-// kind has kName and keys; problem(), if it exists, returns what is wrong with an item as a whole, and `list`
-// is its value if that is a list in the file.
+// The lists in a scenario. Each item, such as `- stand: {duration_s: 1}`, is of one of a fixed set of kinds.
+// A kind has kName and keys. If it has problem(), this returns what is wrong with an item as a whole. If it
+// has `list`, its value in the file is a list, which goes there.
 
 template <class Item>
 concept ListItem = std::same_as<Item, walking::Command> || std::same_as<Item, sensor_errors::Fault> ||
@@ -20,7 +20,7 @@ concept ListItem = std::same_as<Item, walking::Command> || std::same_as<Item, se
     std::same_as<Item, rig::Item>;
 
 /// The operations on these lists. read() replaces the list and throws ConfigError at the item or field that
-/// is wrong; print() writes one item to a line.
+/// is wrong. print() writes one item per line.
 template <ListItem Item>
 struct ListOperations {
   static std::string expected(const Domain&);
@@ -35,10 +35,10 @@ inline constexpr ValueType kValueType<std::vector<Item>>{
 template <ListItem Item>
 std::string describe();
 
-/// A value that can be set in options, its owner: those that keys_of() was asked for. The member's
-/// initializer is its default, its name ends in its unit.
+/// A value that can be set in an owner: the options that keys_of() was asked about. The member's initializer
+/// is its default, and the end of its name is its unit.
 struct Key {
-  /// A step from an object to its member, or to the content of an optional one.
+  /// A step from an object to one of its members, or to the content of an optional one.
   struct Step {
     std::ptrdiff_t offset;
     void* (*content)(void* optional) = nullptr;
@@ -49,14 +49,14 @@ struct Key {
   std::string expected;  ///< "a number from 0.01 to 0.4"
   Domain domain;
   const ValueType* type;
-  std::vector<Step> place;  ///< of the value in the owner
+  std::vector<Step> place;  ///< path from the owner to the value
 
   /// Throws ConfigError.
   template <class Owner>
   void read(const Yaml& node, Owner& owner) const {
     read_in(&owner, node);
   }
-  /// Prints the value as YAML; lists may break lines.
+  /// Prints the value as YAML. Lists may span lines.
   template <class Owner>
   std::string print(const Owner& owner) const {
     return print_in(&owner);
@@ -66,8 +66,8 @@ struct Key {
   std::string print_in(const void* owner) const;
 };
 
-/// The part of KeyCollector that does not depend on the options; as templates it would take a third of this
-/// folder's compilation.
+/// The part of KeyCollector that does not depend on the options. As templates it would take a third of this
+/// folder's compile time.
 class KeyList : public walking::KeyVisitor {
  protected:
   KeyList(std::string prefix, std::vector<Key::Step> place, std::vector<Key>& keys)
@@ -81,11 +81,11 @@ class KeyList : public walking::KeyVisitor {
   std::vector<Key>& keys_;
 };
 
-/// Visitor that makes the Keys of an options struct and of its parts.
+/// A visitor that creates the Keys of an options struct and of its parts.
 template <class Options>
 class KeyCollector : public KeyList {
  public:
-  /// prefix: of all names; place: of the Options in the owner.
+  /// prefix: of all names. place: path from the owner to the Options.
   KeyCollector(std::string prefix, std::vector<Key::Step> place, std::vector<Key>& keys)
       : KeyList(std::move(prefix), std::move(place), keys) {}
 
@@ -135,7 +135,7 @@ std::vector<Key> keys_of() {
   return keys;
 }
 
-/// All keys but limits.<metric>, sections together, in the order of help and of to_yaml.
+/// Returns all keys except limits.<metric>, each section's together, in the order of help and of to_yaml.
 const std::vector<Key>& scenario_keys();
 
 /// The key of that name, or nullptr.
@@ -147,38 +147,42 @@ std::string unknown_key(std::string_view name);
 /// The default scenario with all optional sections, the source of defaults.
 const Scenario& default_scenario();
 
-/// True if the scenario has the section ("camera") of the key.
+/// Returns whether the scenario has the section ("camera") of the key.
 bool has_section(const Scenario& scenario, std::string_view key);
 
-/// True for a key that shapes what ideal sensors record, as does the seed: walk, stabilizer, world, camera.
+/// Returns whether a key affects what ideal sensors record, as the seed does: walk, stabilizer, world,
+/// camera.
 bool shapes_recording(std::string_view key);
 
-/// True for a key that shapes the estimates of a filter: below errors or slam, `estimator`, and below
-/// estimator.time.
+/// Returns whether a key affects a filter's estimates: those below errors and slam, `estimator`, and those
+/// below estimator.time.
 bool shapes_estimate(std::string_view key);
 
-/// True for a key that shapes that scenario's recording; if the estimate steers, shapes_estimate() too.
+/// Returns whether a key affects that scenario's recording; if the estimate steers, shapes_estimate() counts
+/// too.
 bool shapes_recording(const Scenario& scenario, std::string_view key);
 
-/// Returns the unit in a key's name, "m" for "walk.step_length_m", if it has one.
+/// Returns the unit in a key's name, such as "m" for "walk.step_length_m", if any.
 std::optional<std::string> unit_of(std::string_view key);
 
 /// A hash (32 hexadecimal digits) of the names and contents of the models' files. Throws FileError.
 std::string models_hash(const std::filesystem::path& models);
 
-/// A hash (32 hexadecimal digits) of the keys that shape a scenario's recording (shapes_recording), its seed,
-/// whether it has a camera, the models, and `program`, which stands for programs that record other bits.
+/// Returns a hash (32 hexadecimal digits) of the keys that affect a scenario's recording (shapes_recording),
+/// its seed, whether it has a camera, the models, and `program`, which distinguishes programs that record
+/// different bits.
 std::string recording_key(const Scenario& scenario, const std::string& models, const std::string& program);
 
-/// A key that shapes recordings and differs, with its value there and now ("left out" without its section).
+/// A key that affects recordings and differs, with its recorded and its current value ("left out" if its
+/// section is missing).
 struct RecordingDifference {
   std::string key, recorded, now;
 };
-/// The first key that shapes recordings and has another value in `scenario` than in the recorded one.
+/// Returns the first key that affects recordings and whose value in `scenario` differs from the recorded one.
 std::optional<RecordingDifference> first_difference(const Scenario& recorded, const Scenario& scenario);
 
-/// Why a replay with this scenario, which has slam, would have steered another walk than was recorded: an
-/// estimate steered that walk, and now it is another. Nothing otherwise.
+/// Returns why a replay with this scenario, which has slam, would have steered another walk than the recorded
+/// one: an estimate steered that walk, and now the estimate is another. Returns nothing otherwise.
 std::optional<std::string> counterfactual(const Scenario& recorded, const Scenario& scenario);
 
 // Limits on metrics: `ate_se3_rmse_m: {at_most: 0.1}`, `ate_se3_rmse_m.median: {at_most: 0.05}`.
@@ -186,15 +190,15 @@ std::optional<std::string> counterfactual(const Scenario& recorded, const Scenar
 /// Returns the error for an unknown metric, with the nearest one.
 std::string unknown_metric(std::string_view name);
 
-/// Reads limits.<metric>[.<aggregate>].<bound> (the key), replacing an earlier one. Throws ConfigError.
+/// Reads limits.<metric>[.<aggregate>].<bound> (the key), which replaces an earlier one. Throws ConfigError.
 void read_limit(const Yaml& at, const std::string& key, const Yaml& value, std::vector<MetricLimit>& limits);
 
-/// True if the value satisfies the limit.
+/// Returns whether the value satisfies the limit.
 bool keeps(const MetricLimit& limit, double value);
 
-/// "ate_se3_rmse_m.median"
+/// Returns "ate_se3_rmse_m.median".
 std::string subject(const MetricLimit& limit);
-/// "at_most" or "at_least"
+/// Returns "at_most" or "at_least".
 std::string_view word(Bound bound);
 
 }  // namespace sim::scenario

@@ -5,7 +5,7 @@
 namespace sim::scenario {
 namespace {
 
-/// The name of an item in messages, a whole item as YAML without the dash, and how many there must be.
+/// What messages call an item, a whole item as YAML without the dash, and how many items there must be.
 struct Grammar {
   std::string_view noun, example;
   std::size_t least = 0;
@@ -36,7 +36,8 @@ struct Kinds<std::variant<Kind...>> {
   static void each(const auto& f) { (f.template operator()<Kind>(), ...); }
 };
 
-/// The owner of a kind's fields: itself; or, if its value in the file is a list, an entry of it.
+/// The owner of a kind's fields: the kind itself or, if its value in the file is a list, an entry of that
+/// list.
 template <class Kind>
 struct Fields {
   using Owner = Kind;

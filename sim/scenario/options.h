@@ -1,4 +1,4 @@
-// Contents of a scenario: walk, world, sensor errors, filter, and limits of the score.
+// The contents of a scenario: walk, world, sensor errors, filter, and limits on the score.
 #pragma once
 
 #include <span>
@@ -15,9 +15,8 @@ namespace sim::scenario {
 
 /// stopped: a steered walk had no estimate for too long, or a command took twice its time. estimator_failed,
 /// walker_failed: the estimator or the walking controller crashed, missed a time limit or gave an invalid
-/// answer. sensor_unused: the filter did not use one of its sensors in any
-/// frame. failed: the simulator broke, which no scenario can allow. crashed,
-/// not_started: the process of the run left no result.
+/// answer. sensor_unused: the filter did not use one of its sensors in any frame. failed: the simulator
+/// broke, which no scenario can allow. crashed, not_started: the run's process left no result.
 enum class Ending {
   completed,
   fell,
@@ -58,10 +57,10 @@ struct Ended {
   std::string cause = {};
 };
 
-/// Direction of a limit.
+/// The direction of a limit.
 enum class Bound { at_most, at_least };
 
-/// Limit of a metric. aggregate: over seeds ("median", "mean", "worst"), or absent: for each run.
+/// A limit on a metric. aggregate: over seeds ("median", "mean", "worst"); absent: for each run.
 struct MetricLimit {
   std::string metric;
   std::optional<std::string> aggregate;
@@ -78,11 +77,11 @@ struct Limits {
   static void keys(auto&& key) { choice<&Limits::ending>(key, kResultEndings, "endings of a run that pass"); }
 };
 
-/// Simulated time that an answer of the estimator takes.
+/// How much simulated time an answer of the estimator takes.
 enum class TimeModel { none, fixed, measured };
 inline constexpr std::array<std::string_view, 3> kTimeModels{"none", "fixed", "measured"};
 
-/// The treatment of frames that find the estimator busy and the queue full.
+/// What happens to frames that arrive when the estimator is busy and the queue is full.
 enum class OnBusy { drop, wait };
 inline constexpr std::array<std::string_view, 2> kOnBusy{"drop", "wait"};
 
@@ -96,7 +95,7 @@ struct EstimatorTime {
   static void keys(auto&& key) {
     choice<&EstimatorTime::model>(
         key, kTimeModels,
-        "simulated time that each answer takes: none, fixed (frame_ms), or measured (its wall time: such a "
+        "simulated time that each answer takes: none, fixed (frame_ms), or measured (its wall time, so the "
         "run is not repeatable)");
     number<&EstimatorTime::frame_ms>(key, 0, 1e6, "simulated time of each answer, with model: fixed");
     number<&EstimatorTime::queue>(
@@ -104,11 +103,11 @@ struct EstimatorTime {
     choice<&EstimatorTime::on_busy>(
         key, kOnBusy,
         "what happens to further frames while the estimator is busy: drop (their images; IMU readings go "
-        "with the next frame), or wait, each in its turn");
+        "with the next frame), or wait in turn");
   }
 };
 
-/// The names of the built-in walking controllers: the pattern generator with its stabilizer.
+/// The names of the built-in walking controllers. "plan" is the pattern generator with its stabilizer.
 inline constexpr std::array<std::string_view, 1> kControllers{"plan"};
 
 /// The scenario's keys walk.controller.time.*: when an answer of the walking controller takes effect.
@@ -120,13 +119,13 @@ struct ControllerTime {
     choice<&ControllerTime::model>(
         key, kTimeModels,
         "simulated time that each answer of the program takes: none, fixed (answer_ms), or measured (its "
-        "wall time: such a run is not repeatable)");
+        "wall time, so the run is not repeatable)");
     number<&ControllerTime::answer_ms>(
-        key, 0, 1000, "simulated time from the sensors to the command of the servos, with model: fixed");
+        key, 0, 1000, "simulated time from the sensors to the servos' commands, with model: fixed");
   }
 };
 
-/// Everything that shapes a run. Without camera it has no frames, without slam no filter.
+/// Everything that affects a run. Without a camera it has no frames, without slam no filter.
 struct Scenario {
   std::string name;
   std::uint64_t seed = 1;
@@ -139,13 +138,13 @@ struct Scenario {
   rig::ImuOptions imu;
   std::vector<rig::Item> rig;  ///< further sensors
   sensor_errors::ErrorOptions errors;
-  programs::Choice estimator{.name = "filter"};  ///< the section slam is unused by all but the filter
+  programs::Choice estimator{.name = "filter"};  ///< only the filter uses the section slam
   EstimatorTime estimator_time;
   std::optional<slam::Options> slam;
   Limits limits;
 
   static void keys(auto&& key) {
-    value<&Scenario::name>(key, "name of the results folder; without it, that of the scenario's file");
+    value<&Scenario::name>(key, "name of the results folder; default: the scenario file's name");
     value<&Scenario::seed>(key, "seed of every random stream of the run");
     key.choice("walk.controller", &Scenario::controller, kControllers,
                "what makes the robot walk: plan (pattern generator and stabilizer), or an external program");

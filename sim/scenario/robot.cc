@@ -40,10 +40,10 @@ class RobotReader {
                 {kStabilizer, no_key_of_the_robot},
                 {kSlam, no_key_of_the_robot}});
     for (const char* key : {"base", "head_camera", "imu", "legs", "feet", "servos"})
-      if (!root_.find(key)) fail(root_, key, "missing, expected in the file of a robot");
+      if (!root_.find(key)) fail(root_, key, "missing, expected in a robot's file");
     for (std::size_t side = 0; side < 2; ++side) {
       if (!robot_.arms[side].empty() && robot_.arms[side].size() != 2)
-        fail(*root_.find("arms"), "arms", "expected two joints a side, shoulder and elbow");
+        fail(*root_.find("arms"), "arms", "expected two joints per side, shoulder and elbow");
       if (robot_.feet[side].body.empty())
         fail(*root_.find("feet"), "feet", fmt::format("{}.body is missing", kSides[side]));
     }
@@ -69,7 +69,7 @@ class RobotReader {
     value = read_texts(node, key, "[left_hip, left_knee]");
   }
 
-  /// A map of an options' table of keys.
+  /// Reads a map into options with a table of keys.
   template <class Options>
   void table(const std::string& path, const Yaml& node, Options& options) {
     note(path, node);

@@ -1,5 +1,4 @@
-// Reads robot.yaml: the parts of a robot's model by name, and the defaults that its robot gives to a
-// scenario.
+// Reads robot.yaml: the parts of a robot's model by name, and the scenario defaults for that robot.
 #pragma once
 
 #include "sim/physics/robot_file.h"
@@ -8,7 +7,7 @@
 
 namespace sim::scenario {
 
-/// The folder of the robots and rooms of the program.
+/// Returns the folder of the program's robots and rooms.
 std::filesystem::path standard_models();
 
 /// The folder of a robot: below models/robots, or a path if it has a slash.
@@ -16,11 +15,11 @@ std::filesystem::path robot_folder(const std::string& robot);
 
 /// Throws ConfigError at the first key that is unknown, wrong or missing.
 physics::RobotFile read_robot(const std::filesystem::path& folder);
-/// The robot of a scenario.
+/// Reads the robot of a scenario.
 physics::RobotFile read_robot(const Scenario& scenario);
 
-/// Returns the keys of a scenario that robot.yaml sets, with their values: those below walk, stabilizer and
-/// slam, and world.floor_friction. A scenario may override them. Empty if the file does not exist.
+/// Returns the scenario keys that robot.yaml sets, with their values: keys below walk, stabilizer and slam,
+/// and world.floor_friction. A scenario may override them. Empty if the file does not exist.
 std::vector<std::pair<std::string, Yaml>> robot_defaults(const std::filesystem::path& folder);
 
 }  // namespace sim::scenario

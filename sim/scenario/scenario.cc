@@ -13,11 +13,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Returns the planned walk, or nullopt if it cannot be carried out: that is reported when it is planned.
+/// Returns the planned walk, or nothing if it cannot be carried out, which is reported when it is planned.
 /// Throws ConfigError at the command that makes the walk too long.
 std::optional<walking::Timeline> planned(const ReadScenario& read) {
   try {
-    // A robot of no size: steps that do not close the feet of the real one may be a step less.
+    // A robot of no size. Steps that do not close a real robot's feet may be one step fewer here.
     return walking::Timeline({}, read.scenario.walk, {}, Eigen::Vector2d::Zero());
   } catch (const walking::TooLong& e) {
     const auto command = static_cast<std::size_t>(e.command);
@@ -29,7 +29,7 @@ std::optional<walking::Timeline> planned(const ReadScenario& read) {
   }
 }
 
-/// Returns why a fault, push or darkness of this time never happens, if so. end_s: of the walk.
+/// Returns why a fault, push or darkness at this time never happens, if so. end_s: the end of the walk.
 std::optional<std::string> never_happens(double from_s, double duration_s, double end_s) {
   if (duration_s == 0) return "never happens: its duration_s is 0";
   if (from_s >= end_s)
@@ -58,7 +58,7 @@ std::optional<std::string> never_happens(const sensor_errors::Fault& any, double
 
 constexpr const char* kNoCamera = "never happens: this scenario has no section 'camera'";
 
-/// Returns why the estimator does not notice the fault of a sensor, if so. External programs may use each.
+/// Returns why the estimator does not notice a sensor's fault, if so. External programs may use every sensor.
 std::optional<std::string> unnoticed(const sensor_errors::Fault& fault, std::string_view kind,
                                      const Scenario& scenario) {
   if (sensor_errors::is_of_steering(fault)) return std::nullopt;
@@ -111,7 +111,7 @@ void check_happens(const ReadScenario& read, double end_s) {
   if (dark.left_fraction == 1) require("world.lights_off", "changes nothing: its left_fraction is 1");
 }
 
-/// Throws ConfigError if landmarks are to start with a depth that the rig does not measure.
+/// Throws ConfigError if landmarks should start with a measured depth and the rig does not measure it.
 void check_measured_depth(const ReadScenario& read) {
   const Scenario& scenario = read.scenario;
   const auto measures_head_depth = [](const rig::Item& item) {
@@ -137,7 +137,7 @@ void check_time(const ReadScenario& read) {
             fmt::format("is {}, but {}model is {}; expected 0, or model: fixed", ms, section,
                         kTimeModels[static_cast<std::size_t>(model)]));
     require(model != TimeModel::fixed || read.origin.contains(key), section + "model",
-            fmt::format("is fixed, expected {} with it", key));
+            fmt::format("is fixed, expected {} to be set with it", key));
   };
   const ControllerTime& controller = read.scenario.controller_time;
   check_fixed("walk.controller.time.", controller.model, "answer_ms", controller.answer_ms);
@@ -148,14 +148,14 @@ void check_time(const ReadScenario& read) {
   check_fixed(estimator, time.model, "frame_ms", time.frame_ms);
   const bool none = time.model == TimeModel::none;
   require(!none || time.queue == 0, estimator + "queue",
-          "is 1, but with estimator.time.model none a frame never waits");
+          "is 1, but with estimator.time.model none no frame ever waits");
   require(!none || time.on_busy == OnBusy::drop, estimator + "on_busy",
           "is wait, but with estimator.time.model none an estimator is never busy");
   require(time.on_busy == OnBusy::drop || time.queue == 0, estimator + "queue",
           "is 1, but estimator.time.on_busy is wait, where every frame waits; expected 0, or on_busy: drop");
 }
 
-/// Returns whether a walk neither turns nor ever walks back.
+/// Returns whether a walk never turns and never walks back.
 bool is_straight(const walking::Timeline& walk) {
   const auto moved = [](const walking::Stance& from, const walking::Stance& to) -> Eigen::Vector2d {
     return walking::center_of(to).position - walking::center_of(from).position;
@@ -167,7 +167,7 @@ bool is_straight(const walking::Timeline& walk) {
   });
 }
 
-/// Throws ConfigError for limits that no run satisfies.
+/// Throws ConfigError for limits that no run can satisfy.
 void check_limits(const ReadScenario& read, const Yaml& at, const walking::Timeline& walk) {
   const std::vector<MetricLimit>& limits = read.scenario.limits.metrics;
   for (const MetricLimit& most : limits)
@@ -180,7 +180,7 @@ void check_limits(const ReadScenario& read, const Yaml& at, const walking::Timel
     if (limit.metric == "loop_closed" && limit.bound == Bound::at_least && limit.value > 0 &&
         is_straight(walk))
       fail(at, "limits." + subject(limit),
-           "cannot be met: the walk neither turns nor comes back; limits: {} removes the limits of a base");
+           "cannot be met: the walk neither turns nor comes back; limits: {} removes a base's limits");
 }
 
 /// Throws ConfigError if keys contradict each other, a fault never happens, or the walk takes too long to
@@ -196,7 +196,7 @@ void check_whole(const ReadScenario& read) {
          "needs the section 'camera': the filter works at its frames (--without camera,slam drops both)");
   check_measured_depth(read);
   if (!scenario.rig.empty() && !scenario.camera)
-    fail(at, "rig", "needs the section 'camera': its readings come with the frames of the head camera");
+    fail(at, "rig", "needs the section 'camera': its readings come with the head camera's frames");
   if (scenario.slam && scenario.slam->vision.enabled && scenario.world.room == "floor")
     fail(at, "world.room",
          "is floor, an empty plane without anything to track; expected office or hall, or "
@@ -208,7 +208,7 @@ void check_whole(const ReadScenario& read) {
   for (const sensor_errors::Fault& fault : scenario.errors.faults)
     if (steered_by == plan && sensor_errors::is_of_steering(fault))
       fail(at, "errors.faults",
-           "disturb the estimate that steers, but walk.steering.by is plan; expected truth or estimate");
+           "disturb the steering estimate, but walk.steering.by is plan; expected truth or estimate");
   const std::optional<walking::Timeline> walk = planned(read);
   if (!walk) return;
   check_limits(read, at, *walk);
@@ -219,7 +219,8 @@ void check_whole(const ReadScenario& read) {
 constexpr const char* kArgument = "<argument>";
 constexpr const char* kBase = "base";  // not in the table of keys
 
-/// Parts below `section` ("" for the top): "walk" -> {"single_support_s", ...}. Not empty for a section only.
+/// Returns the parts below `section` ("" for the top): "walk" -> {"single_support_s", ...}. Not empty only
+/// for a section.
 std::vector<std::string_view> parts_below(std::string_view section) {
   std::vector<std::string_view> parts;
   for (const auto& key : scenario_keys()) {
@@ -274,7 +275,7 @@ class ScenarioReader {
     read_map(root, "");
   }
 
-  /// Names the scenario after the file, unless it has a key `name`; the name of a base is not inherited.
+  /// Names the scenario after the file unless it has a key `name`. A base's name is not inherited.
   void read_name_of_file(const Yaml& root) {
     if (root.find("name")) return;
     Yaml stem;
@@ -285,7 +286,7 @@ class ScenarioReader {
     result.origin.erase("name");
   }
 
-  /// Reads what the robot says of keys that no file and no argument has given.
+  /// Reads the robot's values for keys that no file or argument has set.
   void read_robot_defaults() {
     for (const auto& [path, value] : robot_defaults(robot_folder(result.scenario.world.robot))) {
       const bool noise =
@@ -304,7 +305,7 @@ class ScenarioReader {
       result.scenario.slam->plan_velocity.sway_period_s = 2 * (walk.single_support_s + walk.double_support_s);
   }
 
-  /// "key=value" or "section={key: value}", the n-th of the command line (from 1).
+  /// Reads "key=value" or "section={key: value}", the n-th on the command line (from 1).
   void read_override(const std::string& argument, int n) {
     const std::size_t equals = argument.find('=');
     Yaml at;
@@ -315,7 +316,7 @@ class ScenarioReader {
     read_setting({argument.substr(0, equals), at, value});
   }
 
-  /// A later setting replaces an earlier one.
+  /// Reads a setting, which replaces an earlier one.
   void read_setting(const Setting& setting) {
     given_.clear();
     read_entry(setting.at, setting.key, setting.value);
@@ -330,7 +331,7 @@ class ScenarioReader {
       std::error_code fault;
       if (open == file || fs::equivalent(open, file, fault))
         fail(node, kBase,
-             fmt::format("{} is a base of itself, by way of {}", file.string(), open_files_.back().string()));
+             fmt::format("{} is a base of itself, through {}", file.string(), open_files_.back().string()));
     }
     std::string text;
     try {
@@ -344,7 +345,7 @@ class ScenarioReader {
   void read_map(const Yaml& map, const std::string& section) {
     for (std::size_t i = 0; i < map.keys.size(); ++i) {
       const std::string& part = map.keys[i].text;
-      if (section.empty() && part == kBase) continue;  // read_file has read it
+      if (section.empty() && part == kBase) continue;  // already read by read_file
       read_entry(map.keys[i], section.empty() ? part : section + "." + part, map.items[i]);
     }
   }
@@ -368,7 +369,7 @@ class ScenarioReader {
     result.places[path] = at.origin;
   }
 
-  // {program: ..., time: {...}}: the time is a section beside the choice of the program.
+  // In {program: ..., time: {...}}, the time is a section beside the choice of the program.
   void read_timed(const Yaml& at, const std::string& path, Yaml value) {
     const auto i = value.find("time") - value.items.data();
     read_entry(value.keys[static_cast<std::size_t>(i)], path + ".time", Yaml(*value.find("time")));
@@ -393,7 +394,7 @@ class ScenarioReader {
       fail(at, path,
            fmt::format("is a section, expected keys below it: {}", fmt::join(parts_below(path), ", ")));
     } else if (path == kBase) {
-      fail(at, path, "belongs in a scenario file; --with FILE lays keys over one");
+      fail(at, path, "belongs in a scenario file; --with FILE adds a file's keys");
     } else {
       fail_unknown(at, path);
     }
@@ -407,8 +408,8 @@ class ScenarioReader {
     place = (path.has_filename() ? path : path.parent_path()).string();
   }
 
-  // In a file `slam.gyro.enabled: true` or `estimator` starts the section as `slam:` would; an argument does
-  // not.
+  // In a file, `slam.gyro.enabled: true` or `estimator` creates the section as `slam:` would. An argument
+  // does not.
   void require_section(const Yaml& at, const std::string& path) {
     const std::string first = path.substr(0, path.find('.')), section = first == "estimator" ? "slam" : first;
     Scenario& scenario = result.scenario;
@@ -418,8 +419,8 @@ class ScenarioReader {
       fail(at, path, fmt::format("this scenario has no section '{}'", section));
   }
 
-  std::vector<fs::path> open_files_;          // each but the first is a base of the one before
-  std::map<std::string, std::string> given_;  // keys of the file at hand, and where
+  std::vector<fs::path> open_files_;          // each is a base of the previous one
+  std::map<std::string, std::string> given_;  // keys of the current file, and where
 };
 
 void leave_out(Scenario& scenario, const std::vector<std::string>& without) {
@@ -435,12 +436,12 @@ void leave_out(Scenario& scenario, const std::vector<std::string>& without) {
       throw ConfigError(
           fmt::format("--without {}: expected camera or slam{}", section, did_you_mean(section, kSections)));
     }
-    std::erase_if(scenario.errors.faults,  // no filter works without either
+    std::erase_if(scenario.errors.faults,  // without either there is no filter
                   [](const auto& fault) { return !sensor_errors::is_of_steering(fault); });
   }
 }
 
-/// The time of the estimator that steers is its latency; a given latency_s is added to it.
+/// The time of a steering estimator is its latency. A given latency_s is added to it.
 void derive_latency(ReadScenario& read) {
   constexpr const char* kLatency = "walk.steering.latency_s";
   walking::SteeringOptions& steering = read.scenario.walk.steering;
@@ -473,7 +474,7 @@ ReadScenario read_root(const Yaml& root, const Changes& changes) {
 Yaml place_of(const ReadScenario& read, std::string_view key) {
   Yaml at;
   at.origin = read.start;
-  if (at.origin.file.empty()) at.origin.file = read.scenario.name;  // it was not read from text
+  if (at.origin.file.empty()) at.origin.file = read.scenario.name;  // the scenario was not read from text
   if (const auto place = read.places.find(key); place != read.places.end()) at.origin = place->second;
   return at;
 }
@@ -493,9 +494,9 @@ std::string to_yaml(const Scenario& scenario, std::initializer_list<std::string_
     if (!has_section(scenario, name) ||
         std::ranges::none_of(starts, [&](std::string_view start) { return name.starts_with(start); }))
       continue;
-    std::size_t begin = 0, indent = 0;  // "a: \n  b: value" for "a.b", with sections that are not open yet
+    std::size_t begin = 0, indent = 0;  // "a: \n  b: value" for "a.b", for sections that are not open yet
     for (std::size_t dot = 0; (dot = name.find('.', dot + 1)) != name.npos;) {
-      if (find_key(name.substr(0, dot))) continue;  // "estimator.time:", as `estimator` has a value
+      if (find_key(name.substr(0, dot))) continue;  // "estimator.time:", because `estimator` has a value
       if (!before.starts_with(name.substr(0, dot + 1)))
         text += fmt::format("{:{}}{}:\n", "", indent, name.substr(begin, dot - begin));
       begin = dot + 1, indent += 2;

@@ -1,4 +1,4 @@
-// Reading and writing scenarios: YAML files, which may change others.
+// Reading and writing scenarios, which are YAML files that may build on others.
 #pragma once
 
 #include <map>
@@ -12,34 +12,35 @@ namespace sim::scenario {
 struct ReadScenario {
   Scenario scenario;
   std::map<std::string, std::string, std::less<>> origin;
-  std::vector<Origin> command_origins = {};                ///< of each of walk.commands
-  std::map<std::string, Origin, std::less<>> places = {};  ///< where each key stands that was set
-  Origin start = {};                                       ///< of the file
+  std::vector<Origin> command_origins = {};                ///< for each of walk.commands
+  std::map<std::string, Origin, std::less<>> places = {};  ///< where each key was set
+  Origin start = {};                                       ///< start of the file
 };
 
-/// Returns a node at the place of a key, for fail(); at the scenario's start if the file did not set the key.
+/// Returns a node at the place of a key, for fail(), or at the scenario's start if the file did not set the
+/// key.
 Yaml place_of(const ReadScenario& read, std::string_view key);
 
-/// A key given a value.
+/// A key and the value it is set to.
 struct Setting {
   std::string key;
   Yaml at, value;  ///< the nodes of the key and of its value
 };
 
-/// Changes to a scenario file: overlays in the order typed, which replace keys (as the best.yaml of a tuning
+/// Changes to a scenario file, in this order: overlays as typed, which replace keys (as a tuning's best.yaml
 /// does), then overrides "key=value", then settings, then sections to remove.
 struct Changes {
   std::vector<std::string> overrides;
-  std::vector<std::string> without;  ///< of "camera", "slam"
+  std::vector<std::string> without;  ///< sections: "camera", "slam"
   std::vector<std::string> with{};   ///< YAML files
   std::vector<Setting> settings{};
 };
 
-/// Reads a scenario strictly; its keys replace those of the files that its key `base` names, relative to the
-/// file's folder. Throws ConfigError at the first error.
+/// Reads a scenario strictly. Its keys replace those of the files in its key `base`, which are relative to
+/// the file's folder. Throws ConfigError at the first error.
 ReadScenario read_scenario(const std::filesystem::path& file, const Changes& changes = {});
 
-/// The same from text. file: its name in messages; its stem names the scenario.
+/// Does the same from text. file: its name in messages; its stem names the scenario.
 ReadScenario read_scenario_text(std::string_view text, const std::string& file, const Changes& changes = {});
 
 /// The whole scenario as YAML, without a base; reading it again gives the same scenario bit for bit. starts:

@@ -13,7 +13,7 @@
 namespace sim::scenario {
 namespace {
 
-/// "'0.1 m'": the input, shortened, for a message.
+/// Returns "'0.1 m'": the input, shortened, for a message.
 std::string as_written(const Yaml& node) {
   if (node.kind == Yaml::Kind::empty) return "empty";
   if (node.kind == Yaml::Kind::list) return "a list";
@@ -26,7 +26,7 @@ std::string as_written(const Yaml& node) {
   fail(node, key, fmt::format("is {}, expected {}", as_written(node), expectation));
 }
 
-/// 017 is 15 for some programs and 17 for others.
+/// Some programs read 017 as 15, others as 17.
 bool has_leading_zero(std::string_view text) {
   if (text.starts_with('-')) text.remove_prefix(1);
   return text.size() > 1 && text[0] == '0' && text[1] >= '0' && text[1] <= '9';
@@ -67,7 +67,7 @@ constexpr std::array kFields{"program"sv,        "command"sv,         "name"sv, 
 constexpr Domain kLimit{0.001, 1e6};
 constexpr std::size_t kMostOptions = 1000;
 
-/// Names of built-in controllers (the domain of walk.controller) or estimators.
+/// Names of built-in controllers (for walk.controller) or estimators.
 struct Role {
   explicit Role(const Domain& domain)
       : noun(domain.choices.empty() ? "estimator" : "controller"),
@@ -116,7 +116,7 @@ void read_options(const Yaml& node, const std::string& key, const std::string& s
   }
 }
 
-/// Returns the name of the program's or command's file, or unlike a built-in name.
+/// Returns the name of the program's or command's file, changed if it is also a built-in name.
 std::string standard_name(const Choice& choice, const Role& role) {
   std::string name = programs::program_name(command_words(choice));
   for (char& c : name)
@@ -129,7 +129,7 @@ void read_field(const Yaml& at, const std::string& key, const Yaml& value, const
   const std::string& field = at.text;
   const std::string path = key + "." + field;
   if (field == "program" || (field == "command" && role.may_be_command())) {
-    if (!choice.words.empty()) fail(at, path, "names a program and a command, expected one of them");
+    if (!choice.words.empty()) fail(at, path, "names a program and a command, expected only one");
     choice.source = field == "program" ? Source::program : Source::command;
     choice.words = field == "program" ? words(value, path, role) : std::vector{word(value, path)};
   } else if (field == "name") {

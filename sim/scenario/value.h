@@ -1,4 +1,5 @@
-// Values in YAML: numbers, switches, words and lists, read strictly and printed so that they read back.
+// Values in YAML: numbers, switches, words and lists, read strictly and printed so that they read back the
+// same.
 #pragma once
 
 #include <fmt/format.h>
@@ -11,19 +12,19 @@
 
 namespace sim::scenario {
 
-// The YAML reader under its names in scenarios.
+// The YAML reader, under the names used for scenarios.
 using files::ConfigError, files::Origin, files::Yaml, files::MapReaders;
 using files::did_you_mean, files::fail, files::parse_seeds, files::parse_yaml, files::parse_yaml_file,
     files::quote_if_needed, files::read_map, files::read_path, files::read_seeds, files::read_texts,
     files::require_map, files::yaml_text;
 
-/// Valid values: a number within [lowest, highest], or one of the choices.
+/// The valid values: a number within [lowest, highest], or one of the choices.
 struct Domain {
   double lowest = 0, highest = 0;
   std::span<const std::string_view> choices{};
 };
 
-/// "a number from 0 to 1", "true or false", ...: expected values of this type.
+/// What is expected for a value of this type: "a number from 0 to 1", "true or false", ...
 std::string expected(const Domain& domain, const double&);
 std::string expected(const Domain& domain, const int&);
 std::string expected(const Domain& domain, const std::uint64_t&);
@@ -34,7 +35,7 @@ std::string expected(const Domain& domain, const std::vector<std::string>&);
 std::string expected(const Domain& domain, const Eigen::Vector3d&);
 std::string expected(const Domain& domain, const std::vector<Eigen::Vector3d>&);
 
-/// Reads a node into a value. Throws ConfigError at the node, naming the key.
+/// Reads a node into a value. Throws ConfigError at the node, with the key.
 void read(const Yaml& node, std::string_view key, const Domain& domain, double& value);
 void read(const Yaml& node, std::string_view key, const Domain& domain, int& value);
 void read(const Yaml& node, std::string_view key, const Domain& domain, std::uint64_t& value);
@@ -62,7 +63,7 @@ std::string print(const Domain& domain, const programs::Choice& choice);
 
 /// Returns the index of a word among the domain's choices. Throws ConfigError.
 std::size_t read_choice(const Yaml& node, std::string_view key, const Domain& domain);
-/// "one of a, b"
+/// Returns "one of a, b".
 std::string expected_choice(const Domain& domain);
 
 template <class T>
@@ -81,7 +82,7 @@ std::string print(const Domain& domain, E value) {
   return std::string(domain.choices[static_cast<std::size_t>(value)]);
 }
 
-/// Operations on values of one type.
+/// The operations on values of one type.
 struct ValueType {
   std::string (*expected)(const Domain&);
   void (*read)(const Yaml&, std::string_view key, const Domain&, void* value);
@@ -97,7 +98,7 @@ inline constexpr ValueType kValueType{
 /// An angle: degrees in the file, radians in the member.
 extern const ValueType kDegrees;
 
-/// Converts degrees to radians, and back to degrees that give exactly these radians (if such exist).
+/// Converts degrees to radians, and back to degrees that give exactly these radians if such degrees exist.
 double to_radians(double degrees);
 double to_degrees(double radians);
 

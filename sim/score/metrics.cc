@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kFirstMotion_m = 0.001;
 
-/// Beginnings of the metrics that compare orientations, or poses without alignment.
+/// How the names of metrics begin that compare orientations or unaligned poses.
 constexpr std::array kOfPoses{"rmse_m", "rotation_",   "rpe_",  "smoothed_rmse_m", "smoothed_rotation_",
                               "end_",   "drift_",      "nees_", "poses_with",      "landmark_",
                               "plan_",  "true_height_"};
@@ -59,7 +59,7 @@ OrAbsent<std::vector<LoopLandmark>> loop_of(const ScoreContext& c) {
   return loop_landmarks(c.run);
 }
 
-// "at 3.4 s, 8 % of 43.0 s" if the last moment is not the end of the plan and of the truth.
+// Returns "at 3.4 s, 8 % of 43.0 s" if the last moment is not the end of the plan and of the truth.
 std::optional<std::string> note_of_end(const MetricDefinition& definition, const ScoreContext& context) {
   const Trajectory &camera = context.run.truth_camera, &waist = context.run.truth_waist;
   const bool of_walk = definition.needs == Needs::walk;
@@ -95,7 +95,7 @@ Metric compute(const MetricDefinition& definition, const ScoreContext& context) 
   };
   const auto starts_name = [&](const char* beginning) { return definition.name.starts_with(beginning); };
   if (!context.run.truth_has_poses && std::ranges::any_of(kOfPoses, starts_name))
-    return absent("the truth has positions only: see the errors after alignment, ate_...");
+    return absent("the truth has only positions: see the errors after alignment, ate_...");
   if (definition.needs == Needs::scale && context.run.no_scale) return absent(*context.run.no_scale);
   if (definition.needs != Needs::walk && context.no_estimate) return absent(context.no_estimate->reason);
   const Value found = definition.compute(context);
@@ -123,7 +123,7 @@ MetricDefinition ate_metric(const std::string& name, const std::string& alignmen
           "m",
           "Absolute trajectory error: root mean square distance between estimated and true camera positions, "
           "the estimate aligned by " +
-              alignment + ". Frames count from the first planned motion on.",
+              alignment + ". Frames count from the first planned motion.",
           needs,
           [how](C c) { return ate(c.pairs, how); },
           largest,
@@ -136,7 +136,7 @@ Value odometry_ate(C c) {
   return ate(pair_by_stamp(c.truth_camera, c.run.odometry), Alignment::se3);
 }
 
-// of(pairs of the true poses with the smoothed ones), with the definition of the metric of the estimate.
+// Applies `of` to the pairs of true and smoothed poses; the definition refers to the estimate's metric.
 MetricDefinition smoothed_metric(const std::string& name, const std::string& unit,
                                  Value (*of)(const std::vector<PosePair>&)) {
   return {
@@ -145,7 +145,7 @@ MetricDefinition smoothed_metric(const std::string& name, const std::string& uni
       Needs::scale, [of](C c) -> Value {
         if (c.run.smoothed.empty())
           return Absent{
-              "nothing was smoothed: only the built-in filter does, with images and with space "
+              "nothing was smoothed: only the built-in filter smooths, with images and with space "
               "for its temporary file"};
         return of(pair_by_stamp(c.truth_camera, c.run.smoothed));
       }};
@@ -164,7 +164,7 @@ Value drift_percent(C c) {
   return 100 * end_distance(c) / walked;
 }
 
-// The root mean square over 1 m of the true path of error(difference of the two motions).
+// Root mean square of error(difference of the two motions) over 1 m of the true path.
 MetricDefinition rpe_metric(const std::string& unit, const std::string& kind, Needs needs,
                             double (*error)(const Eigen::Isometry3d&)) {
   return {"rpe_1m_" + unit,
@@ -190,10 +190,9 @@ MetricDefinition nees_metric(const std::string& name, double PoseNees::*part, Ne
       "nees_" + name + "_mean",
       "1",
       "Mean of the normalized estimation error squared (NEES) of the camera's " + name +
-          ", from the first planned motion on; 3 is expected of the mean over ten seeds and more: that of "
-          "one "
-          "run of a consistent filter is 1.0 to 5.8. Without alignment, or by the first pose if the estimate "
-          "was fitted to the truth.",
+          ", from the first planned motion; 3 is expected for the mean over ten or more seeds, and 1.0 to "
+          "5.8 for one run of a consistent filter. Without alignment, or aligned by the first pose if the "
+          "estimate was fitted to the truth.",
       needs,
       [part](C c) {
         return value_of(c.nees, [part](const std::vector<PoseNees>& all) -> Value {
@@ -211,7 +210,7 @@ MetricDefinition nis_metric(std::size_t sensor) {
   return {"nis_" + name + "_mean",
           "1",
           "Mean normalized innovation squared (NIS) of the sensor " + name +
-              " by its degrees of freedom, from the first planned motion on; 1 is expected.",
+              " per degree of freedom, from the first planned motion; 1 is expected.",
           Needs::estimate,
           [sensor](C c) -> Value {
             int frames = 0;
@@ -233,7 +232,7 @@ MetricDefinition lag1_metric(std::size_t sensor) {
   return {"innovation_lag1_" + name,
           "1",
           "Correlation of the normalized innovations of the sensor " + name +
-              " from frame to frame, from the first planned motion on; 0 if they are white.",
+              " from frame to frame, from the first planned motion; 0 if they are white.",
           Needs::estimate,
           [sensor](C c) -> Value {  // Bar-Shalom et al. 2001, eq. 5.4.2-8 with lag 1
             double products = 0, squares = 0;
@@ -247,8 +246,8 @@ MetricDefinition lag1_metric(std::size_t sensor) {
           largest_magnitude};
 }
 
-// The fraction of the answers from the first planned motion on with readings of a sensor, or, of those with
-// readings, with accepted ones.
+// The fraction of the answers since the first planned motion that have readings of a sensor or, of those, the
+// fraction with accepted readings.
 Value fraction_in_use(C c, std::size_t sensor, bool of_accepted) {
   if (c.run.use.empty()) return Absent{"the estimator does not report which sensors it uses"};
   double all = 0, with_readings = 0, accepted = 0;
@@ -272,7 +271,7 @@ void add_use(MetricDefinitions& all, std::size_t sensor) {
   const std::string name(kUsedSensors[sensor]);
   all.push_back(
       {"readings_" + name + "_fraction", "1",
-       "Fraction of the frames with readings of the sensor " + name + ", from the first planned motion on.",
+       "Fraction of the frames with readings of the sensor " + name + ", from the first planned motion.",
        Needs::estimate, [sensor](C c) { return fraction_in_use(c, sensor, false); }, smallest});
   all.push_back(
       {"accepted_" + name + "_fraction", "1",
@@ -286,14 +285,14 @@ Value landmark_rmse(C c) {
   return root_mean_square(distances);
 }
 
-// Errors of all frames, relative errors, errors at the last frame.
+// Errors over all frames, relative errors, and errors at the last frame.
 MetricDefinitions estimate_metrics() {
   return {
       ate_metric("se3", "the rotation and translation of least squares (SE(3))", Needs::scale, Alignment::se3,
                  kHeadline),
       {"rmse_m", "m",
        "Root mean square distance between estimated and true camera positions, without alignment: both are "
-       "in W, the plan's world at t = 0. Frames count from the first planned motion on, when the planned "
+       "in W, the plan's world at t = 0. Frames count from the first planned motion, when the planned "
        "waist is more than 1 mm from its start.",
        Needs::scale, [](C c) { return ate(c.pairs, Alignment::none); }, largest, kHeadline, Note::coverage},
       ate_metric("yaw", "the rotation about the vertical and the translation of least squares", Needs::scale,
@@ -316,11 +315,11 @@ MetricDefinitions estimate_metrics() {
                         return root_mean_square(orientation_errors(pairs)) / kDegree;
                       }),
       {"poses_matched", "1",
-       "Number of estimated poses that have the stamp of a true one, within 0.1 ms, from the first planned "
-       "motion on: the errors are taken over these.",
+       "Number of estimated poses whose stamp is within 0.1 ms of a true pose's, from the first planned "
+       "motion: the errors are taken over these.",
        Needs::estimate, [](C c) { return static_cast<double>(c.pairs.size()); }, smallest},
       {"true_poses", "1",
-       "Number of true poses from the first planned motion on. poses_matched of them have an estimate.",
+       "Number of true poses from the first planned motion. poses_matched of them have an estimate.",
        Needs::walk,
        [](C c) -> Value {
          if (c.truth_camera.empty()) return Absent{"the plan never moves"};
@@ -329,7 +328,7 @@ MetricDefinitions estimate_metrics() {
        smallest},
       {"rotation_rmse_deg", "deg",
        "Root mean square angle between estimated and true camera orientations, without alignment, from the "
-       "first planned motion on.",
+       "first planned motion.",
        Needs::estimate, [](C c) { return root_mean_square(orientation_errors(c.pairs)) / kDegree; }, largest,
        false, Note::coverage},
       rpe_metric("m", "translation", Needs::scale,
@@ -349,7 +348,7 @@ MetricDefinitions estimate_metrics() {
        Note::at_end}};
 }
 
-// NEES, NIS and use of each sensor, landmarks of the map.
+// NEES, NIS and use of each sensor, and the map's landmarks.
 MetricDefinitions consistency_metrics() {
   MetricDefinitions all{
       {"poses_with_covariance", "1",
@@ -366,7 +365,7 @@ MetricDefinitions consistency_metrics() {
   for (std::size_t sensor = 0; sensor < kSensors.size(); ++sensor) all.push_back(lag1_metric(sensor));
   for (std::size_t sensor = 0; sensor < kUsedSensors.size(); ++sensor) add_use(all, sensor);
   all.push_back({"found_landmarks_fraction", "1",
-                 "Fraction of the searches for a landmark that found it, from the first planned motion on.",
+                 "Fraction of the searches for landmarks that succeeded, from the first planned motion.",
                  Needs::estimate, found_fraction, smallest});
   all.push_back({"landmark_rmse_m", "m",
                  "Root mean square distance of the final map's landmarks from the first surface point on the "

@@ -8,7 +8,7 @@ namespace {
 constexpr Stamp kOutOfView = std::chrono::seconds(5);
 constexpr double kTolerance_px = 3, kFar_m = 1000;
 
-// The true pose of exactly that time, or null.
+// Returns the true pose at exactly that time, or null.
 const Eigen::Isometry3d* pose_at(const Run& run, Stamp t) {
   const auto at = std::ranges::lower_bound(run.truth_camera, t, {}, &TimedPose::t);
   return at != run.truth_camera.end() && at->t == t ? &at->X : nullptr;
@@ -34,14 +34,14 @@ std::vector<Eigen::Vector3d> view_from(const Run& run, const Eigen::Isometry3d& 
   return points;
 }
 
-// The time when a point that was in view at `start` is in view again after the camera has been elsewhere.
+// Returns when a point in view at `start` is in view again after the camera has been elsewhere.
 std::optional<Stamp> return_to(const Run& run, const Eigen::Vector3d& p_W, Stamp start) {
   const auto in_view = [&](const TimedPose& pose, const Eigen::Vector3d& p) {
     return run.camera.project(pose.X, p).has_value();
   };
   const auto& poses = run.truth_camera;
   auto last_view = std::ranges::lower_bound(poses, start, {}, &TimedPose::t);
-  std::vector<Eigen::Vector3d> view;  // of last_view; the one in view most recently is last
+  std::vector<Eigen::Vector3d> view;  // from last_view; the point in view most recently is last
   Stamp out_since = start;
   bool was_elsewhere = false;
   for (auto pose = last_view; pose != poses.end(); ++pose) {
@@ -73,10 +73,10 @@ std::optional<Stamp> first_match(const Run& run, const LandmarkHistory& landmark
 
 using Eigen::Vector3d;
 
-constexpr double kTouch = 0.01, kCarries = 0.4;   // of the weight
-constexpr std::chrono::milliseconds kBounce{30};  // a foot in the air for less has not left the ground
+constexpr double kTouch = 0.01, kCarries = 0.4;   // fractions of the weight
+constexpr std::chrono::milliseconds kBounce{30};  // shorter lifts do not count
 
-// The following are poses on the ground: x, y, yaw.
+// The vectors below are poses on the ground: x, y, yaw.
 Vector3d difference(const Vector3d& a, const Vector3d& b) {
   return {a.x() - b.x(), a.y() - b.y(), std::remainder(a.z() - b.z(), 2 * std::numbers::pi)};
 }
@@ -84,19 +84,19 @@ Vector3d product(const Vector3d& a, const Vector3d& b) {
   const double c = std::cos(a.z()), s = std::sin(a.z());
   return {a.x() + c * b.x() - s * b.y(), a.y() + s * b.x() + c * b.y(), a.z() + b.z()};
 }
-// The place of p after the motion that takes `from` to `to`.
+// Returns where p ends up after the motion from `from` to `to`.
 Vector3d carried(const Vector3d& p, const Vector3d& from, const Vector3d& to) {
   const double c = std::cos(from.z()), s = std::sin(from.z());
   const Vector3d inverse(-c * from.x() - s * from.y(), s * from.x() - c * from.y(), -from.z());
   return product(product(to, inverse), p);
 }
 
-/// The samples of a foot, up to before `end`, on the ground, and its planned place.
+/// The samples of a foot on the ground, up to but not including `end`, and its planned place.
 struct Stance {
   bool left = false;
   std::size_t begin = 0, end = 0;
   Vector3d plan = Vector3d::Zero();
-  std::size_t carries = 0, carried = 0;  // first and past the last sample with its share of the weight
+  std::size_t carries = 0, carried = 0;  // first, and one past last, sample carrying enough weight
 };
 
 class DriftDecomposition {
@@ -125,7 +125,7 @@ class DriftDecomposition {
   }
 
  private:
-  // Successive stances carry the motion of the robot, each from sample `from` on.
+  // Successive stances carry the robot's motion, each starting at sample `from`.
   struct Anchor {
     Stance stance;
     std::size_t from = 0;
@@ -134,12 +134,12 @@ class DriftDecomposition {
   const TrueFoot& at(bool left, std::size_t i) const { return left ? samples_[i].left : samples_[i].right; }
   double load(bool left, std::size_t i) const { return at(left, i).load_n / weight_n_; }
 
-  /// The final waist if everything follows the plan from sample i on, as seen from the stance foot.
+  /// Returns the final waist if everything follows the plan after sample i, as seen from the stance foot.
   Vector3d end_seen_from(const Stance& stance, std::size_t i) const {
     return carried(waist_plan_, stance.plan, at(stance.left, i).truth);
   }
 
-  /// Returns the contact as a stance; nothing for a foot that scuffs the ground in mid-swing.
+  /// Returns the contact as a stance, or nothing if the foot only scuffs the ground in mid-swing.
   std::optional<Stance> stance(bool left, std::size_t begin, std::size_t end) const {
     Stance found{left, begin, end, Vector3d::Zero(), end, end};
     bool planned = false;
@@ -159,7 +159,7 @@ class DriftDecomposition {
   void add_stances(bool left, std::vector<Stance>& all) const {
     for (std::size_t i = 0; i <= last_; ++i) {
       if (i != 0 && load(left, i) <= kTouch) continue;
-      std::size_t end = i + 1;  // after the last sample of the contact
+      std::size_t end = i + 1;  // after the contact's last sample
       for (std::size_t k = end; k <= last_ && samples_[k].t - samples_[end - 1].t <= kBounce; ++k)
         if (load(left, k) > kTouch) end = k + 1;
       if (const auto found = stance(left, i, end)) all.push_back(*found);
@@ -167,7 +167,7 @@ class DriftDecomposition {
     }
   }
 
-  /// Between two landings the foot that does not land next stands throughout: it carries the motion.
+  /// Between two landings, the foot that does not land next stands the whole time, so it carries the motion.
   void find_anchors(const std::vector<Stance>& landings) {
     for (std::size_t k = 0; k < landings.size(); ++k) {
       const bool last = k + 1 == landings.size(), begins = landings[k].begin == 0;
@@ -228,7 +228,7 @@ class DriftDecomposition {
 }  // namespace
 
 OrAbsent<std::vector<LoopLandmark>> loop_landmarks(const Run& run) {
-  if (run.surfaces.empty()) return Absent{"the surfaces of the room are not known"};
+  if (run.surfaces.empty()) return Absent{"the surfaces of the room are unknown"};
   std::vector<LoopLandmark> all;
   bool returned = false;
   for (const LandmarkHistory& landmark : run.landmarks) {

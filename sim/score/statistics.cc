@@ -13,18 +13,18 @@
 namespace sim::score {
 namespace {
 
-// Without it, each function is compiled for long double, too.
+// Otherwise each function is also compiled for long double.
 using InDouble = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
 constexpr std::size_t kExact = 50;  // 2^50 sign patterns are counted exactly in doubles
 
-// Twice the ranks of the sizes of differences: shared ranks become whole numbers.
+// Twice the ranks of the absolute differences, so that shared ranks are whole numbers.
 struct Ranks {
   std::vector<int> twice;
   int twice_positive = 0;  // sum over the positive differences
-  double ties = 0;         // sum of t³ − t over groups of t equals
+  double ties = 0;         // sum of t³ − t over groups of t equal values
 };
 
-// sizes: each with whether its difference is positive.
+// sizes: each with a flag that says whether its difference is positive.
 Ranks rank(std::vector<std::pair<double, bool>> sizes) {
   std::ranges::sort(sizes);
   Ranks ranks;
@@ -41,10 +41,11 @@ Ranks rank(std::vector<std::pair<double, bool>> sizes) {
   return ranks;
 }
 
-// Twice the smaller probability, over all sign patterns, of a rank sum up to or from the observed one.
+// Twice the smaller of two probabilities, over all sign patterns: of a rank sum up to the observed one, and
+// from it.
 double exact_p(const Ranks& ranks) {
   const int most = std::accumulate(ranks.twice.begin(), ranks.twice.end(), 0);
-  std::vector<double> patterns(static_cast<std::size_t>(most) + 1);  // the number of them with each sum
+  std::vector<double> patterns(static_cast<std::size_t>(most) + 1);  // number of patterns with each sum
   patterns[0] = 1;
   for (const int r : ranks.twice)
     for (std::size_t total = patterns.size(); total-- > static_cast<std::size_t>(r);)
@@ -55,7 +56,7 @@ double exact_p(const Ranks& ranks) {
   return std::min(1.0, 2 * std::min(below, above) / std::ldexp(1.0, static_cast<int>(ranks.twice.size())));
 }
 
-// The normal approximation, with the corrections for ties and continuity.
+// The normal approximation, corrected for ties and continuity.
 double approximate_p(const Ranks& ranks) {
   const double n = static_cast<double>(ranks.twice.size()), mean = n * (n + 1) / 4,
                variance = n * (n + 1) * (2 * n + 1) / 24 - ranks.ties / 48;

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// A ray in the axes of a shape: p + s d, s > 0. The functions below return the least s on it, or kNever.
+// A ray in a shape's axes: p + s d, s > 0. The functions below return the smallest s on the shape, or kNever.
 struct Ray {
   Eigen::Vector3d p, d;
   Eigen::Vector3d at(double s) const { return p + s * d; }
@@ -68,7 +68,7 @@ Stretch inside_cylinder(const Ray& ray, const Eigen::Vector3d& size) {
   return both(inside_tube(ray, size.x()), slab(ray, 2, size.y()));
 }
 
-// The union of a cylinder and two balls, which is convex: the hull of the three stretches.
+// The union of a cylinder and two balls is convex, so the stretch inside it spans the three stretches.
 double hit_capsule(const Ray& ray, const Eigen::Vector3d& size) {
   const Eigen::Vector3d end(0, 0, size.y());
   Stretch inside{kNever, -kNever};
@@ -83,7 +83,7 @@ double hit_triangle(const Ray& ray, const Eigen::Vector3d& size) {
   const double s = ray.d.z() == 0 ? kNever : -ray.p.z() / ray.d.z();
   if (!(s > 0) || s == kNever) return kNever;
   const Eigen::Vector3d at = ray.at(s);
-  const double c = at.y() / size.z(), b = (at.x() - c * size.y()) / size.x();  // shares of the corners
+  const double c = at.y() / size.z(), b = (at.x() - c * size.y()) / size.x();  // weights of the corners
   return b >= 0 && c >= 0 && b + c <= 1 ? s : kNever;
 }
 

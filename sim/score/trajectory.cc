@@ -50,7 +50,7 @@ struct Moments {
 OrAbsent<Similarity> align_yaw(const Moments& m) {
   const double sine = m.cross(1, 0) - m.cross(0, 1), cosine = m.cross(0, 0) + m.cross(1, 1);
   if (!(std::hypot(sine, cosine) > m.rounding_error()))
-    return Absent{"the positions do not spread horizontally: the rotation about z is not determined"};
+    return Absent{"the positions have no horizontal spread: the rotation about z is not determined"};
   const Eigen::AngleAxisd turn(std::atan2(sine, cosine), Eigen::Vector3d::UnitZ());
   return m.about_means(turn.toRotationMatrix(), 1);
 }
@@ -96,7 +96,7 @@ std::vector<double> places(const std::vector<PosePair>& pairs, const Spans& whic
   return all;
 }
 
-// Stamps are whole ns: lengths are equal within half of one.
+// Stamps are whole ns, so lengths are equal if they differ by less than half a ns.
 double rounding(const Spans& which) { return which.unit == Unit::seconds ? 0.5e-9 : 0; }
 
 std::vector<Span> consecutive(const std::vector<double>& place, const Spans& which) {
@@ -202,7 +202,7 @@ double path_length(const Trajectory& trajectory) {
 Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& R) {
   Eigen::Quaterniond q(R);
   if (q.w() < 0) q.coeffs() = -q.coeffs();
-  const double sine = q.vec().norm();  // of half the angle
+  const double sine = q.vec().norm();  // sine of half the angle
   return sine < 1e-12 ? Eigen::Vector3d(2 * q.vec())
                       : Eigen::Vector3d(2 * std::atan2(sine, q.w()) / sine * q.vec());
 }
@@ -258,7 +258,7 @@ Eigen::Isometry3d Similarity::operator*(const Eigen::Isometry3d& X) const {
 }
 
 OrAbsent<Similarity> align(const std::vector<PosePair>& pairs, Alignment alignment) {
-  if (pairs.empty()) return Absent{"no pose has a true one of the same time"};
+  if (pairs.empty()) return Absent{"no pose has a true pose at the same time"};
   if (alignment == Alignment::none) return Similarity{};
   if (alignment == Alignment::origin) {
     const Eigen::Isometry3d X = pairs.front().X_true * pairs.front().X_estimate.inverse();
@@ -280,11 +280,11 @@ std::optional<std::string> doubt_of_scale(const Similarity& S, const std::vector
   const auto rms = [&](double sum) { return std::sqrt(sum / static_cast<double>(pairs.size())); };
   if (!(rms(error) <= kFollows * rms(extent)))
     return fmt::format(
-        "the scale {:.4g} is meaningless: the error {:.2g} m is not small beside the true motion "
+        "the scale {:.4g} is meaningless: the error {:.2g} m is not small compared with the true motion "
         "of {:.2g} m",
         S.scale, rms(error), rms(extent));
   if (!(S.scale > 1 / kFar && S.scale < kFar))
-    return fmt::format("the scale {:.4g} is far from 1, as it is only if the estimator knows no scale",
+    return fmt::format("the scale {:.4g} is far from 1, which happens only if the estimator knows no scale",
                        S.scale);
   return std::nullopt;
 }

@@ -1,5 +1,5 @@
-// Poses over time: the pairing of two trajectories by their stamps, the errors of their pairs, alignment with
-// the truth, relative pose errors, and errors normalized by their covariance.
+// Poses over time: pairing of two trajectories by stamps, errors of the pairs, alignment with the truth,
+// relative pose errors, and errors normalized by their covariance.
 #pragma once
 
 #include <numbers>
@@ -13,7 +13,7 @@ using Stamp = std::chrono::nanoseconds;
 
 using files::TimedPose, files::Matrix6d;
 
-/// In order of time, no stamp twice.
+/// In order of time, without repeated stamps.
 using Trajectory = std::vector<TimedPose>;
 
 /// The true (or reference) and the estimated pose at one time, both in the same world.
@@ -23,23 +23,24 @@ struct PosePair {
   Eigen::Isometry3d X_estimate = Eigen::Isometry3d::Identity();
 };
 
-/// Returns each pose of the shorter trajectory with the other's pose nearest in time (the earlier of two), if
-/// they are at most `most` apart; `offset` is added to the estimate's stamps. As in evo, except that each
-/// pose is used at most once: with the nearest of several.
+/// Returns each pose of the shorter trajectory with the other trajectory's pose closest in time (the earlier
+/// of two) if they are at most `most` apart. `offset` is added to the estimate's stamps. As in evo, except
+/// that each pose is used at most once: with the closest of several.
 std::vector<PosePair> pair_by_nearest(const Trajectory& truth, const Trajectory& estimate, Stamp most,
                                       Stamp offset = Stamp(0));
 
-/// Returns pairs of poses of one moment: at most 0.1 ms apart, since some programs round stamps.
+/// Returns pairs of poses at the same moment: at most 0.1 ms apart, because some programs round stamps.
 inline std::vector<PosePair> pair_by_stamp(const Trajectory& truth, const Trajectory& estimate) {
   return pair_by_nearest(truth, estimate, std::chrono::microseconds(100));
 }
 
-/// Returns each estimate with the truth interpolated at its stamp; skips estimates outside the truth's time
-/// and between two true poses that are more than most_gap apart.
+/// Returns each estimate with the truth interpolated at its stamp. Skips estimates outside the truth's time
+/// and those between two true poses that are more than most_gap apart.
 std::vector<PosePair> pair_by_interpolation(const Trajectory& truth, const Trajectory& estimate,
                                             Stamp most_gap);
 
-/// Returns position interpolated linearly, orientation along the shortest turn; nothing outside its time.
+/// Interpolates position linearly and orientation along the shortest turn. Returns nothing outside the
+/// trajectory's time.
 std::optional<Eigen::Isometry3d> interpolate(const Trajectory& trajectory, Stamp t);
 
 /// Returns the sum of the distances between successive positions, m.
@@ -60,10 +61,10 @@ std::vector<double> orientation_errors(const std::vector<PosePair>& pairs);
 /// Returns the turn about W's z that best maps the estimated to the true orientation, rad, left positive.
 double yaw_error(const PosePair& pair);
 
-/// Returns the greatest minus the least height (z), m; 0 for none.
+/// Returns the largest minus the smallest height (z), m; 0 for an empty trajectory.
 double height_range(const Trajectory& trajectory);
 
-/// Returns the drift of the robot from its plan, true minus planned, in axes of the plan's first pose: x
+/// Returns the robot's drift from its plan, true minus planned, in the axes of the plan's first pose: x
 /// forward, y left (m), yaw (rad).
 Eigen::Vector3d drift(const Eigen::Isometry3d& X_WB_true, const Eigen::Isometry3d& X_PB,
                       const Eigen::Isometry3d& X_PB_start);
@@ -75,7 +76,7 @@ enum class Alignment { none, origin, yaw_position, se3, sim3, scale };  // origi
 
 /// Returns "none", "origin", "yaw", "se3", "sim3" or "scale".
 std::string name_of(Alignment alignment);
-/// Returns the alignment of that name; nothing for another word.
+/// Returns the alignment with that name, or nothing for other words.
 std::optional<Alignment> alignment_of(const std::string& name);
 
 /// p -> scale R p + translation; orientations are turned by R.
@@ -87,8 +88,9 @@ struct Similarity {
   Eigen::Isometry3d operator*(const Eigen::Isometry3d& X) const;
 };
 
-/// Returns the transformation of the pairs' estimates onto their truth; absent if the positions do not
-/// determine it: none, all in one point (yaw_position: above one another) or, for se3 and sim3, on a line.
+/// Returns the transformation from the pairs' estimates to their truth. It is absent if the positions do not
+/// determine it: there are none, they coincide (yaw_position: or are above one another) or, for se3 and sim3,
+/// are on a line.
 OrAbsent<Similarity> align(const std::vector<PosePair>& pairs, Alignment alignment);
 
 /// Returns why the scale of a sim3 alignment of these pairs is not credible: the scaled estimate does not
@@ -98,19 +100,19 @@ std::optional<std::string> doubt_of_scale(const Similarity& S, const std::vector
 /// Returns the pairs with their estimates transformed.
 std::vector<PosePair> transformed(const Similarity& S, std::vector<PosePair> pairs);
 
-/// A kind of spans of motion: consecutive ones as in evo, from the end of the previous one to the first pose
-/// at least `delta` away (in meters only after delta was walked), or one from each pose to the later pose
-/// nearest to delta away, within `tolerance` times delta (frames: exactly). Of rotation, all pairs of poses
-/// delta apart.
+/// A kind of spans of motion. Consecutive spans, as in evo, go from the end of the previous span to the first
+/// pose at least `delta` away (in meters only after delta was walked). Otherwise one span goes from each pose
+/// to the later pose closest to delta away, within `tolerance` times delta (frames: exactly). For rotation,
+/// all pairs of poses delta apart are used.
 struct Spans {
   enum class Unit { frames, meters, seconds, radians, degrees } unit = Unit::frames;
   double delta = 1;
   bool all = false;
   double tolerance = 0.1;
-  bool along_truth = false;  ///< meters and rotation: of the true path, not of the estimated one
+  bool along_truth = false;  ///< meters and rotation: along the true path, not the estimated one
 };
 
-/// First and last index of a span.
+/// The first and last index of a span.
 struct Span {
   std::size_t from = 0, to = 0;
 };
@@ -127,7 +129,7 @@ struct PoseNees {
   double orientation = 0, position = 0;
 };
 
-/// Returns the NEES without alignment; nothing if a block of the covariance is not positive definite.
+/// Returns the NEES without alignment, or nothing if a block of the covariance is not positive definite.
 /// covariance: of the error (Log(R_WC_estimateᵀ R_WC_true) in axes C, p_true − p_estimate in axes W).
 std::optional<PoseNees> pose_nees(const Eigen::Isometry3d& X_WC_true, const Eigen::Isometry3d& X_WC_estimate,
                                   const Matrix6d& covariance);

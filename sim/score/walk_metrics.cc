@@ -28,7 +28,7 @@ const PosePair* last_until(C c, Stamp t) {
   return last == c.pairs.rend() ? nullptr : &*last;
 }
 
-// The first landmark found again; the errors (m) of the last positions before and until 1 s after.
+// The first landmark found again, and the errors (m) of the last positions before that and up to 1 s after.
 struct Closure {
   double time_s = 0, error_before = 0, error_after = 0;
 };
@@ -53,7 +53,7 @@ auto of_closure(double Closure::*part) {
   };
 }
 
-// of(the true camera from the first planned motion on)
+// Returns of(the true camera from the first planned motion).
 auto of_true_path(double (*of)(const Trajectory&)) {
   return [of](C c) -> Value {
     if (c.truth_camera.empty()) return Absent{"the plan never moves"};
@@ -64,7 +64,7 @@ auto of_true_path(double (*of)(const Trajectory&)) {
 Value of_plan(const Trajectory& truth, const Trajectory& plan, auto of_pairs) {
   if (plan.empty()) return Absent{"the walk has no plan"};
   const std::vector<PosePair> pairs = pair_by_stamp(truth, plan);
-  if (pairs.empty()) return Absent{"no planned pose from the first motion on has the stamp of a true one"};
+  if (pairs.empty()) return Absent{"no planned pose since the first motion has the stamp of a true pose"};
   return of_pairs(pairs);
 }
 
@@ -86,7 +86,7 @@ MetricDefinition plan_drift(const std::string& name, const std::string& unit, co
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-// By Parseval's theorem, of the axes together.
+// By Parseval's theorem, for the axes together.
 Value vibration_in_band(C c, double from_hz, double below_hz) {
   std::vector<Eigen::Vector3d> f;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -122,8 +122,8 @@ Value track_completion(C c) {
   return last + interval > end ? 1.0 : static_cast<double>(last.count()) / static_cast<double>(end.count());
 }
 
-// The fraction of the time between the first and the last observation with a flag set. An interval
-// has the state after the observation that ends it; late observations are not counted.
+// Returns the fraction of the time between the first and the last observation during which a flag is set. An
+// interval has the state after the observation that ends it. Late observations are not counted.
 auto fraction_of_time(bool TimedHealth::*flag) {
   return [flag](C c) -> Value {
     if (!c.run.estimate) return Absent{"the estimator was not run"};
@@ -208,49 +208,46 @@ double fraction_dropped(const Timeliness& t) {
 
 MetricDefinitions loop_metrics() {
   const std::string position_error = "Error of the camera's position, without alignment, ";
-  return {
-      {"loop_landmarks", "1",
-       "Number of landmarks that were found again after the camera had been elsewhere: they were out of "
-       "the field of view for at least 5 s in one stretch, at a moment of it with all that the last image "
-       "before shows, and later matched within 3 px of the true projection of their surface point. "
-       "Defined for walks that return to a landmark.",
-       Needs::estimate, landmark_count, smallest, kHeadline},
-      {"loop_closed", "1", fmt::format("1 if loop_landmarks is at least {}, else 0.", kLandmarksOfLoop),
-       Needs::estimate,
-       [](C c) {
-         return value_of(landmark_count(c), [](double count) -> Value {
-           return count >= static_cast<double>(kLandmarksOfLoop) ? 1.0 : 0.0;
-         });
-       },
-       smallest, kHeadline},
-      {"loop_time_s", "s",
-       "Time when the loop is closed: the first match of the first landmark of loop_landmarks, if it is "
-       "closed.",
-       Needs::estimate, of_closure(&Closure::time_s), largest, kHeadline},
-      {"loop_error_before_m", "m", position_error + "in the frame before loop_time_s.", Needs::scale,
-       of_closure(&Closure::error_before), largest, kHeadline},
-      {"loop_error_after_m", "m",
-       position_error + "1 s after loop_time_s, or at the last frame if that is earlier.", Needs::scale,
-       of_closure(&Closure::error_after), largest, kHeadline}};
+  return {{"loop_landmarks", "1",
+           "Number of landmarks that were found again after the camera had been elsewhere: they were out of "
+           "the field of view for at least 5 s in one stretch, at some moment together with everything that "
+           "the last image before shows, and were later matched within 3 px of the true projection of their "
+           "surface point. Defined for walks that return to a landmark.",
+           Needs::estimate, landmark_count, smallest, kHeadline},
+          {"loop_closed", "1", fmt::format("1 if loop_landmarks is at least {}, else 0.", kLandmarksOfLoop),
+           Needs::estimate,
+           [](C c) {
+             return value_of(landmark_count(c), [](double count) -> Value {
+               return count >= static_cast<double>(kLandmarksOfLoop) ? 1.0 : 0.0;
+             });
+           },
+           smallest, kHeadline},
+          {"loop_time_s", "s",
+           "Time when the loop is closed: the first match of the first landmark of loop_landmarks, if it is "
+           "closed.",
+           Needs::estimate, of_closure(&Closure::time_s), largest, kHeadline},
+          {"loop_error_before_m", "m", position_error + "in the frame before loop_time_s.", Needs::scale,
+           of_closure(&Closure::error_before), largest, kHeadline},
+          {"loop_error_after_m", "m",
+           position_error + "1 s after loop_time_s, or at the last frame if that is earlier.", Needs::scale,
+           of_closure(&Closure::error_after), largest, kHeadline}};
 }
 
 MetricDefinitions walk_metrics() {
   const std::string distance = "Distance on the ground of the true waist ";
   return {
-      {"height_range_m", "m",
-       "Greatest minus least estimated camera height from the first planned motion on.", Needs::scale,
-       [](C c) { return height_range(c.estimate); }, largest, kHeadline},
-      {"true_height_range_m", "m",
-       "Greatest minus least true camera height from the first planned motion on.", Needs::walk,
-       of_true_path(height_range), largest, kHeadline},
+      {"height_range_m", "m", "Largest minus smallest estimated camera height from the first planned motion.",
+       Needs::scale, [](C c) { return height_range(c.estimate); }, largest, kHeadline},
+      {"true_height_range_m", "m", "Largest minus smallest true camera height from the first planned motion.",
+       Needs::walk, of_true_path(height_range), largest, kHeadline},
       {"plan_rmse_m", "m", "Value of rmse_m for the planned camera pose instead of the estimate.",
        Needs::walk, plan_rmse, largest, kHeadline},
-      plan_drift("x_m", "m", "position at the last frame, forward in axes of the planned start.", 0),
-      plan_drift("y_m", "m", "position at the last frame, to the left in axes of the planned start.", 1),
+      plan_drift("x_m", "m", "position at the last frame, forward in the planned start's axes.", 0),
+      plan_drift("y_m", "m", "position at the last frame, to the left in the planned start's axes.", 1),
       plan_drift("yaw_deg", "deg", "yaw at the last frame, left positive.", 2, kDegree),
       {"navigation_rmse_m", "m",
-       "Root mean square distance on the ground of the true waist from its place on the commanded path "
-       "at that time, from the first planned motion on.",
+       "Root mean square distance on the ground between the true waist and its place on the commanded path "
+       "at that time, from the first planned motion.",
        Needs::walk, of_path(navigation_rmse), largest, kHeadline},
       {"navigation_end_position_error_m", "m",
        distance + "at the last frame from the end of the commanded path.", Needs::walk,
@@ -259,7 +256,7 @@ MetricDefinitions walk_metrics() {
        }),
        largest, kHeadline, Note::at_end},
       {"navigation_end_yaw_error_deg", "deg",
-       "Angle between the true heading of the waist at the last frame and that at the end of the "
+       "Angle between the true heading of the waist at the last frame and the heading at the end of the "
        "commanded path.",
        Needs::walk, of_path([](C c, const DesiredPath& path) -> Value {
          const Eigen::Matrix3d turn = path.end.linear().transpose() * c.run.truth_waist.back().X.linear();
@@ -280,11 +277,10 @@ MetricDefinitions walk_metrics() {
 
 MetricDefinitions completion_metrics() {
   const std::string vibration =
-      "Root mean square of the IMU's specific force without sensor errors, from the first planned motion "
-      "on, ";
+      "Root mean square of the IMU's specific force without sensor errors, from the first planned motion, ";
   const std::string time = "Fraction of the time from the first observation to the last while the estimator ";
   return {{"path_length_m", "m",
-           "Length of the true camera's path, from frame to frame, from the first planned motion on.",
+           "Length of the true camera's path, from frame to frame, from the first planned motion.",
            Needs::walk, of_true_path(path_length), smallest, kHeadline},
           {"torque_limited_fraction", "1",
            "Fraction of the walk's 5 ms ticks with a joint's torque at its limit.", Needs::walk,
@@ -293,7 +289,7 @@ MetricDefinitions completion_metrics() {
              return *c.run.torque_limited;
            },
            largest},
-          {"vibration_below_2hz_m_s2", "m/s2", vibration + "less its mean, at frequencies below 2 Hz.",
+          {"vibration_below_2hz_m_s2", "m/s2", vibration + "minus its mean, at frequencies below 2 Hz.",
            Needs::walk, [](C c) { return vibration_in_band(c, 0, 2); }},
           {"vibration_2_to_8hz_m_s2", "m/s2", vibration + "at frequencies from 2 Hz to below 8 Hz.",
            Needs::walk, [](C c) { return vibration_in_band(c, 2, 8); }},

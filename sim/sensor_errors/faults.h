@@ -1,4 +1,4 @@
-// Temporary faults of the sensors: the items of the scenario's list errors.faults.
+// Temporary sensor faults: the items of the scenario's list errors.faults.
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,7 @@ namespace sim::sensor_errors {
 
 inline slam::Stamp stamp(double s) { return slam::Stamp(std::llround(s * 1e9)); }
 
-/// Duration of a fault: [from, from + duration) on the run's clock.
+/// When a fault lasts: [from, from + duration) on the run's clock.
 struct Span {
   double from_s = 0, duration_s = 1;
 
@@ -29,7 +29,7 @@ struct Span {
   slam::Stamp end() const { return stamp(from_s + duration_s); }
 };
 
-/// A fault of a part of the frames, by their stamps, or of a part of each picture.
+/// A fault of some of the frames, chosen by their stamps, or of a part of each picture.
 template <class Fault>
 struct FrameFault : Span {
   double fraction = 1;
@@ -43,7 +43,7 @@ struct FramesLost : FrameFault<FramesLost> {  ///< no picture arrives
   static constexpr const char *kName = "frames_lost",
                               *kFraction = "fraction of the frames during the fault that lose their image";
 };
-struct FramesFrozen : Span {  ///< the last picture before arrives again and again, with new stamps
+struct FramesFrozen : Span {  ///< the last picture before it arrives again and again, with new stamps
   static constexpr const char* kName = "frames_frozen";
 };
 struct FramesDimmed : Span {  ///< less light (or more), before the noise
@@ -58,24 +58,23 @@ struct FramesDimmed : Span {  ///< less light (or more), before the noise
 /// A poster that moves with the head, in the middle of the picture.
 struct FramesCovered : FrameFault<FramesCovered> {
   static constexpr const char *kName = "frames_covered",
-                              *kFraction =
-                                  "part of the picture's area that a poster fixed to the head covers";
+                              *kFraction = "fraction of the picture that a poster fixed to the head covers";
   FramesCovered() { fraction = 0.3; }
 };
 struct FramesDoubled : FrameFault<FramesDoubled> {  ///< an observation arrives twice
   static constexpr const char *kName = "frames_doubled",
-                              *kFraction = "part of the frames during the fault that arrive twice";
+                              *kFraction = "fraction of the frames during the fault that arrive twice";
 };
-/// An observation arrives after the next one, if it does not already come late or early.
+/// An observation arrives after the next one, unless it comes late or early already.
 struct FramesReordered : FrameFault<FramesReordered> {
   static constexpr const char *kName = "frames_reordered",
                               *kFraction =
-                                  "part of the frames during the fault that arrive after the next one";
+                                  "fraction of the frames during the fault that arrive after the next one";
 };
 struct GyroSilent : Span {  ///< no readings arrive
   static constexpr const char* kName = "gyro_silent";
 };
-struct GyroSpike : Span {  ///< on each axis of each reading that the span touches
+struct GyroSpike : Span {  ///< added to each axis of each reading that the span touches
   static constexpr const char* kName = "gyro_spike";
   GyroSpike() { duration_s = slam::kReadingPeriod_s; }
   double size_rad_s = 10;
@@ -88,7 +87,7 @@ struct GyroSpike : Span {  ///< on each axis of each reading that the span touch
 struct AccelerometerSilent : Span {  ///< no readings arrive
   static constexpr const char* kName = "accelerometer_silent";
 };
-struct AccelerometerSpike : Span {  ///< on each axis of each reading that the span touches
+struct AccelerometerSpike : Span {  ///< added to each axis of each reading that the span touches
   static constexpr const char* kName = "accelerometer_spike";
   AccelerometerSpike() { duration_s = slam::kReadingPeriod_s; }
   double size_m_s2 = 100;
@@ -101,7 +100,7 @@ struct AccelerometerSpike : Span {  ///< on each axis of each reading that the s
 struct PlanMissing : Span {  ///< no plan arrives
   static constexpr const char* kName = "plan_missing";
 };
-struct PlanScaled : Span {  ///< the planned way and velocity are longer by the factor than what is walked
+struct PlanScaled : Span {  ///< the planned motion is `factor` times the motion that is walked
   static constexpr const char* kName = "plan_scaled";
   double factor = 1.2;
 
@@ -111,19 +110,19 @@ struct PlanScaled : Span {  ///< the planned way and velocity are longer by the 
   }
 };
 
-// Faults of the estimate that steers a walk (walk.steering), not of the filter.
-struct EstimateJump : Span {  ///< the estimate is displaced and turned, as when a wrong loop closes
+// Faults of the estimate that steers a walk (walk.steering), not faults of the filter.
+struct EstimateJump : Span {  ///< the estimate is displaced and turned, as after a wrong loop closure
   static constexpr const char* kName = "estimate_jump";
   double x_m = 0.3, y_m = 0, yaw_rad = 0;
 
   static void keys(auto&& key) {
     Span::keys(key);
-    number<&EstimateJump::x_m>(key, -100, 100, "displacement of the estimate that steers, along x");
-    number<&EstimateJump::y_m>(key, -100, 100, "displacement of the estimate that steers, along y");
-    degrees<&EstimateJump::yaw_rad>(key, -180, 180, "turn of the estimate that steers, to the left");
+    number<&EstimateJump::x_m>(key, -100, 100, "displacement of the steering estimate along x");
+    number<&EstimateJump::y_m>(key, -100, 100, "displacement of the steering estimate along y");
+    degrees<&EstimateJump::yaw_rad>(key, -180, 180, "turn of the steering estimate, to the left");
   }
 };
-struct EstimateFrozen : Span {  ///< the pose stays what it was, with new stamps
+struct EstimateFrozen : Span {  ///< the pose stays the same, with new stamps
   static constexpr const char* kName = "estimate_frozen";
 };
 struct EstimateLost : Span {  ///< no estimate
@@ -134,7 +133,7 @@ using Fault = std::variant<FramesLost, FramesFrozen, FramesDimmed, FramesCovered
                            FramesReordered, GyroSilent, GyroSpike, AccelerometerSilent, AccelerometerSpike,
                            PlanMissing, PlanScaled, EstimateJump, EstimateFrozen, EstimateLost>;
 
-/// True for faults of the estimate that steers a walk.
+/// Returns whether a fault is one of the estimate that steers a walk.
 inline bool is_of_steering(const Fault& fault) {
   return std::holds_alternative<EstimateJump>(fault) || std::holds_alternative<EstimateFrozen>(fault) ||
          std::holds_alternative<EstimateLost>(fault);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kUnitWeight = 4096;  // a weight of 1
 
-// The medians of 4096 intervals of equal probability of the normal distribution, in 1/4096, scaled to a
+// The medians of 4096 equally likely intervals of the normal distribution, in units of 1/4096, scaled to a
 // variance of 1 (by 2e-4). The largest is 3.67 standard deviations.
 std::array<int, 4096> normal_table() {
   std::array<double, 4096> z;
@@ -24,7 +24,7 @@ std::array<int, 4096> normal_table() {
   return table;
 }
 
-// Squares of random gray with corner features that are fixed in the image.
+// Random gray squares with corner features, fixed in the image.
 cv::Mat occlusion_texture(cv::Size size, int square, std::uint64_t seed) {
   Random random(seed, "poster");
   cv::Mat texture(size, CV_8UC1);
@@ -55,7 +55,7 @@ ImageErrors::ImageErrors(const ImageOptions& sizes, std::uint64_t seed, const st
       dimmed_(faults_of<FramesDimmed>(faults)),
       covers_(faults_of<FramesCovered>(faults)) {
   const double read = sizes.read_sigma_gray, shot = sizes.shot_sigma_gray;
-  constexpr double kWhite = 600, kLoud = 300;  // Larger values change no pixel and would overflow.
+  constexpr double kWhite = 600, kLoud = 300;  // Larger values would not change any pixel and would overflow.
   for (std::size_t i = 0; i < responses_.size(); ++i) {
     const double gray = static_cast<double>(i) / 16;
     const double sigma = sizes.gain * std::sqrt(read * read + shot * shot * gray / 255);

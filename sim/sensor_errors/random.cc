@@ -22,8 +22,8 @@ std::uint64_t fnv1a(std::string_view text) {
   return hash;
 }
 
-// Natural logarithm by the series of 2 artanh((m - 1) / (m + 1)), m in [√½, √2): the same bits on every
-// machine, unlike the C library's. x > 0 and normal.
+// Natural logarithm by the series of 2 artanh((m - 1) / (m + 1)), m in [√½, √2). It gives the same bits on
+// every machine, unlike the C library's. x > 0 and normal.
 double fixed_log(double x) {
   const auto word = std::bit_cast<std::uint64_t>(x);
   int exponent = static_cast<int>(word >> 52) - 1023;

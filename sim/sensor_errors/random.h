@@ -6,12 +6,12 @@
 
 namespace sim::sensor_errors {
 
-/// Numbers of one named stream of one seed. They are the same on every machine: computed with integer
-/// arithmetic and IEEE operations only, without functions of the C library.
+/// The numbers of one named stream for one seed. They are the same on every machine, because they are
+/// computed only with integer arithmetic and IEEE operations, without functions of the C library.
 class Random {
  public:
   Random(std::uint64_t seed, std::string_view stream);
-  /// The sub-stream of one item, such as the stamp of a frame: independent of the order of draws.
+  /// The sub-stream for one item, such as a frame's stamp. It does not depend on the order of draws.
   Random(std::uint64_t seed, std::string_view stream, std::uint64_t item);
   std::uint64_t bits();  ///< 64 uniform bits
   double uniform();      ///< [0, 1)

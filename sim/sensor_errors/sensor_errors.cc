@@ -66,7 +66,7 @@ InertialErrors inertial_errors(const char* sensor, const InertialErrorSizes& siz
   return {sensor, sizes, seed, std::move(spikes), {silent.begin(), silent.end()}};
 }
 
-// InertialErrors refers white noise to readings of another period.
+// InertialErrors takes white noise for 200 Hz readings, so sigma is converted.
 InertialErrors inertial(const rig::RigSensor& sensor, const std::string& stream, double sigma,
                         double bias_sigma, std::uint64_t seed) {
   const double sigma_200_hz = sigma / std::sqrt(slam::kReadingPeriod_s * sensor.rate_hz);
@@ -91,8 +91,9 @@ void mark_edges(const cv::Mat1w& depth_mm, cv::Mat1b& marks) {
   }
 }
 
-// Noise of unit variance that is correlated like means over a matching window: draws on a randomly placed
-// grid, interpolated and normalized. A cell of 0.7 windows has the correlation of the mean at half a window.
+// Noise of unit variance, correlated like means over a matching window: draws on a randomly placed grid,
+// interpolated and normalized. With cells of 0.7 windows, it has the correlation of the mean at half a
+// window.
 cv::Mat1f correlated_noise(const cv::Size& size, double window_px, Random random) {
   const double cell = std::max(1.0, 0.7 * window_px);
   struct Weights {
@@ -122,8 +123,9 @@ cv::Mat1f correlated_noise(const cv::Size& size, double window_px, Random random
   return noise;
 }
 
-// The data sheet of the D400 series limits the error over a plane to 2 %, but its change between frames to 1
-// % of the depth: a quarter of the variance is new in each frame. The rest depends on what the windows see.
+// According to the data sheet of the D400 series, the error over a plane is at most 2 %, but its change
+// between frames at most 1 %, of the depth: a quarter of the variance is new in each frame. The rest depends
+// on what the windows see.
 cv::Mat1f disparity_noise(const cv::Size& size, const rig::RigSensor& sensor, const std::string& stream,
                           std::uint64_t seed, Stamp t) {
   constexpr Stamp kLasts(250'000'000);
@@ -152,7 +154,7 @@ cv::Mat measured_depth(const cv::Mat& ideal, const rig::RigSensor& sensor, const
   return out;
 }
 
-// The error of azimuth moves a point along the horizontal circle, that of elevation along the vertical one,
+// The azimuth error moves a point along the horizontal circle, the elevation error along the vertical one,
 // both to first order.
 std::vector<slam::LidarPoint> measured_points(const std::vector<slam::LidarPoint>& ideal,
                                               const rig::RigSensor& sensor, Random random) {
@@ -270,7 +272,7 @@ Observation MotionClock::assembled() {
   return frame;
 }
 
-// Frames come in order of time: earlier motions are not needed again.
+// Frames come in order of time, so earlier motions are not needed again.
 void MotionClock::add_motion(Observation& frame) {
   while (motions_.size() > 1 && motions_[1].t <= frame.t) motions_.pop_front();
   if (motions_.empty() || motions_[0].t > frame.t) return;

@@ -1,4 +1,5 @@
-// Readings of ideal sensors become the filter's input, with errors and faults from named random streams.
+// Turns the readings of ideal sensors into the filter's input, with errors and faults from named random
+// streams.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +10,8 @@
 
 namespace sim::sensor_errors {
 
-/// The scenario's keys errors.image.*. SensorErrors applies loss and latency; fixed-point noise sets ranges.
+/// The scenario's keys errors.image.*. SensorErrors applies loss and latency. Fixed-point noise limits the
+/// ranges.
 struct ImageOptions {
   double read_sigma_gray = 1.0, shot_sigma_gray = 1.0;
   double gain = 1.0;
@@ -27,11 +29,11 @@ struct ImageOptions {
     number<&ImageOptions::gain>(key, 0, 16, "gain of the camera, applied after the noise");
     number<&ImageOptions::vignetting_fraction>(
         key, 0, 1,
-        "part of the light that is missing in the corners; it grows with the squared distance from "
+        "fraction of the light that is missing in the corners; it grows with the squared distance from "
         "the center");
     number<&ImageOptions::loss_fraction>(key, 0, 1, "fraction of the frames that lose their image");
     number<&ImageOptions::latency_s>(
-        key, 0, 10, "least age of the picture that a frame brings; it brings the newest one that old");
+        key, 0, 10, "minimum age of a frame's picture; a frame brings the newest picture of that age");
   }
 };
 
@@ -47,7 +49,7 @@ class ImageErrors {
  private:
   cv::Mat covered(const cv::Mat& image, double fraction) const;
 
-  /// Pixel of an amount of light (1/16 gray): its mean in 2^-20 gray and its noise in 1/256 gray.
+  /// The pixel for an amount of light (1/16 gray): its mean in 2^-20 gray and its noise in 1/256 gray.
   struct Response {
     int mean = 0, sigma = 0;
   };
@@ -57,18 +59,18 @@ class ImageErrors {
   std::vector<FramesDimmed> dimmed_;
   std::vector<FramesCovered> covers_;
   std::array<Response, 4096> responses_;
-  cv::Mat vignette_;  // CV_32SC1, in 1/4096; made for the first image
+  cv::Mat vignette_;  // CV_32SC1, in 1/4096; computed for the first image
 };
 
 /// The errors of one inertial sensor, per axis, in its own unit (rad/s or m/s²).
 struct InertialErrorSizes {
   double sigma = 0;            ///< white noise of a 200 Hz reading
-  double bias_sigma = 0;       ///< of the bias at the start, drawn once per run
+  double bias_sigma = 0;       ///< standard deviation of the start bias, drawn once per run
   double bias_walk_sigma = 0;  ///< growth of the bias's standard deviation in 1 s
-  double range = 0;            ///< readings beyond ±range are ±range; 0: none are
-  double resolution = 0;       ///< readings are whole multiples of it; 0: they are not rounded
+  double range = 0;            ///< readings beyond ±range become ±range; 0: no limit
+  double resolution = 0;       ///< readings are whole multiples of it; 0: no rounding
 
-  /// Its keys; their names end in the unit of a reading, that of the walk in the reading's unit per s.
+  /// The keys. Their names end in the unit of a reading; for the bias walk, in that unit per s.
   static void keys(auto&& key, const std::string& sensor, const std::string& unit, const char* unit_per_s) {
     const auto add = [&](const std::string& name, double InertialErrorSizes::*size, const std::string& doc) {
       key.number(name, size, 0, 1e3, doc.c_str());
@@ -80,11 +82,11 @@ struct InertialErrorSizes {
         "random walk of the " + sensor + "'s bias: growth of its standard deviation in 1 s");
     add("range_" + unit, &InertialErrorSizes::range, "saturation limit of " + sensor + " readings; 0: none");
     add("resolution_" + unit, &InertialErrorSizes::resolution,
-        "quantization step of " + sensor + " readings; 0: they are not rounded");
+        "quantization step of " + sensor + " readings; 0: no rounding");
   }
 };
 
-/// One sensor. Draws are keyed by seed, the sensor's name and the reading's stamp.
+/// The errors of one sensor. Draws are keyed by seed, the sensor's name and the reading's stamp.
 class InertialErrors {
  public:
   struct Spike {
@@ -124,9 +126,8 @@ struct ErrorOptions {
 
     static void keys(auto&& key) {
       number<&LegOdometry::sigma_m>(
-          key, 0, 1e3, "white noise of each frame's position by leg odometry, of encoders and force sensors");
-      number<&LegOdometry::scale_fraction>(
-          key, -1, 1, "error of the distances by leg odometry, relative to the true ones");
+          key, 0, 1e3, "white noise of each frame's leg odometry position, from encoders and force sensors");
+      number<&LegOdometry::scale_fraction>(key, -1, 1, "relative error of the distances in leg odometry");
     }
   } leg_odometry;
   double motion_time_offset_s = 0, calibration_distortion_fraction = 0;
@@ -135,21 +136,21 @@ struct ErrorOptions {
   static void keys(auto&& key) {
     part<&ErrorOptions::gyro, &ErrorOptions::accelerometer, &ErrorOptions::image>(key);
     key.number("plan.loss_fraction", &ErrorOptions::plan_loss_fraction, 0, 1,
-               "fraction of the frames that lose their planned motion; leg odometry stays");
+               "fraction of the frames that lose their planned motion but keep leg odometry");
     part<&ErrorOptions::leg_odometry>(key);
     key.number("motion.time_offset_s", &ErrorOptions::motion_time_offset_s, -1, 1,
-               "time offset of the motion computer's clock, which stamps readings and plan, ahead of the "
+               "how far the motion computer's clock, which stamps readings and plan, is ahead of the "
                "camera's");
     key.number("calibration.distortion_fraction", &ErrorOptions::calibration_distortion_fraction, -1, 1,
-               "error of the lens distortion that the filter assumes, relative to the true one");
+               "relative error of the lens distortion that the filter assumes");
     value<&ErrorOptions::faults>(key, "temporary faults of the sensors and of the plan");
   }
 };
 
-/// Sets what a data sheet and a calibration of the chest IMU state: noise, and the offset of the clock.
+/// Sets what a data sheet and a calibration of the chest IMU would state: noise, and the clock's offset.
 void state_errors(const ErrorOptions& errors, rig::RigSensor& chest_imu);
 
-/// Faults of the planned motion, applied to one observation after another.
+/// Faults of the planned motion, applied to one observation at a time.
 class PlanErrors {
  public:
   explicit PlanErrors(const std::vector<Fault>& faults)
@@ -163,17 +164,17 @@ class PlanErrors {
   Eigen::Vector3d position_error_P_ = Eigen::Vector3d::Zero();  // accumulated so far
 };
 
-/// A motion computer with an offset clock. Assembles the observations of the vision computer, by its stamps.
+/// A motion computer whose clock has an offset. Assembles the vision computer's observations by their stamps.
 class MotionClock {
  public:
-  /// offset: stamps of the motion computer minus those of the vision computer at the same time.
+  /// offset: the motion computer's stamps minus the vision computer's at the same time.
   explicit MotionClock(slam::Stamp offset) : offset_(offset) {}
 
-  /// Adds an observation with true stamps and returns the complete ones: if the clock is behind, frames wait
-  /// for their motion. Readings across a frame are split; plan and leg odometry are interpolated.
+  /// Adds an observation with true stamps and returns the complete ones. If the clock is behind, frames wait
+  /// for their motion. Readings across a frame's stamp are split; plan and leg odometry are interpolated.
   std::vector<slam::Observation> process(slam::Observation observation);
 
-  /// Returns the waiting frames with the motion known so far.
+  /// Returns the frames that are still waiting, with the motion known so far.
   std::vector<slam::Observation> flush();
 
  private:
@@ -193,9 +194,9 @@ class MotionClock {
   std::deque<StampedMotion> motions_;
 };
 
-/// Applies the errors of each further sensor to its readings, then shifts their stamps by the sensor's
-/// offset. Draws are keyed by seed, the sensor's name and the true stamp: a further sensor changes no number
-/// of another.
+/// Applies each rig sensor's errors to its readings, then shifts their stamps by the sensor's offset. Draws
+/// are keyed by seed, the sensor's name and the true stamp, so adding a sensor does not change the numbers of
+/// another.
 class RigErrors {
  public:
   RigErrors(const std::vector<rig::RigSensor>& rig, std::uint64_t seed);
@@ -214,14 +215,16 @@ class RigErrors {
   std::vector<Sensor> sensors_;
 };
 
-/// The pixels of a depth image (CV_16UC1, mm, 0: none) within `reach` pixels of an occlusion edge, as
-/// non-zero values of CV_8UC1. An edge is between two neighbors in a row or a column with inverse depths
-/// that differ by more than 2 % and by more than three times the larger difference to their next neighbors on
-/// either side: on a plane of any slant inverse depth is linear in the pixel, so that these are equal.
+/// Returns the pixels of a depth image (CV_16UC1, mm, 0: none) within `reach` pixels of an occlusion edge, as
+/// non-zero values of CV_8UC1. There is an edge between two neighbors in a row or a column if their inverse
+/// depths differ by more than 2 % and by more than three times the larger difference to the next neighbors on
+/// either side. On a plane of any slant these differences are equal, because inverse depth is linear in the
+/// pixel.
 cv::Mat1b beside_edges(const cv::Mat1w& depth_mm, int reach);
 
-/// Applies the errors to one observation after another, from the first of a run. Every draw is keyed by seed,
-/// stream name and stamp: live run and replay agree bit for bit, and no error changes another's numbers.
+/// Applies the errors to one observation at a time, from the first of a run. Every draw is keyed by seed,
+/// stream name and stamp, so that a live run and a replay agree bit for bit and no error changes another's
+/// numbers.
 class SensorErrors {
  public:
   /// rig: the further sensors of the observations.
@@ -234,7 +237,8 @@ class SensorErrors {
   std::vector<slam::Observation> flush();
 
  private:
-  /// Appends what arrives after this observation: some twice, some after the next one, by seed and stamp.
+  /// Appends what arrives after this observation. By seed and stamp, some arrive twice and some after the
+  /// next one.
   void arrive(slam::Observation observation, std::vector<slam::Observation>& arrived);
   template <class Kind>
   bool strikes(const char* stream, slam::Stamp t) const;

@@ -11,7 +11,7 @@ namespace {
 constexpr slam::Stamp kMapEvery = std::chrono::seconds(1);
 const programs::Choice kOdometry{programs::Source::built_in, "odometry", {}, {}};
 
-/// Returns the times of consecutive frames with a cause, each with its last one.
+/// Returns the periods of consecutive frames with a cause, each with its last cause.
 template <class CauseOf>
 std::vector<TrackingFault> intervals(const std::vector<TrackedFrame>& frames, const CauseOf& cause_of) {
   std::vector<TrackingFault> all;
@@ -26,8 +26,8 @@ std::vector<TrackingFault> intervals(const std::vector<TrackedFrame>& frames, co
   return all;
 }
 
-/// Sets `given` to the readings of both that end after `since` and not after `until`, each once and in order:
-/// observations may arrive twice or out of order. Later ones stay in `missed`.
+/// Sets `given` to the readings of both that end after `since` but not after `until`, each once and in order:
+/// observations may arrive twice or out of order. Later readings stay in `missed`.
 void merge_until(slam::Stamp until, slam::Stamp since, auto& missed, auto& given, const auto& order,
                  const auto& end) {
   missed.insert(missed.end(), given.begin(), given.end());
@@ -122,7 +122,7 @@ void Tracking::advance(slam::Stamp now) {
   answer(next.observation, next.arrival);
 }
 
-// Exceptions from estimators are failures of the estimator; a lack of memory is not.
+// Exceptions from estimators are failures of the estimator, except running out of memory.
 void Tracking::answer(const slam::Observation& arrived, slam::Stamp arrival) {
   const bool diverged = newest() && newest()->report.health == slam::Health::diverged;
   try {

@@ -1,4 +1,4 @@
-// Tracking in a run, live or replayed: ideal observations in, estimates and reports out.
+// Tracking in a live or replayed run: ideal observations in, estimates and reports out.
 #pragma once
 
 #include "sim/estimators/estimator.h"
@@ -14,7 +14,7 @@ struct TrackedFrame {
   slam::Stamp effect{0};  ///< when it takes effect, if the image is complete at its stamp
 };
 
-/// A time over which tracking was lost, or a sensor was suspect.
+/// A period in which tracking was lost or a sensor was suspect.
 struct TrackingFault {
   slam::Stamp from{0};
   std::optional<slam::Stamp> to;  ///< absent if it did not end
@@ -27,32 +27,32 @@ struct TimedMap {
   std::vector<slam::MapPoint> points;
 };
 
-/// Output of an estimator in a run.
+/// What an estimator produced in a run.
 struct Tracked {
   std::vector<TrackedFrame> frames;        ///< up to and including a divergence
   std::vector<slam::MapPoint> map;         ///< at the end
-  std::vector<TimedMap> maps;              ///< one each second
-  std::vector<slam::Stamp> untracked;      ///< observations after it diverged, or from its failure on
+  std::vector<TimedMap> maps;              ///< one per second
+  std::vector<slam::Stamp> untracked;      ///< observations after it diverged or failed
   std::vector<slam::Stamp> dropped;        ///< observations that found the estimator busy
   std::optional<std::string> failed = {};  ///< why it failed as a program
   std::string log = {};                    ///< standard error of an external estimator
-  /// The poses by the same sensors without images (estimator: odometry); empty if that is the estimator
-  /// itself, without plan and legs, or if it diverged.
+  /// The poses from the same sensors without images (estimator: odometry). Empty if the estimator is itself
+  /// odometry, lacks plan and legs, or diverged.
   std::vector<estimators::PoseEstimate> odometry = {};
   std::vector<estimators::PoseEstimate> smoothed = {};  ///< see estimators::Estimator
 
-  /// Returns why the estimate did not reach the end: it diverged, was still lost, or the estimator failed.
+  /// Returns why the estimate did not reach the end: it diverged, it was still lost, or the estimator failed.
   std::optional<scenario::Ended> failure() const;
-  /// Returns the estimates, each once: a rejected observation, and an external estimator that is lost or not
-  /// ready, gives no new one.
+  /// Returns the estimates, each once. Rejected observations give no new estimate, nor does an external
+  /// estimator that is lost or not ready.
   std::vector<estimators::PoseEstimate> estimates() const;
   std::vector<TrackingFault> losses() const;
-  /// Returns when a sensor contradicted all others, with the last cause of each time.
+  /// Returns when a sensor contradicted all others, with the last cause of each period.
   std::vector<TrackingFault> suspicions() const;
 };
 
-/// Sensor errors, then the estimator of the scenario, in the simulated time of estimator.time. Live runs and
-/// replays share it, with the same bits.
+/// Sensor errors and then the scenario's estimator, in the simulated time of estimator.time. Live runs and
+/// replays share it and get the same bits.
 class Tracking {
  public:
   /// The scenario must have a slam section. Throws std::invalid_argument if an external estimator cannot be
@@ -60,21 +60,22 @@ class Tracking {
   Tracking(const scenario::Scenario& scenario, const slam::Calibration& calibration,
            const Eigen::Isometry3d& X_WC_start, double camera_rate_hz = 30,
            const std::vector<rig::RigSensor>& rig = {}, const std::vector<std::string>& joints = {});
-  /// Runs another estimator than the scenario's.
+  /// Runs an estimator other than the scenario's.
   Tracking(const scenario::Scenario& scenario, std::unique_ptr<estimators::Estimator> estimator,
            const std::vector<rig::RigSensor>& rig = {});
-  /// Applies the scenario's sensor errors to an ideal observation, without the readings of the rig that the
-  /// estimator does not use, and processes what arrives by then. An
-  /// estimator that has diverged or failed gets no more observations.
+  /// Applies the scenario's sensor errors to an ideal observation and processes what has arrived by then.
+  /// Leaves out rig readings that the estimator does not use. An estimator that has diverged or failed gets
+  /// no more observations.
   void process(slam::Observation ideal);
-  /// Processes an observation that includes its sensor errors. A busy estimator gets it later, or, if it is
-  /// dropped, only the readings of its IMUs, encoders and force sensors, with the next one.
+  /// Processes an observation that already includes its sensor errors. A busy estimator gets it later. If it
+  /// is dropped, the estimator gets only the readings of its IMUs, encoders and force sensors, with the next
+  /// observation.
   void step(const slam::Observation& arrived);
-  /// Lets simulated time pass: an observation that waits is processed if the estimator is free by then.
+  /// Advances simulated time: a waiting observation is processed if the estimator is free by then.
   void advance(slam::Stamp now);
   /// All answers, in order; each takes effect at its time.
   const std::vector<TrackedFrame>& answers() const { return tracked_.frames; }
-  /// The newest frame; nullptr before the first.
+  /// Returns the newest frame, or nullptr before the first.
   const TrackedFrame* newest() const { return tracked_.frames.empty() ? nullptr : &tracked_.frames.back(); }
   /// Returns whether the estimator uses the readings of a sensor of the rig.
   bool uses(int sensor) const { return estimator_ && estimator_->uses(sensor); }
@@ -84,7 +85,7 @@ class Tracking {
   double external_cpu_ms() { return std::exchange(external_cpu_ms_, 0); }
   /// Returns whether there is a new answer since the last call.
   bool has_answered() { return std::exchange(answers_, tracked_.frames.size()) < tracked_.frames.size(); }
-  /// Number of landmarks after the last observation.
+  /// Returns the number of landmarks after the last observation.
   int landmarks() const { return newest() ? newest()->report.landmarks : 0; }
   /// The map after the last observation.
   std::vector<slam::MapPoint> map() const {
@@ -111,20 +112,20 @@ class Tracking {
   struct {
     slam::Stamp now{0}, free{0};  // the last arrival; when the estimator is free again
   } clock_;
-  std::optional<Waiting> waiting_;                    // the newest observation that found it busy
-  slam::Observation missed_;                          // readings without images of dropped observations
-  slam::Stamp given_ = slam::Stamp::min();            // the newest stamp that the estimator has
-  std::unique_ptr<estimators::Estimator> estimator_;  ///< null if it failed at its start
+  std::optional<Waiting> waiting_;                    // newest observation that found the estimator busy
+  slam::Observation missed_;                          // dropped observations' readings, without images
+  slam::Stamp given_ = slam::Stamp::min();            // newest stamp that the estimator has received
+  std::unique_ptr<estimators::Estimator> estimator_;  ///< null if it failed to start
   double external_cpu_ms_ = 0;
   std::size_t answers_ = 0;
   struct {
     std::optional<estimators::Start> start;
     std::vector<slam::Observation> arrived;  // without images
-  } odometry_input_;                         // of Tracked::odometry
+  } odometry_input_;                         // for Tracked::odometry
   Tracked tracked_;
 };
 
-/// Read-only observer of a run. Unused functions stay empty.
+/// A read-only observer of a run. Unused functions stay empty.
 struct TrackingObserver {
   /// Called before each observation is processed; returns whether `tracked` is called after it.
   std::function<bool(const slam::Observation& ideal)> wants = {};

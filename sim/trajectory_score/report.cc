@@ -43,7 +43,7 @@ struct NamedFile {
   }
 };
 
-// The median time from one pose to the next; 0 for fewer than two.
+// Returns the median time from one pose to the next, or 0 for fewer than two poses.
 template <class Poses>
 Stamp median_interval(const Poses& poses) {
   std::vector<Stamp> intervals;
@@ -61,8 +61,8 @@ Stamp most_gap(const Trajectory& truth, const PairingOptions& options) {
   return options.most_gap_s ? stamp(*options.most_gap_s) : std::max(kGap * median_interval(truth), kLeastGap);
 }
 
-// Adds how much of the truth the pairs cover: each stands for the time until the next, as long as that is not
-// a gap. Returns the length (m) of the truth from the first to the last pair.
+// Adds how much of the truth the pairs cover: each pair covers the time until the next, unless that is a gap.
+// Returns the length (m) of the truth from the first to the last pair.
 double add_coverage(ordered_json& report, const Trajectory& truth, const std::vector<PosePair>& pairs) {
   const Stamp of_truth = median_interval(truth), of_pairs = std::max(median_interval(pairs), of_truth),
               gap = std::max(kGap * of_pairs, kLeastGap), whole = truth.back().t - truth.front().t + of_truth;
@@ -81,8 +81,8 @@ double add_coverage(ordered_json& report, const Trajectory& truth, const std::ve
   return score::path_length(walked);
 }
 
-// "; with --t-offset ..." if the offset of a known clock pairs more poses: results start at 0, their exports
-// at 1e9 s, other trajectories perhaps both at their first pose.
+// Returns "; with --t-offset ..." if the offset of a known clock pairs more poses. Results start at 0, their
+// exports at 1e9 s; other trajectories may both start at their first pose.
 std::string offset_hint(const Trajectory& truth, const Trajectory& estimate, Stamp apart,
                         std::size_t most_pairs) {
   constexpr Stamp kEpoch = std::chrono::seconds(1'000'000'000);
@@ -96,7 +96,7 @@ std::string offset_hint(const Trajectory& truth, const Trajectory& estimate, Sta
   return hint;
 }
 
-// Throws std::invalid_argument with the reason and the option that may help if no poses are paired, or only
+// Throws std::invalid_argument, with the reason and an option that may help, if no poses are paired, or only
 // an instant of two trajectories that both last much longer.
 void require_pairs(const NamedFile& truth, const NamedFile& estimate, const std::vector<PosePair>& pairs,
                    const PairingOptions& options) {
@@ -116,7 +116,7 @@ void require_pairs(const NamedFile& truth, const NamedFile& estimate, const std:
     why += fmt::format(": true poses around them are more than {} s apart (--max-gap)",
                        seconds(most_gap(of_truth, options)));
   else
-    why += fmt::format(": no stamps nearer than {} s (--t-max-diff)", options.most_apart_s);
+    why += fmt::format(": no stamps within {} s (--t-max-diff)", options.most_apart_s);
   throw std::invalid_argument(why);
 }
 
@@ -131,23 +131,24 @@ bool lasts_much_shorter(const NamedFile& file, const NamedFile& other) {
 }
 
 // Throws FileError if the stamps of only one file are frame numbers, or if the units differ. Whole numbers
-// may be times once a second, unless they last much longer than the other file with about as many poses.
+// may be times once a second, unless they last much longer than the other file, which has about as many
+// poses.
 void require_times(const NamedFile& file, const NamedFile& other, const PairingOptions& options) {
   if (file.counts_frames() && !other.counts_frames())
     file.fail("its stamps are frame numbers, those of {} are times in {}{}", other.path, other.read.stamps,
               file.read.format == "KITTI" ? "; times.txt beside it has the times" : "");
   if (!file.is_whole() && !other.is_whole() && lasts_much_shorter(file, other))
-    file.fail("its {} poses last {:.3f} s, the {} of {} last {:.3f} s: their stamps are not in the same unit",
+    file.fail("its {} poses last {:.3f} s, the {} of {} last {:.3f} s: their stamps have different units",
               file.poses(), file.duration_s(), other.poses(), other.path, other.duration_s());
   if (!options.interpolate && file.is_whole() && !other.is_whole() &&
       file.duration_s() > 1.5 * other.duration_s() && 2 * other.poses() > file.poses())
     file.fail(
-        "its stamps are whole numbers up to {}, as frame numbers are, those of {} are times over {:.3f} s; "
-        "with --interpolate they are taken for seconds",
+        "its stamps are whole numbers up to {}, like frame numbers; those of {} are times over {:.3f} s; "
+        "with --interpolate they are read as seconds",
         file.read.rows.back().t / std::chrono::seconds(1), other.path, other.duration_s());
 }
 
-// Throws FileError if nothing moves: errors of such positions are meaningless.
+// Throws FileError if nothing moves, because errors of such positions are meaningless.
 void require_motion(const NamedFile& file, const std::vector<PosePair>& pairs,
                     Eigen::Isometry3d PosePair::*pose) {
   constexpr double kStill_m = 1e-9;
@@ -168,13 +169,13 @@ std::vector<PosePair> paired(const NamedFile& a, const NamedFile& b, const Pairi
       a.counts_frames() && b.counts_frames() && (a.read.format == "KITTI" || b.read.format == "KITTI");
   if (by_row && a.poses() != b.poses())
     b.fail(
-        "has {} poses and {} has {}, all without times: they cannot be paired by their row; times.txt beside "
+        "has {} poses and {} has {}, all without times, so they cannot be paired by row; times.txt beside "
         "a KITTI file has the times",
         b.poses(), a.path, a.poses());
   for (const double t : {a.begin_s(), a.end_s(), b.begin_s(), b.end_s()})  // their sum must not overflow
     if (options.offset_s != 0 && !(std::abs(options.offset_s) + std::abs(t) < 4e9))
       throw std::invalid_argument(
-          fmt::format("--t-offset {}: with it a stamp is beyond 4e9 s", options.offset_s));
+          fmt::format("--t-offset {}: this moves a stamp beyond 4e9 s", options.offset_s));
   const Trajectory of_truth = a.trajectory();
   Trajectory of_estimate = b.trajectory();
   for (TimedPose& pose : of_estimate) pose.t += stamp(options.offset_s);
@@ -231,7 +232,7 @@ ordered_json row(const std::string& name, const std::string& unit, const std::ve
   return row;
 }
 
-// The alignment of the first poses_to_align pairs.
+// Aligns the first poses_to_align pairs.
 OrAbsent<Similarity> align_first(const std::vector<PosePair>& pairs, Alignment alignment,
                                  const Options& options) {
   const std::size_t count = options.poses_to_align;
@@ -279,7 +280,7 @@ std::optional<std::string> doubt_of_sim3(const std::vector<PosePair>& pairs, con
   return S ? score::doubt_of_scale(*S, pairs) : std::nullopt;
 }
 
-// Adds the NEES without alignment, of the matched estimates that have a covariance.
+// Adds the NEES without alignment for the matched estimates that have a covariance.
 void add_nees(ordered_json& rows, const std::vector<PosePair>& pairs, const files::TrajectoryFile& estimate,
               score::Stamp offset) {
   std::vector<double> position, orientation;
@@ -315,16 +316,16 @@ void add_overview(ordered_json& rows, const std::vector<PosePair>& pairs, const 
       rows.push_back(motion_row(pairs, which, relation));
 }
 
-// Marks the errors that positions do not determine. Throws std::invalid_argument for the requested.
+// Marks the errors that positions do not determine. Throws std::invalid_argument for a requested error.
 void require_orientation(ordered_json& rows, Relation relation) {
   for (ordered_json& one : rows) {
     const std::string name = one["error"], unit = one["unit"];
     const bool motion = name.starts_with("RPE") && relation != Relation::point_distance;
     if (unit == "m" && !motion && name != "APE origin") continue;
-    one = row(name, unit, {}, "a file has positions only");
+    one = row(name, unit, {}, "a file has only positions");
     if (&one == &rows.front())
       throw std::invalid_argument(
-          fmt::format("{}: it needs orientations, but a file has positions only", name));
+          fmt::format("{}: it needs orientations, but a file has only positions", name));
   }
 }
 

@@ -12,10 +12,10 @@ constexpr std::array kObjectives{"pose_nll"sv, "innovation_nll"sv, "rmse_m"sv};
 
 void require_tunable(const Yaml& at, const std::string& key) {
   if (scenario::shapes_recording(key) || key == "name" || key == "seed")
-    fail(at, key, "shapes the recording, which tuning does not change");
+    fail(at, key, "affects the recording, which tuning does not change");
   const auto* const known = scenario::find_key(key);
   if (known && !known->expected.starts_with("a number"))
-    fail(at, key, "is {}, expected a key that is a number", known->expected);
+    fail(at, key, "is {}, expected a key whose value is a number", known->expected);
 }
 
 std::vector<Range> read_parameters(const Yaml& node) {
@@ -30,10 +30,10 @@ std::vector<Range> read_parameters(const Yaml& node) {
   return all;
 }
 
-/// An entry of training or hold-out: recordings that are replayed with the same changes of their scenario.
+/// An entry of training or hold-out: recordings replayed with the same changes to their scenario.
 struct Entry {
-  const Yaml* recordings = nullptr;  ///< a result folder, or a folder of seed-<n>; null: of the cache
-  std::string scenario;              ///< the file to replay with; empty: that of the result
+  const Yaml* recordings = nullptr;  ///< a result folder, or a folder of seed-<n>; null: the cache's
+  std::string scenario;              ///< the file to replay with; empty: the result's own
   std::vector<std::uint64_t> seeds;
   scenario::Changes changes;
 
@@ -97,7 +97,7 @@ std::vector<SpecRun> read_runs(const Yaml& node, const std::string& key, const f
   return runs;
 }
 
-/// Throws ConfigError if a run of the hold-out has the walk and a seed of one of the training.
+/// Throws ConfigError if a hold-out run has the same walk and seed as a training run.
 void require_unseen(const Yaml& node, const std::vector<SpecRun>& holdout,
                     const std::vector<SpecRun>& training) {
   for (const SpecRun& unseen : holdout)
@@ -107,9 +107,8 @@ void require_unseen(const Yaml& node, const std::vector<SpecRun>& holdout,
             !scenario::first_difference(seen.read.scenario, unseen.read.scenario) &&
             !scenario::first_difference(unseen.read.scenario, seen.read.scenario))
           fail(node, "holdout",
-               "seed {} of {} is also in the training, expected walks that the search does not "
-               "see",
-               seed, unseen.read.scenario.name);
+               "seed {} of {} is also in the training, expected walks that the search does not see", seed,
+               unseen.read.scenario.name);
 }
 
 /// Reads training or hold-out. `seen`: the training that a hold-out must not repeat.
@@ -127,7 +126,7 @@ std::vector<SpecRun> read_side(const Yaml& node, const std::string& key, const f
   return all;
 }
 
-/// A parameter without a start gets the value of the first training run.
+/// Gives each parameter without a start the value of the first training run.
 void complete_starts(const Yaml& root, Spec& spec) {
   const scenario::Scenario& scenario = spec.training.front().read.scenario;
   for (Range& p : spec.parameters) {
@@ -166,7 +165,7 @@ Spec read_spec(const fs::path& file) {
   spec.training = read_side(*training, "training", file.parent_path());
   if (!holdout)
     fail(root, "holdout",
-         "missing, expected recordings that the search does not see, which show whether tuning helps");
+         "missing, expected recordings that the search does not see, to show whether tuning helps");
   spec.holdout = read_side(*holdout, "holdout", file.parent_path(), spec.training);
   if (spec.trials <= spec.population)
     fail(root, "trials", "{} are too few for a population of {}", spec.trials, spec.population);

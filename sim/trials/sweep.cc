@@ -22,7 +22,7 @@ using std::string_view_literals::operator""sv;
 
 constexpr int kSamples = 16;
 
-/// A key, and what is tried of it.
+/// A key, and the values to try for it.
 struct Tried {
   Yaml key;
   Values values;
@@ -38,12 +38,12 @@ Tried read_tried(const Yaml& at, const Yaml& values) {
   const std::string& key = at.text;
   if (key == "seed") fail(at, key, "expected seeds (--seeds 1..5)");
   if (key == "name" || key.starts_with("limits."))
-    fail(at, key, "does not change a run, expected a key that does");
+    fail(at, key, "does not affect runs, expected a key that does");
   if (!scenario::find_key(key)) fail(at, key, scenario::unknown_key(key));
   return {at, read_values(at, values)};
 }
 
-/// Reads the n-th argument, from 1: KEY=VALUE,VALUE or KEY=[VALUE, VALUE]. Brackets belong to a value if the
+/// Reads the n-th argument (from 1): KEY=VALUE,VALUE or KEY=[VALUE, VALUE]. Brackets belong to a value if the
 /// key expects a list.
 Tried read_argument(const std::string& argument, int n) {
   const std::size_t equals = argument.find('=');
@@ -61,7 +61,7 @@ Tried read_argument(const std::string& argument, int n) {
   return read_tried(key, bracketed ? values.items[0] : values);
 }
 
-/// The settings that a value of the range makes.
+/// Returns the settings for a value of the range.
 Point point_of(const Yaml& key, const Range& range, double value) {
   const Yaml node = number_node(value, key.origin, true);
   Point point{{range.key, key, node}};
@@ -101,7 +101,7 @@ std::vector<Axis> axes_of(const std::vector<Tried>& parameters, int samples) {
   std::set<std::string> seen;
   for (const Axis& axis : axes)
     for (const Setting& setting : axis.front())
-      if (!seen.insert(setting.key).second) fail(setting.at, setting.key, "is given values twice");
+      if (!seen.insert(setting.key).second) fail(setting.at, setting.key, "has values twice");
   return axes;
 }
 
@@ -137,7 +137,7 @@ std::vector<const Point*> points_of(const SweepSpec& spec, std::size_t combinati
   return points;
 }
 
-/// Shortens the labels of estimators or controllers to names, if different values have different names.
+/// Shortens the labels of estimators or controllers to their names if different values have different names.
 void label_programs(SweepPlan& plan, const std::string& key, programs::Choice scenario::Scenario::*choice) {
   std::map<std::string, std::set<std::string>> values_of;
   const auto k = static_cast<std::size_t>(std::ranges::find(plan.keys, key) - plan.keys.begin());
@@ -148,7 +148,7 @@ void label_programs(SweepPlan& plan, const std::string& key, programs::Choice sc
   for (Configuration& one : plan.configurations) one.labels[k] = (one.read.scenario.*choice).name;
 }
 
-/// Throws ConfigError if two of the scenarios have the same name, or one lacks the section of a key.
+/// Throws ConfigError if two scenarios have the same name, or if one lacks the section of a key.
 void check_scenarios(const SweepSpec& spec, const scenario::Changes& changes) {
   std::map<std::string, fs::path> files;
   for (const fs::path& file : spec.scenarios) {
@@ -213,7 +213,7 @@ SweepSpec read_sweep(const fs::path& file, const std::vector<std::string>& argum
     parameters.push_back(read_argument(arguments[i], static_cast<int>(i) + 1));
   if ((samples || samples_of_file) && std::ranges::none_of(parameters, &Tried::is_sampled))
     throw scenario::ConfigError(fmt::format(
-        "{}: samples: no parameter is a range without points, which samples are for", file.string()));
+        "{}: samples: no parameter is a range without points, so there is nothing to sample", file.string()));
   spec.axes = axes_of(parameters, samples ? *samples : samples_of_file.value_or(kSamples));
   return spec;
 }

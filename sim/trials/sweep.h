@@ -13,7 +13,7 @@ namespace sim::trials {
 using result::JobLog, result::JobRecord;
 
 using scenario::Setting;
-/// Settings that are made together.
+/// Settings that are applied together.
 using Point = std::vector<Setting>;
 /// Points that are alternatives to each other.
 using Axis = std::vector<Point>;
@@ -28,23 +28,23 @@ struct SweepSpec {
 /// The most trials of a sweep.
 inline constexpr std::size_t kMostTrials = 100'000;
 
-/// Reads a file of a sweep (scenario or scenarios, seeds, parameters, samples) or of a scenario, and
-/// arguments such as KEY=VALUE,VALUE; ranges without points share `samples` Sobol samples, or 16. Throws
-/// ConfigError at the first fault, except for values that their key does not accept.
+/// Reads a sweep file (scenario or scenarios, seeds, parameters, samples) or a scenario file, and arguments
+/// such as KEY=VALUE,VALUE. Ranges without points share `samples` Sobol samples, 16 by default. Throws
+/// ConfigError at the first error, but does not check yet whether keys accept their values.
 SweepSpec read_sweep(const fs::path& file, const std::vector<std::string>& arguments,
                      std::optional<int> samples = std::nullopt);
 
 /// One scenario with one combination of values.
 struct Configuration {
   scenario::ReadScenario read;
-  std::vector<std::string> values;  ///< of the keys of the plan, as YAML on one line
-  std::vector<std::string> labels;  ///< the same to show: an estimator or a controller by its name
+  std::vector<std::string> values;  ///< values of the plan's keys, as YAML on one line
+  std::vector<std::string> labels;  ///< the same for display: an estimator or a controller by its name
 };
 
 /// Trial i is configuration i / seeds.size() with seed i % seeds.size().
 struct SweepPlan {
   std::string name;
-  std::vector<std::string> keys;  ///< that the sweep sets
+  std::vector<std::string> keys;  ///< keys that the sweep sets
   std::vector<Configuration> configurations;
   std::vector<std::uint64_t> seeds;
 
@@ -53,12 +53,12 @@ struct SweepPlan {
   scenario::ReadScenario scenario(std::size_t trial) const;
 };
 
-/// Returns the plan of a sweep, made after the changes to every scenario. Throws ConfigError at a value that
-/// its key does not accept, or if there are more than kMostTrials.
+/// Returns the plan of a sweep, with the changes applied first to every scenario. Throws ConfigError at a
+/// value that its key does not accept, or if there are more than kMostTrials.
 SweepPlan plan_sweep(const SweepSpec& spec, const std::vector<std::uint64_t>& seeds,
                      const scenario::Changes& changes);
 
-/// Returns the record of the i-th trial of the plan, or nullptr if it has none.
+/// Returns the record of the plan's i-th trial, or nullptr if there is none.
 using RecordOf = std::function<const JobRecord*(std::size_t)>;
 
 /// A line for each trial that has a record: of CSV (RFC 4180), after a line of titles, and of JSON.
@@ -67,7 +67,7 @@ struct Scores {
 };
 Scores scores(const SweepPlan& plan, const RecordOf& record);
 
-/// Returns medians over the seeds of each of the first forty configurations.
+/// Returns medians over the seeds for each of the first forty configurations.
 std::string sweep_table(const SweepPlan& plan, const RecordOf& record);
 
 }  // namespace sim::trials

@@ -7,7 +7,7 @@
 namespace sim::trials {
 namespace {
 
-// The fraction of the recording until the filter diverged or the estimator failed.
+// Returns the fraction of the recording up to where the filter diverged or the estimator failed.
 double lasted_fraction(const Recording& recording, const tracking::Tracked& tracked) {
   const double end_s = slam::seconds(recording.observations.back().t);
   if (tracked.failed)
@@ -122,7 +122,7 @@ JobRecord run_task(const Task& task, const RecordingOf& recording_of) {
       return {task.key, read.scenario.seed, std::string(name_of(walk.ending)), walk.cause, {}};
     return run_trial(*recording, read, task.key);
   } catch (const files::FileError&) {
-    throw;  // a fault of the machine, such as a full disk
+    throw;  // the machine's fault, such as a full disk
   } catch (const std::exception& e) {
     return {task.key, read.scenario.seed, std::string(name_of(scenario::Ending::not_started)), e.what(), {}};
   }

@@ -15,7 +15,7 @@ using Point = std::vector<double>;  ///< a setting, in the unit cube (see Range)
 using Records = std::vector<const JobRecord*>;
 
 constexpr double kFailure = 1e6;     // above the loss of any success
-constexpr double kFirstStep = 0.25;  // of the search, as a part of the range
+constexpr double kFirstStep = 0.25;  // first step of the search, as a fraction of the range
 
 /// Metrics in tune.json, at the start and at the best setting.
 constexpr std::array kCompared{"ate_se3_rmse_m",         "rmse_m",          "nees_position_mean",
@@ -30,8 +30,8 @@ class Runs {
     for (const SpecRun& run : runs) hashes_.push_back(recording::Manifest(run.folder / "recording").hash());
   }
 
-  /// The records of each setting on each recording, taken from the log if it has them. The tasks of one
-  /// recording follow each other, so that it is decoded once for them.
+  /// Returns the records of each setting on each recording, from the log if it has them. The tasks of a
+  /// recording come one after another, so that it is decoded only once for them.
   std::vector<Records> evaluate(const std::vector<Point>& points) const {
     std::vector<Task> tasks, missing;
     for (std::size_t i = 0; i < runs_.size(); ++i)
@@ -49,7 +49,7 @@ class Runs {
   }
 
  private:
-  /// A walk that its estimate steers differs with each setting: its task names no recording.
+  /// A walk steered by its estimate differs for each setting, so its task names no recording.
   Task task(std::size_t i, const Point& point) const {
     scenario::Scenario scenario = runs_[i].read.scenario;
     for (std::size_t k = 0; k < point.size(); ++k) {
@@ -103,7 +103,7 @@ constexpr std::array kVerdicts{"better", "worse", "undecided"};
 /// The change of the hold-out loss from the start to the best setting, paired by recording.
 struct Judgment {
   std::vector<double> changes;   ///< if neither failed
-  std::size_t newly_failed = 0;  ///< only with the best setting
+  std::size_t newly_failed = 0;  ///< failed only with the best setting
   std::optional<score::MeanTest> test{};
   Verdict verdict = Verdict::undecided;
   std::string text;
@@ -128,7 +128,7 @@ Judgment judge(const StartAndBest& holdout, Objective objective) {
   const std::string pairs = files::counted(judgment.changes.size(), "pair");
   if (judgment.test)
     judgment.text +=
-        fmt::format(", changes by {:+.4g} in the mean of {} (95 % interval {:+.4g} to {:+.4g})",
+        fmt::format(", changes by {:+.4g} on average over {} (95 % interval {:+.4g} to {:+.4g})",
                     score::mean(judgment.changes), pairs, judgment.test->low, judgment.test->high);
   else
     judgment.text += fmt::format(", {} of finished runs give no interval, expected at least 2", pairs);
@@ -143,11 +143,11 @@ struct Found {
   Point start, best;
   StartAndBest training;
   std::string history;        ///< as CSV
-  int tried = 0, failed = 0;  ///< settings; their trials without a loss
+  int tried = 0, failed = 0;  ///< number of settings; of their trials without a loss
 };
 
-/// Tries the start of the spec, then generations of CMA-ES, the last one cut off at spec.trials settings. The
-/// settings depend only on the spec and the losses found.
+/// Tries the spec's start, then generations of CMA-ES; the last generation is cut off at spec.trials
+/// settings. The settings depend only on the spec and the losses found.
 Found find(const Spec& spec, JobLog& log, const RunTasks& run_tasks, const ShowProgress& show) {
   const Runs runs(spec, spec.training, run_tasks, log);
   double least = 0;

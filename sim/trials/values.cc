@@ -21,7 +21,7 @@ void require_number(const Yaml& at, const std::string& name) {
   const auto* const key = scenario::find_key(name);
   if (!key) fail(at, name, scenario::unknown_key(name));
   if (!key->expected.starts_with("a number") && !key->expected.starts_with("a whole number"))
-    fail(at, name, "is {}, expected a key that is a number", key->expected);
+    fail(at, name, "is {}, expected a key whose value is a number", key->expected);
 }
 
 // A number that the key itself accepts.
@@ -36,7 +36,7 @@ double read_bound(const Yaml& node, const std::string& key) {
 void require_rising(const Yaml& node, const Range& range) {
   if (std::isnan(range.low) || std::isnan(range.high)) fail(node, range.key, "expected both from and to");
   if (!(range.low < range.high))
-    fail(node, range.key, "from {} to {}: expected a rising range", range.low, range.high);
+    fail(node, range.key, "from {} to {}: expected an increasing range", range.low, range.high);
   if (range.logarithmic && range.low <= 0)
     fail(node, range.key, "a logarithmic range must start above 0; scale: linear allows 0 and below");
   if (range.start < range.low || range.start > range.high)
@@ -193,7 +193,7 @@ void CmaEs::tell(const std::vector<double>& values) {
   ++generation_;
 }
 
-// Paths, step size, and the terms of eq. (47) other than this generation's.
+// Updates paths, step size, and the terms of eq. (47) other than this generation's.
 void CmaEs::adapt(const Eigen::VectorXd& step) {
   const Eigen::VectorXd white = B_ * (B_.transpose() * step).cwiseQuotient(D_);  // C^(−1/2) y
   p_sigma_ = (1 - rates_.c_sigma) * p_sigma_ +

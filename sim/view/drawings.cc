@@ -1,4 +1,4 @@
-// What the page draws over time, and the pictures of a video.
+// The time series that the page draws, and the pictures of a video.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -125,7 +125,7 @@ cv::Mat3b draw_view(const slam::Observation& seen, const slam::FrameReport& repo
   for (const slam::Sighting& first : report.initialized) patch(first.pixel, kNew);
   cv::Mat below = picture.rowRange(kPanelHeight - 48, kPanelHeight);
   below *= 0.3;
-  write(picture, "squares: matched, blue: initialized; ellipses: searched, yellow: not found",
+  write(picture, "squares: matched (blue: new); ellipses: searched (yellow: not found)",
         {8, kPanelHeight - 30}, kPaper);
   write(picture,
         fmt::format("{:.2f} s   {} landmarks, {} searched for, {} matched", slam::seconds(report.t),

@@ -18,18 +18,18 @@ namespace ros = exports::ros;
 using Json = nlohmann::json;
 
 constexpr const char* kOwnProtocol = "gaitslam.view.v1";
-// Between two frames, maps, or values over time, by the wall clock.
+// Minimum wall-clock time between two frames, maps, or updates of the time series.
 constexpr std::chrono::milliseconds kLeastInterval{25}, kLeastMapInterval{100}, kLeastSeriesInterval{1000};
-constexpr std::chrono::milliseconds kPastInterval{100};  // simulated, between frames that a new page gets
+constexpr std::chrono::milliseconds kPastInterval{100};  // simulated, between past frames for a new page
 constexpr std::chrono::milliseconds kForMessages{3000}, kForPages{15000};  // at the end
-constexpr std::size_t kMostReadings = 400;  // of the IMU, kept for the next frame
-constexpr std::size_t kMostShown = 32;      // newest frames; pages can fetch their rig readings
+constexpr std::size_t kMostReadings = 400;  // IMU readings kept for the next frame
+constexpr std::size_t kMostShown = 32;      // newest frames whose rig readings pages can fetch
 
 bool is_own(const Client& client) { return client.protocol() == kOwnProtocol; }
 
 constexpr std::uint32_t kImu = 3;
 
-/// Its number to clients is its place, from 1. payload: of a frame; empty if it has none.
+/// A Foxglove channel; its id is its place in kChannels, starting from 1. payload: of a frame, or "".
 struct Channel {
   std::string topic;
   const exports::MessageType& type;
@@ -48,7 +48,7 @@ const std::array<Channel, 6> kChannels{
       [](const Frame& f, const Setup& setup) {
         return f.image.empty() ? "" : ros::camera_info(f.t, ros::kCameraFrame, setup.calibration.camera);
       }},
-     {ros::kImuTopic, ros::kImu, nullptr},  // of all observations, not only of frames
+     {ros::kImuTopic, ros::kImu, nullptr},  // from all observations, not only from those with a frame
      {ros::kTrueTopics + ros::kPoseTopic, ros::kPoseStamped,
       [](const Frame& f, const Setup&) { return f.truth ? ros::pose_stamped(f.t, "world", *f.truth) : ""; }},
      {ros::kPlanTopics + ros::kPoseTopic, ros::kPoseStamped,
@@ -71,7 +71,8 @@ ordered_json advertisement() {
   return {{"op", "advertise"}, {"channels", list}};
 }
 
-/// A binary message: op 1, subscription, log time (numbers as this little-endian machine has them), payload.
+/// Sends a binary message: op 1, subscription, log time (both in this machine's little-endian format),
+/// payload.
 void send_one(Client& client, std::uint32_t subscription, slam::Stamp t, const std::string& payload) {
   if (payload.empty()) return;
   const std::int64_t stamp = recording::file_stamp(t);
@@ -83,13 +84,13 @@ void send_one(Client& client, std::uint32_t subscription, slam::Stamp t, const s
 
 std::uint32_t number_of(const Json& value) {
   if (!value.is_number_unsigned() || value.get<std::uint64_t>() > 0xffffffffu)
-    throw std::invalid_argument("expected numbers of 32 bits");
+    throw std::invalid_argument("expected 32-bit numbers");
   return value.get<std::uint32_t>();
 }
 
 const Json& short_list(const Json& list) {
   if (!list.is_array() || list.size() > kMostSubscriptions)
-    throw std::invalid_argument("expected a short list");
+    throw std::invalid_argument("expected a list of at most 64 elements");
   return list;
 }
 
@@ -104,7 +105,7 @@ void greet(Client& client) {
   client.send(json_message(advertisement()));
 }
 
-/// Keeps a client's subscriptions; answers malformed messages and unknown channels with a status.
+/// Updates a client's subscriptions; answers malformed messages and unknown channels with a status.
 void process(Client& client, std::string_view said) {
   const auto complain = [&](const std::string& why) {
     client.send(json_message({{"op", "status"}, {"level", 1}, {"message", why}}));
@@ -179,7 +180,7 @@ void LiveView::wait_for_viewer() const {
 bool LiveView::wants(const slam::Observation& observation) {
   ++frames_;
   const bool others = server_.with_room("foxglove") > 0;
-  // Merged without a listener, too: a frame may split a reading, and its second part belongs to the first.
+  // Readings are merged even without a listener: a frame may split a reading, whose parts belong together.
   if (merger_)  // set by begin()
     for (exports::ExportedReading& reading : merger_->merge(observation))
       if (others && imu_.size() < kMostReadings) imu_.push_back(reading);
@@ -301,7 +302,7 @@ void LiveView::received(Client& client, std::string_view said) {
     if (message.op == "loaded")
       client.loading = false;
     else if (!control_)
-      reject("this view is read-only: start it with --control");
+      reject("this view is read-only; start the run with --control");
     else if (pace_.obey(message, period_))
       send_to_pages(pace_message());
     else
@@ -317,7 +318,7 @@ ClientMessage read_client_message(std::string_view text) try {
   if (message.op == "speed") {
     message.factor = json.at("factor").get<double>();
     if (message.factor != 0 && !(message.factor >= 0.01 && message.factor <= 100))
-      throw std::invalid_argument("speed: expected a factor of 0.01 to 100, or 0");
+      throw std::invalid_argument("speed: expected a factor from 0.01 to 100, or 0");
   } else if (message.op == "subscribe") {
     for (const Json& one : short_list(json.at("subscriptions")))
       message.subscriptions.push_back({number_of(one.at("id")), number_of(one.at("channelId"))});

@@ -1,5 +1,5 @@
-// The view of a live run: its speed as viewers set it, and the messages of clients, also in Foxglove's
-// protocol.
+// The view of a live run: the speed set by viewers, and the messages from clients, including those in
+// Foxglove's protocol.
 #pragma once
 
 #include <atomic>
@@ -14,22 +14,22 @@
 
 namespace sim::view {
 
-/// op: "pause", "resume", "step" (runs for one frame of the camera), "speed", "loaded" (the page has fetched
-/// room and robot), "subscribe", "unsubscribe"; others are without use here.
+/// op: "pause", "resume", "step" (run for one camera frame), "speed", "loaded" (the page has fetched room and
+/// robot), "subscribe", "unsubscribe"; others are ignored.
 struct ClientMessage {
   std::string op;
-  double factor = 0;  ///< of "speed": times real time; 0: full speed
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> subscriptions{};  ///< (the client's number, channel)
-  std::vector<std::uint32_t> unsubscribed{};                             ///< the client's numbers
+  double factor = 0;  ///< for "speed": times real time; 0: full speed
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> subscriptions{};  ///< (client's id, channel)
+  std::vector<std::uint32_t> unsubscribed{};                             ///< client's ids
 };
 
-/// Limit of subscriptions in one message, and of a client.
+/// Maximum number of subscriptions in one message and per client.
 inline constexpr std::size_t kMostSubscriptions = 64;
 
 /// Returns the message in a text. Throws std::invalid_argument if the text is not a message.
 ClientMessage read_client_message(std::string_view text);
 
-/// Commands come from one thread, the run waits in another.
+/// The speed of a run. Commands come from one thread; the run waits in another.
 class Pace {
  public:
   struct State {
@@ -37,8 +37,8 @@ class Pace {
     double speed = 0;  ///< times real time; 0: full speed
   };
 
-  /// Returns whether it obeyed: true for "pause", "resume", "step" (runs for `period` of simulated time, then
-  /// pauses) and "speed".
+  /// Executes "pause", "resume", "step" (run for `period` of simulated time, then pause) or "speed"; returns
+  /// false for other messages.
   bool obey(const ClientMessage& message, slam::Stamp period = {}) {
     const std::string& op = message.op;
     const bool pauses = op == "pause" || op == "step", resumes = op == "resume";
@@ -51,7 +51,7 @@ class Pace {
     });
     return true;
   }
-  /// Runs at full speed, as without a controlling viewer.
+  /// Resumes at full speed, as if there were no controlling viewer.
   void release() {
     change([&] { state_ = {}; });
   }
@@ -87,13 +87,13 @@ class Pace {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   State state_;
-  slam::Stamp now_{0}, until_{0};  // while paused it runs to until_
+  slam::Stamp now_{0}, until_{0};  // while paused, the run continues until until_
   slam::Stamp from_{0};            // simulated time at from_clock_
   Clock::time_point from_clock_ = Clock::now();
 };
 
-/// Serves one run. Its thread waits for a client only in pace(), if a client with control paused or slowed
-/// the run. Frames are made only for clients that have room for them, at most 40 a second.
+/// Serves one run. The run's thread waits only in pace(), if a client with control paused or slowed down the
+/// run. Frames are made only for clients with room for them, at most 40 per second.
 class LiveView {
  public:
   /// control: clients may pause the run, step it and set its speed. Throws as Server does.
@@ -103,21 +103,21 @@ class LiveView {
 
   const Access& access() const { return server_.access(); }
 
-  /// Waits until there is a viewer.
   void wait_for_viewer() const;
   /// Describes the sensors to Foxglove clients, before the first frame.
   void begin(const recording::RecordingSetup& setup);
   /// Returns whether a viewer has room for a frame.
   bool has_viewers() const;
-  /// Returns whether a frame of this observation is sent. Must be called for each observation.
+  /// Returns whether a frame of this observation is to be sent. Must be called for each observation.
   bool wants(const slam::Observation& observation);
-  /// Returns whether that frame needs the map: ten times a second, as it costs more than the rest.
+  /// Returns whether that frame needs the map: ten times per second, because it costs more than the rest.
   bool wants_map();
-  /// Keeps the values of a frame for the figures and for later pages, and sends it if wants() was true.
+  /// Stores a frame's values for the figures and for pages opened later, and sends it if wants() was true.
   void show(Frame frame);
   /// Waits until the run may continue.
   void pace(slam::Stamp t);
-  /// Reports how the run ended; waits up to 15 s for pages that load, then up to 3 s to send all.
+  /// Reports how the run ended. Waits up to 15 s for pages that are loading, then up to 3 s to send
+  /// everything.
   void end(const std::string& how);
 
  private:
@@ -125,37 +125,37 @@ class LiveView {
   void received(Client& client, std::string_view text);
   Message pace_message() const;
   void keep(Frame frame);
-  void send_series(bool to_all);  ///< else only to pages with room
+  void send_series(bool to_all);  ///< to_all: even to pages without room
   void send_to_pages(const Message& message);
   std::string rig_reading(std::size_t sensor, std::size_t number) const;
 
-  /// The newest reading of each sensor of the rig when a frame was shown; null: none yet.
+  /// The newest reading of each rig sensor when a frame was shown; null: none yet.
   using Readings = std::vector<std::shared_ptr<const slam::RigReading>>;
 
   bool control_;
   Pace pace_;
   Site site_;
   recording::RecordingSetup setup_;            // set before begun_, then constant
-  std::atomic<bool> begun_ = false;            // clients of Foxglove are served
-  std::optional<exports::ImuMerger> merger_;   // of the run's thread
-  std::vector<exports::ExportedReading> imu_;  // not sent yet
+  std::atomic<bool> begun_ = false;            // Foxglove clients are served
+  std::optional<exports::ImuMerger> merger_;   // used by the run's thread
+  std::vector<exports::ExportedReading> imu_;  // not yet sent
   struct {
     Readings newest;
-    std::size_t numbers = 0;                             // of frames with readings
-    std::deque<std::pair<std::size_t, Readings>> shown;  // by number; of the server's thread
+    std::size_t numbers = 0;                             // count of frames with readings
+    std::deque<std::pair<std::size_t, Readings>> shown;  // by number; used by the server's thread
   } rig_;
   struct {
     std::chrono::steady_clock::time_point frame{}, map{}, series{};
   } last_shown_;
   std::size_t frames_ = 0;
-  bool due_ = true;  // a frame of this observation is sent
+  bool due_ = true;  // a frame of this observation is to be sent
   Series series_;
   std::mutex past_mutex_;
-  std::vector<std::string> past_;  // frames without images, for pages that come later
+  std::vector<std::string> past_;  // frames without images, for pages opened later
   slam::Stamp kept_until_{0};
-  slam::Stamp period_ = std::chrono::milliseconds(34);  // a frame's
-  Message last_;                                        // of the server's thread
-  Server server_;                                       // last: its thread uses the members above
+  slam::Stamp period_ = std::chrono::milliseconds(34);  // of a frame
+  Message last_;                                        // used by the server's thread
+  Server server_;                                       // last member: its thread uses those above
 };
 
 /// Adds the image, the estimator's results and, if wanted, the map.

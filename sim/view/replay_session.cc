@@ -1,4 +1,4 @@
-// The view of a replay: the filter live, with the recorded walk.
+// The view of a replay: the filter live, on the recorded walk.
 #include <fmt/format.h>
 
 #include "sim/view/live_view.h"

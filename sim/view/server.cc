@@ -31,7 +31,7 @@ using net::ip::tcp;
 using Request = http::request<http::empty_body>;
 using Response = http::response<http::string_body>;
 using Error = beast::error_code;
-using Slot = std::shared_ptr<void>;  ///< one of the connections that are counted
+using Slot = std::shared_ptr<void>;  ///< counts a connection while it lives
 
 constexpr std::size_t kLeastTokenLength = 22;  // 128 bits, also in base64
 
@@ -39,7 +39,7 @@ std::string_view plain(beast::string_view text) { return {text.data(), text.size
 
 std::string_view path_of(std::string_view target) { return target.substr(0, target.find('?')); }
 
-/// Headers of every response: only the server's own scripts and styles, and no framing.
+/// Returns the policy of every response: only the server's own scripts and styles, and no framing.
 std::string content_security_policy(const Access& access) {
   std::string sockets = "ws://" + authority(access);
   for (const std::string& place : access.forwarded) sockets += " ws://" + place;
@@ -49,7 +49,7 @@ std::string content_security_policy(const Access& access) {
       sockets);
 }
 
-/// Fast, as the browser is near. Compressed pictures stay as they are.
+/// Compresses fast, because the browser is on a fast connection. Compressed pictures stay as they are.
 std::optional<std::string> compressed(std::string_view bytes) {
   constexpr std::size_t kSmall = 1024;
   if (bytes.size() < kSmall || bytes.starts_with("\x89PNG")) return std::nullopt;
@@ -60,7 +60,7 @@ std::optional<std::string> compressed(std::string_view bytes) {
   return out;
 }
 
-/// Shared by all connections, in the server's thread.
+/// State shared by all connections, used by the server's thread.
 struct Shared {
   Access access;
   Service service;
@@ -68,7 +68,7 @@ struct Shared {
   std::size_t connections = 0;
   std::list<std::weak_ptr<class SocketClient>> sockets;
   std::atomic<int> viewers{0}, others{0};  // clients with room in their queue
-  std::size_t pages = 0;                   // viewers with or without it
+  std::size_t pages = 0;                   // viewers with or without room
 
   void count_rooms();
 };
@@ -92,7 +92,7 @@ class SocketClient : public Client, public std::enable_shared_from_this<SocketCl
     socket_.set_option(websocket::stream_base::decorator([this](websocket::response_type& response) {
       if (!protocol_.empty()) response.set(http::field::sec_websocket_protocol, protocol_);
     }));
-    socket_.auto_fragment(false);  // pieces would cost a system call each
+    socket_.auto_fragment(false);  // each fragment would cost a system call
     socket_.read_message_max(shared_->limits.message_bytes);
     socket_.async_accept(request, [self = shared_from_this()](Error error) {
       if (!error) self->opened();
@@ -152,7 +152,7 @@ class SocketClient : public Client, public std::enable_shared_from_this<SocketCl
                         });
   }
 
-  // The other operations then end with errors, and the last of them lets go of this object.
+  // Pending operations then end with errors, and the last one releases this object.
   void give_up() {
     if (std::exchange(closing_, true)) return;
     beast::get_lowest_layer(socket_).close();
@@ -188,7 +188,7 @@ void Shared::count_rooms() {
   viewers = own, others = other;
 }
 
-/// A connection that speaks HTTP, request after request, until it becomes a WebSocket.
+/// A connection that handles HTTP requests, one after another, until it becomes a WebSocket.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  public:
   HttpConnection(std::shared_ptr<Shared> shared, tcp::socket socket)
@@ -211,7 +211,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void on_read(Error error) {
     if (error == http::error::header_limit) return answer(431, "the request's header is too long", false);
     if (error == http::error::unexpected_body || error == http::error::body_limit)
-      return answer(413, "expected no body", false);
+      return answer(413, "the request has a body, expected none", false);
     if (error) return;
     const Request request = parser_->release();
     RequestHead head{plain(request.method_string()), plain(request.target()),
@@ -253,7 +253,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     respond(status, "text/plain; charset=utf-8", std::string(why) + "\n", keep);
   }
 
-  /// etag: of what a browser may keep, and asks for again by it.
+  /// etag: for content that a browser may cache and revalidate.
   void respond(unsigned status, const std::string& type, std::string body, bool keep,
                const std::string& etag = "") {
     std::optional<std::string> smaller = takes_gzip_ ? compressed(body) : std::nullopt;
@@ -285,7 +285,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   beast::tcp_stream stream_;
   beast::flat_buffer buffer_;
   bool takes_gzip_ = false;
-  std::string known_;  // hash of what the browser has
+  std::string known_;  // hash of what the browser already has
   std::optional<http::request_parser<http::empty_body>> parser_;
 };
 
@@ -300,7 +300,7 @@ bool is_place(std::string_view text) {
          });
 }
 
-/// Browsers omit the usual port.
+/// Appends the default port, which browsers omit.
 std::string with_port(std::string_view host) { return std::string(host) + (is_place(host) ? "" : ":80"); }
 
 }  // namespace
@@ -315,10 +315,10 @@ std::string new_token() {
 Access checked(Access access) {
   boost::system::error_code error;
   const auto address = boost::asio::ip::make_address(access.address, error);
-  const char* const complaint = error                      ? "expected an IP address of this machine"
-                                : address.is_unspecified() ? "expected one address of this machine"
+  const char* const complaint = error                      ? "is no IP address, expected one of this machine"
+                                : address.is_unspecified() ? "means all interfaces, expected a single one"
                                 : !address.is_loopback() && access.token.empty()
-                                    ? "others can reach it, expected a --token of your own"
+                                    ? "can be reached by others, expected a --token of your own"
                                     : nullptr;
   if (complaint) throw std::invalid_argument(fmt::format("--address {}: {}", access.address, complaint));
   if (access.token.empty()) access.token = new_token();
@@ -352,21 +352,21 @@ std::optional<Rejection> rejection(const RequestHead& request, const Access& acc
   const std::string host = with_port(request.host);
   if (host != authority(access) && std::ranges::find(access.forwarded, host) == access.forwarded.end())
     return Rejection{
-        421, fmt::format("the address in the browser is not this server's, {}: if you forward it, as by ssh "
-                         "-L, start the view with --public {} to allow it",
+        421, fmt::format("the address in the browser is not this server's ({}); if you forward it, as with "
+                         "ssh -L, allow it by starting the view with --public {}",
                          authority(access), is_place(host) ? host : "HOST:PORT")};
   const std::string_view origin = request.origin.value_or(""), scheme = "http://";
   // Pages have a web scheme or an opaque origin ("null"); apps have other schemes.
   if (origin.starts_with("https:") || origin == "null" ||
       (origin.starts_with("http:") &&
        (!origin.starts_with(scheme) || with_port(origin.substr(scheme.size())) != host)))
-    return Rejection{403, "the Origin is not this server's"};
+    return Rejection{403, "the Origin is not this server"};
   constexpr std::string_view kName = "?token=";  // the first of the query
   const std::size_t query = request.target.find(kName);
   std::string_view token = query == host.npos ? "" : request.target.substr(query + kName.size());
   token = token.substr(0, token.find('&'));
   if (!equal_in_constant_time(token, access.token)) return Rejection{403, "missing or wrong token"};
-  if (request.method != "GET") return Rejection{405, "expected GET"};
+  if (request.method != "GET") return Rejection{405, "unsupported method, expected GET"};
   return std::nullopt;
 }
 
@@ -387,7 +387,7 @@ struct Server::Implementation {
     acceptor.listen();
     shared->access.port = acceptor.local_endpoint().port();
   } catch (const boost::system::system_error& error) {
-    throw std::runtime_error(fmt::format("cannot listen at {}: {}; --port 0 takes any free port of --address",
+    throw std::runtime_error(fmt::format("cannot listen on {}: {}; --port 0 selects any free port",
                                          authority(shared->access), error.code().message()));
   }
 
@@ -431,7 +431,7 @@ const Access& Server::access() const { return implementation_->shared->access; }
 
 void Server::for_each(std::function<void(Client&)> action) {
   net::post(implementation_->context, [self = implementation_.get(), action = std::move(action)] {
-    const auto sockets = self->shared->sockets;  // an action may end one of them
+    const auto sockets = self->shared->sockets;  // a copy, because an action may end one of them
     for (const auto& socket : sockets)
       if (const auto client = socket.lock()) action(*client);
   });

@@ -1,4 +1,4 @@
-// The server of the view: a fixed list of files over HTTP and messages over WebSocket, in its own thread; its
+// The view's server: a fixed list of files over HTTP and messages over WebSocket, in its own thread; and its
 // address, its token, and the rules for each request.
 #pragma once
 
@@ -16,29 +16,29 @@
 
 namespace sim::view {
 
-/// Listening address and the secret that each request must carry.
+/// The listening address, and the secret that each request must contain.
 struct Access {
-  std::string address = "127.0.0.1";        ///< of this machine, numeric
-  std::uint16_t port = 0;                   ///< 0: any free one, known once the server listens
+  std::string address = "127.0.0.1";        ///< numeric, of this machine
+  std::uint16_t port = 0;                   ///< 0: any free port, known once the server listens
   std::string token = {};                   ///< empty: 128 random bits
-  std::vector<std::string> forwarded = {};  ///< each HOST:PORT that also reaches it, as by ssh -L
+  std::vector<std::string> forwarded = {};  ///< each HOST:PORT that also leads here, e.g. through ssh -L
 };
 
-/// Returns the access with a token, generated if missing. Throws std::invalid_argument if the address is
-/// invalid, means all interfaces, or can be reached by others while no token is given, if a token is
-/// shorter than 22 characters or has characters other than letters, digits, - and _, or if one of `forwarded`
-/// is not HOST:PORT.
+/// Returns the access with a token, which is generated if missing. Throws std::invalid_argument if the
+/// address is invalid, means all interfaces, or can be reached by others although no token is given. Also
+/// throws if a token is shorter than 22 characters or has characters other than letters, digits, - and _, or
+/// if one of `forwarded` is not HOST:PORT.
 Access checked(Access access);
 
-/// Returns 128 bits of the system's random source in 32 hex digits. Throws std::runtime_error if it fails.
+/// Returns 128 bits from the system's random source as 32 hex digits. Throws std::runtime_error if it fails.
 std::string new_token();
 
-/// Returns whether the texts are equal, in the same time for all texts of one length.
+/// Returns whether the texts are equal, in a time that depends only on their lengths.
 bool equal_in_constant_time(std::string_view a, std::string_view b);
 
-/// Returns address and port as in a URL; IPv6 in brackets.
+/// Returns address and port as in a URL, with IPv6 in brackets.
 std::string authority(const Access& access);
-/// Returns the address for the browser: the first forwarded one, if there is one.
+/// Returns the URL for the browser, with the first forwarded address if there is one.
 std::string url(const Access& access);
 
 /// The checked part of a request.
@@ -47,31 +47,30 @@ struct RequestHead {
   std::optional<std::string_view> origin = std::nullopt;
 };
 
-/// An HTTP status with its reason.
 struct Rejection {
   unsigned status;
   std::string why;
 };
 
-/// Returns the rejection by the first broken rule: Host is exactly the server's authority or one of
-/// Access::forwarded (against DNS rebinding); a page's Origin has that host (apps send theirs or none); the
-/// query has the token; GET only.
+/// Returns a rejection for the first broken rule: Host must be exactly the server's authority or one of
+/// Access::forwarded (against DNS rebinding); a page's Origin must have that host (apps send their own or
+/// none); the query must contain the token; the method must be GET.
 std::optional<Rejection> rejection(const RequestHead& request, const Access& access);
 
 /// One WebSocket message, shared by its receivers.
 struct Message {
   std::shared_ptr<const std::string> bytes;
-  bool is_frame = true;  ///< binary, and may be dropped for a newer one; else text
+  bool is_frame = true;  ///< binary, and may be dropped in favor of a newer one; otherwise text
 };
 
-/// Bounded queue, so that a client that does not read costs nothing: at most `most_frames` frames (drops the
-/// oldest) and `most_others` messages that must not be lost.
+/// Bounded queue, so that a client that does not read costs nothing: at most `most_frames` frames (the oldest
+/// is dropped) and `most_others` messages that must not be lost.
 class MessageQueue {
  public:
   MessageQueue(std::size_t most_frames, std::size_t most_others)
       : most_frames_(most_frames), most_others_(most_others) {}
 
-  /// Returns false if a message other than a frame has no room: the client must be dropped.
+  /// Returns false if there is no room for a message other than a frame; the client must then be dropped.
   bool push(Message message) {
     if (!message.is_frame && waiting_.size() - frames_ >= most_others_) return false;
     if (message.is_frame && ++frames_ > most_frames_) {
@@ -101,45 +100,46 @@ class MessageQueue {
 
 /// A file as it is served.
 struct Resource {
-  std::string type;  ///< as Content-Type has it
+  std::string type;  ///< value of Content-Type
   std::shared_ptr<const std::string> bytes;
 };
 
 /// Limits on the cost of clients.
 struct Limits {
-  std::size_t clients = 32;                   ///< connections at a time
+  std::size_t clients = 32;                   ///< simultaneous connections
   std::uint32_t header_bytes = 8192;          ///< of a request
   std::size_t message_bytes = 8192;           ///< of a client's WebSocket message
   std::chrono::milliseconds request{10000};   ///< until a request is complete
-  std::chrono::milliseconds response{30000};  ///< until a response is taken
-  std::size_t queued_frames = 4;              ///< of other protocols, a message for each channel: 16 times
-  std::size_t queued_messages = 64;           ///< besides
+  std::chrono::milliseconds response{30000};  ///< until a response is received
+  std::size_t queued_frames = 4;              ///< 16 times as many for protocols with a message per channel
+  std::size_t queued_messages = 64;           ///< in addition to frames
 };
 
-/// A client's WebSocket, in the server's thread.
+/// A client's WebSocket, used by the server's thread.
 class Client {
  public:
   virtual ~Client() = default;
   virtual const std::string& protocol() const = 0;  ///< the subprotocol agreed on
   virtual void send(Message message) = 0;
   virtual bool has_room() const = 0;  ///< for a frame
-  bool loading = false;               ///< a page, until it reports that it has its files
-  std::size_t rows = 0;               ///< of the values over time that a page has got
+  bool loading = false;               ///< true for a page until it reports that it has its files
+  std::size_t rows = 0;               ///< rows of the time series sent to a page so far
   std::vector<std::pair<std::uint32_t, std::uint32_t>> subscriptions;  ///< Foxglove: (its number, channel)
 };
 
-/// The served content. Called in the server's thread; an exception answers 500 or ends the connection.
+/// The served content. Called in the server's thread; an exception causes a 500 response or ends the
+/// connection.
 struct Service {
   /// Returns the resource at a path, or nullopt.
   std::function<std::optional<Resource>(std::string_view path)> resource;
   std::vector<std::string> protocols = {};  ///< WebSocket subprotocols
   std::function<void(Client&)> opened = [](Client&) {};
   std::function<void(Client&, std::string_view text)> received = [](Client&, std::string_view) {};
-  /// A client left; viewers: remaining pages.
+  /// Called when a client has left; viewers: number of remaining pages.
   std::function<void(std::size_t viewers)> closed = [](std::size_t) {};
 };
 
-/// Listens while it exists. Rejects requests and upgrades by the rules of access.cc.
+/// Listens while it exists. Rejects requests and upgrades according to rejection().
 class Server {
  public:
   /// Throws std::invalid_argument as checked() does, std::runtime_error if it cannot listen.
@@ -153,10 +153,10 @@ class Server {
   /// Calls a function in the server's thread for each client. Safe from any thread.
   void for_each(std::function<void(Client&)> action);
 
-  /// Returns the number of clients of these subprotocols with room for a frame. Safe from any thread.
+  /// Returns the number of clients with these subprotocols that have room for a frame. Safe from any thread.
   int with_room(std::string_view protocol_prefix) const;
 
-  /// Waits until no page is loading, at most `loading`, then until all queues are empty, at most `queues`.
+  /// Waits until no page is loading (at most `loading`), then until all queues are empty (at most `queues`).
   void flush(std::chrono::milliseconds queues, std::chrono::milliseconds loading);
 
  private:

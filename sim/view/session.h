@@ -1,5 +1,5 @@
-// The view of a run or a replay, opened from a request, and the pictures of its video. The implementations
-// that need the simulator are in sim/view/live; a build without it has stubs.
+// The view of a run or replay, opened from a request, and the pictures of its video. The implementations that
+// need the simulator are in sim/view/live; a build without it has stubs.
 #pragma once
 
 #include <filesystem>
@@ -33,31 +33,32 @@ class ViewSession {
   /// Returns the hooks for the loop of a run or a replay.
   virtual const live::RunObserver& run_observer() const = 0;
   virtual const tracking::TrackingObserver& tracking_observer() const = 0;
-  /// Reports to the viewers how it ended.
+  /// Tells the viewers how the run or replay ended.
   virtual void end(const std::string& how) = 0;
 };
 
-/// Returns the view of a run, or null unless requested. Throws as LiveView does.
+/// Returns the view of a run, or null if none is requested. Throws what LiveView throws.
 std::unique_ptr<ViewSession> view_of_run(const ViewRequest& request, const scenario::ReadScenario& read,
                                          const fs::path& models);
-/// Returns the view of a replay of this recording, or null unless requested. Throws as LiveView does.
+/// Returns the view of a replay of this recording, or null if none is requested. Throws what LiveView throws.
 std::unique_ptr<ViewSession> view_of_replay(const ViewRequest& request, const scenario::ReadScenario& read,
                                             const fs::path& recording, const fs::path& models);
 
-/// Returns the robot, null without the simulator. Throws std::runtime_error if the models do not load.
+/// Returns the robot, or null without the simulator. Throws std::runtime_error if the models do not load.
 std::shared_ptr<const exports::RobotDescription> robot_description(const scenario::Scenario& scenario,
                                                                    const fs::path& models);
 
-/// Draws the robot in its room at a time, with its true waist pose and its measured joint angles.
+/// Draws the robot in its room at a given time, with its true waist pose and its measured joint angles.
 using RobotView = std::function<cv::Mat(slam::Stamp t, const Eigen::Isometry3d& X_WB)>;
-/// Returns a view to call from this thread in order of time; empty without the simulator. Throws FileError.
+/// Returns a function to be called from this thread in order of time; empty without the simulator. Throws
+/// FileError.
 RobotView robot_from_outside(const scenario::Scenario& scenario, const fs::path& recording,
                              const fs::path& models);
 
 inline constexpr int kPanelWidth = 640, kPanelHeight = 480;  // px
 
-/// Returns the image at twice its size (or as near as the panel allows) with each search's 3-sigma ellipse:
-/// green with its 11 x 11 patch if the match was used, else yellow; blue patches for new landmarks.
+/// Returns the image, enlarged to fit the panel, with each search's 3-sigma ellipse: green, with its 11 x 11
+/// patch, if the match was used, else yellow; blue patches for new landmarks.
 cv::Mat3b draw_view(const slam::Observation& seen, const slam::FrameReport& report);
 
 }  // namespace sim::view

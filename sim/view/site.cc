@@ -18,7 +18,7 @@
 #include "sim/recording/recording_format.h"
 #include "sim/score/metrics.h"
 
-// The page and the files that esbuild makes from web/.
+// The page, and the files that esbuild generates from web/.
 GAITSLAM_EMBED(gaitslam_view_page, GAITSLAM_VIEW_PAGE)
 GAITSLAM_EMBED(gaitslam_view_script, GAITSLAM_VIEW_BUNDLE "/view.js")
 GAITSLAM_EMBED(gaitslam_view_style, GAITSLAM_VIEW_BUNDLE "/view.css")
@@ -33,7 +33,7 @@ Resource resource(std::string type, std::string_view bytes) {
 }
 
 constexpr const char* kJson = "application/json";
-constexpr int kPaintingNice = 5;  // the first picture of a page, which is without them, comes before
+constexpr int kPaintingNice = 5;  // a page's first picture, which is drawn without textures, comes first
 constexpr std::string_view kIcon =
     "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'><circle cx='8' cy='8' r='6' "
     "fill='#0069b0'/></svg>";
@@ -72,7 +72,7 @@ ordered_json to_json(const ShownRun& run) {
           {"palette", run.rig.empty() ? ordered_json(nullptr) : ordered_json(colors)}};
 }
 
-// Adds feet, zero-moment point and, given a robot, its bodies. frames: in order of time.
+// Adds feet, zero-moment point and, if there is a robot, its bodies. frames: in order of time.
 void add_recorded(std::vector<Frame>& frames, const recording::Truth& truth, const fs::path& recording,
                   const RobotModel* robot) {
   exports::RecordedRows forces(recording, "forces0"), encoders(recording, "encoders0");
@@ -101,17 +101,17 @@ void add_recorded(std::vector<Frame>& frames, const recording::Truth& truth, con
   }
 }
 
-constexpr std::size_t kMostCandidates = 2000;  // folders that may have a recording
+constexpr std::size_t kMostCandidates = 2000;  // folders that are searched for a recording
 
 bool has_recording(const fs::path& result, const std::string& hash) try {
   return fs::exists(result / "recording/manifest.csv") &&
          recording::Manifest(result / "recording").hash() == hash;
 } catch (const std::exception&) {
-  return false;  // broken, so another one
+  return false;  // broken, so it is not the one
 }
 
-/// Returns the recording of a result: its own, or the one of its hash in the result that it is in, in the
-/// given results, in results up to two folders above it, or in the cache. Empty if it was not found.
+/// Returns the recording of a result: its own, or the one with its hash in the enclosing result, in the given
+/// results, in the cache, or in results up to two folders above it. Empty if it was not found.
 fs::path recording_of(const fs::path& result, const std::string& hash, const std::vector<fs::path>& given) {
   if (fs::exists(result / "recording/manifest.csv")) return result / "recording";
   if (hash.empty()) return {};
@@ -122,7 +122,7 @@ fs::path recording_of(const fs::path& result, const std::string& hash, const std
     const recording::Cache cache(recording::cache_place());
     for (const auto& entry : cache.list()) candidates.push_back(cache.place().folder / entry.key);
   } catch (const std::exception&) {
-    // A cache that cannot be read has no recording.
+    // An unreadable cache has no recordings.
   }
   for (const fs::path& beside : {above, above.parent_path()}) {
     std::error_code fault;
@@ -155,18 +155,18 @@ void add_missing(Playback& playback, const fs::path& result, const std::string& 
   std::vector<std::string>& missing = playback.run.missing;
   if (!playback.pictures)
     missing.push_back(
-        hash.empty() ? "Head images, feet and joint angles are not shown: this result names no recording."
+        hash.empty() ? "Head images, feet and joint angles are not shown: this result has no recording."
                      : fmt::format("Head images, feet and joint angles are not shown: recording {} is not in "
-                                   "{}, nor in the results beside it, nor in the cache of recordings. View "
-                                   "the result together with that of the walk.",
+                                   "{}, nor in neighboring results, nor in the recording cache. View the "
+                                   "result together with the result of its walk.",
                                    hash.substr(0, 12), (result / "recording").string()));
   else if (playback.run.model && none([](const Frame& frame) { return !frame.bodies.empty(); }))
     missing.emplace_back("The robot is not shown: the recording has no joint angles.");
   if (none([](const Frame& frame) { return frame.estimate.has_value(); }))
-    missing.emplace_back("No estimate: the run had no filter, or its filter wrote none.");
+    missing.emplace_back("No estimate: the run had no filter, or the filter gave no estimate.");
 }
 
-/// The number of the first frame of each piece, and that of all frames.
+/// Returns the index of the first frame of each piece, followed by the number of frames.
 std::vector<std::size_t> pieces_of(const std::vector<Frame>& frames) {
   std::vector<std::size_t> begins{0};
   for (std::size_t i = 0; i < frames.size(); ++i)
@@ -196,8 +196,8 @@ void add_frames(Site& site, std::size_t run, const std::shared_ptr<Playback>& pl
                 });
 }
 
-/// The table of what changes; t: when the worse of the first two runs is worst in a metric. Seeds are paired
-/// if both runs have the same.
+/// Returns the table of changes; t: when the worse of the first two runs is worst in a metric. Other seeds
+/// are paired if both runs have the same seed.
 ordered_json changes_of(const std::vector<const pages::RunData*>& runs) {
   const pages::RunData &a = *runs[0], &b = *runs[1];
   std::vector<result::SeedScore> of_a{a}, of_b{b};
@@ -228,8 +228,8 @@ Site site_of(std::vector<Playback> given) {
     data.push_back(&results.back()->data);
     if (data.back()->scenario != data[0]->scenario)
       throw std::invalid_argument(
-          fmt::format("view: the results are of {} and of {}, expected those of one scenario",
-                      data[0]->scenario, data.back()->scenario));
+          fmt::format("view: the results are from {} and {}, expected a single scenario", data[0]->scenario,
+                      data.back()->scenario));
   }
   const std::vector<std::string> variants = pages::variants(data);
   std::vector<ShownRun> runs;
@@ -241,7 +241,7 @@ Site site_of(std::vector<Playback> given) {
   ordered_json about{{"mode", "playback"}, {"control", false}};
   if (data.size() > 1) about["changes"] = changes_of(data);
   Site site(runs, about);
-  site.at("/picture/0/0", "");  // starts the painting, as the browser takes a while to ask for it
+  site.at("/picture/0/0", "");  // starts painting early, because the browser takes a while to ask for it
   for (std::size_t i = 0; i < results.size(); ++i) {
     add_frames(site, i, results[i]);
     if (!results[i]->pictures) continue;
@@ -303,7 +303,7 @@ Site::Site(const std::vector<ShownRun>& runs, ordered_json about) : page_(gaitsl
   preload("/about");
   for (std::size_t i = 0; i < runs.size(); ++i) {
     about["runs"].push_back(to_json(runs[i]));
-    if (!runs[i].model || i > 0) continue;  // one room and robot
+    if (!runs[i].model || i > 0) continue;  // the page shows a single room and robot
     add("/model/0", bytes_resource(runs[i].model->pieces));
     preload("/model/0");
     using Pictures = std::vector<std::string>;
@@ -337,7 +337,7 @@ void Site::add_list(const std::string& folder, std::function<std::optional<Resou
 }
 
 std::optional<Resource> Site::at(std::string_view path, std::string_view token) {
-  if (path == "/")  // it names its files with the token
+  if (path == "/")  // the page refers to its files with the token
     return resource("text/html; charset=utf-8",
                     std::regex_replace(page_, std::regex("TOKEN"), std::string(token)));
   if (const auto file = files_.find(path); file != files_.end()) return file->second;
@@ -364,7 +364,7 @@ Playback read_playback(const fs::path& result, const MakeRobot& make_robot,
   Playback playback;
   playback.frames = std::move(data.frames);
   if (playback.frames.empty())
-    throw files::FileError(result / "truth.tum", "has no pose, expected one for each frame");
+    throw files::FileError(result / "truth.tum", "has no poses, expected one per frame");
   const fs::path recording = recording_of(result, data.about.recording, given);
   std::optional<RobotModel> robot;
   if (make_robot) robot = make_robot(scenario);

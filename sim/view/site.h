@@ -1,5 +1,5 @@
-// A run as the page shows it: what is known about it, figures over time, the frames of finished results and
-// of recordings, and the fixed list of files that the server has.
+// A run as the page shows it: what is known about it, time series, the frames of finished results and of
+// recordings, and the fixed list of files that the server offers.
 #pragma once
 
 #include <array>
@@ -29,7 +29,7 @@ struct Model {
   std::function<std::vector<std::string>()> pictures = [] { return std::vector<std::string>(); };
 };
 
-/// A time to jump to. kind: "closure", "fault", "lost", "suspect" or "end".
+/// An event to jump to. kind: "closure", "fault", "lost", "suspect" or "end".
 struct Moment {
   double t_s = 0;
   std::string kind, text;
@@ -37,22 +37,21 @@ struct Moment {
 
 struct ShownRun {
   std::string label;                                        ///< "tangent_circle, seed 1"
-  std::string scenario = {}, variant = {}, recording = {};  ///< of a finished run; recording: its hash
+  std::string scenario = {}, variant = {}, recording = {};  ///< for a finished run; recording: its hash
   std::uint64_t seed = 0;
-  std::size_t pieces = 0;  ///< of its frames
+  std::size_t pieces = 0;  ///< number of pieces in which its frames are served
   std::optional<slam::CameraIntrinsics> camera = std::nullopt;
   double duration_s = 0;  ///< 0: unknown
   std::vector<Moment> moments = {};
-  std::vector<std::string> missing = {};  ///< sentences: what is not shown, and why
+  std::vector<std::string> missing = {};  ///< sentences that state what is not shown, and why
   std::optional<Model> model = std::nullopt;
-  std::optional<Eigen::AlignedBox2d> sole = std::nullopt;  ///< outline about the sole point, m
+  std::optional<Eigen::AlignedBox2d> sole = std::nullopt;  ///< outline relative to the sole point, m
   std::vector<rig::RigSensor> rig = {};
 };
 
-/// Adds a robot in its room or, without the simulator, the sentence that they are missing.
+/// Adds a robot and its room or, without the simulator, a sentence that they are missing.
 void add_robot(ShownRun& run, const std::optional<struct RobotModel>& robot);
 
-/// Returns the faults that a scenario injects.
 std::vector<Moment> faults_of(const scenario::Scenario& scenario);
 
 /// Paths are compared literally: no path from a client reaches the disk.
@@ -63,9 +62,9 @@ class Site {
   Site(const std::vector<ShownRun>& runs, nlohmann::ordered_json about);
 
   void add(const std::string& path, Resource resource);
-  /// Makes browsers fetch this path before the script of the page, which needs it first, has run.
+  /// Makes browsers fetch this path early, before the page's script, which needs it first, has run.
   void preload(const std::string& path);
-  /// Adds a list as <folder>/<number>; `element` returns nullopt beyond its end.
+  /// Adds a list as <folder>/<number>; `element` returns nullopt past the end.
   void add_list(const std::string& folder, std::function<std::optional<Resource>(std::size_t)> element);
 
   std::optional<Resource> at(std::string_view path, std::string_view token);
@@ -76,28 +75,28 @@ class Site {
   std::map<std::string, std::function<std::optional<Resource>(std::size_t)>, std::less<>> lists_;
 };
 
-/// Returns a message of text that must not be lost.
+/// Returns a text message that must not be lost.
 Message json_message(const nlohmann::ordered_json& content);
 
 Resource bytes_resource(std::string bytes);
 
-/// Adds /rig/<run>/<sensor>/<number> for each sensor: those of a run's rig, then, of a finished one, the head
-/// camera. reading: what the page shows, or "".
+/// Adds /rig/<run>/<sensor>/<number> for each sensor: those of a run's rig, then, for a finished run, the
+/// head camera. reading: returns what the page shows, or "".
 void add_rig(Site& site, std::size_t sensors, std::size_t run,
              const std::function<std::string(std::size_t sensor, std::size_t number)>& reading);
 
 using pages::FootPlace, pages::Frame;
 
-/// A force on a foot: position of its sole point (m, W), its yaw, force and torque in its axes.
+/// The force on a foot: position (m, W) and yaw of its sole point; force and torque in the sole's axes.
 struct SoleForce {
   Eigen::Vector3d place;  ///< x, y (m), yaw (rad)
   Eigen::Vector3d force, torque;
 };
 
-/// Returns the zero-moment point of the ground forces on both soles, assumed level; nothing below 20 N.
+/// Returns the zero-moment point of the ground forces on both soles, assumed level; nullopt below 20 N.
 std::optional<Eigen::Vector2d> zero_moment_point(const std::array<SoleForce, 2>& soles);
 
-/// The values of frames in order of time, for the figures over time (web/compare.js); NaN: unknown.
+/// The values of frames in order of time, for the time plots (web/compare.js); NaN: unknown.
 class Series {
  public:
   /// Time (s); errors and their standard deviations (mm, deg); NEES; landmarks in the map and found; how far
@@ -112,13 +111,13 @@ class Series {
                                      "nis_height"};
   using Row = std::array<double, kNames.size()>;
 
-  /// sole: the outline of both; without it there is no support polygon.
+  /// sole: the outline of both soles; without it, there is no support polygon.
   explicit Series(const std::optional<Eigen::AlignedBox2d>& sole) : sole_(sole) {}
 
-  /// Adds a frame and completes it: where each foot was set down, and the support polygon.
+  /// Adds a frame and completes it with where each foot landed and the support polygon.
   void add(Frame& frame);
   const std::vector<Row>& rows() const { return rows_; }
-  /// Returns with_length() of the list of names, and the columns as float32.
+  /// Returns with_length() of the list of names, then the columns as float32.
   std::string bytes() const;
 
  private:
@@ -129,46 +128,49 @@ class Series {
   std::array<std::optional<Eigen::Vector3d>, 2> landed_;
 };
 
-/// The robot of a scenario. poses: of its model's bodies, by the encoders and the waist's pose in W.
+/// The robot of a scenario. poses: returns the poses of its model's bodies, from encoders and the waist pose
+/// in W.
 struct RobotModel {
   Model model;
   Eigen::AlignedBox2d sole;  ///< outline of the soles
   std::function<std::vector<float>(const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB)> poses;
 };
 
-/// Returns a recording's frames for a replay's view: truth, feet, zero-moment point, a given robot's bodies.
+/// Returns a recording's frames for a replay's view: truth, feet, zero-moment point and, with a robot, its
+/// bodies.
 std::vector<Frame> read_recorded_frames(const fs::path& recording, const RobotModel* robot);
 
-/// Loads a scenario's robot; empty without the simulator. Throws std::runtime_error if models do not load.
+/// Loads a scenario's robot; empty without the simulator. Throws std::runtime_error if the models do not
+/// load.
 using MakeRobot = std::function<RobotModel(const scenario::Scenario&)>;
 
-/// Returns the robot maker of a program with the simulator; empty otherwise.
+/// Returns a function that loads robots; empty in a program without the simulator.
 MakeRobot robot_maker(const fs::path& models);
 
-/// A result as the page plays it.
+/// A result as the page plays it back.
 struct Playback {
   ShownRun run;
-  pages::RunData data;                              ///< its frames are below
+  pages::RunData data;                              ///< without its frames, which are below
   std::vector<Frame> frames;                        ///< without images
   std::vector<fs::path> images;                     ///< PNG of each frame, or empty
-  std::vector<std::vector<fs::path>> rig = {};      ///< the same of each sensor of the rig
+  std::vector<std::vector<fs::path>> rig = {};      ///< the same for each rig sensor
   std::shared_ptr<const pages::Pictures> pictures;  ///< absent without a recording
 };
 
-/// Reads a result folder and its recording: its own, or the one of the hash in about.json in the enclosing or
-/// a given result, in the cache, or beside it. Missing parts are listed in ShownRun::missing. Throws
-/// FileError if it is not a result or a file is broken.
+/// Reads a result folder and its recording: its own, or the one with the hash in about.json, from the
+/// enclosing or a given result, from the cache, or next to it. Missing parts are listed in ShownRun::missing.
+/// Throws FileError if it is not a result or a file is broken.
 Playback read_playback(const fs::path& result, const MakeRobot& make_robot,
                        const std::vector<fs::path>& given = {});
 
-inline constexpr std::size_t kMostRuns = 4;  ///< on a page
-/// Durations of the frames in one resource; a page shows its first picture after the first one.
+inline constexpr std::size_t kMostRuns = 4;  ///< maximum on a page
+/// Durations of the frames in one resource. A page shows its first picture once it has the first resource.
 inline constexpr slam::Stamp kFirstPiece = std::chrono::seconds(1), kPiece = std::chrono::seconds(10);
 
-/// Serves one result, or several of one scenario.
+/// Serves one result, or several results of the same scenario.
 class PlaybackView {
  public:
-  /// Throws std::invalid_argument for two scenarios, and as Server does.
+  /// Throws std::invalid_argument if there are two scenarios, and what Server throws.
   PlaybackView(const Access& access, std::vector<Playback> results);
   const Access& access() const { return server_.access(); }
 

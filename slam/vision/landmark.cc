@@ -9,7 +9,7 @@
 namespace slam {
 namespace {
 
-constexpr double kLeastInverseDepth = 0.01;  // 1/m, of positions
+constexpr double kLeastInverseDepth = 0.01;  // 1/m, for positions
 
 /// ∂(θ, φ)/∂h of θ = atan2(h_y, h_x), φ = atan2(h_z, √(h_x² + h_y²)).
 Matrix23d angles_jacobian(const Eigen::Vector3d& h) {
@@ -32,8 +32,8 @@ Matrix32d bearing_jacobian(double theta, double phi) {
   return J;
 }
 
-constexpr double kDepthStep_m = 1e-3;  // of depth images
-constexpr double kPlane = 4;           // mean square of the residuals in a plane patch, sigma squared
+constexpr double kDepthStep_m = 1e-3;  // resolution of depth images
+constexpr double kPlane = 4;           // largest mean square residual of a planar patch, in sigma²
 
 constexpr double kAnotherView = 0.15;  // motion over distance
 
@@ -56,7 +56,7 @@ LandmarkInitialization initialize_inverse_depth(const RobotVector& x, const Ray&
   landmark.J_robot.block<3, 3>(0, kPosition).setIdentity();
   landmark.J_robot.block<2, 4>(3, kOrientation) = J_angles * rotated_jacobian(q, ray.h);
   double sigma_rho = options.sigma_inverse_1_m;
-  Matrix32d J_pixel = Matrix32d::Zero();  // of (θ, φ, ρ)
+  Matrix32d J_pixel = Matrix32d::Zero();  // Jacobian of (θ, φ, ρ)
   J_pixel.topRows<2>() = J_angles * R_WC * ray.J;
   if (measured) {
     const double length = ray.h.norm(), cosine = ray.h.z() / length;

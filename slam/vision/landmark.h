@@ -7,8 +7,9 @@
 namespace slam {
 
 /// Civera, Davison, Montiel 2008: the parameters y = (c₀, θ, φ, ρ), an anchor, a bearing and an inverse
-/// depth, describe the point c₀ + m(θ, φ)/ρ at any depth up to infinity. Unlike theirs, the angles refer to
-/// world axes with z up, m = (cos φ cos θ, cos φ sin θ, sin φ): a level camera never sees the pole.
+/// depth, describe the point c₀ + m(θ, φ)/ρ at any depth up to infinity. Unlike in their paper, the angles
+/// refer to world axes with z up, and m = (cos φ cos θ, cos φ sin θ, sin φ), because a level camera never
+/// sees the pole.
 struct InverseDepth {
   static constexpr int kSize = 6;
 };
@@ -24,26 +25,27 @@ struct DepthImage {
   double sigma_inverse_1_m = 0;
 
   /// The depth of the patch around a pixel: the mean of its inverse depths, which are linear in the pixel on
-  /// a plane. Nothing if a reading is missing or the patch is not plane, as across the edge of an object.
-  /// sigma_1_m is that of one reading, because neighbors share errors; the rounding to 1 mm counts as one of
-  /// that size.
+  /// a plane. Returns nothing if a reading is missing or the patch is not planar, for example across the edge
+  /// of an object. sigma_1_m is that of one reading, because neighbors share errors, and at least that of the
+  /// rounding to 1 mm.
   std::optional<MeasuredDepth> at(const Eigen::Vector2i& pixel) const;
 };
 
-/// A new landmark on the ray of a pixel of standard deviation sigma_px; `displacement`: by the lens, px. Its
-/// inverse depth is the one measured, ρ = cos α / z with α from the optical axis to the ray, or else that of
-/// the options.
+/// A new landmark on the ray of a pixel with standard deviation sigma_px. displacement: the pixel's
+/// displacement by the lens, px. The inverse depth is the measured one, ρ = cos α / z with the angle α
+/// between the optical axis and the ray, or else that of the options.
 LandmarkInitialization initialize_inverse_depth(const RobotVector& x, const Ray& ray, double sigma_px,
                                                 const Eigen::Vector2d& displacement,
                                                 const Options::Depth& options,
                                                 const std::optional<MeasuredDepth>& measured = {});
 
 /// The linearity index L_d = 4 σ_d |cos α| / d₁ of Civera, Davison, Montiel 2007. Below about 0.1, a point
-/// with Gaussian uncertainty describes the landmark as well. sigma_rho: of ρ; r: position of the camera.
+/// with Gaussian uncertainty describes the landmark equally well. sigma_rho: standard deviation of ρ; r:
+/// position of the camera.
 double linearity_index(const Vector6d& y, double sigma_rho, const Eigen::Vector3d& r);
 
 /// Davison 2003, and Fig. 3 of the paper: the parameters y = (c₀, ĥ), in m and as a unit vector in W,
-/// describe the line c₀ + λĥ, λ > 0, of the landmark; its depth λ has particles.
+/// describe the landmark's line c₀ + λĥ, λ > 0. Particles represent its depth λ.
 struct SemiInfiniteLine {
   static constexpr int kSize = 6;
   std::vector<DepthParticle> particles;
@@ -75,7 +77,7 @@ struct Point {
 using LandmarkKind = std::variant<Point, InverseDepth, SemiInfiniteLine>;
 
 struct Landmark {
-  static constexpr int kMostMisses = 5;  ///< until a landmark is set aside
+  static constexpr int kMostMisses = 5;  ///< misses after which a landmark is set aside
 
   int id = 0;
   LandmarkKind kind = InverseDepth{};
@@ -91,16 +93,16 @@ struct Landmark {
   int attempts = 0, successes = 0;  ///< searches for it, and accepted matches
   int misses = 0;                   ///< failed searches from one view since its last accepted match
   Eigen::Vector3d p_WC_missed = Eigen::Vector3d::Zero();  ///< camera position at the first of them, m
-  Stamp last_search{0};                                   ///< or initialization
+  Stamp last_search{0};                                   ///< time of its last search or its initialization
   Stamp last_visible{0};  ///< when it was last predicted to be visible, or initialized
 
   int size() const {
     return std::visit([](const auto& k) { return std::decay_t<decltype(k)>::kSize; }, kind);
   }
   Parameters parameters(const State& state) const { return state.storage_x.segment(at, size()); }
-  /// True if the view from p_WC differs from that of the first of its misses.
+  /// True if the current view differs from that of the first of its misses.
   bool is_seen_anew(const State& state) const;
-  /// True if searches for it from this view have failed repeatedly, so that it gives its place to others.
+  /// True if searches for it from this view have failed repeatedly, so that it gives way to others.
   bool is_set_aside(const State& state) const { return misses >= kMostMisses && !is_seen_anew(state); }
 };
 

@@ -16,7 +16,7 @@ Landmark landmark_seen_from(const Eigen::Isometry3d& X_WC, Stamp t) {
   return landmark;
 }
 
-constexpr std::size_t kRoom = 256;          // landmarks before the list takes memory anew
+constexpr std::size_t kRoom = 256;          // landmarks for which memory is reserved
 constexpr int kProposals = 5;               // corners tried for each landmark wanted
 constexpr int kInitializedPerFrame = 3;     // landmarks, once the map is not empty
 constexpr Stamp kYoung{10'000'000'000};     // between a landmark's first and last view
@@ -108,7 +108,7 @@ int Map::number_wanted(std::size_t visible, const State& state) const {
   return std::min(missing, particles.at_once - static_cast<int>(lines));
 }
 
-/// Makes room for one landmark; false if all are in view at t.
+/// Makes room for one landmark. Returns false if all landmarks are in view at t.
 bool Map::make_room(Stamp t, Kalman& kalman, std::vector<int>& deleted) {
   while (landmarks_.size() >= static_cast<std::size_t>(options_.bounds.landmarks)) {
     auto worst = landmarks_.end();
@@ -236,7 +236,8 @@ void Map::search_lines(const cv::Mat& image, Kalman& kalman, std::vector<int>& d
   }
 }
 
-/// Notes a deleted young landmark; false if another one lay in its direction as seen from r a short time ago.
+/// Records a deleted young landmark. Returns false if another was deleted recently in the same direction as
+/// seen from r.
 bool Map::is_bad_anew(const Pruned& pruned, const Eigen::Vector3d& r) {
   std::erase_if(pruned_, [&](const Pruned& before) { return pruned.t - before.t > kBadCorner; });
   const bool known = std::any_of(pruned_.begin(), pruned_.end(), [&](const Pruned& before) {

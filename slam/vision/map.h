@@ -8,14 +8,14 @@
 
 namespace slam {
 
-/// Adds a landmark seen at a pixel of the image to the state, by inverse depth or as a line with depth
-/// particles. Nothing, with the state unchanged, if the pixel has no ray. The id is left 0.
+/// Adds a landmark seen at a pixel of the image to the state, with inverse depth or as a line with depth
+/// particles. Returns nothing and leaves the state unchanged if the pixel has no ray. The id remains 0.
 std::optional<Landmark> initialize_landmark(const cv::Mat& image, const DepthImage& depth, Stamp t,
                                             const Eigen::Vector2i& pixel, const Camera& camera,
                                             const Options& options, Kalman& kalman);
 
-/// Adds a landmark of known position to the state, if the image shows a corner within 3 sigma of its
-/// predicted pixel. Nothing, and the state is unchanged, if it does not. The id is left 0.
+/// Adds a landmark of known position to the state if the image shows a corner within 3 sigma of its predicted
+/// pixel. Otherwise returns nothing and leaves the state unchanged. The id remains 0.
 std::optional<Landmark> initialize_known_landmark(const cv::Mat& image, Stamp t, const Eigen::Vector3d& p_W,
                                                   const Camera& camera, const Options& options,
                                                   Kalman& kalman);
@@ -25,16 +25,16 @@ struct InitializationCount {
   int wanted = 0, added = 0;
 };
 
-/// The landmarks' parameters are in the state of the Kalman filter that methods receive.
+/// The parameters of its landmarks are in the state of the Kalman filter that is passed to the methods.
 class Map {
  public:
   Map(const Options& options, const Camera& camera, std::uint64_t seed);
 
   const std::vector<Landmark>& landmarks() const { return landmarks_; }
   std::vector<MapPoint> points(const State& state) const;
-  /// Initializes landmarks at corners away from the predicted pixels of the visible ones, until as many are
-  /// visible as the options want. New landmarks are at the end of landmarks(). In a full map they replace
-  /// landmarks out of view, those found least often first; the ids of these are appended to `deleted`.
+  /// Initializes landmarks at corners away from the predicted pixels of visible landmarks, until as many are
+  /// visible as the options request. New landmarks are at the end of landmarks(). In a full map, they replace
+  /// landmarks out of view, starting with those found least often, whose ids are appended to `deleted`.
   InitializationCount initialize(const cv::Mat& image, const DepthImage& depth, Stamp t,
                                  const std::vector<Eigen::Vector2d>& visible, Kalman& kalman,
                                  std::vector<int>& deleted);
@@ -43,29 +43,31 @@ class Map {
   /// Records that a landmark is predicted to be visible at t.
   void record_visible(std::size_t index, Stamp t) { landmarks_[index].last_visible = t; }
   /// Records one search for a landmark, and whether its match was accepted. Failures do not count against it
-  /// (`counts`) if the image or the pose may be at fault, and not while it is set aside.
+  /// while it is set aside, or if `counts` is false because the image or the pose may be at fault.
   void record_search(std::size_t index, bool success, bool counts, Stamp t, const State& state);
   /// Forgets the failed searches of a lost filter.
   void forget_misses() {
     for (Landmark& landmark : landmarks_) landmark.misses = 0;
   }
-  /// Inflates the covariance of a measured landmark by the possible shift of its patch's apparent center with
-  /// the change of view since the last inflation (viewpoint_sigma_px).
+  /// Inflates the covariance of a measured landmark for the possible shift of its patch's apparent center due
+  /// to the change of view since the last inflation (viewpoint_sigma_px).
   void inflate_for_view_change(std::size_t index, Kalman& kalman);
   /// Improves the surface normal of a landmark that was just found at `pixel`, if the options say so.
   void refine_surface(std::size_t index, const cv::Mat& image, const Eigen::Vector2d& pixel,
                       const State& state);
   /// Converts landmarks from inverse depth to points once their linearity index allows it.
   void convert_to_points(Kalman& kalman);
-  /// Searches for the landmarks that are still lines. Those of sharp depth become points; those that failed
-  /// are deleted, and their ids are appended to `deleted`. The depths of all are appended to `lines`.
+  /// Searches for the landmarks that are still lines. Lines whose depth has become precise turn into points.
+  /// Lines that failed are deleted, and their ids are appended to `deleted`. The depths of all lines are
+  /// appended to `lines`.
   void search_lines(const cv::Mat& image, Kalman& kalman, std::vector<int>& deleted,
                     std::vector<DepthHypotheses>& lines);
-  /// Deletes landmarks that were searched for at least 10 times, or are set aside, and were found less than
-  /// every second time (Davison et al. 2007), or with a surely negative inverse depth. Their ids are appended
-  /// to `deleted`.
-  /// Returns how many of them were last in view within 10 s of their first sight: others may be hidden now.
-  /// None counts within 5 s of another in its direction, since a bad corner may be chosen again and again.
+  /// Deletes landmarks that were searched for at least 10 times or are set aside, and that were found in less
+  /// than half of the searches (Davison et al. 2007). Also deletes landmarks whose inverse depth is certainly
+  /// negative. Appends the ids to `deleted`.
+  /// Returns how many of them were last in view within 10 s of their first sighting, since older ones may be
+  /// hidden now. A landmark does not count within 5 s of another in the same direction, since a bad corner
+  /// may be chosen again and again.
   std::size_t prune(Kalman& kalman, std::vector<int>& deleted);
 
  private:
@@ -85,7 +87,7 @@ class Map {
   Options options_;
   Camera camera_;
   std::vector<Landmark> landmarks_;
-  std::vector<Pruned> pruned_;  // young ones, of late
+  std::vector<Pruned> pruned_;  // young landmarks deleted recently
   int next_id_ = 0;
   std::mt19937_64 random_;
   bool known_initialized_ = false;

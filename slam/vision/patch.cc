@@ -41,7 +41,7 @@ Gray sample(const cv::Mat& image, const Eigen::Vector2d& center) {
   return gray;
 }
 
-/// Normalizes to zero mean and unit norm; false if the patch is flat.
+/// Normalizes to zero mean and unit norm. Returns false if the patch is flat.
 bool normalize(Gray& gray, float* length = nullptr) {
   gray.array() -= gray.mean();
   const float norm = gray.norm();
@@ -55,7 +55,7 @@ constexpr int kWidest = 2 * kLargestSearch + 1;
 constexpr int kTogether = 16;  // neighboring correlations computed at once
 using Lane = Eigen::Array<float, kTogether, 1>;
 
-/// The range of pixels to search; its ends belong to it.
+/// The range of pixels to search, ends included.
 struct Box {
   int left, right, top, bottom;
 };
@@ -68,7 +68,7 @@ Box search_box(const cv::Mat& image, const Eigen::Vector2d& center, const Eigen:
           std::min(image.rows - 1 - kPatchHalf, static_cast<int>(std::floor(center.y() + reach.y())))};
 }
 
-/// Sums and sums of squares of 11 pixels of each column around the box, updated as the search moves down.
+/// For each column around the box, the sum and sum of squares of 11 pixels, updated as the search moves down.
 class ColumnSums {
  public:
   ColumnSums(const cv::Mat& image, const Box& box) : image_(image), left_(box.left - kPatchHalf) {
@@ -103,7 +103,8 @@ class Window {
     }
   }
 
-  /// Correlates the template with the window at kTogether places from (top, column) of the box on.
+  /// Correlates the template with the window at kTogether adjacent places, starting at (top, column) of the
+  /// box.
   void products(const Template& patch, int top, int column, float* sums) const {
     Lane even = Lane::Zero(), odd = even;  // independent sums hide the latency of additions
     for (int j = 0; j < kPatchSide; ++j) {

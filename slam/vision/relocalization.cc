@@ -19,9 +19,9 @@ constexpr double kInlierResidual_px = 4;
 constexpr int kPoseIterations = 10;
 
 constexpr std::size_t kMostTemplates = 40;  // in one heading
-constexpr std::size_t kMostPlaces = 3000;   // of an image
+constexpr std::size_t kMostPlaces = 3000;   // in an image
 constexpr int kPlaceStep_px = 2;
-constexpr double kPlaceBlur_px = 1.2;  // so that a template fits beside its place
+constexpr double kPlaceBlur_px = 1.2;  // so that a template still matches slightly off its place
 constexpr std::size_t kMostDetections = 48;
 constexpr double kHeightSigma_m = 0.03, kHeightGate = 3;
 constexpr double kLeastAhead = 0.5;          // cosine of the angle to the heading that is searched
@@ -31,7 +31,7 @@ constexpr double kSamePlace_m = 0.2, kSameHeading_rad = 0.1;
 constexpr double kVerifySigma_px = 2;
 constexpr double kLikeFirstView = 0.9;  // cosine; landmarks are mostly found from such a view
 constexpr double kLeastShare = 0.5;     // of the landmarks predicted in view
-constexpr double kLead = 2;             // over the share of the second pose
+constexpr double kLead = 2;             // times the share of the second-best pose
 
 constexpr double kLargestDifference = 5;  // standard deviations
 constexpr double kConfirmation_s = 1, kLongestConfirmation_s = 2;
@@ -52,7 +52,7 @@ struct Detection {
 struct Hypothesis {
   Eigen::Isometry3d X_WC;
   std::vector<std::size_t> inliers = {};
-  double squared_residuals = 0;  ///< px², their sum
+  double squared_residuals = 0;  ///< px², summed over the inliers
 };
 
 bool is_better(const Hypothesis& a, const Hypothesis& b) {
@@ -103,7 +103,8 @@ std::vector<InView> in_view(const std::vector<const Landmark*>& landmarks, const
   return all;
 }
 
-/// The landmarks first seen by a camera that looked roughly as X_WC does, wherever it was, as it saw them.
+/// The landmarks first seen by a camera that faced roughly the same way as X_WC, wherever it was. Their
+/// pixels and views are those of that camera.
 std::vector<InView> as_first_seen(const std::vector<const Landmark*>& landmarks, const State& state,
                                   const Eigen::Isometry3d& X_WC) {
   std::vector<InView> all;
@@ -116,7 +117,8 @@ std::vector<InView> as_first_seen(const std::vector<const Landmark*>& landmarks,
 
 using Gray = Eigen::Matrix<float, Template::kPixels, 1>;
 
-/// The textured places of an image, on a lattice, with their normalized blurred surroundings in columns.
+/// The textured places of an image, on a grid; the columns of gray are their blurred and normalized
+/// surroundings.
 struct Places {
   std::vector<cv::Point> at;
   Eigen::Matrix<float, Template::kPixels, Eigen::Dynamic> gray;
@@ -150,7 +152,7 @@ Places textured_places(const cv::Mat& image) {
   return places;
 }
 
-/// The template of a landmark under a change of view, blurred as the places are.
+/// The template of a landmark under a change of view, blurred like the places.
 std::optional<Gray> blurred_template(const Landmark& landmark, const Eigen::Matrix2d& view_change) {
   SourcePatch patch = landmark.patch;
   const cv::Mat gray(kSourceSide, kSourceSide, CV_32F, patch.gray.data());
@@ -172,7 +174,7 @@ std::optional<Detection> detection(const cv::Mat& image, const InView& seen, con
                    match->correlation};
 }
 
-/// The places in the image at which landmarks may be, at most two for each.
+/// The places in the image where landmarks may be, at most two for each landmark.
 std::vector<Detection> detect(const cv::Mat& image, std::vector<InView> seen, const State& state,
                               const Camera& camera) {
   std::stable_sort(seen.begin(), seen.end(), [](const InView& a, const InView& b) {
@@ -236,8 +238,8 @@ Eigen::Vector3d intersection(const BearingObservation& first, const BearingObser
 Vector6d solved(const Matrix6d& A, const Vector6d& b) { return A.ldlt().solve(b); }
 
 /// Refines the pose by Gauss-Newton; the uncertainty of each landmark counts as noise of its pixel. Since the
-/// landmarks share most of their error, many do not make the pose more certain than one. If the residuals are
-/// larger than these noises, so is the covariance.
+/// landmarks share most of their error, many do not make the pose more certain than one does. Residuals
+/// larger than this noise enlarge the covariance.
 Estimate refine(Eigen::Isometry3d X_WC, const std::vector<Detection>& detections,
                 const std::vector<std::size_t>& inliers, const Camera& camera, double sigma_px) {
   Matrix6d information = Matrix6d::Identity();
@@ -322,7 +324,8 @@ std::vector<Eigen::Isometry3d> poses_from_two(const BearingObservation& first,
 
 namespace {
 
-/// The best few poses of every two detections, no two of them alike, near the height and heading of X_WC.
+/// The few best poses from all pairs of detections, each clearly different, near the height and heading of
+/// X_WC.
 std::vector<Hypothesis> hypotheses(const std::vector<Detection>& detections, const Eigen::Isometry3d& X_WC,
                                    double height_error_m, const Camera& camera) {
   std::vector<Hypothesis> best;
@@ -348,7 +351,7 @@ std::vector<Hypothesis> hypotheses(const std::vector<Detection>& detections, con
   return best;
 }
 
-/// A pose that the landmarks predicted in view confirm, and the share of them that is found.
+/// A pose confirmed by landmarks predicted in view, and the share of these landmarks that was found.
 struct Verified {
   Estimate pose;
   std::size_t found = 0;

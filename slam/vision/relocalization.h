@@ -8,7 +8,7 @@
 
 namespace slam {
 
-/// Landmarks of the map that confirm the pose of a lost filter.
+/// How many landmarks of the map must at least confirm the pose of a lost filter.
 inline constexpr std::size_t kLeastRecognized = 6;
 
 /// The position of a landmark and the unit vector in C toward its possible match.
@@ -21,16 +21,16 @@ struct BearingObservation {
 std::vector<Eigen::Isometry3d> poses_from_two(const BearingObservation& first,
                                               const BearingObservation& second, const Eigen::Matrix3d& R_WC);
 
-/// Searches the image for the landmarks that were first seen in about this heading, as they were seen then,
-/// and tries the poses of every two of them. The tilt and roughly the height are those of the state, which
-/// gyro, gravity and plan maintain; the turn is about the vertical, from the state's orientation. A pose is
-/// accepted if it is clearly the best and at least half of the landmarks that it predicts in view are found
-/// there, at least kLeastRecognized. The work is bounded whatever the size of the map. The time of the
-/// estimate is left 0.
+/// Searches the image for the landmarks that were first seen in about this heading, with their appearance at
+/// that time, and tries the poses that follow from each pair of them. The tilt, and roughly the height, are
+/// those of the state, which gyro, gravity and plan maintain. turn: about the vertical, relative to the
+/// state's orientation. A pose is accepted if it is clearly the best and at least half of the landmarks that
+/// it predicts in view are found there, and at least kLeastRecognized of them. The work is bounded whatever
+/// the size of the map. The time of the estimate remains 0.
 std::optional<Estimate> relocalize(const cv::Mat& image, const std::vector<Landmark>& landmarks,
                                    const State& state, double turn, const Camera& camera, double sigma_px);
 
-/// The headings to search, one in each image: all around, beginning with the one most likely.
+/// The headings to search, one per image: all around, starting with the most likely one.
 class Headings {
  public:
   double next();
@@ -39,7 +39,7 @@ class Headings {
 
  private:
   static constexpr int kCount = 8;
-  static constexpr double kStep = 2 * std::numbers::pi / kCount;  // half of what a camera sees
+  static constexpr double kStep = 2 * std::numbers::pi / kCount;  // half of a camera's field of view
   double first_ = 0;
   int searched_ = 0;
 };
@@ -48,9 +48,10 @@ class Headings {
 /// something that covers the view, would otherwise be recognized too.
 class RelocalizationConfirmer {
  public:
-  /// Adds a pose found and the filter's prediction. It is confirmed if both agree within their
-  /// uncertainties, or if the poses found over the last second or two have moved as predicted: up to half the
-  /// motion, because gyro or plan may have caused the loss. Without a plan, only rotations are compared.
+  /// Adds a pose that was found, and the filter's prediction. Returns true if the two agree within their
+  /// uncertainties, or if the poses found over the last second or two have moved as predicted. The two
+  /// motions may differ by up to half of the larger, because gyro or plan may have caused the loss. Without a
+  /// plan, only rotations are compared.
   bool confirms(const Estimate& found, const Estimate& predicted, bool plan_is_known);
   void clear() { *this = {}; }
 
@@ -58,10 +59,11 @@ class RelocalizationConfirmer {
   struct Poses {
     Estimate found, predicted;
   };
-  std::optional<Poses> first_;  // that is to be confirmed
+  std::optional<Poses> first_;  // the poses to be confirmed
 };
 
-/// The robot's state after relocalization: the pose found, velocities as uncertain as those of a walking
+/// The robot's state after relocalization: the found pose, velocities as uncertain as those of a walking
+/// robot, and everything else as in the state before.
 /// robot, and everything else as it was in the state before.
 RobotState relocalized_state(const Estimate& found, const State& before);
 

@@ -41,7 +41,7 @@ double find_supporters(const StackedMeasurement& matches, int i, double gate,
 }
 
 constexpr Stamp kRetryAfter{500'000'000};      // for a landmark that is set aside
-constexpr std::size_t kRetried = 2;            // of them in a frame, even if there are others to search for
+constexpr std::size_t kRetried = 2;            // of these in a frame, even if there are others to search for
 constexpr int kMostSearched_px = 400000;       // in a frame; bounds its cost
 constexpr double kGate = 9.21;                 // chi-square, 99 %, 2 rows
 constexpr std::size_t kLeastAtPrediction = 4;  // chance matches at predicted pixels are rare
@@ -64,7 +64,7 @@ void predict_bias(int at, const State& state, double gain, double variance, Cand
   if (at < 0) candidate.S.diagonal().array() += gain * gain * variance;
 }
 
-constexpr int kSparePlaces = 6;  // of landmarks in view that are not measured in this frame
+constexpr int kSparePlaces = 6;  // for landmarks in view that are not measured in this frame
 constexpr int kMostPlaces = 40;
 constexpr int kFree = -1;
 
@@ -175,7 +175,8 @@ void Vision::set_aside(const std::vector<Landmark>& landmarks, Stamp t, const St
   std::erase_if(candidates_, is_set_aside);
 }
 
-/// Keeps those initialized before a time, as many as are searched for in a frame; failures rotate them.
+/// Keeps the candidates initialized before a time, at most as many as are searched for in a frame. Those with
+/// the fewest misses are kept, so that failures rotate them.
 void Vision::keep_least_missed(const std::vector<Landmark>& landmarks, Stamp before) {
   std::erase_if(candidates_, [&](const Candidate& c) { return landmarks[c.index].initialized >= before; });
   std::stable_sort(candidates_.begin(), candidates_.end(), [&](const Candidate& a, const Candidate& b) {
@@ -185,8 +186,8 @@ void Vision::keep_least_missed(const std::vector<Landmark>& landmarks, Stamp bef
   if (candidates_.size() > most) candidates_.resize(most, candidates_.front());
 }
 
-/// The bias of a match becomes a state. If no place is free, one is taken from the landmark in view that was
-/// not searched for in this frame and not for the longest time.
+/// Makes the bias of a match a part of the state. If no place is free, it takes the place of the landmark in
+/// view that was not searched for in this frame and has waited longest for a search.
 void Vision::place_bias(const std::vector<Landmark>& landmarks, int landmark, Measurement& m,
                         Kalman& kalman) {
   m.bias_at = biases_.add(landmark, false, kalman);
@@ -201,7 +202,7 @@ void Vision::place_bias(const std::vector<Landmark>& landmarks, int landmark, Me
   if (oldest) {
     biases_.remove(oldest->id, kalman);
     m.bias_at = biases_.add(landmark, false, kalman);
-  } else {  // more are measured than there are places
+  } else {  // more landmarks are measured than there are places
     m.R.diagonal().array() += m.bias_gain * m.bias_gain * biases_.variance();
   }
 }
@@ -266,7 +267,7 @@ void Vision::find_inliers(const State& state) {
   for (const std::size_t match : inliers_) result_.searched[matches_.searched[match]].used = true;
 }
 
-/// Multiplies the whitened innovation of each landmark with that in the last frame.
+/// Multiplies the whitened innovation of each landmark by that in the last frame.
 void Vision::add_lagged() {
   for (const std::size_t match : inliers_) {
     const int id = result_.searched[matches_.searched[match]].landmark;

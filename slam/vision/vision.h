@@ -12,9 +12,9 @@ class Consensus {
  public:
   /// The inliers among the stacked matches (2 rows each) by the 1-point RANSAC of Civera et al. 2010. Each
   /// match serves once as the hypothesis, and the others are gated by their chi-square conditional on it, so
-  /// that prior correlations count as in joint compatibility (Neira & Tardós 2001). Then those are rescued
-  /// that pass the gate conditional on all the inliers. Returns rising indices, valid until the next call.
-  /// gate: chi-square bound for a match of 2 rows.
+  /// that prior correlations count as in joint compatibility (Neira & Tardós 2001). Finally, matches that
+  /// pass the gate conditional on all the inliers are rescued. Returns ascending indices, valid until the
+  /// next call. gate: chi-square bound for a match of 2 rows.
   const std::vector<std::size_t>& largest(const StackedMeasurement& matches, double gate);
 
  private:
@@ -26,10 +26,11 @@ class Consensus {
   Eigen::MatrixXd cross_;
 };
 
-/// From another place the camera sees the landmark slightly differently from its template, so that the match
-/// has an error that hardly changes from frame to frame. As white noise, it would count as new information in
-/// each frame. It is a Gauss-Markov process in the state, two parameters for each landmark in view in units
-/// of Camera::sigma(pixel, 1), and zero at the first sight. Landmarks in view share a fixed number of places.
+/// The match biases. From another place, the camera sees a landmark slightly differently from its template,
+/// so the match has an error that hardly changes from frame to frame. If it were modeled as white noise,
+/// every frame would count as new information. Instead, the bias is a Gauss-Markov process in the state, with
+/// two parameters for each landmark in view, in units of Camera::sigma(pixel, 1). It is zero at the first
+/// sighting. Landmarks in view share a fixed number of places in the state.
 class MatchBiases {
  public:
   MatchBiases(const Options::Vision& options, const Options::Bounds& bounds);
@@ -37,12 +38,13 @@ class MatchBiases {
   static int places(const Options::Vision& options, const Options::Bounds& bounds);
   /// Predicts the biases over a frame interval.
   void predict(double dt_s, Kalman& kalman) const;
-  /// Frees the places of landmarks that are not `visible` (indices of the list of landmarks).
+  /// Frees the places of landmarks that are not `visible` (indices in the list of landmarks).
   void keep_visible(const std::vector<std::size_t>& visible, const std::vector<Landmark>& landmarks,
                     Kalman& kalman);
   /// The index in the state of a landmark's bias; -1 if it has no place.
   int at(int landmark) const;
-  /// Gives a place to a landmark, with bias 0 at its first sight, else the stationary variance; returns at().
+  /// Gives a landmark a place, with bias 0 at its first sighting and otherwise the stationary variance.
+  /// Returns at().
   int add(int landmark, bool first_sight, Kalman& kalman);
   /// Frees the place of a landmark that has one.
   void remove(int landmark, Kalman& kalman);
@@ -62,9 +64,9 @@ struct VisionResult {
   std::size_t tested = 0;  ///< number of these and of those set aside, at most as many as may be measured
   std::vector<Search> searched;
   std::vector<std::size_t> searched_indices;  ///< of those searched for, in the list of landmarks
-  std::vector<std::size_t> inliers;           ///< rising indices of `searched`
+  std::vector<std::size_t> inliers;           ///< ascending indices in `searched`
   int matches = 0;                            ///< how many of those searched for were found
-  double coverage = 0;        ///< bounding box of all in view, as a fraction of the image's area
+  double coverage = 0;        ///< bounding box of all landmarks in view, as a fraction of the image's area
   std::optional<Nis> gate;    ///< of the inliers, with the noise of the gate (gate_sigma_px)
   std::optional<Nis> update;  ///< of the inliers, with the noise that the update assumes (sigma_px)
   bool updated = false;       ///< false without inliers, or if S is not positive definite
@@ -84,14 +86,14 @@ class Vision {
   /// Searches for the landmarks and updates the state with the inliers. Valid until the next call.
   const VisionResult& update(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks,
                              Kalman& kalman);
-  /// The match biases, which the caller predicts with the state; it also adds new landmarks to them.
+  /// The match biases. The caller predicts them along with the state and adds new landmarks to them.
   MatchBiases& biases() { return biases_; }
   const MatchBiases& biases() const { return biases_; }
-  /// True if landmarks that were in the map before a time are found at their predicted pixels: at least
-  /// four of them, and most of those searched for. Does not update the estimate.
+  /// True if landmarks that were in the map before a time are found at their predicted pixels: at least four
+  /// of them, and more than half of those searched for. Does not update the estimate.
   bool recognizes(const cv::Mat& image, Stamp t, const std::vector<Landmark>& landmarks, Stamp before,
                   Kalman& kalman);
-  /// Of the last search.
+  /// The result of the last search.
   const VisionResult& result() const { return result_; }
 
  private:
@@ -112,10 +114,10 @@ class Vision {
   // Work space, kept so that a step in the steady state takes no heap memory.
   struct Matches {
     std::vector<Measurement> measurements;
-    std::vector<std::size_t> searched;  // of each match: its index in VisionResult::searched
+    std::vector<std::size_t> searched;  // index of each match in VisionResult::searched
   } matches_;
   std::vector<Candidate> candidates_, retried_;
-  std::vector<std::size_t> inliers_;  // of the matches
+  std::vector<std::size_t> inliers_;  // indices of the matches
   struct {
     std::vector<std::pair<int, Eigen::Vector2d>> now, before;
   } whitened_;  // innovations, by landmark

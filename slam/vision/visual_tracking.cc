@@ -7,8 +7,8 @@ namespace {
 
 constexpr double kLongestInterval_s = 0.5;  // between frames; in a longer one, frames are missing
 constexpr double kLargestTurn_rad = 0.05;   // 1σ; beyond it an update is too far from linear
-constexpr double kLargestShift_m = 0.1;     // 1σ; beyond it matches near a prediction may be others'
-constexpr double kDoubtful_s = 0.2;  // before matching fails, when landmarks may be initialized wrongly
+constexpr double kLargestShift_m = 0.1;     // 1σ; beyond it, a match near a prediction may be wrong
+constexpr double kDoubtful_s = 0.2;  // before matching fails, in which landmarks may be initialized wrongly
 
 constexpr double kRoughHeight_m = 0.03;  // the paper's standard deviation of the height, for judging it
 
@@ -75,7 +75,7 @@ void VisualTracking::track(const VisualInput& in) {
   if (!result_.good_image) blind(in, "no frame arrives");
   const Estimate pose = pose_estimate(in.kalman.state(), in.t);
   if (in.tracking.health() == Health::lost && !knows_turn(pose)) {
-    if (was_lost) relocalize(in);  // a loss is reported once at least
+    if (was_lost) relocalize(in);  // a loss is reported at least once
     return;
   }
   if (in.tracking.health() == Health::lost && !(in.tracking.is_blind() && knows_place(pose))) {
@@ -124,10 +124,10 @@ std::optional<std::string> VisualTracking::measure(const VisualInput& in) {
   result_.deleted_young = map_.prune(in.kalman, in.report.deleted);
   const InitializationCount initialized = manage_map(in, vision, !failed && !in.tracking.in_doubt());
   in.tracking.judge(*result_.statistics);
-  if (failed) return "almost no landmark found";
+  if (failed) return "almost no landmarks were found";
   if (!vision.inliers.empty() || !in.report.lines.empty()) return std::nullopt;
-  if (!vision.searched.empty()) return "no landmark found";
-  const bool dead_reckons = in.has_plan && map_.landmarks().empty();  // no map that the images could not fit
+  if (!vision.searched.empty()) return "no landmark was found";
+  const bool dead_reckons = in.has_plan && map_.landmarks().empty();  // no map for the images to contradict
   if (initialized.wanted > 0 && initialized.added == 0 && !dead_reckons)
     return "the image has no corner for a landmark";
   return std::nullopt;
@@ -140,7 +140,8 @@ void VisualTracking::record_searches(const VisualInput& in, bool counts) {
     map_.record_search(vision.searched_indices[i], vision.searched[i].used, counts, in.t, in.kalman.state());
 }
 
-/// Improves the surface normal of one matched landmark, and adds the change of view to all covariances.
+/// Improves the surface normal of one matched landmark, and inflates the covariances of all for the change of
+/// view.
 void VisualTracking::refine_landmarks(const VisualInput& in, const VisionResult& vision) {
   const std::size_t chosen = vision.inliers[static_cast<std::size_t>(in.frame) % vision.inliers.size()];
   map_.refine_surface(vision.searched_indices[chosen], in.image, *vision.searched[chosen].match,
@@ -163,7 +164,7 @@ InitializationCount VisualTracking::manage_map(const VisualInput& in, const Visi
   return initialized;
 }
 
-/// Reports the landmarks from index `first` on as initialized in this frame.
+/// Reports the landmarks starting at index `first` as initialized in this frame.
 void VisualTracking::report_initialized(std::size_t first, FrameReport& report) {
   for (std::size_t i = first; i < map_.landmarks().size(); ++i)
     report.initialized.push_back({map_.landmarks()[i].id, map_.landmarks()[i].pixel_first});

@@ -1,5 +1,5 @@
-// The visual part of a step (Stasse et al. 2006, section III-A): from an image to measured landmarks, a
-// managed map, and a recovered pose after a loss.
+// The visual part of a step (Stasse et al. 2006, section III-A): it measures landmarks in an image, manages
+// the map, and recovers the pose after a loss.
 #pragma once
 
 #include "slam/monitors.h"
@@ -16,13 +16,13 @@ struct VisualInput {
   Stamp t, interval;  ///< interval: since the previous accepted observation; 0 at the first
   bool stands_still;  ///< the camera is known to stand still
   bool has_plan;      ///< or leg odometry
-  int frame;          ///< number of the estimates before
+  int frame;          ///< number of estimates so far
   Kalman& kalman;
   TrackingMonitor& tracking;
-  FrameReport& report;  ///< has the height's innovation; the visual part is added
+  FrameReport& report;  ///< already contains the height's innovation; the visual part is added
 };
 
-/// What the monitors of the sensors need to know of the visual part of one step.
+/// What the sensor monitors need to know about the visual part of one step.
 struct VisualResult {
   bool good_image = false;  ///< not missing, flat or frozen, and without a gap before it
   std::optional<TrackingStatistics> statistics;
@@ -42,7 +42,7 @@ class VisualTracking {
   /// Predicts the match biases over a frame interval.
   void predict(double dt_s, Kalman& kalman) const { vision_.biases().predict(dt_s, kalman); }
   /// Measures the landmarks in the image, updates the state and manages the map; relocalizes a lost filter.
-  /// Reports to `tracking` what was seen. Nothing if vision is disabled.
+  /// Reports to `tracking` what was seen. Does nothing if vision is disabled.
   VisualResult step(const VisualInput& input);
 
  private:

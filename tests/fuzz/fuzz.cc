@@ -35,7 +35,7 @@ const fs::path& folder() {
 
 /// Writes a file of that folder and returns its path.
 fs::path file(const std::string& name, std::string_view text) {
-  static std::set<std::string> made;  // their folders exist
+  static std::set<std::string> made;  // files whose folders exist
   const fs::path path = folder() / name;
   if (made.insert(name).second) fs::create_directories(path.parent_path());
   sim::files::write_text(path, text);
@@ -169,7 +169,7 @@ void image(std::string_view text) {
   });
 }
 
-/// The sensor.yaml of cameras, IMUs, plans and mountings, written by this and by other programs.
+/// The sensor.yaml of cameras, IMUs, plans and mountings, as this program and other programs write it.
 void sensor_yaml(std::string_view input) {
   const std::string text(input);
   recordings::RecordingSetup setup;
@@ -177,7 +177,7 @@ void sensor_yaml(std::string_view input) {
     recordings::read_camera_yaml({"sensor.yaml", text}, setup);
   });
   const std::string imu = read_or_reject([&] { recordings::read_imu_yaml({"sensor.yaml", text}); });
-  // Both messages are the parser's, which the other readers share.
+  // Both messages come from the parser, which the other readers share.
   if (!camera.empty() && camera == imu) return;
   read_or_reject([&] { recordings::read_pose({"sensor.yaml", text}, "T_BS", "T_SB"); });
   read_or_reject([&] { recordings::read_pose({"sensor.yaml", text}, "T_WC_start"); });
@@ -194,7 +194,7 @@ void trajectory(std::string_view text) {
 
 fs::path root() { return folder() / "recording"; }
 
-/// Records; returns the content of every listed file by its relative path.
+/// Makes a recording. Returns the content of every listed file by its relative path.
 const std::map<std::string, std::string>& recorded() {
   static std::map<std::string, std::string> all;
   if (!all.empty()) return all;
@@ -231,7 +231,7 @@ const std::map<std::string, std::string>& recorded() {
   return all;
 }
 
-/// Those that are parsed: all but images.
+/// The files that are parsed: all except images.
 std::vector<File> parsed_files() {
   std::vector<File> all;
   std::ranges::copy_if(recorded(), std::back_inserter(all),
@@ -274,7 +274,7 @@ constexpr const char* kRobots[]{
     "</link><joint name='j' type='fixed'><parent link='a'/><child link='b'/><origin rpy='1 2 "
     "3'/></joint></robot>"};
 
-/// Printed and read back a model is the same one.
+/// A model that is printed and read back is the same.
 void model(std::string_view text) {
   namespace models = sim::model_file;
   static const models::Schema schema(
@@ -307,7 +307,7 @@ void arguments(std::string_view input) {
   read_or_reject<std::invalid_argument>([&] { scenarios::parse_seeds(first); });
 }
 
-/// Printed and read back a scenario is the same one.
+/// A scenario that is printed and read back is the same.
 void scenario(std::string_view text) {
   const std::string error = read_or_reject([&] {
     const auto read = scenarios::read_scenario_text(text, "fuzz.yaml");

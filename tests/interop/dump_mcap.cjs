@@ -1,6 +1,6 @@
-// Prints the messages of an MCAP file, read with the readers of the MCAP project, as JSON: {topic: [message, ...]}.
-// Bytes are in hexadecimal digits; a PointCloud2 has its points as its fields say, a row of numbers each.
-// node dump_mcap.cjs NODE_MODULES FILE
+// Prints the messages of an MCAP file, read with the readers of the MCAP project, as JSON: {topic: [message,
+// ...]}. Bytes are printed in hexadecimal. The points of a PointCloud2 are decoded using its fields, one row
+// of numbers per point. node dump_mcap.cjs NODE_MODULES FILE
 "use strict";
 const assert = require("assert");
 const fs = require("fs");

@@ -19,7 +19,7 @@ let info;
 const viewer = new WebSocket(address, ["gaitslam.view.v1"]);
 viewer.on("open", () => {
   viewer.send(JSON.stringify({ op: "speed", factor: 2 }));
-  viewer.send(JSON.stringify({ op: "loaded" }));  // the end of the run would wait for a page that loads
+  viewer.send(JSON.stringify({ op: "loaded" }));  // or the end of the run would wait for the page to load
 });
 const socket = new WebSocket(address, [protocol]);
 const client = new FoxgloveClient({ ws: socket });
@@ -60,7 +60,8 @@ function checkPoses(topic, file) {
   }
 }
 
-// Without blocking: the program finishes its result when both sockets have answered its closing handshake.
+// Waits without blocking: the program finishes its result when both sockets have answered its closing
+// handshake.
 async function resultWritten() {
   for (let i = 0; i < 600 && !fs.existsSync(path.join(result, "score.json")); ++i)
     await new Promise((resolve) => setTimeout(resolve, 100));
@@ -80,7 +81,7 @@ async function finish() {
   }
   const imu = messages.filter((m) => m.topic === "/imu");
   assert(imu.length > 5 * images.length, `${imu.length} readings of the IMU`);
-  // Every 5 ms, except after the oldest frame in the queue of a slow client was dropped.
+  // Every 5 ms, except where the oldest frame in a slow client's queue was dropped.
   const steps = imu.slice(1).map((m, i) => m.timestamp - imu[i].timestamp);
   steps.forEach((step) => assert(step > 0n && step % 5000000n === 0n, `${step} ns between readings of the IMU`));
   assert(steps.filter((step) => step === 5000000n).length > 0.8 * steps.length);

@@ -1,4 +1,4 @@
-// A step in the steady state takes no memory from the heap, as counted in malloc.
+// A step in the steady state takes no heap memory, as counted in malloc.
 #include <cerrno>
 
 #include "slam/filter.h"
@@ -7,7 +7,7 @@
 namespace {
 
 bool counting = false;
-int asked = 0;  // of the heap, while counting
+int asked = 0;  // allocations requested while counting
 
 void* counted(void* memory) {
   if (counting) ++asked;
@@ -16,7 +16,7 @@ void* counted(void* memory) {
 
 }  // namespace
 
-// glibc's own allocator under the names that operator new, Eigen and OpenCV call.
+// glibc's own allocator, under the names that operator new, Eigen and OpenCV call.
 extern "C" {
 void* __libc_malloc(std::size_t);
 void* __libc_calloc(std::size_t, std::size_t);
@@ -59,7 +59,7 @@ TEST(Allocation, ReasonsReuseTheirMemory) {
   EXPECT_EQ(reasons.text(), "gyro is silent; image is flat");
 }
 
-TEST(Allocation, AStepInTheSteadyStateTakesNone) {
+TEST(Allocation, AStepInTheSteadyStateAllocatesNothing) {
   const synthetic::Recording recording = synthetic::recorded(3.5, 0.1);
   Filter filter(Options{}, synthetic::calibration(), recording.walk().X_WC(0), 1);
   int initialized = 0, accepted = 0;
@@ -74,7 +74,7 @@ TEST(Allocation, AStepInTheSteadyStateTakesNone) {
     initialized += static_cast<int>(report.initialized.size());
     accepted += report.accepted;
   }
-  EXPECT_GE(initialized, 1);  // else detection was not looked at
+  EXPECT_GE(initialized, 1);  // otherwise detection was not tested
   EXPECT_GE(accepted, 300);
 }
 

@@ -17,7 +17,7 @@ Filter filter_at_start(const Options& options, std::uint64_t seed = 1) {
 
 using Spoil = std::function<void(Observation&)>;
 
-/// Steps through the frames [from, to) of the short walk, each spoiled before; returns the last report.
+/// Steps through the frames [from, to) of the short walk, each spoiled first. Returns the last report.
 FrameReport step(
     Filter& filter, int from, int to, const Spoil& spoil = [](Observation&) {}) {
   FrameReport report;
@@ -74,7 +74,7 @@ Options vision_only() {
   return options;
 }
 
-TEST(Filter, FollowsAShortWalkWithinItsOwnUncertaintyWhichForTheHeadingNeverFallsBelowThatOfTheStart) {
+TEST(Filter, FollowsAShortWalkWithinItsUncertaintyAndTheHeadingsNeverFallsBelowTheInitialOne) {
   const Errors& e = default_walk();
   EXPECT_TRUE(e.sound());
   EXPECT_LT(e.rms_m, 0.02);  // the plan is off by 3 % of 0.7 m of path and by its excess turn
@@ -86,20 +86,21 @@ TEST(Filter, FollowsAShortWalkWithinItsOwnUncertaintyWhichForTheHeadingNeverFall
   EXPECT_GT(e.least_heading_rad, 0.99 * Options{}.start.sigma_orientation_rad);
 }
 
-TEST(Filter, SmoothedPosesAreOfTheStepsSinceItRecordsAndEndAtItsEstimate) {
+TEST(Filter, SmoothedPosesCoverTheRecordedStepsAndEndAtItsEstimate) {
   Filter filter = filter_at_start({});
   EXPECT_FALSE(filter.smoothed());
   filter.record();
   step(filter, 0, 30);
-  filter.step(short_walk().observation(29));  // rejected: its time is not after the last one's
+  filter.step(short_walk().observation(29));  // rejected: its time is not later than the last one
   const auto poses = filter.smoothed();
   ASSERT_TRUE(poses && poses->size() == 30);
   EXPECT_EQ(poses->back().t, filter.estimate().t);
   EXPECT_TRUE(poses->back().X_WC.isApprox(filter.estimate().X_WC, 1e-12));
 }
 
-TEST(Filter, WithoutSensorsOfTheScaleOrWithoutVisionItsUncertaintyIsLarger) {
-  // How wrong the scale is without any measurement of it is chance; that the filter does not know it is not.
+TEST(Filter, ItsUncertaintyIsLargerWithoutSensorsOfScaleOrWithoutVision) {
+  // Without any measurement of the scale, its error is chance, but the filter must know that it does not know
+  // it.
   Options blind;
   blind.vision.enabled = false;
   const Errors only_vision = walk(vision_only()), without = walk(blind);
@@ -125,7 +126,7 @@ std::vector<double> fingerprint(const Filter& filter) {
   return bits;
 }
 
-TEST(Filter, WithoutCornersItContinuesByPlanOrLegOdometryUntilAnImageHasSome) {
+TEST(Filter, ContinuesByPlanOrLegOdometryUntilAnImageHasCorners) {
   Options options;
   options.tracking.lost_after_s = 1;
   for (const bool knows_motion : {true, false}) {
@@ -156,22 +157,24 @@ TEST(Filter, WithoutAPlanTheStartIsMoreUncertain) {
   }
 }
 
-TEST(Filter, RejectsMalformedObservationsAndIsLeftBitIdentical) {
+TEST(Filter, RejectsMalformedObservationsWithoutChangingABit) {
   Filter filter = filter_at_start(Options{}), undisturbed = filter_at_start(Options{});
   for (Filter* f : {&filter, &undisturbed}) step(*f, 0, 40);
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  const std::string image = "its image is not 8-bit gray of the camera's size";
+  const std::string image = "the image is not an 8-bit gray image of the camera's size";
   const std::vector<std::pair<std::string, Spoil>> kinds{
-      {"its time is not after the last one's", [](auto& o) { o.t = short_walk().observation(39).t; }},
-      {"its time is not after the last one's", [](auto& o) { o.t = short_walk().observation(3).t; }},
-      {"its time is more than 10 s after the last one's", [](auto& o) { o.t += std::chrono::hours(1); }},
+      {"the observation is not later than the last one",
+       [](auto& o) { o.t = short_walk().observation(39).t; }},
+      {"the observation is not later than the last one",
+       [](auto& o) { o.t = short_walk().observation(3).t; }},
+      {"the observation is over 10 s after the last one", [](auto& o) { o.t += std::chrono::hours(1); }},
       {image, [](auto& o) { o.image = cv::Mat(240, 300, CV_8UC1, cv::Scalar(0)); }},
       {image, [](auto& o) { o.image = cv::Mat(240, 320, CV_8UC3, cv::Scalar(0)); }},
       {"an inertial reading is not finite", [](auto& o) { o.gyro[1].value.x() = kNan; }},
       {"an inertial reading is not finite", [](auto& o) { o.accelerometer[1].end = Stamp(-1); }},
-      {"its plan is not finite", [](auto& o) { o.plan->p_CF.x() = kNan; }},
-      {"its leg odometry is not finite", [](auto& o) { o.legs.emplace().p_CS.x() = kNan; }},
-      {"its command is not finite", [](auto& o) { o.command.emplace().turn_rad_s = kNan; }}};
+      {"the plan is not finite", [](auto& o) { o.plan->p_CF.x() = kNan; }},
+      {"the leg odometry is not finite", [](auto& o) { o.legs.emplace().p_CS.x() = kNan; }},
+      {"the command is not finite", [](auto& o) { o.command.emplace().turn_rad_s = kNan; }}};
   for (const auto& [reason, spoil] : kinds) {
     EXPECT_EQ(step(filter, 40, 41, spoil).refused.text(), reason);
     EXPECT_EQ(fingerprint(filter), fingerprint(undisturbed)) << reason;
@@ -180,7 +183,7 @@ TEST(Filter, RejectsMalformedObservationsAndIsLeftBitIdentical) {
   EXPECT_EQ(fingerprint(filter), fingerprint(undisturbed));
 }
 
-TEST(Filter, UsesTheAlignedDepthImageOfTheFrameAloneAndRejectsAMalformedOne) {
+TEST(Filter, UsesOnlyTheAlignedDepthImageOfTheFrameAndRejectsAMalformedOne) {
   const auto depths = [](int sensor, Stamp late, const cv::Mat& mm) {
     Options options;
     options.depth.first_sight = FirstSight::measured_depth;
@@ -203,10 +206,10 @@ TEST(Filter, UsesTheAlignedDepthImageOfTheFrameAloneAndRejectsAMalformedOne) {
     EXPECT_EQ(other.second, "");
   }
   EXPECT_EQ(depths(3, Stamp(0), flat.colRange(0, 319)).second,
-            "its depth image is not 16-bit of the camera's size");
+            "the depth image is not a 16-bit image of the camera's size");
 }
 
-TEST(Filter, SameSeedGivesTheSameBitsAndAnotherSeedAnotherMap) {
+TEST(Filter, GivesTheSameBitsWithTheSameSeedAndAnotherMapWithAnother) {
   Filter a = filter_at_start({}, 3), b = filter_at_start({}, 3), c = filter_at_start({}, 4);
   for (Filter* filter : {&a, &b, &c}) step(*filter, 0, 30);
   EXPECT_EQ(fingerprint(a), fingerprint(b));
@@ -214,15 +217,15 @@ TEST(Filter, SameSeedGivesTheSameBitsAndAnotherSeedAnotherMap) {
 }
 
 // An image of another place may cost landmarks.
-TEST(Filter, WithoutAUsableImageForTwoSecondsItIsLostNamesTheCauseAndKeepsItsMap) {
+TEST(Filter, IsLostAfterTwoSecondsWithoutAUsableImageStatesTheCauseAndKeepsItsMap) {
   const Spoil frozen = [last = short_walk().observation(19).image](Observation& o) { o.image = last; };
   const std::vector<std::tuple<std::string, Options, Spoil>> kinds{
       {"no image arrives", {}, lose_image},
       {"the image is flat", {}, [](Observation& o) { o.image.setTo(cv::Scalar(0)); }},
-      {"the image is the last one again", {}, frozen},
-      {"the image is the last one again", vision_only(), frozen},
-      {"almost no landmark found", {}, [](Observation& o) { cv::flip(o.image, o.image, -1); }},
-      {"observations are rejected because its image is not 8-bit gray of the camera's size",
+      {"the image is identical to the previous one", {}, frozen},
+      {"the image is identical to the previous one", vision_only(), frozen},
+      {"almost no landmarks were found", {}, [](Observation& o) { cv::flip(o.image, o.image, -1); }},
+      {"observations are rejected because the image is not an 8-bit gray image of the camera's size",
        {},
        [](Observation& o) { o.image = cv::Mat(10, 10, CV_8UC1, cv::Scalar(0)); }}};
   for (const auto& [cause, options, spoil] : kinds) {
@@ -232,13 +235,13 @@ TEST(Filter, WithoutAUsableImageForTwoSecondsItIsLostNamesTheCauseAndKeepsItsMap
     const FrameReport report = step(filter, 20, short_walk().walk().frames(), spoil);
     EXPECT_EQ(report.health, Health::lost) << cause;
     EXPECT_EQ(report.cause, "tracking lost: " + cause);
-    if (cause != "almost no landmark found") {
+    if (cause != "almost no landmarks were found") {
       EXPECT_EQ(filter.map().size(), landmarks) << cause;
     }
   }
 }
 
-TEST(Filter, AGapWithoutAnyFrameAndAClockThatStandsStillAreLosses) {
+TEST(Filter, AGapWithoutFramesAndAStoppedClockCountAsLosses) {
   Filter with_gap = filter_at_start(Options{});
   step(with_gap, 0, 20);
   EXPECT_EQ(step(with_gap, 85, 86).cause, "tracking lost: no frame arrives");  // 2.2 s later
@@ -250,7 +253,7 @@ TEST(Filter, AGapWithoutAnyFrameAndAClockThatStandsStillAreLosses) {
   EXPECT_EQ(step(filter, 20, 21).health, Health::ok);
 }
 
-TEST(Filter, ABlindFilterIsOkWithItsMapAgainAndRepeatedObservationsDoNotCountAsTimeWithoutSight) {
+TEST(Filter, ABlindFilterRecoversWithItsMapAndRepeatedObservationsDoNotCountAsBlindTime) {
   Options options;
   options.tracking.lost_after_s = options.tracking.give_up_s = 0.5;
   Filter once = filter_at_start(options), thrice = filter_at_start(options);
@@ -266,7 +269,7 @@ TEST(Filter, ABlindFilterIsOkWithItsMapAgainAndRepeatedObservationsDoNotCountAsT
   }
 }
 
-TEST(Filter, WithoutImagesPlanAndSensorsTheUncertaintyGrowsFromFrameToFrameUntilItIsLost) {
+TEST(Filter, WithoutImagesPlanAndSensorsItsUncertaintyGrowsUntilItIsLost) {
   Filter filter = filter_at_start(Options{});
   double before = 0;
   for (int k = 0; k < 60; ++k) {

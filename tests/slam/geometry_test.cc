@@ -17,7 +17,7 @@ TEST(Camera, ProjectsTheReferencePointWithTheReferenceJacobian) {
   EXPECT_NEAR((p->J - J).norm(), 0, 1e-9);
 }
 
-// By the formulas of OpenCV's manual, computed independently.
+// Values from the formulas in OpenCV's manual, computed independently.
 TEST(Camera, BrownsLensAndTheEquidistantOneProjectAsOpenCvDefinesThem) {
   const Eigen::Vector2d brown(576.385155769302, 123.276240971480),
       fisheye(402.426039072004, 163.183429681452);
@@ -25,7 +25,7 @@ TEST(Camera, BrownsLensAndTheEquidistantOneProjectAsOpenCvDefinesThem) {
   EXPECT_LT((Camera(kFisheye).project({2.2, -1.4, 2})->pixel - fisheye).norm(), 1e-9);
 }
 
-TEST(Camera, UnprojectUndoesProjectExactly) {
+TEST(Camera, UnprojectIsTheExactInverseOfProject) {
   for (const CameraIntrinsics& intrinsics : {CameraIntrinsics{}, kBrown, kFisheye}) {
     const Camera camera(intrinsics);
     for (const double x : {-1.0, -0.2, 0.0, 0.7})
@@ -38,7 +38,7 @@ TEST(Camera, UnprojectUndoesProjectExactly) {
   }
 }
 
-TEST(Camera, APointBeyondTheFoldOfItsLensIsNotSeen) {
+TEST(Camera, DoesNotSeeAPointBeyondTheFoldOfItsLens) {
   CameraIntrinsics folding = kBrown;
   folding.lens = RadialTangential{-0.3, 0, 0, 0};  // r (1 - 0.3 r²) is largest at r = 1.054
   const Camera camera(folding);
@@ -48,7 +48,7 @@ TEST(Camera, APointBeyondTheFoldOfItsLensIsNotSeen) {
   EXPECT_FALSE(camera.unproject({367.215 + 458.654 * 0.71, 248.375}));  // the largest image is at 0.7027
 }
 
-TEST(Camera, GivesNothingForPointsBehindOrInItsPlaneOutsideTheImageCircleAndForNan) {
+TEST(Camera, ReturnsNothingForNanAndForPointsBehindOrInItsPlaneOrOutsideTheImageCircle) {
   const Camera camera(CameraIntrinsics{});
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const Eigen::Vector3d& h :
@@ -103,7 +103,8 @@ const Eigen::Vector3d kA(0.4, -1.2, 2.5);
 const RobotVector kState = generic_state();
 const Eigen::Vector2d kNone(0, 0);
 
-/// Expects that J is the derivative of f at x. tolerance: rounding 1e-16 / step 1e-6 of values up to 10.
+/// Expects that J is the derivative of f at x. tolerance: rounding of 1e-16 over a step of 1e-6, for values
+/// up to 10.
 template <typename Function>
 void expect_derivative(const char* name, const VectorXd& x, const MatrixXd& J, const Function& f,
                        double tolerance = 1e-7) {
@@ -112,7 +113,7 @@ void expect_derivative(const char* name, const VectorXd& x, const MatrixXd& J, c
   EXPECT_LT((J - numeric).norm(), tolerance) << name << " at " << x.transpose();
 }
 
-TEST(Jacobians, OfRotationsAreTheDerivatives) {
+TEST(Jacobians, OfRotationsMatchNumericalDerivatives) {
   for (const double scale : {1.0, 1e-2, 1e-7, 0.0}) {
     const Eigen::Vector3d theta = scale * Eigen::Vector3d(0.3, -0.7, 1.1);
     expect_derivative("exponential", theta, quaternion_exp_jacobian(theta), quaternion_exp);
@@ -131,7 +132,7 @@ TEST(Jacobians, OfRotationsAreTheDerivatives) {
                     [](const auto& t) { return quaternion_product(kQ, quaternion_exp(t)); });
 }
 
-TEST(Jacobians, OfTheMotionModelAreTheDerivatives) {
+TEST(Jacobians, OfTheMotionModelMatchNumericalDerivatives) {
   const VelocityIncrement measured{{0.02, -0.33, 0.05}, kFrame_s, 0.001};
   for (const auto& increment : {std::optional<VelocityIncrement>{}, std::optional{measured}})
     for (const auto& rate : {std::optional<MeanRate>{}, std::optional{MeanRate{{0.3, -0.1, 0.2}, 0.004}}})
@@ -151,7 +152,7 @@ void expect_measurement(const char* name, const Measure& measure) {
                     [&](const auto& x) -> VectorXd { return -measure(x).innovation; });
 }
 
-TEST(Jacobians, OfInternalMeasurementsAreTheDerivatives) {
+TEST(Jacobians, OfInternalMeasurementsMatchNumericalDerivatives) {
   expect_measurement("rate", [](const auto& x) { return measure_rate(x, {kA, 0.02}); });
   expect_measurement("rest", [](const auto& x) { return measure_rate(x, {kA, 0.02}, false); });
   expect_measurement("command", [](const auto& x) { return measure_command(x, {0.3, -0.1}, {}); });
@@ -166,7 +167,7 @@ TEST(Jacobians, OfInternalMeasurementsAreTheDerivatives) {
     }
 }
 
-TEST(Jacobians, OfCamerasAreTheDerivatives) {
+TEST(Jacobians, OfCamerasMatchNumericalDerivatives) {
   CameraIntrinsics fisheye = kFisheye;
   fisheye.width_px = fisheye.height_px = 400,
   fisheye.u0_px = fisheye.v0_px = 199;  // the corners are in front of the image plane
@@ -185,7 +186,7 @@ TEST(Jacobians, OfCamerasAreTheDerivatives) {
       }
 }
 
-TEST(Jacobians, OfLandmarksAreTheDerivatives) {
+TEST(Jacobians, OfLandmarksMatchNumericalDerivatives) {
   const Eigen::Vector3d from(0.5, -0.2, 1.3);
   Parameters point(3), other(6);
   point << 4, 0.7, 1.9;
@@ -207,8 +208,8 @@ TEST(Jacobians, OfLandmarksAreTheDerivatives) {
   expect_derivative("new line", kState, line(kState).J_robot, [&](const auto& x) { return line(x).y; });
 }
 
-/// The covariance of a landmark's parameters by the noise of its pixel is J Jᵀ.
-TEST(Jacobians, OfANewLandmarkByItsPixelMakeItsNoise) {
+/// The covariance of a landmark's parameters due to the noise of its pixel is J Jᵀ.
+TEST(Jacobians, OfANewLandmarkGiveItsNoiseFromThatOfItsPixel) {
   const Camera camera{CameraIntrinsics{}};
   const Eigen::Vector2d pixel(50, 200);
   Options::Depth options;
@@ -228,7 +229,7 @@ TEST(Jacobians, OfANewLandmarkByItsPixelMakeItsNoise) {
   check([&](const auto& p) { return initialize_line(kState, *camera.unproject(p), 1.5); });
 }
 
-TEST(Jacobians, OfTheDistortionAreThoseOfALensWithAWrongParameter) {
+TEST(Jacobians, OfTheDistortionMatchALensWithAWrongParameter) {
   const Eigen::Vector2d pixel(50, 200);
   const auto initialized = [&](const auto& delta) -> VectorXd {
     CameraIntrinsics wrong;

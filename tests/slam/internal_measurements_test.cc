@@ -37,7 +37,7 @@ struct Walking {
   bool updated = false;
 };
 
-TEST(InternalMeasurements, MeasureGyroVelocityAndHeightAndReduceTheUncertainty) {
+TEST(InternalMeasurements, IncludeGyroVelocityAndHeightAndReduceTheUncertainty) {
   Options options;
   options.gyro.drives_motion = false;
   Walking walk(options);
@@ -53,7 +53,7 @@ TEST(InternalMeasurements, MeasureGyroVelocityAndHeightAndReduceTheUncertainty) 
     EXPECT_LT(after(at), walk.before(at)) << at;
 }
 
-TEST(InternalMeasurements, AGyroThatDrivesTheMotionIsNoMeasurementUnlessItsRateIsImplausible) {
+TEST(InternalMeasurements, AGyroThatDrivesTheMotionIsNotAMeasurementUnlessItsRateIsImplausible) {
   Walking walk;
   walk.step(walk.next());
   EXPECT_FALSE(nis_of(walk.report.innovations, "gyro"));
@@ -69,8 +69,8 @@ TEST(InternalMeasurements, AGyroThatDrivesTheMotionIsNoMeasurementUnlessItsRateI
   EXPECT_EQ(walk.predicted.F(kRate, kRate), 1);
 }
 
-/// The rate about the camera's y axis at a frame if encoders read these angles between camera and IMU there
-/// and at the frame before, the first one that has them.
+/// The rate about the camera's y axis at a frame, if encoders read these angles between camera and IMU at
+/// that frame and at the one before, which is the first that has them.
 double rate_of_head(double before_rad, double now_rad, bool by_encoders = true) {
   Options options;
   options.leg_odometry.enabled = by_encoders;
@@ -84,14 +84,14 @@ double rate_of_head(double before_rad, double now_rad, bool by_encoders = true) 
   return walk.predicted.x(kRate + 1);
 }
 
-TEST(InternalMeasurements, TheHeadTurnsByTheGyroInTheBodyAndByTheEncodersOfItsNeck) {
+TEST(InternalMeasurements, TheHeadsRateCombinesTheGyroInTheBodyWithTheEncodersOfTheNeck) {
   const double still = rate_of_head(0.02, 0.02);
   EXPECT_NEAR(rate_of_head(0, 0), still, 1e-3);
   EXPECT_NEAR(rate_of_head(0.02, 0.025), still - 0.005 / seconds(synthetic::Walk{}.stamp(1)), 1e-3);
   EXPECT_EQ(rate_of_head(0.02, 0.025, false), rate_of_head(0, 0, false));
 }
 
-TEST(InternalMeasurements, InnovationsAreMultipliedWithThoseOfTheLastFrame) {
+TEST(InternalMeasurements, InnovationsAreMultipliedByThoseOfTheLastFrame) {
   Walking walk;
   const Nis first = *nis_of(walk.report.innovations, "height");
   walk.step(walk.next());
@@ -100,7 +100,7 @@ TEST(InternalMeasurements, InnovationsAreMultipliedWithThoseOfTheLastFrame) {
   EXPECT_EQ(next.lagged_square, next.value);
 }
 
-TEST(InternalMeasurements, ReportForEachSensorWhetherItHadReadingsAndWhetherTheyWereUsed) {
+TEST(InternalMeasurements, ReportWhetherEachSensorHadReadingsAndWhetherTheyWereUsed) {
   const auto use = [](const Walking& walk, SensorIndex sensor) {
     return walk.report.use[static_cast<std::size_t>(sensor)];
   };
@@ -135,7 +135,7 @@ void stumble(Walking& walk, int frames, double per_s_rad_s = 60, double per_s_m_
   }
 }
 
-TEST(InternalMeasurements, AFastMotionIsNotTakenForAFault) {
+TEST(InternalMeasurements, AFastMotionIsNotMistakenForAFault) {
   Walking walk;
   stumble(walk, 5);
   EXPECT_FALSE(walk.report.refused) << walk.report.refused.text();
@@ -151,7 +151,7 @@ TEST(InternalMeasurements, AFastMotionIsNotTakenForAFault) {
   EXPECT_EQ(jumps.report.refused.text(), "accelerometer is beyond its gate; gyro is beyond its gate");
 }
 
-TEST(InternalMeasurements, LegsThatStumbleCountLessForATimeAndTheirHeightStartsAnew) {
+TEST(InternalMeasurements, LegsThatStumbleCountLessForAWhileAndTheirHeightStartsAnew) {
   Walking walk;
   const auto step = [&](int k, double stumbled_m) {
     Observation o = walk.recording.observation(k);
@@ -170,7 +170,8 @@ TEST(InternalMeasurements, LegsThatStumbleCountLessForATimeAndTheirHeightStartsA
   EXPECT_LT(height->value, 10.83);
 }
 
-/// The scale of a plan by a walk of 7 s with leg odometry, a step every 0.8 s, and the speed at its end.
+/// The scale of a plan, found in a walk of 7 s with leg odometry, a step every 0.8 s, and the speed at its
+/// end.
 struct PlanByLegs {
   double error, sigma, speed_m_s;
 };
@@ -190,7 +191,7 @@ PlanByLegs plan_by_legs(double scale) {
           walk.kalman.state().robot().segment<3>(kVelocity).norm()};
 }
 
-TEST(InternalMeasurements, LegOdometryReplacesThePlanWhichIsStillTested) {
+TEST(InternalMeasurements, LegOdometryReplacesThePlanButThePlanIsStillTested) {
   const PlanByLegs right = plan_by_legs(1), wrong = plan_by_legs(1.2);
   EXPECT_NEAR(right.error, 0, 1e-12);
   EXPECT_NEAR(wrong.error, 0.2, 1e-12);
@@ -198,7 +199,7 @@ TEST(InternalMeasurements, LegOdometryReplacesThePlanWhichIsStillTested) {
   EXPECT_NEAR(wrong.speed_m_s, right.speed_m_s, 0.01 * right.speed_m_s);
 }
 
-/// The gyro's bias about x, truly 0.02 rad/s, and its sigma after a second at rest or of walking.
+/// The gyro's bias about x (truly 0.02 rad/s) and its sigma, after a second at rest or of walking.
 struct FoundBias {
   double mean, sigma;
 };
@@ -218,7 +219,7 @@ FoundBias bias_after_a_second(const Options& options, bool at_rest) {
   return {state.robot()(kGyroBias), std::sqrt(state.storage_P(kGyroBias, kGyroBias))};
 }
 
-TEST(InternalMeasurements, StandingStillAtTheStartTellsTheBiasOfTheGyro) {
+TEST(InternalMeasurements, StandingStillAtTheStartRevealsTheBiasOfTheGyro) {
   Options options;
   const FoundBias rest = bias_after_a_second(options, true), walking = bias_after_a_second(options, false);
   EXPECT_NEAR(rest.mean, 0.02, 0.002);
@@ -246,7 +247,7 @@ TEST(InternalMeasurements, TheAccelerometerMakesThePredictionCertainAndASpikeIsR
 TEST(InternalMeasurements, AnAccelerometerThatContradictsThePlanIsRejected) {
   Walking walk;
   Observation o = walk.next();
-  for (InertialSample& sample : o.accelerometer) sample.value.z() += 6;  // m/s²: plausible but for the plan
+  for (InertialSample& sample : o.accelerometer) sample.value.z() += 6;  // m/s²: only the plan denies it
   walk.step(o);
   EXPECT_TRUE(walk.accelerometer_rejected());
   Options no_plan;

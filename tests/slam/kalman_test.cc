@@ -20,7 +20,7 @@ double log_determinant(const MatrixXd& S) {
 
 MatrixXd inverse(const MatrixXd& S) { return S.llt().solve(MatrixXd::Identity(S.rows(), S.cols())); }
 
-/// A change of the state, and what it makes of mean and covariance: x, and P ← T P Tᵀ + Q.
+/// A change of the state, and its effect on mean and covariance: x, and P ← T P Tᵀ + Q.
 struct Change {
   std::string name;
   std::function<void(Kalman&)> apply;
@@ -29,7 +29,7 @@ struct Change {
   double tolerance = 1e-13;  // 0: nothing is rounded
 };
 
-TEST(Kalman, EveryChangeOfTheStateIsThatOfDenseMatrices) {
+TEST(Kalman, EveryChangeOfTheStateMatchesDenseMatrices) {
   Normal normal(1);
   const Kalman before = random_filter(3, false, normal);
   const VectorXd x = before.state().x();
@@ -97,7 +97,7 @@ bool update(Kalman& kalman, const std::vector<Measurement>& measurements) {
   return kalman.update(stacked);
 }
 
-TEST(Kalman, BlockUpdateIsTheTextbookOneWithTheQuaternionNormalized) {
+TEST(Kalman, BlockUpdateMatchesTheTextbookWithTheQuaternionNormalized) {
   Normal normal(2);
   Kalman kalman = random_filter(3, false, normal);
   const DenseStack dense(kalman.state(), normal);
@@ -125,7 +125,7 @@ TEST(Kalman, CovarianceStaysPositiveThroughManyUpdatesAndPredictions) {
       ASSERT_TRUE(update(kalman, {m})) << i;
       ASSERT_TRUE(kalman.is_valid(kalman.state().size)) << i;
     }
-    // A quaternion's length has no uncertainty, so that P is only semi-definite: 0 but for rounding.
+    // A quaternion's length has no uncertainty, so P is only semidefinite: zero except for rounding.
     const MatrixXd P = kalman.state().P(),
                    rounding = MatrixXd::Identity(P.rows(), P.rows()) * 1e-12 * P.norm();
     EXPECT_EQ((P + rounding).llt().info(), Eigen::Success) << sigma;
@@ -157,7 +157,7 @@ TEST(Kalman, AStateWithANanOrAnIndefiniteCovarianceIsNotValid) {
   EXPECT_FALSE(nan.is_valid(kRobot));
 }
 
-TEST(Kalman, OnlyConstrainedMeasurementsDoNotObserveTheWorldsHeading) {
+TEST(Kalman, OnlyUnconstrainedMeasurementsObserveTheWorldsHeading) {
   Normal normal(12);
   const Kalman free = random_filter(3, false, normal), constrained = random_filter(3, true, normal);
   for (const int at : {0, kRobot, kRobot + 12}) {
@@ -173,7 +173,7 @@ TEST(Kalman, OnlyConstrainedMeasurementsDoNotObserveTheWorldsHeading) {
   }
 }
 
-TEST(Kalman, AConstrainedMeasurementOfDifferencesOfPositionsStaysOne) {
+TEST(Kalman, AConstrainedMeasurementOfPositionDifferencesRemainsOne) {
   Normal normal(14);
   const Kalman kalman = random_filter(1, true, normal);
   Measurement m = random_measurement(2, kRobot, 0.1, normal);
@@ -198,8 +198,8 @@ TEST(Kalman, NullDirectionOfTheRobotIsTheDerivativeOfTurningItAboutTheVertical) 
 }
 
 /// A filter with a systematic error of `delta` from the start, after a few steps of all kinds. It measures
-/// the prediction of a filter without the error: then innovations vanish, and with them the dependence of the
-/// gain on the mean, which the derivatives of an extended Kalman filter leave out.
+/// the prediction of a filter without the error. Then the innovations vanish, and with them the dependence of
+/// the gain on the mean, which the derivatives of an extended Kalman filter neglect.
 Kalman with_systematic_error(int which, double delta) {
   Normal normal(11);
   Kalman wrong = random_filter(2, false, normal), right = wrong;
@@ -252,7 +252,7 @@ struct Stacked {
   StackedMeasurement stacked;
 };
 
-TEST(Measurement, InnovationCovarianceAndNisAreTheDenseOnes) {
+TEST(Measurement, InnovationCovarianceAndNisMatchTheDenseOnes) {
   Normal normal(8);
   const State state = random_filter(2, false, normal).state();
   Measurement m = random_measurement(2, kRobot + 6, 0.1, normal);
@@ -269,7 +269,7 @@ TEST(Measurement, InnovationCovarianceAndNisAreTheDenseOnes) {
   EXPECT_EQ(normalized_innovation_squared(state, indefinite).value, std::numeric_limits<double>::infinity());
 }
 
-TEST(StackedMeasurement, IsTheDenseOneWithItsCholeskyFactorAndNisAndWithScaledNoiseToo) {
+TEST(StackedMeasurement, MatchesTheDenseOneWithItsCholeskyFactorAndNisEvenWithScaledNoise) {
   Stacked s(2);
   EXPECT_EQ(s.stacked.first_row, (std::vector<int>{0, 3, 5, 6}));
   EXPECT_EQ(s.stacked.innovation(), s.dense.nu);
@@ -286,7 +286,7 @@ TEST(StackedMeasurement, IsTheDenseOneWithItsCholeskyFactorAndNisAndWithScaledNo
   expect_close(s.stacked.S(), s.dense.S - 0.75 * s.dense.R);
 }
 
-TEST(StackedMeasurement, SelectionIsTheStackOfTheSelectedMeasurements) {
+TEST(StackedMeasurement, SelectionEqualsTheStackOfTheSelectedMeasurements) {
   const Stacked s(4);
   StackedMeasurement selected, expected;
   select(s.stacked, {0, 2}, selected);

@@ -21,12 +21,12 @@ struct Trouble {
   bool blinds;
 };
 const std::vector<Trouble> kTroubles{
-    {[](auto& m) { m.judge(kFailed); }, "tracking lost: almost no landmark found", false},
+    {[](auto& m) { m.judge(kFailed); }, "tracking lost: almost no landmarks were found", false},
     {[](auto& m) { m.blind(kHalf, "the image is flat"); }, "tracking lost: the image is flat", true},
-    {[](auto& m) { m.refuse(kHalf, "its plan is not finite"); },
-     "tracking lost: observations are rejected because its plan is not finite", true}};
+    {[](auto& m) { m.refuse(kHalf, "the plan is not finite"); },
+     "tracking lost: observations are rejected because the plan is not finite", true}};
 
-TEST(TrackingMonitor, ALossAfterTwoSecondsNamesItsCauseAndEndsByRelocalizationOrAsADivergence) {
+TEST(TrackingMonitor, ALossAfterTwoSecondsStatesItsCauseAndEndsByRelocalizationOrInDivergence) {
   for (const Trouble& trouble : kTroubles) {
     TrackingMonitor monitor{Options::Tracking{}};
     for (int k = 0; k < 4; ++k) trouble.happens(monitor);
@@ -56,9 +56,9 @@ TEST(TrackingMonitor, ALossAfterTwoSecondsNamesItsCauseAndEndsByRelocalizationOr
 
 TEST(TrackingMonitor, OnlyRejectedObservationsEndInADivergence) {
   TrackingMonitor monitor{Options::Tracking{}};
-  for (int k = 0; k < 25; ++k) monitor.refuse(kHalf, "its plan is not finite");
+  for (int k = 0; k < 25; ++k) monitor.refuse(kHalf, "the plan is not finite");
   EXPECT_EQ(monitor.health(), Health::lost);
-  monitor.refuse(kHalf, "its plan is not finite");
+  monitor.refuse(kHalf, "the plan is not finite");
   EXPECT_EQ(monitor.health(), Health::diverged);
 }
 
@@ -125,7 +125,7 @@ TEST(TrackingMonitor, TrackingIsLostWhenTheMeanInnovationOfFifteenFramesIsTooLar
   EXPECT_EQ(monitor.health(), Health::ok);  // a single outlier does not count
 }
 
-TEST(ImageCheck, FlatImagesBlindAndRepeatedOnesUnlessTheCameraIsKnownToStandStill) {
+TEST(ImageCheck, FlatImagesBlindAndSoDoRepeatedOnesUnlessTheCameraStandsStill) {
   const cv::Mat image = random_blocks(320, 8, 1);
   for (const bool still : {true, false}) {
     ImageCheck check;
@@ -135,14 +135,14 @@ TEST(ImageCheck, FlatImagesBlindAndRepeatedOnesUnlessTheCameraIsKnownToStandStil
   }
 }
 
-TEST(ImageCheck, AnImageOfLittleContrastIsNotFlatIfAPatchOfItCanBeTracked) {
+TEST(ImageCheck, ALowContrastImageIsNotFlatIfAPatchOfItCanBeTracked) {
   cv::Mat image(240, 320, CV_8UC1, cv::Scalar(120));
   EXPECT_TRUE(ImageCheck().defect(image, false).value().blinds);
   image(cv::Rect(100, 80, 4, 4)) = 200;  // the whole image has a standard deviation of 1.2
   EXPECT_FALSE(ImageCheck().defect(image, false));
 }
 
-TEST(ImageCheck, ARepeatedImageOfACameraWithNoiseBlindsAlsoIfItStandsStill) {
+TEST(ImageCheck, ARepeatedImageOfANoisyCameraBlindsEvenIfItStandsStill) {
   ImageCheck check;
   for (std::uint64_t k = 0; k < 6; ++k) EXPECT_FALSE(check.defect(random_blocks(320, 1, k), true));
   EXPECT_TRUE(check.defect(random_blocks(320, 1, 5), true).value().blinds);
@@ -204,7 +204,7 @@ TEST(SensorMonitor, NamesASensorThatTheInnovationsContradictByMoreThanTheBound) 
   EXPECT_FALSE(SensorMonitor(Options{}).suspect());
 }
 
-TEST(SensorMonitor, ASmallErrorOfThePlanDoesNotBecomeCertainOnALongWalkAndIsForgottenWhenReset) {
+TEST(SensorMonitor, ASmallPlanErrorDoesNotBecomeSignificantOnALongWalkAndIsForgottenOnReset) {
   SensorMonitor monitor{Options{}};
   for (int frame = 0; frame < 30 * 900; ++frame) {  // in 30 s the error is known within 0.014
     monitor.add(evidence(kPlanScale, 0.035, 0.014 * 30), 1.0 / 30);
@@ -215,7 +215,7 @@ TEST(SensorMonitor, ASmallErrorOfThePlanDoesNotBecomeCertainOnALongWalkAndIsForg
   EXPECT_EQ(monitor.sigmas(kPlanScale), 0);
 }
 
-/// Readings of 5 ms with noise while the sensor turns to and fro by 0.5 rad/s, with impacts of 2 rad/s.
+/// Readings of 5 ms with noise while the sensor turns back and forth by 0.5 rad/s, with impacts of 2 rad/s.
 std::vector<InertialSample> noisy_readings(double sigma, double seconds_, std::uint64_t seed) {
   Normal normal(seed);
   std::vector<InertialSample> all;
@@ -228,7 +228,7 @@ std::vector<InertialSample> noisy_readings(double sigma, double seconds_, std::u
   return all;
 }
 
-TEST(GyroNoiseTest, FindsTwiceTheNoiseWithinThreeSecondsWithoutFalsePositives) {
+TEST(GyroNoiseTest, DetectsTwiceTheNoiseWithinThreeSecondsWithoutFalsePositives) {
   const Options::Gyro options;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     GyroNoiseTest sound(options), noisy(options);
@@ -241,7 +241,7 @@ TEST(GyroNoiseTest, FindsTwiceTheNoiseWithinThreeSecondsWithoutFalsePositives) {
   }
 }
 
-TEST(GyroNoiseTest, ARobotThatShakesIsNotNoise) {
+TEST(GyroNoiseTest, AShakingRobotIsNotNoise) {
   const Options::Gyro options;
   GyroNoiseTest shaking(options), noisy(options);
   for (auto [test, sigma] : {std::pair{&shaking, options.sigma_rad_s}, {&noisy, 5 * options.sigma_rad_s}}) {
@@ -254,7 +254,7 @@ TEST(GyroNoiseTest, ARobotThatShakesIsNotNoise) {
   EXPECT_TRUE(noisy.scatters());
 }
 
-TEST(GyroNoiseTest, ReadingsThatAFrameSplitsAreNotCompared) {
+TEST(GyroNoiseTest, ReadingsSplitByAFrameAreNotCompared) {
   GyroNoiseTest monitor{Options::Gyro{}};
   std::vector<InertialSample> split = noisy_readings(1, 60, 1);
   for (std::size_t i = 0; i < split.size(); i += 2) split[i].begin += std::chrono::milliseconds(1);
@@ -262,7 +262,7 @@ TEST(GyroNoiseTest, ReadingsThatAFrameSplitsAreNotCompared) {
   EXPECT_FALSE(monitor.scatters());
 }
 
-TEST(ImageTest, FailsWhereLandmarksAreNotFoundAndDeletedAgain) {
+TEST(ImageTest, FailsIfLandmarksAreNotFoundAndAreDeletedAgain) {
   ImageTest sound, other, dark;
   for (int frame = 0; frame < 100; ++frame) {
     sound.add(0.033, 12, 10, frame % 50 == 0);
@@ -274,7 +274,8 @@ TEST(ImageTest, FailsWhereLandmarksAreNotFoundAndDeletedAgain) {
   EXPECT_FALSE(dark.fails());  // nothing is found, and no landmark is blamed for it
 }
 
-/// True if the test fails after losses in these frames of 300 at 30 Hz; the images from `dark` on are bad.
+/// True if the test fails after losses in these of 300 frames at 30 Hz. Images starting at frame `dark` are
+/// bad.
 bool fails_after(const std::vector<std::pair<int, int>>& losses, int dark = 300) {
   ImageTest monitor;
   for (int frame = 0; frame < 300; ++frame) {
@@ -286,7 +287,7 @@ bool fails_after(const std::vector<std::pair<int, int>>& losses, int dark = 300)
   return false;
 }
 
-TEST(ImageTest, FailsWhereTrackingIsLostForLongOrThreeTimesAlthoughTheImagesAreGood) {
+TEST(ImageTest, FailsIfTrackingIsLostForLongOrThreeTimesDespiteGoodImages) {
   EXPECT_FALSE(fails_after({{100, 115}}));
   EXPECT_TRUE(fails_after({{100, 140}}));
   EXPECT_FALSE(fails_after({{100, 103}, {200, 203}}));  // each time, the map was found again
@@ -294,7 +295,7 @@ TEST(ImageTest, FailsWhereTrackingIsLostForLongOrThreeTimesAlthoughTheImagesAreG
   EXPECT_FALSE(fails_after({{100, 290}}, 90));  // the loss started with a bad image
 }
 
-TEST(SensorMonitor, NamesGyroBeforeImagesBeforeLegOdometryBeforeThePlanThatIsComparedWithIt) {
+TEST(SensorMonitor, NamesGyroThenImagesThenLegOdometryThenThePlanComparedWithIt) {
   SensorMonitor monitor = monitor_after(kPlanScale, 0.09, 0.01);
   monitor.add(evidence(kLegScale, 0.11, 0.001), 0);
   EXPECT_THAT(monitor.suspect().value(), HasSubstr("inconsistent: leg odometry"));

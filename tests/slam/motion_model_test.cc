@@ -34,7 +34,7 @@ TEST(MotionModel, MovesTheReferenceStateAsPublished) {
   EXPECT_EQ((p.x.segment<6>(kVelocity)), (reference_state().segment<6>(kVelocity)));
 }
 
-TEST(MotionModel, VelocityAndRateAfterwardsAreTheMeansOverTheInterval) {
+TEST(MotionModel, FinalVelocityAndRateAreTheMeansOverTheInterval) {
   const RobotVector x = reference_state();
   const RobotVector y =
       predict_motion(x, kFrame, VelocityIncrement{{0.1, 0.2, 0.3}, kFrame, 0.01}, paper()).x;
@@ -56,7 +56,7 @@ TEST(MotionModel, IsDrivenByTheGyroWithoutItsBias) {
   EXPECT_NEAR(std::sqrt(p.Q(kRate, kRate)), 0.005, 1e-12);
 }
 
-TEST(MotionModel, NoiseIsThatOfTheImpulsesThroughTheirDerivatives) {
+TEST(MotionModel, NoiseIsThatOfTheImpulsesPropagatedByTheirDerivatives) {
   for (const double turning : {1.0, 0.0}) {
     RobotVector x = generic_state();
     x.segment<3>(kRate) *= turning;
@@ -105,11 +105,11 @@ TEST(MotionModel, SwayingIsStationaryWithTheStandardDeviationOfTheOptions) {
   EXPECT_NEAR(std::sqrt(P(0, 0)), 0.03, 0.1 * 0.03);
   EXPECT_NEAR(std::sqrt(P(1, 1)), 0.03 / omega, 0.15 * 0.03 / omega);
   const Eigen::Matrix2d later = F * P * F.transpose() + Q;
-  EXPECT_LT((later - P).norm(), 1e-9 * P.norm());  // no part of it grows with time
+  EXPECT_LT((later - P).norm(), 1e-9 * P.norm());  // no part of P grows with time
   EXPECT_LT((sway_sigma(options.plan_velocity) - Eigen::Vector3d(0.03, 0.0045, 0.018)).norm(), 1e-17);
 }
 
-TEST(MotionModel, BiasesWalkAndLastingErrorsDecayToTheVarianceOfTheOptionsWhateverTheStep) {
+TEST(MotionModel, BiasesWalkAndLastingErrorsReachTheVarianceOfTheOptionsWhateverTheStep) {
   Options options;
   options.plan_velocity.sigma_stride = options.plan_velocity.sigma_sway_scale = 0.05;
   options.height = {true, 1, 0.05, 30};
@@ -153,7 +153,8 @@ TEST(InitialState, IsAtRestAtTheGivenPoseWithTheStandardDeviationsOfTheOptions) 
   EXPECT_NEAR(P.trace(), 3 * 0.2 * 0.2 / 4, 1e-15);  // |∂q/∂θ| = 1/2 about each axis
 }
 
-/// For truth and noise drawn from the filter's models: errors and innovations match their covariances.
+/// Truth and noise are drawn from the filter's own models, so errors and innovations must match their
+/// covariances.
 Options options_of_the_test() {
   Options options;
   options.start.sigma_position_m = options.start.sigma_orientation_rad = 0.01;
@@ -161,7 +162,7 @@ Options options_of_the_test() {
   options.gyro.sigma_bias_rad_s = 0;
   options.plan_velocity.sigma_sway_m_s = options.plan_velocity.sigma_stride = 0;
   options.plan_velocity.pivots_on_foot = false;
-  options.leg_odometry.sigma_position_m = 0.003;  // 0.13 m/s of a frame
+  options.leg_odometry.sigma_position_m = 0.003;  // 0.13 m/s in a frame
   return options;
 }
 
@@ -259,7 +260,7 @@ void expect_chi_square(const std::vector<double>& values, double dof, double lin
               3.29 * std::sqrt(2 * dof / n) + linearization * dof);
 }
 
-TEST(Consistency, OverTwoHundredRunsErrorsAndInnovationsMatchTheirCovariances) {
+TEST(Consistency, ErrorsAndInnovationsMatchTheirCovariancesOverTwoHundredRuns) {
   std::vector<double> nees, gyro, velocity, vision;
   double rows = 0;
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {

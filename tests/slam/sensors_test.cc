@@ -9,7 +9,7 @@ using std::chrono::milliseconds;
 
 const Eigen::Vector3d kRateVector(0.3, -0.7, 1.1), kZero(0, 0, 0);
 
-/// Readings of 5 ms from `from` to `to`, each of the given value, added to others.
+/// Readings of 5 ms between `from_ms` and `to_ms`, each with the given value, appended to others.
 std::vector<InertialSample> readings(int from_ms, int to_ms, const Eigen::Vector3d& value,
                                      std::vector<InertialSample> samples = {}) {
   for (milliseconds t(from_ms); t < milliseconds(to_ms); t += milliseconds(5))
@@ -22,7 +22,7 @@ std::optional<MeanRate> rate_of(const std::vector<InertialSample>& samples, int 
   return mean_rate({milliseconds(from_ms), milliseconds(to_ms), samples, {}}, options);
 }
 
-TEST(Gyro, ReadingsOutsideTheIntervalAreLeftOutAndStraddlingOnesCut) {
+TEST(Gyro, ReadingsOutsideTheIntervalAreLeftOutAndStraddlingOnesAreCut) {
   const auto samples = readings(50, 60, {9, 9, 9}, readings(10, 50, kRateVector, readings(0, 10, {9, 9, 9})));
   const auto rate = rate_of(samples, 13, 46);
   ASSERT_TRUE(rate);
@@ -30,7 +30,7 @@ TEST(Gyro, ReadingsOutsideTheIntervalAreLeftOutAndStraddlingOnesCut) {
   EXPECT_NEAR(rate->sigma_rad_s, 0.01 * std::sqrt(0.005 / 0.033), 1e-12);
 }
 
-TEST(Gyro, AGapAddsWhatTheRateMayHaveChangedMeanwhileAndMoreThanHalfLeavesNothing) {
+TEST(Gyro, AGapAddsThePossibleChangeOfRateAndMoreThanHalfGivesNothing) {
   EXPECT_FALSE(rate_of({}, 0, 40));
   EXPECT_FALSE(rate_of(readings(0, 15, kRateVector), 0, 40));
   const auto full = rate_of(readings(0, 40, kRateVector), 0, 40),
@@ -39,7 +39,7 @@ TEST(Gyro, AGapAddsWhatTheRateMayHaveChangedMeanwhileAndMoreThanHalfLeavesNothin
   EXPECT_GT(half->sigma_rad_s, 5 * full->sigma_rad_s);
 }
 
-TEST(Gyro, TheLastReadingAloneIsTheRateAtTheFrame) {
+TEST(Gyro, OnlyTheLastReadingIsTheRateAtTheFrame) {
   Options options;
   options.gyro.readings = GyroReadings::last;
   const auto rate = rate_of(readings(25, 30, 2 * kRateVector, readings(0, 25, kRateVector)), 0, 30, options);
@@ -73,7 +73,7 @@ Eigen::Isometry3d X_WC(const synthetic::Recording& recording, Stamp t) {
   return recording.walk().X_WC(seconds(t)) * nodding(t);
 }
 
-TEST(Gyro, TurnsTheNoddingCameraOfAWalkExactlyAsItTurned) {
+TEST(Gyro, RotatesTheNoddingCameraOfAWalkExactlyAsItTurned) {
   const synthetic::Recording recording(noise_free());
   for (const int frame : {40, 100, 301}) {
     const InertialInterval whole = interval(recording, frame);
@@ -87,7 +87,7 @@ TEST(Gyro, TurnsTheNoddingCameraOfAWalkExactlyAsItTurned) {
   }
 }
 
-TEST(Accelerometer, IncrementIsTheChangeOfTheCamerasMeanVelocityAndAbsentWhenReadingsAreMissing) {
+TEST(Accelerometer, IncrementIsTheChangeOfTheCamerasMeanVelocityAndIsAbsentIfReadingsAreMissing) {
   const synthetic::Recording recording(noise_free());
   for (int frame = 60; frame < 140; frame += 7) {
     const InertialInterval earlier = interval(recording, frame);
@@ -133,13 +133,13 @@ TEST(Plan, VelocityInTheRobotsAxesDoesNotDependOnTheHeading) {
   EXPECT_GT((innovation(x, kPlanned, world) - innovation(turned, kPlanned, world)).norm(), 0.1);
 }
 
-/// The camera pose after t of a body that stands by its plan but tilts about its foot.
+/// The pose, after t, of the camera of a body that stands as planned but tilts about its foot.
 Eigen::Isometry3d tilted(const Eigen::Vector3d& w_W, const Eigen::Vector3d& foot_W, double t) {
   return Eigen::Translation3d(foot_W) * pose(w_W.norm() * t, w_W, kZero) * Eigen::Translation3d(-foot_W) *
          pose(0.7, {1, -1, 2}, {0.3, 0.1, 1.4});
 }
 
-TEST(Plan, ABodyTiltingAboutItsFootMovesItsCameraAsTheModelSaysButForItsHeight) {
+TEST(Plan, ABodyTiltingAboutItsFootMovesItsCameraAsModeledExceptInHeight) {
   const Eigen::Vector3d w_W(0.2, -0.1, 0.05), foot_W(0.2, -0.1, 0);
   const Eigen::Isometry3d now = tilted(w_W, foot_W, 0), later = tilted(w_W, foot_W, 1e-6),
                           earlier = tilted(w_W, foot_W, -1e-6);
@@ -155,13 +155,13 @@ TEST(Plan, ABodyTiltingAboutItsFootMovesItsCameraAsTheModelSaysButForItsHeight) 
   EXPECT_GT(innovation(x, standing, plan_options(VelocityAxes::robot, false)).norm(), 0.2);
 }
 
-TEST(Plan, StridesTooLongAndTurnedAndSwayingChangeThePlannedVelocity) {
+TEST(Plan, StrideLengthStrideAngleAndSwayErrorsChangeThePlannedVelocity) {
   RobotVector x = RobotVector::Zero();
   x.segment<4>(kOrientation) = generic_state().segment<4>(kOrientation);
   x.segment<2>(kStrideError) << 0.02, 0.05;
   const Eigen::Vector3d sway_C(-0.01, 0.02, 0.04), planned_C(0.2, 0.03, -0.1);
   x.segment<3>(kSwayVelocity) = sway_C;
-  // 2 % of it, and 0.05 of it turned aside
+  // 2 % of it, and 0.05 of it turned to the side.
   const Eigen::Vector3d true_C = planned_C - sway_C - Eigen::Vector3d(0.004 + 0.005, 0, -0.002 + 0.01);
   const Eigen::Matrix3d R_WC = rotation_matrix(x.segment<4>(kOrientation));
   x.segment<3>(kVelocity) = R_WC * true_C;
@@ -187,7 +187,7 @@ PlannedInterval moved(const Observation& before, const Observation& now, const O
   return history.advance(now, 0.1, options).value();
 }
 
-TEST(PlanHistory, GivesTheMeanVelocityBetweenTwoFramesInARowThatHaveAPlan) {
+TEST(PlanHistory, GivesTheMeanVelocityBetweenTwoConsecutiveFramesWithAPlan) {
   Options along_robot, along_plan;
   along_plan.plan_velocity.axes = VelocityAxes::plan;
   Observation before, now;
@@ -237,7 +237,7 @@ TEST(PlanHistory, LegOdometryReplacesThePlanIfItIsGivenAlongTheRobotsAxes) {
   EXPECT_GT(alone.legs->steady_C.z(), 0);
 }
 
-TEST(PlanHistory, ACommandIsFollowedWithALagAndOnlyWithoutPlanAndLegOdometry) {
+TEST(PlanHistory, ACommandIsFollowedWithALagAndOnlyWithoutAPlanOrLegOdometry) {
   PlanHistory history;
   Options options, disabled;
   disabled.command.enabled = false;
@@ -253,7 +253,9 @@ TEST(PlanHistory, ACommandIsFollowedWithALagAndOnlyWithoutPlanAndLegOdometry) {
   EXPECT_FALSE(history.advance(now, 0.1, options)->command);
 }
 
-/// A robot that walks along y of the plan's world, a step of 0.1 m in each of eight frames, with plan and
+/// A robot that walks along y of the plan's world with a step of 0.1 m in every eight frames. Plan and
+/// odometry are in worlds that are turned relative to each other. sways_m: sideways, alternately to each
+/// side.
 /// odometry in worlds that are turned against each other. sways_m: sideways, to each side in turn.
 std::vector<Observation> stepping(double scale, double sways_m = 0) {
   Eigen::Isometry3d X_PC = Eigen::Isometry3d::Identity();
@@ -278,7 +280,7 @@ std::vector<SystematicEvidence> evidence(const std::vector<Observation>& frames)
   return all;
 }
 
-TEST(PlanHistory, EveryTwoStepsLegOdometryTellsTheScaleOfThePlan) {
+TEST(PlanHistory, LegOdometryRevealsTheScaleOfThePlanEveryTwoSteps) {
   for (const double sways_m : {0.0, 0.03}) {
     const auto all = evidence(stepping(1.1, sways_m));
     for (const std::size_t k : {0U, 1U, 3U, 5U}) EXPECT_EQ(all[k].information, 0) << k;  // a landing starts
@@ -290,7 +292,7 @@ TEST(PlanHistory, EveryTwoStepsLegOdometryTellsTheScaleOfThePlan) {
   }
 }
 
-TEST(PlanHistory, TwoStepsUnlikeThoseBeforeTellLittleOfTheScale) {
+TEST(PlanHistory, TwoStepsUnlikeThoseBeforeRevealLittleAboutTheScale) {
   std::vector<Observation> frames = stepping(1);
   const Eigen::Isometry3d X_OP = frames[0].legs->X_OC * frames[0].plan->X_PC.inverse();
   for (std::size_t k = 4; k < frames.size(); ++k) {
@@ -302,7 +304,7 @@ TEST(PlanHistory, TwoStepsUnlikeThoseBeforeTellLittleOfTheScale) {
   EXPECT_NEAR(all[6].information, 0.6 * 0.6 / (0.005 * 0.005), 1e-6);
 }
 
-TEST(PlanHistory, TwoStepsStartAnewWhileThePlanStandsAndWithoutLegOdometry) {
+TEST(PlanHistory, TheComparisonRestartsWhileThePlanStandsOrLegOdometryIsMissing) {
   auto without_legs = stepping(1), standing = stepping(1);
   without_legs[2].legs.reset();
   standing[2].plan->X_PC = standing[1].plan->X_PC;
@@ -312,7 +314,7 @@ TEST(PlanHistory, TwoStepsStartAnewWhileThePlanStandsAndWithoutLegOdometry) {
   }
 }
 
-TEST(PlanHistory, LegOdometryIsLessCertainWhileTheRobotTurnsOtherwiseThanItsLegs) {
+TEST(PlanHistory, LegOdometryIsLessCertainWhileTheRobotTurnsDifferentlyFromItsLegs) {
   Options options;
   options.leg_odometry.sigma_m_s = 0.03, options.leg_odometry.sigma_pivot_m = 0.1;
   PlanHistory history;
@@ -326,7 +328,7 @@ TEST(PlanHistory, LegOdometryIsLessCertainWhileTheRobotTurnsOtherwiseThanItsLegs
   EXPECT_NEAR(measure_velocity(x, *interval.plan, {}).R(1, 1), 0.02 * 0.02, 1e-12) << "not the plan";
 }
 
-TEST(PlanHistory, TheSteadyVelocityIsKnownAfterTheTimeOfTwoSteps) {
+TEST(PlanHistory, TheSteadyVelocityIsKnownAfterTwoSteps) {
   PlanHistory history;
   Observation now;
   now.plan.emplace();
@@ -338,7 +340,7 @@ TEST(PlanHistory, TheSteadyVelocityIsKnownAfterTheTimeOfTwoSteps) {
   }
 }
 
-TEST(PlanHistory, ASwayingWalksSteadyVelocityIsItsMean) {
+TEST(PlanHistory, TheSteadyVelocityOfASwayingWalkIsItsMean) {
   PlanHistory history;
   Observation now;
   now.plan.emplace();

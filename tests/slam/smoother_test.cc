@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kSteps = 7;
 
-/// A step with changes of all kinds, the same for every filter that has had the same ones before.
+/// A step with all kinds of changes. It is the same for all filters that have taken the same steps before.
 void step(int k, Kalman& kalman) {
   Normal normal(100 + static_cast<std::uint64_t>(k));
   const RobotMatrix F = RobotMatrix::Identity() + 0.1 * random_matrix(kRobot, kRobot, normal);
@@ -34,7 +34,7 @@ void step(int k, Kalman& kalman) {
 
 constexpr std::array kCopied{0, 1, 3, 4, 5, 6};  // of the pose: x, y, orientation
 
-/// The pose after a step (z is 0) as a copy in the state has it at the end, which all later measurements
+/// The pose after a step (z is 0), taken at the end from a copy in the state, which all later measurements
 /// update.
 Eigen::Isometry3d pose_of_copy(int after, Kalman kalman) {
   for (int k = 0; k <= after; ++k) step(k, kalman);
@@ -49,7 +49,7 @@ Eigen::Isometry3d pose_of_copy(int after, Kalman kalman) {
   return state.X_WC();
 }
 
-TEST(Smoother, APoseIsThatOfACopyInTheStateThatAllLaterMeasurementsUpdate) {
+TEST(Smoother, APoseEqualsACopyInTheStateThatAllLaterMeasurementsUpdate) {
   Normal normal(3);
   const Kalman start = random_filter(4, false, normal);
   Kalman kalman = start;
@@ -72,7 +72,7 @@ TEST(Smoother, APoseIsThatOfACopyInTheStateThatAllLaterMeasurementsUpdate) {
   }
 }
 
-TEST(Smoother, GivesNothingIfItsFileCannotBeWritten) {
+TEST(Smoother, ReturnsNothingIfItsFileCannotBeWritten) {
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
   const rlimit none{0, before.rlim_max};

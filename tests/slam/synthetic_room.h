@@ -23,7 +23,7 @@ class Normal {
 class Room {
  public:
   Room();
-  /// The view of a camera at X_WC, 8-bit gray, side x side rays a pixel.
+  /// The view of a camera at X_WC in 8-bit gray, with side x side rays per pixel.
   cv::Mat render(const Camera& camera, const Eigen::Isometry3d& X_WC, int side) const;
   /// The first intersection of the ray from `origin` along `direction` with a surface.
   Eigen::Vector3d hit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
@@ -47,10 +47,10 @@ class Room {
 /// A walk along a circle, always looking along its tangent, and what the sensors measure of it.
 struct Walk {
   double radius_m = 0.75, duration_s = 28, stand_s = 0.5;
-  double turns = 1;  ///< of the circle, walked in duration_s
+  double turns = 1;  ///< rounds of the circle, walked in duration_s
   double sway_m = 0.03, bounce_m = 0.01, step_s = 0.8;
   double slip = 0.03;        ///< the plan walks this much further than the robot
-  double yaw_error = 0.042;  ///< and turns this much further
+  double yaw_error = 0.042;  ///< the plan turns this much further
   double gyro_sigma_rad_s = 0.01, accelerometer_sigma_m_s2 = 0.05, image_sigma = 2;
   double rate_hz = 30;
 
@@ -60,7 +60,7 @@ struct Walk {
   Eigen::Isometry3d X_WC(double t_s) const;
 };
 
-/// The default camera, and chest sensors that are turned and below it.
+/// The default camera, and chest sensors that are rotated and below it.
 Calibration calibration();
 
 /// The images of a walk without noise.
@@ -69,7 +69,7 @@ std::vector<cv::Mat> render(const Room& room, const Walk& walk, int side = 1);
 /// The frames of a walk: images (rendered once), and the noisy observations.
 class Recording {
  public:
-  /// images: as rendered, or none.
+  /// images: rendered before, or none.
   explicit Recording(const Walk& walk, std::vector<cv::Mat> images = {});
   Observation observation(int frame) const;
   const Walk& walk() const { return walk_; }
@@ -82,7 +82,7 @@ class Recording {
   std::vector<Eigen::Isometry3d> plan_;
 };
 
-/// The rendered recording of a walk of that duration along a part of the circle.
+/// The rendered recording of a walk with that duration along a part of the circle.
 Recording recorded(double duration_s, double turns, double rate_hz = 30);
 
 }  // namespace slam::synthetic

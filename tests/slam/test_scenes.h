@@ -1,4 +1,4 @@
-// Shared by tests: images of known content, camera poses, and random states, covariances and measurements.
+// Shared by tests: images with known content, camera poses, and random states, covariances and measurements.
 #pragma once
 
 #include "slam/kalman.h"
@@ -22,7 +22,7 @@ Eigen::MatrixXd numerical_jacobian(const Function& f, const Eigen::VectorXd& x, 
   return J;
 }
 
-/// Smooth noise of a known function, which can be drawn with sub-pixel shifts.
+/// Smooth noise from a known function, which can be drawn with sub-pixel shifts.
 inline cv::Mat pattern(double dx, double dy) {
   cv::Mat image(120, 160, CV_8UC1);
   for (int v = 0; v < image.rows; ++v)
@@ -50,7 +50,7 @@ inline Eigen::Isometry3d camera_pose(const RobotVector& x) {
   return X_WC;
 }
 
-/// A state without any zero.
+/// A state in which no parameter is zero.
 inline RobotVector generic_state() {
   RobotVector x = RobotVector::LinSpaced(-0.4, 0.9);
   x.segment<4>(kOrientation) = Eigen::Vector4d(0.9, 0.1, -0.2, 0.3).normalized();
@@ -61,13 +61,14 @@ inline Eigen::Isometry3d pose(double angle, const Eigen::Vector3d& axis, const E
   return Eigen::Translation3d(at) * Eigen::Isometry3d(Eigen::AngleAxisd(angle, axis.normalized()));
 }
 
-/// The camera of the EuRoC flying robot, and one behind a fisheye of the same field as the default camera.
+/// The camera of the EuRoC flying robot, and one behind a fisheye lens with the same field of view as the
+/// default camera.
 inline const RadialTangential kEurocLens{-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05};
 inline const CameraIntrinsics kBrown{752, 480, 458.654, 457.296, 367.215, 248.375, kEurocLens};
 inline const Equidistant kFisheyeLens{-0.0027, 0.0019, -0.0016, 0.0002};
 inline const CameraIntrinsics kFisheye{512, 512, 191, 191, 255, 257, kFisheyeLens};
 
-/// Blocks of `side` px of random gray: corners everywhere.
+/// Blocks of `side` px in random grays: corners everywhere.
 inline cv::Mat random_blocks(int columns, int side, std::uint64_t seed) {
   cv::Mat image(240, columns, CV_8UC1);
   std::mt19937_64 random(seed);
@@ -106,7 +107,7 @@ inline LandmarkInitialization random_landmark(Normal& normal) {
   return {random_matrix(6, 1, normal), random_matrix(6, kRobot, normal), 0.01 * A * A.transpose()};
 }
 
-/// A robot and `landmarks` landmarks of 6 parameters, all correlated.
+/// A robot and `landmarks` landmarks with 6 parameters each, all correlated.
 inline Kalman random_filter(int landmarks, bool constrained, Normal& normal) {
   const RobotVector x = random_mean(normal);
   Kalman kalman({x, random_covariance(normal)}, constrained);
@@ -132,8 +133,8 @@ inline Eigen::MatrixXd dense_H(const Measurement& m, int size) {
   return H;
 }
 
-/// Three measurements stacked densely: of the robot, of a landmark with a match bias and of the robot again.
-/// Two parameters of another landmark serve as the bias.
+/// Three measurements stacked densely: one of the robot, one of a landmark with a match bias, and another of
+/// the robot. Two parameters of another landmark serve as the bias.
 struct DenseStack {
   DenseStack(const State& state, Normal& normal)
       : measurements{random_measurement(3, 0, 0.1, normal), random_measurement(2, kRobot + 6, 0.3, normal),

@@ -1,5 +1,6 @@
 // Runs, replays and recordings through the program: the same bytes for any number of processes and from the
 // cache of recordings; output as text, as one JSON document, or none; and a filter that cannot see.
+// cache of recordings; output as text, as one JSON document, or none; and a filter that cannot see.
 #include "tests/tools/command_line.h"
 
 namespace tests {
@@ -19,7 +20,7 @@ class BatchTest : public CommandLine {
     EXPECT_THAT(differences(folder_ / a, folder_ / b, without), IsEmpty()) << a << " and " << b;
   }
 
-  /// The JSON document that a command prints, after a check against its schema.
+  /// The JSON document that a command prints, checked against its schema.
   json document_of(const std::string& arguments, const std::string& schema) const {
     const Ran ran = gaitslam(arguments).ends(0);
     EXPECT_EQ(ran.complaints(), "");
@@ -29,8 +30,8 @@ class BatchTest : public CommandLine {
   }
 };
 
-// With image effects: several pictures a frame.
-TEST_F(BatchTest, TheNumberOfJobsChangesNoByteAndASeedOfABatchIsThatSeedRunAlone) {
+// With image effects, so that each frame takes several pictures.
+TEST_F(BatchTest, TheNumberOfJobsChangesNoByteAndASeedInABatchEqualsThatSeedRunAlone) {
   const std::string run =
       "run walk.yaml camera.exposure_s=0.01 camera.readout_s=0.02 camera.subframes=2 "
       "world.lights_off.from_s=0.3 world.lights_off.duration_s=0.3 ";
@@ -43,7 +44,7 @@ TEST_F(BatchTest, TheNumberOfJobsChangesNoByteAndASeedOfABatchIsThatSeedRunAlone
   EXPECT_GT(fs::file_size(folder_ / "one/summary.json"), 0u);
 }
 
-TEST_F(BatchTest, ReplayOfAResultGivesItsBytesAndTakesAnotherScenarioOfTheSameWalk) {
+TEST_F(BatchTest, AReplayGivesTheSameBytesAndAcceptsAnotherScenarioOfTheSameWalk) {
   short_walks("results/walk");
   const std::string replay = "replay results/walk/seed-1 --out ";
   ok(replay + "again");
@@ -69,7 +70,7 @@ TEST_F(BatchTest, RunsWhereTheBatchIsTheFirstProcess) {
       .ends(0);
 }
 
-TEST_F(BatchTest, RunsFromTheCacheHaveTheBytesOfARunAndShareARecordingOverSensorErrorsAndFilters) {
+TEST_F(BatchTest, CachedRunsHaveTheSameBytesAndShareARecordingAcrossSensorErrorsAndFilters) {
   const std::string run =
                         "run stand.yaml errors.gyro.sigma_rad_s=0.05 errors.accelerometer.sigma_m_s2=0.5 "
                         "slam.vision.sigma_px=3 --out ",
@@ -94,7 +95,7 @@ TEST_F(BatchTest, RunsFromTheCacheHaveTheBytesOfARunAndShareARecordingOverSensor
   EXPECT_THAT(text_of("fell/seed-1/about.json"), Has("fell"));
 }
 
-TEST_F(BatchTest, SeedsAreRecordedInProcessesAndOnlyWhereTheyAreMissing) {
+TEST_F(BatchTest, SeedsAreRecordedInParallelAndOnlyIfMissing) {
   EXPECT_THAT(ok("record stand.yaml --seeds 1,2 --jobs 2"), Has("seed 2: recorded, completed"));
   EXPECT_THAT(ok("record stand.yaml --seeds 1..3"), Has("seed 1: was in the cache", "seed 3: recorded"));
   ok("run stand.yaml --seeds 1..3 --cached --jobs 2");
@@ -121,7 +122,7 @@ TEST_F(BatchTest, ATuningMakesItsRecordingsAndLeavesAnOverlayAndAReportUnlessItI
   write_spec("spec.yaml", "slam.vision.sigma_px: {from: 0.1, to: 30, start: 20}", "");
   const Ran first = gaitslam("tune spec.yaml --out first --jobs 2").ends(0);
   EXPECT_THAT(first.out,
-              Has("8 settings tried on 2 training runs, 0 of 16 trials failed", "in the mean of 6 pairs"));
+              Has("8 settings tried on 2 training runs, 0 of 16 trials failed", "on average over 6 pairs"));
   EXPECT_THAT(text_of("first/tune.json"), Has("\"steps/seed-2\""));
   EXPECT_THAT(text_of("first/report.html"), Has("The search", "pose_nll on hold-out: better, changes by"));
   EXPECT_THAT(ok("config steps.yaml --with first/best.yaml"), Has("best.yaml:3"));
@@ -139,7 +140,7 @@ TEST_F(BatchTest, ATuningMakesItsRecordingsAndLeavesAnOverlayAndAReportUnlessItI
   EXPECT_EQ(text_of("worse/earlier-1/best.yaml"), "mine");
 }
 
-TEST_F(BatchTest, JsonIsOneDocumentAndFilesAreAsTheirSchemasSay) {
+TEST_F(BatchTest, JsonIsOneDocumentAndFilesFollowTheirSchemas) {
   const json run = document_of("run walk.yaml --out r --json", "outcome");
   EXPECT_EQ(run["folder"], "r/seed-1");
   EXPECT_EQ(run["ending"], "completed");
@@ -157,7 +158,7 @@ TEST_F(BatchTest, JsonIsOneDocumentAndFilesAreAsTheirSchemasSay) {
   EXPECT_NE(checked("score", "wrong.json").exit_code, 0);
 }
 
-TEST_F(BatchTest, QuietLeavesTheExitCode) {
+TEST_F(BatchTest, QuietKeepsTheExitCode) {
   write("strict.yaml", "base: walk.yaml\nlimits: {rmse_m: {at_most: 0}}\n");
   for (const auto& [arguments, exit_code] : {std::pair{"run walk.yaml --out r -q", 0},
                                              {"replay r/seed-1 --quiet", 0},

@@ -1,8 +1,8 @@
-// Headless Chromium for scripts that use a page as a reader does. Only 127.0.0.1 can be reached.
+// Headless Chromium for scripts that use a page as a reader would. Only 127.0.0.1 can be reached.
 const {spawn} = require('child_process');
 const fs = require('fs');
 
-// Commands go through a pipe: JSON messages, each with a zero byte at its end.
+// Commands go through a pipe as JSON messages, each ending with a zero byte.
 class Browser {
   constructor(profile) {
     this.process = spawn('chromium', ['--headless', '--no-sandbox', `--user-data-dir=${profile}`, '--use-angle=swiftshader',
@@ -24,7 +24,7 @@ class Browser {
     if (id) this.waiting.get(id)?.(answer);
     if (method === 'Runtime.consoleAPICalled') this.said.push(`${params.type}: ${params.args.map((a) => a.value ?? a.description).join(' ')}`);
     if (method === 'Runtime.exceptionThrown') this.said.push(params.exceptionDetails.exception?.description ?? params.exceptionDetails.text);
-    // Warnings about Chromium's software renderer are not the page's.
+    // Warnings about Chromium's software renderer do not come from the page.
     if (method === 'Log.entryAdded' && params.entry.level !== 'info' && !params.entry.text.includes('GPU stall')) this.said.push(params.entry.text);
   }
 

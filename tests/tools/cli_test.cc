@@ -25,7 +25,7 @@ TEST_F(Cli, HelpOfTheProgramAndOfEachCommandHasExamples) {
               Has("slam.gyro.sigma_rad_s\n    assumed standard deviation", "ate_se3_rmse_m"));
 }
 
-// 120 libraries and a compiler cost each process 90 ms.
+// Loading 120 libraries and a compiler would cost each process 90 ms.
 TEST_F(Cli, CodecsAndOpenGLAreNotLoadedBeforeTheyAreNeeded) {
   const std::string loaded = shell("LD_TRACE_LOADED_OBJECTS=1 " GAITSLAM_PROGRAM).out;
   ASSERT_THAT(loaded, Has("libopencv_core"));
@@ -33,7 +33,7 @@ TEST_F(Cli, CodecsAndOpenGLAreNotLoadedBeforeTheyAreNeeded) {
     EXPECT_THAT(loaded, Lacks(library));
 }
 
-// In a tree with stand-ins for both programs.
+// In a source tree with stand-ins for both programs.
 TEST_F(Cli, TheLauncherBuildsTheRunnerForItsCommandsAndTheWholeProgramForTheRestAndTheView) {
   write("tools/gaitslam", sim::files::read_text(kSources + "/tools/gaitslam"));
   for (const char* source : {"CMakeLists.txt", "CMakePresets.json", "walking/x", "slam/x", "sim/x"})
@@ -56,17 +56,16 @@ TEST_F(Cli, TheLauncherBuildsTheRunnerForItsCommandsAndTheWholeProgramForTheRest
   EXPECT_EQ(shell("tools/gaitslam run x 'walk.controller={program: [tools/gaitslam, walker]}'").out,
             "whole\n");
   write("sim/x", "edited");
-  EXPECT_THAT(shell("tools/gaitslam walker").ends(2).err,
-              Has("run this first: tools/gaitslam walker --help"));
+  EXPECT_THAT(shell("tools/gaitslam walker").ends(2).err, Has("first run: tools/gaitslam walker --help"));
 }
 
-TEST_F(Cli, WrongInputIsNamedByEachCommand) {
+TEST_F(Cli, EachCommandReportsWrongInput) {
   const std::string stand = "walk: {commands: [{stand: {duration_s: 1}}]}\n";
   write("kitchen.yaml", stand + "world:\n  room: kitchen\n");
   write("near.yaml", stand + "world: {room: ofice}\n");
   write("stand.yaml", stand + "world: {room: office}\n");
   write("far.yaml", "walk: {commands: [{steps: [{forward_m: 0.9, left_m: 0.19}]}]}\n");
-  write("control.yaml", R"("a\x9BK\u202Ez": 1)");  // starts a terminal command and turns the writing around
+  write("control.yaml", R"("a\x9BK\u202Ez": 1)");  // starts a terminal command and reverses the text
   write("result/scenario.yaml", gaitslam("config '" + kCircle + "' --yaml").out);
   write("empty/x", "");
   write("old/scenario.yaml", "slam: {plan_orientation: {enabled: true}}\n");
@@ -78,7 +77,7 @@ TEST_F(Cli, WrongInputIsNamedByEachCommand) {
        {"rnu x.yaml", "unknown command 'rnu', expected one of run, record, "},
        {"rnu x.yaml", "; did you mean 'run'?"},
        {"check", "scenarios is required"},
-       {"config", "config: expected a scenario's YAML file, or --keys"},
+       {"config", "config: no scenario given, expected a YAML file or --keys"},
        {"run '" + kCircle + "' --sedes 1..3", "--sedes; did you mean '--seeds'?"},
        {"report x --ouf=y", "; did you mean '--out'?"},
        {config + "--frobnicate", " --frobnicate (gaitslam --help)\n"},
@@ -86,24 +85,24 @@ TEST_F(Cli, WrongInputIsNamedByEachCommand) {
        {"check near.yaml", "; did you mean 'office'?"},
        {"check stand.yaml world.room=kitchen", "world.room: is 'kitchen'"},
        {"check stand.yaml world.robot=./none", "/none has no robot.yaml; 'gaitslam robot init' writes one"},
-       {"check world.seed=3", "check: names no scenario, expected a YAML file"},
+       {"check world.seed=3", "check: no scenario given, expected a YAML file"},
        {"check far.yaml", "walk.commands[0]: at"},
        {"check control.yaml", "a?K?z"},
        {"replay no-such-folder", "no-such-folder: no such result folder"},
-       {"replay empty", "empty: expected a result folder (with scenario.yaml and recording/)"},
+       {"replay empty", "empty: is no result, expected a folder with scenario.yaml and recording/"},
        {"replay old", "slam.plan_orientation: unknown key"},
-       {"replay old", "; revision 0a1b2c of gaitslam wrote this result, this is "},
-       {"replay result walk.step_length_m=0.1", "walk.step_length_m: shapes the recording"},
+       {"replay old", "; gaitslam revision 0a1b2c wrote this result, this is "},
+       {"replay result walk.step_length_m=0.1", "walk.step_length_m: affects the recording"},
        {"check pipe/scenario.yaml", "is not a regular file, expected one"},
        {"view pipe", "is not a regular file, expected one"},
        {"run x.yaml --control", "--control requires --view"},
        {"replay result --port 8000", "--port requires --view"},
        {"run x.yaml --token abc", "--token requires --view"},
-       {"score empty empty --all-pairs", "need -d or -u"},
+       {"score empty empty --all-pairs", "expected -d or -u"},
        {"leaderboard empty --table none/t.csv",
-        "--table none/t.csv: the folder none does not exist; create it first, or name another file"},
-       {"report result", "--out: missing"},
-       {"report result --table t.xls", "--table t.xls: expected a name that ends in .csv, .md or .tex"},
+        "--table none/t.csv: the folder none does not exist; create it first, or choose another file"},
+       {"report result", "--out: is missing"},
+       {"report result --table t.xls", "--table t.xls: expected a name ending in .csv, .md or .tex"},
        {"report result --out none/r.html", "--out none/r.html: the folder none does not exist"},
        {"leaderboard empty --metric rmse", "did you mean 'rmse_m'?"},
        {"report result --force --out pipe/score.json", "cannot be written: it is not a regular file"},
@@ -119,7 +118,7 @@ TEST_F(Cli, AFullDiskIsAnError) {
 
 #if GAITSLAM_HAS_WORLD
 // A limit of 64 KB for each file stands for the full disk.
-TEST_F(Cli, AFullDiskHasAnExitCodeOfItsOwnAlsoInProcessesThatACommandStarts) {
+TEST_F(Cli, AFullDiskHasItsOwnExitCodeEvenInProcessesThatACommandStarts) {
   for (const std::string command :
        {"run walk.yaml --out a", "run walk.yaml --seeds 1..2 --out b", "record walk.yaml --seeds 1"}) {
     const Ran ran = shell("ulimit -f 128; " GAITSLAM_PROGRAM " " + command).ends(74);
@@ -128,7 +127,7 @@ TEST_F(Cli, AFullDiskHasAnExitCodeOfItsOwnAlsoInProcessesThatACommandStarts) {
   }
 }
 
-TEST_F(Cli, CheckRejectsWhatARunRejectsAtItsStart) {
+TEST_F(Cli, CheckRejectsWhateverARunRejectsAtItsStart) {
   const std::string light = "<light directional='true' pos='0 0 3' dir='0 0 -1'/>",
                     floor = "<geom name='floor' type='plane' size='9 9 1'/>";
   const auto room = [&](const std::string& name, const std::string& world) {
@@ -151,7 +150,7 @@ TEST_F(Cli, CheckRejectsWhatARunRejectsAtItsStart) {
            {room("spot", "<light pos='0 0 3' dir='0 0 -1'/>" + floor),
             "rooms/spot.xml:1: light directional: is false, expected true"},
            {room("endless", light + "<geom name='floor' type='plane' size='0 0 1'/>"),
-            "rooms/endless.xml:1: geom size: is '0 0 1', expected half lengths above 0"},
+            "rooms/endless.xml:1: geom size: is '0 0 1', expected positive half lengths"},
            {"world: {room: attic}\n",
             "world.room: is 'attic', expected one of floor, hall, office, office_ramp, yard"},
            {"estimator: {program: [./none]}\n", "/none cannot be started: No such file or directory"},
@@ -173,7 +172,7 @@ TEST_F(Cli, ARobotIsCheckedByItsFolderOrItsModelAndItsFirstFileIsNeverOverwritte
   const std::string first = text_of("mine/robot.yaml");
   EXPECT_THAT(first, Has("base: BODY", "# guess"));
   EXPECT_THAT(gaitslam("robot init '" + hrp2 + "/robot.xml' --out mine").ends(2).err,
-              Has("mine/robot.yaml: exists already"));
+              Has("mine/robot.yaml: already exists"));
   EXPECT_EQ(text_of("mine/robot.yaml"), first);
   write("robot.xml", text_of(hrp2 + "/robot.xml"));
   EXPECT_THAT(ok("robot init robot.xml"), Has("./robot.yaml: written", "robot check ."));
@@ -184,7 +183,7 @@ TEST_F(Cli, ARobotIsCheckedByItsFolderOrItsModelAndItsFirstFileIsNeverOverwritte
   EXPECT_EQ(shell("mkdir tmp; TMPDIR=tmp " GAITSLAM_PROGRAM " robot check leg.xml; ls tmp").out, "");
 }
 
-TEST_F(Cli, APlanThroughTheRoomIsRejectedByEachCommandThatWouldWalkIt) {
+TEST_F(Cli, APlanThroughFurnitureIsRejectedByEachCommandThatWouldWalkIt) {
   write("ahead.yaml", "walk:\n  commands:\n    - stand: {duration_s: 1}\n    - straight: {forward_m: 9}\n");
   for (const std::string command : {"check ahead.yaml", "run ahead.yaml", "run ahead.yaml --seeds 1..2",
                                     "record ahead.yaml", "run ahead.yaml --cached"}) {
@@ -204,21 +203,21 @@ TEST_F(Cli, RunRejectsBadOptionsBeforeItSimulates) {
   expect_refused(
       {{"run", "scenario is required"},
        {run + "--seeds 5..1", "--seeds 5..1: '5..1' goes backwards, expected for example 1..5 or 1,2,7"},
-       {run + "--seeds 1..2 seed=3", "--seeds and seed= are both given, expected one of them"},
+       {run + "--seeds 1..2 seed=3", "--seeds: seed= is given as well, expected only one of them"},
        {run + "--seeds 1..2 --jobs 0", "--jobs"},
        {run + "--out /dev/null/x", "/dev/null/x: cannot be written: /dev/null: Not a directory"},
        {run + "--out ''", "--out: is empty"},
        {run + "--out '" + kCircle + "'", "is a file, expected a folder for results"},
-       {run + "--out old", "old: exists already; --force replaces what the command writes there"}});
+       {run + "--out old", "old: already exists; --force replaces what the command writes there"}});
 }
 #else
 TEST_F(Cli, RunWithoutASimulatorSaysSo) {
   expect_refused("run '" + kCircle + "'", "this build has no simulator (GAITSLAM_WORLD=OFF)");
-  EXPECT_THAT(ok("check '" + kCircle + "'"), Has("whether the robot can walk it was not checked"));
+  EXPECT_THAT(ok("check '" + kCircle + "'"), Has("not checked whether the robot can walk it"));
 }
 #endif
 
-// tools/setup.sh with stand-ins for the system's package tools.
+// Runs tools/setup.sh with stand-ins for the system's package tools.
 TEST_F(Cli, MissingPackagesAreInstalledByRootAndOthersGetTheCommand) {
   write("bin/dpkg-query",
         "#!/bin/sh\necho 'installed=g++ installed=cmake not-installed=ninja-build '\nexit 1\n");

@@ -24,12 +24,12 @@ struct Ran {
   int exit_code = -1;
   std::string out, err;
 
-  /// The same, of a command that must end with this exit code.
+  /// The same object, for a command that must end with this exit code.
   Ran ends(int code) const {
     EXPECT_EQ(exit_code, code) << out << err;
     return *this;
   }
-  /// Standard error without the progress lines that appear every 30 s, as on a slow machine.
+  /// Standard error without the progress lines that appear every 30 s, for example on a slow machine.
   std::string complaints() const {
     std::string others;
     for (const std::string& line : sim::files::lines_of(err))
@@ -44,7 +44,7 @@ inline std::string scenario_of(const std::string& commands, const std::string& c
   return "walk: {commands: [" + commands + "]}\ncamera: {" + camera + "}\nslam: {}\n";
 }
 
-/// One step, which takes a second, and the cheapest scenario with camera and filter.
+/// One step, which takes a second, and the cheapest scenario with a camera and a filter.
 inline const std::string kStep = "{stand: {duration_s: 0.3}}, {straight: {forward_m: 0.15}}",
                          kShortWalk = scenario_of(kStep, "rate_hz: 10"),
                          kStand = scenario_of("{stand: {duration_s: 0.2}}", "rate_hz: 10") +
@@ -123,7 +123,7 @@ class CommandLine : public testing::Test {
     return ran.err;
   }
 
-  /// The command is rejected with this message and leaves no file.
+  /// Expects that the command is rejected with this message and leaves no file.
   void expect_refused(const std::string& arguments, const std::string& complaint) const {
     const std::size_t before = entries();
     const std::string error = refusal(arguments);

@@ -21,11 +21,11 @@ class ExternalEstimator : public CommandLine {
 };
 using LongExternalEstimator = ExternalEstimator;
 
-// It is killed at these messages; 0 is the start.
-TEST_F(ExternalEstimator, KilledAtAnyMomentItLeavesAWholeResult) {
+// The estimator is killed at these messages; 0 is the start.
+TEST_F(ExternalEstimator, LeavesACompleteResultWhenKilledAtAnyMoment) {
   EXPECT_EQ(replay("filter").exit_code, 0);
   std::set<std::string> whole = names("out");
-  whole.erase("estimate_smoothed.tum");  // of the filter only
+  whole.erase("estimate_smoothed.tum");  // only the filter has it
   for (const int message : {0, 1, 20, 45}) {
     EXPECT_THAT(
         replay(fmt::format("{{program: ['{}', killed, {}]}}", GAITSLAM_MISBEHAVING, message)).ends(3).err,
@@ -40,7 +40,8 @@ TEST_F(ExternalEstimator, KilledAtAnyMomentItLeavesAWholeResult) {
     EXPECT_EQ(names("out"), whole) << message;
   }
   replay(fmt::format("{{program: ['{}', openvins]}}", GAITSLAM_MISBEHAVING)).ends(0);
-  // Four of 53 frames have no new pose: two are not ready, one is lost, and one repeats a pose.
+  // Four of 53 frames have no new pose: in two the estimator is not ready, in one it is lost, and one repeats
+  // a pose.
   const auto tracked = json_in("out/score.json")["metrics"]["tracked_fraction"]["value"].get<double>();
   EXPECT_NEAR(tracked, 1 - 3 / 52.0, 0.002);
   replay(fmt::format("{{program: ['{}', gives_cause, 9], name: mine}}", GAITSLAM_MISBEHAVING)).ends(3);
@@ -49,8 +50,8 @@ TEST_F(ExternalEstimator, KilledAtAnyMomentItLeavesAWholeResult) {
   EXPECT_THAT(json_in("out/about.json")["cause"].get<std::string>(), Has("first | the map is broken"));
 }
 
-// Its log has the names of the joints and the feet, then the readings.
-TEST_F(ExternalEstimator, ItReceivesEncodersAndForcesAsRecordedInARunAndItsReplay) {
+// Its log contains the names of the joints and the feet, then the readings.
+TEST_F(ExternalEstimator, ReceivesEncodersAndForcesAsRecordedInARunAndItsReplay) {
   const std::string echoes =
       fmt::format(" \"estimator={{program: ['{}', echoes, 1, header]}}\"", GAITSLAM_MISBEHAVING);
   gaitslam("run walk.yaml --out run" + echoes);
@@ -95,8 +96,8 @@ TEST_F(ExternalEstimator, ATimeModelIsReportedAndAMeasuredOneIsNotRepeatable) {
   EXPECT_FALSE(json_in("out/score.json")["estimator_time"]["repeatable"]);
 }
 
-// The bound is a tenth of the path. Without noise the walk turns and moves as planned but for its slip.
-TEST_F(ExternalEstimator, GyroAndPlanFollowTheWalkByTheCompileLinesOfTheReadmeAndInPython) {
+// The bound is a tenth of the path. Without noise, the walk turns and moves as planned except for its slip.
+TEST_F(ExternalEstimator, GyroAndPlanFollowsTheWalkInPythonAndWhenCompiledAsInTheReadme) {
   const std::string example = kSources + "/tools/examples/gyro_and_plan";
   const auto poses = [&](const std::string& program) {
     ok("replay r/seed-1 --out out --force \"estimator={program: " + program +
@@ -120,7 +121,7 @@ TEST_F(ExternalEstimator, GyroAndPlanFollowTheWalkByTheCompileLinesOfTheReadmeAn
   }
 }
 
-TEST_F(ExternalEstimator, AProgramThatRejectsItsStartCostsNoWalk) {
+TEST_F(ExternalEstimator, AProgramThatRejectsItsStartIsFoundBeforeTheWalk) {
   for (const auto& [behavior, cause] : {std::pair("cannot_start", "it cannot start: no vocabulary"),
                                         {"wrong_version", "it speaks version 99"}})
     for (const char* command : {"run walk.yaml", "replay r/seed-1"})
@@ -130,9 +131,10 @@ TEST_F(ExternalEstimator, AProgramThatRejectsItsStartCostsNoWalk) {
   EXPECT_FALSE(fs::exists(folder_ / "h"));
 }
 
-/// The C++ program of tools/examples on a recording of a straight walk of 1 m. Bounds are a twentieth of the
+/// The C++ program of tools/examples on a recording of a straight walk of 1 m. The bounds are a twentieth of
+/// the path, chosen before the first try; a program that stands still misses them by far.
 /// path, chosen before the first try; a program that stands still misses them by far.
-TEST_F(LongExternalEstimator, TheExampleFindsItsWayByStereoOrDepth) {
+TEST_F(LongExternalEstimator, TheExampleTracksTheWalkByStereoOrDepth) {
   for (const char* folder : {"sim", "tools"})
     fs::create_directory_symlink(kSources + "/" + folder, folder_ / folder);
   shell("eval \"$(sed -n 's|^// *c++ |c++ |p' tools/examples/visual_odometry.cc)\"").ends(0);  // its own line
@@ -166,8 +168,8 @@ TEST_F(LongExternalEstimator, TheExampleFindsItsWayByStereoOrDepth) {
   EXPECT_EQ(json_in("e/line/seed-1/about.json")["alignment"], "se3") << "depth has a scale";
 }
 
-// It starts another process in a new session, waits and never answers.
-TEST_F(ExternalEstimator, InterruptedItLeavesNoProcessAndNoHalfResult) {
+// The estimator starts another process in a new session, waits and never answers.
+TEST_F(ExternalEstimator, LeavesNoProcessAndNoPartialResultWhenInterrupted) {
   write("starter.sh", "#!/bin/sh\nsetsid sleep 1000 &\necho $! > theirs\necho $$ > its\nwait\n");
   for (const char* signal : {"INT", "TERM", "KILL"})
     for (const std::string command :
@@ -185,13 +187,13 @@ TEST_F(ExternalEstimator, InterruptedItLeavesNoProcessAndNoHalfResult) {
     }
 }
 
-TEST_F(ExternalEstimator, WhatItStartedEndsWithIt) {
+TEST_F(ExternalEstimator, ProcessesThatItStartedEndWithIt) {
   write("leaver.sh", "setsid sleep 1000 &\necho $! > theirs\ngrep -v '^#' \"$1/plan.txt\" > \"$2\"\n");
   ok("evaluate r/seed-1 --out h --format tum --command 'sh leaver.sh {folder} {trajectory}'");
   EXPECT_NE(shell("grep -q 'State:.[^ZX]' /proc/$(cat theirs)/status").exit_code, 0);
 }
 
-TEST_F(ExternalEstimator, AWalkThatAChangedProgramSteersIsRecordedAgain) {
+TEST_F(ExternalEstimator, AWalkSteeredByAChangedProgramIsRecordedAgain) {
   write("walk.yaml", kShortWalk + "estimator: {program: [/usr/bin/python3, gyro.py]}\n");
   write("steered.yaml", "base: walk.yaml\nwalk: {steering: {by: estimate}}\n");
   fs::copy(kSources + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
@@ -206,14 +208,14 @@ TEST_F(ExternalEstimator, AWalkThatAChangedProgramSteersIsRecordedAgain) {
   EXPECT_FALSE(recorded("walk.yaml"));  // nothing steers it
 }
 
-TEST_F(ExternalEstimator, AProgramThatOnlyTheResultNamesIsNotStarted) {
+TEST_F(ExternalEstimator, AProgramNamedOnlyByTheResultIsNotStarted) {
   ASSERT_EQ(replay("{program: [/usr/bin/touch, started]}").exit_code, 3);
   shell("mv out received && cp -r r/seed-1/recording received && rm started");
   const std::string again = "replay received --out out ";
   expect_refused({{again + "slam.gyro.sigma_rad_s=0.02", "gaitslam: received/scenario.yaml:"},
                   {again, R"(: estimator: is {program: ["/usr/bin/touch", started])"},
                   {again,
-                   "which a replay starts only if the command names it, expected --scenario "
+                   "which a replay starts only if the command line names it, expected --scenario "
                    "received/scenario.yaml or estimator=filter\n"}});
   ok(again + "estimator=plan_alone");
   EXPECT_FALSE(fs::exists(folder_ / "started"));
@@ -238,7 +240,7 @@ TEST_F(ExternalEstimator, EvaluateRunsAProgramOnSeveralRecordings) {
   EXPECT_TRUE(fs::exists(folder_ / "e/walk/seed-3/timing.json"));
 }
 
-TEST_F(ExternalEstimator, EvaluateReadsCovariancesTakesLimitsAndStatesTheCoverage) {
+TEST_F(ExternalEstimator, EvaluateReadsCovariancesAppliesLimitsAndStatesTheCoverage) {
   write("late.sh",
         "awk '/^[0-9]/ && ++n > 12 {print $0, \"1e-4 0 0 1e-4 0 1e-4 1e-4 0 0 1e-4 0 1e-4\"}' "
         "r/seed-1/truth.tum > $1\n");
@@ -265,10 +267,10 @@ TEST_F(ExternalEstimator, EvaluateReadsCovariancesTakesLimitsAndStatesTheCoverag
   write("late.sh", "grep -v '#' r/seed-1/truth.tum | tr ' ' , > $1\n");
   EXPECT_THAT(gaitslam(evaluate).err, Has("warning: its trajectory: no header names the quaternion"));
   write("late.sh", "grep -v '#' r/seed-1/truth.tum | awk '{$1 = NR - 1} 1' > $1\n");
-  EXPECT_THAT(gaitslam(evaluate).ends(3).err, Has("its stamps are whole numbers, as frame numbers are"));
+  EXPECT_THAT(gaitslam(evaluate).ends(3).err, Has("its stamps are whole numbers, like frame numbers"));
 }
 
-TEST_F(ExternalEstimator, AnInterruptedEvaluationGoesOnWithTheRecordingsThatAreLeft) {
+TEST_F(ExternalEstimator, AnInterruptedEvaluationContinuesWithTheRemainingRecordings) {
   short_walks("r", "2");
   write("plan.sh",
         "echo >> runs; [ -e go ] || [ $(wc -l < runs) = 1 ] || sleep 1000; grep -v '^#' \"$1/plan.txt\" > "
@@ -282,13 +284,13 @@ TEST_F(ExternalEstimator, AnInterruptedEvaluationGoesOnWithTheRecordingsThatAreL
   EXPECT_TRUE(fs::exists(folder_ / "e/walk/seed-2/score.json"));
 }
 
-TEST_F(ExternalEstimator, EvaluateReplacesNothingThatItReadsAndAnEarlierResultByForceAlone) {
+TEST_F(ExternalEstimator, EvaluateReplacesNothingThatItReadsAndAnEarlierResultOnlyByForce) {
   short_walks("results/walk", "1 2");
   for (const std::string recordings :
        {"seed-1 --out results", "seed-* --out results", "seed-1 --out results --force"})
     expect_refused(
         "evaluate --format tum --name other --command 'false # {trajectory}' results/walk/" + recordings,
-        "walk/seed-1: would be replaced, and the command reads ");
+        "walk/seed-1: would be replaced, but the command reads ");
   EXPECT_TRUE(fs::exists(folder_ / "results/walk/seed-1/recording"));
   EXPECT_FALSE(fs::exists(folder_ / "results/.unfinished"));
 
@@ -299,7 +301,7 @@ TEST_F(ExternalEstimator, EvaluateReplacesNothingThatItReadsAndAnEarlierResultBy
   const auto made = fs::last_write_time(folder_ / "e/walk/seed-1/score.json");
   for (const char* recordings : {"r/seed-1", "r/seed-2 r/seed-1"})
     expect_refused(std::string("evaluate ") + recordings + plan,
-                   "e/walk/seed-1: exists already; --force replaces it");
+                   "e/walk/seed-1: already exists; --force replaces it");
   EXPECT_FALSE(fs::exists(folder_ / "e/walk/seed-2"));
   ok("evaluate r/seed-2" + plan);  // beside it
   EXPECT_EQ(fs::last_write_time(folder_ / "e/walk/seed-1/score.json"), made);
@@ -307,7 +309,7 @@ TEST_F(ExternalEstimator, EvaluateReplacesNothingThatItReadsAndAnEarlierResultBy
   EXPECT_NE(fs::last_write_time(folder_ / "e/walk/seed-1/score.json"), made);
 }
 
-TEST_F(ExternalEstimator, ACommandIsGivenNoTruthAndEndsAtItsLimit) {
+TEST_F(ExternalEstimator, ACommandGetsNoTruthAndIsEndedAtItsTimeLimit) {
   const std::string evaluate = "evaluate r/seed-1 --out e --force --format ";
   for (const std::string format : {"euroc", "openvins", "orbslam3", "tum"}) {
     const Ran ran =
@@ -320,7 +322,7 @@ TEST_F(ExternalEstimator, ACommandIsGivenNoTruthAndEndsAtItsLimit) {
               Has("it did not exit within 0.5 s"));
 }
 
-TEST_F(ExternalEstimator, EstimatorsStandSideBySideAndScenariosApart) {
+TEST_F(ExternalEstimator, EstimatorsAreShownSideBySideAndScenariosSeparately) {
   short_walks("tree/filter", "1 2");
   write("other.yaml", "base: walk.yaml\nworld.room: hall\n");
   ok("run walk.yaml --seeds 1,2 estimator=plan_alone --out tree/plan");
@@ -332,7 +334,7 @@ TEST_F(ExternalEstimator, EstimatorsStandSideBySideAndScenariosApart) {
                     ContainsRegex("\nwalk,filter,[12],1,2,2,(.*\n)*walk,plan_alone,[12],1,2,2,|"
                                   "\nwalk,plan_alone,[12],1,2,2,(.*\n)*walk,filter,[12],1,2,2,")));
   EXPECT_THAT(text_of("t.html"), Has("<h2>other</h2>"));
-  expect_refused("leaderboard tree --table t.csv", "exists already; --force replaces it");
+  expect_refused("leaderboard tree --table t.csv", "already exists; --force replaces it");
 
   EXPECT_THAT(gaitslam("compare tree/filter tree/plan").out,
               Has("tree/filter (baseline) and tree/plan (now, plan_alone)"));
@@ -343,10 +345,10 @@ TEST_F(ExternalEstimator, EstimatorsStandSideBySideAndScenariosApart) {
   EXPECT_FALSE(fs::exists(folder_ / "figures/error_over_seeds.svg"));  // nothing is pooled over estimators
 }
 
-TEST_F(ExternalEstimator, WhatEvaluateCannotDoIsRefused) {
+TEST_F(ExternalEstimator, EvaluateRefusesWhatItCannotDo) {
   const std::string tum = "evaluate r/seed-1 --format tum --out e ";
   expect_refused(
-      {{tum + "--command true", "expected {trajectory} in it"},
+      {{tum + "--command true", "lacks {trajectory}, expected it"},
        {"evaluate r/seed-1 --format tmu --command '{trajectory}' --out e", "did you mean 'tum'?"},
        {"evaluate r --format tum --command '{trajectory}' --out e", "expected the folder of a run"},
        {tum + "--pose head --command '{trajectory}'", "expected camera or imu"}});

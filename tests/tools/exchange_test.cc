@@ -4,7 +4,7 @@
 namespace tests {
 namespace {
 
-// One run and one export serve all tests of the process; each changes its own copy of the export.
+// One run and one export serve all tests of the process. Each test changes its own copy of the export.
 class Exchange : public CommandLine {
  protected:
   Exchange() {
@@ -30,15 +30,16 @@ class Exchange : public CommandLine {
       fs::temp_directory_path() / ("gaitslam exchange " + std::to_string(getpid()));
 };
 
-// The export gives readings of 5 ms, the run has some split at frames; the lens is fitted to 0.2 px. The
-// replay starts at the true pose and the run at the planned one, 5 mm away, so only aligned errors compare.
-TEST_F(Exchange, ARunComesBackFromItsEurocExportWithNearlyTheSameScores) {
+// The export has readings of 5 ms, while the run splits some at frames; the lens is fitted to within 0.2 px.
+// The replay starts at the true pose and the run at the planned one, 5 mm away, so only aligned errors
+// compare.
+TEST_F(Exchange, ARunReplayedFromItsEurocExportHasNearlyTheSameScores) {
   ok("replay e --out back");
   for (const char* name : {"ate_se3_rmse_m", "ate_yaw_rmse_m"})
     EXPECT_NEAR(value("back", name), value("r/seed-1", name), 1e-3) << name;
 }
 
-TEST_F(Exchange, ATruthThatBeginsLateOrHasPositionsOnlyGivesNearlyTheSameErrors) {
+TEST_F(Exchange, ATruthThatBeginsLateOrHasOnlyPositionsGivesNearlyTheSameErrors) {
   ok("replay e --out back");
   shell("cd e/mav0/state_groundtruth_estimate0 && sed -i 2,300d data.csv");
   ok("replay e --out late");
@@ -47,18 +48,18 @@ TEST_F(Exchange, ATruthThatBeginsLateOrHasPositionsOnlyGivesNearlyTheSameErrors)
   ok("report positions --out positions.html");
   EXPECT_NEAR(value("late", "end_yaw_error_deg"), value("back", "end_yaw_error_deg"), 0.3);
   EXPECT_NEAR(value("positions", "ate_se3_rmse_m"), value("late", "ate_se3_rmse_m"), 1e-3);
-  EXPECT_THAT(reason("positions", "end_yaw_error_deg"), Has("positions only"));
+  EXPECT_THAT(reason("positions", "end_yaw_error_deg"), Has("only positions"));
   EXPECT_THAT(ok("score positions"), Has("truth     positions/truth.tum: TUM"));
 }
 
-TEST_F(Exchange, TheScoresOfARunAreThoseThatNumpyFindsInItsFiles) {
+TEST_F(Exchange, TheScoresOfARunMatchThoseThatNumpyComputesFromItsFiles) {
   EXPECT_THAT(shell("/usr/bin/python3 " GAITSLAM_SOURCE_DIR "/tests/tools/score_oracle.py unused r/seed-1")
                   .ends(0)
                   .out,
               Has(" 0 differ"));
 }
 
-TEST_F(Exchange, AFolderWithoutTruthIsNotScoredAndOneWithoutAPlanUpToScale) {
+TEST_F(Exchange, AFolderWithoutTruthIsNotScoredAndOneWithoutAPlanOnlyUpToScale) {
   expect_refused(
       {{"replay e --out late 'errors.faults=[{frames_lost: {from_s: 300}}]'",
         "<argument>:1:1: errors.faults: frames_lost: never happens: it starts at 300 s, the walk ends at"}});
@@ -72,19 +73,19 @@ TEST_F(Exchange, AFolderWithoutTruthIsNotScoredAndOneWithoutAPlanUpToScale) {
   EXPECT_THAT(reason("back", "rmse_m"), Has("do not determine the scale"));
 }
 
-TEST_F(Exchange, WhatCannotBeReplayedOrExportedIsOneLine) {
+TEST_F(Exchange, WhatCannotBeReplayedOrExportedIsReportedInOneLine) {
   write("e/mav0/imu0/data.csv", "#timestamp [ns],x,y,z\n12,0,0,0\n11,0,0,0\n");
-  expect_refused(
-      {{"replay e --out back",
-        "gaitslam: e/mav0/imu0/data.csv:3:1: the stamp is not after the one before: it is 1e-09 s earlier\n"},
-       {"replay e/mav0 --out back", "or one in the EuRoC/ASL layout (with mav0/)"},
-       {"export r/seed-1 --format rosbag",
-        "--format: expected one of euroc, tum, mcap, orbslam3, openvins, not 'rosbag'\n"},
-       {"export r --format mcap", "r: has no recording/: expected the folder of a run\n"},
-       {"export r/seed-1 --format mcap --out e", "e: exists already; --force replaces"}});
+  expect_refused({{"replay e --out back",
+                   "gaitslam: e/mav0/imu0/data.csv:3:1: the stamp is not after the previous one: it is 1e-09 "
+                   "s earlier\n"},
+                  {"replay e/mav0 --out back", "or one in the EuRoC/ASL layout (with mav0/)"},
+                  {"export r/seed-1 --format rosbag",
+                   "--format: expected one of euroc, tum, mcap, orbslam3, openvins, not 'rosbag'\n"},
+                  {"export r --format mcap", "r: has no recording/, expected the folder of a run\n"},
+                  {"export r/seed-1 --format mcap --out e", "e: already exists; --force replaces"}});
 }
 
-TEST_F(Exchange, ReadingsOrImagesThatNeverCountFailTheReplay) {
+TEST_F(Exchange, AReplayFailsIfReadingsOrImagesNeverCount) {
   for (const auto& [edit, cause] :
        {std::pair{"awk -F, -v OFS=, 'NR > 1 {$2 = $3 = $4 = 5} 1' imu0/data.csv >x && mv x imu0/data.csv",
                   "sensor_unused: the filter accepted gyro in none of the "},
@@ -103,14 +104,14 @@ TEST_F(Exchange, AVideoHasAPictureForEachFrame) {
                   "stream=width,height,nb_read_packets -of csv=p=0 v.webm")
                 .out,
             "1280,480," + std::to_string(std::count(rows.begin(), rows.end(), '\n') - 1) + "\n");
-  expect_refused({{"video r/seed-1 --out v.webm", "v.webm: exists already; --force replaces it"},
+  expect_refused({{"video r/seed-1 --out v.webm", "v.webm: already exists; --force replaces it"},
                   {"video r/seed-1 --out v.gif", "--out: expected a .mp4 or .webm file, not 'v.gif'"}});
   shell("cp -r r/seed-1 x; sed -i 's/^estimator:.*/estimator: {program: [there]}/' x/scenario.yaml");
-  EXPECT_THAT(refusal("video x --out x.webm"), Has("x: is of the external estimator there"));
+  EXPECT_THAT(refusal("video x --out x.webm"), Has("x: was made by the external estimator there"));
 }
 
 // A limit on file size, in blocks of 512 bytes, stands for a full disk.
-TEST_F(Exchange, AVideoThatCannotBeWrittenReplacesNone) {
+TEST_F(Exchange, AVideoThatCannotBeWrittenDoesNotReplaceAnExistingOne) {
   write("stand.yaml", scenario_of("{stand: {duration_s: 0.1}}", "rate_hz: 3"));
   ok("run stand.yaml --out s");
   for (const std::string video : {"v.mp4", "v.webm"}) {

@@ -27,10 +27,10 @@ PATH=$place/usr/bin:$PATH bash -c '
   COMP_WORDS=(gaitslam ev) COMP_CWORD=1; _gaitslam; [ "${COMPREPLY[*]}" = evaluate ] || { echo "ev: ${COMPREPLY[*]}" >&2; exit 1; }
   COMP_WORDS=(gaitslam run x.yaml --see) COMP_CWORD=3; _gaitslam; [ "${COMPREPLY[*]}" = --seeds ] || { echo "--see: ${COMPREPLY[*]}" >&2; exit 1; }'
 
-# Checks the plan against the furniture, which needs the models.
+# Checks the plan against the furniture; this needs the models.
 usr/bin/gaitslam check usr/share/gaitslam/scenarios/tangent_circle.yaml
 
-# The package depends on the libraries that it is linked with and on those that it loads.
+# The package depends on the libraries that it links and on those that it loads at run time.
 (cd "$build" && cpack -G DEB -B "$place/package" >"$place/log") || { cat "$place/log" >&2; exit 1; }
 depends=$(dpkg-deb -f package/gaitslam_*.deb Depends)
 for library in libmujoco libopencv-core libopencv-imgcodecs libosmesa6; do

@@ -1,5 +1,5 @@
 // Interrupted and repeated commands: old results stay until new ones are complete, and a rerun resumes. Only
-// folders that gaitslam made are replaced, and they move to earlier-<n>.
+// folders that gaitslam made are replaced; they move to earlier-<n>.
 #include "tests/tools/command_line.h"
 
 namespace tests {
@@ -9,7 +9,7 @@ class Interruption : public CommandLine {
  protected:
   Interruption() { write("stand.yaml", kStand + "name: walk\n"); }
 
-  /// A result with all files of a walk without camera and filter.
+  /// Expects a result with all files of a walk without camera and filter.
   void expect_whole(const std::string& result) const {
     for (const char* file : {".gaitslam", "scenario.yaml", "score.json", "about.json", "truth.tum",
                              "feet.csv", "timing.json", "recording/manifest.csv"})
@@ -24,7 +24,7 @@ class Interruption : public CommandLine {
   }
 };
 
-TEST_F(Interruption, AnOldResultStaysUntilTheNewOneIsWhole) {
+TEST_F(Interruption, AnOldResultStaysUntilTheNewOneIsComplete) {
   ok(kBlind + "--seeds 1..3 --out h");
   for (const char* when : {"[ -e h/.unfinished ]", "[ -e h/.seed-1.partial ]", "[ -e h/.seed-2.partial ]"}) {
     ended_when(when, "KILL", kBlind + "world.floor_friction=0.2 --seeds 1..3 --out h --force");
@@ -47,7 +47,7 @@ TEST_F(Interruption, SeedsThatCrashLeaveNoOlderResultsBehind) {
   EXPECT_THAT(partial("h"), IsEmpty());
 }
 
-TEST_F(Interruption, SeedsAreAddedToThoseOfTheSameSettingsOnly) {
+TEST_F(Interruption, SeedsAreAddedOnlyToThoseWithTheSameSettings) {
   const auto seeds = [&] { return json_in("h/summary.json")["seeds"].size(); };
   ok(kBlindStand + "--seeds 1..2 --out h");
   EXPECT_THAT(ok(kBlindStand + "--seeds 3 --out h"), Has("walk, 3 seeds\n"));
@@ -59,7 +59,7 @@ TEST_F(Interruption, SeedsAreAddedToThoseOfTheSameSettingsOnly) {
   ok(kBlindStand + "seed=7 --out h");
   EXPECT_EQ(seeds(), 5u) << "a single run renews the summary";
 
-  for (const char* name : {"seed-07", "seed-+3", "seed-x"})  // as the program names none
+  for (const char* name : {"seed-07", "seed-+3", "seed-x"})  // names that the program does not use
     write(std::string("h/") + name + "/score.json", "{}");
   const std::string slippery = kBlindStand + "world.floor_friction=0.2 ";
   for (const char* seed : {"--seeds 8", "seed=8"})
@@ -72,7 +72,7 @@ TEST_F(Interruption, SeedsAreAddedToThoseOfTheSameSettingsOnly) {
           "walk, 2 seeds\n"));
 }
 
-TEST_F(Interruption, KilledSeedsGoOnByTheSameCommand) {
+TEST_F(Interruption, KilledSeedsAreResumedByTheSameCommand) {
   const std::string run = kBlind + "--seeds 1..4 --out ";
   ok(run + "whole");
   EXPECT_EQ(gaitslam(run + "whole").exit_code, 2) << "it was finished";
@@ -88,7 +88,7 @@ TEST_F(Interruption, KilledSeedsGoOnByTheSameCommand) {
 }
 
 // The estimator appends to the file `ran`.
-TEST_F(Interruption, ResultsOfOtherProgramsAreNotThoseOfTheInterruptedCommand) {
+TEST_F(Interruption, ResultsOfOtherProgramsAreNotReusedByTheInterruptedCommand) {
   fs::copy(kSources + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
   const std::string run =
       "run walk.yaml 'estimator={program: [/usr/bin/python3, gyro.py]}' --seeds 1,2 --out h --force";
@@ -100,7 +100,7 @@ TEST_F(Interruption, ResultsOfOtherProgramsAreNotThoseOfTheInterruptedCommand) {
   EXPECT_EQ(text_of("ran"), "xx");
 }
 
-TEST_F(Interruption, AFolderWithNothingButLeftoversDoesNotBlock) {
+TEST_F(Interruption, AFolderWithOnlyLeftoversDoesNotBlock) {
   for (const std::string& command : {kBlind + "--out h", kBlind + "--seeds 1,2 --out h"}) {
     ended_when("[ -e h/.seed-1.partial/recording ]", "KILL", command);
     ASSERT_FALSE(fs::exists(folder_ / "h/seed-1"));
@@ -111,7 +111,7 @@ TEST_F(Interruption, AFolderWithNothingButLeftoversDoesNotBlock) {
   }
 }
 
-TEST_F(Interruption, OnlyLeftoversInTheTemporaryFolderGoWithTheNextStart) {
+TEST_F(Interruption, OnlyLeftoversInTheTemporaryFolderAreRemovedAtTheNextStart) {
   ok(kBlindStand + "--seeds 1,2 --out tmp/gaitslam-result");
   write("tmp/gaitslam-letter/dear.txt", "mine");
   ::setenv("TMPDIR", (folder_ / "tmp").c_str(), 1);
@@ -124,22 +124,22 @@ TEST_F(Interruption, OnlyLeftoversInTheTemporaryFolderGoWithTheNextStart) {
   EXPECT_TRUE(fs::exists(folder_ / "tmp/gaitslam-result/seed-1/score.json"));
   ::setenv("TMPDIR", "/no such folder", 1);
   EXPECT_EQ(refusal(run + "none"),
-            "gaitslam: TMPDIR: /no such folder: expected a folder for temporary files\n");
+            "gaitslam: TMPDIR: /no such folder: is not a folder, expected one for temporary files\n");
   ::unsetenv("TMPDIR");
 }
 
 constexpr const char* kLong = "run walk.yaml 'walk.commands=[{stand: {duration_s: 300}}]' ";
 
-TEST_F(Interruption, OfTwoCommandsOnOneFolderTheSecondIsRefused) {
+TEST_F(Interruption, TheSecondOfTwoCommandsOnOneFolderIsRefused) {
   const Ran ran = shell(GAITSLAM_PROGRAM " " + std::string(kLong) +
                         "--seeds 1,2 --out h --without camera,slam & first=$!; until [ -e h/.seed-1.partial "
                         "]; do sleep 0.02; done; " GAITSLAM_PROGRAM " " +
                         kBlind + "--seeds 1,2 --out h --force; code=$?; kill -9 $first; exit $code");
   EXPECT_EQ(ran.exit_code, 2);
-  EXPECT_THAT(ran.err, Has("h: another process is writing there: wait for it, or name another folder"));
+  EXPECT_THAT(ran.err, Has("h: another process is writing there; wait for it, or choose another folder"));
 }
 
-TEST_F(Interruption, ItIsSaidWhatIsKept) {
+TEST_F(Interruption, ReportsWhatIsKept) {
   const std::string seeds = kBlind + "--seeds 1..50 --out h";
   EXPECT_THAT(
       ended_when("[ -e h/.seed-1.partial ]", "INT", seeds).err,
@@ -158,7 +158,7 @@ class OwnFiles : public CommandLine {
  protected:
   OwnFiles() { write("walk.yaml", kStand); }
   void run(const std::string& arguments) const { ok("run walk.yaml " + arguments); }
-  /// The command is rejected with this message and changes no file of the folder.
+  /// Expects that the command is rejected with this message and changes no file of the folder.
   void expect_spared(const std::string& arguments, const std::string& folder,
                      const std::string& named) const {
     const auto before = files(folder_ / folder);
@@ -175,22 +175,22 @@ TEST_F(OwnFiles, ForceReplacesNoFolderAndNoFileOfTheUser) {
   write("home/seed-1/diary.txt", "mine");
   fs::create_directory_symlink(folder_ / "home", folder_ / "link");
   for (const auto& [command, named] : std::vector<std::pair<std::string, std::string>>{
-           {"replay one/seed-1 --out home", "home: was not made by gaitslam"},
-           {"replay one/seed-1 --out home/", "home: was not made by gaitslam"},
-           {"export one/seed-1 --format tum --out home", "home: was not made by gaitslam"},
-           {"report one/seed-1 --plots svg --out home", "home: was not made by gaitslam"},
+           {"replay one/seed-1 --out home", "home: was not created by gaitslam"},
+           {"replay one/seed-1 --out home/", "home: was not created by gaitslam"},
+           {"export one/seed-1 --format tum --out home", "home: was not created by gaitslam"},
+           {"report one/seed-1 --plots svg --out home", "home: was not created by gaitslam"},
            {"replay one/seed-1 --out link", "link: is a symbolic link"},
            {"export one/seed-1 --format tum --out link", "link: is a symbolic link"},
-           {kBlind + "--seeds 2,1 --out home", "home/seed-1: was not made by gaitslam"},
-           {kBlind + "--out home", "home/seed-1: was not made by gaitslam"},
-           {kBlind + "--seeds 2,3 --out home", "home/summary.json: was not made by gaitslam"}})
+           {kBlind + "--seeds 2,1 --out home", "home/seed-1: was not created by gaitslam"},
+           {kBlind + "--out home", "home/seed-1: was not created by gaitslam"},
+           {kBlind + "--seeds 2,3 --out home", "home/summary.json: was not created by gaitslam"}})
     expect_spared(command + " --force", "home", named);
   EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
   EXPECT_THAT(gaitslam("sweep walk.yaml slam.vision.sigma_px=1,2 --out home --force").ends(2).err,
-              Has("home/trials.jsonl: was not made by gaitslam"));
+              Has("home/trials.jsonl: was not created by gaitslam"));
 }
 
-TEST_F(OwnFiles, VerdictsReplaceThoseOfAnEarlierCallAlone) {
+TEST_F(OwnFiles, VerdictsReplaceOnlyThoseOfAnEarlierCall) {
   run("--without camera,slam --out one");
   for (const std::string option : {"--json", "--junit", "--markdown"}) {
     const std::string compare = "compare one/seed-1 one/seed-1 " + option + " verdicts";
@@ -221,19 +221,19 @@ TEST_F(OwnFiles, NotesInAResultMoveAsideWithIt) {
   EXPECT_EQ(text_of(earlier + "export/earlier-1/tum/note"), "mine");
 }
 
-TEST_F(OwnFiles, NeitherWhatIsReadNorTheCurrentFolderIsReplaced) {
+TEST_F(OwnFiles, NeitherInputsNorTheCurrentFolderAreReplaced) {
   run("--out one");
   for (const std::string command : {"replay one/seed-1 --out one/seed-1 --force",
                                     "export one/seed-1 --format tum --out one/seed-1/. --force",
                                     "report one/seed-1 --plots svg --out one/seed-1 --force"})
-    expect_spared(command, "one", "would be replaced, and the command reads one/seed-1");
+    expect_spared(command, "one", "would be replaced, but the command reads one/seed-1");
   for (const std::string command : {"replay ../one/seed-1", "export ../one/seed-1 --format tum",
                                     "report ../one/seed-1 --plots svg --force"})
     for (const std::string out : {".", "\"$PWD\"", "../here"}) {
       const Ran ran =
           shell("rm -rf here; mkdir here; cd here; " GAITSLAM_PROGRAM " " + command + " --out " + out);
       EXPECT_EQ(ran.exit_code, 2) << command << out;
-      EXPECT_THAT(ran.err, Has(": is or contains the current folder, and would be replaced"));
+      EXPECT_THAT(ran.err, Has(": would be replaced, but is or contains the current folder"));
       EXPECT_TRUE(fs::is_empty(folder_ / "here"));
     }
 }

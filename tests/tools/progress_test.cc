@@ -1,6 +1,5 @@
-// Progress lines: the time left does not grow on a steady job, the line
-// fits the terminal, and without a terminal a line appears at intervals.
-// Temporary folders of processes that start at once.
+// Progress lines: the remaining time does not grow on a steady job, the line fits the terminal, and without a
+// terminal a line appears at intervals. Also the temporary folders of processes that start at the same time.
 #include "tools/cli/jobs/progress.h"
 
 #include <sys/wait.h>
@@ -13,7 +12,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::AllOf, tests::Has, tests::Lacks;
 
-/// The reported times left, every tenth of a second.
+/// The reported remaining times, every tenth of a second.
 std::vector<double> left_over(double seconds, const std::function<double(double)>& part) {
   cli::RemainingTime remaining;
   std::vector<double> all;
@@ -32,7 +31,7 @@ TEST(RemainingTime, DoesNotGrowOnASteadyJobNorBetweenItsStepsNorWhenItsRateFluct
   }
 }
 
-TEST(RemainingTime, FollowsTheRateOfThisCommandAsItIsNow) {
+TEST(RemainingTime, FollowsTheCurrentRateOfThisCommand) {
   const auto resumed = left_over(100, [](double t) { return t < 0.5 ? 0 : 0.9 + 0.001 * t; });
   EXPECT_NEAR(resumed.front(), 90, 15) << "nine tenths were done by an earlier command";
   const auto slower = left_over(200, [](double t) { return t < 20 ? t / 40 : 0.5 + (t - 20) / 400; });
@@ -41,7 +40,7 @@ TEST(RemainingTime, FollowsTheRateOfThisCommandAsItIsNow) {
 
 class Progress : public testing::Test {
  protected:
-  /// The output of a line in a third of a second.
+  /// The output of a progress line within a third of a second.
   std::string shown(cli::ProgressPlace place, std::optional<double> part = 0.25) const {
     const auto file = folder_ / "shown";
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "w"), std::fclose);
@@ -57,7 +56,7 @@ class Progress : public testing::Test {
   const sim::files::TemporaryFolder folder_;
 };
 
-TEST_F(Progress, IsALineOfATerminalAndOtherwiseALineNowAndThen) {
+TEST_F(Progress, IsOneLineOnATerminalAndOtherwiseALineNowAndThen) {
   EXPECT_EQ(cli::progress_text("walk seed 1", 0.424, 5, 7.4, ""), "walk seed 1: 42 %, 7 s left");
   EXPECT_EQ(cli::progress_text("tune", 0.999, 5, {}, "search"), "tune: 99 %; search");
   EXPECT_EQ(cli::progress_text("export", {}, 185, {}, ""), "export: 3 min 05 s");
@@ -69,7 +68,7 @@ TEST_F(Progress, IsALineOfATerminalAndOtherwiseALineNowAndThen) {
   EXPECT_THAT(shown({.redraws = true, .first = 0ms}, {}), Has("walk: 0 s"));
 }
 
-TEST_F(Progress, OfBriefQuietInnerOrChildWorkIsNotShown) {
+TEST_F(Progress, IsNotShownForBriefQuietInnerOrChildWork) {
   EXPECT_EQ(shown({.redraws = true}), "");
   EXPECT_EQ(shown({.redraws = true, .silent = true, .first = 0ms}), "");
   EXPECT_EQ(shown({.redraws = true, .file = folder_ / "part", .first = 0ms}), "");
@@ -85,7 +84,7 @@ TEST_F(Progress, OfBriefQuietInnerOrChildWorkIsNotShown) {
   EXPECT_EQ(shown({.redraws = true, .first = 0ms}), "");
 }
 
-TEST(TemporaryFolders, OfProcessesThatStartAtOnceAreNotTakenForAbandoned) {
+TEST(TemporaryFolders, AreNotMistakenForAbandonedWhenProcessesStartTogether) {
   const sim::files::TemporaryFolder all;
   setenv("TMPDIR", all.path().c_str(), 1);
   std::vector<pid_t> children(8);

@@ -60,7 +60,7 @@ RULES = {
     'tools/cli/jobs/': 'tools/cli/ sim/trials/ sim/regression/ sim/result/ sim/recording/ sim/scenario/ sim/files/ CLI/ fmt/ '
                        'nlohmann/ fcntl.h signal.h spawn.h unistd.h sys/',
 }
-# Headers that the run and the writer of recordings include and that shape no recording.
+# Headers that the run and the writer of recordings include but that do not affect a recording.
 SHAPE_NOTHING = {'sim/result/result.h', 'sim/scenario/scenario.h', 'sim/files/atomic_file.h', 'sim/files/text.h',
                  'sim/result/limits.h', 'sim/tracking/tracking.h',
                  'sim/sensor_errors/faults.h'}  # its keys are in the cache's key

@@ -1,4 +1,4 @@
-// The regression gate through the program, on made-up results: nothing here simulates.
+// The regression gate, through the program, on made-up results: nothing here simulates.
 #include "tests/tools/command_line.h"
 
 namespace tests {
@@ -36,7 +36,7 @@ class Regress : public CommandLine {
   }
 };
 
-TEST_F(Regress, AnUnchangedRerunIsIdenticalAndAWorseOneFailsWithACommandToRunItAgain) {
+TEST_F(Regress, AnUnchangedRerunIsIdenticalAndAWorseOneFailsWithACommandToRepeatIt) {
   make_baseline();
   EXPECT_THAT(ok("regress suites/ci.yaml --results old"),
               AllOf(Has("0 of 4 rows failed", "the same recordings"),
@@ -69,7 +69,7 @@ TEST_F(Regress, AnUnchangedRerunIsIdenticalAndAWorseOneFailsWithACommandToRunItA
   for (const char* unwanted : {"NO_COLOR=1", "TERM=dumb"}) EXPECT_THAT(painted(unwanted), Lacks("\033[3"));
 }
 
-TEST_F(Regress, WhatCannotBeComparedIsRefusedInOneLine) {
+TEST_F(Regress, ResultsThatCannotBeComparedAreRefusedInOneLine) {
   expect_refused("regress suites/ci.yaml --results old", "baselines/ci.json: does not exist");
   make_baseline();
   write("suites/empty.yaml", "seeds: 1\nscenarios: []\n");
@@ -86,8 +86,9 @@ TEST_F(Regress, WhatCannotBeComparedIsRefusedInOneLine) {
        {"regress suites/ci.yaml --results old --baseline 'no file.json'",
         "no file.json: does not exist; 'tools/gaitslam baseline update suites/ci.yaml --baseline 'no "
         "file.json'"},
-       {"regress suites/ci.yaml --results old seed=3", "seed=3: a suite has its own names and seeds"},
-       {"regress suites/ci.yaml --results old slam.vision.sigma_px=3", "was made with another configuration"},
+       {"regress suites/ci.yaml --results old seed=3", "seed=3: the suite sets names and seeds"},
+       {"regress suites/ci.yaml --results old slam.vision.sigma_px=3",
+        "was made with a different configuration"},
        {"regress suites/empty.yaml", "the suite is empty"},
        {"baseline update suites/ci.yaml --results old --reason ' '", "--reason: is empty"},
        {"compare old none", "none: not a folder of results"},
@@ -107,13 +108,13 @@ TEST_F(Regress, TwoFoldersOfOneScenarioInATreeAreRefusedByName) {
   EXPECT_THAT(table, ContainsRegex("filter +1 +3 +[0-9.]+ +3 of 3"));
 }
 
-TEST_F(Regress, AChangedScenarioIsAnotherConfigurationUntilTheBaselineIsUpdated) {
+TEST_F(Regress, AChangedScenarioCountsAsAnotherConfigurationUntilTheBaselineIsUpdated) {
   make_baseline();
   write("walk.yaml",
         "walk: {step_height_m: 0.05, commands: [{stand: {duration_s: 1}}]}\ncamera: {}\nslam: {}\n"
         "limits: {rmse_m: {at_most: 1}}\n");
   expect_refused("regress suites/ci.yaml --results old",
-                 "walk has another configuration than the baseline baselines/ci.json: walk.step_height_m: "
+                 "the configuration of walk differs from the baseline baselines/ci.json: walk.step_height_m: "
                  "0.07 -> 0.05; 'tools/gaitslam baseline update suites/ci.yaml --results old --reason "
                  "WHY' stores it");
   const std::string update = "baseline update suites/ci.yaml --reason 'lower steps' --results ",
@@ -129,7 +130,7 @@ TEST_F(Regress, AChangedScenarioIsAnotherConfigurationUntilTheBaselineIsUpdated)
   EXPECT_THAT(ok("regress suites/ci.yaml --results new"), Has("IDENTICAL"));
 }
 
-TEST_F(Regress, ComparePairsBySeed) {
+TEST_F(Regress, ComparePairsResultsBySeed) {
   write_results("a", 1, 8);
   write_results("b", 1.3, 8);
   EXPECT_THAT(gaitslam("compare a b").ends(1).out,
@@ -145,11 +146,12 @@ TEST_F(Regress, CompareRefusesDifferentScenariosUnlessAskedTo) {
   write_results("dark", 2, 3, "--without camera,slam");
   write_results("named", 2, 3, "name=other");
   write_results("tuned", 2, 3, "slam.vision.sigma_px=3");
-  expect_refused({{"compare a longer", "a/walk and longer/walk: walk.commands differs"},
-                  {"compare a dark", "camera."},
-                  {"compare dark a", "camera."},
-                  {"compare a/walk/seed-1 longer/walk/seed-1", "--across compares different scenarios"},
-                  {"compare a named", "a/walk is of the scenario walk, named/walk of other; --across"}});
+  expect_refused(
+      {{"compare a longer", "a/walk and longer/walk: walk.commands differs"},
+       {"compare a dark", "camera."},
+       {"compare dark a", "camera."},
+       {"compare a/walk/seed-1 longer/walk/seed-1", "--across compares different scenarios"},
+       {"compare a named", "a/walk contains the scenario walk, but named/walk contains other; --across"}});
   EXPECT_EQ(gaitslam("compare a tuned").exit_code, 1) << "a change of the filter is what is compared";
   for (const char* other : {"longer", "named"}) {
     EXPECT_THAT(gaitslam(std::string("compare --across a ") + other).ends(1).out,

@@ -1,4 +1,4 @@
-// Reports made by the program and opened in a browser, and the paper's experiments by one command.
+// Reports made by the program and opened in a browser, and the paper's experiments with one command.
 #include "tests/tools/command_line.h"
 
 namespace tests {
@@ -6,7 +6,7 @@ namespace {
 
 class ReportTest : public CommandLine {
  protected:
-  /// The page after its script ran and, on standard error, the browser's console. No host name resolves.
+  /// The page after its script has run; on standard error, the browser's console. No host name resolves.
   Ran opened(const std::string& page) const {
     return shell(
         "timeout 100 chromium --headless --no-sandbox --user-data-dir=profile --use-angle=swiftshader "
@@ -14,7 +14,7 @@ class ReportTest : public CommandLine {
         "--window-size=1200,900 --virtual-time-budget=10000 --dump-dom \"file://$PWD/" +
         page + "\"");
   }
-  /// The page after its script ran, with all of its figures.
+  /// The page after its script has run, with all of its figures.
   std::string drawn(const std::string& page, int at_least) const {
     const Ran ran = opened(page);
     const auto number = [&](const std::string& attribute) {
@@ -52,7 +52,7 @@ TEST_F(ReportTest, AFolderOfScenariosIsGroupedByScenario) {
   ok("report suite/walk --out two.html");
   drawn("two.html", 13);
   EXPECT_THAT(text_of("two.html"),
-              Has("<h1>walk: 2 runs</h1>", "error_over_time", "in the 95 % band: position "));
+              Has("<h1>walk: 2 runs</h1>", "error_over_time", "within the 95 % band: position "));
 }
 
 TEST_F(LongReportTest, ASweepHasAPageFromWhichItsWorstTrialCanBeRun) {
@@ -63,11 +63,11 @@ TEST_F(LongReportTest, ASweepHasAPageFromWhichItsWorstTrialCanBeRun) {
   EXPECT_THAT(opened("sweep.html").err, Lacks("CONSOLE"));
   const std::size_t at = page.find(begin) + begin.size();
   ok(page.substr(at, page.find("</pre>", at) - at) + " --out again");
-  expect_refused("report sweep sweep --out x.html", "sweep: is a sweep or a tuning");
+  expect_refused("report sweep sweep --out x.html", "sweep: is a sweep or tuning");
 }
 
-// The tab key reaches every control in the order of the page, with a visible focus; a page printed from a
-// dark screen is light, complete and without controls.
+// The tab key reaches every control in page order, with a visible focus. A page printed from a dark screen is
+// light, complete and without controls.
 TEST_F(ReportTest, AKeyboardAndAPrinterAreEnough) {
   short_walks("many", "1 2 3");
   ok("report many --out many.html");
@@ -101,7 +101,7 @@ TEST_F(ReportTest, AKeyboardAndAPrinterAreEnough) {
     EXPECT_EQ(found["print"][wrong], json::array()) << wrong;
 }
 
-TEST_F(ReportTest, ABrokenPageIsNoticed) {
+TEST_F(ReportTest, ABrokenPageIsDetected) {
   write("broken.html", "<html data-figures=\"1\"><script>throw new Error('planted')</script></html>");
   EXPECT_THAT(opened("broken.html").err, Has("CONSOLE"));
 }
@@ -115,7 +115,7 @@ TEST_F(ReportTest, StillPicturesAppearTogetherAndHaveColors) {
   EXPECT_EQ(gaitslam("report two/seed-1 --plots svg --out figures").exit_code, 2);
   ok("report two/seed-1 --plots svg --width-mm 88 --no-titles --out figures --force");
   const std::string narrow = text_of("figures/error_x.svg");
-  EXPECT_THAT(narrow, AllOf(Has("width='333'"), Lacks("class='title'")));  // px, 96 to the inch
+  EXPECT_THAT(narrow, AllOf(Has("width='333'"), Lacks("class='title'")));  // px, 96 per inch
   EXPECT_EQ(gaitslam("report two/seed-1 --width-mm 88 --out x.html").exit_code, 2)
       << "only pictures have a width";
   expect_refused("report two/seed-1 --plots svg --width-mm 10 --out x", "--width-mm");
@@ -124,7 +124,7 @@ TEST_F(ReportTest, StillPicturesAppearTogetherAndHaveColors) {
   EXPECT_FALSE(fs::exists(folder_ / "pdf/error_x.svg"));
   const Ran without =
       shell("PATH=/nothing '" GAITSLAM_PROGRAM "' report two/seed-1 --plots pdf --out none").ends(2);
-  EXPECT_THAT(without.err, StartsWith("gaitslam: --plots pdf: needs rsvg-convert"));
+  EXPECT_THAT(without.err, StartsWith("gaitslam: --plots pdf: rsvg-convert is missing"));
   EXPECT_EQ(std::ranges::count(without.err, '\n'), 1);
   EXPECT_FALSE(fs::exists(folder_ / "none"));
 }
@@ -138,7 +138,7 @@ const std::string kMark = "document.documentElement.dataset.ran",
                   kHiding = "&lt;script&gt;" + kMark + "5='1'&lt;/script&gt;<!--<script>" + kMark +
                             "6='1'</script>";  // hides the text after it
 
-// An untrusted result: every text of it that a page shows is a payload.
+// An untrusted result: each of its texts that a page shows is a payload.
 TEST_F(ReportTest, NoTextOfAReceivedResultRunsAsAScript) {
   short_walks("one");
   auto score = json_in("one/seed-1/score.json");
@@ -163,8 +163,8 @@ TEST_F(ReportTest, NoTextOfAReceivedResultRunsAsAScript) {
   }
 }
 
-// Even if a text were written unescaped, the browser would run no script but the page's.
-TEST_F(ReportTest, ThePolicyOfAPageBlocksWhatEscapingMissed) {
+// Even if a text were written unescaped, the browser would run only the page's own script.
+TEST_F(ReportTest, ThePolicyOfAPageBlocksWhatEscapingMisses) {
   short_walks("one");
   ok("report one/seed-1 --out one.html");
   std::string page = text_of("one.html");
@@ -180,17 +180,17 @@ TEST_F(ReportTest, ThePolicyOfAPageBlocksWhatEscapingMissed) {
   for (int k = 0; k < 5; ++k) EXPECT_THAT(without.out, Has("data-ran" + std::to_string(k)));
 }
 
-TEST_F(ReportTest, WhatIsNoResultIsNamed) {
+TEST_F(ReportTest, AFolderThatIsNotAResultIsReported) {
   short_walks("two");
   fs::create_directory(folder_ / "empty");
   expect_refused({{"report nowhere --out x.html", "nowhere: no such result folder"},
                   {"report empty --out x.html", "expected a result folder"},
                   {"report two --plots gif --out x", "gif"},
-                  {"report two --out x.pdf", "--out x.pdf: expected a name that ends in .html"},
+                  {"report two --out x.pdf", "--out x.pdf: expected a name ending in .html"},
                   {"report two", "--out"}});
   for (const auto& [file, text, complaint] :
        {std::array{"frames.csv", "a,b\n1\n", ":2: expected 2 fields, found 1"},
-        {"frames.csv", "a,a\n1,1\n", ":1: has the column 'a' twice"},
+        {"frames.csv", "a,a\n1,1\n", ":1: has a duplicate column 'a'"},
         {"score.json", "{", ":1:2: is not JSON, or cut off here"}}) {
     write(std::string("two/seed-1/") + file, text);
     expect_refused("report two --out x.html", std::string(file) + complaint);
@@ -221,7 +221,7 @@ class ReproduceTest : public CommandLine {
 };
 using LongReproduceTest = ReproduceTest;
 
-TEST_F(LongReproduceTest, RunsAllExperimentsOnceAndGoesOnWhereItWasStopped) {
+TEST_F(LongReproduceTest, RunsAllExperimentsOnceAndContinuesWhereItWasStopped) {
   const Ran first = reproduce().ends(0);
   EXPECT_EQ(first.complaints(), "") << "no progress line without a terminal";
   EXPECT_THAT(first.out, AllOf(Has("page in out/index.html"), Lacks("not run")));
@@ -237,7 +237,7 @@ TEST_F(LongReproduceTest, RunsAllExperimentsOnceAndGoesOnWhereItWasStopped) {
   EXPECT_THAT(text_of("out/hall_paper/seed-3/depths.csv"), Has("probability"));
 }
 
-TEST_F(ReproduceTest, FromTheCacheItGivesTheSameAndWalksEachWalkOnce) {
+TEST_F(ReproduceTest, GivesTheSameFromTheCacheAndSimulatesEachWalkOnce) {
   write_experiments("walk: {commands: [{stand: {duration_s: 0.2}}]}\n");
   ASSERT_EQ(reproduce().exit_code, 0);
   const Ran cached = reproduce("--cached --out cached").ends(0);
@@ -246,7 +246,7 @@ TEST_F(ReproduceTest, FromTheCacheItGivesTheSameAndWalksEachWalkOnce) {
   EXPECT_EQ(std::count(recordings.begin(), recordings.end(), '\n'), 3) << "with camera, without, and the sum";
 }
 
-TEST_F(ReproduceTest, WhatIsWrongIsSaidBeforeAnythingIsRun) {
+TEST_F(ReproduceTest, ErrorsAreReportedBeforeAnythingIsRun) {
   fs::remove(folder_ / "s/hall.yaml");
   expect_refused({{"reproduce --out out --seeds 3..1 --scenarios s", "3..1"},
                   {"reproduce --out out --scenarios s", "s/hall.yaml: cannot be read"}});

@@ -284,13 +284,13 @@ FILES = {  # each as if its path were x = t, y = sin t
     "sure.tum": curve(lambda i, t, y: f"{t:.9f} {2 * t} 0 1 0 0 0 1 1 0 0 1 0 1 1e-307 0 0 1e-307 0 1e-307\n"),
 }
 REFUSED = [
-    ("truth.tum frames.tum", "frames.tum: its stamps are whole numbers up to 299, as frame numbers are, those of truth.tum are times over 9.967 s"),
+    ("truth.tum frames.tum", "frames.tum: its stamps are whole numbers up to 299, like frame numbers; those of truth.tum are times over 9.967 s"),
     ("frames.tum truth.tum", "frames.tum: its stamps are whole numbers up to 299"),
     ("truth.tum poses.txt", "poses.txt: its stamps are frame numbers, those of truth.tum are times in seconds; times.txt"),
     ("truth.tum poses.csv", "poses.csv: its stamps are whole numbers up to 299"),
-    *((f"truth.tum minutes.tum{more}", "minutes.tum: its 300 poses last 0.166 s, the 300 of truth.tum last 9.967 s: their stamps are not in "
-       "the same unit") for more in ("", " --interpolate")),
-    *((f"minutes.tum truth.tum{more}", "are not in the same unit") for more in ("", " --interpolate")),
+    *((f"truth.tum minutes.tum{more}", "minutes.tum: its 300 poses last 0.166 s, the 300 of truth.tum last 9.967 s: their stamps have "
+       "different units") for more in ("", " --interpolate")),
+    *((f"minutes.tum truth.tum{more}", "have different units") for more in ("", " --interpolate")),
     *((f"truth.tum truth.tum --align none --t-offset {value}", "--t-offset ") for value in ("inf", "nan", "1e10", "-1e300")),
     ("truth.tum truth.tum --t-max-diff nan", "--t-max-diff"),
     *((f"truth.tum truth.tum -d 1 -u m --all-pairs --delta-tol {value}", "--delta-tol") for value in ("-1", "nan", "inf")),
@@ -304,7 +304,7 @@ REFUSED = [
     *((files, "still.tum: all 300 matched poses coincide") for files in ("truth.tum still.tum", "still.tum truth.tum")),
     ("truth.tum still.tum --align sim3", "coincide"),
     ("positions.csv truth.tum -r angle_deg", "it needs orientations"),
-    *((files, "all without times: they cannot be paired by their row")
+    *((files, "all without times, so they cannot be paired by row")
       for files in ("poses.txt half.txt", "poses.txt fewer.txt --align none", "half.txt poses.txt --align se3")),
     ("gap.tum truth.tum --align none --max-gap 5", "--interpolate"),
 ]
@@ -315,7 +315,7 @@ ACCEPTED = [
     ("truth.tum late.tum --t-offset -1000000000", ""),
     ("truth.tum still.tum -r angle_deg", ""),  # a camera may turn on the spot
     ("truth.tum short.tum", ""),
-    ("positions.csv truth.tum", "300 100.0 %" + 5 * "         0" + "\nAPE origin [m]                    a file has positions only\n"),
+    ("positions.csv truth.tum", "300 100.0 %" + 5 * "         0" + "\nAPE origin [m]                    a file has only positions\n"),
     ("truth.tum named.csv", "NEES none, position [1]             300 100.0 %         -         2         2"),
     ("stands.tum noisy.tum", "warning   sim3: the scale "),
     ("stands.tum noisy.tum --align sim3", "warning   sim3: the scale "),

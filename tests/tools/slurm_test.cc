@@ -6,8 +6,8 @@ namespace {
 
 const std::string kTool = "'" GAITSLAM_SOURCE_DIR "/tools/slurm_local.sh' ";
 
-// sbatch prints $NOTICE on standard error; the job is in $CLUSTER; with $HELD no job starts; call $HICCUP of
-// squeue fails; the first calls print the lines of $STATES.
+// sbatch prints $NOTICE on standard error; the job is in $CLUSTER; with $HELD, no job starts; call number
+// $HICCUP of squeue fails; its first calls print the lines of $STATES.
 class ScriptedSlurm : public CommandLine {
  protected:
   ScriptedSlurm() {
@@ -51,7 +51,7 @@ cat "$JOBS.sacct-$2"
   }
 };
 
-TEST_F(ScriptedSlurm, ANoticeOrAFailingSqueueSubmitsNothingTwice) {
+TEST_F(ScriptedSlurm, NothingIsSubmittedTwiceAfterANoticeOrAFailureOfSqueue) {
   for (const std::string settings :
        {"", "NOTICE='using the default partition'", "HICCUP=1", "HICCUP=2", "CLUSTER=alpha", "FORGOTTEN=1"}) {
     shell("rm -rf 'the cache' jobs jobs.calls");
@@ -63,7 +63,7 @@ TEST_F(ScriptedSlurm, ANoticeOrAFailingSqueueSubmitsNothingTwice) {
   }
 }
 
-TEST_F(ScriptedSlurm, TheStatesOfAWaitingJobArePrintedWhenTheyChange) {
+TEST_F(ScriptedSlurm, TheStateOfAWaitingJobIsPrintedWhenItChanges) {
   const std::string states = "PENDING Priority\nPENDING Priority\nPENDING JobHeldUser\nRUNNING None";
   EXPECT_THAT(
       on_slurm("record walk.yaml --backend slurm --seeds 1,2", "export STATES='" + states + "';").ends(0).err,
@@ -71,18 +71,18 @@ TEST_F(ScriptedSlurm, TheStatesOfAWaitingJobArePrintedWhenTheyChange) {
           "slurm job 1000: RUNNING\n"));
 }
 
-TEST_F(ScriptedSlurm, AJobThatSqueueForgotHasEndedOnlyIfTheAccountingSaysSo) {
+TEST_F(ScriptedSlurm, AJobUnknownToSqueueHasEndedOnlyIfTheAccountingSaysSo) {
   const std::string record = "record walk.yaml --seeds 1,2 --backend slurm",
                     forgotten = "HELD=1 FORGOTTEN=1 GAITSLAM_SLURM_POLL_S=0.001";
   EXPECT_THAT(on_slurm(record, forgotten).ends(2).err,
-              Has("slurm job 1000: nothing is known of it: slurm_load_jobs error: Invalid job id specified"));
+              Has("slurm job 1000: its state is unknown: slurm_load_jobs error: Invalid job id specified"));
   EXPECT_EQ(shell("ls jobs").out, "1000\n") << "nothing was submitted twice";
   write("jobs.sacct-1000", "CANCELLED by 0\nCOMPLETED\n");
   EXPECT_THAT(on_slurm(record, "FORGOTTEN=1").ends(0).out, Has("seed 2: recorded"));
   EXPECT_EQ(shell("ls jobs").out, "1000\n1001.ended\n");
 }
 
-TEST_F(ScriptedSlurm, SeedsOfARunAreOneArrayAndOneRunIsNone) {
+TEST_F(ScriptedSlurm, SeedsOfARunFormOneArrayAndASingleRunNone) {
   ok("run walk.yaml --seeds 1,2 --out here");
   const Ran ran = on_slurm("run walk.yaml --seeds 1,2 --out there --backend slurm").ends(0);
   EXPECT_THAT(ran.err, Has("slurm job 1000: "));
@@ -149,7 +149,7 @@ TEST_F(LongSlurmTest, ASweepEndsAsItDoesHereThoughANodeIsLostAndSomeTrialsCannot
       shell("cmp here/scores.csv there/scores.csv && cmp here/scores.jsonl there/scores.jsonl").exit_code, 0);
 }
 
-TEST_F(LongSlurmTest, AKilledCommandIsTakenUpByTheSameCommandAndSubmitsNothingTwice) {
+TEST_F(LongSlurmTest, AKilledCommandIsResumedByTheSameCommandAndSubmitsNothingTwice) {
   const std::string sweep = "sweep walk.yaml 'slam.vision.sigma_px={from: 1, to: 3, points: 40}' --out ";
   ok(sweep + "here");
   ended_when("ls there/slurm/array/*.log", "KILL", sweep + "there --backend slurm");

@@ -1,4 +1,5 @@
-// Sweeps: announced trials, scores of replays, and the same bytes for any number of jobs and after kills.
+// Sweeps: announced trials, scores of replays, and the same bytes for any number of jobs and after being
+// killed.
 #include "tests/tools/command_line.h"
 
 namespace tests {
@@ -14,7 +15,7 @@ class SweepTest : public CommandLine {
 };
 using LongSweepTest = SweepTest;
 
-TEST_F(SweepTest, SaysWhatItWouldTryAndSimulate) {
+TEST_F(SweepTest, AnnouncesWhatItWouldTryAndSimulate) {
   write("walk.yaml", kStand);
   EXPECT_THAT(
       ok("sweep walk.yaml slam.vision.sigma_px=1,2 world.seed=1,2,3 --seeds 1,2 --dry-run"),
@@ -26,7 +27,7 @@ TEST_F(SweepTest, SaysWhatItWouldTryAndSimulate) {
               Has("on 4 recordings: 2 in the cache, 2 to be simulated"));
 }
 
-TEST_F(SweepTest, ScoresAreThoseOfRunsBitForBitForAnyNumberOfJobs) {
+TEST_F(SweepTest, ScoresMatchThoseOfRunsBitForBitForAnyNumberOfJobs) {
   const std::string sweep =
       "sweep walk.yaml slam.vision.sigma_px=1,3 errors.gyro.sigma_rad_s=0.01,0.05 "
       "errors.image.loss_fraction=0.1 --seeds 2 --out ";
@@ -52,7 +53,7 @@ TEST_F(SweepTest, ScoresAreThoseOfRunsBitForBitForAnyNumberOfJobs) {
     EXPECT_EQ(values.contains(name) ? values[name] : json(), metric["value"]) << name;
 }
 
-TEST_F(SweepTest, TrialsOfOtherFilesOfTheEstimatorDoNotCountAsItsOwn) {
+TEST_F(SweepTest, TrialsWithOtherEstimatorFilesAreNotReused) {
   fs::copy(kSources + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
   write("walk.yaml", kStand + "estimator: {program: [/usr/bin/python3, gyro.py]}\n");
   const std::string sweep = "sweep walk.yaml errors.gyro.sigma_rad_s=0.01,0.02 --out s";
@@ -61,9 +62,10 @@ TEST_F(SweepTest, TrialsOfOtherFilesOfTheEstimatorDoNotCountAsItsOwn) {
   EXPECT_THAT(ok(sweep), Has("2 trials finished before"));
   EXPECT_EQ(*lines("s/scores.jsonl")[1]["values"].begin(), 42) << "it was taken from the log";
   shell("echo '# changed' >> gyro.py");
-  EXPECT_THAT(gaitslam(sweep).ends(2).err,
-              Has("s/trials.jsonl: belongs to another sweep, other scenarios, another program or other files "
-                  "of the estimator; --force starts again"));
+  EXPECT_THAT(
+      gaitslam(sweep).ends(2).err,
+      Has("s/trials.jsonl: belongs to another sweep, or was made with other scenarios, another program "
+          "or other estimator files; --force starts over"));
   EXPECT_THAT(gaitslam("sweep walk.yaml errors.gyro.sigma_rad_s=0.03 --out s").ends(2).err,
               Has("belongs to another sweep"));
   EXPECT_THAT(ok(sweep + " --force"), Lacks("finished before"));
@@ -71,8 +73,8 @@ TEST_F(SweepTest, TrialsOfOtherFilesOfTheEstimatorDoNotCountAsItsOwn) {
   EXPECT_EQ(gaitslam("sweep walk.yaml --out full").exit_code, 2);
 }
 
-// The log marks scores of trials that were finished earlier.
-TEST_F(SweepTest, ByForceItGoesOnWhereTheSameWasInterrupted) {
+// The log marks the scores of trials that were finished earlier.
+TEST_F(SweepTest, WithForceItContinuesWhereTheSameSweepWasInterrupted) {
   const std::string sweep = "sweep walk.yaml 'slam.vision.sigma_px={from: 1, to: 3, points: 30}' --out s ";
   ok("sweep walk.yaml slam.vision.sigma_px=4 --out s");
   const std::string old = text_of("s/scores.csv"), old_lines = text_of("s/scores.jsonl");
@@ -91,8 +93,8 @@ TEST_F(SweepTest, ByForceItGoesOnWhereTheSameWasInterrupted) {
   EXPECT_EQ(taken_from_the_log(), 0) << "it was finished: all is done again";
 }
 
-// The limit of one second kills the simulation of the long walk; the far one cannot be planned.
-TEST_F(SweepTest, ATrialThatKillsItsProcessOrCannotBeSimulatedIsLoggedAndTheOthersGoOn) {
+// The limit of one second kills the simulation of the long walk; the walk that goes far cannot be planned.
+TEST_F(SweepTest, ATrialThatKillsItsProcessOrCannotBeSimulatedIsLoggedAndTheOthersContinue) {
   ok("record walk.yaml");
   const Ran ran =
       shell("ulimit -t 1; " GAITSLAM_PROGRAM
@@ -109,8 +111,8 @@ TEST_F(SweepTest, ATrialThatKillsItsProcessOrCannotBeSimulatedIsLoggedAndTheOthe
   EXPECT_EQ(scores[2]["ending"], "completed");
 }
 
-// The trials have the values of runs with the same settings; replays of one recording would not.
-TEST_F(LongSweepTest, ATuningSimulatesAWalkThatItsEstimateSteersWithEachSetting) {
+// The trials have the values of runs with the same settings, which replays of one recording would not have.
+TEST_F(LongSweepTest, ATuningSimulatesAWalkSteeredByItsEstimateAnewForEachSetting) {
   write("steered.yaml",
         "walk: {commands: [{straight: {forward_m: 0.2, left_m: 0}}], steering: {by: estimate, final_steps: "
         "0}}\ncamera: {rate_hz: 10}\nslam: {}\n");

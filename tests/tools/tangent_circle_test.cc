@@ -19,7 +19,8 @@ class TangentCircle : public CommandLine {
   }
   static void TearDownTestSuite() { fs::remove_all(walks_); }
 
-  /// Replays all seeds at once with changes and returns their folders; exit_codes: of all three.
+  /// Replays all seeds at once with changes and returns their folders. exit_codes: those of all three
+  /// replays.
   Folders replay_all(const std::string& changes, const std::string& exit_codes) const {
     Folders folders;
     std::string all;
@@ -32,7 +33,7 @@ class TangentCircle : public CommandLine {
     EXPECT_THAT(ran.out, MatchesRegex(exit_codes)) << ran.err;
     return folders;
   }
-  /// The median over the seeds; that of a run that diverged is worse than any number.
+  /// The median over the seeds. A run that diverged counts as worse than any number.
   static double median(const Folders& seeds, const std::string& metric) {
     std::vector<double> values;
     for (const fs::path& seed : seeds) {
@@ -47,8 +48,8 @@ class TangentCircle : public CommandLine {
       fs::temp_directory_path() / ("gaitslam tangent circle " + std::to_string(getpid()));
 };
 
-// The limits ask for what only images give. That the walks keep them is the regression's to judge.
-TEST_F(TangentCircle, IsTrackedWorseWithoutVisionAndWithoutThePlanAndMissesItsLimitsWithoutImages) {
+// The limits demand what only images can give. Whether the walks meet them is for the regression to judge.
+TEST_F(TangentCircle, IsTrackedWorseWithoutVisionOrWithoutThePlanAndMissesItsLimitsWithoutImages) {
   const Folders whole{walks_ / "seed-1", walks_ / "seed-2", walks_ / "seed-3"};
   const auto sum = [&](const std::string& name) {
     return metric(whole[0], name) + metric(whole[1], name) + metric(whole[2], name);
@@ -64,7 +65,7 @@ TEST_F(TangentCircle, IsTrackedWorseWithoutVisionAndWithoutThePlanAndMissesItsLi
             median(whole, "ate_se3_rmse_m"));
 }
 
-TEST_F(TangentCircle, APlanThatIsAFifthTooLongOrTooShortIsSuspectOnEverySeed) {
+TEST_F(TangentCircle, APlanAFifthTooLongOrTooShortIsSuspectOnEverySeed) {
   for (const auto& [factor, said] :
        {std::pair<std::string, std::string>{"1.2", "too long"}, {"0.8", "too short"}})
     for (const fs::path& wrong :

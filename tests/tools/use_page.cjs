@@ -23,7 +23,7 @@ async function useLive(browser, url) {
   const first = await look(browser);
   await browser.until(`gaitslamPage.t > ${first.t} + 1 && gaitslamPage.scene.beliefs[0].ellipsoids.count > 5`);
   const later = await look(browser);
-  // A look back does not hold the run; a page that is opened anew gets the past.
+  // Looking back does not hold up the run; a page that is opened anew gets the past.
   await browser.value('gaitslamPage.go(0)');
   const held = await browser.value(`${kPane}.run.frames.length`);
   await browser.until(`${kPane}.run.frames.length > ${held} + 3`);
@@ -118,13 +118,13 @@ async function usePlayback(browser, url, seconds) {
     space_changed: start.space !== there.space, said};
 }
 
-// The middle of an element, or a part of its width.
+// The center of an element, or a point at a fraction of its width.
 const placeOf = (browser, selector, part = 0.5) => browser.value(`(() => { const e = document.querySelector('${selector}'); e.scrollIntoView({block: 'center'});
   const {x, y, width, height} = e.getBoundingClientRect(); return {x: x + ${part} * width, y: y + height / 2}; })()`);
 
 const click = async (browser, selector, part) => browser.click(await placeOf(browser, selector, part));
 
-// After a click on each control, how many frames an arrow key moves on.
+// How many frames an arrow key advances after a click on each control.
 async function useKeys(browser, url) {
   await openView(browser, url);
   const moved = {};
@@ -140,7 +140,7 @@ async function useKeys(browser, url) {
   return {moved, playing: await browser.value('gaitslamPage.playing'), said: browser.said};
 }
 
-// What the figures show at instants over the walk, at the cursor and at its time.
+// What the figures show at several instants of the walk, both at the cursor and at its time.
 async function readValues(browser, url, count) {
   await browser.open(url, kReady);
   const at = await browser.value(`(() => { const values = [], {frames} = ${kPane}.run; for (let k = 0; k < ${count}; ++k) {
@@ -157,7 +157,7 @@ async function readValues(browser, url, count) {
   const line = `document.querySelector('[data-figure=error_x] path.line.estimate')`;
   await click(browser, '[data-figure=error_x] .legend button');
   const hidden = await browser.value(`getComputedStyle(${line}).display`);
-  // A landmark that is clicked in the image is marked in the scene, and the other way round.
+  // A landmark that is clicked in the image is marked in the scene, and vice versa.
   const last = await browser.value(`(() => { const pane = ${kPane}; scrollTo(0, 0); gaitslamPage.go(gaitslamPage.duration);
     const [id, u, v] = pane.run.frames[pane.index].searches[0], {left, top, width} = pane.head.canvas.getBoundingClientRect(), scale = width / pane.head.width;
     return {id, x: left + scale * u, y: top + scale * v}; })()`);
@@ -199,7 +199,7 @@ async function compare(browser, url) {
       paint.fillRect(0, 0, 1, 1); const [r, g, b] = paint.getImageData(0, 0, 1, 1).data; let count = 0;
       for (let i = 0; i < data.length; i += 4) if (Math.abs(data[i] - r) + Math.abs(data[i + 1] - g) + Math.abs(data[i + 2] - b) < 40) ++count; return count; };
     return {canvases: document.querySelectorAll('.head canvas').length, colors: gaitslamPage.panes.map(({role}) => has(role))}; })()`);
-  // A landmark that is picked in one run is marked in the other one, by its place.
+  // A landmark that is picked in one run is marked in the other, by its position.
   const places = await browser.value(`(() => { const maps = gaitslamPage.panes.map(({run, index}) => run.mapAt(index)), [id] = maps[0][0];
     gaitslamPage.pick({run: 0, id}); const at = maps.map((map, i) => map.find(([own]) => own === gaitslamPage.panes[i].picked)?.[1]);
     return {apart: Math.hypot(...[0, 1, 2].map((k) => at[0][k] - at[1][k])), text: gaitslamPage.picked.textContent, said: gaitslamPage.inCommon.textContent}; })()`);
@@ -238,7 +238,7 @@ async function useRig(browser, url) {
   return {depth, byHeight, byIntensity: await sweep(), said: browser.said};
 }
 
-// Looks on until the run has ended.
+// Watches until the run has ended.
 async function watch(browser, url) {
   await openView(browser, url, ` && document.documentElement.dataset.ended === 'true'`);
   return {...short(await look(browser)), how: await browser.value('gaitslamPage.note.textContent'), said: browser.said};
@@ -259,7 +259,7 @@ async function picture(browser, url, seconds, file, width = 1200, height = 900, 
 const kDrawn = `document.readyState === 'complete' && +document.documentElement.dataset.figures > 0
   && document.documentElement.dataset.figures === document.documentElement.dataset.drawn`;
 
-// The controls that the keyboard must reach, in the order of the page.
+// The controls that the keyboard must reach, in page order.
 const kReachable = `[...document.querySelectorAll('a[href], button, select, input, summary, [tabindex="0"]')]
   .filter((e) => e.offsetParent && !e.closest('details:not([open]) > :not(summary)'))`;
 const kName = `((e) => e.tagName.toLowerCase() + ' ' + (e.getAttribute('aria-label') ?? e.textContent).trim())`;
@@ -299,7 +299,7 @@ async function point(browser) {
   return {before, under, zoomed, whole: await see()};
 }
 
-// On paper of A4 with margins of a centimeter: 718 px wide.
+// On A4 paper with margins of one centimeter: 718 px wide.
 async function print(browser) {
   await browser.value(`dispatchEvent(new Event('beforeprint'))`);
   await browser.send('Emulation.setEmulatedMedia', {media: 'print', features: [{name: 'prefers-color-scheme', value: 'dark'}]});
@@ -332,7 +332,8 @@ async function useReport(browser, page) {
   return {keyboard, scatter: await scatter(browser), pointed: await point(browser), phone: await browser.phoneWidth(), print: await print(browser)};
 }
 
-// By page: serious findings of axe-core by day and by night, and the width on the narrowest phone. folder: contains node_modules.
+// By page: serious findings of axe-core in the light and dark themes, and the width on the narrowest phone.
+// folder: contains node_modules.
 async function audit(browser, pages, folder) {
   const axe = fs.readFileSync(path.join(folder, 'node_modules/axe-core/axe.min.js'), 'utf8'), found = {};
   for (const page of pages.split(' ')) {

@@ -1,4 +1,4 @@
-// The view through the program: in a browser, live and of results, and through Foxglove's client.
+// The view, through the program: in a browser, live and for results, and through Foxglove's client.
 #include "sim/files/csv.h"
 #include "sim/files/trajectory_file.h"
 #include "sim/recording/image_file.h"
@@ -28,7 +28,7 @@ class ViewTest : public CommandLine {
 };
 using LongViewTest = ViewTest;
 
-TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeys) {
+TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeysItsControls) {
   // Long enough for a browser on a busy machine to slow it down.
   write("long.yaml", scenario_of("{straight: {forward_m: 0.6}}, {stand: {duration_s: 150}}", "rate_hz: 10"));
   const json found = browsed("run long.yaml --view --control --wait --out live", "live");
@@ -52,7 +52,7 @@ TEST_F(ViewTest, TheLivePageShowsTheWalkAndObeys) {
   EXPECT_THAT(found["said"], IsEmpty()) << "the browser's console is not empty";
 }
 
-TEST_F(ViewTest, IsInterruptedWhileItReadsItsResults) {
+TEST_F(ViewTest, CanBeInterruptedWhileItReadsItsResults) {
   short_walks("walks");
   shell(
       "yes '#' | head -c 100000000 >>walks/seed-1/waist_plan.tum; env --default-signal=INT '" GAITSLAM_PROGRAM
@@ -76,7 +76,7 @@ TEST_F(ViewTest, ResultsAreTheSameBytesWithAndWithoutAViewAndAReplayShowsTheRobo
   EXPECT_THAT(differences(folder_ / "again", folder_ / "plain/seed-1", "recording/"), IsEmpty());
 }
 
-TEST_F(LongViewTest, APlaybackIsScrubbedToTheLoopClosure) {
+TEST_F(LongViewTest, APlaybackCanBeScrubbedToTheLoopClosure) {
   write(
       "turn.yaml",
       scenario_of("{stand: {duration_s: 0.3}}, {turn: {angle_deg: 375, step_deg: 15}}"));  // the loop closes
@@ -97,7 +97,7 @@ TEST_F(LongViewTest, APlaybackIsScrubbedToTheLoopClosure) {
   EXPECT_THAT(found["moments"].dump(), Has("loop closed"));
   EXPECT_GT(found["there"]["ellipsoids"], 20);
   EXPECT_EQ(found["through"]["mode"], "head");
-  EXPECT_THAT(found["through"]["note"].get<std::string>(), Has("without the distortion of the lens"));
+  EXPECT_THAT(found["through"]["note"].get<std::string>(), Has("without the lens distortion"));
   EXPECT_EQ(found["space"]["ellipsoids"], 3000);
   EXPECT_GE(found["space"]["room"], 3000) << "no landmark is dropped";
   EXPECT_GT(found["space"]["height"], 0.0) << "the view stays above the floor";
@@ -117,7 +117,7 @@ TEST_F(ViewTest, TheKeyboardWorksAfterClicksAndAnArrowMovesOneFrame) {
   EXPECT_THAT(found["said"], IsEmpty());
 }
 
-TEST_F(ViewTest, ValuesAtTheCursorAreThoseOfTheFilesAndTheCursorIsAtItsTimeAfterAZoom) {
+TEST_F(ViewTest, ValuesAtTheCursorMatchTheFilesAndAZoomKeepsTheCursorAtItsTime) {
   short_walks("one");
   const json found = shown("one/seed-1", "values", "250");
   const auto truth = sim::files::read_tum(folder_ / "one/seed-1/truth.tum"),
@@ -156,14 +156,14 @@ TEST_F(ViewTest, ValuesAtTheCursorAreThoseOfTheFilesAndTheCursorIsAtItsTimeAfter
   EXPECT_THAT(found["said"], IsEmpty());
 }
 
-/// NaN without such a mark.
+/// NaN if there is no such mark.
 double time_of_mark(const json& found, const std::string& begin) {
   for (const json& mark : found["marked"]["marks"])
     if (mark["text"].get<std::string>().starts_with(begin)) return mark["t"];
   return NAN;
 }
 
-TEST_F(ViewTest, TwoRunsAreComparedInOneSceneAndWhereTheyPartIsMarked) {
+TEST_F(ViewTest, TwoRunsAreComparedInOneSceneAndTheirDivergenceIsMarked) {
   short_walks("one");
   ok("replay one/seed-1 'errors.faults=[{frames_lost: {from_s: 0.7, duration_s: 0.3}}]' --out lost");
   const json found = shown("one/seed-1 lost", "compare"), &marked = found["marked"];
@@ -192,14 +192,13 @@ TEST_F(ViewTest, TwoRunsAreComparedInOneSceneAndWhereTheyPartIsMarked) {
   EXPECT_EQ(marked["table"], true) << "and so are five rows of the table";
   EXPECT_GT(found["covered_at_400"], 20) << "the controls stay on a phone";
   EXPECT_LT(found["covered_at_400"], 80) << "of 800 px";
-  EXPECT_NEAR(time_of_mark(found, "first difference of the estimates"), 0.7, 0.11) << marked["marks"];
+  EXPECT_NEAR(time_of_mark(found, "first difference between the estimates"), 0.7, 0.11) << marked["marks"];
   EXPECT_EQ(found["image"]["canvases"], 1) << "the recording is the same";
   for (const json& pixels : found["image"]["colors"]) EXPECT_GT(pixels, 20) << found["image"];
   EXPECT_LT(found["places"]["apart"], 0.1);
   EXPECT_THAT(found["places"]["text"].get<std::string>(),
-              ContainsRegex("A: landmark .* the same place: B: landmark "));
-  EXPECT_THAT(found["places"]["said"].get<std::string>(),
-              ContainsRegex("matched by place .*[0-9]+ in common"));
+              ContainsRegex("A: landmark .* at the same place: B: landmark "));
+  EXPECT_THAT(found["places"]["said"].get<std::string>(), ContainsRegex("matched by place .*[0-9]+ in both"));
   EXPECT_EQ(found["nis"], 2) << "a figure on demand has a line of each run";
   EXPECT_EQ(found["hidden"]["columns"], 2) << "a key splits the scene";
   EXPECT_GT(found["differs"], 0) << "each view has its own run";
@@ -222,7 +221,7 @@ TEST_F(LongViewTest, WhereAFaultOfTheSecondRunAloneMovesItsEstimateIsMarkedWithi
   EXPECT_NEAR(time_of_mark(found, "errors differ by more than 3σ"), 3.5, 0.55) << found["marked"]["marks"];
 }
 
-TEST_F(ViewTest, DepthHasAValueAndABarAndALidarTheColorsOfHeightOrIntensity) {
+TEST_F(ViewTest, DepthHasAValueAndABarAndLidarPointsAreColoredByHeightOrIntensity) {
   write("rig.yaml", scenario_of("{stand: {duration_s: 0.3}}", "rate_hz: 10") + "rig: d435i_mid360\n");
   ok("run rig.yaml --out rig");
   const json found = shown("rig/seed-1", "rig"), &depth = found["depth"];
@@ -241,7 +240,7 @@ TEST_F(ViewTest, DepthHasAValueAndABarAndALidarTheColorsOfHeightOrIntensity) {
   EXPECT_THAT(found["said"], IsEmpty());
 }
 
-TEST_F(ViewTest, InterruptedTheViewEndsCleanly) {
+TEST_F(ViewTest, TheViewEndsCleanlyWhenInterrupted) {
   ok("run walk.yaml --without camera,slam --out one");
   for (const char* const signal : {"INT", "TERM", "HUP"}) {
     viewed("view one/seed-1", "true", std::string("kill -") + signal + " $!; wait $!").ends(0);
@@ -249,20 +248,21 @@ TEST_F(ViewTest, InterruptedTheViewEndsCleanly) {
   }
 }
 
-TEST_F(ViewTest, WhatCannotBeShownIsRefused) {
+TEST_F(ViewTest, RefusesWhatCannotBeShown) {
   ok("run walk.yaml --without camera,slam --out one");
   const std::string token = " --token 0123456789012345678901";
   expect_refused(
       {{"view nothing", "nothing: no such result folder"},
        {"view one", "one: expected a result folder (score.json), such as one/seed-1"},
        {"view one/seed-1/recording", "is a recording, expected a result folder"},
-       {"view one/seed-1 one/seed-1 one/seed-1 one/seed-1 one/seed-1", "5 results, expected one to 4"},
-       {"view one/seed-1 --address 0.0.0.0" + token, "--address 0.0.0.0: expected one address"},
-       {"view one/seed-1 --address 10.1.2.3", "others can reach it, expected a --token"},
+       {"view one/seed-1 one/seed-1 one/seed-1 one/seed-1 one/seed-1", "5 results, expected 1 to 4"},
+       {"view one/seed-1 --address 0.0.0.0" + token,
+        "--address 0.0.0.0: means all interfaces, expected a single one"},
+       {"view one/seed-1 --address 10.1.2.3", "can be reached by others, expected a --token"},
        {"view one/seed-1 --token short", "--token: expected at least 22"},
        {"view one/seed-1 --port 65536", "--port"},
-       {"view one/seed-1 --address 192.0.2.1" + token, "; --port 0 takes any free port of --address"},
-       {"run walk.yaml --view --seeds 1,2", "--view shows one live walk"}});
+       {"view one/seed-1 --address 192.0.2.1" + token, "; --port 0 selects any free port"},
+       {"run walk.yaml --view --seeds 1,2", "--view: shows one live walk"}});
   write("one/seed-1/truth.tum", "0 1\n");
   expect_refused("view one/seed-1", "truth.tum");
 }
@@ -276,7 +276,7 @@ TEST_F(LongViewTest, TheScriptOfTheFrontPageMakesItsPictures) {
     EXPECT_GT(fs::file_size(folder_ / "pictures" / (std::string(name) + ".webp")), 20'000u) << name;
 }
 
-TEST_F(ViewTest, PagesHaveNoSeriousFindingsOfAxeAndFitANarrowPhone) {
+TEST_F(ViewTest, PagesHaveNoSeriousAxeFindingsAndFitANarrowPhone) {
   const std::string modules = kSources + "/build/interop";
   if (!std::getenv("CI") && !fs::exists(modules + "/node_modules/axe-core"))
     GTEST_SKIP() << "tools/test.sh could not install axe-core from npm";
@@ -299,7 +299,7 @@ TEST_F(ViewTest, PagesHaveNoSeriousFindingsOfAxeAndFitANarrowPhone) {
   }
 }
 
-TEST_F(ViewTest, FoxglovesClientHearsTheRun) {
+TEST_F(ViewTest, FoxglovesClientReceivesTheRun) {
   if (!std::getenv("CI") &&
       !fs::exists(GAITSLAM_SOURCE_DIR "/build/interop/node_modules/@foxglove/ws-protocol"))
     GTEST_SKIP() << "tools/test.sh could not install the client from npm";

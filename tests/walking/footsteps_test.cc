@@ -6,7 +6,7 @@ namespace walking {
 namespace {
 
 constexpr double kExact = 1e-12;         // rounding of a few rotations
-constexpr double kSixDecimals = 1.1e-6;  // reference values have six decimals and four of the degrees
+constexpr double kSixDecimals = 1.1e-6;  // reference values have six decimals, degrees four
 
 void expect_foot(const Footstep& step, Side side, double x, double y, double degrees) {
   EXPECT_EQ(step.side, side);
@@ -15,7 +15,8 @@ void expect_foot(const Footstep& step, Side side, double x, double y, double deg
   EXPECT_NEAR(step.pose.yaw / kDegree, degrees, 6e-5);
 }
 
-/// A landing as the step stack has it: in the frame of the foot before, first turned to the new heading.
+/// A landing in the form of the step stack: relative to the previous foot, in axes that are first turned to
+/// the new heading.
 void expect_relative(const FootPose& before, const FootPose& now, double dx, double dy, double degrees) {
   const Eigen::Vector2d d = Eigen::Rotation2Dd(-now.yaw) * (now.position - before.position);
   EXPECT_NEAR(d.x(), dx, kSixDecimals);
@@ -33,9 +34,9 @@ void expect_ends_together_at(const std::vector<Footstep>& steps, const FootPose&
   EXPECT_NE(steps.back().side, steps[steps.size() - 2].side);
 }
 
-TEST(TangentArc, QuarterCircleIsTheReferenceStepStack) {
+TEST(TangentArc, QuarterCircleMatchesTheReferenceStepStack) {
   const auto steps = footsteps(kRobot, TangentArc{0.75, 90 * kDegree}, {}, 0.15);
-  ASSERT_EQ(steps.size(), 9u);  // seven whole steps, the rest, the closing one
+  ASSERT_EQ(steps.size(), 9u);  // seven whole steps, the remainder, the closing step
   expect_foot(steps[0], Side::right, .167876, -.078156, 11.4592);
   expect_foot(steps[1], Side::left, .255069, .146705, 22.9183);
   expect_foot(steps[2], Side::right, .477123, .052591, 34.3775);
@@ -45,7 +46,7 @@ TEST(TangentArc, QuarterCircleIsTheReferenceStepStack) {
   expect_foot(steps[8], Side::right, .845, .750, 90);
 }
 
-TEST(PerpendicularArc, FullCircleIsTheReferenceStepStack) {
+TEST(PerpendicularArc, FullCircleMatchesTheReferenceStepStack) {
   const auto steps = footsteps(kRobot, PerpendicularArc{0.75, 360 * kDegree}, {}, 0.10);
   ASSERT_EQ(steps.size(), 96u);  // 97 entries of the stack; the first only names the first support
   expect_relative({{0, .095}, 0}, steps[0].pose, -.019286, -.288861, 7.639437);
@@ -57,9 +58,9 @@ TEST(PerpendicularArc, FullCircleIsTheReferenceStepStack) {
   expect_ends_together_at(steps, {{0, 0}, 360 * kDegree});
 }
 
-TEST(Straight, DiagonalGivesTheLateralShareToTheFootOnThatSide) {
+TEST(Straight, DiagonalAssignsTheLateralShareToTheFootOnThatSide) {
   const auto steps = footsteps(kRobot, Straight{1.0, -0.5}, {}, 0.15);
-  ASSERT_EQ(steps.size(), 9u);  // 1.118 m: seven whole steps, the rest, the closing one
+  ASSERT_EQ(steps.size(), 9u);  // 1.118 m: seven whole steps, the remainder, the closing step
   const double forward = 0.15 * 1.0 / std::hypot(1.0, 0.5), aside = -forward / 2;
   EXPECT_EQ(steps[0].side, Side::right);
   for (int k = 0; k < 7; ++k) EXPECT_NEAR(steps[k].pose.position.x(), (k + 1) * forward, kExact);
@@ -83,7 +84,7 @@ TEST(Straight, FeetAreNeverCloserSidewaysThanTheirSpacingNorSetFurtherAsideThanT
   }
 }
 
-TEST(Footsteps, AreAsManyAsTheStepLengthAndTheArcsOwnKeySayWithARestUnlessTheyAreWhole) {
+TEST(Footsteps, HaveTheNumberSetByStepLengthAndArcKeyPlusOneForARemainder) {
   for (const auto& [command, step_length_m, count] :
        {std::tuple<Command, double, std::size_t>{PerpendicularArc{1, 0.6}, 0.4, 10},
         {PerpendicularArc{1, 0.6, 0.15}, 0.4, 8},
@@ -110,14 +111,14 @@ TEST(Footsteps, EveryCommandEndsWithFeetTogetherAtItsNominalPlaceWhereverItStart
     expect_ends_together_at(footsteps(kRobot, command, start, 0.15), start * end);
 }
 
-TEST(Steps, FrameIsTurnedBeforeTheFootIsSetDownInIt) {
+TEST(Steps, TheFrameIsTurnedBeforeTheFootIsSetDownInIt) {
   const auto steps = footsteps(kRobot, Steps{{{0.1, -0.2, 90 * kDegree}}}, {}, 0.15);
   ASSERT_EQ(steps.size(), 2u);
   expect_foot(steps[0], Side::right, 0.2, 0.195, 90);  // from the left foot at (0, 0.095): 0.1 along y
   expect_foot(steps[1], Side::left, 0.01, 0.195, 90);  // and the feet are brought together
 }
 
-TEST(Footsteps, WhatCannotBeWalkedIsRefusedAndAStepNamedByItsNumber) {
+TEST(Footsteps, InfeasibleCommandsAreRefusedAndStepsAreNamedByTheirNumber) {
   for (const auto& [command, words] : {std::pair<Command, const char*>{Straight{0, 0}, ""},
                                        {TangentArc{0.75, 0}, ""},
                                        {Steps{}, ""},
@@ -127,7 +128,7 @@ TEST(Footsteps, WhatCannotBeWalkedIsRefusedAndAStepNamedByItsNumber) {
                 testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr(words)));
 }
 
-TEST(Turn, FeetGoRoundOnTheSpotAndEndTogether) {
+TEST(Turn, FeetTurnOnTheSpotAndEndTogether) {
   for (const double angle : {90.0, -45.0, 7.0, 200.0}) {
     const auto steps = footsteps(kRobot, Turn{angle * kDegree, 10 * kDegree}, {{1, 2}, 0.3}, 0.15);
     EXPECT_EQ(steps.size(), static_cast<std::size_t>(std::ceil(std::abs(angle) / 10)) + 1);
@@ -138,7 +139,7 @@ TEST(Turn, FeetGoRoundOnTheSpotAndEndTogether) {
   }
 }
 
-/// Feet together below that waist.
+/// The feet together below a waist at that place.
 FootPose feet_below(double x, double y, double degrees) {
   return FootPose{{x, y}, degrees * kDegree} * FootPose{{kRobot.sole_ahead, 0}, 0};
 }
@@ -148,7 +149,7 @@ TEST(GoTo, EndsUnderTheWaistAtItsPlaceWhereverItBegins) {
        {FootPose{{kRobot.sole_ahead, 0}, 0}, FootPose{{-1, 2}, 2.5}, FootPose{{0, 0}, 9}}) {
     const auto steps = footsteps(kRobot, GoTo{0.5, -0.8, 120 * kDegree}, start, 0.15);
     FootPose goal = feet_below(0.5, -0.8, 120);
-    goal.yaw = steps.back().pose.yaw;  // whole turns more or less
+    goal.yaw = steps.back().pose.yaw;  // up to whole turns
     EXPECT_NEAR(std::remainder(goal.yaw - 120 * kDegree, 2 * std::numbers::pi), 0, kExact);
     expect_ends_together_at(steps, goal);
   }

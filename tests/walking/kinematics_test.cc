@@ -6,16 +6,16 @@
 namespace walking {
 namespace {
 
-TEST(InverseKinematics, FeetAtTheStartGiveTheJointsOfTheStartWithTheAnkleWhereThePublishedRobotHasIt) {
+TEST(InverseKinematics, StartFeetGiveTheStartJointsAndThePublishedAnklePosition) {
   const BodySolution body = inverse_kinematics(kRobot, standing(), kRobot.posture);
   EXPECT_TRUE(body.left_reached && body.right_reached);
   EXPECT_LT((body.q - kRobot.posture).cwiseAbs().maxCoeff(), 1e-12);
-  EXPECT_NEAR(kRobot.sole_ahead, .0094903511, 1e-10);  // as printed by others
+  EXPECT_NEAR(kRobot.sole_ahead, .0094903511, 1e-10);  // as published by others
   EXPECT_NEAR(kRobot.base_height, 0.105 + .5437018512, 1e-10);
   EXPECT_NEAR(kRobot.foot_spacing, 0.19, 1e-15);
 }
 
-TEST(InverseKinematics, TheLegThatCannotFollowIsNamedAndTheOtherOneFollows) {
+TEST(InverseKinematics, ALegThatCannotFollowIsNamedAndTheOtherFollows) {
   Posture posture = standing();
   posture.X_PL.translation() += Eigen::Vector3d(0.6, 0, -0.1);
   const BodySolution body = inverse_kinematics(kRobot, posture, kRobot.posture);
@@ -28,7 +28,7 @@ TEST(InverseKinematics, TheLegThatCannotFollowIsNamedAndTheOtherOneFollows) {
 
 using Eigen::Isometry3d, Eigen::Vector3d;
 
-/// The readings of a robot that does as planned; its ankles are loaded too little to yield.
+/// The readings of a robot that moves as planned; the load on its ankles is too small to make them yield.
 SensorReadings readings_of(const Reference& reference) {
   SensorReadings readings;
   readings.q = inverse_kinematics(kRobot, reference, kRobot.posture).q;
@@ -67,8 +67,8 @@ TEST(LegOdometry, FollowsTheWaistOfAWalkThatGoesAsPlanned) {
   EXPECT_GE(changes, 5) << "steps";
 }
 
-// Double support: the load goes back and forth by less than a tenth.
-TEST(LegOdometry, FeetThatShareTheLoadDoNotTakeTurns) {
+// Double support: the load shifts back and forth by less than a tenth.
+TEST(LegOdometry, FeetThatShareTheLoadDoNotAlternate) {
   SensorReadings readings = readings_of(standing());
   LegOdometry legs(kRobot, Isometry3d::Identity());
   const auto sole = [&](double left, double right) {
@@ -81,7 +81,8 @@ TEST(LegOdometry, FeetThatShareTheLoadDoNotTakeTurns) {
   EXPECT_NEAR(sole(300, 340).y() - before.y(), -kRobot.foot_spacing, 1e-6);
 }
 
-// A foot that lands high and tilted does not move the waist at once, and comes to lie flat on the floor.
+// A foot that lands high and tilted does not move the waist at once; it settles until it lies flat on the
+// floor.
 TEST(LegOdometry, ASoleThatLandsSettlesOnTheFloor) {
   SensorReadings readings = before_a_high_landing();
   LegOdometry legs(kRobot, Isometry3d::Identity());
@@ -103,7 +104,7 @@ TEST(LegOdometry, ASoleThatLandsSettlesOnTheFloor) {
   EXPECT_LT((X_OS.linear() * Vector3d::UnitZ() - Vector3d::UnitZ()).norm(), 1e-6);
 }
 
-TEST(LegOdometry, RoundingErrorsDoNotGrowWhateverTheHeading) {
+TEST(LegOdometry, RoundingErrorsDoNotGrowAtAnyHeading) {
   for (double heading = 0; heading < 6.3; heading += 0.1) {
     SensorReadings readings = before_a_high_landing();
     LegOdometry legs(kRobot, Isometry3d(Eigen::AngleAxisd(heading, Vector3d::UnitZ())));
@@ -115,7 +116,7 @@ TEST(LegOdometry, RoundingErrorsDoNotGrowWhateverTheHeading) {
   }
 }
 
-TEST(LegOdometry, TheAnkleGivesWayAsItsStiffnessSays) {
+TEST(LegOdometry, TheAnkleYieldsAccordingToItsStiffness) {
   LegVector q;
   q << 0.1, -0.05, -0.5, 0.9, -0.45, 0.08;
   const Vector3d ankle(0, 0, 0.105);
@@ -133,7 +134,7 @@ TEST(LegOdometry, TheAnkleGivesWayAsItsStiffnessSays) {
       << "a force through the ankle turns nothing";
 }
 
-TEST(LegOdometry, ASoleTiltsOnItsPadsAboutItsMiddleAndBushAndPadsHaveTheirLag) {
+TEST(LegOdometry, ASoleTiltsOnItsPadsAboutItsMiddleAndBushAndPadsLag) {
   Leg leg;
   leg.sole_min << -0.1, -0.07;
   leg.sole_max << 0.14, 0.07;

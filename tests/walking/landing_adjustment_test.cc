@@ -10,8 +10,8 @@ using Options = StabilizerOptions::LandingAdjustment;
 
 class LandingAdjustmentTest : public testing::Test {
  protected:
-  /// Plays the plan while the center of mass is off by `error` in the swing of the left foot, and the foot in
-  /// the air carries `load_n` from `loaded` of its swing on.
+  /// Plays the plan while the center of mass is off by `error` during the swing of the left foot. The foot in
+  /// the air carries `load_n` once the fraction `loaded` of its swing is over.
   void walk(const Vector2d& error, const Options& options, double load_n = 0, double loaded = 2) {
     LandingAdjustment adjustment(kRobot, options);
     for (const Reference& planned : kPlan) {
@@ -37,7 +37,7 @@ class LandingAdjustmentTest : public testing::Test {
 
 constexpr Options kOn{.enabled = true};
 
-TEST_F(LandingAdjustmentTest, MovesNothingIfItIsOffOrTheErrorIsSmall) {
+TEST_F(LandingAdjustmentTest, MovesNothingIfDisabledOrIfTheErrorIsSmall) {
   const double growth = std::exp(kOn.growth_fraction * std::sqrt(kGravity / kRobot.com_height()) *
                                  WalkOptions{}.single_support_s);
   for (const auto& [options, error] : {std::pair(Options{}, 0.05), {kOn, 0.9 * kOn.dead_zone_m / growth}}) {
@@ -50,7 +50,7 @@ TEST_F(LandingAdjustmentTest, MovesNothingIfItIsOffOrTheErrorIsSmall) {
   }
 }
 
-// At touch-down nothing grows any more: the foothold has moved by the error less the dead zone.
+// At touch-down the error no longer grows: the foothold has moved by the error minus the dead zone.
 TEST_F(LandingAdjustmentTest, MovesTheFootholdByTheErrorAtTouchDown) {
   walk({0.05, 0.04}, {.enabled = true, .growth_fraction = 0});
   EXPECT_LT((end() - Vector2d(0.03, 0.02)).norm(), 1e-9);
@@ -62,12 +62,12 @@ TEST_F(LandingAdjustmentTest, ThePlanFollowsTheFootholdWithoutAJump) {
   EXPECT_GT(end().norm(), 0.03);
   EXPECT_LT(((last.com - planned.com).head<2>() - end()).norm(), 1e-12);
   EXPECT_LT((last.frame_shift - end()).norm(), 1e-12);
-  // The right foot has followed, too: feet are as far apart as planned.
+  // The right foot has followed, too: the feet are as far apart as planned.
   EXPECT_LT(((last.X_PL.translation() - last.X_PR.translation()) -
              (planned.X_PL.translation() - planned.X_PR.translation()))
                 .norm(),
             1e-9);
-  // The foothold comes to its place while the foot swings, the frame within 0.08 s.
+  // The foothold reaches its place while the foot swings, the frame within 0.08 s.
   for (std::size_t k = 1; k < ticks_.size(); ++k) {
     ASSERT_LT((landed(k) - landed(k - 1)).norm() / kPeriod, 0.95)
         << k;  // the limit of planned feet in walks.h
@@ -76,9 +76,9 @@ TEST_F(LandingAdjustmentTest, ThePlanFollowsTheFootholdWithoutAJump) {
   }
 }
 
-TEST_F(LandingAdjustmentTest, KeepsToItsLimitsAndToTheAreaOfSteps) {
+TEST_F(LandingAdjustmentTest, StaysWithinItsLimitsAndTheAreaOfSteps) {
   const double spacing = kRobot.foot_spacing;
-  // Inwards the soles, 0.138 m wide at a spacing of 0.19 m, stay 0.01 m apart or more.
+  // On the inside, the soles (0.138 m wide at a spacing of 0.19 m) stay at least 0.01 m apart.
   for (const auto& [error, least, most] : std::vector<std::tuple<Vector2d, Vector2d, Vector2d>>{
            {{0.5, 0}, {0.1199, -1e-9}, {0.1201, 1e-9}},
            {{-0.5, 0}, {-0.1201, -1e-9}, {-0.1199, 1e-9}},
@@ -91,7 +91,7 @@ TEST_F(LandingAdjustmentTest, KeepsToItsLimitsAndToTheAreaOfSteps) {
   }
 }
 
-TEST_F(LandingAdjustmentTest, AFootThatHasTouchedDownEarlyStays) {
+TEST_F(LandingAdjustmentTest, AFootThatTouchesDownEarlyStays) {
   walk({0.05, 0.04}, kOn, 100, 0.7);
   Vector2d at_contact = Vector2d::Zero();
   for (std::size_t k = 0; k < ticks_.size(); ++k)
@@ -99,7 +99,7 @@ TEST_F(LandingAdjustmentTest, AFootThatHasTouchedDownEarlyStays) {
   EXPECT_EQ(end(), at_contact);
   EXPECT_GT(at_contact.norm(), 0.01);
   ticks_.clear();
-  walk({0.05, 0.04}, kOn, 20, 0.7);  // what swings may feel so much
+  walk({0.05, 0.04}, kOn, 20, 0.7);  // a swinging foot may measure this much
   EXPECT_GT((end() - at_contact).norm(), 0.005);
 }
 

@@ -6,7 +6,7 @@
 namespace walking {
 namespace {
 
-/// A robot in its start posture, with these loads, N, `ahead_m` before the point of each sole below the
+/// A robot in its start posture with these loads (N), each `ahead_m` ahead of the point of the sole below the
 /// ankle.
 SensorReadings loaded(const Robot& robot, double left_n, double right_n, double ahead_m) {
   SensorReadings readings;
@@ -17,7 +17,7 @@ SensorReadings loaded(const Robot& robot, double left_n, double right_n, double 
   return readings;
 }
 
-TEST(LegOdometry, ARobotThatRollsOverItsToesTurnsAboutThemUnlessItsSolesLieFlat) {
+TEST(LegOdometry, ARobotRollingOverItsToesTurnsAboutThemUnlessItsSolesLieFlat) {
   const Robot robot = made_up_robot();
   Robot with_pads = robot;
   for (Leg& leg : with_pads.legs) leg.pad_stiffness << 1e9, 1e9;
@@ -30,7 +30,7 @@ TEST(LegOdometry, ARobotThatRollsOverItsToesTurnsAboutThemUnlessItsSolesLieFlat)
   points.add(readings), soles.add(readings);
   readings.gyro.y() = 0.5;
   for (int k = 0; k < 20; ++k) {
-    readings.accelerometer.setZero();  // does not correct the tilt
+    readings.accelerometer.setZero();  // so that it does not correct the tilt
     points.add(readings), soles.add(readings);
   }
   const Eigen::Vector3d p_BT =
@@ -43,7 +43,7 @@ TEST(LegOdometry, ARobotThatRollsOverItsToesTurnsAboutThemUnlessItsSolesLieFlat)
   EXPECT_LT((soles.motion(readings.q).X_OB.linear() - X_OB.linear()).norm(), 0.02);
 }
 
-TEST(LegOdometry, SolesWithoutPadsTiltByTheGyroAndStayOnALevelFloor) {
+TEST(LegOdometry, SolesWithoutPadsTiltWithTheGyroAndStayOnALevelFloor) {
   const Robot robot = made_up_robot();
   Eigen::Isometry3d X_OB = Eigen::Isometry3d::Identity();
   X_OB.translation().z() = robot.base_height + 0.01;
@@ -71,7 +71,7 @@ TEST(LegOdometry, AChestThatTurnsOnItsWaistDoesNotTurnTheWaist) {
   EXPECT_LT((legs.motion(readings.q).X_OB.matrix() - Eigen::Matrix4d::Identity()).norm(), 1e-12);
 }
 
-TEST(LegOdometry, BothFeetCountByTheirLoadAndALightOneDoesNot) {
+TEST(LegOdometry, FeetCountByTheirLoadUnlessItIsSmall) {
   const Robot robot = made_up_robot();
   const auto ahead = [&](double left_n, double right_n) {
     LegOdometry legs(robot, Eigen::Isometry3d::Identity(), Floor::any);

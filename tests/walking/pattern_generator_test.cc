@@ -7,7 +7,8 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// The paper's first experiment; turn = +1: diagonal to the right, four quarters to the left; -1: mirrored.
+/// The paper's first experiment. turn = +1: diagonally to the right, then four quarters to the left; -1:
+/// mirrored.
 WalkOptions tangent_circle(double turn = 1) {
   WalkOptions options;
   options.commands = {Stand{2.0}, Straight{1.0, -0.5 * turn}};
@@ -45,7 +46,7 @@ class WholeWalk : public testing::TestWithParam<WalkOptions (*)(double)> {
 };
 INSTANTIATE_TEST_SUITE_P(, WholeWalk, testing::Values(tangent_circle, perpendicular_circle));
 
-TEST_P(WholeWalk, IsSmoothWithTheWaistUprightAtItsHeightAndTheCenterOfMassAtItsPlace) {
+TEST_P(WholeWalk, IsSmoothWithAnUprightWaistAtConstantHeightAndTheCenterOfMassInPlace) {
   expect_smooth(walk_);
   for (std::size_t k = 0; k < walk_.size(); ++k) {
     const Reference& r = walk_[k];
@@ -56,7 +57,7 @@ TEST_P(WholeWalk, IsSmoothWithTheWaistUprightAtItsHeightAndTheCenterOfMassAtItsP
   }
 }
 
-TEST_P(WholeWalk, StartsInHalfSittingAndStandsStillUntilThePreviewSeesTheFirstStepAndAtItsEnd) {
+TEST_P(WholeWalk, StartsHalfSittingAndStandsStillUntilThePreviewSeesAStepAndAtTheEnd) {
   const Reference& start = walk_.front();
   expect_pose(start.X_PB, {0, 0, kRobot.base_height}, 0, 1e-15);
   EXPECT_LT((inverse_kinematics(kRobot, start, kRobot.posture).q - kRobot.posture).cwiseAbs().maxCoeff(),
@@ -69,7 +70,7 @@ TEST_P(WholeWalk, StartsInHalfSittingAndStandsStillUntilThePreviewSeesTheFirstSt
   EXPECT_LT(walk_.back().com_velocity.norm(), 5e-4);  // 0.19 m · exp(-3.5 · 2 s) · 3.5 / 2 and less
 }
 
-TEST_P(WholeWalk, ToTheRightIsTheMirrorImageOfThatToTheLeft) {
+TEST_P(WholeWalk, ToTheRightMirrorsTheOneToTheLeft) {
   const auto right = planned(GetParam()(-1));
   ASSERT_EQ(walk_.size(), right.size());
   for (std::size_t k = 0; k < walk_.size() && !HasFailure(); ++k) {
@@ -86,11 +87,11 @@ TEST(PatternGenerator, WalksEndWhereTheirCommandsLead) {
     const Reference end = planned(options).back();
     expect_pose(end.X_PL, {kRobot.sole_ahead + x, y + 0.095, 0}, 0, 1e-12);
     expect_pose(end.X_PR, {kRobot.sole_ahead + x, y - 0.095, 0}, 0, 1e-12);
-    expect_pose(end.X_PB, {x, y, kRobot.base_height}, 0, 3e-4);  // what is left of coming to rest
+    expect_pose(end.X_PB, {x, y, kRobot.base_height}, 0, 3e-4);  // the remaining motion while coming to rest
   }
 }
 
-TEST(PatternGenerator, ARobotThatNoOneHasBuiltWalksByItsOwnDimensions) {
+TEST(PatternGenerator, AnInventedRobotWalksByItsOwnDimensions) {
   const Robot robot = made_up_robot();
   WalkOptions options = walk_of({Straight{0.4, 0.1}, PerpendicularArc{0.75, 0.4}, TangentArc{0.75, -0.5}});
   options.com_height_m = robot.com_height();
@@ -112,7 +113,7 @@ TEST(PatternGenerator, ARobotThatNoOneHasBuiltWalksByItsOwnDimensions) {
   EXPECT_NEAR((end.X_PL.translation() - end.X_PR.translation()).norm(), robot.foot_spacing, 1e-12);
 }
 
-TEST(PatternGenerator, AfterTheLastTickTheRobotStands) {
+TEST(PatternGenerator, TheRobotStandsAfterTheLastTick) {
   PatternGenerator generator(kRobot, walk_of({Straight{0.15, 0}}));
   Reference last;
   for (std::size_t k = 0; k < generator.ticks(); ++k) last = generator.next();
@@ -124,7 +125,7 @@ TEST(PatternGenerator, AfterTheLastTickTheRobotStands) {
   }
 }
 
-TEST(PatternGenerator, StepsBeyondTheLegsAreRefusedWithTheCommandTheLegAndAKeyThatIsTheCause) {
+TEST(PatternGenerator, StepsOutOfReachAreRefusedWithTheCommandTheLegAndTheKeyThatCausesIt) {
   WalkOptions long_steps = walk_of({Stand{1}, Straight{2, 0}});
   long_steps.step_length_m = 0.4;
   WalkOptions low = walk_of({Stand{0.1}, Steps{{{0, 0.49, 0}, {0, -0.19, 0}, {0, 0.49, 0}, {0, -0.19, 0}}}});
@@ -134,11 +135,11 @@ TEST(PatternGenerator, StepsBeyondTheLegsAreRefusedWithTheCommandTheLegAndAKeyTh
   blind.preview_s = 0.1;
   const WalkOptions tight = walk_of({Stand{0.1}, TangentArc{0.2, 1.5}});
   const std::vector<std::pair<WalkOptions, std::string>> cases{
-      {long_steps, "; the cause is walk.step_length_m 0.4, with 0.15 the legs can follow"},
-      {low, "; the cause is walk.com_height_m 0.3, with 0.808[0-9]* the legs can follow"},
-      {blind, "; the cause is walk.preview_s 0.1, with 1.6 the legs can follow"},
+      {long_steps, "; the cause is walk.step_length_m 0.4; with 0.15, the legs can follow"},
+      {low, "; the cause is walk.com_height_m 0.3; with 0.808[0-9]*, the legs can follow"},
+      {blind, "; the cause is walk.preview_s 0.1; with 1.6, the legs can follow"},
       {tight,
-       R"(; the cause is walk\.commands\[1\]\.tangent_arc\.radius_m 0.2, with 0.75 the legs can follow)"}};
+       R"(; the cause is walk\.commands\[1\]\.tangent_arc\.radius_m 0.2; with 0.75, the legs can follow)"}};
   for (const auto& [options, cause] : cases)
     EXPECT_THAT([&o = options] { PatternGenerator generator(kRobot, o); },
                 testing::ThrowsMessage<std::invalid_argument>(testing::MatchesRegex(
@@ -149,7 +150,7 @@ WalkOptions diagonal_and_quarter() {
   return walk_of({Stand{1}, Straight{0.6, -0.3}, Stand{0.5}, TangentArc{0.75, 60 * kDegree}, Stand{1}});
 }
 
-TEST(PatternGenerator, WithoutAHeightOfTheCenterOfMassItPlansForThatOfTheRobot) {
+TEST(PatternGenerator, PlansForTheRobotsCenterOfMassHeightUnlessOneIsSet) {
   WalkOptions stated = diagonal_and_quarter();
   stated.com_height_m = kRobot.com_height();
   PatternGenerator plan(kRobot, diagonal_and_quarter()), same(kRobot, stated);
@@ -173,7 +174,7 @@ std::vector<Reference> changed_walk(const std::function<void(PatternGenerator&)>
   return walk;
 }
 
-/// Moves the step that is due, and with it all that follow, by `by` in its own axes.
+/// Moves the step that is due, and with it all following steps, by `by` in its own axes.
 void move_by(PatternGenerator& plan, const FootPose& by) {
   auto rest = landings_from(plan, plan.free_step());
   const FootPose moved = rest.front().pose * by * inverse(rest.front().pose);
@@ -201,7 +202,7 @@ TEST(Replanning, TheSameLandingsGiveTheSameBits) {
   for (std::size_t k = 0; k < plain.size(); ++k) ASSERT_TRUE(same_bits(plain[k], again[k])) << k;
 }
 
-TEST(Replanning, WhatWasWalkedBeforeAChangeIsThePlainPlanBitForBit) {
+TEST(Replanning, TheWalkBeforeAChangeIsTheOriginalPlanBitForBit) {
   const auto plain = planned(diagonal_and_quarter());
   double changed_s = 0;
   const auto walk = changed_walk([&](PatternGenerator& plan) {
@@ -217,7 +218,7 @@ TEST(Replanning, WhatWasWalkedBeforeAChangeIsThePlainPlanBitForBit) {
   EXPECT_GT((plain.back().X_PB.translation() - walk.back().X_PB.translation()).norm(), 0.02);
 }
 
-/// The largest steps of ZMP, jerk and feet from tick to tick.
+/// The largest changes of ZMP, jerk and feet from tick to tick.
 Eigen::Vector3d largest_steps(const std::vector<Reference>& walk) {
   Eigen::Vector3d most = Eigen::Vector3d::Zero();
   for (std::size_t k = 1; k < walk.size(); ++k) {
@@ -245,7 +246,7 @@ TEST(Replanning, AChangedWalkIsAsSmoothAsAPlanThatNeverChanges) {
   }
 }
 
-TEST(Replanning, FeetLandWhereTheyWereLastPlanned) {
+TEST(Replanning, FeetLandWhereLastPlanned) {
   std::vector<std::pair<std::size_t, Footstep>> landed;  // with its tick
   const auto walk = changed_walk([&](PatternGenerator& plan) {
     move_by(plan, {{0.01, 0}, 0});
@@ -258,7 +259,7 @@ TEST(Replanning, FeetLandWhereTheyWereLastPlanned) {
   }
 }
 
-TEST(Replanning, StepsAddedAfterTheLastOneAreWalkedFromStanding) {
+TEST(Replanning, StepsAddedAfterTheLastOneAreWalkedFromAStand) {
   for (const std::size_t standing_ticks : {1, 100, 300}) {
     PatternGenerator plan(kRobot, diagonal_and_quarter());
     std::vector<Reference> walk;
@@ -277,7 +278,7 @@ TEST(Replanning, StepsAddedAfterTheLastOneAreWalkedFromStanding) {
   }
 }
 
-TEST(Replanning, AStepBeyondTheLegsIsFoundAndOneThatThePreviewHasUsedCannotBeChanged) {
+TEST(Replanning, AStepOutOfReachIsDetectedAndOneThatThePreviewHasUsedCannotBeChanged) {
   PatternGenerator plan(kRobot, diagonal_and_quarter());
   while (!plan.is_due()) plan.next();
   const auto rest = landings_from(plan, 0);

@@ -21,7 +21,7 @@ void expect_gains(const PreviewGains& gains, double integral, const std::array<d
   for (const auto& [j, gain] : preview) expect_gain(gain, gains.preview(j - 1));
 }
 
-TEST(PreviewGains, EqualThePublishedOnesAndTheReferenceForOtherGravityAndHeights) {
+TEST(PreviewGains, MatchThePublishedGainsAndTheReferenceForOtherGravityAndHeights) {
   const PreviewGains gains = preview_gains(CartTable(0.814), kHorizon);
   const std::map<int, double> preview{{1, -618.7016237839},   {2, -777.5073305104},   {3, -952.2612920583},
                                       {6, -1181.389369841},   {12, -1056.464148017},  {32, -745.5674954037},
@@ -34,7 +34,7 @@ TEST(PreviewGains, EqualThePublishedOnesAndTheReferenceForOtherGravityAndHeights
                {72579.64543216, 21429.83782496, 176.4445598795}, {{3, -952.4196134829}});
 }
 
-/// A reference of both axes, constant beyond its ends, tick by tick through preview control.
+/// Sends a reference for both axes, constant beyond its ends, tick by tick through preview control.
 struct Walked {
   std::vector<PreviewControl::State> states;
   std::vector<Eigen::Vector2d> zmp;
@@ -64,7 +64,7 @@ std::vector<Eigen::Vector2d> step_reference() {
   return reference;
 }
 
-TEST(PreviewControl, StepResponseIsTheReferenceOne) {
+TEST(PreviewControl, StepResponseMatchesTheReference) {
   const Walked walked = walk(step_reference());
   constexpr double kPrinted = 1e-9;  // ten decimals printed, gains good to 1e-11
   const std::map<int, std::array<double, 4>> expected{
@@ -97,7 +97,7 @@ TEST(PreviewControl, HalfThePreviewUndershootsMore) {
   expect_extremes(kHorizon / 2, -0.037704, 0.307207, 1e-6);
 }
 
-/// All mass at the plan's center of mass: the cart-table itself.
+/// The whole mass at the plan's center of mass: the cart-table itself.
 BodyMomentum one_mass(const BodyMotion& motion) {
   const Eigen::Vector3d offset = motion.pose.X_PB.linear() * kRobot.com;
   return {.mass = kRobot.mass,
@@ -135,14 +135,14 @@ TEST(MotionBetween, LeadsFromOnePoseToTheOther) {
   EXPECT_TRUE(motion.pose.X_PB.linear().isApprox(half, 1e-14));
 }
 
-TEST(MultibodyZmp, IsBelowABodyAtRestAndBehindOneWhoseUpperBodyTurnsForwards) {
+TEST(MultibodyZmp, IsBelowABodyAtRestAndBehindOneWhoseUpperBodyRotatesForward) {
   BodyMomentum still{.mass = 50, .com = {3, -2, 0.8}}, turning = still;
   EXPECT_LT((multibody_zmp(still, still) - Eigen::Vector2d(3, -2)).norm(), 1e-14);
-  turning.angular.y() = 50 * kGravity * kPeriod * 0.02;  // the moment of 2 cm of ZMP behind the mass
+  turning.angular.y() = 50 * kGravity * kPeriod * 0.02;  // the moment that moves the ZMP 2 cm behind the mass
   EXPECT_LT((multibody_zmp(still, turning) - Eigen::Vector2d(2.98, -2)).norm(), 1e-14);
 }
 
-TEST(MultibodyZmp, OfOneMassIsTheCartTables) {
+TEST(MultibodyZmp, OfASingleMassMatchesTheCartTable) {
   const auto walk = planned(two_steps());
   for (std::size_t k = 2; k < walk.size(); ++k) {
     const Reference &a = walk[k - 2], &b = walk[k - 1], &c = walk[k];
@@ -150,7 +150,7 @@ TEST(MultibodyZmp, OfOneMassIsTheCartTables) {
       return one_mass(
           motion_between(pose_of(kRobot, from, kRobot.posture), pose_of(kRobot, to, kRobot.posture)));
     };
-    // Differences see the acceleration's mean over two ticks, the cart-table that at the tick.
+    // Differences give the mean acceleration over two ticks, the cart-table the acceleration at the tick.
     const Eigen::Vector3d mean = b.com_acceleration / 1.5 + (a.com_acceleration + c.com_acceleration) / 6;
     const Eigen::Vector3d expected = b.com - two_steps().com_height_m / kGravity * mean;
     const Eigen::Vector2d found = multibody_zmp(momentum(a, b), momentum(b, c));
@@ -173,10 +173,10 @@ TEST(SecondPreview, LeavesTheCartTableWithItsFeetAndHeadingAsItIs) {
   }
 }
 
-TEST(SecondPreview, StartsInHalfSittingEvenIfTheModelsMassIsElsewhere) {
+TEST(SecondPreview, StartsHalfSittingEvenIfTheModelsMassIsElsewhere) {
   const auto walk = with_second_preview([](const BodyMotion& motion) {
     BodyMomentum momentum = one_mass(motion);
-    momentum.com.y() += 0.00155;  // as that of the real robot
+    momentum.com.y() += 0.00155;  // like that of the real robot
     return momentum;
   });
   EXPECT_LT((walk.front().com.head<2>() - kRobot.com.head<2>()).norm(), 1e-15);

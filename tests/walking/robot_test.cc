@@ -8,8 +8,8 @@ namespace {
 
 double uniform(std::mt19937_64& bits) { return static_cast<double>(bits() >> 11) * 0x1p-53; }
 
-/// Uniform within the ranges, the knee (joint 3) at least so far from stretched, the hip well above the plane
-/// of the sole.
+/// Uniform within the ranges, but the knee (joint 3) at least `bent` from stretched and the hip well above
+/// the plane of the sole.
 LegVector random_leg(const Robot& robot, Side side, std::mt19937_64& bits, double bent) {
   LegVector q;
   for (int i = 0; i < 6; ++i) {
@@ -28,8 +28,8 @@ LegVector near(const LegVector& q, double distance, std::mt19937_64& bits) {
   return other;
 }
 
-// Ten decimals of a published model.
-TEST(LegKinematics, ReferencePoseOfTheLeftLegIsTheReferenceOneForwardsAndBackwards) {
+// Ten decimals from a published model.
+TEST(LegKinematics, TheReferencePoseOfTheLeftLegIsReproducedForwardAndInverse) {
   const Robot robot = hrp2_robot();
   const LegVector q(.1, -.05, -.5, .9, -.45, .08);
   Eigen::Isometry3d X_BA = Eigen::Isometry3d::Identity();
@@ -44,8 +44,9 @@ TEST(LegKinematics, ReferencePoseOfTheLeftLegIsTheReferenceOneForwardsAndBackwar
   EXPECT_LT((left.q - q).cwiseAbs().maxCoeff(), 1e-8);  // ten decimals through the knee's slope
 }
 
-// From angles of a tick of 5 ms at 10 rad/s before. Few poses have other angles near a singularity.
-TEST(LegKinematics, FindsTheAnglesOfEachPoseOfALegOfAnyOrderAndObliqueAxes) {
+// Starts from the angles of one 5 ms tick earlier at 10 rad/s. Few poses have other solutions near a
+// singularity.
+TEST(LegKinematics, FindsTheAnglesOfEachPoseForAnyJointOrderAndObliqueAxes) {
   for (const auto& [robot, bent, most_others] :
        {std::tuple(hrp2_robot(), 0.05, 0), {made_up_robot(), 0.1, 80}}) {
     std::mt19937_64 bits(1);
@@ -63,14 +64,15 @@ TEST(LegKinematics, FindsTheAnglesOfEachPoseOfALegOfAnyOrderAndObliqueAxes) {
   }
 }
 
-/// A sole so far ahead of, beside and above its place in the start posture, m, and turned, rad.
+/// A sole moved by `by` (ahead, aside and up, m) from its place in the start posture, and turned by `yaw`
+/// (rad).
 Eigen::Isometry3d moved_sole(const Robot& robot, Side side, const Eigen::Vector3d& by, double yaw = 0) {
   Eigen::Isometry3d X = sole_in_base(robot, side, leg_angles(robot.leg(side), robot.posture));
   X.pretranslate(by);
   return X * Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
 }
 
-TEST(LegKinematics, FromTheStartPostureAllStepsAreFound) {
+TEST(LegKinematics, FindsAllStepsFromTheStartPosture) {
   for (const Robot& robot : {hrp2_robot(), made_up_robot()})
     for (const double ahead : {-0.2, 0.0, 0.2})
       for (const double out : {0.0, 0.1, 0.2})
@@ -85,7 +87,7 @@ TEST(LegKinematics, FromTheStartPostureAllStepsAreFound) {
           }
 }
 
-TEST(LegKinematics, WhatALegCannotTakeIsNamed) {
+TEST(LegKinematics, ReportsWhyALegCannotTakeAPose) {
   using testing::HasSubstr, testing::Optional;
   const Robot robot = made_up_robot();
   const auto obstacle = [&](const Eigen::Vector3d& by, double yaw) {
@@ -101,7 +103,7 @@ TEST(LegKinematics, WhatALegCannotTakeIsNamed) {
               Optional(HasSubstr("the left leg's joint port_twist would have to turn to ")));
 }
 
-TEST(LegKinematics, AFootThatWasOutOfReachIsReachedAgain) {
+TEST(LegKinematics, AFootThatWasOutOfReachCanBeReachedAgain) {
   const Robot robot = hrp2_robot();
   LegVector q = leg_angles(robot.leg(Side::left), robot.posture);
   for (const double down : {0.0, -0.03, -0.1, -0.03, 0.0, 0.05}) {
@@ -139,7 +141,7 @@ TEST(Robot, MayHaveLegsOfFiveJointsThatNoPlanWalks) {
 
 Joint& left_knee(Robot& robot) { return robot.joints[static_cast<std::size_t>(robot.legs[1].joints[3])]; }
 
-TEST(Robot, IsRejectedIfItsLegsDoNotFit) {
+TEST(Robot, IsRejectedIfItsLegsAreUnsuitable) {
   for (const auto& [change, complaint] : std::vector<std::pair<void (*)(Robot&), const char*>>{
            {[](Robot& r) { r.legs[1].joints.push_back(0); }, "the left leg has 7 joints, expected 1 to 6"},
            {[](Robot& r) { std::swap(r.legs[1].joints[0], r.legs[1].joints[1]); },
@@ -147,7 +149,8 @@ TEST(Robot, IsRejectedIfItsLegsDoNotFit) {
            {[](Robot& r) { left_knee(r).highest = INFINITY; }, "the left leg has no range at LLEG_JOINT3"},
            {[](Robot& r) { left_knee(r).lowest = 1; },
             "the left leg is beyond the range of LLEG_JOINT3 in the start posture"},
-           {[](Robot& r) { r.posture.setZero(); }, "leg cannot move its sole every way in the start posture"},
+           {[](Robot& r) { r.posture.setZero(); },
+            "leg cannot move its sole in every direction in the start posture"},
            {[](Robot& r) { r.posture[9] += 0.1; }, "the left sole is turned by 5.7"},
            {[](Robot& r) { r.legs[1].X_FS.translation().x() += 0.01; }, "the soles are not side by side"}}) {
     Robot robot = hrp2_robot();

@@ -1,11 +1,11 @@
-// Robots of tests: one of HRP-2's dimensions, and an invented one.
+// Robots for tests: one with HRP-2's dimensions, and an invented one.
 #pragma once
 
 #include "walking/robot.h"
 
 namespace walking {
 
-/// Adds a joint. Returns its index.
+/// Adds a joint and returns its index.
 inline int add_joint(Robot& robot, const std::string& name, int parent, const Eigen::Vector3d& offset,
                      const Eigen::Vector3d& axis, double lowest_deg, double highest_deg) {
   constexpr double kRad = std::numbers::pi / 180;
@@ -27,7 +27,7 @@ inline Robot hrp2_robot() {
     const std::string leg = side == Side::left ? "LLEG_JOINT" : "RLEG_JOINT";
     const auto add = [&](const Eigen::Vector3d& offset, const Eigen::Vector3d& axis, double inwards,
                          double outwards) {
-      auto& joints = robot.leg(side).joints;  // about y both sides are alike
+      auto& joints = robot.leg(side).joints;  // about y, both sides are alike
       const bool mirrored = side == Side::left && axis != y;
       joints.push_back(add_joint(robot, leg + std::to_string(joints.size()),
                                  joints.empty() ? -1 : joints.back(), offset, axis,
@@ -75,7 +75,8 @@ inline Robot hrp2_robot() {
   return robot;
 }
 
-/// A robot with oblique hip axes that do not meet, in the order pitch, roll, yaw, with other signs left and
+/// A robot with oblique hip axes that do not meet, in the order pitch, roll, yaw and with different signs on
+/// the left and right, ankle axes that do not meet, and a waist joint among those of the legs.
 /// right, ankle axes that do not meet, and a waist joint among those of the legs.
 inline Robot made_up_robot() {
   constexpr double kRad = std::numbers::pi / 180;

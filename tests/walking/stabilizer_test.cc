@@ -12,7 +12,7 @@ const Vector3d kUp = Vector3d::UnitZ(), kStill = Vector3d::Zero();
 
 double angle_between(const Vector3d& a, const Vector3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
-TEST(Attitude, FollowsATurnByTheGyro) {
+TEST(Attitude, FollowsATurnUsingTheGyro) {
   Attitude attitude(kUp);
   const Vector3d rate(0.6, -0.3, 0.8);
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
@@ -31,7 +31,7 @@ TEST(Attitude, FindsTheVerticalAtTheRateOfItsGain) {
   Attitude attitude(Vector3d(std::sin(wrong), 0, std::cos(wrong)), options);
   const int ticks = static_cast<int>(1 / options.accelerometer_gain_per_s / kPeriod);
   for (int k = 0; k < ticks; ++k) attitude.update(kStill, kGravity * kUp, kStill, kPeriod);
-  // The decay is of the sine of the error: at 0.05 rad within 1e-3 of an exponential.
+  // The sine of the error decays: at 0.05 rad, it is within 1e-3 of an exponential.
   EXPECT_NEAR(angle_between(attitude.up(), kUp), wrong * std::exp(-1), 1e-3 * wrong);
 }
 
@@ -65,7 +65,8 @@ Reference on_the_left_foot() {
   return reference;
 }
 
-/// Readings of a robot at rest that does exactly as planned, the left foot carrying `left` of its weight.
+/// Readings of a robot at rest that moves exactly as planned, with the left foot carrying the fraction `left`
+/// of its weight.
 SensorReadings as_planned(const Reference& reference, double left) {
   SensorReadings readings;
   readings.accelerometer = Vector3d(0, 0, kGravity);
@@ -78,14 +79,14 @@ SensorReadings as_planned(const Reference& reference, double left) {
   return readings;
 }
 
-/// Readings of a standing robot that turns within the tick.
+/// Readings of a standing robot that turns by these angles within the tick.
 SensorReadings turning(double roll, double pitch) {
   SensorReadings readings = as_planned(standing(), 0.5);
   readings.gyro << roll / kPeriod, pitch / kPeriod, 0;
   return readings;
 }
 
-/// All blocks switched off but the estimators and the distribution of the load.
+/// All blocks switched off except the estimators and the distribution of the load.
 StabilizerOptions estimators_alone() {
   StabilizerOptions options;
   options.tracking.enabled = options.ankle_admittance.enabled = options.force_difference.enabled =
@@ -93,7 +94,7 @@ StabilizerOptions estimators_alone() {
   return options;
 }
 
-/// These, and one block.
+/// The same, plus one block.
 template <class Block>
 StabilizerOptions with(Block StabilizerOptions::*block) {
   StabilizerOptions options = estimators_alone();
@@ -115,9 +116,9 @@ double distance(const Posture& a, const Posture& b) {
 double roll_of(const Eigen::Isometry3d& X) { return std::atan2(X.linear()(2, 1), X.linear()(2, 2)); }
 double pitch_of(const Eigen::Isometry3d& X) { return std::asin(-X.linear()(2, 0)); }
 
-TEST(Stabilizer, LeavesThePlanAloneWhenAllReadingsAreAsPlannedOrItIsSwitchedOff) {
+TEST(Stabilizer, LeavesThePlanAloneIfAllReadingsAreAsPlannedOrIfSwitchedOff) {
   StabilizerOptions options;
-  options.leg_compliance.enabled = false;  // this one only acts on the planned load
+  options.leg_compliance.enabled = false;  // this block acts on the planned load alone
   for (const auto& [reference, left] : {std::pair{standing(), 0.5}, std::pair{on_the_left_foot(), 1.0}}) {
     Stabilizer stabilizer(kRobot, options);
     const Posture posture = after(stabilizer, reference, as_planned(reference, left), 200);
@@ -129,7 +130,7 @@ TEST(Stabilizer, LeavesThePlanAloneWhenAllReadingsAreAsPlannedOrItIsSwitchedOff)
   EXPECT_EQ(distance(after(off, standing(), SensorReadings{}, 10), standing()), 0);
 }
 
-TEST(Stabilizer, EstimatesATiltAndWhereItPutsTheCenterOfMassUnlessAttitudeIsOff) {
+TEST(Stabilizer, EstimatesATiltAndTheShiftedCenterOfMassUnlessAttitudeIsOff) {
   StabilizerOptions options = estimators_alone();
   for (const double pitch : {0.02, 0.0}) {
     options.attitude.enabled = pitch != 0;
@@ -143,7 +144,7 @@ TEST(Stabilizer, EstimatesATiltAndWhereItPutsTheCenterOfMassUnlessAttitudeIsOff)
   }
 }
 
-TEST(Stabilizer, WantsTheZmpFurtherOutThanTheCenterOfMassIs) {
+TEST(Stabilizer, PutsTheDesiredZmpFurtherOutThanTheCenterOfMass) {
   Stabilizer stabilizer(kRobot, with(&StabilizerOptions::tracking));
   stabilizer.step(standing(), turning(0, 0.02));
   after(stabilizer, standing(), as_planned(standing(), 0.5), 100);
@@ -151,8 +152,8 @@ TEST(Stabilizer, WantsTheZmpFurtherOutThanTheCenterOfMassIs) {
   EXPECT_GT(stabilizer.state().zmp_desired.x() - standing().zmp.x(), error);
 }
 
-// Each leg is made longer by its planned load over its stiffness.
-TEST(Stabilizer, FeetShareTheLoadByTheDesiredZmpUnlessDistributionIsOff) {
+// Each leg is lengthened by its planned load divided by its stiffness.
+TEST(Stabilizer, SharesTheLoadByTheDesiredZmpUnlessDistributionIsOff) {
   Reference to_the_left = standing();
   to_the_left.zmp.y() = 0.04;
   StabilizerOptions options = with(&StabilizerOptions::leg_compliance);
@@ -169,7 +170,7 @@ TEST(Stabilizer, FeetShareTheLoadByTheDesiredZmpUnlessDistributionIsOff) {
   }
 }
 
-TEST(Stabilizer, SeesNoVelocityInAStepFromOneFootToTheOther) {
+TEST(Stabilizer, SeesNoVelocityWhenTheSupportChangesFeet) {
   Stabilizer stabilizer(kRobot, estimators_alone());
   SensorReadings readings = as_planned(standing(), 1.0);
   readings.q[7] += 0.01;  // the left hip's encoder disagrees with the plan, the right one's does not
@@ -210,7 +211,7 @@ TEST(Stabilizer, LowersTheFootThatCarriesTooLittle) {
   EXPECT_DOUBLE_EQ(posture.X_PL.translation().z(), -posture.X_PR.translation().z());
 }
 
-TEST(Stabilizer, KeepsItsCorrectionsWithinTheirLimitsWhateverTheReadings) {
+TEST(Stabilizer, KeepsItsCorrectionsWithinTheirLimitsForAnyReadings) {
   StabilizerOptions options;
   Stabilizer stabilizer(kRobot, options);
   SensorReadings readings = as_planned(standing(), 0.5);

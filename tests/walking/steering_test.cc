@@ -14,11 +14,11 @@ SteeringOptions eager() {
   return options;
 }
 
-/// The plan's world in W at a time.
+/// The pose of the plan's world in W at a time.
 using Drift = std::function<FootPose(double t_s)>;
 FootPose none(double) { return {}; }
 
-/// A walk that is steered by an estimate that knows the drift until a time, with a latency of 0.1 s.
+/// A walk steered by an estimate that knows the drift until some time, with a latency of 0.1 s.
 struct SteeredWalk {
   SteeredWalk(const SteeringOptions& options, const Drift& drift, double known_until_s = 1e9,
               const Eigen::Matrix3d& covariance = Eigen::Matrix3d::Zero())
@@ -63,17 +63,17 @@ void expect_within_limits(const SteeredWalk& steered, const SteeringOptions& opt
   }
 }
 
-TEST(Steering, WithoutAnErrorThePlanKeepsItsBits) {
+TEST(Steering, WithoutAnErrorThePlanIsUnchangedBitForBit) {
   const SteeredWalk steered(eager(), none);
   const auto plain = planned(straight());
   ASSERT_EQ(steered.walk.size(), plain.size());
   for (std::size_t k = 0; k < plain.size(); ++k) {
-    // Corrections of zero are composed with the path: rounding.
+    // Corrections of zero are composed with the path, which causes rounding.
     ASSERT_LT((steered.walk[k].X_PB.matrix() - plain[k].X_PB.matrix()).norm(), 1e-9) << k;
   }
 }
 
-// The plan drifts while the robot walks, as soles slip, and no more once it has arrived.
+// The plan drifts while the robot walks, as it does when soles slip, but no longer once it has arrived.
 TEST(Steering, EndsWithinTheToleranceOfItsGoalAlthoughThePlanDrifts) {
   const Drift drift = [](double t_s) {
     const double t = std::min(t_s, 10.0);
@@ -90,7 +90,7 @@ TEST(Steering, EndsWithinTheToleranceOfItsGoalAlthoughThePlanDrifts) {
   EXPECT_GT(((drift(plain.back().t_s) * goal).position - goal.position).norm(), 0.08);
 }
 
-TEST(Steering, AJumpOfTheEstimateIsTakenUpInLimitedSteps) {
+TEST(Steering, AJumpOfTheEstimateIsAbsorbedInLimitedSteps) {
   for (const FootPose& jump :
        {FootPose{{0.3, 0}, 0}, FootPose{{0, -0.3}, 0}, FootPose{{0, 0}, 10 * kDegree}}) {
     const SteeredWalk steered(eager(), [&](double t) { return t < 4 ? FootPose{} : jump; });
@@ -99,7 +99,7 @@ TEST(Steering, AJumpOfTheEstimateIsTakenUpInLimitedSteps) {
   }
 }
 
-TEST(Steering, AStepIsCorrectedFromTheFirstDecisionAfterTheEstimateOn) {
+TEST(Steering, StepsAreCorrectedStartingAtTheFirstDecisionAfterTheEstimate) {
   const SteeredWalk steered(eager(), [](double t) { return t < 4 ? FootPose{} : FootPose{{0.01, 0}, 0}; });
   const auto& all = steered.steering.corrections();
   const auto first = std::find_if(all.begin(), all.end(), [](const auto& c) { return c.decided_s >= 4.1; });
@@ -111,7 +111,7 @@ TEST(Steering, AStepIsCorrectedFromTheFirstDecisionAfterTheEstimateOn) {
   EXPECT_NEAR(landed_s - first->decided_s, 1.6, 0.02);
 }
 
-TEST(Steering, ErrorsWithinTheDeadBandAreLeftAlone) {
+TEST(Steering, ErrorsWithinTheDeadBandAreNotCorrected) {
   SteeringOptions options = eager();
   options.dead_band_sigma = 1;
   const Eigen::Matrix3d covariance = Eigen::Vector3d(0.005 * 0.005, 0.005 * 0.005, 0).asDiagonal();
@@ -121,7 +121,7 @@ TEST(Steering, ErrorsWithinTheDeadBandAreLeftAlone) {
   EXPECT_NEAR(steered.steering.corrections().at(0).correction.position.y(), -0.004, 1e-9);
 }
 
-TEST(Steering, StopsOnBothFeetWhenTheEstimateStaysLostOrGoesOnByThePlan) {
+TEST(Steering, StopsOnBothFeetOrContinuesWithThePlanWhenTheEstimateStaysLost) {
   SteeringOptions options = eager();
   options.lost_s = 2;
   const SteeredWalk steered(options, none, 4);
@@ -138,11 +138,11 @@ TEST(Steering, StopsOnBothFeetWhenTheEstimateStaysLostOrGoesOnByThePlan) {
   EXPECT_EQ(going_on.walk.size(), planned(straight()).size());
 }
 
-TEST(Steering, AddsNoMoreStepsAtTheEndThanStated) {
+TEST(Steering, AddsNoMoreStepsAtTheEndThanAllowed) {
   SteeringOptions options = eager();
   for (const int most : {0, 3, 8}) {
     options.final_steps = most;
-    // An error that no step can correct: the drift undoes it.
+    // An error that no step can correct, because the drift undoes each correction.
     const SteeredWalk steered(options, [](double t) { return FootPose{{0.05 * t, 0}, 0}; });
     EXPECT_EQ(steered.plan.steps(),
               PatternGenerator(kRobot, straight()).steps() + static_cast<std::size_t>(most / 2 * 2));

@@ -9,7 +9,7 @@ Timeline timeline_of(std::vector<Command> commands) {
   return {kRobot, walk_of(std::move(commands)), {}, Eigen::Vector2d::Zero()};
 }
 
-TEST(Timeline, AlternatesDoubleAndSingleSupportOfTheGivenTimes) {
+TEST(Timeline, AlternatesDoubleAndSingleSupportWithTheGivenDurations) {
   const auto timeline = timeline_of({Stand{2}, TangentArc{}, Stand{3}});
   const auto& phases = timeline.phases();
   ASSERT_EQ(phases.size(), 2u + 2 * 9);
@@ -33,7 +33,7 @@ TEST(Timeline, ShortStandingAtBothEndsIsLengthenedToWhatThePlanNeeds) {
   EXPECT_EQ(timeline_of({Stand{5}, Straight{0.15, 0}, Stand{5}}).ticks(), 1000u + 320 + 1000);
 }
 
-TEST(Timeline, RepeatCarriesTheLastCommandsOutAgainAndKnowsTheLaps) {
+TEST(Timeline, RepeatCarriesOutTheLastCommandsAgainAndRecordsTheLaps) {
   const auto repeated = timeline_of({Stand{2}, Straight{0.3, 0}, Turn{}, Stand{1}, Repeat{3, 1}, Stand{2}});
   const auto written = timeline_of(
       {Stand{2}, Straight{0.3, 0}, Turn{}, Stand{1}, Straight{0.3, 0}, Turn{}, Stand{1}, Stand{2}});
@@ -52,16 +52,16 @@ TEST(Timeline, ImpossibleCommandsAreRefusedByName) {
       {{}, "walk.commands"},
       {{Stand{1}, Turn{0}}, "walk.commands[1].turn"},
       {{Stand{1}, Repeat{2, 1}}, "walk.commands[1].repeat.last: 2 commands"},
-      {{Stand{1}, Repeat{1, 1}, Repeat{1, 1}}, "one is a repeat itself"}};
+      {{Stand{1}, Repeat{1, 1}, Repeat{1, 1}}, "one of them is itself a repeat"}};
   for (const auto& [commands, named] : cases)
     EXPECT_THAT([&c = commands] { timeline_of(c); },
                 testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr(named)));
 }
 
-TEST(ZmpReference, GoesLinearlyToTheFootInDoubleSupportAndEndsInTheMiddleOfTheFeet) {
+TEST(ZmpReference, MovesLinearlyToTheFootInDoubleSupportAndEndsMidwayBetweenTheFeet) {
   const Timeline timeline = timeline_of({Stand{3}, Straight{0.15, 0}, Stand{3}});
   const int end = 600 + 320;
-  // The left foot is the first to carry the robot; a double support has 4 ticks, the last one half of them.
+  // The left foot carries the robot first. A double support has 4 ticks, the last one half as many.
   const std::map<int, Eigen::Vector2d> expected{
       {600, {0, 0}},        {602, {0, .0475}},   {604, {0, .095}},
       {759, {0, .095}},     {762, {.075, 0}},    {764, {.15, -.095}},
@@ -76,12 +76,12 @@ TEST(ZmpReference, LiesUnderTheChosenPointOfTheFoot) {
   EXPECT_LT((zmp_reference(timeline, 700) - Eigen::Vector2d(-0.095, 0.004)).norm(), 1e-15);
 }
 
-TEST(ZmpReference, SmoothingKeepsWhatIsConstantAndSpreadsAStepOverNineTicks) {
+TEST(ZmpReference, SmoothingKeepsConstantsAndSpreadsAStepOverNineTicks) {
   const Timeline timeline = timeline_of({Stand{3}, Straight{0.15, 0}, Stand{3}});
   const auto smoothed = [&](int tick) { return smoothed_zmp(timeline, tick); };
   EXPECT_EQ(smoothed(500), zmp_reference(timeline, 500));
   for (int k = 599; k < 615; ++k) EXPECT_GE(smoothed(k + 1).y(), smoothed(k).y());
-  EXPECT_EQ(smoothed(599).y(), 0);  // 601 is the first on its way; the window looks one tick ahead
+  EXPECT_EQ(smoothed(599).y(), 0);  // at 601 it starts to move; the window looks one tick ahead
   EXPECT_GT(smoothed(600).y(), 0);
   EXPECT_NEAR(smoothed(603).y() + smoothed(607).y(), 0.095, 1e-15) << "the same before and after the middle";
   EXPECT_LT(smoothed(610).y(), 0.095);
@@ -94,7 +94,7 @@ Eigen::Vector3d at(double t, SwingPolynomial polynomial = SwingPolynomial::quint
   return swing_foot({}, {{kStride, 0}, 0}, t / kSingleSupport, kHeight, polynomial).translation();
 }
 
-TEST(SwingFoot, QuinticIsTheReferenceOne) {
+TEST(SwingFoot, QuinticMatchesTheReference) {
   const double rows[][3] = {{.1, .001720697, .013991280},
                             {.2, .024882097, .040715108},
                             {.39, .15, .07},
@@ -123,7 +123,7 @@ TEST(SwingFoot, LeavesAndMeetsTheGroundVertically) {
   EXPECT_NEAR(at(.2, SwingPolynomial::cubic).x(), kStride * (3 * s * s - 2 * s * s * s), 1e-15);
 }
 
-TEST(SwingFoot, GoesExactlyFromPlaceToPlaceAndTurnsAboutTheVerticalOnly) {
+TEST(SwingFoot, GoesExactlyFromPlaceToPlaceAndTurnsOnlyAboutTheVertical) {
   const FootPose from{{0.3, -0.2}, 0.4}, to{{0.55, -0.13}, 0.9};
   const auto X = [&](double s) { return swing_foot(from, to, s, kHeight, SwingPolynomial::quintic); };
   EXPECT_TRUE(X(0).isApprox(sole(from), 1e-15));
@@ -132,7 +132,7 @@ TEST(SwingFoot, GoesExactlyFromPlaceToPlaceAndTurnsAboutTheVerticalOnly) {
   EXPECT_EQ(X(0.5).linear().col(2), Eigen::Vector3d::UnitZ());
 }
 
-TEST(WaistYaw, IsACubicWithItsOwnDerivativeAsRate) {
+TEST(WaistYaw, IsACubicWhoseRateIsItsDerivative) {
   Phase phase;
   phase.ticks = 156;
   phase.waist_yaw_from = 0.5;
@@ -148,10 +148,10 @@ TEST(WaistYaw, IsACubicWithItsOwnDerivativeAsRate) {
   }
 }
 
-TEST(ArmSwing, HandGoesAgainstTheFootAtItsHeight) {
+TEST(ArmSwing, HandMovesOppositeToTheFootAtItsHeight) {
   for (const double foot : {-0.3, -0.1, 0.0, 0.05, 0.15, 0.4}) {
     const ArmAngles arm = arm_swing(kRobot, Side::right, foot);
-    // Shoulder and elbow turn about y: positive pitch brings the hand back.
+    // Shoulder and elbow rotate about y; a positive pitch moves the hand back.
     const double x = -0.25 * std::sin(arm.shoulder_pitch) - 0.25 * std::sin(arm.shoulder_pitch + arm.elbow);
     const double z = -0.25 * std::cos(arm.shoulder_pitch) - 0.25 * std::cos(arm.shoulder_pitch + arm.elbow);
     EXPECT_NEAR(x, -0.2267747 * foot, 1e-7);
@@ -164,7 +164,7 @@ JointVector swinging(Reference reference) {
   return inverse_kinematics(kRobot, reference, kRobot.posture).q;
 }
 
-TEST(ArmSwing, EachArmFollowsTheFootOnItsSideInTheWaistsAxesByTheReferenceAnglesFromHalfSittingOn) {
+TEST(ArmSwing, EachArmFollowsTheFootOnItsSideByTheReferenceAngles) {
   EXPECT_LT((swinging(standing()) - kRobot.posture).cwiseAbs().maxCoeff(), 1e-12);
   Reference stride = standing();
   stride.X_PL.translation().x() += 0.15;

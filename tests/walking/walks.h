@@ -1,4 +1,4 @@
-// Planned walks of tests, each continuous in ZMP, center of mass, waist, feet and their velocities.
+// Planned walks for tests, each continuous in ZMP, center of mass, waist, feet and their velocities.
 #pragma once
 
 #include "tests/walking/robots.h"
@@ -25,7 +25,7 @@ inline std::vector<Reference> planned(const WalkOptions& options) {
   return planned(PatternGenerator(kRobot, options));
 }
 
-/// The robot in half-sitting, feet together, the ZMP under the center of mass.
+/// The robot half-sitting, with its feet together and the ZMP under the center of mass.
 inline Reference standing() {
   Reference reference;
   reference.com = kRobot.com + Eigen::Vector3d(0, 0, kRobot.base_height);
@@ -48,9 +48,10 @@ inline double turning(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return std::remainder(yaw_of(b) - yaw_of(a), 2 * std::numbers::pi) / kPeriod;
 }
 
-/// Derivatives of the center of mass agree, its jerk (m/s³) and the steps of the ZMP (m) are bounded.
+/// Expects that the derivatives of the center of mass agree and that its jerk (m/s³) and the steps of the ZMP
+/// (m) are bounded.
 inline void expect_smooth_body(const Reference& a, const Reference& b, double most_jerk, double most_step) {
-  // Between ticks the jerk is constant: velocity and position follow exactly.
+  // The jerk is constant between ticks, so velocity and position follow exactly.
   const Eigen::Vector3d jerk = (b.com_acceleration - a.com_acceleration) / kPeriod;
   const Eigen::Vector3d velocity = a.com_velocity + kPeriod * (a.com_acceleration + kPeriod / 2 * jerk);
   const Eigen::Vector3d com =
@@ -63,7 +64,8 @@ inline void expect_smooth_body(const Reference& a, const Reference& b, double mo
   ASSERT_LT((b.zmp - b.zmp_reference).norm(), 0.02);
 }
 
-/// A foot moves only in the air, and its velocity does not jump. only: the support by this foot.
+/// Expects that a foot moves only in the air and that its velocity does not jump. only: support by this foot
+/// alone.
 inline void expect_smooth_foot(const Reference* tick, Eigen::Isometry3d Reference::*foot, Support only,
                                double most_acceleration) {
   const Eigen::Isometry3d &earlier = tick[-2].*foot, &before = tick[-1].*foot, &now = tick->*foot;
@@ -89,7 +91,7 @@ inline void expect_smooth(const std::vector<Reference>& walk, double single_supp
     expect_smooth_body(now, after, jerk, zmp_step);
     expect_smooth_foot(&after, &Reference::X_PL, Support::left, most_acceleration);
     expect_smooth_foot(&after, &Reference::X_PR, Support::right, most_acceleration);
-    // Central differences of the waist's pose; the yaw's acceleration jumps at lift-off, by 2.2 rad/s².
+    // Central differences of the waist's pose; the yaw acceleration jumps by 2.2 rad/s² at lift-off.
     const Eigen::Vector3d velocity = (after.X_PB.translation() - before.X_PB.translation()) / (2 * kPeriod);
     EXPECT_LT((now.waist_velocity - velocity).norm(), kPeriod * kPeriod / 6 * jerk);
     EXPECT_NEAR(now.waist_yaw_rate, turning(before.X_PB, after.X_PB) / 2, 6e-3);

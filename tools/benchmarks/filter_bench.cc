@@ -1,6 +1,6 @@
-// CPU time per frame of the filter on a recorded walk, split into what a run counts as the filter's: the
-// sensor errors and the steps, these with warm caches and after other work has emptied the caches. Usage:
-// filter_bench RESULT, the folder of a run
+// Measures the filter's CPU time per frame on a recorded walk, split into the two parts that a run attributes
+// to the filter: sensor errors and filter steps. Steps are measured with warm caches and after other work has
+// emptied the caches. Usage: filter_bench RESULT, where RESULT is the folder of a run
 #include <fmt/format.h>
 
 #include <Eigen/Core>
@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using Work = std::function<void(const slam::Observation&)>;
 
-/// Prints the CPU time of `work` on each observation; `before` is called in between and not counted.
+/// Prints the CPU time of `work` per observation; `before` is called before each one and is not counted.
 void measure(
     const char* name, const std::vector<slam::Observation>& walk, const Work& work,
     const std::function<void()>& before = [] {}) {
@@ -61,7 +61,7 @@ void bench(const fs::path& result) {
 
 int main(int argc, char** argv) {
   Eigen::setCpuCacheSizes(32 << 10, 256 << 10,
-                          8 << 20);  // as the program does: results must not depend on them
+                          8 << 20);  // as in the program: results must not depend on the machine's caches
   if (argc != 2) return fmt::print(stderr, "usage: filter_bench RESULT\n"), 2;
   try {
     bench(argv[1]);

@@ -1,4 +1,4 @@
-// CPU time (ms) of the libraries' part of a scenario's walk: a step of MuJoCo, and a drawn picture of OSMesa.
+// Measures the libraries' CPU time (ms) in a scenario's walk: a MuJoCo step and a picture drawn by OSMesa.
 // Usage: library_bench SCENARIO MODELS
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
@@ -15,7 +15,7 @@ using namespace sim;
 
 constexpr std::chrono::seconds kWalk{10};
 
-/// Steps a copy of the robot's state once per tick, and draws it at 25 Hz.
+/// Steps a copy of the robot's state once per tick and draws it at 25 Hz.
 void bench(const scenario::ReadScenario& read, const std::string& models_folder) {
   const scenario::Scenario& s = read.scenario;
   const physics::Models models(scenario::read_robot(s), s.world.room, models_folder);

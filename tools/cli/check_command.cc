@@ -13,11 +13,11 @@ constexpr const char* kCheckExamples = R"(Examples:
 Exit codes: 0 all scenarios are valid; 2 one is not.)";
 
 struct CheckRequest {
-  std::vector<std::string> files;  ///< and changes
+  std::vector<std::string> files;  ///< files and, until check() separates them, changes
   scenario::Changes changes;
 };
 
-/// Reads the file and does all that a run does before the robot walks; prints the first error.
+/// Reads the file and does everything that a run does before the robot walks; prints the first error.
 bool is_valid(const std::string& file, const scenario::Changes& changes, const fs::path& models) {
   try {
     const auto read = scenario::read_scenario(file, changes);
@@ -29,7 +29,7 @@ bool is_valid(const std::string& file, const scenario::Changes& changes, const f
             ? fmt::format(", a walk of {:.2f} s", static_cast<double>(checked->ticks()) * walking::kPeriod)
         : read.scenario.controller.source == programs::Source::program
             ? "; its walking controller was not started"
-            : "; whether the robot can walk it was not checked: no simulator");
+            : "; not checked whether the robot can walk it: built without the simulator");
     return true;
   } catch (const scenario::ConfigError& e) {
     std::cerr << files::sanitize(e.what()) << '\n';
@@ -39,7 +39,7 @@ bool is_valid(const std::string& file, const scenario::Changes& changes, const f
   return false;
 }
 
-/// Checks a scenario, or each one of a suite.
+/// Checks a scenario, or each scenario of a suite.
 bool are_valid(const std::string& file, const CheckRequest& request) {
   std::vector<regression::SuiteEntry> entries;
   try {
@@ -62,7 +62,7 @@ bool are_valid(const std::string& file, const CheckRequest& request) {
 
 int check(CheckRequest& request) {
   std::vector<std::string>& files = request.files;
-  const auto is_file = [](const std::string& argument) {  // a change is as in world.seed=7
+  const auto is_file = [](const std::string& argument) {  // a change looks like world.seed=7
     const std::size_t equals = argument.find('=');
     return equals == argument.npos ||
            argument.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_.") != equals;
@@ -70,7 +70,7 @@ int check(CheckRequest& request) {
   const auto first_change = std::stable_partition(files.begin(), files.end(), is_file);
   request.changes.overrides.assign(first_change, files.end());
   files.erase(first_change, files.end());
-  if (files.empty()) throw UsageError("check: names no scenario, expected a YAML file");
+  if (files.empty()) throw UsageError("check: no scenario given, expected a YAML file");
   int exit_code = 0;
   for (const std::string& file : files)
     if (!are_valid(file, request)) exit_code = 2;
@@ -81,12 +81,12 @@ int check(CheckRequest& request) {
 
 void add_check(CLI::App& app, int& exit_code) {
   auto [command, request] = add_command(app, exit_code, "check",
-                                        "Check scenarios: do all that a run does before the robot walks, "
-                                        "except starting a program",
+                                        "Check scenarios: do everything that a run does before the robot "
+                                        "walks, except starting a program",
                                         kCheckExamples, check);
   command
       .add_option("scenarios", request.files,
-                  "YAML files of scenarios or suites, and keys with new values for all of them")
+                  "YAML files of scenarios or suites, and key=value changes for all of them")
       ->option_text("FILE ... [key=value ...]")
       ->required();
   add_with(command, request.changes);

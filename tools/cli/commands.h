@@ -1,4 +1,4 @@
-// The subcommands of gaitslam: each adds itself to the program's command line and sets its exit code.
+// The subcommands of gaitslam. Each function adds a command to the command line; the command sets exit_code.
 #pragma once
 
 #include <vector>
@@ -15,7 +15,7 @@ AddCommand add_run, add_record, add_replay, add_evaluate, add_export, add_view_c
     add_regress, add_compare, add_leaderboard, add_baseline, add_sweep, add_trials, add_element, add_tune,
     add_check, add_report, add_reproduce, add_cache, add_config, add_robot, add_walker;
 
-/// All subcommands: of the runner, which is built first (runner.cc), or of the whole program.
+/// Returns the subcommands of the runner, which is built first (runner.cc), or of the full program.
 std::vector<AddCommand*> commands();
 
 }  // namespace cli

@@ -37,7 +37,7 @@ void print_values(const scenario::ReadScenario& read) {
                 key.print(scenario::default_scenario()), origin(key.name));
       continue;
     }
-    print_row(key.name, "", "", "", origin(key.name));  // a list is printed below, one item to a line
+    print_row(key.name, "", "", "", origin(key.name));  // a list is printed below, one item per line
     for (const std::string& line : files::lines_of(value))
       if (line != "[") std::cout << line << '\n';
   }
@@ -49,9 +49,8 @@ void print_values(const scenario::ReadScenario& read) {
 }
 
 void print_keys() {
-  std::cout
-      << "base\n    another scenario file, relative to this one, or a list of them: what this one changes\n"
-         "    a file or a list of files\n";
+  std::cout << "base\n    the scenario file that this one modifies (relative path), or a list of files\n"
+               "    a file or a list of files\n";
   for (const auto& key : scenario::scenario_keys()) {
     const std::string standard = key.print(scenario::default_scenario());
     const std::string shown = standard.find('\n') == standard.npos ? "; default " + standard : "";
@@ -73,7 +72,7 @@ int config(ConfigRequest& request) {
     print_keys();
     return 0;
   }
-  if (request.scenario.empty()) throw UsageError("config: expected a scenario's YAML file, or --keys");
+  if (request.scenario.empty()) throw UsageError("config: no scenario given, expected a YAML file or --keys");
   const scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   request.yaml ? void(std::cout << scenario::to_yaml(read.scenario)) : print_values(read);
   return 0;
@@ -86,7 +85,7 @@ void add_config(CLI::App& app, int& exit_code) {
       add_command(app, exit_code, "config", "Print the value and origin of every key of a scenario",
                   kConfigExamples, config);
   add_scenario(command, request.scenario, request.changes);
-  command.add_flag("--keys", request.keys, "list all keys with range, default and meaning");
+  command.add_flag("--keys", request.keys, "list all keys with meaning, range and default");
   command.add_flag("--yaml", request.yaml, "print the whole scenario as YAML");
 }
 

@@ -17,12 +17,12 @@ namespace {
 constexpr const char* kEvaluateExamples = R"(Examples:
   gaitslam evaluate results/tangent_circle/seed-1 --format euroc --command './run_my_slam.sh {folder} {trajectory}'
   gaitslam evaluate results/*/seed-* --format orbslam3 --pose imu --align se3 --name orbslam3 --command '...'
-For each recording: exports what the filter received, without any truth, to {folder}, runs the command, reads the
-{trajectory} that it has written (TUM, EuRoC csv or KITTI with times.txt beside it; a header that names its columns
-decides), and leaves a result in results/NAME/SCENARIO/seed-N, or below --out. Limits are those of the recorded scenario,
-or given here, as in limits.ate_se3_rmse_m.at_most=0.1. Rerun the command to resume after an interruption.
-The exit codes are those of gaitslam run; a command that fails, takes too long or writes no trajectory ends as
-estimator_failed, 3. The highest of several recordings counts. Folders that other programs recorded (EuRoC/ASL) are not evaluated;
+For each recording, the command exports what the filter received, without any truth, to {folder}, runs your program, and
+reads the {trajectory} that it wrote: TUM, EuRoC csv, or KITTI with times.txt next to it (a header with column names takes
+precedence). The result is written to results/NAME/SCENARIO/seed-N, or below --out. Limits are those of the recorded scenario
+unless given here, as in limits.ate_se3_rmse_m.at_most=0.1. Rerun the command to resume after an interruption.
+The exit codes are those of gaitslam run; a program that fails, takes too long or writes no trajectory ends as
+estimator_failed (3). With several recordings, the highest exit code counts. Folders recorded by other programs (EuRoC/ASL) cannot be evaluated;
 gaitslam replay reads them.)";
 
 struct EvaluateRequest : OutRequest {
@@ -42,7 +42,7 @@ replay::PosedBody body_of(const EvaluateRequest& request) {
   return name == "imu" ? replay::PosedBody::imu : replay::PosedBody::camera;
 }
 
-/// Unless requested: by what the sensors of the export determine.
+/// Returns the requested alignment, or one that matches what the exported sensors can observe.
 score::Alignment alignment_of(const EvaluateRequest& request, const scenario::Scenario& recorded) {
   if (request.align) return alignment_named(*request.align);
   if (request.format == "euroc" || request.format == "openvins") return score::Alignment::yaw_position;
@@ -53,7 +53,7 @@ score::Alignment alignment_of(const EvaluateRequest& request, const scenario::Sc
   return has_scale ? score::Alignment::se3 : score::Alignment::sim3;
 }
 
-/// Runs the command on the export to its end.
+/// Runs the command on the export until it ends.
 replay::ExternalRun run_command(const EvaluateRequest& request, const scenario::Scenario& recorded,
                                 const TemporaryFolder& scratch) {
   replay::ExternalRun run{scratch / "trajectory.txt", body_of(request), alignment_of(request, recorded)};
@@ -112,7 +112,7 @@ int evaluate_one(const ResultJob& job, const fs::path& result_folder, const Eval
   return cli::report(outcome, result_folder);
 }
 
-/// The command line that evaluates one of several recordings.
+/// Returns the command line that evaluates one of several recordings.
 std::vector<std::string> command_of(const EvaluateRequest& request, const std::string& recorded) {
   std::vector<std::string> words{
       "evaluate", recorded,       "--command", request.command,
@@ -157,7 +157,7 @@ int evaluate_all(const std::vector<ResultJob>& jobs, const OutFolder& out, const
   return exit_code;
 }
 
-/// Separates limits.KEY=VALUE from the folders. Throws UsageError for another key.
+/// Separates limits.KEY=VALUE from the folders. Throws UsageError for any other key.
 void separate_limits(EvaluateRequest& request) {
   const auto is_limit = [](const std::string& word) {
     return word.starts_with("limits.") && word.find('=') != word.npos;
@@ -178,7 +178,7 @@ int evaluate(EvaluateRequest& request) {
   body_of(request);
   if (request.align) alignment_named(*request.align);
   if (request.command.find("{trajectory}") == std::string::npos)
-    throw UsageError("--command: expected {trajectory} in it, the file that it is to write");
+    throw UsageError("--command: lacks {trajectory}, expected it as the name of the file to write");
   const std::vector<ResultJob> jobs = read_jobs(request);
   const fs::path standard = fs::path("results") / jobs[0].read.scenario.estimator.name;
   for (const ResultJob& written : jobs)
@@ -186,7 +186,7 @@ int evaluate(EvaluateRequest& request) {
       require_separate((request.out ? fs::path(*request.out) : standard) / written.result(), *read.recording);
   OutUse use = resumable(jobs);
   use.continues = true;
-  if (jobs.size() == 1) use.identity.reset();  // others can be evaluated beside it into the same folder
+  if (jobs.size() == 1) use.identity.reset();  // other recordings may use the same folder at the same time
   const OutFolder out(request, standard, use);
   return jobs.size() == 1 ? evaluate_one(jobs[0], out.path() / jobs[0].result(), request)
                           : evaluate_all(jobs, out, request);
@@ -202,19 +202,19 @@ void add_evaluate(CLI::App& app, int& exit_code) {
   command.add_option("--command", request.command, "shell command with {folder} and {trajectory}")
       ->required();
   command.add_option("--format", request.format, "euroc, openvins, orbslam3 or tum")->required();
-  command.add_option("--name", request.name, "name of the program in results (default: that of its file)");
+  command.add_option("--name", request.name, "name of the program in results (default: its file name)");
   command.add_option("--pose", request.pose,
-                     "what its poses are of: imu (default of euroc and openvins) or camera");
+                     "the body that its poses describe: imu (default for euroc and openvins) or camera");
   command.add_option(
       "--align", request.align,
-      "none, origin, yaw (default of euroc and openvins), se3 (default of tum with depth and of "
-      "orbslam3 with depth or a second camera), sim3 (else their default, as one camera has no "
+      "none, origin, yaw (default for euroc and openvins), se3 (default for tum with depth and for "
+      "orbslam3 with depth or a second camera), sim3 (otherwise their default, because one camera has no "
       "scale) or scale");
   command.add_option("--within", request.within_s, "time limit of the command, in s")
       ->check(CLI::Range(0.001, 1e9))
       ->capture_default_str();
   command.add_flag("--undistort", request.undistort, "rectify the images, as tum always does");
-  command.add_flag("--keep", request.keep, "keep the trajectory, also a useless one, as trajectory.txt");
+  command.add_flag("--keep", request.keep, "keep the trajectory, even an unusable one, as trajectory.txt");
   add_backend_options(command, request.backend);
   add_out(command, request);
   add_batch_member(command, request.batch);

@@ -21,8 +21,8 @@ namespace {
 constexpr const char* kExportExamples = R"(Examples:
   gaitslam export results/tangent_circle/seed-1 --format euroc --out DIR
   gaitslam export results/tangent_circle/seed-1 --format orbslam3 --undistort
-The export contains the input of the filter, sensor errors included. Its folder, RESULT/export/FORMAT by default, has
-a README.md with the command line of the target program. Folders that other programs recorded (EuRoC/ASL) are not exported;
+The export contains the filter's input, including sensor errors. Its folder, RESULT/export/FORMAT by default, contains
+a README.md with the command line for the target program. Folders recorded by other programs (EuRoC/ASL) cannot be exported;
 gaitslam replay reads them.)";
 
 struct ExportRequest : OutRequest {
@@ -33,7 +33,7 @@ struct ExportRequest : OutRequest {
 
 void require_recording(const fs::path& result) {
   if (!fs::is_directory(result / "recording"))
-    throw UsageError("{}: has no recording/: expected the folder of a run", result.string());
+    throw UsageError("{}: has no recording/, expected the folder of a run", result.string());
 }
 
 int export_result(ExportRequest& request) {
@@ -49,17 +49,17 @@ int export_result(ExportRequest& request) {
        [&](double part) { progress.show(part); },
        [](const std::string& what) { std::cerr << "warning: " << what << '\n'; }},
       request.format, out.path(), files::Existing::replace);
-  std::cout << fmt::format("exported to {0}; see {0}/README.md for its use\n", out.path().string());
+  std::cout << fmt::format("exported to {0}; see {0}/README.md for how to use it\n", out.path().string());
   return 0;
 }
 
 constexpr const char* kVideoExamples = R"(Examples:
   gaitslam video results/tangent_circle/seed-1 --out walk.webm
-The filter runs again on the recording. The video shows, from left to right, the image of the head camera with the
-search ellipses of the landmarks and the patches that were matched; and the robot from outside, in a build with the
-simulator, with its true waist and its measured joint angles. gaitslam view shows the map. The video is
-RESULT/video.mp4 unless --out names a .mp4 or .webm file. Folders that other programs recorded (EuRoC/ASL) are not
-shown; gaitslam replay reads them.)";
+The filter runs again on the recording. On the left, the video shows the head camera's image with the search ellipses
+of the landmarks and the matched patches. On the right, in a build with the simulator, it shows the robot from outside,
+with its true waist pose and measured joint angles. gaitslam view also shows the map. The video is written to
+RESULT/video.mp4 unless --out names a .mp4 or .webm file. There is no video for folders recorded by other programs
+(EuRoC/ASL); gaitslam replay reads them.)";
 
 struct VideoRequest : OutRequest {
   fs::path result;
@@ -73,12 +73,12 @@ fs::path file_of(const VideoRequest& request) {
   return file;
 }
 
-/// Encodes pictures by the program ffmpeg. The file appears, whole, when finish() is called.
+/// Encodes pictures with the program ffmpeg. The complete file appears when finish() is called.
 class Encoder {
  public:
   Encoder(const fs::path& video, double rate_hz)
       : video_(video), rate_hz_(rate_hz), partial_(video.string() + ".frames") {
-    ::signal(SIGPIPE, SIG_IGN);  // add() reports that ffmpeg ended early
+    ::signal(SIGPIPE, SIG_IGN);  // add() reports if ffmpeg ends early
   }
   Encoder(const Encoder&) = delete;
   Encoder& operator=(const Encoder&) = delete;
@@ -111,11 +111,11 @@ class Encoder {
         files::shell_word(made_.string()), files::shell_word((scratch_ / "errors").string()));
   }
 
-  /// Ends the input of ffmpeg and waits for its end.
+  /// Closes ffmpeg's input and waits for it to end.
   void require_success() {
     const int status = ::pclose(std::exchange(ffmpeg_, nullptr));
     if (WIFEXITED(status) && WEXITSTATUS(status) == 127)
-      throw std::runtime_error("ffmpeg cannot be run; Debian's package ffmpeg has it");
+      throw std::runtime_error("ffmpeg cannot be run; install Debian's package ffmpeg");
     const std::string errors = files::read_text(scratch_ / "errors");
     if (status != 0)
       throw std::runtime_error(fmt::format("ffmpeg failed: {}", errors.substr(0, errors.find('\n'))));
@@ -136,7 +136,7 @@ int video(VideoRequest& request) {
   if (!scenario.slam) throw UsageError("{}: no filter ran", request.result.string());
   if (scenario.estimator.source != programs::Source::built_in)
     throw UsageError(
-        "{}: is of the external estimator {}; gaitslam view shows it, a video runs built-in ones only",
+        "{}: was made by the external estimator {}, expected a built-in one; gaitslam view shows this result",
         request.result.string(), scenario.estimator.name);
   const recording::Truth truth = recording::read_truth(request.result / "recording");
   recording::FilterInput input(request.result / "recording", scenario.errors, scenario.seed);

@@ -26,14 +26,14 @@ Examples:
   gaitslam report results/tangent_circle/seed-1 --out report.html
   gaitslam check scenarios/*.yaml
   gaitslam COMMAND --help
-Exit codes: 0 passed; 1 ran and missed a limit; 2 wrong usage or configuration; 3 the run failed; 74 the disk is full or
+Exit codes: 0 passed; 1 missed a limit; 2 wrong usage or configuration; 3 the run failed; 74 the disk is full or
 a device failed.)";
 
-/// Help of at most 100 columns: prose is filled, options keep their column, commands continue after a "\\".
+/// Wraps help at 100 columns: prose is refilled, options keep their column, commands continue after a "\\".
 struct Formatter : CLI::Formatter {
   std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
     constexpr std::size_t kWidth = 100, kColumn = 30;
-    std::string text, rest;  // rest: of a line of prose
+    std::string text, rest;  // rest: the part of a prose line that is not yet printed
     for (std::string line : sim::files::lines_of(CLI::Formatter::make_help(app, name, mode))) {
       const bool prose = !line.empty() && line[0] != ' ', command = line.starts_with("  gaitslam ");
       if (!rest.empty()) {
@@ -62,7 +62,7 @@ int fail_with(const std::string& message, int exit_code) {
   return exit_code;
 }
 
-/// Throws UsageError if the first word is not a command; the message suggests the nearest one.
+/// Throws UsageError if the first word is not a command; the message suggests the most similar one.
 void check_command_name(const CLI::App& app, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
   std::vector<std::string> names;
@@ -74,7 +74,7 @@ void check_command_name(const CLI::App& app, int argc, char** argv) {
                         did_you_mean(argv[1], names));
 }
 
-/// "; did you mean '--seeds'?" for the first unknown option on the command line.
+/// Returns "; did you mean '--seeds'?" for the first unknown option on the command line, or "".
 std::string suggested_option(const CLI::App& app) {
   std::vector<std::string> names;
   for (const CLI::App* command : app.get_subcommands())
@@ -111,11 +111,11 @@ int run_program(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Blocking, and with it rounding, is the same on every machine.
+  // Fixed cache sizes make Eigen's blocking, and thus rounding, the same on every machine.
   Eigen::setCpuCacheSizes(32 << 10, 256 << 10, 8 << 20);
   cv::setNumThreads(1);                 // --jobs sets the number of cores
-  std::signal(SIGXFSZ, SIG_IGN);        // a file that may not grow is an error, as on a full disk
-  mallopt(M_MMAP_THRESHOLD, 64 << 20);  // pictures reuse memory: mapping it anew takes a fifth of a short run
+  std::signal(SIGXFSZ, SIG_IGN);        // a file at its size limit is then an error, as on a full disk
+  mallopt(M_MMAP_THRESHOLD, 64 << 20);  // reuses memory of pictures: remapping takes a fifth of a short run
   try {
     const int exit_code = run_program(argc, argv);
     std::cout.flush();

@@ -1,5 +1,5 @@
-# Sets RECORDING_SOURCES_HASH: of all files below SOURCE that shape a recording, names and contents. What is not here (filter,
-# scores, pages, scenarios read and printed) may change, and recordings that were made before still serve.
+# Sets RECORDING_SOURCES_HASH, a hash of the names and contents of all files below SOURCE that affect a recording. Anything not
+# listed here (filter, scores, pages, reading and printing of scenarios) may change without invalidating earlier recordings.
 file(GLOB_RECURSE RECORDING_SOURCES RELATIVE ${SOURCE}
   ${SOURCE}/walking/*.cc ${SOURCE}/walking/*.h ${SOURCE}/sim/controllers/*.cc ${SOURCE}/sim/controllers/*.h
   ${SOURCE}/sim/model_file/*.cc ${SOURCE}/sim/model_file/*.h ${SOURCE}/sim/physics/*.cc ${SOURCE}/sim/physics/*.h ${SOURCE}/sim/camera/*.cc ${SOURCE}/sim/camera/*.h

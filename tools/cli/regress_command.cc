@@ -1,4 +1,4 @@
-// The commands that judge results: regress and baseline by a suite, compare two sets.
+// The commands that judge results: regress and baseline for a suite, compare for two sets of results.
 #include <fmt/ranges.h>
 
 #include <cstdlib>
@@ -21,14 +21,14 @@ namespace {
 using regression::Baseline, regression::Comparison, regression::Gate, regression::ResultSet;
 using regression::ScenarioResults, regression::ScenarioVerdict;
 
-/// The files of --junit, --markdown and --json, and --allow-undecided. `--json` without a file prints on
+/// The files of --junit, --markdown and --json, and --allow-undecided. `--json` without a file prints to
 /// standard output.
 struct VerdictRequest {
   std::array<std::optional<fs::path>, 3> files;
   bool allow_undecided = false;
 };
 
-/// A format of verdicts, and the first bytes of its files.
+/// An output format for verdicts, and the first bytes of its files.
 struct VerdictFormat {
   const char* option;
   std::string_view start;
@@ -40,14 +40,14 @@ constexpr std::array kFormats{
     VerdictFormat{"--markdown", "### gaitslam ", regression::markdown},
     VerdictFormat{"--json", "{\n  \"title\": \"gaitslam ", regression::verdicts_json}};
 
-/// Compares results with those of the same name in a baseline, NEW if it has none.
+/// Compares results with those of the same name in a baseline; they are NEW if it has none.
 ScenarioVerdict verdict_of(const std::vector<ScenarioResults>& baseline, const ScenarioResults& now,
                            const std::vector<Gate>& gates) {
   const auto before = std::ranges::find(baseline, now.name, &ScenarioResults::name);
   return regression::compare(before == baseline.end() ? ScenarioResults() : *before, now, gates);
 }
 
-/// Adds the scenarios of the baseline without a verdict: they are MISSING.
+/// Adds the baseline's scenarios that have no verdict yet as MISSING.
 void add_missing(Comparison& comparison, const std::vector<ScenarioResults>& baseline,
                  const std::vector<Gate>& gates) {
   for (const ScenarioResults& before : baseline)
@@ -59,7 +59,7 @@ void add_missing(Comparison& comparison, const std::vector<ScenarioResults>& bas
 void add_verdict_options(CLI::App& command, VerdictRequest& request) {
   auto& files = request.files;
   command.add_flag("--allow-undecided", request.allow_undecided,
-                   "pass although a change beyond its tolerance may be by chance (UNDECIDED)");
+                   "pass even if a change beyond its tolerance may be due to chance (UNDECIDED)");
   command.add_option("--junit", files[0], "write JUnit XML to a file");
   command.add_option("--markdown", files[1], "write Markdown tables to a file");
   add_quiet(command);
@@ -77,8 +77,8 @@ void add_verdict_options(CLI::App& command, VerdictRequest& request) {
       ->excludes("--quiet");
 }
 
-/// Throws UsageError for an existing file that gaitslam did not write: its first bytes differ from those of
-/// its replacement. To be called before the comparison.
+/// Throws UsageError for an existing file that gaitslam did not write, recognized by its first bytes. Call
+/// this before the comparison.
 void require_replaceable(const VerdictRequest& request) {
   const auto& files = request.files;
   for (std::size_t i = 0; i < files.size(); ++i) {
@@ -89,7 +89,7 @@ void require_replaceable(const VerdictRequest& request) {
     files::InputFile in(*files[i], files::kMostOfText);
     const std::string_view found = in.next();
     if (!found.empty() && !found.starts_with(kFormats[i].start))
-      throw UsageError("{}: exists and was not written by gaitslam; name another file, or remove it",
+      throw UsageError("{}: exists and was not written by gaitslam; choose another file, or remove it",
                        files[i]->string());
   }
 }
@@ -106,26 +106,25 @@ void report_verdicts(const Comparison& comparison, const VerdictRequest& request
 constexpr const char* kRegressExamples = R"(Examples:
   gaitslam regress scenarios/suites/ci.yaml --baseline main.json --seeds 1..10 --junit junit.xml
   gaitslam regress scenarios/suites/ci.yaml slam.vision.sigma_px=2 --cached
-Verdicts: IDENTICAL, the same bits on every seed; SAME, the median change is within the tolerance; BETTER or FAIL, it is
-beyond the tolerance and significant; UNDECIDED, it is beyond the tolerance, but possibly by chance: add seeds; NEW or
-MISSING (a failure), only one of the sides has it. Significance is decided by the signed rank test paired by seed, with
-Holm's correction over the gates of a scenario, at 5 %. With fewer than 8 seeds there is no test: BETTER or FAIL if no
-seed is beyond the tolerance in the other direction. NEES and NIS are judged by their means over the seeds.
-Exit codes: 0 as good as the baseline; 1 worse, undecided (unless --allow-undecided), or a limit missed; 2 wrong usage,
-configuration or baseline; 3 a run ended in a way that its scenario does not allow.)";
+Verdicts: IDENTICAL: the same bits on every seed. SAME: the median change is within the tolerance. BETTER or FAIL: it is
+beyond the tolerance and significant. UNDECIDED: it is beyond the tolerance, but may be due to chance; add seeds. NEW or
+MISSING (a failure): only one of the sides has it. Significance is determined by the signed rank test, paired by seed, with
+Holm's correction over the gates of a scenario, at 5 %. With fewer than 8 seeds there is no test: the verdict is BETTER or
+FAIL if no seed is beyond the tolerance in the other direction. NEES and NIS are judged by their means over the seeds.
+Exit codes: 0 as good as the baseline; 1 worse, undecided (unless --allow-undecided), or a limit is missed; 2 wrong
+usage, configuration or baseline; 3 a run ended in a way that its scenario does not allow.)";
 
 constexpr const char* kBaselineExamples = R"(Examples:
   gaitslam baseline update scenarios/suites/ci.yaml --reason "the stabilizer damps the ankles" --jobs 2
   gaitslam baseline update scenarios/suites/ci.yaml --results results/regress-ci --reason "as in the last regress"
-Shows what changes, then writes the file. Results that miss a limit of their scenario are not written.
+Shows what changes, then writes the file. If a result misses a limit of its scenario, nothing is written.
 Exit codes: 0 written; 1 a limit is missed; 2 wrong usage or configuration; 3 a run failed.)";
 
-/// The options of all commands on suites.
 struct SuiteRequest : OutRequest {
   fs::path suite = "scenarios/suites/ci.yaml";
   std::vector<std::string> overrides;
   std::optional<std::string> seeds, baseline;
-  std::optional<fs::path> results;  ///< <scenario>/seed-<n> to judge instead of running
+  std::optional<fs::path> results;  ///< existing <scenario>/seed-<n> to judge instead of running
   Backend backend;
   bool cached = false;
 };
@@ -144,15 +143,15 @@ struct SuiteRun {
 };
 
 void add_suite_options(CLI::App& command, SuiteRequest& request) {
-  command.add_option("--baseline", request.baseline, "instead of ../baselines/<suite>.json");
-  add_seeds(command, request.seeds, "seeds instead of those of the suite");
+  command.add_option("--baseline", request.baseline, "baseline file (default: ../baselines/<suite>.json)");
+  add_seeds(command, request.seeds, "seeds to use instead of the suite's");
   add_backend_options(command, request.backend);
-  command.add_option("--results", request.results, "judge DIR/<scenario>/seed-<n>, run nothing");
+  command.add_option("--results", request.results, "judge DIR/<scenario>/seed-<n> without running anything");
   add_cached(command, request.cached);
   add_out(command, request);
 }
 
-/// The file of the baseline: --baseline, else <suite>.json in baselines/ beside the folder of the suite.
+/// Returns the baseline file: --baseline, else <suite>.json in baselines/ next to the suite's folder.
 fs::path baseline_file(const SuiteRequest& request) {
   if (request.baseline) return *request.baseline;
   return (request.suite.parent_path() / ".." / "baselines" / request.suite.stem())
@@ -161,7 +160,7 @@ fs::path baseline_file(const SuiteRequest& request) {
          ".json";
 }
 
-/// The command that stores a baseline for the same suite, seeds and settings.
+/// Returns the command that stores a baseline for the same suite, seeds and settings.
 std::string update_command(const SuiteRequest& request) {
   std::string command = "tools/gaitslam baseline update " + files::shell_word(request.suite.string());
   for (const std::string& change : request.overrides) command += " " + files::shell_word(change);
@@ -175,7 +174,7 @@ SuiteRun plan_suite(const SuiteRequest& request) {
   const regression::Suite suite = regression::read_suite(request.suite);
   for (const std::string& change : request.overrides)
     if (change.starts_with("seed=") || change.starts_with("name="))
-      throw UsageError(change + ": a suite has its own names and seeds, expected --seeds");
+      throw UsageError(change + ": the suite sets names and seeds, expected --seeds");
   SuiteRun run{suite.name, parse_seeds(request.seeds.value_or(suite.seeds)), {}};
   for (const regression::SuiteEntry& entry : suite.entries) {
     scenario::Changes changes = entry.changes;
@@ -190,7 +189,7 @@ void run_jobs(const SuiteRequest& request, SuiteRun& run) {
   std::vector<ResultJob> jobs;
   for (const SuiteScenario& s : run.scenarios) {
     const double walk_s =
-        slam::seconds(result::plan_end(s.read.scenario.walk));  // each second costs the same
+        slam::seconds(result::plan_end(s.read.scenario.walk));  // every second of a walk costs the same
     for (ResultJob& of_seed : jobs_of_seeds({s.read, s.read.scenario.name, {}, walk_s}, run.seeds))
       jobs.push_back(std::move(of_seed));
   }
@@ -225,13 +224,13 @@ void run_suite(const SuiteRequest& request, SuiteRun& run) {
       if (!result::is_result(folder))
         throw UsageError("{}: the result of seed {} is missing", folder.string(), seed);
       if (files::read_text(folder / "scenario.yaml") != scenario::to_yaml(scenario))
-        throw UsageError("{}: was made with another configuration of {}; run it again", folder.string(),
+        throw UsageError("{}: was made with a different configuration of {}; run it again", folder.string(),
                          scenario.name);
       s.results.seeds.push_back(result::read_result(folder));
     }
 }
 
-/// The command that runs one seed of a scenario as the suite does.
+/// Returns the command that runs one seed of a scenario as the suite does.
 std::string repro(const SuiteRequest& request, const SuiteScenario& scenario, std::uint64_t seed) {
   std::string command =
       fmt::format("tools/gaitslam run {} seed={}", files::shell_word(scenario.entry.file.string()), seed);
@@ -261,7 +260,7 @@ struct RegressRequest : SuiteRequest {
   bool github = false;
 };
 
-/// Throws UsageError unless the baseline has the same configurations and all seeds of the run.
+/// Throws UsageError unless the baseline contains the same configurations and all seeds of the run.
 void require_comparable(const Baseline& baseline, const SuiteRun& run, const RegressRequest& request,
                         const std::string& file) {
   for (const SuiteScenario& scenario : run.scenarios) {
@@ -272,7 +271,7 @@ void require_comparable(const Baseline& baseline, const SuiteRun& run, const Reg
         before->config,
         regression::config_of(scenario::read_scenario(scenario.entry.file, scenario.entry.changes)));
     if (!differences.empty())
-      throw UsageError("{}: {} has another configuration than the baseline {}: {}; '{}' stores it",
+      throw UsageError("{}: the configuration of {} differs from the baseline {}: {}; '{}' stores it",
                        scenario.entry.file.string(), name, file, fmt::join(differences, "; "),
                        update_command(request));
     for (const std::uint64_t seed : run.seeds)
@@ -308,8 +307,8 @@ struct BaselineRequest : SuiteRequest {
   bool dry_run = false;
 };
 
-/// Prints verdicts against the old baseline, whatever its configurations, and changes of the number of seeds.
-/// Returns the exit code by the limits only, because an update is meant to change metrics.
+/// Prints verdicts against the old baseline, whatever its configurations, and changes in the number of seeds.
+/// Returns an exit code that depends only on the limits, because an update is meant to change metrics.
 int show(const Baseline& before, const SuiteRun& run, const BaselineRequest& request,
          const std::string& file) {
   Comparison comparison =
@@ -348,9 +347,9 @@ int update(BaselineRequest& request) {
 constexpr const char* kCompareExamples = R"(Examples:
   gaitslam compare results/before results/after
 Each argument is a result folder, a folder of seed-<n>, or a folder of scenarios with seed-<n>. Common seeds are
-paired and compared by the signed rank test. Scenarios with different names or walks need --across, because one may
+paired and compared with the signed rank test. Scenarios with different names or walks need --across, because one may
 be harder than the other.
-The verdicts and exit codes are those of gaitslam regress for a suite that names no gates.)";
+Verdicts and exit codes are the same as for gaitslam regress with a suite without gates.)";
 
 struct CompareRequest {
   fs::path before, after;
@@ -375,7 +374,7 @@ Sets read_sets(const fs::path& folder) {
   return sets;
 }
 
-/// The folder for a message: of a single result its own, not the one that contains it.
+/// Returns the folder to show in a message: for a single result its own folder, not the one that contains it.
 std::string place(const fs::path& argument, const ResultSet& set) {
   return (result::is_result(argument) ? argument : set.folder).string();
 }
@@ -386,16 +385,16 @@ constexpr const char* kInsist = "--across compares different scenarios";
 void require_same_scenario(const ResultSet& before, const ResultSet& now, const CompareRequest& request) {
   const std::string one = place(request.before, before), two = place(request.after, now);
   if (before.results.name != now.results.name)
-    throw UsageError("{} is of the scenario {}, {} of {}; {}", one, before.results.name, two,
+    throw UsageError("{} contains the scenario {}, but {} contains {}; {}", one, before.results.name, two,
                      now.results.name, kInsist);
   auto other = scenario::first_difference(before.scenario, now.scenario);
   if (!other) other = scenario::first_difference(now.scenario, before.scenario);
   if (other)
-    throw UsageError("{} and {}: {} differs, so the walks are different scenarios; {}", one, two, other->key,
+    throw UsageError("{} and {}: {} differs, so the walks are not the same; {}", one, two, other->key,
                      kInsist);
 }
 
-/// Throws UsageError unless the scenarios are the same and have at least one in common.
+/// Throws UsageError unless the sets share at least one scenario and all shared ones are the same.
 void require_comparable(const Sets& before, const Sets& now, const CompareRequest& request) {
   if (before.size() == 1 && now.size() == 1)
     return require_same_scenario(before.front(), now.front(), request);
@@ -410,7 +409,7 @@ void require_comparable(const Sets& before, const Sets& now, const CompareReques
                      request.before.string(), request.after.string());
 }
 
-/// ", my_slam" if an external estimator made the results.
+/// Returns ", my_slam" if another estimator than the filter made the results, or "".
 std::string estimators_of(const Sets& sets) {
   std::set<std::string> names;
   for (const ResultSet& set : sets) names.insert(set.scenario.estimator.name);
@@ -433,7 +432,7 @@ int compare(CompareRequest& request) {
   for (const ResultSet& set : now) {
     auto& verdict = comparison.scenarios.emplace_back(verdict_of(baseline, set.results, gates));
     if (verdict.n_baseline == 0 && std::ranges::count(baseline, set.results.name, &ScenarioResults::name) > 0)
-      throw UsageError("{} and {} have no seed in common; run the same seeds of both",
+      throw UsageError("{} and {} have no seed in common; run the same seeds for both",
                        request.before.string(), set.folder.string());
     verdict.limits = regression::judge_limits(set.scenario, set.results.seeds);
     verdict.repro = [&](std::uint64_t seed) {
@@ -467,17 +466,17 @@ void add_baseline(CLI::App& app, int& exit_code) {
       add_command(baseline, exit_code, "update", "Run a suite and store its scores as the baseline",
                   kBaselineExamples, update);
   command.add_option("suite", request.suite, "the suite's YAML file")->capture_default_str();
-  command.add_option("--reason", request.reason, "why, stored in the baseline")->required();
+  command.add_option("--reason", request.reason, "reason for the change, stored in the baseline")->required();
   add_suite_options(command, request);
-  command.add_flag("--dry-run", request.dry_run, "show what would change and write nothing");
+  command.add_flag("--dry-run", request.dry_run, "show what would change without writing anything");
 }
 
 void add_compare(CLI::App& app, int& exit_code) {
   auto [command, request] =
       add_command(app, exit_code, "compare", "Compare two sets of results", kCompareExamples, compare);
-  command.add_option("before", request.before, "the folder of results to compare with")->required();
-  command.add_option("after", request.after, "the folder of results to judge")->required();
-  command.add_flag("--across", request.across, "compare different scenarios, too");
+  command.add_option("before", request.before, "folder of results to compare with")->required();
+  command.add_option("after", request.after, "folder of results to judge")->required();
+  command.add_flag("--across", request.across, "also compare different scenarios");
   add_verdict_options(command, request.verdicts);
 }
 

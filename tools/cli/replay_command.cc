@@ -17,9 +17,9 @@ constexpr const char* kReplayExamples = R"(Examples:
   gaitslam replay results/tangent_circle/seed-1 seed=2        # the same walk, other noise
   gaitslam replay MH_01_easy --out DIR                        # an external EuRoC/ASL folder
   gaitslam replay theirs/seed-1 --scenario theirs/seed-1/scenario.yaml  # starts its program
-The clock of an external IMU is compared with that of the truth by their speeds of rotation, up to 10 s; without
-orientations in the truth nothing shows that it is off the images.
-The results go to RESULT/replay or to DIR. An earlier replay there moves to earlier-<n>; a folder that gaitslam did not
+The clock of an external IMU is compared with that of the truth, using rotation rates, for offsets up to 10 s. If the truth
+has no orientations, an offset between IMU and images cannot be detected.
+Results are written to RESULT/replay or to DIR. An earlier replay there moves to earlier-<n>; a folder that gaitslam did not
 create is rejected. The exit codes are those of gaitslam run.)";
 
 struct ReplayRequest : OutRequest {
@@ -31,7 +31,7 @@ struct ReplayRequest : OutRequest {
   BatchMember batch;
 };
 
-/// Throws UsageError if the program to start is named only in the result, which may be untrusted.
+/// Throws UsageError if only the result, which may be untrusted, names the program to start.
 void require_asked_for(const scenario::ReadScenario& read, const scenario::Scenario& recorded,
                        const ReplayRequest& request) {
   const programs::Choice& choice = read.scenario.estimator;
@@ -40,14 +40,14 @@ void require_asked_for(const scenario::ReadScenario& read, const scenario::Scena
   for (const std::string& change : request.changes.overrides)
     if (change.starts_with("estimator=")) return;
   throw UsageError(
-      "{}: estimator: is {}, which a replay starts only if the command names it, expected "
+      "{}: estimator: is {}, which a replay starts only if the command line names it, expected "
       "--scenario {} or estimator=filter",
       read.origin.find("estimator")->second, scenario::find_key("estimator")->print(read.scenario),
       files::shell_word((request.result / "scenario.yaml").string()));
 }
 
-/// Reads the origin of each key from about.json, as the scenario.yaml of a result lists every key. Another
-/// scenario has its own; naming the file of the result only allows its estimator to start.
+/// Reads the origin of each key from about.json, because a result's scenario.yaml sets every key. A different
+/// scenario keeps its own origins; naming the result's own file only allows its estimator to start.
 void keep_origin(scenario::ReadScenario& read, const ReplayRequest& request) {
   std::error_code error;
   if (request.scenario && !fs::equivalent(*request.scenario, request.result / "scenario.yaml", error)) return;
@@ -59,7 +59,7 @@ void keep_origin(scenario::ReadScenario& read, const ReplayRequest& request) {
   read.origin = std::move(origin);
 }
 
-/// Reads the stored scenario of a result. Throws ConfigError, with the revision that wrote it if it differs.
+/// Reads a result's stored scenario. Throws ConfigError, naming the revision that wrote it if it differs.
 scenario::ReadScenario read_stored(const fs::path& result, const fs::path& file) {
   try {
     return scenario::read_scenario(file);
@@ -68,8 +68,8 @@ scenario::ReadScenario read_stored(const fs::path& result, const fs::path& file)
     const std::string made = fs::exists(about) ? result::read_about(about).revision : "";
     if (made.empty() || made == kRevision) throw;
     throw scenario::ConfigError(
-        fmt::format("{}; revision {} of gaitslam wrote this result, this is {}: replay it with that one, or "
-                    "run the walk again",
+        fmt::format("{}; gaitslam revision {} wrote this result, this is {}: replay it with that revision, "
+                    "or run the walk again",
                     error.what(), made, kRevision));
   }
 }
@@ -78,7 +78,7 @@ scenario::ReadScenario read_request(const ReplayRequest& request) {
   const fs::path own = request.result / "scenario.yaml";
   if (!fs::exists(own))
     throw UsageError(
-        "{}: expected a result folder (with scenario.yaml and recording/) or one in the "
+        "{}: is no result, expected a folder with scenario.yaml and recording/, or one in the "
         "EuRoC/ASL layout (with mav0/)",
         request.result.string());
   const std::string file = request.scenario.value_or(own.string());
@@ -98,7 +98,7 @@ int replay_result(ReplayRequest& request) {
   std::optional<recording::AslFolder> external;
   if (recording::is_asl_folder(request.result)) {
     if (request.scenario)
-      throw UsageError("--scenario: expected a result folder, as it replaces the scenario there");
+      throw UsageError("--scenario: the folder has no scenario to replace, expected a result folder");
     external.emplace(request.result);
   }
   scenario::ReadScenario read =
@@ -107,10 +107,10 @@ int replay_result(ReplayRequest& request) {
     for (const std::string& remark : external->sensors().remarks) std::cerr << "gaitslam: " << remark << '\n';
   for (const auto& [key, origin] : read.origin)
     if (scenario::shapes_recording(key) && origin.starts_with("argument"))
-      throw UsageError("{}: shapes the recording, which a replay cannot change; run the scenario again", key);
+      throw UsageError("{}: affects the recording, which a replay cannot change; rerun the scenario", key);
   if (!external) keep_origin(read, request);
   join_batch(request.batch, &read);
-  if (!read.scenario.slam) throw UsageError("no slam section, expected a scenario with a filter");
+  if (!read.scenario.slam) throw UsageError("slam: is missing, expected a scenario with a filter");
   const OutFolder out(request, request.result / "replay", {.replaces = true});
   require_separate(out.path(), request.result);
   replay::WalkEnd walk;
@@ -121,7 +121,7 @@ int replay_result(ReplayRequest& request) {
   }
   if (external && request.view.view)
     throw UsageError(
-        "--view: expected the result of a run; for an external recording, view the result of its replay");
+        "--view: cannot show an external recording, expected the result of a run; view the replay's result");
   const auto view = view_of_replay(request.view, read, request.result / "recording", standard_models());
   const auto observer = view ? view->tracking_observer() : tracking::TrackingObserver{};
   result::Outcome outcome;
@@ -148,7 +148,7 @@ void add_replay(CLI::App& app, int& exit_code) {
   add_result(command, request.result, ", or a folder in the EuRoC/ASL layout");
   add_overrides(command, request.changes.overrides, "(errors.*, slam.*, limits.* and seed)");
   add_with(command, request.changes);
-  command.add_option("--scenario", request.scenario, "replay with another scenario file of the same walk");
+  command.add_option("--scenario", request.scenario, "replay with another scenario file for the same walk");
   add_out(command, request);
   add_all_metrics(command, request.all_metrics);
   add_output(command);

@@ -19,16 +19,16 @@ namespace {
 constexpr const char* kReportExamples = R"(Examples:
   gaitslam report results/tangent_circle/seed-1 --out report.html
   gaitslam report results/regress-ci --out report.html  # a folder of results
-  gaitslam report results/sweep-hall --out report.html  # a sweep, by its keys
+  gaitslam report results/sweep-hall --out report.html  # a sweep, plotted over its keys
   gaitslam report results/tangent_circle/seed-1 --plots pdf --width-mm 88 --no-titles --out figures
   gaitslam report results/before results/after --table table.tex   # medians by setting
 The page contains everything that it shows and needs no network.)";
 
-constexpr double kPx_mm = 25.4 / 96, kHeight = 5 / 12.0, kEqualHeight = 7 / 9.0;  // by the width
+constexpr double kPx_mm = 25.4 / 96, kHeight = 5 / 12.0, kEqualHeight = 7 / 9.0;  // per width
 
 struct ReportRequest : OutRequest {
   std::vector<std::string> results;
-  std::string plots;               ///< their format; empty: a page
+  std::string plots;               ///< format of the plots; empty: a page
   double width_mm = 720 * kPx_mm;  ///< of plots
   bool no_titles = false;
   std::optional<std::string> table;  ///< a file
@@ -40,22 +40,22 @@ std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
     if (!fs::is_directory(name)) throw UsageError("{}: no such result folder", name);
     if (pages::is_sweep(name) || pages::is_tuning(name))
       throw UsageError(
-          "{}: is a sweep or a tuning with its own page: report it separately, without --plots or --table",
+          "{}: is a sweep or tuning with its own page; report it separately, without --plots or --table",
           name);
     const std::vector<fs::path> found = result::find_results(name);
     if (found.empty())
       throw UsageError(
-          "{}: expected a result folder (score.json), a folder of results, or the folder of a sweep or "
-          "tuning",
+          "{}: has no results, expected a result folder (score.json), a folder of results, or the folder of "
+          "a sweep or tuning",
           name);
     all.insert(all.end(), found.begin(), found.end());
   }
   return all;
 }
 
-constexpr const char* kConverter = "rsvg-convert";  // of Debian's package librsvg2-bin
+constexpr const char* kConverter = "rsvg-convert";  // from Debian's package librsvg2-bin
 
-/// Throws std::runtime_error.
+/// Converts an SVG file to PDF and removes it. Throws std::runtime_error.
 void make_pdf(const fs::path& svg) {
   const int status =
       std::system(fmt::format("exec {} --format=pdf --output={} {}", kConverter,
@@ -101,7 +101,7 @@ std::vector<pages::RunData> read_runs(const ReportRequest& request, ProgressLine
   return runs;
 }
 
-/// Returns whether a file of a table is to be written. Throws UsageError.
+/// Returns whether a table file is to be written. Throws UsageError.
 bool has_table(const std::optional<std::string>& file, bool force) {
   if (!file) return false;
   try {
@@ -115,7 +115,7 @@ bool has_table(const std::optional<std::string>& file, bool force) {
 
 int make_report(ReportRequest& request) {
   if (!request.out && (!request.table || !request.plots.empty()))
-    throw UsageError("--out: missing, expected the HTML file to write; or --table with a file");
+    throw UsageError("--out: is missing, expected the HTML file to write, or --table with a file");
   if (has_table(request.table, request.force)) {
     ProgressLine progress("report");
     files::write_atomically(
@@ -125,7 +125,7 @@ int make_report(ReportRequest& request) {
   if (!request.out) return 0;
   if (request.plots == "pdf" && std::system(fmt::format("command -v {} >/dev/null", kConverter).c_str()) != 0)
     throw UsageError(
-        "--plots pdf: needs {}, expected Debian's package librsvg2-bin to be installed; or "
+        "--plots pdf: {} is missing; install Debian's package librsvg2-bin, or use "
         "--plots svg",
         kConverter);
   if (!request.plots.empty()) {
@@ -139,7 +139,7 @@ int make_report(ReportRequest& request) {
   }
   require_new_file(*request.out, request.force);
   if (const fs::path kind = fs::path(*request.out).extension(); kind != ".html" && kind != ".htm")
-    throw UsageError("--out {}: expected a name that ends in .html; --plots writes pictures", *request.out);
+    throw UsageError("--out {}: expected a name ending in .html; --plots writes pictures", *request.out);
   const OnInterrupt on_interrupt("nothing was written; rerun the command");
   {
     ProgressLine progress("report");
@@ -157,11 +157,11 @@ int make_report(ReportRequest& request) {
 constexpr const char* kLeaderboardExamples = R"(Examples:
   gaitslam leaderboard results --metric ate_sim3_rmse_m --metric tracked_fraction
   gaitslam leaderboard results --table table.csv --html table.html
-A row for each folder of results of one scenario, estimator, settings and programs, ranked over the
-seeds that the rows of a scenario have in common: by coverage (share of true poses with an estimate;
-0 of an incomplete run), then by the first metric. Errors after an alignment have columns of their
-own, such as rmse_m_after_sim3. Keys are listed if rows of the same scenario and estimator differ in
-them. Results that repeat a seed of their row, or cannot be read, are left out with a warning.)";
+There is a row for each folder of results with one scenario, estimator, settings and programs. Rows are
+ranked over the seeds that all rows of a scenario have in common: by coverage (fraction of true poses with
+an estimate; 0 for an incomplete run), then by the first metric. Errors after an alignment have their own
+columns, such as rmse_m_after_sim3. Keys are listed if rows with the same scenario and estimator differ in
+them. Results that cannot be read, or repeat a seed of their row, are skipped with a warning.)";
 
 struct LeaderboardRequest {
   std::vector<fs::path> folders;
@@ -184,14 +184,14 @@ int show_leaderboard(LeaderboardRequest& request) {
                             pages::leaderboard_file(board, pages::table_format(*request.table)));
   if (request.html) files::write_atomically(*request.html, pages::leaderboard_page(board));
   std::cout << pages::leaderboard_table(board);
-  for (const std::string& why : board.left_out) std::cerr << "warning: left out: " << why << '\n';
+  for (const std::string& why : board.left_out) std::cerr << "warning: skipped: " << why << '\n';
   return 0;
 }
 
 constexpr const char* kViewExamples = R"(Examples:
   gaitslam view results/tangent_circle/seed-1 results/tangent_circle/seed-1/replay   # compared in one scene
   gaitslam view results/tangent_circle/seed-1/replay --port 8020
-Prints a URL; #t=SECONDS after it opens that time. Ctrl-C ends the view. gaitslam run --view shows a walk live.)";
+Prints a URL; append #t=SECONDS to open it at that time. Ctrl-C ends the view. gaitslam run --view shows a walk live.)";
 
 struct RequestToView : Access {
   std::vector<std::string> results;
@@ -199,7 +199,7 @@ struct RequestToView : Access {
 
 void require_results(const std::vector<std::string>& results) {
   if (results.size() > view::kMostRuns)
-    throw UsageError("view: {} results, expected one to {} of one scenario", results.size(), view::kMostRuns);
+    throw UsageError("view: {} results, expected 1 to {} of one scenario", results.size(), view::kMostRuns);
   for (const std::string& result : results) {
     if (!fs::is_directory(result)) throw UsageError("{}: no such result folder", result);
     if (result::is_result(result)) continue;
@@ -222,7 +222,7 @@ int view_results(RequestToView& request) {
   sigset_t signals{};
   ::sigemptyset(&signals);
   for (const int one : {SIGINT, SIGTERM, SIGHUP}) ::sigaddset(&signals, one);
-  ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before the server's threads, which inherit it
+  ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before the server's threads inherit it
   const view::PlaybackView shown(request, std::move(results));
   print_view(view::url(shown.access()));
   int which = 0;
@@ -236,30 +236,30 @@ void add_report(CLI::App& app, int& exit_code) {
   auto [command, request] =
       add_command(app, exit_code, "report", "Write an HTML page, or pictures, about results", kReportExamples,
                   make_report);
-  command.add_option("results", request.results, "result folders or folders of results; a sweep or a tuning")
+  command.add_option("results", request.results, "result folders, folders of results, a sweep or a tuning")
       ->required();
-  command.add_option("--out", request.out, "the HTML file to write; with --plots a folder");
+  command.add_option("--out", request.out, "the HTML file to write; with --plots, a folder");
   command.add_option("--table", request.table,
-                     "write medians by setting, with n and interval, to a file .csv, .md or .tex");
+                     "write medians by setting, with n and interval, to a .csv, .md or .tex file");
   auto* const plots =
       command.add_option("--plots", request.plots, "write pictures instead of a page: svg, pdf")
           ->check(CLI::IsMember({"svg", "pdf"}));
   command.add_option("--width-mm", request.width_mm, "width of the pictures, 60 to 400; text keeps its size")
       ->check(CLI::Range(60, 400))
       ->needs(plots);
-  command.add_flag("--no-titles", request.no_titles, "pictures without titles, for captions")->needs(plots);
+  command.add_flag("--no-titles", request.no_titles, "omit titles, for figures with captions")->needs(plots);
   command.add_flag("--force", request.force, "replace a file, or a folder of pictures made by gaitslam");
 }
 
 void add_leaderboard(CLI::App& app, int& exit_code) {
   auto [command, request] =
-      add_command(app, exit_code, "leaderboard", "Put the estimators in a tree of results into one table",
+      add_command(app, exit_code, "leaderboard", "Compare all estimators in a tree of results in one table",
                   kLeaderboardExamples, show_leaderboard);
   command.add_option("folders", request.folders, "folders of results, at any depth")->required();
   command.add_option("--metric", request.metrics, "a metric to show; may be given several times")
       ->allow_extra_args(false);
-  command.add_option("--table", request.table, "write the table to a file .csv, .md or .tex");
-  command.add_option("--html", request.html, "write the table as a page to a file");
+  command.add_option("--table", request.table, "write the table to a .csv, .md or .tex file");
+  command.add_option("--html", request.html, "write the table to an HTML file");
   command.add_flag("--force", request.force, "replace existing files");
 }
 

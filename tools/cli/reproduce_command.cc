@@ -13,7 +13,7 @@ namespace {
 constexpr const char* kReproduceExamples = R"(Examples:
   gaitslam reproduce --jobs 2                      # ten seeds; the page is results/paper/index.html
   gaitslam reproduce --seeds 1..3 --out DIR
-Every result is kept in the folder. Rerun the command to resume after an interruption.)";
+All results are kept in the folder. Rerun the command to resume after an interruption.)";
 
 struct ReproduceRequest {
   std::optional<std::string> seeds;
@@ -22,7 +22,7 @@ struct ReproduceRequest {
   fs::path out = "results/paper", scenarios = standard_models().parent_path() / "scenarios";
 };
 
-/// The jobs of all experiments on all seeds.
+/// Returns the jobs of all experiments on all seeds.
 std::vector<ResultJob> plan(const ReproduceRequest& request) {
   std::vector<ResultJob> all;
   for (const pages::PaperExperiment& what : pages::kPaperExperiments) {
@@ -37,7 +37,7 @@ std::vector<ResultJob> plan(const ReproduceRequest& request) {
   return all;
 }
 
-/// Runs the unfinished jobs that simulate, or those that replay; returns whether each has a result now.
+/// Runs the unfinished jobs that simulate, or those that replay; returns whether each one now has a result.
 bool run_jobs(std::vector<ResultJob> jobs, bool replay, const ReproduceRequest& request,
               const OutFolder& out) {
   std::erase_if(jobs, [&](const ResultJob& job) { return job.recording.has_value() != replay; });

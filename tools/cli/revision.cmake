@@ -1,4 +1,4 @@
-# Writes OUTPUT, a source file with the git revision of SOURCE and the hash of what shapes its recordings; leaves it untouched when nothing changed, so that a build
+# Writes OUTPUT, a source file with the git revision of SOURCE and the hash of the sources that affect recordings. It is not rewritten if nothing changed, so that a build
 # with nothing to do does nothing.
 find_program(GIT git)
 set(REVISION unknown)

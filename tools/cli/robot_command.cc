@@ -12,20 +12,20 @@ namespace cli {
 namespace {
 
 constexpr const char* kRobotExamples = R"(Examples:
-  gaitslam robot init my_robot/robot.xml     # writes my_robot/robot.yaml: look at what it guesses
+  gaitslam robot init my_robot/robot.xml     # writes my_robot/robot.yaml; review its guesses
   gaitslam robot check my_robot
   gaitslam run scenarios/tangent_circle.yaml world.robot=./my_robot
-models/README.md has "Your own robot in an hour".)";
+See "Your own robot in an hour" in models/README.md.)";
 constexpr const char* kRobotCheckExamples = R"(Examples:
   gaitslam robot check models/robots/hrp2
-  gaitslam robot check unitree/g1_29dof.xml  # a bare model: with what robot init would guess
+  gaitslam robot check unitree/g1_29dof.xml  # a model without robot.yaml: uses what robot init would guess
 Exit codes: 0 the robot stands and walks in place; 1 it does not; 2 it cannot be read.)";
 
 constexpr const char* kWalkerExamples = R"(Example:
   gaitslam run scenarios/tangent_circle.yaml 'walk.controller={program: [tools/gaitslam, walker]}'
   gaitslam run ramp.yaml world.room=office_ramp \
       'walk.controller={program: [tools/gaitslam, walker], options: {slope: true}}'
-sim/controllers/README.md describes its messages and its options, plan and slope.)";
+sim/controllers/README.md describes the messages and the options plan and slope.)";
 
 struct WalkerRequest {};
 
@@ -36,7 +36,7 @@ struct RobotRequest {
   std::optional<fs::path> out;
 };
 
-/// A folder in the temporary folder, removed at the end.
+/// A guessed robot.yaml in a temporary folder, which the destructor removes.
 class GuessedRobot {
  public:
   explicit GuessedRobot(const fs::path& model) {
@@ -62,10 +62,10 @@ int check_one(RobotRequest& request) {
   const auto print = [](const std::string& line) { std::cout << line << std::endl; };
   if (fs::is_directory(request.robot)) return live::check_robot(request.robot, print) ? 0 : 1;
   const GuessedRobot guessed(request.robot);
-  print("no robot.yaml: checked with what gaitslam robot init would guess");
+  print("no robot.yaml: using what gaitslam robot init would guess");
   try {
     return live::check_robot(guessed.folder(), print) ? 0 : 1;
-  } catch (const std::invalid_argument& e) {  // places in a file that does not stay
+  } catch (const std::invalid_argument& e) {  // locations in a temporary file
     std::string text = e.what();
     const std::string folder = guessed.folder().string() + "/";
     if (const auto at = text.find(folder); at != text.npos) text.replace(at, folder.size(), "guessed ");
@@ -77,12 +77,12 @@ int write_first(RobotRequest& request) {
   fs::path folder = request.out.value_or(request.robot.parent_path());
   if (folder.empty()) folder = ".";
   const fs::path file = folder / "robot.yaml";
-  if (fs::exists(file)) throw files::FileError(file, "exists already and is not overwritten");
+  if (fs::exists(file)) throw files::FileError(file, "already exists and is not overwritten");
   const std::string text =
       physics::first_robot_file(request.robot, fs::proximate(request.robot, folder).string());
   fs::create_directories(folder);
   files::write_atomically(file, text);
-  std::cout << file.string() << ": written; look at each guess, then run gaitslam robot check "
+  std::cout << file.string() << ": written; review each guess, then run gaitslam robot check "
             << files::shell_word(folder.string()) << '\n';
   return 0;
 }
@@ -91,24 +91,24 @@ int write_first(RobotRequest& request) {
 
 void add_robot(CLI::App& app, int& exit_code) {
   CLI::App& command =
-      *app.add_subcommand("robot", "Check a robot's model and file, or write a first file for a model");
+      *app.add_subcommand("robot", "Check a robot's model and robot.yaml, or write a first robot.yaml");
   command.require_subcommand(1);
   command.footer(kRobotExamples);
   auto [checker, check_request] = add_command(
-      command, exit_code, "check", "Print what is read of a robot, let it stand 5 s and walk in place",
+      command, exit_code, "check", "Print what is read from a robot; make it stand 5 s and walk in place",
       kRobotCheckExamples, check_one);
   checker.add_option("robot", check_request.robot, "folder with robot.yaml, or a model file, MJCF or URDF")
       ->required();
   auto [writer, init_request] =
       add_command(command, exit_code, "init",
-                  "Write a first robot.yaml that guesses feet, legs, base, chest and head", "", write_first);
+                  "Write a first robot.yaml with guessed feet, legs, base, chest and head", "", write_first);
   writer.add_option("model", init_request.robot, "model file, MJCF or URDF")->required();
-  writer.add_option("--out", init_request.out, "folder of robot.yaml (default: that of the model)");
+  writer.add_option("--out", init_request.out, "folder for robot.yaml (default: the model's folder)");
 }
 
 void add_walker(CLI::App& app, int& exit_code) {
   add_command(app, exit_code, "walker",
-              "The built-in walking controller as a program: answers messages of gaitslam_walker.h",
+              "Run the built-in walking controller as a program that answers gaitslam_walker.h messages",
               kWalkerExamples, answer_messages);
 }
 

@@ -19,11 +19,11 @@ constexpr const char* kRunExamples = R"(Examples:
   gaitslam run scenarios/tangent_circle.yaml seed=7 slam.gyro.sigma_rad_s=0.02 --out DIR
   gaitslam run scenarios/tangent_circle.yaml --seeds 1..5 --jobs 2 --without camera,slam
   gaitslam run scenarios/tangent_circle.yaml --view --control
-Results go to results/<scenario>/seed-<n> or DIR/seed-<n>. An earlier result there moves to earlier-<n> when the new one
-is complete; nothing is removed. With --seeds, seeds are added to those of the same settings and program, and results of
-others move to earlier-<n>. After an interruption, rerun the command to resume.
-Exit codes: 0 passed; 1 missed a limit; 2 wrong usage or configuration; 3 fell, collided, diverged or crashed. The highest
-of several seeds counts.)";
+Results are written to results/<scenario>/seed-<n> or DIR/seed-<n>. An earlier result there moves to earlier-<n> when the
+new one is complete; nothing is removed. With --seeds, seeds are added to those with the same settings and program, and
+other results move to earlier-<n>. After an interruption, rerun the command to resume.
+Exit codes: 0 passed; 1 missed a limit; 2 wrong usage or configuration; 3 fell, collided, diverged or crashed. With several
+seeds, the highest counts.)";
 
 struct RunRequest : OutRequest {
   std::string scenario;
@@ -40,10 +40,10 @@ fs::path standard_folder(const scenario::ReadScenario& read) {
   return fs::path("results") / read.scenario.name;
 }
 
-/// Replays the recording from the cache. Writes the bytes of run_live, timing.* excepted.
+/// Replays the recording from the cache. Writes the same bytes as run_live, except for timing.*.
 result::Outcome run_cached(const scenario::ReadScenario& read, const result::ResultPlace& place,
                            const result::Progress& progress) {
-  constexpr double kWalk = 0.7;  // part of the time that a missing walk takes
+  constexpr double kWalk = 0.7;  // fraction of the time spent on simulating a missing walk
   bool walked = false;
   const auto walking = [&](double part) { walked = true, progress(kWalk * part); };
   const auto replaying = [&](double part) { progress(walked ? kWalk + (1 - kWalk) * part : part); };
@@ -62,8 +62,8 @@ int run_one(const scenario::ReadScenario& read, const RunRequest& request, const
         result_place(folder, scenario::models_hash(standard_models()), standard_models());
     const auto show = [&](double part) { progress.show(part); };
     const int threads =
-        request.jobs.value_or(request.batch.parent ? 1 : 2);  // a process of several has one core
-    // Measured times are not repeatable: no replay would be the run that they steered.
+        request.jobs.value_or(request.batch.parent ? 1 : 2);  // one of several processes has one core
+    // Measured times are not repeatable, so no replay could reproduce the run that they influenced.
     const bool measured = read.scenario.estimator_time.model == scenario::TimeModel::measured;
     outcome = request.cached && !measured
                   ? run_cached(read, place, show)
@@ -75,11 +75,11 @@ int run_one(const scenario::ReadScenario& read, const RunRequest& request, const
   const int exit_code = cli::report(outcome, folder, request.all_metrics);
   const auto is_over_seeds = [](const scenario::MetricLimit& limit) { return limit.aggregate.has_value(); };
   if (std::ranges::any_of(read.scenario.limits.metrics, is_over_seeds))
-    text_out() << "limits over seeds (mean, median or worst) are judged with --seeds only\n";
+    text_out() << "limits over seeds (mean, median or worst) are judged only with --seeds\n";
   return exit_code;
 }
 
-/// True if all results in the folder are those that the command adds to.
+/// True if the folder contains no results except those that the command adds to.
 bool only_beside(const fs::path& root, const std::vector<std::uint64_t>& beside) {
   return !beside.empty() && result::seeds_in(root) == beside;
 }
@@ -87,7 +87,7 @@ bool only_beside(const fs::path& root, const std::vector<std::uint64_t>& beside)
 int run_seeds(const scenario::ReadScenario& read, const RunRequest& request) {
   for (const std::string& argument : request.changes.overrides)
     if (argument.starts_with("seed="))
-      throw UsageError("--seeds and seed= are both given, expected one of them");
+      throw UsageError("--seeds: seed= is given as well, expected only one of them");
   const auto jobs = jobs_of_seeds({read, ""}, parse_seeds(*request.seeds));
   const fs::path root = request.out ? fs::path(*request.out) : standard_folder(read);
   const std::vector<std::uint64_t> beside = finished_beside(jobs, root, standard_models());
@@ -120,13 +120,13 @@ int run_seeds(const scenario::ReadScenario& read, const RunRequest& request) {
 int run(RunRequest& request) {
   require_simulator();
   if (request.view.view && (request.seeds || request.cached))
-    throw UsageError("--view shows one live walk, expected no {}", request.seeds ? "--seeds" : "--cached");
+    throw UsageError("--view: shows one live walk, expected no {}", request.seeds ? "--seeds" : "--cached");
   if (!request.seeds && request.backend != "local")
-    throw UsageError("--backend {}: distributes several seeds, expected --seeds", request.backend);
+    throw UsageError("--backend {}: is for several seeds, expected --seeds", request.backend);
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   join_batch(request.batch, &read);
   require_models(read, standard_models());
-  if (request.seeds) check_start(read, standard_models());  // once, with the name of the given file
+  if (request.seeds) check_start(read, standard_models());  // once, so that errors name the given file
   if (request.seeds) return run_seeds(read, request);
   const std::vector<ResultJob> jobs{{read, ""}};
   const fs::path root = request.out ? fs::path(*request.out) : standard_folder(read);
@@ -140,11 +140,11 @@ using recording::Cache;
 
 constexpr const char* kRecordExamples = R"(Examples:
   gaitslam record scenarios/tangent_circle.yaml --seeds 1..20 --jobs 2
-Recordings are kept in $GAITSLAM_CACHE, else $XDG_CACHE_HOME/gaitslam, else ~/.cache/gaitslam. When the cache
+Recordings are stored in $GAITSLAM_CACHE, else $XDG_CACHE_HOME/gaitslam, else ~/.cache/gaitslam. When the cache
 exceeds $GAITSLAM_CACHE_GB (20) GB, the least recently used recordings are removed. A recording is identified by the
 keys walk.*, stabilizer.*, world.* and camera.*, the seed, the models, and the sources of walk, world and recording;
 sensor errors and filter may differ.
-Exit codes: 0 all recordings are there; 2 wrong usage or configuration; 3 the simulation of a walk failed.)";
+Exit codes: 0 all recordings are available; 2 wrong usage or configuration; 3 the simulation of a walk failed.)";
 
 struct RecordRequest {
   std::string scenario;
@@ -154,7 +154,6 @@ struct RecordRequest {
   BatchMember batch;
 };
 
-/// Prints how the walk ended; returns the exit code.
 int report_walk(std::uint64_t seed, const fs::path& recording, bool is_new) {
   const replay::WalkEnd walk = replay::read_walk_end(recording);
   std::cout << fmt::format("seed {}: {}, {}: {}\n", seed, is_new ? "recorded" : "was in the cache",
@@ -173,7 +172,7 @@ int record_seeds(const scenario::ReadScenario& read, const RecordRequest& reques
   }
   Backend backend = request.backend;
   backend.spool = recordings.place().folder / ("slurm-" + recordings.key(scenarios[0].scenario));
-  backend.seconds_each = 15;  // of computing, for the shipped scenarios
+  backend.seconds_each = 15;  // computing time for the shipped scenarios
   int exit_code = 0;
   const std::vector<Recordings::Made> all = recordings.make(scenarios, backend);
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -189,7 +188,7 @@ int record(RecordRequest& request) {
   scenario::ReadScenario read = scenario::read_scenario(request.scenario, request.changes);
   join_batch(request.batch, &read);
   const Recordings recordings(standard_models());
-  if (request.seeds) check_start(read, standard_models());  // once, with the file's name
+  if (request.seeds) check_start(read, standard_models());  // once, so that errors name the file
   const OnInterrupt on_interrupt(fmt::format("finished recordings are kept in {}; to make the others",
                                              recordings.place().folder.string()));
   if (request.seeds) return record_seeds(read, request, recordings);
@@ -201,7 +200,7 @@ int record(RecordRequest& request) {
 constexpr const char* kCacheExamples = R"(Examples:
   gaitslam cache list
   gaitslam cache clean            # removes all recordings that are not in use
-  gaitslam cache clean --to 5     # removes the least recently used until 5 GB are left)";
+  gaitslam cache clean --to 5     # removes the least recently used ones until 5 GB are left)";
 
 constexpr double kGigabyte = 1e9, kMegabyte = 1e6;
 
@@ -229,7 +228,7 @@ int clean(CleanRequest& request) {
   const Cache cache(recording::cache_place());
   const Cache::Cleaned cleaned = cache.clean(static_cast<std::uintmax_t>(request.gigabytes * kGigabyte));
   std::cout << fmt::format(
-      "{} removed, {:.2f} GB; {} kept because they are in use or have files that gaitslam did not make\n",
+      "{} removed, {:.2f} GB; {} kept because they are in use or contain files that gaitslam did not make\n",
       files::counted(cleaned.removed, "recording"), static_cast<double>(cleaned.bytes) / kGigabyte,
       cleaned.kept);
   return 0;
@@ -243,7 +242,7 @@ void add_run(CLI::App& app, int& exit_code) {
   add_scenario(command, request.scenario, request.changes)->required();
   add_seeds(command, request.seeds, "run several seeds, each in its own process");
   add_jobs(command, request.jobs,
-           "processes at a time with --seeds (default 1); else cores, 1 or 2 (default)");
+           "with --seeds, processes at a time (default 1); otherwise cores, 1 or 2 (default 2)");
   add_backend(command, request.backend);
   add_out(command, request);
   add_cached(command, request.cached);
@@ -255,7 +254,7 @@ void add_run(CLI::App& app, int& exit_code) {
 
 void add_record(CLI::App& app, int& exit_code) {
   auto [command, request] = add_command(app, exit_code, "record",
-                                        "Simulate a walk and keep the readings of ideal sensors for replays",
+                                        "Simulate a walk and store the readings of ideal sensors for replays",
                                         kRecordExamples, record);
   add_scenario(command, request.scenario, request.changes)->required();
   add_seeds(command, request.seeds, "record several seeds, each in its own process");
@@ -264,17 +263,17 @@ void add_record(CLI::App& app, int& exit_code) {
 }
 
 void add_cache(CLI::App& app, int& exit_code) {
-  CLI::App& command = *app.add_subcommand("cache", "List or remove the recordings that are kept for replays");
+  CLI::App& command = *app.add_subcommand("cache", "List or remove the recordings stored for replays");
   command.require_subcommand(1);
   command.footer(kCacheExamples);
-  add_command(command, exit_code, "list", "List the recordings, the least recently used first", "", list);
+  add_command(command, exit_code, "list", "List the recordings, least recently used first", "", list);
   auto [cleaner, request] =
       add_command(command, exit_code, "clean", "Remove recordings that are not in use", "", clean);
   cleaner.add_option("--to", request.gigabytes, "remove until at most this many GB are left")
       ->check(CLI::Range(0.0, 1e9));
 }
 
-/// The hidden command of an array element.
+/// The hidden command that an array element runs.
 void add_element(CLI::App& app, int& exit_code) {
   auto [command, request] =
       add_command(app, exit_code, "element", "Run the jobs of an array element", "", run_element);

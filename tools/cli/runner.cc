@@ -1,4 +1,4 @@
-// The runner, which tools/gaitslam builds for users first: its commands, and no view.
+// The commands of the runner, the smaller program that tools/gaitslam builds first; it has no view.
 #include "sim/view/session.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/shared/terminal.h"
@@ -8,7 +8,7 @@ namespace {
 
 std::unique_ptr<ViewSession> no_view(const ViewRequest& request) {
   if (request.view)
-    throw cli::UsageError("--view: this program was built without it; tools/gaitslam builds the whole one");
+    throw cli::UsageError("--view: this program was built without it; tools/gaitslam builds the full one");
   return nullptr;
 }
 

@@ -13,10 +13,10 @@ constexpr const char* kScoreExamples = R"(Examples:
   gaitslam score results/tangent_circle/seed-1
   gaitslam score truth.tum estimate.txt --align se3
   gaitslam score truth.tum estimate.tum -d 1 -u m --all-pairs --json
-Reads TUM (8 columns, or 20 with covariance), KITTI (with times.txt) and EuRoC csv files and result folders. A header
-that names its columns decides, also those of a covariance: Pr11, Pt12, cov_xy, pose.covariance[0]. Terms and numbers are those of evo_ape and, with -d or -u, of evo_rpe. NEES is
+Reads TUM (8 columns, or 20 with covariance), KITTI (with times.txt) and EuRoC csv files and result folders. A header with
+column names takes precedence, also for covariances: Pr11, Pt12, cov_xy, pose.covariance[0]. Terms and numbers are those of evo_ape and, with -d or -u, of evo_rpe. NEES is
 computed without alignment, over the poses with a covariance. The score.json of a result starts at the first planned
-motion, this score at the first pose.
+motion, while this score starts at the first pose.
 Exit codes: 0 scored; 2 nothing can be compared (the reason is printed).)";
 
 constexpr const char* kRelations = "trans_part, angle_deg, angle_rad, rot_part, full or point_distance";
@@ -32,8 +32,8 @@ struct ScoreRequest {
   bool a = false, s = false, all_pairs = false, pairs_from_reference = false, json = false;
 };
 
-/// Returns the value of a name; names: in the order of the enumeration. Throws UsageError "option name:
-/// expected ..." for another name.
+/// Returns the enumerator for a name; names: in the order of the enumeration. Throws UsageError "option
+/// name: expected ..." for any other name.
 template <typename T>
 T named(const char* option, const std::string& name, std::initializer_list<std::string_view> names,
         const char* expected) {
@@ -43,7 +43,7 @@ T named(const char* option, const std::string& name, std::initializer_list<std::
 }
 
 std::optional<score::Alignment> alignment(const ScoreRequest& r) {
-  if (r.align && (r.a || r.s)) throw UsageError("--align and -a or -s are both given, expected one of them");
+  if (r.align && (r.a || r.s)) throw UsageError("--align: -a or -s is also given, expected one of them");
   if (r.a) return r.s ? score::Alignment::sim3 : score::Alignment::se3;
   if (r.s) return score::Alignment::scale;
   return r.align ? std::optional(alignment_named(*r.align)) : std::nullopt;
@@ -59,8 +59,8 @@ std::optional<score::Spans> spans(const ScoreRequest& r) {
   if (!r.delta && !r.unit) {
     if (r.all_pairs || r.pairs_from_reference || r.delta_tolerance)
       throw UsageError(
-          "--all-pairs, --pairs-from-reference and --delta-tol need -d or -u: they are about relative "
-          "errors");
+          "--all-pairs, --pairs-from-reference and --delta-tol apply only to relative errors, expected -d or "
+          "-u");
     return std::nullopt;
   }
   using Unit = score::Spans::Unit;
@@ -82,7 +82,7 @@ int print(ScoreRequest& request) {
       kRelations);
   options.relative = spans(request);
   if (!request.estimate && !fs::is_directory(request.truth))
-    throw UsageError("{}: expected a second argument, the estimate, or a result folder",
+    throw UsageError("{}: is one trajectory, expected an estimate as second argument, or a result folder",
                      request.truth.string());
   const auto report = trajectory_score::score_files(
       trajectory_score::trajectory_in(request.truth, true),
@@ -99,27 +99,27 @@ void add_score(CLI::App& app, int& exit_code) {
                                   kScoreExamples, print);
   command.add_option("truth", r.truth, "the true trajectory, or a result folder")->required();
   command.add_option("estimate", r.estimate, "the estimated trajectory, or a result folder");
-  command.add_option("--align", r.align, "none, origin, yaw, se3, sim3 or scale; all unless given");
+  command.add_option("--align", r.align, "none, origin, yaw, se3, sim3 or scale (default: all of them)");
   command.add_flag("-a", r.a, "the same as --align se3; -as means sim3");
   command.add_flag("-s", r.s, "the same as --align scale");
-  command.add_option("--n-to-align,--n_to_align", r.options.poses_to_align, "align by the first poses")
+  command.add_option("--n-to-align,--n_to_align", r.options.poses_to_align, "align by this many first poses")
       ->check(CLI::Range(1, 1'000'000'000));
   command.add_option("-r,--pose-relation,--pose_relation", r.relation, kRelations)->capture_default_str();
   command.add_option("-d,--delta", r.delta, "score the relative motion over spans of this length");
   command.add_option("-u,--delta-unit,--delta_unit", r.unit, std::string("unit of -d: ") + kUnits);
-  command.add_flag("--all-pairs,--all_pairs", r.all_pairs, "start a span at each pose");
+  command.add_flag("--all-pairs,--all_pairs", r.all_pairs, "start a span at every pose");
   command.add_option("--delta-tol,--delta_tol", r.delta_tolerance,
                      "tolerated deviation of a span, as a fraction of -d (default 0.1)");
   command.add_flag("--pairs-from-reference,--pairs_from_reference", r.pairs_from_reference,
                    "measure spans of -u m along the true path");
   auto& pairing = r.options.pairing;
-  command.add_option("--t-max-diff,--t_max_diff", pairing.most_apart_s, "longest time between a pair, in s")
+  command.add_option("--t-max-diff,--t_max_diff", pairing.most_apart_s, "longest time within a pair, in s")
       ->capture_default_str();
   command.add_option("--t-offset,--t_offset", pairing.offset_s, "time added to the estimate's stamps, in s");
   command.add_flag("--interpolate", pairing.interpolate, "interpolate the truth at the estimate's stamps");
   command
       .add_option("--max-gap,--max_gap", pairing.most_gap_s,
-                  "longest gap that --interpolate crosses, in s (default 3 x the median, at least 0.1)")
+                  "longest gap that --interpolate bridges, in s (default 3 x the median, at least 0.1)")
       ->needs("--interpolate");
   command.add_flag("--json", r.json, "print JSON (schemas/trajectory.schema.json)");
   add_quiet(command);

@@ -1,4 +1,4 @@
-// The commands that try many settings: a sweep of values, and the search for the best.
+// The commands that try many settings: sweep tries given values, tune searches for the best ones.
 
 #include <iostream>
 
@@ -28,7 +28,7 @@ int run_listed(TrialsRequest& request) {
     const std::string name = named.empty() ? recordings.key(read.scenario) : named.string();
     if (name == loaded) return recording;
     loaded.clear(), recording.reset();
-    std::optional<recording::CachedRecording> cached;  // in use
+    std::optional<recording::CachedRecording> cached;  // marks it as in use
     if (named.empty()) cached.emplace(recordings.get(read, [](double) {}));
     recording = std::make_shared<const trials::Recording>(trials::load(cached ? cached->folder : named));
     loaded = name;
@@ -43,8 +43,8 @@ int run_listed(TrialsRequest& request) {
   return 0;
 }
 
-/// Returns a function that runs trials in several processes, here or on a cluster, and logs their records, as
-/// run_jobs does. Tasks of the same recording should follow each other.
+/// Returns a function that runs trials with run_jobs, in several processes on this machine or on a cluster,
+/// and logs their records. Tasks on the same recording should follow each other.
 trials::RunTasks in_processes(const std::string& title, const Backend& backend) {
   return [=](const std::vector<trials::Task>& tasks, result::JobLog& log) {
     std::vector<Job> jobs;
@@ -66,12 +66,12 @@ constexpr const char* kSweepExamples = R"help(Examples:
   gaitslam sweep scenarios/hall.yaml 'slam.gyro.sigma_rad_s={from: 0.003, to: 0.03, points: 5}' world.seed=1,2,3
   gaitslam sweep scenarios/hall.yaml 'slam.vision.sigma_px={from: 0.5, to: 5}' --samples 32
   gaitslam sweep sweep.yaml --jobs 2 --out DIR  # {scenarios: [...], seeds: 1..5, parameters: {KEY: VALUES}}
-Every combination is tried on every scenario and seed. A range with points is a grid of even factors (scale: linear:
-of even distances); ranges without points are sampled together (Sobol). `also` gives further keys the same value.
+Every combination is tried on every scenario and seed. A range with points is a logarithmically spaced grid (linearly with
+scale: linear); ranges without points are sampled jointly (Sobol). `also` gives further keys the same value.
 The filter runs on recordings from the cache; missing ones are simulated first. The results are scores.csv and
-scores.jsonl, and scenarios/, from which any trial can be run; gaitslam report draws them. Rerun the command to resume
-after an interruption. To search for the best setting use gaitslam tune.
-Exit codes: 0 all were tried; 2 wrong usage or configuration; 3 some crashed or could not be started.)help";
+scores.jsonl, and scenarios/, from which any trial can be run; gaitslam report plots them. Rerun the command to resume
+after an interruption. To search for the best setting, use gaitslam tune.
+Exit codes: 0 all trials ran; 2 wrong usage or configuration; 3 some crashed or could not be started.)help";
 
 struct SweepRequest : OutRequest {
   std::string file;
@@ -83,12 +83,12 @@ struct SweepRequest : OutRequest {
   bool dry_run = false;
 };
 
-/// A plan with the key and the recording of each trial.
+/// A sweep's plan, with the key and the recording of each trial.
 struct Sweep {
   trials::SweepPlan plan;
   std::string purpose;  ///< the first line of the log, which identifies the sweep
   std::vector<std::string> keys, recordings;
-  std::map<std::string, scenario::ReadScenario> scenario_of;  ///< by recording, the first that replays it
+  std::map<std::string, scenario::ReadScenario> scenario_of;  ///< for each recording, the first to replay it
   std::set<std::string> missing;                              ///< recordings that are not in the cache
 };
 
@@ -136,7 +136,7 @@ void list_configurations(const trials::SweepPlan& plan) {
   }
 }
 
-/// True if the log is one of another sweep. A first line without an end is of a process that was killed.
+/// True if the log belongs to another sweep. An incomplete first line was left by a killed process.
 bool is_of_another(const fs::path& log, const Sweep& sweep) {
   const std::string text = fs::exists(log) ? files::read_text(log) : "";
   const std::size_t end = text.find('\n');
@@ -149,7 +149,7 @@ bool is_complete(const fs::path& log, const Sweep& sweep) {
   return std::ranges::all_of(sweep.keys, [&](const std::string& key) { return records.contains(key); });
 }
 
-/// The tasks without a record in the log, in the order of their recordings.
+/// Returns the tasks without a record in the log, ordered by recording.
 std::vector<trials::Task> tasks_left(const Sweep& sweep, const result::JobLog& log) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < sweep.keys.size(); ++i)
@@ -162,7 +162,7 @@ std::vector<trials::Task> tasks_left(const Sweep& sweep, const result::JobLog& l
   return tasks;
 }
 
-/// Writes the scenarios that were swept, so that any trial can be run from the folder.
+/// Writes the scenarios of the sweep, so that any trial can be run from the folder.
 void write_scenarios(const Sweep& sweep, const fs::path& folder) {
   std::set<std::string> written;
   fs::create_directories(folder);
@@ -200,8 +200,8 @@ int sweep(SweepRequest& request) {
   const bool is_other = is_of_another(log_file, sweep);
   if (is_other && !request.force && !request.dry_run)
     throw UsageError(
-        "{}: belongs to another sweep, other scenarios, another program or other files of the "
-        "estimator; --force starts again, --out names another folder",
+        "{}: belongs to another sweep, or was made with other scenarios, another program or other estimator "
+        "files; --force starts over, --out selects another folder",
         log_file.string());
   announce(sweep);
   if (request.dry_run) {
@@ -235,19 +235,20 @@ int sweep(SweepRequest& request) {
 constexpr const char* kTuneExamples = R"(Examples:
   gaitslam tune scenarios/tuning/circles.yaml --jobs 2
   gaitslam run scenarios/tangent_circle.yaml --with results/tune-circles/best.yaml
-The results go to results/tune-<spec>, or to DIR: trials.jsonl (each finished trial), history.csv, tune.json,
-report.html and best.yaml. Rerun the command to resume after an interruption, with the same result. Missing recordings
-of the cache are made first. If its estimate steers a walk, each setting is simulated. To look at a grid or at samples
+Results are written to results/tune-<spec>, or to DIR: trials.jsonl (each finished trial), history.csv, tune.json,
+report.html and best.yaml. Rerun the command to resume after an interruption; the result is the same. Recordings missing
+from the cache are made first. If a walk is steered by its estimate, each setting is simulated. To try a grid or samples,
 use gaitslam sweep.
-Exit codes: 0 tuned; 1 not shown to be better than the start on the hold-out recordings, by the 95 % interval of the
-mean change of their losses, so that there is no best.yaml; 2 wrong usage or configuration.)";
+Exit codes: 0 tuned; 1 no best.yaml was written, because the 95 % interval of the mean change in loss does not show that
+the result is better than the start on the hold-out recordings; 2 wrong usage or configuration.)";
 
 struct TuneRequest : OutRequest {
   std::string spec;
   Backend backend;
 };
 
-/// Makes missing recordings of the spec and adds the folders of those of the cache, in use while this lives.
+/// Makes the spec's missing recordings and sets the folders of those in the cache. They are marked as in use
+/// while the returned objects live.
 std::vector<recording::CachedRecording> cached_recordings(trials::Spec& spec, const fs::path& models,
                                                           const Backend& backend) {
   std::vector<trials::SpecRun*> runs;
@@ -291,7 +292,7 @@ int tune_by(TuneRequest& request) {
   const bool simulates =
       std::ranges::any_of(spec.training, steered) || std::ranges::any_of(spec.holdout, steered);
   const trials::RunTasks run_trials = in_processes("tune " + request.spec, backend);
-  if (simulates) std::cout << "an estimate steers a walk: each setting is simulated\n" << std::flush;
+  if (simulates) std::cout << "a walk is steered by its estimate: each setting is simulated\n" << std::flush;
   trials::TuningResult result;
   {
     ProgressLine progress("tune " + spec.name);
@@ -301,7 +302,7 @@ int tune_by(TuneRequest& request) {
   files::write_output(out / "report.html", pages::tune_page(out));
   std::cout << result.text << "results in " << out.string() << '\n';
   if (!result.accepted)
-    std::cerr << fmt::format("gaitslam: rejected: {}; best.yaml is not written\n", result.judgment);
+    std::cerr << fmt::format("gaitslam: rejected: {}; best.yaml was not written\n", result.judgment);
   return result.accepted ? 0 : 1;
 }
 
@@ -310,11 +311,11 @@ int tune_by(TuneRequest& request) {
 void add_sweep(CLI::App& app, int& exit_code) {
   auto [command, request] = add_command(
       app, exit_code, "sweep", "Try many values of a scenario's keys and score them", kSweepExamples, sweep);
-  command.add_option("file", request.file, "the YAML file of a sweep or of a scenario")->required();
+  command.add_option("file", request.file, "YAML file of a sweep or a scenario")->required();
   command.add_option("values", request.arguments, "values to try (gaitslam config --keys)")
       ->option_text("key=a,b,c ... key={from: a, to: b} ...");
-  add_seeds(command, request.seeds, "seeds instead of those of the file");
-  command.add_option("--samples", request.samples, "number of samples of ranges without points (default 16)")
+  add_seeds(command, request.seeds, "seeds to use instead of the file's");
+  command.add_option("--samples", request.samples, "samples for ranges without points (default 16)")
       ->check(CLI::Range(std::size_t{1}, trials::kMostTrials));
   add_backend_options(command, request.backend);
   add_without(command, request.changes);
@@ -327,12 +328,12 @@ void add_tune(CLI::App& app, int& exit_code) {
   auto [command, request] =
       add_command(app, exit_code, "tune", "Search for the filter parameters that fit recordings best",
                   kTuneExamples, tune_by);
-  command.add_option("spec", request.spec, "the YAML file of the tuning")->required();
+  command.add_option("spec", request.spec, "YAML file of the tuning")->required();
   add_backend_options(command, request.backend);
   command.add_option("--out", request.out, "folder for the results");
 }
 
-/// The hidden command that runs the trials of a file.
+/// The hidden command that runs the trials listed in a file.
 void add_trials(CLI::App& app, int& exit_code) {
   auto [command, request] = add_command(app, exit_code, "trials", "Run the trials of a file", "", run_listed);
   command.group("");

@@ -1,4 +1,4 @@
-/* An estimator without images: integrates the gyro, and the planned velocity along that orientation.
+/* An estimator without images: integrates the gyro to an orientation, and the planned velocity along it.
  *
  *     cc -O2 -DGAITSLAM_ESTIMATOR_MAIN -I sim/estimators -o gyro_and_plan tools/examples/gyro_and_plan.c -lm
  *     tools/gaitslam replay RESULT 'estimator={program: ./gyro_and_plan}' */
@@ -10,9 +10,9 @@
 
 typedef struct estimator {
   gaitslam_pose X_CG, X_WC;
-  double v_W[3]; /* planned velocity at the previous observation, along the estimated axes */
+  double v_W[3]; /* planned velocity at the previous observation, rotated by the estimated orientation */
   int64_t t_ns;
-  int has_plan; /* since an observation had one */
+  int has_plan; /* an observation had one */
 } estimator;
 
 /* to = R v */

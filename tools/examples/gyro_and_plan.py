@@ -19,7 +19,7 @@ POSE, MOTION, READING = 96, 336, 40           # bytes; the motion is plan, leg o
 
 
 def pose(data, at):
-    """Rotation matrix and position at an offset of a message."""
+    """Rotation matrix and position at an offset in a message."""
     numbers = np.frombuffer(data, '<f8', 12, at)
     return numbers[:9].reshape(3, 3).copy(), numbers[9:].copy()
 
@@ -68,7 +68,7 @@ def read_exactly(stream, size):
 
 
 def main():
-    # Only messages go to the standard output; prints go to the standard error.
+    # Only messages go to standard output; prints go to standard error.
     out = os.fdopen(os.dup(1), 'wb')
     os.dup2(2, 1)
     estimator = None

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A walking controller that runs a network from an .npz file, with numpy.
+"""A walking controller that runs a network from an .npz file with numpy.
 
     tools/gaitslam run scenarios/g1_tangent_circle.yaml \\
         'walk.controller={program: [/usr/bin/python3, tools/examples/network_walker.py, policy.npz]}'
@@ -28,7 +28,7 @@ class Arrays(dict):
     """The arrays of a file by name."""
 
     def take(self, name, *shapes, words=None):
-        """Removes and returns finite numbers, or text if words are given, of one of the shapes (None: any size).
+        """Removes an array and returns it: finite numbers (or text, if words are given) in one of the shapes (None: any size).
         Raises ValueError."""
         if name not in self:
             raise ValueError(f'{name}: missing array')
@@ -48,7 +48,7 @@ class Arrays(dict):
 class Network:
     """Recurrent layers l0, l1, ..., then layers W0, b0, W1, b1, ... with the activation between them.
 
-    Arrays, order of gates (LSTM i f g o, GRU r z n) and formulas of recurrent layers are those of PyTorch's documentation
+    The arrays, the order of gates (LSTM i f g o, GRU r z n) and the formulas of recurrent layers follow PyTorch's documentation
     (https://pytorch.org/docs/stable/generated/torch.nn.LSTM.html and torch.nn.GRU.html)."""
 
     def __init__(self, arrays, size, outputs):
@@ -108,7 +108,7 @@ class Walker:
         self.count = START_HEAD.unpack_from(data)[1]
         starts = range(START_HEAD.size, START_HEAD.size + self.count * JOINT_BYTES, JOINT_BYTES)
         names = [data[at:at + 48].split(b'\0')[0].decode() for at in starts]
-        self.index = [names.index(joint) if joint in names else 0 for joint in self.joints]  # GaitSLAM names a wrong one
+        self.index = [names.index(joint) if joint in names else 0 for joint in self.joints]  # GaitSLAM reports an unknown one
         head = READY_HEAD.pack(VERSION, 0, p['rate_hz'], p['settle_s'], *p['largest_speeds'], 0,
                                int(p['stands']), 0, 0, 0, len(self.joints), 0)
         joints = (joint.encode().ljust(48, b'\0') + struct.pack('<d', q) for joint, q in zip(self.joints, p['q0']))
@@ -130,7 +130,7 @@ class Walker:
 
 
 def main():
-    # Only messages go to the standard output; prints go to the standard error.
+    # Only messages go to standard output; prints go to standard error.
     out = os.fdopen(os.dup(1), 'wb')
     os.dup2(2, 1)
     if len(sys.argv) != 2:
@@ -144,7 +144,7 @@ def main():
     while True:
         head = sys.stdin.buffer.read(HEADER.size)
         if len(head) < HEADER.size:
-            sys.exit('the standard input ends without END')
+            sys.exit('standard input ended without END')
         magic, kind, size = HEADER.unpack(head)
         assert magic == b'GSLM', magic
         data = sys.stdin.buffer.read(size)

@@ -1,5 +1,5 @@
-// Visual odometry with OpenCV: corners, optical flow, and the pose with the least residuals. Corners have
-// their depths by the second gray camera of the rig (stereo), or with the option depth=camera by a depth
+// Visual odometry with OpenCV: corners, optical flow, and the pose with the smallest residuals. The depths of
+// corners come from the second gray camera of the rig (stereo) or, with the option depth=camera, from a depth
 // camera that is aligned with the head's gray camera.
 //
 // clang-format off
@@ -7,8 +7,8 @@
 //     tools/gaitslam run scenarios/office_d435i_mid360.yaml 'estimator={program: ./visual_odometry, options: {depth: camera}}'
 // clang-format on
 //
-// On Debian: apt-get install libopencv-video-dev libopencv-calib3d-dev. It has neither loop closure nor
-// covariance.
+// On Debian: apt-get install libopencv-video-dev libopencv-calib3d-dev. The program has no loop closure and
+// gives no covariance.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -38,7 +38,7 @@ Pose pose_of(const gaitslam_pose& X) {
   return Pose(cv::Matx33d(X.rotation), cv::Vec3d(X.translation_m[0], X.translation_m[1], X.translation_m[2]));
 }
 
-/// A corner while it is in view. Rays are points of the plane z = 1 of the camera.
+/// A corner while it is in view. Rays are points on the camera's plane z = 1.
 struct Track {
   uint32_t id;
   cv::Point2f pixel;
@@ -47,7 +47,7 @@ struct Track {
   double weight = 0;  // of p_W
 };
 
-/// The lens may be of any model: the equidistant one nearest to it is less than a fifth of a pixel off.
+/// Returns rays; the equidistant lens is within a fifth of a pixel of the actual lens, whatever its model.
 std::vector<cv::Point2d> rays(const gaitslam_lens& equidistant, const std::vector<cv::Point2f>& pixels) {
   std::vector<cv::Point2d> all(pixels.begin(), pixels.end());
   const double *f = equidistant.focal_px, *center = equidistant.center_px;
@@ -77,10 +77,10 @@ std::optional<cv::Point3d> triangulated(const Pose& X_WA, const cv::Point2d& ray
   return fits ? std::optional(p_W) : std::nullopt;
 }
 
-/// A second sensor that gives the corners of a single frame their depths.
+/// A second sensor that measures the depths of the corners in a single frame.
 class DepthSensor {
  public:
-  /// number: of the camera, a gray one or a depth camera.
+  /// number: of a gray camera or a depth camera.
   DepthSensor(const gaitslam_sensors& sensors, uint32_t number)
       : number_(number),
         measures_depth_(sensors.cameras[number].kind == GAITSLAM_CAMERA_DEPTH),
@@ -88,7 +88,7 @@ class DepthSensor {
         lens_(sensors.cameras[number].equidistant),
         X_CK_(pose_of(sensors.cameras[number].X_CK)) {}
 
-  /// The points of the tracks in C. image: of camera 0; rig: with the sensor's image of the same time.
+  /// Returns the tracks' points in C. image: of camera 0; rig: has the sensor's image with the same stamp.
   std::vector<std::optional<cv::Point3d>> points(const cv::Mat& image, const std::vector<Track>& tracks,
                                                  const gaitslam_rig& rig, int64_t t_ns) const {
     std::vector<std::optional<cv::Point3d>> all(tracks.size());
@@ -133,7 +133,7 @@ class DepthSensor {
   Pose X_CK_;
 };
 
-/// Returns the sensor that the options name. Throws std::invalid_argument.
+/// Returns the sensor selected by the options. Throws std::invalid_argument.
 DepthSensor depth_sensor(const std::string& options, const gaitslam_sensors& sensors) {
   const bool stereo = options.empty();
   if (!stereo && options != "depth=camera\n")
@@ -162,7 +162,7 @@ class VisualOdometry {
 
   /// pixels: of camera 0, NULL if the image is lost.
   void process(const gaitslam_observation& observation, const uint8_t* pixels, const gaitslam_rig& rig) {
-    if (observation.t_ns <= t_ns_) return;  // late or doubled
+    if (observation.t_ns <= t_ns_) return;  // late or duplicate
     t_ns_ = observation.t_ns;
     const Pose last_X_WC = X_WC_;
     X_WC_ = X_WC_ * step_;  // constant velocity
@@ -197,7 +197,7 @@ class VisualOdometry {
   }
 
  private:
-  /// The camera moves at constant velocity until there are points again.
+  /// Starts over: the camera is assumed to move at constant velocity until there are points again.
   void restart() {
     lost_ = lost_ || tracking_;
     tracking_ = false;
@@ -250,8 +250,8 @@ class VisualOdometry {
     tracks_.erase(end, tracks_.end());
   }
 
-  /// Points of the map are the means of all that was measured, each weighted by its error, which grows with
-  /// z².
+  /// Updates each map point, the mean of all its measurements. Weights are inverse squares of the error,
+  /// which grows with z².
   void measure_depths(const cv::Mat& image, const gaitslam_rig& rig, int64_t t_ns) {
     const auto points = depth_.points(image, tracks_, rig, t_ns);
     for (std::size_t i = 0; i < tracks_.size(); ++i) {
@@ -293,7 +293,7 @@ class VisualOdometry {
 
 }  // namespace
 
-// Exceptions of the class become failures.
+// Exceptions from the class are reported as failures.
 
 void* gaitslam_estimator_create(const gaitslam_start* start, const gaitslam_sensors* sensors,
                                 const char* options, char* error, size_t error_bytes) try {

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 """Updates the measured parts of the front page (README.md), or checks a sample of them.
 
-    tools/figures/front_page.py [WORK_FOLDER]           walks ten seeds of each scenario (about 8 minutes on two idle cores; rerun
-                                                        the command to resume), writes front_page.json, the pictures (chromium,
-                                                        node and ffmpeg) and README.md
+    tools/figures/front_page.py [WORK_FOLDER]           runs ten seeds of each scenario (about 8 minutes on two idle cores; rerun
+                                                        the command to resume), writes front_page.json, the pictures (needs
+                                                        chromium, node and ffmpeg) and README.md
     tools/figures/front_page.py --pictures OUT [WORK_FOLDER] writes only the pictures, to the folder OUT
     tools/figures/front_page.py --check [WORK_FOLDER]   measures two seeds of each column again; exit code 1 if README.md differs
-                                                        from front_page.json, or a value from its measurement by more than the
-                                                        tolerance (seconds if $GAITSLAM_CACHE has the walks)
+                                                        from front_page.json, or a stored value from the new one by more than
+                                                        the tolerance (takes seconds if the walks are in $GAITSLAM_CACHE)
 
 $GAITSLAM selects the program, default tools/gaitslam.
 """
@@ -47,7 +47,7 @@ def gaitslam(*arguments):
 
 
 def columns():
-    """The name of each column of results, its scenario, its estimator and the metrics shown of it."""
+    """For each column of results: its name, scenario, estimator and the metrics that it shows."""
     for scenario in SCENARIOS:
         yield scenario, scenario, "filter", [row[0] for row in ROWS]
         yield scenario + ", odometry", scenario, "odometry", [ROWS[0][0]]
@@ -56,7 +56,7 @@ def columns():
 
 
 def measured(work, seeds):
-    """By column and metric: the median and worst value over the seeds, and the values of the sample."""
+    """For each column and metric: the median and worst value over the seeds, and the values of the sample."""
     results = {}
     for name, scenario, estimator, metrics in columns():
         out = work / f"{scenario}_{estimator}"
@@ -89,7 +89,7 @@ def table(stored):
 
 
 def blocks(stored):
-    """The measured parts of README.md by the names of their markers."""
+    """The measured parts of README.md, by the names of their markers."""
     return {"scores": table(stored), "first run": stored["first_run"]}
 
 
@@ -102,7 +102,7 @@ def with_blocks(page, stored):
 
 
 def differences(stored, now):
-    """One line for each value of the sample that differs from its measurement by more than the tolerance."""
+    """Yields one line for each sample value that differs from the new measurement by more than the tolerance."""
     for name, _, _, metrics in columns():
         for metric, _, factor, _, absolute in ROWS:
             if metric not in metrics:
@@ -138,7 +138,7 @@ def revision():
 
 
 def shortened(output):
-    """The head, the metrics that have a limit and the end."""
+    """Shortens an output to its first line, the metrics that have a limit, and its last lines."""
     lines = output.rstrip().splitlines()
     return "\n".join(line for i, line in enumerate(lines) if i < 1 or i >= len(lines) - 5 or "=" in line)
 
@@ -159,7 +159,7 @@ def animation(work, out):
 
 
 def view_picture(work, out, seconds, theme, name, *arguments):
-    """The page that a command prints the address of, at a time (s) of the walk."""
+    """Takes a picture of the page whose URL a command prints, at a time (s) of the walk."""
     program = os.environ.get("GAITSLAM", ROOT / "tools/gaitslam")
     with subprocess.Popen([program, *map(str, arguments)], cwd=ROOT, stdout=subprocess.PIPE, text=True) as shown:
         url = next(line for line in shown.stdout if "token" in line).split()[-1]
@@ -173,7 +173,7 @@ def view_picture(work, out, seconds, theme, name, *arguments):
 
 
 def pictures(work, out):
-    """Needs the walk of first_run()."""
+    """Makes all pictures. first_run() must have made the walk."""
     animation(work, out)
     gaitslam("replay", work / "first/seed-1", "slam.vision.sigma_px=3", "--out", work / "other", "--force", "-q")
     view_picture(work, out, 24, "dark", "view_live", "run", "scenarios/tangent_circle.yaml", "--view", "--wait", "--out",
@@ -189,7 +189,7 @@ def main():
     os.environ.setdefault("GAITSLAM_CACHE", str(work / "cache"))
     if mode == "--check":
         return check(work)
-    before = revision()  # the pictures that are written below change the tree
+    before = revision()  # taken now, because the pictures written below change the tree
     first = first_run(work)
     pictures(work, out)
     if mode == "--pictures":

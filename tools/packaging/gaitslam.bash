@@ -1,4 +1,4 @@
-# Completion of gaitslam for bash. Commands and options are those that the program itself prints.
+# gaitslam completion for bash. The commands and options come from the program's own help.
 _gaitslam() {
   local current=${COMP_WORDS[COMP_CWORD]} program=${COMP_WORDS[0]} command= word
   for word in "${COMP_WORDS[@]:1:COMP_CWORD-1}"; do

@@ -1,4 +1,4 @@
-// Elements from a tag, attributes and children. Text is always inserted as text.
+// Creates an element from a tag, attributes and children. Text is always inserted as text.
 export function element(tag, attributes = {}, ...children) {
   const node = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
@@ -11,7 +11,7 @@ export function element(tag, attributes = {}, ...children) {
 
 export const color = (role) => getComputedStyle(document.documentElement).getPropertyValue('--' + role).trim();
 
-/// A click on a title orders the rows of a table by that column: numbers first, then texts; again: the other way round.
+/// Makes a table sortable: a click on a title sorts the rows by that column, numbers before texts; another click reverses the order.
 export function sortable(table) {
   const body = table.tBodies[0], titles = [...table.tHead.rows[0].cells];
   const key = (row, column) => { const {dataset, textContent} = row.cells[column] ?? {}; return dataset?.value ?? textContent?.trim() ?? ''; };

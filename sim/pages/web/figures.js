@@ -1,5 +1,5 @@
-// Cursor and zoom of figures, which share them over time, and figures drawn from columns. Pages have figures that the program drew
-// (html.cc), with the columns beside them.
+// Cursor and zoom of figures, which all time plots share, and figures drawn from columns. Pages contain figures drawn by the program
+// (html.cc), together with their columns.
 
 import {element} from './dom.js';
 
@@ -10,7 +10,7 @@ const svgElement = (tag, attributes = {}, text = '') => {
   node.append(text);
   return node;
 };
-/// A line of the grid with its value: d: its path; place: of the text.
+/// A grid line with its value. d: its path; place: attributes of the text.
 const gridLine = (value, d, place) => [svgElement('path', {class: 'grid', d}), svgElement('text', place, String(+value.toPrecision(6)))];
 const short = (value) => String(+value.toPrecision(4));
 
@@ -30,14 +30,14 @@ function ticks(low, high, about = 8) {
   return Array.from({length: Math.floor(high / step) - Math.ceil(low / step) + 1}, (_, i) => (Math.ceil(low / step) + i) * step);
 }
 
-/// The place of the value nearest to x.
+/// The index of the value nearest to x.
 function nearest(values, x) {
   let best = 0;
   for (let i = 1; i < values.length; ++i) if (Math.abs(values[i] - x) < Math.abs(values[best] - x)) best = i;
   return best;
 }
 
-/// The columns that the program gave a figure: float32 in Base64, and the numbers of those that each part of the legend is made of.
+/// The columns that the program stored in a figure: float32 in Base64, and for each part of the legend the numbers of its columns.
 function embedded({dataset: {columns, parts}}) {
   if (parts === undefined) return [];
   const numbers = columns.split(' ').map((text) => new Float32Array(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer));
@@ -65,7 +65,7 @@ export class Figure {
   get range() { return [this.x.low, this.x.high]; }
   get isZoomed() { return this.x.low !== this.whole.low || this.x.high !== this.whole.high; }
 
-  /// The value of x under the mouse, within the axes.
+  /// The x value under the mouse, clamped to the axes.
   valueAt(event) {
     const box = this.svg.getBoundingClientRect(), px = (event.clientX - box.left) * this.svg.viewBox.baseVal.width / box.width;
     return this.x.value(Math.min(Math.max(px, this.x.begin), this.x.end));
@@ -105,7 +105,7 @@ export class Figure {
 
 const kMargin = 0.05, kLeft = 46, kRight = 10, kTop = 8, kBottom = 20;
 
-/// A path through points; those that are not finite break it. Points nearer than a tenth of a pixel are left out.
+/// A path through points, interrupted at non-finite ones. Points less than a tenth of a pixel from the previous one are omitted.
 function pathOf(x, y, at) {
   let d = '', lastX = -1e9, lastY = -1e9, down = false;
   for (let i = 0; i < x.length; ++i) {
@@ -118,10 +118,10 @@ function pathOf(x, y, at) {
   return d;
 }
 
-/// A dot for each point: a stroke without length and with round ends.
+/// A dot for each point: a stroke of zero length with round ends.
 const dotsOf = (x, y, at) => x.map((v, i) => at(v, y[i])).filter((place) => place.every(Number.isFinite)).map(([px, py]) => `M${px.toFixed(2)} ${py.toFixed(2)}h0`).join('');
 
-/// The area between two lines, which ends at each gap.
+/// The area between two lines, interrupted at each gap.
 function areaOf(x, low, high, at) {
   let d = '';
   for (let i = 0, begin = 0; i <= x.length; ++i) {
@@ -133,23 +133,23 @@ function areaOf(x, low, high, at) {
   return d;
 }
 
-const hidden = new Set();  // parts of figures, also when they are drawn again
+const hidden = new Set();  // parts of figures, remembered when figures are redrawn
 
-/// A part of a legend: a click hides its path or shows it again.
+/// A button in a legend that hides a part's path or shows it again.
 function hider(key, role, text, path) {
   const button = element('button', {type: 'button', class: `role-${role}`, title: 'show or hide'}, text, element('b'));
   const apply = () => { path.classList.toggle('off', hidden.has(key)); button.setAttribute('aria-pressed', !hidden.has(key)); };
   button.addEventListener('click', ({detail}) => {
     if (!hidden.delete(key)) hidden.add(key);
     apply();
-    if (detail > 0) button.blur();  // a mouse must not leave the keys with it
+    if (detail > 0) button.blur();  // after a mouse click, the button must not keep the keyboard focus
   });
   apply();
   return button;
 }
 
-/// A figure. overTime: x is the time. lines: [{name, role, x, y, thin, dots}]; bands: [{name, role, x, low, high}]; levels: values of y; marks: [{t, text}];
-/// zero: 0 is on the axis.
+/// Draws a figure. overTime: x is time. lines: [{name, role, x, y, thin, dots}]; bands: [{name, role, x, low, high}]; levels: values of y; marks: [{t, text}];
+/// zero: include 0 on the y axis.
 export function drawn({name, title, lines, bands = [], levels = [], marks = [], zero = false, overTime = true, width = 400, height = 150}) {
   const rangeOf = (columns, more = []) => {
     let [low, high] = [Math.min(...more), Math.max(...more)];
@@ -182,8 +182,9 @@ export function drawn({name, title, lines, bands = [], levels = [], marks = [], 
   return figure;
 }
 
-/// Makes the figures follow the mouse: move shows values, drag zooms, double click shows all. If it scrubs, a drag chooses, and the wheel
-/// zooms (outside of a footer with Ctrl). chosen(x, goesOn): on a click, and in a drag. left(): it left. zoomed(): after a zoom.
+/// Makes the figures follow the mouse: moving shows values, a drag zooms, a double click shows everything. With scrubs, a drag selects x
+/// instead, and the wheel zooms (with Ctrl outside a footer). chosen(x, goesOn): on a click and during a drag; left(): when the mouse has
+/// left; zoomed(): after a zoom.
 export function follow(figures, chosen, left, zoomed, scrubs = false) {
   const peers = (figure) => (figure.overTime ? figures.filter((other) => other.overTime) : [figure]);
   const zoom = (figure, low, high) => { peers(figure).forEach((peer) => peer.zoom(low, high)); zoomed?.(); };

@@ -1,10 +1,10 @@
-// Behavior of all pages: figures with a cursor, runs over two metrics, the run that is shown, and printing.
+// Behavior of all pages: figures with a cursor, scatter plots of runs, selection of the run that is shown, and printing.
 import {element, sortable} from './dom.js';
 import {Figure, drawn, follow} from './figures.js';
 
 const all = (selector, within = document) => [...within.querySelectorAll(selector)];
 
-/// Counts the visible figures and those that are drawn, for tests of the page.
+/// Counts the visible figures and those that have been drawn, for tests of the page.
 function count() {
   const figures = all('[data-figure]').filter((figure) => !figure.closest('[hidden]')), {dataset} = document.documentElement;
   dataset.figures = figures.length;
@@ -27,7 +27,7 @@ function scatter(holder) {
   const across = choice('metric along x', 0), up = choice('metric along y', 1), place = element('div');
   function draw() {
     const lines = Object.entries(settings).map(([name, runs], k) => ({name, role: kRoles[k % kRoles.length], dots: true, x: runs.map((values) => values[across.value] ?? NaN), y: runs.map((values) => values[up.value] ?? NaN)}));
-    const figure = drawn({name: 'scatter', title: `${metrics[up.value]} over ${metrics[across.value]}: a dot for each run`, lines, overTime: false, width: 560, height: 300});
+    const figure = drawn({name: 'scatter', title: `${metrics[up.value]} over ${metrics[across.value]}: one dot per run`, lines, overTime: false, width: 560, height: 300});
     place.replaceChildren(figure.holder);
     follow([figure]);
   }
@@ -40,7 +40,7 @@ all('.scatter').forEach(scatter);
 document.getElementById('run')?.addEventListener('change', (event) => showRun(event.target.value));
 for (const link of all('[data-run]')) link.addEventListener('click', () => showRun(link.dataset.run));
 all('table.sortable').forEach(sortable);
-// Paper gets everything opened.
+// Everything is expanded for printing.
 let opened = [];
 addEventListener('beforeprint', () => {
   opened = all('details:not([open])');

@@ -1,5 +1,6 @@
-// The parts of the view that need the simulator: the view of a run, which passes its state on as plain
-// numbers, robots for replays and exports, and the recorded robot from outside, by waist and joint angles.
+// The parts of the view that need the simulator: the view of a run, which passes on the run's state as plain
+// numbers; robots for replays and exports; and pictures of the recorded robot, from its waist pose and joint
+// angles.
 #include "sim/view/session.h"
 
 #include <fmt/format.h>
@@ -34,7 +35,7 @@ using Eigen::Vector3d;
 
 constexpr int kLargestPicture_px = 512;
 
-/// Numbers of four bytes, as this little-endian machine has them.
+/// Appends four-byte numbers in this machine's little-endian format.
 void put(std::string& to, const auto& numbers) {
   static_assert(sizeof(numbers[0]) == 4);
   to.append(reinterpret_cast<const char*>(numbers.data()), 4 * numbers.size());
@@ -93,7 +94,7 @@ ShownRun shown_run(const scenario::Scenario& scenario, const std::shared_ptr<cam
   return run;
 }
 
-/// Frames wait from their stamp until their image is drawn and the filter has used it.
+/// The view of a run. A frame waits from its stamp until its image has been drawn and used by the filter.
 class LiveSession : public ViewSession {
  public:
   LiveSession(const ViewRequest& request, const scenario::ReadScenario& read, const fs::path& models)
@@ -145,7 +146,7 @@ class LiveSession : public ViewSession {
   LiveView view_;
 };
 
-constexpr int kDensity = 2;  // drawn so many times as dense, for smooth edges
+constexpr int kDensity = 2;  // pictures are drawn this many times as dense, for smooth edges
 constexpr double kFocal_px = 620;
 const Pinhole kView{.width_px = kDensity * kPanelWidth,
                     .height_px = kDensity * kPanelHeight,
@@ -233,7 +234,7 @@ std::shared_ptr<const exports::RobotDescription> robot_description(const scenari
     for (const int body : bodies) all.push_back(X_BW * pose(body));
     return all;
   };
-  // The posture of the calibration, above the legs.
+  // The calibration's posture of the body above the legs.
   walking::JointVector q = nominal.posture;
   for (const walking::Leg& leg : nominal.legs) walking::set_leg_angles(leg, walking::LegVector::Zero(), q);
   take(q);

@@ -1,11 +1,11 @@
-// Values over time of the runs, the figures that show them, and the marks where two runs part.
+// Time series of the runs, the figures that show them, and the marks where two runs start to differ.
 import {drawn} from '../../pages/web/figures.js';
 import {lastUpTo} from './run.js';
 import {withLength} from './source.js';
 
 const kSensors = ['vision', 'gyro', 'plan_velocity', 'height'], kHalf_s = 0.5;
 
-/// Each value of the frames of a run as a column, in the order of time; NaN: unknown. The names are those of Series in site.cc.
+/// The values of a run's frames as columns, in order of time; NaN: unknown. The names are those of Series in site.h.
 export class Series {
   constructor(names, columns) {
     this.names = names;
@@ -13,7 +13,7 @@ export class Series {
     this.derive();
   }
 
-  /// From the program: the names, and the columns as float32.
+  /// Reads the program's format: the names, then the columns as float32.
   static of(buffer) {
     const [names, begin] = withLength(buffer), rows = (buffer.byteLength - begin) / 4 / names.length;
     return new Series(names, names.map((_, i) => new Float32Array(buffer, begin + 4 * rows * i, rows)));
@@ -29,7 +29,7 @@ export class Series {
     for (const name of kSensors) this[`mean_nis_${name}`] = this.smoothed(this[`nis_${name}`]);
   }
 
-  /// The mean of the known values from half a second before to half a second after.
+  /// The mean of the known values within half a second before and after.
   smoothed(values) {
     let from = 0, to = 0, sum = 0, count = 0;
     const add = (i, sign) => { if (Number.isFinite(values[i])) { sum += sign * values[i]; count += sign; } };
@@ -40,7 +40,7 @@ export class Series {
     });
   }
 
-  /// The row that is nearest to a time; after the last one a number without a row.
+  /// The row nearest to a time; past the last row, an index without a row.
   at(t) {
     const row = Math.max(0, lastUpTo(t, this.t.length, (i) => this.t[i]));
     return t > this.t[row] && !(this.t[row + 1] - t > t - this.t[row]) ? row + 1 : row;
@@ -55,21 +55,21 @@ const kFigures = [
   {name: 'error_z', title: 'Error in z, 3σ [mm]', parts: [['', 'z']], sigma: 'sigma_z'},
   {name: 'heading', title: 'Heading error, 3σ [deg]', parts: [['', 'heading']], sigma: 'sigma_heading'},
   {name: 'nees', title: 'NEES of the position (3 expected, 95 % below 7.8)', parts: [['', 'nees']], levels: [3, 7.81], zero: true},
-  ...kSensors.map((sensor) => ({name: `nis_${sensor}`, title: `NIS by degrees of freedom of ${sensor}, mean over 1 s (1 expected)`, parts: [['', `mean_nis_${sensor}`]], levels: [1],
+  ...kSensors.map((sensor) => ({name: `nis_${sensor}`, title: `NIS per degree of freedom of ${sensor}, mean over 1 s (1 expected)`, parts: [['', `mean_nis_${sensor}`]], levels: [1],
     zero: true, onDemand: true})),
   {name: 'landmarks', title: 'Landmarks', parts: [['found', 'found'], ['in the map', 'landmarks']], zero: true},
   {name: 'slip', title: 'Slip of the standing soles [mm]', parts: [['left', 'slip_left'], ['right', 'slip_right']], zero: true, onDemand: true},
   {name: 'margin', title: 'ZMP: distance inside the support polygon [mm]', parts: [['', 'margin']], zero: true, onDemand: true}];
-/// The names of the figures that are drawn when they are asked for.
+/// The names of the figures that are drawn only on request.
 export const kOnDemand = kFigures.filter(({onDemand}) => onDemand).map(({name}) => name);
 
 const isKnown = (column) => column.some(Number.isFinite);
 const full = (name, part) => [name, part].filter(Boolean).join(', ') || 'value';
 
-/// The names of the figures that have a value, in their order.
+/// The names of the figures that have at least one value, in order.
 export const known = (runs) => kFigures.filter(({parts}) => parts.some(([, key]) => runs.some(({series}) => isKnown(series[key])))).map(({name}) => name);
 
-/// The figures that have a value but those of some names. runs: {name, role, series}. marks: [{t, text}].
+/// The figures that have at least one value and are not hidden. runs: {name, role, series}. marks: [{t, text}].
 export function figures(runs, marks, hidden) {
   return kFigures.filter(({name}) => !hidden.has(name)).flatMap(({name, title, parts, sigma, levels, zero}) => {
     const lines = runs.flatMap(({name: run, role, series}) => parts.map(([part, key], i) =>
@@ -80,14 +80,14 @@ export function figures(runs, marks, hidden) {
   });
 }
 
-/// The distance of each estimate from the truth and, of several runs, by how much that of the second is larger. Null without errors.
+/// The distance of each estimate from the truth and, for several runs, how much larger the second run's is than the first's. Null without errors.
 export function timeLine(runs, marks, width) {
   const lines = runs.map(({name, role, series}) => ({name: full(name, 'error') , role, x: series.t, y: series.distance})).filter(({y}) => isKnown(y));
   if (!lines.length) return null;
   const spec = {name: 'distance', title: 'Distance of the estimate from the truth [mm]', lines, marks, zero: true, width, height: 128};
   if (lines.length < 2) return drawn(spec);
   const [a, b] = runs, distance = rowsOf(a.series, b.series).map((row, i) => b.series.distance[i] - a.series.distance[row]), zeros = distance.map(() => 0), x = b.series.t;
-  return drawn({...spec, title: `Distance of each estimate from the truth, and filled: ${b.name} minus ${a.name} [mm]`,
+  return drawn({...spec, title: `Distance of each estimate from the truth; filled: ${b.name} minus ${a.name} [mm]`,
     lines: [...lines, {name: 'difference', role: 'truth', thin: true, x, y: distance}],
     bands: [{role: b.role, x, low: zeros, high: distance.map((d) => Math.max(d, 0))}, {role: a.role, x, low: distance.map((d) => Math.min(d, 0)), high: zeros}]});
 }
@@ -96,8 +96,8 @@ const kLongest_s = 1, kSame_m = 1e-6, kSamePlace_m = 0.1;
 const outcomes = (frame) => new Map((frame.searches ?? []).map((search) => [search[0], search[6]]));
 const between = (p, q) => Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
 
-/// The landmarks of two maps that are each other's nearest within a decimeter: the number in b by that in a. Numbers of different runs
-/// mean nothing to each other.
+/// The landmarks of two maps that are each other's nearest and within a decimeter, as a map from the number in a to the number in b.
+/// Landmark numbers of different runs are unrelated.
 export function matched(a, b) {
   const nearest = ([, p], others) => others.reduce((best, other) => (between(p, other[1]) < (best ? between(p, best[1]) : kSamePlace_m) ? other : best), null);
   return new Map(a.flatMap((one) => { const other = nearest(one, b); return other && nearest(other, a)[0] === one[0] ? [[one[0], other[0]]] : []; }));
@@ -112,7 +112,7 @@ export function partings([a, b]) {
     const differs = ['x', 'y', 'z', 'heading'].some((axis) => Math.abs(b.series[axis][i] - a.series[axis][rows[i]]) > 3 * a.series[`sigma_${axis}`][rows[i]]);
     since = differs ? since ?? b.series.t[i] : null;
     if (since === null || b.series.t[i] - since < kLongest_s) continue;
-    found.push({t: since, kind: 'parting', text: `errors differ by more than 3σ of ${a.name} in an axis or the heading for ${kLongest_s} s`});
+    found.push({t: since, kind: 'parting', text: `errors differ by more than 3σ of ${a.name} along an axis or in heading for ${kLongest_s} s`});
     break;
   }
   if (!a.run.about.recording || a.run.about.recording !== b.run.about.recording) return found;
@@ -121,9 +121,9 @@ export function partings([a, b]) {
     const pair = pairs.find(differs);
     if (pair) found.push({t: pair[1].t, kind: 'parting', text});
   };
-  first('first difference of the estimates', ([p, q]) => apart(p.estimate, q.estimate));
+  first('first difference between the estimates', ([p, q]) => apart(p.estimate, q.estimate));
   const mapOf = ({run}, {t}) => run.mapAt(run.indexAt(t));
-  first('first search with another outcome', ([p, q]) => {
+  first('first search with a different outcome', ([p, q]) => {
     const [of, other] = [outcomes(p), outcomes(q)];
     return [...matched(mapOf(a, p), mapOf(b, q))].some(([id, same]) => of.has(id) && other.has(same) && of.get(id) !== other.get(same));
   });

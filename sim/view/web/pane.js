@@ -1,4 +1,4 @@
-// One run beside the scene: its head image with searches, and its state in words.
+// One run next to the scene: its head image with searches, and its state in words.
 import {element} from '../../pages/web/dom.js';
 import {kOutcomes} from './run.js';
 import {HeadView, grayPicture} from './sensors.js';
@@ -6,12 +6,12 @@ import {Stored, picture} from './source.js';
 
 const kEnded_s = 0.1;
 const kSigns = {found: '◯▫', missed: '◌', rejected: '◯×'};
-export const searchLegend = (isShared) => element('p', {class: 'key'}, `searched, 3σ${isShared ? ', in the color of the run' : ''}: `,
+export const searchLegend = (isShared) => element('p', {class: 'key'}, `searches, 3σ${isShared ? ', in the color of the run' : ''}: `,
   ...Object.keys(kOutcomes).map((outcome) => element('b', {class: isShared ? '' : outcome}, `${kSigns[outcome]} ${outcome}`)), element('b', {class: 'new'}, '▫ new'));
 
 export class Pane {
-  /// name: a letter if there are several runs; difference: what distinguishes it from the others; role: its color; first: the pane
-  /// with the image of this run, which shows the searches of both.
+  /// name: a letter if there are several runs; difference: what distinguishes this run from the others; role: its color; first: the
+  /// pane with this run's image, which shows the searches of all its runs.
   constructor(run, name, difference, role, first = null) {
     Object.assign(this, {run, name, full: [name, difference].filter(Boolean).join(': '), role, index: -1, picked: null, first, shared: [this]});
     first?.shared.push(this);
@@ -38,7 +38,7 @@ export class Pane {
     if (!this.first) this.showHead(index, frame);
   }
 
-  /// Marks a landmark in the image; null: none.
+  /// Highlights a landmark in the image; null: none.
   mark(id) {
     this.picked = id;
     const pane = this.first ?? this;
@@ -55,14 +55,14 @@ export class Pane {
       const [stored] = [index, index + 1, index + 2, index - 1].filter((near) => this.run.frames[near]?.stored_image)
         .map((near) => this.images.at(near).catch(() => null));
       image = await stored;
-      if (this.index !== index) return;  // another one is shown by now
+      if (this.index !== index) return;  // another image is shown by now
     }
     this.image = image;
     this.headIndex = index;
     this.drawHead();
   }
 
-  /// hasEnded: this run has ended, a longer one has not.
+  /// hasEnded: this run has ended, but a longer one has not.
   say(frame, hasEnded) {
     this.state.textContent = hasEnded ? `The run ended at ${frame.t.toFixed(2)} s.` : frame.state ? `Filter: ${frame.state}` : 'There is no filter.';
     this.state.className = `state health-${frame.health ?? 0}`;

@@ -1,12 +1,12 @@
-// A run as pages know it: its frames, and what follows from one frame to the next.
+// A run as the page knows it: its frames, and what is derived from one frame to the next.
 //
 // A frame: t (s); truth, plan, estimate: poses of the camera [x, y, z, qx, qy, qz, qw]; bodies: such poses of the robot's bodies, one
 // after another; ellipsoid: rows of the matrix that maps the unit sphere to the 3-sigma ellipsoid of the estimated position;
-// landmarks: how many; health (0 ok, 1 lost, 2 diverged) and state in words; searches: [landmark, u, v, half axes of the ellipse, its
+// landmarks: their number; health (0 ok, 1 lost, 2 diverged) and state in words; searches: [landmark, u, v, half axes of the ellipse, its
 // angle, outcome, u and v of the match]; new: pixels of new landmarks; map: [landmark, position, ellipsoid] if it changed; feet (left,
-// right): plan [x, y, heading], planned_down, landed [x, y, heading] while it carries load; support: corners of the support polygon; zmp; rig: number for fetching the readings of the rig. m, rad, px.
+// right): plan [x, y, heading], planned_down, landed [x, y, heading] while loaded; support: corners of the support polygon; zmp; rig: number for fetching the rig's readings. m, rad, px.
 
-/// Outcomes of a search differ in color and in shape: an ellipse with a square, a dashed one, one with a cross.
+/// The outcomes of a search differ in color and shape: an ellipse with a square, a dashed ellipse, an ellipse with a cross.
 export const kOutcomes = {found: '#3ddc63', missed: '#ffd228', rejected: '#ff5cc8'};
 
 /// The corners of a sole at [x, y, heading].
@@ -15,7 +15,7 @@ export function soleCorners(sole, [x, y, heading]) {
   return [[x0, y0], [x1, y0], [x1, y1], [x0, y1]].map(([a, b]) => [x + c * a - s * b, y + s * a + c * b]);
 }
 
-/// The last element of an ascending list that is at most a value, or -1.
+/// The index of the last element of an ascending list that does not exceed a value, or -1.
 export function lastUpTo(value, count, at) {
   let low = -1, high = count;
   while (high - low > 1) {
@@ -31,7 +31,7 @@ export class Run {
     Object.assign(this, {about, index, frames: [], mapOf: [], landed: [], planned: [], last: [null, null], plannedDown: [false, false]});
   }
 
-  /// The camera of the run; one of the usual size if it has no images.
+  /// The run's camera; one of standard size if the run has no images.
   get camera() { return this.about.camera ?? {width: 320, height: 240, fu: 160, fv: 160, u0: 160, v0: 120}; }
 
   get duration() { return this.frames.length ? this.frames.at(-1).t : this.about.duration; }
@@ -57,7 +57,7 @@ export class Run {
   /// The last frame at or before a time, or -1.
   indexAt(t) { return lastUpTo(t + 1e-6, this.frames.length, (i) => this.frames[i].t); }
 
-  /// A landmark at a frame in words.
+  /// Describes a landmark at a frame in words.
   landmarkText(index, id) {
     const counts = {found: 0, missed: 0, rejected: 0}, axes = this.mapAt(index).find(([own]) => own === id)?.[2];
     let since = null;
@@ -67,7 +67,7 @@ export class Run {
     }
     const sigma = axes && Math.max(...[0, 1, 2].map((k) => Math.hypot(axes[k], axes[k + 3], axes[k + 6]))) / 3;
     return [`landmark ${id}`, since === null ? 'not in the map yet' : `${(this.frames[index].t - since).toFixed(1)} s old`,
-      axes ? `σ ${+(1e3 * sigma).toPrecision(3)} mm in its longest axis` : 'not in the map', ...Object.entries(counts).map(([how, n]) => `${n} ${how}`)].join(', ');
+      axes ? `σ ${+(1e3 * sigma).toPrecision(3)} mm along its longest axis` : 'not in the map', ...Object.entries(counts).map(([how, n]) => `${n} ${how}`)].join(', ');
   }
 
   mapAt(index) { return this.frames[this.mapOf[index]]?.map ?? []; }

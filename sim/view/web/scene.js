@@ -1,4 +1,4 @@
-// Room, robot, map and paths of a run in three dimensions, for the view.
+// The 3D scene of the view: room, robot, map and paths of a run.
 import * as THREE from 'three/build/three.module.js';
 import {OrbitControls} from 'three/examples/jsm/controls/OrbitControls.js';
 import {color, element} from '../../pages/web/dom.js';
@@ -16,10 +16,10 @@ function roled(object, role) {
   return object;
 }
 
-/// The material is that of plain meshes, as each further shader delays the first picture.
+/// Uses the material of plain meshes, because every additional shader delays the first picture.
 const lineOf = (role, Kind = THREE.Line, geometry = new THREE.BufferGeometry()) => roled(new Kind(geometry, new THREE.MeshBasicMaterial()), role);
 
-/// A growing line; show() sets how many of its points are drawn.
+/// A line that can grow; show() sets how many of its points are drawn.
 class GrowingLine {
   constructor(role, Kind) {
     this.object = lineOf(role, Kind);
@@ -38,7 +38,7 @@ class GrowingLine {
     this.points.set([x, y, z], 3 * this.length++);
     this.object.geometry.attributes.position.needsUpdate = true;
   }
-  /// Adds the position of a pose, or the last one again.
+  /// Adds the position of a pose, or repeats the last one if there is none.
   follow(pose) {
     const p = pose ?? this.last;
     this.add(...(p ? [p[0], p[1], p[2]] : [0, 0, -100]));
@@ -65,15 +65,15 @@ function translucent(role, opacity) {
 const kBlank = new THREE.DataTexture(new Uint8Array([255, 255, 255]), 1, 1, THREE.RGBFormat);
 kBlank.needsUpdate = true;
 
-/// The surface of pieces, which is behind points and lines that lie on it, all with one shader: blank without a picture and until it comes.
+/// The material of pieces, drawn behind points and lines that lie on it. All use one shader; it is blank without a picture and until the picture arrives.
 const surface = () => new THREE.MeshLambertMaterial({map: kBlank, vertexColors: THREE.VertexColors, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 4});
 
-/// The beliefs of a filter: its path, its camera with the 3-sigma ellipsoid ten times as large, a line to the truth, and its map.
+/// What a filter believes: its path, its camera with the 3-sigma ellipsoid enlarged ten times, a line to the truth, and its map.
 class Belief {
   constructor(run, role, mapRole, showsTruth) {
     Object.assign(this, {run, mapRole, read: 0});
     this.path = new GrowingLine(role);
-    this.truth = showsTruth ? new GrowingLine(role) : null;  // of another walk
+    this.truth = showsTruth ? new GrowingLine(role) : null;  // if it is from another walk
     this.frustum = frustum(role, run.camera);
     this.error = lineOf(role);
     this.own = new THREE.Mesh(kSphere, translucent(role, 0.5));
@@ -151,14 +151,14 @@ function place(object, [x, y, z, ...quaternion]) {
 }
 
 export class Scene {
-  /// run: its robot and its true path are shown; others: {run, role} of what is compared with it.
+  /// run: its robot and true path are shown; others: {run, role} of the runs that are compared with it.
   constructor(run, others) {
     Object.assign(this, {run, mode: 'follow', read: 0, bodies: [], surfaces: [], plain: surface(), sweeps: new Map(), hidden: new Set()});
     this.beliefs = [new Belief(run, 'estimate', others.length ? 'estimate' : 'first', false),
       ...others.map((other) => new Belief(other.run, other.role, other.role, other.run.about.recording !== run.about.recording))];
     this.scene = new THREE.Scene();
     this.element = element('div', {class: 'scene', tabindex: 0, role: 'application',
-      'aria-label': 'room, robot and map in three dimensions; arrow keys turn the view, plus and minus zoom'});
+      'aria-label': 'room, robot and map in 3D; arrow keys rotate the view, plus and minus zoom'});
     this.camera = new THREE.PerspectiveCamera(50, 1, 0.05, 60);
     this.head = new THREE.PerspectiveCamera(73.7, 4 / 3, 0.05, 60);
     this.camera.up.set(0, 0, 1);
@@ -168,7 +168,7 @@ export class Scene {
     this.controls.maxPolarAngle = kLowest;
     this.controls.target.set(0, 0, 0.7);
     this.controls.addEventListener('change', () => {
-      this.controls.target.z = Math.max(0, this.controls.target.z);  // a pan does not lead below the floor
+      this.controls.target.z = Math.max(0, this.controls.target.z);  // panning must not lead below the floor
       this.camera.position.z = Math.max(0.05, this.camera.position.z);
       this.draw();
     });
@@ -177,7 +177,7 @@ export class Scene {
     try {
       this.open();
     } catch (error) {
-      this.element.append(element('p', {class: 'note'}, `Three dimensions cannot be drawn here: ${error.message}`));
+      this.element.append(element('p', {class: 'note'}, `The 3D scene cannot be drawn here: ${error.message}`));
     }
   }
 
@@ -185,7 +185,7 @@ export class Scene {
   open() {
     this.renderer = new THREE.WebGLRenderer({antialias: true});
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    this.renderer.debug.checkShaderErrors = false;  // which would wait for each of them
+    this.renderer.debug.checkShaderErrors = false;  // the check would wait for each shader
     this.element.prepend(this.renderer.domElement);
     this.renderer.domElement.addEventListener('webglcontextlost', () => this.element.classList.add('lost'));
     this.renderer.domElement.addEventListener('webglcontextrestored', () => { this.element.classList.remove('lost'); this.draw(); });
@@ -205,7 +205,7 @@ export class Scene {
     this.frustum = frustum('truth', camera);
     this.landed = new GrowingLine('landed', THREE.LineSegments);
     this.planned = new GrowingLine('plan', THREE.LineSegments);
-    this.walk = new THREE.Group();  // of the first run and those of its recording
+    this.walk = new THREE.Group();  // the walk of the first run and of those on the same recording
     this.walk.add(...[...Object.values(this.paths), this.landed, this.planned].map(({object}) => object), this.frustum);
     this.scene.add(this.walk, ...this.beliefs.map(({group}) => group));
     this.support = lineOf('first', THREE.LineLoop);
@@ -269,7 +269,7 @@ export class Scene {
       for (const [name, path] of Object.entries(this.paths)) path.follow(frame[name]);
     }
     for (const name of ['landed', 'planned']) {
-      const lines = this[name];  // eight points for each step
+      const lines = this[name];  // eight points per step
       for (const {corners} of this.run[name].slice(lines.length / 8)) {
         for (const corner of corners.flatMap((from, i) => [from, corners[(i + 1) % 4]])) lines.add(...corner, kAboveGround);
       }
@@ -301,7 +301,7 @@ export class Scene {
     });
   }
 
-  /// The number of the run and the landmark that are drawn at a place of the page; null: none.
+  /// The run and the landmark drawn at a position on the page; null: none.
   pick({clientX, clientY}) {
     const {left, top, width: whole, height} = this.element.getBoundingClientRect(), at = new THREE.Vector3(), width = whole / this.columns;
     let best = null, nearest = kPick_px;
@@ -314,7 +314,7 @@ export class Scene {
     return best;
   }
 
-  /// Marks a landmark of a run; null: none.
+  /// Highlights a landmark of a run; null: none.
   showPicked(picked) {
     const found = picked && this.beliefs[picked.run].landmarks.find(([id]) => id === picked.id);
     this.mark.visible = Boolean(found);
@@ -330,7 +330,7 @@ export class Scene {
       this.support.geometry.setFromPoints(frame.support.map(([x, y]) => new THREE.Vector3(x, y, 2 * kAboveGround)));
   }
 
-  /// Points of a lidar in the axes of the camera: x, y, z (m) and intensity one after another; null: none. colorOf(height in m, intensity):
+  /// Shows lidar points in the axes of the camera: x, y, z (m) and intensity, one after another; null: none. colorOf(height in m, intensity):
   /// red, green and blue from 0 to 1.
   showSweep(name, points, colorOf) {
     let sweep = this.sweeps.get(name);
@@ -369,14 +369,14 @@ export class Scene {
     this.head.quaternion.multiply(new THREE.Quaternion(1, 0, 0, 0));  // three.js looks along -z with y up
   }
 
-  /// mode: 'follow' the robot, 'orbit' about the path, or through the 'head' camera.
+  /// mode: 'follow' the robot, 'orbit' around the path, or look through the 'head' camera.
   setMode(mode, index) {
     this.mode = mode;
     this.resize();
     this.show(index);
   }
 
-  /// Shows one view per run, side by side with the same camera, or one of all runs.
+  /// Shows one view per run, side by side with the same camera, or a single one of all runs.
   setSplit(isSplit) {
     this.isSplit = isSplit && this.beliefs.length > 1;
     this.element.classList.toggle('split', this.isSplit);
@@ -385,7 +385,7 @@ export class Scene {
 
   get columns() { return this.isSplit ? this.beliefs.length : 1; }
 
-  /// Arrows turn the view about its target, + and - zoom.
+  /// Arrow keys rotate the view about its target; + and - zoom.
   steer(event) {
     const turn = {ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1]}[event.key];
     const zoom = {'+': 0.9, '=': 0.9, '-': 1.1}[event.key];
@@ -405,10 +405,10 @@ export class Scene {
 
   resize() {
     const width = this.element.clientWidth, height = this.element.clientHeight;
-    // The first change of size waits for the graphics card, which gets ready while the model is read.
+    // The first resize waits for the graphics card, which gets ready while the model is loaded.
     if (!width || !height || this.isWaiting) return;
     this.renderer.setSize(width, height);
-    if (!this.isCompiled) this.renderer.compile(this.scene, this.camera);  // all shaders at once; a change of size would wait for it
+    if (!this.isCompiled) this.renderer.compile(this.scene, this.camera);  // all shaders at once; a resize would otherwise wait for them
     this.isCompiled = true;
     const {camera} = this.run, column = width / this.columns, aspect = column / height, half = Math.max(camera.height / 2 / camera.fv, camera.width / 2 / camera.fu / aspect);
     this.camera.aspect = aspect;
@@ -419,7 +419,7 @@ export class Scene {
     this.draw();
   }
 
-  /// Draws before the browser shows the page next, however often it is called until then.
+  /// Draws once before the browser next repaints the page, no matter how often it is called until then.
   draw() { this.drawing ??= requestAnimationFrame(() => this.render()); }
 
   render() {

@@ -1,4 +1,4 @@
-// The image of the head camera with what the filter searched for in it, and further cameras and lidars of the robot.
+// The head camera's image with the filter's searches, and the robot's further cameras and lidars.
 import {color, element} from '../../pages/web/dom.js';
 import {kOutcomes} from './run.js';
 import {Stored, picture} from './source.js';
@@ -11,10 +11,10 @@ export class HeadView {
     const {width, height} = run.camera;
     Object.assign(this, {width, height});
     this.canvas = element('canvas', {width: kScale * width, height: kScale * height, role: 'img', 'aria-label': `image of the head camera${name ? `, ${name}` : ''}`});
-    this.context = this.canvas.getContext('2d', {willReadFrequently: true});  // in memory: it does not wait for the scene to be drawn
+    this.context = this.canvas.getContext('2d', {willReadFrequently: true});  // kept in memory, so that it does not wait for the scene
   }
 
-  /// image: something a canvas can draw, or null. runs: {frame, role, picked} of each; the searches of several have their colors.
+  /// image: something a canvas can draw, or null. runs: {frame, role, picked} for each run; with several runs, searches have their colors.
   show(image, runs) {
     const {context} = this;
     context.setTransform(kScale, 0, 0, kScale, 0, 0);
@@ -29,7 +29,7 @@ export class HeadView {
     }
     context.translate(0.5, 0.5);
     for (const [i, {frame, role, picked}] of runs.entries()) {
-      context.lineWidth = 1.2 + 1.8 * (runs.length - 1 - i);  // the first ones can be seen behind the last one
+      context.lineWidth = 1.2 + 1.8 * (runs.length - 1 - i);  // so that the first ones remain visible behind the last one
       for (const search of frame.searches ?? []) this.search(search, runs.length > 1 ? color(role) : null);
       const [, u, v] = (picked !== null && frame.searches?.find(([id]) => id === picked)) || [];
       if (u !== undefined) this.ring(u, v);
@@ -58,7 +58,7 @@ export class HeadView {
     }
   }
 
-  /// The landmark that was searched for nearest to a place of the page, and how far it is (px): {id, far}; id: absent if none is near.
+  /// The searched landmark nearest to a position on the page, and its distance (px): {id, far}; id: absent if none is near.
   pick({clientX, clientY}, {searches}) {
     const {left, top, width} = this.canvas.getBoundingClientRect(), scale = this.width / width;
     const far = ([, u, v]) => Math.hypot(u - scale * (clientX - left), v - scale * (clientY - top));
@@ -87,7 +87,7 @@ export function grayPicture(bytes, width, height) {
 
 const points = async (blob) => new Float32Array(await blob.arrayBuffer());
 
-/// Depth: width and height (uint32), then mm by rows (uint16; 0: none).
+/// Depth: width and height (uint32), then mm row by row (uint16; 0: none).
 async function depths(blob) {
   const buffer = await blob.arrayBuffer(), [width, height] = new Uint32Array(buffer, 0, 2);
   return {width, height, mm: new Uint16Array(buffer, 8)};
@@ -95,7 +95,7 @@ async function depths(blob) {
 
 const kColoring = {height: {low: 0, high: 2.5, unit: 'm'}, intensity: {low: 0, high: 1, unit: ''}};  // of lidars
 
-/// A further camera or lidar: what it measured at the shown frame, while its switch is on.
+/// A further camera or lidar: shows what it measured at the displayed frame, while its switch is on.
 export class RigLayer {
   constructor(run, sensor, number, scene) {
     const isLidar = sensor.kind === 'lidar', isDepth = sensor.kind === 'depth';
@@ -125,7 +125,7 @@ export class RigLayer {
     if (this.drawn) this.draw(this.drawn);
   }
 
-  /// The index of the color of a value in the palette.
+  /// The index of a value's color in the palette.
   level(value) { return 3 * Math.round(255 * Math.min(1, Math.max(0, (value - this.scale.low) / (this.scale.high - this.scale.low)))); }
 
   pixelAt({clientX, clientY}) {
@@ -138,7 +138,7 @@ export class RigLayer {
     this.value.textContent = mm === undefined ? '' : ` at ${at.join(', ')}: ${mm ? `${mm / 1000} m` : 'none'}`;
   }
 
-  /// While an element is fetched, frames may pass; then the newest is fetched.
+  /// Shows a frame's reading. Frames may pass while it is being fetched; then the newest one is fetched next.
   async show(index) {
     this.index = index;
     const number = this.run.frames[index]?.rig;

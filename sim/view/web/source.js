@@ -1,4 +1,4 @@
-// Frames of finished runs over HTTP, and of a live run over a WebSocket.
+// Receives frames of finished runs over HTTP, and of a live run over a WebSocket.
 
 const token = new URLSearchParams(location.search).get('token') ?? '';
 const address = (path) => `${path}?token=${encodeURIComponent(token)}`;
@@ -12,7 +12,7 @@ export const getJson = async (path) => (await get(path)).json();
 export const getBytes = async (path) => (await get(path)).arrayBuffer();
 export const getBlob = async (path) => (await get(path)).blob();
 
-/// Returns the JSON at the start of a buffer from the program, after its length, and the offset of its end.
+/// Returns the JSON at the start of a buffer from the program, where its length precedes it, and the offset of its end.
 export function withLength(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
   return [JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length))), 4 + length];
@@ -20,7 +20,7 @@ export function withLength(buffer) {
 
 export const picture = (blob) => createImageBitmap(blob);
 
-/// The elements of a list of the server by their numbers; keeps the last few. read: makes an element of its bytes.
+/// Fetches the elements of a server list by number and keeps the last few. read: converts the bytes to an element.
 export class Stored {
   constructor(folder, read, most) { Object.assign(this, {folder, read, most, kept: new Map()}); }
 

@@ -1,4 +1,4 @@
-// The page: one scene and one time line of all runs, the images of each, figures over time, and the keys.
+// The page: one scene and one timeline for all runs, the images of each run, time plots, and keyboard control.
 import {element, sortable} from '../../pages/web/dom.js';
 import {follow} from '../../pages/web/figures.js';
 import {Run} from './run.js';
@@ -9,11 +9,11 @@ import {RigLayer} from './sensors.js';
 import {getBlob, getBytes, getJson, listen, picture} from './source.js';
 
 const {dataset} = document.documentElement;
-const kFast = 5;  // frames of a finished run for each that the browser draws
+const kFast = 5;  // at full speed, the browser draws every fifth frame of a finished run
 
 const kRoles = ['estimate', 'second', 'third', 'first'];  // of the runs
-const kKeys = 'space: play and pause · arrows, . and ,: one frame, with shift a second · [ and ]: marks · home, end · f, 1, 4: speed · r, o, c: follow, stay, through the camera · v: a view of each run · s: save the scene as PNG · in a figure: a click or a drag goes there, the wheel zooms (above the time line: Ctrl and the wheel), a double click shows all, a name in a legend hides its line';
-const kLetters = 'ABCD';  // and names, if there are several
+const kKeys = 'space: play or pause · arrows, . and ,: one frame, with shift one second · [ and ]: previous and next mark · home, end · f, 1, 4: speed · r, o, c: follow, stay, through the camera · v: one view per run · s: save the scene as PNG · in a figure: click or drag to go to a time, wheel to zoom (above the timeline: Ctrl and wheel), double-click to show everything, click a name in a legend to hide its line';
+const kLetters = 'ABCD';  // names of the runs if there are several
 
 /// The seed and the variant that distinguish each run from the others.
 function differencesOf(runs) {
@@ -21,7 +21,7 @@ function differencesOf(runs) {
   return runs.map((run) => [differ('seed') && `seed ${run.seed}`, differ('variant') && run.variant].filter(Boolean).join(', '));
 }
 
-/// Waits until the browser has shown what was drawn.
+/// Waits until the browser has displayed what was drawn.
 const drawnOnce = () => new Promise((resolve) => { requestAnimationFrame(() => setTimeout(resolve)); });
 
 class Page {
@@ -32,12 +32,12 @@ class Page {
     about.runs.forEach((run, i) => this.panes.push(new Pane(new Run(run, i), about.runs.length > 1 ? kLetters[i] : '', differences[i], kRoles[i], isOneWalk ? this.panes[0] : null)));
     this.scene = new Scene(this.panes[0].run, this.panes.slice(1));
     this.scene.element.append(element('div', {class: 'names', 'aria-hidden': 'true'}, this.panes.map(({name, role}) => element('b', {class: `role-${role}`}, element('span', {}, name)))));
-    // A click in the scene must not leave the keys with it either.
+    // After a click in the scene, no other element may keep the keyboard focus either.
     this.scene.element.addEventListener('pointerup', () => document.activeElement.blur());
     let from = null;
     this.scene.element.addEventListener('pointerdown', ({clientX, clientY}) => { from = [clientX, clientY]; }, true);
     this.scene.element.addEventListener('click', (event) => {
-      if (from && Math.hypot(event.clientX - from[0], event.clientY - from[1]) < 5) this.pick(this.scene.pick(event));  // else the view was turned
+      if (from && Math.hypot(event.clientX - from[0], event.clientY - from[1]) < 5) this.pick(this.scene.pick(event));  // otherwise the view was rotated
     });
     for (const {head, shared} of this.panes) {
       head.canvas.addEventListener('click', (event) => {
@@ -55,7 +55,7 @@ class Page {
   }
 
   build() {
-    // A mouse must not leave the keys with the button that it pressed.
+    // After a mouse click, a button must not keep the keyboard focus.
     const button = (text, title, action, more = {}) => element('button', {type: 'button', title, ...more,
       onclick: (event) => { action(event.currentTarget); if (event.detail > 0) event.currentTarget.blur(); }}, text);
     const choice = (title, options, choose, more = {}) => element('select', {title, ...more, onchange: ({currentTarget}) => { choose(currentTarget.value); currentTarget.blur(); }},
@@ -64,18 +64,18 @@ class Page {
     this.button = button;
     this.play = button('', 'space', () => this.toggle());
     this.step = button('step', 'one frame: .', () => this.stepOn());
-    this.speeds = choice('f: full speed, 1, 4: a quarter', [[0, 'full speed'], [4, '4 ×'], [2, '2 ×'], [1, '1 ×'], [0.5, '0.5 ×'], [0.25, '0.25 ×']], (value) => this.setSpeed(+value), {'aria-label': 'speed'});
+    this.speeds = choice('f: full speed, 1: real time, 4: a quarter', [[0, 'full speed'], [4, '4 ×'], [2, '2 ×'], [1, '1 ×'], [0.5, '0.5 ×'], [0.25, '0.25 ×']], (value) => this.setSpeed(+value), {'aria-label': 'speed'});
     this.views = choice('r, o, c', [['follow', 'follow the robot'], ['orbit', 'stay'], ['head', 'through the camera']], (value) => this.setMode(value), {'aria-label': 'view'});
     this.slider = element('input', {type: 'range', min: 0, max: 1, step: 0.001, value: 0, 'aria-label': 'time', oninput: () => this.go(+this.slider.value)});
     this.clock = element('output', {}, '0.00 s');
-    this.save = button('save picture', 's: the scene as PNG', () => this.savePicture());
+    this.save = button('save picture', 's: save the scene as PNG', () => this.savePicture());
     this.note = element('span', {class: 'soft', role: 'status'});
-    this.picked = element('p', {class: 'soft', role: 'status'}, 'A click on a landmark in the scene or in an image names it.');
+    this.picked = element('p', {class: 'soft', role: 'status'}, 'Click a landmark in the scene or in an image to identify it.');
     this.moments = element('nav', {'aria-label': 'moments'});
     this.strips = element('div', {class: 'strips'});
     this.stripNames = element('p', {class: 'key'});
     this.inCommon = several ? element('p', {class: 'soft', role: 'status'}) : null;
-    this.split = several ? button('split', 'v: a view of each run, with one camera', () => this.setSplit(!this.scene.isSplit)) : null;
+    this.split = several ? button('split', 'v: one view per run, moved together', () => this.setSplit(!this.scene.isSplit)) : null;
     this.timeLine = element('div', {class: 'timeline'});
     document.body.append(
       element('header', {}, element('h1', {}, this.live ? 'GaitSLAM, live' : 'GaitSLAM, playback'), element('b', {}, this.title), this.note),
@@ -89,7 +89,7 @@ class Page {
       element('footer', {}, this.timeLine, element('div', {class: 'controls'}, this.play, this.slider, this.clock, this.step, this.speeds, this.views, this.split, this.save), this.moments));
     this.speeds.value = this.live ? 0 : 1;
     if (this.live) this.speeds.disabled = this.step.disabled = !this.about.control;
-    if (this.live && !this.about.control) this.speeds.title = this.step.title = 'read-only: start the run with --control';
+    if (this.live && !this.about.control) this.speeds.title = this.step.title = 'read-only; start the run with --control';
     document.title = `GaitSLAM: ${[this.title, ...this.panes.map(({full}) => full)].filter(Boolean).join(' | ')}`;
     this.sayPlay();
     this.listMoments();
@@ -107,10 +107,10 @@ class Page {
     const several = this.panes.length > 1;
     return element('p', {class: 'key'}, layer('truth', 'truth', '— true'), layer('plan', 'plan', '— planned'), layer('steps', 'landed', '▭ steps'),
       this.panes.flatMap(({name, role}, i) => [layer(`estimate${i}`, role, several ? `— ${name}` : '— estimated'),
-        layer(`map${i}`, several ? role : 'first', several ? `● landmarks of ${name}` : '● landmarks, 3σ')]), ' camera’s own 3σ ten times as large');
+        layer(`map${i}`, several ? role : 'first', several ? `● landmarks of ${name}` : '● landmarks, 3σ')]), ' camera’s own 3σ enlarged ten times');
   }
 
-  /// Names a landmark and marks it in scene and image; null: none.
+  /// Describes a landmark and highlights it in the scene and the image; null: none.
   pick(landmark) {
     this.landmark = landmark;
     this.sayLandmark();
@@ -124,12 +124,12 @@ class Page {
       pane.mark(same ?? null);
       return same === undefined ? '' : `${pane.name ? `${pane.name}: ` : ''}${pane.run.landmarkText(pane.index, same)}`;
     });
-    if (own) this.picked.textContent = texts.filter(Boolean).join(' · the same place: ');
+    if (own) this.picked.textContent = texts.filter(Boolean).join(' · at the same place: ');
   }
 
   sayInCommon() {
     const [a, b] = this.panes.map(({run, index}) => run.mapAt(index)), count = matched(a, b).size, [p, q] = this.panes;
-    this.inCommon.textContent = `Landmarks matched by place (nearest to each other, within 0.1 m): ${count} in common, ${a.length - count} of ${p.name} alone, ${b.length - count} of ${q.name} alone.`;
+    this.inCommon.textContent = `Landmarks matched by place (nearest to each other, within 0.1 m): ${count} in both, ${a.length - count} only in ${p.name}, ${b.length - count} only in ${q.name}.`;
   }
 
   setSplit(isSplit) {
@@ -154,10 +154,10 @@ class Page {
     this.writeHash();
   }
 
-  /// The differences between the runs, from the program; the first cell goes to the worst instant of its row.
+  /// The differences between the runs, as sent by the program; clicking a row's first cell goes to its worst instant.
   table() {
     const {titles, rows} = this.about.changes, role = (i) => (this.panes[i - 1] ? `role-${this.panes[i - 1].role}` : '');
-    const first = (text, t) => (t === null ? text : this.button(text, 'to its worst instant', () => this.go(t)));
+    const first = (text, t) => (t === null ? text : this.button(text, 'go to its worst instant', () => this.go(t)));
     const ofKey = ([key, ...values]) => [element('td', {}, key), element('td', {colspan: titles.length - 1},
       this.panes.map(({name}, i) => element('div', {class: role(i + 1)}, `${name}: ${values[i]}`)))];
     const table = element('table', {}, element('thead', {}, element('tr', {}, titles.map((title, i) => element('th', {class: role(i), scope: 'col'}, title)))),
@@ -168,7 +168,7 @@ class Page {
   }
 
   listMoments() {
-    const ofRuns = new Map();  // what several runs have at one time is one mark, without names if all have it
+    const ofRuns = new Map();  // events that several runs have at the same time are one mark, without names if all have it
     for (const {name, run} of this.panes) {
       for (const moment of run.about.moments) {
         const key = `${moment.t.toFixed(1)} ${moment.text}`, names = [...ofRuns.get(key)?.names ?? [], name].filter(Boolean);
@@ -181,7 +181,7 @@ class Page {
     return all;
   }
 
-  /// step > 0: to the next moment.
+  /// step > 0: jumps to the next moment; otherwise to the previous one.
   jump(step) {
     const near = 0.005, next = step > 0 ? this.jumps.find((t) => t > this.t + near) : this.jumps.filter((t) => t < this.t - near).at(-1);
     if (next !== undefined) this.go(next);
@@ -189,7 +189,7 @@ class Page {
 
   drawFigures(isAsked = false) {
     const runs = this.panes.filter(({series}) => series), marks = this.listMoments(), names = known(runs), zoomed = this.figures[0]?.range, focus = this.timeLine.matches(':hover') || this.strips.matches(':hover');
-    if (!runs.length || (focus && !isAsked)) return;  // a figure under the mouse stays
+    if (!runs.length || (focus && !isAsked)) return;  // a figure under the mouse is not redrawn
     this.stripNames.replaceChildren('Figures: ', ...names.map((name) => this.button(name.replaceAll('_', ' '), 'show or hide', () => this.toggleStrip(name),
       {'data-strip': name, 'aria-pressed': String(!this.hiddenStrips.has(name)), class: 'layer'})));
     this.width = innerWidth;
@@ -228,14 +228,14 @@ class Page {
 
   go(t, goesOn = false) {
     if (!Number.isFinite(t)) return;
-    this.atEnd = false;  // a look back is each viewer's own
+    this.atEnd = false;  // looking back affects only this viewer
     if (this.playing && !this.live) this.pause();
     if (this.live) this.sayPlay();
     this.show(Math.min(Math.max(t, 0), this.duration));
     if (!goesOn) this.writeHash();
   }
 
-  /// Writes time, view, hidden layers and zoom to the address, at most four times a second: browsers ignore more.
+  /// Writes time, view, hidden layers and zoom to the URL, at most four times per second, because browsers ignore more frequent changes.
   writeHash() {
     this.hashTimer ??= setTimeout(() => this.writeHashNow(), 250);
   }
@@ -289,7 +289,7 @@ class Page {
   }
 
   sayPlay() {
-    const [pause, go] = this.live && !this.about.control ? ['hold the view', 'newest'] : ['pause', 'play'];
+    const [pause, go] = this.live && !this.about.control ? ['freeze the view', 'newest'] : ['pause', 'play'];
     this.play.textContent = this.live && !this.atEnd ? 'newest' : this.playing ? pause : go;
     dataset.playing = this.playing;
   }
@@ -304,7 +304,7 @@ class Page {
     else requestAnimationFrame((later) => this.tick(later));
   }
 
-  /// frames > 0: on, < 0: back.
+  /// frames > 0: forward; < 0: back.
   stepBy(frames) {
     const {run} = this.panes[0], index = Math.max(0, run.indexAt(this.t)) + frames;
     this.go(run.frames[Math.min(Math.max(index, 0), run.frames.length - 1)]?.t);
@@ -328,7 +328,7 @@ class Page {
   setMode(mode) {
     this.views.value = this.mode = mode;
     this.scene.setMode(mode, Math.max(0, this.panes[0].index));
-    if (mode === 'head') this.note.textContent = 'The scene is drawn without the distortion of the lens, which the image beside it has.';
+    if (mode === 'head') this.note.textContent = 'The scene is drawn without the lens distortion that the image next to it has.';
     if (dataset.ready) this.writeHash();
   }
 
@@ -344,8 +344,8 @@ class Page {
     action();
   }
 
-  /// Frames come in pieces of some seconds, from the first on; the time in the address is shown as soon as its frames are there. The first
-  /// picture is drawn once, when all of it is there, as each drawing of the scene or of a figure delays the next one.
+  /// Frames arrive in pieces of some seconds, in order; the time in the URL is shown as soon as its frames are available. The first picture
+  /// is drawn only once, when it is complete, because every drawing of the scene or of a figure delays the next one.
   async playBack(begin, model) {
     const images = this.panes.filter(({first, run}) => !first && run.about.camera).map((pane) => pane.images.at(0).catch(() => null));
     const wanted = parseFloat(new URLSearchParams(location.hash.slice(1)).get('t'));
@@ -379,11 +379,11 @@ class Page {
     this.show(this.t);
   }
 
-  /// The pictures of the room, which the first picture of the scene does not wait for.
+  /// Loads the room's textures, for which the first picture of the scene does not wait.
   async loadPictures() {
     await Promise.all(Object.keys(this.scene.surfaces).map(async (number) => {
       let painted = await getBlob(`/picture/0/${number}`);
-      while (painted.size === 0) {  // it is being painted
+      while (painted.size === 0) {  // still being painted
         await new Promise((resolve) => setTimeout(resolve, 100));
         painted = await getBlob(`/picture/0/${number}`);
       }
@@ -408,7 +408,7 @@ class Page {
         });
       },
       message: (message) => this.receive(message),
-      closed: () => { if (!this.ended) this.note.textContent = 'The connection is closed: the run or its program has ended.'; },
+      closed: () => { if (!this.ended) this.note.textContent = 'The connection was closed because the run or its program has ended.'; },
     });
   }
 
@@ -428,7 +428,7 @@ class Page {
       this.ended = true;
       dataset.ended = 'true';
       this.note.textContent = run.frames.length < frames ? `${how} This page received ${run.frames.length} of ${frames} frames.` : how;
-      this.live = this.playing = this.speeds.disabled = this.step.disabled = false;  // what came can be played
+      this.live = this.playing = this.speeds.disabled = this.step.disabled = false;  // what was received can be played
       this.setSpeed(1);
       this.drawFigures();
       this.sayPlay();
@@ -441,7 +441,7 @@ class Page {
 async function start() {
   try {
     const about = await getJson('/about'), {runs} = about;
-    // On their way while the page is built, which takes longer.
+    // Fetched while the page is being built, which takes longer.
     const model = runs[0].has_model ? getBytes('/model/0') : null;
     const begin = about.mode === 'live' ? [] : runs.map((_, i) => ({series: getBytes(`/series/${i}`), frames: getJson(`/frames/${i}/0`)}));
     const page = new Page(about);

@@ -1,5 +1,4 @@
-// The filter on motions of heads that no robot of the bench makes, played through the renderer without
-// physics.
+// The filter on head motions that no robot of the bench makes, rendered without physics.
 #include "sim/camera/head_camera.h"
 #include "sim/score/trajectory.h"
 #include "slam/filter.h"
@@ -11,10 +10,10 @@ namespace {
 using Eigen::AngleAxisd, Eigen::Isometry3d, Eigen::Vector3d;
 using std::chrono::milliseconds;
 
-constexpr double kGyroSigma_rad_s = 0.01, kForceSigma_m_s2 = 0.05;  // of 5 ms, as the filter assumes
+constexpr double kGyroSigma_rad_s = 0.01, kForceSigma_m_s2 = 0.05;  // of 5 ms readings, as the filter assumes
 
-/// X_WC, t in s, of a head that walks a circle as that of a G1-like robot at 0.8 m/s does, with strides
-/// of 1.25 Hz: image roll of ±4°, bounce of 13 mm, accelerations up to 7 m/s². It starts at 0.3 m/s.
+/// X_WC at t (s) of a head that moves along a circle like that of a G1-like robot at 0.8 m/s with strides at
+/// 1.25 Hz: image roll of ±4°, bounce of 13 mm, accelerations up to 7 m/s². It starts at 0.3 m/s.
 Isometry3d head_at(double t, double down_rad) {
   const double stride = 2 * std::numbers::pi * 1.25 * t;
   const auto wave = [&](double harmonic, double size) { return size * std::sin(harmonic * stride); };
@@ -31,8 +30,8 @@ Isometry3d head_at(double t, double down_rad) {
   return X;
 }
 
-/// One motion in the office, drawn and measured: gray frames at 30 Hz, gyro and accelerometer at 200 Hz, no
-/// plan.
+/// One motion in the office, rendered and measured: gray frames at 30 Hz, gyro and accelerometer at 200 Hz,
+/// no plan.
 class Played {
  public:
   Played(double down_deg, double exposure_s)
@@ -140,8 +139,8 @@ Result track(double down_deg, double exposure_s, Change change) {
   return result;
 }
 
-/// Leg odometry of that motion: distances 0.9 % too long ahead, 0.6 % of them too high, and swaying 2 % too
-/// small, as contact points under load have them on such a robot.
+/// Leg odometry of that motion with the errors that loaded contact points cause on such a robot: distances
+/// ahead are 0.9 % too long, heights are too large by 0.6 % of the distance, and the sway is 2 % too small.
 slam::LegMotion legs_at(const slam::Observation& observation, double down_deg, std::mt19937& random) {
   std::normal_distribution<double> noise(0, 1e-4);
   const double t = slam::seconds(observation.t);
@@ -155,7 +154,7 @@ slam::LegMotion legs_at(const slam::Observation& observation, double down_deg, s
   return legs;
 }
 
-TEST(AnyMotion, AHeadThatRollsAndBouncesIsTrackedFromAStartInMotionWithoutAPlan) {
+TEST(AnyMotion, ARollingAndBouncingHeadIsTrackedFromAMovingStartWithoutAPlan) {
   for (const bool has_legs : {false, true})
     for (const double down_deg : {0.0, 47.6})
       for (const double exposure_s : {0.0, 0.01}) {
@@ -169,7 +168,7 @@ TEST(AnyMotion, AHeadThatRollsAndBouncesIsTrackedFromAStartInMotionWithoutAPlan)
       }
 }
 
-TEST(AnyMotion, AGyroThatSaysThatTheHeadIsAtRestIsNoticed) {
+TEST(AnyMotion, AGyroThatReportsAHeadAtRestIsDetected) {
   const auto at_rest = [](slam::Observation& observation) {
     for (slam::InertialSample& sample : observation.gyro) sample.value.setZero();
   };

@@ -27,7 +27,7 @@ std::vector<Ball> balls_in_view(const slam::CameraIntrinsics& camera, const Eige
   return balls;
 }
 
-// By the filter's camera model, which shares no code with the renderer's lens.
+// Uses the filter's camera model, which shares no code with the renderer's lens.
 Vector2d expected_centroid(const slam::Camera& seen, const cv::Rect& window, const Vector3d& p_C,
                            double radius) {
   return centroid(window, [&](int u, int v) {
@@ -48,7 +48,7 @@ Eigen::Isometry3d pose_of_camera(const Vector3d& p, const Eigen::Quaterniond& q)
   return Eigen::Translation3d(p) * q * Eigen::Isometry3d(Eigen::AngleAxisd(R_HC));
 }
 
-// With the paper's lens, with the strongest, and without distortion.
+// Cameras with the paper's lens, with the strongest lens, and without distortion.
 std::vector<CameraOptions> all_cameras() {
   std::vector<CameraOptions> cameras;
   for (double distortion : {1.0, 1.3, 0.0})
@@ -65,7 +65,8 @@ CameraOptions camera(double exposure_s, double readout_s, int subframes) {
   return options;
 }
 
-// Each ball's error is averaged over poses that shift the image by parts of a pixel: the steps of its edge
+// Each ball's error is averaged over poses that shift the image by fractions of a pixel. The steps of its
+// edge cancel out; an error of the lens, of half a pixel or of the pose would not.
 // cancel, an error of the lens, of the half pixel or of the pose would not.
 TEST(HeadCamera, ShowsKnownPointsWithinATenthOfAPixelOverTheWholeImage) {
   constexpr int poses = 6;
@@ -99,7 +100,7 @@ TEST(HeadCamera, ShowsKnownPointsWithinATenthOfAPixelOverTheWholeImage) {
     }
     for (const Vector2d& e : error) EXPECT_LT(e.norm(), 0.1) << options.width_px;
     const Vector2d sum = std::accumulate(error.begin(), error.end(), Vector2d(0, 0));
-    EXPECT_LT(sum.norm() / double(error.size()), 0.02);  // half a pixel forgotten would show here first
+    EXPECT_LT(sum.norm() / double(error.size()), 0.02);  // a forgotten half pixel would show here first
   }
 }
 
@@ -108,8 +109,8 @@ TEST(HeadCamera, DoesNotSeeTheHeadItSitsIn) {
   EXPECT_EQ(cv::countNonZero(camera.render(*data_at_rest(camera.model()))), 0);
 }
 
-// The lamps go off in the middle of the frame: a row has their light for its own part of the exposure.
-TEST(HeadCamera, InTheDarkRowsKeepTheGivenShareOfTheirLightAtTheirTime) {
+// The lamps go off in the middle of the frame: each row gets their light for its own part of the exposure.
+TEST(HeadCamera, RowsKeepTheGivenShareOfLightWhileTheLampsAreOff) {
   const auto row_level = [](double exposure_s, double readout_s, int ms, int row) {
     const CameraOptions options = camera(exposure_s, readout_s, 21);
     HeadCamera camera(
@@ -128,12 +129,12 @@ TEST(HeadCamera, InTheDarkRowsKeepTheGivenShareOfTheirLightAtTheirTime) {
     EXPECT_NEAR(row_level(0, 0.02, 2000, row), level, 1) << row;
 }
 
-// The view of a column.
+// The view that contains a column.
 const Pinhole& view_of(const LensWarp& lens, const CameraOptions& options, int u) {
   return lens.views()[u < options.width_px / 2 ? 0 : 1];
 }
 
-TEST(CameraModel, SeesAcross91Point6DegreesAtBothSizes) {
+TEST(CameraModel, HasAFieldOfViewOf91Point6DegreesAtBothSizes) {
   for (const CameraOptions& options : all_cameras()) {
     if (options.distortion != 1) continue;
     const slam::CameraIntrinsics camera = camera_model(options);
@@ -143,9 +144,9 @@ TEST(CameraModel, SeesAcross91Point6DegreesAtBothSizes) {
   }
 }
 
-// In a view's own columns; where two views meet, the step leads from one to the other.
-TEST(LensWarp, PixelsSampleInsideTheirViewAtLeastAsFarApartAsTheDensitySays) {
-  constexpr double kKernel = 2;  // px a bicubic sample reaches
+// Compared in a view's own columns; at the seam, a step leads from one view to the other.
+TEST(LensWarp, PixelsSampleInsideTheirViewNoDenserThanRequested) {
+  constexpr double kKernel = 2;  // px, the reach of a bicubic sample
   for (const CameraOptions& options : all_cameras()) {
     const LensWarp lens(camera_model(options));
     for (int v = 0; v < options.height_px; ++v)
@@ -164,14 +165,14 @@ TEST(LensWarp, PixelsSampleInsideTheirViewAtLeastAsFarApartAsTheDensitySays) {
 }
 
 // One pinhole that covers the lens at this density has 623 x 466 px.
-TEST(LensWarp, TheTwoViewsHaveTwoThirdsOfThePixelsOfOne) {
+TEST(LensWarp, TwoViewsNeedTwoThirdsOfThePixelsOfASingleView) {
   const LensWarp lens(camera_model({}));
   double pixels = 0;
   for (const Pinhole& view : lens.views()) pixels += view.width_px * view.height_px;
   EXPECT_LT(pixels, 0.67 * 623 * 466);
 }
 
-TEST(Shutter, ThatTakesNoTimeIsOnePictureAtTheStamp) {
+TEST(Shutter, AnInstantaneousExposureIsOnePictureAtTheStamp) {
   const Shutter shutter(camera(0, 0, 8));
   EXPECT_EQ(shutter.moments(), std::vector<double>{0});
   EXPECT_EQ(camera(0, 0, 8).lead().count(), 0);
@@ -182,7 +183,7 @@ TEST(Shutter, ThatTakesNoTimeIsOnePictureAtTheStamp) {
 }
 
 // Pictures that brighten evenly from 0 to 200: a row is as bright as the light at its own moment.
-TEST(Shutter, RowsOfAGrowingLightAreAsBrightAsTheirMomentsSay) {
+TEST(Shutter, UnderGrowingLightEachRowHasTheBrightnessOfItsMoment) {
   for (auto [exposure, readout] : {std::pair(0.01, 0.0), std::pair(0.0, 0.01), std::pair(0.01, 0.03)}) {
     std::vector<cv::Mat> growing, even;
     for (int i = 0; i < 9; ++i) {
@@ -199,7 +200,7 @@ TEST(Shutter, RowsOfAGrowingLightAreAsBrightAsTheirMomentsSay) {
   }
 }
 
-TEST(RecentMotion, IsInterpolatedEvenlyAndTurnsTheShortWay) {
+TEST(RecentMotion, InterpolatesLinearlyAndTurnsTheShortWay) {
   const physics::Model model = physics::load_model(physics::robot_file(), "floor", physics::models());
   const physics::Data data = data_at_rest(*model);
   RecentMotion motion(std::chrono::milliseconds(3));
@@ -214,10 +215,10 @@ TEST(RecentMotion, IsInterpolatedEvenlyAndTurnsTheShortWay) {
   EXPECT_NEAR(2 * std::atan2(q[6], q[3]), 0.145, 1e-12);
   EXPECT_NEAR(motion.at(0.009, *model)[0], 4.5, 1e-12);
   EXPECT_NEAR(motion.at(0.1, *model)[0], 4.5, 1e-12);  // nothing later is known
-  EXPECT_NEAR(motion.at(0.0, *model)[0], 2.5, 0.51);   // what is older than it keeps is gone
+  EXPECT_NEAR(motion.at(0.0, *model)[0], 2.5, 0.51);   // motion older than it keeps is gone
 }
 
-// The robot at its reference posture, at a place in the room and turned by a yaw.
+// The robot in its reference posture, at a place in the room and with a yaw.
 RecentMotion standing_at(const mjModel& model, const Vector3d& p, double yaw) {
   const Data data = data_at_rest(model);
   Eigen::Map<Eigen::Matrix<double, 7, 1>>(data->qpos) << p, std::cos(yaw / 2), 0, 0, std::sin(yaw / 2);
@@ -226,16 +227,16 @@ RecentMotion standing_at(const mjModel& model, const Vector3d& p, double yaw) {
   return motion;
 }
 
-// Optical axes in W.
+// The pose of the optical axes in W.
 Eigen::Isometry3d pose_in_world(const mjModel& model, const RecentMotion& motion, const rig::Mount& mount) {
   const Data data = data_at_rest(model);
   return pose_of(model, *data, motion, place_of(model, mount), 0) *
          rig::camera_from_forward_left_up().inverse();
 }
 
-// Each pixel's depth against the analytic surface on its ray. Pixels are not compared where their neighbors
-// meet another surface, on round surfaces, which are drawn with 20 sides, and on the robot's own arms.
-// Faces of a box meet in creases: a pixel's neighbors there are on one surface but not on one plane.
+// Compares each pixel's depth with the analytic surface on its ray. Pixels are left out where their neighbors
+// meet another surface, on round surfaces (which are drawn with 20 sides), and on the robot's own arms. In
+// the creases between the faces of a box, a pixel's neighbors are on one surface but not on one plane.
 void expect_exact_depth(const std::string& room, const CameraOptions& options, const rig::Mount& mount,
                         Channels channels) {
   Model model = load_model(robot_file(), room, models());
@@ -281,11 +282,11 @@ void expect_exact_depth(const std::string& room, const CameraOptions& options, c
   EXPECT_GT(none, 50);
 }
 
-TEST(DepthCamera, IsExactToAMillimeterOnTheSurfacesOfTheOffice) {
+TEST(DepthCamera, IsAccurateToAMillimeterOnTheSurfacesOfTheOffice) {
   expect_exact_depth("office", {}, {}, Channels::gray);
 }
 
-TEST(DepthCamera, IsExactThroughAnotherLensInAnotherPlace) {
+TEST(DepthCamera, IsAccurateWithAnotherLensInAnotherPlace) {
   CameraOptions options;
   options.width_px = 424, options.height_px = 240, options.fov_rad = 1.5, options.distortion = 0;
   rig::Mount mount;
@@ -294,8 +295,8 @@ TEST(DepthCamera, IsExactThroughAnotherLensInAnotherPlace) {
   expect_exact_depth("hall", options, mount, Channels::rgb);
 }
 
-// Both cameras draw, so that neither has the state of the other.
-TEST(RightEye, WithTheTexturesOfTheLeftOneDrawsTheSamePicturesAsWithItsOwn) {
+// Both cameras draw, so that neither inherits the state of the other.
+TEST(RightEye, DrawsTheSamePicturesWithTheLeftEyesTexturesAsWithItsOwn) {
   const Model model = load_model(robot_file(), "office", models());
   rig::Mount right;
   right.position_m = {0, -0.05, 0};
@@ -337,7 +338,7 @@ TEST(Shutter, ExposesEachChannelAsItsOwnPicture) {
   for (int row = 0; row < 32; ++row) EXPECT_EQ(color(row, 1), cv::Vec3b(10, green(row, 1), 200));
 }
 
-TEST(Mount, IsWhereItsPositionSaysAndTiltsTheHeadCameraOfTheModelDownwards) {
+TEST(Mount, IsAtItsPositionAndTiltsTheModelsHeadCameraDownwards) {
   Model model = load_model(robot_file(), "office", models());
   const RecentMotion motion = standing_at(*model, {0, 0, 0.65}, 0);
   const Eigen::Isometry3d X_WC = pose_in_world(*model, motion, {});

@@ -33,11 +33,11 @@ class LidarOfAWalk {
   std::vector<slam::LidarPoint> scan(milliseconds begin, milliseconds end) {
     return lidar_.scan(motion_, begin, end);
   }
-  /// True X_WS, of the joints' angles at that time.
+  /// The true X_WS for the joint angles at that time.
   Eigen::Isometry3d pose(nanoseconds t) const {
     return pose_of(*model_, *data_, motion_, place_, 1e-9 * double(t.count()));
   }
-  /// Distance by MuJoCo of the shape in a direction of the lidar, and its geom.
+  /// The distance of the shape in a direction of the lidar, according to MuJoCo, and its geom.
   double cast(nanoseconds t, const Vector3d& along_S, int& geom) const {
     const Eigen::Isometry3d X_WS = pose(t);
     const Vector3d along = X_WS.linear() * along_S;
@@ -59,9 +59,9 @@ class LidarOfAWalk {
 
 Vector3d position_of(const slam::LidarPoint& point) { return {point.x_m, point.y_m, point.z_m}; }
 
-// The room's analytic surfaces share no code with MuJoCo's rays, and this pose is of the joints' angles at
-// the ray's own time. A ray along an edge may pass it on either side.
-TEST(Lidar, EachPointOfAMovingRobotIsOnTheRoomSeenFromItsOwnPoseAndGlassGivesNone) {
+// The room's analytic surfaces share no code with MuJoCo's rays, and the pose is computed from the joint
+// angles at the ray's own time. A ray along an edge may pass on either side of it.
+TEST(Lidar, EachPointOfAMovingRobotLiesOnTheRoomAsSeenAtItsTimeAndGlassReturnsNone) {
   for (const std::string room : {"office", "hall"}) {
     LidarOfAWalk robot(room);
     std::map<std::int32_t, Vector3d> points;
@@ -98,8 +98,8 @@ TEST(Lidar, EachPointOfAMovingRobotIsOnTheRoomSeenFromItsOwnPoseAndGlassGivesNon
   }
 }
 
-// MuJoCo casts these rays on the robot's shapes, too. Half a millisecond of a limb's motion is below a
-// millimeter, but several times that along rays that graze it.
+// MuJoCo casts these rays on the robot's shapes, too. In half a millisecond, a limb moves by less than a
+// millimeter, but by several times that along rays that graze it.
 TEST(Lidar, SeesOtherLinksOfTheRobotButNotItsOwn) {
   rig::Lidar down;
   down.lowest_rad = -1.5, down.highest_rad = -0.9;
@@ -116,9 +116,9 @@ TEST(Lidar, SeesOtherLinksOfTheRobotButNotItsOwn) {
   EXPECT_LE(off, 2) << "along an edge";
 }
 
-// Cells of equal height of a cylinder around the lidar have equal solid angles: with 200 000 rays in 36 x 6
-// cells the lines of the pattern leave 3 % of unevenness.
-TEST(LidarPattern, FillsTheFieldOfViewEvenlyInASecondAndEverySweepIsNew) {
+// Cells of equal height on a cylinder around the lidar have equal solid angles. With 200 000 rays in 36 x 6
+// cells, the lines of the pattern leave 3 % of unevenness.
+TEST(LidarPattern, FillsTheFieldOfViewEvenlyInASecondAndNeverRepeatsASweep) {
   const rig::Lidar options;
   constexpr int kAzimuths = 36, kHeights = 6;
   const double low = std::sin(options.lowest_rad), high = std::sin(options.highest_rad);
@@ -150,7 +150,8 @@ TEST(LidarPattern, RaysAreEvenlySpacedInTimeForHours) {
   EXPECT_EQ(ray_time(options, number).count(), 36'000'000'000'000ll + 333);
 }
 
-// A lidar that hangs in the air among shapes of white, and of gray paint and picture.
+// The points of a lidar that hangs in the air among shapes that are white, painted gray, or covered by a gray
+// picture.
 std::vector<slam::LidarPoint> points_among(const Model& model, rig::Lidar options = {}) {
   const Data data = data_at_rest(*model);
   RecentMotion motion(milliseconds(10));
@@ -164,7 +165,7 @@ std::vector<slam::LidarPoint> points_among(const Model& model, rig::Lidar option
 const char kHead[] =
     "<worldbody><body name='head'><freejoint/><geom type='sphere' size='0.01' mass='1'/></body></worldbody>";
 
-TEST(Lidar, RangesOutsideItsOwnGiveNoPoint) {
+TEST(Lidar, ReturnsNoPointOutsideItsRange) {
   const Model model =
       small_model("<worldbody><geom type='plane' size='9 9 1' pos='0 0 -1'/></worldbody>", kHead);
   rig::Lidar narrow;
@@ -176,9 +177,9 @@ TEST(Lidar, RangesOutsideItsOwnGiveNoPoint) {
   EXPECT_GT(expected, 1000u);
 }
 
-// Normals by the surfaces' neighboring points. A tenth of a milliradian of turn passes no edge but for a few
-// rays.
-TEST(Lidar, IntensityOfWhiteIsTheCosineOfIncidenceOnEachShape) {
+// Normals come from neighboring points of the surfaces. A turn by a tenth of a milliradian crosses an edge
+// for only a few rays.
+TEST(Lidar, IntensityOnWhiteIsTheCosineOfTheAngleOfIncidenceOnEachShape) {
   std::map<std::string, std::string> shapes{
       {"plane", "0.5 0.6 1"},  {"box", "0.3 0.2 0.4"},       {"sphere", "0.4"},
       {"cylinder", "0.3 0.5"}, {"ellipsoid", "0.2 0.3 0.5"}, {"capsule", "0.2 0.3"}};
@@ -207,7 +208,7 @@ TEST(Lidar, IntensityOfWhiteIsTheCosineOfIncidenceOnEachShape) {
   }
 }
 
-TEST(Lidar, IntensityIsTheGrayOfPaintTimesThatOfThePicture) {
+TEST(Lidar, IntensityIsTheProductOfPaintAndPictureGray) {
   const Model model = small_model(
       "<asset><texture name='t' type='2d' builtin='flat' width='8' height='8' rgb1='0.6 0.6 0.6'/>"
       "<material name='m' texture='t' rgba='0.5 0.5 0.5 1'/></asset><worldbody>"

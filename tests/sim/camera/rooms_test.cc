@@ -23,7 +23,7 @@ Vector3d half_box(const score::Surface& surface) {
 
 Model robot_in(const std::string& room) { return load_model(robot_file(), room, models()); }
 
-// A furnished room: its middle and size, and how much is free about the circles walked, m.
+// A furnished room: its middle and size, and how much space is free around the circles walked, m.
 struct Room {
   std::string name;
   Vector2d middle;
@@ -37,7 +37,7 @@ bool is_shell(const score::Surface& s) {
 }
 
 // The hall of 11 x 25 m and the open office of 7 x 25 m beside it are one space.
-TEST(Rooms, HaveTheirSizeEverythingStandsInsideAndMetersAroundTheWalkAreFree) {
+TEST(Rooms, HaveTheirSizeContainEverythingAndLeaveMetersFreeAroundTheWalk) {
   const Vector2d walked(0.9, 0.15);  // middle of the circles
   for (const Room& room : {kOffice, kHall}) {
     const Eigen::AlignedBox2d floor(room.middle - room.size.head<2>() / 2 - Vector2d(1e-3, 1e-3),
@@ -60,7 +60,7 @@ TEST(Rooms, HaveTheirSizeEverythingStandsInsideAndMetersAroundTheWalkAreFree) {
   }
 }
 
-TEST(Rooms, EachTextureHasAPainterThatDependsOnNameAndSeedOnly) {
+TEST(Rooms, EachTextureHasAPainterThatDependsOnlyOnNameAndSeed) {
   for (const Room& room : {kOffice, kHall}) {
     const Model model = robot_in(room.name);
     EXPECT_GT(model->ntex, 30);
@@ -167,7 +167,7 @@ TEST_F(DrawnRobot, IsInsideItsRoomAndAllVerticesAreComplete) {
   EXPECT_GT(room.sizes().head<2>().minCoeff(), 4.5f);
 }
 
-TEST_F(DrawnRobot, HasPicturesOfTheSeedWithSidesThatArePowersOfTwo) {
+TEST_F(DrawnRobot, PicturesDependOnTheSeedAndHavePowerOfTwoSides) {
   const auto pictures = robot_.pictures(1, 64);
   EXPECT_GT(pictures.size(), 10u);
   EXPECT_GT(cv::norm(pictures[0], robot_.pictures(2, 64)[0]), 0);
@@ -176,7 +176,7 @@ TEST_F(DrawnRobot, HasPicturesOfTheSeedWithSidesThatArePowersOfTwo) {
       EXPECT_TRUE(side <= 64 && std::has_single_bit(unsigned(side))) << side;
 }
 
-TEST_F(DrawnRobot, AsUrdfHasItsLinksWhereTheBodiesOfTheModelAre) {
+TEST_F(DrawnRobot, UrdfPlacesItsLinksWhereTheModelHasItsBodies) {
   const files::TemporaryFolder folder;
   std::ofstream(folder / "robot.urdf") << urdf(robot_.model());
   std::mt19937_64 random(1);
@@ -208,7 +208,7 @@ TEST_F(DrawnRobot, AsUrdfHasItsLinksWhereTheBodiesOfTheModelAre) {
   }
 }
 
-TEST_F(DrawnRobot, AsUrdfHasEveryShape) {
+TEST_F(DrawnRobot, UrdfContainsEveryShape) {
   const mjModel& model = robot_.model();
   const std::string text = urdf(model);
   std::size_t expected = 0, found = 0;

@@ -17,7 +17,7 @@ GeomMesh mesh_of(const std::string& geom, const std::string& assets = "") {
 
 const std::string kCorner = "<mesh name='corner' vertex='0 0 0 1 0 0 0 1 0 0 0 1'/>";
 
-TEST(RoomSurfaces, OfAMeshAreItsFaces) {
+TEST(RoomSurfaces, AMeshHasOneSurfacePerFace) {
   const auto surfaces =
       room_surfaces(*small_model("<asset>" + kCorner +
                                  "</asset><worldbody><geom type='mesh' mesh='corner' pos='0 0 2'/>"
@@ -29,7 +29,7 @@ TEST(RoomSurfaces, OfAMeshAreItsFaces) {
   EXPECT_FALSE(score::first_hit(surfaces, {0.6, 0.6, 0}, up));
 }
 
-TEST(Drawable, ATextureWithAPictureOfItsOwnMayNotHaveANameThatIsPaintedOver) {
+TEST(Drawable, ATextureWithItsOwnPictureMayNotHaveAPaintersName) {
   const auto require = [](const std::string& name, const std::string& builtin) {
     require_drawable(*small_model("<asset><texture type='2d' width='4' height='4' rgb2='1 1 1' name='" +
                                   name + "' builtin='" + builtin + "'/></asset>"));
@@ -40,8 +40,8 @@ TEST(Drawable, ATextureWithAPictureOfItsOwnMayNotHaveANameThatIsPaintedOver) {
               tests::Has("the texture 'books_7' has a picture"));
 }
 
-// Round shapes are 20-sided prisms and less: a circle has 20/(2 pi) sin(2 pi/20) = 0.984 of its area; a
-// sphere's stacks of 30 degrees take 8 % more. A facet of 18 by 30 degrees leans from the normals at its
+// Round shapes are at most 20-sided prisms: a circle keeps 20/(2 pi) sin(2 pi/20) = 0.984 of its area, and a
+// sphere's stacks of 30 degrees cost another 8 %. A facet of 18 by 30 degrees leans from the normals at its
 // corners by up to half its diagonal, 17 degrees; an ellipsoid of 1 : 3 stretches that.
 TEST(GeomMesh, EnclosesTheVolumeOfItsShapeWithTheNormalsOfItsTriangles) {
   constexpr double pi = std::numbers::pi;
@@ -89,7 +89,7 @@ TEST(GeomMesh, APictureCoversAPlaneOnceOrAsOftenAsItsMaterialRepeatsIt) {
   EXPECT_EQ(uv_at("often", 2, -0.5f) - uv_at("often", 2, 0.5f), Vector2f(0, 2));
 }
 
-TEST(RoomSurfaces, AHeightFieldIsWhereMuJoCosRaysMeetIt) {
+TEST(RoomSurfaces, AHeightFieldLiesWhereMuJoCosRaysHitIt) {
   const physics::Model model = physics::load_model(physics::robot_file(), "yard", physics::models());
   const physics::Data data = data_at_rest(*model);
   const int ground = physics::part(*model, mjOBJ_GEOM, "ground");
@@ -112,9 +112,9 @@ Lamps lamps(const std::string& lights) {
   return Lamps(*small_model(kHeadlight + "<worldbody>" + lights + "</worldbody>"));
 }
 
-// By hand: 0.2 of the headlight, 0.1 ambient, 0.5 cos(60 degrees) of the lamp; the lamp from below adds
-// nothing, nor does the part of the headlight that would move with the head.
-TEST(Lamps, ASurfaceHasTheLightOfThoseInFrontOfIt) {
+// Computed by hand: 0.2 of the headlight, 0.1 ambient, 0.5 cos(60 degrees) of the lamp. The lamp from below
+// adds nothing, nor does the part of the headlight that would move with the head.
+TEST(Lamps, ASurfaceIsLitByTheLampsInFrontOfIt) {
   const Lamps two = lamps(
       "<light directional='true' dir='-0.8660254 0 -0.5' ambient='0.1 0.1 0.1' diffuse='0.5 0.4 0.3'/>"
       "<light directional='true' dir='0 0 1' diffuse='1 1 1'/>");
@@ -124,7 +124,7 @@ TEST(Lamps, ASurfaceHasTheLightOfThoseInFrontOfIt) {
   EXPECT_EQ(two.lit({{1, 1, 1}, 2}, Vector3f::UnitZ(), 1), Vector3f(1, 1, 1));
 }
 
-TEST(Paint, IsOfTheMaterialUnlessTheGeomHasAColorOfItsOwn) {
+TEST(Paint, ComesFromTheMaterialUnlessTheGeomHasItsOwnColor) {
   const Model model = small_model(
       "<asset><material name='red' rgba='1 0 0 1' emission='0.5'/></asset><worldbody>"
       "<geom size='1' material='red'/><geom size='1' rgba='0 1 0 1'/></worldbody>");
@@ -151,7 +151,7 @@ const char kSheets[] =
     "<geom type='plane' size='9 9 1' pos='1.9 0.15 1.3' xyaxes='0 1 0 0 0 1' rgba='0.2 0.2 0.2 1'/>"
     "<geom type='sphere' size='0.3' pos='1.9 0.15 1.3' rgba='1 1 1 0'/></worldbody>";
 
-TEST(Scene, NearSurfacesHideFarOnesBacksAndTransparentThingsAreNotSeenAndMaskedPartsAreBlack) {
+TEST(Scene, HidesFarSurfacesBacksAndTransparentThingsAndBlackensMaskedParts) {
   const Model model = small_model(kSheets);
   Pinhole masked = kView;
   masked.unsampled = {{0, 0, 40, 30}, {200, 100, 40, 80}};
@@ -170,7 +170,7 @@ TEST(Scene, NearSurfacesHideFarOnesBacksAndTransparentThingsAreNotSeenAndMaskedP
     }
 }
 
-// Two roundings of colors against one of their brightness, and eight bits of a texel's fraction for each.
+// The color path rounds twice and the gray path once; each has eight bits for the fraction of a texel.
 TEST(Scene, GrayIsTheBrightnessOfTheColorsWithinTwoLevels) {
   const Model model = load_model(robot_file(), "office", models());
   const Data data = data_at_rest(*model);

@@ -1,4 +1,4 @@
-// Cameras and places on the robot as tests of the renderer know them, without the renderer's lens.
+// Cameras and mounting places for tests of the renderer, independent of the renderer's lens.
 #pragma once
 
 #include "sim/camera/head_camera.h"
@@ -7,7 +7,7 @@
 
 namespace sim::camera {
 
-/// A robot that is nothing but a flying head camera, in a room of the given geoms.
+/// A robot that is nothing but a flying head camera, in a room with the given geoms.
 inline physics::Model head_in(const std::string& room) {
   return physics::small_model(
       "<visual><headlight ambient='1 1 1' diffuse='0 0 0' specular='0 0 0'/></visual><worldbody>" + room +
@@ -29,7 +29,7 @@ Eigen::Vector2d centroid(const cv::Rect& window, Brightness brightness) {
   return sum / weight;
 }
 
-/// Computes all positions at a time (s) of the motion, by the angles of the joints. Returns X_WL of a place.
+/// Computes all positions at time t_s of the motion from the joint angles. Returns X_WL of a place.
 inline Eigen::Isometry3d pose_of(const mjModel& model, mjData& data, const RecentMotion& motion,
                                  const physics::Place& place, double t_s) {
   const Eigen::VectorXd q = motion.at(t_s, model);

@@ -1,5 +1,5 @@
-/* A walking controller that holds the start posture until it misbehaves at its third sensors, or as many
- * later as the option "after" has; the option "fault" names how. */
+/* A walking controller that holds the start posture until it misbehaves at its third sensor
+ * message, or later by the option "after"; the option "fault" says how. */
 #include <math.h>
 #include <unistd.h>
 

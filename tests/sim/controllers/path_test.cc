@@ -1,4 +1,4 @@
-// The path of walk commands and its following.
+// The path of walk commands, and following it.
 #include "sim/controllers/path.h"
 
 namespace sim::controllers {
@@ -10,7 +10,7 @@ using walking::FootPose;
 constexpr Velocity kLargest{0.5, 0.2, 1};
 constexpr double kTick = 0.005;
 
-/// Ends of commands: by their geometry, apart from how the path is integrated.
+/// Where commands end, computed from their geometry independently of how the path is integrated.
 TEST(Path, EndsWhereItsCommandsLead) {
   for (const auto& [commands, end] : std::vector<std::pair<std::vector<walking::Command>, FootPose>>{
            {{walking::Straight{2, 0.5}}, {{2, 0.5}, 0}},
@@ -38,7 +38,7 @@ struct Walker {
   FootPose at = {};
   FootPose desired = {};
 
-  /// Follows to the end. locates: whether its place is known.
+  /// Follows the path to its end. locates: whether the walker's place is known.
   void follow(PathFollower& follower, bool locates) {
     for (int tick = 0; tick < 100000 && !follower.ended() && !follower.stopped(); ++tick) {
       const Velocity v = follower.velocity();
@@ -55,7 +55,7 @@ struct Walker {
 TEST(PathFollower, BringsARobotWithGainAndBiasToTheEnd) {
   walking::SteeringOptions steering;
   steering.tolerance_m = 0.05, steering.tolerance_rad = 0.1;
-  for (const double aside : {0.2, 0.0}) {  // a robot that does not walk sideways, too
+  for (const double aside : {0.2, 0.0}) {  // also a robot that does not walk sideways
     const Velocity largest{0.5, aside, 1};
     const std::vector<walking::Command> circle{walking::Straight{2, 0}, walking::TangentArc{1, pi / 2},
                                                walking::Turn{pi / 2}};
@@ -72,7 +72,7 @@ TEST(PathFollower, BringsARobotWithGainAndBiasToTheEnd) {
   }
 }
 
-TEST(PathFollower, ASteeredCommandDoesNotLeapWhereAnArcTurnsBack) {
+TEST(PathFollower, ASteeredCommandDoesNotJumpWhereAnArcTurnsBack) {
   PathFollower follower(
       Path({walking::PerpendicularArc{1, 0.7}, walking::PerpendicularArc{1, -0.7}}, kLargest), kLargest, {});
   double most_m_s = 0;

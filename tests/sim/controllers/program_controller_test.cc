@@ -38,28 +38,28 @@ Readings readings() {
   return at_rest;
 }
 
-/// The commands of the last of some ticks of the walk.
+/// Walks for some ticks and returns the commands of the last one.
 JointCommands walk(ProgramController& controller, int ticks) {
   JointCommands last;
   for (int i = 0; i < ticks; ++i) last = controller.command(readings(), false), controller.advance();
   return last;
 }
 
-TEST(ProgramController, AFaultyAnswerFailsWithTimeCauseAndLastLines) {
+TEST(ProgramController, AFaultyAnswerIsReportedWithTimeCauseAndLastLines) {
   for (const auto& [fault, cause] : std::vector<std::pair<const char*, const char*>>{
            {"exit", "it ended with exit code 5; its last lines: loading | the policy is broken"},
            {"sleeps", "no answer within 0.3 s"},
            {"half", "only 3 of 528 bytes of a message within 0.3 s"},
            {"prints", "its standard output is not a message: it starts with 'step 3: all is w'"},
-           {"wrong_stamp", "has the stamp 20000001 ns, expected that of the sensors, 20000000 ns"},
+           {"wrong_stamp", "has the stamp 20000001 ns, expected the sensors' stamp, 20000000 ns"},
            {"nan", "its command of joint right_knee is not finite"},
            {"hard", "its gains of joint right_knee are kp 1000000 and kd 2, expected 0 to 100000"},
            {"negative", "its gains of joint left_knee are kp 100 and kd -1, expected"},
            {"wrong_status", "its status is 7, expected 0 (ok)"},
            {"finishes", "it finished, but only a controller with `plans` may"},
            {"not_ready", "it is not ready, but the walk has started"},
-           {"too_few", "it commands 1 joints, expected the 2 of its READY"},
-           {"plan_comes", "its plan comes and goes"},
+           {"too_few", "it commands 1 joints, expected 2 as in its READY"},
+           {"plan_comes", "its has_plan changes"},
            {"gives_up", "it gave up: the floor is lava"},
            {"fails", "exit code 1; its last lines: no memory"}}) {
     ProgramController controller(with_fault(fault));
@@ -70,7 +70,7 @@ TEST(ProgramController, AFaultyAnswerFailsWithTimeCauseAndLastLines) {
   }
 }
 
-TEST(ProgramController, WhatIsWrongAtItsStartIsWrongInput) {
+TEST(ProgramController, AFaultAtItsStartIsAnInputError) {
   const auto rejection = [](const ProgramStart& start) {
     return error_of<std::invalid_argument>([&] { ProgramController unused(start); });
   };
@@ -106,7 +106,7 @@ TEST(ProgramController, CommandsServosAtItsRateAndClipsAngles) {
   EXPECT_THAT(controller.finish(), StartsWith("gaitslam: 2 commanded angles were beyond the range"));
 }
 
-TEST(ProgramController, APlanOfItsOwnTellsWhereItIsOnThePath) {
+TEST(ProgramController, ItsOwnPlanTellsWhereItIsOnThePath) {
   ProgramController controller(with_fault("stays"));
   int ticks = 0;
   for (; !controller.stopped() && ticks < 10000; ++ticks) walk(controller, 1);
@@ -114,7 +114,7 @@ TEST(ProgramController, APlanOfItsOwnTellsWhereItIsOnThePath) {
               HasSubstr("took more than 2 times its 2.5 s: the base is 0.30"));
 }
 
-TEST(ProgramController, AnAnswerTakesEffectAfterItsTime) {
+TEST(ProgramController, AnAnswerTakesEffectAfterItsComputingTime) {
   for (const auto& [time_s, effects] : {std::pair{0.012, std::vector{0, 0, 0, 1}},  // at the tick of 15 ms
                                         {0.01, {0, 0, 1, 1, 2, 2}}}) {  // before the next sensors, not busy
     ProgramStart start = with_fault("clips");

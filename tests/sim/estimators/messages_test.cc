@@ -13,7 +13,7 @@ Number at(const std::string& message, std::size_t byte) {
   return number;
 }
 
-/// Compares words or numbers at bytes from `begin` on.
+/// Compares words or numbers starting at byte `begin`.
 template <class Number>
 void expect_at(const std::string& payload, std::size_t begin, const std::map<std::size_t, Number>& expected) {
   for (const auto& [byte, number] : expected) EXPECT_EQ(at<Number>(payload, begin + byte), number) << byte;
@@ -22,7 +22,7 @@ const auto expect_words = expect_at<std::uint32_t>;
 const auto expect_longs = expect_at<std::uint64_t>;
 const auto expect_numbers = expect_at<double>;
 
-TEST(Messages, TheStartIsWhereTheReadmeSaysItIs) {
+TEST(Messages, TheStartHasTheLayoutInTheReadme) {
   Start start;
   start.calibration.camera.lens = slam::Equidistant{0.1, 0.2, 0.3, 0.4};
   start.calibration.X_CG.translation() << 7, 8, 9;
@@ -53,7 +53,7 @@ std::vector<rig::RigSensor> rig_sensors() {
   return rig::calibrated(items, slam::CameraIntrinsics{}, 30, 0.01, X_CL);
 }
 
-TEST(Messages, TheListsOfSensorsAreWhereTheReadmeSaysTheyAre) {
+TEST(Messages, TheSensorListsHaveTheLayoutInTheReadme) {
   Start start;
   start.rig = rig_sensors();
   start.calibration.X_CG.translation().z() = -0.4;
@@ -98,7 +98,7 @@ TEST(Messages, TheListsOfSensorsAreWhereTheReadmeSaysTheyAre) {
   EXPECT_STREQ(payload.data() + kLidars, "lidar0");
 }
 
-TEST(Messages, ReadingsOfTheRigAreWhereTheReadmeSaysTheyAre) {
+TEST(Messages, RigReadingsHaveTheLayoutInTheReadme) {
   slam::Observation o;
   o.t = slam::Stamp(33);
   o.image = cv::Mat(1, 3, CV_8UC1, cv::Scalar(7));
@@ -140,7 +140,7 @@ TEST(Messages, ReadingsOfTheRigAreWhereTheReadmeSaysTheyAre) {
   EXPECT_EQ(payload.size(), kData + 32 + 40);
 }
 
-TEST(Messages, AnObservationIsWhereTheReadmeSaysItIs) {
+TEST(Messages, AnObservationHasTheLayoutInTheReadme) {
   slam::Observation o;
   o.t = std::chrono::nanoseconds(123456789);
   cv::Mat wide(240, 400, CV_8UC1, cv::Scalar(1));
@@ -172,7 +172,7 @@ TEST(Messages, MissingDataTakesNoBytes) {
   EXPECT_EQ(programs::message(programs::Message::end, {}), std::string("GSLM\5\0\0\0\0\0\0\0\0\0\0\0", 16));
 }
 
-TEST(Messages, AnAnswerComesBackWithAllItsBits) {
+TEST(Messages, AnAnswerIsReadBackBitForBit) {
   gaitslam_answer words{};
   words.t_ns = 33;
   words.status = GAITSLAM_DIVERGED;

@@ -1,4 +1,4 @@
-/* An estimator that answers the start pose until it misbehaves: argument 1 names how, argument 2 is the
+/* An estimator that answers with the start pose until it misbehaves: argument 1 names how, argument 2 is the
  * number of the message (0 for the start, 1 for the first observation). With argument 3, "header", it runs as
  * a program made by gaitslam_estimator.h. */
 #include <math.h>
@@ -63,7 +63,7 @@ static void misbehave(void) {
     for (;;) give(&behavior, sizeof behavior);
 }
 
-/* As OpenVINS answers: not ready at first, identity while lost, a stamp twice, a covariance missing once. */
+/* Like OpenVINS: not ready at first, identity while lost, a stamp twice, a covariance missing once. */
 static void answer_like_openvins(gaitslam_answer* answer) {
   static int64_t last_ns;
   int i;

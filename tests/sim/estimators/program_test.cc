@@ -39,7 +39,7 @@ Tracked track_program(const std::string& behavior, const std::string& message = 
   return track_program(Tracking(scenario_with(misbehaving(behavior, message, limits)), {}, X_WC));
 }
 
-/// cause: a part of the message. answers: the number that is kept.
+/// cause: a part of the message. answers: the number of answers kept.
 struct Failure {
   const char* behavior;
   int message;
@@ -85,8 +85,7 @@ TEST(Program, AFailureNamesTheEstimatorAndItsCause) {
            {"nan_landmark", 3, "its landmark 0 is not finite"},
            {"wrong_flag", 3, "its has_covariance is 3, expected 0 or 1"},
            {"wrong_status", 3, "its status is 9, expected 0 (ok)"},
-           {"future", 3,
-            "its pose has the stamp 66000001 ns, expected that of the observation, 66000000 ns, or"},
+           {"future", 3, "its pose has the stamp 66000001 ns, expected the observation's, 66000000 ns, or"},
            {"past", 3, "its pose has the stamp -1 ns"},
            {"crash", 0, "at its start: it was killed by signal 6", 0},
            {"hang", 0, "at its start: no answer within 0.3 s", 0, ", start_within_s: 0.3"},
@@ -108,14 +107,14 @@ TEST(Program, AFailureNamesTheEstimatorAndItsCause) {
   }
 }
 
-// Later than the next observation is sent, an extra answer looks like one without a new pose.
+// An extra answer that comes after the next observation was sent looks like an answer without a new pose.
 TEST(Program, AnExtraAnswerNeverPassesHoweverLateItIs) {
   for (const char* message : {"1", "3", "5", "6"})
     EXPECT_THAT(track_program("twice_later", message).failed.value_or(""),
                 HasSubstr("it wrote more than one message"));
 }
 
-TEST(Program, OneThatCannotBeStartedOrRejectsItsStartIsWrongInput) {
+TEST(Program, AProgramThatCannotStartOrRejectsItsStartIsAnInputError) {
   const auto rejection = [](const std::string& estimator) {
     const scenario::Scenario scenario = scenario_with(estimator);
     return files::error_of<std::invalid_argument>(
@@ -155,7 +154,7 @@ TEST(Program, ALongLogIsTruncatedAndDoesNotBlock) {
   EXPECT_LT(tracked.log.size(), 1100000U);
 }
 
-TEST(Program, OneThatIsNotReadyOrLostHasNoPose) {
+TEST(Program, HasNoPoseWhileNotReadyOrLost) {
   const Tracked tracked = track_program("openvins");
   EXPECT_FALSE(tracked.failed) << *tracked.failed;
   EXPECT_EQ(tracked.frames.size(), 6U);
@@ -173,7 +172,7 @@ TEST(Program, OneThatIsNotReadyOrLostHasNoPose) {
   EXPECT_EQ(losses[1].from, std::chrono::milliseconds(99));
 }
 
-TEST(Program, GivingUpIsADivergence) {
+TEST(Program, GivingUpCountsAsDivergence) {
   const Tracked tracked = track_program("gives_up");
   EXPECT_FALSE(tracked.failed);
   ASSERT_TRUE(tracked.failure());
@@ -183,7 +182,7 @@ TEST(Program, GivingUpIsADivergence) {
   EXPECT_EQ(tracked.untracked.size(), 3U);
 }
 
-TEST(Program, OneMadeByTheHeaderAnswersAndPrintsToTheLog) {
+TEST(Program, AProgramBuiltOnTheHeaderAnswersAndPrintsToTheLog) {
   const Tracked tracked = track_program("print", "3, header");
   EXPECT_FALSE(tracked.failed) << *tracked.failed;
   const auto estimates = tracked.estimates();
@@ -200,7 +199,7 @@ std::vector<rig::RigSensor> preset_rig() {
   return rig::calibrated(items, {}, 30, 0, std::vector(items.size(), Eigen::Isometry3d::Identity()));
 }
 
-TEST(Program, OneMadeByTheHeaderReceivesAllSensorsAlsoThoseOfADroppedFrame) {
+TEST(Program, AProgramBuiltOnTheHeaderReceivesAllReadingsEvenThoseOfADroppedFrame) {
   Tracking tracking(
       scenario_with(misbehaving("describes", "2, header", ", time: {model: fixed, frame_ms: 40}")), {},
       Eigen::Isometry3d::Identity(), 30, preset_rig());
@@ -221,14 +220,14 @@ TEST(Program, OneMadeByTheHeaderReceivesAllSensorsAlsoThoseOfADroppedFrame) {
             "camera 0: 2\ncamera 1: 20\ncamera 2: 21\ncamera 3: 22\nlidar 0: 2\nimu 1: 1\nimu 1: 2\n");
 }
 
-TEST(Program, ItsLatestMapIsKept) {
+TEST(Program, KeepsTheLatestMap) {
   const Tracked tracked = track_program("maps");
   ASSERT_EQ(tracked.map.size(), 1U);
   EXPECT_EQ(tracked.map[0].id, 42);
   EXPECT_EQ(tracked.map[0].p_W.z(), 1.5);
 }
 
-TEST(Program, OneThatSleepsIsLateByMeasuredTimeAndMissesFrames) {
+TEST(Program, AProgramThatSleepsIsLateByTheMeasuredTimeAndMissesFrames) {
   const Tracked tracked = track_program("sleeps", "1", ", time: {model: measured}");
   ASSERT_FALSE(tracked.frames.empty());
   EXPECT_GE(tracked.frames[0].took, std::chrono::milliseconds(50));
@@ -236,7 +235,7 @@ TEST(Program, OneThatSleepsIsLateByMeasuredTimeAndMissesFrames) {
   EXPECT_EQ(tracked.dropped[0], numbered(1).t);
 }
 
-TEST(Program, ExceptionsOfABuiltInEstimatorAreItsFailure) {
+TEST(Program, ExceptionsOfABuiltInEstimatorCountAsItsFailure) {
   int steps = 0;
   const auto tracked_with = [](Step step) {
     return track_program(Tracking(scenario_with("plan_alone"), estimator_from(std::move(step))));

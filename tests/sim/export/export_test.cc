@@ -1,5 +1,5 @@
-// Exports of a short run, with and without a rig: its expected contents in files that need no reader of this
-// project, read by numpy, OpenCV and npm's readers.
+// Exports of a short run, with and without a rig: numpy, OpenCV and npm's readers compare them with files
+// that need no reader of this project.
 #include "sim/export/export.h"
 
 #include <sys/wait.h>
@@ -26,13 +26,13 @@ slam::CameraIntrinsics head_camera() {
 /// The sensors of the rig.
 enum Sensor { kEye, kColor, kDepth, kLidar, kImu };
 
-/// Writes the input of the filter to files that need no reader of this project, images as bare bytes.
+/// Writes the input of the filter to files that need no reader of this project, images as raw bytes.
 class Expected {
  public:
   explicit Expected(const fs::path& folder) : folder_(folder) { fs::create_directories(folder); }
 
   void add(const slam::Observation& input) {
-    for (std::size_t i = 0; i < input.gyro.size(); ++i) {  // every 5 ms their mean, at their middle
+    for (std::size_t i = 0; i < input.gyro.size(); ++i) {  // the mean over every 5 ms, stamped in the middle
       const slam::InertialSample& gyro = input.gyro[i];
       const double part = static_cast<double>((gyro.end - gyro.begin).count()) / 5e6;
       gyro_ += part * gyro.value, accelerometer_ += part * input.accelerometer[i].value;
@@ -43,7 +43,7 @@ class Expected {
     if (input.plan) add("plan.csv", input.t, input.plan->X_PC);
     add("cam0", input.t, input.image);
   }
-  /// The readings of IMUs are in the middle of their interval of 10 ms, the points of lidars a row each.
+  /// IMU readings are stamped in the middle of their 10 ms interval; each point of a lidar has its own row.
   void add(const rig::RigSensor& sensor, const slam::RigReading& reading) const {
     const std::string file = sensor.name + ".csv";
     for (const slam::LidarPoint& p : reading.points)
@@ -59,7 +59,7 @@ class Expected {
     files::write_text(folder_ / fmt::format("{}_{}", name, recording::file_stamp(t)),
                       {reinterpret_cast<const char*>(image.data), image.total() * image.elemSize()});
   }
-  /// A row of a time with vectors or poses.
+  /// Writes a row with a time and vectors or poses.
   void add(const std::string& file, Stamp t, const auto&... values) const {
     line(file, (fmt::format("{}", recording::file_stamp(t)) + ... + ("," + files::csv_fields(values))));
   }
@@ -76,7 +76,7 @@ class Expected {
 class Exported : public testing::Test {
  protected:
   using Rig = std::vector<rig::RigSensor>;
-  /// change: of the rig, if there is to be one.
+  /// change: applied to the rig; without it there is no rig.
   explicit Exported(void (*change)(Rig&) = nullptr) {
     sensor_errors::Random random(1, "export test");
     recording::RecordingSetup setup;
@@ -130,7 +130,8 @@ class Exported : public testing::Test {
     return rig;
   }
 
-  // Feet at the frame; two readings of joints and forces since the previous one. The links are at the last.
+  // Feet at the time of the frame; two readings of joints and forces since the previous frame. The links are
+  // those of the last reading.
   static void add_body(recording::RecordingWriter& writer, const Expected& expected, Stamp t,
                        sensor_errors::Random& random) {
     recording::TrueFeet feet;
@@ -185,13 +186,13 @@ class Exported : public testing::Test {
     return files::read_text(output) + (status ? "exit " + std::to_string(WEXITSTATUS(status)) : "");
   }
 
-  /// The messages of a bag as JSON, read by npm's readers, or their complaint.
+  /// The messages of a bag as JSON, read by npm's readers, or the readers' error.
   std::string messages(const fs::path& mcap) const {
     return run_command(fmt::format("node '{0}/tests/interop/dump_mcap.cjs' '{0}/build/interop' '{1}'",
                                    GAITSLAM_SOURCE_DIR, mcap.string()));
   }
 
-  /// Makes an export and compares it with the expected contents by numpy. Returns what differs.
+  /// Makes an export and compares it with the expected contents using numpy. Returns what differs.
   std::string difference(const std::string& format) const {
     const fs::path out = made(format), bag = out / (format == "mcap" ? "" : "bag") / "run.mcap";
     if (fs::exists(bag)) files::write_text(expected_ / "messages.json", messages(bag));
@@ -207,7 +208,7 @@ class Exported : public testing::Test {
                                                      : "tools/test.sh could not install the reader from npm";
   }
 
-  // Cameras are on the shin, the other sensors on the thigh. Writes where.
+  // The cameras are on the shin, the other sensors on the thigh. Writes where they are.
   void add_robot(const Expected& expected, sensor_errors::Random& random, const Eigen::Isometry3d& X_CG) {
     const auto poses = [](const Eigen::VectorXd& q) {
       return std::vector{Eigen::Isometry3d(Eigen::Translation3d(q[0], 0, 0)),
@@ -240,8 +241,8 @@ YAML::Node bag_of(const fs::path& folder) {
   return YAML::LoadFile(folder / "metadata.yaml")["rosbag2_bagfile_information"];
 }
 
-// As recorded, and without distortion: numpy computes each pixel independently, as noise differs by many gray
-// levels a hundredth of a pixel aside.
+// As recorded, and without distortion: numpy computes each pixel independently, because noise differs by many
+// gray levels a hundredth of a pixel away.
 TEST_F(Exported, EachFormatIsReadBackByNumpyAndTheMcapProjectsReader) {
   if (!reader_missing().empty()) GTEST_SKIP() << reader_missing();
   for (run_.undistort = false;; run_.undistort = true) {
@@ -253,7 +254,7 @@ TEST_F(Exported, EachFormatIsReadBackByNumpyAndTheMcapProjectsReader) {
   }
 }
 
-TEST_F(Exported, WithoutTruthNoFileHasIt) {
+TEST_F(Exported, WithoutTruthNoFileContainsIt) {
   run_.with_truth = false;
   for (const std::string& format : export_formats())
     for (const auto& file : fs::recursive_directory_iterator(made(format))) {
@@ -288,7 +289,7 @@ TEST_F(Exported, MetadataOfABagCountsItsMessagesAndStatesWhichTopicsAreLatched) 
               testing::UnorderedElementsAre("/tf_static", "/ground_truth/tf_static", "/robot_description"));
 }
 
-TEST_F(Exported, AByteOfABagThatDiffersIsNoticedByItsReader) {
+TEST_F(Exported, AChangedByteOfABagIsDetectedByItsReader) {
   if (!reader_missing().empty()) GTEST_SKIP() << reader_missing();
   const fs::path mcap = made("openvins") / "bag/run.mcap";
   std::string bytes = files::read_text(mcap);
@@ -328,7 +329,7 @@ std::vector<std::string> stamps_of(const fs::path& file) {
   return stamps;
 }
 
-TEST_F(Exported, StampsRiseInEveryFileHoweverFramesArrive) {
+TEST_F(Exported, StampsIncreaseInEveryFileHoweverFramesArrive) {
   run_.errors.faults = {sensor_errors::FramesDoubled{{{0.03, 0.1}}},
                         sensor_errors::FramesReordered{{{0.15, 0.1}, 0.5}},
                         sensor_errors::FramesLost{{{0.29, 0.04}}}};
@@ -353,8 +354,8 @@ TEST_F(Exported, StampsRiseInEveryFileHoweverFramesArrive) {
   EXPECT_TRUE(fs::exists(made("mcap") / "run.mcap"));
 }
 
-// The head camera's focal lengths differ by 1 %. Its lens bends by the distance in px, the equidistant one by
-// the angle: along u and v they part, most at the corners.
+// The head camera's focal lengths differ by 1 %. Its lens distorts by the distance in px, the equidistant one
+// by the angle, so the two differ along u and v, most at the corners.
 TEST(LensConversion, TheEquidistantModelFitsTheOneParameterLensAsWellAsUnequalFocalLengthsAllow) {
   const rig::FittedCamera equal = rig::fit_equidistant(
                               {320, 240, 197, 197, 157, 127, slam::OneParameterRadial{7.37e-6}}),
@@ -382,7 +383,7 @@ struct RigThatLooksBack : RigExport {
         }) {}
 };
 
-TEST_F(RigThatLooksBack, DepthIsPairedWithTheHeadCameraWhoseFocalLengthIsStatedAndStereoIsNotPromised) {
+TEST_F(RigThatLooksBack, PairsDepthWithTheHeadCameraStatesItsFocalLengthAndPromisesNoStereo) {
   const fs::path tum = made("tum");
   EXPECT_THAT(warnings_, HasSubstr("no color camera sees what depth0 sees: rgb/ has the images of cam0"));
   const cv::FileStorage settings(tum / "settings.yaml", cv::FileStorage::READ);
@@ -399,8 +400,8 @@ TEST_F(RigThatLooksBack, DepthIsPairedWithTheHeadCameraWhoseFocalLengthIsStatedA
   }
 }
 
-// The eye is made a second color camera.
-TEST_F(RigExport, DepthBelongsToTheColorCameraThatItIsAlignedWithOrThatSeesMostOfIt) {
+// The eye is turned into a second color camera.
+TEST_F(RigExport, DepthBelongsToTheColorCameraItIsAlignedWithOrElseToTheOneThatSeesMostOfIt) {
   for (const auto& [aligned_with, first_looks_back, second_looks_back, expected] :
        {std::tuple("right_eye", true, true, "right_eye"),
         {"rgb0", false, true, "rgb0"},
@@ -417,13 +418,13 @@ TEST_F(RigExport, DepthBelongsToTheColorCameraThatItIsAlignedWithOrThatSeesMostO
   }
 }
 
-// numbers: 16 of them, or four rows.
+// numbers: 16 in a row, or four rows.
 void expect_pose(const cv::FileNode& numbers, const Eigen::Isometry3d& X) {
   for (int i = 0; i < 16; ++i)
     EXPECT_NEAR((numbers.size() == 4 ? numbers[i / 4][i % 4] : numbers[i]).real(), X(i / 4, i % 4), 1e-12);
 }
 
-// The poses of a single-precision matrix.
+// Compares the pose in a single-precision matrix.
 void expect_pose(const cv::Mat& T, const Eigen::Isometry3d& X) {
   ASSERT_EQ(T.type(), CV_32FC1);
   for (int i = 0; i < 16; ++i) EXPECT_NEAR(T.at<float>(i), X(i / 4, i % 4), 1e-6);
@@ -475,7 +476,7 @@ struct RigWithClocks : RigExport {
   }
 };
 
-TEST_F(RigWithClocks, OpenVinsUsesBothEyesAndItsBagHasThem) {
+TEST_F(RigWithClocks, OpenVinsUsesBothEyesAndItsBagContainsThem) {
   const fs::path out = made("openvins");
   const cv::FileStorage estimator(out / "estimator_config.yaml", cv::FileStorage::READ),
       cameras(out / "kalibr_imucam_chain.yaml", cv::FileStorage::READ),
@@ -512,7 +513,7 @@ TEST_F(RigWithClocks, OpenVinsUsesBothEyesAndItsBagHasThem) {
   for (const auto& [topic, list] : all.items()) EXPECT_FALSE(topic.starts_with("/rig/")) << topic;
 }
 
-TEST_F(RigExport, TheUndistortedRightEyeIsThatOfAStereoPair) {
+TEST_F(RigExport, TheUndistortedRightEyeFormsAStereoPair) {
   if (!reader_missing().empty()) GTEST_SKIP() << reader_missing();
   run_.undistort = true;
   const json all = json::parse(messages(made("mcap") / "run.mcap"));
@@ -543,7 +544,7 @@ TEST(Undistortion, ColorIsInterpolatedByChannelAndDepthTakenFromTheNearestPixel)
     }
 }
 
-// The images per window of 0.15 m by the speed, as long as no corner moves by more than 32 px.
+// The number of images per window of 0.15 m follows the speed, as long as no corner moves by more than 32 px.
 TEST(TrackedImages, AreFewForASlowWalkAndMoreForFastTurns) {
   const slam::CameraIntrinsics camera{320, 240, 200, 200, 160, 120, slam::RadialTangential{}};
   const std::vector<std::tuple<double, double, double, int>> cases{{30, 0.15, 0.1, 3},  {30, 0.075, 0.1, 6},
@@ -560,23 +561,23 @@ TEST(TrackedImages, AreFewForASlowWalkAndMoreForFastTurns) {
 }
 
 // A wall 2 m away behind a board, seen from 0.1 m to the left with a longer focal length.
-TEST(Registration, ADepthImageIsThatOfTheOtherCameraWithoutHolesAndWithTheNearestSurface) {
+TEST(Registration, MapsDepthToTheOtherCameraWithoutHolesKeepingTheNearestSurface) {
   const slam::CameraIntrinsics from{64, 48, 40, 40, 31.5, 23.5, slam::RadialTangential{}};
   const slam::CameraIntrinsics to{64, 48, 60, 60, 31.5, 23.5, slam::RadialTangential{}};
   cv::Mat depth(48, 64, CV_16UC1, cv::Scalar(2000));
   depth(cv::Rect(24, 20, 16, 8)) = 1000;
   const DepthRegistration registered(from, to, Eigen::Isometry3d(Eigen::Translation3d(0.1, 0, 0)));
   const cv::Mat other = registered(depth);
-  // The board's columns 23.5 to 39.5 are 25.5 to 49.5 there. The wall left of it ends at 22.5; right of it,
-  // it starts at 46.5 and is covered.
+  // The board's columns 23.5 to 39.5 are 25.5 to 49.5 in the other camera. The wall on its left ends at 22.5;
+  // on its right, it starts at 46.5 and is covered.
   for (int u = 0; u < 64; ++u) {
     EXPECT_EQ(other.at<std::uint16_t>(23, u), u < 23 || u > 49 ? 2000 : u < 26 ? 0 : 1000) << u;
     EXPECT_EQ(other.at<std::uint16_t>(2, u), 2000) << u;
   }
 }
 
-// A wall with depth noise of 5 mm, for a camera that sees it from 0.2 m beside and 1.4 times as dense:
-// between the squares of neighbors there are gaps.
+// A wall with depth noise of 5 mm, for a camera 0.2 m to the side with 1.4 times the resolution: there are
+// gaps between the squares of neighboring pixels.
 TEST(Registration, NoiseLeavesNoDottedColumns) {
   const slam::CameraIntrinsics from{64, 48, 40, 40, 31.5, 23.5, slam::RadialTangential{}};
   const slam::CameraIntrinsics to{64, 48, 56, 56, 31.5, 23.5, slam::RadialTangential{}};

@@ -19,7 +19,7 @@ std::vector<std::string> names(const fs::path& folder) {
   return all;
 }
 
-TEST(AtomicFile, ThatCannotBeWrittenIsNamedAndLeavesNothing) {
+TEST(AtomicFile, AFileThatCannotBeWrittenIsReportedAndLeavesNothing) {
   const TemporaryFolder folder;
   EXPECT_THAT(error_of([&] { write_atomically(folder / "none" / "a.json", "x"); }),
               testing::AllOf(HasSubstr("none"), HasSubstr("No such file or directory")));
@@ -29,7 +29,7 @@ TEST(AtomicFile, ThatCannotBeWrittenIsNamedAndLeavesNothing) {
   EXPECT_THAT(names(folder.path()), testing::ElementsAre("taken"));
 }
 
-TEST(AtomicFile, ReplacesNothingButRegularFiles) {
+TEST(AtomicFile, ReplacesOnlyRegularFiles) {
   const TemporaryFolder folder;
   ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
   fs::create_symlink("pipe", folder / "link");
@@ -54,7 +54,7 @@ TEST(AtomicFile, KeepsThePermissionsOfTheFileThatItReplaces) {
   }
 }
 
-TEST(AtomicFolder, AppearsOnlyByCommit) {
+TEST(AtomicFolder, AppearsOnlyOnCommit) {
   const TemporaryFolder folder;
   { write_text(AtomicFolder(folder / "result").path() / "a", "x"); }
   EXPECT_TRUE(fs::is_empty(folder.path())) << "without commit";
@@ -73,12 +73,12 @@ TEST(AtomicFolder, DoesNotOverwriteWhatAppearedMeanwhile) {
   AtomicFolder result(folder / "result");
   fs::create_directory(folder / "result");
   write_text(folder / "result/other", "of another run");
-  EXPECT_THAT(error_of([&] { result.commit(); }), HasSubstr("result: exists already"));
+  EXPECT_THAT(error_of([&] { result.commit(); }), HasSubstr("result: already exists"));
   EXPECT_EQ(read_text(folder / "result/other"), "of another run");
 }
 
-// Runs `work` in a child process that is killed before or after one of its system calls (two stops a call,
-// from 0). False: it had ended by then.
+// Runs `work` in a child process that is killed before or after one of its system calls (two stops per call,
+// counted from 0). Returns false if it had ended by then.
 template <typename Work>
 bool killed_at(int stop, Work work) {
   const pid_t child = fork();
@@ -100,7 +100,7 @@ bool killed_at(int stop, Work work) {
   return true;
 }
 
-TEST(AtomicFile, KilledAtEverySystemCallIsTheOldOneOrTheNew) {
+TEST(AtomicFile, WhenKilledAtAnySystemCallIsTheOldOrTheNewFile) {
   const TemporaryFolder folder;
   const std::string before = "before", after = "afterwards";
   int old = 0, renewed = 0, left = 0;
@@ -118,8 +118,8 @@ TEST(AtomicFile, KilledAtEverySystemCallIsTheOldOneOrTheNew) {
   EXPECT_GT(left, 1);
 }
 
-// First without a folder, then with that of an earlier run: neither is ever incomplete, or lost.
-TEST(AtomicFolder, KilledAtEverySystemCallIsWholeOrAsBefore) {
+// First without a folder, then with that of an earlier run: the folder is never incomplete or lost.
+TEST(AtomicFolder, WhenKilledAtAnySystemCallIsCompleteOrUnchanged) {
   for (const bool replaces : {false, true}) {
     const TemporaryFolder folder;
     const auto make = [&](const std::string& text) {
@@ -158,7 +158,7 @@ TEST(AtomicFolder, KilledAtEverySystemCallIsWholeOrAsBefore) {
   }
 }
 
-// As a process leaves it that is killed just before its folder gets its name.
+// What a process leaves behind when it is killed just before its folder gets its name.
 TEST(AtomicFolder, ACompleteLeftoverGetsItsNameOrIsSetAside) {
   const TemporaryFolder folder;
   for (const char* at : {"result", "earlier-1/result"}) {
@@ -169,7 +169,7 @@ TEST(AtomicFolder, ACompleteLeftoverGetsItsNameOrIsSetAside) {
   }
 }
 
-TEST(AtomicFolder, ASecondProcessIsRejectedAndTheFirstOneLeftAlone) {
+TEST(AtomicFolder, ASecondProcessIsRejectedAndTheFirstIsLeftAlone) {
   const TemporaryFolder folder;
   AtomicFolder first(folder / "result");
   write_text(first.path() / "a", "x");
@@ -201,7 +201,7 @@ TEST(AtomicFolder, LeftoversAreRemovedUnlessTheyCannotBeLocked) {
 
 class Replaced : public testing::Test {
  protected:
-  // A folder as the program makes them.
+  // Makes a folder as the program does.
   void make(const std::string& text = "made") const {
     AtomicFolder result(folder_ / "result/", Existing::replace);  // a trailing slash means the same folder
     write_text(result.path() / "score.json", text);
@@ -217,7 +217,7 @@ class Replaced : public testing::Test {
 
 TEST_F(Replaced, AFolderMovesAsideWithWhatTheUserAdded) {
   make();
-  EXPECT_THAT(error_of([&] { AtomicFolder rejected(folder_ / "result"); }), HasSubstr("exists already"));
+  EXPECT_THAT(error_of([&] { AtomicFolder rejected(folder_ / "result"); }), HasSubstr("already exists"));
   write("result/notes.txt");
   write("result/score.json", "edited");
   make("again");
@@ -240,13 +240,13 @@ TEST_F(Replaced, WhatTheProgramDidNotMakeIsRejected) {
     fs::create_symlink(folder_ / to, folder_ / name);
   };
   for (const auto& [made, why] : std::vector<std::pair<std::function<void()>, std::string>>{
-           {[&] { write("result/letter.txt"); }, "result: was not made by gaitslam"},
-           {[&] { write("result/.gaitslam", "score.json\n"); }, "result: was not made by gaitslam"},
+           {[&] { write("result/letter.txt"); }, "result: was not created by gaitslam"},
+           {[&] { write("result/.gaitslam", "score.json\n"); }, "result: was not created by gaitslam"},
            {[&] { fs::create_directory(folder_ / "result"), link("marker", "result/.gaitslam"); },
-            "result: was not made by gaitslam"},
+            "result: was not created by gaitslam"},
            {[&] { link("precious", "result"); }, "result: is a symbolic link"},
            {[&] { write("result"); }, "result: is a file"},
-           {[&] { write(".result.partial/letter.txt"); }, ".result.partial: was not made by gaitslam"}}) {
+           {[&] { write(".result.partial/letter.txt"); }, ".result.partial: was not created by gaitslam"}}) {
     made();
     EXPECT_THAT(error_of([&] { make(); }), HasSubstr(why));
     EXPECT_FALSE(fs::exists(folder_ / "result/score.json"));
@@ -262,10 +262,11 @@ TEST_F(Replaced, WhatTheProgramDidNotMakeIsRejected) {
 TEST_F(Replaced, OutputsAreClaimedUnlessTheUserHasThemAndMoveAsideTogether) {
   const fs::path root = folder_ / "root";
   write("root/summary.json");
-  EXPECT_THAT(error_of([&] {
-                claim_outputs(root, {"index.html", "summary.json"});
-              }),
-              HasSubstr("root/summary.json: was not made by gaitslam, which would replace it: move it away"));
+  EXPECT_THAT(
+      error_of([&] {
+        claim_outputs(root, {"index.html", "summary.json"});
+      }),
+      HasSubstr("root/summary.json: was not created by gaitslam, which would replace it: move it away"));
   EXPECT_FALSE(has_marker(root));
   claim_outputs(root, {"index.html"});
   claim_outputs(root, {"summary.json"});

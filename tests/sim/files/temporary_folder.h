@@ -1,4 +1,5 @@
-// A temporary folder of a test; the error of a call; the permissions of a user; matchers of several texts.
+// Helpers of tests: a temporary folder, the error of a call, the permissions of a user, and matchers for
+// several texts.
 #pragma once
 
 #include <unistd.h>
@@ -38,7 +39,7 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-/// Root has all permissions: continues as another user while this object lives.
+/// Root has all permissions, so this continues as another user while the object lives.
 class AsUser {
  public:
   AsUser() { EXPECT_TRUE(before_ != 0 || seteuid(kNobody) == 0); }

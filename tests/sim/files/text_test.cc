@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::ElementsAre, testing::HasSubstr, testing::StartsWith;
 
-TEST(Text, IsReadAsItWasWrittenByteForByte) {
+TEST(Text, IsReadBackByteForByte) {
   const TemporaryFolder folder;
   fs::create_symlink("a", folder / "link");
   for (const std::string& text :
@@ -29,7 +29,7 @@ TEST(Text, IsReadAsItWasWrittenByteForByte) {
   }
 }
 
-TEST(Text, ThatCannotBeReadOrWrittenIsNamedWithTheReason) {
+TEST(Text, AFileThatCannotBeReadOrWrittenIsReportedWithTheReason) {
   const TemporaryFolder folder;
   EXPECT_THAT(error_of([&] { read_text(folder / "none"); }),
               HasSubstr("none: cannot be read: No such file or directory"));
@@ -50,7 +50,7 @@ void make_socket(const fs::path& file) {
 }
 
 // Opening a pipe without a writer would block forever.
-TEST(InputFile, ThatIsNotRegularIsRejectedAtOnce) {
+TEST(InputFile, IsRejectedAtOnceIfNotRegular) {
   const TemporaryFolder folder;
   ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
   make_socket(folder / "socket");
@@ -66,7 +66,7 @@ TEST(InputFile, ThatIsNotRegularIsRejectedAtOnce) {
   }
 }
 
-// As a shell passes for <(...).
+// Like the pipe that a shell passes for <(...).
 TEST(InputFile, MayBeAPipeOfThisProcessUpToTheLimit) {
   for (const std::uintmax_t most : {8u, 7u}) {
     int ends[2] = {};
@@ -83,7 +83,7 @@ TEST(InputFile, MayBeAPipeOfThisProcessUpToTheLimit) {
 }
 
 // Sparse files take no space on the disk.
-TEST(InputFile, ThatIsTooLargeIsRejectedBeforeItIsRead) {
+TEST(InputFile, IsRejectedBeforeItIsReadIfTooLarge) {
   const TemporaryFolder folder;
   const auto sparse = [&](const std::string& name, std::uintmax_t bytes) {
     write_text(folder / name, "");
@@ -114,21 +114,21 @@ TEST(Sanitize, ControlCharactersAreReplaced) {
   EXPECT_EQ(sanitize("\xef\xbf\xbe\xef\xbf\xbf"), "??") << "U+FFFE and U+FFFF";
 }
 
-TEST(Sanitize, OtherTextStaysAsItIs) {
+TEST(Sanitize, OtherTextIsUnchanged) {
   for (const char* text :
        {"", "two\nlines\tand a tab", "Gr\xc3\xb6\xc3\x9fung \xe2\x82\xac \xf0\x9f\x98\x80",
         "\xe0\xa0\x80 \xed\x9f\xbf \xee\x80\x80 \xef\xbf\xbd \xf0\x90\x80\x80 \xf4\x8f\xbf\xbf"})
     EXPECT_EQ(sanitize(text), text);
 }
 
-TEST(Sanitize, AWordOfAShellIsQuotedIfNeeded) {
+TEST(Sanitize, AShellWordIsQuotedIfNeeded) {
   EXPECT_EQ(shell_word("results/walk-1/seed=1,2:@%+.yaml"), "results/walk-1/seed=1,2:@%+.yaml");
   EXPECT_EQ(shell_word(""), "''");
   EXPECT_EQ(shell_word("a;touch b;#"), "'a;touch b;#'");
   EXPECT_EQ(shell_word("`id` it's \n"), "'`id` it'\\''s \n'");
 }
 
-TEST(Sanitize, ErrorsAndTablesHaveNoControls) {
+TEST(Sanitize, ErrorsAndTablesContainNoControlCharacters) {
   EXPECT_STREQ(FileError("a\x1b", 2, 3, "no \x07").what(), "a?:2:3: no ?");
   EXPECT_EQ(text_table({{"name"}, {"\x1b[2J"}}, {}).find('\x1b'), std::string::npos);
 }
@@ -144,7 +144,7 @@ TEST(TextTable, LongTitlesAreBrokenBeforeColumnsAreMoved) {
   EXPECT_EQ(text, "         slam.\n       vision.\ns     sigma_px  x\nhall       0.5  1\n");
 }
 
-TEST(TextTable, NoLineIsWiderThanAskedFor) {
+TEST(TextTable, NoLineIsWiderThanRequested) {
   std::vector<std::vector<std::string>> rows{{"scenario"}, {"tangent_circle"}};
   for (int i = 0; i < 12; ++i) {
     rows[0].push_back("navigation_end_position_error_m" + std::to_string(i));
@@ -182,7 +182,7 @@ TEST(ContainedPath, NamesAndLinksThatLeadOutAreRejected) {
         std::string("below/.."), std::string("/etc/passwd"), std::string("//etc/passwd"),
         std::string("a\0b", 3), std::string("below/up/secret.txt"), std::string("link.txt"),
         std::string("up/secret.txt")})
-    EXPECT_THAT(error_of([&] { contained_path(root, name); }), testing::HasSubstr("leads out of the folder"))
+    EXPECT_THAT(error_of([&] { contained_path(root, name); }), testing::HasSubstr("leads outside the folder"))
         << name;
   EXPECT_THROW(contained_path(root, "loop"), FileError);
 }
@@ -207,7 +207,7 @@ class CsvTest : public testing::Test {
   const TemporaryFolder folder_;
 };
 
-TEST_F(CsvTest, AQuotedFieldIsReadAsItIs) {
+TEST_F(CsvTest, AQuotedFieldIsReadLiterally) {
   EXPECT_THAT(rows("a,b\n\"1, 2\",3\n"), ElementsAre(ElementsAre("1, 2", "3")));
   EXPECT_THAT(rows("a,b\n\"\",\" say \"\"no\"\" \"\r\n"), ElementsAre(ElementsAre("", " say \"no\" ")));
   EXPECT_THAT(rows("\xef\xbb\xbf\"a,\",b\n1,2"), ElementsAre(ElementsAre("1", "2")));
@@ -215,21 +215,21 @@ TEST_F(CsvTest, AQuotedFieldIsReadAsItIs) {
   EXPECT_THAT(rows("a\n" + csv_field("two\nlines \"\"") + "\n"), ElementsAre(ElementsAre("two lines \"\"")));
 }
 
-TEST_F(CsvTest, NamesOfStrangersAreNoFormulasAndNoCommands) {
+TEST_F(CsvTest, UntrustedNamesBecomeNeitherFormulasNorCommands) {
   const std::map<std::string, std::string> fields{{"=1+1", "'=1+1"},        {"@sum", "'@sum"},
                                                   {"-0.5", "-0.5"},         {"-x,y", "\"'-x,y\""},
                                                   {"a\x1b[2J\n", "a?[2J?"}, {"plain", "plain"}};
   for (const auto& [name, field] : fields) EXPECT_EQ(neutral_field(name), field);
 }
 
-TEST_F(CsvTest, WhatIsWrongWithQuotesIsNamedWithItsPlace) {
-  EXPECT_EQ(complaint("a,b\n1,\"2\n3,4\n"), "rows.csv:2: a quoted field does not end");
+TEST_F(CsvTest, QuotingErrorsAreReportedWithTheirPlace) {
+  EXPECT_EQ(complaint("a,b\n1,\"2\n3,4\n"), "rows.csv:2: a quoted field is not closed");
   EXPECT_EQ(complaint("a,b\n\"1\"2,3\n"), "rows.csv:2:4: expected a comma after the quoted field");
   EXPECT_EQ(complaint("a,b\n\"1\",2\n3\n"), "rows.csv:3: expected 2 fields, found 1");
-  EXPECT_EQ(complaint("\""), "rows.csv:1: a quoted field does not end");
+  EXPECT_EQ(complaint("\""), "rows.csv:1: a quoted field is not closed");
 }
 
-TEST_F(CsvTest, NumbersMayBeQuotedAndComplaintsNameTheirColumn) {
+TEST_F(CsvTest, NumbersMayBeQuotedAndErrorsNameTheirColumn) {
   CsvReader csv(file("a,b\n\"1.5\",\"x\"\n"));
   ASSERT_TRUE(csv.next());
   EXPECT_EQ(csv.number(0), 1.5);
@@ -257,7 +257,7 @@ TEST(Json, ValuesAreReadWithTheirTypes) {
   EXPECT_EQ(json.at("object").entries()[0].first, "b") << "the order of the file";
 }
 
-TEST(Json, AnotherTypeIsNamedWithFileAndKey) {
+TEST(Json, AWrongTypeIsReportedWithFileAndKey) {
   const std::string text = R"({"a": {"b": [1, "x"]}, "n": -1, "f": 1.5, "t": "x", "o": {}})";
   const auto says = [&](const std::function<void(const Json&)>& read) { return json_complaint(text, read); };
   EXPECT_EQ(says([](const Json& j) { j.at("a").text(); }), "a: expected text, found object");

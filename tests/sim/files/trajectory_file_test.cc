@@ -20,13 +20,13 @@ class TrajectoryFileTest : public testing::Test {
   const TemporaryFolder folder_;
 };
 
-TEST_F(TrajectoryFileTest, OrientationsThatAreAllTheSameAreAWarning) {
+TEST_F(TrajectoryFileTest, IdenticalOrientationsCauseAWarning) {
   const std::string same = "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n3 2 0 0 ";
   EXPECT_EQ(read(same + "0 0 0 1\n").warning, "all its orientations are the same: are they unknown?");
   EXPECT_EQ(read(same + "0 0 1 0\n").warning, std::nullopt);
 }
 
-TEST_F(TrajectoryFileTest, AStampInTwoColumnsIsReadAsTheHeaderNamesThemElseRejected) {
+TEST_F(TrajectoryFileTest, AStampInTwoColumnsIsReadAccordingToItsHeaderOrRejected) {
   for (const auto& [header, begin] : {
            std::pair("secs,nsecs,x,y,z", "1403636579,9"),
            {"field.header.seq,field.header.stamp.secs,field.header.stamp.nsecs,x,y,z", "0,1403636579,9"},
@@ -43,13 +43,13 @@ TEST_F(TrajectoryFileTest, AStampInTwoColumnsIsReadAsTheHeaderNamesThemElseRejec
   EXPECT_EQ(read("# sec nanosec tx ty tz qx qy qz qw\n5 250000000 1 2 3 0 0 0 1\n").rows[0].t,
             nanoseconds(5'250'000'000));
   expect_rejected("secs,nsecs,x,y,z\n5,1000000000,1,2,3\n",
-                  ":2:3: expected whole seconds and their rest in whole nanoseconds in two columns");
-  expect_rejected("secs,nsecs,x,y,z\n5.5,1,1,2,3\n", ":2:5: expected whole seconds and their rest");
+                  ":2:3: expected whole seconds and the rest in whole nanoseconds in two columns");
+  expect_rejected("secs,nsecs,x,y,z\n5.5,1,1,2,3\n", ":2:5: expected whole seconds and the rest");
   expect_rejected("5,10,1,2,1,0,0,0\n5,20,1,2,1,0,0,0\n",
-                  ":2:1: the stamp is not after the one before: it is the same; if its rest");
+                  ":2:1: the stamp is not after the previous one: it is the same; if its last");
 }
 
-TEST_F(TrajectoryFileTest, EachPoseMayBeWithoutTheCovarianceThatOthersHave) {
+TEST_F(TrajectoryFileTest, APoseMayLackTheCovarianceThatOthersHave) {
   const std::string without = " 0 0 0 0 0 0 1\n", with = " 0 0 0 0 0 0 1 1 2 3 4 5 6 7 8 9 10 11 12\n";
   for (const std::size_t which : {0u, 1u}) {
     const TrajectoryFile file =
@@ -64,7 +64,8 @@ TEST_F(TrajectoryFileTest, EachPoseMayBeWithoutTheCovarianceThatOthersHave) {
 
 constexpr const char* kPose = "timestamp tx ty tz qx qy qz qw";
 
-// Elements of the orientation's block are 10 row + column from 11, those of the position's from 44.
+// The elements of the orientation's block are 10 row + column, starting at 11; those of the position's block
+// start at 44.
 TEST_F(TrajectoryFileTest, CovarianceColumnsAreReadByTheirNames) {
   std::string ros, ros_values, pairs, pairs_values;
   for (int row = 0; row < 6; ++row)
@@ -112,7 +113,7 @@ TEST_F(TrajectoryFileTest, CovarianceColumnsAreReadByTheirNames) {
     }
 }
 
-TEST_F(TrajectoryFileTest, RotationsAboutFixedAxesAreTurnedIntoTheBody) {
+TEST_F(TrajectoryFileTest, RotationsAboutFixedAxesAreConvertedToBodyAxes) {
   std::string names = "t,x,y,z,qx,qy,qz,qw", values = "1,0,0,0,0,0,0.7071067811865476,0.7071067811865476";
   for (int k = 0; k < 36; ++k) {
     names += fmt::format(",covariance_{}", k);
@@ -123,12 +124,12 @@ TEST_F(TrajectoryFileTest, RotationsAboutFixedAxesAreTurnedIntoTheBody) {
   EXPECT_TRUE(P.diagonal().isApprox(expected, 1e-12)) << P.diagonal();
 }
 
-TEST_F(TrajectoryFileTest, ACovarianceThatIsNotNamedAsAWholeIsRejected) {
+TEST_F(TrajectoryFileTest, ACovarianceWithUnnamedColumnsIsRejected) {
   const std::string rotation = " Pr11 Pr12 Pr13 Pr22 Pr23 Pr33";
   for (const auto& [names, why] : std::vector<std::pair<std::string, std::string>>{
            {" Pt11 Pt12 Pt13 Pt22 Pt23 Pt99", ":1: column 14, \"Pt99\": unknown name"},
            {" c1 c2 c3 c4 c5 c6", ":1: column 9, \"c1\": unknown name"},
-           {" P11 P12 P13 P22 P23 P33", ":1: column 9, \"P11\": unknown name"},
+           {" P11 P12 P13 P22 P23 P33", ":1: column 9, \"P11\": unknown covariance name"},
            {" Pt11 Pt12 Pt13 Pt22 Pt23 Pt23", ":1: column 14, \"Pt23\": is repeated"},
            {" Pt11 Pt12 Pt13 Pt22 Pt23 Pt32", ":1: the covariance is incomplete: no column is Pt33"},
            {" Pt11 Pt12 Pt13 Pt22 Pt23 Pt33[h]", ":1: column 14, \"Pt33[h]\": unknown unit"}})
@@ -139,7 +140,7 @@ TEST_F(TrajectoryFileTest, ACovarianceThatIsNotNamedAsAWholeIsRejected) {
   expect_rejected("t,x,y,z,qx,qy,qz,qw,cov_xx\n1,0,0,0,0,0,0,1,1\n", ":1: the covariance is incomplete");
   expect_rejected(
       "t,x,y,z,qx,qy,qz,qw,c1,c2,c3,c4,c5,c6,c7,c8,c9,ca,cb,cc\n1,0,0,0,0,0,0,1,1,2,3,4,5,6,1,2,3,4,5,6\n",
-      ":1: column 9, \"c1\": unknown name, expected one of a covariance");
+      ":1: column 9, \"c1\": unknown name, expected a covariance");
   const std::string other = "t,tx,ty,tz,qx,qy,qz,qw,twist.covariance0,vx,Pr\n1,0,0,0,0,0,0,1,2,3,4\n";
   EXPECT_FALSE(read(other).rows[0].covariance) << "not of the pose";
   std::string unnamed = "1 0 0 0 1 0 0 0 1 2 3 4 5 6 1 2 3 4 5 6\n";
@@ -153,7 +154,7 @@ std::string utf16(const std::string& text, bool little, bool mark) {
   return wide;
 }
 
-// As tables and shells of Windows, PlotJuggler and programs without orientations write.
+// Text as written by tables and shells of Windows, by PlotJuggler, and by programs without orientations.
 TEST_F(TrajectoryFileTest, OtherEncodingsAndNotationsOfNumbersAreRead) {
   const std::string plain = "1.5 0.25 1 2 0 0 0.6 0.8\n1.6 0.5 1 2 0 0 0 1\n",
                     comma = "1,5 0,25 1 2 0 0 0,6 0,8\n1,6 0,5 1 2 0 0 0 1\n";
@@ -200,7 +201,7 @@ TEST_F(TrajectoryFileTest, OtherEncodingsAndNotationsOfNumbersAreRead) {
     expect_rejected(start, std::string(": is ") + name);
 }
 
-TEST_F(TrajectoryFileTest, EurocHasTheQuaternionsRealPartFirst) {
+TEST_F(TrajectoryFileTest, EurocPutsTheQuaternionsRealPartFirst) {
   const TrajectoryFile file = read("#timestamp, p_RS_R_x [m]\n1000000000000000000,1,2,3,0,1,0,0,9,9\n");
   EXPECT_EQ(file.format, "EuRoC csv");
   EXPECT_EQ(file.stamps, "nanoseconds");
@@ -234,8 +235,9 @@ TEST_F(TrajectoryFileTest, AHeaderThatNamesItsColumnsIsObeyed) {
   }
   expect_rejected("#timestamp,tx,ty,tz,roll,pitch,yaw,qw\n5.0,1,2,3,0,0,0,1\n",
                   ":1: column 5, \"roll\": expected the orientation along w here");
-  expect_rejected("t,gt_x,gt_y,gt_z,est_x,est_y,est_z\n5,1,2,3,1,2,3\n",
-                  ":1: column 5, \"est_x\": names the position along x as column 2 does, expected it once");
+  expect_rejected(
+      "t,gt_x,gt_y,gt_z,est_x,est_y,est_z\n5,1,2,3,1,2,3\n",
+      ":1: column 5, \"est_x\": names the position along x again, after column 2, expected it once");
   expect_rejected("Saved by my slam\n5 1 2 3 0 0 0 1\n", ":1:1: expected a finite number, found \"Saved\"");
   expect_rejected("#timestamp,vx,vy,vz,qw,qx,qy,qz\n5.0,1,2,3,1,0,0,0\n", ":1: column 2, \"vx\": expected");
   expect_rejected("# x y z\n5.0 1 2 3 0.8 0.6 0 0\n",
@@ -243,8 +245,9 @@ TEST_F(TrajectoryFileTest, AHeaderThatNamesItsColumnsIsObeyed) {
   expect_rejected(
       "t,/a/position/x,/a/position/y,/a/position/z,/b/position/x,/b/position/y,/b/position/"
       "z\n5,1,2,3,4,5,6\n",
-      ":1: column 5, \"/b/position/x\": names the position along x as column 2 does");
-  expect_rejected("t,x,y,z,qx,qy,qz,qw,var_x\n1,0,0,0,0,0,0,1,1\n", ":1: column 9, \"var_x\": unknown name");
+      ":1: column 5, \"/b/position/x\": names the position along x again, after column 2");
+  expect_rejected("t,x,y,z,qx,qy,qz,qw,var_x\n1,0,0,0,0,0,0,1,1\n",
+                  ":1: column 9, \"var_x\": unknown covariance name");
   expect_rejected("t,lat,lon,alt,qw,qx,qy,qz\n5.0,1,2,3,1,0,0,0\n", ":1: column 2, \"lat\": expected");
   expect_rejected("#t [h],tx,ty,tz,qw,qx,qy,qz\n5.0,1,2,3,1,0,0,0\n",
                   ":1: column 1, \"t [h]\": unknown unit");
@@ -252,7 +255,7 @@ TEST_F(TrajectoryFileTest, AHeaderThatNamesItsColumnsIsObeyed) {
                   ": the header states nanoseconds, but the stamps, ");
 }
 
-TEST_F(TrajectoryFileTest, AHeaderIsToldFromOtherComments) {
+TEST_F(TrajectoryFileTest, AHeaderIsDistinguishedFromOtherComments) {
   for (const char* comment :
        {"# Time stamps of each pose follow", "# time in s, position in m, quaternion, end",
         "# file: x, seed 1", "# axes x y z of the world",
@@ -273,7 +276,7 @@ TEST_F(TrajectoryFileTest, PositionsMayComeWithoutOrientations) {
   }
 }
 
-TEST_F(TrajectoryFileTest, TheUnitOfStampsIsDecidedByAllOfThem) {
+TEST_F(TrajectoryFileTest, AllStampsTogetherDecideTheirUnit) {
   for (const auto& [stamps, unit, last_ns] :
        std::vector<std::tuple<std::vector<const char*>, const char*, std::int64_t>>{
            {{"1.403715273000000000e+18", "1.403715273049999872e+18"}, "nanoseconds", 1403715273049999872},
@@ -303,7 +306,7 @@ TEST_F(TrajectoryFileTest, TheUnitOfStampsIsDecidedByAllOfThem) {
   }
 }
 
-TEST_F(TrajectoryFileTest, KittiHasTimesBesideItOrNone) {
+TEST_F(TrajectoryFileTest, KittiHasTimesInASeparateFileOrNone) {
   const std::string poses = "1 0 0 4 0 1 0 5 0 0 1 6\n0 -1 0 7 1 0 0 8 0 0 1 9\n";
   EXPECT_EQ(read(poses).stamps, "frame numbers");
   EXPECT_EQ(read(poses).rows[1].X.translation(), Eigen::Vector3d(7, 8, 9));
@@ -315,23 +318,24 @@ TEST_F(TrajectoryFileTest, KittiHasTimesBesideItOrNone) {
   EXPECT_THROW(read(poses), FileError);
 }
 
-TEST_F(TrajectoryFileTest, ARepeatedLastStampIsDroppedWithAWarningAndNoOther) {
+TEST_F(TrajectoryFileTest, OnlyARepeatedLastStampIsDroppedWithAWarning) {
   const std::string two = "1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n";
   const TrajectoryFile dropped = read(two + "2 5 0 0 0 0 0 1\n");
   EXPECT_EQ(dropped.rows.size(), 2u);
   EXPECT_EQ(dropped.rows[1].X.translation().x(), 0);
-  EXPECT_EQ(dropped.warning, "its last pose has the stamp of the one before and is left out");
+  EXPECT_EQ(dropped.warning, "its last pose repeats the previous stamp and is left out");
   EXPECT_EQ(read(two).warning, std::nullopt);
   EXPECT_EQ(
       read("1000000000,0,0,0,1,0,0,0\n1000000033,0,0,0,1,0,0,0\n1000000033,0,0,0,1,0,0,0\n").rows.size(), 2u);
-  expect_rejected(two + "2 0 0 0 0 0 0 1\n3 0 0 0 0 0 0 1\n", ":3:1: the stamp is not after the one before");
-  expect_rejected(two + "1.5 0 0 0 0 0 0 1\n", ":3:1: the stamp is not after the one before");
+  expect_rejected(two + "2 0 0 0 0 0 0 1\n3 0 0 0 0 0 0 1\n",
+                  ":3:1: the stamp is not after the previous one");
+  expect_rejected(two + "1.5 0 0 0 0 0 0 1\n", ":3:1: the stamp is not after the previous one");
 }
 
 TEST_F(TrajectoryFileTest, ErrorsNamePlaceAndReason) {
   for (const auto& [text, why] : std::vector<std::pair<std::string, std::string>>{
-           {"", ": has no pose in it"},
-           {"# nothing\n\n", ": has no pose in it"},
+           {"", ": contains no pose"},
+           {"# nothing\n\n", ": contains no pose"},
            {"1 2 3\n", ":1: has 3 numbers, expected 8 or 20 (TUM), 12 (KITTI), or a csv (EuRoC)"},
            {"0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0\n", ":2: expected 8 numbers, found 7"},
            {"2 0 0 4 0 1 0 5 0 0 1 6\n", ":1:1: the first three columns are not a rotation"},
@@ -342,15 +346,15 @@ TEST_F(TrajectoryFileTest, ErrorsNamePlaceAndReason) {
            {"0 0 0 0 0 0 0 1\n1 1 1e308 1 0 0 0 1\n", ":2:5: a position of more than 1e9 m"},
            {"0,1,2,3,1,0,0,0\n1,-1e200,2,3,1,0,0,0\n", ":2:3: a position of more than 1e9 m"},
            {"1 0 0 0 0 1 0 0 0 0 1 1e12\n", ":1:23: a position of more than 1e9 m"},
-           {"0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 0\n", ":2:9: the quaternion is not of length 1"},
-           {"1 nan nan nan 0 0 0 1\n", ": has no pose in it: each position is missing or NaN"},
+           {"0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 0\n", ":2:9: the quaternion does not have length 1"},
+           {"1 nan nan nan 0 0 0 1\n", ": contains no pose: every position is missing or NaN"},
            {"1,5,0,25,1,25,2,5,0,5,0,5,0,5,0,5\n1,6,0,25,1,25,2,5,0,5,0,5,0,5,0,5\n",
             ": has commas and no decimal point: if the commas are decimal, other characters must separate"}})
     expect_rejected(text, why);
   EXPECT_THROW(read_trajectory(folder_ / "none.txt"), FileError);
 }
 
-TEST(Tum, ARowIsAsTheFormatWantsIt) {
+TEST(Tum, ARowFollowsTheFormat) {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   EXPECT_EQ(tum_row(nanoseconds(1'033'000'001), X), "1.033000001 0 0 0 0 0 0 1\n");
   EXPECT_EQ(tum_row(nanoseconds(-5), X).substr(0, 13), "-0.000000005 ");
@@ -360,7 +364,7 @@ TEST(Tum, ARowIsAsTheFormatWantsIt) {
   EXPECT_THAT(tum_row(nanoseconds(0), X), HasSubstr("0.000000000 1 -2.5 0.125 0 0 1 "));
 }
 
-TEST(Tum, RowsComeBackWithTheirStampsExactAndTheirPosesToRounding) {
+TEST(Tum, RowsAreReadBackWithExactStampsAndPosesUpToRounding) {
   const TemporaryFolder folder;
   std::vector<TimedPose> poses;
   std::string text = "# a comment\n\n";

@@ -21,7 +21,7 @@ class ControllerTest : public tests::RunFolder {
   }
 };
 
-TEST_F(ControllerTest, TheBuiltInOneAsAProgramGivesTheSameBytes) {
+TEST_F(ControllerTest, TheBuiltInControllerGivesTheSameBytesAsAProgram) {
   ASSERT_EQ(run("inside", read(kWalk)).exit_code, 0);
   ASSERT_EQ(run("program", read(kWalk, {program()})).exit_code, 0);
   const auto differ = tests::differences(folder_ / "inside", folder_ / "program");
@@ -59,7 +59,7 @@ TEST_F(ControllerTest, AProgramReceivesTheWalkWithoutTheWorld) {
                     Not(HasSubstr("floor_friction"))));
 }
 
-TEST_F(ControllerTest, ByTheSlopeOfItsSolesTheBuiltInOneWalksOntoARamp) {
+TEST_F(ControllerTest, TheBuiltInControllerWalksOntoARampUsingTheSlopeOfItsSoles) {
   constexpr const char* kRamp =
       "world: {robot: g1, room: office_ramp}\nwalk: {commands: [{straight: {forward_m: 1.6}}]}\nlimits: {}\n";
   const auto level = run("level", read(kRamp, {program()}));
@@ -70,7 +70,7 @@ TEST_F(ControllerTest, ByTheSlopeOfItsSolesTheBuiltInOneWalksOntoARamp) {
   EXPECT_EQ(outcome.ending, Ending::completed) << outcome.cause;
 }
 
-TEST_F(ControllerTest, AProgramRejectsAnInputThatIsNotItsMessages) {
+TEST_F(ControllerTest, AProgramRejectsInputOtherThanItsMessages) {
   for (const char* input : {"", "hello", "a line of more than sixteen bytes"}) {
     const std::string command = fmt::format("printf '%s' '{}' | '{}' walker 2>'{}'", input, GAITSLAM_PROGRAM,
                                             (folder_ / "said").string());
@@ -79,7 +79,9 @@ TEST_F(ControllerTest, AProgramRejectsAnInputThatIsNotItsMessages) {
   }
 }
 
-// A network of four hidden units: sway by the sine of the phase, and a lift of each leg in its half of it.
+// A network with four hidden units: it sways with the sine of the phase and lifts each leg in its half of the
+// phase. The recurrent network rotates its two-unit state without an input. The expected outputs of LSTM and
+// GRU are from torch 1.13.1.
 // The recurrent one rotates its state of two units without an input. Expected outputs of LSTM and GRU:
 // torch 1.13.1.
 constexpr const char* kMakeNetwork = R"(

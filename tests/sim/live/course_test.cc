@@ -31,7 +31,7 @@ slam: {}
 using SteeredRunTest = tests::RunFolder;
 using LongSteeredRunTest = tests::RunFolder;
 
-TEST_F(SteeredRunTest, TheTruthBringsTheRobotToTheEndOfItsPathWhichIsThePlanWithoutCorrections) {
+TEST_F(SteeredRunTest, SteeredByTheTruthTheRobotReachesTheEndOfTheUncorrectedPlan) {
   ASSERT_EQ(run("plan", read(kWalk)).ending, Ending::completed);
   ASSERT_EQ(run("truth", read(kWalk, {"walk.steering.by=truth"})).ending, Ending::completed);
   EXPECT_GT(score("plan", "navigation_end_position_error_m"), 0.03);
@@ -43,7 +43,8 @@ TEST_F(SteeredRunTest, TheTruthBringsTheRobotToTheEndOfItsPathWhichIsThePlanWith
   EXPECT_FALSE(fs::exists(folder_ / "plan/corrected_steps.csv"));
   EXPECT_FALSE(fs::exists(folder_ / "plan/recording/truth/waist_desired.csv"));
   EXPECT_TRUE(fs::exists(folder_ / "truth/recording/truth/corrected_steps.csv"));
-  // The recording of the steered walk has the path that the other one plans, also while steps are added.
+  // The recording of the steered walk contains the path that the other walk plans, even while steps are
+  // added.
   const auto rows = [](const std::string& csv) { return csv.substr(csv.find('\n')); };
   const std::string planned = rows(file("plan", "recording/truth/waist_plan.csv"));
   EXPECT_EQ(rows(file("truth", "recording/truth/waist_desired.csv")).substr(0, planned.size()), planned);
@@ -52,7 +53,7 @@ TEST_F(SteeredRunTest, TheTruthBringsTheRobotToTheEndOfItsPathWhichIsThePlanWith
 
 // The filter receives the corrected plan: a replay, which has only the recording, gives the estimate that
 // steered.
-TEST_F(SteeredRunTest, ByTheEstimateTheBitsAreTheSameHoweverImagesAreDrawnAndInAReplay) {
+TEST_F(SteeredRunTest, SteeredByTheEstimateTheBitsAreTheSameHoweverImagesAreDrawnAndInAReplay) {
   ASSERT_EQ(run("one", read(kShortWalkInOffice)).ending, Ending::completed);
   ASSERT_EQ(run("two", read(kShortWalkInOffice), 2).ending, Ending::completed);
   EXPECT_THAT(tests::differences(folder_ / "one", folder_ / "two"), IsEmpty());
@@ -61,7 +62,7 @@ TEST_F(SteeredRunTest, ByTheEstimateTheBitsAreTheSameHoweverImagesAreDrawnAndInA
   EXPECT_THAT(changed_by_replay("one", "replay"), IsEmpty());
 }
 
-TEST_F(SteeredRunTest, AnAnswerSteersOnceItsTimeHasPassed) {
+TEST_F(SteeredRunTest, AnAnswerSteersOnlyAfterItsComputingTime) {
   const auto walk = [&](const std::string& name, const std::string& time, int threads = 1) {
     EXPECT_EQ(run(name, read(kShortWalkInOffice, {"estimator.time={model: " + time + "}"}), threads).ending,
               Ending::completed);
@@ -106,7 +107,7 @@ TEST_F(SteeredRunTest, AnEstimatorThatDiesStopsTheRobotOnBothFeet) {
   EXPECT_EQ(outcome.exit_code, 0);
 }
 
-TEST_F(LongSteeredRunTest, AJumpOfTheEstimateIsSurvivedWithinTheLimits) {
+TEST_F(LongSteeredRunTest, TheRobotSurvivesAJumpOfTheEstimateWithinTheLimits) {
   for (const char* jump : {"x_m: 0.3", "x_m: 0, y_m: -0.3", "x_m: 0, yaw_deg: 10"}) {
     const std::string name = "jump " + std::string(jump);
     const Outcome outcome = run(
@@ -138,7 +139,7 @@ class CollisionTest : public tests::RunFolder {
   }
 };
 
-TEST_F(CollisionTest, AnArgumentIsNamedWhenItContainsTheCommands) {
+TEST_F(CollisionTest, ErrorsNameTheArgumentThatContainsTheCommands) {
   const auto clear = [&] {
     sim::live::clear_plan(
         read(kAhead, {"seed=2", "walk.commands=[{stand: {duration_s: 1}}, {straight: {forward_m: 5}}]"}),
@@ -148,7 +149,7 @@ TEST_F(CollisionTest, AnArgumentIsNamedWhenItContainsTheCommands) {
               StartsWith("<argument>:2:42: walk.commands[1]: straight: at "));
 }
 
-TEST_F(CollisionTest, NineMetersAheadEndAtTheFurnitureWhereTheScenarioAllowsIt) {
+TEST_F(CollisionTest, WalkingNineMetersAheadEndsAtTheFurnitureIfTheScenarioAllowsIt) {
   const Outcome outcome = run("ahead", read(kAhead, {"limits.ending=[collided]"}));
   EXPECT_EQ(outcome.ending, Ending::collided);
   EXPECT_EQ(outcome.exit_code, 0);
@@ -161,7 +162,7 @@ TEST_F(CollisionTest, NineMetersAheadEndAtTheFurnitureWhereTheScenarioAllowsIt) 
   EXPECT_EQ(json("ahead", "score.json")["ending"], "collided");
 }
 
-// The plan is clear: what pushes do is not planned.
+// The plan touches nothing, because pushes are not planned.
 TEST_F(CollisionTest, ARobotThatIsPushedIntoFurnitureCollides) {
   EXPECT_EQ(run_in_narrow_room("still", read(kStanding)).ending, Ending::completed);
   const ReadScenario pushed = read(kStanding, {"world.pushes=[{push: {time_s: 2, impulse_ns: 40}}]"});

@@ -9,8 +9,8 @@ using sim::result::Outcome;
 using sim::scenario::Ending;
 using testing::IsEmpty;
 
-// A few steps of the real walk in the real office: long enough for every part of a run. Motion blur, rolling
-// shutter and half a second in the dark; each frame is drawn from three pictures.
+// A few steps of the real walk in the real office: long enough for every part of a run. It has motion blur,
+// rolling shutter and half a second in the dark; each frame is drawn from three pictures.
 constexpr const char* kShortWalk = R"(
 walk: {commands: [{stand: {duration_s: 0.5}}, {tangent_arc: {radius_m: 0.75, angle_deg: 10}}]}
 camera: {width_px: 160, height_px: 120, exposure_s: 0.01, readout_s: 0.02, subframes: 3}
@@ -53,7 +53,7 @@ TEST_F(RunTest, SameSeedGivesTheSameBitsHoweverImagesAreDrawnAndPassesTheSelfChe
   expect_checked("one");
 }
 
-TEST_F(RunTest, ReplayGivesTheLiveResultBitForBitAndAnotherGyroAnotherOne) {
+TEST_F(RunTest, ReplayGivesTheLiveResultBitForBitButNotWithAnotherGyro) {
   live("live");
   ASSERT_EQ(replay("live", "replay", scenario()).ending, Ending::completed);
   EXPECT_THAT(changed_by_replay("live", "replay"), IsEmpty());
@@ -62,7 +62,7 @@ TEST_F(RunTest, ReplayGivesTheLiveResultBitForBitAndAnotherGyroAnotherOne) {
   EXPECT_EQ(file("live", "truth.tum"), file("noisy", "truth.tum"));
 }
 
-// Readings of all kinds, each at its rate, are recorded and read back; the filter uses none of them.
+// Readings of all kinds, each kind at its own rate, are recorded and read back; the filter uses none of them.
 TEST_F(RunTest, ARigIsRecordedWithTheSameBytesHoweverItIsDrawnAndChangesNoEstimate) {
   constexpr const char* kRig =
       "walk: {commands: [{stand: {duration_s: 0.5}}, {tangent_arc: {angle_deg: 10}}]}\n"
@@ -96,7 +96,7 @@ TEST_F(RunTest, ARigIsRecordedWithTheSameBytesHoweverItIsDrawnAndChangesNoEstima
   for (std::size_t i = 0; i < rates.size(); ++i) EXPECT_NEAR(readings[i], rates[i] * end_s, 2) << i;
 }
 
-// By its plan without leg odometry, too.
+// Also with its plan instead of leg odometry.
 TEST_F(RunTest, At640By480AWalkPassesItsCheckAndIsReplayedBitForBit) {
   constexpr const char* kLarge =
       "walk: {commands: [{stand: {duration_s: 0.5}}, {tangent_arc: {angle_deg: 10}}]}\n"
@@ -152,8 +152,8 @@ TEST_F(RunTest, AFallEndsTheRunWithACompleteFolderAndExitCodeThreeUnlessItIsAllo
   EXPECT_EQ(allowed.exit_code, 0);
 }
 
-// A robot that is put on the floor sinks into its pads and bushes, shaking at up to 10 m/s²: that is over
-// before t = 0. Standing sways by less than 0.05 m/s².
+// A robot that is put on the floor sinks into its pads and bushes, shaking at up to 10 m/s². That is over
+// before t = 0. A standing robot sways by less than 0.05 m/s².
 TEST_F(RunTest, TheRecordingStartsAtRest) {
   for (const char* seed : {"seed=1", "seed=2", "seed=3"}) {
     run(seed, scenario({seed, "walk.commands=[{stand: {duration_s: 0.5}}]"}, kBlind));
@@ -185,7 +185,7 @@ TEST_F(RunTest, ADamagedRecordingIsRejectedAndLeavesNothingBehind) {
   EXPECT_FALSE(fs::exists(folder_ / "replay"));
 }
 
-TEST(Constants, OfPartsThatDoNotSeeEachOtherAgree) {
+TEST(Constants, OfIndependentPartsAgree) {
   EXPECT_EQ(walking::kGravity, slam::kGravity);
   EXPECT_EQ(walking::kPeriod, 0.005);
   EXPECT_EQ(slam::kReadingPeriod_s, walking::kPeriod) << "a reading of the IMU lasts a tick of the plan";

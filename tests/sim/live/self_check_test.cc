@@ -33,7 +33,7 @@ class SelfCheckTest : public testing::Test {
 
 std::chrono::milliseconds at(int i) { return std::chrono::milliseconds(5 * i); }
 
-// The readings of a body that turns to and fro, against its truth `lag` readings earlier.
+// The readings of a body that turns back and forth, compared with its truth `lag` readings earlier.
 live::InertialCheck turning(int lag) {
   const auto yaw = [](int i) { return 0.3 * std::sin(0.02 * std::max(0, i)); };
   live::InertialCheck check(recording::TrueMotion{});
@@ -45,7 +45,7 @@ live::InertialCheck turning(int lag) {
   return check;
 }
 
-// The readings of a body that shakes and pitches at 30 Hz by 10 m/s² and 0.5 rad/s; those of the gyro lag.
+// The readings of a body that shakes and pitches at 30 Hz by 10 m/s² and 0.5 rad/s; the gyro's readings lag.
 live::InertialCheck shaking(int lag) {
   constexpr double kRate = 2 * std::numbers::pi * 30;
   const auto pitch = [](double t) { return 0.5 / kRate * std::sin(kRate * t); };
@@ -82,8 +82,8 @@ live::ViewCheck view(std::size_t lag) {
   return check;
 }
 
-// An error of 0.15 px is that of corners found by correlation; images without anti-aliasing give 0.25 px.
-TEST_F(SelfCheckTest, AWalkPassesIt) {
+// Corners found by correlation have an error of 0.15 px; images without anti-aliasing give 0.25 px.
+TEST_F(SelfCheckTest, AWalkPasses) {
   const nlohmann::json check = tests::json_of(kRecording / "self_check.json");
   EXPECT_EQ(check["complaint"], "");
   EXPECT_GT(check["view_px"]["points"], 50);
@@ -97,10 +97,11 @@ TEST_F(SelfCheckTest, NamesReadingsThatLagByOneSampleAndImagesThatLagByOneFrame)
   EXPECT_EQ(check.complaint(), std::nullopt);
   check.view = view(1);
   EXPECT_THAT(check.complaint().value_or(""),
-              testing::HasSubstr("px from their projection by the true pose"));
+              testing::HasSubstr("px from their projections with the true pose"));
   check.inertial = turning(1);
-  EXPECT_THAT(check.complaint().value_or(""),
-              testing::HasSubstr("integrated over 2.0 s, leave the true heading by 0.3438 deg, more than"));
+  EXPECT_THAT(
+      check.complaint().value_or(""),
+      testing::HasSubstr("integrated over 2.0 s, deviate from the true heading by 0.3438 deg, more than"));
 }
 
 // A room without texture has only edges: here a camera moves along one, by 3 px, and sees no change.
@@ -127,10 +128,10 @@ TEST_F(SelfCheckTest, AllowsForTheStepLengthOfAVibratingRobotAndStillNamesALag) 
   EXPECT_GT(check.inertial.position_m.worst, 2 * live::kInertialPosition_m);
   EXPECT_EQ(check.complaint(), std::nullopt);
   check.inertial = shaking(1);
-  EXPECT_THAT(check.complaint().value_or(""), testing::HasSubstr("leave the true path by"));
+  EXPECT_THAT(check.complaint().value_or(""), testing::HasSubstr("deviate from the true path by"));
 }
 
-TEST_F(SelfCheckTest, AWalkThatAViolentPushEndsFellAndDidNotFail) {
+TEST_F(SelfCheckTest, AWalkEndedByAViolentPushCountsAsFellNotFailed) {
   for (const int impulse_ns : {500, 2000, 10000}) {
     const auto read = scenario::read_scenario_text(
         fmt::format("walk: {{commands: [{{straight: {{forward_m: 0.5}}}}]}}\n"
@@ -160,7 +161,7 @@ TEST_F(SelfCheckTest, ReadingsAreCheckedAgainAfterABlow) {
   EXPECT_GT(check.position_m.worst, live::kInertialPosition_m + check.position_m.by_step);
 }
 
-TEST_F(SelfCheckTest, ARunThatFailedItIsNotScored) {
+TEST_F(SelfCheckTest, ARunThatFailsTheCheckIsNotScored) {
   const auto read = scenario::read_scenario_text(kWalk, "walk.yaml");
   const result::RunRecord record{read,
                                  {scenario::Ending::failed, "self-check: it is off"},

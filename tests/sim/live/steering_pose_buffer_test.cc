@@ -55,7 +55,7 @@ TEST(PlaceEstimate, ABodyThatTiltsAboutItsFootDoesNotMoveTheFoot) {
 }
 
 /// Against central differences: the covariance of a place that depends on only one part of the pose error.
-TEST(PlaceEstimate, CovarianceIsThatOfThePoseError) {
+TEST(PlaceEstimate, CovarianceMatchesThePoseError) {
   const slam::Estimate believed = estimate(1s, pose(0.3, 0.1, 1.3, 0.7, 0.2));
   constexpr double kStep = 1e-6;
   for (int i = 0; i < 6; ++i) {
@@ -81,7 +81,7 @@ TEST(PlaceEstimate, CovarianceIsThatOfThePoseError) {
   }
 }
 
-TEST(SteeringPoseBuffer, AreUsedOnlyOnceTheyAreOldEnough) {
+TEST(SteeringPoseBuffer, UsesEstimatesOnlyOnceTheyAreOldEnough) {
   SteeringPoseBuffer places(late(0.1), {}, 0ms);
   for (const slam::Stamp t : {slam::Stamp(0ms), slam::Stamp(33ms), slam::Stamp(67ms)}) {
     places.add(t, planned());
@@ -96,7 +96,7 @@ TEST(SteeringPoseBuffer, AreUsedOnlyOnceTheyAreOldEnough) {
   EXPECT_EQ(exposed.usable_until(100ms), slam::Stamp(70ms));
 }
 
-TEST(SteeringPoseBuffer, LostOnesAreLeftOut) {
+TEST(SteeringPoseBuffer, LeavesOutLostEstimates) {
   SteeringPoseBuffer places(late(0), {sensor_errors::EstimateLost{{0.05, 0.1}}}, 0ms);
   for (int k = 0; k < 6; ++k) {
     const slam::Stamp t = k * 33ms;
@@ -107,7 +107,7 @@ TEST(SteeringPoseBuffer, LostOnesAreLeftOut) {
   EXPECT_EQ(places.newest(165ms)->t_s, 0.033);  // the fault ends at 0.15 s, but the last frame does not track
 }
 
-TEST(SteeringPoseBuffer, FaultsDisplaceAndFreezeThem) {
+TEST(SteeringPoseBuffer, FaultsDisplaceAndFreezeEstimates) {
   SteeringPoseBuffer jumped(late(0), {sensor_errors::EstimateJump{{0.03, 1}, 0.3, 0, 10 * kDegree}}, 0ms);
   SteeringPoseBuffer frozen(late(0), {sensor_errors::EstimateFrozen{{0.03, 1}}}, 0ms);
   for (int k = 0; k < 3; ++k) {
@@ -129,7 +129,7 @@ TEST(SteeringPoseBuffer, FaultsDisplaceAndFreezeThem) {
 class OrderedWorkers : public testing::TestWithParam<bool> {};
 INSTANTIATE_TEST_SUITE_P(WithAndWithoutAThread, OrderedWorkers, testing::Bool());
 
-TEST_P(OrderedWorkers, WorkInTheOrderGivenOnOneThreadAndHandOverWhatIsReturnedAndThrown) {
+TEST_P(OrderedWorkers, WorkInOrderOnOneThreadAndPassOnResultsAndExceptions) {
   std::vector<int> done;
   std::vector<std::future<std::thread::id>> threads;
   OrderedWorker worker(GetParam());
@@ -144,7 +144,7 @@ TEST_P(OrderedWorkers, WorkInTheOrderGivenOnOneThreadAndHandOverWhatIsReturnedAn
   for (std::size_t i = 1; i < threads.size(); ++i) EXPECT_EQ(threads[i].get(), first);
 }
 
-TEST(OrderedWorker, LeavesUndoneWhatHasNotBegunWhenItEnds) {
+TEST(OrderedWorker, DropsWorkThatHasNotBegunWhenItEnds) {
   std::promise<void> begun, go_on;
   std::atomic<bool> second = false;
   std::jthread later;

@@ -21,7 +21,7 @@ errors: {image: {read_sigma_gray: 0, shot_sigma_gray: 0}}
 )";
 
 // Textured pixels have a horizontal gradient of at least 8 gray levels per pixel.
-TEST_F(StereoExport, OpenCvsMatcherMeasuresTheDepthOfTheOfficeAndShowsAWrongBaseline) {
+TEST_F(StereoExport, OpenCvsMatcherMeasuresTheDepthOfTheOfficeAndRevealsAWrongBaseline) {
   run("run", read(kStand));
   const auto e = folder_ / "e";
   sim::exports::export_run({folder_ / "run", "stereo", 1, {}}, "openvins", e, sim::files::Existing::reject);
@@ -76,7 +76,7 @@ imu: {link: BODY, position_m: [0, 0.1, 0.1]}
 rig: [gray: {}, lidar: {link: CHEST_LINK0, position_m: [-0.2, 0, 0.3], tilt_deg: 30}, imu: {link: HEAD_LINK0}]
 )";
 
-TEST_F(StereoExport, TheTreeOfFramesOfTheRobotReachesEachSensorWhereItIsMounted) {
+TEST_F(StereoExport, TheRobotsFrameTreeReachesEachSensorWhereItIsMounted) {
   const fs::path root = GAITSLAM_SOURCE_DIR;
   if (!fs::exists(root / "build/interop/node_modules/.installed") && !std::getenv("CI"))
     GTEST_SKIP() << "tools/test.sh could not install the reader from npm";

@@ -11,7 +11,7 @@ using files::error_of, files::TemporaryFolder;
 using testing::ElementsAre, testing::EndsWith, testing::Pair;
 using tests::Has, tests::Lacks;
 
-/// A small library's schema, as mj_printSchema writes one.
+/// The schema of a small library, in the form that mj_printSchema writes.
 const Schema& schema() {
   static const Schema known(R"(mujoco (!)                    model 
    compiler (*)               angle eulerseq meshdir autolimits 
@@ -40,13 +40,13 @@ const Schema& schema() {
 
 constexpr const char* kInertial = "<inertial pos='0 0 0' mass='2' diaginertia='1 1 1'/>";
 
-/// Reads robot.xml with this content of its root; %I: an inertial.
+/// Reads a robot.xml whose root has this content; %I stands for an inertial.
 ModelFile read(const TemporaryFolder& folder, const std::string& content, const Parts& parts = {}) {
   files::write_text(folder / "robot.xml",
                     tests::replaced("<mujoco model='m'>\n" + content + "</mujoco>", "%I", kInertial));
   return read_model(folder / "robot.xml", schema(), parts);
 }
-/// The same of a base with this content.
+/// The same for a base with this content.
 ModelFile read_base(const TemporaryFolder& folder, const std::string& content, const std::string& more = "") {
   return read(folder, "<compiler angle='radian'/>" + more + "<worldbody><body name='base'><freejoint/>%I\n" +
                           content + "</body></worldbody>");
@@ -67,7 +67,7 @@ void expect_place(const Element& element, const std::vector<double>& p, const st
   EXPECT_THAT(numbers(element, "quat", 4, 4), Near(q));
 }
 
-TEST(ModelFile, OnlyTheRobotSurvivesWithWhatItsMotorsCanDoKeptAside) {
+TEST(ModelFile, OnlyTheRobotIsKeptAndItsMotorLimitsAreStoredSeparately) {
   const TemporaryFolder folder;
   const ModelFile model = read(folder, R"(
     <compiler angle='radian' autolimits='true'/>
@@ -103,7 +103,7 @@ TEST(ModelFile, ATotalMassScalesTheMassesUnlessItIsNegative) {
   EXPECT_EQ(read_base(folder, "", "<compiler settotalmass='-1'/>").mass_kg, 2);
 }
 
-TEST(ModelFile, DefaultsOfAClassAndThoseAboveItAreWrittenOut) {
+TEST(ModelFile, DefaultsOfAClassAndItsParentsAreWrittenOut) {
   const TemporaryFolder folder;
   const ModelFile model =
       read_base(folder, R"(
@@ -144,7 +144,7 @@ TEST(ModelFile, DegreesAndAnySequenceOfEulerAnglesBecomeRadiansAndQuaternions) {
   EXPECT_EQ(leg.children.at(1).get("range"), "-90 45");
 }
 
-TEST(ModelFile, IncludesAndAssetsAreFoundFromTheFolderOfTheFile) {
+TEST(ModelFile, IncludesAndAssetsAreFoundRelativeToTheFile) {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder / "parts");
   files::write_text(folder / "parts/leg.STL", "");
@@ -164,7 +164,7 @@ TEST(ModelFile, IncludesAndAssetsAreFoundFromTheFolderOfTheFile) {
   EXPECT_EQ(assets[1].get("texture"), "robot/cloth");
 }
 
-TEST(ModelFile, ThreeSlidesAndABallAreAFreeBase) {
+TEST(ModelFile, ThreeSlidesAndABallFormAFreeBase) {
   const TemporaryFolder folder;
   const ModelFile model = read(folder, R"(<worldbody><body name='base'>%I<joint type='slide' axis='1 0 0'/>
       <joint type='slide' axis='0 1 0'/><joint type='slide' axis='0 0 1'/><joint type='ball'/></body></worldbody>)");
@@ -172,7 +172,7 @@ TEST(ModelFile, ThreeSlidesAndABallAreAFreeBase) {
   EXPECT_EQ(body_of(model).children.size(), 2u);
 }
 
-TEST(ModelFile, AFloorOfAPairIsRejectedUnlessRobotYamlNamesTheContactsOfTheFeet) {
+TEST(ModelFile, AFloorInAContactPairIsRejectedUnlessRobotYamlNamesTheContactsOfTheFeet) {
   const TemporaryFolder folder;
   const auto paired = [&](const Parts& parts) {
     return read(folder,
@@ -185,10 +185,10 @@ TEST(ModelFile, AFloorOfAPairIsRejectedUnlessRobotYamlNamesTheContactsOfTheFeet)
   EXPECT_THAT(error_of([&] {
                 paired({"", std::vector<std::string>()});
               }),
-              Has("robot.xml:2: pair geom2: is 'floor', no geom of the robot"));
+              Has("robot.xml:2: pair geom2: is 'floor', which is not a geom of the robot"));
 }
 
-TEST(ModelFile, WhatTheBenchCannotTakeIsRejectedWithFileLineElementAndAttribute) {
+TEST(ModelFile, UnsupportedContentIsRejectedWithFileLineElementAndAttribute) {
   const TemporaryFolder folder;
   const std::pair<std::string, std::string> cases[]{
       {"<geom szie='1'/>",
@@ -198,7 +198,7 @@ TEST(ModelFile, WhatTheBenchCannotTakeIsRejectedWithFileLineElementAndAttribute)
       {"<body gravcomp='1'/>", "robot.xml:3: body gravcomp: is not 0"},
       {"<body name='leg'><joint name='hip'/></body>", "robot.xml:3: body: 'leg' moves but has no mass"},
       {"<body name='leg'><joint/><geom mesh='m'/></body>",
-       "robot.xml:3: geom mesh: would give 'leg' its inertia"},
+       "robot.xml:3: geom mesh: would define the inertia of 'leg'"},
       {"<body><joint/><inertial mass='1' diaginertia='0 0 0'/></body>",
        "inertial diaginertia: has principal moments 0, 0 and 0"},
       {"<body><inertial mass='1' diaginertia='1 1 3'/></body>",
@@ -207,8 +207,8 @@ TEST(ModelFile, WhatTheBenchCannotTakeIsRejectedWithFileLineElementAndAttribute)
        "inertial fullinertia: has principal moments -1,"},
       {"<body><inertial diaginertia='1 1 1'/></body>", "inertial mass: is missing"},
       {"<body><joint type='free'/>%I</body>",
-       "robot.xml:3: joint type: is free, expected only the base to have a free joint"},
-      {"<frame><joint/></frame>", "robot.xml:3: joint: is in a frame, expected it in the body itself"},
+       "robot.xml:3: joint type: is free, expected a free joint only on the base"},
+      {"<frame><joint/></frame>", "robot.xml:3: joint: is in a frame, expected it directly in the body"},
       {"<geom class='none'/>", "robot.xml:3: geom class: 'none' is not a default class"},
       {"<frame pos='1 2'/>", "robot.xml:3: frame pos: has 2 numbers, expected 3"},
       {"<frame euler='1 2 x'/>", "robot.xml:3: frame euler: has 'x', expected a number"},
@@ -219,7 +219,7 @@ TEST(ModelFile, WhatTheBenchCannotTakeIsRejectedWithFileLineElementAndAttribute)
       {"<include file='none.xml'/>", "none.xml does not exist"},
       {"<include file='robot.xml'/>", "is included twice"},
       {"<extension/>", "robot.xml:2: extension: is not read, expected one of compiler"},
-      {"<equality><connect body1='base'/></equality>", "robot.xml:2: connect: closes a chain of bodies"},
+      {"<equality><connect body1='base'/></equality>", "robot.xml:2: connect: closes a loop of bodies"},
       {"<default><default/></default>", "robot.xml:2: default class: is missing"},
       {"<compiler coordinate='global'/>", "robot.xml:2: compiler coordinate: is global"}};
   for (const auto& [more, error] : sections)
@@ -310,7 +310,7 @@ TEST(Urdf, TheLinkBelowAFloatingJointOfTheWorldIsTheFreeRoot) {
   EXPECT_EQ(model.mass_kg, 1);
 }
 
-TEST(Urdf, ThatIsNoTreeOrNamesWhatIsNotThereIsRejected) {
+TEST(Urdf, IsRejectedIfItIsNotATreeOrNamesSomethingMissing) {
   const TemporaryFolder folder;
   const auto joint = [](const std::string& parent, const std::string& child,
                         const std::string& type = "fixed") {
@@ -325,10 +325,9 @@ TEST(Urdf, ThatIsNoTreeOrNamesWhatIsNotThereIsRejected) {
       {joint("base", "none"), "robot.urdf:2: joint: joins 'none', expected the name of a link"},
       {"<link name='a'/>", "robot: has 2 root links"},
       {joint("base", "base"), "robot: has no root link: its joints are a closed loop"},
-      {"<link name='a'/><link name='b'/>" + joint("a", "b") + joint("b", "a"),
-       "2 links that hang on each other"},
+      {"<link name='a'/><link name='b'/>" + joint("a", "b") + joint("b", "a"), "2 links in a closed loop"},
       {"<link name='a'/>" + joint("base", "a") + joint("a", "a"),
-       "joint: 'a' hangs on 'j', too: a closed loop"},
+       "joint: 'a' also hangs on 'j': a closed loop"},
       {"<link name='a'/>" + joint("base", "a", "planar"), "joint type: is planar, expected revolute"},
       {"<link name='a'/>" + joint("base", "a", "floating"),
        "joint type: is floating, expected only the whole robot to float"},

@@ -27,7 +27,7 @@ TEST(Axis, TicksAreMultiplesOfOneTwoOrFiveInsideTheRange) {
   EXPECT_GE((Axis{2.1, 4.9, 0, 1, true}.ticks(5).size()), 2u) << "without a power of ten in it";
 }
 
-TEST(Axis, HoldsAllFiniteValuesAndSurvivesNone) {
+TEST(Axis, CoversAllFiniteValuesAndHandlesNone) {
   const std::vector<double> values{2, NAN, 5, INFINITY}, none{NAN};
   const Axis axis = axis_of({&values}, false);
   EXPECT_LT(axis.low, 2);
@@ -84,7 +84,7 @@ TEST(ComparisonFigures, SeveralSeedsOfASettingAreDotsWithABox) {
   EXPECT_NEAR(box.y.back(), 2, 1e-9) << "the median";
 }
 
-TEST(ComparisonFigures, RunsOfOneSeedWithOtherSettingsAreLinesOfTheirOwnWithoutABand) {
+TEST(ComparisonFigures, RunsOfOneSeedWithDifferentSettingsAreSeparateLinesWithoutABand) {
   std::vector<RunData> runs(2, run_of({1, 1, 1, 1}, {1, 1, 1, 1}));
   runs[0].settings = {{"slam.a", "1"}, {"slam.b", "1"}},
   runs[1].settings = {{"slam.a", "1"}, {"slam.b", "2"}};
@@ -151,7 +151,7 @@ TEST(Svg, NotANumberBreaksALine) {
   EXPECT_EQ(strokes(one_line({0, 1, 2, 3}, {0, NAN, 2, 3})), 2);
 }
 
-TEST(Svg, AStillPictureHasItsColorsItsTitleInLinesThatFitAndItsLegend) {
+TEST(Svg, AStillPictureHasItsColorsAWrappedTitleAndALegend) {
   Figure figure = one_line({0, 1}, {0, 1});
   figure.title = "A title that is as long as those of some of the figures of a report";
   const std::string svg = to_svg(figure, 300, 300);
@@ -187,7 +187,7 @@ slam::Search search(double variance_u, double variance_v) {
   return s;
 }
 
-TEST(FrameJson, AFrameThatKnowsNothingHasItsTimeAlone) {
+TEST(FrameJson, AnEmptyFrameHasOnlyItsTime) {
   EXPECT_EQ(to_json(Frame{.t = std::chrono::milliseconds(1234)}).dump(), R"({"t":1.234})");
 }
 
@@ -205,7 +205,7 @@ TEST(FrameError, IsEstimateMinusTruth) {
   EXPECT_NEAR(error->nees.position, 14, 1e-9) << "(1 + 4 + 9) sigmas squared";
 }
 
-TEST(FrameJson, SearchesAreEllipsesOfThreeSigmasFoundMissedOrRejected) {
+TEST(FrameJson, SearchesAreThreeSigmaEllipsesMarkedFoundMissedOrRejected) {
   Frame frame;
   slam::Search found = search(4, 9), rejected = found, missed = found;
   found.used = true;
@@ -231,9 +231,9 @@ TEST(FrameJson, WhatIsNotFiniteIsNullAndTheStateIsASentenceOfData) {
   report.searched = {search(1, 1)};
   EXPECT_EQ(to_json(frame)["state"], "tracking");
   report.health = slam::Health::lost;
-  report.cause = "almost no landmark found";
+  report.cause = "almost no landmarks were found";
   report.suspect = "inconsistent: gyro, x";
-  EXPECT_EQ(to_json(frame)["state"], "lost: almost no landmark found; inconsistent: gyro, x");
+  EXPECT_EQ(to_json(frame)["state"], "lost: almost no landmarks were found; inconsistent: gyro, x");
 }
 
 slam::RigReading image_of(const cv::Mat& image) {
@@ -242,7 +242,7 @@ slam::RigReading image_of(const cv::Mat& image) {
   return reading;
 }
 
-TEST(SentReading, CamerasAreAsTheyAreAndDepthHasItsValuesAndAPaletteFromBlueToRed) {
+TEST(SentReading, CameraImagesAreUnchangedAndDepthHasItsValuesAndABlueToRedPalette) {
   using rig::Kind;
   const cv::Mat gray(2, 3, CV_8UC1, cv::Scalar(7)), color(2, 3, CV_8UC3, cv::Scalar(200, 100, 0));
   const auto same = [](const cv::Mat& a, const cv::Mat& b) { return cv::norm(a, b, cv::NORM_INF) == 0; };
@@ -257,7 +257,7 @@ TEST(SentReading, CamerasAreAsTheyAreAndDepthHasItsValuesAndAPaletteFromBlueToRe
   EXPECT_GT(far[0], far[2] + 50);
 }
 
-TEST(SentReading, PointsOfALidarAreInTheFrameOfTheHeadCameraAndAnImuHasNone) {
+TEST(SentReading, LidarPointsAreInTheHeadCamerasFrameAndAnImuHasNone) {
   rig::RigSensor lidar{"", rig::Kind::lidar};
   slam::RigReading sweep;
   sweep.points = {{3, 2, 1, 0.5F}, {1, 0, 0}};

@@ -16,7 +16,7 @@ constexpr const char* kPayload = R"(</title></script><img src=x onerror='a()'>"<
 constexpr const char* kShown =
     "&lt;/title&gt;&lt;/script&gt;&lt;img src=x onerror=&#39;a()&#39;&gt;&quot;&lt;!--&amp;";
 
-TEST(Html, TextIsShownAsItIsInElementsAndAttributes) {
+TEST(Html, TextIsShownLiterallyInElementsAndAttributes) {
   EXPECT_EQ(escaped(kPayload), kShown);
   EXPECT_EQ(escaped("ATE of 5 mm, 3 \xcf\x83"), "ATE of 5 mm, 3 \xcf\x83");
 }
@@ -69,7 +69,7 @@ class ReceivedTuning : public testing::Test {
   const files::TemporaryFolder folder_;
 };
 
-TEST_F(ReceivedTuning, NamesAreShownAsTheyAreAndRunsBeforeAndAfterWithTheirMeans) {
+TEST_F(ReceivedTuning, NamesAreShownLiterallyAndRunsBeforeAndAfterWithTheirMeans) {
   EXPECT_THAT(page(), Has("<td>nees_<wbr>position_<wbr>mean</td><td class='number'>1.5</td><td "
                           "class='number'>1</td><td class='number'>-</td>"
                           "<td class='number'>1 → 1</td><td class='number'>2 → -</td></tr>"));
@@ -111,14 +111,14 @@ TEST_F(ReceivedTuning, TheParameterThatMattersIsImportantAndTheGainHasAnInterval
                         "<td class='number'>-0.6 [-1.871, 0.6706]</td><td class='number'>1 → 0.5</td>"));
 }
 
-TEST_F(ReceivedTuning, WithoutAHoldOutIsAnError) {
+TEST_F(ReceivedTuning, AMissingHoldOutIsAnError) {
   tuning_["holdout"]["runs"] = json::array();
   EXPECT_THAT(files::error_of([&] { page(); }), Has("tune.json: holdout.runs: is empty"));
 }
 
-TEST(PaperPage, TheRevisionIsShownAsItIs) { expect_harmless(paper_page({}, kPayload)); }
+TEST(PaperPage, TheRevisionIsShownLiterally) { expect_harmless(paper_page({}, kPayload)); }
 
-TEST(Figure, NamesAreShownAsTheyAre) {
+TEST(Figure, NamesAreShownLiterally) {
   Figure figure{"a", kPayload, kPayload, kPayload};
   figure.lines = {{kPayload, Role::truth, {0, 1}, {0, 1}}};
   figure.levels = {{kPayload, 0.5}};
@@ -169,7 +169,7 @@ TEST_F(SweepPage, OneKeyIsALineOfMediansAndItsWorstSeedIsNamedWithItsCommand) {
   EXPECT_THAT(html, Has("<td class='number'>0.2</td>")) << "the median of 0.1 and 0.3";
 }
 
-TEST_F(SweepPage, WhatASweepNamesIsOneWordEachOfACommandThatIsCopied) {
+TEST_F(SweepPage, EachNameInASweepIsOneWordOfTheCopiedCommand) {
   add("hall; touch a #", {{"slam.vision.sigma_px", "`id`"}}, 1, {{"rmse_m", 0.1}});
   add("hall; touch a #", {{"slam.vision.sigma_px", "1'; touch b; '"}}, 1, {{"rmse_m", 0.2}});
   EXPECT_THAT(page(),
@@ -197,7 +197,7 @@ TEST_F(SweepPage, TwoKeysAreAHeatMapWhoseCellsOpenTheirRows) {
 }
 
 // The seeds of a setting spread by 0.02, ten times as much as the settings differ.
-TEST_F(SweepPage, ColorsFollowTheValuesAndShowNoDifferenceThatIsSmallerThanTheSpread) {
+TEST_F(SweepPage, ColorsFollowTheValuesAndHideDifferencesSmallerThanTheSpread) {
   const auto add_four = [&](double difference, double spread) {
     int k = 0;
     for (const int a : {1, 2})
@@ -215,7 +215,7 @@ TEST_F(SweepPage, ColorsFollowTheValuesAndShowNoDifferenceThatIsSmallerThanTheSp
               Has("<td class='number heat-3'>", "<td class='number heat-6'>", "<td class='number heat-9'>"));
 }
 
-TEST_F(SweepPage, OfManyKeysHasFiguresOfTheFirstOnesAndOfManyTrialsTheMedianAlone) {
+TEST_F(SweepPage, DrawsTheFirstOfManyKeysAndOnlyTheMedianOfManyTrials) {
   for (const int value : {1, 2}) {
     json settings;
     for (int k = 100; k < 200; ++k) settings["slam.k" + std::to_string(k)] = value;
@@ -223,7 +223,7 @@ TEST_F(SweepPage, OfManyKeysHasFiguresOfTheFirstOnesAndOfManyTrialsTheMedianAlon
   }
   std::string html = page();
   EXPECT_THAT(html, AllOf(Has("across: slam.k104; down: slam.k105<", "<figcaption>rmse_m over slam.k105<",
-                              "Figures are drawn of the first 6 of 100 keys with several values."),
+                              "There are figures for the first 6 of 100 keys with several values."),
                           Lacks("down: slam.k106<", "<figcaption>rmse_m over slam.k106<")));
   lines_.clear();
   for (int seed = 1; seed <= 501; ++seed)
@@ -233,7 +233,7 @@ TEST_F(SweepPage, OfManyKeysHasFiguresOfTheFirstOnesAndOfManyTrialsTheMedianAlon
   EXPECT_THAT(html, AllOf(Has("data-name='median' d='M"), Not(ContainsRegex("M[0-9.]+ [0-9.]+h0"))));
 }
 
-TEST_F(SweepPage, ScenariosAreNotPooledAndATrialThatFailedIsTheWorst) {
+TEST_F(SweepPage, ScenariosAreNotPooledAndAFailedTrialIsTheWorst) {
   add("hall", {{"slam.a", 1}}, 1, {{"ate_se3_rmse_m", 9}});
   add("hall", {{"slam.a", 1}}, 2, {{"ate_se3_rmse_m", 1}}, "diverged");
   add("office", {{"slam.a", 1}}, 1, {{"ate_se3_rmse_m", 3}});
@@ -244,12 +244,12 @@ TEST_F(SweepPage, ScenariosAreNotPooledAndATrialThatFailedIsTheWorst) {
   EXPECT_THAT(html, Has("<summary>seed 2: diverged</summary>", "<td class='number'>1 of 2</td>"));
 }
 
-TEST_F(SweepPage, NamesAreShownAsTheyAre) {
+TEST_F(SweepPage, NamesAreShownLiterally) {
   add("<img src=x>", {{"<b>", "'\"<i>"}}, 1, {{"rmse_m", 1}});
   EXPECT_THAT(page(), AllOf(Has("Content-Security-Policy"), Lacks("<img", "<i>")));
 }
 
-TEST_F(SweepPage, BrokenScoresAreNamed) {
+TEST_F(SweepPage, BrokenScoresAreReported) {
   for (const auto& [lines, complaint] : {std::pair{"", "scores.jsonl: has no trial"},
                                          {"{}\n", "scores.jsonl: scenario"},
                                          {"{\n", "scores.jsonl"}}) {
@@ -287,7 +287,7 @@ class LeaderboardTest : public testing::Test {
   const files::TemporaryFolder folder_;
 };
 
-TEST_F(LeaderboardTest, ATruthOfPositionsIsDrawnAlignedWithTheEstimate) {
+TEST_F(LeaderboardTest, APositionOnlyTruthIsDrawnAlignedWithTheEstimate) {
   add("r", "filter", {{"ate_sim3_rmse_m", 0.0}});
   write("r/timing.json", "{}");
   for (const char* empty : {"plan", "waist_truth", "waist_plan"})
@@ -310,7 +310,7 @@ TEST_F(LeaderboardTest, CoverageComesBeforeTheError) {
   EXPECT_THAT(order(), ElementsAre("whole", "often_lost", "late", "fell"));
 }
 
-TEST_F(LeaderboardTest, AlignedAndUnalignedErrorsHaveColumnsOfTheirOwn) {
+TEST_F(LeaderboardTest, AlignedAndUnalignedErrorsHaveSeparateColumns) {
   add("a/seed-1", "aligned", {{"rmse_m", 0.25}, {"poses_matched", 9}}, 1, "sim3");
   add("a/seed-2", "aligned", {{"rmse_m", 0.5}, {"poses_matched", 9}}, 2);
   const std::string csv = leaderboard_file(board(), TableFormat::csv);
@@ -320,7 +320,7 @@ TEST_F(LeaderboardTest, AlignedAndUnalignedErrorsHaveColumnsOfTheirOwn) {
                "walk,aligned,1,1,1,1,0.5,,,,,,,,,,,,,,2,", "walk,aligned,,1,1,1,,,,,,0.25,,,,,,,,sim3,1,"));
 }
 
-TEST_F(LeaderboardTest, ARowIsOfAllSeedsWithMeanMedianAndP99OfCpu) {
+TEST_F(LeaderboardTest, ARowCoversAllSeedsWithMeanMedianAndP99OfCpu) {
   for (const int seed : {1, 2}) {
     const std::string result = "a/seed-" + std::to_string(seed);
     add(result, "filter", {{"rmse_m", 0.1 * seed}, {"poses_matched", 9}}, seed);
@@ -360,15 +360,14 @@ TEST_F(LeaderboardTest, RowsThatLookAlikeDifferInSeedsAndKeys) {
     EXPECT_THAT(text, Lacks("differs in")) << "a single row";
 }
 
-TEST_F(LeaderboardTest, RowsAreRankedOverTheSeedsInCommonWithTheirSpread) {
+TEST_F(LeaderboardTest, RowsAreRankedOverTheirCommonSeedsAndShowTheirSpread) {
   for (int seed = 1; seed <= 3; ++seed) {
     add("a/seed-" + std::to_string(seed), "steady", {{"rmse_m", 0.1 * seed}, {"poses_matched", 9}}, seed);
     add("b/seed-" + std::to_string(seed), "worse", {{"rmse_m", 0.12 * seed}, {"poses_matched", 9}}, seed);
   }
   add("c/seed-1", "lucky", {{"rmse_m", 0.11}, {"poses_matched", 9}}, 1);
   EXPECT_THAT(order(), ElementsAre("steady", "lucky", "worse")) << "0.2 is the median of all seeds of steady";
-  EXPECT_THAT(leaderboard_table(board()),
-              Has("walk is ranked over the seeds that its rows have in common: 1\n"));
+  EXPECT_THAT(leaderboard_table(board()), Has("walk is ranked over the seeds that all its rows have: 1\n"));
   add("d/seed-7", "elsewhere", {{"rmse_m", 0.001}, {"poses_matched", 9}}, 7);
   EXPECT_EQ(board().rows.back().estimator, "elsewhere");
   EXPECT_FALSE(board().rows.back().rank);
@@ -394,19 +393,19 @@ TEST_F(LeaderboardTest, SettingsAndProgramsAreNeverPooledAndASeedCountsOnce) {
   EXPECT_THAT(board().left_out[0], Has("a/again: repeats seed 1 of "));
 }
 
-TEST_F(LeaderboardTest, OneBrokenResultDoesNotEndIt) {
+TEST_F(LeaderboardTest, OneBrokenResultDoesNotStopIt) {
   add("a/seed-1", "good", {{"rmse_m", 0.1}});
   add("b/seed-1", "bad", {{"rmse_m", 0.1}});
   write("b/seed-1/timing.json", "{");
   write("c/seed-1/score.json", "{\"seed\": 1");
   EXPECT_THAT(order(), ElementsAre("good"));
   EXPECT_EQ(board().left_out.size(), 2u);
-  EXPECT_THAT(leaderboard_page(board()), Has("Left out: "));
+  EXPECT_THAT(leaderboard_page(board()), Has("Skipped: "));
   std::filesystem::remove_all(folder_ / "a");
   EXPECT_THROW(board(), files::FileError);
 }
 
-TEST_F(LeaderboardTest, NamesAreNeutral) {
+TEST_F(LeaderboardTest, NamesAreNeutralized) {
   add("a/seed-1", "=cmd|'/c calc'!A1", {{"rmse_m", 0.1}});
   add("b/seed-1", "evil\nrow\x1b[2J\xe2\x80\xae", {{"rmse_m", 0.1}}, 1, "x,\ny");
   for (const std::string& text :
@@ -426,14 +425,14 @@ RunData run(std::uint64_t seed, const std::map<std::string, double>& metrics) {
   return data;
 }
 
-/// The cells of a metric in a table of changes; a key's by its name.
+/// The cells of a metric in a table of changes; a key is given by its name.
 std::vector<std::string> cells_of(const ChangeTable& table, const std::string& first) {
   for (const ChangeTable::Row& row : table.rows)
     if (row.cells[0] == first) return row.cells;
   return {};
 }
 
-TEST(Changes, AreTheKeysAndTheVerdictsOfCompareWithPFromEightSeedsOn) {
+TEST(Changes, ListKeysAndVerdictsOfCompareWithPValuesForEightSeedsOrMore) {
   for (const std::uint64_t seeds : {1, 8}) {
     std::vector<RunData> a, b;
     for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
@@ -461,7 +460,7 @@ TEST(Changes, AreTheKeysAndTheVerdictsOfCompareWithPFromEightSeedsOn) {
   }
 }
 
-TEST(Tables, FilesHaveUnitsCountsAndIntervalsAndEscapeWhatTheirFormatMeans) {
+TEST(Tables, FilesHaveUnitsCountsAndIntervalsAndEscapeTheirFormatsSpecialCharacters) {
   std::vector<RunData> runs;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     runs.push_back(run(seed, {{"rmse_m", 0.01 * double(seed)}}));
@@ -484,7 +483,7 @@ const PaperRow& row(const std::vector<PaperRow>& rows, const std::string& what) 
   return *found;
 }
 
-TEST(PaperRows, DriftsAgreeWithinAFactorOfTwoWhateverTheirSignsOrBelowTheNegligible) {
+TEST(PaperRows, DriftsAgreeWithinAFactorOfTwoWhateverTheirSignsOrIfNegligible) {
   PaperRuns runs;
   runs["perpendicular_circle_trial1"] = {
       run(1, {{"plan_drift_x_m", 0.09}, {"plan_drift_y_m", -0.34}, {"plan_drift_yaw_deg", 29}}),
@@ -509,16 +508,16 @@ TEST(PaperRows, ClosingWhereThePaperFailedDiffersForItsFilterAndIsBetterForOurs)
   runs["hall_paper"] = runs["hall"] =
       runs["tangent_circle"] = {run(1, {{"loop_closed", 1}, {"loop_landmarks", 12}})};
   EXPECT_EQ(row(paper_rows(runs), "The hall, the paper's filter").agreement, "differs");
-  EXPECT_EQ(row(paper_rows(runs), "The hall, this bench's filter").agreement, "better");
-  EXPECT_EQ(row(paper_rows(runs), "Experiment 1, this bench's filter").agreement, "agrees");
+  EXPECT_EQ(row(paper_rows(runs), "The hall, GaitSLAM's filter").agreement, "better");
+  EXPECT_EQ(row(paper_rows(runs), "Experiment 1, GaitSLAM's filter").agreement, "agrees");
   runs["hall_paper"].push_back(run(2, {{"loop_closed", 0}}));
   EXPECT_THAT(row(paper_rows(runs), "The hall, the paper's filter").bench, Has("1 of 2 closed"));
   EXPECT_THAT(row(paper_rows(runs), "The hall, the paper's filter").bench,
               Has("Likely cause of the difference"));
   runs["hall"].push_back(run(2, {{"loop_closed", 0}}));
-  EXPECT_EQ(row(paper_rows(runs), "The hall, this bench's filter").agreement, "differs");
+  EXPECT_EQ(row(paper_rows(runs), "The hall, GaitSLAM's filter").agreement, "differs");
   runs["tangent_circle"].push_back(run(2, {{"loop_closed", 0}}));
-  EXPECT_EQ(row(paper_rows(runs), "Experiment 1, this bench's filter").agreement, "differs");
+  EXPECT_EQ(row(paper_rows(runs), "Experiment 1, GaitSLAM's filter").agreement, "differs");
 }
 
 TEST(PaperRows, OneRunHasNoSpreadTimesAreNotComparedAndThePageCountsTheRows) {
@@ -535,21 +534,21 @@ TEST(PaperRows, OneRunHasNoSpreadTimesAreNotComparedAndThePageCountsTheRows) {
                   std::to_string(rows.size() - 1) + ".</p>"));
   runs["tangent_circle"] = {run(1, {{"loop_closed", 1}, {"loop_landmarks", 12}})};
   runs["tangent_circle"][0].frame_cpu_ms_median = 0.5;
-  EXPECT_EQ(row(paper_rows(runs), "Experiment 1, this bench's filter").bench,
+  EXPECT_EQ(row(paper_rows(runs), "Experiment 1, GaitSLAM's filter").bench,
             "1 of 1 closed; landmarks recognized: 12; ATE none");
-  const PaperRow time = row(paper_rows(runs), "CPU time of a frame, this bench's filter");
-  EXPECT_EQ(time.bench, "0.5 ms, on another computer: not comparable");
+  const PaperRow time = row(paper_rows(runs), "CPU time of a frame, GaitSLAM's filter");
+  EXPECT_EQ(time.bench, "0.5 ms, on a different computer: not comparable");
   EXPECT_EQ(time.agreement, "");
 }
 
-/// Figure 3 of the depths.csv with these rows.
+/// Figure 3 of a depths.csv with these rows.
 Figure depths(const std::string& rows) {
   const files::TemporaryFolder folder;
   files::write_text(folder / "depths.csv", "#timestamp [ns],landmark,depth [m],probability\n" + rows);
   return depths_figure(folder / "depths.csv");
 }
 
-TEST(Depths, TheFigureIsOfTheLandmarkThatTookMostImagesToBecomeKnown) {
+TEST(Depths, TheFigureShowsTheLandmarkThatTookTheMostImagesToBecomeKnown) {
   const Figure f = depths(
       "0,1,2,0.5\n0,1,8,0.5\n"                  // 1: never known
       "0,2,3,0.5\n0,2,5,0.5\n33000000,2,4,1\n"  // 2: after two images

@@ -14,8 +14,8 @@ namespace {
 using files::TemporaryFolder;
 using tests::Has;
 
-/// A robot of few links in the style of public models: degrees, newer attributes, meshless looks. hips: of a
-/// link between base and legs.
+/// A robot of few links in the style of public models: degrees, newer attributes, visuals without meshes.
+/// hips: of a link between base and legs.
 std::string model(const std::string& hips = "") {
   const auto link = [](const std::string& name, const std::string& pos, const std::string& axis,
                        const std::string& more) {
@@ -109,7 +109,7 @@ TEST(Adapted, RobotHasTheBenchsServosPartsAndContacts) {
   EXPECT_NEAR(m.body_subtreemass[0], 20, 1e-9);
 }
 
-TEST(Adapted, RobotWithWhatItsModelDoesNotHaveIsRejectedAtThatKey) {
+TEST(Adapted, RobotThatNamesSomethingMissingInItsModelIsRejectedAtThatKey) {
   const TemporaryFolder folder;
   const RobotFile good = robot(folder);
   RobotFile file = good;
@@ -119,8 +119,7 @@ TEST(Adapted, RobotWithWhatItsModelDoesNotHaveIsRejectedAtThatKey) {
   file = good, file.feet[1].contacts = {"left_toe"};
   EXPECT_THAT(rejection(file), Has("feet.left: of the contacts left_toe body 'left_foot' has 0"));
   file = good, file.feet[1].body = "left_ankle";
-  EXPECT_THAT(rejection(file),
-              Has("feet.left: body 'left_ankle' has no geom that collides, expected the sole"));
+  EXPECT_THAT(rejection(file), Has("feet.left: body 'left_ankle' has no colliding geom, expected the sole"));
   file = good, file.feet[1].body = "left_toe";
   EXPECT_THAT(rejection(file), Has("feet.left: the model has no body 'left_toe', expected one of arm"));
   file = good, file.servos[0].joints[0] = "knee";
@@ -134,8 +133,8 @@ TEST(Adapted, RobotWithWhatItsModelDoesNotHaveIsRejectedAtThatKey) {
   EXPECT_THAT(rejection(file), Has("robot.xml:1: worldbody: has no body 'waist', the base"));
 }
 
-// Each part of the model is wrong once; what the library itself rejects has a place, too.
-TEST(Adapted, ModelThatIsWrongIsRejectedWithFileLineAndElement) {
+// Each part of the model is wrong once. Errors that the library itself reports also have a place.
+TEST(Adapted, WrongModelIsRejectedWithFileLineAndElement) {
   const TemporaryFolder folder;
   const RobotFile file = robot(folder);
   const std::string good = model();
@@ -151,10 +150,11 @@ TEST(Adapted, ModelThatIsWrongIsRejectedWithFileLineAndElement) {
       {"left_knee", " diaginertia='.01 .01 .01'", "", "robot.xml:5: body: mass and inertia of moving bodies"},
       {"left_knee", "axis='0 1 0'", "axis='0 0 0'", "robot.xml:5: joint: axis too small"},
       {"left_knee", "range='-90 90'", "range='9 -9'", "robot.xml:5: joint: range[0] should be smaller"},
-      {"left_knee", "range='-90 90'", "", "robot.xml:5: joint range: of 'left_knee_joint' is missing"},
+      {"left_knee", "range='-90 90'", "", "robot.xml:5: joint range: 'left_knee_joint' has none"},
       {"left_knee",
        "range=", "type='slide' range=", "robot.xml:5: joint type: of 'left_knee_joint' is slide"},
-      {"left_knee", "range=", "limited='false' range=", "robot.xml:5: joint range: of 'left_knee_joint'"},
+      {"left_knee",
+       "range=", "limited='false' range=", "robot.xml:5: joint range: 'left_knee_joint' has none"},
       {"left_knee", "left_knee_joint", "left_hip_joint",
        "robot.xml:5: joint name: 'left_hip_joint' is given"},
       {"left_foot", "size='0.1 0.05 0.01'", "", "robot.xml:7: geom: sizes must be positive"}};
@@ -162,7 +162,7 @@ TEST(Adapted, ModelThatIsWrongIsRejectedWithFileLineAndElement) {
     EXPECT_THAT(error_with(from, part, instead), Has(error)) << part << instead;
 }
 
-TEST(Adapted, LinksThatAreFixedToAFootAreItsSoleToo) {
+TEST(Adapted, LinksFixedToAFootBelongToItsSole) {
   const TemporaryFolder folder;
   const RobotFile file = robot(folder);
   files::write_text(folder / "robot.xml",
@@ -176,7 +176,7 @@ TEST(Adapted, LinksThatAreFixedToAFootAreItsSoleToo) {
               Has("  left: {body: left_foot, sole_m: [0, 0, -0.07]}\n"));
 }
 
-TEST(Adapted, SolesThatOnlyAPairOrAFloorWithOtherBitsTouchesAreSoles) {
+TEST(Adapted, SolesCountEvenIfOnlyAPairOrAFloorWithOtherBitsTouchesThem) {
   const TemporaryFolder folder;
   RobotFile file = robot(folder);
   for (const char* bits : {"0", "2"}) {
@@ -198,7 +198,7 @@ std::string guess_with(const TemporaryFolder& folder, const char* text, const ch
   return first_robot_file(folder / "robot.xml", "robot.xml");
 }
 
-TEST(FirstRobotFile, WeakAnklesStandBehindTheMiddleOfTheirSoles) {
+TEST(FirstRobotFile, RobotsWithWeakAnklesStandBehindTheMiddleOfTheirSoles) {
   const TemporaryFolder folder;
   const auto knees = [&](const char* ankle) {
     const std::string guess =
@@ -209,7 +209,7 @@ TEST(FirstRobotFile, WeakAnklesStandBehindTheMiddleOfTheirSoles) {
   EXPECT_NE(knees("$1'-50 50'"), knees("$1'-1 1'"));
 }
 
-TEST(FirstRobotFile, WeakHipsStepFasterAndNearerToTheMiddle) {
+TEST(FirstRobotFile, RobotsWithWeakHipsStepFasterAndNearerToTheMiddle) {
   const TemporaryFolder folder;
   const auto with_hips_of = [&](const char* effort) {  // 20 kg * 9.81 m/s^2 * 0.1 m = 20 N m
     return guess_with(folder, "(_roll_joint' axis='1 0 0' range='-90 90' actuatorfrcrange=)'-50 50'", effort);
@@ -308,7 +308,7 @@ TEST(FirstRobotFile, GuessesFeetLegsChestHeadAndMarksEachGuess) {
                     "<mujoco><worldbody><body name='b'><freejoint/><inertial pos='0 0 0' mass='1' "
                     "diaginertia='1 1 1'/></body></worldbody></mujoco>");
   EXPECT_THAT([&] { first_robot_file(folder / "robot.xml", "robot.xml"); },
-              testing::ThrowsMessage<std::runtime_error>(Has("robot.xml: has no two feet")));
+              testing::ThrowsMessage<std::runtime_error>(Has("robot.xml: lacks two feet")));
 }
 
 }  // namespace

@@ -84,7 +84,7 @@ TEST(RoomClearance, AMarginIsADistance) {
 }
 
 // World's sparse checks rely on this.
-TEST(RoomClearance, TheDistanceIsNeverMoreThanTheWayToTheFirstTouch) {
+TEST(RoomClearance, TheDistanceNeverExceedsThePathToTheFirstTouch) {
   Stander robot("office");
   double touched_x = 0;
   while (!robot.at(touched_x, 0).collision) touched_x += 0.01;

@@ -49,7 +49,7 @@ TEST(G1, HasThePublishedMassAndTorqueLimits) {
   EXPECT_FALSE(g1().has_force_sensors);
 }
 
-TEST(G1, WalksThroughAPushAndOnlyWithStabilizerAndAdjustedLandings) {
+TEST(G1, SurvivesAPushButOnlyWithStabilizerAndAdjustedLandings) {
   const Walked walked = six_steps();
   EXPECT_EQ(walked.status.condition, Condition::ok) << walked.status.cause;
   EXPECT_LT((walked.X_PB.translation() - walked.planned.translation()).norm(), 0.03);
@@ -77,12 +77,12 @@ TEST(G1, WithLongerShanksAndAHeavierTorsoWalksByItsFolder) {
   EXPECT_LT((walked.X_PB.translation() - walked.planned.translation()).norm(), 0.05);
 }
 
-TEST(G1, FeelsItsWeightByTheTorquesOfItsLegs) {
+TEST(G1, MeasuresItsWeightByTheTorquesOfItsLegs) {
   World world = standing_g1();
   for (int k = 0; k < 300; ++k) world.step();
   const walking::SensorReadings readings = world.leg_readings();
   const double weight = g1().robot.mass * walking::kGravity;
-  // It sinks onto its pads and springs: within 5 % of rest.
+  // It is still sinking onto its pads and springs, so its weight is within 5 % of that at rest.
   EXPECT_NEAR(readings.left.force.z() + readings.right.force.z(), weight, 0.05 * weight);
   EXPECT_NEAR(readings.left.force.z(), readings.right.force.z(), 0.1 * weight);
 }
@@ -96,7 +96,7 @@ TEST(G1, ServosWithoutStiffnessOnlyDampAtEachCommandAnew) {
   EXPECT_EQ(world.data()->qfrc_applied[6], 1) << "of the joint after the base";
 }
 
-TEST(G1, ATorqueIsNeverBeyondItsLimitAndIsReportedThere) {
+TEST(G1, ATorqueNeverExceedsItsLimitAndIsReportedWhenItReachesIt) {
   World world = standing_g1();
   world.step();
   world.torque_limited_since_last();

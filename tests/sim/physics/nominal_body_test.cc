@@ -27,9 +27,10 @@ walking::BodyPose moved(const walking::BodyMotion& motion, double dt) {
   return pose;
 }
 
-// Linear momentum is mass times the derivative of the center of mass; angular momentum that of links that
+// The linear momentum is the mass times the derivative of the center of mass; the angular momentum is that of
+// links that turn and move about it.
 // turn and move about it.
-TEST(NominalBody, MomentumIsThatOfItsLinks) {
+TEST(NominalBody, MomentumIsTheSumOverItsLinks) {
   const Model model = load_model(robot_file(), "floor", models());
   const Data before(mj_makeData(model.get())), after(mj_makeData(model.get()));
   const walking::BodyMotion motion = generic_motion();
@@ -58,7 +59,7 @@ TEST(NominalBody, MomentumIsThatOfItsLinks) {
   EXPECT_GT(angular.norm(), 0.5);
 }
 
-TEST(NominalBody, KnowsNothingOfWhereItWasBefore) {
+TEST(NominalBody, DoesNotDependOnItsPreviousPose) {
   const walking::WholeBody body = nominal_body(copy_of(on_floor().on_floor));
   const walking::BodyMomentum fresh = body(generic_motion());
   walking::BodyMotion other;
@@ -89,7 +90,7 @@ Eigen::Vector2d largest_zmp_error(bool second_preview) {
 }
 
 TEST(SecondPreview, KeepsTheWholeRobotsZmpAsCloseAsTheOriginalDoes) {
-  // The original reports 12 mm ahead and 4 mm aside; aside, 20 ms of double support leave 2 mm more.
+  // The original reports 12 mm ahead and 4 mm aside; to the side, 20 ms of double support leave another 2 mm.
   EXPECT_LT(largest_zmp_error(true).maxCoeff(), 0.0065);
   EXPECT_GT(largest_zmp_error(false).minCoeff(), 0.015);
 }

@@ -16,7 +16,7 @@ TEST(ReadRobot, HasTheJointsSolesAndBushesOfThePublishedRobot) {
     EXPECT_EQ(a.parent, b.parent) << a.name;
     EXPECT_LT((a.axis - b.axis).norm(), 1e-12) << a.name;
     EXPECT_LT((a.offset - b.offset).norm(), i < 22 ? 1e-12 : 0.1) << a.name;
-    if (i >= 16) continue;                            // of the arms the table has no range
+    if (i >= 16) continue;                            // the table has no ranges of the arms
     EXPECT_NEAR(a.lowest, b.lowest, 1e-5) << a.name;  // six digits
     EXPECT_NEAR(a.highest, b.highest, 1e-5) << a.name;
   }
@@ -43,13 +43,13 @@ TEST(ReadRobot, HasTheJointsSolesAndBushesOfThePublishedRobot) {
   EXPECT_NEAR(read.com_height(), 0.808291, 2e-5);
 }
 
-TEST(ReadRobot, NamesWhatDoesNotFitWithItsPlace) {
+TEST(ReadRobot, ReportsMismatchesWithTheirPlace) {
   const std::string yaml = (models() / "robots/hrp2/robot.yaml").string();
   const std::vector<std::pair<std::function<void(RobotFile&, mjModel&)>, std::string>> cases{
       {[](RobotFile& f, mjModel&) { f.base = "PELVIS"; },
        yaml + ":4:7: base: the model has no body 'PELVIS'"},
       {[](RobotFile& f, mjModel&) { f.base = "CHEST_LINK0"; },
-       yaml + ":4:7: base: body 'CHEST_LINK0' has no free joint, expected one as the first of the model"},
+       yaml + ":4:7: base: body 'CHEST_LINK0' has no free joint, expected the model's first joint"},
       {[](RobotFile& f, mjModel&) { f.legs[1][2] = "HIP"; },
        ": legs.left: the model has no joint 'HIP' with a servo"},
       {[](RobotFile& f, mjModel&) { f.legs[0].pop_back(); },
@@ -58,13 +58,13 @@ TEST(ReadRobot, NamesWhatDoesNotFitWithItsPlace) {
        "the right leg is not a chain from base to foot: RLEG_JOINT1 is not on the link of "},
       {[](RobotFile& f, mjModel&) { f.posture_rad["NECK"] = 1; },
        "posture_deg.NECK: the model has no joint 'NECK'"},
-      {[](RobotFile& f, mjModel&) { f.posture_rad.clear(); }, "leg cannot move its sole every way"},
+      {[](RobotFile& f, mjModel&) { f.posture_rad.clear(); }, "leg cannot move its sole in every direction"},
       {[](RobotFile&, mjModel& m) { m.jnt_limited[1] = 0; }, "the right leg has no range at RLEG_JOINT0"},
       {[](RobotFile&, mjModel& m) {
          const int sole = mj_name2id(&m, mjOBJ_SITE, "right_sole");
          m.site_sameframe[sole] = 0, m.site_pos[3 * sole + 2] -= 0.02;
        },
-       " m above the point sole_m, expected it at the ground"},
+       " m above the point sole_m, expected this point on the ground"},
       {[](RobotFile&, mjModel& m) { std::fill_n(m.geom_contype, m.ngeom, 0); },
        ": feet.right: body 'RLEG_SOLE' has no sole, expected geoms that touch the floor at several places"},
       {[](RobotFile&, mjModel& m) { m.jnt_stiffness[mj_name2id(&m, mjOBJ_JOINT, "RLEG_BUSH_YAW")] = 0; },

@@ -1,4 +1,4 @@
-// Worlds and models of tests: a robot that stands, a robot that walks, a model of a few lines.
+// Worlds and models for tests: a robot that stands, a robot that walks, a model of a few lines.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -22,7 +22,7 @@ inline const Models& on_floor() {
 }
 inline walking::JointVector half_sitting() { return on_floor().robot.posture; }
 
-/// A robot at its posture on the bare floor.
+/// A robot in its posture on the bare floor.
 inline World standing(const Models& on_floor, const PlantVariation& draw = {},
                       const Eigen::Isometry3d& X_WB = Eigen::Isometry3d::Identity()) {
   WorldOptions options;
@@ -46,7 +46,7 @@ struct Walked {
   Eigen::Isometry3d X_PB, planned;
 };
 
-/// Walks with P at X_WP, until the plan or the robot is at its end.
+/// Walks with P at X_WP until the plan or the robot is finished.
 inline Walked walk(const walking::WalkOptions& options, const walking::StabilizerOptions& stabilizer,
                    const WorldOptions& world = {}, const PlantVariation& draw = {},
                    const Eigen::Isometry3d& X_WP = Eigen::Isometry3d::Identity()) {
@@ -57,7 +57,7 @@ inline Walked walk(const walking::WalkOptions& options, const walking::Stabilize
   return {robot.world().status(), X_WP.inverse() * robot.world().X_WB(), robot.reference().X_PB};
 }
 
-/// A model of a robot (without any part) in a room of the given MJCF elements.
+/// A model of a robot (without any part) in a room with the given MJCF elements.
 inline Model small_model(const std::string& room, const std::string& robot = "<worldbody/>") {
   const files::TemporaryFolder folder;
   files::write_text(folder / "model.xml", "<mujoco>" + robot + room + "</mujoco>");

@@ -102,7 +102,7 @@ TEST(World, SplitsTheRecordedReadingsWithoutGapsAndWithoutDisturbingTheStabilize
   EXPECT_EQ(split.sensor_readings().gyro, whole.sensor_readings().gyro);
 }
 
-/// Commands the joints of half-sitting with others at these angles.
+/// Commands the half-sitting posture, with some joints at these angles.
 void bend(World& world, std::initializer_list<std::pair<int, double>> joints) {
   walking::JointVector q = half_sitting();
   for (const auto& [joint, angle] : joints) q[joint] = angle;
@@ -133,7 +133,7 @@ TEST(World, ReadingsOfAMovedImuAreInTheAxesOfTheChest) {
       for (World* each : {&plain, &world}) run(*each, 5);
       const walking::SensorReadings expected = plain.sensor_readings(), found = world.sensor_readings();
       ASSERT_LT((found.gyro - expected.gyro).norm(), 1e-6) << mount.link << tick;
-      if (mount.on_link()) continue;  // elsewhere the acceleration is another
+      if (mount.on_link()) continue;  // elsewhere the acceleration differs
       ASSERT_LT((found.accelerometer - expected.accelerometer).norm(), 1e-6) << tick;
     }
     EXPECT_LT((world.sensor_readings().accelerometer - plain.sensor_readings().accelerometer).norm(), 0.5);
@@ -156,7 +156,7 @@ TEST(World, SaysThatTheRobotFellWhenItsLegsGiveWay) {
   EXPECT_THAT(falling.status().cause, testing::Not(HasSubstr("push")));
 }
 
-TEST(World, FeetThatTouchCollideUnlessTheyAreLet) {
+TEST(World, FeetThatTouchCollideUnlessAllowedTo) {
   World touching = standing(), brushing = standing();
   brushing.let_feet_touch();
   for (World* world : {&touching, &brushing}) {
@@ -167,7 +167,7 @@ TEST(World, FeetThatTouchCollideUnlessTheyAreLet) {
   EXPECT_EQ(brushing.status().condition, Condition::ok) << brushing.status().cause;
 }
 
-TEST(World, SaysWhichWayThePushBeforeAFallPushed) {
+TEST(World, ReportsTheDirectionOfThePushBeforeAFall) {
   World world = standing();
   world.start_clock(
       {{.time_s = 0.1, .impulse_ns = 90, .direction_rad = M_PI_2}, {.time_s = 60, .impulse_ns = 7}});
@@ -195,7 +195,7 @@ TEST(World, AHandThatBrushesADeskIsACollision) {
   EXPECT_GT(world.time(), 200ms);
 }
 
-TEST(World, WhatStandsInAnObjectHasCollidedFromTheBeginning) {
+TEST(World, ARobotPlacedInAnObjectHasCollidedFromTheBeginning) {
   World world = in_office(3.9, 1.2);
   world.step();
   EXPECT_EQ(world.status().condition, Condition::collided);
@@ -234,8 +234,8 @@ TEST(World, RefusesAModelThatDoesNotExistOrDoesNotLoadAndNamesIt) {
 
 using walking::walk_of;
 
-// HRP-2's own order of drift on 1 m is a centimeter or two, and 0.1° (0.7°) over twice this turn.
-TEST(Walk, GoesWhereThePlanGoesButForWhatItsFeetSlip) {
+// On 1 m, HRP-2 itself drifts by a centimeter or two, and by 0.1° (0.7°) over twice this turn.
+TEST(Walk, FollowsThePlanExceptForTheSlipOfItsFeet) {
   for (const auto& [command, turn, most_m] :
        {std::tuple<walking::Command, double, double>{walking::Straight{0.6, 0}, 0, 0.03},
         {walking::TangentArc{0.75, 0.8}, 0.8, 0.04}}) {
@@ -255,12 +255,12 @@ TEST(Walk, GoesTheSameWayFiftyMetersFromTheOrigin) {
   const Walked here = walk(walk_of({walking::TangentArc{0.75, 0.6}}), {});
   const Walked there = walk(walk_of({walking::TangentArc{0.75, 0.6}}), {}, {}, {}, far);
   ASSERT_EQ(there.status.condition, Condition::ok) << there.status.cause;
-  // Rounding differs, and what slips at the limit of friction doubles it many times over.
+  // Rounding differs, and slip at the friction limit doubles the difference many times over.
   EXPECT_LT((here.X_PB.translation() - there.X_PB.translation()).norm(), 0.001);
 }
 
 // The clock starts when the robot is at rest.
-TEST(Walk, BeginsAtTimeZeroWithThePushesStillToCome) {
+TEST(Walk, BeginsAtTimeZeroBeforeAllPushes) {
   WorldOptions options;
   options.pushes = {{.time_s = 0, .impulse_ns = 5, .direction_rad = 0, .duration_s = 0.1}};
   const auto moved = [](const WorldOptions& world) {
@@ -276,7 +276,7 @@ TEST(Walk, BeginsAtTimeZeroWithThePushesStillToCome) {
   EXPECT_GT(moved(options).x(), 1e-3);  // free, 5 Ns on 57 kg would be 4.4 mm in 0.1 s
 }
 
-// Errors of the loaded soles in the waist, mean of positions (m) and angles (rad).
+// Errors of the loaded soles relative to the waist, averaged over positions (m) and angles (rad).
 TEST(Walk, LegOdometryKnowsWhereTheSolesAreBecauseItKnowsTheBushes) {
   const Models in_office(robot_file(), "office", models());
   WalkingRobot robot(walking::PatternGenerator(in_office.robot, walk_of({walking::TangentArc{0.75, 0.6}})),
@@ -367,7 +367,7 @@ TEST(Soles, CreepIsTheMotionOfAStandingFootBelowTheFrictionCone) {
   const Vector2d moved = horizontal(world.X_WL()) - before;
   const SoleContact contact = world.sole_contacts_since_last()[0];
   EXPECT_GT(moved.x(), 1e-6);
-  EXPECT_LT(moved.x(), 3e-4);  // a tenth of a millimeter a second
+  EXPECT_LT(moved.x(), 3e-4);  // a tenth of a millimeter per second
   // The push tilts the sole a little on its pads, which moves the point below the ankle too.
   EXPECT_NEAR(contact.creep.x(), moved.x(), 0.2 * moved.x());
   EXPECT_NEAR(contact.load, on_floor().robot.mass * walking::kGravity / 2, 15);  // both feet alike
@@ -384,7 +384,7 @@ TEST(Soles, SlideWhereTheFloorIsSlippery) {
   EXPECT_GT(wet.X_WL().translation().x() - 0.0095, 0.02);
 }
 
-// On a floor at -0.3 m the waist of a standing robot is as low as that of a fallen one on z = 0.
+// On a floor at -0.3 m the waist of a standing robot is as low as that of a fallen robot on a floor at z = 0.
 TEST(World, StandsOnTheRoomsOwnFloorWithItsFrictionWhereverThatIs) {
   const files::TemporaryFolder folder;
   files::write_text(
@@ -406,7 +406,7 @@ TEST(World, StandsOnTheRoomsOwnFloorWithItsFrictionWhereverThatIs) {
   EXPECT_EQ(floor.solids(), 1u);
 }
 
-TEST(Soles, StandOnTheFloorsHeight) {
+TEST(Soles, StandAtTheHeightOfTheFloor) {
   PlantVariation draw;
   draw.floor = {{0.004, Vector2d(0, 2), 0}};  // 4 mm cos(2 y): even in x
   World world = standing(draw);
@@ -416,14 +416,14 @@ TEST(Soles, StandOnTheFloorsHeight) {
   EXPECT_NEAR(world.X_WL().translation().z(), height, 0.001);  // the pads yield
 }
 
-TEST(Ground, OfSeveralPatchesTheLastOneCounts) {
+TEST(Ground, TheLastOfSeveralPatchesCounts) {
   const std::vector<FloorPatch> patches{{0, 2, 0, 2, 0.3}, {1, 2, 0, 2, 0.4}};
   EXPECT_EQ(friction_at({-0.1, 1}, 0.7, patches), 0.7);
   EXPECT_EQ(friction_at({0.5, 1}, 0.7, patches), 0.3);
   EXPECT_EQ(friction_at({1.5, 1}, 0.7, patches), 0.4);
 }
 
-TEST(Push, GoesByTheHeadingOfTheWaist) {
+TEST(Push, IsRelativeToTheHeadingOfTheWaist) {
   WorldOptions options;
   options.pushes = {{.time_s = 0.2, .impulse_ns = 10, .direction_rad = std::numbers::pi / 2}};
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();

@@ -63,7 +63,7 @@ TEST_F(CacheTest, ARecordingIsMadeOnceAndOneThatFailsLeavesNothing) {
   EXPECT_THAT(said_, IsEmpty());
 }
 
-// Takes the permission to write the folder and what is in it, or gives it back.
+// Takes away or gives back the permission to write the folder and its contents.
 void permit_writing(const fs::path& folder, bool allowed) {
   const auto how = allowed ? fs::perm_options::add : fs::perm_options::remove;
   const auto writing = allowed ? fs::perms::owner_write
@@ -73,7 +73,7 @@ void permit_writing(const fs::path& folder, bool allowed) {
     fs::permissions(entry.path(), writing, how);
 }
 
-TEST_F(CacheTest, OneThatCannotBeWrittenServesWhatItHas) {
+TEST_F(CacheTest, AnUnwritableCacheServesWhatItHas) {
   get('a');
   std::optional<CachedRecording> reader;
   {
@@ -84,10 +84,9 @@ TEST_F(CacheTest, OneThatCannotBeWrittenServesWhatItHas) {
     EXPECT_TRUE(cache_.find(key('a'), say()));
     ASSERT_EQ(cache_.list().size(), 1u);
     EXPECT_EQ(cache_.list()[0].scenario, "walk");
-    EXPECT_THAT(
-        files::error_of([&] { get('b'); }),
-        HasSubstr("cache: does not have this recording whole, and it cannot be made there: Permission "
-                  "denied; GAITSLAM_CACHE names another folder"));
+    EXPECT_THAT(files::error_of([&] { get('b'); }),
+                HasSubstr("cache: lacks an intact copy of this recording, and cannot store one: Permission "
+                          "denied; set GAITSLAM_CACHE to another folder"));
   }
   permit_writing(cache_.place().folder, true);
   EXPECT_EQ(made_, 1);
@@ -96,7 +95,7 @@ TEST_F(CacheTest, OneThatCannotBeWrittenServesWhatItHas) {
   EXPECT_TRUE(has('a'));
 }
 
-TEST_F(CacheTest, ADamagedOneIsNamedAndMadeAgain) {
+TEST_F(CacheTest, ADamagedRecordingIsReportedAndMadeAgain) {
   const fs::path frame = get('a').folder / "recording/frame.png";
   std::fstream(frame, std::ios::in | std::ios::out | std::ios::binary) << 'y';
   EXPECT_FALSE(cache_.find(key('a'), say()));
@@ -117,7 +116,7 @@ TEST_F(CacheTest, ADamagedOneIsNamedAndMadeAgain) {
   EXPECT_THAT(said_.back(), HasSubstr("another recording"));
 }
 
-TEST_F(CacheTest, OneWithDamagedJsonHealsItself) {
+TEST_F(CacheTest, ARecordingWithDamagedJsonHealsItself) {
   const fs::path entry = cache_.place().folder / key('a');
   for (const auto& [file, text] :
        {std::pair{"entry.json", R"({"recording": 5})"}, {"entry.json", ""}, {"result/about.json", "{"}}) {
@@ -128,7 +127,7 @@ TEST_F(CacheTest, OneWithDamagedJsonHealsItself) {
   }
 }
 
-TEST_F(CacheTest, TheLeastRecentlyUsedGoesFirst) {
+TEST_F(CacheTest, TheLeastRecentlyUsedRecordingIsRemovedFirst) {
   const auto use = [this](char letter) {
     get(letter);
     ::usleep(20000);  // more than the resolution of the file system's clock
@@ -144,7 +143,7 @@ TEST_F(CacheTest, TheLeastRecentlyUsedGoesFirst) {
   EXPECT_TRUE(has('a') && !has('b') && has('c'));
 }
 
-TEST_F(CacheTest, SeveralCleanItAtATime) {
+TEST_F(CacheTest, SeveralProcessesCleanItAtTheSameTime) {
   const Cache roomy{{folder_ / "cache", 1'000'000'000}};
   for (int round = 0; round < 3; ++round) {
     for (char letter = 'a'; letter <= 'p'; ++letter) {
@@ -161,7 +160,7 @@ TEST_F(CacheTest, SeveralCleanItAtATime) {
   }
 }
 
-TEST_F(CacheTest, OneInUseIsNeverRemoved) {
+TEST_F(CacheTest, ARecordingInUseIsNeverRemoved) {
   const CachedRecording used = get('a');
   get('b'), get('c');
   EXPECT_TRUE(has('a')) << "though it was used longest ago";
@@ -173,7 +172,7 @@ TEST_F(CacheTest, OneInUseIsNeverRemoved) {
   EXPECT_GT(cleaned.bytes, 2 * kFrameBytes);
 }
 
-TEST_F(CacheTest, WhatHasNoMarkerOfTheCacheIsLeftAlone) {
+TEST_F(CacheTest, FoldersWithoutTheCachesMarkerAreLeftAlone) {
   get('a'), get('b');
   const fs::path others = cache_.place().folder / key('c');
   fs::create_directory(others);
@@ -197,7 +196,7 @@ pid_t begin(const auto& work) {
   _exit(0);
 }
 
-TEST_F(CacheTest, OfTwoProcessesThatNeedItOneMakesIt) {
+TEST_F(CacheTest, OnlyOneOfTwoProcessesThatNeedARecordingMakesIt) {
   const auto slowly = [this](const fs::path& result) {
     std::ofstream(folder_ / "made", std::ios::app) << 'x';
     ::usleep(200000);
@@ -215,7 +214,7 @@ TEST_F(CacheTest, OfTwoProcessesThatNeedItOneMakesIt) {
   EXPECT_TRUE(cache_.find(key('a'), say()));
 }
 
-TEST_F(CacheTest, AMakerThatIsKilledLeavesNothingThatCounts) {
+TEST_F(CacheTest, AKilledMakerLeavesNothingThatCounts) {
   const pid_t maker = begin([&] {
     cache_.get(
         key('a'), {},

@@ -11,7 +11,7 @@ namespace {
 using testing::HasSubstr, tests::encoded, tests::expect_same;
 
 TEST(Manifest, HashIsXxh3Of128Bits) {
-  // As published with the algorithm: the empty input, seed 0; and as `printf gaitslam | xxh128sum` prints.
+  // As published with the algorithm (empty input, seed 0), and as printed by `printf gaitslam | xxh128sum`.
   EXPECT_EQ(files::Hash().hex(), "99aa06d3014798d86001c324468d497f");
   files::Hash whole, pieces;
   whole.add("gaitslam");
@@ -46,7 +46,7 @@ TEST(Manifest, FilesOutsideTheFolderAreRejected) {
     ManifestWriter writer(recording);
     writer.add(path, hash);
     writer.finish();
-    EXPECT_THAT(files::error_of([&] { Manifest manifest(recording); }), HasSubstr("leads out of the folder"))
+    EXPECT_THAT(files::error_of([&] { Manifest manifest(recording); }), HasSubstr("leads outside the folder"))
         << path;
   }
 }
@@ -72,7 +72,8 @@ std::string png_of_size(std::uint32_t width, std::uint32_t height) {
   return png;
 }
 
-// OpenCV turns images by the orientation in their metadata, which does not belong to calibration and IMU.
+// OpenCV rotates images according to the orientation in their metadata, which does not belong to calibration
+// and IMU.
 TEST(DecodeImage, PixelsAreReadAsStoredWhateverTheirOrientation) {
   const std::string exif("II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0\x06\0\0\0\0\0\0\0", 26);
   cv::Mat image(35, 48, CV_8UC1, cv::Scalar(20));
@@ -98,7 +99,7 @@ TEST(DecodeImage, PixelsAreReadAsStoredWhateverTheirOrientation) {
 }
 
 // The message names the size in the header, before anything is decoded.
-TEST(DecodeImage, AnotherSizeIsRejectedByTheHeader) {
+TEST(DecodeImage, AWrongSizeIsRejectedFromTheHeader) {
   for (const std::uint32_t side : {12000u, 60000u})
     EXPECT_THAT(files::error_of([&] {
                   decode_image("big.png", png_of_size(side, side), {320, 240});
@@ -107,7 +108,7 @@ TEST(DecodeImage, AnotherSizeIsRejectedByTheHeader) {
                           ", the camera's sensor.yaml has 320x240"));
 }
 
-TEST(DecodeImage, OtherBytesAreRejected) {
+TEST(DecodeImage, BytesThatAreNoImageAreRejected) {
   for (const std::string& bytes :
        {std::string("no image"), encoded(".png", kGray).substr(0, 60), encoded(".jpg", kGray).substr(0, 20),
         encoded(".bmp", kGray), encoded(".pgm", kGray)})
@@ -117,7 +118,7 @@ TEST(DecodeImage, OtherBytesAreRejected) {
 cv::Mat decoded_by_opencv(const std::string& png) {
   const cv::Mat bytes(1, static_cast<int>(png.size()), CV_8UC1, const_cast<char*>(png.data()));
   cv::Mat image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
-  if (image.channels() == 3) cv::mixChannels({image.clone()}, {image}, {0, 2, 1, 1, 2, 0});  // it has BGR
+  if (image.channels() == 3) cv::mixChannels({image.clone()}, {image}, {0, 2, 1, 1, 2, 0});  // it is BGR
   return image;
 }
 

@@ -1,5 +1,5 @@
-// Random vectors, poses, images, observations and a rig: generic contents of recordings; and the comparison
-// of observations. Cases of files that are wrong.
+// Random vectors, poses, images, observations and a rig, as generic contents of recordings; the comparison of
+// observations; and the cases of wrong files.
 #pragma once
 
 #include <opencv2/imgcodecs.hpp>
@@ -30,15 +30,15 @@ inline cv::Mat random_image(cv::Size size, sim::sensor_errors::Random& random, i
   return pixels;
 }
 
-/// An image as OpenCV encodes it.
+/// An image, encoded by OpenCV.
 inline std::string encoded(const std::string& ending, const cv::Mat& image) {
   std::vector<unsigned char> bytes;
   cv::imencode(ending, image, bytes);
   return {bytes.begin(), bytes.end()};
 }
 
-/// Observations as a run gives them: a frame each 33 ms, readings every 5 ms, split at frames; some without
-/// image or plan. begin: of the first reading.
+/// Observations as in a run: a frame every 33 ms, and readings every 5 ms, split at frames. Some have no
+/// image or plan. begin: start of the first reading.
 inline std::vector<slam::Observation> observations(sim::sensor_errors::Random& random, int count,
                                                    cv::Size size, slam::Stamp begin, bool legs = false) {
   std::vector<slam::Observation> all;
@@ -80,7 +80,8 @@ inline std::vector<sim::rig::RigSensor> rig_of(sim::sensor_errors::Random& rando
   return all;
 }
 
-/// Adds readings of rig_of(): cameras twice a frame or not at all, before, at and after its stamp.
+/// Adds readings of rig_of(): from the cameras twice per frame or not at all; stamped before, at and after
+/// the frame.
 inline void add_rig(std::vector<slam::Observation>& all, sim::sensor_errors::Random& random, cv::Size size,
                     bool empty_sweep = false) {
   slam::Stamp begin{-1'000'000};
@@ -112,7 +113,7 @@ inline void append(std::vector<double>& all, const auto& values) {
   all.insert(all.end(), values.data(), values.data() + values.size());
 }
 
-/// All that an observation has besides its images.
+/// All numbers of an observation except its images.
 inline std::vector<double> numbers_of(const slam::Observation& o) {
   const auto ns = [](slam::Stamp t) { return static_cast<double>(t.count()); };
   std::vector<double> all{ns(o.t), static_cast<double>(o.gyro.size()), o.plan ? 1.0 : 0.0};
@@ -156,7 +157,7 @@ inline void expect_same(const slam::Observation& a, const slam::Observation& b) 
   for (std::size_t i = 0; i < a.rig.size(); ++i) expect_same(a.rig[i].image, b.rig[i].image);
 }
 
-/// A file, what is replaced in it, and a part of the error that follows.
+/// A file, what is replaced in it, and a part of the resulting error.
 struct BadFile {
   std::string name, from, to, words;
 };

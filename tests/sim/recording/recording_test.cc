@@ -37,7 +37,7 @@ std::vector<rig::RigSensor> rig_of(std::uint64_t seed) {
   return all;
 }
 
-// All that a sensor has besides its mounting and its lens.
+// All properties of a sensor except its mounting and its lens.
 auto numbers_of(const rig::RigSensor& s) {
   return std::tuple(s.name, s.kind, s.aligned_with, s.rate_hz, s.time_offset_s, s.nearest_m, s.furthest_m,
                     s.readout_s, s.lowest_rad, s.highest_rad, s.read_sigma_gray, s.shot_sigma_gray,
@@ -75,7 +75,7 @@ struct Recorded {
     add_rig(given, seed);
     RecordingWriter writer(folder, setup);
     for (slam::Observation& o : given) {
-      if (!bodies.empty()) o.body = {bodies.back()};  // that of the frame before
+      if (!bodies.empty()) o.body = {bodies.back()};  // from the frame before
       writer.add(o);
       poses.push_back(
           {o.t, random_pose(random), random_pose(random), random_pose(random), random_pose(random)});
@@ -103,7 +103,7 @@ std::vector<slam::Observation> read_all(const fs::path& folder) {
   return all;
 }
 
-TEST(Recording, ObservationsComeBackBitForBit) {
+TEST(Recording, ObservationsAreReadBackBitForBit) {
   const files::TemporaryFolder folder;
   for (const bool legs : {true, false})
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
@@ -114,7 +114,7 @@ TEST(Recording, ObservationsComeBackBitForBit) {
     }
 }
 
-TEST(Recording, CalibrationRigAndStartComeBackBitForBit) {
+TEST(Recording, CalibrationRigAndStartAreReadBackBitForBit) {
   const files::TemporaryFolder folder;
   const Recorded recorded(folder / "r");
   RecordingReader reader(recorded.folder);
@@ -135,7 +135,7 @@ TEST(Recording, CalibrationRigAndStartComeBackBitForBit) {
   EXPECT_EQ(reader.part(), 1);
 }
 
-TEST(Recording, ImagesOfTheRigThatWereEncodedBeforeAreWrittenAsTheyAre) {
+TEST(Recording, ImagesOfTheRigThatAreAlreadyEncodedAreWrittenUnchanged) {
   const files::TemporaryFolder folder;
   const Recorded recorded(folder / "r");
   RecordingWriter writer(folder / "s", recorded.setup);
@@ -173,7 +173,7 @@ TEST(Recording, KeepsTheReadingsOfTheBodySensorsBitForBit) {
               HasSubstr("joints: [HIP, KNEE, ANKLE]"));
 }
 
-TEST(Recording, TruthComesBackBitForBit) {
+TEST(Recording, TruthIsReadBackBitForBit) {
   const files::TemporaryFolder folder;
   const Recorded recorded(folder / "r");
   const Truth truth = read_truth(recorded.folder);
@@ -226,7 +226,7 @@ void read_everything(const fs::path& folder) {
   read_truth(folder);
 }
 
-// Each file of a recording, after `spoil` changed it on the disk, is named with these words.
+// Expects that every file of a recording, after `spoil` changed it on disk, is reported with these words.
 void expect_named(const std::function<void(const fs::path& file, const std::string& bytes)>& spoil,
                   const std::string& words, bool with_manifest = false) {
   const files::TemporaryFolder folder;
@@ -243,7 +243,7 @@ void expect_named(const std::function<void(const fs::path& file, const std::stri
   EXPECT_NO_THROW(read_everything(recorded.folder));
 }
 
-TEST(Recording, AnyMissingTruncatedOrEditedFileIsNamed) {
+TEST(Recording, AnyMissingTruncatedOrEditedFileIsReported) {
   sensor_errors::Random random(9, "damage");
   expect_named([](const fs::path& file, const std::string&) { fs::remove(file); }, ": is missing", true);
   const auto pipe = [](const fs::path& file, const std::string&) {
@@ -262,7 +262,7 @@ TEST(Recording, AnyMissingTruncatedOrEditedFileIsNamed) {
   for (int trial = 0; trial < 5; ++trial) expect_named(edit, ": edited");
 }
 
-TEST(Recording, ReadingsThatAreNotWantedAreLeftOutButTheirFilesAreChecked) {
+TEST(Recording, UnwantedReadingsAreLeftOutButTheirFilesAreChecked) {
   const files::TemporaryFolder folder;
   const Recorded recorded(folder / "r");
   const auto read_wanted = [&] {
@@ -285,7 +285,7 @@ TEST(Recording, ReadingsThatAreNotWantedAreLeftOutButTheirFilesAreChecked) {
   EXPECT_THAT(files::error_of(read_wanted), HasSubstr(unwanted.string() + ": edited"));
 }
 
-// Returns the error of reading a recording after replacing the first `from` in file `name` by `to`. The
+// Returns the error of reading a recording after replacing the first `from` in file `name` with `to`. The
 // manifest is brought up to date, so that only the content can reveal the edit.
 std::string complaint(const fs::path& folder, const std::string& name, const std::string& from,
                       const std::string& to) {
@@ -319,21 +319,21 @@ TEST(Recording, ErrorsInAFileNameLineAndColumn) {
   }
 }
 
-TEST(Recording, TheWriterRejectsWhatIdealSensorsCannotGive) {
+TEST(Recording, TheWriterRejectsReadingsThatIdealSensorsCannotGive) {
   const files::TemporaryFolder folder;
   using Spoil = void (*)(std::vector<slam::Observation>&);
   for (const auto& [spoil, words] : std::vector<std::pair<Spoil, const char*>>{
            {[](auto& all) { all[2].t = all[1].t; }, "frame"},
-           {[](auto& all) { all[1].gyro.pop_back(), all[1].accelerometer.pop_back(); }, "chain"},
-           {[](auto& all) { all[2].accelerometer.clear(); }, "number"},
+           {[](auto& all) { all[1].gyro.pop_back(), all[1].accelerometer.pop_back(); }, "contiguous"},
+           {[](auto& all) { all[2].accelerometer.clear(); }, "counts differ"},
            {[](auto& all) { all[1].image = cv::Mat(4, 4, CV_8UC1); }, "size"},
-           {[](auto& all) { all[0].t -= Stamp(1); }, "of its frame"},
+           {[](auto& all) { all[0].t -= Stamp(1); }, "within its frame's time"},
            {[](auto& all) { all[1].rig.back().sensor = 5; }, "no sensor 5"},
            {[](auto& all) { std::swap(all[1].rig[0], all[1].rig[2]); }, "order of its sensors"},
-           {[](auto& all) { std::swap(all[1].rig[0], all[1].rig[1]); }, "cam1/data.csv do not rise"},
+           {[](auto& all) { std::swap(all[1].rig[0], all[1].rig[1]); }, "cam1/data.csv do not increase"},
            {[](auto& all) { all[1].rig[0].image = all[1].rig[2].image; }, "8-bit gray"},
-           {[](auto& all) { all[1].rig.back().t = all[1].t + Stamp(1); }, "of its frame"},
-           {[](auto& all) { all[1].rig.back().begin += Stamp(1); }, "chain"}}) {
+           {[](auto& all) { all[1].rig.back().t = all[1].t + Stamp(1); }, "within its frame's time"},
+           {[](auto& all) { all[1].rig.back().begin += Stamp(1); }, "contiguous"}}) {
     fs::remove_all(folder / "r");
     sensor_errors::Random random(1, "test");
     RecordingSetup setup = setup_of(random);
@@ -371,7 +371,7 @@ TEST(Recording, TheWriterNeedsNoMoreMemoryForALongerRun) {
   EXPECT_LT(late, early + 50'000);
 }
 
-TEST(Recording, TorqueLimitsComeBackAndAreAbsentForARobotWithoutThem) {
+TEST(Recording, TorqueLimitsAreReadBackAndAbsentForARobotWithoutThem) {
   const files::TemporaryFolder folder;
   sensor_errors::Random random(1, "test");
   const std::vector<std::vector<std::optional<bool>>> robots{{true, false, true}, {{}, {}, {}}};
@@ -387,13 +387,13 @@ TEST(Recording, TorqueLimitsComeBackAndAreAbsentForARobotWithoutThem) {
   }
 }
 
-TEST(Recording, AFolderThatExistsIsNotWrittenAndAnUnfinishedOneNotRead) {
+TEST(Recording, AnExistingFolderIsNotOverwrittenAndAnUnfinishedOneIsNotRead) {
   const files::TemporaryFolder folder;
   sensor_errors::Random random(1, "test");
   const RecordingWriter unfinished(folder / "r", setup_of(random));
   EXPECT_THAT(files::error_of([&] { RecordingWriter writer(folder / "r", setup_of(random)); }),
-              HasSubstr("exists already"));
-  EXPECT_THAT(files::error_of([&] { RecordingReader reader(folder / "r"); }), HasSubstr("never finished"));
+              HasSubstr("already exists"));
+  EXPECT_THAT(files::error_of([&] { RecordingReader reader(folder / "r"); }), HasSubstr("an unfinished one"));
   EXPECT_THAT(files::error_of([&] { RecordingReader reader(folder / "none"); }),
               HasSubstr("none: no such folder"));
 }

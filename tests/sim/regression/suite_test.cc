@@ -48,7 +48,7 @@ scenarios:
   EXPECT_TRUE(!suite.entries[0].expects_missed && suite.entries[1].expects_missed);
 }
 
-TEST_F(SuiteTest, WhatIsWrongIsRefusedWithItsPlace) {
+TEST_F(SuiteTest, ErrorsAreReportedWithTheirPlace) {
   const std::string one = "seeds: 1\nscenarios: [{scenario: ../walk.yaml, ", gate = one + "gate: ";
   for (const auto& [text, why] : std::vector<std::pair<std::string, std::string>>{
            {"seeds: 1..3\nscenarios: []\n", "the suite is empty"},
@@ -84,7 +84,7 @@ TEST_F(SuiteTest, WhatIsWrongIsRefusedWithItsPlace) {
     EXPECT_THAT(files::error_of([&, suite = text] { read(suite); }), tests::Has(".yaml", why)) << text;
 }
 
-TEST_F(SuiteTest, AConfigurationIsWhatFileAndChangesSetNotWhatJudgesIt) {
+TEST_F(SuiteTest, AConfigurationIsSetByFileAndChangesNotByWhatJudgesIt) {
   const auto config = [](const std::string& text, const std::vector<std::string>& overrides) {
     return config_of(scenario::read_scenario_text(text, "walk.yaml", {overrides, {}}));
   };
@@ -110,7 +110,7 @@ Baseline example() {
   return baseline;
 }
 
-TEST(Baseline, ReadsBackWhatWasWrittenToTheBit) {
+TEST(Baseline, IsReadBackBitForBit) {
   const files::TemporaryFolder folder;
   const auto file = folder / "ci.json";
   write_baseline(file, example());

@@ -37,7 +37,7 @@ Values times(double factor, Values values) {
 
 const Values kEight{1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7}, kThree{1.0, 1.1, 1.2};
 
-TEST(Verdict, OfEightSeedsIsByToleranceAndSignificance) {
+TEST(Verdict, EightSeedsAreJudgedByToleranceAndSignificance) {
   auto bit = kEight, chance = times(1.5, kEight);
   *bit[3] = std::nextafter(*bit[3], 2);
   for (const std::size_t i : {0u, 3u, 6u}) chance[i] = *kEight[i] * 0.4;
@@ -63,7 +63,7 @@ TEST(Verdict, OfEightSeedsIsByToleranceAndSignificance) {
   EXPECT_EQ(v.worst_seed, 8u);
 }
 
-TEST(Verdict, WhichWayIsWorseIsTheMetricsOwn) {
+TEST(Verdict, EachMetricDefinesWhichDirectionIsWorse) {
   const auto eight = [](double n) { return Values(8, n); };
   const Gate landmarks{"loop_landmarks", 10, 0}, scale{"scale_error_percent", 0, 0.5};
   EXPECT_EQ(verdict(eight(20), eight(10), landmarks), Verdict::fail);
@@ -98,8 +98,8 @@ TEST(Verdict, AMetricWithAnExpectedValueIsWorseOnEitherSideOfIt) {
   EXPECT_FALSE(tolerated_factor(kTenPercent));
 }
 
-// The median decides; a seed beyond the tolerance in the other direction leaves its change undecided.
-TEST(Verdict, OfFewSeedsIsByTheMedianUnlessTheyContradictEachOther) {
+// The median decides. If a seed exceeds the tolerance in the other direction, the change is undecided.
+TEST(Verdict, FewSeedsAreJudgedByTheMedianUnlessTheyContradictEachOther) {
   for (const auto& [now, expected] : {std::pair<Values, Verdict>{{1.3, 1.4, 1.5}, Verdict::fail},
                                       {{1.3, 1.4, 1.2}, Verdict::fail},
                                       {{1.3, 1.1, 1.2}, Verdict::same},
@@ -113,7 +113,7 @@ TEST(Verdict, OfFewSeedsIsByTheMedianUnlessTheyContradictEachOther) {
   EXPECT_EQ(undecided.remark, "2 of 3 seeds worse beyond tolerance, 1 better");
 }
 
-TEST(Verdict, UndecidedIsAPassOnlyIfAllowed) {
+TEST(Verdict, UndecidedCountsAsPassedOnlyIfAllowed) {
   Comparison comparison{"gaitslam", {compare(results(kThree), results({1.56, 1.72, 0.9}), {kTenPercent})}};
   EXPECT_EQ(exit_code(comparison), 1);
   EXPECT_THAT(verdict_table(comparison, false), HasSubstr("0 of 1 row failed, 1 undecided\n"));
@@ -129,7 +129,7 @@ TEST(Verdict, UndecidedIsAPassOnlyIfAllowed) {
   EXPECT_THAT(github_annotations(comparison), testing::StartsWith("::warning "));
 }
 
-TEST(Verdict, HolmsAdjustmentIsForTheScenariosGates) {
+TEST(Verdict, HolmsAdjustmentCoversTheGatesOfOneScenario) {
   ScenarioResults before = results(kEight), now = results(times(1.2, kEight));
   std::vector<Gate> gates{kTenPercent};
   for (const char* other : {"rmse_m", "rpe_1m_m", "rpe_1m_deg", "ate_yaw_rmse_m", "drift_percent"}) {
@@ -144,7 +144,7 @@ TEST(Verdict, HolmsAdjustmentIsForTheScenariosGates) {
   EXPECT_EQ(verdict.metrics[5].verdict, Verdict::identical);
 }
 
-TEST(Verdict, ValuesThatVanishAreMissingAndOnesThatAppearAreNot) {
+TEST(Verdict, ValuesThatDisappearAreMissingButNewOnesAreNot) {
   EXPECT_EQ(verdict({1, 2, 3}, {1, {}, 3}), Verdict::missing);
   EXPECT_EQ(verdict({{}, {}, {}}, {1, 2, 3}), Verdict::added);
   EXPECT_EQ(verdict({1, {}, 3}, {1, 2, 3}), Verdict::same);
@@ -158,7 +158,7 @@ TEST(Verdict, ValuesThatVanishAreMissingAndOnesThatAppearAreNot) {
   EXPECT_EQ(judged(results({1}, "other"), results({1}, "other")).remark, "no run has a value");
 }
 
-TEST(Verdict, SeedsInCommonArePairedAndOtherRecordingsAndConfigurationsAreSaidNotJudged) {
+TEST(Verdict, CommonSeedsArePairedAndDifferentRecordingsOrConfigurationsAreReportedNotJudged) {
   ScenarioVerdict v = compare(results({1, 2, 3, 4}), results({9, 3, 4}, kError, 2), {kTenPercent});
   EXPECT_EQ(v.n_now, 3u);
   EXPECT_EQ(*v.metrics[0].baseline, 3);
@@ -185,13 +185,14 @@ scenario::Scenario limited(const std::vector<scenario::MetricLimit>& limits, boo
 const scenario::MetricLimit kEach{kError, {}, scenario::Bound::at_most, 1.15},
     kMedian{kError, "median", scenario::Bound::at_most, 1.05};
 
-// A seed without a value misses its limit if a filter was to run; without a filter it is not judged.
+// A seed without a value misses its limit if a filter was supposed to run; without a filter, it is not
+// judged.
 TEST(Verdict, LimitsHoldWhateverTheBaseline) {
   using Observed = std::vector<std::string>;  // of the endings, each seed and the median
   for (const auto& [values, filter, observed, worst_seed] :
        {std::tuple(kThree, true, Observed{"3/3", "2/3", "1.1"}, 3),
         {kThree, false, {"3/3", "2/3", "1.1"}, 3},
-        {{1, {}, 1.01}, true, {"3/3", "2/3", "no value of 1 of 3 seeds"}, 2}}) {
+        {{1, {}, 1.01}, true, {"3/3", "2/3", "no value for 1 of 3 seeds"}, 2}}) {
     const std::vector<LimitVerdict> limits =
         judge_limits(limited({kEach, kMedian}, filter), results(values).seeds);
     ASSERT_EQ(limits.size(), 3u);
@@ -314,8 +315,8 @@ TEST(VerdictReports, AnnotationsMarkdownAndJsonHaveTheirRowsEscaped) {
   EXPECT_EQ(walk["wall_s"], 12.5);
 }
 
-// Names, reasons and commands of users: every format stays well-formed, and a cell a cell.
-TEST(VerdictReports, TextOfOthersIsNeitherMarkupNorControl) {
+// Names, reasons and commands from users: every format stays well-formed, and no text leaves its cell.
+TEST(VerdictReports, ForeignTextBecomesNeitherMarkupNorControlCharacters) {
   const std::string wild = "\x1b[31m \xe9 \xed\xa0\x80 \xef\xbf\xbe a|b `c` <d> &e\r\nf\t*g* [h](i) \\|";
   Comparison comparison{"gaitslam " + wild, {compare(results(kThree), results({9, 9, 9}), {kTenPercent})}};
   ScenarioVerdict& walk = comparison.scenarios[0];

@@ -9,7 +9,7 @@ JobRecord record(int i) {
   return {"key-" + std::to_string(i), static_cast<std::uint64_t>(i), "completed", "", {{"rmse_m", 0.1 * i}}};
 }
 
-TEST(JobLog, ARecordComesBackWithTheSameBits) {
+TEST(JobLog, ARecordIsReadBackBitForBit) {
   JobRecord odd{"k", 18446744073709551615u, "diverged", "lost at 3 s: \"dark\"\nand so on", {}};
   odd.values = {{"third", 1.0 / 3},
                 {"tiny", std::numeric_limits<double>::denorm_min()},
@@ -22,13 +22,13 @@ TEST(JobLog, ARecordComesBackWithTheSameBits) {
   EXPECT_EQ(to_line(odd).find('\n'), std::string::npos);
 }
 
-TEST(JobLog, KeysTellWhereOnePartEnds) {
+TEST(JobLog, KeysShowWhereEachPartEnds) {
   EXPECT_NE(job_key({"ab", "c"}), job_key({"a", "bc"}));
   EXPECT_NE(job_key({"a", ""}), job_key({"a"}));
   EXPECT_EQ(job_key({"a", "b"}), job_key({"a", "b"}));
 }
 
-TEST(JobLog, WhereverItIsCutOffWholeLinesAreKeptAndTheRestIsWrittenAgain) {
+TEST(JobLog, WhereverItIsCutOffCompleteLinesAreKeptAndTheRestIsWrittenAgain) {
   const files::TemporaryFolder folder;
   const auto file = folder / "trials.jsonl";
   {
@@ -51,7 +51,7 @@ TEST(JobLog, WhereverItIsCutOffWholeLinesAreKeptAndTheRestIsWrittenAgain) {
   }
 }
 
-TEST(JobLog, ADamagedLineAnotherPurposeAndAnotherWriterAreErrors) {
+TEST(JobLog, ADamagedLineAWrongPurposeAndAnotherWriterAreErrors) {
   const files::TemporaryFolder folder;
   const auto file = folder / "trials.jsonl";
   const auto expect_error = [&](const char* purpose, const char* why) {
@@ -70,7 +70,7 @@ TEST(JobLog, ADamagedLineAnotherPurposeAndAnotherWriterAreErrors) {
   EXPECT_EQ(files::read_text(file), text) << "an unreadable log is not changed";
 }
 
-TEST(JobLog, SortedItIsTheSameWhateverTheOrderAndTheThreadsOfItsTrials) {
+TEST(JobLog, TheSortedLogDoesNotDependOnOrderOrThreadsOfItsTrials) {
   const files::TemporaryFolder folder;
   const auto text = [&](const std::string& name, int of_the_other) {
     {

@@ -35,7 +35,7 @@ std::vector<SeedScore> seeds_of(const std::string& metric, const std::vector<dou
   return seeds;
 }
 
-TEST(Summary, AggregatesAreThoseOfTheSeedsThatHaveTheMetric) {
+TEST(Summary, AggregatesCoverOnlyTheSeedsThatHaveTheMetric) {
   const Summary s =
       summarize(limited({}), {seed(1, 0.1, {}), seed(2, 0.4, 1), seed(3, {}, 1), seed(4, 0.1, 1)});
   ASSERT_EQ(s.metrics.size(), 3u);
@@ -48,7 +48,7 @@ TEST(Summary, AggregatesAreThoseOfTheSeedsThatHaveTheMetric) {
   EXPECT_FALSE(summarize(limited({}), {seed(1, 0.1, 1)}).metrics[0].over_seeds.standard_deviation);
 }
 
-TEST(Summary, TheWorstIsOnTheSideOfTheLimitElseByTheMetricsDefinition) {
+TEST(Summary, TheWorstIsOnTheSideOfTheLimitOrElseFollowsTheMetricsDefinition) {
   const auto worst = [](const std::string& metric, const std::vector<double>& values,
                         std::vector<MetricLimit> limits = {}) {
     return summarize(limited(std::move(limits)), seeds_of(metric, values)).metrics[0].over_seeds.worst;
@@ -58,7 +58,7 @@ TEST(Summary, TheWorstIsOnTheSideOfTheLimitElseByTheMetricsDefinition) {
   EXPECT_EQ(worst("loop_landmarks", {12, 18, 15}), 12);  // few landmarks are bad
   EXPECT_EQ(worst(kAte, {0.1, 0.4, 0.2}), 0.4);
   EXPECT_EQ(worst("scale_error_percent", {0.5, -2, 1}), -2);   // an error of either sign is bad
-  EXPECT_EQ(worst("nees_position_mean", {2.5, 0.3, 6}), 0.3);  // a tenth of what is expected, against twice
+  EXPECT_EQ(worst("nees_position_mean", {2.5, 0.3, 6}), 0.3);  // a tenth of the expected value, against twice
   EXPECT_EQ(worst("nis_gyro_mean", {0.9, 3, 0.4}), 3);
   EXPECT_EQ(worst("a metric of another program", {-3, 2}), 2);
 }
@@ -87,7 +87,7 @@ TEST(Summary, TheTableShowsHeadlineMetricsFirstAndAllOnRequest) {
               testing::AllOf(HasSubstr("no metrics: no seed has a score\n"), Not(HasSubstr("median"))));
 }
 
-TEST(Summary, TheExitCodeIsThatOfTheWorstSeedOrOfAMissedLimitOverSeeds) {
+TEST(Summary, TheExitCodeIsTheWorstSeedsOrThatOfAMissedLimitOverSeeds) {
   EXPECT_EQ(exit_code(summarize(limited({}), {seed(1, 0, 0, 0), seed(2, 0, 0, 3), seed(3, 0, 0, 1)})), 3);
   for (const auto& [aggregate, bound, value, code] : {std::tuple("median", Bound::at_most, 0.2, 0),
                                                       {"median", Bound::at_most, 0.19, 1},
@@ -102,7 +102,7 @@ TEST(Summary, TheExitCodeIsThatOfTheWorstSeedOrOfAMissedLimitOverSeeds) {
         << aggregate << " " << value;
 }
 
-TEST(Summary, ALimitOverSeedsIsMissedIfOneOfThemHasNoValue) {
+TEST(Summary, ALimitOverSeedsIsMissedIfOneSeedHasNoValue) {
   const MetricLimit median{kAte, "median", Bound::at_most, 1};
   EXPECT_EQ(exit_code(summarize(limited({median}), {seed(1, {}, 1)})), 1);
   EXPECT_EQ(exit_code(summarize(limited({median}, false), {seed(1, {}, 1)})), 0) << "no filter was to run";
@@ -111,10 +111,10 @@ TEST(Summary, ALimitOverSeedsIsMissedIfOneOfThemHasNoValue) {
         summarize(limited({median}, filter), {seed(1, 0.1, 1), seed(2, {}, 1), seed(3, {}, 1)});
     EXPECT_EQ(exit_code(summary), 1);
     EXPECT_THAT(summary_table(summary),
-                HasSubstr("limit ate_se3_rmse_m.median at_most 1: -  MISSED: no value of 2 of 3 seeds\n"));
+                HasSubstr("limit ate_se3_rmse_m.median at_most 1: -  MISSED: no value for 2 of 3 seeds\n"));
     EXPECT_EQ(to_json(summary)["limits"][0].dump(),
               R"({"metric":"ate_se3_rmse_m.median","at_most":1.0,"value":null,"passed":false,)"
-              R"("reason":"no value of 2 of 3 seeds"})");
+              R"("reason":"no value for 2 of 3 seeds"})");
   }
 }
 
@@ -123,7 +123,7 @@ TEST(Summary, ARunWithoutAScoreCrashedOrWasNotStarted) {
   EXPECT_EQ(without_score(1, 2).ending, scenario::Ending::not_started);
 }
 
-TEST(Summary, TheFileContainsEverythingUnderItsName) {
+TEST(Summary, TheFileContainsEverythingUnderItsOwnName) {
   const files::TemporaryFolder root;
   write_summary(root / "summary.json", summarize(limited({{kAte, "median", Bound::at_most, 0.2}}),
                                                  {seed(1, 0.1, {}), seed(2, 0.3, {}, 1)}));
@@ -138,7 +138,7 @@ TEST(Summary, TheFileContainsEverythingUnderItsName) {
             R"({"at_most":0.2,"metric":"ate_se3_rmse_m.median","passed":true,"value":0.2})");
 }
 
-TEST(Limits, AMissedLimitIsExitCodeOneAndAForbiddenEndingThree) {
+TEST(Limits, AMissedLimitGivesExitCodeOneAndAForbiddenEndingThree) {
   using enum scenario::Ending;
   const MetricLimit error{"rmse_m", {}, Bound::at_most, 0.1},
       landmarks{"loop_landmarks", {}, Bound::at_least, 3}, median{"rmse_m", "median", Bound::at_most, 0.1};
@@ -195,13 +195,13 @@ TEST_F(ScoreFile, TheTableShowsMetricsWithTheirLimitsAndAllOnRequest) {
               HasSubstr("<= 0.5000  ok  at 3.4 s\n"));
 }
 
-TEST_F(ScoreFile, ValuesAndLimitsHaveTheDigitsThatTellThemFromZeroAndFromEachOther) {
+TEST_F(ScoreFile, ValuesAndLimitsHaveEnoughDigitsToDifferFromZeroAndFromEachOther) {
   EXPECT_THAT(table("\"at_most\": 0.5", "\"at_most\": 1e-6"), HasSubstr("0.2500 m     <= 1e-06  ok"));
   EXPECT_THAT(table("0.25, \"unit\"", "0.0000123, \"unit\""), HasSubstr(" 1.23e-05 m     <= 0.5000  ok"));
   EXPECT_THAT(table("0.25, \"unit\"", "0.500004, \"unit\""), HasSubstr(" 0.500004 m     <= 0.500000  ok"));
 }
 
-TEST_F(ScoreFile, AReasonThatMetricsShareStandsOnce) {
+TEST_F(ScoreFile, AReasonSharedByMetricsAppearsOnce) {
   const std::string other =
       R"("loop_time_s": {"value": null, "unit": "s", "reason": "no loop"}, "loop_closed")";
   const std::string text = table("\"loop_closed\"", other);
@@ -224,10 +224,10 @@ TEST_F(ScoreFile, TheTableStatesACauseTheCoverageAndTheAlignmentOfATrajectory) {
               HasSubstr("7 of 35 true poses matched (stamps within 0.1 ms), tracked 20 % of the time\n"
                         "  errors without alignment except ate_se3"));
   files::write_text(folder_ / "about.json", R"({"alignment": "sim3"})");
-  EXPECT_THAT(table(metrics, poses), HasSubstr("errors after its sim3 alignment with the truth"));
+  EXPECT_THAT(table(metrics, poses), HasSubstr("errors after sim3 alignment with the truth"));
 }
 
-TEST_F(ScoreFile, DetailsAreTheCauseAndTheLastLinesOfTheLog) {
+TEST_F(ScoreFile, DetailsContainTheCauseAndTheLastLinesOfTheLog) {
   std::string log;
   for (int i = 1; i <= 9; ++i) log += "line " + std::to_string(i) + "\n";
   files::write_text(folder_ / "about.json", R"({"cause": "killed"})");
@@ -245,7 +245,7 @@ TEST_F(ScoreFile, DetailsAreTheCauseAndTheLastLinesOfTheLog) {
   }
 }
 
-TEST_F(ScoreFile, AnotherTypeIsNamedWithItsKey) {
+TEST_F(ScoreFile, AWrongTypeIsReportedWithItsKey) {
   const std::string limits = "\"limits\"", tracking = "\"tracking\": {", more = "}, \"limits\"";
   for (const auto& [from, to, complaint] : std::vector<std::array<std::string, 3>>{
            {"\"walk\"", "1", "scenario: expected text, found number"},
@@ -272,7 +272,7 @@ TEST_F(ScoreFile, AnotherTypeIsNamedWithItsKey) {
               HasSubstr("timing.json: frame_cpu_ms_median: expected a number, found string"));
 }
 
-TEST_F(ScoreFile, MissingEntriesOfAboutAreEmptyAndAnotherTypeIsNamedWithItsKey) {
+TEST_F(ScoreFile, MissingEntriesOfAboutAreEmptyAndAWrongTypeIsReportedWithItsKey) {
   const auto read = [&](const std::string& text) {
     files::write_text(folder_ / "about.json", text);
     return read_about(folder_ / "about.json");

@@ -9,7 +9,7 @@ namespace {
 
 using testing::ElementsAre, testing::HasSubstr, testing::Optional, testing::StartsWith;
 
-TEST(Keys, ReadWhatTheyPrintAndTouchNothingElse) {
+TEST(Keys, ReadBackWhatTheyPrintAndTouchNothingElse) {
   for (const auto& key : scenario_keys()) {
     const std::optional<Scenario> other = changed(key);
     ASSERT_TRUE(other) << key.name << ": the test has no other value for it";
@@ -23,10 +23,10 @@ TEST(Keys, ReadWhatTheyPrintAndTouchNothingElse) {
   }
 }
 
-TEST(Keys, HaveATextOfTheirOwnAndADefaultWithinTheirRange) {
+TEST(Keys, HaveTheirOwnTextAndADefaultWithinTheirRange) {
   std::set<std::string> meanings;
   for (const auto& key : scenario_keys()) {
-    const bool of_mount = key.name.starts_with("imu.");  // as those of the camera
+    const bool of_mount = key.name.starts_with("imu.");  // like those of the camera
     EXPECT_NE(meanings.insert(key.doc).second, of_mount) << key.name;
     EXPECT_FALSE(key.doc.empty() || key.expected.empty()) << key.name;
     if (key.name == "name" || key.name == "walk.commands") continue;  // these two have no default
@@ -35,13 +35,13 @@ TEST(Keys, HaveATextOfTheirOwnAndADefaultWithinTheirRange) {
   }
 }
 
-/// Stands for a member of any type in an aggregate's braces.
+/// Stands for a member of any type in the braces of an aggregate.
 struct AnyMember {
   template <class T>
   operator T() const;  // NOLINT: meant to convert
 };
 
-/// How many members an aggregate has: as many as its braces take.
+/// The number of members of an aggregate, found by how many its braces take.
 template <class T, class... Members>
 constexpr int members() {
   if constexpr (requires { T{Members{}..., AnyMember{}}; })
@@ -81,7 +81,7 @@ class Count : public walking::KeyVisitor {
   int count_ = 0;
 };
 
-TEST(Keys, ThereIsOneForEachOptionAndEachFieldOfAnItem) {
+TEST(Keys, EveryOptionAndEveryFieldOfAnItemHasAKey) {
   Count::expect_one_for_each_member_of<
       walking::WalkOptions, walking::StabilizerOptions, physics::WorldOptions, camera::CameraOptions,
       sensor_errors::ErrorOptions, slam::Options, walking::Stand, walking::Straight, walking::TangentArc,
@@ -89,7 +89,7 @@ TEST(Keys, ThereIsOneForEachOptionAndEachFieldOfAnItem) {
       physics::FloorPatch>();
 }
 
-TEST(Keys, NamesAreUniqueAndSectionsStandTogether) {
+TEST(Keys, NamesAreUniqueAndSectionsAreContiguous) {
   std::set<std::string> names, sections;
   std::string section;
   for (const auto& key : scenario_keys()) {
@@ -101,7 +101,7 @@ TEST(Keys, NamesAreUniqueAndSectionsStandTogether) {
   EXPECT_TRUE(names.contains("errors.gyro.sigma_rad_s"));
 }
 
-TEST(Keys, CarryTheirUnitInTheName) {
+TEST(Keys, HaveTheirUnitInTheirName) {
   EXPECT_EQ(unit_of("walk.step_length_m"), "m");
   EXPECT_EQ(unit_of("slam.motion.sigma_acceleration_m_s2"), "m/s²");
   EXPECT_EQ(unit_of("slam.vision.visible_landmarks"), std::nullopt);
@@ -113,7 +113,8 @@ std::string complaint_about(const std::string& line) {
   return complaint(line + (commands ? "\n" : "\nwalk.commands: [{stand: {}}]\n") + "camera: {}\nslam: {}\n");
 }
 
-/// Each key of the kind ("a number", ...) rejects each value at its place, naming key and expected values.
+/// Expects that each key of the kind ("a number", ...) rejects each value at its place and names the key and
+/// the expected values.
 void expect_rejected(const std::string& kind, const std::vector<std::string>& values) {
   int keys = 0;
   for (const Key& key : scenario_keys()) {
@@ -129,7 +130,7 @@ void expect_rejected(const std::string& kind, const std::vector<std::string>& va
   EXPECT_GT(keys, 0) << kind;
 }
 
-TEST(BadValues, EachTypeIsWrittenOneWay) {
+TEST(BadValues, EachTypeHasOnlyOneNotation) {
   const std::vector<std::string> numbers{
       ".nan", "nan", ".inf",  "-inf", "1e999", "0x10",   "0o7",  "010", "-007", "1_0", "0,5", "1 m", "1m",
       "one",  "'1'", "\"1\"", "true", "[1]",   "{a: 1}", "1..2", "--1", "+1",   "1e",  "½",   "1/2"};
@@ -143,7 +144,7 @@ TEST(BadValues, EachTypeIsWrittenOneWay) {
                   {".hidden", "..", "'a b'", "'a;b'", "[a]", "{a: 1}", "''", "$HOME", std::string(101, 'a')});
 }
 
-TEST(BadValues, NumbersKeepTheirRange) {
+TEST(BadValues, NumbersMustBeWithinTheirRange) {
   for (const Key& key : scenario_keys()) {
     double lowest = 0, highest = 0;
     const std::size_t from = key.expected.find("number from ");
@@ -162,7 +163,7 @@ TEST(BadValues, AnEmptyValueIsRejected) {
                   testing::AllOf(StartsWith("test.yaml:1:1: " + key.name + ": "), HasSubstr("expected ")));
 }
 
-TEST(BadKeys, ATypoGetsTheNameOfTheKey) {
+TEST(BadKeys, ATypoIsAnsweredWithTheNameOfTheKey) {
   for (const auto& key : scenario_keys()) {
     if (key.name.size() < 5) continue;
     std::string doubled = key.name, dropped = key.name, swapped = key.name;
@@ -185,7 +186,7 @@ TEST(Seeds, KeepTheOrderInWhichTheyAreWritten) {
               ElementsAre(18446744073709551614U, 18446744073709551615U));
 }
 
-TEST(Seeds, FaultsAreNamed) {
+TEST(Seeds, ErrorsAreReported) {
   for (const auto& [text, problem] : {std::pair("", "'' is not a seed, expected for example 1..5 or 1,2,7"),
                                       {"1,", "'' is not a seed"},
                                       {"1,x", "'x' is not a seed"},
@@ -203,7 +204,7 @@ std::string key_of(Scenario scenario, SteeredBy by = SteeredBy::plan) {
   return recording_key(scenario, "models", "program");
 }
 
-TEST(RecordingKey, EachKeyOfWalkAndWorldIsInItAndThoseOfErrorsAndFilterOnlyIfTheySteer) {
+TEST(RecordingKey, ContainsEachKeyOfWalkAndWorldButThoseOfErrorsAndFilterOnlyIfTheySteer) {
   static const std::set<std::string> kSections{"seed", "walk", "stabilizer", "world", "camera", "imu", "rig"};
   for (const auto& key : scenario_keys()) {
     if (key.name == "walk.steering.by") continue;
@@ -218,7 +219,7 @@ TEST(RecordingKey, EachKeyOfWalkAndWorldIsInItAndThoseOfErrorsAndFilterOnlyIfThe
   EXPECT_NE(key_of(default_scenario(), SteeredBy::truth), key_of(default_scenario()));
 }
 
-TEST(RecordingKey, KnowsCameraProgramAndModelsAndNotWhetherThereIsAFilter) {
+TEST(RecordingKey, DependsOnCameraProgramAndModelsButNotOnWhetherThereIsAFilter) {
   Scenario scenario = default_scenario();
   const std::string unchanged = key_of(scenario);
   EXPECT_NE(recording_key(scenario, "models", "program 2"), unchanged);
@@ -229,8 +230,8 @@ TEST(RecordingKey, KnowsCameraProgramAndModelsAndNotWhetherThereIsAFilter) {
   EXPECT_NE(key_of(scenario), unchanged);
 }
 
-// Also those that are in other folders: of robot and room by path.
-TEST(RecordingKey, KnowsEachFileThatARobotARoomOrAControllerNames) {
+// Even those in other folders, when robot and room are given by path.
+TEST(RecordingKey, DependsOnEachFileThatARobotARoomOrAControllerNames) {
   const files::TemporaryFolder folder;
   std::filesystem::create_directories(folder / "bot");
   std::filesystem::create_directories(folder / "parts");
@@ -260,7 +261,7 @@ TEST(RecordingKey, KnowsEachFileThatARobotARoomOrAControllerNames) {
   }
 }
 
-TEST(Counterfactual, IsAReplayWhoseEstimateWouldHaveSteeredAnotherWalk) {
+TEST(Counterfactual, IsAReplayWhoseEstimateWouldHaveSteeredADifferentWalk) {
   Scenario recorded = default_scenario(), tuned = recorded, seeded = recorded, limited = recorded;
   tuned.slam->gyro.sigma_rad_s *= 2;
   seeded.seed = 7;

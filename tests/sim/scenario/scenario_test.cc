@@ -15,14 +15,14 @@ const std::filesystem::path kSource = GAITSLAM_SOURCE_DIR;
 class ShippedScenario : public testing::TestWithParam<std::filesystem::path> {};
 INSTANTIATE_TEST_SUITE_P(, ShippedScenario, testing::ValuesIn(scenario_files()), test_name);
 
-TEST_P(ShippedScenario, IsReadAndWrittenWholeAndItsWalkIsSmooth) {
+TEST_P(ShippedScenario, IsReadAndWrittenCompletelyAndItsWalkIsSmooth) {
   const Scenario scenario = read_scenario(GetParam()).scenario;
   const std::string whole = to_yaml(scenario);
   EXPECT_EQ(to_yaml(read_text(whole).scenario), whole);
   walking::expect_smooth(walking::planned(scenario.walk), scenario.walk.single_support_s);
 }
 
-TEST(EstimatorTime, IsTheLatencyOfSteeringAndAGivenOneIsAddedToIt) {
+TEST(EstimatorTime, IsTheLatencyOfSteeringAndAddsToAGivenLatency) {
   const std::string steered = kAll + "walk.steering.by: estimate\n",
                     late = steered + "estimator: {time: {model: measured}}\n";
   EXPECT_EQ(read_text(steered).scenario.walk.steering.latency_s, 0.1);
@@ -34,7 +34,7 @@ TEST(EstimatorTime, IsTheLatencyOfSteeringAndAGivenOneIsAddedToIt) {
 }
 
 // Cases start with the line "# expect: " and the message, which "..." cuts off before names of keys.
-TEST(Scenario, EachBadOneIsRejectedWithItsPlaceAndWhatWasExpected) {
+TEST(Scenario, EachBadScenarioIsRejectedWithItsPlaceAndWhatWasExpected) {
   const std::string marker = "# expect: ",
                     all = files::read_text(kSource / "tests/sim/scenario/bad_scenarios.txt");
   int count = 0;
@@ -54,7 +54,7 @@ TEST(Scenario, EachBadOneIsRejectedWithItsPlaceAndWhatWasExpected) {
   EXPECT_THAT(complaint(std::string("world: {room: \0x}", 18)), StartsWith("test.yaml:1:1: has a zero byte"));
 }
 
-TEST(Scenario, WrittenAndReadAgainIsTheSameBitForBit) {
+TEST(Scenario, IsWrittenAndReadBackBitForBit) {
   Scenario s = read_text(kAll).scenario;
   s.seed = std::numeric_limits<std::uint64_t>::max();
   s.walk.step_length_m = std::nextafter(0.1, 1);
@@ -67,7 +67,7 @@ TEST(Scenario, WrittenAndReadAgainIsTheSameBitForBit) {
                       {"loop_closed", {}, Bound::at_least, -1e300}};
   s.limits.ending = {"diverged", "fell"};
   const Scenario again = read_text(to_yaml(s)).scenario;
-  EXPECT_EQ(to_yaml(again), to_yaml(s));  // each bit counts in the text, which these values show
+  EXPECT_EQ(to_yaml(again), to_yaml(s));  // these values show that each bit counts in the text
   EXPECT_EQ(again.seed, s.seed);
   EXPECT_EQ(again.walk.step_length_m, s.walk.step_length_m);
   EXPECT_EQ(again.slam->gyro.sigma_rad_s, s.slam->gyro.sigma_rad_s);
@@ -89,7 +89,7 @@ TEST(Scenario, OmittedSectionsStayOmittedWhenWrittenAndReadAgain) {
   EXPECT_NE(complaint(kAll, {{}, {"camera"}}), "");
 }
 
-TEST(Scenario, AnEstimatorStartsTheSectionSlamInAFileAndNeedsItAsAnArgument) {
+TEST(Scenario, AnEstimatorImpliesTheSectionSlamInAFileButNeedsItAsAnArgument) {
   const std::string text = kWalk + "camera: {}\n";
   EXPECT_TRUE(read_text(text + "estimator: odometry\n").scenario.slam);
   EXPECT_EQ(complaint(text, {{"estimator=odometry"}, {}}),
@@ -98,7 +98,7 @@ TEST(Scenario, AnEstimatorStartsTheSectionSlamInAFileAndNeedsItAsAnArgument) {
   EXPECT_FALSE(read_text(to_yaml(without)).scenario.slam);
 }
 
-TEST(Scenario, DegreesOfAFileComeBackExactly) {
+TEST(Scenario, DegreesInAFileAreWrittenBackExactly) {
   for (int i = 1; i <= 20000; ++i) {
     const double radians = to_radians(i * 0.037);
     ASSERT_EQ(std::bit_cast<std::uint64_t>(to_radians(to_degrees(radians))),
@@ -110,7 +110,7 @@ TEST(Scenario, DegreesOfAFileComeBackExactly) {
 
 const std::string kLongWalk = "walk: {commands: [{stand: {duration_s: 100}}]}\ncamera: {}\n";
 
-TEST(Scenario, FaultsThatTheEstimatorNoticesAndThoseOfSectionsThatAreLeftOutAreAccepted) {
+TEST(Scenario, FaultsThatTheEstimatorNoticesAndFaultsOfOmittedSectionsAreAccepted) {
   const auto with = [](const std::string& fault, const std::string& rest) {
     return complaint(kLongWalk + "errors.faults: [" + fault + ": {}]\n" + rest);
   };
@@ -122,7 +122,7 @@ TEST(Scenario, FaultsThatTheEstimatorNoticesAndThoseOfSectionsThatAreLeftOutAreA
     EXPECT_EQ(complaint(kAll + text, {{}, {"camera", "slam"}}), "");
 }
 
-TEST(Lists, AreReadInOrderAndPrintedBack) {
+TEST(Lists, AreReadAndPrintedInOrder) {
   const Scenario scenario = read_text(kLongWalk + R"(slam: {}
 errors:
   faults:
@@ -153,7 +153,7 @@ world:
   EXPECT_EQ(complaint(kLongWalk + "slam: {}", {{"errors.faults=[frames_lost: {from_s: 1}]"}, {}}), "");
 }
 
-TEST(Overrides, GoThroughTheSameTableAsTheFile) {
+TEST(Overrides, UseTheSameTableAsTheFile) {
   const ReadScenario r =
       read_text(kAll + "seed: 3\nlimits: {rmse_m: {at_most: 1}}\n",
                 {{"seed=7", "slam={gyro: {sigma_rad_s: 0.02}, height.sigma_m: 0.4}",
@@ -172,7 +172,7 @@ TEST(Overrides, GoThroughTheSameTableAsTheFile) {
   EXPECT_EQ(r.origin.at("slam.gyro.sigma_rad_s"), "argument 2");
 }
 
-TEST(Overrides, ThatAreWrongAreNamedByTheirPlaceOnTheCommandLine) {
+TEST(Overrides, AreReportedWithTheirPlaceOnTheCommandLineIfWrong) {
   for (const auto& [argument, problem] : std::vector<std::pair<std::string, std::string>>{
            {"slam.gyro.sgima_rad_s=1",
             "1: slam.gyro.sgima_rad_s: unknown key; did you mean 'slam.gyro.sigma_rad_s'?"},
@@ -193,7 +193,7 @@ TEST(Overrides, ThatAreWrongAreNamedByTheirPlaceOnTheCommandLine) {
     EXPECT_THAT(complaint(kWalk, {{argument}, {}}), HasSubstr("this scenario has no section 'slam'"));
 }
 
-TEST(Scenario, FilesThatCannotBeReadAreNamed) {
+TEST(Scenario, FilesThatCannotBeReadAreReported) {
   EXPECT_EQ(files::error_of([] { read_scenario("no/such.yaml"); }),
             "no/such.yaml: cannot be read: No such file or directory");
   EXPECT_EQ(files::error_of([] { read_scenario("/"); }), "/: is a folder, expected a YAML file");
@@ -225,7 +225,7 @@ TEST(Scenario, RepeatedCharactersAndDeepNestingAreRejected) {
 
 class Base : public testing::Test {
  protected:
-  /// Writes a file and gives its path.
+  /// Writes a file and returns its path.
   std::string file(const std::string& name, const std::string& text) const {
     std::filesystem::create_directories((folder_ / name).parent_path());
     std::ofstream(folder_ / name) << text;
@@ -239,7 +239,7 @@ class Base : public testing::Test {
 };
 using Overlay = Base;
 
-TEST_F(Base, SetsWhatTheScenarioDoesNotSetItself) {
+TEST_F(Base, SetsOnlyWhatTheScenarioDoesNotSetItself) {
   const std::string circle = file("circle.yaml", kAll + "seed: 4\nwalk.step_length_m: 0.1\nname: circle\n"),
                     hall = file("hall.yaml", "base: circle.yaml\nworld.room: hall\nseed: 5\n");
   const ReadScenario read = read_scenario(hall);
@@ -256,7 +256,7 @@ TEST_F(Base, SetsWhatTheScenarioDoesNotSetItself) {
   EXPECT_EQ(to_yaml(read_text(whole).scenario), whole);
 }
 
-TEST_F(Base, HasABaseOfItsOwnRelativeToItselfAndTheLastOneSettingAKeyCounts) {
+TEST_F(Base, MayHaveItsOwnBaseRelativeToItselfAndTheLastValueOfAKeyCounts) {
   file("a.yaml", kAll + "seed: 1\nwalk.step_length_m: 0.1\nwalk.preview_s: 2\nlimits.rmse_m.at_most: 1\n");
   file("bases/b.yaml", "base: ../a.yaml\nwalk: {step_length_m: 0.2}\n");
   file("noise.yaml", "slam.gyro.sigma_rad_s: 0.2\nwalk.preview_s: 1.8\n");
@@ -272,7 +272,7 @@ TEST_F(Base, HasABaseOfItsOwnRelativeToItselfAndTheLastOneSettingAKeyCounts) {
   EXPECT_TRUE(read_scenario(d).scenario.limits.metrics.empty());
 }
 
-TEST_F(Base, ThatIsMissingOrNoFileIsNamedWhereItIsAskedFor) {
+TEST_F(Base, IsReportedWhereItIsRequestedIfMissingOrNotAFile) {
   EXPECT_EQ(
       complaint_about(file("s.yaml", "seed: 1\nbase: none.yaml\n")),
       path("s.yaml") + ":2:7: base: " + path("none.yaml") + ": cannot be read: No such file or directory");
@@ -282,22 +282,22 @@ TEST_F(Base, ThatIsMissingOrNoFileIsNamedWhereItIsAskedFor) {
                 HasSubstr("base: expected a scenario file or a list of them, as in base: "));
 }
 
-TEST_F(Base, ThatComesBackToItselfIsRefused) {
+TEST_F(Base, IsRejectedIfItLeadsBackToItself) {
   file("a.yaml", "seed: 1\nbase: b.yaml\n");
   file("c/c.yaml", "");
   file("b.yaml", "base: [./c/../a.yaml]\n");
   EXPECT_EQ(complaint_about(path("a.yaml")), path("b.yaml") + ":1:8: base: " + path("a.yaml") +
-                                                 " is a base of itself, by way of " + path("b.yaml"));
+                                                 " is a base of itself, through " + path("b.yaml"));
   EXPECT_THAT(complaint_about(file("s.yaml", "base: s.yaml\n")), HasSubstr("s.yaml is a base of itself"));
 }
 
-TEST_F(Base, IsNoKeyOfTheCommandLineAndNoneBelowASection) {
+TEST_F(Base, IsNotAKeyOnTheCommandLineOrBelowASection) {
   EXPECT_THAT(complaint(kAll, {{"base=a.yaml"}, {}}), HasSubstr("1:1: base: belongs in a scenario"));
   EXPECT_THAT(complaint(kWalk + "world: {base: a.yaml}"), HasSubstr("world.base: unknown key"));
   EXPECT_THAT(complaint("bsae: a.yaml\n"), EndsWith("did you mean 'base'?"));
 }
 
-TEST_F(Overlay, GivesWayToTheNextOneAndToArguments) {
+TEST_F(Overlay, IsOverriddenByTheNextOverlayAndByArguments) {
   file("base.yaml", kAll + "slam.gyro.sigma_rad_s: 0.02\n");
   const std::string s = file("s.yaml", "base: base.yaml\nseed: 1\n"),
                     a = file("a.yaml", "slam: {gyro: {sigma_rad_s: 0.1}, height: {sigma_m: 0.1}}\n"),
@@ -312,7 +312,7 @@ TEST_F(Overlay, GivesWayToTheNextOneAndToArguments) {
             0.3);
 }
 
-TEST_F(Base, OfARobotGivesDefaultsOfItsWalkAndOfTheNoisesOfItsMotion) {
+TEST_F(Base, ARobotsBaseSetsDefaultsOfItsWalkAndMotionNoises) {
   const std::string robot = "world.robot: " + path("robot") + "\n";
   file(
       "robot/robot.yaml",

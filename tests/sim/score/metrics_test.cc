@@ -54,13 +54,13 @@ TEST_F(Evaluate, TheLoopIsClosedByThreeLandmarksUnlessTheWalkDoesNotReturn) {
   EXPECT_EQ(reason("loop_closed"), "no matches");
   EXPECT_EQ(reason("loop_landmarks"), "no matches");
   run.no_matches.reset();
-  end_after(300);  // a fall
+  end_after(300);  // by a fall
   for (const char* name : {"loop_landmarks", "loop_closed"})
     EXPECT_THAT(reason(name), HasSubstr("never returned"));
   EXPECT_EQ(value("rmse_m"), 0);
 }
 
-TEST_F(Evaluate, TheErrorsAboutAClosureByThreeLandmarksAreThoseBeforeItsFirstMatchAndASecondAfter) {
+TEST_F(Evaluate, ErrorsAroundAClosureAreTakenBeforeItsFirstMatchAndASecondAfter) {
   close_loop(4);  // the last one at the end, after 42 s
   for (const auto& [i, frame] : {std::pair(2, 406), std::pair(0, 412), std::pair(1, 408)}) {
     LandmarkHistory& landmark = run.landmarks[static_cast<std::size_t>(i)];
@@ -79,24 +79,24 @@ TEST_F(Evaluate, TheErrorsAboutAClosureByThreeLandmarksAreThoseBeforeItsFirstMat
   EXPECT_EQ(reason("loop_error_after_m"), "2 landmarks were found again; 3 close a loop");
 }
 
-TEST_F(Evaluate, ATruthOfPositionsIsScoredByTheErrorsAfterAlignment) {
+TEST_F(Evaluate, APositionOnlyTruthIsScoredByTheErrorsAfterAlignment) {
   run.truth_has_poses = false;
   for (TimedPose& pose : run.truth_camera) pose.X.linear().setIdentity();
   for (const char* name : {"ate_se3_rmse_m", "ate_sim3_rmse_m", "poses_matched", "path_length_m"})
     EXPECT_TRUE(metric(name).value) << name;
   for (const char* name :
        {"rmse_m", "rotation_rmse_deg", "rpe_1m_m", "end_yaw_error_deg", "nees_orientation_mean"})
-    EXPECT_THAT(reason(name), HasSubstr("the truth has positions only")) << name;
+    EXPECT_THAT(reason(name), HasSubstr("the truth has only positions")) << name;
 }
 
-TEST_F(Evaluate, AnEstimateThatIsNotThereOrFailedIsNotScoredAndItsWalkIs) {
+TEST_F(Evaluate, AMissingOrFailedEstimateIsNotScoredButItsWalkIs) {
   score::Run without = run, diverged = run, failed = run;
   without.estimate.reset();
   diverged.estimate->resize(200);
-  diverged.diverged = "covariance not positive definite";
+  diverged.diverged = "covariance is not positive definite";
   failed.failed = "killed by signal 9";
   for (const auto& [each, why] : {std::pair(without, "the estimator was not run"),
-                                  {diverged, "the estimator diverged: covariance not positive definite"},
+                                  {diverged, "the estimator diverged: covariance is not positive definite"},
                                   {failed, "the estimator failed: killed by signal 9"}}) {
     run = each;
     for (const char* name :
@@ -127,7 +127,7 @@ TEST_F(Evaluate, DegenerateRunsGiveReasonsNotNumbers) {
   EXPECT_TRUE(metric("plan_drift_x_m").value);
 }
 
-TEST_F(Evaluate, CompletionTrackedAndFaultFlagFractionAreOfTheTime) {
+TEST_F(Evaluate, CompletionTrackedAndFaultFlagAreFractionsOfTime) {
   for (const char* name : {"track_completion", "tracked_fraction"}) EXPECT_NE(reason(name), "");
   run.plan_end = milliseconds(42090);  // no room for another frame
   EXPECT_EQ(value("track_completion"), 1);
@@ -143,8 +143,8 @@ TEST_F(Evaluate, CompletionTrackedAndFaultFlagFractionAreOfTheTime) {
   EXPECT_NEAR(value("fault_flag_fraction"), 0.4, 1e-12);
 }
 
-TEST_F(Evaluate, NeesIsOfThePosesWithACovariance) {
-  for (std::size_t i = 0; i < run.estimate->size(); ++i)  // squares of 1 and 9 in turns
+TEST_F(Evaluate, NeesCoversOnlyPosesWithACovariance) {
+  for (std::size_t i = 0; i < run.estimate->size(); ++i)  // squares of 1 and 9 alternately
     estimate(i).translation().z() += i % 2 == 0 ? 1 : 3;
   EXPECT_NEAR(value("nees_position_mean"), 5, 1e-12);
   EXPECT_EQ(value("poses_with_covariance"), 400);
@@ -160,7 +160,7 @@ TEST_F(Evaluate, NeesIsOfThePosesWithACovariance) {
   }
 }
 
-TEST_F(Evaluate, NeesOfAFittedEstimateIsAfterAlignmentByTheFirstPose) {
+TEST_F(Evaluate, NeesOfAFittedEstimateIsComputedAfterAlignmentByTheFirstPose) {
   Eigen::Isometry3d X = upright(1, 2, 3, 0.5);
   Matrix6d P = Matrix6d::Identity();
   P.diagonal().tail<3>() << 4, 1, 1;
@@ -178,7 +178,7 @@ TEST_F(Evaluate, NeesOfAFittedEstimateIsAfterAlignmentByTheFirstPose) {
   EXPECT_NEAR(value("nees_orientation_mean"), 0, 1e-9);
 }
 
-TEST_F(Evaluate, AnErrorOfPartOfThePosesSaysSoAndThatOfSim3ItsScale) {
+TEST_F(Evaluate, ErrorsOfOnlySomePosesSaySoAndSim3ErrorsStateTheirScale) {
   EXPECT_EQ(metric("ate_se3_rmse_m").note, std::nullopt);
   EXPECT_EQ(metric("ate_sim3_rmse_m").note, "scale 1");
   for (files::TumRow& pose : *run.estimate) pose.X.translation() /= 8;
@@ -190,13 +190,13 @@ TEST_F(Evaluate, AnErrorOfPartOfThePosesSaysSoAndThatOfSim3ItsScale) {
   EXPECT_THAT(metric("ate_sim3_rmse_m").note.value(), HasSubstr("scale 8; warning: ")) << "scaled before";
 }
 
-TEST_F(Evaluate, InnovationsCountFromTheFirstMotionOnAndWhitenessIsTheirCorrelation) {
+TEST_F(Evaluate, InnovationsCountOnceTheRobotMovesAndWhitenessIsTheirCorrelation) {
   for (int i = 0; i <= 420; ++i)
     run.innovations[1].push_back({milliseconds(100 * i), i <= 20 ? 1000.0 : i % 2 == 0 ? 2.0 : 4.0, 3});
   run.innovations[1].push_back({milliseconds(42100), 99, 0});  // a frame without a reading
   EXPECT_NEAR(value("nis_gyro_mean"), 1, 1e-12);
   EXPECT_EQ(reason("nis_vision_mean"), "the sensor was used in fewer than two frames");
-  for (int i = 0; i <= 420; ++i) {  // 2 and -2 by turns
+  for (int i = 0; i <= 420; ++i) {  // 2 and -2 alternately
     const double product = i < 20 ? 100 : -4;
     run.innovations[0].push_back({milliseconds(100 * i), 4, 1, product, 4});
   }
@@ -204,7 +204,7 @@ TEST_F(Evaluate, InnovationsCountFromTheFirstMotionOnAndWhitenessIsTheirCorrelat
   EXPECT_EQ(reason("innovation_lag1_gyro"), "no innovations of consecutive frames were reported");
 }
 
-TEST_F(Evaluate, TheShareOfTheSearchesThatFoundTheirLandmarkIsFromTheFirstMotionOn) {
+TEST_F(Evaluate, TheShareOfSuccessfulSearchesCountsOnceTheRobotMoves) {
   EXPECT_NE(reason("found_landmarks_fraction"), "");
   for (const auto& [t_ms, searched, found] : {std::tuple(0, 12U, 0U), {20000, 12U, 9U}, {21000, 8U, 6U}}) {
     score::FrameUse& frame = run.use.emplace_back();
@@ -231,7 +231,7 @@ TEST_F(Evaluate, OdometryWithoutImagesAndTheSmoothedEstimateHaveTheirOwnErrors) 
   EXPECT_EQ(value("smoothed_rotation_rmse_deg"), 0);
 }
 
-TEST_F(Evaluate, LandmarksAreComparedWithTheWallsTheyWereSeenOn) {
+TEST_F(Evaluate, LandmarksAreComparedWithTheWallsOnWhichTheyWereSeen) {
   const TimedPose& seen_from = run.truth_camera[21];
   const Eigen::Vector2d pixel = *run.camera.project(seen_from.X, Eigen::Vector3d(5, 0, 1.4));
   run.landmarks = {{1, {seen_from.t, pixel}, {}}, {2, {seen_from.t, pixel}, {}}, {3, {Stamp(7), pixel}, {}}};
@@ -242,7 +242,7 @@ TEST_F(Evaluate, LandmarksAreComparedWithTheWallsTheyWereSeenOn) {
   EXPECT_NE(reason("landmark_rmse_m"), "");
 }
 
-TEST_F(Evaluate, AnErrorAtAnEndBeforeThatOfTheWalkSaysWhenThatWas) {
+TEST_F(Evaluate, AnErrorAtAnEarlyEndStatesTheTime) {
   EXPECT_EQ(metric("end_position_error_m").note, std::nullopt);
   run.estimate->resize(106);
   EXPECT_EQ(metric("end_position_error_m").note, "at 10.5 s, 25 % of 42.0 s");
@@ -253,7 +253,7 @@ TEST_F(Evaluate, AnErrorAtAnEndBeforeThatOfTheWalkSaysWhenThatWas) {
   EXPECT_EQ(metric("plan_drift_x_m").note, "at 42.0 s, 8 % of 525.0 s");
 }
 
-TEST_F(Evaluate, WithoutAScaleLengthsHaveNoValueAndTheRestHas) {
+TEST_F(Evaluate, WithoutAScaleOnlyLengthsHaveNoValue) {
   run.no_scale = "the scale is unknown";
   close_loop(3);
   for (const char* name : {"rmse_m", "ate_se3_rmse_m", "rpe_1m_m", "drift_percent", "height_range_m",
@@ -265,7 +265,7 @@ TEST_F(Evaluate, WithoutAScaleLengthsHaveNoValueAndTheRestHas) {
 }
 
 // A filter with a NEES or NIS far below its expectation is as inconsistent as one far above it.
-TEST(MetricDefinitions, HaveTheUnitOfTheirNameAndTheDirectionOfTheirText) {
+TEST(MetricDefinitions, HaveTheUnitInTheirNameAndTheDirectionInTheirText) {
   const std::vector<std::pair<std::string, std::string>> units{
       {"_m_s2", "m/s2"}, {"_m", "m"},       {"_deg", "deg"}, {"_s", "s"},
       {"_ms", "ms"},     {"_percent", "%"}, {"", "1"}};

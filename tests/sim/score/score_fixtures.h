@@ -1,5 +1,5 @@
-// Poses, trajectories, a camera and a room for tests of the score: upright poses and the simplest of
-// cameras.
+// Poses, trajectories, a camera and a room for tests of the score. The poses are upright, and the camera is
+// the simplest possible.
 #pragma once
 
 #include "sim/score/metrics.h"
@@ -30,7 +30,7 @@ inline std::vector<PosePair> curve_pairs() {
   return pairs;
 }
 
-/// A pinhole camera of 90° across and 320x240.
+/// A pinhole camera with a horizontal field of view of 90° and 320x240 pixels.
 inline TrueCamera square_camera() {
   TrueCamera camera;
   camera.project = [](const Eigen::Isometry3d& X_WC,
@@ -54,7 +54,7 @@ inline Surface box_room(double half_width) {
   return {Surface::Kind::box, upright(0, 0, 1.5), {half_width, half_width, 1.5}};
 }
 
-/// A camera at the origin, 1.4 m up, level, looking along x of W turned left by `turn`.
+/// A level camera 1.4 m above the origin that looks along x of W, turned left by `turn`.
 inline Eigen::Isometry3d looking(double turn) {
   Eigen::Isometry3d X = upright(0, 0, 1.4);
   X.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -72,7 +72,7 @@ class RunTest : public testing::Test {
     EXPECT_TRUE(found.value) << name << ": " << found.reason;
     return found.value.value_or(std::nan(""));
   }
-  /// Why the value is absent.
+  /// The reason why the value is absent.
   std::string reason(const std::string& name) const {
     const Metric found = metric(name);
     EXPECT_FALSE(found.value) << name;

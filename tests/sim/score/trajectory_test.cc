@@ -14,7 +14,7 @@ const Eigen::Matrix3d kTurn =
 
 TimedPose at(std::int64_t t_ns, double x) { return {Stamp(t_ns), upright(x, 0, 0)}; }
 
-TEST(Trajectory, StampsOfOneMomentArePairedAlsoIfTheyAreRounded) {
+TEST(Trajectory, StampsOfOneMomentArePairedEvenIfRounded) {
   const Trajectory truth{at(1'000'000, 1), at(2'000'000, 2), at(4'000'000, 4)};
   const auto pairs = pair_by_stamp(
       truth, {at(0, 0), at(2'000'001, 2.5), at(2'010'000, 9), at(3'000'000, 3), at(3'900'000, 5)});
@@ -32,14 +32,14 @@ TEST(Trajectory, InterpolatesPositionLinearlyAndOrientationAlongTheShortestTurn)
   const auto X = interpolate(trajectory, Stamp(25));
   ASSERT_TRUE(X);
   EXPECT_TRUE(X->translation().isApprox(Eigen::Vector3d(0.25, 0.5, 1), 1e-15));
-  EXPECT_NEAR(yaw(X->linear()), 3.0 + 0.25 * (2 * pi - 6), 1e-12);  // by way of pi, not of 0
+  EXPECT_NEAR(yaw(X->linear()), 3.0 + 0.25 * (2 * pi - 6), 1e-12);  // through pi, not through 0
   EXPECT_TRUE(interpolate(trajectory, Stamp(0))->isApprox(trajectory[0].X, 0));
   EXPECT_TRUE(interpolate(trajectory, Stamp(100))->isApprox(trajectory[1].X, 0));
   for (const int outside : {-1, 101}) EXPECT_FALSE(interpolate(trajectory, Stamp(outside)));
   EXPECT_FALSE(interpolate({}, Stamp(0)));
 }
 
-TEST(Trajectory, PairsByInterpolationWithinTheTruthsTimeAndAcrossNoLongGap) {
+TEST(Trajectory, PairsByInterpolationWithinTheTruthsTimeButNotAcrossLongGaps) {
   const Trajectory truth{at(10, 1), at(20, 2), at(60, 6)},
       estimate{at(5, 7), at(15, 7), at(40, 7), at(60, 7), at(65, 7)};
   const auto pairs = pair_by_interpolation(truth, estimate, Stamp(10));
@@ -68,9 +68,9 @@ TEST(Trajectory, RotationVectorIsAngleTimesAxis) {
   EXPECT_NEAR(rotation_vector(about_z(-pi)).norm(), pi, 1e-12);
 }
 
-TEST(Trajectory, YawIsTheNearestTurnAboutTheVertical) {
+TEST(Trajectory, YawIsTheNearestRotationAboutTheVertical) {
   for (const double angle : {2.5, -2.5}) EXPECT_NEAR(yaw(about_z(angle)), angle, 1e-15);
-  // By brute force, for a rotation that is not about z.
+  // Checked by brute force, for a rotation that is not about z.
   double best = 0, least = 1e9;
   for (double angle = -pi; angle < pi; angle += 1e-4)
     if (const double distance = (kTurn - about_z(angle)).norm(); distance < least)
@@ -78,7 +78,7 @@ TEST(Trajectory, YawIsTheNearestTurnAboutTheVertical) {
   EXPECT_NEAR(yaw(kTurn), best, 1e-4);
 }
 
-TEST(Errors, YawIsAboutTheVerticalOfTheWorldAndDriftInAxesOfTheStart) {
+TEST(Errors, YawIsAboutTheWorldsVerticalAndDriftIsInTheAxesOfTheStart) {
   const Eigen::Isometry3d estimate = looking(0.4);
   EXPECT_NEAR(yaw_error({Stamp(0), looking(0.3), estimate}), -0.1, 1e-15);
   Eigen::Isometry3d pitched = looking(0);
@@ -107,7 +107,7 @@ double ate(const std::vector<PosePair>& pairs, Alignment alignment) {
   return root_mean_square(position_errors(transformed(aligned(pairs, alignment), pairs)));
 }
 
-// Other trajectories are aligned as by tests/tools/score_oracle.py.
+// Other trajectories are checked against tests/tools/score_oracle.py.
 TEST(Alignment, AMirrorImageIsNotATurn) {
   std::vector<PosePair> mirrored = curve_pairs();
   for (PosePair& pair : mirrored) pair.X_estimate.translation().x() *= -1;
@@ -115,7 +115,7 @@ TEST(Alignment, AMirrorImageIsNotATurn) {
   EXPECT_GT(ate(mirrored, Alignment::se3), 0.1);
 }
 
-TEST(Alignment, DegenerateCasesHaveAReason) {
+TEST(Alignment, DegenerateCasesGiveAReason) {
   std::vector<PosePair> point(10), line = point, vertical = point;
   for (int i = 0; i < 10; ++i) {
     const auto place = [i](std::vector<PosePair>& pairs, const Eigen::Vector3d& p) {
@@ -135,13 +135,13 @@ TEST(Alignment, DegenerateCasesHaveAReason) {
   }
   EXPECT_THAT(reason({line[3]}, se3), HasSubstr("coincide"));
   for (const auto& pairs : {point, vertical})
-    EXPECT_THAT(reason(pairs, yaw_position), HasSubstr("do not spread"));
+    EXPECT_THAT(reason(pairs, yaw_position), HasSubstr("have no horizontal spread"));
   EXPECT_NEAR(ate(line, yaw_position), 0, 1e-12);  // a line is enough for a turn about z
   EXPECT_NEAR(ate({line[3]}, origin), 0, 1e-12);
 }
 
-// Other spans are compared by tests/tools/score_oracle.py.
-TEST(Relative, ATrajectoryThatStandsHasNoSpansOfItsPath) {
+// Other spans are checked against tests/tools/score_oracle.py.
+TEST(Relative, AStationaryTrajectoryHasNoSpansOfItsPath) {
   std::vector<PosePair> standing(50);
   for (std::size_t i = 0; i < standing.size(); ++i) standing[i].t = std::chrono::milliseconds(100 * i);
   for (const bool all : {false, true}) EXPECT_TRUE(spans(standing, {Spans::Unit::meters, 0.25, all}).empty());
@@ -159,12 +159,12 @@ TEST(Statistics, TheLossOfAMetricWithAnExpectedValueIsTheSameAboveAndBelow) {
   }
 }
 
-TEST(Significance, WilcoxonIsThatOfPublishedSamplesAndOfAllSignPatterns) {
+TEST(Significance, WilcoxonMatchesPublishedSamplesAndAllSignPatterns) {
   // Darwin's maize, cross- minus self-fertilised heights; statistic 24, exact p = 1352 / 2^15.
   const Numbers maize{6, 8, 14, 16, 23, 24, 28, 29, 41, -48, 49, 56, 60, -67, 75};
   EXPECT_EQ(wilcoxon_signed_rank(maize), 0.041259765625);
   EXPECT_EQ(wilcoxon_signed_rank({-1, -2, -3, -4, -5, -6, -7, -8}), 2 / 256.0);
-  EXPECT_EQ(wilcoxon_signed_rank({0.1, 0.1, 0.1, 0.1, 0.1}), 2 / 32.0);  // ties do not matter to that
+  EXPECT_EQ(wilcoxon_signed_rank({0.1, 0.1, 0.1, 0.1, 0.1}), 2 / 32.0);  // here ties do not matter
   for (const Numbers& none : {Numbers{}, {0, 0, 0}, {1, -1, 2, -2}}) EXPECT_EQ(wilcoxon_signed_rank(none), 1);
   // Ties and zeros, counted over all patterns of signs by another program.
   EXPECT_DOUBLE_EQ(wilcoxon_signed_rank({1, 1, -1, 2, 3, 3, -3, 0, 5}), 2 * 28 / 256.0);
@@ -173,7 +173,7 @@ TEST(Significance, WilcoxonIsThatOfPublishedSamplesAndOfAllSignPatterns) {
   EXPECT_DOUBLE_EQ(wilcoxon_signed_rank({-7, 1}), 1);
 }
 
-TEST(Significance, ExactAndApproximateWilcoxonMeet) {
+TEST(Significance, ExactAndApproximateWilcoxonAgree) {
   const auto p = [](int n) {
     Numbers values;
     for (int i = 1; i <= n; ++i) values.push_back(i % 3 == 0 ? -i : i);
@@ -194,7 +194,7 @@ TEST(Significance, HolmAdjustsInOrderOfSizeAndNeverDecreases) {
   EXPECT_TRUE(holm({}).empty());
 }
 
-TEST(Significance, TheMediansIntervalIsOfOrderStatistics) {
+TEST(Significance, TheMediansIntervalConsistsOfOrderStatistics) {
   EXPECT_FALSE(median_interval({1, 2, 3, 4, 5}));  // 2/32 > 5 %
   EXPECT_EQ(median_interval({6, 5, 4, 3, 2, 1}), std::pair(1.0, 6.0));
   // Tables of the sign test: n = 10 leaves out one on each side (97.9 %), n = 20 five (95.9 %).
@@ -205,7 +205,7 @@ TEST(Significance, TheMediansIntervalIsOfOrderStatistics) {
   EXPECT_EQ(median_interval(values), std::pair(6.0, 15.0));
 }
 
-TEST(Consistency, ChiSquareQuantilesAreThoseOfTheTables) {
+TEST(Consistency, ChiSquareQuantilesMatchTheTables) {
   EXPECT_NEAR(chi_square_quantile(0.95, 1), 3.841458820694124, 1e-11);
   EXPECT_NEAR(chi_square_quantile(0.975, 30), 46.979242243671145, 1e-10);
   const Band ten = mean_band(3, 10), many = mean_band(3, 1000);
@@ -215,7 +215,7 @@ TEST(Consistency, ChiSquareQuantilesAreThoseOfTheTables) {
   EXPECT_LT(many.high, 3.2);
 }
 
-TEST(Consistency, AMeanNisIsAsExpectedOrSaysHowWrongThePredictedSpreadIs) {
+TEST(Consistency, AMeanNisIsAsExpectedOrStatesHowWrongThePredictedSpreadIs) {
   for (const auto& [nis, verdict] : {std::pair{0.9, "as expected"},
                                      {0.5, "as expected"},
                                      {2.0, "as expected"},
@@ -226,8 +226,8 @@ TEST(Consistency, AMeanNisIsAsExpectedOrSaysHowWrongThePredictedSpreadIs) {
     EXPECT_EQ(nis_verdict(nis), verdict) << nis;
 }
 
-// Bands of ten and of two runs: [1.679, 4.698], by the table, and [0.619, 7.225].
-TEST(Consistency, TheFractionInTheBandCountsMomentsByTheMeanOfTheirRuns) {
+// The bands of ten and of two runs: [1.679, 4.698] (from the table) and [0.619, 7.225].
+TEST(Consistency, TheFractionInTheBandCountsInstantsByTheMeanOverRuns) {
   const std::vector<double> low(10, 1.6), inside(10, 1.7), high(10, 4.7);
   const auto fraction = band_fractions({low, inside, inside, high, {}, {0.6, 0.6}, {1, 13}}, 3);
   ASSERT_TRUE(fraction);

@@ -1,4 +1,4 @@
-// The drift of the walk by its feet, navigation, and landmarks against the true room.
+// The drift of the walk due to its feet, navigation, and landmarks compared with the true room.
 #include "sim/score/types.h"
 #include "tests/sim/score/score_fixtures.h"
 
@@ -9,7 +9,7 @@ using namespace std::chrono_literals;
 using Kind = Surface::Kind;
 using Eigen::Vector3d, std::chrono::milliseconds, std::numbers::pi;
 
-// A walk in place of one sample per 10 ms; feet at y = ±0.1 and 10 samples to a support.
+// A walk in place with one sample per 10 ms, feet at y = ±0.1 and 10 samples per support.
 class Walk {
  public:
   Walk() {
@@ -73,7 +73,7 @@ TEST(Feet, APlanCarriedOutExactlyHasNoDrift) {
   }
 }
 
-TEST(Feet, ATurnOfTheStandingFootSwingsTheRestOfTheWayAboutIt) {
+TEST(Feet, ATurnOfTheStandingFootSwingsTheRestOfThePathAboutIt) {
   Walk walk;
   walk.on_left(5);
   walk.left().truth.z() += 0.01;
@@ -88,7 +88,7 @@ TEST(Feet, ATurnOfTheStandingFootSwingsTheRestOfTheWayAboutIt) {
   EXPECT_NEAR(total(rows, FootPhase::put_down).drift.y(), 0, 1e-4);
 }
 
-TEST(Feet, AFootPutDownBesideItsPlaceIsALandingErrorAndNoSlip) {
+TEST(Feet, AFootPutDownBesideItsPlaceIsALandingErrorNotSlip) {
   Walk walk;
   walk.on_left();
   walk.right().plan = {0.2, -0.1, 0};
@@ -104,7 +104,7 @@ TEST(Feet, AFootPutDownBesideItsPlaceIsALandingErrorAndNoSlip) {
   EXPECT_EQ(total(rows, FootPhase::support).moved, 0);
 }
 
-TEST(Feet, AFootThatDragsAfterTheOtherHasLandedHasNoShareInTheDrift) {
+TEST(Feet, AFootThatDragsAfterTheOtherHasLandedDoesNotCountAsDrift) {
   Walk walk;
   walk.on_left();
   walk.stay(2, 0.9, 0.1);  // the right one lands
@@ -118,7 +118,7 @@ TEST(Feet, AFootThatDragsAfterTheOtherHasLandedHasNoShareInTheDrift) {
   EXPECT_EQ(total(rows).drift.x(), 0);
 }
 
-TEST(Feet, AFootSlidingAsItLandsIsToldFromOneThatSlidesUnderLoad) {
+TEST(Feet, AFootSlidingAsItLandsIsDistinguishedFromOneSlidingUnderLoad) {
   Walk walk;
   walk.on_left();
   walk.stay(3, 0.9, 0.1);
@@ -136,7 +136,7 @@ TEST(Feet, AFootSlidingAsItLandsIsToldFromOneThatSlidesUnderLoad) {
   EXPECT_NEAR(support.drift.x(), 0.003, 1e-12);
 }
 
-TEST(Feet, AllSharesAddUpToTheDriftOfTheWaist) {
+TEST(Feet, AllContributionsAddUpToTheDriftOfTheWaist) {
   Walk walk;
   for (int i = 0; i < 12; ++i) {
     walk.both();
@@ -160,7 +160,7 @@ TEST(Feet, AllSharesAddUpToTheDriftOfTheWaist) {
   EXPECT_NEAR(std::remainder(drift.z() - 0.2, 2 * M_PI), 0, 1e-9);
 }
 
-TEST(Feet, ABounceIsNoStepAndAScuffIsNoStance) {
+TEST(Feet, ABounceIsNotAStepAndAScuffIsNotAStance) {
   Walk walk;
   walk.on_left();
   walk.stay(1, 0.9, 0.1);
@@ -172,8 +172,8 @@ TEST(Feet, ABounceIsNoStepAndAScuffIsNoStance) {
   EXPECT_EQ(total(walk.rows(), FootPhase::landing).rows, 1);
 }
 
-/// Ten seconds ahead at 0.1 m/s, a frame each second; the true waist is beside its path by the end by 50 mm,
-/// in proportion to the time, and turned by 5 degrees. Two laps: 2 to 5 s and 5 to 8 s.
+/// Ten seconds straight ahead at 0.1 m/s with a frame every second. In proportion to time, the true waist
+/// drifts off its path by 50 mm and turns by 5 degrees at the end. Two laps: 2 to 5 s and 5 to 8 s.
 class Navigation : public RunTest {
  protected:
   Navigation() {
@@ -190,7 +190,7 @@ class Navigation : public RunTest {
   }
 };
 
-TEST_F(Navigation, ErrorsAreThoseOfTheTrueWaistFromTheCommandedPathOnTheGround) {
+TEST_F(Navigation, ErrorsAreDistancesOfTheTrueWaistFromTheCommandedPath) {
   double squares = 0;
   for (int i = 1; i <= 10; ++i) squares += std::pow(0.005 * i, 2);
   EXPECT_NEAR(value("navigation_rmse_m"), std::sqrt(squares / 10), 1e-12);
@@ -200,7 +200,7 @@ TEST_F(Navigation, ErrorsAreThoseOfTheTrueWaistFromTheCommandedPathOnTheGround) 
   EXPECT_NEAR(value("navigation_last_lap_end_error_m"), 0.040, 1e-12);
 }
 
-TEST_F(Navigation, AWalkWithoutLapsOrThatFellInOneSaysSo) {
+TEST_F(Navigation, AWalkWithoutLapsOrWithAFallInOneSaysSo) {
   run.truth_waist.resize(7);
   EXPECT_EQ(reason("navigation_last_lap_end_error_m"), "the lap was not finished");
   EXPECT_NEAR(value("navigation_first_lap_end_error_m"), 0.025, 1e-12);
@@ -220,7 +220,7 @@ TEST_F(Navigation, CorrectionsAreCountedAndMeasured) {
   EXPECT_NEAR(value("correction_largest_deg"), 2, 1e-9);
 }
 
-TEST_F(Navigation, TimelinessIsThatOfTheAnswers) {
+TEST_F(Navigation, TimelinessRefersToTheAnswers) {
   EXPECT_EQ(reason("dropped_frames"), "the estimator was not run");
   run.estimate.emplace();
   EXPECT_EQ(reason("latency_p99_ms"), "answers take no simulated time with estimator.time.model: none");
@@ -231,8 +231,9 @@ TEST_F(Navigation, TimelinessIsThatOfTheAnswers) {
   for (const auto& [name, number] : expected) EXPECT_NEAR(value(name), number, 0.25) << name;
 }
 
-// By hand: shapes at the origin, rays along axes. The tests of the lidar compare rays in rooms with MuJoCo's.
-TEST(Surfaces, TheNearestHitIsWhereGeometryHasIt) {
+// Computed by hand for shapes at the origin and rays along axes. The lidar tests compare rays in rooms with
+// MuJoCo's.
+TEST(Surfaces, TheNearestHitIsWhereGeometryPredicts) {
   const Vector3d x = Vector3d::UnitX(), z = Vector3d::UnitZ();
   const auto hit = [](Kind kind, const Vector3d& size, const Vector3d& origin, const Vector3d& direction) {
     return first_hit({{kind, Eigen::Isometry3d::Identity(), size}}, origin, direction);
@@ -259,8 +260,9 @@ TEST(Surfaces, TheNearestHitIsWhereGeometryHasIt) {
   EXPECT_EQ(first_hit({far, near}, Vector3d::Zero(), Vector3d::UnitY()), std::nullopt);
 }
 
-// A camera in front of a wall 4 m ahead (x = 4 m), one frame each 0.1 s for 40 s. It looks ahead, but for the
-// time of an excursion. The landmark is seen first in the image's middle at 1 s, and matched again at 39.9 s.
+// A camera in front of a wall 4 m ahead (x = 4 m), one frame each 0.1 s for 40 s. It looks ahead, except
+// during an excursion. The landmark is first seen in the middle of the image at 1 s and matched again at 39.9
+// s.
 struct Excursion {
   explicit Excursion(const Eigen::Isometry3d& elsewhere = looking(pi), int from_ms = 15000,
                      int to_ms = 25000) {
@@ -273,7 +275,7 @@ struct Excursion {
   }
 
   std::vector<StampedPixel>& accepted() { return run.landmarks.front().accepted; }
-  // The landmarks found again, or nothing if the camera did not return from elsewhere.
+  // The landmarks found again; nothing if the camera did not return from elsewhere.
   std::optional<std::vector<LoopLandmark>> found() const {
     const auto all = loop_landmarks(run);
     return std::holds_alternative<Absent>(all) ? std::nullopt : std::optional(std::get<0>(all));
@@ -290,7 +292,7 @@ Eigen::Isometry3d aside(double left_m) {
   return X;
 }
 
-TEST(LoopClosure, ALandmarkFoundAgainWithinThreePixelsAfterTheCameraWasElsewhereCounts) {
+TEST(LoopClosure, CountsALandmarkFoundAgainWithinThreePixelsAfterTheCameraWasElsewhere) {
   for (const double off : {0.0, 2.9, -2.9, 4.0, -3.1}) {
     Excursion walk;
     walk.accepted().back().pixel.x() += off;
@@ -310,7 +312,7 @@ TEST(LoopClosure, ElsewhereIsAHeadingOrPlaceWhereNothingOfTheLastImageIsInViewAn
   Excursion seen_between(looking(pi), 20000, 28000);  // two stretches of 3 s and 4.9 s
   seen_between.run.truth_camera[230].X = looking(0);
   EXPECT_FALSE(seen_between.found());
-  Excursion before(looking(pi), 0, 8900);  // before its first sight
+  Excursion before(looking(pi), 0, 8900);  // before it is first seen
   before.run.landmarks.front().first_seen.t = milliseconds(9500);
   EXPECT_FALSE(before.found());
   // The camera sees 90 degrees, and 8 m of the wall. The landmark leaves the view at 45 degrees and at 4 m.
@@ -320,7 +322,7 @@ TEST(LoopClosure, ElsewhereIsAHeadingOrPlaceWhereNothingOfTheLastImageIsInViewAn
     EXPECT_EQ(Excursion(aside(left_m)).closes(), std::abs(left_m) > 8) << left_m;
 }
 
-TEST(LoopClosure, IsOfAnyPathAndAtTheFirstMatchAfterTheReturn) {
+TEST(LoopClosure, WorksForAnyPathAtTheFirstMatchAfterTheReturn) {
   Excursion eight, straight(looking(0));  // turns to the left for 20 s, back to the right for 20 s
   for (std::size_t i = 0; i <= 400; ++i) {
     eight.run.truth_camera[i].X = looking(2 * pi * static_cast<double>(i < 200 ? i : 400 - i) / 200);
@@ -352,7 +354,7 @@ TEST(LoopClosure, AMatchOfTheRightPixelButAnotherSurfacePointDoesNotCount) {
   EXPECT_TRUE(closes_at(0.9));
 }
 
-TEST(Vibration, IsDividedByFrequency) {
+TEST(Vibration, IsSplitByFrequency) {
   score::Run run;
   run.truth_camera = {{Stamp(0), upright(0, 0, 1)}};
   for (int i = 0; i < 2000; ++i) {  // 10 s: 3 m/s² at 1 Hz ahead, 1 m/s² at 20 Hz upward, and gravity

@@ -35,7 +35,7 @@ cv::Mat1w depth(double z_m) {
   return cv::Mat1w(240, 320, static_cast<unsigned short>(std::lround(1e3 * z_m)));
 }
 
-TEST(RigErrors, NoneLeaveTheReadingsAsTheyAreButForTheirClock) {
+TEST(RigErrors, NoErrorsLeaveTheReadingsUnchangedExceptForTheirClock) {
   for (const Kind kind : {Kind::gray, Kind::color, Kind::depth, Kind::lidar, Kind::imu}) {
     rig::RigSensor ideal = sensor("a", kind);
     ideal.time_offset_s = -0.004;
@@ -56,7 +56,7 @@ TEST(RigErrors, NoneLeaveTheReadingsAsTheyAreButForTheirClock) {
   }
 }
 
-TEST(RigErrors, EachChannelOfAnImageHasNoiseOfItsOwnAndTheGivenPixelsStay) {
+TEST(RigErrors, EachImageChannelHasItsOwnNoiseAndTheInputIsUnchanged) {
   rig::RigSensor color = sensor("rgb0", Kind::color);
   color.read_sigma_gray = 3, color.shot_sigma_gray = 4;
   const cv::Mat ideal(240, 320, CV_8UC3, cv::Scalar(30, 128, 200));
@@ -90,8 +90,8 @@ TEST(RigErrors, DepthHasNoiseThatGrowsWithItsSquareInWholeMillimeters) {
   }
 }
 
-// The mean over a window of 7 px has the correlation 1 - d/7 at a distance of d px.
-TEST(RigErrors, DepthNoiseIsCorrelatedWithinTheMatchingWindowAndThreeQuartersOfItLastOverFrames) {
+// The mean over a window of 7 px has a correlation of 1 - d/7 at a distance of d px.
+TEST(RigErrors, DepthNoiseIsCorrelatedWithinTheMatchingWindowAndThreeQuartersPersistOverFrames) {
   rig::RigSensor camera = sensor("depth0", Kind::depth);
   camera.disparity_sigma_px = 0.2;
   const auto noise = [&](Stamp t) {
@@ -124,13 +124,13 @@ TEST(RigErrors, DepthNoiseIsCorrelatedWithinTheMatchingWindowAndThreeQuartersOfI
   }
 }
 
-TEST(RigErrors, DepthOutOfRangeIsNone) {
+TEST(RigErrors, DepthOutOfRangeIsMissing) {
   const rig::RigSensor camera = sensor("depth0", Kind::depth);
   for (const auto& [z_m, seen] : {std::pair(0.299, false), {0.3, true}, {10, true}, {10.001, false}})
     EXPECT_EQ(cv::countNonZero(applied(camera, reading(depth(z_m))).image), seen ? 76800 : 0) << z_m;
 }
 
-TEST(RigErrors, DepthBesideAnOcclusionEdgeIsNone) {
+TEST(RigErrors, DepthBesideAnOcclusionEdgeIsMissing) {
   cv::Mat1w step = depth(3);
   step.colRange(0, 100).setTo(2000);
   for (const int reach : {0, 1, 3}) {
@@ -144,8 +144,8 @@ TEST(RigErrors, DepthBesideAnOcclusionEdgeIsNone) {
   }
 }
 
-// A floor 1.3 m below a level camera of f = 200 px: at the last row above the horizon a pixel is a meter.
-TEST(RigErrors, SlantedSurfacesTheirCreasesAndMissingPixelsAreNoOcclusionEdges) {
+// A floor 1.3 m below a level camera of f = 200 px: at the last row above the horizon a pixel spans a meter.
+TEST(RigErrors, SlantedSurfacesCreasesAndMissingPixelsAreNotOcclusionEdges) {
   cv::Mat1w room(cv::Size(320, 240), 0);
   for (int row = 0; row < 240; ++row) {
     const double floor_m = row > 120 ? 1.3 * 200 / (row - 119.5) : 60;
@@ -157,7 +157,7 @@ TEST(RigErrors, SlantedSurfacesTheirCreasesAndMissingPixelsAreNoOcclusionEdges) 
   EXPECT_GT(cv::countNonZero(beside_edges(room, 1)), 2 * 2 * 90);
 }
 
-TEST(RigErrors, LidarPointsHaveNoiseOfRangeAndBothAngles) {
+TEST(RigErrors, LidarPointsHaveNoiseInRangeAndBothAngles) {
   rig::RigSensor lidar = sensor("lidar0", Kind::lidar);
   lidar.range_sigma_m = 0.02, lidar.angle_sigma_rad = 0.003;
   constexpr int n = 20'000;
@@ -216,7 +216,7 @@ TEST(RigErrors, ImuReadingsHaveWhiteNoiseAndOneBiasPerSeed) {
 }
 
 // Sensors with all errors: gray, color, depth, lidar, IMU.
-TEST(RigErrors, AFurtherSensorChangesNoNumberOfAnotherNorDoesTheOrderOfReadings) {
+TEST(RigErrors, NeitherAnotherSensorNorTheOrderOfReadingsChangesANumber) {
   std::vector<rig::RigSensor> rig;
   for (const char* name : {"cam1", "rgb0", "depth0", "lidar0", "imu1"}) {
     rig.push_back(sensor(name, static_cast<Kind>(rig.size())));
@@ -252,7 +252,7 @@ TEST(RigErrors, AFurtherSensorChangesNoNumberOfAnotherNorDoesTheOrderOfReadings)
       << "of another name";
 }
 
-TEST(SensorErrors, ApplyThoseOfTheRigAndChangeNothingElse) {
+TEST(SensorErrors, ApplyRigErrorsAndChangeNothingElse) {
   rig::RigSensor camera = sensor("cam1", Kind::gray);
   camera.read_sigma_gray = 5;
   slam::Observation plain;
@@ -277,7 +277,7 @@ cv::Mat received(const ImageOptions& sizes, int gray, Stamp t = Stamp(1)) {
   return ImageErrors(sizes, 1, {}).apply(cv::Mat(240, 320, CV_8UC1, cv::Scalar(gray)), t);
 }
 
-TEST(ImageErrors, NoiseHasTheSpreadAskedForAtEveryGrayAndGain) {
+TEST(ImageErrors, NoiseHasTheRequestedSpreadAtEveryGrayLevelAndGain) {
   for (const auto& [gray, gain] : {std::pair(30, 1.0), {128, 1.0}, {220, 1.0}, {40, 4.0}}) {
     cv::Scalar mean, sigma;
     cv::meanStdDev(received(noise(2, 3, gain), gray), mean, sigma);
@@ -304,18 +304,18 @@ TEST(ImageErrors, NeighboringPixelsAndFramesAreUncorrelated) {
   }
 }
 
-TEST(ImageErrors, VignettingTakesItsFractionInTheCornersAndNothingInTheMiddle) {
+TEST(ImageErrors, VignettingRemovesItsFractionInTheCornersAndNothingInTheMiddle) {
   ImageOptions sizes = noise(0, 0);
   sizes.vignetting_fraction = 0.5;
   const cv::Mat image = received(sizes, 200);
   EXPECT_EQ(image.at<unsigned char>(120, 160), 200);
   EXPECT_EQ(image.at<unsigned char>(0, 0), 100);
   EXPECT_EQ(image.at<unsigned char>(239, 319), 100);
-  // Half-way to a corner a quarter of it is lost: 200 (1 - 0.5 / 4).
+  // Halfway to a corner, a quarter of the fraction is lost: 200 (1 - 0.5 / 4).
   EXPECT_NEAR(image.at<unsigned char>(60, 80), 175, 1);
 }
 
-TEST(ImageErrors, VignettingDarkensTheLightAndNotTheNoiseOfReadingIt) {
+TEST(ImageErrors, VignettingDarkensTheLightButNotTheReadNoise) {
   ImageOptions sizes = noise(5, 0);
   const int plain = received(sizes, 100).at<unsigned char>(0, 0);
   sizes.vignetting_fraction = 0.5;
@@ -331,7 +331,7 @@ TEST(Random, NumbersAreTheSameOnEveryMachine) {
   EXPECT_EQ(random.normal(), -0x1.d49c87681a44dp-1);
 }
 
-TEST(Random, AnotherSeedNameOrItemGivesOtherNumbers) {
+TEST(Random, ADifferentSeedNameOrItemGivesDifferentNumbers) {
   std::set<std::uint64_t> first;
   for (const std::uint64_t seed : {0ull, 1ull, 2ull, ~0ull})
     for (const char* name : {"", "gyro noise", "image noise"}) {

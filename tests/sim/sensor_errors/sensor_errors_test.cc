@@ -42,13 +42,13 @@ ErrorOptions none() {
   return options;
 }
 
-TEST(SensorErrors, NoneLeaveTheObservationsAsTheyAre) {
+TEST(SensorErrors, NoErrorsLeaveTheObservationsUnchanged) {
   SensorErrors errors(none(), 1);
   for (int frame = 0; frame < 5; ++frame)
     expect_same(applied(errors, observation(frame)), observation(frame));
 }
 
-TEST(SensorErrors, DependOnSeedAndStampNotOnWhatWasAskedBefore) {
+TEST(SensorErrors, DependOnSeedAndStampButNotOnEarlierCalls) {
   SensorErrors live(ErrorOptions{}, 7);
   for (int frame = 0; frame < 5; ++frame) applied(live, observation(frame));
   const slam::Observation now = applied(live, observation(5));
@@ -57,7 +57,7 @@ TEST(SensorErrors, DependOnSeedAndStampNotOnWhatWasAskedBefore) {
   EXPECT_NE(now.gyro[0].value, applied(ErrorOptions{}, observation(4), 7).gyro[0].value);
 }
 
-TEST(SensorErrors, OneDoesNotShiftTheNumbersOfAnother) {
+TEST(SensorErrors, OneErrorDoesNotShiftTheNumbersOfAnother) {
   ErrorOptions lossy;
   lossy.image.loss_fraction = lossy.plan_loss_fraction = 0.5;
   lossy.accelerometer.sigma = 3;
@@ -66,7 +66,7 @@ TEST(SensorErrors, OneDoesNotShiftTheNumbersOfAnother) {
               applied(lossy, observation(frame)).gyro[3].value);
 }
 
-// Standard deviation of the gyro's noise over many readings of one length, all axes.
+// The standard deviation of the gyro's noise over many readings of one length, all axes together.
 double gyro_spread(SensorErrors& errors, std::int64_t duration_us) {
   double sum = 0;
   constexpr int n = 20000;
@@ -117,7 +117,7 @@ TEST(SensorErrors, LossTakesTheFractionAskedForAndOnlyThat) {
   EXPECT_NEAR(both, 0.03 * n, 5 * std::sqrt(0.03 * 0.97 * n));  // independent of each other
 }
 
-TEST(SensorErrors, ABiasWalksAsFarAsItIsAskedTo) {
+TEST(SensorErrors, ABiasWalksAsFarAsRequested) {
   ErrorOptions options = none();
   options.gyro.bias_walk_sigma = 0.01;
   constexpr int kSeeds = 200;
@@ -137,7 +137,7 @@ TEST(SensorErrors, ABiasWalksAsFarAsItIsAskedTo) {
   EXPECT_NEAR(std::sqrt(after_4_s) / (0.01 * std::sqrt(121 * 0.030)), 1, 0.14);
 }
 
-TEST(SensorErrors, ReadingsAreCutAtTheirRangeAndRoundedToTheirResolution) {
+TEST(SensorErrors, ReadingsAreClippedToTheirRangeAndRoundedToTheirResolution) {
   ErrorOptions options = none();
   options.gyro.range = 0.25;
   options.gyro.resolution = 0.04;
@@ -146,7 +146,7 @@ TEST(SensorErrors, ReadingsAreCutAtTheirRangeAndRoundedToTheirResolution) {
   EXPECT_EQ(out.accelerometer[2].value, reading(0, 1).value);
 }
 
-// Returns the observations that arrive of some frames at 33 ms, with only these faults.
+// Returns the observations that arrive from some frames at 33 ms intervals, with only these faults.
 std::vector<slam::Observation> arrived_with(std::vector<Fault> faults, int frames) {
   ErrorOptions options = none();
   options.faults = std::move(faults);
@@ -171,7 +171,7 @@ Kind during(double from_s, double duration_s) {
   return fault;
 }
 
-// One character for each arrival: which frame it is of, by its stamp.
+// One character for each arrival: the number of its frame, by its stamp.
 std::string order(const std::vector<slam::Observation>& arrived) {
   std::string frames;
   for (const slam::Observation& o : arrived) frames += static_cast<char>('0' + o.t.count() / 33'000'000 - 1);
@@ -189,7 +189,7 @@ std::string pictures(const std::vector<slam::Observation>& arrived) {
 // Frames 3, 4 and 5 are at 0.132, 0.165 and 0.198 s.
 constexpr double kFrom = 0.12, kFor = 0.08;
 
-TEST(Faults, LoseAndFreezePicturesAndLetTheRestArrive) {
+TEST(Faults, LoseAndFreezePicturesButLetTheRestArrive) {
   EXPECT_EQ(pictures(arrived_with({}, 8)), "01234567");
   EXPECT_EQ(pictures(arrived_with({during<FramesLost>(kFrom, kFor)}, 8)), "012---67");
   EXPECT_EQ(pictures(arrived_with({during<FramesFrozen>(kFrom, kFor)}, 8)), "01222267");
@@ -205,7 +205,7 @@ TEST(Faults, DoubleAndReorderWhatArrives) {
   expect_same(doubled[3], doubled[4]);
 }
 
-TEST(Faults, StrikeTheFractionAskedFor) {
+TEST(Faults, AffectTheRequestedFraction) {
   FramesDoubled some = during<FramesDoubled>(0, 1e6);
   some.fraction = 0.2;
   const double n = 1000, doubled = static_cast<double>(arrived_with({some}, 1000).size()) - n;
@@ -222,7 +222,7 @@ TEST(Faults, DimThePicture) {
   }
 }
 
-TEST(Faults, CoverThePictureWithAPosterThatStaysWhereItIs) {
+TEST(Faults, CoverThePictureWithAStationaryPoster) {
   const auto all = arrived_with({during<FramesCovered>(kFrom, kFor)}, 8);
   EXPECT_EQ(cv::countNonZero(all[2].image != 3), 0);
   const cv::Mat poster = all[3].image != 4;
@@ -235,7 +235,7 @@ TEST(Faults, CoverThePictureWithAPosterThatStaysWhereItIs) {
   EXPECT_GT(sd[0], 20);  // textured: landmarks would stick to it
 }
 
-TEST(Faults, SilenceAndSpikeOneInertialSensorAlone) {
+TEST(Faults, SilenceAndSpikeOnlyOneInertialSensor) {
   const auto silent = arrived_with({during<GyroSilent>(kFrom, kFor)}, 8);
   EXPECT_EQ(silent[2].gyro.size(), 6u);
   EXPECT_LT(silent[3].gyro.size(), 6u);
@@ -251,11 +251,11 @@ TEST(Faults, SilenceAndSpikeOneInertialSensorAlone) {
         ++readings;
         EXPECT_LT((s.value - reading(0, 1).value - Eigen::Vector3d::Constant(100)).norm(), 1e-12);
       }
-  EXPECT_EQ(readings, 2);  // 5 ms from amid a reading
+  EXPECT_EQ(readings, 2);  // 5 ms, starting in the middle of a reading
   EXPECT_EQ(hit[4].gyro[5].value, observation(4).gyro[5].value);
 }
 
-TEST(Faults, MakeThePlannedWayWrongForGoodAndThePlannedVelocityForAWhile) {
+TEST(Faults, MakeThePlannedPathPermanentlyAndThePlannedVelocityTemporarilyWrong) {
   PlanScaled longer = during<PlanScaled>(kFrom, kFor);
   longer.factor = 1.5;
   const auto all = arrived_with({longer}, 8);
@@ -269,7 +269,7 @@ TEST(Faults, MakeThePlannedWayWrongForGoodAndThePlannedVelocityForAWhile) {
   EXPECT_TRUE(missing[2].plan && !missing[3].plan && !missing[5].plan && missing[6].plan);
 }
 
-TEST(SensorErrors, APictureThatIsLateComesWithALaterFrame) {
+TEST(SensorErrors, ALatePictureArrivesWithALaterFrame) {
   ErrorOptions options = none();
   options.image.latency_s = 0.04;
   SensorErrors errors(options, 1);
@@ -282,7 +282,7 @@ TEST(SensorErrors, APictureThatIsLateComesWithALaterFrame) {
   EXPECT_EQ(grays, "--012");
 }
 
-/// The position of a camera that moves 0.01 m a frame along x, from 5 m on.
+/// The position of a camera that moves 0.01 m per frame along x, starting at 5 m.
 Eigen::Vector3d position(SensorErrors& errors, int k) {
   slam::Observation o;
   o.t = slam::Stamp(k * 33'333'333LL);
@@ -296,8 +296,8 @@ SensorErrors leg_errors(double sigma_m, double scale_fraction, std::uint64_t see
   return {options, seed};
 }
 
-// Variance and correlation within four standard deviations of those of so many numbers.
-TEST(LegErrors, TheNoiseOfThePositionIsWhiteOfThatSizeAndOfSeedAndStamp) {
+// Variance and correlation are within four standard deviations for that many numbers.
+TEST(LegErrors, PositionNoiseIsWhiteOfTheRequestedSizeAndDependsOnSeedAndStamp) {
   constexpr double n = 4000, variance = 1e-8;
   SensorErrors errors = leg_errors(1e-4, 0, 1);
   Eigen::Array3d square = Eigen::Array3d::Zero(), neighbors = square, before = square;
@@ -314,7 +314,7 @@ TEST(LegErrors, TheNoiseOfThePositionIsWhiteOfThatSizeAndOfSeedAndStamp) {
   EXPECT_NE(position(one, 7), position(other, 7));
 }
 
-TEST(LegErrors, DistancesFromTheFirstPositionOnAreScaledAndErrorsOfZeroChangeNoBit) {
+TEST(LegErrors, DistancesFromTheFirstPositionAreScaledAndZeroErrorsChangeNoBit) {
   SensorErrors errors = leg_errors(0, 0.2, 1), none = leg_errors(0, 0, 1);
   EXPECT_EQ(position(errors, 0).x(), 5);
   EXPECT_NEAR(position(errors, 50).x(), 5.6, 1e-12);
@@ -325,7 +325,7 @@ using slam::Observation;
 
 constexpr std::int64_t kMs = 1'000'000;
 
-// Frame k at 30 k ms; the readings of every 5 ms say when they were taken, and so does the plan.
+// Frame k at 30 k ms. The readings, every 5 ms, contain the time when they were taken, and so does the plan.
 Observation observed(int k) {
   Observation o;
   o.t = Stamp(30 * kMs * k);
@@ -346,7 +346,7 @@ Observation observed(int k) {
   return o;
 }
 
-/// All frames by a clock with that offset; the one without a plan: lost on the way to it.
+/// All frames through a clock with that offset. without_plan: the frame that loses its plan on the way.
 std::vector<Observation> through(Stamp offset, int frames, int without_plan = -1) {
   MotionClock clock(offset);
   std::vector<Observation> all;
@@ -359,12 +359,12 @@ std::vector<Observation> through(Stamp offset, int frames, int without_plan = -1
   return all;
 }
 
-// Readings lie within their frame, leave no gap, and they and the plan are of `offset` before their stamps.
-TEST(MotionClock, ThatIsAheadOrBehindGivesEachFrameTheMotionOfAnotherTime) {
+// Readings lie within their frame and leave no gap. They and the plan are from `offset` before their stamps.
+TEST(MotionClock, AClockAheadOrBehindGivesEachFrameTheMotionOfAnotherTime) {
   for (const double offset_ms : {7.0, -7.0, 40.0, -40.0}) {
     const auto all = through(Stamp(static_cast<std::int64_t>(offset_ms * 1e6)), 8);
     ASSERT_EQ(all.size(), 8u);
-    for (int k = 3; k < 6; ++k) {  // the first and last lack what was before and comes after
+    for (int k = 3; k < 6; ++k) {  // the first and last frames lack what comes before and after
       const Observation& o = all[static_cast<std::size_t>(k)];
       ASSERT_EQ(o.t, observed(k).t);
       Stamp begin = o.t - Stamp(30 * kMs);
@@ -392,7 +392,7 @@ TEST(MotionClock, ThatIsAheadOrBehindGivesEachFrameTheMotionOfAnotherTime) {
   }
 }
 
-TEST(MotionClock, GivesNoPlanWhereOneOfTheTwoThatSurroundItIsMissingButLegOdometry) {
+TEST(MotionClock, GivesNoPlanNextToAMissingOneButStillLegOdometry) {
   const auto all = through(Stamp(7 * kMs), 6, 3);
   EXPECT_TRUE(all[2].plan && !all[3].plan && !all[4].plan && all[5].plan);
   EXPECT_TRUE(all[3].legs && all[4].legs && all[3].command);

@@ -45,7 +45,7 @@ TEST(Tracking, EstimatorsThatNeedAPlanAreLostBeforeTheFirstOne) {
   }
 }
 
-TEST(Tracking, OdometryWithoutImagesRunsBesideEveryOtherEstimator) {
+TEST(Tracking, ImageFreeOdometryRunsBesideEveryOtherEstimator) {
   const std::vector<slam::Observation> walk{observation(0, 0), observation(33, 0.01), observation(67, 0.02)};
   const Tracked alone = track("odometry", walk);
   EXPECT_TRUE(alone.odometry.empty());
@@ -73,7 +73,7 @@ std::vector<slam::MapPoint> first_landmarks(const std::string& override) {
   return tracking.finish().map;
 }
 
-TEST(Tracking, AWrongLensMovesTheLandmarks) {
+TEST(Tracking, AWrongLensShiftsTheLandmarks) {
   const auto right = first_landmarks("errors.calibration.distortion_fraction=0"),
              wrong = first_landmarks("errors.calibration.distortion_fraction=0.2");
   ASSERT_FALSE(right.empty());
@@ -84,7 +84,7 @@ TEST(Tracking, AWrongLensMovesTheLandmarks) {
   EXPECT_GT(widest, 0.01);  // rad
 }
 
-TEST(Tracking, AScenarioCanNameEveryBuiltInEstimatorAndNoOther) {
+TEST(Tracking, AScenarioCanNameEveryBuiltInEstimatorAndNoOthers) {
   for (const std::string_view name : estimators::estimator_names())
     EXPECT_EQ(scenario({"estimator=" + std::string(name)}).estimator.name, name);
   EXPECT_ANY_THROW(scenario({"estimator=plan_alnoe"}));
@@ -117,8 +117,8 @@ TEST(EstimatorTime, FramesAreAnsweredWhenTheEstimatorIsFreeOrDropped) {
     EXPECT_EQ(answers(time), expected) << time;
 }
 
-// The rig has an IMU with a clock ahead by more than a frame, and a lidar with dropped sweeps.
-TEST(EstimatorTime, ReadingsOfDroppedFramesComeWithTheNextOneEachOnceButNoSweeps) {
+// The rig has an IMU whose clock is ahead by more than a frame, and a lidar with dropped sweeps.
+TEST(EstimatorTime, ReadingsOfDroppedFramesComeOnceWithTheNextFrameButSweepsDoNot) {
   using std::chrono::milliseconds;
   std::vector<rig::RigSensor> rig(2);
   rig[0].name = "imu1", rig[0].kind = rig::Kind::imu, rig[0].time_offset_s = 0.05;
@@ -179,7 +179,7 @@ TEST(Tracking, ARejectedObservationGivesNoNewEstimate) {
   EXPECT_EQ(tracked.estimates().size(), 2U);
 }
 
-TEST(Tracking, LossesAndSuspicionsHaveTheirTimesAndLastCauses) {
+TEST(Tracking, LossesAndSuspicionsAreReportedWithTimesAndLastCauses) {
   Tracked tracked;
   for (int k = 0; k < 6; ++k) {
     TrackedFrame& frame = tracked.frames.emplace_back();

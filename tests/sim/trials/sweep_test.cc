@@ -1,4 +1,4 @@
-// Values to try and plans of sweeps, right ones and wrong ones.
+// Values to try and plans of sweeps, both right and wrong.
 #include "sim/trials/sweep.h"
 
 #include "sim/trials/values.h"
@@ -26,7 +26,7 @@ std::vector<std::string> grid(const std::string& text) {
   return texts;
 }
 
-TEST(Values, AreAListOrOneValueOrARange) {
+TEST(Values, MayBeAListASingleValueOrARange) {
   EXPECT_EQ(std::get<0>(values("0.50"))[0].text, "0.50");
   EXPECT_EQ(std::get<0>(values("[1, 2, 3]")).size(), 3u);
   const Range range =
@@ -37,7 +37,7 @@ TEST(Values, AreAListOrOneValueOrARange) {
   EXPECT_EQ(std::get<Range>(values("[{from: 1, to: 2}]")).high, 2);
 }
 
-TEST(Values, OfAGridHaveEvenDistancesOrFactors) {
+TEST(Values, OnAGridHaveEqualDistancesOrFactors) {
   EXPECT_THAT(grid("{from: 1, to: 2, points: 5, scale: linear}"),
               ElementsAre("1", "1.25", "1.5", "1.75", "2"));
   EXPECT_THAT(grid("{from: 0.01, to: 10, points: 4}"), ElementsAre("0.01", "0.1", "1", "10"));
@@ -47,7 +47,7 @@ TEST(Values, ErrorsNameThePlace) {
   for (const auto& [text, error] : std::vector<std::pair<std::string, std::string>>{
            {"{from: 1, too: 2}", "spec.yaml:1:33: too: unknown key; did you mean 'to'?"},
            {"{from: 1}", "expected both from and to"},
-           {"{from: 2, to: 1}", "expected a rising range"},
+           {"{from: 2, to: 1}", "expected an increasing range"},
            {"{from: 1, to: abc}", "spec.yaml:1:37: slam.vision.sigma_px: "},
            {"{from: -1, to: 1}", "spec.yaml:1:30: slam.vision.sigma_px: "},
            {"{from: 1, to: 2, points: 1}", "points: is '1', expected a whole number"},
@@ -57,10 +57,10 @@ TEST(Values, ErrorsNameThePlace) {
     EXPECT_THAT(error_of(text), HasSubstr(error)) << text;
   EXPECT_THAT(error_of("{from: 0, to: 1}", "slam.depth.linearity"), HasSubstr("must start above 0"));
   EXPECT_THAT(error_of("{from: 1, to: 2}", "slam.gyro.enabled"),
-              HasSubstr("expected a key that is a number"));
+              HasSubstr("expected a key whose value is a number"));
 }
 
-TEST(Sobol, FirstPointsAreThoseOfJoeAndKuo) {
+TEST(Sobol, FirstPointsMatchJoeAndKuo) {
   const auto points = sobol_points(7, 3);  // the worked example beside their direction numbers
   EXPECT_THAT(points, ElementsAre(ElementsAre(0.5, 0.5, 0.5), ElementsAre(0.75, 0.25, 0.25),
                                   ElementsAre(0.25, 0.75, 0.75), ElementsAre(0.375, 0.375, 0.625),
@@ -103,7 +103,7 @@ class Sweep : public testing::Test {
   files::TemporaryFolder folder_;
 };
 
-TEST_F(Sweep, TriesEveryCombinationTheLastKeyFastest) {
+TEST_F(Sweep, TriesEveryCombinationWithTheLastKeyVaryingFastest) {
   const SweepPlan grid = plan("walk.yaml", {"slam.vision.sigma_px=1,2",
                                             "slam.gyro.sigma_rad_s={from: 0.01, to: 0.03, points: 3, "
                                             "scale: linear, also: [slam.height.sigma_m]}"});
@@ -128,7 +128,7 @@ TEST_F(Sweep, BracketsOnTheCommandLineAreAListOfValuesUnlessTheValueIsAList) {
       testing::SizeIs(1));
 }
 
-TEST_F(Sweep, EstimatorsAndControllersAreLabeledByNamesIfTheseDiffer) {
+TEST_F(Sweep, EstimatorsAndControllersAreLabeledByTheirNamesIfTheyDiffer) {
   const auto labels = [&](const std::string& programs) {
     std::vector<std::string> all;
     for (const Configuration& one : plan("walk.yaml", {programs}).configurations)
@@ -183,7 +183,7 @@ TEST_F(Sweep, AValueChangesTheDefaultsThatFollowFromIt) {
   }
 }
 
-TEST_F(Sweep, OfTheStudyWalksTwoRobotsForEachEstimator) {
+TEST_F(Sweep, TheStudysSweepWalksTwoRobotsPerEstimator) {
   const SweepSpec spec = read_sweep(GAITSLAM_SOURCE_DIR "/scenarios/studies/step_length.yaml", {});
   const SweepPlan study = plan_sweep(spec, spec.seeds, {});
   EXPECT_EQ(study.trials(), 2u * 3 * 2 * 3 * 10);
@@ -191,7 +191,7 @@ TEST_F(Sweep, OfTheStudyWalksTwoRobotsForEachEstimator) {
   for (const Configuration& one : study.configurations) EXPECT_TRUE(one.read.scenario.slam);
 }
 
-TEST_F(Sweep, WhatIsWrongOnTheCommandLineIsNamedWithItsPlace) {
+TEST_F(Sweep, ErrorsOnTheCommandLineAreReportedWithTheirPlace) {
   EXPECT_EQ(complaint("walk.yaml", {"slam.vision.sigma=1,2"}),
             "<argument>:1:1: slam.vision.sigma: unknown key; did you mean 'slam.vision.sigma_px'?");
   for (const auto& [arguments, text] : std::vector<std::pair<std::vector<std::string>, std::string>>{
@@ -200,15 +200,15 @@ TEST_F(Sweep, WhatIsWrongOnTheCommandLineIsNamedWithItsPlace) {
            {{"slam.vision.sigma_px=1,,2"}, "<argument>:1:24: "},
            {{"slam.vision.sigma_px"}, "expected KEY=VALUE,VALUE; quote values with spaces"},
            {{"slam.vision.sigma_px=1", "slam.vision.sigma_px=2"},
-            "<argument>:2:1: slam.vision.sigma_px: is given values twice"},
+            "<argument>:2:1: slam.vision.sigma_px: has values twice"},
            {{"seed=1,2"}, "expected seeds (--seeds 1..5)"},
-           {{"limits.rmse_m=1"}, "does not change a run"}})
+           {{"limits.rmse_m=1"}, "does not affect runs"}})
     EXPECT_THAT(complaint("walk.yaml", arguments), HasSubstr(text));
   EXPECT_THAT(complaint("blind.yaml", {"slam.vision.sigma_px=1"}), HasSubstr("blind has no such section"));
   EXPECT_THAT(complaint("none.yaml", {}), HasSubstr("cannot be read"));
 }
 
-TEST_F(Sweep, WhatIsWrongInAFileIsNamedWithItsPlace) {
+TEST_F(Sweep, ErrorsInAFileAreReportedWithTheirPlace) {
   for (const auto& [text, what] : std::vector<std::pair<std::string, std::string>>{
            {"scenario: walk.yaml\nsede: 1\n", "spec.yaml:2:1: sede: unknown key; did you mean 'seeds'?"},
            {"scenario: walk.yaml\nparameters:\n  slam.vision.sigma_px: [1, -2]\n",
@@ -223,7 +223,7 @@ TEST_F(Sweep, WhatIsWrongInAFileIsNamedWithItsPlace) {
     EXPECT_THAT(complaint_of_file(text), HasSubstr(what)) << text;
 }
 
-TEST_F(Sweep, MoreTrialsThanAnyoneWaitsForAreRejectedAtTheKeyThatAsksForThem) {
+TEST_F(Sweep, TooManyTrialsAreRejectedAtTheKeyThatRequestsThem) {
   const std::string thousand = "{from: 1, to: 1000, points: 1000, scale: linear}";
   EXPECT_EQ(complaint_of_file("scenario: walk.yaml\nparameters:\n  world.seed: " + thousand +
                               "\n  slam.vision.sigma_px: {from: 1, to: 2, points: 101}\n"),

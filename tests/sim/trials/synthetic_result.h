@@ -1,4 +1,5 @@
-// A result folder with the recording of a walk in the synthetic room: what trials need, without a simulator.
+// A result folder with the recording of a walk in the synthetic room: all that trials need, without a
+// simulator.
 #pragma once
 
 #include "sim/recording/recording.h"
@@ -6,7 +7,7 @@
 
 namespace tests {
 
-/// A walk along part of the circle, of that many frames.
+/// A walk along part of the circle with that many frames.
 inline slam::synthetic::Walk short_walk(int frames) {
   slam::synthetic::Walk walk;
   walk.duration_s = (frames - 1) / walk.rate_hz + 1e-3;
@@ -16,7 +17,7 @@ inline slam::synthetic::Walk short_walk(int frames) {
 }
 
 /// Writes folder/{scenario.yaml,about.json,recording/} of the walk with ideal sensors; `text` goes into the
-/// scenario. readings: of the rig at a frame.
+/// scenario. readings: those of the rig at a frame.
 inline void write_result(
     const std::filesystem::path& folder, const slam::synthetic::Walk& walk, const std::string& text = "",
     const std::vector<sim::rig::RigSensor>& rig = {},

@@ -1,4 +1,4 @@
-// The likelihoods of poses and innovations against values computed by hand, and a trial that fails.
+// Checks the likelihoods of poses and innovations against values computed by hand, and a trial that fails.
 #include "sim/trials/trial.h"
 
 #include "tests/sim/files/temporary_folder.h"
@@ -8,7 +8,7 @@ namespace sim::trials {
 namespace {
 
 // The position's x is correlated with the rotation about x.
-TEST(PoseNll, IsThatOfTheDensityOfTheErrorWithItsCorrelations) {
+TEST(PoseNll, FollowsFromTheDensityOfTheErrorIncludingCorrelations) {
   score::Matrix6d P = score::Matrix6d::Identity() * 1e-4;
   P(0, 3) = P(3, 0) = 0.6e-4;  // |P| = 1e-24 (1 − 0.36)
   Eigen::Isometry3d truth = Eigen::Isometry3d::Identity();
@@ -24,8 +24,8 @@ TEST(PoseNll, HasNoValueWhereACovarianceIsNotPositiveDefinite) {
   EXPECT_FALSE(pose_nll(Eigen::Isometry3d::Identity(), Eigen::Isometry3d::Identity(), P));
 }
 
-/// The innovations of a Kalman filter that assumes a standard deviation of its measurements of a random walk.
-/// That of the steps is 0.1 and known, that of the measurements is 0.2.
+/// The innovations of a Kalman filter of a random walk that assumes a standard deviation of its measurements.
+/// The standard deviation of the steps is 0.1 and known; that of the measurements is 0.2.
 tracking::Tracked random_walk(double assumed_sigma) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
@@ -57,7 +57,7 @@ tracking::TrackedFrame searched(std::size_t used, std::size_t landmarks) {
   return frame;
 }
 
-TEST(InnovationNll, DoesNotDependOnTheNumberOfLandmarksButOnThePartThatIsFound) {
+TEST(InnovationNll, DependsOnTheFractionOfLandmarksFoundNotOnTheirNumber) {
   const double found = 2 + std::log(1e-4) + 2 * std::log(2 * std::numbers::pi), missed = 2 * std::log(76800);
   const std::vector<std::pair<std::vector<tracking::TrackedFrame>, double>> cases{
       {{searched(4, 4)}, found / 4},
@@ -72,7 +72,7 @@ TEST(InnovationNll, DoesNotDependOnTheNumberOfLandmarksButOnThePartThatIsFound) 
   }
 }
 
-TEST(InnovationNll, IsTheSumOverTheSensorsOfTheirMeans) {
+TEST(InnovationNll, IsTheSumOfTheSensorsMeans) {
   tracking::Tracked both = random_walk(0.2);
   for (tracking::TrackedFrame& frame : both.frames)
     frame.report.innovations.push_back({"gyro", {3, 3, -3 * std::log(2 * std::numbers::pi)}});
@@ -86,8 +86,8 @@ TEST(InnovationNll, HasNoValueWithoutInnovationsOrWhereACovarianceIsNotPositiveD
   EXPECT_FALSE(innovation_nll(tracked, 1));
 }
 
-// No landmark is ever found again at a correlation of 1.
-TEST(Trial, OfAFilterThatFailsHasNoLikelihoodButTellsHowLongItLasted) {
+// No landmark is ever found again if a correlation of 1 is required.
+TEST(Trial, AFailingFilterHasNoLikelihoodButReportsHowLongItLasted) {
   const files::TemporaryFolder folder;
   tests::write_result(folder.path(), tests::short_walk(40));
   const auto failing = scenario::read_scenario(

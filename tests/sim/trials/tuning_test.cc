@@ -1,5 +1,5 @@
-// The search on functions with a known minimum. Tunings of a short walk: the same answer for any number of
-// division of the work, and from a part of the log.
+// The search, on functions with a known minimum. Tunings of a short walk give the same answer however the
+// work is divided, and from a part of the log.
 #include "sim/trials/tuning.h"
 
 #include "tests/sim/files/temporary_folder.h"
@@ -39,7 +39,7 @@ TEST(CmaEs, FindsTheEndOfAStretchedValley) {
   EXPECT_NEAR(best[1], 0.5, 1e-4);
 }
 
-TEST(CmaEs, FindsALeastValueOnTheEdgeAndNeverLeavesTheCube) {
+TEST(CmaEs, FindsAMinimumOnTheEdgeAndNeverLeavesTheCube) {
   const auto best = best_of(CmaEs({0.5, 0.5, 0.5}, 0.3, 10, 2), 80, [](const std::vector<double>& x) {
     for (const double part : x) EXPECT_TRUE(part >= 0 && part <= 1);
     return x[0] + std::abs(x[1] - 0.25) - x[2];
@@ -49,13 +49,13 @@ TEST(CmaEs, FindsALeastValueOnTheEdgeAndNeverLeavesTheCube) {
   EXPECT_NEAR(best[2], 1, 1e-3);
 }
 
-TEST(CmaEs, AsksTheSameForTheSameSeedAndOtherwiseForAnother) {
+TEST(CmaEs, AsksForTheSamePointsOnlyWithTheSameSeed) {
   EXPECT_EQ(CmaEs({0.5}, 0.2, 6, 3).ask(), CmaEs({0.5}, 0.2, 6, 3).ask());
   EXPECT_NE(CmaEs({0.5}, 0.2, 6, 3).ask(), CmaEs({0.5}, 0.2, 6, 4).ask());
 }
 
 // Only the order of values counts.
-TEST(CmaEs, DoesNotCareHowMuchWorseAFailureIs) {
+TEST(CmaEs, DoesNotDependOnHowMuchWorseAFailureIs) {
   const auto with_failures = [](double failure) {
     return best_of(CmaEs({0.4, 0.4}, 0.25, 8, 5), 20, [&](const std::vector<double>& x) {
       return x[0] > 0.6 ? failure : valley({x[0] + 0.3, x[1]});
@@ -70,7 +70,7 @@ JobRecord success(double nll) {
 JobRecord failure(double lasted) { return {"k", 1, "diverged", "lost", {{"lasted_fraction", lasted}}}; }
 double loss(const JobRecord& record) { return loss_of(record, Objective::pose_nll); }
 
-TEST(Failure, IsWorseThanAnySuccessTheWorseTheEarlierAndTheMoreRunsFail) {
+TEST(Failure, IsWorseThanAnySuccessAndWorseTheEarlierAndTheMoreRunsFail) {
   EXPECT_LT(loss(success(-20)), loss(success(1e5)));
   EXPECT_LT(loss(success(1e300)), loss(failure(1)));
   EXPECT_LT(loss(failure(0.9)), loss(failure(0.1)));
@@ -143,7 +143,7 @@ TEST_F(Tunings, GiveTheSameAnswerInAnyOrderOfTheTasksAndFromAPartOfTheLog) {
   }
 }
 
-TEST_F(Tunings, AreAcceptedByTheIntervalOfTheirPairsAlone) {
+TEST_F(Tunings, AreAcceptedOnlyByTheIntervalOfTheirPairs) {
   const auto judged = [](const std::string& holdout) {
     std::ofstream(folder_ / "judged.yaml")
         << "parameters: {slam.vision.sigma_px: {from: 0.1, to: 30, start: 20}}\n"
@@ -164,7 +164,7 @@ TEST_F(Tunings, AreAcceptedByTheIntervalOfTheirPairsAlone) {
   EXPECT_EQ(judged("seeds: 2")["verdict"], "undecided") << "one pair has no interval";
 }
 
-TEST_F(Tunings, BetterOnHoldoutLeaveAnOverlayThatSetsTheBestValues) {
+TEST_F(Tunings, LeaveAnOverlayWithTheBestValuesIfBetterOnTheHoldout) {
   const TuningResult result = tuned(spec(), "better");
   ASSERT_TRUE(result.accepted) << result.text;  // the start's image noise is far too large
   const nlohmann::json json = tests::json_of(folder_ / "better" / "tune.json");
@@ -180,7 +180,7 @@ TEST_F(Tunings, BetterOnHoldoutLeaveAnOverlayThatSetsTheBestValues) {
   EXPECT_LT(best, start);
 }
 
-// A folder of recordings by their looks, which is all that a spec asks for.
+// A folder of files that look like recordings, which is all that a spec needs.
 class SpecFile : public testing::Test {
  protected:
   SpecFile() {
@@ -197,7 +197,7 @@ class SpecFile : public testing::Test {
     std::ofstream(folder_ / "spec.yaml") << text;
     return read_spec(folder_ / "spec.yaml");
   }
-  /// The error of reading it, without the folder.
+  /// The error of reading the spec, without the folder.
   std::string complaint(const std::string& text) const {
     const std::string what = files::error_of([&] { read(text); });
     return what.substr(std::min(what.find("spec.yaml"), what.size()));
@@ -209,7 +209,7 @@ class SpecFile : public testing::Test {
   files::TemporaryFolder folder_;
 };
 
-TEST_F(SpecFile, SaysWhatIsTunedOnWhatAndByWhat) {
+TEST_F(SpecFile, StatesWhatIsTunedOnWhichRecordingsAndHow) {
   const Spec spec = read(
       "parameters:\n  slam.gyro.sigma_rad_s: {from: 0.001, to: 0.1}\n"
       "  slam.vision.sigma_px: {from: 0.1, to: 4, start: 2, also: [slam.vision.gate_sigma_px]}\n"
@@ -226,13 +226,13 @@ TEST_F(SpecFile, SaysWhatIsTunedOnWhatAndByWhat) {
   EXPECT_EQ(spec.trials, 90);
 }
 
-TEST_F(SpecFile, IsRefusedWithItsPlaceWhereItIsWrong) {
+TEST_F(SpecFile, IsRejectedWithThePlaceOfTheError) {
   const std::string range = "{from: 0.001, to: 0.1}";
   const std::vector<std::pair<std::string, std::string>> wrong{
       {"parameters: {slam.gyro.sigma_rads: " + range + "}\n",
        "spec.yaml:1:14: slam.gyro.sigma_rads: unknown key; did you mean"},
       {"parameters: {walk.step_length_m: " + range + "}\n",
-       "spec.yaml:1:14: walk.step_length_m: shapes the recording"},
+       "spec.yaml:1:14: walk.step_length_m: affects the recording"},
       {"parameters: {slam.gyro.enabled: " + range + "}\n",
        "spec.yaml:1:14: slam.gyro.enabled: is true or false"},
       {"parameters: {slam.gyro.sigma_rad_s: {from: 0.1, to: 1}}\n" + std::string(kSides),
@@ -256,7 +256,7 @@ TEST_F(SpecFile, IsRefusedWithItsPlaceWhereItIsWrong) {
   for (const auto& [text, complaint_] : wrong) EXPECT_THAT(complaint(text), HasSubstr(complaint_)) << text;
 }
 
-TEST_F(SpecFile, MayTakeAllButTheWalkFromAnotherScenario) {
+TEST_F(SpecFile, MayTakeEverythingButTheWalkFromAnotherScenario) {
   const std::string spec = kGyro +
                            "training: [{recordings: walks/seed-1, scenario: new.yaml}]\n"
                            "holdout: [{recordings: walks/seed-3}]\n";

@@ -1,4 +1,4 @@
-// Finished results as the page plays them, from a walk in the synthetic room, and their figures over time.
+// Finished results, as the page plays them, from a walk in the synthetic room, and their figures over time.
 #include <fmt/ranges.h>
 
 #include "sim/files/csv.h"
@@ -40,7 +40,7 @@ class PlaybackTest : public testing::Test {
   fs::path result_ = folder_ / "walk/replay";
 };
 
-TEST_F(PlaybackTest, EveryFrameHasItsPartsAndFaultsAreMoments) {
+TEST_F(PlaybackTest, EveryFrameHasItsPartsAndFaultsAreShownAsMoments) {
   const Playback playback = read_playback(result_, {});
   ASSERT_EQ(playback.frames.size(), std::size_t{kFrames});
   ASSERT_EQ(playback.images.size(), std::size_t{kFrames});
@@ -78,7 +78,7 @@ TEST_F(PlaybackTest, AReplayElsewhereFindsItsRecordingByItsHash) {
   EXPECT_TRUE(found_from(folder_ / "a/b/c/far", {folder_ / "walk"})) << "shown together";
 }
 
-TEST_F(PlaybackTest, WhatIsMissingIsNamedAndTheRecordingOfAnotherWalkIsNotTaken) {
+TEST_F(PlaybackTest, MissingFilesAreReportedAndTheRecordingOfAnotherWalkIsNotUsed) {
   const auto none = read_playback(result_, {}).run.missing;
   ASSERT_EQ(none.size(), 1u);
   EXPECT_THAT(none[0], Has("built without the simulator"));
@@ -99,7 +99,7 @@ TEST_F(PlaybackTest, WhatIsMissingIsNamedAndTheRecordingOfAnotherWalkIsNotTaken)
   EXPECT_TRUE(read_playback(result_, {}).images[0].empty()) << "the recording of another walk";
 }
 
-/// Lists the files of a recording as they are now, as a stranger could.
+/// Lists the files of a recording as they are now, as anyone could.
 void list_again(const fs::path& recording) {
   recording::ManifestWriter manifest(recording);
   for (const auto& entry : fs::recursive_directory_iterator(recording)) {
@@ -111,7 +111,7 @@ void list_again(const fs::path& recording) {
   manifest.finish();
 }
 
-TEST_F(PlaybackTest, PicturesAreOfTheCamerasSizeAndAsRecorded) {
+TEST_F(PlaybackTest, PicturesHaveTheCamerasSizeAndAreAsRecorded) {
   const fs::path recording = folder_ / "walk/recording", rows = recording / "mav0/cam0/data.csv";
   const auto playback = read_playback(result_, {});
   const fs::path picture = playback.images[3];
@@ -134,12 +134,12 @@ TEST_F(PlaybackTest, PicturesAreOfTheCamerasSizeAndAsRecorded) {
   const auto images = [&] {
     return files::error_of([&] { pages::image_files(playback.frames, recording); });
   };
-  EXPECT_THAT(images(), Has("leads out of the folder"));
+  EXPECT_THAT(images(), Has("leads outside the folder"));
   files::write_text(rows, "#t,file\n" + std::to_string(recording::kEpoch.count()) + ",../../a.png\n");
-  EXPECT_THAT(images(), Has("leads out of the folder"));
+  EXPECT_THAT(images(), Has("leads outside the folder"));
 }
 
-// The second eye has an image at every frame from the third on, the lidar a sweep at every third one.
+// The second eye has an image at every frame starting with the third, the lidar a sweep at every third frame.
 TEST(PlaybackOfARig, EachFrameHasTheNewestReadingOfEachCameraAndLidar) {
   const files::TemporaryFolder folder;
   const slam::CameraIntrinsics camera = slam::synthetic::calibration().camera;
@@ -190,12 +190,12 @@ TEST_F(PlaybackTest, ALineBreaksWhereThereIsNoEstimate) {
   EXPECT_EQ(breaks(gap.estimate->x), 10);
 }
 
-TEST_F(PlaybackTest, ACutFileIsNoticedAndTimesAreNotNeeded) {
-  for (const auto& [file, complaint] : {std::pair{"truth.tum", "it or estimate_cov.txt was cut"},
-                                        {"estimate_cov.txt", "it or estimate_cov.txt was cut"},
-                                        {"plan.tum", "truth.tum: does not end with plan.tum"},
-                                        {"waist_truth.tum", "does not end with waist_plan.tum"},
-                                        {"waist_plan.tum", "does not end with waist_plan.tum"}}) {
+TEST_F(PlaybackTest, ATruncatedFileIsDetectedAndTimesAreOptional) {
+  for (const auto& [file, complaint] : {std::pair{"truth.tum", "it or estimate_cov.txt was truncated"},
+                                        {"estimate_cov.txt", "it or estimate_cov.txt was truncated"},
+                                        {"plan.tum", "truth.tum: does not end like plan.tum"},
+                                        {"waist_truth.tum", "does not end like waist_plan.tum"},
+                                        {"waist_plan.tum", "does not end like waist_plan.tum"}}) {
     const std::string whole = files::read_text(result_ / file);
     files::write_text(result_ / file, whole.substr(0, whole.find('\n', whole.size() / 2) + 1));
     EXPECT_THAT(files::error_of([&] { pages::read_run(result_); }), Has("truth.tum", complaint)) << file;
@@ -205,7 +205,7 @@ TEST_F(PlaybackTest, ACutFileIsNoticedAndTimesAreNotNeeded) {
   EXPECT_EQ(files::error_of([&] { pages::read_run(result_); }), "");
 }
 
-TEST_F(PlaybackTest, BrokenFilesAreNamed) {
+TEST_F(PlaybackTest, BrokenFilesAreReported) {
   const std::pair<const char*, const char*> damages[]{{"searches.csv", "#timestamp [ns],landmark\n1,2\n"},
                                                       {"truth.tum", "0 1 2\n"},
                                                       {"truth.tum", ""},

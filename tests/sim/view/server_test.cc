@@ -1,5 +1,5 @@
-// The server of the view: a client that sends exactly the given bytes, the pace and the messages of a live
-// run, and the security rules; each rule has a test that fails without its guard.
+// The server of the view: a client that sends exactly the given bytes, the pace and messages of a live run,
+// and the security rules. For each rule, a test fails if its guard is missing.
 #include "sim/view/server.h"
 
 #include <arpa/inet.h>
@@ -48,7 +48,7 @@ class RawClient {
     return closed_;
   }
 
-  /// All up to and including `end`, or what came within that time.
+  /// Everything up to and including `end`, or what arrived within that time.
   std::string until(std::string_view end, int ms = 5000) {
     std::size_t at = std::string::npos;
     while ((at = received_.find(end)) == std::string::npos && receive(ms)) continue;
@@ -134,7 +134,7 @@ class SocketClient : public RawClient {
   }
 };
 
-/// Returns whether a run at that time continues within 200 ms; else resumes it.
+/// Returns whether a run at that time continues within 200 ms; if not, resumes it.
 bool goes_on(Pace& pace, slam::Stamp t) {
   auto run = std::async(std::launch::async, [&] { pace.wait(t); });
   const bool went = run.wait_for(200ms) == std::future_status::ready;
@@ -142,7 +142,7 @@ bool goes_on(Pace& pace, slam::Stamp t) {
   return went;
 }
 
-TEST(Pace, APausedRunGoesOnForAStepOrResumedOrWithoutViewers) {
+TEST(Pace, APausedRunContinuesForAStepWhenResumedOrWithoutViewers) {
   Pace pace;
   EXPECT_TRUE(goes_on(pace, 5ms));
   pace.obey({"pause"});
@@ -160,7 +160,7 @@ TEST(Pace, APausedRunGoesOnForAStepOrResumedOrWithoutViewers) {
   EXPECT_FALSE(pace.obey({"launch"}));
 }
 
-TEST(Pace, SpeedIsThatOfSimulatedTimeAndFullUnlessItIsSet) {
+TEST(Pace, SpeedRefersToSimulatedTimeAndIsUnlimitedUnlessSet) {
   Pace pace;
   auto begin = Clock::now();
   for (slam::Stamp t{0}; t < 1000s; t += 1s) pace.wait(t);
@@ -174,13 +174,13 @@ TEST(Pace, SpeedIsThatOfSimulatedTimeAndFullUnlessItIsSet) {
 
 Frame frame_at(int k) { return {.t = k * 33ms, .image = cv::Mat(240, 320, CV_8UC1, cv::Scalar(k % 256))}; }
 
-/// Shows frames until their only viewer, which does not read, has room for no more of them.
+/// Shows frames until its only viewer, which does not read, has no room left for them.
 bool fills_its_viewer(LiveView& view) {
   const auto end = Clock::now() + 60s;
   for (int k = 0; Clock::now() < end; ++k) {
     view.show(frame_at(k));
     if (view.has_viewers()) continue;
-    std::this_thread::sleep_for(100ms);  // the kernel may still take what waits
+    std::this_thread::sleep_for(100ms);  // the kernel may still accept what is waiting
     if (!view.has_viewers()) return true;
   }
   return false;
@@ -197,7 +197,7 @@ class Live : public testing::Test {
   LiveView view_{{.token = kToken}, {.label = "a walk"}, false};
 };
 
-TEST_F(Live, AViewerIsSentTheFramesThatAreShownAtMostFortyASecond) {
+TEST_F(Live, AViewerIsSentAtMostFortyOfTheShownFramesPerSecond) {
   EXPECT_FALSE(view_.wants({})) << "without a viewer";
   SocketClient client(view_.access());
   ASSERT_TRUE(has_a_viewer(view_));
@@ -213,7 +213,7 @@ TEST_F(Live, AViewerIsSentTheFramesThatAreShownAtMostFortyASecond) {
   EXPECT_EQ(client.next_message(), R"({"op":"ended","how":"The run has ended.","frames":4})");
 }
 
-TEST_F(Live, CommandsAreRefusedWithoutControlAndMalformedOnesSurvived) {
+TEST_F(Live, CommandsAreRefusedWithoutControlAndMalformedOnesDoNoHarm) {
   SocketClient client(view_.access());
   client.next();  // the pace
   const auto answer = [&](const char* message) {
@@ -227,8 +227,8 @@ TEST_F(Live, CommandsAreRefusedWithoutControlAndMalformedOnesSurvived) {
   view_.pace(1ms);  // does not wait
 }
 
-// Its queue and the kernel's buffers fill; then no more frames are made for it, and the run does not wait.
-TEST_F(Live, AStalledViewerCostsNothingAndOneThatReadsIsServedBesideIt) {
+// Its queue and the kernel's buffers fill up. Then no more frames are made for it, and the run does not wait.
+TEST_F(Live, AStalledViewerCostsNothingAndDoesNotStopAnotherThatReads) {
   SocketClient stalled(view_.access(), kOwn, 4096);
   stalled.say_loaded();
   ASSERT_TRUE(has_a_viewer(view_));
@@ -247,8 +247,9 @@ TEST_F(Live, AStalledViewerCostsNothingAndOneThatReadsIsServedBesideIt) {
   EXPECT_LT(Clock::now() - begin, 90s);
 }
 
-// On a busy machine a browser may fetch for longer than the limit for messages and draw for a second.
-TEST_F(Live, AViewerThatIsSlowForASecondIsToldHowTheRunEnded) {
+// On a busy machine, a browser may fetch for longer than the time limit for messages and may draw for a
+// second.
+TEST_F(Live, AViewerThatIsSlowForASecondStillLearnsHowTheRunEnded) {
   auto view = std::make_unique<LiveView>(Access{.token = kToken}, ShownRun{.label = "a walk"}, false);
   SocketClient slow(view->access(), kOwn, 4096);
   ASSERT_TRUE(has_a_viewer(*view));
@@ -267,7 +268,7 @@ TEST_F(Live, AViewerThatIsSlowForASecondIsToldHowTheRunEnded) {
   program.join();
 }
 
-// An image comes with the first frame, a sweep with one that is not shown.
+// An image comes with the first frame, a sweep with a frame that is not shown.
 TEST(LiveRig, APageFetchesTheNewestReadingsOfTheFramesItWasSent) {
   recording::RecordingSetup setup;
   setup.rig = {{.name = "rgb0", .kind = rig::Kind::color}, {.name = "lidar0", .kind = rig::Kind::lidar}};
@@ -347,7 +348,7 @@ TEST(Site, PicturesOfTheRoomAreEmptyUntilTheyArePainted) {
   EXPECT_FALSE(site.at("/picture/0/2", ""));
 }
 
-TEST(Site, HasItsFilesAndNoOthers) {
+TEST(Site, ServesItsOwnFilesAndNoOthers) {
   Site site({{.label = "walk </script>"}}, {{"mode", "live"}});
   site.add_list("/image/0",
                 [](std::size_t k) { return k < 2 ? std::optional(bytes_resource("image")) : std::nullopt; });
@@ -374,7 +375,7 @@ TEST(ClientMessage, CommandsAndSubscriptionsOfFoxgloveAreRead) {
             std::vector<std::uint32_t>{7});
 }
 
-TEST(ClientMessage, WhatIsNoMessageIsMalformed) {
+TEST(ClientMessage, AnythingElseIsMalformed) {
   std::string many = R"({"op":"unsubscribe","subscriptionIds":[0)";
   for (int i = 0; i < 64; ++i) many += ",1";
   many += "]}";
@@ -389,7 +390,7 @@ TEST(ClientMessage, WhatIsNoMessageIsMalformed) {
     EXPECT_THROW(read_client_message(text), std::invalid_argument) << text;
 }
 
-TEST(MessageQueue, DropsTheOldestFrameButNothingElseAndHasRoomWhileHalfOfItIsFree) {
+TEST(MessageQueue, DropsOnlyTheOldestFrameAndHasRoomWhileHalfOfItIsFree) {
   MessageQueue queue(3, 2);
   const auto push = [&](const char* text, bool is_frame) {
     return queue.push({std::make_shared<const std::string>(text), is_frame});
@@ -416,7 +417,7 @@ TEST(Access, ReachableAddressesAllInterfacesAndWeakTokensAreRefused) {
   EXPECT_NO_THROW(checked({.address = "192.168.1.5", .token = kToken}));
 }
 
-TEST(Access, TokensHave128BitsOfTheirOwnAndAreEqualInEveryCharacterOrNotAtAll) {
+TEST(Access, TokensHave128RandomBitsAndMatchOnlyInFull) {
   std::set<std::string> tokens;
   std::set<char> digits;
   for (int i = 0; i < 1000; ++i) {
@@ -445,7 +446,7 @@ struct Asked {
   std::string method = "GET";
 };
 
-// Another host: DNS rebinding by an attacker's name that resolves to this machine.
+// Another host: DNS rebinding through an attacker's name that resolves to this machine.
 TEST(Rejection, OtherHostsOriginsTokensAndMethodsAreRefused) {
   const std::string own = "127.0.0.1:8000", page = "/about?token=" + kToken;
   std::vector<Asked> all{{page, {own}, 0},
@@ -474,7 +475,7 @@ TEST(Rejection, OtherHostsOriginsTokensAndMethodsAreRefused) {
     }
 }
 
-TEST(Rejection, AForwardedHostIsAllowedWithItsOriginAndTheRefusalNamesTheWay) {
+TEST(Rejection, AForwardedHostIsAllowedWithItsOriginAndTheRefusalExplainsHow) {
   const Access access{.port = 8000, .token = kToken, .forwarded = {"localhost:9000", "bench.example:80"}};
   const auto status = [&](const char* host, const char* origin) {
     const auto rejected = rejection({"GET", "/?token=" + kToken, host, origin}, access);
@@ -486,8 +487,8 @@ TEST(Rejection, AForwardedHostIsAllowedWithItsOriginAndTheRefusalNamesTheWay) {
   EXPECT_EQ(status("localhost:9000", "http://127.0.0.1:8000"), 403u);
   EXPECT_EQ(status("localhost:9001", "http://localhost:9001"), 421u);
   EXPECT_THAT(rejection({"GET", "/", "localhost:9001"}, access)->why,
-              Has("127.0.0.1:8000", "--public localhost:9001 "));
-  EXPECT_THAT(rejection({"GET", "/", "a b:9001"}, access)->why, Has("--public HOST:PORT "));
+              Has("127.0.0.1:8000", "--public localhost:9001"));
+  EXPECT_THAT(rejection({"GET", "/", "a b:9001"}, access)->why, Has("--public HOST:PORT"));
   EXPECT_THAT(url(access), StartsWith("http://localhost:9000/?token="));
   for (const char* const wrong :
        {"localhost", ":9000", "localhost:0", "localhost:99999", "a b:9000", "a/b:9000"})
@@ -533,7 +534,7 @@ class Security : public testing::Test {
   std::string host_ = fmt::format("Host: 127.0.0.1:{}\r\n", port_), query_ = "?token=" + kToken;
 };
 
-TEST_F(Security, TheServerListensAtItsOwnAddressAlone) {
+TEST_F(Security, TheServerListensOnlyAtItsOwnAddress) {
   EXPECT_EQ(server_.access().address, "127.0.0.1");
   EXPECT_FALSE(RawClient(port_, "127.0.0.2").connected());
 }
@@ -565,7 +566,7 @@ TEST_F(Security, EveryAnswerTellsBrowsersToBeStrict) {
   }
 }
 
-TEST_F(Security, WhatABrowserHasIsNotSentAgain) {
+TEST_F(Security, FilesThatABrowserHasAreNotSentAgain) {
   const std::string first = request("/" + query_, host_), mark = "ETag: ";
   const std::string etag = first.substr(first.find(mark) + mark.size(), 34);
   EXPECT_THAT(first, Has("Cache-Control: private, no-cache\r\n"));
@@ -588,7 +589,7 @@ TEST_F(Security, OtherPathsSizesAndProtocolsAreRefused) {
   expect_alive();
 }
 
-TEST_F(Security, NoMoreClientsThanAllowedAreHeard) {
+TEST_F(Security, NoMoreClientsThanAllowedAreServed) {
   std::list<SocketClient> clients;
   for (int i = 0; i < 6; ++i) clients.emplace_back(server_.access());
   RawClient more(port_);
@@ -600,7 +601,7 @@ TEST_F(Security, NoMoreClientsThanAllowedAreHeard) {
   expect_alive();
 }
 
-TEST_F(Security, GarbageAndASlowRequestEndTheirConnectionsAlone) {
+TEST_F(Security, GarbageAndASlowRequestEndOnlyTheirOwnConnections) {
   const std::string unmasked("\x81\x02hi", 4), huge("\x81\xff\x7f\xff\xff\xff\xff\xff\xff\xff\0\0\0\0", 14);
   for (const std::string& frame : {unmasked, huge, client_frame(0x83, "hi"), client_frame(0x81, "\xff\xfe"),
                                    text_frame(std::string(1100, 'x'))}) {  // the last one is too long

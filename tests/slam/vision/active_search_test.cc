@@ -7,7 +7,7 @@
 namespace slam {
 namespace {
 
-/// Smoothed noise: no two places alike.
+/// Smoothed noise in which no two places are alike.
 cv::Mat picture() {
   cv::Mat smooth;
   cv::GaussianBlur(random_blocks(320, 1, 3), smooth, cv::Size(0, 0), 2);
@@ -15,7 +15,8 @@ cv::Mat picture() {
   return smooth;
 }
 
-/// A camera that looks along +x, its landmark 4 m away at `pixel`, and how it has turned by its estimate.
+/// A camera that looks along +x, its landmark 4 m away at `pixel`, and how much the camera has turned by its
+/// estimate.
 struct Scene {
   explicit Scene(const Eigen::Vector2i& pixel, double turned = 0, double sigma_turn = 0.01) {
     const RobotVector first = looking_ahead({0, 0, 0});
@@ -41,7 +42,7 @@ struct Scene {
   std::vector<Landmark> landmarks;
 };
 
-TEST(ActiveSearch, PredictsALandmarkWhereItWasFirstSeenWithTheCovarianceOfPoseLandmarkAndPixel) {
+TEST(ActiveSearch, PredictsALandmarkAtItsFirstPixelWithTheCovarianceOfPoseLandmarkAndPixel) {
   const Scene scene({157, 127}, 0, 0.02);  // at the center: a turn of θ moves the image by f θ
   const auto view = scene.view();
   ASSERT_EQ(view.size(), 1u);
@@ -61,7 +62,7 @@ TEST(ActiveSearch, FindsALandmarkThatAWrongPosePredictsElsewhere) {
   EXPECT_LT((at - Eigen::Vector2d(170, 120)).norm(), 0.1);  // px, what the slight warp displaces
 }
 
-TEST(ActiveSearch, FindsNothingBeyondThreeSigmaOrWhereTheLandmarkHasGone) {
+TEST(ActiveSearch, FindsNothingBeyondThreeSigmaOrWhereTheLandmarkIsGone) {
   const Scene turned({170, 120}, 0.06, 0.003), scene({170, 120});  // 12 px away, 3σ of 1.1 px twice
   EXPECT_FALSE(search_candidate(turned.image, turned.landmarks[0], turned.view().at(0), {}));
   cv::Mat other;
@@ -69,7 +70,7 @@ TEST(ActiveSearch, FindsNothingBeyondThreeSigmaOrWhereTheLandmarkHasGone) {
   EXPECT_FALSE(search_candidate(other, scene.landmarks[0], scene.view().at(0), {}));
 }
 
-TEST(ActiveSearch, PredictsNothingThatIsBehindOrOutsideOrTooNearTheBorder) {
+TEST(ActiveSearch, DoesNotPredictLandmarksBehindOutsideOrTooNearTheBorder) {
   EXPECT_TRUE(Scene({170, 120}, 3.1).view().empty());  // behind
   EXPECT_TRUE(Scene({170, 120}, 1.2).view().empty());  // outside
   EXPECT_EQ(Scene({20, 120}, 0).view().size(), 1u);
@@ -92,18 +93,18 @@ std::vector<std::size_t> indices(const std::vector<Candidate>& candidates) {
   return all;
 }
 
-TEST(ActiveSearch, KeepsTheMostUncertainInnovationsInFallingOrderAndThoseThatTheBoundOnPixelsAllows) {
+TEST(ActiveSearch, KeepsTheMostUncertainInnovationsInDescendingOrderWithinThePixelBound) {
   auto most = with_sigmas({1, 1.1, 1.2, 3, 1.15}), affordable = with_sigmas({1, 1, 3, 4});
   keep_most_informative(most, 3);
   EXPECT_EQ(indices(most), (std::vector<std::size_t>{3, 2, 4}));
   keep_affordable(affordable, 49 + 49 + 361 + 625);                        // boxes of 7, 7, 19 and 25 px
   EXPECT_EQ(indices(affordable), (std::vector<std::size_t>{0, 1, 2, 3}));  // unsorted if all are affordable
   keep_affordable(affordable, 49 + 625);
-  EXPECT_EQ(indices(affordable), (std::vector<std::size_t>{3, 0}));  // that of 19 px does not fit any more
+  EXPECT_EQ(indices(affordable), (std::vector<std::size_t>{3, 0}));  // the one of 19 px does not fit anymore
 }
 
 TEST(LineSearch, SidewaysMotionFindsTheDepthOfAFarWallAndNeverANearOne) {
-  // A wall at 5 m facing a pinhole of 200 px that moves sideways: the picture shifts by 40 px a metre.
+  // A wall at 5 m facing a pinhole of 200 px that moves sideways: the picture shifts by 40 px per meter.
   constexpr double kWall_m = 5, kFocal_px = 200;
   CameraIntrinsics intrinsics;
   intrinsics.lens = OneParameterRadial{};
@@ -138,7 +139,7 @@ TEST(LineSearch, SidewaysMotionFindsTheDepthOfAFarWallAndNeverANearOne) {
   EXPECT_GT(found.particles.front().depth_m, 2.5);
 }
 
-/// The strongest corner of a box of a picture of a wall at x = 3.6 m, and looks at it from elsewhere.
+/// The strongest corner in a box of a picture of a wall at x = 3.6 m; looks at it from elsewhere.
 struct Sight {
   explicit Sight(const cv::Rect& box) {
     const Eigen::Isometry3d X_WC = landmark.X_WC_first = camera_pose(looking_ahead({1, 1.2, 1.4}));
@@ -150,7 +151,7 @@ struct Sight {
     p_W = room.hit(X_WC.translation(), X_WC.linear() * camera.unproject(corner.cast<double>())->h);
     EXPECT_NEAR(p_W.x(), 3.6, 1e-3);
   }
-  /// Looks eight times from each place to the right.
+  /// Looks eight times from each of the places to the right.
   void look(std::initializer_list<double> places_m) {
     for (const double aside : places_m) {
       Kalman kalman({looking_ahead({1, 1.2 - aside, 1.4}), RobotMatrix::Identity()}, false);
@@ -172,7 +173,7 @@ struct Sight {
   Eigen::Vector3d p_W;
 };
 
-TEST(Surface, TheNormalOfAWallIsEstimatedFromOtherViewsThanTheFirst) {
+TEST(Surface, TheNormalOfAWallIsEstimatedFromLaterViews) {
   Sight facing(cv::Rect(140, 100, 40, 40)), askew(cv::Rect(215, 40, 85, 70));
   const double before = askew.degrees_from_wall();
   ASSERT_GT(before, 25);
@@ -183,7 +184,7 @@ TEST(Surface, TheNormalOfAWallIsEstimatedFromOtherViewsThanTheFirst) {
   EXPECT_LT(askew.degrees_from_wall(), before / 3);  // not 0: the prior prefers small tilts
 }
 
-TEST(Corners, TheStrongestIsThatOfOpenCvsEigenvalues) {
+TEST(Corners, TheStrongestMatchesOpenCvsEigenvalues) {
   const cv::Mat image = pattern(0, 0);
   const cv::Rect region(30, 25, 80, 60);
   const auto corner = strongest_corner(image, region, 1000);
@@ -219,7 +220,7 @@ TEST(Corners, AreProposedAwayFromOccupiedPixels) {
     for (std::size_t j = 0; j < i; ++j) EXPECT_GE((occupied[i] - occupied[j]).norm(), 20);
 }
 
-TEST(Corners, NearAPixelAreFoundWithinThreeSigma) {
+TEST(Corners, AreFoundNearAPixelWithinThreeSigma) {
   cv::Mat image(240, 320, CV_8UC1, cv::Scalar(60));
   image(cv::Rect(160, 120, 160, 120)).setTo(cv::Scalar(200));  // its corner is at (159.5, 119.5)
   const Eigen::Vector2d near(161, 121);

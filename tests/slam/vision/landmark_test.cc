@@ -18,7 +18,7 @@ Vector6d by_inverse_depth(double rho) {
   return y;
 }
 
-TEST(Landmark, IsSeenInTheDirectionOfItsPositionInAllKinds) {
+TEST(Landmark, EveryKindIsSeenInTheDirectionOfItsPosition) {
   const LandmarkInitialization line =
       initialize_line(generic_state(), *Camera{CameraIntrinsics{}}.unproject({70, 180}), 1);
   for (const auto& [kind, y] : {std::pair<LandmarkKind, Parameters>{InverseDepth{}, by_inverse_depth(0.25)},
@@ -39,7 +39,7 @@ TEST(InverseDepth, APointAtInfinityIsSeenAlongItsBearingFromAnywhere) {
   }
 }
 
-TEST(InverseDepth, IsInitializedOnTheRayAtTheDepthOfTheOptions) {
+TEST(InverseDepth, StartsOnTheRayAtTheDepthOfTheOptions) {
   const auto ray = Camera(CameraIntrinsics{}).unproject({50, 200});
   Options::Depth options;
   options.inverse_1_m = 0.2;
@@ -57,7 +57,7 @@ TEST(InverseDepth, APointAtInfinityOrBehindItHasAFinitePositionAndIsNeverLinear)
   }
 }
 
-TEST(InverseDepth, LinearityIndexIsThatOfCivera) {
+TEST(InverseDepth, LinearityIndexMatchesCivera) {
   const Vector6d y = by_inverse_depth(0.25);
   // from its anchor: d₁ = 4 m, cos α = 1, so L = 4 (σ/ρ²)/d₁ = 4 σ/ρ
   EXPECT_NEAR(linearity_index(y, 0.01, y.head<3>()), 4 * 0.01 / 0.25, 1e-13);
@@ -66,7 +66,7 @@ TEST(InverseDepth, LinearityIndexIsThatOfCivera) {
   EXPECT_NEAR(linearity_index(y, 0.01, y.head<3>() + 3 * side), 4 * 0.01 / (0.25 * 0.25) * 0.8 / 5, 1e-13);
 }
 
-TEST(DepthParticles, TheUniformPriorHasMeanAndDeviationOfTheUniformDistribution) {
+TEST(DepthParticles, TheUniformPriorHasTheMeanAndDeviationOfTheUniformDistribution) {
   Options::Depth::Particles options;
   options.count = 1000;
   const DepthMoments flat = depth_moments(uniform_prior(options));
@@ -98,14 +98,14 @@ TEST(Patch, RefinesToAFewHundredthsOfAPixelAtAnyBrightnessAndContrast) {
     }
 }
 
-TEST(Patch, FlatPatchesMakeNoTemplateAndAreNotFound) {
+TEST(Patch, FlatPatchesGiveNoTemplateAndAreNotFound) {
   const cv::Mat flat(120, 160, CV_8UC1, cv::Scalar(90));
   const Eigen::Matrix2d I = Eigen::Matrix2d::Identity();
   EXPECT_FALSE(warp(cut_patch(flat, {70, 60}), I));
   EXPECT_FALSE(search_ellipse(flat, template_at(pattern(0, 0), {70, 60}), {70, 60}, I, 3));
 }
 
-TEST(Patch, ViewChangeIsTheDerivativeThroughTheSurface) {
+TEST(Patch, ViewChangeIsTheDerivativeAcrossTheSurface) {
   const Camera camera(CameraIntrinsics{});
   const Eigen::Isometry3d first = Eigen::Isometry3d::Identity(),
                           now = pose(0.3, {0, 1, 0}, {-0.5, 0.1, 0.4}) * pose(0.05, {1, 0, 0}, {0, 0, 0});
@@ -126,7 +126,7 @@ TEST(Patch, ViewChangeIsTheDerivativeThroughTheSurface) {
   }
 }
 
-TEST(Patch, ASurfaceIsTurnedByTheAnglesOfItsTilt) {
+TEST(Patch, ASurfaceIsRotatedByTheAnglesOfItsTilt) {
   const Eigen::Isometry3d first = pose(0, {0, 0, 1}, {1, 2, 3});
   const double s = std::sin(0.5), c = std::cos(0.5), t = std::tan(0.5);
   for (const auto& [tilt, normal] : {std::pair<Eigen::Vector2d, Eigen::Vector3d>{{0, 0}, {0, 0, -1}},
@@ -144,7 +144,7 @@ TEST(Patch, SurfacesSeenTooObliquelyAreNotMatched) {
   EXPECT_FALSE(view_change(camera, first, now, p, surface_normal(first, p, {0, 0}), seen->pixel));
 }
 
-TEST(EllipseSearch, FindsWhatTheSearchOfEveryPixelWithOpenCvFinds) {
+TEST(EllipseSearch, FindsTheSameAsOpenCvSearchingEveryPixel) {
   const cv::Mat first = pattern(0, 0), now = pattern(3, -2);
   const Eigen::Vector2i at(70, 60);
   const Eigen::Vector2d center(71.3, 59.6);
@@ -167,7 +167,7 @@ TEST(EllipseSearch, FindsWhatTheSearchOfEveryPixelWithOpenCvFinds) {
   EXPECT_NEAR(found->correlation, best, 1e-5);  // single precision
 }
 
-TEST(EllipseSearch, StaysInsideTheImageAndItsCostBounded) {
+TEST(EllipseSearch, StaysInsideTheImageAtABoundedCost) {
   const cv::Mat image = pattern(0, 0);
   const Template t = template_at(image, {70, 60});
   EXPECT_TRUE(search_ellipse(image, t, {4, 4}, 1e6 * Eigen::Matrix2d::Identity(), 3));

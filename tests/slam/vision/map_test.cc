@@ -24,7 +24,7 @@ struct Scene {
   Kalman kalman{{looking_ahead(), 1e-6 * RobotMatrix::Identity()}, false};
 };
 
-TEST(LandmarkInitialization, ANewLandmarkIsPredictedWhereItWasSeenInBothKinds) {
+TEST(LandmarkInitialization, ANewLandmarkOfEitherKindIsPredictedWhereItWasSeen) {
   for (const FirstSight kind : {FirstSight::inverse_depth, FirstSight::particles}) {
     Scene scene;
     scene.options.depth.first_sight = kind;
@@ -42,7 +42,7 @@ TEST(LandmarkInitialization, ANewLandmarkIsPredictedWhereItWasSeenInBothKinds) {
   }
 }
 
-TEST(LandmarkInitialization, AMeasuredDepthPlacesALandmarkWhereTheCameraHasOneAndIsAsked) {
+TEST(LandmarkInitialization, AMeasuredDepthPlacesALandmarkIfThereIsOneAndTheOptionsRequestIt) {
   Scene scene;
   scene.depth = {cv::Mat(240, 320, CV_16UC1, cv::Scalar(2500)), 0.01};
   scene.depth.mm.at<unsigned short>(50, 40) = 0;
@@ -65,7 +65,7 @@ TEST(LandmarkInitialization, AMeasuredDepthPlacesALandmarkWhereTheCameraHasOneAn
   EXPECT_NEAR(std::sqrt(P_C(2, 2)), 2.5 * 2.5 * 0.01, 0.002);
 }
 
-TEST(DepthImage, HasTheDepthOfAPlanePatchAndNoneAcrossAnEdgeOrAHole) {
+TEST(DepthImage, HasTheDepthOfAPlanarPatchButNoneAcrossAnEdgeOrAHole) {
   DepthImage image{cv::Mat(40, 40, CV_16UC1), 0.005};
   for (int v = 0; v < 40; ++v)
     for (int u = 0; u < 40; ++u)
@@ -84,7 +84,7 @@ TEST(DepthImage, HasTheDepthOfAPlanePatchAndNoneAcrossAnEdgeOrAHole) {
   EXPECT_FALSE(DepthImage{}.at({20, 15}));
 }
 
-TEST(LandmarkInitialization, APixelWithoutRayGivesNothingAndLeavesTheState) {
+TEST(LandmarkInitialization, APixelWithoutARayGivesNothingAndLeavesTheStateUnchanged) {
   Scene scene;
   CameraIntrinsics narrow;
   narrow.lens = OneParameterRadial{1e-4};  // its image circle has a radius of 71 px
@@ -117,7 +117,7 @@ Options options_for(int landmarks) {
   return options;
 }
 
-/// A map of `count` new landmarks.
+/// A map with `count` new landmarks.
 struct Initialized {
   explicit Initialized(int count) : Initialized(options_for(count)) {}
   explicit Initialized(const Options& options) : camera(CameraIntrinsics{}), map(options, camera, 1) {
@@ -174,7 +174,7 @@ struct Initialized {
   }
 };
 
-TEST(Map, InitializesAsManyLandmarksAsWantedApartFromEachOtherAndFromTheVisibleOnes) {
+TEST(Map, InitializesAsManyLandmarksAsWantedAwayFromEachOtherAndFromVisibleOnes) {
   Initialized b(8);
   ASSERT_EQ(b.size(), 8u);
   ASSERT_EQ(b.kalman.state().size, kRobot + 48);
@@ -182,7 +182,7 @@ TEST(Map, InitializesAsManyLandmarksAsWantedApartFromEachOtherAndFromTheVisibleO
   EXPECT_EQ(b.size(), 8u);  // none is missing
   const std::vector<Eigen::Vector2d> two{b.pixel(0), b.pixel(1)};
   b.map.initialize(b.image, {}, Stamp(8), two, b.kalman, b.removed);
-  EXPECT_EQ(b.size(), 11u);  // three a frame
+  EXPECT_EQ(b.size(), 11u);  // three per frame
   const std::vector<Eigen::Vector2d> all = b.pixels();
   for (std::size_t i = 0; i < 11; ++i)
     for (std::size_t j = 0; j < (i < 8 ? i : 2); ++j)
@@ -210,7 +210,7 @@ TEST(Map, LinesAreInitializedOneAtATimeAndOnlyWhileTheCameraMoves) {
   EXPECT_EQ(b.size(), 1u);
 }
 
-TEST(Map, ALineIsDeletedWithoutMatchesOrIfItHasNoDepthAfterTenAttemptsAndItsDepthsAreReported) {
+TEST(Map, ALineWithoutMatchesOrWithoutDepthAfterTenAttemptsIsDeletedAndItsDepthsAreReported) {
   Options options;
   options.depth.first_sight = FirstSight::particles;
   options.depth.particles.minimum_speed_m_s = -1;
@@ -229,7 +229,7 @@ TEST(Map, ALineIsDeletedWithoutMatchesOrIfItHasNoDepthAfterTenAttemptsAndItsDept
   }
 }
 
-TEST(Map, KnownLandmarksAreInitializedOnceAndOneThatIsNotSeenIsReported) {
+TEST(Map, KnownLandmarksAreInitializedOnceAndAnUnseenOneIsReported) {
   Options options = options_for(0);
   options.known_landmarks.at_m = {{-5, 0, 1.4}};  // behind the camera
   Initialized b(options);
@@ -238,7 +238,7 @@ TEST(Map, KnownLandmarksAreInitializedOnceAndOneThatIsNotSeenIsReported) {
   EXPECT_EQ(b.size(), 0u);
 }
 
-TEST(Map, IsNeverLargerThanItsBoundAndThoseOutOfViewThatWereFoundLeastOftenMakeRoom) {
+TEST(Map, NeverExceedsItsBoundAndReplacesOutOfViewLandmarksFoundLeastOften) {
   Options options = options_for(8);
   options.bounds.landmarks = 5;
   Initialized b(options);
@@ -262,7 +262,7 @@ TEST(Map, DeletesWhatIsBehindOrWasFoundLessThanEverySecondTimeBeforeItWasSetAsid
   search(1, 10, 5);        // just good enough
   search(2, 9, 4);         // not
   search(3, 40, 19);       // while it is set aside, failures do not count
-  b.know_depth(4, -0.01);  // surely behind its first sight
+  b.know_depth(4, -0.01);  // certainly behind the camera that first saw it
   EXPECT_EQ(b.pruned(), (std::vector<int>{4, 2}));
   EXPECT_EQ(b.size(), 3u);
 }
@@ -285,7 +285,7 @@ TEST(Map, ALandmarkIsSetAsideAfterRepeatedFailuresUntilItIsSeenFromElsewhereOrFo
   EXPECT_FALSE(is_set_aside());
 }
 
-TEST(Map, CountsThoseThatItDeletesSoonAfterTheirFirstSight) {
+TEST(Map, CountsLandmarksDeletedSoonAfterTheyWereFirstSeen) {
   Initialized b(4);
   for (std::size_t i = 0; const auto age : {1s, 9s, 10s}) {
     b.map.record_visible(i, b.map.landmarks()[i].initialized + age);
@@ -297,7 +297,7 @@ TEST(Map, CountsThoseThatItDeletesSoonAfterTheirFirstSight) {
   EXPECT_EQ(deleted.size(), 3u);
 }
 
-TEST(Map, CountsThoseThatItDeletesInOneDirectionOnlyOnceInFiveSeconds) {
+TEST(Map, CountsDeletionsInOneDirectionOnlyOnceInFiveSeconds) {
   for (const double back_m : {0.0, 1000.0}) {
     Initialized b(3);
     b.move({-back_m, 0, 0});  // from far away all are in one direction
@@ -310,7 +310,7 @@ TEST(Map, CountsThoseThatItDeletesInOneDirectionOnlyOnceInFiveSeconds) {
   }
 }
 
-TEST(Map, DeletingAndConvertingLeaveEveryOtherLandmarkItsOwnParameters) {
+TEST(Map, DeletingAndConvertingKeepTheParametersOfEveryOtherLandmark) {
   Initialized b(5);
   for (const std::size_t i : {1u, 3u}) b.know_depth(i, 0.25);
   const std::vector<Eigen::Vector2d> before = b.pixels();
@@ -321,7 +321,7 @@ TEST(Map, DeletingAndConvertingLeaveEveryOtherLandmarkItsOwnParameters) {
   for (std::size_t i = 0; i < 5; ++i) {
     EXPECT_EQ(std::holds_alternative<Point>(b.map.landmarks()[i].kind), i == 1 || i == 3) << i;
     EXPECT_LT((b.pixel(i) - before[i]).norm(), 1e-9) << i;
-    // the heading is constrained anew
+    // The heading is constrained anew.
     EXPECT_LT((view_of_points[i].S - view[i].S).norm(), 1e-3 * view[i].S.norm()) << i;
   }
   for (int k = 0; k < 10; ++k) b.search(1, false);
@@ -330,7 +330,7 @@ TEST(Map, DeletingAndConvertingLeaveEveryOtherLandmarkItsOwnParameters) {
   for (std::size_t i = 1; i < 4; ++i) EXPECT_LT((b.pixel(i) - before[i + 1]).norm(), 1e-9) << i;
 }
 
-TEST(Map, ALandmarkIsLessCertainAfterItsViewHasChangedAndNotAfterSwaying) {
+TEST(Map, ALandmarkIsLessCertainAfterItsViewHasChangedButNotAfterSwaying) {
   Initialized b(1);
   const Eigen::MatrixXd before = b.covariance(0);
   const double distance = b.distance(0);

@@ -30,7 +30,7 @@ TEST(PosesFromTwo, DoNotExistIfTheRaysCannotMeet) {
   EXPECT_TRUE(poses_from_two(a, b, Eigen::Matrix3d::Identity()).empty());
 }
 
-TEST(Relocalization, TheRobotsStateHasThePoseFoundTheVelocitiesOfAWalkAndItsOldBiases) {
+TEST(Relocalization, TheRobotsStateGetsTheFoundPoseWalkingVelocitiesAndItsOldBiases) {
   State before;
   before.storage_x = RobotVector::LinSpaced(0.1, 3.0);
   before.storage_P = RobotMatrix::Identity() * 0.5;
@@ -55,7 +55,7 @@ Estimate estimate(double t, double x, double yaw, double sigma = 0.001) {
   return {at_s(t), pose(yaw, {0, 0, 1}, {x, 0, 0}), sigma * sigma * Matrix6d::Identity()};
 }
 
-TEST(RelocalizationConfirmer, ConfirmsAtOnceAPoseThatAgreesWithThePrediction) {
+TEST(RelocalizationConfirmer, ImmediatelyConfirmsAPoseThatAgreesWithThePrediction) {
   RelocalizationConfirmer confirmer;
   EXPECT_TRUE(confirmer.confirms(estimate(0, 1, 0.2), estimate(0, 1.002, 0.2), true));
   EXPECT_FALSE(confirmer.confirms(estimate(0, 1, 0.2), estimate(0, 1.1, 0.2), true));
@@ -84,7 +84,7 @@ TEST(RelocalizationConfirmer, ComparesNoDistancesWithoutAPlan) {
   EXPECT_TRUE(confirmer.confirms(estimate(1, 2, 0.2), estimate(1, 1, 0.2), false));
 }
 
-TEST(Headings, AreAllAroundBeginningWithTheMostLikely) {
+TEST(Headings, GoAllAroundStartingWithTheMostLikely) {
   Headings headings;
   headings.begin_with(1);
   std::set<int> eighths;
@@ -108,13 +108,13 @@ struct MapScene {
       const auto corner = propose_corner(image, occupied, options.vision, random);
       if (!corner) continue;
       occupied.push_back(corner->cast<double>());
-      // The depths differ, since a plane has two poses.
+      // The depths differ, since a plane would have two poses.
       options.depth.inverse_1_m = 0.2 + 0.1 * static_cast<double>(landmarks.size() % 3);
       landmarks.push_back(*initialize_landmark(image, {}, Stamp(0), *corner, camera, options, kalman));
       landmarks.back().successes = landmarks.back().attempts = 100;
     }
   }
-  /// The pose found with a state that is turned by an angle; searched for at another.
+  /// The pose found when the state is turned by `turned` and the search is turned by `turn`.
   std::optional<Estimate> found(const cv::Mat& now, double turned = 0, double turn = 0) {
     State state = kalman.state();
     const Eigen::Isometry3d X_WC = pose(turned, {0, 0, 1}, {0, 0, 0}) * state.X_WC();
@@ -158,7 +158,7 @@ const synthetic::Recording& walk() {
   return recording;
 }
 
-/// A filter that walks until a frame, then sees another place for 1 s and has only its gyro.
+/// A filter that walks up to a frame, then sees another place for 1 s and has only its gyro.
 Filter lost_filter(int until, const Options::Tracking& tracking) {
   Options options;
   options.tracking = tracking;
@@ -174,7 +174,7 @@ Filter lost_filter(int until, const Options::Tracking& tracking) {
   return filter;
 }
 
-/// Distance of the estimate from the true position at a frame, m.
+/// The distance of the estimate from the true position at a frame, m.
 double error_m(const Filter& filter, int frame) {
   const Eigen::Isometry3d X_WC = walk().walk().X_WC(seconds(walk().walk().stamp(frame)));
   return (filter.estimate().X_WC.translation() - X_WC.translation()).norm();
@@ -207,7 +207,7 @@ TEST(Relocalization, AFilterThatWasCarriedAwayFindsItsTruePose) {
   EXPECT_GT(after, 5);
 }
 
-/// Something textured that covers the view and moves with the camera, as a noisy camera sees it.
+/// Something textured that covers the view and moves with the camera, as seen by a noisy camera.
 cv::Mat cover(int frame) {
   cv::RNG random(7);
   cv::Mat picture(240, 320, CV_8UC1), noise(240, 320, CV_8UC1);

@@ -17,7 +17,7 @@ struct Scene {
       occupied.push_back(corner->cast<double>());
       landmarks.push_back(*initialize_landmark(image, {}, Stamp(0), *corner, camera, options, kalman));
     }
-    // since then the camera has rotated by an unknown angle of 0.01 rad (1 sigma)
+    // Since then, the camera has rotated by an unknown angle of 0.01 rad (1 sigma).
     RobotMatrix Q = RobotMatrix::Zero();
     const Matrix43d dq = small_rotation_jacobian(kalman.state().orientation());
     Q.block<4, 4>(kOrientation, kOrientation) = 1e-4 * dq * dq.transpose();
@@ -58,7 +58,7 @@ TEST(Vision, FindsTheLandmarksOfAnUnchangedViewAndReducesTheUncertainty) {
   EXPECT_LT(scene.kalman.state().marginal<4>(kOrientation).trace(), 0.1 * before);
 }
 
-TEST(Vision, AMatchThatContradictsTheOthersIsNoInlier) {
+TEST(Vision, AMatchThatContradictsTheOthersIsNotAnInlier) {
   Scene scene;
   const Eigen::Vector2i at = scene.landmarks[3].pixel_first.cast<int>();
   const auto around = [&](int shift) { return cv::Rect(at.x() - 9 + shift, at.y() - 9, 18, 18); };
@@ -83,7 +83,7 @@ TEST(Vision, MeasuresAtMostAsManyLandmarksAsTheOptionsAndTheirBoundAllow) {
   }
 }
 
-TEST(Vision, LandmarksThatFailFromThisViewAreNeitherCountedNorSearchedForButTwoOfThemAreRetriedLater) {
+TEST(Vision, LandmarksThatFailFromThisViewAreIgnoredButTwoAreRetriedLater) {
   Scene scene;
   scene.options.vision.measured_landmarks = 4;
   Vision vision(scene.options.vision, scene.options.bounds, scene.camera);
@@ -101,7 +101,7 @@ TEST(Vision, LandmarksThatFailFromThisViewAreNeitherCountedNorSearchedForButTwoO
   }
 }
 
-TEST(Vision, TheBiasOfAMatchIsAlwaysAStateThoughMoreLandmarksAreInViewThanThereArePlaces) {
+TEST(Vision, TheBiasOfAMatchIsAlwaysAStateEvenIfLandmarksOutnumberPlaces) {
   Scene scene;
   scene.options.vision.measured_landmarks = 1;
   ASSERT_LT(MatchBiases::places(scene.options.vision, scene.options.bounds), 8);
@@ -119,7 +119,7 @@ TEST(Vision, TheBiasOfAMatchIsAlwaysAStateThoughMoreLandmarksAreInViewThanThereA
   EXPECT_EQ(placed.size(), 8U);  // their unknown bias makes those without a place the most informative
 }
 
-TEST(Vision, WithoutMatchesTheStateStaysAsItIs) {
+TEST(Vision, WithoutMatchesTheStateIsUnchanged) {
   Scene scene;
   const Eigen::MatrixXd P = scene.kalman.state().P();
   const VisionResult& result = scene.update(cv::Mat(240, 320, CV_8UC1, cv::Scalar(90)));
@@ -129,11 +129,11 @@ TEST(Vision, WithoutMatchesTheStateStaysAsItIs) {
   EXPECT_EQ(scene.kalman.state().P(), P);
 }
 
-/// `good` matches that a common shift of the robot explains, then `bad` ones elsewhere.
+/// `good` matches that are explained by a common shift of the robot, followed by `bad` ones that are not.
 StackedMeasurement matches(int good, int bad) {
   std::mt19937_64 random(7);
   const auto number = [&] { return 2 * static_cast<double>(random() >> 11) * 0x1p-53 - 1; };
-  const auto noise = [&] {  // one after the other: compilers differ in the order of arguments
+  const auto noise = [&] {  // one by one, as compilers evaluate arguments in different orders
     const double y = number(), x = number();
     return Eigen::Vector2d(x, y);
   };
@@ -168,7 +168,7 @@ struct ErrorScene {
   std::vector<Landmark> landmarks = std::vector<Landmark>(9);
 };
 
-TEST(MatchBiases, AreZeroAtFirstSightAndGrowToTheVarianceThatTheyHaveAfterALoss) {
+TEST(MatchBiases, StartAtZeroAndGrowToTheVarianceThatTheyHaveAfterALoss) {
   ErrorScene scene;
   const int fresh = scene.biases.add(10, true, scene.kalman),
             again = scene.biases.add(11, false, scene.kalman);

@@ -25,9 +25,9 @@ namespace {
 
 using files::FileLock;
 constexpr useconds_t kChildPollUs = 10'000;
-constexpr int kPollsForParts = 20;  // between two looks at the progress and the records
+constexpr int kPollsForParts = 20;  // polls between two checks of progress and records
 constexpr std::string_view kTemporary = "gaitslam-XXXXXX";
-constexpr const char* kLock = ".gaitslam-temporary";  // no folder of results has such a file
+constexpr const char* kLock = ".gaitslam-temporary";  // no results folder contains such a file
 
 /// Distinguishes a folder from its replacement: device and inode, or nullopt if it does not exist.
 using Identity = std::optional<std::pair<dev_t, ino_t>>;
@@ -38,19 +38,19 @@ Identity identity_of(const fs::path& folder) {
   return std::pair(status.st_dev, status.st_ino);
 }
 
-/// A process and the jobs without a record that it runs, one after another.
+/// A process and its jobs that have no record yet; they run one after another.
 struct Process {
   std::vector<Job> jobs;
   std::size_t begun = 0;  ///< number of its jobs at the start
-  std::string files;      ///< their path without extension
-  Identity before;        ///< the folder of its job at the start
-  std::size_t read = 0;   ///< bytes of its output that were read
-  std::string running{};  ///< key of the batched job that it announced last
+  std::string files;      ///< path of its files without extension
+  Identity before;        ///< its job's folder at the start
+  std::size_t read = 0;   ///< bytes of its output read so far
+  std::string running{};  ///< key of the batched job that it last announced
 
   fs::path file(const char* extension) const { return files + extension; }
 };
 
-/// The words of the process and its files. The parent's id is that of this process.
+/// Returns the command line of the process and writes its files. The parent's id is that of this process.
 std::vector<std::string> command_line(const Process& process) {
   const Job& job = process.jobs.front();
   std::vector<std::string> words{"gaitslam"};
@@ -89,8 +89,8 @@ pid_t spawn(const Process& process) {
   return id;
 }
 
-/// Splits the jobs into those of a process: as few as keep all processes equally busy, because each process
-/// of batched jobs decodes its recording.
+/// Splits the jobs into one list per process: as few lists as keep all processes equally busy, because each
+/// process that runs batched jobs must decode its recording.
 std::deque<std::vector<Job>> batches(const std::vector<Job>& jobs, int processes) {
   const auto up = [](std::size_t a, std::size_t b) { return (a + b - 1) / b; };
   const auto at_a_time = static_cast<std::size_t>(processes);
@@ -151,7 +151,7 @@ class Launcher {
     on_record_(record);
   }
 
-  /// Takes the whole lines that the process has printed since the last call.
+  /// Processes the complete lines that the process has printed since the last call.
   void read_records(Process& process) {
     if (process.jobs.empty() || !process.jobs.front().batched) return;
     const std::string text = files::read_text(process.file(".out")),
@@ -164,7 +164,7 @@ class Launcher {
         add(process, *record);
   }
 
-  /// Jobs that a batch has not reached run in a new process, if this one has finished any.
+  /// Handles the end of a process; jobs that it has not reached run in a new one if it has finished any.
   void end(Process& process, int status) {
     read_records(process);
     const int signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
@@ -207,14 +207,14 @@ class Launcher {
   std::deque<std::vector<Job>> waiting_;
   std::map<pid_t, Process> running_;
   std::set<std::string> complaints_;
-  std::optional<std::string> device_failure_;  ///< of a process; then no further ones are started
+  std::optional<std::string> device_failure_;  ///< if a process reports one, no further ones are started
   std::size_t most_;
   int started_ = 0;
   double cost_ = 0, done_ = 0;
   const OnRecord& on_record_;
 };
 
-/// True for a TemporaryFolder of this user's ended process.
+/// True for a TemporaryFolder left by an ended process of this user.
 bool is_abandoned(const fs::path& folder) {
   std::error_code fault;
   const std::string name = folder.filename();
@@ -235,10 +235,10 @@ TemporaryFolder::TemporaryFolder() {
   const fs::path all = named ? named : "/tmp";
   std::error_code fault;
   if (!fs::is_directory(all, fault))
-    throw UsageError("TMPDIR: {}: expected a folder for temporary files", all.string());
+    throw UsageError("TMPDIR: {}: is not a folder, expected one for temporary files", all.string());
   for (const auto& entry : fs::directory_iterator(all, fault))
     if (is_abandoned(entry.path())) fs::remove_all(entry.path(), fault);
-  // It is locked before it gets its name: otherwise, other processes would remove it as abandoned.
+  // The folder is locked before it gets its name; otherwise, other processes would remove it as abandoned.
   std::string unnamed = (all / fmt::format(".{}", kTemporary)).string();
   if (mkdtemp(unnamed.data()) == nullptr) files::fail_by_errno(unnamed, "cannot be made");
   lock_ = FileLock::acquire(fs::path(unnamed) / kLock, FileLock::How::exclusive);

@@ -13,8 +13,8 @@ namespace cli {
 namespace {
 
 constexpr std::chrono::milliseconds kRedraw{200};
-constexpr double kBurst_s = 1, kLeastPart = 0.01, kLeast_s = 2;  // less gives no reliable rate
-constexpr double kSlower = 1.3, kSlower_s = 5;                   // beyond which a job has become slower
+constexpr double kBurst_s = 1, kLeastPart = 0.01, kLeast_s = 2;  // minima for a reliable rate
+constexpr double kSlower = 1.3, kSlower_s = 5;                   // above these, a job has become slower
 
 std::atomic<int> live_lines = 0;
 
@@ -23,7 +23,7 @@ std::string duration_text(double seconds) {
   return whole < 100 ? fmt::format("{} s", whole) : fmt::format("{} min {:02} s", whole / 60, whole % 60);
 }
 
-/// The file that the parent named; the variable is not passed on to child processes.
+/// Returns the file named by the parent; the variable is not passed on to child processes.
 fs::path file_of_parent() {
   static const fs::path file = [] {
     const char* const named = std::getenv(kProgressFile);

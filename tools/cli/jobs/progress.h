@@ -1,4 +1,4 @@
-// The progress of a command: one line on the terminal; elsewhere a line every half minute.
+// Progress of a command: a single line on a terminal, otherwise a new line every half minute.
 #pragma once
 
 #include <chrono>
@@ -13,11 +13,11 @@
 
 namespace cli {
 
-/// Estimates the time left from the average rate after the first second. Counts down between two steps, and
-/// grows only if the job has become much slower.
+/// Estimates the remaining time from the average rate after the first second. Counts down between updates and
+/// increases only if the job has become much slower.
 class RemainingTime {
  public:
-  /// Returns the time left, s, or nullopt before a rate is known, at a part done and an ascending time spent.
+  /// Returns the remaining time (s), or nullopt until a rate is known. part: done; spent_s must not decrease.
   std::optional<double> at(double part, double spent_s);
 
  private:
@@ -25,42 +25,42 @@ class RemainingTime {
     double part = 0, spent_s = 0;
   };
   std::optional<Point> first_, last_;
-  std::optional<double> end_s_, shown_s_;  ///< when the job will be done; the time left as last returned
+  std::optional<double> end_s_, shown_s_;  ///< when the job will be done; the last returned remaining time
 };
 
-/// Returns "walk seed 1: 42 %, 8 s left; search", or "walk seed 1: 3 min 05 s" if the part is not known.
+/// Returns "walk seed 1: 42 %, 8 s left; search", or "walk seed 1: 3 min 05 s" if the fraction is unknown.
 std::string progress_text(const std::string& what, std::optional<double> part, double spent_s,
                           std::optional<double> left_s, const std::string& at);
 
-/// The variable that names the file for reporting progress to the parent process.
+/// Environment variable with the file in which to report progress to the parent process.
 inline constexpr const char* kProgressFile = "GAITSLAM_PROGRESS_FILE";
-/// Returns the part that a process has written there; 0 before it wrote any.
+/// Returns the fraction that a process has written there; 0 before the first.
 double part_in(const fs::path& file);
 
-/// The place of a progress line.
+/// Where and how a progress line is shown.
 struct ProgressPlace {
-  bool redraws = false;  ///< one line, drawn again and again
+  bool redraws = false;  ///< redraws a single line
   bool silent = false;
-  fs::path file{};  ///< for the parent process, and nothing is shown; else empty
+  fs::path file{};  ///< if not empty, progress goes to this file for the parent process, and nothing is shown
   std::FILE* stream = stderr;
   std::chrono::milliseconds first{1000}, heartbeat{30'000};
 
-  /// Returns the place for standard error, of a terminal or not; silent with --quiet.
+  /// Returns the settings for standard error, whether or not it is a terminal; silent with --quiet.
   static ProgressPlace standard();
 };
 
-/// Shows progress, drawn by its own thread: it moves while the work waits. Only the first of several is
-/// shown.
+/// Shows progress from its own thread, so that it also updates while the work is blocked. If there are
+/// several, only the first is shown.
 class ProgressLine {
  public:
-  /// what: the start of the line.
+  /// what: text at the start of the line.
   explicit ProgressLine(std::string what, const ProgressPlace& place = ProgressPlace::standard());
   /// Removes the line from the terminal.
   ~ProgressLine();
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  /// Shows the part that is done, 0 to 1, and the current step. A smaller part than before is not shown.
+  /// Sets the fraction that is done, 0 to 1, and the current step. A fraction never decreases.
   void show(double part, const std::string& at = "");
 
  private:
@@ -77,7 +77,7 @@ class ProgressLine {
   Clock::time_point begin_ = Clock::now(), last_beat_ = begin_;
   std::mutex mutex_;
   std::condition_variable_any wake_;
-  std::jthread thread_;  ///< last: it ends before the other members
+  std::jthread thread_;  ///< the last member, so that it ends before the others are destroyed
 };
 
 }  // namespace cli

@@ -17,14 +17,14 @@ void report_damage(const std::string& what) {
   std::cerr << fmt::format("gaitslam: ignored a damaged recording in the cache: {}\n", what);
 }
 
-/// Empty if the file is missing or damaged: the result is then made again.
+/// Returns an empty record if the file is missing or damaged; the result is then made again.
 result::About about(const fs::path& folder) try {
   return result::read_about(folder / "about.json");
 } catch (const files::FileError&) {
   return {};
 }
 
-/// Returns what a result depends on.
+/// Returns a key of everything that a result depends on.
 std::string key_of(const ResultJob& job, const std::string& models_hash, bool cached) {
   const std::string recording = job.recording ? fs::weakly_canonical(*job.recording).string() : "";
   return result::job_key({program_identity(), models_hash, cached ? "cached" : "",
@@ -55,7 +55,7 @@ Job process_of(const ResultJob& job, const fs::path& out, const ResultOptions& o
 }
 
 /// True if this program made the result from the job's scenario, seed, estimator files, and recording or
-/// models. If the sources differ from the revision, also the times of the files count.
+/// models. If the sources were modified since the revision, file times are compared as well.
 bool is_finished(const fs::path& folder, const ResultJob& job, const std::string& models_hash) try {
   if (!result::is_result(folder)) return false;
   const result::About made = about(folder);
@@ -72,7 +72,7 @@ bool is_finished(const fs::path& folder, const ResultJob& job, const std::string
   return false;
 }
 
-/// The indices of the jobs to run.
+/// Returns the indices of the jobs to run.
 std::vector<std::size_t> unfinished(const std::vector<ResultJob>& jobs, const OutFolder& out,
                                     const ResultOptions& options, const std::string& models_hash) {
   std::vector<std::size_t> left;
@@ -85,7 +85,7 @@ std::vector<std::size_t> unfinished(const std::vector<ResultJob>& jobs, const Ou
   return left;
 }
 
-/// Sets aside stale results, and those of seeds that neither the jobs have nor are to be kept.
+/// Sets aside outdated results, and those of seeds that are neither in the jobs nor to be kept.
 void move_stale_results(const std::vector<ResultJob>& jobs, const fs::path& out,
                         std::map<std::string, std::vector<std::string>> stale, const ResultOptions& options) {
   std::map<std::string, std::vector<std::uint64_t>> seeds;
@@ -135,7 +135,7 @@ Recordings::Recordings(fs::path models)
 
 std::string Recordings::key(const scenario::Scenario& scenario) const {
   std::string programs = program_;
-  // The estimator and its inputs shape a walk that the estimate steers.
+  // A walk steered by the estimate depends on the estimator and its inputs.
   if (scenario.walk.steering.by == walking::SteeredBy::estimate)
     programs += program_identity() + programs::files_identity(scenario.estimator);
   return scenario::recording_key(scenario, models_hash_, programs);

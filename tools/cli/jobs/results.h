@@ -1,5 +1,5 @@
-// Recordings, results of runs and trials, each made by a process. Finished ones are kept when an interrupted
-// command is rerun; stale results are moved aside.
+// Recordings, and results of runs and trials, each made by its own process. When an interrupted command is
+// rerun, finished ones are kept; outdated results are moved aside.
 #pragma once
 
 #include "sim/recording/cache.h"
@@ -9,10 +9,10 @@
 
 namespace cli {
 
-/// Recordings of the cache, made by simulating the walk if they are missing.
+/// Recordings in the cache; missing ones are made by simulating the walk.
 class Recordings {
  public:
-  /// models: the folder of the models of robot and rooms. Throws FileError, std::invalid_argument.
+  /// models: the folder with the models of robots and rooms. Throws FileError, std::invalid_argument.
   explicit Recordings(fs::path models);
 
   /// Returns the name of the scenario's recording in the cache.
@@ -21,15 +21,15 @@ class Recordings {
   /// Returns the recording from the cache after checking every byte, or nullopt if it is missing.
   std::optional<recording::CachedRecording> find(const scenario::Scenario& scenario) const;
 
-  /// Returns the recording from the cache; this process records a missing one. Throws what a run throws.
+  /// Returns the recording from the cache; if it is missing, this process makes it. Throws what a run throws.
   recording::CachedRecording get(const scenario::ReadScenario& read, const result::Progress& progress) const;
 
   struct Made {
     fs::path folder;      ///< in the cache; empty if it could not be made
     bool is_new = false;  ///< made by this call
-    JobRecord record{};   ///< of its process
+    JobRecord record{};   ///< from its process
   };
-  /// Makes the missing recordings and returns all in the order of the scenarios.
+  /// Makes the missing recordings and returns all recordings in the order of the scenarios.
   std::vector<Made> make(const std::vector<scenario::ReadScenario>& scenarios, Backend backend) const;
 
   const recording::CachePlace& place() const { return cache_.place(); }
@@ -43,36 +43,36 @@ class Recordings {
 /// A result folder to make.
 struct ResultJob {
   scenario::ReadScenario read;  ///< with its seed
-  std::string folder;           ///< of results seed-<n>, within the folder of the command; may be empty
+  std::string folder;           ///< contains results seed-<n>; relative to the command's folder; may be empty
   std::optional<fs::path> recording{};  ///< the result folder to replay; absent: the walk is simulated
   double cost = 1;                      ///< relative to the other jobs
-  /// The words of its command line up to --out; empty: a run, or a replay of the recording.
+  /// Its command line up to --out; empty: a run, or a replay of the recording.
   std::vector<std::string> command{};
 
   std::uint64_t seed() const { return read.scenario.seed; }
-  /// Returns the path of the result within the folder of the command: <folder>/seed-<n>.
+  /// Returns the path of the result relative to the command's folder: <folder>/seed-<n>.
   std::string result() const;
 };
 
-/// Returns the same job for each of the seeds.
+/// Returns a copy of the job for each seed.
 std::vector<ResultJob> jobs_of_seeds(const ResultJob& job, const std::vector<std::uint64_t>& seeds);
-/// Returns a use of the folder that the same jobs, models and program resume after an interruption.
+/// Returns an OutUse that lets the same jobs, models and program resume after an interruption.
 OutUse resumable(const std::vector<ResultJob>& jobs, const fs::path& models = {}, bool cached = false);
 
 struct ResultOptions {
   fs::path models;
-  std::string title;          ///< of the progress line
+  std::string title;          ///< title of the progress line
   Backend backend{};          ///< its spool may be empty
   bool cached = false;        ///< simulate only the walks that the cache does not have
   bool counts_older = false;  ///< keep finished results of older commands
   bool keeps_other_seeds = false;
-  std::vector<std::uint64_t> kept_seeds{};  ///< other seeds that are not set aside
-  bool must_start = false;                  ///< a process that rejects its input is a UsageError
+  std::vector<std::uint64_t> kept_seeds{};  ///< further seeds that are not set aside
+  bool must_start = false;                  ///< throws UsageError if a process rejects its input
 };
 
-/// Makes the results that are not finished, each replacing an earlier one when it is whole, and returns the
-/// records in the order of the jobs, empty for those finished before. Prints complaints of failed processes
-/// and moves stale results to earlier-<n>; throws FileError if a result would replace a user's files.
+/// Makes the unfinished results; each replaces an earlier one once it is complete. Returns the records in the
+/// order of the jobs, empty for those finished before. Prints errors of failed processes and moves outdated
+/// results to earlier-<n>. Throws FileError if a result would replace a user's files.
 std::vector<JobRecord> make_results(const std::vector<ResultJob>& jobs, const OutFolder& out,
                                     const ResultOptions& options);
 
@@ -80,11 +80,11 @@ std::vector<JobRecord> make_results(const std::vector<ResultJob>& jobs, const Ou
 std::vector<result::SeedScore> read_scores(const std::vector<ResultJob>& jobs,
                                            const std::vector<JobRecord>& ended, const fs::path& out);
 
-/// Returns text that identifies a scenario's inputs: its YAML and the contents of its estimator's files.
+/// Returns text that identifies a scenario's inputs: its YAML and the contents of its programs' files.
 std::string inputs_of(const scenario::Scenario& scenario);
 
-/// Returns the seeds of other results seed-<n> in a folder that this program made from the scenario of the
-/// jobs, which have one folder.
+/// Returns the seeds of other results seed-<n> in a folder that this program made from the jobs' scenario.
+/// All jobs have the same folder.
 std::vector<std::uint64_t> finished_beside(const std::vector<ResultJob>& jobs, const fs::path& root,
                                            const fs::path& models);
 

@@ -13,10 +13,10 @@
 namespace cli {
 namespace {
 
-constexpr double kElementSeconds = 30;  // a shorter element is not worth the cost of starting it
+constexpr double kElementSeconds = 30;  // shorter elements are not worth the cost of starting them
 constexpr int kSubmissions = 3, kTries = 5;
-constexpr std::size_t kMostElements = 1000;          // of Slurm's default MaxArraySize, 1001
-constexpr int kMostUnanswered = 60, kPatience = 10;  // ten minutes: each time this many polls are skipped
+constexpr std::size_t kMostElements = 1000;          // limited by Slurm's default MaxArraySize, 1001
+constexpr int kMostUnanswered = 60, kPatience = 10;  // ten minutes: that many polls are skipped each time
 constexpr std::string_view kPurpose = "gaitslam array element";
 
 /// Standard output, standard error and exit status of a shell command.
@@ -34,8 +34,8 @@ ShellOutput run_shell(const std::string& command) {
   return {files::read_text(text), files::read_text(errors), status};
 }
 
-/// The job in the output of `sbatch --parsable`: a line "1000", or "1000;alpha" of another cluster of a
-/// federation, if there is one.
+/// Returns the job in the output of `sbatch --parsable`, if any: a line "1000", or "1000;alpha" for another
+/// cluster of a federation.
 std::optional<std::string> job_in(const std::string& text) {
   for (const std::string& line : files::lines_of(text))
     if (files::parse_number<std::uint64_t>(line.substr(0, line.find(';')))) return line;
@@ -58,12 +58,12 @@ std::string named(const std::string& job) {
 /// A job as Slurm knows it.
 struct Seen {
   enum class Presence { queued, ended, unknown } presence = Presence::unknown;
-  std::string waiting;  ///< states and reasons of elements that do not run, such as "PENDING (JobHeldUser)"
-  std::string fault;    ///< of squeue
+  std::string waiting;  ///< states and reasons of elements that are not running: "PENDING (JobHeldUser)"
+  std::string fault;    ///< error message of squeue
 };
 
-/// Asks squeue. It calls an id invalid if the job ended some minutes ago, but also on another cluster:
-/// only the accounting of Slurm, if there is one, then shows that the job has ended.
+/// Asks squeue. It reports an invalid id if the job ended some minutes ago, but also if the job is on another
+/// cluster. Only Slurm's accounting, if available, then shows that the job has ended.
 Seen look_up(const std::string& job) {
   if (job.empty()) return {Seen::Presence::ended, "", ""};
   const ShellOutput shown = run_shell("squeue -h -o '%T %r' " + selected(job));
@@ -90,23 +90,23 @@ Seen look_up(const std::string& job) {
 /// True unless the job has certainly ended.
 bool may_run(const std::string& job) { return look_up(job).presence != Seen::Presence::ended; }
 
-/// The time between two questions to squeue.
+/// Returns the time between two queries of squeue.
 useconds_t poll_us() {
   const char* const named = std::getenv("GAITSLAM_SLURM_POLL_S");
   const auto seconds = files::parse_finite(named ? named : "1");
   if (!seconds || *seconds <= 0 || *seconds > 300)
-    throw UsageError("GAITSLAM_SLURM_POLL_S is '{}', expected seconds, at most 300", named);
+    throw UsageError("GAITSLAM_SLURM_POLL_S: is '{}', expected seconds, more than 0 and at most 300", named);
   return static_cast<useconds_t>(1e6 * *seconds);
 }
 
 std::string text_if_there(const fs::path& file) { return fs::exists(file) ? files::read_text(file) : ""; }
 
-/// The file of an element in the folder of its array: .log has the records of its jobs.
+/// Returns an element's file in the folder of its array; .log contains the records of its jobs.
 fs::path element_file(const fs::path& folder, std::size_t element, const char* extension) {
   return folder / fmt::format("{}{}", element, extension);
 }
 
-/// A job array and its folder in the spool: the jobs, the id of the Slurm job, and files of the elements.
+/// A job array and its folder in the spool, with the jobs, the id of the Slurm job, and the elements' files.
 class Array {
  public:
   explicit Array(const fs::path& spool) : folder_(fs::absolute(spool) / "array") {}
@@ -117,7 +117,7 @@ class Array {
     return fs::exists(folder_ / "jobs") ? jobs_in(folder_ / "jobs") : std::vector<Job>();
   }
 
-  /// Passes on the records that the elements have logged since the last call.
+  /// Calls on_record for the records that the elements have logged since the last call.
   void read_records(const OnRecord& on_record) {
     for (const fs::path& file : element_files(".log")) {
       const std::uintmax_t bytes = fs::file_size(file);
@@ -126,7 +126,7 @@ class Array {
     }
   }
 
-  /// The part of the work of the elements that is done.
+  /// Returns the fraction of the elements' work that is done.
   double part() const {
     const std::vector<fs::path> all = element_files(".part");
     double done = 0;
@@ -138,7 +138,7 @@ class Array {
   void submit(const std::vector<Job>& jobs, const Backend& backend) {
     const fs::path program = fs::read_symlink("/proc/self/exe");
     if (!fs::exists(program))
-      throw UsageError("the program's file was replaced while it ran; run the command again");
+      throw UsageError("the program file was replaced while it was running; run the command again");
     const auto least =
         static_cast<std::size_t>(std::ceil(kElementSeconds / std::max(backend.seconds_each, 0.1)));
     const std::size_t each = std::max(jobs.front().batched ? kMostOfBatch : least,
@@ -176,7 +176,7 @@ class Array {
                named(*job), files::counted(elements.size(), "array element"), files::counted(each, "job"));
   }
 
-  /// Returns each different text that elements printed.
+  /// Returns each distinct text that elements printed.
   std::string complaints() const {
     std::set<std::string> all;
     for (const fs::path& file : element_files(".txt")) all.insert(files::read_text(file));
@@ -193,11 +193,11 @@ class Array {
   }
 
   fs::path folder_;
-  std::map<fs::path, std::uintmax_t> read_;  ///< sizes of the logs that were read
+  std::map<fs::path, std::uintmax_t> read_;  ///< sizes of the logs read so far
 };
 
 /// Waits for records of the jobs while the array may still run, and prints the states of waiting elements
-/// when they change. Throws UsageError if Slurm gives no answer for long.
+/// when they change. Throws UsageError if Slurm gives no answer for a long time.
 void wait_for(Array& array, const std::vector<Job>& jobs, const ShowPart& show, const OnRecord& on_record) {
   const std::string job = array.job();
   std::string waiting;
@@ -208,9 +208,8 @@ void wait_for(Array& array, const std::vector<Job>& jobs, const ShowPart& show, 
     unanswered = seen.presence == Seen::Presence::unknown ? unanswered + 1 : 0;
     if (unanswered > kMostUnanswered)
       throw UsageError(
-          "slurm job {}: nothing is known of it: {}. Rerun the command to continue with it; if it has ended, "
-          "first "
-          "remove {}",
+          "slurm job {}: its state is unknown: {}. Rerun the command to continue with it; if it has ended, "
+          "first remove {}",
           named(job), seen.fault, (array.folder() / "job").string());
     if (unanswered == 0 && seen.waiting != waiting) {
       waiting = seen.waiting;
@@ -221,13 +220,13 @@ void wait_for(Array& array, const std::vector<Job>& jobs, const ShowPart& show, 
   }
 }
 
-/// Notes that the element starts. Throws FileError after several starts without a new record.
+/// Logs that the element starts. Throws FileError after several starts without a new record.
 void note_try(result::JobLog& log, std::size_t records) {
   for (int n = 1; n <= kTries; ++n) {
     const std::string key = fmt::format("try {} after {} records", n, records);
     if (!log.find(key)) return log.add({key, 0, "started", "", {}});
   }
-  throw files::FileError("array element", fmt::format("was ended {} times during the same job", kTries));
+  throw files::FileError("array element", fmt::format("was killed {} times during the same job", kTries));
 }
 
 }  // namespace

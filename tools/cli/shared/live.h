@@ -1,4 +1,4 @@
-// The simulator as the program uses it: live_world.cc, or live_stub.cc in a build without the simulator.
+// The program's interface to the simulator: live_world.cc, or live_stub.cc in a build without the simulator.
 #pragma once
 
 #include "sim/result/result.h"
@@ -11,7 +11,7 @@ struct RunObserver;
 
 namespace cli {
 
-/// Returns the outcome of live::run. Throws UsageError without the simulator. observer: may be null.
+/// Returns the outcome of live::run. Throws UsageError in a build without simulator. observer: may be null.
 result::Outcome run_live(const scenario::ReadScenario& scenario, const result::ResultPlace& place,
                          const result::Progress& progress, int threads = 1,
                          const live::RunObserver* observer = nullptr);
@@ -19,7 +19,7 @@ result::Outcome run_live(const scenario::ReadScenario& scenario, const result::R
 /// Throws UsageError in a build without the simulator. Call it before anything is started.
 void require_simulator();
 
-/// Returns the plan of live::check, or nullopt without the simulator. Throws as that does.
+/// Returns the plan from live::check, or nullopt without the simulator. Throws what live::check throws.
 std::optional<walking::PatternGenerator> check_start(const scenario::ReadScenario& read,
                                                      const fs::path& models);
 

@@ -9,7 +9,7 @@ result::Outcome run_live(const scenario::ReadScenario&, const result::ResultPlac
 }
 
 void require_simulator() {
-  throw UsageError("run: this build has no simulator (GAITSLAM_WORLD=OFF); replay, check and config work");
+  throw UsageError("run: this build has no simulator (GAITSLAM_WORLD=OFF), expected replay, check or config");
 }
 
 std::optional<walking::PatternGenerator> check_start(const scenario::ReadScenario&, const fs::path&) {

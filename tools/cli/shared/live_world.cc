@@ -23,9 +23,8 @@ std::optional<walking::PatternGenerator> check_start(const scenario::ReadScenari
       physics::load_model(scenario::read_robot(read.scenario), room, models, physics::Shapes::floor);
   if (const std::size_t solids = physics::Floor(*on_floor).solids(); solids > physics::kMostSolids)
     std::cerr << fmt::format(
-        "warning: world.room: the robot steps on {} shapes of {}, which makes the physics slow; expected a "
-        "height "
-        "field instead of more than {}\n",
+        "warning: world.room: the robot steps on {} shapes of {}, which slows down the physics; expected at "
+        "most {}, or a height field\n",
         solids, room, physics::kMostSolids);
   return plan;
 }

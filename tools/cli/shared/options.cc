@@ -27,7 +27,7 @@ void require_model(const scenario::ReadScenario& read, const std::string& key, c
 
 void add_quiet(CLI::App& command) {
   command.add_flag_callback(
-      "-q,--quiet", [] { choose_output(Output::quiet); }, "print nothing but errors");
+      "-q,--quiet", [] { choose_output(Output::quiet); }, "print only errors");
 }
 
 void add_output(CLI::App& command) {
@@ -38,13 +38,13 @@ void add_output(CLI::App& command) {
 }
 
 void add_backend_options(CLI::App& command, Backend& backend) {
-  command.add_option("--jobs", backend.jobs, "processes at a time (default 1); array elements on Slurm")
+  command.add_option("--jobs", backend.jobs, "processes at a time (default 1), or array elements on Slurm")
       ->check(CLI::Range(1, 100000));
   add_backend(command, backend.name);
 }
 
 void add_backend(CLI::App& command, std::string& name) {
-  command.add_option("--backend", name, "processes on this machine, or a job array on the cluster")
+  command.add_option("--backend", name, "local: processes on this machine; slurm: a job array on a cluster")
       ->check(CLI::IsMember({"local", "slurm"}))
       ->capture_default_str();
 }
@@ -85,38 +85,37 @@ std::vector<std::uint64_t> parse_seeds(const std::string& text) {
 }
 
 void add_view_place(CLI::App& command, Access& place) {
-  command.add_option("--port", place.port, "port of the view; 0: any free one")->capture_default_str();
+  command.add_option("--port", place.port, "port of the view; 0: any free port")->capture_default_str();
   command.add_option("--address", place.address, "listening address; one that others reach needs a --token")
       ->capture_default_str();
   command
-      .add_option(
-          "--public", place.forwarded,
-          "HOST:PORT in the address of browsers on other machines, for example through ssh -L; may be "
-          "given several times")
+      .add_option("--public", place.forwarded,
+                  "HOST:PORT that browsers on other machines use, for example through ssh -L; may be "
+                  "given several times")
       ->allow_extra_args(false);
   command
       .add_option("--token", place.token,
-                  "secret in the URL, at least 22 letters, digits, - or _ (default: a random one)")
+                  "secret in the URL: at least 22 letters, digits, - or _ (default: random)")
       ->envname("GAITSLAM_VIEW_TOKEN");  // other users of the machine cannot read it there
 }
 
 void add_view(CLI::App& command, ViewRequest& request) {
   CLI::Option* const view =
-      command.add_flag("--view", request.view, "show the walk live in the browser; prints a URL");
-  command.add_flag("--control", request.control, "the view may pause, step and slow down")->needs(view);
-  command.add_flag("--wait", request.wait, "start when the view is open in a browser")->needs(view);
+      command.add_flag("--view", request.view, "show the walk live in the browser (prints a URL)");
+  command.add_flag("--control", request.control, "let viewers pause, step and slow down")->needs(view);
+  command.add_flag("--wait", request.wait, "wait until the view is open in a browser")->needs(view);
   add_view_place(command, request);
   for (const char* option : {"--port", "--address", "--public"}) command.get_option(option)->needs(view);
   if (!std::getenv("GAITSLAM_VIEW_TOKEN")) command.get_option("--token")->needs(view);
   request.opened = print_view;
 }
 
-// With --json, standard output is for the document.
+// With --json, standard output is reserved for the document.
 void print_view(const std::string& url) {
   (output() == Output::text ? std::cout : std::cerr) << "view at " << url << std::endl;
 }
 
-// A room has shapes; what rooms share has none.
+// A room file contains shapes; a file that rooms share contains none.
 void require_models(const scenario::ReadScenario& read, const fs::path& models) {
   std::set<std::string> robots, rooms;
   std::error_code fault;

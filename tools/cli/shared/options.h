@@ -17,7 +17,7 @@ using view::Access;
 using view::ViewRequest;
 struct Backend;  // jobs/jobs.h
 
-/// Adds a subcommand and returns it with its request, handled by `run`. examples: the end of its help.
+/// Adds a subcommand and returns it with its request, which `run` handles. examples: the end of its help.
 template <typename Request>
 std::pair<CLI::App&, Request&> add_command(CLI::App& app, int& exit_code, const char* name,
                                            const char* description, const char* examples,
@@ -30,27 +30,25 @@ std::pair<CLI::App&, Request&> add_command(CLI::App& app, int& exit_code, const 
   return {*command, *request};
 }
 
-/// Adds the option --quiet, or --quiet and --json as flags.
+/// Adds --quiet, or --quiet and --json, as flags.
 void add_quiet(CLI::App& command);
 void add_output(CLI::App& command);
-/// Adds the option --backend, or --jobs and --backend.
 void add_backend(CLI::App& command, std::string& name);
 void add_backend_options(CLI::App& command, Backend& backend);
 /// Adds the file argument `scenario`, key=value arguments, --with and --without.
 CLI::Option* add_scenario(CLI::App& command, std::string& file, scenario::Changes& changes);
-/// Adds the arguments key=value; `which`: the keys that may be changed.
+/// Adds the arguments key=value. which: describes the keys that may be changed.
 inline void add_overrides(CLI::App& command, std::vector<std::string>& overrides, const std::string& which) {
-  command.add_option("changes", overrides, "keys of the scenario and their new values " + which)
+  command.add_option("changes", overrides, "scenario keys and their new values " + which)
       ->option_text("key=value ...");
 }
 inline void add_with(CLI::App& command, scenario::Changes& changes) {
-  command
-      .add_option("--with", changes.with, "YAML file with keys to replace, such as a best.yaml; repeatable")
+  command.add_option("--with", changes.with, "YAML file with keys to set, such as a best.yaml; repeatable")
       ->option_text("FILE")
       ->allow_extra_args(false);
 }
 inline void add_without(CLI::App& command, scenario::Changes& changes) {
-  command.add_option("--without", changes.without, "sections to leave out, as in camera,slam")
+  command.add_option("--without", changes.without, "sections to omit, such as camera,slam")
       ->delimiter(',')
       ->allow_extra_args(false);
 }
@@ -59,7 +57,7 @@ inline void add_result(CLI::App& command, fs::path& result, const std::string& o
   command.add_option("result", result, "a result folder, such as results/tangent_circle/seed-1" + or_else)
       ->required();
 }
-/// Adds --seeds of `what`.
+/// Adds --seeds. what: the start of its help text.
 inline void add_seeds(CLI::App& command, std::optional<std::string>& seeds, const std::string& what) {
   command.add_option("--seeds", seeds, what + ": 1..5 or 1,2,7");
 }
@@ -67,31 +65,31 @@ inline void add_jobs(CLI::App& command, std::optional<int>& jobs, const std::str
   command.add_option("--jobs", jobs, text)->check(CLI::Range(1, 1024));
 }
 inline void add_cached(CLI::App& command, bool& cached) {
-  command.add_flag("--cached", cached, "replay recordings from the cache; record missing ones first");
+  command.add_flag("--cached", cached, "replay recordings from the cache, and record missing ones first");
 }
 inline void add_all_metrics(CLI::App& command, bool& all) {
-  command.add_flag("--all-metrics", all, "show more than the main metrics and those with limits");
+  command.add_flag("--all-metrics", all, "show all metrics, not only the main ones and those with limits");
 }
 
-/// Hidden options of a process that another one started.
+/// Hidden options for a process started by another gaitslam process.
 struct BatchMember {
-  std::optional<pid_t> parent;       ///< it ends when that process ends
+  std::optional<pid_t> parent;       ///< this process ends when that one ends
   std::optional<fs::path> set_by{};  ///< file with the origin of each key
 };
 inline void add_batch_member(CLI::App& command, BatchMember& member) {
   command.add_option("--set-by", member.set_by)->group("");
   command.add_option("--die-with-parent", member.parent)->group("");
 }
-/// Makes the kernel end this process with its parent, and takes the origin of each key from the file.
+/// Makes the kernel end this process when its parent ends, and reads the origin of each key from the file.
 void join_batch(const BatchMember& member, scenario::ReadScenario* read = nullptr);
 
-/// Throws UsageError, with the most similar of the names, if `typed` is not one of them.
+/// Throws UsageError, which suggests the most similar name, if `typed` is not one of the names.
 void require_one_of(const std::vector<std::string>& names, const std::string& typed,
                     const std::string& option);
-/// Returns the alignment as typed after --align. Throws UsageError.
+/// Returns the alignment typed after --align. Throws UsageError.
 score::Alignment alignment_named(const std::string& name);
 
-/// Returns the seeds as typed after --seeds. Throws UsageError.
+/// Returns the seeds typed after --seeds. Throws UsageError.
 std::vector<std::uint64_t> parse_seeds(const std::string& text);
 
 void add_view_place(CLI::App& command, Access& place);

@@ -11,7 +11,7 @@
 namespace cli {
 namespace {
 
-/// The log of a resumable command while it runs; a record's key is the path of a finished result.
+/// Log file of a resumable command while it runs. A record's key is the path of a finished result.
 constexpr const char* kUnfinished = ".unfinished";
 
 bool contains(const fs::path& folder, const fs::path& path) {
@@ -19,7 +19,7 @@ bool contains(const fs::path& folder, const fs::path& path) {
   return std::mismatch(above.begin(), above.end(), below.begin(), below.end()).first == above.end();
 }
 
-/// True if the folder contains only what a command writes before its first result, or leaves when killed.
+/// True if the folder contains only what a command writes before its first result or leaves when killed.
 bool has_no_results(const fs::path& folder) {
   std::error_code fault;
   const auto is_trace = [](const fs::directory_entry& entry) {
@@ -37,16 +37,16 @@ bool was_interrupted(const fs::path& folder, const std::optional<std::string>& i
          files::read_text(file).starts_with(*identity + "\n");
 }
 
-/// Throws UsageError if --force is needed: something is there that the command would replace.
+/// Throws UsageError if --force is needed because the command would replace something.
 void require_free(const fs::path& folder, const OutUse& use) {
   if (!use.continues && !has_no_results(folder))
-    throw UsageError("{}: exists already; --force replaces what the command writes there", folder.string());
+    throw UsageError("{}: already exists; --force replaces what the command writes there", folder.string());
   for (const std::string& result : use.results)
     if (result::is_result(folder / result))
-      throw UsageError("{}: exists already; --force replaces it", (folder / result).string());
+      throw UsageError("{}: already exists; --force replaces it", (folder / result).string());
 }
 
-/// Returns the nearest folder above the path that exists. Throws UsageError unless it can be written.
+/// Returns the nearest existing folder above the path. Throws UsageError unless it is writable.
 fs::path writable_ancestor(const fs::path& path) {
   std::error_code fault;
   fs::path nearest = fs::absolute(path);
@@ -59,9 +59,9 @@ fs::path writable_ancestor(const fs::path& path) {
 }
 
 std::string kept_text(const fs::path& path, const OutUse& use) {
-  if (use.replaces) return fmt::format("nothing was written, {} is unchanged; to start again", path.string());
+  if (use.replaces) return fmt::format("nothing was written, {} is unchanged; to start over", path.string());
   if (use.names.empty() && !use.identity)
-    return fmt::format("this run leaves no result; earlier results in {} are unchanged; to start again",
+    return fmt::format("this run leaves no result; earlier results in {} are unchanged; to start over",
                        path.string());
   return fmt::format("finished results are kept in {}; to resume", path.string());
 }
@@ -70,12 +70,12 @@ std::string kept_text(const fs::path& path, const OutUse& use) {
 
 void add_out(CLI::App& command, OutRequest& request) {
   command.add_option("--out", request.out, "folder for the results");
-  command.add_flag("--force", request.force, "write into an existing folder, replacing earlier results");
+  command.add_flag("--force", request.force, "write to an existing folder and replace earlier results");
 }
 
 void require_separate(const fs::path& out, const fs::path& read) {
   if (contains(out, read))
-    throw UsageError("{}: would be replaced, and the command reads {}; name another folder", out.string(),
+    throw UsageError("{}: would be replaced, but the command reads {}; choose another folder", out.string(),
                      read.string());
 }
 
@@ -83,7 +83,7 @@ void require_folder_of(const fs::path& file, const std::string& option) {
   std::error_code fault;
   const fs::path folder = file.has_parent_path() ? file.parent_path() : ".";
   if (!fs::is_directory(folder, fault))
-    throw UsageError("{} {}: the folder {} does not exist; create it first, or name another file", option,
+    throw UsageError("{} {}: the folder {} does not exist; create it first, or choose another file", option,
                      file.string(), folder.string());
 }
 
@@ -94,7 +94,7 @@ void require_new_file(const fs::path& file, bool force, const std::string& optio
     throw UsageError("{}: is a folder, expected a file to write", file.string());
   files::require_regular(file);
   if (!force && fs::exists(fs::symlink_status(file, fault)))
-    throw UsageError("{}: exists already; --force replaces it", file.string());
+    throw UsageError("{}: already exists; --force replaces it", file.string());
 }
 
 OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const OutUse& use)
@@ -109,7 +109,7 @@ OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const 
   if (request.out && !request.force && !resumes) require_free(path_, use);
   if (use.replaces) {
     if (contains(path_, fs::current_path()))
-      throw UsageError("{}: is or contains the current folder, and would be replaced; name another folder",
+      throw UsageError("{}: would be replaced, but is or contains the current folder; choose another folder",
                        path_.string());
     files::require_replaceable(path_.has_filename() ? path_ : path_.parent_path());
   }
@@ -120,7 +120,7 @@ OutFolder::OutFolder(const OutRequest& request, const fs::path& standard, const 
     fs::create_directories(path_);
     lock_ = files::FileLock::acquire_folder(path_);
     if (!lock_)
-      throw UsageError("{}: another process is writing there: wait for it, or name another folder",
+      throw UsageError("{}: another process is writing there; wait for it, or choose another folder",
                        path_.string());
     made_marker_ = !files::has_marker(path_);
     files::claim_outputs(path_, names_);

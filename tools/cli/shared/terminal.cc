@@ -16,7 +16,7 @@ namespace {
 Output chosen = Output::text;
 std::string typed_command = "gaitslam";
 
-// Filled before the handler is installed, which may only call async-signal-safe functions.
+// Filled before the handler is installed, because the handler may call only async-signal-safe functions.
 std::array<char, 8192> text_at_interrupt;
 volatile sig_atomic_t text_bytes = 0;
 
@@ -24,10 +24,10 @@ extern "C" void print_and_end(int signal_number) {
   [[maybe_unused]] const ssize_t n =
       ::write(STDERR_FILENO, text_at_interrupt.data(), static_cast<std::size_t>(text_bytes));
   ::signal(signal_number, SIG_DFL);
-  ::raise(signal_number);  // it ends the process when this handler returns
+  ::raise(signal_number);  // ends the process when this handler returns
 }
 
-// Replaces one handler by another, but none that ignores the signal, as nohup sets.
+// Replaces the handler `from` with `to`, but does not touch signals that are ignored, for example by nohup.
 void exchange_handlers(void (*from)(int), void (*to)(int)) {
   for (const int signal_number : {SIGINT, SIGTERM, SIGHUP}) {
     struct sigaction now {};

@@ -1,4 +1,4 @@
-// Errors of wrong usage, the chosen output, colors, and the message of an interruption.
+// Usage errors, the chosen output, colors, and the message printed on interruption.
 #pragma once
 
 #include <fmt/format.h>
@@ -14,10 +14,10 @@ namespace sim {}
 
 namespace cli {
 
-using namespace sim;  // only namespaces are in it
+using namespace sim;  // it contains only namespaces
 namespace fs = std::filesystem;
 
-/// The command line is invalid. main prints the message, a text or a format with its arguments; exit code 2.
+/// Reports an invalid command line, as a text or a format with arguments; main prints it and exits with 2.
 class UsageError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -28,10 +28,10 @@ class UsageError : public std::runtime_error {
 
 /// Exit code if the disk is full or a device failed: EX_IOERR of sysexits.h.
 inline constexpr int kDeviceFailed = 74;
-/// The start of each error message that has no place in a file.
+/// Prefix of each error message that does not refer to a location in a file.
 inline constexpr std::string_view kProgramPrefix = "gaitslam: ";
 
-/// text: for people. quiet: nothing but errors, on standard error. json: one JSON document and nothing else.
+/// text: for people. quiet: only errors, on standard error. json: one JSON document and nothing else.
 enum class Output { text, quiet, json };
 
 Output output();
@@ -45,14 +45,14 @@ bool can_redraw(int stream);
 /// Returns whether standard output is a terminal with colors and NO_COLOR is not set.
 bool colors();
 
-/// Keeps the command line as the user typed it; called by main.
+/// Stores the command line as the user typed it; called by main.
 void remember_command(int argc, char** argv);
 
-/// While it lives, SIGINT (Ctrl-C), SIGTERM and SIGHUP print what the command keeps and the command line that
-/// resumes it, before they end the process as they do by default. One at a time.
+/// While an object lives, SIGINT (Ctrl-C), SIGTERM and SIGHUP print what the command keeps and the command
+/// line that resumes it, and then end the process as usual. Only one object may exist at a time.
 class OnInterrupt {
  public:
-  /// kept: what is kept and what the command line that follows does.
+  /// kept: says what is kept, and what the command line printed after it does.
   explicit OnInterrupt(const std::string& kept);
   ~OnInterrupt();
   OnInterrupt(const OnInterrupt&) = delete;

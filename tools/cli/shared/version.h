@@ -1,4 +1,4 @@
-// Sources and libraries of this program.
+// The versions of this program's sources and libraries.
 #pragma once
 
 #include "sim/result/result.h"
@@ -6,33 +6,32 @@
 
 namespace cli {
 
-/// The project's version.
 extern const char* const kVersion;
 
-/// The source's git revision, "+" appended when files differed from it; "unknown" outside of a git checkout.
+/// The git revision of the sources, "+" appended if files differed from it; "unknown" outside a checkout.
 extern const char* const kRevision;
 
-/// A hash of the sources that shape recordings: tools/cli/recording_sources.cmake has the list.
+/// A hash of the sources that affect recordings, which tools/cli/recording_sources.cmake lists.
 extern const char* const kRecordingSources;
 
-/// Returns the libraries in use and their versions.
 std::map<std::string, std::string> libraries();
 
-/// Returns the place of a result that this program makes, which replaces an earlier one.
+/// Returns the place for a result made by this program, which replaces an earlier one.
 result::ResultPlace result_place(const fs::path& folder, const std::string& models_hash,
                                  const fs::path& models = {});
 
-/// Returns the model name of the processor.
+/// Returns the processor's model name.
 std::string processor();
 
-/// Returns the identity of programs that record the same bits from a scenario unless its estimate steers the
-/// walk: sources of walk, world and recording, build, libraries and the processor's vendor.
+/// Returns a text that is equal for all programs that record the same bits (unless the estimate steers the
+/// walk): sources of walk, world and recording, build, libraries and the processor's vendor.
 std::string recording_identity();
 
-/// Returns the identity of programs that score a recording alike: revision, or hash if files differ from it.
+/// Returns a text that is equal for all programs that score a recording in the same way: the revision, or a
+/// hash of the program if files differ from it.
 std::string program_identity();
 
-/// Returns the text of gaitslam --version.
+/// Returns the text that gaitslam --version prints.
 std::string version_text();
 
 }  // namespace cli

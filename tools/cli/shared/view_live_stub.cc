@@ -1,4 +1,4 @@
-// The program in a build without the simulator: no commands of robots, and a view without room and robot.
+// Stubs for a build without the simulator: no robot commands, and a view without room and robot.
 #include "sim/view/session.h"
 #include "sim/view/site.h"
 #include "tools/cli/commands.h"
