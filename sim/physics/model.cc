@@ -161,11 +161,11 @@ int upper_link(const mjModel& model, const std::string& link) {
 }  // namespace
 
 std::vector<int> contacts(const mjModel& model, int foot) {
-  constexpr int kFloor = 1;  // contype and conaffinity of a geom by default
+  constexpr int kStandard = 1;  // contype and conaffinity of a geom by default
   std::vector<int> geoms;
   for (int geom = 0; geom < model.ngeom; ++geom)
     if (model.body_weldid[model.geom_bodyid[geom]] == model.body_weldid[foot] &&
-        ((model.geom_contype[geom] | model.geom_conaffinity[geom]) & kFloor))
+        ((model.geom_contype[geom] | model.geom_conaffinity[geom]) & kStandard))
       geoms.push_back(geom);
   return geoms;
 }
