@@ -576,8 +576,6 @@ TEST_F(Security, RejectedRequestsAndUpgradesGetNothing) {
     EXPECT_THAT(answer(upgrade(target, headers)), refused) << headers;
   }
   EXPECT_THAT(request("/" + query_, host_, "POST"), StartsWith("HTTP/1.1 405"));
-  EXPECT_THAT(answer(upgrade("/" + query_, host_ + "Origin: app://lichtblick\r\n", "foxglove.websocket.v1")),
-              StartsWith("HTTP/1.1 101"));
 }
 
 TEST_F(Security, EveryAnswerTellsBrowsersToBeStrict) {
