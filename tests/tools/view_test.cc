@@ -1,4 +1,4 @@
-// The view, through the program: in a browser, live and for results, and through Foxglove's client.
+// The view, through the program, in a browser: live and for results.
 #include "sim/files/csv.h"
 #include "sim/files/trajectory_file.h"
 #include "sim/recording/image_file.h"
@@ -296,22 +296,6 @@ TEST_F(ViewTest, PagesHaveNoSeriousAxeFindingsAndFitANarrowPhone) {
   for (const auto& [page, of_page] : found.items()) {
     EXPECT_EQ(of_page["findings"], json::array()) << page;
     EXPECT_LE(of_page["width"], 360) << page;
-  }
-}
-
-TEST_F(ViewTest, FoxglovesClientReceivesTheRun) {
-  if (!std::getenv("CI") &&
-      !fs::exists(GAITSLAM_SOURCE_DIR "/build/interop/node_modules/@foxglove/ws-protocol"))
-    GTEST_SKIP() << "tools/test.sh could not install the client from npm";
-  write("stand.yaml", scenario_of("{stand: {duration_s: 2}}, {straight: {forward_m: 0.15}}"));
-  for (const std::string protocol : {"foxglove.websocket.v1", "foxglove.sdk.v1"}) {
-    const Ran ran =
-        viewed("run stand.yaml --view --control --wait --force --out heard",
-               "timeout 540 node '" GAITSLAM_SOURCE_DIR
-               "/tests/interop/listen_foxglove.cjs' '" GAITSLAM_SOURCE_DIR "/build/interop' \"$url\" " +
-                   protocol + " heard/seed-1");
-    EXPECT_EQ(ran.exit_code, 0) << protocol << ": " << ran.err << text_of("complaint");
-    fs::remove_all(folder_ / "heard");
   }
 }
 
