@@ -5,6 +5,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
@@ -444,6 +445,11 @@ std::vector<slam::Stamp> Table::stamps(std::string_view column) const {
   return all;
 }
 
+std::string RunData::setting(const std::string& key) const {
+  const auto found = settings.find(key);
+  return found == settings.end() ? "" : in_one_line(found->second);
+}
+
 std::string RunData::label() const {
   return fmt::format("{}, seed {}{}{}", scenario, seed, estimator == "filter" ? "" : ", " + estimator,
                      alignment == "none" ? "" : " after " + alignment);
@@ -494,25 +500,46 @@ std::map<std::string, std::vector<std::string>> changed_keys(const std::vector<c
   return all;
 }
 
+namespace {
+
+/// Returns a text for each run, from what differs within its scenario.
+std::vector<std::string> within_scenarios(
+    const std::vector<const RunData*>& runs,
+    const std::function<std::string(const RunData& run, const std::map<std::string, std::string>& changed)>&
+        text) {
+  std::map<std::string, std::vector<const RunData*>> scenarios;
+  for (const RunData* run : runs) scenarios[run->scenario].push_back(run);
+  std::map<const RunData*, std::map<std::string, std::string>> changed;
+  for (const auto& [scenario, its_runs] : scenarios)
+    for (const auto& [key, values] : changed_keys(its_runs))
+      for (std::size_t i = 0; i < its_runs.size(); ++i)
+        if (!values[i].empty()) changed[its_runs[i]][key] = values[i];
+  std::vector<std::string> texts;
+  for (const RunData* run : runs) texts.push_back(text(*run, changed[run]));
+  return texts;
+}
+
+std::string joined(const std::map<std::string, std::string>& settings, const std::set<std::string>& without) {
+  std::vector<std::string> words;
+  for (const auto& [key, value] : settings)
+    if (!without.contains(key)) words.push_back(key + "=" + value);
+  return fmt::format("{}", fmt::join(words, ", "));
+}
+
+}  // namespace
+
 std::vector<std::string> variants(const std::vector<const RunData*>& runs) {
-  std::vector<std::string> all(runs.size());
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    if (!all[i].empty()) continue;
-    std::vector<std::size_t> places;
-    std::vector<const RunData*> of_scenario;
-    for (std::size_t k = i; k < runs.size(); ++k)
-      if (runs[k]->scenario == runs[i]->scenario) places.push_back(k), of_scenario.push_back(runs[k]);
-    auto changed = changed_keys(of_scenario);
-    const bool estimator_differs = changed.erase("estimator") > 0;
-    for (std::size_t k = 0; k < places.size(); ++k) {
-      std::vector<std::string> words;
-      for (const auto& [key, values] : changed)
-        if (!values[k].empty()) words.push_back(key + "=" + values[k]);
-      if (words.empty() || estimator_differs) words.insert(words.begin(), of_scenario[k]->estimator);
-      all[places[k]] = fmt::format("{}", fmt::join(words, ", "));
-    }
-  }
-  return all;
+  return within_scenarios(runs, [](const RunData& run, const auto& changed) {
+    const std::string keys = joined(changed, {"estimator"});
+    if (keys.empty()) return run.estimator;
+    return changed.contains("estimator") ? run.estimator + ", " + keys : keys;
+  });
+}
+
+std::vector<std::string> other_settings(const std::vector<const RunData*>& runs) {
+  return within_scenarios(runs, [](const RunData&, const auto& changed) {
+    return joined(changed, {"estimator", "walk.controller", "world.robot"});
+  });
 }
 
 std::string alignment_of(const result::About& about) {

@@ -156,6 +156,8 @@ struct RunData : result::SeedScore {
   std::optional<Table> filter_frames, feet, frame_times, corrected_steps, answers;
   std::vector<Frame> frames;  ///< truth, plan, estimate, report and map, without images
 
+  /// Returns the value of a key in one line, or "" if it is unknown.
+  std::string setting(const std::string& key) const;
   /// Returns "tangent_circle, seed 1", with the estimator unless it is the filter, and with its alignment.
   std::string label() const;
 };
@@ -174,6 +176,8 @@ std::map<std::string, std::vector<std::string>> changed_keys(const std::vector<c
 /// Returns what distinguishes each run from the others of its scenario, ignoring seeds: the keys that differ,
 /// such as "slam.vision.sigma_px=3", preceded by the estimator if it differs or if no key does.
 std::vector<std::string> variants(const std::vector<const RunData*>& runs);
+/// Returns the same without estimator, controller and robot; "" if no other key differs.
+std::vector<std::string> other_settings(const std::vector<const RunData*>& runs);
 
 /// Returns how a result's estimate was aligned with the truth before it was scored, or "none".
 std::string alignment_of(const result::About& about);

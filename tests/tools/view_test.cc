@@ -283,16 +283,15 @@ TEST_F(ViewTest, PagesHaveNoSeriousAxeFindingsAndFitANarrowPhone) {
   short_walks("a", "1 2");
   ok("replay a/seed-1 slam.vision.sigma_px=3 --out b");
   ok("report a b --out report.html");
-  ok("leaderboard a b --html leaderboard.html");
   ok("sweep walk.yaml slam.vision.sigma_px=1,3 slam.depth.first_sight=inverse_depth,particles --jobs 2 --out "
      "sweep");
   ok("report sweep --out sweep.html");
   const std::string use = "timeout 300 node " + kSources +
-                          "/tests/tools/use_page.cjs audit \"report.html leaderboard.html sweep.html $url\" "
+                          "/tests/tools/use_page.cjs audit \"report.html sweep.html $url\" "
                           "profile " +
                           modules;
   const json found = json::parse(viewed("view a/seed-1 b", use, "kill -INT $!; wait $!").ends(0).out);
-  EXPECT_EQ(found.size(), 4u);
+  EXPECT_EQ(found.size(), 3u);
   for (const auto& [page, of_page] : found.items()) {
     EXPECT_EQ(of_page["findings"], json::array()) << page;
     EXPECT_LE(of_page["width"], 360) << page;
