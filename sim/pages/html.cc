@@ -232,7 +232,7 @@ std::string breakable(const std::string& html) {
 }
 
 std::string row_html(const TableRow& row, const char* tag) {
-  std::string html = row.id.empty() ? "<tr>" : fmt::format("<tr id='{}'>", escaped(row.id));
+  std::string html = "<tr>";
   for (const TableCell& cell : row.cells)
     html += fmt::format("<{0}{1}>{2}</{0}>", tag,
                         cell.style.empty() ? "" : fmt::format(" class='{}'", cell.style), cell.html);

@@ -99,7 +99,6 @@ std::string number_text(std::optional<double> value);
 
 struct TableRow {
   std::vector<TableCell> cells;
-  std::string id = "";
 };
 /// Returns a table that scrolls next to its fixed first column; titles are aligned like their cells.
 /// sorts: a click on a title sorts the rows.

@@ -121,9 +121,9 @@ std::string run_sections(const RunData& run, const std::string& prefix, const st
 std::string runs_page(const std::vector<RunData>& runs);
 
 bool is_sweep(const fs::path& folder);
-/// Returns the page of a sweep, by scenario: medians over a numeric key as lines (with the trials as dots, or
-/// one line per combination of non-numeric values); medians over two keys as heat maps, pooled over the other
-/// keys; and the worst seed of each setting. Throws FileError.
+/// Returns the page of a sweep, by scenario: medians over each numeric key as lines, one for each combination
+/// of the other keys' values or a single one with the trials as dots; and the worst seed of each setting.
+/// Throws FileError.
 std::string sweep_page(const fs::path& folder);
 
 bool is_tuning(const fs::path& folder);
