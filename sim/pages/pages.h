@@ -6,7 +6,9 @@
 #include <cstdint>
 
 #include "sim/pages/html.h"
+#include "sim/pages/pictures.h"
 #include "sim/pages/run_data.h"
+#include "sim/pages/settings.h"
 #include "sim/scenario/options.h"
 
 namespace sim::pages {

@@ -124,8 +124,7 @@ void LiveView::end(const std::string& how) {
 
 std::string LiveView::rig_reading(std::size_t sensor, std::size_t number) const {
   for (const auto& [shown, readings] : rig_.shown)
-    if (shown == number && readings[sensor] && begun_)
-      return pages::sent(*readings[sensor], setup_.rig.at(sensor));
+    if (shown == number && readings[sensor] && begun_) return sent(*readings[sensor], setup_.rig.at(sensor));
   return "";
 }
 

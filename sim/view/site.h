@@ -8,9 +8,11 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "sim/pages/html.h"
+#include "sim/pages/pictures.h"
 #include "sim/pages/run_data.h"
 #include "sim/recording/recording.h"
 #include "sim/scenario/scenario.h"
+#include "sim/view/messages.h"
 #include "sim/view/server.h"
 #include "slam/options.h"
 
@@ -84,8 +86,6 @@ Resource bytes_resource(std::string bytes);
 /// head camera. reading: returns what the page shows, or "".
 void add_rig(Site& site, std::size_t sensors, std::size_t run,
              const std::function<std::string(std::size_t sensor, std::size_t number)>& reading);
-
-using pages::FootPlace, pages::Frame;
 
 /// The force on a foot: position (m, W) and yaw of its sole point; force and torque in the sole's axes.
 struct SoleForce {

@@ -211,98 +211,79 @@ function hider(key, role, text, path) {
   return own;
 }
 
+/// The range of all finite values, with a margin.
+function rangeOf(columns, more = []) {
+  let low = Math.min(...more),
+    high = Math.max(...more);
+  for (const column of columns) {
+    for (const v of column.filter(Number.isFinite)) {
+      if (v < low) low = v;
+      if (v > high) high = v;
+    }
+  }
+  if (low > high) [low, high] = [0, 1];
+  const margin = kMargin * (high - low || Math.abs(high) || 1);
+  return [low - margin, high + margin];
+}
+
+/// The path of a line or a band. at(x, y): its pixel.
+function pathOfPart({x, y, low, high, role, dots, thin}, at) {
+  if (!y) return svgElement('path', {class: `fill envelope ${role}`, d: areaOf(x, low, high, at)});
+  const kind = dots ? 'dots' : thin ? 'line thin' : 'line';
+  return svgElement('path', {class: `${kind} ${role}`, d: (dots ? dotsOf : pathOf)(x, y, at)});
+}
+
+/// An empty drawing with its axes as attributes for Figure, and an inner one that clips the lines.
+function frameOf(title, overTime, width, height, [x, y]) {
+  const place = {x: kLeft, y: kTop, width: width - kLeft - kRight, height: height - kTop - kBottom};
+  const attributes = {'data-x': x, 'data-y': y, 'data-over-time': overTime ? 'yes' : 'no'};
+  const svg = svgElement('svg', {
+    viewBox: `0 0 ${width} ${height}`,
+    role: 'img',
+    'aria-label': title,
+    ...attributes
+  });
+  const viewBox = Object.values(place).join(' ');
+  const data = svgElement('svg', {class: 'data', ...place, viewBox, preserveAspectRatio: 'none'});
+  svg.append(svgElement('g', {class: 'ticks'}), data, svgElement('rect', {class: 'frame', ...place}));
+  return {svg, data};
+}
+
 /// Draws a figure. overTime: x is time. lines: [{name, role, x, y, thin, dots}]; bands: [{name, role, x, low,
 /// high}]; levels: values of y; marks: [{t, text}]; zero: include 0 on the y axis.
-export function drawn({
-  name,
-  title,
-  lines,
-  bands = [],
-  levels = [],
-  marks = [],
-  zero = false,
-  overTime = true,
-  width = 400,
-  height = 150
-}) {
-  const rangeOf = (columns, more = []) => {
-    let [low, high] = [Math.min(...more), Math.max(...more)];
-    for (const column of columns)
-      for (const v of column)
-        if (Number.isFinite(v)) {
-          if (v < low) low = v;
-          if (v > high) high = v;
-        }
-    if (!(low <= high)) [low, high] = [0, 1];
-    const margin = kMargin * (high - low || Math.abs(high) || 1);
-    return [low - margin, high + margin];
-  };
-  const axisOf = ([low, high], begin, end) => `${low} ${high} ${begin} ${end} 0`,
-    from = lines.map(({x}) => x);
-  const place = {x: kLeft, y: kTop, width: width - kLeft - kRight, height: height - kTop - kBottom};
+export function drawn({name, title, lines, bands = [], levels = [], marks = [], ...more}) {
+  const {zero = false, overTime = true, width = 400, height = 150} = more;
+  const columns = [...lines.map(({y}) => y), ...bands.flatMap(({low, high}) => [low, high])];
   const texts = [
-    axisOf(rangeOf(from), kLeft, width - kRight),
-    axisOf(
-      rangeOf(
-        [...lines.map(({y}) => y), ...bands.flatMap(({low, high}) => [low, high])],
-        [...levels, ...(zero ? [0] : [])]
-      ),
-      height - kBottom,
-      kTop
-    )
+    `${rangeOf(lines.map(({x}) => x)).join(' ')} ${kLeft} ${width - kRight} 0`,
+    `${rangeOf(columns, zero ? [0, ...levels] : levels).join(' ')} ${height - kBottom} ${kTop} 0`
   ];
   const [x, y] = texts.map((text) => new Axis(text)),
     at = (a, b) => [x.at(a), y.at(b)];
-  const svg = svgElement('svg', {
-    viewBox: `0 0 ${width} ${height}`,
-    'data-x': texts[0],
-    'data-y': texts[1],
-    'data-over-time': overTime ? 'yes' : 'no',
-    role: 'img',
-    'aria-label': title
-  });
-  const data = svgElement('svg', {
-    class: 'data',
-    ...place,
-    viewBox: Object.values(place).join(' '),
-    preserveAspectRatio: 'none'
-  });
-  const ys = ticks(y.low, y.high, 6).flatMap((v) =>
-    gridLine(v, `M${x.begin} ${y.at(v)}H${x.end}`, {x: x.begin - 5, y: y.at(v) + 4, 'text-anchor': 'end'})
-  );
+  const {svg, data} = frameOf(title, overTime, width, height, texts);
+  for (const v of ticks(y.low, y.high, 6)) {
+    const place = {x: x.begin - 5, y: y.at(v) + 4, 'text-anchor': 'end'};
+    data.before(...gridLine(v, `M${x.begin} ${y.at(v)}H${x.end}`, place));
+  }
   const level = (d, text) => svgElement('path', {class: 'level', d}, svgElement('title', {}, String(text)));
-  const paths = new Map([
-    ...bands.map((band) => [
-      band,
-      svgElement('path', {class: `fill envelope ${band.role}`, d: areaOf(band.x, band.low, band.high, at)})
-    ]),
-    ...lines.map((line) => [
-      line,
-      svgElement('path', {
-        class: `${line.dots ? 'dots' : line.thin ? 'line thin' : 'line'} ${line.role}`,
-        d: (line.dots ? dotsOf : pathOf)(line.x, line.y, at)
-      })
-    ])
-  ]);
+  const parts = [...lines, ...bands],
+    paths = new Map(parts.map((part) => [part, pathOfPart(part, at)]));
   data.append(
     ...bands.map((band) => paths.get(band)),
     ...levels.map((v) => level(`M${x.begin} ${y.at(v)}H${x.end}`, v)),
     ...marks.map(({t, text}) => level(`M${x.at(t)} ${y.begin}V${y.end}`, text)),
     ...lines.map((line) => paths.get(line))
   );
-  svg.append(svgElement('g', {class: 'ticks'}), ...ys, data, svgElement('rect', {class: 'frame', ...place}));
-  const named = [...lines, ...bands].filter((part) => part.name);
-  const legend = named.flatMap((part) => [
-    hider(`${name}/${part.name}`, part.role, `${part.name} `, paths.get(part)),
-    ' '
-  ]);
+  const named = parts.filter((part) => part.name);
+  const buttonOf = (part) => hider(`${name}/${part.name}`, part.role, `${part.name} `, paths.get(part));
+  const legend = named.flatMap((part) => [buttonOf(part), ' ']);
   const holder = element(
     'figure',
     {'data-figure': name},
     element('figcaption', {}, title),
+    svg,
     element('p', {class: 'legend'}, element('span', {class: 'at'}), ' ', legend)
   );
-  holder.querySelector('figcaption').after(svg);
   const figure = new Figure(
     holder,
     named.map((part) => (part.y ? [part.x, part.y] : [part.x, part.low, part.high]))

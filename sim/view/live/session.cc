@@ -53,7 +53,7 @@ Model model_of(const std::shared_ptr<camera::PosedRobot>& robot, std::uint64_t s
       put(numbers, *part);
     put(numbers, piece.indices);
   }
-  Model model{pages::with_length(files::json_text(list)) + numbers};
+  Model model{with_length(files::json_text(list)) + numbers};
   model.pictures = [robot, seed] {
     std::vector<std::string> all;
     for (const cv::Mat3b& picture : robot->pictures(seed, kLargestPicture_px))
