@@ -13,11 +13,10 @@ const rules = {
   'no-console': 'off'
 };
 
+// Tests contain functions that run in the page.
+const inTests = {...globals.node, ...globals.browser, gaitslamPage: 'readonly'};
+
 module.exports = [
   {files: ['sim/**/*.js'], languageOptions: {globals: globals.browser}, rules},
-  {
-    files: ['tests/**/*.cjs'],
-    languageOptions: {sourceType: 'commonjs', globals: {...globals.node, OffscreenCanvas: 'readonly'}},
-    rules
-  }
+  {files: ['tests/**/*.cjs'], languageOptions: {sourceType: 'commonjs', globals: inTests}, rules}
 ];

@@ -2,6 +2,8 @@
 const {spawn} = require('child_process');
 const fs = require('fs');
 
+const kLongest_ms = 120000;
+
 // Commands go through a pipe as JSON messages, each ending with a zero byte.
 class Browser {
   constructor(profile) {
@@ -63,33 +65,30 @@ class Browser {
     this.session = (await this.send('Target.attachToTarget', {targetId, flatten: true})).sessionId;
     await this.send('Runtime.enable');
     await this.send('Log.enable');
-    await this.send('Emulation.setDeviceMetricsOverride', {
-      width,
-      height,
-      deviceScaleFactor: 1,
-      mobile: false
-    });
+    await this.resize(width, height);
     await this.send('Emulation.setEmulatedMedia', {features: [{name: 'prefers-color-scheme', value: theme}]});
     await this.send('Page.navigate', {url});
-    await this.until(ready);
+    await this.when(ready);
   }
 
-  async value(expression, awaitPromise = false) {
-    const {result, exceptionDetails} = await this.send('Runtime.evaluate', {
-      expression,
-      returnByValue: true,
-      awaitPromise
-    });
+  async value(expression) {
+    const request = {expression, returnByValue: true, awaitPromise: true};
+    const {result, exceptionDetails} = await this.send('Runtime.evaluate', request);
     if (exceptionDetails) throw new Error(exceptionDetails.exception.description);
     return result.value;
   }
 
-  async until(expression, ms = 120000) {
-    for (const end = Date.now() + ms; Date.now() < end; await this.rest(20))
-      if (await this.value(expression)) return;
-    throw new Error(
-      `never came true: ${expression}; the page said: ${this.said.join('; ')}; ${await this.value('document.body.innerText.slice(0, 400)')}`
-    );
+  /// The value of a function that runs in the page.
+  call(action, ...values) {
+    return this.value(`(${action})(${values.map((value) => JSON.stringify(value)).join()})`);
+  }
+
+  /// Waits until a function in the page returns true.
+  async when(condition, ...values) {
+    for (const end = Date.now() + kLongest_ms; Date.now() < end; await this.rest(20))
+      if (await this.call(condition, ...values)) return;
+    const text = await this.value('document.body.innerText.slice(0, 400)');
+    throw new Error(`never came true: ${condition}; the page said: ${this.said.join('; ')}; ${text}`);
   }
 
   rest(ms) {
@@ -126,13 +125,13 @@ class Browser {
     return found;
   }
 
+  resize(width, height) {
+    const metrics = {width, height, deviceScaleFactor: 1, mobile: false};
+    return this.send('Emulation.setDeviceMetricsOverride', metrics);
+  }
+
   async phoneWidth(width = 400) {
-    await this.send('Emulation.setDeviceMetricsOverride', {
-      width,
-      height: 800,
-      deviceScaleFactor: 1,
-      mobile: false
-    });
+    await this.resize(width, 800);
     await this.rest(500);
     return this.value('document.documentElement.scrollWidth');
   }
