@@ -2,15 +2,6 @@
 add_library(gaitslam_options INTERFACE)
 target_include_directories(gaitslam_options INTERFACE ${PROJECT_SOURCE_DIR})
 
-if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  # In a unity build, -Wsubobject-linkage mistakes the sources' anonymous namespaces for a header's. The others are false alarms
-  # about std::string in GCC 12 (GCC bugs 105329 and 105651) that depend on the length of a literal, such as the checkout's
-  # path; the address sanitizer covers what they would find.
-  foreach(false_alarm subobject-linkage array-bounds restrict stringop-overflow stringop-overread)
-    target_compile_options(gaitslam_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-${false_alarm}>)
-  endforeach()
-endif()
-
 # One instruction set and no implicit fused multiply-add, so that every such machine computes the same bits.
 if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64")
   target_compile_options(gaitslam_options INTERFACE -march=x86-64-v3)
@@ -20,13 +11,8 @@ target_compile_options(gaitslam_options INTERFACE -ffp-contract=off -Wall -Wextr
 # Eigen's products keep workspaces of up to this size on the stack, so that a filter step does not touch the heap.
 target_compile_definitions(gaitslam_options INTERFACE EIGEN_STACK_ALLOCATION_LIMIT=1048576)
 
-if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  # With a smaller heap, a tenth of the compile time would be spent on garbage collection.
-  target_compile_options(gaitslam_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:--param=ggc-min-heapsize=524288>)
-else()
-  # Without it, a compiler cache cannot reuse what was compiled with a precompiled header.
-  target_compile_options(gaitslam_options INTERFACE "SHELL:-Xclang -fno-pch-timestamp")
-endif()
+# Without it, a compiler cache cannot reuse what was compiled with a precompiled header.
+target_compile_options(gaitslam_options INTERFACE "SHELL:-Xclang -fno-pch-timestamp")
 find_program(GAITSLAM_GOLD ld.gold)  # links in a quarter of the time
 if(GAITSLAM_GOLD)
   target_link_options(gaitslam_options INTERFACE -fuse-ld=gold)
@@ -56,4 +42,4 @@ endif()
 add_library(gaitslam_quick_build INTERFACE)
 target_link_libraries(gaitslam_quick_build INTERFACE gaitslam_options)
 target_compile_options(gaitslam_quick_build INTERFACE
-  $<$<CONFIG:Release>:-O1> $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)  # false alarms with -O1
+  $<$<CONFIG:Release>:-O1>)

@@ -177,9 +177,9 @@ std::optional<Detection> detection(const cv::Mat& image, const InView& seen, con
 /// The places in the image where landmarks may be, at most two for each landmark.
 std::vector<Detection> detect(const cv::Mat& image, std::vector<InView> seen, const State& state,
                               const Camera& camera) {
-  std::stable_sort(seen.begin(), seen.end(), [](const InView& a, const InView& b) {
-    return a.landmark->successes > b.landmark->successes;
-  });
+  // Not std::stable_sort: its buffer is not aligned for Eigen's matrices.
+  std::ranges::sort(seen, {},
+                    [](const InView& v) { return std::pair(-v.landmark->successes, v.landmark->id); });
   if (seen.size() > kMostTemplates) seen.resize(kMostTemplates, seen.front());
   if (seen.size() < kLeastRecognized) return {};
   const Places places = textured_places(image);

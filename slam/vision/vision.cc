@@ -179,9 +179,9 @@ void Vision::set_aside(const std::vector<Landmark>& landmarks, Stamp t, const St
 /// the fewest misses are kept, so that failures rotate them.
 void Vision::keep_least_missed(const std::vector<Landmark>& landmarks, Stamp before) {
   std::erase_if(candidates_, [&](const Candidate& c) { return landmarks[c.index].initialized >= before; });
-  std::stable_sort(candidates_.begin(), candidates_.end(), [&](const Candidate& a, const Candidate& b) {
-    return landmarks[a.index].misses < landmarks[b.index].misses;
-  });
+  // Not std::stable_sort: its buffer is not aligned for Eigen's matrices.
+  std::ranges::sort(candidates_, {},
+                    [&](const Candidate& c) { return std::pair(landmarks[c.index].misses, c.index); });
   const auto most = static_cast<std::size_t>(most_measured_);
   if (candidates_.size() > most) candidates_.resize(most, candidates_.front());
 }
