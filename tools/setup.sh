@@ -1,4 +1,4 @@
-# Sourced by tools/gaitslam, tools/test.sh and .ci/run. Installs missing packages and builds; $root is the project folder.
+# Sourced by tools/gaitslam, tools/test.sh and .ci/*. Installs missing packages and builds; $root is the project folder.
 # All output goes to stderr.
 
 say() { echo "gaitslam: $*" >&2; }
@@ -53,10 +53,10 @@ build() {
   mkdir -p "$folder" || { say "$folder cannot be written"; exit 2; }
   exec 9>"$folder/.lock"
   flock 9  # one build at a time per folder
-  if [ ! -f "$folder/build.ninja" ]; then
+  if [ ! -f "$folder/build.ninja" ] || [ "$root/CMakePresets.json" -nt "$folder/build.ninja" ]; then  # new compiler?
     say "building in build/$1 (the first build takes a few minutes)"
     if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER=ccache; fi
-    (cd "$root" && cmake --preset "$1" >"$folder/configure.log" 2>&1) || {
+    (cd "$root" && cmake --fresh --preset "$1" >"$folder/configure.log" 2>&1) || {
       cat "$folder/configure.log" >&2
       rm -f "$folder/build.ninja"
       say "configuring failed"
