@@ -58,12 +58,13 @@ std::string attributes(const Eigen::Isometry3d& X) {
 std::string visuals(const mjModel& model, int geom) {
   const mjtNum* const size = model.geom_size + 3 * geom;
   const Eigen::Isometry3d X = pose_in_body(model, geom);
-  const Eigen::Vector3f rgb = paint_of(model, geom).rgb;
+  const Paint paint = paint_of(model, geom);
   const auto visual = [&](double z, const std::string& shape) {
     return fmt::format(
         "    <visual><origin {}/><geometry><{}/></geometry>"
-        "<material name=\"\"><color rgba=\"{:.3g} {:.3g} {:.3g} 1\"/></material></visual>\n",
-        attributes(X * Eigen::Translation3d(0, 0, z)), shape, rgb.x(), rgb.y(), rgb.z());
+        "<material name=\"\"><color rgba=\"{:.3g} {:.3g} {:.3g} {:.3g}\"/></material></visual>\n",
+        attributes(X * Eigen::Translation3d(0, 0, z)), shape, paint.rgb.x(), paint.rgb.y(), paint.rgb.z(),
+        paint.alpha);
   };
   const auto sphere = [&](double z, double radius) {
     return visual(z, fmt::format("sphere radius=\"{:.9g}\"", radius));

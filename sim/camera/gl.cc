@@ -196,11 +196,21 @@ void Renderer::set_view(const cv::Rect& viewport, const Eigen::Matrix4f& clip_fr
   }
 }
 
-void Renderer::draw(std::span<const std::uint32_t> indices, unsigned texture) {
+void Renderer::draw(std::span<const std::uint32_t> indices, unsigned texture, float alpha) {
   if (indices.empty()) return;
+  if (alpha < 1) {
+    GL(glEnable)(GL_BLEND);
+    GL(glBlendColor)(0, 0, 0, alpha);
+    GL(glBlendFunc)(GL_CONSTANT_ALPHA, GL_ONE_MINUS_CONSTANT_ALPHA);
+    GL(glDepthMask)(GL_FALSE);
+  }
   GL(glUseProgram)(texture ? textured_ : plain_);
   if (texture) GL(glBindTexture)(GL_TEXTURE_2D, texture);
   GL(glDrawElements)(GL_TRIANGLES, GLsizei(indices.size()), GL_UNSIGNED_INT, indices.data());
+  if (alpha < 1) {
+    GL(glDisable)(GL_BLEND);
+    GL(glDepthMask)(GL_TRUE);
+  }
 }
 
 cv::Mat Renderer::read() const {

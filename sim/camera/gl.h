@@ -61,8 +61,9 @@ class Renderer {
   void clear();
   /// Sets the viewport of the next triangles, and the transformation of their points to clip coordinates.
   void set_view(const cv::Rect& viewport, const Eigen::Matrix4f& clip_from_points);
-  /// Draws triangles, three indices for each; texture 0: none.
-  void draw(std::span<const std::uint32_t> indices, unsigned texture);
+  /// Draws triangles, three indices for each; texture 0: none. With alpha below 1, they are blended into what
+  /// was drawn before and leave its depth.
+  void draw(std::span<const std::uint32_t> indices, unsigned texture, float alpha = 1);
   /// Returns the picture: CV_8UC1 or CV_8UC3 (RGB).
   cv::Mat read() const;
   /// Returns the depth buffer: 0 at the near plane, 1 at the far plane and for pixels without a surface.

@@ -73,7 +73,8 @@ Lidar::Lidar(physics::Model robot_in_room, const physics::Place& place, const ri
       options_(options),
       pictures_(std::size_t(model_->ntex)) {
   for (int geom = 0; geom < model_->ngeom; ++geom) {
-    if (!is_drawn(*model_, geom) || model_->geom_bodyid[geom] == place.body) continue;
+    if (!is_drawn(*model_, geom) || is_glass(*model_, geom) || model_->geom_bodyid[geom] == place.body)
+      continue;
     shapes_.push_back(geom);
     const int texture = texture_of(*model_, geom);
     if (texture < 0 || !pictures_[std::size_t(texture)].empty()) continue;
@@ -89,10 +90,9 @@ Lidar::Lidar(physics::Model robot_in_room, const physics::Place& place, const ri
 
 void Lidar::set_box(Eigen::Index shape) {
   const int geom = shapes_[std::size_t(shape)];
-  const Eigen::Isometry3d X_WG = geom_pose(*data_, geom);
-  const Eigen::Vector3d half = X_WG.linear().cwiseAbs() * physics::half_extents(*model_, geom);
-  lower_.row(shape) = (X_WG.translation() - half).cast<float>().array() - kBoxMargin;
-  upper_.row(shape) = (X_WG.translation() + half).cast<float>().array() + kBoxMargin;
+  const Eigen::AlignedBox3d box = physics::box_around(*model_, *data_, geom);
+  lower_.row(shape) = box.min().cast<float>().array() - kBoxMargin;
+  upper_.row(shape) = box.max().cast<float>().array() + kBoxMargin;
 }
 
 // Computes all places at that time, and returns X_WS.
@@ -118,13 +118,7 @@ Lidar::Hit Lidar::cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& alo
   for (Eigen::Index shape = 0; shape < enters_.size(); ++shape) {
     if (enters_[shape] > leaves_[shape] || enters_[shape] > first.distance) continue;
     const int geom = shapes_[std::size_t(shape)];
-    const double found =
-        model_->geom_type[geom] == mjGEOM_MESH
-            ? mj_rayMesh(model_.get(), data_.get(), geom, origin.data(), along.data())
-        : model_->geom_type[geom] == mjGEOM_HFIELD
-            ? mj_rayHfield(model_.get(), data_.get(), geom, origin.data(), along.data())
-            : mju_rayGeom(data_->geom_xpos + 3 * geom, data_->geom_xmat + 9 * geom,
-                          model_->geom_size + 3 * geom, origin.data(), along.data(), model_->geom_type[geom]);
+    const double found = physics::ray_distance(*model_, *data_, geom, origin, along);
     if (found >= 0 && found < first.distance) first = {geom, found};
   }
   return first;

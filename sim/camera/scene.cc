@@ -125,7 +125,8 @@ std::vector<Scene::Seen> Scene::seen_by(const Pinhole& view, const Eigen::Isomet
   return seen;
 }
 
-// Draws plain surfaces in one call: most near surfaces are plain, and hidden ones cost little.
+// Draws plain surfaces in one call: most near surfaces are plain, and hidden ones cost little. As in MuJoCo,
+// glass comes last, from far to near by the nearest points of boxes around it.
 void Scene::draw_view(std::size_t view, const Eigen::Isometry3f& X_VW, const std::vector<Seen>& seen) {
   const Pinhole& pinhole = views_[view];
   const cv::Rect viewport(pinhole.first_column, 0, pinhole.width_px, pinhole.height_px);
@@ -133,11 +134,20 @@ void Scene::draw_view(std::size_t view, const Eigen::Isometry3f& X_VW, const std
   renderer_.draw(masks_[view], 0);
   renderer_.set_view(viewport, clip_from_view(pinhole) * X_VW.matrix());
   std::vector<std::uint32_t> plain;
+  std::vector<const Piece*> glass;
   for (const auto& [piece, depth] : seen)
-    if (!piece->texture) plain.insert(plain.end(), piece->mesh.indices.begin(), piece->mesh.indices.end());
+    if (piece->paint.alpha < 1)
+      glass.push_back(piece);
+    else if (!piece->texture)
+      plain.insert(plain.end(), piece->mesh.indices.begin(), piece->mesh.indices.end());
   renderer_.draw(plain, 0);
   for (const auto& [piece, depth] : seen)
-    if (piece->texture) renderer_.draw(piece->mesh.indices, piece->texture);
+    if (piece->texture && piece->paint.alpha >= 1) renderer_.draw(piece->mesh.indices, piece->texture);
+  std::ranges::stable_sort(glass, std::ranges::greater{}, [&](const Piece* piece) {
+    const Eigen::Vector3f p_GV = (X_VW * piece->X_WG).inverse().translation();
+    return (p_GV.cwiseAbs() - piece->half).cwiseMax(0).norm();
+  });
+  for (const Piece* piece : glass) renderer_.draw(piece->mesh.indices, piece->texture, piece->paint.alpha);
 }
 
 cv::Mat Scene::draw(const mjData& data, const Eigen::Isometry3d& X_WC, float light) {
@@ -174,7 +184,8 @@ DepthPicture Scene::read_depth() {
     renderer_.set_view({pinhole.first_column, 0, pinhole.width_px, pinhole.height_px},
                        clip_from_view(pinhole) * X_VW_[view].matrix());
     for (const auto& [piece, unused] : seen_[view])
-      if (!returns_light(model_, piece->geom)) renderer_.draw(piece->mesh.indices, 0);
+      if (piece->paint.alpha >= 1 && !returns_light(model_, piece->geom))
+        renderer_.draw(piece->mesh.indices, 0);
   }
   depth.marks = renderer_.read();
   renderer_.end_marks();

@@ -18,8 +18,9 @@ struct DepthPicture {
 };
 
 /// Draws the geoms of a model's groups 0 and 1, and of group 2 (the head) on request, with textures painted
-/// from a seed. Anything not fully transparent is drawn solid. Owns an OpenGL context of its thread. Lighting
-/// does not depend on the camera: it is computed once for everything that never moves.
+/// from a seed. Glass (alpha below 1) is blended over what is behind it, and depth passes through. Owns an
+/// OpenGL context of its thread. Lighting does not depend on the camera: it is computed once for everything
+/// that never moves.
 class Scene {
  public:
   /// A picture shows all `views` side by side. shares: a scene with the same model, seed and channels, whose

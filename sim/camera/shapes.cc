@@ -227,10 +227,10 @@ Vector2f picture_point(const mjModel& model, int geom, const Vector3f& p) {
 }
 
 bool is_drawn(const mjModel& model, int geom, Robot robot) {
-  const int material = model.geom_matid[geom];
-  const float alpha = material < 0 ? model.geom_rgba[4 * geom + 3] : model.mat_rgba[4 * material + 3];
-  return alpha > 0 && model.geom_group[geom] <= (robot == Robot::whole ? 2 : 1);
+  return paint_of(model, geom).alpha > 0 && model.geom_group[geom] <= (robot == Robot::whole ? 2 : 1);
 }
+
+bool is_glass(const mjModel& model, int geom) { return paint_of(model, geom).alpha < 1; }
 
 int texture_of(const mjModel& model, int geom) {
   const int material = model.geom_matid[geom], texture = material < 0 ? -1 : model.mat_texid[material];
@@ -247,9 +247,10 @@ bool returns_light(const mjModel& model, int geom) {
 Paint paint_of(const mjModel& model, int geom) {
   const int material = model.geom_matid[geom];
   const float* const color = model.geom_rgba + 4 * geom;
-  if (material < 0) return {rgb(color), 0};
+  if (material < 0) return {rgb(color), 0, color[3]};
   const bool own = !std::ranges::equal(std::span(color, 4), std::array{0.5f, 0.5f, 0.5f, 1.0f});
-  return {rgb(own ? color : model.mat_rgba + 4 * material), model.mat_emission[material]};
+  const float* const shown = own ? color : model.mat_rgba + 4 * material;
+  return {rgb(shown), model.mat_emission[material], shown[3]};
 }
 
 Lamps::Lamps(const mjModel& model) : ambient_(Vector3f::Zero()) {
@@ -292,7 +293,7 @@ std::vector<score::Surface> room_surfaces(const mjModel& model) {
   const physics::Data data = data_at_rest(model);
   std::vector<score::Surface> surfaces;
   for (int geom = 0; geom < model.ngeom; ++geom)
-    if (!moves(model, geom) && model.geom_group[geom] == 0)
+    if (!moves(model, geom) && model.geom_group[geom] == 0 && !is_glass(model, geom))
       has_triangles(model, geom) ? add_triangles(surfaces, model, *data, geom)
                                  : surfaces.push_back(primitive(model, *data, geom));
   return surfaces;

@@ -39,8 +39,11 @@ Eigen::Vector2f picture_point(const mjModel& model, int geom, const Eigen::Vecto
 /// Parts of a robot to draw: the head camera does not see the head around it.
 enum class Robot { without_head, whole };
 
-/// Returns whether a geom is drawn: groups 0, 1, and 2 (the head) of a whole robot, unless transparent.
+/// Returns whether a geom is drawn: groups 0, 1, and 2 (the head) of a whole robot, unless its alpha is 0.
 bool is_drawn(const mjModel& model, int geom, Robot robot = Robot::whole);
+
+/// Returns whether light passes through a geom: its alpha is below 1.
+bool is_glass(const mjModel& model, int geom);
 
 /// Returns whether a geom belongs to the robot, not to the room.
 inline bool moves(const mjModel& model, int geom) { return model.body_weldid[model.geom_bodyid[geom]] != 0; }
@@ -52,10 +55,11 @@ int texture_of(const mjModel& model, int geom);
 /// by the names of their materials.
 bool returns_light(const mjModel& model, int geom);
 
-/// Color of a surface in full white light, and its emission relative to that.
+/// Color of a surface in full white light, its emission relative to that, and its opacity.
 struct Paint {
   Eigen::Vector3f rgb;  ///< 0-1
   float emission = 0;
+  float alpha = 1;
 };
 
 /// Returns the paint of a geom: its own color or that of its material.
@@ -82,7 +86,7 @@ class Lamps {
 /// Throws std::invalid_argument that names the geom if the model contains something that cannot be drawn.
 void require_drawable(const mjModel& model);
 
-/// Returns all surfaces of the model that are drawn and never move: the room without the robot. Throws
+/// Returns all opaque surfaces of the model that never move: the room without the robot. Throws
 /// std::invalid_argument for an infinite plane. Meshes and height fields become triangles.
 std::vector<score::Surface> room_surfaces(const mjModel& model);
 

@@ -63,7 +63,7 @@ void bake_shadows(cv::Mat3b picture, const mjModel& model, const mjData& data, i
   const Eigen::Vector2d half(model.geom_size[3 * plane], model.geom_size[3 * plane + 1]);
   cv::Mat1f light(int(2 * half.y() / kCell), int(2 * half.x() / kCell), 1.0f);
   for (int geom = 0; geom < model.ngeom; ++geom) {
-    if (geom == plane || moves(model, geom)) continue;
+    if (geom == plane || moves(model, geom) || is_glass(model, geom)) continue;
     const Neighbor shape = neighbor(model, data, plane, geom);
     const bool shell = shape.half.maxCoeff() > kLarge;
     const bool part_of_plane = model.geom_type[geom] == mjGEOM_PLANE && std::abs(shape.gap) < kFlush;

@@ -17,12 +17,6 @@ constexpr double kFloor = 0.01;  // m: anything lower is part of the floor, such
 constexpr double kSheet = 0.02;  // m, thickness of a plane; the furniture behind a picture is thicker
 constexpr int kContacts = 1000;
 
-Eigen::AlignedBox3d box_around(const mjModel& model, const mjData& data, int geom) {
-  const Eigen::Isometry3d X_WG = geom_pose(data, geom);
-  const Eigen::Vector3d half = X_WG.linear().cwiseAbs() * half_extents(model, geom);
-  return {X_WG.translation() - half, X_WG.translation() + half};
-}
-
 // MuJoCo's planes fill the half-space behind them; this one becomes as large as it is drawn.
 void make_sheet(mjModel& model, int geom) {
   const Eigen::Vector3d half = half_extents(model, geom) + Eigen::Vector3d(0, 0, kSheet / 2);

@@ -25,15 +25,10 @@ Floor::Floor(const mjModel& on_floor) : model_(on_floor) {
 }
 
 std::optional<FloorPoint> Floor::at(const mjData& data, const Eigen::Vector2d& p_W) const {
-  const mjtNum from[3] = {p_W.x(), p_W.y(), kAbove}, down[3] = {0, 0, -1};
+  const Eigen::Vector3d from(p_W.x(), p_W.y(), kAbove), down(0, 0, -1);
   std::optional<FloorPoint> highest;
   for (const int geom : geoms_) {
-    const int type = model_.geom_type[geom];
-    const double distance = type == mjGEOM_HFIELD ? mj_rayHfield(&model_, &data, geom, from, down)
-                            : type == mjGEOM_MESH
-                                ? mj_rayMesh(&model_, &data, geom, from, down)
-                                : mju_rayGeom(data.geom_xpos + 3 * geom, data.geom_xmat + 9 * geom,
-                                              model_.geom_size + 3 * geom, from, down, type);
+    const double distance = ray_distance(model_, data, geom, from, down);
     if (distance >= 0 && (!highest || kAbove - distance > highest->z)) highest = {kAbove - distance, geom};
   }
   return highest;

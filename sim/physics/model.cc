@@ -185,17 +185,41 @@ Eigen::Vector3d half_extents(const mjModel& model, int geom) {
   switch (model.geom_type[geom]) {
     case mjGEOM_PLANE:
       return {size.x() > 0 ? size.x() : kEndless, size.y() > 0 ? size.y() : kEndless, 0};
-    case mjGEOM_BOX:
-    case mjGEOM_MESH:
-    case mjGEOM_ELLIPSOID:
-      return size;
+    case mjGEOM_SPHERE:
+      return Eigen::Vector3d::Constant(size.x());
     case mjGEOM_CAPSULE:
       return {size.x(), size.x(), size.x() + size.y()};
     case mjGEOM_CYLINDER:
       return {size.x(), size.x(), size.y()};
     default:
-      return Eigen::Vector3d::Constant(model.geom_rbound[geom]);
+      return size;
   }
+}
+
+namespace {
+
+// Only a height field is not centered: its base goes down and its hills go up.
+Eigen::AlignedBox3d box_of(const mjModel& model, int geom) {
+  const Eigen::Vector3d half = half_extents(model, geom);
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  if (model.geom_type[geom] == mjGEOM_HFIELD)
+    middle.z() = model.hfield_size[4 * model.geom_dataid[geom] + 2] - half.z();
+  return {middle - half, middle + half};
+}
+
+}  // namespace
+
+Eigen::AlignedBox3d box_around(const mjModel& model, const mjData& data, int geom) {
+  return box_of(model, geom).transformed(geom_pose(data, geom));
+}
+
+double ray_distance(const mjModel& model, const mjData& data, int geom, const Eigen::Vector3d& from,
+                    const Eigen::Vector3d& along) {
+  const int type = model.geom_type[geom];
+  if (type == mjGEOM_HFIELD) return mj_rayHfield(&model, &data, geom, from.data(), along.data());
+  if (type == mjGEOM_MESH) return mj_rayMesh(&model, &data, geom, from.data(), along.data());
+  return mju_rayGeom(data.geom_xpos + 3 * geom, data.geom_xmat + 9 * geom, model.geom_size + 3 * geom,
+                     from.data(), along.data(), type);
 }
 
 std::vector<Eigen::Vector3d> corners(const mjModel& model, const mjData& data, int geom,
@@ -210,10 +234,8 @@ std::vector<Eigen::Vector3d> corners(const mjModel& model, const mjData& data, i
     return all;
   }
   if (model.geom_type[geom] == mjGEOM_SPHERE) X_geom.linear().setIdentity();
-  const Eigen::Vector3d half = half_extents(model, geom);
-  for (const double z : {-half.z(), half.z()})
-    for (const double y : {-half.y(), half.y()})
-      for (const double x : {-half.x(), half.x()}) all.push_back(X_geom * Eigen::Vector3d(x, y, z));
+  const Eigen::AlignedBox3d box = box_of(model, geom);
+  for (int i = 0; i < 8; ++i) all.push_back(X_geom * box.corner(Eigen::AlignedBox3d::CornerType(i)));
   return all;
 }
 

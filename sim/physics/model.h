@@ -60,6 +60,11 @@ inline Eigen::Isometry3d turned_pose_in(const double* p, const double* q) {
 Eigen::Isometry3d geom_pose(const mjData_& data, int geom);
 /// Returns half the size of a geom along its own axes (m), or slightly more.
 Eigen::Vector3d half_extents(const mjModel_& model, int geom);
+/// Returns a box around a geom with the axes of W. Positions must have been computed.
+Eigen::AlignedBox3d box_around(const mjModel_& model, const mjData_& data, int geom);
+/// Returns the distance along a ray from a point to a geom (m, both in W), or a negative number.
+double ray_distance(const mjModel_& model, const mjData_& data, int geom, const Eigen::Vector3d& from,
+                    const Eigen::Vector3d& along);
 /// Returns the vertices of a mesh, or the corners of a box around another shape, moved from W by X. Bits 0 to
 /// 2 of a corner's index select the side along x, y, z. The box around a sphere has the axes of the result.
 std::vector<Eigen::Vector3d> corners(const mjModel_& model, const mjData_& data, int geom,

@@ -80,28 +80,27 @@ void Soles::add_contact_forces(const mjModel& model, const mjData& data) {
 }
 
 void Soles::add_contact_forces(const mjModel& model, const mjData& data, std::size_t foot) {
-  std::array<Friction, 16> pads;
-  std::size_t n = 0;
-  for (const mjContact* c = data.contact; c < data.contact + data.ncon && n < pads.size(); ++c) {
+  std::vector<Friction> pads;
+  for (const mjContact* c = data.contact; c < data.contact + data.ncon; ++c) {
     const auto touches = [&](const Pad& pad) {
       return pad.foot == static_cast<int>(foot) && (pad.geom == c->geom1 || pad.geom == c->geom2);
     };
     const auto pad = std::find_if(pads_.begin(), pads_.end(), touches);
     if (pad == pads_.end() || c->efc_address < 0) continue;
     sum_[foot].load += data.efc_force[c->efc_address];
-    pads[n++] = friction(data, *c, pad->geom == c->geom2 ? 1 : -1);
+    pads.push_back(friction(data, *c, pad->geom == c->geom2 ? 1 : -1));
   }
-  if (n == 0) return;
+  if (pads.empty()) return;
   // The rigid motion closest to the pads' motion.
-  const double dt = model.opt.timestep, count = static_cast<double>(n);
+  const double dt = model.opt.timestep, count = static_cast<double>(pads.size());
   Eigen::Vector2d center = Eigen::Vector2d::Zero(), mean = Eigen::Vector2d::Zero();
-  for (std::size_t i = 0; i < n; ++i) {
-    center += pads[i].place / count;
-    mean += pads[i].creep_velocity / count;
+  for (const Friction& pad : pads) {
+    center += pad.place / count;
+    mean += pad.creep_velocity / count;
   }
   double turn = 0, spread = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Eigen::Vector2d r = pads[i].place - center, v = pads[i].creep_velocity;
+  for (const Friction& pad : pads) {
+    const Eigen::Vector2d r = pad.place - center, v = pad.creep_velocity;
     turn += r.x() * v.y() - r.y() * v.x();
     spread += r.squaredNorm();
   }

@@ -177,6 +177,40 @@ TEST(Lidar, ReturnsNoPointOutsideItsRange) {
   EXPECT_GT(expected, 1000u);
 }
 
+// A ridge along y, 1 m high, below the lidar.
+TEST(Lidar, SeesAHeightFieldAtItsKnownHeight) {
+  const Model model = small_model(
+      "<asset><hfield name='f' nrow='3' ncol='3' size='2 3 1 0.1'/></asset>"
+      "<worldbody><geom type='hfield' hfield='f' pos='0 0 -1.5'/></worldbody>",
+      kHead);
+  for (const int row : {0, 1, 2}) model->hfield_data[3 * row + 1] = 1;
+  const std::vector<slam::LidarPoint> points = points_among(model);
+  for (const slam::LidarPoint& p : points) ASSERT_NEAR(p.z_m, -0.5 - std::abs(p.x_m) / 2, 1e-5);
+  double furthest = 0, low = 0;
+  for (const slam::LidarPoint& p : points)
+    furthest = std::max(furthest, double(p.y_m)), low = std::min(low, double(p.z_m));
+  EXPECT_GT(points.size(), 3000u);
+  EXPECT_NEAR(furthest, 3, 0.1);
+  EXPECT_NEAR(low, -1.5, 0.05);
+}
+
+TEST(Lidar, SeesWhatIsBehindGlassOfAGeomOrAMaterial) {
+  const auto points = [](const std::string& pane) {
+    return points_among(small_model("<asset><material name='m' rgba='1 1 1 0.3'/></asset><worldbody>" + pane +
+                                        "<geom type='sphere' size='2'/></worldbody>",
+                                    kHead));
+  };
+  const std::size_t all = points("").size();
+  EXPECT_GT(all, 10'000u);
+  for (const char* paint : {"rgba='1 1 1 0.99'", "material='m'"}) {
+    const auto seen = points("<geom type='box' size='1 1 1' " + std::string(paint) + "/>");
+    EXPECT_EQ(seen.size(), all);
+    for (const slam::LidarPoint& point : seen) ASSERT_NEAR(position_of(point).norm(), 2, 1e-5);
+  }
+  for (const slam::LidarPoint& point : points("<geom type='box' size='1 1 1' rgba='1 1 1 1'/>"))
+    ASSERT_LT(position_of(point).norm(), 1.8);
+}
+
 // Normals come from neighboring points of the surfaces. A turn by a tenth of a milliradian crosses an edge
 // for only a few rays.
 TEST(Lidar, IntensityOnWhiteIsTheCosineOfTheAngleOfIncidenceOnEachShape) {

@@ -127,11 +127,11 @@ TEST(Lamps, ASurfaceIsLitByTheLampsInFrontOfIt) {
 TEST(Paint, ComesFromTheMaterialUnlessTheGeomHasItsOwnColor) {
   const Model model = small_model(
       "<asset><material name='red' rgba='1 0 0 1' emission='0.5'/></asset><worldbody>"
-      "<geom size='1' material='red'/><geom size='1' rgba='0 1 0 1'/></worldbody>");
+      "<geom size='1' material='red'/><geom size='1' material='red' rgba='0 1 0 0.5'/></worldbody>");
   EXPECT_EQ(paint_of(*model, 0).rgb, Vector3f(1, 0, 0));
   EXPECT_EQ(paint_of(*model, 0).emission, 0.5f);
   EXPECT_EQ(paint_of(*model, 1).rgb, Vector3f(0, 1, 0));
-  EXPECT_EQ(paint_of(*model, 1).emission, 0);
+  EXPECT_EQ(paint_of(*model, 1).alpha, 0.5f);
 }
 
 const Pinhole kView{240, 180, 120, -1, -0.75, 0, 0, {}};
@@ -168,6 +168,27 @@ TEST(Scene, HidesFarSurfacesBacksAndTransparentThingsAndBlackensMaskedParts) {
                                                                  : 102)
           << row << " " << column;
     }
+}
+
+// Gray 0.4 at 3 m, a pane of 0.8 and alpha 0.25 at 2 m, and one of 1.0 and alpha 0.5 at 1 m that covers the
+// left half. In the model, the nearer pane comes first.
+TEST(Scene, BlendsGlassOverWhatIsBehindItFromFarToNearAndDepthPassesThrough) {
+  const Model model = small_model(
+      "<asset><material name='half' rgba='1 1 1 0.5'/></asset>"
+      "<visual><headlight ambient='1 1 1' diffuse='0 0 0'/></visual><worldbody>"
+      "<geom type='plane' size='9 9 1' pos='1.9 9.15 1.3' xyaxes='0 -1 0 0 0 1' material='half'/>"
+      "<geom type='plane' size='9 9 1' pos='2.9 0.15 1.3' xyaxes='0 -1 0 0 0 1' rgba='0.8 0.8 0.8 0.25'/>"
+      "<geom type='plane' size='9 9 1' pos='3.9 0.15 1.3' xyaxes='0 -1 0 0 0 1' rgba='0.4 0.4 0.4 1'/>"
+      "</worldbody>");
+  Scene scene(*model, {kView}, 1, Channels::gray);
+  const cv::Mat1b picture = scene.draw(*data_at_rest(*model), looking(0));
+  const double one = 0.25 * 0.8 + 0.75 * 0.4, both = 0.5 * 1 + 0.5 * one;
+  EXPECT_NEAR(picture(90, 200), 255 * one, 1);
+  EXPECT_NEAR(picture(90, 40), 255 * both, 1);
+  const cv::Mat1f depth = scene.read_depth().inverse_depth();
+  EXPECT_NEAR(depth(90, 200), 1.0 / 3, 1e-4);
+  EXPECT_NEAR(depth(90, 40), 1.0 / 3, 1e-4);
+  EXPECT_EQ(room_surfaces(*model).size(), 1u);
 }
 
 // The color path rounds twice and the gray path once; each has eight bits for the fraction of a texel.

@@ -1,5 +1,7 @@
 #include "sim/physics/clearance.h"
 
+#include <cstring>
+
 #include "tests/sim/physics/test_worlds.h"
 #include "tests/walking/walks.h"
 
@@ -100,6 +102,67 @@ TEST(RoomClearance, ShapesWithoutContactsAreNotSolid) {
                                   "<geom name='sky' type='box' size='4 4 4' {}/></body></worldbody></mujoco>",
                                   bits));
     EXPECT_EQ(Stander((folder / "room.xml").string()).object(0, 0), *bits ? "" : "sky");
+  }
+}
+
+// A field's front face is vertical. Three columns and rows: 1 m high up to the middle, 0 at the back.
+TEST(RoomClearance, AHeightFieldIsAsSolidAsABoxWithItsFront) {
+  const TemporaryFolder folder;
+  std::string field(44, '\0');  // numbers of rows and columns, then the heights
+  const std::array<std::int32_t, 2> counts{3, 3};
+  const std::array<float, 9> heights{1, 1, 0, 1, 1, 0, 1, 1, 0};
+  std::memcpy(field.data(), counts.data(), 8);
+  std::memcpy(field.data() + 8, heights.data(), 36);
+  files::write_text(folder / "field.bin", field);
+  const auto touched_at = [&](const char* hill) {
+    files::write_text(
+        folder / "room.xml",
+        fmt::format(
+            "<mujoco><asset><hfield name='f' file='field.bin' size='1 2 1 0.1'/></asset><worldbody>"
+            "<geom name='floor' type='plane' size='9 9 1'/><geom name='hill' {}/></worldbody></mujoco>",
+            hill));
+    Stander robot((folder / "room.xml").string());
+    double x = 0;
+    while (x < 3 && !robot.at(x, 0).collision) x += 0.001;
+    EXPECT_EQ(robot.object(x, 0), "hill");
+    EXPECT_NEAR(robot.at(0, 0).distance_m, x, 0.3) << "spheres around the robot's shapes";
+    const auto plan =
+        walking::PatternGenerator(on_floor().robot, walking::walk_of({walking::Straight{3, 0}}));
+    const auto found =
+        first_collision(plan, load_model(robot_file(), (folder / "room.xml").string(), models()));
+    EXPECT_EQ(found.value().object, "hill");
+    return x;
+  };
+  const double x = touched_at("type='box' size='0.5 2 0.5' pos='2.5 0 0.5'");
+  EXPECT_NEAR(touched_at("type='hfield' hfield='f' pos='3 0 0'"), x, 0.0015);
+  EXPECT_NEAR(x, 2, 0.4);
+}
+
+TEST(BoxAround, EnclosesEachKindOfShape) {
+  using Eigen::Vector3d;
+  const struct {
+    const char* geom;
+    Vector3d low, high;
+  } shapes[] = {{"type='plane' size='1 2 1'", {-2, -1, 0}, {2, 1, 0}},
+                {"type='box' size='1 2 3'", {-2, -1, -3}, {2, 1, 3}},
+                {"type='ellipsoid' size='1 2 3'", {-2, -1, -3}, {2, 1, 3}},
+                {"type='sphere' size='2'", {-2, -2, -2}, {2, 2, 2}},
+                {"type='cylinder' size='1 3'", {-1, -1, -3}, {1, 1, 3}},
+                {"type='capsule' size='1 3'", {-1, -1, -4}, {1, 1, 4}},
+                {"type='mesh' mesh='m'", {-2, -1, -3}, {2, 1, 3}},
+                {"type='hfield' hfield='f'", {-2, -1, -0.5}, {2, 1, 3}}};
+  for (const auto& shape : shapes) {
+    const Model model = small_model(fmt::format(
+        "<asset><hfield name='f' nrow='2' ncol='2' size='1 2 3 0.5'/><mesh name='m' vertex='-1 -2 -3 "
+        "1 -2 -3 -1 2 -3 1 2 -3 -1 -2 3 1 -2 3 -1 2 3 1 2 3'/></asset><worldbody>"
+        "<geom {} pos='10 20 30' euler='0 0 90'/></worldbody>",
+        shape.geom));
+    const Data data(mj_makeData(model.get()));
+    mj_kinematics(model.get(), data.get());
+    const Eigen::AlignedBox3d box = box_around(*model, *data, 0);
+    const Vector3d at(10, 20, 30);
+    EXPECT_TRUE(box.min().isApprox(at + shape.low, 1e-6)) << shape.geom << " " << box.min().transpose();
+    EXPECT_TRUE(box.max().isApprox(at + shape.high, 1e-6)) << shape.geom << " " << box.max().transpose();
   }
 }
 

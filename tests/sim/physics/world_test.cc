@@ -373,6 +373,27 @@ TEST(Soles, CreepIsTheMotionOfAStandingFootBelowTheFrictionCone) {
   EXPECT_NEAR(contact.load, on_floor().robot.mass * walking::kGravity / 2, 15);  // both feet alike
 }
 
+// A foot of 3 kg stands on 24 balls, the other one of 2 kg on 4.
+TEST(Soles, LoadIsTheWeightOnHoweverManyContacts) {
+  const auto foot = [](const char* side, int balls, double mass) {
+    std::string geoms;
+    for (int i = 0; i < balls; ++i)
+      geoms += fmt::format("<geom type='sphere' size='0.02' mass='{}' pos='{} {} 0'/>", mass / balls,
+                           0.05 * (i % (balls / 2)), 0.1 * (i / (balls / 2)));
+    return fmt::format("<body pos='0 {} 0.02'><freejoint/><site name='{}_sole'/>{}</body>",
+                       *side == 'l' ? 1 : -1, side, geoms);
+  };
+  Model model = small_model("<option cone='elliptic'/><worldbody><geom type='plane' size='5 5 1'/>" +
+                            foot("left", 24, 3) + foot("right", 4, 2) + "</worldbody>");
+  const Data data(mj_makeData(model.get()));
+  Soles soles(*model, 1, {}, {});
+  for (int i = 0; i < 1000; ++i) mj_step(model.get(), data.get());
+  soles.add_contact_forces(*model, *data);
+  const std::array<SoleContact, 2> contact = soles.since_last();
+  EXPECT_NEAR(contact[0].load, 3 * 9.81, 0.01);
+  EXPECT_NEAR(contact[1].load, 2 * 9.81, 0.01);
+}
+
 TEST(Soles, SlideWhereTheFloorIsSlippery) {
   WorldOptions options;
   options.pushes = {{.time_s = 0.5, .impulse_ns = 20, .direction_rad = 0, .duration_s = 1}};
