@@ -13,6 +13,7 @@
 #include <list>
 #include <numeric>
 #include <random>
+#include <regex>
 #include <stdexcept>
 #include <thread>
 
@@ -37,14 +38,40 @@ constexpr std::size_t kLeastTokenLength = 22;  // 128 bits, also in base64
 
 std::string_view plain(beast::string_view text) { return {text.data(), text.size()}; }
 
-std::string_view path_of(std::string_view target) { return target.substr(0, target.find('?')); }
+/// An address in the browser: scheme://shown/path. `shown` lacks the scheme's default port, as browsers do.
+struct Place {
+  std::string scheme, shown, full, path;
+  std::string origin() const { return scheme + "://" + shown; }
+};
+
+std::optional<Place> place_of(const std::string& text) {
+  static const std::regex form(
+      R"((?:(https?)://)?([A-Za-z0-9.-]+|\[[0-9A-Fa-f:]+\])(?::([0-9]{1,5}))?((?:/[A-Za-z0-9._~-]+)*)/?)");
+  std::smatch part;
+  if (!std::regex_match(text, part, form) || !(part[1].matched || part[3].matched)) return std::nullopt;
+  const auto port = files::parse_number<std::uint16_t>(part[3].str());
+  if (part[3].matched && port.value_or(0) == 0) return std::nullopt;
+  const std::string scheme = part[1].matched ? part[1].str() : port == 443 ? "https" : "http", host = part[2];
+  const std::uint16_t usual = scheme == "https" ? 443 : 80, used = port.value_or(usual);
+  const std::string full = fmt::format("{}:{}", host, used);
+  return Place{scheme, used == usual ? host : full, full, part[4]};
+}
+
+/// Returns all addresses that lead to this server.
+std::vector<Place> places(const Access& access) {
+  const std::string own = authority(access);
+  std::vector<Place> all{place_of(own).value_or(Place{"http", own, own, ""})};
+  for (const std::string& forwarded : access.forwarded) all.push_back(place_of(forwarded).value());
+  return all;
+}
 
 /// Returns the policy of every response: only the server's own scripts and styles, and no framing.
 std::string content_security_policy(const Access& access) {
-  std::string sockets = "ws://" + authority(access);
-  for (const std::string& place : access.forwarded) sockets += " ws://" + place;
+  std::string sockets;
+  for (const Place& place : places(access))
+    sockets += fmt::format(" {}://{}", place.scheme == "https" ? "wss" : "ws", place.shown);
   return fmt::format(
-      "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self' {}; "
+      "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'{}; "
       "base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
       sockets);
 }
@@ -218,7 +245,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     const http::token_list encodings(request[http::field::accept_encoding]);
     takes_gzip_ = std::ranges::any_of(encodings, [](const auto& name) { return name == "gzip"; });
     known_ = plain(request[http::field::if_none_match]);
-    serve(path_of(plain(request.target())), request.keep_alive());
+    serve(served_path(head.target, shared_->access), request.keep_alive());
   }
 
   void serve(std::string_view path, bool keep) try {
@@ -279,20 +306,6 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   std::optional<http::request_parser<http::empty_body>> parser_;
 };
 
-/// Returns whether a text is HOST:PORT as browsers send it.
-bool is_place(std::string_view text) {
-  const std::size_t colon = text.rfind(':');
-  if (colon == 0 || colon == text.npos) return false;
-  const auto port = files::parse_number<std::uint16_t>(text.substr(colon + 1));
-  return port && *port > 0 && std::ranges::all_of(text, [](unsigned char c) {
-           return std::isalnum(c) != 0 ||
-                  std::string_view(".-:[]").find(static_cast<char>(c)) != std::string_view::npos;
-         });
-}
-
-/// Appends the default port, which browsers omit.
-std::string with_port(std::string_view host) { return std::string(host) + (is_place(host) ? "" : ":80"); }
-
 }  // namespace
 
 std::string new_token() {
@@ -317,9 +330,11 @@ Access checked(Access access) {
   if (access.token.size() < kLeastTokenLength || !plain)
     throw std::invalid_argument("--token: expected at least 22 letters, digits, - or _");
   for (const std::string& place : access.forwarded)
-    if (!is_place(place))
-      throw std::invalid_argument(
-          fmt::format("--public {}: expected HOST:PORT as in the browser, such as localhost:8020", place));
+    if (!place_of(place))
+      throw std::invalid_argument(fmt::format(
+          "--public {}: expected HOST:PORT or http[s]://HOST[:PORT][/PATH] as in the browser, such as "
+          "localhost:8020",
+          place));
   return access;
 }
 
@@ -334,24 +349,36 @@ std::string authority(const Access& access) {
 }
 
 std::string url(const Access& access) {
-  return fmt::format("http://{}/?token={}",
-                     access.forwarded.empty() ? authority(access) : access.forwarded.front(), access.token);
+  const std::vector<Place> all = places(access);
+  const Place& place = all.at(access.forwarded.empty() ? 0 : 1);
+  return fmt::format("{}{}/?token={}", place.origin(), place.path, access.token);
+}
+
+std::string_view served_path(std::string_view target, const Access& access) {
+  const std::string_view path = target.substr(0, target.find('?'));
+  for (const Place& place : places(access))
+    if (!place.path.empty() && path.starts_with(place.path + "/")) return path.substr(place.path.size());
+  return path;
 }
 
 std::optional<Rejection> rejection(const RequestHead& request, const Access& access) {
-  const std::string host = with_port(request.host);
-  if (host != authority(access) && std::ranges::find(access.forwarded, host) == access.forwarded.end())
+  const std::vector<Place> all = places(access);
+  const std::string host(request.host.substr(0, 256));
+  if (std::ranges::none_of(all, [&](const Place& p) { return host == p.shown || host == p.full; })) {
+    const bool has_port = place_of(host).has_value(), is_host = place_of("https://" + host).has_value();
     return Rejection{
         421, fmt::format("the address in the browser is not this server's ({}); if you forward it, as with "
-                         "ssh -L, allow it by starting the view with --public {}",
-                         authority(access), is_place(host) ? host : "HOST:PORT")};
-  constexpr std::string_view kScheme = "http://";
-  if (request.origin &&
-      (!request.origin->starts_with(kScheme) || with_port(request.origin->substr(kScheme.size())) != host))
+                         "ssh -L or a proxy, allow it by starting the view with --public {}",
+                         authority(access),
+                         has_port  ? host
+                         : is_host ? fmt::format("https://{} or http://{}", host, host)
+                                   : "HOST:PORT")};
+  }
+  if (request.origin && std::ranges::find(all, *request.origin, &Place::origin) == all.end())
     return Rejection{403, "the Origin is not this server"};
   constexpr std::string_view kName = "?token=";  // the first of the query
   const std::size_t query = request.target.find(kName);
-  std::string_view token = query == host.npos ? "" : request.target.substr(query + kName.size());
+  std::string_view token = query == request.target.npos ? "" : request.target.substr(query + kName.size());
   token = token.substr(0, token.find('&'));
   if (!equal_in_constant_time(token, access.token)) return Rejection{403, "missing or wrong token"};
   if (request.method != "GET") return Rejection{405, "unsupported method, expected GET"};

@@ -18,16 +18,18 @@ namespace sim::view {
 
 /// The listening address, and the secret that each request must contain.
 struct Access {
-  std::string address = "127.0.0.1";        ///< numeric, of this machine
-  std::uint16_t port = 0;                   ///< 0: any free port, known once the server listens
-  std::string token = {};                   ///< empty: 128 random bits
-  std::vector<std::string> forwarded = {};  ///< each HOST:PORT that also leads here, e.g. through ssh -L
+  std::string address = "127.0.0.1";  ///< numeric, of this machine
+  std::uint16_t port = 0;             ///< 0: any free port, known once the server listens
+  std::string token = {};             ///< empty: 128 random bits
+  /// Each [http[s]://]HOST[:PORT][/PATH] that also leads here, through ssh -L or a proxy; a scheme or a port
+  /// is needed, and port 443 means https.
+  std::vector<std::string> forwarded = {};
 };
 
 /// Returns the access with a token, which is generated if missing. Throws std::invalid_argument if the
 /// address is invalid, means all interfaces, or can be reached by others although no token is given. Also
 /// throws if a token is shorter than 22 characters or has characters other than letters, digits, - and _, or
-/// if one of `forwarded` is not HOST:PORT.
+/// if one of `forwarded` has another form.
 Access checked(Access access);
 
 /// Returns 128 bits from the system's random source as 32 hex digits. Throws std::runtime_error if it fails.
@@ -40,6 +42,8 @@ bool equal_in_constant_time(std::string_view a, std::string_view b);
 std::string authority(const Access& access);
 /// Returns the URL for the browser, with the first forwarded address if there is one.
 std::string url(const Access& access);
+/// Returns the path of a request to the server, without that of a forwarded address.
+std::string_view served_path(std::string_view target, const Access& access);
 
 /// The checked part of a request.
 struct RequestHead {

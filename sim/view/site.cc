@@ -329,7 +329,7 @@ void Site::add(const std::string& path, Resource resource) { files_[path] = std:
 void Site::preload(const std::string& path) {
   page_.insert(
       page_.find("</head>"),
-      fmt::format("<link rel=\"preload\" as=\"fetch\" crossorigin href=\"{}?token=TOKEN\">\n", path));
+      fmt::format("<link rel=\"preload\" as=\"fetch\" crossorigin href=\".{}?token=TOKEN\">\n", path));
 }
 
 void Site::add_list(const std::string& folder, std::function<std::optional<Resource>(std::size_t)> element) {

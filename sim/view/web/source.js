@@ -1,7 +1,7 @@
 // Receives frames of finished runs over HTTP, and of a live run over a WebSocket.
 
 const token = new URLSearchParams(location.search).get('token') ?? '';
-const address = (path) => `${path}?token=${encodeURIComponent(token)}`;
+const address = (path) => `.${path}?token=${encodeURIComponent(token)}`;
 
 async function get(path) {
   const response = await fetch(address(path));
@@ -41,7 +41,7 @@ export class Stored {
 
 /// Calls frame(JSON, bytes of the image), message(JSON) and closed() as they arrive.
 export function listen({frame, message: received, closed}) {
-  const socket = new WebSocket(`ws://${location.host}${address('/socket')}`, 'gaitslam.view.v1');
+  const socket = new WebSocket(new URL(address('/socket'), location.href.replace(/^http/, 'ws')), 'gaitslam.view.v1');
   socket.binaryType = 'arraybuffer';
   socket.onmessage = ({data}) => {
     if (typeof data === 'string') return received(JSON.parse(data));

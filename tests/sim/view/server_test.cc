@@ -328,7 +328,7 @@ TEST(Site, ServesItsOwnFilesAndNoOthers) {
   Site site({{.label = "walk </script>"}}, {{"mode", "live"}});
   site.add_list("/image/0",
                 [](std::size_t k) { return k < 2 ? std::optional(bytes_resource("image")) : std::nullopt; });
-  EXPECT_THAT(*site.at("/", "the-token")->bytes, Has("src=\"/view.js?token=the-token\""));
+  EXPECT_THAT(*site.at("/", "the-token")->bytes, Has("src=\"view.js?token=the-token\""));
   EXPECT_EQ(site.at("/", "t")->bytes->find("TOKEN"), std::string::npos);
   EXPECT_GT(site.at("/view.js", "")->bytes->size(), 100'000u);
   EXPECT_THAT(*site.at("/view.js", "")->bytes, Lacks("innerHTML="));
@@ -445,16 +445,44 @@ TEST(Rejection, AForwardedHostIsAllowedWithItsOriginAndTheRefusalExplainsHow) {
   EXPECT_EQ(status("localhost:9000", "http://localhost:9000"), 0u);
   EXPECT_EQ(status("127.0.0.1:8000", "http://127.0.0.1:8000"), 0u);
   EXPECT_EQ(status("bench.example", "http://bench.example"), 0u) << "browsers omit port 80";
-  EXPECT_EQ(status("localhost:9000", "http://127.0.0.1:8000"), 403u);
+  EXPECT_EQ(status("localhost:9000", "http://127.0.0.1:8000"), 0u) << "a proxy may set the Host";
+  EXPECT_EQ(status("localhost:9000", "https://localhost:9000"), 403u);
   EXPECT_EQ(status("localhost:9001", "http://localhost:9001"), 421u);
   EXPECT_THAT(rejection({"GET", "/", "localhost:9001"}, access)->why,
               Has("127.0.0.1:8000", "--public localhost:9001"));
   EXPECT_THAT(rejection({"GET", "/", "a b:9001"}, access)->why, Has("--public HOST:PORT"));
   EXPECT_THAT(url(access), StartsWith("http://localhost:9000/?token="));
+  EXPECT_THAT(rejection({"GET", "/", "bench.example.org"}, access)->why,
+              Has("--public https://bench.example.org or http://bench.example.org"));
   for (const char* const wrong :
-       {"localhost", ":9000", "localhost:0", "localhost:99999", "a b:9000", "a/b:9000"})
+       {"localhost", ":9000", "localhost:0", "localhost:99999", "a b:9000", "a/b:9000", "ftp://a", "https://",
+        "https://a?b", "https://a/../b c", "https://a:1:2", "//a:80"})
     EXPECT_THROW(checked({.token = kToken, .forwarded = {"localhost:9000", wrong}}), std::invalid_argument)
         << wrong;
+}
+
+// A proxy with TLS on port 443, and a path that it passes on or removes.
+TEST(Rejection, AProxyWithTlsAndAPathIsAllowedAsItsBrowsersNameIt) {
+  for (const char* const place : {"https://viz.example.org/gaitslam", "https://viz.example.org:443/gaitslam/",
+                                  "viz.example.org:443/gaitslam"}) {
+    const Access access{.port = 8000, .token = kToken, .forwarded = {place}};
+    const auto status = [&](const char* host, const char* origin) {
+      const auto rejected = rejection({"GET", "/gaitslam/?token=" + kToken, host, origin}, access);
+      return rejected ? rejected->status : 0;
+    };
+    for (const char* const host : {"viz.example.org", "viz.example.org:443", "127.0.0.1:8000"}) {
+      EXPECT_EQ(status(host, "https://viz.example.org"), 0u) << host;
+      EXPECT_EQ(status(host, "http://viz.example.org"), 403u) << host;
+    }
+    EXPECT_EQ(status("viz.example.org:80", "https://viz.example.org"), 421u);
+    EXPECT_EQ(url(access), "https://viz.example.org/gaitslam/?token=" + kToken);
+    for (const auto& [target, path] : {std::pair("/gaitslam/about?token=x", "/about"),
+                                       {"/about?token=x", "/about"},
+                                       {"/gaitslam/", "/"},
+                                       {"/gaitslams/about", "/gaitslams/about"},
+                                       {"/gaitslam", "/gaitslam"}})
+      EXPECT_EQ(served_path(target, access), path);
+  }
 }
 
 Service service() {

@@ -90,8 +90,8 @@ void add_view_place(CLI::App& command, Access& place) {
       ->capture_default_str();
   command
       .add_option("--public", place.forwarded,
-                  "HOST:PORT that browsers on other machines use, for example through ssh -L; may be "
-                  "given several times")
+                  "HOST:PORT or https://HOST[/PATH] that browsers on other machines use, through ssh -L or a "
+                  "proxy; may be given several times")
       ->allow_extra_args(false);
   command
       .add_option("--token", place.token,
