@@ -18,6 +18,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <deque>
+#include <fstream>
 #include <sstream>
 #include <thread>
 #include <utility>
@@ -163,6 +164,25 @@ std::filesystem::path program_file(const std::string& word) {
   return word;
 }
 
+std::string missing_interpreter(const std::filesystem::path& program) {
+  std::ifstream file(program);
+  std::string mark(2, ' '), line;
+  if (!file.read(mark.data(), 2) || mark != "#!" || !std::getline(file, line)) return "";
+  line.erase(0, line.find_first_not_of(" \t"));
+  line.erase(std::min(line.find_first_of(" \t"), line.size()));
+  return ::access(line.c_str(), F_OK) == 0 ? "" : line;
+}
+
+std::string start_fault(const std::string& role, const std::filesystem::path& program, int why) {
+  std::string cause = std::strerror(why), interpreter = missing_interpreter(program);
+  if (const bool windows = interpreter.ends_with('\r'); !interpreter.empty()) {
+    if (windows) interpreter.replace(interpreter.size() - 1, 1, "\\r");
+    cause = fmt::format("its first line names the interpreter '{}', which does not exist{}", interpreter,
+                        windows ? ": the lines end with CR LF, expected LF" : "");
+  }
+  return fmt::format("{}: the program {} cannot be started: {}", role, program.string(), cause);
+}
+
 std::string printable(std::string_view text) {
   std::string line;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -210,9 +230,9 @@ ChildProgram::ChildProgram(const std::vector<std::string>& words, const std::str
   kill();
   for (const int file : {in_, out_, error_, report_}) ::close(file);
   const bool has_arguments = words.size() == 1 && words[0].find(' ') != std::string::npos;
-  throw std::invalid_argument(fmt::format(
-      "{}: the program {} cannot be started: {}{}", role, program_file(words[0]).string(), std::strerror(why),
-      has_arguments ? "; its arguments are words of a list, as in [./my_slam, --stdio]" : ""));
+  throw std::invalid_argument(
+      start_fault(role, program_file(words[0]), why) +
+      (has_arguments ? "; its arguments are words of a list, as in [./my_slam, --stdio]" : ""));
 }
 
 ChildProgram::~ChildProgram() {

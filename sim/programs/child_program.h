@@ -25,6 +25,12 @@ class ProgramFailed : public std::runtime_error {
 /// in PATH. Returns the word itself if it is not in PATH.
 std::filesystem::path program_file(const std::string& word);
 
+/// Returns the interpreter that a script's first line names if it does not exist, or "".
+std::string missing_interpreter(const std::filesystem::path& program);
+
+/// Returns "<role>: the program <file> cannot be started: <cause>". why: the value of errno.
+std::string start_fault(const std::string& role, const std::filesystem::path& program, int why);
+
 /// Returns external text as one line of printable ASCII characters, without terminal colors.
 std::string printable(std::string_view text);
 

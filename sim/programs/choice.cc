@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <iterator>
 #include <sstream>
 
@@ -47,9 +46,8 @@ std::string program_name(const std::vector<std::string>& words) {
 void require_program(const Choice& choice, const std::string& role) {
   const fs::path file = program_file(choice.words.at(0));
   const int why = ::access(file.c_str(), X_OK) != 0 ? errno : fs::is_directory(file) ? EISDIR : 0;
-  if (why != 0)
-    throw std::invalid_argument(
-        fmt::format("{}: the program {} cannot be started: {}", role, file.string(), std::strerror(why)));
+  if (why != 0 || !missing_interpreter(file).empty())
+    throw std::invalid_argument(start_fault(role, file, why));
 }
 
 std::string files_identity(const Choice& choice) {

@@ -126,6 +126,20 @@ TEST(Program, AProgramThatCannotStartOrRejectsItsStartIsAnInputError) {
         {"/tmp", "cannot be started"},
         {"./my_slam --stdio", "words of a list, as in [./my_slam, --stdio]"}})
     EXPECT_THAT(rejection(fmt::format("{{program: '{}'}}", program)), HasSubstr(cause));
+  const files::TemporaryFolder folder;
+  for (const auto& [first_line, cause] :
+       {std::pair("#!/usr/bin/python3\r\n",
+                  "the interpreter '/usr/bin/python3\\r', which does not exist: the "
+                  "lines end with CR LF, expected LF"),
+        {"#! /usr/bin/python9 -u\n", "the interpreter '/usr/bin/python9', which does not exist"}}) {
+    const std::filesystem::path script = folder / "script.py";
+    files::write_text(script, first_line);
+    std::filesystem::permissions(script, std::filesystem::perms::owner_all);
+    EXPECT_THAT(rejection(fmt::format("{{program: '{}'}}", script.string())), HasSubstr(cause));
+    EXPECT_THAT(files::error_of<std::invalid_argument>(
+                    [&] { programs::require_program({.words = {script.string()}}, "controller"); }),
+                HasSubstr(cause));
+  }
   for (const auto& [behavior, cause] :
        {std::pair("cannot_start", "it cannot start: no vocabulary"),
         {"wrong_version", "it speaks version 99 of gaitslam_estimator.h, expected 4"},
