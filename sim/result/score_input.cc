@@ -1,3 +1,4 @@
+#include "sim/controllers/path.h"
 #include "sim/result/result.h"
 #include "slam/camera.h"
 #include "walking/timeline.h"
@@ -165,6 +166,16 @@ score::DesiredPath desired_path(const walking::WalkOptions& walk, const recordin
   return path;
 }
 
+/// Returns the path that an external controller's robot had to follow. The recorded one ends where it waited.
+score::DesiredPath desired_path(const walking::WalkOptions& walk, const score::Trajectory& waist) {
+  const controllers::Path path(walk.commands, {1, 1, 1});  // speeds do not change its end
+  const walking::FootPose end = path.pose(path.duration_s());
+  return {waist,
+          waist.front().X * Eigen::Translation3d(end.position.x(), end.position.y(), 0) *
+              Eigen::AngleAxisd(end.yaw, Eigen::Vector3d::UnitZ()),
+          {}};
+}
+
 }  // namespace
 
 score::Stamp plan_end(const walking::WalkOptions& walk) {
@@ -199,7 +210,7 @@ score::Run score_input(const RunRecord& record) {
   if (!record.truth.waist_plan.empty())
     run.desired = desired_path(walk, record.truth);
   else if (const auto& path = record.truth.waist_desired; !path.empty())
-    run.desired = {path, path.back().X, {}};
+    run.desired = desired_path(walk, path);
   run.steered = walk.steering.by != walking::SteeredBy::plan;
   run.corrections = record.truth.corrected_steps;
   if (!record.truth.waist_plan.empty()) run.plan_end = plan_end(walk);

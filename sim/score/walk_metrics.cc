@@ -247,7 +247,8 @@ MetricDefinitions walk_metrics() {
       plan_drift("yaw_deg", "deg", "yaw at the last frame, left positive.", 2, kDegree),
       {"navigation_rmse_m", "m",
        "Root mean square distance on the ground between the true waist and its place on the commanded path "
-       "at that time, from the first planned motion.",
+       "at that time, from the first planned motion. For an external controller, the path waits while the "
+       "steered robot is more than 0.3 m or 0.5 rad away.",
        Needs::walk, of_path(navigation_rmse), largest, kHeadline},
       {"navigation_end_position_error_m", "m",
        distance + "at the last frame from the end of the commanded path.", Needs::walk,

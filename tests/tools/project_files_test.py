@@ -41,7 +41,7 @@ RULES = {
     'sim/scenario/': 'sim/scenario/ sim/model_file/ sim/programs/ sim/estimators/ sim/rig/ sim/files/ sim/sensor_errors/ sim/score/metrics.h '
                      'sim/physics/options.h sim/physics/robot_file.h sim/camera/options.h slam/observation.h slam/options.h walking/ Eigen/ fmt/',
     'sim/tracking/': 'sim/tracking/ sim/estimators/ sim/rig/ sim/scenario/ sim/sensor_errors/ slam/ Eigen/',
-    'sim/result/': 'sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/score/ sim/files/ slam/ walking/ Eigen/ fmt/ '
+    'sim/result/': 'sim/result/ sim/controllers/path.h sim/tracking/ sim/scenario/ sim/recording/ sim/score/ sim/files/ slam/ walking/ Eigen/ fmt/ '
                    'nlohmann/ fcntl.h time.h unistd.h',
     'sim/replay/': 'sim/replay/ sim/result/ sim/tracking/ sim/scenario/ sim/recording/ sim/score/ sim/files/ slam/ Eigen/ fmt/ '
                    'nlohmann/',

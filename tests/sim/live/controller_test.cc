@@ -142,14 +142,17 @@ TEST_F(ControllerTest, NetworksOfTheExampleComputeLikePyTorchAndStandAndStepInPl
             0);
   constexpr const char* kG1 =
       "world: {robot: g1, room: floor}\nwalk: {commands: [{stand: {}}]}\nlimits: {}\n";
+  const auto program = [](const std::string& network) {
+    return fmt::format(
+        "walk.controller={{program: [/usr/bin/python3, \"{}/tools/examples/network_walker.py\", \"{}\"]}}",
+        GAITSLAM_SOURCE_DIR, network);
+  };
   for (const auto& [name, network, command, least, most] :
        {std::tuple("stands", &plain, "{stand: {duration_s: 2}}", 0, 0),
         {"steps", &plain, "{straight: {forward_m: 1}}", 5, 12},
         {"marches", &recurrent, "{straight: {forward_m: 1}}", 5, 12}}) {
-    const std::string program = fmt::format(
-        "walk.controller={{program: [/usr/bin/python3, \"{}/tools/examples/network_walker.py\", \"{}\"]}}",
-        GAITSLAM_SOURCE_DIR, *network);
-    const auto outcome = run(name, read(kG1, {program, fmt::format("walk.commands=[{}]", command)}));
+    const auto outcome =
+        run(name, read(kG1, {program(*network), fmt::format("walk.commands=[{}]", command)}));
     EXPECT_EQ(outcome.ending, Ending::completed) << outcome.cause;
     const sim::recording::Truth truth = sim::recording::read_truth(folder_ / name / "recording");
     const auto start = sim::recording::RecordingReader(folder_ / name / "recording").setup().X_WC_start;
@@ -166,6 +169,11 @@ TEST_F(ControllerTest, NetworksOfTheExampleComputeLikePyTorchAndStandAndStepInPl
     EXPECT_THAT(file(name, "score.json"), HasSubstr("the walk has no plan"));
     EXPECT_THAT(file(name, "feet.csv"), AllOf(HasSubstr(",left,support,"), Not(HasSubstr("put_down"))));
   }
+  // The path waits for a robot that marches in place, but its end stays where the commands end.
+  const auto outcome = run("steered", read(kG1, {program(recurrent), "walk.steering.by=truth",
+                                                 "walk.commands=[{straight: {forward_m: 1}}]"}));
+  EXPECT_EQ(outcome.ending, Ending::stopped) << outcome.cause;
+  EXPECT_NEAR(score("steered", "navigation_end_position_error_m"), 1, 0.25);
 }
 
 }  // namespace
