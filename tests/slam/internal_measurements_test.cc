@@ -69,6 +69,23 @@ TEST(InternalMeasurements, AGyroThatDrivesTheMotionIsNotAMeasurementUnlessItsRat
   EXPECT_EQ(walk.predicted.F(kRate, kRate), 1);
 }
 
+// The gate is the chi-square quantile of 3 rows, 16.27, times the variance of the change of rate.
+TEST(InternalMeasurements, AfterAGapTheGyroDrivesTheMotionOnlyIfTheChangeOfRateIsWithinItsGate) {
+  for (const auto& [part, drives] : {std::pair(0.95, true), {1.05, false}}) {
+    Walking walk;
+    Observation o = walk.next();
+    const RobotVector x = walk.kalman.state().robot();
+    const double sigma = walk.options.motion.sigma_angular_acceleration_rad_s2 * seconds(o.t - *walk.now);
+    const Eigen::Vector3d change = part * std::sqrt(16.27) * sigma * Eigen::Vector3d(1, 2, -2) / 3;
+    const Eigen::Vector3d w_C = x.segment<3>(kGyroBias) + x.segment<3>(kRate) + change;
+    for (InertialSample& reading : o.gyro)
+      reading.value = synthetic::calibration().X_CG.linear().transpose() * w_C;
+    o.gyro.front().begin += std::chrono::milliseconds(1);
+    walk.step(o);
+    EXPECT_EQ(walk.predicted.F(kRate, kRate), drives ? 0 : 1) << part;
+  }
+}
+
 /// The rate about the camera's y axis at a frame, if encoders read these angles between camera and IMU at
 /// that frame and at the one before, which is the first that has them.
 double rate_of_head(double before_rad, double now_rad, bool by_encoders = true) {

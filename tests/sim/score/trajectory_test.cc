@@ -149,6 +149,40 @@ TEST(Relative, AStationaryTrajectoryHasNoSpansOfItsPath) {
   EXPECT_TRUE(spans({}, {}).empty());
 }
 
+// All numbers are exact in binary: a span may be exactly as long as wanted, or off by exactly the tolerance.
+TEST(Relative, SpansIncludeTheirLengthAndTheirTolerance) {
+  using enum Spans::Unit;
+  using Ends = std::vector<std::pair<std::size_t, std::size_t>>;
+  const auto ends = [](const std::vector<double>& places, const Spans& which) {
+    std::vector<PosePair> pairs;
+    for (const double place : places) {
+      pairs.emplace_back().t = std::chrono::nanoseconds(std::llround(1e9 * place));
+      pairs.back().X_true.translation().x() = pairs.back().X_estimate.translation().x() = place;
+    }
+    Ends found;
+    for (const Span& span : spans(pairs, which)) found.emplace_back(span.from, span.to);
+    return found;
+  };
+  const std::vector<double> whole{0, 1, 2, 3, 4};
+  for (const Spans::Unit unit : {frames, seconds, meters}) {
+    EXPECT_EQ(ends(whole, {unit, 2, true, 0}), (Ends{{0, 2}, {1, 3}, {2, 4}}));
+    EXPECT_EQ(ends(whole, {unit, 2}), (unit == meters ? Ends{{2, 4}} : Ends{{0, 2}, {2, 4}}));
+  }
+  EXPECT_EQ(ends({0, 1.75}, {meters, 2, true, 0.125}), (Ends{{0, 1}}));
+  EXPECT_EQ(ends({0, 2.25}, {meters, 2, true, 0.125}), (Ends{{0, 1}}));
+  EXPECT_EQ(ends({0, 1.5}, {meters, 2, true, 0.125}), Ends{});
+  EXPECT_EQ(ends({0, 1.75, 2.25}, {meters, 2, true, 0.125}), (Ends{{0, 1}})) << "the earlier of two";
+}
+
+TEST(Statistics, AQuantileIsLinearBetweenOrderStatisticsFromTheSmallestToTheLargest) {
+  EXPECT_EQ(quantile({5, 1, 4, 2, 3}, 0.25), 2);
+  EXPECT_EQ(quantile({5, 1, 4, 2, 3}, 0.375), 2.5);
+  EXPECT_EQ(quantile({5, 1, 4, 2, 3}, 0), 1);
+  EXPECT_EQ(quantile({5, 1, 4, 2, 3}, 1), 5);
+  EXPECT_EQ(quantile({20, 10}, 0.75), 17.5);
+  EXPECT_EQ(quantile({7}, 0.9), 7);
+}
+
 TEST(Statistics, TheLossOfAMetricWithAnExpectedValueIsTheSameAboveAndBelow) {
   const Direction three = Direction::away_from(3);
   EXPECT_EQ(loss(3, three), 0);
