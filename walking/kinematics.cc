@@ -46,12 +46,19 @@ BodyPose pose_of(const Robot& robot, const Reference& reference, const JointVect
   return {reference.X_PB, inverse_kinematics(robot, reference, start).q};
 }
 
+Eigen::Isometry3d pose_between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to, double part) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() =
+      Eigen::Quaterniond(from.linear()).slerp(part, Eigen::Quaterniond(to.linear())).toRotationMatrix();
+  X.translation() = (1 - part) * from.translation() + part * to.translation();
+  return X;
+}
+
 BodyMotion motion_between(const BodyPose& before, const BodyPose& after, double period) {
   const Eigen::Quaterniond from(before.X_PB.linear()), to(after.X_PB.linear());
   const Eigen::AngleAxisd turn(to * from.conjugate());
   BodyMotion motion;
-  motion.pose.X_PB.linear() = from.slerp(0.5, to).toRotationMatrix();
-  motion.pose.X_PB.translation() = (before.X_PB.translation() + after.X_PB.translation()) / 2;
+  motion.pose.X_PB = pose_between(before.X_PB, after.X_PB, 0.5);
   motion.pose.q = (before.q + after.q) / 2;
   motion.v = (after.X_PB.translation() - before.X_PB.translation()) / period;
   motion.w = turn.axis() * (turn.angle() / period);

@@ -50,6 +50,9 @@ using WholeBody = std::function<BodyMomentum(const BodyMotion&)>;
 /// The pose that the plan itself describes, by inverse kinematics.
 BodyPose pose_of(const Robot& robot, const Reference& reference, const JointVector& start);
 
+/// Returns the pose after a part (0 to 1) of the way between two poses: linear, with the shortest turn.
+Eigen::Isometry3d pose_between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to, double part);
+
 /// The motion halfway between two poses that are `period` apart and joined at constant rates.
 BodyMotion motion_between(const BodyPose& before, const BodyPose& after, double period = kPeriod);
 

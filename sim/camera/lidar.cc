@@ -8,6 +8,7 @@
 
 #include "sim/camera/scene.h"
 #include "sim/camera/shapes.h"
+#include "walking/kinematics.h"
 
 namespace sim::camera {
 namespace {
@@ -34,14 +35,6 @@ Eigen::Vector3d normal_at(const mjModel& model, int geom, const Eigen::Vector3d&
     normal = on_end ? Eigen::Vector3d(0, 0, p.z()) : Eigen::Vector3d(p.x(), p.y(), 0);
   }
   return normal.normalized();
-}
-
-Eigen::Isometry3d between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double part) {
-  Eigen::Isometry3d X = a;
-  const Eigen::Quaterniond q(a.linear());
-  X.linear() = q.slerp(part, Eigen::Quaterniond(b.linear())).toRotationMatrix();
-  X.translation() += part * (b.translation() - a.translation());
-  return X;
 }
 
 std::int64_t first_ray_at(const rig::Lidar& options, std::chrono::nanoseconds t) {
@@ -157,7 +150,8 @@ std::vector<slam::LidarPoint> Lidar::scan(const RecentMotion& motion, std::chron
     for (; number < last; ++number) {
       const std::int64_t t = ray_time(options_, number).count(), since = t - millisecond * kMillisecond;
       if (since >= kMillisecond) break;
-      const Eigen::Isometry3d X_WS = between(X_WS_before, X_WS_after, double(since) / kMillisecond);
+      const Eigen::Isometry3d X_WS =
+          walking::pose_between(X_WS_before, X_WS_after, double(since) / kMillisecond);
       const Eigen::Vector3d along_S = ray_direction(options_, number), along = X_WS.linear() * along_S;
       const Hit hit = cast(X_WS.translation(), along);
       if (hit.geom < 0 || hit.distance < options_.nearest_m || !returns_light(*model_, hit.geom)) continue;

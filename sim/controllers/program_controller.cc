@@ -10,13 +10,9 @@ using std::chrono::nanoseconds;
 
 constexpr std::array kAhead_s{0.25, 0.5, 1.0, 2.0};
 
+/// Returns the ends with all their bits.
 Eigen::Isometry3d between(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to, double part) {
-  if (part == 0) return from;
-  if (part == 1) return to;
-  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  X.linear() = Eigen::Quaterniond(from.linear()).slerp(part, Eigen::Quaterniond(to.linear())).matrix();
-  X.translation() = (1 - part) * from.translation() + part * to.translation();
-  return X;
+  return part == 0 ? from : part == 1 ? to : walking::pose_between(from, to, part);
 }
 
 gaitslam_wrench wrench_of(const walking::Wrench& from) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "sim/files/text.h"
 #include "sim/live/run.h"
@@ -12,13 +11,13 @@
 #include "sim/physics/robot.h"
 #include "sim/physics/walking_robot.h"
 #include "sim/scenario/robot.h"
+#include "sim/score/trajectory.h"
 
 namespace sim::live {
 namespace {
 
 using Print = std::function<void(const std::string&)>;
 
-constexpr double kDegree = 180 / std::numbers::pi;
 constexpr double kStand_s = 5;
 constexpr int kSteps = 8;
 constexpr double kLeastShare = 0.5;  // fraction of the workspace; with less, ordinary steps hit a joint limit
@@ -53,8 +52,8 @@ void print_robot(const walking::Robot& robot, const Print& print) {
         name, leg.sole_min.x(), leg.sole_max.x(), leg.sole_min.y(), leg.sole_max.y(), leg.ankle().z()));
     for (const int index : leg.joints) {
       const walking::Joint& joint = robot.joints[std::size_t(index)];
-      print(fmt::format("    {}: {:.1f} to {:.1f} deg{}", joint.name, joint.lowest * kDegree,
-                        joint.highest * kDegree,
+      print(fmt::format("    {}: {:.1f} to {:.1f} deg{}", joint.name, joint.lowest / score::kDegree,
+                        joint.highest / score::kDegree,
                         std::isfinite(joint.effort) ? fmt::format(", {:g} N m", joint.effort) : ""));
     }
   }

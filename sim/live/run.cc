@@ -11,6 +11,7 @@
 #include "sim/physics/walking_robot.h"
 #include "sim/scenario/robot.h"
 #include "sim/sensor_errors/random.h"
+#include "walking/kinematics.h"
 #include "walking/leg_odometry.h"
 
 namespace sim::live {
@@ -45,13 +46,7 @@ recording::TrueFoot true_foot(const Eigen::Isometry3d& X_WS, const Eigen::Isomet
 /// references, which are one control period apart. The plan accelerates by at most a few m/s², so the error
 /// is below 20 µm.
 Eigen::Isometry3d planned_waist(const walking::Reference& from, const walking::Reference& to, double t_s) {
-  const double part = (t_s - from.t_s) / walking::kPeriod;
-  Eigen::Isometry3d X_PB;
-  X_PB.linear() =
-      Eigen::Quaterniond(from.X_PB.linear()).slerp(part, Eigen::Quaterniond(to.X_PB.linear())).matrix();
-  X_PB.translation() = (1 - part) * from.X_PB.translation() + part * to.X_PB.translation();
-  X_PB.makeAffine();
-  return X_PB;
+  return walking::pose_between(from.X_PB, to.X_PB, (t_s - from.t_s) / walking::kPeriod);
 }
 
 /// The planned motion of a camera fixed to the waist at X_BC. Its velocities are those of the tick before t.
