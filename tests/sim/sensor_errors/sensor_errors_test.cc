@@ -205,6 +205,22 @@ TEST(Faults, DoubleAndReorderWhatArrives) {
   expect_same(doubled[3], doubled[4]);
 }
 
+TEST(Faults, IncludeTheirBeginningAndExcludeTheirEnd) {
+  const FramesLost fault = during<FramesLost>(0.5, 0.25);
+  const auto at = [](double s, int ns) { return stamp(s) + std::chrono::nanoseconds(ns); };
+  const auto touches = [&](slam::Stamp begin, slam::Stamp end) {
+    return fault.touches({begin, end, Eigen::Vector3d::Zero()});
+  };
+  EXPECT_FALSE(fault.holds(at(0.5, -1)));
+  EXPECT_TRUE(fault.holds(at(0.5, 0)));
+  EXPECT_TRUE(fault.holds(at(0.75, -1)));
+  EXPECT_FALSE(fault.holds(at(0.75, 0)));
+  EXPECT_FALSE(touches(at(0.4, 0), at(0.5, 0)));
+  EXPECT_TRUE(touches(at(0.4, 0), at(0.5, 1)));
+  EXPECT_TRUE(touches(at(0.75, -1), at(0.8, 0)));
+  EXPECT_FALSE(touches(at(0.75, 0), at(0.8, 0)));
+}
+
 TEST(Faults, AffectTheRequestedFraction) {
   FramesDoubled some = during<FramesDoubled>(0, 1e6);
   some.fraction = 0.2;
