@@ -20,11 +20,11 @@ namespace sim::view {
 
 namespace fs = std::filesystem;
 
-/// Robot and room. pieces: triangles of one body and picture: with_length() of {body, picture, vertices,
-/// indices} of each (body: index of the pose in Frame::bodies, -1: the room; picture: index in the pictures,
-/// -1: plain color); then for each piece, in the axes of its body, positions (m), normals and RGB (0 to 1) of
-/// its vertices, with a picture their places in it from the upper left (all float32), and the indices of its
-/// triangles (uint32).
+/// Robot and room. pieces: triangles of one body and picture: with_length() of {body, picture, alpha,
+/// vertices, indices} of each (body: index of the pose in Frame::bodies, -1: the room; picture: index in the
+/// pictures, -1: plain color; alpha: below 1 for glass); then for each piece, in the axes of its body,
+/// positions (m), normals and RGB (0 to 1) of its vertices, with a picture their places in it from the upper
+/// left (all float32), and the indices of its triangles (uint32).
 struct Model {
   std::string pieces;
   /// Paints the pictures; returns each as PNG. Called once, from any thread.

@@ -47,6 +47,7 @@ Model model_of(const std::shared_ptr<camera::PosedRobot>& robot, std::uint64_t s
   for (const camera::DrawnPiece& piece : robot->pieces()) {
     list.push_back({{"body", piece.body},
                     {"picture", piece.picture},
+                    {"alpha", piece.alpha},
                     {"vertices", piece.positions.size() / 3},
                     {"indices", piece.indices.size()}});
     for (const auto* const part : {&piece.positions, &piece.normals, &piece.colors, &piece.uv})

@@ -93,6 +93,8 @@ const surface = () =>
     polygonOffsetUnits: 4
   });
 
+const glass = (opacity) => Object.assign(surface(), {transparent: true, opacity, depthWrite: false});
+
 /// What a filter believes: its path, its camera with the 3-sigma ellipsoid enlarged ten times, a line to the
 /// truth, and its map.
 class Belief {
@@ -318,9 +320,10 @@ export class Scene {
       body.visible = false;
       this.scene.add(body);
     });
-    for (const {body, picture, vertices, indices} of pieces) {
+    for (const {body, picture, alpha, vertices, indices} of pieces) {
       const geometry = new THREE.BufferGeometry(),
-        material = picture < 0 ? this.plain : (this.surfaces[picture] ??= surface());
+        opaque = () => (picture < 0 ? this.plain : (this.surfaces[picture] ??= surface())),
+        material = alpha < 1 ? glass(alpha) : opaque();
       for (const name of ['position', 'normal', 'color'])
         geometry.setAttribute(name, take(Float32Array, vertices, 3));
       if (picture >= 0) geometry.setAttribute('uv', take(Float32Array, vertices, 2));

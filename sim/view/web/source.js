@@ -41,7 +41,10 @@ export class Stored {
 
 /// Calls frame(JSON, bytes of the image), message(JSON) and closed() as they arrive.
 export function listen({frame, message: received, closed}) {
-  const socket = new WebSocket(new URL(address('/socket'), location.href.replace(/^http/, 'ws')), 'gaitslam.view.v1');
+  const socket = new WebSocket(
+    new URL(address('/socket'), location.href.replace(/^http/, 'ws')),
+    'gaitslam.view.v1'
+  );
   socket.binaryType = 'arraybuffer';
   socket.onmessage = ({data}) => {
     if (typeof data === 'string') return received(JSON.parse(data));
