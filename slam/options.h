@@ -98,7 +98,7 @@ struct Options {
     double sigma_rad_s = 0.01;
     double sigma_bias_rad_s = 0.01, sigma_bias_walk_rad_s2 = 0;
     bool drives_motion = true;
-    double sigma_head_rad_s = 0.003;
+    double sigma_head_rad_s = 0.003;  ///< of the head's rate relative to the chest, if drives_motion
     static void keys(auto&& key) {
       value<&Gyro::enabled>(key, "whether the filter uses the gyro");
       choice<&Gyro::readings>(key, kGyroReadings, "which readings of a frame interval the filter uses");
@@ -109,8 +109,6 @@ struct Options {
       value<&Gyro::drives_motion>(
           key,
           "whether the readings drive the motion model; otherwise they are measurements, as in the paper");
-      number<&Gyro::sigma_head_rad_s>(
-          key, 0, 1e3, "standard deviation of the head's rate relative to the chest, if drives_motion");
     }
   } gyro;
 
@@ -118,7 +116,8 @@ struct Options {
     bool enabled = true;
     double sigma_m_s2 = 0.05;
     double sigma_bias_m_s2 = 0.015, sigma_bias_walk_m_s3 = 0.01;
-    double sigma_head_m_s2 = 0.03;
+    /// Of the head's acceleration relative to the chest in a frame.
+    static constexpr double sigma_head_m_s2 = 0.03;
     static void keys(auto&& key) {
       value<&Accelerometer::enabled>(key, "whether the motion model uses the accelerometer");
       number<&Accelerometer::sigma_m_s2>(key, 1e-9, 1e6,
@@ -127,8 +126,6 @@ struct Options {
                                               "standard deviation of its bias at the start; 0: none");
       number<&Accelerometer::sigma_bias_walk_m_s3>(key, 0, 1e3,
                                                    "growth of the standard deviation of that bias in 1 s");
-      number<&Accelerometer::sigma_head_m_s2>(
-          key, 0, 1e3, "standard deviation of the head's acceleration relative to the chest in a frame");
     }
   } accelerometer;
 
@@ -160,7 +157,8 @@ struct Options {
   struct LegOdometry {
     bool enabled = true;
     double sigma_position_m = 0.0001, sigma_m_s = 0.001, sigma_stride = 0.003, sigma_sway_m_s = 0.003;
-    double sigma_sway_scale = 0.015, sigma_pivot_m = 0.15;
+    double sigma_sway_scale = 0.015;
+    double sigma_pivot_m = 0.15;  ///< of the pivot of any tilting that leg odometry does not measure
     static void keys(auto&& key) {
       value<&LegOdometry::enabled>(key,
                                    "whether leg odometry, if there is any, replaces the planned velocity");
@@ -174,8 +172,6 @@ struct Options {
                                            "standard deviation of the sway velocity that it misses");
       number<&LegOdometry::sigma_sway_scale>(
           key, 0, 1e3, "standard deviation of the relative error of the sway, ahead and to the side");
-      number<&LegOdometry::sigma_pivot_m>(
-          key, 0, 1e3, "standard deviation of the pivot of any tilting that leg odometry does not measure");
     }
   } leg_odometry;
 
@@ -213,11 +209,13 @@ struct Options {
     bool enabled = true;
     double sigma_px = 0.055, sigma_first_px = 0.12;
     double viewpoint_sigma_px = 0.5;
-    double match_bias_sigma_px = 0.2, match_bias_s = 3;
+    double match_bias_sigma_px = 0.2;
+    double match_bias_s = 3;  ///< correlation time of that bias
     double gate_sigma_px = 0.15;
     int visible_landmarks = 18, measured_landmarks = 12;
     double minimum_correlation = 0.9;
-    double corner_threshold = 20000;  ///< of the 11x11 gradient moments, gray levels squared
+    /// Minimum of the smaller eigenvalue of a corner's 11x11 gradient moments, gray levels squared.
+    static constexpr double corner_threshold = 20000;
     /// The standard deviation of a correct match that searches and gates use.
     double search_sigma_px() const { return std::max(sigma_px, gate_sigma_px); }
     bool warped_patches = true, estimate_normals = true, sub_pixel = true, consensus = true;
@@ -230,13 +228,10 @@ struct Options {
           key, 0, 100, "shift of a patch's center after the camera has moved by the patch's distance");
       number<&Vision::match_bias_sigma_px>(key, 0, 100,
                                            "standard deviation of a match's lasting bias; 0: none");
-      number<&Vision::match_bias_s>(key, 1e-3, 1e6, "correlation time of a match's bias");
       number<&Vision::gate_sigma_px>(key, 0.01, 100, "standard deviation of a correct match, for gating");
       number<&Vision::visible_landmarks>(key, 1, 1000, "number of landmarks to keep in view");
       number<&Vision::measured_landmarks>(key, 1, 1000, "number of landmarks to measure in a frame");
       number<&Vision::minimum_correlation>(key, -1, 1, "minimum normalized correlation of a match");
-      number<&Vision::corner_threshold>(key, 0, 1e9,
-                                        "minimum of the smaller eigenvalue of a corner's gradient moments");
       value<&Vision::warped_patches>(key, "whether templates are warped to the predicted view");
       value<&Vision::estimate_normals>(key, "whether surface normals are estimated");
       value<&Vision::sub_pixel>(key, "whether matches are refined to sub-pixel accuracy");
@@ -246,23 +241,20 @@ struct Options {
 
   struct Tracking {
     double lost_after_s = 2, give_up_s = 10;
+    /// Standard deviations beyond 2 % at which the plan's scale and the lens's distortion are suspect.
     double plan_bound = 4, lens_bound = 6;
     static void keys(auto&& key) {
       number<&Tracking::lost_after_s>(key, 1e-3, 1e6,
                                       "time without an image or a match after which tracking is lost");
       number<&Tracking::give_up_s>(key, 1e-3, 1e6, "time after which a filter that lost track has diverged");
-      number<&Tracking::plan_bound>(key, 1e-3, 1e9,
-                                    "standard deviations beyond 2 % at which the plan's scale is suspect");
-      number<&Tracking::lens_bound>(
-          key, 1e-3, 1e9, "standard deviations beyond 2 % at which the lens's distortion is suspect");
     }
   } tracking;
 
-  struct Bounds {  ///< on the cost of a frame, whatever the other options request
-    int landmarks = 300, measured = 100;
+  struct Bounds {         ///< on the cost of a frame, whatever the other options request
+    int landmarks = 300;  ///< in the map
+    int measured = 100;   ///< in a frame
     static void keys(auto&& key) {
       number<&Bounds::landmarks>(key, 1, 1000, "maximum number of landmarks in the map");
-      number<&Bounds::measured>(key, 1, 1000, "maximum number of landmarks measured in a frame");
     }
   } bounds;
 
@@ -275,18 +267,17 @@ struct Options {
       int count = 100;
       double nearest_m = 0.5, furthest_m = 12;
       double converged = 0.3;
-      int fewest = 20, attempts = 10, at_once = 1;
-      double minimum_speed_m_s = 0.05;
+      static constexpr int fewest = 20;  ///< number below which a ray is discarded
+      int attempts = 10, at_once = 1;
+      double minimum_speed_m_s = 0.05;  ///< camera speed below which no ray is initialized
       static void keys(auto&& key) {
         number<&Particles::count>(key, 2, 10000, "number of depth particles along a new landmark's ray");
         number<&Particles::nearest_m>(key, 0.01, 1000, "depth of the nearest particle");
         number<&Particles::furthest_m>(key, 0.02, 1000, "depth of the furthest particle");
         number<&Particles::converged>(key, 0.001, 1,
                                       "relative error of the depth below which a ray becomes a point");
-        number<&Particles::fewest>(key, 1, 10000, "number of particles below which a ray is discarded");
         number<&Particles::attempts>(key, 1, 100000, "maximum number of frames for which a ray is kept");
         number<&Particles::at_once>(key, 1, 1000, "maximum number of rays in the map at a time");
-        number<&Particles::minimum_speed_m_s>(key, 0, 1e3, "camera speed below which no ray is initialized");
       }
     } particles;
     static void keys(auto&& key) {

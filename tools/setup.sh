@@ -31,7 +31,7 @@ install_packages() {
   exit 2
 }
 
-# Installs the npm packages that tests use to read exported files into build/interop, at the versions in the lock file. If this
+# Installs the npm packages that tests use into build/interop, at the versions in the lock file. If this
 # fails, these tests are skipped; with $CI set, the script fails instead.
 install_interop() {
   source=$root/tests/interop folder=$root/build/interop

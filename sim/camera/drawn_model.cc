@@ -134,16 +134,17 @@ PosedRobot::PosedRobot(const physics::RobotFile& robot, const std::string& room,
     : model_(physics::load_model(robot, room, models)),
       data_(data_at_rest(*model_)),
       robot_(physics::read_robot(*model_, robot)) {
-  std::map<std::pair<int, int>, DrawnPiece> pieces;  // by body and picture
+  std::map<std::tuple<int, int, float>, DrawnPiece> pieces;  // by body, picture and alpha
   for (int geom = 0; geom < model_->ngeom; ++geom) {
     if (!is_drawn(*model_, geom)) continue;
     const char* const body = mj_id2name(model_.get(), mjOBJ_BODY, model_->geom_bodyid[geom]);
-    const int texture = texture_of(*model_, geom);
+    const float alpha = paint_of(*model_, geom).alpha;
+    const int texture = alpha < 1 ? -1 : texture_of(*model_, geom);
     const bool moving = moves(*model_, geom);
-    const std::pair key(moving ? index_of(bodies_, std::string(body ? body : "")) : -1,
-                        texture < 0 ? -1 : index_of(textures_, texture));
+    const std::tuple key(moving ? index_of(bodies_, std::string(body ? body : "")) : -1,
+                         texture < 0 ? -1 : index_of(textures_, texture), alpha);
     DrawnPiece& piece = pieces[key];
-    std::tie(piece.body, piece.picture) = key;
+    std::tie(piece.body, piece.picture, piece.alpha) = key;
     const Eigen::Isometry3d X = moving ? pose_in_body(*model_, geom) : geom_pose(*data_, geom);
     add_geom(piece, *model_, geom, X.cast<float>());
   }

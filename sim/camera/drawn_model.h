@@ -14,6 +14,7 @@ namespace sim::camera {
 struct DrawnPiece {
   int body = -1;                                  ///< index in PosedRobot::bodies(); -1: the room
   int picture = -1;                               ///< index in PosedRobot::pictures(); -1: plain color
+  float alpha = 1;                                ///< below 1: glass, without a picture
   std::vector<float> positions, normals, colors;  ///< three per vertex: in m; of unit length; RGB, 0-1
   std::vector<float> uv;  ///< two per vertex; (0, 0) is the picture's upper left; empty without a picture
   std::vector<std::uint32_t> indices;  ///< three per triangle, counter-clockwise seen from outside

@@ -238,7 +238,7 @@ class Run {
       tracking_;  // before the cameras: a program that rejects its start costs no rendering
   FramePipeline frames_;
   recording::RecordingWriter writer_;
-  SelfCheck check_;
+  InertialCheck check_;
   std::optional<SteeringPoseBuffer> steering_;  // only for a steered walk
   std::size_t steering_answers_ = 0;            // number of the estimator's answers added to it
   slam::Observation next_;                      // readings of IMUs, encoders and forces since the last frame
@@ -264,9 +264,8 @@ Run::Run(const scenario::ReadScenario& read, const Start& start, const std::file
                                    : std::nullopt),
       frames_(read.scenario, start.models, threads > 1),
       writer_(folder, setup_),
-      check_{InertialCheck(true_motion(robot_->world())), {}} {
+      check_(true_motion(robot_->world())) {
   for (const score::Surface& surface : frames_.surfaces()) writer_.add(surface);
-  if (!frames_.surfaces().empty()) check_.view.emplace(setup_.calibration.camera, frames_.surfaces());
   if (observer_.begins) observer_.begins(setup_);
   if (read.scenario.walk.steering.by != walking::SteeredBy::plan)
     steering_.emplace(read.scenario.walk.steering, read.scenario.errors.faults, frames_.lead());
@@ -364,7 +363,7 @@ void Run::read_imu() {
   next_.accelerometer.push_back({reading.begin, reading.end, reading.specific_force});
   const recording::TrueMotion motion = true_motion(robot_->world());
   writer_.add(motion);
-  check_.inertial.add(next_.gyro.back(), next_.accelerometer.back(), motion);
+  check_.add(next_.gyro.back(), next_.accelerometer.back(), motion);
 }
 
 // Delivers a frame to the recording and, if the scenario has one, to the filter.
@@ -377,7 +376,6 @@ void Run::deliver_frame() {
   {
     const result::StageClock clock(timing_.frame.record_ms);
     writer_.add(frame.observation, frame.png, frame.rig_pngs);
-    if (check_.view) check_.view->add(frame.observation.image, t, frame.X_WC);
   }
   const auto track = [this](slam::Observation observation) {
     if (!tracking_) return;

@@ -232,7 +232,7 @@ std::string breakable(const std::string& html) {
 }
 
 std::string row_html(const TableRow& row, const char* tag) {
-  std::string html = row.id.empty() ? "<tr>" : fmt::format("<tr id='{}'>", escaped(row.id));
+  std::string html = "<tr>";
   for (const TableCell& cell : row.cells)
     html += fmt::format("<{0}{1}>{2}</{0}>", tag,
                         cell.style.empty() ? "" : fmt::format(" class='{}'", cell.style), cell.html);
@@ -370,9 +370,6 @@ std::string base64(std::string_view bytes) {
 TableCell text_cell(std::string_view text, const std::string& style) { return {escaped(text), style}; }
 TableCell code_cell(std::string_view text) { return {"<code>" + escaped(text) + "</code>"}; }
 TableCell number_cell(std::optional<double> value) { return {number_text(value), "number"}; }
-std::string number_text(std::optional<double> value) {
-  return value && std::isfinite(*value) ? fmt::format("{:.4g}", *value) : "-";
-}
 
 std::string table_html(std::string_view name, const std::vector<std::string>& titles,
                        const std::vector<TableRow>& rows, bool sorts) {

@@ -7,7 +7,11 @@
 #include <string_view>
 #include <vector>
 
+#include "sim/result/limits.h"
+
 namespace sim::pages {
+
+using result::number_text;
 
 /// Returns the text escaped for elements and quoted attributes in HTML and SVG. Every text from a file or a
 /// user must be escaped.
@@ -93,13 +97,11 @@ struct TableCell {
 };
 TableCell text_cell(std::string_view text, const std::string& style = "");
 TableCell code_cell(std::string_view text);
-/// Returns four significant digits, or a dash if the value is absent or not finite.
+/// Returns number_text().
 TableCell number_cell(std::optional<double> value);
-std::string number_text(std::optional<double> value);
 
 struct TableRow {
   std::vector<TableCell> cells;
-  std::string id = "";
 };
 /// Returns a table that scrolls next to its fixed first column; titles are aligned like their cells.
 /// sorts: a click on a title sorts the rows.

@@ -1,10 +1,14 @@
 // The pages, each a single HTML file that needs no other files and no network; and the figures of runs.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cstdint>
 
 #include "sim/pages/html.h"
+#include "sim/pages/pictures.h"
 #include "sim/pages/run_data.h"
+#include "sim/pages/settings.h"
 #include "sim/scenario/options.h"
 
 namespace sim::pages {
@@ -28,11 +32,10 @@ std::vector<Figure> run_figures(const RunData& run);
 /// CPU time by setting. Estimators are never pooled; a scenario with fewer than two runs has no figures.
 std::vector<std::pair<std::string, std::vector<Figure>>> comparison_figures(const std::vector<RunData>& runs);
 
-/// A metric that pages show unless others are requested: in the cards and tables of runs, the leaderboard,
-/// and the figures and tables of a sweep.
+/// A metric that pages show: in the cards and tables of runs, and in the figures and tables of a sweep.
 struct ShownMetric {
   const char* name;
-  bool run = false, leaderboard = false, sweep = false;
+  bool run = false, sweep = false;
 };
 /// Returns the names of the metrics shown there, most important first.
 std::vector<std::string> shown_metrics(bool ShownMetric::*where);
@@ -61,9 +64,9 @@ struct ChangeTable {
 ChangeTable changes(const std::vector<const RunData*>& runs, const std::vector<result::SeedScore>& a,
                     const std::vector<result::SeedScore>& b);
 
-/// The values of a metric for one scenario and setting over the seeds.
+/// The values of a metric over the seeds of a row.
 struct MetricSummary {
-  std::string scenario, setting, metric;
+  std::string metric;
   std::string column;  ///< column_of()
   std::vector<double> values = {};
   std::optional<std::pair<double, double>> interval = {};  ///< of the median, 95 %; needs 6
@@ -71,8 +74,27 @@ struct MetricSummary {
   std::size_t worst_run = 0;  ///< index of the run with the worst value
   std::optional<scenario::MetricLimit> limit = {};
 };
-/// Returns the metrics shown for runs, by scenario and variants().
-std::vector<MetricSummary> summaries(const std::vector<RunData>& runs);
+/// The runs with one scenario, estimator, controller, robot and setting (the other keys that differ).
+struct ResultRow {
+  std::string scenario, estimator, controller, robot, setting;
+  std::vector<std::size_t> runs = {};
+  std::size_t completed = 0;
+  double coverage = 0;  ///< mean fraction of true poses with an estimate; 0 for a run that did not complete
+  std::vector<MetricSummary> metrics = {};
+  std::vector<double> cpu_ms = {};  ///< median per frame of each run
+
+  std::optional<double> coverage_shown() const {
+    return coverage > 0 ? std::optional(coverage) : std::nullopt;
+  }
+  /// Returns "3 of 3".
+  std::string completed_text() const { return fmt::format("{} of {}", completed, runs.size()); }
+};
+/// Returns the runs as rows, those of a scenario together and the best one first: by coverage in whole
+/// percent, then by the first metric.
+std::vector<ResultRow> result_rows(const std::vector<RunData>& runs);
+/// Returns the columns that identify a row: the estimator, and those in which rows differ.
+std::vector<std::pair<std::string, std::string ResultRow::*>> naming_columns(
+    const std::vector<ResultRow>& rows);
 /// Returns "≤ 0.05".
 std::string limit_text(const scenario::MetricLimit& limit);
 /// Returns "slam.vision.sigma_px [px]", or the name if the unit is empty or 1.
@@ -85,11 +107,8 @@ std::string median_text(double median, const std::optional<std::pair<double, dou
 enum class TableFormat { csv, markdown, latex };
 /// Returns the format of a file from its extension .csv, .md or .tex. Throws std::invalid_argument.
 TableFormat table_format(const fs::path& file);
-/// Returns a table file; LaTeX uses the package booktabs. lines: titles, then rows; "-": absent. remark: put
-/// below the rows, but not in CSV.
-std::string written_table(const std::vector<std::vector<std::string>>& lines, TableFormat format,
-                          const std::string& remark);
-/// Returns summaries() as a table: in CSV, a line per metric with all digits; otherwise, a row per setting.
+/// Returns result_rows() as a table file: in CSV, a line per row and metric with all digits; otherwise, a
+/// line per row. LaTeX uses the package booktabs.
 std::string runs_table(const std::vector<RunData>& runs, TableFormat format);
 
 /// Returns HTML of `count` (at least two) images, evenly spaced over the walk, with the 3-sigma ellipses that
@@ -104,9 +123,9 @@ std::string run_sections(const RunData& run, const std::string& prefix, const st
 std::string runs_page(const std::vector<RunData>& runs);
 
 bool is_sweep(const fs::path& folder);
-/// Returns the page of a sweep, by scenario: medians over a numeric key as lines (with the trials as dots, or
-/// one line per combination of non-numeric values); medians over two keys as heat maps, pooled over the other
-/// keys; and the worst seed of each setting. Throws FileError.
+/// Returns the page of a sweep, by scenario: medians over each numeric key as lines, one for each combination
+/// of the other keys' values or a single one with the trials as dots; and the worst seed of each setting.
+/// Throws FileError.
 std::string sweep_page(const fs::path& folder);
 
 bool is_tuning(const fs::path& folder);
@@ -152,48 +171,5 @@ Figure depths_figure(const fs::path& depths_csv);
 
 /// Returns the page: table and figures. Throws FileError if a table of a run is broken.
 std::string paper_page(const PaperRuns& runs, const std::string& revision);
-
-// The estimators in a tree of results in one table: a row for each set of results, grouped by scenario.
-
-/// One run of a row. coverage: the fraction of true poses with an estimate; 0 for an incomplete run.
-struct LeaderboardRun {
-  bool completed = false;
-  double coverage = 0;
-  std::map<std::string, double> values;  ///< by column, those that it has
-  fs::path folder;
-};
-
-/// A folder's results with the same scenario, estimator, settings, programs and alignment.
-struct LeaderboardRow {
-  std::string scenario, estimator;
-  std::string alignment;  ///< how the estimate was aligned with the truth before it was scored, or "none"
-  fs::path folder;        ///< contains the results; for replays inside them, a path with seed-*
-  std::map<std::string, std::string> settings;        ///< settings_of()
-  std::map<std::uint64_t, LeaderboardRun> runs = {};  ///< by seed
-  std::vector<std::uint64_t> seeds = {};              ///< used for its numbers: the common ones, or all
-  std::optional<std::size_t> rank = {};               ///< from 1 in its scenario; absent without common seeds
-
-  /// Returns the values of the runs with these seeds that have one.
-  std::vector<double> values(const std::string& column) const;
-  double coverage() const;  ///< mean over the runs with these seeds
-};
-
-struct Leaderboard {
-  std::vector<std::string> metrics;  ///< rows are ordered by the first one
-  std::vector<LeaderboardRow> rows = {};
-  std::map<std::string, std::vector<std::uint64_t>> common = {};  ///< by scenario: seeds of all ranked rows
-  std::vector<std::string> left_out = {};  ///< results that cannot be read or that repeat a seed of their row
-};
-
-/// Returns all results below the folders, each once, without recordings and replaced results. Ranks the rows
-/// of a scenario over their common seeds, by coverage in whole percent, then by the median of the first
-/// metric; never compares scenarios. A row without the common seeds is listed last, without a rank. Throws
-/// FileError if a folder contains no result, or none can be read.
-Leaderboard leaderboard(const std::vector<fs::path>& folders, const std::vector<std::string>& metrics);
-
-std::string leaderboard_table(const Leaderboard& board);
-std::string leaderboard_file(const Leaderboard& board, TableFormat format);
-/// Returns a single-file page.
-std::string leaderboard_page(const Leaderboard& board);
 
 }  // namespace sim::pages

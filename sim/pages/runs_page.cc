@@ -276,46 +276,62 @@ std::string table(const PageRuns& runs, const std::string& scenario) {
   return table_html("runs", titles, rows, true);
 }
 
+/// Returns "best" or "worst" for the first and last of several losses.
+const char* mark_of(double loss, const std::vector<double>& losses) {
+  const auto [least, most] = std::ranges::minmax(losses);
+  return least == most   ? ""
+         : loss == least ? " <b class='good'>best</b>"
+         : loss == most  ? " <b class='bad'>worst</b>"
+                         : "";
+}
+
+TableCell summary_cell(const PageRuns& runs, const MetricSummary& s, const char* mark) {
+  const RunData& run = runs.all[s.worst_run];
+  const auto t = worst_instant(run, s.metric);
+  const std::string worst = fmt::format("seed {}{}", run.seed, t ? fmt::format(", {:.2f} s", *t) : "");
+  return {fmt::format("{}{}<br><small>n = {}{}: {}</small>", median_text(score::median(s.values), s.interval),
+                      mark, s.values.size(), s.values.size() > 1 ? "; worst " + number_text(s.worst) : "",
+                      runs.link(s.worst_run, worst))};
+}
+
 std::string settings_html(const PageRuns& runs, const std::string& scenario) {
-  const auto table = summaries(runs.all);
-  std::map<std::string, std::map<std::string, const MetricSummary*>> rows;  // by setting and column
-  std::vector<std::string> columns, titles{"setting"};
-  std::map<std::string, std::vector<double>> losses;
+  std::vector<ResultRow> rows = result_rows(runs.all);
+  std::erase_if(rows, [&](const ResultRow& row) { return row.scenario != scenario; });
+  std::vector<std::string> columns, titles;
+  std::map<std::string, std::vector<double>> losses;  // by column
   const auto loss = [](const MetricSummary& s) {
     return score::loss(score::median(s.values), score::direction_of(s.metric));
   };
-  for (const MetricSummary& s : table) {
-    if (s.scenario != scenario) continue;
-    rows[s.setting][s.column] = &s;
-    losses[s.column].push_back(loss(s));
-    if (losses[s.column].size() > 1) continue;
-    columns.push_back(s.column);
-    titles.push_back(metric_label(s.metric, s.column) + (s.limit ? ", limit " + limit_text(*s.limit) : ""));
-  }
-  std::vector<TableRow> lines;
-  for (const auto& [setting, of_setting] : rows) {
-    TableRow& line = lines.emplace_back(TableRow{{text_cell(setting)}});
-    for (const std::string& column : columns) {
-      const auto found = of_setting.find(column);
-      TableCell& cell = line.cells.emplace_back(TableCell{"-"});
-      if (found == of_setting.end()) continue;
-      const MetricSummary& s = *found->second;
-      const auto [least, most] = std::ranges::minmax(losses[column]);
-      const char* const mark = least == most      ? ""
-                               : loss(s) == least ? " <b class='good'>best</b>"
-                               : loss(s) == most  ? " <b class='bad'>worst</b>"
-                                                  : "";
-      const RunData& run = runs.all[s.worst_run];
-      const auto t = worst_instant(run, s.metric);
-      const std::string worst = fmt::format("seed {}{}", run.seed, t ? fmt::format(", {:.2f} s", *t) : "");
-      cell.html =
-          fmt::format("{}{}<br><small>n = {}{}: {}</small>", median_text(score::median(s.values), s.interval),
-                      mark, s.values.size(), s.values.size() > 1 ? "; worst " + number_text(s.worst) : "",
-                      runs.link(s.worst_run, worst));
+  const auto naming = naming_columns(rows);
+  for (const auto& [title, member] : naming) titles.push_back(title);
+  titles.insert(titles.end(), {"completed", "coverage"});
+  for (const ResultRow& row : rows)
+    for (const MetricSummary& s : row.metrics) {
+      losses[s.column].push_back(loss(s));
+      if (losses[s.column].size() > 1) continue;
+      columns.push_back(s.column);
+      titles.push_back(metric_label(s.metric, s.column) + (s.limit ? ", limit " + limit_text(*s.limit) : ""));
     }
+  titles.emplace_back("CPU per frame [ms]");
+  std::vector<TableRow> lines;
+  for (const ResultRow& row : rows) {
+    TableRow& line = lines.emplace_back();
+    for (const auto& [title, member] : naming) line.cells.push_back(text_cell(row.*member));
+    line.cells.push_back({row.completed_text(), "number"});
+    line.cells.push_back(number_cell(row.coverage_shown()));
+    for (const std::string& column : columns) {
+      const auto s = std::ranges::find(row.metrics, column, &MetricSummary::column);
+      line.cells.push_back(s == row.metrics.end()
+                               ? TableCell{"-"}
+                               : summary_cell(runs, *s, mark_of(loss(*s), losses[column])));
+    }
+    line.cells.push_back(
+        number_cell(row.cpu_ms.empty() ? std::nullopt : std::optional(score::median(row.cpu_ms))));
   }
-  return "<h3>Settings: median over seeds [95 % interval of the median, with at least 6 seeds]</h3>" +
-         table_html("settings", titles, lines, true);
+  return "<h3>Results: median over seeds [95 % interval of the median, with at least 6 seeds]</h3>" +
+         table_html("settings", titles, lines, true) +
+         "<p class='soft'>The best row comes first: by coverage, then by the first metric. Coverage is the "
+         "fraction of true poses with an estimate; a run that did not complete counts as 0.</p>";
 }
 
 constexpr std::size_t kMostCompared = 4;  // variants that are compared with the first
@@ -406,21 +422,21 @@ std::string runs_in_detail(const PageRuns& runs) {
   return head + html;
 }
 
-constexpr ShownMetric kShownMetrics[]{{"ate_se3_rmse_m", true, true, true},
-                                      {"ate_sim3_rmse_m", false, true, false},
-                                      {"rmse_m", true, true, true},
-                                      {"rpe_1m_m", false, false, true},
-                                      {"end_position_error_m", true, true, true},
-                                      {"end_yaw_error_deg", true, false, false},
-                                      {"tracked_fraction", true, true, false},
-                                      {"nees_position_mean", true, true, true},
-                                      {"loop_landmarks", true, false, true},
-                                      {"navigation_rmse_m", true, false, false},
-                                      {"navigation_end_position_error_m", true, false, false},
-                                      {"navigation_end_yaw_error_deg", true, false, false},
-                                      {"vibration_below_2hz_m_s2", false, false, true},
-                                      {"vibration_2_to_8hz_m_s2", false, false, true},
-                                      {"vibration_from_8hz_m_s2", false, false, true}};
+constexpr ShownMetric kShownMetrics[]{{"ate_se3_rmse_m", true, true},
+                                      {"rmse_m", true, true},
+                                      {"ate_sim3_rmse_m", true, false},
+                                      {"rpe_1m_m", false, true},
+                                      {"end_position_error_m", true, true},
+                                      {"end_yaw_error_deg", true, false},
+                                      {"tracked_fraction", true, false},
+                                      {"nees_position_mean", true, true},
+                                      {"loop_landmarks", true, true},
+                                      {"navigation_rmse_m", true, false},
+                                      {"navigation_end_position_error_m", true, false},
+                                      {"navigation_end_yaw_error_deg", true, false},
+                                      {"vibration_below_2hz_m_s2", false, true},
+                                      {"vibration_2_to_8hz_m_s2", false, true},
+                                      {"vibration_from_8hz_m_s2", false, true}};
 
 }  // namespace
 

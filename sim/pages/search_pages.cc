@@ -20,7 +20,7 @@ namespace {
 
 using files::Json;
 
-constexpr std::size_t kMostKeys = 6;     // that have figures: 15 heat maps per metric
+constexpr std::size_t kMostKeys = 6;     // that have figures
 constexpr std::size_t kMostDots = 2000;  // if there are more trials, only the medians are drawn
 constexpr std::size_t kMostOfGrid = 20;  // values of a grid key; sampled keys have one for each sample
 
@@ -57,14 +57,6 @@ struct Sweep {
   std::string scenario;
   std::vector<Trial> trials;
   std::vector<Key> keys;
-
-  /// Returns the id of a setting's row in the page.
-  std::string anchor(const Trial& trial) const {
-    std::string name = "setting-" + scenario;
-    for (std::size_t k = 0; k < keys.size(); ++k)
-      name += fmt::format("-{}", keys[k].place.at(trial.settings[k]) + 1);
-    return name;
-  }
 };
 
 Trial trial_of(const Json& line, std::vector<std::string>& keys) {
@@ -135,57 +127,70 @@ std::vector<double> values_of(const Trials& trials, const std::string& metric) {
   return values;
 }
 
-/// The median, the smallest and the largest value; NaN if there are none.
-struct Spread {
-  Spread(const Trials& trials, const std::string& metric) {
-    if (const std::vector<double> values = values_of(trials, metric); !values.empty())
-      median = score::median(values), least = std::ranges::min(values), most = std::ranges::max(values);
-  }
-  double median = NAN, least = NAN, most = NAN;
-};
-
-/// Returns the values of the non-numeric keys, such as estimators.
-std::string words_of(const Sweep& sweep, const Trial& trial) {
-  std::vector<std::string> words;
-  for (std::size_t k = 0; k < sweep.keys.size(); ++k)
-    if (sweep.keys[k].numbers.empty() && sweep.keys[k].values.size() > 1) words.push_back(trial.settings[k]);
-  return fmt::format("{}", fmt::join(words, ", "));
+double median_of(const Trials& trials, const std::string& metric) {
+  const std::vector<double> values = values_of(trials, metric);
+  return values.empty() ? NAN : score::median(values);
 }
 
-/// Draws medians over a numeric key: a line with its interval for each combination of non-numeric values or,
-/// if there is only one or there are more than colors, a single line with the trials as dots.
+constexpr std::array kRoles{Role::estimate, Role::first, Role::second, Role::third, Role::plan, Role::truth};
+
+/// Returns the values of the keys other than the k-th, such as "filter, 2". words_only: only those without
+/// numbers, such as estimators.
+std::string others_of(const Sweep& sweep, std::size_t k, const Trial& trial, bool words_only) {
+  std::vector<std::string> values;
+  for (std::size_t i = 0; i < sweep.keys.size(); ++i) {
+    const Key& key = sweep.keys[i];
+    if (i == k || key.values.size() < 2 || (words_only && !key.numbers.empty())) continue;
+    values.push_back(key.numbers.empty() ? trial.settings[i]
+                                         : fmt::format("{} {}", key.name, trial.settings[i]));
+  }
+  return fmt::format("{}", fmt::join(values, ", "));
+}
+
+/// Returns the names of the lines over a key, and sets the name of each trial: the values of the other keys
+/// if there are colors for all, else only those without numbers, else "median" for all trials.
+std::vector<std::string> line_names(const Sweep& sweep, std::size_t k, std::vector<std::string>& of_trials) {
+  for (const bool words_only : {false, true}) {
+    std::vector<std::string> names;
+    of_trials.clear();
+    for (const Trial& trial : sweep.trials) {
+      of_trials.push_back(others_of(sweep, k, trial, words_only));
+      if (std::ranges::find(names, of_trials.back()) == names.end()) names.push_back(of_trials.back());
+    }
+    if (names.size() > 1 && names.size() <= kRoles.size() && sweep.keys[k].is_grid()) return names;
+  }
+  of_trials.assign(sweep.trials.size(), "median");
+  return {"median"};
+}
+
+/// Draws medians over a numeric key: a line with its interval for each combination of the other keys' values,
+/// or a single line with the trials as dots.
 Figure lines_figure(const Sweep& sweep, std::size_t k, const std::string& metric) {
-  using enum Role;
-  static constexpr std::array kRoles{estimate, first, second, third, plan, truth};
   const Key& key = sweep.keys[k];
   Figure f{fmt::format("{}_{}_{}", sweep.scenario, metric, key.name),
            fmt::format("{} over {}", metric, key.name), key.label(), metric_label(metric)};
   f.logarithmic_x = key.numbers.front() > 0 && key.numbers.back() > 8 * key.numbers.front();
   f.whole_y = metric == "loop_landmarks";
-  const auto at = [&](const Trial& trial) { return key.numbers[key.place.at(trial.settings[k])]; };
-  std::vector<std::string> words;
-  for (const Trial& trial : sweep.trials)
-    if (const std::string of = words_of(sweep, trial); std::ranges::find(words, of) == words.end())
-      words.push_back(of);
-  const bool by_words = words.size() > 1 && words.size() <= kRoles.size() && key.is_grid();
-  if (!by_words) words = {"median"};
-  std::map<std::string, std::map<double, Trials>> groups;  // by words and value of the key
-  for (const Trial& trial : sweep.trials)
-    groups[by_words ? words_of(sweep, trial) : words[0]][at(trial)].push_back(&trial);
-  Line dots{"a trial", truth, {}, {}, true};
-  if (!by_words && sweep.trials.size() <= kMostDots)
-    for (const Trial& trial : sweep.trials)
-      if (const double value = trial.value(metric); !std::isnan(value)) dots.add(at(trial), value);
-  if (!by_words) f.lines = {dots};
-  if (!key.is_grid() && !dots.x.empty()) return f;
-  for (std::size_t g = 0; g < words.size(); ++g) {
-    Line median{words[g], kRoles[g]};
+  std::vector<std::string> of_trials;
+  const std::vector<std::string> names = line_names(sweep, k, of_trials);
+  std::map<std::string, std::map<double, Trials>> groups;  // by line and value of the key
+  Line dots{"a trial", Role::truth, {}, {}, true};
+  for (std::size_t i = 0; i < sweep.trials.size(); ++i) {
+    const double x = key.numbers[key.place.at(sweep.trials[i].settings[k])];
+    groups[of_trials[i]][x].push_back(&sweep.trials[i]);
+    if (const double y = sweep.trials[i].value(metric); !std::isnan(y)) dots.add(x, y);
+  }
+  const bool single = names.size() == 1;
+  if (single && sweep.trials.size() <= kMostDots) f.lines = {dots};
+  if (!key.is_grid() && !f.lines.empty()) return f;
+  for (std::size_t g = 0; g < names.size(); ++g) {
+    Line median{names[g], kRoles[g]};
     Envelope interval{"", kRoles[g]};
-    for (const auto& [x, trials] : groups[words[g]]) {
+    for (const auto& [x, trials] : groups[names[g]]) {
       const std::vector<double> values = values_of(trials, metric);
       if (values.empty()) continue;
       median.add(x, score::median(values));
-      const auto within = by_words ? score::median_interval(values) : std::nullopt;
+      const auto within = single ? std::nullopt : score::median_interval(values);
       if (within) interval.add(x, within->first, within->second);
     }
     if (interval.x.size() == median.x.size()) f.envelopes.push_back(interval);
@@ -195,61 +200,8 @@ Figure lines_figure(const Sweep& sweep, std::size_t k, const std::string& metric
   return f;
 }
 
-/// Returns the value or, for a metric with an expected value, the factor by which it differs from that.
-std::string loss_text(double loss, const score::Direction& direction) {
-  if (direction.worst != score::Worst::farthest_from_expected)
-    return number_text(direction.worst == score::Worst::smallest ? -loss : loss);
-  return fmt::format("a factor of {} from {}", number_text(std::exp(loss)), number_text(direction.expected));
-}
-
-/// Returns a table of two keys, the first one across; its cells link to the rows of their settings.
-std::string heat_map(const Sweep& sweep, std::size_t a, std::size_t b, const std::string& metric) {
-  const Key &across = sweep.keys[a], &down = sweep.keys[b];
-  std::map<std::pair<std::string, std::string>, Trials> cells;
-  for (const Trial& trial : sweep.trials) cells[{trial.settings[a], trial.settings[b]}].push_back(&trial);
-  const score::Direction direction = score::direction_of(metric);
-  const auto loss_of = [&](double value) { return score::loss(value, direction); };
-  // Colors are linear in the loss.
-  std::vector<double> losses, spreads;
-  for (const auto& [at, trials] : cells) {
-    const Spread of(trials, metric);
-    if (const double spread = std::abs(loss_of(of.most) - loss_of(of.least)); std::isfinite(spread))
-      spreads.push_back(spread);
-    if (const double loss = loss_of(of.median); std::isfinite(loss)) losses.push_back(loss);
-  }
-  const double best = losses.empty() ? 0 : std::ranges::min(losses),
-               width = losses.empty() ? 0 : std::max(std::ranges::max(losses) - best, score::median(spreads));
-  std::vector<std::string> titles{"down \\ across"};
-  titles.insert(titles.end(), across.values.begin(), across.values.end());
-  std::vector<TableRow> rows;
-  for (const std::string& y : down.values) {
-    TableRow& row = rows.emplace_back(TableRow{{text_cell(y)}});
-    for (const std::string& x : across.values) {
-      const auto found = cells.find({x, y});
-      TableCell& cell = row.cells.emplace_back(TableCell{"-", "number"});
-      if (found == cells.end()) continue;
-      const Spread of(found->second, metric);
-      cell.html = fmt::format("<a href='#{}'>{}</a>", escaped(sweep.anchor(*found->second.front())),
-                              number_text(of.median));
-      if (of.least < of.most)
-        cell.html += fmt::format("<br><small>{:.3g} to {:.3g}</small>", of.least, of.most);
-      if (const double loss = loss_of(of.median); std::isfinite(loss))
-        cell.style += fmt::format(" heat-{:.0f}", width > 0 ? 9 * (loss - best) / width : 0);  // pages.css
-    }
-  }
-  std::string scale;
-  for (int step = 0; step < 10; ++step)
-    scale += fmt::format("<span class='heat-{}'>&nbsp;&nbsp;</span>", step);
-  return fmt::format(
-      "<figure><figcaption>{}</figcaption><p class='soft'>across: {}; down: {}</p>{}<p class='soft'>{} {} "
-      "{}</p></figure>",
-      escaped(metric_label(metric)), escaped(across.label()), escaped(down.label()),
-      table_html(metric, titles, rows), loss_text(best, direction), scale,
-      loss_text(best + width, direction));
-}
-
-/// Returns heat maps of pairs of keys and lines over single keys, for each metric. If there are many keys,
-/// only the first ones have figures, so that a browser can still open the page.
+/// Returns the figures over each numeric key and for each metric. If there are many keys, only the first ones
+/// have figures, so that a browser can still open the page.
 std::string figures_of(const Sweep& sweep) {
   std::string html, figures;
   std::vector<std::size_t> varied;
@@ -260,22 +212,9 @@ std::string figures_of(const Sweep& sweep) {
                        kMostKeys, varied.size());
     varied.resize(kMostKeys);
   }
-  bool mapped = false;
-  for (const std::string& metric : metrics_of(sweep)) {
-    for (const std::size_t a : varied)
-      for (const std::size_t b : varied)
-        if (a < b && sweep.keys[a].is_grid() && sweep.keys[b].is_grid())
-          figures += heat_map(sweep, a, b, metric), mapped = true;
-    if (mapped && sweep.keys.size() == 2) continue;  // it has both keys already
+  for (const std::string& metric : metrics_of(sweep))
     for (const std::size_t k : varied)
       if (!sweep.keys[k].numbers.empty()) figures += figure_html(lines_figure(sweep, k, metric));
-  }
-  if (mapped)
-    html += fmt::format(
-        "<p class='soft'>A heat map shows the median over {} and the range of the trials; click a cell to go "
-        "to the row of its setting. Colors range from the best median to the worst, or further if the "
-        "typical range of a setting's trials is larger.</p>\n",
-        sweep.keys.size() > 2 ? "seeds and the other keys" : "seeds");
   return html + figures_html(figures);
 }
 
@@ -327,7 +266,7 @@ std::string settings_table(const Sweep& sweep, const fs::path& folder) {
   for (const std::string& metric : metrics) titles.push_back(metric_label(metric));
   std::vector<TableRow> rows;
   for (const Trials& trials : by_setting(sweep)) {
-    TableRow& row = rows.emplace_back(TableRow{{}, sweep.anchor(*trials.front())});
+    TableRow& row = rows.emplace_back();
     for (const std::string& value : trials.front()->settings) row.cells.push_back(text_cell(value));
     const auto completed = std::ranges::count(trials, std::string("completed"), &Trial::ending);
     row.cells.push_back({fmt::format("{} of {}", completed, trials.size()), "number"});
@@ -337,7 +276,7 @@ std::string settings_table(const Sweep& sweep, const fs::path& folder) {
         {fmt::format("<details><summary>seed {}: {}</summary>{}<pre>{}</pre></details>", worst.seed,
                      std::isnan(value) ? escaped(worst.ending) : number_text(value), escaped(worst.cause),
                      escaped(command_of(sweep, worst, folder)))});
-    for (const std::string& metric : metrics) row.cells.push_back(number_cell(Spread(trials, metric).median));
+    for (const std::string& metric : metrics) row.cells.push_back(number_cell(median_of(trials, metric)));
   }
   return table_html("settings", titles, rows);
 }

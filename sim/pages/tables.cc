@@ -55,6 +55,43 @@ std::vector<std::pair<MetricVerdict, bool>> verdicts_of(const Seeds& a, const Se
   return all;
 }
 
+auto name_of(const ResultRow& row) {
+  return std::tie(row.scenario, row.estimator, row.controller, row.robot, row.setting);
+}
+
+void add_value(MetricSummary& summary, double value, std::size_t run) {
+  const auto loss = [&](double v) { return score::loss(v, score::direction_of(summary.metric)); };
+  if (summary.values.empty() || loss(value) > loss(summary.worst))
+    summary.worst = value, summary.worst_run = run;
+  summary.values.push_back(value);
+}
+
+void add_run(ResultRow& row, const RunData& run, std::size_t number) {
+  const bool completed = run.ending == scenario::Ending::completed;
+  row.runs.push_back(number);
+  row.completed += completed ? 1 : 0;
+  row.coverage += completed ? run.coverage().value_or(0) : 0;
+  if (run.frame_cpu_ms_median) row.cpu_ms.push_back(*run.frame_cpu_ms_median);
+  for (const std::string& metric : shown_metrics(run)) {
+    const auto value = run.value(metric);
+    if (!value) continue;
+    const std::string column = column_of(metric, run.alignment);
+    auto summary = std::ranges::find(row.metrics, column, &MetricSummary::column);
+    if (summary == row.metrics.end()) summary = row.metrics.insert(row.metrics.end(), {metric, column});
+    add_value(*summary, *value, number);
+    for (const result::JudgedLimit& judged : run.limits)
+      if (judged.limit.metric == metric && !judged.limit.aggregate) summary->limit = judged.limit;
+  }
+}
+
+/// Returns the loss of the median of the first metric, which no alignment affects.
+double first_loss(const ResultRow& row) {
+  const std::string first = shown_metrics(&ShownMetric::run).front();
+  const auto found = std::ranges::find(row.metrics, first, &MetricSummary::column);
+  return found == row.metrics.end() ? INFINITY
+                                    : score::loss(score::median(found->values), score::direction_of(first));
+}
+
 }  // namespace
 
 std::optional<double> worst_instant(const RunData& run, const std::string& metric) {
@@ -140,28 +177,42 @@ std::string metric_label(const std::string& metric, const std::string& column) {
   return with_unit(column.empty() ? metric : column, known ? known->unit : "");
 }
 
-std::vector<MetricSummary> summaries(const std::vector<RunData>& runs) {
+std::vector<ResultRow> result_rows(const std::vector<RunData>& runs) {
   std::vector<const RunData*> all;
   for (const RunData& run : runs) all.push_back(&run);
-  const std::vector<std::string> names = variants(all);
-  std::vector<MetricSummary> table;
-  std::map<std::tuple<std::string, std::string, std::string, std::string>, std::size_t> places;
-  for (std::size_t i = 0; i < runs.size(); ++i)
-    for (const std::string& metric : shown_metrics(runs[i])) {
-      const auto value = runs[i].value(metric);
-      if (!value) continue;
-      const auto [at, is_new] =
-          places.try_emplace({runs[i].scenario, names[i], metric, runs[i].alignment}, table.size());
-      if (is_new) table.push_back({runs[i].scenario, names[i], metric, column_of(metric, runs[i].alignment)});
-      MetricSummary& summary = table[at->second];
-      summary.values.push_back(*value);
-      const auto loss = [&](double v) { return score::loss(v, score::direction_of(metric)); };
-      if (is_new || loss(*value) > loss(summary.worst)) summary.worst = *value, summary.worst_run = i;
-      for (const result::JudgedLimit& judged : runs[i].limits)
-        if (judged.limit.metric == metric && !judged.limit.aggregate) summary.limit = judged.limit;
-    }
-  for (MetricSummary& summary : table) summary.interval = score::median_interval(summary.values);
-  return table;
+  const std::vector<std::string> settings = other_settings(all);
+  std::vector<ResultRow> rows;
+  std::vector<std::string> scenarios;  // in the given order
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    if (std::ranges::find(scenarios, runs[i].scenario) == scenarios.end())
+      scenarios.push_back(runs[i].scenario);
+    ResultRow own{runs[i].scenario, runs[i].estimator, runs[i].setting("walk.controller"),
+                  runs[i].setting("world.robot"), settings[i]};
+    auto row =
+        std::ranges::find_if(rows, [&](const ResultRow& other) { return name_of(other) == name_of(own); });
+    if (row == rows.end()) row = rows.insert(rows.end(), own);
+    add_run(*row, runs[i], i);
+  }
+  for (ResultRow& row : rows) {
+    row.coverage /= static_cast<double>(row.runs.size());
+    for (MetricSummary& s : row.metrics) s.interval = score::median_interval(s.values);
+  }
+  std::ranges::stable_sort(rows, {}, [&](const ResultRow& row) {
+    return std::tuple(std::ranges::find(scenarios, row.scenario), -std::round(100 * row.coverage),
+                      first_loss(row));
+  });
+  return rows;
+}
+
+std::vector<std::pair<std::string, std::string ResultRow::*>> naming_columns(
+    const std::vector<ResultRow>& rows) {
+  std::vector<std::pair<std::string, std::string ResultRow::*>> columns{{"estimator", &ResultRow::estimator}};
+  for (const auto& [title, member] : {std::pair{"controller", &ResultRow::controller},
+                                      {"robot", &ResultRow::robot},
+                                      {"setting", &ResultRow::setting}})
+    if (std::ranges::any_of(rows, [&, m = member](const ResultRow& row) { return row.*m != rows[0].*m; }))
+      columns.emplace_back(title, member);
+  return columns;
 }
 
 std::string limit_text(const scenario::MetricLimit& limit) {
@@ -175,6 +226,15 @@ TableFormat table_format(const fs::path& file) {
   throw std::invalid_argument(fmt::format("{}: expected a name ending in .csv, .md or .tex", file.string()));
 }
 
+std::string median_text(double median, const std::optional<std::pair<double, double>>& interval) {
+  return number_text(median) +
+         (interval ? fmt::format(" [{}, {}]", number_text(interval->first), number_text(interval->second))
+                   : "");
+}
+
+namespace {
+
+/// Returns a table file. lines: titles, then rows; "-": absent. remark: put below the rows, but not in CSV.
 std::string written_table(const std::vector<std::vector<std::string>>& lines, TableFormat format,
                           const std::string& remark) {
   if (format == TableFormat::csv) {
@@ -209,46 +269,52 @@ std::string written_table(const std::vector<std::vector<std::string>>& lines, Ta
   return text + (tex ? "\\bottomrule\n\\end{tabular}\n% " + remark + "\n" : "\n" + remark + "\n");
 }
 
-std::string median_text(double median, const std::optional<std::pair<double, double>>& interval) {
-  return number_text(median) +
-         (interval ? fmt::format(" [{}, {}]", number_text(interval->first), number_text(interval->second))
-                   : "");
+std::vector<std::vector<std::string>> exact_lines(const std::vector<RunData>& runs,
+                                                  const std::vector<ResultRow>& rows) {
+  std::vector<std::vector<std::string>> lines{{"scenario", "estimator", "controller", "robot", "setting",
+                                               "runs", "completed", "coverage", "metric", "unit", "n",
+                                               "median", "low_95", "high_95", "worst", "worst_seed"}};
+  const auto text = [](auto value) { return fmt::format("{}", value); };
+  for (const ResultRow& row : rows)
+    for (const MetricSummary& s : row.metrics) {
+      const auto* const known = score::find_metric(s.metric);
+      lines.push_back(
+          {row.scenario, row.estimator, row.controller, row.robot, row.setting, text(row.runs.size()),
+           text(row.completed), text(row.coverage), s.column, known ? known->unit : "", text(s.values.size()),
+           text(score::median(s.values)), s.interval ? text(s.interval->first) : "-",
+           s.interval ? text(s.interval->second) : "-", text(s.worst), text(runs[s.worst_run].seed)});
+    }
+  return lines;
 }
 
-std::string runs_table(const std::vector<RunData>& runs, TableFormat format) {
-  std::vector<std::vector<std::string>> lines;
-  const auto table = summaries(runs);
-  if (format == TableFormat::csv) {
-    lines = {
-        {"scenario", "setting", "metric", "unit", "n", "median", "low_95", "high_95", "worst", "worst_seed"}};
-    const auto number = [](double v) { return fmt::format("{}", v); };
-    for (const MetricSummary& s : table) {
-      const auto* const known = score::find_metric(s.metric);
-      lines.push_back({s.scenario, s.setting, s.column, known ? known->unit : "",
-                       std::to_string(s.values.size()), number(score::median(s.values)),
-                       s.interval ? number(s.interval->first) : "-",
-                       s.interval ? number(s.interval->second) : "-", number(s.worst),
-                       std::to_string(runs[s.worst_run].seed)});
+std::vector<std::vector<std::string>> short_lines(const std::vector<ResultRow>& rows) {
+  std::vector<std::vector<std::string>> lines{{"scenario"}};
+  const auto naming = naming_columns(rows);
+  std::vector<std::string> columns;
+  for (const auto& [title, member] : naming) lines[0].push_back(title);
+  lines[0].insert(lines[0].end(), {"completed", "coverage"});
+  for (const ResultRow& row : rows)
+    for (const MetricSummary& s : row.metrics)
+      if (std::ranges::find(columns, s.column) == columns.end())
+        columns.push_back(s.column), lines[0].push_back(metric_label(s.metric, s.column));
+  for (const ResultRow& row : rows) {
+    std::vector<std::string>& line = lines.emplace_back(std::vector{row.scenario});
+    for (const auto& [title, member] : naming) line.push_back(row.*member);
+    line.insert(line.end(), {row.completed_text(), number_text(row.coverage_shown())});
+    for (const std::string& column : columns) {
+      const auto s = std::ranges::find(row.metrics, column, &MetricSummary::column);
+      line.push_back(s == row.metrics.end() ? "-" : median_text(score::median(s->values), s->interval));
     }
-    return written_table(lines, format, "");
   }
-  lines = {{"scenario", "setting", "n"}};
-  std::map<std::string, std::size_t> columns;                               // by title
-  std::map<std::pair<std::string, std::string>, std::size_t> places, most;  // line and seeds of a setting
-  for (const MetricSummary& s : table)
-    if (const std::string title = metric_label(s.metric, s.column);
-        columns.try_emplace(title, lines[0].size()).second)
-      lines[0].push_back(title);
-  for (const MetricSummary& s : table) {
-    const std::pair setting{s.scenario, s.setting};
-    const std::size_t place = places.try_emplace(setting, lines.size()).first->second;
-    lines.resize(1 + places.size(), std::vector<std::string>(lines[0].size(), "-"));
-    std::vector<std::string>& line = lines[place];
-    std::size_t& n = most[setting] = std::max(most[setting], s.values.size());
-    line[0] = s.scenario, line[1] = s.setting, line[2] = fmt::format("{}", n);
-    line[columns.at(metric_label(s.metric, s.column))] = median_text(score::median(s.values), s.interval);
-  }
-  return written_table(lines, format, "Medians over n seeds [95 % interval of the median, if n >= 6].");
+  return lines;
+}
+
+}  // namespace
+
+std::string runs_table(const std::vector<RunData>& runs, TableFormat format) {
+  const std::vector<ResultRow> rows = result_rows(runs);
+  return written_table(format == TableFormat::csv ? exact_lines(runs, rows) : short_lines(rows), format,
+                       "Medians over the runs [95 % interval of the median, with at least 6 runs].");
 }
 
 }  // namespace sim::pages

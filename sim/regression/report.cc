@@ -7,7 +7,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-std::string number(const std::optional<double>& value) { return value ? fmt::format("{:.4g}", *value) : "-"; }
+using result::number_text;
 
 // Returns a change, or an end of its confidence interval, as a percentage of the baseline.
 std::string percent(double change, double baseline) {
@@ -103,8 +103,8 @@ std::string row(const MetricVerdict& m, bool colors, std::vector<std::uint64_t>&
   const bool is_plain = paint_of(count) == Paint::good && m.verdict != Verdict::better;
   const std::string p = !m.p ? "-" : *m.p < 0.001 ? "<0.001" : fmt::format("{:.3f}", *m.p);
   std::string text =
-      fmt::format("  {:<21} {:>8} {:>8} {:>7} {:>12} {:>6}  {}\n", m.gate.metric, number(m.baseline),
-                  number(m.now), change_text(m), band_text(m), p,
+      fmt::format("  {:<21} {:>8} {:>8} {:>7} {:>12} {:>6}  {}\n", m.gate.metric, number_text(m.baseline),
+                  number_text(m.now), change_text(m), band_text(m), p,
                   painted(std::string(word(m.verdict)), is_plain ? Paint::none : paint_of(count), colors));
   const bool has_run = count >= Count::undecided && m.worst_seed;
   if (has_run || !m.remark.empty())

@@ -39,14 +39,12 @@ JudgedLimit judge_over_seeds(const scenario::Scenario& scenario, const scenario:
                                            : over_seeds.worst);
 }
 
-std::string number(const std::optional<double>& value) { return value ? fmt::format("{:.4g}", *value) : "-"; }
-
 std::string row(const MetricSummary& metric) {
   const score::Summary& s = metric.over_seeds;
   const std::string start = fmt::format("{:<26} {:<5} {:>3}", metric.name, metric.unit, s.n);
   if (s.n == 0) return start + "\n";
   return fmt::format("{} {:>10.4g} {:>10.4g} {:>10} {:>10.4g}\n", start, s.median, s.mean,
-                     number(s.standard_deviation), s.worst);
+                     number_text(s.standard_deviation), s.worst);
 }
 
 // "1..5, 7"
@@ -208,6 +206,10 @@ std::string timeliness(const SeedScore& scored) {
 
 }  // namespace
 
+std::string number_text(const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? fmt::format("{:.4g}", *value) : "-";
+}
+
 std::vector<double> values_of(const std::string& metric, const std::vector<SeedScore>& seeds) {
   std::vector<double> values;
   for (const SeedScore& seed : seeds)
@@ -326,7 +328,7 @@ std::string summary_table(const Summary& summary, const TableStyle& style) {
   text += endings(summary, style) + "\n" + metrics(summary, style);
   for (const JudgedLimit& limit : summary.limits)
     text += fmt::format("limit {} {} {}: {}  {}{}\n", subject(limit.limit), word(limit.limit.bound),
-                        limit.limit.value, number(limit.value), verdict_text(limit.passed, style.colors),
+                        limit.limit.value, number_text(limit.value), verdict_text(limit.passed, style.colors),
                         limit.reason ? ": " + *limit.reason : "");
   return text;
 }

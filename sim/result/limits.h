@@ -16,6 +16,9 @@ nlohmann::ordered_json or_null(const std::optional<T>& value) {
   return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
 }
 
+/// Returns four significant digits, or a dash if the value is absent or not finite.
+std::string number_text(const std::optional<double>& value);
+
 /// colors: terminal escape sequences. all_metrics: not only headline metrics and metrics with limits.
 struct TableStyle {
   bool colors = false;

@@ -29,6 +29,8 @@ std::optional<walking::Timeline> planned(const ReadScenario& read) {
   }
 }
 
+constexpr const char* kNoCamera = "never happens: this scenario has no section 'camera'";
+
 /// Returns why a fault, push or darkness at this time never happens, if so. end_s: the end of the walk.
 std::optional<std::string> never_happens(double from_s, double duration_s, double end_s) {
   if (duration_s == 0) return "never happens: its duration_s is 0";
@@ -37,59 +39,14 @@ std::optional<std::string> never_happens(double from_s, double duration_s, doubl
   return std::nullopt;
 }
 
-std::optional<std::string> never_happens(const sensor_errors::Fault& any, double end_s) {
-  return std::visit(
-      [&](const auto& fault) -> std::optional<std::string> {
-        if constexpr (requires { fault.fraction; })
-          if (fault.fraction == 0) return "never happens: its fraction is 0";
-        if constexpr (requires { fault.factor; })
-          if (fault.factor == 1) return "changes nothing: its factor is 1";
-        if constexpr (requires { fault.size_rad_s; })
-          if (fault.size_rad_s == 0) return "changes nothing: its size_rad_s is 0";
-        if constexpr (requires { fault.size_m_s2; })
-          if (fault.size_m_s2 == 0) return "changes nothing: its size_m_s2 is 0";
-        if constexpr (requires { fault.yaw_rad; })
-          if (fault.x_m == 0 && fault.y_m == 0 && fault.yaw_rad == 0)
-            return "changes nothing: its x_m, y_m and yaw_deg are 0";
-        return never_happens(fault.from_s, fault.duration_s, end_s);
-      },
-      any);
+std::optional<std::string> never_happens(const sensor_errors::Fault& any, const Scenario& scenario,
+                                         double end_s) {
+  if (!sensor_errors::is_of_steering(any) && !scenario.camera) return kNoCamera;
+  return std::visit([&](const auto& fault) { return never_happens(fault.from_s, fault.duration_s, end_s); },
+                    any);
 }
 
-constexpr const char* kNoCamera = "never happens: this scenario has no section 'camera'";
-
-/// Returns why the estimator does not notice a sensor's fault, if so. External programs may use every sensor.
-std::optional<std::string> unnoticed(const sensor_errors::Fault& fault, std::string_view kind,
-                                     const Scenario& scenario) {
-  if (sensor_errors::is_of_steering(fault)) return std::nullopt;
-  if (!scenario.camera) return kNoCamera;
-  if (!scenario.slam) return "changes nothing: this scenario has no section 'slam'";
-  const bool of_arrival =
-      kind == sensor_errors::FramesDoubled::kName || kind == sensor_errors::FramesReordered::kName;
-  if (of_arrival || scenario.estimator.source != programs::Source::built_in) return std::nullopt;
-  const slam::Options& filter = *scenario.slam;
-  const std::string& name = scenario.estimator.name;
-  const bool plan_alone = name == "plan_alone";
-  struct Use {
-    std::string_view faults;
-    bool by_estimator, enabled;
-    const char* disabled;
-  };
-  for (const Use& use :
-       {Use{"frames_", name == "filter", filter.vision.enabled, "slam.vision.enabled is false"},
-        Use{"gyro_", !plan_alone, filter.gyro.enabled, "slam.gyro.enabled is false"},
-        Use{"accelerometer_", !plan_alone, filter.accelerometer.enabled,
-            "slam.accelerometer.enabled is false"},
-        Use{"plan_", true, plan_alone || filter.plan_velocity.enabled || filter.height.enabled,
-            "slam.plan_velocity.enabled and slam.height.enabled are false"}}) {
-    if (!kind.starts_with(use.faults)) continue;
-    if (!use.by_estimator) return fmt::format("changes nothing: estimator {} does not use that sensor", name);
-    if (!use.enabled) return std::string("changes nothing: ") + use.disabled;
-  }
-  return std::nullopt;
-}
-
-/// Throws ConfigError for a fault, push or darkness that never happens or that nothing notices.
+/// Throws ConfigError for a fault, push or darkness that never happens.
 void check_happens(const ReadScenario& read, double end_s) {
   const Scenario& scenario = read.scenario;
   const auto require = [&](const std::string& name, const std::optional<std::string>& problem) {
@@ -97,8 +54,7 @@ void check_happens(const ReadScenario& read, double end_s) {
   };
   for (const sensor_errors::Fault& fault : scenario.errors.faults) {
     const std::string kind = std::visit([](const auto& f) { return f.kName; }, fault);
-    require("errors.faults: " + kind, never_happens(fault, end_s));
-    require("errors.faults: " + kind, unnoticed(fault, kind, scenario));
+    require("errors.faults: " + kind, never_happens(fault, scenario, end_s));
   }
   for (const physics::Push& push : scenario.world.pushes) {
     require("world.pushes: push", never_happens(push.time_s, push.duration_s, end_s));
@@ -108,7 +64,6 @@ void check_happens(const ReadScenario& read, double end_s) {
   if (dark.from_s == 0 && dark.duration_s == 0) return;
   require("world.lights_off", never_happens(dark.from_s, dark.duration_s, end_s));
   if (!scenario.camera) require("world.lights_off", kNoCamera);
-  if (dark.left_fraction == 1) require("world.lights_off", "changes nothing: its left_fraction is 1");
 }
 
 /// Throws ConfigError if landmarks should start with a measured depth and the rig does not measure it.

@@ -85,7 +85,7 @@ void Series::follow_feet(Frame& frame, Row& row) {
 }
 
 std::string Series::bytes() const {
-  std::string bytes = pages::with_length(nlohmann::json(kNames).dump());
+  std::string bytes = with_length(nlohmann::json(kNames).dump());
   for (std::size_t column = 0; column < kNames.size(); ++column)
     for (const Row& row : rows_) {
       const auto value = static_cast<float>(row[column]);

@@ -1,12 +1,10 @@
-// The view of a live run: the speed set by viewers, and the messages from clients, including those in
-// Foxglove's protocol.
+// The view of a live run: the speed set by viewers, and the messages from clients.
 #pragma once
 
 #include <atomic>
 #include <condition_variable>
 #include <mutex>
 
-#include "sim/export/ros_messages.h"
 #include "sim/tracking/tracking.h"
 #include "sim/view/server.h"
 #include "sim/view/site.h"
@@ -15,16 +13,11 @@
 namespace sim::view {
 
 /// op: "pause", "resume", "step" (run for one camera frame), "speed", "loaded" (the page has fetched room and
-/// robot), "subscribe", "unsubscribe"; others are ignored.
+/// robot); others are ignored.
 struct ClientMessage {
   std::string op;
   double factor = 0;  ///< for "speed": times real time; 0: full speed
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> subscriptions{};  ///< (client's id, channel)
-  std::vector<std::uint32_t> unsubscribed{};                             ///< client's ids
 };
-
-/// Maximum number of subscriptions in one message and per client.
-inline constexpr std::size_t kMostSubscriptions = 64;
 
 /// Returns the message in a text. Throws std::invalid_argument if the text is not a message.
 ClientMessage read_client_message(std::string_view text);
@@ -104,10 +97,10 @@ class LiveView {
   const Access& access() const { return server_.access(); }
 
   void wait_for_viewer() const;
-  /// Describes the sensors to Foxglove clients, before the first frame.
+  /// Describes the sensors, before the first frame.
   void begin(const recording::RecordingSetup& setup);
   /// Returns whether a viewer has room for a frame.
-  bool has_viewers() const;
+  bool has_viewers() const { return server_.has_room(); }
   /// Returns whether a frame of this observation is to be sent. Must be called for each observation.
   bool wants(const slam::Observation& observation);
   /// Returns whether that frame needs the map: ten times per second, because it costs more than the rest.
@@ -135,10 +128,8 @@ class LiveView {
   bool control_;
   Pace pace_;
   Site site_;
-  recording::RecordingSetup setup_;            // set before begun_, then constant
-  std::atomic<bool> begun_ = false;            // Foxglove clients are served
-  std::optional<exports::ImuMerger> merger_;   // used by the run's thread
-  std::vector<exports::ExportedReading> imu_;  // not yet sent
+  recording::RecordingSetup setup_;  // set before begun_, then constant
+  std::atomic<bool> begun_ = false;
   struct {
     Readings newest;
     std::size_t numbers = 0;                             // count of frames with readings

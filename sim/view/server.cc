@@ -94,30 +94,25 @@ struct Shared {
   Limits limits;
   std::size_t connections = 0;
   std::list<std::weak_ptr<class SocketClient>> sockets;
-  std::atomic<int> viewers{0}, others{0};  // clients with room in their queue
-  std::size_t pages = 0;                   // viewers with or without room
+  std::atomic<bool> has_room{false};  // a client has room in its queue
 
   void count_rooms();
+  std::size_t viewers() const;
 };
-
-constexpr std::string_view kOwn = "gaitslam";
 
 class SocketClient : public Client, public std::enable_shared_from_this<SocketClient> {
  public:
-  SocketClient(std::shared_ptr<Shared> shared, Slot slot, beast::tcp_stream stream, std::string protocol)
+  SocketClient(std::shared_ptr<Shared> shared, Slot slot, beast::tcp_stream stream)
       : shared_(std::move(shared)),
         slot_(std::move(slot)),
         socket_(std::move(stream)),
-        protocol_(std::move(protocol)),
-        queue_(shared_->limits.queued_frames * (is_own() ? 1 : 16), shared_->limits.queued_messages) {
-    loading = is_own();
-  }
+        queue_(shared_->limits.queued_frames, shared_->limits.queued_messages) {}
 
   void accept(const Request& request) {
     beast::get_lowest_layer(socket_).expires_never();
     socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
     socket_.set_option(websocket::stream_base::decorator([this](websocket::response_type& response) {
-      if (!protocol_.empty()) response.set(http::field::sec_websocket_protocol, protocol_);
+      response.set(http::field::sec_websocket_protocol, shared_->service.protocol);
     }));
     socket_.auto_fragment(false);  // each fragment would cost a system call
     socket_.read_message_max(shared_->limits.message_bytes);
@@ -126,8 +121,6 @@ class SocketClient : public Client, public std::enable_shared_from_this<SocketCl
     });
   }
 
-  const std::string& protocol() const override { return protocol_; }
-
   void send(Message message) override {
     if (closing_) return;
     if (!queue_.push(std::move(message))) return give_up();
@@ -135,7 +128,6 @@ class SocketClient : public Client, public std::enable_shared_from_this<SocketCl
     shared_->count_rooms();
   }
 
-  bool is_own() const { return protocol_.starts_with(kOwn); }
   bool is_closing() const { return closing_; }
   bool has_room() const override { return open_ && !closing_ && queue_.has_room(); }
   std::size_t waiting() const { return open_ && !closing_ ? queue_.size() + (writing_ ? 1 : 0) : 0; }
@@ -184,7 +176,7 @@ class SocketClient : public Client, public std::enable_shared_from_this<SocketCl
     if (std::exchange(closing_, true)) return;
     beast::get_lowest_layer(socket_).close();
     shared_->count_rooms();
-    if (open_) shared_->service.closed(shared_->pages);
+    if (open_) shared_->service.closed(shared_->viewers());
   }
 
   template <class Action>
@@ -197,22 +189,24 @@ class SocketClient : public Client, public std::enable_shared_from_this<SocketCl
   std::shared_ptr<Shared> shared_;
   Slot slot_;
   websocket::stream<beast::tcp_stream> socket_;
-  std::string protocol_;
   MessageQueue queue_;
   beast::flat_buffer read_;
   bool open_ = false, writing_ = false, closing_ = false;
 };
 
 void Shared::count_rooms() {
-  int own = 0, other = 0;
-  pages = 0;
   sockets.remove_if([](const auto& socket) { return socket.expired(); });
-  for (const auto& socket : sockets) {
+  has_room = std::ranges::any_of(sockets, [](const auto& socket) {
     const auto client = socket.lock();
-    if (client && client->has_room()) ++(client->is_own() ? own : other);
-    if (client && client->is_own() && !client->is_closing()) ++pages;
-  }
-  viewers = own, others = other;
+    return client && client->has_room();
+  });
+}
+
+std::size_t Shared::viewers() const {
+  return static_cast<std::size_t>(std::ranges::count_if(sockets, [](const auto& socket) {
+    const auto client = socket.lock();
+    return client && !client->is_closing();
+  }));
 }
 
 /// A connection that handles HTTP requests, one after another, until it becomes a WebSocket.
@@ -267,13 +261,9 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   }
 
   void upgrade(const Request& request) {
-    std::string agreed;
-    http::token_list offered(request[http::field::sec_websocket_protocol]);
-    for (const auto& name : offered)
-      for (const std::string& known : shared_->service.protocols)
-        if (agreed.empty() && name == known) agreed = known;
-    if (agreed.empty()) return answer(400, "unknown subprotocol", false);
-    std::make_shared<SocketClient>(shared_, slot_, std::move(stream_), agreed)->accept(request);
+    if (plain(request[http::field::sec_websocket_protocol]) != shared_->service.protocol)
+      return answer(400, "unknown subprotocol", false);
+    std::make_shared<SocketClient>(shared_, slot_, std::move(stream_))->accept(request);
   }
 
   void answer(unsigned status, std::string_view why, bool keep) {
@@ -462,10 +452,7 @@ void Server::for_each(std::function<void(Client&)> action) {
   });
 }
 
-int Server::with_room(std::string_view protocol_prefix) const {
-  return protocol_prefix.starts_with(kOwn) ? implementation_->shared->viewers
-                                           : implementation_->shared->others;
-}
+bool Server::has_room() const { return implementation_->shared->has_room; }
 
 void Server::flush(std::chrono::milliseconds queues, std::chrono::milliseconds loading) {
   const auto begin = std::chrono::steady_clock::now();

@@ -57,8 +57,8 @@ struct Rejection {
 };
 
 /// Returns a rejection for the first broken rule: Host must be exactly the server's authority or one of
-/// Access::forwarded (against DNS rebinding); a page's Origin must have that host (apps send their own or
-/// none); the query must contain the token; the method must be GET.
+/// Access::forwarded (against DNS rebinding); an Origin must have that host; the query must contain the
+/// token; the method must be GET.
 std::optional<Rejection> rejection(const RequestHead& request, const Access& access);
 
 /// One WebSocket message, shared by its receivers.
@@ -115,20 +115,18 @@ struct Limits {
   std::size_t message_bytes = 8192;           ///< of a client's WebSocket message
   std::chrono::milliseconds request{10000};   ///< until a request is complete
   std::chrono::milliseconds response{30000};  ///< until a response is received
-  std::size_t queued_frames = 4;              ///< 16 times as many for protocols with a message per channel
-  std::size_t queued_messages = 64;           ///< in addition to frames
+  std::size_t queued_frames = 4;
+  std::size_t queued_messages = 64;  ///< in addition to frames
 };
 
 /// A client's WebSocket, used by the server's thread.
 class Client {
  public:
   virtual ~Client() = default;
-  virtual const std::string& protocol() const = 0;  ///< the subprotocol agreed on
   virtual void send(Message message) = 0;
   virtual bool has_room() const = 0;  ///< for a frame
-  bool loading = false;               ///< true for a page until it reports that it has its files
-  std::size_t rows = 0;               ///< rows of the time series sent to a page so far
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> subscriptions;  ///< Foxglove: (its number, channel)
+  bool loading = true;                ///< until the page reports that it has its files
+  std::size_t rows = 0;               ///< rows of the time series sent to the page so far
 };
 
 /// The served content. Called in the server's thread; an exception causes a 500 response or ends the
@@ -136,7 +134,7 @@ class Client {
 struct Service {
   /// Returns the resource at a path, or nullopt.
   std::function<std::optional<Resource>(std::string_view path)> resource;
-  std::vector<std::string> protocols = {};  ///< WebSocket subprotocols
+  std::string protocol = {};  ///< WebSocket subprotocol
   std::function<void(Client&)> opened = [](Client&) {};
   std::function<void(Client&, std::string_view text)> received = [](Client&, std::string_view) {};
   /// Called when a client has left; viewers: number of remaining pages.
@@ -157,8 +155,8 @@ class Server {
   /// Calls a function in the server's thread for each client. Safe from any thread.
   void for_each(std::function<void(Client&)> action);
 
-  /// Returns the number of clients with these subprotocols that have room for a frame. Safe from any thread.
-  int with_room(std::string_view protocol_prefix) const;
+  /// Returns whether a client has room for a frame. Safe from any thread.
+  bool has_room() const;
 
   /// Waits until no page is loading (at most `loading`), then until all queues are empty (at most `queues`).
   void flush(std::chrono::milliseconds queues, std::chrono::milliseconds loading);

@@ -38,12 +38,12 @@ constexpr std::string_view kIcon =
     "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 16 16'><circle cx='8' cy='8' r='6' "
     "fill='#0069b0'/></svg>";
 
-ordered_json to_json(const slam::CameraIntrinsics& camera) {
+ordered_json json_of(const slam::CameraIntrinsics& camera) {
   return {{"width", camera.width_px}, {"height", camera.height_px}, {"fu", camera.fu_px},
           {"fv", camera.fv_px},       {"u0", camera.u0_px},         {"v0", camera.v0_px}};
 }
 
-ordered_json to_json(const ShownRun& run) {
+ordered_json json_of(const ShownRun& run) {
   ordered_json moments = ordered_json::array();
   for (const Moment& moment : run.moments)
     moments.push_back({{"t", moment.t_s}, {"kind", moment.kind}, {"text", moment.text}});
@@ -52,7 +52,7 @@ ordered_json to_json(const ShownRun& run) {
     rig.push_back({{"name", sensor.name},
                    {"kind", rig::kKinds.at(static_cast<std::size_t>(sensor.kind))},
                    {"range", {sensor.nearest_m, sensor.furthest_m}}});
-  const cv::Mat3b& palette = pages::palette();
+  const cv::Mat3b& palette = view::palette();
   const std::vector<unsigned char> colors(palette.ptr(), palette.ptr() + palette.total() * 3);
   return {{"label", run.label},
           {"scenario", run.scenario},
@@ -66,7 +66,7 @@ ordered_json to_json(const ShownRun& run) {
                             : ordered_json(nullptr)},
           {"missing", run.missing},
           {"has_model", run.model.has_value()},
-          {"camera", run.camera ? to_json(*run.camera) : ordered_json(nullptr)},
+          {"camera", run.camera ? json_of(*run.camera) : ordered_json(nullptr)},
           {"moments", moments},
           {"rig", rig},
           {"palette", run.rig.empty() ? ordered_json(nullptr) : ordered_json(colors)}};
@@ -253,7 +253,7 @@ Site site_of(std::vector<Playback> given) {
         site, sensors.size(), i,
         [sensors, files, pictures = results[i]->pictures](std::size_t sensor, std::size_t k) -> std::string {
           if (k >= files[sensor].size() || files[sensor][k].empty()) return "";
-          return pages::sent(pictures->read(sensors[sensor], files[sensor][k]), sensors[sensor]);
+          return sent(pictures->read(sensors[sensor], files[sensor][k]), sensors[sensor]);
         });
   }
   return site;
@@ -302,7 +302,7 @@ Site::Site(const std::vector<ShownRun>& runs, ordered_json about) : page_(gaitsl
   about["runs"] = ordered_json::array();
   preload("/about");
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    about["runs"].push_back(to_json(runs[i]));
+    about["runs"].push_back(json_of(runs[i]));
     if (!runs[i].model || i > 0) continue;  // the page shows a single room and robot
     add("/model/0", bytes_resource(runs[i].model->pieces));
     preload("/model/0");

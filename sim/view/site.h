@@ -8,9 +8,11 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "sim/pages/html.h"
+#include "sim/pages/pictures.h"
 #include "sim/pages/run_data.h"
 #include "sim/recording/recording.h"
 #include "sim/scenario/scenario.h"
+#include "sim/view/messages.h"
 #include "sim/view/server.h"
 #include "slam/options.h"
 
@@ -18,11 +20,11 @@ namespace sim::view {
 
 namespace fs = std::filesystem;
 
-/// Robot and room. pieces: triangles of one body and picture: with_length() of {body, picture, vertices,
-/// indices} of each (body: index of the pose in Frame::bodies, -1: the room; picture: index in the pictures,
-/// -1: plain color); then for each piece, in the axes of its body, positions (m), normals and RGB (0 to 1) of
-/// its vertices, with a picture their places in it from the upper left (all float32), and the indices of its
-/// triangles (uint32).
+/// Robot and room. pieces: triangles of one body and picture: with_length() of {body, picture, alpha,
+/// vertices, indices} of each (body: index of the pose in Frame::bodies, -1: the room; picture: index in the
+/// pictures, -1: plain color; alpha: below 1 for glass); then for each piece, in the axes of its body,
+/// positions (m), normals and RGB (0 to 1) of its vertices, with a picture their places in it from the upper
+/// left (all float32), and the indices of its triangles (uint32).
 struct Model {
   std::string pieces;
   /// Paints the pictures; returns each as PNG. Called once, from any thread.
@@ -84,8 +86,6 @@ Resource bytes_resource(std::string bytes);
 /// head camera. reading: returns what the page shows, or "".
 void add_rig(Site& site, std::size_t sensors, std::size_t run,
              const std::function<std::string(std::size_t sensor, std::size_t number)>& reading);
-
-using pages::FootPlace, pages::Frame;
 
 /// The force on a foot: position (m, W) and yaw of its sole point; force and torque in the sole's axes.
 struct SoleForce {

@@ -99,14 +99,12 @@ TEST_F(Cli, EachCommandReportsWrongInput) {
        {"replay result --port 8000", "--port requires --view"},
        {"run x.yaml --token abc", "--token requires --view"},
        {"score empty empty --all-pairs", "expected -d or -u"},
-       {"leaderboard empty --table none/t.csv",
+       {"report result --table none/t.csv",
         "--table none/t.csv: the folder none does not exist; create it first, or choose another file"},
        {"report result", "--out: is missing"},
        {"report result --table t.xls", "--table t.xls: expected a name ending in .csv, .md or .tex"},
        {"report result --out none/r.html", "--out none/r.html: the folder none does not exist"},
-       {"leaderboard empty --metric rmse", "did you mean 'rmse_m'?"},
        {"report result --force --out pipe/score.json", "cannot be written: it is not a regular file"},
-       {"leaderboard empty --force --html pipe/score.json", "cannot be written: it is not a regular file"},
        {"compare empty empty --json pipe/score.json", "cannot be written: it is not a regular file"}});
   EXPECT_THAT(shell("cat stand.yaml | " GAITSLAM_PROGRAM " check world.seed=3 /dev/stdin").out,
               Has(": valid, a walk of "));

@@ -1,8 +1,9 @@
-"""The project's own files: what each folder may include, the measured parts of the front page, and the sources whose change makes
-recordings stale. The linker cannot enforce the first, since Debian's headers of MuJoCo, OpenGL and OpenCV are in the compiler's
+"""The project's own files: what each folder may include, the measured parts of the front page, the sources whose change makes
+recordings stale, and the layout and rules of JavaScript. The linker cannot enforce the first, since Debian's headers of MuJoCo, OpenGL and OpenCV are in the compiler's
 default path. Usage: project_files_test.py CMAKE"""
 import graphlib
 import json
+import os
 import pathlib
 import re
 import shutil
@@ -142,6 +143,30 @@ class FrontPage(unittest.TestCase):
             now['slippery_laps']['plan_rmse_m']['sample'][1] *= factor
             self.assertEqual(named, len(list(front_page.differences({'columns': stored}, now))))
         self.assertGreater(len(list(front_page.differences({'columns': {}}, stored))), 30)
+
+
+MODULES = ROOT / 'build/interop/node_modules'
+
+
+@unittest.skipUnless(os.environ.get('CI') or (MODULES / 'eslint').exists(), 'tools/test.sh could not install eslint from npm')
+class JavaScript(unittest.TestCase):
+    def tool(self, script, config, *arguments, text=None):
+        """The output of a tool from npm; empty if it has no complaint."""
+        made = subprocess.run(['node', MODULES / script, '--config', ROOT / 'tests/interop' / config, *arguments], cwd=ROOT,
+                              check=False, capture_output=True, text=True, input=text)
+        return made.stdout + made.stderr if made.returncode else ''
+
+    def test_is_laid_out_by_prettier_and_keeps_the_rules_of_eslint(self):
+        scripts = ['sim/*/web/*.js', 'tests/**/*.cjs']
+        self.assertEqual('', self.tool('prettier/bin/prettier.cjs', 'prettier.json', '--check', 'sim/*/web/*.css', *scripts))
+        self.assertEqual('', self.tool('eslint/bin/eslint.js', 'eslint.config.cjs', '--max-warnings', '0', *scripts))
+
+    def test_planted_violations_are_found(self):
+        for text, rule in (('unknown();', 'no-undef'), ('let a = 1;\nconst b = a;', 'prefer-const')):
+            self.assertIn(rule, self.tool('eslint/bin/eslint.js', 'eslint.config.cjs', '--stdin', '--stdin-filename', 'sim/view/web/x.js', text=text))
+
+    def test_the_lock_file_names_no_registry(self):
+        self.assertNotIn('"resolved"', (ROOT / 'tests/interop/package-lock.json').read_text())
 
 
 class RecordingSources(unittest.TestCase):

@@ -103,9 +103,6 @@ TEST_F(Regress, TwoFoldersOfOneScenarioInATreeAreRefusedByName) {
   for (const char* const command : {"compare one two", "compare two one --across"})
     expect_refused(command, "two/a and two/b contain the same scenario, walk; compare one of them");
   ok("compare two/a two/b");
-  const std::string table = ok("leaderboard two two/a --metric rmse_m");
-  EXPECT_EQ(table, ok("leaderboard two --metric rmse_m"));
-  EXPECT_THAT(table, ContainsRegex("filter +1 +3 +[0-9.]+ +3 of 3"));
 }
 
 TEST_F(Regress, AChangedScenarioCountsAsAnotherConfigurationUntilTheBaselineIsUpdated) {

@@ -163,23 +163,6 @@ TEST_F(ReportTest, NoTextOfAReceivedResultRunsAsAScript) {
   }
 }
 
-// Even if a text were written unescaped, the browser would run only the page's own script.
-TEST_F(ReportTest, ThePolicyOfAPageBlocksWhatEscapingMisses) {
-  short_walks("one");
-  ok("report one/seed-1 --out one.html");
-  std::string page = text_of("one.html");
-  page.insert(page.find("<body>") + 6, kPayload);
-  write("with.html", page);
-  const Ran with = opened("with.html");
-  EXPECT_THAT(with.out, Lacks("data-ran"));
-  EXPECT_THAT(with.out, Has("data-drawn=")) << "the page itself is whole";
-  EXPECT_THAT(with.err, Has("Content Security Policy"));
-  const std::size_t policy = page.find("<meta http-equiv");
-  write("without.html", page.erase(policy, page.find("\n", policy) - policy));
-  const Ran without = opened("without.html");
-  for (int k = 0; k < 5; ++k) EXPECT_THAT(without.out, Has("data-ran" + std::to_string(k)));
-}
-
 TEST_F(ReportTest, AFolderThatIsNotAResultIsReported) {
   short_walks("two");
   fs::create_directory(folder_ / "empty");

@@ -1,4 +1,4 @@
-// The view, through the program: in a browser, live and for results, and through Foxglove's client.
+// The view, through the program, in a browser: live and for results.
 #include "sim/files/csv.h"
 #include "sim/files/trajectory_file.h"
 #include "sim/recording/image_file.h"
@@ -283,35 +283,18 @@ TEST_F(ViewTest, PagesHaveNoSeriousAxeFindingsAndFitANarrowPhone) {
   short_walks("a", "1 2");
   ok("replay a/seed-1 slam.vision.sigma_px=3 --out b");
   ok("report a b --out report.html");
-  ok("leaderboard a b --html leaderboard.html");
   ok("sweep walk.yaml slam.vision.sigma_px=1,3 slam.depth.first_sight=inverse_depth,particles --jobs 2 --out "
      "sweep");
   ok("report sweep --out sweep.html");
   const std::string use = "timeout 300 node " + kSources +
-                          "/tests/tools/use_page.cjs audit \"report.html leaderboard.html sweep.html $url\" "
+                          "/tests/tools/use_page.cjs audit \"report.html sweep.html $url\" "
                           "profile " +
                           modules;
   const json found = json::parse(viewed("view a/seed-1 b", use, "kill -INT $!; wait $!").ends(0).out);
-  EXPECT_EQ(found.size(), 4u);
+  EXPECT_EQ(found.size(), 3u);
   for (const auto& [page, of_page] : found.items()) {
     EXPECT_EQ(of_page["findings"], json::array()) << page;
     EXPECT_LE(of_page["width"], 360) << page;
-  }
-}
-
-TEST_F(ViewTest, FoxglovesClientReceivesTheRun) {
-  if (!std::getenv("CI") &&
-      !fs::exists(GAITSLAM_SOURCE_DIR "/build/interop/node_modules/@foxglove/ws-protocol"))
-    GTEST_SKIP() << "tools/test.sh could not install the client from npm";
-  write("stand.yaml", scenario_of("{stand: {duration_s: 2}}, {straight: {forward_m: 0.15}}"));
-  for (const std::string protocol : {"foxglove.websocket.v1", "foxglove.sdk.v1"}) {
-    const Ran ran =
-        viewed("run stand.yaml --view --control --wait --force --out heard",
-               "timeout 540 node '" GAITSLAM_SOURCE_DIR
-               "/tests/interop/listen_foxglove.cjs' '" GAITSLAM_SOURCE_DIR "/build/interop' \"$url\" " +
-                   protocol + " heard/seed-1");
-    EXPECT_EQ(ran.exit_code, 0) << protocol << ": " << ran.err << text_of("complaint");
-    fs::remove_all(folder_ / "heard");
   }
 }
 

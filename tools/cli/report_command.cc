@@ -3,10 +3,9 @@
 
 #include <cstdlib>
 #include <iostream>
+#include <set>
 
 #include "sim/pages/pages.h"
-#include "sim/scenario/keys.h"
-#include "sim/score/metrics.h"
 #include "sim/view/site.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/jobs/progress.h"
@@ -21,7 +20,7 @@ constexpr const char* kReportExamples = R"(Examples:
   gaitslam report results/regress-ci --out report.html  # a folder of results
   gaitslam report results/sweep-hall --out report.html  # a sweep, plotted over its keys
   gaitslam report results/tangent_circle/seed-1 --plots pdf --width-mm 88 --no-titles --out figures
-  gaitslam report results/before results/after --table table.tex   # medians by setting
+  gaitslam report results/filter results/odometry --table table.tex   # medians by estimator, controller and robot
 The page contains everything that it shows and needs no network.)";
 
 constexpr double kPx_mm = 25.4 / 96, kHeight = 5 / 12.0, kEqualHeight = 7 / 9.0;  // per width
@@ -36,6 +35,7 @@ struct ReportRequest : OutRequest {
 
 std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
   std::vector<fs::path> all;
+  std::set<fs::path> counted;  // a result may be below several of the given folders
   for (const std::string& name : named) {
     if (!fs::is_directory(name)) throw UsageError("{}: no such result folder", name);
     if (pages::is_sweep(name) || pages::is_tuning(name))
@@ -48,7 +48,8 @@ std::vector<fs::path> result_folders(const std::vector<std::string>& named) {
           "{}: has no results, expected a result folder (score.json), a folder of results, or the folder of "
           "a sweep or tuning",
           name);
-    all.insert(all.end(), found.begin(), found.end());
+    std::ranges::copy_if(found, std::back_inserter(all),
+                         [&](const fs::path& one) { return counted.insert(fs::canonical(one)).second; });
   }
   return all;
 }
@@ -101,27 +102,26 @@ std::vector<pages::RunData> read_runs(const ReportRequest& request, ProgressLine
   return runs;
 }
 
-/// Returns whether a table file is to be written. Throws UsageError.
-bool has_table(const std::optional<std::string>& file, bool force) {
-  if (!file) return false;
+/// Throws UsageError.
+void write_table(const ReportRequest& request) {
+  pages::TableFormat format;
   try {
-    pages::table_format(*file);
+    format = pages::table_format(*request.table);
   } catch (const std::invalid_argument& error) {
     throw UsageError("--table {}", error.what());
   }
-  require_new_file(*file, force, "--table");
-  return true;
+  require_new_file(*request.table, request.force, "--table");
+  ProgressLine progress("report");
+  files::write_atomically(*request.table, pages::runs_table(read_runs(request, progress), format));
 }
 
 int make_report(ReportRequest& request) {
   if (!request.out && (!request.table || !request.plots.empty()))
     throw UsageError("--out: is missing, expected the HTML file to write, or --table with a file");
-  if (has_table(request.table, request.force)) {
-    ProgressLine progress("report");
-    files::write_atomically(
-        *request.table, pages::runs_table(read_runs(request, progress), pages::table_format(*request.table)));
+  if (request.table) {
+    write_table(request);
+    std::cout << "table in " << *request.table << '\n';
   }
-  if (request.table) std::cout << "table in " << *request.table << '\n';
   if (!request.out) return 0;
   if (request.plots == "pdf" && std::system(fmt::format("command -v {} >/dev/null", kConverter).c_str()) != 0)
     throw UsageError(
@@ -151,40 +151,6 @@ int make_report(ReportRequest& request) {
                                               : pages::runs_page(read_runs(request, progress)));
   }
   std::cout << "report in " << *request.out << '\n';
-  return 0;
-}
-
-constexpr const char* kLeaderboardExamples = R"(Examples:
-  gaitslam leaderboard results --metric ate_sim3_rmse_m --metric tracked_fraction
-  gaitslam leaderboard results --table table.csv --html table.html
-There is a row for each folder of results with one scenario, estimator, settings and programs. Rows are
-ranked over the seeds that all rows of a scenario have in common: by coverage (fraction of true poses with
-an estimate; 0 for an incomplete run), then by the first metric. Errors after an alignment have their own
-columns, such as rmse_m_after_sim3. Keys are listed if rows with the same scenario and estimator differ in
-them. Results that cannot be read, or repeat a seed of their row, are skipped with a warning.)";
-
-struct LeaderboardRequest {
-  std::vector<fs::path> folders;
-  std::vector<std::string> metrics;
-  std::optional<std::string> table, html;
-  bool force = false;
-};
-
-int show_leaderboard(LeaderboardRequest& request) {
-  if (request.html) require_new_file(*request.html, request.force, "--html");
-  has_table(request.table, request.force);
-  for (const std::string& metric : request.metrics)
-    if (!score::find_metric(metric))
-      throw UsageError("--metric {}: {}", metric, scenario::unknown_metric(metric));
-  const pages::Leaderboard board = pages::leaderboard(
-      request.folders,
-      request.metrics.empty() ? pages::shown_metrics(&pages::ShownMetric::leaderboard) : request.metrics);
-  if (request.table)
-    files::write_atomically(*request.table,
-                            pages::leaderboard_file(board, pages::table_format(*request.table)));
-  if (request.html) files::write_atomically(*request.html, pages::leaderboard_page(board));
-  std::cout << pages::leaderboard_table(board);
-  for (const std::string& why : board.left_out) std::cerr << "warning: skipped: " << why << '\n';
   return 0;
 }
 
@@ -240,7 +206,7 @@ void add_report(CLI::App& app, int& exit_code) {
       ->required();
   command.add_option("--out", request.out, "the HTML file to write; with --plots, a folder");
   command.add_option("--table", request.table,
-                     "write medians by setting, with n and interval, to a .csv, .md or .tex file");
+                     "write medians by estimator, controller, robot and setting to a .csv, .md or .tex file");
   auto* const plots =
       command.add_option("--plots", request.plots, "write pictures instead of a page: svg, pdf")
           ->check(CLI::IsMember({"svg", "pdf"}));
@@ -249,18 +215,6 @@ void add_report(CLI::App& app, int& exit_code) {
       ->needs(plots);
   command.add_flag("--no-titles", request.no_titles, "omit titles, for figures with captions")->needs(plots);
   command.add_flag("--force", request.force, "replace a file, or a folder of pictures made by gaitslam");
-}
-
-void add_leaderboard(CLI::App& app, int& exit_code) {
-  auto [command, request] =
-      add_command(app, exit_code, "leaderboard", "Compare all estimators in a tree of results in one table",
-                  kLeaderboardExamples, show_leaderboard);
-  command.add_option("folders", request.folders, "folders of results, at any depth")->required();
-  command.add_option("--metric", request.metrics, "a metric to show; may be given several times")
-      ->allow_extra_args(false);
-  command.add_option("--table", request.table, "write the table to a .csv, .md or .tex file");
-  command.add_option("--html", request.html, "write the table to an HTML file");
-  command.add_flag("--force", request.force, "replace existing files");
 }
 
 void add_view_command(CLI::App& app, int& exit_code) {

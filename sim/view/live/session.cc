@@ -47,13 +47,14 @@ Model model_of(const std::shared_ptr<camera::PosedRobot>& robot, std::uint64_t s
   for (const camera::DrawnPiece& piece : robot->pieces()) {
     list.push_back({{"body", piece.body},
                     {"picture", piece.picture},
+                    {"alpha", piece.alpha},
                     {"vertices", piece.positions.size() / 3},
                     {"indices", piece.indices.size()}});
     for (const auto* const part : {&piece.positions, &piece.normals, &piece.colors, &piece.uv})
       put(numbers, *part);
     put(numbers, piece.indices);
   }
-  Model model{pages::with_length(files::json_text(list)) + numbers};
+  Model model{with_length(files::json_text(list)) + numbers};
   model.pictures = [robot, seed] {
     std::vector<std::string> all;
     for (const cv::Mat3b& picture : robot->pictures(seed, kLargestPicture_px))

@@ -6,14 +6,38 @@ import {Stored, picture} from './source.js';
 
 const kEnded_s = 0.1;
 const kSigns = {found: '◯▫', missed: '◌', rejected: '◯×'};
-export const searchLegend = (isShared) => element('p', {class: 'key'}, `searches, 3σ${isShared ? ', in the color of the run' : ''}: `,
-  ...Object.keys(kOutcomes).map((outcome) => element('b', {class: isShared ? '' : outcome}, `${kSigns[outcome]} ${outcome}`)), element('b', {class: 'new'}, '▫ new'));
+export const searchLegend = (isShared) =>
+  element(
+    'p',
+    {class: 'key'},
+    `searches, 3σ${isShared ? ', in the color of the run' : ''}: `,
+    ...Object.keys(kOutcomes).map((outcome) =>
+      element('b', {class: isShared ? '' : outcome}, `${kSigns[outcome]} ${outcome}`)
+    ),
+    element('b', {class: 'new'}, '▫ new')
+  );
+
+function countsOf({landmarks, searches = []}) {
+  const outcomes = Object.keys(kOutcomes).map(
+    (outcome) => `${searches.filter((search) => search[6] === outcome).length} ${outcome}`
+  );
+  return `${landmarks} landmarks; ${searches.length} searched for: ${outcomes.join(', ')}`;
+}
 
 export class Pane {
-  /// name: a letter if there are several runs; difference: what distinguishes this run from the others; role: its color; first: the
-  /// pane with this run's image, which shows the searches of all its runs.
+  /// name: a letter if there are several runs; difference: what distinguishes this run from the others; role:
+  /// its color; first: the pane with this run's image, which shows the searches of all its runs.
   constructor(run, name, difference, role, first = null) {
-    Object.assign(this, {run, name, full: [name, difference].filter(Boolean).join(': '), role, index: -1, picked: null, first, shared: [this]});
+    Object.assign(this, {
+      run,
+      name,
+      full: [name, difference].filter(Boolean).join(': '),
+      role,
+      index: -1,
+      picked: null,
+      first,
+      shared: [this]
+    });
     first?.shared.push(this);
     this.images = new Stored(`/rig/${run.index}/${run.about.rig.length}`, picture, 400);
     this.live = new Map();
@@ -21,8 +45,15 @@ export class Pane {
     this.state = element('p', {class: 'state', role: 'status'});
     this.counts = element('p', {class: 'soft'});
     const notes = run.about.missing.map((note) => element('p', {class: 'note'}, note));
-    this.element = element('section', {class: 'pane', 'aria-label': this.full || run.about.label},
-      name ? element('h2', {class: `role-${role}`, title: this.full}, this.full) : null, ...notes, first ? null : this.head.canvas, this.state, this.counts);
+    this.element = element(
+      'section',
+      {class: 'pane', 'aria-label': this.full || run.about.label},
+      name ? element('h2', {class: `role-${role}`, title: this.full}, this.full) : null,
+      ...notes,
+      first ? null : this.head.canvas,
+      this.state,
+      this.counts
+    );
   }
 
   keep(index, bytes, [width, height]) {
@@ -45,17 +76,33 @@ export class Pane {
     if (pane.headIndex === pane.index) pane.drawHead();
   }
 
+  /// The landmark searched for in the image nearest to a position on the page; null: none.
+  pick(event) {
+    const near = this.shared.map(({run, index}) => ({
+      run: run.index,
+      ...this.head.pick(event, run.frames[index] ?? {})
+    }));
+    const [found] = near.sort((a, b) => a.far - b.far);
+    return found.id === undefined ? null : found;
+  }
+
   drawHead() {
-    this.head.show(this.image, this.shared.filter(({run, index}) => run.frames[index]).map(({run, index, role, picked}) => ({frame: run.frames[index], role, picked})));
+    this.head.show(
+      this.image,
+      this.shared
+        .filter(({run, index}) => run.frames[index])
+        .map(({run, index, role, picked}) => ({frame: run.frames[index], role, picked}))
+    );
   }
 
   async showHead(index, frame) {
     let image = this.live.get(index) ?? null;
     if (!image && frame.stored_image) {
-      const [stored] = [index, index + 1, index + 2, index - 1].filter((near) => this.run.frames[near]?.stored_image)
+      const [stored] = [index, index + 1, index + 2, index - 1]
+        .filter((near) => this.run.frames[near]?.stored_image)
         .map((near) => this.images.at(near).catch(() => null));
       image = await stored;
-      if (this.index !== index) return;  // another image is shown by now
+      if (this.index !== index) return; // another image is shown by now
     }
     this.image = image;
     this.headIndex = index;
@@ -64,10 +111,12 @@ export class Pane {
 
   /// hasEnded: this run has ended, but a longer one has not.
   say(frame, hasEnded) {
-    this.state.textContent = hasEnded ? `The run ended at ${frame.t.toFixed(2)} s.` : frame.state ? `Filter: ${frame.state}` : 'There is no filter.';
+    this.state.textContent = hasEnded
+      ? `The run ended at ${frame.t.toFixed(2)} s.`
+      : frame.state
+        ? `Filter: ${frame.state}`
+        : 'There is no filter.';
     this.state.className = `state health-${frame.health ?? 0}`;
-    const of = (outcome) => (frame.searches ?? []).filter((search) => search[6] === outcome).length;
-    this.counts.textContent = frame.state
-      ? `${frame.landmarks} landmarks; ${(frame.searches ?? []).length} searched for: ${of('found')} found, ${of('missed')} missed, ${of('rejected')} rejected` : '';
+    this.counts.textContent = frame.state ? countsOf(frame) : '';
   }
 }

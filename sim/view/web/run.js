@@ -1,23 +1,34 @@
 // A run as the page knows it: its frames, and what is derived from one frame to the next.
 //
-// A frame: t (s); truth, plan, estimate: poses of the camera [x, y, z, qx, qy, qz, qw]; bodies: such poses of the robot's bodies, one
-// after another; ellipsoid: rows of the matrix that maps the unit sphere to the 3-sigma ellipsoid of the estimated position;
-// landmarks: their number; health (0 ok, 1 lost, 2 diverged) and state in words; searches: [landmark, u, v, half axes of the ellipse, its
-// angle, outcome, u and v of the match]; new: pixels of new landmarks; map: [landmark, position, ellipsoid] if it changed; feet (left,
-// right): plan [x, y, heading], planned_down, landed [x, y, heading] while loaded; support: corners of the support polygon; zmp; rig: number for fetching the rig's readings. m, rad, px.
+// A frame: t (s); truth, plan, estimate: poses of the camera [x, y, z, qx, qy, qz, qw]; bodies: such poses of
+// the robot's bodies, one after another; ellipsoid: rows of the matrix that maps the unit sphere to the
+// 3-sigma ellipsoid of the estimated position; landmarks: their number; health (0 ok, 1 lost, 2 diverged) and
+// state in words; searches: [landmark, u, v, half axes of the ellipse, its angle, outcome, u and v of the
+// match]; new: pixels of new landmarks; map: [landmark, position, ellipsoid] if it changed; feet (left,
+// right): plan [x, y, heading], planned_down, landed [x, y, heading] while loaded; support: corners of the
+// support polygon; zmp; rig: number for fetching the rig's readings. m, rad, px.
 
-/// The outcomes of a search differ in color and shape: an ellipse with a square, a dashed ellipse, an ellipse with a cross.
+/// The outcomes of a search differ in color and shape: an ellipse with a square, a dashed ellipse, an ellipse
+/// with a cross.
 export const kOutcomes = {found: '#3ddc63', missed: '#ffd228', rejected: '#ff5cc8'};
 
 /// The corners of a sole at [x, y, heading].
 export function soleCorners(sole, [x, y, heading]) {
-  const [x0, y0, x1, y1] = sole, c = Math.cos(heading), s = Math.sin(heading);
-  return [[x0, y0], [x1, y0], [x1, y1], [x0, y1]].map(([a, b]) => [x + c * a - s * b, y + s * a + c * b]);
+  const [x0, y0, x1, y1] = sole,
+    c = Math.cos(heading),
+    s = Math.sin(heading);
+  return [
+    [x0, y0],
+    [x1, y0],
+    [x1, y1],
+    [x0, y1]
+  ].map(([a, b]) => [x + c * a - s * b, y + s * a + c * b]);
 }
 
 /// The index of the last element of an ascending list that does not exceed a value, or -1.
 export function lastUpTo(value, count, at) {
-  let low = -1, high = count;
+  let low = -1,
+    high = count;
   while (high - low > 1) {
     const middle = (low + high) >> 1;
     if (at(middle) <= value) low = middle;
@@ -28,17 +39,30 @@ export function lastUpTo(value, count, at) {
 
 export class Run {
   constructor(about, index) {
-    Object.assign(this, {about, index, frames: [], mapOf: [], landed: [], planned: [], last: [null, null], plannedDown: [false, false]});
+    Object.assign(this, {
+      about,
+      index,
+      frames: [],
+      mapOf: [],
+      landed: [],
+      planned: [],
+      last: [null, null],
+      plannedDown: [false, false]
+    });
   }
 
   /// The run's camera; one of standard size if the run has no images.
-  get camera() { return this.about.camera ?? {width: 320, height: 240, fu: 160, fv: 160, u0: 160, v0: 120}; }
+  get camera() {
+    return this.about.camera ?? {width: 320, height: 240, fu: 160, fv: 160, u0: 160, v0: 120};
+  }
 
-  get duration() { return this.frames.length ? this.frames.at(-1).t : this.about.duration; }
+  get duration() {
+    return this.frames.length ? this.frames.at(-1).t : this.about.duration;
+  }
 
   append(frame) {
     if (this.frames.length && frame.t <= this.frames.at(-1).t) return false;
-    this.mapOf.push(frame.map ? this.frames.length : this.mapOf.at(-1) ?? -1);
+    this.mapOf.push(frame.map ? this.frames.length : (this.mapOf.at(-1) ?? -1));
     frame.feet?.forEach((foot, i) => this.addFootprints(frame.t, foot, i));
     this.frames.push(frame);
     return true;
@@ -49,26 +73,37 @@ export class Run {
     if (!sole) return;
     const landed = foot.landed && String(foot.landed);
     if (landed && landed !== this.last[i]) this.landed.push({t, corners: soleCorners(sole, foot.landed)});
-    if (foot.planned_down && !this.plannedDown[i]) this.planned.push({t, corners: soleCorners(sole, foot.plan)});
+    if (foot.planned_down && !this.plannedDown[i])
+      this.planned.push({t, corners: soleCorners(sole, foot.plan)});
     this.last[i] = landed;
     this.plannedDown[i] = foot.planned_down;
   }
 
   /// The last frame at or before a time, or -1.
-  indexAt(t) { return lastUpTo(t + 1e-6, this.frames.length, (i) => this.frames[i].t); }
+  indexAt(t) {
+    return lastUpTo(t + 1e-6, this.frames.length, (i) => this.frames[i].t);
+  }
 
   /// Describes a landmark at a frame in words.
   landmarkText(index, id) {
-    const counts = {found: 0, missed: 0, rejected: 0}, axes = this.mapAt(index).find(([own]) => own === id)?.[2];
+    const counts = {found: 0, missed: 0, rejected: 0},
+      axes = this.mapAt(index).find(([own]) => own === id)?.[2];
     let since = null;
     for (const {t, map, searches} of this.frames.slice(0, index + 1)) {
       for (const search of searches ?? []) if (search[0] === id) ++counts[search[6]];
       if (since === null && map?.some(([own]) => own === id)) since = t;
     }
-    const sigma = axes && Math.max(...[0, 1, 2].map((k) => Math.hypot(axes[k], axes[k + 3], axes[k + 6]))) / 3;
-    return [`landmark ${id}`, since === null ? 'not in the map yet' : `${(this.frames[index].t - since).toFixed(1)} s old`,
-      axes ? `σ ${+(1e3 * sigma).toPrecision(3)} mm along its longest axis` : 'not in the map', ...Object.entries(counts).map(([how, n]) => `${n} ${how}`)].join(', ');
+    const sigma =
+      axes && Math.max(...[0, 1, 2].map((k) => Math.hypot(axes[k], axes[k + 3], axes[k + 6]))) / 3;
+    return [
+      `landmark ${id}`,
+      since === null ? 'not in the map yet' : `${(this.frames[index].t - since).toFixed(1)} s old`,
+      axes ? `σ ${+(1e3 * sigma).toPrecision(3)} mm along its longest axis` : 'not in the map',
+      ...Object.entries(counts).map(([how, n]) => `${n} ${how}`)
+    ].join(', ');
   }
 
-  mapAt(index) { return this.frames[this.mapOf[index]]?.map ?? []; }
+  mapAt(index) {
+    return this.frames[this.mapOf[index]]?.map ?? [];
+  }
 }

@@ -1,20 +1,28 @@
 // The head camera's image with the filter's searches, and the robot's further cameras and lidars.
-import {color, element} from '../../pages/web/dom.js';
+import {choice, color, element} from '../../pages/web/dom.js';
 import {kOutcomes} from './run.js';
 import {Stored, picture} from './source.js';
 
-const kPatch = 11, kScale = 2;
+const kPatch = 11,
+  kScale = 2;
 const kNew = '#5aa9ff';
 
 export class HeadView {
   constructor(run, name) {
     const {width, height} = run.camera;
     Object.assign(this, {width, height});
-    this.canvas = element('canvas', {width: kScale * width, height: kScale * height, role: 'img', 'aria-label': `image of the head camera${name ? `, ${name}` : ''}`});
-    this.context = this.canvas.getContext('2d', {willReadFrequently: true});  // kept in memory, so that it does not wait for the scene
+    this.canvas = element('canvas', {
+      width: kScale * width,
+      height: kScale * height,
+      role: 'img',
+      'aria-label': `image of the head camera${name ? `, ${name}` : ''}`
+    });
+    // Kept in memory, so that it does not wait for the scene.
+    this.context = this.canvas.getContext('2d', {willReadFrequently: true});
   }
 
-  /// image: something a canvas can draw, or null. runs: {frame, role, picked} for each run; with several runs, searches have their colors.
+  /// image: something a canvas can draw, or null. runs: {frame, role, picked} for each run; with several
+  /// runs, searches have their colors.
   show(image, runs) {
     const {context} = this;
     context.setTransform(kScale, 0, 0, kScale, 0, 0);
@@ -29,10 +37,11 @@ export class HeadView {
     }
     context.translate(0.5, 0.5);
     for (const [i, {frame, role, picked}] of runs.entries()) {
-      context.lineWidth = 1.2 + 1.8 * (runs.length - 1 - i);  // so that the first ones remain visible behind the last one
+      // So that the first ones remain visible behind the last one.
+      context.lineWidth = 1.2 + 1.8 * (runs.length - 1 - i);
       for (const search of frame.searches ?? []) this.search(search, runs.length > 1 ? color(role) : null);
-      const [, u, v] = (picked !== null && frame.searches?.find(([id]) => id === picked)) || [];
-      if (u !== undefined) this.ring(u, v);
+      const marked = picked !== null && frame.searches?.find(([id]) => id === picked);
+      if (marked) this.ring(marked[1], marked[2]);
       context.strokeStyle = kNew;
       for (const [u, v] of frame.new ?? []) this.square(u, v);
     }
@@ -52,34 +61,45 @@ export class HeadView {
 
   ring(u, v) {
     const {context} = this;
-    for (const [style, width] of [['#000', 5], ['#fff', 2.5]]) {
+    for (const [style, width] of [
+      ['#000', 5],
+      ['#fff', 2.5]
+    ]) {
       Object.assign(context, {strokeStyle: style, lineWidth: width});
       context.strokeRect(u - kPatch, v - kPatch, 2 * kPatch, 2 * kPatch);
     }
   }
 
-  /// The searched landmark nearest to a position on the page, and its distance (px): {id, far}; id: absent if none is near.
+  /// The searched landmark nearest to a position on the page, and its distance (px): {id, far}; id: absent if
+  /// none is near.
   pick({clientX, clientY}, {searches}) {
-    const {left, top, width} = this.canvas.getBoundingClientRect(), scale = this.width / width;
+    const {left, top, width} = this.canvas.getBoundingClientRect(),
+      scale = this.width / width;
     const far = ([, u, v]) => Math.hypot(u - scale * (clientX - left), v - scale * (clientY - top));
     const nearest = [...(searches ?? [])].sort((a, b) => far(a) - far(b))[0];
     return nearest && far(nearest) < 1.5 * kPatch ? {id: nearest[0], far: far(nearest)} : {far: Infinity};
   }
 
-  square(u, v) { this.context.strokeRect(u - kPatch / 2, v - kPatch / 2, kPatch, kPatch); }
+  square(u, v) {
+    this.context.strokeRect(u - kPatch / 2, v - kPatch / 2, kPatch, kPatch);
+  }
 
   cross(u, v) {
-    const {context} = this, d = kPatch / 2;
+    const {context} = this,
+      d = kPatch / 2;
     context.beginPath();
-    context.moveTo(u - d, v - d); context.lineTo(u + d, v + d);
-    context.moveTo(u - d, v + d); context.lineTo(u + d, v - d);
+    context.moveTo(u - d, v - d);
+    context.lineTo(u + d, v + d);
+    context.moveTo(u - d, v + d);
+    context.lineTo(u + d, v - d);
     context.stroke();
   }
 }
 
 export function grayPicture(bytes, width, height) {
-  const pixels = new ImageData(width, height), words = new Uint32Array(pixels.data.buffer);
-  for (let i = 0; i < words.length; ++i) words[i] = 0xff000000 | bytes[i] * 0x010101;
+  const pixels = new ImageData(width, height),
+    words = new Uint32Array(pixels.data.buffer);
+  for (let i = 0; i < words.length; ++i) words[i] = 0xff000000 | (bytes[i] * 0x010101);
   const canvas = element('canvas', {width, height});
   canvas.getContext('2d').putImageData(pixels, 0, 0);
   return canvas;
@@ -89,33 +109,74 @@ const points = async (blob) => new Float32Array(await blob.arrayBuffer());
 
 /// Depth: width and height (uint32), then mm row by row (uint16; 0: none).
 async function depths(blob) {
-  const buffer = await blob.arrayBuffer(), [width, height] = new Uint32Array(buffer, 0, 2);
+  const buffer = await blob.arrayBuffer(),
+    [width, height] = new Uint32Array(buffer, 0, 2);
   return {width, height, mm: new Uint16Array(buffer, 8)};
 }
 
-const kColoring = {height: {low: 0, high: 2.5, unit: 'm'}, intensity: {low: 0, high: 1, unit: ''}};  // of lidars
+// Of lidars.
+const kColoring = {height: {low: 0, high: 2.5, unit: 'm'}, intensity: {low: 0, high: 1, unit: ''}};
 
 /// A further camera or lidar: shows what it measured at the displayed frame, while its switch is on.
 export class RigLayer {
   constructor(run, sensor, number, scene) {
-    const isLidar = sensor.kind === 'lidar', isDepth = sensor.kind === 'depth';
-    Object.assign(this, {run, isDepth, name: sensor.name, scene: isLidar ? scene : null,
-      palette: run.about.palette, scale: isDepth ? {low: sensor.range[0], high: sensor.range[1], unit: 'm'} : kColoring.height});
-    this.stored = new Stored(`/rig/${run.index}/${number}`, isLidar ? points : isDepth ? depths : picture, 100);
-    this.canvas = isLidar ? null : element('canvas', {width: 0, height: 0, role: 'img', 'aria-label': `image of ${sensor.name}`});
+    const isLidar = sensor.kind === 'lidar',
+      isDepth = sensor.kind === 'depth';
+    Object.assign(this, {
+      run,
+      isDepth,
+      name: sensor.name,
+      scene: isLidar ? scene : null,
+      palette: run.about.palette,
+      scale: isDepth ? {low: sensor.range[0], high: sensor.range[1], unit: 'm'} : kColoring.height
+    });
+    this.stored = new Stored(
+      `/rig/${run.index}/${number}`,
+      isLidar ? points : isDepth ? depths : picture,
+      100
+    );
+    this.canvas = isLidar
+      ? null
+      : element('canvas', {width: 0, height: 0, role: 'img', 'aria-label': `image of ${sensor.name}`});
     this.on = element('input', {type: 'checkbox', checked: '', onchange: () => this.show(this.index)});
     this.bar = element('p', {class: 'soft'});
     this.value = element('span', {class: 'soft', role: 'status'});
-    const by = isLidar ? element('select', {'aria-label': `color of ${sensor.name}`, onchange: ({currentTarget}) => { this.color(kColoring[currentTarget.value]); currentTarget.blur(); }},
-      Object.keys(kColoring).map((name) => element('option', {value: name}, `by ${name}`))) : null;
-    this.element = element('figure', {class: sensor.kind}, element('label', {class: 'key'}, this.on, element('b', {}, sensor.name), isDepth ? 'depth; black: none' : sensor.kind), by, this.canvas, this.bar, this.value);
+    const colors = Object.keys(kColoring).map((name) => [name, `by ${name}`]);
+    const by = isLidar
+      ? choice(`color of ${sensor.name}`, colors, (name) => this.color(kColoring[name]))
+      : null;
+    this.element = element(
+      'figure',
+      {class: sensor.kind},
+      element(
+        'label',
+        {class: 'key'},
+        this.on,
+        element('b', {}, sensor.name),
+        isDepth ? 'depth; black: none' : sensor.kind
+      ),
+      by,
+      this.canvas,
+      this.bar,
+      this.value
+    );
     if (isDepth || isLidar) this.color(this.scale);
-    if (isDepth) this.canvas.addEventListener('pointermove', (event) => { this.at = this.pixelAt(event); this.read(); });
-    if (isDepth) this.canvas.addEventListener('pointerleave', () => { this.at = null; this.read(); });
+    if (isDepth)
+      this.canvas.addEventListener('pointermove', (event) => {
+        this.at = this.pixelAt(event);
+        this.read();
+      });
+    if (isDepth)
+      this.canvas.addEventListener('pointerleave', () => {
+        this.at = null;
+        this.read();
+      });
   }
 
   color(scale) {
-    const bar = element('canvas', {width: 256, height: 1, class: 'bar'}), context = bar.getContext('2d'), text = (value) => `${value} ${scale.unit}`.trim();
+    const bar = element('canvas', {width: 256, height: 1, class: 'bar'}),
+      context = bar.getContext('2d'),
+      text = (value) => `${value} ${scale.unit}`.trim();
     this.scale = scale;
     for (let i = 0; i < 256; ++i) {
       context.fillStyle = `rgb(${this.palette.slice(3 * i, 3 * i + 3).join()})`;
@@ -126,16 +187,28 @@ export class RigLayer {
   }
 
   /// The index of a value's color in the palette.
-  level(value) { return 3 * Math.round(255 * Math.min(1, Math.max(0, (value - this.scale.low) / (this.scale.high - this.scale.low)))); }
+  level(value) {
+    return (
+      3 *
+      Math.round(
+        255 * Math.min(1, Math.max(0, (value - this.scale.low) / (this.scale.high - this.scale.low)))
+      )
+    );
+  }
 
   pixelAt({clientX, clientY}) {
     const {left, top, width, height} = this.canvas.getBoundingClientRect();
-    return [Math.floor((clientX - left) / width * this.canvas.width), Math.floor((clientY - top) / height * this.canvas.height)];
+    return [
+      Math.floor(((clientX - left) / width) * this.canvas.width),
+      Math.floor(((clientY - top) / height) * this.canvas.height)
+    ];
   }
 
   read() {
-    const {at, drawn} = this, mm = at && drawn ? drawn.mm[at[1] * drawn.width + at[0]] : undefined;
-    this.value.textContent = mm === undefined ? '' : ` at ${at.join(', ')}: ${mm ? `${mm / 1000} m` : 'none'}`;
+    const {at, drawn} = this,
+      mm = at && drawn ? drawn.mm[at[1] * drawn.width + at[0]] : undefined;
+    this.value.textContent =
+      mm === undefined ? '' : ` at ${at.join(', ')}: ${mm ? `${mm / 1000} m` : 'none'}`;
   }
 
   /// Shows a frame's reading. Frames may pass while it is being fetched; then the newest one is fetched next.
@@ -153,10 +226,11 @@ export class RigLayer {
 
   draw(content) {
     this.drawn = content;
-    if (this.scene) return this.scene.showSweep(this.name, content, (height, intensity) => {
-      const at = this.level(this.scale === kColoring.height ? height : intensity);
-      return [this.palette[at] / 255, this.palette[at + 1] / 255, this.palette[at + 2] / 255];
-    });
+    if (this.scene)
+      return this.scene.showSweep(this.name, content, (height, intensity) => {
+        const at = this.level(this.scale === kColoring.height ? height : intensity);
+        return [this.palette[at] / 255, this.palette[at + 1] / 255, this.palette[at + 2] / 255];
+      });
     this.canvas.hidden = !content;
     if (!content) return undefined;
     Object.assign(this.canvas, {width: content.width, height: content.height});
@@ -165,7 +239,10 @@ export class RigLayer {
     const pixels = context.createImageData(content.width, content.height);
     content.mm.forEach((mm, i) => {
       const at = this.level(mm / 1000);
-      pixels.data.set(mm ? [this.palette[at], this.palette[at + 1], this.palette[at + 2], 255] : [0, 0, 0, 255], 4 * i);
+      pixels.data.set(
+        mm ? [this.palette[at], this.palette[at + 1], this.palette[at + 2], 255] : [0, 0, 0, 255],
+        4 * i
+      );
     });
     context.putImageData(pixels, 0, 0);
     return this.read();

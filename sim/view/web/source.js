@@ -12,7 +12,8 @@ export const getJson = async (path) => (await get(path)).json();
 export const getBytes = async (path) => (await get(path)).arrayBuffer();
 export const getBlob = async (path) => (await get(path)).blob();
 
-/// Returns the JSON at the start of a buffer from the program, where its length precedes it, and the offset of its end.
+/// Returns the JSON at the start of a buffer from the program, where its length precedes it, and the offset
+/// of its end.
 export function withLength(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
   return [JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length))), 4 + length];
@@ -20,9 +21,12 @@ export function withLength(buffer) {
 
 export const picture = (blob) => createImageBitmap(blob);
 
-/// Fetches the elements of a server list by number and keeps the last few. read: converts the bytes to an element.
+/// Fetches the elements of a server list by number and keeps the last few. read: converts the bytes to an
+/// element.
 export class Stored {
-  constructor(folder, read, most) { Object.assign(this, {folder, read, most, kept: new Map()}); }
+  constructor(folder, read, most) {
+    Object.assign(this, {folder, read, most, kept: new Map()});
+  }
 
   at(number) {
     let element = this.kept.get(number);
@@ -37,7 +41,10 @@ export class Stored {
 
 /// Calls frame(JSON, bytes of the image), message(JSON) and closed() as they arrive.
 export function listen({frame, message: received, closed}) {
-  const socket = new WebSocket(new URL(address('/socket'), location.href.replace(/^http/, 'ws')), 'gaitslam.view.v1');
+  const socket = new WebSocket(
+    new URL(address('/socket'), location.href.replace(/^http/, 'ws')),
+    'gaitslam.view.v1'
+  );
   socket.binaryType = 'arraybuffer';
   socket.onmessage = ({data}) => {
     if (typeof data === 'string') return received(JSON.parse(data));
@@ -45,6 +52,11 @@ export function listen({frame, message: received, closed}) {
     frame(content, new Uint8Array(data, end));
   };
   socket.onclose = closed;
-  const opened = new Promise((resolve) => { socket.onopen = resolve; });
-  return (message) => opened.then(() => { if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message)); });
+  const opened = new Promise((resolve) => {
+    socket.onopen = resolve;
+  });
+  return (message) =>
+    opened.then(() => {
+      if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
+    });
 }

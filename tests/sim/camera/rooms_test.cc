@@ -167,6 +167,19 @@ TEST_F(DrawnRobot, IsInsideItsRoomAndAllVerticesAreComplete) {
   EXPECT_GT(room.sizes().head<2>().minCoeff(), 4.5f);
 }
 
+TEST(DrawnRoom, GlassIsAPieceOfItsOwnWithItsAlpha) {
+  const files::TemporaryFolder folder;
+  files::write_text(folder / "room.xml",
+                    "<mujoco><worldbody><geom name='floor' type='plane' size='5 5 1'/>"
+                    "<geom type='box' size='1 1 1' pos='3 0 1' rgba='1 0 0 0.25'/></worldbody></mujoco>");
+  std::vector<DrawnPiece> glass = PosedRobot(robot_file(), (folder / "room.xml").string(), models()).pieces();
+  std::erase_if(glass, [](const DrawnPiece& piece) { return piece.alpha >= 1; });
+  ASSERT_EQ(glass.size(), 1u);
+  EXPECT_EQ(glass[0].alpha, 0.25f);
+  EXPECT_EQ(glass[0].body, -1);
+  EXPECT_EQ(glass[0].indices.size(), 36u);
+}
+
 TEST_F(DrawnRobot, PicturesDependOnTheSeedAndHavePowerOfTwoSides) {
   const auto pictures = robot_.pictures(1, 64);
   EXPECT_GT(pictures.size(), 10u);

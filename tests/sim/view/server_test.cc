@@ -307,30 +307,6 @@ TEST(LiveRig, APageFetchesTheNewestReadingsOfTheFramesItWasSent) {
   EXPECT_EQ(body("/rig/0/0/0"), "") << "kept for some frames only";
 }
 
-TEST_F(Live, FoxgloveIsSpokenOnTheSamePort) {
-  view_.begin({});
-  for (const std::string protocol : {"foxglove.websocket.v1", "foxglove.sdk.v1"}) {
-    SocketClient client(view_.access(), protocol);
-    EXPECT_THAT(client.next().value_or(""), StartsWith(R"({"op":"serverInfo","name":"gaitslam")"));
-    const std::string advertised = client.next().value_or("");
-    for (const char* const topic : {"/camera/image/compressed", "/camera/camera_info", "/imu",
-                                    "/ground_truth/pose", "/plan/pose", "/slam/pose"})
-      EXPECT_THAT(advertised, Has(fmt::format("\"topic\":\"{}\"", topic)));
-    client.say(R"({"op":"subscribe","subscriptions":[{"id":77,"channelId":4}]})");
-    client.say(R"({"op":"subscribe","subscriptions":[{"id":78,"channelId":99}]})");
-    EXPECT_THAT(client.next().value_or(""), Has("unknown channel 99"));
-    Frame frame = frame_at(1);
-    frame.truth = Eigen::Isometry3d::Identity();
-    view_.show(frame);
-    EXPECT_EQ(client.next().value_or("").substr(0, 5), std::string("\1\x4d\0\0\0", 5));
-    client.say(R"({"op":"unsubscribe","subscriptionIds":[77]})");
-    client.say("{");
-    EXPECT_THAT(client.next().value_or(""), Has("\"status\""));
-    view_.show(frame);
-    EXPECT_EQ(client.next(200), std::nullopt);
-  }
-}
-
 TEST(Site, PicturesOfTheRoomAreEmptyUntilTheyArePainted) {
   std::promise<void> go;
   Site site({{.label = "walk",
@@ -362,31 +338,18 @@ TEST(Site, ServesItsOwnFilesAndNoOthers) {
     EXPECT_FALSE(site.at(path, "").has_value()) << path;
 }
 
-TEST(ClientMessage, CommandsAndSubscriptionsOfFoxgloveAreRead) {
+TEST(ClientMessage, CommandsAreRead) {
   EXPECT_EQ(read_client_message(R"({"op":"pause"})").op, "pause");
   EXPECT_EQ(read_client_message(R"({"op":"getParameters","parameterNames":[]})").op, "getParameters");
   EXPECT_EQ(read_client_message(R"({"op":"speed","factor":0.25})").factor, 0.25);
   EXPECT_EQ(read_client_message(R"({"op":"speed","factor":0})").factor, 0);
-  const auto message = read_client_message(
-      R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":2},{"id":8,"channelId":4294967295}]})");
-  using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
-  EXPECT_EQ(message.subscriptions, (Pairs{{7, 2}, {8, 4294967295u}}));
-  EXPECT_EQ(read_client_message(R"({"op":"unsubscribe","subscriptionIds":[7]})").unsubscribed,
-            std::vector<std::uint32_t>{7});
 }
 
 TEST(ClientMessage, AnythingElseIsMalformed) {
-  std::string many = R"({"op":"unsubscribe","subscriptionIds":[0)";
-  for (int i = 0; i < 64; ++i) many += ",1";
-  many += "]}";
   const std::string deep(8000, '[');
   for (const std::string_view text :
        {"", "x", "{", "[1]", "{}", R"({"op":1})", R"({"op":"speed","factor":1e9})",
-        R"({"op":"speed","factor":"1"})", R"({"op":"subscribe"})",
-        R"({"op":"subscribe","subscriptions":[1]})",
-        R"({"op":"subscribe","subscriptions":[{"id":-1,"channelId":1}]})",
-        R"({"op":"subscribe","subscriptions":[{"id":4294967296,"channelId":1}]})",
-        R"({"op":"unsubscribe","subscriptionIds":["a"]})", many.c_str(), deep.c_str()})
+        R"({"op":"speed","factor":"1"})", deep.c_str()})
     EXPECT_THROW(read_client_message(text), std::invalid_argument) << text;
 }
 
@@ -455,9 +418,9 @@ TEST(Rejection, OtherHostsOriginsTokensAndMethodsAreRefused) {
                            "127.0.0.1.evil.example:8000", "localhost:8000", ""},
                           421},
                          {page, {own}, 0, "http://127.0.0.1:8000"}};
-  for (const char* const other : {"https://evil.example", "http://evil.example:8000", "http://127.0.0.1",
-                                  "https://127.0.0.1:8000", "http://127.0.0.1:8001", "http://127.0.0.2:8000",
-                                  "http://[::1]:8000", "null", "file://", "app://lichtblick"})
+  for (const char* const other :
+       {"https://evil.example", "http://evil.example:8000", "http://127.0.0.1", "https://127.0.0.1:8000",
+        "http://127.0.0.1:8001", "http://127.0.0.2:8000", "http://[::1]:8000", "null", "file://", ""})
     all.push_back({page, {own}, 403, other});
   for (const std::string& query :
        {std::string(), std::string("?token="), "?token=f" + kToken.substr(1), "?token=" + kToken + "0",
@@ -528,7 +491,7 @@ Service service() {
     if (path != "/" && path != "/view.js") return std::nullopt;
     return Resource{"text/html; charset=utf-8", std::make_shared<const std::string>("the secret content")};
   };
-  service.protocols = {"gaitslam.view.v1", "foxglove.websocket.v1"};
+  service.protocol = kOwn;
   service.received = [](Client& client, std::string_view text) {
     client.send({std::make_shared<const std::string>("heard " + std::string(text)), false});
   };

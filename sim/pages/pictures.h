@@ -1,0 +1,37 @@
+// The pictures of a recording.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sim/pages/frame.h"
+#include "sim/recording/manifest.h"
+#include "sim/recording/recording.h"
+
+namespace sim::pages {
+
+namespace fs = std::filesystem;
+
+/// Returns the image file of each frame, or an empty path; for a rig camera or lidar, the file of the newest
+/// reading. Throws FileError if a file is outside the recording.
+std::vector<fs::path> image_files(const std::vector<Frame>& frames, const fs::path& recording,
+                                  const std::string& sensor = "cam0");
+
+/// The pictures of a recording, which may be untrusted: a browser gets them only as they were recorded.
+class Pictures {
+ public:
+  /// Throws FileError if the recording is unfinished or was edited.
+  explicit Pictures(const fs::path& recording);
+  /// Returns the reading of a rig sensor or the head camera from a file. Throws FileError unless the file has
+  /// the hash in the manifest and an image has the camera's size.
+  slam::RigReading read(const rig::RigSensor& sensor, const fs::path& file) const;
+  const recording::RecordingSetup& setup() const { return setup_; }
+
+ private:
+  fs::path folder_;
+  recording::Manifest manifest_;
+  recording::RecordingSetup setup_;
+};
+
+}  // namespace sim::pages

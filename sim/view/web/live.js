@@ -1,0 +1,77 @@
+// Follows a run as it goes on.
+import {Series} from './compare.js';
+import {drawnOnce, loadPictures} from './model.js';
+import {listen} from './source.js';
+
+/// What the program's messages do.
+const kMessages = {
+  past: (page, {frames}) => frames.forEach((frame) => page.panes[0].run.append(frame)),
+  series(page, {names, from, rows}) {
+    const [pane] = page.panes;
+    pane.series ??= new Series(names);
+    pane.series.add(from, rows);
+    page.drawFigures();
+  },
+  pace(page, {paused, speed}) {
+    if (!page.player.control) return;
+    page.player.playing = !paused;
+    page.controls.speeds.value = speed;
+    page.sayPlay();
+  },
+  ended(page, {how, frames}) {
+    const {length} = page.panes[0].run.frames,
+      {speeds, step} = page.controls;
+    page.player.end();
+    page.dataset.ended = 'true';
+    page.note.textContent =
+      length < frames ? `${how} This page received ${length} of ${frames} frames.` : how;
+    speeds.disabled = step.disabled = false;
+    speeds.value = 1;
+    page.drawFigures();
+    page.sayPlay();
+  },
+  rejected: (page, {why}) => {
+    page.note.textContent = why;
+  }
+};
+
+/// Returns a function that adds a frame, and that draws the newest one before the browser next repaints the
+/// page.
+function receiver(page) {
+  const {
+    player,
+    panes: [pane]
+  } = page;
+  let drawing = false;
+  const draw = () => {
+    drawing = false;
+    if (player.atEnd) player.show(player.duration);
+  };
+  return (frame, image) => {
+    if (!pane.run.append(frame)) return;
+    if (frame.image) pane.keep(pane.run.frames.length - 1, image, frame.image);
+    page.dataset.ready = 'true';
+    if (!player.atEnd || drawing) return;
+    drawing = true;
+    requestAnimationFrame(draw);
+  };
+}
+
+export async function followLive(page, model) {
+  const {player, note} = page;
+  player.send = listen({
+    frame: receiver(page),
+    message: (message) => kMessages[message.op]?.(page, message),
+    closed: () => {
+      if (player.live)
+        note.textContent = 'The connection was closed because the run or its program has ended.';
+    }
+  });
+  try {
+    page.addModel(await model);
+    await drawnOnce();
+    await loadPictures(page.scene);
+  } finally {
+    player.send({op: 'loaded'});
+  }
+}
