@@ -18,11 +18,10 @@ async function appendPiece(panes, piece, first) {
   await Promise.all(panes.map(append));
 }
 
-/// The first picture is drawn only once, when it is complete, because every drawing of the scene or of a
-/// figure delays the next one.
-async function showFirst(page, first, model) {
-  const shown = page.panes.filter((pane) => !pane.first && pane.run.about.camera);
-  await Promise.all(shown.map((pane) => pane.images.at(0).catch(() => null)));
+/// The first picture is drawn only once, when it is complete, because every drawing of the scene or of a figure
+/// delays the next one.
+async function showFirst(page, first, model, images) {
+  await Promise.all(images);
   page.addModel(await model);
   await drawnOnce();
   const pictures = loadPictures(page.scene);
@@ -38,11 +37,13 @@ async function showFirst(page, first, model) {
 export async function playBack(page, first, model) {
   const {panes, player} = page,
     wanted = readAddress().t;
+  const shown = panes.filter((pane) => !pane.first && pane.run.about.camera);
+  const images = shown.map((pane) => pane.images.at(0).catch(() => null));
   let isThere = false,
     pictures = null;
   for (let piece = 0; panes.some(({run}) => piece < run.about.pieces); ++piece) {
     await appendPiece(panes, piece, first);
-    if (piece === 0) pictures = await showFirst(page, first, model);
+    if (piece === 0) pictures = await showFirst(page, first, model, images);
     if (!isThere && player.t === 0 && wanted <= player.duration) isThere = page.goToAddress();
   }
   if (panes.length > 1) {
