@@ -98,7 +98,8 @@ struct Options {
     double sigma_rad_s = 0.01;
     double sigma_bias_rad_s = 0.01, sigma_bias_walk_rad_s2 = 0;
     bool drives_motion = true;
-    double sigma_head_rad_s = 0.003;  ///< of the head's rate relative to the chest, if drives_motion
+    /// Of the head's rate relative to the chest, if drives_motion.
+    static constexpr double sigma_head_rad_s = 0.003;
     static void keys(auto&& key) {
       value<&Gyro::enabled>(key, "whether the filter uses the gyro");
       choice<&Gyro::readings>(key, kGyroReadings, "which readings of a frame interval the filter uses");
@@ -157,8 +158,7 @@ struct Options {
   struct LegOdometry {
     bool enabled = true;
     double sigma_position_m = 0.0001, sigma_m_s = 0.001, sigma_stride = 0.003, sigma_sway_m_s = 0.003;
-    double sigma_sway_scale = 0.015;
-    double sigma_pivot_m = 0.15;  ///< of the pivot of any tilting that leg odometry does not measure
+    double sigma_sway_scale = 0.015, sigma_pivot_m = 0.15;
     static void keys(auto&& key) {
       value<&LegOdometry::enabled>(key,
                                    "whether leg odometry, if there is any, replaces the planned velocity");
@@ -172,6 +172,8 @@ struct Options {
                                            "standard deviation of the sway velocity that it misses");
       number<&LegOdometry::sigma_sway_scale>(
           key, 0, 1e3, "standard deviation of the relative error of the sway, ahead and to the side");
+      number<&LegOdometry::sigma_pivot_m>(
+          key, 0, 1e3, "standard deviation of the pivot of any tilting that leg odometry does not measure");
     }
   } leg_odometry;
 
@@ -210,7 +212,7 @@ struct Options {
     double sigma_px = 0.055, sigma_first_px = 0.12;
     double viewpoint_sigma_px = 0.5;
     double match_bias_sigma_px = 0.2;
-    double match_bias_s = 3;  ///< correlation time of that bias
+    static constexpr double match_bias_s = 3;  ///< correlation time of that bias
     double gate_sigma_px = 0.15;
     int visible_landmarks = 18, measured_landmarks = 12;
     double minimum_correlation = 0.9;
@@ -241,20 +243,23 @@ struct Options {
 
   struct Tracking {
     double lost_after_s = 2, give_up_s = 10;
-    /// Standard deviations beyond 2 % at which the plan's scale and the lens's distortion are suspect.
     double plan_bound = 4, lens_bound = 6;
     static void keys(auto&& key) {
       number<&Tracking::lost_after_s>(key, 1e-3, 1e6,
                                       "time without an image or a match after which tracking is lost");
       number<&Tracking::give_up_s>(key, 1e-3, 1e6, "time after which a filter that lost track has diverged");
+      number<&Tracking::plan_bound>(key, 1e-3, 1e9,
+                                    "standard deviations beyond 2 % at which the plan's scale is suspect");
+      number<&Tracking::lens_bound>(
+          key, 1e-3, 1e9, "standard deviations beyond 2 % at which the lens's distortion is suspect");
     }
   } tracking;
 
-  struct Bounds {         ///< on the cost of a frame, whatever the other options request
-    int landmarks = 300;  ///< in the map
-    int measured = 100;   ///< in a frame
+  struct Bounds {  ///< on the cost of a frame, whatever the other options request
+    int landmarks = 300, measured = 100;
     static void keys(auto&& key) {
       number<&Bounds::landmarks>(key, 1, 1000, "maximum number of landmarks in the map");
+      number<&Bounds::measured>(key, 1, 1000, "maximum number of landmarks measured in a frame");
     }
   } bounds;
 
@@ -269,7 +274,7 @@ struct Options {
       double converged = 0.3;
       static constexpr int fewest = 20;  ///< number below which a ray is discarded
       int attempts = 10, at_once = 1;
-      double minimum_speed_m_s = 0.05;  ///< camera speed below which no ray is initialized
+      double minimum_speed_m_s = 0.05;
       static void keys(auto&& key) {
         number<&Particles::count>(key, 2, 10000, "number of depth particles along a new landmark's ray");
         number<&Particles::nearest_m>(key, 0.01, 1000, "depth of the nearest particle");
@@ -278,6 +283,7 @@ struct Options {
                                       "relative error of the depth below which a ray becomes a point");
         number<&Particles::attempts>(key, 1, 100000, "maximum number of frames for which a ray is kept");
         number<&Particles::at_once>(key, 1, 1000, "maximum number of rays in the map at a time");
+        number<&Particles::minimum_speed_m_s>(key, 0, 1e3, "camera speed below which no ray is initialized");
       }
     } particles;
     static void keys(auto&& key) {

@@ -9,7 +9,7 @@ namespace walking {
 struct AttitudeOptions {
   bool enabled = true;
   double accelerometer_gain_per_s = 0.15;
-  double bias_gain_per_s2 = 0.004;  ///< of the estimate of the gyro bias
+  double bias_gain_per_s2 = 0.004;
 
   static void keys(auto&& key) {
     value<&AttitudeOptions::enabled>(
@@ -18,6 +18,8 @@ struct AttitudeOptions {
         "is taken to be upright");
     number<&AttitudeOptions::accelerometer_gain_per_s>(
         key, 0, 1e6, "rate at which the estimated vertical is corrected toward the accelerometer's");
+    number<&AttitudeOptions::bias_gain_per_s2>(key, 0, 1e6,
+                                               "gain of the attitude filter's estimate of the gyro bias");
   }
 };
 
@@ -149,15 +151,17 @@ struct StabilizerOptions {
   /// Footholds move by the error of the capture point, and the plan's frame follows.
   struct LandingAdjustment {
     bool enabled = false;
-    double growth_fraction = 0.6;  ///< growth rate of the error until touch-down, relative to no control
-    double dead_zone_m = 0.02;     ///< error at touch-down that is left without a correction
+    double growth_fraction = 0.6;
+    static constexpr double dead_zone_m = 0.02;  ///< error at touch-down that is left without a correction
     double largest_m = 0.12;
-    double largest_inwards_m = 0.03;  ///< toward the stance foot
-    double shift_s = 0.08;            ///< duration of the shift of the plan's frame after touch-down
+    static constexpr double largest_inwards_m = 0.03;  ///< toward the stance foot
+    static constexpr double shift_s = 0.08;  ///< duration of the shift of the plan's frame after touch-down
 
     static void keys(auto&& key) {
       value<&LandingAdjustment::enabled>(key,
                                          "whether footholds are moved by the error of the capture point");
+      number<&LandingAdjustment::growth_fraction>(
+          key, 0, 2, "growth rate of the capture point error until touch-down, relative to no control");
       number<&LandingAdjustment::largest_m>(key, 0, 1,
                                             "largest shift of a foothold along and across the foot");
     }

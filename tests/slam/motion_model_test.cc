@@ -49,9 +49,7 @@ TEST(MotionModel, FinalVelocityAndRateAreTheMeansOverTheInterval) {
 TEST(MotionModel, IsDrivenByTheGyroWithoutItsBias) {
   const RobotVector x = generic_state();
   const MeanRate rate{{0.3, -0.1, 0.2}, 0.004};
-  Options options = paper();
-  options.gyro.sigma_head_rad_s = 0.003;
-  const Prediction p = predict_motion(x, kFrame, std::nullopt, options, rate);
+  const Prediction p = predict_motion(x, kFrame, std::nullopt, paper(), rate);
   EXPECT_LT((p.x.segment<3>(kRate) - (rate.w_C - x.segment<3>(kGyroBias))).norm(), 1e-15);
   EXPECT_NEAR(std::sqrt(p.Q(kRate, kRate)), 0.005, 1e-12);
 }
