@@ -81,7 +81,7 @@ TEST_F(ReportTest, AKeyboardAndAPrinterAreEnough) {
 
   const auto& [before, after] = std::pair(found["scatter"]["before"], found["scatter"]["after"]);
   EXPECT_THAT(before["title"].get<std::string>(), Has("rmse_m [m] over ate_se3_rmse_m [m]"));
-  EXPECT_THAT(after["title"].get<std::string>(), Has("end_position_error_m [m] over ate_se3_rmse_m [m]"));
+  EXPECT_THAT(after["title"].get<std::string>(), Has("ate_sim3_rmse_m [m] over ate_se3_rmse_m [m]"));
   EXPECT_NE(before["dots"], after["dots"]);
   const std::string dots = before["dots"][0];
   EXPECT_EQ(std::ranges::count(dots, 'M'), 3) << "a dot for each run";

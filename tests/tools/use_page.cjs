@@ -512,7 +512,7 @@ async function picture(browser, url, seconds, file, width = 1200, height = 900, 
 }
 
 const isDrawn = () => {
-  const {figures, drawn} = document.documentElement.dataset;
+  const {figures, drawn} = document.documentElement?.dataset ?? {};
   return document.readyState === 'complete' && +figures > 0 && figures === drawn;
 };
 
