@@ -230,7 +230,7 @@ fs::path contained_path(const fs::path& folder, std::string_view name) {
 std::string text_table(const std::vector<std::vector<std::string>>& rows, const TableShape& shape) {
   Columns all(rows.at(0).size());
   for (std::size_t i = 0; i < all.size(); ++i) {
-    all[i].left = i < shape.text || (shape.last_text && i + 1 == all.size());
+    all[i].left = i == 0;
     all[i].title = {one_line(rows[0][i])};
     for (std::size_t k = 1; k < rows.size(); ++k) all[i].cells.push_back(one_line(rows[k][i]));
   }

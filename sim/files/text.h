@@ -163,11 +163,10 @@ fs::path contained_path(const fs::path& folder, std::string_view name);
 
 inline constexpr std::size_t kTerminalWidth = 100;
 
-/// naming: how many of the first columns say what a row is about. text: how many of the first columns are
-/// left-aligned, with last_text also the last one; all others are right-aligned.
+/// naming: how many of the first columns say what a row is about. The first column is left-aligned, all
+/// others are right-aligned.
 struct TableShape {
-  std::size_t naming = 1, text = 1;
-  bool last_text = false;
+  std::size_t naming = 1;
   std::size_t width = kTerminalWidth;
 };
 

@@ -61,11 +61,8 @@ bool may_contain_results(const fs::directory_entry& entry) {
          !name.starts_with("earlier-") && name != "export" && name != "recording";
 }
 
-void add_results(const fs::path& folder, Nested nested, std::vector<fs::path>& found) {
-  if (is_result(folder)) {
-    found.push_back(folder);
-    if (nested == Nested::skip) return;
-  }
+void add_results(const fs::path& folder, std::vector<fs::path>& found) {
+  if (is_result(folder)) return found.push_back(folder);
   std::vector<fs::path> below;
   for (const auto& entry : fs::directory_iterator(folder))
     if (may_contain_results(entry)) below.push_back(entry.path());
@@ -73,7 +70,7 @@ void add_results(const fs::path& folder, Nested nested, std::vector<fs::path>& f
     const auto seed = seed_of(path);
     return std::tuple(!seed, seed.value_or(0), path);
   });
-  for (const fs::path& next : below) add_results(next, nested, found);
+  for (const fs::path& next : below) add_results(next, found);
 }
 
 }  // namespace
@@ -156,9 +153,9 @@ std::optional<std::uint64_t> seed_of(const fs::path& result) {
   return seed && name == "seed-" + std::to_string(*seed) ? seed : std::nullopt;
 }
 
-std::vector<fs::path> find_results(const fs::path& folder, Nested nested) {
+std::vector<fs::path> find_results(const fs::path& folder) {
   std::vector<fs::path> found;
-  add_results(folder, nested, found);
+  add_results(folder, found);
   return found;
 }
 

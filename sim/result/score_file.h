@@ -100,13 +100,10 @@ bool is_result(const fs::path& folder);
 /// Returns the seed in the name of a result, seed-<n> as written by the program (not seed-07).
 std::optional<std::uint64_t> seed_of(const fs::path& result);
 
-/// What happens to results inside results, such as replays.
-enum class Nested { skip, include };
-
 /// Returns the results in a folder at any depth, or in the folder itself, in the order of names and seeds.
-/// Skips recordings, exports, hidden folders, symbolic links, and earlier-<n>, to which replaced results are
-/// moved.
-std::vector<fs::path> find_results(const fs::path& folder, Nested nested = Nested::skip);
+/// Skips recordings, exports, results inside results, hidden folders, symbolic links, and earlier-<n>, to
+/// which replaced results are moved.
+std::vector<fs::path> find_results(const fs::path& folder);
 
 /// Returns the seeds of the results seed-<n> in a folder, in order.
 std::vector<std::uint64_t> seeds_in(const fs::path& folder);
