@@ -22,9 +22,7 @@ Turns turns(const std::vector<files::TumRow>& poses, slam::Stamp begin, std::siz
     while (next < poses.size() && poses[next].t < t) ++next;
     if (next >= poses.size()) break;
     const files::TumRow &a = poses[next - 1], &b = poses[next];
-    if (a.t <= t && b.t - a.t <= kBridged)
-      at[k] = Eigen::Quaterniond(a.X.linear())
-                  .slerp(slam::seconds(t - a.t) / slam::seconds(b.t - a.t), Eigen::Quaterniond(b.X.linear()));
+    if (a.t <= t && b.t - a.t <= kBridged) at[k] = Eigen::Quaterniond(files::interpolate(a, b, t).linear());
   }
   Turns all(size);
   for (std::size_t k = 0; k + kWindow < size; ++k)
