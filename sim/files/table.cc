@@ -29,7 +29,7 @@ constexpr std::string_view kStamps = " t time timestamp stamp ";
 constexpr std::pair<std::string_view, double> kStampsWithUnit[] = {
     {" __time ", 1e9}, {" field.header.stamp ", 1}, {" sec secs ", 1e9}, {" nanosec nsecs ", 1}};
 
-/// Units without spaces and '^'. A name without unit is in the first one, but a stamp must have one.
+/// Units. A name without unit is in the first one, but a stamp must have one.
 constexpr struct {
   Quantity quantity;
   std::string_view unit;
@@ -43,15 +43,15 @@ constexpr struct {
               {position, "mm", 1e-3},
               {position, "km", 1e3},
               {orientation, "1", 1},
-              {angular_rate, "rads-1", 1},
+              {angular_rate, "rad s^-1", 1},
               {angular_rate, "rad/s", 1},
-              {angular_rate, "degs-1", M_PI / 180},
+              {angular_rate, "deg s^-1", M_PI / 180},
               {angular_rate, "deg/s", M_PI / 180},
-              {acceleration, "ms-2", 1},
-              {acceleration, "m/s2", 1},
+              {acceleration, "m s^-2", 1},
+              {acceleration, "m/s^2", 1},
               {acceleration, "g", 9.80665},
-              {covariance, "m2", 1},
-              {covariance, "rad2", 1}};
+              {covariance, "m^2", 1},
+              {covariance, "rad^2", 1}};
 
 constexpr std::array<const char*, 6> kWords{"stamp",        "position",     "orientation",
                                             "angular rate", "acceleration", "covariance"};
@@ -136,14 +136,14 @@ Table::Table(const fs::path& file, Expected expected, const std::string& columns
     if (line.empty()) continue;
     const bool comment = line[0] == '#' || line[0] == '%';
     if (rows_.empty() && !comment) separator_ = separator_of(line);
+    if (!comment && (separator_ == ';' || separator_ == '\t'))
+      std::replace(text_.begin() + static_cast<std::ptrdiff_t>(begin),
+                   text_.begin() + static_cast<std::ptrdiff_t>(end), ',', '.');
     if (comment ||
         (rows_.empty() && !parse_number<double>(TableRow(file_, number, line, separator_).text(0)))) {
       if (rows_.empty()) above.push_back(line), has_titles = !comment;
       continue;
     }
-    if (separator_ == ';' || separator_ == '\t')
-      std::replace(text_.begin() + static_cast<std::ptrdiff_t>(begin),
-                   text_.begin() + static_cast<std::ptrdiff_t>(end), ',', '.');
     rows_.emplace_back(file_, number, std::string_view(text_).substr(begin, end - begin), separator_);
     width_ = std::max(width_, rows_.back().fields());
   }
@@ -188,8 +188,7 @@ Table::Title Table::parse(std::string_view text) const {
   Title title;
   text = trimmed(text);
   if (const std::size_t open = text.find_first_of("[("); open != text.npos) {
-    for (const char c : text.substr(open + 1, std::min(text.find_last_of("])"), text.size()) - open - 1))
-      if (c != ' ' && c != '^') title.unit += c;
+    title.unit = trimmed(text.substr(open + 1, std::min(text.find_last_of("])"), text.size()) - open - 1));
     text = trimmed(text.substr(0, open));
   }
   title.name = text;
@@ -260,6 +259,12 @@ std::vector<Column> Table::columns(Quantity quantity) const {
   return all;
 }
 
+std::vector<Column> Table::required(Quantity quantity) const {
+  std::vector<Column> found = columns(quantity);
+  if (found.empty()) fail(fmt::format("no column is the {}", kWords[static_cast<std::size_t>(quantity)]));
+  return found;
+}
+
 std::vector<std::string> Table::names() const {
   std::vector<std::string> all;
   for (const auto& [name, unit, quantity, axis, factor] : titles_)
@@ -271,7 +276,7 @@ nanoseconds Table::stamp(const TableRow& row, const std::vector<Column>& columns
   const Column& first = columns.at(0);
   row.number(first.field);
   const auto t = parse_stamp(row.text(first.field), first.factor);
-  if (!t) row.fail(first.field, "a time of more than 9e9 s, expected another unit");
+  if (!t) fail(fmt::format("a time of {} in its unit is more than 9e9 s", row.text(first.field)));
   if (columns.size() == 1) return *t;
   const auto rest = parse_number<std::int64_t>(row.text(columns[1].field));
   if (!rest || *rest < 0 || *rest >= 1'000'000'000 || t->count() % 1'000'000'000 != 0)
@@ -287,7 +292,7 @@ void Table::fail(const std::string& why) const {
     row += fmt::format("{}{}", i == 0 ? "" : std::string(1, separator_), rows_[0].text(i));
   throw FileError(*file_, rows_[0].line(), "{}; the first row has {}: {}{}; expected {}", why,
                   counted(rows_[0].fields(), "column"), row.substr(0, kShown),
-                  row.size() > kShown ? "..." : "", expected_(width_));
+                  row.size() > kShown ? "..." : "", expected_(*this));
 }
 
 }  // namespace sim::files

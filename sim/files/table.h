@@ -38,8 +38,8 @@ class TableRow : public Row {
 /// are read beside semicolons and tabs. Lines that start with # or % are comments, except the header.
 class Table {
  public:
-  /// Returns what a table of a use should be like, for an error about one with so many columns.
-  using Expected = std::string (*)(std::size_t columns);
+  /// Returns what a table should have been like, for an error.
+  using Expected = std::string (*)(const Table& table);
 
   /// columns: names of the columns in order, as in "t[ns] x[mm] y[mm] - qw"; they replace the header. Throws
   /// FileError.
@@ -58,9 +58,11 @@ class Table {
   /// position's covariance; the stamp and, if it has two columns, its rest. Empty if no column has such a
   /// name. Throws FileError as fail() does if a column is missing, named twice or has an unknown unit.
   std::vector<Column> columns(Quantity quantity) const;
+  /// Returns columns(). Throws FileError if there are none.
+  std::vector<Column> required(Quantity quantity) const;
   /// Returns the names as name() reads them, one for each field.
   std::vector<std::string> names() const;
-  /// Returns the stamp of a row in these columns. Throws FileError if it is not a time up to 9e18 ns.
+  /// Returns the stamp of a row in these columns. Throws FileError, as fail() does beyond 9e9 s.
   std::chrono::nanoseconds stamp(const TableRow& row, const std::vector<Column>& columns) const;
   /// Throws FileError: why, the first row, and what was expected.
   [[noreturn]] void fail(const std::string& why) const;

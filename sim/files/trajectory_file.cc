@@ -36,13 +36,15 @@ constexpr const char* kTum = "t[s] tx ty tz qx qy qz qw";
 constexpr const char* kTumCovariance =
     "t[s] tx ty tz qx qy qz qw Pr11 Pr12 Pr13 Pr22 Pr23 Pr33 Pt11 Pt12 Pt13 Pt22 Pt23 Pt33";
 
-std::string expected_poses(std::size_t columns) {
-  const char* const start = columns < 8     ? "t[s] x y z"
-                            : columns == 13 ? "t[ns] - - - x - - - y - - - z"
-                                            : "t[ns] x y z qw qx qy qz";
+std::string expected_poses(const Table& table) {
+  const char* const start = table.width() < 8          ? "t[s] x y z"
+                            : table.width() == 13      ? "t[ns] - - - x - - - y - - - z"
+                            : table.separator() == ' ' ? "t[ns] x y z qx qy qz qw"
+                                                       : "t[ns] x y z qw qx qy qz";
   return fmt::format(
-      "TUM (8 columns between spaces), KITTI (12), a header of known names with their units (see gaitslam "
-      "score --help), or these names in order: --columns \"{}\"",
+      "TUM (8 columns between spaces, in s and m), KITTI (12), a header of known names with their units "
+      "(gaitslam "
+      "score --help lists them), or these names in order: --columns \"{}\"",
       start);
 }
 
@@ -54,16 +56,13 @@ double coordinate(const TableRow& row, const Column& column) {
 
 // The columns of a pose. orientation: w, x, y, z, or empty.
 struct PoseColumns {
-  std::vector<Column> stamp, position, orientation, covariance;
+  std::vector<Column> position, stamp, orientation, covariance;
 
   explicit PoseColumns(const Table& table)
-      : stamp(table.columns(Quantity::time)),
-        position(table.columns(Quantity::position)),
+      : position(table.required(Quantity::position)),
+        stamp(table.required(Quantity::time)),
         orientation(table.columns(Quantity::orientation)),
-        covariance(table.columns(Quantity::covariance)) {
-    if (stamp.empty()) table.fail("no column is the stamp");
-    if (position.empty()) table.fail("no column is the position");
-  }
+        covariance(table.columns(Quantity::covariance)) {}
 
   Eigen::Isometry3d pose(const TableRow& row) const {
     Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
@@ -167,8 +166,9 @@ TrajectoryFile read(Table& table) {
   if (!table.is_named()) {
     const bool spaces = table.separator() == ' ';
     if (spaces && table.width() == 12) return read_kitti(table);
-    if (!spaces || (table.width() != 8 && table.width() != 20))
-      table.fail("neither TUM nor KITTI, without header");
+    if (table.separator() == ',')
+      table.fail("no header names the columns that commas separate (decimal commas need semicolons or tabs)");
+    if (!spaces || (table.width() != 8 && table.width() != 20)) table.fail("no header names its columns");
     table.name(table.width() == 8 ? kTum : kTumCovariance);
   }
   return read_poses(table);

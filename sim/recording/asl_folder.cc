@@ -49,8 +49,7 @@ struct Stamps : files::Table {
   /// skip frames.
   Stamps(const fs::path& name, Expected expected, std::optional<double> rate_hz, double slack)
       : Table(name, expected) {
-    const auto stamp_columns = columns(files::Quantity::time);
-    if (!rows().empty() && stamp_columns.empty()) fail("no column is the stamp");
+    const auto stamp_columns = required(files::Quantity::time);
     std::vector<std::size_t> lines;
     for (const files::TableRow& row : rows()) {
       if (row.fields() != width()) row.fail("expected {} fields, found {}", width(), row.fields());
@@ -86,9 +85,8 @@ struct Reading {
 
 /// Returns the readings of an IMU whose clock is ahead. Each reading applies up to halfway to its neighbors.
 std::vector<Reading> readings_of(const Stamps& imu, slam::Stamp ahead) {
-  const auto gyro = imu.columns(files::Quantity::angular_rate),
+  const auto gyro = imu.required(files::Quantity::angular_rate),
              accelerometer = imu.columns(files::Quantity::acceleration);
-  if (gyro.empty()) imu.fail("no column is an angular rate");
   std::vector<Reading> all;
   for (const files::TableRow& row : imu.rows()) {
     all.push_back({imu.all[all.size()] - ahead, {}, {}, angular_rate(row, gyro), std::nullopt});
@@ -165,11 +163,11 @@ struct ReadSensors : AslSensors {
     X_BG = mounted.X_BS;
     setup.calibration.X_CG = X_BC.inverse() * mounted.X_BS;
     imu_ahead = slam::Stamp(std::llround(1e9 * stated.timeshift_s));
-    const auto expected_images = [](std::size_t) { return kCameraHeader + " and one image a row"; };
+    const auto expected_images = [](const files::Table&) { return kCameraHeader + " and one image a row"; };
     camera.emplace(folder / sensor_rows("cam0"), expected_images, stated.rate_hz, 4);
     if (camera->all.empty()) throw files::FileError(camera->file(), "has no images");
     first_image = camera->all.front();
-    const auto expected_readings = [](std::size_t) {
+    const auto expected_readings = [](const files::Table&) {
       return "a header with names and units, such as " + kImuHeader;
     };
     imu.emplace(folder / sensor_rows("imu0"), expected_readings, mounted.rate_hz, 1.5);
@@ -239,7 +237,7 @@ std::vector<fs::path> images_of(const fs::path& folder, const Stamps& list, cons
 void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& truth,
                              const Eigen::Matrix3d& R_GT, const std::vector<Reading>& readings,
                              const fs::path& imu, AslSensors& sensors) {
-  constexpr double kMostGain = 2, kUsualGain = 0.2, kSure = 0.9;
+  constexpr double kMostGain = 2, kUsualGain = 0.2, kSure = 0.9, kMostTurn_deg = 45;
   if (!truth.has_orientation) return;
   std::vector<TimedRotation> gyro;
   for (const Reading& reading : readings) gyro.push_back({reading.t, reading.gyro});
@@ -266,18 +264,20 @@ void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& 
   const std::string late = fmt::format("{:.2f} s {} {}", std::abs(late_s),
                                        late_s > 0 ? "later than" : "earlier than", imu.string());
   const bool is_late = std::abs(late_s) >= slam::seconds(kLeastOffset);
-  if (found->axes || found->mirrored)
+  const double turned_deg = 180 / M_PI * found->turned_rad.value_or(0);
+  if (found->mirrored || turned_deg > kMostTurn_deg)
     throw files::FileError(
         imu,
-        "its gyro turns {} those of {}{}; expected the same, right-handed axes: a column has the "
-        "wrong sign or place, or one of the two T_BS is wrong",
-        found->axes ? fmt::format("about x, y, z as {} of", axes_text(*found->axes)) : "", file.string(),
-        is_late ? ", which is " + late : "");
+        "its gyro's axes are {} those of {}{}; expected the same, right-handed axes: a column has the wrong "
+        "sign "
+        "or place, or T_BS is wrong or missing in the sensor.yaml of one of the two",
+        found->mirrored ? "a mirror image of" : fmt::format("turned by {:.0f} deg from", turned_deg),
+        file.string(), is_late ? ", which is " + late : "");
   if (found->turned_rad)
     sensors.remarks.push_back(
         fmt::format("{}: its axes are turned by {:.0f} deg from those of {}: T_BS is wrong or missing in the "
                     "sensor.yaml of one of the two, and the errors of orientation include it",
-                    file.string(), 180 / M_PI * *found->turned_rad, imu.string()));
+                    file.string(), turned_deg, imu.string()));
   if (std::abs(late_s) >= kMostOffset_s)
     throw files::FileError(
         file,
