@@ -102,7 +102,8 @@ Eigen::Vector3d take_off_turn(std::vector<PosePair>& pairs) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const auto& [t, X_true, X_estimate] : pairs)
       sum += score::rotation_vector(turn.transpose() * X_true.linear().transpose() * X_estimate.linear());
-    turn *= Eigen::AngleAxisd(sum.norm() / static_cast<double>(pairs.size()), sum.stableNormalized());
+    turn *= Eigen::AngleAxisd(sum.norm() / static_cast<double>(pairs.size()), sum.stableNormalized())
+                .toRotationMatrix();
   }
   for (PosePair& pair : pairs) pair.X_estimate.linear() *= turn.transpose();
   return score::rotation_vector(turn) / kDegree;

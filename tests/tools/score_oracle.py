@@ -319,7 +319,7 @@ REFUSED = [
 ]
 ACCEPTED = [
     ("truth.tum once_a_second.tum", ""), ("frames.tum frames.tum", ""),
-    ("truth.tum us.csv", "\nmatched   300"), ("truth.tum frames.tum --columns t[ms],x,y,z", "\nmatched   300"),
+    ("truth.tum us.csv", "\nmatched   300"), ("truth.tum ms.tum --columns t[ms],x,y,z", "\nmatched   300"),
     ("truth.tum mm.tum", "warning   its positions are 1000 times those of the truth; --columns \"t[s] tx[mm] ty[mm] tz[mm] qx qy qz qw\" cuts"),
     ("mm.tum truth.tum", "warning   its positions are 0.001 times those of the truth; --truth-columns \"t[s] tx[mm] ty[mm] tz[mm] qx"),
     ("truth.tum degrees.tum", "warning   its positions are 57.3 times those of the truth; --align sim3 cuts the error from "),
