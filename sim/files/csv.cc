@@ -51,13 +51,6 @@ CsvReader::CsvReader(const fs::path& file, const std::vector<std::string>& heade
     fail("expected the header \"{}\", found \"{}\"", headers.front(), line_);
 }
 
-CsvReader::CsvReader(const fs::path& file, std::size_t least_fields) : CsvReader(file, Writer::other) {
-  if (parse_number<double>(titles_[0])) fail("expected a header that names the columns");
-  if (titles_.size() < least_fields)
-    fail("expected a header of at least {} columns separated by commas, found {}", least_fields,
-         titles_.size());
-}
-
 bool CsvReader::read_line() {
   constexpr std::size_t kLongestRow = 1 << 20;
   line_.clear();

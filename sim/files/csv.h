@@ -54,9 +54,6 @@ class CsvReader : public Row {
   /// line feed.
   explicit CsvReader(const fs::path& file) : CsvReader(file, Writer::other) {}
 
-  /// An external file whose header has at least this many columns. The first title must not be a number.
-  CsvReader(const fs::path& file, std::size_t least_fields);
-
   const std::vector<std::string>& titles() const { return titles_; }  ///< titles of the header's columns
   bool next();          ///< reads the next row; false at the end of the file
   double part() const;  ///< fraction of the file's bytes read so far, 0 to 1

@@ -43,11 +43,11 @@ void add_leap(std::vector<std::string>& remarks, const fs::path& file, const std
       leaps > 1 ? fmt::format("; the largest of {} such steps", leaps) : ""));
 }
 
-/// The rows of cam0 or imu0 and their stamps.
+/// The rows of a sensor or of a motion and their stamps.
 struct Stamps : files::Table {
   /// rate_hz: as stated in a sensor.yaml. slack: how many times the rate of the rows it may be, since cameras
   /// skip frames.
-  Stamps(const fs::path& name, Expected expected, std::optional<double> rate_hz, double slack)
+  Stamps(const fs::path& name, Expected expected, std::optional<double> rate_hz = {}, double slack = 1)
       : Table(name, expected) {
     const auto stamp_columns = required(files::Quantity::time);
     std::vector<std::size_t> lines;
@@ -124,10 +124,14 @@ Eigen::Vector3d first_acceleration(const std::vector<Reading>& readings) {
   return sum / std::max(1.0, static_cast<double>(count));
 }
 
+std::string expected_motion(const files::Table&) {
+  return "the columns of this project's plan0, legs0 and command0, as README.md in sim/recording states them";
+}
+
 Eigen::Isometry3d first_pose(const fs::path& motion) {
-  files::CsvReader rows(motion, 13);
-  if (!rows.next()) throw files::FileError(motion, "has no rows");
-  return rows.pose(1);
+  const Stamps rows(motion, expected_motion);
+  if (rows.width() < 13) throw files::FileError(motion, "has no pose");
+  return rows.rows()[0].pose(1);
 }
 
 YamlFile yaml(const fs::path& file) { return {file, files::read_text(file, files::kMostOfYaml)}; }
@@ -322,19 +326,16 @@ struct AslFolder::Files {
     for (const slam::Stamp t : stamps) times.push_back(t - sensors.first_image);
     read_truth();
     for (std::size_t i = 0; i < sources.size(); ++i)
-      if (const fs::path file = folder / sensor_rows(motion_sources()[i].name); fs::exists(file))
-        open(file, static_cast<std::size_t>(std::ranges::count(motion_sources()[i].header, ',')) + 1,
-             sources[i]);
-  }
-
-  void open(const fs::path& file, std::size_t columns, std::optional<StampedRows>& source) const {
-    const auto is_of_image = [&](slam::Stamp t) { return std::ranges::binary_search(stamps, t); };
-    StampedRows found{files::CsvReader(file, columns)};
-    while (found.stamp() && !is_of_image(*found.stamp())) found.advance();
-    if (!found.stamp())
-      throw files::FileError(file, "none of its stamps, in ns, matches an image: those are {}",
-                             sensors.camera->span());
-    source.emplace(files::CsvReader(file, columns));
+      if (const fs::path file = folder / sensor_rows(motion_sources()[i].name); fs::exists(file)) {
+        const Stamps& rows = sources[i].emplace(file, expected_motion);
+        if (rows.all.empty()) continue;
+        const auto is_of_image = [&](slam::Stamp t) { return std::ranges::binary_search(stamps, t); };
+        if (rows.width() < std::size_t(std::ranges::count(motion_sources()[i].header, ',')) + 1)
+          rows.fail("columns are missing");
+        if (std::ranges::none_of(rows.all, is_of_image))
+          throw files::FileError(file, "none of its stamps matches an image: they are {}, the images {}",
+                                 rows.span(), sensors.camera->span());
+      }
   }
 
   void read_truth();
@@ -347,7 +348,7 @@ struct AslFolder::Files {
   std::vector<slam::Stamp> times;
   Truth truth;
   std::size_t next_image = 0, next_reading = 0;
-  std::array<std::optional<StampedRows>, 3> sources;  // in the order of motion_sources()
+  std::array<std::optional<Stamps>, 3> sources;  // in the order of motion_sources()
 
   slam::Observation next() {
     const slam::Stamp start = sensors.first_image, t = stamps[next_image];
@@ -364,9 +365,11 @@ struct AslFolder::Files {
       if (now.begin == now.end) ++next_reading;
     }
     for (std::size_t i = 0; i < sources.size(); ++i) {
-      auto& rows = sources[i];
-      while (rows && rows->stamp() && *rows->stamp() < t) rows->advance();
-      if (rows && rows->stamp() == t) motion_sources()[i].read(rows->row(), o);
+      if (!sources[i]) continue;
+      const auto& all = sources[i]->all;
+      const auto row = std::ranges::lower_bound(all, t);
+      if (row != all.end() && *row == t)
+        motion_sources()[i].read(sources[i]->rows()[static_cast<std::size_t>(row - all.begin())], o);
     }
     return o;
   }

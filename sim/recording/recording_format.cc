@@ -48,7 +48,7 @@ std::string command_fields(const slam::Observation& o) {
                      command.turn_rad_s);
 }
 
-void read_plan(const files::CsvReader& row, slam::Observation& o) {
+void read_plan(const files::Row& row, slam::Observation& o) {
   slam::PlannedMotion& plan = o.plan.emplace();
   plan.X_PC = row.pose(1);
   plan.v_PC_C = row.vector(13);
@@ -59,11 +59,11 @@ void read_plan(const files::CsvReader& row, slam::Observation& o) {
   plan.p_CF = row.vector(20);
 }
 
-void read_legs(const files::CsvReader& row, slam::Observation& o) {
+void read_legs(const files::Row& row, slam::Observation& o) {
   o.legs = slam::LegMotion{row.pose(1), row.vector(13), row.pose(16)};
 }
 
-void read_command(const files::CsvReader& row, slam::Observation& o) {
+void read_command(const files::Row& row, slam::Observation& o) {
   o.command =
       slam::CommandedVelocity{o.t - slam::Stamp(row.integer(1)), row.number(2), row.number(3), row.number(4)};
 }

@@ -43,7 +43,7 @@ struct MotionSource {
   std::string (*fields)(
       const slam::Observation& o);  ///< fields of a row after its stamp; they read back bit for bit
   /// Reads a row into the observation of its stamp. Throws FileError.
-  void (*read)(const files::CsvReader& row, slam::Observation& o);
+  void (*read)(const files::Row& row, slam::Observation& o);
 };
 
 /// Returns plan0, legs0 and command0. plan0 has a sensor.yaml even without a plan: it contains the start.

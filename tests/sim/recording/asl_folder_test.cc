@@ -68,7 +68,7 @@ TEST_F(RecordedElsewhere, APlanMayHaveExtraColumnsOfAnotherProgram) {
   write("plan0/sensor.yaml", motion_source_yaml(motion_sources()[0], {}));
   const std::string pose = ",1,2,3,1,0,0,0,1,0,0,0,1", vectors = ",0,0,0,0,0,0,left,0,0,0";
   write("plan0/data.csv", recording_format::kPlanHeader + "\n33000000" + pose + vectors + "\n");
-  EXPECT_THAT(complaint(), HasSubstr("plan0/data.csv: none of its stamps, in ns, matches an image"));
+  EXPECT_THAT(complaint(), HasSubstr("plan0/data.csv: none of its stamps matches an image"));
   write("plan0/data.csv",
         recording_format::kPlanHeader + ",battery [V]\n1403636579763555584" + pose + vectors + ",48\n");
   AslFolder own_column(folder_.path());
