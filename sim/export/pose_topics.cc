@@ -86,7 +86,7 @@ void PoseTopics::add_fixed_frames(const ExportContext& out) {
 void PoseTopics::add_viewer_topics(const ExportContext& out) {
   const fs::path maps = out.run.result / "map_over_time.csv";
   if (out.run.with_truth && fs::exists(maps))  // once a second, a row per landmark: stamp, id, position
-    for (files::CsvReader rows(maps, 5); rows.next();) {
+    for (files::CsvReader rows(maps); rows.next();) {
       const Eigen::Vector3f p = rows.vector(2).cast<float>();
       maps_[slam::Stamp(rows.integer(0))].push_back(
           {p.x(), p.y(), p.z(), static_cast<std::uint32_t>(rows.integer(1))});

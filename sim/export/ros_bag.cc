@@ -53,7 +53,7 @@ RecordedRows::RecordedRows(const fs::path& recording, const std::string& sensor)
   const recording::Manifest manifest(recording);
   const std::string file = recording::recording_format::sensor_rows(sensor);
   if (!manifest.lists(file)) return;
-  rows_.emplace(files::CsvReader(manifest.check(file), 1), recording::kEpoch);
+  rows_.emplace(files::CsvReader(manifest.check(file)), recording::kEpoch);
   const std::vector<std::string>& titles = rows_->row().titles();
   for (std::size_t i = 1; i < titles.size(); ++i) names.push_back(titles[i].substr(0, titles[i].find(" [")));
 }

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 
 namespace sim::files {
 namespace {
@@ -23,38 +22,13 @@ constexpr std::pair<std::string_view, const char*> kFormats[] = {{"\x1f\x8b", "c
                                                                  {"\x89HDF", "an HDF5 file"},
                                                                  {"SQLite format 3", "an SQLite database"}};
 
-enum class Encoding { utf8, utf16_little, utf16_big };
-// Decides by the zeros beside ASCII characters. Throws FileError if the file is not text.
-Encoding encoding_of(const fs::path& file, std::string_view start) {
-  for (const auto& [magic, name] : kFormats)
-    if (start.starts_with(magic)) throw FileError(file, "is {}, expected plain text", name);
-  start = start.substr(0, 64);
-  std::array<std::size_t, 2> zeros{};
-  for (std::size_t i = 0; i < start.size(); ++i) zeros[i % 2] += start[i] == '\0';
-  if (zeros[0] + zeros[1] == 0) return Encoding::utf8;
-  if (std::min(zeros[0], zeros[1]) > 0 || 4 * std::max(zeros[0], zeros[1]) < start.size())
-    throw FileError(file, "is UTF-32 or binary, expected text in UTF-8");
-  return zeros[1] > 0 ? Encoding::utf16_little : Encoding::utf16_big;
-}
-
 }  // namespace
 
-std::string plain_text(const fs::path& file, std::string bytes) {
-  if (const Encoding encoding = encoding_of(file, bytes); encoding != Encoding::utf8) {
-    const std::size_t low = encoding == Encoding::utf16_big;
-    std::string text;
-    for (std::size_t i = bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff") ? 2 : 0;
-         i + 1 < bytes.size(); i += 2)
-      text += bytes[i + 1 - low] == '\0' && bytes[i + low] >= 0 ? bytes[i + low] : '?';
-    bytes = std::move(text);
-  }
-  if (bytes.starts_with("\xef\xbb\xbf")) bytes.erase(0, 3);
-  if (bytes.find('\n') == bytes.npos) std::ranges::replace(bytes, '\r', '\n');
-  return bytes;
-}
-
 void require_utf8(const fs::path& file, std::string_view start) {
-  if (encoding_of(file, start) != Encoding::utf8) throw FileError(file, "is UTF-16, expected UTF-8");
+  for (const auto& [magic, name] : kFormats)
+    if (start.starts_with(magic)) throw FileError(file, "is {}, expected plain text", name);
+  if (start.substr(0, 64).find('\0') != start.npos)
+    throw FileError(file, "is UTF-16, UTF-32 or binary, expected text in UTF-8");
 }
 
 CsvReader::CsvReader(const fs::path& file, Writer writer)
@@ -66,8 +40,6 @@ CsvReader::CsvReader(const fs::path& file, Writer writer)
   if (!read_line()) throw FileError(file, "is empty");
   if (!strict_ && line_.starts_with("\xef\xbb\xbf")) line_.erase(0, 3);  // UTF-8's byte order mark
   if (line_.find('\r') != line_.npos) fail("lines end with CR, expected line feeds");
-  if (!strict_ && line_.find(',') == line_.npos && line_.find_first_of(";\t") != line_.npos)
-    separator_ = line_[line_.find_first_of(";\t")];
   split();
   titles_.assign(fields_.begin(), fields_.end());
   fields_.clear();
@@ -77,13 +49,6 @@ CsvReader::CsvReader(const fs::path& file, const std::vector<std::string>& heade
     : CsvReader(file, Writer::own) {
   if (std::ranges::find(headers, line_) == headers.end())
     fail("expected the header \"{}\", found \"{}\"", headers.front(), line_);
-}
-
-CsvReader::CsvReader(const fs::path& file, std::size_t least_fields) : CsvReader(file, Writer::other) {
-  if (parse_number<double>(titles_[0])) fail("expected a header that names the columns");
-  if (titles_.size() < least_fields)
-    fail("expected a header of at least {} columns separated by commas, semicolons or tabs, found {}",
-         least_fields, titles_.size());
 }
 
 bool CsvReader::read_line() {
@@ -117,7 +82,7 @@ void CsvReader::split() {
     if (begin < line_.size() && line_[begin] == '"') {
       begin = split_quoted(begin);
     } else {
-      const std::size_t end = std::min(line_.find(separator_, begin), line_.size());
+      const std::size_t end = std::min(line_.find(',', begin), line_.size());
       std::string_view field = std::string_view(line_).substr(begin, end - begin);
       if (!strict_) {  // strips whitespace around it
         field.remove_prefix(std::min(field.find_first_not_of(" \t"), field.size()));
@@ -138,7 +103,7 @@ std::size_t CsvReader::split_quoted(std::size_t begin) {
     line_[to] = line_[from];
   }
   fields_.push_back(std::string_view(line_).substr(begin + 1, to - begin - 1));
-  if (from < line_.size() && line_[from] != separator_)
+  if (from < line_.size() && line_[from] != ',')
     throw FileError(*file_, line_number_, from + 1, "expected a comma after the quoted field");
   return from;
 }

@@ -7,12 +7,7 @@
 
 namespace sim::files {
 
-/// Returns external text as UTF-8 with line feeds and without a byte order mark. Converts UTF-16 (non-ASCII
-/// characters become '?') and lines that end with CR. If the file is not text, throws FileError that says
-/// what it is.
-std::string plain_text(const fs::path& file, std::string bytes);
-
-/// Throws FileError, naming the encoding, if a file that starts with these bytes is not UTF-8 text.
+/// Throws FileError, naming the format or encoding, if a file that starts with these bytes is not UTF-8 text.
 void require_utf8(const fs::path& file, std::string_view start);
 
 /// The fields of a line of a file. All members throw FileError.
@@ -59,9 +54,6 @@ class CsvReader : public Row {
   /// line feed.
   explicit CsvReader(const fs::path& file) : CsvReader(file, Writer::other) {}
 
-  /// An external file whose header has at least this many columns. The first title must not be a number.
-  CsvReader(const fs::path& file, std::size_t least_fields);
-
   const std::vector<std::string>& titles() const { return titles_; }  ///< titles of the header's columns
   bool next();          ///< reads the next row; false at the end of the file
   double part() const;  ///< fraction of the file's bytes read so far, 0 to 1
@@ -76,7 +68,6 @@ class CsvReader : public Row {
   InputFile input_;
   std::string_view piece_;  // rest of the current piece
   bool strict_;
-  char separator_ = ',';     // ';' or a tab if the header has these and no comma
   std::uintmax_t read_ = 0;  // bytes
   std::vector<std::string> titles_;
   std::string line_;

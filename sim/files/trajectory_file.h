@@ -1,8 +1,9 @@
-// Trajectories as text, one pose per line: TUM, its 20-column form with covariance, and other detected
-// formats.
+// Trajectories as text, one pose per line: TUM, its 20-column form with covariance, KITTI, and tables with
+// named columns.
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <chrono>
 
 #include "sim/files/text.h"
@@ -41,17 +42,21 @@ std::string tum_row(std::chrono::nanoseconds t, const Eigen::Isometry3d& X, cons
 std::vector<TumRow> read_tum(const fs::path& file);
 
 struct TrajectoryFile {
-  std::string format;  ///< "TUM", "TUM with covariance", "KITTI", "EuRoC csv"
-  std::string stamps;  ///< "seconds", "milliseconds", "microseconds", "nanoseconds", "frame numbers"
+  std::vector<std::string> columns;  ///< their names with units, for --columns; empty: KITTI
   std::vector<TumRow> rows;
+  std::array<std::size_t, 3> position{};    ///< places in `columns`
+  bool counts_frames = false;               ///< the stamps are frame numbers, as KITTI without times
   std::optional<std::string> warning = {};  ///< what was left out and why, if anything
   bool has_orientation = true;              ///< else all rotations are the identity
 };
 
-/// Reads a trajectory: TUM (quaternion x first; 20 numbers with covariance), EuRoC (commas; quaternion w
-/// first) or KITTI (12 numbers; stamps from times.txt beside it, else frame numbers), unless a header names
-/// the columns. A last pose that repeats the previous stamp is dropped. Throws FileError, including if other
+/// Reads a trajectory. `columns` names its columns (see Table); else a header does; else it is TUM, in s (8
+/// numbers between spaces, or 20 with covariance), or KITTI (12; stamps from times.txt beside it, else frame
+/// numbers). A last pose that repeats the previous stamp is left out. Throws FileError, including if other
 /// stamps do not increase.
-TrajectoryFile read_trajectory(const fs::path& file);
+TrajectoryFile read_trajectory(const fs::path& file, const std::string& columns = {});
+
+/// Interpolates the position linearly and the orientation along the shortest turn.
+Eigen::Isometry3d interpolate(const TimedPose& a, const TimedPose& b, std::chrono::nanoseconds t);
 
 }  // namespace sim::files

@@ -188,10 +188,10 @@ class RobotReader {
       const std::string key = "posture_deg." + name;
       const int i = index(key, name);
       const walking::Joint& joint = robot_.joints[static_cast<std::size_t>(i)];
-      constexpr double kDegree = 180 / std::numbers::pi;
+      constexpr double kDegree = std::numbers::pi / 180;
       if (angle < joint.lowest || angle > joint.highest)
-        fail(key, fmt::format("is {:g}, expected {:.4g} to {:.4g}, the joint's range", angle * kDegree,
-                              joint.lowest * kDegree, joint.highest * kDegree));
+        fail(key, fmt::format("is {:g}, expected {:.4g} to {:.4g}, the joint's range", angle / kDegree,
+                              joint.lowest / kDegree, joint.highest / kDegree));
       robot_.posture[i] = angle;
     }
     pose_at(robot_.posture);

@@ -20,8 +20,6 @@ constexpr slam::Stamp kSameTime{100'000};
 constexpr std::array kTruthFolders{"mav0/state_groundtruth_estimate0", "mav0/mocap0", "mav0/gt",
                                    "mav0/vicon0", "mav0/leica0"};
 
-constexpr std::size_t kCameraColumns = 2, kImuColumns = 4;
-
 std::string span_text(slam::Stamp first, slam::Stamp last) {
   return fmt::format("from {:.3f} s to {:.3f} s", slam::seconds(first), slam::seconds(last));
 }
@@ -30,66 +28,50 @@ std::string span_text(slam::Stamp first, slam::Stamp last) {
 /// rows are missing.
 void add_leap(std::vector<std::string>& remarks, const fs::path& file, const std::vector<slam::Stamp>& stamps,
               const std::vector<std::size_t>& lines) {
-  std::vector<slam::Stamp> steps;
-  for (std::size_t i = 1; i < stamps.size(); ++i) steps.push_back(stamps[i] - stamps[i - 1]);
-  if (steps.size() < 2) return;
-  std::vector<slam::Stamp> sorted = steps;
-  std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2));
-  const slam::Stamp usual = sorted[sorted.size() / 2], most = usual + std::max(2 * usual, kLeastOffset);
-  const auto leap = std::ranges::max_element(steps);
-  if (*leap <= most) return;
-  const auto leaps = std::ranges::count_if(steps, [&](slam::Stamp step) { return step > most; });
+  const slam::Stamp usual = files::median_step(stamps), most = usual + std::max(2 * usual, kLeastOffset);
+  std::size_t leap = 0, leaps = 0;
+  const auto step = [&](std::size_t i) { return i == 0 ? slam::Stamp(0) : stamps[i] - stamps[i - 1]; };
+  for (std::size_t i = 0; i < stamps.size(); ++i) {
+    leaps += step(i) > most;
+    if (step(i) > step(leap)) leap = i;
+  }
+  if (leaps == 0) return;
   remarks.push_back(fmt::format(
       "{}:{}: its clock leaps by {:.6g} s from the previous row, or rows are missing; they come every "
       "{:.4g} s{}",
-      file.string(), lines[static_cast<std::size_t>(leap - steps.begin()) + 1], slam::seconds(*leap),
-      slam::seconds(usual), leaps > 1 ? fmt::format("; the largest of {} such steps", leaps) : ""));
+      file.string(), lines[leap], slam::seconds(step(leap)), slam::seconds(usual),
+      leaps > 1 ? fmt::format("; the largest of {} such steps", leaps) : ""));
 }
 
-/// All stamps of a file, in the unit that fits them, and its rows.
-struct Stamps {
+/// The rows of a sensor or of a motion and their stamps.
+struct Stamps : files::Table {
   /// rate_hz: as stated in a sensor.yaml. slack: how many times the rate of the rows it may be, since cameras
   /// skip frames.
-  Stamps(fs::path file_, std::size_t least_columns_, std::optional<double> rate_hz = {}, double slack = 1)
-      : file(std::move(file_)),
-        least_columns(least_columns_),
-        header(file, 1, files::CsvReader(file, least_columns).titles()),
-        columns(header.stamp_columns()) {
-    std::vector<double> numbers;
-    files::CsvReader csv(file, least_columns);
-    while (csv.next()) numbers.push_back(columns.number(csv, columns.unit ? *columns.unit : *unit));
-    unit = &files::unit_of_stamps(file, numbers, columns.unit, 1 / rate_hz.value_or(20));
+  Stamps(const fs::path& name, Expected expected, std::optional<double> rate_hz = {}, double slack = 1)
+      : Table(name, expected) {
+    const auto stamp_columns = required(files::Quantity::time);
     std::vector<std::size_t> lines;
-    for (StampedRows again = rows(); again.stamp(); again.advance()) {
-      all.push_back(*again.stamp());
-      lines.push_back(again.row().line());
+    for (const files::TableRow& row : rows()) {
+      if (row.fields() != width()) row.fail("expected {} fields, found {}", width(), row.fields());
+      const slam::Stamp t = stamp(row, stamp_columns);
+      if (t.count() < 0) row.fail(stamp_columns[0].field, "expected a stamp from 0");
+      if (!all.empty() && t <= all.back())
+        row.fail(stamp_columns[0].field, "{}", files::not_rising(all.back(), t));
+      all.push_back(t);
+      lines.push_back(row.line());
     }
-    add_leap(remarks, file, all, lines);
-    const auto step = files::median_step(numbers);
-    if (!step || !rate_hz) return;
-    const double hz = 1e9 / (*step * static_cast<double>(unit->ns)), ratio = *rate_hz / hz;
+    add_leap(remarks, file(), all, lines);
+    const double step_s = slam::seconds(files::median_step(all));
+    if (step_s == 0 || !rate_hz) return;
+    const double ratio = *rate_hz * step_s;
     const std::string differs =
-        fmt::format("its rows come at {:.4g} Hz, its sensor.yaml states rate_hz: {}", hz, *rate_hz);
-    if (ratio > slack || ratio < 1 / 1.5) throw files::FileError(file, differs);
-    if (std::abs(ratio - 1) > 0.1) remarks.push_back(fmt::format("{}: {}", file.string(), differs));
+        fmt::format("its rows come at {:.4g} Hz, its sensor.yaml states rate_hz: {}", 1 / step_s, *rate_hz);
+    if (ratio > slack || ratio < 1 / 1.5) throw files::FileError(file(), differs);
+    if (std::abs(ratio - 1) > 0.1) remarks.push_back(fmt::format("{}: {}", file().string(), differs));
   }
 
-  StampedRows rows() const {
-    return StampedRows(files::CsvReader(file, least_columns), slam::Stamp{0}, columns, *unit);
-  }
-  /// Returns the first column after those of the stamp.
-  std::size_t next_field() const {
-    std::size_t field = 0;
-    while (field == columns.field || field == columns.rest) ++field;
-    return field;
-  }
   std::string span() const { return span_text(all.front(), all.back()); }  ///< there must be stamps
 
-  fs::path file;
-  std::size_t least_columns;
-  files::Header header;
-  files::StampColumns columns;
-  const files::TimeUnit* unit = &files::kNanoseconds;
   std::vector<slam::Stamp> all;
   std::vector<std::string> remarks;
 };
@@ -103,16 +85,12 @@ struct Reading {
 
 /// Returns the readings of an IMU whose clock is ahead. Each reading applies up to halfway to its neighbors.
 std::vector<Reading> readings_of(const Stamps& imu, slam::Stamp ahead) {
-  using files::Quantity;
-  const files::Header& header = imu.header;
-  const auto gyro = header.columns(Quantity::angular_rate, "xyz", 1);
-  std::vector<files::Column> accelerometer;  // none if the header names only the gyro
-  if (header.names(Quantity::acceleration) || (header.size() >= 7 && !header.names(Quantity::angular_rate)))
-    accelerometer = header.columns(Quantity::acceleration, "xyz", 4);
+  const auto gyro = imu.required(files::Quantity::angular_rate),
+             accelerometer = imu.columns(files::Quantity::acceleration);
   std::vector<Reading> all;
-  for (StampedRows rows = imu.rows(); rows.stamp(); rows.advance()) {
-    all.push_back({*rows.stamp() - ahead, {}, {}, angular_rate(rows.row(), gyro), std::nullopt});
-    if (!accelerometer.empty()) all.back().accelerometer = acceleration(rows.row(), accelerometer);
+  for (const files::TableRow& row : imu.rows()) {
+    all.push_back({imu.all[all.size()] - ahead, {}, {}, angular_rate(row, gyro), std::nullopt});
+    if (!accelerometer.empty()) all.back().accelerometer = acceleration(row, accelerometer);
   }
   slam::Stamp half{2'500'000};  // half the gap before the last reading
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -146,10 +124,14 @@ Eigen::Vector3d first_acceleration(const std::vector<Reading>& readings) {
   return sum / std::max(1.0, static_cast<double>(count));
 }
 
+std::string expected_motion(const files::Table&) {
+  return "the columns of this project's plan0, legs0 and command0, as README.md in sim/recording states them";
+}
+
 Eigen::Isometry3d first_pose(const fs::path& motion) {
-  files::CsvReader rows(motion, 13);
-  if (!rows.next()) throw files::FileError(motion, "has no rows");
-  return rows.pose(1);
+  const Stamps rows(motion, expected_motion);
+  if (rows.width() < 13) throw files::FileError(motion, "has no pose");
+  return rows.rows()[0].pose(1);
 }
 
 YamlFile yaml(const fs::path& file) { return {file, files::read_text(file, files::kMostOfYaml)}; }
@@ -185,14 +167,15 @@ struct ReadSensors : AslSensors {
     X_BG = mounted.X_BS;
     setup.calibration.X_CG = X_BC.inverse() * mounted.X_BS;
     imu_ahead = slam::Stamp(std::llround(1e9 * stated.timeshift_s));
-    camera.emplace(folder / sensor_rows("cam0"), kCameraColumns, stated.rate_hz, 4);
-    if (camera->all.empty()) throw files::FileError(camera->file, "has no images");
+    const auto expected_images = [](const files::Table&) { return kCameraHeader + " and one image a row"; };
+    camera.emplace(folder / sensor_rows("cam0"), expected_images, stated.rate_hz, 4);
+    if (camera->all.empty()) throw files::FileError(camera->file(), "has no images");
     first_image = camera->all.front();
-    imu.emplace(folder / sensor_rows("imu0"), kImuColumns, mounted.rate_hz, 1.5);
+    const auto expected_readings = [](const files::Table&) {
+      return "a header with names and units, such as " + kImuHeader;
+    };
+    imu.emplace(folder / sensor_rows("imu0"), expected_readings, mounted.rate_hz, 1.5);
     require_one_clock();
-    if (!imu->header.names(files::Quantity::angular_rate))
-      remarks.push_back(imu->file.string() +
-                        ": no column has the name of an angular rate; columns 2 to 4 are used, in rad/s");
     for (const Stamps* const rows : {&*camera, &*imu})
       std::ranges::copy(rows->remarks, std::back_inserter(remarks));
     readings = readings_of(*imu, imu_ahead);
@@ -200,7 +183,7 @@ struct ReadSensors : AslSensors {
     if (!a_G.isZero() && std::abs(a_G.norm() - slam::kGravity) > slam::kGravity / 3)
       remarks.push_back(fmt::format(
           "{}: the acceleration is {:.3g} m/s^2 at first, expected about 9.81; a header can state its unit",
-          imu->file.string(), a_G.norm()));
+          imu->file().string(), a_G.norm()));
     has_motion = std::ranges::any_of(motion_sources(), [&](const MotionSource& source) {
       return fs::exists(folder / sensor_rows(source.name));
     });
@@ -212,7 +195,7 @@ struct ReadSensors : AslSensors {
     else if (!a_G.isZero())  // it points up
       setup.X_WC_start.linear() = turn_upwards(setup.calibration.X_CG.linear() * a_G);
     else
-      remarks.push_back(imu->file.string() +
+      remarks.push_back(imu->file().string() +
                         ": no accelerations: the vertical is unknown, and yaw is about the optical axis");
   }
 
@@ -222,11 +205,11 @@ struct ReadSensors : AslSensors {
     for (const slam::Stamp t : imu->all)
       if (t - imu_ahead >= from && t - imu_ahead <= camera->all.back()) return;
     throw files::FileError(
-        imu->file, imu->all.empty()
-                       ? "has no readings"
-                       : fmt::format("none of its readings is between the images: they are {}, the images "
-                                     "{}; expected one clock",
-                                     imu->span(), camera->span()));
+        imu->file(), imu->all.empty()
+                         ? "has no readings"
+                         : fmt::format("none of its readings is between the images: they are {}, the images "
+                                       "{}; expected one clock",
+                                       imu->span(), camera->span()));
   }
 
   std::optional<Stamps> camera, imu;
@@ -238,8 +221,9 @@ struct ReadSensors : AslSensors {
 std::vector<fs::path> images_of(const fs::path& folder, const Stamps& list, const cv::Size& size) {
   std::vector<fs::path> all;
   ImageHeader first;
-  for (files::CsvReader rows(list.file, kCameraColumns); rows.next();) {
-    const std::size_t field = list.next_field();
+  const std::size_t field = list.columns(files::Quantity::time).size();  // after the stamp
+  if (list.width() <= field) list.fail("no column is the file's name");
+  for (const files::TableRow& rows : list.rows()) {
     all.push_back(files::contained_path(folder / sensor_data("cam0"), rows.text(field)));
     if (!fs::is_regular_file(all.back())) rows.fail(field, "no such image: {}", all.back().string());
     const ImageHeader header = check_image(all.back(), size);
@@ -252,19 +236,12 @@ std::vector<fs::path> images_of(const fs::path& folder, const Stamps& list, cons
   return all;
 }
 
-Eigen::Isometry3d interpolate(const files::TimedPose& a, const files::TimedPose& b, slam::Stamp t) {
-  const double part = slam::seconds(t - a.t) / slam::seconds(b.t - a.t);
-  const Eigen::Vector3d p = (1 - part) * a.X.translation() + part * b.X.translation();
-  const Eigen::Quaterniond qa(a.X.linear()), qb(b.X.linear());
-  return Eigen::Translation3d(p) * qa.slerp(part, qb);
-}
-
 // Compares the gyro with the truth. Throws FileError if their clocks, units or axes differ, and adds remarks
 // about what may be wrong.
 void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& truth,
                              const Eigen::Matrix3d& R_GT, const std::vector<Reading>& readings,
                              const fs::path& imu, AslSensors& sensors) {
-  constexpr double kMostGain = 2, kUsualGain = 0.2, kSure = 0.9;
+  constexpr double kMostGain = 2, kUsualGain = 0.2, kSure = 0.9, kMostTurn_deg = 45;
   if (!truth.has_orientation) return;
   std::vector<TimedRotation> gyro;
   for (const Reading& reading : readings) gyro.push_back({reading.t, reading.gyro});
@@ -291,18 +268,20 @@ void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& 
   const std::string late = fmt::format("{:.2f} s {} {}", std::abs(late_s),
                                        late_s > 0 ? "later than" : "earlier than", imu.string());
   const bool is_late = std::abs(late_s) >= slam::seconds(kLeastOffset);
-  if (found->axes || found->mirrored)
+  const double turned_deg = 180 / M_PI * found->turned_rad.value_or(0);
+  if (found->mirrored || turned_deg > kMostTurn_deg)
     throw files::FileError(
         imu,
-        "its gyro turns {} those of {}{}; expected the same, right-handed axes: a column has the "
-        "wrong sign or place, or one of the two T_BS is wrong",
-        found->axes ? fmt::format("about x, y, z as {} of", axes_text(*found->axes)) : "", file.string(),
-        is_late ? ", which is " + late : "");
+        "its gyro's axes are {} those of {}{}; expected the same, right-handed axes: a column has the wrong "
+        "sign "
+        "or place, or T_BS is wrong or missing in the sensor.yaml of one of the two",
+        found->mirrored ? "a mirror image of" : fmt::format("turned by {:.0f} deg from", turned_deg),
+        file.string(), is_late ? ", which is " + late : "");
   if (found->turned_rad)
     sensors.remarks.push_back(
         fmt::format("{}: its axes are turned by {:.0f} deg from those of {}: T_BS is wrong or missing in the "
                     "sensor.yaml of one of the two, and the errors of orientation include it",
-                    file.string(), 180 / M_PI * *found->turned_rad, imu.string()));
+                    file.string(), turned_deg, imu.string()));
   if (std::abs(late_s) >= kMostOffset_s)
     throw files::FileError(
         file,
@@ -328,7 +307,7 @@ std::vector<files::TimedPose> interpolated(const fs::path& file, const files::Tr
       if (now.t - *t <= (i == 0 ? kSameTime : slam::Stamp(0)))
         poses.push_back({*t, now.X});
       else if (i > 0 && now.t - truth.rows[i - 1].t <= kLongestGap)
-        poses.push_back({*t, interpolate(truth.rows[i - 1], now, *t)});
+        poses.push_back({*t, files::interpolate(truth.rows[i - 1], now, *t)});
     }
   if (!poses.empty()) return poses;
   const slam::Stamp first = truth.rows.front().t, last = truth.rows.back().t;
@@ -347,18 +326,16 @@ struct AslFolder::Files {
     for (const slam::Stamp t : stamps) times.push_back(t - sensors.first_image);
     read_truth();
     for (std::size_t i = 0; i < sources.size(); ++i)
-      if (const fs::path file = folder / sensor_rows(motion_sources()[i].name); fs::exists(file))
-        open(file, static_cast<std::size_t>(std::ranges::count(motion_sources()[i].header, ',')) + 1,
-             sources[i]);
-  }
-
-  void open(const fs::path& file, std::size_t columns, std::optional<StampedRows>& source) const {
-    const Stamps found(file, columns);
-    const auto is_of_image = [&](slam::Stamp t) { return std::ranges::binary_search(stamps, t); };
-    if (!found.all.empty() && std::ranges::none_of(found.all, is_of_image))
-      throw files::FileError(file, "none of its stamps matches an image: they are {}, the images {}",
-                             found.span(), sensors.camera->span());
-    source.emplace(files::CsvReader(file, columns), slam::Stamp{0}, found.columns, *found.unit);
+      if (const fs::path file = folder / sensor_rows(motion_sources()[i].name); fs::exists(file)) {
+        const Stamps& rows = sources[i].emplace(file, expected_motion);
+        if (rows.all.empty()) continue;
+        const auto is_of_image = [&](slam::Stamp t) { return std::ranges::binary_search(stamps, t); };
+        if (rows.width() < std::size_t(std::ranges::count(motion_sources()[i].header, ',')) + 1)
+          rows.fail("columns are missing");
+        if (std::ranges::none_of(rows.all, is_of_image))
+          throw files::FileError(file, "none of its stamps matches an image: they are {}, the images {}",
+                                 rows.span(), sensors.camera->span());
+      }
   }
 
   void read_truth();
@@ -371,7 +348,7 @@ struct AslFolder::Files {
   std::vector<slam::Stamp> times;
   Truth truth;
   std::size_t next_image = 0, next_reading = 0;
-  std::array<std::optional<StampedRows>, 3> sources;  // in the order of motion_sources()
+  std::array<std::optional<Stamps>, 3> sources;  // in the order of motion_sources()
 
   slam::Observation next() {
     const slam::Stamp start = sensors.first_image, t = stamps[next_image];
@@ -388,9 +365,11 @@ struct AslFolder::Files {
       if (now.begin == now.end) ++next_reading;
     }
     for (std::size_t i = 0; i < sources.size(); ++i) {
-      auto& rows = sources[i];
-      while (rows && rows->stamp() && *rows->stamp() < t) rows->advance();
-      if (rows && rows->stamp() == t) motion_sources()[i].read(rows->row(), o);
+      if (!sources[i]) continue;
+      const auto& all = sources[i]->all;
+      const auto row = std::ranges::lower_bound(all, t);
+      if (row != all.end() && *row == t)
+        motion_sources()[i].read(sources[i]->rows()[static_cast<std::size_t>(row - all.begin())], o);
     }
     return o;
   }
@@ -413,7 +392,7 @@ void AslFolder::Files::read_truth() {
   Eigen::Isometry3d X_BT = Eigen::Isometry3d::Identity();
   if (fs::exists(mounting)) X_BT = read_pose(yaml(mounting), "T_BS", "T_SB");
   require_rotation_of_imu(name, file, sensors.X_BG.linear().transpose() * X_BT.linear(), sensors.readings,
-                          sensors.imu->file, sensors);
+                          sensors.imu->file(), sensors);
   truth.camera = interpolated(name, file, stamps);
   Eigen::Isometry3d X_TC = X_BT.inverse() * sensors.X_BC,
                     X_WT = sensors.setup.X_WC_start * (truth.camera.front().X * X_TC).inverse();

@@ -57,18 +57,10 @@ struct TimedRotation {
   Eigen::Vector3d value;  ///< rad/s
 };
 
-/// The truth's axis that a gyro axis follows, 0 to 2, and its sign, 1 or -1.
-struct FollowedAxis {
-  int axis, sign;
-  bool operator==(const FollowedAxis&) const = default;
-};
-
 struct GyroComparison {
-  double late_s;                   ///< the gyro's stamps minus the truth's; 0 without evidence
-  double correlation, as_stamped;  ///< correlation of the rotation speeds: at this offset; at none
-  double gain;                     ///< the gyro's speeds relative to the truth's
-  /// The truth's axes that the gyro's axes follow, if they are decisively different from its own.
-  std::optional<std::array<FollowedAxis, 3>> axes = {};
+  double late_s;                          ///< the gyro's stamps minus the truth's; 0 without evidence
+  double correlation, as_stamped;         ///< correlation of the rotation speeds: at this offset; at none
+  double gain;                            ///< the gyro's speeds relative to the truth's
   bool mirrored = false;                  ///< only a rotation of the body's mirror image explains the gyro
   std::optional<double> turned_rad = {};  ///< angle between the axes of the two, if decisively not 0
 };
@@ -79,8 +71,5 @@ struct GyroComparison {
 std::optional<GyroComparison> compare_gyro(const std::vector<TimedRotation>& gyro,
                                            const std::vector<files::TumRow>& truth,
                                            const Eigen::Matrix3d& R_GT = Eigen::Matrix3d::Identity());
-
-/// Returns the axes as "x, -y, z".
-std::string axes_text(const std::array<FollowedAxis, 3>& axes);
 
 }  // namespace sim::recording

@@ -22,9 +22,7 @@ Turns turns(const std::vector<files::TumRow>& poses, slam::Stamp begin, std::siz
     while (next < poses.size() && poses[next].t < t) ++next;
     if (next >= poses.size()) break;
     const files::TumRow &a = poses[next - 1], &b = poses[next];
-    if (a.t <= t && b.t - a.t <= kBridged)
-      at[k] = Eigen::Quaterniond(a.X.linear())
-                  .slerp(slam::seconds(t - a.t) / slam::seconds(b.t - a.t), Eigen::Quaterniond(b.X.linear()));
+    if (a.t <= t && b.t - a.t <= kBridged) at[k] = Eigen::Quaterniond(files::interpolate(a, b, t).linear());
   }
   Turns all(size);
   for (std::size_t k = 0; k + kWindow < size; ++k)
@@ -107,37 +105,6 @@ Moments moments(const Turns& truth, const Turns& gyro, int lag, const Eigen::Mat
   return m;
 }
 
-constexpr std::array<FollowedAxis, 3> kOwnAxes{{{0, 1}, {1, 1}, {2, 1}}};
-
-Eigen::Matrix3d matrix(const std::array<FollowedAxis, 3>& axes) {
-  Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
-  for (int i = 0; i < 3; ++i)
-    M(i, axes[static_cast<std::size_t>(i)].axis) = axes[static_cast<std::size_t>(i)].sign;
-  return M;
-}
-
-/// Returns the most likely of the 48 signed assignments. Each axis that changes must be decisive.
-std::array<FollowedAxis, 3> likeliest_axes(const Moments& m) {
-  std::array<FollowedAxis, 3> best = kOwnAxes;
-  double most = -std::numeric_limits<double>::infinity();
-  std::array<int, 3> order{0, 1, 2};
-  do
-    for (unsigned signs = 0; signs < 8; ++signs) {
-      std::array<FollowedAxis, 3> axes = kOwnAxes;
-      double sum = 0;
-      for (int i = 0; i < 3; ++i) {
-        const int j = order[static_cast<std::size_t>(i)], sign = signs >> i & 1 ? -1 : 1;
-        FollowedAxis& axis = axes[static_cast<std::size_t>(i)];
-        axis = {j, sign};
-        sum += m.likelihood((m.gyro(i, i) + m.truth(j, j) - 2 * sign * m.both(i, j)) / m.pairs);
-        if (axis != kOwnAxes[static_cast<std::size_t>(i)]) sum -= kDecisive;
-      }
-      if (sum > most) most = sum, best = axes;
-    }
-  while (std::ranges::next_permutation(order).found);
-  return best;
-}
-
 /// Returns the rotation R with the largest trace of R^T M, using Horn's matrix (1987). Repeated squaring
 /// yields its leading eigenvector and compiles faster than a decomposition.
 Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M) {
@@ -154,10 +121,6 @@ Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M) {
 
 void compare_axes(const Moments& m, GyroComparison& comparison) {
   constexpr double kLeastExplained = 0.8, kLeastTurn_rad = 0.17;
-  if (const auto axes = likeliest_axes(m); axes != kOwnAxes && m.explained(matrix(axes)) > kLeastExplained) {
-    comparison.axes = axes;
-    return;
-  }
   const Eigen::Matrix3d rotation = nearest_rotation(m.both), mirror = -nearest_rotation(-m.both);
   const auto evidence = [&](const Eigen::Matrix3d& M, const Eigen::Matrix3d& over) {
     return m.likelihood(m.variance(M) / 3) - m.likelihood(m.variance(over) / 3);
@@ -211,13 +174,6 @@ std::optional<GyroComparison> compare_gyro(const std::vector<TimedRotation>& gyr
   if (const Moments m = moments(by_truth, by_gyro, lag, R_GT); m.pairs >= kFewest)
     compare_axes(m, comparison);
   return comparison;
-}
-
-std::string axes_text(const std::array<FollowedAxis, 3>& axes) {
-  std::string text;
-  for (const auto& [axis, sign] : axes)
-    text += fmt::format("{}{}{}", text.empty() ? "" : ", ", sign < 0 ? "-" : "", "xyz"[axis]);
-  return text;
 }
 
 }  // namespace sim::recording

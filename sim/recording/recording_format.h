@@ -3,8 +3,8 @@
 
 #include <Eigen/Core>
 
-#include "sim/files/columns.h"
 #include "sim/files/csv.h"
+#include "sim/files/table.h"
 #include "sim/recording/manifest.h"
 #include "sim/recording/recording.h"
 #include "slam/observation.h"
@@ -15,11 +15,9 @@ namespace sim::recording {
 /// members throw FileError.
 class StampedRows {
  public:
-  /// epoch: the file's stamps minus those that stamp() returns. columns, unit: of the stamps.
-  explicit StampedRows(files::CsvReader csv, slam::Stamp epoch = slam::Stamp{0},
-                       const files::StampColumns& columns = {},
-                       const files::TimeUnit& unit = files::kNanoseconds)
-      : csv_(std::move(csv)), epoch_(epoch), columns_(columns), unit_(unit) {
+  /// epoch: the file's stamps, in column 1 and in ns, minus those that stamp() returns.
+  explicit StampedRows(files::CsvReader csv, slam::Stamp epoch = slam::Stamp{0})
+      : csv_(std::move(csv)), epoch_(epoch) {
     advance();
   }
   StampedRows(const StampedRows&) = delete;
@@ -33,8 +31,6 @@ class StampedRows {
  private:
   files::CsvReader csv_;
   slam::Stamp epoch_;
-  files::StampColumns columns_;
-  const files::TimeUnit& unit_;
   std::optional<slam::Stamp> stamp_;
 };
 
@@ -47,7 +43,7 @@ struct MotionSource {
   std::string (*fields)(
       const slam::Observation& o);  ///< fields of a row after its stamp; they read back bit for bit
   /// Reads a row into the observation of its stamp. Throws FileError.
-  void (*read)(const files::CsvReader& row, slam::Observation& o);
+  void (*read)(const files::Row& row, slam::Observation& o);
 };
 
 /// Returns plan0, legs0 and command0. plan0 has a sensor.yaml even without a plan: it contains the start.
@@ -57,9 +53,9 @@ const std::array<MotionSource, 3>& motion_sources();
 std::string correction_fields(const score::StepCorrection& step);
 
 /// Returns a reading in an IMU's row, by default fields 1 to 6. Throws FileError if no sensor can measure it.
-Eigen::Vector3d angular_rate(const files::CsvReader& row,
+Eigen::Vector3d angular_rate(const files::Row& row,
                              const std::vector<files::Column>& columns = {{1}, {2}, {3}});  ///< rad/s
-Eigen::Vector3d acceleration(const files::CsvReader& row,
+Eigen::Vector3d acceleration(const files::Row& row,
                              const std::vector<files::Column>& columns = {{4}, {5}, {6}});  ///< m/s²
 
 /// How the readings of one kind of rig sensor are recorded.

@@ -130,8 +130,8 @@ slam::Matrix6d moved_covariance(const slam::Matrix6d& P, const Eigen::Isometry3d
 /// Returns the camera's poses at the stamps of the frames, in the program's own world.
 Poses poses_at_frames(const files::TrajectoryFile& file, const Frames& frames, PosedBody body,
                       const slam::Calibration& calibration) {
-  slam::Stamp shift{0};  // from the file's stamps to the run's
-  if (file.format == "KITTI")
+  slam::Stamp shift{0};      // from the file's stamps to the run's
+  if (file.columns.empty())  // KITTI
     shift = frames.first_image;
   else if (file.rows.front().t > recording::kEpoch / 2)
     shift = -recording::kEpoch;
@@ -174,10 +174,10 @@ double place_in_world(Poses& poses, const std::vector<files::TimedPose>& truth, 
 /// Frames with a pose are tracked, the others are not.
 void read_run(const ExternalRun& run, const Frames& frames, result::RunRecord& record,
               tracking::Tracked& tracked) {
-  const files::TrajectoryFile file = files::read_trajectory(run.trajectory);
+  const files::TrajectoryFile file = files::read_trajectory(run.trajectory, run.columns);
   if (!file.has_orientation)
     throw estimators::EstimatorFailed("its trajectory has positions only, expected poses");
-  if (file.stamps == "frame numbers")
+  if (file.counts_frames)
     throw estimators::EstimatorFailed(
         "its trajectory has frame numbers for stamps: write times.txt beside it");
   if (file.warning) run.warn("its trajectory: " + *file.warning);

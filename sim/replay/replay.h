@@ -49,6 +49,7 @@ enum class PosedBody { camera, imu };
 /// The output of an external program for the export of a recording.
 struct ExternalRun {
   std::filesystem::path trajectory;  ///< in any format that files::read_trajectory reads
+  std::string columns = {};          ///< their names, if given; see files::read_trajectory
   PosedBody body = PosedBody::camera;
   score::Alignment alignment = score::Alignment::none;  ///< of its world with W, by the truth
   std::string log = {};                                 ///< what the program printed

@@ -183,13 +183,7 @@ std::optional<Eigen::Isometry3d> interpolate(const Trajectory& trajectory, Stamp
   if (after == trajectory.end()) return std::nullopt;
   if (after->t == t) return after->X;
   if (after == trajectory.begin()) return std::nullopt;
-  const auto before = after - 1;
-  const double s =
-      static_cast<double>((t - before->t).count()) / static_cast<double>((after->t - before->t).count());
-  const Eigen::Quaterniond q0(before->X.linear()), q1(after->X.linear());
-  Eigen::Isometry3d X(q0.slerp(s, q1).normalized());
-  X.translation() = (1 - s) * before->X.translation() + s * after->X.translation();
-  return X;
+  return files::interpolate(*(after - 1), *after, t);
 }
 
 double path_length(const Trajectory& trajectory) {

@@ -1,10 +1,14 @@
 #include "sim/trajectory_score/report.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
+
+#include "sim/files/table.h"
+#include "sim/trajectory_score/diagnosis.h"
 
 namespace sim::trajectory_score {
 namespace {
@@ -24,17 +28,12 @@ struct NamedFile {
   double begin_s() const { return seconds(read.rows.front().t); }
   double end_s() const { return seconds(read.rows.back().t); }
   double duration_s() const { return seconds(read.rows.back().t - read.rows.front().t); }
-  bool counts_frames() const { return read.stamps == "frame numbers"; }
-  // Returns whether all stamps are whole seconds, like frame numbers that were read as seconds.
-  bool is_whole() const {
-    const auto whole = [](const files::TumRow& row) { return row.t % std::chrono::seconds(1) == Stamp(0); };
-    return poses() > 2 && std::ranges::all_of(read.rows, whole);
-  }
   Trajectory trajectory() const { return {read.rows.begin(), read.rows.end()}; }
   std::string line() const {
-    return fmt::format("{}: {}, {} poses from {:.3f} to {:.3f} s, stamps in {}{}{}", path, read.format,
-                       poses(), begin_s(), end_s(), read.stamps,
-                       read.has_orientation ? "" : ", positions only",
+    const std::string format =
+        read.columns.empty() ? "KITTI" : fmt::format("{}", fmt::join(read.columns, " "));
+    return fmt::format("{}: {}, {} poses from {:.3f} to {:.3f} s{}{}", path, format, poses(), begin_s(),
+                       end_s(), read.counts_frames ? ", stamps are frame numbers" : "",
                        read.warning ? "; warning: " + *read.warning : "");
   }
   template <class... Arguments>
@@ -43,28 +42,24 @@ struct NamedFile {
   }
 };
 
-// Returns the median time from one pose to the next, or 0 for fewer than two poses.
 template <class Poses>
-Stamp median_interval(const Poses& poses) {
-  std::vector<Stamp> intervals;
-  for (std::size_t i = 1; i < poses.size(); ++i) intervals.push_back(poses[i].t - poses[i - 1].t);
-  if (intervals.empty()) return Stamp(0);
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  return *middle;
+Stamp median_step(const Poses& poses) {
+  std::vector<Stamp> stamps;
+  for (const auto& pose : poses) stamps.push_back(pose.t);
+  return files::median_step(stamps);
 }
 
 constexpr int kGap = 3;  // median intervals
 constexpr Stamp kLeastGap = std::chrono::milliseconds(100);
 
 Stamp most_gap(const Trajectory& truth, const PairingOptions& options) {
-  return options.most_gap_s ? stamp(*options.most_gap_s) : std::max(kGap * median_interval(truth), kLeastGap);
+  return options.most_gap_s ? stamp(*options.most_gap_s) : std::max(kGap * median_step(truth), kLeastGap);
 }
 
 // Adds how much of the truth the pairs cover: each pair covers the time until the next, unless that is a gap.
 // Returns the length (m) of the truth from the first to the last pair.
 double add_coverage(ordered_json& report, const Trajectory& truth, const std::vector<PosePair>& pairs) {
-  const Stamp of_truth = median_interval(truth), of_pairs = std::max(median_interval(pairs), of_truth),
+  const Stamp of_truth = median_step(truth), of_pairs = std::max(median_step(pairs), of_truth),
               gap = std::max(kGap * of_pairs, kLeastGap), whole = truth.back().t - truth.front().t + of_truth;
   Stamp covered = of_pairs;
   for (std::size_t i = 1; i < pairs.size(); ++i) {
@@ -120,32 +115,20 @@ void require_pairs(const NamedFile& truth, const NamedFile& estimate, const std:
   throw std::invalid_argument(why);
 }
 
-// Returns whether the poses last much shorter than the others, and not because they are fewer.
-bool lasts_much_shorter(const NamedFile& file, const NamedFile& other) {
-  constexpr double kMuch = 50;  // a minute has 60 seconds
-  if (file.poses() < 2 || other.poses() < 2) return false;
-  const auto interval_s = [](const NamedFile& f) {
-    return f.duration_s() / static_cast<double>(f.poses() - 1);
-  };
-  return kMuch * file.duration_s() <= other.duration_s() && kMuch * interval_s(file) <= interval_s(other);
-}
-
-// Throws FileError if the stamps of only one file are frame numbers, or if the units differ. Whole numbers
-// may be times once a second, unless they last much longer than the other file, which has about as many
-// poses.
-void require_times(const NamedFile& file, const NamedFile& other, const PairingOptions& options) {
-  if (file.counts_frames() && !other.counts_frames())
-    file.fail("its stamps are frame numbers, those of {} are times in {}{}", other.path, other.read.stamps,
-              file.read.format == "KITTI" ? "; times.txt beside it has the times" : "");
-  if (!file.is_whole() && !other.is_whole() && lasts_much_shorter(file, other))
-    file.fail("its {} poses last {:.3f} s, the {} of {} last {:.3f} s: their stamps have different units",
-              file.poses(), file.duration_s(), other.poses(), other.path, other.duration_s());
-  if (!options.interpolate && file.is_whole() && !other.is_whole() &&
-      file.duration_s() > 1.5 * other.duration_s() && 2 * other.poses() > file.poses())
+// Throws FileError if the stamps of only one file are frame numbers, or if about as many poses last much
+// longer than those of the other file.
+void require_times(const NamedFile& file, const NamedFile& other) {
+  constexpr double kMuch = 9;
+  if (file.read.counts_frames && !other.read.counts_frames)
+    file.fail("its stamps are frame numbers, those of {} are times; times.txt beside it has the times",
+              other.path);
+  if (2 * other.poses() > file.poses() && 2 * file.poses() > other.poses() && other.duration_s() > 0 &&
+      file.duration_s() > kMuch * other.duration_s())
     file.fail(
-        "its stamps are whole numbers up to {}, like frame numbers; those of {} are times over {:.3f} s; "
-        "with --interpolate they are read as seconds",
-        file.read.rows.back().t / std::chrono::seconds(1), other.path, other.duration_s());
+        "its {} poses last {:.3f} s, the {} of {} last {:.3f} s: the stamps of one are in another unit or "
+        "are "
+        "frame numbers; the unit is stated as in --columns \"t[ms] x y z\"",
+        file.poses(), file.duration_s(), other.poses(), other.path, other.duration_s());
 }
 
 // Throws FileError if nothing moves, because errors of such positions are meaningless.
@@ -163,11 +146,9 @@ void require_motion(const NamedFile& file, const std::vector<PosePair>& pairs,
 // need_motion: positions are compared.
 std::vector<PosePair> paired(const NamedFile& a, const NamedFile& b, const PairingOptions& options,
                              bool need_motion) {
-  require_times(a, b, options);
-  require_times(b, a, options);
-  const bool by_row =
-      a.counts_frames() && b.counts_frames() && (a.read.format == "KITTI" || b.read.format == "KITTI");
-  if (by_row && a.poses() != b.poses())
+  require_times(a, b);
+  require_times(b, a);
+  if (a.read.counts_frames && b.read.counts_frames && a.poses() != b.poses())
     b.fail(
         "has {} poses and {} has {}, all without times, so they cannot be paired by row; times.txt beside "
         "a KITTI file has the times",
@@ -274,10 +255,30 @@ ordered_json motion_row(const std::vector<PosePair>& pairs, const Spans& which, 
   return row(name, unit(relation), errors, "the path has no such spans");
 }
 
-std::optional<std::string> doubt_of_sim3(const std::vector<PosePair>& pairs, const Options& options) {
+// Returns why the errors may mislead: the one change that explains them, else a scale that is meaningless.
+std::optional<std::string> warning(const NamedFile& truth, const NamedFile& estimate,
+                                   const std::vector<PosePair>& pairs, const Options& options) {
+  const Alignment alignment = options.alignment.value_or(Alignment::none);
+  const Trajectory of_truth = truth.trajectory();
+  if (auto found = diagnosis({truth.read, estimate.read, pairs, most_gap(of_truth, options.pairing),
+                              stamp(options.pairing.offset_s), has_scale(alignment)}))
+    return found;
+  if (options.alignment && !has_scale(alignment)) return std::nullopt;
   const auto found = align_first(pairs, Alignment::sim3, options);
   const auto* const S = std::get_if<Similarity>(&found);
-  return S ? score::doubt_of_scale(*S, pairs) : std::nullopt;
+  const auto doubt = S ? score::doubt_of_scale(*S, pairs) : std::nullopt;
+  return doubt ? std::optional("sim3: " + *doubt) : std::nullopt;
+}
+
+// Turns the estimate's body, and its covariance, to the truth's.
+void turn_body(files::TrajectoryFile& estimate, const Eigen::Vector3d& turn) {
+  const Eigen::Matrix3d R = Eigen::AngleAxisd(turn.norm(), turn.stableNormalized()).toRotationMatrix();
+  files::Matrix6d J = files::Matrix6d::Identity();
+  J.topLeftCorner<3, 3>() = R;
+  for (files::TumRow& row : estimate.rows) {
+    row.X.linear() *= R.transpose();
+    if (row.covariance) *row.covariance = J * *row.covariance * J.transpose();
+  }
 }
 
 // Adds the NEES without alignment for the matched estimates that have a covariance.
@@ -344,8 +345,9 @@ ordered_json score_files(const fs::path& truth, const fs::path& estimate, const 
   const bool of_orientation =
       !options.alignment &&
       (relation == Relation::angle_deg || relation == Relation::angle_rad || relation == Relation::rot_part);
-  const NamedFile a{truth.string(), files::read_trajectory(truth)},
-      b{estimate.string(), files::read_trajectory(estimate)};
+  const NamedFile a{truth.string(), files::read_trajectory(truth, options.truth_columns)};
+  NamedFile b{estimate.string(), files::read_trajectory(estimate, options.columns)};
+  if (!options.body_turn.isZero()) turn_body(b.read, options.body_turn);
   const std::vector<PosePair> given = paired(a, b, options.pairing, !of_orientation);
   const Alignment alignment = options.alignment.value_or(Alignment::none);
   const auto found = align_first(given, alignment, options);
@@ -377,8 +379,7 @@ ordered_json score_files(const fs::path& truth, const fs::path& estimate, const 
   report["path_length_m"] = walked_m;
   report["alignment"] = name_of(alignment), report["scale"] = similarity.scale;
   report["warnings"] = ordered_json::array();
-  if (has_scale(alignment) || !options.alignment)
-    if (const auto doubt = doubt_of_sim3(given, options)) report["warnings"].push_back("sim3: " + *doubt);
+  if (const auto why = warning(a, b, given, options)) report["warnings"].push_back(*why);
   for (ordered_json& one : rows) one["time_fraction"] = report["time_fraction"];
   report["errors"] = rows;
   return report;

@@ -31,6 +31,9 @@ struct Options {
   Relation relation = Relation::trans_part;
   std::optional<score::Spans> relative;
   PairingOptions pairing;
+  std::string truth_columns, columns;  ///< of the two files, see files::read_trajectory()
+  /// The estimate's body in the truth's: a rotation vector that is taken off, rad.
+  Eigen::Vector3d body_turn = Eigen::Vector3d::Zero();
 };
 
 /// Returns the file with the truth or the estimate in a result folder, or `path` itself if it is a file.
@@ -39,10 +42,10 @@ fs::path trajectory_in(const fs::path& path, bool truth);
 
 /// Returns the report on two files, paired and aligned, as described in
 /// sim/result/schemas/trajectory.schema.json. The requested errors come first; statistics are named as in evo
-/// (std: of n, not n − 1). Throws FileError if a file is not a trajectory, if its stamps are not in the other
-/// file's unit, if it has no stamps and a different number of poses than the other file, or if its positions
-/// do not move. Throws std::invalid_argument with a one-line reason if too few poses have a partner, if the
-/// alignment is not determined, or if no span is as long as requested.
+/// (std: of n, not n − 1). Throws FileError if a file is not a trajectory, if its stamps are frame numbers
+/// and the other file's are not, or if its positions do not move. Throws std::invalid_argument with a
+/// one-line reason if too few poses have a partner, if the alignment is not determined, or if no span is as
+/// long as requested.
 nlohmann::ordered_json score_files(const fs::path& truth, const fs::path& estimate, const Options& options);
 
 /// Returns the report as text for the terminal.

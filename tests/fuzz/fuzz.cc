@@ -181,10 +181,11 @@ void sensor_yaml(std::string_view input) {
   read_or_reject([&] { recordings::read_pose({"sensor.yaml", text}, "T_WC_start"); });
 }
 
-/// TUM with and without covariance, EuRoC, KITTI.
+/// TUM with and without covariance, EuRoC, KITTI, declared columns.
 void trajectory(std::string_view text) {
   const auto poses = file("trajectory.txt", text);
   read_or_reject([&] { sim::files::read_trajectory(poses); });
+  read_or_reject([&] { sim::files::read_trajectory(poses, "t[ns] x[mm] -y z qw qx qy qz"); });
   read_or_reject([&] { sim::files::read_tum(poses); });
 }
 

@@ -59,8 +59,7 @@ TEST_F(ExternalEstimator, ReceivesEncodersAndForcesAsRecordedInARunAndItsReplay)
   const std::string log = text_of("out/estimator.log");
   EXPECT_EQ(text_of("run/seed-1/estimator.log"), log);
   const std::string recording = (folder_ / "r/seed-1/recording/mav0/").string();
-  sim::files::CsvReader encoders(recording + "encoders0/data.csv", 1),
-      forces(recording + "forces0/data.csv", 1);
+  sim::files::CsvReader encoders(recording + "encoders0/data.csv"), forces(recording + "forces0/data.csv");
   std::string names;
   for (std::size_t i = 1; i < encoders.titles().size(); ++i)
     names += encoders.titles()[i].substr(0, encoders.titles()[i].find('['));

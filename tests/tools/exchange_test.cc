@@ -49,7 +49,7 @@ TEST_F(Exchange, ATruthThatBeginsLateOrHasOnlyPositionsGivesNearlyTheSameErrors)
   EXPECT_NEAR(value("late", "end_yaw_error_deg"), value("back", "end_yaw_error_deg"), 0.3);
   EXPECT_NEAR(value("positions", "ate_se3_rmse_m"), value("late", "ate_se3_rmse_m"), 1e-3);
   EXPECT_THAT(reason("positions", "end_yaw_error_deg"), Has("only positions"));
-  EXPECT_THAT(ok("score positions"), Has("truth     positions/truth.tum: TUM"));
+  EXPECT_THAT(ok("score positions"), Has("truth     positions/truth.tum: timestamp[s] tx ty tz, "));
 }
 
 TEST_F(Exchange, TheScoresOfARunMatchThoseThatNumpyComputesFromItsFiles) {

@@ -209,12 +209,13 @@ def check_score(program):
         a, b = folder / f"{kind}_truth.tum", folder / f"{kind}_estimate.tum"
         tum(a, t, T)
         tum(b, t, E, unit=1e9 if kind == "plane" else 1)  # one of them in nanoseconds
+        declared = ["--columns", "t[ns] x y z qx qy qz qw"] if kind == "plane" else []
         relations = ("trans_part", "angle_deg", "angle_rad", "rot_part", "full", "point_distance")
         few = relations if kind == "curve" else relations[:1]
         for alignment in ("none", "origin", "yaw", "se3", "sim3", "scale"):
             S = similarity(alignment, T, E)
             for relation in few:
-                ran = run(program, a, b, "--align", alignment, "-r", relation, "--json")
+                ran = run(program, a, b, *declared, "--align", alignment, "-r", relation, "--json")
                 name = f"{kind} {alignment} {relation}"
                 if S is None or kind == "point":  # a trajectory that does not move is an error of whoever wrote it
                     check(name + " refused", ran.returncode, 2)
@@ -240,7 +241,7 @@ def check_score(program):
                                 [(i, j) for i in range(len(E)) for j in range(i + 1, len(E))
                                  if abs(turn(E, i, j) - math.radians(25)) <= 0.1 * math.radians(25)])):
             for relation in few:
-                scored = json.loads(run(program, a, b, *options, "-r", relation, "--json").stdout)
+                scored = json.loads(run(program, a, b, *declared, *options, "-r", relation, "--json").stdout)
                 check_statistics(f"{kind} rpe {options} {relation}", scored["errors"][0], rpe(T, E, pairs, relation))
     out = run(program, folder / "curve_truth.tum", folder / "curve_estimate.tum").stdout
     check("every alignment is shown", sum(out.count("APE " + a) for a in ("none", "origin", "yaw", "se3", "sim3", "scale")), 7)
@@ -259,11 +260,18 @@ FILES = {  # each as if its path were x = t, y = sin t
     "truth.tum": curve(lambda i, t, y: tum_line(t, t, y)),
     "frames.tum": curve(lambda i, t, y: f"{i} {t} {y} 1 0 0 0 1\n"),
     "poses.csv": curve(lambda i, t, y: f"{i},{t},{y},1,1,0,0,0\n"),
+    "mm.tum": curve(lambda i, t, y: tum_line(t, 1000 * t, 1000 * y)),
+    "ahead.tum": curve(lambda i, t, y: tum_line(0.4 + t, t, y)),
+    "gps.tum": curve(lambda i, t, y: tum_line(-3 + t, t, y)),
+    "turned.tum": curve(lambda i, t, y: f"{t} {t} {y} 1 0 0.6 0 0.8\n"),
+    "helix.tum": curve(lambda i, t, y: f"{t} {math.cos(t)} {y} {0.3 * t} 0 0 0 1\n"),
+    "mirrored.tum": curve(lambda i, t, y: f"{t} {math.cos(t)} {-y} {0.3 * t} 0 0 0 1\n"),
+    "degrees.tum": curve(lambda i, t, y: tum_line(t, math.degrees(t), math.degrees(y))),
     "poses.txt": curve(lambda i, t, y: f"1 0 0 {t} 0 1 0 {y} 0 0 1 1\n"),
     "half.txt": curve(lambda i, t, y: f"1 0 0 {2 * t} 0 1 0 {y} 0 0 1 1\n", 150),
     "fewer.txt": curve(lambda i, t, y: "" if i < 10 else f"1 0 0 {2 * t} 0 1 0 {y} 0 0 1 1\n"),
     "once_a_second.tum": curve(lambda i, t, y: f"{i} {i} {math.sin(i)} 1 0 0 0 1\n", 10),
-    "us.csv": curve(lambda i, t, y: f"{1e6 * t:.0f},{t},{y},1,1,0,0,0\n"),
+    "us.csv": "time[us],x,y,z,qw,qx,qy,qz\n" + curve(lambda i, t, y: f"{1e6 * t:.0f},{t},{y},1,1,0,0,0\n"),
     "ms.tum": curve(lambda i, t, y: tum_line(1000 * t, t, y)),
     "minutes.tum": curve(lambda i, t, y: tum_line(t / 60, t, y)),
     # Stamps of exports start at 1e9 s; a program that needs time to initialize has no poses for the first seconds.
@@ -279,18 +287,19 @@ FILES = {  # each as if its path were x = t, y = sin t
     "stands.tum": curve(lambda i, t, y: tum_line(t, 1e-4 * y, 1e-4 * math.cos(i))),
     "noisy.tum": curve(lambda i, t, y: tum_line(t, 0.1 * math.sin(i * i), 0.1 * math.cos(7 * i))),
     "positions.csv": "#timestamp [s],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m]\n" + curve(lambda i, t, y: f"{t:.9f},{t},{y},1\n"),
-    "named.csv": "t,tx,ty,tz,qx,qy,qz,qw," + ",".join(f"P{b}{e}" for b in "tr" for e in (11, 12, 13, 22, 23, 33)) + "\n"
+    "named.csv": "t[s],tx,ty,tz,qx,qy,qz,qw," + ",".join(f"P{b}{e}" for b in "tr" for e in (11, 12, 13, 22, 23, 33)) + "\n"
     + curve(lambda i, t, y: f"{t:.9f},{t},{y + 0.2 * (i % 2)},1,0,0,0,1,.01,0,0,.01,0,.01,1,0,0,1,0,1\n"),
     "sure.tum": curve(lambda i, t, y: f"{t:.9f} {2 * t} 0 1 0 0 0 1 1 0 0 1 0 1 1e-307 0 0 1e-307 0 1e-307\n"),
 }
 REFUSED = [
-    ("truth.tum frames.tum", "frames.tum: its stamps are whole numbers up to 299, like frame numbers; those of truth.tum are times over 9.967 s"),
-    ("frames.tum truth.tum", "frames.tum: its stamps are whole numbers up to 299"),
-    ("truth.tum poses.txt", "poses.txt: its stamps are frame numbers, those of truth.tum are times in seconds; times.txt"),
-    ("truth.tum poses.csv", "poses.csv: its stamps are whole numbers up to 299"),
-    *((f"truth.tum minutes.tum{more}", "minutes.tum: its 300 poses last 0.166 s, the 300 of truth.tum last 9.967 s: their stamps have "
-       "different units") for more in ("", " --interpolate")),
-    *((f"minutes.tum truth.tum{more}", "have different units") for more in ("", " --interpolate")),
+    ("truth.tum frames.tum", "frames.tum: its 300 poses last 299.000 s, the 300 of truth.tum last 9.967 s: the stamps of one are in another unit"),
+    ("frames.tum truth.tum", "frames.tum: its 300 poses last 299.000 s"),
+    ("truth.tum poses.txt", "poses.txt: its stamps are frame numbers, those of truth.tum are times; times.txt"),
+    ("truth.tum poses.csv", "poses.csv:1: no header names the columns that commas separate (decimal commas need semicolons or tabs); the "
+                            "first row has 8 columns: 0,0.0,0.0,1,1,0,0,0; expected TUM"),
+    ("truth.tum ms.tum", "ms.tum: its 300 poses last 9966.667 s, the 300 of truth.tum"),
+    *((f"truth.tum minutes.tum{more}", "truth.tum: its 300 poses last 9.967 s, the 300 of minutes.tum last 0.166 s: the stamps of one are")
+      for more in ("", " --interpolate")),
     *((f"truth.tum truth.tum --align none --t-offset {value}", "--t-offset ") for value in ("inf", "nan", "1e10", "-1e300")),
     ("truth.tum truth.tum --t-max-diff nan", "--t-max-diff"),
     *((f"truth.tum truth.tum -d 1 -u m --all-pairs --delta-tol {value}", "--delta-tol") for value in ("-1", "nan", "inf")),
@@ -310,8 +319,17 @@ REFUSED = [
 ]
 ACCEPTED = [
     ("truth.tum once_a_second.tum", ""), ("frames.tum frames.tum", ""),
-    *((f"truth.tum {file}", f"from 0.000 to 9.967 s, stamps in {unit}") for file, unit in (("us.csv", "microseconds"), ("ms.tum", "milliseconds"))),
-    *((f"truth.tum {file}", "\nmatched   300") for file in ("us.csv", "ms.tum")),
+    ("truth.tum us.csv", "\nmatched   300"), ("truth.tum ms.tum --columns t[ms],x,y,z", "\nmatched   300"),
+    ("truth.tum mm.tum", "warning   its positions are 1000 times those of the truth; --columns \"t[s] tx[mm] ty[mm] tz[mm] qx qy qz qw\" cuts"),
+    ("mm.tum truth.tum", "warning   its positions are 0.001 times those of the truth; --truth-columns \"t[s] tx[mm] ty[mm] tz[mm] qx"),
+    ("truth.tum degrees.tum", "warning   its positions are 57.3 times those of the truth; --align sim3 cuts the error from "),
+    ("truth.tum ahead.tum", "warning   the clocks differ; --t-offset -0.400 cuts the error from "),
+    ("truth.tum ahead.tum --t-offset -0.3", "warning   the clocks differ; --t-offset -0.400 cuts the error from "),
+    ("truth.tum gps.tum", "warning   the clocks differ; --t-offset 3.000 cuts the error from "),
+    ("truth.tum turned.tum", "warning   the bodies are turned by 73.74 deg; --turn-body 0.00,73.74,0.00 cuts the error from 73.7 to "),
+    ("truth.tum turned.tum --turn-body 0,73.74,0", "APE none [deg]                      300 100.0 % 0.00020471"),
+    ("helix.tum mirrored.tum", "warning   its y axis is mirrored; --columns \"t[s] tx -ty tz qx qy qz qw\" cuts the error from "),
+    ("truth.tum noisy.tum", "\nalignment none\nwarning   sim3"), ("truth.tum noisy.tum --align se3", "\nalignment se3\n\n"),
     ("truth.tum late.tum --t-offset -1000000000", ""),
     ("truth.tum still.tum -r angle_deg", ""),  # a camera may turn on the spot
     ("truth.tum short.tum", ""),

@@ -16,11 +16,12 @@ namespace {
 
 constexpr const char* kEvaluateExamples = R"(Examples:
   gaitslam evaluate results/tangent_circle/seed-1 --format euroc --command './run_my_slam.sh {folder} {trajectory}'
-  gaitslam evaluate results/*/seed-* --format orbslam3 --pose imu --align se3 --name orbslam3 --command '...'
+  gaitslam evaluate results/*/seed-* --format orbslam3 --pose imu --align se3 --columns 't[ns] x y z qx qy qz qw' --command '...'
 For each recording, the command exports what the filter received, without any truth, to {folder}, runs your program, and
-reads the {trajectory} that it wrote: TUM, EuRoC csv, or KITTI with times.txt next to it (a header with column names takes
-precedence). The result is written to results/NAME/SCENARIO/seed-N, or below --out. Limits are those of the recorded scenario
-unless given here, as in limits.ate_se3_rmse_m.at_most=0.1. Rerun the command to resume after an interruption.
+reads the {trajectory} that it wrote: TUM, KITTI with times.txt next to it, or a table whose columns are named by a header
+(as in EuRoC's files) or by --columns, as ORB-SLAM3's in ns; gaitslam score --help lists the names. The result is written
+to results/NAME/SCENARIO/seed-N, or below --out. Limits are those of the recorded scenario unless given here, as in
+limits.ate_se3_rmse_m.at_most=0.1. Rerun the command to resume after an interruption.
 The exit codes are those of gaitslam run; a program that fails, takes too long or writes no trajectory ends as
 estimator_failed (3). With several recordings, the highest exit code counts. Folders recorded by other programs (EuRoC/ASL) cannot be evaluated;
 gaitslam replay reads them.)";
@@ -28,7 +29,7 @@ gaitslam replay reads them.)";
 struct EvaluateRequest : OutRequest {
   std::vector<std::string> results, limits;  ///< limits: key=value
   std::string command, format;
-  std::optional<std::string> name, align, pose;
+  std::optional<std::string> name, align, pose, columns;
   double within_s = 3600;
   bool undistort = false, keep = false;
   Backend backend;
@@ -56,7 +57,8 @@ score::Alignment alignment_of(const EvaluateRequest& request, const scenario::Sc
 /// Runs the command on the export until it ends.
 replay::ExternalRun run_command(const EvaluateRequest& request, const scenario::Scenario& recorded,
                                 const TemporaryFolder& scratch) {
-  replay::ExternalRun run{scratch / "trajectory.txt", body_of(request), alignment_of(request, recorded)};
+  replay::ExternalRun run{scratch / "trajectory.txt", request.columns.value_or(""), body_of(request),
+                          alignment_of(request, recorded)};
   std::string command = request.command;
   boost::replace_all(command, "{folder}", files::shell_word((scratch / "export").string()));
   boost::replace_all(command, "{trajectory}", files::shell_word(run.trajectory.string()));
@@ -117,8 +119,10 @@ std::vector<std::string> command_of(const EvaluateRequest& request, const std::s
   std::vector<std::string> words{
       "evaluate", recorded,       "--command", request.command,
       "--format", request.format, "--within",  fmt::format("{}", request.within_s)};
-  for (const auto& [option, value] :
-       {std::pair("--name", &request.name), {"--align", &request.align}, {"--pose", &request.pose}})
+  for (const auto& [option, value] : {std::pair("--name", &request.name),
+                                      {"--align", &request.align},
+                                      {"--pose", &request.pose},
+                                      {"--columns", &request.columns}})
     if (*value) words.insert(words.end(), {option, **value});
   words.insert(words.end(), request.limits.begin(), request.limits.end());
   if (request.undistort) words.emplace_back("--undistort");
@@ -205,6 +209,8 @@ void add_evaluate(CLI::App& app, int& exit_code) {
   command.add_option("--name", request.name, "name of the program in results (default: its file name)");
   command.add_option("--pose", request.pose,
                      "the body that its poses describe: imu (default for euroc and openvins) or camera");
+  command.add_option("--columns", request.columns,
+                     "names of the trajectory's columns in order, such as \"t[ns] x y z qw qx qy qz\"");
   command.add_option(
       "--align", request.align,
       "none, origin, yaw (default for euroc and openvins), se3 (default for tum with depth and for "

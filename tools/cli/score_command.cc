@@ -13,8 +13,12 @@ constexpr const char* kScoreExamples = R"(Examples:
   gaitslam score results/tangent_circle/seed-1
   gaitslam score truth.tum estimate.txt --align se3
   gaitslam score truth.tum estimate.tum -d 1 -u m --all-pairs --json
-Reads TUM (8 columns, or 20 with covariance), KITTI (with times.txt) and EuRoC csv files and result folders. A header with
-column names takes precedence, also for covariances: Pr11, Pt12, cov_xy, pose.covariance[0]. Terms and numbers are those of evo_ape and, with -d or -u, of evo_rpe. NEES is
+Reads result folders, TUM (8 columns between spaces, or 20 with covariance), KITTI (12, with times.txt), and tables with a
+header of known names, as in EuRoC's files. Without such a header, --columns names the columns in order, - for any other:
+  t[s|ms|us|ns] or sec nanosec; x y z, tx.. px.. p_x.. p_RS_R_x.. position.x.. [m|cm|mm|km]; qw qx qy qz, q_w.. q_RS_w..
+  orientation.w..; Pr11 Pr12 Pr13 Pr22 Pr23 Pr33 Pt11 ... Pt33 (covariance, about the body's axes). -y mirrors an axis.
+Units are in brackets; only a stamp must have one. Nothing is inferred from values. A warning names the option that would
+cut the error at least fivefold, if one does. Terms and numbers are those of evo_ape and, with -d or -u, of evo_rpe. NEES is
 computed without alignment, over the poses with a covariance. The score.json of a result starts at the first planned
 motion, while this score starts at the first pose.
 Exit codes: 0 scored; 2 nothing can be compared (the reason is printed).)";
@@ -28,6 +32,7 @@ struct ScoreRequest {
   std::optional<std::string> align, unit;
   std::string relation = "trans_part";
   std::optional<double> delta, delta_tolerance;
+  std::vector<double> turn_deg;
   trajectory_score::Options options;
   bool a = false, s = false, all_pairs = false, pairs_from_reference = false, json = false;
 };
@@ -81,6 +86,8 @@ int print(ScoreRequest& request) {
       "-r", request.relation, {"trans_part", "angle_deg", "angle_rad", "rot_part", "full", "point_distance"},
       kRelations);
   options.relative = spans(request);
+  for (std::size_t i = 0; i < request.turn_deg.size(); ++i)
+    options.body_turn[static_cast<int>(i)] = request.turn_deg[i] * score::kDegree;
   if (!request.estimate && !fs::is_directory(request.truth))
     throw UsageError("{}: is one trajectory, expected an estimate as second argument, or a result folder",
                      request.truth.string());
@@ -112,6 +119,15 @@ void add_score(CLI::App& app, int& exit_code) {
                      "tolerated deviation of a span, as a fraction of -d (default 0.1)");
   command.add_flag("--pairs-from-reference,--pairs_from_reference", r.pairs_from_reference,
                    "measure spans of -u m along the true path");
+  command.add_option("--columns", r.options.columns,
+                     "names of the estimate's columns in order, such as \"t[ns] x y z qw qx qy qz\"");
+  command.add_option("--truth-columns", r.options.truth_columns, "the same for the truth");
+  command
+      .add_option(
+          "--turn-body", r.turn_deg,
+          "turn from the truth's to the estimate's body that is taken off: rotation vector X,Y,Z in deg")
+      ->delimiter(',')
+      ->expected(3);
   auto& pairing = r.options.pairing;
   command.add_option("--t-max-diff,--t_max_diff", pairing.most_apart_s, "longest time within a pair, in s")
       ->capture_default_str();
