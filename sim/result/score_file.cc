@@ -57,8 +57,8 @@ std::string last_lines(std::string log) {
 
 bool may_contain_results(const fs::directory_entry& entry) {
   const std::string name = entry.path().filename();
-  return entry.is_directory() && !entry.is_symlink() && !name.starts_with(".") &&
-         !name.starts_with("earlier-") && name != "export" && name != "recording";
+  return entry.is_directory() && !entry.is_symlink() && !name.starts_with(".") && name != "export" &&
+         name != "recording";
 }
 
 void add_results(const fs::path& folder, Nested nested, std::vector<fs::path>& found) {

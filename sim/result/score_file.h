@@ -104,8 +104,7 @@ std::optional<std::uint64_t> seed_of(const fs::path& result);
 enum class Nested { skip, include };
 
 /// Returns the results in a folder at any depth, or in the folder itself, in the order of names and seeds.
-/// Skips recordings, exports, hidden folders, symbolic links, and earlier-<n>, to which replaced results are
-/// moved.
+/// Skips recordings, exports, hidden folders and symbolic links.
 std::vector<fs::path> find_results(const fs::path& folder, Nested nested = Nested::skip);
 
 /// Returns the seeds of the results seed-<n> in a folder, in order.

@@ -231,7 +231,8 @@ TEST_F(LongReproduceTest, RunsAllExperimentsOnceAndContinuesWhereItWasStopped) {
   const auto walked = made("tangent_circle"), replayed = made("vision_only");
   fs::remove_all(folder_ / "out/hall_paper/seed-3");
   write("s/vision_only.yaml", kBlindWalk + "camera: {}\nslam: {gyro: {enabled: false}}\n");
-  ASSERT_EQ(reproduce().exit_code, 0);
+  EXPECT_THAT(reproduce().ends(2).err, Has("out/vision_only/seed-3: exists, but "));
+  reproduce("--out out --force").ends(0);
   EXPECT_EQ(made("tangent_circle"), walked) << "it was complete";
   EXPECT_NE(made("vision_only"), replayed) << "its scenario is another";
   EXPECT_THAT(text_of("out/hall_paper/seed-3/depths.csv"), Has("probability"));
