@@ -174,7 +174,8 @@ std::vector<std::uint64_t> seeds_in(const fs::path& folder) {
 Provenance provenance_of(scenario::Scenario scenario, const std::string& revision,
                          const std::string& models) {
   scenario.seed = 0;
-  const std::string files = programs::files_identity(scenario.estimator);
+  const std::string files =
+      programs::files_identity(scenario.estimator) + programs::files_identity(scenario.controller);
   files::Hash hash;
   hash.add(files);
   return {scenario::to_yaml(scenario), revision, models, files.empty() ? "" : hash.hex()};

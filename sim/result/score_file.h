@@ -83,7 +83,7 @@ struct About {
   std::string alignment;                      ///< alignment of an external trajectory with the truth
   std::string recording;                      ///< hash of the recording's manifest
   std::string models;                         ///< hash of the walk's models
-  std::string estimator_files;                ///< the hash of an external estimator's files
+  std::string estimator_files;  ///< hash of the files of external programs (controller, estimator)
   std::map<std::string, std::string, std::less<>> set_by;  ///< the origin of each key
 };
 
@@ -115,7 +115,7 @@ struct Provenance {
   std::string scenario;         ///< its YAML with seed 0
   std::string revision;         ///< revision of the program
   std::string models;           ///< hash of the models
-  std::string estimator_files;  ///< hash of these; empty for a built-in estimator
+  std::string estimator_files;  ///< hash of external programs' files; empty without any
   bool operator==(const Provenance&) const = default;
 };
 Provenance provenance_of(scenario::Scenario scenario, const std::string& revision, const std::string& models);

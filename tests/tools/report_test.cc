@@ -238,15 +238,6 @@ TEST_F(LongReproduceTest, RunsAllExperimentsOnceAndContinuesWhereItWasStopped) {
   EXPECT_THAT(text_of("out/hall_paper/seed-3/depths.csv"), Has("probability"));
 }
 
-TEST_F(ReproduceTest, GivesTheSameFromTheCacheAndSimulatesEachWalkOnce) {
-  write_experiments("walk: {commands: [{stand: {duration_s: 0.2}}]}\n");
-  ASSERT_EQ(reproduce().exit_code, 0);
-  const Ran cached = reproduce("--cached --out cached").ends(0);
-  EXPECT_THAT(differences(folder_ / "out", folder_ / "cached", "index.html"), IsEmpty());
-  const std::string recordings = ok("cache list");
-  EXPECT_EQ(std::count(recordings.begin(), recordings.end(), '\n'), 3) << "with camera, without, and the sum";
-}
-
 TEST_F(ReproduceTest, ErrorsAreReportedBeforeAnythingIsRun) {
   fs::remove(folder_ / "s/hall.yaml");
   expect_refused({{"reproduce --out out --seeds 3..1 --scenarios s", "3..1"},

@@ -47,7 +47,7 @@ Job process_of(const ResultJob& job, const fs::path& out, const ResultOptions& o
 }
 
 std::string scenario_difference(const scenario::Scenario& there, const scenario::Scenario& here) {
-  const auto any = [](std::string_view) { return true; };
+  const auto any = [](std::string_view key) { return key != "seed"; };
   if (const auto key = scenario::first_difference(there, here, any))
     return fmt::format("{} is {} there and {} here", key->key, key->recorded, key->now);
   const auto key = scenario::first_difference(here, there, any);
@@ -64,19 +64,19 @@ std::optional<std::string> difference(const fs::path& folder, const ResultJob& j
   const result::Provenance there = result::provenance_of(folder),
                            here = result::provenance_of(job.read.scenario, revision,
                                                         job.recording ? made.models : models_hash);
-  scenario::Scenario scenario = scenario::read_scenario(folder / "scenario.yaml").scenario;
-  scenario.seed = job.seed();
-  if (there.scenario != here.scenario) return scenario_difference(scenario, job.read.scenario);
-  if (there.revision != here.revision)
-    return fmt::format("revision {} made it, this is {}", there.revision, revision);
-  if (there.models != here.models) return "its models were others";
-  if (there.estimator_files != here.estimator_files) return "its estimator's files were others";
-  if (made.seed != job.seed()) return fmt::format("its seed is {}", made.seed);
+  const std::string recording =
+      job.recording ? result::read_about(*job.recording / "about.json").recording : made.recording;
+  if (there.scenario != here.scenario)
+    return scenario_difference(scenario::read_scenario(folder / "scenario.yaml").scenario, job.read.scenario);
+  for (const auto& [what, a, b] : {std::tuple("revision", there.revision, here.revision),
+                                   {"models' hash", there.models, here.models},
+                                   {"programs' hash", there.estimator_files, here.estimator_files},
+                                   {"recording's hash", made.recording, recording},
+                                   {"seed", std::to_string(made.seed), std::to_string(job.seed())}})
+    if (a != b) return fmt::format("its {} is {}, not {}", what, a, b);
   if ((revision.ends_with("+") || revision == "unknown") &&
       fs::last_write_time(folder / "about.json") <= fs::last_write_time("/proc/self/exe"))
     return "another build made it";
-  if (job.recording && result::read_about(*job.recording / "about.json").recording != made.recording)
-    return "it used another recording";
   return std::nullopt;
 } catch (const std::exception& damage) {
   return damage.what();
