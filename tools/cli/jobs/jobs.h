@@ -93,7 +93,7 @@ int run_element(ElementRequest& request);
 /// Removes a job array that an earlier call left. Throws UsageError if it may still run.
 void clear_spool(const fs::path& spool);
 
-/// Maximum number of batched jobs per process: about half a minute, enough for an array element.
-inline constexpr std::size_t kMostOfBatch = 32;
+/// Maximum number of batched jobs per process: what a killed command loses.
+inline constexpr std::size_t kMostOfBatch = 8;
 
 }  // namespace cli

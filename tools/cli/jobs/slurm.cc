@@ -147,7 +147,7 @@ class Array {
       throw UsageError("the program file was replaced while it was running; run the command again");
     const auto least =
         static_cast<std::size_t>(std::ceil(kElementSeconds / std::max(backend.seconds_each, 0.1)));
-    const std::size_t each = std::max(jobs.front().batched ? kMostOfBatch : least,
+    const std::size_t each = std::max(jobs.front().batched ? 4 * kMostOfBatch : least,
                                       (jobs.size() + kMostElements - 1) / kMostElements);
     fs::remove_all(folder_);
     fs::create_directories(folder_);
