@@ -303,7 +303,7 @@ TEST_F(ExternalEstimator, EvaluateReplacesNothingThatItReadsAndAnEarlierResultOn
   EXPECT_THAT(ok("evaluate r/seed-2 r/seed-1" + plan), Has("1 result finished before"));
   EXPECT_EQ(made(), first);
   expect_refused("evaluate r/seed-2 r/seed-1 limits.rmse_m.at_most=9" + plan,
-                 "e/walk/seed-2: exists, but limits is ");
+                 "e/walk/seed-2: exists, but its limits or name differ; --force replaces it");
   ok("evaluate r/seed-1 r/seed-2 --force" + plan);
   EXPECT_NE(made(), first) << "its program need not do the same again";
 }

@@ -148,24 +148,6 @@ TEST(Publish, FlushesWhatWasWrittenRenamesItFlushesTheNameAndOnlyThenRemovesTheO
   EXPECT_EQ(order_of(make), "wsrfu");
 }
 
-TEST(AtomicFile, WhenKilledAtAnySystemCallIsTheOldOrTheNewFile) {
-  const TemporaryFolder folder;
-  const std::string before = "before", after = "afterwards";
-  int old = 0, renewed = 0, left = 0;
-  for (int stop = 0;; ++stop) {
-    write_atomically(folder / "a.json", before);
-    EXPECT_THAT(names(folder.path()), testing::ElementsAre("a.json")) << "what a killed writer left is gone";
-    if (!killed_at(stop, [&] { write_atomically(folder / "a.json", after); })) break;
-    const std::string found = read_text(folder / "a.json");
-    EXPECT_TRUE(found == before || found == after) << "stop " << stop << ": " << found;
-    ++(found == after ? renewed : old);
-    left += names(folder.path()).size() > 1;
-  }
-  EXPECT_GT(old, 5);
-  EXPECT_GT(renewed, 1);
-  EXPECT_GT(left, 1);
-}
-
 // First without a folder, then with that of an earlier run, which has its name or is .result.old.
 TEST(AtomicFolder, WhenKilledAtAnySystemCallLeavesACompleteResult) {
   for (const bool replaces : {false, true}) {

@@ -52,7 +52,7 @@ std::string scenario_difference(const scenario::Scenario& there, const scenario:
     return fmt::format("{} is {} there and {} here", key->key, key->recorded, key->now);
   const auto key = scenario::first_difference(here, there, any);
   return key ? fmt::format("{} is {} here and {} there", key->key, key->recorded, key->now)
-             : "its scenario differs";
+             : "its limits or name differ";
 }
 
 /// Returns what distinguishes a result from the one that the job would make; nothing if they are the same. If

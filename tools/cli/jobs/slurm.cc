@@ -8,7 +8,6 @@
 #include <set>
 
 #include "tools/cli/jobs/jobs.h"
-#include "tools/cli/jobs/progress.h"
 
 namespace cli {
 namespace {
@@ -106,12 +105,8 @@ useconds_t poll_us() {
 
 std::string text_if_there(const fs::path& file) { return fs::exists(file) ? files::read_text(file) : ""; }
 
-/// Returns an element's file in the folder of its array; kRecords contains the records of its ended jobs.
-fs::path element_file(const fs::path& folder, std::size_t element, const char* extension) {
-  return folder / fmt::format("{}{}", element, extension);
-}
-
-constexpr const char* kRecords = ".records";
+constexpr const char* kRecords =
+    ".records";  // extension of an element's file with the records of its ended jobs
 
 /// A job array and its folder in the spool, with the jobs, the id of the Slurm job, and the elements' files.
 class Array {
@@ -132,14 +127,6 @@ class Array {
     }
   }
 
-  /// Returns the fraction of the elements' work that is done.
-  double part() const {
-    const std::vector<fs::path> all = files_with(".part");
-    double done = 0;
-    for (const fs::path& file : all) done += part_in(file);
-    return all.empty() ? 0 : done / static_cast<double>(all.size());
-  }
-
   /// Submits the jobs as a new array.
   void submit(const std::vector<Job>& jobs, const Backend& backend) {
     const fs::path program = fs::read_symlink("/proc/self/exe");
@@ -153,14 +140,10 @@ class Array {
     fs::create_directories(folder_);
     read_.clear();
     write_jobs(folder_ / "jobs", jobs);
-    files::write_text(
-        folder_ / "element.sh",
-        fmt::format("#!/bin/sh\n{}=\"$1/$SLURM_ARRAY_TASK_ID.part\" exec {} element \"$1\" \"$2\"\n",
-                    kProgressFile, files::shell_word(program.string())));
+    files::write_text(folder_ / "element.sh", fmt::format("#!/bin/sh\nexec {} element \"$1\" \"$2\"\n",
+                                                          files::shell_word(program.string())));
     std::vector<std::size_t> elements((jobs.size() + each - 1) / each);
     std::iota(elements.begin(), elements.end(), std::size_t{0});
-    for (const std::size_t element : elements)
-      files::write_text(element_file(folder_, element, ".part"), "0\n");
     const ShellOutput printed = run_shell(fmt::format(
         "sbatch --parsable --requeue --ntasks=1 --cpus-per-task=1 --job-name=gaitslam "
         "--array={}{} --output={} {} {} {}",
@@ -206,6 +189,7 @@ class Array {
 /// when they change. Throws UsageError if Slurm gives no answer for a long time.
 void wait_for(Array& array, const std::vector<Job>& jobs, const ShowPart& show, const OnRecords& on_records) {
   const std::string job = array.job();
+  const auto all = static_cast<double>(jobs.size());
   std::string waiting;
   for (int unanswered = 0;;) {
     const Seen seen = look_up(job);
@@ -221,7 +205,7 @@ void wait_for(Array& array, const std::vector<Job>& jobs, const ShowPart& show, 
       waiting = seen.waiting;
       std::cerr << fmt::format("slurm job {}: {}\n", named(job), waiting.empty() ? "RUNNING" : waiting);
     }
-    show(array.part());
+    show(1 - static_cast<double>(jobs.size()) / all);
     usleep(poll_us() * (unanswered > 0 ? kPatience : 1));
   }
 }
@@ -237,21 +221,18 @@ int run_element(ElementRequest& request) {
   const std::size_t first = std::min(*element * request.each, jobs.size());
   jobs = {jobs.begin() + static_cast<std::ptrdiff_t>(first),
           jobs.begin() + static_cast<std::ptrdiff_t>(std::min(first + request.each, jobs.size()))};
-  const fs::path file = element_file(request.folder, *element, kRecords);
+  const fs::path file = request.folder / fmt::format("{}{}", *element, kRecords);
   std::vector<JobRecord> records;  // at first those before a restart
   if (fs::exists(file)) records = result::read_records(file);
-  const double all = static_cast<double>(jobs.size());
   std::erase_if(jobs,
                 [&](const Job& job) { return std::ranges::count(records, job.key, &JobRecord::key) > 0; });
   if (jobs.empty()) return 0;
-  ProgressLine progress("element");
-  const double share = static_cast<double>(jobs.size()) / all;
+  const auto write = [&](const std::vector<JobRecord>& ended) {
+    records.insert(records.end(), ended.begin(), ended.end());
+    files::write_atomically(file, result::to_lines(records));
+  };
   run_here(
-      jobs, 1, [&](double part) { progress.show(1 - (1 - part) * share); },
-      [&](const std::vector<JobRecord>& ended) {
-        records.insert(records.end(), ended.begin(), ended.end());
-        files::write_atomically(file, result::to_lines(records));
-      });
+      jobs, 1, [](double) {}, write);
   return 0;
 }
 
