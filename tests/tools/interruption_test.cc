@@ -63,9 +63,10 @@ TEST_F(Interruption, SeedsAreAddedOnlyToThoseWithTheSameSettings) {
     write(std::string("h/") + name + "/score.json", "{}");
   const std::string slippery = kBlindStand + "world.floor_friction=0.2 ";
   for (const char* other : {"--seeds 1,8", "--seeds 8", "seed=8"})
-    expect_refused(slippery + other + " --out h",
-                   "h/seed-1: exists, but world.floor_friction is 0.15 there and 0.2 here; --force replaces it, "
-                   "--out names another folder");
+    expect_refused(
+        slippery + other + " --out h",
+        "h/seed-1: exists, but world.floor_friction is 0.15 there and 0.2 here; --force replaces it, "
+        "--out names another folder");
   ok(slippery + "seed=8 --out h --force");
   EXPECT_EQ(seeds(), 1u) << "those with the same settings";
   EXPECT_THAT(ok(slippery + "--seeds 2,9 --out h --force"), Has("walk, 3 seeds\n"));
