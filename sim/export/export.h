@@ -67,9 +67,8 @@ class RecordedRows {
 /// Returns the names of the formats.
 std::vector<std::string> export_formats();
 
-/// Writes the folder, completely or not at all. Memory does not grow with the run's length. Throws
-/// std::out_of_range for an unknown format, FileError if a file cannot be read or written.
-void export_run(const ExportedRun& run, const std::string& format, const fs::path& folder,
-                files::Existing existing);
+/// Writes the folder, completely or not at all, in place of a marked one. Memory does not grow with the run's
+/// length. Throws std::out_of_range for an unknown format, FileError if a file cannot be read or written.
+void export_run(const ExportedRun& run, const std::string& format, const fs::path& folder);
 
 }  // namespace sim::exports

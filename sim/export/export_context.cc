@@ -59,11 +59,10 @@ std::vector<std::string> export_formats() {
   return names;
 }
 
-void export_run(const ExportedRun& run, const std::string& format, const fs::path& folder,
-                files::Existing existing) {
+void export_run(const ExportedRun& run, const std::string& format, const fs::path& folder) {
   const auto found = std::ranges::find_if(kFormats, [&](const Format& f) { return f.name == format; });
   if (found == std::end(kFormats)) throw std::out_of_range("no export format " + format);
-  files::AtomicFolder durable(folder, existing);
+  files::AtomicFolder durable(folder);
   found->write(ExportContext(run, durable.path(), run.undistort || !found->knows_lenses, found->passes));
   durable.commit();
 }

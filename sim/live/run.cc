@@ -473,7 +473,7 @@ std::optional<walking::PatternGenerator> check(const scenario::ReadScenario& rea
 result::Outcome run(const scenario::ReadScenario& scenario, const result::ResultPlace& place,
                     const result::Progress& progress, int threads, const RunObserver& observer) {
   const Start start(scenario, place.models);
-  files::AtomicFolder folder(place.folder, place.existing);
+  files::AtomicFolder folder(place.folder);
   const std::filesystem::path recording = folder.path() / "recording";
   Run live(scenario, start, recording, threads, observer);
   live.walk(progress);

@@ -9,7 +9,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "sim/files/json.h"
 #include "sim/recording/manifest.h"
@@ -26,53 +25,15 @@ std::optional<std::string> environment(const char* name) {
   return value && *value ? std::optional<std::string>(value) : std::nullopt;
 }
 
-/// Calls f for everything below a folder. Returns false if it could not be read completely, for example
-/// because another process is removing it.
-template <typename F>
-bool for_each_below(const fs::path& folder, F&& f) {
-  std::error_code gone;
-  for (fs::recursive_directory_iterator at(folder, gone), end; !gone && at != end; at.increment(gone)) f(*at);
-  return !gone;
-}
-
-// Leaves out timing.*, which differ between two recordings of the same walk.
+// Leaves out timing.*, which differ between two recordings of the same walk. Another process may be removing
+// the folder.
 std::uintmax_t size_of(const fs::path& folder) {
   std::uintmax_t bytes = 0;
   std::error_code gone;
-  for_each_below(folder, [&](const fs::directory_entry& entry) {
-    if (entry.is_regular_file(gone) && !entry.path().filename().string().starts_with("timing."))
-      bytes += entry.file_size(gone);
-  });
+  for (fs::recursive_directory_iterator at(folder, gone), end; !gone && at != end; at.increment(gone))
+    if (std::error_code no; at->is_regular_file(no) && at->path().stem() != "timing")
+      bytes += at->file_size(no);
   return bytes;
-}
-
-/// A hash of the names and contents of the files beside the recording, which its manifest does not list.
-/// Leaves out timing.*, which differ each time, and the marker, which lists what commands add.
-std::string hash_of_files_in(const fs::path& result) {
-  std::set<fs::path> beside;
-  for (const auto& entry : fs::directory_iterator(result))
-    if (!entry.is_directory() && entry.path().stem() != "timing" && entry.path().filename() != files::kMarker)
-      beside.insert(entry.path());
-  files::Hash hash;
-  for (const fs::path& file : beside) {
-    hash.add(file.filename().string() + ":");
-    hash.add_part(files::read_text(file));
-  }
-  return hash.hex();
-}
-
-// Returns true if nothing in a folder that was created whole has changed since it got its marker.
-bool is_untouched(const fs::path& folder) {
-  const auto changed = [](const fs::path& path) {
-    struct stat status {};
-    ::lstat(path.c_str(), &status);
-    return std::pair(status.st_ctim.tv_sec, status.st_ctim.tv_nsec);
-  };
-  const auto made = changed(folder / files::kMarker);
-  bool same = true;
-  const bool whole = for_each_below(
-      folder, [&](const fs::directory_entry& entry) { same = same && changed(entry.path()) <= made; });
-  return whole && same;
 }
 
 void require_writable(const fs::path& folder, const char* but) {
@@ -113,10 +74,8 @@ bool Cache::is_whole(const std::string& key, const Say& say) const {
     const Manifest manifest(entry / "result/recording");
     manifest.check_all();
     const files::Json stored = files::read_json(entry / "entry.json");
-    const bool same = stored.at("recording").text() == manifest.hash();
-    if (same && stored.at("files_xxh3_128").text() == hash_of_files_in(entry / "result")) return true;
-    say(fmt::format("{}: contains another {} than was stored", entry.string(),
-                    same ? "result" : "recording"));
+    if (stored.at("recording").text() == manifest.hash()) return true;
+    say(fmt::format("{}: contains another recording than was stored", entry.string()));
   } catch (const FileError& damage) {
     say(damage.what());
   }
@@ -124,12 +83,11 @@ bool Cache::is_whole(const std::string& key, const Say& say) const {
 }
 
 void Cache::make_entry(const std::string& key, const Label& label, const Make& make) const {
-  files::AtomicFolder folder(place_.folder / key, files::Existing::replace);
+  files::AtomicFolder folder(place_.folder / key);
   const fs::path result = folder.path() / "result";
   make(result);
-  const ordered_json entry{{"format_version", 5},
+  const ordered_json entry{{"format_version", 6},
                            {"recording", Manifest(result / "recording").hash()},
-                           {"files_xxh3_128", hash_of_files_in(result)},
                            {"scenario", label.scenario},
                            {"seed", label.seed},
                            {"bytes", size_of(folder.path())}};
@@ -202,16 +160,12 @@ bool Cache::remove_if_unused(const std::string& key) const {
   if (!alone) return false;
   // It is renamed before it is removed, so that no entry is ever incomplete. If this process is killed, the
   // next one removes the leftover. The lock file is removed too: a lock on a removed file is void.
-  const fs::path aside = place_.folder / fmt::format(".{}.partial", key);
-  std::error_code ignored;
-  {
-    const auto marker = FileLock::acquire(place_.folder / key / files::kMarker, FileLock::How::try_existing);
-    if (!marker) return false;
-    fs::rename(place_.folder / key, aside, ignored);
-    if (ignored || ::ftruncate(marker->fd(), 0) != 0) return false;  // else the entry would be recovered
-  }
-  files::remove_leftovers(place_.folder);
-  fs::remove(lock_file(key), ignored);
+  const fs::path aside = place_.folder / fmt::format(".{}.old", key);
+  std::error_code fault;
+  fs::rename(place_.folder / key, aside, fault);
+  if (fault) return false;
+  files::remove_marked(aside);
+  fs::remove(lock_file(key), fault);
   return true;
 }
 
@@ -224,7 +178,7 @@ Cache::Cleaned Cache::clean(std::uintmax_t most_bytes) const {
   for (const Entry& entry : entries) total += entry.bytes;
   for (const Entry& entry : entries) {
     if (total <= most_bytes) break;
-    if (!is_untouched(place_.folder / entry.key) || !remove_if_unused(entry.key)) {
+    if (!remove_if_unused(entry.key)) {
       ++cleaned.kept;
       continue;
     }

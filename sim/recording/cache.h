@@ -59,11 +59,11 @@ class Cache {
   std::vector<Entry> list() const;
 
   struct Cleaned {
-    std::size_t removed = 0, kept = 0;  ///< kept: in use, or with files not from the program
+    std::size_t removed = 0, kept = 0;  ///< kept: in use
     std::uintmax_t bytes = 0;           ///< bytes removed
   };
   /// Removes the least recently used entries until the others take at most this many bytes. Keeps entries in
-  /// use and entries with files that the program did not create.
+  /// use.
   Cleaned clean(std::uintmax_t most_bytes) const;
 
   const CachePlace& place() const { return place_; }

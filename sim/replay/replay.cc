@@ -212,7 +212,7 @@ result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesy
                        const WalkEnd& walk, const result::ResultPlace& place,
                        const result::Progress& progress, Recorded recorded,
                        const tracking::TrackingObserver& observer) {
-  files::AtomicFolder folder(place.folder, place.existing);
+  files::AtomicFolder folder(place.folder);
   result::Timing timing;
   recording::RecordingReader reader(recording);
   std::optional<tracking::Tracking> tracking;
@@ -252,7 +252,7 @@ scenario::ReadScenario external_scenario(const recording::AslFolder& folder,
 
 result::Outcome replay_external(const scenario::ReadScenario& scenario, recording::AslFolder& folder,
                                 const result::ResultPlace& place, const result::Progress& progress) {
-  files::AtomicFolder result(place.folder, place.existing);
+  files::AtomicFolder result(place.folder);
   const recording::AslSensors& sensors = folder.sensors();
   std::optional<tracking::Tracking> tracking(std::in_place, scenario.scenario, sensors.setup.calibration,
                                              sensors.setup.X_WC_start, sensors.setup.camera_rate_hz);
@@ -277,7 +277,7 @@ result::Outcome replay_external(const scenario::ReadScenario& scenario, recordin
 result::Outcome score_external(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
                                const WalkEnd& walk, const ExternalRun& run, const result::ResultPlace& place,
                                result::Timing timing) {
-  files::AtomicFolder folder(place.folder, place.existing);
+  files::AtomicFolder folder(place.folder);
   recording::RecordingReader reader(recording);
   const Frames frames = frames_of(reader);
   result::RunRecord record{scenario,     walk.ended,   reader.setup(), recording::read_truth(recording),

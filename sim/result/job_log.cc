@@ -10,51 +10,8 @@
 #include "sim/files/json.h"
 
 namespace sim::result {
-namespace {
 
 using files::FileError;
-
-constexpr int kTriesOfTheLock = 20;
-constexpr useconds_t kPauseUs = 100'000;
-
-/// Waits briefly, for a killed process that has not ended yet.
-files::FileLock lock_for_writing(const fs::path& file) {
-  using files::FileLock;
-  for (int attempt = 0; attempt <= kTriesOfTheLock; ++attempt) {
-    if (auto lock = FileLock::acquire(file, FileLock::How::try_exclusive)) return std::move(*lock);
-    ::usleep(kPauseUs);
-  }
-  throw FileError(file, "is being written by another process");
-}
-
-/// The records of a log, and the length in bytes of its complete lines.
-struct Parsed {
-  std::map<std::string, JobRecord> records;
-  std::size_t whole_bytes = 0;
-};
-
-Parsed parse(const fs::path& file, std::string_view text, std::string_view purpose) {
-  Parsed parsed;
-  std::string_view rest = text;
-  for (int line_number = 1;; ++line_number) {
-    const std::size_t end = rest.find('\n');
-    if (end == rest.npos) return parsed;
-    const std::string_view line = rest.substr(0, end);
-    rest.remove_prefix(end + 1);
-    if (line_number == 1) {
-      if (line != purpose) throw FileError(file, "is another log: {}, expected {}", line, purpose);
-    } else if (auto record = from_line(line)) {
-      parsed.records.emplace(record->key, std::move(*record));
-    } else if (rest.empty()) {
-      return parsed;  // torn by a power failure: the file has its length but not its content
-    } else {
-      throw FileError(file, "line {} is not a record; the log was changed after it was written", line_number);
-    }
-    parsed.whole_bytes = text.size() - rest.size();
-  }
-}
-
-}  // namespace
 
 std::optional<double> JobRecord::value(std::string_view name) const {
   const auto found = values.find(std::string(name));
@@ -86,48 +43,60 @@ std::string job_key(std::initializer_list<std::string_view> parts) {
   return hash.hex();
 }
 
-JobLog::JobLog(const fs::path& file, std::string_view purpose)
-    : file_(file), purpose_(purpose), lock_(lock_for_writing(file)), fd_(lock_.fd()) {
-  if (::fcntl(fd_, F_SETFL, O_APPEND) != 0) files::fail_by_errno(file_, "cannot be opened");
-  Parsed parsed = parse(file_, files::read_text(file_), purpose);
-  records_ = std::move(parsed.records);
-  if (::ftruncate(fd_, static_cast<off_t>(parsed.whole_bytes)) != 0)
-    files::fail_by_errno(file_, "cannot be written");
-  if (parsed.whole_bytes == 0) append(purpose);
+std::string to_lines(const std::vector<JobRecord>& records) {
+  std::string text;
+  for (const JobRecord& record : records) text += to_line(record) + "\n";
+  return text;
 }
 
-void JobLog::append(std::string_view line) const {
-  files::write_all(fd_, file_, std::string(line) + "\n");
-  if (::fsync(fd_) != 0) files::fail_by_errno(file_, "cannot be flushed to disk");
+std::vector<JobRecord> read_records(const fs::path& file) {
+  std::vector<JobRecord> records;
+  for (const std::string& line : files::lines_of(files::read_text(file)))
+    if (auto record = from_line(line)) records.push_back(std::move(*record));
+  return records;
+}
+
+JobLog::JobLog(const fs::path& file, std::string_view purpose)
+    : file_(file),
+      purpose_(purpose),
+      descriptor_(::open(file.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666)) {
+  if (descriptor_.fd < 0) files::fail_by_errno(file_, "cannot be opened");
+  const std::string text = files::read_text(file_);
+  std::size_t whole = 0;
+  for (std::size_t end = 0; (end = text.find('\n', whole)) != text.npos; whole = end + 1) {
+    const std::string_view line = std::string_view(text).substr(whole, end - whole);
+    const auto record = from_line(line);
+    if (whole == 0 && line != purpose)
+      throw FileError(file, "is another log: {}, expected {}", line, purpose);
+    if (record) records_.emplace(record->key, *record);
+    if (whole > 0 && !record) break;  // cut off by a power failure
+  }
+  if (::ftruncate(descriptor_.fd, static_cast<off_t>(whole)) != 0)
+    files::fail_by_errno(file_, "cannot be written");
+  if (whole == 0) append(purpose_ + "\n");
+}
+
+void JobLog::append(std::string_view text) const {
+  files::write_all(descriptor_.fd, file_, text);
+  if (::fsync(descriptor_.fd) != 0) files::fail_by_errno(file_, "cannot be flushed to disk");
 }
 
 const JobRecord* JobLog::find(const std::string& key) const {
-  const std::scoped_lock lock(mutex_);
   const auto found = records_.find(key);
   return found == records_.end() ? nullptr : &found->second;
 }
 
-std::size_t JobLog::size() const {
-  const std::scoped_lock lock(mutex_);
-  return records_.size();
+void JobLog::add(const std::vector<JobRecord>& records) {
+  std::vector<JobRecord> added;
+  for (const JobRecord& record : records)
+    if (records_.emplace(record.key, record).second) added.push_back(record);
+  append(to_lines(added));
 }
 
-void JobLog::add(const JobRecord& record) {
-  const std::scoped_lock lock(mutex_);
-  if (records_.contains(record.key)) return;
-  append(to_line(record));
-  records_.emplace(record.key, record);
-}
-
-void JobLog::sort() {
-  const std::scoped_lock lock(mutex_);
+void JobLog::sort() const {
   std::string text = purpose_ + "\n";
   for (const auto& [key, record] : records_) text += to_line(record) + "\n";
   files::write_atomically(file_, text);
-}
-
-std::map<std::string, JobRecord> read_job_log(const fs::path& file, std::string_view purpose) {
-  return parse(file, files::read_text(file), purpose).records;
 }
 
 }  // namespace sim::result

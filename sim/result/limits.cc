@@ -306,21 +306,20 @@ void write_summary(const fs::path& file, const Summary& summary) {
   files::write_atomically(file, files::json_text(to_json(summary), 2) + "\n");
 }
 
-std::optional<fs::path> renew_summary(const fs::path& result) {
+void renew_summary(const fs::path& result) {
+  using files::FileLock;
   const fs::path root = fs::absolute(result).lexically_normal().parent_path(), file = root / "summary.json";
-  if (!seed_of(result) || !fs::is_regular_file(file) || !files::has_marker(root)) return std::nullopt;
-  if (!files::FileLock::acquire_folder(root)) return std::nullopt;
+  if (!seed_of(result) || !fs::is_regular_file(file) || !files::has_marker(root)) return;
+  const auto lock = FileLock::acquire(root / files::kMarker, FileLock::How::try_exclusive);
+  if (!lock) return;
   const Provenance own = provenance_of(result);
   std::vector<SeedScore> scores;
   for (const std::uint64_t seed : seeds_in(root)) try {
-      const fs::path folder = root / ("seed-" + std::to_string(seed));
-      if (provenance_of(folder) != own) return files::set_aside(root, {"summary.json"});
-      scores.push_back(read_result(folder));
-    } catch (const std::exception&) {  // incomplete result
-      return files::set_aside(root, {"summary.json"});
+      const fs::path folder = root / fmt::format("seed-{}", seed);
+      if (provenance_of(folder) == own) scores.push_back(read_result(folder));
+    } catch (const std::exception&) {  // damaged
     }
   write_summary(file, summarize(scenario::read_scenario(result / "scenario.yaml").scenario, scores));
-  return std::nullopt;
 }
 
 std::string summary_table(const Summary& summary, const TableStyle& style) {

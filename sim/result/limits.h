@@ -89,9 +89,8 @@ nlohmann::ordered_json to_json(const Summary& summary);
 void write_summary(const fs::path& file, const Summary& summary);
 
 /// Updates the summary.json beside a new result seed-<n>, if there is one and no other process is writing it,
-/// so that it covers all seeds. If these seeds have different provenance, sets it aside and returns the
-/// folder that now contains it.
-std::optional<fs::path> renew_summary(const fs::path& result);
+/// so that it covers all seeds of the same provenance.
+void renew_summary(const fs::path& result);
 
 /// Returns a table for the terminal: seeds, headline metrics and metrics with limits (or all), and limits.
 std::string summary_table(const Summary& summary, const TableStyle& style = {});

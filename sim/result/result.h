@@ -85,10 +85,9 @@ scenario::Ended ending_of(const RunRecord& record);
 /// Called as simulated time advances, with the fraction completed so far (0 to 1).
 using Progress = std::function<void(double)>;
 
-/// The folder of a result, and the versions that the result states.
+/// The folder of a result, which replaces a marked one, and the versions that the result states.
 struct ResultPlace {
   fs::path folder;
-  files::Existing existing = files::Existing::reject;
   fs::path models;                               ///< for a live run
   std::string version, revision;                 ///< version and revision of the program
   std::map<std::string, std::string> libraries;  ///< name and version

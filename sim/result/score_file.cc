@@ -57,8 +57,8 @@ std::string last_lines(std::string log) {
 
 bool may_contain_results(const fs::directory_entry& entry) {
   const std::string name = entry.path().filename();
-  return entry.is_directory() && !entry.is_symlink() && !name.starts_with(".") &&
-         !name.starts_with("earlier-") && name != "export" && name != "recording";
+  return entry.is_directory() && !entry.is_symlink() && !name.starts_with(".") && name != "export" &&
+         name != "recording";
 }
 
 void add_results(const fs::path& folder, std::vector<fs::path>& found) {
@@ -171,7 +171,8 @@ std::vector<std::uint64_t> seeds_in(const fs::path& folder) {
 Provenance provenance_of(scenario::Scenario scenario, const std::string& revision,
                          const std::string& models) {
   scenario.seed = 0;
-  const std::string files = programs::files_identity(scenario.estimator);
+  const std::string files =
+      programs::files_identity(scenario.estimator) + programs::files_identity(scenario.controller);
   files::Hash hash;
   hash.add(files);
   return {scenario::to_yaml(scenario), revision, models, files.empty() ? "" : hash.hex()};

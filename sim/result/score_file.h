@@ -83,7 +83,7 @@ struct About {
   std::string alignment;                      ///< alignment of an external trajectory with the truth
   std::string recording;                      ///< hash of the recording's manifest
   std::string models;                         ///< hash of the walk's models
-  std::string estimator_files;                ///< the hash of an external estimator's files
+  std::string estimator_files;  ///< hash of the files of external programs (controller, estimator)
   std::map<std::string, std::string, std::less<>> set_by;  ///< the origin of each key
 };
 
@@ -101,8 +101,7 @@ bool is_result(const fs::path& folder);
 std::optional<std::uint64_t> seed_of(const fs::path& result);
 
 /// Returns the results in a folder at any depth, or in the folder itself, in the order of names and seeds.
-/// Skips recordings, exports, results inside results, hidden folders, symbolic links, and earlier-<n>, to
-/// which replaced results are moved.
+/// Skips recordings, exports, results inside results, hidden folders and symbolic links.
 std::vector<fs::path> find_results(const fs::path& folder);
 
 /// Returns the seeds of the results seed-<n> in a folder, in order.
@@ -113,7 +112,7 @@ struct Provenance {
   std::string scenario;         ///< its YAML with seed 0
   std::string revision;         ///< revision of the program
   std::string models;           ///< hash of the models
-  std::string estimator_files;  ///< hash of these; empty for a built-in estimator
+  std::string estimator_files;  ///< hash of external programs' files; empty without any
   bool operator==(const Provenance&) const = default;
 };
 Provenance provenance_of(scenario::Scenario scenario, const std::string& revision, const std::string& models);

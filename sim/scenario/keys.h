@@ -178,8 +178,9 @@ std::string recording_key(const Scenario& scenario, const std::string& models, c
 struct RecordingDifference {
   std::string key, recorded, now;
 };
-/// Returns the first key that affects recordings and whose value in `scenario` differs from the recorded one.
-std::optional<RecordingDifference> first_difference(const Scenario& recorded, const Scenario& scenario);
+/// Returns the first key, of those that `counts`, whose value in `scenario` differs from the recorded one.
+std::optional<RecordingDifference> first_difference(const Scenario& recorded, const Scenario& scenario,
+                                                    bool (*counts)(std::string_view) = shapes_recording);
 
 /// Returns why a replay with this scenario, which has slam, would have steered another walk than the recorded
 /// one: an estimate steered that walk, and now the estimate is another. Returns nothing otherwise.

@@ -277,12 +277,12 @@ TuningResult tune(const Spec& spec, const fs::path& out, const RunTasks& run_tas
   const Judgment judgment = judge(holdout, spec.objective);
   const bool accepted = judgment.verdict == Verdict::better;
   log.sort();
-  files::write_output(out / "history.csv", found.history);
-  files::write_output(out / "tune.json", tune_json(spec, found, holdout, judgment));
+  files::write_atomically(out / "history.csv", found.history);
+  files::write_atomically(out / "tune.json", tune_json(spec, found, holdout, judgment));
   if (accepted)
-    files::write_output(out / "best.yaml", overlay(spec, found.best, judgment));
+    files::write_atomically(out / "best.yaml", overlay(spec, found.best, judgment));
   else
-    files::set_aside(out, {"best.yaml"});
+    fs::remove(out / "best.yaml");
   return {accepted, result_text(spec, found, holdout, judgment), judgment.text};
 }
 

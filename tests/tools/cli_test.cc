@@ -61,9 +61,7 @@ TEST_F(Cli, TheLauncherBuildsTheRunnerForItsCommandsAndTheWholeProgramForTheRest
 
 TEST_F(Cli, EachCommandReportsWrongInput) {
   const std::string stand = "walk: {commands: [{stand: {duration_s: 1}}]}\n";
-  write("kitchen.yaml", stand + "world:\n  room: kitchen\n");
   write("near.yaml", stand + "world: {room: ofice}\n");
-  write("stand.yaml", stand + "world: {room: office}\n");
   write("far.yaml", "walk: {commands: [{steps: [{forward_m: 0.9, left_m: 0.19}]}]}\n");
   write("control.yaml", R"("a\x9BK\u202Ez": 1)");  // starts a terminal command and reverses the text
   write("result/scenario.yaml", gaitslam("config '" + kCircle + "' --yaml").out);
@@ -71,33 +69,23 @@ TEST_F(Cli, EachCommandReportsWrongInput) {
   write("old/scenario.yaml", "slam: {plan_orientation: {enabled: true}}\n");
   write("old/about.json", R"({"revision": "0a1b2c"})");
   shell("mkdir pipe && mkfifo pipe/scenario.yaml pipe/score.json");
-  const std::string config = "config '" + kCircle + "' ";
   expect_refused(
       {{"", "A subcommand is required"},
        {"rnu x.yaml", "unknown command 'rnu', expected one of run, record, "},
-       {"rnu x.yaml", "; did you mean 'run'?"},
-       {"check", "scenarios is required"},
-       {"config", "config: no scenario given, expected a YAML file or --keys"},
        {"run '" + kCircle + "' --sedes 1..3", "--sedes; did you mean '--seeds'?"},
-       {"report x --ouf=y", "; did you mean '--out'?"},
-       {config + "--frobnicate", " --frobnicate (gaitslam --help)\n"},
-       {"check kitchen.yaml", "kitchen.yaml:3: world.room: is 'kitchen', expected one of "},
-       {"check near.yaml", "; did you mean 'office'?"},
-       {"check stand.yaml world.room=kitchen", "world.room: is 'kitchen'"},
-       {"check stand.yaml world.robot=./none", "/none has no robot.yaml; 'gaitslam robot init' writes one"},
-       {"check world.seed=3", "check: no scenario given, expected a YAML file"},
+       {"config", "config: no scenario given, expected a YAML file or --keys"},
+       {"check near.yaml", "near.yaml:2: world.room: is 'ofice', expected one of "},
+       {"check near.yaml world.room=hall world.robot=./none",
+        "/none has no robot.yaml; 'gaitslam robot init' writes one"},
        {"check far.yaml", "walk.commands[0]: at"},
        {"check control.yaml", "a?K?z"},
        {"replay no-such-folder", "no-such-folder: no such result folder"},
        {"replay empty", "empty: is no result, expected a folder with scenario.yaml and recording/"},
-       {"replay old", "slam.plan_orientation: unknown key"},
        {"replay old", "; gaitslam revision 0a1b2c wrote this result, this is "},
        {"replay result walk.step_length_m=0.1", "walk.step_length_m: affects the recording"},
        {"check pipe/scenario.yaml", "is not a regular file, expected one"},
        {"view pipe", "is not a regular file, expected one"},
        {"run x.yaml --control", "--control requires --view"},
-       {"replay result --port 8000", "--port requires --view"},
-       {"run x.yaml --token abc", "--token requires --view"},
        {"score empty empty --all-pairs", "expected -d or -u"},
        {"report result --table none/t.csv",
         "--table none/t.csv: the folder none does not exist; create it first, or choose another file"},
@@ -106,8 +94,8 @@ TEST_F(Cli, EachCommandReportsWrongInput) {
        {"report result --out none/r.html", "--out none/r.html: the folder none does not exist"},
        {"report result --force --out pipe/score.json", "cannot be written: it is not a regular file"},
        {"compare empty empty --json pipe/score.json", "cannot be written: it is not a regular file"}});
-  EXPECT_THAT(shell("cat stand.yaml | " GAITSLAM_PROGRAM " check world.seed=3 /dev/stdin").out,
-              Has(": valid, a walk of "));
+  EXPECT_THAT(shell("cat far.yaml | " GAITSLAM_PROGRAM " check /dev/stdin").ends(2).err,
+              Has("walk.commands[0]: at"));
 }
 
 TEST_F(Cli, AFullDiskIsAnError) {
@@ -130,31 +118,20 @@ TEST_F(Cli, CheckRejectsWhateverARunRejectsAtItsStart) {
                     floor = "<geom name='floor' type='plane' size='9 9 1'/>";
   const auto room = [&](const std::string& name, const std::string& world) {
     write("rooms/" + name + ".xml",
-          "<mujoco><default><default class='floor'/></default><asset>"
-          "<texture type='2d' name='desk_1' builtin='checker' width='4' height='4' rgb2='1 1 1'/></asset>"
-          "<worldbody>" +
-              world + "</worldbody></mujoco>");
+          "<mujoco><default><default class='floor'/></default><worldbody>" + world + "</worldbody></mujoco>");
     return "world: {room: rooms/" + name + ".xml}\n";
   };
   const std::string stand = scenario_of("{stand: {duration_s: 0.2}}", "rate_hz: 10");
   for (const auto& [keys, complaint] : std::vector<std::pair<std::string, std::string>>{
            {room("hill", light + floor + "<geom name='hill' class='floor' type='box' size='1 1 .01'/>"),
             "walk.commands[0]: stand: at 0.00 s the left sole is planned onto 'hill' at ("},
-           {room("cart", light + floor + "<body><joint/><geom size='1'/></body>"),
-            "rooms/cart.xml:1: joint: is in a room, expected shapes that do not move"},
            {room("bare", light), "rooms/bare.xml:1: worldbody: has no plane named 'floor'"},
-           {room("painted", light + floor), "world.room: the texture 'desk_1' has a picture"},
-           {"world: {room: ./none.xml}\n", "bad.yaml:4:9: world.room: "},
            {room("spot", "<light pos='0 0 3' dir='0 0 -1'/>" + floor),
             "rooms/spot.xml:1: light directional: is false, expected true"},
            {room("endless", light + "<geom name='floor' type='plane' size='0 0 1'/>"),
             "rooms/endless.xml:1: geom size: is '0 0 1', expected positive half lengths"},
-           {"world: {room: attic}\n",
-            "world.room: is 'attic', expected one of floor, hall, office, office_ramp, yard"},
-           {"estimator: {program: [./none]}\n", "/none cannot be started: No such file or directory"},
-           {"estimator: {program: [/tmp]}\n", "the program /tmp cannot be started: "},
-           {"estimator: {program: [no_such_program]}\n",
-            "the program no_such_program cannot be started: No such file"}}) {
+           {"world: {room: ./none.xml}\n", "bad.yaml:4:9: world.room: "},
+           {"estimator: {program: [./none]}\n", "/none cannot be started: No such file or directory"}}) {
     write("bad.yaml", stand + keys);
     for (const std::string command : {"check", "run"})
       EXPECT_THAT(gaitslam(command + " bad.yaml").ends(2).err, Has(complaint)) << command;
@@ -203,10 +180,11 @@ TEST_F(Cli, RunRejectsBadOptionsBeforeItSimulates) {
        {run + "--seeds 5..1", "--seeds 5..1: '5..1' goes backwards, expected for example 1..5 or 1,2,7"},
        {run + "--seeds 1..2 seed=3", "--seeds: seed= is given as well, expected only one of them"},
        {run + "--seeds 1..2 --jobs 0", "--jobs"},
-       {run + "--out /dev/null/x", "/dev/null/x: cannot be written: /dev/null: Not a directory"},
+       {run + "--out /dev/null/x", "/dev/null/x: cannot be created: Not a directory"},
        {run + "--out ''", "--out: is empty"},
-       {run + "--out '" + kCircle + "'", "is a file, expected a folder for results"},
-       {run + "--out old", "old: already exists; --force replaces what the command writes there"}});
+       {run + "--out '" + kCircle + "'", "is a file, expected a folder"},
+       {run + "--out old --force",
+        "old: was not created by gaitslam: move it away, or name another folder"}});
 }
 #else
 TEST_F(Cli, RunWithoutASimulatorSaysSo) {

@@ -90,18 +90,16 @@ class CommandLine : public testing::Test {
     return gaitslam(arguments).ends(0).out;
   }
 
-  /// Copies results of `run walk.yaml --seeds 1..3`, made once for all tests of a build, into `to`.
+  /// Copies results of `run walk.yaml --seeds 1..3` into `to`. They are made once for all tests of a build;
+  /// the program itself makes them again if the scenario, the models or the program differ.
   void short_walks(const std::string& to, const std::string& seeds = "1") const {
     write("walk.yaml", kShortWalk);
     shell("program='" GAITSLAM_PROGRAM "' to='" + to + "' seeds='" + seeds +
           R"sh(' && export program to seeds &&
         export store="${program%/tools/*}/tests/short_walks" && exec flock "$store.lock" sh -c '
-          of=$(stat -c "%n %y" "$program")
-          if [ "$of" != "$(cat "$store/of" 2>/dev/null)" ]; then
-            rm -rf "$store" && mkdir "$store" && cp walk.yaml "$store" &&
-            (cd "$store" && "$program" run walk.yaml --seeds 1..3 --jobs 2 --out walks) && echo "$of" >"$store/of" || exit 1
-          fi
-          mkdir -p "$to" && for n in $seeds; do cp -r "$store/walks/seed-$n" "$to" || exit 1; done')sh")
+          mkdir -p "$store" "$to" && cp walk.yaml "$store" &&
+          (cd "$store" && "$program" run walk.yaml --seeds 1..3 --jobs 2 --out walks --force) || exit 1
+          for n in $seeds; do cp -r "$store/walks/seed-$n" "$to" || exit 1; done')sh")
         .ends(0);
   }
 

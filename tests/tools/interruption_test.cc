@@ -1,5 +1,5 @@
 // Interrupted and repeated commands: old results stay until new ones are complete, and a rerun resumes. Only
-// folders that gaitslam made are replaced; they move to earlier-<n>.
+// folders that gaitslam made are replaced.
 #include "tests/tools/command_line.h"
 
 namespace tests {
@@ -26,89 +26,78 @@ class Interruption : public CommandLine {
 
 TEST_F(Interruption, AnOldResultStaysUntilTheNewOneIsComplete) {
   ok(kBlind + "--seeds 1..3 --out h");
-  for (const char* when : {"[ -e h/.unfinished ]", "[ -e h/.seed-1.partial ]", "[ -e h/.seed-2.partial ]"}) {
-    ended_when(when, "KILL", kBlind + "world.floor_friction=0.2 --seeds 1..3 --out h --force");
+  const std::string other = kBlind + "world.floor_friction=0.2 --seeds 1..3 --out h --force";
+  for (const char* when : {"[ -e h/.seed-1.partial ]", "[ -e h/.seed-2.partial ]"}) {
+    ended_when(when, "KILL", other);
     for (const char* seed : {"h/seed-1", "h/seed-2", "h/seed-3"}) expect_whole(seed);
   }
+  EXPECT_THAT(ok(other), Has(" finished before\n")) << "also with --force";
+  EXPECT_THAT(partial("h"), IsEmpty());
 }
 
-TEST_F(Interruption, SeedsThatCrashLeaveNoOlderResultsBehind) {
+TEST_F(Interruption, ASeedThatCrashesHasNoScoreThoughAnOlderResultStays) {
   ok(kBlindStand + "--seeds 1,2 --out h");
   const Ran ran = shell("ulimit -t 2; " GAITSLAM_PROGRAM " " + kBlindStand +
                         "'walk.commands=[{stand: {duration_s: 300}}]' --seeds 1,2 --out h --force")
                       .ends(3);
-  EXPECT_THAT(ran.out, Has("results of an earlier command are now in h/earlier-1: seed-1, seed-2"));
   EXPECT_THAT(ran.err, Has("seeds 1, 2: killed by signal"));
   EXPECT_EQ(ran.err.find("killed"), ran.err.rfind("killed")) << "a message that seeds share appears once";
   EXPECT_THAT(ran.out, ContainsRegex("failed +crashed +seeds 1, 2"));
   EXPECT_THAT(text_of("h/summary.json"), Has("\"ending\": \"crashed\""));
-  EXPECT_FALSE(fs::exists(folder_ / "h/seed-1"));
-  EXPECT_TRUE(fs::exists(folder_ / "h/earlier-1/seed-1/score.json"));
-  EXPECT_THAT(partial("h"), IsEmpty());
+  EXPECT_TRUE(fs::exists(folder_ / "h/seed-1/score.json"));
 }
 
 TEST_F(Interruption, SeedsAreAddedOnlyToThoseWithTheSameSettings) {
   const auto seeds = [&] { return json_in("h/summary.json")["seeds"].size(); };
-  ok(kBlindStand + "--seeds 1..2 --out h");
-  EXPECT_THAT(ok(kBlindStand + "--seeds 3 --out h"), Has("walk, 3 seeds\n"));
-  EXPECT_FALSE(fs::exists(folder_ / "h/earlier-1"));
-  EXPECT_EQ(seeds(), 3u);
-  EXPECT_EQ(gaitslam(kBlindStand + "--seeds 3..4 --out h").exit_code, 2) << "seed 3 exists";
-  EXPECT_THAT(ok(kBlindStand + "--seeds 3..4 --out h --force"), Has("walk, 4 seeds\n"));
-  EXPECT_TRUE(fs::exists(folder_ / "h/earlier-1/seed-3/score.json"));
+  ok(kBlindStand + "seed=1 --out h");
+  ok(kBlindStand + "seed=2 --out h");
+  EXPECT_THAT(ok(kBlindStand + "--seeds 1..3 --out h"),
+              Has("2 results finished before\n", "walk, 3 seeds\n"));
+  EXPECT_THAT(ok(kBlindStand + "--seeds 4 --out h"), Has("walk, 4 seeds\n"));
+  EXPECT_EQ(seeds(), 4u);
   ok(kBlindStand + "seed=7 --out h");
   EXPECT_EQ(seeds(), 5u) << "a single run renews the summary";
+  expect_refused(kBlindStand + "seed=7 --out h", "h/seed-7: already exists; --force replaces it");
 
   for (const char* name : {"seed-07", "seed-+3", "seed-x"})  // names that the program does not use
     write(std::string("h/") + name + "/score.json", "{}");
   const std::string slippery = kBlindStand + "world.floor_friction=0.2 ";
-  for (const char* seed : {"--seeds 8", "seed=8"})
-    EXPECT_EQ(gaitslam(slippery + seed + " --out h").exit_code, 2) << "other settings";
-  EXPECT_THAT(ok(slippery + "seed=8 --out h --force"), Has("the summary of earlier settings is now in "));
-  EXPECT_FALSE(fs::exists(folder_ / "h/summary.json"));
-  EXPECT_THAT(
-      ok(slippery + "--seeds 9 --out h --force"),
-      Has("results of an earlier command are now in h/earlier-2: seed-1, seed-2, seed-3, seed-4, seed-7\n",
-          "walk, 2 seeds\n"));
+  for (const char* other : {"--seeds 1,8", "--seeds 8", "seed=8"})
+    expect_refused(
+        slippery + other + " --out h",
+        "h/seed-1: exists, but world.floor_friction is 0.15 there and 0.2 here; --force replaces it, "
+        "--out names another folder");
+  ok(slippery + "seed=8 --out h --force");
+  EXPECT_EQ(seeds(), 1u) << "those with the same settings";
+  EXPECT_THAT(ok(slippery + "--seeds 2,9 --out h --force"), Has("walk, 3 seeds\n"));
+  EXPECT_THAT(text_of("h/seed-1/scenario.yaml"), Lacks("floor_friction: 0.2")) << "it was not named";
 }
 
 TEST_F(Interruption, KilledSeedsAreResumedByTheSameCommand) {
   const std::string run = kBlind + "--seeds 1..4 --out ";
   ok(run + "whole");
-  EXPECT_EQ(gaitslam(run + "whole").exit_code, 2) << "it was finished";
   ended_when("[ -e killed/.seed-1.partial ]", "KILL", run + "killed");
   ended_when("[ -e killed/seed-2 ]", "KILL", run + "killed");
-  EXPECT_EQ(gaitslam(kBlind + "--seeds 1..5 --out killed").exit_code, 2) << "another command";
   const auto made = fs::last_write_time(folder_ / "killed/seed-1/score.json");
   EXPECT_THAT(ok(run + "killed"), Has("finished before\n"));
   EXPECT_EQ(fs::last_write_time(folder_ / "killed/seed-1/score.json"), made) << "it was whole";
-  fs::remove_all(folder_ / "killed/earlier-1");  // seed 2, if the kill came before its record
   EXPECT_THAT(differences(folder_ / "whole", folder_ / "killed"), IsEmpty());
   EXPECT_THAT(partial("killed"), IsEmpty());
 }
 
 // The estimator appends to the file `ran`.
-TEST_F(Interruption, ResultsOfOtherProgramsAreNotReusedByTheInterruptedCommand) {
+TEST_F(Interruption, ResultsOfExternalProgramsAreMadeAgainByForceAndKeptOnlyIfTheProgramIsTheSame) {
   fs::copy(kSources + "/tools/examples/gyro_and_plan.py", folder_ / "gyro.py");
   const std::string run =
-      "run walk.yaml 'estimator={program: [/usr/bin/python3, gyro.py]}' --seeds 1,2 --out h --force";
+      "run walk.yaml 'estimator={program: [/usr/bin/python3, gyro.py]}' --seeds 1,2 --out h ";
   ok(run);
   shell("echo 'open(\"ran\", \"a\").write(\"x\")' | cat - gyro.py > new && mv new gyro.py");
-  ended_when("[ -e h/.unfinished ]", "KILL", run);
-  fs::remove(folder_ / "ran");
-  EXPECT_THAT(ok(run), Lacks("finished before"));
-  EXPECT_EQ(text_of("ran"), "xx");
-}
-
-TEST_F(Interruption, AFolderWithOnlyLeftoversDoesNotBlock) {
-  for (const std::string& command : {kBlind + "--out h", kBlind + "--seeds 1,2 --out h"}) {
-    ended_when("[ -e h/.seed-1.partial/recording ]", "KILL", command);
-    ASSERT_FALSE(fs::exists(folder_ / "h/seed-1"));
-    EXPECT_THAT(partial("h"), Not(IsEmpty()));
-    ok(command);
-    EXPECT_THAT(partial("h"), IsEmpty());
-    fs::remove_all(folder_ / "h");
+  expect_refused(run, "h/seed-1: exists, but its programs' hash is ");
+  for (const char* times : {"xx", "xxxx"}) {
+    EXPECT_THAT(ok(run + "--force"), Lacks("finished before"));
+    EXPECT_EQ(text_of("ran"), times);
   }
+  EXPECT_THAT(ok(run), Has("2 results finished before"));
 }
 
 TEST_F(Interruption, OnlyLeftoversInTheTemporaryFolderAreRemovedAtTheNextStart) {
@@ -181,13 +170,12 @@ TEST_F(OwnFiles, ForceReplacesNoFolderAndNoFileOfTheUser) {
            {"report one/seed-1 --plots svg --out home", "home: was not created by gaitslam"},
            {"replay one/seed-1 --out link", "link: is a symbolic link"},
            {"export one/seed-1 --format tum --out link", "link: is a symbolic link"},
-           {kBlind + "--seeds 2,1 --out home", "home/seed-1: was not created by gaitslam"},
-           {kBlind + "--out home", "home/seed-1: was not created by gaitslam"},
-           {kBlind + "--seeds 2,3 --out home", "home/summary.json: was not created by gaitslam"}})
+           {kBlind + "--seeds 2,3 --out home", "home: was not created by gaitslam"},
+           {kBlind + "--out home", "home: was not created by gaitslam"}})
     expect_spared(command + " --force", "home", named);
   EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
   EXPECT_THAT(gaitslam("sweep walk.yaml slam.vision.sigma_px=1,2 --out home --force").ends(2).err,
-              Has("home/trials.jsonl: was not created by gaitslam"));
+              Has("home: was not created by gaitslam"));
 }
 
 TEST_F(OwnFiles, VerdictsReplaceOnlyThoseOfAnEarlierCall) {
@@ -206,19 +194,6 @@ TEST_F(OwnFiles, VerdictsReplaceOnlyThoseOfAnEarlierCall) {
     EXPECT_EQ(text_of("verdicts"), "### my notes");
     fs::remove(folder_ / "verdicts");
   }
-}
-
-TEST_F(OwnFiles, NotesInAResultMoveAsideWithIt) {
-  const std::string replay = "replay results/walk/seed-1", to_tum = "export results/walk/seed-1 --format tum";
-  run("");
-  for (const std::string& command : {replay, to_tum}) ok(command);
-  for (const char* note : {"replay", "export/tum"})
-    write(std::string("results/walk/seed-1/") + note + "/note", "mine");
-  for (const std::string& command : {replay, to_tum}) ok(command);
-  ok(kBlind);
-  const std::string earlier = "results/walk/earlier-1/seed-1/";
-  EXPECT_EQ(text_of(earlier + "earlier-1/replay/note"), "mine");
-  EXPECT_EQ(text_of(earlier + "export/earlier-1/tum/note"), "mine");
 }
 
 TEST_F(OwnFiles, NeitherInputsNorTheCurrentFolderAreReplaced) {

@@ -214,19 +214,11 @@ TEST_F(LongReproduceTest, RunsAllExperimentsOnceAndContinuesWhereItWasStopped) {
   const auto walked = made("tangent_circle"), replayed = made("vision_only");
   fs::remove_all(folder_ / "out/hall_paper/seed-3");
   write("s/vision_only.yaml", kBlindWalk + "camera: {}\nslam: {gyro: {enabled: false}}\n");
-  ASSERT_EQ(reproduce().exit_code, 0);
+  EXPECT_THAT(reproduce().ends(2).err, Has("out/vision_only/seed-3: exists, but "));
+  reproduce("--out out --force").ends(0);
   EXPECT_EQ(made("tangent_circle"), walked) << "it was complete";
   EXPECT_NE(made("vision_only"), replayed) << "its scenario is another";
   EXPECT_THAT(text_of("out/hall_paper/seed-3/depths.csv"), Has("probability"));
-}
-
-TEST_F(ReproduceTest, GivesTheSameFromTheCacheAndSimulatesEachWalkOnce) {
-  write_experiments("walk: {commands: [{stand: {duration_s: 0.2}}]}\n");
-  ASSERT_EQ(reproduce().exit_code, 0);
-  const Ran cached = reproduce("--cached --out cached").ends(0);
-  EXPECT_THAT(differences(folder_ / "out", folder_ / "cached", "index.html"), IsEmpty());
-  const std::string recordings = ok("cache list");
-  EXPECT_EQ(std::count(recordings.begin(), recordings.end(), '\n'), 3) << "with camera, without, and the sum";
 }
 
 TEST_F(ReproduceTest, ErrorsAreReportedBeforeAnythingIsRun) {

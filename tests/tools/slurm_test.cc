@@ -59,7 +59,7 @@ TEST_F(ScriptedSlurm, NothingIsSubmittedTwiceAfterANoticeOrAFailureOfSqueue) {
     EXPECT_THAT(ran.out, Has("seed 3: recorded, completed")) << settings;
     EXPECT_THAT(ran.err,
                 Has(settings == "CLUSTER=alpha" ? "slurm job 1000 of cluster alpha: " : "slurm job 1000: "));
-    EXPECT_EQ(shell("ls jobs").out, "1000.ended\n") << settings;
+    EXPECT_EQ(shell("ls jobs | cut -d. -f1").out, "1000\n") << settings;
   }
 }
 
@@ -94,7 +94,7 @@ TEST_F(ScriptedSlurm, NothingOfAnArrayThatMayStillRunIsDeleted) {
   const std::string sweep = "sweep walk.yaml world.floor_friction=0.15,0.3 --out s --backend slurm ",
                     other = "sweep walk.yaml world.floor_friction=0.3,0.2 --out s --backend slurm --force";
   on_slurm(sweep + "& until [ -e jobs.calls ]; do sleep 0.05; done; kill -KILL $!; wait $!", "HELD=1");
-  const std::string files = "find s -type f | grep -v -e .unfinished -e .gaitslam | sort | xargs cksum",
+  const std::string files = "find s -type f | grep -v -e .gaitslam | sort | xargs cksum",
                     before = shell("rm jobs.calls; " + files).out;
   EXPECT_THAT(before, Has("/element.sh"));
   for (const std::string settings : {"", "HICCUP=2"}) {
@@ -136,7 +136,7 @@ TEST_F(LongSlurmTest, ASweepEndsAsItDoesHereThoughANodeIsLostAndSomeTrialsCannot
   const Ran here = gaitslam(sweep + "--jobs 2 --out here");
   const Ran there = shell(GAITSLAM_PROGRAM " " + sweep +
                           "--backend slurm --jobs 6 --out there & sweep=$!; until [ -n \"$(squeue -h -w n2 "
-                          "-t R)\" ] && ls there/slurm/array/*.log; do sleep 0.1; done; " +
+                          "-t R)\" ] && ls there/slurm/array/*.records; do sleep 0.1; done; " +
                           kTool + "lose " + cluster_ + " n2; wait $sweep");
   for (const Ran& ran : {here, there}) {
     EXPECT_EQ(ran.exit_code, 3);
@@ -152,7 +152,7 @@ TEST_F(LongSlurmTest, ASweepEndsAsItDoesHereThoughANodeIsLostAndSomeTrialsCannot
 TEST_F(LongSlurmTest, AKilledCommandIsResumedByTheSameCommandAndSubmitsNothingTwice) {
   const std::string sweep = "sweep walk.yaml 'slam.vision.sigma_px={from: 1, to: 3, points: 40}' --out ";
   ok(sweep + "here");
-  ended_when("ls there/slurm/array/*.log", "KILL", sweep + "there --backend slurm");
+  ended_when("ls there/slurm/array/*.records", "KILL", sweep + "there --backend slurm");
   const Ran again = gaitslam(sweep + "there --backend slurm").ends(0);
   EXPECT_EQ(again.err.find("slurm job"), std::string::npos) << "submitted again: " << again.err;
   EXPECT_EQ(text_of("here/scores.csv"), text_of("there/scores.csv"));

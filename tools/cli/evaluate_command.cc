@@ -103,7 +103,7 @@ int evaluate_one(const ResultJob& job, const fs::path& result_folder, const Eval
     exports::ExportedRun exported{folder, s.name, s.seed, s.errors, false, request.undistort};
     const auto warn = [](const std::string& what) { std::cerr << "warning: " << what << '\n'; };
     exported.warn = warn;
-    exports::export_run(exported, request.format, scratch / "export", files::Existing::reject);
+    exports::export_run(exported, request.format, scratch / "export");
     const result::Timing timing;
     replay::ExternalRun run = run_command(request, s, scratch);
     run.warn = warn;
@@ -143,21 +143,21 @@ std::vector<ResultJob> read_jobs(const EvaluateRequest& request) {
 }
 
 int evaluate_all(const std::vector<ResultJob>& jobs, const OutFolder& out, const EvaluateRequest& request) {
-  const auto ended = make_results(
+  const auto ends = make_results(
       jobs, out,
       {.models = {},
        .title = fmt::format("{} on {} recordings", jobs[0].read.scenario.estimator.name, jobs.size()),
        .backend = request.backend,
-       .keeps_other_seeds = true});
+       .force = request.force});
   int exit_code = 0;
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     const fs::path folder = out.path() / jobs[i].result();
-    const bool there = result::is_result(folder);
-    const int code = there ? result::read_result(folder).exit_code : std::max(exit_code_of(ended[i]), 2);
+    const int code =
+        ends[i].finished ? result::read_result(folder).exit_code : std::max(ends[i].exit_code, 2);
     exit_code = std::max(exit_code, code);
-    if (there) text_out() << result::score_table(folder, {colors()}, code == 3) << folder.string() << "\n\n";
+    if (ends[i].finished)
+      text_out() << result::score_table(folder, {colors()}, code == 3) << folder.string() << "\n\n";
   }
-  out.finished();
   return exit_code;
 }
 
@@ -188,12 +188,12 @@ int evaluate(EvaluateRequest& request) {
   for (const ResultJob& written : jobs)
     for (const ResultJob& read : jobs)
       require_separate((request.out ? fs::path(*request.out) : standard) / written.result(), *read.recording);
-  OutUse use = resumable(jobs);
-  use.continues = true;
-  if (jobs.size() == 1) use.identity.reset();  // other recordings may use the same folder at the same time
-  const OutFolder out(request, standard, use);
-  return jobs.size() == 1 ? evaluate_one(jobs[0], out.path() / jobs[0].result(), request)
-                          : evaluate_all(jobs, out, request);
+  const bool one = jobs.size() == 1;  // other recordings may use the same folder at the same time
+  const OutFolder out(request, standard, one ? OutUse::adds_result : OutUse::adds_results);
+  if (!one) return evaluate_all(jobs, out, request);
+  const fs::path folder = out.path() / jobs[0].result();
+  require_new_result(folder, request.force);
+  return evaluate_one(jobs[0], folder, request);
 }
 
 }  // namespace

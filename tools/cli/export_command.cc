@@ -40,7 +40,7 @@ int export_result(ExportRequest& request) {
   require_one_of(exports::export_formats(), request.format, "--format");
   require_recording(request.result);
   const scenario::Scenario scenario = scenario::read_scenario(request.result / "scenario.yaml").scenario;
-  const OutFolder out(request, request.result / "export" / request.format, {.replaces = true});
+  const OutFolder out(request, request.result / "export" / request.format, OutUse::result);
   require_separate(out.path(), request.result);
   ProgressLine progress(fmt::format("export of {}", request.result.string()));
   exports::export_run(
@@ -48,7 +48,7 @@ int export_result(ExportRequest& request) {
        request.format == "mcap" ? view::robot_description(scenario, standard_models()) : nullptr,
        [&](double part) { progress.show(part); },
        [](const std::string& what) { std::cerr << "warning: " << what << '\n'; }},
-      request.format, out.path(), files::Existing::replace);
+      request.format, out.path());
   std::cout << fmt::format("exported to {0}; see {0}/README.md for how to use it\n", out.path().string());
   return 0;
 }
@@ -69,7 +69,7 @@ fs::path file_of(const VideoRequest& request) {
   const fs::path file = request.out ? fs::path(*request.out) : request.result / "video.mp4";
   if (file.extension() != ".mp4" && file.extension() != ".webm")
     throw UsageError("--out: expected a .mp4 or .webm file, not '{}'", file.string());
-  if (request.out || !files::has_marker(request.result)) require_new_file(file, request.force);
+  require_new_file(file, request.force);
   return file;
 }
 
@@ -96,8 +96,7 @@ class Encoder {
   void finish() {
     if (!ffmpeg_) throw UsageError("the recording has no frames");
     require_success();
-    if (files::has_marker(video_.parent_path())) files::set_aside(video_.parent_path(), {video_.filename()});
-    fs::rename(made_, video_);
+    files::publish(made_, video_);
   }
 
  private:

@@ -193,22 +193,21 @@ void run_jobs(const SuiteRequest& request, SuiteRun& run) {
     for (ResultJob& of_seed : jobs_of_seeds({s.read, s.read.scenario.name, {}, walk_s}, run.seeds))
       jobs.push_back(std::move(of_seed));
   }
-  const OutFolder out(request, fs::path("results") / ("regress-" + run.name),
-                      resumable(jobs, standard_models(), request.cached));
+  const OutFolder out(request, fs::path("results") / ("regress-" + run.name), OutUse::adds_results);
   Backend backend = request.backend;
   backend.seconds_each = request.cached ? 3 : 15;  // CPU time
-  const auto ended = make_results(
+  const auto ends = make_results(
       jobs, out,
       {.models = standard_models(),
        .title = fmt::format("suite {}, {} of {}", run.name, files::counted(run.scenarios.size(), "scenario"),
                             files::counted(run.seeds.size(), "seed")),
        .backend = backend,
        .cached = request.cached,
+       .force = request.force,
        .must_start = true});
-  const std::vector<result::SeedScore> scores = read_scores(jobs, ended, out.path());
+  const std::vector<result::SeedScore> scores = read_scores(jobs, ends, out.path());
   for (std::size_t i = 0; i < scores.size(); ++i)
     run.scenarios[i / run.seeds.size()].results.seeds.push_back(scores[i]);
-  out.finished();
 }
 
 void run_suite(const SuiteRequest& request, SuiteRun& run) {

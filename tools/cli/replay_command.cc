@@ -19,8 +19,8 @@ constexpr const char* kReplayExamples = R"(Examples:
   gaitslam replay theirs/seed-1 --scenario theirs/seed-1/scenario.yaml  # starts its program
 The clock of an external IMU is compared with that of the truth, using rotation rates, for offsets up to 10 s. If the truth
 has no orientations, an offset between IMU and images cannot be detected.
-Results are written to RESULT/replay or to DIR. An earlier replay there moves to earlier-<n>; a folder that gaitslam did not
-create is rejected. The exit codes are those of gaitslam run.)";
+Results are written to RESULT/replay or to DIR, in place of an earlier replay only with --force. The exit codes are those of
+gaitslam run.)";
 
 struct ReplayRequest : OutRequest {
   fs::path result;
@@ -111,7 +111,7 @@ int replay_result(ReplayRequest& request) {
   if (!external) keep_origin(read, request);
   join_batch(request.batch, &read);
   if (!read.scenario.slam) throw UsageError("slam: is missing, expected a scenario with a filter");
-  const OutFolder out(request, request.result / "replay", {.replaces = true});
+  const OutFolder out(request, request.result / "replay", OutUse::result);
   require_separate(out.path(), request.result);
   replay::WalkEnd walk;
   if (!external) {

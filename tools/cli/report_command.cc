@@ -81,7 +81,7 @@ void write_plots(const std::vector<pages::Figure>& figures, const ReportRequest&
 
 void make_plots(const std::vector<pages::RunData>& runs, const ReportRequest& request, const OutFolder& out) {
   for (const pages::RunData& run : runs) require_separate(out.path(), run.folder);
-  files::AtomicFolder folder(out.path(), files::Existing::replace);
+  files::AtomicFolder folder(out.path());
   for (const pages::RunData& run : runs) {
     const fs::path own = runs.size() == 1 ? folder.path() : folder.path() / run.folder.filename();
     fs::create_directories(own);
@@ -129,7 +129,7 @@ int make_report(ReportRequest& request) {
         "--plots svg",
         kConverter);
   if (!request.plots.empty()) {
-    const OutFolder out(request, {}, {.replaces = true});
+    const OutFolder out(request, {}, OutUse::result);
     {
       ProgressLine progress("report");
       make_plots(read_runs(request, progress), request, out);

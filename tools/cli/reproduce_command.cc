@@ -13,12 +13,12 @@ namespace {
 constexpr const char* kReproduceExamples = R"(Examples:
   gaitslam reproduce --jobs 2                      # ten seeds; the page is results/paper/index.html
   gaitslam reproduce --seeds 1..3 --out DIR
-All results are kept in the folder. Rerun the command to resume after an interruption.)";
+All results are kept in the folder. Rerun the command to resume after an interruption; --force replaces those of other programs.)";
 
 struct ReproduceRequest {
   std::optional<std::string> seeds;
   Backend backend;
-  bool cached = false;
+  bool cached = false, force = false;
   fs::path out = "results/paper", scenarios = standard_models().parent_path() / "scenarios";
 };
 
@@ -41,15 +41,13 @@ std::vector<ResultJob> plan(const ReproduceRequest& request) {
 bool run_jobs(std::vector<ResultJob> jobs, bool replay, const ReproduceRequest& request,
               const OutFolder& out) {
   std::erase_if(jobs, [&](const ResultJob& job) { return job.recording.has_value() != replay; });
-  make_results(jobs, out,
-               {.models = standard_models(),
-                .title = replay ? "reproduce: replays" : "reproduce: walks",
-                .backend = request.backend,
-                .cached = request.cached,
-                .counts_older = true,
-                .keeps_other_seeds = true});
-  return std::all_of(jobs.begin(), jobs.end(),
-                     [&](const ResultJob& job) { return result::is_result(out.path() / job.result()); });
+  return std::ranges::all_of(make_results(jobs, out,
+                                          {.models = standard_models(),
+                                           .title = replay ? "reproduce: replays" : "reproduce: walks",
+                                           .backend = request.backend,
+                                           .cached = request.cached,
+                                           .force = request.force}),
+                             &ResultEnd::finished);
 }
 
 pages::PaperRuns read_results(const std::vector<ResultJob>& jobs, const fs::path& out) {
@@ -66,12 +64,12 @@ pages::PaperRuns read_results(const std::vector<ResultJob>& jobs, const fs::path
 int reproduce(ReproduceRequest& request) {
   require_simulator();
   const std::vector<ResultJob> jobs = plan(request);
-  const OutFolder out({}, request.out, {.names = {"index.html"}, .continues = true});
+  const OutFolder out({}, request.out, OutUse::adds_results);
   bool all_there = run_jobs(jobs, false, request, out);
   all_there &= run_jobs(jobs, true, request, out);
   const pages::PaperRuns runs = read_results(jobs, request.out);
   const fs::path page = request.out / "index.html";
-  files::write_output(page, pages::paper_page(runs, kRevision));
+  files::write_atomically(page, pages::paper_page(runs, kRevision));
   for (const pages::PaperRow& row : pages::paper_rows(runs))
     std::cout << fmt::format("{}\n  paper  {}\n  bench  {}\n         {}\n", row.what, row.paper, row.bench,
                              row.agreement);
@@ -89,6 +87,7 @@ void add_reproduce(CLI::App& app, int& exit_code) {
   add_backend_options(command, request.backend);
   add_cached(command, request.cached);
   command.add_option("--out", request.out, "folder for the page and all results")->capture_default_str();
+  command.add_flag("--force", request.force, "replace results of other settings or programs");
   command.add_option("--scenarios", request.scenarios, "folder of the scenarios of the experiments");
 }
 

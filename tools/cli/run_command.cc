@@ -19,9 +19,9 @@ constexpr const char* kRunExamples = R"(Examples:
   gaitslam run scenarios/tangent_circle.yaml seed=7 slam.gyro.sigma_rad_s=0.02 --out DIR
   gaitslam run scenarios/tangent_circle.yaml --seeds 1..5 --jobs 2 --without camera,slam
   gaitslam run scenarios/tangent_circle.yaml --view --control
-Results are written to results/<scenario>/seed-<n> or DIR/seed-<n>. An earlier result there moves to earlier-<n> when the
-new one is complete; nothing is removed. With --seeds, seeds are added to those with the same settings and program, and
-other results move to earlier-<n>. After an interruption, rerun the command to resume.
+Results are written to results/<scenario>/seed-<n> or DIR/seed-<n>. With --seeds, missing seeds are added, and those with
+the same settings and program are kept; after an interruption, rerun the command to resume. If a seed of the folder has other
+settings, the command ends with an error that names them. --force replaces a result when the new one is complete.
 Exit codes: 0 passed; 1 missed a limit; 2 wrong usage or configuration; 3 fell, collided, diverged or crashed. With several
 seeds, the highest counts.)";
 
@@ -79,37 +79,30 @@ int run_one(const scenario::ReadScenario& read, const RunRequest& request, const
   return exit_code;
 }
 
-/// True if the folder contains no results except those that the command adds to.
-bool only_beside(const fs::path& root, const std::vector<std::uint64_t>& beside) {
-  return !beside.empty() && result::seeds_in(root) == beside;
-}
-
 int run_seeds(const scenario::ReadScenario& read, const RunRequest& request) {
   for (const std::string& argument : request.changes.overrides)
     if (argument.starts_with("seed="))
       throw UsageError("--seeds: seed= is given as well, expected only one of them");
   const auto jobs = jobs_of_seeds({read, ""}, parse_seeds(*request.seeds));
-  const fs::path root = request.out ? fs::path(*request.out) : standard_folder(read);
-  const std::vector<std::uint64_t> beside = finished_beside(jobs, root, standard_models());
-  OutUse use = resumable(jobs, standard_models(), request.cached);
-  use.names = {"summary.json"};
-  use.continues = only_beside(root, beside);
-  const OutFolder out(request, root, use);
-  const auto ended =
+  const OutFolder out(request, standard_folder(read), OutUse::adds_results);
+  const fs::path& root = out.path();
+  const std::vector<std::uint64_t> beside =
+      seeds_beside(jobs.front(), root, standard_models(), request.force);
+  const auto ends =
       make_results(jobs, out,
                    {.models = standard_models(),
                     .title = fmt::format("{} seeds of {}", jobs.size(), read.scenario.name),
                     .backend = {.name = request.backend,
                                 .jobs = request.jobs.value_or(request.backend == "slurm" ? 0 : 1)},
                     .cached = request.cached,
-                    .kept_seeds = beside});
-  std::vector<result::SeedScore> scores = read_scores(jobs, ended, root);
+                    .force = request.force});
+  std::vector<result::SeedScore> scores = read_scores(jobs, ends, root);
   for (const std::uint64_t seed : beside)
-    scores.push_back(result::read_result(root / fmt::format("seed-{}", seed)));
+    if (std::ranges::count(jobs, seed, &ResultJob::seed) == 0)
+      scores.push_back(result::read_result(root / fmt::format("seed-{}", seed)));
   std::ranges::sort(scores, {}, &result::SeedScore::seed);
   const result::Summary summary = result::summarize(read.scenario, scores);
   result::write_summary(root / "summary.json", summary);
-  out.finished();
   const int exit_code = result::exit_code(summary);
   if (output() == Output::json) print_outcome(exit_code, root, {{"summary", result::to_json(summary)}});
   text_out() << result::summary_table(summary, {colors(), request.all_metrics}) << "results in "
@@ -128,11 +121,10 @@ int run(RunRequest& request) {
   require_models(read, standard_models());
   if (request.seeds) check_start(read, standard_models());  // once, so that errors name the given file
   if (request.seeds) return run_seeds(read, request);
-  const std::vector<ResultJob> jobs{{read, ""}};
-  const fs::path root = request.out ? fs::path(*request.out) : standard_folder(read);
-  const OutFolder out(request, root,
-                      {.results = {jobs.front().result()},
-                       .continues = only_beside(root, finished_beside(jobs, root, standard_models()))});
+  const ResultJob job{read, ""};
+  const OutFolder out(request, standard_folder(read), OutUse::adds_result);
+  require_new_result(out.path() / job.result(), request.force);
+  seeds_beside(job, out.path(), standard_models(), request.force);
   return run_one(read, request, out.path());
 }
 
@@ -227,10 +219,9 @@ int list(CleanRequest&) {
 int clean(CleanRequest& request) {
   const Cache cache(recording::cache_place());
   const Cache::Cleaned cleaned = cache.clean(static_cast<std::uintmax_t>(request.gigabytes * kGigabyte));
-  std::cout << fmt::format(
-      "{} removed, {:.2f} GB; {} kept because they are in use or contain files that gaitslam did not make\n",
-      files::counted(cleaned.removed, "recording"), static_cast<double>(cleaned.bytes) / kGigabyte,
-      cleaned.kept);
+  std::cout << fmt::format("{} removed, {:.2f} GB; {} kept because they are in use\n",
+                           files::counted(cleaned.removed, "recording"),
+                           static_cast<double>(cleaned.bytes) / kGigabyte, cleaned.kept);
   return 0;
 }
 

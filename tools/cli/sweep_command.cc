@@ -15,7 +15,7 @@ namespace cli {
 namespace {
 
 struct TrialsRequest {
-  fs::path jobs;
+  fs::path jobs, records;
   BatchMember batch;
 };
 
@@ -34,12 +34,15 @@ int run_listed(TrialsRequest& request) {
     loaded = name;
     return recording;
   };
-  for (const Job& job : jobs_in(request.jobs)) {
-    std::cout << kBegin << job.key << std::endl;
-    const trials::Task task{job.key, job.seed, job.scenario, job.folder};
-    std::cout << to_line(run_task(task, [&](const auto& read) { return recording_of(job.folder, read); }))
-              << std::endl;
+  ProgressLine progress("trials");
+  std::vector<JobRecord> records;
+  const std::vector<Job> jobs = jobs_in(request.jobs);
+  for (const Job& job : jobs) {
+    const trials::Task task{job.key, job.seed, job.scenario, job.recording};
+    records.push_back(run_task(task, [&](const auto& read) { return recording_of(job.recording, read); }));
+    progress.show(static_cast<double>(records.size()) / static_cast<double>(jobs.size()));
   }
+  files::write_atomically(request.records, result::to_lines(records));
   return 0;
 }
 
@@ -55,9 +58,9 @@ trials::RunTasks in_processes(const std::string& title, const Backend& backend) 
                         .words = {"trials"},
                         .batched = true,
                         .scenario = task.scenario,
-                        .folder = task.recording});
+                        .recording = task.recording});
     run_jobs(jobs, backend, fmt::format("{}, {} trials", title, jobs.size()),
-             [&](const JobRecord& record) { log.add(record); });
+             [&](const std::vector<JobRecord>& records) { log.add(records); });
   };
 }
 
@@ -143,12 +146,6 @@ bool is_of_another(const fs::path& log, const Sweep& sweep) {
   return end != text.npos && text.substr(0, end) != sweep.purpose;
 }
 
-bool is_complete(const fs::path& log, const Sweep& sweep) {
-  if (!fs::exists(log)) return false;
-  const auto records = result::read_job_log(log, sweep.purpose);
-  return std::ranges::all_of(sweep.keys, [&](const std::string& key) { return records.contains(key); });
-}
-
 /// Returns the tasks without a record in the log, ordered by recording.
 std::vector<trials::Task> tasks_left(const Sweep& sweep, const result::JobLog& log) {
   std::vector<std::size_t> order;
@@ -175,8 +172,8 @@ void write_scenarios(const Sweep& sweep, const fs::path& folder) {
 int finish(const Sweep& sweep, const result::JobLog& log, const fs::path& out) {
   const trials::RecordOf record = [&](std::size_t i) { return log.find(sweep.keys[i]); };
   const auto [csv, jsonl] = trials::scores(sweep.plan, record);
-  files::write_output(out / "scores.csv", csv);
-  files::write_output(out / "scores.jsonl", jsonl);
+  files::write_atomically(out / "scores.csv", csv);
+  files::write_atomically(out / "scores.jsonl", jsonl);
   std::cout << trials::sweep_table(sweep.plan, record);
   std::map<std::string, int> causes;
   for (std::size_t i = 0; i < sweep.keys.size(); ++i) {
@@ -208,28 +205,30 @@ int sweep(SweepRequest& request) {
     list_configurations(sweep.plan);
     return 0;
   }
-  const OutFolder folder(request, standard,
-                         {.names = {"trials.jsonl", "scores.csv", "scores.jsonl", "scenarios", "slurm"},
-                          .continues = fs::exists(log_file)});
+  const OutFolder folder(request, standard, OutUse::adds_results);
   const fs::path& out = folder.path();
-  if (request.force && (is_other || is_complete(log_file, sweep))) {
+  if (is_other) {
     clear_spool(out / "slurm");
-    files::set_aside(out, {"trials.jsonl"});  // the scores stay until new ones replace them
+    fs::remove(log_file);  // the scores stay until new ones replace them
   }
   write_scenarios(sweep, out / "scenarios");
-  result::JobLog log(log_file, sweep.purpose);
+  auto log = std::make_optional<result::JobLog>(log_file, sweep.purpose);
+  if (request.force && tasks_left(sweep, *log).empty()) {
+    fs::remove(log_file);
+    log.emplace(log_file, sweep.purpose);
+  }
   Backend backend = request.backend;
   backend.spool = out / "slurm";
-  const std::vector<trials::Task> left = tasks_left(sweep, log);
-  if (log.size() > 0) std::cout << fmt::format("{} finished before\n", files::counted(log.size(), "trial"));
+  const std::vector<trials::Task> left = tasks_left(sweep, *log);
+  if (log->size() > 0) std::cout << fmt::format("{} finished before\n", files::counted(log->size(), "trial"));
   if (!left.empty()) {
     std::vector<scenario::ReadScenario> missing;
     for (const std::string& key : sweep.missing) missing.push_back(sweep.scenario_of.at(key));
     recordings.make(missing, backend);  // the trials of a failed recording report it
-    in_processes("sweep " + sweep.plan.name, backend)(left, log);
+    in_processes("sweep " + sweep.plan.name, backend)(left, *log);
   }
-  log.sort();
-  return finish(sweep, log, out);
+  log->sort();
+  return finish(sweep, *log, out);
 }
 
 constexpr const char* kTuneExamples = R"(Examples:
@@ -278,10 +277,7 @@ std::vector<recording::CachedRecording> cached_recordings(trials::Spec& spec, co
 int tune_by(TuneRequest& request) {
   trials::Spec spec = trials::read_spec(request.spec);
   const fs::path standard = fs::path("results") / ("tune-" + spec.name);
-  const OutFolder folder(
-      request, standard,
-      {.names = {"trials.jsonl", "history.csv", "tune.json", "best.yaml", "report.html", "slurm"},
-       .continues = true});
+  const OutFolder folder(request, standard, OutUse::adds_results);
   const fs::path& out = folder.path();
   Backend backend = request.backend;
   backend.spool = out / "slurm";
@@ -299,7 +295,7 @@ int tune_by(TuneRequest& request) {
     result = trials::tune(spec, out, run_trials, program_identity(),
                           [&](double part, const std::string& at) { progress.show(part, at); });
   }
-  files::write_output(out / "report.html", pages::tune_page(out));
+  files::write_atomically(out / "report.html", pages::tune_page(out));
   std::cout << result.text << "results in " << out.string() << '\n';
   if (!result.accepted)
     std::cerr << fmt::format("gaitslam: rejected: {}; best.yaml was not written\n", result.judgment);
@@ -338,6 +334,7 @@ void add_trials(CLI::App& app, int& exit_code) {
   auto [command, request] = add_command(app, exit_code, "trials", "Run the trials of a file", "", run_listed);
   command.group("");
   command.add_option("jobs", request.jobs)->required();
+  command.add_option("records", request.records)->required();
   add_batch_member(command, request.batch);
 }
 

@@ -175,7 +175,7 @@ class Exported : public testing::Test {
 
   fs::path made(const std::string& format) const {
     const fs::path out = folder_ / format;
-    export_run(run_, format, out, files::Existing::replace);
+    export_run(run_, format, out);
     return out;
   }
 

@@ -3,6 +3,7 @@
 #include <signal.h>
 #include <sys/ptrace.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 
 #include "tests/sim/files/temporary_folder.h"
@@ -58,7 +59,7 @@ TEST(AtomicFolder, AppearsOnlyOnCommit) {
   const TemporaryFolder folder;
   { write_text(AtomicFolder(folder / "result").path() / "a", "x"); }
   EXPECT_TRUE(fs::is_empty(folder.path())) << "without commit";
-  AtomicFolder result(folder / "parents/too/result");
+  AtomicFolder result(folder / "parents/too/result/");  // a trailing slash means the same folder
   write_text(result.path() / "score.json", "{}");
   EXPECT_FALSE(fs::exists(folder / "parents/too/result"));
   EXPECT_EQ(result.path().parent_path(), folder / "parents/too") << "on the same file system";
@@ -68,104 +69,118 @@ TEST(AtomicFolder, AppearsOnlyOnCommit) {
   EXPECT_THAT(names(folder / "parents/too"), testing::ElementsAre("result"));
 }
 
-TEST(AtomicFolder, DoesNotOverwriteWhatAppearedMeanwhile) {
+TEST(AtomicFolder, DoesNotOverwriteWhatAUserMadeMeanwhile) {
   const TemporaryFolder folder;
   AtomicFolder result(folder / "result");
   fs::create_directory(folder / "result");
-  write_text(folder / "result/other", "of another run");
-  EXPECT_THAT(error_of([&] { result.commit(); }), HasSubstr("result: already exists"));
-  EXPECT_EQ(read_text(folder / "result/other"), "of another run");
+  write_text(folder / "result/other", "mine");
+  EXPECT_THAT(error_of([&] { result.commit(); }), HasSubstr("result: cannot be written: "));
+  EXPECT_EQ(read_text(folder / "result/other"), "mine");
 }
 
-// Runs `work` in a child process that is killed before or after one of its system calls (two stops per call,
-// counted from 0). Returns false if it had ended by then.
-template <typename Work>
-bool killed_at(int stop, Work work) {
-  const pid_t child = fork();
-  if (child == 0) {
-    ptrace(PTRACE_TRACEME, 0, nullptr, nullptr);
-    raise(SIGSTOP);
-    work();
-    _exit(0);
+/// A child process that stops at each system call.
+class Traced {
+ public:
+  explicit Traced(const auto& work) : child_(fork()) {
+    if (child_ == 0) {
+      ptrace(PTRACE_TRACEME, 0, nullptr, nullptr);
+      raise(SIGSTOP);
+      work();
+      _exit(0);
+    }
+    waitpid(child_, nullptr, 0);
+    ptrace(PTRACE_SETOPTIONS, child_, nullptr, PTRACE_O_TRACESYSGOOD);
   }
-  int status = 0;
-  waitpid(child, &status, 0);
-  for (int k = 0; k <= stop; ++k) {
-    if (ptrace(PTRACE_SYSCALL, child, nullptr, nullptr) != 0) throw std::runtime_error("cannot be traced");
-    waitpid(child, &status, 0);
-    if (WIFEXITED(status)) return false;
+  ~Traced() {
+    kill(child_, SIGKILL);
+    waitpid(child_, nullptr, 0);
   }
-  kill(child, SIGKILL);
-  waitpid(child, &status, 0);
+  /// Continues to the beginning or the end of a system call. Returns the call at its beginning, -1 at its
+  /// end, and nothing if the process has ended.
+  std::optional<long> next() {
+    if (ptrace(PTRACE_SYSCALL, child_, nullptr, nullptr) != 0) throw std::runtime_error("cannot be traced");
+    int status = 0;
+    waitpid(child_, &status, 0);
+    __ptrace_syscall_info info{};
+    if (WIFEXITED(status)) return std::nullopt;
+    ptrace(PTRACE_GET_SYSCALL_INFO, child_, sizeof info, &info);
+    return info.op == PTRACE_SYSCALL_INFO_ENTRY ? static_cast<long>(info.entry.nr) : -1;
+  }
+
+ private:
+  pid_t child_;
+};
+
+/// Runs `work` in a process that is killed before or after one of its system calls (two stops per call,
+/// counted from 0). Returns false if it had ended by then.
+bool killed_at(int stop, const auto& work) {
+  Traced traced(work);
+  for (int k = 0; k <= stop; ++k)
+    if (!traced.next()) return false;
   return true;
 }
 
-TEST(AtomicFile, WhenKilledAtAnySystemCallIsTheOldOrTheNewFile) {
-  const TemporaryFolder folder;
-  const std::string before = "before", after = "afterwards";
-  int old = 0, renewed = 0, left = 0;
-  for (int stop = 0;; ++stop) {
-    write_atomically(folder / "a.json", before);
-    EXPECT_THAT(names(folder.path()), testing::ElementsAre("a.json")) << "what a killed writer left is gone";
-    if (!killed_at(stop, [&] { write_atomically(folder / "a.json", after); })) break;
-    const std::string found = read_text(folder / "a.json");
-    EXPECT_TRUE(found == before || found == after) << "stop " << stop << ": " << found;
-    ++(found == after ? renewed : old);
-    left += names(folder.path()).size() > 1;
-  }
-  EXPECT_GT(old, 5);
-  EXPECT_GT(renewed, 1);
-  EXPECT_GT(left, 1);
+/// The system calls of `work` that change or flush files: w(rite), f(sync), s(yncfs), r(ename), u(nlink).
+/// Repeated ones appear once.
+std::string order_of(const auto& work) {
+  const std::map<long, char> letters{
+      {SYS_write, 'w'},     {SYS_writev, 'w'}, {SYS_fsync, 'f'},    {SYS_syncfs, 's'}, {SYS_rename, 'r'},
+      {SYS_renameat2, 'r'}, {SYS_unlink, 'u'}, {SYS_unlinkat, 'u'}, {SYS_rmdir, 'u'},  {SYS_renameat, 'r'}};
+  Traced traced(work);
+  std::string order;
+  while (const auto call = traced.next())
+    if (const auto found = letters.find(*call); found != letters.end() && !order.ends_with(found->second))
+      order += found->second;
+  return order;
 }
 
-// First without a folder, then with that of an earlier run: the folder is never incomplete or lost.
-TEST(AtomicFolder, WhenKilledAtAnySystemCallIsCompleteOrUnchanged) {
+// Otherwise, a power failure could leave the name without the content, or neither the old nor the new result.
+TEST(Publish, FlushesWhatWasWrittenRenamesItFlushesTheNameAndOnlyThenRemovesTheOldOne) {
+  const TemporaryFolder folder;
+  const auto write_file = [&] { write_atomically(folder / "a.json", "text"); };
+  for (const char* when : {"new", "replaced"}) EXPECT_EQ(order_of(write_file), "wfrf") << when;
+  const auto make = [&] {
+    AtomicFolder result(folder / "result");
+    write_text(result.path() / "a", "text");
+    result.commit();
+  };
+  EXPECT_EQ(order_of(make), "wsrf");
+  EXPECT_EQ(order_of(make), "wsrfu");
+}
+
+// First without a folder, then with that of an earlier run, which has its name or is .result.old.
+TEST(AtomicFolder, WhenKilledAtAnySystemCallLeavesACompleteResult) {
   for (const bool replaces : {false, true}) {
     const TemporaryFolder folder;
     const auto make = [&](const std::string& text) {
-      AtomicFolder result(folder / "result", Existing::replace);
+      AtomicFolder result(folder / "result");
       for (const char* name : {"a", "b", "c"}) write_text(result.path() / name, text);
       result.commit();
     };
-    int before = 0, after = 0;
+    std::map<std::string, int> found;
     for (int stop = 0;; ++stop) {
-      for (const std::string& name : names(folder.path())) fs::remove_all(folder / name);
-      if (replaces) make("old");
+      if (replaces) {
+        make("old");
+        EXPECT_THAT(names(folder.path()), testing::ElementsAre("result")) << "leftovers at stop " << stop;
+      } else {
+        for (const std::string& name : names(folder.path())) fs::remove_all(folder / name);
+      }
       if (!killed_at(stop, [&] { make("new"); })) break;
-      if (!replaces && !fs::exists(folder / "result")) {
-        ++before;
+      const bool named = fs::exists(folder / "result");
+      const fs::path result = folder / (named ? "result" : ".result.old");
+      if (!replaces && !named) {
+        ++found["none"];
         continue;
       }
-      const std::string of = read_text(folder / "result/a");
+      const std::string of = read_text(result / "a");
       EXPECT_TRUE(of == "new" || (replaces && of == "old")) << "stop " << stop << ": " << of;
-      EXPECT_THAT(names(folder / "result"), testing::UnorderedElementsAre("a", "b", "c", kMarker))
-          << "stop " << stop;
-      EXPECT_TRUE(has_marker(folder / "result")) << "stop " << stop;
-      for (const char* name : {"b", "c"})
-        EXPECT_EQ(read_text(folder / "result" / name), of) << "stop " << stop;
-      ++(of == "new" ? after : before);
-      remove_leftovers(folder.path());
-      if (replaces && of == "new") {
-        EXPECT_EQ(read_text(folder / "earlier-1/result/c"), "old") << "stop " << stop;
-      }
+      EXPECT_THAT(names(result), testing::UnorderedElementsAre("a", "b", "c", kMarker)) << "stop " << stop;
+      for (const char* name : {"b", "c"}) EXPECT_EQ(read_text(result / name), of) << "stop " << stop;
+      ++found[named ? of : "aside"];
     }
-    EXPECT_GT(before, 10);
-    EXPECT_GT(after, 1);
-    killed_at(before - 1, [&] { make("new"); });
-    EXPECT_THAT(names(folder.path()), testing::Contains(".result.partial"));
-    make("last");
-    EXPECT_THAT(names(folder.path()), testing::Not(testing::Contains(".result.partial")));
-  }
-}
-
-// What a process leaves behind when it is killed just before its folder gets its name.
-TEST(AtomicFolder, ACompleteLeftoverGetsItsNameOrIsSetAside) {
-  const TemporaryFolder folder;
-  for (const char* at : {"result", "earlier-1/result"}) {
-    { AtomicFolder(folder / "x").commit(); }
-    fs::rename(folder / "x", folder / ".result.partial");
-    remove_leftovers(folder.path());
-    EXPECT_TRUE(has_marker(folder / at)) << at;
+    EXPECT_GT(found[replaces ? "old" : "none"], 10);
+    EXPECT_GT(found["new"], 1);
+    EXPECT_EQ(found["aside"], replaces ? 2 : 0) << "after one rename and before the next";
   }
 }
 
@@ -175,7 +190,7 @@ TEST(AtomicFolder, ASecondProcessIsRejectedAndTheFirstIsLeftAlone) {
   write_text(first.path() / "a", "x");
   const pid_t second = fork();
   if (second == 0) {
-    const std::string error = error_of([&] { AtomicFolder(folder / "result", Existing::replace); });
+    const std::string error = error_of([&] { AtomicFolder(folder / "result"); });
     _exit(error.find("is being written by another process") == error.npos);
   }
   int status = 0;
@@ -188,96 +203,43 @@ TEST(AtomicFolder, ASecondProcessIsRejectedAndTheFirstIsLeftAlone) {
 
 TEST(AtomicFolder, LeftoversAreRemovedUnlessTheyCannotBeLocked) {
   const TemporaryFolder folder;
-  fs::create_directory(folder / ".a.partial");
-  write_text(folder / ".a.partial" / kMarker, "");
+  mark_folder(folder / ".a.partial");
   fs::permissions(folder / ".a.partial" / kMarker, fs::perms::none);
   fs::permissions(folder.path(), fs::perms::all);
   const AsUser user;
-  fs::create_directory(folder / ".b.partial");
-  write_text(folder / ".b.partial" / kMarker, "");
+  for (const char* name : {".b.partial", ".c.old", "d.old", ".e"}) mark_folder(folder / name);
   remove_leftovers(folder.path());
-  EXPECT_THAT(names(folder.path()), testing::ElementsAre(".a.partial"));
+  EXPECT_THAT(names(folder.path()), testing::UnorderedElementsAre(".a.partial", "d.old", ".e"));
 }
 
-class Replaced : public testing::Test {
- protected:
-  // Makes a folder as the program does.
-  void make(const std::string& text = "made") const {
-    AtomicFolder result(folder_ / "result/", Existing::replace);  // a trailing slash means the same folder
-    write_text(result.path() / "score.json", text);
-    result.commit();
-  }
-  void write(const std::string& name, const std::string& text = "mine") const {
-    fs::create_directories((folder_ / name).parent_path());
-    write_text(folder_ / name, text);
-  }
-  std::string text(const std::string& name) const { return read_text(folder_ / name); }
-  const TemporaryFolder folder_;
-};
-
-TEST_F(Replaced, AFolderMovesAsideWithWhatTheUserAdded) {
-  make();
-  EXPECT_THAT(error_of([&] { AtomicFolder rejected(folder_ / "result"); }), HasSubstr("already exists"));
-  write("result/notes.txt");
-  write("result/score.json", "edited");
-  make("again");
-  make("thrice");
-  EXPECT_EQ(text("result/score.json"), "thrice");
-  EXPECT_EQ(text("earlier-1/result/score.json"), "edited");
-  EXPECT_EQ(text("earlier-1/result/notes.txt"), "mine");
-  EXPECT_EQ(text("earlier-2/result/score.json"), "again");
-  AtomicFolder result(folder_ / "result", Existing::replace);
-  fs::remove_all(folder_ / "result");
-  write("result/letter.txt");  // appears meanwhile
-  result.commit();
-  EXPECT_EQ(text("earlier-3/result/letter.txt"), "mine");
-}
-
-TEST_F(Replaced, WhatTheProgramDidNotMakeIsRejected) {
-  write("precious/letter.txt");
-  write("marker", "# Made by gaitslam");
-  const auto link = [&](const char* to, const char* name) {
-    fs::create_symlink(folder_ / to, folder_ / name);
+TEST(AtomicFolder, ReplacesOnlyEmptyAndMarkedFolders) {
+  const TemporaryFolder folder;
+  const auto write = [&](const std::string& name) {
+    fs::create_directories((folder / name).parent_path());
+    write_text(folder / name, "mine");
   };
+  const auto link = [&](const char* to, const char* name) { fs::create_symlink(folder / to, folder / name); };
+  write("precious/letter.txt");
+  write("marker");
   for (const auto& [made, why] : std::vector<std::pair<std::function<void()>, std::string>>{
-           {[&] { write("result/letter.txt"); }, "result: was not created by gaitslam"},
-           {[&] { write("result/.gaitslam", "score.json\n"); }, "result: was not created by gaitslam"},
-           {[&] { fs::create_directory(folder_ / "result"), link("marker", "result/.gaitslam"); },
+           {[&] { write("result/letter.txt"); }, "result: was not created by gaitslam: move it away"},
+           {[&] { fs::create_directory(folder / "result"), link("marker", "result/.gaitslam"); },
             "result: was not created by gaitslam"},
            {[&] { link("precious", "result"); }, "result: is a symbolic link"},
-           {[&] { write("result"); }, "result: is a file"},
-           {[&] { write(".result.partial/letter.txt"); }, ".result.partial: was not created by gaitslam"}}) {
+           {[&] { write("result"); }, "result: is a file"}}) {
     made();
-    EXPECT_THAT(error_of([&] { make(); }), HasSubstr(why));
-    EXPECT_FALSE(fs::exists(folder_ / "result/score.json"));
-    fs::remove_all(folder_ / "result");
+    EXPECT_THAT(error_of([&] { AtomicFolder result(folder / "result"); }), HasSubstr(why));
+    EXPECT_THAT(error_of([&] { mark_folder(folder / "result"); }), HasSubstr(why));
+    fs::remove_all(folder / "result");
   }
-  EXPECT_EQ(text("precious/letter.txt"), "mine");
-  fs::remove_all(folder_ / ".result.partial");
-  fs::create_directory(folder_ / "result");
-  make();
-  EXPECT_TRUE(has_marker(folder_ / "result")) << "an empty folder is replaced";
-}
-
-TEST_F(Replaced, OutputsAreClaimedUnlessTheUserHasThemAndMoveAsideTogether) {
-  const fs::path root = folder_ / "root";
-  write("root/summary.json");
-  EXPECT_THAT(
-      error_of([&] {
-        claim_outputs(root, {"index.html", "summary.json"});
-      }),
-      HasSubstr("root/summary.json: was not created by gaitslam, which would replace it: move it away"));
-  EXPECT_FALSE(has_marker(root));
-  claim_outputs(root, {"index.html"});
-  claim_outputs(root, {"summary.json"});
-  write_output(root / "index.html", "made");
-  write_output(root / "index.html", "made");
-  EXPECT_FALSE(fs::exists(root / "earlier-1")) << "the same content";
-  write_output(root / "summary.json", "made");
-  EXPECT_EQ(text("root/earlier-1/summary.json"), "mine");
-  EXPECT_EQ(set_aside(root, {"index.html", "summary.json", "none"}), root / "earlier-2");
-  EXPECT_EQ(text("root/earlier-2/index.html"), "made");
-  EXPECT_EQ(set_aside(root, {"index.html", "none"}), std::nullopt);
+  write(".result.partial/letter.txt");
+  EXPECT_THAT(error_of([&] { AtomicFolder result(folder / "result"); }),
+              HasSubstr(".result.partial: was not created by gaitslam"));
+  EXPECT_EQ(read_text(folder / "precious/letter.txt"), "mine");
+  EXPECT_EQ(read_text(folder / ".result.partial/letter.txt"), "mine");
+  fs::create_directory(folder / "empty");
+  AtomicFolder(folder / "empty").commit();
+  EXPECT_TRUE(has_marker(folder / "empty"));
 }
 
 }  // namespace

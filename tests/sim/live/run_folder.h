@@ -15,7 +15,7 @@ class RunFolder : public testing::Test {
     return sim::scenario::read_scenario_text(text, "walk.yaml", {overrides, without});
   }
   sim::result::ResultPlace place(const std::string& name, const std::string& models = kModels) const {
-    return {folder_ / name, sim::files::Existing::reject, models, "1", "test", {}};
+    return {folder_ / name, models, "1", "test", {}};
   }
   sim::result::Outcome run(const std::string& name, const sim::scenario::ReadScenario& scenario,
                            int threads = 1) const {

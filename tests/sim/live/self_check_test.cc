@@ -16,7 +16,7 @@ camera: {}
 )";
 
 sim::result::ResultPlace place(const fs::path& folder) {
-  return {folder, files::Existing::reject, fs::path(GAITSLAM_SOURCE_DIR) / "models", "1", "", {}};
+  return {folder, fs::path(GAITSLAM_SOURCE_DIR) / "models", "1", "", {}};
 }
 
 const fs::path kFolder = fs::temp_directory_path() / ("gaitslam self check " + std::to_string(getpid())),

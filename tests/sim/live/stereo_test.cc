@@ -24,7 +24,7 @@ errors: {image: {read_sigma_gray: 0, shot_sigma_gray: 0}}
 TEST_F(StereoExport, OpenCvsMatcherMeasuresTheDepthOfTheOfficeAndRevealsAWrongBaseline) {
   run("run", read(kStand));
   const auto e = folder_ / "e";
-  sim::exports::export_run({folder_ / "run", "stereo", 1, {}}, "openvins", e, sim::files::Existing::reject);
+  sim::exports::export_run({folder_ / "run", "stereo", 1, {}}, "openvins", e);
   const std::string file = "data/1000000000000000000.png", names[] = {"cam0", "cam1"};
   const cv::Mat true_mm = cv::imread(folder_ / "run/recording/mav0/depth0" / file, cv::IMREAD_UNCHANGED);
   const cv::FileStorage chain(e / "kalibr_imucam_chain.yaml", cv::FileStorage::READ);
@@ -85,7 +85,7 @@ TEST_F(StereoExport, TheRobotsFrameTreeReachesEachSensorWhereItIsMounted) {
   const auto e = folder_ / "e";
   sim::exports::ExportedRun mounts{folder_ / "run", "mounts", 1, {}};
   mounts.robot = sim::view::robot_description(scenario.scenario, kModels);
-  sim::exports::export_run(mounts, "mcap", e, sim::files::Existing::reject);
+  sim::exports::export_run(mounts, "mcap", e);
   const auto setup = sim::recording::RecordingReader(folder_ / "run/recording").setup();
   nlohmann::json sensors;
   const auto add = [&](const std::string& frame, const Eigen::Matrix4d& X) {

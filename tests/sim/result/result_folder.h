@@ -7,16 +7,14 @@
 
 namespace tests {
 
-/// Relative path -> content of every file below a folder, except timing.* and those in `without`. The marker
-/// is read without the lines about the recording, which a replay does not have.
+/// Relative path -> content of every file below a folder, except timing.* and those in `without`.
 inline std::map<std::string, std::string> files(const std::filesystem::path& folder,
                                                 const std::string& without = "-") {
   std::map<std::string, std::string> contents;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     const std::string name = std::filesystem::relative(entry.path(), folder), last = entry.path().filename();
     if (!entry.is_regular_file() || last.starts_with("timing.") || name.starts_with(without)) continue;
-    for (const std::string& line : sim::files::lines_of(sim::files::read_text(entry.path())))
-      if (last != ".gaitslam" || !line.starts_with("recording/")) contents[name] += line + "\n";
+    contents[name] = sim::files::read_text(entry.path());
   }
   return contents;
 }

@@ -246,26 +246,13 @@ TEST_F(ScoreFile, DetailsContainTheCauseAndTheLastLinesOfTheLog) {
 }
 
 TEST_F(ScoreFile, AWrongTypeIsReportedWithItsKey) {
-  const std::string limits = "\"limits\"", tracking = "\"tracking\": {", more = "}, \"limits\"";
   for (const auto& [from, to, complaint] : std::vector<std::array<std::string, 3>>{
-           {"\"walk\"", "1", "scenario: expected text, found number"},
-           {"3", "\"3\"", "seed: expected a whole number from 0, found string"},
-           {"\"completed\"", "[]", "ending: expected text, found array"},
            {"\"completed\"", "\"done\"", "ending: is 'done', expected one of completed, fell"},
            {"0.25, \"unit\"", "\"0.25\", \"unit\"", "metrics.rmse_m.value: expected a number, found string"},
-           {"\"m\"", "null", "metrics.rmse_m.unit: expected text, found null"},
-           {"\"no loop\"", "0", "metrics.loop_closed.reason: expected text, found number"},
-           {"\"at_most\": 0.5", "\"at_most\": {}", "limits[0].at_most: expected a number, found object"},
            {"\"at_most\": 0.5", "\"a\": 1", "limits[0].at_least: is missing"},
-           {"true", "1", "limits[0].passed: expected true or false, found number"},
            {"[{", "{\"a\": [{", ": is not JSON, or cut off here"},
-           {limits, "\"tracking\": 5, \"limits\"", "tracking: expected an object"},
-           {limits, tracking + R"("lost": {"a": {}})" + more, "tracking.lost: expected a list"},
-           {limits, tracking + R"("lost": [1])" + more, "tracking.lost[0]: expected an object"},
-           {limits, tracking + R"("suspect": [{"from_s": "x", "cause": ""}])" + more,
-            "tracking.suspect[0].from_s: expected a number"},
-           {limits, tracking + R"("suspect": [{"from_s": 1, "cause": 3}])" + more,
-            "tracking.suspect[0].cause: expected text"}})
+           {"\"limits\"", R"("tracking": {"suspect": [{"from_s": "x", "cause": ""}]}, "limits")",
+            "tracking.suspect[0].from_s: expected a number"}})
     EXPECT_THAT(files::error_of([&, from = from, to = to] { table(from, to); }), HasSubstr(complaint)) << to;
   files::write_text(folder_ / "timing.json", R"({"frame_cpu_ms_median": "fast", "frame_cpu_ms_p99": 1})");
   EXPECT_THAT(files::error_of([&] { table(); }),
@@ -285,14 +272,8 @@ TEST_F(ScoreFile, MissingEntriesOfAboutAreEmptyAndAWrongTypeIsReportedWithItsKey
   EXPECT_EQ(about.program, "");
   EXPECT_THAT(files::error_of([&] { read("{}"), read_about_of_walk(folder_ / "about.json"); }),
               HasSubstr("about.json: walk_ending: is missing"));
-  for (const auto& [text, complaint] :
-       {std::pair{R"({"program": 1})", "about.json: program: expected text, found number"},
-        {R"({"seed": -1})", "about.json: seed: expected a whole number from 0, found number"},
-        {R"({"set_by": []})", "about.json: set_by: expected an object, found array"},
-        {R"({"set_by": {"seed": 1}})", "about.json: set_by.seed: expected text, found number"},
-        {R"({"recording_xxh3_128": {}})", "about.json: recording_xxh3_128: expected text, found object"},
-        {"[]", "about.json: expected a JSON object"}})
-    EXPECT_THAT(files::error_of([&, file = text] { read(file); }), HasSubstr(complaint));
+  EXPECT_THAT(files::error_of([&] { read(R"({"set_by": {"seed": 1}})"); }),
+              HasSubstr("about.json: set_by.seed: expected text, found number"));
 }
 
 TEST(TrackedFiles, TextsOfAFrameRoundTrip) {

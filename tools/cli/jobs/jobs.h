@@ -16,14 +16,10 @@ namespace cli {
 class TemporaryFolder {
  public:
   TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  fs::path operator/(const std::string& name) const { return path_ / name; }
+  fs::path operator/(const std::string& name) const { return folder_.path() / name; }
 
  private:
-  fs::path path_;
-  std::optional<files::FileLock> lock_;
+  files::AtomicFolder folder_;  ///< never committed
 };
 
 /// Makes the kernel kill this process when its parent ends; for processes started with --die-with-parent.
@@ -32,27 +28,26 @@ void die_with(pid_t parent);
 /// Placeholder in a job's command line for the file with its scenario.
 inline constexpr const char* kScenarioFile = "{scenario}";
 
-/// A command line of this program, without its name, that accepts --die-with-parent.
+/// A command line of this program, without its name, that accepts --die-with-parent. Its process leaves one
+/// result, which appears by renaming.
 struct Job {
   std::string key;  ///< changes if anything changes that the job depends on
   std::uint64_t seed = 0;
   std::vector<std::string> words;
-  /// The command line gets one more argument, a file of jobs (jobs_in), and prints a record for each of them.
+  /// Several jobs share a process. Its command line gets two more arguments: a file of jobs (jobs_in), and
+  /// the file of records to write.
   bool batched = false;
   std::string scenario{};  ///< a YAML snapshot, so that later edits do not affect waiting jobs
   std::map<std::string, std::string, std::less<>> origin{};  ///< origins of the scenario's keys
-  fs::path folder{};  ///< the result that it makes; for a batched job, the recording that it reads
-  double cost = 1;    ///< relative to the other jobs, for the progress
+  fs::path recording{};  ///< the recording that a batched job reads; empty: one in the cache
+  double cost = 1;       ///< relative to the other jobs, for the progress
 };
 void write_jobs(const fs::path& file, const std::vector<Job>& jobs);
 std::vector<Job> jobs_in(const fs::path& file);
-/// Printed before each job by a process that runs a batch.
-inline constexpr std::string_view kBegin = "begin ";
 
 using result::JobRecord;
-/// Endings of a job's process: finished if it made the folder, else failed; the cause is its standard error.
-inline constexpr const char *kFinished = "finished", *kFailed = "failed";
-/// Returns the exit code of a job's process: 3 if a signal killed it, 0 if the job was not run.
+/// Returns the exit code of a job's process: 3 if a signal killed it, 0 if the job was not run. The record's
+/// cause is its standard error.
 int exit_code_of(const JobRecord& record);
 
 /// Throws files::DeviceError with the last line of a process that ended with kDeviceFailed.
@@ -60,8 +55,8 @@ int exit_code_of(const JobRecord& record);
 
 /// Called with the fraction of the work that is done, 0 to 1.
 using ShowPart = std::function<void(double)>;
-/// Called with each record as soon as a job has ended.
-using OnRecord = std::function<void(const JobRecord&)>;
+/// Called with the records of a process when it has ended.
+using OnRecords = std::function<void(const std::vector<JobRecord>&)>;
 
 struct Backend {
   std::string name = "local";
@@ -76,28 +71,29 @@ struct Backend {
 /// Runs the jobs with one progress line. If a batched job could not be run, it has no record, and the reason
 /// is printed on standard error. Throws UsageError.
 void run_jobs(const std::vector<Job>& jobs, const Backend& backend, const std::string& title,
-              const OnRecord& on_record);
+              const OnRecords& on_records);
 
-/// Runs the jobs in up to `processes` processes of this program, even if its file has been replaced.
-void run_here(const std::vector<Job>& jobs, int processes, const ShowPart& show, const OnRecord& on_record);
+/// Runs the jobs in up to `processes` processes of this program, even if its file has been replaced. Jobs of
+/// a process that failed run once more, each in its own process.
+void run_here(const std::vector<Job>& jobs, int processes, const ShowPart& show, const OnRecords& on_records);
 
 /// Runs the jobs as a job array. Elements take at least half a minute and are restarted if their node is
 /// lost. If this process is killed, the same call continues with the array.
 void run_on_slurm(std::vector<Job> jobs, const Backend& backend, const ShowPart& show,
-                  const OnRecord& on_record);
+                  const OnRecords& on_records);
 
 /// An element of a job array: the array's folder, and how many jobs each element runs.
 struct ElementRequest {
   fs::path folder;
   std::size_t each = 1;
 };
-/// Runs this array element's share of the jobs and logs the records. Returns the exit code.
+/// Runs this array element's share of the jobs and writes the records. Returns the exit code.
 int run_element(ElementRequest& request);
 
 /// Removes a job array that an earlier call left. Throws UsageError if it may still run.
 void clear_spool(const fs::path& spool);
 
-/// Maximum number of batched jobs per process: about half a minute, enough for an array element.
-inline constexpr std::size_t kMostOfBatch = 32;
+/// Maximum number of batched jobs per process: what a killed command loses.
+inline constexpr std::size_t kMostOfBatch = 8;
 
 }  // namespace cli

@@ -17,13 +17,6 @@ void report_damage(const std::string& what) {
   std::cerr << fmt::format("gaitslam: ignored a damaged recording in the cache: {}\n", what);
 }
 
-/// Returns an empty record if the file is missing or damaged; the result is then made again.
-result::About about(const fs::path& folder) try {
-  return result::read_about(folder / "about.json");
-} catch (const files::FileError&) {
-  return {};
-}
-
 /// Returns a key of everything that a result depends on.
 std::string key_of(const ResultJob& job, const std::string& models_hash, bool cached) {
   const std::string recording = job.recording ? fs::weakly_canonical(*job.recording).string() : "";
@@ -39,13 +32,12 @@ Job process_of(const ResultJob& job, const fs::path& out, const ResultOptions& o
               .words = job.command,
               .scenario = scenario::to_yaml(job.read.scenario),
               .origin = job.read.origin,
-              .folder = out / job.result(),
               .cost = job.cost};
   std::vector<std::string>& words = process.words;
   if (!job.command.empty())
     process.scenario.clear(), words.insert(words.end(), {"--out", out.string()});
   else if (job.recording)
-    words = {"replay",     job.recording->string(), "--out", process.folder.string(), "--scenario",
+    words = {"replay",     job.recording->string(), "--out", (out / job.result()).string(), "--scenario",
              kScenarioFile};
   else
     words = {"run", kScenarioFile, "--out", (out / job.folder).string()};
@@ -54,59 +46,64 @@ Job process_of(const ResultJob& job, const fs::path& out, const ResultOptions& o
   return process;
 }
 
-/// True if this program made the result from the job's scenario, seed, estimator files, and recording or
-/// models. If the sources were modified since the revision, file times are compared as well.
-bool is_finished(const fs::path& folder, const ResultJob& job, const std::string& models_hash) try {
-  if (!result::is_result(folder)) return false;
-  const result::About made = about(folder);
+std::string scenario_difference(const scenario::Scenario& there, const scenario::Scenario& here) {
+  const auto any = [](std::string_view key) { return key != "seed"; };
+  if (const auto key = scenario::first_difference(there, here, any))
+    return fmt::format("{} is {} there and {} here", key->key, key->recorded, key->now);
+  const auto key = scenario::first_difference(here, there, any);
+  return key ? fmt::format("{} is {} here and {} there", key->key, key->recorded, key->now)
+             : "its limits or name differ";
+}
+
+/// Returns what distinguishes a result from the one that the job would make; nothing if they are the same. If
+/// the sources were modified since the revision, the result must be newer than the program.
+std::optional<std::string> difference(const fs::path& folder, const ResultJob& job,
+                                      const std::string& models_hash) try {
+  const result::About made = result::read_about(folder / "about.json");
   const std::string revision = kRevision;
-  const bool exact = !revision.ends_with("+") && revision != "unknown";
-  if (made.seed != job.seed() ||
-      (!exact && fs::last_write_time(folder / "about.json") <= fs::last_write_time("/proc/self/exe")) ||
-      result::provenance_of(folder) !=
-          result::provenance_of(job.read.scenario, revision, job.recording ? made.models : models_hash))
-    return false;
-  const std::string recorded = job.recording ? about(*job.recording).recording : "";  // empty before the walk
-  return !job.recording || (!recorded.empty() && recorded == made.recording);
-} catch (const std::exception&) {  // incomplete
-  return false;
+  const result::Provenance there = result::provenance_of(folder),
+                           here = result::provenance_of(job.read.scenario, revision,
+                                                        job.recording ? made.models : models_hash);
+  const std::string recording =
+      job.recording ? result::read_about(*job.recording / "about.json").recording : made.recording;
+  if (there.scenario != here.scenario)
+    return scenario_difference(scenario::read_scenario(folder / "scenario.yaml").scenario, job.read.scenario);
+  for (const auto& [what, a, b] : {std::tuple("revision", there.revision, here.revision),
+                                   {"models' hash", there.models, here.models},
+                                   {"programs' hash", there.estimator_files, here.estimator_files},
+                                   {"recording's hash", made.recording, recording},
+                                   {"seed", std::to_string(made.seed), std::to_string(job.seed())}})
+    if (a != b) return fmt::format("its {} is {}, not {}", what, a, b);
+  if ((revision.ends_with("+") || revision == "unknown") &&
+      fs::last_write_time(folder / "about.json") <= fs::last_write_time("/proc/self/exe"))
+    return "another build made it";
+  return std::nullopt;
+} catch (const std::exception& damage) {
+  return damage.what();
 }
 
-/// Returns the indices of the jobs to run.
-std::vector<std::size_t> unfinished(const std::vector<ResultJob>& jobs, const OutFolder& out,
-                                    const ResultOptions& options, const std::string& models_hash) {
-  std::vector<std::size_t> left;
-  for (std::size_t i = 0; i < jobs.size(); ++i)
-    if (!(options.counts_older || (out.log() && out.log()->find(jobs[i].result()))) ||
-        !is_finished(out.path() / jobs[i].result(), jobs[i], models_hash))
-      left.push_back(i);
-  if (left.size() < jobs.size())
-    text_out() << files::counted(jobs.size() - left.size(), "result") << " finished before\n" << std::flush;
-  return left;
+/// Returns when a result was made.
+fs::file_time_type time_of(const fs::path& folder) {
+  std::error_code none;
+  return fs::last_write_time(folder / "about.json", none);
 }
 
-/// Sets aside outdated results, and those of seeds that are neither in the jobs nor to be kept.
-void move_stale_results(const std::vector<ResultJob>& jobs, const fs::path& out,
-                        std::map<std::string, std::vector<std::string>> stale, const ResultOptions& options) {
-  std::map<std::string, std::vector<std::uint64_t>> seeds;
-  for (const ResultJob& job : jobs) seeds[job.folder].push_back(job.seed());
-  for (auto& [folder, kept] : seeds) {
-    std::vector<std::string>& names = stale[folder];
-    kept.insert(kept.end(), options.kept_seeds.begin(), options.kept_seeds.end());
-    for (const std::uint64_t seed : result::seeds_in(out / folder))
-      if (!options.keeps_other_seeds && std::ranges::count(kept, seed) == 0)
-        names.push_back(fmt::format("seed-{}", seed));
-    if (const auto earlier = files::set_aside(out / folder, names))
-      text_out() << fmt::format("results of an earlier command are now in {}: {}\n", earlier->string(),
-                                fmt::join(names, ", "));
-    files::remove_leftovers(out / folder);  // of processes that crashed
-  }
+/// True if the same program makes the same result again, bit for bit.
+bool is_repeatable(const scenario::Scenario& scenario) {
+  using programs::Source;
+  return scenario.estimator.source == Source::built_in && scenario.controller.source == Source::built_in &&
+         scenario.estimator_time.model != scenario::TimeModel::measured;
 }
 
-void print_complaints(const std::vector<ResultJob>& jobs, const std::vector<JobRecord>& ended) {
+[[noreturn]] void fail_as_other(const fs::path& folder, const std::string& how) {
+  throw UsageError("{}: exists, but {}; --force replaces it, --out names another folder", folder.string(),
+                   how);
+}
+
+void print_complaints(const std::vector<ResultJob>& jobs, const std::vector<ResultEnd>& ends) {
   std::map<std::pair<std::string, std::string>, std::vector<std::uint64_t>> seeds;
   for (std::size_t i = 0; i < jobs.size(); ++i)
-    if (exit_code_of(ended[i]) > 1) seeds[{jobs[i].folder, ended[i].cause}].push_back(jobs[i].seed());
+    if (ends[i].exit_code > 1) seeds[{jobs[i].folder, ends[i].complaint}].push_back(jobs[i].seed());
   for (const auto& [what, of] : seeds)
     std::cerr << fmt::format("{}{}seed{} {}: {}", what.first, what.first.empty() ? "" : " ",
                              of.size() > 1 ? "s" : "", fmt::join(of, ", "), what.second);
@@ -114,15 +111,16 @@ void print_complaints(const std::vector<ResultJob>& jobs, const std::vector<JobR
 
 }  // namespace
 
-std::vector<std::uint64_t> finished_beside(const std::vector<ResultJob>& jobs, const fs::path& root,
-                                           const fs::path& models) {
+std::vector<std::uint64_t> seeds_beside(const ResultJob& job, const fs::path& root, const fs::path& models,
+                                        bool force) {
   const std::string models_hash = scenario::models_hash(models);
   std::vector<std::uint64_t> seeds = result::seeds_in(root);
   std::erase_if(seeds, [&](std::uint64_t seed) {
-    ResultJob beside = jobs.front();
+    ResultJob beside = job;
     beside.read.scenario.seed = seed;
-    return std::ranges::count(jobs, seed, &ResultJob::seed) > 0 ||
-           !is_finished(root / beside.result(), beside, models_hash);
+    const auto other = difference(root / beside.result(), beside, models_hash);
+    if (other && !force) fail_as_other(root / beside.result(), *other);
+    return other.has_value();
   });
   return seeds;
 }
@@ -173,11 +171,14 @@ std::vector<Recordings::Made> Recordings::make(const std::vector<scenario::ReadS
   }
   if (missing.empty()) return all;
   require_simulator();
-  run_jobs(missing, backend, fmt::format("{} recordings", missing.size()), [&](const JobRecord& record) {
-    const std::size_t i = index_of.at(record.key);
-    const auto found = find(scenarios[i].scenario);
-    all[i] = {found ? found->folder : fs::path(), true, record};
-  });
+  run_jobs(missing, backend, fmt::format("{} recordings", missing.size()),
+           [&](const std::vector<JobRecord>& records) {
+             for (const JobRecord& record : records) {
+               const std::size_t i = index_of.at(record.key);
+               const auto found = find(scenarios[i].scenario);
+               all[i] = {found ? found->folder : fs::path(), true, record};
+             }
+           });
   return all;
 }
 
@@ -192,45 +193,49 @@ std::vector<ResultJob> jobs_of_seeds(const ResultJob& job, const std::vector<std
   return jobs;
 }
 
-std::vector<JobRecord> make_results(const std::vector<ResultJob>& jobs, const OutFolder& out,
+std::vector<ResultEnd> make_results(const std::vector<ResultJob>& jobs, const OutFolder& out,
                                     const ResultOptions& options) {
-  for (const ResultJob& job : jobs) files::require_replaceable(out.path() / job.result());
   const std::string models_hash = options.models.empty() ? "" : scenario::models_hash(options.models);
+  std::vector<ResultEnd> ends(jobs.size());
   std::vector<Job> left;
-  std::map<std::string, std::size_t> index_of;
-  for (const std::size_t i : unfinished(jobs, out, options, models_hash)) {
+  std::map<std::string, std::pair<std::size_t, fs::file_time_type>>
+      index_of;  // and the time of the old result
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    const fs::path folder = out.path() / jobs[i].result();
+    files::require_replaceable(folder);
+    const auto other = difference(folder, jobs[i], models_hash);
+    ends[i].finished = !other && (!options.force || is_repeatable(jobs[i].read.scenario));
+    if (ends[i].finished) continue;
+    if (files::has_marker(folder) && !options.force) fail_as_other(folder, *other);
     left.push_back(process_of(jobs[i], out.path(), options, models_hash));
-    index_of[left.back().key] = i;
+    index_of[left.back().key] = {i, time_of(folder)};
   }
+  if (left.size() < jobs.size())
+    text_out() << files::counted(jobs.size() - left.size(), "result") << " finished before\n" << std::flush;
   Backend backend = options.backend;
   backend.spool = out.path() / ".slurm";
-  std::vector<JobRecord> all(jobs.size());
-  std::map<std::string, std::vector<std::string>> stale;
-  run_jobs(left, backend, options.title, [&](const JobRecord& record) {
-    const std::size_t i = index_of.at(record.key);
-    all[i] = record;
-    if (record.ending != kFinished && fs::exists(out.path() / jobs[i].result()))
-      stale[jobs[i].folder].push_back(fs::path(jobs[i].result()).filename());
-    else if (out.log() && record.ending == kFinished)
-      out.log()->add({jobs[i].result(), jobs[i].seed(), kFinished, "", {}});
+  run_jobs(left, backend, options.title, [&](const std::vector<JobRecord>& records) {
+    for (const JobRecord& record : records) {
+      const auto& [i, old] = index_of.at(record.key);
+      const fs::path folder = out.path() / jobs[i].result();
+      const bool ran = exit_code_of(record) <= 1 || time_of(folder) != old;
+      ends[i] = {ran && !difference(folder, jobs[i], models_hash), exit_code_of(record), record.cause};
+    }
   });
-  move_stale_results(jobs, out.path(), std::move(stale), options);
   for (std::size_t i = 0; i < jobs.size(); ++i)
-    if (options.must_start && exit_code_of(all[i]) == 2)
-      throw UsageError("seed {}: {}", jobs[i].seed(), all[i].cause);
-  print_complaints(jobs, all);
-  return all;
+    if (options.must_start && ends[i].exit_code == 2)
+      throw UsageError("seed {}: {}", jobs[i].seed(), ends[i].complaint);
+  print_complaints(jobs, ends);
+  return ends;
 }
 
 std::vector<result::SeedScore> read_scores(const std::vector<ResultJob>& jobs,
-                                           const std::vector<JobRecord>& ended, const fs::path& out) {
+                                           const std::vector<ResultEnd>& ends, const fs::path& out) {
   std::vector<result::SeedScore> scores;
   for (std::size_t i = 0; i < jobs.size(); ++i) {
-    const fs::path folder = out / jobs[i].result();
-    const bool there = result::is_result(folder);
-    scores.push_back(there ? result::read_result(folder)
-                           : result::without_score(jobs[i].seed(), exit_code_of(ended[i])));
-    if (!there) scores.back().last_lines = files::sanitize(ended[i].cause);
+    scores.push_back(ends[i].finished ? result::read_result(out / jobs[i].result())
+                                      : result::without_score(jobs[i].seed(), ends[i].exit_code));
+    if (!ends[i].finished) scores.back().last_lines = files::sanitize(ends[i].complaint);
   }
   return scores;
 }
@@ -238,18 +243,6 @@ std::vector<result::SeedScore> read_scores(const std::vector<ResultJob>& jobs,
 std::string inputs_of(const scenario::Scenario& scenario) {
   return scenario::to_yaml(scenario) + programs::files_identity(scenario.estimator) +
          programs::files_identity(scenario.controller);
-}
-
-OutUse resumable(const std::vector<ResultJob>& jobs, const fs::path& models, bool cached) {
-  const std::string models_hash = models.empty() ? "" : scenario::models_hash(models);
-  files::Hash hash;
-  OutUse use;
-  for (const ResultJob& job : jobs) {
-    use.results.push_back(job.result());
-    hash.add_part(key_of(job, models_hash, cached));
-  }
-  use.identity = hash.hex();
-  return use;
 }
 
 }  // namespace cli

@@ -1,5 +1,5 @@
-// Recordings, and results of runs and trials, each made by its own process. When an interrupted command is
-// rerun, finished ones are kept; outdated results are moved aside.
+// Recordings and results of runs, each made by its own process. Those that exist are kept, so that a rerun
+// resumes an interrupted command.
 #pragma once
 
 #include "sim/recording/cache.h"
@@ -56,36 +56,38 @@ struct ResultJob {
 
 /// Returns a copy of the job for each seed.
 std::vector<ResultJob> jobs_of_seeds(const ResultJob& job, const std::vector<std::uint64_t>& seeds);
-/// Returns an OutUse that lets the same jobs, models and program resume after an interruption.
-OutUse resumable(const std::vector<ResultJob>& jobs, const fs::path& models = {}, bool cached = false);
 
 struct ResultOptions {
   fs::path models;
-  std::string title;          ///< title of the progress line
-  Backend backend{};          ///< its spool may be empty
-  bool cached = false;        ///< simulate only the walks that the cache does not have
-  bool counts_older = false;  ///< keep finished results of older commands
-  bool keeps_other_seeds = false;
-  std::vector<std::uint64_t> kept_seeds{};  ///< further seeds that are not set aside
-  bool must_start = false;                  ///< throws UsageError if a process rejects its input
+  std::string title;        ///< title of the progress line
+  Backend backend{};        ///< its spool may be empty
+  bool cached = false;      ///< simulate only the walks that the cache does not have
+  bool force = false;       ///< replace results that differ or need not be the same when made again
+  bool must_start = false;  ///< throws UsageError if a process rejects its input
 };
 
-/// Makes the unfinished results; each replaces an earlier one once it is complete. Returns the records in the
-/// order of the jobs, empty for those finished before. Prints errors of failed processes and moves outdated
-/// results to earlier-<n>. Throws FileError if a result would replace a user's files.
-std::vector<JobRecord> make_results(const std::vector<ResultJob>& jobs, const OutFolder& out,
+/// How a job ended.
+struct ResultEnd {
+  bool finished = false;  ///< its folder contains its result
+  int exit_code = 0;      ///< that of its process, if it was run
+  std::string complaint{};
+};
+
+/// Makes the results that do not exist yet and returns the ends in the order of the jobs. Prints errors of
+/// failed processes. Throws UsageError if a result of other settings exists and is not to be replaced.
+std::vector<ResultEnd> make_results(const std::vector<ResultJob>& jobs, const OutFolder& out,
                                     const ResultOptions& options);
 
 /// Returns the score of each job's result, or "crashed" if it has none.
 std::vector<result::SeedScore> read_scores(const std::vector<ResultJob>& jobs,
-                                           const std::vector<JobRecord>& ended, const fs::path& out);
+                                           const std::vector<ResultEnd>& ends, const fs::path& out);
 
 /// Returns text that identifies a scenario's inputs: its YAML and the contents of its programs' files.
 std::string inputs_of(const scenario::Scenario& scenario);
 
-/// Returns the seeds of other results seed-<n> in a folder that this program made from the jobs' scenario.
-/// All jobs have the same folder.
-std::vector<std::uint64_t> finished_beside(const std::vector<ResultJob>& jobs, const fs::path& root,
-                                           const fs::path& models);
+/// Returns the seeds of the results seed-<n> in a folder that have the job's settings. Throws UsageError if
+/// others exist, unless `force`.
+std::vector<std::uint64_t> seeds_beside(const ResultJob& job, const fs::path& root, const fs::path& models,
+                                        bool force);
 
 }  // namespace cli

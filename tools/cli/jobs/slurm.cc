@@ -8,16 +8,14 @@
 #include <set>
 
 #include "tools/cli/jobs/jobs.h"
-#include "tools/cli/jobs/progress.h"
 
 namespace cli {
 namespace {
 
 constexpr double kElementSeconds = 30;  // shorter elements are not worth the cost of starting them
-constexpr int kSubmissions = 3, kTries = 5;
+constexpr int kSubmissions = 3, kRestarts = 10;
 constexpr std::size_t kMostElements = 1000;          // limited by Slurm's default MaxArraySize, 1001
 constexpr int kMostUnanswered = 60, kPatience = 10;  // ten minutes: that many polls are skipped each time
-constexpr std::string_view kPurpose = "gaitslam array element";
 
 /// Standard output, standard error and exit status of a shell command.
 struct ShellOutput {
@@ -90,10 +88,16 @@ Seen look_up(const std::string& job) {
 /// True unless the job has certainly ended.
 bool may_run(const std::string& job) { return look_up(job).presence != Seen::Presence::ended; }
 
+/// Returns an environment variable, or "".
+std::string setting(const char* name) {
+  const char* const value = std::getenv(name);
+  return value ? value : "";
+}
+
 /// Returns the time between two queries of squeue.
 useconds_t poll_us() {
-  const char* const named = std::getenv("GAITSLAM_SLURM_POLL_S");
-  const auto seconds = files::parse_finite(named ? named : "1");
+  const std::string named = setting("GAITSLAM_SLURM_POLL_S");
+  const auto seconds = files::parse_finite(named.empty() ? "1" : named);
   if (!seconds || *seconds <= 0 || *seconds > 300)
     throw UsageError("GAITSLAM_SLURM_POLL_S: is '{}', expected seconds, more than 0 and at most 300", named);
   return static_cast<useconds_t>(1e6 * *seconds);
@@ -101,10 +105,8 @@ useconds_t poll_us() {
 
 std::string text_if_there(const fs::path& file) { return fs::exists(file) ? files::read_text(file) : ""; }
 
-/// Returns an element's file in the folder of its array; .log contains the records of its jobs.
-fs::path element_file(const fs::path& folder, std::size_t element, const char* extension) {
-  return folder / fmt::format("{}{}", element, extension);
-}
+constexpr const char* kRecords =
+    ".records";  // extension of an element's file with the records of its ended jobs
 
 /// A job array and its folder in the spool, with the jobs, the id of the Slurm job, and the elements' files.
 class Array {
@@ -117,21 +119,12 @@ class Array {
     return fs::exists(folder_ / "jobs") ? jobs_in(folder_ / "jobs") : std::vector<Job>();
   }
 
-  /// Calls on_record for the records that the elements have logged since the last call.
-  void read_records(const OnRecord& on_record) {
-    for (const fs::path& file : element_files(".log")) {
+  /// Calls on_records for the records of the elements that have written some since the last call.
+  void read_records(const OnRecords& on_records) {
+    for (const fs::path& file : files_with(kRecords)) {
       const std::uintmax_t bytes = fs::file_size(file);
-      if (std::exchange(read_[file], bytes) == bytes) continue;
-      for (const auto& [key, record] : result::read_job_log(file, kPurpose)) on_record(record);
+      if (std::exchange(read_[file], bytes) != bytes) on_records(result::read_records(file));
     }
-  }
-
-  /// Returns the fraction of the elements' work that is done.
-  double part() const {
-    const std::vector<fs::path> all = element_files(".part");
-    double done = 0;
-    for (const fs::path& file : all) done += part_in(file);
-    return all.empty() ? 0 : done / static_cast<double>(all.size());
   }
 
   /// Submits the jobs as a new array.
@@ -141,20 +134,16 @@ class Array {
       throw UsageError("the program file was replaced while it was running; run the command again");
     const auto least =
         static_cast<std::size_t>(std::ceil(kElementSeconds / std::max(backend.seconds_each, 0.1)));
-    const std::size_t each = std::max(jobs.front().batched ? kMostOfBatch : least,
+    const std::size_t each = std::max(jobs.front().batched ? 4 * kMostOfBatch : least,
                                       (jobs.size() + kMostElements - 1) / kMostElements);
     fs::remove_all(folder_);
     fs::create_directories(folder_);
     read_.clear();
     write_jobs(folder_ / "jobs", jobs);
-    files::write_text(
-        folder_ / "element.sh",
-        fmt::format("#!/bin/sh\n{}=\"$1/$SLURM_ARRAY_TASK_ID.part\" exec {} element \"$1\" \"$2\"\n",
-                    kProgressFile, files::shell_word(program.string())));
+    files::write_text(folder_ / "element.sh", fmt::format("#!/bin/sh\nexec {} element \"$1\" \"$2\"\n",
+                                                          files::shell_word(program.string())));
     std::vector<std::size_t> elements((jobs.size() + each - 1) / each);
     std::iota(elements.begin(), elements.end(), std::size_t{0});
-    for (const std::size_t element : elements)
-      files::write_text(element_file(folder_, element, ".part"), "0\n");
     const ShellOutput printed = run_shell(fmt::format(
         "sbatch --parsable --requeue --ntasks=1 --cpus-per-task=1 --job-name=gaitslam "
         "--array={}{} --output={} {} {} {}",
@@ -179,12 +168,12 @@ class Array {
   /// Returns each distinct text that elements printed.
   std::string complaints() const {
     std::set<std::string> all;
-    for (const fs::path& file : element_files(".txt")) all.insert(files::read_text(file));
+    for (const fs::path& file : files_with(".txt")) all.insert(files::read_text(file));
     return fmt::format("{}", fmt::join(all, ""));
   }
 
  private:
-  std::vector<fs::path> element_files(const char* extension) const {
+  std::vector<fs::path> files_with(const char* extension) const {
     std::vector<fs::path> all;
     std::error_code fault;
     for (const auto& entry : fs::directory_iterator(folder_, fault))
@@ -193,17 +182,18 @@ class Array {
   }
 
   fs::path folder_;
-  std::map<fs::path, std::uintmax_t> read_;  ///< sizes of the logs read so far
+  std::map<fs::path, std::uintmax_t> read_;  ///< sizes of the files read so far
 };
 
 /// Waits for records of the jobs while the array may still run, and prints the states of waiting elements
 /// when they change. Throws UsageError if Slurm gives no answer for a long time.
-void wait_for(Array& array, const std::vector<Job>& jobs, const ShowPart& show, const OnRecord& on_record) {
+void wait_for(Array& array, const std::vector<Job>& jobs, const ShowPart& show, const OnRecords& on_records) {
   const std::string job = array.job();
+  const auto all = static_cast<double>(jobs.size());
   std::string waiting;
   for (int unanswered = 0;;) {
     const Seen seen = look_up(job);
-    array.read_records(on_record);
+    array.read_records(on_records);
     if (seen.presence == Seen::Presence::ended || jobs.empty()) return;
     unanswered = seen.presence == Seen::Presence::unknown ? unanswered + 1 : 0;
     if (unanswered > kMostUnanswered)
@@ -215,40 +205,34 @@ void wait_for(Array& array, const std::vector<Job>& jobs, const ShowPart& show, 
       waiting = seen.waiting;
       std::cerr << fmt::format("slurm job {}: {}\n", named(job), waiting.empty() ? "RUNNING" : waiting);
     }
-    show(array.part());
+    show(1 - static_cast<double>(jobs.size()) / all);
     usleep(poll_us() * (unanswered > 0 ? kPatience : 1));
   }
-}
-
-/// Logs that the element starts. Throws FileError after several starts without a new record.
-void note_try(result::JobLog& log, std::size_t records) {
-  for (int n = 1; n <= kTries; ++n) {
-    const std::string key = fmt::format("try {} after {} records", n, records);
-    if (!log.find(key)) return log.add({key, 0, "started", "", {}});
-  }
-  throw files::FileError("array element", fmt::format("was killed {} times during the same job", kTries));
 }
 
 }  // namespace
 
 int run_element(ElementRequest& request) {
-  const char* const id = std::getenv("SLURM_ARRAY_TASK_ID");
-  const auto element = files::parse_number<std::size_t>(id ? id : "");
+  const auto element = files::parse_number<std::size_t>(setting("SLURM_ARRAY_TASK_ID"));
   if (!element) throw UsageError("element: expected SLURM_ARRAY_TASK_ID");
-  result::JobLog log(element_file(request.folder, *element, ".log"), kPurpose);
+  if (files::parse_number<int>(setting("SLURM_RESTART_COUNT")).value_or(0) > kRestarts)
+    throw files::FileError("array element", fmt::format("was restarted more than {} times", kRestarts));
   std::vector<Job> jobs = jobs_in(request.folder / "jobs");
   const std::size_t first = std::min(*element * request.each, jobs.size());
   jobs = {jobs.begin() + static_cast<std::ptrdiff_t>(first),
           jobs.begin() + static_cast<std::ptrdiff_t>(std::min(first + request.each, jobs.size()))};
-  const double all = static_cast<double>(jobs.size());
-  std::erase_if(jobs, [&](const Job& job) { return log.find(job.key) != nullptr; });
+  const fs::path file = request.folder / fmt::format("{}{}", *element, kRecords);
+  std::vector<JobRecord> records;  // at first those before a restart
+  if (fs::exists(file)) records = result::read_records(file);
+  std::erase_if(jobs,
+                [&](const Job& job) { return std::ranges::count(records, job.key, &JobRecord::key) > 0; });
   if (jobs.empty()) return 0;
-  note_try(log, static_cast<std::size_t>(all) - jobs.size());
-  ProgressLine progress("element");
-  const double share = static_cast<double>(jobs.size()) / all;
+  const auto write = [&](const std::vector<JobRecord>& ended) {
+    records.insert(records.end(), ended.begin(), ended.end());
+    files::write_atomically(file, result::to_lines(records));
+  };
   run_here(
-      jobs, 1, [&](double part) { progress.show(1 - (1 - part) * share); },
-      [&](const JobRecord& record) { log.add(record); });
+      jobs, 1, [](double) {}, write);
   return 0;
 }
 
@@ -264,14 +248,17 @@ void clear_spool(const fs::path& spool) {
 }
 
 void run_on_slurm(std::vector<Job> jobs, const Backend& backend, const ShowPart& show,
-                  const OnRecord& on_record) {
+                  const OnRecords& on_records) {
   Array array(backend.spool);
   std::set<std::string> recorded;
   std::optional<std::string> device_failure;
-  const OnRecord take = [&](const JobRecord& record) {
-    recorded.insert(record.key);
-    if (exit_code_of(record) == kDeviceFailed) device_failure = record.cause;
-    if (std::erase_if(jobs, [&](const Job& job) { return job.key == record.key; }) > 0) on_record(record);
+  const OnRecords take = [&](const std::vector<JobRecord>& records) {
+    for (const JobRecord& record : records) {
+      if (!recorded.insert(record.key).second) continue;
+      if (exit_code_of(record) == kDeviceFailed) device_failure = record.cause;
+      if (std::erase_if(jobs, [&](const Job& job) { return job.key == record.key; }) > 0)
+        on_records({record});
+    }
   };
   array.read_records(take);
   const auto is_other = [&](const Job& left) {
@@ -286,7 +273,7 @@ void run_on_slurm(std::vector<Job> jobs, const Backend& backend, const ShowPart&
   const std::string complaint = "its array element ended before it ran: " + array.complaints();
   if (!jobs.empty() && jobs.front().batched) std::cerr << complaint;
   for (const Job& job : std::vector<Job>(jobs))
-    if (!job.batched) on_record({job.key, job.seed, kFailed, complaint, {{"exit_code", 3}}});
+    if (!job.batched) on_records({{job.key, job.seed, "ended", complaint, {{"exit_code", 3}}}});
   std::error_code fault;
   fs::remove_all(array.folder(), fault);
   fs::remove(backend.spool, fault);

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "sim/result/job_log.h"
+#include "sim/files/atomic_file.h"
 #include "sim/result/result.h"
 #include "tools/cli/shared/terminal.h"
 
@@ -15,20 +15,6 @@ struct OutRequest {
 };
 void add_out(CLI::App& command, OutRequest& request);
 
-/// How a command uses its folder.
-struct OutUse {
-  /// Replaces the whole folder; otherwise adds results to it.
-  bool replaces = false;
-  /// Names of files and folders that the command always writes to the folder.
-  std::vector<std::string> names{};
-  /// Folders that are replaced one by one, as paths relative to this one.
-  std::vector<std::string> results{};
-  /// Adds to an existing folder without --force; none of `results` may exist.
-  bool continues = false;
-  /// Identifies a command that can be resumed after an interruption without --force; absent for others.
-  std::optional<std::string> identity{};
-};
-
 /// Throws UsageError if replacing the folder `out` would remove `read`, an input of the command.
 void require_separate(const fs::path& out, const fs::path& read);
 /// Throws UsageError if the file's folder does not exist; the message names the option.
@@ -36,32 +22,31 @@ void require_folder_of(const fs::path& file, const std::string& option);
 /// Throws UsageError if `file` is a folder, its folder does not exist, or it exists and `force` is false;
 /// FileError if it is not a regular file.
 void require_new_file(const fs::path& file, bool force, const std::string& option = "--out");
+/// Throws UsageError if a result folder exists and `force` is false, FileError if the program did not make
+/// it.
+void require_new_result(const fs::path& folder, bool force);
 
-/// The requested folder or a standard one, locked by commands that write fixed names there. The destructor
-/// removes the marker and any empty folders that turned out to be unnecessary.
+/// How a command uses its folder: it is a result, or the command adds one result, or several while no other
+/// command writes there.
+enum class OutUse { result, adds_result, adds_results };
+
+/// The requested folder or a standard one. The destructor removes the marker and any empty folders that
+/// turned out to be unnecessary.
 class OutFolder {
  public:
-  /// Cleans up after killed processes and, unless an earlier command is resumed or continued, sets aside its
-  /// fixed names. Throws UsageError if the folder is not writable, is locked by another process, is the
-  /// current folder and would be replaced, or is not empty and --force is not given. Throws FileError if
-  /// anything would be replaced in a folder that the program did not make.
-  OutFolder(const OutRequest& request, const fs::path& standard, const OutUse& use = {});
+  /// Creates and marks a folder that results are added to. Throws UsageError or FileError if it cannot be
+  /// written, another process adds results, the program did not make it, or it is a result; for a result, as
+  /// require_new_result() does and if it contains the current folder.
+  OutFolder(const OutRequest& request, const fs::path& standard, OutUse use);
   ~OutFolder();
   OutFolder(const OutFolder&) = delete;
   OutFolder& operator=(const OutFolder&) = delete;
 
   const fs::path& path() const { return path_; }
-  /// Returns the log of finished results, keyed by relative path; nullptr for a command without identity.
-  result::JobLog* log() const { return log_ ? &*log_ : nullptr; }
-  /// Marks the command as complete.
-  void finished() const;
 
  private:
   fs::path path_, existing_;
-  std::vector<std::string> names_;
   std::optional<files::FileLock> lock_;
-  bool made_marker_ = false;
-  mutable std::optional<result::JobLog> log_;
   OnInterrupt on_interrupt_;
 };
 

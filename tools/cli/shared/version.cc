@@ -29,7 +29,7 @@ std::map<std::string, std::string> libraries() {
 
 result::ResultPlace result_place(const fs::path& folder, const std::string& models_hash,
                                  const fs::path& models) {
-  return {folder, files::Existing::replace, models, kVersion, kRevision, libraries(), models_hash};
+  return {folder, models, kVersion, kRevision, libraries(), models_hash};
 }
 
 std::string processor() { return cpuinfo("model name"); }
