@@ -1,6 +1,5 @@
 // Runs, replays and recordings through the program: the same bytes for any number of processes and from the
 // cache of recordings; output as text, as one JSON document, or none; and a filter that cannot see.
-// cache of recordings; output as text, as one JSON document, or none; and a filter that cannot see.
 #include "tests/tools/command_line.h"
 
 namespace tests {
