@@ -1,15 +1,16 @@
 #!/usr/bin/env python3
-"""Updates the measured parts of the front page (README.md), or checks a sample of them.
+"""Updates the measured parts of README.md and scenarios/README.md, or checks a sample of them.
 
     tools/figures/front_page.py [WORK_FOLDER]           runs ten seeds of each scenario (about 8 minutes on two idle cores; rerun
                                                         the command to resume), writes front_page.json, the pictures (needs
-                                                        chromium, node and ffmpeg) and README.md
+                                                        chromium, node and ffmpeg) and both pages
     tools/figures/front_page.py --pictures OUT [WORK_FOLDER] writes only the pictures, to the folder OUT
-    tools/figures/front_page.py --check [WORK_FOLDER]   measures two seeds of each column again; exit code 1 if README.md differs
+    tools/figures/front_page.py --check [WORK_FOLDER]   measures two seeds of each column again; exit code 1 if a page differs
                                                         from front_page.json, or a stored value from the new one by more than
                                                         the tolerance (takes seconds if the walks are in $GAITSLAM_CACHE)
 
-$GAITSLAM selects the program, default tools/gaitslam.
+$GAITSLAM selects the program, default tools/gaitslam. The interval of a mean over the seeds is Student's t, like the one by
+which regress judges limits on a mean.
 """
 import json
 import os
@@ -23,6 +24,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 STORED = ROOT / "tools/figures/front_page.json"
 SCENARIOS = ("tangent_circle", "perpendicular_circle", "hall", "slippery_laps")
 SEEDS, SAMPLE = "1..10", ("1", "2")
+T_95 = 2.262  # Student's t of a 95 % interval from ten values
 RELATIVE = 0.2  # tolerance of --check; other processors render other pixels
 # Metric, text, factor to the unit shown, format, absolute tolerance in that unit.
 ROWS = (
@@ -32,7 +34,7 @@ ROWS = (
     ("end_position_error_m", "position error at the end, mm", 1e3, "{:.1f}", 1),
     ("end_yaw_error_deg", "heading error at the end, deg", 1, "{:.2f}", 0.05),
     ("loop_landmarks", "landmarks that close the loop", 1, "{:.0f}", 2),
-    ("nees_position_mean", "NEES of the position (3 expected)", 1, "{:.1f}", 0.3),
+    ("nees_position_mean", "NEES of the position (3 expected): mean, 95 % interval, n", 1, "{:.1f}", 0.3),
 )
 ODOMETRY = "ATE of the same sensors without images (`estimator: odometry`), mm"
 PAPER = "ATE of the paper's filter here, mm"
@@ -56,7 +58,7 @@ def columns():
 
 
 def measured(work, seeds):
-    """For each column and metric: the median and worst value over the seeds, and the values of the sample."""
+    """For each column and metric: the statistics over the seeds, and the values of the sample."""
     results = {}
     for name, scenario, estimator, metrics in columns():
         out = work / f"{scenario}_{estimator}"
@@ -64,9 +66,23 @@ def measured(work, seeds):
                  "--cached", "--out", out, "--force", "-q")
         summary = json.loads((out / "summary.json").read_text())["metrics"]
         sample = [json.loads((out / f"seed-{seed}/score.json").read_text())["metrics"] for seed in SAMPLE]
-        results[name] = {metric: {"median": summary[metric]["median"], "worst": summary[metric]["worst"],
-                                  "sample": [score[metric]["value"] for score in sample]} for metric in metrics}
+        results[name] = {metric: {**summary[metric], "sample": [score[metric]["value"] for score in sample]} for metric in metrics}
     return results
+
+
+def cell(metric, statistics, factor, form):
+    """The median and worst value; of a NEES, whose single values vary by chance, the mean with its interval."""
+    def text(value):
+        return form.format(factor * value)
+
+    if not statistics:
+        return ""
+    if not metric.startswith("nees"):
+        return f"{text(statistics['median'])} ({text(statistics['worst'])})"
+    if "mean" not in statistics:
+        return "not measured"
+    half = T_95 * statistics["sd"] / statistics["n"] ** 0.5
+    return f"{text(statistics['mean'])} [{text(statistics['mean'] - half)}, {text(statistics['mean'] + half)}], {statistics['n']}"
 
 
 def table(stored):
@@ -75,9 +91,8 @@ def table(stored):
              "|---|" + "---|" * len(SCENARIOS)]
 
     def add(text, suffix, metric, factor, form):
-        cells = (results.get(s + suffix, {}).get(metric) for s in SCENARIOS)
-        lines.append(f"| {text} | " + " | ".join(
-            f"{form.format(factor * c['median'])} ({form.format(factor * c['worst'])})" if c else "" for c in cells) + " |")
+        cells = (cell(metric, results.get(s + suffix, {}).get(metric), factor, form) for s in SCENARIOS)
+        lines.append(f"| {text} | " + " | ".join(cells) + " |")
 
     for metric, text, factor, form, _ in ROWS:
         add(text, "", metric, factor, form)
@@ -88,17 +103,22 @@ def table(stored):
                                f"{stored['machine']}. `.ci/run` measures seeds {' and '.join(SAMPLE)} of each column again.\n")
 
 
-def blocks(stored):
-    """The measured parts of README.md, by the names of their markers."""
-    return {"scores": table(stored), "first run": stored["first_run"]}
+def key_figures(stored):
+    ate, without, paper = (f"{1e3 * stored['columns']['tangent_circle' + column]['ate_se3_rmse_m']['median']:.1f} mm"
+                           for column in ("", ", odometry", ", paper"))
+    return f"Median ATE over ten seeds: {ate}; {without} without images, {paper} with the filter of 2006.\n"
 
 
-def with_blocks(page, stored):
-    for part, body in blocks(stored).items():
-        begin, end = f"<!-- {part}: tools/figures/front_page.py -->\n", f"<!-- end of {part} -->\n"
-        at, to = page.index(begin) + len(begin), page.index(end)
-        page = page[:at] + body + page[to:]
-    return page
+def pages(stored):
+    """Yields each page with its measured parts, which are between markers with their names."""
+    for name, parts in {"README.md": {"key figures": key_figures(stored)},
+                        "scenarios/README.md": {"scores": table(stored), "first run": stored["first_run"]}}.items():
+        page = (ROOT / name).read_text()
+        for part, body in parts.items():
+            begin, end = f"<!-- {part}: tools/figures/front_page.py -->\n", f"<!-- end of {part} -->\n"
+            at, to = page.index(begin) + len(begin), page.index(end)
+            page = page[:at] + body + page[to:]
+        yield ROOT / name, page
 
 
 def differences(stored, now):
@@ -115,8 +135,7 @@ def differences(stored, now):
 
 def check(work):
     stored = json.loads(STORED.read_text())
-    page = (ROOT / "README.md").read_text()
-    wrong = [] if with_blocks(page, stored) == page else ["README.md differs from tools/figures/front_page.json"]
+    wrong = [f"{path} differs from tools/figures/front_page.json" for path, page in pages(stored) if path.read_text() != page]
     wrong += differences(stored, measured(work, f"{SAMPLE[0]}..{SAMPLE[-1]}"))
     for line in wrong:
         print(f"front page: {line}", file=sys.stderr)
@@ -196,8 +215,8 @@ def main():
         return None
     stored = {"revision": before, "machine": machine(), "columns": measured(work, SEEDS), "first_run": first}
     STORED.write_text(json.dumps(stored, indent=1) + "\n")
-    readme = ROOT / "README.md"
-    readme.write_text(with_blocks(readme.read_text(), stored))
+    for path, page in pages(stored):
+        path.write_text(page)
 
 
 if __name__ == "__main__":
