@@ -25,6 +25,25 @@ TEST_F(Cli, HelpOfTheProgramAndOfEachCommandHasExamples) {
               Has("slam.gyro.sigma_rad_s\n    assumed standard deviation", "ate_se3_rmse_m"));
 }
 
+TEST_F(Cli, HelpPrintsTopicsFromTheReadmesAndThePageOfACommand) {
+  for (const std::string command : {"run", "robot init"})
+    EXPECT_EQ(ok("help " + command), ok(command + " --help"));
+  EXPECT_EQ(ok("help"), ok("--help"));
+  for (const auto& [topic, text] : {std::pair<std::string, const char*>{"cache", "GAITSLAM_CACHE_GB"},
+                                    {"ci", "--github"},
+                                    {"controller", "network_walker.py"},
+                                    {"estimator", "gyro_and_plan.py"},
+                                    {"exit-codes", "| 74 |"},
+                                    {"formats", "openvins"},
+                                    {"scenario", "config --keys"},
+                                    {"slurm", "SBATCH_PARTITION"}}) {
+    EXPECT_THAT(ok("help " + topic), AllOf(StartsWith("#"), Has(text)));
+  }
+  EXPECT_THAT(ok("help slurm"), Lacks("\n## "));
+  EXPECT_THAT(refusal("help slrum"), Has("is 'slrum', expected a command or one of cache, ci"));
+  EXPECT_THAT(refusal("robot init a b"), Has("(gaitslam help robot init)"));
+}
+
 // Loading 120 libraries and a compiler would cost each process 90 ms.
 TEST_F(Cli, CodecsAndOpenGLAreNotLoadedBeforeTheyAreNeeded) {
   const std::string loaded = shell("LD_TRACE_LOADED_OBJECTS=1 " GAITSLAM_PROGRAM).out;
@@ -49,8 +68,10 @@ TEST_F(Cli, TheLauncherBuildsTheRunnerForItsCommandsAndTheWholeProgramForTheRest
   const std::string of_runner = " " + commands("'" GAITSLAM_RUNNER "'");
   std::istringstream names(commands(GAITSLAM_PROGRAM));
   for (std::string name; names >> name;) {
+    if (name == "help") continue;  // it is in both
     const bool in_runner = std::regex_search(of_runner, std::regex("[ \n]" + name + "[ \n]"));
-    EXPECT_EQ(shell("tools/gaitslam " + name).out, in_runner ? "runner\n" : "whole\n") << name;
+    for (const std::string& typed : {name, "help " + name})
+      EXPECT_EQ(shell("tools/gaitslam " + typed).out, in_runner ? "runner\n" : "whole\n") << typed;
     EXPECT_EQ(shell("tools/gaitslam " + name + " --view").out, "whole\n");
   }
   EXPECT_EQ(shell("tools/gaitslam run x 'walk.controller={program: [tools/gaitslam, walker]}'").out,
@@ -80,7 +101,7 @@ TEST_F(Cli, EachCommandReportsWrongInput) {
        {"config", "config: no scenario given, expected a YAML file or --keys"},
        {"run '" + kCircle + "' --sedes 1..3", "--sedes; did you mean '--seeds'?"},
        {"report x --ouf=y", "; did you mean '--out'?"},
-       {config + "--frobnicate", " --frobnicate (gaitslam --help)\n"},
+       {config + "--frobnicate", " --frobnicate (gaitslam help config)\n"},
        {"check kitchen.yaml", "kitchen.yaml:3: world.room: is 'kitchen', expected one of "},
        {"check near.yaml", "; did you mean 'office'?"},
        {"check stand.yaml world.room=kitchen", "world.room: is 'kitchen'"},

@@ -1,5 +1,6 @@
 // help: the page of a command, or a topic, which is a README or a section of one.
 #include <iostream>
+#include <map>
 
 #include "tools/cli/commands.h"
 #include "tools/cli/shared/options.h"
@@ -10,8 +11,7 @@ namespace {
 constexpr const char* kHelpExamples = R"(Examples:
   gaitslam help
   gaitslam help robot init
-  gaitslam help ci
-Topics: cache, ci, controller, estimator, exit-codes, formats, scenario, slurm.)";
+  gaitslam help ci)";
 
 struct Topic {
   const char *folder, *section = "";  ///< the section's heading; empty for the whole README
@@ -24,6 +24,12 @@ const std::map<std::string, Topic> kTopics{{"cache", {"sim/trials", "## Recordin
                                            {"formats", {"sim/export"}},
                                            {"scenario", {"sim/scenario"}},
                                            {"slurm", {"tools", "## Slurm"}}};
+
+std::string topics() {
+  std::string names;
+  for (const auto& [name, topic] : kTopics) names += (names.empty() ? "" : ", ") + name;
+  return names;
+}
 
 struct HelpRequest {
   const CLI::App* program = nullptr;
@@ -46,9 +52,7 @@ int help(HelpRequest& request) {
     }
     const auto found =
         page->get_subcommands([&](const CLI::App* command) { return command->get_name() == word; });
-    if (found.empty())
-      throw UsageError(
-          "help: unknown command or topic '{}', expected one that gaitslam help or its --help lists", word);
+    if (found.empty()) throw UsageError("help: is '{}', expected a command or one of {}", word, topics());
     page = found.front(), name += " " + word;
   }
   std::cout << page->get_formatter()->make_help(page, name, CLI::AppFormatMode::Normal);
@@ -59,7 +63,8 @@ int help(HelpRequest& request) {
 
 void add_help(CLI::App& app, int& exit_code) {
   auto [command, request] =
-      add_command(app, exit_code, "help", "Print the page of a command or a topic", kHelpExamples, help);
+      add_command(app, exit_code, "help", ("Print the page of a command or of a topic: " + topics()).c_str(),
+                  kHelpExamples, help);
   request.program = &app;
   command.add_option("words", request.words, "a command or a topic")->option_text("COMMAND|TOPIC");
 }
