@@ -1,6 +1,5 @@
 // help: the page of a command, or a topic, which is a README or a section of one.
 #include <iostream>
-#include <map>
 
 #include "tools/cli/commands.h"
 #include "tools/cli/shared/options.h"
@@ -8,52 +7,48 @@
 namespace cli {
 namespace {
 
-constexpr const char* kHelpExamples = R"(Examples:
-  gaitslam help
-  gaitslam help robot init
-  gaitslam help ci)";
+constexpr const char* kHelpExamples = "Examples:\n  gaitslam help run\n  gaitslam help ci";
+constexpr const char* kTopicNames = "cache, ci, controller, estimator, exit-codes, formats, scenario, slurm";
 
 struct Topic {
-  const char *folder, *section = "";  ///< the section's heading; empty for the whole README
+  std::string name, folder;
+  std::string section{};  ///< a heading of the folder's README; empty for the whole file
 };
-const std::map<std::string, Topic> kTopics{{"cache", {"sim/trials", "## Recordings and their cache"}},
-                                           {"ci", {"sim/regression"}},
-                                           {"controller", {"sim/controllers"}},
-                                           {"estimator", {"sim/estimators"}},
-                                           {"exit-codes", {"tools", "## Exit codes"}},
-                                           {"formats", {"sim/export"}},
-                                           {"scenario", {"sim/scenario"}},
-                                           {"slurm", {"tools", "## Slurm"}}};
-
-std::string topics() {
-  std::string names;
-  for (const auto& [name, topic] : kTopics) names += (names.empty() ? "" : ", ") + name;
-  return names;
-}
+const Topic kTopics[]{{"cache", "sim/trials", "## Recordings and their cache"},
+                      {"ci", "sim/regression"},
+                      {"controller", "sim/controllers"},
+                      {"estimator", "sim/estimators"},
+                      {"exit-codes", "tools", "## Exit codes"},
+                      {"formats", "sim/export"},
+                      {"scenario", "sim/scenario"},
+                      {"slurm", "tools", "## Slurm"}};
 
 struct HelpRequest {
   const CLI::App* program = nullptr;
-  std::vector<std::string> words;
+  std::string word;
 };
 
 std::string text_of(const Topic& topic) {
   const std::string page = files::read_text(standard_models().parent_path() / topic.folder / "README.md");
   const std::size_t begin = page.find(topic.section), end = page.find("\n## ", begin + 1);
-  return *topic.section ? page.substr(begin, end - begin) : page;
+  return topic.section.empty() ? page : page.substr(begin, end - begin);
 }
 
+/// A name that is both, such as cache, is the topic.
 int help(HelpRequest& request) {
   const CLI::App* page = request.program;
   std::string name = page->get_name();
-  for (const std::string& word : request.words) {
-    if (const auto topic = kTopics.find(word); topic != kTopics.end() && request.words.size() == 1) {
-      std::cout << text_of(topic->second);
-      return 0;
-    }
+  if (const auto topic = std::ranges::find(kTopics, request.word, &Topic::name); topic != std::end(kTopics)) {
+    std::cout << text_of(*topic);
+    return 0;
+  }
+  if (!request.word.empty()) {
     const auto found =
-        page->get_subcommands([&](const CLI::App* command) { return command->get_name() == word; });
-    if (found.empty()) throw UsageError("help: is '{}', expected a command or one of {}", word, topics());
-    page = found.front(), name += " " + word;
+        page->get_subcommands([&](const CLI::App* at) { return at->get_name() == request.word; });
+    if (found.empty())
+      throw UsageError("help: is '{}', expected a command or one of the topics {}", request.word,
+                       kTopicNames);
+    page = found[0], name += " " + request.word;
   }
   std::cout << page->get_formatter()->make_help(page, name, CLI::AppFormatMode::Normal);
   return 0;
@@ -63,10 +58,11 @@ int help(HelpRequest& request) {
 
 void add_help(CLI::App& app, int& exit_code) {
   auto [command, request] =
-      add_command(app, exit_code, "help", ("Print the page of a command or of a topic: " + topics()).c_str(),
+      add_command(app, exit_code, "help",
+                  (std::string("Print the page of a command or of a topic: ") + kTopicNames).c_str(),
                   kHelpExamples, help);
   request.program = &app;
-  command.add_option("words", request.words, "a command or a topic")->option_text("COMMAND|TOPIC");
+  command.add_option("word", request.word, "a command or a topic")->option_text("COMMAND|TOPIC");
 }
 
 }  // namespace cli

@@ -103,10 +103,10 @@ int run_program(int argc, char** argv) {
   } catch (const CLI::Success& asked) {
     return app.exit(asked);
   } catch (const CLI::ParseError& e) {
-    std::string page = "gaitslam help";
-    for (auto typed = app.get_subcommands(); !typed.empty(); typed = typed[0]->get_subcommands())
-      page += ' ' + typed[0]->get_name();
-    return fail_with(fmt::format("gaitslam: {}{} ({})", e.what(), suggested_option(app), page), 2);
+    const auto typed = app.get_subcommands();
+    const std::string page = typed.empty() ? "" : " " + typed[0]->get_name();
+    return fail_with(fmt::format("gaitslam: {}{} (gaitslam help{})", e.what(), suggested_option(app), page),
+                     2);
   }
   return exit_code;
 }
