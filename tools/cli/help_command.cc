@@ -34,7 +34,7 @@ std::string text_of(const Topic& topic) {
   return topic.section.empty() ? page : page.substr(begin, end - begin);
 }
 
-/// A name that is both, such as cache, is the topic.
+/// A topic takes precedence over a command of the same name, such as cache.
 int help(HelpRequest& request) {
   const CLI::App* page = request.program;
   std::string name = page->get_name();
