@@ -5,7 +5,7 @@
                                                         the command to resume), writes front_page.json, the pictures (needs
                                                         chromium, node and ffmpeg) and both pages
     tools/figures/front_page.py --pictures OUT [WORK_FOLDER] writes only the pictures, to the folder OUT
-    tools/figures/front_page.py --check [WORK_FOLDER]   measures two seeds of each column again; exit code 1 if a page differs
+    tools/figures/front_page.py --check [WORK_FOLDER]   measures one or two seeds of each column again; exit code 1 if a page differs
                                                         from front_page.json, or a stored value from the new one by more than
                                                         the tolerance (takes seconds if the walks are in $GAITSLAM_CACHE)
 
@@ -23,7 +23,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 STORED = ROOT / "tools/figures/front_page.json"
 SCENARIOS = ("tangent_circle", "perpendicular_circle", "hall", "slippery_laps")
-SEEDS, SAMPLE = "1..10", ("1", "2")
+SEEDS, SAMPLE = "1..10", ("1", "2")  # a walk of slippery_laps takes long: one seed
 T_95 = 2.262  # Student's t of a 95 % interval from ten values
 RELATIVE = 0.2  # tolerance of --check; other processors render other pixels
 # Metric, text, factor to the unit shown, format, absolute tolerance in that unit.
@@ -57,15 +57,16 @@ def columns():
             yield scenario + ", paper", scenario + "_paper", "filter", [ROWS[0][0]]
 
 
-def measured(work, seeds):
-    """For each column and metric: the statistics over the seeds, and the values of the sample."""
+def measured(work, seeds=None):
+    """For each column and metric: the statistics over the seeds, or else over the sample, and the values of the sample."""
     results = {}
     for name, scenario, estimator, metrics in columns():
         out = work / f"{scenario}_{estimator}"
-        gaitslam("run", f"scenarios/{scenario}.yaml", f"estimator={estimator}", "--seeds", seeds, "--jobs", os.cpu_count(),
+        seeds_of_sample = SAMPLE[:1] if scenario == "slippery_laps" else SAMPLE
+        gaitslam("run", f"scenarios/{scenario}.yaml", f"estimator={estimator}", "--seeds", seeds or ",".join(seeds_of_sample), "--jobs", os.cpu_count(),
                  "--cached", "--out", out, "--force", "-q")
         summary = json.loads((out / "summary.json").read_text())["metrics"]
-        sample = [json.loads((out / f"seed-{seed}/score.json").read_text())["metrics"] for seed in SAMPLE]
+        sample = [json.loads((out / f"seed-{seed}/score.json").read_text())["metrics"] for seed in seeds_of_sample]
         results[name] = {metric: {**summary[metric], "sample": [score[metric]["value"] for score in sample]} for metric in metrics}
     return results
 
@@ -100,7 +101,7 @@ def table(stored):
     add(ODOMETRY, ", odometry", metric, factor, form)
     add(PAPER, ", paper", metric, factor, form)
     return "\n".join(lines) + (f"\n\nMeasured at revision {stored['revision']} by `tools/figures/front_page.py` on "
-                               f"{stored['machine']}. `.ci/run` measures seeds {' and '.join(SAMPLE)} of each column again.\n")
+                               f"{stored['machine']}. `.ci/run` measures one or two seeds of each column again.\n")
 
 
 def key_figures(stored):
@@ -136,12 +137,12 @@ def differences(stored, now):
 def check(work):
     stored = json.loads(STORED.read_text())
     wrong = [f"{path} differs from tools/figures/front_page.json" for path, page in pages(stored) if path.read_text() != page]
-    wrong += differences(stored, measured(work, f"{SAMPLE[0]}..{SAMPLE[-1]}"))
+    wrong += differences(stored, measured(work))
     for line in wrong:
         print(f"front page: {line}", file=sys.stderr)
     if wrong:
         sys.exit(f"front page: measured at revision {stored['revision']}, out of date: run tools/figures/front_page.py")
-    print(f"front page: seeds {' and '.join(SAMPLE)} of each column agree within {100 * RELATIVE:.0f} %")
+    print(f"front page: one or two seeds of each column agree within {100 * RELATIVE:.0f} %")
 
 
 def machine():
