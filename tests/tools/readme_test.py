@@ -1,5 +1,5 @@
 # Runs the commands of all documents as they stand, with a walk of one step in place of each scenario. Commands that take long,
-# wait for somebody or need a cluster are only parsed, and with them the rest of their block. Usage: readme_test.py PROGRAM
+# wait for input or need a cluster are only parsed, and with them the rest of their block. Usage: readme_test.py PROGRAM
 import pathlib
 import re
 import subprocess
@@ -9,7 +9,7 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PARSED = r"gaitslam (view|tune|reproduce|regress|baseline|sweep(?!.*--dry-run))|--view|--backend|gdbserver|policy\.npz|from_s|walk\.commands"
 START = (
-    f"mkdir -p start/tools && cd start && ln -s {ROOT}/tools/examples {sys.argv[1]} tools && ln -s {ROOT}/sim . && cp -r {ROOT}/scenarios . && "
+    f"mkdir -p start/tools && cd start && ln -s {ROOT}/tools/examples {sys.argv[1]} tools && ln -s {ROOT}/sim . && cp -rL {ROOT}/scenarios . && "
     "step='{walk: {commands: [{stand: {duration_s: 0.3}}, {straight: {forward_m: 0.15}}]}, camera: {rate_hz: 10}, slam: {}}' && "
     "for file in scenarios/*.yaml; do echo \"$step\" >$file; done && "
     "for name in mine my_slam visual_odometry; do ln -s tools/examples/gyro_and_plan.py $name; done && "
@@ -39,6 +39,6 @@ with tempfile.TemporaryDirectory() as place:
         shell(place, "rm -rf page && cp -r start page" + fresh).check_returncode()
         for command, parsed in commands(page):
             ran, count = shell(place + "/page", command), count + 1
-            if ran.returncode if not parsed else "not expected: --not-an-option" not in ran.stderr:
+            if ran.returncode if not parsed else "argument was not expected: --not-an-option" not in ran.stderr:
                 failures.append(f"{page}: {command}\n{ran.stdout}{ran.stderr}")
 sys.exit("\n".join(failures) or count < 40)
