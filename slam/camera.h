@@ -26,9 +26,9 @@ struct Ray {
 /// A pinhole camera with one of the lenses of options.h; z forward, u right, v down.
 class Camera {
  public:
-  /// Throws std::invalid_argument if a focal length is not positive, the image is smaller than 32 px, k1_px2
-  /// is negative, a coefficient is not finite, or the lens model is valid for less than 0.1 rad from its
-  /// axis.
+  /// Throws std::invalid_argument if a focal length (px) is at most 1/16 of the width, the image is smaller
+  /// than 32 px, k1_px2 is negative, a coefficient is not finite, or the lens model is valid for less than
+  /// 0.1 rad from its axis.
   explicit Camera(const CameraIntrinsics& intrinsics);
   /// Projects h, which may have any positive length. Returns nothing if h does not point forward or lies
   /// outside the valid field of view of the lens model.

@@ -87,7 +87,7 @@ constexpr std::array kSensors{
     Sensor{leg_velocity, kGate3, SensorIndex::plan_velocity, "leg odometry is beyond its gate"},
     Sensor{plan_velocity, kGate3, SensorIndex::plan_velocity, "planned velocity is beyond its gate"},
     Sensor{commanded_velocity, kGate2, SensorIndex::plan_velocity, "commanded velocity is beyond its gate"},
-    Sensor{height, kGate1, SensorIndex::height, "planned height is beyond its gate"}};
+    Sensor{height, kGate1, SensorIndex::height, "height is beyond its gate"}};
 
 bool agrees(const OptionalMeasurement& m, const Prediction& prediction, const State& state) {
   if (!m) return true;

@@ -9,7 +9,8 @@ namespace {
 
 constexpr double kOtherCarries = 1.1;  // ratio of the loads; feet that share the load do not alternate
 constexpr double kSettling_s = 0.1;    // time constant of a landed sole until it lies flat
-constexpr double kCarries = 0.2;  // of the total load; joint torques may show this much for a swinging leg
+// Fraction of the total load: loads computed from joint torques can be this large for a swinging leg.
+constexpr double kCarries = 0.2;
 // Time constant with which the accelerometer corrects the tilt. It spans many strides, since the
 // accelerometer also feels the sway.
 constexpr double kLeveling_s = 20;

@@ -41,8 +41,8 @@ struct SteeringOptions {
         key, kSteeredBy, "what corrects the footsteps: plan (nothing), truth (the true pose) or estimate");
     number<&SteeringOptions::latency_s>(
         key, 0, 10,
-        "age of the newest estimate that may correct a footstep; estimator.time, if set, is added to it "
-        "and makes the default 0");
+        "age of the newest estimate that may correct a footstep; with estimator.time, this is added to its "
+        "latency, and the default is 0");
     number<&SteeringOptions::gain>(key, 0, 1, "fraction of an error that one footstep corrects");
     number<&SteeringOptions::dead_band_sigma>(
         key, 0, 100, "error that is left uncorrected, in standard deviations of the estimate");

@@ -29,7 +29,6 @@ constexpr double kContact = 0.054;  // of the weight; a foot with less load is i
 
 // Time constants with which corrections decay, s: slower than a step while the corrections act, but faster
 // than the swing of a foot in the air, which has to land flat and at its planned height.
-// of a foot in the air, which has to land flat and at its planned height.
 constexpr double kAnkleLeak = 1.5, kAnkleLeakInAir = 0.1, kForceLeak = 1.5, kForceLeakInSwing = 0.08,
                  kTrunkLeak = 10;
 constexpr double kCompressionLag = 0.03;  // s, time constant with which a leg yields to a new load

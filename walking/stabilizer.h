@@ -85,7 +85,6 @@ struct StabilizerOptions {
 
   /// While both feet stand, they share the load in the ratio in which the desired ZMP divides the line
   /// between them (Kajita et al. 2010, section III-C). If switched off, each carries half.
-  /// 2010, section III-C); if switched off, each carries half.
   struct Distribution {
     bool enabled = true;
 
@@ -124,7 +123,6 @@ struct StabilizerOptions {
 
   /// A leg is lengthened by as much as its planned load compresses it, so that the other foot lands on time.
   /// The stiffness is that of servos and ankle bush together.
-  /// should. The stiffness is that of servos and ankle bush together.
   struct LegCompliance {
     bool enabled = true;
     double stiffness_n_m = 120e3;

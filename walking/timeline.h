@@ -49,7 +49,6 @@ class Timeline {
   ///
   /// The walk ends after the last landing in `landings`. Additional landings are inserted before the final
   /// standing, which is interrupted at tick `free` if first = steps().
-  /// which is interrupted at tick `free` if first = steps().
   void replan(std::size_t first, const std::vector<Footstep>& landings, std::size_t free);
 
   /// Start and end of a lap, in ticks.

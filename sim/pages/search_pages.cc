@@ -448,9 +448,10 @@ std::string sides(const Tuning& t) {
                      "<p class='soft'>The expected NEES of position and orientation is 3.";
   if (runs > 1) {
     const score::Band band = score::mean_band(3, runs);
-    html +=
-        fmt::format(" The mean of {} independent runs lies between {:.2f} and {:.2f} with 95 % probability.",
-                    runs, band.low, band.high);
+    html += fmt::format(
+        " For a consistent filter, the mean of {} independent runs lies between {:.2f} and {:.2f} in 95 % of "
+        "cases.",
+        runs, band.low, band.high);
   }
   return html + "</p>\n";
 }

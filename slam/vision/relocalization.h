@@ -63,7 +63,6 @@ class RelocalizationConfirmer {
 };
 
 /// The robot's state after relocalization: the found pose, velocities as uncertain as those of a walking
-/// robot, and everything else as in the state before.
 /// robot, and everything else as it was in the state before.
 RobotState relocalized_state(const Estimate& found, const State& before);
 

@@ -181,7 +181,7 @@ TEST(InternalMeasurements, LegsThatStumbleCountLessForAWhileAndTheirHeightStarts
   };
   step(60, 0);
   const double first = step(61, 0.3).first->value;
-  EXPECT_EQ(walk.report.refused.text(), "leg odometry is beyond its gate; planned height is beyond its gate");
+  EXPECT_EQ(walk.report.refused.text(), "leg odometry is beyond its gate; height is beyond its gate");
   const auto [velocity, height] = step(62, 0.6);
   EXPECT_LT(velocity->value, 0.1 * first);
   EXPECT_LT(height->value, 10.83);

@@ -256,7 +256,6 @@ TEST(PlanHistory, ACommandIsFollowedWithALagAndOnlyWithoutAPlanOrLegOdometry) {
 /// A robot that walks along y of the plan's world with a step of 0.1 m in every eight frames. Plan and
 /// odometry are in worlds that are turned relative to each other. sways_m: sideways, alternately to each
 /// side.
-/// odometry in worlds that are turned against each other. sways_m: sideways, to each side in turn.
 std::vector<Observation> stepping(double scale, double sways_m = 0) {
   Eigen::Isometry3d X_PC = Eigen::Isometry3d::Identity();
   X_PC.linear() << 1, 0, 0, 0, 0, 1, 0, -1, 0;  // z of C is y of P

@@ -25,6 +25,17 @@ TEST_F(Cli, HelpOfTheProgramAndOfEachCommandHasExamples) {
               Has("slam.gyro.sigma_rad_s\n    assumed standard deviation", "ate_se3_rmse_m"));
 }
 
+TEST_F(Cli, HelpPrintsThePageOfACommandAndTopicsFromTheReadmes) {
+  EXPECT_EQ(ok("help run"), ok("run --help"));
+  std::istringstream topics("cache ci controller estimator exit-codes formats scenario slurm");
+  for (std::string topic; topics >> topic;) {
+    EXPECT_THAT(ok("help"), Has(topic));
+    EXPECT_THAT(ok("help " + topic), StartsWith("#"));
+  }
+  EXPECT_THAT(ok("help slurm"), AllOf(Has("SBATCH_PARTITION"), Lacks("\n## ")));
+  EXPECT_THAT(refusal("help slrum"), Has("is 'slrum', expected a command or one of the topics cache, ci"));
+}
+
 // Loading 120 libraries and a compiler would cost each process 90 ms.
 TEST_F(Cli, CodecsAndOpenGLAreNotLoadedBeforeTheyAreNeeded) {
   const std::string loaded = shell("LD_TRACE_LOADED_OBJECTS=1 " GAITSLAM_PROGRAM).out;
@@ -49,8 +60,10 @@ TEST_F(Cli, TheLauncherBuildsTheRunnerForItsCommandsAndTheWholeProgramForTheRest
   const std::string of_runner = " " + commands("'" GAITSLAM_RUNNER "'");
   std::istringstream names(commands(GAITSLAM_PROGRAM));
   for (std::string name; names >> name;) {
+    if (name == "help") continue;  // it is in both
     const bool in_runner = std::regex_search(of_runner, std::regex("[ \n]" + name + "[ \n]"));
-    EXPECT_EQ(shell("tools/gaitslam " + name).out, in_runner ? "runner\n" : "whole\n") << name;
+    for (const std::string& typed : {name, "help " + name})
+      EXPECT_EQ(shell("tools/gaitslam " + typed).out, in_runner ? "runner\n" : "whole\n") << typed;
     EXPECT_EQ(shell("tools/gaitslam " + name + " --view").out, "whole\n");
   }
   EXPECT_EQ(shell("tools/gaitslam run x 'walk.controller={program: [tools/gaitslam, walker]}'").out,
@@ -77,6 +90,7 @@ TEST_F(Cli, EachCommandReportsWrongInput) {
        {"check near.yaml", "near.yaml:2: world.room: is 'ofice', expected one of "},
        {"check near.yaml world.room=hall world.robot=./none",
         "/none has no robot.yaml; 'gaitslam robot init' writes one"},
+       {"config near.yaml --frobnicate", " --frobnicate (gaitslam help config)\n"},
        {"check far.yaml", "walk.commands[0]: at"},
        {"check control.yaml", "a?K?z"},
        {"replay no-such-folder", "no-such-folder: no such result folder"},

@@ -132,7 +132,6 @@ TEST_F(ExternalEstimator, AProgramThatRejectsItsStartIsFoundBeforeTheWalk) {
 
 /// The C++ program of tools/examples on a recording of a straight walk of 1 m. The bounds are a twentieth of
 /// the path, chosen before the first try; a program that stands still misses them by far.
-/// path, chosen before the first try; a program that stands still misses them by far.
 TEST_F(LongExternalEstimator, TheExampleTracksTheWalkByStereoOrDepth) {
   for (const char* folder : {"sim", "tools"})
     fs::create_directory_symlink(kSources + "/" + folder, folder_ / folder);

@@ -9,7 +9,8 @@ cd "$place"
 for file in bin/gaitslam include/gaitslam_estimator.h share/gaitslam/models/robots/hrp2/robot.xml share/gaitslam/scenarios/tangent_circle.yaml \
   share/gaitslam/schemas/score.schema.json share/man/man1/gaitslam.1 share/bash-completion/completions/gaitslam \
   share/zsh/vendor-completions/_gaitslam share/doc/gaitslam/copyright share/doc/gaitslam/CITATION.cff \
-  share/doc/gaitslam/estimators.md share/doc/gaitslam/exports.md; do
+  share/doc/gaitslam/estimators.md share/doc/gaitslam/exports.md \
+  $(sed -n 's|.*{"[a-z-]*", {"\([a-z/]*\)".*|share/gaitslam/\1/README.md|p' "$(dirname "$0")/../../tools/cli/help_command.cc"); do
   [ -f "usr/$file" ] || { echo "$file is not installed" >&2; exit 1; }
 done
 

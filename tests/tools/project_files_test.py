@@ -130,10 +130,17 @@ class IncludeRule(unittest.TestCase):
 
 class FrontPage(unittest.TestCase):
     def test_is_one_page_and_shows_what_its_script_measured_last(self):
-        page, stored = (ROOT / 'README.md').read_text(), json.loads(front_page.STORED.read_text())
-        self.assertLessEqual(page.count('\n'), 150)
-        self.assertEqual(front_page.with_blocks(page, stored), page)
-        self.assertNotEqual(front_page.with_blocks(page, stored | {'revision': 'another'}), page)
+        stored, lines = json.loads(front_page.STORED.read_text()), (ROOT / 'README.md').read_text().splitlines()
+        self.assertLessEqual(len(lines), 90)
+        self.assertLessEqual(max(map(len, lines)), 100)
+        for revision, differing in ((stored['revision'], 0), ('another', 1)):
+            pages = front_page.pages(stored | {'revision': revision})
+            self.assertEqual(differing, sum(path.read_text() != page for path, page in pages))
+
+    def test_a_mean_has_its_interval_and_count(self):
+        statistics = {'n': 10, 'mean': 3, 'sd': 1, 'median': 2, 'worst': 9}
+        self.assertEqual('3.0 [2.3, 3.7], 10', front_page.cell('nees_position_mean', statistics, 1, '{:.1f}'))
+        self.assertEqual('2.0 (9.0)', front_page.cell('rmse_m', statistics, 1, '{:.1f}'))
 
     def test_a_sample_that_differs_beyond_the_tolerance_is_named(self):
         stored = json.loads(front_page.STORED.read_text())['columns']

@@ -25,7 +25,7 @@ Examples:
   gaitslam replay results/tangent_circle/seed-1 slam.vision.sigma_px=1.5
   gaitslam report results/tangent_circle/seed-1 --out report.html
   gaitslam check scenarios/*.yaml
-  gaitslam COMMAND --help
+  gaitslam help run
 Exit codes: 0 passed; 1 missed a limit; 2 wrong usage or configuration; 3 the run failed; 74 the disk is full or
 a device failed.)";
 
@@ -103,7 +103,10 @@ int run_program(int argc, char** argv) {
   } catch (const CLI::Success& asked) {
     return app.exit(asked);
   } catch (const CLI::ParseError& e) {
-    return fail_with(fmt::format("gaitslam: {}{} (gaitslam --help)", e.what(), suggested_option(app)), 2);
+    const auto typed = app.get_subcommands();
+    const std::string page = typed.empty() ? "" : " " + typed[0]->get_name();
+    return fail_with(fmt::format("gaitslam: {}{} (gaitslam help{})", e.what(), suggested_option(app), page),
+                     2);
   }
   return exit_code;
 }

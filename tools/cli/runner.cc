@@ -27,5 +27,5 @@ std::unique_ptr<ViewSession> view_of_replay(const ViewRequest& request, const sc
 }  // namespace sim::view
 
 std::vector<cli::AddCommand*> cli::commands() {
-  return {add_run, add_record, add_replay, add_config, add_element};
+  return {add_run, add_record, add_replay, add_config, add_element, add_help};
 }

@@ -67,7 +67,6 @@ CameraOptions camera(double exposure_s, double readout_s, int subframes) {
 
 // Each ball's error is averaged over poses that shift the image by fractions of a pixel. The steps of its
 // edge cancel out; an error of the lens, of half a pixel or of the pose would not.
-// cancel, an error of the lens, of the half pixel or of the pose would not.
 TEST(HeadCamera, ShowsKnownPointsWithinATenthOfAPixelOverTheWholeImage) {
   constexpr int poses = 6;
   const Vector3d p(0.3, -0.2, 1.4);

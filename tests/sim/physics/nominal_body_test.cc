@@ -29,7 +29,6 @@ walking::BodyPose moved(const walking::BodyMotion& motion, double dt) {
 
 // The linear momentum is the mass times the derivative of the center of mass; the angular momentum is that of
 // links that turn and move about it.
-// turn and move about it.
 TEST(NominalBody, MomentumIsTheSumOverItsLinks) {
   const Model model = load_model(robot_file(), "floor", models());
   const Data before(mj_makeData(model.get())), after(mj_makeData(model.get()));

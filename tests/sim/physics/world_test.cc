@@ -234,7 +234,7 @@ TEST(World, RefusesAModelThatDoesNotExistOrDoesNotLoadAndNamesIt) {
 
 using walking::walk_of;
 
-// On 1 m, HRP-2 itself drifts by a centimeter or two, and by 0.1° (0.7°) over twice this turn.
+// HRP-2 itself drifts by a centimeter or two over 1 m, and by 0.1° (sd 0.7°) over twice this turn.
 TEST(Walk, FollowsThePlanExceptForTheSlipOfItsFeet) {
   for (const auto& [command, turn, most_m] :
        {std::tuple<walking::Command, double, double>{walking::Straight{0.6, 0}, 0, 0.03},

@@ -185,10 +185,9 @@ scenario::Scenario limited(const std::vector<scenario::MetricLimit>& limits, boo
 const scenario::MetricLimit kEach{kError, {}, scenario::Bound::at_most, 1.15},
     kMedian{kError, "median", scenario::Bound::at_most, 1.05};
 
-// A seed without a value misses its limit if a filter was supposed to run; without a filter, it is not
-// judged.
+// A seed without a value misses its limit if its scenario has a filter. Otherwise the limit is not judged.
 TEST(Verdict, LimitsHoldWhateverTheBaseline) {
-  using Observed = std::vector<std::string>;  // of the endings, each seed and the median
+  using Observed = std::vector<std::string>;  // for the ending, each seed and the median
   for (const auto& [values, filter, observed, worst_seed] :
        {std::tuple(kThree, true, Observed{"3/3", "2/3", "1.1"}, 3),
         {kThree, false, {"3/3", "2/3", "1.1"}, 3},
