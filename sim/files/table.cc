@@ -199,10 +199,11 @@ Table::Title Table::parse(std::string_view text) const {
   for (const auto& [names, ns] : kStampsWithUnit)
     if (lists(names, name) || lists(names, last_words(name, 1)))
       title.quantity = time, title.factor = ns, title.axis = names.starts_with(" n");
-  if (const std::size_t element = kElements.find(name); name.size() == 4 && element != name.npos)
+  if (const std::size_t element = kElements.find(name); name.size() == 4 && element % 4 == 0)
     title.quantity = covariance, title.axis = element / 4;
   if (name.empty()) return title;
-  const std::string stem(last_words(name, 2).substr(0, last_words(name, 2).size() - 1));
+  std::string_view stem = last_words(name, 2);
+  stem.remove_suffix(1);
   for (const auto& [quantity, stems] : kStems)
     if (const auto axis = static_cast<std::size_t>(name.back() - (quantity == orientation ? 'w' : 'x'));
         lists(stems, stem) && name.back() >= 'w' && axis < 4)

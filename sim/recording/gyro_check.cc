@@ -85,14 +85,14 @@ struct Moments {
   int pairs = 0;
   Eigen::Matrix3d truth = Eigen::Matrix3d::Zero(), gyro = truth, both = truth;  // both: rows are the gyro's
 
-  double variance(const Eigen::Matrix3d& M) const {  // left over by M (truth to gyro), of all axes
-    return (gyro.trace() + (M * truth * M.transpose()).trace() - 2 * (both * M.transpose()).trace()) / pairs;
+  /// Returns the fraction of the gyro's variance that M (orthogonal, truth to gyro) explains.
+  double explained(const Eigen::Matrix3d& M) const {
+    return (2 * (both * M.transpose()).trace() - truth.trace()) / gyro.trace();
   }
-  double explained(const Eigen::Matrix3d& M) const { return 1 - variance(M) * pairs / gyro.trace(); }
-  /// Log-likelihood for the variance left on one axis. Axes that hardly turn do not count.
-  double likelihood(double variance) const {
-    constexpr double kLeast = 1e-3;  // fraction of the variance of all axes
-    return -0.5 * pairs / kWindow * std::log(std::max(variance, kLeast * gyro.trace() / pairs));
+  /// Log-likelihood ratio of M to another transformation. Less than 0.3 % of the variance does not count.
+  double evidence(const Eigen::Matrix3d& M, const Eigen::Matrix3d& other) const {
+    const auto left = [&](const Eigen::Matrix3d& of) { return std::max(1 - explained(of), 3e-3); };
+    return 0.5 * pairs / kWindow * std::log(left(other) / left(M));
   }
 };
 
@@ -122,16 +122,13 @@ Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M) {
 void compare_axes(const Moments& m, GyroComparison& comparison) {
   constexpr double kLeastExplained = 0.8, kLeastTurn_rad = 0.17;
   const Eigen::Matrix3d rotation = nearest_rotation(m.both), mirror = -nearest_rotation(-m.both);
-  const auto evidence = [&](const Eigen::Matrix3d& M, const Eigen::Matrix3d& over) {
-    return m.likelihood(m.variance(M) / 3) - m.likelihood(m.variance(over) / 3);
-  };
-  if (m.explained(mirror) > kLeastExplained && evidence(mirror, rotation) >= kDecisive) {
+  if (m.explained(mirror) > kLeastExplained && m.evidence(mirror, rotation) >= kDecisive) {
     comparison.mirrored = true;
     return;
   }
   const double turned = Eigen::AngleAxisd(rotation).angle();
   if (m.explained(rotation) > kLeastExplained && turned > kLeastTurn_rad &&
-      evidence(rotation, Eigen::Matrix3d::Identity()) >= kDecisive)
+      m.evidence(rotation, Eigen::Matrix3d::Identity()) >= kDecisive)
     comparison.turned_rad = turned;
 }
 

@@ -131,15 +131,18 @@ Change body_turn(const Compared& c) {
 }  // namespace
 
 std::optional<std::string> diagnosis(const Compared& c) {
-  const Alignment alignment = c.with_scale ? Alignment::sim3 : Alignment::se3;
+  Alignment alignment = c.alignment;
+  if (alignment <= Alignment::origin) alignment = Alignment::se3;
+  if (alignment == Alignment::scale) alignment = Alignment::sim3;
   std::vector<Change> changes;
   if (c.truth.has_orientation && c.estimate.has_orientation) changes.push_back(body_turn(c));
   if (const double error = error_m(c.pairs, alignment); error >= kLeast_m && error < kNone) {
     changes.push_back(clock_offset(c, alignment));
     changes.push_back(mirror(c, alignment));
     const auto found = score::align(c.pairs, Alignment::sim3);
+    const auto* const S = std::get_if<Similarity>(&found);
     for (const double factor : {1000., 1e-3, 1 / kDegree, kDegree})
-      if (std::abs(std::get<Similarity>(found).scale / factor - 1) < kSameUnit)
+      if (S && std::abs(S->scale / factor - 1) < kSameUnit)
         changes.push_back(unit(c, alignment, factor));
   }
   const auto best = std::ranges::max_element(changes, {}, &Change::cut);

@@ -5,16 +5,16 @@
 
 namespace sim::trajectory_score {
 
-/// Two trajectories whose clocks agree as stated, their pairs, and how they are aligned.
+/// Two trajectories, their pairs, and how these are aligned.
 struct Compared {
   const files::TrajectoryFile& truth;
   const files::TrajectoryFile& estimate;
   const std::vector<score::PosePair>& pairs;
   score::Stamp most_gap, offset;  ///< between two true poses; added to the estimate's stamps
-  bool with_scale;                ///< the alignment includes the scale
+  score::Alignment alignment;     ///< se3 in place of none and origin, sim3 in place of scale
 };
 
-/// Returns a sentence on the change that cuts the error of positions (after se3 or sim3 alignment) or of
+/// Returns a sentence on the change that cuts the error of positions (after the alignment) or of
 /// orientations most, at least fivefold, and the option that applies it: a clock offset up to 40 s, a
 /// constant turn between the two bodies, a mirrored axis, or positions in other units. Nothing if none does.
 std::optional<std::string> diagnosis(const Compared& compared);

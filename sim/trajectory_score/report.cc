@@ -261,7 +261,7 @@ std::optional<std::string> warning(const NamedFile& truth, const NamedFile& esti
   const Alignment alignment = options.alignment.value_or(Alignment::none);
   const Trajectory of_truth = truth.trajectory();
   if (auto found = diagnosis({truth.read, estimate.read, pairs, most_gap(of_truth, options.pairing),
-                              stamp(options.pairing.offset_s), has_scale(alignment)}))
+                              stamp(options.pairing.offset_s), alignment}))
     return found;
   if (options.alignment && !has_scale(alignment)) return std::nullopt;
   const auto found = align_first(pairs, Alignment::sim3, options);

@@ -74,7 +74,7 @@ TEST_F(Exchange, AFolderWithoutTruthIsNotScoredAndOneWithoutAPlanOnlyUpToScale) 
 }
 
 TEST_F(Exchange, WhatCannotBeReplayedOrExportedIsReportedInOneLine) {
-  write("e/mav0/imu0/data.csv", "#timestamp [ns],x,y,z\n12,0,0,0\n11,0,0,0\n");
+  write("e/mav0/imu0/data.csv", "#timestamp [ns],wx,wy,wz\n12,0,0,0\n11,0,0,0\n");
   expect_refused({{"replay e --out back",
                    "gaitslam: e/mav0/imu0/data.csv:3:1: the stamp is not after the previous one: it is 1e-09 "
                    "s earlier\n"},

@@ -266,6 +266,7 @@ FILES = {  # each as if its path were x = t, y = sin t
     "turned.tum": curve(lambda i, t, y: f"{t} {t} {y} 1 0 0.6 0 0.8\n"),
     "helix.tum": curve(lambda i, t, y: f"{t} {math.cos(t)} {y} {0.3 * t} 0 0 0 1\n"),
     "mirrored.tum": curve(lambda i, t, y: f"{t} {math.cos(t)} {-y} {0.3 * t} 0 0 0 1\n"),
+    "flat.tum": curve(lambda i, t, y: tum_line(t, t, -y)),
     "degrees.tum": curve(lambda i, t, y: tum_line(t, math.degrees(t), math.degrees(y))),
     "poses.txt": curve(lambda i, t, y: f"1 0 0 {t} 0 1 0 {y} 0 0 1 1\n"),
     "half.txt": curve(lambda i, t, y: f"1 0 0 {2 * t} 0 1 0 {y} 0 0 1 1\n", 150),
@@ -329,6 +330,7 @@ ACCEPTED = [
     ("truth.tum turned.tum", "warning   the bodies are turned by 73.74 deg; --turn-body 0.00,73.74,0.00 cuts the error from 73.7 to "),
     ("truth.tum turned.tum --turn-body 0,73.74,0", "APE none [deg]                      300 100.0 % 0.00020471"),
     ("helix.tum mirrored.tum", "warning   its y axis is mirrored; --columns \"t[s] tx -ty tz qx qy qz qw\" cuts the error from "),
+    ("truth.tum flat.tum --align yaw", "warning   its y axis is mirrored"), ("truth.tum flat.tum --align se3", "\nalignment se3\n\n"),
     ("truth.tum noisy.tum", "\nalignment none\nwarning   sim3"), ("truth.tum noisy.tum --align se3", "\nalignment se3\n\n"),
     ("truth.tum late.tum --t-offset -1000000000", ""),
     ("truth.tum still.tum -r angle_deg", ""),  # a camera may turn on the spot

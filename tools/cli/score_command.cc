@@ -14,13 +14,13 @@ constexpr const char* kScoreExamples = R"(Examples:
   gaitslam score truth.tum estimate.txt --align se3
   gaitslam score truth.tum estimate.tum -d 1 -u m --all-pairs --json
 Reads result folders, TUM (8 columns between spaces, or 20 with covariance), KITTI (12, with times.txt), and tables with a
-header of known names, as in EuRoC's files. Without such a header, --columns names the columns in order, - for any other:
-  t[s|ms|us|ns] or sec nanosec; x y z, tx.. px.. p_x.. p_RS_R_x.. position.x.. [m|cm|mm|km]; qw qx qy qz, q_w.. q_RS_w..
-  orientation.w..; Pr11 Pr12 Pr13 Pr22 Pr23 Pr33 Pt11 ... Pt33 (covariance, about the body's axes). -y mirrors an axis.
-Units are in brackets; only a stamp must have one. Nothing is inferred from values. A warning names the option that would
-cut the error at least fivefold, if one does. Terms and numbers are those of evo_ape and, with -d or -u, of evo_rpe. NEES is
-computed without alignment, over the poses with a covariance. The score.json of a result starts at the first planned
-motion, while this score starts at the first pose.
+header of known names, as in EuRoC's files. --columns replaces the header: names in order, - for a column that is not used.
+Names: t, time, timestamp or stamp, with [s], [ms], [us] or [ns], or sec nanosec; x y z, also as tx, px, p_x, p_RS_R_x or
+position.x, in m unless [cm], [mm] or [km] follows; qw qx qy qz, also as q_w, q_RS_w or orientation.w; and the covariance
+Pr11 Pr12 Pr13 Pr22 Pr23 Pr33 Pt11 ... Pt33, about the body's axes. -y mirrors an axis. Nothing is inferred from values.
+A warning names the option that would cut the error at least fivefold, if one does. Terms and numbers are those of evo_ape
+and, with -d or -u, of evo_rpe. NEES is computed without alignment, over the poses with a covariance. The score.json of a
+result starts at the first planned motion, while this score starts at the first pose.
 Exit codes: 0 scored; 2 nothing can be compared (the reason is printed).)";
 
 constexpr const char* kRelations = "trans_part, angle_deg, angle_rad, rot_part, full or point_distance";
