@@ -268,8 +268,13 @@ std::vector<Column> Table::required(Quantity quantity) const {
 
 std::vector<std::string> Table::names() const {
   std::vector<std::string> all;
-  for (const auto& [name, unit, quantity, axis, factor] : titles_)
-    all.push_back(!quantity ? "-" : unit.empty() ? name : fmt::format("{}[{}]", name, unit));
+  for (const Title& title : titles_) {
+    const bool lacks_unit = title.factor == 0 && title.unit.empty();
+    const std::string unit = lacks_unit ? "ns" : title.unit;
+    all.push_back(!title.quantity ? "-"
+                  : unit.empty()  ? title.name
+                                  : fmt::format("{}[{}]", title.name, unit));
+  }
   return all;
 }
 

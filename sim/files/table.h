@@ -60,7 +60,7 @@ class Table {
   std::vector<Column> columns(Quantity quantity) const;
   /// Returns columns(). Throws FileError if there are none.
   std::vector<Column> required(Quantity quantity) const;
-  /// Returns the names as name() reads them, one for each field.
+  /// Returns the names as name() reads them, one for each field; a stamp without unit is in ns.
   std::vector<std::string> names() const;
   /// Returns the stamp of a row in these columns. Throws FileError, as fail() does beyond 9e9 s.
   std::chrono::nanoseconds stamp(const TableRow& row, const std::vector<Column>& columns) const;

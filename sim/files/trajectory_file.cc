@@ -1,6 +1,7 @@
 #include "sim/files/trajectory_file.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -37,7 +38,10 @@ constexpr const char* kTumCovariance =
     "t[s] tx ty tz qx qy qz qw Pr11 Pr12 Pr13 Pr22 Pr23 Pr33 Pt11 Pt12 Pt13 Pt22 Pt23 Pt33";
 
 std::string expected_poses(const Table& table) {
-  const char* const start = table.width() < 8          ? "t[s] x y z"
+  const std::vector<std::string> names = table.names();
+  const bool named = names.size() == table.width() && std::ranges::count(names, "-") + 4 <= std::ssize(names);
+  const std::string start = named                      ? fmt::format("{}", fmt::join(names, " "))
+                            : table.width() < 8        ? "t[s] x y z"
                             : table.width() == 13      ? "t[ns] - - - x - - - y - - - z"
                             : table.separator() == ' ' ? "t[ns] x y z qx qy qz qw"
                                                        : "t[ns] x y z qw qx qy qz";

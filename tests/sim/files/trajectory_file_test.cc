@@ -57,6 +57,8 @@ TEST_F(TrajectoryFileTest, WhatIsNotDeclaredIsRejectedWithItsFirstRowAndAStart) 
             ":2: two columns are the same part of the position"},
            {"t[s],x,y,z,Pr11\n5,1,2,3,4\n", ":2: 1 of 12 columns of the covariance"}})
     expect_rejected(header, why);
+  EXPECT_THAT(error_of([&] { read("time,tx,ty,tz,qx,qy,qz,qw,v\n5,1,2,3,0,0,0,1,9\n"); }),
+              testing::EndsWith(": --columns \"time[ns] tx ty tz qx qy qz qw -\""));
   EXPECT_THAT(error_of([&] { read_trajectory(folder_ / "m.csv", "t[s] lat y z"); }),
               HasSubstr("--columns: unknown name \"lat\", expected - for a column that is not used"));
   EXPECT_THAT(error_of([&] { read_trajectory(folder_ / "m.csv", places + " - -"); }),
