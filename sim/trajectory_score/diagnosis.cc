@@ -142,8 +142,7 @@ std::optional<std::string> diagnosis(const Compared& c) {
     const auto found = score::align(c.pairs, Alignment::sim3);
     const auto* const S = std::get_if<Similarity>(&found);
     for (const double factor : {1000., 1e-3, 1 / kDegree, kDegree})
-      if (S && std::abs(S->scale / factor - 1) < kSameUnit)
-        changes.push_back(unit(c, alignment, factor));
+      if (S && std::abs(S->scale / factor - 1) < kSameUnit) changes.push_back(unit(c, alignment, factor));
   }
   const auto best = std::ranges::max_element(changes, {}, &Change::cut);
   if (best == changes.end() || best->cut() < kDecisive) return std::nullopt;
