@@ -9,6 +9,7 @@
 #include "sim/pages/pictures.h"
 #include "sim/pages/run_data.h"
 #include "sim/pages/settings.h"
+#include "sim/pages/variants.h"
 #include "sim/scenario/options.h"
 
 namespace sim::pages {

@@ -218,6 +218,16 @@ void read_frames(RunData& run) {
 
 }  // namespace
 
+std::string RunData::setting(const std::string& key) const {
+  const auto found = settings.find(key);
+  return found == settings.end() ? "" : in_one_line(found->second);
+}
+
+std::string RunData::label() const {
+  return fmt::format("{}, seed {}{}{}", scenario, seed, estimator == "filter" ? "" : ", " + estimator,
+                     alignment == "none" ? "" : " after " + alignment);
+}
+
 RunData read_run(const fs::path& folder) {
   if (!fs::is_directory(folder)) throw files::FileError(folder, "no such result folder");
   RunData run;

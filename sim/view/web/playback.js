@@ -18,8 +18,8 @@ async function appendPiece(panes, piece, first) {
   await Promise.all(panes.map(append));
 }
 
-/// The first picture is drawn only once, when it is complete, because every drawing of the scene or of a figure
-/// delays the next one.
+/// The first picture is drawn only once, when it is complete, because every drawing of the scene or of a
+/// figure delays the next one.
 async function showFirst(page, first, model, images) {
   await Promise.all(images);
   page.addModel(await model);
