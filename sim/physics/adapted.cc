@@ -79,10 +79,7 @@ class Adapter {
 
   using Foot = std::array<RobotFile::Foot, 2>::const_iterator;
 
-  std::string name(int type, int id) const {
-    const char* const own = mj_id2name(&m_, type, id);
-    return own ? own : "";
-  }
+  std::string name(int type, int id) const { return writer_.name(type, id); }
   int bits(int geom) const { return m_.geom_contype[geom] | m_.geom_conaffinity[geom]; }
   void set_bits(int geom, int type, int affinity) {
     m_.geom_contype[geom] = type, m_.geom_conaffinity[geom] = affinity;

@@ -111,10 +111,8 @@ Element adapted_room(const std::filesystem::path& file) {
   const model_file::ModelFile room = read_room(file, schema());
   const Model compiled = load_mjcf(room.root, file.string());
   mjModel& m = *compiled;
-  const auto name = [&](int type, int id) {
-    const char* const own = mj_id2name(&m, type, id);
-    return std::string(own ? own : "");
-  };
+  const Writer writer(m, room, "");
+  const auto name = [&](int type, int id) { return writer.name(type, id); };
   if (m.njnt > 0)
     reject(room.named("joint", name(mjOBJ_JOINT, 0)), "", "is in a room, expected shapes that do not move");
   for (int light = 0; light < m.nlight; ++light)
@@ -154,7 +152,6 @@ Element adapted_room(const std::filesystem::path& file) {
   Element root{"mujoco"};
   for (const Element& section : room.root.children)
     if (section.name == "visual") root.children.push_back(section);
-  const Writer writer(m, room, "");
   Element world{"worldbody"};
   writer.add_content(0, world);
   root.children.push_back(std::move(world));

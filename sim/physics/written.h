@@ -2,6 +2,7 @@
 // another file applies.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <set>
 
@@ -12,23 +13,27 @@ namespace sim::physics {
 
 class Writer {
  public:
-  /// file: the text that was compiled. prefix: for names of assets.
+  /// file: the text that was compiled. prefix: for names of assets. Both must outlive this object.
   Writer(const mjModel_& model, const model_file::ModelFile& file, std::string prefix);
 
   std::set<int> rigid;                                        ///< joints that are left out
   std::map<int, std::vector<model_file::Element>> additions;  ///< elements to add to bodies
 
-  /// Returns a body with all bodies below it, at X in its parent if X is given. joint: what moves it.
+  /// Returns a body with all bodies below it, moved by X.
   model_file::Element body(int body, const Eigen::Isometry3d* X = nullptr) const;
-  /// Adds shapes, sites, lights and bodies of a body to an element.
+  /// Adds shapes, sites, lights and bodies of a body to an element, moved by X. Throws FileError for numbers
+  /// that are not finite.
   void add_content(int body, model_file::Element& to, const Eigen::Isometry3d* X = nullptr) const;
   /// Adds `asset`, `tendon` and `equality`; couplings of left-out joints are left out.
   void add_sections(model_file::Element& root) const;
   /// Returns the body to which the shapes of a body are added: the one around it if it stands for a `frame`.
   int owner(int body) const;
+  /// Returns the name of a part (mjtObj), or "".
+  std::string name(int type, int id) const;
 
  private:
-  std::string name(int type, int id) const;
+  model_file::Element part(const char* kind, int type, int id, const char* attributes) const;
+  void add(model_file::Element& element, const char* attributes, int id) const;
   void place(model_file::Element& element, const double* p, const double* q,
              const Eigen::Isometry3d* X) const;
   model_file::Element joint(int joint) const;
@@ -36,11 +41,11 @@ class Writer {
   model_file::Element material(int material) const;
   model_file::Element tendon(int tendon) const;
   bool is_fused(int body) const;
-  void require_finite(const model_file::Element& written) const;
 
   const mjModel_& m_;
   const model_file::ModelFile& file_;
   std::string prefix_;
+  std::map<std::string, std::function<std::string(int)>> texts_;  // of the model's arrays, by name
   std::map<int, Eigen::Isometry3d> meshes_;  // how the library moved and turned each mesh
 };
 
