@@ -125,9 +125,10 @@ class Reader {
     take_assets();
     for (Element& section : root_.children) prepare(section);
     if (room_) mark_floors();
-    show_meshes();
     write_compiler();
     check(root_, known_);
+    keep_assets();
+    show_meshes();
   }
 
  private:
@@ -177,9 +178,16 @@ class Reader {
           if (&each == robot)
             kept.push_back(std::move(each));
           else
-            note(Fate::dropped, fmt::format("{} of the world", each.name), each);
+            drop_of_world(each);
         world.children = std::move(kept);
       }
+  }
+
+  void drop_of_world(const Element& part) {
+    note(Fate::dropped, fmt::format("{} of the world", part.name), part);
+    part.visit([this](const Element& each) {
+      if (each.name == "joint" && each.find("name")) gone_.insert(each.get("name"));
+    });
   }
 
   /// Keeps the assets that something names, with names and absolute paths.
@@ -218,21 +226,27 @@ class Reader {
         value = file.string();
       }
     if (asset.name == "mesh" && asset.find("inertia")) inertia_by_mesh_.insert(asset.get("name"));
-    if (asset.name == "material") return;
-    Element& kept = model_.assets.emplace_back(asset);
-    kept.erase("class");
-    kept.erase("inertia");
-    if (asset.name != "mesh" || asset.find("scale")) return;
-    const std::string* scale = nullptr;
+  }
+
+  /// Copies the assets for other files: without classes.
+  void keep_assets() {
+    const std::string* main = nullptr;  // scale of meshes
     for (const Element& section : root_.children)
       for (const Element& child : section.children)
         if (section.name == "default" && child.name == "mesh" && child.find("scale"))
-          scale = child.find("scale");
-    const std::string* const main = scale;
+          main = child.find("scale");
     for (const Element& section : root_.children)
-      if (const std::string* found = nullptr; section.name == "default")
-        if (found = class_scale(section, asset.get("class"), main); found) scale = found;
-    if (scale) kept.set("scale", *scale);
+      for (const Element& asset : section.children) {
+        if (section.name != "asset" || asset.name == "material") continue;
+        Element& kept = model_.assets.emplace_back(asset);
+        kept.erase("class");
+        if (asset.name != "mesh" || asset.find("scale")) continue;
+        const std::string* scale = main;
+        for (const Element& classes : root_.children)
+          if (const std::string* found = nullptr; classes.name == "default")
+            if (found = class_scale(classes, asset.get("class"), main); found) scale = found;
+        if (scale) kept.set("scale", *scale);
+      }
   }
 
   /// Drops, marks or rejects what the library does not know and what the bench does not use.
@@ -253,6 +267,10 @@ class Reader {
     }
     if (parent.name == "equality")
       std::erase_if(parent.children, [](const Element& each) { return !is_coupling(each); });
+    if (parent.name == "equality" || parent.name == "actuator")
+      std::erase_if(parent.children, [this](const Element& each) {
+        return gone_.contains(each.get("joint")) || gone_.contains(each.get("joint1"));
+      });
   }
 
   static bool is_coupling(const Element& equality) {
@@ -376,7 +394,18 @@ class Reader {
   bool room_;
   int frames_ = 0;
   std::set<std::string> inertia_by_mesh_;  // meshes
+  std::set<std::string> gone_;             // joints that are not the robot's
 };
+
+/// The library reads such numbers as others, without an error.
+void require_finite(const Element& element) {
+  for (const auto& [name, value] : element.attributes) {
+    std::istringstream words(value);
+    for (std::string word; words >> word;)
+      if (word == "nan" || word == "-nan" || word == "inf" || word == "-inf")
+        reject(element, name, fmt::format("is '{}', expected a finite number", word));
+  }
+}
 
 /// read: receives the files.
 ModelFile whole_file(const fs::path& file, std::set<fs::path>& read) {
@@ -384,6 +413,7 @@ ModelFile whole_file(const fs::path& file, std::set<fs::path>& read) {
   read.insert(fs::weakly_canonical(file, fault));
   ModelFile model{.root = read_xml(file)};
   if (model.root.name != "robot") expand(model.root, file.parent_path(), read);
+  std::as_const(model.root).visit(require_finite);
   return model;
 }
 

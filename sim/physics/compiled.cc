@@ -157,7 +157,7 @@ void require_units(CompiledRobot& robot) {
     const double most = *std::max_element(moments, moments + 3), radius = std::sqrt(most / m.body_mass[body]);
     const std::string name = model_name(m, mjOBJ_BODY, body);
     const Element& element = robot.file.named("body", name);
-    if (radius > size && most > kMomentShare * mass * size * size)
+    if (size > 0 && radius > size && most > kMomentShare * mass * size * size)
       reject(element, "",
              fmt::format("'{}' has {:.4g} kg and a moment of inertia of {:.4g} kg m^2, as if its mass were "
                          "{:.3g} m from its center: expected kg m^2",

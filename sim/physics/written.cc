@@ -70,8 +70,14 @@ std::string Writer::name(int type, int id) const {
   return own ? own : "";
 }
 
+// The bench has sites of its own.
+std::string Writer::site_name(int site) const {
+  const std::string own = name(mjOBJ_SITE, site);
+  return "site/" + (own.empty() ? std::to_string(site) : own);
+}
+
 bool Writer::is_fused(int body) const {
-  return m_.body_mass[body] == 0 && name(mjOBJ_BODY, body).starts_with(model_file::kFrame);
+  return (m_.body_mass[body] == 0 || m_.body_weldid[body] == 0) && name(mjOBJ_BODY, body).starts_with(model_file::kFrame);
 }
 
 int Writer::owner(int body) const {
@@ -83,10 +89,7 @@ void Writer::add(Element& element, const char* attributes, int id) const {
   std::istringstream words(attributes);
   for (std::string word; words >> word;) {
     const std::size_t equals = word.find('=');
-    const std::string attribute = word.substr(0, equals), numbers = texts_.at(word.substr(equals + 1))(id);
-    if (numbers.find("nan") != numbers.npos || numbers.find("inf") != numbers.npos)
-      reject(file_.named(element.name, element.get("name")), attribute, "is not finite, expected numbers");
-    element.set(attribute, numbers);
+    element.set(word.substr(0, equals), texts_.at(word.substr(equals + 1))(id));
   }
 }
 
@@ -122,8 +125,8 @@ void Writer::add_content(int body, Element& to, const Eigen::Isometry3d* X) cons
   for (int geom = 0; geom < m_.ngeom; ++geom)
     if (m_.geom_bodyid[geom] == body) to.children.push_back(this->geom(geom, X));
   for (int site = 0; site < m_.nsite; ++site)
-    if (m_.site_bodyid[site] == body && m_.ntendon > 0)
-      place(to.add("site", {{"name", fmt::format("site/{}", site)}}), m_.site_pos + 3 * site,
+    if (m_.site_bodyid[site] == body)
+      place(to.add("site", {{"name", site_name(site)}}), m_.site_pos + 3 * site,
             m_.site_quat + 4 * site, X);
   for (int light = 0; light < m_.nlight; ++light)
     if (m_.light_bodyid[light] == body) add(to.add("light"), kLight, light);
@@ -186,9 +189,9 @@ Element Writer::tendon(int tendon) const {
     else if (type == mjWRAP_PULLEY)
       made.add("pulley", {{"divisor", number}});
     else if (type == mjWRAP_SITE)
-      made.add("site", {{"site", fmt::format("site/{}", object)}});
+      made.add("site", {{"site", site_name(object)}});
     else if (Element& geom = made.add("geom", {{"geom", name(mjOBJ_GEOM, object)}}); m_.wrap_prm[wrap] >= 0)
-      geom.set("sidesite", "site/" + number);
+      geom.set("sidesite", site_name(int(m_.wrap_prm[wrap])));
   }
   return made;
 }

@@ -21,8 +21,7 @@ class Writer {
 
   /// Returns a body with all bodies below it, moved by X.
   model_file::Element body(int body, const Eigen::Isometry3d* X = nullptr) const;
-  /// Adds shapes, sites, lights and bodies of a body to an element, moved by X. Throws FileError for numbers
-  /// that are not finite.
+  /// Adds shapes, sites, lights and bodies of a body to an element, moved by X.
   void add_content(int body, model_file::Element& to, const Eigen::Isometry3d* X = nullptr) const;
   /// Adds `asset`, `tendon` and `equality`; couplings of left-out joints are left out.
   void add_sections(model_file::Element& root) const;
@@ -40,6 +39,7 @@ class Writer {
   model_file::Element geom(int geom, const Eigen::Isometry3d* X) const;
   model_file::Element material(int material) const;
   model_file::Element tendon(int tendon) const;
+  std::string site_name(int site) const;
   bool is_fused(int body) const;
 
   const mjModel_& m_;

@@ -72,14 +72,14 @@ TEST(ModelFile, OnlyTheRobotIsKeptAndWhatTheLibraryDoesNotKnowIsMarkedOrDropped)
     <option integrator='implicitfast'/><sensor><contact/></sensor><keyframe><key ctrl='0'/></keyframe>
     <default><joint damping='3' actuatorfrclimited='false'/><camera fovy='1'/></default>
     <worldbody>
-      <light/><geom type='plane' name='floor'/><body name='table'/>
+      <light/><geom type='plane' name='floor'/><body name='table'><joint name='drawer'/></body>
       <body name='base'><joint type='free' name='root'/>%I<camera mode='targetbody'/>
         <body name='leg' gravcomp='0'><joint name='hip' actuatorfrcrange='-88 80' user='1' range='-1 1'/>%I</body></body>
     </worldbody>
     <contact><pair geom1='sole' geom2='floor'/></contact>
-    <actuator><position joint='hip' kp='100' kv='2'/><motor joint='ankle' gear='10'/></actuator>
+    <actuator><position joint='hip' kp='100' kv='2'/><motor joint='ankle' gear='10'/><motor joint='drawer'/></actuator>
 )");
-  EXPECT_THAT(to_xml(model.root), Lacks("floor", "table", "light", "camera", "pair", "gravcomp",
+  EXPECT_THAT(to_xml(model.root), Lacks("floor", "table", "drawer", "light", "camera", "pair", "gravcomp",
                                         "actuatorfrc", "implicitfast", "sensor", "kv"));
   EXPECT_THAT(
       to_xml(model.root),
@@ -130,6 +130,7 @@ TEST(ModelFile, IncludesAndAssetsAreFoundRelativeToTheFile) {
   EXPECT_THAT(to_xml(model.root), Lacks("unused", "meshdir", "content_type"));
   ASSERT_EQ(model.assets.size(), 2u);
   EXPECT_EQ(model.assets[0].get("scale"), ".001 .001 .001");
+  EXPECT_EQ(model.assets[0].attributes.size(), 3u) << "name, file and scale";
   EXPECT_THAT(files_of(folder / "robot.xml"), testing::SizeIs(3));
 }
 

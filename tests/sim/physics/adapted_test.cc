@@ -225,7 +225,11 @@ TEST(Adapted, NumbersAreThoseOfMuJoCosOwnModelOfTheFile) {
 TEST(Adapted, ClassesAnglesAndActuatorsAreThoseOfMuJoCo) {
   const TemporaryFolder folder;
   RobotFile file = robot(folder);
-  for (RobotFile::Servo& servo : file.servos) servo.effort_nm.reset();
+  for (RobotFile::Servo& servo : file.servos) servo.effort_nm.reset(), servo.armature_kg_m2.reset();
+  for (const char* side : {"left", "right"})
+    for (const auto& [part, angle] :
+         {std::pair("_hip_joint", -0.15), {"_knee_joint", 0.3}, {"_ankle_joint", -0.15}})
+      file.posture_rad[side + std::string(part)] = angle;
   std::string text = std::regex_replace(model(), std::regex(" actuatorfrcrange='-50 50'"), "");
   text = std::regex_replace(text, std::regex("(left_roll_joint'|left_hip_joint')"), "$1 class='strong'");
   text.insert(text.find("<worldbody>"), R"(<compiler autolimits='true' eulerseq='zyx' inertiafromgeom='auto'/>
@@ -358,14 +362,18 @@ TEST(Adapted, AUrdfIsReadByMuJoCo) {
   }
   files::write_text(folder / "robot.urdf", text + "</robot>");
   file.model = "robot.urdf";
-  for (RobotFile::Servo& servo : file.servos) servo.effort_nm.reset();
+  for (RobotFile::Servo& servo : file.servos) servo.effort_nm.reset(), servo.armature_kg_m2.reset();
+  for (const char* side : {"left", "right"})
+    for (const auto& [part, angle] :
+         {std::pair("_hip_joint", -0.15), {"_knee_joint", 0.3}, {"_ankle_joint", -0.15}})
+      file.posture_rad[side + std::string(part)] = angle;
   const Model loaded = load_mjcf(adapt(file).root, "the robot");
   EXPECT_NEAR(loaded->body_subtreemass[part(*loaded, mjOBJ_BODY, "pelvis")], 15, 1e-12);
   EXPECT_EQ(loaded->jnt_type[0], mjJNT_FREE);
   EXPECT_EQ(loaded->jnt_bodyid[0], part(*loaded, mjOBJ_BODY, "pelvis"));
   EXPECT_EQ(loaded->actuator_forcerange[0], -50);
   const walking::Robot walker = read_robot(*loaded, file);
-  EXPECT_NEAR(walker.base_height, 0.77, 1e-9);
+  EXPECT_NEAR(walker.base_height, 0.17 + 0.6 * std::cos(0.15), 1e-9);
   EXPECT_EQ(walker.joints[0].highest, 1.5);
 }
 

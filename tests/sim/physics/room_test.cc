@@ -29,7 +29,7 @@ TEST(Room, WhatIsWrongIsRejectedAtItsElement) {
       {std::string(kFloor) + "<worldbody><body><joint name='hinge'/><geom size='1'/></body></worldbody>",
        "room.xml:2: joint: is in a room, expected shapes that do not move"},
       {std::string(kFloor) + "<worldbody><geom name='ball' size='1' pos='0 nan 0'/></worldbody>",
-       "room.xml:2: geom pos: is not finite, expected numbers"},
+       "room.xml:2: geom pos: is 'nan', expected a finite number"},
       {std::string(kFloor) + "<worldbody><geom size='a'/></worldbody>",
        "room.xml:2: geom: problem reading attribute 'size'"}};
   for (const auto& [world, error] : cases)
