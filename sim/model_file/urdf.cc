@@ -39,7 +39,7 @@ class Urdf {
       if (const auto name = package_in(each.get("filename")); !name.empty()) named_.insert(name);
     });
     read_compiler();
-    read_tree();
+    find_root();
     free_root();
     robot_.visit([this](Element& each) { prepare(each); });
     show_meshes();
@@ -57,35 +57,22 @@ class Urdf {
     compiler.erase("meshdir");
   }
 
-  void read_tree() {
-    for (Element& each : robot_.children)
-      if (each.name == "link" && !links_.emplace(required(each, "name"), &each).second)
-        reject(each, "name", "is given twice");
-    for (Element& each : robot_.children) {
-      if (each.name != "joint") continue;
-      for (const char* end : {"parent", "child"})
-        if (const std::string link = part(each, end).get("link"); !links_.contains(link))
-          reject(each, "", fmt::format("joins '{}', expected the name of a link", link));
-      const auto [above, is_new] = joint_above_.emplace(each.child("child")->get("link"), &each);
-      if (!is_new)
-        reject(each, "",
-               fmt::format("'{}' also hangs on '{}': a closed loop, expected a tree", above->first,
-                           above->second->get("name")));
-    }
+  static std::string link_at(const Element& joint, std::string_view end) {
+    const Element* const found = joint.child(end);
+    return found ? found->get("link") : "";
+  }
+
+  /// The library reports what else is wrong with the tree.
+  void find_root() {
+    std::set<std::string> below;
     std::vector<Element*> roots;
-    for (const auto& [name, link] : links_) {
-      std::string top = name;
-      std::size_t depth = 0;
-      for (auto joint = joint_above_.find(top); joint != joint_above_.end(); joint = joint_above_.find(top)) {
-        top = joint->second->child("parent")->get("link");
-        if (++depth > links_.size())
-          reject(*link, "", fmt::format("'{}' is in a closed loop, expected a tree", name));
-      }
-      if (top == name) roots.push_back(link);
-    }
+    for (const Element& each : robot_.children)
+      if (each.name == "joint") below.insert(link_at(each, "child"));
+    for (Element& each : robot_.children)
+      if (each.name == "link" && !below.contains(required(each, "name"))) roots.push_back(&each);
     if (roots.size() != 1)
       reject(robot_, "",
-             roots.empty() ? "has no link"
+             roots.empty() ? "has no root link: its joints are a closed loop"
                            : fmt::format("has {} root links, such as '{}' and '{}', expected one",
                                          roots.size(), roots[0]->get("name"), roots[1]->get("name")));
     root_ = roots[0];
@@ -94,16 +81,16 @@ class Urdf {
   /// Makes the robot float below the library's world. A link without mass that has only one joint, floating,
   /// stands for the world, as does a link of that name.
   void free_root() {
+    const std::string name = root_->get("name");
     std::vector<Element*> below;
     for (Element& each : robot_.children)
-      if (each.name == "joint" && each.child("parent")->get("link") == root_->get("name"))
-        below.push_back(&each);
+      if (each.name == "joint" && link_at(each, "parent") == name) below.push_back(&each);
     const bool floats = below.size() == 1 && below[0]->get("type") == "floating" && !root_->child("inertial");
-    if (root_->get("name") == kWorld && below.size() != 1)
+    if (name == kWorld && below.size() != 1)
       reject(
           *root_, "",
           fmt::format("'world' has {}, expected one, to the robot", files::counted(below.size(), "joint")));
-    if (floats || root_->get("name") == kWorld) {
+    if (floats || name == kWorld) {
       note(Fate::converted,
            fmt::format("{} joint: the link below it is the free root", below[0]->get("type")), *below[0]);
       below[0]->set("type", "floating");
@@ -111,19 +98,21 @@ class Urdf {
       root_->set("name", kWorld);
       return;
     }
-    if (links_.contains(kWorld))
-      reject(*links_.at(kWorld), "name", "is world, expected this name for the root");
     note(Fate::converted, "the root link is free to move, not welded to the world", *root_);
-    Element joint{"joint", {{"name", "gaitslam/root"}, {"type", "floating"}}, {}, root_->file, root_->line};
-    joint.add("parent", {{"link", kWorld}});
-    joint.add("child", {{"link", root_->get("name")}});
-    robot_.children.push_back(std::move(joint));
+    add_joint("floating", name);
     robot_.children.push_back({"link", {{"name", kWorld}}, {}, robot_.file, robot_.line});
+  }
+
+  void add_joint(const char* type, const std::string& link) {
+    Element joint{"joint", {{"name", "gaitslam/" + link}, {"type", type}}, {}, robot_.file, robot_.line};
+    joint.add("parent", {{"link", kWorld}});
+    joint.add("child", {{"link", link}});
+    robot_.children.push_back(std::move(joint));
   }
 
   void prepare(Element& element) {
     if (element.name == "link" && element.get("name") != kWorld) prepare_inertial(element);
-    if (element.name == "joint" && element.child("parent")) prepare_joint(element);
+    if (element.name == "joint" && element.child("child")) prepare_joint(element);
     if (element.name == "mesh") prepare_mesh(element);
     if (element.name == "material")
       std::erase_if(element.children, [this](const Element& child) {
@@ -227,18 +216,14 @@ class Urdf {
       Element& mesh = link.add("visual").add("geometry").add("mesh", {{"filename", model_.files[i].first}});
       if (const std::string* const scale = model_.assets[i].find("scale")) mesh.set("scale", *scale);
     }
-    Element joint{"joint", {{"name", kMeshes}, {"type", "fixed"}}, {}, robot_.file, robot_.line};
-    joint.add("parent", {{"link", kWorld}});
-    joint.add("child", {{"link", kMeshes}});
     robot_.children.push_back(std::move(link));
-    robot_.children.push_back(std::move(joint));
+    add_joint("fixed", kMeshes);
   }
 
   ModelFile& model_;
   Element& robot_;
   const Packages& packages_;
   std::set<std::string> named_;  // packages
-  std::map<std::string, Element*> links_, joint_above_;
   std::map<std::pair<fs::path, std::string>, std::string> meshes_;
   std::string meshdir_;
   Element* root_ = nullptr;

@@ -125,6 +125,8 @@ Element adapted_room(const std::filesystem::path& file) {
   int plain = -1;
   for (int geom = 0; geom < m.ngeom; ++geom) {
     const bool is_plane = m.geom_type[geom] == mjGEOM_PLANE;
+    if (is_plane && std::min(m.geom_size[3 * geom], m.geom_size[3 * geom + 1]) <= 0)
+      reject(room.named("geom", name(mjOBJ_GEOM, geom)), "size", "is 0, expected positive half lengths");
     if (m.nuser_geom > 0 && m.geom_user[m.nuser_geom * geom] == 1) {
       m.geom_contype[geom] = m.geom_conaffinity[geom] = model_file::kSteppedBits;
       has_floor = true;
@@ -146,7 +148,7 @@ Element adapted_room(const std::filesystem::path& file) {
                          "floor",
                          X.translation().z()));
   } else if (!has_floor) {
-    reject(room.root, "",
+    reject(room.named("worldbody", ""), "",
            "has no plane named 'floor' and no shape of class floor, expected a floor to walk on");
   }
   Element root{"mujoco"};

@@ -58,6 +58,8 @@ class GuessedRobot {
   fs::path folder_;
 };
 
+constexpr const char* kGuess = "no robot.yaml (using what gaitslam robot init would guess)";
+
 int check_one(RobotRequest& request) {
   const auto print = [](const std::string& line) { std::cout << line << std::endl; };
   if (fs::is_directory(request.robot)) return live::check_robot(request.robot, print) ? 0 : 1;
@@ -65,10 +67,9 @@ int check_one(RobotRequest& request) {
   const auto without_folder = [&](std::string text) {
     for (const std::string& folder : {guessed.folder().string() + "/", guessed.folder().string()})
       for (std::size_t at = text.find(folder); at != text.npos; at = text.find(folder))
-        text.replace(at, folder.size(), folder.ends_with('/') ? "guessed " : "guessed robot.yaml");
+        text.replace(at, folder.size(), folder.ends_with('/') ? "guessed " : kGuess);
     return text;
   };
-  print("no robot.yaml: using what gaitslam robot init would guess");
   try {
     return live::check_robot(guessed.folder(), [&](const std::string& line) { print(without_folder(line)); })
                ? 0

@@ -375,6 +375,16 @@ TEST(Adapted, AUrdfIsReadByMuJoCo) {
   const walking::Robot walker = read_robot(*loaded, file);
   EXPECT_NEAR(walker.base_height, 0.17 + 0.6 * std::cos(0.15), 1e-9);
   EXPECT_EQ(walker.joints[0].highest, 1.5);
+  for (const auto& [joints, error] :
+       {std::pair("<joint name='a' type='fixed'><parent link='chest'/><child link='head'/></joint>",
+                  "robot.urdf:1: joint: URDF body has multiple parents"),
+        {"<joint name='a' type='fixed'><parent link='none'/><child link='tail'/></joint><link name='tail'/>",
+         "robot.urdf:1: joint: URDF joint parent or child missing"},
+        {"<joint name='a' type='fixed'><parent link='a'/><child link='a'/></joint><link name='a'/>",
+         "robot.urdf:1: link: URDF body not found"}}) {
+    files::write_text(folder / "robot.urdf", text + joints + "</robot>");
+    EXPECT_THAT(rejection(file), Has(error));
+  }
 }
 
 TEST(Adapted, LinksFixedToAFootBelongToItsSole) {

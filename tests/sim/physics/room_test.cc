@@ -16,7 +16,7 @@ constexpr const char* kFloor = "<worldbody><geom name='floor' type='plane' size=
 TEST(Room, WhatIsWrongIsRejectedAtItsElement) {
   const TemporaryFolder folder;
   const std::pair<std::string, std::string> cases[]{
-      {"<worldbody/>", "room.xml:1: mujoco: has no plane named 'floor'"},
+      {"<worldbody/>", "room.xml:2: worldbody: has no plane named 'floor'"},
       {"<worldbody><geom name='floor' type='plane' size='9 9 1' pos='0 0 -.1'/></worldbody>",
        "room.xml:2: geom: the plane 'floor' is at z = -0.1 m or tilted, expected z = 0, or class floor"},
       {"<worldbody><geom name='floor' type='plane' size='9 9 1' euler='5 0 0'/></worldbody>", "or tilted"},
