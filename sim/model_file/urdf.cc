@@ -114,6 +114,10 @@ class Urdf {
     if (element.name == "link" && element.get("name") != kWorld) prepare_inertial(element);
     if (element.name == "joint" && element.child("child")) prepare_joint(element);
     if (element.name == "mesh") prepare_mesh(element);
+    if (element.name == "capsule") {
+      note(Fate::converted, "capsule: a cylinder, without round ends", element);
+      element.name = "cylinder";
+    }
     if (element.name == "material")
       std::erase_if(element.children, [this](const Element& child) {
         if (child.name == "texture") note(Fate::dropped, "material texture", child);

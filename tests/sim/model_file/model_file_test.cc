@@ -212,7 +212,8 @@ TEST(Urdf, FloatsBelowTheWorldAndKeepsItsEfforts) {
   const TemporaryFolder folder;
   const auto limited = [&](const std::string& effort) {
     return read_urdf(folder,
-                     "<gazebo/><link name='leg'/><joint name='hip' type='revolute'><parent "
+                     "<gazebo/><link name='leg'><collision><geometry><capsule length='1' "
+                     "radius='1'/></geometry></collision></link><joint name='hip' type='revolute'><parent "
                      "link='base'/><child link='leg'/>"
                      "<limit lower='-1' upper='2' effort='" +
                          effort + "' velocity='9'/></joint>");
@@ -222,9 +223,10 @@ TEST(Urdf, FloatsBelowTheWorldAndKeepsItsEfforts) {
               Has("<parent link=\"world\"/>", "type=\"floating\"", "fusestatic=\"false\""));
   EXPECT_EQ(model.efforts.at("hip"), 50);
   EXPECT_THAT(notes_of(model, Fate::dropped), ElementsAre("gazebo x1", "limit velocity x1"));
-  EXPECT_THAT(notes_of(model, Fate::converted),
-              ElementsAre("the root link is free to move, not welded to the world x1",
-                          "link without inertial: without mass x1"));
+  EXPECT_THAT(
+      notes_of(model, Fate::converted),
+      ElementsAre("the root link is free to move, not welded to the world x1",
+                  "link without inertial: without mass x1", "capsule: a cylinder, without round ends x1"));
   EXPECT_TRUE(limited("0").efforts.empty());
   EXPECT_THAT(notes_of(limited("0"), Fate::doubtful), testing::SizeIs(1));
 }
