@@ -25,7 +25,8 @@ struct Joint {
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< from the parent joint, m, axes of its link
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();   ///< unit vector in the axes of the link
   double lowest = -std::numeric_limits<double>::infinity(), highest = -lowest;  ///< range, rad
-  double effort = std::numeric_limits<double>::infinity();                      ///< largest torque, N·m
+  /// Smallest and largest torque, N·m.
+  double lowest_effort = -std::numeric_limits<double>::infinity(), effort = -lowest_effort;
 };
 
 /// A spring with damping between ankle and sole.

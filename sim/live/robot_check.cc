@@ -25,11 +25,17 @@ constexpr double kLeastShare = 0.5;  // fraction of the workspace; with less, or
 const char* word(model_file::Fate fate) {
   return fate == model_file::Fate::kept_aside ? "kept aside"
          : fate == model_file::Fate::dropped  ? "dropped"
+         : fate == model_file::Fate::doubtful ? "doubtful"
                                               : "converted";
 }
 
-void print_model(const physics::RobotFile& file, const Print& print) {
-  for (const model_file::Note& note : adapt(file).notes)
+void print_model(const physics::RobotFile& file, const physics::AdaptedRobot& adapted, const Print& print) {
+  const std::vector<model_file::Element>& servos = adapted.root.child("actuator")->children;
+  const bool limited =
+      std::ranges::any_of(servos, [](const auto& servo) { return servo.find("forcerange"); });
+  print(fmt::format("{}: {}{}", file.folder.string(), (file.folder / file.model).string(),
+                    limited ? "" : ": has no torque limits"));
+  for (const model_file::Note& note : adapted.notes)
     print(fmt::format("  {}: {}{}, {}", word(note.fate), note.what,
                       note.count > 1 ? fmt::format(" ({} times)", note.count) : "", note.first));
 }
@@ -80,9 +86,24 @@ double reached_share(const walking::Robot& robot, walking::Side side) {
   return double(reached) / all;
 }
 
-/// Returns how a walk ended, or why it cannot be planned; empty if it was carried out.
+/// Counts how often a foot has left the floor and landed.
+class Landings {
+ public:
+  void add(double height_m) {
+    if (height_m < kLanded_m && std::exchange(is_up_, false)) ++count_;
+    is_up_ |= height_m > kLifted_m;
+  }
+  int count() const { return count_; }
+
+ private:
+  static constexpr double kLifted_m = 0.005, kLanded_m = 0.0025;
+  bool is_up_ = false;
+  int count_ = 0;
+};
+
+/// Returns how a walk ended, or why it cannot be planned; empty if it was carried out with all its steps.
 std::string walked(const scenario::ReadScenario& read, const physics::Models& models,
-                   std::vector<walking::Command> commands) try {
+                   std::vector<walking::Command> commands, int steps) try {
   walking::WalkOptions walk = read.scenario.walk;
   walk.commands = std::move(commands);
   walking::PatternGenerator plan(models.robot, walk, physics::nominal_body(copy_of(models.on_floor)));
@@ -90,7 +111,17 @@ std::string walked(const scenario::ReadScenario& read, const physics::Models& mo
   world.variation = {0, 0, 0, 0, 0, 0, 0};
   physics::WalkingRobot robot(std::move(plan), read.scenario.stabilizer, world,
                               plant_variation(1, world, int(models.robot.joints.size())), models);
-  while (robot.walks()) robot.tick();
+  std::array<Landings, 2> landings;
+  const double floor[]{robot.world().X_WL().translation().z(), robot.world().X_WR().translation().z()};
+  while (robot.walks()) {
+    robot.tick();
+    landings[0].add(robot.world().X_WL().translation().z() - floor[0]);
+    landings[1].add(robot.world().X_WR().translation().z() - floor[1]);
+  }
+  if (robot.is_ok() && landings[0].count() + landings[1].count() < steps)
+    return fmt::format(
+        "the left foot left the floor and landed {} times, the right one {}, expected {} together",
+        landings[0].count(), landings[1].count(), steps);
   if (robot.is_ok()) return "";
   const physics::Status& status = robot.world().status();
   return status.condition == physics::Condition::fell ? "fell " + status.cause : status.cause;
@@ -102,9 +133,9 @@ std::string walked(const scenario::ReadScenario& read, const physics::Models& mo
 
 bool check_robot(const std::filesystem::path& folder, const Print& print) {
   const physics::RobotFile file = scenario::read_robot(folder);
-  print(fmt::format("{}: {}", folder.string(), (folder / file.model).string()));
-  print_model(file, print);
-  const physics::Models models(file, physics::kPhysicalRoom, scenario::standard_models());
+  const physics::AdaptedRobot adapted = adapt(file);
+  print_model(file, adapted, print);
+  const physics::Models models(adapted.root, file, physics::kPhysicalRoom, scenario::standard_models());
   print_robot(models.robot, print);
   bool good = true;
   const auto judge = [&](bool ok, const std::string& what, const std::string& change) {
@@ -126,12 +157,12 @@ bool check_robot(const std::filesystem::path& folder, const Print& print) {
       fmt::format("world: {{robot: {}, room: floor}}\nwalk: {{commands: [{{stand: {{}}}}]}}\n",
                   files::quote_if_needed((std::filesystem::absolute(folder) / "").string())),
       "robot_check");
-  const std::string stood = walked(read, models, {walking::Stand{kStand_s}});
+  const std::string stood = walked(read, models, {walking::Stand{kStand_s}}, 0);
   judge(stood.empty(), fmt::format("stands {:g} s{}", kStand_s, stood.empty() ? "" : ": " + stood),
         "raise the gains in servos, and check sole_m and what touches the floor");
   walking::Steps steps;
   for (int i = 0; i < kSteps; ++i) steps.list.push_back({0, (i % 2 ? -1 : 1) * models.robot.foot_spacing, 0});
-  const std::string in_place = walked(read, models, {steps, walking::Stand{1}});
+  const std::string in_place = walked(read, models, {steps, walking::Stand{1}}, kSteps);
   judge(in_place.empty(),
         fmt::format("walks {} steps in place{}", kSteps, in_place.empty() ? "" : ": " + in_place),
         "try walk.zmp_inwards_m: 0.03, walk.single_support_s: 0.4, a lower walk.step_height_m or stiffer "

@@ -1,8 +1,9 @@
 // An XML file as a tree of elements that know their file and line: MJCF with its includes, or URDF.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <array>
+#include <charconv>
+#include <filesystem>
 #include <memory>
 #include <optional>
 
@@ -14,7 +15,7 @@ struct Element {
   std::string name;
   std::vector<std::pair<std::string, std::string>> attributes = {};
   std::vector<Element> children = {};
-  std::shared_ptr<const std::filesystem::path> file;
+  std::shared_ptr<const std::filesystem::path> file = {};
   int line = 0;
 
   /// Returns an attribute's value, or nullptr.
@@ -24,6 +25,15 @@ struct Element {
   void erase(std::string_view attribute);
   /// Returns the first child of that name, or nullptr.
   const Element* child(std::string_view name) const;
+  /// Calls a function with this element and each element below it.
+  void visit(const auto& function) {
+    function(*this);
+    for (Element& child : children) child.visit(function);
+  }
+  void visit(const auto& function) const {
+    function(*this);
+    for (const Element& child : children) child.visit(function);
+  }
   /// Adds a child, with this element's line.
   Element& add(std::string_view name, std::vector<std::pair<std::string, std::string>> attributes = {});
 };
@@ -50,16 +60,5 @@ std::string text_of(const auto& numbers) {
 Element read_xml(const std::filesystem::path& file);
 
 std::string to_xml(const Element& element);
-
-/// How an MJCF file writes angles. Poses are written as quaternions here.
-struct Angles {
-  bool degrees = true;
-  std::string sequence = "xyz";  ///< order of euler angles; capitals: about fixed axes
-};
-
-/// Returns the pose of a body, geom, site, camera or frame in its parent. Throws FileError.
-Eigen::Isometry3d place_of(const Element& element, const Angles& angles);
-/// Replaces the element's pose, whatever form the file gives it in.
-void set_place(Element& element, const Eigen::Isometry3d& X);
 
 }  // namespace sim::model_file

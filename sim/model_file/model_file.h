@@ -1,4 +1,5 @@
-// Reads a robot's public model file, MJCF or URDF, into MJCF that the library in use can load with any room.
+// Prepares a user's model, MJCF or URDF, for the library in use: only text is changed, and the library reads
+// the numbers.
 #pragma once
 
 #include <map>
@@ -26,50 +27,56 @@ class Schema {
 };
 
 /// What happened to parts of a file that the library or the bench cannot use unchanged.
-enum class Fate { kept_aside, dropped, converted };
+enum class Fate { kept_aside, dropped, converted, doubtful };
 struct Note {
   Fate fate;
   std::string what, first;  ///< first: "file:line" of the first occurrence
   int count = 1;
 };
 
+/// The folders of a URDF's packages, by name.
+using Packages = std::map<std::string, std::filesystem::path>;
+
 struct ModelFile {
-  /// MJCF in radians, without defaults: `compiler`, `asset`, `worldbody` with only the robot, `tendon` and
-  /// `equality`. Paths are absolute. Names of assets start with "robot/", so that they cannot clash with a
-  /// room's.
+  /// MJCF or URDF that the library loads, with absolute paths, without what it does not know. Of the world it
+  /// has only the robot, or all shapes of a room. The marks below stand for what it does not know.
   Element root;
+  std::vector<Element> assets;  ///< meshes, textures and height fields in MJCF: named, scaled, absolute paths
   std::vector<Note> notes;
-  std::map<std::string, double> efforts;       ///< torque limits by joint, N m
-  std::optional<double> mass_kg;               ///< sum of the links' masses, if the file gives them all
-  std::vector<std::string> paired_with_floor;  ///< geoms
+  std::vector<Element> pairs;             ///< contact pairs, which are not in `root`
+  std::map<std::string, double> efforts;  ///< torque limits of a URDF's joints, N m
+  std::vector<std::pair<std::string, std::filesystem::path>> files;  ///< meshes of a URDF, by name in `root`
+
+  /// Returns the element for a body (or link), joint or geom, or the root if there is none.
+  const Element& named(std::string_view kind, std::string_view name) const;
 };
 
-/// The parts of a model file that robot.yaml names.
-struct Parts {
-  std::string base = {};  ///< root body; "": the body in the file with the most joints
-  /// Geoms that touch the floor; absent: those that may collide according to the file.
-  std::optional<std::vector<std::string>> contacts = {};
-};
-
-/// Reads a file with its includes. Throws FileError "file:line: element attribute: what is wrong, expected
-/// ...".
-ModelFile read_model(const std::filesystem::path& file, const Schema& schema, const Parts& parts = {});
-
-/// Reads the MJCF of a room in the same way: shapes, lights and `visual`, nothing that moves, and a plane
-/// named "floor". Asset names stay unchanged. Throws FileError.
-ModelFile read_room(const std::filesystem::path& file, const Schema& schema);
-
-/// Contact bits of a room's geoms of class floor: the soles' bit, and a bit that only these geoms have.
+/// Marks in `root`. A joint's `actuatorfrcrange` is its `user`, so that the library's classes apply; its
+/// `actuatorfrclimited` is its `group`. A `frame` is a fixed body, with mass only if its geoms give mass.
+inline constexpr int kForceUnlimited = 2;
+inline constexpr std::string_view kFrame = "frame/";
+/// A body with a shape for each mesh at the origin: it shows how the library moves and turns the mesh.
+inline constexpr char kMeshes[] = "mesh/";
+/// Contact bits of a room's geoms of class floor: the soles' bit, and a bit that only these geoms have. Such
+/// a geom's first `user` number is 1.
 inline constexpr int kSteppedBits = 9;
-/// Returns whether a geom of a room read by read_room() is of class floor.
-bool is_floor(const Element& geom);
+
+/// Reads a robot's file with its includes. base: the root body; "": the body in the file with the most
+/// joints. Throws FileError "file:line: element attribute: what is wrong, expected ...".
+ModelFile read_model(const std::filesystem::path& file, const Schema& schema, std::string_view base = {},
+                     const Packages& packages = {});
+
+/// Reads the MJCF of a room in the same way: shapes, lights and `visual`. Throws FileError.
+ModelFile read_room(const std::filesystem::path& file, const Schema& schema);
 
 /// Returns a model's file, the existing files that it includes, and the files of its assets. Throws
 /// FileError.
-std::vector<std::filesystem::path> files_of(const std::filesystem::path& file);
+std::vector<std::filesystem::path> files_of(const std::filesystem::path& file, const Packages& packages = {});
 
-/// Returns the MJCF tree of a URDF tree. Throws FileError.
-Element mjcf_of_urdf(const Element& robot, std::vector<Note>& notes);
+/// Prepares a URDF in model.root. Throws FileError.
+void prepare_urdf(ModelFile& model, const Packages& packages);
+/// Throws FileError unless the library can read an asset's file.
+void require_readable(const Element& asset, std::string_view attribute, const std::filesystem::path& file);
 
 /// Counts another case in the note with that fate and text, or adds such a note.
 void add_note(std::vector<Note>& notes, Fate fate, std::string_view what, const Element& where);

@@ -6,16 +6,20 @@
 
 namespace sim::physics {
 
-/// Returns the elements and attributes that MuJoCo's parser knows.
-const model_file::Schema& schema();
+/// A robot's MJCF in radians, without defaults: `asset`, `worldbody` with only the robot, `tendon`,
+/// `equality`, and the bench's parts. Names of assets start with "robot/".
+struct AdaptedRobot {
+  model_file::Element root;
+  std::vector<model_file::Note> notes;
+};
 
-/// Reads the model and adds the bench's parts where robot.yaml wants them, with the names listed at
-/// RobotFile. The soles' contacts touch the floor and the other foot, the rest of a foot touches the other
-/// foot, and everything else touches nothing. Shapes are drawn in group 1, those of the head camera's link in
-/// group 2; shapes that only collide are not drawn (group 3). Joints without servo and stiffness are rigid.
-/// Throws std::runtime_error "file:line: ..." for errors in the model and std::invalid_argument
-/// "file:line:column: key: ..." for names in robot.yaml.
-model_file::ModelFile adapt(const RobotFile& robot);
+/// Reads the numbers of the robot that MuJoCo compiles from the model's file and adds the bench's parts where
+/// robot.yaml wants them, with the names listed at RobotFile. The soles' contacts touch the floor and the
+/// other foot, the rest of a foot touches the other foot, and everything else touches nothing. Shapes are
+/// drawn in group 1, those of the head camera's link in group 2; shapes that only collide are not drawn
+/// (group 3). Joints without servo and stiffness are rigid. Throws std::runtime_error "file:line: ..." for
+/// errors in the model and std::invalid_argument "file:line:column: key: ..." for names in robot.yaml.
+AdaptedRobot adapt(const RobotFile& robot);
 
 /// Returns a first robot.yaml for a model that has none, with each guess marked by a comment. Feet are the
 /// two lowest ends of chains, the left one where y > 0; the sole's point is below the last joint. Throws

@@ -9,9 +9,9 @@
 #include <span>
 #include <stdexcept>
 
-#include "sim/files/text.h"
+#include "sim/files/yaml.h"
 #include "sim/physics/adapted.h"
-#include "sim/physics/model.h"
+#include "sim/physics/compiled.h"
 
 namespace sim::physics {
 namespace {
@@ -53,22 +53,42 @@ constexpr double kLevel = 0.02;  // m and rad
 // within one degree. Anything this close to the floor touches it.
 const double kDown = std::cos(std::numbers::pi / 6), kSameFace = std::numbers::pi / 180;
 constexpr double kTouch = 0.001;  // m
+// Ends of chains at this fraction of the depth of the lowest one, below the base, are feet, too.
+constexpr double kFourLegs = 0.8;
+// Toes are this much longer than heels, both measured from the ankle.
+constexpr double kToes = 1.5;
 
 std::string lower(std::string text) {
   std::ranges::transform(text, text.begin(),
                          [](char c) { return c >= 'A' && c <= 'Z' ? char(c | 0x20) : c; });
   return text;
 }
+std::string quoted(const std::string& name) { return files::quote_if_needed(name); }
+std::string list(const auto& names) {
+  std::vector<std::string> all;
+  for (const std::string& name : names) all.push_back(quoted(name));
+  return fmt::format("{}", fmt::join(all, ", "));
+}
 std::string rounded(const Vector3d& v) {
   return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", v.x() + 0.0, v.y() + 0.0, v.z() + 0.0);
+}
+
+/// Returns the robot alone, with all its joints.
+model_file::Element written(const CompiledRobot& robot) {
+  model_file::Element root{"mujoco"};
+  root.add("compiler", {{"angle", "radian"}});
+  const Writer writer(*robot.model, robot.file, "");
+  root.add("worldbody").children.push_back(written_base(robot, writer));
+  writer.add_sections(root);
+  return root;
 }
 
 class Guess {
  public:
   explicit Guess(const std::filesystem::path& file)
       : path_(file),
-        file_(read_model(file, schema())),
-        model_(load_mjcf(file_.root, file.string())),
+        file_(compile_robot(file, "", {})),
+        model_(load_mjcf(written(file_), file.string())),
         m_(*model_) {
     data_.reset(mj_makeData(&m_));
     base_ = m_.jnt_bodyid[0];
@@ -87,10 +107,10 @@ class Guess {
         "head_camera: {{link: {2}, position_m: {3}}}  # guess: in front of the head, or of the chest\n"
         "imu: {{link: {4}, position_m: {5}}}  # guess: {6}\nlegs:  # guess: the last joints above each "
         "foot\n",
-        model, name(base_), name(head_), rounded(front_of(head_)), name(imu_body_), rounded(imu_),
+        quoted(model), quoted(name(base_)), quoted(name(head_)), rounded(front_of(head_)),
+        quoted(name(imu_body_)), rounded(imu_),
         imu_is_site_ ? "a site of the model" : "the body that carries the arms");
-    for (const Foot& foot : feet_)
-      text += fmt::format("  {}: [{}]\n", side(foot), fmt::join(names(foot.joints), ", "));
+    for (const Foot& foot : feet_) text += fmt::format("  {}: [{}]\n", side(foot), list(names(foot.joints)));
     text += "feet:  # guess: the lowest links, the left one where y is positive\n";
     for (const Foot& foot : feet_) text += foot_line(foot);
     text +=
@@ -123,7 +143,7 @@ class Guess {
       for (const std::span some : {std::span(joints->begin(), bare), std::span(bare, joints->end())})
         if (!some.empty())
           text += fmt::format(
-              "  - {{joints: [{}],\n     kp_nm_rad: {:.0f}, kd_nms_rad: {:.1f}{}}}\n", fmt::join(some, ", "),
+              "  - {{joints: [{}],\n     kp_nm_rad: {:.0f}, kd_nms_rad: {:.1f}{}}}\n", list(some),
               gains.kp * mass(), gains.kd * mass(),
               has_armature(some[0]) ? "" : fmt::format(", armature_kg_m2: {:.2g}", gains.armature * mass()));
     }
@@ -205,9 +225,14 @@ class Guess {
     }
     std::ranges::sort(ends, {}, [&](int body) { return place(body).z(); });
     if (ends.size() < 2 || place(ends[0]).y() * place(ends[1]).y() >= 0)
-      throw files::FileError(
-          path_, "lacks two feet: the lowest ends of chains are {}, expected one on each side of the base",
-          ends.size() < 2 ? "fewer than two" : name(ends[0]) + " and " + name(ends[1]));
+      throw files::FileError(path_,
+                             "lacks two feet: the lowest ends of chains are {}, expected one on each side of "
+                             "the base (x ahead, y to "
+                             "the left)",
+                             ends.size() < 2 ? "fewer than two" : name(ends[0]) + " and " + name(ends[1]));
+    if (ends.size() >= 4 && place(ends[3]).z() < kFourLegs * place(ends[0]).z())
+      throw files::FileError(path_, "has four legs, {}, {}, {} and {}: expected a robot with two",
+                             name(ends[0]), name(ends[1]), name(ends[2]), name(ends[3]));
     for (const int body : {ends[0], ends[1]}) {
       int sole = body;
       for (int below = body; below < m_.nbody; ++below)
@@ -220,6 +245,17 @@ class Guess {
       if (foot.joints.size() > 6) foot.joints.erase(foot.joints.begin(), foot.joints.end() - 6);
     }
     std::ranges::sort(feet_, {}, [&](const Foot& foot) { return place(foot.body).y(); });  // right, left
+    for (const Foot& foot : feet_)
+      if (const Eigen::AlignedBox3d sole = box(soles(foot.sole_body), foot.X_laid); !sole.isEmpty()) {
+        const double ankle = data_->xanchor[3 * foot.joints.back()];
+        if (ankle - sole.min().x() > kToes * (sole.max().x() - ankle))
+          fail_backward("the toes point backward", foot);
+      }
+  }
+
+  [[noreturn]] void fail_backward(const std::string& what, const Foot& foot) const {
+    throw files::FileError(path_, "{} at {}: expected the x axis of the base '{}' ahead and y to the left",
+                           what, name(foot.body), name(base_));
   }
 
   std::vector<int> soles(int body) const {
@@ -299,7 +335,7 @@ class Guess {
     const Eigen::Isometry3d X =
         foot.X_laid * pose_in(data_->xpos + 3 * foot.sole_body, data_->xmat + 9 * foot.sole_body);
     const Eigen::Matrix3d R = X.linear().transpose();  // Rz(yaw) Ry(pitch) Rx(roll)
-    std::string text = fmt::format("  {}: {{body: {}, sole_m: {}", side(foot), name(foot.sole_body),
+    std::string text = fmt::format("  {}: {{body: {}, sole_m: {}", side(foot), quoted(name(foot.sole_body)),
                                    rounded(X.inverse() * point));
     const bool upright = std::abs(R(2, 0)) > 1 - 1e-9;  // only the sum of roll and yaw is known
     const double roll = upright ? std::atan2(-R(1, 2), R(1, 1)) : std::atan2(R(2, 1), R(2, 2)),
@@ -310,7 +346,7 @@ class Guess {
     std::vector<std::string> paired;
     for (const int geom : soles(foot.sole_body))
       if (is_paired(geom)) paired.push_back(name_of(mjOBJ_GEOM, geom));
-    if (!paired.empty()) text += fmt::format(", contacts: [{}]", fmt::join(paired, ", "));
+    if (!paired.empty()) text += fmt::format(", contacts: [{}]", list(paired));
     return text + "}\n";
   }
 
@@ -377,6 +413,13 @@ class Guess {
       std::ranges::stable_sort(pitches, std::greater(), [&](int joint) { return std::abs(pitch(joint)); });
       pitches.resize(std::min<std::size_t>(pitches.size(), 3));
       std::ranges::sort(pitches);
+      if (pitches.size() == 3) {
+        const mjtNum* const range = m_.jnt_range + 2 * pitches[1];
+        const double bends = pitch(pitches[1]) > 0 ? range[1] : -range[0],
+                     other = pitch(pitches[1]) > 0 ? -range[0] : range[1];
+        if (bends < kBend_deg / kDegrees && other > 2 * kBend_deg / kDegrees)
+          fail_backward("the knee bends backward", foot);
+      }
       for (std::size_t i = 0; i < pitches.size(); ++i)
         bent_->qpos[m_.jnt_qposadr[pitches[i]]] =
             (pitch(pitches[i]) > 0 ? 1 : -1) * (i == 1 ? 2 : -1) * kBend_deg / kDegrees;
@@ -395,7 +438,7 @@ class Guess {
     for (const Foot& foot : feet_)
       for (const int joint : foot.joints)
         if (const double angle = bent_->qpos[m_.jnt_qposadr[joint]] * kDegrees; std::abs(angle) > 0.01)
-          angles.push_back(fmt::format("{}: {:.4g}", joint_name(joint), angle));
+          angles.push_back(fmt::format("{}: {:.4g}", quoted(joint_name(joint)), angle));
     return fmt::format("{}", fmt::join(angles, ", "));
   }
 
@@ -405,8 +448,8 @@ class Guess {
           foot.joints, [&](int joint) { return std::abs(data_->xaxis[3 * joint]) > 0.7; });
       if (roll == foot.joints.end()) return false;
       const auto effort = file_.efforts.find(joint_name(*roll));
-      return effort != file_.efforts.end() &&
-             effort->second < kWeakHips * weight() * std::abs(place(foot.body).y());
+      return effort != file_.efforts.end() && std::min(effort->second.highest, -effort->second.lowest) <
+                                                  kWeakHips * weight() * std::abs(place(foot.body).y());
     });
   }
 
@@ -418,7 +461,8 @@ class Guess {
       if (const auto effort = file_.efforts.find(joint_name(joint));
           effort != file_.efforts.end() && std::abs(data_->xaxis[3 * joint + 1]) > 0.7 &&
           joint >= foot.joints[foot.joints.size() - std::min<std::size_t>(2, foot.joints.size())])
-        behind = sole.center().x() - data_->xanchor[3 * joint] - kAnkleShare * effort->second / weight();
+        behind =
+            sole.center().x() - data_->xanchor[3 * joint] - kAnkleShare * effort->second.highest / weight();
     return std::max(0.0, behind);
   }
 
@@ -462,7 +506,7 @@ class Guess {
   }
 
   std::filesystem::path path_;
-  model_file::ModelFile file_;
+  CompiledRobot file_;
   Model model_;
   const mjModel& m_;
   Data data_, bent_;

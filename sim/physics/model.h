@@ -3,6 +3,8 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "sim/physics/robot_file.h"
 
@@ -31,16 +33,20 @@ inline constexpr char kPhysicalRoom[] = "floor";
 /// touch something (faster to step).
 enum class Shapes { all, floor };
 
-/// Loads MJCF. Throws FileError with the library's message and the file and line of the element it is about,
-/// or std::runtime_error "<from> does not load: " with the message. After the first call, an error inside
-/// MuJoCo prints one line on stderr and ends the process with code 3, and warnings are kept.
-Model load_mjcf(const model_file::Element& root, const std::string& from);
+/// Files by the names that a model gives them.
+using NamedFiles = std::vector<std::pair<std::string, std::filesystem::path>>;
 
-/// Returns the file of a room: models/<room>.xml, or a path if the name has a slash.
-std::filesystem::path room_file(const std::string& room, const std::filesystem::path& models);
+/// Loads MJCF or URDF. Throws FileError with the library's message and the file and line of the element it is
+/// about, or std::runtime_error "<from> does not load: " with the message. After the first call, an error
+/// inside MuJoCo prints one line on stderr and ends the process with code 3, and warnings are kept.
+Model load_mjcf(const model_file::Element& root, const std::string& from, const NamedFiles& files = {});
 
+/// Returns an adapted robot in its room as one model. Names of the room that are also the robot's are
+/// changed. Throws std::runtime_error "file:line: ..." if a file is rejected.
+Model join(const model_file::Element& robot, const std::string& room, const std::filesystem::path& models,
+           Shapes shapes);
 /// Returns the robot in its room as one model. Throws std::runtime_error "file:line: ..." if a file is
-/// rejected or if the loaded robot does not weigh as much as its links together.
+/// rejected.
 Model load_model(const RobotFile& robot, const std::string& room, const std::filesystem::path& models,
                  Shapes shapes = Shapes::all);
 

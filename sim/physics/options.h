@@ -52,11 +52,11 @@ struct FloorPatch {
   }
 };
 
-/// The name of one of the bench's own models, or a path, which contains a slash.
+/// The name of one of the bench's own models, or a path: with a slash, or to a file .xml.
 struct NameOrPath : std::string {
   using std::string::string;
   NameOrPath(const std::string& text) : std::string(text) {}
-  bool is_path() const { return find('/') != npos; }
+  bool is_path() const { return find('/') != npos || ends_with(".xml"); }
 };
 
 /// The scenario's keys world.*. Where floor patches overlap, the last one counts.

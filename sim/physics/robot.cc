@@ -101,7 +101,8 @@ class RobotReader {
       made.axis = Vector3d(data_->xaxis + 3 * joint);
       if (m_.jnt_limited[joint])
         made.lowest = m_.jnt_range[2 * joint], made.highest = m_.jnt_range[2 * joint + 1];
-      if (m_.actuator_forcelimited[i]) made.effort = m_.actuator_forcerange[2 * i + 1];
+      if (m_.actuator_forcelimited[i])
+        made.lowest_effort = m_.actuator_forcerange[2 * i], made.effort = m_.actuator_forcerange[2 * i + 1];
       joints_.push_back(joint);
     }
   }
@@ -213,8 +214,12 @@ class RobotReader {
 Robot read_robot(const mjModel& model, const RobotFile& file) { return RobotReader(model, file).read(); }
 
 Models::Models(const RobotFile& file, const std::string& room, const std::filesystem::path& folder)
-    : on_floor(load_model(file, room, folder, Shapes::floor)),
-      in_room(load_model(file, room, folder)),
+    : Models(adapt(file).root, file, room, folder) {}
+
+Models::Models(const model_file::Element& adapted, const RobotFile& file, const std::string& room,
+               const std::filesystem::path& folder)
+    : on_floor(join(adapted, room, folder, Shapes::floor)),
+      in_room(join(adapted, room, folder, Shapes::all)),
       robot(read_robot(*on_floor, file)),
       has_force_sensors(file.feet[0].force_sensor && file.feet[1].force_sensor) {}
 

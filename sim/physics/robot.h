@@ -14,6 +14,8 @@ walking::Robot read_robot(const mjModel_& model, const RobotFile& file);
 struct Models {
   /// Throws std::runtime_error if a model does not load, and whatever read_robot() throws.
   Models(const RobotFile& robot, const std::string& room, const std::filesystem::path& folder);
+  Models(const model_file::Element& adapted, const RobotFile& robot, const std::string& room,
+         const std::filesystem::path& folder);
   /// Moves head camera and chest IMU in both models, not in `robot`. Throws std::invalid_argument as
   /// place_of().
   void mount(const rig::Mount& camera, const rig::Mount& imu);

@@ -17,7 +17,8 @@ namespace sim::physics {
 struct RobotFile {
   std::filesystem::path folder;  ///< its name is the robot's
   std::string model = "robot.xml";
-  std::string base;             ///< body with the free joint: the plan's waist
+  std::map<std::string, std::filesystem::path> packages;  ///< folders of a URDF's packages
+  std::string base;                                       ///< body with the free joint: the plan's waist
   rig::Mount head_camera, imu;  ///< the camera's mount and the stabilizer IMU's; with links
   std::array<std::vector<std::string>, 2> legs, arms;  ///< by Side; joints, hip to ankle; shoulder, elbow
 

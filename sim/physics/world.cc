@@ -252,16 +252,17 @@ void World::place_held() {
 void World::limit_torques() {
   bool limited = false;
   for (int joint = 0; joint < model_->nu; ++joint) {
-    const double effort = robot_.joints[static_cast<std::size_t>(joint)].effort;
-    if (std::isinf(effort)) continue;
+    const walking::Joint& limits = robot_.joints[static_cast<std::size_t>(joint)];
+    if (std::isinf(limits.effort)) continue;
     const double damping = damping_torque(joint) - added_torque(joint);
     const double force =
         model_->actuator_gainprm[mjNGAIN * joint] * (data_->ctrl[joint] - data_->qpos[ids_.position[joint]]);
-    const double share = std::abs(force - damping) / effort;
+    const double torque = force - damping,
+                 share = torque / (torque < 0 ? limits.lowest_effort : limits.effort);
     limited |= share > 1;
     if (share > largest_share_.value) largest_share_ = {std::min(share, 1.0), joint};
     mjtNum* const range = model_->actuator_forcerange + 2 * joint;
-    range[0] = damping - effort, range[1] = damping + effort;
+    range[0] = damping + limits.lowest_effort, range[1] = damping + limits.effort;
   }
   at_limit_ = at_limit_ || limited;
 }

@@ -8,6 +8,7 @@
 #include "sim/files/hash.h"
 #include "sim/model_file/model_file.h"
 #include "sim/physics/robot_file.h"
+#include "sim/scenario/robot.h"
 #include "sim/score/metrics.h"
 
 namespace sim::scenario {
@@ -148,14 +149,13 @@ std::string recording_key(const Scenario& scenario, const std::string& models, c
   hash.add_part("recording 1");
   hash.add_part(program);
   hash.add_part(models);
-  const auto add_files = [&](const fs::path& model) {
-    for (const fs::path& file : model_file::files_of(model)) hash.add_part(files::read_text(file));
+  const auto add_files = [&](const fs::path& model, const model_file::Packages& packages = {}) {
+    for (const fs::path& file : model_file::files_of(model, packages)) hash.add_part(files::read_text(file));
   };
   if (const fs::path folder = std::string(scenario.world.robot); scenario.world.robot.is_path()) {
-    const Yaml robot = parse_yaml_file(folder / "robot.yaml");
-    const Yaml* const model = robot.find("model");
+    const physics::RobotFile robot = read_robot(folder);
     hash.add_part(files::read_text(folder / "robot.yaml"));
-    add_files(folder / (model ? model->text : physics::RobotFile().model));
+    add_files(folder / robot.model, robot.packages);
   }
   if (scenario.world.room.is_path()) add_files(std::string(scenario.world.room));
   hash.add_part(fmt::format("seed {}{}", scenario.seed, programs::files_identity(scenario.controller)));

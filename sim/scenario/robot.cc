@@ -23,6 +23,7 @@ class RobotReader {
     const auto no_key_of_the_robot = [](const Yaml&) {};
     files::read_map(
         root_, {{"model", [this](const Yaml& node) { model(node); }},
+                {"packages", [this](const Yaml& node) { packages(node); }},
                 {"base", [this](const Yaml& node) { text("base", node, robot_.base); }},
                 {"head_camera", [this](const Yaml& node) { mount("head_camera", node, robot_.head_camera); }},
                 {"imu", [this](const Yaml& node) { mount("imu", node, robot_.imu); }},
@@ -64,6 +65,11 @@ class RobotReader {
     if (node.kind != Yaml::Kind::scalar || node.text.empty())
       fail(node, "model", "expected the path of an MJCF or URDF file");
     robot_.model = node.text;
+  }
+  void packages(const Yaml& node) {
+    require_map(node, "packages", "a map of packages and folders, as in {g1_description: ../g1_description}");
+    for (std::size_t i = 0; i < node.keys.size(); ++i)
+      robot_.packages[node.keys[i].text] = files::read_path(node.items[i], "packages", robot_.folder);
   }
   void texts(const std::string& key, const Yaml& node, std::vector<std::string>& value) {
     value = read_texts(node, key, "[left_hip, left_knee]");

@@ -217,12 +217,15 @@ void read(const Yaml& node, std::string_view key, const Domain& domain, std::str
     value = domain.choices[read_choice(node, key, domain)];
     return;
   }
-  if (!is_name(node)) reject(node, key, expected(domain, value));
+  // A model names its parts as it likes; other names become names of files.
+  const bool is_part = key.ends_with("link") || key.ends_with("body") || key == "base";
+  if (is_part ? !is_word(node) || files::one_line(node.text) != node.text : !is_name(node))
+    reject(node, key, expected(domain, value));
   value = node.text;
 }
 void read(const Yaml& node, std::string_view key, const Domain& domain, physics::NameOrPath& value) {
   const bool is_path =
-      is_word(node) && node.text.find('/') != node.text.npos && files::one_line(node.text) == node.text;
+      is_word(node) && physics::NameOrPath(node.text).is_path() && files::one_line(node.text) == node.text;
   if (!is_path && !is_name(node)) reject(node, key, expected(domain, value));
   value = node.text;
 }

@@ -277,8 +277,9 @@ constexpr const char* kRobots[]{
 void model(std::string_view text) {
   namespace models = sim::model_file;
   static const models::Schema schema(
-      "mujoco (!)   model \n   compiler (*)   angle autolimits \n   asset (*)   \n      mesh (*)   name file "
-      "\n"
+      "mujoco (!)   model \n   compiler (*)   angle eulerseq autolimits \n   default (R)   class \n      "
+      "joint (?)   "
+      "damping \n   actuator (*)   \n      motor (*)   joint \n   asset (*)   \n      mesh (*)   name file \n"
       "   (world)body (R)   name pos quat euler \n      inertial (?)   mass pos diaginertia fullinertia \n"
       "      freejoint (*)   name \n      joint (*)   name type range damping axis \n"
       "      geom (*)   name type fromto size pos quat mass contype conaffinity mesh \n");

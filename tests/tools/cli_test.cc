@@ -143,7 +143,7 @@ TEST_F(Cli, CheckRejectsWhateverARunRejectsAtItsStart) {
            {room("spot", "<light pos='0 0 3' dir='0 0 -1'/>" + floor),
             "rooms/spot.xml:1: light directional: is false, expected true"},
            {room("endless", light + "<geom name='floor' type='plane' size='0 0 1'/>"),
-            "rooms/endless.xml:1: geom size: is '0 0 1', expected positive half lengths"},
+            "rooms/endless.xml:1: geom size: is 0, expected positive half lengths"},
            {"world: {room: ./none.xml}\n", "bad.yaml:4:9: world.room: "},
            {"estimator: {program: [./none]}\n", "/none cannot be started: No such file or directory"}}) {
     write("bad.yaml", stand + keys);

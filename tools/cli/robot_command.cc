@@ -58,18 +58,24 @@ class GuessedRobot {
   fs::path folder_;
 };
 
+constexpr const char* kGuess = "no robot.yaml (using what gaitslam robot init would guess)";
+
 int check_one(RobotRequest& request) {
   const auto print = [](const std::string& line) { std::cout << line << std::endl; };
   if (fs::is_directory(request.robot)) return live::check_robot(request.robot, print) ? 0 : 1;
   const GuessedRobot guessed(request.robot);
-  print("no robot.yaml: using what gaitslam robot init would guess");
+  const auto without_folder = [&](std::string text) {
+    for (const std::string& folder : {guessed.folder().string() + "/", guessed.folder().string()})
+      for (std::size_t at = text.find(folder); at != text.npos; at = text.find(folder))
+        text.replace(at, folder.size(), folder.ends_with('/') ? "guessed " : kGuess);
+    return text;
+  };
   try {
-    return live::check_robot(guessed.folder(), print) ? 0 : 1;
-  } catch (const std::invalid_argument& e) {  // locations in a temporary file
-    std::string text = e.what();
-    const std::string folder = guessed.folder().string() + "/";
-    if (const auto at = text.find(folder); at != text.npos) text.replace(at, folder.size(), "guessed ");
-    throw std::invalid_argument(text);
+    return live::check_robot(guessed.folder(), [&](const std::string& line) { print(without_folder(line)); })
+               ? 0
+               : 1;
+  } catch (const std::exception& e) {
+    throw std::runtime_error(without_folder(e.what()));
   }
 }
 

@@ -73,7 +73,7 @@ std::string rejection(const RobotFile& file) {
 
 TEST(Adapted, RobotHasTheBenchsServosPartsAndContacts) {
   const TemporaryFolder folder;
-  const model_file::ModelFile adapted = adapt(robot(folder));
+  const AdaptedRobot adapted = adapt(robot(folder));
   const Model loaded = load_mjcf(adapted.root, "robot.xml");
   const mjModel& m = *loaded;
   EXPECT_EQ(m.nu, 12);
@@ -105,7 +105,6 @@ TEST(Adapted, RobotHasTheBenchsServosPartsAndContacts) {
       EXPECT_EQ(m.geom_contype[geom] | m.geom_conaffinity[geom], 0);
     }
   }
-  EXPECT_EQ(adapted.mass_kg, 20);
   EXPECT_NEAR(m.body_subtreemass[0], 20, 1e-9);
 }
 
@@ -129,8 +128,11 @@ TEST(Adapted, RobotThatNamesSomethingMissingInItsModelIsRejectedAtThatKey) {
   files::write_text(folder / "robot.yaml", "servos: [{joints: [knee], effort_nm: 0}]\n");
   EXPECT_THAT([&] { scenario::read_robot(folder.path()); },
               testing::ThrowsMessage<std::exception>(Has("robot.yaml:1:", "effort_nm: is '0', expected")));
+  file = good, file.head_camera.link = "left_knee";
+  EXPECT_THAT(rejection(file),
+              Has("head_camera: link 'left_knee' is moved by a leg, expected an upper-body link"));
   file = good, file.base = "waist";
-  EXPECT_THAT(rejection(file), Has("robot.xml:1: worldbody: has no body 'waist', the base"));
+  EXPECT_THAT(rejection(file), Has("robot.xml:1: mujoco: has no body 'waist', the base"));
 }
 
 // Each part of the model is wrong once. Errors that the library itself reports also have a place.
@@ -146,20 +148,243 @@ TEST(Adapted, WrongModelIsRejectedWithFileLineAndElement) {
   };
   EXPECT_EQ(error_with("left_knee", "mass='1'", "mass='2'"), "");
   const std::array<std::string, 4> cases[]{
-      {"left_knee", "mass='1'", "mass='0'", "robot.xml:5: body: 'left_knee' moves but has no mass"},
+      {"left_knee", "mass='1'", "mass='0'", "robot.xml:5: body: mass and inertia of moving bodies"},
+      {"left_knee", ".01 .01 .01", "1 1 3", "robot.xml:5: body: inertia must satisfy A + B >= C"},
+      {"left_knee", ".01 .01 .01", "9e3 9e3 9e3",
+       "robot.xml:5: body: 'left_knee' has 1 kg and a moment of inertia of 9000"},
+      {"left_knee", "mass='1'", "mass='1000'",
+       "robot.xml:1: body: the robot weighs 1019 kg, expected kilograms"},
+      {"left_knee", "pos='0 0 -0.3'", "pos='0 0 -300'", "robot.xml:1: body: the robot is 3"},
       {"left_knee", " diaginertia='.01 .01 .01'", "", "robot.xml:5: body: mass and inertia of moving bodies"},
       {"left_knee", "axis='0 1 0'", "axis='0 0 0'", "robot.xml:5: joint: axis too small"},
       {"left_knee", "range='-90 90'", "range='9 -9'", "robot.xml:5: joint: range[0] should be smaller"},
       {"left_knee", "range='-90 90'", "", "robot.xml:5: joint range: 'left_knee_joint' has none"},
       {"left_knee",
-       "range=", "type='slide' range=", "robot.xml:5: joint type: of 'left_knee_joint' is slide"},
+       "range=", "type='slide' range=", "robot.xml:5: joint type: of 'left_knee_joint' is not hinge"},
       {"left_knee",
        "range=", "limited='false' range=", "robot.xml:5: joint range: 'left_knee_joint' has none"},
-      {"left_knee", "left_knee_joint", "left_hip_joint",
-       "robot.xml:5: joint name: 'left_hip_joint' is given"},
+      {"left_knee", "left_knee_joint", "left_hip_joint", "robot.xml:5: joint: repeated name"},
       {"left_foot", "size='0.1 0.05 0.01'", "", "robot.xml:7: geom: sizes must be positive"}};
   for (const auto& [from, part, instead, error] : cases)
     EXPECT_THAT(error_with(from, part, instead), Has(error)) << part << instead;
+}
+
+/// The torques of a joint for the most negative and the most positive commands to all actuators.
+std::array<double, 2> extremes(const mjModel& m, const char* joint) {
+  const Data data(mj_makeData(&m));
+  std::array<double, 2> torques{};
+  for (const int sign : {-1, 1})  // of the torque
+    for (int i = 0; i < m.nu; ++i) {
+      std::fill_n(data->ctrl, m.nu, 0);
+      data->ctrl[i] = sign * std::copysign(1e9, m.actuator_gear[6 * i]);
+      mj_forward(&m, data.get());
+      torques[sign > 0] += data->qfrc_actuator[m.jnt_dofadr[part(m, mjOBJ_JOINT, joint)]];
+    }
+  return torques;
+}
+
+/// Compares what MuJoCo makes of a user's file itself with what the bench loads.
+void expect_same(const mjModel& own, const RobotFile& file) {
+  const Model adapted = load_mjcf(adapt(file).root, "the robot");
+  const mjModel& m = *adapted;
+  const auto same = [](const mjtNum* a, const mjtNum* b, int count, const std::string& what) {
+    for (int i = 0; i < count; ++i) EXPECT_NEAR(a[i], b[i], 1e-12) << what;
+  };
+  for (int body = 1; body < own.nbody; ++body) {
+    const std::string name = mj_id2name(&own, mjOBJ_BODY, body);
+    const int mine = mj_name2id(&m, mjOBJ_BODY, name.c_str());
+    if (mine < 0) continue;
+    same(own.body_mass + body, m.body_mass + mine, 1, name);
+    same(own.body_inertia + 3 * body, m.body_inertia + 3 * mine, 3, name);
+    same(own.body_ipos + 3 * body, m.body_ipos + 3 * mine, 3, name);
+    same(own.body_iquat + 4 * body, m.body_iquat + 4 * mine, 4, name);
+    same(own.body_pos + 3 * body, m.body_pos + 3 * mine, 3, name);
+    same(own.body_quat + 4 * body, m.body_quat + 4 * mine, 4, name);
+  }
+  for (int servo = 0; servo < m.nu; ++servo) {
+    const int mine = m.actuator_trnid[2 * servo];
+    const std::string name = mj_id2name(&m, mjOBJ_JOINT, mine);
+    const int joint = part(own, mjOBJ_JOINT, name), dof = own.jnt_dofadr[joint];
+    same(own.jnt_range + 2 * joint, m.jnt_range + 2 * mine, 2, name);
+    same(own.jnt_axis + 3 * joint, m.jnt_axis + 3 * mine, 3, name);
+    same(own.dof_armature + dof, m.dof_armature + m.jnt_dofadr[mine], 1, name);
+    same(own.dof_frictionloss + dof, m.dof_frictionloss + m.jnt_dofadr[mine], 1, name);
+  }
+}
+
+TEST(Adapted, NumbersAreThoseOfMuJoCosOwnModelOfTheFile) {
+  for (const char* name : {"hrp2", "g1"}) {
+    const RobotFile file =
+        scenario::read_robot(std::filesystem::path(GAITSLAM_SOURCE_DIR) / "models/robots" / name);
+    RobotFile bare = file;
+    for (RobotFile::Servo& servo : bare.servos) servo.armature_kg_m2.reset();
+    expect_same(*load_mjcf(model_file::read_xml(file.folder / file.model), name), bare);
+  }
+}
+
+TEST(Adapted, ClassesAnglesAndActuatorsAreThoseOfMuJoCo) {
+  const TemporaryFolder folder;
+  RobotFile file = robot(folder);
+  for (RobotFile::Servo& servo : file.servos) servo.effort_nm.reset(), servo.armature_kg_m2.reset();
+  for (const char* side : {"left", "right"})
+    for (const auto& [part, angle] :
+         {std::pair("_hip_joint", -0.15), {"_knee_joint", 0.3}, {"_ankle_joint", -0.15}})
+      file.posture_rad[side + std::string(part)] = angle;
+  std::string text = std::regex_replace(model(), std::regex(" actuatorfrcrange='-50 50'"), "");
+  text = std::regex_replace(text, std::regex("(left_roll_joint'|left_hip_joint')"), "$1 class='strong'");
+  text.insert(text.find("<worldbody>"), R"(<compiler autolimits='true' eulerseq='zyx' inertiafromgeom='auto'/>
+    <default><joint armature='0.03' frictionloss='0.2'/><general forcerange='-7 9'/><default class='strong'>
+    <joint armature='0.1' range='-10 20'/><motor ctrlrange='-1 1' forcerange='-4 4' gear='5'/></default>
+    <default class='free'><motor forcelimited='false'/></default></default>)");
+  text.insert(text.find("</mujoco>"), R"(<actuator><position joint='left_yaw_joint' kp='100'/>
+    <motor joint='left_roll_joint' class='strong'/><motor joint='left_roll_joint' gear='-2' class='free' ctrlrange='-3 1'/>
+    <motor joint='left_hip_joint' class='free'/><velocity joint='left_knee_joint' kv='1' forcerange='-1 3' gear='-2'/>
+    <general joint='left_ankle_joint' gainprm='2' ctrlrange='-8 3'/></actuator>)");
+  files::write_text(folder / "robot.xml", text);
+  const Model own = load_mjcf(model_file::read_xml(folder / "robot.xml"), "the file");
+  expect_same(*own, file);
+  const Model adapted = load_mjcf(adapt(file).root, "the robot");
+  for (const char* joint : {"left_yaw_joint", "left_roll_joint", "left_knee_joint", "left_ankle_joint"}) {
+    const int servo = part(*adapted, mjOBJ_ACTUATOR, joint);
+    const mjtNum* const range = adapted->actuator_forcerange + 2 * servo;
+    EXPECT_THAT(extremes(*own, joint), testing::ElementsAre(testing::DoubleNear(range[0], 1e-12),
+                                                            testing::DoubleNear(range[1], 1e-12)))
+        << joint;
+    EXPECT_TRUE(adapted->actuator_forcelimited[servo]);
+  }
+  EXPECT_FALSE(adapted->actuator_forcelimited[part(*adapted, mjOBJ_ACTUATOR, "left_hip_joint")]);
+  const walking::Robot walker = read_robot(*adapted, file);
+  EXPECT_EQ(walker.joints[3].lowest_effort, -6);
+  EXPECT_EQ(walker.joints[3].effort, 2);
+}
+
+// MuJoCo 2.2.2 does not know these attributes.
+TEST(Adapted, ForceRangesOfJointsLimitTheirActuatorsUnlessTheyAreSwitchedOff) {
+  const TemporaryFolder folder;
+  const RobotFile file = robot(folder);
+  std::string text = std::regex_replace(model(), std::regex("(left_knee_joint'.*range='-50) 50'"), "$1 40'");
+  text = std::regex_replace(text, std::regex("left_ankle_joint'"), "$& class='off'");
+  text.insert(text.find("<worldbody>"),
+              "<default><default class='off'><joint actuatorfrclimited='false'/></default></default>");
+  text.insert(text.find("</mujoco>"),
+              "<actuator><motor joint='left_knee_joint' ctrlrange='-30 90'/></actuator>");
+  files::write_text(folder / "robot.xml", text);
+  const Model loaded = load_mjcf(adapt(file).root, "the robot");
+  const auto range = [&](const char* joint) {
+    const int servo = part(*loaded, mjOBJ_ACTUATOR, joint);
+    return std::pair(loaded->actuator_forcerange[2 * servo], loaded->actuator_forcerange[2 * servo + 1]);
+  };
+  EXPECT_EQ(range("left_knee_joint"), std::pair(-30.0, 40.0));
+  EXPECT_EQ(range("left_hip_joint"), std::pair(-50.0, 50.0));
+  EXPECT_FALSE(loaded->actuator_forcelimited[part(*loaded, mjOBJ_ACTUATOR, "left_ankle_joint")]);
+}
+
+TEST(Adapted, FramesMeshesAndBodiesWithoutMassLeaveEverythingInItsPlace) {
+  const TemporaryFolder folder;
+  const RobotFile file = robot(folder);
+  const std::string mesh = "vertex='0 0 0 .1 0 0 0 .1 0 0 0 .1 .2 .1 .1' scale='1 2 1'";
+  files::write_text(
+      folder / "robot.xml",
+      std::regex_replace(
+          model(), std::regex("<geom type='box' size='0.1 0.2 0.2'/>"),
+          "<frame pos='0 0 1' euler='0 90 0'><frame pos='1 0 0'>"
+          "<geom name='shape' type='mesh' mesh='m' pos='0 .1 0' euler='30 0 0'/></frame></frame>"));
+  std::string text = files::read_text(folder / "robot.xml");
+  text.insert(text.find("<worldbody>"), "<asset><mesh name='m' " + mesh + "/></asset>");
+  text.replace(text.find("<body name='pelvis' pos='0 0 1'><joint type='free'/>"), 52,
+               "<body name='footprint' pos='0 0 1'><joint type='free'/><inertial pos='0 0 0' mass='0' "
+               "diaginertia='0 0 0'/>"
+               "<body name='pelvis'>");
+  text.insert(text.find("</worldbody>"), "</body>");
+  files::write_text(folder / "robot.xml", text);
+  const Model loaded = load_mjcf(adapt(file).root, "the robot");
+  EXPECT_EQ(loaded->nbody, 17);
+  EXPECT_EQ(part(*loaded, mjOBJ_BODY, "pelvis"), 1);
+  const Data data(mj_makeData(loaded.get()));
+  mj_kinematics(loaded.get(), data.get());
+  const int geom = part(*loaded, mjOBJ_GEOM, "shape");
+  EXPECT_EQ(loaded->geom_bodyid[geom], part(*loaded, mjOBJ_BODY, "chest"));
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : corners(*loaded, *data, geom, Eigen::Isometry3d::Identity())) box.extend(p);
+  // The chest is at z = 1.3; the frames are at z = 1 and, turned, 1 below: the shape's x axis points down.
+  EXPECT_NEAR(box.min().z(), 1.1, 1e-6);
+  EXPECT_NEAR(box.max().z(), 1.3, 1e-6);
+  EXPECT_NEAR(box.min().y(), 0.1 - 0.1 * std::sin(M_PI / 6), 1e-6);
+}
+
+TEST(Adapted, NamesWithSlashesAndBlanksAreThoseOfTheModel) {
+  const TemporaryFolder folder;
+  const auto renamed = [](const std::string& text) {
+    return std::regex_replace(text, std::regex("left_"), "robot/left ");
+  };
+  files::write_text(folder / "robot.xml", renamed(model()));
+  files::write_text(folder / "robot.yaml", first_robot_file(folder / "robot.xml", "robot.xml"));
+  const RobotFile file = scenario::read_robot(folder.path());
+  EXPECT_EQ(file.feet[1].body, "robot/left foot");
+  EXPECT_NO_THROW(read_robot(*load_mjcf(adapt(file).root, "robot.xml"), file));
+}
+
+// The same robot as MJCF and as URDF.
+TEST(Adapted, AUrdfIsReadByMuJoCo) {
+  const TemporaryFolder folder;
+  RobotFile file = robot(folder);
+  const auto link = [](const std::string& name, const std::string& more = "") {
+    return "<link name='" + name +
+           "'><inertial><mass value='1'/><inertia ixx='.01' iyy='.01' izz='.01' ixy='0' ixz='0' "
+           "iyz='0'/></inertial>" +
+           more + "</link>";
+  };
+  const auto joint = [](const std::string& parent, const std::string& child, const std::string& xyz,
+                        const std::string& axis) {
+    return "<joint name='" + child + "_joint' type='revolute'><parent link='" + parent + "'/><child link='" +
+           child + "'/><origin xyz='" + xyz + "'/><axis xyz='" + axis +
+           "'/><limit lower='-1' upper='1.5' effort='50'/></joint>";
+  };
+  std::string text =
+      "<robot name='r'><link name='base_footprint'/><joint name='base' type='fixed'><parent "
+      "link='base_footprint'/><child link='pelvis'/><origin xyz='0 0 1'/></joint>" +
+      link("pelvis") + link("chest") + link("head") + joint("pelvis", "chest", "0 0 .3", "0 0 1") +
+      joint("chest", "head", "0 0 .3", "0 0 1");
+  for (const std::string& side : {std::string("left"), std::string("right")}) {
+    std::string above = "pelvis";
+    const auto add = [&](const std::string& part, const std::string& xyz, const std::string& axis,
+                         const std::string& more = "") {
+      text += link(side + part, more) + joint(above, side + part, xyz, axis);
+      above = side + part;
+    };
+    add("_yaw", side == "left" ? "0 .1 -.1" : "0 -.1 -.1", "0 0 1");
+    add("_roll", "0 0 0", "1 0 0");
+    add("_hip", "0 0 0", "0 1 0");
+    add("_knee", "0 0 -.3", "0 1 0");
+    add("_ankle", "0 0 -.3", "0 1 0");
+    add("_foot", "0 0 0", "1 0 0",
+        "<collision><origin xyz='.02 0 -.06'/><geometry><box size='.2 .1 .02'/></geometry></collision>");
+  }
+  files::write_text(folder / "robot.urdf", text + "</robot>");
+  file.model = "robot.urdf";
+  for (RobotFile::Servo& servo : file.servos) servo.effort_nm.reset(), servo.armature_kg_m2.reset();
+  for (const char* side : {"left", "right"})
+    for (const auto& [part, angle] :
+         {std::pair("_hip_joint", -0.15), {"_knee_joint", 0.3}, {"_ankle_joint", -0.15}})
+      file.posture_rad[side + std::string(part)] = angle;
+  const Model loaded = load_mjcf(adapt(file).root, "the robot");
+  EXPECT_NEAR(loaded->body_subtreemass[part(*loaded, mjOBJ_BODY, "pelvis")], 15, 1e-12);
+  EXPECT_EQ(loaded->jnt_type[0], mjJNT_FREE);
+  EXPECT_EQ(loaded->jnt_bodyid[0], part(*loaded, mjOBJ_BODY, "pelvis"));
+  EXPECT_EQ(loaded->actuator_forcerange[0], -50);
+  const walking::Robot walker = read_robot(*loaded, file);
+  EXPECT_NEAR(walker.base_height, 0.17 + 0.6 * std::cos(0.15), 1e-9);
+  EXPECT_EQ(walker.joints[0].highest, 1.5);
+  for (const auto& [joints, error] :
+       {std::pair("<joint name='a' type='fixed'><parent link='chest'/><child link='head'/></joint>",
+                  "robot.urdf:1: joint: URDF body has multiple parents"),
+        {"<joint name='a' type='fixed'><parent link='none'/><child link='tail'/></joint><link name='tail'/>",
+         "robot.urdf:1: joint: URDF joint parent or child missing"},
+        {"<joint name='a' type='fixed'><parent link='a'/><child link='a'/></joint><link name='a'/>",
+         "robot.urdf:1: link: URDF body not found"}}) {
+    files::write_text(folder / "robot.urdf", text + joints + "</robot>");
+    EXPECT_THAT(rejection(file), Has(error));
+  }
 }
 
 TEST(Adapted, LinksFixedToAFootBelongToItsSole) {
@@ -245,6 +470,29 @@ TEST(FirstRobotFile, ASoleThatIsTiltedAtZeroAnglesIsLaidFlat) {
     EXPECT_NEAR(file.feet[0].sole_pitch_rad, 20 * std::numbers::pi / 180, 1e-6) << shape;
     EXPECT_NO_THROW(read_robot(*load_mjcf(adapt(file).root, "robot.xml"), file)) << shape;
   }
+}
+
+TEST(FirstRobotFile, RobotsThatFaceBackwardAndQuadrupedsAreRejected) {
+  const TemporaryFolder folder;
+  const auto rejects = [](const char* text) { return testing::ThrowsMessage<std::runtime_error>(Has(text)); };
+  EXPECT_THAT(
+      [&] { guess_with(folder, "pos='0.02 0 -0.06'", "pos='-0.04 0 -0.06'"); },
+      rejects("the toes point backward at right_foot: expected the x axis of the base 'pelvis' ahead"));
+  EXPECT_THAT([&] { guess_with(folder, "(_knee_joint' axis='0 1 0') range='-90 90'", "$1 range='-90 5'"); },
+              rejects("the knee bends backward at right_foot"));
+  EXPECT_THAT([&] { guess_with(folder, "(<body name='arm' pos=)'0 0.2 0.2'", "$1'0 -.3 -.95'"); },
+              testing::Not(rejects("four legs")));
+  files::write_text(folder / "robot.xml", model());
+  std::string text = model();
+  text.insert(text.find("<body name='left_yaw'"),
+              "<body name='fore' pos='.5 .1 -.7'><joint axis='0 1 0' name='a' range='-1 1'/><inertial pos='0 "
+              "0 0' mass='1' "
+              "diaginertia='1 1 1'/></body><body name='fore2' pos='.5 -.1 -.7'><joint axis='0 1 0' name='b' "
+              "range='-1 1'/>"
+              "<inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>");
+  files::write_text(folder / "robot.xml", text);
+  EXPECT_THAT([&] { first_robot_file(folder / "robot.xml", "robot.xml"); },
+              rejects("robot.xml: has four legs, "));
 }
 
 TEST(FirstRobotFile, JointsWithoutARangeAreRigidButNotInALegAndLegsMustBend) {

@@ -1,5 +1,6 @@
 #include <mujoco/mujoco.h>
 
+#include <algorithm>
 #include <iostream>
 
 #include "sim/live/run.h"
@@ -7,6 +8,11 @@
 #include "tools/cli/shared/live.h"
 
 namespace cli {
+namespace {
+
+constexpr float kDark = 0.3f;  // ambient light
+
+}  // namespace
 
 result::Outcome run_live(const scenario::ReadScenario& scenario, const result::ResultPlace& place,
                          const result::Progress& progress, int threads, const live::RunObserver* observer) {
@@ -26,6 +32,18 @@ std::optional<walking::PatternGenerator> check_start(const scenario::ReadScenari
         "warning: world.room: the robot steps on {} shapes of {}, which slows down the physics; expected at "
         "most {}, or a height field\n",
         solids, room, physics::kMostSolids);
+  if (read.scenario.camera && read.scenario.world.room.is_path()) {
+    const physics::Model in_room = physics::load_model(scenario::read_robot(read.scenario), room, models);
+    const float ambient = in_room->vis.headlight.active ? in_room->vis.headlight.ambient[0] : 0;
+    if (std::none_of(in_room->light_active, in_room->light_active + in_room->nlight,
+                     [](mjtByte on) { return on; }) &&
+        ambient < kDark)
+      std::cerr << fmt::format(
+          "warning: world.room: {} has no light, so images are almost black, expected lights with "
+          "directional=\"true\", or <visual><headlight ambient=\"0.6 0.6 0.6\" diffuse=\"0 0 "
+          "0\"/></visual>\n",
+          room);
+  }
   return plan;
 }
 
