@@ -1,4 +1,4 @@
-// Loads robot and room into one MuJoCo model and catches MuJoCo's warnings.
+// Loads models into MuJoCo, catches its warnings, and reads poses and sizes from its arrays.
 #pragma once
 
 #include <filesystem>
@@ -24,15 +24,6 @@ struct Free {
 using Model = std::unique_ptr<mjModel_, Free>;
 using Data = std::unique_ptr<mjData_, Free>;
 
-/// The physics' room, a bare floor: the shapes of a furnished room would slow down each step. Whether the
-/// robot touches those is checked separately (clearance.h). A room's geoms of class floor are added to the
-/// bare floor, or replace it if they include a plane or a height field.
-inline constexpr char kPhysicalRoom[] = "floor";
-
-/// Which shapes are kept: all visible ones, or only the room's floor and those of the robot's shapes that can
-/// touch something (faster to step).
-enum class Shapes { all, floor };
-
 /// Files by the names that a model gives them.
 using NamedFiles = std::vector<std::pair<std::string, std::filesystem::path>>;
 
@@ -40,15 +31,6 @@ using NamedFiles = std::vector<std::pair<std::string, std::filesystem::path>>;
 /// about, or std::runtime_error "<from> does not load: " with the message. After the first call, an error
 /// inside MuJoCo prints one line on stderr and ends the process with code 3, and warnings are kept.
 Model load_mjcf(const model_file::Element& root, const std::string& from, const NamedFiles& files = {});
-
-/// Returns an adapted robot in its room as one model. Names of the room that are also the robot's are
-/// changed. Throws std::runtime_error "file:line: ..." if a file is rejected.
-Model join(const model_file::Element& robot, const std::string& room, const std::filesystem::path& models,
-           Shapes shapes);
-/// Returns the robot in its room as one model. Throws std::runtime_error "file:line: ..." if a file is
-/// rejected.
-Model load_model(const RobotFile& robot, const std::string& room, const std::filesystem::path& models,
-                 Shapes shapes = Shapes::all);
 
 /// Returns the pose from MuJoCo's arrays of positions and of row-major rotations.
 inline Eigen::Isometry3d pose_in(const double* p, const double* R) {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sim/controllers/controller.h"
-#include "sim/physics/model.h"
+#include "sim/physics/robot_in_room.h"
 
 namespace sim::physics {
 

@@ -5,10 +5,6 @@
 #include <limits>
 #include <sstream>
 
-#include "sim/files/hash.h"
-#include "sim/model_file/model_file.h"
-#include "sim/physics/robot_file.h"
-#include "sim/scenario/robot.h"
 #include "sim/score/metrics.h"
 
 namespace sim::scenario {
@@ -23,16 +19,6 @@ void* find(void* owner, const std::vector<Key::Step>& place) {
     if (step.content) owner = step.content(owner);
   }
   return owner;
-}
-
-std::vector<fs::path> files_below(const fs::path& folder) {
-  std::error_code fault;
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder, fault))
-    if (entry.is_regular_file() && entry.path().extension() != ".md") files.push_back(entry.path());
-  if (fault || files.empty()) throw files::FileError(folder, "has no models");
-  std::sort(files.begin(), files.end());
-  return files;
 }
 
 constexpr std::array kAggregates{"median"sv, "mean"sv, "worst"sv};
@@ -133,38 +119,6 @@ std::optional<std::string> unit_of(std::string_view key) {
   for (std::string ending, unit; endings >> ending >> unit;)
     if (key.ends_with(ending)) return unit;
   return std::nullopt;
-}
-
-std::string models_hash(const fs::path& models) {
-  files::Hash hash;
-  for (const fs::path& file : files_below(models)) {
-    hash.add_part(file.lexically_relative(models).generic_string());
-    hash.add_part(files::read_text(file));
-  }
-  return hash.hex();
-}
-
-std::string recording_key(const Scenario& scenario, const std::string& models, const std::string& program) {
-  files::Hash hash;
-  hash.add_part("recording 1");
-  hash.add_part(program);
-  hash.add_part(models);
-  const auto add_files = [&](const fs::path& model, const model_file::Packages& packages = {}) {
-    for (const fs::path& file : model_file::files_of(model, packages)) hash.add_part(files::read_text(file));
-  };
-  if (const fs::path folder = std::string(scenario.world.robot); scenario.world.robot.is_path()) {
-    const physics::RobotFile robot = read_robot(folder);
-    hash.add_part(files::read_text(folder / "robot.yaml"));
-    add_files(folder / robot.model, robot.packages);
-  }
-  if (scenario.world.room.is_path()) add_files(std::string(scenario.world.room));
-  hash.add_part(fmt::format("seed {}{}", scenario.seed, programs::files_identity(scenario.controller)));
-  for (const auto& key : scenario_keys()) {
-    if (!shapes_recording(scenario, key.name) || !has_section(scenario, key.name)) continue;
-    hash.add_part(key.name);
-    hash.add_part(key.print(scenario));
-  }
-  return hash.hex();
 }
 
 std::optional<RecordingDifference> first_difference(const Scenario& recorded, const Scenario& scenario,
