@@ -157,6 +157,8 @@ Table::Table(const fs::path& file, Expected expected, const std::string& columns
   for (Title& title : titles_)  // as EuRoC and TUM define it
     if (title.name == "timestamp" && title.unit.empty())
       title.unit = has("p_RS_R_") || has("w_RS_S_") ? "ns" : separator_ == ' ' && has("tx") ? "s" : "";
+  // OpenVINS' header names covariances even if no row has any.
+  while (titles_.size() > width_ && titles_.back().quantity == covariance) titles_.pop_back();
   if (columns.empty() && is_named() && !rows_.empty() && titles_.size() != width_)
     fail(fmt::format("its header names {}, its rows have {}", counted(titles_.size(), "column"), width_));
 }

@@ -239,6 +239,9 @@ TEST(Tum, TheTwentyColumnFormHoldsTheUpperTrianglesOrientationFirst) {
   P.topRightCorner<3, 3>().setZero();
   P.bottomLeftCorner<3, 3>().setZero();
   EXPECT_EQ(read_tum(folder / "c.txt").at(0).covariance, P);
+  write_text(folder / "none.txt",
+             kTumCovarianceHeader + tum_row(nanoseconds(0), Eigen::Isometry3d::Identity()));
+  EXPECT_FALSE(read_tum(folder / "none.txt").at(0).covariance);
 }
 
 TEST(Tum, StampsAreReadWithoutGoingThroughADouble) {
