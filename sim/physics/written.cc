@@ -77,7 +77,8 @@ std::string Writer::site_name(int site) const {
 }
 
 bool Writer::is_fused(int body) const {
-  return (m_.body_mass[body] == 0 || m_.body_weldid[body] == 0) && name(mjOBJ_BODY, body).starts_with(model_file::kFrame);
+  return (m_.body_mass[body] == 0 || m_.body_weldid[body] == 0) &&
+         name(mjOBJ_BODY, body).starts_with(model_file::kFrame);
 }
 
 int Writer::owner(int body) const {
@@ -126,8 +127,7 @@ void Writer::add_content(int body, Element& to, const Eigen::Isometry3d* X) cons
     if (m_.geom_bodyid[geom] == body) to.children.push_back(this->geom(geom, X));
   for (int site = 0; site < m_.nsite; ++site)
     if (m_.site_bodyid[site] == body)
-      place(to.add("site", {{"name", site_name(site)}}), m_.site_pos + 3 * site,
-            m_.site_quat + 4 * site, X);
+      place(to.add("site", {{"name", site_name(site)}}), m_.site_pos + 3 * site, m_.site_quat + 4 * site, X);
   for (int light = 0; light < m_.nlight; ++light)
     if (m_.light_bodyid[light] == body) add(to.add("light"), kLight, light);
   if (const auto added = additions.find(body); added != additions.end())

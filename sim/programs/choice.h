@@ -21,7 +21,8 @@ struct Choice {
   bool operator==(const Choice&) const = default;
 };
 
-/// Throws std::invalid_argument if the program or its interpreter is missing. Does not start it. role: "estimator".
+/// Throws std::invalid_argument if the program or its interpreter is missing. Does not start it. role:
+/// "estimator".
 void require_program(const Choice& choice, const std::string& role);
 
 /// Returns the words of a program, or a command split at white space.

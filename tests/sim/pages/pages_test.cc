@@ -244,7 +244,8 @@ TEST(ReadRun, APositionOnlyTruthIsDrawnAlignedWithTheEstimate) {
                           .dump());
   write("about.json", "{}");
   for (const char* empty : {"plan.tum", "waist_truth.tum", "waist_plan.tum"}) write(empty, "");
-  write("truth.tum", "# timestamp(s) tx ty tz\n0 10 0 5\n1 10 1 5\n2 8 1 5\n3 8 1 6\n");  // turned by 90 degrees
+  write("truth.tum",
+        "# timestamp(s) tx ty tz\n0 10 0 5\n1 10 1 5\n2 8 1 5\n3 8 1 6\n");  // turned by 90 degrees
   write("estimate_cov.txt", "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n2 1 2 0 0 0 0 1\n3 1 2 1 0 0 0 1\n");
   const RunData run = read_run(folder.path());
   EXPECT_TRUE(run.truth_aligned);
