@@ -147,7 +147,7 @@ class FrontPage(unittest.TestCase):
         self.assertEqual([], list(front_page.differences({'columns': stored}, stored)))
         for factor, named in ((1.1, 0), (2, 1)):
             now = json.loads(json.dumps(stored))
-            now['slippery_laps']['plan_rmse_m']['sample'][1] *= factor
+            now['slippery_laps']['plan_rmse_m']['sample'][0] *= factor
             self.assertEqual(named, len(list(front_page.differences({'columns': stored}, now))))
         self.assertGreater(len(list(front_page.differences({'columns': {}}, stored))), 30)
 
