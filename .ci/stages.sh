@@ -3,7 +3,7 @@ set -eu
 export CI=true  # a missing tool is an error, not a skipped test
 root=$PWD
 # Tests, regression and front page walk some seeds of the same scenarios: once each.
-export GAITSLAM_SHARED_CACHE="$root/build/ci/cache" GAITSLAM_CACHE="$root/build/ci/cache"
+export GAITSLAM_SHARED_CACHE="$root/build/ci/cache"
 . tools/setup.sh
 
 stages='' current=''
