@@ -195,7 +195,6 @@ struct Start {
       : models(scenario::read_robot(read.scenario), read.scenario.world.room, folder) {
     if (read.scenario.controller.source == programs::Source::built_in) plan = clear_plan(read, models);
     mount_sensors(read, models);
-    require_drawable(read, models);
   }
   std::unique_ptr<controllers::Controller> controller(const scenario::Scenario& scenario) const {
     if (plan)
@@ -377,16 +376,19 @@ void Run::deliver_frame() {
     const result::StageClock clock(timing_.frame.record_ms);
     writer_.add(frame.observation, frame.png, frame.rig_pngs);
   }
-  const auto track = [this](slam::Observation observation) {
-    if (!tracking_) return;
+  std::optional<slam::Observation> shown;
+  if (observer_.wants && observer_.wants(frame.observation)) {
+    shown = frame.observation;
+    shown->image = shown->image.clone();  // sensor errors may be applied in place
+  }
+  if (tracking_) {
     const result::StageClock clock(timing_.frame.filter_ms);
-    tracking_->process(std::move(observation));
+    tracking_->process(std::move(frame.observation));
     timing_.frame.filter_ms += tracking_->external_cpu_ms();
     timing_.frame.landmarks = tracking_->landmarks();
     timing_.frame.answered = tracking_->has_answered();
-  };
-  tracking::process_observed(std::move(frame.observation), tracking_ ? &*tracking_ : nullptr,
-                             observer_.tracking, track);
+  }
+  if (shown) observer_.tracked(*shown, tracking_ ? &*tracking_ : nullptr);
   if (read_.scenario.walk.steering.by == walking::SteeredBy::truth)
     steering_->add(t, {t, frame.X_WC, slam::Matrix6d::Zero()}, true);
   add_steering_poses();

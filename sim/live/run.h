@@ -28,7 +28,11 @@ struct RunObserver {
   /// At the end of each tick of 5 ms. The walk continues when this returns.
   std::function<void(slam::Stamp)> ticked = {};
   std::function<void(const StampedState&)> stamped = {};
-  tracking::TrackingObserver tracking = {};  ///< some frames later, with the image
+  /// Called some frames later, with the image, before the observation is processed. Returns whether `tracked`
+  /// is called after it.
+  std::function<bool(const slam::Observation& ideal)> wants = {};
+  /// tracking: null without an estimator.
+  std::function<void(const slam::Observation& ideal, const tracking::Tracking* tracking)> tracked = {};
 };
 
 /// Walks the scenario and leaves a complete result folder, however the walk ends. place: where models are and

@@ -72,22 +72,19 @@ void begin_at_estimate(std::vector<files::TimedPose>& truth,
 template <class Reader>
 slam::Stamp track(const Reader& reader, const std::function<std::optional<slam::Observation>()>& next,
                   std::optional<tracking::Tracking>& tracking, result::Timing& timing,
-                  const result::Progress& progress, const tracking::TrackingObserver& observer,
-                  std::vector<files::TimedPose>* plan = nullptr) {
+                  const result::Progress& progress, std::vector<files::TimedPose>* plan = nullptr) {
   slam::Stamp last{0};
   while (auto observation = next()) {
     result::FrameTiming frame{.t = observation->t};
     last = observation->t;
     if (plan && observation->plan) plan->push_back({last, observation->plan->X_PC});
-    const auto process = [&](slam::Observation ideal) {
-      if (!tracking) return;
+    if (tracking) {
       const result::StageClock clock(frame.filter_ms);
-      tracking->process(std::move(ideal));
+      tracking->process(std::move(*observation));
       frame.filter_ms += tracking->external_cpu_ms();
       frame.answered = tracking->has_answered();
-    };
-    tracking::process_observed(std::move(*observation), tracking ? &*tracking : nullptr, observer, process);
-    frame.landmarks = tracking ? tracking->landmarks() : 0;
+      frame.landmarks = tracking->landmarks();
+    }
     timing.frames.push_back(frame);
     progress(reader.part());
   }
@@ -210,8 +207,7 @@ WalkEnd read_walk_end(const std::filesystem::path& result_folder) {
 
 result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
                        const WalkEnd& walk, const result::ResultPlace& place,
-                       const result::Progress& progress, Recorded recorded,
-                       const tracking::TrackingObserver& observer) {
+                       const result::Progress& progress, Recorded recorded) {
   files::AtomicFolder folder(place.folder);
   result::Timing timing;
   recording::RecordingReader reader(recording);
@@ -220,11 +216,9 @@ result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesy
   if (scenario.scenario.slam)
     tracking.emplace(scenario.scenario, setup.calibration, setup.X_WC_start, setup.camera_rate_hz, setup.rig,
                      setup.joints);
-  const std::function<bool(int)> wants = [&](int sensor) {
-    return observer.tracked || (tracking && tracking->uses(sensor));
-  };
+  const std::function<bool(int)> wants = [&](int sensor) { return tracking && tracking->uses(sensor); };
   const slam::Stamp last = track(
-      reader, [&] { return reader.next(wants); }, tracking, timing, progress, observer);
+      reader, [&] { return reader.next(wants); }, tracking, timing, progress);
   result::RunRecord record{scenario,     walk.ended,   reader.setup(), recording::read_truth(recording),
                            std::nullopt, reader.hash()};
   record.counterfactual = walk.counterfactual;
@@ -259,7 +253,7 @@ result::Outcome replay_external(const scenario::ReadScenario& scenario, recordin
   result::Timing timing;
   std::vector<files::TimedPose> plan;
   const slam::Stamp last = track(
-      folder, [&] { return folder.next(); }, tracking, timing, progress, {}, &plan);
+      folder, [&] { return folder.next(); }, tracking, timing, progress, &plan);
   result::RunRecord record{scenario, {scenario::Ending::completed}, sensors.setup, {}, tracking->finish(),
                            ""};
   recording::Truth truth = folder.truth();

@@ -29,8 +29,7 @@ enum class Recorded { left_out, copied };
 /// cannot be written.
 result::Outcome replay(const scenario::ReadScenario& scenario, const std::filesystem::path& recording,
                        const WalkEnd& walk, const result::ResultPlace& place,
-                       const result::Progress& progress, Recorded recorded = Recorded::left_out,
-                       const tracking::TrackingObserver& observer = {});
+                       const result::Progress& progress, Recorded recorded = Recorded::left_out);
 
 /// Returns the scenario for a replay of an external recording, with the noise stated in the folder, no
 /// further sensor errors, and `changes` applied last. Without a walking plan, the initial standard deviation

@@ -125,23 +125,4 @@ class Tracking {
   Tracked tracked_;
 };
 
-/// A read-only observer of a run. Unused functions stay empty.
-struct TrackingObserver {
-  /// Called before each observation is processed; returns whether `tracked` is called after it.
-  std::function<bool(const slam::Observation& ideal)> wants = {};
-  /// tracking: null without an estimator.
-  std::function<void(const slam::Observation& ideal, const Tracking* tracking)> tracked = {};
-};
-
-/// Processes an observation by process(observation) and shows it to the observer.
-template <class Process>
-void process_observed(slam::Observation ideal, const Tracking* tracking, const TrackingObserver& observer,
-                      const Process& process) {
-  if (!observer.wants || !observer.wants(ideal)) return process(std::move(ideal));
-  slam::Observation shown = ideal;
-  shown.image = ideal.image.clone();  // sensor errors may be applied in place
-  process(std::move(ideal));
-  observer.tracked(shown, tracking);
-}
-
 }  // namespace sim::tracking

@@ -149,8 +149,4 @@ class LiveView {
   Server server_;                                       // last member: its thread uses those above
 };
 
-/// Adds the image, the estimator's results and, if wanted, the map.
-void add_tracked(Frame& frame, const slam::Observation& observation, const tracking::Tracking* tracking,
-                 bool with_map);
-
 }  // namespace sim::view

@@ -1,4 +1,4 @@
-// The view of a run or replay, opened from a request, and the pictures of its video. The implementations that
+// The view of a run, opened from a request, and the pictures of its video. The implementations that
 // need the simulator are in sim/view/live; a build without it has stubs.
 #pragma once
 
@@ -30,19 +30,15 @@ struct ViewRequest : Access {
 class ViewSession {
  public:
   virtual ~ViewSession() = default;
-  /// Returns the hooks for the loop of a run or a replay.
+  /// Returns the hooks for the loop of the run.
   virtual const live::RunObserver& run_observer() const = 0;
-  virtual const tracking::TrackingObserver& tracking_observer() const = 0;
-  /// Tells the viewers how the run or replay ended.
+  /// Tells the viewers how the run ended.
   virtual void end(const std::string& how) = 0;
 };
 
 /// Returns the view of a run, or null if none is requested. Throws what LiveView throws.
 std::unique_ptr<ViewSession> view_of_run(const ViewRequest& request, const scenario::ReadScenario& read,
                                          const fs::path& models);
-/// Returns the view of a replay of this recording, or null if none is requested. Throws what LiveView throws.
-std::unique_ptr<ViewSession> view_of_replay(const ViewRequest& request, const scenario::ReadScenario& read,
-                                            const fs::path& recording, const fs::path& models);
 
 /// Returns the robot, or null without the simulator. Throws std::runtime_error if the models do not load.
 std::shared_ptr<const exports::RobotDescription> robot_description(const scenario::Scenario& scenario,

@@ -348,15 +348,6 @@ std::optional<Resource> Site::at(std::string_view path, std::string_view token) 
   return list != lists_.end() && number ? list->second(*number) : std::nullopt;
 }
 
-std::vector<Frame> read_recorded_frames(const fs::path& recording, const RobotModel* robot) {
-  const recording::Truth truth = recording::read_truth(recording);
-  std::vector<Frame> frames(truth.camera.size());
-  for (std::size_t i = 0; i < frames.size(); ++i)
-    frames[i].t = truth.camera[i].t, frames[i].truth = truth.camera[i].X;
-  add_recorded(frames, truth, recording, robot);
-  return frames;
-}
-
 Playback read_playback(const fs::path& result, const MakeRobot& make_robot,
                        const std::vector<fs::path>& given) {
   pages::RunData data = pages::read_run(result);

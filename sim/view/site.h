@@ -136,10 +136,6 @@ struct RobotModel {
   std::function<std::vector<float>(const Eigen::VectorXd& q, const Eigen::Isometry3d& X_WB)> poses;
 };
 
-/// Returns a recording's frames for a replay's view: truth, feet, zero-moment point and, with a robot, its
-/// bodies.
-std::vector<Frame> read_recorded_frames(const fs::path& recording, const RobotModel* robot);
-
 /// Loads a scenario's robot; empty without the simulator. Throws std::runtime_error if the models do not
 /// load.
 using MakeRobot = std::function<RobotModel(const scenario::Scenario&)>;

@@ -62,18 +62,17 @@ TEST_F(ViewTest, CanBeInterruptedWhileItReadsItsResults) {
   EXPECT_EQ(text_of("url"), "");
 }
 
-TEST_F(ViewTest, ResultsAreTheSameBytesWithAndWithoutAViewAndAReplayShowsTheRobotOfItsRecording) {
+TEST_F(ViewTest, ResultsAreTheSameBytesWithAndWithoutAView) {
   short_walks("plain");
-  EXPECT_GT(browsed("run walk.yaml --view --wait --out viewed", "watch")["frames"], 3);
-  const json found = browsed("replay plain/seed-1 --view --wait --out again", "watch");
+  const json found = browsed("run walk.yaml --view --wait --out viewed", "watch");
+  EXPECT_GT(found["frames"], 3);
   EXPECT_GT(found["bodies"], 20);
   EXPECT_GT(found["ellipsoids"], 5);
-  EXPECT_THAT(found["how"].get<std::string>(), Has("The replay has ended: completed."));
+  EXPECT_THAT(found["how"].get<std::string>(), Has("The run has ended: completed."));
   EXPECT_THAT(found["said"], IsEmpty());
-  EXPECT_EQ(json::parse(ok("replay plain/seed-1 --view --json --out third"))["exit_code"], 0)
+  EXPECT_EQ(json::parse(ok("run walk.yaml --view --json --out third"))["exit_code"], 0)
       << "nothing else is on standard output";
   EXPECT_THAT(differences(folder_ / "viewed/seed-1", folder_ / "plain/seed-1"), IsEmpty());
-  EXPECT_THAT(differences(folder_ / "again", folder_ / "plain/seed-1", "recording/"), IsEmpty());
 }
 
 TEST_F(LongViewTest, APlaybackCanBeScrubbedToTheLoopClosure) {
@@ -198,15 +197,9 @@ TEST_F(ViewTest, TwoRunsAreComparedInOneSceneAndTheirDivergenceIsMarked) {
   EXPECT_LT(found["places"]["apart"], 0.1);
   EXPECT_THAT(found["places"]["text"].get<std::string>(),
               ContainsRegex("A: landmark .* at the same place: B: landmark "));
-  EXPECT_THAT(found["places"]["said"].get<std::string>(), ContainsRegex("matched by place .*[0-9]+ in both"));
   EXPECT_EQ(found["nis"], 2) << "a figure on demand has a line of each run";
-  EXPECT_EQ(found["hidden"]["columns"], 2) << "a key splits the scene";
-  EXPECT_GT(found["differs"], 0) << "each view has its own run";
-  EXPECT_LT(found["differs"], 0.1) << "and the same camera";
   EXPECT_EQ(found["hidden"]["visible"], (json{true, false}));
-  EXPECT_EQ(found["again"]["visible"], found["hidden"]["visible"]) << "the address holds the layers";
-  EXPECT_NEAR(found["again"]["t"], found["hidden"]["t"], 0.01);
-  EXPECT_EQ(found["again"]["hash"], found["hidden"]["hash"]);
+  EXPECT_NEAR(found["again"]["t"], found["hidden"]["t"], 0.01) << "the address holds the time";
   EXPECT_LE(found["width_at_400"], 400);
   EXPECT_THAT(found["said"], IsEmpty());
 }

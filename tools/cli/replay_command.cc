@@ -27,7 +27,6 @@ struct ReplayRequest : OutRequest {
   std::optional<std::string> scenario;
   scenario::Changes changes;
   bool all_metrics = false;
-  ViewRequest view;
   BatchMember batch;
 };
 
@@ -119,23 +118,14 @@ int replay_result(ReplayRequest& request) {
     walk.counterfactual = scenario::counterfactual(
         scenario::read_scenario(request.result / "scenario.yaml").scenario, read.scenario);
   }
-  if (external && request.view.view)
-    throw UsageError(
-        "--view: cannot show an external recording, expected the result of a run; view the replay's result");
-  const auto view = view_of_replay(request.view, read, request.result / "recording", standard_models());
-  const auto observer = view ? view->tracking_observer() : tracking::TrackingObserver{};
   result::Outcome outcome;
   {
     ProgressLine progress("replay of " + request.result.string());
     const result::ResultPlace place = result_place(out.path(), walk.models_hash);
     const auto show = [&](double part) { progress.show(part); };
     outcome = external ? replay::replay_external(read, *external, place, show)
-                       : replay::replay(read, request.result / "recording", walk, place, show,
-                                        replay::Recorded::left_out, observer);
+                       : replay::replay(read, request.result / "recording", walk, place, show);
   }
-  if (view)
-    view->end(fmt::format("The replay has ended: {}. tools/gaitslam view {} shows it again.",
-                          scenario::name_of(outcome.ending), files::shell_word(out.path().string())));
   return cli::report(outcome, out.path(), request.all_metrics);
 }
 
@@ -152,7 +142,6 @@ void add_replay(CLI::App& app, int& exit_code) {
   add_out(command, request);
   add_all_metrics(command, request.all_metrics);
   add_output(command);
-  add_view(command, request.view);
   add_batch_member(command, request.batch);
 }
 

@@ -1,6 +1,6 @@
 // The parts of the view that need the simulator: the view of a run, which passes on the run's state as plain
-// numbers; robots for replays and exports; and pictures of the recorded robot, from its waist pose and joint
-// angles.
+// numbers; robots for playbacks and exports; and pictures of the recorded robot, from its waist pose and
+// joint angles.
 #include "sim/view/session.h"
 
 #include <fmt/format.h>
@@ -106,14 +106,11 @@ class LiveSession : public ViewSession {
     observer_.begins = [this](const recording::RecordingSetup& setup) { view_.begin(setup); };
     observer_.ticked = [this](slam::Stamp t) { view_.pace(t); };
     observer_.stamped = [this](const live::StampedState& state) { stamp(state); };
-    observer_.tracking.wants = [this](const slam::Observation& o) { return wants(o); };
-    observer_.tracking.tracked = [this](const slam::Observation& o, const tracking::Tracking* t) {
-      show(o, t);
-    };
+    observer_.wants = [this](const slam::Observation& o) { return wants(o); };
+    observer_.tracked = [this](const slam::Observation& o, const tracking::Tracking* t) { show(o, t); };
   }
 
   const live::RunObserver& run_observer() const override { return observer_; }
-  const tracking::TrackingObserver& tracking_observer() const override { return observer_.tracking; }
   void end(const std::string& how) override { view_.end(how); }
 
  private:
@@ -137,7 +134,14 @@ class LiveSession : public ViewSession {
   void show(const slam::Observation& observation, const tracking::Tracking* tracking) {
     Frame frame = std::move(stamped_.front());
     stamped_.pop_front();
-    add_tracked(frame, observation, tracking, view_.wants_map());
+    frame.image = observation.image;
+    const bool with_map = view_.wants_map();
+    if (const auto* const newest = tracking ? tracking->newest() : nullptr) {
+      if (const auto& pose = newest->estimate)
+        frame.estimate = pose->X_WC, frame.covariance = pose->covariance;
+      frame.report = newest->report;
+      if (with_map) frame.map = tracking->map();
+    }
     view_.show(frame);
   }
 

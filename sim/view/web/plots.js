@@ -7,11 +7,10 @@ const kMargin_px = 28,
   kLeast_px = 320;
 
 export class Plots {
-  /// go(t, goesOn): goes to a time; changed(): which figures are shown, or their zoom, changed; time(): the
-  /// displayed one.
-  constructor(panes, {go, changed, time}) {
+  /// go(t, goesOn): goes to a time; time(): the displayed one.
+  constructor(panes, {go, time}) {
     this.panes = panes;
-    this.callbacks = {go, changed, time};
+    this.callbacks = {go, time};
     this.hidden = new Set(kOnDemand);
     this.figures = [];
     this.timeLine = element('div', {class: 'timeline'});
@@ -36,7 +35,13 @@ export class Plots {
     this.names.replaceChildren('Figures: ', ...known(runs).map((name) => this.switchOf(name)));
     this.timeLine.replaceChildren(...(line ? [line.holder] : []));
     this.strips.replaceChildren(...strips.map(({holder}) => holder));
-    follow(this.figures, this.callbacks.go, () => this.show(), this.callbacks.changed, true);
+    follow(
+      this.figures,
+      this.callbacks.go,
+      () => this.show(),
+      () => {},
+      true
+    );
     if (zoomed && keepsZoom) this.zoom(...zoomed);
     this.show();
   }
@@ -53,7 +58,6 @@ export class Plots {
   toggle(name) {
     if (!this.hidden.delete(name)) this.hidden.add(name);
     this.draw({isAsked: true});
-    this.callbacks.changed();
   }
 
   zoom(low, high) {
