@@ -190,13 +190,6 @@ std::string_view InputFile::next() {
   return {piece_.get(), bytes};
 }
 
-std::string InputFile::last(std::size_t bytes) const {
-  std::string text(std::min<std::uintmax_t>(bytes, size_), '\0');
-  const ssize_t n = ::pread(in_.fd, text.data(), text.size(), static_cast<off_t>(size_ - text.size()));
-  if (n < 0) fail_reading(file_);
-  return text.substr(0, static_cast<std::size_t>(n));
-}
-
 std::string read_text(const fs::path& file, std::uintmax_t most) {
   InputFile in(file, most);
   std::string text;

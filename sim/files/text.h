@@ -113,8 +113,6 @@ class InputFile {
   std::uintmax_t size() const { return size_; }  ///< bytes; 0 for a pipe
   /// Returns the next bytes, none at the end of the file. They are valid until the next call.
   std::string_view next();
-  /// Returns the last bytes of a file, at most `bytes` of them, or none for a pipe. Does not affect next().
-  std::string last(std::size_t bytes) const;
 
  private:
   fs::path file_;

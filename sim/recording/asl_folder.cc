@@ -164,7 +164,6 @@ struct ReadSensors : AslSensors {
     noise = mounted.noise;
     const Eigen::Isometry3d X_SC = setup.calibration.X_CG.inverse();
     X_BC = stated.X_SB ? X_SC : mounted.X_BS * X_SC;
-    X_BG = mounted.X_BS;
     setup.calibration.X_CG = X_BC.inverse() * mounted.X_BS;
     imu_ahead = slam::Stamp(std::llround(1e9 * stated.timeshift_s));
     const auto expected_images = [](const files::Table&) { return kCameraHeader + " and one image a row"; };
@@ -214,41 +213,32 @@ struct ReadSensors : AslSensors {
 
   std::optional<Stamps> camera, imu;
   std::vector<Reading> readings;
-  Eigen::Isometry3d X_BG;  // the IMU on the body
 };
 
-// Returns the files in the list. Each must exist, have the camera's size, and have samples like the first.
-std::vector<fs::path> images_of(const fs::path& folder, const Stamps& list, const cv::Size& size) {
+// Returns the files in the list. Each must exist.
+std::vector<fs::path> images_of(const fs::path& folder, const Stamps& list) {
   std::vector<fs::path> all;
-  ImageHeader first;
   const std::size_t field = list.columns(files::Quantity::time).size();  // after the stamp
   if (list.width() <= field) list.fail("no column is the file's name");
   for (const files::TableRow& rows : list.rows()) {
     all.push_back(files::contained_path(folder / sensor_data("cam0"), rows.text(field)));
     if (!fs::is_regular_file(all.back())) rows.fail(field, "no such image: {}", all.back().string());
-    const ImageHeader header = check_image(all.back(), size);
-    if (all.size() == 1) first = header;
-    if (header.channels != first.channels || header.bits != first.bits)
-      rows.fail(field, "{} has {} of {} bits, expected {} of {} as in the first image", all.back().string(),
-                files::counted(std::size_t(header.channels), "channel"), header.bits, first.channels,
-                first.bits);
   }
   return all;
 }
 
-// Compares the gyro with the truth. Throws FileError if their clocks, units or axes differ, and adds remarks
+// Compares the gyro with the truth. Throws FileError if their clocks or units differ, and adds remarks
 // about what may be wrong.
 void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& truth,
-                             const Eigen::Matrix3d& R_GT, const std::vector<Reading>& readings,
-                             const fs::path& imu, AslSensors& sensors) {
-  constexpr double kMostGain = 2, kUsualGain = 0.2, kSure = 0.9, kMostTurn_deg = 45;
+                             const std::vector<Reading>& readings, const fs::path& imu, AslSensors& sensors) {
+  constexpr double kMostGain = 2, kUsualGain = 0.2, kSure = 0.9;
   if (!truth.has_orientation) return;
   std::vector<TimedRotation> gyro;
   for (const Reading& reading : readings) gyro.push_back({reading.t, reading.gyro});
-  const auto found = compare_gyro(gyro, truth.rows, R_GT);
+  const auto found = compare_gyro(gyro, truth.rows);
   if (!found) {
     sensors.remarks.push_back(
-        fmt::format("{}: the clock and axes of its gyro cannot be checked: it turns too little, or "
+        fmt::format("{}: the clock of its gyro cannot be checked: it turns too little, or "
                     "unlike {}",
                     imu.string(), file.string()));
     return;
@@ -267,21 +257,6 @@ void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& 
   const double late_s = -found->late_s;  // of the truth
   const std::string late = fmt::format("{:.2f} s {} {}", std::abs(late_s),
                                        late_s > 0 ? "later than" : "earlier than", imu.string());
-  const bool is_late = std::abs(late_s) >= slam::seconds(kLeastOffset);
-  const double turned_deg = 180 / M_PI * found->turned_rad.value_or(0);
-  if (found->mirrored || turned_deg > kMostTurn_deg)
-    throw files::FileError(
-        imu,
-        "its gyro's axes are {} those of {}{}; expected the same, right-handed axes: a column has the wrong "
-        "sign "
-        "or place, or T_BS is wrong or missing in the sensor.yaml of one of the two",
-        found->mirrored ? "a mirror image of" : fmt::format("turned by {:.0f} deg from", turned_deg),
-        file.string(), is_late ? ", which is " + late : "");
-  if (found->turned_rad)
-    sensors.remarks.push_back(
-        fmt::format("{}: its axes are turned by {:.0f} deg from those of {}: T_BS is wrong or missing in the "
-                    "sensor.yaml of one of the two, and the errors of orientation include it",
-                    file.string(), turned_deg, imu.string()));
   if (std::abs(late_s) >= kMostOffset_s)
     throw files::FileError(
         file,
@@ -289,7 +264,7 @@ void require_rotation_of_imu(const fs::path& file, const files::TrajectoryFile& 
         "stamped by {:.2f}; expected one clock (timeshift_cam_imu of the camera corrects an IMU's){}{}",
         late, found->correlation, found->as_stamped, sensors.remarks.empty() ? "" : "; ",
         fmt::join(sensors.remarks, "; "));
-  if (!is_late) return;
+  if (std::abs(late_s) < slam::seconds(kLeastOffset)) return;
   sensors.remarks.push_back(
       fmt::format("{}: the truth is {}: errors of orientation and the NEES include it if the images have the "
                   "IMU's clock; if they have the truth's clock, state timeshift_cam_imu: {:.3f} in the "
@@ -344,7 +319,7 @@ struct AslFolder::Files {
   ReadSensors sensors{folder};
   const std::vector<slam::Stamp>& stamps = sensors.camera->all;  // of the images
   const cv::Size size{sensors.setup.calibration.camera.width_px, sensors.setup.calibration.camera.height_px};
-  std::vector<fs::path> images = images_of(folder, *sensors.camera, size);
+  std::vector<fs::path> images = images_of(folder, *sensors.camera);
   std::vector<slam::Stamp> times;
   Truth truth;
   std::size_t next_image = 0, next_reading = 0;
@@ -391,8 +366,7 @@ void AslFolder::Files::read_truth() {
   add_leap(sensors.remarks, name, own_clock, lines);
   Eigen::Isometry3d X_BT = Eigen::Isometry3d::Identity();
   if (fs::exists(mounting)) X_BT = read_pose(yaml(mounting), "T_BS", "T_SB");
-  require_rotation_of_imu(name, file, sensors.X_BG.linear().transpose() * X_BT.linear(), sensors.readings,
-                          sensors.imu->file(), sensors);
+  require_rotation_of_imu(name, file, sensors.readings, sensors.imu->file(), sensors);
   truth.camera = interpolated(name, file, stamps);
   Eigen::Isometry3d X_TC = X_BT.inverse() * sensors.X_BC,
                     X_WT = sensors.setup.X_WC_start * (truth.camera.front().X * X_TC).inverse();

@@ -21,8 +21,8 @@ struct AslSensors {
   std::vector<std::string> remarks;  ///< "FILE: ignored keys: ...", for the user
 };
 
-/// Reads the observations one after another. The constructor checks calibration, rates and clocks, the
-/// headers of all images, and the gyro against the truth. For missing or malformed data, throws FileError
+/// Reads the observations one after another. The constructor checks calibration, rates and clocks, and
+/// the gyro against the truth. For missing or malformed data, throws FileError
 /// with file, line and column.
 class AslFolder {
  public:
@@ -58,18 +58,15 @@ struct TimedRotation {
 };
 
 struct GyroComparison {
-  double late_s;                          ///< the gyro's stamps minus the truth's; 0 without evidence
-  double correlation, as_stamped;         ///< correlation of the rotation speeds: at this offset; at none
-  double gain;                            ///< the gyro's speeds relative to the truth's
-  bool mirrored = false;                  ///< only a rotation of the body's mirror image explains the gyro
-  std::optional<double> turned_rad = {};  ///< angle between the axes of the two, if decisively not 0
+  double late_s;                   ///< the gyro's stamps minus the truth's; 0 without evidence
+  double correlation, as_stamped;  ///< correlation of the rotation speeds: at this offset; at none
+  double gain;                     ///< the gyro's speeds relative to the truth's
 };
 
-/// Compares a gyro with the truth of the first hour by their turns over 0.1 s, without bias. R_GT: from the
-/// truth's axes to the gyro's. An offset (at most 10 s) or other axes are only reported if their
-/// log-likelihood ratio to none is at least 20. Returns nothing unless the speeds correlate by at least 0.6.
+/// Compares a gyro with the truth of the first hour by the angles that they turn in 0.1 s, without bias. An
+/// offset (at most 10 s) is only reported if its log-likelihood ratio to none is at least 20. Returns nothing
+/// unless the speeds correlate by at least 0.6.
 std::optional<GyroComparison> compare_gyro(const std::vector<TimedRotation>& gyro,
-                                           const std::vector<files::TumRow>& truth,
-                                           const Eigen::Matrix3d& R_GT = Eigen::Matrix3d::Identity());
+                                           const std::vector<files::TumRow>& truth);
 
 }  // namespace sim::recording

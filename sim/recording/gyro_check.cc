@@ -42,9 +42,9 @@ struct Correlation {
   }
 };
 
-/// Calls f(turn of the truth, turn of the gyro) for an offset. The mean turns are subtracted, which removes a
-/// bias. Returns the number of pairs; if there are too few, f is not called.
-int each_pair(const Turns& truth, const Turns& gyro, int lag, const auto& f) {
+/// Correlates the angles of the turns for an offset. The mean turns are subtracted, which removes a bias.
+Correlation correlation(const Turns& truth, const Turns& gyro, int lag) {
+  Correlation c;
   const auto size = static_cast<int>(truth.size());
   const auto each = [&](const auto& take) {
     for (int k = std::max(0, -lag); k < size - std::max(0, lag); ++k) {
@@ -52,26 +52,16 @@ int each_pair(const Turns& truth, const Turns& gyro, int lag, const auto& f) {
       if (a && b) take(*a, *b);
     }
   };
-  int pairs = 0;
   Eigen::Vector3d truth_sum = Eigen::Vector3d::Zero(), gyro_sum = truth_sum;
-  each([&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) { truth_sum += a, gyro_sum += b, ++pairs; });
-  const Eigen::Vector3d truth_mean = truth_sum / pairs, gyro_mean = gyro_sum / pairs;
-  if (pairs >= kFewest)
-    each([&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) { f(a - truth_mean, b - gyro_mean); });
-  return pairs;
-}
-
-/// Correlates the angles of the turns.
-Correlation correlation(const Turns& truth, const Turns& gyro, int lag) {
-  Correlation c;
+  each([&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) { truth_sum += a, gyro_sum += b, ++c.pairs; });
+  if (c.pairs < kFewest) return c;
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
-  c.pairs = each_pair(truth, gyro, lag, [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-    const Eigen::Vector2d pair(a.norm(), b.norm());
+  each([&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    const Eigen::Vector2d pair((a - truth_sum / c.pairs).norm(), (b - gyro_sum / c.pairs).norm());
     sum += pair;
     squares += pair * pair.transpose();
   });
-  if (c.pairs < kFewest) return c;
   const Eigen::Matrix2d S = squares - sum * sum.transpose() / c.pairs;
   if (S(0, 0) > 1e-12 && S(1, 1) > 1e-12) {
     c.r = S(0, 1) / std::sqrt(S(0, 0) * S(1, 1));
@@ -80,63 +70,10 @@ Correlation correlation(const Turns& truth, const Turns& gyro, int lag) {
   return c;
 }
 
-/// Second moments of the turns about the axes of truth and gyro.
-struct Moments {
-  int pairs = 0;
-  Eigen::Matrix3d truth = Eigen::Matrix3d::Zero(), gyro = truth, both = truth;  // both: rows are the gyro's
-
-  /// Returns the fraction of the gyro's variance that M (orthogonal, truth to gyro) explains.
-  double explained(const Eigen::Matrix3d& M) const {
-    return (2 * (both * M.transpose()).trace() - truth.trace()) / gyro.trace();
-  }
-  /// Log-likelihood ratio of M to another transformation. Less than 0.3 % of the variance does not count.
-  double evidence(const Eigen::Matrix3d& M, const Eigen::Matrix3d& other) const {
-    const auto left = [&](const Eigen::Matrix3d& of) { return std::max(1 - explained(of), 3e-3); };
-    return 0.5 * pairs / kWindow * std::log(left(other) / left(M));
-  }
-};
-
-Moments moments(const Turns& truth, const Turns& gyro, int lag, const Eigen::Matrix3d& R_GT) {
-  Moments m;
-  m.pairs = each_pair(truth, gyro, lag, [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-    const Eigen::Vector3d turn = R_GT * a;
-    m.truth += turn * turn.transpose(), m.gyro += b * b.transpose(), m.both += b * turn.transpose();
-  });
-  return m;
-}
-
-/// Returns the rotation R with the largest trace of R^T M, using Horn's matrix (1987). Repeated squaring
-/// yields its leading eigenvector and compiles faster than a decomposition.
-Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M) {
-  Eigen::Matrix4d N;
-  const Eigen::Vector3d off(M(2, 1) - M(1, 2), M(0, 2) - M(2, 0), M(1, 0) - M(0, 1));
-  N << M.trace(), off.transpose(), off, M + M.transpose() - M.trace() * Eigen::Matrix3d::Identity();
-  N += N.norm() * Eigen::Matrix4d::Identity();
-  for (int i = 0; i < 30; ++i) N = (N * N / (N * N).norm()).eval();
-  Eigen::Index column;
-  N.colwise().norm().maxCoeff(&column);
-  const Eigen::Vector4d q = N.col(column).normalized();
-  return Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
-}
-
-void compare_axes(const Moments& m, GyroComparison& comparison) {
-  constexpr double kLeastExplained = 0.8, kLeastTurn_rad = 0.17;
-  const Eigen::Matrix3d rotation = nearest_rotation(m.both), mirror = -nearest_rotation(-m.both);
-  if (m.explained(mirror) > kLeastExplained && m.evidence(mirror, rotation) >= kDecisive) {
-    comparison.mirrored = true;
-    return;
-  }
-  const double turned = Eigen::AngleAxisd(rotation).angle();
-  if (m.explained(rotation) > kLeastExplained && turned > kLeastTurn_rad &&
-      m.evidence(rotation, Eigen::Matrix3d::Identity()) >= kDecisive)
-    comparison.turned_rad = turned;
-}
-
 }  // namespace
 
 std::optional<GyroComparison> compare_gyro(const std::vector<TimedRotation>& gyro,
-                                           const std::vector<files::TumRow>& truth,
-                                           const Eigen::Matrix3d& R_GT) {
+                                           const std::vector<files::TumRow>& truth) {
   if (gyro.empty() || truth.empty()) return std::nullopt;
   const slam::Stamp margin = kMostLag * kStep, begin = truth.front().t - margin;
   const slam::Stamp end = std::min(truth.back().t, truth.front().t + kHour) + margin;
@@ -168,8 +105,6 @@ std::optional<GyroComparison> compare_gyro(const std::vector<TimedRotation>& gyr
     }
     comparison.late_s = (lag + between) * slam::seconds(kStep);
   }
-  if (const Moments m = moments(by_truth, by_gyro, lag, R_GT); m.pairs >= kFewest)
-    compare_axes(m, comparison);
   return comparison;
 }
 

@@ -5,9 +5,7 @@
 #include <libdeflate.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
-#include <limits>
 #include <opencv2/imgcodecs.hpp>
 
 namespace sim::recording {
@@ -71,36 +69,6 @@ std::string compressed(const cv::Mat& image) {
   return out;
 }
 
-int image_number(std::string_view bytes, std::size_t at, std::size_t count) {
-  return static_cast<int>(std::min<std::size_t>(big_endian(bytes.substr(at, count)), 1u << 30));
-}
-
-/// Reads segments, each a marker and a length, until the start of a frame (ITU-T T.81, B.2.2).
-std::optional<ImageHeader> jpeg_header(std::string_view bytes) {
-  std::size_t at = 2;
-  while (at + 10 <= bytes.size()) {
-    if (bytes[at] != '\xff') return std::nullopt;
-    const int marker = image_number(bytes, at + 1, 1);
-    if (marker == 0xff) {  // fill bytes may precede a marker
-      ++at;
-      continue;
-    }
-    const bool frame = marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
-    if (frame)
-      return ImageHeader{{image_number(bytes, at + 7, 2), image_number(bytes, at + 5, 2)},
-                         image_number(bytes, at + 9, 1),
-                         image_number(bytes, at + 4, 1),
-                         at};
-    at += 2 + static_cast<std::size_t>(image_number(bytes, at + 2, 2));
-  }
-  return std::nullopt;
-}
-
-[[noreturn]] void fail_size(const fs::path& file, const cv::Size& found, const cv::Size& size) {
-  throw files::FileError(file, "is an image of {}x{}, the camera's sensor.yaml has {}x{}", found.width,
-                         found.height, size.width, size.height);
-}
-
 // Returns cv::imdecode, loaded for the first image that is not a gray PNG. OpenCV's codecs bring 120
 // libraries, which would cost each process 70 ms at startup.
 auto opencv_decoder(const fs::path& file) {
@@ -113,54 +81,29 @@ auto opencv_decoder(const fs::path& file) {
 
 }  // namespace
 
-std::optional<ImageHeader> image_header(std::string_view bytes) {
-  constexpr std::array kPngChannels{1, 0, 3, 3, 2, 0, 4};  // by color type; palettes have 8-bit colors
-  if (bytes.size() >= 26 && bytes.starts_with(kSignature) && bytes.substr(12, 4) == "IHDR") {
-    const auto color = static_cast<std::size_t>(image_number(bytes, 25, 1));
-    return ImageHeader{{image_number(bytes, 16, 4), image_number(bytes, 20, 4)},
-                       color < kPngChannels.size() ? kPngChannels[color] : 0,
-                       color == 3 ? 8 : image_number(bytes, 24, 1),
-                       26};
-  }
-  if (bytes.starts_with(kJpeg)) return jpeg_header(bytes);
-  return std::nullopt;
-}
-
-void require_image_size(const fs::path& file, std::string_view bytes, const cv::Size& size) {
-  const auto header = image_header(bytes);
-  if (!header || bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
-    throw files::FileError(file, "cannot be read as an image: expected PNG or JPEG");
-  if (header->size != size) fail_size(file, header->size, size);
-}
-
-ImageHeader check_image(const fs::path& file, const cv::Size& size) {
-  files::InputFile in(file, files::kMostOfImage);
-  std::string begin;
-  for (std::string_view piece; !image_header(begin) && !(piece = in.next()).empty();) {
-    begin += piece;
-    if (!begin.starts_with(kJpeg)) break;  // only JPEG may have long metadata before its header
-  }
-  require_image_size(file, begin, size);
-  const std::string end = in.last(kEnd.size());
-  if (end != kEnd && !end.ends_with(kJpegEnd)) decode_image(file, files::read_text(file), size);
-  return *image_header(begin);
+void require_size(const fs::path& file, const cv::Mat& image, const cv::Size& size) {
+  if (image.size() != size)
+    throw files::FileError(file, "is an image of {}x{}, the camera's sensor.yaml has {}x{}", image.cols,
+                           image.rows, size.width, size.height);
 }
 
 cv::Mat decode_image(const fs::path& file, std::string_view bytes, const cv::Size& size) {
-  require_image_size(file, bytes, size);
-  if (auto gray = decode_png(bytes, CV_8UC1)) return *gray;  // twice as fast as OpenCV
-  // OpenCV fills the missing part of a JPEG with gray. Pixel data cannot contain the end marker.
-  if (bytes.starts_with(kJpeg) && bytes.find(kJpegEnd, image_header(bytes)->bytes) == bytes.npos)
-    throw files::FileError(file, "is cut off: the image has no end");
-  const auto imdecode = opencv_decoder(file);
-  const cv::Mat row(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
   cv::Mat image;
-  try {
-    image = imdecode(row, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception&) {  // leaves `image` empty, as most faults in the bytes do
+  if (auto gray = decode_png(bytes, CV_8UC1)) {  // twice as fast as OpenCV
+    image = *gray;
+  } else if (bytes.starts_with(kSignature) || bytes.starts_with(kJpeg)) {
+    // OpenCV fills the missing part of a JPEG with gray. An embedded small picture ends in the first half.
+    if (bytes.starts_with(kJpeg) && bytes.find(kJpegEnd, bytes.size() / 2) == bytes.npos)
+      throw files::FileError(file, "is cut off: the image has no end");
+    const auto imdecode = opencv_decoder(file);
+    const cv::Mat row(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
+    try {
+      image = imdecode(row, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+    } catch (const cv::Exception&) {  // leaves `image` empty, as most faults in the bytes do
+    }
   }
-  if (image.empty()) throw files::FileError(file, "cannot be read as an image");
-  if (image.size() != size) fail_size(file, image.size(), size);
+  if (image.empty()) throw files::FileError(file, "cannot be read as an image: expected PNG or JPEG");
+  require_size(file, image, size);
   return image;
 }
 

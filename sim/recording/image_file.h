@@ -8,26 +8,11 @@
 
 namespace sim::recording {
 
-/// The header of an image: its size, and the number and bits of a pixel's samples.
-struct ImageHeader {
-  cv::Size size;
-  int channels = 1, bits = 8;
-  std::size_t bytes = 0;  ///< from the file's start to the end of the header
-};
-
-/// Returns the header of a PNG or JPEG, or nothing for other bytes and damaged headers.
-std::optional<ImageHeader> image_header(std::string_view bytes);
-
-/// Throws files::FileError unless these bytes are a PNG or JPEG with this size in its header; decodes
-/// nothing.
-void require_image_size(const fs::path& file, std::string_view bytes, const cv::Size& size);
-
-/// Returns the header of a file after require_image_size(). A file that does not end the way an image does is
-/// decoded, because it may be cut off. Throws FileError.
-ImageHeader check_image(const fs::path& file, const cv::Size& size);
+/// Throws files::FileError if the image has another size than its camera.
+void require_size(const fs::path& file, const cv::Mat& image, const cv::Size& size);
 
 /// Returns the gray pixels of an image of this size as stored: an orientation in its metadata (EXIF) does not
-/// turn them. Checks the size first. Throws FileError.
+/// turn them. Throws FileError.
 cv::Mat decode_image(const fs::path& file, std::string_view bytes, const cv::Size& size);
 
 /// Returns an image as PNG: 8-bit gray (CV_8UC1), RGB in this order (CV_8UC3), or 16-bit gray (CV_16UC1). All

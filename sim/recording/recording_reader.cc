@@ -113,10 +113,10 @@ slam::RigReading read_rig_file(const fs::path& folder, const Manifest& manifest,
     reading.points = read_lidar(folder / path, bytes);
     return reading;
   }
-  require_image_size(folder / path, bytes, {sensor.camera.width_px, sensor.camera.height_px});
   const RigFormat& format = format_of(sensor.kind);
   const auto image = decode_png(bytes, format.image_type);
   if (!image) throw files::FileError(folder / path, "is not {} as recordings have", format.image_name);
+  require_size(folder / path, *image, {sensor.camera.width_px, sensor.camera.height_px});
   reading.image = *image;
   return reading;
 }

@@ -62,16 +62,6 @@ TEST(HashedFile, AFullDiskIsAnError) {
 
 const cv::Mat kGray(35, 48, CV_8UC1, cv::Scalar(99));
 
-// A PNG with this size in its header and 48 x 35 pixels.
-std::string png_of_size(std::uint32_t width, std::uint32_t height) {
-  std::string png = encoded(".png", kGray);
-  for (int i = 0; i < 4; ++i) {
-    png[static_cast<std::size_t>(16 + i)] = static_cast<char>(width >> (24 - 8 * i));
-    png[static_cast<std::size_t>(20 + i)] = static_cast<char>(height >> (24 - 8 * i));
-  }
-  return png;
-}
-
 // OpenCV rotates images according to the orientation in their metadata, which does not belong to calibration
 // and IMU.
 TEST(DecodeImage, PixelsAreReadAsStoredWhateverTheirOrientation) {
@@ -96,16 +86,6 @@ TEST(DecodeImage, PixelsAreReadAsStoredWhateverTheirOrientation) {
     EXPECT_EQ(turned.size(), cv::Size(35, 48)) << "the orientation is there";
     EXPECT_LT(cv::norm(decode_image("a", bytes, {48, 35}), image, cv::NORM_INF), 10);
   }
-}
-
-// The message names the size in the header, before anything is decoded.
-TEST(DecodeImage, AWrongSizeIsRejectedFromTheHeader) {
-  for (const std::uint32_t side : {12000u, 60000u})
-    EXPECT_THAT(files::error_of([&] {
-                  decode_image("big.png", png_of_size(side, side), {320, 240});
-                }),
-                HasSubstr("big.png: is an image of " + std::to_string(side) + "x" + std::to_string(side) +
-                          ", the camera's sensor.yaml has 320x240"));
 }
 
 TEST(DecodeImage, BytesThatAreNoImageAreRejected) {
